@@ -1,0 +1,65 @@
+#pragma once
+/// Reads scene documents (version 1): bytes in, tracer::Scene out, or everything that is wrong with them at once.
+/// No JSON type is seen outside this room.
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tracer/limits.h"
+#include "tracer/result.h"
+#include "tracer/scene.h"
+#include "tracer/validate.h"
+
+namespace api {
+
+/// Bounds on the document itself, checked before a value of it is kept. Reasons: honest scenes are far below them, and
+/// parsing at the bound takes under a second and bounded memory.
+struct DocumentLimits {
+  std::size_t bytes = 64u << 20;
+  std::size_t depth = 32;  ///< SCENE.md needs 8
+  std::size_t values = 20'000'000;
+  std::size_t string_bytes = 1u << 20;
+  std::size_t key_bytes = 256;
+  std::size_t number_chars = 64;
+};
+
+struct Limits {
+  DocumentLimits document;
+  tracer::Limits scene;
+};
+
+/// The optional "job" member: how the service should treat the scene. The command line ignores it.
+struct JobRequest {
+  std::string name;  ///< default: the scene's name
+  std::map<std::string, std::string> labels;
+  int priority = 50;     ///< 0..100, higher first
+  int max_attempts = 3;  ///< 1..10
+};
+
+struct Document {
+  tracer::Scene scene;  ///< passes tracer::validate
+  JobRequest job;
+};
+
+/// Why a document was refused.
+struct Refusal {
+  enum class Kind {
+    not_json,   ///< `detail` says what, at `line` and `column` (1-based; column counts bytes). No issues.
+    too_large,  ///< over a DocumentLimits bound; `detail` names the limit and the value seen. No issues.
+    invalid,    ///< `issues` holds all of them, in document order.
+  };
+  Kind kind = Kind::invalid;
+  std::string detail;
+  std::size_t line = 0, column = 0;
+  std::vector<tracer::Issue> issues;
+};
+
+/// Time and memory are linear in `bytes` and bounded by `limits`. Never throws, never crashes, whatever the bytes.
+tracer::Result<Document, Refusal> parse_scene(std::string_view bytes, const Limits& limits);
+
+}  // namespace api

@@ -1,0 +1,20 @@
+#pragma once
+/// The bounds within which a scene is accepted. Each has a name, a default with its reason, and an issue
+/// (code "limit_exceeded") that tells the name and the value seen. Document-level limits (bytes, nesting) are in api.
+
+#include <cstdint>
+
+namespace tracer {
+
+struct Limits {
+  std::uint64_t pixels = 64ull << 20;               ///< 64 Mpx: 8K twice over, 768 MiB of float RGB
+  std::uint64_t samples_times_pixels = 1ull << 34;  ///< minutes to hours on two cores; more is a mistake
+  std::uint32_t max_depth = 1'000'000;              ///< a mirror corridor of that depth runs in constant memory
+  std::uint64_t objects = 4'000'000;                ///< about 1 GiB while compiled
+  std::uint64_t triangles = 40'000'000;             ///< about 6 GiB while compiled
+  std::uint32_t lights = 100'000;
+  std::uint32_t materials = 100'000;
+  std::uint32_t image_side = 65'536;  ///< the longest side that PNG and EXR readers take for granted
+};
+
+}  // namespace tracer

@@ -1,0 +1,48 @@
+#pragma once
+/// Traces a compiled scene into a picture.
+
+#include <cstdint>
+#include <memory>
+
+#include "tracer/compile.h"
+#include "tracer/control.h"
+#include "tracer/image.h"
+#include "tracer/requirements.h"
+#include "tracer/result.h"
+
+namespace tracer {
+
+/// Rays by kind, exactly as many as were traced. `shadow` counts each light's ray once, however many surfaces it
+/// crosses.
+struct RayCounts {
+  std::uint64_t camera = 0, shadow = 0, reflection = 0, refraction = 0;
+  [[nodiscard]] std::uint64_t total() const { return camera + shadow + reflection + refraction; }
+  bool operator==(const RayCounts&) const = default;
+};
+
+/// What was done, for the report. The tracer reads no clock: times are the caller's.
+struct RenderStatistics {
+  RayCounts rays;
+  std::uint64_t samples = 0;       ///< camera samples over all pixels
+  std::uint64_t non_finite = 0;    ///< samples that came out NaN or infinite; left out of their pixel's mean. Must be 0
+  std::uint64_t cut_branches = 0;  ///< branches not traced because of `cutoff`
+  std::uint64_t truncated_branches = 0;  ///< branches not traced because of `max_depth`
+  bool operator==(const RenderStatistics&) const = default;
+};
+
+struct Rendered {
+  Image image;
+  RenderStatistics statistics;
+};
+
+struct RenderSettings {
+  /// Threads to use; 0: those of the calling thread's oneTBB arena. The picture and the statistics are bit-identical
+  /// for any number.
+  std::uint32_t threads = 0;
+};
+
+/// May run many times, on any threads. Fails with `cancelled` within one tile's time of `control.cancel()`,
+/// with `out_of_memory` when the heap does. Equal scenes give bit-identical pictures.
+Result<Rendered, Failure> render(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control);
+
+}  // namespace tracer

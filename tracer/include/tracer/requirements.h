@@ -1,0 +1,24 @@
+#pragma once
+/// What a scene needs, and so what will be modelled: rays of a kind that nothing asks for are never made.
+
+#include "tracer/scene.h"
+
+namespace tracer {
+
+struct Requirements {
+  bool reflection = false;  ///< a material mirrors, or refracts (total internal reflection mirrors too)
+  bool refraction = false;  ///< a material transmits
+  bool fresnel = false;
+  bool shadows = false;               ///< a light casts them and there is something to shade
+  bool transmissive_shadows = false;  ///< an occluder lets light through
+  bool textures = false;
+  bool smooth_normals = false;
+  bool triangles = false;
+  bool spheres = false;
+  bool planes = false;
+};
+
+/// Never fails. Only what the objects use counts: a glass material that no object has requires nothing.
+Requirements requirements(const Scene& scene);
+
+}  // namespace tracer

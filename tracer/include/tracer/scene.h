@@ -1,0 +1,203 @@
+#pragma once
+/// A scene as plain values: what the scene document says, with references resolved to handles.
+///
+/// Frame and units: right-handed world, lengths in scene units, angles in degrees (suffix `_deg`), colours linear RGB.
+/// Every default is the document's default. A Scene owns all its data, can be copied and moved, and is never changed
+/// by the tracer. It may hold anything; `validate` says whether it can be rendered.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace tracer {
+
+struct Vec2 {
+  double x = 0, y = 0;
+  bool operator==(const Vec2&) const = default;
+};
+
+struct Vec3 {
+  double x = 0, y = 0, z = 0;
+  bool operator==(const Vec3&) const = default;
+};
+
+/// Linear RGB. Components >= 0; no upper bound.
+struct Color {
+  double r = 0, g = 0, b = 0;
+  bool operator==(const Color&) const = default;
+};
+
+/// Position in one of Scene's vectors; the tag keeps a material from being used as a texture.
+template <class Tag>
+struct Handle {
+  std::uint32_t index = 0;
+  bool operator==(const Handle&) const = default;
+};
+using MaterialId = Handle<struct MaterialTag>;
+using TextureId = Handle<struct TextureTag>;
+
+// ---- image, camera, background ------------------------------------------------------------------------------------
+
+struct ImageSize {
+  std::uint32_t width = 640, height = 480;  ///< pixels; row 0 is on top, sample (x,y) covers [x,x+1) x [y,y+1)
+};
+
+/// Pinhole camera. The window's vertical extent spans `fov_deg`; pixels are square.
+struct Camera {
+  Vec3 position{};
+  Vec3 look_at{};
+  Vec3 up{0, 1, 0};
+  double fov_deg = 45;  ///< full vertical angle, 0 < fov_deg < 180
+};
+
+struct Background {
+  Color color{};  ///< every ray that hits nothing sees it
+};
+
+// ---- lights --------------------------------------------------------------------------------------------------------
+
+/// f(d) for the distance d from light to surface. `none`: 1. `polynomial`: min(1/(c0 + c1 d + c2 d^2), 1), c_i >= 0
+/// with a positive sum. `inverse_square`: 1/d^2, unclamped. (Foley, van Dam et al. 1990, eq. 16.8.)
+struct Attenuation {
+  enum class Kind { none, polynomial, inverse_square };
+  Kind kind = Kind::none;
+  std::array<double, 3> coefficients{1, 0, 0};
+};
+
+struct PointLight {
+  Vec3 position{};
+};
+
+struct DirectionalLight {
+  Vec3 direction{0, -1, 0};  ///< the way the light travels; any length > 0
+};
+
+using LightSource = std::variant<PointLight, DirectionalLight>;
+
+struct Light {
+  LightSource source{};
+  Color color{1, 1, 1};
+  double intensity = 1;
+  bool shadows = true;
+  Attenuation attenuation{};  ///< ignored by directional lights (f = 1)
+};
+
+// ---- textures and materials ----------------------------------------------------------------------------------------
+
+/// Unit squares of the looked-up coordinates: colors[0] where floor(u) + floor(v) is even.
+struct CheckerTexture {
+  std::array<Color, 2> colors{};
+};
+
+/// Looked up at (u scale.x + offset.x, v scale.y + offset.y).
+struct Texture {
+  std::variant<CheckerTexture> pattern{};
+  Vec2 scale{1, 1};
+  Vec2 offset{0, 0};
+  std::string path;  ///< where the document defines it, e.g. "/textures/floor"; prefix of issue pointers
+};
+
+using ColorOrTexture = std::variant<Color, TextureId>;
+
+/// What a surface does with light (Whitted 1980; Phong 1975; Blinn 1977):
+///   I_local = emission + K_a C I_a + sum_i f_i S_i I_i [ K_d C max(0,N.L) + K_s C_s spec ],  spec = 0 where N.L <= 0
+///   I = I_local + K_r C_r I(reflected) + K_t C_t I(transmitted)
+/// N is on the side of the ray: a hit on the back uses -N.
+struct Material {
+  enum class Model { lambert, phong, blinn_phong };
+  Model model = Model::phong;
+  ColorOrTexture color = Color{0.8, 0.8, 0.8};  ///< C
+  double ambient = 1;                           ///< K_a
+  double diffuse = 1;                           ///< K_d
+  double specular = 0;                          ///< K_s
+  double shininess = 32;                        ///< n >= 0
+  Color specular_color{1, 1, 1};                ///< C_s
+  Color emission{};
+  double reflection = 0;              ///< K_r in [0,1]
+  Color reflection_color{1, 1, 1};    ///< C_r
+  double transmission = 0;            ///< K_t in [0,1]; refracted by Snell's law
+  Color transmission_color{1, 1, 1};  ///< C_t
+  double ior = 1.5;                   ///< > 0; the outside has 1
+  /// K_r is multiplied by F and K_t by 1-F, F the exact unpolarised dielectric reflectance. The document's default is
+  /// true where transmission > 0; the reader resolves it, as it does reflection's default of 1 under fresnel.
+  bool fresnel = false;
+  std::string path;  ///< where the document defines it, e.g. "/materials/red"; prefix of issue pointers
+};
+
+// ---- objects -------------------------------------------------------------------------------------------------------
+
+struct Sphere {
+  Vec3 center{};
+  double radius = 1;
+  Vec3 axis{0, 1, 0};      ///< pole, v = 1
+  Vec3 meridian{1, 0, 0};  ///< phi = 0; projected across the axis
+};
+
+/// Infinite plane. u, v run along e0 and e1 = n x e0 from `point`, in scene units; e0 is `u_axis` projected across n.
+/// Unset: the world x axis, or z where n is along x.
+struct Plane {
+  Vec3 point{};
+  Vec3 normal{0, 1, 0};
+  std::optional<Vec3> u_axis;
+};
+
+/// Front side: counter-clockwise. Texture coordinates are barycentric of `uvs` (0,0 / 1,0 / 0,1 when unset).
+struct Triangle {
+  std::array<Vec3, 3> vertices{};
+  std::optional<std::array<Vec3, 3>> normals;
+  std::optional<std::array<Vec2, 3>> uvs;
+};
+
+/// Indexed triangles, counter-clockwise seen from the front. `normals` and `uvs` are per position or empty.
+struct Mesh {
+  std::vector<Vec3> positions;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<Vec3> normals;
+  std::vector<Vec2> uvs;
+  bool smooth = false;  ///< area-weighted vertex normals where `normals` is empty
+};
+
+using Shape = std::variant<Sphere, Plane, Triangle, Mesh>;
+
+struct Object {
+  Shape shape{};
+  MaterialId material{};
+};
+
+// ---- what the user asks for ----------------------------------------------------------------------------------------
+
+struct Accuracy {
+  /// Exactly this many in every pixel. 1 is the pixel's centre; more are stratified over the pixel's square.
+  /// Default 4: the smallest count that smooths an edge.
+  std::uint32_t samples = 4;
+  std::uint32_t max_depth = 64;  ///< secondary bounces; the safety net behind `cutoff`
+  /// A branch whose throughput (largest channel) is below this is not traced. Default 1/1000: a quarter of an 8-bit
+  /// step.
+  double cutoff = 1e-3;
+  std::uint64_t seed = 0;
+};
+
+enum class Format { png, exr };
+
+struct Output {
+  std::vector<Format> formats{Format::png};
+};
+
+struct Scene {
+  std::string name;
+  ImageSize image{};
+  Camera camera{};
+  Background background{};
+  Color ambient{};  ///< I_a
+  std::vector<Light> lights;
+  std::vector<Texture> textures;
+  std::vector<Material> materials;
+  std::vector<Object> objects;
+  Accuracy accuracy{};
+  Output output{};
+};
+
+}  // namespace tracer
