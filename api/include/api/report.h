@@ -1,0 +1,23 @@
+#pragma once
+/// The `report` of a finished job (HTTP.md), as JSON text.
+
+#include <cstdint>
+#include <string>
+
+#include "tracer/render.h"
+#include "tracer/requirements.h"
+#include "tracer/scene.h"
+
+namespace api {
+
+/// Times are wall-clock milliseconds of each stage. `queue` is added by whoever knows it (0 on the command line).
+struct StageTimes {
+  double queue = 0, parse = 0, build = 0, trace = 0, encode = 0;
+};
+
+/// {requirements, error, samples{min,mean,max}, rays{camera,shadow,reflection,refraction}, time_ms{...}, memory_bytes,
+/// non_finite, build}. `error.estimate` is null while the tracer gives no estimate: no number is better than a guess.
+std::string write_report(const tracer::Scene& scene, const tracer::RenderStatistics& statistics,
+                         const StageTimes& times, std::uint64_t memory_bytes);
+
+}  // namespace api
