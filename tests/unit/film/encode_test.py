@@ -1,0 +1,102 @@
+"""The encoders, through encode_picture and the readers of tests/support: what comes out is what went in."""
+import os
+import subprocess
+import unittest
+
+import numpy
+
+from tests.support import pictures
+
+
+def encode(kind, linear):
+    height, width, _ = linear.shape
+    program = os.path.join(os.environ["WHITTLE_BIN"], "encode_picture")
+    done = subprocess.run([program, kind, str(width), str(height)], input=linear.astype("<f4").tobytes(),
+                          capture_output=True, check=False, timeout=300)
+    assert done.returncode == 0, done.stderr.decode()
+    assert done.stderr == b"", done.stderr.decode()
+    return done.stdout
+
+
+def noise(height, width, seed=1):
+    return numpy.random.default_rng(seed).random((height, width, 3), numpy.float32)
+
+
+def srgb_codes(linear):
+    value = numpy.clip(linear.astype(numpy.float64), 0, 1)
+    curve = numpy.where(value <= 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
+    return numpy.floor(255 * curve + 0.5).astype(numpy.uint8)
+
+
+class Png(unittest.TestCase):
+    def test_holds_the_srgb_code_of_every_value(self):
+        linear = noise(37, 61)
+        numpy.testing.assert_array_equal(pictures.read_png(encode("png", linear)), srgb_codes(linear))
+
+    def test_keeps_row_0_on_top_and_red_first(self):
+        linear = numpy.zeros((2, 3, 3))
+        linear[0, 0] = [1, 0, 0]
+        linear[1, 2] = [0, 0, 1]
+        picture = pictures.read_png(encode("png", linear))
+        self.assertEqual(picture[0, 0].tolist(), [255, 0, 0])
+        self.assertEqual(picture[1, 2].tolist(), [0, 0, 255])
+        self.assertEqual(int(picture.sum()), 2 * 255)
+
+    def test_clamps_what_a_screen_cannot_show_and_shows_not_a_number_as_black(self):
+        linear = numpy.array([[[-1, 2, numpy.nan], [numpy.inf, -numpy.inf, 1e30]]])
+        self.assertEqual(pictures.read_png(encode("png", linear))[0].tolist(), [[0, 255, 0], [255, 0, 255]])
+
+    def test_says_that_its_codes_are_srgb(self):
+        chunks = dict(pictures.png_chunks(encode("png", noise(2, 2))))
+        self.assertIn(b"sRGB", chunks)
+
+    def test_says_neither_when_nor_where_it_was_made(self):
+        kinds = {kind for kind, _ in pictures.png_chunks(encode("png", noise(2, 2)))}
+        self.assertLessEqual(kinds, {b"IHDR", b"sRGB", b"gAMA", b"cHRM", b"oFFs", b"tEXt", b"IDAT", b"IEND"})
+        texts = [content for kind, content in pictures.png_chunks(encode("png", noise(2, 2))) if kind == b"tEXt"]
+        self.assertLessEqual(set(texts), {b"oiio:ColorSpace\0sRGB"})
+
+
+class Exr(unittest.TestCase):
+    def test_holds_every_float_bit_for_bit(self):
+        linear = numpy.random.default_rng(2).integers(0, 1 << 32, (53, 41, 3), numpy.uint32).view(numpy.float32)
+        back = pictures.read_exr(encode("exr", linear))
+        numpy.testing.assert_array_equal(back.view(numpy.uint32), linear.view(numpy.uint32))
+
+    def test_holds_smooth_pictures_too_where_its_blocks_are_packed(self):
+        y, x = numpy.mgrid[0:70, 0:90].astype(numpy.float32)
+        linear = numpy.stack([x / 90, y / 70, 5 * x * y], axis=-1).astype(numpy.float32)
+        data = encode("exr", linear)
+        self.assertLess(len(data), linear.nbytes)
+        numpy.testing.assert_array_equal(pictures.read_exr(data), linear)
+
+    def test_holds_no_time_of_day(self):
+        attributes, _ = pictures.exr_header(encode("exr", noise(2, 2)))
+        self.assertEqual(attributes.get("capDate", ("string", b""))[1], b"")
+        self.assertLessEqual(set(attributes), {"capDate", "channels", "compression", "dataWindow", "displayWindow",
+                                               "lineOrder", "pixelAspectRatio", "screenWindowCenter",
+                                               "screenWindowWidth"})
+
+
+class Both(unittest.TestCase):
+    def test_take_pictures_of_one_pixel_one_row_and_one_column(self):
+        for shape in [(1, 1, 3), (1, 300, 3), (300, 1, 3), (17, 1, 3)]:
+            with self.subTest(shape=shape):
+                linear = noise(shape[0], shape[1], seed=3)
+                numpy.testing.assert_array_equal(pictures.read_png(encode("png", linear)), srgb_codes(linear))
+                numpy.testing.assert_array_equal(pictures.read_exr(encode("exr", linear)), linear)
+
+    def test_give_equal_bytes_for_equal_pictures(self):
+        for kind in ["png", "exr"]:
+            self.assertEqual(encode(kind, noise(300, 200)), encode(kind, noise(300, 200)), kind)
+
+    def test_refuse_a_picture_without_pixels_with_a_sentence(self):
+        program = os.path.join(os.environ["WHITTLE_BIN"], "encode_picture")
+        for kind in ["png", "exr"]:
+            done = subprocess.run([program, kind, "0", "0"], input=b"", capture_output=True, check=False, timeout=300)
+            self.assertEqual(done.returncode, 1, kind)
+            self.assertRegex(done.stderr.decode(), r"encoder: .+")
+
+
+if __name__ == "__main__":
+    unittest.main()
