@@ -15,7 +15,7 @@ namespace jobs {
 class StoreFailure : public std::runtime_error {
  public:
   enum class Kind { full, unavailable };
-  StoreFailure(Kind kind, const std::string& what) : std::runtime_error(what), kind(kind) {}
+  StoreFailure(Kind which, const std::string& what) : std::runtime_error(what), kind(which) {}
   Kind kind;
 };
 
@@ -42,15 +42,22 @@ struct Claim {
 enum class CancelOutcome { cancelled, cancelling, already_ended, unknown };
 enum class RemoveOutcome { removed, running, unknown };
 
+/// What removing did, and the artifacts that the job named: whoever removed it may delete those nobody names now.
+struct Removal {
+  RemoveOutcome outcome = RemoveOutcome::unknown;
+  std::vector<Artifact> artifacts;
+};
+
 class JobStore {
  public:
   virtual ~JobStore() = default;
 
-  /// Keeps `job` (state queued) with its verbatim document. Precondition: the id is new.
+  /// Keeps `job` (state queued) with its verbatim document, any bytes. Precondition: the id is new.
   virtual void submit(const Job& job, const std::string& document) = 0;
 
   virtual std::optional<Job> find(const std::string& id) = 0;
   virtual std::optional<std::string> document(const std::string& id) = 0;
+  /// At most `limit` (>= 1) jobs older than `cursor` (empty: from the newest).
   virtual JobPage list(const JobFilter& filter, const std::string& cursor, int limit) = 0;
   virtual std::int64_t count(JobState state) = 0;
 
@@ -65,12 +72,12 @@ class JobStore {
   virtual bool fail(const std::string& id, std::int64_t fence, std::int64_t now, const Problem& problem) = 0;
   virtual bool finish_cancel(const std::string& id, std::int64_t fence, std::int64_t now) = 0;
 
-  /// Back to queued. `counts`: the attempt was a real failure; otherwise it is given back. `suspect`: see Job.
-  /// A job whose cancel was requested moves to cancelled instead.
+  /// Back to queued. `counts`: the attempt was a real failure; otherwise it is given back. `suspect`: see Job; once
+  /// set it stays. False as for succeed. A job whose cancel was requested moves to cancelled instead.
   virtual bool release(const std::string& id, std::int64_t fence, std::int64_t now, bool counts, bool suspect) = 0;
 
   virtual CancelOutcome cancel(const std::string& id, std::int64_t now) = 0;
-  virtual RemoveOutcome remove(const std::string& id) = 0;
+  virtual Removal remove(const std::string& id) = 0;
 
   /// At start: everything running under another boot id goes back to queued, its attempt given back (cancel_requested:
   /// to cancelled). Returns how many moved.
@@ -78,6 +85,9 @@ class JobStore {
 
   /// Is this sha256 named by any job's artifacts? Used before an artifact's bytes are deleted.
   virtual bool references(const std::string& sha256) = 0;
+
+  /// Throws StoreFailure when a small write would not be durable now. For readiness.
+  virtual void probe() = 0;
 };
 
 }  // namespace jobs

@@ -1,0 +1,41 @@
+#include "server/jobs/artifact_pins.h"
+
+#include <exception>
+
+namespace jobs {
+
+void ArtifactPins::collect(const std::string& sha256) noexcept {
+  const std::lock_guard lock(mutex_);
+  if (pins_.contains(sha256)) return;  // whoever holds the pin collects after it
+  try {
+    if (!store_.references(sha256)) artifacts_.remove(sha256);
+  } catch (const std::exception& failure) {
+    log_(LogLevel::warning, "artifact_not_collected", {{"sha256", sha256}, {"detail", failure.what()}});
+  }
+}
+
+ArtifactStore::Stored ArtifactPins::Pinned::put(int fd) {
+  ArtifactStore::Stored stored = pins_.artifacts_.put(fd);
+  {
+    const std::lock_guard lock(pins_.mutex_);
+    ++pins_.pins_[stored.sha256];
+  }
+  held_.push_back(stored.sha256);
+  // A removal may have come between put and pin; from here on none can.
+  if (pins_.artifacts_.open(stored.sha256) == nullptr) stored = pins_.artifacts_.put(fd);
+  return stored;
+}
+
+ArtifactPins::Pinned::~Pinned() {
+  for (const std::string& sha256 : held_) {
+    {
+      const std::lock_guard lock(pins_.mutex_);
+      const auto pin = pins_.pins_.find(sha256);
+      if (--pin->second > 0) continue;
+      pins_.pins_.erase(pin);
+    }
+    pins_.collect(sha256);
+  }
+}
+
+}  // namespace jobs

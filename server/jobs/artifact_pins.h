@@ -1,0 +1,50 @@
+#pragma once
+/// Keeps removal from deleting bytes that a finishing job is about to name: equal pictures share one artifact, so the
+/// last job that named it may be removed while another one is between storing the same bytes and its own row.
+
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "server/jobs/artifact_store.h"
+#include "server/jobs/job_store.h"
+#include "server/jobs/log.h"
+
+namespace jobs {
+
+/// Thread-safe. Must outlive its Pinned.
+class ArtifactPins {
+ public:
+  ArtifactPins(JobStore& store, ArtifactStore& artifacts, Log log)
+      : store_(store), artifacts_(artifacts), log_(std::move(log)) {}
+
+  /// Deletes the bytes unless a job names them or they are pinned. Never throws: what cannot be deleted now only costs
+  /// space, and is logged.
+  void collect(const std::string& sha256) noexcept;
+
+  /// The artifacts one job is about to name. Until this is gone they stay; then those that no job names are deleted.
+  class Pinned {
+   public:
+    explicit Pinned(ArtifactPins& pins) : pins_(pins) {}
+    ~Pinned();
+    Pinned(const Pinned&) = delete;
+    Pinned& operator=(const Pinned&) = delete;
+
+    /// As ArtifactStore::put, and there when it returns, whoever removes the same bytes meanwhile.
+    ArtifactStore::Stored put(int fd);
+
+   private:
+    ArtifactPins& pins_;
+    std::vector<std::string> held_;
+  };
+
+ private:
+  JobStore& store_;
+  ArtifactStore& artifacts_;
+  Log log_;
+  std::mutex mutex_;  ///< held over "does a job name it?" and the deletion, so that no pin falls between
+  std::map<std::string, int> pins_;
+};
+
+}  // namespace jobs

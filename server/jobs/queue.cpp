@@ -1,0 +1,209 @@
+#include "server/jobs/queue.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace jobs {
+
+Queue::Queue(JobStore& store, ArtifactStore& artifacts, IdSource& ids, Clock clock, Log log, QueueSettings settings)
+    : store_(store),
+      ids_(ids),
+      clock_(std::move(clock)),
+      settings_(settings),
+      boot_id_(ids.next()),
+      artifacts_(artifacts),
+      pins_(store, artifacts, log) {
+  const int recovered = store_.recover(boot_id_, clock_());
+  if (recovered > 0) log(LogLevel::info, "jobs_recovered", {{"count", std::to_string(recovered)}});
+}
+
+// ---- for the HTTP room
+// -----------------------------------------------------------------------------------------------
+
+tracer::Result<JobView, QueueFull> Queue::submit(const std::string& document, const api::Document& parsed) {
+  // What is admitted counts at once, so that many threads together cannot pass the bound.
+  {
+    const std::lock_guard lock(submit_mutex_);
+    const std::int64_t queued = store_.count(JobState::queued) + submitting_;
+    if (queued >= settings_.queued_limit) return QueueFull{queued, settings_.queued_limit};
+    ++submitting_;
+  }
+  struct Admission {
+    Queue& queue;
+    ~Admission() {
+      const std::lock_guard lock(queue.submit_mutex_);
+      --queue.submitting_;
+    }
+  } const admission{*this};
+
+  Job job;
+  job.id = ids_.next();
+  job.name = parsed.job.name;
+  job.created_at = clock_();
+  job.max_attempts = parsed.job.max_attempts;
+  job.priority = parsed.job.priority;
+  job.labels = parsed.job.labels;
+  job.width = parsed.scene.image.width;
+  job.height = parsed.scene.image.height;
+  store_.submit(job, document);
+
+  const std::lock_guard lock(runner_mutex_);
+  if (runner_ != nullptr) runner_->wake();
+  return JobView{std::move(job), 0};
+}
+
+JobView Queue::view(Job job) {
+  const double fraction = job.state == JobState::succeeded ? 1 : progress(job.id);
+  return {std::move(job), fraction};
+}
+
+std::optional<JobView> Queue::find(const std::string& id) {
+  std::optional<Job> job = store_.find(id);
+  if (!job) return std::nullopt;
+  return view(*std::move(job));
+}
+
+JobPage Queue::list(const JobFilter& filter, const std::string& cursor, int limit) {
+  return store_.list(filter, cursor, std::max(limit, 1));
+}
+
+double Queue::progress(const std::string& id) {
+  const std::lock_guard lock(live_mutex_);
+  const auto found = progress_.find(id);
+  return found == progress_.end() ? 0 : found->second;
+}
+
+CancelOutcome Queue::cancel(const std::string& id) {
+  const CancelOutcome outcome = store_.cancel(id, clock_());
+  if (outcome == CancelOutcome::cancelled) job_ended(id);
+  if (outcome == CancelOutcome::cancelling) {
+    const std::lock_guard lock(runner_mutex_);
+    if (runner_ != nullptr) runner_->cancel(id);
+  }
+  return outcome;
+}
+
+RemoveOutcome Queue::remove(const std::string& id) {
+  const Removal removal = store_.remove(id);
+  if (removal.outcome == RemoveOutcome::removed) {
+    job_ended(id);
+    for (const Artifact& artifact : removal.artifacts) pins_.collect(artifact.sha256);
+  }
+  return removal.outcome;
+}
+
+std::unique_ptr<ArtifactReader> Queue::open(const Artifact& artifact) { return artifacts_.open(artifact.sha256); }
+
+std::uint64_t Queue::when_ended(const std::string& id, std::function<void()> done) {
+  std::uint64_t token = 0;
+  {
+    const std::lock_guard lock(live_mutex_);
+    token = ++last_token_;
+    waiters_.emplace(token, Waiter{id, std::move(done)});
+    waiting_for_.emplace(id, token);
+  }
+  // Looked up after the waiter is in place: an end in between is told by one of the two, and only once.
+  try {
+    const std::optional<Job> job = store_.find(id);
+    if (!job || ended(job->state)) job_ended(id);
+  } catch (...) {
+    forget(token);
+    throw;
+  }
+  return token;
+}
+
+void Queue::forget(std::uint64_t token) {
+  const std::lock_guard lock(live_mutex_);
+  const auto waiter = waiters_.find(token);
+  if (waiter == waiters_.end()) return;
+  const auto [first, last] = waiting_for_.equal_range(waiter->second.id);
+  waiting_for_.erase(std::find_if(first, last, [&](const auto& entry) { return entry.second == token; }));
+  waiters_.erase(waiter);
+}
+
+void Queue::job_ended(const std::string& id) {
+  std::vector<std::function<void()>> calls;
+  {
+    const std::lock_guard lock(live_mutex_);
+    progress_.erase(id);
+    const auto [first, last] = waiting_for_.equal_range(id);
+    for (auto entry = first; entry != last; ++entry) {
+      calls.push_back(std::move(waiters_.extract(entry->second).mapped().done));
+    }
+    waiting_for_.erase(first, last);
+  }
+  for (const auto& call : calls) call();
+}
+
+std::string Queue::not_ready() {
+  try {
+    store_.probe();
+  } catch (const StoreFailure& failure) {
+    return std::string("store: ") + failure.what();
+  }
+  const std::lock_guard lock(runner_mutex_);
+  return runner_ == nullptr ? "worker: not started" : runner_->not_ready();
+}
+
+// ---- for whoever runs jobs
+// -------------------------------------------------------------------------------------------
+
+void Queue::attach(Runner* runner) {
+  const std::lock_guard lock(runner_mutex_);
+  runner_ = runner;
+}
+
+std::optional<Claim> Queue::claim(bool alone) {
+  std::optional<Claim> claim = store_.claim(boot_id_, clock_(), alone);
+  if (claim) {
+    const std::lock_guard lock(live_mutex_);
+    progress_.insert_or_assign(claim->job.id, 0.0);
+  }
+  return claim;
+}
+
+bool Queue::fail(const std::string& id, std::int64_t fence, const Problem& problem) {
+  const bool moved = store_.fail(id, fence, clock_(), problem);
+  if (moved) job_ended(id);
+  return moved;
+}
+
+bool Queue::finish_cancel(const std::string& id, std::int64_t fence) {
+  const bool moved = store_.finish_cancel(id, fence, clock_());
+  if (moved) job_ended(id);
+  return moved;
+}
+
+bool Queue::release(const std::string& id, std::int64_t fence, bool counts, bool suspect) {
+  {
+    const std::lock_guard lock(live_mutex_);
+    progress_.erase(id);  // a waiting job has none; its next claim starts at 0
+  }
+  const bool moved = store_.release(id, fence, clock_(), counts, suspect);
+  if (!moved) return false;
+  const std::optional<Job> job = store_.find(id);  // a requested cancel ended it
+  if (!job || ended(job->state)) job_ended(id);
+  return true;
+}
+
+bool Queue::succeed(const std::string& id, std::int64_t fence, const std::string& report,
+                    const std::vector<Picture>& pictures) {
+  ArtifactPins::Pinned pinned(pins_);
+  std::vector<Artifact> artifacts;
+  for (const Picture& picture : pictures) {
+    const ArtifactStore::Stored stored = pinned.put(picture.fd);
+    artifacts.push_back({picture.name, picture.media_type, stored.sha256, stored.bytes});
+  }
+  const bool moved = store_.succeed(id, fence, clock_(), report, artifacts);
+  if (moved) job_ended(id);
+  return moved;
+}
+
+void Queue::progressed(const std::string& id, double fraction) {
+  const std::lock_guard lock(live_mutex_);
+  const auto found = progress_.find(id);  // absent: the job has ended meanwhile
+  if (found != progress_.end()) found->second = std::max(found->second, std::clamp(fraction, 0.0, 1.0));
+}
+
+}  // namespace jobs

@@ -1,0 +1,111 @@
+#pragma once
+/// The queue: what the HTTP room asks (JobService) and what the worker's supervisor asks (the second half), over a
+/// JobStore and an ArtifactStore. It adds what the stores do not know: the bound on waiting jobs, progress, who waits
+/// for an end, and which bytes may be deleted.
+///
+///   jobs::SqliteJobStore store(folder, log);               // server/storage/sqlite/sqlite_job_store.h
+///   jobs::FileArtifactStore artifacts(folder);             // server/storage/files/file_artifact_store.h
+///   jobs::IdSource ids(jobs::system_clock(), jobs::system_random());
+///   jobs::Queue queue(store, artifacts, ids, jobs::system_clock(), log, settings);
+///   worker::Supervisor supervisor(queue, worker_settings, log);  // server/worker/supervisor.h
+///   ... serve HTTP from `queue` as a JobService; stop HTTP before the supervisor goes ...
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "server/jobs/artifact_pins.h"
+#include "server/jobs/artifact_store.h"
+#include "server/jobs/clock.h"
+#include "server/jobs/id.h"
+#include "server/jobs/job_service.h"
+#include "server/jobs/job_store.h"
+#include "server/jobs/log.h"
+#include "server/jobs/runner.h"
+
+namespace jobs {
+
+struct QueueSettings {
+  /// Jobs waiting to run; more are refused with QueueFull. 100,000 small scenes are a night's batch and about 100 MB.
+  /// Jobs that come back from a dead worker were accepted before and are never refused.
+  std::int64_t queued_limit = 100'000;
+};
+
+/// Thread-safe. The stores, and `ids`, must outlive it. Every call may throw StoreFailure where the stores do.
+class Queue final : public JobService {
+ public:
+  /// Takes over the jobs that a dead daemon left running: they are queued again, with their attempt given back.
+  Queue(JobStore& store, ArtifactStore& artifacts, IdSource& ids, Clock clock, Log log, QueueSettings settings);
+
+  tracer::Result<JobView, QueueFull> submit(const std::string& document, const api::Document& parsed) override;
+  std::optional<JobView> find(const std::string& id) override;
+  JobPage list(const JobFilter& filter, const std::string& cursor, int limit) override;
+  double progress(const std::string& id) override;
+  CancelOutcome cancel(const std::string& id) override;
+  RemoveOutcome remove(const std::string& id) override;
+  std::unique_ptr<ArtifactReader> open(const Artifact& artifact) override;
+  std::uint64_t when_ended(const std::string& id, std::function<void()> done) override;
+  void forget(std::uint64_t token) override;
+  std::string not_ready() override;
+
+  // ---- for whoever runs jobs -----------------------------------------------------------------------------------
+
+  /// `runner` is told of new and of cancelled jobs until another one, or null, is attached. A call in progress has
+  /// ended when this returns.
+  void attach(Runner* runner);
+
+  /// As JobStore, with this daemon's boot id and clock. Those that end the job call the waiters.
+  std::optional<Claim> claim(bool alone);
+  bool fail(const std::string& id, std::int64_t fence, const Problem& problem);
+  bool finish_cancel(const std::string& id, std::int64_t fence);
+  bool release(const std::string& id, std::int64_t fence, bool counts, bool suspect);
+
+  struct Picture {
+    std::string name;        ///< "image.png"
+    std::string media_type;  ///< "image/png"
+    int fd = -1;             ///< its bytes, read from offset 0; stays the caller's
+  };
+  /// Bytes first, row second: when the row is there, so are the pictures. False as JobStore::succeed; then nothing of
+  /// the pictures stays that no other job names.
+  bool succeed(const std::string& id, std::int64_t fence, const std::string& report,
+               const std::vector<Picture>& pictures);
+
+  /// `fraction` in [0,1]; smaller ones than before are ignored until the job is claimed again.
+  void progressed(const std::string& id, double fraction);
+
+ private:
+  void job_ended(const std::string& id);
+  JobView view(Job job);
+
+  JobStore& store_;
+  IdSource& ids_;
+  Clock clock_;
+  QueueSettings settings_;
+  std::string boot_id_;
+  ArtifactStore& artifacts_;
+  ArtifactPins pins_;
+
+  std::mutex submit_mutex_;
+  std::int64_t submitting_ = 0;  ///< admitted, not yet counted by the store
+
+  std::mutex runner_mutex_;
+  Runner* runner_ = nullptr;
+
+  std::mutex live_mutex_;  ///< progress and waiters; never held over a call of the store or of a waiter
+  std::unordered_map<std::string, double> progress_;
+  struct Waiter {
+    std::string id;
+    std::function<void()> done;
+  };
+  std::map<std::uint64_t, Waiter> waiters_;                          ///< by token
+  std::unordered_multimap<std::string, std::uint64_t> waiting_for_;  ///< job id to tokens
+  std::uint64_t last_token_ = 0;
+};
+
+}  // namespace jobs

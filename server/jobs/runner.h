@@ -1,0 +1,17 @@
+#pragma once
+/// Who runs jobs, as the queue sees it. The calls are made from any thread, return at once and must not call the queue
+/// back from within.
+
+#include <string>
+
+namespace jobs {
+
+class Runner {
+ public:
+  virtual ~Runner() = default;
+  virtual void wake() noexcept = 0;                         ///< there may be something to claim
+  virtual void cancel(const std::string& id) noexcept = 0;  ///< this running job is to stop; unknown ids are ignored
+  virtual std::string not_ready() = 0;  ///< empty when jobs would run now, else why not: "worker: restarting"
+};
+
+}  // namespace jobs

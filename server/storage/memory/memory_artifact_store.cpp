@@ -1,0 +1,63 @@
+#include "server/storage/memory/memory_artifact_store.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "server/storage/files/sha256.h"
+
+namespace jobs {
+namespace {
+
+class MemoryReader final : public ArtifactReader {
+ public:
+  explicit MemoryReader(std::shared_ptr<const std::string> bytes) : bytes_(std::move(bytes)) {}
+  std::uint64_t size_bytes() const override { return bytes_->size(); }
+  std::size_t read(std::uint64_t offset, char* into, std::size_t size) const override {
+    return offset >= bytes_->size() ? 0 : bytes_->copy(into, size, offset);
+  }
+
+ private:
+  std::shared_ptr<const std::string> bytes_;
+};
+
+std::string read_all(int fd) {
+  std::string bytes;
+  std::array<char, 1 << 16> chunk;
+  for (;;) {
+    const ssize_t got = pread(fd, chunk.data(), chunk.size(), static_cast<off_t>(bytes.size()));
+    if (got == 0) return bytes;
+    if (got > 0) bytes.append(chunk.data(), static_cast<std::size_t>(got));
+    if (got < 0 && errno != EINTR) throw StoreFailure(StoreFailure::Kind::unavailable, std::strerror(errno));
+  }
+}
+
+}  // namespace
+
+ArtifactStore::Stored MemoryArtifactStore::put(int fd) {
+  auto bytes = std::make_shared<const std::string>(read_all(fd));
+  Sha256 hash;
+  hash.add(bytes->data(), bytes->size());
+  Stored stored{hash.hex(), bytes->size()};
+  const std::lock_guard lock(mutex_);
+  artifacts_.try_emplace(stored.sha256, std::move(bytes));
+  return stored;
+}
+
+std::unique_ptr<ArtifactReader> MemoryArtifactStore::open(const std::string& sha256) {
+  const std::lock_guard lock(mutex_);
+  const auto found = artifacts_.find(sha256);
+  if (found == artifacts_.end()) return nullptr;
+  return std::make_unique<MemoryReader>(found->second);
+}
+
+void MemoryArtifactStore::remove(const std::string& sha256) {
+  const std::lock_guard lock(mutex_);
+  artifacts_.erase(sha256);
+}
+
+}  // namespace jobs

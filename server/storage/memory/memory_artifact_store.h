@@ -1,0 +1,25 @@
+#pragma once
+/// An ArtifactStore for tests: everything in this process's memory, nothing survives it. Otherwise it keeps every
+/// promise of the port and passes the same conformance suite.
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "server/jobs/artifact_store.h"
+
+namespace jobs {
+
+class MemoryArtifactStore final : public ArtifactStore {
+ public:
+  Stored put(int fd) override;
+  std::unique_ptr<ArtifactReader> open(const std::string& sha256) override;
+  void remove(const std::string& sha256) override;
+
+ private:
+  std::mutex mutex_;
+  std::map<std::string, std::shared_ptr<const std::string>> artifacts_;
+};
+
+}  // namespace jobs
