@@ -13,8 +13,12 @@ struct Limits {
   std::uint64_t objects = 4'000'000;                ///< about 1 GiB while compiled
   std::uint64_t triangles = 40'000'000;             ///< about 6 GiB while compiled
   std::uint32_t lights = 100'000;
-  std::uint32_t materials = 100'000;
+  std::uint32_t materials = 100'000;  ///< those written in place included
+  std::uint32_t textures = 100'000;   ///< likewise
   std::uint32_t image_side = 65'536;  ///< the longest side that PNG and EXR readers take for granted
+  double coordinate_max = 1e60;       ///< of positions, lengths, directions: fourth powers stay far from overflow
+  double length_min = 1e-60;          ///< of radii and directions: fourth powers stay normal numbers
+  double value_max = 1e30;  ///< of colours, intensities, coefficients, texture scales, `ior` and 1/`ior`; floats hold it
 };
 
 }  // namespace tracer

@@ -1,6 +1,7 @@
 #pragma once
 /// Says everything that keeps a Scene from being rendered: ranges, degenerate shapes, dangling handles, limits.
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -17,8 +18,11 @@ struct Issue {
   bool operator==(const Issue&) const = default;
 };
 
-/// All issues, in document order; empty when the scene can be rendered. Never fails; time linear in the scene's size.
-/// At most 1000 are told, then one "too_many_issues" that gives the count of the rest.
-std::vector<Issue> validate(const Scene& scene, const Limits& limits);
+/// All issues, in the order of Scene's members; empty when the scene can be rendered. Never fails; time linear in the
+/// scene's size. At most 1000 are told, then one "too_many_issues" that gives the count of the rest.
+/// Issues for which `known` is true are left out: a reader that has told why a number is missing or no number puts NaN
+/// in its place, and leaves out what follows from that.
+std::vector<Issue> validate(const Scene& scene, const Limits& limits,
+                            const std::function<bool(const Issue&)>& known = {});
 
 }  // namespace tracer

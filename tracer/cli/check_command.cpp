@@ -1,0 +1,52 @@
+#include <array>
+#include <cstdio>
+#include <string>
+#include <utility>
+
+#include "api/document.h"
+#include "tracer/cli/commands.h"
+#include "tracer/cli/files.h"
+#include "tracer/cli/issues.h"
+#include "tracer/requirements.h"
+
+namespace cli {
+namespace {
+
+void print_requirements(const tracer::Requirements& needs) {
+  const std::array<std::pair<const char*, bool>, 10> all{{{"reflection", needs.reflection},
+                                                          {"refraction", needs.refraction},
+                                                          {"fresnel", needs.fresnel},
+                                                          {"shadows", needs.shadows},
+                                                          {"transmissive_shadows", needs.transmissive_shadows},
+                                                          {"textures", needs.textures},
+                                                          {"smooth_normals", needs.smooth_normals},
+                                                          {"triangles", needs.triangles},
+                                                          {"spheres", needs.spheres},
+                                                          {"planes", needs.planes}}};
+  std::fputs("valid; needs:", stdout);
+  for (const auto& [name, needed] : all) {
+    if (needed) std::printf(" %s", name);
+  }
+  std::fputs("\n", stdout);
+}
+
+}  // namespace
+
+ExitCode check(const Options& options) {
+  const api::Limits limits;
+  const auto bytes = read_all(options.scene_path, limits.document.bytes);
+  if (!bytes) {
+    std::fprintf(stderr, "whittle: %s\n", bytes.error().sentence.c_str());
+    return bad_environment;
+  }
+  const auto document = api::parse_scene(*bytes, limits);
+  if (document) {
+    print_requirements(tracer::requirements(document->scene));
+  } else {
+    print_issues(stdout, document.error());
+  }
+  if (std::fflush(stdout) != 0) return bad_environment;
+  return document ? done : bad_scene;
+}
+
+}  // namespace cli

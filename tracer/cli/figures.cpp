@@ -1,0 +1,42 @@
+#include "tracer/cli/figures.h"
+
+#include <algorithm>
+#include <array>
+#include <cinttypes>
+#include <utility>
+
+namespace cli {
+namespace {
+
+/// All kinds are traced in the same stretch of time, so a kind's rate is its part of the whole.
+void print_rays(std::FILE* into, const tracer::RayCounts& rays, double trace_ms) {
+  const double seconds = std::max(trace_ms, 1e-3) / 1000;
+  const std::array<std::pair<const char*, std::uint64_t>, 5> kinds{{{"camera", rays.camera},
+                                                                    {"shadow", rays.shadow},
+                                                                    {"reflection", rays.reflection},
+                                                                    {"refraction", rays.refraction},
+                                                                    {"all", rays.total()}}};
+  for (const auto& [kind, count] : kinds) {
+    std::fprintf(into, "%-10s %14" PRIu64 " rays %9.2f million/s\n", kind, count,
+                 static_cast<double>(count) / seconds / 1e6);
+  }
+}
+
+}  // namespace
+
+void print_figures(std::FILE* into, const tracer::Rendered& rendered, const Figures& figures) {
+  const tracer::RenderStatistics& statistics = rendered.statistics;
+  std::fprintf(into, "picture    %" PRIu32 " x %" PRIu32 ", %" PRIu64 " samples\n", rendered.image.width,
+               rendered.image.height, statistics.samples);
+  print_rays(into, statistics.rays, figures.trace_ms);
+  std::fprintf(into, "time       parse %.1f ms, build %.1f ms, trace %.1f ms, encode %.1f ms\n", figures.parse_ms,
+               figures.build_ms, figures.trace_ms, figures.encode_ms);
+  if (statistics.non_finite != 0) {
+    std::fprintf(into, "warning    %" PRIu64 " samples were not finite and are left out\n", statistics.non_finite);
+  }
+  for (const Figures::File& file : figures.files) {
+    std::fprintf(into, "wrote      %s, %zu bytes\n", file.path.c_str(), file.bytes);
+  }
+}
+
+}  // namespace cli

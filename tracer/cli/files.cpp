@@ -1,0 +1,111 @@
+#include "tracer/cli/files.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <utility>
+
+namespace cli {
+namespace {
+
+FileFailure failure(const char* doing, const std::string& path, int error) {
+  return {std::string("cannot ") + doing + " " + path + ": " + std::strerror(error)};
+}
+
+std::string folder_of(const std::string& path) {
+  const auto slash = path.rfind('/');
+  if (slash == std::string::npos) return ".";
+  return slash == 0 ? "/" : path.substr(0, slash);
+}
+
+/// What open() gives a new file; mkstemp does not.
+mode_t usual_permissions() {
+  const mode_t mask = ::umask(0);
+  ::umask(mask);
+  return 0666U & ~mask;
+}
+
+/// Errno values with which file systems say that they have no nameless files (open(2), O_TMPFILE).
+bool means_no_nameless_files(int error) { return error == EOPNOTSUPP || error == EISDIR || error == ENOENT; }
+
+}  // namespace
+
+tracer::Result<std::string, FileFailure> read_all(const std::string& path, std::size_t limit) {
+  const bool standard_input = path == "-";
+  const int descriptor = standard_input ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return failure("read", path, errno);
+  std::string bytes;
+  int error = 0;
+  while (bytes.size() <= limit) {
+    constexpr std::size_t piece = std::size_t{1} << 20;
+    const std::size_t had = bytes.size();
+    bytes.resize(had + std::min(piece, limit + 1 - had));
+    const ssize_t got = ::read(descriptor, bytes.data() + had, bytes.size() - had);
+    if (got < 0) error = errno;
+    bytes.resize(had + static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
+    if (got <= 0) break;
+  }
+  if (!standard_input) ::close(descriptor);
+  if (error != 0) return failure("read", path, error);
+  return bytes;
+}
+
+PendingFile::PendingFile(std::string path, int descriptor, std::string temporary)
+    : path_(std::move(path)), descriptor_(descriptor), temporary_(std::move(temporary)) {}
+
+PendingFile::PendingFile(PendingFile&& other) noexcept
+    : path_(std::move(other.path_)),
+      descriptor_(std::exchange(other.descriptor_, -1)),
+      temporary_(std::exchange(other.temporary_, {})) {}
+
+PendingFile::~PendingFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+}
+
+tracer::Result<PendingFile, FileFailure> PendingFile::create(const std::string& path) {
+  struct stat existing {};
+  if (::stat(path.c_str(), &existing) == 0 && S_ISDIR(existing.st_mode)) return failure("write", path, EISDIR);
+  const int nameless = ::open(folder_of(path).c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
+  if (nameless >= 0) return PendingFile(path, nameless, "");
+  if (!means_no_nameless_files(errno)) return failure("write", path, errno);
+  std::string temporary = path + ".whittle-XXXXXX";
+  const int named = ::mkostemp(temporary.data(), O_CLOEXEC);
+  if (named < 0) return failure("write", path, errno);
+  ::fchmod(named, usual_permissions());
+  return PendingFile(path, named, std::move(temporary));
+}
+
+Done PendingFile::write(std::span<const std::uint8_t> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return failure("write", path_, errno);
+    bytes = bytes.subspan(static_cast<std::size_t>(written));
+  }
+  if (::fsync(descriptor_) != 0) return failure("write", path_, errno);
+  return std::monostate{};
+}
+
+Done PendingFile::publish() {
+  if (temporary_.empty()) {
+    const std::string nameless = "/proc/self/fd/" + std::to_string(descriptor_);
+    const auto link_as = [&](const std::string& name) {
+      return ::linkat(AT_FDCWD, nameless.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0;
+    };
+    if (link_as(path_)) return std::monostate{};
+    if (errno != EEXIST) return failure("write", path_, errno);
+    temporary_ = path_ + ".whittle-" + std::to_string(::getpid());  // linkat replaces nothing, rename does
+    if (!link_as(temporary_)) return failure("write", std::exchange(temporary_, {}), errno);
+  }
+  if (::rename(temporary_.c_str(), path_.c_str()) != 0) return failure("write", path_, errno);
+  temporary_.clear();
+  return std::monostate{};
+}
+
+}  // namespace cli

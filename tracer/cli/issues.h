@@ -1,0 +1,15 @@
+#pragma once
+/// What is wrong with a scene, as lines for people and for `cut`.
+
+#include <cstdio>
+
+#include "api/document.h"
+
+namespace cli {
+
+/// One line an issue: pointer, code, sentence, with one space between: "#/objects/3/radius out_of_range must be > 0,
+/// got -1". A document that is no JSON is told with line and column instead of a pointer. Control characters that the
+/// document smuggled into a sentence are shown as \xNN: an issue stays one line and no terminal obeys it.
+void print_issues(std::FILE* into, const api::Refusal& refusal);
+
+}  // namespace cli

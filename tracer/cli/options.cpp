@@ -1,0 +1,133 @@
+#include "tracer/cli/options.h"
+
+#include <charconv>
+#include <optional>
+#include <string_view>
+
+#include "tracer/encode.h"
+
+namespace cli {
+namespace {
+
+using std::string_literals::operator""s;
+using Failure = std::optional<std::string>;
+
+constexpr std::uint32_t max_threads = 1024;  // more is a typing mistake
+
+std::optional<tracer::Format> format_of(std::string_view path) {
+  for (const tracer::Format format : {tracer::Format::png, tracer::Format::exr}) {
+    if (path.ends_with("." + std::string(tracer::extension(format)))) return format;
+  }
+  return std::nullopt;
+}
+
+Failure take_output(std::string_view path, Options& options) {
+  const auto format = format_of(path);
+  if (!format) return "-o "s.append(path) + ": the name must end in .png or .exr";
+  for (const Output& other : options.outputs) {
+    if (other.path == path) return "-o "s.append(path) + " is given twice";
+  }
+  options.outputs.push_back({std::string(path), *format});
+  return std::nullopt;
+}
+
+Failure take_threads(std::string_view text, Options& options) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), options.threads);
+  const bool is_number = error == std::errc{} && end == text.data() + text.size();
+  if (is_number && options.threads >= 1 && options.threads <= max_threads) return std::nullopt;
+  return "--threads must be a whole number from 1 to "s + std::to_string(max_threads) + ", got \"" + std::string(text) +
+         "\"";
+}
+
+Failure take_render(std::string_view argument, std::span<const char* const>& rest, Options& options) {
+  if (argument == "--quiet") {
+    options.quiet = true;
+    return std::nullopt;
+  }
+  const bool is_output = argument == "-o";
+  if (!is_output && argument != "--threads") return "render does not know "s.append(argument);
+  if (rest.empty()) return std::string(argument) + " needs a value";
+  const std::string_view value = rest.front();
+  rest = rest.subspan(1);
+  return is_output ? take_output(value, options) : take_threads(value, options);
+}
+
+Failure take_check(std::string_view argument, Options& options) {
+  if (argument != "--json") return "check does not know "s.append(argument);
+  options.json = true;
+  return std::nullopt;
+}
+
+Failure take_scene(std::string_view argument, Options& options) {
+  if (!options.scene_path.empty()) return "one scene at a time: "s.append(argument) + " is one too many";
+  if (argument.empty()) return "the scene's name is empty";
+  options.scene_path = argument;
+  return std::nullopt;
+}
+
+Failure take_all(std::span<const char* const> rest, Options& options) {
+  while (!rest.empty()) {
+    const std::string_view argument = rest.front();
+    rest = rest.subspan(1);
+    Failure failure;
+    if (argument == "-" || !argument.starts_with('-')) {
+      failure = take_scene(argument, options);
+    } else if (options.command == Options::Command::render) {
+      failure = take_render(argument, rest, options);
+    } else {
+      failure = take_check(argument, options);
+    }
+    if (failure) return failure;
+  }
+  if (options.scene_path.empty()) return "which scene? Give its file, or - for standard input"s;
+  if (options.command == Options::Command::render && options.outputs.empty()) {
+    return "where to? Give at least one -o with a name that ends in .png or .exr"s;
+  }
+  return std::nullopt;
+}
+
+bool wants_help(std::span<const char* const> arguments) {
+  for (const std::string_view argument : arguments) {
+    if (argument == "--help" || argument == "-h") return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+const char* const help_text =
+    "Whittle renders scene documents by Whitted ray tracing.\n"
+    "\n"
+    "  whittle render SCENE -o FILE [-o FILE ...] [--threads N] [--quiet]\n"
+    "      Traces SCENE and writes the picture; each FILE ends in .png (8 bit, sRGB) or .exr (linear, 32-bit float).\n"
+    "      Files appear complete or not at all. Figures go to standard error.\n"
+    "      --threads N   use N threads (default: one per processor); the picture is the same for any number\n"
+    "      --quiet       no progress bar, no figures\n"
+    "\n"
+    "  whittle check SCENE [--json]\n"
+    "      Says everything that is wrong with SCENE, a line each: where, code, sentence; or what a valid one needs.\n"
+    "      --json        the same as one JSON document\n"
+    "\n"
+    "  whittle --version    whittle --help\n"
+    "\n"
+    "SCENE is a file, or - for standard input.\n"
+    "Exit codes: 0 done, 1 the scene is bad, 2 the command line is, 3 the environment failed (a file cannot be read "
+    "or\n"
+    "written, memory ran out), 130 interrupted.\n";
+
+tracer::Result<Options, std::string> parse_options(std::span<const char* const> arguments) {
+  if (arguments.empty()) return "what to do? render or check"s;
+  const std::string_view command = arguments.front();
+  Options options;
+  if (wants_help(arguments)) return options;
+  if (command == "--version") {
+    options.command = Options::Command::version;
+    return options;
+  }
+  if (command != "render" && command != "check") return "\""s.append(command) + "\" is not a command: render or check";
+  options.command = command == "render" ? Options::Command::render : Options::Command::check;
+  if (auto failure = take_all(arguments.subspan(1), options)) return *std::move(failure);
+  return options;
+}
+
+}  // namespace cli

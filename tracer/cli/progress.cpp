@@ -1,0 +1,81 @@
+#include "tracer/cli/progress.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cassert>
+#include <chrono>
+#include <cstdio>
+#include <string>
+
+namespace cli {
+namespace {
+
+constexpr int bar_width = 40;
+constexpr const char* wipe_line = "\r\x1b[K";
+
+void draw(const tracer::RenderControl& control, double seconds) {
+  const auto done = static_cast<double>(control.tiles_done());
+  const auto total = static_cast<double>(std::max<std::uint64_t>(control.tiles_total(), 1));
+  const double part = std::min(done / total, 1.0);
+  const auto filled = static_cast<std::size_t>(bar_width * part);
+  const std::string bar = std::string(filled, '=') + std::string(bar_width - filled, ' ');
+  std::fprintf(stderr, "%s[%s] %3.0f %%", wipe_line, bar.c_str(), 100 * part);
+  // Tiles differ in cost: below a twentieth a guess of the rest would only confuse.
+  if (part >= 0.05) std::fprintf(stderr, "  %.0f s left", seconds * (1 - part) / part);
+  std::fflush(stderr);
+}
+
+// A signal handler sees nothing but globals: this one is set while a CancelOnSignal lives.
+std::atomic<tracer::RenderControl*> cancelled_by_signal{nullptr};
+static_assert(std::atomic<tracer::RenderControl*>::is_always_lock_free, "a signal handler must not lock");
+
+void cancel(int /*signal*/) {
+  if (tracer::RenderControl* control = cancelled_by_signal.load()) control->cancel();
+}
+
+}  // namespace
+
+ProgressBar::ProgressBar(const tracer::RenderControl& control, bool wanted) : control_(control) {
+  if (wanted && ::isatty(STDERR_FILENO) != 0) thread_ = std::thread([this] { draw_until_stopped(); });
+}
+
+ProgressBar::~ProgressBar() {
+  if (!thread_.joinable()) return;
+  {
+    const std::lock_guard lock(mutex_);
+    stopped_ = true;
+  }
+  stop_.notify_one();
+  thread_.join();
+  std::fputs(wipe_line, stderr);
+}
+
+void ProgressBar::draw_until_stopped() {
+  using Clock = std::chrono::steady_clock;
+  const auto start = Clock::now();
+  std::unique_lock lock(mutex_);
+  while (!stop_.wait_for(lock, std::chrono::milliseconds(100), [this] { return stopped_; })) {
+    draw(control_, std::chrono::duration<double>(Clock::now() - start).count());
+  }
+}
+
+CancelOnSignal::CancelOnSignal(tracer::RenderControl& control) {
+  assert(cancelled_by_signal.load() == nullptr);
+  cancelled_by_signal = &control;
+  struct sigaction action {};
+  action.sa_handler = cancel;
+  action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
+  for (std::size_t i = 0; i < signals_.size(); ++i) {
+    sigaction(signals_[i], nullptr, &before_[i]);
+    if (before_[i].sa_handler != SIG_IGN) sigaction(signals_[i], &action, nullptr);
+  }
+}
+
+CancelOnSignal::~CancelOnSignal() {
+  for (std::size_t i = 0; i < signals_.size(); ++i) sigaction(signals_[i], &before_[i], nullptr);
+  cancelled_by_signal = nullptr;
+}
+
+}  // namespace cli

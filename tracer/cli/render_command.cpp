@@ -1,0 +1,114 @@
+#include <oneapi/tbb/global_control.h>
+
+#include <chrono>
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "api/document.h"
+#include "tracer/cli/commands.h"
+#include "tracer/cli/figures.h"
+#include "tracer/cli/files.h"
+#include "tracer/cli/issues.h"
+#include "tracer/cli/progress.h"
+#include "tracer/compile.h"
+#include "tracer/encode.h"
+#include "tracer/render.h"
+
+namespace cli {
+namespace {
+
+using std::chrono::steady_clock;
+
+/// Milliseconds since the last time it was asked, or since it was made.
+class Stopwatch {
+ public:
+  double lap_ms() {
+    const auto now = steady_clock::now();
+    return std::chrono::duration<double, std::milli>(now - std::exchange(last_, now)).count();
+  }
+
+ private:
+  steady_clock::time_point last_ = steady_clock::now();
+};
+
+ExitCode complain(const std::string& sentence, ExitCode code = bad_environment) {
+  std::fprintf(stderr, "whittle: %s\n", sentence.c_str());
+  return code;
+}
+
+ExitCode complain(const tracer::Failure& failure) {
+  if (failure.code == tracer::Failure::Code::cancelled)
+    return complain("interrupted; nothing was written", interrupted);
+  return complain(failure.detail);
+}
+
+/// The picture, with build and trace times in `figures`.
+tracer::Result<tracer::Rendered, tracer::Failure> trace(const tracer::Scene& scene, const Options& options,
+                                                        tracer::RenderControl& control, Figures& figures) {
+  Stopwatch watch;
+  // The scene's build uses whatever pool there is; this bounds it as --threads says.
+  std::optional<tbb::global_control> bound;
+  if (options.threads != 0) bound.emplace(tbb::global_control::max_allowed_parallelism, options.threads);
+  const ProgressBar bar(control, !options.quiet);
+  const auto compiled = tracer::compile(scene, control);
+  figures.build_ms = watch.lap_ms();
+  if (!compiled) return compiled.error();
+  auto rendered = tracer::render(**compiled, {.threads = options.threads}, control);
+  figures.trace_ms = watch.lap_ms();
+  return rendered;
+}
+
+/// Writes all of them, then gives all of them their names: a full disk leaves the old pictures, not a mixture.
+std::optional<ExitCode> write_all(const tracer::Image& image, const std::vector<Output>& outputs,
+                                  std::vector<PendingFile>& files, const tracer::RenderControl& control,
+                                  Figures& figures) {
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    Stopwatch watch;
+    const auto bytes = tracer::encode(image, outputs[i].format);
+    figures.encode_ms += watch.lap_ms();
+    if (!bytes) return complain(bytes.error());
+    if (const auto written = files[i].write(*bytes); !written) return complain(written.error().sentence);
+    figures.files.push_back({outputs[i].path, bytes->size()});
+  }
+  if (control.cancelled()) return complain("interrupted; nothing was written", interrupted);
+  for (PendingFile& file : files) {
+    if (const auto published = file.publish(); !published) return complain(published.error().sentence);
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+ExitCode render(const Options& options) {
+  Figures figures;
+  Stopwatch watch;
+  const api::Limits limits;
+  const auto bytes = read_all(options.scene_path, limits.document.bytes);
+  if (!bytes) return complain(bytes.error().sentence);
+  const auto document = api::parse_scene(*bytes, limits);
+  if (!document) {
+    print_issues(stderr, document.error());
+    return bad_scene;
+  }
+  figures.parse_ms = watch.lap_ms();
+
+  tracer::RenderControl control;
+  const CancelOnSignal cancel_on_signal(control);
+  std::vector<PendingFile> files;
+  for (const Output& output : options.outputs) {
+    auto file = PendingFile::create(output.path);
+    if (!file) return complain(file.error().sentence);
+    files.push_back(std::move(*file));
+  }
+
+  const auto rendered = trace(document->scene, options, control, figures);
+  if (!rendered) return complain(rendered.error());
+  if (const auto stopped = write_all(rendered->image, options.outputs, files, control, figures)) return *stopped;
+  if (!options.quiet) print_figures(stderr, *rendered, figures);
+  return done;
+}
+
+}  // namespace cli

@@ -1,0 +1,225 @@
+#include "tracer/src/accel/packet.h"
+
+#include <limits>
+
+namespace tracer {
+namespace {
+
+#define WHITTLE_INLINE inline __attribute__((always_inline))
+
+constexpr double nothing = std::numeric_limits<double>::quiet_NaN();  // compares false with every distance
+
+/// Nearest distance > 0 at which a unit ray meets the sphere, or `nothing`. The discriminant is R^2 minus the squared
+/// distance of the line from the centre, and the roots come as c/q and q: neither cancels
+/// (Press et al. 2007, sec. 5.6; Haines et al., Ray Tracing Gems 2019, ch. 7).
+WHITTLE_INLINE double sphere_distance(double ox, double oy, double oz, double dx, double dy, double dz,
+                                      const SphereTest& s) {
+  const double fx = ox - s.x, fy = oy - s.y, fz = oz - s.z;
+  const double b = -(fx * dx + fy * dy + fz * dz);
+  const double lx = fx + b * dx, ly = fy + b * dy, lz = fz + b * dz;
+  const double discriminant = s.radius * s.radius - (lx * lx + ly * ly + lz * lz);
+  const double c = fx * fx + fy * fy + fz * fz - s.radius * s.radius;
+  const double root = std::sqrt(discriminant > 0 ? discriminant : 0);
+  const double q = b >= 0 ? b + root : b - root;
+  const double other = c / q;
+  const double near = other < q ? other : q;
+  const double far = other < q ? q : other;
+  const double t = near > 0 ? near : far;
+  return (discriminant >= 0) & (t > 0) ? t : nothing;
+}
+
+WHITTLE_INLINE bool wins(double t, PrimitiveRef self, double best, std::uint32_t geometry, std::uint32_t primitive) {
+  const bool first = (self.geometry < geometry) | ((self.geometry == geometry) & (self.primitive < primitive));
+  return (t < best) | ((t == best) & first);
+}
+
+WHITTLE_INLINE bool starts_on(const Packet& packet, unsigned lane, PrimitiveRef self) {
+  return (packet.from_geometry[lane] == self.geometry) & (packet.from_primitive[lane] == self.primitive);
+}
+
+/// Embree's tfar for a hit at t: beyond it by the slack, so that nothing nearer is culled by rounding.
+WHITTLE_INLINE float reach_of(double t, double start) {
+  return static_cast<float>((t - start) * (1 + 0x1p-22) + float_slack);
+}
+
+struct TriangleHit {
+  double t = nothing, u = 0, v = 0;
+};
+
+/// Moeller & Trumbore 1997, in double. Barycentric coordinates are clamped to the triangle; a proposal that is further
+/// outside than the slack is a false hit of the float test (they happen on needles) and is refused.
+TriangleHit triangle_hit(const Packet& packet, unsigned lane, const TriangleTest& triangle, PrimitiveRef self) {
+  if (starts_on(packet, lane, self)) return {};
+  const Vec3 o{packet.ox[lane], packet.oy[lane], packet.oz[lane]};
+  const Vec3 d{packet.dx[lane], packet.dy[lane], packet.dz[lane]};
+  const Vec3 p = cross(d, triangle.e2);
+  const double determinant = dot(triangle.e1, p);
+  const Vec3 s = o - triangle.v0;
+  const Vec3 q = cross(s, triangle.e1);
+  const double u = dot(s, p) / determinant;
+  const double v = dot(d, q) / determinant;
+  const double t = dot(triangle.e2, q) / determinant;
+  const double u_inside = std::min(std::max(u, 0.0), 1.0);
+  const double v_inside = std::min(std::max(v, 0.0), 1 - u_inside);
+  const Vec3 outside = abs(triangle.e1 * (u - u_inside) + triangle.e2 * (v - v_inside));
+  if (!(t > 0) || !(max_component(outside) <= triangle_slack) || !std::isfinite(t)) return {};
+  return {t, u_inside, v_inside};
+}
+
+}  // namespace
+
+WHITTLE_WIDE void load(Packet& packet, const RaySpan& rays, std::size_t first, int count, const Bounds& box) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < packet_size; ++i) {
+    // Lanes without a ray repeat the last one and are switched off below.
+    const std::size_t ray = first + static_cast<std::size_t>(i < count ? i : count - 1);
+    packet.ox[i] = rays.ox[ray];
+    packet.oy[i] = rays.oy[ray];
+    packet.oz[i] = rays.oz[ray];
+    packet.dx[i] = rays.dx[ray];
+    packet.dy[i] = rays.dy[ray];
+    packet.dz[i] = rays.dz[ray];
+    packet.t[i] = rays.t_max != nullptr ? rays.t_max[ray] : infinity;
+    packet.geometry[i] = PrimitiveRef::none;
+    packet.primitive[i] = PrimitiveRef::none;
+    packet.from_geometry[i] = rays.from != nullptr ? rays.from[ray].geometry : PrimitiveRef::none;
+    packet.from_primitive[i] = rays.from != nullptr ? rays.from[ray].primitive : PrimitiveRef::none;
+  }
+  for (int i = 0; i < packet_size; ++i) {
+    const double ox = packet.ox[i], oy = packet.oy[i], oz = packet.oz[i];
+    const double dx = packet.dx[i], dy = packet.dy[i], dz = packet.dz[i];
+    // Slab test (Kay & Kajiya 1986); comparisons are ordered so that 0/0 on a slab's plane is ignored.
+    const double ix = 1 / dx, iy = 1 / dy, iz = 1 / dz;
+    const double ax = (box.low.x - ox) * ix, bx = (box.high.x - ox) * ix;
+    const double ay = (box.low.y - oy) * iy, by = (box.high.y - oy) * iy;
+    const double az = (box.low.z - oz) * iz, bz = (box.high.z - oz) * iz;
+    double enter = 0, leave = packet.t[i];
+    enter = (ax < bx ? ax : bx) > enter ? (ax < bx ? ax : bx) : enter;
+    enter = (ay < by ? ay : by) > enter ? (ay < by ? ay : by) : enter;
+    enter = (az < bz ? az : bz) > enter ? (az < bz ? az : bz) : enter;
+    leave = (ax > bx ? ax : bx) < leave ? (ax > bx ? ax : bx) : leave;
+    leave = (ay > by ? ay : by) < leave ? (ay > by ? ay : by) : leave;
+    leave = (az > bz ? az : bz) < leave ? (az > bz ? az : bz) : leave;
+    const double start = enter - (float_slack + enter * 0x1p-48);
+    const bool finite = (ox + oy + oz + dx + dy + dz) * 0 == 0;
+    packet.start[i] = start;
+    packet.reach[i] = reach_of(leave, start);
+    packet.active[i] = (i < count) & finite & (enter <= leave) ? -1 : 0;
+  }
+}
+
+WHITTLE_WIDE void write_rays(const Packet& packet, unsigned mask, RTCRay16& ray) {
+  for (int i = 0; i < packet_size; ++i) {
+    const bool active = packet.active[i] != 0;
+    // Inactive lanes get harmless numbers: this Embree asserts on a NaN even there.
+    ray.org_x[i] = active ? static_cast<float>(packet.ox[i] + packet.start[i] * packet.dx[i]) : 0.0f;
+    ray.org_y[i] = active ? static_cast<float>(packet.oy[i] + packet.start[i] * packet.dy[i]) : 0.0f;
+    ray.org_z[i] = active ? static_cast<float>(packet.oz[i] + packet.start[i] * packet.dz[i]) : 0.0f;
+    ray.dir_x[i] = active ? static_cast<float>(packet.dx[i]) : 0.0f;
+    ray.dir_y[i] = active ? static_cast<float>(packet.dy[i]) : 0.0f;
+    ray.dir_z[i] = active ? static_cast<float>(packet.dz[i]) : 1.0f;
+    ray.tnear[i] = 0;
+    ray.tfar[i] = active ? packet.reach[i] : 0.0f;
+    ray.time[i] = 0;
+    ray.mask[i] = mask;
+    ray.id[i] = static_cast<unsigned>(i);
+    ray.flags[i] = 0;
+  }
+}
+
+WHITTLE_WIDE void closest_sphere(Packet& packet, const int* valid, float* tfar, const SphereTest& sphere,
+                                 PrimitiveRef self) {
+  for (int i = 0; i < packet_size; ++i) {
+    const double t =
+        sphere_distance(packet.ox[i], packet.oy[i], packet.oz[i], packet.dx[i], packet.dy[i], packet.dz[i], sphere);
+    const bool nearer = (valid[i] != 0) & wins(t, self, packet.t[i], packet.geometry[i], packet.primitive[i]);
+    packet.t[i] = nearer ? t : packet.t[i];
+    packet.geometry[i] = nearer ? self.geometry : packet.geometry[i];
+    packet.primitive[i] = nearer ? self.primitive : packet.primitive[i];
+    tfar[i] = nearer ? reach_of(t, packet.start[i]) : tfar[i];
+  }
+}
+
+WHITTLE_WIDE void occluded_sphere(const Packet& packet, const int* valid, float* tfar, const SphereTest& sphere) {
+  for (int i = 0; i < packet_size; ++i) {
+    const double t =
+        sphere_distance(packet.ox[i], packet.oy[i], packet.oz[i], packet.dx[i], packet.dy[i], packet.dz[i], sphere);
+    const bool blocked = (valid[i] != 0) & (t < packet.t[i]);
+    tfar[i] = blocked ? -std::numeric_limits<float>::infinity() : tfar[i];
+  }
+}
+
+void closest_sphere_lane(Packet& packet, unsigned lane, float& tfar, const SphereTest& sphere, PrimitiveRef self) {
+  const double t = sphere_distance(packet.ox[lane], packet.oy[lane], packet.oz[lane], packet.dx[lane], packet.dy[lane],
+                                   packet.dz[lane], sphere);
+  if (!wins(t, self, packet.t[lane], packet.geometry[lane], packet.primitive[lane])) return;
+  packet.t[lane] = t;
+  packet.geometry[lane] = self.geometry;
+  packet.primitive[lane] = self.primitive;
+  tfar = reach_of(t, packet.start[lane]);
+}
+
+void occluded_sphere_lane(const Packet& packet, unsigned lane, float& tfar, const SphereTest& sphere) {
+  const double t = sphere_distance(packet.ox[lane], packet.oy[lane], packet.oz[lane], packet.dx[lane], packet.dy[lane],
+                                   packet.dz[lane], sphere);
+  if (t < packet.t[lane]) tfar = -std::numeric_limits<float>::infinity();
+}
+
+bool closest_triangle_lane(Packet& packet, unsigned lane, float& tfar, const TriangleTest& triangle,
+                           PrimitiveRef self) {
+  const TriangleHit hit = triangle_hit(packet, lane, triangle, self);
+  if (!wins(hit.t, self, packet.t[lane], packet.geometry[lane], packet.primitive[lane])) return false;
+  packet.t[lane] = hit.t;
+  packet.u[lane] = hit.u;
+  packet.v[lane] = hit.v;
+  packet.geometry[lane] = self.geometry;
+  packet.primitive[lane] = self.primitive;
+  tfar = reach_of(hit.t, packet.start[lane]);
+  return true;
+}
+
+bool occluded_triangle_lane(const Packet& packet, unsigned lane, const TriangleTest& triangle, PrimitiveRef self) {
+  return triangle_hit(packet, lane, triangle, self).t < packet.t[lane];
+}
+
+WHITTLE_WIDE void closest_planes(Packet& packet, int count, const PlaneGeometry& planes, std::uint32_t geometry) {
+  for (std::size_t k = 0; k < planes.point.size(); ++k) {
+    const Vec3 point = planes.point[k], normal = planes.normal[k];
+    const PrimitiveRef self{geometry, static_cast<std::uint32_t>(k)};
+    for (int i = 0; i < packet_size; ++i) {
+      const double height = (point.x - packet.ox[i]) * normal.x + (point.y - packet.oy[i]) * normal.y +
+                            (point.z - packet.oz[i]) * normal.z;
+      const double slope = packet.dx[i] * normal.x + packet.dy[i] * normal.y + packet.dz[i] * normal.z;
+      const double t = height / slope;
+      const bool nearer = (i < count) & (t > 0) & (t < std::numeric_limits<double>::max()) &
+                          !starts_on(packet, static_cast<unsigned>(i), self) &
+                          wins(t, self, packet.t[i], packet.geometry[i], packet.primitive[i]);
+      packet.t[i] = nearer ? t : packet.t[i];
+      packet.geometry[i] = nearer ? self.geometry : packet.geometry[i];
+      packet.primitive[i] = nearer ? self.primitive : packet.primitive[i];
+      const float reach = reach_of(t, packet.start[i]);
+      packet.reach[i] = nearer & (reach < packet.reach[i]) ? reach : packet.reach[i];
+    }
+  }
+  // A plane nearer than the place where Embree's ray starts leaves nothing to look for.
+  for (int i = 0; i < packet_size; ++i) packet.active[i] = packet.reach[i] < 0 ? 0 : packet.active[i];
+}
+
+void occluded_planes(const Packet& packet, int count, const PlaneGeometry& planes, std::uint32_t geometry,
+                     std::uint8_t* blocked) {
+  for (std::size_t k = 0; k < planes.point.size(); ++k) {
+    if (planes.transmissive[k] != 0) continue;
+    const Vec3 point = planes.point[k], normal = planes.normal[k];
+    const PrimitiveRef self{geometry, static_cast<std::uint32_t>(k)};
+    for (int i = 0; i < count; ++i) {
+      if (starts_on(packet, static_cast<unsigned>(i), self)) continue;
+      const double height = (point.x - packet.ox[i]) * normal.x + (point.y - packet.oy[i]) * normal.y +
+                            (point.z - packet.oz[i]) * normal.z;
+      const double slope = packet.dx[i] * normal.x + packet.dy[i] * normal.y + packet.dz[i] * normal.z;
+      const double t = height / slope;
+      if (t > 0 && t < packet.t[i] && t < std::numeric_limits<double>::max()) blocked[i] = 1;
+    }
+  }
+}
+
+}  // namespace tracer

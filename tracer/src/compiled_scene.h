@@ -1,0 +1,52 @@
+#pragma once
+/// What `compile` makes and `render` reads: everything in the trace frame, nothing that changes.
+
+#include <memory>
+#include <vector>
+
+#include "tracer/requirements.h"
+#include "tracer/src/accel/accelerator.h"
+#include "tracer/src/cameras/perspective.h"
+#include "tracer/src/scene/trace_frame.h"
+
+namespace tracer {
+
+/// A light in the trace frame.
+struct TraceLight {
+  bool directional = false;
+  Vec3 position;   ///< of a point light
+  Vec3 to_light;   ///< unit, of a directional light
+  Color radiance;  ///< color * intensity
+  bool shadows = true;
+  Attenuation attenuation;  ///< of world distances
+};
+
+class CompiledScene {
+ public:
+  CompiledScene(const Scene& scene, const TraceFrame& trace_frame)
+      : frame(trace_frame),
+        needs(requirements(scene)),
+        camera(scene.camera, scene.image, trace_frame.trace_from_world(scene.camera.position)),
+        image(scene.image),
+        accuracy(scene.accuracy),
+        background(scene.background.color),
+        ambient(scene.ambient),
+        materials(scene.materials),
+        textures(scene.textures) {}
+
+  TraceFrame frame;
+  Requirements needs;
+  PerspectiveCamera camera;
+  ImageSize image;
+  Accuracy accuracy;
+  Color background, ambient;
+  std::vector<Material> materials;
+  std::vector<Texture> textures;
+  std::vector<TraceLight> lights;
+  std::vector<std::uint32_t> material_of_object;
+  std::vector<Axes> axes_of_object;  ///< for texture coordinates of spheres and planes; empty without textures
+  GeometrySet geometry;              ///< the accelerator points into it
+  std::unique_ptr<Accelerator> accelerator;
+};
+
+}  // namespace tracer

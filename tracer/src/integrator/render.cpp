@@ -1,0 +1,144 @@
+#include "tracer/render.h"
+
+#include <mutex>
+#include <new>
+
+#include "tracer/src/integrator/parallel.h"
+#include "tracer/src/integrator/wavefront.h"
+#include "tracer/src/math/sampling.h"
+
+namespace tracer {
+namespace {
+
+constexpr std::uint32_t tile_side = 32;
+
+/// Camera rays traced together: enough to fill packets after most have missed, few enough to stay in the second-level
+/// cache.
+constexpr std::uint32_t batch_rays = 4096;
+
+struct Tile {
+  std::uint32_t x0, y0, x1, y1;
+};
+
+Tile tile_at(const ImageSize& image, std::uint64_t index) {
+  const std::uint32_t columns = (image.width + tile_side - 1) / tile_side;
+  const auto x0 = static_cast<std::uint32_t>(index % columns) * tile_side;
+  const auto y0 = static_cast<std::uint32_t>(index / columns) * tile_side;
+  return {x0, y0, std::min(x0 + tile_side, image.width), std::min(y0 + tile_side, image.height)};
+}
+
+std::uint64_t tile_count(const ImageSize& image) {
+  const std::uint64_t columns = (image.width + tile_side - 1) / tile_side;
+  const std::uint64_t rows = (image.height + tile_side - 1) / tile_side;
+  return columns * rows;
+}
+
+struct Pixel {
+  std::uint32_t x, y;
+};
+
+/// The tile's pixels in blocks of 4 x 4: a packet of 16 camera rays then covers a square.
+std::vector<Pixel> block_order(const Tile& tile) {
+  std::vector<Pixel> pixels;
+  for (std::uint32_t by = tile.y0; by < tile.y1; by += 4)
+    for (std::uint32_t bx = tile.x0; bx < tile.x1; bx += 4)
+      for (std::uint32_t y = by; y < std::min(by + 4, tile.y1); ++y)
+        for (std::uint32_t x = bx; x < std::min(bx + 4, tile.x1); ++x) pixels.push_back({x, y});
+  return pixels;
+}
+
+/// Camera rays of samples [first, last) of every pixel, sample by sample.
+Generation camera_rays(const CompiledScene& scene, const std::vector<Pixel>& pixels, std::uint32_t first,
+                       std::uint32_t last) {
+  Generation generation;
+  std::uint32_t number = 0;
+  for (std::uint32_t s = first; s < last; ++s)
+    for (const Pixel& pixel : pixels) {
+      const std::uint64_t index = static_cast<std::uint64_t>(pixel.y) * scene.image.width + pixel.x;
+      const Vec2 at = pixel_sample(index, s, scene.accuracy.samples, scene.accuracy.seed);
+      generation.camera.push(scene.camera.position(), scene.camera.direction(pixel.x + at.x, pixel.y + at.y), {1, 1, 1},
+                             number++, {});
+    }
+  return generation;
+}
+
+/// Sum of one pixel's finite samples.
+struct PixelSum {
+  Color sum;
+  std::uint32_t count = 0;
+};
+
+/// Traces one tile into `image`. False: cancelled.
+bool render_tile(const CompiledScene& scene, const Tile& tile, Wavefront& wavefront, Image& image,
+                 std::uint64_t& non_finite) {
+  const std::vector<Pixel> pixels = block_order(tile);
+  const auto pixel_count = static_cast<std::uint32_t>(pixels.size());
+  std::vector<PixelSum> sums(pixel_count);
+  const std::uint32_t samples = scene.accuracy.samples;
+  const std::uint32_t at_once = std::max(1u, batch_rays / pixel_count);
+  for (std::uint32_t first = 0; first < samples; first += std::min(at_once, samples - first)) {
+    const std::uint32_t last = first + std::min(at_once, samples - first);
+    if (!wavefront.trace(camera_rays(scene, pixels, first, last), (last - first) * pixel_count)) return false;
+    const std::vector<Color>& radiance = wavefront.radiance();
+    for (std::size_t i = 0; i < radiance.size(); ++i) {
+      PixelSum& pixel = sums[i % pixel_count];
+      if (!finite(radiance[i])) {
+        ++non_finite;
+        continue;
+      }
+      pixel.sum += radiance[i];
+      ++pixel.count;
+    }
+  }
+  for (std::uint32_t i = 0; i < pixel_count; ++i) {
+    const Color mean = sums[i].count > 0 ? sums[i].sum * (1.0 / sums[i].count) : Color{};
+    float* out = image.rgb.data() + 3 * (static_cast<std::size_t>(pixels[i].y) * image.width + pixels[i].x);
+    out[0] = static_cast<float>(mean.r);
+    out[1] = static_cast<float>(mean.g);
+    out[2] = static_cast<float>(mean.b);
+  }
+  return true;
+}
+
+void add(RenderStatistics& total, const RenderStatistics& part) {
+  total.rays.camera += part.rays.camera;
+  total.rays.shadow += part.rays.shadow;
+  total.rays.reflection += part.rays.reflection;
+  total.rays.refraction += part.rays.refraction;
+  total.samples += part.samples;
+  total.non_finite += part.non_finite;
+  total.cut_branches += part.cut_branches;
+  total.truncated_branches += part.truncated_branches;
+}
+
+}  // namespace
+
+Result<Rendered, Failure> render(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control) {
+  try {
+    Rendered rendered;
+    Image& image = rendered.image;
+    image.width = scene.image.width;
+    image.height = scene.image.height;
+    image.rgb.resize(3 * static_cast<std::size_t>(image.width) * image.height);
+    const std::uint64_t tiles = tile_count(scene.image);
+    control.begin(tiles);
+    std::mutex mutex;
+    for_each_tile(tiles, settings.threads, [&](std::uint64_t index) {
+      if (control.cancelled()) return;
+      Wavefront wavefront(scene, control);
+      std::uint64_t non_finite = 0;
+      if (!render_tile(scene, tile_at(scene.image, index), wavefront, image, non_finite)) return;
+      RenderStatistics statistics = wavefront.statistics();
+      statistics.non_finite = non_finite;
+      const std::lock_guard lock(mutex);
+      add(rendered.statistics, statistics);
+      control.finish_tile();
+    });
+    if (control.tiles_done() < tiles) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
+    return rendered;
+  } catch (const std::bad_alloc&) {
+    return Failure{Failure::Code::out_of_memory, "no memory for the picture or its rays"};
+  }
+}
+
+}  // namespace tracer

@@ -1,0 +1,66 @@
+#pragma once
+/// Traces batches of samples generation by generation: a queue of rays is intersected, its hits are gathered, shading
+/// adds light and fills the queues of the next generation. No recursion, so depth costs no memory by itself.
+
+#include <cstdint>
+#include <vector>
+
+#include "tracer/render.h"
+#include "tracer/src/integrator/ray_queue.h"
+#include "tracer/src/shapes/surface.h"
+
+namespace tracer {
+
+/// Rays of one depth, by kind.
+struct Generation {
+  RayQueue camera, reflection, refraction;
+  std::uint32_t depth = 0;  ///< 0: camera rays
+  [[nodiscard]] std::size_t size() const { return camera.size() + reflection.size() + refraction.size(); }
+};
+
+/// One thread's tracer with its scratch memory. Contributions to one sample are added in an order that depends on that
+/// sample alone (generation, then kind, then the order of the parents, then light), so no choice of batch, tile or
+/// thread changes a bit of the picture.
+class Wavefront {
+ public:
+  Wavefront(const CompiledScene& scene, const RenderControl& control) : scene_(scene), control_(control) {}
+
+  /// Traces `camera_rays` (samples numbered from 0 to `samples` - 1, ascending) to the end.
+  /// False: cancelled; then the radiances mean nothing. Throws std::bad_alloc.
+  bool trace(Generation camera_rays, std::uint32_t samples);
+
+  /// Radiance of each sample of the last batch. May hold non-finite values.
+  [[nodiscard]] const std::vector<Color>& radiance() const { return radiance_; }
+  [[nodiscard]] const RenderStatistics& statistics() const { return statistics_; }
+
+ private:
+  void trace_generation(const Generation& generation, Generation& next);
+  void trace_queue(const RayQueue& rays, std::uint32_t depth, Generation& next);
+  void gather(const RayQueue& rays, Coherence coherence);
+  void shade_own_light(const RayQueue& rays);
+  void shade_light(const RayQueue& rays, const TraceLight& light, Coherence coherence);
+  void add_unblocked(Coherence coherence);
+  Color through_transmissive(std::size_t shadow_ray);
+  void branch(const RayQueue& rays, std::uint32_t depth, Generation& next);
+  void emit(RayQueue& queue, const RayQueue& rays, std::size_t ray, const Surface& surface, const Vec3& direction,
+            const Color& factor, std::uint32_t depth);
+
+  const CompiledScene& scene_;
+  const RenderControl& control_;
+  RenderStatistics statistics_;
+  std::vector<Color> radiance_;
+
+  // Hits of the queue being shaded.
+  std::vector<PrimitiveRef> primitive_;
+  std::vector<double> t_, u_, v_;
+  std::vector<std::uint32_t> hit_ray_;  ///< which ray of the queue
+  std::vector<Surface> surface_;        ///< beside hit_ray_
+  std::vector<Color> color_;            ///< C at the surface, beside hit_ray_
+
+  // Shadow rays of one light over those hits; their weight is what they add if nothing blocks them.
+  RayQueue shadow_;
+  std::vector<double> shadow_distance_;
+  std::vector<std::uint8_t> blocked_;
+};
+
+}  // namespace tracer

@@ -1,0 +1,45 @@
+#pragma once
+/// Mirror and dielectric interfaces. `d` is the unit direction of travel, `n` the unit normal on the ray's side
+/// (d.n <= 0), and cos_i = |d.n|. Formulas: NUMERICS-checked forms of Whitted 1980 and Born & Wolf 1999, sec. 1.5.2.
+
+#include <cmath>
+
+#include "tracer/src/math/vec.h"
+
+namespace tracer {
+
+inline Vec3 reflected(const Vec3& d, const Vec3& n) { return d - n * (2 * dot(d, n)); }
+
+/// What one interface does to a ray that goes from index `n_from` to `n_to`.
+struct Interface {
+  bool total_internal_reflection = false;
+  double cos_t = 0;        ///< cosine of the refracted angle; 0 at total internal reflection
+  double reflectance = 1;  ///< unpolarised power reflectance F; the power transmitted is 1 - F
+};
+
+/// Exact unpolarised Fresnel reflectance for cos_i in [0,1] and indices > 0.
+/// The amplitudes are written with the factor (n-1)(n+1) taken out of their numerators, n = n_to/n_from:
+///   r_s = -(n-1)(n+1) / (c + n c_t)^2,   r_p = (n-1)(n+1) (c^2 (n^2+1) - 1) / (n (n c + c_t))^2
+/// so that nothing cancels as n -> 1: with c_t^2 = 1 - (1-c^2)/n^2 these equal (c - n c_t)/(c + n c_t) and
+/// (n c - c_t)/(n c + c_t) (Born & Wolf, eq. 1.5.21). n - 1 is (n_to - n_from)/n_from, exact when the two are close.
+inline Interface dielectric_interface(double cos_i, double n_from, double n_to) {
+  const double n = n_to / n_from;
+  const double sin2_t = (1 - cos_i) * (1 + cos_i) / (n * n);
+  if (!(sin2_t < 1)) return {.total_internal_reflection = true, .cos_t = 0, .reflectance = 1};
+  const double cos_t = std::sqrt(1 - sin2_t);
+  const double excess = (n_to - n_from) / n_from * (n + 1);
+  const double s = cos_i + n * cos_t;
+  const double p = n * (n * cos_i + cos_t);
+  const double r_s = -excess / (s * s);
+  const double r_p = excess * (cos_i * cos_i * (n * n + 1) - 1) / (p * p);
+  return {
+      .total_internal_reflection = false, .cos_t = cos_t, .reflectance = std::min(1.0, 0.5 * (r_s * r_s + r_p * r_p))};
+}
+
+/// Snell's law in vector form: unit direction of the refracted ray. Precondition: no total internal reflection.
+inline Vec3 refracted(const Vec3& d, const Vec3& n, double cos_i, double cos_t, double n_from, double n_to) {
+  const double eta = n_to / n_from;
+  return unit((d + n * (cos_i - eta * cos_t)) / eta);
+}
+
+}  // namespace tracer

@@ -1,0 +1,41 @@
+#pragma once
+/// Rounding error bounds, and ray origins that respect them. There is no absolute epsilon anywhere: a ray starts as far
+/// from its surface as the hit point may be wrong, and not further.
+/// Source: Pharr, Jakob, Humphreys, Physically Based Rendering, 4th ed., sec. 6.8.
+
+#include <cmath>
+#include <limits>
+
+#include "tracer/src/math/vec.h"
+
+namespace tracer {
+
+/// Bound on the relative error of n rounded operations (Higham 2002, sec. 3.1; PBR 4th ed., eq. 6.19), in double.
+constexpr double rounding_bound(int n) {
+  constexpr double unit = std::numeric_limits<double>::epsilon() * 0.5;
+  return (n * unit) / (1 - n * unit);
+}
+
+/// A point on a surface and how far, per axis, it may be from it.
+struct BoundedPoint {
+  Vec3 position;
+  Vec3 error;
+};
+
+/// Where a ray leaving `point` along `direction` starts: moved along the unit geometric `normal`, to the side that
+/// `direction` goes to, beyond the box of the point's error; then rounded outwards (PBR 4th ed., sec. 6.8.6).
+inline Vec3 offset_origin(const BoundedPoint& point, const Vec3& normal, const Vec3& direction) {
+  const double distance = dot(abs(normal), point.error);
+  const double side = dot(direction, normal) < 0 ? -1.0 : 1.0;
+  const Vec3 offset = normal * (distance * side);
+  const auto outwards = [](double coordinate, double shift) {
+    const double moved = coordinate + shift;
+    if (shift > 0) return std::nextafter(moved, std::numeric_limits<double>::infinity());
+    if (shift < 0) return std::nextafter(moved, -std::numeric_limits<double>::infinity());
+    return moved;
+  };
+  return {outwards(point.position.x, offset.x), outwards(point.position.y, offset.y),
+          outwards(point.position.z, offset.z)};
+}
+
+}  // namespace tracer

@@ -1,0 +1,58 @@
+#pragma once
+/// Sample positions from a hash of (pixel, sample, seed): no state, so the picture does not depend on who traces what.
+
+#include <cstdint>
+
+#include "tracer/scene.h"
+
+namespace tracer {
+
+constexpr std::uint32_t reverse_bits(std::uint32_t x) {
+  x = (x << 16) | (x >> 16);
+  x = ((x & 0x00ff00ffu) << 8) | ((x & 0xff00ff00u) >> 8);
+  x = ((x & 0x0f0f0f0fu) << 4) | ((x & 0xf0f0f0f0u) >> 4);
+  x = ((x & 0x33333333u) << 2) | ((x & 0xccccccccu) >> 2);
+  return ((x & 0x55555555u) << 1) | ((x & 0xaaaaaaaau) >> 1);
+}
+
+/// Mixes 64 bits (finaliser of splitmix64: Steele, Lea, Flood 2014).
+constexpr std::uint64_t mix(std::uint64_t x) {
+  x += 0x9e3779b97f4a7c15u;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+  return x ^ (x >> 31);
+}
+
+/// Owen scrambling of a 32-bit fraction: each bit is flipped by a hash of the bits above it
+/// (Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4); hash of Laine & Karras 2011).
+constexpr std::uint32_t owen_scrambled(std::uint32_t x, std::uint32_t seed) {
+  x = reverse_bits(x);
+  x ^= x * 0x3d20adeau;
+  x += seed;
+  x *= (seed >> 16) | 1u;
+  x ^= x * 0x05526c56u;
+  x ^= x * 0x53a22864u;
+  return reverse_bits(x);
+}
+
+/// Second dimension of Sobol's sequence (the first is reverse_bits). Together they are a (0,2)-sequence: every
+/// aligned 2^m points fall one into each elementary interval (Sobol 1967; Kollig & Keller 2002, fig. 4).
+constexpr std::uint32_t sobol_second(std::uint32_t index) {
+  std::uint32_t result = 0;
+  for (std::uint32_t v = 1u << 31; index != 0; index >>= 1, v ^= v >> 1)
+    if (index & 1u) result ^= v;
+  return result;
+}
+
+/// Position of sample `index` of `count` in its pixel's unit square, in [0,1)^2. One sample sits in the centre; more
+/// are the first `count` points of the pixel's own Owen-scrambled (0,2)-sequence, so any count is stratified and a
+/// larger count keeps the smaller one's points.
+inline Vec2 pixel_sample(std::uint64_t pixel, std::uint32_t index, std::uint32_t count, std::uint64_t seed) {
+  if (count == 1) return {0.5, 0.5};
+  const std::uint64_t key = mix(pixel ^ mix(seed));
+  const std::uint32_t x = owen_scrambled(reverse_bits(index), static_cast<std::uint32_t>(key));
+  const std::uint32_t y = owen_scrambled(sobol_second(index), static_cast<std::uint32_t>(key >> 32));
+  return {x * 0x1p-32, y * 0x1p-32};
+}
+
+}  // namespace tracer

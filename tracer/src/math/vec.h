@@ -1,0 +1,66 @@
+#pragma once
+/// Arithmetic of points, directions and colours. Everything in double: see math/rounding.h for why.
+
+#include <algorithm>
+#include <cmath>
+
+#include "tracer/scene.h"
+
+namespace tracer {
+
+inline Vec3 operator+(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+inline Vec3 operator-(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline Vec3 operator-(const Vec3& a) { return {-a.x, -a.y, -a.z}; }
+inline Vec3 operator*(const Vec3& a, double s) { return {a.x * s, a.y * s, a.z * s}; }
+inline Vec3 operator*(double s, const Vec3& a) { return a * s; }
+inline Vec3 operator/(const Vec3& a, double s) { return {a.x / s, a.y / s, a.z / s}; }
+inline Vec3& operator+=(Vec3& a, const Vec3& b) { return a = a + b; }
+
+inline double dot(const Vec3& a, const Vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline Vec3 cross(const Vec3& a, const Vec3& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+inline double length(const Vec3& a) { return std::sqrt(dot(a, a)); }
+inline Vec3 abs(const Vec3& a) { return {std::abs(a.x), std::abs(a.y), std::abs(a.z)}; }
+inline double max_component(const Vec3& a) { return std::max({a.x, a.y, a.z}); }
+inline bool finite(const Vec3& a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
+
+/// `a` at length one. Divides by the largest component's power of two first, so that no square over- or underflows:
+/// exact for scalings by powers of two. The zero vector stays zero.
+inline Vec3 normalize(const Vec3& a) {
+  const double largest = max_component(abs(a));
+  if (!(largest > 0)) return {};
+  const Vec3 scaled = a * std::ldexp(1.0, -std::ilogb(largest));
+  return scaled / length(scaled);
+}
+
+/// The same for vectors whose length is known to be near one: no guard, and so several times cheaper.
+inline Vec3 unit(const Vec3& a) { return a * (1 / length(a)); }
+
+inline Color operator+(const Color& a, const Color& b) { return {a.r + b.r, a.g + b.g, a.b + b.b}; }
+inline Color operator*(const Color& a, const Color& b) { return {a.r * b.r, a.g * b.g, a.b * b.b}; }
+inline Color operator*(const Color& a, double s) { return {a.r * s, a.g * s, a.b * s}; }
+inline Color operator*(double s, const Color& a) { return a * s; }
+inline Color& operator+=(Color& a, const Color& b) { return a = a + b; }
+inline double max_component(const Color& a) { return std::max({a.r, a.g, a.b}); }
+inline bool is_black(const Color& a) { return a.r == 0 && a.g == 0 && a.b == 0; }
+inline bool finite(const Color& a) { return std::isfinite(a.r) && std::isfinite(a.g) && std::isfinite(a.b); }
+
+/// Right-handed axes with `n` unit: e1 = n x e0.
+struct Axes {
+  Vec3 e0, e1, n;
+};
+
+/// e0 is `first` projected across unit `n`; where that vanishes the world's z axis is, and where `n` is along z too, x.
+inline Axes axes_across(const Vec3& n, const Vec3& first) {
+  Vec3 across{};
+  for (const Vec3& candidate : {normalize(first), Vec3{0, 0, 1}, Vec3{1, 0, 0}}) {
+    across = candidate - n * dot(candidate, n);
+    // Closer to parallel than a thousand times the rounding of the projection: the direction would be noise.
+    if (dot(across, across) > 1e-26) break;
+  }
+  const Vec3 e0 = normalize(across);
+  return {e0, cross(n, e0), n};
+}
+
+}  // namespace tracer

@@ -1,0 +1,145 @@
+#include "tracer/src/scene/checks.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <utility>
+
+namespace tracer {
+namespace {
+
+constexpr std::size_t issues_max = 1000;  // more than anyone reads; a broken mesh could have millions
+
+std::string text_of(const Color& color) {
+  return "[" + text_of(color.r) + ", " + text_of(color.g) + ", " + text_of(color.b) + "]";
+}
+
+}  // namespace
+
+std::string Where::pointer() const {
+  if (parent == nullptr) return std::string(name);
+  return parent->pointer() + "/" + (name.empty() ? std::to_string(index) : std::string(name));
+}
+
+std::string text_of(double value) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, value).ptr};
+}
+
+bool Checks::tell(const Where& where, std::string_view code, const std::string& detail) {
+  if (issues_.size() == issues_max) {
+    ++untold_;
+    return false;
+  }
+  Issue issue{where.pointer(), std::string(code), detail};
+  if (!known_ || !known_(issue)) issues_.push_back(std::move(issue));
+  return false;
+}
+
+bool Checks::over(const Where& where, std::string_view limit, const std::string& bound, const std::string& seen) {
+  return tell(where, "limit_exceeded", "the limit " + std::string(limit) + " is " + bound + ", got " + seen);
+}
+
+std::vector<Issue> Checks::take() {
+  if (untold_ > 0) issues_.push_back({"", "too_many_issues", "and " + std::to_string(untold_) + " more"});
+  return std::move(issues_);
+}
+
+bool Checks::finite(const Where& where, double value) {
+  return std::isfinite(value) || tell(where, "not_finite", "must be a finite number");
+}
+
+bool Checks::coordinate(const Where& where, double value) {
+  if (std::abs(value) <= limits.coordinate_max) return true;
+  return finite(where, value) && over(where, "coordinate_max", text_of(limits.coordinate_max), text_of(value));
+}
+
+bool Checks::position(const Where& where, const Vec3& value) {
+  if (largest_component(value) <= limits.coordinate_max && !std::isnan(value.x + value.y + value.z)) return true;
+  const bool x = coordinate({where, std::size_t{0}}, value.x);
+  const bool y = coordinate({where, std::size_t{1}}, value.y);
+  const bool z = coordinate({where, std::size_t{2}}, value.z);
+  return x && y && z;
+}
+
+bool Checks::direction(const Where& where, const Vec3& value) {
+  if (!position(where, value)) return false;
+  const double largest = largest_component(value);
+  if (largest >= limits.length_min) return true;
+  if (largest == 0) return tell(where, "degenerate", "must not be zero: it has no direction");
+  return tell(where, "degenerate",
+              "is too short to have a direction: the limit length_min is " + text_of(limits.length_min) +
+                  ", its largest component is " + text_of(largest));
+}
+
+bool Checks::length(const Where& where, double value) {
+  if (!finite(where, value)) return false;
+  if (value <= 0) return tell(where, "out_of_range", "must be > 0, got " + text_of(value));
+  if (value < limits.length_min) return over(where, "length_min", text_of(limits.length_min), text_of(value));
+  return coordinate(where, value);
+}
+
+bool Checks::within(const Where& where, double value, double low, double high) {
+  if (value >= low && value <= high) return true;
+  return finite(where, value) &&
+         tell(where, "out_of_range", "must be in [" + text_of(low) + ", " + text_of(high) + "], got " + text_of(value));
+}
+
+bool Checks::not_negative(const Where& where, double value) {
+  if (value >= 0 && value <= limits.value_max) return true;
+  if (!finite(where, value)) return false;
+  if (value < 0) return tell(where, "out_of_range", "must be >= 0, got " + text_of(value));
+  return over(where, "value_max", text_of(limits.value_max), text_of(value));
+}
+
+bool Checks::color(const Where& where, const Color& value) {
+  const double lowest = std::min({value.r, value.g, value.b});
+  const double highest = std::max({value.r, value.g, value.b});
+  const double sum = value.r + value.g + value.b;  // NaN hides from min and max
+  if (lowest >= 0 && highest <= limits.value_max && !std::isnan(sum)) return true;
+  if (!std::isfinite(value.r) || !std::isfinite(value.g) || !std::isfinite(value.b)) {
+    return tell(where, "not_finite", "every channel must be a finite number");
+  }
+  if (lowest < 0) return tell(where, "out_of_range", "every channel must be >= 0, got " + text_of(value));
+  return over(where, "value_max", text_of(limits.value_max), text_of(highest));
+}
+
+bool Checks::vec2(const Where& where, const Vec2& value) {
+  const auto component = [&](std::size_t i, double number) {
+    if (std::abs(number) <= limits.value_max) return true;
+    const Where place(where, i);
+    return finite(place, number) && over(place, "value_max", text_of(limits.value_max), text_of(number));
+  };
+  const bool x = component(0, value.x);
+  const bool y = component(1, value.y);
+  return x && y;
+}
+
+bool Checks::count(const Where& where, std::uint64_t value, std::uint64_t bound, std::string_view limit) {
+  return value <= bound || over(where, limit, std::to_string(bound), std::to_string(value));
+}
+
+double largest_component(const Vec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
+
+namespace {
+
+/// A length of about 1, so that products neither overflow nor vanish.
+Vec3 scaled_to_one(const Vec3& value) {
+  const double largest = largest_component(value);
+  const Vec3 v{value.x / largest, value.y / largest, value.z / largest};
+  const double norm = std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
+  return {v.x / norm, v.y / norm, v.z / norm};
+}
+
+}  // namespace
+
+bool parallel(const Vec3& a, const Vec3& b) {
+  const Vec3 u = scaled_to_one(a);
+  const Vec3 v = scaled_to_one(b);
+  const Vec3 cross{u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x};
+  return largest_component(cross) < 1e-15;  // the sine of their angle; rounding alone leaves up to 3e-16
+}
+
+Vec3 difference(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+
+}  // namespace tracer

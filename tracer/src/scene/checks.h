@@ -1,0 +1,73 @@
+#pragma once
+/// The rules that values of a scene must keep, each told as an issue with its place. Used by validate.cpp and
+/// validate_objects.cpp only.
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tracer/limits.h"
+#include "tracer/scene.h"
+#include "tracer/validate.h"
+
+namespace tracer {
+
+/// A place in the document, as a chain on the stack: text is made of it only when there is something to tell.
+/// The outermost one holds a finished pointer ("/objects", "/materials/red").
+struct Where {
+  const Where* parent = nullptr;
+  std::string_view name{};
+  std::size_t index = 0;  ///< when `name` is empty
+
+  explicit Where(std::string_view pointer) : name(pointer) {}
+  Where(const Where& around, std::string_view field) : parent(&around), name(field) {}
+  Where(const Where& around, std::size_t element) : parent(&around), index(element) {}
+  [[nodiscard]] std::string pointer() const;
+};
+
+/// Shortest text that reads back as the same number.
+std::string text_of(double value);
+
+/// Each check tells what is wrong and answers whether all is well, so that rules between values are asked only of
+/// values that are right in themselves.
+class Checks {
+ public:
+  Checks(const Limits& scene_limits, const std::function<bool(const Issue&)>& known_issues)
+      : limits(scene_limits), known_(known_issues) {}
+
+  bool finite(const Where& where, double value);
+  bool coordinate(const Where& where, double value);                       ///< |value| <= coordinate_max
+  bool position(const Where& where, const Vec3& value);                    ///< three coordinates
+  bool direction(const Where& where, const Vec3& value);                   ///< any length > 0
+  bool length(const Where& where, double value);                           ///< > 0
+  bool within(const Where& where, double value, double low, double high);  ///< [low, high]
+  bool not_negative(const Where& where, double value);                     ///< [0, value_max]
+  bool color(const Where& where, const Color& value);
+  bool vec2(const Where& where, const Vec2& value);  ///< |components| <= value_max
+  bool count(const Where& where, std::uint64_t value, std::uint64_t bound, std::string_view limit);
+
+  bool tell(const Where& where, std::string_view code, const std::string& detail);  ///< always false
+  bool over(const Where& where, std::string_view limit, const std::string& bound, const std::string& seen);
+  std::vector<Issue> take();
+
+  const Limits& limits;
+
+ private:
+  const std::function<bool(const Issue&)>& known_;
+  std::vector<Issue> issues_;
+  std::uint64_t untold_ = 0;
+};
+
+/// `value` scaled to a length of about 1, so that products of it neither overflow nor vanish. Precondition: a
+/// direction.
+Vec3 scaled_to_one(const Vec3& value);
+/// Whether two directions are the same or opposite to within the last few bits, so that they span no plane.
+bool parallel(const Vec3& a, const Vec3& b);
+Vec3 difference(const Vec3& a, const Vec3& b);
+
+void check_objects(Checks& checks, const Scene& scene);
+
+}  // namespace tracer

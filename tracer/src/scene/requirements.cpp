@@ -1,0 +1,36 @@
+#include "tracer/requirements.h"
+
+namespace tracer {
+namespace {
+
+bool has_normals(const Shape& shape) {
+  if (const auto* mesh = std::get_if<Mesh>(&shape)) return mesh->smooth || !mesh->normals.empty();
+  if (const auto* triangle = std::get_if<Triangle>(&shape)) return triangle->normals.has_value();
+  return false;
+}
+
+}  // namespace
+
+Requirements requirements(const Scene& scene) {
+  Requirements needs;
+  bool casting_light = false;
+  for (const Light& light : scene.lights) casting_light |= light.shadows;
+  for (const Object& object : scene.objects) {
+    const Material& material = scene.materials[object.material.index];
+    const bool transmits = material.transmission > 0;
+    needs.refraction |= transmits;
+    // Without Fresnel, total internal reflection still turns transmitted weight into reflected weight.
+    needs.reflection |= material.reflection > 0 || transmits;
+    needs.fresnel |= material.fresnel && (transmits || material.reflection > 0);
+    needs.textures |= std::holds_alternative<TextureId>(material.color);
+    needs.smooth_normals |= has_normals(object.shape);
+    needs.spheres |= std::holds_alternative<Sphere>(object.shape);
+    needs.planes |= std::holds_alternative<Plane>(object.shape);
+    needs.triangles |= std::holds_alternative<Triangle>(object.shape) || std::holds_alternative<Mesh>(object.shape);
+    needs.shadows |= casting_light && (material.diffuse > 0 || material.specular > 0);
+  }
+  needs.transmissive_shadows = needs.shadows && needs.refraction;
+  return needs;
+}
+
+}  // namespace tracer

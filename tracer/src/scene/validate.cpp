@@ -1,0 +1,161 @@
+#include "tracer/validate.h"
+
+#include <set>
+#include <string>
+#include <type_traits>
+#include <variant>
+
+#include "tracer/src/scene/checks.h"
+
+namespace tracer {
+namespace {
+
+void check_image(Checks& checks, const ImageSize& image) {
+  const Where where("/image");
+  const auto side = [&](std::string_view name, std::uint32_t pixels) {
+    const Where place(where, name);
+    if (pixels == 0) return checks.tell(place, "out_of_range", "must be >= 1, got 0");
+    return checks.count(place, pixels, checks.limits.image_side, "image_side");
+  };
+  const bool width = side("width", image.width);
+  const bool height = side("height", image.height);
+  if (width && height) {
+    checks.count(where, std::uint64_t{image.width} * image.height, checks.limits.pixels, "pixels");
+  }
+}
+
+void check_camera(Checks& checks, const Camera& camera) {
+  const Where where("/camera");
+  const bool position = checks.position({where, "position"}, camera.position);
+  const bool look_at = checks.position({where, "look_at"}, camera.look_at);
+  const bool up = checks.direction({where, "up"}, camera.up);
+  const Vec3 view = difference(camera.look_at, camera.position);
+  if (position && look_at) {
+    if (largest_component(view) < checks.limits.length_min) {
+      checks.tell({where, "look_at"}, "degenerate", "must not be the position: the camera has no direction");
+    } else if (up && parallel(view, camera.up)) {
+      checks.tell({where, "up"}, "degenerate", "must not be parallel to the view from position to look_at");
+    }
+  }
+  const Where fov(where, "fov");
+  if (checks.finite(fov, camera.fov_deg) && (camera.fov_deg <= 0 || camera.fov_deg >= 180)) {
+    checks.tell(fov, "out_of_range", "must be > 0 and < 180 degrees, got " + text_of(camera.fov_deg));
+  }
+}
+
+void check_attenuation(Checks& checks, const Where& where, const Attenuation& attenuation) {
+  if (attenuation.kind != Attenuation::Kind::polynomial) return;
+  bool all_well = true;
+  for (std::size_t i = 0; i < 3; ++i) all_well &= checks.not_negative({where, i}, attenuation.coefficients[i]);
+  const double sum = attenuation.coefficients[0] + attenuation.coefficients[1] + attenuation.coefficients[2];
+  if (all_well && sum < 1 / checks.limits.value_max) {
+    checks.tell(where, "degenerate", "the sum of the coefficients must be > 0, got " + text_of(sum));
+  }
+}
+
+void check_lights(Checks& checks, const std::vector<Light>& lights) {
+  const Where where("/lights");
+  checks.count(where, lights.size(), checks.limits.lights, "lights");
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    const Where light(where, i);
+    if (const auto* point = std::get_if<PointLight>(&lights[i].source)) {
+      checks.position({light, "position"}, point->position);
+    } else if (const auto* directional = std::get_if<DirectionalLight>(&lights[i].source)) {
+      checks.direction({light, "direction"}, directional->direction);
+    }
+    checks.color({light, "color"}, lights[i].color);
+    checks.not_negative({light, "intensity"}, lights[i].intensity);
+    check_attenuation(checks, {light, "attenuation"}, lights[i].attenuation);
+  }
+}
+
+void check_textures(Checks& checks, const std::vector<Texture>& textures) {
+  checks.count(Where("/textures"), textures.size(), checks.limits.textures, "textures");
+  for (const Texture& texture : textures) {
+    const Where where(texture.path);
+    const auto& checker = std::get<CheckerTexture>(texture.pattern);
+    const Where pair(where, "checker");
+    checks.color({pair, std::size_t{0}}, checker.colors[0]);
+    checks.color({pair, std::size_t{1}}, checker.colors[1]);
+    checks.vec2({where, "scale"}, texture.scale);
+    checks.vec2({where, "offset"}, texture.offset);
+  }
+}
+
+void check_material(Checks& checks, const Material& material, std::size_t texture_count) {
+  const Where where(material.path);
+  if (const auto* color = std::get_if<Color>(&material.color)) {
+    checks.color({where, "color"}, *color);
+  } else if (const auto texture = std::get<TextureId>(material.color); texture.index >= texture_count) {
+    checks.tell({where, "color"}, "unknown_reference", "there is no texture " + std::to_string(texture.index));
+  }
+  checks.not_negative({where, "ambient"}, material.ambient);
+  checks.not_negative({where, "diffuse"}, material.diffuse);
+  checks.not_negative({where, "specular"}, material.specular);
+  const Where shininess(where, "shininess");  // no upper bound: 1e308 is a mirror's highlight
+  if (checks.finite(shininess, material.shininess) && material.shininess < 0) {
+    checks.tell(shininess, "out_of_range", "must be >= 0, got " + text_of(material.shininess));
+  }
+  checks.color({where, "specular_color"}, material.specular_color);
+  checks.color({where, "emission"}, material.emission);
+  checks.within({where, "reflection"}, material.reflection, 0, 1);
+  checks.color({where, "reflection_color"}, material.reflection_color);
+  checks.within({where, "transmission"}, material.transmission, 0, 1);
+  checks.color({where, "transmission_color"}, material.transmission_color);
+  const Where ior(where, "ior");
+  if (checks.finite(ior, material.ior)) {
+    const double bound = checks.limits.value_max;
+    if (material.ior <= 0) {
+      checks.tell(ior, "out_of_range", "must be > 0, got " + text_of(material.ior));
+    } else if (material.ior > bound || 1 / material.ior > bound) {
+      checks.over(ior, "value_max", text_of(bound), text_of(material.ior));
+    }
+  }
+}
+
+void check_materials(Checks& checks, const Scene& scene) {
+  checks.count(Where("/materials"), scene.materials.size(), checks.limits.materials, "materials");
+  for (const Material& material : scene.materials) check_material(checks, material, scene.textures.size());
+}
+
+void check_accuracy(Checks& checks, const Accuracy& accuracy, const ImageSize& image) {
+  const Where where("/accuracy");
+  const Where samples(where, "samples");
+  const std::uint64_t pixels = std::uint64_t{image.width} * image.height;
+  if (accuracy.samples == 0) {
+    checks.tell(samples, "out_of_range", "must be >= 1, got 0");
+  } else if (pixels > 0 && accuracy.samples > checks.limits.samples_times_pixels / pixels) {
+    checks.over(samples, "samples_times_pixels", std::to_string(checks.limits.samples_times_pixels),
+                std::to_string(accuracy.samples) + " times " + std::to_string(pixels) + " pixels");
+  }
+  checks.count({where, "max_depth"}, accuracy.max_depth, checks.limits.max_depth, "max_depth");
+  checks.within({where, "cutoff"}, accuracy.cutoff, 0, 1);
+}
+
+void check_output(Checks& checks, const Output& output) {
+  const Where formats("/output/formats");
+  if (output.formats.empty()) checks.tell(formats, "wrong_length", "must name at least one format");
+  std::set<Format> named;
+  for (std::size_t i = 0; i < output.formats.size(); ++i) {
+    if (!named.insert(output.formats[i]).second) checks.tell({formats, i}, "duplicate_value", "is named twice");
+  }
+}
+
+}  // namespace
+
+std::vector<Issue> validate(const Scene& scene, const Limits& limits, const std::function<bool(const Issue&)>& known) {
+  Checks checks(limits, known);
+  check_image(checks, scene.image);
+  check_camera(checks, scene.camera);
+  checks.color(Where("/background/color"), scene.background.color);
+  checks.color(Where("/ambient"), scene.ambient);
+  check_lights(checks, scene.lights);
+  check_textures(checks, scene.textures);
+  check_materials(checks, scene);
+  check_objects(checks, scene);
+  check_accuracy(checks, scene.accuracy, scene.image);
+  check_output(checks, scene.output);
+  return checks.take();
+}
+
+}  // namespace tracer

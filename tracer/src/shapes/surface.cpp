@@ -1,0 +1,106 @@
+#include "tracer/src/shapes/surface.h"
+
+#include <numbers>
+
+namespace tracer {
+namespace {
+
+/// What one shape knows of a hit; the rest is common.
+struct Local {
+  BoundedPoint point;
+  Vec3 geometric_normal;
+  Vec3 shading_normal;  ///< on the outward side
+  std::uint32_t object = 0;
+};
+
+/// The ray's own arithmetic loses digits with its length, so the point is pulled back onto the sphere; what is left is
+/// the rounding of that and of the quadratic's constant term, which sixteen operations cover.
+Local sphere_at(const SphereGeometry& spheres, std::uint32_t i, const Vec3& on_ray) {
+  const Vec3 center{spheres.x[i], spheres.y[i], spheres.z[i]};
+  const double radius = spheres.radius[i];
+  const Vec3 normal = normalize(on_ray - center);
+  const Vec3 arm = normal * radius;
+  const Vec3 position = center + arm;
+  const Vec3 error = abs(arm) * rounding_bound(16) + (abs(position) + abs(center)) * rounding_bound(2);
+  return {{position, error}, normal, normal, spheres.object[i]};
+}
+
+Local plane_at(const PlaneGeometry& planes, std::uint32_t i, const Vec3& on_ray) {
+  const Vec3 normal = planes.normal[i];
+  const Vec3 position = on_ray - normal * dot(on_ray - planes.point[i], normal);
+  const Vec3 error = (abs(position) + abs(planes.point[i])) * rounding_bound(8);
+  return {{position, error}, normal, normal, planes.object[i]};
+}
+
+Vec3 wide(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
+
+/// Position and error from the barycentric coordinates (PBR 4th ed., sec. 6.8.5).
+Local triangle_at(const TriangleGeometry& mesh, const Hit& hit) {
+  const auto& [a, b, c] = mesh.triangles[hit.primitive.primitive];
+  const double weight_a = 1 - hit.u - hit.v;
+  const Vec3 pa = mesh.position(a), pb = mesh.position(b), pc = mesh.position(c);
+  const Vec3 position = pa * weight_a + pb * hit.u + pc * hit.v;
+  const Vec3 error = (abs(pa * weight_a) + abs(pb * hit.u) + abs(pc * hit.v)) * rounding_bound(7);
+  Local local{{position, error}, normalize(cross(pb - pa, pc - pa)), {}, mesh.object};
+  local.shading_normal = local.geometric_normal;
+  if (!mesh.object_of_triangle.empty()) local.object = mesh.object_of_triangle[hit.primitive.primitive];
+  if (!mesh.normals.empty()) {
+    const Vec3 sum = wide(mesh.normals[a]) * weight_a + wide(mesh.normals[b]) * hit.u + wide(mesh.normals[c]) * hit.v;
+    // A vertex without a normal of its own, or normals that cancel: the face's.
+    const bool usable = dot(sum, sum) > 0x1p-40;
+    if (usable) local.shading_normal = normalize(sum);
+    if (dot(local.shading_normal, local.geometric_normal) < 0) local.shading_normal = -local.shading_normal;
+  }
+  return local;
+}
+
+Vec2 triangle_uv(const TriangleGeometry& mesh, const Hit& hit) {
+  if (mesh.uvs.empty()) return {hit.u, hit.v};
+  const auto& [a, b, c] = mesh.triangles[hit.primitive.primitive];
+  const double weight_a = 1 - hit.u - hit.v;
+  return {mesh.uvs[a][0] * weight_a + mesh.uvs[b][0] * hit.u + mesh.uvs[c][0] * hit.v,
+          mesh.uvs[a][1] * weight_a + mesh.uvs[b][1] * hit.u + mesh.uvs[c][1] * hit.v};
+}
+
+/// u = phi/2pi in [0,1), v = 1 - theta/pi, by atan2 throughout: arccos would lose half the digits at the poles.
+Vec2 sphere_uv(const Axes& axes, const Vec3& normal) {
+  const double x = dot(normal, axes.e0), y = dot(normal, axes.e1), z = dot(normal, axes.n);
+  const double phi = std::atan2(y, x);
+  const double turns = phi / (2 * std::numbers::pi);
+  return {turns < 0 ? turns + 1 : turns, 1 - std::atan2(std::hypot(x, y), z) / std::numbers::pi};
+}
+
+Vec2 plane_uv(const CompiledScene& scene, const Axes& axes, const Vec3& from_point) {
+  return {scene.frame.world_from_trace(dot(from_point, axes.e0)),
+          scene.frame.world_from_trace(dot(from_point, axes.e1))};
+}
+
+}  // namespace
+
+Surface surface_at(const CompiledScene& scene, const Hit& hit, const Vec3& origin, const Vec3& direction) {
+  const GeometrySet& set = scene.geometry;
+  const std::uint32_t geometry = hit.primitive.geometry;
+  const std::uint32_t primitive = hit.primitive.primitive;
+  const Vec3 on_ray = origin + direction * hit.t;
+  const bool is_sphere = geometry < set.first_triangles();
+  const bool is_plane = geometry == set.plane_geometry();
+  const Local local = is_sphere  ? sphere_at(set.spheres[geometry], primitive, on_ray)
+                      : is_plane ? plane_at(set.planes, primitive, on_ray)
+                                 : triangle_at(set.triangles[geometry - set.first_triangles()], hit);
+  Surface surface;
+  surface.point = local.point;
+  surface.geometric_normal = local.geometric_normal;
+  surface.back = dot(direction, local.geometric_normal) > 0;
+  surface.normal = surface.back ? -local.shading_normal : local.shading_normal;
+  surface.object = local.object;
+  surface.material = scene.material_of_object[local.object];
+  if (scene.needs.textures && std::holds_alternative<TextureId>(scene.materials[surface.material].color)) {
+    const Axes& axes = scene.axes_of_object[local.object];
+    surface.uv = is_sphere  ? sphere_uv(axes, local.geometric_normal)
+                 : is_plane ? plane_uv(scene, axes, local.point.position - set.planes.point[primitive])
+                            : triangle_uv(set.triangles[geometry - set.first_triangles()], hit);
+  }
+  return surface;
+}
+
+}  // namespace tracer
