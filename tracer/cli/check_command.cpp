@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "api/document.h"
+#include "api/replies.h"
 #include "tracer/cli/commands.h"
 #include "tracer/cli/files.h"
 #include "tracer/cli/issues.h"
@@ -30,6 +31,23 @@ void print_requirements(const tracer::Requirements& needs) {
   std::fputs("\n", stdout);
 }
 
+/// The reply of POST /v1/jobs/validate; a document that cannot be read at all is one issue of the whole.
+std::string verdict(const tracer::Result<api::Document, api::Refusal>& document) {
+  if (document) return api::write_valid(document->scene);
+  const api::Refusal& refusal = document.error();
+  switch (refusal.kind) {
+    case api::Refusal::Kind::not_json:
+      return api::write_invalid({{"", "not_json",
+                                  "line " + std::to_string(refusal.line) + ", column " +
+                                      std::to_string(refusal.column) + ": " + refusal.detail}});
+    case api::Refusal::Kind::too_large:
+      return api::write_invalid({{"", "too_large", refusal.detail}});
+    case api::Refusal::Kind::invalid:
+      break;
+  }
+  return api::write_invalid(refusal.issues);
+}
+
 }  // namespace
 
 ExitCode check(const Options& options) {
@@ -40,7 +58,9 @@ ExitCode check(const Options& options) {
     return bad_environment;
   }
   const auto document = api::parse_scene(*bytes, limits);
-  if (document) {
+  if (options.json) {
+    std::printf("%s\n", verdict(document).c_str());
+  } else if (document) {
     print_requirements(tracer::requirements(document->scene));
   } else {
     print_issues(stdout, document.error());
