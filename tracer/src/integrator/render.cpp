@@ -69,8 +69,7 @@ struct PixelSum {
 };
 
 /// Traces one tile into `image`. False: cancelled.
-bool render_tile(const CompiledScene& scene, const Tile& tile, Wavefront& wavefront, Image& image,
-                 std::uint64_t& non_finite) {
+bool render_tile(const CompiledScene& scene, const Tile& tile, Wavefront& wavefront, Image& image) {
   const std::vector<Pixel> pixels = block_order(tile);
   const auto pixel_count = static_cast<std::uint32_t>(pixels.size());
   std::vector<PixelSum> sums(pixel_count);
@@ -82,10 +81,7 @@ bool render_tile(const CompiledScene& scene, const Tile& tile, Wavefront& wavefr
     const std::vector<Color>& radiance = wavefront.radiance();
     for (std::size_t i = 0; i < radiance.size(); ++i) {
       PixelSum& pixel = sums[i % pixel_count];
-      if (!finite(radiance[i])) {
-        ++non_finite;
-        continue;
-      }
+      if (!finite(radiance[i])) continue;  // counted by the wavefront
       pixel.sum += radiance[i];
       ++pixel.count;
     }
@@ -99,6 +95,31 @@ bool render_tile(const CompiledScene& scene, const Tile& tile, Wavefront& wavefr
   }
   return true;
 }
+
+/// Tracers with their scratch memory, one for each thread that wants one at the same time.
+class WavefrontPool {
+ public:
+  WavefrontPool(const CompiledScene& scene, const RenderControl& control) : scene_(scene), control_(control) {}
+
+  std::unique_ptr<Wavefront> take() {
+    const std::lock_guard lock(mutex_);
+    if (idle_.empty()) return std::make_unique<Wavefront>(scene_, control_);
+    std::unique_ptr<Wavefront> wavefront = std::move(idle_.back());
+    idle_.pop_back();
+    return wavefront;
+  }
+  void give_back(std::unique_ptr<Wavefront> wavefront) {
+    const std::lock_guard lock(mutex_);
+    idle_.push_back(std::move(wavefront));
+  }
+  [[nodiscard]] const std::vector<std::unique_ptr<Wavefront>>& idle() const { return idle_; }
+
+ private:
+  const CompiledScene& scene_;
+  const RenderControl& control_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<Wavefront>> idle_;
+};
 
 void add(RenderStatistics& total, const RenderStatistics& part) {
   total.rays.camera += part.rays.camera;
@@ -122,19 +143,16 @@ Result<Rendered, Failure> render(const CompiledScene& scene, const RenderSetting
     image.rgb.resize(3 * static_cast<std::size_t>(image.width) * image.height);
     const std::uint64_t tiles = tile_count(scene.image);
     control.begin(tiles);
-    std::mutex mutex;
+    WavefrontPool pool(scene, control);
     for_each_tile(tiles, settings.threads, [&](std::uint64_t index) {
       if (control.cancelled()) return;
-      Wavefront wavefront(scene, control);
-      std::uint64_t non_finite = 0;
-      if (!render_tile(scene, tile_at(scene.image, index), wavefront, image, non_finite)) return;
-      RenderStatistics statistics = wavefront.statistics();
-      statistics.non_finite = non_finite;
-      const std::lock_guard lock(mutex);
-      add(rendered.statistics, statistics);
-      control.finish_tile();
+      std::unique_ptr<Wavefront> wavefront = pool.take();
+      const bool done = render_tile(scene, tile_at(scene.image, index), *wavefront, image);
+      pool.give_back(std::move(wavefront));
+      if (done) control.finish_tile();
     });
     if (control.tiles_done() < tiles) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
+    for (const auto& wavefront : pool.idle()) add(rendered.statistics, wavefront->statistics());
     return rendered;
   } catch (const std::bad_alloc&) {
     return Failure{Failure::Code::out_of_memory, "no memory for the picture or its rays"};

@@ -70,6 +70,7 @@ bool Wavefront::trace(Generation camera_rays, std::uint32_t samples) {
     if (pending_rays > pending_max) throw std::bad_alloc();
     if (next.size() != 0) pending.push_back(std::move(next));
   }
+  for (const Color& sample : radiance_) statistics_.non_finite += finite(sample) ? 0 : 1;
   return true;
 }
 
@@ -179,7 +180,7 @@ Color Wavefront::through_transmissive(std::size_t shadow_ray) {
   Vec3 origin = shadow_.origin(shadow_ray);
   const Vec3 direction = shadow_.direction(shadow_ray);
   double distance = shadow_distance_[shadow_ray];
-  PrimitiveRef from = *(shadow_.span().from + shadow_ray);
+  PrimitiveRef from = shadow_.from(shadow_ray);
   while (max_component(visible) > 0) {
     Hit hit;
     scene_.accelerator->closest(

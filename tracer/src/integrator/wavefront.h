@@ -31,6 +31,7 @@ class Wavefront {
 
   /// Radiance of each sample of the last batch. May hold non-finite values.
   [[nodiscard]] const std::vector<Color>& radiance() const { return radiance_; }
+  /// Of all batches so far.
   [[nodiscard]] const RenderStatistics& statistics() const { return statistics_; }
 
  private:

@@ -28,11 +28,10 @@ inline Vec3 offset_origin(const BoundedPoint& point, const Vec3& normal, const V
   const double distance = dot(abs(normal), point.error);
   const double side = dot(direction, normal) < 0 ? -1.0 : 1.0;
   const Vec3 offset = normal * (distance * side);
+  // An ulp of the result outwards covers the rounding of the sum; |x| 2^-52 is one or two.
   const auto outwards = [](double coordinate, double shift) {
     const double moved = coordinate + shift;
-    if (shift > 0) return std::nextafter(moved, std::numeric_limits<double>::infinity());
-    if (shift < 0) return std::nextafter(moved, -std::numeric_limits<double>::infinity());
-    return moved;
+    return moved + std::copysign(std::abs(moved) * 0x1p-52, shift);
   };
   return {outwards(point.position.x, offset.x), outwards(point.position.y, offset.y),
           outwards(point.position.z, offset.z)};

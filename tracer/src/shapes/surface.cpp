@@ -18,7 +18,7 @@ struct Local {
 Local sphere_at(const SphereGeometry& spheres, std::uint32_t i, const Vec3& on_ray) {
   const Vec3 center{spheres.x[i], spheres.y[i], spheres.z[i]};
   const double radius = spheres.radius[i];
-  const Vec3 normal = normalize(on_ray - center);
+  const Vec3 normal = unit((on_ray - center) / radius);
   const Vec3 arm = normal * radius;
   const Vec3 position = center + arm;
   const Vec3 error = abs(arm) * rounding_bound(16) + (abs(position) + abs(center)) * rounding_bound(2);
