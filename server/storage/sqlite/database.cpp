@@ -1,0 +1,122 @@
+#include "server/storage/sqlite/database.h"
+
+#include <sqlite3.h>
+
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+
+#include "server/jobs/job_store.h"
+
+namespace jobs::sqlite {
+namespace {
+
+[[noreturn]] void fail(sqlite3* connection, int result) {
+  const int system_error = sqlite3_system_errno(connection);
+  std::string what = sqlite3_errmsg(connection);
+  const int primary = result & 0xff;
+  if (primary == SQLITE_CONSTRAINT || primary == SQLITE_MISUSE || primary == SQLITE_ERROR) throw std::logic_error(what);
+  if (system_error != 0) what += std::string(" (") + std::strerror(system_error) + ")";
+  // A quota or file size limit reaches SQLite as an I/O error.
+  const bool no_room = primary == SQLITE_IOERR && (system_error == EDQUOT || system_error == EFBIG);
+  const bool full = primary == SQLITE_FULL || no_room;
+  throw StoreFailure(full ? StoreFailure::Kind::full : StoreFailure::Kind::unavailable, what);
+}
+
+}  // namespace
+
+// ---- Query
+// -----------------------------------------------------------------------------------------------------------
+
+Query::~Query() {
+  sqlite3_reset(statement_);  // repeats the error of the last step, which has been thrown already
+  sqlite3_clear_bindings(statement_);
+}
+
+bool Query::row() {
+  const int result = sqlite3_step(statement_);
+  if (result != SQLITE_ROW && result != SQLITE_DONE) fail(connection_, result);
+  return result == SQLITE_ROW;
+}
+
+void Query::bind(int position, std::int64_t value) {
+  const int result = sqlite3_bind_int64(statement_, position, value);
+  if (result != SQLITE_OK) fail(connection_, result);
+}
+
+void Query::bind(int position, const std::string& value) {
+  const int result =
+      sqlite3_bind_text64(statement_, position, value.data(), value.size(), SQLITE_TRANSIENT, SQLITE_UTF8);
+  if (result != SQLITE_OK) fail(connection_, result);
+}
+
+void Query::bind(int position, Blob value) {
+  const int result = sqlite3_bind_blob64(statement_, position, value.bytes.data(), value.bytes.size(), SQLITE_STATIC);
+  if (result != SQLITE_OK) fail(connection_, result);
+}
+
+void Query::bind(int position, const std::optional<std::string>& value) {
+  if (value) bind(position, *value);  // else NULL, as after reset
+}
+
+bool Query::is_null(int column) const { return sqlite3_column_type(statement_, column) == SQLITE_NULL; }
+
+std::int64_t Query::integer(int column) const { return sqlite3_column_int64(statement_, column); }
+
+std::string Query::text(int column) const {
+  const void* bytes = sqlite3_column_blob(statement_, column);
+  const int size = sqlite3_column_bytes(statement_, column);
+  return bytes == nullptr ? std::string()
+                          : std::string(static_cast<const char*>(bytes), static_cast<std::size_t>(size));
+}
+
+// ---- Database
+// --------------------------------------------------------------------------------------------------------
+
+void Database::Close::operator()(sqlite3* connection) const { sqlite3_close_v2(connection); }
+void Database::Finalize::operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
+
+Database::Database(const std::string& path, Access access) {
+  // A connection is used by one thread at a time, which our callers see to, so SQLite's own locks are not needed.
+  const int mode = access == Access::read_write ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY;
+  sqlite3* connection = nullptr;
+  const int result = sqlite3_open_v2(path.c_str(), &connection, mode | SQLITE_OPEN_NOMUTEX, nullptr);
+  connection_.reset(connection);
+  if (connection == nullptr) throw std::bad_alloc();
+  if (result != SQLITE_OK) {
+    throw StoreFailure(StoreFailure::Kind::unavailable, "cannot open " + path + ": " + sqlite3_errmsg(connection));
+  }
+  sqlite3_extended_result_codes(connection, 1);
+  sqlite3_busy_timeout(connection, 5000);
+  // SQLite 3.40.1 has the WAL-reset bug, which needs two connections that checkpoint: only the writing one does, and
+  // nothing is mapped.
+  script("PRAGMA mmap_size = 0; PRAGMA temp_store = MEMORY;");
+  if (access == Access::read_only) {
+    script("PRAGMA wal_autocheckpoint = 0;");
+    sqlite3_db_config(connection, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
+  }
+}
+
+Database::~Database() { statements_.clear(); }
+
+void Database::script(const std::string& sql) {
+  const int result = sqlite3_exec(connection_.get(), sql.c_str(), nullptr, nullptr, nullptr);
+  if (result != SQLITE_OK) fail(connection_.get(), result);
+}
+
+sqlite3_stmt* Database::prepared(const std::string& sql) {
+  auto& statement = statements_[sql];
+  if (statement == nullptr) {
+    sqlite3_stmt* fresh = nullptr;
+    const int result =
+        sqlite3_prepare_v3(connection_.get(), sql.c_str(), -1, SQLITE_PREPARE_PERSISTENT, &fresh, nullptr);
+    if (result != SQLITE_OK) fail(connection_.get(), result);
+    statement.reset(fresh);
+  }
+  return statement.get();
+}
+
+int Database::changes() const { return sqlite3_changes(connection_.get()); }
+bool Database::in_transaction() const { return sqlite3_get_autocommit(connection_.get()) == 0; }
+
+}  // namespace jobs::sqlite

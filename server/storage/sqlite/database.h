@@ -1,0 +1,90 @@
+#pragma once
+/// One SQLite connection and its statements, as values that clean up after themselves. Private to this folder.
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+struct sqlite3;
+struct sqlite3_stmt;
+
+namespace jobs::sqlite {
+
+/// Bytes bound as a BLOB without a copy: they must stay until the query is gone.
+struct Blob {
+  std::string_view bytes;
+};
+
+/// A statement being run: step with `row`, then read columns. Resets the statement when it goes. Every failure is a
+/// StoreFailure; a broken constraint is a bug of ours and a std::logic_error.
+class Query {
+ public:
+  /// Binds `values` to the statement's parameters, in order.
+  template <class... Values>
+  Query(sqlite3* connection, sqlite3_stmt* statement, const Values&... values)
+      : connection_(connection), statement_(statement) {
+    [[maybe_unused]] int position = 0;
+    (bind(++position, values), ...);
+  }
+  ~Query();
+  Query(const Query&) = delete;
+  Query& operator=(const Query&) = delete;
+
+  bool row();  ///< false at the end
+
+  void bind(int position, std::int64_t value);
+  void bind(int position, const std::string& value);
+  void bind(int position, Blob value);
+  void bind(int position, const std::optional<std::string>& value);
+
+  [[nodiscard]] bool is_null(int column) const;
+  [[nodiscard]] std::int64_t integer(int column) const;
+  [[nodiscard]] std::string text(int column) const;  ///< also of a BLOB: the bytes as they are
+
+ private:
+  sqlite3* connection_;
+  sqlite3_stmt* statement_;
+};
+
+/// Used by one thread at a time.
+class Database {
+ public:
+  enum class Access { read_write, read_only };
+  Database(const std::string& path, Access access);
+  ~Database();
+  Database(const Database&) = delete;
+  Database& operator=(const Database&) = delete;
+
+  /// Prepared once per text and kept, so the texts must be few. Two queries of the same text must not overlap.
+  template <class... Values>
+  Query query(const std::string& sql, const Values&... values) {
+    return Query(connection_.get(), prepared(sql), values...);
+  }
+  /// Runs a query that gives no rows; says how many rows it changed.
+  template <class... Values>
+  int change(const std::string& sql, const Values&... values) {
+    query(sql, values...).row();
+    return changes();
+  }
+  void script(const std::string& sql);  ///< several statements, unprepared
+
+  [[nodiscard]] bool in_transaction() const;
+
+ private:
+  sqlite3_stmt* prepared(const std::string& sql);
+  [[nodiscard]] int changes() const;
+
+  struct Close {
+    void operator()(sqlite3* connection) const;
+  };
+  struct Finalize {
+    void operator()(sqlite3_stmt* statement) const;
+  };
+  std::unique_ptr<sqlite3, Close> connection_;
+  std::map<std::string, std::unique_ptr<sqlite3_stmt, Finalize>> statements_;
+};
+
+}  // namespace jobs::sqlite

@@ -1,0 +1,52 @@
+#include "server/storage/sqlite/folder_lock.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include "server/jobs/job_store.h"
+
+namespace jobs::sqlite {
+namespace {
+
+[[noreturn]] void fail(const std::string& what) {
+  throw StoreFailure(errno == ENOSPC ? StoreFailure::Kind::full : StoreFailure::Kind::unavailable,
+                     what + ": " + std::strerror(errno));
+}
+
+std::string holder(int fd) {
+  std::array<char, 32> text{};
+  const ssize_t size = pread(fd, text.data(), text.size(), 0);
+  return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : "unknown";
+}
+
+}  // namespace
+
+FolderLock::FolderLock(const std::string& folder) {
+  if (mkdir(folder.c_str(), 0750) < 0 && errno != EEXIST) fail("cannot create " + folder);
+  const std::string path = folder + "/lock";
+  fd_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0640);
+  if (fd_ < 0) fail("cannot open " + path);
+  if (flock(fd_, LOCK_EX | LOCK_NB) < 0) {
+    const int error = errno;
+    const std::string process = holder(fd_);
+    close(fd_);
+    errno = error;
+    if (error != EWOULDBLOCK) fail("cannot lock " + path);
+    throw StoreFailure(StoreFailure::Kind::unavailable,
+                       "the data folder " + folder + " is in use by process " + process);
+  }
+  // Only for people; an unwritten one says "unknown".
+  const std::string process = std::to_string(getpid());
+  if (ftruncate(fd_, 0) == 0) [[maybe_unused]]
+    const ssize_t written = pwrite(fd_, process.data(), process.size(), 0);
+}
+
+FolderLock::~FolderLock() { close(fd_); }
+
+}  // namespace jobs::sqlite

@@ -1,0 +1,86 @@
+#include "server/storage/sqlite/group_commit.h"
+
+#include <utility>
+
+namespace jobs::sqlite {
+
+GroupCommit::GroupCommit(std::unique_ptr<Database> database)
+    : database_(std::move(database)), thread_([this] { run_groups(); }) {}
+
+GroupCommit::~GroupCommit() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  work_waits_.notify_one();
+  thread_.join();
+}
+
+void GroupCommit::wait_for(Operation& operation) {
+  std::unique_lock lock(mutex_);
+  waiting_.push_back(&operation);
+  work_waits_.notify_one();
+  operation.answer.wait(lock, [&] { return operation.answered; });
+  if (operation.failure) std::rethrow_exception(operation.failure);
+}
+
+void GroupCommit::run_groups() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    work_waits_.wait(lock, [&] { return stopping_ || !waiting_.empty(); });
+    if (waiting_.empty()) return;
+    const std::vector<Operation*> group = std::exchange(waiting_, {});
+    lock.unlock();
+    commit(group);
+    lock.lock();
+    for (Operation* operation : group) {
+      operation->answered = true;
+      operation->answer.notify_one();  // under the lock: the operation is gone as soon as its caller sees the answer
+    }
+  }
+}
+
+void GroupCommit::commit(const std::vector<Operation*>& group) {
+  bool alive = true;
+  try {
+    database_->script("BEGIN IMMEDIATE");
+    for (Operation* operation : group) {
+      operation->failure = nullptr;
+      alive = run_in_savepoint(*operation);
+      if (!alive) break;
+    }
+    if (alive) database_->script("COMMIT");
+  } catch (...) {
+    alive = false;
+    for (Operation* operation : group) operation->failure = std::current_exception();
+  }
+  if (alive) return;
+  undo();
+  // One that did not fit (a large document on a full disk) must not take the others with it.
+  if (group.size() == 1) return;
+  for (Operation* operation : group) commit({operation});
+}
+
+/// False when the whole transaction is gone: SQLite rolls all of it back on some failures of the disk.
+bool GroupCommit::run_in_savepoint(Operation& operation) {
+  database_->change("SAVEPOINT operation");
+  try {
+    operation.work(*database_);
+  } catch (...) {
+    operation.failure = std::current_exception();
+    if (!database_->in_transaction()) return false;
+    database_->change("ROLLBACK TO operation");
+  }
+  database_->change("RELEASE operation");
+  return true;
+}
+
+void GroupCommit::undo() noexcept {
+  try {
+    if (database_->in_transaction()) database_->script("ROLLBACK");
+  } catch (...) {
+    // SQLite has rolled back by itself then; the next BEGIN tells what is wrong with the disk.
+  }
+}
+
+}  // namespace jobs::sqlite

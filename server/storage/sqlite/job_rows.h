@@ -1,0 +1,19 @@
+#pragma once
+/// Jobs to rows and back. Private to this folder.
+
+#include <string>
+#include <vector>
+
+#include "server/jobs/job.h"
+#include "server/storage/sqlite/database.h"
+
+namespace jobs::sqlite {
+
+void insert_job(Database& database, const Job& job, const std::string& document);
+void insert_problem(Database& database, const std::string& id, const Problem& problem);
+void insert_artifacts(Database& database, const std::string& id, const std::vector<Artifact>& artifacts);
+
+std::optional<Job> read_job(Database& database, const std::string& id);
+std::vector<Artifact> read_artifacts(Database& database, const std::string& id);
+
+}  // namespace jobs::sqlite

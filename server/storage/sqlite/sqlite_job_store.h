@@ -1,0 +1,47 @@
+#pragma once
+/// The embedded JobStore: one SQLite file, FOLDER/whittle.db, in a folder that one process owns.
+
+#include <memory>
+#include <string>
+
+#include "server/jobs/job_store.h"
+
+namespace jobs {
+
+struct SqliteSettings {
+  int read_connections = 4;  ///< reads that run at once; a read takes well under a millisecond, a text search up to 50
+};
+
+/// WAL with synchronous = FULL: what was answered survives power loss. Writes share syncs (group commit), so more
+/// callers at once mean more writes a second. A copy of the folder made while it runs is not a backup.
+class SqliteJobStore final : public JobStore {
+ public:
+  /// Creates `folder` and the file where missing, brings an older file up to date and takes the folder's lock for as
+  /// long as this lives. Throws StoreFailure with a sentence that says why: the folder is in use by another process,
+  /// the file is of a newer program, no permission, disk full, ...
+  explicit SqliteJobStore(const std::string& folder, SqliteSettings settings = {});
+  ~SqliteJobStore() override;  ///< no call may be in progress
+
+  void submit(const Job& job, const std::string& document) override;
+  std::optional<Job> find(const std::string& id) override;
+  std::optional<std::string> document(const std::string& id) override;
+  JobPage list(const JobFilter& filter, const std::string& cursor, int limit) override;
+  std::int64_t count(JobState state) override;
+  std::optional<Claim> claim(const std::string& boot_id, std::int64_t now, bool alone) override;
+  bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
+               const std::vector<Artifact>& artifacts) override;
+  bool fail(const std::string& id, std::int64_t fence, std::int64_t now, const Problem& problem) override;
+  bool finish_cancel(const std::string& id, std::int64_t fence, std::int64_t now) override;
+  bool release(const std::string& id, std::int64_t fence, std::int64_t now, bool counts, bool suspect) override;
+  CancelOutcome cancel(const std::string& id, std::int64_t now) override;
+  Removal remove(const std::string& id) override;
+  int recover(const std::string& boot_id, std::int64_t now) override;
+  bool references(const std::string& sha256) override;
+  void probe() override;
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace jobs
