@@ -70,20 +70,23 @@ TriangleHit triangle_hit(const Packet& packet, unsigned lane, const TriangleTest
 
 WHITTLE_WIDE void load(Packet& packet, const RaySpan& rays, std::size_t first, int count, const Bounds& box) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < packet_size; ++i) {
-    // Lanes without a ray repeat the last one and are switched off below.
-    const std::size_t ray = first + static_cast<std::size_t>(i < count ? i : count - 1);
-    packet.ox[i] = rays.ox[ray];
-    packet.oy[i] = rays.oy[ray];
-    packet.oz[i] = rays.oz[ray];
-    packet.dx[i] = rays.dx[ray];
-    packet.dy[i] = rays.dy[ray];
-    packet.dz[i] = rays.dz[ray];
-    packet.t[i] = rays.t_max != nullptr ? rays.t_max[ray] : infinity;
-    packet.geometry[i] = PrimitiveRef::none;
-    packet.primitive[i] = PrimitiveRef::none;
-    packet.from_geometry[i] = rays.from != nullptr ? rays.from[ray].geometry : PrimitiveRef::none;
-    packet.from_primitive[i] = rays.from != nullptr ? rays.from[ray].primitive : PrimitiveRef::none;
+  const std::pair<const double*, double*> components[] = {{rays.ox, packet.ox}, {rays.oy, packet.oy},
+                                                          {rays.oz, packet.oz}, {rays.dx, packet.dx},
+                                                          {rays.dy, packet.dy}, {rays.dz, packet.dz}};
+  for (const auto& [from, to] : components) {
+    std::copy_n(from + first, count, to);
+    // Lanes without a ray are switched off below.
+    std::fill(to + count, to + packet_size, 0.0);
+  }
+  std::fill_n(packet.t, packet_size, infinity);
+  if (rays.t_max != nullptr) std::copy_n(rays.t_max + first, count, packet.t);
+  std::fill_n(packet.geometry, packet_size, PrimitiveRef::none);
+  std::fill_n(packet.primitive, packet_size, PrimitiveRef::none);
+  std::fill_n(packet.from_geometry, packet_size, PrimitiveRef::none);
+  std::fill_n(packet.from_primitive, packet_size, PrimitiveRef::none);
+  for (int i = 0; rays.from != nullptr && i < count; ++i) {
+    packet.from_geometry[i] = rays.from[first + i].geometry;
+    packet.from_primitive[i] = rays.from[first + i].primitive;
   }
   for (int i = 0; i < packet_size; ++i) {
     const double ox = packet.ox[i], oy = packet.oy[i], oz = packet.oz[i];
