@@ -17,15 +17,18 @@
 
 namespace api {
 
-/// Bounds on the document itself, checked before a value of it is kept. Reasons: honest scenes are far below them, and
+/// Bounds on the document itself, checked before a value of it is kept (the last two are told as issues, since only a
+/// part is too long). Reasons: honest scenes are far below them, and
 /// parsing at the bound takes under a second and bounded memory.
 struct DocumentLimits {
   std::size_t bytes = 64u << 20;
-  std::size_t depth = 32;  ///< SCENE.md needs 8
-  std::size_t values = 20'000'000;
+  std::size_t depth = 32;           ///< SCENE.md needs 8
+  std::size_t values = 20'000'000;  ///< keys included; 16 bytes each while reading
   std::size_t string_bytes = 1u << 20;
   std::size_t key_bytes = 256;
   std::size_t number_chars = 64;
+  std::size_t name_bytes = 256;  ///< of the scene's and the job's name and of labels: they are shown in lists
+  std::size_t labels = 64;
 };
 
 struct Limits {
@@ -51,7 +54,8 @@ struct Refusal {
   enum class Kind {
     not_json,   ///< `detail` says what, at `line` and `column` (1-based; column counts bytes). No issues.
     too_large,  ///< over a DocumentLimits bound; `detail` names the limit and the value seen. No issues.
-    invalid,    ///< `issues` holds all of them, in document order.
+    invalid,    ///< `issues` holds all of them, in document order; of shape and of meaning 1000 each at most, then one
+                ///< "too_many_issues" with the count of the rest.
   };
   Kind kind = Kind::invalid;
   std::string detail;
@@ -59,7 +63,9 @@ struct Refusal {
   std::vector<tracer::Issue> issues;
 };
 
-/// Time and memory are linear in `bytes` and bounded by `limits`. Never throws, never crashes, whatever the bytes.
+/// Time and memory are linear in `bytes` and bounded by `limits` (at the default bounds: seconds, and under 1.5 GB).
+/// Never throws, never crashes, whatever the bytes: where memory runs out the document is `too_large`. Any thread;
+/// calls share nothing.
 tracer::Result<Document, Refusal> parse_scene(std::string_view bytes, const Limits& limits);
 
 }  // namespace api

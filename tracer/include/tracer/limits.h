@@ -18,7 +18,8 @@ struct Limits {
   std::uint32_t image_side = 65'536;  ///< the longest side that PNG and EXR readers take for granted
   double coordinate_max = 1e60;       ///< of positions, lengths, directions: fourth powers stay far from overflow
   double length_min = 1e-60;          ///< of radii and directions: fourth powers stay normal numbers
-  double value_max = 1e30;  ///< of colours, intensities, coefficients, texture scales, `ior` and 1/`ior`; floats hold it
+  double value_max =
+      1e30;  ///< of colours, intensities, coefficients, texture scales, `ior` and 1/`ior`; floats hold it
 };
 
 }  // namespace tracer

@@ -10,10 +10,6 @@ namespace {
 
 constexpr std::size_t issues_max = 1000;  // more than anyone reads; a broken mesh could have millions
 
-std::string text_of(const Color& color) {
-  return "[" + text_of(color.r) + ", " + text_of(color.g) + ", " + text_of(color.b) + "]";
-}
-
 }  // namespace
 
 std::string Where::pointer() const {
@@ -25,6 +21,16 @@ std::string text_of(double value) {
   char text[32];
   return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
+
+namespace {
+
+std::string channels_of(const Color& color) {
+  std::string text = "[";
+  text.append(text_of(color.r)).append(", ").append(text_of(color.g)).append(", ").append(text_of(color.b));
+  return text.append("]");
+}
+
+}  // namespace
 
 bool Checks::tell(const Where& where, std::string_view code, const std::string& detail) {
   if (issues_.size() == issues_max) {
@@ -100,7 +106,7 @@ bool Checks::color(const Where& where, const Color& value) {
   if (!std::isfinite(value.r) || !std::isfinite(value.g) || !std::isfinite(value.b)) {
     return tell(where, "not_finite", "every channel must be a finite number");
   }
-  if (lowest < 0) return tell(where, "out_of_range", "every channel must be >= 0, got " + text_of(value));
+  if (lowest < 0) return tell(where, "out_of_range", "every channel must be >= 0, got " + channels_of(value));
   return over(where, "value_max", text_of(limits.value_max), text_of(highest));
 }
 

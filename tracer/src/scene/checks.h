@@ -61,10 +61,9 @@ class Checks {
   std::uint64_t untold_ = 0;
 };
 
-/// `value` scaled to a length of about 1, so that products of it neither overflow nor vanish. Precondition: a
-/// direction.
-Vec3 scaled_to_one(const Vec3& value);
-/// Whether two directions are the same or opposite to within the last few bits, so that they span no plane.
+double largest_component(const Vec3& v);  ///< the largest magnitude
+/// Precondition: neither is zero. Whether two directions are the same or opposite to within the last few bits, so that
+/// they span no plane.
 bool parallel(const Vec3& a, const Vec3& b);
 Vec3 difference(const Vec3& a, const Vec3& b);
 

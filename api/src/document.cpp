@@ -1,0 +1,109 @@
+#include "api/document.h"
+
+#include <algorithm>
+#include <new>
+#include <string>
+#include <utility>
+
+#include "api/src/json/tape.h"
+#include "api/src/reader/issue_order.h"
+#include "api/src/reader/sections.h"
+
+namespace api {
+namespace {
+
+Refusal refusal_at(std::string_view bytes, json::Error error) {
+  const std::string_view before = bytes.substr(0, error.offset);
+  Refusal refusal;
+  refusal.kind = error.limit ? Refusal::Kind::too_large : Refusal::Kind::not_json;
+  refusal.detail = std::move(error.detail);
+  refusal.line = 1 + static_cast<std::size_t>(std::count(before.begin(), before.end(), '\n'));
+  refusal.column = 1 + before.size() - (before.rfind('\n') + 1);  // npos + 1 is 0
+  return refusal;
+}
+
+Refusal too_large(std::string detail) {
+  Refusal refusal;
+  refusal.kind = Refusal::Kind::too_large;
+  refusal.detail = std::move(detail);
+  return refusal;
+}
+
+/// What the reader has told of, to leave out what follows from it.
+class Told {
+ public:
+  explicit Told(const std::vector<tracer::Issue>& issues) {
+    for (const tracer::Issue& issue : issues) pointers_.push_back(issue.pointer);
+    std::sort(pointers_.begin(), pointers_.end());
+  }
+
+  /// An issue of a value that could not be read (or of a part of it), or of a whole that has such a part; counts are
+  /// right even so.
+  bool covers(const tracer::Issue& issue) const {
+    for (std::size_t end = issue.pointer.size(); end != std::string::npos;
+         end = end ? issue.pointer.rfind('/', end - 1) : end - 1) {
+      if (std::binary_search(pointers_.begin(), pointers_.end(), issue.pointer.substr(0, end))) return true;
+    }
+    if (issue.code == "limit_exceeded") return false;
+    const std::string inside = issue.pointer + "/";
+    const auto first = std::lower_bound(pointers_.begin(), pointers_.end(), inside);
+    return first != pointers_.end() && first->starts_with(inside);
+  }
+
+ private:
+  std::vector<std::string> pointers_;
+};
+
+/// Shape first, meaning second; both give the same kind of issue.
+std::vector<tracer::Issue> all_issues(Reading& reading) {
+  std::vector<tracer::Issue> issues = std::move(reading.issues);
+  std::vector<tracer::Issue> rest;
+  if (reading.untold_issues > 0) {
+    rest.push_back({"", "too_many_issues", "and " + std::to_string(reading.untold_issues) + " more"});
+  } else {
+    const Told told(issues);
+    std::vector<tracer::Issue> of_meaning = tracer::validate(
+        reading.scene(), reading.limits.scene, [&](const tracer::Issue& issue) { return told.covers(issue); });
+    if (!of_meaning.empty() && of_meaning.back().code == "too_many_issues") {
+      rest.push_back(std::move(of_meaning.back()));
+      of_meaning.pop_back();
+    }
+    std::move(of_meaning.begin(), of_meaning.end(), std::back_inserter(issues));
+  }
+  sort_by_place(issues, reading.tape);
+  std::move(rest.begin(), rest.end(), std::back_inserter(issues));
+  return issues;
+}
+
+tracer::Result<Document, Refusal> read(std::string_view bytes, const Limits& limits) {
+  if (bytes.size() > limits.document.bytes) {
+    return too_large("the limit bytes is " + std::to_string(limits.document.bytes) + ", the document has " +
+                     std::to_string(bytes.size()));
+  }
+  auto tape = json::parse(bytes, limits.document);
+  if (!tape) return refusal_at(bytes, std::move(tape.error()));
+  Reading reading(*tape, limits);
+  Cursor root;
+  root.node = tape->root();
+  read_document(reading, root);
+  std::vector<tracer::Issue> issues = all_issues(reading);
+  if (issues.empty()) return std::move(reading.document);
+  Refusal refusal;
+  refusal.kind = Refusal::Kind::invalid;
+  refusal.detail = issues.size() == 1 ? "the document has an issue"
+                                      : "the document has " + std::to_string(issues.size()) + " issues";
+  refusal.issues = std::move(issues);
+  return refusal;
+}
+
+}  // namespace
+
+tracer::Result<Document, Refusal> parse_scene(std::string_view bytes, const Limits& limits) {
+  try {
+    return read(bytes, limits);
+  } catch (const std::bad_alloc&) {
+    return too_large("reading the document takes more memory than there is");
+  }
+}
+
+}  // namespace api

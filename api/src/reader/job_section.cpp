@@ -1,0 +1,40 @@
+#include <string>
+
+#include "api/src/reader/fields.h"
+#include "api/src/reader/sections.h"
+
+namespace api {
+namespace {
+
+void read_labels(Reading& reading, const Cursor& at, std::map<std::string, std::string>& labels) {
+  const std::size_t labels_max = reading.limits.document.labels;
+  if (at.node->kind == json::Kind::object && at.node->size > labels_max) {
+    tell(reading, at, "limit_exceeded",
+         "the limit labels is " + std::to_string(labels_max) + ", got " + std::to_string(at.node->size));
+    return;
+  }
+  for_each_member(reading, at, [&](const Cursor& member) {
+    const auto [place, is_new] = labels.emplace(member.key, std::string());
+    if (!is_new) {
+      tell(reading, member, "duplicate_key", quoted(member.key) + " is written twice");
+    } else if (has_control_characters(member.key)) {
+      tell(reading, member, "malformed", "a label must not have control characters");
+    } else {
+      read(reading, member, Name{place->second});
+    }
+  });
+}
+
+}  // namespace
+
+void read_job(Reading& reading, const Cursor& at) {
+  JobRequest& job = reading.document.job;
+  Fields fields(reading, at, "job", "the job");
+  fields.optional("name", Name{job.name});
+  if (const auto labels = fields.take("labels")) read_labels(reading, *labels, job.labels);
+  fields.optional("priority", Integer<int>{job.priority, 0, 100});
+  fields.optional("max_attempts", Integer<int>{job.max_attempts, 1, 10});
+  fields.finish();
+}
+
+}  // namespace api

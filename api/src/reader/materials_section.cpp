@@ -1,0 +1,133 @@
+/// Textures and materials: named ones in their maps, and those written in place.
+
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "api/src/reader/fields.h"
+#include "api/src/reader/sections.h"
+#include "api/src/reader/suggestion.h"
+
+namespace api {
+namespace {
+
+constexpr std::uint32_t nothing = std::numeric_limits<std::uint32_t>::max();
+
+/// Looks a name up; tells when nothing has it.
+template <class Id>
+Id find(Reading& reading, const Cursor& at, const std::map<std::string_view, Id>& names, std::string_view kind) {
+  const auto found = names.find(at.node->string());
+  if (found != names.end()) return found->second;
+  if (reading.has_room()) {
+    std::vector<std::string_view> candidates;
+    for (const auto& [name, id] : names) {
+      if (candidates.size() == 1000) break;
+      candidates.push_back(name);
+    }
+    reading.issues.push_back({pointer(at), "unknown_reference",
+                              quoted(at.node->string()) + " is not defined" +
+                                  (names.empty() ? ": there are no named " + std::string(kind) : "") +
+                                  did_you_mean(at.node->string(), candidates)});
+  }
+  return {nothing};
+}
+
+/// Patterns that the format has and this build does not: telling that `checker` is missing too would mislead.
+bool has_other_pattern(const Fields& fields) {
+  return fields.has("file") || fields.has("gradient") || fields.has("noise");
+}
+
+tracer::TextureId add_texture(Reading& reading, const Cursor& at) {
+  std::vector<tracer::Texture>& textures = reading.scene().textures;
+  const tracer::TextureId id{static_cast<std::uint32_t>(textures.size())};
+  tracer::Texture& texture = textures.emplace_back();
+  texture.path = pointer(at);
+  Fields fields(reading, at, "texture", "a texture");
+  auto& checker = texture.pattern.emplace<tracer::CheckerTexture>();
+  if (!fields.optional("checker", checker.colors) && !fields.has("checker") && fields && !has_other_pattern(fields)) {
+    fields.tell_missing("checker");
+  }
+  fields.optional("scale", texture.scale);
+  fields.optional("offset", texture.offset);
+  fields.finish();
+  return id;
+}
+
+/// A string that does not begin with '#' names a texture, an object without "hsb" is one; all else is a colour.
+void read_color_or_texture(Reading& reading, const Cursor& at, tracer::ColorOrTexture& value) {
+  if (at.node->kind == json::Kind::string && !at.node->string().starts_with('#')) {
+    value = find(reading, at, reading.textures, "textures");
+  } else if (at.node->kind == json::Kind::object && !has_member(reading, at, "hsb")) {
+    value = add_texture(reading, at);
+  } else {
+    read(reading, at, value.emplace<tracer::Color>());
+  }
+}
+
+/// What a material reflects by default depends on whether Fresnel's equations hold, and that on what it transmits.
+void read_reflection(Fields& fields, tracer::Material& material) {
+  const bool transmits = fields.optional("transmission", material.transmission) && material.transmission > 0;
+  material.fresnel = transmits;
+  fields.optional("fresnel", material.fresnel);
+  if (material.fresnel) material.reflection = 1;
+  fields.optional("reflection", material.reflection);
+}
+
+tracer::MaterialId add_material(Reading& reading, const Cursor& at) {
+  using Model = tracer::Material::Model;
+  enum class Transparency { refract } transparency{};
+  enum class Shading { smooth } shading{};
+  std::vector<tracer::Material>& materials = reading.scene().materials;
+  const tracer::MaterialId id{static_cast<std::uint32_t>(materials.size())};
+  tracer::Material& material = materials.emplace_back();
+  material.path = pointer(at);
+  Fields fields(reading, at, "material", "a material");
+  fields.optional(
+      "model",
+      Word<Model>{material.model,
+                  "material.model",
+                  {{"lambert", Model::lambert}, {"phong", Model::phong}, {"blinn_phong", Model::blinn_phong}}});
+  if (const auto color = fields.take("color")) read_color_or_texture(reading, *color, material.color);
+  fields.optional("ambient", material.ambient);
+  fields.optional("diffuse", material.diffuse);
+  fields.optional("specular", material.specular);
+  fields.optional("shininess", material.shininess);
+  fields.optional("specular_color", material.specular_color);
+  fields.optional("emission", material.emission);
+  read_reflection(fields, material);
+  fields.optional("reflection_color", material.reflection_color);
+  fields.optional("transmission_color", material.transmission_color);
+  fields.optional("ior", material.ior);
+  fields.optional("transparency",
+                  Word<Transparency>{transparency, "material.transparency", {{"refract", Transparency::refract}}});
+  fields.optional("shading", Word<Shading>{shading, "material.shading", {{"smooth", Shading::smooth}}});
+  fields.finish();
+  return id;
+}
+
+template <class Id>
+void read_named(Reading& reading, const Cursor& at, std::map<std::string_view, Id>& names,
+                Id (*add)(Reading&, const Cursor&)) {
+  for_each_member(reading, at, [&](const Cursor& member) {
+    const auto [place, is_new] = names.emplace(member.key, Id{});
+    if (is_new) {
+      place->second = add(reading, member);
+    } else {
+      tell(reading, member, "duplicate_key", quoted(member.key) + " is defined twice");
+    }
+  });
+}
+
+}  // namespace
+
+void read_textures(Reading& reading, const Cursor& at) { read_named(reading, at, reading.textures, add_texture); }
+void read_materials(Reading& reading, const Cursor& at) { read_named(reading, at, reading.materials, add_material); }
+
+tracer::MaterialId read_material_reference(Reading& reading, const Cursor& at) {
+  if (at.node->kind == json::Kind::object) return add_material(reading, at);
+  if (at.node->kind == json::Kind::string) return find(reading, at, reading.materials, "materials");
+  tell_wrong_type(reading, at, "a material's name or a material");
+  return {nothing};
+}
+
+}  // namespace api

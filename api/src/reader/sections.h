@@ -1,0 +1,24 @@
+#pragma once
+/// The sections of a scene document, one function each. Order matters where names are resolved: textures, materials,
+/// objects.
+
+#include "api/src/reader/cursor.h"
+
+namespace api {
+
+void read_document(Reading& reading, const Cursor& at);  ///< all of it: the table of contents
+
+void read_lights(Reading& reading, const Cursor& at);
+void read_textures(Reading& reading, const Cursor& at);
+void read_materials(Reading& reading, const Cursor& at);
+void read_objects(Reading& reading, const Cursor& at);
+void read_job(Reading& reading, const Cursor& at);
+
+/// A mesh object's own fields.
+class Fields;
+void read_mesh(Reading& reading, Fields& fields, tracer::Shape& shape);
+
+/// A material written in place or named; no material where it is neither, which has been told then.
+tracer::MaterialId read_material_reference(Reading& reading, const Cursor& at);
+
+}  // namespace api

@@ -1,0 +1,82 @@
+#include "api/src/reader/unsupported.h"
+
+namespace api {
+namespace {
+
+struct Entry {
+  std::string_view scope, name;
+};
+
+constexpr Entry table[] = {
+    {"document", "depth_cue"},
+    {"document", "prototypes"},
+    {"image", "crop"},
+    {"camera", "height"},
+    {"camera", "aperture"},
+    {"camera", "focus_distance"},
+    {"camera.type", "orthographic"},
+    {"camera.type", "panorama"},
+    {"background", "zenith"},
+    {"background", "nadir"},
+    {"background", "environment"},
+    {"background", "rotation"},
+    {"background", "cube"},
+    {"light.type", "spot"},
+    {"light.type", "line"},
+    {"light.type", "rect"},
+    {"light.type", "disc"},
+    {"light.type", "sphere"},
+    {"material", "priority"},
+    {"material", "absorption"},
+    {"material", "bump"},
+    {"material", "normal_map"},
+    {"material.transparency", "interpolated"},
+    {"material.transparency", "filtered"},
+    {"material.shading", "flat"},
+    {"material.shading", "gouraud"},
+    {"texture", "file"},
+    {"texture", "gradient"},
+    {"texture", "noise"},
+    {"texture", "octaves"},
+    {"texture", "color_space"},
+    {"texture", "wrap"},
+    {"texture", "filter"},
+    {"object", "transform"},
+    {"object", "file"},
+    {"object.type", "disc"},
+    {"object.type", "cylinder"},
+    {"object.type", "cone"},
+    {"object.type", "box"},
+    {"object.type", "instance"},
+    {"accuracy", "preset"},
+    {"accuracy", "target_error"},
+    {"accuracy", "time_budget_ms"},
+    {"accuracy", "approximate"},
+    {"output", "exposure"},
+    {"output", "palette"},
+    {"output", "layers"},
+    {"output", "alpha"},
+    {"output.overflow", "scale"},
+    {"output.overflow", "reinhard"},
+    {"output.formats", "png16"},
+    {"output.formats", "jpg"},
+    {"output.formats", "webp"},
+    {"output.formats", "tiff"},
+    {"output.formats", "hdr"},
+    {"job", "run_after"},
+    {"job", "deadline"},
+    {"job", "expires_in"},
+    {"job", "cache"},
+    {"job", "webhook"},
+};
+
+}  // namespace
+
+bool is_unsupported(std::string_view scope, std::string_view name) {
+  for (const Entry& entry : table) {
+    if (entry.scope == scope && entry.name == name) return true;
+  }
+  return false;
+}
+
+}  // namespace api

@@ -1,0 +1,147 @@
+#include "api/src/reader/values.h"
+
+#include <cmath>
+
+#include "api/src/reader/suggestion.h"
+#include "api/src/reader/unsupported.h"
+
+namespace api {
+namespace {
+
+/// The common case without a cursor for each number: an array of N finite numbers.
+template <std::size_t N>
+bool read_plain(const json::Node* node, std::array<double, N>& values) {
+  if (node->kind != json::Kind::array || node->size != N) return false;
+  for (std::size_t i = 0; i < N; ++i) {
+    const json::Node& element = node[1 + i];  // numbers take one node each
+    if (element.kind != json::Kind::number || !std::isfinite(element.number)) return false;
+    values[i] = element.number;
+  }
+  return true;
+}
+
+}  // namespace
+
+bool read(Reading& reading, const Cursor& at, double& value) {
+  if (at.node->kind == json::Kind::number && std::isfinite(at.node->number)) {
+    value = at.node->number;
+    return true;
+  }
+  spoil(value);
+  if (at.node->kind == json::Kind::number) {
+    tell(reading, at, "not_finite", "must be a finite number, got one too large for a double");
+  } else {
+    tell_wrong_type(reading, at, "a number");
+  }
+  return false;
+}
+
+bool read(Reading& reading, const Cursor& at, bool& value) {
+  if (at.node->kind != json::Kind::boolean) {
+    tell_wrong_type(reading, at, "true or false");
+    return false;
+  }
+  value = at.node->truth;
+  return true;
+}
+
+bool read(Reading& reading, const Cursor& at, tracer::Vec2& value) {
+  std::array<double, 2> xy{};
+  const bool well = read_plain(at.node, xy) || read<double, 2>(reading, at, xy);
+  value = {xy[0], xy[1]};
+  return well;
+}
+
+bool read(Reading& reading, const Cursor& at, tracer::Vec3& value) {
+  std::array<double, 3> xyz{};
+  const bool well = read_plain(at.node, xyz) || read<double, 3>(reading, at, xyz);
+  value = {xyz[0], xyz[1], xyz[2]};
+  return well;
+}
+
+/// Names end up in logs and on terminals.
+bool has_control_characters(std::string_view text) {
+  for (const char c : text) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) return true;
+  }
+  return false;
+}
+
+bool read(Reading& reading, const Cursor& at, Name name) {
+  if (at.node->kind != json::Kind::string) {
+    tell_wrong_type(reading, at, "a string");
+    return false;
+  }
+  const std::string_view text = at.node->string();
+  const std::size_t bytes_max = reading.limits.document.name_bytes;
+  if (text.size() > bytes_max) {
+    tell(reading, at, "limit_exceeded",
+         "the limit name_bytes is " + std::to_string(bytes_max) + ", got " + std::to_string(text.size()));
+    return false;
+  }
+  if (has_control_characters(text)) {
+    tell(reading, at, "malformed", "must not have control characters");
+    return false;
+  }
+  name.value = text;
+  return true;
+}
+
+bool read_integer(Reading& reading, const Cursor& at, std::uint64_t least, std::uint64_t most, std::uint64_t& value) {
+  constexpr std::uint64_t exact_max = (1ull << 53) - 1;
+  if (at.node->kind != json::Kind::number) {
+    tell_wrong_type(reading, at, "an integer");
+    return false;
+  }
+  const double number = at.node->number;
+  most = std::min(most, exact_max);
+  if (std::isinf(number)) {
+    tell(reading, at, "not_finite", "must be an integer, got a number too large for a double");
+  } else if (number != std::trunc(number)) {
+    tell_wrong_type(reading, at, "an integer");
+  } else if (number < static_cast<double>(least)) {
+    tell(reading, at, "out_of_range", "must be >= " + std::to_string(least) + ", got " + number_text(number));
+  } else if (number > static_cast<double>(most)) {
+    tell(reading, at, "out_of_range", "must be <= " + std::to_string(most) + ", got " + number_text(number));
+  } else {
+    value = static_cast<std::uint64_t>(number);
+    return true;
+  }
+  return false;
+}
+
+bool read_word(Reading& reading, const Cursor& at, std::string_view scope, std::span<const std::string_view> words,
+               std::size_t& which) {
+  if (at.node->kind != json::Kind::string) {
+    tell_wrong_type(reading, at, "a string");
+    return false;
+  }
+  const std::string_view text = at.node->string();
+  for (which = 0; which < words.size(); ++which) {
+    if (words[which] == text) return true;
+  }
+  if (!reading.has_room()) return false;
+  if (is_unsupported(scope, text)) {
+    reading.issues.push_back({pointer(at), "unsupported", quoted(text) + " is not supported by this build"});
+    return false;
+  }
+  std::string expected;
+  for (const std::string_view word : words) expected += (expected.empty() ? "" : ", ") + quoted(word);
+  reading.issues.push_back({pointer(at), scope.ends_with(".type") ? "unknown_type" : "unknown_value",
+                            "must be " + (words.size() > 1 ? "one of " + expected : expected) + ", got " +
+                                quoted(text) + did_you_mean(text, words)});
+  return false;
+}
+
+bool expect_length(Reading& reading, const Cursor& at, std::size_t length) {
+  if (at.node->kind != json::Kind::array) {
+    tell_wrong_type(reading, at, "an array of " + std::to_string(length));
+    return false;
+  }
+  if (at.node->size == length) return true;
+  tell(reading, at, "wrong_length",
+       "must have " + std::to_string(length) + " elements, has " + std::to_string(at.node->size));
+  return false;
+}
+
+}  // namespace api

@@ -1,0 +1,100 @@
+#pragma once
+/// Reading the values that fields have. Each `read` stores what the document says and answers true, or tells what is
+/// wrong and stores NaN (numbers: a rule about them is not broken a second time) or leaves the default (all else).
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "api/src/reader/cursor.h"
+
+namespace api {
+
+/// An integer field and the values it can hold, both ends included.
+template <class T>
+struct Integer {
+  T& value;
+  T least = 0;
+  T most = std::numeric_limits<T>::max();
+};
+
+/// A text for people: at most `name_bytes`, no control characters.
+struct Name {
+  std::string& value;
+};
+
+/// One word of a closed set; `scope` finds those that this build does not render.
+template <class T>
+struct Word {
+  using Meaning = std::pair<std::string_view, T>;
+  T& value;
+  std::string_view scope;
+  std::vector<Meaning> words;
+};
+
+bool read(Reading& reading, const Cursor& at, double& value);
+bool read(Reading& reading, const Cursor& at, bool& value);
+bool read(Reading& reading, const Cursor& at, tracer::Vec2& value);
+bool read(Reading& reading, const Cursor& at, tracer::Vec3& value);
+bool read(Reading& reading, const Cursor& at, tracer::Color& value);  ///< any of the four forms (color.cpp)
+bool read(Reading& reading, const Cursor& at, Name name);
+
+/// Integers are numbers without a fraction, whatever their spelling (3, 3.0, 3e0), up to 2^53 - 1: beyond that a double
+/// cannot tell neighbours apart (RFC 7493, section 2.2).
+bool read_integer(Reading& reading, const Cursor& at, std::uint64_t least, std::uint64_t most, std::uint64_t& value);
+
+/// Position of the word among `words`; tells "unknown_value", or "unsupported" for a word of `scope` in the table.
+bool read_word(Reading& reading, const Cursor& at, std::string_view scope, std::span<const std::string_view> words,
+               std::size_t& which);
+
+bool has_control_characters(std::string_view text);
+
+bool expect_length(Reading& reading, const Cursor& at, std::size_t length);  ///< an array of exactly that many
+
+/// Puts NaN where a number could not be read.
+inline void spoil(double& value) { value = std::numeric_limits<double>::quiet_NaN(); }
+inline void spoil(tracer::Vec2& value) { spoil(value.x); }
+inline void spoil(tracer::Vec3& value) { spoil(value.x); }
+inline void spoil(tracer::Color& value) { spoil(value.r); }
+template <class T>
+void spoil(T&&) {}
+
+template <class T>
+bool read(Reading& reading, const Cursor& at, Integer<T> integer) {
+  std::uint64_t value = 0;
+  const auto least = static_cast<std::uint64_t>(integer.least), most = static_cast<std::uint64_t>(integer.most);
+  if (!read_integer(reading, at, least, most, value)) return false;
+  integer.value = static_cast<T>(value);
+  return true;
+}
+
+template <class T>
+bool read(Reading& reading, const Cursor& at, Word<T> word) {
+  std::vector<std::string_view> words;
+  for (const auto& [text, meaning] : word.words) words.push_back(text);
+  std::size_t which = 0;
+  if (!read_word(reading, at, word.scope, words, which)) return false;
+  word.value = word.words[which].second;
+  return true;
+}
+
+template <class T, std::size_t N>
+bool read(Reading& reading, const Cursor& at, std::array<T, N>& values) {
+  if (!expect_length(reading, at, N)) {
+    for (T& value : values) spoil(value);
+    return false;
+  }
+  bool all_well = true;
+  for_each_element(reading, at,
+                   [&](const Cursor& element) { all_well &= read(reading, element, values[element.index]); });
+  return all_well;
+}
+
+}  // namespace api
