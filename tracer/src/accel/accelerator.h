@@ -35,6 +35,9 @@ struct HitSpan {
 /// Coherent: neighbours in the span go roughly the same way. It changes the speed, never the answer.
 enum class Coherence { coherent, incoherent };
 
+/// Which surfaces a query sees.
+enum class Among { all, transmissive };
+
 class Accelerator {
  public:
   static Result<std::unique_ptr<Accelerator>, Failure> build(const GeometrySet& geometry, RenderControl& control);
@@ -44,7 +47,7 @@ class Accelerator {
 
   /// The nearest hit of every ray. Of hits at equal distance the lowest (geometry, primitive) wins, so the picture does
   /// not depend on how the BVH was built.
-  void closest(const RaySpan& rays, const HitSpan& hits, Coherence coherence) const;
+  void closest(const RaySpan& rays, const HitSpan& hits, Coherence coherence, Among among = Among::all) const;
 
   /// blocked[i] = 1 where an opaque surface lies within the ray.
   void occluded(const RaySpan& rays, std::uint8_t* blocked, Coherence coherence) const;

@@ -203,14 +203,14 @@ Result<std::unique_ptr<Accelerator>, Failure> Accelerator::build(const GeometryS
   return std::unique_ptr<Accelerator>(new Accelerator(geometry, std::move(embree)));
 }
 
-void Accelerator::closest(const RaySpan& rays, const HitSpan& hits, Coherence coherence) const {
+void Accelerator::closest(const RaySpan& rays, const HitSpan& hits, Coherence coherence, Among among) const {
   Packet packet;
   RTCRayHit16 rayhit;
   for (std::size_t first = 0; first < rays.count; first += packet_size) {
     const int count = static_cast<int>(std::min<std::size_t>(packet_size, rays.count - first));
     load(packet, rays, first, count, embree_->box);
-    closest_planes(packet, count, geometry_.planes, geometry_.plane_geometry());
-    write_rays(packet, mask_all, rayhit.ray);
+    closest_planes(packet, count, geometry_.planes, geometry_.plane_geometry(), among);
+    write_rays(packet, among == Among::all ? mask_all : mask_transmissive, rayhit.ray);
     for (int i = 0; i < packet_size; ++i) rayhit.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
     rtcInitIntersectContext(&packet.context);
     packet.context.flags =

@@ -185,8 +185,10 @@ bool occluded_triangle_lane(const Packet& packet, unsigned lane, const TriangleT
   return triangle_hit(packet, lane, triangle, self).t < packet.t[lane];
 }
 
-WHITTLE_WIDE void closest_planes(Packet& packet, int count, const PlaneGeometry& planes, std::uint32_t geometry) {
+WHITTLE_WIDE void closest_planes(Packet& packet, int count, const PlaneGeometry& planes, std::uint32_t geometry,
+                                 Among among) {
   for (std::size_t k = 0; k < planes.point.size(); ++k) {
+    if (among == Among::transmissive && planes.transmissive[k] == 0) continue;
     const Vec3 point = planes.point[k], normal = planes.normal[k];
     const PrimitiveRef self{geometry, static_cast<std::uint32_t>(k)};
     for (int i = 0; i < packet_size; ++i) {

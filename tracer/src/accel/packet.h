@@ -78,8 +78,8 @@ struct TriangleTest {
 bool closest_triangle_lane(Packet& packet, unsigned lane, float& tfar, const TriangleTest& triangle, PrimitiveRef self);
 bool occluded_triangle_lane(const Packet& packet, unsigned lane, const TriangleTest& triangle, PrimitiveRef self);
 
-/// All planes against all lanes that are in use.
-void closest_planes(Packet& packet, int count, const PlaneGeometry& planes, std::uint32_t geometry);
+/// All planes that count against all lanes that are in use.
+void closest_planes(Packet& packet, int count, const PlaneGeometry& planes, std::uint32_t geometry, Among among);
 void occluded_planes(const Packet& packet, int count, const PlaneGeometry& planes, std::uint32_t geometry,
                      std::uint8_t* blocked);
 

@@ -95,20 +95,16 @@ void Wavefront::trace_queue(const RayQueue& rays, std::uint32_t depth, Generatio
 
 void Wavefront::gather(const RayQueue& rays, Coherence coherence) {
   const std::size_t count = rays.size();
-  primitive_.resize(count);
-  t_.resize(count);
-  u_.resize(count);
-  v_.resize(count);
-  scene_.accelerator->closest(rays.span(), {primitive_.data(), t_.data(), u_.data(), v_.data()}, coherence);
+  scene_.accelerator->closest(rays.span(), hits_.resized(count), coherence);
   hit_ray_.clear();
   surface_.clear();
   for (std::size_t i = 0; i < count; ++i) {
-    if (!primitive_[i].hit()) {
+    if (!hits_.primitive[i].hit()) {
       radiance_[rays.sample(i)] += rays.weight(i) * scene_.background;
       continue;
     }
     hit_ray_.push_back(static_cast<std::uint32_t>(i));
-    surface_.push_back(surface_at(scene_, {primitive_[i], t_[i], u_[i], v_[i]}, rays.origin(i), rays.direction(i)));
+    surface_.push_back(surface_at(scene_, hits_.at(i), rays.origin(i), rays.direction(i)));
   }
 }
 
@@ -155,7 +151,7 @@ void Wavefront::shade_light(const RayQueue& rays, const TraceLight& light, Coher
       continue;
     }
     shadow_.push(offset_origin(surface.point, surface.geometric_normal, to_light), to_light, contribution,
-                 rays.sample(ray), primitive_[ray]);
+                 rays.sample(ray), hits_.primitive[ray]);
     // Short of the light by more than the rounding of its distance, so that what a light sits on does not hide it.
     shadow_distance_.push_back(distance * (1 - 0x1p-40));
   }
@@ -166,36 +162,48 @@ void Wavefront::add_unblocked(Coherence coherence) {
   statistics_.rays.shadow += shadow_.size();
   blocked_.resize(shadow_.size());
   scene_.accelerator->occluded(shadow_.span(shadow_distance_.data()), blocked_.data(), coherence);
+  if (scene_.needs.transmissive_shadows) cross_transmissive();
   for (std::size_t i = 0; i < shadow_.size(); ++i) {
     if (blocked_[i] != 0) continue;
-    const Color visible = scene_.needs.transmissive_shadows ? through_transmissive(i) : Color{1, 1, 1};
-    radiance_[shadow_.sample(i)] += shadow_.weight(i) * visible;
+    radiance_[shadow_.sample(i)] +=
+        scene_.needs.transmissive_shadows ? shadow_.weight(i) * visible_[i] : shadow_.weight(i);
   }
 }
 
-/// Product of K_t C_t over every surface on the way to the light, in the order they are crossed. Precondition: no
-/// opaque surface is on the way.
-Color Wavefront::through_transmissive(std::size_t shadow_ray) {
-  Color visible{1, 1, 1};
-  Vec3 origin = shadow_.origin(shadow_ray);
-  const Vec3 direction = shadow_.direction(shadow_ray);
-  double distance = shadow_distance_[shadow_ray];
-  PrimitiveRef from = shadow_.from(shadow_ray);
-  while (max_component(visible) > 0) {
-    Hit hit;
-    scene_.accelerator->closest(
-        {&origin.x, &origin.y, &origin.z, &direction.x, &direction.y, &direction.z, &distance, &from, 1},
-        {&hit.primitive, &hit.t, &hit.u, &hit.v}, Coherence::incoherent);
-    if (!hit.primitive.hit()) break;
-    const Surface surface = surface_at(scene_, hit, origin, direction);
-    const Material& material = scene_.materials[surface.material];
-    visible = visible * material.transmission_color * material.transmission;
-    origin = offset_origin(surface.point, surface.geometric_normal, direction);
-    from = hit.primitive;
-    distance -= hit.t;
-    if (!(distance > 0) || control_.cancelled()) break;
+/// S_i of the shadow rays that no opaque surface blocks: the product of K_t C_t over every surface on the way to the
+/// light, in the order they are crossed.
+void Wavefront::cross_transmissive() {
+  visible_.assign(shadow_.size(), {1, 1, 1});
+  crossing_.clear();
+  crossing_distance_.clear();
+  for (std::size_t i = 0; i < shadow_.size(); ++i) {
+    if (blocked_[i] != 0) continue;
+    crossing_.push(shadow_.origin(i), shadow_.direction(i), {}, static_cast<std::uint32_t>(i), shadow_.from(i));
+    crossing_distance_.push_back(shadow_distance_[i]);
   }
-  return visible;
+  while (!crossing_.empty() && !control_.cancelled()) {
+    const std::size_t count = crossing_.size();
+    scene_.accelerator->closest(crossing_.span(crossing_distance_.data()), crossed_.resized(count), Coherence::coherent,
+                                Among::transmissive);
+    crossing_next_.clear();
+    crossing_distance_next_.clear();
+    for (std::size_t i = 0; i < count; ++i) {
+      const Hit hit = crossed_.at(i);
+      if (!hit.primitive.hit()) continue;
+      const Vec3 direction = crossing_.direction(i);
+      const Surface surface = surface_at(scene_, hit, crossing_.origin(i), direction);
+      const Material& material = scene_.materials[surface.material];
+      Color& visible = visible_[crossing_.sample(i)];
+      visible = visible * material.transmission_color * material.transmission;
+      const double left = crossing_distance_[i] - hit.t;
+      if (is_black(visible) || !(left > 0)) continue;
+      crossing_next_.push(offset_origin(surface.point, surface.geometric_normal, direction), direction, {},
+                          crossing_.sample(i), hit.primitive);
+      crossing_distance_next_.push_back(left);
+    }
+    std::swap(crossing_, crossing_next_);
+    std::swap(crossing_distance_, crossing_distance_next_);
+  }
 }
 
 void Wavefront::branch(const RayQueue& rays, std::uint32_t depth, Generation& next) {
@@ -246,7 +254,7 @@ void Wavefront::emit(RayQueue& queue, const RayQueue& rays, std::size_t ray, con
     return;
   }
   queue.push(offset_origin(surface.point, surface.geometric_normal, direction), direction, weight, rays.sample(ray),
-             primitive_[ray]);
+             hits_.primitive[ray]);
 }
 
 }  // namespace tracer

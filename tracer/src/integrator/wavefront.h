@@ -18,6 +18,21 @@ struct Generation {
   [[nodiscard]] std::size_t size() const { return camera.size() + reflection.size() + refraction.size(); }
 };
 
+/// Answers of the accelerator, one per ray of a span.
+struct Hits {
+  std::vector<PrimitiveRef> primitive;
+  std::vector<double> t, u, v;
+
+  HitSpan resized(std::size_t count) {
+    primitive.resize(count);
+    t.resize(count);
+    u.resize(count);
+    v.resize(count);
+    return {primitive.data(), t.data(), u.data(), v.data()};
+  }
+  [[nodiscard]] Hit at(std::size_t i) const { return {primitive[i], t[i], u[i], v[i]}; }
+};
+
 /// One thread's tracer with its scratch memory. Contributions to one sample are added in an order that depends on that
 /// sample alone (generation, then kind, then the order of the parents, then light), so no choice of batch, tile or
 /// thread changes a bit of the picture.
@@ -41,7 +56,7 @@ class Wavefront {
   void shade_own_light(const RayQueue& rays);
   void shade_light(const RayQueue& rays, const TraceLight& light, Coherence coherence);
   void add_unblocked(Coherence coherence);
-  Color through_transmissive(std::size_t shadow_ray);
+  void cross_transmissive();
   void branch(const RayQueue& rays, std::uint32_t depth, Generation& next);
   void emit(RayQueue& queue, const RayQueue& rays, std::size_t ray, const Surface& surface, const Vec3& direction,
             const Color& factor, std::uint32_t depth);
@@ -52,8 +67,7 @@ class Wavefront {
   std::vector<Color> radiance_;
 
   // Hits of the queue being shaded.
-  std::vector<PrimitiveRef> primitive_;
-  std::vector<double> t_, u_, v_;
+  Hits hits_;                           ///< one per ray
   std::vector<std::uint32_t> hit_ray_;  ///< which ray of the queue
   std::vector<Surface> surface_;        ///< beside hit_ray_
   std::vector<Color> color_;            ///< C at the surface, beside hit_ray_
@@ -62,6 +76,12 @@ class Wavefront {
   RayQueue shadow_;
   std::vector<double> shadow_distance_;
   std::vector<std::uint8_t> blocked_;
+  std::vector<Color> visible_;  ///< S_i: product over the surfaces crossed
+
+  // Shadow rays on their way through transmissive surfaces, and the next step's.
+  RayQueue crossing_, crossing_next_;  ///< `sample` is the shadow ray's index
+  std::vector<double> crossing_distance_, crossing_distance_next_;
+  Hits crossed_;
 };
 
 }  // namespace tracer
