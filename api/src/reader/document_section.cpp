@@ -6,6 +6,14 @@
 namespace api {
 namespace {
 
+// Fields of which this build has one choice only: what the document means when it writes the default out.
+enum class Projection { perspective };
+enum class Overflow { clamp };
+
+constexpr Word<Projection>::Meaning projections[] = {{"perspective", Projection::perspective}};
+constexpr Word<Overflow>::Meaning overflows[] = {{"clamp", Overflow::clamp}};
+constexpr Word<tracer::Format>::Meaning format_words[] = {{"png", tracer::Format::png}, {"exr", tracer::Format::exr}};
+
 /// A document of another version is not read further: what it means is unknown.
 bool read_version(Reading& reading, Fields& fields) {
   const auto field = fields.take("version");
@@ -29,9 +37,9 @@ void read_image(Reading& reading, const Cursor& at) {
 
 void read_camera(Reading& reading, const Cursor& at) {
   tracer::Camera& camera = reading.scene().camera;
-  enum class Type { perspective } type{};
   Fields fields(reading, at, "camera", "the camera");
-  fields.optional("type", Word<Type>{type, "camera.type", {{"perspective", Type::perspective}}});
+  Projection type{};
+  fields.optional("type", Word<Projection>{type, "camera.type", projections});
   fields.required("position", camera.position);
   fields.required("look_at", camera.look_at);
   fields.optional("up", camera.up);
@@ -76,18 +84,18 @@ void read_accuracy(Reading& reading, const Cursor& at) {
 
 void read_output(Reading& reading, const Cursor& at) {
   std::vector<tracer::Format>& formats = reading.scene().output.formats;
-  enum class Overflow { clamp } overflow{};
+  Overflow overflow{};
   Fields fields(reading, at, "output", "the output");
   if (const auto field = fields.take("formats")) {
     formats.clear();
     for_each_element(reading, *field, [&](const Cursor& element) {
       tracer::Format format{};
-      const Word<tracer::Format> word{
-          format, "output.formats", {{"png", tracer::Format::png}, {"exr", tracer::Format::exr}}};
-      if (read(reading, element, word)) formats.push_back(format);
+      if (read(reading, element, Word<tracer::Format>{format, "output.formats", format_words})) {
+        formats.push_back(format);
+      }
     });
   }
-  fields.optional("overflow", Word<Overflow>{overflow, "output.overflow", {{"clamp", Overflow::clamp}}});
+  fields.optional("overflow", Word<Overflow>{overflow, "output.overflow", overflows});
   fields.finish();
 }
 

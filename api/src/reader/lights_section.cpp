@@ -5,11 +5,16 @@ namespace api {
 namespace {
 
 enum class LightType { point, directional };
+using AttenuationKind = tracer::Attenuation::Kind;
+
+constexpr Word<LightType>::Meaning light_types[] = {{"point", LightType::point},
+                                                    {"directional", LightType::directional}};
+constexpr Word<AttenuationKind>::Meaning attenuations[] = {{"none", AttenuationKind::none},
+                                                           {"inverse_square", AttenuationKind::inverse_square}};
 
 void read_attenuation(Reading& reading, const Cursor& at, tracer::Attenuation& attenuation) {
-  using Kind = tracer::Attenuation::Kind;
   if (at.node->kind == json::Kind::array) {
-    attenuation.kind = Kind::polynomial;
+    attenuation.kind = AttenuationKind::polynomial;
     read(reading, at, attenuation.coefficients);
     return;
   }
@@ -17,17 +22,14 @@ void read_attenuation(Reading& reading, const Cursor& at, tracer::Attenuation& a
     tell_wrong_type(reading, at, "\"none\", \"inverse_square\" or [c0, c1, c2]");
     return;
   }
-  const std::vector<Word<Kind>::Meaning> words = {{"none", Kind::none}, {"inverse_square", Kind::inverse_square}};
-  read(reading, at, Word<Kind>{attenuation.kind, "light.attenuation", words});
+  read(reading, at, Word<AttenuationKind>{attenuation.kind, "light.attenuation", attenuations});
 }
 
 void read_light(Reading& reading, const Cursor& at) {
   tracer::Light& light = reading.scene().lights.emplace_back();
   Fields fields(reading, at, "light", "a light");
   LightType type{};
-  const std::vector<Word<LightType>::Meaning> types = {{"point", LightType::point},
-                                                       {"directional", LightType::directional}};
-  const bool type_known = fields.required("type", Word<LightType>{type, "light.type", types});
+  const bool type_known = fields.required("type", Word<LightType>{type, "light.type", light_types});
   fields.optional("color", light.color);
   fields.optional("intensity", light.intensity);
   fields.optional("shadows", light.shadows);

@@ -11,6 +11,15 @@
 namespace api {
 namespace {
 
+using Model = tracer::Material::Model;
+enum class Transparency { refract };  // one choice only in this build, as is the next
+enum class Shading { smooth };
+
+constexpr Word<Model>::Meaning models[] = {
+    {"lambert", Model::lambert}, {"phong", Model::phong}, {"blinn_phong", Model::blinn_phong}};
+constexpr Word<Transparency>::Meaning transparencies[] = {{"refract", Transparency::refract}};
+constexpr Word<Shading>::Meaning shadings[] = {{"smooth", Shading::smooth}};
+
 constexpr std::uint32_t nothing = std::numeric_limits<std::uint32_t>::max();
 
 /// Looks a name up; tells when nothing has it.
@@ -74,19 +83,12 @@ void read_reflection(Fields& fields, tracer::Material& material) {
 }
 
 tracer::MaterialId add_material(Reading& reading, const Cursor& at) {
-  using Model = tracer::Material::Model;
-  enum class Transparency { refract } transparency{};
-  enum class Shading { smooth } shading{};
   std::vector<tracer::Material>& materials = reading.scene().materials;
   const tracer::MaterialId id{static_cast<std::uint32_t>(materials.size())};
   tracer::Material& material = materials.emplace_back();
   material.path = pointer(at);
   Fields fields(reading, at, "material", "a material");
-  fields.optional(
-      "model",
-      Word<Model>{material.model,
-                  "material.model",
-                  {{"lambert", Model::lambert}, {"phong", Model::phong}, {"blinn_phong", Model::blinn_phong}}});
+  fields.optional("model", Word<Model>{material.model, "material.model", models});
   if (const auto color = fields.take("color")) read_color_or_texture(reading, *color, material.color);
   fields.optional("ambient", material.ambient);
   fields.optional("diffuse", material.diffuse);
@@ -98,9 +100,10 @@ tracer::MaterialId add_material(Reading& reading, const Cursor& at) {
   fields.optional("reflection_color", material.reflection_color);
   fields.optional("transmission_color", material.transmission_color);
   fields.optional("ior", material.ior);
-  fields.optional("transparency",
-                  Word<Transparency>{transparency, "material.transparency", {{"refract", Transparency::refract}}});
-  fields.optional("shading", Word<Shading>{shading, "material.shading", {{"smooth", Shading::smooth}}});
+  Transparency transparency{};
+  fields.optional("transparency", Word<Transparency>{transparency, "material.transparency", transparencies});
+  Shading shading{};
+  fields.optional("shading", Word<Shading>{shading, "material.shading", shadings});
   fields.finish();
   return id;
 }

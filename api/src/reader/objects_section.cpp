@@ -9,6 +9,11 @@ namespace {
 
 enum class ObjectType { sphere, plane, triangle, mesh };
 
+constexpr Word<ObjectType>::Meaning object_types[] = {{"sphere", ObjectType::sphere},
+                                                      {"plane", ObjectType::plane},
+                                                      {"triangle", ObjectType::triangle},
+                                                      {"mesh", ObjectType::mesh}};
+
 bool is_along_x(const tracer::Vec3& v) { return v.y == 0 && v.z == 0; }
 
 void read_sphere(Fields& fields, tracer::Sphere& sphere) {
@@ -36,19 +41,13 @@ void read_triangle(Fields& fields, tracer::Triangle& triangle) {
 }
 
 void read_object(Reading& reading, const Cursor& at) {
-  tracer::Object& object =
-      reading.scene().objects.emplace_back();  // kept even when bad: the next ones keep their index
+  // Kept even when it is bad, so that the next ones have the document's index.
+  tracer::Object& object = reading.scene().objects.emplace_back();
   object.material.index = std::numeric_limits<std::uint32_t>::max();
   Fields fields(reading, at, "object", "an object");
   if (!fields) return;
   ObjectType type{};
-  const Word<ObjectType> types{type,
-                               "object.type",
-                               {{"sphere", ObjectType::sphere},
-                                {"plane", ObjectType::plane},
-                                {"triangle", ObjectType::triangle},
-                                {"mesh", ObjectType::mesh}}};
-  const bool type_known = fields.required("type", types);
+  const bool type_known = fields.required("type", Word<ObjectType>{type, "object.type", object_types});
   if (const auto material = fields.take("material")) {
     object.material = read_material_reference(reading, *material);
   } else {

@@ -110,27 +110,20 @@ bool read_integer(Reading& reading, const Cursor& at, std::uint64_t least, std::
   return false;
 }
 
-bool read_word(Reading& reading, const Cursor& at, std::string_view scope, std::span<const std::string_view> words,
-               std::size_t& which) {
-  if (at.node->kind != json::Kind::string) {
-    tell_wrong_type(reading, at, "a string");
-    return false;
-  }
+void tell_bad_word(Reading& reading, const Cursor& at, std::string_view scope,
+                   std::span<const std::string_view> words) {
+  if (at.node->kind != json::Kind::string) return tell_wrong_type(reading, at, "a string");
+  if (!reading.has_room()) return;
   const std::string_view text = at.node->string();
-  for (which = 0; which < words.size(); ++which) {
-    if (words[which] == text) return true;
-  }
-  if (!reading.has_room()) return false;
   if (is_unsupported(scope, text)) {
     reading.issues.push_back({pointer(at), "unsupported", quoted(text) + " is not supported by this build"});
-    return false;
+    return;
   }
   std::string expected;
-  for (const std::string_view word : words) expected += (expected.empty() ? "" : ", ") + quoted(word);
+  for (const std::string_view word : words) expected.append(expected.empty() ? "" : ", ").append(quoted(word));
   reading.issues.push_back({pointer(at), scope.ends_with(".type") ? "unknown_type" : "unknown_value",
                             "must be " + (words.size() > 1 ? "one of " + expected : expected) + ", got " +
                                 quoted(text) + did_you_mean(text, words)});
-  return false;
 }
 
 bool expect_length(Reading& reading, const Cursor& at, std::size_t length) {

@@ -36,7 +36,7 @@ struct Word {
   using Meaning = std::pair<std::string_view, T>;
   T& value;
   std::string_view scope;
-  std::vector<Meaning> words;
+  std::span<const Meaning> words;
 };
 
 bool read(Reading& reading, const Cursor& at, double& value);
@@ -50,9 +50,9 @@ bool read(Reading& reading, const Cursor& at, Name name);
 /// cannot tell neighbours apart (RFC 7493, section 2.2).
 bool read_integer(Reading& reading, const Cursor& at, std::uint64_t least, std::uint64_t most, std::uint64_t& value);
 
-/// Position of the word among `words`; tells "unknown_value", or "unsupported" for a word of `scope` in the table.
-bool read_word(Reading& reading, const Cursor& at, std::string_view scope, std::span<const std::string_view> words,
-               std::size_t& which);
+/// Tells that the value is none of `words`: "unsupported" for a word of `scope` in the table, else "unknown_type" or
+/// "unknown_value".
+void tell_bad_word(Reading& reading, const Cursor& at, std::string_view scope, std::span<const std::string_view> words);
 
 bool has_control_characters(std::string_view text);
 
@@ -77,12 +77,15 @@ bool read(Reading& reading, const Cursor& at, Integer<T> integer) {
 
 template <class T>
 bool read(Reading& reading, const Cursor& at, Word<T> word) {
+  for (const auto& [text, meaning] : word.words) {
+    if (at.node->kind != json::Kind::string || at.node->string() != text) continue;
+    word.value = meaning;
+    return true;
+  }
   std::vector<std::string_view> words;
   for (const auto& [text, meaning] : word.words) words.push_back(text);
-  std::size_t which = 0;
-  if (!read_word(reading, at, word.scope, words, which)) return false;
-  word.value = word.words[which].second;
-  return true;
+  tell_bad_word(reading, at, word.scope, words);
+  return false;
 }
 
 template <class T, std::size_t N>
