@@ -12,14 +12,17 @@ namespace jobs::sqlite {
 namespace {
 
 [[noreturn]] void fail(sqlite3* connection, int result) {
-  const int system_error = sqlite3_system_errno(connection);
+  // SQLite does not note the system's error when a COMMIT fails; errno still has it.
+  const int last_error = errno;
+  const int noted_error = sqlite3_system_errno(connection);
+  const int system_error = noted_error != 0 ? noted_error : last_error;
   std::string what = sqlite3_errmsg(connection);
   const int primary = result & 0xff;
   if (primary == SQLITE_CONSTRAINT || primary == SQLITE_MISUSE || primary == SQLITE_ERROR) throw std::logic_error(what);
-  if (system_error != 0) what += std::string(" (") + std::strerror(system_error) + ")";
-  // A quota or file size limit reaches SQLite as an I/O error.
-  const bool no_room = primary == SQLITE_IOERR && (system_error == EDQUOT || system_error == EFBIG);
-  const bool full = primary == SQLITE_FULL || no_room;
+  if (primary == SQLITE_IOERR || primary == SQLITE_CANTOPEN) what += std::string(": ") + std::strerror(system_error);
+  // Only a failed write is FULL to SQLite; a quota, a file size limit or a full disk met at a sync is an I/O error.
+  const bool no_room = system_error == ENOSPC || system_error == EDQUOT || system_error == EFBIG;
+  const bool full = primary == SQLITE_FULL || (primary == SQLITE_IOERR && no_room);
   throw StoreFailure(full ? StoreFailure::Kind::full : StoreFailure::Kind::unavailable, what);
 }
 

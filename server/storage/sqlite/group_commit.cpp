@@ -78,8 +78,10 @@ bool GroupCommit::run_in_savepoint(Operation& operation) {
 void GroupCommit::undo() noexcept {
   try {
     if (database_->in_transaction()) database_->script("ROLLBACK");
+    // Where the disk is full, writes can go on in the log from its start once its content is in the file.
+    database_->script("PRAGMA wal_checkpoint(PASSIVE)");
   } catch (...) {
-    // SQLite has rolled back by itself then; the next BEGIN tells what is wrong with the disk.
+    // A failing disk: the next BEGIN or COMMIT tells.
   }
 }
 

@@ -1,0 +1,183 @@
+/// What every ArtifactStore promises, run against each.
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include "server/storage/files/file_artifact_store.h"
+#include "server/storage/files/sha256.h"
+#include "server/storage/memory/memory_artifact_store.h"
+#include "tests/conformance/memory_file.h"
+#include "tests/conformance/temporary_folder.h"
+
+using namespace jobs;
+
+namespace {
+
+struct ArtifactsUnderTest {
+  std::unique_ptr<TemporaryFolder> folder;
+  std::unique_ptr<ArtifactStore> store;
+};
+
+struct ArtifactStoreKind {
+  std::string name;
+  std::function<ArtifactsUnderTest()> make;
+};
+
+ArtifactsUnderTest make_files() {
+  auto folder = std::make_unique<TemporaryFolder>();
+  auto store = std::make_unique<FileArtifactStore>(folder->path() + "/artifacts");
+  return {std::move(folder), std::move(store)};
+}
+
+class ArtifactStoreConformance : public testing::TestWithParam<ArtifactStoreKind> {
+ protected:
+  ArtifactStore& store() { return *under_test_.store; }
+  std::string put(std::string_view bytes) { return store().put(MemoryFile(bytes).fd()).sha256; }
+
+  /// Null when it is not there.
+  std::optional<std::string> get(const std::string& sha256) {
+    const std::unique_ptr<ArtifactReader> reader = store().open(sha256);
+    if (reader == nullptr) return std::nullopt;
+    std::string bytes(reader->size_bytes(), '\0');
+    EXPECT_EQ(reader->read(0, bytes.data(), bytes.size()), bytes.size());
+    return bytes;
+  }
+
+ private:
+  ArtifactsUnderTest under_test_ = GetParam().make();
+};
+
+std::string large_picture() {
+  std::string bytes;
+  for (std::uint32_t i = 0; i < 1'500'000; ++i) bytes.push_back(static_cast<char>(i * 2654435761u >> 24));
+  return bytes;
+}
+
+}  // namespace
+
+TEST_P(ArtifactStoreConformance, NamesBytesByTheirSha256) {
+  // FIPS 180-4 examples, and of nothing.
+  EXPECT_EQ(put("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(put("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"),
+            "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
+  EXPECT_EQ(put(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+}
+
+TEST_P(ArtifactStoreConformance, GivesBackWhatWasPut) {
+  for (const std::string& bytes : {std::string(), std::string("abc"), std::string(1 << 18, 'x'), large_picture()}) {
+    const ArtifactStore::Stored stored = store().put(MemoryFile(bytes).fd());
+    EXPECT_EQ(stored.bytes, bytes.size());
+    EXPECT_EQ(get(stored.sha256), bytes) << bytes.size() << " bytes";
+  }
+}
+
+TEST_P(ArtifactStoreConformance, ReadsFromTheStartWhateverThePositionOfTheDescriptor) {
+  const MemoryFile file("abc");
+  lseek(file.fd(), 2, SEEK_SET);
+  EXPECT_EQ(get(store().put(file.fd()).sha256), "abc");
+}
+
+TEST_P(ArtifactStoreConformance, ReadsAnyRangeAndFewerBytesOnlyAtTheEnd) {
+  const std::string bytes = large_picture();
+  const std::unique_ptr<ArtifactReader> reader = store().open(put(bytes));
+  for (const std::uint64_t offset : {0ul, 1ul, 262'143ul, 1'499'990ul, 1'500'000ul, 9'000'000'000ul}) {
+    std::string part(500'000, '?');
+    part.resize(reader->read(offset, part.data(), part.size()));
+    EXPECT_EQ(part, offset < bytes.size() ? bytes.substr(offset, 500'000) : "") << "at " << offset;
+  }
+}
+
+TEST_P(ArtifactStoreConformance, StoringTheSameBytesTwiceIsOneArtifact) {
+  const std::string sha256 = put("abc");
+  EXPECT_EQ(put("abc"), sha256);
+  store().remove(sha256);
+  EXPECT_FALSE(get(sha256));
+  EXPECT_EQ(put("abc"), sha256);
+  EXPECT_EQ(get(sha256), "abc");
+}
+
+TEST_P(ArtifactStoreConformance, AnOpenReaderOutlivesTheRemoval) {
+  const std::string sha256 = put("abc");
+  const std::unique_ptr<ArtifactReader> reader = store().open(sha256);
+  store().remove(sha256);
+  std::string bytes(3, '?');
+  EXPECT_EQ(reader->read(0, bytes.data(), 3), 3u);
+  EXPECT_EQ(bytes, "abc");
+}
+
+TEST_P(ArtifactStoreConformance, KnowsNothingOfOtherNames) {
+  const std::string sha256 = put("abc");
+  std::string upper = sha256;
+  for (char& c : upper) c = static_cast<char>(std::toupper(c));
+  for (const std::string& name : {std::string(), std::string("../../etc/passwd"), sha256.substr(1), sha256 + "0", upper,
+                                  std::string(64, '/'), std::string(63, 'a') + "\n", std::string(64, '0')}) {
+    EXPECT_EQ(store().open(name), nullptr) << name;
+    EXPECT_NO_THROW(store().remove(name)) << name;
+  }
+  EXPECT_EQ(get(sha256), "abc");
+}
+
+TEST_P(ArtifactStoreConformance, RefusesADescriptorThatCannotBeRead) { EXPECT_THROW(store().put(-1), StoreFailure); }
+
+TEST_P(ArtifactStoreConformance, PutsOfTheSameAndOfOtherBytesFromManyThreadsAllArrive) {
+  std::vector<std::thread> threads;
+  for (int thread = 0; thread < 8; ++thread) {
+    threads.emplace_back([&, thread] {
+      for (int i = 0; i < 20; ++i) {
+        put("shared " + std::to_string(i));
+        put("own " + std::to_string(thread) + " " + std::to_string(i));
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (int i = 0; i < 20; ++i) {
+    for (const std::string& bytes : {"shared " + std::to_string(i), "own 7 " + std::to_string(i)}) {
+      EXPECT_EQ(get(put(bytes)), bytes);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Stores, ArtifactStoreConformance,
+    testing::Values(ArtifactStoreKind{"Memory",
+                                      [] {
+                                        return ArtifactsUnderTest{nullptr, std::make_unique<MemoryArtifactStore>()};
+                                      }},
+                    ArtifactStoreKind{"Files", make_files}),
+    [](const auto& kind) { return kind.param.name; });
+
+TEST(FileArtifactStore, KeepsArtifactsOverARestartAndDeletesWhatWasHalfWritten) {
+  const TemporaryFolder folder;
+  const std::string artifacts = folder.path() + "/artifacts";
+  const std::string sha256 = FileArtifactStore(artifacts).put(MemoryFile("abc").fd()).sha256;
+  std::ofstream(artifacts + "/tmp/17") << "half";
+  FileArtifactStore store(artifacts);
+  EXPECT_NE(store.open(sha256), nullptr);
+  EXPECT_TRUE(std::filesystem::is_empty(artifacts + "/tmp"));
+}
+
+TEST(FileArtifactStore, LeavesNothingTemporaryBehindAPut) {
+  const TemporaryFolder folder;
+  FileArtifactStore store(folder.path());
+  store.put(MemoryFile("abc").fd());
+  store.put(MemoryFile("abc").fd());
+  EXPECT_THROW(store.put(-1), StoreFailure);
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path() + "/tmp"));
+}
+
+TEST(FileArtifactStore, SaysWhereItCannotWrite) {
+  try {
+    FileArtifactStore("/proc/whittle");
+    FAIL() << "made a folder in /proc";
+  } catch (const StoreFailure& failure) {
+    EXPECT_EQ(failure.kind, StoreFailure::Kind::unavailable);
+    EXPECT_NE(std::string(failure.what()).find("/proc/whittle"), std::string::npos) << failure.what();
+  }
+}

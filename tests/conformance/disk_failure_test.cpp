@@ -1,0 +1,148 @@
+/// The stores on a disk that fails: nothing half done, everything acknowledged still there, and well again afterwards.
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <fstream>
+#include <thread>
+#include <vector>
+
+#include "server/storage/files/file_artifact_store.h"
+#include "server/storage/sqlite/sqlite_job_store.h"
+#include "tests/conformance/file_size_limit.h"
+#include "tests/conformance/memory_file.h"
+#include "tests/conformance/temporary_folder.h"
+
+using namespace jobs;
+
+namespace {
+
+Job job_named(const std::string& id) {
+  Job job;
+  job.id = id;
+  return job;
+}
+
+std::optional<StoreFailure::Kind> failure_of(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const StoreFailure& failure) {
+    EXPECT_FALSE(std::string(failure.what()).empty());
+    return failure.kind;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+TEST(SqliteJobStore, OnAFullDiskSubmitsNothingAndIsWellAgainWithRoom) {
+  const TemporaryFolder folder;
+  SqliteJobStore store(folder.path());
+  store.submit(job_named("before"), "before");
+  {
+    const FileSizeLimit full(1 << 20);
+    EXPECT_EQ(failure_of([&] { store.submit(job_named("large"), std::string(4 << 20, 'x')); }),
+              StoreFailure::Kind::full);
+    EXPECT_FALSE(store.find("large"));
+    EXPECT_TRUE(store.find("before"));
+  }
+  store.submit(job_named("large"), std::string(4 << 20, 'x'));
+  EXPECT_EQ(store.document("before"), "before");
+  EXPECT_EQ(store.count(JobState::queued), 2);
+}
+
+TEST(SqliteJobStore, EverythingAcknowledgedWhileTheDiskFillsIsThereAfterAReopen) {
+  const TemporaryFolder folder;
+  std::vector<std::string> acknowledged;
+  int refused = 0;
+  {
+    SqliteJobStore store(folder.path());
+    const FileSizeLimit full(3 << 20);
+    for (int i = 0; i < 100; ++i) {
+      const std::string id = "job-" + std::to_string(i);
+      const auto failure = failure_of([&] { store.submit(job_named(id), std::string(100'000, 'x')); });
+      if (!failure) acknowledged.push_back(id);
+      if (failure) ++refused;
+    }
+  }
+  EXPECT_GT(acknowledged.size(), 0u);
+  EXPECT_GT(refused, 0);
+  SqliteJobStore store(folder.path());
+  for (const std::string& id : acknowledged) EXPECT_TRUE(store.find(id)) << id;
+  EXPECT_EQ(store.count(JobState::queued), static_cast<std::int64_t>(acknowledged.size()));
+}
+
+TEST(SqliteJobStore, ASubmitThatDoesNotFitDoesNotTakeOthersOfItsGroupWithIt) {
+  const TemporaryFolder folder;
+  SqliteJobStore store(folder.path());
+  for (int i = 0; i < 20; ++i) store.submit(job_named("warm-" + std::to_string(i)), "{}");
+  const FileSizeLimit full(8 << 20);
+  std::atomic<int> small_refused = 0, large_accepted = 0;
+  std::vector<std::thread> threads;
+  for (int thread = 0; thread < 8; ++thread) {
+    threads.emplace_back([&, thread] {
+      for (int i = 0; i < 10; ++i) {
+        const std::string id = std::to_string(thread) + "-" + std::to_string(i);
+        const bool large = thread == 0;
+        const auto failure = failure_of([&] { store.submit(job_named(id), std::string(large ? 10 << 20 : 10, 'x')); });
+        if (failure && !large) ++small_refused;
+        if (!failure && large) ++large_accepted;
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(small_refused, 0);
+  EXPECT_EQ(large_accepted, 0);
+}
+
+TEST(FileArtifactStore, OnAFullDiskStoresNothingAndIsWellAgainWithRoom) {
+  const TemporaryFolder folder;
+  FileArtifactStore store(folder.path());
+  const MemoryFile picture(std::string(1 << 20, 'x'));
+  {
+    const FileSizeLimit full(1 << 19);
+    EXPECT_EQ(failure_of([&] { store.put(picture.fd()); }), StoreFailure::Kind::full);
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path() + "/tmp"));
+  EXPECT_NE(store.open(store.put(picture.fd()).sha256), nullptr);
+}
+
+TEST(SqliteJobStore, RefusesAFolderThatIsInUse) {
+  const TemporaryFolder folder;
+  const SqliteJobStore first(folder.path());
+  try {
+    SqliteJobStore second(folder.path());
+    FAIL() << "two stores share a folder";
+  } catch (const StoreFailure& failure) {
+    EXPECT_EQ(failure.kind, StoreFailure::Kind::unavailable);
+    const std::string what = failure.what();
+    EXPECT_NE(what.find(folder.path()), std::string::npos) << what;
+    EXPECT_NE(what.find("in use by process " + std::to_string(getpid())), std::string::npos) << what;
+  }
+}
+
+TEST(SqliteJobStore, RefusesAFileOfANewerProgramAndLeavesItAlone) {
+  const TemporaryFolder folder;
+  const std::string path = folder.path() + "/whittle.db";
+  { const SqliteJobStore store(folder.path()); }
+  {
+    // Byte 60..63 of the header is user_version, big-endian (SQLite file format, section 1.3).
+    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(60);
+    file.write("\0\0\0\x63", 4);
+  }
+  try {
+    SqliteJobStore store(folder.path());
+    FAIL() << "opened a file of version 99";
+  } catch (const StoreFailure& failure) {
+    EXPECT_NE(std::string(failure.what()).find("newer program"), std::string::npos) << failure.what();
+    EXPECT_NE(std::string(failure.what()).find("99"), std::string::npos) << failure.what();
+  }
+}
+
+TEST(SqliteJobStore, RefusesAFileThatIsNoDatabase) {
+  const TemporaryFolder folder;
+  std::ofstream(folder.path() + "/whittle.db") << std::string(8192, 'x');
+  EXPECT_EQ(failure_of([&] { SqliteJobStore store(folder.path()); }), StoreFailure::Kind::unavailable);
+}

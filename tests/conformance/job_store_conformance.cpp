@@ -1,0 +1,87 @@
+#include "tests/conformance/job_store_conformance.h"
+
+#include <cstdio>
+
+#include "server/storage/memory/memory_job_store.h"
+#include "server/storage/sqlite/sqlite_job_store.h"
+
+namespace {
+
+class Memory final : public StoreUnderTest {
+ public:
+  jobs::JobStore& store() override { return store_; }
+  void reopen() override {}
+
+ private:
+  jobs::MemoryJobStore store_;
+};
+
+class Sqlite final : public StoreUnderTest {
+ public:
+  jobs::JobStore& store() override { return *store_; }
+  void reopen() override {
+    store_.reset();
+    store_ = std::make_unique<jobs::SqliteJobStore>(folder_.path());
+  }
+
+ private:
+  TemporaryFolder folder_;
+  std::unique_ptr<jobs::JobStore> store_ = std::make_unique<jobs::SqliteJobStore>(folder_.path());
+};
+
+}  // namespace
+
+std::vector<StoreKind> store_kinds() {
+  return {{"Memory", [] { return std::make_unique<Memory>(); }}, {"Sqlite", [] { return std::make_unique<Sqlite>(); }}};
+}
+
+std::string JobStoreConformance::submit(const std::function<void(jobs::Job&)>& change, const std::string& document) {
+  jobs::Job job;
+  std::array<char, 40> id{};
+  std::snprintf(id.data(), id.size(), "0190a5b0-0000-7000-8000-%012d", ++submitted_);
+  job.id = id.data();
+  job.created_at = now;
+  if (change) change(job);
+  store().submit(job, document);
+  return job.id;
+}
+
+jobs::Claim JobStoreConformance::claim(bool alone) {
+  std::optional<jobs::Claim> claim = store().claim("boot", now, alone);
+  if (!claim) throw std::runtime_error("nothing to claim");
+  return *std::move(claim);
+}
+
+jobs::Job JobStoreConformance::find(const std::string& id) {
+  std::optional<jobs::Job> job = store().find(id);
+  if (!job) throw std::runtime_error("no job " + id);
+  return *std::move(job);
+}
+
+std::vector<std::string> JobStoreConformance::list(const jobs::JobFilter& filter, int limit) {
+  std::vector<std::string> ids;
+  std::string cursor;
+  do {
+    const jobs::JobPage page = store().list(filter, cursor, limit);
+    EXPECT_LE(page.items.size(), static_cast<std::size_t>(limit));
+    for (const jobs::Job& job : page.items) ids.push_back(job.id);
+    cursor = page.next_cursor;
+  } while (!cursor.empty());
+  return ids;
+}
+
+JobStoreConformance::Placed JobStoreConformance::place(jobs::JobState state) {
+  using enum jobs::JobState;
+  Placed placed{submit(), 0};
+  if (state == queued) return placed;
+  if (state == cancelled) {
+    store().cancel(placed.id, now);
+    return placed;
+  }
+  const jobs::Claim claimed = claim();
+  EXPECT_EQ(claimed.job.id, placed.id) << "place() needs an otherwise empty queue";
+  placed.fence = claimed.fence;
+  if (state == succeeded) store().succeed(placed.id, placed.fence, now, "{}", {});
+  if (state == failed) store().fail(placed.id, placed.fence, now, {"internal", "A test failed it.", {}});
+  return placed;
+}

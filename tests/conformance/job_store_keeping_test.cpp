@@ -1,0 +1,141 @@
+/// Everything of a job is kept and found again.
+
+#include "tests/conformance/job_store_conformance.h"
+
+using namespace jobs;
+
+TEST_P(JobStoreConformance, FindsASubmittedJobWithAllItsFields) {
+  const std::string id = submit([](Job& job) {
+    job.name = "two \"spheres\", \xC3\xA9t\xC3\xA9";
+    job.created_at = 1'700'000'000'123;
+    job.max_attempts = 7;
+    job.priority = 91;
+    job.labels = {{"batch", "orbit"}, {"frame", "17"}};
+    job.width = 1920;
+    job.height = 1080;
+  });
+  const Job job = find(id);
+  EXPECT_EQ(job.id, id);
+  EXPECT_EQ(job.name, "two \"spheres\", \xC3\xA9t\xC3\xA9");
+  EXPECT_EQ(job.state, JobState::queued);
+  EXPECT_EQ(job.created_at, 1'700'000'000'123);
+  EXPECT_EQ(job.started_at, std::nullopt);
+  EXPECT_EQ(job.ended_at, std::nullopt);
+  EXPECT_EQ(job.attempt, 0);
+  EXPECT_EQ(job.max_attempts, 7);
+  EXPECT_EQ(job.priority, 91);
+  EXPECT_FALSE(job.cancel_requested);
+  EXPECT_FALSE(job.suspect);
+  EXPECT_EQ(job.labels, (std::map<std::string, std::string>{{"batch", "orbit"}, {"frame", "17"}}));
+  EXPECT_EQ(job.width, 1920u);
+  EXPECT_EQ(job.height, 1080u);
+  EXPECT_EQ(job.report, "");
+  EXPECT_FALSE(job.problem);
+  EXPECT_TRUE(job.artifacts.empty());
+}
+
+TEST_P(JobStoreConformance, KeepsTheDocumentVerbatimWhateverItsBytes) {
+  std::string document;
+  for (int i = 0; i < 3 * 256; ++i) document.push_back(static_cast<char>(i));
+  const std::string id = submit({}, document);
+  EXPECT_EQ(store().document(id), document);
+  EXPECT_EQ(claim().document, document);
+}
+
+TEST_P(JobStoreConformance, KeepsALargeDocument) {
+  const std::string document(20u << 20, 'x');
+  const std::string id = submit({}, document);
+  reopen();
+  EXPECT_EQ(store().document(id), document);
+}
+
+TEST_P(JobStoreConformance, KnowsNothingOfAnIdThatWasNeverSubmitted) {
+  submit();
+  EXPECT_FALSE(store().find("no such job"));
+  EXPECT_FALSE(store().document("no such job"));
+  EXPECT_EQ(store().cancel("no such job", now), CancelOutcome::unknown);
+  EXPECT_EQ(store().remove("no such job").outcome, RemoveOutcome::unknown);
+  EXPECT_FALSE(store().succeed("no such job", 1, now, "{}", {}));
+}
+
+TEST_P(JobStoreConformance, KeepsTheReportAndTheArtifactsInOrder) {
+  const Placed job = place(JobState::running);
+  const std::string png(64, 'b'), exr(64, 'a');
+  EXPECT_TRUE(store().succeed(job.id, job.fence, now + 5, R"({"rays":1})",
+                              {{"image.png", "image/png", png, 12}, {"image.exr", "image/x-exr", exr, 1ull << 40}}));
+  reopen();
+  const Job found = find(job.id);
+  EXPECT_EQ(found.state, JobState::succeeded);
+  EXPECT_EQ(found.ended_at, now + 5);
+  EXPECT_EQ(found.report, R"({"rays":1})");
+  ASSERT_EQ(found.artifacts.size(), 2u);
+  EXPECT_EQ(found.artifacts[0].name, "image.png");
+  EXPECT_EQ(found.artifacts[0].media_type, "image/png");
+  EXPECT_EQ(found.artifacts[0].sha256, png);
+  EXPECT_EQ(found.artifacts[0].bytes, 12u);
+  EXPECT_EQ(found.artifacts[1].name, "image.exr");
+  EXPECT_EQ(found.artifacts[1].bytes, 1ull << 40);
+  EXPECT_TRUE(store().references(png));
+  EXPECT_FALSE(store().references(std::string(64, 'c')));
+}
+
+TEST_P(JobStoreConformance, KeepsTheProblemWithAllItsErrorsInOrder) {
+  const Placed job = place(JobState::running);
+  const Problem problem{"bad_scene",
+                        "2 things are wrong.",
+                        {{"/objects/1/radius", "out_of_range", "must be > 0, got -1"},
+                         {"/camera", "degenerate", "position and look_at are the same point"}}};
+  EXPECT_TRUE(store().fail(job.id, job.fence, now, problem));
+  reopen();
+  const Job found = find(job.id);
+  EXPECT_EQ(found.state, JobState::failed);
+  ASSERT_TRUE(found.problem);
+  EXPECT_EQ(found.problem->code, problem.code);
+  EXPECT_EQ(found.problem->detail, problem.detail);
+  EXPECT_EQ(found.problem->errors, problem.errors);
+}
+
+TEST_P(JobStoreConformance, CountsTheJobsOfEachState) {
+  for (const JobState state : {JobState::succeeded, JobState::failed, JobState::running}) place(state);
+  place(JobState::cancelled);
+  submit();
+  store().remove(submit());
+  reopen();
+  for (const JobState state :
+       {JobState::queued, JobState::running, JobState::succeeded, JobState::failed, JobState::cancelled}) {
+    EXPECT_EQ(store().count(state), 1) << name_of(state);
+  }
+}
+
+TEST_P(JobStoreConformance, TakesASmallWriteWhenAllIsWell) { EXPECT_NO_THROW(store().probe()); }
+
+TEST_P(JobStoreConformance, RemovesEverythingOfAJobThatDoesNotRun) {
+  for (const JobState state : {JobState::succeeded, JobState::failed, JobState::cancelled, JobState::queued}) {
+    const Placed job = place(state);
+    EXPECT_EQ(store().remove(job.id).outcome, RemoveOutcome::removed) << name_of(state);
+    EXPECT_FALSE(store().find(job.id)) << name_of(state);
+    EXPECT_FALSE(store().document(job.id)) << name_of(state);
+    EXPECT_EQ(store().remove(job.id).outcome, RemoveOutcome::unknown) << name_of(state);
+  }
+  EXPECT_FALSE(store().claim("boot", now, false));
+}
+
+TEST_P(JobStoreConformance, SaysWhichArtifactsARemovedJobNamed) {
+  const Placed job = place(JobState::running);
+  const std::string sha256(64, 'a');
+  store().succeed(job.id, job.fence, now, "{}", {{"image.png", "image/png", sha256, 1}});
+  const Removal removal = store().remove(job.id);
+  ASSERT_EQ(removal.artifacts.size(), 1u);
+  EXPECT_EQ(removal.artifacts[0].sha256, sha256);
+  EXPECT_FALSE(store().references(sha256));
+}
+
+TEST_P(JobStoreConformance, DoesNotRemoveARunningJob) {
+  const Placed job = place(JobState::running);
+  EXPECT_EQ(store().remove(job.id).outcome, RemoveOutcome::running);
+  EXPECT_TRUE(store().find(job.id));
+  EXPECT_TRUE(store().succeed(job.id, job.fence, now, "{}", {}));
+}
+
+INSTANTIATE_TEST_SUITE_P(Stores, JobStoreConformance, testing::ValuesIn(store_kinds()),
+                         [](const auto& kind) { return kind.param.name; });

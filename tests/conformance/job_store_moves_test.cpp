@@ -1,0 +1,174 @@
+/// The table of moves: what each call does to a job in each state.
+
+#include "tests/conformance/job_store_conformance.h"
+
+using namespace jobs;
+
+namespace {
+
+constexpr JobState all_states[] = {JobState::queued, JobState::running, JobState::succeeded, JobState::failed,
+                                   JobState::cancelled};
+
+}  // namespace
+
+TEST(JobMoves, AreTheseAndNoOthers) {
+  const std::vector<std::pair<std::string, std::string>> table = {
+      {"queued", "running"},    {"queued", "cancelled"}, {"running", "queued"},
+      {"running", "succeeded"}, {"running", "failed"},   {"running", "cancelled"},
+  };
+  for (const JobState from : all_states) {
+    for (const JobState to : all_states) {
+      const bool listed =
+          std::count(table.begin(), table.end(), std::pair<std::string, std::string>{name_of(from), name_of(to)}) == 1;
+      EXPECT_EQ(may_move(from, to), listed) << name_of(from) << " to " << name_of(to);
+    }
+  }
+}
+
+TEST(JobMoves, StatesHaveTheNamesOfTheContract) {
+  for (const JobState state : all_states) EXPECT_EQ(job_state(name_of(state)), state);
+  EXPECT_FALSE(job_state("Running"));
+  EXPECT_FALSE(job_state(""));
+}
+
+TEST_P(JobStoreConformance, ClaimingMovesAQueuedJobToRunningAndCountsTheAttempt) {
+  const std::string id = submit();
+  now = 2'000'000;
+  const Claim claimed = claim();
+  EXPECT_EQ(claimed.job.id, id);
+  EXPECT_EQ(claimed.job.state, JobState::running);
+  EXPECT_EQ(claimed.job.attempt, 1);
+  EXPECT_EQ(claimed.job.started_at, 2'000'000);
+  const Job found = find(id);
+  EXPECT_EQ(found.state, JobState::running);
+  EXPECT_EQ(found.attempt, 1);
+}
+
+TEST_P(JobStoreConformance, OnlyARunningJobWithTheLatestFenceCanEnd) {
+  using End = std::function<bool(const std::string&, std::int64_t)>;
+  const std::vector<std::pair<JobState, End>> ends = {
+      {JobState::succeeded, [&](auto id, auto fence) { return store().succeed(id, fence, now + 1, "{}", {}); }},
+      {JobState::failed,
+       [&](auto id, auto fence) {
+         return store().fail(id, fence, now + 1, {"internal", "x", {}});
+       }},
+      {JobState::cancelled, [&](auto id, auto fence) { return store().finish_cancel(id, fence, now + 1); }},
+  };
+  for (const auto& [to, end] : ends) {
+    for (const JobState from : all_states) {
+      const Placed job = place(from);
+      const bool may = from == JobState::running;
+      EXPECT_FALSE(end(job.id, job.fence + 1)) << "wrong fence, " << name_of(from) << " to " << name_of(to);
+      EXPECT_EQ(find(job.id).state, from);
+      EXPECT_EQ(end(job.id, job.fence), may) << name_of(from) << " to " << name_of(to);
+      const Job found = find(job.id);
+      EXPECT_EQ(found.state, may ? to : from);
+      EXPECT_EQ(found.ended_at == now + 1, may);
+      EXPECT_FALSE(end(job.id, job.fence)) << "twice, " << name_of(from) << " to " << name_of(to);
+      store().remove(job.id);
+    }
+  }
+}
+
+TEST_P(JobStoreConformance, ReleaseMovesARunningJobBackAndNothingElse) {
+  for (const JobState from : all_states) {
+    const Placed job = place(from);
+    const bool may = from == JobState::running;
+    EXPECT_EQ(store().release(job.id, job.fence, now, true, false), may) << name_of(from);
+    EXPECT_EQ(find(job.id).state, may ? JobState::queued : from);
+    store().remove(job.id);
+  }
+}
+
+TEST_P(JobStoreConformance, CancelInEveryState) {
+  const std::vector<std::tuple<JobState, CancelOutcome, JobState>> table = {
+      {JobState::queued, CancelOutcome::cancelled, JobState::cancelled},
+      {JobState::succeeded, CancelOutcome::already_ended, JobState::succeeded},
+      {JobState::failed, CancelOutcome::already_ended, JobState::failed},
+      {JobState::cancelled, CancelOutcome::already_ended, JobState::cancelled},
+      {JobState::running, CancelOutcome::cancelling, JobState::running},
+  };
+  for (const auto& [from, outcome, after] : table) {
+    const Placed job = place(from);
+    EXPECT_EQ(store().cancel(job.id, now + 9), outcome) << name_of(from);
+    const Job found = find(job.id);
+    EXPECT_EQ(found.state, after) << name_of(from);
+    EXPECT_EQ(found.cancel_requested, from == JobState::running) << name_of(from);
+    EXPECT_EQ(found.ended_at == now + 9, from == JobState::queued);
+    store().remove(job.id);
+  }
+}
+
+TEST_P(JobStoreConformance, NeverClaimsAJobCancelledWhileQueued) {
+  store().cancel(submit(), now);
+  EXPECT_FALSE(store().claim("boot", now, false));
+}
+
+TEST_P(JobStoreConformance, CancellingTwiceWhileRunningIsTheSameAsOnce) {
+  const Placed job = place(JobState::running);
+  EXPECT_EQ(store().cancel(job.id, now), CancelOutcome::cancelling);
+  EXPECT_EQ(store().cancel(job.id, now), CancelOutcome::cancelling);
+  EXPECT_TRUE(store().finish_cancel(job.id, job.fence, now));
+  const Job found = find(job.id);
+  EXPECT_EQ(found.state, JobState::cancelled);
+  EXPECT_FALSE(found.cancel_requested);
+}
+
+TEST_P(JobStoreConformance, TellsAsItIsWhenTheWorkerWasFasterThanTheCancel) {
+  const Placed job = place(JobState::running);
+  store().cancel(job.id, now);
+  EXPECT_TRUE(store().succeed(job.id, job.fence, now, "{}", {}));
+  const Job found = find(job.id);
+  EXPECT_EQ(found.state, JobState::succeeded);
+  EXPECT_FALSE(found.cancel_requested);
+}
+
+TEST_P(JobStoreConformance, ReleasingAJobWhoseCancelWasRequestedCancelsIt) {
+  const Placed job = place(JobState::running);
+  store().cancel(job.id, now);
+  EXPECT_TRUE(store().release(job.id, job.fence, now + 3, false, true));
+  const Job found = find(job.id);
+  EXPECT_EQ(found.state, JobState::cancelled);
+  EXPECT_EQ(found.ended_at, now + 3);
+  EXPECT_FALSE(found.cancel_requested);
+  EXPECT_FALSE(store().claim("boot", now, true));
+}
+
+TEST_P(JobStoreConformance, ReleaseKeepsTheAttemptOnlyWhenItCounts) {
+  const Placed job = place(JobState::running);
+  EXPECT_TRUE(store().release(job.id, job.fence, now, true, false));
+  EXPECT_EQ(find(job.id).attempt, 1);
+  const Claim second = claim();
+  EXPECT_EQ(second.job.attempt, 2);
+  EXPECT_TRUE(store().release(job.id, second.fence, now, false, false));
+  EXPECT_EQ(find(job.id).attempt, 1);
+  EXPECT_EQ(claim().job.attempt, 2);
+}
+
+TEST_P(JobStoreConformance, AnOldFenceChangesNothingAfterTheJobWasClaimedAgain) {
+  const Placed job = place(JobState::running);
+  store().release(job.id, job.fence, now, false, false);
+  const Claim second = claim();
+  ASSERT_EQ(second.job.id, job.id);
+  EXPECT_GT(second.fence, job.fence);
+  EXPECT_FALSE(store().succeed(job.id, job.fence, now, "stale", {}));
+  EXPECT_FALSE(store().fail(job.id, job.fence, now, {"internal", "stale", {}}));
+  EXPECT_FALSE(store().finish_cancel(job.id, job.fence, now));
+  EXPECT_FALSE(store().release(job.id, job.fence, now, true, true));
+  EXPECT_TRUE(store().succeed(job.id, second.fence, now, "fresh", {}));
+  EXPECT_EQ(find(job.id).report, "fresh");
+}
+
+TEST_P(JobStoreConformance, SuspectsAreClaimedAloneAndStaySuspectsUntilTheyEnd) {
+  const Placed suspect = place(JobState::running);
+  EXPECT_TRUE(store().release(suspect.id, suspect.fence, now, false, true));
+  const std::string other = submit();
+  EXPECT_EQ(claim(false).job.id, other);
+  EXPECT_FALSE(store().claim("boot", now, false)) << "a suspect never runs with others";
+  const Claim first = claim(true);
+  EXPECT_EQ(first.job.id, suspect.id);
+  EXPECT_TRUE(first.job.suspect);
+  store().release(suspect.id, first.fence, now, true, false);
+  EXPECT_EQ(claim(true).job.id, suspect.id);
+  EXPECT_FALSE(store().claim("boot", now, true));
+}

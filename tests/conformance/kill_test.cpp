@@ -1,0 +1,85 @@
+/// kill -9 in the middle of submissions: what was acknowledged is there, whole.
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <sstream>
+
+#include "server/storage/files/file_artifact_store.h"
+#include "server/storage/files/sha256.h"
+#include "server/storage/sqlite/sqlite_job_store.h"
+#include "tests/conformance/temporary_folder.h"
+
+using namespace jobs;
+
+namespace {
+
+/// Runs the program until it has acknowledged `lines` jobs, kills it, and returns all it acknowledged.
+std::string acknowledged_before_kill(const std::string& folder, int round, int lines) {
+  int ends[2];
+  if (pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error("pipe2");
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
+  std::string program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "submit_until_killed";
+  std::string folder_argument = folder, round_argument = std::to_string(round);
+  char* arguments[] = {program.data(), folder_argument.data(), round_argument.data(), nullptr};
+  pid_t child = -1;
+  const int error = posix_spawn(&child, program.c_str(), &actions, nullptr, arguments, environ);
+  posix_spawn_file_actions_destroy(&actions);
+  close(ends[1]);
+  if (error != 0) throw std::runtime_error("cannot start " + program);
+
+  std::string text;
+  char chunk[4096];
+  bool killed = false;
+  for (;;) {
+    const ssize_t got = read(ends[0], chunk, sizeof chunk);
+    if (got <= 0) break;  // the program is gone, and the pipe is empty
+    text.append(chunk, static_cast<std::size_t>(got));
+    if (!killed && std::count(text.begin(), text.end(), '\n') >= lines) {
+      kill(child, SIGKILL);
+      killed = true;
+    }
+  }
+  close(ends[0]);
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_TRUE(killed && WIFSIGNALED(status)) << "it ended by itself after: " << text;
+  return text;
+}
+
+bool is_whole(const ArtifactReader& reader, const std::string& sha256) {
+  std::string bytes(reader.size_bytes(), '\0');
+  reader.read(0, bytes.data(), bytes.size());
+  Sha256 hash;
+  hash.add(bytes.data(), bytes.size());
+  return hash.hex() == sha256;
+}
+
+}  // namespace
+
+TEST(KillNine, LosesNoAcknowledgedJobAndNoArtifactInFortyRounds) {
+  const TemporaryFolder folder;
+  int checked = 0;
+  for (int round = 0; round < 40; ++round) {
+    std::istringstream acknowledged(acknowledged_before_kill(folder.path(), round, 1 + round * 37 % 60));
+    SqliteJobStore store(folder.path());
+    FileArtifactStore artifacts(folder.path() + "/artifacts");
+    for (std::string id, sha256; acknowledged >> id >> sha256; ++checked) {
+      ASSERT_EQ(store.document(id), "document of " + id) << "round " << round;
+      const auto picture = artifacts.open(sha256);
+      ASSERT_NE(picture, nullptr) << id << " in round " << round;
+      ASSERT_TRUE(is_whole(*picture, sha256)) << id << " in round " << round;
+    }
+    const JobFilter of_round{.state = {}, .labels = {{"round", std::to_string(round)}}, .text = {}};
+    const JobPage page = store.list(of_round, "", 100'000);
+    for (const Job& job : page.items) ASSERT_EQ(store.document(job.id), "document of " + job.id);
+  }
+  EXPECT_GE(checked, 40);
+  RecordProperty("acknowledged", checked);
+}
