@@ -16,7 +16,9 @@ struct StageTimes {
 };
 
 /// {requirements, error, samples{min,mean,max}, rays{camera,shadow,reflection,refraction}, time_ms{...}, memory_bytes,
-/// non_finite, build}. `error.estimate` is null while the tracer gives no estimate: no number is better than a guess.
+/// non_finite, build}. Every member of `error` {estimate, confidence, target, met,
+/// parts{sampling, depth, cutoff}} is null while the tracer gives no estimate: no number is better than a guess.
+/// Precondition: `scene` passes tracer::validate. Throws std::bad_alloc only.
 std::string write_report(const tracer::Scene& scene, const tracer::RenderStatistics& statistics,
                          const StageTimes& times, std::uint64_t memory_bytes);
 

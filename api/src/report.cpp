@@ -1,0 +1,66 @@
+#include "api/report.h"
+
+#include <nlohmann/json.hpp>
+
+#include "tracer/version.h"
+
+namespace api {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json write(const tracer::Requirements& needs) {
+  return {{"reflection", needs.reflection},
+          {"refraction", needs.refraction},
+          {"fresnel", needs.fresnel},
+          {"shadows", needs.shadows},
+          {"transmissive_shadows", needs.transmissive_shadows},
+          {"textures", needs.textures},
+          {"smooth_normals", needs.smooth_normals},
+          {"triangles", needs.triangles},
+          {"spheres", needs.spheres},
+          {"planes", needs.planes}};
+}
+
+/// The members of the error account, none of which this build estimates.
+Json write_error() {
+  return {{"estimate", nullptr},
+          {"confidence", nullptr},
+          {"target", nullptr},
+          {"met", nullptr},
+          {"parts", {{"sampling", nullptr}, {"depth", nullptr}, {"cutoff", nullptr}}}};
+}
+
+Json write_samples(const tracer::Scene& scene, const tracer::RenderStatistics& statistics) {
+  const double pixels = static_cast<double>(scene.image.width) * scene.image.height;
+  return {{"min", scene.accuracy.samples},
+          {"mean", static_cast<double>(statistics.samples) / pixels},
+          {"max", scene.accuracy.samples}};
+}
+
+}  // namespace
+
+std::string write_report(const tracer::Scene& scene, const tracer::RenderStatistics& statistics,
+                         const StageTimes& times, std::uint64_t memory_bytes) {
+  const tracer::RayCounts& rays = statistics.rays;
+  const Json report = {{"requirements", write(tracer::requirements(scene))},
+                       {"error", write_error()},
+                       {"samples", write_samples(scene, statistics)},
+                       {"rays",
+                        {{"camera", rays.camera},
+                         {"shadow", rays.shadow},
+                         {"reflection", rays.reflection},
+                         {"refraction", rays.refraction}}},
+                       {"time_ms",
+                        {{"queue", times.queue},
+                         {"parse", times.parse},
+                         {"build", times.build},
+                         {"trace", times.trace},
+                         {"encode", times.encode}}},
+                       {"memory_bytes", memory_bytes},
+                       {"non_finite", statistics.non_finite},
+                       {"build", tracer::build()}};
+  return report.dump();
+}
+
+}  // namespace api
