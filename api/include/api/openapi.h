@@ -1,0 +1,10 @@
+#pragma once
+/// The machine contract of the HTTP service: api/openapi.yaml as JSON, built into the program.
+
+#include <string_view>
+
+namespace api {
+
+std::string_view openapi_json();  ///< lives as long as the program
+
+}  // namespace api

@@ -1,0 +1,52 @@
+#pragma once
+/// Writes what the service answers, as JSON text with the names of HTTP.md. Times are RFC 3339 UTC with milliseconds;
+/// what is not known is null; text that is not UTF-8 is mended with U+FFFD. Never fails but for memory.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "api/document.h"
+#include "server/jobs/job.h"
+#include "server/jobs/job_service.h"
+#include "tracer/requirements.h"
+#include "tracer/scene.h"
+#include "tracer/validate.h"
+
+namespace api {
+
+/// `now_ms` (since 1970 UTC) is what eta_s is reckoned from: the time so far, stretched by the tiles still to do; null
+/// until a hundredth of them is done.
+std::string write_job(const jobs::JobView& view, std::int64_t now_ms);
+
+/// {items, next_cursor}; an empty cursor is written as null.
+std::string write_job_list(const std::vector<jobs::JobView>& views, const std::string& next_cursor,
+                           std::int64_t now_ms);
+
+/// RFC 9457. `errors` is left out where there are none.
+struct ProblemReply {
+  std::string type, title;
+  int status = 500;
+  std::string detail, request_id;
+  std::vector<tracer::Issue> errors;
+};
+std::string write_problem(const ProblemReply& problem);
+
+/// {valid: true, errors: [], requirements, estimate{samples, seconds, memory_bytes}}. `seconds` and `memory_bytes` are
+/// null: nothing measured stands behind a figure yet.
+std::string write_valid(const tracer::Scene& scene);
+/// {valid: false, errors, requirements: null, estimate: null}
+std::string write_invalid(const std::vector<tracer::Issue>& errors);
+
+/// {version, build, limits{name: value}}
+std::string write_version(std::string_view version, std::string_view build,
+                          const std::vector<std::pair<std::string, std::uint64_t>>& limits);
+
+/// The document with `format` added to its output.formats; otherwise it means the same. Precondition: parse_scene
+/// accepts it.
+std::string with_format(const std::string& document, tracer::Format format);
+
+}  // namespace api

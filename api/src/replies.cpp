@@ -1,0 +1,182 @@
+#include "api/replies.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <nlohmann/json.hpp>
+
+#include "tracer/encode.h"
+
+namespace api {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+Json time_json(std::optional<std::int64_t> unix_ms) {
+  if (!unix_ms) return nullptr;
+  const std::time_t seconds = *unix_ms / 1000;
+  std::tm utc{};
+  gmtime_r(&seconds, &utc);
+  std::array<char, 24> date{};
+  std::strftime(date.data(), date.size(), "%Y-%m-%dT%H:%M:%S", &utc);
+  std::array<char, 8> fraction{};
+  std::snprintf(fraction.data(), fraction.size(), ".%03dZ", static_cast<int>(*unix_ms % 1000));
+  return std::string(date.data()) + fraction.data();
+}
+
+/// A JSON pointer as a URI fragment (RFC 6901, section 6): what RFC 3986 does not allow there is percent-encoded.
+std::string fragment_of(const std::string& pointer) {
+  constexpr std::string_view allowed =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~!$&'()*+,;=:@/?";
+  constexpr std::string_view digits = "0123456789ABCDEF";
+  std::string fragment = "#";
+  for (const char c : pointer) {
+    if (allowed.find(c) != std::string_view::npos) {
+      fragment += c;
+      continue;
+    }
+    const auto byte = static_cast<unsigned char>(c);
+    fragment += {'%', digits[byte >> 4], digits[byte & 15]};
+  }
+  return fragment;
+}
+
+Json errors_json(const std::vector<tracer::Issue>& errors) {
+  Json list = Json::array();
+  for (const tracer::Issue& issue : errors) {
+    list.push_back({{"pointer", fragment_of(issue.pointer)}, {"code", issue.code}, {"detail", issue.detail}});
+  }
+  return list;
+}
+
+Json requirements_json(const tracer::Requirements& needs) {
+  return {{"reflection", needs.reflection},
+          {"refraction", needs.refraction},
+          {"fresnel", needs.fresnel},
+          {"shadows", needs.shadows},
+          {"transmissive_shadows", needs.transmissive_shadows},
+          {"textures", needs.textures},
+          {"smooth_normals", needs.smooth_normals},
+          {"triangles", needs.triangles},
+          {"spheres", needs.spheres},
+          {"planes", needs.planes}};
+}
+
+Json eta_json(const jobs::JobView& view, std::int64_t now_ms) {
+  if (view.job.state != jobs::JobState::running || !view.job.started_at || view.progress < 0.01) return nullptr;
+  const double so_far_s = static_cast<double>(std::max<std::int64_t>(now_ms - *view.job.started_at, 0)) / 1000;
+  return std::round(so_far_s * (1 - view.progress) / view.progress * 1000) / 1000;
+}
+
+Json job_problem_json(const std::optional<jobs::Problem>& problem) {
+  if (!problem) return nullptr;
+  return {{"code", problem->code}, {"detail", problem->detail}, {"errors", errors_json(problem->errors)}};
+}
+
+/// The report was written by write_report; a job kept by a build that wrote it otherwise still has its other fields.
+Json report_json(const std::string& report) {
+  if (report.empty()) return nullptr;
+  Json json = Json::parse(report, nullptr, false);
+  return json.is_discarded() ? Json(nullptr) : json;
+}
+
+Json job_json(const jobs::JobView& view, std::int64_t now_ms) {
+  const jobs::Job& job = view.job;
+  const std::string self = "/v1/jobs/" + job.id;
+  Json artifacts = Json::array();
+  for (const jobs::Artifact& artifact : job.artifacts) {
+    artifacts.push_back({{"name", artifact.name},
+                         {"media_type", artifact.media_type},
+                         {"bytes", artifact.bytes},
+                         {"sha256", artifact.sha256},
+                         {"url", self + "/" + artifact.name}});
+  }
+  Json image = job.artifacts.empty() ? Json(nullptr) : Json(self + "/" + job.artifacts.front().name);
+  Json labels = Json::object();
+  for (const auto& [name, value] : job.labels) labels[name] = value;
+  return {{"id", job.id},
+          {"name", job.name},
+          {"state", jobs::name_of(job.state)},
+          {"progress", view.progress},
+          {"eta_s", eta_json(view, now_ms)},
+          {"queue_position", nullptr},
+          {"created_at", time_json(job.created_at)},
+          {"started_at", time_json(job.started_at)},
+          {"ended_at", time_json(job.ended_at)},
+          {"attempt", job.attempt},
+          {"max_attempts", job.max_attempts},
+          {"priority", job.priority},
+          {"cancel_requested", job.cancel_requested},
+          {"labels", std::move(labels)},
+          {"batch", nullptr},
+          {"image", {{"width", job.width}, {"height", job.height}}},
+          {"accuracy", nullptr},
+          {"report", report_json(job.report)},
+          {"problem", job_problem_json(job.problem)},
+          {"artifacts", std::move(artifacts)},
+          {"links",
+           {{"self", self},
+            {"cancel", jobs::ended(job.state) ? Json(nullptr) : Json(self + "/cancel")},
+            {"events", nullptr},
+            {"preview", nullptr},
+            {"image", std::move(image)}}}};
+}
+
+}  // namespace
+
+std::string write_job(const jobs::JobView& view, std::int64_t now_ms) { return text_of(job_json(view, now_ms)); }
+
+std::string write_job_list(const std::vector<jobs::JobView>& views, const std::string& next_cursor,
+                           std::int64_t now_ms) {
+  Json items = Json::array();
+  for (const jobs::JobView& view : views) items.push_back(job_json(view, now_ms));
+  Json cursor = next_cursor.empty() ? Json(nullptr) : Json(next_cursor);
+  return text_of({{"items", std::move(items)}, {"next_cursor", std::move(cursor)}});
+}
+
+std::string write_problem(const ProblemReply& problem) {
+  Json json{{"type", problem.type},
+            {"title", problem.title},
+            {"status", problem.status},
+            {"detail", problem.detail},
+            {"request_id", problem.request_id}};
+  if (!problem.errors.empty()) json["errors"] = errors_json(problem.errors);
+  return text_of(json);
+}
+
+std::string write_valid(const tracer::Scene& scene) {
+  const std::uint64_t pixels = std::uint64_t{scene.image.width} * scene.image.height;
+  return text_of(
+      {{"valid", true},
+       {"errors", Json::array()},
+       {"requirements", requirements_json(tracer::requirements(scene))},
+       {"estimate", {{"samples", pixels * scene.accuracy.samples}, {"seconds", nullptr}, {"memory_bytes", nullptr}}}});
+}
+
+std::string write_invalid(const std::vector<tracer::Issue>& errors) {
+  return text_of({{"valid", false}, {"errors", errors_json(errors)}, {"requirements", nullptr}, {"estimate", nullptr}});
+}
+
+std::string write_version(std::string_view version, std::string_view build,
+                          const std::vector<std::pair<std::string, std::uint64_t>>& limits) {
+  Json bounds = Json::object();
+  for (const auto& [name, value] : limits) bounds[name] = value;
+  return text_of({{"version", version}, {"build", build}, {"limits", std::move(bounds)}});
+}
+
+std::string with_format(const std::string& document, tracer::Format format) {
+  Json json = Json::parse(document);
+  Json& formats = json["output"]["formats"];
+  // A document that names no format asks for the default, which stays.
+  if (formats.is_null()) {
+    for (const tracer::Format usual : tracer::Output{}.formats) formats.push_back(tracer::extension(usual));
+  }
+  formats.push_back(tracer::extension(format));
+  return json.dump();
+}
+
+}  // namespace api
