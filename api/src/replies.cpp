@@ -7,6 +7,7 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
+#include "requirements_json.h"
 #include "tracer/encode.h"
 
 namespace api {
@@ -51,19 +52,6 @@ Json errors_json(const std::vector<tracer::Issue>& errors) {
     list.push_back({{"pointer", fragment_of(issue.pointer)}, {"code", issue.code}, {"detail", issue.detail}});
   }
   return list;
-}
-
-Json requirements_json(const tracer::Requirements& needs) {
-  return {{"reflection", needs.reflection},
-          {"refraction", needs.refraction},
-          {"fresnel", needs.fresnel},
-          {"shadows", needs.shadows},
-          {"transmissive_shadows", needs.transmissive_shadows},
-          {"textures", needs.textures},
-          {"smooth_normals", needs.smooth_normals},
-          {"triangles", needs.triangles},
-          {"spheres", needs.spheres},
-          {"planes", needs.planes}};
 }
 
 Json eta_json(const jobs::JobView& view, std::int64_t now_ms) {

@@ -2,25 +2,13 @@
 
 #include <nlohmann/json.hpp>
 
+#include "requirements_json.h"
 #include "tracer/version.h"
 
 namespace api {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Json write(const tracer::Requirements& needs) {
-  return {{"reflection", needs.reflection},
-          {"refraction", needs.refraction},
-          {"fresnel", needs.fresnel},
-          {"shadows", needs.shadows},
-          {"transmissive_shadows", needs.transmissive_shadows},
-          {"textures", needs.textures},
-          {"smooth_normals", needs.smooth_normals},
-          {"triangles", needs.triangles},
-          {"spheres", needs.spheres},
-          {"planes", needs.planes}};
-}
 
 /// The members of the error account, none of which this build estimates.
 Json write_error() {
@@ -43,7 +31,7 @@ Json write_samples(const tracer::Scene& scene, const tracer::RenderStatistics& s
 std::string write_report(const tracer::Scene& scene, const tracer::RenderStatistics& statistics,
                          const StageTimes& times, std::uint64_t memory_bytes) {
   const tracer::RayCounts& rays = statistics.rays;
-  const Json report = {{"requirements", write(tracer::requirements(scene))},
+  const Json report = {{"requirements", requirements_json(tracer::requirements(scene))},
                        {"error", write_error()},
                        {"samples", write_samples(scene, statistics)},
                        {"rays",
