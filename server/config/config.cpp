@@ -1,0 +1,198 @@
+#include "server/config/config.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <sstream>
+
+#include "server/config/option_table.h"
+
+namespace config {
+namespace {
+
+constexpr std::size_t file_bytes_max = 1u << 20;  // a mistyped --config must not read a disk
+
+struct Setting {
+  std::string value;
+  std::string where;
+};
+using Settings = std::map<std::string_view, Setting>;  // by option name
+
+std::string flag_of(std::string_view name) {
+  std::string flag = "--" + std::string(name);
+  std::replace(flag.begin(), flag.end(), '_', '-');
+  return flag;
+}
+
+std::string variable_of(std::string_view name) {
+  std::string variable = "WHITTLE_";
+  for (const char c : name) variable += c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+  return variable;
+}
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t\r");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+}
+
+struct Flags {
+  Task task = Task::run;
+  std::optional<std::string> file;
+  Settings settings;
+};
+
+Flags read_flags(const std::vector<std::string>& arguments, std::vector<Mistake>& mistakes) {
+  Flags flags;
+  for (std::size_t i = 0; i < arguments.size(); ++i) {
+    const std::string& argument = arguments[i];
+    const std::size_t equals = argument.find('=');
+    const std::string flag = argument.substr(0, equals);
+    if (argument == "--help") flags.task = Task::help;
+    if (argument == "--version") flags.task = Task::version;
+    if (argument == "--check-config") flags.task = Task::check;
+    if (argument == "--help" || argument == "--version" || argument == "--check-config") continue;
+
+    std::string name = flag.starts_with("--") ? flag.substr(2) : "";
+    std::replace(name.begin(), name.end(), '-', '_');
+    const Option* option = find_option(name);
+    if (option == nullptr && flag != "--config") {
+      mistakes.push_back({flag, "is no option; --help lists them"});
+      continue;
+    }
+    if (equals == std::string::npos && i + 1 == arguments.size()) {
+      mistakes.push_back({flag, "needs a value"});
+      continue;
+    }
+    const std::string value = equals == std::string::npos ? arguments[++i] : argument.substr(equals + 1);
+    if (option == nullptr) {
+      flags.file = value;
+    } else if (!flags.settings.emplace(option->name, Setting{value, flag}).second) {
+      mistakes.push_back({flag, "is given twice"});
+    }
+  }
+  return flags;
+}
+
+Settings read_environment(const Environment& environment, std::vector<Mistake>& mistakes) {
+  Settings settings;
+  for (const auto& [variable, value] : environment) {
+    const auto all = options();
+    const auto found = std::find_if(all.begin(), all.end(),
+                                    [&](const Option& option) { return variable_of(option.name) == variable; });
+    if (found == all.end()) {
+      mistakes.push_back({variable, "is no option; --help lists them"});
+    } else {
+      settings.emplace(found->name, Setting{value, variable});
+    }
+  }
+  return settings;
+}
+
+void read_line(std::string_view line, const std::string& where, Settings& settings, std::vector<Mistake>& mistakes) {
+  line = trimmed(line.substr(0, line.find('#')));
+  if (line.empty()) return;
+  const std::size_t equals = line.find('=');
+  if (equals == std::string_view::npos) {
+    mistakes.push_back({where, "must be \"name = value\", got \"" + std::string(line) + "\""});
+    return;
+  }
+  const std::string_view name = trimmed(line.substr(0, equals));
+  const Option* option = find_option(name);
+  if (option == nullptr) {
+    mistakes.push_back({where, "\"" + std::string(name) + "\" is no option; --help lists them"});
+  } else if (!settings.emplace(option->name, Setting{std::string(trimmed(line.substr(equals + 1))), where}).second) {
+    mistakes.push_back({where, "\"" + std::string(name) + "\" is given twice"});
+  }
+}
+
+Settings read_file(const std::string& path, std::vector<Mistake>& mistakes) {
+  Settings settings;
+  std::ifstream file(path, std::ios::binary);
+  std::string text(file_bytes_max + 1, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(std::max<std::streamsize>(file.gcount(), 0)));
+  if (!file.is_open() || file.bad() || (text.empty() && !file.eof())) {
+    mistakes.push_back({"--config", "cannot read \"" + path + "\""});
+    return settings;
+  }
+  if (text.size() > file_bytes_max) {
+    mistakes.push_back({"--config", "\"" + path + "\" is longer than 1 MiB"});
+    return settings;
+  }
+  std::istringstream lines(text);
+  std::string line;
+  for (int number = 1; std::getline(lines, line); ++number) {
+    read_line(line, path + ":" + std::to_string(number), settings, mistakes);
+  }
+  return settings;
+}
+
+/// The strongest source that sets each option wins; weaker ones are checked as well, for a mistake is a mistake.
+Config resolve(const std::vector<Settings>& weakest_first, std::vector<Mistake>& mistakes) {
+  Config config;
+  for (const Option& option : options()) {
+    assign(option, option.default_text, config);
+    for (const Settings& settings : weakest_first) {
+      const auto found = settings.find(option.name);
+      if (found == settings.end()) continue;
+      const std::string sentence = assign(option, found->second.value, config);
+      if (!sentence.empty()) mistakes.push_back({found->second.where, sentence});
+    }
+  }
+  return config;
+}
+
+}  // namespace
+
+tracer::Result<Command, std::vector<Mistake>> read_command(const std::vector<std::string>& arguments,
+                                                           const Environment& environment) {
+  std::vector<Mistake> mistakes;
+  const Flags flags = read_flags(arguments, mistakes);
+  if (flags.task == Task::help || flags.task == Task::version) return Command{flags.task, {}};
+  const Settings variables = read_environment(environment, mistakes);
+  const Settings lines = flags.file ? read_file(*flags.file, mistakes) : Settings{};
+  Command command{flags.task, resolve({lines, variables, flags.settings}, mistakes)};
+  if (command.config.listen.port != 0 && command.config.listen == command.config.health_listen) {
+    mistakes.push_back(
+        {"health_listen", "must differ from listen, both are " + text_of(*find_option("listen"), command.config)});
+  }
+  if (!mistakes.empty()) return mistakes;
+  return command;
+}
+
+Environment process_environment() {
+  Environment ours;
+  for (char** entry = environ; *entry != nullptr; ++entry) {
+    const std::string_view text = *entry;
+    const std::size_t equals = text.find('=');
+    if (!text.starts_with("WHITTLE_") || equals == std::string_view::npos) continue;
+    ours.emplace_back(text.substr(0, equals), text.substr(equals + 1));
+  }
+  return ours;
+}
+
+std::string help_text() {
+  std::string text =
+      "whittled: takes JSON scenes over HTTP, keeps them as jobs, answers pictures.\n\n"
+      "  whittled [--NAME VALUE ...] [--config FILE]\n"
+      "  whittled --check-config ...   says every mistake, or the settings, and ends\n"
+      "  whittled --version | --help\n\n"
+      "A flag --some-name beats the environment's WHITTLE_SOME_NAME beats the file's line \"some_name = value\".\n\n";
+  for (const Option& option : options()) {
+    text += "  " + flag_of(option.name) + " " + range_of(option) + "   (default " + std::string(option.default_text) +
+            ")\n      " + std::string(option.reason) + "\n";
+  }
+  return text;
+}
+
+std::vector<std::pair<std::string, std::string>> settings(const Config& config) {
+  std::vector<std::pair<std::string, std::string>> all;
+  for (const Option& option : options()) all.emplace_back(option.name, text_of(option, config));
+  return all;
+}
+
+}  // namespace config

@@ -1,0 +1,162 @@
+#include "server/config/option_table.h"
+
+#include <arpa/inet.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+
+namespace config {
+namespace {
+
+constexpr std::array table{
+    Option{"listen", "127.0.0.1:8080", Endpoint{&Config::listen},
+           "where clients connect; loopback only, for there are no keys yet; port 0 takes a free one"},
+    Option{"health_listen", "127.0.0.1:8081", Endpoint{&Config::health_listen},
+           "where /healthz, /readyz and /metrics answer, apart from clients so that load cannot hide them"},
+    Option{"data", "./data", Text{&Config::data},
+           "the folder of the queue's database and the pictures; made if missing"},
+    Option{"jobs", "2", Count{&Config::jobs, 1, 64},
+           "jobs traced at once; two, so that a small one need not wait for a large one"},
+    Option{"threads", "0", Count{&Config::threads, 0, 1024},
+           "threads that trace, shared by those jobs; 0 is one a core"},
+    Option{"max_attempts", "3", Count{&Config::max_attempts, 1, 10},
+           "a job whose worker died this often is kept as failed; three tells a bad job from bad luck"},
+    Option{"body_bytes", "67108864", Count{&Config::body_bytes, 1024, 1ull << 30},
+           "largest request body; 64 MiB is a million inline triangles"},
+    Option{"pixels", "67108864", Count{&Config::pixels, 1, 1ull << 32}, "largest picture; 64 Mpx is 8K twice over"},
+    Option{"samples_times_pixels", "17179869184", Count{&Config::samples_times_pixels, 1, 1ull << 48},
+           "most samples a job may ask for; minutes to hours on two cores, more is a mistake"},
+    Option{"objects", "4000000", Count{&Config::objects, 1, 1ull << 31}, "most objects; about 1 GiB while compiled"},
+    Option{"triangles", "40000000", Count{&Config::triangles, 1, 1ull << 31},
+           "most triangles; about 6 GiB while compiled"},
+    Option{"lights", "100000", Count{&Config::lights, 1, 1ull << 31}, "most lights; each costs a ray per hit"},
+    Option{"queued_jobs", "10000", Count{&Config::queued_jobs, 1, 10'000'000},
+           "most jobs waiting; beyond it submissions answer 503, for a queue of days helps nobody"},
+    Option{"connections", "20000", Count{&Config::connections, 1, 1'000'000},
+           "open connections; each idle one costs about 1 KiB"},
+    Option{"connections_per_address", "20000", Count{&Config::connections_per_address, 1, 1'000'000},
+           "of one client address; as many as all, for on loopback everyone, a proxy too, has the same"},
+    Option{"handler_threads", "4", Count{&Config::handler_threads, 1, 64},
+           "requests handled at once; waiting ones need none, so few suffice"},
+    Option{"render_wait_s", "60", Count{&Config::render_wait_s, 0, 3600},
+           "how long POST /v1/render waits for its picture before it answers 202; proxies cut at 60 s"},
+    Option{"drain_s", "30", Count{&Config::drain_s, 0, 86400},
+           "how long running jobs may take to finish after SIGTERM; then they go back to the queue. 30 s is what "
+           "Kubernetes grants"},
+    Option{"log_level", "info", Choice{&Config::log_level, "debug|info|warning|error"},
+           "the least level written; debug tells every read too"},
+};
+
+/// Decimal digits only.
+std::optional<std::uint64_t> whole_number(std::string_view text) {
+  std::uint64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (text.empty() || error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+bool is_ipv6(std::string_view host) { return host.find(':') != std::string_view::npos; }
+
+/// 127.0.0.0/8 and ::1.
+bool is_loopback(const std::string& host) {
+  in_addr v4{};
+  if (inet_pton(AF_INET, host.c_str(), &v4) == 1) return (ntohl(v4.s_addr) >> 24) == 127;
+  in6_addr v6{};
+  return inet_pton(AF_INET6, host.c_str(), &v6) == 1 && IN6_IS_ADDR_LOOPBACK(&v6);
+}
+
+bool is_address(const std::string& host) {
+  in6_addr any{};
+  return inet_pton(AF_INET, host.c_str(), &any) == 1 || inet_pton(AF_INET6, host.c_str(), &any) == 1;
+}
+
+std::string assign_endpoint(std::string_view text, Address& address) {
+  const std::size_t colon = text.rfind(':');
+  if (colon == std::string_view::npos) return "must be ADDRESS:PORT, got \"" + std::string(text) + "\"";
+  std::string host(text.substr(0, colon));
+  if (host.size() > 2 && host.front() == '[' && host.back() == ']') {
+    host = host.substr(1, host.size() - 2);
+  } else if (is_ipv6(host)) {
+    return "an IPv6 address needs brackets: [" + host + "]";
+  }
+  if (host == "localhost") host = "127.0.0.1";
+  const auto port = whole_number(text.substr(colon + 1));
+  if (!port || *port > 65535) return "the port must be 0..65535, got \"" + std::string(text.substr(colon + 1)) + "\"";
+  if (!is_address(host)) return "must be a literal address such as 127.0.0.1 or [::1], got \"" + host + "\"";
+  if (!is_loopback(host)) {
+    return "must be a loopback address (127.0.0.1, [::1]), got " + host +
+           ": without keys anyone who reaches the port may use the daemon. Put a proxy that asks for keys in front";
+  }
+  address = {host, static_cast<std::uint16_t>(*port)};
+  return {};
+}
+
+std::string assign_count(const Count& count, std::string_view text, Config& config) {
+  const auto value = whole_number(text);
+  if (!value || *value < count.least || *value > count.most) {
+    return "must be a whole number " + std::to_string(count.least) + ".." + std::to_string(count.most) + ", got \"" +
+           std::string(text) + "\"";
+  }
+  config.*count.member = *value;
+  return {};
+}
+
+bool is_choice(std::string_view choices, std::string_view text) {
+  while (!choices.empty()) {
+    const std::string_view choice = choices.substr(0, choices.find('|'));
+    if (choice == text) return true;
+    choices.remove_prefix(std::min(choices.size(), choice.size() + 1));
+  }
+  return false;
+}
+
+std::string write_address(const Address& address) {
+  const std::string host = is_ipv6(address.host) ? "[" + address.host + "]" : address.host;
+  return host + ":" + std::to_string(address.port);
+}
+
+}  // namespace
+
+std::span<const Option> options() { return table; }
+
+const Option* find_option(std::string_view name) {
+  const auto found =
+      std::find_if(table.begin(), table.end(), [&](const Option& option) { return option.name == name; });
+  return found == table.end() ? nullptr : &*found;
+}
+
+std::string assign(const Option& option, std::string_view text, Config& config) {
+  if (const auto* count = std::get_if<Count>(&option.kind)) return assign_count(*count, text, config);
+  if (const auto* endpoint = std::get_if<Endpoint>(&option.kind)) {
+    return assign_endpoint(text, config.*endpoint->member);
+  }
+  if (const auto* choice = std::get_if<Choice>(&option.kind)) {
+    if (!is_choice(choice->choices, text)) {
+      return "must be one of " + std::string(choice->choices) + ", got \"" + std::string(text) + "\"";
+    }
+    config.*choice->member = text;
+    return {};
+  }
+  if (text.empty()) return "must not be empty";
+  config.*std::get<Text>(option.kind).member = text;
+  return {};
+}
+
+std::string text_of(const Option& option, const Config& config) {
+  if (const auto* count = std::get_if<Count>(&option.kind)) return std::to_string(config.*count->member);
+  if (const auto* endpoint = std::get_if<Endpoint>(&option.kind)) return write_address(config.*endpoint->member);
+  if (const auto* choice = std::get_if<Choice>(&option.kind)) return config.*choice->member;
+  return config.*std::get<Text>(option.kind).member;
+}
+
+std::string range_of(const Option& option) {
+  if (const auto* count = std::get_if<Count>(&option.kind)) {
+    return std::to_string(count->least) + ".." + std::to_string(count->most);
+  }
+  if (std::holds_alternative<Endpoint>(option.kind)) return "ADDRESS:PORT";
+  if (const auto* choice = std::get_if<Choice>(&option.kind)) return std::string(choice->choices);
+  return "PATH";
+}
+
+}  // namespace config

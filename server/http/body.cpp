@@ -1,0 +1,107 @@
+#include "server/http/body.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <system_error>
+#include <utility>
+
+namespace http {
+namespace {
+
+/// A file without a name: gone with its descriptor, however the process ends.
+int open_nameless(const std::string& folder) {
+  const int fd = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+  if (fd >= 0) return fd;
+  std::string path = folder + "/body-XXXXXX";  // not every file system knows O_TMPFILE
+  const int named = ::mkostemp(path.data(), O_CLOEXEC);
+  if (named >= 0) ::unlink(path.c_str());
+  return named;
+}
+
+bool write_all(int fd, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(fd, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) return false;
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return true;
+}
+
+}  // namespace
+
+Body::Body(Body&& other) noexcept
+    : budget_(other.budget_),
+      memory_(std::exchange(other.memory_, {})),
+      fd_(std::exchange(other.fd_, -1)),
+      size_(std::exchange(other.size_, 0)) {}
+
+Body& Body::operator=(Body&& other) noexcept {
+  if (this == &other) return *this;
+  release();
+  budget_ = other.budget_;
+  memory_ = std::exchange(other.memory_, {});
+  fd_ = std::exchange(other.fd_, -1);
+  size_ = std::exchange(other.size_, 0);
+  return *this;
+}
+
+Body::~Body() { release(); }
+
+void Body::release() {
+  if (fd_ >= 0) {
+    ::close(fd_);
+    budget_->file_used -= size_;
+  } else if (budget_ != nullptr) {
+    budget_->memory_used -= size_;
+  }
+  fd_ = -1;
+  size_ = 0;
+  memory_ = {};
+}
+
+bool Body::append(std::string_view bytes) {
+  if (fd_ < 0) {
+    const bool fits = size_ + bytes.size() <= budget_->body_memory_bytes &&
+                      budget_->memory_used + bytes.size() <= budget_->memory_bytes;
+    if (fits) {
+      memory_ += bytes;
+      size_ += bytes.size();
+      budget_->memory_used += bytes.size();
+      return true;
+    }
+    if (!spool()) return false;
+  }
+  if (budget_->file_used + bytes.size() > budget_->file_bytes) return false;
+  size_ += bytes.size();
+  budget_->file_used += bytes.size();
+  return write_all(fd_, bytes);
+}
+
+bool Body::spool() {
+  fd_ = open_nameless(budget_->folder);
+  if (fd_ < 0) return false;
+  budget_->memory_used -= size_;
+  budget_->file_used += size_;
+  return write_all(fd_, std::exchange(memory_, {}));
+}
+
+std::string Body::take() {
+  std::string bytes = std::exchange(memory_, {});
+  if (fd_ >= 0) {
+    bytes.resize(size_);
+    for (std::uint64_t at = 0; at < size_;) {
+      const ssize_t got = ::pread(fd_, bytes.data() + at, size_ - at, static_cast<off_t>(at));
+      if (got < 0 && errno == EINTR) continue;
+      if (got <= 0) throw std::system_error(got < 0 ? errno : EIO, std::generic_category(), "spooled body");
+      at += static_cast<std::uint64_t>(got);
+    }
+  }
+  release();
+  return bytes;
+}
+
+}  // namespace http

@@ -1,0 +1,217 @@
+#include "server/http/gate_loop.h"
+
+#include <sys/epoll.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <system_error>
+
+namespace http {
+namespace {
+
+constexpr std::uint64_t listener_number = 0, mailbox_number = 1;
+constexpr int accepts_per_turn = 64;  // a flood of clients must not keep the served ones waiting
+
+void watch(int epoll, int operation, int fd, std::uint32_t events, std::uint64_t number) {
+  epoll_event event{};
+  event.events = events;
+  event.data.u64 = number;
+  if (::epoll_ctl(epoll, operation, fd, &event) != 0) throw std::system_error(errno, std::generic_category(), "epoll");
+}
+
+}  // namespace
+
+Gate::Loop::Loop(const GateSettings& settings, const std::vector<Route>& routes,
+                 std::function<std::string()> new_request_id, const telemetry::Log& log)
+    : settings_(settings),
+      new_request_id_(std::move(new_request_id)),
+      log_(log),
+      listener_(settings.host, settings.port),
+      port_(listener_.port()),
+      epoll_(::epoll_create1(EPOLL_CLOEXEC)),
+      last_number_(mailbox_number),
+      now_(std::chrono::steady_clock::now()) {
+  if (epoll_ < 0) throw std::system_error(errno, std::generic_category(), "epoll");
+  budget_.folder = settings.spool_folder;
+  watch(epoll_, EPOLL_CTL_ADD, listener_.fd(), EPOLLIN, listener_number);
+  watch(epoll_, EPOLL_CTL_ADD, mailbox_->fd(), EPOLLIN, mailbox_number);
+  pool_.emplace(settings.handler_threads, settings.waiting_max, routes, log);
+  thread_ = std::thread([this] { run(); });
+}
+
+Gate::Loop::~Loop() {
+  stopping_ = true;
+  mailbox_->interrupt();
+  thread_.join();
+  pool_.reset();  // what handlers still say is of no interest
+  for (Message& message : mailbox_->take()) {
+    if (auto* waiting = std::get_if<Waiting>(&message)) waiting->stop_watching();
+  }
+  for (const auto& [number, client] : clients_) {
+    if (client->stop_watching) client->stop_watching();
+  }
+  clients_.clear();
+  ::close(epoll_);
+}
+
+void Gate::Loop::drain(std::chrono::milliseconds grace) {
+  draining_ = true;
+  mailbox_->post(Drain{});
+  std::unique_lock lock(drained_mutex_);
+  drained_.wait_for(lock, grace, [&] { return empty_; });
+}
+
+void Gate::Loop::run() {
+  std::array<epoll_event, 256> events{};
+  while (!stopping_) {
+    const int count =
+        ::epoll_wait(epoll_, events.data(), static_cast<int>(events.size()), milliseconds_to_next_timer());
+    now_ = std::chrono::steady_clock::now();
+    for (int i = 0; i < count; ++i) {
+      const epoll_event& event = events[static_cast<std::size_t>(i)];
+      if (event.data.u64 == listener_number) {
+        accept_clients();
+      } else if (event.data.u64 == mailbox_number) {
+        take_messages();
+      } else {
+        handle_event(event.data.u64, event.events);
+      }
+    }
+    fire_timers();
+    if (draining_ && clients_.empty() && listener_.fd() < 0) {
+      const std::lock_guard lock(drained_mutex_);
+      empty_ = true;
+      drained_.notify_all();
+    }
+  }
+}
+
+int Gate::Loop::milliseconds_to_next_timer() const {
+  if (timers_.empty()) return -1;
+  const auto left = timers_.top().first - std::chrono::steady_clock::now();
+  const auto whole = std::chrono::ceil<std::chrono::milliseconds>(left).count();
+  return static_cast<int>(std::clamp<std::int64_t>(whole, 0, 60'000));
+}
+
+void Gate::Loop::accept_clients() {
+  for (int i = 0; i < accepts_per_turn && listener_.fd() >= 0; ++i) {
+    bool exhausted = false;
+    auto accepted = listener_.accept(exhausted);
+    if (exhausted && now_ - exhaustion_told_ > std::chrono::seconds(1)) {
+      exhaustion_told_ = now_;
+      log_.write(telemetry::Level::warning, "descriptors_exhausted",
+                 {{"connections", static_cast<std::int64_t>(clients_.size())}});
+    }
+    if (!accepted) return;
+    const auto neighbours = clients_of_.find(accepted->remote);
+    const std::size_t neighbour_count = neighbours == clients_of_.end() ? 0 : neighbours->second;
+    if (clients_.size() >= settings_.connections_max || neighbour_count >= settings_.connections_per_address_max) {
+      turn_away(std::move(*accepted));
+      continue;
+    }
+    ++clients_of_[accepted->remote];
+    const std::uint64_t number = ++last_number_;
+    auto client = std::make_unique<Client>(number, std::move(*accepted), settings_, budget_, now_);
+    client->interest = EPOLLIN;
+    watch(epoll_, EPOLL_CTL_ADD, client->connection.fd(), EPOLLIN, number);
+    arm_timer(*client);
+    clients_.emplace(number, std::move(client));
+  }
+}
+
+/// Tells a client that there are too many, as far as its socket takes it at once.
+void Gate::Loop::turn_away(Listener::Accepted accepted) {
+  Client client(0, std::move(accepted), settings_, budget_, now_);
+  client.connection.refuse({Failure::too_many_connections,
+                            "the limits are connections " + std::to_string(settings_.connections_max) +
+                                " and connections_per_address " + std::to_string(settings_.connections_per_address_max),
+                            {}});
+  refuse(client);
+}
+
+Gate::Loop::Client* Gate::Loop::find(std::uint64_t number) {
+  const auto found = clients_.find(number);
+  return found == clients_.end() ? nullptr : found->second.get();
+}
+
+void Gate::Loop::handle_event(std::uint64_t number, std::uint32_t events) {
+  Client* client = find(number);
+  if (client == nullptr) return;
+  Connection& connection = client->connection;
+  const bool gone = (events & (EPOLLERR | EPOLLHUP)) != 0;
+  const bool left_while_waiting = (events & EPOLLRDHUP) != 0 && client->stop_watching;
+  if (gone || left_while_waiting) connection.close();
+  if ((events & EPOLLIN) != 0 && connection.wants_to_read()) connection.receive(now_);
+  if ((events & EPOLLOUT) != 0 && connection.wants_to_write()) connection.send(now_);
+  settle(*client);
+}
+
+Time Gate::Loop::deadline_of(const Client& client) {
+  const Time socket = client.connection.deadline();
+  return client.stop_watching ? std::min(socket, client.exchange->parked.deadline) : socket;
+}
+
+void Gate::Loop::arm_timer(Client& client) {
+  const Time deadline = deadline_of(client);
+  if (deadline >= client.armed) return;  // the earlier timer will look again
+  client.armed = deadline;
+  timers_.emplace(deadline, client.number);
+}
+
+void Gate::Loop::fire_timers() {
+  while (!timers_.empty() && timers_.top().first <= now_) {
+    const auto [when, number] = timers_.top();
+    timers_.pop();
+    Client* client = find(number);
+    if (client == nullptr || client->armed != when) continue;
+    client->armed = Time::max();
+    if (deadline_of(*client) > now_) {
+      arm_timer(*client);
+    } else if (client->stop_watching) {
+      resume(*client, true);
+      settle(*client);
+    } else {
+      client->connection.expire();
+      settle(*client);
+    }
+  }
+}
+
+void Gate::Loop::settle(Client& client) {
+  Connection& connection = client.connection;
+  for (;;) {
+    connection.proceed(now_);
+    if (connection.refusal) {
+      refuse(client);
+    } else if (connection.request) {
+      dispatch(client);
+    } else {
+      break;
+    }
+  }
+  if (draining_ && listener_.fd() < 0 && connection.is_idle()) connection.close();
+  if (connection.state() == Connection::State::closed) return drop(client);
+  watch_socket(client);
+  arm_timer(client);
+}
+
+void Gate::Loop::watch_socket(Client& client) {
+  std::uint32_t interest = 0;
+  if (client.connection.wants_to_read()) interest |= EPOLLIN;
+  if (client.connection.wants_to_write()) interest |= EPOLLOUT;
+  if (client.stop_watching) interest |= EPOLLRDHUP;  // someone who waits tells by it that they wait no longer
+  if (interest == client.interest) return;
+  client.interest = interest;
+  watch(epoll_, EPOLL_CTL_MOD, client.connection.fd(), interest, client.number);
+}
+
+void Gate::Loop::drop(Client& client) {
+  if (client.stop_watching) client.stop_watching();
+  const auto address = clients_of_.find(client.connection.remote());
+  if (--address->second == 0) clients_of_.erase(address);
+  clients_.erase(client.number);  // the closed socket has left epoll by itself
+}
+
+}  // namespace http

@@ -1,0 +1,152 @@
+/// What happens to a request between socket and handler: dispatch, waiting, reply.
+
+#include <utility>
+
+#include "server/http/gate_loop.h"
+
+namespace http {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double milliseconds_since(Time start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+void log_request(const telemetry::Log& log, const Exchange& exchange, const Reply& reply) {
+  const Request& request = exchange.request;
+  log.write(level_of(reply.failure, request.head.method), "request",
+            {{"request_id", request.id},
+             {"method", request.head.method},
+             {"path", request.head.path},
+             {"status", std::int64_t{reply.status}},
+             {"duration_ms", milliseconds_since(exchange.started)},
+             {"remote", request.remote},
+             {"job_id", reply.job_id},
+             {"problem", reply.failure ? rule_of(*reply.failure).name : std::string_view()}});
+}
+
+Finished finished(const std::shared_ptr<Exchange>& exchange, Reply reply, bool draining, const telemetry::Log& log) {
+  const Request& request = exchange->request;
+  const bool keep_alive = request.head.keep_alive && !draining;
+  const bool to_head = request.head.method == "HEAD";
+  log_request(log, *exchange, reply);
+  std::string text = serialized(reply, request.id, keep_alive, to_head);
+  return {exchange, std::move(text), to_head ? std::nullopt : std::move(reply.source), keep_alive};
+}
+
+/// On a handler's thread: passes on what a handler answered.
+void deliver(const std::shared_ptr<Exchange>& exchange, Answer answer, const std::shared_ptr<Mailbox>& mailbox,
+             bool draining, Router& router, const telemetry::Log& log) {
+  std::function<void()> stop_watching;
+  if (auto* parked = std::get_if<Parked>(&answer)) {
+    exchange->parked = std::move(*parked);
+    const auto wake = [mailbox, client = exchange->client, waiting = std::weak_ptr(exchange)] {
+      mailbox->post(Wake{client, waiting});
+    };
+    auto failed = router.start_watch(exchange->parked, wake, stop_watching, exchange->request);
+    if (!failed) return mailbox->post(Waiting{exchange, std::move(stop_watching)});
+    answer = std::move(*failed);
+  }
+  mailbox->post(finished(exchange, std::get<Reply>(std::move(answer)), draining, log));
+}
+
+}  // namespace
+
+void Gate::Loop::refuse(Client& client) {
+  const Problem problem = *std::exchange(client.connection.refusal, std::nullopt);
+  const std::string request_id = new_request_id_();
+  const Reply reply = problem_reply(problem, request_id);
+  log_.write(level_of(reply.failure, {}), "request",
+             {{"request_id", request_id},
+              {"status", std::int64_t{reply.status}},
+              {"remote", client.connection.remote()},
+              {"problem", rule_of(problem.failure).name},
+              {"detail", problem.detail}});
+  client.connection.reply(serialized(reply, request_id, false, false), std::nullopt, false, now_);
+}
+
+void Gate::Loop::dispatch(Client& client) {
+  auto exchange = std::make_shared<Exchange>();
+  exchange->client = client.number;
+  exchange->request = *std::exchange(client.connection.request, std::nullopt);
+  exchange->request.id = new_request_id_();
+  exchange->started = now_;
+  client.exchange = exchange;
+  client.woken = false;
+  const bool heavy = exchange->request.body.spooled();
+  const bool taken = pool_->submit(
+      [this, exchange, mailbox = mailbox_](Router& router) {
+        deliver(exchange, router.answer(exchange->request), mailbox, draining_, router, log_);
+      },
+      heavy);
+  if (taken) return;
+  const Problem problem{
+      Failure::overloaded, "more than " + std::to_string(settings_.waiting_max) + " requests wait", {}};
+  Finished refused = finished(exchange, problem_reply(problem, exchange->request.id), draining_, log_);
+  client.exchange.reset();
+  client.connection.reply(std::move(refused.text), std::nullopt, refused.keep_alive, now_);
+}
+
+void Gate::Loop::resume(Client& client, bool timed_out) {
+  if (timed_out) client.stop_watching();
+  client.stop_watching = nullptr;
+  client.woken = false;
+  pool_->resume([this, timed_out, exchange = client.exchange, mailbox = mailbox_](Router& router) {
+    // Handing the continuation over first: the answer may be to wait again.
+    const Parked parked = std::exchange(exchange->parked, {});
+    deliver(exchange, router.resume(parked, timed_out, exchange->request), mailbox, draining_, router, log_);
+  });
+}
+
+void Gate::Loop::take_messages() {
+  for (Message& message : mailbox_->take()) {
+    std::visit([this](auto& content) { receive(content); }, message);
+  }
+}
+
+void Gate::Loop::receive(Finished& finished) {
+  Client* client = find(finished.exchange->client);
+  if (client == nullptr) return;  // left meanwhile
+  client->exchange.reset();
+  client->connection.reply(std::move(finished.text), std::move(finished.source), finished.keep_alive, now_);
+  settle(*client);
+}
+
+void Gate::Loop::receive(Waiting& waiting) {
+  Client* client = find(waiting.exchange->client);
+  if (client == nullptr) return waiting.stop_watching();
+  client->stop_watching = std::move(waiting.stop_watching);
+  if (client->woken) {
+    resume(*client, false);
+  } else if (draining_) {
+    resume(*client, true);
+  }
+  settle(*client);
+}
+
+void Gate::Loop::receive(Wake& wake) {
+  Client* client = find(wake.client);
+  const auto exchange = wake.exchange.lock();
+  if (client == nullptr || exchange == nullptr || client->exchange != exchange) return;  // too late
+  if (!client->stop_watching) {
+    client->woken = true;
+    return;
+  }
+  resume(*client, false);
+  settle(*client);
+}
+
+void Gate::Loop::receive(Drain&) {
+  listener_.close();
+  std::vector<std::uint64_t> numbers;
+  numbers.reserve(clients_.size());
+  for (const auto& [number, client] : clients_) numbers.push_back(number);
+  for (const std::uint64_t number : numbers) {
+    Client* client = find(number);
+    if (client->stop_watching) resume(*client, true);
+    settle(*client);
+  }
+}
+
+}  // namespace http

@@ -1,0 +1,159 @@
+#include <array>
+#include <charconv>
+#include <cstdio>
+
+#include "api/replies.h"
+#include "server/http/handlers.h"
+#include "server/http/negotiation.h"
+
+namespace http {
+namespace {
+
+constexpr int list_default = 50, list_max = 200;  // 200 jobs are half a megabyte of JSON: some milliseconds
+
+/// Tells states of one job apart, no more is asked of it (FNV-1a, 64 bits).
+std::string etag_of(const std::string& body) {
+  std::uint64_t hash = 0xcbf29ce484222325;
+  for (const char c : body) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
+  std::array<char, 20> text{};
+  std::snprintf(text.data(), text.size(), "\"%016llx\"", static_cast<unsigned long long>(hash));
+  return text.data();
+}
+
+struct ListQuery {
+  jobs::JobFilter filter;
+  std::string cursor;
+  int limit = list_default;
+};
+
+std::string read_limit(const std::string& text, int& limit) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), limit);
+  const bool whole = error == std::errc{} && end == text.data() + text.size();
+  if (whole && limit >= 1 && limit <= list_max) return {};
+  return "limit must be 1.." + std::to_string(list_max);
+}
+
+/// The mistakes of all parameters, as one sentence; empty when the query is good.
+std::string read_list_query(const Pairs& pairs, ListQuery& query) {
+  std::string mistakes;
+  const auto complain = [&](const std::string& sentence) {
+    if (!sentence.empty()) mistakes += (mistakes.empty() ? "" : "; ") + sentence;
+  };
+  Pairs seen;
+  for (const auto& [name, value] : pairs) {
+    for (const auto& [earlier, unused] : seen) {
+      if (earlier == name && name != "label") complain(name + " is given twice");
+    }
+    seen.emplace_back(name, value);
+    if (name == "state") {
+      query.filter.state = jobs::job_state(value);
+      if (!query.filter.state) complain("state must be queued, running, succeeded, failed or cancelled");
+    } else if (name == "label") {
+      const std::size_t colon = value.find(':');
+      if (colon == 0 || colon == std::string::npos) {
+        complain("label must be NAME:VALUE");
+      } else if (!query.filter.labels.emplace(value.substr(0, colon), value.substr(colon + 1)).second) {
+        complain("label " + value.substr(0, colon) + " is given twice");
+      }
+    } else if (name == "q") {
+      query.filter.text = value;
+    } else if (name == "limit") {
+      complain(read_limit(value, query.limit));
+    } else if (name == "cursor") {
+      query.cursor = value;
+      if (value.size() != 36) complain("cursor must be a next_cursor");
+    }
+  }
+  return mistakes;
+}
+
+}  // namespace
+
+Answer submit_job(Request& request, const Front& front) {
+  auto scene = take_scene(request, front);
+  if (!scene) return problem_reply(scene.error(), request.id);
+  const auto submitted = front.jobs.submit(scene->document, scene->parsed);
+  if (!submitted) return problem_reply(problem_of(submitted.error()), request.id);
+  return job_reply(202, *submitted, front);
+}
+
+Answer validate_job(Request& request, const Front& front) {
+  auto scene = take_scene(request, front);
+  Reply reply;
+  reply.content_type = "application/json";
+  if (scene) {
+    reply.body = api::write_valid(scene->parsed.scene);
+  } else if (scene.error().failure == Failure::bad_scene) {
+    reply.body = api::write_invalid(scene.error().errors);
+  } else {
+    return problem_reply(scene.error(), request.id);
+  }
+  return reply;
+}
+
+Answer list_jobs(Request& request, const Front& front) {
+  ListQuery query;
+  const std::string mistakes = read_list_query(request.head.query, query);
+  if (!mistakes.empty()) return problem_reply({Failure::bad_query, mistakes, {}}, request.id);
+  jobs::JobPage page = front.jobs.list(query.filter, query.cursor, query.limit);
+  std::vector<jobs::JobView> views;
+  views.reserve(page.items.size());
+  for (jobs::Job& job : page.items) {
+    const double progress = front.jobs.progress(job.id);
+    views.push_back({std::move(job), progress});
+  }
+  Reply reply;
+  reply.content_type = "application/json";
+  reply.body = api::write_job_list(views, page.next_cursor, front.clock());
+  return reply;
+}
+
+Answer get_job(Request& request, const Front& front) {
+  const auto view = find_job(request, front);
+  if (!view) return problem_reply(view.error(), request.id);
+  Reply reply = job_reply(200, *view, front);
+  const std::string etag = etag_of(reply.body);
+  reply.headers.emplace_back("ETag", etag);
+  reply.headers.emplace_back("Cache-Control", "no-cache");
+  const auto known = request.head.header("if-none-match");
+  if (known && none_match_names(*known, etag)) {
+    reply.status = 304;
+    reply.content_type.clear();
+    reply.body.clear();
+  }
+  return reply;
+}
+
+Answer cancel_job(Request& request, const Front& front) {
+  const auto view = find_job(request, front);
+  if (!view) return problem_reply(view.error(), request.id);
+  const std::string& id = view->job.id;
+  const jobs::CancelOutcome outcome = front.jobs.cancel(id);
+  const auto after = front.jobs.find(id);
+  if (outcome == jobs::CancelOutcome::unknown || !after) return problem_reply(no_such_job(id), request.id);
+  if (outcome == jobs::CancelOutcome::already_ended) {
+    const std::string state = jobs::name_of(after->job.state);
+    return problem_reply({Failure::job_ended, "job " + id + " has ended, it is " + state, {}}, request.id);
+  }
+  return job_reply(202, *after, front);
+}
+
+Answer remove_job(Request& request, const Front& front) {
+  const auto view = find_job(request, front);
+  if (!view) return problem_reply(view.error(), request.id);
+  const std::string& id = view->job.id;
+  switch (front.jobs.remove(id)) {
+    case jobs::RemoveOutcome::running:
+      return problem_reply({Failure::job_running, "job " + id + " is running; cancel it first", {}}, request.id);
+    case jobs::RemoveOutcome::unknown:
+      return problem_reply(no_such_job(id), request.id);
+    case jobs::RemoveOutcome::removed:
+      break;
+  }
+  Reply reply;
+  reply.status = 204;
+  reply.job_id = id;
+  return reply;
+}
+
+}  // namespace http

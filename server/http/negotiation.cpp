@@ -1,0 +1,144 @@
+#include "server/http/negotiation.h"
+
+#include <algorithm>
+#include <charconv>
+
+namespace http {
+namespace {
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+/// Takes the text up to `separator` off the front of `text`, trimmed.
+std::string_view take_until(std::string_view& text, char separator) {
+  const std::string_view part = text.substr(0, text.find(separator));
+  text.remove_prefix(std::min(text.size(), part.size() + 1));
+  return trimmed(part);
+}
+
+std::string lowered(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return result;
+}
+
+/// "0.75" as 750; nothing when it is no weight (RFC 9110, section 12.4.2).
+std::optional<int> thousandths(std::string_view text) {
+  if (text.empty() || text.size() > 5 || (text[0] != '0' && text[0] != '1')) return std::nullopt;
+  if (text.size() > 1 && text[1] != '.') return std::nullopt;
+  int value = (text[0] - '0') * 1000;
+  for (std::size_t i = 2, unit = 100; i < text.size(); ++i, unit /= 10) {
+    if (text[i] < '0' || text[i] > '9') return std::nullopt;
+    value += (text[i] - '0') * static_cast<int>(unit);
+  }
+  return value <= 1000 ? std::optional(value) : std::nullopt;
+}
+
+struct MediaRange {
+  std::string type;  ///< "image/png", "image/*", "*/*"
+  int weight = 1000;
+};
+
+std::optional<MediaRange> read_media_range(std::string_view member) {
+  MediaRange range{lowered(take_until(member, ';'))};
+  if (range.type.find('/') == std::string::npos) return std::nullopt;
+  while (!member.empty()) {
+    const std::string parameter = lowered(take_until(member, ';'));
+    if (!parameter.starts_with("q=")) continue;
+    const auto weight = thousandths(std::string_view(parameter).substr(2));
+    if (!weight) return std::nullopt;
+    range.weight = *weight;
+  }
+  return range;
+}
+
+/// How closely `range` describes `type`: 0 not at all, 3 exactly.
+int specificity(const std::string& range, std::string_view type) {
+  if (range == type) return 3;
+  if (range == std::string(type.substr(0, type.find('/'))) + "/*") return 2;
+  return range == "*/*" ? 1 : 0;
+}
+
+std::optional<std::uint64_t> position(std::string_view text) {
+  std::uint64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (text.empty() || error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+}  // namespace
+
+std::optional<std::size_t> best_offer(std::optional<std::string_view> accept,
+                                      const std::vector<std::string_view>& offers) {
+  std::vector<MediaRange> ranges;
+  for (std::string_view rest = accept.value_or(""); !rest.empty();) {
+    if (auto range = read_media_range(take_until(rest, ','))) ranges.push_back(std::move(*range));
+  }
+  if (trimmed(accept.value_or("")).empty()) ranges.push_back({"*/*"});
+
+  std::optional<std::size_t> best;
+  int best_weight = 0;
+  for (std::size_t i = 0; i < offers.size(); ++i) {
+    int weight = 0, closest = 0;
+    for (const MediaRange& range : ranges) {
+      const int close = specificity(range.type, offers[i]);
+      if (close > closest) {
+        closest = close;
+        weight = range.weight;
+      }
+    }
+    if (weight > best_weight) {
+      best = i;
+      best_weight = weight;
+    }
+  }
+  return best;
+}
+
+RangeAnswer read_range(std::optional<std::string_view> range, std::uint64_t size_bytes) {
+  using Kind = RangeAnswer::Kind;
+  if (!range || !range->starts_with("bytes=")) return {};
+  const std::string_view spec = trimmed(range->substr(6));
+  const std::size_t dash = spec.find('-');
+  if (dash == std::string_view::npos || spec.find(',') != std::string_view::npos) return {};
+  const std::string_view first = spec.substr(0, dash), last = spec.substr(dash + 1);
+
+  if (first.empty()) {  // the last N bytes
+    const auto count = position(last);
+    if (!count) return {};
+    if (*count == 0 || size_bytes == 0) return {Kind::unsatisfiable, {}};
+    return {Kind::part, {size_bytes - std::min(*count, size_bytes), size_bytes}};
+  }
+  const auto begin = position(first);
+  const auto end = last.empty() ? std::optional(UINT64_MAX) : position(last);
+  if (!begin || !end || *end < *begin) return {};
+  if (*begin >= size_bytes) return {Kind::unsatisfiable, {}};
+  return {Kind::part, {*begin, std::min(*end, size_bytes - 1) + 1}};
+}
+
+bool none_match_names(std::string_view if_none_match, std::string_view etag) {
+  if (trimmed(if_none_match) == "*") return true;
+  while (!if_none_match.empty()) {
+    std::string_view member = take_until(if_none_match, ',');
+    if (member.starts_with("W/")) member.remove_prefix(2);
+    if (member == etag) return true;
+  }
+  return false;
+}
+
+bool is_json(std::string_view content_type) {
+  if (lowered(take_until(content_type, ';')) != "application/json") return false;
+  while (!content_type.empty()) {
+    const std::string parameter = lowered(take_until(content_type, ';'));
+    if (!parameter.starts_with("charset=")) continue;
+    if (parameter != "charset=utf-8" && parameter != "charset=\"utf-8\"") return false;
+  }
+  return true;
+}
+
+}  // namespace http

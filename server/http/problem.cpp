@@ -1,0 +1,111 @@
+#include "server/http/problem.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+
+namespace http {
+namespace {
+
+using telemetry::Level;
+
+constexpr std::array rules{
+    FailureRule{Failure::bad_request, "bad_request", 400, "The request is not well-formed", Level::info, 0},
+    FailureRule{Failure::request_timeout, "request_timeout", 408, "The request came too slowly", Level::info, 0},
+    FailureRule{Failure::length_required, "length_required", 411, "The body's length must be given", Level::info, 0},
+    FailureRule{Failure::body_too_large, "body_too_large", 413, "The body is too large", Level::info, 0},
+    FailureRule{Failure::target_too_long, "target_too_long", 414, "The request target is too long", Level::info, 0},
+    FailureRule{Failure::unsupported_encoding, "unsupported_encoding", 415, "Bodies must not be encoded", Level::info,
+                0},
+    FailureRule{Failure::expectation_failed, "expectation_failed", 417, "The expectation is not known", Level::info, 0},
+    FailureRule{Failure::headers_too_large, "headers_too_large", 431, "The headers are too large", Level::info, 0},
+    FailureRule{Failure::not_implemented, "not_implemented", 501, "The method is not known", Level::info, 0},
+    FailureRule{Failure::version_not_supported, "version_not_supported", 505, "Only HTTP/1.1 and HTTP/1.0 are spoken",
+                Level::info, 0},
+    FailureRule{Failure::too_many_connections, "too_many_connections", 503, "Too many connections are open",
+                Level::warning, 2},
+    FailureRule{Failure::overloaded, "overloaded", 503, "Too many requests are waiting", Level::warning, 1},
+    FailureRule{Failure::not_json, "not_json", 400, "The body is not JSON", Level::info, 0},
+    FailureRule{Failure::bad_query, "bad_query", 400, "The query is not understood", Level::info, 0},
+    FailureRule{Failure::not_found, "not_found", 404, "There is nothing here", Level::info, 0},
+    FailureRule{Failure::job_not_found, "job_not_found", 404, "There is no such job", Level::info, 0},
+    FailureRule{Failure::picture_not_found, "picture_not_found", 404, "There is no such picture yet", Level::info, 0},
+    FailureRule{Failure::method_not_allowed, "method_not_allowed", 405, "The method is not allowed here", Level::info,
+                0},
+    FailureRule{Failure::not_acceptable, "not_acceptable", 406, "No accepted format can be given", Level::info, 0},
+    FailureRule{Failure::job_running, "job_running", 409, "The job is running", Level::info, 0},
+    FailureRule{Failure::job_ended, "job_ended", 409, "The job has ended", Level::info, 0},
+    FailureRule{Failure::job_cancelled, "job_cancelled", 409, "The job was cancelled", Level::info, 0},
+    FailureRule{Failure::range_not_satisfiable, "range_not_satisfiable", 416, "The range is outside the picture",
+                Level::info, 0},
+    FailureRule{Failure::unsupported_media_type, "unsupported_media_type", 415, "The body must be application/json",
+                Level::info, 0},
+    FailureRule{Failure::bad_scene, "bad_scene", 422, "The scene cannot be rendered", Level::info, 0},
+    FailureRule{Failure::queue_full, "queue_full", 503, "The queue is full", Level::warning, 5},
+    FailureRule{Failure::draining, "draining", 503, "The daemon is about to stop", Level::info, 10},
+    FailureRule{Failure::store_unavailable, "store_unavailable", 503, "Jobs cannot be stored now", Level::error, 10},
+    FailureRule{Failure::not_ready, "not_ready", 503, "Jobs would not run now", Level::debug, 5},
+    FailureRule{Failure::job_failed, "job_failed", 500, "The job failed", Level::warning, 0},
+    FailureRule{Failure::internal, "internal", 500, "Something is wrong with the daemon", Level::error, 0},
+};
+
+constexpr bool in_order() {
+  for (std::size_t i = 0; i < rules.size(); ++i) {
+    if (static_cast<std::size_t>(rules[i].failure) != i) return false;
+  }
+  return rules.size() == static_cast<std::size_t>(Failure::internal) + 1;
+}
+static_assert(in_order(), "one rule per Failure, in its order");
+
+}  // namespace
+
+const FailureRule& rule_of(Failure failure) { return rules[static_cast<std::size_t>(failure)]; }
+
+Problem problem_of(const api::Refusal& refusal) {
+  switch (refusal.kind) {
+    case api::Refusal::Kind::not_json:
+      return {
+          Failure::not_json,
+          "line " + std::to_string(refusal.line) + ", column " + std::to_string(refusal.column) + ": " + refusal.detail,
+          {}};
+    case api::Refusal::Kind::too_large:
+      return {Failure::body_too_large, refusal.detail, {}};
+    case api::Refusal::Kind::invalid:
+      break;
+  }
+  const std::size_t count = refusal.issues.size();
+  return {Failure::bad_scene, std::to_string(count) + (count == 1 ? " error" : " errors") + " in the document",
+          refusal.issues};
+}
+
+Problem problem_of(const jobs::StoreFailure& failure) {
+  // What exactly went wrong is the operator's business (the log has it); the client learns what it can rely on.
+  if (failure.kind == jobs::StoreFailure::Kind::full) {
+    return {Failure::store_unavailable, "the disk is full; nothing was stored", {}};
+  }
+  return {Failure::store_unavailable, "the store is not available; nothing was stored", {}};
+}
+
+Problem problem_of(const jobs::QueueFull& full) {
+  return {Failure::queue_full,
+          std::to_string(full.queued) + " jobs wait, the limit queued_jobs is " + std::to_string(full.limit) +
+              "; nothing was stored",
+          {}};
+}
+
+Problem problem_of(const jobs::Job& job) {
+  assert(job.state == jobs::JobState::failed || job.state == jobs::JobState::cancelled);
+  if (job.state == jobs::JobState::cancelled) {
+    return {Failure::job_cancelled, "job " + job.id + " was cancelled before its picture was finished", {}};
+  }
+  if (!job.problem) return {Failure::job_failed, "job " + job.id + " failed", {}};
+  const Failure failure = job.problem->code == "bad_scene" ? Failure::bad_scene : Failure::job_failed;
+  return {failure, "job " + job.id + ", " + job.problem->code + ": " + job.problem->detail, job.problem->errors};
+}
+
+telemetry::Level level_of(std::optional<Failure> failure, std::string_view method) {
+  if (failure) return rule_of(*failure).level;
+  return method == "GET" || method == "HEAD" ? Level::debug : Level::info;
+}
+
+}  // namespace http

@@ -1,0 +1,84 @@
+#pragma once
+/// Every way a request can fail, and what that means: HTTP status, title, log level, when to try again. Decided here
+/// and nowhere else; the rest of the program names a Failure and says one sentence about this case.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "api/document.h"
+#include "server/jobs/job.h"
+#include "server/jobs/job_service.h"
+#include "server/jobs/job_store.h"
+#include "server/telemetry/log.h"
+#include "tracer/validate.h"
+
+namespace http {
+
+enum class Failure {
+  // What the gate finds wrong with a request before anyone handles it. It closes the connection after telling.
+  bad_request,
+  request_timeout,
+  length_required,
+  body_too_large,
+  target_too_long,
+  unsupported_encoding,
+  expectation_failed,
+  headers_too_large,
+  not_implemented,
+  version_not_supported,
+  too_many_connections,
+  overloaded,
+  // What handlers answer.
+  not_json,
+  bad_query,
+  not_found,
+  job_not_found,
+  picture_not_found,
+  method_not_allowed,
+  not_acceptable,
+  job_running,
+  job_ended,
+  job_cancelled,
+  range_not_satisfiable,
+  unsupported_media_type,
+  bad_scene,
+  queue_full,
+  draining,
+  store_unavailable,
+  not_ready,
+  job_failed,
+  internal,
+};
+
+/// What is decided once per Failure.
+struct FailureRule {
+  Failure failure;
+  std::string_view name;  ///< stable; the problem's type is "urn:whittle:problem:" + name
+  int status;
+  std::string_view title;  ///< the same for every occurrence (RFC 9457, section 3.1.3)
+  telemetry::Level level;
+  int retry_after_s;  ///< 0: no Retry-After
+};
+const FailureRule& rule_of(Failure failure);
+
+/// One occurrence: what the client is told.
+struct Problem {
+  Failure failure = Failure::internal;
+  std::string detail;  ///< one sentence about this case; never a path, a query or a stack of ours
+  std::vector<tracer::Issue> errors;
+};
+
+Problem problem_of(const api::Refusal& refusal);
+Problem problem_of(const jobs::StoreFailure& failure);
+Problem problem_of(const jobs::QueueFull& full);
+/// Why a job that ended without a picture has none. Precondition: failed or cancelled.
+Problem problem_of(const jobs::Job& job);
+
+/// The level of the log line of a request: `failure` decides when there is one; reads that went well are `debug`,
+/// changes `info`.
+telemetry::Level level_of(std::optional<Failure> failure, std::string_view method);
+
+}  // namespace http

@@ -1,0 +1,82 @@
+/// POST /v1/render: a job whose submitter waits for the picture. Waiting holds no thread.
+
+#include <algorithm>
+
+#include "api/replies.h"
+#include "server/http/handlers.h"
+#include "server/http/negotiation.h"
+#include "tracer/encode.h"
+
+namespace http {
+namespace {
+
+using Deadline = std::chrono::steady_clock::time_point;
+
+/// The formats on offer: first those the document asks for, in its order, then the others we can write.
+std::vector<tracer::Format> offers(const std::vector<tracer::Format>& asked) {
+  std::vector<tracer::Format> formats = asked;
+  for (const tracer::Format format : {tracer::Format::png, tracer::Format::exr}) {
+    if (std::find(formats.begin(), formats.end(), format) == formats.end()) formats.push_back(format);
+  }
+  return formats;
+}
+
+std::optional<tracer::Format> accepted(const Request& request, const std::vector<tracer::Format>& asked) {
+  const std::vector<tracer::Format> formats = offers(asked);
+  std::vector<std::string_view> types;
+  for (const tracer::Format format : formats) types.push_back(tracer::media_type(format));
+  const auto best = best_offer(request.head.header("accept"), types);
+  if (!best) return std::nullopt;
+  return formats[*best];
+}
+
+/// What Accept asks for beyond the document becomes part of the job.
+void add_format(Scene& scene, tracer::Format format) {
+  auto& formats = scene.parsed.scene.output.formats;
+  if (std::find(formats.begin(), formats.end(), format) != formats.end()) return;
+  scene.document = api::with_format(scene.document, format);
+  formats.push_back(format);
+}
+
+Reply finished_picture(const jobs::Job& job, tracer::Format format, const Front& front) {
+  const auto artifact = std::find_if(job.artifacts.begin(), job.artifacts.end(), [&](const jobs::Artifact& candidate) {
+    return candidate.media_type == tracer::media_type(format);
+  });
+  if (artifact == job.artifacts.end()) throw std::runtime_error("job " + job.id + " lacks the picture it was to make");
+  Reply reply = picture_reply(job, *artifact, front);
+  reply.headers.emplace_back("Content-Location", "/v1/jobs/" + job.id + "/" + artifact->name);
+  return reply;
+}
+
+Parked wait_for(const std::string& id, tracer::Format format, Deadline deadline, const std::string& request_id,
+                const Front& front) {
+  const auto watch = [front, id](std::function<void()> wake) -> std::function<void()> {
+    const std::uint64_t token = front.jobs.when_ended(id, std::move(wake));
+    return [front, token] { front.jobs.forget(token); };
+  };
+  const auto resume = [=](bool timed_out) -> Answer {
+    const auto view = front.jobs.find(id);
+    if (!view) return problem_reply(no_such_job(id), request_id);
+    if (view->job.state == jobs::JobState::succeeded) return finished_picture(view->job, format, front);
+    if (jobs::ended(view->job.state)) return problem_reply(problem_of(view->job), request_id);
+    if (timed_out) return job_reply(202, *view, front);
+    return wait_for(id, format, deadline, request_id, front);
+  };
+  return {deadline, watch, resume};
+}
+
+}  // namespace
+
+Answer render(Request& request, const Front& front) {
+  auto scene = take_scene(request, front);
+  if (!scene) return problem_reply(scene.error(), request.id);
+  const auto format = accepted(request, scene->parsed.scene.output.formats);
+  if (!format) return problem_reply({Failure::not_acceptable, "accept image/png or image/x-exr", {}}, request.id);
+  add_format(*scene, *format);
+  const auto submitted = front.jobs.submit(scene->document, scene->parsed);
+  if (!submitted) return problem_reply(problem_of(submitted.error()), request.id);
+  const Deadline deadline = std::chrono::steady_clock::now() + front.render_wait;
+  return wait_for(submitted->job.id, *format, deadline, request.id, front);
+}
+
+}  // namespace http

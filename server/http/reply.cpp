@@ -1,0 +1,83 @@
+#include <array>
+#include <ctime>
+#include <utility>
+
+#include "api/replies.h"
+#include "server/http/exchange.h"
+
+namespace http {
+namespace {
+
+std::string_view reason_of(int status) {
+  constexpr std::array<std::pair<int, std::string_view>, 25> reasons{{{200, "OK"},
+                                                                      {202, "Accepted"},
+                                                                      {204, "No Content"},
+                                                                      {206, "Partial Content"},
+                                                                      {304, "Not Modified"},
+                                                                      {400, "Bad Request"},
+                                                                      {404, "Not Found"},
+                                                                      {405, "Method Not Allowed"},
+                                                                      {406, "Not Acceptable"},
+                                                                      {408, "Request Timeout"},
+                                                                      {409, "Conflict"},
+                                                                      {411, "Length Required"},
+                                                                      {413, "Content Too Large"},
+                                                                      {414, "URI Too Long"},
+                                                                      {415, "Unsupported Media Type"},
+                                                                      {416, "Range Not Satisfiable"},
+                                                                      {417, "Expectation Failed"},
+                                                                      {422, "Unprocessable Content"},
+                                                                      {431, "Request Header Fields Too Large"},
+                                                                      {500, "Internal Server Error"},
+                                                                      {501, "Not Implemented"},
+                                                                      {503, "Service Unavailable"},
+                                                                      {505, "HTTP Version Not Supported"}}};
+  for (const auto& [code, reason] : reasons) {
+    if (code == status) return reason;
+  }
+  return "";  // the phrase is optional (RFC 9112, section 4)
+}
+
+std::string date_now() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  std::array<char, 40> text{};
+  std::strftime(text.data(), text.size(), "%a, %d %b %Y %H:%M:%S GMT", &utc);
+  return text.data();
+}
+
+}  // namespace
+
+Reply problem_reply(const Problem& problem, const std::string& request_id) {
+  const FailureRule& rule = rule_of(problem.failure);
+  Reply reply;
+  reply.status = rule.status;
+  reply.content_type = "application/problem+json";
+  reply.body = api::write_problem({"urn:whittle:problem:" + std::string(rule.name), std::string(rule.title),
+                                   rule.status, problem.detail, request_id, problem.errors});
+  if (rule.retry_after_s > 0) reply.headers.emplace_back("Retry-After", std::to_string(rule.retry_after_s));
+  reply.failure = problem.failure;
+  return reply;
+}
+
+std::string serialized(const Reply& reply, const std::string& request_id, bool keep_alive, bool to_head) {
+  std::string text = "HTTP/1.1 " + std::to_string(reply.status) + ' ' + std::string(reason_of(reply.status)) + "\r\n";
+  const auto header = [&](std::string_view name, std::string_view value) {
+    text.append(name).append(": ").append(value).append("\r\n");
+  };
+  header("Date", date_now());
+  header("X-Request-Id", request_id);
+  header("X-Content-Type-Options", "nosniff");
+  for (const auto& [name, value] : reply.headers) header(name, value);
+  if (!reply.content_type.empty()) header("Content-Type", reply.content_type);
+  if (reply.status != 204 && reply.status != 304) {
+    header("Content-Length", std::to_string(reply.source ? reply.source->size_bytes : reply.body.size()));
+  }
+  header("Connection", keep_alive ? "keep-alive" : "close");
+  text += "\r\n";
+  if (!to_head) text += reply.body;
+  return text;
+}
+
+}  // namespace http

@@ -1,0 +1,268 @@
+#include "server/http/request_head.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+
+namespace http {
+namespace {
+
+using Refusal = std::optional<RefusedHead>;
+
+RefusedHead bad(std::string detail) { return {Failure::bad_request, std::move(detail)}; }
+
+/// RFC 9110, section 5.6.2.
+bool is_token_char(char c) {
+  const bool alphanumeric = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+  return alphanumeric || (c != '\0' && std::string_view("!#$%&'*+-.^_`|~").find(c) != std::string_view::npos);
+}
+bool is_token(std::string_view text) { return !text.empty() && std::all_of(text.begin(), text.end(), is_token_char); }
+
+bool is_control(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }
+
+char lowered(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
+std::string lowered(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) c = lowered(c);
+  return result;
+}
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+int hex_value(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return -1;
+}
+
+Refusal read_version(std::string_view text, RequestHead& head) {
+  const auto digit = [&](std::size_t i) { return text[i] >= '0' && text[i] <= '9'; };
+  if (text.size() != 8 || !text.starts_with("HTTP/") || !digit(5) || text[6] != '.' || !digit(7)) {
+    return bad("the request line must be METHOD SP TARGET SP HTTP/1.1");
+  }
+  if (text != "HTTP/1.1" && text != "HTTP/1.0") {
+    return RefusedHead{Failure::version_not_supported, std::string(text) + " is not spoken here"};
+  }
+  head.keep_alive = text == "HTTP/1.1";
+  return std::nullopt;
+}
+
+Refusal read_query(std::string_view text, RequestHead& head) {
+  while (!text.empty()) {
+    const std::string_view pair = text.substr(0, text.find('&'));
+    text.remove_prefix(std::min(text.size(), pair.size() + 1));
+    if (pair.empty()) continue;
+    const std::size_t equals = pair.find('=');
+    auto name = percent_decoded(pair.substr(0, equals));
+    auto value = percent_decoded(equals == std::string_view::npos ? std::string_view{} : pair.substr(equals + 1));
+    if (!name || !value) return bad("the query has a bad percent escape");
+    head.query.emplace_back(std::move(*name), std::move(*value));
+  }
+  return std::nullopt;
+}
+
+Refusal read_target(std::string_view target, const HeadLimits& limits, RequestHead& head) {
+  if (target.size() > limits.target_bytes) {
+    return RefusedHead{Failure::target_too_long, "the target has " + std::to_string(target.size()) +
+                                                     " bytes, the limit is " + std::to_string(limits.target_bytes)};
+  }
+  if (!target.starts_with('/')) return bad("the target must be an absolute path");
+  const bool plain = std::all_of(target.begin(), target.end(), [](char c) { return c > 0x20 && c < 0x7f && c != '#'; });
+  if (!plain) return bad("the target must be printable ASCII without a fragment; escape other bytes as %XX");
+  const std::string_view path = target.substr(0, target.find('?'));
+  if (path.find('\\') != std::string_view::npos) return bad("the path must not contain a backslash");
+  const auto decoded = percent_decoded(path);
+  if (!decoded) return bad("the path has a bad percent escape");
+  if (std::count(decoded->begin(), decoded->end(), '/') != std::count(path.begin(), path.end(), '/')) {
+    return bad("the path must not contain an escaped slash");
+  }
+  head.path = path;
+  return read_query(path.size() == target.size() ? std::string_view{} : target.substr(path.size() + 1), head);
+}
+
+Refusal read_request_line(std::string_view line, const HeadLimits& limits, RequestHead& head) {
+  const std::size_t first = line.find(' ');
+  const std::size_t last = line.rfind(' ');
+  if (first == std::string_view::npos || first == last) {
+    return bad("the request line must be METHOD SP TARGET SP HTTP/1.1");
+  }
+  const std::string_view method = line.substr(0, first);
+  if (!is_token(method)) return bad("the method must be a token");
+  if (auto refused = read_version(line.substr(last + 1), head)) return refused;
+  constexpr std::array<std::string_view, 7> known{"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"};
+  if (std::find(known.begin(), known.end(), method) == known.end()) {
+    return RefusedHead{Failure::not_implemented, std::string(method.substr(0, 32)) + " is not known here"};
+  }
+  head.method = method;
+  return read_target(line.substr(first + 1, last - first - 1), limits, head);
+}
+
+Refusal read_header_line(std::string_view line, RequestHead& head) {
+  if (line.front() == ' ' || line.front() == '\t') return bad("a header must not continue on a second line");
+  const std::size_t colon = line.find(':');
+  if (colon == std::string_view::npos || !is_token(line.substr(0, colon))) {
+    return bad("a header line must be NAME: VALUE");
+  }
+  const std::string_view value = trimmed(line.substr(colon + 1));
+  if (std::any_of(value.begin(), value.end(), [](char c) { return is_control(c) && c != '\t'; })) {
+    return bad("a header value must not contain control characters");
+  }
+  head.headers.emplace_back(lowered(line.substr(0, colon)), value);
+  return std::nullopt;
+}
+
+Refusal read_content_length(std::string_view text, const HeadLimits& limits, RequestHead& head) {
+  if (text.empty() || !std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; })) {
+    return bad("Content-Length must be one decimal number");
+  }
+  std::uint64_t length = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), length);
+  if (error != std::errc{} || length > limits.body_bytes) {
+    return RefusedHead{Failure::body_too_large, "the body has " + std::string(text.substr(0, 24)) +
+                                                    " bytes, the limit body_bytes is " +
+                                                    std::to_string(limits.body_bytes)};
+  }
+  head.content_length = length;
+  return std::nullopt;
+}
+
+/// All Connection headers count; close beats keep-alive.
+void read_connection(RequestHead& head) {
+  bool close = false;
+  for (const auto& [name, value] : head.headers) {
+    if (name != "connection") continue;
+    for (std::string_view rest = value; !rest.empty();) {
+      const std::string_view part = rest.substr(0, rest.find(','));
+      rest.remove_prefix(std::min(rest.size(), part.size() + 1));
+      const std::string option = lowered(trimmed(part));
+      close = close || option == "close";
+      head.keep_alive = head.keep_alive || option == "keep-alive";
+    }
+  }
+  head.keep_alive = head.keep_alive && !close;
+}
+
+/// A name or address with an optional port; nothing that could be part of another header, path or user info.
+bool is_host(std::string_view text) {
+  return !text.empty() && text.size() <= 255 && std::all_of(text.begin(), text.end(), [](char c) {
+    return (c >= '0' && c <= '9') || (lowered(c) >= 'a' && lowered(c) <= 'z') ||
+           (c != '\0' && std::string_view("-._:[]%~").find(c) != std::string_view::npos);
+  });
+}
+
+/// What the header lines mean together: how the body is framed and whether the connection may go on.
+Refusal judge_headers(const HeadLimits& limits, bool http_1_1, RequestHead& head) {
+  const auto count = [&](std::string_view name) {
+    return std::count_if(head.headers.begin(), head.headers.end(), [&](const auto& h) { return h.first == name; });
+  };
+  for (const std::string_view single : {"host", "content-length", "content-type", "authorization", "range", "expect"}) {
+    if (count(single) > 1) return bad("the header " + std::string(single) + " is given more than once");
+  }
+  const auto host = head.header("host");
+  if (http_1_1 && !host) return bad("the header host is missing");
+  if (host && !is_host(*host)) return bad("the header host must be a name or an address with an optional port");
+
+  const auto length = head.header("content-length");
+  if (head.header("transfer-encoding")) {
+    if (length || !http_1_1) return bad("Transfer-Encoding is not taken here");
+    return RefusedHead{Failure::length_required, "Transfer-Encoding is not taken; send Content-Length"};
+  }
+  if (head.header("content-encoding")) {
+    return RefusedHead{Failure::unsupported_encoding, "send the body without Content-Encoding"};
+  }
+  if (length) {
+    if (auto refused = read_content_length(*length, limits, head)) return refused;
+  }
+  const bool bodiless = head.method == "GET" || head.method == "HEAD" || head.method == "OPTIONS";
+  if (bodiless && head.content_length.value_or(0) > 0) return bad(head.method + " must not have a body");
+  if (const auto expect = head.header("expect")) {
+    if (lowered(*expect) != "100-continue") {
+      return RefusedHead{Failure::expectation_failed, "only 100-continue can be expected"};
+    }
+    head.expects_continue = http_1_1 && head.content_length.value_or(0) > 0;
+  }
+  read_connection(head);
+  return std::nullopt;
+}
+
+/// The next line without its CRLF. `line` is unset while it is incomplete.
+struct LineResult {
+  std::optional<std::string_view> line;
+  Refusal refused;
+};
+LineResult next_line(std::string_view rest, std::size_t bytes_max, Failure too_long) {
+  const std::size_t end = rest.substr(0, bytes_max + 2).find('\n');
+  if (end == std::string_view::npos) {
+    if (rest.size() < bytes_max + 2) return {};
+    return {{},
+            RefusedHead{too_long, "a line of the head is over the limit of " + std::to_string(bytes_max) + " bytes"}};
+  }
+  if (end == 0 || rest[end - 1] != '\r') return {{}, bad("lines must end with CR LF")};
+  const std::string_view line = rest.substr(0, end - 1);
+  if (line.find('\r') != std::string_view::npos) return {{}, bad("a line must not contain CR")};
+  return {line, {}};
+}
+
+}  // namespace
+
+std::optional<std::string_view> RequestHead::header(std::string_view name) const {
+  const auto found = std::find_if(headers.begin(), headers.end(), [&](const auto& h) { return h.first == name; });
+  if (found == headers.end()) return std::nullopt;
+  return found->second;
+}
+
+std::optional<std::string> percent_decoded(std::string_view text) {
+  std::string result;
+  result.reserve(text.size());
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] != '%') {
+      result += text[i];
+      continue;
+    }
+    const int high = i + 2 < text.size() ? hex_value(text[i + 1]) : -1;
+    const int low = i + 2 < text.size() ? hex_value(text[i + 2]) : -1;
+    if (high < 0 || low < 0) return std::nullopt;
+    const char decoded = static_cast<char>(high * 16 + low);
+    if (is_control(decoded)) return std::nullopt;
+    result += decoded;
+    i += 2;
+  }
+  return result;
+}
+
+HeadResult read_head(std::string_view bytes, const HeadLimits& limits) {
+  RequestHead head;
+  const LineResult first = next_line(bytes, limits.request_line_bytes, Failure::target_too_long);
+  if (first.refused) return *first.refused;
+  if (!first.line) return Incomplete{};
+  if (auto refused = read_request_line(*first.line, limits, head)) return *refused;
+  const bool http_1_1 = first.line->ends_with('1');
+
+  const std::size_t headers_begin = first.line->size() + 2;
+  for (std::size_t at = headers_begin;;) {
+    const std::size_t left = limits.header_bytes - (at - headers_begin);
+    const LineResult next = next_line(bytes.substr(at), left, Failure::headers_too_large);
+    if (next.refused) return *next.refused;
+    if (!next.line) return Incomplete{};
+    at += next.line->size() + 2;
+    if (next.line->empty()) {
+      head.size_bytes = at;
+      break;
+    }
+    if (at - headers_begin > limits.header_bytes || head.headers.size() == limits.header_count) {
+      return RefusedHead{Failure::headers_too_large, "the limits are " + std::to_string(limits.header_count) +
+                                                         " headers and " + std::to_string(limits.header_bytes) +
+                                                         " bytes of them"};
+    }
+    if (auto refused = read_header_line(*next.line, head)) return *refused;
+  }
+  if (auto refused = judge_headers(limits, http_1_1, head)) return *refused;
+  return head;
+}
+
+}  // namespace http
