@@ -6,16 +6,36 @@
 namespace cli {
 namespace {
 
+constexpr std::string_view digits = "0123456789ABCDEF";
+
+bool is_control(unsigned char code) { return code < 0x20 || code == 0x7f; }
+
 std::string printable(std::string_view text) {
-  constexpr std::string_view digits = "0123456789abcdef";
   std::string out;
   for (const char character : text) {
     const auto code = static_cast<unsigned char>(character);
-    if (code >= 0x20 && code != 0x7f) {
-      out += character;
-    } else {
+    if (is_control(code)) {
       out.append("\\x") += digits[code >> 4U];
       out += digits[code & 15U];
+    } else {
+      out += character;
+    }
+  }
+  return out;
+}
+
+/// "#/materials/my%20red": a URI fragment (RFC 6901, section 6), so it holds no space.
+std::string fragment(std::string_view pointer) {
+  std::string out = "#";
+  for (const char character : pointer) {
+    const auto code = static_cast<unsigned char>(character);
+    if (is_control(code) || code > 0x7f ||
+        std::string_view(" %\"#<>[\\]^`{|}").find(character) != std::string_view::npos) {
+      out += '%';
+      out += digits[code >> 4U];
+      out += digits[code & 15U];
+    } else {
+      out += character;
     }
   }
   return out;
@@ -38,7 +58,7 @@ void print_issues(std::FILE* into, const api::Refusal& refusal) {
       print(into, "#", "too_large", refusal.detail);
       break;
     case api::Refusal::Kind::invalid:
-      for (const tracer::Issue& issue : refusal.issues) print(into, "#" + issue.pointer, issue.code, issue.detail);
+      for (const tracer::Issue& issue : refusal.issues) print(into, fragment(issue.pointer), issue.code, issue.detail);
       break;
   }
 }

@@ -1,0 +1,93 @@
+"""What whittle leaves on the disk: the whole picture or nothing, also when the disk or the process fails half-way."""
+import os
+import pathlib
+import signal
+import stat
+import tempfile
+import unittest
+
+from tests.support.whittle import BIN, SCENES, whittle
+
+TINY = SCENES / "tiny.json"
+
+
+def failing(how):
+    """An environment in which file calls fail; see failing_files.cpp. The sanitizers want to be loaded first, and are
+    told that here they are not."""
+    asan = os.environ.get("ASAN_OPTIONS", "") + ":verify_asan_link_order=0"
+    return {"LD_PRELOAD": str(BIN / "libfailing_files.so"), "FAILING_FILES": how, "ASAN_OPTIONS": asan}
+
+
+class PictureFile(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self.picture = self.folder / "a.png"
+
+    def render(self, *more, how=None):
+        return whittle("render", TINY, "-o", self.picture, *more, environment=failing(how) if how else None)
+
+    def names(self):
+        return sorted(path.name for path in self.folder.iterdir())
+
+    def test_replaces_what_had_its_name(self):
+        self.picture.write_bytes(b"old")
+        self.assertEqual(self.render().returncode, 0)
+        self.assertTrue(self.picture.read_bytes().startswith(b"\x89PNG"))
+        self.assertEqual(self.names(), ["a.png"])
+
+    def test_has_the_permissions_the_user_gives_to_new_files(self):
+        old_mask = os.umask(0o027)
+        self.addCleanup(os.umask, old_mask)
+        for how in (None, "no_nameless"):
+            with self.subTest(how=how):
+                self.assertEqual(self.render(how=how).returncode, 0)
+                self.assertEqual(stat.S_IMODE(self.picture.stat().st_mode), 0o640)
+
+    def test_appears_too_where_the_file_system_knows_no_nameless_files(self):
+        done = self.render("-o", self.folder / "a.exr", how="no_nameless")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(self.names(), ["a.exr", "a.png"])
+        again = self.render(how="no_nameless")
+        self.assertEqual(again.returncode, 0, again.stderr)
+        self.assertEqual(self.names(), ["a.exr", "a.png"])
+
+    def test_keeps_its_old_content_when_the_disk_is_full(self):
+        self.picture.write_bytes(b"old")
+        done = self.render("-o", self.folder / "b.png", how="full")
+        self.assertEqual(done.returncode, 3)
+        self.assertIn(b"No space left on device", done.stderr)
+        self.assertEqual(self.picture.read_bytes(), b"old")
+        self.assertEqual(self.names(), ["a.png"])
+
+    def test_is_not_there_when_the_process_is_killed_with_all_of_it_written(self):
+        self.assertEqual(self.render(how="kill_at_flush").returncode, -signal.SIGKILL)
+        self.assertEqual(self.names(), [])
+
+    def test_keeps_its_old_content_when_the_process_is_killed_before_the_new_one_has_its_name(self):
+        self.picture.write_bytes(b"old")
+        self.assertEqual(self.render(how="kill_at_name").returncode, -signal.SIGKILL)
+        self.assertEqual(self.picture.read_bytes(), b"old")
+
+    def test_that_cannot_be_written_is_told_with_its_name_before_anything_is_traced(self):
+        (self.folder / "folder.png").mkdir()
+        for path in (self.folder / "none" / "a.png", self.folder / "folder.png", pathlib.Path("/proc/a.png"),
+                     pathlib.Path("/dev/null/a.png")):
+            with self.subTest(path=path):
+                done = whittle("render", TINY, "-o", path, "-o", self.picture)
+                self.assertEqual((done.returncode, done.stdout), (3, b""))
+                self.assertRegex(done.stderr.decode(), rf"^whittle: cannot write {path}: .+\n$")
+        self.assertEqual(self.names(), ["folder.png"])
+
+
+class SceneFile(unittest.TestCase):
+    def test_that_cannot_be_read_is_told_with_its_name(self):
+        for path in ("/nowhere/scene.json", str(SCENES)):
+            for command in (["check", path], ["render", path, "-o", "a.png"]):
+                with self.subTest(command=command):
+                    done = whittle(*command)
+                    self.assertEqual((done.returncode, done.stdout), (3, b""))
+                    self.assertRegex(done.stderr.decode(), rf"^whittle: cannot read {path}: .+\n$")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,232 @@
+"""whittle as a user meets it: what it answers, where it says it, and the exit codes scripts rely on."""
+import json
+import os
+import pathlib
+import pty
+import re
+import signal
+import subprocess
+import tempfile
+import unittest
+
+import numpy
+
+from tests.support import pictures
+from tests.support.whittle import BIN, SCENES, scene, whittle
+
+ISSUE_LINE = re.compile(r"^#\S* [a-z_]+ \S.*$")
+
+
+def srgb_codes(linear):
+    value = numpy.clip(linear.astype(numpy.float64), 0, 1)
+    curve = numpy.where(value <= 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
+    return numpy.floor(255 * curve + 0.5).astype(numpy.uint8)
+
+
+class WithFolder(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+
+    def render(self, document, *names, options=()):
+        outputs = [part for name in names for part in ("-o", self.folder / name)]
+        return whittle("render", "-", *outputs, *options, document=document)
+
+
+class Render(WithFolder):
+    def test_writes_the_picture_as_png_and_exr_of_one_tracing(self):
+        done = self.render(scene("tiny"), "a.png", "a.exr")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        png = pictures.read_png((self.folder / "a.png").read_bytes())
+        exr = pictures.read_exr((self.folder / "a.exr").read_bytes())
+        self.assertEqual(png.shape, (16, 16, 3))
+        self.assertGreater(len(numpy.unique(png)), 10, "the picture shows next to nothing")
+        numpy.testing.assert_array_equal(png, srgb_codes(exr))
+
+    def test_reads_a_file_as_well_as_standard_input(self):
+        from_file = whittle("render", SCENES / "tiny.json", "-o", self.folder / "file.png")
+        self.assertEqual(from_file.returncode, 0, from_file.stderr)
+        self.render(scene("tiny"), "input.png")
+        self.assertEqual((self.folder / "file.png").read_bytes(), (self.folder / "input.png").read_bytes())
+
+    def test_gives_the_same_bytes_with_one_thread_two_and_five(self):
+        document = scene("whitted", image={"width": 96, "height": 72}, accuracy={"samples": [4, 4]})
+        bytes_of = {}
+        for threads in (1, 2, 5):
+            done = self.render(document, f"{threads}.png", f"{threads}.exr", options=("--threads", threads))
+            self.assertEqual(done.returncode, 0, done.stderr)
+            bytes_of[threads] = [(self.folder / f"{threads}.{kind}").read_bytes() for kind in ("png", "exr")]
+        self.assertEqual(bytes_of[1], bytes_of[2])
+        self.assertEqual(bytes_of[1], bytes_of[5])
+
+    def test_tells_its_figures_on_standard_error_and_nothing_on_standard_output(self):
+        done = self.render(scene("tiny"), "a.png")
+        figures = done.stderr.decode()
+        self.assertEqual(done.stdout, b"")
+        self.assertIn("picture    16 x 16, 256 samples\n", figures)
+        rays = {kind: int(count) for kind, count in re.findall(r"^(\w+) +(\d+) rays +[\d.]+ million/s$", figures, re.M)}
+        self.assertEqual(rays["camera"], 256)
+        self.assertGreater(rays["shadow"], 0)
+        self.assertGreater(rays["reflection"], 0)
+        self.assertEqual(rays["refraction"], 0)
+        self.assertEqual(rays["all"], sum(rays.values()) - rays["all"])
+        self.assertRegex(figures, r"time +parse [\d.]+ ms, build [\d.]+ ms, trace [\d.]+ ms, encode [\d.]+ ms\n")
+        self.assertIn(f"{self.folder}/a.png, {(self.folder / 'a.png').stat().st_size} bytes", figures)
+
+    def test_says_nothing_at_all_when_quiet(self):
+        done = self.render(scene("tiny"), "a.png", options=("--quiet",))
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (0, b"", b""))
+
+    def test_draws_no_progress_bar_where_standard_error_is_no_terminal(self):
+        done = self.render(scene("sphereflake", image={"width": 256, "height": 256}), "a.png")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertNotIn(b"\r", done.stderr)
+        self.assertNotIn(b"\x1b", done.stderr)
+
+    def test_tells_all_issues_of_a_bad_scene_and_writes_nothing(self):
+        document = scene("tiny", camera={"position": [0, 0, 0], "look_at": [0, 0, 0], "fov": 400}, colour=1)
+        done = self.render(document, "a.png")
+        self.assertEqual(done.returncode, 1)
+        lines = done.stderr.decode().splitlines()
+        self.assertGreaterEqual(len(lines), 3)
+        for line in lines:
+            self.assertRegex(line, ISSUE_LINE)
+        self.assertEqual(list(self.folder.iterdir()), [])
+
+
+class Interrupted(WithFolder):
+    """Renders that would take very long are stopped once their progress bar has shown that they are under way."""
+
+    def stop_with(self, signal_number):
+        document = scene("sphereflake", image={"width": 4096, "height": 2048}, accuracy={"samples": [1024, 1024]})
+        path = self.folder / "long.json"
+        path.write_text(json.dumps(document), encoding="utf-8")
+        (self.folder / "out").mkdir()
+        master, slave = pty.openpty()
+        process = subprocess.Popen([BIN / "whittle", "render", path, "-o", self.folder / "out" / "a.png",
+                                    "-o", self.folder / "out" / "a.exr"], stderr=slave, stdin=subprocess.DEVNULL)
+        os.close(slave)
+        shown = b""
+        try:
+            while b"%" not in shown:
+                shown += os.read(master, 4096)
+            process.send_signal(signal_number)
+            while True:  # what is left, until the other side is closed
+                try:
+                    more = os.read(master, 4096)
+                except OSError:
+                    break
+                shown += more
+            process.wait(timeout=300)
+        finally:
+            if process.poll() is None:
+                process.kill()
+                process.wait()
+            os.close(master)
+        return process.returncode, shown.decode()
+
+    def test_by_ctrl_c_or_terminate_says_so_and_leaves_no_file(self):
+        for signal_number in (signal.SIGINT, signal.SIGTERM):
+            with self.subTest(signal=signal_number), tempfile.TemporaryDirectory() as folder:
+                self.folder = pathlib.Path(folder)
+                code, shown = self.stop_with(signal_number)
+                self.assertEqual(code, 130, shown)
+                self.assertIn("interrupted; nothing was written", shown)
+                self.assertEqual(list((self.folder / "out").iterdir()), [])
+
+    def test_by_kill_leaves_no_file(self):
+        code, _ = self.stop_with(signal.SIGKILL)
+        self.assertEqual(code, -signal.SIGKILL)
+        self.assertEqual(list((self.folder / "out").iterdir()), [])
+
+
+class Check(unittest.TestCase):
+    def test_of_a_valid_scene_tells_what_it_needs(self):
+        done = whittle("check", SCENES / "tiny.json")
+        self.assertEqual((done.returncode, done.stderr), (0, b""))
+        self.assertEqual(done.stdout.decode(), "valid; needs: reflection shadows spheres planes\n")
+
+    def test_tells_every_issue_in_a_line_of_pointer_code_and_sentence(self):
+        document = scene("tiny")
+        document["objects"][0]["radius"] = -1
+        document["objects"][1]["material"] = "glas"
+        document["lamps"] = []
+        done = whittle("check", "-", document=document)
+        self.assertEqual((done.returncode, done.stderr), (1, b""))
+        lines = done.stdout.decode().splitlines()
+        for line in lines:
+            self.assertRegex(line, ISSUE_LINE)
+        told = {tuple(line.split(" ")[:2]) for line in lines}
+        self.assertEqual(told, {("#/objects/0/radius", "out_of_range"), ("#/lamps", "unknown_field"),
+                                ("#/objects/1/material", "unknown_reference")})
+
+    def test_keeps_a_pointer_one_word_and_an_issue_one_harmless_line_whatever_the_names_in_the_document(self):
+        document = scene("tiny")
+        document["materials"] = {"my\nred \x1b[31m": {"ior": -1}}
+        done = whittle("check", "-", document=document)
+        self.assertEqual(done.returncode, 1)
+        self.assertNotIn(b"\x1b", done.stdout)
+        (line,) = done.stdout.decode().splitlines()
+        self.assertTrue(line.startswith("#/materials/my%0Ared%20%1B%5B31m/ior out_of_range "), line)
+
+    def test_tells_line_and_column_of_what_is_not_json(self):
+        done = whittle("check", "-", document='{\n  "version": 1,\n  oops\n}')
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stdout.decode(), r"^line 3, column 3 not_json \S.*\n$")
+
+    def test_refuses_a_document_over_the_limit_without_reading_all_of_it(self):
+        done = whittle("check", "-", document=b"[" * ((64 << 20) + 1))
+        self.assertEqual(done.returncode, 1)
+        self.assertRegex(done.stdout.decode(), r"^# too_large \S.*\n$")
+
+    def test_tells_the_same_as_json_when_asked(self):
+        valid = whittle("check", "--json", SCENES / "tiny.json")
+        self.assertEqual(valid.returncode, 0)
+        verdict = json.loads(valid.stdout)
+        self.assertEqual((verdict["valid"], verdict["errors"]), (True, []))
+        self.assertTrue(verdict["requirements"]["reflection"])
+        for document, code in [('{"version": 2}', None), ("{", "not_json"), (b"[" * ((64 << 20) + 1), "too_large")]:
+            bad = whittle("check", "-", "--json", document=document)
+            self.assertEqual(bad.returncode, 1)
+            verdict = json.loads(bad.stdout)
+            self.assertFalse(verdict["valid"])
+            self.assertTrue(all(set(error) == {"pointer", "code", "detail"} for error in verdict["errors"]))
+            if code:
+                self.assertEqual([error["code"] for error in verdict["errors"]], [code])
+
+    def test_fails_when_its_answer_cannot_be_told(self):
+        with open("/dev/full", "wb") as full:
+            done = subprocess.run([BIN / "whittle", "check", SCENES / "tiny.json"], stdout=full, check=False,
+                                  timeout=300)
+        self.assertEqual(done.returncode, 3)
+
+
+class CommandLine(unittest.TestCase):
+    def test_told_wrongly_is_explained_with_exit_code_2(self):
+        tiny = str(SCENES / "tiny.json")
+        for arguments in [[], ["draw"], ["render"], ["render", tiny], ["render", tiny, "-o"], ["render", tiny, "-o", "a"],
+                          ["render", tiny, "-o", "a.jpg"], ["render", tiny, "-o", "a.png", "-o", "a.png"],
+                          ["render", tiny, tiny, "-o", "a.png"], ["render", tiny, "-o", "a.png", "--threads"],
+                          ["render", tiny, "-o", "a.png", "--threads", "0"], ["render", "", "-o", "a.png"],
+                          ["render", tiny, "-o", "a.png", "--threads", "2x"], ["render", tiny, "-o", "a.png", "--json"],
+                          ["render", tiny, "-o", "a.png", "--threads", "99999999999"], ["check"],
+                          ["check", tiny, "--quiet"], ["check", tiny, tiny], ["check", "--what", tiny]]:
+            with self.subTest(arguments=arguments):
+                done = whittle(*arguments)
+                self.assertEqual((done.returncode, done.stdout), (2, b""))
+                self.assertRegex(done.stderr.decode(), r"^whittle: \S.*\nTry: whittle --help\n$")
+
+    def test_help_tells_commands_and_exit_codes_on_standard_output(self):
+        for arguments in (["--help"], ["-h"], ["render", "--help"], ["check", "scene.json", "--help"]):
+            done = whittle(*arguments)
+            self.assertEqual((done.returncode, done.stderr), (0, b""))
+            for word in (b"whittle render", b"whittle check", b"Exit codes"):
+                self.assertIn(word, done.stdout)
+
+    def test_version_tells_the_build(self):
+        done = whittle("--version")
+        self.assertEqual(done.returncode, 0)
+        self.assertRegex(done.stdout.decode(), r"^whittle \d+\.\d+\.\d+(\+g[0-9a-f]+(-dirty)?)?\n$")
+
+
+if __name__ == "__main__":
+    unittest.main()
