@@ -55,12 +55,12 @@ class Told {
 };
 
 /// Shape first, meaning second; both give the same kind of issue.
-std::vector<tracer::Issue> all_issues(Reading& reading) {
+std::vector<tracer::Issue> all_issues(Reading& reading, bool understood) {
   std::vector<tracer::Issue> issues = std::move(reading.issues);
   std::vector<tracer::Issue> rest;
   if (reading.untold_issues > 0) {
     rest.push_back({"", "too_many_issues", "and " + std::to_string(reading.untold_issues) + " more"});
-  } else {
+  } else if (understood) {
     const Told told(issues);
     std::vector<tracer::Issue> of_meaning = tracer::validate(
         reading.scene(), reading.limits.scene, [&](const tracer::Issue& issue) { return told.covers(issue); });
@@ -85,8 +85,8 @@ tracer::Result<Document, Refusal> read(std::string_view bytes, const Limits& lim
   Reading reading(*tape, limits);
   Cursor root;
   root.node = tape->root();
-  read_document(reading, root);
-  std::vector<tracer::Issue> issues = all_issues(reading);
+  const bool understood = read_document(reading, root);
+  std::vector<tracer::Issue> issues = all_issues(reading, understood);
   if (issues.empty()) return std::move(reading.document);
   Refusal refusal;
   refusal.kind = Refusal::Kind::invalid;

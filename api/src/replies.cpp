@@ -7,7 +7,7 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
-#include "requirements_json.h"
+#include "api/src/requirements_json.h"
 #include "tracer/encode.h"
 
 namespace api {

@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "requirements_json.h"
+#include "api/src/requirements_json.h"
 #include "tracer/version.h"
 
 namespace api {

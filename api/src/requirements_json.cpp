@@ -1,4 +1,4 @@
-#include "requirements_json.h"
+#include "api/src/requirements_json.h"
 
 #include <nlohmann/json.hpp>
 

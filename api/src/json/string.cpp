@@ -120,7 +120,8 @@ String read_string(const char* begin, const char* end, std::size_t document_byte
     if (unescaped.capacity() == 0) unescaped.reserve(document_bytes);
     has_escapes = true;
     unescaped.insert(unescaped.end(), run, at);
-    if (const char* error = read_escape(at, end, unescaped)) return {{}, at, error};
+    const char* const escape = at;
+    if (const char* error = read_escape(at, end, unescaped)) return {{}, escape, error};
     run = at;
   }
   if (!has_escapes) return {{run, static_cast<std::size_t>(at - run)}, at + 1, nullptr};

@@ -101,7 +101,7 @@ void read_output(Reading& reading, const Cursor& at) {
 
 }  // namespace
 
-void read_document(Reading& reading, const Cursor& at) {
+bool read_document(Reading& reading, const Cursor& at) {
   using Section = void (*)(Reading&, const Cursor&);
   Fields fields(reading, at, "document", "the document");
   const auto section = [&](std::string_view name, Section read_section) {
@@ -109,7 +109,7 @@ void read_document(Reading& reading, const Cursor& at) {
     if (field) read_section(reading, *field);
     return field.has_value();
   };
-  if (!fields || !read_version(reading, fields)) return;
+  if (!fields || !read_version(reading, fields)) return false;
   fields.optional("name", Name{reading.scene().name});
   section("image", read_image);
   if (!section("camera", read_camera)) fields.tell_missing("camera");
@@ -124,6 +124,7 @@ void read_document(Reading& reading, const Cursor& at) {
   reading.document.job.name = reading.scene().name;
   section("job", read_job);
   fields.finish();
+  return true;
 }
 
 }  // namespace api

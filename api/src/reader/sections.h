@@ -6,7 +6,9 @@
 
 namespace api {
 
-void read_document(Reading& reading, const Cursor& at);  ///< all of it: the table of contents
+/// All of it: the table of contents. False when what the document means is unknown (no object, another version): then
+/// nothing can be said about its meaning.
+bool read_document(Reading& reading, const Cursor& at);
 
 void read_lights(Reading& reading, const Cursor& at);
 void read_textures(Reading& reading, const Cursor& at);

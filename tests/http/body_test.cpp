@@ -1,0 +1,76 @@
+#include "server/http/body.h"
+
+#include <gtest/gtest.h>
+
+#include <utility>
+
+namespace {
+
+class BodyTest : public testing::Test {
+ protected:
+  BodyTest() {
+    budget.folder = testing::TempDir();
+    budget.body_memory_bytes = 8;
+    budget.memory_bytes = 12;
+    budget.file_bytes = 40;
+  }
+  http::BodyBudget budget;
+};
+
+TEST_F(BodyTest, ShortOnesStayInMemoryAndComeBackWhole) {
+  http::Body body(budget);
+  EXPECT_TRUE(body.append("abc"));
+  EXPECT_TRUE(body.append("defgh"));
+  EXPECT_FALSE(body.spooled());
+  EXPECT_EQ(body.take(), "abcdefgh");
+}
+
+TEST_F(BodyTest, LongOnesGoToAFileAndComeBackWhole) {
+  http::Body body(budget);
+  EXPECT_TRUE(body.append("abcdefgh"));
+  EXPECT_TRUE(body.append("i"));
+  EXPECT_TRUE(body.spooled());
+  EXPECT_TRUE(body.append(std::string(20, 'j')));
+  EXPECT_EQ(body.take(), "abcdefghi" + std::string(20, 'j'));
+}
+
+TEST_F(BodyTest, ShortOnesGoToFilesWhenTheMemoryOfAllIsUsed) {
+  http::Body first(budget), second(budget);
+  EXPECT_TRUE(first.append("abcdefgh"));
+  EXPECT_TRUE(second.append("abcde"));
+  EXPECT_FALSE(first.spooled());
+  EXPECT_TRUE(second.spooled());
+  EXPECT_EQ(second.take(), "abcde");
+}
+
+TEST_F(BodyTest, AreRefusedWhenTheFilesOfAllAreFull) {
+  http::Body first(budget), second(budget);
+  EXPECT_TRUE(first.append(std::string(30, 'a')));
+  EXPECT_FALSE(second.append(std::string(11, 'b')));
+}
+
+TEST_F(BodyTest, AreRefusedWhereNoFileCanBeMade) {
+  budget.folder = "/nonexistent";
+  http::Body body(budget);
+  EXPECT_FALSE(body.append(std::string(9, 'a')));
+}
+
+TEST_F(BodyTest, GiveBackWhatTheyUsedWhenTakenMovedOrDropped) {
+  {
+    http::Body memory(budget), file(budget), dropped(budget);
+    EXPECT_TRUE(memory.append("abc"));
+    EXPECT_TRUE(file.append("123456789"));
+    EXPECT_TRUE(dropped.append("x"));
+    http::Body moved = std::move(file);
+    EXPECT_EQ(budget.memory_used, 4U);
+    EXPECT_EQ(budget.file_used, 9U);
+    EXPECT_EQ(moved.take(), "123456789");
+    EXPECT_EQ(budget.file_used, 0U);
+    dropped = std::move(memory);
+    EXPECT_EQ(budget.memory_used, 3U);
+  }
+  EXPECT_EQ(budget.memory_used, 0U);
+  EXPECT_EQ(budget.file_used, 0U);
+}
+
+}  // namespace

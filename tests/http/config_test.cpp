@@ -1,0 +1,174 @@
+#include "server/config/config.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <fstream>
+
+namespace {
+
+using config::Environment;
+using config::Mistake;
+using config::Task;
+
+/// A file that is gone with the test.
+class TemporaryFile {
+ public:
+  explicit TemporaryFile(const std::string& text) : path_(testing::TempDir() + "whittle-" + std::to_string(getpid())) {
+    std::ofstream(path_) << text;
+  }
+  ~TemporaryFile() { std::remove(path_.c_str()); }
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+config::Config accepted(const std::vector<std::string>& arguments, const Environment& environment = {}) {
+  const auto command = config::read_command(arguments, environment);
+  if (!command) {
+    for (const auto& [where, sentence] : command.error()) ADD_FAILURE() << where << ": " << sentence;
+    return {};
+  }
+  return command->config;
+}
+
+std::vector<Mistake> mistakes(const std::vector<std::string>& arguments, const Environment& environment = {}) {
+  const auto command = config::read_command(arguments, environment);
+  if (command) {
+    ADD_FAILURE() << "accepted";
+    return {};
+  }
+  return command.error();
+}
+
+std::string places(const std::vector<Mistake>& all) {
+  std::string text;
+  for (const Mistake& mistake : all) text += mistake.where + ' ';
+  return text;
+}
+
+void expect_mistake(const std::vector<std::string>& arguments, const std::string& where, const std::string& part) {
+  const auto all = mistakes(arguments);
+  ASSERT_EQ(all.size(), 1U) << places(all);
+  EXPECT_EQ(all[0].where, where);
+  EXPECT_NE(all[0].sentence.find(part), std::string::npos) << all[0].sentence;
+}
+
+TEST(Config, HasItsDefaultsWithoutAnything) {
+  const auto config = accepted({});
+  EXPECT_EQ(config.listen, (config::Address{"127.0.0.1", 8080}));
+  EXPECT_EQ(config.health_listen, (config::Address{"127.0.0.1", 8081}));
+  EXPECT_EQ(config.data, "./data");
+  EXPECT_EQ(config.render_wait_s, 60U);
+  EXPECT_EQ(config.log_level, "info");
+}
+
+TEST(Config, PrefersFlagOverEnvironmentOverFile) {
+  const TemporaryFile file("# a comment\n\n  jobs = 3   # and its reason\nlog_level=debug\r\nrender_wait_s = 7\n");
+  const Environment environment{{"WHITTLE_JOBS", "4"}, {"WHITTLE_LOG_LEVEL", "error"}};
+  const auto config = accepted({"--config", file.path(), "--jobs=5"}, environment);
+  EXPECT_EQ(config.jobs, 5U);
+  EXPECT_EQ(config.log_level, "error");
+  EXPECT_EQ(config.render_wait_s, 7U);
+}
+
+TEST(Config, TakesFlagsWithDashesUnderscoresAndEqualsSigns) {
+  EXPECT_EQ(accepted({"--render-wait-s", "9"}).render_wait_s, 9U);
+  EXPECT_EQ(accepted({"--render_wait_s=9"}).render_wait_s, 9U);
+  EXPECT_EQ(accepted({"--data=/tmp/a=b"}).data, "/tmp/a=b");
+}
+
+TEST(Config, TellsAllMistakesOfAllSourcesWithTheirPlaces) {
+  const TemporaryFile file("jobs = many\nno equals sign\ncolour = red\njobs = 2\n");
+  const Environment environment{{"WHITTLE_LIGHTS", "-1"}, {"WHITTLE_LIGTHS", "5"}};
+  const std::string at = file.path();
+  const auto all =
+      mistakes({"--config", at, "--listen", "0.0.0.0:1", "--bogus", "--log-level", "loud", "--drain-s"}, environment);
+  EXPECT_EQ(places(all), "--bogus --drain-s WHITTLE_LIGTHS " + at + ":2 " + at + ":3 " + at + ":4 --listen " + at +
+                             ":1 WHITTLE_LIGHTS --log-level ");
+}
+
+TEST(Config, RefusesAddressesThatOthersCouldReach) {
+  for (const char* address : {"0.0.0.0:8080", "192.168.1.2:8080", "[::]:8080", "8.8.8.8:1", "[2001:db8::1]:80"}) {
+    expect_mistake({"--listen", address}, "--listen", "loopback");
+    expect_mistake({"--health-listen", address}, "--health-listen", "loopback");
+  }
+}
+
+TEST(Config, TakesEveryLoopbackAddress) {
+  EXPECT_EQ(accepted({"--listen", "127.5.6.7:0"}).listen, (config::Address{"127.5.6.7", 0}));
+  EXPECT_EQ(accepted({"--listen", "[::1]:80"}).listen, (config::Address{"::1", 80}));
+  EXPECT_EQ(accepted({"--listen", "localhost:80"}).listen, (config::Address{"127.0.0.1", 80}));
+}
+
+TEST(Config, RefusesAddressesItCannotRead) {
+  expect_mistake({"--listen", "8080"}, "--listen", "ADDRESS:PORT");
+  expect_mistake({"--listen", "127.0.0.1:"}, "--listen", "port");
+  expect_mistake({"--listen", "127.0.0.1:65536"}, "--listen", "port");
+  expect_mistake({"--listen", "127.0.0.1:80x"}, "--listen", "port");
+  expect_mistake({"--listen", "example.com:80"}, "--listen", "literal");
+  expect_mistake({"--listen", "::1:80"}, "--listen", "brackets");
+}
+
+TEST(Config, RefusesOneAddressForBothListenersButTakesTwoFreePorts) {
+  expect_mistake({"--listen", "127.0.0.1:5000", "--health-listen", "127.0.0.1:5000"}, "health_listen", "differ");
+  EXPECT_EQ(accepted({"--listen", "127.0.0.1:0", "--health-listen", "127.0.0.1:0"}).health_listen.port, 0);
+}
+
+TEST(Config, RefusesNumbersOutsideTheirRangeWithTheRange) {
+  for (const char* value : {"0", "65", "-1", "1.5", "", "0x2", " 2", "99999999999999999999"}) {
+    expect_mistake({"--jobs", value}, "--jobs", "1..64");
+  }
+}
+
+TEST(Config, RefusesAFlagGivenTwiceAndAFileThatIsNotThere) {
+  expect_mistake({"--jobs", "1", "--jobs", "2"}, "--jobs", "twice");
+  expect_mistake({"--config", "/nonexistent/whittle.conf"}, "--config", "cannot read");
+  expect_mistake({"--config", "/"}, "--config", "cannot read");
+  expect_mistake({"--data", ""}, "--data", "empty");
+  expect_mistake({"stray"}, "stray", "no option");
+}
+
+TEST(Config, RefusesAFileThatIsNoConfiguration) {
+  const TemporaryFile file(std::string((1u << 20) + 1, '#'));
+  expect_mistake({"--config", file.path()}, "--config", "1 MiB");
+}
+
+TEST(Config, AnswersHelpAndVersionWhateverElseIsWrong) {
+  for (const auto& [flag, task] : {std::pair("--help", Task::help), std::pair("--version", Task::version)}) {
+    const auto command = config::read_command({"--bogus", flag}, {{"WHITTLE_NOTHING", "1"}});
+    ASSERT_TRUE(command);
+    EXPECT_EQ(command->task, task);
+  }
+}
+
+TEST(Config, ChecksWithoutRunning) {
+  const auto command = config::read_command({"--check-config", "--jobs", "3"}, {});
+  ASSERT_TRUE(command);
+  EXPECT_EQ(command->task, Task::check);
+  EXPECT_EQ(command->config.jobs, 3U);
+}
+
+TEST(Config, PrintsSettingsThatReadBackAsThemselves) {
+  const auto before = accepted({"--listen", "[::1]:81", "--jobs", "7", "--log-level", "debug"});
+  std::vector<std::string> arguments;
+  for (const auto& [name, value] : config::settings(before)) {
+    arguments.push_back("--" + name);
+    arguments.push_back(value);
+  }
+  EXPECT_EQ(config::settings(accepted(arguments)), config::settings(before));
+}
+
+TEST(Config, HelpNamesEveryOptionWithItsDefault) {
+  const std::string help = config::help_text();
+  for (const auto& [name, value] : config::settings(accepted({}))) {
+    std::string flag = "--" + name;
+    for (char& c : flag) c = c == '_' ? '-' : c;
+    EXPECT_NE(help.find(flag + " "), std::string::npos) << flag;
+    EXPECT_NE(help.find("(default " + value + ")"), std::string::npos) << flag;
+  }
+}
+
+}  // namespace

@@ -1,0 +1,98 @@
+#include "server/http/negotiation.h"
+
+#include <gtest/gtest.h>
+
+namespace {
+
+const std::vector<std::string_view> png_or_exr{"image/png", "image/x-exr"};
+
+std::string best(std::optional<std::string_view> accept) {
+  const auto index = http::best_offer(accept, png_or_exr);
+  return index ? std::string(png_or_exr[*index]) : "none";
+}
+
+TEST(Accept, TakesTheFirstOfferWhenEverythingIsLikedEqually) {
+  EXPECT_EQ(best(std::nullopt), "image/png");
+  EXPECT_EQ(best(""), "image/png");
+  EXPECT_EQ(best("*/*"), "image/png");
+  EXPECT_EQ(best("image/*"), "image/png");
+  EXPECT_EQ(best("image/x-exr, image/png"), "image/png");
+  EXPECT_EQ(best("image/avif,image/webp,*/*;q=0.8"), "image/png");
+}
+
+TEST(Accept, FollowsWeightsAndTheMostSpecificRange) {
+  EXPECT_EQ(best("image/x-exr"), "image/x-exr");
+  EXPECT_EQ(best("IMAGE/X-EXR ; q=0.3, text/html"), "image/x-exr");
+  EXPECT_EQ(best("image/png;q=0.5, image/x-exr;q=0.501"), "image/x-exr");
+  EXPECT_EQ(best("image/*, image/png;q=0.1"), "image/x-exr");
+  EXPECT_EQ(best("*/*;q=0.9, image/*;q=0.1, image/x-exr;q=0.2"), "image/x-exr");
+}
+
+TEST(Accept, RefusesWhatIsNotListedOrWeighsNothing) {
+  EXPECT_EQ(best("text/html"), "none");
+  EXPECT_EQ(best("image/jpeg, image/webp"), "none");
+  EXPECT_EQ(best("image/png;q=0, image/x-exr;q=0.000"), "none");
+  EXPECT_EQ(best("image/png;q=0, */*"), "image/x-exr");
+}
+
+TEST(Accept, PassesOverMembersItCannotRead) {
+  EXPECT_EQ(best("png, image/x-exr"), "image/x-exr");
+  EXPECT_EQ(best("image/png;q=2, image/x-exr"), "image/x-exr");
+  EXPECT_EQ(best("image/png;q=, image/x-exr;q=0.1"), "image/x-exr");
+  EXPECT_EQ(best(",,;,"), "none");
+}
+
+using Kind = http::RangeAnswer::Kind;
+
+void expect_part(std::string_view range, std::uint64_t size, http::ByteRange part) {
+  const auto answer = http::read_range(range, size);
+  EXPECT_EQ(answer.kind, Kind::part) << range;
+  EXPECT_EQ(answer.range, part) << range << " gave " << answer.range.begin << ".." << answer.range.end;
+}
+
+TEST(Range, GivesAHalfOpenWindowWithinTheBytes) {
+  expect_part("bytes=0-0", 10, {0, 1});
+  expect_part("bytes=2-5", 10, {2, 6});
+  expect_part("bytes=5-", 10, {5, 10});
+  expect_part("bytes=5-99", 10, {5, 10});
+  expect_part("bytes=-3", 10, {7, 10});
+  expect_part("bytes=-99", 10, {0, 10});
+  expect_part("bytes=9-18446744073709551615", 10, {9, 10});
+}
+
+TEST(Range, CannotBeSatisfiedBeyondTheEnd) {
+  for (const char* range : {"bytes=10-", "bytes=10-12", "bytes=-0", "bytes=18446744073709551615-"}) {
+    EXPECT_EQ(http::read_range(range, 10).kind, Kind::unsatisfiable) << range;
+  }
+  EXPECT_EQ(http::read_range("bytes=0-", 0).kind, Kind::unsatisfiable);
+}
+
+TEST(Range, AnswersTheWholeWhereItCannotReadOneRange) {
+  for (const char* range : {"bytes=0-1,4-5", "bytes=5-2", "bytes=", "bytes=-", "bytes=a-b", "bytes=+1-2", "lines=0-1",
+                            "bytes=1--2", "bytes=99999999999999999999-", "bytes 0-1", ""}) {
+    EXPECT_EQ(http::read_range(range, 10).kind, Kind::whole) << range;
+  }
+  EXPECT_EQ(http::read_range(std::nullopt, 10).kind, Kind::whole);
+}
+
+TEST(IfNoneMatch, NamesAnEtagAloneInAListWeaklyOrByStar) {
+  EXPECT_TRUE(http::none_match_names("\"a\"", "\"a\""));
+  EXPECT_TRUE(http::none_match_names("\"x\" , W/\"a\"", "\"a\""));
+  EXPECT_TRUE(http::none_match_names(" * ", "\"a\""));
+  EXPECT_FALSE(http::none_match_names("\"b\", \"ab\"", "\"a\""));
+  EXPECT_FALSE(http::none_match_names("a", "\"a\""));
+  EXPECT_FALSE(http::none_match_names("", "\"a\""));
+}
+
+TEST(ContentType, IsJsonWithAnyParametersButAnotherCharset) {
+  EXPECT_TRUE(http::is_json("application/json"));
+  EXPECT_TRUE(http::is_json("Application/JSON; charset=UTF-8"));
+  EXPECT_TRUE(http::is_json("application/json;charset=\"utf-8\""));
+  EXPECT_TRUE(http::is_json("application/json; profile=x"));
+  EXPECT_FALSE(http::is_json("application/json; charset=latin1"));
+  EXPECT_FALSE(http::is_json("text/plain"));
+  EXPECT_FALSE(http::is_json("application/jsonx"));
+  EXPECT_FALSE(http::is_json(""));
+}
+
+}  // namespace

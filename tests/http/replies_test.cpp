@@ -1,0 +1,94 @@
+#include "api/replies.h"
+
+#include <gtest/gtest.h>
+
+namespace {
+
+jobs::JobView running_view() {
+  jobs::JobView view;
+  view.job.id = "0190a000-0000-7000-8000-000000000001";
+  view.job.name = "spheres";
+  view.job.state = jobs::JobState::running;
+  view.job.created_at = 1'700'000'000'123;
+  view.job.started_at = 1'700'000'001'000;
+  view.job.attempt = 1;
+  view.job.width = 64;
+  view.job.height = 48;
+  view.progress = 0.25;
+  return view;
+}
+
+void expect_part(const std::string& text, const std::string& part) {
+  EXPECT_NE(text.find(part), std::string::npos) << part << "\nis not in\n" << text;
+}
+
+TEST(JobReply, TellsTimesInRfc3339AndTheEtaFromTheTimeSoFar) {
+  const std::string text = api::write_job(running_view(), 1'700'000'003'000);
+  expect_part(text,
+              R"("created_at":"2023-11-14T22:13:20.123Z","started_at":"2023-11-14T22:13:21.000Z","ended_at":null)");
+  expect_part(text, R"("state":"running","progress":0.25,"eta_s":6.0)");
+}
+
+TEST(JobReply, HasNoEtaWhileNothingIsKnown) {
+  jobs::JobView view = running_view();
+  view.progress = 0;
+  expect_part(api::write_job(view, 1'700'000'003'000), R"("eta_s":null)");
+  view.progress = 0.5;
+  view.job.state = jobs::JobState::queued;
+  expect_part(api::write_job(view, 1'700'000'003'000), R"("eta_s":null)");
+}
+
+TEST(JobReply, LinksPicturesAndEmbedsTheReportOnceThereAreSome) {
+  jobs::JobView view = running_view();
+  expect_part(api::write_job(view, 0), R"("report":null,"problem":null,"artifacts":[])");
+  view.job.state = jobs::JobState::succeeded;
+  view.job.report = R"({"non_finite":0})";
+  view.job.artifacts = {{"image.exr", "image/x-exr", std::string(64, 'a'), 12}};
+  const std::string text = api::write_job(view, 0);
+  const std::string url = "/v1/jobs/" + view.job.id + "/image.exr";
+  expect_part(text, R"("report":{"non_finite":0})");
+  expect_part(text, R"("bytes":12,"sha256":")" + std::string(64, 'a') + R"(","url":")" + url + "\"");
+  expect_part(text, R"("cancel":null,"events":null,"preview":null,"image":")" + url + "\"");
+}
+
+TEST(JobReply, MendsTextThatIsNotUtf8) {
+  jobs::JobView view = running_view();
+  view.job.name = "a\xff";
+  expect_part(api::write_job(view, 0), "\"name\":\"a\xef\xbf\xbd\"");
+}
+
+TEST(ProblemReply, WritesPointersAsUriFragments) {
+  const std::string text = api::write_problem({"urn:x",
+                                               "t",
+                                               422,
+                                               "d",
+                                               "r",
+                                               {{"/materials/r\xc3\xa9"
+                                                 "d ^/color",
+                                                 "out_of_range", "must be >= 0, got -1"}}});
+  expect_part(text, R"("pointer":"#/materials/r%C3%A9d%20%5E/color","code":"out_of_range")");
+}
+
+TEST(ProblemReply, HasNoErrorsWhereThereAreNone) {
+  EXPECT_EQ(api::write_problem({"urn:x", "t", 404, "d", "r", {}}),
+            R"({"type":"urn:x","title":"t","status":404,"detail":"d","request_id":"r"})");
+}
+
+TEST(AddedFormat, JoinsTheFormatsOfTheDocumentOrItsDefault) {
+  using tracer::Format;
+  EXPECT_EQ(api::with_format(R"({"version":1})", Format::exr), R"({"version":1,"output":{"formats":["png","exr"]}})");
+  EXPECT_EQ(api::with_format(R"({"output":{"exposure":1}})", Format::exr),
+            R"({"output":{"exposure":1,"formats":["png","exr"]}})");
+  EXPECT_EQ(api::with_format(R"({"output":{"formats":["exr"]}})", Format::png),
+            R"({"output":{"formats":["exr","png"]}})");
+}
+
+TEST(AddedFormat, KeepsEveryNumberOfTheDocument) {
+  const std::string numbers =
+      "[0.1,1e-300,1.7976931348623157e+308,18446744073709551615,-0.0,5e-324,123456789.123456789]";
+  EXPECT_EQ(api::with_format("{\"a\":" + numbers + "}", tracer::Format::exr),
+            "{\"a\":[0.1,1e-300,1.7976931348623157e+308,18446744073709551615,-0.0,5e-324,123456789.12345679]," +
+                std::string(R"("output":{"formats":["png","exr"]}})"));
+}
+
+}  // namespace
