@@ -21,16 +21,11 @@ SphereTest sphere_test(const SphereGeometry& g, unsigned primitive) {
   return {g.x[primitive], g.y[primitive], g.z[primitive], g.radius[primitive]};
 }
 
-TriangleTest triangle_test(const TriangleGeometry& g, unsigned primitive) {
-  const auto& corners = g.triangles[primitive];
-  const Vec3 v0 = g.position(corners[0]);
-  return {v0, g.position(corners[1]) - v0, g.position(corners[2]) - v0};
-}
-
-/// Box in float that surely holds [low, high]: rounded outwards, and padded by 2^-22 of the largest coordinate, since
-/// Embree's own box tests round too and its robust mode does not reach user geometry.
+/// Box in float that surely holds [low, high] as Embree's float rays see it. They are wrong by some 2^-24 of the
+/// scene's box (about one) wherever they are, so the pad is absolute: relative to a primitive near 0 it would be
+/// nothing. Embree's own box tests round too, and its robust mode does not reach user geometry.
 void write_bounds(const Vec3& low, const Vec3& high, RTCBounds& bounds) {
-  const double pad = 0x1p-22 * std::max(max_component(abs(low)), max_component(abs(high)));
+  constexpr double pad = 0x1p-22;
   bounds.lower_x = static_cast<float>(low.x - pad);
   bounds.lower_y = static_cast<float>(low.y - pad);
   bounds.lower_z = static_cast<float>(low.z - pad);
@@ -81,7 +76,7 @@ void triangle_intersect_filter(const RTCFilterFunctionNArguments* args) {
     if (args->valid[i] == 0) continue;
     const unsigned primitive = RTCHitN_primID(args->hit, args->N, i);
     if (!closest_triangle_lane(packet, RTCRayN_id(args->ray, args->N, i), RTCRayN_tfar(args->ray, args->N, i),
-                               triangle_test(*user.geometry, primitive), {user.index, primitive}))
+                               *user.geometry, {user.index, primitive}))
       args->valid[i] = 0;
   }
 }
@@ -92,8 +87,7 @@ void triangle_occluded_filter(const RTCFilterFunctionNArguments* args) {
   for (unsigned i = 0; i < args->N; ++i) {
     if (args->valid[i] == 0) continue;
     const unsigned primitive = RTCHitN_primID(args->hit, args->N, i);
-    if (!occluded_triangle_lane(packet, RTCRayN_id(args->ray, args->N, i), triangle_test(*user.geometry, primitive),
-                                {user.index, primitive}))
+    if (!occluded_triangle_lane(packet, RTCRayN_id(args->ray, args->N, i), *user.geometry, {user.index, primitive}))
       args->valid[i] = 0;
   }
 }

@@ -42,14 +42,35 @@ WHITTLE_INLINE float reach_of(double t, double start) {
   return static_cast<float>((t - start) * (1 + 0x1p-22) + float_slack);
 }
 
+/// A triangle of floats, to be tested in double.
+struct TriangleTest {
+  Vec3 v0, e1, e2;
+};
+
+TriangleTest triangle_test(const TriangleGeometry& geometry, std::uint32_t primitive) {
+  const auto& corners = geometry.triangles[primitive];
+  const Vec3 v0 = geometry.position(corners[0]);
+  return {v0, geometry.position(corners[1]) - v0, geometry.position(corners[2]) - v0};
+}
+
+/// Whether `point` is not above the triangle on the side that `direction` leaves it to. Nothing there can be met.
+bool left_behind(const TriangleTest& triangle, const Vec3& direction, const Vec3& point) {
+  const Vec3 normal = cross(triangle.e1, triangle.e2);
+  const double height = dot(point - triangle.v0, normal);
+  return (dot(direction, normal) < 0 ? -height : height) <= length(normal) * 0x1p-48;  // the rounding of points near 1
+}
+
 struct TriangleHit {
   double t = nothing, u = 0, v = 0;
 };
 
 /// Moeller & Trumbore 1997, in double. Barycentric coordinates are clamped to the triangle; a proposal that is further
-/// outside than the slack is a false hit of the float test (they happen on needles) and is refused.
-TriangleHit triangle_hit(const Packet& packet, unsigned lane, const TriangleTest& triangle, PrimitiveRef self) {
+/// outside than the slack is a false hit of the float test (they happen on needles) and is refused. So is one on the
+/// edge of the triangle's neighbour that the ray is just leaving: over a convex edge the slack would let it cast a
+/// shadow back.
+TriangleHit triangle_hit(const Packet& packet, unsigned lane, const TriangleGeometry& geometry, PrimitiveRef self) {
   if (starts_on(packet, lane, self)) return {};
+  const TriangleTest triangle = triangle_test(geometry, self.primitive);
   const Vec3 o{packet.ox[lane], packet.oy[lane], packet.oz[lane]};
   const Vec3 d{packet.dx[lane], packet.dy[lane], packet.dz[lane]};
   const Vec3 p = cross(d, triangle.e2);
@@ -61,8 +82,12 @@ TriangleHit triangle_hit(const Packet& packet, unsigned lane, const TriangleTest
   const double t = dot(triangle.e2, q) / determinant;
   const double u_inside = std::min(std::max(u, 0.0), 1.0);
   const double v_inside = std::min(std::max(v, 0.0), 1 - u_inside);
-  const Vec3 outside = abs(triangle.e1 * (u - u_inside) + triangle.e2 * (v - v_inside));
-  if (!(t > 0) || !(max_component(outside) <= triangle_slack) || !std::isfinite(t)) return {};
+  const double outside = max_component(abs(triangle.e1 * (u - u_inside) + triangle.e2 * (v - v_inside)));
+  if (!(t > 0) || !(outside <= triangle_slack) || !std::isfinite(t)) return {};
+  if (outside > 0 && packet.from_geometry[lane] == self.geometry &&
+      left_behind(triangle_test(geometry, packet.from_primitive[lane]), d,
+                  triangle.v0 + triangle.e1 * u_inside + triangle.e2 * v_inside))
+    return {};
   return {t, u_inside, v_inside};
 }
 
@@ -103,11 +128,12 @@ WHITTLE_WIDE void load(Packet& packet, const RaySpan& rays, std::size_t first, i
     leave = (ax > bx ? ax : bx) < leave ? (ax > bx ? ax : bx) : leave;
     leave = (ay > by ? ay : by) < leave ? (ay > by ? ay : by) : leave;
     leave = (az > bz ? az : bz) < leave ? (az > bz ? az : bz) : leave;
-    const double start = enter - (float_slack + enter * 0x1p-48);
+    const double doubt = float_slack + enter * 0x1p-48;  // the slabs' rounding grows with the distance
+    const double start = enter - doubt;
     const bool finite = (ox + oy + oz + dx + dy + dz) * 0 == 0;
     packet.start[i] = start;
-    packet.reach[i] = reach_of(leave, start);
-    packet.active[i] = (i < count) & finite & (enter <= leave) ? -1 : 0;
+    packet.reach[i] = reach_of(leave + doubt, start);
+    packet.active[i] = (i < count) & finite & (start <= leave) & (enter < distance_max) ? -1 : 0;
   }
 }
 
@@ -168,9 +194,9 @@ void occluded_sphere_lane(const Packet& packet, unsigned lane, float& tfar, cons
   if (t < packet.t[lane]) tfar = -std::numeric_limits<float>::infinity();
 }
 
-bool closest_triangle_lane(Packet& packet, unsigned lane, float& tfar, const TriangleTest& triangle,
+bool closest_triangle_lane(Packet& packet, unsigned lane, float& tfar, const TriangleGeometry& geometry,
                            PrimitiveRef self) {
-  const TriangleHit hit = triangle_hit(packet, lane, triangle, self);
+  const TriangleHit hit = triangle_hit(packet, lane, geometry, self);
   if (!wins(hit.t, self, packet.t[lane], packet.geometry[lane], packet.primitive[lane])) return false;
   packet.t[lane] = hit.t;
   packet.u[lane] = hit.u;
@@ -181,8 +207,8 @@ bool closest_triangle_lane(Packet& packet, unsigned lane, float& tfar, const Tri
   return true;
 }
 
-bool occluded_triangle_lane(const Packet& packet, unsigned lane, const TriangleTest& triangle, PrimitiveRef self) {
-  return triangle_hit(packet, lane, triangle, self).t < packet.t[lane];
+bool occluded_triangle_lane(const Packet& packet, unsigned lane, const TriangleGeometry& geometry, PrimitiveRef self) {
+  return triangle_hit(packet, lane, geometry, self).t < packet.t[lane];
 }
 
 WHITTLE_WIDE void closest_planes(Packet& packet, int count, const PlaneGeometry& planes, std::uint32_t geometry,

@@ -30,6 +30,10 @@ inline constexpr int packet_size = 16;
 /// (about one), whose floats are wrong by 2^-24; sixteen times that covers origin, direction and box tests together.
 inline constexpr double float_slack = 0x1p-20;
 
+/// How far away, in the same units, a ray may enter the box. From further the last bit of its direction is 2^47 boxes
+/// wide: it meets nothing in the box, and Embree never sees coordinates on which it would end the process.
+inline constexpr double distance_max = 0x1p100;
+
 /// How far, in the same units, a hit refined in double may lie outside its float triangle and still be that triangle's.
 inline constexpr double triangle_slack = 0x1p-21;
 
@@ -71,12 +75,10 @@ void occluded_sphere(const Packet& packet, const int* valid, float* tfar, const 
 void closest_sphere_lane(Packet& packet, unsigned lane, float& tfar, const SphereTest& sphere, PrimitiveRef self);
 void occluded_sphere_lane(const Packet& packet, unsigned lane, float& tfar, const SphereTest& sphere);
 
-/// A triangle of floats, tested in double. False: Embree's proposal is refused.
-struct TriangleTest {
-  Vec3 v0, e1, e2;
-};
-bool closest_triangle_lane(Packet& packet, unsigned lane, float& tfar, const TriangleTest& triangle, PrimitiveRef self);
-bool occluded_triangle_lane(const Packet& packet, unsigned lane, const TriangleTest& triangle, PrimitiveRef self);
+/// Embree proposes triangle self.primitive of `geometry`; it is tested in double. False: refused.
+bool closest_triangle_lane(Packet& packet, unsigned lane, float& tfar, const TriangleGeometry& geometry,
+                           PrimitiveRef self);
+bool occluded_triangle_lane(const Packet& packet, unsigned lane, const TriangleGeometry& geometry, PrimitiveRef self);
 
 /// All planes that count against all lanes that are in use.
 void closest_planes(Packet& packet, int count, const PlaneGeometry& planes, std::uint32_t geometry, Among among);

@@ -1,0 +1,150 @@
+#pragma once
+/// Where a ray meets a standard shape: branch-free, so that a loop over a packet's lanes becomes vector code.
+
+#include <limits>
+
+#include "tracer/src/accel/quadric.h"
+
+namespace tracer {
+
+#define WHITTLE_INLINE inline __attribute__((always_inline))
+
+/// Nearest hit at a distance > 0; `t` is infinite when there is none.
+struct QuadricHit {
+  double t = std::numeric_limits<double>::infinity();
+  double part = 0;  ///< a QuadricPart, in the lanes' own type
+};
+
+/// A ray in the shape's space, d not unit.
+struct ShapeRay {
+  double ox, oy, oz, dx, dy, dz;
+};
+
+/// How far, in the shape's own units, a hit may lie beyond a rim: the rounding of the point. Side and cap then overlap
+/// by that much instead of leaving a gap.
+inline constexpr double rim_slack = 0x1p-46;
+
+WHITTLE_INLINE void consider(QuadricHit& best, double t, bool valid, QuadricPart part) {
+  const bool nearer = valid & (t > 0) & (t < best.t);
+  best.t = nearer ? t : best.t;
+  best.part = nearer ? static_cast<double>(part) : best.part;
+}
+
+WHITTLE_INLINE ShapeRay shape_ray(const Quadric& q, double ox, double oy, double oz, double dx, double dy, double dz) {
+  const Linear& m = q.shape_from_trace;
+  const double fx = ox - q.origin.x, fy = oy - q.origin.y, fz = oz - q.origin.z;
+  return {m.x.x * fx + m.y.x * fy + m.z.x * fz, m.x.y * fx + m.y.y * fy + m.z.y * fz,
+          m.x.z * fx + m.y.z * fy + m.z.z * fz, m.x.x * dx + m.y.x * dy + m.z.x * dz,
+          m.x.y * dx + m.y.y * dy + m.z.y * dz, m.x.z * dx + m.y.z * dy + m.z.z * dz};
+}
+
+/// As the sphere's: the discriminant is one minus the squared distance of the line from the centre.
+WHITTLE_INLINE QuadricHit ellipsoid_hit(const ShapeRay& r) {
+  const double a = r.dx * r.dx + r.dy * r.dy + r.dz * r.dz;
+  const double b = -(r.ox * r.dx + r.oy * r.dy + r.oz * r.dz) / a;
+  const double lx = r.ox + b * r.dx, ly = r.oy + b * r.dy, lz = r.oz + b * r.dz;
+  const double discriminant = (1 - (lx * lx + ly * ly + lz * lz)) / a;
+  const double c = (r.ox * r.ox + r.oy * r.oy + r.oz * r.oz - 1) / a;
+  const double root = std::sqrt(discriminant > 0 ? discriminant : 0);
+  const double q = b >= 0 ? b + root : b - root;
+  QuadricHit hit;
+  consider(hit, q, discriminant >= 0, QuadricPart::side);
+  consider(hit, c / q, discriminant >= 0, QuadricPart::side);
+  return hit;
+}
+
+WHITTLE_INLINE void consider_disc(QuadricHit& hit, const ShapeRay& r, double z, double inner, double outer, bool valid,
+                                  QuadricPart part) {
+  const double t = (z - r.oz) / r.dz;
+  const double x = r.ox + t * r.dx, y = r.oy + t * r.dy;
+  const double squared = x * x + y * y;
+  const double reach = outer * (1 + rim_slack);
+  consider(hit, t, valid & (squared <= reach * reach) & (squared >= inner * inner), part);
+}
+
+/// The cone's equation x^2 + y^2 = (radius_0 + slope z)^2 between its ends; a cylinder has slope 0. Each root is tested
+/// by itself: where the slope is steeper than the ray, one of them lies on the mirror nappe, beyond the apex. A ray
+/// that starts far off is solved from its nearest point to the shape, or the discriminant would drown in the distance.
+WHITTLE_INLINE QuadricHit frustum_hit(const ShapeRay& ray, double radius_0, double radius_1, bool caps) {
+  ShapeRay r = ray;
+  const double middle = ray.oz - 0.5;
+  const bool far = ray.ox * ray.ox + ray.oy * ray.oy + middle * middle > 64;
+  const double along =
+      -(ray.ox * ray.dx + ray.oy * ray.dy + middle * ray.dz) / (ray.dx * ray.dx + ray.dy * ray.dy + ray.dz * ray.dz);
+  const double shift = far ? along : 0;
+  r.ox += shift * r.dx;
+  r.oy += shift * r.dy;
+  r.oz += shift * r.dz;
+  const double slope = radius_1 - radius_0;
+  const double radius = radius_0 + slope * r.oz;
+  const double a = r.dx * r.dx + r.dy * r.dy - slope * slope * r.dz * r.dz;
+  const double b = -(r.ox * r.dx + r.oy * r.dy - slope * r.dz * radius);
+  const double c = r.ox * r.ox + r.oy * r.oy - radius * radius;
+  const double discriminant = b * b - a * c;
+  const double root = std::sqrt(discriminant > 0 ? discriminant : 0);
+  const double q = b >= 0 ? b + root : b - root;
+  QuadricHit hit;
+  const double slack = caps ? rim_slack : 0;
+  const auto consider_side = [&](double t) {
+    const double z = r.oz + t * r.dz;
+    consider(hit, t + shift, (discriminant >= 0) & (z >= -slack) & (z <= 1 + slack), QuadricPart::side);
+  };
+  consider_side(q / a);
+  consider_side(c / q);
+  consider_disc(hit, ray, 0, 0, radius_0, caps & (radius_0 > 0), QuadricPart::cap_0);
+  consider_disc(hit, ray, 1, 0, radius_1, caps & (radius_1 > 0), QuadricPart::cap_1);
+  return hit;
+}
+
+WHITTLE_INLINE QuadricHit disc_hit(const ShapeRay& r, double inner) {
+  QuadricHit hit;
+  const double t = -r.oz / r.dz;
+  const double x = r.ox + t * r.dx, y = r.oy + t * r.dy;
+  const double squared = x * x + y * y;
+  consider(hit, t, (squared <= 1) & (squared >= inner * inner), QuadricPart::cap_1);
+  return hit;
+}
+
+/// Slabs (Kay & Kajiya 1986). The order of the comparisons drops the 0/0 of a ray within a face's plane.
+WHITTLE_INLINE QuadricHit box_hit(const ShapeRay& r) {
+  double enter = -std::numeric_limits<double>::infinity(), leave = std::numeric_limits<double>::infinity();
+  double enter_part = 0, leave_part = 0;
+  const auto slab = [&](double o, double d, QuadricPart low, QuadricPart high) {
+    const double t0 = -o / d, t1 = (1 - o) / d;
+    const bool forward = d > 0;
+    const double near = forward ? t0 : t1, far = forward ? t1 : t0;
+    const double near_part = static_cast<double>(forward ? low : high);
+    const double far_part = static_cast<double>(forward ? high : low);
+    const bool later = near > enter;
+    enter = later ? near : enter;
+    enter_part = later ? near_part : enter_part;
+    const bool sooner = far < leave;
+    leave = sooner ? far : leave;
+    leave_part = sooner ? far_part : leave_part;
+  };
+  slab(r.ox, r.dx, QuadricPart::x_0, QuadricPart::x_1);
+  slab(r.oy, r.dy, QuadricPart::y_0, QuadricPart::y_1);
+  slab(r.oz, r.dz, QuadricPart::z_0, QuadricPart::z_1);
+  QuadricHit hit;
+  const bool met = (enter <= leave) & (leave > 0);
+  const bool outside = enter > 0;
+  hit.t = met ? (outside ? enter : leave) : hit.t;
+  hit.part = outside ? enter_part : leave_part;
+  return hit;
+}
+
+WHITTLE_INLINE QuadricHit quadric_hit(const Quadric& q, const ShapeRay& ray) {
+  switch (q.kind) {
+    case QuadricKind::ellipsoid:
+      return ellipsoid_hit(ray);
+    case QuadricKind::disc:
+      return disc_hit(ray, q.radius_0);
+    case QuadricKind::frustum:
+      return frustum_hit(ray, q.radius_0, q.radius_1, q.caps);
+    case QuadricKind::box:
+      return box_hit(ray);
+  }
+  return {};
+}
+
+}  // namespace tracer
