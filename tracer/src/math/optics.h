@@ -19,19 +19,21 @@ struct Interface {
 
 /// Exact unpolarised Fresnel reflectance for cos_i in [0,1] and indices > 0.
 /// The amplitudes are written with the factor (n-1)(n+1) taken out of their numerators, n = n_to/n_from:
-///   r_s = -(n-1)(n+1) / (c + n c_t)^2,   r_p = (n-1)(n+1) (c^2 (n^2+1) - 1) / (n (n c + c_t))^2
-/// so that nothing cancels as n -> 1: with c_t^2 = 1 - (1-c^2)/n^2 these equal (c - n c_t)/(c + n c_t) and
-/// (n c - c_t)/(n c + c_t) (Born & Wolf, eq. 1.5.21). n - 1 is (n_to - n_from)/n_from, exact when the two are close.
+///   r_s = -(n-1)(n+1) / (c + n c_t)^2,   r_p = (n-1)(n+1) (c n - s)(c n + s) / (n (n c + c_t))^2
+/// s = sqrt(1-c^2), so that nothing cancels as n -> 1 or n -> 0: with c_t^2 = 1 - (s/n)^2 these equal (c - n c_t)/(c +
+/// n c_t) and (n c - c_t)/(n c + c_t) (Born & Wolf, eq. 1.5.21). n - 1 is (n_to - n_from)/n_from, exact when the two
+/// are close.
 inline Interface dielectric_interface(double cos_i, double n_from, double n_to) {
   const double n = n_to / n_from;
-  const double sin2_t = (1 - cos_i) * (1 + cos_i) / (n * n);
+  const double sin2_i = (1 - cos_i) * (1 + cos_i);
+  const double sin2_t = sin2_i / (n * n);
   if (!(sin2_t < 1)) return {.total_internal_reflection = true, .cos_t = 0, .reflectance = 1};
   const double cos_t = std::sqrt(1 - sin2_t);
   const double excess = (n_to - n_from) / n_from * (n + 1);
   const double s = cos_i + n * cos_t;
   const double p = n * (n * cos_i + cos_t);
   const double r_s = -excess / (s * s);
-  const double r_p = excess * (cos_i * cos_i * (n * n + 1) - 1) / (p * p);
+  const double r_p = excess * (cos_i * cos_i * (n * n) - sin2_i) / (p * p);
   return {
       .total_internal_reflection = false, .cos_t = cos_t, .reflectance = std::min(1.0, 0.5 * (r_s * r_s + r_p * r_p))};
 }
