@@ -8,13 +8,9 @@
 
 namespace tracer {
 
-/// c^n for c in [0,1], n >= 0, with 0^0 = 1. High exponents go through n log1p(c-1): the argument of the power is the
-/// small distance from 1, which c^n itself would have lost.
-inline double highlight(double c, double n) {
-  if (n == 0) return 1;
-  if (c <= 0) return 0;
-  return std::exp(n * std::log1p(std::min(c, 1.0) - 1));
-}
+/// c^n for c clamped to [0,1] and n >= 0, with 0^0 = 1. std::pow is right to its last bit for every exponent: what it
+/// is given, c, has all its digits; exp(n log1p(c-1)) would lose those of a small one.
+inline double highlight(double c, double n) { return std::pow(std::clamp(c, 0.0, 1.0), n); }
 
 /// spec of the material's model at unit normal n, unit directions l to the light and v to the eye; 0 where n.l <= 0.
 /// phong: max(0, r.v)^n with r = 2(n.l)n - l (Phong 1975). blinn_phong: max(0, n.h)^n with h = (l+v)/|l+v| (Blinn
