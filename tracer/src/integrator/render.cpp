@@ -1,5 +1,6 @@
 #include "tracer/render.h"
 
+#include <limits>
 #include <mutex>
 #include <new>
 
@@ -68,6 +69,11 @@ struct PixelSum {
   std::uint32_t count = 0;
 };
 
+/// The film holds floats: what is brighter than the largest is that one, never infinite.
+float film_value(double radiance) {
+  return static_cast<float>(std::min<double>(radiance, std::numeric_limits<float>::max()));
+}
+
 /// Traces one tile into `image`. False: cancelled.
 bool render_tile(const CompiledScene& scene, const Tile& tile, Wavefront& wavefront, Image& image) {
   const std::vector<Pixel> pixels = block_order(tile);
@@ -89,9 +95,9 @@ bool render_tile(const CompiledScene& scene, const Tile& tile, Wavefront& wavefr
   for (std::uint32_t i = 0; i < pixel_count; ++i) {
     const Color mean = sums[i].count > 0 ? sums[i].sum * (1.0 / sums[i].count) : Color{};
     float* out = image.rgb.data() + 3 * (static_cast<std::size_t>(pixels[i].y) * image.width + pixels[i].x);
-    out[0] = static_cast<float>(mean.r);
-    out[1] = static_cast<float>(mean.g);
-    out[2] = static_cast<float>(mean.b);
+    out[0] = film_value(mean.r);
+    out[1] = film_value(mean.g);
+    out[2] = film_value(mean.b);
   }
   return true;
 }
