@@ -1,0 +1,61 @@
+#include "tests/reader/reading.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <iterator>
+
+namespace reader_tests {
+
+std::string document_with(std::string_view members) {
+  const std::string camera = R"({"version": 1, "camera": {"position": [0, 1, 6], "look_at": [0, 0, 0]})";
+  return camera + (members.empty() ? "" : ", ") + std::string(members) + "}";
+}
+
+std::string document_with_object(std::string_view type, std::string_view members) {
+  return document_with(R"("objects": [{"type": ")" + std::string(type) + R"(", "material": {}, )" +
+                       std::string(members) + "}]");
+}
+
+std::vector<std::string> outcome(std::string_view text, const api::Limits& limits) {
+  const auto document = api::parse_scene(text, limits);
+  if (document) return {"accepted"};
+  const api::Refusal& refusal = document.error();
+  if (refusal.kind == api::Refusal::Kind::too_large) return {"too_large"};
+  if (refusal.kind == api::Refusal::Kind::not_json) {
+    return {"not_json " + std::to_string(refusal.line) + ":" + std::to_string(refusal.column)};
+  }
+  std::vector<std::string> lines;
+  for (const tracer::Issue& issue : refusal.issues) {
+    lines.push_back((issue.pointer.empty() ? "\"\"" : issue.pointer) + " " + issue.code);
+    EXPECT_FALSE(issue.detail.empty()) << lines.back();
+  }
+  return lines;
+}
+
+api::Document accepted(const std::string& text) {
+  auto document = api::parse_scene(text, {});
+  if (document) return std::move(*document);
+  ADD_FAILURE() << "refused: " << document.error().detail << "\n" << text;
+  for (const tracer::Issue& issue : document.error().issues) {
+    ADD_FAILURE() << issue.pointer << " " << issue.code << ": " << issue.detail;
+  }
+  return {};
+}
+
+std::string only_detail(const std::string& text) {
+  const auto document = api::parse_scene(text, {});
+  if (document || document.error().issues.size() != 1) {
+    ADD_FAILURE() << "expected exactly one issue of " << text;
+    return {};
+  }
+  return document.error().issues[0].detail;
+}
+
+std::string file_bytes(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  EXPECT_TRUE(file) << path;
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+}  // namespace reader_tests
