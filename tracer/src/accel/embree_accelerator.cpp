@@ -17,6 +17,11 @@ struct TriangleUser {
   std::uint32_t index;
 };
 
+struct QuadricUser {
+  const QuadricGeometry* geometry;
+  std::uint32_t index;
+};
+
 SphereTest sphere_test(const SphereGeometry& g, unsigned primitive) {
   return {g.x[primitive], g.y[primitive], g.z[primitive], g.radius[primitive]};
 }
@@ -68,6 +73,61 @@ void sphere_occluded(const RTCOccludedFunctionNArguments* args) {
       occluded_sphere_lane(packet, RTCRayN_id(args->ray, args->N, i), RTCRayN_tfar(args->ray, args->N, i), sphere);
 }
 
+void quadric_bounds(const RTCBoundsFunctionArguments* args) {
+  const Quadric& q = static_cast<const QuadricUser*>(args->geometryUserPtr)->geometry->quadrics[args->primID];
+  Bounds bounds;
+  const auto include = [&](const Vec3& shape_center, const Vec3& extent) {
+    const Vec3 center = q.origin + q.trace_from_shape * shape_center;
+    bounds.include(center - extent);
+    bounds.include(center + extent);
+  };
+  const Linear& m = q.trace_from_shape;
+  switch (q.kind) {
+    case QuadricKind::ellipsoid:
+      include({}, ellipsoid_extent(m));
+      break;
+    case QuadricKind::disc:
+      include({}, disc_extent(m));
+      break;
+    case QuadricKind::frustum:
+      include({}, disc_extent(m) * q.radius_0);
+      include({0, 0, 1}, disc_extent(m) * q.radius_1);
+      break;
+    case QuadricKind::box:
+      include({0.5, 0.5, 0.5}, (abs(m.x) + abs(m.y) + abs(m.z)) * 0.5);
+      break;
+  }
+  write_bounds(bounds.low, bounds.high, *args->bounds_o);
+}
+
+void quadric_intersect(const RTCIntersectFunctionNArguments* args) {
+  const auto& user = *static_cast<const QuadricUser*>(args->geometryUserPtr);
+  Packet& packet = Packet::of(args->context);
+  const Quadric& quadric = user.geometry->quadrics[args->primID];
+  const PrimitiveRef self{user.index, args->primID};
+  RTCRayN* rays = RTCRayHitN_RayN(args->rayhit, args->N);
+  if (args->N == packet_size) {
+    closest_quadric(packet, args->valid, &RTCRayN_tfar(rays, packet_size, 0), quadric, self);
+    return;
+  }
+  for (unsigned i = 0; i < args->N; ++i)
+    if (args->valid[i] != 0)
+      closest_quadric_lane(packet, RTCRayN_id(rays, args->N, i), RTCRayN_tfar(rays, args->N, i), quadric, self);
+}
+
+void quadric_occluded(const RTCOccludedFunctionNArguments* args) {
+  const auto& user = *static_cast<const QuadricUser*>(args->geometryUserPtr);
+  const Packet& packet = Packet::of(args->context);
+  const Quadric& quadric = user.geometry->quadrics[args->primID];
+  if (args->N == packet_size) {
+    occluded_quadric(packet, args->valid, &RTCRayN_tfar(args->ray, packet_size, 0), quadric);
+    return;
+  }
+  for (unsigned i = 0; i < args->N; ++i)
+    if (args->valid[i] != 0)
+      occluded_quadric_lane(packet, RTCRayN_id(args->ray, args->N, i), RTCRayN_tfar(args->ray, args->N, i), quadric);
+}
+
 /// Embree found these lanes to hit in float; decide in double.
 void triangle_intersect_filter(const RTCFilterFunctionNArguments* args) {
   const auto& user = *static_cast<const TriangleUser*>(args->geometryUserPtr);
@@ -92,6 +152,12 @@ void triangle_occluded_filter(const RTCFilterFunctionNArguments* args) {
   }
 }
 
+struct UserFunctions {
+  RTCBoundsFunction bounds;
+  RTCIntersectFunctionN intersect;
+  RTCOccludedFunctionN occluded;
+};
+
 bool count_memory(void* total, ssize_t bytes, bool /*post*/) {
   static_cast<std::atomic<std::int64_t>*>(total)->fetch_add(bytes, std::memory_order_relaxed);
   return true;
@@ -107,6 +173,7 @@ struct Accelerator::Embree {
   Bounds box;
   std::vector<SphereUser> spheres;
   std::vector<TriangleUser> triangles;
+  std::vector<QuadricUser> quadrics;
   std::atomic<std::int64_t> bytes{0};
 
   Embree() : device(rtcNewDevice(nullptr)) {
@@ -121,8 +188,10 @@ struct Accelerator::Embree {
   Embree(const Embree&) = delete;
   Embree& operator=(const Embree&) = delete;
 
-  void add(const SphereGeometry& spheres_added, std::uint32_t index);
-  void add(const TriangleGeometry& triangles_added, std::uint32_t index);
+  void add(const SphereGeometry& added, std::uint32_t index);
+  void add(const TriangleGeometry& added, std::uint32_t index);
+  void add(const QuadricGeometry& added, std::uint32_t index);
+  void add_user(const UserFunctions& functions, void* user, std::size_t count, bool transmissive, std::uint32_t index);
   void attach(RTCGeometry geometry, bool transmissive, std::uint32_t index);
   void include(const RTCBounds& b) {
     box.include({b.lower_x, b.lower_y, b.lower_z});
@@ -137,21 +206,33 @@ void Accelerator::Embree::attach(RTCGeometry geometry, bool transmissive, std::u
   rtcReleaseGeometry(geometry);
 }
 
-void Accelerator::Embree::add(const SphereGeometry& added, std::uint32_t index) {
-  spheres.push_back({&added, index});
+void Accelerator::Embree::add_user(const UserFunctions& functions, void* user, std::size_t count, bool transmissive,
+                                   std::uint32_t index) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
-  rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(added.x.size()));
-  rtcSetGeometryUserData(geometry, &spheres.back());
-  rtcSetGeometryBoundsFunction(geometry, sphere_bounds, nullptr);
-  rtcSetGeometryIntersectFunction(geometry, sphere_intersect);
-  rtcSetGeometryOccludedFunction(geometry, sphere_occluded);
-  attach(geometry, added.transmissive, index);
-  for (unsigned i = 0; i < added.x.size(); ++i) {
+  rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(count));
+  rtcSetGeometryUserData(geometry, user);
+  rtcSetGeometryBoundsFunction(geometry, functions.bounds, nullptr);
+  rtcSetGeometryIntersectFunction(geometry, functions.intersect);
+  rtcSetGeometryOccludedFunction(geometry, functions.occluded);
+  attach(geometry, transmissive, index);
+  for (unsigned i = 0; i < count; ++i) {
     RTCBounds bounds;
-    const RTCBoundsFunctionArguments args{&spheres.back(), i, 0, &bounds};
-    sphere_bounds(&args);
+    const RTCBoundsFunctionArguments args{user, i, 0, &bounds};
+    functions.bounds(&args);
     include(bounds);
   }
+}
+
+void Accelerator::Embree::add(const SphereGeometry& added, std::uint32_t index) {
+  spheres.push_back({&added, index});
+  add_user({sphere_bounds, sphere_intersect, sphere_occluded}, &spheres.back(), added.x.size(), added.transmissive,
+           index);
+}
+
+void Accelerator::Embree::add(const QuadricGeometry& added, std::uint32_t index) {
+  quadrics.push_back({&added, index});
+  add_user({quadric_bounds, quadric_intersect, quadric_occluded}, &quadrics.back(), added.quadrics.size(),
+           added.transmissive, index);
 }
 
 void Accelerator::Embree::add(const TriangleGeometry& added, std::uint32_t index) {
@@ -179,9 +260,12 @@ Result<std::unique_ptr<Accelerator>, Failure> Accelerator::build(const GeometryS
   // Pointers to these are handed to Embree: they must not move.
   embree->spheres.reserve(geometry.spheres.size());
   embree->triangles.reserve(geometry.triangles.size());
+  embree->quadrics.reserve(geometry.quadrics.size());
   for (std::uint32_t i = 0; i < geometry.spheres.size(); ++i) embree->add(geometry.spheres[i], i);
   for (std::uint32_t i = 0; i < geometry.triangles.size(); ++i)
     embree->add(geometry.triangles[i], geometry.first_triangles() + i);
+  for (std::uint32_t i = 0; i < geometry.quadrics.size(); ++i)
+    embree->add(geometry.quadrics[i], geometry.first_quadrics() + i);
   if (!embree->box.empty()) {
     const Vec3 pad{0x1p-18, 0x1p-18, 0x1p-18};
     embree->box = {embree->box.low - pad, embree->box.high + pad};

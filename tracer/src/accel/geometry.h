@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "tracer/src/math/vec.h"
+#include "tracer/src/accel/quadric.h"
 
 namespace tracer {
 
@@ -43,6 +43,13 @@ struct TriangleGeometry {
   }
 };
 
+/// Discs, cylinders, cones, boxes, and spheres that a transform made ellipsoids; either all opaque or all transmissive.
+struct QuadricGeometry {
+  std::vector<Quadric> quadrics;
+  std::vector<std::uint32_t> object;
+  bool transmissive = false;
+};
+
 /// Infinite planes: no BVH can hold them, so they are tried one after the other for every ray.
 struct PlaneGeometry {
   std::vector<Vec3> point;
@@ -54,11 +61,15 @@ struct PlaneGeometry {
 struct GeometrySet {
   std::vector<SphereGeometry> spheres;
   std::vector<TriangleGeometry> triangles;
+  std::vector<QuadricGeometry> quadrics;
   PlaneGeometry planes;
 
   [[nodiscard]] std::uint32_t first_triangles() const { return static_cast<std::uint32_t>(spheres.size()); }
+  [[nodiscard]] std::uint32_t first_quadrics() const {
+    return first_triangles() + static_cast<std::uint32_t>(triangles.size());
+  }
   [[nodiscard]] std::uint32_t plane_geometry() const {
-    return static_cast<std::uint32_t>(spheres.size() + triangles.size());
+    return first_quadrics() + static_cast<std::uint32_t>(quadrics.size());
   }
 };
 

@@ -2,10 +2,10 @@
 
 #include <limits>
 
+#include "tracer/src/accel/quadric_hit.h"
+
 namespace tracer {
 namespace {
-
-#define WHITTLE_INLINE inline __attribute__((always_inline))
 
 constexpr double nothing = std::numeric_limits<double>::quiet_NaN();  // compares false with every distance
 
@@ -28,18 +28,8 @@ WHITTLE_INLINE double sphere_distance(double ox, double oy, double oz, double dx
   return (discriminant >= 0) & (t > 0) ? t : nothing;
 }
 
-WHITTLE_INLINE bool wins(double t, PrimitiveRef self, double best, std::uint32_t geometry, std::uint32_t primitive) {
-  const bool first = (self.geometry < geometry) | ((self.geometry == geometry) & (self.primitive < primitive));
-  return (t < best) | ((t == best) & first);
-}
-
 WHITTLE_INLINE bool starts_on(const Packet& packet, unsigned lane, PrimitiveRef self) {
   return (packet.from_geometry[lane] == self.geometry) & (packet.from_primitive[lane] == self.primitive);
-}
-
-/// Embree's tfar for a hit at t: beyond it by the slack, so that nothing nearer is culled by rounding.
-WHITTLE_INLINE float reach_of(double t, double start) {
-  return static_cast<float>((t - start) * (1 + 0x1p-22) + float_slack);
 }
 
 /// A triangle of floats, to be tested in double.

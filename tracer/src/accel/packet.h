@@ -59,6 +59,15 @@ struct alignas(64) Packet {
 };
 static_assert(std::is_standard_layout_v<Packet>);
 
+/// Embree's tfar for a hit at t: beyond it by the slack, so that nothing nearer is culled by rounding.
+inline float reach_of(double t, double start) { return static_cast<float>((t - start) * (1 + 0x1p-22) + float_slack); }
+
+/// Does a hit at t on `self` replace the nearest so far? Of equal distances the lowest primitive wins.
+inline bool wins(double t, PrimitiveRef self, double best, std::uint32_t geometry, std::uint32_t primitive) {
+  const bool first = (self.geometry < geometry) | ((self.geometry == geometry) & (self.primitive < primitive));
+  return (t < best) | ((t == best) & first);
+}
+
 /// Fills lanes [0, count) from rays[first...]; the others, rays that are not finite and rays that miss `box` are
 /// inactive.
 void load(Packet& packet, const RaySpan& rays, std::size_t first, int count, const Bounds& box);
@@ -74,6 +83,12 @@ void closest_sphere(Packet& packet, const int* valid, float* tfar, const SphereT
 void occluded_sphere(const Packet& packet, const int* valid, float* tfar, const SphereTest& sphere);
 void closest_sphere_lane(Packet& packet, unsigned lane, float& tfar, const SphereTest& sphere, PrimitiveRef self);
 void occluded_sphere_lane(const Packet& packet, unsigned lane, float& tfar, const SphereTest& sphere);
+
+/// Any other analytic shape. The part that was met goes into the packet's `u`.
+void closest_quadric(Packet& packet, const int* valid, float* tfar, const Quadric& quadric, PrimitiveRef self);
+void occluded_quadric(const Packet& packet, const int* valid, float* tfar, const Quadric& quadric);
+void closest_quadric_lane(Packet& packet, unsigned lane, float& tfar, const Quadric& quadric, PrimitiveRef self);
+void occluded_quadric_lane(const Packet& packet, unsigned lane, float& tfar, const Quadric& quadric);
 
 /// Embree proposes triangle self.primitive of `geometry`; it is tested in double. False: refused.
 bool closest_triangle_lane(Packet& packet, unsigned lane, float& tfar, const TriangleGeometry& geometry,

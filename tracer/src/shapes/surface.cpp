@@ -1,6 +1,6 @@
 #include "tracer/src/shapes/surface.h"
 
-#include <numbers>
+#include "tracer/src/shapes/quadric_surface.h"
 
 namespace tracer {
 namespace {
@@ -62,12 +62,8 @@ Vec2 triangle_uv(const TriangleGeometry& mesh, const Hit& hit) {
           mesh.uvs[a][1] * weight_a + mesh.uvs[b][1] * hit.u + mesh.uvs[c][1] * hit.v};
 }
 
-/// u = phi/2pi in [0,1), v = 1 - theta/pi, by atan2 throughout: arccos would lose half the digits at the poles.
 Vec2 sphere_uv(const Axes& axes, const Vec3& normal) {
-  const double x = dot(normal, axes.e0), y = dot(normal, axes.e1), z = dot(normal, axes.n);
-  const double phi = std::atan2(y, x);
-  const double turns = phi / (2 * std::numbers::pi);
-  return {turns < 0 ? turns + 1 : turns, 1 - std::atan2(std::hypot(x, y), z) / std::numbers::pi};
+  return spherical_uv({dot(normal, axes.e0), dot(normal, axes.e1), dot(normal, axes.n)});
 }
 
 Vec2 plane_uv(const CompiledScene& scene, const Axes& axes, const Vec3& from_point) {
@@ -75,18 +71,57 @@ Vec2 plane_uv(const CompiledScene& scene, const Axes& axes, const Vec3& from_poi
           scene.frame.world_from_trace(dot(from_point, axes.e1))};
 }
 
+Local quadric_at(const QuadricGeometry& set, const Hit& hit, const Vec3& on_ray) {
+  const std::uint32_t i = hit.primitive.primitive;
+  const QuadricPoint met = quadric_point(set.quadrics[i], static_cast<QuadricPart>(hit.u), on_ray);
+  return {met.point, met.normal, met.normal, set.object[i]};
+}
+
+enum class Family { sphere, triangle, quadric, plane };
+
+/// Which of GeometrySet's vectors a geometry is in.
+Family family_of(const GeometrySet& set, std::uint32_t geometry) {
+  if (geometry < set.first_triangles()) return Family::sphere;
+  if (geometry < set.first_quadrics()) return Family::triangle;
+  return geometry < set.plane_geometry() ? Family::quadric : Family::plane;
+}
+
+Local local_at(const GeometrySet& set, const Hit& hit, const Vec3& on_ray) {
+  const auto [geometry, primitive] = hit.primitive;
+  switch (family_of(set, geometry)) {
+    case Family::sphere:
+      return sphere_at(set.spheres[geometry], primitive, on_ray);
+    case Family::triangle:
+      return triangle_at(set.triangles[geometry - set.first_triangles()], hit);
+    case Family::quadric:
+      return quadric_at(set.quadrics[geometry - set.first_quadrics()], hit, on_ray);
+    case Family::plane:
+      break;
+  }
+  return plane_at(set.planes, primitive, on_ray);
+}
+
+Vec2 uv_at(const CompiledScene& scene, const Hit& hit, const Local& local) {
+  const GeometrySet& set = scene.geometry;
+  const auto [geometry, primitive] = hit.primitive;
+  switch (family_of(set, geometry)) {
+    case Family::sphere:
+      return sphere_uv(scene.axes_of_object[local.object], local.geometric_normal);
+    case Family::triangle:
+      return triangle_uv(set.triangles[geometry - set.first_triangles()], hit);
+    case Family::quadric:
+      return quadric_uv(set.quadrics[geometry - set.first_quadrics()].quadrics[primitive],
+                        static_cast<QuadricPart>(hit.u), local.point.position);
+    case Family::plane:
+      break;
+  }
+  return plane_uv(scene, scene.axes_of_object[local.object], local.point.position - set.planes.point[primitive]);
+}
+
 }  // namespace
 
 Surface surface_at(const CompiledScene& scene, const Hit& hit, const Vec3& origin, const Vec3& direction) {
-  const GeometrySet& set = scene.geometry;
-  const std::uint32_t geometry = hit.primitive.geometry;
-  const std::uint32_t primitive = hit.primitive.primitive;
-  const Vec3 on_ray = origin + direction * hit.t;
-  const bool is_sphere = geometry < set.first_triangles();
-  const bool is_plane = geometry == set.plane_geometry();
-  const Local local = is_sphere  ? sphere_at(set.spheres[geometry], primitive, on_ray)
-                      : is_plane ? plane_at(set.planes, primitive, on_ray)
-                                 : triangle_at(set.triangles[geometry - set.first_triangles()], hit);
+  const Local local = local_at(scene.geometry, hit, origin + direction * hit.t);
   Surface surface;
   surface.point = local.point;
   surface.geometric_normal = local.geometric_normal;
@@ -94,12 +129,8 @@ Surface surface_at(const CompiledScene& scene, const Hit& hit, const Vec3& origi
   surface.normal = surface.back ? -local.shading_normal : local.shading_normal;
   surface.object = local.object;
   surface.material = scene.material_of_object[local.object];
-  if (scene.needs.textures && std::holds_alternative<TextureId>(scene.materials[surface.material].color)) {
-    const Axes& axes = scene.axes_of_object[local.object];
-    surface.uv = is_sphere  ? sphere_uv(axes, local.geometric_normal)
-                 : is_plane ? plane_uv(scene, axes, local.point.position - set.planes.point[primitive])
-                            : triangle_uv(set.triangles[geometry - set.first_triangles()], hit);
-  }
+  if (scene.needs.textures && std::holds_alternative<TextureId>(scene.materials[surface.material].color))
+    surface.uv = uv_at(scene, hit, local);
   return surface;
 }
 

@@ -1,0 +1,49 @@
+#pragma once
+/// Linear and affine maps in double. Names say target from source: world_from_object * object_from_shape.
+
+#include <array>
+
+#include "tracer/src/math/vec.h"
+
+namespace tracer {
+
+/// 3x3, by columns: the images of the axes.
+struct Linear {
+  Vec3 x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
+};
+
+inline Vec3 operator*(const Linear& m, const Vec3& v) { return m.x * v.x + m.y * v.y + m.z * v.z; }
+inline Linear operator*(const Linear& a, const Linear& b) { return {a * b.x, a * b.y, a * b.z}; }
+inline Linear transposed(const Linear& m) {
+  return {{m.x.x, m.y.x, m.z.x}, {m.x.y, m.y.y, m.z.y}, {m.x.z, m.y.z, m.z.z}};
+}
+inline double determinant(const Linear& m) { return dot(m.x, cross(m.y, m.z)); }
+
+/// By cofactors: the rows of the inverse are the cross products of the columns over the determinant. Precondition: not
+/// singular.
+inline Linear inverse(const Linear& m) {
+  const double d = determinant(m);
+  return transposed({cross(m.y, m.z) / d, cross(m.z, m.x) / d, cross(m.x, m.y) / d});
+}
+
+/// p -> linear p + offset.
+struct Affine {
+  Linear linear;
+  Vec3 offset{};
+
+  [[nodiscard]] Vec3 point(const Vec3& p) const { return linear * p + offset; }
+  [[nodiscard]] Vec3 direction(const Vec3& d) const { return linear * d; }
+};
+
+inline Affine operator*(const Affine& a, const Affine& b) { return {a.linear * b.linear, a.point(b.offset)}; }
+
+/// A normal goes with the inverse transpose; the sign of the determinant keeps outward outward under reflections.
+/// Not unit.
+inline Vec3 transformed_normal(const Linear& target_from_source, const Vec3& n) {
+  const Linear& m = target_from_source;
+  // The cofactor matrix: inverse transpose times determinant, without dividing.
+  const Vec3 image = cross(m.y, m.z) * n.x + cross(m.z, m.x) * n.y + cross(m.x, m.y) * n.z;
+  return determinant(m) < 0 ? -image : image;
+}
+
+}  // namespace tracer
