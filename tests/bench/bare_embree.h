@@ -1,0 +1,31 @@
+#pragma once
+/// The yardstick: Embree and nothing else, tracing given rays against a compiled scene's geometry. No shading, no
+/// queues, no refinement in double beyond the spheres' own roots. What it cannot do and the tracer does: planes, exact
+/// hits, scenes far from the origin.
+
+#include <memory>
+
+#include "tracer/src/accel/accelerator.h"
+
+namespace bench {
+
+class BareEmbree {
+ public:
+  /// `geometry` outlives this.
+  explicit BareEmbree(const tracer::GeometrySet& geometry);
+  ~BareEmbree();
+
+  struct Timing {
+    double seconds = 0;
+    std::size_t rays = 0, hits = 0;
+  };
+  /// Packets of 16 filled beforehand; only the calls to Embree are timed. Coherent flag set.
+  [[nodiscard]] Timing closest(const tracer::RaySpan& rays) const;
+  [[nodiscard]] Timing occluded(const tracer::RaySpan& rays) const;
+
+ private:
+  struct Content;
+  std::unique_ptr<Content> content_;
+};
+
+}  // namespace bench
