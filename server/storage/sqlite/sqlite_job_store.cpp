@@ -117,7 +117,14 @@ std::optional<Claim> SqliteJobStore::claim(const std::string& boot_id, std::int6
     return Claim{sqlite::read_job(database, id).value(), {}, fence.integer(0)};
   });
   // Read outside the writer, which a large document would hold up: it cannot go while its job runs.
-  if (claim) claim->document = document(claim->job.id).value();
+  if (claim) {
+    try {
+      claim->document = document(claim->job.id).value();
+    } catch (...) {
+      release(claim->job.id, claim->fence, now, false, false);  // nothing of the call has happened
+      throw;
+    }
+  }
   return claim;
 }
 

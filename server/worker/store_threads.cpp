@@ -1,0 +1,68 @@
+#include "server/worker/store_threads.h"
+
+#include <utility>
+
+namespace worker {
+
+StoreThreads::StoreThreads(int threads, std::chrono::milliseconds pause, jobs::Log log)
+    : pause_(pause), log_(std::move(log)) {
+  for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { work(); });
+}
+
+StoreThreads::~StoreThreads() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  task_came_.notify_all();
+  for (std::thread& thread : threads_) thread.join();
+}
+
+void StoreThreads::run(std::function<void()> task) {
+  const std::lock_guard lock(mutex_);
+  tasks_.push_back(std::move(task));
+  task_came_.notify_one();
+}
+
+void StoreThreads::work() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    task_came_.wait(lock, [&] { return stopping_ || !tasks_.empty(); });
+    if (tasks_.empty()) return;
+    const std::function<void()> task = std::move(tasks_.front());
+    tasks_.pop_front();
+    lock.unlock();
+    task();
+    lock.lock();
+  }
+}
+
+std::optional<jobs::StoreFailure> StoreThreads::persist(int tries, std::string_view what,
+                                                        const std::function<void()>& call) {
+  for (int tried = 1;; ++tried) {
+    std::optional<jobs::StoreFailure> failure;
+    try {
+      call();
+      return std::nullopt;
+    } catch (const jobs::StoreFailure& thrown) {
+      failure = thrown;
+    } catch (const std::exception& thrown) {  // no memory, no descriptors: the environment too
+      failure.emplace(jobs::StoreFailure::Kind::unavailable, thrown.what());
+    }
+    log_(jobs::LogLevel::error, "store_failure", {{"during", std::string(what)}, {"detail", failure->what()}});
+    if (tried == tries || !wait_a_little()) return failure;
+  }
+}
+
+void StoreThreads::give_up() {
+  const std::lock_guard lock(mutex_);
+  given_up_ = true;
+  gave_up_.notify_all();
+}
+
+bool StoreThreads::wait_a_little() {
+  std::unique_lock lock(mutex_);
+  return !gave_up_.wait_for(lock, pause_, [&] { return given_up_; });
+}
+
+}  // namespace worker

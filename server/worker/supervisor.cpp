@@ -1,0 +1,29 @@
+#include "server/worker/supervisor.h"
+
+#include <filesystem>
+#include <utility>
+
+#include "server/worker/supervisor_loop.h"
+
+namespace worker {
+
+std::string worker_beside_this_program() {
+  return std::filesystem::read_symlink("/proc/self/exe").parent_path() / "whittled-worker";
+}
+
+Supervisor::Supervisor(jobs::Queue& queue, SupervisorSettings settings, jobs::Log log)
+    : queue_(queue), loop_(std::make_unique<Loop>(queue, std::move(settings), std::move(log))) {
+  queue_.attach(loop_.get());
+  loop_->wake();  // for what was submitted in between
+}
+
+Supervisor::~Supervisor() {
+  queue_.attach(nullptr);
+  loop_->drain(std::chrono::milliseconds(0));
+}
+
+bool Supervisor::drain(std::chrono::milliseconds patience) { return loop_->drain(patience); }
+int Supervisor::worker_pid() const { return loop_->pid(); }
+int Supervisor::running() const { return loop_->running(); }
+
+}  // namespace worker

@@ -1,0 +1,75 @@
+#pragma once
+/// Runs the queue's jobs in a worker process that may die: starts it, feeds it, replaces it, and sees to it that a
+/// death costs nobody a job.
+///
+///   worker::SupervisorSettings settings;                   // executable: worker::worker_beside_this_program()
+///   worker::Supervisor supervisor(queue, settings, log);   // starts the worker at once
+///   ... on SIGTERM, after HTTP stopped accepting:
+///   supervisor.drain(std::chrono::seconds(30));
+///
+/// Who pays for a death: a job that ran alone loses the attempt, and with its last one fails as "worker_crashed", the
+/// signal named. Of several in flight none is blamed: they become suspects, wait until the worker is empty and run one
+/// at a time, before all others, so the killer is found. A worker that had to be killed because a cancelled job did not
+/// stop, or that is stopped by drain, costs no attempt at all.
+
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include "server/jobs/log.h"
+#include "server/jobs/queue.h"
+
+namespace worker {
+
+struct SupervisorSettings {
+  std::string executable;  ///< absolute path of whittled-worker
+  /// Jobs that run at once. 0: as many as the machine has threads, so that small jobs, which are mostly not parallel,
+  /// fill it too.
+  int slots = 0;
+  /// Threads that claim jobs and store results. More than one, so that they share the store's syncs; 0: slots + 2.
+  int store_threads = 0;
+  /// A worker from which nothing came for this long is killed. It beats every second from a thread of its own, so only
+  /// a stopped process or a machine that swaps is silent this long.
+  std::chrono::milliseconds heartbeat_timeout{10'000};
+  /// From start to ready: loading Embree and the image library takes 0.2 s, on a cold disk seconds.
+  std::chrono::milliseconds start_timeout{60'000};
+  /// A cancelled job is told as cancelled after this, whether the worker has obeyed or not (100 ms are promised, a
+  /// commit fits into the rest) ...
+  std::chrono::milliseconds cancel_answer{60};
+  /// ... and a worker that has not stopped it after this is replaced. The tracer stops within a tile; a BVH build may
+  /// take a second or two.
+  std::chrono::milliseconds cancel_grace{5'000};
+  /// Pause before a worker that died is started again; doubles with each death until one finishes a job.
+  std::chrono::milliseconds restart_pause{50};
+  std::chrono::milliseconds restart_pause_max{5'000};
+  /// Pause after the store refused a claim or a result. A result is tried `store_tries` times, then the job fails.
+  std::chrono::milliseconds store_pause{500};
+  int store_tries = 10;
+};
+
+/// "/path/of/this/program's/folder/whittled-worker"
+std::string worker_beside_this_program();
+
+/// Attaches itself to the queue and detaches when it goes. Thread-safe. The queue must outlive it.
+class Supervisor {
+ public:
+  /// Throws std::system_error when threads or descriptors cannot be had. A worker that cannot be started is no
+  /// exception: it is logged, told by not_ready (through Queue::not_ready) and tried again.
+  Supervisor(jobs::Queue& queue, SupervisorSettings settings, jobs::Log log);
+  /// As drain(0).
+  ~Supervisor();
+
+  /// Claims nothing more, waits up to `patience` for running jobs to end, gives the others back to the queue without
+  /// cost and ends the worker. True when all ended by themselves. Only the first call counts.
+  bool drain(std::chrono::milliseconds patience);
+
+  [[nodiscard]] int worker_pid() const;  ///< 0 while there is none; for the log, metrics and tests
+  [[nodiscard]] int running() const;     ///< jobs in the worker now
+
+ private:
+  class Loop;
+  jobs::Queue& queue_;
+  std::unique_ptr<Loop> loop_;
+};
+
+}  // namespace worker

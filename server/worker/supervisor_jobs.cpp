@@ -1,0 +1,216 @@
+/// Jobs on their way from the queue into the worker and back.
+
+#include <algorithm>
+#include <cctype>
+#include <exception>
+#include <utility>
+
+#include "server/worker/supervisor_loop.h"
+
+namespace worker {
+
+using jobs::LogLevel;
+
+namespace {
+
+/// What a worker may call a picture: it becomes part of an address and of a header.
+bool is_plain(const std::string& name) {
+  return !name.empty() && name.size() <= 64 && std::all_of(name.begin(), name.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '.' || c == '-' || c == '_' || c == '+' || c == '/';
+  });
+}
+
+std::string for_the_owner(const jobs::StoreFailure& failure) {
+  const bool full = failure.kind == jobs::StoreFailure::Kind::full;
+  return std::string("The picture was made but could not be stored: ") +
+         (full ? "the disk is full." : "the store is not available.");
+}
+
+}  // namespace
+
+// ---- into the worker
+// -------------------------------------------------------------------------------------------------
+
+void Supervisor::Loop::claim_jobs(Time now) {
+  if (life_ != Life::ready || draining_ || now < claims_paused_until_) return;
+  if (suspects_first_) {
+    if (idle()) claim(true);
+    return;
+  }
+  // Finished pictures wait in memory for the store: when it is slower than the worker, the worker waits.
+  const auto slots = static_cast<std::size_t>(settings_.slots);
+  const std::size_t storing_limit = slots + static_cast<std::size_t>(settings_.store_threads);
+  while (found_nothing_ != wakes_ && running_.size() + claiming_ < slots && storing_ < storing_limit) claim(false);
+}
+
+void Supervisor::Loop::claim(bool alone) {
+  ++claiming_;
+  const std::uint64_t wakes_seen = wakes_;
+  store_threads_->run([this, alone, wakes_seen] {
+    const auto result = std::make_shared<Claimed>();
+    try {
+      result->claim = queue_.claim(alone);
+      if (result->claim) {
+        const jobs::Job& job = result->claim->job;
+        const auto queue_ms = static_cast<double>(std::max<std::int64_t>(*job.started_at - job.created_at, 0));
+        result->assignment =
+            pack(Assign{job.id, result->claim->fence, queue_ms, std::exchange(result->claim->document, {})});
+      }
+    } catch (const std::exception& failure) {
+      result->failed = true;
+      log_(LogLevel::error, "store_failure", {{"during", "claim"}, {"detail", failure.what()}});
+    }
+    mailbox_.post([this, result, alone, wakes_seen] { claimed(result, alone, wakes_seen); });
+  });
+}
+
+void Supervisor::Loop::claimed(const std::shared_ptr<Claimed>& result, bool alone, std::uint64_t wakes_seen) {
+  --claiming_;
+  if (result->failed) claims_paused_until_ = Clock::now() + settings_.store_pause;
+  if (result->claim) {
+    const jobs::Job& job = result->claim->job;
+    const std::int64_t fence = result->claim->fence;
+    if (early_cancels_.erase(job.id) > 0) {
+      finish_cancel(job.id, fence);
+    } else if (result->failed || draining_ || life_ != Life::ready) {
+      give_back(job.id, fence, false, false);
+    } else {
+      running_.emplace(job.id, Running{fence, job.attempt, job.max_attempts, false, {}, {}});
+      process_->send(std::move(result->assignment));
+      log_(LogLevel::debug, "job_assigned", {{"job_id", job.id}, {"attempt", std::to_string(job.attempt)}});
+    }
+  } else if (!result->failed) {
+    if (alone) suspects_first_ = false;
+    if (!alone) found_nothing_ = wakes_seen;
+  }
+  if (claiming_ == 0) early_cancels_.clear();
+}
+
+void Supervisor::Loop::cancel_job(const std::string& id) {
+  const auto found = running_.find(id);
+  if (found == running_.end()) {
+    if (claiming_ > 0) early_cancels_.insert(id);
+    return;
+  }
+  Running& job = found->second;
+  if (job.cancel_requested) return;
+  job.cancel_requested = true;
+  job.cancel_answer_at = Clock::now() + settings_.cancel_answer;
+  job.kill_at = Clock::now() + settings_.cancel_grace;
+  if (life_ == Life::ready) process_->send(pack(Cancel{id}));
+}
+
+// ---- out of the worker
+// -----------------------------------------------------------------------------------------------
+
+/// False for what is no longer the worker's: it was given back or is not known at all.
+bool Supervisor::Loop::take(const std::string& id, std::int64_t fence, Running& job) {
+  const auto found = running_.find(id);
+  if (found == running_.end() || found->second.fence != fence) {
+    log_(LogLevel::warning, "stale_result", {{"job_id", id}});
+    return false;
+  }
+  job = found->second;
+  running_.erase(found);
+  restart_pause_ = settings_.restart_pause;  // it works
+  return true;
+}
+
+void Supervisor::Loop::hear(Progress& message) {
+  if (message.tiles_total == 0 || !running_.contains(message.job_id)) return;
+  queue_.progressed(message.job_id, static_cast<double>(message.tiles_done) / static_cast<double>(message.tiles_total));
+}
+
+void Supervisor::Loop::hear(Finished& message) {
+  for (const Picture& picture : message.pictures) {
+    if (!is_plain(picture.name) || !is_plain(picture.media_type)) {
+      return end_worker("sent a picture with an unlikely name", false);
+    }
+  }
+  Running job;
+  if (!take(message.job_id, message.fence, job)) return;
+  store([this, finished = std::make_shared<Finished>(std::move(message))] {
+    std::vector<jobs::Queue::Picture> pictures;
+    for (const Picture& picture : finished->pictures) {
+      pictures.push_back({picture.name, picture.media_type, picture.bytes.get()});
+    }
+    const auto& [id, fence, report, unused] = *finished;
+    const auto failure = store_threads_->persist(settings_.store_tries, "succeed", [&] {
+      log_end("job_succeeded", id, queue_.succeed(id, fence, report, pictures));
+    });
+    if (!failure) return;
+    const jobs::Problem problem{"storage_failure", for_the_owner(*failure), {}};
+    store_threads_->persist(0, "fail", [&] { log_end("job_failed", id, queue_.fail(id, fence, problem)); });
+  });
+}
+
+void Supervisor::Loop::hear(Failed& message) {
+  Running job;
+  if (take(message.job_id, message.fence, job)) fail(message.job_id, message.fence, message.problem);
+}
+
+void Supervisor::Loop::hear(Cancelled& message) {
+  Running job;
+  if (!take(message.job_id, message.fence, job)) return;
+  if (job.cancel_requested) return finish_cancel(message.job_id, message.fence);
+  fail(message.job_id, message.fence, {"internal", "The worker stopped the job without being asked to.", {}});
+}
+
+void Supervisor::Loop::settle(const std::vector<Casualty>& casualties, const std::vector<Verdict>& verdicts) {
+  for (std::size_t i = 0; i < casualties.size(); ++i) {
+    const auto& [id, fence, attempt, max_attempts, cancel_requested] = casualties[i];
+    switch (verdicts[i].action) {
+      case Verdict::Action::give_back:
+        give_back(id, fence, false, false);
+        break;
+      case Verdict::Action::give_back_suspect:
+        give_back(id, fence, false, true);
+        break;
+      case Verdict::Action::count_attempt:
+        give_back(id, fence, true, true);
+        break;
+      case Verdict::Action::fail:
+        fail(id, fence, verdicts[i].problem);
+        break;
+    }
+  }
+}
+
+// ---- to the store
+// ----------------------------------------------------------------------------------------------------
+
+void Supervisor::Loop::store(std::function<void()> task) {
+  ++storing_;
+  store_threads_->run([this, task = std::move(task)] {
+    task();
+    mailbox_.post([this] { --storing_; });
+  });
+}
+
+void Supervisor::Loop::give_back(const std::string& id, std::int64_t fence, bool counts, bool suspect) {
+  if (suspect) suspects_first_ = true;
+  store([this, id, fence, counts, suspect] {
+    store_threads_->persist(0, "release",
+                            [&] { log_end("job_given_back", id, queue_.release(id, fence, counts, suspect)); });
+    ++wakes_;
+  });
+}
+
+void Supervisor::Loop::finish_cancel(const std::string& id, std::int64_t fence) {
+  store([this, id, fence] {
+    store_threads_->persist(0, "cancel", [&] { log_end("job_cancelled", id, queue_.finish_cancel(id, fence)); });
+  });
+}
+
+void Supervisor::Loop::fail(const std::string& id, std::int64_t fence, const jobs::Problem& problem) {
+  store([this, id, fence, problem] {
+    store_threads_->persist(0, "fail", [&] { log_end("job_failed", id, queue_.fail(id, fence, problem)); });
+  });
+}
+
+/// `moved` is false where another one was first: a cancel that was told before the worker answered.
+void Supervisor::Loop::log_end(const char* event, const std::string& id, bool moved) {
+  if (moved) log_(LogLevel::info, event, {{"job_id", id}});
+}
+
+}  // namespace worker

@@ -1,0 +1,141 @@
+#include "server/worker/supervisor_loop.h"
+
+#include <poll.h>
+
+#include <algorithm>
+#include <array>
+#include <thread>
+#include <utility>
+
+namespace worker {
+namespace {
+
+SupervisorSettings with_defaults(SupervisorSettings settings) {
+  if (settings.slots <= 0) settings.slots = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  if (settings.store_threads <= 0) settings.store_threads = settings.slots + 2;
+  return settings;
+}
+
+}  // namespace
+
+Supervisor::Loop::Loop(jobs::Queue& queue, SupervisorSettings settings, jobs::Log log)
+    : queue_(queue),
+      settings_(with_defaults(std::move(settings))),
+      log_(std::move(log)),
+      restart_pause_(settings_.restart_pause),
+      store_threads_(std::make_unique<StoreThreads>(settings_.store_threads, settings_.store_pause, log_)),
+      thread_([this] { run(); }) {}
+
+Supervisor::Loop::~Loop() { drain(std::chrono::milliseconds(0)); }
+
+void Supervisor::Loop::wake() noexcept {
+  ++wakes_;
+  mailbox_.wake();
+}
+
+void Supervisor::Loop::cancel(const std::string& id) noexcept {
+  mailbox_.post([this, id] { cancel_job(id); });
+}
+
+std::string Supervisor::Loop::not_ready() {
+  const std::lock_guard lock(status_mutex_);
+  return status_;
+}
+
+void Supervisor::Loop::say_status(std::string status) {
+  const std::lock_guard lock(status_mutex_);
+  status_ = draining_ ? "draining" : std::move(status);
+}
+
+bool Supervisor::Loop::drain(std::chrono::milliseconds patience) {
+  const std::lock_guard lock(drain_mutex_);
+  if (thread_.joinable()) {
+    mailbox_.post([this, patience] {
+      draining_ = true;
+      drain_deadline_ = Clock::now() + patience;
+      say_status("draining");
+    });
+    thread_.join();
+    store_threads_.reset();
+  }
+  return all_ended_;
+}
+
+// ---- the thread
+// ------------------------------------------------------------------------------------------------------
+
+void Supervisor::Loop::run() {
+  for (;;) {
+    const Time now = Clock::now();
+    if (draining_) keep_draining(now);
+    if (draining_ && idle() && life_ == Life::absent) return;
+    if (life_ == Life::absent && !draining_ && now >= restart_at_) start_worker(now);
+    claim_jobs(now);
+    running_count_ = static_cast<int>(running_.size());
+    wait(next_deadline());
+    mailbox_.run_posted();
+    if (life_ == Life::starting || life_ == Life::ready) read_worker();
+    keep_times(Clock::now());  // after reading: what waited in the socket while we slept counts as heard
+  }
+}
+
+void Supervisor::Loop::wait(Time until) {
+  std::array<pollfd, 3> descriptors{{{mailbox_.descriptor(), POLLIN, 0}, {-1, 0, 0}, {-1, POLLIN, 0}}};
+  if (process_ != nullptr) {
+    // One that is being ended is only waited for: its socket is at its end, and would wake us at once.
+    const int unsent = process_->has_unsent() ? POLLOUT : 0;
+    if (life_ != Life::ending) {
+      descriptors[1] = {process_->socket(), static_cast<short>(POLLIN | unsent), 0};
+    }
+    descriptors[2].fd = process_->pid_descriptor();
+  }
+  const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - Clock::now()).count();
+  poll(descriptors.data(), descriptors.size(), static_cast<int>(std::clamp<decltype(left)>(left, 0, 60'000)));
+  if ((descriptors[1].revents & POLLOUT) != 0) process_->flush();
+  if ((descriptors[2].revents & POLLIN) != 0) worker_ended();
+}
+
+Supervisor::Loop::Time Supervisor::Loop::next_deadline() const {
+  Time next = Clock::now() + std::chrono::minutes(1);
+  const auto consider = [&next](Time time) { next = std::min(next, time); };
+  if (life_ == Life::absent && !draining_) consider(restart_at_);
+  if (life_ == Life::starting) consider(started_at_ + settings_.start_timeout);
+  if (life_ == Life::ready) consider(last_heard_ + settings_.heartbeat_timeout);
+  if (claims_paused_until_ > Clock::now()) consider(claims_paused_until_);
+  if (draining_ && !gave_up_) consider(drain_deadline_);
+  for (const auto& [id, job] : running_) {
+    if (job.cancel_answer_at) consider(*job.cancel_answer_at);
+    if (job.kill_at && life_ == Life::ready) consider(*job.kill_at);
+  }
+  return next;
+}
+
+void Supervisor::Loop::keep_times(Time now) {
+  for (auto& [id, job] : running_) {
+    if (job.cancel_answer_at && now >= *job.cancel_answer_at) {
+      job.cancel_answer_at.reset();
+      finish_cancel(id, job.fence);
+    }
+  }
+  if (life_ == Life::starting && now >= started_at_ + settings_.start_timeout) {
+    end_worker("was not ready within the start timeout", false);
+  }
+  if (life_ == Life::ready && now >= last_heard_ + settings_.heartbeat_timeout) {
+    end_worker("gave no sign of life", false);
+  }
+  const bool disobeyed = std::any_of(running_.begin(), running_.end(), [&](const auto& entry) {
+    return entry.second.kill_at && now >= *entry.second.kill_at;
+  });
+  if (life_ == Life::ready && disobeyed) end_worker("did not stop a cancelled job", true);
+}
+
+void Supervisor::Loop::keep_draining(Time now) {
+  if (now >= drain_deadline_ && !gave_up_) {
+    gave_up_ = true;
+    store_threads_->give_up();
+  }
+  const bool wanted = !running_.empty() && !gave_up_;
+  if (!wanted && life_ != Life::absent && life_ != Life::ending) end_worker("was stopped by drain", true);
+}
+
+}  // namespace worker

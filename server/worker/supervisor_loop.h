@@ -1,0 +1,135 @@
+#pragma once
+/// The supervisor's one thread and all it knows: the worker process, the jobs in it, and when to do what. It waits for
+/// nobody: the store is asked by StoreThreads, which post their answers back.
+
+#include <atomic>
+#include <chrono>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <thread>
+
+#include "server/worker/blame.h"
+#include "server/worker/mailbox.h"
+#include "server/worker/process.h"
+#include "server/worker/protocol.h"
+#include "server/worker/store_threads.h"
+#include "server/worker/supervisor.h"
+
+namespace worker {
+
+class Supervisor::Loop final : public jobs::Runner {
+ public:
+  Loop(jobs::Queue& queue, SupervisorSettings settings, jobs::Log log);
+  ~Loop() override;
+
+  void wake() noexcept override;
+  void cancel(const std::string& id) noexcept override;
+  std::string not_ready() override;
+
+  bool drain(std::chrono::milliseconds patience);
+  [[nodiscard]] int pid() const { return pid_; }
+  [[nodiscard]] int running() const { return running_count_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  using Time = Clock::time_point;
+
+  enum class Life { absent, starting, ready, ending };
+
+  /// A job in the worker.
+  struct Running {
+    std::int64_t fence = 0;
+    int attempt = 1, max_attempts = 1;
+    bool cancel_requested = false;
+    std::optional<Time> cancel_answer_at;  ///< then the job is told as cancelled, whatever the worker does
+    std::optional<Time> kill_at;           ///< then the worker has disobeyed
+  };
+
+  /// What a store thread brings back from a claim.
+  struct Claimed {
+    std::optional<jobs::Claim> claim;
+    Packet assignment;
+    bool failed = false;
+  };
+
+  // The thread (supervisor_loop.cpp).
+  void run();
+  void wait(Time until);
+  [[nodiscard]] Time next_deadline() const;
+  void keep_times(Time now);
+  void keep_draining(Time now);
+  [[nodiscard]] bool idle() const { return running_.empty() && claiming_ == 0 && storing_ == 0; }
+  void say_status(std::string status);
+
+  // The worker's life (supervisor_life.cpp).
+  void start_worker(Time now);
+  void read_worker();
+  void end_worker(const std::string& why, bool excused);
+  void worker_ended();
+  std::string list_of_jobs() const;
+
+  // Jobs (supervisor_jobs.cpp).
+  void claim_jobs(Time now);
+  void claim(bool alone);
+  void claimed(const std::shared_ptr<Claimed>& result, bool alone, std::uint64_t wakes_seen);
+  void cancel_job(const std::string& id);
+  void settle(const std::vector<Casualty>& casualties, const std::vector<Verdict>& verdicts);
+  void give_back(const std::string& id, std::int64_t fence, bool counts, bool suspect);
+  void finish_cancel(const std::string& id, std::int64_t fence);
+  void fail(const std::string& id, std::int64_t fence, const jobs::Problem& problem);
+  void store(std::function<void()> task);
+  bool take(const std::string& id, std::int64_t fence, Running& job);
+  void log_end(const char* event, const std::string& id, bool moved);
+
+  void hear(Hello& message);
+  void hear(Heartbeat&) {}
+  void hear(Progress& message);
+  void hear(Finished& message);
+  void hear(Failed& message);
+  void hear(Cancelled& message);
+  void hear(Assign&) { end_worker("spoke as if it were the daemon", false); }
+  void hear(Cancel&) { end_worker("spoke as if it were the daemon", false); }
+
+  jobs::Queue& queue_;
+  const SupervisorSettings settings_;
+  const jobs::Log log_;
+  Mailbox mailbox_;
+
+  // Any thread.
+  std::atomic<std::uint64_t> wakes_{0};
+  std::atomic<int> pid_{0};
+  std::atomic<int> running_count_{0};
+  std::mutex status_mutex_;
+  std::string status_ = "worker: starting";
+  std::mutex drain_mutex_;
+
+  // The loop's thread alone.
+  std::unique_ptr<Process> process_;
+  Life life_ = Life::absent;
+  Time started_at_, last_heard_, restart_at_{};
+  std::chrono::milliseconds restart_pause_;
+  std::string end_reason_;  ///< why we ended it; empty: it died by itself
+  bool end_excused_ = false;
+
+  std::map<std::string, Running> running_;
+  std::size_t claiming_ = 0;                    ///< claims at the store threads
+  std::size_t storing_ = 0;                     ///< other tasks there
+  std::set<std::string> early_cancels_;         ///< cancelled while claims are under way: perhaps one of those
+  std::optional<std::uint64_t> found_nothing_;  ///< value of wakes_ at which a claim found nothing to run
+  bool suspects_first_ = true;  ///< there may be suspects, also from before a restart: they run before all others
+  Time claims_paused_until_{};
+
+  bool draining_ = false;
+  bool gave_up_ = false;
+  bool all_ended_ = true;
+  Time drain_deadline_{};
+
+  std::unique_ptr<StoreThreads> store_threads_;
+  std::thread thread_;  ///< last: starts when the rest is there
+};
+
+}  // namespace worker
