@@ -1,0 +1,47 @@
+#pragma once
+/// Vectors in long double: the arithmetic of the oracles. Shares nothing with the tracer's own.
+
+#include <array>
+#include <cmath>
+
+#include "tracer/scene.h"
+
+namespace oracle {
+
+using Real = long double;
+
+struct Vec {
+  Real x = 0, y = 0, z = 0;
+  Vec() = default;
+  Vec(Real vx, Real vy, Real vz) : x(vx), y(vy), z(vz) {}
+  Vec(const tracer::Vec3& v) : x(v.x), y(v.y), z(v.z) {}  // NOLINT(google-explicit-constructor): exact
+};
+
+inline Vec operator+(const Vec& a, const Vec& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+inline Vec operator-(const Vec& a, const Vec& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline Vec operator-(const Vec& a) { return {-a.x, -a.y, -a.z}; }
+inline Vec operator*(Real s, const Vec& a) { return {s * a.x, s * a.y, s * a.z}; }
+inline Real dot(const Vec& a, const Vec& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline Vec cross(const Vec& a, const Vec& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+inline Real length(const Vec& a) { return std::sqrt(dot(a, a)); }
+inline Vec unit(const Vec& a) { return (1 / length(a)) * a; }
+inline tracer::Vec3 rounded(const Vec& a) {
+  return {static_cast<double>(a.x), static_cast<double>(a.y), static_cast<double>(a.z)};
+}
+
+/// Linear RGB.
+struct Light3 {
+  Real r = 0, g = 0, b = 0;
+  Light3() = default;
+  Light3(Real red, Real green, Real blue) : r(red), g(green), b(blue) {}
+  Light3(const tracer::Color& c) : r(c.r), g(c.g), b(c.b) {}  // NOLINT(google-explicit-constructor): exact
+};
+
+inline Light3 operator+(const Light3& a, const Light3& b) { return {a.r + b.r, a.g + b.g, a.b + b.b}; }
+inline Light3 operator*(const Light3& a, const Light3& b) { return {a.r * b.r, a.g * b.g, a.b * b.b}; }
+inline Light3 operator*(Real s, const Light3& a) { return {s * a.r, s * a.g, s * a.b}; }
+inline Real largest(const Light3& a) { return std::fmax(a.r, std::fmax(a.g, a.b)); }
+
+}  // namespace oracle

@@ -1,0 +1,218 @@
+#include "tests/support/scenes.h"
+
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <stdexcept>
+
+#include "tests/support/random.h"
+#include "tracer/compile.h"
+#include "tracer/src/film/srgb.h"
+#include "tracer/validate.h"
+
+namespace scenes {
+
+using namespace tracer;
+
+Scene empty(std::uint32_t side) {
+  Scene scene;
+  scene.image = {side, side};
+  scene.accuracy.samples = 1;
+  scene.accuracy.cutoff = 0;
+  return scene;
+}
+
+MaterialId add(Scene& scene, const Material& material) {
+  scene.materials.push_back(material);
+  return {static_cast<std::uint32_t>(scene.materials.size() - 1)};
+}
+
+void add(Scene& scene, Shape shape, MaterialId material) { scene.objects.push_back({std::move(shape), material}); }
+
+void add(Scene& scene, Shape shape, const Material& material) { add(scene, std::move(shape), add(scene, material)); }
+
+Light point_light(const Vec3& position, const Color& color) {
+  Light light;
+  light.source = PointLight{position};
+  light.color = color;
+  return light;
+}
+
+Light directional_light(const Vec3& direction, const Color& color) {
+  Light light;
+  light.source = DirectionalLight{direction};
+  light.color = color;
+  return light;
+}
+
+Material matte(const Color& color) {
+  Material material;
+  material.model = Material::Model::lambert;
+  material.color = color;
+  return material;
+}
+
+Material glowing(const Color& emission) {
+  Material material = matte({0, 0, 0});
+  material.emission = emission;
+  return material;
+}
+
+Material mirror(double reflection) {
+  Material material = matte({0, 0, 0});
+  material.reflection = reflection;
+  return material;
+}
+
+Material glass(double ior) {
+  Material material = mirror(1);
+  material.transmission = 1;
+  material.ior = ior;
+  material.fresnel = true;
+  return material;
+}
+
+namespace {
+
+Vec3 on_unit_sphere(const Vec3& v) {
+  const double r = std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
+  return {v.x / r, v.y / r, v.z / r};
+}
+
+}  // namespace
+
+Mesh icosphere(int levels, bool smooth) {
+  const double g = std::numbers::phi;
+  Mesh mesh;
+  mesh.smooth = smooth;
+  for (const Vec3& p :
+       {Vec3{-1, g, 0}, Vec3{1, g, 0}, Vec3{-1, -g, 0}, Vec3{1, -g, 0}, Vec3{0, -1, g}, Vec3{0, 1, g}, Vec3{0, -1, -g},
+        Vec3{0, 1, -g}, Vec3{g, 0, -1}, Vec3{g, 0, 1}, Vec3{-g, 0, -1}, Vec3{-g, 0, 1}})
+    mesh.positions.push_back(on_unit_sphere(p));
+  mesh.triangles = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+                    {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+                    {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
+  for (int level = 0; level < levels; ++level) {
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
+    const auto middle = [&](std::uint32_t a, std::uint32_t b) {
+      const auto [place, added] = middles.try_emplace(std::minmax(a, b), mesh.positions.size());
+      if (added) {
+        const Vec3 p = mesh.positions[a], q = mesh.positions[b];
+        mesh.positions.push_back(on_unit_sphere({p.x + q.x, p.y + q.y, p.z + q.z}));
+      }
+      return place->second;
+    };
+    std::vector<std::array<std::uint32_t, 3>> finer;
+    for (const auto& [a, b, c] : mesh.triangles) {
+      const std::uint32_t ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+      for (const auto& triangle : {std::array{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}})
+        finer.push_back(triangle);
+    }
+    mesh.triangles = std::move(finer);
+  }
+  return mesh;
+}
+
+Mesh torus(std::uint32_t around, std::uint32_t across) {
+  Mesh mesh;
+  for (std::uint32_t i = 0; i < around; ++i)
+    for (std::uint32_t j = 0; j < across; ++j) {
+      const double a = 2 * std::numbers::pi * i / around, b = 2 * std::numbers::pi * j / across;
+      const double r = 1 + 0.4 * std::cos(b);
+      mesh.positions.push_back({r * std::cos(a), r * std::sin(a), 0.4 * std::sin(b)});
+      const std::uint32_t i1 = (i + 1) % around, j1 = (j + 1) % across;
+      mesh.triangles.push_back({i * across + j, i1 * across + j, i1 * across + j1});
+      mesh.triangles.push_back({i * across + j, i1 * across + j1, i * across + j1});
+    }
+  return mesh;
+}
+
+Mesh placed(Mesh mesh, double scale, const Vec3& offset) {
+  for (Vec3& p : mesh.positions) p = {p.x * scale + offset.x, p.y * scale + offset.y, p.z * scale + offset.z};
+  return mesh;
+}
+
+namespace {
+
+/// Draws the parts of one random scene.
+class Draw : public oracle::Random {
+ public:
+  using Random::Random;
+
+  Material material(Scene& scene) {
+    Material m;
+    m.model = static_cast<Material::Model>(below(3));
+    m.color = color();
+    if (chance(0.3)) {
+      Texture texture{CheckerTexture{{color(), color()}}, {in(1, 9), in(1, 9)}, {in(-2, 2), in(-2, 2)}, ""};
+      scene.textures.push_back(texture);
+      m.color = TextureId{static_cast<std::uint32_t>(scene.textures.size() - 1)};
+    }
+    m.ambient = in(0, 1);
+    m.diffuse = in(0, 1);
+    m.specular = chance(0.5) ? in(0, 1) : 0;
+    m.shininess = chance(0.1) ? 0 : spread(1, 1000);
+    m.specular_color = color();
+    if (chance(0.1)) m.emission = color();
+    if (chance(0.4)) m.reflection = in(0, 1);
+    m.reflection_color = color(0.5);
+    if (chance(0.4)) m.transmission = in(0, 1);
+    m.transmission_color = color(0.5);
+    m.ior = chance(0.3) ? in(0.4, 1) : in(1, 2.5);
+    m.fresnel = chance(0.5);
+    return m;
+  }
+
+  Light light() {
+    Light light = chance(0.7) ? point_light(vector(8), color()) : directional_light(vector(1), color());
+    light.intensity = in(0, 1.5);
+    light.shadows = chance(0.8);
+    if (chance(0.3)) light.attenuation = {Attenuation::Kind::polynomial, {in(0, 1), in(0, 0.2), in(0, 0.05)}};
+    if (chance(0.2)) light.attenuation.kind = Attenuation::Kind::inverse_square;
+    return light;
+  }
+};
+
+}  // namespace
+
+Scene random(std::uint64_t seed, std::uint32_t side) {
+  Draw draw(seed);
+  Scene scene = empty(side);
+  scene.camera = {draw.vector(6), draw.vector(1), {0, 1, 0}, draw.in(20, 100)};
+  scene.background.color = draw.color();
+  scene.ambient = draw.color();
+  for (int i = 0; i < 2; ++i) scene.lights.push_back(draw.light());
+  for (int i = 0; i < 6; ++i) {
+    const Sphere sphere{draw.vector(2.5), draw.spread(0.13, 1.4), draw.vector(1), draw.vector(1)};
+    add(scene, sphere, draw.material(scene));
+  }
+  for (int i = 0; i < 2; ++i) {
+    Plane plane{draw.vector(1), draw.vector(1), {}};
+    plane.point.y -= 4;
+    if (draw.chance(0.5)) plane.u_axis = draw.vector(1);
+    add(scene, plane, draw.material(scene));
+  }
+  scene.accuracy.max_depth = static_cast<std::uint32_t>(draw.in(0, 7));
+  scene.accuracy.cutoff = draw.chance(0.5) ? 0.003 : 0;
+  return scene;
+}
+
+Rendered render(const Scene& scene, std::uint32_t threads) {
+  if (const auto issues = validate(scene, Limits{}); !issues.empty())
+    throw std::runtime_error(issues[0].pointer + ": " + issues[0].detail);
+  RenderControl control;
+  const auto compiled = compile(scene, control);
+  if (!compiled) throw std::runtime_error(compiled.error().detail);
+  auto rendered = tracer::render(**compiled, {threads}, control);
+  if (!rendered) throw std::runtime_error(rendered.error().detail);
+  return std::move(*rendered);
+}
+
+std::vector<std::uint8_t> codes(const Image& image) {
+  std::vector<std::uint8_t> result(image.rgb.size());
+  srgb8_from_linear(image.rgb, result);
+  return result;
+}
+
+}  // namespace scenes

@@ -1,0 +1,255 @@
+// Rays against spheres, as the accelerator answers, beside the quadratic's roots in long double.
+#include <random>
+
+#include "tests/support/effort.h"
+#include "tests/support/random.h"
+#include "tests/unit/accel/ray_batch.h"
+
+namespace tracer {
+namespace {
+
+using oracle::Random;
+using oracle::Real;
+using oracle::Vec;
+
+/// A sphere of any size in the trace frame's unit box, and a ray at it from anywhere.
+struct Case {
+  Vec3 center;
+  double radius = 1;
+  TestRay ray;
+};
+
+/// Where the ray comes from, relative to the sphere.
+Vec origin_of(Random& random, const Vec& center, Real radius) {
+  switch (random.below(5)) {
+    case 0:  // inside
+      return center + random.in(0, 0.999) * radius * random.direction();
+    case 1:  // near the surface, on either side
+      return center + (1 + random.sign() * random.spread(1e-9, 0.5)) * radius * random.direction();
+    case 2:  // a million radii away
+      return center + 1e6L * radius * random.direction();
+    case 3:  // a million million boxes away
+      return center + 1e12L * random.direction();
+    default:
+      return random.vector(1);
+  }
+}
+
+Case random_case(Random& random) {
+  Case c;
+  c.radius = random.spread(1e-9, 0.4);
+  c.center = random.vector(0.5 - c.radius);
+  if (random.chance(0.1)) c.center = {};  // where relative bounds are nothing
+  const Vec center = c.center, origin = origin_of(random, center, c.radius);
+  Vec towards = unit(center - origin);
+  const Real distance = length(center - origin);
+  switch (random.below(4)) {
+    case 0:  // at or past the silhouette
+      towards = center + random.in(0, 1.5) * static_cast<Real>(c.radius) * random.across(towards) - origin;
+      break;
+    case 1: {  // grazing, nearer and nearer
+      const Real r = c.radius * (1 + random.sign() * random.spread(1e-15, 1e-2));
+      if (distance > r) {
+        const Real sine = r / distance;
+        towards = std::sqrt((1 - sine) * (1 + sine)) * towards + sine * random.across(towards);
+      }
+      break;
+    }
+    case 2:  // along an axis: two components are nothing, of either sign
+      towards = Vec{random.sign() * 0.0, random.sign() * 0.0, random.sign() * 0.0};
+      (random.below(3) == 0 ? towards.x : random.below(2) == 0 ? towards.y : towards.z) = random.sign();
+      break;
+    default:
+      towards = random.direction();
+  }
+  c.ray.origin = rounded(origin);
+  c.ray.direction = rounded(unit(towards));
+  if (random.chance(0.2)) c.ray.t_max = static_cast<double>(distance) * random.in(0, 2);
+  return c;
+}
+
+/// What the roots say, in the units of the box; `doubt`: how far the double-precision line may be from the real one.
+struct Expected {
+  bool hit = false, certain = false;
+  Real t = 0, tolerance = 0;
+};
+
+Expected expected_for(const Case& c) {
+  constexpr Real unit_roundoff = 0x1p-53L;
+  const Vec f = Vec(c.ray.origin) - Vec(c.center), d = c.ray.direction;
+  const Real r = c.radius, a = dot(d, d), b = -dot(f, d) / a;
+  const Real doubt = 16 * unit_roundoff * (length(f) + r);
+  const Real miss = length(f + b * d);
+  const Real discriminant = (r - miss) * (r + miss);
+  Expected e;
+  if (discriminant < 0) return {false, miss - r > doubt, 0, 0};
+  const Real root = std::sqrt(discriminant / a);
+  const bool outside = length(f) > r;
+  e.t = outside ? b - root : b + root;
+  e.hit = e.t > 0 && e.t < c.ray.t_max;
+  e.tolerance = doubt * (2 + 2 * r / std::fmax(root, std::sqrt(2 * r * doubt)));
+  // Uncertain: at the silhouette, on the surface, at the ray's end.
+  e.certain = r - miss > doubt && std::fabs(length(f) - r) > doubt && std::fabs(e.t - c.ray.t_max) > e.tolerance &&
+              std::fabs(e.t) > e.tolerance;
+  return e;
+}
+
+TEST(SphereHits, AreTheQuadraticsRootsForRaysFromAnywhereAtSpheresOfAnySize) {
+  // One sphere in a scene of its own, 37 rays a packet pair and a bit: not a multiple of sixteen.
+  Random random(1);
+  std::uint64_t certain = 0, hits = 0;
+  const std::uint64_t scenes = effort::cases(3000);
+  for (std::uint64_t scene = 0; scene < scenes; ++scene) {
+    const Case first = random_case(random);
+    std::vector<Case> cases;
+    std::vector<TestRay> rays;
+    while (cases.size() < 37) {
+      Case c = random_case(random);
+      // The same sphere, the ray moved and scaled with it.
+      const Real scale = static_cast<Real>(first.radius) / c.radius;
+      const Vec offset = Vec(c.ray.origin) - Vec(c.center);
+      c.ray.origin = rounded(Vec(first.center) + scale * offset);
+      c.ray.t_max = static_cast<double>(scale * c.ray.t_max);
+      c.center = first.center;
+      c.radius = first.radius;
+      cases.push_back(c);
+      rays.push_back(c.ray);
+    }
+    GeometrySet set;
+    set.spheres.emplace_back();
+    add_sphere(set.spheres[0], first.center, first.radius);
+    const auto accelerator = built(set);
+    const RayBatch batch(rays);
+    for (const Coherence coherence : {Coherence::coherent, Coherence::incoherent}) {
+      const auto found = batch.closest(*accelerator, coherence);
+      const auto blocked = batch.occluded(*accelerator, coherence);
+      for (std::size_t i = 0; i < cases.size(); ++i) {
+        const Expected e = expected_for(cases[i]);
+        if (!e.certain) continue;
+        ++certain;
+        hits += e.hit ? 1 : 0;
+        const Case& c = cases[i];
+        ASSERT_EQ(found[i].primitive.hit(), e.hit)
+            << "radius " << c.radius << " origin " << c.ray.origin.x << " " << c.ray.origin.y << " " << c.ray.origin.z
+            << " t " << e.t << " t_max " << c.ray.t_max;
+        ASSERT_EQ(blocked[i], e.hit);
+        if (e.hit) {
+          ASSERT_LE(std::fabs(found[i].t - e.t), e.tolerance) << "radius " << c.radius << " expected " << e.t;
+        }
+      }
+    }
+  }
+  EXPECT_GT(certain, scenes * 37 * 2 * 6 / 10) << "the oracle must not shirk";
+  EXPECT_GT(hits, certain / 5);
+}
+
+TEST(SphereHits, AreTheNearestOfManySpheresForEveryRay) {
+  Random random(2);
+  GeometrySet set;
+  set.spheres.resize(2);
+  set.spheres[1].transmissive = true;  // seen by closest, not by occluded
+  std::vector<std::pair<Vec3, double>> spheres;
+  for (int i = 0; i < 300; ++i) {
+    // Most are tiny, some at the very middle: there Embree's floats see them only if their boxes are padded.
+    const double radius = random.spread(1e-9, 0.1);
+    const Vec3 center = random.chance(0.3) ? random.vector(1e-8) : random.vector(0.5 - radius);
+    spheres.emplace_back(center, radius);
+  }
+  for (int i = 0; i < 300; ++i) add_sphere(set.spheres[i % 2], spheres[i].first, spheres[i].second);
+  const auto accelerator = built(set);
+  std::vector<TestRay> rays;
+  for (std::uint64_t i = 0; i < effort::cases(20'000) + 5; ++i) {
+    const Vec origin = random.chance(0.3) ? Vec(random.vector(0.5)) : 3 * random.direction();
+    const auto& [center, radius] = spheres[random.below(300)];
+    const Vec target = Vec(center) + random.in(0, 0.99) * static_cast<Real>(radius) * random.direction();
+    rays.push_back({rounded(origin), rounded(unit(target - origin))});
+  }
+  const RayBatch batch(rays);
+  for (const Coherence coherence : {Coherence::coherent, Coherence::incoherent}) {
+    const auto found = batch.closest(*accelerator, coherence);
+    const auto blocked = batch.occluded(*accelerator, coherence);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      Real nearest = HUGE_VALL;
+      PrimitiveRef who;
+      bool certain = true, opaque = false;
+      for (std::uint32_t s = 0; s < 300; ++s) {
+        const Expected e = expected_for({spheres[s].first, spheres[s].second, rays[i]});
+        certain &= e.certain && !(e.hit && std::fabs(e.t - nearest) <= e.tolerance);
+        opaque |= e.hit && s % 2 == 0;
+        if (e.hit && e.t < nearest) nearest = e.t, who = {s % 2, s / 2};
+      }
+      if (!certain) continue;
+      ASSERT_EQ(found[i].primitive, who) << "ray " << i << " at " << nearest;
+      ASSERT_EQ(blocked[i], opaque) << "ray " << i;
+    }
+  }
+}
+
+TEST(SphereHits, AtEqualDistanceAreTheLowestPrimitivesWhateverTheOrderOfTheTree) {
+  Random random(3);
+  GeometrySet set;
+  set.spheres.resize(2);
+  for (int copy = 0; copy < 40; ++copy) add_sphere(set.spheres[copy % 2], {0.1, 0.2, 0.3}, 0.15);
+  const auto accelerator = built(set);
+  std::vector<TestRay> rays;
+  for (int i = 0; i < 1001; ++i) {
+    const Vec origin = 2 * random.direction();
+    rays.push_back({rounded(origin), rounded(unit(Vec(0.1, 0.2, 0.3) - origin))});
+  }
+  for (const TestHit& hit : RayBatch(rays).closest(*accelerator, Coherence::incoherent))
+    ASSERT_EQ(hit.primitive, (PrimitiveRef{0, 0}));
+}
+
+TEST(SphereHits, NeverComeFromRaysThatAreNotNumbersAndTheirNeighboursInThePacketDoNotNotice) {
+  GeometrySet set;
+  set.spheres.emplace_back();
+  add_sphere(set.spheres[0], {0, 0, 0}, 0.5);
+  add_plane(set.planes, {0, -0.5, 0}, {0, 1, 0});
+  const auto accelerator = built(set);
+  for (const double bad : {std::nan(""), HUGE_VAL, -HUGE_VAL})
+    for (int component = 0; component < 6; ++component) {
+      std::vector<TestRay> rays(19, TestRay{{0, 0, 2}, {0, 0, -1}});
+      for (const std::size_t lane : {std::size_t{0}, std::size_t{7}, std::size_t{18}}) {
+        double* const at[] = {&rays[lane].origin.x,    &rays[lane].origin.y,    &rays[lane].origin.z,
+                              &rays[lane].direction.x, &rays[lane].direction.y, &rays[lane].direction.z};
+        *at[component] = bad;
+      }
+      const RayBatch batch(rays);
+      const auto hits = batch.closest(*accelerator, Coherence::coherent);
+      const auto blocked = batch.occluded(*accelerator, Coherence::coherent);
+      for (std::size_t i = 0; i < rays.size(); ++i) {
+        const bool good = i != 0 && i != 7 && i != 18;
+        EXPECT_EQ(hits[i].primitive.hit(), good) << "component " << component << " is " << bad << ", lane " << i;
+        EXPECT_EQ(blocked[i], good);
+        if (good) {
+          EXPECT_EQ(hits[i].t, 1.5);
+        }
+      }
+    }
+}
+
+TEST(SphereHits, FromDistancesBeyondAllFloatsNeverEndTheProcess) {
+  GeometrySet set;
+  set.spheres.emplace_back();
+  add_sphere(set.spheres[0], {0, 0, 0}, 0.5);
+  const auto accelerator = built(set);
+  for (double distance = 1; distance < 1e300; distance *= 1e3) {
+    const std::vector<TestRay> rays(3, TestRay{{0, 0, distance}, {0, 0, -1}});
+    const auto hits = RayBatch(rays).closest(*accelerator, Coherence::coherent);
+    const auto blocked = RayBatch(rays).occluded(*accelerator, Coherence::incoherent);
+    if (distance < 1e15) {
+      EXPECT_TRUE(hits[2].primitive.hit() && blocked[2]) << distance;
+    }
+  }
+}
+
+TEST(AnEmptyScene, IsMissedByEveryRay) {
+  const GeometrySet set;
+  const auto accelerator = built(set);
+  const RayBatch batch(std::vector<TestRay>(33, TestRay{{1e30, 0, 0}, {0, 1, 0}}));
+  for (const TestHit& hit : batch.closest(*accelerator, Coherence::coherent)) EXPECT_FALSE(hit.primitive.hit());
+  for (const bool blocked : batch.occluded(*accelerator, Coherence::coherent)) EXPECT_FALSE(blocked);
+}
+
+}  // namespace
+}  // namespace tracer

@@ -1,0 +1,174 @@
+// Rays against triangles, as the accelerator answers, beside Cramer's rule in long double on the same float corners.
+#include <algorithm>
+
+#include "tests/support/effort.h"
+#include "tests/support/random.h"
+#include "tests/unit/accel/ray_batch.h"
+
+namespace tracer {
+namespace {
+
+using oracle::Random;
+using oracle::Real;
+using oracle::Vec;
+
+TriangleGeometry triangle_of(const std::array<Vec, 3>& corners) {
+  TriangleGeometry geometry;
+  for (const Vec& corner : corners)
+    for (const Real coordinate : {corner.x, corner.y, corner.z})
+      geometry.positions.push_back(static_cast<float>(coordinate));
+  geometry.positions.resize(geometry.positions.size() + 4);
+  geometry.triangles.push_back({0, 1, 2});
+  return geometry;
+}
+
+struct Expected {
+  Real t;
+  Real outside;   ///< how far the plane's point is from the triangle, in its plane; negative inside
+  Real sine;      ///< of the angle between ray and plane
+  Real slimness;  ///< longest edge squared over area: how much of the normal's digits cancel
+};
+
+Expected expected_for(const TriangleGeometry& geometry, const TestRay& ray) {
+  const Vec a = geometry.position(0), e1 = Vec(geometry.position(1)) - a, e2 = Vec(geometry.position(2)) - a;
+  const Vec d = ray.direction, s = Vec(ray.origin) - a, n = cross(e1, e2);
+  const Real volume = -dot(d, n);
+  const Real u = dot(cross(d, e2), s) / volume, v = dot(cross(s, e1), d) / volume;
+  const Real t = dot(s, n) / volume;
+  // Distances to the three edges' lines, within the plane.
+  const Real area = length(n);
+  const Real inside =
+      std::fmin(u * area / length(e2), std::fmin(v * area / length(e1), (1 - u - v) * area / length(e2 - e1)));
+  const Real longest = std::fmax(length(e1), std::fmax(length(e2), length(e2 - e1)));
+  return {t, -inside, std::fabs(volume) / (area * length(d)), longest * longest / area};
+}
+
+/// Three corners of the box: anything from plump to a needle.
+std::array<Vec, 3> random_corners(Random& random) {
+  const Vec a = random.vector(0.5);
+  const Vec b = random.vector(0.5);
+  if (random.chance(0.3)) {  // a needle: its third corner beside the edge
+    const Vec along = a + random.in(0, 1) * (b - a);
+    return {a, b, along + random.spread(1e-5, 1e-1) * random.across(unit(b - a))};
+  }
+  return {a, b, random.vector(0.5)};
+}
+
+TEST(TriangleHits, AreTheRealOnesToDoublePrecisionAndNoneIsInvented) {
+  Random random(1);
+  std::uint64_t aimed = 0, missed = 0, refused = 0;
+  const std::uint64_t scenes = effort::cases(2500);
+  for (std::uint64_t scene = 0; scene < scenes; ++scene) {
+    const auto corners = random_corners(random);
+    if (length(cross(corners[1] - corners[0], corners[2] - corners[0])) < 1e-8L) continue;
+    GeometrySet set;
+    set.triangles.push_back(triangle_of(corners));
+    const auto accelerator = built(set);
+    std::vector<TestRay> rays;
+    for (int i = 0; i < 45; ++i) {
+      // Half of them inside, the rest around.
+      Real u = random.in(0, 1), v = random.in(0, 1);
+      if (i % 2 == 0 && u + v > 1) u = 1 - u, v = 1 - v;
+      if (i % 2 == 1) u = 3 * u - 1, v = 3 * v - 1;
+      const Vec target = (1 - u - v) * corners[0] + u * corners[1] + v * corners[2];
+      const Vec origin = target + random.spread(0.01, random.chance(0.2) ? 1e6 : 2) * random.direction();
+      rays.push_back({rounded(origin), rounded(unit(target - origin))});
+    }
+    const RayBatch batch(rays);
+    const auto found = batch.closest(*accelerator, Coherence::incoherent);
+    const auto blocked = batch.occluded(*accelerator, Coherence::incoherent);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const Expected e = expected_for(set.triangles[0], rays[i]);
+      const Real distance = length(Vec(rays[i].origin));
+      // What is within the slack of an edge may be either.
+      const Real slack = (0x1p-20L + distance * 0x1p-48L) / e.sine;
+      if (e.sine < 1e-3L) continue;
+      if (found[i].primitive.hit()) {
+        ASSERT_LE(e.outside, slack) << "invented";
+        ASSERT_TRUE(blocked[i]);
+        ASSERT_LE(std::fabs(found[i].t - e.t), 16 * 0x1p-53L * (1 + distance) * e.slimness / e.sine);
+      } else {
+        ++refused;
+        ASSERT_FALSE(blocked[i]);
+      }
+      if (e.outside > -slack || e.t <= 0) continue;
+      ++aimed;
+      missed += found[i].primitive.hit() ? 0 : 1;
+    }
+  }
+  EXPECT_EQ(missed, 0u) << "of " << aimed << " aimed at the inside";
+  EXPECT_GT(aimed, scenes * 15);
+  EXPECT_GT(refused, scenes * 10);
+}
+
+TEST(TriangleHits, TellBarycentricCoordinatesOfTheSecondAndThirdCorner) {
+  Random random(2);
+  for (std::uint64_t i = 0; i < effort::cases(300); ++i) {
+    const std::array<Vec, 3> corners{Vec(random.vector(0.5)), random.vector(0.5), random.vector(0.5)};
+    const Vec n = cross(corners[1] - corners[0], corners[2] - corners[0]);
+    if (length(n) < 0.01L) continue;
+    GeometrySet set;
+    set.triangles.push_back(triangle_of(corners));
+    const auto accelerator = built(set);
+    const Real u = random.in(0.1, 0.8), v = random.in(0.05, 0.9 - static_cast<double>(u));
+    const Vec a = set.triangles[0].position(0), b = set.triangles[0].position(1), c = set.triangles[0].position(2);
+    const Vec target = (1 - u - v) * a + u * b + v * c;
+    const Vec origin = target + random.sign() * unit(n) + Real(0.3) * random.across(unit(n));
+    const auto hits =
+        RayBatch({TestRay{rounded(origin), rounded(unit(target - origin))}}).closest(*accelerator, Coherence::coherent);
+    ASSERT_TRUE(hits[0].primitive.hit());
+    ASSERT_NEAR(hits[0].u, static_cast<double>(u), 1e-12);
+    ASSERT_NEAR(hits[0].v, static_cast<double>(v), 1e-12);
+  }
+}
+
+TEST(TriangleHits, OfCoincidentTrianglesAreTheLowest) {
+  Random random(3);
+  GeometrySet set;
+  const std::array<Vec, 3> corners{Vec{-0.5, -0.5, 0}, Vec{0.5, -0.5, 0.1L}, Vec{0, 0.5, -0.1L}};
+  for (int copy = 0; copy < 5; ++copy) set.triangles.push_back(triangle_of(corners));
+  const auto accelerator = built(set);
+  std::vector<TestRay> rays;
+  for (int i = 0; i < 501; ++i) {
+    const Vec origin = 2 * random.direction();
+    rays.push_back({rounded(origin), rounded(unit(random.in(0, 0.1) * random.direction() - origin))});
+  }
+  int hit_count = 0;
+  for (const TestHit& hit : RayBatch(rays).closest(*accelerator, Coherence::incoherent)) {
+    if (!hit.primitive.hit()) continue;
+    ++hit_count;
+    ASSERT_EQ(hit.primitive.geometry, 0u);
+  }
+  EXPECT_GT(hit_count, 400);
+}
+
+TEST(TriangleHits, AreNotTheTriangleThatTheRayLeavesNorTheEdgeOfItsNeighbour) {
+  // A roof's ridge: rays from one side of it, within the slack of the ridge, over the other. None meets it.
+  Random random(4);
+  TriangleGeometry roof;
+  for (const float coordinate : {0.F, 0.F, 0.F, 0.F, 0.F, 0.4F, 0.3F, -0.1F, 0.2F, -0.3F, -0.1F, 0.2F})
+    roof.positions.push_back(coordinate);
+  roof.positions.resize(roof.positions.size() + 4);
+  roof.triangles = {{0, 1, 2}, {1, 0, 3}};
+  GeometrySet set;
+  set.triangles.push_back(roof);
+  const auto accelerator = built(set);
+  std::vector<TestRay> rays;
+  const Vec n = unit(Vec(0.1L, 0.3L, 0));  // of the side x > 0, upwards
+  for (std::uint64_t i = 0; i < effort::cases(100'000); ++i) {
+    const Real down = random.spread(1e-12, 1e-6);
+    const Vec start = Vec{0.3L * down, -0.1L * down, random.in(0.01, 0.39)};
+    Vec direction = random.direction();
+    if (dot(direction, n) < 0) direction = -direction;
+    if (direction.y < 0.4L * std::fabs(direction.x)) continue;  // into the other side's half space: not over the ridge
+    rays.push_back({rounded(start + 1e-16L * n), rounded(direction), HUGE_VAL, {0, 0}});
+  }
+  const auto hits = RayBatch(rays).closest(*accelerator, Coherence::incoherent);
+  const auto blocked = RayBatch(rays).occluded(*accelerator, Coherence::coherent);
+  std::uint64_t wrong = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) wrong += hits[i].primitive.hit() || blocked[i] ? 1 : 0;
+  EXPECT_EQ(wrong, 0u) << "of " << rays.size();
+}
+
+}  // namespace
+}  // namespace tracer
