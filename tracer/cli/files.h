@@ -22,9 +22,9 @@ using Done = tracer::Result<std::monostate, FileFailure>;
 tracer::Result<std::string, FileFailure> read_all(const std::string& path, std::size_t limit);
 
 /// A file that is being written under no name, in the folder where it will appear. Destroyed before `publish`, or
-/// killed with its process, it leaves nothing behind. Two exceptions, which only SIGKILL or power loss shows: the moment
-/// between linking and renaming when an old file is replaced, and file systems that cannot hold nameless files. There it
-/// has a passing name, its path + ".whittle-" + a few characters.
+/// killed with its process, it leaves nothing behind. Two exceptions, which only SIGKILL or power loss shows: the
+/// moment between linking and renaming when an old file is replaced, and file systems that cannot hold nameless files.
+/// There it has a passing name, its path + ".whittle-" + a few characters.
 class PendingFile {
  public:
   PendingFile(PendingFile&& other) noexcept;

@@ -9,7 +9,7 @@
 namespace cli {
 namespace {
 
-using std::string_literals::operator""s;
+using namespace std::string_literals;
 using Failure = std::optional<std::string>;
 
 constexpr std::uint32_t max_threads = 1024;  // more is a typing mistake

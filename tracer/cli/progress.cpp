@@ -67,14 +67,14 @@ CancelOnSignal::CancelOnSignal(tracer::RenderControl& control) {
   struct sigaction action {};
   action.sa_handler = cancel;
   action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
-  for (std::size_t i = 0; i < signals_.size(); ++i) {
-    sigaction(signals_[i], nullptr, &before_[i]);
-    if (before_[i].sa_handler != SIG_IGN) sigaction(signals_[i], &action, nullptr);
+  for (std::size_t i = 0; i < signals.size(); ++i) {
+    sigaction(signals[i], nullptr, &before_[i]);
+    if (before_[i].sa_handler != SIG_IGN) sigaction(signals[i], &action, nullptr);
   }
 }
 
 CancelOnSignal::~CancelOnSignal() {
-  for (std::size_t i = 0; i < signals_.size(); ++i) sigaction(signals_[i], &before_[i], nullptr);
+  for (std::size_t i = 0; i < signals.size(); ++i) sigaction(signals[i], &before_[i], nullptr);
   cancelled_by_signal = nullptr;
 }
 

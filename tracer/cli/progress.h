@@ -40,8 +40,8 @@ class CancelOnSignal {
   ~CancelOnSignal();
 
  private:
-  static constexpr std::array signals_{SIGINT, SIGTERM, SIGHUP};
-  std::array<struct sigaction, signals_.size()> before_{};
+  static constexpr std::array signals{SIGINT, SIGTERM, SIGHUP};
+  std::array<struct sigaction, signals.size()> before_{};
 };
 
 }  // namespace cli

@@ -34,7 +34,7 @@ OIIO::ImageSpec exr_spec(const Image& image) {
 
 /// Whatever goes wrong on the way is told by the call's result, by has_error() alone (PNG on a failed write), or
 /// thrown.
-Encoded write(const char* format, const OIIO::ImageSpec& spec, OIIO::TypeDesc type, const void* pixels) try {
+Encoded write(const char* format, const OIIO::ImageSpec& spec, const OIIO::TypeDesc& type, const void* pixels) try {
   const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(format);
   if (!output) return std::string(format) + " encoder: " + OIIO::geterror();
   Bytes bytes;

@@ -1,0 +1,18 @@
+"""The files of the repository, as git knows them."""
+import os
+import pathlib
+import subprocess
+
+SOURCE = pathlib.Path(os.environ["WHITTLE_SOURCE"])
+
+
+def tracked(*suffixes):
+    """Paths relative to the top, of the given suffixes (all when none): what a clone would hold."""
+    listed = subprocess.run(["git", "-C", SOURCE, "-c", f"safe.directory={SOURCE}", "ls-files", "-z"], check=True,
+                            capture_output=True, text=True).stdout
+    paths = [pathlib.PurePosixPath(name) for name in listed.split("\0") if name and (SOURCE / name).is_file()]
+    return [path for path in paths if not suffixes or path.suffix in suffixes]
+
+
+def text(path):
+    return (SOURCE / path).read_text(encoding="utf-8", errors="surrogateescape")
