@@ -63,7 +63,7 @@ struct Refusal {
   std::vector<tracer::Issue> issues;
 };
 
-/// Time and memory are linear in `bytes` and bounded by `limits` (at the default bounds: seconds, and under 1.5 GB).
+/// Time and memory are linear in `bytes` and bounded by `limits` (at the default bounds: seconds, and about 1 GB).
 /// Never throws, never crashes, whatever the bytes: where memory runs out the document is `too_large`. Any thread;
 /// calls share nothing.
 tracer::Result<Document, Refusal> parse_scene(std::string_view bytes, const Limits& limits);

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -34,6 +35,7 @@ struct Reading {
   Document document;
   std::map<std::string_view, tracer::TextureId> textures;  ///< by name
   std::map<std::string_view, tracer::MaterialId> materials;
+  std::set<std::string_view> full;    ///< names of the limits that were reached while reading
   std::vector<tracer::Issue> issues;  ///< the first `issues_max`
   std::uint64_t untold_issues = 0;
 

@@ -7,12 +7,7 @@ namespace api {
 namespace {
 
 void read_labels(Reading& reading, const Cursor& at, std::map<std::string, std::string>& labels) {
-  const std::size_t labels_max = reading.limits.document.labels;
-  if (at.node->kind == json::Kind::object && at.node->size > labels_max) {
-    tell(reading, at, "limit_exceeded",
-         "the limit labels is " + std::to_string(labels_max) + ", got " + std::to_string(at.node->size));
-    return;
-  }
+  if (!within_limit(reading, at, "labels", reading.limits.document.labels)) return;
   for_each_member(reading, at, [&](const Cursor& member) {
     const auto [place, is_new] = labels.emplace(member.key, std::string());
     if (!is_new) {

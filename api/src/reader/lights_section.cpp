@@ -48,6 +48,7 @@ void read_light(Reading& reading, const Cursor& at) {
 }  // namespace
 
 void read_lights(Reading& reading, const Cursor& at) {
+  if (!within_limit(reading, at, "lights", reading.limits.scene.lights)) return;
   for_each_element(reading, at, [&](const Cursor& light) { read_light(reading, light); });
 }
 

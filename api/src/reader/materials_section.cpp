@@ -41,6 +41,17 @@ Id find(Reading& reading, const Cursor& at, const std::map<std::string_view, Id>
   return {nothing};
 }
 
+/// Whether one more material or texture may be made of the value; tells so at the first that may not. Those after it
+/// are not read, so that what is too much is never held.
+bool has_room(Reading& reading, const Cursor& at, std::size_t count, std::string_view limit, std::uint64_t bound) {
+  if (count < bound) return true;
+  if (reading.full.insert(limit).second) {
+    tell(reading, at, "limit_exceeded",
+         "the limit " + std::string(limit) + " is " + std::to_string(bound) + ", those written in place included");
+  }
+  return false;
+}
+
 /// Patterns that the format has and this build does not: telling that `checker` is missing too would mislead.
 bool has_other_pattern(const Fields& fields) {
   return fields.has("file") || fields.has("gradient") || fields.has("noise");
@@ -48,6 +59,7 @@ bool has_other_pattern(const Fields& fields) {
 
 tracer::TextureId add_texture(Reading& reading, const Cursor& at) {
   std::vector<tracer::Texture>& textures = reading.scene().textures;
+  if (!has_room(reading, at, textures.size(), "textures", reading.limits.scene.textures)) return {0};
   const tracer::TextureId id{static_cast<std::uint32_t>(textures.size())};
   tracer::Texture& texture = textures.emplace_back();
   texture.path = pointer(at);
@@ -84,6 +96,7 @@ void read_reflection(Fields& fields, tracer::Material& material) {
 
 tracer::MaterialId add_material(Reading& reading, const Cursor& at) {
   std::vector<tracer::Material>& materials = reading.scene().materials;
+  if (!has_room(reading, at, materials.size(), "materials", reading.limits.scene.materials)) return {0};
   const tracer::MaterialId id{static_cast<std::uint32_t>(materials.size())};
   tracer::Material& material = materials.emplace_back();
   material.path = pointer(at);
@@ -123,8 +136,15 @@ void read_named(Reading& reading, const Cursor& at, std::map<std::string_view, I
 
 }  // namespace
 
-void read_textures(Reading& reading, const Cursor& at) { read_named(reading, at, reading.textures, add_texture); }
-void read_materials(Reading& reading, const Cursor& at) { read_named(reading, at, reading.materials, add_material); }
+void read_textures(Reading& reading, const Cursor& at) {
+  if (!within_limit(reading, at, "textures", reading.limits.scene.textures)) return;
+  read_named(reading, at, reading.textures, add_texture);
+}
+
+void read_materials(Reading& reading, const Cursor& at) {
+  if (!within_limit(reading, at, "materials", reading.limits.scene.materials)) return;
+  read_named(reading, at, reading.materials, add_material);
+}
 
 tracer::MaterialId read_material_reference(Reading& reading, const Cursor& at) {
   if (at.node->kind == json::Kind::object) return add_material(reading, at);

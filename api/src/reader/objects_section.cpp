@@ -75,6 +75,7 @@ void read_object(Reading& reading, const Cursor& at) {
 }  // namespace
 
 void read_objects(Reading& reading, const Cursor& at) {
+  if (!within_limit(reading, at, "objects", reading.limits.scene.objects)) return;
   if (at.node->kind == json::Kind::array) reading.scene().objects.reserve(at.node->size);
   for_each_element(reading, at, [&](const Cursor& object) { read_object(reading, object); });
 }

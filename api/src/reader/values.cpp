@@ -126,6 +126,13 @@ void tell_bad_word(Reading& reading, const Cursor& at, std::string_view scope,
                                 quoted(text) + did_you_mean(text, words)});
 }
 
+bool within_limit(Reading& reading, const Cursor& at, std::string_view limit, std::uint64_t bound) {
+  if (at.node->kind < json::Kind::array || at.node->size <= bound) return true;
+  tell(reading, at, "limit_exceeded",
+       "the limit " + std::string(limit) + " is " + std::to_string(bound) + ", got " + std::to_string(at.node->size));
+  return false;
+}
+
 bool expect_length(Reading& reading, const Cursor& at, std::size_t length) {
   if (at.node->kind != json::Kind::array) {
     tell_wrong_type(reading, at, "an array of " + std::to_string(length));

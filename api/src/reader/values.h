@@ -58,6 +58,10 @@ bool has_control_characters(std::string_view text);
 
 bool expect_length(Reading& reading, const Cursor& at, std::size_t length);  ///< an array of exactly that many
 
+/// Whether the array or object is within a limit of the scene. Asked before its elements are read, so that what is too
+/// much is never held; when it is not, that is told and the elements are not read.
+bool within_limit(Reading& reading, const Cursor& at, std::string_view limit, std::uint64_t bound);
+
 /// Puts NaN where a number could not be read.
 inline void spoil(double& value) { value = std::numeric_limits<double>::quiet_NaN(); }
 inline void spoil(tracer::Vec2& value) { spoil(value.x); }

@@ -1,0 +1,157 @@
+/// Documents made to hurt: each is answered in bounded time and memory. Every case runs in a process of its own, whose
+/// processor time and peak memory are bounded far above what is needed and far below what an attack wants.
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tests/reader/reading.h"
+
+namespace {
+
+using reader_tests::document_with;
+using reader_tests::document_with_object;
+using reader_tests::outcome;
+
+#ifdef WHITTLE_SANITIZED
+constexpr long memory_factor = 6;  // shadow memory and quarantine
+constexpr rlim_t seconds_max = 500;
+#else
+constexpr long memory_factor = 1;
+constexpr rlim_t seconds_max = 60;
+#endif
+constexpr std::size_t mebi = 1u << 20;
+
+/// Runs `reads_well` in a child; true when it answered true within `memory_mib` (the document included).
+testing::AssertionResult holds(long memory_mib, const std::function<bool()>& reads_well) {
+  const pid_t child = fork();
+  if (child == 0) {
+    const rlimit seconds{seconds_max, seconds_max};
+    setrlimit(RLIMIT_CPU, &seconds);
+    _exit(reads_well() ? 0 : 1);
+  }
+  int status = 0;
+  rusage usage{};
+  if (wait4(child, &status, 0, &usage) != child) return testing::AssertionFailure() << "no child";
+  if (WIFSIGNALED(status)) return testing::AssertionFailure() << "ended by signal " << WTERMSIG(status);
+  if (WEXITSTATUS(status) != 0) return testing::AssertionFailure() << "another outcome than expected";
+  const long peak_mib = usage.ru_maxrss / 1024;
+  if (peak_mib > memory_mib * memory_factor) return testing::AssertionFailure() << "took " << peak_mib << " MiB";
+  return testing::AssertionSuccess() << peak_mib << " MiB";
+}
+
+std::string repeated(std::string_view part, std::size_t bytes) {
+  std::string text;
+  text.reserve(bytes + part.size());
+  while (text.size() < bytes) text += part;
+  return text;
+}
+
+/// The first outcome of `text` begins with `expected`.
+bool gives(const std::string& text, std::string_view expected, const api::Limits& limits = {}) {
+  return outcome(text, limits).at(0).starts_with(expected);
+}
+
+TEST(HostileDocuments, OfOpeningBracketsStopAtTheDepthLimit) {
+  EXPECT_TRUE(holds(200, [] { return gives(std::string(64 * mebi, '['), "too_large"); }));
+  EXPECT_TRUE(holds(250, [] { return gives(repeated("{\"a\":", 64 * mebi - 8), "too_large"); }));
+}
+
+TEST(HostileDocuments, NestedWithoutALimitAreReadWithoutRecursion) {
+  api::Limits limits;
+  limits.document.depth = limits.document.values;
+  EXPECT_TRUE(holds(700, [&] { return gives(std::string(16 * mebi, '['), "not_json", limits); }));
+}
+
+TEST(HostileDocuments, AboveTheByteLimitAreNotLookedAt) {
+  EXPECT_TRUE(holds(200, [] { return gives(std::string(64 * mebi + 1, '['), "too_large"); }));
+}
+
+TEST(HostileDocuments, OfTooManyValuesStopAtTheLimit) {
+  EXPECT_TRUE(holds(700, [] { return gives("[" + repeated("1,", 63 * mebi) + "1]", "too_large"); }));
+  EXPECT_TRUE(holds(900, [] { return gives("[" + repeated("[],", 63 * mebi) + "1]", "too_large"); }));
+  EXPECT_TRUE(holds(900, [] { return gives("[" + repeated("\"\\n\",", 63 * mebi) + "1]", "\"\" wrong_type"); }));
+}
+
+TEST(HostileDocuments, OfOneLongStringKeyOrNumberStopAtTheLimit) {
+  EXPECT_TRUE(holds(250, [] { return gives('"' + std::string(63 * mebi, 'x') + '"', "too_large"); }));
+  EXPECT_TRUE(holds(250, [] { return gives("{\"" + std::string(63 * mebi, 'x') + "\":1}", "too_large"); }));
+  EXPECT_TRUE(holds(250, [] { return gives(std::string(63 * mebi, '1'), "too_large"); }));
+  EXPECT_TRUE(holds(250, [] { return gives("1e" + std::string(63 * mebi, '9'), "too_large"); }));
+  EXPECT_TRUE(holds(350, [] { return gives('"' + repeated("\\u0041", 63 * mebi) + '"', "too_large"); }));
+}
+
+TEST(HostileDocuments, OfMillionsOfMistakesTellTheFirstOnes) {
+  const auto tells_1001 = [](const std::string& text) { return outcome(text).size() == 1001; };
+  EXPECT_TRUE(holds(900, [&] { return tells_1001(document_with(repeated("\"nmae\":1,", 60 * mebi) + "\"x\":1")); }));
+  EXPECT_TRUE(holds(900, [&] {
+    return tells_1001(document_with("\"name\":\"\"," + repeated("\"name\":1,", 60 * mebi) + "\"x\":1"));
+  }));
+  EXPECT_TRUE(holds(1000, [&] {
+    return tells_1001(
+        document_with_object("mesh", "\"positions\":[" + repeated("7,", 30 * mebi) + "7],\"triangles\":[]"));
+  }));
+  EXPECT_TRUE(holds(1000, [&] {
+    return tells_1001(document_with_object(
+        "mesh", "\"positions\":[[0,0,0]],\"triangles\":[" + repeated("[9,9,9],", 30 * mebi) + "[0,0,0]]"));
+  }));
+  EXPECT_TRUE(
+      holds(1300, [&] { return tells_1001(document_with("\"objects\":[" + repeated("{},", 11 * mebi) + "{}]")); }));
+}
+
+TEST(HostileDocuments, OfMoreThingsThanALimitDoNotHoldThem) {
+  const auto with_objects = [](std::string_view object) {
+    return document_with("\"objects\":[" + repeated(object, 40 * mebi) + "1]");
+  };
+  EXPECT_TRUE(holds(400, [&] { return gives(with_objects("{},"), "/objects limit_exceeded"); }));
+  EXPECT_TRUE(holds(1300, [&] { return outcome(with_objects(R"({"material":{"color":{}}},)")).size() == 1001; }));
+}
+
+TEST(HostileDocuments, OfMillionsOfNamesAreNotRead) {
+  const auto named = [](const char* section, std::size_t count, const char* value) {
+    std::string text = std::string("\"") + section + "\":{";
+    for (std::size_t i = 0; i < count; ++i) text += '"' + std::to_string(i) + "\":" + value + ',';
+    return document_with(text + "\"last\":" + value + "}");
+  };
+  EXPECT_TRUE(holds(600, [&] { return gives(named("materials", 2'000'000, "{}"), "/materials limit_exceeded"); }));
+  EXPECT_TRUE(holds(
+      1500, [&] { return gives(named("textures", 1'000'000, "{\"checker\":[0,1]}"), "/textures limit_exceeded"); }));
+}
+
+TEST(HostileDocuments, OfUnknownReferencesAmongManyNamesAreCheap) {
+  std::string materials, objects;
+  for (int i = 0; i < 90'000; ++i) {
+    materials += "\"material number " + std::to_string(i) + "\":{},";
+    objects +=
+        R"({"type":"plane","point":[0,0,0],"normal":[0,1,0],"material":"material numbre )" + std::to_string(i) + "\"},";
+  }
+  const std::string text = document_with("\"materials\":{" + materials + "\"z\":{}},\"objects\":[" + objects + "1]");
+  EXPECT_TRUE(holds(500, [&] { return outcome(text).size() == 1001; }));
+}
+
+TEST(HostileDocuments, OfConcaveFacesAreCutInBoundedTime) {
+  std::string positions, face, faces;
+  const int corners = 256;
+  for (int i = 0; i < corners; ++i) {  // a comb: every second corner is reflex
+    positions += "[" + std::to_string(i) + "," + std::to_string(i % 2 == 0 ? 0 : 100 + i) + ",0],";
+    face += std::to_string(i) + (i + 1 < corners ? "," : "");
+  }
+  positions += "[" + std::to_string(corners) + ",-5,0]";
+  for (int i = 0; i < 2000; ++i) faces += (i ? ",[" : "[") + face + "]";
+  const std::string text = document_with_object("mesh", "\"positions\":[" + positions + "],\"faces\":[" + faces + "]");
+  EXPECT_TRUE(holds(500, [&] { return gives(text, "accepted"); }));
+}
+
+TEST(HostileDocuments, NearTheLimitsAreReadWhenTheyAreHonest) {
+  std::string text = "\"positions\":[";
+  for (int i = 0; i < 1'500'000; ++i) text += "[" + std::to_string(i) + ",2,3],";
+  text += "[0,0,0]],\"triangles\":[" + repeated("[0,1,2],", 20 * mebi) + "[0,1,2]]";
+  EXPECT_TRUE(holds(1000, [&] { return gives(document_with_object("mesh", text), "accepted"); }));
+}
+
+}  // namespace
