@@ -1,0 +1,161 @@
+/// How mistakes are told: sentences, order, and silence about what only follows from another mistake.
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "tests/reader/reading.h"
+
+namespace {
+
+using reader_tests::document_with;
+using reader_tests::document_with_object;
+using reader_tests::only_detail;
+using reader_tests::outcome;
+using Lines = std::vector<std::string>;
+
+TEST(Sentences, SuggestTheFieldThatWasMeant) {
+  EXPECT_EQ(only_detail(document_with(R"("nmae": "x")")),
+            "\"nmae\" is not a field of the document; did you mean \"name\"?");
+  EXPECT_EQ(only_detail(document_with(R"("image": {"Width": 3})")),
+            "\"Width\" is not a field of the image; did you mean \"width\"?");
+  EXPECT_EQ(only_detail(document_with(R"("quux": 1)")), "\"quux\" is not a field of the document");
+}
+
+TEST(Sentences, SuggestTheNameThatWasMeant) {
+  const std::string plane = R"({"type": "plane", "point": [0,0,0], "normal": [0,1,0], "material": "glas"})";
+  EXPECT_EQ(only_detail(document_with(R"("materials": {"gloss": {}, "glass": {}}, "objects": [)" + plane + "]")),
+            "\"glas\" is not defined; did you mean \"glass\"?");
+  EXPECT_EQ(only_detail(document_with(R"("objects": [)" + plane + "]")),
+            "\"glas\" is not defined: there are no named materials");
+}
+
+TEST(Sentences, SuggestTheWordThatWasMeantAndListThemAll) {
+  EXPECT_EQ(
+      only_detail(document_with(R"("materials": {"m": {"model": "blinn-phong"}})")),
+      "must be one of \"lambert\", \"phong\", \"blinn_phong\", got \"blinn-phong\"; did you mean \"blinn_phong\"?");
+}
+
+TEST(Sentences, TellTheRuleAndTheValueSeen) {
+  EXPECT_EQ(only_detail(document_with_object("sphere", R"("center": [0,0,0], "radius": -1)")), "must be > 0, got -1");
+  EXPECT_EQ(only_detail(document_with(R"("image": {"width": 3.9})")), "must be an integer, got the number 3.9");
+  EXPECT_EQ(only_detail(document_with(R"("image": "big")")), "must be an object, got the string \"big\"");
+  EXPECT_EQ(only_detail(document_with(R"("image": {"width": 70000})")), "the limit image_side is 65536, got 70000");
+  EXPECT_EQ(only_detail(document_with(R"("accuracy": {"target_error": 1})")),
+            "\"target_error\" is not supported by this build");
+}
+
+TEST(Sentences, QuoteLongAndStrangeTextSafely) {
+  const std::string long_name(200, 'x');
+  EXPECT_EQ(only_detail(document_with("\"image\": \"" + long_name + "\"")),
+            "must be an object, got the string \"" + std::string(64, 'x') + "...\"");
+  std::string accents;  // 2 bytes each after one byte: the cut falls within a character
+  for (int i = 0; i < 60; ++i) accents += "\xC3\xA9";
+  EXPECT_EQ(only_detail(document_with("\"image\": \"x" + accents + "\"")),
+            "must be an object, got the string \"x" + accents.substr(0, 62) + "...\"");
+  EXPECT_EQ(only_detail(document_with(R"("image": "a\u0000\u001b[31m")")),
+            "must be an object, got the string \"a??[31m\"");
+}
+
+TEST(Order, IsTheDocumentsEvenWhereSectionsAreReadInAnother) {
+  EXPECT_EQ(outcome(R"({"objects": [{"type": "plane", "normal": [0,0,0], "point": [0,0], "material": "x"}], "typo": 1,
+                        "materials": {"b": {"ior": 0}, "a": {"ior": 0}}, "version": 1,
+                        "camera": {"fov": 0, "look_at": [0,0,0], "position": [0,"1",0]}})"),
+            (Lines{"/objects/0/normal degenerate", "/objects/0/point wrong_length",
+                   "/objects/0/material unknown_reference", "/typo unknown_field", "/materials/b/ior out_of_range",
+                   "/materials/a/ior out_of_range", "/camera/fov out_of_range", "/camera/position/1 wrong_type"}));
+}
+
+TEST(Order, OfArrayElementsIsNumerical) {
+  std::string lights;
+  Lines expected;
+  for (int i = 0; i < 12; ++i) {
+    lights += std::string(i ? "," : "") + R"({"type": "point", "position": [0,0,0], "intensity": -1})";
+    expected.push_back("/lights/" + std::to_string(i) + "/intensity out_of_range");
+  }
+  EXPECT_EQ(outcome(document_with("\"lights\": [" + lights + "]")), expected);
+}
+
+TEST(Consequences, OfAValueThatCouldNotBeReadAreNotTold) {
+  EXPECT_EQ(outcome(R"({"version": 1, "camera": {}})"),
+            (Lines{"/camera/position missing_field", "/camera/look_at missing_field"}));
+  EXPECT_EQ(outcome(R"({"version": 1, "camera": {"position": [0,0,0], "look_at": [0,1,0], "up": "y"}})"),
+            (Lines{"/camera/up wrong_type"}));
+  EXPECT_EQ(outcome(document_with_object("sphere",
+                                         R"("center": [0,0,0], "radius": "1", "axis": [1,0,0], "meridian": [1,0])")),
+            (Lines{"/objects/0/radius wrong_type", "/objects/0/meridian wrong_length"}));
+  EXPECT_EQ(outcome(document_with_object("mesh", R"("positions": "many", "triangles": [[0,1,2]], "uvs": [[0,0]])")),
+            (Lines{"/objects/0/positions wrong_type"}));
+  EXPECT_EQ(outcome(document_with(R"("output": {"formats": ["gif"]})")), (Lines{"/output/formats/0 unknown_value"}));
+}
+
+TEST(Consequences, DoNotHideMistakesElsewhereInTheSameObject) {
+  EXPECT_EQ(outcome(document_with_object("mesh",
+                                         R"("positions": [[0,0,0],[1,0],[0,1,0]], "triangles": [[0,1,3]], "tint": 1)")),
+            (Lines{"/objects/0/positions/1 wrong_length", "/objects/0/triangles/0/2 out_of_range",
+                   "/objects/0/tint unknown_field"}));
+}
+
+TEST(Consequences, DoNotHideThatALimitIsExceeded) {
+  api::Limits limits;
+  limits.scene.triangles = 1;
+  EXPECT_EQ(outcome(document_with_object(
+                        "mesh", R"("positions": [[0,0,0],[1,0,0],[0,1,0]], "triangles": [[0,1,2],[0,2,1]], "x": 1)"),
+                    limits),
+            (Lines{"/objects limit_exceeded", "/objects/0/x unknown_field"}));
+}
+
+TEST(Limits, AreAllObserved) {
+  const std::string plane =
+      R"({"type": "plane", "point": [0,0,0], "normal": [0,1,0], "material": {"color": {"checker": [0, 1]}}})";
+  const std::string light = R"({"type": "point", "position": [0,0,0]})";
+  const std::string document = document_with(
+      R"("image": {"width": 8, "height": 8}, "accuracy": {"samples": [2, 2], "max_depth": 3}, "lights": [)" + light +
+      "," + light + R"(], "objects": [)" + plane + "," + plane + "]");
+  const auto with = [&](auto change) {
+    api::Limits limits;
+    change(limits);
+    return outcome(document, limits);
+  };
+  EXPECT_EQ(with([](api::Limits&) {}), Lines{"accepted"});
+  EXPECT_EQ(with([](api::Limits& l) { l.scene.pixels = 63; }), Lines{"/image limit_exceeded"});
+  EXPECT_EQ(with([](api::Limits& l) { l.scene.image_side = 7; }),
+            (Lines{"/image/width limit_exceeded", "/image/height limit_exceeded"}));
+  EXPECT_EQ(with([](api::Limits& l) { l.scene.samples_times_pixels = 127; }),
+            Lines{"/accuracy/samples limit_exceeded"});
+  EXPECT_EQ(with([](api::Limits& l) { l.scene.max_depth = 2; }), Lines{"/accuracy/max_depth limit_exceeded"});
+  EXPECT_EQ(with([](api::Limits& l) { l.scene.lights = 1; }), Lines{"/lights limit_exceeded"});
+  EXPECT_EQ(with([](api::Limits& l) { l.scene.objects = 1; }), Lines{"/objects limit_exceeded"});
+  EXPECT_EQ(with([](api::Limits& l) { l.scene.materials = 1; }), Lines{"/objects/1/material limit_exceeded"});
+  EXPECT_EQ(with([](api::Limits& l) { l.scene.textures = 1; }), Lines{"/objects/1/material/color limit_exceeded"});
+  EXPECT_EQ(with([&](api::Limits& l) { l.document.bytes = document.size() - 1; }), Lines{"too_large"});
+  EXPECT_EQ(with([](api::Limits& l) { l.document.depth = 5; }), Lines{"too_large"});
+  EXPECT_EQ(with([](api::Limits& l) { l.document.depth = 6; }), Lines{"accepted"});
+  EXPECT_EQ(with([](api::Limits& l) { l.document.key_bytes = 8; }), Lines{"too_large"});
+  EXPECT_EQ(with([](api::Limits& l) { l.document.string_bytes = 4; }), Lines{"too_large"});
+  EXPECT_EQ(with([](api::Limits& l) { l.document.values = 60; }), Lines{"too_large"});
+}
+
+TEST(Limits, ThatAreExceededNameTheLimitAndTheValue) {
+  api::Limits limits;
+  limits.document.depth = 2;
+  EXPECT_EQ(api::parse_scene("[[[", limits).error().detail, "the limit depth is 2, the document has more");
+  limits.document.bytes = 2;
+  EXPECT_EQ(api::parse_scene("[[[", limits).error().detail, "the limit bytes is 2, the document has 3");
+}
+
+TEST(Issues, BeyondAThousandAreCounted) {
+  std::string lights;
+  for (int i = 0; i < 1500; ++i)
+    lights += std::string(i ? "," : "") + R"({"type": "point", "position": [0,0,0], "intensity": -1})";
+  const auto document = api::parse_scene(document_with("\"lights\": [" + lights + "]"), {});
+  ASSERT_FALSE(document);
+  const auto& issues = document.error().issues;
+  ASSERT_EQ(issues.size(), 1001u);
+  EXPECT_EQ(issues[999].pointer, "/lights/999/intensity");
+  EXPECT_EQ(issues[1000].code, "too_many_issues");
+  EXPECT_EQ(issues[1000].detail, "and 500 more");
+}
+
+}  // namespace

@@ -1,0 +1,151 @@
+/// tracer::validate on scenes made by programs, which no reader has looked at.
+
+#include "tracer/validate.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace tracer;
+using Lines = std::vector<std::string>;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+const double nan = std::nan("");
+
+Scene valid_scene() {
+  Scene scene;
+  scene.camera.position = {0, 0, 5};
+  scene.materials.push_back({});
+  scene.materials[0].path = "/materials/m";
+  scene.objects.push_back({Sphere{}, {0}});
+  return scene;
+}
+
+Lines issues_of(const Scene& scene, const std::function<bool(const Issue&)>& known = {}) {
+  Lines lines;
+  for (const Issue& issue : validate(scene, {}, known)) lines.push_back(issue.pointer + " " + issue.code);
+  return lines;
+}
+
+Lines issues_with_shape(const Shape& shape) {
+  Scene scene = valid_scene();
+  scene.objects[0].shape = shape;
+  return issues_of(scene);
+}
+
+TEST(Validate, FindsNothingInAValidScene) { EXPECT_EQ(issues_of(valid_scene()), Lines{}); }
+
+TEST(Validate, FindsHandlesThatLeadNowhere) {
+  Scene scene = valid_scene();
+  scene.objects[0].material = {1};
+  scene.materials[0].color = TextureId{0};
+  EXPECT_EQ(issues_of(scene), (Lines{"/materials/m/color unknown_reference", "/objects/0/material unknown_reference"}));
+}
+
+TEST(Validate, FindsNumbersThatAreNotFiniteWhereverTheyAre) {
+  for (const double bad : {nan, infinity, -infinity}) {
+    EXPECT_EQ(issues_with_shape(Sphere{{bad, 0, 0}, 1}), Lines{"/objects/0/center/0 not_finite"});
+    EXPECT_EQ(issues_with_shape(Sphere{{}, bad}), Lines{"/objects/0/radius not_finite"});
+    EXPECT_EQ(issues_with_shape(Plane{{}, {0, bad, 0}, {}}), Lines{"/objects/0/normal/1 not_finite"});
+    Scene scene = valid_scene();
+    scene.camera.fov_deg = bad;
+    scene.ambient.g = bad;
+    scene.materials[0].ior = bad;
+    scene.materials[0].reflection = bad;
+    scene.accuracy.cutoff = bad;
+    EXPECT_EQ(issues_of(scene),
+              (Lines{"/camera/fov not_finite", "/ambient not_finite", "/materials/m/reflection not_finite",
+                     "/materials/m/ior not_finite", "/accuracy/cutoff not_finite"}));
+  }
+}
+
+TEST(Validate, AcceptsCoordinatesUpToTheLimitAndNotBeyond) {
+  const double largest = Limits{}.coordinate_max;
+  EXPECT_EQ(issues_with_shape(Sphere{{largest, -largest, 0}, largest}), Lines{});
+  const double beyond = std::nextafter(largest, infinity);
+  EXPECT_EQ(issues_with_shape(Sphere{{beyond, 0, 0}, beyond}),
+            (Lines{"/objects/0/center/0 limit_exceeded", "/objects/0/radius limit_exceeded"}));
+  EXPECT_EQ(issues_with_shape(Sphere{{}, std::numeric_limits<double>::denorm_min()}),
+            Lines{"/objects/0/radius limit_exceeded"});
+}
+
+TEST(Validate, TellsDirectionsOfAnyLengthFromNone) {
+  EXPECT_EQ(issues_with_shape(Plane{{}, {0, 1e-59, 1e59}, {}}), Lines{});
+  EXPECT_EQ(issues_with_shape(Plane{{}, {0, -1e-60, 0}, {}}), Lines{});
+  EXPECT_EQ(issues_with_shape(Plane{{}, {0, -1e-61, 0}, {}}), Lines{"/objects/0/normal degenerate"});
+  EXPECT_EQ(issues_with_shape(Plane{{}, {0, 0, 0}, {}}), Lines{"/objects/0/normal degenerate"});
+}
+
+TEST(Validate, TellsParallelAxesAtEveryScaleFromNearlyParallelOnes) {
+  for (const double scale : {1e-50, 1.0, 1e50}) {
+    EXPECT_EQ(issues_with_shape(Plane{{}, {0, 1, 0}, Vec3{0, -scale, 0}}), Lines{"/objects/0/u_axis degenerate"});
+    EXPECT_EQ(issues_with_shape(Plane{{}, {1, 2, 3}, Vec3{-scale, -2 * scale, -3 * scale}}),
+              Lines{"/objects/0/u_axis degenerate"});
+    EXPECT_EQ(issues_with_shape(Plane{{}, {0, 1, 0}, Vec3{scale * 1e-9, scale, 0}}), Lines{});
+  }
+}
+
+TEST(Validate, TellsLinesFromNeedles) {
+  const auto triangle = [](Vec3 a, Vec3 b, Vec3 c) { return issues_with_shape(Triangle{{a, b, c}, {}, {}}); };
+  EXPECT_EQ(triangle({0, 0, 0}, {1, 0, 0}, {2, 1e-12, 0}), Lines{});
+  EXPECT_EQ(triangle({0, 0, 0}, {1e-20, 0, 0}, {0, 1e-20, 0}), Lines{});
+  EXPECT_EQ(triangle({1e9, 1e9, 0}, {1e9 + 1, 1e9, 0}, {1e9, 1e9 + 1, 0}), Lines{});
+  EXPECT_EQ(triangle({0, 0, 0}, {1, 2, 3}, {-2, -4, -6}), Lines{"/objects/0/vertices degenerate"});
+  EXPECT_EQ(triangle({1, 1, 1}, {1, 1, 1}, {2, 3, 4}), Lines{"/objects/0/vertices degenerate"});
+}
+
+TEST(Validate, AllowsMeshesTheirSliversButNotBadIndices) {
+  Mesh mesh{{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 1, 2}, {1, 1, 1}}, {}, {}, false};
+  EXPECT_EQ(issues_with_shape(mesh), Lines{});
+  mesh.triangles.push_back({0, 3, 4294967295u});
+  EXPECT_EQ(issues_with_shape(mesh),
+            (Lines{"/objects/0/triangles/2/1 out_of_range", "/objects/0/triangles/2/2 out_of_range"}));
+}
+
+TEST(Validate, FindsEmptyMeshesAndAttributesOfAnotherLength) {
+  EXPECT_EQ(issues_with_shape(Mesh{}), Lines{"/objects/0 degenerate"});
+  EXPECT_EQ(issues_with_shape(Mesh{{{}, {}, {}}, {{0, 1, 2}}, {{0, 0, 1}}, {{}, {}}, false}),
+            (Lines{"/objects/0/normals wrong_length", "/objects/0/uvs wrong_length"}));
+}
+
+TEST(Validate, FindsCamerasWithoutADirection) {
+  Scene scene = valid_scene();
+  scene.camera.look_at = scene.camera.position;
+  EXPECT_EQ(issues_of(scene), Lines{"/camera/look_at degenerate"});
+  scene.camera.look_at = {0, 1, 5};
+  EXPECT_EQ(issues_of(scene), Lines{"/camera/up degenerate"});
+  scene.camera.look_at = {0, 1, 5.000001};
+  EXPECT_EQ(issues_of(scene), Lines{});
+}
+
+TEST(Validate, FindsWhatNoPictureCanBe) {
+  Scene scene = valid_scene();
+  scene.image = {0, 0};
+  scene.accuracy.samples = 0;
+  scene.output.formats = {};
+  EXPECT_EQ(issues_of(scene), (Lines{"/image/width out_of_range", "/image/height out_of_range",
+                                     "/accuracy/samples out_of_range", "/output/formats wrong_length"}));
+}
+
+TEST(Validate, LeavesOutWhatIsKnown) {
+  Scene scene = valid_scene();
+  scene.camera.fov_deg = nan;
+  scene.ambient.r = -1;
+  EXPECT_EQ(issues_of(scene, [](const Issue& issue) { return issue.pointer == "/camera/fov"; }),
+            Lines{"/ambient out_of_range"});
+}
+
+TEST(Validate, CountsWhatItDoesNotTell) {
+  Scene scene = valid_scene();
+  scene.lights.assign(1200, Light{PointLight{}, {}, -1, true, {}});
+  const auto issues = validate(scene, {});
+  ASSERT_EQ(issues.size(), 1001u);
+  EXPECT_EQ(issues.back(), (Issue{"", "too_many_issues", "and 200 more"}));
+}
+
+}  // namespace
