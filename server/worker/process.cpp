@@ -2,8 +2,8 @@
 
 #include <fcntl.h>
 #include <spawn.h>
-#include <sys/pidfd.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -80,7 +80,7 @@ Process::Process(const std::string& executable, int slots) {
   const std::vector<char*> environment = environment_without_our_settings();
   check(posix_spawn(&pid_, path.c_str(), rules.actions(), rules.attributes(), arguments.data(), environment.data()),
         "cannot start " + executable);
-  pid_descriptor_ = Descriptor(pidfd_open(pid_, 0));
+  pid_descriptor_ = Descriptor(static_cast<int>(syscall(SYS_pidfd_open, pid_, 0)));
   if (!pid_descriptor_) {
     const int error = errno;
     kill();

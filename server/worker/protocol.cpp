@@ -78,7 +78,7 @@ Received decode(RawPacket packet, std::size_t body_limit) {
   if (packet.size < sizeof header) return Malformed{"a packet without a header"};
   std::memcpy(&header, packet.bytes.data(), sizeof header);
   if (header.version != protocol_version) {
-    return Malformed{"protocol version " + std::to_string(header.version) + " instead of " +
+    return Malformed{"a packet of protocol version " + std::to_string(header.version) + " instead of " +
                      std::to_string(protocol_version)};
   }
   if (header.body_size > body_limit) return Malformed{"a body of " + std::to_string(header.body_size) + " bytes"};

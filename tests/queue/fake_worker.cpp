@@ -1,0 +1,157 @@
+/// fake_worker --slots N: speaks the worker's protocol, and does what each document says, one command a line:
+///
+///   finish TEXT         answers Finished with TEXT as picture and report (also what an empty document does)
+///   finish_and_crash TEXT   the same, and dies of SIGSEGV at once
+///   fail CODE           answers Failed
+///   progress DONE TOTAL
+///   wait FILE           waits until FILE exists, or until a Cancel comes, which it obeys
+///   deaf FILE           waits until FILE exists, whatever comes
+///   crash               dies of SIGSEGV
+///   exit STATUS
+///   crash_unless FILE   dies of SIGSEGV unless FILE exists; creates it first
+///   garbage             sends bytes that are no message
+///   large_garbage       sends a message that promises more than there is
+///   unsealed            sends a picture that is no sealed memory
+///   stale               sends a Finished with the fence before this one
+///   silent              stops the heartbeat, and waits for ever
+///   badname             sends a picture whose name breaks a header
+
+#include <fcntl.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <sstream>
+#include <string>
+#include <thread>
+
+#include "server/worker/protocol.h"
+
+using namespace worker;
+
+namespace {
+
+std::atomic<bool> beating = true;
+
+void say(Message message) {
+  const Packet packet = pack(std::move(message));
+  while (send(worker_socket, packet) == Sent::later) std::this_thread::yield();
+}
+
+void say_raw(const std::string& bytes) { (void)!::send(worker_socket, bytes.data(), bytes.size(), MSG_NOSIGNAL); }
+
+bool exists(const std::string& path) { return access(path.c_str(), F_OK) == 0; }
+
+void die() {
+  std::signal(SIGSEGV, SIG_DFL);  // no report of a sanitizer: the signal itself is meant
+  raise(SIGSEGV);
+}
+
+std::vector<Picture> one_picture(const std::string& name, Descriptor bytes) {
+  std::vector<Picture> pictures;
+  pictures.push_back({name, "image/png", std::move(bytes)});
+  return pictures;
+}
+
+Descriptor unsealed_file() {
+  Descriptor file(open("/tmp", O_TMPFILE | O_RDWR | O_CLOEXEC, 0600));
+  return file;
+}
+
+/// False when the job has answered.
+bool obey(const std::string& line, const Assign& job, const std::atomic<bool>& cancelled) {
+  std::istringstream words(line);
+  std::string command, argument;
+  words >> command;
+  std::getline(words >> std::ws, argument);
+  const auto pause = [] { std::this_thread::sleep_for(std::chrono::milliseconds(1)); };
+  if (command == "finish" || command == "finish_and_crash") {
+    say(Finished{job.job_id, job.fence, argument, one_picture("image.png", sealed_memory(argument))});
+    if (command == "finish_and_crash") die();
+    return false;
+  }
+  if (command == "fail") {
+    say(Failed{job.job_id, job.fence, {argument, "As the document said.", {{"/a", "b", "c"}}}});
+    return false;
+  }
+  if (command == "progress") {
+    std::istringstream numbers(argument);
+    Progress progress{job.job_id, 0, 0};
+    numbers >> progress.tiles_done >> progress.tiles_total;
+    say(progress);
+  }
+  if (command == "wait" || command == "deaf") {
+    while (!exists(argument) && (command == "deaf" || !cancelled)) pause();
+    if (command == "wait" && cancelled) {
+      say(Cancelled{job.job_id, job.fence});
+      return false;
+    }
+  }
+  if (command == "crash") die();
+  if (command == "exit") _exit(std::stoi(argument));
+  if (command == "crash_unless" && !exists(argument)) {
+    std::ofstream(argument) << "crashed";
+    die();
+  }
+  if (command == "garbage") say_raw("this is no message of ours, and long enough to have a header");
+  if (command == "large_garbage") {
+    Packet packet = pack(Failed{job.job_id, job.fence, {std::string(100, 'x'), "", {}}});
+    packet.bytes.resize(packet.bytes.size() - 50);
+    say_raw(packet.bytes);
+  }
+  if (command == "unsealed") {
+    say(Finished{job.job_id, job.fence, "{}", one_picture("image.png", unsealed_file())});
+  }
+  if (command == "badname") {
+    say(Finished{job.job_id, job.fence, "{}", one_picture("a\r\nSet-Cookie: b", sealed_memory("x"))});
+  }
+  if (command == "stale") say(Finished{job.job_id, job.fence - 1, "stale", {}});
+  if (command == "silent") {
+    beating = false;
+    for (;;) pause();
+  }
+  return true;
+}
+
+void run(const Assign& job, const std::shared_ptr<std::atomic<bool>>& cancelled) {
+  std::istringstream lines(job.document);
+  for (std::string line; std::getline(lines, line);) {
+    if (!obey(line, job, *cancelled)) return;
+  }
+  obey("finish nothing", job, *cancelled);
+}
+
+}  // namespace
+
+int main() {
+  std::signal(SIGINT, SIG_IGN);
+  std::signal(SIGTERM, SIG_IGN);
+  say(Hello{"fake"});
+  std::thread([] {
+    while (true) {
+      if (beating) say(Heartbeat{});
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+  }).detach();
+
+  std::map<std::string, std::shared_ptr<std::atomic<bool>>> cancelled;
+  for (;;) {
+    Received received = receive(worker_socket, daemon_body_limit);
+    auto* message = std::get_if<Message>(&received);
+    if (message == nullptr) _exit(0);
+    if (auto* job = std::get_if<Assign>(message)) {
+      const auto flag = cancelled[job->job_id] = std::make_shared<std::atomic<bool>>(false);
+      std::thread([assigned = std::make_shared<Assign>(std::move(*job)), flag] { run(*assigned, flag); }).detach();
+    }
+    if (auto* cancel = std::get_if<Cancel>(message)) {
+      if (cancelled.contains(cancel->job_id)) *cancelled[cancel->job_id] = true;
+    }
+  }
+}

@@ -1,0 +1,324 @@
+/// The queue over stores in memory.
+
+#include "server/jobs/queue.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <map>
+#include <set>
+#include <thread>
+
+#include "server/storage/memory/memory_artifact_store.h"
+#include "server/storage/memory/memory_job_store.h"
+#include "tests/conformance/memory_file.h"
+
+using namespace jobs;
+
+namespace {
+
+class RecordingRunner final : public Runner {
+ public:
+  void wake() noexcept override { ++wakes; }
+  void cancel(const std::string& id) noexcept override { cancelled.push_back(id); }
+  std::string not_ready() override { return status; }
+  int wakes = 0;
+  std::vector<std::string> cancelled;
+  std::string status;
+};
+
+/// A store that can be told to fail.
+class FailingStore : public MemoryJobStore {
+ public:
+  void submit(const Job& job, const std::string& document) override {
+    fail_if_told();
+    MemoryJobStore::submit(job, document);
+  }
+  bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
+               const std::vector<Artifact>& artifacts) override {
+    fail_if_told();
+    return MemoryJobStore::succeed(id, fence, now, report, artifacts);
+  }
+  void probe() override { fail_if_told(); }
+  std::atomic<bool> failing = false;
+
+ private:
+  void fail_if_told() {
+    if (failing) throw StoreFailure(StoreFailure::Kind::full, "disk full");
+  }
+};
+
+class QueueTest : public testing::Test {
+ protected:
+  QueueTest() { queue.attach(&runner); }
+
+  std::string submit(const std::string& name = "", const std::string& document = "{}") {
+    api::Document parsed;
+    parsed.job.name = name;
+    return queue.submit(document, parsed)->job.id;
+  }
+  bool succeed(const Claim& claim, const std::string& picture) {
+    const MemoryFile file(picture);
+    return queue.succeed(claim.job.id, claim.fence, "{}", {{"image.png", "image/png", file.fd()}});
+  }
+  JobView find(const std::string& id) { return queue.find(id).value(); }
+
+  std::atomic<std::int64_t> now = 1'700'000'000'000;
+  FailingStore store;
+  MemoryArtifactStore artifacts;
+  IdSource ids{[this] { return now.load(); }, system_random()};
+  RecordingRunner runner;
+  Queue queue{store, artifacts, ids, [this] { return now.load(); }, no_log(), QueueSettings{.queued_limit = 10}};
+};
+
+const std::string abc_sha256 = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+
+}  // namespace
+
+TEST_F(QueueTest, ASubmittedJobCarriesWhatTheDocumentAskedFor) {
+  api::Document parsed;
+  parsed.job = {"orbit 7", {{"batch", "orbit"}}, 80, 5};
+  parsed.scene.image = {320, 200};
+  const JobView view = *queue.submit("verbatim", parsed);
+  const Job job = find(view.job.id).job;
+  EXPECT_EQ(job.name, "orbit 7");
+  EXPECT_EQ(job.labels.at("batch"), "orbit");
+  EXPECT_EQ(job.priority, 80);
+  EXPECT_EQ(job.max_attempts, 5);
+  EXPECT_EQ(job.width, 320u);
+  EXPECT_EQ(job.height, 200u);
+  EXPECT_EQ(job.created_at, 1'700'000'000'000);
+  EXPECT_EQ(job.state, JobState::queued);
+  EXPECT_EQ(store.document(job.id), "verbatim");
+  EXPECT_EQ(runner.wakes, 1);
+}
+
+TEST_F(QueueTest, RefusesMoreWaitingJobsThanTheLimitAndStoresNothingOfThem) {
+  for (int i = 0; i < 10; ++i) submit();
+  const auto refused = queue.submit("{}", {});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().limit, 10);
+  EXPECT_EQ(refused.error().queued, 10);
+  EXPECT_EQ(store.count(JobState::queued), 10);
+  queue.claim(false);
+  EXPECT_TRUE(queue.submit("{}", {})) << "a running job does not wait";
+}
+
+TEST_F(QueueTest, ManyThreadsTogetherDoNotPassTheLimit) {
+  std::atomic<int> accepted = 0;
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 8; ++i) {
+    threads.emplace_back([&] {
+      for (int k = 0; k < 10; ++k) accepted += queue.submit("{}", {}).has_value() ? 1 : 0;
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(accepted, 10);
+  EXPECT_EQ(store.count(JobState::queued), 10);
+}
+
+TEST_F(QueueTest, AFailedSubmitDoesNotCountAgainstTheLimit) {
+  store.failing = true;
+  for (int i = 0; i < 20; ++i) EXPECT_THROW(submit(), StoreFailure);
+  store.failing = false;
+  EXPECT_TRUE(queue.submit("{}", {}));
+  EXPECT_EQ(store.count(JobState::queued), 1);
+}
+
+TEST_F(QueueTest, ProgressGrowsWhileAJobRunsAndIsOneWhenItSucceeded) {
+  const std::string id = submit();
+  EXPECT_EQ(find(id).progress, 0);
+  queue.progressed(id, 0.9);
+  EXPECT_EQ(find(id).progress, 0) << "it does not run";
+  const Claim claim = *queue.claim(false);
+  queue.progressed(id, 0.5);
+  queue.progressed(id, 0.25);
+  EXPECT_EQ(find(id).progress, 0.5);
+  queue.progressed(id, 7);
+  EXPECT_EQ(queue.progress(id), 1);
+  EXPECT_TRUE(succeed(claim, "abc"));
+  EXPECT_EQ(find(id).progress, 1);
+}
+
+TEST_F(QueueTest, AReleasedJobStartsAgainAtProgressZero) {
+  const std::string id = submit();
+  const Claim claim = *queue.claim(false);
+  queue.progressed(id, 0.5);
+  queue.release(id, claim.fence, true, false);
+  EXPECT_EQ(find(id).progress, 0);
+  queue.claim(false);
+  EXPECT_EQ(find(id).progress, 0);
+}
+
+TEST_F(QueueTest, CancellingAQueuedJobEndsItAndTellsNobodyElse) {
+  const std::string id = submit();
+  EXPECT_EQ(queue.cancel(id), CancelOutcome::cancelled);
+  EXPECT_EQ(find(id).job.state, JobState::cancelled);
+  EXPECT_TRUE(runner.cancelled.empty());
+}
+
+TEST_F(QueueTest, CancellingARunningJobTellsTheRunner) {
+  const std::string id = submit();
+  const Claim claim = *queue.claim(false);
+  EXPECT_EQ(queue.cancel(id), CancelOutcome::cancelling);
+  EXPECT_EQ(runner.cancelled, std::vector<std::string>{id});
+  EXPECT_TRUE(find(id).job.cancel_requested);
+  EXPECT_TRUE(queue.finish_cancel(id, claim.fence));
+  EXPECT_EQ(find(id).job.state, JobState::cancelled);
+}
+
+TEST_F(QueueTest, CancellingAFinishedOrUnknownJobChangesNothing) {
+  const std::string id = submit();
+  succeed(*queue.claim(false), "abc");
+  EXPECT_EQ(queue.cancel(id), CancelOutcome::already_ended);
+  EXPECT_EQ(find(id).job.state, JobState::succeeded);
+  EXPECT_EQ(queue.cancel("nobody"), CancelOutcome::unknown);
+}
+
+TEST_F(QueueTest, CallsAWaiterOnceForEveryWayAJobEnds) {
+  const std::vector<std::pair<std::string, std::function<void(const std::string&)>>> ends = {
+      {"succeed", [&](auto&) { succeed(*queue.claim(false), "abc"); }},
+      {"fail",
+       [&](auto& id) {
+         queue.fail(id, queue.claim(false)->fence, {"internal", "x", {}});
+       }},
+      {"cancel queued", [&](auto& id) { queue.cancel(id); }},
+      {"finish_cancel", [&](auto& id) { queue.finish_cancel(id, queue.claim(false)->fence); }},
+      {"release of a cancelled one",
+       [&](auto& id) {
+         const Claim claim = *queue.claim(false);
+         queue.cancel(id);
+         queue.release(id, claim.fence, false, false);
+       }},
+      {"remove", [&](auto& id) { queue.remove(id); }},
+  };
+  for (const auto& [name, end] : ends) {
+    const std::string id = submit();
+    int early = 0, late = 0;
+    queue.when_ended(id, [&] { ++early; });
+    EXPECT_EQ(early, 0) << name;
+    end(id);
+    EXPECT_EQ(early, 1) << name;
+    queue.when_ended(id, [&] { ++late; });
+    EXPECT_EQ(late, 1) << name << ": one who comes late is called at once";
+    queue.remove(id);
+    EXPECT_EQ(early, 1) << name;
+  }
+}
+
+TEST_F(QueueTest, DoesNotCallAWaiterWhenTheJobGoesBackToTheQueue) {
+  const std::string id = submit();
+  int calls = 0;
+  queue.when_ended(id, [&] { ++calls; });
+  queue.release(id, queue.claim(false)->fence, true, false);
+  EXPECT_EQ(calls, 0);
+}
+
+TEST_F(QueueTest, CallsAllWaitersButThoseThatWereForgotten) {
+  const std::string id = submit();
+  std::set<int> called;
+  queue.when_ended(id, [&] { called.insert(1); });
+  const std::uint64_t forgotten = queue.when_ended(id, [&] { called.insert(2); });
+  queue.when_ended(id, [&] { called.insert(3); });
+  queue.when_ended(submit(), [&] { called.insert(4); });
+  queue.forget(forgotten);
+  queue.forget(forgotten);
+  queue.cancel(id);
+  EXPECT_EQ(called, (std::set<int>{1, 3}));
+}
+
+TEST_F(QueueTest, CallsAWaiterForAnUnknownJobAtOnce) {
+  int calls = 0;
+  queue.when_ended("nobody", [&] { ++calls; });
+  EXPECT_EQ(calls, 1);
+}
+
+TEST_F(QueueTest, WaitersAndEndsThatRaceMeetExactlyOnce) {
+  for (int round = 0; round < 200; ++round) {
+    const std::string id = submit();
+    std::atomic<int> calls = 0;
+    std::thread ender([&] { queue.cancel(id); });
+    queue.when_ended(id, [&] { ++calls; });
+    ender.join();
+    EXPECT_EQ(calls, 1);
+  }
+}
+
+TEST_F(QueueTest, AWaiterMayAskTheQueue) {
+  const std::string id = submit();
+  JobState seen = JobState::queued;
+  queue.when_ended(id, [&] { seen = find(id).job.state; });
+  queue.cancel(id);
+  EXPECT_EQ(seen, JobState::cancelled);
+}
+
+TEST_F(QueueTest, KeepsPicturesUntilTheLastJobThatNamesThemIsRemoved) {
+  const std::string first = submit(), second = submit();
+  EXPECT_TRUE(succeed(*queue.claim(false), "abc"));
+  EXPECT_TRUE(succeed(*queue.claim(false), "abc"));
+  const Artifact artifact = find(first).job.artifacts.at(0);
+  EXPECT_EQ(artifact.sha256, abc_sha256);
+  EXPECT_EQ(artifact.bytes, 3u);
+  EXPECT_EQ(queue.remove(first), RemoveOutcome::removed);
+  EXPECT_NE(queue.open(artifact), nullptr);
+  EXPECT_EQ(queue.remove(second), RemoveOutcome::removed);
+  EXPECT_EQ(queue.open(artifact), nullptr);
+}
+
+TEST_F(QueueTest, KeepsNothingOfAResultThatCameTooLate) {
+  const std::string id = submit();
+  const Claim late = *queue.claim(false);
+  queue.release(id, late.fence, false, false);
+  EXPECT_FALSE(succeed(late, "abc"));
+  EXPECT_EQ(artifacts.open(abc_sha256), nullptr);
+}
+
+TEST_F(QueueTest, KeepsNothingOfAResultWhoseRowCouldNotBeWritten) {
+  const std::string id = submit();
+  const Claim claim = *queue.claim(false);
+  store.failing = true;
+  EXPECT_THROW(succeed(claim, "abc"), StoreFailure);
+  EXPECT_EQ(artifacts.open(abc_sha256), nullptr);
+  store.failing = false;
+  EXPECT_TRUE(succeed(claim, "abc"));
+  EXPECT_NE(artifacts.open(abc_sha256), nullptr);
+}
+
+TEST_F(QueueTest, RemovalNeverTakesTheBytesOfAJobThatFinishesWithTheSamePicture) {
+  std::atomic<bool> stop = false;
+  std::atomic<int> missing = 0, checked = 0;
+  const auto finish_and_remove = [&] {
+    while (!stop) {
+      if (!queue.submit("{}", {})) continue;
+      const auto claim = queue.claim(false);
+      if (!claim || !succeed(*claim, "abc")) continue;
+      if (queue.open(find(claim->job.id).job.artifacts.at(0)) == nullptr) ++missing;
+      queue.remove(claim->job.id);
+      if (++checked >= 2000) stop = true;
+    }
+  };
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 4; ++i) threads.emplace_back(finish_and_remove);
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(missing, 0);
+  EXPECT_EQ(artifacts.open(abc_sha256), nullptr) << "the last one took it along";
+}
+
+TEST_F(QueueTest, SaysWhyItIsNotReady) {
+  EXPECT_EQ(queue.not_ready(), "");
+  runner.status = "worker: restarting";
+  EXPECT_EQ(queue.not_ready(), "worker: restarting");
+  store.failing = true;
+  EXPECT_EQ(queue.not_ready(), "store: disk full");
+  store.failing = false;
+  queue.attach(nullptr);
+  EXPECT_EQ(queue.not_ready(), "worker: not started");
+}
+
+TEST_F(QueueTest, ANewQueueTakesOverWhatTheDeadOneLeftRunning) {
+  const std::string id = submit();
+  queue.claim(false);
+  Queue next(store, artifacts, ids, system_clock(), no_log(), {});
+  EXPECT_EQ(next.find(id)->job.state, JobState::queued);
+  EXPECT_EQ(next.find(id)->job.attempt, 0);
+}

@@ -1,0 +1,87 @@
+#pragma once
+/// A queue in memory with a supervisor over the fake worker: documents say what the worker does.
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "server/jobs/queue.h"
+#include "server/storage/memory/memory_artifact_store.h"
+#include "server/storage/memory/memory_job_store.h"
+#include "server/worker/supervisor.h"
+#include "tests/conformance/temporary_folder.h"
+#include "tests/queue/eventually.h"
+
+/// Events of the log, counted by name.
+class RecordedLog {
+ public:
+  jobs::Log log() {
+    return [this](jobs::LogLevel, std::string_view event, const jobs::LogFields& fields) {
+      const std::lock_guard lock(mutex_);
+      std::string& lines = lines_[std::string(event)];
+      for (const auto& [key, value] : fields) lines.append(key).append("=").append(value).append(" ");
+      ++counts_[std::string(event)];
+    };
+  }
+  int count(const std::string& event) {
+    const std::lock_guard lock(mutex_);
+    return counts_[event];
+  }
+  std::string fields(const std::string& event) {
+    const std::lock_guard lock(mutex_);
+    return lines_[event];
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::string, int> counts_;
+  std::map<std::string, std::string> lines_;
+};
+
+class SupervisorTest : public testing::Test {
+ protected:
+  static worker::SupervisorSettings settings(int slots = 2) {
+    worker::SupervisorSettings result;
+    result.executable = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "fake_worker";
+    result.slots = slots;
+    result.heartbeat_timeout = std::chrono::seconds(30);  // only shortened by tests of silence
+    result.cancel_grace = std::chrono::seconds(30);
+    result.restart_pause = std::chrono::milliseconds(1);
+    result.restart_pause_max = std::chrono::milliseconds(20);
+    result.store_pause = std::chrono::milliseconds(1);
+    return result;
+  }
+  void start(const worker::SupervisorSettings& with = settings()) {
+    supervisor = std::make_unique<worker::Supervisor>(queue, with, log.log());
+  }
+
+  std::string submit(const std::string& document, int max_attempts = 3) {
+    api::Document parsed;
+    parsed.job.max_attempts = max_attempts;
+    return queue.submit(document, parsed)->job.id;
+  }
+  jobs::Job find(const std::string& id) { return queue.find(id).value().job; }
+  jobs::JobState state(const std::string& id) { return find(id).state; }
+  bool reaches(const std::string& id, jobs::JobState wanted) {
+    return eventually([&] { return state(id) == wanted; });
+  }
+  std::string problem_code(const std::string& id) { return find(id).problem.value_or(jobs::Problem{}).code; }
+
+  std::string path(const std::string& name) const { return folder.path() + "/" + name; }
+  void create(const std::string& name) const { std::ofstream(path(name)) << "."; }
+
+  TemporaryFolder folder;
+  RecordedLog log;
+  jobs::MemoryJobStore store;
+  jobs::MemoryArtifactStore artifacts;
+  jobs::IdSource ids{jobs::system_clock(), jobs::system_random()};
+  jobs::Queue queue{store, artifacts, ids, jobs::system_clock(), log.log(), {}};
+  std::unique_ptr<worker::Supervisor> supervisor;
+};

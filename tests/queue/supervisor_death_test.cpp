@@ -1,0 +1,186 @@
+/// Workers that die, hang, lie: no job is lost, the one to blame is found, no other pays.
+
+#include <csignal>
+
+#include "tests/queue/supervised.h"
+
+using jobs::JobState;
+
+TEST_F(SupervisorTest, AJobThatCrashesTheWorkerEveryTimeFailsAfterItsAttemptsAndTheSignalIsNamed) {
+  start();
+  const std::string id = submit("crash", 3);
+  ASSERT_TRUE(reaches(id, JobState::failed));
+  const jobs::Job job = find(id);
+  EXPECT_EQ(job.attempt, 3);
+  EXPECT_EQ(job.problem->code, "worker_crashed");
+  EXPECT_NE(job.problem->detail.find("signal 11 (SIGSEGV)"), std::string::npos) << job.problem->detail;
+  EXPECT_EQ(log.count("worker_ended"), 3);
+  EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
+}
+
+TEST_F(SupervisorTest, AJobThatCrashedOnceIsTriedAgainAndPaysOneAttempt) {
+  start();
+  const std::string id = submit("crash_unless " + path("crashed"));
+  ASSERT_TRUE(reaches(id, JobState::succeeded));
+  EXPECT_EQ(find(id).attempt, 2);
+}
+
+TEST_F(SupervisorTest, NamesTheStatusOfAWorkerThatExits) {
+  start();
+  const std::string id = submit("exit 3", 1);
+  ASSERT_TRUE(reaches(id, JobState::failed));
+  EXPECT_NE(find(id).problem->detail.find("exited with status 3"), std::string::npos) << find(id).problem->detail;
+}
+
+TEST_F(SupervisorTest, OfSeveralInFlightTheKillerIsFoundAndTheOthersPayNothing) {
+  start(settings(4));
+  std::vector<std::string> innocent;
+  for (int i = 0; i < 3; ++i) innocent.push_back(submit("wait " + path("go")));
+  ASSERT_TRUE(eventually([&] { return supervisor->running() == 3; }));
+  const std::string killer = submit("crash", 2);
+  ASSERT_TRUE(eventually([&] { return log.count("worker_ended") >= 1; }));
+  create("go");
+  ASSERT_TRUE(reaches(killer, JobState::failed));
+  EXPECT_EQ(problem_code(killer), "worker_crashed");
+  EXPECT_EQ(find(killer).attempt, 2);
+  for (const std::string& id : innocent) {
+    ASSERT_TRUE(reaches(id, JobState::succeeded));
+    EXPECT_EQ(find(id).attempt, 1) << "the shared death cost it nothing";
+    EXPECT_TRUE(find(id).suspect);
+  }
+  EXPECT_EQ(log.count("worker_ended"), 3) << "once with all in flight, twice with the killer alone";
+}
+
+TEST_F(SupervisorTest, SuspectsRunOneAtATimeBeforeAllOthers) {
+  start(settings(3));
+  std::vector<std::string> suspects;
+  for (int i = 0; i < 2; ++i) suspects.push_back(submit("wait " + path("go")));
+  const std::string killer = submit("crash_unless " + path("crashed"));
+  ASSERT_TRUE(eventually([&] { return log.count("worker_ended") == 1; }));
+  const std::string later = submit("");
+  ASSERT_TRUE(eventually([&] { return log.count("worker_ready") == 2 && supervisor->running() == 1; }));
+  EXPECT_EQ(store.count(JobState::running), 1) << "with two slots free";
+  EXPECT_EQ(state(later), JobState::queued);
+  create("go");
+  for (const std::string& id : {suspects[0], suspects[1], killer, later}) EXPECT_TRUE(reaches(id, JobState::succeeded));
+}
+
+TEST_F(SupervisorTest, SuspectsOfAnEarlierDaemonRunAlone) {
+  const std::string suspect = submit("wait " + path("go"));
+  const jobs::Claim claim = *queue.claim(false);
+  queue.release(suspect, claim.fence, false, true);
+  const std::string other = submit("");
+  start();
+  ASSERT_TRUE(reaches(suspect, JobState::running));
+  EXPECT_EQ(state(other), JobState::queued);
+  create("go");
+  EXPECT_TRUE(reaches(other, JobState::succeeded));
+}
+
+TEST_F(SupervisorTest, AWorkerThatIsKilledBetweenJobsIsReplaced) {
+  start();
+  ASSERT_TRUE(reaches(submit(""), JobState::succeeded));
+  kill(supervisor->worker_pid(), SIGKILL);
+  EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
+}
+
+TEST_F(SupervisorTest, AWorkerWithoutHeartbeatIsReplaced) {
+  auto impatient = settings();
+  impatient.heartbeat_timeout = std::chrono::milliseconds(1500);
+  start(impatient);
+  const std::string id = submit("silent", 1);
+  ASSERT_TRUE(reaches(id, JobState::failed));
+  EXPECT_NE(find(id).problem->detail.find("gave no sign of life"), std::string::npos) << find(id).problem->detail;
+  EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
+}
+
+TEST_F(SupervisorTest, AStoppedWorkerIsReplaced) {
+  auto impatient = settings();
+  impatient.heartbeat_timeout = std::chrono::milliseconds(1500);
+  start(impatient);
+  const std::string id = submit("wait " + path("go"));
+  ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
+  kill(supervisor->worker_pid(), SIGSTOP);
+  ASSERT_TRUE(eventually([&] { return log.count("worker_ended") == 1; }));
+  create("go");
+  ASSERT_TRUE(reaches(id, JobState::succeeded));
+  EXPECT_EQ(find(id).attempt, 2);
+}
+
+TEST_F(SupervisorTest, AWorkerThatSpeaksNonsenseIsReplaced) {
+  start();
+  for (const std::string nonsense : {"garbage", "large_garbage", "unsealed", "badname"}) {
+    const std::string id = submit(nonsense + "\nwait " + path("never"), 1);
+    ASSERT_TRUE(reaches(id, JobState::failed)) << nonsense;
+    EXPECT_EQ(problem_code(id), "worker_crashed") << nonsense;
+    EXPECT_NE(find(id).problem->detail.find(" sent a "), std::string::npos) << find(id).problem->detail;
+  }
+  EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
+}
+
+TEST_F(SupervisorTest, AResultWithAnOldFenceIsNotBelieved) {
+  start();
+  const std::string id = submit("stale\nfinish fresh");
+  ASSERT_TRUE(reaches(id, JobState::succeeded));
+  EXPECT_EQ(find(id).report, "fresh");
+  EXPECT_EQ(log.count("stale_result"), 1);
+}
+
+TEST_F(SupervisorTest, AResultSentRightBeforeTheDeathCounts) {
+  start();
+  for (int i = 1; i <= 10; ++i) {
+    const std::string id = submit("finish_and_crash last words");
+    ASSERT_TRUE(reaches(id, JobState::succeeded));
+    EXPECT_EQ(find(id).attempt, 1);
+    ASSERT_TRUE(eventually([&] { return log.count("worker_ended") == i; }));
+  }
+}
+
+namespace {
+
+/// Refuses to end jobs while told so.
+class StubbornStore final : public jobs::MemoryJobStore {
+ public:
+  bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
+               const std::vector<jobs::Artifact>& artifacts) override {
+    if (refusals-- > 0) throw jobs::StoreFailure(jobs::StoreFailure::Kind::full, "disk full");
+    return MemoryJobStore::succeed(id, fence, now, report, artifacts);
+  }
+  std::optional<jobs::Claim> claim(const std::string& boot, std::int64_t now, bool alone) override {
+    if (claim_refusals-- > 0) throw jobs::StoreFailure(jobs::StoreFailure::Kind::unavailable, "I/O error");
+    return MemoryJobStore::claim(boot, now, alone);
+  }
+  std::atomic<int> refusals = 0, claim_refusals = 0;
+};
+
+class SupervisorStoreTest : public SupervisorTest {
+ protected:
+  std::string run(const std::string& document) {
+    const std::string id = stubborn_queue.submit(document, {})->job.id;
+    EXPECT_TRUE(eventually([&] { return ended(stubborn_queue.find(id)->job.state); }));
+    return id;
+  }
+  StubbornStore stubborn;
+  jobs::Queue stubborn_queue{stubborn, artifacts, ids, jobs::system_clock(), log.log(), {}};
+};
+
+}  // namespace
+
+TEST_F(SupervisorStoreTest, AResultIsStoredOnceTheStoreIsWellAgain) {
+  stubborn.refusals = 3;
+  stubborn.claim_refusals = 3;
+  const worker::Supervisor over(stubborn_queue, settings(), log.log());
+  const std::string id = run("finish kept");
+  EXPECT_EQ(stubborn_queue.find(id)->job.report, "kept");
+  EXPECT_EQ(stubborn_queue.find(id)->job.attempt, 1);
+  EXPECT_EQ(log.count("store_failure"), 6);
+}
+
+TEST_F(SupervisorStoreTest, AResultThatCannotBeStoredFailsTheJobAndSaysSo) {
+  stubborn.refusals = 1'000'000;
+  const worker::Supervisor over(stubborn_queue, settings(), log.log());
+  const jobs::Job job = stubborn_queue.find(run("finish lost"))->job;
+  EXPECT_EQ(job.state, JobState::failed);
+  EXPECT_EQ(job.problem->code, "storage_failure");
+  EXPECT_NE(job.problem->detail.find("the disk is full"), std::string::npos) << job.problem->detail;
+}

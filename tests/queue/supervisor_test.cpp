@@ -1,0 +1,206 @@
+/// Jobs through a worker that behaves, and cancel and drain.
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <set>
+
+#include "tests/queue/supervised.h"
+
+using jobs::JobState;
+
+TEST_F(SupervisorTest, AJobComesBackWithItsReportAndItsPicture) {
+  start();
+  const std::string id = submit("progress 1 2\nfinish hello");
+  ASSERT_TRUE(reaches(id, JobState::succeeded));
+  const jobs::Job job = find(id);
+  EXPECT_EQ(job.report, "hello");
+  ASSERT_EQ(job.artifacts.size(), 1u);
+  EXPECT_EQ(job.artifacts[0].name, "image.png");
+  const auto picture = queue.open(job.artifacts[0]);
+  ASSERT_NE(picture, nullptr);
+  std::string bytes(picture->size_bytes(), '?');
+  picture->read(0, bytes.data(), bytes.size());
+  EXPECT_EQ(bytes, "hello");
+  EXPECT_EQ(job.attempt, 1);
+}
+
+TEST_F(SupervisorTest, RunsWhatWasQueuedBeforeItStarted) {
+  const std::string id = submit("");
+  start();
+  EXPECT_TRUE(reaches(id, JobState::succeeded));
+}
+
+TEST_F(SupervisorTest, RunsHundredsOfJobsFromSeveralThreads) {
+  start();
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 4; ++i) {
+    threads.emplace_back([&, i] {
+      for (int k = 0; k < 100; ++k) submit("finish " + std::to_string(i) + "-" + std::to_string(k % 10));
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_TRUE(eventually([&] { return store.count(JobState::succeeded) == 400; }));
+  EXPECT_EQ(log.count("job_assigned"), 400);
+  EXPECT_EQ(log.count("worker_started"), 1);
+}
+
+TEST_F(SupervisorTest, CarriesALargeDocument) {
+  start();
+  const std::string id = submit(std::string(30u << 20, 'x') + "\nfinish large");
+  ASSERT_TRUE(reaches(id, JobState::succeeded));
+  EXPECT_EQ(find(id).report, "large");
+}
+
+TEST_F(SupervisorTest, NeverRunsMoreJobsAtOnceThanItHasSlots) {
+  start(settings(3));
+  std::vector<std::string> ids_of_jobs;
+  for (int i = 0; i < 8; ++i) ids_of_jobs.push_back(submit("wait " + path("go")));
+  ASSERT_TRUE(eventually([&] { return supervisor->running() == 3; }));
+  EXPECT_EQ(store.count(JobState::running), 3);
+  create("go");
+  for (const std::string& id : ids_of_jobs) EXPECT_TRUE(reaches(id, JobState::succeeded));
+}
+
+TEST_F(SupervisorTest, AFailureKeepsItsProblem) {
+  start();
+  const std::string id = submit("fail bad_scene");
+  ASSERT_TRUE(reaches(id, JobState::failed));
+  EXPECT_EQ(problem_code(id), "bad_scene");
+  EXPECT_EQ(find(id).problem->errors, (std::vector<tracer::Issue>{{"/a", "b", "c"}}));
+  EXPECT_EQ(find(id).attempt, 1) << "a scene that is bad once is bad for ever";
+}
+
+TEST_F(SupervisorTest, ShowsProgressWhileTheJobRuns) {
+  start();
+  const std::string id = submit("progress 1 4\nprogress 3 4\nprogress 2 4\nprogress 1 0\nwait " + path("go"));
+  EXPECT_TRUE(eventually([&] { return queue.progress(id) == 0.75; }));
+  create("go");
+  ASSERT_TRUE(reaches(id, JobState::succeeded));
+  EXPECT_EQ(queue.find(id)->progress, 1);
+}
+
+TEST_F(SupervisorTest, CancelsARunningJobAndTheWorkerLives) {
+  start();
+  const std::string id = submit("wait " + path("never"));
+  ASSERT_TRUE(reaches(id, JobState::running));
+  ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
+  EXPECT_EQ(queue.cancel(id), jobs::CancelOutcome::cancelling);
+  EXPECT_TRUE(reaches(id, JobState::cancelled));
+  EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
+  EXPECT_EQ(log.count("worker_started"), 1);
+}
+
+TEST_F(SupervisorTest, CancelsWheneverItIsAskedBetweenClaimAndEnd) {
+  start();
+  for (int round = 0; round < 100; ++round) {
+    const std::string id = submit("wait " + path("never"));
+    if (round % 2 == 0) std::this_thread::sleep_for(std::chrono::microseconds(20 * round));
+    const jobs::CancelOutcome outcome = queue.cancel(id);
+    ASSERT_TRUE(outcome == jobs::CancelOutcome::cancelled || outcome == jobs::CancelOutcome::cancelling);
+    ASSERT_TRUE(reaches(id, JobState::cancelled)) << "round " << round;
+  }
+  EXPECT_TRUE(eventually([&] { return supervisor->running() == 0; }));
+}
+
+TEST_F(SupervisorTest, TellsACancelEvenWhenTheWorkerDoesNotListen) {
+  start();
+  const std::string id = submit("deaf " + path("go"));
+  ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
+  queue.cancel(id);
+  EXPECT_TRUE(reaches(id, JobState::cancelled));
+  EXPECT_EQ(supervisor->running(), 1) << "told, although it still runs";
+  create("go");
+  EXPECT_TRUE(eventually([&] { return supervisor->running() == 0; }));
+  EXPECT_EQ(state(id), JobState::cancelled) << "its result came too late";
+  EXPECT_TRUE(find(id).artifacts.empty());
+}
+
+TEST_F(SupervisorTest, ReplacesAWorkerThatDoesNotStopACancelledJobAndChargesNobody) {
+  auto impatient = settings();
+  impatient.cancel_grace = std::chrono::milliseconds(100);
+  start(impatient);
+  const std::string hanging = submit("deaf " + path("never"));
+  const std::string innocent = submit("wait " + path("go"));
+  ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
+  const int first_worker = supervisor->worker_pid();
+  queue.cancel(hanging);
+  ASSERT_TRUE(eventually([&] { return supervisor->worker_pid() != first_worker && supervisor->worker_pid() != 0; }));
+  create("go");
+  EXPECT_TRUE(reaches(innocent, JobState::succeeded));
+  EXPECT_EQ(find(innocent).attempt, 1) << "given back";
+  EXPECT_FALSE(find(innocent).suspect);
+  EXPECT_EQ(state(hanging), JobState::cancelled);
+}
+
+TEST_F(SupervisorTest, DrainLetsRunningJobsEndAndStartsNoOthers) {
+  start();
+  const std::string first = submit("wait " + path("go")), second = submit("wait " + path("go"));
+  const std::string waiting = submit("");
+  ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
+  bool all_ended = false;
+  std::thread drain([&] { all_ended = supervisor->drain(std::chrono::minutes(1)); });
+  EXPECT_TRUE(eventually([&] { return queue.not_ready() == "draining"; }));
+  create("go");
+  drain.join();
+  EXPECT_TRUE(all_ended);
+  EXPECT_EQ(state(first), JobState::succeeded);
+  EXPECT_EQ(state(second), JobState::succeeded);
+  EXPECT_EQ(state(waiting), JobState::queued);
+  EXPECT_EQ(supervisor->worker_pid(), 0);
+}
+
+TEST_F(SupervisorTest, DrainGivesBackWhatDoesNotEndInTimeAtNoCost) {
+  start();
+  const std::string slow = submit("wait " + path("never")), cancelled = submit("deaf " + path("never"));
+  ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
+  store.cancel(cancelled, 1);
+  EXPECT_FALSE(supervisor->drain(std::chrono::milliseconds(10)));
+  EXPECT_EQ(state(slow), JobState::queued);
+  EXPECT_EQ(find(slow).attempt, 0);
+  EXPECT_FALSE(find(slow).suspect);
+  EXPECT_EQ(state(cancelled), JobState::cancelled);
+}
+
+TEST_F(SupervisorTest, EndingItEndsTheWorkerProcess) {
+  start();
+  ASSERT_TRUE(eventually([&] { return supervisor->worker_pid() != 0; }));
+  const int pid = supervisor->worker_pid();
+  supervisor.reset();
+  EXPECT_EQ(kill(pid, 0), -1);
+  EXPECT_EQ(errno, ESRCH);
+}
+
+TEST_F(SupervisorTest, SaysUntilWhenItIsNotReadyAndWhy) {
+  auto wrong = settings();
+  wrong.executable = path("no such worker");
+  start(wrong);
+  EXPECT_TRUE(eventually([&] {
+    return queue.not_ready().find("cannot start " + wrong.executable) != std::string::npos;
+  })) << queue.not_ready();
+  // It is tried again: an executable that appears is started.
+  std::filesystem::create_symlink(settings().executable, wrong.executable);
+  EXPECT_TRUE(eventually([&] { return queue.not_ready().empty(); })) << queue.not_ready();
+  EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
+}
+
+TEST_F(SupervisorTest, GivesTheWorkerNoDescriptorButItsSocketAndNoneOfOurSettings) {
+  const int leaky = open(path("leak").c_str(), O_RDWR | O_CREAT, 0600);  // without O_CLOEXEC, on purpose
+  setenv("WHITTLE_SECRET", "secret", 1);
+  start();
+  ASSERT_TRUE(eventually([&] { return log.count("worker_ready") == 1; }));
+  const std::string process = "/proc/" + std::to_string(supervisor->worker_pid());
+  std::set<std::string> inherited;
+  for (const auto& entry : std::filesystem::directory_iterator(process + "/fd")) {
+    const std::string target = std::filesystem::read_symlink(entry);
+    if (std::stoi(entry.path().filename()) > 2) inherited.insert(target.substr(0, target.find(':')));
+  }
+  EXPECT_EQ(inherited, std::set<std::string>{"socket"});
+  std::ifstream environment(process + "/environ");
+  const std::string text((std::istreambuf_iterator<char>(environment)), {});
+  EXPECT_EQ(text.find("WHITTLE_"), std::string::npos);
+  EXPECT_NE(text.find("PATH="), std::string::npos);
+  unsetenv("WHITTLE_SECRET");
+  close(leaky);
+}
