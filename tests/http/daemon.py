@@ -70,14 +70,20 @@ class Daemon:
             # pylint: disable-next=consider-using-with
             self.process = subprocess.Popen(
                 [BIN / "whittled", "--listen", "127.0.0.1:0", "--health-listen", "127.0.0.1:0", "--data", self.data,
-                 "--log-level", "debug", *self.options],
-                stdout=subprocess.PIPE, stderr=log, env=self.environment)
+                 *self.options],
+                stdout=subprocess.PIPE, stderr=log, env={"WHITTLE_LOG_LEVEL": "debug", **self.environment})
+        self.port = self.read_port("listening")
+        self.health_port = self.read_port("health")
+
+    def read_port(self, what):
         line = self.process.stdout.readline().decode()
-        found = re.fullmatch(r"listening on http://127\.0\.0\.1:(\d+)\n", line)
+        found = re.fullmatch(what + r" on http://127\.0\.0\.1:(\d+)\n", line)
         if not found:
+            self.process.kill()
+            self.process.wait(PATIENCE_S)
+            self.process.stdout.close()
             raise AssertionError(f"whittled said {line!r}\n{self.log()}")
-        self.port = int(found.group(1))
-        self.health_port = next(row["health_port"] for row in self.log_rows() if row["event"] == "listening")
+        return int(found.group(1))
 
     def __enter__(self):
         return self
