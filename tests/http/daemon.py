@@ -14,6 +14,7 @@ import socket
 import subprocess
 import tempfile
 import time
+import unittest
 
 BIN = pathlib.Path(os.environ["WHITTLE_BIN"])
 PATIENCE_S = 120
@@ -172,3 +173,30 @@ class Daemon:
 
     def wait_for_end(self, job_id):
         return self.wait_for_state(job_id, "succeeded", "failed", "cancelled")
+
+
+class OneDaemon(unittest.TestCase):
+    """Tests that share a daemon; each uses jobs of its own."""
+
+    options = ()
+
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = Daemon(*cls.options)
+        cls.addClassCleanup(cls.daemon.__exit__)
+
+    def assert_problem(self, reply, status, name):
+        self.assertEqual(reply.status, status, reply.body)
+        self.assertEqual(reply.headers["Content-Type"], "application/problem+json")
+        problem = json_of(reply)
+        self.assertEqual(problem["type"], f"urn:whittle:problem:{name}")
+        self.assertEqual(problem["status"], status)
+        self.assertEqual(problem["request_id"], reply.headers["X-Request-Id"])
+        self.assertTrue(problem["title"] and problem["detail"])
+        return problem
+
+    def finished(self, **changes):
+        job_id = self.daemon.submit(scene(**changes))
+        job = self.daemon.wait_for_end(job_id)
+        self.assertEqual(job["state"], "succeeded", job["problem"])
+        return job
