@@ -38,9 +38,10 @@ class Told {
   }
 
   /// Whether the issue is of a value that could not be read, of a part of it, or of a whole that has such a part (but
-  /// for limits: a count is right whatever was counted).
+  /// for limits: a count is right whatever was counted). References are the reader's alone to tell of.
   [[nodiscard]] bool covers(const tracer::Issue& issue) const {
-    return has_at_or_around(issue.pointer) || (issue.code != "limit_exceeded" && has_inside(issue.pointer));
+    return issue.code == "unknown_reference" || has_at_or_around(issue.pointer) ||
+           (issue.code != "limit_exceeded" && has_inside(issue.pointer));
   }
 
  private:

@@ -2,6 +2,7 @@
 
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "api/src/reader/fields.h"
@@ -22,22 +23,26 @@ constexpr Word<Shading>::Meaning shadings[] = {{"smooth", Shading::smooth}};
 
 constexpr std::uint32_t nothing = std::numeric_limits<std::uint32_t>::max();
 
+template <class Id>
+void tell_unknown(Reading& reading, const Cursor& at, const Names<Id>& names, std::string_view kind) {
+  if (!reading.has_room()) return;
+  std::vector<std::string_view> candidates;
+  for (const auto& [name, id] : names.ids) {
+    if (candidates.size() == suggestion_names_max) break;
+    candidates.push_back(name);
+  }
+  std::string detail = quoted(at.node->string()) + " is not defined";
+  if (candidates.empty()) detail.append(": there are no named ").append(kind);
+  detail += did_you_mean(at.node->string(), candidates);
+  reading.issues.push_back({pointer(at), "unknown_reference", std::move(detail)});
+}
+
 /// Looks a name up; tells when nothing has it.
 template <class Id>
-Id find(Reading& reading, const Cursor& at, const std::map<std::string_view, Id>& names, std::string_view kind) {
-  const auto found = names.find(at.node->string());
-  if (found != names.end()) return found->second;
-  if (reading.has_room()) {
-    std::vector<std::string_view> candidates;
-    for (const auto& [name, id] : names) {
-      if (candidates.size() == 1000) break;
-      candidates.push_back(name);
-    }
-    reading.issues.push_back({pointer(at), "unknown_reference",
-                              quoted(at.node->string()) + " is not defined" +
-                                  (names.empty() ? ": there are no named " + std::string(kind) : "") +
-                                  did_you_mean(at.node->string(), candidates)});
-  }
+Id find(Reading& reading, const Cursor& at, const Names<Id>& names, std::string_view kind) {
+  const auto found = names.ids.find(at.node->string());
+  if (found != names.ids.end()) return found->second;
+  if (names.complete) tell_unknown(reading, at, names, kind);
   return {nothing};
 }
 
@@ -59,7 +64,7 @@ bool has_other_pattern(const Fields& fields) {
 
 tracer::TextureId add_texture(Reading& reading, const Cursor& at) {
   std::vector<tracer::Texture>& textures = reading.scene().textures;
-  if (!has_room(reading, at, textures.size(), "textures", reading.limits.scene.textures)) return {0};
+  if (!has_room(reading, at, textures.size(), "textures", reading.limits.scene.textures)) return {nothing};
   const tracer::TextureId id{static_cast<std::uint32_t>(textures.size())};
   tracer::Texture& texture = textures.emplace_back();
   texture.path = pointer(at);
@@ -96,7 +101,7 @@ void read_reflection(Fields& fields, tracer::Material& material) {
 
 tracer::MaterialId add_material(Reading& reading, const Cursor& at) {
   std::vector<tracer::Material>& materials = reading.scene().materials;
-  if (!has_room(reading, at, materials.size(), "materials", reading.limits.scene.materials)) return {0};
+  if (!has_room(reading, at, materials.size(), "materials", reading.limits.scene.materials)) return {nothing};
   const tracer::MaterialId id{static_cast<std::uint32_t>(materials.size())};
   tracer::Material& material = materials.emplace_back();
   material.path = pointer(at);
@@ -122,10 +127,9 @@ tracer::MaterialId add_material(Reading& reading, const Cursor& at) {
 }
 
 template <class Id>
-void read_named(Reading& reading, const Cursor& at, std::map<std::string_view, Id>& names,
-                Id (*add)(Reading&, const Cursor&)) {
-  for_each_member(reading, at, [&](const Cursor& member) {
-    const auto [place, is_new] = names.emplace(member.key, Id{});
+void read_named(Reading& reading, const Cursor& at, Names<Id>& names, Id (*add)(Reading&, const Cursor&)) {
+  names.complete = for_each_member(reading, at, [&](const Cursor& member) {
+    const auto [place, is_new] = names.ids.emplace(member.key, Id{});
     if (is_new) {
       place->second = add(reading, member);
     } else {
@@ -137,13 +141,13 @@ void read_named(Reading& reading, const Cursor& at, std::map<std::string_view, I
 }  // namespace
 
 void read_textures(Reading& reading, const Cursor& at) {
-  if (!within_limit(reading, at, "textures", reading.limits.scene.textures)) return;
-  read_named(reading, at, reading.textures, add_texture);
+  reading.textures.complete = within_limit(reading, at, "textures", reading.limits.scene.textures);
+  if (reading.textures.complete) read_named(reading, at, reading.textures, add_texture);
 }
 
 void read_materials(Reading& reading, const Cursor& at) {
-  if (!within_limit(reading, at, "materials", reading.limits.scene.materials)) return;
-  read_named(reading, at, reading.materials, add_material);
+  reading.materials.complete = within_limit(reading, at, "materials", reading.limits.scene.materials);
+  if (reading.materials.complete) read_named(reading, at, reading.materials, add_material);
 }
 
 tracer::MaterialId read_material_reference(Reading& reading, const Cursor& at) {
