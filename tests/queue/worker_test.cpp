@@ -1,7 +1,11 @@
 /// The worker that really renders, under the supervisor.
 
+#include <poll.h>
+#include <sys/socket.h>
+
 #include <csignal>
 
+#include "server/worker/process.h"
 #include "tests/queue/supervised.h"
 
 using jobs::JobState;
@@ -11,9 +15,6 @@ namespace {
 class WorkerTest : public SupervisorTest {
  protected:
   void start_real_worker() {
-    // ThreadSanitizer cannot see the locks inside of Debian's libtbb and calls every task handed over a race. The
-    // daemon's side stays checked; this reaches the worker only.
-    setenv("TSAN_OPTIONS", "report_bugs=0", 1);
     auto with = settings();
     with.executable = worker::worker_beside_this_program();
     start(with);
@@ -113,4 +114,24 @@ TEST_F(WorkerTest, AKilledRenderIsDoneAgainWithTheSamePicture) {
   kill(supervisor->worker_pid(), SIGKILL);
   ASSERT_TRUE(reaches(id, JobState::succeeded));
   EXPECT_EQ(find(id).artifacts.at(0).sha256, find(undisturbed).artifacts.at(0).sha256);
+}
+
+TEST(Worker, EndsByItselfWhenTheDaemonsEndOfTheSocketIsGoneEvenInTheMiddleOfARender) {
+  worker::Process process(worker::worker_beside_this_program(), 1);
+  const auto ends = [&](int descriptor) {
+    pollfd wanted{descriptor, POLLIN, 0};
+    return poll(&wanted, 1, 60'000) == 1;
+  };
+  ASSERT_TRUE(ends(process.socket()));
+  const worker::Received hello = process.receive();
+  ASSERT_TRUE(std::holds_alternative<worker::Hello>(std::get<worker::Message>(hello)));
+  process.send(worker::pack(worker::Assign{"job", 1, 0, scene(2000, 1000, R"("png")")}));
+  shutdown(process.socket(), SHUT_RDWR);
+  ASSERT_TRUE(ends(process.pid_descriptor()));
+  EXPECT_EQ(process.reap(), "exited with status 0");
+}
+
+TEST(Worker, RefusesToRunWithoutADaemon) {
+  const std::string command = worker::worker_beside_this_program() + " --slots 2 2>/dev/null 3>/dev/null";
+  EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 2);
 }
