@@ -34,10 +34,6 @@ class ReferenceTracer {
   [[nodiscard]] std::vector<Sample> picture(tracer::RenderStatistics& counted) const;
 
  private:
-  struct Ray;
-  struct Hit;
-  struct Point;
-  struct Path;
   struct Face {
     Vec a, b, c;     // corners
     Vec na, nb, nc;  // normals; zero: the face's
@@ -47,6 +43,34 @@ class ReferenceTracer {
     const tracer::Shape* shape;
     const tracer::Material* material;
     std::vector<Face> faces;  // of triangles and meshes
+  };
+
+  struct Ray {
+    Vec origin, direction;
+    const Body* from = nullptr;       // what it starts on
+    const Face* from_face = nullptr;  // likewise, of triangles
+    Real end = HUGE_VALL;
+  };
+
+  struct Hit {
+    Real t = HUGE_VALL;
+    const Body* body = nullptr;
+    const Face* face = nullptr;
+    Real u = 0, v = 0;  // barycentric, of triangles
+  };
+
+  struct Point {
+    Vec position;
+    Vec face_normal;  // on the ray's side
+    Vec normal;       // likewise, interpolated
+    bool back = false;
+    Hit hit;
+  };
+
+  struct Path {
+    tracer::RenderStatistics& counted;
+    Real margin = 1;
+    void near_miss(Real relative_distance) { margin = std::fmin(margin, std::fabs(relative_distance)); }
   };
 
   [[nodiscard]] Hit nearest(const Ray& ray, Path& path) const;
