@@ -44,7 +44,8 @@ class CompiledScene {
   std::vector<Texture> textures;
   std::vector<TraceLight> lights;
   std::vector<std::uint32_t> material_of_object;
-  std::vector<Axes> axes_of_object;  ///< for texture coordinates of spheres and planes; empty without textures
+  std::vector<Axes> axes_of_object;  ///< texture coordinates: a sphere's axes; a plane's e0 and e1 are the world
+                                     ///< gradients of u and v. Empty without textures
   GeometrySet geometry;              ///< the accelerator points into it
   std::unique_ptr<Accelerator> accelerator;
 };

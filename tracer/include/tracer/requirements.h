@@ -15,6 +15,7 @@ struct Requirements {
   bool smooth_normals = false;
   bool triangles = false;
   bool spheres = false;
+  bool quadrics = false;  ///< discs, cylinders, cones, boxes
   bool planes = false;
 };
 

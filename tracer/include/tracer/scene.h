@@ -37,6 +37,7 @@ struct Handle {
   bool operator==(const Handle&) const = default;
 };
 using MaterialId = Handle<struct MaterialTag>;
+using PrototypeId = Handle<struct PrototypeTag>;
 using TextureId = Handle<struct TextureTag>;
 
 // ---- image, camera, background ------------------------------------------------------------------------------------
@@ -144,6 +145,39 @@ struct Plane {
   std::optional<Vec3> u_axis;
 };
 
+/// Flat and round, with a hole of `inner_radius`. u, v = d.e0/2R + 1/2, d.e1/2R + 1/2; e0 as the plane's.
+struct Disc {
+  Vec3 center{};
+  Vec3 normal{0, 1, 0};
+  double radius = 1;
+  double inner_radius = 0;
+  std::optional<Vec3> u_axis;
+};
+
+/// u = phi/2pi about the axis from e0, v = z/length from `from` to `to`; caps as discs about the same e0 and e1.
+struct Cylinder {
+  Vec3 from{}, to{0, 1, 0};
+  double radius = 1;
+  bool caps = true;
+  std::optional<Vec3> u_axis;
+};
+
+/// A cone, or a truncated one where `apex_radius` > 0. u as the cylinder's about the axis from base to apex, v = 0 at
+/// the base and 1 at the apex.
+struct Cone {
+  Vec3 apex{0, 1, 0}, base{};
+  double radius = 1;  ///< at the base
+  double apex_radius = 0;
+  bool caps = true;
+  std::optional<Vec3> u_axis;
+};
+
+/// Axis-parallel. u, v in [0,1] on each face: seen from outside, u to the right and v up, up being y (on the top face
+/// -z, on the bottom face z).
+struct Box {
+  Vec3 min{}, max{1, 1, 1};
+};
+
 /// Front side: counter-clockwise. Texture coordinates are barycentric of `uvs` (0,0 / 1,0 / 0,1 when unset).
 struct Triangle {
   std::array<Vec3, 3> vertices{};
@@ -160,11 +194,30 @@ struct Mesh {
   bool smooth = false;  ///< area-weighted vertex normals where `normals` is empty
 };
 
-using Shape = std::variant<Sphere, Plane, Triangle, Mesh>;
+/// The objects of a prototype, placed once more.
+struct Instance {
+  PrototypeId of{};
+  std::optional<MaterialId> material;  ///< takes the place of all of theirs; unset: they keep their own
+};
+
+using Shape = std::variant<Sphere, Plane, Disc, Cylinder, Cone, Box, Triangle, Mesh, Instance>;
+
+/// world_from_object, affine: a point p goes to (rows[i] . (p, 1)) for i = x, y, z.
+struct Transform {
+  std::array<std::array<double, 4>, 3> rows{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+  bool operator==(const Transform&) const = default;
+};
 
 struct Object {
   Shape shape{};
-  MaterialId material{};
+  MaterialId material{};  ///< not an instance's: it has its own
+  std::optional<Transform> transform;
+};
+
+/// Objects that instances place; a prototype may hold instances of others, never in a circle.
+struct Prototype {
+  std::vector<Object> objects;
+  std::string path;  ///< where the document defines it, e.g. "/prototypes/tree"; prefix of issue pointers
 };
 
 // ---- what the user asks for ----------------------------------------------------------------------------------------
@@ -195,6 +248,7 @@ struct Scene {
   std::vector<Light> lights;
   std::vector<Texture> textures;
   std::vector<Material> materials;
+  std::vector<Prototype> prototypes;
   std::vector<Object> objects;
   Accuracy accuracy{};
   Output output{};

@@ -1,5 +1,7 @@
 #include "tracer/requirements.h"
 
+#include "tracer/src/scene/placement.h"
+
 namespace tracer {
 namespace {
 
@@ -9,13 +11,18 @@ bool has_normals(const Shape& shape) {
   return false;
 }
 
+bool is_quadric(const Shape& shape) {
+  return std::holds_alternative<Disc>(shape) || std::holds_alternative<Cylinder>(shape) ||
+         std::holds_alternative<Cone>(shape) || std::holds_alternative<Box>(shape);
+}
+
 }  // namespace
 
 Requirements requirements(const Scene& scene) {
   Requirements needs;
   bool casting_light = false;
   for (const Light& light : scene.lights) casting_light |= light.shadows;
-  for (const Object& object : scene.objects) {
+  for_each_placed(scene, [&](const Placed& object) {
     const Material& material = scene.materials[object.material.index];
     const bool transmits = material.transmission > 0;
     needs.refraction |= transmits;
@@ -27,8 +34,9 @@ Requirements requirements(const Scene& scene) {
     needs.spheres |= std::holds_alternative<Sphere>(object.shape);
     needs.planes |= std::holds_alternative<Plane>(object.shape);
     needs.triangles |= std::holds_alternative<Triangle>(object.shape) || std::holds_alternative<Mesh>(object.shape);
+    needs.quadrics |= is_quadric(object.shape);
     needs.shadows |= casting_light && (material.diffuse > 0 || material.specular > 0);
-  }
+  });
   needs.transmissive_shadows = needs.shadows && needs.refraction;
   return needs;
 }
