@@ -77,14 +77,14 @@ Flags read_flags(const std::vector<std::string>& arguments, std::vector<Mistake>
   return flags;
 }
 
-Settings read_environment(const Environment& environment, std::vector<Mistake>& mistakes) {
+Settings read_environment(const Environment& environment, std::vector<std::string>& ignored) {
   Settings settings;
   for (const auto& [variable, value] : environment) {
     const auto all = options();
     const auto found = std::find_if(all.begin(), all.end(),
                                     [&](const Option& option) { return variable_of(option.name) == variable; });
     if (found == all.end()) {
-      mistakes.push_back({variable, "is no option; --help lists them"});
+      ignored.push_back(variable);
     } else {
       settings.emplace(found->name, Setting{value, variable});
     }
@@ -152,10 +152,11 @@ tracer::Result<Command, std::vector<Mistake>> read_command(const std::vector<std
                                                            const Environment& environment) {
   std::vector<Mistake> mistakes;
   const Flags flags = read_flags(arguments, mistakes);
-  if (flags.task == Task::help || flags.task == Task::version) return Command{flags.task, {}};
-  const Settings variables = read_environment(environment, mistakes);
+  Command command{flags.task, {}, {}};
+  if (flags.task == Task::help || flags.task == Task::version) return command;
+  const Settings variables = read_environment(environment, command.ignored_variables);
   const Settings lines = flags.file ? read_file(*flags.file, mistakes) : Settings{};
-  Command command{flags.task, resolve({lines, variables, flags.settings}, mistakes)};
+  command.config = resolve({lines, variables, flags.settings}, mistakes);
   if (command.config.listen.port != 0 && command.config.listen == command.config.health_listen) {
     mistakes.push_back(
         {"health_listen", "must differ from listen, both are " + text_of(*find_option("listen"), command.config)});

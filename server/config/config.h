@@ -25,7 +25,7 @@ struct Config {
   Address listen, health_listen;
   std::string data;
 
-  std::uint64_t jobs = 0, threads = 0, max_attempts = 0;
+  std::uint64_t jobs = 0;
 
   std::uint64_t body_bytes = 0, pixels = 0, samples_times_pixels = 0, objects = 0, triangles = 0, lights = 0;
   std::uint64_t queued_jobs = 0;
@@ -49,6 +49,9 @@ enum class Task { run, check, help, version };
 struct Command {
   Task task = Task::run;
   Config config;
+  /// WHITTLE_ variables that are no option. To be told, but no mistake: Kubernetes gives every pod beside a service
+  /// called whittle a WHITTLE_PORT and its like.
+  std::vector<std::string> ignored_variables;
 };
 
 using Environment = std::vector<std::pair<std::string, std::string>>;  ///< name, value

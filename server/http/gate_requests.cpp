@@ -15,15 +15,15 @@ double milliseconds_since(Time start) {
 
 void log_request(const telemetry::Log& log, const Exchange& exchange, const Reply& reply) {
   const Request& request = exchange.request;
-  log.write(level_of(reply.failure, request.head.method), "request",
-            {{"request_id", request.id},
-             {"method", request.head.method},
-             {"path", request.head.path},
-             {"status", std::int64_t{reply.status}},
-             {"duration_ms", milliseconds_since(exchange.started)},
-             {"remote", request.remote},
-             {"job_id", reply.job_id},
-             {"problem", reply.failure ? rule_of(*reply.failure).name : std::string_view()}});
+  std::vector<telemetry::Field> fields{{"request_id", request.id},
+                                       {"method", request.head.method},
+                                       {"path", request.head.path},
+                                       {"status", std::int64_t{reply.status}},
+                                       {"duration_ms", milliseconds_since(exchange.started)},
+                                       {"remote", request.remote}};
+  if (!reply.job_id.empty()) fields.push_back({"job_id", reply.job_id});
+  if (reply.failure) fields.push_back({"problem", rule_of(*reply.failure).name});
+  log.write(level_of(reply.failure, request.head.method), "request", fields);
 }
 
 Finished finished(const std::shared_ptr<Exchange>& exchange, Reply reply, bool draining, const telemetry::Log& log) {

@@ -99,7 +99,7 @@ Answer list_jobs(Request& request, const Front& front) {
   std::vector<jobs::JobView> views;
   views.reserve(page.items.size());
   for (jobs::Job& job : page.items) {
-    const double progress = front.jobs.progress(job.id);
+    const double progress = job.state == jobs::JobState::succeeded ? 1 : front.jobs.progress(job.id);
     views.push_back({std::move(job), progress});
   }
   Reply reply;

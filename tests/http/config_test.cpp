@@ -82,11 +82,11 @@ TEST(Config, TakesFlagsWithDashesUnderscoresAndEqualsSigns) {
 
 TEST(Config, TellsAllMistakesOfAllSourcesWithTheirPlaces) {
   const TemporaryFile file("jobs = many\nno equals sign\ncolour = red\njobs = 2\n");
-  const Environment environment{{"WHITTLE_LIGHTS", "-1"}, {"WHITTLE_LIGTHS", "5"}};
+  const Environment environment{{"WHITTLE_LIGHTS", "-1"}};
   const std::string at = file.path();
   const auto all =
       mistakes({"--config", at, "--listen", "0.0.0.0:1", "--bogus", "--log-level", "loud", "--drain-s"}, environment);
-  EXPECT_EQ(places(all), "--bogus --drain-s WHITTLE_LIGTHS " + at + ":2 " + at + ":3 " + at + ":4 --listen " + at +
+  EXPECT_EQ(places(all), "--bogus --drain-s " + at + ":2 " + at + ":3 " + at + ":4 --listen " + at +
                              ":1 WHITTLE_LIGHTS --log-level ");
 }
 
@@ -118,8 +118,8 @@ TEST(Config, RefusesOneAddressForBothListenersButTakesTwoFreePorts) {
 }
 
 TEST(Config, RefusesNumbersOutsideTheirRangeWithTheRange) {
-  for (const char* value : {"0", "65", "-1", "1.5", "", "0x2", " 2", "99999999999999999999"}) {
-    expect_mistake({"--jobs", value}, "--jobs", "1..64");
+  for (const char* value : {"65", "-1", "1.5", "", "0x2", " 2", "99999999999999999999"}) {
+    expect_mistake({"--jobs", value}, "--jobs", "0..64");
   }
 }
 
@@ -142,6 +142,13 @@ TEST(Config, AnswersHelpAndVersionWhateverElseIsWrong) {
     ASSERT_TRUE(command);
     EXPECT_EQ(command->task, task);
   }
+}
+
+TEST(Config, TellsVariablesThatAreNoOptionButIgnoresThem) {
+  const auto command = config::read_command({}, {{"WHITTLE_PORT", "tcp://10.0.0.1:80"}, {"WHITTLE_JOBS", "3"}});
+  ASSERT_TRUE(command);
+  EXPECT_EQ(command->ignored_variables, std::vector<std::string>{"WHITTLE_PORT"});
+  EXPECT_EQ(command->config.jobs, 3U);
 }
 
 TEST(Config, ChecksWithoutRunning) {

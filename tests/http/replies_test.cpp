@@ -71,7 +71,8 @@ TEST(ProblemReply, WritesPointersAsUriFragments) {
 
 TEST(ProblemReply, HasNoErrorsWhereThereAreNone) {
   EXPECT_EQ(api::write_problem({"urn:x", "t", 404, "d", "r", {}}),
-            R"({"type":"urn:x","title":"t","status":404,"detail":"d","request_id":"r"})");
+            R"({"type":"urn:x","title":"t","status":404,"detail":"d","request_id":"r"})"
+            "\n");
 }
 
 TEST(AddedFormat, JoinsTheFormatsOfTheDocumentOrItsDefault) {

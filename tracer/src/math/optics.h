@@ -18,24 +18,25 @@ struct Interface {
 };
 
 /// Exact unpolarised Fresnel reflectance for cos_i in [0,1] and indices > 0.
-/// The amplitudes are written with the factor (n-1)(n+1) taken out of their numerators, n = n_to/n_from:
-///   r_s = -(n-1)(n+1) / (c + n c_t)^2,   r_p = (n-1)(n+1) (c n - s)(c n + s) / (n (n c + c_t))^2
-/// s = sqrt(1-c^2), so that nothing cancels as n -> 1 or n -> 0: with c_t^2 = 1 - (s/n)^2 these equal (c - n c_t)/(c +
-/// n c_t) and (n c - c_t)/(n c + c_t) (Born & Wolf, eq. 1.5.21). n - 1 is (n_to - n_from)/n_from, exact when the two
-/// are close.
+/// The amplitudes are written with the factor (n-1)(n+1) taken out of their numerators, n = n_to/n_from, s = sin_i:
+///   r_s = -(n-1)(n+1) / (c + n c_t)^2,   r_p = (n-1)(n+1) (c^2 n^2 - s^2) / (n^2 c + n c_t)^2
+/// so that nothing cancels as n -> 1 or n -> 0: with (n c_t)^2 = n^2 - s^2 these equal (c - n c_t)/(c + n c_t) and
+/// (n c - c_t)/(n c + c_t) (Born & Wolf, eq. 1.5.21). n - 1 is (n_to - n_from)/n_from, exact when the two are close.
 inline Interface dielectric_interface(double cos_i, double n_from, double n_to) {
   const double n = n_to / n_from;
-  const double sin2_i = (1 - cos_i) * (1 + cos_i);
-  const double sin2_t = sin2_i / (n * n);
-  if (!(sin2_t < 1)) return {.total_internal_reflection = true, .cos_t = 0, .reflectance = 1};
-  const double cos_t = std::sqrt(1 - sin2_t);
   const double excess = (n_to - n_from) / n_from * (n + 1);
-  const double s = cos_i + n * cos_t;
-  const double p = n * (n * cos_i + cos_t);
+  const double cos2_i = cos_i * cos_i, sin2_i = (1 - cos_i) * (1 + cos_i);
+  // Twice the same, but n^2 - s^2 cancels at grazing angles for n near one, and the other head-on for n near 0.
+  const double squared = cos2_i < 0.5 ? cos2_i + excess : n * n - sin2_i;
+  if (!(squared > 0)) return {.total_internal_reflection = true, .cos_t = 0, .reflectance = 1};
+  const double n_cos_t = std::sqrt(squared);
+  const double s = cos_i + n_cos_t;
+  const double p = n * n * cos_i + n_cos_t;
   const double r_s = -excess / (s * s);
-  const double r_p = excess * (cos_i * cos_i * (n * n) - sin2_i) / (p * p);
-  return {
-      .total_internal_reflection = false, .cos_t = cos_t, .reflectance = std::min(1.0, 0.5 * (r_s * r_s + r_p * r_p))};
+  const double r_p = excess * (cos2_i * (n * n) - sin2_i) / (p * p);
+  return {.total_internal_reflection = false,
+          .cos_t = std::min(1.0, n_cos_t / n),
+          .reflectance = std::min(1.0, 0.5 * (r_s * r_s + r_p * r_p))};
 }
 
 /// Snell's law in vector form: unit direction of the refracted ray. Precondition: no total internal reflection.

@@ -1,0 +1,168 @@
+"""Starts the real daemon on free ports with a data folder of its own, and speaks HTTP to it.
+
+Every wait is on a condition; PATIENCE_S only bounds how long a broken daemon is waited for.
+"""
+import collections
+import http.client
+import json
+import os
+import pathlib
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import tempfile
+import time
+
+BIN = pathlib.Path(os.environ["WHITTLE_BIN"])
+PATIENCE_S = 120
+
+Reply = collections.namedtuple("Reply", "status headers body")
+
+
+def json_of(reply):
+    return json.loads(reply.body)
+
+
+def wait_until(condition, what):
+    """The first true value of `condition()`."""
+    end = time.monotonic() + PATIENCE_S
+    while time.monotonic() < end:
+        value = condition()
+        if value:
+            return value
+        time.sleep(0.01)
+    raise AssertionError(f"waited {PATIENCE_S} s in vain: {what}")
+
+
+def scene(width=16, height=12, samples=1, name="sphere", **changes):
+    """A small scene, as a dict."""
+    return {"version": 1, "name": name, "image": {"width": width, "height": height},
+            "camera": {"position": [0, 1, 6], "look_at": [0, 0.5, 0], "fov": 40},
+            "lights": [{"type": "point", "position": [4, 6, 5]}],
+            "objects": [{"type": "sphere", "center": [0, 0.5, 0], "radius": 0.5, "material": {"color": 0.7}},
+                        {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0], "material": {"color": 0.4}}],
+            "accuracy": {"samples": [samples, samples]}, **changes}
+
+
+def long_scene(**changes):
+    """Minutes of work, over thousands of tiles: it can be seen running, and cancelled."""
+    return scene(4000, 4000, samples=64, **{"name": "long", **changes})
+
+
+class Daemon:
+    """whittled in its own process group. Use as a context manager."""
+
+    def __init__(self, *options, data=None, environment=None):
+        self.options = options
+        self.environment = {name: value for name, value in os.environ.items() if not name.startswith("WHITTLE_")}
+        self.environment.update(environment or {})
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="whittle-http-"))
+        self.data = pathlib.Path(data) if data else self.folder / "data"
+        self.process = None
+        self.start()
+
+    def start(self):
+        """Again after the end, with the same data."""
+        self.log_path = self.folder / f"log-{time.monotonic_ns()}"
+        with open(self.log_path, "wb") as log:
+            # pylint: disable-next=consider-using-with
+            self.process = subprocess.Popen(
+                [BIN / "whittled", "--listen", "127.0.0.1:0", "--health-listen", "127.0.0.1:0", "--data", self.data,
+                 "--log-level", "debug", *self.options],
+                stdout=subprocess.PIPE, stderr=log, env=self.environment)
+        line = self.process.stdout.readline().decode()
+        found = re.fullmatch(r"listening on http://127\.0\.0\.1:(\d+)\n", line)
+        if not found:
+            raise AssertionError(f"whittled said {line!r}\n{self.log()}")
+        self.port = int(found.group(1))
+        self.health_port = next(row["health_port"] for row in self.log_rows() if row["event"] == "listening")
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.process.poll() is None:
+            self.kill()
+        self.process.stdout.close()
+        shutil.rmtree(self.folder)
+
+    # ---- the process
+
+    def log(self):
+        return self.log_path.read_text(encoding="utf-8")
+
+    def log_rows(self):
+        return [json.loads(line) for line in self.log().splitlines()]
+
+    def kill(self):
+        """As a power cut to the daemon: kill -9. Its worker sees the daemon's end and follows."""
+        self.process.kill()
+        self.process.wait(PATIENCE_S)
+
+    def terminate(self):
+        """SIGTERM; the exit code."""
+        self.process.send_signal(signal.SIGTERM)
+        return self.process.wait(PATIENCE_S)
+
+    def worker_pids(self):
+        tasks = pathlib.Path(f"/proc/{self.process.pid}/task")
+        children = [pid for task in tasks.iterdir() for pid in (task / "children").read_text().split()]
+        return [int(pid) for pid in children]
+
+    def resident_bytes(self):
+        pages = pathlib.Path(f"/proc/{self.process.pid}/statm").read_text(encoding="ascii").split()[1]
+        return int(pages) * os.sysconf("SC_PAGESIZE")
+
+    # ---- HTTP
+
+    def request(self, method, path, body=None, headers=None, port=None):
+        """One request on a connection of its own. A dict is sent as JSON."""
+        headers = dict(headers or {})
+        if isinstance(body, dict):
+            body = json.dumps(body).encode()
+        if body is not None:
+            headers.setdefault("Content-Type", "application/json")
+        connection = http.client.HTTPConnection("127.0.0.1", port or self.port, timeout=PATIENCE_S)
+        try:
+            connection.request(method, path, body=body, headers=headers)
+            response = connection.getresponse()
+            return Reply(response.status, response.headers, response.read())
+        finally:
+            connection.close()
+
+    def get(self, path, **headers):
+        return self.request("GET", path, headers={name.replace("_", "-"): value for name, value in headers.items()})
+
+    def health(self, path, method="GET"):
+        return self.request(method, path, port=self.health_port)
+
+    def socket(self):
+        """A connection to speak anything over."""
+        return socket.create_connection(("127.0.0.1", self.port), timeout=PATIENCE_S)
+
+    # ---- jobs
+
+    def submit(self, document):
+        """The id of the accepted job."""
+        reply = self.request("POST", "/v1/jobs", document)
+        if reply.status != 202:
+            raise AssertionError(f"submitting answered {reply.status}: {reply.body.decode()}")
+        return json_of(reply)["id"]
+
+    def job(self, job_id):
+        reply = self.get(f"/v1/jobs/{job_id}")
+        if reply.status != 200:
+            raise AssertionError(f"job {job_id} answered {reply.status}: {reply.body.decode()}")
+        return json_of(reply)
+
+    def wait_for_state(self, job_id, *states):
+        """The job, once it is in one of `states`."""
+        def job_in_state():
+            job = self.job(job_id)
+            return job if job["state"] in states else None
+        return wait_until(job_in_state, f"job {job_id} to be {' or '.join(states)}; {self.job(job_id)}")
+
+    def wait_for_end(self, job_id):
+        return self.wait_for_state(job_id, "succeeded", "failed", "cancelled")

@@ -1,0 +1,441 @@
+"""Every endpoint, status and header of HTTP.md that exists, over loopback."""
+import hashlib
+import json
+import re
+import threading
+import unittest
+import uuid
+
+from tests.http.daemon import Daemon, json_of, long_scene, scene, wait_until
+
+PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
+EXR_MAGIC = b"\x76\x2f\x31\x01"
+NOBODY = "0190a000-0000-7000-8000-000000000001"
+
+
+class OneDaemon(unittest.TestCase):
+    """Tests that share a daemon; each uses jobs of its own."""
+
+    options = ()
+
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = Daemon(*cls.options)
+        cls.addClassCleanup(cls.daemon.__exit__)
+
+    def assert_problem(self, reply, status, name):
+        self.assertEqual(reply.status, status, reply.body)
+        self.assertEqual(reply.headers["Content-Type"], "application/problem+json")
+        problem = json_of(reply)
+        self.assertEqual(problem["type"], f"urn:whittle:problem:{name}")
+        self.assertEqual(problem["status"], status)
+        self.assertEqual(problem["request_id"], reply.headers["X-Request-Id"])
+        self.assertTrue(problem["title"] and problem["detail"])
+        return problem
+
+    def finished(self, **changes):
+        job_id = self.daemon.submit(scene(**changes))
+        job = self.daemon.wait_for_end(job_id)
+        self.assertEqual(job["state"], "succeeded", job["problem"])
+        return job
+
+
+class Submitting(OneDaemon):
+    def test_answers_202_with_location_and_the_queued_job(self):
+        reply = self.daemon.request("POST", "/v1/jobs", scene(
+            name="a name", job={"name": "another", "labels": {"shot": "7"}, "priority": 80, "max_attempts": 2}))
+        self.assertEqual(reply.status, 202)
+        job = json_of(reply)
+        self.assertEqual(reply.headers["Location"], f"/v1/jobs/{job['id']}")
+        self.assertEqual(uuid.UUID(job["id"]).version, 7)
+        self.assertEqual((job["name"], job["labels"], job["priority"], job["max_attempts"], job["image"]),
+                         ("another", {"shot": "7"}, 80, 2, {"width": 16, "height": 12}))
+        self.assertEqual(job["links"]["self"], reply.headers["Location"])
+        self.daemon.wait_for_end(job["id"])
+
+    def test_finishes_with_pictures_and_a_report(self):
+        job = self.finished(output={"formats": ["png", "exr"]})
+        self.assertEqual((job["progress"], job["attempt"]), (1, 1))
+        self.assertLessEqual(job["created_at"], job["started_at"])
+        self.assertLessEqual(job["started_at"], job["ended_at"])
+        self.assertEqual([a["name"] for a in job["artifacts"]], ["image.png", "image.exr"])
+        self.assertEqual(job["report"]["rays"]["camera"], 16 * 12)
+        self.assertEqual(job["report"]["non_finite"], 0)
+
+    def test_takes_json_with_a_charset(self):
+        reply = self.daemon.request("POST", "/v1/jobs", scene(), {"Content-Type": "application/json; charset=utf-8"})
+        self.assertEqual(reply.status, 202)
+
+    def test_refuses_other_media_types(self):
+        for media_type in ("text/plain", "application/x-www-form-urlencoded", "application/json; charset=latin1"):
+            reply = self.daemon.request("POST", "/v1/jobs", scene(), {"Content-Type": media_type})
+            self.assert_problem(reply, 415, "unsupported_media_type")
+
+    def test_refuses_what_is_not_json_with_line_and_column(self):
+        problem = self.assert_problem(self.daemon.request("POST", "/v1/jobs", b'{"version": 1,\n  oops}'), 400,
+                                      "not_json")
+        self.assertRegex(problem["detail"], r"line 2, column 3")
+
+    def test_tells_all_errors_of_a_document_at_once(self):
+        bad = scene(image={"width": 0, "height": 5}, colour="red",
+                    objects=[{"type": "sphere", "radius": -1, "material": "glas"}])
+        problem = self.assert_problem(self.daemon.request("POST", "/v1/jobs", bad), 422, "bad_scene")
+        pointers = [error["pointer"] for error in problem["errors"]]
+        for pointer in ("#/image/width", "#/colour", "#/objects/0/radius", "#/objects/0/material"):
+            self.assertIn(pointer, pointers)
+
+    def test_refuses_a_post_without_length_or_body(self):
+        with self.daemon.socket() as connection:
+            connection.sendall(b"POST /v1/jobs HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")
+            self.assertIn(b"HTTP/1.1 411 ", connection.makefile("rb").readline())
+        self.assert_problem(self.daemon.request("POST", "/v1/jobs", b""), 400, "not_json")
+
+    def test_refuses_query_parameters(self):
+        self.assert_problem(self.daemon.request("POST", "/v1/jobs?wait=5", scene()), 400, "bad_query")
+
+    def test_refuses_a_limit_by_name_and_value(self):
+        problem = self.assert_problem(self.daemon.request("POST", "/v1/jobs", scene(60000, 60000)), 422, "bad_scene")
+        self.assertIn("limit_exceeded", [error["code"] for error in problem["errors"]])
+
+
+class Validating(OneDaemon):
+    def test_tells_requirements_and_samples_of_a_good_scene(self):
+        reply = self.daemon.request("POST", "/v1/jobs/validate", scene(10, 10, samples=4))
+        self.assertEqual(reply.status, 200)
+        verdict = json_of(reply)
+        self.assertEqual((verdict["valid"], verdict["errors"]), (True, []))
+        self.assertTrue(verdict["requirements"]["spheres"] and verdict["requirements"]["shadows"])
+        self.assertFalse(verdict["requirements"]["refraction"])
+        self.assertEqual(verdict["estimate"], {"samples": 400, "seconds": None, "memory_bytes": None})
+
+    def test_tells_the_errors_of_a_bad_scene_with_200(self):
+        reply = self.daemon.request("POST", "/v1/jobs/validate", scene(colour="red"))
+        self.assertEqual(reply.status, 200)
+        verdict = json_of(reply)
+        self.assertEqual((verdict["valid"], verdict["requirements"], verdict["estimate"]), (False, None, None))
+        self.assertEqual([error["pointer"] for error in verdict["errors"]], ["#/colour"])
+
+    def test_refuses_what_is_not_json(self):
+        self.assert_problem(self.daemon.request("POST", "/v1/jobs/validate", b"["), 400, "not_json")
+
+    def test_keeps_nothing(self):
+        before = json_of(self.daemon.get("/v1/jobs"))
+        self.daemon.request("POST", "/v1/jobs/validate", scene())
+        self.assertEqual(json_of(self.daemon.get("/v1/jobs")), before)
+
+
+class Rendering(OneDaemon):
+    options = ("--render-wait-s", "60")
+
+    def test_answers_the_picture_that_the_job_keeps(self):
+        reply = self.daemon.request("POST", "/v1/render", scene())
+        self.assertEqual((reply.status, reply.headers["Content-Type"]), (200, "image/png"))
+        self.assertTrue(reply.body.startswith(PNG_MAGIC))
+        kept = self.daemon.get(reply.headers["Content-Location"])
+        self.assertEqual(kept.body, reply.body)
+        self.assertEqual(kept.headers["ETag"], reply.headers["ETag"])
+
+    def test_gives_the_format_that_accept_likes_best(self):
+        for accept, media_type, magic in (("image/x-exr", "image/x-exr", EXR_MAGIC),
+                                          ("image/png;q=0.5, image/x-exr", "image/x-exr", EXR_MAGIC),
+                                          ("image/*", "image/png", PNG_MAGIC),
+                                          ("text/html, */*;q=0.1", "image/png", PNG_MAGIC)):
+            reply = self.daemon.request("POST", "/v1/render", scene(), {"Accept": accept})
+            self.assertEqual((reply.status, reply.headers["Content-Type"]), (200, media_type), accept)
+            self.assertTrue(reply.body.startswith(magic), accept)
+
+    def test_prefers_the_first_format_of_the_document(self):
+        reply = self.daemon.request("POST", "/v1/render", scene(output={"formats": ["exr", "png"]}))
+        self.assertEqual(reply.headers["Content-Type"], "image/x-exr")
+
+    def test_refuses_formats_it_cannot_write(self):
+        reply = self.daemon.request("POST", "/v1/render", scene(), {"Accept": "image/webp, text/html"})
+        self.assert_problem(reply, 406, "not_acceptable")
+
+    def test_tells_what_is_wrong_with_a_scene(self):
+        self.assert_problem(self.daemon.request("POST", "/v1/render", scene(colour="red")), 422, "bad_scene")
+
+    def test_answers_409_when_the_job_is_cancelled_meanwhile(self):
+        replies = []
+        thread = threading.Thread(target=lambda: replies.append(
+            self.daemon.request("POST", "/v1/render", long_scene(name="cancelled meanwhile"))))
+        thread.start()
+        items = wait_until(lambda: json_of(self.daemon.get("/v1/jobs?q=cancelled%20meanwhile"))["items"], "the job")
+        self.daemon.request("POST", f"/v1/jobs/{items[0]['id']}/cancel")
+        thread.join()
+        self.assert_problem(replies[0], 409, "job_cancelled")
+
+    def test_client_that_leaves_is_forgotten_and_its_job_goes_on(self):
+        with self.daemon.socket() as connection:
+            body = json.dumps(long_scene(name="left alone")).encode()
+            connection.sendall(b"POST /v1/render HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
+                               b"Content-Length: %d\r\n\r\n" % len(body) + body)
+            items = wait_until(lambda: json_of(self.daemon.get("/v1/jobs?q=left%20alone"))["items"], "the job")
+        job = self.daemon.wait_for_state(items[0]["id"], "running")
+        self.assertEqual(self.daemon.request("POST", job["links"]["cancel"]).status, 202)
+        self.assertEqual(self.daemon.wait_for_end(job["id"])["state"], "cancelled")
+
+
+class RenderingForAWhile(OneDaemon):
+    options = ("--render-wait-s", "0")
+
+    def test_answers_202_with_the_job_when_the_wait_ends_first(self):
+        reply = self.daemon.request("POST", "/v1/render", long_scene())
+        self.assertEqual(reply.status, 202)
+        job = json_of(reply)
+        self.assertEqual(reply.headers["Location"], f"/v1/jobs/{job['id']}")
+        self.assertEqual(self.daemon.request("POST", job["links"]["cancel"]).status, 202)
+        self.daemon.wait_for_end(job["id"])
+
+    def test_many_waiting_requests_hold_no_thread(self):
+        with Daemon("--render-wait-s", "600", "--handler-threads", "1") as daemon:
+            body = json.dumps(long_scene(name="waiting")).encode()
+            waiting = [daemon.socket() for _ in range(20)]
+            for connection in waiting:
+                connection.sendall(b"POST /v1/render HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
+                                   b"Content-Length: %d\r\n\r\n" % len(body) + body)
+            wait_until(lambda: len(json_of(daemon.get("/v1/jobs?q=waiting"))["items"]) == 20, "20 jobs")
+            self.assertEqual(daemon.get("/v1/version").status, 200)
+            for connection in waiting:
+                connection.close()
+
+
+class Listing(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = Daemon()
+        cls.addClassCleanup(cls.daemon.__exit__)
+        cls.ids = []
+        for index in range(7):
+            labels = {"parity": "even" if index % 2 == 0 else "odd", "index": f"{index}"}
+            cls.ids.append(cls.daemon.submit(scene(job={"name": f"job {index}", "labels": labels})))
+        for job_id in cls.ids:
+            cls.daemon.wait_for_end(job_id)
+
+    def names(self, query):
+        reply = self.daemon.get(f"/v1/jobs{query}")
+        self.assertEqual(reply.status, 200, reply.body)
+        return [job["name"] for job in json_of(reply)["items"]]
+
+    def test_is_newest_first(self):
+        self.assertEqual(self.names(""), [f"job {index}" for index in range(6, -1, -1)])
+
+    def test_filters_by_labels_state_and_part_of_the_name(self):
+        self.assertEqual(self.names("?label=parity:odd"), ["job 5", "job 3", "job 1"])
+        self.assertEqual(self.names("?label=parity:odd&label=index:3"), ["job 3"])
+        self.assertEqual(self.names("?label=parity:none"), [])
+        self.assertEqual(self.names("?q=b%203"), ["job 3"])
+        self.assertEqual(self.names("?q=%25"), [])
+        self.assertEqual(len(self.names("?state=succeeded")), 7)
+        self.assertEqual(self.names("?state=failed"), [])
+
+    def test_pages_by_cursor_without_gap_or_double(self):
+        names, query = [], "?limit=3"
+        while query:
+            page = json_of(self.daemon.get(f"/v1/jobs{query}"))
+            names += [job["name"] for job in page["items"]]
+            query = f"?limit=3&cursor={page['next_cursor']}" if page["next_cursor"] else None
+        self.assertEqual(names, [f"job {index}" for index in range(6, -1, -1)])
+
+    def test_refuses_unknown_and_bad_parameters(self):
+        for query in ("?page=2", "?state=done", "?label=odd", "?label=:x", "?limit=0", "?limit=201", "?limit=x",
+                      "?limit=1&limit=2", "?cursor=5", "?batch=1", "?State=queued", "?label=a:1&label=a:2"):
+            reply = self.daemon.get(f"/v1/jobs{query}")
+            self.assertEqual(reply.status, 400, query)
+            self.assertEqual(json_of(reply)["type"], "urn:whittle:problem:bad_query", query)
+
+
+class OneJob(OneDaemon):
+    def test_is_not_modified_for_its_etag_until_it_changes(self):
+        job = self.finished()
+        first = self.daemon.get(job["links"]["self"])
+        again = self.daemon.get(job["links"]["self"], If_None_Match=first.headers["ETag"])
+        self.assertEqual((again.status, again.body), (304, b""))
+        self.assertEqual(again.headers["ETag"], first.headers["ETag"])
+        other = self.daemon.get(job["links"]["self"], If_None_Match='"0"')
+        self.assertEqual((other.status, other.body), (200, first.body))
+
+    def test_is_unknown_under_other_ids(self):
+        for job_id in (NOBODY, "x", NOBODY.upper(), "..%2e", NOBODY + "0", "%27%20or%201=1"):
+            self.assert_problem(self.daemon.get(f"/v1/jobs/{job_id}"), 404, "job_not_found")
+            self.assert_problem(self.daemon.request("POST", f"/v1/jobs/{job_id}/cancel"), 404, "job_not_found")
+            self.assert_problem(self.daemon.request("DELETE", f"/v1/jobs/{job_id}"), 404, "job_not_found")
+            self.assert_problem(self.daemon.get(f"/v1/jobs/{job_id}/image.png"), 404, "job_not_found")
+
+    def test_is_gone_with_its_picture_once_removed(self):
+        job = self.finished(name="to be removed")
+        reply = self.daemon.request("DELETE", job["links"]["self"])
+        self.assertEqual((reply.status, reply.body, reply.headers["Content-Length"]), (204, b"", None))
+        self.assert_problem(self.daemon.get(job["links"]["self"]), 404, "job_not_found")
+        self.assert_problem(self.daemon.get(job["links"]["image"]), 404, "job_not_found")
+        self.assert_problem(self.daemon.request("DELETE", job["links"]["self"]), 404, "job_not_found")
+
+    def test_cannot_be_removed_while_it_runs_nor_cancelled_once_it_ended(self):
+        job_id = self.daemon.submit(long_scene())
+        self.daemon.wait_for_state(job_id, "running")
+        self.assert_problem(self.daemon.request("DELETE", f"/v1/jobs/{job_id}"), 409, "job_running")
+        self.assert_problem(self.daemon.get(f"/v1/jobs/{job_id}/image.png"), 404, "picture_not_found")
+        reply = self.daemon.request("POST", f"/v1/jobs/{job_id}/cancel")
+        self.assertEqual(reply.status, 202)
+        self.assertEqual(reply.headers["Location"], f"/v1/jobs/{job_id}")
+        self.assertEqual(self.daemon.wait_for_end(job_id)["state"], "cancelled")
+        self.assert_problem(self.daemon.request("POST", f"/v1/jobs/{job_id}/cancel"), 409, "job_ended")
+        self.assert_problem(self.daemon.get(f"/v1/jobs/{job_id}/image.png"), 404, "picture_not_found")
+
+    def test_tells_progress_and_eta_while_it_runs(self):
+        job_id = self.daemon.submit(long_scene())
+        try:
+            job = wait_until(lambda: self.in_progress(job_id), "progress above 1 %")
+            self.assertLess(job["progress"], 1)
+            self.assertGreater(job["eta_s"], 0)
+        finally:
+            self.daemon.request("POST", f"/v1/jobs/{job_id}/cancel")
+
+    def in_progress(self, job_id):
+        job = self.daemon.job(job_id)
+        self.assertIn(job["state"], ("queued", "running"))
+        return job if job["progress"] > 0.01 else None
+
+
+class Picture(OneDaemon):
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        job_id = cls.daemon.submit(scene(64, 48, output={"formats": ["png"]}))
+        cls.job = cls.daemon.wait_for_end(job_id)
+        cls.path = cls.job["links"]["image"]
+        cls.whole = cls.daemon.get(cls.path).body
+
+    def test_is_named_by_the_sha256_of_its_bytes_and_never_changes(self):
+        reply = self.daemon.get(self.path)
+        sha256 = hashlib.sha256(reply.body).hexdigest()
+        artifact = self.job["artifacts"][0]
+        self.assertEqual((artifact["sha256"], artifact["bytes"], artifact["url"]), (sha256, len(reply.body), self.path))
+        self.assertEqual(reply.headers["ETag"], f'"{sha256}"')
+        self.assertIn("immutable", reply.headers["Cache-Control"])
+        self.assertEqual(reply.headers["Accept-Ranges"], "bytes")
+        again = self.daemon.get(self.path, If_None_Match=reply.headers["ETag"])
+        self.assertEqual((again.status, again.body), (304, b""))
+
+    def test_comes_in_ranges(self):
+        size = len(self.whole)
+        for asked, begin, end in (("0-0", 0, 1), ("10-19", 10, 20), ("5-", 5, size), ("-7", size - 7, size),
+                                  (f"{size - 1}-{size + 100}", size - 1, size), (f"-{size * 2}", 0, size)):
+            reply = self.daemon.get(self.path, Range=f"bytes={asked}")
+            self.assertEqual((reply.status, reply.body), (206, self.whole[begin:end]), asked)
+            self.assertEqual(reply.headers["Content-Range"], f"bytes {begin}-{end - 1}/{size}")
+
+    def test_is_whole_for_ranges_that_are_several_unreadable_or_of_other_bytes(self):
+        etag = self.daemon.get(self.path).headers["ETag"]
+        many = ",".join("0-0" for _ in range(1000))
+        for headers in ({"Range": "bytes=0-1,5-6"}, {"Range": f"bytes={many}"}, {"Range": "bytes=9-2"},
+                        {"Range": "pages=1"}, {"Range": "bytes=0-1", "If-Range": '"other"'}):
+            reply = self.daemon.request("GET", self.path, headers=headers)
+            self.assertEqual((reply.status, reply.body), (200, self.whole), headers)
+        reply = self.daemon.request("GET", self.path, headers={"Range": "bytes=0-1", "If-Range": etag})
+        self.assertEqual((reply.status, reply.body), (206, self.whole[:2]))
+
+    def test_tells_its_size_for_ranges_outside(self):
+        for asked in (f"bytes={len(self.whole)}-", "bytes=-0"):
+            reply = self.daemon.get(self.path, Range=asked)
+            self.assert_problem(reply, 416, "range_not_satisfiable")
+            self.assertEqual(reply.headers["Content-Range"], f"bytes */{len(self.whole)}")
+
+    def test_head_tells_the_same_without_bytes(self):
+        head, get = self.daemon.request("HEAD", self.path), self.daemon.get(self.path)
+        self.assertEqual((head.status, head.body), (200, b""))
+        for name in ("Content-Length", "Content-Type", "ETag", "Cache-Control"):
+            self.assertEqual(head.headers[name], get.headers[name])
+        self.assertEqual(head.headers["Content-Length"], str(len(self.whole)))
+
+    def test_is_not_found_in_a_format_not_asked_for(self):
+        problem = self.assert_problem(self.daemon.get(self.path.replace("png", "exr")), 404, "picture_not_found")
+        self.assertIn("image.exr", problem["detail"])
+        self.assert_problem(self.daemon.get(self.path.replace("png", "jpg")), 404, "not_found")
+
+
+class Service(OneDaemon):
+    def test_tells_where_to_go_at_the_root(self):
+        reply = self.daemon.get("/")
+        self.assertEqual(reply.status, 200)
+        self.assertIn(b"/openapi.json", reply.body)
+
+    def test_tells_version_and_every_limit(self):
+        version = json_of(self.daemon.get("/v1/version"))
+        self.assertRegex(version["version"], r"^\d+\.\d+\.\d+$")
+        self.assertTrue(version["build"].startswith(version["version"]))
+        for name in ("body_bytes", "pixels", "samples_times_pixels", "objects", "triangles", "lights", "queued_jobs"):
+            self.assertIn(name, version["limits"])
+
+    def test_allows_only_the_methods_it_has(self):
+        for method, path, allowed in (("PUT", "/v1/jobs", "GET, HEAD, POST"), ("GET", "/v1/render", "POST"),
+                                      ("POST", "/v1/version", "GET, HEAD"), ("OPTIONS", "/v1/jobs", "GET, HEAD, POST"),
+                                      ("PATCH", f"/v1/jobs/{NOBODY}", "DELETE, GET, HEAD"),
+                                      ("DELETE", "/", "GET, HEAD"), ("GET", f"/v1/jobs/{NOBODY}/cancel", "POST")):
+            reply = self.daemon.request(method, path)
+            self.assert_problem(reply, 405, "method_not_allowed")
+            self.assertEqual(reply.headers["Allow"], allowed)
+
+    def test_has_nothing_elsewhere(self):
+        for path in ("/v1", "/v1/jobs/", "/v2/jobs", "/v1//jobs", "/etc/passwd", "/../etc/passwd", "/v1/jobs/a/b/c",
+                     "/V1/version", "/healthz"):
+            self.assert_problem(self.daemon.get(path), 404, "not_found")
+
+    def test_names_every_reply_and_its_log_line(self):
+        replies = [self.daemon.get(path) for path in ("/", "/nothing", "/v1/jobs?x=1")]
+        ids = [reply.headers["X-Request-Id"] for reply in replies]
+        self.assertEqual(len(set(ids)), 3)
+        wait_until(lambda: set(ids) <= {row.get("request_id") for row in self.daemon.log_rows()}, "log lines")
+        rows = {row.get("request_id"): row for row in self.daemon.log_rows()}
+        self.assertEqual([rows[i]["status"] for i in ids], [200, 404, 400])
+        self.assertEqual(rows[ids[1]]["problem"], "not_found")
+
+    def test_logs_hostile_paths_on_one_line(self):
+        self.daemon.get("/%1b%5b31m%22%0a")  # refused by the gate
+        self.daemon.get("/a%22b%C3%A9'{}")
+        for line in self.daemon.log().splitlines():
+            json.loads(line)
+            self.assertIsNone(re.search(r"[\x00-\x1f\x7f]", line))
+
+
+class HealthListener(OneDaemon):
+    def test_is_alive_and_ready_and_counts_jobs(self):
+        self.assertEqual(self.daemon.health("/healthz").status, 200)
+        wait_until(lambda: self.daemon.health("/readyz").status == 200, "readiness")
+        self.finished()
+        metrics = self.daemon.health("/metrics").body.decode()
+        self.assertRegex(metrics, r'(?m)^whittle_build_info\{version="[^"]+",build="[^"]+"\} 1$')
+        self.assertRegex(metrics, r'(?m)^whittle_jobs\{state="succeeded"\} 1$')
+        self.assertRegex(metrics, r'(?m)^whittle_jobs\{state="queued"\} 0$')
+        self.assertRegex(metrics, r"(?m)^process_resident_memory_bytes \d{6,}$")
+
+    def test_serves_nothing_else_and_takes_no_bodies(self):
+        self.assertEqual(self.daemon.health("/v1/jobs").status, 404)
+        self.assertEqual(self.daemon.health("/healthz", "POST").status, 405)
+        self.assertEqual(self.daemon.request("POST", "/healthz", b"x", port=self.daemon.health_port).status, 413)
+
+
+class Queue(unittest.TestCase):
+    def test_refuses_jobs_beyond_its_limit_and_stores_nothing(self):
+        with Daemon("--queued-jobs", "2", "--jobs", "1") as daemon:
+            running = daemon.submit(long_scene())
+            daemon.wait_for_state(running, "running")
+            for _ in range(2):
+                daemon.submit(scene())
+            reply = daemon.request("POST", "/v1/jobs", scene())
+            self.assertEqual((reply.status, json_of(reply)["type"]), (503, "urn:whittle:problem:queue_full"))
+            self.assertIn("queued_jobs", json_of(reply)["detail"])
+            self.assertGreater(int(reply.headers["Retry-After"]), 0)
+            self.assertEqual(len(json_of(daemon.get("/v1/jobs"))["items"]), 3)
+
+    def test_runs_two_jobs_in_parallel(self):
+        with Daemon("--jobs", "2") as daemon:
+            ids = [daemon.submit(long_scene()) for _ in range(2)]
+            def both_progress():
+                jobs = [daemon.job(job_id) for job_id in ids]
+                return all(job["state"] == "running" and job["progress"] > 0 for job in jobs)
+            wait_until(both_progress, "two jobs in progress at once")
+
+
+if __name__ == "__main__":
+    unittest.main()
