@@ -35,6 +35,7 @@ struct Reading {
   Document document;
   std::map<std::string_view, tracer::TextureId> textures;  ///< by name
   std::map<std::string_view, tracer::MaterialId> materials;
+  std::map<std::string_view, tracer::PrototypeId> prototypes;
   std::set<std::string_view> full;    ///< names of the limits that were reached while reading
   std::vector<tracer::Issue> issues;  ///< the first `issues_max`
   std::uint64_t untold_issues = 0;

@@ -118,6 +118,7 @@ bool read_document(Reading& reading, const Cursor& at) {
   section("lights", read_lights);
   section("textures", read_textures);
   section("materials", read_materials);
+  section("prototypes", read_prototypes);
   section("objects", read_objects);
   section("accuracy", read_accuracy);
   section("output", read_output);

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "api/src/reader/fields.h"
+#include "api/src/reader/references.h"
 #include "api/src/reader/sections.h"
-#include "api/src/reader/suggestion.h"
 
 namespace api {
 namespace {
@@ -19,27 +19,6 @@ constexpr Word<Model>::Meaning models[] = {
     {"lambert", Model::lambert}, {"phong", Model::phong}, {"blinn_phong", Model::blinn_phong}};
 constexpr Word<Transparency>::Meaning transparencies[] = {{"refract", Transparency::refract}};
 constexpr Word<Shading>::Meaning shadings[] = {{"smooth", Shading::smooth}};
-
-constexpr std::uint32_t nothing = std::numeric_limits<std::uint32_t>::max();
-
-/// Looks a name up; tells when nothing has it.
-template <class Id>
-Id find(Reading& reading, const Cursor& at, const std::map<std::string_view, Id>& names, std::string_view kind) {
-  const auto found = names.find(at.node->string());
-  if (found != names.end()) return found->second;
-  if (reading.has_room()) {
-    std::vector<std::string_view> candidates;
-    for (const auto& [name, id] : names) {
-      if (candidates.size() == 1000) break;
-      candidates.push_back(name);
-    }
-    reading.issues.push_back({pointer(at), "unknown_reference",
-                              quoted(at.node->string()) + " is not defined" +
-                                  (names.empty() ? ": there are no named " + std::string(kind) : "") +
-                                  did_you_mean(at.node->string(), candidates)});
-  }
-  return {nothing};
-}
 
 /// Whether one more material or texture may be made of the value; tells so at the first that may not. Those after it
 /// are not read, so that what is too much is never held.

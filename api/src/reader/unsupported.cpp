@@ -9,7 +9,6 @@ struct Entry {
 
 constexpr Entry table[] = {
     {"document", "depth_cue"},
-    {"document", "prototypes"},
     {"image", "crop"},
     {"camera", "height"},
     {"camera", "aperture"},
@@ -41,13 +40,7 @@ constexpr Entry table[] = {
     {"texture", "color_space"},
     {"texture", "wrap"},
     {"texture", "filter"},
-    {"object", "transform"},
     {"object", "file"},
-    {"object.type", "disc"},
-    {"object.type", "cylinder"},
-    {"object.type", "cone"},
-    {"object.type", "box"},
-    {"object.type", "instance"},
     {"accuracy", "preset"},
     {"accuracy", "target_error"},
     {"accuracy", "time_budget_ms"},

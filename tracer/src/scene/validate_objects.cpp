@@ -187,22 +187,3 @@ void check_object_list(Checks& checks, const Scene& scene, const Where& where, c
 }
 
 }  // namespace tracer
-Checks& checks, const Scene& scene) {
-  const Where objects("/objects");
-  checks.count(objects, scene.objects.size(), checks.limits.objects, "objects");
-  std::uint64_t triangles = 0;
-  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-    const Where object(objects, i);
-    const Shape& shape = scene.objects[i].shape;
-    std::visit([&](const auto& any) { check_shape(checks, object, any); }, shape);
-    if (const auto* mesh = std::get_if<Mesh>(&shape)) triangles += mesh->triangles.size();
-    if (std::holds_alternative<Triangle>(shape)) ++triangles;
-    if (scene.objects[i].material.index >= scene.materials.size()) {
-      checks.tell({object, "material"}, "unknown_reference",
-                  "there is no material " + std::to_string(scene.objects[i].material.index));
-    }
-  }
-  checks.count(objects, triangles, checks.limits.triangles, "triangles");
-}
-
-}  // namespace tracer

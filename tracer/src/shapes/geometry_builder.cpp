@@ -53,7 +53,10 @@ class GeometryBuilder {
   }
 
   void operator()(const Sphere& sphere) {
-    if (!keeps_spheres(world_from_object_.linear)) return add_quadric(QuadricKind::ellipsoid, sphere);
+    if (!keeps_spheres(world_from_object_.linear)) {
+      add_quadric(QuadricKind::ellipsoid, sphere);
+      return;
+    }
     SphereGeometry& spheres = spheres_[transmissive_ ? 1 : 0];
     spheres.transmissive = transmissive_;
     const Vec3 center = trace_from_object(sphere.center);
