@@ -142,6 +142,13 @@ void log_start(const telemetry::Log& log, const config::Command& command) {
   }
 }
 
+/// A line on stdout for scripts, which learn chosen ports from it.
+void tell_address(const char* what, const std::string& host, int port) {
+  const bool ipv6 = host.find(':') != std::string::npos;
+  std::printf("%s on http://%s%s%s:%d\n", what, ipv6 ? "[" : "", host.c_str(), ipv6 ? "]" : "", port);
+  std::fflush(stdout);
+}
+
 void serve(const config::Config& config, const telemetry::Log& log) {
   StopSignals stop_signals;
   raise_descriptor_limit();
@@ -177,10 +184,8 @@ void serve(const config::Config& config, const telemetry::Log& log) {
 
   log.write(telemetry::Level::info, "listening",
             {{"port", std::int64_t{gate.port()}}, {"health_port", std::int64_t{health_gate.port()}}});
-  const bool ipv6 = config.listen.host.find(':') != std::string::npos;
-  std::printf("listening on http://%s%s%s:%d\n", ipv6 ? "[" : "", config.listen.host.c_str(), ipv6 ? "]" : "",
-              gate.port());
-  std::fflush(stdout);
+  tell_address("listening", config.listen.host, gate.port());
+  tell_address("health", config.health_listen.host, health_gate.port());
 
   const int signal = stop_signals.wait();
   log.write(telemetry::Level::info, "draining", {{"signal", std::int64_t{signal}}});

@@ -14,6 +14,7 @@ import socket
 import subprocess
 import tempfile
 import time
+import unittest
 
 BIN = pathlib.Path(os.environ["WHITTLE_BIN"])
 PATIENCE_S = 120
@@ -70,14 +71,20 @@ class Daemon:
             # pylint: disable-next=consider-using-with
             self.process = subprocess.Popen(
                 [BIN / "whittled", "--listen", "127.0.0.1:0", "--health-listen", "127.0.0.1:0", "--data", self.data,
-                 "--log-level", "debug", *self.options],
-                stdout=subprocess.PIPE, stderr=log, env=self.environment)
+                 *self.options],
+                stdout=subprocess.PIPE, stderr=log, env={"WHITTLE_LOG_LEVEL": "debug", **self.environment})
+        self.port = self.read_port("listening")
+        self.health_port = self.read_port("health")
+
+    def read_port(self, what):
         line = self.process.stdout.readline().decode()
-        found = re.fullmatch(r"listening on http://127\.0\.0\.1:(\d+)\n", line)
+        found = re.fullmatch(what + r" on http://127\.0\.0\.1:(\d+)\n", line)
         if not found:
+            self.process.kill()
+            self.process.wait(PATIENCE_S)
+            self.process.stdout.close()
             raise AssertionError(f"whittled said {line!r}\n{self.log()}")
-        self.port = int(found.group(1))
-        self.health_port = next(row["health_port"] for row in self.log_rows() if row["event"] == "listening")
+        return int(found.group(1))
 
     def __enter__(self):
         return self
@@ -166,3 +173,30 @@ class Daemon:
 
     def wait_for_end(self, job_id):
         return self.wait_for_state(job_id, "succeeded", "failed", "cancelled")
+
+
+class OneDaemon(unittest.TestCase):
+    """Tests that share a daemon; each uses jobs of its own."""
+
+    options = ()
+
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = Daemon(*cls.options)
+        cls.addClassCleanup(cls.daemon.__exit__)
+
+    def assert_problem(self, reply, status, name):
+        self.assertEqual(reply.status, status, reply.body)
+        self.assertEqual(reply.headers["Content-Type"], "application/problem+json")
+        problem = json_of(reply)
+        self.assertEqual(problem["type"], f"urn:whittle:problem:{name}")
+        self.assertEqual(problem["status"], status)
+        self.assertEqual(problem["request_id"], reply.headers["X-Request-Id"])
+        self.assertTrue(problem["title"] and problem["detail"])
+        return problem
+
+    def finished(self, **changes):
+        job_id = self.daemon.submit(scene(**changes))
+        job = self.daemon.wait_for_end(job_id)
+        self.assertEqual(job["state"], "succeeded", job["problem"])
+        return job

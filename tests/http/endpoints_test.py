@@ -1,43 +1,12 @@
-"""Every endpoint, status and header of HTTP.md that exists, over loopback."""
-import hashlib
+"""Every endpoint, status and header of HTTP.md that exists, over loopback: jobs and the service itself."""
 import json
 import re
-import threading
 import unittest
 import uuid
 
-from tests.http.daemon import Daemon, json_of, long_scene, scene, wait_until
+from tests.http.daemon import Daemon, OneDaemon, json_of, long_scene, scene, wait_until
 
-PNG_MAGIC = b"\x89PNG\r\n\x1a\n"
-EXR_MAGIC = b"\x76\x2f\x31\x01"
 NOBODY = "0190a000-0000-7000-8000-000000000001"
-
-
-class OneDaemon(unittest.TestCase):
-    """Tests that share a daemon; each uses jobs of its own."""
-
-    options = ()
-
-    @classmethod
-    def setUpClass(cls):
-        cls.daemon = Daemon(*cls.options)
-        cls.addClassCleanup(cls.daemon.__exit__)
-
-    def assert_problem(self, reply, status, name):
-        self.assertEqual(reply.status, status, reply.body)
-        self.assertEqual(reply.headers["Content-Type"], "application/problem+json")
-        problem = json_of(reply)
-        self.assertEqual(problem["type"], f"urn:whittle:problem:{name}")
-        self.assertEqual(problem["status"], status)
-        self.assertEqual(problem["request_id"], reply.headers["X-Request-Id"])
-        self.assertTrue(problem["title"] and problem["detail"])
-        return problem
-
-    def finished(self, **changes):
-        job_id = self.daemon.submit(scene(**changes))
-        job = self.daemon.wait_for_end(job_id)
-        self.assertEqual(job["state"], "succeeded", job["problem"])
-        return job
 
 
 class Submitting(OneDaemon):
@@ -122,82 +91,6 @@ class Validating(OneDaemon):
         before = json_of(self.daemon.get("/v1/jobs"))
         self.daemon.request("POST", "/v1/jobs/validate", scene())
         self.assertEqual(json_of(self.daemon.get("/v1/jobs")), before)
-
-
-class Rendering(OneDaemon):
-    options = ("--render-wait-s", "60")
-
-    def test_answers_the_picture_that_the_job_keeps(self):
-        reply = self.daemon.request("POST", "/v1/render", scene())
-        self.assertEqual((reply.status, reply.headers["Content-Type"]), (200, "image/png"))
-        self.assertTrue(reply.body.startswith(PNG_MAGIC))
-        kept = self.daemon.get(reply.headers["Content-Location"])
-        self.assertEqual(kept.body, reply.body)
-        self.assertEqual(kept.headers["ETag"], reply.headers["ETag"])
-
-    def test_gives_the_format_that_accept_likes_best(self):
-        for accept, media_type, magic in (("image/x-exr", "image/x-exr", EXR_MAGIC),
-                                          ("image/png;q=0.5, image/x-exr", "image/x-exr", EXR_MAGIC),
-                                          ("image/*", "image/png", PNG_MAGIC),
-                                          ("text/html, */*;q=0.1", "image/png", PNG_MAGIC)):
-            reply = self.daemon.request("POST", "/v1/render", scene(), {"Accept": accept})
-            self.assertEqual((reply.status, reply.headers["Content-Type"]), (200, media_type), accept)
-            self.assertTrue(reply.body.startswith(magic), accept)
-
-    def test_prefers_the_first_format_of_the_document(self):
-        reply = self.daemon.request("POST", "/v1/render", scene(output={"formats": ["exr", "png"]}))
-        self.assertEqual(reply.headers["Content-Type"], "image/x-exr")
-
-    def test_refuses_formats_it_cannot_write(self):
-        reply = self.daemon.request("POST", "/v1/render", scene(), {"Accept": "image/webp, text/html"})
-        self.assert_problem(reply, 406, "not_acceptable")
-
-    def test_tells_what_is_wrong_with_a_scene(self):
-        self.assert_problem(self.daemon.request("POST", "/v1/render", scene(colour="red")), 422, "bad_scene")
-
-    def test_answers_409_when_the_job_is_cancelled_meanwhile(self):
-        replies = []
-        thread = threading.Thread(target=lambda: replies.append(
-            self.daemon.request("POST", "/v1/render", long_scene(name="cancelled meanwhile"))))
-        thread.start()
-        items = wait_until(lambda: json_of(self.daemon.get("/v1/jobs?q=cancelled%20meanwhile"))["items"], "the job")
-        self.daemon.request("POST", f"/v1/jobs/{items[0]['id']}/cancel")
-        thread.join()
-        self.assert_problem(replies[0], 409, "job_cancelled")
-
-    def test_client_that_leaves_is_forgotten_and_its_job_goes_on(self):
-        with self.daemon.socket() as connection:
-            body = json.dumps(long_scene(name="left alone")).encode()
-            connection.sendall(b"POST /v1/render HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
-                               b"Content-Length: %d\r\n\r\n" % len(body) + body)
-            items = wait_until(lambda: json_of(self.daemon.get("/v1/jobs?q=left%20alone"))["items"], "the job")
-        job = self.daemon.wait_for_state(items[0]["id"], "running")
-        self.assertEqual(self.daemon.request("POST", job["links"]["cancel"]).status, 202)
-        self.assertEqual(self.daemon.wait_for_end(job["id"])["state"], "cancelled")
-
-
-class RenderingForAWhile(OneDaemon):
-    options = ("--render-wait-s", "0")
-
-    def test_answers_202_with_the_job_when_the_wait_ends_first(self):
-        reply = self.daemon.request("POST", "/v1/render", long_scene())
-        self.assertEqual(reply.status, 202)
-        job = json_of(reply)
-        self.assertEqual(reply.headers["Location"], f"/v1/jobs/{job['id']}")
-        self.assertEqual(self.daemon.request("POST", job["links"]["cancel"]).status, 202)
-        self.daemon.wait_for_end(job["id"])
-
-    def test_many_waiting_requests_hold_no_thread(self):
-        with Daemon("--render-wait-s", "600", "--handler-threads", "1") as daemon:
-            body = json.dumps(long_scene(name="waiting")).encode()
-            waiting = [daemon.socket() for _ in range(20)]
-            for connection in waiting:
-                connection.sendall(b"POST /v1/render HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
-                                   b"Content-Length: %d\r\n\r\n" % len(body) + body)
-            wait_until(lambda: len(json_of(daemon.get("/v1/jobs?q=waiting"))["items"]) == 20, "20 jobs")
-            self.assertEqual(daemon.get("/v1/version").status, 200)
-            for connection in waiting:
-                connection.close()
 
 
 class Listing(unittest.TestCase):
@@ -295,63 +188,6 @@ class OneJob(OneDaemon):
         job = self.daemon.job(job_id)
         self.assertIn(job["state"], ("queued", "running"))
         return job if job["progress"] > 0.01 else None
-
-
-class Picture(OneDaemon):
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        job_id = cls.daemon.submit(scene(64, 48, output={"formats": ["png"]}))
-        cls.job = cls.daemon.wait_for_end(job_id)
-        cls.path = cls.job["links"]["image"]
-        cls.whole = cls.daemon.get(cls.path).body
-
-    def test_is_named_by_the_sha256_of_its_bytes_and_never_changes(self):
-        reply = self.daemon.get(self.path)
-        sha256 = hashlib.sha256(reply.body).hexdigest()
-        artifact = self.job["artifacts"][0]
-        self.assertEqual((artifact["sha256"], artifact["bytes"], artifact["url"]), (sha256, len(reply.body), self.path))
-        self.assertEqual(reply.headers["ETag"], f'"{sha256}"')
-        self.assertIn("immutable", reply.headers["Cache-Control"])
-        self.assertEqual(reply.headers["Accept-Ranges"], "bytes")
-        again = self.daemon.get(self.path, If_None_Match=reply.headers["ETag"])
-        self.assertEqual((again.status, again.body), (304, b""))
-
-    def test_comes_in_ranges(self):
-        size = len(self.whole)
-        for asked, begin, end in (("0-0", 0, 1), ("10-19", 10, 20), ("5-", 5, size), ("-7", size - 7, size),
-                                  (f"{size - 1}-{size + 100}", size - 1, size), (f"-{size * 2}", 0, size)):
-            reply = self.daemon.get(self.path, Range=f"bytes={asked}")
-            self.assertEqual((reply.status, reply.body), (206, self.whole[begin:end]), asked)
-            self.assertEqual(reply.headers["Content-Range"], f"bytes {begin}-{end - 1}/{size}")
-
-    def test_is_whole_for_ranges_that_are_several_unreadable_or_of_other_bytes(self):
-        etag = self.daemon.get(self.path).headers["ETag"]
-        many = ",".join("0-0" for _ in range(1000))
-        for headers in ({"Range": "bytes=0-1,5-6"}, {"Range": f"bytes={many}"}, {"Range": "bytes=9-2"},
-                        {"Range": "pages=1"}, {"Range": "bytes=0-1", "If-Range": '"other"'}):
-            reply = self.daemon.request("GET", self.path, headers=headers)
-            self.assertEqual((reply.status, reply.body), (200, self.whole), headers)
-        reply = self.daemon.request("GET", self.path, headers={"Range": "bytes=0-1", "If-Range": etag})
-        self.assertEqual((reply.status, reply.body), (206, self.whole[:2]))
-
-    def test_tells_its_size_for_ranges_outside(self):
-        for asked in (f"bytes={len(self.whole)}-", "bytes=-0"):
-            reply = self.daemon.get(self.path, Range=asked)
-            self.assert_problem(reply, 416, "range_not_satisfiable")
-            self.assertEqual(reply.headers["Content-Range"], f"bytes */{len(self.whole)}")
-
-    def test_head_tells_the_same_without_bytes(self):
-        head, get = self.daemon.request("HEAD", self.path), self.daemon.get(self.path)
-        self.assertEqual((head.status, head.body), (200, b""))
-        for name in ("Content-Length", "Content-Type", "ETag", "Cache-Control"):
-            self.assertEqual(head.headers[name], get.headers[name])
-        self.assertEqual(head.headers["Content-Length"], str(len(self.whole)))
-
-    def test_is_not_found_in_a_format_not_asked_for(self):
-        problem = self.assert_problem(self.daemon.get(self.path.replace("png", "exr")), 404, "picture_not_found")
-        self.assertIn("image.exr", problem["detail"])
-        self.assert_problem(self.daemon.get(self.path.replace("png", "jpg")), 404, "not_found")
 
 
 class Service(OneDaemon):

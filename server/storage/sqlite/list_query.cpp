@@ -1,41 +1,68 @@
 #include "server/storage/sqlite/list_query.h"
 
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <utility>
+
 namespace jobs::sqlite {
 namespace {
 
-/// Up to this many entries of an index are walked rather than compared with another index.
-constexpr std::int64_t few = 1000;
+/// Longer walks than this are all alike: counting stops here.
+constexpr std::int64_t many = 1000;
+
+using Label = std::pair<std::string, std::string>;
 
 /// Which index the page walks. Each holds the ids in order, so the walk ends when the page is full; the other
 /// conditions are looked up by id.
-enum class Walk { jobs, state, label };
+struct Walk {
+  enum class Over { jobs, state, label };
+  Over over = Over::jobs;
+  Label label;
+};
 
-Walk choose_walk(Database& database, const JobFilter& filter) {
-  if (filter.labels.empty()) return filter.state ? Walk::state : Walk::jobs;
-  if (!filter.state) return Walk::label;
-  // Few of this state, or many of this label: the state is the shorter walk.
-  const auto& [key, value] = *filter.labels.begin();
-  Query labelled = database.query("SELECT count(*) FROM (SELECT 1 FROM labels WHERE key = ? AND value = ? LIMIT ?)",
-                                  key, value, few);
-  labelled.row();
-  return labelled.integer(0) < few || count_jobs(database, *filter.state) > few ? Walk::label : Walk::state;
+std::int64_t count_labelled(Database& database, const Label& label) {
+  Query query = database.query("SELECT count(*) FROM (SELECT 1 FROM labels WHERE key = ? AND value = ? LIMIT ?)",
+                               label.first, label.second, many);
+  query.row();
+  return query.integer(0);
 }
 
-std::string list_sql(Walk walk, const JobFilter& filter) {
-  std::string sql = "SELECT jobs.id FROM ";
-  // CROSS JOIN: SQLite keeps the order written.
-  if (walk == Walk::label) sql += "labels AS walked CROSS JOIN jobs ON jobs.id = walked.job_id";
-  if (walk == Walk::state) sql += "jobs INDEXED BY jobs_by_state";
-  if (walk == Walk::jobs) sql += "jobs";
-  const std::string id = walk == Walk::label ? "walked.job_id" : "jobs.id";
-  sql += " WHERE " + id + " < ?";
-  bool walked_label = walk == Walk::label;
-  for (std::size_t i = 0; i < filter.labels.size(); ++i) {
-    sql += walked_label ? " AND walked.key = ? AND walked.value = ?"
-                        : " AND EXISTS (SELECT 1 FROM labels WHERE key = ? AND value = ? AND job_id = jobs.id)";
-    walked_label = false;
+/// The shortest: the rarest label, or the state where that is rarer still.
+Walk choose_walk(Database& database, const JobFilter& filter) {
+  Walk walk;
+  std::int64_t shortest = std::numeric_limits<std::int64_t>::max();
+  for (const auto& [key, value] : filter.labels) {
+    const Label label(key, value);
+    const std::int64_t count = count_labelled(database, label);
+    if (count < shortest) walk = {Walk::Over::label, label};
+    shortest = std::min(shortest, count);
   }
+  if (filter.state && count_jobs(database, *filter.state) < shortest) walk.over = Walk::Over::state;
+  return walk;
+}
+
+std::string list_sql(Walk::Over over, std::size_t other_labels, const JobFilter& filter) {
+  std::string sql = "SELECT jobs.id FROM ";
+  std::string id = "jobs.id";
+  switch (over) {
+    case Walk::Over::label:  // CROSS JOIN: SQLite keeps the order written
+      id = "walked.job_id";
+      sql +=
+          "labels AS walked CROSS JOIN jobs ON jobs.id = walked.job_id WHERE walked.key = ? AND walked.value = ? AND ";
+      break;
+    case Walk::Over::state:
+      sql += "jobs INDEXED BY jobs_by_state WHERE ";
+      break;
+    case Walk::Over::jobs:
+      sql += "jobs WHERE ";
+      break;
+  }
+  sql += id + " < ?";
   if (filter.state) sql += " AND jobs.state = ?";
+  for (std::size_t i = 0; i < other_labels; ++i) {
+    sql += " AND EXISTS (SELECT 1 FROM labels WHERE key = ? AND value = ? AND job_id = jobs.id)";
+  }
   if (!filter.text.empty()) sql += " AND instr(jobs.name, ?) > 0";
   return sql + " ORDER BY " + id + " DESC LIMIT ?";
 }
@@ -43,15 +70,22 @@ std::string list_sql(Walk walk, const JobFilter& filter) {
 }  // namespace
 
 std::vector<std::string> list_ids(Database& database, const JobFilter& filter, const std::string& cursor, int limit) {
-  Query query = database.query(list_sql(choose_walk(database, filter), filter));
+  const Walk walk = choose_walk(database, filter);
+  std::map<std::string, std::string> others = filter.labels;
+  if (walk.over == Walk::Over::label) others.erase(walk.label.first);
+
+  Query query = database.query(list_sql(walk.over, others.size(), filter));
   int position = 0;
-  const std::string after_every_id = "~";
-  query.bind(++position, cursor.empty() ? after_every_id : cursor);
-  for (const auto& [key, value] : filter.labels) {
+  if (walk.over == Walk::Over::label) {
+    query.bind(++position, walk.label.first);
+    query.bind(++position, walk.label.second);
+  }
+  query.bind(++position, cursor.empty() ? std::string("~") : cursor);  // greater than every id
+  if (filter.state) query.bind(++position, std::string(name_of(*filter.state)));
+  for (const auto& [key, value] : others) {
     query.bind(++position, key);
     query.bind(++position, value);
   }
-  if (filter.state) query.bind(++position, std::string(name_of(*filter.state)));
   if (!filter.text.empty()) query.bind(++position, filter.text);
   query.bind(++position, std::int64_t{limit});
   std::vector<std::string> ids;

@@ -17,7 +17,8 @@ using Encoded = Result<Bytes, std::string>;
 OIIO::ImageSpec png_spec(const Image& image) {
   OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), 3, OIIO::TypeUInt8);
   spec.attribute("oiio:ColorSpace", "sRGB");  // writes the sRGB chunk
-  // Measured on 1920x1080: a fifth of the library's default time (20 ms against 100), files of about the same size.
+  // Measured on traced pictures of 1920x1080: 19-34 ms, where the library's defaults take 62-188; the files are 11-59 %
+  // larger for it.
   spec.attribute("png:filter", 0x20);  // libpng's PNG_FILTER_UP, and no search among filters
   spec.attribute("compression", "rle");
   spec.attribute("png:compressionLevel", 1);
@@ -27,8 +28,10 @@ OIIO::ImageSpec png_spec(const Image& image) {
 OIIO::ImageSpec exr_spec(const Image& image) {
   OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), 3, OIIO::TypeFloat);
   spec.attribute("oiio:ColorSpace", "Linear");
-  spec.attribute("compression", "zip");  // measured: the smallest of the lossless ones, and the fastest that compresses
-  spec.attribute("DateTime", "");        // otherwise the library writes the time of day into the file
+  // Measured against none, RLE, ZIPS, PIZ and lower levels: of those that really compress traced floats none is clearly
+  // faster, and ZIP is what every reader knows. Level 4 is the library's default.
+  spec.attribute("compression", "zip");
+  spec.attribute("DateTime", "");  // otherwise the library writes the time of day into the file
   return spec;
 }
 

@@ -59,7 +59,9 @@ inline Axes axes_across(const Vec3& n, const Vec3& first) {
     // Closer to parallel than a thousand times the rounding of the projection: the direction would be noise.
     if (dot(across, across) > 1e-26) break;
   }
-  const Vec3 e0 = normalize(across);
+  // Once more, since what rounding left along n grew with the normalisation.
+  const Vec3 once = normalize(across);
+  const Vec3 e0 = normalize(once - n * dot(once, n));
   return {e0, cross(n, e0), n};
 }
 

@@ -10,9 +10,10 @@ struct ShapePoint {
   Vec3 position, normal;
 };
 
+/// In [0,1): just below the seam, where adding one would round up to the next turn, it is the largest number below one.
 double turns(double y, double x) {
   const double t = std::atan2(y, x) / (2 * std::numbers::pi);
-  return t < 0 ? t + 1 : t;
+  return t < 0 ? std::min(t + 1, 1 - 0x1p-53) : t;
 }
 
 ShapePoint on_side(const Quadric& q, const Vec3& p) {

@@ -18,7 +18,9 @@ struct Local {
 Local sphere_at(const SphereGeometry& spheres, std::uint32_t i, const Vec3& on_ray) {
   const Vec3 center{spheres.x[i], spheres.y[i], spheres.z[i]};
   const double radius = spheres.radius[i];
-  const Vec3 normal = unit((on_ray - center) / radius);
+  const Vec3 scaled = (on_ray - center) / radius;
+  const double distance = length(scaled);  // 0 where a ray from 10^16 radii away has no digit left for the surface
+  const Vec3 normal = distance > 0 ? scaled * (1 / distance) : Vec3{};
   const Vec3 arm = normal * radius;
   const Vec3 position = center + arm;
   const Vec3 error = abs(arm) * rounding_bound(16) + (abs(position) + abs(center)) * rounding_bound(2);

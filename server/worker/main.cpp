@@ -1,0 +1,92 @@
+/// whittled-worker: renders the jobs that a daemon hands it over the socket it was started with (protocol.h).
+/// It ends at once when the daemon's end of the socket does, and on nothing else the daemon did not ask for.
+
+#include <fcntl.h>
+#include <oneapi/tbb/task_arena.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <charconv>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <string_view>
+
+#include "server/worker/protocol.h"
+#include "server/worker/render_job.h"
+#include "server/worker/workshop.h"
+#include "tracer/version.h"
+
+namespace {
+
+/// Slots from "--slots N", or 0.
+int parse_slots(int count, char** arguments) {
+  if (count != 3 || std::string_view(arguments[1]) != "--slots") return 0;
+  const std::string_view text(arguments[2]);
+  int slots = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), slots);
+  return error == std::errc() && end == text.data() + text.size() && slots <= 4096 ? slots : 0;
+}
+
+bool is_started_by_a_daemon() {
+  int type = 0;
+  socklen_t size = sizeof type;
+  return getsockopt(worker::worker_socket, SOL_SOCKET, SO_TYPE, &type, &size) == 0 && type == SOCK_SEQPACKET &&
+         fcntl(worker::worker_socket, F_SETFD, FD_CLOEXEC) == 0;
+}
+
+/// When the machine runs out of memory, it is the render that goes, not the daemon.
+void offer_to_the_memory_killer() { std::ofstream("/proc/self/oom_score_adj") << "500"; }
+
+/// Embree's device and the image library take 0.2 s on first use; that is paid before the first job comes.
+bool warm_up() {
+  const std::string_view scene = R"({"version": 1, "image": {"width": 4, "height": 4},
+    "camera": {"position": [0, 0, 5], "look_at": [0, 0, 0]}, "lights": [{"type": "point", "position": [0, 5, 5]}],
+    "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {}},
+                {"type": "triangle", "vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "material": {}}],
+    "output": {"formats": ["png", "exr"]}})";
+  tracer::RenderControl control;
+  oneapi::tbb::task_arena arena;
+  const worker::Outcome outcome = arena.execute([&] {
+    return worker::render_job({"warm-up", 0, 0, std::string(scene)}, control);
+  });
+  if (const auto* failed = std::get_if<worker::Failed>(&outcome)) {
+    std::fprintf(stderr, "whittled-worker: cannot render: %s\n", failed->problem.detail.c_str());
+  }
+  return std::holds_alternative<worker::Finished>(outcome);
+}
+
+/// Never returns.
+void serve(worker::Workshop& workshop) {
+  for (;;) {
+    worker::Received received = worker::receive(worker::worker_socket, worker::daemon_body_limit);
+    auto* message = std::get_if<worker::Message>(&received);
+    // Without goodbye to the threads: nobody is left to hear what they make.
+    if (message == nullptr) _exit(std::holds_alternative<worker::Closed>(received) ? 0 : 1);
+    if (auto* job = std::get_if<worker::Assign>(message)) workshop.assign(std::move(*job));
+    if (auto* cancel = std::get_if<worker::Cancel>(message)) workshop.cancel(cancel->job_id);
+  }
+}
+
+}  // namespace
+
+int main(int count, char** arguments) {
+  // A terminal's Ctrl-C goes to every process; the daemon decides what it means. It blocked them until now.
+  std::signal(SIGINT, SIG_IGN);
+  std::signal(SIGTERM, SIG_IGN);
+  sigset_t none;
+  sigemptyset(&none);
+  sigprocmask(SIG_SETMASK, &none, nullptr);
+
+  const int slots = parse_slots(count, arguments);
+  if (slots < 1 || !is_started_by_a_daemon()) {
+    std::fprintf(stderr, "whittled-worker is started by whittled, and of no use without it.\n");
+    return 2;
+  }
+  offer_to_the_memory_killer();
+  if (!warm_up()) return 1;
+  worker::Workshop workshop(worker::worker_socket, slots);
+  worker::send(worker::worker_socket, worker::pack(worker::Hello{std::string(tracer::build())}));
+  serve(workshop);
+}

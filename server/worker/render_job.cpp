@@ -1,0 +1,137 @@
+#include "server/worker/render_job.h"
+
+#include <chrono>
+#include <limits>
+#include <new>
+#include <span>
+#include <string_view>
+#include <utility>
+
+#include "api/document.h"
+#include "api/report.h"
+#include "tracer/compile.h"
+#include "tracer/encode.h"
+#include "tracer/render.h"
+
+namespace worker {
+namespace {
+
+/// Milliseconds between calls.
+class Stopwatch {
+ public:
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    return std::chrono::duration<double, std::milli>(now - std::exchange(last_, now)).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+template <class T>
+constexpr T unlimited = std::numeric_limits<T>::max();
+
+api::Limits no_limits() {
+  api::Limits limits;
+  limits.document.bytes = limits.document.values = limits.document.string_bytes = unlimited<std::size_t>;
+  tracer::Limits& scene = limits.scene;
+  scene.pixels = scene.samples_times_pixels = scene.objects = scene.triangles = unlimited<std::uint64_t>;
+  scene.lights = scene.materials = unlimited<std::uint32_t>;
+  return limits;
+}
+
+jobs::Problem problem_of(const api::Refusal& refusal) {
+  const std::string detail =
+      refusal.detail.empty() ? "The scene has " + std::to_string(refusal.issues.size()) + " mistakes." : refusal.detail;
+  return {"bad_scene", detail, refusal.issues};
+}
+
+/// Thrown to leave a stage; caught in render_job alone.
+struct Stop {
+  Outcome outcome;
+};
+
+class Rendering {
+ public:
+  Rendering(Assign job, tracer::RenderControl& control) : job_(std::move(job)), control_(control) {
+    times_.queue = job_.queue_ms;
+  }
+
+  Finished run() {
+    const tracer::Scene scene = parse();
+    tracer::Rendered rendered = trace(scene);
+    Finished finished{job_.job_id, job_.fence, {}, encode(rendered.image, scene.output.formats)};
+    finished.report = api::write_report(scene, rendered.statistics, times_, memory_bytes_);
+    return finished;
+  }
+
+ private:
+  tracer::Scene parse() {
+    auto document = api::parse_scene(job_.document, no_limits());
+    if (!document) throw Stop{Failed{job_.job_id, job_.fence, problem_of(document.error())}};
+    job_.document = std::string();  // it may be large, and is not needed any more
+    times_.parse = watch_.lap();
+    return std::move(document->scene);
+  }
+
+  tracer::Rendered trace(const tracer::Scene& scene) {
+    const auto compiled = value_of(tracer::compile(scene, control_));
+    times_.build = watch_.lap();
+    tracer::Rendered rendered = value_of(tracer::render(*compiled, {}, control_));
+    times_.trace = watch_.lap();
+    memory_bytes_ = tracer::memory_bytes(*compiled) + rendered.image.rgb.size() * sizeof(float);
+    return rendered;
+  }
+
+  std::vector<Picture> encode(const tracer::Image& image, std::span<const tracer::Format> formats) {
+    std::vector<Picture> pictures;
+    for (const tracer::Format format : formats) {
+      if (control_.cancelled()) throw Stop{Cancelled{job_.job_id, job_.fence}};
+      const auto encoded = tracer::encode(image, format);
+      if (!encoded) throw Stop{failed("internal", encoded.error())};
+      memory_bytes_ += encoded->size();
+      const std::string_view bytes(reinterpret_cast<const char*>(encoded->data()), encoded->size());
+      pictures.push_back({"image." + std::string(tracer::extension(format)), std::string(tracer::media_type(format)),
+                          sealed_memory(bytes)});
+    }
+    times_.encode = watch_.lap();
+    return pictures;
+  }
+
+  template <class T>
+  T value_of(tracer::Result<T, tracer::Failure> result) {
+    using Code = tracer::Failure::Code;
+    if (result) return *std::move(result);
+    if (result.error().code == Code::cancelled) throw Stop{Cancelled{job_.job_id, job_.fence}};
+    const bool memory = result.error().code == Code::out_of_memory;
+    throw Stop{failed(memory ? "out_of_memory" : "internal", result.error().detail)};
+  }
+
+  Failed failed(const char* code, const std::string& detail) const {
+    return {job_.job_id, job_.fence, {code, detail, {}}};
+  }
+
+  Assign job_;
+  tracer::RenderControl& control_;
+  Stopwatch watch_;
+  api::StageTimes times_;
+  std::uint64_t memory_bytes_ = 0;  ///< what was largest at its time: the compiled scene, the picture, the files
+};
+
+}  // namespace
+
+Outcome render_job(Assign job, tracer::RenderControl& control) noexcept {
+  Failed failure{job.job_id, job.fence, {}};
+  try {
+    return Rendering(std::move(job), control).run();
+  } catch (Stop& stop) {
+    return std::move(stop.outcome);
+  } catch (const std::bad_alloc&) {
+    failure.problem = {"out_of_memory", "The worker has not enough memory for this scene.", {}};
+  } catch (const std::exception& exception) {
+    failure.problem = {"internal", exception.what(), {}};
+  }
+  return failure;
+}
+
+}  // namespace worker

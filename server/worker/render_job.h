@@ -1,0 +1,19 @@
+#pragma once
+/// One job in the worker process, from document to pictures.
+
+#include <variant>
+
+#include "server/worker/protocol.h"
+#include "tracer/control.h"
+
+namespace worker {
+
+using Outcome = std::variant<Finished, Failed, Cancelled>;
+
+/// Reads, compiles, traces and encodes on the calling thread's oneTBB arena; `control` tells tiles and cancels. Stage
+/// times in the report are measured here. Never throws: no memory is Failed "out_of_memory", a document that cannot be
+/// read "bad_scene", everything else that goes wrong "internal".
+/// The document's limits were checked by whoever accepted it, and are not checked again: they may have changed since.
+Outcome render_job(Assign job, tracer::RenderControl& control) noexcept;
+
+}  // namespace worker

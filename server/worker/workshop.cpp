@@ -1,0 +1,104 @@
+#include "server/worker/workshop.h"
+
+#include <malloc.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <utility>
+
+#include "server/worker/render_job.h"
+
+namespace worker {
+namespace {
+
+constexpr std::chrono::milliseconds heartbeat_interval{1000};
+/// Often enough for a smooth bar, seldom enough to cost nothing.
+constexpr std::chrono::milliseconds progress_interval{50};
+
+}  // namespace
+
+Workshop::Workshop(int socket, int slots) : socket_(socket) {
+  for (int i = 0; i < slots; ++i) threads_.emplace_back([this] { work(); });
+  threads_.emplace_back([this] { pulse(); });
+}
+
+void Workshop::assign(Assign job) {
+  const std::lock_guard lock(mutex_);
+  jobs_.insert_or_assign(job.job_id, std::make_shared<Job>());
+  waiting_.push_back(std::move(job));
+  job_came_.notify_one();
+  busy_.notify_one();
+}
+
+void Workshop::cancel(const std::string& job_id) {
+  const std::lock_guard lock(mutex_);
+  const auto found = jobs_.find(job_id);
+  if (found != jobs_.end()) found->second->control.cancel();
+}
+
+void Workshop::work() {
+  oneapi::tbb::task_arena arena;
+  for (;;) {
+    std::unique_lock lock(mutex_);
+    job_came_.wait(lock, [&] { return !waiting_.empty(); });
+    Assign assigned = std::move(waiting_.front());
+    waiting_.pop_front();
+    const std::string id = assigned.job_id;
+    const std::shared_ptr<Job> job = jobs_.at(id);
+    lock.unlock();
+
+    Outcome outcome = arena.execute([&] { return render_job(std::move(assigned), job->control); });
+
+    lock.lock();
+    jobs_.erase(id);
+    untidy_ = true;
+    lock.unlock();
+    std::visit([this](auto& answer) { say(std::move(answer)); }, outcome);
+  }
+}
+
+void Workshop::pulse() {
+  auto next_heartbeat = std::chrono::steady_clock::now();
+  for (;;) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now >= next_heartbeat) {
+      say(Heartbeat{});
+      next_heartbeat = now + heartbeat_interval;
+      give_memory_back();
+    }
+    tell_progress();
+    std::unique_lock lock(mutex_);
+    if (jobs_.empty()) busy_.wait_until(lock, next_heartbeat, [&] { return !jobs_.empty(); });
+    lock.unlock();
+    std::this_thread::sleep_for(progress_interval);
+  }
+}
+
+/// What jobs have freed goes back to the machine, at most once a second: after each small job it would cost more than
+/// the job.
+void Workshop::give_memory_back() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!std::exchange(untidy_, false)) return;
+  }
+  malloc_trim(0);
+}
+
+void Workshop::tell_progress() {
+  std::vector<Progress> news;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [id, job] : jobs_) {
+      const std::uint64_t done = job->control.tiles_done();
+      if (done > job->tiles_told) news.push_back({id, done, job->control.tiles_total()});
+      job->tiles_told = done;
+    }
+  }
+  for (Progress& progress : news) say(std::move(progress));
+}
+
+void Workshop::say(Message message) {
+  const Packet packet = pack(std::move(message));
+  while (send(socket_, packet) == Sent::later) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+}
+
+}  // namespace worker

@@ -1,0 +1,52 @@
+#pragma once
+/// The worker's threads: some render jobs, one tells how they get on.
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "server/worker/protocol.h"
+#include "tracer/control.h"
+
+namespace worker {
+
+/// Lives as long as the process: it is never stopped, the process ends under it. Thread-safe.
+class Workshop {
+ public:
+  Workshop(int socket, int slots);
+
+  /// Answers on the socket when the job has ended. Each job has a oneTBB arena of its own, so that a thread that waits
+  /// for the last tiles of one job never starts on those of another; all arenas share the machine's threads.
+  void assign(Assign job);
+  void cancel(const std::string& job_id);
+
+ private:
+  struct Job {
+    tracer::RenderControl control;
+    std::uint64_t tiles_told = 0;
+  };
+
+  void work();
+  void pulse();
+  void give_memory_back();
+  void tell_progress();
+  void say(Message message);
+
+  int socket_;
+  std::mutex mutex_;
+  std::condition_variable job_came_;
+  std::condition_variable busy_;
+  std::deque<Assign> waiting_;
+  std::map<std::string, std::shared_ptr<Job>> jobs_;  ///< waiting and running
+  bool untidy_ = false;                               ///< a job has ended since memory was given back
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace worker

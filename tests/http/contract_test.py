@@ -1,0 +1,206 @@
+"""Holds api/openapi.yaml and the program together, both ways: every route is described and every description is a route;
+every reply is one that is described, and every described reply is given."""
+import json
+import re
+import subprocess
+import threading
+import unittest
+
+import jsonschema
+
+from tests.http.daemon import BIN, Daemon, json_of, long_scene, scene, wait_until
+
+NOBODY = "0190a000-0000-7000-8000-000000000001"
+METHODS = ("get", "put", "post", "delete", "options", "head", "patch", "trace")
+
+# Described replies that need a broken machine; the problem they carry is the same schema as everywhere.
+NEED_A_BROKEN_MACHINE = {
+    ("listJobs", 503), ("getJob", 503), ("removeJob", 503), ("cancelJob", 503), ("getPng", 503), ("getExr", 503),
+    ("getMetrics", 503),
+    ("render", 500),  # a scene that kills the worker: none is known
+}
+
+
+class Contract(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = Daemon()
+        cls.addClassCleanup(cls.daemon.__exit__)
+        cls.document = json_of(cls.daemon.get("/openapi.json"))
+        cls.operations = {}  # (METHOD, path template): operation
+        for path, item in cls.document["paths"].items():
+            for method in METHODS:
+                if method in item:
+                    operation = dict(item[method])
+                    operation["parameters"] = item.get("parameters", []) + operation.get("parameters", [])
+                    cls.operations[method.upper(), path] = operation
+
+    def resolve(self, node):
+        while "$ref" in node:
+            self.assertTrue(node["$ref"].startswith("#/"), node)
+            target = self.document
+            for key in node["$ref"][2:].split("/"):
+                target = target[key]
+            node = target
+        return node
+
+    def nodes(self, node):
+        yield node
+        children = node.values() if isinstance(node, dict) else node if isinstance(node, list) else ()
+        for child in children:
+            yield from self.nodes(child)
+
+    def test_document_is_sound(self):
+        self.assertTrue(self.document["openapi"].startswith("3.1."))
+        for node in self.nodes(self.document):
+            if isinstance(node, dict) and "$ref" in node:
+                self.resolve(node)
+        for schema in self.document["components"]["schemas"].values():
+            jsonschema.Draft202012Validator.check_schema(schema)
+        ids = [operation["operationId"] for operation in self.operations.values()]
+        self.assertEqual(len(ids), len(set(ids)))
+        for (_, path), operation in self.operations.items():
+            declared = {self.resolve(p)["name"] for p in operation["parameters"] if self.resolve(p)["in"] == "path"}
+            self.assertEqual(declared, set(re.findall(r"\{(\w+)\}", path)), path)
+
+    def test_every_component_is_used(self):
+        used = {node["$ref"] for node in self.nodes(self.document) if isinstance(node, dict) and "$ref" in node}
+        for kind, components in self.document["components"].items():
+            for name in components:
+                self.assertIn(f"#/components/{kind}/{name}", used)
+
+    def test_routes_and_document_are_the_same(self):
+        printed = subprocess.run([BIN / "list_routes"], check=True, capture_output=True, text=True).stdout
+        routes = {}
+        for line in printed.splitlines():
+            method, path, query = line.split(" ")
+            routes[method, path] = set(filter(None, query.split(",")))
+        described = {}
+        for key, operation in self.operations.items():
+            described[key] = {self.resolve(p)["name"] for p in operation["parameters"] if self.resolve(p)["in"] == "query"}
+        self.assertEqual(routes, described)
+
+    # ---- replies
+
+    def check(self, seen, template, reply, method="GET"):
+        """`reply` is one that the operation at `template` describes."""
+        operation = self.operations[method, template]
+        self.assertIn(str(reply.status), operation["responses"], f"{method} {template}: {reply.body[:500]}")
+        seen.add((operation["operationId"], reply.status))
+        response = self.resolve(operation["responses"][str(reply.status)])
+        for name in response.get("headers", {}):
+            self.assertIn(name, reply.headers, f"{method} {template} {reply.status}")
+        self.assertIn("X-Request-Id", reply.headers)
+        content = response.get("content")
+        if not content:
+            self.assertEqual(reply.body, b"", template)
+            return
+        media_type = reply.headers["Content-Type"].split(";")[0]
+        self.assertIn(media_type, content)
+        schema = content[media_type].get("schema")
+        if schema and media_type.endswith("json"):
+            schema = {**schema, "components": self.document["components"]}
+            jsonschema.Draft202012Validator(schema).validate(json_of(reply))
+
+    def test_every_reply_is_described_and_every_description_replied(self):
+        seen = set()
+        self.check_service(seen)
+        self.check_submissions(seen)
+        self.check_jobs(seen)
+        self.check_pictures(seen)
+        self.check_refusals_of_a_busy_daemon(seen)
+        described = {(operation["operationId"], int(status))
+                     for operation in self.operations.values() for status in operation["responses"]}
+        self.assertEqual(described - seen, NEED_A_BROKEN_MACHINE)
+
+    def check_service(self, seen):
+        for path in ("/", "/openapi.json", "/v1/version"):
+            self.check(seen, path, self.daemon.get(path))
+        self.check(seen, "/healthz", self.daemon.health("/healthz"))
+        self.check(seen, "/metrics", self.daemon.health("/metrics"))
+        wait_until(lambda: self.daemon.health("/readyz").status == 200, "readiness")
+        self.check(seen, "/readyz", self.daemon.health("/readyz"))
+
+    def check_submissions(self, seen):
+        bodies = {
+            "good": json.dumps(scene()), "bad": json.dumps(scene(colour="red")), "not JSON": "{", "deep": "[" * 100,
+        }
+        for path in ("/v1/jobs", "/v1/jobs/validate", "/v1/render"):
+            for body in bodies.values():
+                self.check(seen, path, self.daemon.request("POST", path, body.encode()), "POST")
+            other = self.daemon.request("POST", path, b"{}", {"Content-Type": "text/plain"})
+            self.check(seen, path, other, "POST")
+            self.check(seen, path, self.daemon.request("POST", path), "POST")
+            with self.daemon.socket() as connection:
+                connection.sendall(f"POST {path} HTTP/1.1\r\nHost: x\r\n\r\n".encode())
+                self.assertIn(b" 411 ", connection.makefile("rb").readline())
+                seen.add((self.operations["POST", path]["operationId"], 411))
+        unacceptable = self.daemon.request("POST", "/v1/render", scene(), {"Accept": "image/gif"})
+        self.check(seen, "/v1/render", unacceptable, "POST")
+        with Daemon("--jobs", "1") as daemon:
+            daemon.wait_for_state(daemon.submit(long_scene()), "running")
+            for status, end_it in ((409, lambda job: daemon.request("POST", job["links"]["cancel"])),
+                                   (404, lambda job: daemon.request("DELETE", job["links"]["self"]))):
+                reply = self.render_until(daemon, end_it)
+                self.assertEqual(reply.status, status)
+                self.check(seen, "/v1/render", reply, "POST")
+
+    @staticmethod
+    def render_until(daemon, end_it):
+        """The answer to a render whose job waits in the queue when `end_it(job)` happens."""
+        replies = []
+        document = scene(name="waits")
+        thread = threading.Thread(target=lambda: replies.append(daemon.request("POST", "/v1/render", document)))
+        thread.start()
+        path = "/v1/jobs?state=queued&q=waits"
+        end_it(wait_until(lambda: json_of(daemon.request("GET", path))["items"], "the job")[0])
+        thread.join()
+        return replies[0]
+
+    def check_jobs(self, seen):
+        job_id = self.daemon.submit(scene(job={"labels": {"a": "b"}}))
+        for path in ("/v1/jobs/{id}", "/v1/jobs/{id}/cancel"):
+            method = "POST" if path.endswith("cancel") else "GET"
+            self.check(seen, path, self.daemon.request(method, path.format(id=NOBODY)), method)
+        self.daemon.wait_for_end(job_id)
+        path = f"/v1/jobs/{job_id}"
+        reply = self.daemon.get(path)
+        self.check(seen, "/v1/jobs/{id}", reply)
+        self.check(seen, "/v1/jobs/{id}", self.daemon.get(path, If_None_Match=reply.headers["ETag"]))
+        self.check(seen, "/v1/jobs/{id}/cancel", self.daemon.request("POST", path + "/cancel"), "POST")
+        self.check(seen, "/v1/jobs", self.daemon.get("/v1/jobs?limit=1"))
+        self.check(seen, "/v1/jobs", self.daemon.get("/v1/jobs?nonsense=1"))
+        for _ in range(2):
+            self.check(seen, "/v1/jobs/{id}", self.daemon.request("DELETE", path), "DELETE")
+        running = self.daemon.submit(long_scene())
+        self.daemon.wait_for_state(running, "running")
+        self.check(seen, "/v1/jobs/{id}", self.daemon.get(f"/v1/jobs/{running}"))
+        self.check(seen, "/v1/jobs/{id}", self.daemon.request("DELETE", f"/v1/jobs/{running}"), "DELETE")
+        self.check(seen, "/v1/jobs/{id}/cancel", self.daemon.request("POST", f"/v1/jobs/{running}/cancel"), "POST")
+
+    def check_pictures(self, seen):
+        job = self.daemon.wait_for_end(self.daemon.submit(scene(output={"formats": ["png", "exr"]})))
+        for artifact in job["artifacts"]:
+            template = "/v1/jobs/{id}/" + artifact["name"]
+            whole = self.daemon.get(artifact["url"])
+            self.check(seen, template, whole)
+            self.check(seen, template, self.daemon.get(artifact["url"], Range="bytes=0-3"))
+            self.check(seen, template, self.daemon.get(artifact["url"], Range="bytes=99999999-"))
+            self.check(seen, template, self.daemon.get(artifact["url"], If_None_Match=whole.headers["ETag"]))
+            self.check(seen, template, self.daemon.get(template.format(id=NOBODY)))
+
+    def check_refusals_of_a_busy_daemon(self, seen):
+        with Daemon("--queued-jobs", "1", "--jobs", "1", "--render-wait-s", "0") as daemon:
+            running = daemon.submit(long_scene())
+            daemon.wait_for_state(running, "running")
+            self.check(seen, "/v1/render", daemon.request("POST", "/v1/render", scene()), "POST")
+            for path in ("/v1/jobs", "/v1/render"):
+                self.check(seen, path, daemon.request("POST", path, scene()), "POST")
+            daemon.process.terminate()
+            wait_until(lambda: daemon.health("/readyz").status == 503, "draining")
+            self.check(seen, "/readyz", daemon.health("/readyz"))
+            self.check(seen, "/v1/jobs", daemon.request("POST", "/v1/jobs", scene()), "POST")
+
+
+if __name__ == "__main__":
+    unittest.main()

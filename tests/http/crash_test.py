@@ -1,0 +1,209 @@
+"""What survives when the daemon or its worker is killed, and how it ends when it is asked to."""
+import hashlib
+import os
+import signal
+import threading
+import time
+import unittest
+
+from tests.http.daemon import PATIENCE_S, Daemon, json_of, long_scene, scene, wait_until
+
+
+def sha256_of(daemon, job):
+    reply = daemon.get(job["links"]["image"])
+    assert reply.status == 200, reply
+    sha256 = hashlib.sha256(reply.body).hexdigest()
+    assert sha256 == job["artifacts"][0]["sha256"]
+    return sha256
+
+
+def middling_scene(index):
+    """Some tenths of a second of work; each index is another picture."""
+    return scene(600, 400, samples=16, name=f"middling {index}", accuracy={"samples": [16, 16], "seed": index})
+
+
+class KilledDaemon(unittest.TestCase):
+    def test_keeps_every_accepted_job_and_every_finished_picture(self):
+        with Daemon("--jobs", "2") as daemon:
+            finished = [daemon.submit(middling_scene(index)) for index in range(3)]
+            pictures = {job_id: sha256_of(daemon, daemon.wait_for_end(job_id)) for job_id in finished}
+            running = [daemon.submit(long_scene(name=f"long {index}")) for index in range(2)]
+            for job_id in running:
+                daemon.wait_for_state(job_id, "running")
+            queued = [daemon.submit(middling_scene(index)) for index in range(3)]
+
+            daemon.kill()
+            daemon.start()
+
+            jobs = json_of(daemon.get("/v1/jobs"))["items"]
+            self.assertEqual({job["id"] for job in jobs}, {*finished, *running, *queued})
+            for job_id in finished:
+                job = daemon.job(job_id)
+                self.assertEqual((job["state"], job["attempt"]), ("succeeded", 1))
+                self.assertEqual(sha256_of(daemon, job), pictures[job_id])
+            for job_id in running:  # they run again, from the start, and the death is not held against them
+                job = daemon.wait_for_state(job_id, "running")
+                self.assertEqual(job["attempt"], 1)
+                daemon.request("POST", f"/v1/jobs/{job_id}/cancel")
+            for before, job_id in zip(finished, queued):
+                job = daemon.wait_for_end(job_id)
+                self.assertEqual(job["state"], "succeeded", job["problem"])
+                self.assertEqual(sha256_of(daemon, job), pictures[before], "equal documents, equal pictures")
+
+    def test_killed_again_and_again_while_it_accepts_loses_nothing_it_acknowledged(self):
+        with Daemon() as daemon:
+            accepted = []
+            for round_number in range(8):
+                stop = threading.Event()
+                thread = threading.Thread(target=self.submit_until, args=(daemon, stop, accepted, round_number))
+                thread.start()
+                count = len(accepted)
+                wait_until(lambda n=count: len(accepted) >= n + 5, "some submissions")  # and then in the middle of one
+                daemon.kill()
+                stop.set()
+                thread.join()
+                daemon.start()
+            self.assertGreaterEqual(len(accepted), 40)
+            for job_id in accepted:
+                self.assertEqual(daemon.wait_for_end(job_id)["state"], "succeeded")
+
+    @staticmethod
+    def submit_until(daemon, stop, accepted, seed):
+        while not stop.is_set():
+            try:
+                accepted.append(daemon.submit(scene(accuracy={"samples": [1, 1], "seed": seed})))
+            except OSError:
+                return  # killed
+            except Exception:  # pylint: disable=broad-except
+                return  # half a reply
+
+    def test_takes_its_worker_with_it(self):
+        with Daemon() as daemon:
+            job_id = daemon.submit(long_scene())
+            daemon.wait_for_state(job_id, "running")
+            workers = wait_until(daemon.worker_pids, "a worker")
+            daemon.kill()
+            wait_until(lambda: not any(map(alive, workers)), "the worker's end")
+
+
+def alive(pid):
+    try:
+        with open(f"/proc/{pid}/stat", encoding="ascii") as file:
+            return file.read().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+class KilledWorker(unittest.TestCase):
+    def test_costs_one_attempt_of_the_job_and_no_request(self):
+        with Daemon("--jobs", "1") as daemon:
+            job_id = daemon.submit(long_scene(job={"max_attempts": 3}))
+            daemon.wait_for_state(job_id, "running")
+            for attempt in (2, 3):
+                [worker] = wait_until(daemon.worker_pids, "a worker")
+                os.kill(worker, signal.SIGKILL)
+                for _ in range(5):
+                    self.assertEqual(daemon.get("/v1/version").status, 200)
+                wait_until(lambda n=attempt: daemon.job(job_id)["attempt"] == n, f"attempt {attempt}")
+                daemon.wait_for_state(job_id, "running")
+            other = daemon.submit(scene())
+            [worker] = wait_until(daemon.worker_pids, "a worker")
+            os.kill(worker, signal.SIGKILL)
+            job = daemon.wait_for_end(job_id)
+            self.assertEqual((job["state"], job["attempt"]), ("failed", 3))
+            self.assertEqual(job["problem"]["code"], "worker_crashed")
+            self.assertEqual(daemon.wait_for_end(other)["state"], "succeeded")
+
+    def test_waiting_request_learns_that_its_job_failed(self):
+        with Daemon("--jobs", "1") as daemon:
+            replies = []
+            document = long_scene(name="doomed", job={"max_attempts": 1})
+            thread = threading.Thread(target=lambda: replies.append(daemon.request("POST", "/v1/render", document)))
+            thread.start()
+            jobs = wait_until(lambda: json_of(daemon.get("/v1/jobs?q=doomed"))["items"], "the job")
+            daemon.wait_for_state(jobs[0]["id"], "running")
+            [worker] = wait_until(daemon.worker_pids, "a worker")
+            os.kill(worker, signal.SIGKILL)
+            thread.join()
+            self.assertEqual(replies[0].status, 500, replies[0].body)
+            problem = json_of(replies[0])
+            self.assertEqual(problem["type"], "urn:whittle:problem:job_failed")
+            self.assertIn("worker_crashed", problem["detail"])
+
+
+class Cancelling(unittest.TestCase):
+    def test_is_seen_by_a_running_job(self):
+        with Daemon("--jobs", "1") as daemon:
+            times_ms = []
+            for _ in range(5):
+                job_id = daemon.submit(long_scene())
+                wait_until(lambda i=job_id: daemon.job(i)["progress"] > 0, "progress")
+                start = time.monotonic()
+                self.assertEqual(daemon.request("POST", f"/v1/jobs/{job_id}/cancel").status, 202)
+                daemon.wait_for_state(job_id, "cancelled")
+                times_ms.append((time.monotonic() - start) * 1000)
+            print(f"from the cancel request to the cancelled job, ms: {[round(t) for t in times_ms]}")
+            self.assertEqual(daemon.wait_for_end(daemon.submit(scene()))["state"], "succeeded")
+
+
+class Draining(unittest.TestCase):
+    def test_an_idle_daemon_ends_with_0_on_sigterm_and_on_sigint(self):
+        for number in (signal.SIGTERM, signal.SIGINT):
+            with Daemon() as daemon:
+                idle = daemon.socket()
+                daemon.process.send_signal(number)
+                self.assertEqual(daemon.process.wait(PATIENCE_S), 0)
+                idle.close()
+                self.assertEqual([row["event"] for row in daemon.log_rows()][-1], "stopped")
+
+    def test_running_job_finishes_new_work_is_refused_reads_are_answered(self):
+        with Daemon("--jobs", "1", "--drain-s", "300") as daemon:
+            waiting = []
+            document = scene(1500, 1000, samples=64, name="last")
+            thread = threading.Thread(target=lambda: waiting.append(daemon.request("POST", "/v1/render", document)))
+            thread.start()
+            job_id = wait_until(lambda: json_of(daemon.get("/v1/jobs?q=last"))["items"], "the job")[0]["id"]
+            daemon.wait_for_state(job_id, "running")
+            queued = daemon.submit(scene(name="left for later"))
+            daemon.process.terminate()
+            wait_until(lambda: daemon.health("/readyz").status == 503, "draining")
+            self.assertEqual(json_of(daemon.health("/readyz"))["detail"], "draining")
+            refused = daemon.request("POST", "/v1/jobs", scene())
+            self.assertEqual((refused.status, json_of(refused)["type"]), (503, "urn:whittle:problem:draining"))
+            self.assertGreater(int(refused.headers["Retry-After"]), 0)
+            self.assertEqual(daemon.job(queued)["state"], "queued")
+            thread.join()
+            self.assertEqual((waiting[0].status, waiting[0].headers["Content-Type"]), (200, "image/png"))
+            self.assertEqual(daemon.process.wait(PATIENCE_S), 0)
+            daemon.start()
+            self.assertEqual(daemon.wait_for_end(queued)["state"], "succeeded")
+            self.assertEqual(daemon.job(job_id)["state"], "succeeded")
+
+    def test_job_that_does_not_finish_in_time_goes_back_to_the_queue_without_cost(self):
+        with Daemon("--jobs", "1", "--drain-s", "0") as daemon:
+            waiting = []
+            document = long_scene(name="too long")
+            thread = threading.Thread(target=lambda: waiting.append(daemon.request("POST", "/v1/render", document)))
+            thread.start()
+            job_id = wait_until(lambda: json_of(daemon.get("/v1/jobs?q=too"))["items"], "the job")[0]["id"]
+            daemon.wait_for_state(job_id, "running")
+            self.assertEqual(daemon.terminate(), 0)
+            thread.join()
+            self.assertEqual((waiting[0].status, json_of(waiting[0])["id"]), (202, job_id))
+            daemon.start()
+            job = daemon.wait_for_state(job_id, "running")
+            self.assertEqual(job["attempt"], 1)
+
+    def test_second_signal_ends_it_at_once(self):
+        with Daemon("--jobs", "1", "--drain-s", "86400") as daemon:
+            job_id = daemon.submit(long_scene())
+            daemon.wait_for_state(job_id, "running")
+            daemon.process.terminate()
+            wait_until(lambda: daemon.health("/readyz").status == 503, "draining")
+            self.assertEqual(daemon.terminate(), -signal.SIGTERM)
+            daemon.start()
+            self.assertEqual(daemon.wait_for_state(job_id, "running")["attempt"], 1)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,374 @@
+"""What the gate does with requests that are malformed, ambiguous, huge, slow or too many: real sockets, raw bytes."""
+import concurrent.futures
+import json
+import pathlib
+import resource
+import socket
+import time
+import unittest
+
+from tests.http.daemon import PATIENCE_S, Daemon, json_of, long_scene, scene, wait_until
+
+SMUGGLED = b"DELETE /v1/jobs/%s HTTP/1.1\r\nHost: x\r\n\r\n"
+
+
+def post(headers, body=b"", target=b"/v1/jobs", version=b"HTTP/1.1"):
+    return b"POST " + target + b" " + version + b"\r\nHost: x\r\n" + headers + b"\r\n" + body
+
+
+def get(target=b"/v1/version", headers=b"Host: x\r\n"):
+    return b"GET " + target + b" HTTP/1.1\r\n" + headers + b"\r\n"
+
+
+JSON = b"Content-Type: application/json\r\n"
+
+# (what, bytes, the status). SMUGGLED stands for a request that must not run: it would delete a job.
+MALFORMED = [
+    ("empty request line", b"\r\n\r\n", 400),
+    ("noise", b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03\n", 400),
+    ("HTTP/0.9", b"GET /\r\n\r\n", 400),
+    ("HTTP/2 preface", b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", 505),
+    ("HTTP/3.0", b"GET / HTTP/3.0\r\nHost: x\r\n\r\n", 505),
+    ("lower-case version", b"GET / http/1.1\r\nHost: x\r\n\r\n", 400),
+    ("bare LF", b"GET / HTTP/1.1\nHost: x\n\n", 400),
+    ("bare LF before a header", b"GET / HTTP/1.1\r\nHost: x\nX: y\r\n\r\n", 400),
+    ("bare CR", b"GET / HTTP/1.1\r\nHost: x\rX: y\r\n\r\n", 400),
+    ("NUL in a header", get(headers=b"Host: x\r\nA: b\0c\r\n"), 400),
+    ("ESC in a header", get(headers=b"Host: x\r\nA: \x1b[2J\r\n"), 400),
+    ("NUL in the target", get(b"/\0"), 400),
+    ("control in the target", get(b"/a\x01"), 400),
+    ("byte over 127 in the target", get(b"/\xff"), 400),
+    ("%00", get(b"/v1/version%00.png"), 400),
+    ("%0d%0a", get(b"/v1/version%0d%0aX:%20y"), 400),
+    ("%0D%0A in the query", get(b"/v1/jobs?q=%0D%0A"), 400),
+    ("escaped slash", get(b"/v1%2Fversion"), 400),
+    ("broken escape", get(b"/v1/%version"), 400),
+    ("no slash", get(b"v1/version"), 400),
+    ("absolute form", get(b"http://evil/v1/version"), 400),
+    ("space in the target", get(b"/v1/ version"), 400),
+    ("tabs for spaces", b"GET\t/\tHTTP/1.1\r\nHost: x\r\n\r\n", 400),
+    ("unknown method", b"BREW / HTTP/1.1\r\nHost: x\r\n\r\n", 501),
+    ("lower-case method", b"get / HTTP/1.1\r\nHost: x\r\n\r\n", 501),
+    ("CONNECT", b"CONNECT x:80 HTTP/1.1\r\nHost: x\r\n\r\n", 501),
+    ("TRACE", b"TRACE / HTTP/1.1\r\nHost: x\r\n\r\n", 501),
+    ("no Host", get(headers=b""), 400),
+    ("two Hosts", get(headers=b"Host: x\r\nHost: y\r\n"), 400),
+    ("Host with a path", get(headers=b"Host: x/y\r\n"), 400),
+    ("header without colon", get(headers=b"Host: x\r\nnonsense\r\n"), 400),
+    ("obs-fold", get(headers=b"Host: x\r\nA: b\r\n c\r\n"), 400),
+    ("space before the colon", get(headers=b"Host : x\r\n"), 400),
+    ("65 headers", get(headers=b"Host: x\r\n" + b"A: b\r\n" * 65), 431),
+    ("17 KiB of headers", get(headers=b"Host: x\r\nA: " + b"b" * 17000 + b"\r\n"), 431),
+    ("2 KiB of target", get(b"/" + b"a" * 2100), 414),
+    ("9 KiB of request line", get(b"/" + b"a" * 9000), 414),
+    ("gzip", post(JSON + b"Content-Encoding: gzip\r\nContent-Length: 3\r\n", b"abc"), 415),
+    ("unknown expectation", post(JSON + b"Expect: magic\r\nContent-Length: 3\r\n", b"abc"), 417),
+    ("65 MiB announced", post(JSON + b"Content-Length: 68157440\r\n"), 413),
+    ("a length over 64 bits", post(JSON + b"Content-Length: 18446744073709551617\r\n"), 413),
+    # Smuggling: two ways to see where the body ends.
+    ("CL.TE", post(b"Content-Length: 5\r\nTransfer-Encoding: chunked\r\n", b"0\r\n\r\n" + SMUGGLED), 400),
+    ("TE.CL", post(b"Transfer-Encoding: chunked\r\nContent-Length: 5\r\n", b"0\r\n\r\n" + SMUGGLED), 400),
+    ("TE alone", post(b"Transfer-Encoding: chunked\r\n", b"0\r\n\r\n" + SMUGGLED), 411),
+    ("TE with a tab", post(b"Transfer-Encoding:\tchunked\r\n", b"0\r\n\r\n" + SMUGGLED), 411),
+    ("TE disguised", post(b"Transfer-Encoding: xchunked\r\n", b"0\r\n\r\n" + SMUGGLED), 411),
+    ("TE in upper case", post(b"TRANSFER-ENCODING: CHUNKED\r\n", b"0\r\n\r\n" + SMUGGLED), 411),
+    ("TE twice", post(b"Transfer-Encoding: chunked\r\nTransfer-Encoding: cow\r\n", b"0\r\n\r\n" + SMUGGLED), 411),
+    ("TE folded", post(b"Transfer-Encoding:\r\n chunked\r\n", b"0\r\n\r\n" + SMUGGLED), 400),
+    ("TE with a space before the colon", post(b"Transfer-Encoding : chunked\r\n", b"0\r\n\r\n" + SMUGGLED), 400),
+    ("TE after a bare LF", post(b"A: b\nTransfer-Encoding: chunked\r\n", b"0\r\n\r\n" + SMUGGLED), 400),
+    ("TE in HTTP/1.0", post(b"Transfer-Encoding: chunked\r\n", b"0\r\n\r\n" + SMUGGLED, version=b"HTTP/1.0"), 400),
+    ("two Content-Lengths", post(b"Content-Length: 0\r\nContent-Length: 44\r\n", SMUGGLED), 400),
+    ("two equal Content-Lengths", post(b"Content-Length: 0\r\nContent-Length: 0\r\n", SMUGGLED), 400),
+    ("a list of Content-Lengths", post(b"Content-Length: 0, 44\r\n", SMUGGLED), 400),
+    ("a signed Content-Length", post(b"Content-Length: +0\r\n", SMUGGLED), 400),
+    ("a negative Content-Length", post(b"Content-Length: -1\r\n", SMUGGLED), 400),
+    ("a hexadecimal Content-Length", post(b"Content-Length: 0x0\r\n", SMUGGLED), 400),
+    ("an empty Content-Length", post(b"Content-Length:\r\n", SMUGGLED), 400),
+    ("a folded Content-Length", post(b"Content-Length:\r\n 0\r\n", SMUGGLED), 400),
+    ("Content-Length behind a NUL", post(b"Content-Length: 0\0\r\n", SMUGGLED), 400),
+    ("the body of a GET", b"GET / HTTP/1.1\r\nHost: x\r\nContent-Length: 44\r\n\r\n" + SMUGGLED, 400),
+    ("a request in a header", get(headers=b"Host: x\r\nA: b\r\r\n" + SMUGGLED), 400),
+    ("a request behind an escaped CR LF", get(b"/%0d%0a%0d%0aDELETE%20/v1/jobs/") + SMUGGLED, 400),
+]
+
+
+def exchange(daemon, data, byte_by_byte=False):
+    """Everything the daemon answers on one connection until it closes, or until it has nothing to say to our end."""
+    answer = b""
+    with daemon.socket() as connection:
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        try:
+            if byte_by_byte:
+                for index in range(len(data)):
+                    connection.sendall(data[index:index + 1])
+            else:
+                connection.sendall(data)
+            connection.shutdown(socket.SHUT_WR)
+            while chunk := connection.recv(65536):
+                answer += chunk
+        except (BrokenPipeError, ConnectionResetError, OSError):
+            pass  # refused before we were done
+    return answer
+
+
+def statuses(answer):
+    """The status of each reply in a row of replies with Content-Length."""
+    found = []
+    while answer:
+        head, _, rest = answer.partition(b"\r\n\r\n")
+        lines = head.split(b"\r\n")
+        found.append(int(lines[0].split(b" ")[1]))
+        length = next((int(line[16:]) for line in lines if line.lower().startswith(b"content-length: ")), 0)
+        answer = rest[length:]
+    return found
+
+
+class Malformed(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = Daemon()
+        cls.addClassCleanup(cls.daemon.__exit__)
+
+    def refuse_all(self, byte_by_byte):
+        job_id = self.daemon.submit(scene())
+        self.daemon.wait_for_end(job_id)
+        for what, data, status in MALFORMED:
+            with self.subTest(what):
+                data = data.replace(SMUGGLED, SMUGGLED % job_id.encode())
+                answer = exchange(self.daemon, data, byte_by_byte)
+                self.assertEqual(statuses(answer), [status], answer)
+                head, _, body = answer.partition(b"\r\n\r\n")
+                self.assertIn(b"\r\nConnection: close", head)
+                self.assertIn(b"\r\nContent-Type: application/problem+json", head)
+                problem = json.loads(body)
+                self.assertEqual(problem["status"], status)
+                self.assertIn(b"\r\nX-Request-Id: " + problem["request_id"].encode(), head)
+        self.assertEqual(self.daemon.job(job_id)["state"], "succeeded")
+        alone = exchange(self.daemon, SMUGGLED % job_id.encode())
+        self.assertEqual(statuses(alone), [204], "the smuggled request would have run")
+
+    def test_requests_are_refused_and_nothing_smuggled_runs(self):
+        self.refuse_all(byte_by_byte=False)
+
+    def test_requests_are_refused_the_same_when_they_come_byte_by_byte(self):
+        self.refuse_all(byte_by_byte=True)
+
+    def test_pipelined_requests_are_answered_in_order(self):
+        body = json.dumps(scene()).encode()
+        data = (get() + post(JSON + b"Content-Length: %d\r\n" % len(body), body) + get(b"/nothing") + get(b"/?a=1")
+                + b"GET / HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n" + get())
+        for byte_by_byte in (False, True):
+            with self.daemon.socket() as connection:
+                for index in range(0, len(data), 1 if byte_by_byte else len(data)):
+                    connection.sendall(data[index:index + 1] if byte_by_byte else data)
+                answer = b"".join(iter(lambda c=connection: c.recv(65536), b""))
+            self.assertEqual(statuses(answer), [200, 202, 404, 400, 200])
+
+    def test_a_pipelined_request_after_a_refused_one_does_not_run(self):
+        answer = exchange(self.daemon, post(b"Transfer-Encoding: chunked\r\n") + get())
+        self.assertEqual(statuses(answer), [411])
+
+    def test_half_a_request_gets_no_answer(self):
+        self.assertEqual(exchange(self.daemon, b"GET / HTT"), b"")
+        self.assertEqual(exchange(self.daemon, post(JSON + b"Content-Length: 10\r\n", b"{")), b"")
+
+    def test_http_1_0_and_connection_headers_decide_whether_it_stays_open(self):
+        for head, stays in ((b"GET / HTTP/1.0\r\n\r\n", False), (b"GET / HTTP/1.0\r\nConnection: keep-alive\r\n\r\n", True),
+                            (get(b"/"), True), (get(b"/", b"Host: x\r\nConnection: close\r\n"), False)):
+            with self.daemon.socket() as connection:
+                file = connection.makefile("rwb")
+                file.write(head)
+                file.flush()
+                lines = list(iter(lambda f=file: f.readline().strip(), b""))
+                self.assertIn(b"Connection: keep-alive" if stays else b"Connection: close", lines, head)
+                length = next(int(line[16:]) for line in lines if line.startswith(b"Content-Length: "))
+                file.read(length)
+                if stays:
+                    file.write(get(b"/"))
+                    file.flush()
+                self.assertEqual(file.readline(), b"HTTP/1.1 200 OK\r\n" if stays else b"")
+
+    def test_expect_continue_is_answered_before_the_body(self):
+        body = json.dumps(scene()).encode()
+        with self.daemon.socket() as connection:
+            connection.sendall(post(JSON + b"Expect: 100-continue\r\nContent-Length: %d\r\n" % len(body)))
+            file = connection.makefile("rb")
+            self.assertEqual(file.readline() + file.readline(), b"HTTP/1.1 100 Continue\r\n\r\n")
+            connection.sendall(body)
+            self.assertEqual(file.readline(), b"HTTP/1.1 202 Accepted\r\n")
+
+    def test_a_body_too_large_is_refused_before_it_is_sent_when_the_client_asks(self):
+        with self.daemon.socket() as connection:
+            connection.sendall(post(JSON + b"Expect: 100-continue\r\nContent-Length: 67108865\r\n"))
+            self.assertIn(b" 413 ", connection.makefile("rb").readline())
+
+    def test_a_client_that_sends_a_body_too_large_anyway_still_reads_why(self):
+        reply = self.daemon.request("POST", "/v1/jobs", b"[" * (64 << 20 | 1))
+        self.assertEqual((reply.status, json_of(reply)["type"]), (413, "urn:whittle:problem:body_too_large"))
+
+
+class Huge(unittest.TestCase):
+    def test_64_mib_of_brackets_are_refused_in_bounded_memory(self):
+        with Daemon() as daemon:
+            before = daemon.resident_bytes()
+            peak = 0
+            with concurrent.futures.ThreadPoolExecutor() as pool:
+                future = pool.submit(daemon.request, "POST", "/v1/jobs", b"[" * (64 << 20))
+                while not future.done():
+                    peak = max(peak, daemon.resident_bytes())
+                    time.sleep(0.01)
+            reply = future.result()
+            self.assertEqual(reply.status, 413, reply.body)
+            self.assertIn("depth", json_of(reply)["detail"])
+            self.assertLess(peak - before, 300 << 20)
+            self.assertEqual(daemon.get("/v1/version").status, 200)
+
+    def test_a_body_larger_than_memory_keeps_is_spooled_and_understood(self):
+        with Daemon() as daemon:
+            document = json.dumps(scene(name="padded")).encode() + b" " * (5 << 20)
+            reply = daemon.request("POST", "/v1/jobs", document)
+            self.assertEqual(reply.status, 202)
+            self.assertEqual(daemon.wait_for_end(json_of(reply)["id"])["state"], "succeeded")
+            self.assertEqual(list((daemon.data / "spool").iterdir()), [])
+
+    def test_the_limit_on_bodies_can_be_set_and_is_named(self):
+        with Daemon("--body-bytes", "2048") as daemon:
+            reply = daemon.request("POST", "/v1/jobs", json.dumps(scene()).encode().ljust(2049))
+            self.assertEqual(reply.status, 413)
+            self.assertIn("body_bytes", json_of(reply)["detail"])
+            self.assertEqual(daemon.request("POST", "/v1/jobs", json.dumps(scene()).encode().ljust(2048)).status, 202)
+            self.assertEqual(json_of(daemon.get("/v1/version"))["limits"]["body_bytes"], 2048)
+
+
+class Crowds(unittest.TestCase):
+    def test_silent_and_slow_clients_keep_nobody_from_being_served(self):
+        with Daemon("--handler-threads", "1") as daemon:
+            silent = [daemon.socket() for _ in range(400)]
+            slow = [daemon.socket() for _ in range(100)]
+            body = json.dumps(scene()).encode()
+            heads = [get(), post(JSON + b"Content-Length: %d\r\n" % len(body), body)]
+            for step in range(40):
+                for index, connection in enumerate(slow):
+                    connection.sendall(heads[index % 2][step:step + 1])
+                self.assertEqual(daemon.get("/v1/version").status, 200)
+            job = daemon.wait_for_end(daemon.submit(scene()))
+            self.assertEqual(job["state"], "succeeded")
+            for index, connection in enumerate(slow):  # slow is not wrong: each is answered in the end
+                connection.sendall(heads[index % 2][40:])
+                self.assertIn(connection.makefile("rb").readline(), (b"HTTP/1.1 200 OK\r\n", b"HTTP/1.1 202 Accepted\r\n"))
+            for connection in silent + slow:
+                connection.close()
+
+    def test_a_head_that_does_not_end_is_given_up_with_408(self):
+        with Daemon() as daemon, daemon.socket() as connection:
+            connection.sendall(b"GET / HTTP/1.1\r\nHost: x\r\n")
+            self.assertEqual(connection.makefile("rb").readline(), b"HTTP/1.1 408 Request Timeout\r\n")
+
+    def test_a_body_that_drips_is_given_up_with_408(self):
+        with Daemon() as daemon, daemon.socket() as connection:
+            connection.sendall(post(JSON + b"Content-Length: 1000000\r\n", b"{"))
+            connection.settimeout(0.5)
+            answer = b""
+            end = time.monotonic() + PATIENCE_S
+            while not answer and time.monotonic() < end:
+                try:
+                    answer = connection.recv(4096)
+                except TimeoutError:
+                    connection.sendall(b" ")  # always something, never enough
+            self.assertTrue(answer.startswith(b"HTTP/1.1 408 "), answer)
+
+    def test_connections_beyond_the_limit_are_told_so(self):
+        with Daemon("--connections", "20") as daemon:
+            held = [daemon.socket() for _ in range(20)]
+            wait_until(lambda: self.turned_away(daemon), "503 for the 21st connection")
+            held.pop().close()
+            wait_until(lambda: not self.turned_away(daemon), "room for another")
+            for connection in held:
+                connection.close()
+
+    def test_connections_of_one_address_beyond_its_limit_are_told_so(self):
+        with Daemon("--connections-per-address", "5") as daemon:
+            held = [daemon.socket() for _ in range(5)]
+            wait_until(lambda: self.turned_away(daemon), "503 for the 6th connection")
+            for connection in held:
+                connection.close()
+
+    @staticmethod
+    def turned_away(daemon):
+        reply = daemon.get("/v1/version")
+        if reply.status == 200:
+            return False
+        assert reply.status == 503 and json_of(reply)["type"] == "urn:whittle:problem:too_many_connections"
+        assert int(reply.headers["Retry-After"]) > 0
+        return True
+
+    def test_running_out_of_descriptors_ends_nobodys_service(self):
+        with Daemon() as daemon:
+            open_now = len(list(pathlib.Path(f"/proc/{daemon.process.pid}/fd").iterdir()))
+            resource.prlimit(daemon.process.pid, resource.RLIMIT_NOFILE, (open_now + 20, open_now + 20))
+            crowd = [daemon.socket() for _ in range(60)]
+            wait_until(lambda: any(row["event"] == "descriptors_exhausted" for row in daemon.log_rows()), "exhaustion")
+            for connection in crowd:
+                connection.close()
+            wait_until(lambda: self.served(daemon), "service after the crowd has gone")
+
+    @staticmethod
+    def served(daemon):
+        try:
+            return daemon.get("/v1/version").status == 200
+        except OSError:
+            return False
+
+    def test_slow_readers_of_a_picture_hold_neither_thread_nor_memory(self):
+        with Daemon("--handler-threads", "1") as daemon:
+            job = daemon.wait_for_end(daemon.submit(scene(2000, 1500, output={"formats": ["exr"]})))
+            path = job["links"]["image"]
+            whole = daemon.get(path).body
+            self.assertGreater(len(whole), 100_000)
+            before = daemon.resident_bytes()
+            readers = []
+            for _ in range(50):
+                connection = socket.socket()
+                connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+                connection.connect(("127.0.0.1", daemon.port))
+                connection.sendall(get(path.encode(), b"Host: x\r\nConnection: close\r\n"))
+                readers.append(connection)
+            for connection in readers:
+                self.assertEqual(connection.recv(15), b"HTTP/1.1 200 OK")
+            self.assertEqual(daemon.get("/v1/version").status, 200)
+            self.assertLess(daemon.resident_bytes() - before, 16 << 20)
+            rest = b"".join(iter(lambda: readers[0].recv(65536), b""))
+            self.assertEqual(rest.partition(b"\r\n\r\n")[2], whole)
+            for connection in readers:
+                connection.close()
+
+    def test_clients_that_vanish_at_any_point_leave_no_trace(self):
+        with Daemon("--connections", "50") as daemon:
+            body = json.dumps(long_scene()).encode()
+            whole = post(JSON + b"Content-Length: %d\r\n" % len(body), body, target=b"/v1/render")
+            cuts = [0, 1, 30, len(whole) - 1, len(whole)]
+            for _ in range(20):
+                for cut in cuts:
+                    with daemon.socket() as connection:
+                        connection.sendall(whole[:cut])
+            crowd = wait_until(lambda: self.fits(daemon, 49), "all but one place to be free again")
+            for connection in crowd:
+                connection.close()
+
+    @staticmethod
+    def fits(daemon, count):
+        """`count` connections that are all served, or None."""
+        crowd = []
+        for _ in range(count):
+            connection = daemon.socket()
+            crowd.append(connection)
+            connection.sendall(get(b"/"))
+            if not connection.recv(15) == b"HTTP/1.1 200 OK":
+                for held in crowd:
+                    held.close()
+                return None
+        return crowd
+
+
+if __name__ == "__main__":
+    unittest.main()

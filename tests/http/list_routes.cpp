@@ -1,0 +1,30 @@
+/// Prints the routes of both listeners, one a line: METHOD PATTERN QUERY,PARAMETERS. For the test that holds them
+/// against the OpenAPI document.
+
+#include <cstdio>
+
+#include "server/http/routes.h"
+#include "server/jobs/queue.h"
+#include "server/storage/memory/memory_artifact_store.h"
+#include "server/storage/memory/memory_job_store.h"
+
+namespace {
+
+void print(const std::vector<http::Route>& routes) {
+  for (const http::Route& route : routes) {
+    std::string query;
+    for (const std::string& name : route.query) query += (query.empty() ? "" : ",") + name;
+    std::printf("%s %s %s\n", route.method.c_str(), route.pattern.c_str(), query.c_str());
+  }
+}
+
+}  // namespace
+
+int main() {
+  jobs::MemoryJobStore store;
+  jobs::MemoryArtifactStore artifacts;
+  jobs::IdSource ids(jobs::system_clock(), jobs::system_random());
+  jobs::Queue queue(store, artifacts, ids, jobs::system_clock(), jobs::no_log(), {});
+  print(http::client_routes({queue, jobs::system_clock(), {}, {}, [] { return false; }, {}}));
+  print(http::health_routes({[] { return std::string(); }, [](jobs::JobState) { return std::int64_t{0}; }}));
+}

@@ -1,0 +1,97 @@
+"""Flags, environment, file: what the daemon takes, what it refuses, and that each option does something."""
+import json
+import subprocess
+import tempfile
+import unittest
+
+from tests.http.daemon import BIN, Daemon, json_of, scene
+
+
+def whittled(*arguments, environment=None):
+    return subprocess.run([BIN / "whittled", *arguments], capture_output=True, text=True, check=False, timeout=60,
+                          env=environment or {})
+
+
+class Options(unittest.TestCase):
+    def test_all_mistakes_are_told_at_once_and_nothing_starts(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".conf") as file:
+            file.write("jobs = many\n# fine\nnonsense\n")
+            file.flush()
+            result = whittled("--config", file.name, "--listen", "0.0.0.0:8080", "--wat",
+                              environment={"WHITTLE_LIGHTS": "none"})
+        self.assertEqual((result.returncode, result.stdout), (2, ""))
+        lines = result.stderr.splitlines()
+        self.assertEqual(len(lines), 5)
+        for place in (f"{file.name}:1: ", f"{file.name}:3: ", "--listen: ", "--wat: ", "WHITTLE_LIGHTS: "):
+            self.assertEqual(sum(line.startswith(f"whittled: {place}") for line in lines), 1, place)
+        self.assertIn("without keys", result.stderr)
+
+    def test_check_config_prints_what_a_file_could_say_and_ends(self):
+        first = whittled("--check-config", "--jobs", "3", "--log-level", "debug")
+        self.assertEqual(first.returncode, 0)
+        self.assertIn("jobs = 3\n", first.stdout)
+        with tempfile.NamedTemporaryFile("w", suffix=".conf") as file:
+            file.write(first.stdout)
+            file.flush()
+            second = whittled("--check-config", "--config", file.name)
+        self.assertEqual(second.stdout, first.stdout)
+
+    def test_check_config_tells_variables_it_ignores(self):
+        result = whittled("--check-config", environment={"WHITTLE_PORT": "tcp://10.0.0.1:80"})
+        self.assertEqual(result.returncode, 0)
+        self.assertIn("WHITTLE_PORT", result.stderr)
+
+    def test_help_and_version_end_at_once(self):
+        self.assertIn("--render-wait-s", whittled("--help").stdout)
+        self.assertRegex(whittled("--version").stdout, r"^whittled \d+\.\d+\.\d+")
+
+    def test_flag_beats_environment_beats_file(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".conf") as file:
+            file.write("pixels = 1000\nobjects = 10\nlights = 5\n")
+            file.flush()
+            with Daemon("--config", file.name, "--lights", "7",
+                        environment={"WHITTLE_OBJECTS": "20", "WHITTLE_LIGHTS": "6"}) as daemon:
+                limits = json_of(daemon.get("/v1/version"))["limits"]
+        self.assertEqual((limits["pixels"], limits["objects"], limits["lights"]), (1000, 20, 7))
+
+    def test_limits_on_scenes_are_kept_and_named(self):
+        sphere = {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {}}
+        mesh = {"type": "mesh", "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]],
+                "triangles": [[0, 1, 2], [1, 3, 2]], "material": {}}
+        light = {"type": "point", "position": [0, 5, 0]}
+        for flag, bad, named in (("--pixels", scene(20, 20), "399"),
+                                 ("--samples-times-pixels", scene(20, 20), "399"),
+                                 ("--objects", scene(objects=[sphere] * 400), "399"),
+                                 ("--triangles", scene(objects=[mesh] * 200), "399"),
+                                 ("--lights", scene(lights=[light] * 400), "399")):
+            with self.subTest(flag), Daemon(flag, "399") as daemon:
+                reply = daemon.request("POST", "/v1/jobs", bad)
+                self.assertEqual(reply.status, 422, reply.body)
+                errors = json_of(reply)["errors"]
+                self.assertEqual([error["code"] for error in errors], ["limit_exceeded"], errors)
+                self.assertIn(named, errors[0]["detail"])
+                self.assertEqual(daemon.request("POST", "/v1/jobs", scene(15, 15)).status, 202)
+
+    def test_the_log_tells_the_settings_once_and_only_from_its_level_on(self):
+        with Daemon("--log-level", "warning") as daemon:
+            daemon.request("POST", "/v1/jobs", b"{")
+            self.assertEqual(daemon.get("/").status, 200)
+            self.assertEqual([row for row in daemon.log_rows() if row["level"] in ("debug", "info")], [])
+        with Daemon() as daemon:
+            start = [row for row in daemon.log_rows() if row["event"] == "start"]
+            self.assertEqual(len(start), 1)
+            self.assertEqual(start[0]["render_wait_s"], "60")
+
+    def test_a_port_in_use_and_a_folder_in_use_are_told(self):
+        with Daemon() as daemon:
+            for arguments, word in ((("--listen", f"127.0.0.1:{daemon.port}", "--data", daemon.folder / "other"), "listen"),
+                                    (("--listen", "127.0.0.1:0", "--data", daemon.data), "in use")):
+                result = whittled("--health-listen", "127.0.0.1:0", *arguments)
+                self.assertEqual(result.returncode, 1)
+                last = [json.loads(line) for line in result.stderr.splitlines()][-1]
+                self.assertEqual(last["event"], "cannot_run")
+                self.assertIn(word, last["detail"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,114 @@
+/// The worker that really renders, under the supervisor.
+
+#include <csignal>
+#include <regex>
+
+#include "tests/queue/supervised.h"
+
+using jobs::JobState;
+
+namespace {
+
+class WorkerTest : public SupervisorTest {
+ protected:
+  void start_real_worker() {
+    auto with = settings();
+    with.executable = worker::worker_beside_this_program();
+    start(with);
+  }
+  std::string bytes_of(const jobs::Artifact& artifact) {
+    const auto reader = queue.open(artifact);
+    if (reader == nullptr) return "";
+    std::string bytes(reader->size_bytes(), '\0');
+    reader->read(0, bytes.data(), bytes.size());
+    return bytes;
+  }
+};
+
+std::string scene(int side, int samples, const std::string& formats) {
+  return R"({"version": 1, "image": {"width": )" + std::to_string(side) + R"(, "height": )" + std::to_string(side) +
+         R"(}, "camera": {"position": [0, 1, 5], "look_at": [0, 0, 0]},
+             "lights": [{"type": "point", "position": [2, 5, 5]}],
+             "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {"reflection": 0.3}},
+                         {"type": "plane", "point": [0, -1, 0], "normal": [0, 1, 0], "material": {}}],
+             "accuracy": {"samples": [)" +
+         std::to_string(samples) + ", " + std::to_string(samples) + R"(]}, "output": {"formats": [)" + formats + "]}}";
+}
+
+}  // namespace
+
+TEST_F(WorkerTest, RendersASceneIntoEachFormatWithAReport) {
+  start_real_worker();
+  const std::string id = submit(scene(16, 1, R"("png", "exr")"));
+  ASSERT_TRUE(reaches(id, JobState::succeeded));
+  const jobs::Job job = find(id);
+  ASSERT_EQ(job.artifacts.size(), 2u);
+  EXPECT_EQ(job.artifacts[0].name, "image.png");
+  EXPECT_EQ(job.artifacts[0].media_type, "image/png");
+  EXPECT_EQ(bytes_of(job.artifacts[0]).substr(0, 8), "\x89PNG\r\n\x1a\n");
+  EXPECT_EQ(job.artifacts[1].name, "image.exr");
+  EXPECT_EQ(bytes_of(job.artifacts[1]).substr(0, 4), "v/1\x01");
+  EXPECT_TRUE(std::regex_search(job.report, std::regex("\"camera\": ?256[,}]"))) << job.report;
+  EXPECT_NE(job.report.find("\"encode\""), std::string::npos) << job.report;
+}
+
+TEST_F(WorkerTest, EqualDocumentsGiveOneArtifact) {
+  start_real_worker();
+  const std::string first = submit(scene(32, 4, R"("png")")), second = submit(scene(32, 4, R"("png")"));
+  ASSERT_TRUE(reaches(first, JobState::succeeded));
+  ASSERT_TRUE(reaches(second, JobState::succeeded));
+  EXPECT_EQ(find(first).artifacts.at(0).sha256, find(second).artifacts.at(0).sha256);
+}
+
+TEST_F(WorkerTest, ADocumentThatCannotBeReadFailsWithItsMistakesAndTheWorkerLives) {
+  start_real_worker();
+  const std::string id = submit(R"({"version": 1, "objects": [{"type": "sphere", "radius": -1, "material": "glas"}]})");
+  const std::string broken = submit("{");
+  ASSERT_TRUE(reaches(id, JobState::failed));
+  ASSERT_TRUE(reaches(broken, JobState::failed));
+  EXPECT_EQ(problem_code(id), "bad_scene");
+  EXPECT_FALSE(find(id).problem->errors.empty());
+  EXPECT_EQ(problem_code(broken), "bad_scene");
+  EXPECT_FALSE(find(broken).problem->detail.empty());
+  EXPECT_EQ(log.count("worker_ended"), 0);
+}
+
+TEST_F(WorkerTest, ShowsProgressAndObeysACancelInTheMiddleOfARender) {
+  start_real_worker();
+  const std::string id = submit(scene(2000, 1000, R"("png")"));
+  ASSERT_TRUE(eventually([&] { return queue.progress(id) > 0; }));
+  EXPECT_LT(queue.progress(id), 1);
+  queue.cancel(id);
+  ASSERT_TRUE(reaches(id, JobState::cancelled));
+  EXPECT_TRUE(eventually([&] { return supervisor->running() == 0; }));
+  EXPECT_EQ(log.count("worker_ended"), 0) << "it obeyed";
+}
+
+TEST_F(WorkerTest, SmallJobsPassALargeOne) {
+  start_real_worker();
+  const std::string large = submit(scene(2000, 1000, R"("png")"));
+  ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
+  for (int i = 0; i < 5; ++i) ASSERT_TRUE(reaches(submit(scene(16, 1, R"("png")")), JobState::succeeded));
+  EXPECT_EQ(state(large), JobState::running);
+  queue.cancel(large);
+}
+
+TEST_F(WorkerTest, TerminalAndServiceSignalsDoNotEndIt) {
+  start_real_worker();
+  ASSERT_TRUE(eventually([&] { return log.count("worker_ready") == 1; }));
+  kill(supervisor->worker_pid(), SIGTERM);
+  kill(supervisor->worker_pid(), SIGINT);
+  EXPECT_TRUE(reaches(submit(scene(16, 1, R"("png")")), JobState::succeeded));
+  EXPECT_EQ(log.count("worker_ended"), 0);
+}
+
+TEST_F(WorkerTest, AKilledRenderIsDoneAgainWithTheSamePicture) {
+  start_real_worker();
+  const std::string undisturbed = submit(scene(300, 16, R"("png")"));
+  ASSERT_TRUE(reaches(undisturbed, JobState::succeeded));
+  const std::string id = submit(scene(300, 16, R"("png")"));
+  ASSERT_TRUE(eventually([&] { return supervisor->running() == 1 || ended(state(id)); }));
+  kill(supervisor->worker_pid(), SIGKILL);
+  ASSERT_TRUE(reaches(id, JobState::succeeded));
+  EXPECT_EQ(find(id).artifacts.at(0).sha256, find(undisturbed).artifacts.at(0).sha256);
+}
