@@ -1,24 +1,68 @@
 #include "tracer/compile.h"
 
+#include <cmath>
 #include <new>
-#include <numeric>
+#include <numbers>
 
 #include "tracer/src/shapes/geometry_builder.h"
 
 namespace tracer {
 namespace {
 
+class LightTracer {
+ public:
+  LightTracer(const TraceFrame& frame, TraceLight& light) : frame_(frame), light_(light) {}
+
+  void operator()(const PointLight& point) { place(TraceLight::Kind::point, point.position); }
+  void operator()(const DirectionalLight& directional) {
+    light_.kind = TraceLight::Kind::directional;
+    light_.axis = -normalize(directional.direction);
+  }
+  void operator()(const SpotLight& spot) {
+    place(TraceLight::Kind::spot, spot.position);
+    light_.axis = normalize(spot.direction);
+    light_.cos_inner = std::cos(spot.inner_angle_deg * (std::numbers::pi / 180));
+    light_.cos_outer = std::cos(spot.outer_angle_deg * (std::numbers::pi / 180));
+  }
+  void operator()(const LineLight& line) {
+    place(TraceLight::Kind::line, line.from);
+    light_.u = scaled(line.to - line.from);
+  }
+  void operator()(const RectLight& rect) {
+    place(TraceLight::Kind::parallelogram, rect.corner);
+    light_.u = scaled(rect.edge_u);
+    light_.v = scaled(rect.edge_v);
+  }
+  void operator()(const DiscLight& disc) {
+    place(TraceLight::Kind::disc, disc.center);
+    const Axes axes = axes_across(normalize(disc.normal), {1, 0, 0});
+    light_.u = scaled(axes.e0 * disc.radius);
+    light_.v = scaled(axes.e1 * disc.radius);
+  }
+  void operator()(const SphereLight& sphere) {
+    place(TraceLight::Kind::sphere, sphere.center);
+    light_.radius = frame_.trace_from_world(sphere.radius);
+  }
+
+ private:
+  void place(TraceLight::Kind kind, const Vec3& position) {
+    light_.kind = kind;
+    light_.position = frame_.trace_from_world(position);
+  }
+  [[nodiscard]] Vec3 scaled(const Vec3& v) const {
+    return {frame_.trace_from_world(v.x), frame_.trace_from_world(v.y), frame_.trace_from_world(v.z)};
+  }
+
+  const TraceFrame& frame_;
+  TraceLight& light_;
+};
+
 TraceLight trace_light(const Light& light, const TraceFrame& frame) {
   TraceLight traced;
   traced.radiance = light.color * light.intensity;
   traced.shadows = light.shadows;
   traced.attenuation = light.attenuation;
-  if (const auto* directional = std::get_if<DirectionalLight>(&light.source)) {
-    traced.directional = true;
-    traced.to_light = -normalize(directional->direction);
-  } else {
-    traced.position = frame.trace_from_world(std::get<PointLight>(light.source).position);
-  }
+  std::visit(LightTracer(frame, traced), light.source);
   return traced;
 }
 

@@ -7,19 +7,10 @@
 #include "tracer/requirements.h"
 #include "tracer/src/accel/accelerator.h"
 #include "tracer/src/cameras/perspective.h"
+#include "tracer/src/lights/light.h"
 #include "tracer/src/scene/trace_frame.h"
 
 namespace tracer {
-
-/// A light in the trace frame.
-struct TraceLight {
-  bool directional = false;
-  Vec3 position;   ///< of a point light
-  Vec3 to_light;   ///< unit, of a directional light
-  Color radiance;  ///< color * intensity
-  bool shadows = true;
-  Attenuation attenuation;  ///< of world distances
-};
 
 class CompiledScene {
  public:

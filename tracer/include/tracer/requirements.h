@@ -11,6 +11,7 @@ struct Requirements {
   bool fresnel = false;
   bool shadows = false;               ///< a light casts them and there is something to shade
   bool transmissive_shadows = false;  ///< an occluder lets light through
+  bool soft_lights = false;           ///< a light has a length, an area or a surface
   bool textures = false;
   bool smooth_normals = false;
   bool triangles = false;

@@ -76,7 +76,39 @@ struct DirectionalLight {
   Vec3 direction{0, -1, 0};  ///< the way the light travels; any length > 0
 };
 
-using LightSource = std::variant<PointLight, DirectionalLight>;
+/// Full inside `inner_angle_deg` of its axis, nothing outside `outer_angle_deg` (half angles), between them the smoothstep
+/// of the cosine.
+struct SpotLight {
+  Vec3 position{};
+  Vec3 direction{0, -1, 0};  ///< the axis; any length > 0
+  double inner_angle_deg = 15, outer_angle_deg = 30;
+};
+
+// The lights below shine as the mean of point lights spread uniformly over their length, area or surface; what hides a part
+// of them takes that part from the mean, so their shadows are soft.
+
+struct LineLight {
+  Vec3 from{}, to{1, 0, 0};
+};
+
+struct RectLight {
+  Vec3 corner{};
+  Vec3 edge_u{1, 0, 0}, edge_v{0, 0, 1};  ///< a parallelogram; need not be at right angles
+};
+
+struct DiscLight {
+  Vec3 center{};
+  Vec3 normal{0, -1, 0};
+  double radius = 1;
+};
+
+struct SphereLight {
+  Vec3 center{};
+  double radius = 1;
+};
+
+using LightSource =
+    std::variant<PointLight, DirectionalLight, SpotLight, LineLight, RectLight, DiscLight, SphereLight>;
 
 struct Light {
   LightSource source{};

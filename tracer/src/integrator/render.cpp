@@ -49,18 +49,19 @@ std::vector<Pixel> block_order(const Tile& tile) {
 }
 
 /// Camera rays of samples [first, last) of every pixel, sample by sample.
-Generation camera_rays(const CompiledScene& scene, const std::vector<Pixel>& pixels, std::uint32_t first,
-                       std::uint32_t last) {
-  Generation generation;
-  std::uint32_t number = 0;
+Batch camera_rays(const CompiledScene& scene, const std::vector<Pixel>& pixels, std::uint32_t first,
+                  std::uint32_t last) {
+  Batch batch;
+  batch.samples.reserve(pixels.size() * (last - first));
   for (std::uint32_t s = first; s < last; ++s)
     for (const Pixel& pixel : pixels) {
       const std::uint64_t index = static_cast<std::uint64_t>(pixel.y) * scene.image.width + pixel.x;
       const Vec2 at = pixel_sample(index, s, scene.accuracy.samples, scene.accuracy.seed);
-      generation.camera.push(scene.camera.position(), scene.camera.direction(pixel.x + at.x, pixel.y + at.y), {1, 1, 1},
-                             number++, {});
+      batch.camera.push(scene.camera.position(), scene.camera.direction(pixel.x + at.x, pixel.y + at.y), {1, 1, 1},
+                        static_cast<std::uint32_t>(batch.samples.size()), {}, 0);
+      batch.samples.push_back({pixel_key(index, scene.accuracy.seed), s});
     }
-  return generation;
+  return batch;
 }
 
 /// Sum of one pixel's finite samples.
@@ -83,7 +84,7 @@ bool render_tile(const CompiledScene& scene, const Tile& tile, Wavefront& wavefr
   const std::uint32_t at_once = std::max(1u, batch_rays / pixel_count);
   for (std::uint32_t first = 0; first < samples; first += std::min(at_once, samples - first)) {
     const std::uint32_t last = first + std::min(at_once, samples - first);
-    if (!wavefront.trace(camera_rays(scene, pixels, first, last), (last - first) * pixel_count)) return false;
+    if (!wavefront.trace(camera_rays(scene, pixels, first, last))) return false;
     const std::vector<Color>& radiance = wavefront.radiance();
     for (std::size_t i = 0; i < radiance.size(); ++i) {
       PixelSum& pixel = sums[i % pixel_count];

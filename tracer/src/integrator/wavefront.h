@@ -18,6 +18,17 @@ struct Generation {
   [[nodiscard]] std::size_t size() const { return camera.size() + reflection.size() + refraction.size(); }
 };
 
+/// Camera rays to be traced together. Samples are numbered from 0, ascending in the queue.
+struct Batch {
+  /// What the random choices of a sample are derived from.
+  struct Sample {
+    std::uint64_t key = 0;    ///< of its pixel
+    std::uint32_t index = 0;  ///< among the pixel's samples
+  };
+  RayQueue camera;
+  std::vector<Sample> samples;
+};
+
 /// Answers of the accelerator, one per ray of a span.
 struct Hits {
   std::vector<PrimitiveRef> primitive;
@@ -33,6 +44,13 @@ struct Hits {
   [[nodiscard]] Hit at(std::size_t i) const { return {primitive[i], t[i], u[i], v[i]}; }
 };
 
+/// One of the points by which a light is known to a hit.
+struct LightStep {
+  const TraceLight& light;
+  std::uint32_t number = 0;  ///< of the light
+  std::uint32_t point = 0, points = 1;
+};
+
 /// One thread's tracer with its scratch memory. Contributions to one sample are added in an order that depends on that
 /// sample alone (generation, then kind, then the order of the parents, then light), so no choice of batch, tile or
 /// thread changes a bit of the picture.
@@ -40,9 +58,8 @@ class Wavefront {
  public:
   Wavefront(const CompiledScene& scene, const RenderControl& control) : scene_(scene), control_(control) {}
 
-  /// Traces `camera_rays` (samples numbered from 0 to `samples` - 1, ascending) to the end.
-  /// False: cancelled; then the radiances mean nothing. Throws std::bad_alloc.
-  bool trace(Generation camera_rays, std::uint32_t samples);
+  /// Traces a batch to the end. False: cancelled; then the radiances mean nothing. Throws std::bad_alloc.
+  bool trace(Batch batch);
 
   /// Radiance of each sample of the last batch. May hold non-finite values.
   [[nodiscard]] const std::vector<Color>& radiance() const { return radiance_; }
@@ -54,17 +71,20 @@ class Wavefront {
   void trace_queue(const RayQueue& rays, std::uint32_t depth, Generation& next);
   void gather(const RayQueue& rays, Coherence coherence);
   void shade_own_light(const RayQueue& rays);
-  void shade_light(const RayQueue& rays, const TraceLight& light, Coherence coherence);
+  void shade_lights(const RayQueue& rays, std::uint32_t depth, Coherence coherence);
+  void shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence);
+  [[nodiscard]] Vec3 point_of(const LightStep& step, const RayQueue& rays, std::size_t ray) const;
   void add_unblocked(Coherence coherence);
   void cross_transmissive();
-  void branch(const RayQueue& rays, std::uint32_t depth, Generation& next);
-  void emit(RayQueue& queue, const RayQueue& rays, std::size_t ray, const Surface& surface, const Vec3& direction,
-            const Color& factor, std::uint32_t depth);
+  void branch(const RayQueue& rays, Generation& next);
+  void emit(Generation& next, RayQueue Generation::*kind, const RayQueue& rays, std::size_t ray, const Surface& surface,
+            const Vec3& direction, const Color& factor);
 
   const CompiledScene& scene_;
   const RenderControl& control_;
   RenderStatistics statistics_;
   std::vector<Color> radiance_;
+  std::vector<Batch::Sample> samples_;
 
   // Hits of the queue being shaded.
   Hits hits_;                           ///< one per ray

@@ -16,12 +16,20 @@ bool is_quadric(const Shape& shape) {
          std::holds_alternative<Cone>(shape) || std::holds_alternative<Box>(shape);
 }
 
+bool is_soft(const LightSource& source) {
+  return !std::holds_alternative<PointLight>(source) && !std::holds_alternative<DirectionalLight>(source) &&
+         !std::holds_alternative<SpotLight>(source);
+}
+
 }  // namespace
 
 Requirements requirements(const Scene& scene) {
   Requirements needs;
   bool casting_light = false;
-  for (const Light& light : scene.lights) casting_light |= light.shadows;
+  for (const Light& light : scene.lights) {
+    casting_light |= light.shadows;
+    needs.soft_lights |= is_soft(light.source);
+  }
   for_each_placed(scene, [&](const Placed& object) {
     const Material& material = scene.materials[object.material.index];
     const bool transmits = material.transmission > 0;
