@@ -4,6 +4,9 @@ import subprocess
 import tempfile
 import unittest
 
+import numpy
+
+from tests.support import pictures
 from tests.support.whittle import SCENES, scene, whittle
 
 NAMES = sorted(path.stem for path in SCENES.glob("*.json"))
@@ -35,6 +38,23 @@ class ExampleScenes(unittest.TestCase):
         self.assertEqual(scene("tiny")["image"], {"width": 16, "height": 16})
         models = [material["model"] for material in scene("local_models")["materials"].values()]
         self.assertLessEqual({"lambert", "phong", "blinn_phong"}, set(models))
+
+
+class Gallery(unittest.TestCase):
+    def test_shows_what_the_scenes_give(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for shown in sorted((SCENES / "pictures").glob("*.png")):
+                done = whittle("render", SCENES / f"{shown.stem}.json", "-o", f"{folder}/{shown.name}")
+                self.assertEqual(done.returncode, 0, done.stderr)
+                now = pictures.read_png((pathlib.Path(folder) / shown.name).read_bytes()).astype(float)
+                kept = pictures.read_png(shown.read_bytes()).astype(float)
+                # Another processor or C library may round another way, and tip single rays over an edge.
+                self.assertLess(numpy.sqrt(numpy.mean((now - kept) ** 2)), 1.0, f"{shown.name}: draw it again")
+
+    def test_shows_every_scene_but_the_tiny_one_in_at_most_300_kilobytes(self):
+        shown = {path.stem: path.stat().st_size for path in (SCENES / "pictures").glob("*.png")}
+        self.assertEqual(sorted(shown), sorted(set(NAMES) - {"tiny"}))
+        self.assertLessEqual(max(shown.values()), 300_000)
 
 
 class Sphereflake(unittest.TestCase):

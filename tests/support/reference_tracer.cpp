@@ -308,7 +308,7 @@ Light3 ReferenceTracer::bounced(const Ray& ray, const Point& point, const Light3
   const Real cos_t = total ? 0 : std::sqrt(cos2_t);
   Light3 mirror = material.reflection * Light3(material.reflection_color);
   Light3 transmit = material.transmission * Light3(material.transmission_color);
-  if (material.transmission > 0 || material.fresnel) path.near_miss(cos2_t);
+  if (material.transmission > 0 || material.fresnel) path.near_miss(cos2_t / std::fmax(1.0L, n_from / n_to));
   if (material.fresnel) {
     const Real f = total ? 1 : reflectance(cos_i, cos_t, n_from, n_to);
     mirror = f * mirror;

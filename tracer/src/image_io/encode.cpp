@@ -38,10 +38,10 @@ OIIO::ImageSpec exr_spec(const Image& image) {
 /// Whatever goes wrong on the way is told by the call's result, by has_error() alone (PNG on a failed write), or
 /// thrown.
 Encoded write(const char* format, const OIIO::ImageSpec& spec, const OIIO::TypeDesc& type, const void* pixels) try {
+  Bytes bytes;
+  OIIO::Filesystem::IOVecOutput memory(bytes);  // outlives the encoder, whose end may still write
   const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(format);
   if (!output) return std::string(format) + " encoder: " + OIIO::geterror();
-  Bytes bytes;
-  OIIO::Filesystem::IOVecOutput memory(bytes);
   const bool written = output->set_ioproxy(&memory) && output->open(format, spec) &&
                        output->write_image(type, pixels) && output->close();
   if (!written || output->has_error()) return std::string(format) + " encoder: " + output->geterror();

@@ -1,0 +1,75 @@
+"""Every command the README shows does what the README says."""
+import json
+import os
+import pathlib
+import re
+import subprocess
+import tempfile
+import unittest
+
+from tests.http.daemon import BIN, Daemon
+from tests.support import pictures
+from tests.support.sources import SOURCE, text
+
+README = text("README.md")
+BLOCKS = re.findall(r"^```(\w*)\n(.*?)^```\n", README, re.MULTILINE | re.DOTALL)
+SHELL_BLOCKS = [block for language, block in BLOCKS if language == "sh"]
+PLAIN_BLOCKS = [block for language, block in BLOCKS if language == ""]
+
+
+class Readme(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        """A folder that looks like the checkout after server/run, and a daemon on another port."""
+        cls.daemon = cls.enterClassContext(Daemon())
+        cls.folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        (cls.folder / "scenes").symlink_to(SOURCE / "scenes")
+        (cls.folder / "build" / "release").mkdir(parents=True)
+        (cls.folder / "build" / "release" / "bin").symlink_to(BIN)
+
+    def run_block(self, containing):
+        (block,) = [block for block in SHELL_BLOCKS if containing in block]
+        block = block.replace("127.0.0.1:8080", f"127.0.0.1:{self.daemon.port}")
+        done = subprocess.run(["bash", "-euo", "pipefail", "-c", block], cwd=self.folder, check=False, timeout=600,
+                              capture_output=True, text=True, env={**os.environ, "no_proxy": "*"})
+        self.assertEqual(done.returncode, 0, f"{block}\n{done.stdout}\n{done.stderr}")
+        return done.stdout
+
+    def size_of(self, name):
+        height, width, _ = pictures.read_png((self.folder / name).read_bytes()).shape
+        return width, height
+
+    def test_submits_the_sphereflake_and_fetches_its_picture(self):
+        job = json.loads(self.run_block("/image.png"))
+        self.assertEqual(job["name"], "sphereflake")
+        self.assertEqual(self.size_of("sphereflake.png"), (512, 512))
+
+    def test_gets_a_picture_in_one_line(self):
+        self.run_block("/v1/render")
+        self.assertEqual(self.size_of("whitted.png"), (640, 480))
+
+    def test_validates(self):
+        self.assertTrue(json.loads(self.run_block("/v1/jobs/validate"))["valid"])
+
+    def test_renders_and_checks_on_the_command_line(self):
+        self.assertRegex(self.run_block("whittle render"), r"^valid; needs: .+\n$")
+        self.assertEqual(self.size_of("cornell.png"), (512, 512))
+        self.assertEqual(pictures.read_exr((self.folder / "cornell.exr").read_bytes()).shape, (512, 512, 3))
+
+    def test_has_every_shell_block_run_here(self):
+        self.assertEqual(len(SHELL_BLOCKS), 4)
+
+    def test_names_two_commands_to_start_that_exist(self):
+        (block,) = PLAIN_BLOCKS
+        self.assertEqual(block.split(), ["server/run", "tests/run"])
+        for command in block.split():
+            self.assertTrue(os.access(SOURCE / command, os.X_OK), command)
+
+    def test_links_to_files_that_exist(self):
+        for page in ("README.md", "scenes/README.md"):
+            for link in re.findall(r"\]\(([^):#]+)\)", text(page)):
+                self.assertTrue((SOURCE / page).parent.joinpath(link).exists(), f"{page}: {link}")
+
+
+if __name__ == "__main__":
+    unittest.main()
