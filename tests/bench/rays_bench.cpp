@@ -48,7 +48,7 @@ void add_shadow_rays(const tracer::CompiledScene& scene, const RayQueue& camera,
       const tracer::Vec3 to_light = directional ? light.axis : normalize(offset);
       if (dot(surface.normal, to_light) <= 0) continue;
       rays.shadow.push(offset_origin(surface.point, surface.geometric_normal, to_light), to_light, {1, 1, 1}, 0,
-                       primitive[i], 0);
+                       primitive[i], 0, 0);
       rays.shadow_distance.push_back(directional ? HUGE_VAL : length(offset));
     }
 }
@@ -63,7 +63,7 @@ Rays depth_zero_rays(const tracer::CompiledScene& scene) {
         for (std::uint32_t bx = tx; bx < std::min(tx + tile, scene.image.width); bx += block)
           for (std::uint32_t y = by; y < std::min(by + block, scene.image.height); ++y)
             for (std::uint32_t x = bx; x < std::min(bx + block, scene.image.width); ++x)
-              camera.push(scene.camera.position(), scene.camera.direction(x + 0.5, y + 0.5), {1, 1, 1}, 0, {}, 0);
+              camera.push(scene.camera.position(), scene.camera.direction(x + 0.5, y + 0.5), {1, 1, 1}, 0, {}, 0, 0);
       for (std::size_t i = 0; i < camera.size(); ++i) rays.camera.push(camera, i);
       add_shadow_rays(scene, camera, rays);
     }

@@ -1,10 +1,13 @@
 #include "tracer/compile.h"
 
+#include <algorithm>
 #include <cmath>
 #include <new>
 #include <numbers>
+#include <set>
 
 #include "tracer/src/shapes/geometry_builder.h"
+#include "tracer/src/shapes/surface.h"
 
 namespace tracer {
 namespace {
@@ -66,6 +69,29 @@ TraceLight trace_light(const Light& light, const TraceFrame& frame) {
   return traced;
 }
 
+/// Transmissive solids that hold the camera, outermost first: of those that a ray from it meets, the ones that it meets
+/// from behind before it meets them from the front.
+std::vector<std::uint32_t> objects_around_camera(const CompiledScene& scene) {
+  std::vector<std::uint32_t> around;
+  std::set<std::uint32_t> seen;
+  Vec3 origin = scene.camera.position();
+  const Vec3 direction = scene.camera.direction(0.5 * scene.image.width, 0.5 * scene.image.height);
+  PrimitiveRef from;
+  for (;;) {
+    Hit hit;
+    scene.accelerator->closest(
+        {&origin.x, &origin.y, &origin.z, &direction.x, &direction.y, &direction.z, nullptr, &from, 1},
+        {&hit.primitive, &hit.t, &hit.u, &hit.v}, Coherence::incoherent, Among::transmissive);
+    if (!hit.primitive.hit()) break;
+    const Surface surface = surface_at(scene, hit, origin, direction);
+    if (seen.insert(surface.object).second && surface.back) around.push_back(surface.object);
+    origin = offset_origin(surface.point, surface.geometric_normal, direction);
+    from = hit.primitive;
+  }
+  std::reverse(around.begin(), around.end());
+  return around;
+}
+
 template <class T>
 std::uint64_t bytes_of(const std::vector<T>& values) {
   return values.capacity() * sizeof(T);
@@ -82,6 +108,7 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene
     auto accelerator = Accelerator::build(compiled->geometry, control);
     if (!accelerator) return accelerator.error();
     compiled->accelerator = std::move(*accelerator);
+    if (compiled->needs.refraction) compiled->objects_around_camera = objects_around_camera(*compiled);
     return std::shared_ptr<const CompiledScene>(std::move(compiled));
   } catch (const std::bad_alloc&) {
     return Failure{Failure::Code::out_of_memory, "no memory for the compiled scene"};

@@ -35,10 +35,15 @@ class CompiledScene {
   std::vector<Texture> textures;
   std::vector<TraceLight> lights;
   std::vector<std::uint32_t> material_of_object;
+  std::vector<std::uint32_t> objects_around_camera;  ///< transmissive solids it is inside of, outermost first
   std::vector<Axes> axes_of_object;  ///< texture coordinates: a sphere's axes; a plane's e0 and e1 are the world
                                      ///< gradients of u and v. Empty without textures
   GeometrySet geometry;              ///< the accelerator points into it
   std::unique_ptr<Accelerator> accelerator;
+
+  [[nodiscard]] const Material& material_of(std::uint32_t object) const {
+    return materials[material_of_object[object]];
+  }
 };
 
 }  // namespace tracer

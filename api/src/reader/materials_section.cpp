@@ -12,13 +12,16 @@ namespace api {
 namespace {
 
 using Model = tracer::Material::Model;
-enum class Transparency { refract };  // one choice only in this build, as is the next
-enum class Shading { smooth };
+using Transparency = tracer::Material::Transparency;
+using Shading = tracer::Material::Shading;
 
 constexpr Word<Model>::Meaning models[] = {
     {"lambert", Model::lambert}, {"phong", Model::phong}, {"blinn_phong", Model::blinn_phong}};
-constexpr Word<Transparency>::Meaning transparencies[] = {{"refract", Transparency::refract}};
-constexpr Word<Shading>::Meaning shadings[] = {{"smooth", Shading::smooth}};
+constexpr Word<Transparency>::Meaning transparencies[] = {{"refract", Transparency::refract},
+                                                          {"interpolated", Transparency::interpolated},
+                                                          {"filtered", Transparency::filtered}};
+constexpr Word<Shading>::Meaning shadings[] = {
+    {"smooth", Shading::smooth}, {"flat", Shading::flat}, {"gouraud", Shading::gouraud}};
 
 /// Whether one more material or texture may be made of the value; tells so at the first that may not. Those after it
 /// are not read, so that what is too much is never held.
@@ -66,8 +69,9 @@ void read_color_or_texture(Reading& reading, const Cursor& at, tracer::ColorOrTe
 
 /// What a material reflects by default depends on whether Fresnel's equations hold, and that on what it transmits.
 void read_reflection(Fields& fields, tracer::Material& material) {
+  fields.optional("transparency", Word<Transparency>{material.transparency, "material.transparency", transparencies});
   const bool transmits = fields.optional("transmission", material.transmission) && material.transmission > 0;
-  material.fresnel = transmits;
+  material.fresnel = transmits && material.transparency == Transparency::refract;
   fields.optional("fresnel", material.fresnel);
   if (material.fresnel) material.reflection = 1;
   fields.optional("reflection", material.reflection);
@@ -92,10 +96,9 @@ tracer::MaterialId add_material(Reading& reading, const Cursor& at) {
   fields.optional("reflection_color", material.reflection_color);
   fields.optional("transmission_color", material.transmission_color);
   fields.optional("ior", material.ior);
-  Transparency transparency{};
-  fields.optional("transparency", Word<Transparency>{transparency, "material.transparency", transparencies});
-  Shading shading{};
-  fields.optional("shading", Word<Shading>{shading, "material.shading", shadings});
+  fields.optional("priority", Integer<int>{material.priority, std::numeric_limits<int>::min()});
+  fields.optional("absorption", material.absorption);
+  fields.optional("shading", Word<Shading>{material.shading, "material.shading", shadings});
   fields.finish();
   return id;
 }

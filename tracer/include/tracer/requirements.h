@@ -12,6 +12,9 @@ struct Requirements {
   bool shadows = false;               ///< a light casts them and there is something to shade
   bool transmissive_shadows = false;  ///< an occluder lets light through
   bool soft_lights = false;           ///< a light has a length, an area or a surface
+  bool absorption = false;            ///< a solid takes light on the way through
+  bool overlapping_media = false;     ///< transmissive solids may overlap: their priorities, or more than one, matter
+  bool gouraud = false;               ///< the local model is evaluated at the corners of triangles
   bool textures = false;
   bool smooth_normals = false;
   bool triangles = false;

@@ -76,16 +76,16 @@ struct DirectionalLight {
   Vec3 direction{0, -1, 0};  ///< the way the light travels; any length > 0
 };
 
-/// Full inside `inner_angle_deg` of its axis, nothing outside `outer_angle_deg` (half angles), between them the smoothstep
-/// of the cosine.
+/// Full inside `inner_angle_deg` of its axis, nothing outside `outer_angle_deg` (half angles), between them the
+/// smoothstep of the cosine.
 struct SpotLight {
   Vec3 position{};
   Vec3 direction{0, -1, 0};  ///< the axis; any length > 0
   double inner_angle_deg = 15, outer_angle_deg = 30;
 };
 
-// The lights below shine as the mean of point lights spread uniformly over their length, area or surface; what hides a part
-// of them takes that part from the mean, so their shadows are soft.
+// The lights below shine as the mean of point lights spread uniformly over their length, area or surface; what hides a
+// part of them takes that part from the mean, so their shadows are soft.
 
 struct LineLight {
   Vec3 from{}, to{1, 0, 0};
@@ -107,8 +107,7 @@ struct SphereLight {
   double radius = 1;
 };
 
-using LightSource =
-    std::variant<PointLight, DirectionalLight, SpotLight, LineLight, RectLight, DiscLight, SphereLight>;
+using LightSource = std::variant<PointLight, DirectionalLight, SpotLight, LineLight, RectLight, DiscLight, SphereLight>;
 
 struct Light {
   LightSource source{};
@@ -151,11 +150,24 @@ struct Material {
   Color emission{};
   double reflection = 0;              ///< K_r in [0,1]
   Color reflection_color{1, 1, 1};    ///< C_r
-  double transmission = 0;            ///< K_t in [0,1]; refracted by Snell's law
+  double transmission = 0;            ///< K_t in [0,1]; filtered transparency may have more
   Color transmission_color{1, 1, 1};  ///< C_t
-  double ior = 1.5;                   ///< > 0; the outside has 1
+  /// How K_t > 0 transmits. refract: by Snell's law; total internal reflection adds K_t C_t to the reflected weight.
+  /// interpolated: straight on, I = (1 - K_t)(ambient + diffuse) + specular + emission + K_t I_behind.
+  /// filtered: straight on, I = I_local + K_t C_t I_behind. (Foley, van Dam et al. 1990, sec. 16.5.1.)
+  enum class Transparency { refract, interpolated, filtered };
+  Transparency transparency = Transparency::refract;
+  double ior = 1.5;  ///< > 0; the outside has 1
+  /// Where solids overlap, the one of highest priority fills the overlap; among equals, the one entered last.
+  int priority = 0;
+  Color absorption{};  ///< per scene unit: radiance travelling a length s inside is multiplied by exp(-absorption s)
+  /// smooth: interpolated normals where the mesh has them. flat: the face's. gouraud: the local model is evaluated at
+  /// the corners of the mesh's triangles and interpolated; on other shapes the same as smooth.
+  enum class Shading { smooth, flat, gouraud };
+  Shading shading = Shading::smooth;
   /// K_r is multiplied by F and K_t by 1-F, F the exact unpolarised dielectric reflectance. The document's default is
-  /// true where transmission > 0; the reader resolves it, as it does reflection's default of 1 under fresnel.
+  /// true where transmission > 0 is refracted; the reader resolves it, as it does reflection's default of 1 under
+  /// fresnel.
   bool fresnel = false;
   std::string path;  ///< where the document defines it, e.g. "/materials/red"; prefix of issue pointers
 };

@@ -11,7 +11,7 @@ namespace tracer {
 class RayQueue {
  public:
   void push(const Vec3& origin, const Vec3& direction, const Color& weight, std::uint32_t sample, PrimitiveRef from,
-            std::uint32_t path) {
+            std::uint32_t path, std::uint32_t media) {
     if (size_ == weight_.size()) grow();
     ox_[size_] = origin.x;
     oy_[size_] = origin.y;
@@ -23,11 +23,13 @@ class RayQueue {
     sample_[size_] = sample;
     from_[size_] = from;
     path_[size_] = path;
+    media_[size_] = media;
     ++size_;
   }
 
   void push(const RayQueue& other, std::size_t i) {
-    push(other.origin(i), other.direction(i), other.weight_[i], other.sample_[i], other.from_[i], other.path_[i]);
+    push(other.origin(i), other.direction(i), other.weight_[i], other.sample_[i], other.from_[i], other.path_[i],
+         other.media_[i]);
   }
 
   /// Keeps the memory for the next rays.
@@ -41,6 +43,7 @@ class RayQueue {
   [[nodiscard]] std::uint32_t sample(std::size_t i) const { return sample_[i]; }
   [[nodiscard]] PrimitiveRef from(std::size_t i) const { return from_[i]; }
   [[nodiscard]] std::uint32_t path(std::size_t i) const { return path_[i]; }
+  [[nodiscard]] std::uint32_t media(std::size_t i) const { return media_[i]; }
 
   /// `t_max` null or one per ray.
   [[nodiscard]] RaySpan span(const double* t_max = nullptr) const {
@@ -54,6 +57,7 @@ class RayQueue {
     sample_.resize(capacity);
     from_.resize(capacity);
     path_.resize(capacity);
+    media_.resize(capacity);
     weight_.resize(capacity);
   }
 
@@ -63,7 +67,8 @@ class RayQueue {
   std::vector<Color> weight_;          ///< throughput: what a unit of radiance along the ray adds to its sample
   std::vector<std::uint32_t> sample_;  ///< index in the batch
   std::vector<PrimitiveRef> from_;
-  std::vector<std::uint32_t> path_;  ///< hash of the bounces that led here: random choices on different paths differ
+  std::vector<std::uint32_t> path_;   ///< hash of the bounces that led here: random choices on different paths differ
+  std::vector<std::uint32_t> media_;  ///< the solids it is inside of: a Media::List
 };
 
 }  // namespace tracer

@@ -6,8 +6,7 @@
 #include <vector>
 
 #include "tracer/render.h"
-#include "tracer/src/integrator/ray_queue.h"
-#include "tracer/src/shapes/surface.h"
+#include "tracer/src/integrator/shadow_rays.h"
 
 namespace tracer {
 
@@ -29,21 +28,6 @@ struct Batch {
   std::vector<Sample> samples;
 };
 
-/// Answers of the accelerator, one per ray of a span.
-struct Hits {
-  std::vector<PrimitiveRef> primitive;
-  std::vector<double> t, u, v;
-
-  HitSpan resized(std::size_t count) {
-    primitive.resize(count);
-    t.resize(count);
-    u.resize(count);
-    v.resize(count);
-    return {primitive.data(), t.data(), u.data(), v.data()};
-  }
-  [[nodiscard]] Hit at(std::size_t i) const { return {primitive[i], t[i], u[i], v[i]}; }
-};
-
 /// One of the points by which a light is known to a hit.
 struct LightStep {
   const TraceLight& light;
@@ -56,7 +40,8 @@ struct LightStep {
 /// thread changes a bit of the picture.
 class Wavefront {
  public:
-  Wavefront(const CompiledScene& scene, const RenderControl& control) : scene_(scene), control_(control) {}
+  Wavefront(const CompiledScene& scene, const RenderControl& control)
+      : scene_(scene), control_(control), media_(scene), shadow_(scene, control) {}
 
   /// Traces a batch to the end. False: cancelled; then the radiances mean nothing. Throws std::bad_alloc.
   bool trace(Batch batch);
@@ -67,41 +52,48 @@ class Wavefront {
   [[nodiscard]] const RenderStatistics& statistics() const { return statistics_; }
 
  private:
+  /// A surface as the local model sees it: where it is, and the unit vector towards the eye.
+  struct Facing {
+    BoundedPoint point;
+    Vec3 normal, to_eye;
+    double share = 1;  ///< of the hit's light
+  };
+
+  // wavefront.cpp
   void trace_generation(const Generation& generation, Generation& next);
   void trace_queue(const RayQueue& rays, std::uint32_t depth, Generation& next);
-  void gather(const RayQueue& rays, Coherence coherence);
+  void gather(const RayQueue& rays, Coherence coherence, Generation& next);
+  bool pass_hidden(const RayQueue& rays, std::size_t ray, const Surface& surface, const Color& weight,
+                   Generation& next);
+
+  // lighting.cpp: the local model
   void shade_own_light(const RayQueue& rays);
   void shade_lights(const RayQueue& rays, std::uint32_t depth, Coherence coherence);
   void shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence);
+  void shade_facing(const RayQueue& rays, const LightStep& step, std::size_t hit, const Facing& facing);
   [[nodiscard]] Vec3 point_of(const LightStep& step, const RayQueue& rays, std::size_t ray) const;
-  void add_unblocked(Coherence coherence);
-  void cross_transmissive();
+
+  // branching.cpp: mirrors and glass
   void branch(const RayQueue& rays, Generation& next);
-  void emit(Generation& next, RayQueue Generation::*kind, const RayQueue& rays, std::size_t ray, const Surface& surface,
-            const Vec3& direction, const Color& factor);
+  void branch_at(const RayQueue& rays, std::size_t hit, Generation& next);
+  void emit(Generation& next, RayQueue Generation::*kind, const RayQueue& rays, std::size_t hit, const Vec3& direction,
+            const Color& factor, Media::List media);
 
   const CompiledScene& scene_;
   const RenderControl& control_;
   RenderStatistics statistics_;
   std::vector<Color> radiance_;
   std::vector<Batch::Sample> samples_;
+  Media media_;
 
-  // Hits of the queue being shaded.
+  // Hits of the queue being shaded. What hides within a solid of higher priority is not among the last four.
   Hits hits_;                           ///< one per ray
   std::vector<std::uint32_t> hit_ray_;  ///< which ray of the queue
   std::vector<Surface> surface_;        ///< beside hit_ray_
+  std::vector<Color> weight_;           ///< the ray's when it arrives, beside hit_ray_
   std::vector<Color> color_;            ///< C at the surface, beside hit_ray_
 
-  // Shadow rays of one light over those hits; their weight is what they add if nothing blocks them.
-  RayQueue shadow_;
-  std::vector<double> shadow_distance_;
-  std::vector<std::uint8_t> blocked_;
-  std::vector<Color> visible_;  ///< S_i: product over the surfaces crossed
-
-  // Shadow rays on their way through transmissive surfaces, and the next step's.
-  RayQueue crossing_, crossing_next_;  ///< `sample` is the shadow ray's index
-  std::vector<double> crossing_distance_, crossing_distance_next_;
-  Hits crossed_;
+  ShadowRays shadow_;
 };
 
 }  // namespace tracer

@@ -1,5 +1,7 @@
 #include "tracer/requirements.h"
 
+#include <utility>
+
 #include "tracer/src/scene/placement.h"
 
 namespace tracer {
@@ -26,6 +28,7 @@ bool is_soft(const LightSource& source) {
 Requirements requirements(const Scene& scene) {
   Requirements needs;
   bool casting_light = false;
+  bool solid_seen = false;
   for (const Light& light : scene.lights) {
     casting_light |= light.shadows;
     needs.soft_lights |= is_soft(light.source);
@@ -33,10 +36,14 @@ Requirements requirements(const Scene& scene) {
   for_each_placed(scene, [&](const Placed& object) {
     const Material& material = scene.materials[object.material.index];
     const bool transmits = material.transmission > 0;
+    const bool refracts = transmits && material.transparency == Material::Transparency::refract;
     needs.refraction |= transmits;
     // Without Fresnel, total internal reflection still turns transmitted weight into reflected weight.
-    needs.reflection |= material.reflection > 0 || transmits;
+    needs.reflection |= material.reflection > 0 || refracts;
     needs.fresnel |= material.fresnel && (transmits || material.reflection > 0);
+    needs.absorption |= transmits && !(material.absorption == Color{});
+    needs.overlapping_media |= transmits && std::exchange(solid_seen, true);
+    needs.gouraud |= material.shading == Material::Shading::gouraud;
     needs.textures |= std::holds_alternative<TextureId>(material.color);
     needs.smooth_normals |= has_normals(object.shape);
     needs.spheres |= std::holds_alternative<Sphere>(object.shape);

@@ -143,7 +143,12 @@ void check_material(Checks& checks, const Material& material, std::size_t textur
   checks.color({where, "emission"}, material.emission);
   checks.within({where, "reflection"}, material.reflection, 0, 1);
   checks.color({where, "reflection_color"}, material.reflection_color);
-  checks.within({where, "transmission"}, material.transmission, 0, 1);
+  if (material.transparency == Material::Transparency::filtered) {
+    checks.not_negative({where, "transmission"}, material.transmission);
+  } else {
+    checks.within({where, "transmission"}, material.transmission, 0, 1);
+  }
+  checks.color({where, "absorption"}, material.absorption);
   checks.color({where, "transmission_color"}, material.transmission_color);
   const Where ior(where, "ior");
   if (checks.finite(ior, material.ior)) {

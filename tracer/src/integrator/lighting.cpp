@@ -1,0 +1,115 @@
+/// Wavefront, the local model: what the surface itself gives, and what lights give it.
+
+#include <limits>
+
+#include "tracer/src/integrator/wavefront.h"
+#include "tracer/src/lights/attenuation.h"
+#include "tracer/src/materials/local_model.h"
+#include "tracer/src/math/sampling.h"
+#include "tracer/src/textures/texture.h"
+
+namespace tracer {
+namespace {
+
+/// A penumbra of 16 stratified points a pixel has a standard error of some 3 % of the light at worst.
+constexpr std::uint32_t light_points_min = 16;
+
+/// What is left of the ambient and diffuse light of a surface that interpolates it with what is behind.
+double body(const Material& material) {
+  return material.transparency == Material::Transparency::interpolated ? 1 - material.transmission : 1;
+}
+
+}  // namespace
+
+void Wavefront::shade_own_light(const RayQueue& rays) {
+  color_.clear();
+  for (std::size_t i = 0; i < hit_ray_.size(); ++i) {
+    const Material& material = scene_.materials[surface_[i].material];
+    const auto* texture = std::get_if<TextureId>(&material.color);
+    color_.push_back(texture != nullptr ? texture_color(scene_.textures[texture->index], surface_[i].uv)
+                                        : std::get<Color>(material.color));
+    const Color own = material.emission + scene_.ambient * color_.back() * (material.ambient * body(material));
+    radiance_[rays.sample(hit_ray_[i])] += weight_[i] * own;
+  }
+}
+
+/// A soft light is known by as many points a hit that a pixel sees at least light_points_min of them; after a bounce,
+/// by one.
+void Wavefront::shade_lights(const RayQueue& rays, std::uint32_t depth, Coherence coherence) {
+  const std::uint32_t samples = scene_.accuracy.samples;
+  const std::uint32_t soft_points = depth == 0 ? (light_points_min + samples - 1) / samples : 1;
+  for (std::uint32_t number = 0; number < scene_.lights.size(); ++number) {
+    const TraceLight& light = scene_.lights[number];
+    const std::uint32_t points = light.soft() ? soft_points : 1;
+    for (std::uint32_t point = 0; point < points; ++point) {
+      if (control_.cancelled()) return;
+      shade_light(rays, {light, number, point, points}, coherence);
+    }
+  }
+}
+
+/// The samples of a pixel share one sequence per light and path, so that their points are stratified together.
+Vec3 Wavefront::point_of(const LightStep& step, const RayQueue& rays, std::size_t ray) const {
+  if (!step.light.soft()) return step.light.position;
+  const Batch::Sample& sample = samples_[rays.sample(ray)];
+  const std::uint64_t choice = (std::uint64_t{rays.path(ray)} << 32) | (step.number + 1);
+  return light_point(step.light,
+                     sequence_point(sample.index * step.points + step.point, mix(sample.key ^ mix(choice))));
+}
+
+void Wavefront::shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence) {
+  shadow_.clear();
+  for (std::size_t i = 0; i < hit_ray_.size(); ++i) {
+    const Surface& surface = surface_[i];
+    const std::uint32_t ray = hit_ray_[i];
+    const bool at_corners =
+        scene_.needs.gouraud && scene_.materials[surface.material].shading == Material::Shading::gouraud;
+    const std::optional<Corners> corners = at_corners ? corners_at(scene_, hits_.at(ray)) : std::nullopt;
+    if (!corners) {
+      const BoundedPoint point{surface.point.position + surface.shadow_offset, surface.point.error};
+      shade_facing(rays, step, i, {point, surface.normal, -rays.direction(ray)});
+      continue;
+    }
+    for (const Corner& corner : *corners) {
+      const Vec3 to_eye = normalize(rays.origin(ray) - corner.point.position);
+      shade_facing(rays, step, i, {corner.point, surface.back ? -corner.normal : corner.normal, to_eye, corner.weight});
+    }
+  }
+  statistics_.rays.shadow += shadow_.size();
+  shadow_.add_to(radiance_, media_, coherence);
+}
+
+void Wavefront::shade_facing(const RayQueue& rays, const LightStep& step, std::size_t hit, const Facing& facing) {
+  const TraceLight& light = step.light;
+  const Surface& surface = surface_[hit];
+  const Material& material = scene_.materials[surface.material];
+  const std::uint32_t ray = hit_ray_[hit];
+  Vec3 to_light = light.axis;
+  double distance = std::numeric_limits<double>::infinity();
+  double strength = facing.share / step.points;
+  if (light.kind != TraceLight::Kind::directional) {
+    const Vec3 offset = point_of(step, rays, ray) - facing.point.position;
+    distance = length(offset);
+    if (!(distance > 0)) return;  // the light touches the surface: no direction to shine from
+    to_light = offset / distance;
+    strength *=
+        attenuation_at(light.attenuation, scene_.frame.world_from_trace(distance)) * spot_factor(light, -to_light);
+  }
+  const double n_dot_l = dot(facing.normal, to_light);
+  if (!(n_dot_l > 0)) return;
+  const double spec = material.specular > 0
+                          ? specular_factor(material.model, material.shininess, facing.normal, to_light, facing.to_eye)
+                          : 0;
+  const Color reflected_light = color_[hit] * (material.diffuse * body(material) * n_dot_l) +
+                                material.specular_color * (material.specular * spec);
+  const Color contribution = weight_[hit] * light.radiance * reflected_light * strength;
+  if (is_black(contribution)) return;
+  if (light.shadows) {
+    shadow_.push(offset_origin(facing.point, surface.geometric_normal, to_light), to_light, distance, contribution,
+                 rays.sample(ray), hits_.primitive[ray], rays.media(ray));
+  } else {
+    radiance_[rays.sample(ray)] += contribution;
+  }
+}
+
+}  // namespace tracer
