@@ -59,7 +59,7 @@ ExitCode check(const Options& options) {
   }
   const auto document = api::parse_scene(*bytes, limits);
   if (options.json) {
-    std::printf("%s\n", verdict(document).c_str());
+    std::fputs(verdict(document).c_str(), stdout);
   } else if (document) {
     print_requirements(tracer::requirements(document->scene));
   } else {

@@ -1,0 +1,199 @@
+// Progress, cancellation, and the counts of what was traced.
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "tests/support/scenes.h"
+#include "tracer/compile.h"
+
+namespace {
+
+using namespace tracer;
+
+std::shared_ptr<const CompiledScene> compiled(const Scene& scene) {
+  RenderControl control;
+  auto result = compile(scene, control);
+  EXPECT_TRUE(result.has_value());
+  return *result;
+}
+
+/// Minutes of work: nobody waits for its end.
+Scene endless() {
+  Scene scene = scenes::empty(512);
+  scene.camera = {{0, 0, 3}, {0, 0, 0}, {0, 1, 0}, 40};
+  scenes::add(scene, Sphere{{0, 0, 0}, 10}, scenes::mirror());
+  scenes::add(scene, Sphere{{0, 0, 0}, 1}, scenes::mirror());
+  scene.accuracy.max_depth = 100'000;
+  scene.accuracy.samples = 64;
+  return scene;
+}
+
+TEST(Cancelling, BeforeItStartsAnswersAtOnceAndTracesNothing) {
+  RenderControl control;
+  control.cancel();
+  control.cancel();
+  const auto nothing = compile(endless(), control);
+  ASSERT_FALSE(nothing.has_value());
+  EXPECT_EQ(nothing.error().code, Failure::Code::cancelled);
+  const auto picture = render(*compiled(endless()), {2}, control);
+  ASSERT_FALSE(picture.has_value());
+  EXPECT_EQ(picture.error().code, Failure::Code::cancelled);
+  EXPECT_EQ(control.tiles_done(), 0u);
+}
+
+TEST(Cancelling, WhileItRunsStopsWithoutAPicture) {
+  const auto scene = compiled(endless());
+  for (const std::uint32_t threads : {1u, 2u, 0u}) {
+    RenderControl control;
+    std::thread someone([&] {
+      while (control.tiles_total() == 0) std::this_thread::yield();
+      control.cancel();
+    });
+    const auto picture = render(*scene, {threads}, control);
+    someone.join();
+    ASSERT_FALSE(picture.has_value());
+    EXPECT_EQ(picture.error().code, Failure::Code::cancelled);
+    EXPECT_LT(control.tiles_done(), control.tiles_total());
+  }
+}
+
+TEST(Cancelling, AfterItEndedChangesNothing) {
+  const auto scene = compiled(scenes::random(1, 40));
+  RenderControl control;
+  const auto before = render(*scene, {1}, control);
+  control.cancel();
+  EXPECT_TRUE(before.has_value());
+  RenderControl again;
+  EXPECT_EQ(render(*scene, {1}, again)->image.rgb, before->image.rgb);
+}
+
+TEST(Progress, OnlyGrowsAndReachesItsTotal) {
+  Scene scene = scenes::random(2, 200);
+  scene.accuracy.samples = 8;
+  const auto prepared = compiled(scene);
+  RenderControl control;
+  EXPECT_EQ(control.tiles_total(), 0u);
+  std::atomic<bool> ended{false};
+  std::uint64_t fell = 0;
+  std::thread watcher([&] {
+    std::uint64_t last = 0;
+    while (!ended) {
+      const std::uint64_t done = control.tiles_done();
+      fell += done < last ? 1 : 0;
+      last = done;
+    }
+  });
+  const auto picture = render(*prepared, {2}, control);
+  ended = true;
+  watcher.join();
+  ASSERT_TRUE(picture.has_value());
+  EXPECT_EQ(fell, 0u);
+  EXPECT_GT(control.tiles_total(), 1u);
+  EXPECT_EQ(control.tiles_done(), control.tiles_total());
+}
+
+TEST(ManyRenders, OfOneCompiledSceneAtTheSameTimeGiveTheSamePicture) {
+  const auto scene = compiled(scenes::random(6, 64));
+  RenderControl control;
+  const auto expected = render(*scene, {1}, control);
+  std::vector<std::vector<float>> pictures(4);
+  std::vector<std::thread> threads;
+  for (auto& picture : pictures)
+    threads.emplace_back([&] {
+      RenderControl own;
+      picture = render(*scene, {0}, own)->image.rgb;
+    });
+  for (std::thread& thread : threads) thread.join();
+  for (const auto& picture : pictures) EXPECT_EQ(picture, expected->image.rgb);
+}
+
+// ---- counts --------------------------------------------------------------------------------------------------------
+
+/// A floor that fills the picture.
+Scene floor_scene(const Material& material) {
+  Scene scene = scenes::empty(20);
+  scene.camera = {{0, 5, 0}, {0, 0, 0}, {0, 0, 1}, 40};
+  scene.lights = {scenes::point_light({0, 9, 0}), scenes::directional_light({0, -1, 0.1})};
+  scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, material);
+  return scene;
+}
+
+constexpr std::uint64_t pixels = 20 * 20;
+
+TEST(RayCounts, AreOneCameraRayASampleAndNoOtherWhereNothingIsMet) {
+  Scene scene = floor_scene(scenes::matte({1, 1, 1}));
+  scene.objects.clear();
+  scene.accuracy.samples = 5;
+  EXPECT_EQ(scenes::render(scene).statistics.rays, (RayCounts{.camera = 5 * pixels}));
+}
+
+TEST(RayCounts, AreOneShadowRayALightThatCanShine) {
+  Scene scene = floor_scene(scenes::matte({1, 1, 1}));
+  EXPECT_EQ(scenes::render(scene).statistics.rays, (RayCounts{.camera = pixels, .shadow = 2 * pixels}));
+  scene.lights[0].shadows = false;
+  EXPECT_EQ(scenes::render(scene).statistics.rays, (RayCounts{.camera = pixels, .shadow = pixels})) << "asks for none";
+  scene.lights[1].source = DirectionalLight{{0, 1, 0}};
+  EXPECT_EQ(scenes::render(scene).statistics.rays, (RayCounts{.camera = pixels})) << "behind the surface";
+  scene.lights[1].source = DirectionalLight{{0, -1, 0}};
+  scene.lights[1].intensity = 0;
+  EXPECT_EQ(scenes::render(scene).statistics.rays, (RayCounts{.camera = pixels})) << "dark";
+  EXPECT_EQ(scenes::render(floor_scene(scenes::glowing({1, 1, 1}))).statistics.rays, (RayCounts{.camera = pixels}))
+      << "a surface that reflects no light";
+}
+
+TEST(RayCounts, AreOneReflectedRayAMirrorAndOfGlassOneEachWay) {
+  EXPECT_EQ(scenes::render(floor_scene(scenes::mirror(0.5))).statistics.rays,
+            (RayCounts{.camera = pixels, .reflection = pixels}));
+  EXPECT_EQ(scenes::render(floor_scene(scenes::glass())).statistics.rays,
+            (RayCounts{.camera = pixels, .reflection = pixels, .refraction = pixels}));
+  Material clear = scenes::glass(1);
+  EXPECT_EQ(scenes::render(floor_scene(clear)).statistics.rays, (RayCounts{.camera = pixels, .refraction = pixels}))
+      << "an index of one reflects nothing";
+}
+
+TEST(RayCounts, OfGlassBeforeALightAreOneShadowRayHoweverManySurfacesItCrosses) {
+  Scene scene = floor_scene(scenes::matte({1, 1, 1}));
+  scene.lights.pop_back();
+  Material pane = scenes::glass(1);
+  pane.transmission = 0.5;
+  const MaterialId glass = scenes::add(scene, pane);
+  for (const double y : {6.0, 7.0, 8.0}) scenes::add(scene, Plane{{0, y, 0}, {0, 1, 0}, {}}, glass);
+  const Rendered rendered = scenes::render(scene);
+  EXPECT_EQ(rendered.statistics.rays, (RayCounts{.camera = pixels, .shadow = pixels}));
+  scene.objects.resize(1);
+  const Rendered unshaded = scenes::render(scene);
+  for (std::size_t i = 0; i < rendered.image.rgb.size(); ++i)
+    ASSERT_FLOAT_EQ(rendered.image.rgb[i], unshaded.image.rgb[i] / 8) << "K_t three times";
+}
+
+/// A mirror of 0.8 above the floor's: a corridor.
+Scene corridor_scene() {
+  Scene scene = floor_scene(scenes::mirror(0.8));
+  scene.lights.clear();
+  scenes::add(scene, Plane{{0, 6, 0}, {0, 1, 0}, {}}, MaterialId{0});
+  return scene;
+}
+
+TEST(Cutoff, EndsABranchBelowItAndCountsIt) {
+  Scene scene = corridor_scene();
+  scene.accuracy.cutoff = 0.5;  // 0.8, 0.64, 0.512 | 0.41
+  const RenderStatistics statistics = scenes::render(scene).statistics;
+  EXPECT_EQ(statistics.rays.reflection, 3 * pixels);
+  EXPECT_EQ(statistics.cut_branches, pixels);
+  EXPECT_EQ(statistics.truncated_branches, 0u);
+  scene.accuracy.cutoff = 0.8;
+  EXPECT_EQ(scenes::render(scene).statistics.rays.reflection, pixels) << "a weight equal to the cutoff is traced";
+}
+
+TEST(MaxDepth, EndsABranchAtItAndCountsIt) {
+  Scene scene = corridor_scene();
+  for (const std::uint32_t depth : {0u, 1u, 7u}) {
+    scene.accuracy.max_depth = depth;
+    const RenderStatistics statistics = scenes::render(scene).statistics;
+    EXPECT_EQ(statistics.rays.reflection, depth * pixels);
+    EXPECT_EQ(statistics.truncated_branches, pixels);
+    EXPECT_EQ(statistics.cut_branches, 0u);
+  }
+}
+
+}  // namespace
