@@ -37,20 +37,28 @@ class Told {
     std::sort(pointers_.begin(), pointers_.end());
   }
 
-  /// An issue of a value that could not be read (or of a part of it), or of a whole that has such a part; counts are
-  /// right even so.
-  bool covers(const tracer::Issue& issue) const {
-    for (std::size_t end = issue.pointer.size(); end != std::string::npos;
-         end = end ? issue.pointer.rfind('/', end - 1) : end - 1) {
-      if (std::binary_search(pointers_.begin(), pointers_.end(), issue.pointer.substr(0, end))) return true;
+  /// Whether the issue is of a value that could not be read, of a part of it, or of a whole that has such a part (but
+  /// for limits: a count is right whatever was counted). References are the reader's alone to tell of.
+  [[nodiscard]] bool covers(const tracer::Issue& issue) const {
+    return issue.code == "unknown_reference" || has_at_or_around(issue.pointer) ||
+           (issue.code != "limit_exceeded" && has_inside(issue.pointer));
+  }
+
+ private:
+  [[nodiscard]] bool has_at_or_around(std::string pointer) const {
+    while (!std::binary_search(pointers_.begin(), pointers_.end(), pointer)) {
+      if (pointer.empty()) return false;
+      pointer.resize(pointer.rfind('/'));
     }
-    if (issue.code == "limit_exceeded") return false;
-    const std::string inside = issue.pointer + "/";
+    return true;
+  }
+
+  [[nodiscard]] bool has_inside(const std::string& pointer) const {
+    const std::string inside = pointer + "/";
     const auto first = std::lower_bound(pointers_.begin(), pointers_.end(), inside);
     return first != pointers_.end() && first->starts_with(inside);
   }
 
- private:
   std::vector<std::string> pointers_;
 };
 

@@ -79,14 +79,14 @@ Flags read_flags(const std::vector<std::string>& arguments, std::vector<Mistake>
 
 Settings read_environment(const Environment& environment, std::vector<std::string>& ignored) {
   Settings settings;
-  for (const auto& [variable, value] : environment) {
-    const auto all = options();
+  const auto all = options();
+  for (const auto& entry : environment) {
     const auto found = std::find_if(all.begin(), all.end(),
-                                    [&](const Option& option) { return variable_of(option.name) == variable; });
+                                    [&](const Option& option) { return variable_of(option.name) == entry.first; });
     if (found == all.end()) {
-      ignored.push_back(variable);
+      ignored.push_back(entry.first);
     } else {
-      settings.emplace(found->name, Setting{value, variable});
+      settings.emplace(found->name, Setting{entry.second, entry.first});
     }
   }
   return settings;

@@ -38,9 +38,9 @@ constexpr std::array table{
            "requests handled at once; waiting ones need none, so few suffice"},
     Option{"render_wait_s", "60", Count{&Config::render_wait_s, 0, 3600},
            "how long POST /v1/render waits for its picture before it answers 202; proxies cut at 60 s"},
-    Option{"drain_s", "30", Count{&Config::drain_s, 0, 86400},
-           "how long running jobs may take to finish after SIGTERM; then they go back to the queue. 30 s is what "
-           "Kubernetes grants"},
+    Option{"drain_s", "20", Count{&Config::drain_s, 0, 86400},
+           "how long running jobs may take to finish after SIGTERM; then they go back to the queue. With 10 s for "
+           "replies it stays within the 30 s that Kubernetes grants"},
     Option{"log_level", "info", Choice{&Config::log_level, "debug|info|warning|error"},
            "the least level written; debug tells every read too"},
 };

@@ -109,9 +109,12 @@ void Connection::refuse(Problem problem) {
 void Connection::reply(std::string text, std::optional<BodySource> source, bool keep_alive, Time now) {
   assert(state_ == State::handling);
   state_ = State::writing;
-  // A 100 Continue that the socket has not taken yet goes first.
   output_.erase(0, written_);
-  output_ += text;
+  if (output_.empty()) {
+    output_ = std::move(text);
+  } else {
+    output_ += text;  // after the 100 Continue that the socket has not taken yet
+  }
   written_ = 0;
   source_ = std::move(source);
   source_written_ = 0;

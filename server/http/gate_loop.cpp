@@ -76,7 +76,7 @@ void Gate::Loop::run() {
       } else if (event.data.u64 == mailbox_number) {
         take_messages();
       } else {
-        handle_event(event.data.u64, event.events);
+        with_client(event.data.u64, [&](Client& client) { handle_event(client, event.events); });
       }
     }
     fire_timers();
@@ -85,6 +85,21 @@ void Gate::Loop::run() {
       empty_ = true;
       drained_.notify_all();
     }
+  }
+}
+
+/// Memory or the kernel may refuse anything: that costs the client it happened to, and nobody else.
+void Gate::Loop::with_client(std::uint64_t number, const std::function<void(Client&)>& action) {
+  Client* client = find(number);
+  if (client == nullptr) return;
+  try {
+    action(*client);
+  } catch (const std::exception& exception) {
+    log_.write(telemetry::Level::error, "connection_failure", {{"detail", std::string_view(exception.what())}});
+    client = find(number);
+    if (client == nullptr) return;
+    client->connection.close();
+    drop(*client);
   }
 }
 
@@ -113,11 +128,12 @@ void Gate::Loop::accept_clients() {
     }
     ++clients_of_[accepted->remote];
     const std::uint64_t number = ++last_number_;
-    auto client = std::make_unique<Client>(number, std::move(*accepted), settings_, budget_, now_);
-    client->interest = EPOLLIN;
-    watch(epoll_, EPOLL_CTL_ADD, client->connection.fd(), EPOLLIN, number);
-    arm_timer(*client);
-    clients_.emplace(number, std::move(client));
+    clients_.emplace(number, std::make_unique<Client>(number, std::move(*accepted), settings_, budget_, now_));
+    with_client(number, [this](Client& client) {
+      client.interest = EPOLLIN;
+      watch(epoll_, EPOLL_CTL_ADD, client.connection.fd(), EPOLLIN, client.number);
+      arm_timer(client);
+    });
   }
 }
 
@@ -136,16 +152,14 @@ Gate::Loop::Client* Gate::Loop::find(std::uint64_t number) {
   return found == clients_.end() ? nullptr : found->second.get();
 }
 
-void Gate::Loop::handle_event(std::uint64_t number, std::uint32_t events) {
-  Client* client = find(number);
-  if (client == nullptr) return;
-  Connection& connection = client->connection;
+void Gate::Loop::handle_event(Client& client, std::uint32_t events) {
+  Connection& connection = client.connection;
   const bool gone = (events & (EPOLLERR | EPOLLHUP)) != 0;
-  const bool left_while_waiting = (events & EPOLLRDHUP) != 0 && client->stop_watching;
+  const bool left_while_waiting = (events & EPOLLRDHUP) != 0 && client.stop_watching;
   if (gone || left_while_waiting) connection.close();
   if ((events & EPOLLIN) != 0 && connection.wants_to_read()) connection.receive(now_);
   if ((events & EPOLLOUT) != 0 && connection.wants_to_write()) connection.send(now_);
-  settle(*client);
+  settle(client);
 }
 
 Time Gate::Loop::deadline_of(const Client& client) {
@@ -164,19 +178,21 @@ void Gate::Loop::fire_timers() {
   while (!timers_.empty() && timers_.top().first <= now_) {
     const auto [when, number] = timers_.top();
     timers_.pop();
-    Client* client = find(number);
-    if (client == nullptr || client->armed != when) continue;
-    client->armed = Time::max();
-    if (deadline_of(*client) > now_) {
-      arm_timer(*client);
-    } else if (client->stop_watching) {
-      resume(*client, true);
-      settle(*client);
-    } else {
-      client->connection.expire();
-      settle(*client);
-    }
+    with_client(number, [&, fired = when](Client& client) {
+      if (client.armed == fired) fire_timer(client);
+    });
   }
+}
+
+void Gate::Loop::fire_timer(Client& client) {
+  client.armed = Time::max();
+  if (deadline_of(client) > now_) return arm_timer(client);
+  if (client.stop_watching) {
+    resume(client, true);
+  } else {
+    client.connection.expire();
+  }
+  settle(client);
 }
 
 void Gate::Loop::settle(Client& client) {

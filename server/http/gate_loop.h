@@ -46,14 +46,16 @@ class Gate::Loop {
   int milliseconds_to_next_timer() const;
   void accept_clients();
   void turn_away(Listener::Accepted accepted);
-  void handle_event(std::uint64_t number, std::uint32_t events);
+  void with_client(std::uint64_t number, const std::function<void(Client&)>& action);
+  void handle_event(Client& client, std::uint32_t events);
   void fire_timers();
+  void fire_timer(Client& client);
 
   void take_messages();
   void receive(Finished& finished);
   void receive(Waiting& waiting);
   void receive(Wake& wake);
-  void receive(Drain& drain);
+  void receive(Drain&);
 
   /// After anything happened to a client: dispatches or refuses what it sent, then drops it or waits for more.
   void settle(Client& client);

@@ -106,35 +106,35 @@ void Gate::Loop::take_messages() {
 }
 
 void Gate::Loop::receive(Finished& finished) {
-  Client* client = find(finished.exchange->client);
-  if (client == nullptr) return;  // left meanwhile
-  client->exchange.reset();
-  client->connection.reply(std::move(finished.text), std::move(finished.source), finished.keep_alive, now_);
-  settle(*client);
+  with_client(finished.exchange->client, [&](Client& client) {
+    client.exchange.reset();
+    client.connection.reply(std::move(finished.text), std::move(finished.source), finished.keep_alive, now_);
+    settle(client);
+  });
 }
 
 void Gate::Loop::receive(Waiting& waiting) {
-  Client* client = find(waiting.exchange->client);
-  if (client == nullptr) return waiting.stop_watching();
-  client->stop_watching = std::move(waiting.stop_watching);
-  if (client->woken) {
-    resume(*client, false);
-  } else if (draining_) {
-    resume(*client, true);
-  }
-  settle(*client);
+  if (find(waiting.exchange->client) == nullptr) return waiting.stop_watching();  // left meanwhile
+  with_client(waiting.exchange->client, [&](Client& client) {
+    client.stop_watching = std::move(waiting.stop_watching);
+    if (client.woken) {
+      resume(client, false);
+    } else if (draining_) {
+      resume(client, true);
+    }
+    settle(client);
+  });
 }
 
 void Gate::Loop::receive(Wake& wake) {
-  Client* client = find(wake.client);
   const auto exchange = wake.exchange.lock();
-  if (client == nullptr || exchange == nullptr || client->exchange != exchange) return;  // too late
-  if (!client->stop_watching) {
-    client->woken = true;
-    return;
-  }
-  resume(*client, false);
-  settle(*client);
+  with_client(wake.client, [&](Client& client) {
+    if (exchange == nullptr || client.exchange != exchange) return;  // answered meanwhile
+    client.woken = true;
+    if (!client.stop_watching) return;
+    resume(client, false);
+    settle(client);
+  });
 }
 
 void Gate::Loop::receive(Drain&) {
@@ -143,9 +143,10 @@ void Gate::Loop::receive(Drain&) {
   numbers.reserve(clients_.size());
   for (const auto& [number, client] : clients_) numbers.push_back(number);
   for (const std::uint64_t number : numbers) {
-    Client* client = find(number);
-    if (client->stop_watching) resume(*client, true);
-    settle(*client);
+    with_client(number, [this](Client& client) {
+      if (client.stop_watching) resume(client, true);
+      settle(client);
+    });
   }
 }
 

@@ -41,8 +41,11 @@ struct Scene {
   std::string document;
   api::Document parsed;
 };
-/// Takes the body of a request for work: 411, 415, 400, 413 and 422 come from here, and 503 while draining.
+/// Takes the body of a request: 411, 415, 400, 413 and 422 come from here.
 tracer::Result<Scene, Problem> take_scene(Request& request, const Front& front);
+
+/// take_scene for a job that is to run: 503 while draining.
+tracer::Result<Scene, Problem> take_work(Request& request, const Front& front);
 
 /// The job that the path names; a problem when there is none.
 tracer::Result<jobs::JobView, Problem> find_job(const Request& request, const Front& front);

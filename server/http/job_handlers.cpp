@@ -70,7 +70,7 @@ std::string read_list_query(const Pairs& pairs, ListQuery& query) {
 }  // namespace
 
 Answer submit_job(Request& request, const Front& front) {
-  auto scene = take_scene(request, front);
+  auto scene = take_work(request, front);
   if (!scene) return problem_reply(scene.error(), request.id);
   const auto submitted = front.jobs.submit(scene->document, scene->parsed);
   if (!submitted) return problem_reply(problem_of(submitted.error()), request.id);

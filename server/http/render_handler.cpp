@@ -68,7 +68,7 @@ Parked wait_for(const std::string& id, tracer::Format format, Deadline deadline,
 }  // namespace
 
 Answer render(Request& request, const Front& front) {
-  auto scene = take_scene(request, front);
+  auto scene = take_work(request, front);
   if (!scene) return problem_reply(scene.error(), request.id);
   const auto format = accepted(request, scene->parsed.scene.output.formats);
   if (!format) return problem_reply({Failure::not_acceptable, "accept image/png or image/x-exr", {}}, request.id);

@@ -23,7 +23,6 @@ bool is_job_id(const std::string& text) {
 }  // namespace
 
 tracer::Result<Scene, Problem> take_scene(Request& request, const Front& front) {
-  if (front.draining()) return Problem{Failure::draining, "nothing was stored; try again when it is back", {}};
   if (!request.head.content_length) {
     return Problem{Failure::length_required, "send a scene document with its Content-Length", {}};
   }
@@ -38,6 +37,11 @@ tracer::Result<Scene, Problem> take_scene(Request& request, const Front& front) 
   if (!parsed) return problem_of(parsed.error());
   scene.parsed = std::move(*parsed);
   return scene;
+}
+
+tracer::Result<Scene, Problem> take_work(Request& request, const Front& front) {
+  if (front.draining()) return Problem{Failure::draining, "nothing was stored; try again when it is back", {}};
+  return take_scene(request, front);
 }
 
 Problem no_such_job(const std::string& id) { return {Failure::job_not_found, "there is no job " + id, {}}; }

@@ -48,6 +48,7 @@ class JobService {
   virtual void forget(std::uint64_t token) = 0;
 
   /// For readiness: empty when all is well, else why not ("store: disk full", "worker: restarting", "draining").
+  /// Costs a small durable write: not to be asked more than about once a second.
   virtual std::string not_ready() = 0;
 };
 

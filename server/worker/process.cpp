@@ -112,10 +112,10 @@ void Process::kill() { ::kill(pid_, SIGKILL); }  // ours until reaped, so the nu
 
 std::string Process::reap() {
   siginfo_t end{};
-  while (waitid(P_PID, static_cast<id_t>(pid_), &end, WEXITED) != 0) {
-    if (errno != EINTR) check(errno, "waitid");
-  }
   reaped_ = true;
+  while (waitid(P_PID, static_cast<id_t>(pid_), &end, WEXITED) != 0) {
+    if (errno != EINTR) return "ended, and another reaped it";  // SIGCHLD is ignored, say
+  }
   if (end.si_code == CLD_EXITED) return "exited with status " + std::to_string(end.si_status);
   const char* name = sigabbrev_np(end.si_status);
   return "was killed by signal " + std::to_string(end.si_status) + (name ? " (SIG" + std::string(name) + ")" : "");

@@ -6,8 +6,8 @@
 /// (SCM_RIGHTS), as pictures do. Byte order and sizes are the machine's: both ends come from one build.
 ///
 /// The worker says Hello once it can render. Then the daemon assigns jobs, never more at once than the worker has
-/// slots; the worker answers each with exactly one of Finished, Failed, Cancelled. The daemon ends the worker by
-/// closing the socket, without a word.
+/// slots; the worker answers each with exactly one of Finished, Failed, Cancelled. There is no goodbye: a worker whose
+/// socket is at its end, because the daemon died, ends at once.
 
 #include <cstdint>
 #include <string>

@@ -140,7 +140,9 @@ void Supervisor::Loop::hear(Finished& message) {
     });
     if (!failure) return;
     const jobs::Problem problem{"storage_failure", for_the_owner(*failure), {}};
-    store_threads_->persist(0, "fail", [&] { log_end("job_failed", id, queue_.fail(id, fence, problem)); });
+    store_threads_->persist(0, "fail", [&] {
+      log_end("job_failed", id, queue_.fail(id, fence, problem), {{"code", problem.code}});
+    });
   });
 }
 
@@ -204,13 +206,17 @@ void Supervisor::Loop::finish_cancel(const std::string& id, std::int64_t fence) 
 
 void Supervisor::Loop::fail(const std::string& id, std::int64_t fence, const jobs::Problem& problem) {
   store([this, id, fence, problem] {
-    store_threads_->persist(0, "fail", [&] { log_end("job_failed", id, queue_.fail(id, fence, problem)); });
+    store_threads_->persist(0, "fail", [&] {
+      log_end("job_failed", id, queue_.fail(id, fence, problem), {{"code", problem.code}});
+    });
   });
 }
 
 /// `moved` is false where another one was first: a cancel that was told before the worker answered.
-void Supervisor::Loop::log_end(const char* event, const std::string& id, bool moved) {
-  if (moved) log_(LogLevel::info, event, {{"job_id", id}});
+void Supervisor::Loop::log_end(const char* event, const std::string& id, bool moved, jobs::LogFields more) {
+  if (!moved) return;
+  more.emplace_back("job_id", id);
+  log_(LogLevel::info, event, more);
 }
 
 }  // namespace worker

@@ -83,7 +83,7 @@ class Supervisor::Loop final : public jobs::Runner {
   void fail(const std::string& id, std::int64_t fence, const jobs::Problem& problem);
   void store(std::function<void()> task);
   bool take(const std::string& id, std::int64_t fence, Running& job);
-  void log_end(const char* event, const std::string& id, bool moved);
+  void log_end(const char* event, const std::string& id, bool moved, jobs::LogFields more = {});
 
   void hear(Hello& message);
   void hear(Heartbeat&) {}

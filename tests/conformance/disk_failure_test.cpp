@@ -146,3 +146,23 @@ TEST(SqliteJobStore, RefusesAFileThatIsNoDatabase) {
   std::ofstream(folder.path() + "/whittle.db") << std::string(8192, 'x');
   EXPECT_EQ(failure_of([&] { SqliteJobStore store(folder.path()); }), StoreFailure::Kind::unavailable);
 }
+
+TEST(SqliteJobStore, ItsLogStaysBoundedUnderSteadyReading) {
+  const TemporaryFolder folder;
+  SqliteJobStore store(folder.path());
+  std::atomic<bool> stop = false;
+  std::vector<std::thread> readers;
+  for (int thread = 0; thread < 4; ++thread) {
+    readers.emplace_back([&] {
+      while (!stop) store.list({.state = {}, .labels = {}, .text = "nothing"}, "", 50);
+    });
+  }
+  std::uintmax_t largest = 0;
+  for (int i = 0; i < 250; ++i) {
+    store.submit(job_named("job-" + std::to_string(i)), std::string(500'000, 'x'));
+    largest = std::max(largest, std::filesystem::file_size(folder.path() + "/whittle.db-wal"));
+  }
+  stop = true;
+  for (std::thread& reader : readers) reader.join();
+  EXPECT_LT(largest, 64u << 20) << "of 125 MB written";
+}

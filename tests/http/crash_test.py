@@ -157,7 +157,7 @@ class Draining(unittest.TestCase):
                 self.assertEqual([row["event"] for row in daemon.log_rows()][-1], "stopped")
 
     def test_running_job_finishes_new_work_is_refused_reads_are_answered(self):
-        with Daemon("--jobs", "1", "--drain-s", "300") as daemon:
+        with Daemon("--jobs", "1", "--drain-s", "600", "--render-wait-s", "600") as daemon:
             waiting = []
             document = scene(1500, 1000, samples=64, name="last")
             thread = threading.Thread(target=lambda: waiting.append(daemon.request("POST", "/v1/render", document)))

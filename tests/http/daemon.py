@@ -66,6 +66,8 @@ class Daemon:
 
     def start(self):
         """Again after the end, with the same data."""
+        if self.process:
+            self.process.stdout.close()
         self.log_path = self.folder / f"log-{time.monotonic_ns()}"
         with open(self.log_path, "wb") as log:
             # pylint: disable-next=consider-using-with
@@ -93,7 +95,11 @@ class Daemon:
         if self.process.poll() is None:
             self.kill()
         self.process.stdout.close()
+        strange = [line for path in self.folder.glob("log-*") for line in path.read_text("utf-8").splitlines()
+                   if not line.startswith("{")]
         shutil.rmtree(self.folder)
+        if strange:  # a sanitizer's report, an abort's last words
+            raise AssertionError("in the daemon's log:\n" + "\n".join(strange))
 
     # ---- the process
 

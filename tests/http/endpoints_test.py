@@ -214,7 +214,7 @@ class Service(OneDaemon):
 
     def test_has_nothing_elsewhere(self):
         for path in ("/v1", "/v1/jobs/", "/v2/jobs", "/v1//jobs", "/etc/passwd", "/../etc/passwd", "/v1/jobs/a/b/c",
-                     "/V1/version", "/healthz"):
+                     "/V1/version", "/healthz", "/" + "a" * 2047, "/v1/jobs/" + "a" * 2000 + "/nothing"):
             self.assert_problem(self.daemon.get(path), 404, "not_found")
 
     def test_names_every_reply_and_its_log_line(self):

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cctype>
 #include <mutex>
-#include <regex>
 #include <set>
 #include <thread>
 
@@ -31,11 +31,17 @@ TEST(IdSource, GrowsWithinAMillisecondAndWhenTheClockStepsBack) {
 }
 
 TEST(IdSource, GivesLowerCaseUuidsOfVersionSeven) {
-  const std::regex uuid("[0-9a-f]{8}-[0-9a-f]{4}-7[0-9a-f]{3}-[89ab][0-9a-f]{3}-[0-9a-f]{12}");
+  const std::string shape = "hhhhhhhh-hhhh-7hhh-vhhh-hhhhhhhhhhhh";
   IdSource ids(system_clock(), system_random());
   for (int i = 0; i < 100; ++i) {
-    const std::string id = ids.next();
-    EXPECT_TRUE(std::regex_match(id, uuid)) << id;
+    std::string id = ids.next();
+    for (std::size_t at = 0; at < id.size(); ++at) {
+      const std::string_view allowed = at == 19 ? "89ab" : "0123456789abcdef";
+      if (at < shape.size() && std::isalpha(shape[at]) && allowed.find(id[at]) != std::string_view::npos) {
+        id[at] = shape[at];
+      }
+    }
+    EXPECT_EQ(id, shape);
   }
 }
 

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <functional>
+#include <semaphore>
 #include <string>
 #include <thread>
 #include <vector>
@@ -81,6 +82,29 @@ void bench_jobs(const std::string& folder, const char* worker_name, int slots, c
   std::printf("%s, %d slots: %.0f jobs/s\n", worker_name, slots, 1000.0 * static_cast<double>(jobs - before) / ms);
 }
 
+/// From the request to the end of the job, in the middle of a render on all cores.
+void bench_cancels(const std::string& folder) {
+  Daemon daemon(folder);
+  std::string scene = small_scene(0);
+  scene.replace(scene.find(R"("width": 16, "height": 16)"), 25, R"("width": 4000, "height": 4000)");
+  worker::SupervisorSettings settings;
+  settings.executable = worker::worker_beside_this_program();
+  const worker::Supervisor supervisor(daemon.queue, settings, jobs::no_log());
+  std::vector<double> times;
+  for (int i = 0; i < 50; ++i) {
+    const std::string id = daemon.queue.submit(scene, {})->job.id;
+    while (daemon.queue.progress(id) == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    std::binary_semaphore ended{0};
+    times.push_back(ms_of([&] {
+      daemon.queue.when_ended(id, [&] { ended.release(); });
+      daemon.queue.cancel(id);
+      ended.acquire();
+    }));
+  }
+  std::sort(times.begin(), times.end());
+  std::printf("cancel in mid-render: median %.1f ms, max %.1f ms\n", times[25], times.back());
+}
+
 void bench_pages(const std::string& folder, int count) {
   Daemon daemon(folder);
   std::vector<std::thread> threads;
@@ -138,5 +162,6 @@ int main(int count, char** arguments) {
   bench_jobs(folder + "/noop", "fake_worker", 2, "finish ", 1000 * seconds);
   bench_jobs(folder + "/noop8", "fake_worker", 8, "finish ", 1000 * seconds);
   bench_jobs(folder + "/render", "whittled-worker", 2, "", 400 * seconds);
+  bench_cancels(folder + "/cancel");
   bench_pages(folder + "/pages", 100'000);
 }

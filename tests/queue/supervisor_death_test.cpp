@@ -86,7 +86,7 @@ TEST_F(SupervisorTest, AWorkerThatIsKilledBetweenJobsIsReplaced) {
 
 TEST_F(SupervisorTest, AWorkerWithoutHeartbeatIsReplaced) {
   auto impatient = settings();
-  impatient.heartbeat_timeout = std::chrono::milliseconds(1500);
+  impatient.heartbeat_timeout = std::chrono::seconds(3);
   start(impatient);
   const std::string id = submit("silent", 1);
   ASSERT_TRUE(reaches(id, JobState::failed));
@@ -96,7 +96,7 @@ TEST_F(SupervisorTest, AWorkerWithoutHeartbeatIsReplaced) {
 
 TEST_F(SupervisorTest, AStoppedWorkerIsReplaced) {
   auto impatient = settings();
-  impatient.heartbeat_timeout = std::chrono::milliseconds(1500);
+  impatient.heartbeat_timeout = std::chrono::seconds(3);
   start(impatient);
   const std::string id = submit("wait " + path("go"));
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));

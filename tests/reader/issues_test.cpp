@@ -140,7 +140,7 @@ TEST(Limits, AreAllObserved) {
 TEST(Limits, ThatAreExceededNameTheLimitAndTheValue) {
   api::Limits limits;
   limits.document.depth = 2;
-  EXPECT_EQ(api::parse_scene("[[[", limits).error().detail, "the limit depth is 2, the document has more");
+  EXPECT_EQ(api::parse_scene("[[[", limits).error().detail, "the limit depth is 2, the document has 3");
   limits.document.bytes = 2;
   EXPECT_EQ(api::parse_scene("[[[", limits).error().detail, "the limit bytes is 2, the document has 3");
 }

@@ -109,10 +109,11 @@ TEST(Json, IsNothingElse) {
 
 TEST(Json, SaysWhatItFoundInstead) {
   const auto detail = [](std::string_view text) { return api::parse_scene(text, {}).error().detail; };
-  EXPECT_EQ(detail("{\"version\": NaN}"), "expected a value, found 'NaN'");
-  EXPECT_EQ(detail("[1, 2"), "expected ',' or ']', found the end of the document");
-  EXPECT_EQ(detail("[1; 2]"), "expected ',' or ']', found ';'");
-  EXPECT_EQ(detail("{\"a\": \x01}"), "expected a value, found byte 0x01");
+  EXPECT_EQ(detail("{\"version\": NaN}"), "syntax error while parsing value - invalid literal, found 'NaN'");
+  EXPECT_EQ(detail("[1, 2"),
+            "syntax error while parsing array - unexpected end of input; expected ']', found the end of the document");
+  EXPECT_EQ(detail("[1; 2]"), "syntax error while parsing array - invalid literal, found ';'");
+  EXPECT_EQ(detail("{\"a\": \x01}"), "syntax error while parsing value - invalid literal, found byte 0x01");
 }
 
 TEST(Json, CountsLinesFromOneAndColumnsInBytes) {
@@ -153,6 +154,18 @@ TEST(Numbers, ThatOverflowAreAnIssueOfTheirOwn) {
     const std::string document = document_with(R"("materials": {"m": {"shininess": )" + std::string(text) + "}}");
     EXPECT_EQ(outcome(document), std::vector{"/materials/m/shininess not_finite"s}) << text;
   }
+}
+
+TEST(Numbers, ThatOverflowDoNotHideOtherMistakes) {
+  const std::string document = document_with(R"("ambient": 1e999, "colour": 1, "background": {"color": -1e400})");
+  EXPECT_EQ(outcome(document),
+            (std::vector{"/ambient not_finite"s, "/colour unknown_field"s, "/background/color not_finite"s}));
+}
+
+TEST(Numbers, ThatOverflowByTheThousandAreRefusedAsAWhole) {
+  std::string many = "1e999";
+  for (int i = 0; i < 5000; ++i) many += ",1e999";
+  EXPECT_EQ(outcome("[" + many + "]"), std::vector{"not_json 1:98"s});
 }
 
 TEST(Numbers, OfAnyBitsComeBackFromTheirShortestAndLongestText) {

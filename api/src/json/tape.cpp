@@ -1,203 +1,195 @@
 #include "api/src/json/tape.h"
 
 #include <algorithm>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
 #include <utility>
-
-#include "api/src/json/number.h"
-#include "api/src/json/string.h"
 
 namespace api::json {
 namespace {
 
-class Parser {
+using Parser = nlohmann::json;
+
+/// Numbers too large for a double end nlohmann's parser, but are only one mistake among others: each is noted, written
+/// over with a zero, and the document parsed again. This often; a document with more of them is refused as a whole.
+constexpr std::size_t overflows_max = 16;
+
+/// Listens to nlohmann's parser and writes the tape; stops it at a limit, before memory is spent.
+class Writer final : public Parser::json_sax_t {
  public:
-  Parser(std::string_view bytes, const DocumentLimits& limits)
-      : begin_(bytes.data()), at_(bytes.data()), end_(bytes.data() + bytes.size()), limits_(limits) {
-    // A value takes at least a character and a comma or bracket, so this is never outgrown; pages that are not
-    // touched cost nothing.
+  Writer(std::string_view bytes, const DocumentLimits& limits, const std::set<std::size_t>& overflowing)
+      : bytes_(bytes), limits_(limits), overflowing_(overflowing) {
+    // A value takes at least a character and a comma or bracket, and no string is longer than its text, so neither is
+    // ever outgrown; pages that are not touched cost nothing.
     tape_.nodes.reserve(std::min(limits.values, bytes.size() / 2 + limits.depth + 1));
+    tape_.text.reserve(bytes.size());
   }
 
-  tracer::Result<Tape, Error> run() {
-    if (document()) return std::move(tape_);
-    return std::move(error_);
+  bool null() override { return push(Kind::null) != nullptr; }
+  bool boolean(bool value) override {
+    Node* const node = push(Kind::boolean);
+    if (node != nullptr) node->truth = value;
+    return node != nullptr;
+  }
+  bool number_integer(std::int64_t value) override { return number(static_cast<double>(value)); }
+  bool number_unsigned(std::uint64_t value) override { return number(static_cast<double>(value)); }
+  bool number_float(double value, const std::string& text) override {
+    if (text.size() > limits_.number_chars) return over("number_chars", limits_.number_chars, text.size());
+    return number(value);
+  }
+  bool string(std::string& value) override {
+    return text(value, limits_.string_bytes, "string_bytes") && count_element();
+  }
+  bool key(std::string& value) override {
+    ++tape_.nodes[open_.back()].size;
+    return text(value, limits_.key_bytes, "key_bytes");
+  }
+  bool start_object(std::size_t /*unknown*/) override { return open(Kind::object); }
+  bool start_array(std::size_t /*unknown*/) override { return open(Kind::array); }
+  bool end_object() override { return close(); }
+  bool end_array() override { return close(); }
+  bool binary(Parser::binary_t& /*never in text*/) override { return false; }
+
+  bool parse_error(std::size_t position, const std::string& token,
+                   const nlohmann::detail::exception& failure) override {
+    constexpr int number_overflow = 406;
+    const std::size_t end = std::min(position, bytes_.size());
+    if (failure.id == number_overflow) {
+      overflow_at_ = end - std::min(end, token.size());
+      overflow_size_ = token.size();
+    }
+    error_ = {false, end - std::min<std::size_t>(end, position > bytes_.size() ? 0 : 1), failure.what()};
+    return false;
   }
 
- private:
-  bool document();
-  bool step();
-  bool value();
-  bool open(Kind kind);
-  bool string(std::size_t bytes_max, const char* limit_name);
-  bool number();
-  bool literal(std::string_view word, Kind kind, bool truth);
-
-  Node* push(Kind kind);
-  bool fail(std::string detail);
-  bool over(const char* limit, std::size_t bound, const std::string& seen);
-  [[nodiscard]] std::string found() const;
-  void skip_space() {
-    while (at_ != end_ && (*at_ == ' ' || *at_ == '\n' || *at_ == '\r' || *at_ == '\t')) ++at_;
-  }
-  [[nodiscard]] bool sees(char c) const { return at_ != end_ && *at_ == c; }
-
-  const char* const begin_;
-  const char* at_;
-  const char* const end_;
-  const DocumentLimits& limits_;
-  std::vector<std::uint32_t> open_;  ///< the arrays and objects around `at_`, outermost first
   Tape tape_;
   Error error_;
-};
+  std::size_t numbers_ = 0;
+  std::size_t overflow_at_ = 0, overflow_size_ = 0;  ///< the number that ended the parse; size 0: none did
 
-bool Parser::document() {
-  const std::string_view bytes(begin_, static_cast<std::size_t>(end_ - begin_));
-  if (bytes.starts_with("\xEF\xBB\xBF")) at_ += 3;
-  if (bytes.starts_with("\xFF\xFE") || bytes.starts_with("\xFE\xFF") || bytes.substr(0, 2).find('\0') != bytes.npos) {
-    return fail("the document looks like UTF-16 or UTF-32; it must be UTF-8");
+ private:
+  Node* push(Kind kind) {
+    if (tape_.nodes.size() >= limits_.values) {
+      over("values", limits_.values, tape_.nodes.size() + 1);
+      return nullptr;
+    }
+    if (kind != Kind::string) count_element();
+    Node& node = tape_.nodes.emplace_back();
+    node.kind = kind;
+    return &node;
   }
-  skip_space();
-  if (at_ == end_) return fail("the document is empty");
-  if (!value()) return false;
-  while (!open_.empty()) {
-    if (!step()) return false;
-  }
-  skip_space();
-  return at_ == end_ || fail("expected the end of the document after its value, found " + found());
-}
 
-/// Within the innermost open array or object: closes it, or reads its next element or member.
-bool Parser::step() {
-  Node& container = tape_.nodes[open_.back()];
-  const bool is_object = container.kind == Kind::object;
-  const char closer = is_object ? '}' : ']';
-  skip_space();
-  if (sees(closer)) {
-    ++at_;
-    container.end = static_cast<std::uint32_t>(tape_.nodes.size());
+  /// Objects count their keys instead.
+  bool count_element() {
+    if (!open_.empty() && tape_.nodes[open_.back()].kind == Kind::array) ++tape_.nodes[open_.back()].size;
+    return true;
+  }
+
+  bool number(double value) {
+    Node* const node = push(Kind::number);
+    if (node == nullptr) return false;
+    node->number = overflowing_.contains(numbers_) ? std::numeric_limits<double>::infinity() : value;
+    ++numbers_;
+    return true;
+  }
+
+  bool text(const std::string& value, std::size_t bytes_max, const char* limit) {
+    if (value.size() > bytes_max) return over(limit, bytes_max, value.size());
+    Node* const node = push(Kind::string);
+    if (node == nullptr) return false;
+    node->text = tape_.text.data() + tape_.text.size();
+    node->size = static_cast<std::uint32_t>(value.size());
+    tape_.text.insert(tape_.text.end(), value.begin(), value.end());
+    return true;
+  }
+
+  bool open(Kind kind) {
+    if (open_.size() >= limits_.depth) return over("depth", limits_.depth, open_.size() + 1);
+    Node* const node = push(kind);
+    if (node == nullptr) return false;
+    node->end = 0;
+    open_.push_back(static_cast<std::uint32_t>(tape_.nodes.size() - 1));
+    return true;
+  }
+
+  bool close() {
+    tape_.nodes[open_.back()].end = static_cast<std::uint32_t>(tape_.nodes.size());
     open_.pop_back();
     return true;
   }
-  if (container.size > 0) {
-    if (!sees(',')) return fail(std::string("expected ',' or '") + closer + "', found " + found());
-    ++at_;
-    skip_space();
+
+  bool over(const char* limit, std::size_t bound, std::size_t seen) {
+    error_ = {true, 0,
+              std::string("the limit ") + limit + " is " + std::to_string(bound) + ", the document has " +
+                  std::to_string(seen)};
+    return false;
   }
-  ++container.size;
-  if (is_object) {
-    if (!sees('"')) return fail("expected a key in double quotes, found " + found());
-    if (!string(limits_.key_bytes, "key_bytes")) return false;
-    skip_space();
-    if (!sees(':')) return fail("expected ':' after the key, found " + found());
-    ++at_;
-    skip_space();
-  }
-  return value();
-}
 
-bool Parser::value() {
-  if (tape_.nodes.size() >= limits_.values) return over("values", limits_.values, "more");
-  switch (at_ == end_ ? '\0' : *at_) {
-    case '{':
-      return open(Kind::object);
-    case '[':
-      return open(Kind::array);
-    case '"':
-      return string(limits_.string_bytes, "string_bytes");
-    case 't':
-      return literal("true", Kind::boolean, true);
-    case 'f':
-      return literal("false", Kind::boolean, false);
-    case 'n':
-      return literal("null", Kind::null, false);
-    default:
-      return number();
-  }
-}
+  std::string_view bytes_;
+  const DocumentLimits& limits_;
+  const std::set<std::size_t>& overflowing_;  ///< which numbers, counted from 0, are beyond doubles
+  std::vector<std::uint32_t> open_;           ///< the arrays and objects around the value, outermost first
+};
 
-bool Parser::open(Kind kind) {
-  if (open_.size() >= limits_.depth) return over("depth", limits_.depth, "more");
-  open_.push_back(static_cast<std::uint32_t>(tape_.nodes.size()));
-  push(kind)->end = 0;
-  ++at_;
-  return true;
-}
-
-bool Parser::string(std::size_t bytes_max, const char* limit_name) {
-  if (tape_.nodes.size() >= limits_.values) return over("values", limits_.values, "more");
-  const String read = read_string(at_, end_, static_cast<std::size_t>(end_ - begin_), tape_.unescaped);
-  if (read.error != nullptr) {
-    at_ = read.end;
-    return fail(read.error);
-  }
-  if (read.value.size() > bytes_max) return over(limit_name, bytes_max, std::to_string(read.value.size()));
-  Node* const node = push(Kind::string);
-  node->text = read.value.data();
-  node->size = static_cast<std::uint32_t>(read.value.size());
-  at_ = read.end;
-  return true;
-}
-
-bool Parser::number() {
-  const Number read = read_number(at_, end_);
-  if (read.end == nullptr) return fail("expected a value, found " + found());
-  const auto chars = static_cast<std::size_t>(read.end - at_);
-  if (chars > limits_.number_chars) return over("number_chars", limits_.number_chars, std::to_string(chars));
-  push(Kind::number)->number = read.value;
-  at_ = read.end;
-  return true;
-}
-
-bool Parser::literal(std::string_view word, Kind kind, bool truth) {
-  if (!std::string_view(at_, static_cast<std::size_t>(end_ - at_)).starts_with(word)) {
-    return fail("expected a value, found " + found());
-  }
-  push(kind)->truth = truth;
-  at_ += word.size();
-  return true;
-}
-
-Node* Parser::push(Kind kind) {
-  Node& node = tape_.nodes.emplace_back();
-  node.kind = kind;
-  return &node;
-}
-
-bool Parser::fail(std::string detail) {
-  error_ = {false, static_cast<std::size_t>(at_ - begin_), std::move(detail)};
-  return false;
-}
-
-bool Parser::over(const char* limit, std::size_t bound, const std::string& seen) {
-  error_ = {true, static_cast<std::size_t>(at_ - begin_),
-            std::string("the limit ") + limit + " is " + std::to_string(bound) + ", the document has " + seen};
-  return false;
-}
-
-/// What stands at `at_`, for a sentence: the word or number there, or the byte where it cannot be shown.
-std::string Parser::found() const {
-  if (at_ == end_) return "the end of the document";
-  const auto shown = [](char c) { return c > ' ' && c <= '~'; };
+/// What stands there, for a sentence: the word or number, or the byte where it cannot be shown.
+std::string found(std::string_view bytes, std::size_t at) {
+  if (at >= bytes.size()) return "the end of the document";
   const auto in_word = [](char c) {
     return c == '-' || c == '+' || c == '.' || c == '_' || (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') ||
            (c >= 'a' && c <= 'z');
   };
-  if (!shown(*at_)) {
+  if (bytes[at] <= ' ' || bytes[at] > '~') {
     constexpr std::string_view hex = "0123456789ABCDEF";
-    const auto byte = static_cast<unsigned char>(*at_);
-    return std::string("byte 0x") + hex[byte >> 4] + hex[byte & 15];
+    const auto byte = static_cast<unsigned char>(bytes[at]);
+    return std::string("byte 0x") + hex[byte >> 4U] + hex[byte & 15U];
   }
-  const char* stop = at_ + 1;
-  if (in_word(*at_)) {
-    while (stop != end_ && stop - at_ < 24 && in_word(*stop)) ++stop;
-  }
-  return std::string("'").append(at_, stop).append("'");
+  std::size_t size = 1;
+  while (in_word(bytes[at]) && size < 24 && at + size < bytes.size() && in_word(bytes[at + size])) ++size;
+  return "'" + std::string(bytes.substr(at, size)) + "'";
 }
+
+/// nlohmann's message begins with its own name and place and ends with what it read last, which may be no UTF-8; what
+/// is between says what it was doing and what it expected.
+std::string sentence(std::string_view message, std::string_view bytes, std::size_t at) {
+  const std::size_t place = message.find(": ");
+  if (place != std::string_view::npos) message.remove_prefix(place + 2);
+  message = message.substr(0, message.find("; last read"));
+  return std::string(message) + ", found " + found(bytes, at);
+}
+
+Error not_json(std::size_t offset, std::string detail) { return {false, offset, std::move(detail)}; }
 
 }  // namespace
 
 tracer::Result<Tape, Error> parse(std::string_view bytes, const DocumentLimits& limits) {
-  return Parser(bytes, limits).run();
+  if (bytes.starts_with("\xFF\xFE") || bytes.starts_with("\xFE\xFF") || bytes.substr(0, 2).find('\0') != bytes.npos)
+    return not_json(0, "the document looks like UTF-16 or UTF-32; it must be UTF-8");
+  // The parser would take it for the end.
+  if (const std::size_t nul = bytes.find('\0'); nul != bytes.npos) return not_json(nul, "a NUL byte, found byte 0x00");
+  std::set<std::size_t> overflowing;
+  std::string rewritten;
+  for (;;) {
+    Writer writer(bytes, limits, overflowing);
+    if (Parser::sax_parse(bytes.begin(), bytes.end(), &writer)) return std::move(writer.tape_);
+    if (writer.overflow_size_ == 0) {
+      if (!writer.error_.limit) writer.error_.detail = sentence(writer.error_.detail, bytes, writer.error_.offset);
+      return std::move(writer.error_);
+    }
+    if (writer.overflow_size_ > limits.number_chars) {
+      return Error{true, 0,
+                   "the limit number_chars is " + std::to_string(limits.number_chars) + ", the document has " +
+                       std::to_string(writer.overflow_size_)};
+    }
+    if (overflowing.size() == overflows_max)
+      return not_json(writer.overflow_at_, "more than " + std::to_string(overflows_max) +
+                                               " numbers are too large for a double, found " +
+                                               found(bytes, writer.overflow_at_));
+    overflowing.insert(writer.numbers_);
+    if (rewritten.empty()) rewritten = bytes;
+    rewritten.replace(writer.overflow_at_, writer.overflow_size_, "0" + std::string(writer.overflow_size_ - 1, ' '));
+    bytes = rewritten;
+  }
 }
 
 }  // namespace api::json

@@ -1,8 +1,7 @@
 #pragma once
 /// JSON (RFC 8259) as a flat sequence of nodes in document order: 16 bytes a value, no tree of allocations, nothing
-/// recursive. It exists beside nlohmann-json because the reader must go on after "1e999" to tell everything that is
-/// wrong, must stop at a limit before memory is spent, and because parse time is most of a small job's time
-/// (api/README.md has the measurement).
+/// recursive. nlohmann-json parses; what it reads is written down here instead of in its own tree, which takes many
+/// times the document's size and cannot be stopped at a limit.
 
 #include <cstddef>
 #include <cstdint>
@@ -25,17 +24,17 @@ struct Node {
   union {
     double number = 0;  ///< nearest double; infinite where the text overflows, 0 where it underflows
     bool truth;
-    const char* text;   ///< into the document, or into the tape where the string had escapes
+    const char* text;   ///< into the tape's text
     std::uint32_t end;  ///< arrays, objects: index of the node after the last one inside
   };
 
   [[nodiscard]] std::string_view string() const { return {text, size}; }
 };
 
-/// The document's bytes must outlive it. Moving keeps pointers to nodes valid.
+/// Moving keeps pointers to nodes and text valid.
 struct Tape {
-  std::vector<Node> nodes;      ///< the document's value is the first
-  std::vector<char> unescaped;  ///< strings that had escapes; never reallocated
+  std::vector<Node> nodes;  ///< the document's value is the first
+  std::vector<char> text;   ///< of all strings, escapes undone; never reallocated
   Node* root() { return nodes.data(); }
   Node* next(Node* node) {  ///< the node after `node` and everything inside it
     return node->kind >= Kind::array ? nodes.data() + node->end : node + 1;
@@ -49,8 +48,8 @@ struct Error {
 };
 
 /// Strings come out as valid UTF-8 without lone surrogates; a leading byte order mark is skipped. Duplicate keys are
-/// kept: telling them is the reader's part. Time linear in `bytes`; memory at most 16 bytes for each value and key
-/// kept plus one byte for each byte of the document.
+/// kept: telling them is the reader's part. A number too large for a double is infinite. Time linear in `bytes`; memory
+/// at most 16 bytes for each value and key kept plus three for each byte of the document.
 tracer::Result<Tape, Error> parse(std::string_view bytes, const DocumentLimits& limits);
 
 }  // namespace api::json

@@ -50,10 +50,6 @@ bool Reading::has_room() {
   return false;
 }
 
-void Reading::tell(std::string where, std::string_view code, std::string detail) {
-  if (has_room()) issues.push_back({std::move(where), std::string(code), std::move(detail)});
-}
-
 void tell(Reading& reading, const Cursor& at, std::string_view code, std::string detail) {
   if (reading.has_room()) reading.issues.push_back({pointer(at), std::string(code), std::move(detail)});
 }

@@ -26,6 +26,13 @@ struct Cursor {
 std::string pointer(const Cursor& at);                                  ///< RFC 6901, without '#'
 std::string pointer_to_member(const Cursor& at, std::string_view key);  ///< of a member that may not exist
 
+/// The things of one kind that a document names.
+template <class Id>
+struct Names {
+  std::map<std::string_view, Id> ids;
+  bool complete = true;  ///< false when they could not be read, which has been told: then no reference is to blame
+};
+
 /// One document being read: where it comes from, what it becomes, and what is wrong with it.
 struct Reading {
   Reading(json::Tape& document_tape, const Limits& document_limits) : tape(document_tape), limits(document_limits) {}
@@ -33,9 +40,9 @@ struct Reading {
   json::Tape& tape;
   const Limits& limits;
   Document document;
-  std::map<std::string_view, tracer::TextureId> textures;  ///< by name
-  std::map<std::string_view, tracer::MaterialId> materials;
-  std::map<std::string_view, tracer::PrototypeId> prototypes;
+  Names<tracer::TextureId> textures;
+  Names<tracer::MaterialId> materials;
+  Names<tracer::PrototypeId> prototypes;
   std::set<std::string_view> full;    ///< names of the limits that were reached while reading
   std::vector<tracer::Issue> issues;  ///< the first `issues_max`
   std::uint64_t untold_issues = 0;
@@ -45,7 +52,6 @@ struct Reading {
   tracer::Scene& scene() { return document.scene; }
   /// Whether the next issue is still told; counts it when not. A hostile document has millions: no text for those.
   bool has_room();
-  void tell(std::string where, std::string_view code, std::string detail);
 };
 
 /// Calls `read(element)` for each element; an issue and false when it is no array.

@@ -2,6 +2,7 @@
 
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "api/src/reader/fields.h"
@@ -41,7 +42,7 @@ bool has_other_pattern(const Fields& fields) {
 
 tracer::TextureId add_texture(Reading& reading, const Cursor& at) {
   std::vector<tracer::Texture>& textures = reading.scene().textures;
-  if (!has_room(reading, at, textures.size(), "textures", reading.limits.scene.textures)) return {0};
+  if (!has_room(reading, at, textures.size(), "textures", reading.limits.scene.textures)) return {nothing};
   const tracer::TextureId id{static_cast<std::uint32_t>(textures.size())};
   tracer::Texture& texture = textures.emplace_back();
   texture.path = pointer(at);
@@ -79,7 +80,7 @@ void read_reflection(Fields& fields, tracer::Material& material) {
 
 tracer::MaterialId add_material(Reading& reading, const Cursor& at) {
   std::vector<tracer::Material>& materials = reading.scene().materials;
-  if (!has_room(reading, at, materials.size(), "materials", reading.limits.scene.materials)) return {0};
+  if (!has_room(reading, at, materials.size(), "materials", reading.limits.scene.materials)) return {nothing};
   const tracer::MaterialId id{static_cast<std::uint32_t>(materials.size())};
   tracer::Material& material = materials.emplace_back();
   material.path = pointer(at);
@@ -104,10 +105,9 @@ tracer::MaterialId add_material(Reading& reading, const Cursor& at) {
 }
 
 template <class Id>
-void read_named(Reading& reading, const Cursor& at, std::map<std::string_view, Id>& names,
-                Id (*add)(Reading&, const Cursor&)) {
-  for_each_member(reading, at, [&](const Cursor& member) {
-    const auto [place, is_new] = names.emplace(member.key, Id{});
+void read_named(Reading& reading, const Cursor& at, Names<Id>& names, Id (*add)(Reading&, const Cursor&)) {
+  names.complete = for_each_member(reading, at, [&](const Cursor& member) {
+    const auto [place, is_new] = names.ids.emplace(member.key, Id{});
     if (is_new) {
       place->second = add(reading, member);
     } else {
@@ -119,13 +119,13 @@ void read_named(Reading& reading, const Cursor& at, std::map<std::string_view, I
 }  // namespace
 
 void read_textures(Reading& reading, const Cursor& at) {
-  if (!within_limit(reading, at, "textures", reading.limits.scene.textures)) return;
-  read_named(reading, at, reading.textures, add_texture);
+  reading.textures.complete = within_limit(reading, at, "textures", reading.limits.scene.textures);
+  if (reading.textures.complete) read_named(reading, at, reading.textures, add_texture);
 }
 
 void read_materials(Reading& reading, const Cursor& at) {
-  if (!within_limit(reading, at, "materials", reading.limits.scene.materials)) return;
-  read_named(reading, at, reading.materials, add_material);
+  reading.materials.complete = within_limit(reading, at, "materials", reading.limits.scene.materials);
+  if (reading.materials.complete) read_named(reading, at, reading.materials, add_material);
 }
 
 tracer::MaterialId read_material_reference(Reading& reading, const Cursor& at) {

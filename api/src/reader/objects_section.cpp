@@ -154,14 +154,15 @@ void read_objects(Reading& reading, const Cursor& at) { read_object_list(reading
 void read_prototypes(Reading& reading, const Cursor& at) {
   // Names first: an instance may stand before what it places. Lists second, each by its index.
   std::vector<tracer::Prototype>& prototypes = reading.scene().prototypes;
-  if (!within_limit(reading, at, "objects", reading.limits.scene.objects)) return;
-  const bool is_map = for_each_member(reading, at, [&](const Cursor& member) {
+  reading.prototypes.complete = within_limit(reading, at, "objects", reading.limits.scene.objects);
+  if (!reading.prototypes.complete) return;
+  reading.prototypes.complete = for_each_member(reading, at, [&](const Cursor& member) {
     const tracer::PrototypeId id{static_cast<std::uint32_t>(prototypes.size())};
     prototypes.push_back({{}, pointer(member)});
-    if (!reading.prototypes.emplace(member.key, id).second)
+    if (!reading.prototypes.ids.emplace(member.key, id).second)
       tell(reading, member, "duplicate_key", quoted(member.key) + " is defined twice");
   });
-  if (!is_map) return;
+  if (!reading.prototypes.complete) return;
   std::size_t index = 0;
   for_each_member(reading, at,
                   [&](const Cursor& member) { read_object_list(reading, member, prototypes[index++].objects); });

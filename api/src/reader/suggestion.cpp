@@ -8,7 +8,6 @@ namespace api {
 namespace {
 
 constexpr std::size_t word_bytes_max = 64;
-constexpr std::size_t names_max = 1000;
 
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
@@ -37,7 +36,7 @@ std::string did_you_mean(std::string_view word, std::span<const std::string_view
   if (word.size() > word_bytes_max) return {};
   std::size_t nearest = std::max<std::size_t>(1, word.size() / 3) + 1;
   std::string_view suggestion;
-  for (const std::string_view name : names.first(std::min(names.size(), names_max))) {
+  for (const std::string_view name : names.first(std::min(names.size(), suggestion_names_max))) {
     if (name.size() > word_bytes_max || name.size() >= word.size() + nearest || word.size() >= name.size() + nearest) {
       continue;
     }

@@ -107,6 +107,20 @@ void Database::script(const std::string& sql) {
   if (result != SQLITE_OK) fail(connection_.get(), result);
 }
 
+void Database::checkpoint_at(int pages_wanted, int pages_max) {
+  checkpoint_pages_wanted_ = pages_wanted;
+  checkpoint_pages_max_ = pages_max;
+  const auto after_commit = [](void* self, sqlite3* connection, const char* name, int pages) {
+    const auto* database = static_cast<const Database*>(self);
+    if (pages < database->checkpoint_pages_wanted_) return SQLITE_OK;
+    const bool wait = pages >= database->checkpoint_pages_max_;
+    sqlite3_wal_checkpoint_v2(connection, name, wait ? SQLITE_CHECKPOINT_RESTART : SQLITE_CHECKPOINT_PASSIVE, nullptr,
+                              nullptr);
+    return SQLITE_OK;  // the commit stands, whatever became of the checkpoint
+  };
+  sqlite3_wal_hook(connection_.get(), after_commit, this);
+}
+
 sqlite3_stmt* Database::prepared(const std::string& sql) {
   auto& statement = statements_[sql];
   if (statement == nullptr) {

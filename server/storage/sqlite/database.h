@@ -71,6 +71,11 @@ class Database {
   }
   void script(const std::string& sql);  ///< several statements, unprepared
 
+  /// From now on commits also bring the log's content into the file: as far as readers let them once it has
+  /// `pages_wanted` pages, and waiting for readers once it has `pages_max`, so that steady reading cannot make it grow
+  /// for ever.
+  void checkpoint_at(int pages_wanted, int pages_max);
+
   [[nodiscard]] bool in_transaction() const;
 
  private:
@@ -85,6 +90,7 @@ class Database {
   };
   std::unique_ptr<sqlite3, Close> connection_;
   std::map<std::string, std::unique_ptr<sqlite3_stmt, Finalize>> statements_;
+  int checkpoint_pages_wanted_ = 0, checkpoint_pages_max_ = 0;
 };
 
 }  // namespace jobs::sqlite

@@ -107,6 +107,7 @@ void prepare_file(Database& database, const std::string& path) {
   database.script(
       "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON; PRAGMA cache_size = -8000;"
       "PRAGMA journal_size_limit = 67108864;");
+  database.checkpoint_at(1000, 8000);  // 4 MB as SQLite's default; 32 MB, a few large documents
   for (std::int64_t next = version; next < current; ++next) {
     database.script("BEGIN IMMEDIATE;" + std::string(steps[static_cast<std::size_t>(next)]) +
                     "PRAGMA user_version = " + std::to_string(next + 1) + "; COMMIT;");

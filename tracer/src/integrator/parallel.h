@@ -1,42 +1,65 @@
 #pragma once
 /// Runs tiles on oneTBB. The one place that knows it.
 
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
-
 #include <cstdint>
 
 #if defined(__SANITIZE_THREAD__)
-#include <sanitizer/tsan_interface.h>
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+#else
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 #endif
 
 namespace tracer {
 
 /// Calls tile(i) for every i in [0, count), on `threads` threads, or those of the calling arena when 0. Exceptions of a
-/// tile stop the rest and are thrown here. oneTBB's library is not instrumented, so ThreadSanitizer cannot see that a
-/// tile starts after this call and ends before it returns: it is told.
+/// tile stop the rest and are thrown here.
+template <class Tile>
+void for_each_tile(std::uint64_t count, std::uint32_t threads, const Tile& tile);
+
+#if defined(__SANITIZE_THREAD__)
+
+/// oneTBB's library is not instrumented: ThreadSanitizer sees none of its fences and takes its every hand-over for a
+/// race. Plain threads stand in for it there, so that what it reports is ours.
 template <class Tile>
 void for_each_tile(std::uint64_t count, std::uint32_t threads, const Tile& tile) {
-#if defined(__SANITIZE_THREAD__)
-  char fork = 0, join = 0;
-  const auto body = [&](std::uint64_t i) {
-    __tsan_acquire(&fork);
-    tile(i);
-    __tsan_release(&join);
+  std::atomic<std::uint64_t> next{0};
+  std::mutex mutex;
+  std::exception_ptr thrown;
+  const auto work = [&] {
+    try {
+      for (std::uint64_t i = next++; i < count; i = next++) tile(i);
+    } catch (...) {
+      const std::lock_guard lock(mutex);
+      thrown = std::current_exception();
+      next = count;
+    }
   };
-  __tsan_release(&fork);
+  {
+    std::vector<std::jthread> helpers;
+    const std::uint32_t workers = threads != 0 ? threads : 2;
+    while (helpers.size() + 1 < workers) helpers.emplace_back(work);
+    work();
+  }
+  if (thrown) std::rethrow_exception(thrown);
+}
+
 #else
-  const auto& body = tile;
-#endif
-  const auto run = [&] { tbb::parallel_for(std::uint64_t{0}, count, body); };
+
+template <class Tile>
+void for_each_tile(std::uint64_t count, std::uint32_t threads, const Tile& tile) {
+  const auto run = [&] { tbb::parallel_for(std::uint64_t{0}, count, tile); };
   if (threads == 0) {
     run();
   } else {
     tbb::task_arena(static_cast<int>(threads)).execute(run);
   }
-#if defined(__SANITIZE_THREAD__)
-  __tsan_acquire(&join);
-#endif
 }
+
+#endif
 
 }  // namespace tracer

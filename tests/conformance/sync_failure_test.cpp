@@ -1,0 +1,81 @@
+/// The stores on a disk whose sync fails: what could not be made durable is refused and is not there.
+
+#include <gtest/gtest.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <filesystem>
+
+#include "server/storage/files/file_artifact_store.h"
+#include "server/storage/sqlite/sqlite_job_store.h"
+#include "tests/conformance/memory_file.h"
+#include "tests/conformance/temporary_folder.h"
+
+using namespace jobs;
+
+namespace {
+
+std::atomic<bool> sync_fails = false;
+std::atomic<int> syncs_asked = 0;
+
+int sync_unless_failing(long call, int fd) {
+  ++syncs_asked;
+  if (sync_fails) {
+    errno = EIO;
+    return -1;
+  }
+  return static_cast<int>(syscall(call, fd));
+}
+
+Job job_named(const std::string& id) {
+  Job job;
+  job.id = id;
+  return job;
+}
+
+}  // namespace
+
+// In place of libc's, for this program and the libraries in it.
+extern "C" int fsync(int fd) { return sync_unless_failing(SYS_fsync, fd); }
+extern "C" int fdatasync(int fd) { return sync_unless_failing(SYS_fdatasync, fd); }
+
+TEST(SqliteJobStore, SyncsBeforeItAnswersAndRefusesWhatCouldNotBeSynced) {
+  const TemporaryFolder folder;
+  {
+    SqliteJobStore store(folder.path());
+    const int before = syncs_asked;
+    store.submit(job_named("kept"), "kept");
+    EXPECT_GT(syncs_asked, before);
+    sync_fails = true;
+    EXPECT_THROW(store.submit(job_named("refused"), "refused"), StoreFailure);
+    EXPECT_THROW(store.probe(), StoreFailure);
+    EXPECT_THROW(store.claim("boot", 1, false), StoreFailure);
+    sync_fails = false;
+    EXPECT_FALSE(store.find("refused"));
+    EXPECT_EQ(store.find("kept")->state, JobState::queued);
+    store.submit(job_named("later"), "later");
+    EXPECT_EQ(store.claim("boot", 1, false)->job.id, "kept");
+  }
+  SqliteJobStore store(folder.path());
+  EXPECT_TRUE(store.find("kept"));
+  EXPECT_FALSE(store.find("refused"));
+  EXPECT_TRUE(store.find("later"));
+}
+
+TEST(FileArtifactStore, SyncsBytesAndFolderBeforeItAnswersAndKeepsNothingThatCouldNotBeSynced) {
+  const TemporaryFolder folder;
+  FileArtifactStore store(folder.path());
+  const int before = syncs_asked;
+  const std::string sha256 = store.put(MemoryFile("abc").fd()).sha256;
+  EXPECT_GE(syncs_asked, before + 2);
+  store.remove(sha256);
+  sync_fails = true;
+  EXPECT_THROW(store.put(MemoryFile("abc").fd()), StoreFailure);
+  sync_fails = false;
+  EXPECT_EQ(store.open(sha256), nullptr);
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path() + "/tmp"));
+  EXPECT_EQ(store.put(MemoryFile("abc").fd()).sha256, sha256);
+  EXPECT_NE(store.open(sha256), nullptr);
+}
