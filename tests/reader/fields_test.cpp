@@ -85,7 +85,27 @@ TEST(Defaults, OfAMaterialAreThoseOfTheSceneHeader) {
   EXPECT_EQ(seen.transmission_color, (Color{1, 1, 1}));
   EXPECT_EQ(seen.ior, 1.5);
   EXPECT_FALSE(seen.fresnel);
+  EXPECT_EQ(seen.transparency, tracer::Material::Transparency::refract);
+  EXPECT_EQ(seen.priority, 0);
+  EXPECT_EQ(seen.absorption, Color{});
+  EXPECT_EQ(seen.shading, tracer::Material::Shading::smooth);
   EXPECT_EQ(seen.path, "/materials/m");
+}
+
+TEST(Defaults, OfRoundShapesAreClosedAndPointed) {
+  const auto disc =
+      accepted(document_with_object("disc", R"("center": [0,0,0], "normal": [0,1,0], "radius": 1)")).scene;
+  ASSERT_EQ(disc.objects.size(), 1u);
+  EXPECT_EQ(std::get<tracer::Disc>(disc.objects[0].shape).inner_radius, 0);
+  EXPECT_FALSE(std::get<tracer::Disc>(disc.objects[0].shape).u_axis);
+  const auto cylinder =
+      accepted(document_with_object("cylinder", R"("from": [0,0,0], "to": [0,1,0], "radius": 1)")).scene;
+  ASSERT_EQ(cylinder.objects.size(), 1u);
+  EXPECT_TRUE(std::get<tracer::Cylinder>(cylinder.objects[0].shape).caps);
+  const auto cone = accepted(document_with_object("cone", R"("apex": [0,1,0], "base": [0,0,0], "radius": 1)")).scene;
+  ASSERT_EQ(cone.objects.size(), 1u);
+  EXPECT_TRUE(std::get<tracer::Cone>(cone.objects[0].shape).caps);
+  EXPECT_EQ(std::get<tracer::Cone>(cone.objects[0].shape).apex_radius, 0);
 }
 
 TEST(Defaults, OfShapesAreTheirConventionalAxes) {
@@ -123,7 +143,7 @@ TEST(EveryField, OfImageCameraAndBackgroundIsRead) {
 
 TEST(EveryField, OfLightsIsRead) {
   const tracer::Scene scene = every_field();
-  ASSERT_EQ(scene.lights.size(), 2u);
+  ASSERT_EQ(scene.lights.size(), 8u);
   const tracer::Light& point = scene.lights[0];
   EXPECT_EQ(std::get<tracer::PointLight>(point.source).position, (Vec3{5, 6, 7}));
   EXPECT_EQ(point.color, (Color{1, 0, 0}));
@@ -139,6 +159,45 @@ TEST(EveryField, OfLightsIsRead) {
   EXPECT_EQ(directional.attenuation.kind, tracer::Attenuation::Kind::inverse_square);
 }
 
+TEST(EveryField, OfSpotsIsReadAndATargetGivesTheAxis) {
+  const tracer::Scene scene = every_field();
+  ASSERT_EQ(scene.lights.size(), 8u);
+  const auto& spot = std::get<tracer::SpotLight>(scene.lights[2].source);
+  EXPECT_EQ(spot.position, (Vec3{1, 2, 3}));
+  EXPECT_EQ(spot.direction, (Vec3{0, -2, 1}));
+  EXPECT_EQ(spot.inner_angle_deg, 12.5);
+  EXPECT_EQ(spot.outer_angle_deg, 25);
+  const auto& targeted = std::get<tracer::SpotLight>(scene.lights[3].source);
+  EXPECT_EQ(targeted.direction, (Vec3{1, 2, 4}));
+  EXPECT_EQ(targeted.inner_angle_deg, 0);
+  EXPECT_EQ(targeted.outer_angle_deg, 180);
+}
+
+TEST(EveryField, OfSoftLightsIsRead) {
+  const tracer::Scene scene = every_field();
+  ASSERT_EQ(scene.lights.size(), 8u);
+  const auto& line = std::get<tracer::LineLight>(scene.lights[4].source);
+  EXPECT_EQ(line.from, (Vec3{1, 2, 3}));
+  EXPECT_EQ(line.to, (Vec3{4, 5, 6}));
+  const auto& rect = std::get<tracer::RectLight>(scene.lights[5].source);
+  EXPECT_EQ(rect.corner, (Vec3{1, 2, 3}));
+  EXPECT_EQ(rect.edge_u, (Vec3{4, 0, 1}));
+  EXPECT_EQ(rect.edge_v, (Vec3{0, 5, 1}));
+  const auto& disc = std::get<tracer::DiscLight>(scene.lights[6].source);
+  EXPECT_EQ(disc.center, (Vec3{1, 2, 3}));
+  EXPECT_EQ(disc.normal, (Vec3{0, 3, 4}));
+  EXPECT_EQ(disc.radius, 2.5);
+  const auto& sphere = std::get<tracer::SphereLight>(scene.lights[7].source);
+  EXPECT_EQ(sphere.center, (Vec3{1, 2, 3}));
+  EXPECT_EQ(sphere.radius, 3.5);
+  for (const std::size_t i : {2, 4, 5, 6, 7}) {
+    EXPECT_EQ(scene.lights[i].color, (Color{0.5, 0.5, 0.5})) << i;
+    EXPECT_EQ(scene.lights[i].intensity, 3 + static_cast<double>(i == 2 ? 2 : i - 1)) << i;
+    EXPECT_FALSE(scene.lights[i].shadows) << i;
+    EXPECT_EQ(scene.lights[i].attenuation.coefficients, (std::array{1.0, 0.0, 0.5})) << i;
+  }
+}
+
 TEST(EveryField, OfTexturesAndMaterialsIsRead) {
   const tracer::Scene scene = every_field();
   ASSERT_EQ(scene.textures.size(), 2u);
@@ -147,7 +206,7 @@ TEST(EveryField, OfTexturesAndMaterialsIsRead) {
   EXPECT_EQ(scene.textures[0].offset, (Vec2{0.5, 0.25}));
   EXPECT_EQ(scene.textures[0].path, "/textures/floor");
   EXPECT_EQ(scene.textures[1].path, "/objects/2/material/color");
-  ASSERT_EQ(scene.materials.size(), 3u);
+  ASSERT_EQ(scene.materials.size(), 4u);
   const tracer::Material& glass = scene.materials[0];
   EXPECT_EQ(glass.model, tracer::Material::Model::blinn_phong);
   EXPECT_EQ(std::get<tracer::TextureId>(glass.color).index, 0u);
@@ -163,12 +222,16 @@ TEST(EveryField, OfTexturesAndMaterialsIsRead) {
   EXPECT_EQ(glass.transmission_color, (Color{0.5, 0.25, 1}));
   EXPECT_EQ(glass.ior, 1.25);
   EXPECT_FALSE(glass.fresnel);
-  EXPECT_EQ(std::get<tracer::TextureId>(scene.materials[2].color).index, 1u);
+  EXPECT_EQ(glass.transparency, tracer::Material::Transparency::filtered);
+  EXPECT_EQ(glass.priority, -3);
+  EXPECT_EQ(glass.absorption, (Color{0.5, 0, 2}));
+  EXPECT_EQ(glass.shading, tracer::Material::Shading::gouraud);
+  EXPECT_EQ(std::get<tracer::TextureId>(scene.materials[3].color).index, 1u);
 }
 
 TEST(EveryField, OfSpheresPlanesAndTrianglesIsRead) {
   const tracer::Scene scene = every_field();
-  ASSERT_EQ(scene.objects.size(), 5u);
+  ASSERT_EQ(scene.objects.size(), 11u);
   const auto& sphere = std::get<tracer::Sphere>(scene.objects[0].shape);
   EXPECT_EQ(sphere.center, (Vec3{1, 2, 3}));
   EXPECT_EQ(sphere.radius, 4);
@@ -184,14 +247,14 @@ TEST(EveryField, OfSpheresPlanesAndTrianglesIsRead) {
   EXPECT_EQ(*triangle.normals, (std::array{Vec3{0, 0, 1}, Vec3{0, 1, 1}, Vec3{1, 0, 1}}));
   EXPECT_EQ(*triangle.uvs, (std::array{Vec2{0, 0}, Vec2{2, 0}, Vec2{0, 3}}));
   EXPECT_EQ(scene.objects[0].material.index, 0u);
-  EXPECT_EQ(scene.objects[1].material.index, 1u);
-  EXPECT_EQ(scene.objects[2].material.index, 2u);
+  EXPECT_EQ(scene.objects[1].material.index, 2u);
+  EXPECT_EQ(scene.objects[2].material.index, 3u);
   EXPECT_EQ(scene.objects[4].material.index, 0u);
 }
 
 TEST(EveryField, OfMeshesIsRead) {
   const tracer::Scene scene = every_field();
-  ASSERT_EQ(scene.objects.size(), 5u);
+  ASSERT_EQ(scene.objects.size(), 11u);
   const auto& mesh = std::get<tracer::Mesh>(scene.objects[3].shape);
   EXPECT_EQ(mesh.positions, (std::vector{Vec3{}, Vec3{1, 0, 0}, Vec3{0, 1, 0}}));
   EXPECT_EQ(mesh.triangles, (std::vector{std::array{2u, 0u, 1u}}));
@@ -200,6 +263,62 @@ TEST(EveryField, OfMeshesIsRead) {
   EXPECT_TRUE(mesh.smooth);
   const auto& faces = std::get<tracer::Mesh>(scene.objects[4].shape);
   EXPECT_EQ(faces.triangles, (std::vector{std::array{0u, 1u, 2u}, std::array{0u, 2u, 3u}}));
+}
+
+TEST(EveryField, OfDiscsCylindersConesAndBoxesIsRead) {
+  const tracer::Scene scene = every_field();
+  ASSERT_EQ(scene.objects.size(), 11u);
+  const auto& disc = std::get<tracer::Disc>(scene.objects[5].shape);
+  EXPECT_EQ(disc.center, (Vec3{1, 2, 3}));
+  EXPECT_EQ(disc.normal, (Vec3{0, 0, 2}));
+  EXPECT_EQ(disc.radius, 4);
+  EXPECT_EQ(disc.inner_radius, 1.5);
+  EXPECT_EQ(disc.u_axis, (Vec3{0, 1, 0}));
+  const auto& cylinder = std::get<tracer::Cylinder>(scene.objects[6].shape);
+  EXPECT_EQ(cylinder.from, (Vec3{1, 2, 3}));
+  EXPECT_EQ(cylinder.to, (Vec3{1, 2, 5}));
+  EXPECT_EQ(cylinder.radius, 4);
+  EXPECT_FALSE(cylinder.caps);
+  EXPECT_EQ(cylinder.u_axis, (Vec3{0, 1, 0}));
+  const auto& cone = std::get<tracer::Cone>(scene.objects[7].shape);
+  EXPECT_EQ(cone.apex, (Vec3{1, 2, 3}));
+  EXPECT_EQ(cone.base, (Vec3{1, 2, 5}));
+  EXPECT_EQ(cone.radius, 4);
+  EXPECT_EQ(cone.apex_radius, 0.5);
+  EXPECT_FALSE(cone.caps);
+  EXPECT_EQ(cone.u_axis, (Vec3{0, 1, 0}));
+  const auto& box = std::get<tracer::Box>(scene.objects[8].shape);
+  EXPECT_EQ(box.min, (Vec3{1, 2, 3}));
+  EXPECT_EQ(box.max, (Vec3{4, 6, 8}));
+}
+
+TEST(EveryField, OfInstancesAndPrototypesIsReadWhereverTheyStand) {
+  const tracer::Scene scene = every_field();
+  ASSERT_EQ(scene.objects.size(), 11u);
+  ASSERT_EQ(scene.prototypes.size(), 2u);
+  EXPECT_EQ(scene.prototypes[0].path, "/prototypes/pair");
+  ASSERT_EQ(scene.prototypes[0].objects.size(), 2u);
+  EXPECT_EQ(std::get<tracer::Instance>(scene.prototypes[0].objects[1].shape).of.index, 1u);
+  EXPECT_TRUE(std::holds_alternative<tracer::Sphere>(scene.prototypes[1].objects.at(0).shape));
+  const auto& whole = std::get<tracer::Instance>(scene.objects[9].shape);
+  EXPECT_EQ(whole.of.index, 0u);
+  EXPECT_EQ(whole.material.value_or(tracer::MaterialId{9}).index, 0u);
+  const auto& plain = std::get<tracer::Instance>(scene.objects[10].shape);
+  EXPECT_EQ(plain.of.index, 1u);
+  EXPECT_FALSE(plain.material);
+  EXPECT_FALSE(scene.objects[10].transform);
+}
+
+TEST(EveryField, OfTransformsIsReadAsAMatrixOrAsStepsInTheOrderWritten) {
+  const tracer::Scene scene = every_field();
+  ASSERT_EQ(scene.objects.size(), 11u);
+  // (x, y, z) moved, turned a quarter about z, scaled: 2(-(y + 2)), 3(x + 1), 4(z + 3).
+  const tracer::Transform steps{{{{0, -2, 0, -4}, {3, 0, 0, 3}, {0, 0, 4, 12}}}};
+  EXPECT_EQ(scene.objects[0].transform, steps);
+  const tracer::Transform matrix{{{{1, 2, 3, 4}, {0, 1, 5, 6}, {0, 0, 1, 7}}}};
+  EXPECT_EQ(scene.objects[1].transform, matrix);
+  const tracer::Transform twice{{{{2, 0, 0, 0}, {0, 2, 0, 0}, {0, 0, 2, 0}}}};
+  for (const std::size_t i : {2, 3, 5, 6, 7, 8, 9}) EXPECT_EQ(scene.objects[i].transform, twice) << i;
 }
 
 TEST(EveryField, OfAccuracyOutputAndJobIsRead) {
@@ -260,6 +379,12 @@ TEST(Materials, ThatTransmitReflectByFresnelUnlessToldOtherwise) {
   const tracer::Material plain = material_of(R"("fresnel": false, "transmission": 0.5)");
   EXPECT_FALSE(plain.fresnel);
   EXPECT_EQ(plain.reflection, 0);
+  for (const char* transparency : {"interpolated", "filtered"}) {
+    const tracer::Material thin =
+        material_of(R"("transmission": 0.5, "transparency": ")" + std::string(transparency) + "\"");
+    EXPECT_FALSE(thin.fresnel) << transparency;
+    EXPECT_EQ(thin.reflection, 0) << transparency;
+  }
   const tracer::Material lacquer = material_of(R"("fresnel": true)");
   EXPECT_TRUE(lacquer.fresnel);
   EXPECT_EQ(lacquer.reflection, 1);

@@ -22,7 +22,7 @@ Scene valid_scene() {
   scene.camera.position = {0, 0, 5};
   scene.materials.push_back({});
   scene.materials[0].path = "/materials/m";
-  scene.objects.push_back({Sphere{}, {0}});
+  scene.objects.push_back({Sphere{}, {0}, {}});
   return scene;
 }
 

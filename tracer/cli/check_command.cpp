@@ -1,7 +1,5 @@
-#include <array>
 #include <cstdio>
 #include <string>
-#include <utility>
 
 #include "api/document.h"
 #include "api/replies.h"
@@ -14,19 +12,9 @@ namespace cli {
 namespace {
 
 void print_requirements(const tracer::Requirements& needs) {
-  const std::array<std::pair<const char*, bool>, 10> all{{{"reflection", needs.reflection},
-                                                          {"refraction", needs.refraction},
-                                                          {"fresnel", needs.fresnel},
-                                                          {"shadows", needs.shadows},
-                                                          {"transmissive_shadows", needs.transmissive_shadows},
-                                                          {"textures", needs.textures},
-                                                          {"smooth_normals", needs.smooth_normals},
-                                                          {"triangles", needs.triangles},
-                                                          {"spheres", needs.spheres},
-                                                          {"planes", needs.planes}}};
   std::fputs("valid; needs:", stdout);
-  for (const auto& [name, needed] : all) {
-    if (needed) std::printf(" %s", name);
+  for (const auto& [name, needed] : tracer::requirement_names) {
+    if (needs.*needed) std::printf(" %.*s", static_cast<int>(name.size()), name.data());
   }
   std::fputs("\n", stdout);
 }

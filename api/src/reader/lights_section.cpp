@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <cmath>
+
 #include "api/src/reader/fields.h"
 #include "api/src/reader/sections.h"
 
@@ -28,23 +31,33 @@ void read_attenuation(Reading& reading, const Cursor& at, tracer::Attenuation& a
   read(reading, at, Word<AttenuationKind>{attenuation.kind, "light.attenuation", attenuations});
 }
 
+/// A spot's axis by a point on it. Where that is wrong, so told, the axis stays what it is: nothing more to tell of it.
+void read_target(Reading& reading, const Cursor& at, tracer::SpotLight& spot) {
+  tracer::Vec3 target;
+  if (!read(reading, at, target)) return;
+  const tracer::Vec3& from = spot.position;
+  const tracer::Vec3 axis{target.x - from.x, target.y - from.y, target.z - from.z};
+  const double reach = std::max({std::abs(target.x), std::abs(target.y), std::abs(target.z)});
+  const double length = std::max({std::abs(axis.x), std::abs(axis.y), std::abs(axis.z)});
+  if (const double bound = reading.limits.scene.coordinate_max; reach > bound) {
+    tell(reading, at, "limit_exceeded", "its coordinates are over the limit coordinate_max");
+  } else if (length < reading.limits.scene.length_min) {
+    tell(reading, at, "degenerate", "must not be the position: the spot has no direction");
+  } else if (std::isfinite(axis.x + axis.y + axis.z)) {  // not so where the position is missing or wrong
+    spot.direction = axis;
+  }
+}
+
 /// The axis is given by `direction` or by `target`, a point on it.
 void read_spot(Reading& reading, Fields& fields, tracer::SpotLight& spot) {
   fields.call_it("a spot light");
   fields.required("position", spot.position);
-  tracer::Vec3 target;
   if (const auto field = fields.take("target")) {
     if (fields.has("direction")) {
       tell(reading, *field, "conflict", "must not stand beside `direction`: either gives the axis");
       fields.take("direction");
-    } else if (read(reading, *field, target)) {
-      spot.direction = {target.x - spot.position.x, target.y - spot.position.y, target.z - spot.position.z};
-      if (spot.direction == tracer::Vec3{}) {
-        tell(reading, *field, "degenerate", "must not be the position: the spot has no direction");
-        spoil(spot.direction);
-      }
     } else {
-      spoil(spot.direction);
+      read_target(reading, *field, spot);
     }
   } else {
     fields.required("direction", spot.direction);

@@ -8,6 +8,7 @@
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
 #include "tests/support/scenes.h"
+#include "tests/unit/shapes/look.h"
 
 namespace tracer {
 namespace {
@@ -17,30 +18,6 @@ using oracle::Real;
 using oracle::Vec;
 
 constexpr Real pi = std::numbers::pi_v<Real>;
-
-std::shared_ptr<const CompiledScene> compiled(const Scene& scene) {
-  RenderControl control;
-  auto result = compile(scene, control);
-  EXPECT_TRUE(result.has_value());
-  return *result;
-}
-
-/// The scene's first hit of a ray given in the trace frame; `found` false: none.
-struct Look {
-  Hit hit;
-  Surface surface;
-  bool found = false;
-};
-
-Look look(const CompiledScene& scene, const Vec3& o, const Vec3& d, PrimitiveRef from = {}) {
-  Look result;
-  const RaySpan ray{&o.x, &o.y, &o.z, &d.x, &d.y, &d.z, nullptr, &from, 1};
-  Hit& hit = result.hit;
-  scene.accelerator->closest(ray, {&hit.primitive, &hit.t, &hit.u, &hit.v}, Coherence::incoherent);
-  result.found = hit.primitive.hit();
-  if (result.found) result.surface = surface_at(scene, hit, o, d);
-  return result;
-}
 
 Scene checkered(const Shape& shape) {
   Scene scene = scenes::empty(1);

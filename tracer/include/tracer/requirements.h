@@ -1,6 +1,8 @@
 #pragma once
 /// What a scene needs, and so what will be modelled: rays of a kind that nothing asks for are never made.
 
+#include <string_view>
+
 #include "tracer/scene.h"
 
 namespace tracer {
@@ -21,6 +23,31 @@ struct Requirements {
   bool spheres = false;
   bool quadrics = false;  ///< discs, cylinders, cones, boxes
   bool planes = false;
+};
+
+/// A requirement by the name it has in replies, reports and on the command line.
+struct RequirementName {
+  std::string_view name;
+  bool Requirements::*needed;
+};
+
+/// All of them, in the order they are told.
+inline constexpr RequirementName requirement_names[] = {
+    {"reflection", &Requirements::reflection},
+    {"refraction", &Requirements::refraction},
+    {"fresnel", &Requirements::fresnel},
+    {"shadows", &Requirements::shadows},
+    {"transmissive_shadows", &Requirements::transmissive_shadows},
+    {"soft_lights", &Requirements::soft_lights},
+    {"absorption", &Requirements::absorption},
+    {"overlapping_media", &Requirements::overlapping_media},
+    {"gouraud", &Requirements::gouraud},
+    {"textures", &Requirements::textures},
+    {"smooth_normals", &Requirements::smooth_normals},
+    {"triangles", &Requirements::triangles},
+    {"spheres", &Requirements::spheres},
+    {"quadrics", &Requirements::quadrics},
+    {"planes", &Requirements::planes},
 };
 
 /// Never fails. Only what the objects use counts: a glass material that no object has requires nothing.

@@ -32,7 +32,7 @@ void Wavefront::branch_at(const RayQueue& rays, std::size_t hit, Generation& nex
     after = surface.back ? media_.leave(before, surface.object) : media_.enter(before, surface.object);
     if (refracts) n_to = media_.ior(media_.filling(after));
     // From behind, of a surface that was never entered: it has no inside, and its back counts as one.
-    if (surface.back && !media_.holds(before, surface.object)) n_from = material.ior;
+    if (refracts && surface.back && after == before) n_from = material.ior;
   }
   Color reflected_weight = material.reflection_color * material.reflection;
   Color transmitted_weight = Color{1, 1, 1} * material.transmission;

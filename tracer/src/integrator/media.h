@@ -31,18 +31,17 @@ class Media {
     return static_cast<List>(nodes_.size() - 1);
   }
 
-  /// Without the latest entry of `object`; the same list when it is not in it (a surface without an inside).
+  /// Without the latest entry of `object`; of one that was never entered, without the latest of its material: a hollow
+  /// may be another object, turned inside out, of the same glass. The same list when there is neither (a surface
+  /// without an inside).
   [[nodiscard]] List leave(List list, std::uint32_t object) {
-    if (!holds(list, object)) return list;
-    if (nodes_[list].object == object) return nodes_[list].below;
-    const List below = leave(nodes_[list].below, object);
-    return enter(below, nodes_[list].object);
-  }
-
-  [[nodiscard]] bool holds(List list, std::uint32_t object) const {
-    for (; list != outside; list = nodes_[list].below)
-      if (nodes_[list].object == object) return true;
-    return false;
+    const std::uint32_t material = scene_.material_of_object[object];
+    if (const List place = latest(list, [&](std::uint32_t other) { return other == object; }))
+      return without(list, place);
+    if (const List place =
+            latest(list, [&](std::uint32_t other) { return scene_.material_of_object[other] == material; }))
+      return without(list, place);
+    return list;
   }
 
   /// The object whose substance is there: the highest priority, among equals the latest entered; or `nothing`.
@@ -78,6 +77,22 @@ class Media {
     List below;
     std::uint32_t object;
   };
+
+  template <class Sought>
+  [[nodiscard]] List latest(List list, const Sought& sought) const {
+    while (list != outside && !sought(nodes_[list].object)) list = nodes_[list].below;
+    return list;
+  }
+
+  /// What is above the removed one is entered again, in its order.
+  [[nodiscard]] List without(List list, List removed) {
+    std::vector<std::uint32_t> above;
+    for (; list != removed; list = nodes_[list].below) above.push_back(nodes_[list].object);
+    List result = nodes_[removed].below;
+    for (auto object = above.rbegin(); object != above.rend(); ++object) result = enter(result, *object);
+    return result;
+  }
+
   const CompiledScene& scene_;
   std::vector<Node> nodes_;  ///< nodes_[0] is the outside
 };

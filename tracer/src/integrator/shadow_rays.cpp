@@ -50,14 +50,18 @@ void ShadowRays::cross(std::size_t i, const Hit& hit, Media& media) {
   const Surface surface = surface_at(scene_, hit, crossing_.origin(i), direction);
   const Material& material = scene_.materials[surface.material];
   const bool interpolated = material.transparency == Material::Transparency::interpolated;
-  visible = visible * (interpolated ? Color{1, 1, 1} : material.transmission_color) * material.transmission;
+  const Media::List before = crossing_.media(i);
+  Media::List after = before;
+  if (scene_.needs.absorption || scene_.needs.overlapping_media)
+    after = surface.back ? media.leave(before, surface.object) : media.enter(before, surface.object);
+  // What hides within a solid of higher priority is not there for shadows either.
+  const bool hidden = after != before && media.filling(before) == media.filling(after);
+  if (!hidden)
+    visible = visible * (interpolated ? Color{1, 1, 1} : material.transmission_color) * material.transmission;
   const double left = crossing_distance_[i] - hit.t;
   if (is_black(visible) || !(left > 0)) return;
-  Media::List inside = crossing_.media(i);
-  if (scene_.needs.absorption)
-    inside = surface.back ? media.leave(inside, surface.object) : media.enter(inside, surface.object);
   next_.push(offset_origin(surface.point, surface.geometric_normal, direction), direction, {}, crossing_.sample(i),
-             hit.primitive, 0, inside);
+             hit.primitive, 0, after);
   next_distance_.push_back(left);
 }
 

@@ -113,9 +113,8 @@ bool Wavefront::pass_hidden(const RayQueue& rays, std::size_t ray, const Surface
                             Generation& next) {
   if (!(scene_.materials[surface.material].transmission > 0)) return false;
   const Media::List before = rays.media(ray);
-  if (surface.back && !media_.holds(before, surface.object)) return false;
   const Media::List after = surface.back ? media_.leave(before, surface.object) : media_.enter(before, surface.object);
-  if (media_.filling(before) != media_.filling(after)) return false;
+  if (after == before || media_.filling(before) != media_.filling(after)) return false;
   if (next.depth > scene_.accuracy.max_depth) {
     ++statistics_.truncated_branches;
     return true;

@@ -14,9 +14,9 @@ namespace {
 /// What a list of objects amounts to. Doubles, so that a tower of instances cannot overflow a count.
 struct Extent {
   double objects = 0, triangles = 0;
-  double reach = 0;   ///< no coordinate in it is larger
-  double shrink = 1;  ///< no length in it is multiplied by less
-  std::uint32_t depth = 0;
+  double reach = 0;         ///< no coordinate in it is larger
+  double shrink = 1;        ///< no length in it is multiplied by less
+  std::uint32_t depth = 0;  ///< of instances within instances
 };
 
 double norm(const Linear& m) {  // of the largest coordinate's growth: the largest row sum
@@ -64,10 +64,21 @@ class Counting {
           all_well = false;
           continue;
         }
+        part.depth += 1;
       } else {
         part = own_extent(objects[i].shape);
       }
       add(objects[i], part, total);
+    }
+    return all_well;
+  }
+
+  /// Those that no instance places too: what leads in a circle is a mistake wherever it stands.
+  bool count_prototypes() {
+    bool all_well = true;
+    for (std::uint32_t index = 0; index < extents_.size(); ++index) {
+      Extent unused;
+      all_well &= count_prototype(index, Where(scene_.prototypes[index].path), 0, unused);
     }
     return all_well;
   }
@@ -110,7 +121,6 @@ class Counting {
       states_[index] = State::open;
       const Where where(scene_.prototypes[index].path);
       const bool well = count(scene_.prototypes[index].objects, where, depth, extents_[index]);
-      extents_[index].depth += 1;
       states_[index] = well ? State::counted : State::bad;
       if (!well) return false;
     }
@@ -128,12 +138,14 @@ class Counting {
 
 void check_objects(Checks& checks, const Scene& scene) {
   const Where objects("/objects");
+  bool transforms_well = check_object_list(checks, scene, objects, scene.objects);
   for (const Prototype& prototype : scene.prototypes)
-    check_object_list(checks, scene, Where(prototype.path), prototype.objects);
-  check_object_list(checks, scene, objects, scene.objects);
+    transforms_well &= check_object_list(checks, scene, Where(prototype.path), prototype.objects);
 
   Extent total;
-  if (!Counting(checks, scene).count(scene.objects, objects, 0, total)) return;
+  Counting counting(checks, scene);
+  const bool objects_well = counting.count(scene.objects, objects, 0, total);
+  if (!counting.count_prototypes() || !objects_well || !transforms_well) return;
   const auto saturated = [](double count) {
     return count < 1e18 ? static_cast<std::uint64_t>(count) : std::numeric_limits<std::uint64_t>::max();
   };

@@ -160,30 +160,32 @@ bool is_singular(const Transform& transform) {
   return !(std::abs(determinant({normalized(m.x), normalized(m.y), normalized(m.z)})) > 0x1p-48);
 }
 
-void check_transform(Checks& checks, const Where& object, const Transform& transform) {
+bool check_transform(Checks& checks, const Where& object, const Transform& transform) {
   const Where where(object, "transform");
   bool all_well = true;
   for (const auto& row : transform.rows)
     for (const double entry : row) all_well = all_well && checks.coordinate(where, entry);
-  if (all_well && is_singular(transform)) {
-    checks.tell(where, "degenerate", "is singular: it flattens space, and there is no way back");
-  }
+  if (all_well && is_singular(transform))
+    return checks.tell(where, "degenerate", "is singular: it flattens space, and there is no way back");
+  return all_well;
 }
 
 }  // namespace
 
-void check_object_list(Checks& checks, const Scene& scene, const Where& where, const std::vector<Object>& objects) {
+bool check_object_list(Checks& checks, const Scene& scene, const Where& where, const std::vector<Object>& objects) {
+  bool transforms_well = true;
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const Where place(where, i);
     const Object& object = objects[i];
     std::visit([&](const auto& any) { check_shape(checks, place, any); }, object.shape);
-    if (object.transform) check_transform(checks, place, *object.transform);
+    if (object.transform) transforms_well &= check_transform(checks, place, *object.transform);
     const auto* instance = std::get_if<Instance>(&object.shape);
     const std::optional<MaterialId> material = instance != nullptr ? instance->material : object.material;
     if (material && material->index >= scene.materials.size()) {
       checks.tell({place, "material"}, "unknown_reference", "there is no material " + std::to_string(material->index));
     }
   }
+  return transforms_well;
 }
 
 }  // namespace tracer
