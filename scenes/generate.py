@@ -9,6 +9,7 @@ import math
 import pathlib
 import sys
 
+from features import instances, lights, shapes, transparency
 from meshes import add, box, cavity, lens, prism, quad, scaled, turned, unit
 from terrain import gradient_noise, ridges
 
@@ -316,7 +317,7 @@ def mountain(cells=440, size=13.0):
     }
 
 
-SCENES = (tiny, whitted, sphereflake, cornell, mountain, glass, local_models)
+SCENES = (tiny, whitted, sphereflake, cornell, mountain, glass, local_models, shapes, instances, lights, transparency)
 
 
 def main():

@@ -5,6 +5,8 @@
 #include <numbers>
 #include <variant>
 
+#include "tests/support/reference_optics.h"
+
 namespace oracle {
 namespace {
 
@@ -19,45 +21,6 @@ std::pair<Vec, Vec> axes(const Vec& n, const Vec& first) {
   return {e0, cross(n, e0)};
 }
 
-Real fade(const tracer::Attenuation& attenuation, Real d) {
-  const auto& c = attenuation.coefficients;
-  switch (attenuation.kind) {
-    case tracer::Attenuation::Kind::none:
-      return 1;
-    case tracer::Attenuation::Kind::polynomial:
-      return std::fmin(1 / (c[0] + c[1] * d + c[2] * d * d), 1.0L);
-    case tracer::Attenuation::Kind::inverse_square:
-      return 1 / (d * d);
-  }
-  return 1;
-}
-
-Real power(Real cosine, Real exponent) {
-  if (exponent == 0) return 1;
-  return cosine <= 0 ? 0 : std::pow(std::fmin(cosine, 1.0L), exponent);
-}
-
-Real highlight(const tracer::Material& material, const Vec& n, const Vec& l, const Vec& v) {
-  switch (material.model) {
-    case tracer::Material::Model::lambert:
-      return 0;
-    case tracer::Material::Model::phong:
-      return power(dot(2 * dot(n, l) * n - l, v), material.shininess);
-    case tracer::Material::Model::blinn_phong: {
-      const Vec h = l + v;
-      return length(h) > 0 ? power(dot(n, h) / length(h), material.shininess) : 0;
-    }
-  }
-  return 0;
-}
-
-/// Fresnel's amplitudes as Born & Wolf print them (eq. 1.5.21), squared and averaged.
-Real reflectance(Real cos_i, Real cos_t, Real n_from, Real n_to) {
-  const Real s = (n_from * cos_i - n_to * cos_t) / (n_from * cos_i + n_to * cos_t);
-  const Real p = (n_to * cos_i - n_from * cos_t) / (n_to * cos_i + n_from * cos_t);
-  return (s * s + p * p) / 2;
-}
-
 }  // namespace
 
 struct ReferenceTracer::Ray {
@@ -65,6 +28,7 @@ struct ReferenceTracer::Ray {
   const Body* from = nullptr;       // what it starts on
   const Face* from_face = nullptr;  // likewise, of triangles
   Real end = infinity;
+  Inside inside{};  // the transmissive bodies around it, in the order they were entered
 };
 
 struct ReferenceTracer::Hit {
@@ -76,11 +40,36 @@ struct ReferenceTracer::Hit {
 
 struct ReferenceTracer::Point {
   Vec position;
+  Vec lit;          // where light reaches it: on the curved surface that interpolated normals suggest
   Vec face_normal;  // on the ray's side
   Vec normal;       // likewise, interpolated
   bool back = false;
   Hit hit;
 };
+
+/// What is around a ray beyond a surface: entered from the front; left from the back, where one of the same material
+/// stands for a body that was never entered.
+ReferenceTracer::Inside ReferenceTracer::beyond(Inside inside, const Point& point) {
+  const Body* body = point.hit.body;
+  if (body->material->transmission == 0) return inside;
+  if (!point.back) {
+    inside.push_back(body);
+    return inside;
+  }
+  auto last = std::find(inside.rbegin(), inside.rend(), body);
+  if (last == inside.rend())
+    last = std::find_if(inside.rbegin(), inside.rend(), [&](const Body* b) { return b->material == body->material; });
+  if (last != inside.rend()) inside.erase(std::next(last).base());
+  return inside;
+}
+
+/// Null: the outside.
+const ReferenceTracer::Body* ReferenceTracer::filling(const Inside& inside) {
+  const Body* best = nullptr;
+  for (const Body* body : inside)
+    if (best == nullptr || body->material->priority >= best->material->priority) best = body;
+  return best;
+}
 
 struct ReferenceTracer::Path {
   tracer::RenderStatistics& counted;
@@ -139,9 +128,27 @@ Sample ReferenceTracer::sample(Real x, Real y, tracer::RenderStatistics& counted
   Path path{counted};
   ++counted.samples;
   ++counted.rays.camera;
-  const Ray ray{scene_.camera.position, unit(through)};
+  const Ray ray{scene_.camera.position, unit(through), nullptr, nullptr, infinity, around_camera(path)};
   const Light3 radiance = trace(ray, {1, 1, 1}, 0, path);
   return {radiance, path.margin};
+}
+
+/// Those that a ray through the picture's middle meets from behind before it meets them from the front, outermost
+/// first.
+ReferenceTracer::Inside ReferenceTracer::around_camera(Path& path) const {
+  Inside inside;
+  std::vector<const Body*> seen;
+  const Real kept = path.margin;
+  Ray ray{scene_.camera.position, forward_};
+  for (Hit hit = nearest(ray, path); hit.body != nullptr; hit = nearest(ray, path)) {
+    const Point point = point_at(ray, hit);
+    const bool first = std::find(seen.begin(), seen.end(), hit.body) == seen.end();
+    if (first && point.back && hit.body->material->transmission > 0) inside.insert(inside.begin(), hit.body);
+    seen.push_back(hit.body);
+    ray = {point.position, forward_, hit.body, hit.face};
+  }
+  path.margin = kept;
+  return inside;
 }
 
 std::vector<Sample> ReferenceTracer::picture(tracer::RenderStatistics& counted) const {
@@ -211,6 +218,19 @@ ReferenceTracer::Point ReferenceTracer::point_at(const Ray& ray, const Hit& hit)
     if (dot(point.normal, point.face_normal) < 0) point.normal = -point.normal;
   }
   point.back = dot(ray.direction, point.face_normal) > 0;
+  point.lit = point.position;
+  if (hit.face != nullptr && !point.back) {
+    // Onto the mean of the corners' tangent planes, where these lie outside.
+    const Face& f = *hit.face;
+    const Real weights[] = {1 - hit.u - hit.v, hit.u, hit.v};
+    const Vec corners[] = {f.a, f.b, f.c}, normals[] = {f.na, f.nb, f.nc};
+    if (length(weights[0] * f.na + hit.u * f.nb + hit.v * f.nc) > 1e-6L)
+      for (int i = 0; i < 3; ++i) {
+        const Vec n = dot(normals[i], point.face_normal) < 0 ? -normals[i] : normals[i];
+        const Real below = std::fmin(0.0L, dot(point.position - corners[i], n));
+        point.lit = point.lit + (-below * weights[i]) * n;
+      }
+  }
   if (point.back) point.normal = -point.normal, point.face_normal = -point.face_normal;
   return point;
 }
@@ -247,10 +267,20 @@ Light3 ReferenceTracer::trace(const Ray& ray, const Light3& weight, std::uint32_
   const Hit hit = nearest(ray, path);
   if (hit.body == nullptr) return scene_.background.color;
   const Point point = point_at(ray, hit);
-  return local(point, -ray.direction, weight, path) + bounced(ray, point, weight, depth, path);
+  const Inside after = beyond(ray.inside, point);
+  if (after != ray.inside && filling(after) == filling(ray.inside)) {  // hidden within another: not there
+    if (depth >= scene_.accuracy.max_depth) {
+      ++path.counted.truncated_branches;
+      return {};
+    }
+    ++path.counted.rays.refraction;
+    return trace({point.position, ray.direction, hit.body, hit.face, infinity, after}, weight, depth + 1, path);
+  }
+  return local(ray, point, weight, path) + bounced(ray, point, weight, depth, path);
 }
 
-Light3 ReferenceTracer::local(const Point& point, const Vec& to_eye, const Light3& weight, Path& path) const {
+Light3 ReferenceTracer::local(const Ray& ray, const Point& point, const Light3& weight, Path& path) const {
+  const Vec to_eye = -ray.direction;
   const tracer::Material& material = *point.hit.body->material;
   const Light3 color = surface_color(point, path);
   Light3 sum = Light3(material.emission) + material.ambient * (color * Light3(scene_.ambient));
@@ -260,7 +290,7 @@ Light3 ReferenceTracer::local(const Point& point, const Vec& to_eye, const Light
     if (const auto* directional = std::get_if<tracer::DirectionalLight>(&light.source)) {
       to_light = -unit(directional->direction);
     } else {
-      const Vec offset = Vec(std::get<tracer::PointLight>(light.source).position) - point.position;
+      const Vec offset = Vec(std::get<tracer::PointLight>(light.source).position) - point.lit;
       distance = length(offset);
       to_light = unit(offset);
       f = fade(light.attenuation, distance);
@@ -273,21 +303,24 @@ Light3 ReferenceTracer::local(const Point& point, const Vec& to_eye, const Light
         (material.specular * highlight(material, point.normal, to_light, to_eye)) * Light3(material.specular_color);
     const Light3 unshadowed = (f * light.intensity) * (Light3(light.color) * reflected);
     if (largest(weight * unshadowed) == 0) continue;
-    sum = sum + (light.shadows ? unshadowed * visible(point, to_light, distance, path) : unshadowed);
+    sum = sum + (light.shadows ? unshadowed * visible(ray.inside, point, to_light, distance, path) : unshadowed);
   }
   return sum;
 }
 
 /// S: the product over every surface on the way.
-Light3 ReferenceTracer::visible(const Point& point, const Vec& to_light, Real distance, Path& path) const {
+Light3 ReferenceTracer::visible(const Inside& around, const Point& point, const Vec& to_light, Real distance,
+                                Path& path) const {
   ++path.counted.rays.shadow;
   Light3 through{1, 1, 1};
-  Ray ray{point.position, to_light, point.hit.body, point.hit.face, distance};
+  Ray ray{point.lit, to_light, point.hit.body, point.hit.face, distance, around};
   for (Hit hit = nearest(ray, path); hit.body != nullptr; hit = nearest(ray, path)) {
     const tracer::Material& material = *hit.body->material;
     if (material.transmission == 0) return {};
-    through = material.transmission * (through * Light3(material.transmission_color));
-    ray = {ray.origin + hit.t * to_light, to_light, hit.body, hit.face, ray.end - hit.t};
+    const Inside after = beyond(ray.inside, point_at(ray, hit));
+    const bool hidden = after != ray.inside && filling(after) == filling(ray.inside);
+    if (!hidden) through = material.transmission * (through * Light3(material.transmission_color));
+    ray = {ray.origin + hit.t * to_light, to_light, hit.body, hit.face, ray.end - hit.t, after};
   }
   return through;
 }
@@ -299,8 +332,13 @@ Light3 ReferenceTracer::bounced(const Ray& ray, const Point& point, const Light3
   const Vec d = ray.direction;
   const Vec n = dot(d, point.normal) < 0 ? point.normal : point.face_normal;
   const Real cos_i = -dot(d, n);
-  const bool leaving = point.back && material.transmission > 0;
-  const Real n_from = leaving ? material.ior : 1, n_to = leaving ? 1 : material.ior;
+  const auto index = [](const Body* body) -> Real { return body != nullptr ? body->material->ior : 1; };
+  const Inside after = beyond(ray.inside, point);
+  Real n_from = index(filling(ray.inside)), n_to = material.ior;
+  if (material.transmission > 0) {
+    n_to = index(filling(after));
+    if (point.back && after == ray.inside) n_from = material.ior;  // the back of what was never entered
+  }
   // Snell's law by the part of d along the surface: sin_t / sin_i = n_from / n_to.
   const Vec along = (n_from / n_to) * (d + cos_i * n);
   const Real cos2_t = 1 - dot(along, along);
@@ -310,7 +348,7 @@ Light3 ReferenceTracer::bounced(const Ray& ray, const Point& point, const Light3
   Light3 transmit = material.transmission * Light3(material.transmission_color);
   if (material.transmission > 0 || material.fresnel) path.near_miss(cos2_t / std::fmax(1.0L, n_from / n_to));
   if (material.fresnel) {
-    const Real f = total ? 1 : reflectance(cos_i, cos_t, n_from, n_to);
+    const Real f = total ? 1 : n_from == n_to ? 0 : reflectance(cos_i, cos_t, n_from, n_to);
     mirror = f * mirror;
     transmit = (1 - f) * transmit;
   } else if (total) {
@@ -320,12 +358,12 @@ Light3 ReferenceTracer::bounced(const Ray& ray, const Point& point, const Light3
   Vec mirrored = unit(d + 2 * cos_i * n);
   const Real off_face = dot(mirrored, point.face_normal);
   if (off_face < 0) mirrored = unit(mirrored - 2 * off_face * point.face_normal);
-  return follow(point, unit(along - cos_t * n), weight, transmit, depth, path.counted.rays.refraction, path) +
-         follow(point, mirrored, weight, mirror, depth, path.counted.rays.reflection, path);
+  return follow(point, unit(along - cos_t * n), after, weight, transmit, depth, path.counted.rays.refraction, path) +
+         follow(point, mirrored, ray.inside, weight, mirror, depth, path.counted.rays.reflection, path);
 }
 
-Light3 ReferenceTracer::follow(const Point& point, const Vec& direction, const Light3& weight, const Light3& factor,
-                               std::uint32_t depth, std::uint64_t& kind, Path& path) const {
+Light3 ReferenceTracer::follow(const Point& point, const Vec& direction, const Inside& inside, const Light3& weight,
+                               const Light3& factor, std::uint32_t depth, std::uint64_t& kind, Path& path) const {
   if (largest(factor) == 0) return {};
   const Light3 arriving = weight * factor;
   if (scene_.accuracy.cutoff > 0) path.near_miss(largest(arriving) / scene_.accuracy.cutoff - 1);
@@ -338,7 +376,7 @@ Light3 ReferenceTracer::follow(const Point& point, const Vec& direction, const L
     return {};
   }
   ++kind;
-  const Ray ray{point.position, direction, point.hit.body, point.hit.face};
+  const Ray ray{point.position, direction, point.hit.body, point.hit.face, infinity, inside};
   return factor * trace(ray, arriving, depth + 1, path);
 }
 

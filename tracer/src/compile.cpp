@@ -69,26 +69,41 @@ TraceLight trace_light(const Light& light, const TraceFrame& frame) {
   return traced;
 }
 
-/// Transmissive solids that hold the camera, outermost first: of those that a ray from it meets, the ones that it meets
-/// from behind before it meets them from the front.
-std::vector<std::uint32_t> objects_around_camera(const CompiledScene& scene) {
-  std::vector<std::uint32_t> around;
+/// A transmissive object that a ray from the camera meets from behind before it meets it from the front.
+struct MetFromBehind {
+  std::uint32_t object = 0;
+  bool plane = false;
+};
+
+std::vector<MetFromBehind> met_from_behind(const CompiledScene& scene, const Vec3& direction) {
+  std::vector<MetFromBehind> met;
   std::set<std::uint32_t> seen;
   Vec3 origin = scene.camera.position();
-  const Vec3 direction = scene.camera.direction(0.5 * scene.image.width, 0.5 * scene.image.height);
   PrimitiveRef from;
   for (;;) {
     Hit hit;
     scene.accelerator->closest(
         {&origin.x, &origin.y, &origin.z, &direction.x, &direction.y, &direction.z, nullptr, &from, 1},
         {&hit.primitive, &hit.t, &hit.u, &hit.v}, Coherence::incoherent, Among::transmissive);
-    if (!hit.primitive.hit()) break;
+    if (!hit.primitive.hit()) return met;
     const Surface surface = surface_at(scene, hit, origin, direction);
-    if (seen.insert(surface.object).second && surface.back) around.push_back(surface.object);
+    if (seen.insert(surface.object).second && surface.back)
+      met.push_back({surface.object, hit.primitive.geometry == scene.geometry.plane_geometry()});
     origin = offset_origin(surface.point, surface.geometric_normal, direction);
     from = hit.primitive;
   }
-  std::reverse(around.begin(), around.end());
+}
+
+/// Transmissive solids that hold the camera, outermost first: those met from behind both ahead and behind the camera; a
+/// disc or a hollow turned inside out is so on one side at most. A plane has one side only.
+std::vector<std::uint32_t> objects_around_camera(const CompiledScene& scene) {
+  const Vec3 ahead = scene.camera.direction(0.5 * scene.image.width, 0.5 * scene.image.height);
+  const std::vector<MetFromBehind> before = met_from_behind(scene, ahead), after = met_from_behind(scene, -ahead);
+  std::vector<std::uint32_t> around;
+  for (auto met = before.rbegin(); met != before.rend(); ++met) {
+    const auto same = [&](const MetFromBehind& other) { return other.object == met->object; };
+    if (met->plane || std::any_of(after.begin(), after.end(), same)) around.push_back(met->object);
+  }
   return around;
 }
 
