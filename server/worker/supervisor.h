@@ -35,7 +35,7 @@ struct SupervisorSettings {
   std::chrono::milliseconds start_timeout{60'000};
   /// A cancelled job is told as cancelled after this, whether the worker has obeyed or not (100 ms are promised, a
   /// commit fits into the rest) ...
-  std::chrono::milliseconds cancel_answer{60};
+  std::chrono::milliseconds cancel_answer{30};
   /// ... and a worker that has not stopped it after this is replaced. The tracer stops within a tile; a BVH build may
   /// take a second or two.
   std::chrono::milliseconds cancel_grace{5'000};
