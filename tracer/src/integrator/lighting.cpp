@@ -48,13 +48,14 @@ void Wavefront::shade_lights(const RayQueue& rays, std::uint32_t depth, Coherenc
   }
 }
 
-/// The samples of a pixel share one sequence per light and path, so that their points are stratified together.
+/// The samples of a pixel share one sequence per light and path, so that their points are stratified together;
+/// shuffled, since the same index chose the place in the pixel.
 Vec3 Wavefront::point_of(const LightStep& step, const RayQueue& rays, std::size_t ray) const {
   if (!step.light.soft()) return step.light.position;
   const Batch::Sample& sample = samples_[rays.sample(ray)];
   const std::uint64_t choice = (std::uint64_t{rays.path(ray)} << 32) | (step.number + 1);
   return light_point(step.light,
-                     sequence_point(sample.index * step.points + step.point, mix(sample.key ^ mix(choice))));
+                     shuffled_point(sample.index * step.points + step.point, mix(sample.key ^ mix(choice))));
 }
 
 void Wavefront::shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence) {

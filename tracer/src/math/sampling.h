@@ -51,6 +51,13 @@ inline Vec2 sequence_point(std::uint32_t index, std::uint64_t key) {
   return {x * 0x1p-32, y * 0x1p-32};
 }
 
+/// The same points in an order of their own: two sequences met at equal indices would be bit for bit dependent,
+/// whatever their scrambling. Aligned blocks of 2^m indices stay blocks, so these stay stratified too (Burley 2020,
+/// sec. 3).
+inline Vec2 shuffled_point(std::uint32_t index, std::uint64_t key) {
+  return sequence_point(owen_scrambled(index, static_cast<std::uint32_t>(mix(key))), key);
+}
+
 /// What all random choices of a pixel are derived from.
 inline std::uint64_t pixel_key(std::uint64_t pixel, std::uint64_t seed) { return mix(pixel ^ mix(seed)); }
 
