@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "tests/support/effort.h"
-#include "tests/support/long_vec.h"
+#include "tests/support/random.h"
 #include "tests/support/scenes.h"
 
 namespace {
@@ -52,16 +52,37 @@ TEST(Shadow, OfASphereOnAPlaneCoversExactlyThePixelsThatTheSphereHidesFromTheLig
   EXPECT_GT(lit, dark);
 }
 
-TEST(Shadow, OfALightThatTouchesOrLeavesTheSurfaceItSitsOn) {
-  // What a light sits on does not hide it, and a light inside a ball lights the inside only.
+TEST(Shadow, IsNotCastByTheSurfaceThatTheLampSitsOn) {
+  // A tilted ceiling and a ball, each with lamps on it, to the last bit or one beside.
+  oracle::Random random(1);
+  const Vec normal = unit(Vec(0.1L, -1, 0.2L)), across = unit(cross(normal, Vec(0, 0, 1)));
+  for (int i = 0; i < 40; ++i) {
+    Scene open = scenes::empty(16);
+    open.camera = {{0, 2, 6}, {0, 0, 0}, {0, 1, 0}, 20};
+    scenes::add(open, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
+    Scene closed = open;
+    const bool ball = i % 2 == 0;
+    const Vec lamp =
+        ball ? Vec(0, 5, 0) - unit(Vec(random.in(-0.2, 0.2), 3, random.in(-0.2, 0.2)))
+             : Vec(0, 4, 0) + Real(random.in(-1, 1)) * across + Real(random.in(-1, 1)) * cross(normal, across);
+    open.lights = closed.lights = {scenes::point_light(rounded(lamp))};
+    if (ball) {
+      scenes::add(closed, Sphere{{0, 5, 0}, 1}, scenes::matte({1, 1, 1}));
+    } else {
+      scenes::add(closed, Plane{{0, 4, 0}, rounded(normal), {}}, scenes::matte({1, 1, 1}));
+    }
+    const auto expected = scenes::render(open).image.rgb, image = scenes::render(closed).image.rgb;
+    for (std::size_t p = 0; p < image.size(); ++p)
+      ASSERT_FLOAT_EQ(image[p], expected[p]) << (ball ? "ball" : "ceiling");
+  }
+}
+
+TEST(Shadow, OfABallHoldsTheLightThatIsInsideIt) {
   Scene scene = scenes::empty(32);
   scene.camera = {{0, 3, 6}, {0, 0, 0}, {0, 1, 0}, 20};
-  scene.lights = {scenes::point_light({0, 1, 0})};
+  scene.lights = {scenes::point_light({0, 0.5, 0})};
   scenes::add(scene, Sphere{{0, 0, 0}, 1}, scenes::matte({1, 1, 1}));
   scenes::add(scene, Plane{{0, -1, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
-  const Image touching = scenes::render(scene).image;
-  for (const float value : touching.rgb) ASSERT_TRUE(std::isfinite(value) && value >= 0);
-  scene.lights = {scenes::point_light({0, 0.5, 0})};
   for (const float value : scenes::render(scene).image.rgb) ASSERT_EQ(value, 0) << "no light gets out";
   scene.camera = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, 150};
   for (const float value : scenes::render(scene).image.rgb) ASSERT_GT(value, 0) << "all of the inside is lit";

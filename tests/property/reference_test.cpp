@@ -159,11 +159,11 @@ TEST(Picture, IsTheMeanOfTheReferenceOverTheSamplePositions) {
     tracer::RenderStatistics counted;
     std::vector<oracle::Sample> theirs;
     for (std::uint32_t pixel = 0; pixel < 16 * 16; ++pixel) {
+      const std::uint32_t column = pixel % 16, row = pixel / 16;
       oracle::Sample mean;
       for (std::uint32_t s = 0; s < 16; ++s) {
         const tracer::Vec2 at = tracer::pixel_sample(pixel, s, 16, seed);
-        const oracle::Sample sample =
-            reference.sample(pixel % 16 + oracle::Real(at.x), pixel / 16 + oracle::Real(at.y), counted);
+        const oracle::Sample sample = reference.sample(column + oracle::Real(at.x), row + oracle::Real(at.y), counted);
         mean.radiance = mean.radiance + (1 / 16.0L) * sample.radiance;
         mean.margin = std::fmin(mean.margin, sample.margin);
       }

@@ -11,8 +11,8 @@ namespace {
 
 using oracle::Random;
 
-/// A multiple of 2^-20 below 8 in size: exact also with 10^9 added.
-double coarse(Random& random) { return std::floor(random.in(-8, 8) * 0x1p20) * 0x1p-20; }
+/// A multiple of 2^-22 below 8 in size: exact also with 2 10^9 added, to a double's last bit.
+double coarse(Random& random) { return std::floor(random.in(-8, 8) * 0x1p22) * 0x1p-22; }
 Vec3 coarse_vector(Random& random) { return {coarse(random), coarse(random), coarse(random)}; }
 
 Bounds bounds_of(const std::vector<Vec3>& points) {
