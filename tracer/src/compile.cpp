@@ -69,13 +69,13 @@ TraceLight trace_light(const Light& light, const TraceFrame& frame) {
   return traced;
 }
 
-/// Transmissive solids that hold the camera, outermost first: of those that a ray from it meets, the ones that it meets
-/// from behind before it meets them from the front.
+/// Transmissive solids that hold the camera, outermost first: of those that the ray along its axis meets, the ones that
+/// it meets from behind before it meets them from the front. For an orthographic window or a lens that a solid holds a
+/// part of, its centre decides.
 std::vector<std::uint32_t> objects_around_camera(const CompiledScene& scene) {
   std::vector<std::uint32_t> around;
   std::set<std::uint32_t> seen;
-  Vec3 origin = scene.camera.position();
-  const Vec3 direction = scene.camera.direction(0.5 * scene.image.width, 0.5 * scene.image.height);
+  auto [origin, direction] = scene.camera.aim(0.5 * scene.image.width, 0.5 * scene.image.height);
   PrimitiveRef from;
   for (;;) {
     Hit hit;
