@@ -28,7 +28,7 @@ MaterialId add(Scene& scene, const Material& material) {
   return {static_cast<std::uint32_t>(scene.materials.size() - 1)};
 }
 
-void add(Scene& scene, Shape shape, MaterialId material) { scene.objects.push_back({std::move(shape), material}); }
+void add(Scene& scene, Shape shape, MaterialId material) { scene.objects.push_back({std::move(shape), material, {}}); }
 
 void add(Scene& scene, Shape shape, const Material& material) { add(scene, std::move(shape), add(scene, material)); }
 

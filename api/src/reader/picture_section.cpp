@@ -17,8 +17,7 @@ constexpr Word<Camera::Type>::Meaning camera_types[] = {{"perspective", Camera::
 constexpr Word<Overflow>::Meaning overflows[] = {
     {"clamp", Overflow::clamp}, {"scale", Overflow::scale}, {"reinhard", Overflow::reinhard}};
 constexpr Word<Format>::Meaning format_words[] = {
-    {"png", Format::png},   {"png16", Format::png16}, {"exr", Format::exr}, {"jpg", Format::jpg},
-    {"webp", Format::webp}, {"tiff", Format::tiff},   {"hdr", Format::hdr}};
+    {"png", Format::png}, {"png16", Format::png16}, {"exr", Format::exr}, {"jpg", Format::jpg}, {"hdr", Format::hdr}};
 constexpr Word<Layer>::Meaning layer_words[] = {{"depth", Layer::depth},
                                                 {"normal", Layer::normal},
                                                 {"albedo", Layer::albedo},

@@ -26,6 +26,8 @@ constexpr Entry table[] = {
     {"accuracy", "time_budget_ms"},
     {"accuracy", "approximate"},
     {"output.layers", "error"},
+    {"output.formats", "webp"},
+    {"output.formats", "tiff"},
     {"job", "run_after"},
     {"job", "deadline"},
     {"job", "expires_in"},

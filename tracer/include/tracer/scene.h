@@ -83,7 +83,7 @@ struct Gradient {
 };
 
 struct Background {
-  Color color{};  ///< every ray that hits nothing sees it
+  Color color{};                       ///< every ray that hits nothing sees it
   std::optional<Gradient> gradient{};  ///< instead of `color`
 };
 
@@ -91,8 +91,8 @@ struct Background {
 /// ray): S is front_scale up to `front`, back_scale beyond `back` and where nothing is hit, linear between. Where front
 /// and back are one it steps behind them. (Foley, van Dam et al. 1990, sec. 16.1.3.)
 struct DepthCue {
-  double front = 0, back = 0;                  ///< world, front <= back
-  double front_scale = 1, back_scale = 0;      ///< [0, 1]
+  double front = 0, back = 0;              ///< world, front <= back
+  double front_scale = 1, back_scale = 0;  ///< [0, 1]
   Color color{};
 };
 
@@ -315,12 +315,12 @@ struct Accuracy {
   std::uint64_t seed = 0;
 };
 
-enum class Format { png, png16, exr, jpg, webp, tiff, hdr };
+enum class Format { png, png16, exr, jpg, hdr };
 
 /// What is measured at the first thing that a camera ray hits, beside its colour: channels of an EXR.
 enum class Layer { depth, normal, albedo, object_id, samples };
 
-/// Exposure, overflow and palette are of the formats for display (png, png16, jpg, webp, tiff): exr and hdr hold the
+/// Exposure, overflow and palette are of the formats for display (png, png16, jpg): exr and hdr hold the
 /// radiance as it is.
 struct Output {
   std::vector<Format> formats{Format::png};
@@ -329,7 +329,7 @@ struct Output {
   /// where that is above 1. reinhard: c / (1 + c) in each channel (Reinhard et al. 2002, eq. 3).
   enum class Overflow { clamp, scale, reinhard };
   Overflow overflow = Overflow::clamp;
-  std::uint32_t palette = 0;   ///< png: at most so many colours, 2 .. 256; 0 is all
+  std::uint32_t palette = 0;    ///< png: at most so many colours, 2 .. 256; 0 is all
   std::vector<Layer> layers{};  ///< of an EXR
   bool alpha = false;           ///< what camera rays see of the background is transparent
 };

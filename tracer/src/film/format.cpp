@@ -18,10 +18,6 @@ Names names(Format format) {
       return {"exr", "exr", "image/x-exr"};
     case Format::jpg:
       return {"jpg", "jpg", "image/jpeg"};
-    case Format::webp:
-      return {"webp", "webp", "image/webp"};
-    case Format::tiff:
-      return {"tiff", "tiff", "image/tiff"};
     case Format::hdr:
       return {"hdr", "hdr", "image/vnd.radiance"};
   }

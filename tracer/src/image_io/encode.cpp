@@ -118,20 +118,6 @@ Encoded encode_jpg(const Image& image, const Output& output) {
   return write("jpeg", spec, OIIO::TypeUInt8, picture.codes.data());
 }
 
-Encoded encode_webp(const Image& image, const Output& output) {
-  const auto picture = shown<std::uint8_t>(image, output);
-  OIIO::ImageSpec spec = spec_of(image, picture.channels, OIIO::TypeUInt8, "sRGB");
-  spec.attribute("compression", "lossless:75");
-  return write("webp", spec, OIIO::TypeUInt8, picture.codes.data());
-}
-
-Encoded encode_tiff(const Image& image, const Output& output) {
-  const auto picture = shown<std::uint16_t>(image, output);
-  OIIO::ImageSpec spec = spec_of(image, picture.channels, OIIO::TypeUInt16, "sRGB");
-  spec.attribute("compression", "zip");
-  return write("tiff", spec, OIIO::TypeUInt16, picture.codes.data());
-}
-
 // ---- radiance ------------------------------------------------------------------------------------------------------
 
 OIIO::ImageSpec exr_spec(const Image& image, int channels) {
@@ -161,6 +147,8 @@ Encoded encode_hdr(const Image& image) {
 }  // namespace
 
 Encoded encode(const Image& image, Format format, const Output& output) {
+  // Not every encoder refuses that: the JPEG one does not survive it.
+  if (image.width == 0 || image.height == 0) return std::string(name(format)) + " encoder: the picture has no pixels";
   switch (format) {
     case Format::png:
       return encode_png(image, output);
@@ -170,10 +158,6 @@ Encoded encode(const Image& image, Format format, const Output& output) {
       return encode_exr(image);
     case Format::jpg:
       return encode_jpg(image, output);
-    case Format::webp:
-      return encode_webp(image, output);
-    case Format::tiff:
-      return encode_tiff(image, output);
     case Format::hdr:
       return encode_hdr(image);
   }
