@@ -45,8 +45,8 @@ using TextureId = Handle<struct TextureTag>;
 /// Half-open: columns [x0, x1) of rows [y0, y1).
 struct PixelWindow {
   std::uint32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
-  [[nodiscard]] std::uint32_t width() const { return x1 - x0; }
-  [[nodiscard]] std::uint32_t height() const { return y1 - y0; }
+  [[nodiscard]] std::uint32_t width() const { return x0 < x1 ? x1 - x0 : 0; }
+  [[nodiscard]] std::uint32_t height() const { return y0 < y1 ? y1 - y0 : 0; }
   [[nodiscard]] std::uint64_t pixels() const { return std::uint64_t{width()} * height(); }
   bool operator==(const PixelWindow&) const = default;
 };
