@@ -34,6 +34,7 @@ struct Reading {
   const Limits& limits;
   Document document;
   std::map<std::string_view, tracer::TextureId> textures;  ///< by name
+  std::map<std::string_view, tracer::AssetId> assets;      ///< by file name
   std::map<std::string_view, tracer::MaterialId> materials;
   std::map<std::string_view, tracer::PrototypeId> prototypes;
   std::set<std::string_view> full;    ///< names of the limits that were reached while reading

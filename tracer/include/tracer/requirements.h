@@ -16,6 +16,7 @@ struct Requirements {
   bool overlapping_media = false;     ///< transmissive solids may overlap: their priorities, or more than one, matter
   bool gouraud = false;               ///< the local model is evaluated at the corners of triangles
   bool textures = false;
+  bool filtered_textures = false;  ///< one of them is filtered: rays carry the width of what they cover
   bool smooth_normals = false;
   bool triangles = false;
   bool spheres = false;

@@ -27,6 +27,9 @@ class PerspectiveCamera {
     return unit(forward_ + right_ * ((left_ + x) * pixel_) + up_ * ((top_ - y) * pixel_));
   }
 
+  /// Width of a pixel seen along unit `direction`, per unit of distance.
+  [[nodiscard]] double pixel_angle(const Vec3& direction) const { return pixel_ * dot(direction, forward_); }
+
  private:
   Vec3 position_, forward_, right_, up_;
   double pixel_ = 0, left_ = 0, top_ = 0;

@@ -57,8 +57,10 @@ Batch camera_rays(const CompiledScene& scene, const std::vector<Pixel>& pixels, 
     for (const Pixel& pixel : pixels) {
       const std::uint64_t index = static_cast<std::uint64_t>(pixel.y) * scene.image.width + pixel.x;
       const Vec2 at = pixel_sample(index, s, scene.accuracy.samples, scene.accuracy.seed);
-      batch.camera.push(scene.camera.position(), scene.camera.direction(pixel.x + at.x, pixel.y + at.y), {1, 1, 1},
-                        static_cast<std::uint32_t>(batch.samples.size()), {}, 0, Media::camera(scene));
+      const Vec3 direction = scene.camera.direction(pixel.x + at.x, pixel.y + at.y);
+      batch.camera.push(scene.camera.position(), direction, {1, 1, 1}, static_cast<std::uint32_t>(batch.samples.size()),
+                        {}, 0, Media::camera(scene));
+      if (scene.needs.filtered_textures) batch.camera.widen(camera_cone(scene, direction));
       batch.samples.push_back({pixel_key(index, scene.accuracy.seed), s});
     }
   return batch;
