@@ -1,6 +1,7 @@
 #pragma once
 /// Gradient noise over the plane.
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
