@@ -292,7 +292,7 @@ struct Transform {
 struct Object {
   Shape shape{};
   MaterialId material{};  ///< not an instance's: it has its own
-  std::optional<Transform> transform;
+  std::optional<Transform> transform{};
 };
 
 /// Objects that instances place; a prototype may hold instances of others, never in a circle.

@@ -29,15 +29,16 @@ inline Color pattern_color(const NoiseTexture& noise, const Vec2& uv, const Vec2
 }
 
 /// Colour of `texture` at the surface coordinates `uv`, filtered over `width` of them where the texture is filtered at
-/// all. `image` is an ImageTexture's picture; `wraps` the texture's own unless the caller knows better.
+/// all. `image` is an ImageTexture's picture, null for all others; `wraps` the texture's own unless the caller knows
+/// better.
 inline Color texture_color(const Texture& texture, const Vec2& uv, const Vec2& width, const ImageMap* image,
                            const Wraps& wraps) {
   const auto near = [](double x) { return std::clamp(x, -coordinate_reach, coordinate_reach); };
   const Vec2 at{near(uv.x * texture.scale.x + texture.offset.x), near(uv.y * texture.scale.y + texture.offset.y)};
   const bool filtered = texture.filter == Texture::Filter::mipmap;
-  const Vec2 covered = filtered ? Vec2{near(width.x * std::abs(texture.scale.x)), near(width.y * std::abs(texture.scale.y))}
-                                : Vec2{};
-  if (std::holds_alternative<ImageTexture>(texture.pattern)) {
+  const Vec2 covered =
+      filtered ? Vec2{near(width.x * std::abs(texture.scale.x)), near(width.y * std::abs(texture.scale.y))} : Vec2{};
+  if (image != nullptr) {
     if (filtered) return image->trilinear(at, covered, wraps);
     return texture.filter == Texture::Filter::bilinear ? image->bilinear(at, wraps) : image->nearest(at, wraps);
   }
