@@ -52,8 +52,8 @@ ExitCode complain(const tracer::Failure& failure) {
 
 /// The picture, with build and trace times in `figures`.
 tracer::Result<tracer::Rendered, tracer::Failure> trace(const tracer::Scene& scene, const tracer::Assets& assets,
-                                                        const Options& options,
-                                                        tracer::RenderControl& control, Figures& figures) {
+                                                        const Options& options, tracer::RenderControl& control,
+                                                        Figures& figures) {
   Stopwatch watch;
   // The scene's build uses whatever pool there is; this bounds it as --threads says.
   std::optional<tbb::global_control> bound;

@@ -13,7 +13,8 @@ namespace api {
 
 /// Whether one more material or texture may be made of the value; tells so at the first that may not. Those after it
 /// are not read, so that what is too much is never held.
-inline bool has_room(Reading& reading, const Cursor& at, std::size_t count, std::string_view limit, std::uint64_t bound) {
+inline bool has_room(Reading& reading, const Cursor& at, std::size_t count, std::string_view limit,
+                     std::uint64_t bound) {
   if (count < bound) return true;
   if (reading.full.insert(limit).second) {
     tell(reading, at, "limit_exceeded",

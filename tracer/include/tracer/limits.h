@@ -28,9 +28,9 @@ struct Limits {
 /// Of one texture image, checked against what its header says before anything is read. Not part of Limits: they bound
 /// what a file's bytes may do to this process, whoever asks.
 struct TextureImageLimits {
-  std::uint64_t pixels = 64ull << 20;       ///< 64 Mpx
+  std::uint64_t pixels = 64ull << 20;  ///< 64 Mpx
   std::uint64_t channels = 8;
-  std::uint64_t bytes = 256'000'000;        ///< of linear float RGB, as it is held: 21 Mpx
+  std::uint64_t bytes = 256'000'000;  ///< of linear float RGB, as it is held: 21 Mpx
 };
 
 }  // namespace tracer

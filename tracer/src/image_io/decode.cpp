@@ -86,7 +86,8 @@ class Reading {
     const int strip = spec_.tile_height > 0 ? spec_.tile_height : rows_at_once;
     for (int y = 0; y < spec_.height; y += strip) {
       const int end = std::min(y + strip, spec_.height);
-      const bool read = coded_ ? read_rows(codes_, OIIO::TypeUInt16, y, end) : read_rows(values_, OIIO::TypeFloat, y, end);
+      const bool read =
+          coded_ ? read_rows(codes_, OIIO::TypeUInt16, y, end) : read_rows(values_, OIIO::TypeFloat, y, end);
       if (!read || input_.has_error()) return "is truncated or broken at row " + std::to_string(y) + ": " + reason();
       if (coded_) {
         append(codes_, [&](std::uint16_t code) { return table_[code]; });
@@ -172,7 +173,8 @@ Decoded decode(std::span<const std::uint8_t> bytes, std::optional<ColorSpace> co
   if (bytes.empty()) return std::string("is empty");
   const std::optional<ImageFile> file = image_file(bytes);
   if (!file) return std::string("is no PNG, JPEG, OpenEXR or Radiance HDR file: its first bytes are none of theirs");
-  if (*file == ImageFile::jpeg && !ends_as_jpeg(bytes)) return std::string("is truncated: it does not end as a JPEG does");
+  if (*file == ImageFile::jpeg && !ends_as_jpeg(bytes))
+    return std::string("is truncated: it does not end as a JPEG does");
   const bool screen = *file == ImageFile::png || *file == ImageFile::jpeg;
   return read(bytes, *file, color_space.value_or(screen ? ColorSpace::srgb : ColorSpace::linear), limits);
 } catch (const std::bad_alloc&) {

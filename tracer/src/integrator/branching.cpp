@@ -39,12 +39,12 @@ void Wavefront::branch_at(const RayQueue& rays, std::size_t hit, Generation& nex
   if (material.transparency != Transparency::interpolated)
     transmitted_weight = transmitted_weight * material.transmission_color;
   Vec3 onward = direction;
-  const double curvature = scene_.needs.filtered_textures
-                               ? (surface.back ? -1 : 1) * curvature_at(scene_, hits_.primitive[ray])
-                               : 0;
+  const double curvature =
+      scene_.needs.filtered_textures ? (surface.back ? -1 : 1) * curvature_at(scene_, hits_.primitive[ray]) : 0;
   RayCone onward_cone, mirrored_cone;
   if (scene_.needs.filtered_textures) {
-    onward_cone = tracer::refracted(rays.cone(ray), hits_.t[ray], refracts ? curvature : 0, refracts ? n_from / n_to : 1);
+    onward_cone =
+        tracer::refracted(rays.cone(ray), hits_.t[ray], refracts ? curvature : 0, refracts ? n_from / n_to : 1);
     mirrored_cone = tracer::mirrored(rays.cone(ray), hits_.t[ray], curvature);
   }
   if (refracts || material.fresnel) {
@@ -61,8 +61,8 @@ void Wavefront::branch_at(const RayQueue& rays, std::size_t hit, Generation& nex
       onward = refracted(direction, normal, cos_i, interface.cos_t, n_from, n_to);
     }
   }
-  if (!is_black(transmitted_weight)) emit(next, &Generation::refraction, rays, hit, onward, transmitted_weight, after,
-                                         onward_cone);
+  if (!is_black(transmitted_weight))
+    emit(next, &Generation::refraction, rays, hit, onward, transmitted_weight, after, onward_cone);
   if (is_black(reflected_weight)) return;
   Vec3 mirrored = unit(reflected(direction, normal));
   // Mirrored in an interpolated normal, a grazing ray can end up inside: mirror it once more in the face.

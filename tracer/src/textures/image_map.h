@@ -25,7 +25,9 @@ class ImageMap {
   /// The texel that (u, v) is in.
   [[nodiscard]] Color nearest(const Vec2& uv, const Wraps& wraps) const;
   /// Between the centres of the four texels around (u, v) of the full picture.
-  [[nodiscard]] Color bilinear(const Vec2& uv, const Wraps& wraps) const { return bilinear(levels_.front(), uv, wraps); }
+  [[nodiscard]] Color bilinear(const Vec2& uv, const Wraps& wraps) const {
+    return bilinear(levels_.front(), uv, wraps);
+  }
   /// Between the two levels whose texels are next in size to `width`, the part of the picture that is covered: by the
   /// larger of its two sides, in texels.
   [[nodiscard]] Color trilinear(const Vec2& uv, const Vec2& width, const Wraps& wraps) const;
