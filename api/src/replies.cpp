@@ -138,7 +138,7 @@ std::string write_problem(const ProblemReply& problem) {
 }
 
 std::string write_valid(const tracer::Scene& scene) {
-  const std::uint64_t pixels = std::uint64_t{scene.image.width} * scene.image.height;
+  const std::uint64_t pixels = scene.image.window().pixels();
   return text_of(
       {{"valid", true},
        {"errors", Json::array()},
@@ -162,9 +162,9 @@ std::string with_format(const std::string& document, tracer::Format format) {
   Json& formats = json["output"]["formats"];
   // A document that names no format asks for the default, which stays.
   if (formats.is_null()) {
-    for (const tracer::Format usual : tracer::Output{}.formats) formats.push_back(tracer::extension(usual));
+    for (const tracer::Format usual : tracer::Output{}.formats) formats.push_back(tracer::name(usual));
   }
-  formats.push_back(tracer::extension(format));
+  formats.push_back(tracer::name(format));
   return json.dump();
 }
 

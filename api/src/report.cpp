@@ -20,7 +20,7 @@ Json write_error() {
 }
 
 Json write_samples(const tracer::Scene& scene, const tracer::RenderStatistics& statistics) {
-  const double pixels = static_cast<double>(scene.image.width) * scene.image.height;
+  const auto pixels = static_cast<double>(scene.image.window().pixels());
   return {{"min", scene.accuracy.samples},
           {"mean", static_cast<double>(statistics.samples) / pixels},
           {"max", scene.accuracy.samples}};

@@ -3,7 +3,6 @@
 #include <chrono>
 #include <limits>
 #include <new>
-#include <span>
 #include <string_view>
 #include <utility>
 
@@ -60,7 +59,7 @@ class Rendering {
   Finished run() {
     const tracer::Scene scene = parse();
     tracer::Rendered rendered = trace(scene);
-    Finished finished{job_.job_id, job_.fence, {}, encode(rendered.image, scene.output.formats)};
+    Finished finished{job_.job_id, job_.fence, {}, encode(rendered.image, scene.output)};
     finished.report = api::write_report(scene, rendered.statistics, times_, memory_bytes_);
     return finished;
   }
@@ -83,11 +82,11 @@ class Rendering {
     return rendered;
   }
 
-  std::vector<Picture> encode(const tracer::Image& image, std::span<const tracer::Format> formats) {
+  std::vector<Picture> encode(const tracer::Image& image, const tracer::Output& output) {
     std::vector<Picture> pictures;
-    for (const tracer::Format format : formats) {
+    for (const tracer::Format format : output.formats) {
       if (control_.cancelled()) throw Stop{Cancelled{job_.job_id, job_.fence}};
-      const auto encoded = tracer::encode(image, format);
+      const auto encoded = tracer::encode(image, format, output);
       if (!encoded) throw Stop{failed("internal", encoded.error())};
       memory_bytes_ += encoded->size();
       const std::string_view bytes(reinterpret_cast<const char*>(encoded->data()), encoded->size());

@@ -53,6 +53,10 @@ void add_shadow_rays(const tracer::CompiledScene& scene, const RayQueue& camera,
     }
 }
 
+void push(RayQueue& camera, const TraceCamera::Aim& aim) {
+  camera.push(aim.origin, aim.direction, {1, 1, 1}, 0, {}, 0, 0);
+}
+
 Rays depth_zero_rays(const tracer::CompiledScene& scene) {
   constexpr std::uint32_t tile = 32, block = 4;
   Rays rays;
@@ -63,7 +67,7 @@ Rays depth_zero_rays(const tracer::CompiledScene& scene) {
         for (std::uint32_t bx = tx; bx < std::min(tx + tile, scene.image.width); bx += block)
           for (std::uint32_t y = by; y < std::min(by + block, scene.image.height); ++y)
             for (std::uint32_t x = bx; x < std::min(bx + block, scene.image.width); ++x)
-              camera.push(scene.camera.position(), scene.camera.direction(x + 0.5, y + 0.5), {1, 1, 1}, 0, {}, 0, 0);
+              push(camera, scene.camera.aim(x + 0.5, y + 0.5));
       for (std::size_t i = 0; i < camera.size(); ++i) rays.camera.push(camera, i);
       add_shadow_rays(scene, camera, rays);
     }

@@ -204,7 +204,7 @@ class CommandLine(unittest.TestCase):
     def test_told_wrongly_is_explained_with_exit_code_2(self):
         tiny = str(SCENES / "tiny.json")
         for arguments in [[], ["draw"], ["render"], ["render", tiny], ["render", tiny, "-o"], ["render", tiny, "-o", "a"],
-                          ["render", tiny, "-o", "a.jpg"], ["render", tiny, "-o", "a.png", "-o", "a.png"],
+                          ["render", tiny, "-o", "a.bmp"], ["render", tiny, "-o", "a.png", "-o", "a.png"],
                           ["render", tiny, tiny, "-o", "a.png"], ["render", tiny, "-o", "a.png", "--threads"],
                           ["render", tiny, "-o", "a.png", "--threads", "0"], ["render", "", "-o", "a.png"],
                           ["render", tiny, "-o", "a.png", "--threads", "2x"], ["render", tiny, "-o", "a.png", "--json"],

@@ -141,6 +141,45 @@ TEST(EveryField, OfImageCameraAndBackgroundIsRead) {
   EXPECT_EQ(scene.ambient, (Color{0.125, 0.125, 0.125}));
 }
 
+TEST(EveryField, OfThePicturesWindowCameraAndAirIsRead) {
+  const tracer::Scene scene =
+      accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field_of_pictures.json")).scene;
+  EXPECT_EQ(scene.image.crop, (tracer::PixelWindow{3, 2, 20, 10}));
+  EXPECT_EQ(scene.camera.type, tracer::Camera::Type::orthographic);
+  EXPECT_EQ(scene.camera.height, 6);
+  EXPECT_EQ(scene.camera.aperture, 0.5);
+  EXPECT_EQ(scene.camera.focus_distance, 3);
+  ASSERT_TRUE(scene.background.gradient && scene.depth_cue);
+  EXPECT_EQ(scene.background.gradient->zenith, (Color{0, 0.5, 1}));
+  EXPECT_EQ(scene.background.gradient->nadir, (Color{0.25, 0.25, 0.25}));
+  EXPECT_EQ(scene.depth_cue->front, 1);
+  EXPECT_EQ(scene.depth_cue->back, 9);
+  EXPECT_EQ(scene.depth_cue->front_scale, 0.75);
+  EXPECT_EQ(scene.depth_cue->back_scale, 0.125);
+  EXPECT_EQ(scene.depth_cue->color, (Color{0.5, 0.25, 1}));
+}
+
+TEST(EveryField, OfThePicturesFilesIsRead) {
+  using enum tracer::Format;
+  using tracer::Layer;
+  const tracer::Output output =
+      accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field_of_pictures.json")).scene.output;
+  EXPECT_EQ(output.formats, (std::vector{png16, jpg, hdr, exr, png}));
+  EXPECT_EQ(output.exposure, -1.5);
+  EXPECT_EQ(output.overflow, tracer::Output::Overflow::reinhard);
+  EXPECT_EQ(output.palette, 17u);
+  EXPECT_EQ(output.layers, (std::vector{Layer::samples, Layer::object_id, Layer::albedo, Layer::normal, Layer::depth}));
+  EXPECT_TRUE(output.alpha);
+}
+
+TEST(Cameras, MayKeepTheFieldsOfOtherTypes) {
+  const auto camera = [](const std::string& members) {
+    return accepted(R"({"version":1,"camera":{"position":[0,0,1],"look_at":[0,0,0],)" + members + "}}").scene.camera;
+  };
+  EXPECT_EQ(camera(R"("type":"panorama","fov":30,"height":2)").type, tracer::Camera::Type::panorama);
+  EXPECT_FALSE(camera(R"("type":"panorama")").focus_distance);
+}
+
 TEST(EveryField, OfLightsIsRead) {
   const tracer::Scene scene = every_field();
   ASSERT_EQ(scene.lights.size(), 8u);

@@ -75,10 +75,9 @@ struct MetFromBehind {
   bool plane = false;
 };
 
-std::vector<MetFromBehind> met_from_behind(const CompiledScene& scene, const Vec3& direction) {
+std::vector<MetFromBehind> met_from_behind(const CompiledScene& scene, Vec3 origin, const Vec3& direction) {
   std::vector<MetFromBehind> met;
   std::set<std::uint32_t> seen;
-  Vec3 origin = scene.camera.position();
   PrimitiveRef from;
   for (;;) {
     Hit hit;
@@ -95,10 +94,12 @@ std::vector<MetFromBehind> met_from_behind(const CompiledScene& scene, const Vec
 }
 
 /// Transmissive solids that hold the camera, outermost first: those met from behind both ahead and behind the camera; a
-/// disc or a hollow turned inside out is so on one side at most. A plane has one side only.
+/// disc or a hollow turned inside out is so on one side at most. A plane has one side only. For an orthographic window or a
+/// lens that a solid holds a part of, its centre decides.
 std::vector<std::uint32_t> objects_around_camera(const CompiledScene& scene) {
-  const Vec3 ahead = scene.camera.direction(0.5 * scene.image.width, 0.5 * scene.image.height);
-  const std::vector<MetFromBehind> before = met_from_behind(scene, ahead), after = met_from_behind(scene, -ahead);
+  const auto [origin, ahead] = scene.camera.aim(0.5 * scene.image.width, 0.5 * scene.image.height);
+  const std::vector<MetFromBehind> before = met_from_behind(scene, origin, ahead);
+  const std::vector<MetFromBehind> after = met_from_behind(scene, origin, -ahead);
   std::vector<std::uint32_t> around;
   for (auto met = before.rbegin(); met != before.rend(); ++met) {
     const auto same = [&](const MetFromBehind& other) { return other.object == met->object; };

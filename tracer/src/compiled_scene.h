@@ -2,13 +2,15 @@
 /// What `compile` makes and `render` reads: everything in the trace frame, nothing that changes.
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "tracer/requirements.h"
 #include "tracer/src/accel/accelerator.h"
-#include "tracer/src/cameras/perspective.h"
+#include "tracer/src/cameras/camera.h"
 #include "tracer/src/lights/light.h"
 #include "tracer/src/scene/trace_frame.h"
+#include "tracer/src/textures/background.h"
 
 namespace tracer {
 
@@ -17,20 +19,25 @@ class CompiledScene {
   CompiledScene(const Scene& scene, const TraceFrame& trace_frame)
       : frame(trace_frame),
         needs(requirements(scene)),
-        camera(scene.camera, scene.image, trace_frame.trace_from_world(scene.camera.position)),
+        camera(scene.camera, scene.image, trace_frame),
         image(scene.image),
         accuracy(scene.accuracy),
-        background(scene.background.color),
+        background(scene.background, scene.camera.up),
+        depth_cue(scene.depth_cue),
+        output(scene.output),
         ambient(scene.ambient),
         materials(scene.materials),
         textures(scene.textures) {}
 
   TraceFrame frame;
   Requirements needs;
-  PerspectiveCamera camera;
+  TraceCamera camera;
   ImageSize image;
   Accuracy accuracy;
-  Color background, ambient;
+  TraceBackground background;
+  std::optional<DepthCue> depth_cue;
+  Output output;
+  Color ambient;
   std::vector<Material> materials;
   std::vector<Texture> textures;
   std::vector<TraceLight> lights;

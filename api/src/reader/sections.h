@@ -10,6 +10,11 @@ namespace api {
 /// nothing can be said about its meaning.
 bool read_document(Reading& reading, const Cursor& at);
 
+void read_image(Reading& reading, const Cursor& at);
+void read_camera(Reading& reading, const Cursor& at);
+void read_background(Reading& reading, const Cursor& at);
+void read_depth_cue(Reading& reading, const Cursor& at);
+void read_output(Reading& reading, const Cursor& at);
 void read_lights(Reading& reading, const Cursor& at);
 void read_textures(Reading& reading, const Cursor& at);
 void read_materials(Reading& reading, const Cursor& at);

@@ -17,6 +17,9 @@ struct Requirements {
   bool absorption = false;            ///< a solid takes light on the way through
   bool overlapping_media = false;     ///< transmissive solids may overlap: their priorities, or more than one, matter
   bool gouraud = false;               ///< the local model is evaluated at the corners of triangles
+  bool lens = false;                  ///< camera rays start on a lens
+  bool depth_cue = false;
+  bool layers = false;  ///< something is kept of what camera rays hit: layers or alpha
   bool textures = false;
   bool smooth_normals = false;
   bool triangles = false;

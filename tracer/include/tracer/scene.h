@@ -42,20 +42,58 @@ using TextureId = Handle<struct TextureTag>;
 
 // ---- image, camera, background ------------------------------------------------------------------------------------
 
-struct ImageSize {
-  std::uint32_t width = 640, height = 480;  ///< pixels; row 0 is on top, sample (x,y) covers [x,x+1) x [y,y+1)
+/// Half-open: columns [x0, x1) of rows [y0, y1).
+struct PixelWindow {
+  std::uint32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+  [[nodiscard]] std::uint32_t width() const { return x0 < x1 ? x1 - x0 : 0; }
+  [[nodiscard]] std::uint32_t height() const { return y0 < y1 ? y1 - y0 : 0; }
+  [[nodiscard]] std::uint64_t pixels() const { return std::uint64_t{width()} * height(); }
+  bool operator==(const PixelWindow&) const = default;
 };
 
-/// Pinhole camera. The window's vertical extent spans `fov_deg`; pixels are square.
+struct ImageSize {
+  std::uint32_t width = 640, height = 480;  ///< pixels; row 0 is on top, sample (x,y) covers [x,x+1) x [y,y+1)
+  std::optional<PixelWindow> crop{};        ///< the part that is rendered, bit for bit that of the full picture
+
+  /// What is rendered; the picture has its size.
+  [[nodiscard]] PixelWindow window() const { return crop.value_or(PixelWindow{0, 0, width, height}); }
+};
+
 struct Camera {
   Vec3 position{};
-  Vec3 look_at{};
+  Vec3 look_at{};  ///< in the middle of the picture
   Vec3 up{0, 1, 0};
-  double fov_deg = 45;  ///< full vertical angle, 0 < fov_deg < 180
+  double fov_deg = 45;  ///< perspective: full vertical angle, 0 < fov_deg < 180
+  /// perspective: rays from `position` through a window that spans `fov_deg`; pixels are square. orthographic: parallel
+  /// rays from a window of `height` around `position`, nothing behind it is seen; pixels are square. panorama:
+  /// equirectangular, 360 degrees to the right across the picture and 180 down, whatever its proportions.
+  enum class Type { perspective, orthographic, panorama };
+  Type type = Type::perspective;
+  double height = 1;  ///< orthographic: of the window, world; the document must say it
+  /// Diameter of a thin lens, world; 0 is a pinhole. What lies on the plane at `focus_distance` along the viewing axis
+  /// is sharp; a panorama's lens turns with the ray, and the sphere of that radius is. One sample a pixel goes through
+  /// the lens's centre.
+  double aperture = 0;
+  std::optional<double> focus_distance{};  ///< unset: that of `look_at`
+};
+
+/// nadir where a direction points against the camera's `up`, zenith where along it, linear in the cosine between.
+struct Gradient {
+  Color zenith{}, nadir{};
 };
 
 struct Background {
-  Color color{};  ///< every ray that hits nothing sees it
+  Color color{};                       ///< every ray that hits nothing sees it
+  std::optional<Gradient> gradient{};  ///< instead of `color`
+};
+
+/// I' = S I + (1-S) color for what a camera ray sees, by its distance z along the viewing axis (a panorama: along the
+/// ray): S is front_scale up to `front`, back_scale beyond `back` and where nothing is hit, linear between. Where front
+/// and back are one it steps behind them. (Foley, van Dam et al. 1990, sec. 16.1.3.)
+struct DepthCue {
+  double front = 0, back = 0;              ///< world, front <= back
+  double front_scale = 1, back_scale = 0;  ///< [0, 1]
+  Color color{};
 };
 
 // ---- lights --------------------------------------------------------------------------------------------------------
@@ -277,10 +315,23 @@ struct Accuracy {
   std::uint64_t seed = 0;
 };
 
-enum class Format { png, exr };
+enum class Format { png, png16, exr, jpg, hdr };
 
+/// What is measured at the first thing that a camera ray hits, beside its colour: channels of an EXR.
+enum class Layer { depth, normal, albedo, object_id, samples };
+
+/// Exposure, overflow and palette are of the formats for display (png, png16, jpg): exr and hdr hold the
+/// radiance as it is.
 struct Output {
   std::vector<Format> formats{Format::png};
+  double exposure = 0;  ///< stops: the picture times 2^exposure
+  /// What becomes of what is brighter than a display. clamp: 1. scale: the picture divided by its brightest channel
+  /// where that is above 1. reinhard: c / (1 + c) in each channel (Reinhard et al. 2002, eq. 3).
+  enum class Overflow { clamp, scale, reinhard };
+  Overflow overflow = Overflow::clamp;
+  std::uint32_t palette = 0;    ///< png: at most so many colours, 2 .. 256; 0 is all
+  std::vector<Layer> layers{};  ///< of an EXR
+  bool alpha = false;           ///< what camera rays see of the background is transparent
 };
 
 struct Scene {
@@ -288,6 +339,7 @@ struct Scene {
   ImageSize image{};
   Camera camera{};
   Background background{};
+  std::optional<DepthCue> depth_cue{};
   Color ambient{};  ///< I_a
   std::vector<Light> lights;
   std::vector<Texture> textures;

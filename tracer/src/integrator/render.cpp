@@ -1,10 +1,10 @@
 #include "tracer/render.h"
 
-#include <limits>
 #include <mutex>
 #include <new>
 
 #include "tracer/src/integrator/parallel.h"
+#include "tracer/src/integrator/pixel_sum.h"
 #include "tracer/src/integrator/wavefront.h"
 #include "tracer/src/math/sampling.h"
 
@@ -17,20 +17,17 @@ constexpr std::uint32_t tile_side = 32;
 /// cache.
 constexpr std::uint32_t batch_rays = 4096;
 
-struct Tile {
-  std::uint32_t x0, y0, x1, y1;
-};
-
-Tile tile_at(const ImageSize& image, std::uint64_t index) {
-  const std::uint32_t columns = (image.width + tile_side - 1) / tile_side;
-  const auto x0 = static_cast<std::uint32_t>(index % columns) * tile_side;
-  const auto y0 = static_cast<std::uint32_t>(index / columns) * tile_side;
-  return {x0, y0, std::min(x0 + tile_side, image.width), std::min(y0 + tile_side, image.height)};
+PixelWindow tile_at(const PixelWindow& window, std::uint64_t index) {
+  const std::uint32_t columns = (window.width() + tile_side - 1) / tile_side;
+  const auto x = static_cast<std::uint32_t>(index % columns) * tile_side;
+  const auto y = static_cast<std::uint32_t>(index / columns) * tile_side;
+  return {window.x0 + x, window.y0 + y, window.x0 + std::min(x + tile_side, window.width()),
+          window.y0 + std::min(y + tile_side, window.height())};
 }
 
-std::uint64_t tile_count(const ImageSize& image) {
-  const std::uint64_t columns = (image.width + tile_side - 1) / tile_side;
-  const std::uint64_t rows = (image.height + tile_side - 1) / tile_side;
+std::uint64_t tile_count(const PixelWindow& window) {
+  const std::uint64_t columns = (window.width() + tile_side - 1) / tile_side;
+  const std::uint64_t rows = (window.height() + tile_side - 1) / tile_side;
   return columns * rows;
 }
 
@@ -39,7 +36,7 @@ struct Pixel {
 };
 
 /// The tile's pixels in blocks of 4 x 4: a packet of 16 camera rays then covers a square.
-std::vector<Pixel> block_order(const Tile& tile) {
+std::vector<Pixel> block_order(const PixelWindow& tile) {
   std::vector<Pixel> pixels;
   for (std::uint32_t by = tile.y0; by < tile.y1; by += 4)
     for (std::uint32_t bx = tile.x0; bx < tile.x1; bx += 4)
@@ -56,30 +53,25 @@ Batch camera_rays(const CompiledScene& scene, const std::vector<Pixel>& pixels, 
   for (std::uint32_t s = first; s < last; ++s)
     for (const Pixel& pixel : pixels) {
       const std::uint64_t index = static_cast<std::uint64_t>(pixel.y) * scene.image.width + pixel.x;
+      const std::uint64_t key = pixel_key(index, scene.accuracy.seed);
       const Vec2 at = pixel_sample(index, s, scene.accuracy.samples, scene.accuracy.seed);
-      batch.camera.push(scene.camera.position(), scene.camera.direction(pixel.x + at.x, pixel.y + at.y), {1, 1, 1},
-                        static_cast<std::uint32_t>(batch.samples.size()), {}, 0, Media::camera(scene));
-      batch.samples.push_back({pixel_key(index, scene.accuracy.seed), s});
+      const double x = pixel.x + at.x, y = pixel.y + at.y;
+      const TraceCamera::Aim aim = scene.needs.lens
+                                       ? scene.camera.aim(x, y, lens_sample(key, s, scene.accuracy.samples))
+                                       : scene.camera.aim(x, y);
+      batch.camera.push(aim.origin, aim.direction, {1, 1, 1}, static_cast<std::uint32_t>(batch.samples.size()), {}, 0,
+                        Media::camera(scene));
+      batch.samples.push_back({key, s});
     }
   return batch;
 }
 
-/// Sum of one pixel's finite samples.
-struct PixelSum {
-  Color sum;
-  std::uint32_t count = 0;
-};
-
-/// The film holds floats: what is brighter than the largest is that one, never infinite.
-float film_value(double radiance) {
-  return static_cast<float>(std::min<double>(radiance, std::numeric_limits<float>::max()));
-}
-
 /// Traces one tile into `image`. False: cancelled.
-bool render_tile(const CompiledScene& scene, const Tile& tile, Wavefront& wavefront, Image& image) {
+bool render_tile(const CompiledScene& scene, const PixelWindow& tile, Wavefront& wavefront, Image& image) {
   const std::vector<Pixel> pixels = block_order(tile);
   const auto pixel_count = static_cast<std::uint32_t>(pixels.size());
   std::vector<PixelSum> sums(pixel_count);
+  std::vector<LayerSum> layers(scene.needs.layers ? pixel_count : 0);
   const std::uint32_t samples = scene.accuracy.samples;
   const std::uint32_t at_once = std::max(1u, batch_rays / pixel_count);
   for (std::uint32_t first = 0; first < samples; first += std::min(at_once, samples - first)) {
@@ -87,18 +79,16 @@ bool render_tile(const CompiledScene& scene, const Tile& tile, Wavefront& wavefr
     if (!wavefront.trace(camera_rays(scene, pixels, first, last))) return false;
     const std::vector<Color>& radiance = wavefront.radiance();
     for (std::size_t i = 0; i < radiance.size(); ++i) {
-      PixelSum& pixel = sums[i % pixel_count];
       if (!finite(radiance[i])) continue;  // counted by the wavefront
-      pixel.sum += radiance[i];
-      ++pixel.count;
+      sums[i % pixel_count].add(radiance[i]);
+      if (scene.needs.layers) layers[i % pixel_count].add(wavefront.first_hits(), i);
     }
   }
   for (std::uint32_t i = 0; i < pixel_count; ++i) {
-    const Color mean = sums[i].count > 0 ? sums[i].sum * (1.0 / sums[i].count) : Color{};
-    float* out = image.rgb.data() + 3 * (static_cast<std::size_t>(pixels[i].y) * image.width + pixels[i].x);
-    out[0] = film_value(mean.r);
-    out[1] = film_value(mean.g);
-    out[2] = film_value(mean.b);
+    const PixelWindow window = scene.image.window();
+    const std::size_t at = static_cast<std::size_t>(pixels[i].y - window.y0) * image.width + (pixels[i].x - window.x0);
+    sums[i].write(image, at);
+    if (scene.needs.layers) layers[i].write(image, at);
   }
   return true;
 }
@@ -145,16 +135,15 @@ Result<Rendered, Failure> render(const CompiledScene& scene, const RenderSetting
   try {
     Rendered rendered;
     Image& image = rendered.image;
-    image.width = scene.image.width;
-    image.height = scene.image.height;
-    image.rgb.resize(3 * static_cast<std::size_t>(image.width) * image.height);
-    const std::uint64_t tiles = tile_count(scene.image);
+    const PixelWindow window = scene.image.window();
+    allocate(image, window, scene.output);
+    const std::uint64_t tiles = tile_count(window);
     control.begin(tiles);
     WavefrontPool pool(scene, control);
     for_each_tile(tiles, settings.threads, [&](std::uint64_t index) {
       if (control.cancelled()) return;
       std::unique_ptr<Wavefront> wavefront = pool.take();
-      const bool done = render_tile(scene, tile_at(scene.image, index), *wavefront, image);
+      const bool done = render_tile(scene, tile_at(window, index), *wavefront, image);
       pool.give_back(std::move(wavefront));
       if (done) control.finish_tile();
     });

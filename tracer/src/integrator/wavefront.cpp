@@ -46,6 +46,7 @@ bool Wavefront::trace(Batch batch) {
   samples_ = std::move(batch.samples);
   radiance_.assign(samples_.size(), Color{});
   media_.reset();
+  if (notes_first_hits_) first_hits_.reset(samples_.size());
   statistics_.samples += samples_.size();
   std::vector<Generation> pending;
   std::size_t pending_rays = batch.camera.size();
@@ -67,6 +68,7 @@ bool Wavefront::trace(Batch batch) {
     if (pending_rays > pending_max) throw std::bad_alloc();
     if (next.size() != 0) pending.push_back(std::move(next));
   }
+  if (scene_.depth_cue) apply_depth_cue();
   for (const Color& sample : radiance_) statistics_.non_finite += finite(sample) ? 0 : 1;
   return true;
 }
@@ -81,13 +83,14 @@ void Wavefront::trace_generation(const Generation& generation, Generation& next)
 
 void Wavefront::trace_queue(const RayQueue& rays, std::uint32_t depth, Generation& next) {
   const Coherence coherence = depth == 0 ? Coherence::coherent : Coherence::incoherent;
-  gather(rays, coherence, next);
+  gather(rays, depth, coherence, next);
   shade_own_light(rays);
+  if (notes_first_hits_ && depth == 0) note_first_hits(rays);
   shade_lights(rays, depth, coherence);
   if (scene_.needs.reflection || scene_.needs.refraction) branch(rays, next);
 }
 
-void Wavefront::gather(const RayQueue& rays, Coherence coherence, Generation& next) {
+void Wavefront::gather(const RayQueue& rays, std::uint32_t depth, Coherence coherence, Generation& next) {
   const std::size_t count = rays.size();
   scene_.accelerator->closest(rays.span(), hits_.resized(count), coherence);
   hit_ray_.clear();
@@ -97,7 +100,7 @@ void Wavefront::gather(const RayQueue& rays, Coherence coherence, Generation& ne
     Color weight = rays.weight(i);
     if (scene_.needs.absorption) weight = weight * media_.transmittance(rays.media(i), hits_.t[i]);
     if (!hits_.primitive[i].hit()) {
-      radiance_[rays.sample(i)] += weight * scene_.background;
+      see_background(rays, i, weight, depth);
       continue;
     }
     const Surface surface = surface_at(scene_, hits_.at(i), rays.origin(i), rays.direction(i));
@@ -105,6 +108,33 @@ void Wavefront::gather(const RayQueue& rays, Coherence coherence, Generation& ne
     hit_ray_.push_back(static_cast<std::uint32_t>(i));
     surface_.push_back(surface);
     weight_.push_back(weight);
+  }
+}
+
+void Wavefront::see_background(const RayQueue& rays, std::size_t ray, const Color& weight, std::uint32_t depth) {
+  if (depth == 0 && scene_.output.alpha) return;  // transparent
+  radiance_[rays.sample(ray)] += weight * scene_.background.radiance(rays.direction(ray));
+}
+
+void Wavefront::note_first_hits(const RayQueue& rays) {
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (!hits_.primitive[i].hit()) continue;
+    first_hits_.depth[rays.sample(i)] =
+        scene_.frame.world_from_trace(scene_.camera.depth(rays.direction(i), hits_.t[i]));
+  }
+  for (std::size_t hit = 0; hit < hit_ray_.size(); ++hit) {
+    const std::uint32_t sample = rays.sample(hit_ray_[hit]);
+    first_hits_.normal[sample] = surface_[hit].normal;
+    first_hits_.albedo[sample] = color_[hit];
+    first_hits_.object[sample] = surface_[hit].object;
+  }
+}
+
+void Wavefront::apply_depth_cue() {
+  for (std::size_t sample = 0; sample < radiance_.size(); ++sample) {
+    if (!first_hits_.hit(sample) && scene_.output.alpha) continue;  // transparent
+    const double scale = depth_cue_scale(*scene_.depth_cue, first_hits_.depth[sample]);
+    radiance_[sample] = radiance_[sample] * scale + scene_.depth_cue->color * (1 - scale);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tracer/render.h"
+#include "tracer/src/integrator/first_hits.h"
 #include "tracer/src/integrator/shadow_rays.h"
 
 namespace tracer {
@@ -41,13 +42,19 @@ struct LightStep {
 class Wavefront {
  public:
   Wavefront(const CompiledScene& scene, const RenderControl& control)
-      : scene_(scene), control_(control), media_(scene), shadow_(scene, control) {}
+      : scene_(scene),
+        control_(control),
+        notes_first_hits_(scene.needs.depth_cue || scene.needs.layers),
+        media_(scene),
+        shadow_(scene, control) {}
 
   /// Traces a batch to the end. False: cancelled; then the radiances mean nothing. Throws std::bad_alloc.
   bool trace(Batch batch);
 
   /// Radiance of each sample of the last batch. May hold non-finite values.
   [[nodiscard]] const std::vector<Color>& radiance() const { return radiance_; }
+  /// What its camera rays hit; kept when the scene needs a depth cue or layers.
+  [[nodiscard]] const FirstHits& first_hits() const { return first_hits_; }
   /// Of all batches so far.
   [[nodiscard]] const RenderStatistics& statistics() const { return statistics_; }
 
@@ -62,9 +69,13 @@ class Wavefront {
   // wavefront.cpp
   void trace_generation(const Generation& generation, Generation& next);
   void trace_queue(const RayQueue& rays, std::uint32_t depth, Generation& next);
-  void gather(const RayQueue& rays, Coherence coherence, Generation& next);
+  void gather(const RayQueue& rays, std::uint32_t depth, Coherence coherence, Generation& next);
   bool pass_hidden(const RayQueue& rays, std::size_t ray, const Surface& surface, const Color& weight,
                    Generation& next);
+
+  void note_first_hits(const RayQueue& rays);
+  void see_background(const RayQueue& rays, std::size_t ray, const Color& weight, std::uint32_t depth);
+  void apply_depth_cue();
 
   // lighting.cpp: the local model
   void shade_own_light(const RayQueue& rays);
@@ -84,6 +95,8 @@ class Wavefront {
   RenderStatistics statistics_;
   std::vector<Color> radiance_;
   std::vector<Batch::Sample> samples_;
+  const bool notes_first_hits_;
+  FirstHits first_hits_;
   Media media_;
 
   // Hits of the queue being shaded. What hides within a solid of higher priority is not among the last four.

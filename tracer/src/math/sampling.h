@@ -67,4 +67,13 @@ inline Vec2 pixel_sample(std::uint64_t pixel, std::uint32_t index, std::uint32_t
   return count == 1 ? Vec2{0.5, 0.5} : sequence_point(index, pixel_key(pixel, seed));
 }
 
+/// Point of the lens for the same sample, in [0,1)^2: the centre when it is the only one. The sequence's points in an
+/// order of their own (Burley 2020, sec. 3: the index is scrambled too), so that where in the pixel a sample lies says
+/// nothing about where on the lens.
+inline Vec2 lens_sample(std::uint64_t key_of_pixel, std::uint32_t index, std::uint32_t count) {
+  if (count == 1) return {0.5, 0.5};
+  const std::uint64_t key = mix(key_of_pixel ^ mix(0));  // lights mix in numbers from 1
+  return sequence_point(owen_scrambled(index, static_cast<std::uint32_t>(mix(key))), key);
+}
+
 }  // namespace tracer

@@ -29,6 +29,9 @@ Requirements requirements(const Scene& scene) {
   Requirements needs;
   bool casting_light = false;
   bool solid_seen = false;
+  needs.lens = scene.camera.aperture > 0 && scene.accuracy.samples > 1;
+  needs.depth_cue = scene.depth_cue.has_value();
+  needs.layers = scene.output.alpha || !scene.output.layers.empty();
   for (const Light& light : scene.lights) {
     casting_light |= light.shadows;
     needs.soft_lights |= is_soft(light.source);

@@ -10,6 +10,23 @@
 namespace tracer {
 namespace {
 
+constexpr double exposure_max = 100;  // stops: 2^100 is value_max, so the darkest and brightest pictures can be shown
+
+bool check_crop(Checks& checks, const Where& where, const ImageSize& image) {
+  const PixelWindow& crop = *image.crop;
+  const auto span = [&](std::size_t first, std::uint32_t begin, std::uint32_t end, std::uint32_t side) {
+    if (end > side) {
+      return checks.tell({where, first + 2}, "out_of_range",
+                         "must be <= " + std::to_string(side) + ", got " + std::to_string(end));
+    }
+    return begin < end || checks.tell({where, first + 2}, "out_of_range",
+                                      "must be > " + std::to_string(begin) + ", got " + std::to_string(end));
+  };
+  const bool columns = span(0, crop.x0, crop.x1, image.width);
+  const bool rows = span(1, crop.y0, crop.y1, image.height);
+  return columns && rows;
+}
+
 void check_image(Checks& checks, const ImageSize& image) {
   const Where where("/image");
   const auto side = [&](std::string_view name, std::uint32_t pixels) {
@@ -20,7 +37,8 @@ void check_image(Checks& checks, const ImageSize& image) {
   const bool width = side("width", image.width);
   const bool height = side("height", image.height);
   if (width && height) {
-    checks.count(where, std::uint64_t{image.width} * image.height, checks.limits.pixels, "pixels");
+    if (image.crop && !check_crop(checks, {where, "crop"}, image)) return;
+    checks.count(where, image.window().pixels(), checks.limits.pixels, "pixels");
   }
 }
 
@@ -41,6 +59,34 @@ void check_camera(Checks& checks, const Camera& camera) {
   if (checks.finite(fov, camera.fov_deg) && (camera.fov_deg <= 0 || camera.fov_deg >= 180)) {
     checks.tell(fov, "out_of_range", "must be > 0 and < 180 degrees, got " + text_of(camera.fov_deg));
   }
+  checks.length({where, "height"}, camera.height);
+  const Where aperture(where, "aperture");
+  if (camera.aperture < 0) {
+    checks.tell(aperture, "out_of_range", "must be >= 0, got " + text_of(camera.aperture));
+  } else {
+    checks.coordinate(aperture, camera.aperture);
+  }
+  if (camera.focus_distance) checks.length({where, "focus_distance"}, *camera.focus_distance);
+}
+
+void check_background(Checks& checks, const Background& background) {
+  const Where where("/background");
+  checks.color({where, "color"}, background.color);
+  if (!background.gradient) return;
+  checks.color({where, "zenith"}, background.gradient->zenith);
+  checks.color({where, "nadir"}, background.gradient->nadir);
+}
+
+void check_depth_cue(Checks& checks, const DepthCue& cue) {
+  const Where where("/depth_cue");
+  const Where back(where, "back");
+  const bool front_well = checks.coordinate({where, "front"}, cue.front);
+  if (checks.coordinate(back, cue.back) && front_well && cue.back < cue.front) {
+    checks.tell(back, "out_of_range", "must be >= front " + text_of(cue.front) + ", got " + text_of(cue.back));
+  }
+  checks.within({where, "front_scale"}, cue.front_scale, 0, 1);
+  checks.within({where, "back_scale"}, cue.back_scale, 0, 1);
+  checks.color({where, "color"}, cue.color);
 }
 
 void check_attenuation(Checks& checks, const Where& where, const Attenuation& attenuation) {
@@ -169,7 +215,7 @@ void check_materials(Checks& checks, const Scene& scene) {
 void check_accuracy(Checks& checks, const Accuracy& accuracy, const ImageSize& image) {
   const Where where("/accuracy");
   const Where samples(where, "samples");
-  const std::uint64_t pixels = std::uint64_t{image.width} * image.height;
+  const std::uint64_t pixels = image.window().pixels();
   if (accuracy.samples == 0) {
     checks.tell(samples, "out_of_range", "must be >= 1, got 0");
   } else if (pixels > 0 && accuracy.samples > checks.limits.samples_times_pixels / pixels) {
@@ -180,13 +226,24 @@ void check_accuracy(Checks& checks, const Accuracy& accuracy, const ImageSize& i
   checks.within({where, "cutoff"}, accuracy.cutoff, 0, 1);
 }
 
-void check_output(Checks& checks, const Output& output) {
-  const Where formats("/output/formats");
-  if (output.formats.empty()) checks.tell(formats, "wrong_length", "must name at least one format");
-  std::set<Format> named;
-  for (std::size_t i = 0; i < output.formats.size(); ++i) {
-    if (!named.insert(output.formats[i]).second) checks.tell({formats, i}, "duplicate_value", "is named twice");
+template <class T>
+void check_named_once(Checks& checks, const Where& where, const std::vector<T>& values) {
+  std::set<T> named;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!named.insert(values[i]).second) checks.tell({where, i}, "duplicate_value", "is named twice");
   }
+}
+
+void check_output(Checks& checks, const Output& output) {
+  const Where where("/output");
+  const Where formats(where, "formats");
+  if (output.formats.empty()) checks.tell(formats, "wrong_length", "must name at least one format");
+  check_named_once(checks, formats, output.formats);
+  checks.within({where, "exposure"}, output.exposure, -exposure_max, exposure_max);
+  if (output.palette != 0 && (output.palette < 2 || output.palette > 256)) {
+    checks.tell({where, "palette"}, "out_of_range", "must be from 2 to 256, got " + std::to_string(output.palette));
+  }
+  check_named_once(checks, {where, "layers"}, output.layers);
 }
 
 }  // namespace
@@ -195,7 +252,8 @@ std::vector<Issue> validate(const Scene& scene, const Limits& limits, const std:
   Checks checks(limits, known);
   check_image(checks, scene.image);
   check_camera(checks, scene.camera);
-  checks.color(Where("/background/color"), scene.background.color);
+  check_background(checks, scene.background);
+  if (scene.depth_cue) check_depth_cue(checks, *scene.depth_cue);
   checks.color(Where("/ambient"), scene.ambient);
   check_lights(checks, scene.lights);
   check_textures(checks, scene.textures);
