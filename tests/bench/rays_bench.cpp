@@ -53,7 +53,7 @@ void add_shadow_rays(const tracer::CompiledScene& scene, const RayQueue& camera,
     }
 }
 
-void push(RayQueue& camera, const TraceCamera::Aim& aim) {
+void push(RayQueue& camera, const tracer::TraceCamera::Aim& aim) {
   camera.push(aim.origin, aim.direction, {1, 1, 1}, 0, {}, 0, 0);
 }
 

@@ -1,12 +1,14 @@
 """What whittle leaves on the disk: the whole picture or nothing, also when the disk or the process fails half-way."""
+import json
 import os
 import pathlib
+import shutil
 import signal
 import stat
 import tempfile
 import unittest
 
-from tests.support.whittle import BIN, SCENES, whittle
+from tests.support.whittle import BIN, SCENES, scene, whittle
 
 TINY = SCENES / "tiny.json"
 
@@ -87,6 +89,38 @@ class SceneFile(unittest.TestCase):
                     done = whittle(*command)
                     self.assertEqual((done.returncode, done.stdout), (3, b""))
                     self.assertRegex(done.stderr.decode(), rf"^whittle: cannot read {path}: .+\n$")
+
+
+class Assets(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+
+    def rendered(self, name):
+        document = scene("tiny")
+        document["objects"][1]["material"] = {"color": {"file": name}}
+        (self.folder / "scene.json").write_text(json.dumps(document), encoding="utf-8")
+        return whittle("render", self.folder / "scene.json", "-o", self.folder / "out.png", timeout=20)
+
+    def test_are_found_beside_the_scene_and_seen_in_the_picture(self):
+        shutil.copy(SCENES / "assets/tile.png", self.folder / "t.png")
+        done = self.rendered("t.png")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        tiled = (self.folder / "out.png").read_bytes()
+        whittle("render", SCENES / "tiny.json", "-o", self.folder / "plain.png")
+        self.assertNotEqual(tiled, (self.folder / "plain.png").read_bytes())
+
+    def test_that_cannot_be_read_are_told_with_pointer_file_and_reason(self):
+        (self.folder / "empty.png").write_bytes(b"")
+        (self.folder / "text.png").write_text("no picture", encoding="utf-8")
+        os.mkfifo(self.folder / "pipe.png")
+        for name, reason in (("missing.png", "no such file"), ("empty.png", "is empty"), ("pipe.png", "no ordinary file"),
+                             ("text.png", "no PNG, JPEG, OpenEXR or Radiance HDR file"), (".", "no ordinary file")):
+            done = self.rendered(name)
+            self.assertEqual(done.returncode, 1, name)
+            line = done.stderr.decode().splitlines()[-1]
+            self.assertTrue(line.startswith(f"#/objects/1/material/color/file bad_asset {name}: "), line)
+            self.assertIn(reason, line)
+            self.assertFalse((self.folder / "out.png").exists())
 
 
 if __name__ == "__main__":

@@ -101,6 +101,7 @@ tracer::Scene glass_scene(double ior, bool fresnel) {
   scenes::add(scene, tracer::Plane{{0, 0, -3.5}, {0, -0.1, -1}, {}}, glass);
   tracer::Material floor = scenes::matte({0.8, 0.8, 0.8});
   scene.textures.push_back({tracer::CheckerTexture{{tracer::Color{0.9, 0.9, 0.1}, {0.9, 0.1, 0.1}}}, {1, 1}, {}, ""});
+  scene.textures.back().filter = tracer::Texture::Filter::nearest;
   floor.color = tracer::TextureId{0};
   scenes::add(scene, tracer::Plane{{0, -1, 0}, {0, 1, 0}, {}}, floor);
   scene.accuracy.max_depth = 9;
@@ -194,6 +195,7 @@ TEST(Picture, OfMeshesEqualsTheReferenceToTheFloatsTheirCornersAreKeptIn) {
       tracer::Material floor = scenes::matte({0.8, 0.8, 0.8});
       scene.textures.push_back(
           {tracer::CheckerTexture{{tracer::Color{0.9, 0.9, 0.1}, {0.9, 0.1, 0.1}}}, {3, 3}, {}, ""});
+      scene.textures.back().filter = tracer::Texture::Filter::nearest;
       floor.color = tracer::TextureId{0};
       scenes::add(scene, tracer::Triangle{{{{-4, -1, 3}, {4, -1, 3}, {0, -1, -6}}}, {}, {}}, floor);
       scene.accuracy.max_depth = 3;

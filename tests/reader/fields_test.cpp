@@ -239,12 +239,12 @@ TEST(EveryField, OfSoftLightsIsRead) {
 
 TEST(EveryField, OfTexturesAndMaterialsIsRead) {
   const tracer::Scene scene = every_field();
-  ASSERT_EQ(scene.textures.size(), 2u);
+  ASSERT_EQ(scene.textures.size(), 6u);
   EXPECT_EQ(std::get<tracer::CheckerTexture>(scene.textures[0].pattern).colors, (std::array{Color{}, Color{1, 2, 3}}));
   EXPECT_EQ(scene.textures[0].scale, (Vec2{2, 4}));
   EXPECT_EQ(scene.textures[0].offset, (Vec2{0.5, 0.25}));
   EXPECT_EQ(scene.textures[0].path, "/textures/floor");
-  EXPECT_EQ(scene.textures[1].path, "/objects/2/material/color");
+  EXPECT_EQ(scene.textures[5].path, "/objects/2/material/color");
   ASSERT_EQ(scene.materials.size(), 4u);
   const tracer::Material& glass = scene.materials[0];
   EXPECT_EQ(glass.model, tracer::Material::Model::blinn_phong);
@@ -265,7 +265,32 @@ TEST(EveryField, OfTexturesAndMaterialsIsRead) {
   EXPECT_EQ(glass.priority, -3);
   EXPECT_EQ(glass.absorption, (Color{0.5, 0, 2}));
   EXPECT_EQ(glass.shading, tracer::Material::Shading::gouraud);
-  EXPECT_EQ(std::get<tracer::TextureId>(scene.materials[3].color).index, 1u);
+  EXPECT_EQ(std::get<tracer::TextureId>(scene.materials[3].color).index, 5u);
+}
+
+TEST(EveryField, OfPatternsAndPicturesIsRead) {
+  using tracer::Texture;
+  const tracer::Scene scene = every_field();
+  ASSERT_EQ(scene.textures.size(), 6u);
+  const Texture& sky = scene.textures[1];
+  EXPECT_EQ(std::get<tracer::GradientTexture>(sky.pattern).colors, (std::array{Color{1, 1, 1}, Color{0.25, 0.5, 2}}));
+  EXPECT_EQ(sky.wrap, Texture::Wrap::mirror);
+  EXPECT_EQ(sky.filter, Texture::Filter::nearest);
+  const Texture& marble = scene.textures[2];
+  EXPECT_EQ(std::get<tracer::NoiseTexture>(marble.pattern).colors, (std::array{Color{0.5, 0.5, 0.5}, Color{1, 1, 1}}));
+  EXPECT_EQ(std::get<tracer::NoiseTexture>(marble.pattern).octaves, 5u);
+  EXPECT_EQ(marble.wrap, Texture::Wrap::clamp);
+  EXPECT_EQ(marble.filter, Texture::Filter::bilinear);
+  const auto& wood = std::get<tracer::ImageTexture>(scene.textures[3].pattern);
+  EXPECT_EQ(wood.color_space, tracer::ColorSpace::linear);
+  EXPECT_EQ(scene.textures[3].wrap, Texture::Wrap::repeat);
+  EXPECT_EQ(scene.textures[3].filter, Texture::Filter::mipmap);
+  const auto& oak = std::get<tracer::ImageTexture>(scene.textures[4].pattern);
+  EXPECT_FALSE(oak.color_space);
+  EXPECT_EQ(oak.file, wood.file) << "a file named twice is one asset";
+  ASSERT_EQ(scene.assets.size(), 1u);
+  EXPECT_EQ(scene.assets[0].name, "assets/wood.png");
+  EXPECT_EQ(scene.assets[0].path, "/textures/wood/file");
 }
 
 TEST(EveryField, OfSpheresPlanesAndTrianglesIsRead) {

@@ -16,7 +16,9 @@ class ExampleScenes(unittest.TestCase):
     def test_are_what_the_generator_writes_byte_for_byte(self):
         with tempfile.TemporaryDirectory() as folder:
             subprocess.run(["/usr/bin/python3", SCENES / "generate.py", folder], check=True, timeout=600)
-            written = {path.stem: path.read_bytes() for path in pathlib.Path(folder).iterdir()}
+            written = {path.stem: path.read_bytes() for path in pathlib.Path(folder).glob("*.json")}
+            tile = (pathlib.Path(folder) / "assets/tile.png").read_bytes()
+        self.assertEqual(tile, (SCENES / "assets/tile.png").read_bytes())
         self.assertEqual(sorted(written), NAMES)
         for name in NAMES:
             self.assertTrue(written[name] == (SCENES / f"{name}.json").read_bytes(), f"{name}.json differs")

@@ -39,7 +39,8 @@ std::string verdict(const tracer::Result<api::Document, api::Refusal>& document)
 }  // namespace
 
 ExitCode check(const Options& options) {
-  const api::Limits limits;
+  api::Limits limits;
+  limits.files = true;
   const auto bytes = read_all(options.scene_path, limits.document.bytes);
   if (!bytes) {
     std::fprintf(stderr, "whittle: %s\n", bytes.error().sentence.c_str());

@@ -48,6 +48,10 @@ void print(std::FILE* into, const std::string& where, std::string_view code, std
 
 }  // namespace
 
+void print_issue(std::FILE* into, const tracer::Issue& issue) {
+  print(into, fragment(issue.pointer), issue.code, issue.detail);
+}
+
 void print_issues(std::FILE* into, const api::Refusal& refusal) {
   switch (refusal.kind) {
     case api::Refusal::Kind::not_json:
@@ -58,7 +62,7 @@ void print_issues(std::FILE* into, const api::Refusal& refusal) {
       print(into, "#", "too_large", refusal.detail);
       break;
     case api::Refusal::Kind::invalid:
-      for (const tracer::Issue& issue : refusal.issues) print(into, fragment(issue.pointer), issue.code, issue.detail);
+      for (const tracer::Issue& issue : refusal.issues) print_issue(into, issue);
       break;
   }
 }

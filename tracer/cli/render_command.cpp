@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "api/document.h"
+#include "tracer/cli/assets.h"
 #include "tracer/cli/commands.h"
 #include "tracer/cli/figures.h"
 #include "tracer/cli/files.h"
@@ -42,18 +43,23 @@ ExitCode complain(const std::string& sentence, ExitCode code = bad_environment) 
 ExitCode complain(const tracer::Failure& failure) {
   if (failure.code == tracer::Failure::Code::cancelled)
     return complain("interrupted; nothing was written", interrupted);
+  if (failure.code == tracer::Failure::Code::bad_asset) {
+    print_issue(stderr, {failure.pointer, "bad_asset", failure.detail});
+    return bad_scene;
+  }
   return complain(failure.detail);
 }
 
 /// The picture, with build and trace times in `figures`.
-tracer::Result<tracer::Rendered, tracer::Failure> trace(const tracer::Scene& scene, const Options& options,
-                                                        tracer::RenderControl& control, Figures& figures) {
+tracer::Result<tracer::Rendered, tracer::Failure> trace(const tracer::Scene& scene, const tracer::Assets& assets,
+                                                        const Options& options, tracer::RenderControl& control,
+                                                        Figures& figures) {
   Stopwatch watch;
   // The scene's build uses whatever pool there is; this bounds it as --threads says.
   std::optional<tbb::global_control> bound;
   if (options.threads != 0) bound.emplace(tbb::global_control::max_allowed_parallelism, options.threads);
   const ProgressBar bar(control, !options.quiet);
-  const auto compiled = tracer::compile(scene, control);
+  const auto compiled = tracer::compile(scene, control, assets);
   figures.build_ms = watch.lap_ms();
   if (!compiled) return compiled.error();
   auto rendered = tracer::render(**compiled, {.threads = options.threads}, control);
@@ -86,12 +92,18 @@ std::optional<ExitCode> write_all(const tracer::Image& image, const tracer::Outp
 ExitCode render(const Options& options) {
   Figures figures;
   Stopwatch watch;
-  const api::Limits limits;
+  api::Limits limits;
+  limits.files = true;
   const auto bytes = read_all(options.scene_path, limits.document.bytes);
   if (!bytes) return complain(bytes.error().sentence);
   const auto document = api::parse_scene(*bytes, limits);
   if (!document) {
     print_issues(stderr, document.error());
+    return bad_scene;
+  }
+  const auto assets = read_assets(document->scene, options.scene_path);
+  if (!assets) {
+    print_issue(stderr, {assets.error().pointer, "bad_asset", assets.error().detail});
     return bad_scene;
   }
   figures.parse_ms = watch.lap_ms();
@@ -105,7 +117,7 @@ ExitCode render(const Options& options) {
     files.push_back(std::move(*file));
   }
 
-  const auto rendered = trace(document->scene, options, control, figures);
+  const auto rendered = trace(document->scene, *assets, options, control, figures);
   if (!rendered) return complain(rendered.error());
   if (const auto stopped = write_all(rendered->image, document->scene.output, options.outputs, files, control, figures)) return *stopped;
   if (!options.quiet) print_figures(stderr, *rendered, figures);

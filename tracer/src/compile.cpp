@@ -8,6 +8,7 @@
 
 #include "tracer/src/shapes/geometry_builder.h"
 #include "tracer/src/shapes/surface.h"
+#include "tracer/src/textures/texture_images.h"
 
 namespace tracer {
 namespace {
@@ -115,10 +116,15 @@ std::uint64_t bytes_of(const std::vector<T>& values) {
 
 }  // namespace
 
-Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene, RenderControl& control) {
+Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene, RenderControl& control,
+                                                              const Assets& assets) {
   if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled before building"};
   try {
     auto compiled = std::make_shared<CompiledScene>(scene, TraceFrame(finite_bounds(scene)));
+    auto images = texture_images(scene, assets);
+    if (!images) return images.error();
+    compiled->images = std::move(*images);
+    if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled before building"};
     build_geometry(scene, *compiled);
     for (const Light& light : scene.lights) compiled->lights.push_back(trace_light(light, compiled->frame));
     auto accelerator = Accelerator::build(compiled->geometry, control);
@@ -140,6 +146,9 @@ std::uint64_t memory_bytes(const CompiledScene& scene) {
   for (const TriangleGeometry& t : scene.geometry.triangles)
     bytes += bytes_of(t.positions) + bytes_of(t.triangles) + bytes_of(t.normals) + bytes_of(t.uvs) +
              bytes_of(t.object_of_triangle);
+  std::set<const ImageMap*> images;  // textures may share one
+  for (const auto& image : scene.images)
+    if (image && images.insert(image.get()).second) bytes += image->memory_bytes();
   return bytes;
 }
 

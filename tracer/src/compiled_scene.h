@@ -11,6 +11,7 @@
 #include "tracer/src/lights/light.h"
 #include "tracer/src/scene/trace_frame.h"
 #include "tracer/src/textures/background.h"
+#include "tracer/src/textures/image_map.h"
 
 namespace tracer {
 
@@ -40,6 +41,7 @@ class CompiledScene {
   Color ambient;
   std::vector<Material> materials;
   std::vector<Texture> textures;
+  std::vector<std::shared_ptr<const ImageMap>> images;  ///< beside textures; null where the texture is no image
   std::vector<TraceLight> lights;
   std::vector<std::uint32_t> material_of_object;
   std::vector<std::uint32_t> objects_around_camera;  ///< transmissive solids it is inside of, outermost first

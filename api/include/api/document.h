@@ -34,6 +34,7 @@ struct DocumentLimits {
 struct Limits {
   DocumentLimits document;
   tracer::Limits scene;
+  bool files = false;  ///< the document may name files, which the caller then loads: the command line's may
 };
 
 /// The optional "job" member: how the service should treat the scene. The command line ignores it.

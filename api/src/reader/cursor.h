@@ -41,6 +41,7 @@ struct Reading {
   const Limits& limits;
   Document document;
   Names<tracer::TextureId> textures;
+  Names<tracer::AssetId> assets;  ///< by file name
   Names<tracer::MaterialId> materials;
   Names<tracer::PrototypeId> prototypes;
   std::set<std::string_view> full;    ///< names of the limits that were reached while reading

@@ -1,4 +1,4 @@
-/// Textures and materials: named ones in their maps, and those written in place.
+/// Materials: named ones in their map, and those written in place.
 
 #include <limits>
 #include <string>
@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "api/src/reader/fields.h"
+#include "api/src/reader/named.h"
 #include "api/src/reader/references.h"
 #include "api/src/reader/sections.h"
 
@@ -23,50 +24,6 @@ constexpr Word<Transparency>::Meaning transparencies[] = {{"refract", Transparen
                                                           {"filtered", Transparency::filtered}};
 constexpr Word<Shading>::Meaning shadings[] = {
     {"smooth", Shading::smooth}, {"flat", Shading::flat}, {"gouraud", Shading::gouraud}};
-
-/// Whether one more material or texture may be made of the value; tells so at the first that may not. Those after it
-/// are not read, so that what is too much is never held.
-bool has_room(Reading& reading, const Cursor& at, std::size_t count, std::string_view limit, std::uint64_t bound) {
-  if (count < bound) return true;
-  if (reading.full.insert(limit).second) {
-    tell(reading, at, "limit_exceeded",
-         "the limit " + std::string(limit) + " is " + std::to_string(bound) + ", those written in place included");
-  }
-  return false;
-}
-
-/// Patterns that the format has and this build does not: telling that `checker` is missing too would mislead.
-bool has_other_pattern(const Fields& fields) {
-  return fields.has("file") || fields.has("gradient") || fields.has("noise");
-}
-
-tracer::TextureId add_texture(Reading& reading, const Cursor& at) {
-  std::vector<tracer::Texture>& textures = reading.scene().textures;
-  if (!has_room(reading, at, textures.size(), "textures", reading.limits.scene.textures)) return {nothing};
-  const tracer::TextureId id{static_cast<std::uint32_t>(textures.size())};
-  tracer::Texture& texture = textures.emplace_back();
-  texture.path = pointer(at);
-  Fields fields(reading, at, "texture", "a texture");
-  auto& checker = texture.pattern.emplace<tracer::CheckerTexture>();
-  if (!fields.optional("checker", checker.colors) && !fields.has("checker") && fields && !has_other_pattern(fields)) {
-    fields.tell_missing("checker");
-  }
-  fields.optional("scale", texture.scale);
-  fields.optional("offset", texture.offset);
-  fields.finish();
-  return id;
-}
-
-/// A string that does not begin with '#' names a texture, an object without "hsb" is one; all else is a colour.
-void read_color_or_texture(Reading& reading, const Cursor& at, tracer::ColorOrTexture& value) {
-  if (at.node->kind == json::Kind::string && !at.node->string().starts_with('#')) {
-    value = find(reading, at, reading.textures, "textures");
-  } else if (at.node->kind == json::Kind::object && !has_member(reading, at, "hsb")) {
-    value = add_texture(reading, at);
-  } else {
-    read(reading, at, value.emplace<tracer::Color>());
-  }
-}
 
 /// What a material reflects by default depends on whether Fresnel's equations hold, and that on what it transmits.
 void read_reflection(Fields& fields, tracer::Material& material) {
@@ -104,24 +61,7 @@ tracer::MaterialId add_material(Reading& reading, const Cursor& at) {
   return id;
 }
 
-template <class Id>
-void read_named(Reading& reading, const Cursor& at, Names<Id>& names, Id (*add)(Reading&, const Cursor&)) {
-  names.complete = for_each_member(reading, at, [&](const Cursor& member) {
-    const auto [place, is_new] = names.ids.emplace(member.key, Id{});
-    if (is_new) {
-      place->second = add(reading, member);
-    } else {
-      tell(reading, member, "duplicate_key", quoted(member.key) + " is defined twice");
-    }
-  });
-}
-
 }  // namespace
-
-void read_textures(Reading& reading, const Cursor& at) {
-  reading.textures.complete = within_limit(reading, at, "textures", reading.limits.scene.textures);
-  if (reading.textures.complete) read_named(reading, at, reading.textures, add_texture);
-}
 
 void read_materials(Reading& reading, const Cursor& at) {
   reading.materials.complete = within_limit(reading, at, "materials", reading.limits.scene.materials);

@@ -33,6 +33,10 @@ void read_transform(Reading& reading, const Cursor& at, std::optional<tracer::Tr
 /// A prototype's name; no prototype where there is none, which has been told then.
 tracer::PrototypeId read_prototype_reference(Reading& reading, const Cursor& at);
 
+/// A texture written in place or named; no texture where it is neither, which has been told then.
+tracer::TextureId read_texture_reference(Reading& reading, const Cursor& at);
+void read_color_or_texture(Reading& reading, const Cursor& at, tracer::ColorOrTexture& value);
+
 /// A material written in place or named; no material where it is neither, which has been told then.
 tracer::MaterialId read_material_reference(Reading& reading, const Cursor& at);
 

@@ -16,11 +16,21 @@ struct Limits {
   std::uint32_t lights = 100'000;
   std::uint32_t materials = 100'000;  ///< those written in place included
   std::uint32_t textures = 100'000;   ///< likewise
+  std::uint32_t assets = 10'000;      ///< files named, each once
+  std::uint32_t octaves = 32;         ///< of noise: the last is 2^31 times as fine as the first
   std::uint32_t image_side = 65'536;  ///< the longest side that PNG and EXR readers take for granted
   double coordinate_max = 1e60;       ///< of positions, lengths, directions: fourth powers stay far from overflow
   double length_min = 1e-60;          ///< of radii and directions: fourth powers stay normal numbers
   double value_max =
       1e30;  ///< of colours, intensities, coefficients, texture scales, `ior` and 1/`ior`; floats hold it
+};
+
+/// Of one texture image, checked against what its header says before anything is read. Not part of Limits: they bound
+/// what a file's bytes may do to this process, whoever asks.
+struct TextureImageLimits {
+  std::uint64_t pixels = 64ull << 20;  ///< 64 Mpx
+  std::uint64_t channels = 8;
+  std::uint64_t bytes = 256'000'000;  ///< of linear float RGB, as it is held: 21 Mpx
 };
 
 }  // namespace tracer

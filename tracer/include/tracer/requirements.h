@@ -21,6 +21,7 @@ struct Requirements {
   bool depth_cue = false;
   bool layers = false;  ///< something is kept of what camera rays hit: layers or alpha
   bool textures = false;
+  bool filtered_textures = false;  ///< one of them is filtered: rays carry the width of what they cover
   bool smooth_normals = false;
   bool triangles = false;
   bool spheres = false;

@@ -39,6 +39,13 @@ struct Handle {
 using MaterialId = Handle<struct MaterialTag>;
 using PrototypeId = Handle<struct PrototypeTag>;
 using TextureId = Handle<struct TextureTag>;
+using AssetId = Handle<struct AssetTag>;
+
+/// A file that the scene names. Its bytes come with the scene (tracer/assets.h): the tracer opens no file.
+struct Asset {
+  std::string name;  ///< as the document writes it: "wood.png"
+  std::string path;  ///< where the document first names it, e.g. "/textures/floor/file"
+};
 
 // ---- image, camera, background ------------------------------------------------------------------------------------
 
@@ -162,12 +169,42 @@ struct CheckerTexture {
   std::array<Color, 2> colors{};
 };
 
+/// From colors[0] at v = 0 to colors[1] at v = 1, linearly.
+struct GradientTexture {
+  std::array<Color, 2> colors{};
+};
+
+/// Gradient noise n(u, v) in [-1, 1] with a cell of one unit (Perlin 2002): from colors[0] at -1 to colors[1] at 1.
+/// `octaves` of it are summed, each at twice the frequency and half the amplitude of the one before, over the sum of
+/// the amplitudes.
+struct NoiseTexture {
+  std::array<Color, 2> colors{};
+  std::uint32_t octaves = 1;  ///< 1..32
+};
+
+enum class ColorSpace { linear, srgb };
+
+/// A picture file over the unit square: v = 0 is the lower edge of its bottom row. Its first three channels are red,
+/// green and blue; one or two are grey; alpha is left out.
+struct ImageTexture {
+  AssetId file{};
+  std::optional<ColorSpace> color_space;  ///< unset: sRGB for PNG and JPEG, linear for OpenEXR and Radiance HDR
+};
+
 /// Looked up at (u scale.x + offset.x, v scale.y + offset.y).
 struct Texture {
-  std::variant<CheckerTexture> pattern{};
+  std::variant<CheckerTexture, GradientTexture, NoiseTexture, ImageTexture> pattern{};
   Vec2 scale{1, 1};
   Vec2 offset{0, 0};
   std::string path;  ///< where the document defines it, e.g. "/textures/floor"; prefix of issue pointers
+  /// How gradients and images go on beyond [0, 1]. Checkers and noise have no edge: for them all three are the same.
+  enum class Wrap { repeat, clamp, mirror };
+  Wrap wrap = Wrap::repeat;
+  /// nearest: the texel, or the pattern at the point itself. bilinear: between four texels; patterns as nearest.
+  /// mipmap: the mean over what the sample covers of the surface. A sample covers 1 / sqrt(samples) of its pixel's
+  /// width, so filtering narrows as samples take its place and does not bias the converged picture.
+  enum class Filter { nearest, bilinear, mipmap };
+  Filter filter = Filter::mipmap;
 };
 
 using ColorOrTexture = std::variant<Color, TextureId>;
@@ -293,7 +330,7 @@ struct Transform {
 struct Object {
   Shape shape{};
   MaterialId material{};  ///< not an instance's: it has its own
-  std::optional<Transform> transform;
+  std::optional<Transform> transform{};
 };
 
 /// Objects that instances place; a prototype may hold instances of others, never in a circle.
@@ -342,6 +379,7 @@ struct Scene {
   std::optional<DepthCue> depth_cue{};
   Color ambient{};  ///< I_a
   std::vector<Light> lights;
+  std::vector<Asset> assets;
   std::vector<Texture> textures;
   std::vector<Material> materials;
   std::vector<Prototype> prototypes;

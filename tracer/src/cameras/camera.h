@@ -1,6 +1,8 @@
 #pragma once
 /// Where camera rays start and go.
 
+#include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include "tracer/src/math/vec.h"
@@ -68,6 +70,25 @@ class TraceCamera {
     const Vec3 offset = right * (point.x * lens_radius_) + up * (point.y * lens_radius_);
     const Vec3 focus = central.direction * (focus_distance_ / depth(central.direction, 1));
     return {central.origin + offset, normalize(focus - offset)};
+  }
+
+  /// What a pixel covers of a plane across unit `direction`, as the side of a square that begins with `width` (trace
+  /// frame) and grows by `spread` per unit of distance. A panorama's pixels are narrower than high towards the poles:
+  /// the longer side.
+  struct Footprint {
+    double width = 0, spread = 0;
+  };
+  [[nodiscard]] Footprint pixel_footprint(const Vec3& direction) const {
+    switch (type_) {
+      case Camera::Type::perspective:
+        return {0, pixel_ * dot(direction, forward_)};
+      case Camera::Type::orthographic:
+        return {pixel_, 0};
+      case Camera::Type::panorama:
+        break;
+    }
+    const double level = std::sqrt(std::max(0.0, 1 - dot(direction, up_) * dot(direction, up_)));
+    return {0, std::max(latitude_, longitude_ * level)};
   }
 
   /// Distance along the viewing axis, of what is met at distance `t` along a camera ray; a panorama's axis turns with

@@ -39,6 +39,14 @@ void Wavefront::branch_at(const RayQueue& rays, std::size_t hit, Generation& nex
   if (material.transparency != Transparency::interpolated)
     transmitted_weight = transmitted_weight * material.transmission_color;
   Vec3 onward = direction;
+  const double curvature =
+      scene_.needs.filtered_textures ? (surface.back ? -1 : 1) * curvature_at(scene_, hits_.primitive[ray]) : 0;
+  RayCone onward_cone, mirrored_cone;
+  if (scene_.needs.filtered_textures) {
+    onward_cone =
+        tracer::refracted(rays.cone(ray), hits_.t[ray], refracts ? curvature : 0, refracts ? n_from / n_to : 1);
+    mirrored_cone = tracer::mirrored(rays.cone(ray), hits_.t[ray], curvature);
+  }
   if (refracts || material.fresnel) {
     const Interface interface = dielectric_interface(cos_i, n_from, n_to);
     if (material.fresnel) {
@@ -53,16 +61,17 @@ void Wavefront::branch_at(const RayQueue& rays, std::size_t hit, Generation& nex
       onward = refracted(direction, normal, cos_i, interface.cos_t, n_from, n_to);
     }
   }
-  if (!is_black(transmitted_weight)) emit(next, &Generation::refraction, rays, hit, onward, transmitted_weight, after);
+  if (!is_black(transmitted_weight))
+    emit(next, &Generation::refraction, rays, hit, onward, transmitted_weight, after, onward_cone);
   if (is_black(reflected_weight)) return;
   Vec3 mirrored = unit(reflected(direction, normal));
   // Mirrored in an interpolated normal, a grazing ray can end up inside: mirror it once more in the face.
   if (dot(mirrored, outward) < 0) mirrored = unit(reflected(mirrored, outward));
-  emit(next, &Generation::reflection, rays, hit, mirrored, reflected_weight, before);
+  emit(next, &Generation::reflection, rays, hit, mirrored, reflected_weight, before, mirrored_cone);
 }
 
 void Wavefront::emit(Generation& next, RayQueue Generation::*kind, const RayQueue& rays, std::size_t hit,
-                     const Vec3& direction, const Color& factor, Media::List media) {
+                     const Vec3& direction, const Color& factor, Media::List media, const RayCone& cone) {
   const std::uint32_t ray = hit_ray_[hit];
   const Surface& surface = surface_[hit];
   const Color weight = weight_[hit] * factor;
@@ -79,6 +88,7 @@ void Wavefront::emit(Generation& next, RayQueue Generation::*kind, const RayQueu
   (next.*kind)
       .push(offset_origin(surface.point, surface.geometric_normal, direction), direction, weight, rays.sample(ray),
             hits_.primitive[ray], static_cast<std::uint32_t>(mix(bounce)), media);
+  if (scene_.needs.filtered_textures) (next.*kind).widen(cone);
 }
 
 }  // namespace tracer

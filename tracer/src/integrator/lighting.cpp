@@ -6,6 +6,7 @@
 #include "tracer/src/lights/attenuation.h"
 #include "tracer/src/materials/local_model.h"
 #include "tracer/src/math/sampling.h"
+#include "tracer/src/shapes/uv_gradients.h"
 #include "tracer/src/textures/texture.h"
 
 namespace tracer {
@@ -25,12 +26,25 @@ void Wavefront::shade_own_light(const RayQueue& rays) {
   color_.clear();
   for (std::size_t i = 0; i < hit_ray_.size(); ++i) {
     const Material& material = scene_.materials[surface_[i].material];
-    const auto* texture = std::get_if<TextureId>(&material.color);
-    color_.push_back(texture != nullptr ? texture_color(scene_.textures[texture->index], surface_[i].uv)
-                                        : std::get<Color>(material.color));
+    color_.push_back(color_at(rays, i));
     const Color own = material.emission + scene_.ambient * color_.back() * (material.ambient * body(material));
     radiance_[rays.sample(hit_ray_[i])] += weight_[i] * own;
   }
+}
+
+Color Wavefront::color_at(const RayQueue& rays, std::size_t hit) const {
+  const Surface& surface = surface_[hit];
+  const ColorOrTexture& color = scene_.materials[surface.material].color;
+  const auto* id = std::get_if<TextureId>(&color);
+  if (id == nullptr) return std::get<Color>(color);
+  const Texture& texture = scene_.textures[id->index];
+  Vec2 covered;
+  if (texture.filter == Texture::Filter::mipmap) {
+    const std::uint32_t ray = hit_ray_[hit];
+    covered = covered_uv(uv_gradients_at(scene_, hits_.at(ray), surface), surface.geometric_normal, rays.direction(ray),
+                         rays.cone(ray).width_at(hits_.t[ray]));
+  }
+  return texture_color(texture, surface.uv, covered, scene_.images[id->index].get());
 }
 
 /// A soft light is known by as many points a hit that a pixel sees at least light_points_min of them; after a bounce,

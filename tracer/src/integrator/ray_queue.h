@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tracer/src/accel/accelerator.h"
+#include "tracer/src/integrator/ray_cone.h"
 
 namespace tracer {
 
@@ -30,6 +31,13 @@ class RayQueue {
   void push(const RayQueue& other, std::size_t i) {
     push(other.origin(i), other.direction(i), other.weight_[i], other.sample_[i], other.from_[i], other.path_[i],
          other.media_[i]);
+    if (!other.cone_.empty()) widen(other.cone_[i]);
+  }
+
+  /// Gives the ray pushed last its cone. Queues in which no ray has one hold none.
+  void widen(const RayCone& cone) {
+    if (cone_.size() < weight_.size()) cone_.resize(weight_.size());
+    cone_[size_ - 1] = cone;
   }
 
   /// Keeps the memory for the next rays.
@@ -44,6 +52,8 @@ class RayQueue {
   [[nodiscard]] PrimitiveRef from(std::size_t i) const { return from_[i]; }
   [[nodiscard]] std::uint32_t path(std::size_t i) const { return path_[i]; }
   [[nodiscard]] std::uint32_t media(std::size_t i) const { return media_[i]; }
+
+  [[nodiscard]] const RayCone& cone(std::size_t i) const { return cone_[i]; }  ///< precondition: it was given one
 
   /// `t_max` null or one per ray.
   [[nodiscard]] RaySpan span(const double* t_max = nullptr) const {
@@ -69,6 +79,7 @@ class RayQueue {
   std::vector<PrimitiveRef> from_;
   std::vector<std::uint32_t> path_;   ///< hash of the bounces that led here: random choices on different paths differ
   std::vector<std::uint32_t> media_;  ///< the solids it is inside of: a Media::List
+  std::vector<RayCone> cone_;         ///< empty, or of equal length too
 };
 
 }  // namespace tracer

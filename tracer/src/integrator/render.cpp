@@ -61,6 +61,7 @@ Batch camera_rays(const CompiledScene& scene, const std::vector<Pixel>& pixels, 
                                        : scene.camera.aim(x, y);
       batch.camera.push(aim.origin, aim.direction, {1, 1, 1}, static_cast<std::uint32_t>(batch.samples.size()), {}, 0,
                         Media::camera(scene));
+      if (scene.needs.filtered_textures) batch.camera.widen(camera_cone(scene, aim.direction));
       batch.samples.push_back({key, s});
     }
   return batch;

@@ -152,6 +152,8 @@ bool Wavefront::pass_hidden(const RayQueue& rays, std::size_t ray, const Surface
   const Vec3 direction = rays.direction(ray);
   next.refraction.push(offset_origin(surface.point, surface.geometric_normal, direction), direction, weight,
                        rays.sample(ray), hits_.primitive[ray], rays.path(ray), after);
+  if (scene_.needs.filtered_textures)
+    next.refraction.widen({rays.cone(ray).width_at(hits_.t[ray]), rays.cone(ray).spread});
   return true;
 }
 

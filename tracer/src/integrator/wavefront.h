@@ -82,13 +82,14 @@ class Wavefront {
   void shade_lights(const RayQueue& rays, std::uint32_t depth, Coherence coherence);
   void shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence);
   void shade_facing(const RayQueue& rays, const LightStep& step, std::size_t hit, const Facing& facing);
+  [[nodiscard]] Color color_at(const RayQueue& rays, std::size_t hit) const;
   [[nodiscard]] Vec3 point_of(const LightStep& step, const RayQueue& rays, std::size_t ray) const;
 
   // branching.cpp: mirrors and glass
   void branch(const RayQueue& rays, Generation& next);
   void branch_at(const RayQueue& rays, std::size_t hit, Generation& next);
   void emit(Generation& next, RayQueue Generation::*kind, const RayQueue& rays, std::size_t hit, const Vec3& direction,
-            const Color& factor, Media::List media);
+            const Color& factor, Media::List media, const RayCone& cone);
 
   const CompiledScene& scene_;
   const RenderControl& control_;

@@ -47,7 +47,10 @@ Requirements requirements(const Scene& scene) {
     needs.absorption |= transmits && !(material.absorption == Color{});
     needs.overlapping_media |= transmits && std::exchange(solid_seen, true);
     needs.gouraud |= material.shading == Material::Shading::gouraud;
-    needs.textures |= std::holds_alternative<TextureId>(material.color);
+    if (const auto* texture = std::get_if<TextureId>(&material.color)) {
+      needs.textures = true;
+      needs.filtered_textures |= scene.textures[texture->index].filter == Texture::Filter::mipmap;
+    }
     needs.smooth_normals |= has_normals(object.shape);
     needs.spheres |= std::holds_alternative<Sphere>(object.shape);
     needs.planes |= std::holds_alternative<Plane>(object.shape);

@@ -158,14 +158,39 @@ void check_lights(Checks& checks, const std::vector<Light>& lights) {
   }
 }
 
-void check_textures(Checks& checks, const std::vector<Texture>& textures) {
-  checks.count(Where("/textures"), textures.size(), checks.limits.textures, "textures");
-  for (const Texture& texture : textures) {
+void check_pair(Checks& checks, const Where& where, const std::array<Color, 2>& colors) {
+  checks.color({where, std::size_t{0}}, colors[0]);
+  checks.color({where, std::size_t{1}}, colors[1]);
+}
+
+void check_pattern(Checks& checks, const Where& where, const CheckerTexture& checker, std::size_t) {
+  check_pair(checks, {where, "checker"}, checker.colors);
+}
+
+void check_pattern(Checks& checks, const Where& where, const GradientTexture& gradient, std::size_t) {
+  check_pair(checks, {where, "gradient"}, gradient.colors);
+}
+
+void check_pattern(Checks& checks, const Where& where, const NoiseTexture& noise, std::size_t) {
+  check_pair(checks, {where, "noise"}, noise.colors);
+  const Where octaves(where, "octaves");
+  if (noise.octaves == 0) checks.tell(octaves, "out_of_range", "must be >= 1, got 0");
+  checks.count(octaves, noise.octaves, checks.limits.octaves, "octaves");
+}
+
+void check_pattern(Checks& checks, const Where& where, const ImageTexture& image, std::size_t asset_count) {
+  if (image.file.index >= asset_count) {
+    checks.tell({where, "file"}, "unknown_reference", "there is no asset " + std::to_string(image.file.index));
+  }
+}
+
+void check_textures(Checks& checks, const Scene& scene) {
+  checks.count(Where("/textures"), scene.assets.size(), checks.limits.assets, "assets");
+  checks.count(Where("/textures"), scene.textures.size(), checks.limits.textures, "textures");
+  for (const Texture& texture : scene.textures) {
     const Where where(texture.path);
-    const auto& checker = std::get<CheckerTexture>(texture.pattern);
-    const Where pair(where, "checker");
-    checks.color({pair, std::size_t{0}}, checker.colors[0]);
-    checks.color({pair, std::size_t{1}}, checker.colors[1]);
+    std::visit([&](const auto& pattern) { check_pattern(checks, where, pattern, scene.assets.size()); },
+               texture.pattern);
     checks.vec2({where, "scale"}, texture.scale);
     checks.vec2({where, "offset"}, texture.offset);
   }
@@ -256,7 +281,7 @@ std::vector<Issue> validate(const Scene& scene, const Limits& limits, const std:
   if (scene.depth_cue) check_depth_cue(checks, *scene.depth_cue);
   checks.color(Where("/ambient"), scene.ambient);
   check_lights(checks, scene.lights);
-  check_textures(checks, scene.textures);
+  check_textures(checks, scene);
   check_materials(checks, scene);
   check_objects(checks, scene);
   check_accuracy(checks, scene.accuracy, scene.image);
