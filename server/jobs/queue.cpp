@@ -5,7 +5,8 @@
 
 namespace jobs {
 
-Queue::Queue(JobStore& store, ArtifactStore& artifacts, IdSource& ids, Clock clock, Log log, QueueSettings settings)
+Queue::Queue(JobStore& store, ArtifactStore& artifacts, IdSource& ids, Clock clock, const Log& log,
+             QueueSettings settings)
     : store_(store),
       ids_(ids),
       clock_(std::move(clock)),

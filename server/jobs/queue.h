@@ -41,7 +41,7 @@ struct QueueSettings {
 class Queue final : public JobService {
  public:
   /// Takes over the jobs that a dead daemon left running: they are queued again, with their attempt given back.
-  Queue(JobStore& store, ArtifactStore& artifacts, IdSource& ids, Clock clock, Log log, QueueSettings settings);
+  Queue(JobStore& store, ArtifactStore& artifacts, IdSource& ids, Clock clock, const Log& log, QueueSettings settings);
 
   tracer::Result<JobView, QueueFull> submit(const std::string& document, const api::Document& parsed) override;
   std::optional<JobView> find(const std::string& id) override;

@@ -134,9 +134,10 @@ void Supervisor::Loop::hear(Finished& message) {
     for (const Picture& picture : finished->pictures) {
       pictures.push_back({picture.name, picture.media_type, picture.bytes.get()});
     }
-    const auto& [id, fence, report, unused] = *finished;
+    const std::string& id = finished->job_id;
+    const std::int64_t fence = finished->fence;
     const auto failure = store_threads_->persist(settings_.store_tries, "succeed", [&] {
-      log_end("job_succeeded", id, queue_.succeed(id, fence, report, pictures));
+      log_end("job_succeeded", id, queue_.succeed(id, fence, finished->report, pictures));
     });
     if (!failure) return;
     const jobs::Problem problem{"storage_failure", for_the_owner(*failure), {}};

@@ -174,7 +174,7 @@ TEST(FileArtifactStore, LeavesNothingTemporaryBehindAPut) {
 
 TEST(FileArtifactStore, SaysWhereItCannotWrite) {
   try {
-    FileArtifactStore("/proc/whittle");
+    const FileArtifactStore store("/proc/whittle");
     FAIL() << "made a folder in /proc";
   } catch (const StoreFailure& failure) {
     EXPECT_EQ(failure.kind, StoreFailure::Kind::unavailable);
