@@ -86,7 +86,8 @@ int main(int count, char** arguments) {
   }
   offer_to_the_memory_killer();
   if (!warm_up()) return 1;
-  worker::Workshop workshop(worker::worker_socket, slots);
+  // First of all messages: the workshop's heartbeats begin with the workshop.
   worker::send(worker::worker_socket, worker::pack(worker::Hello{std::string(tracer::build())}));
+  worker::Workshop workshop(worker::worker_socket, slots);
   serve(workshop);
 }
