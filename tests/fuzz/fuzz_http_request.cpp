@@ -70,6 +70,7 @@ void check_cuts(std::string_view bytes, const http::HeadLimits& limits) {
 
 }  // namespace
 
+// NOLINTNEXTLINE(readability-identifier-naming): libFuzzer's name for it
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::vector<char> copy(data, data + size);  // of exactly this size: reading beyond its end is seen
   const std::string_view bytes(copy.data(), copy.size());

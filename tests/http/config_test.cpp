@@ -83,7 +83,7 @@ TEST(Config, TakesFlagsWithDashesUnderscoresAndEqualsSigns) {
 TEST(Config, TellsAllMistakesOfAllSourcesWithTheirPlaces) {
   const TemporaryFile file("jobs = many\nno equals sign\ncolour = red\njobs = 2\n");
   const Environment environment{{"WHITTLE_LIGHTS", "-1"}};
-  const std::string at = file.path();
+  const std::string& at = file.path();
   const auto all =
       mistakes({"--config", at, "--listen", "0.0.0.0:1", "--bogus", "--log-level", "loud", "--drain-s"}, environment);
   EXPECT_EQ(places(all), "--bogus --drain-s " + at + ":2 " + at + ":3 " + at + ":4 --listen " + at +

@@ -6,8 +6,6 @@
 
 namespace {
 
-using http::Failure;
-
 http::HeadResult read(const std::string& bytes, const http::HeadLimits& limits = {}) {
   return http::read_head(bytes, limits);
 }

@@ -22,8 +22,8 @@ class Writer final : public Parser::json_sax_t {
       : bytes_(bytes), limits_(limits), overflowing_(overflowing) {
     // A value takes at least a character and a comma or bracket, and no string is longer than its text, so neither is
     // ever outgrown; pages that are not touched cost nothing.
-    tape_.nodes.reserve(std::min(limits.values, bytes.size() / 2 + limits.depth + 1));
-    tape_.text.reserve(bytes.size());
+    tape.nodes.reserve(std::min(limits.values, bytes.size() / 2 + limits.depth + 1));
+    tape.text.reserve(bytes.size());
   }
 
   bool null() override { return push(Kind::null) != nullptr; }
@@ -42,7 +42,7 @@ class Writer final : public Parser::json_sax_t {
     return text(value, limits_.string_bytes, "string_bytes") && count_element();
   }
   bool key(std::string& value) override {
-    ++tape_.nodes[open_.back()].size;
+    ++tape.nodes[open_.back()].size;
     return text(value, limits_.key_bytes, "key_bytes");
   }
   bool start_object(std::size_t /*unknown*/) override { return open(Kind::object); }
@@ -56,41 +56,41 @@ class Writer final : public Parser::json_sax_t {
     constexpr int number_overflow = 406;
     const std::size_t end = std::min(position, bytes_.size());
     if (failure.id == number_overflow) {
-      overflow_at_ = end - std::min(end, token.size());
-      overflow_size_ = token.size();
+      overflow_at = end - std::min(end, token.size());
+      overflow_size = token.size();
     }
-    error_ = {false, end - std::min<std::size_t>(end, position > bytes_.size() ? 0 : 1), failure.what()};
+    error = {false, end - std::min<std::size_t>(end, position > bytes_.size() ? 0 : 1), failure.what()};
     return false;
   }
 
-  Tape tape_;
-  Error error_;
-  std::size_t numbers_ = 0;
-  std::size_t overflow_at_ = 0, overflow_size_ = 0;  ///< the number that ended the parse; size 0: none did
+  Tape tape;
+  Error error;
+  std::size_t numbers = 0;
+  std::size_t overflow_at = 0, overflow_size = 0;  ///< the number that ended the parse; size 0: none did
 
  private:
   Node* push(Kind kind) {
-    if (tape_.nodes.size() >= limits_.values) {
-      over("values", limits_.values, tape_.nodes.size() + 1);
+    if (tape.nodes.size() >= limits_.values) {
+      over("values", limits_.values, tape.nodes.size() + 1);
       return nullptr;
     }
     if (kind != Kind::string) count_element();
-    Node& node = tape_.nodes.emplace_back();
+    Node& node = tape.nodes.emplace_back();
     node.kind = kind;
     return &node;
   }
 
   /// Objects count their keys instead.
   bool count_element() {
-    if (!open_.empty() && tape_.nodes[open_.back()].kind == Kind::array) ++tape_.nodes[open_.back()].size;
+    if (!open_.empty() && tape.nodes[open_.back()].kind == Kind::array) ++tape.nodes[open_.back()].size;
     return true;
   }
 
   bool number(double value) {
     Node* const node = push(Kind::number);
     if (node == nullptr) return false;
-    node->number = overflowing_.contains(numbers_) ? std::numeric_limits<double>::infinity() : value;
-    ++numbers_;
+    node->number = overflowing_.contains(numbers) ? std::numeric_limits<double>::infinity() : value;
+    ++numbers;
     return true;
   }
 
@@ -98,9 +98,9 @@ class Writer final : public Parser::json_sax_t {
     if (value.size() > bytes_max) return over(limit, bytes_max, value.size());
     Node* const node = push(Kind::string);
     if (node == nullptr) return false;
-    node->text = tape_.text.data() + tape_.text.size();
+    node->text = tape.text.data() + tape.text.size();
     node->size = static_cast<std::uint32_t>(value.size());
-    tape_.text.insert(tape_.text.end(), value.begin(), value.end());
+    tape.text.insert(tape.text.end(), value.begin(), value.end());
     return true;
   }
 
@@ -109,20 +109,20 @@ class Writer final : public Parser::json_sax_t {
     Node* const node = push(kind);
     if (node == nullptr) return false;
     node->end = 0;
-    open_.push_back(static_cast<std::uint32_t>(tape_.nodes.size() - 1));
+    open_.push_back(static_cast<std::uint32_t>(tape.nodes.size() - 1));
     return true;
   }
 
   bool close() {
-    tape_.nodes[open_.back()].end = static_cast<std::uint32_t>(tape_.nodes.size());
+    tape.nodes[open_.back()].end = static_cast<std::uint32_t>(tape.nodes.size());
     open_.pop_back();
     return true;
   }
 
   bool over(const char* limit, std::size_t bound, std::size_t seen) {
-    error_ = {true, 0,
-              std::string("the limit ") + limit + " is " + std::to_string(bound) + ", the document has " +
-                  std::to_string(seen)};
+    error = {true, 0,
+             std::string("the limit ") + limit + " is " + std::to_string(bound) + ", the document has " +
+                 std::to_string(seen)};
     return false;
   }
 
@@ -171,23 +171,23 @@ tracer::Result<Tape, Error> parse(std::string_view bytes, const DocumentLimits& 
   std::string rewritten;
   for (;;) {
     Writer writer(bytes, limits, overflowing);
-    if (Parser::sax_parse(bytes.begin(), bytes.end(), &writer)) return std::move(writer.tape_);
-    if (writer.overflow_size_ == 0) {
-      if (!writer.error_.limit) writer.error_.detail = sentence(writer.error_.detail, bytes, writer.error_.offset);
-      return std::move(writer.error_);
+    if (Parser::sax_parse(bytes.begin(), bytes.end(), &writer)) return std::move(writer.tape);
+    if (writer.overflow_size == 0) {
+      if (!writer.error.limit) writer.error.detail = sentence(writer.error.detail, bytes, writer.error.offset);
+      return std::move(writer.error);
     }
-    if (writer.overflow_size_ > limits.number_chars) {
+    if (writer.overflow_size > limits.number_chars) {
       return Error{true, 0,
                    "the limit number_chars is " + std::to_string(limits.number_chars) + ", the document has " +
-                       std::to_string(writer.overflow_size_)};
+                       std::to_string(writer.overflow_size)};
     }
     if (overflowing.size() == overflows_max)
-      return not_json(writer.overflow_at_, "more than " + std::to_string(overflows_max) +
-                                               " numbers are too large for a double, found " +
-                                               found(bytes, writer.overflow_at_));
-    overflowing.insert(writer.numbers_);
+      return not_json(writer.overflow_at, "more than " + std::to_string(overflows_max) +
+                                              " numbers are too large for a double, found " +
+                                              found(bytes, writer.overflow_at));
+    overflowing.insert(writer.numbers);
     if (rewritten.empty()) rewritten = bytes;
-    rewritten.replace(writer.overflow_at_, writer.overflow_size_, "0" + std::string(writer.overflow_size_ - 1, ' '));
+    rewritten.replace(writer.overflow_at, writer.overflow_size, "0" + std::string(writer.overflow_size - 1, ' '));
     bytes = rewritten;
   }
 }

@@ -289,7 +289,7 @@ void Accelerator::closest(const RaySpan& rays, const HitSpan& hits, Coherence co
     load(packet, rays, first, count, embree_->box);
     closest_planes(packet, count, geometry_.planes, geometry_.plane_geometry(), among);
     write_rays(packet, among == Among::all ? mask_all : mask_transmissive, rayhit.ray);
-    for (int i = 0; i < packet_size; ++i) rayhit.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+    std::fill_n(rayhit.hit.geomID, packet_size, RTC_INVALID_GEOMETRY_ID);
     rtcInitIntersectContext(&packet.context);
     packet.context.flags =
         coherence == Coherence::coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
