@@ -26,7 +26,9 @@ struct SupervisorSettings {
   /// Jobs that run at once. 0: as many as the machine has threads, so that small jobs, which are mostly not parallel,
   /// fill it too.
   int slots = 0;
-  /// Threads that claim jobs and store results. More than one, so that they share the store's syncs; 0: slots + 2.
+  /// Threads that claim jobs and store results, each waiting for the disk most of its time. A result takes three syncs
+  /// in a row (file, folder, row), which the disk shares among all who wait: so there are many, that a disk of 10 ms a
+  /// sync does not hold small jobs up. 0: 16, or slots where that is more.
   int store_threads = 0;
   /// A worker from which nothing came for this long is killed. It beats every second from a thread of its own, so only
   /// a stopped process or a machine that swaps is silent this long.

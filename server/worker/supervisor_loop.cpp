@@ -12,7 +12,7 @@ namespace {
 
 SupervisorSettings with_defaults(SupervisorSettings settings) {
   if (settings.slots <= 0) settings.slots = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  if (settings.store_threads <= 0) settings.store_threads = settings.slots + 2;
+  if (settings.store_threads <= 0) settings.store_threads = std::max(16, settings.slots);
   return settings;
 }
 
