@@ -71,7 +71,9 @@ Answer render(Request& request, const Front& front) {
   auto scene = take_work(request, front);
   if (!scene) return problem_reply(scene.error(), request.id);
   const auto format = accepted(request, scene->parsed.scene.output.formats);
-  if (!format) return problem_reply({Failure::not_acceptable, "accept image/png, image/x-exr or another picture we make", {}}, request.id);
+  if (!format)
+    return problem_reply({Failure::not_acceptable, "accept image/png, image/x-exr or another picture we make", {}},
+                         request.id);
   add_format(*scene, *format);
   const auto submitted = front.jobs.submit(scene->document, scene->parsed);
   if (!submitted) return problem_reply(problem_of(submitted.error()), request.id);

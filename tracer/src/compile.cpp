@@ -95,8 +95,8 @@ std::vector<MetFromBehind> met_from_behind(const CompiledScene& scene, Vec3 orig
 }
 
 /// Transmissive solids that hold the camera, outermost first: those met from behind both ahead and behind the camera; a
-/// disc or a hollow turned inside out is so on one side at most. A plane has one side only. For an orthographic window or a
-/// lens that a solid holds a part of, its centre decides.
+/// disc or a hollow turned inside out is so on one side at most. A plane has one side only. For an orthographic window
+/// or a lens that a solid holds a part of, its centre decides.
 std::vector<std::uint32_t> objects_around_camera(const CompiledScene& scene) {
   const auto [origin, ahead] = scene.camera.aim(0.5 * scene.image.width, 0.5 * scene.image.height);
   const std::vector<MetFromBehind> before = met_from_behind(scene, origin, ahead);

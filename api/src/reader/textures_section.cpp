@@ -50,7 +50,8 @@ void read_asset(Reading& reading, const Cursor& at, tracer::AssetId& asset) {
   const std::string_view name = at.node->string();
   if (!is_asset_name(reading, at, name)) return;
   std::vector<tracer::Asset>& assets = reading.scene().assets;
-  const auto [place, is_new] = reading.assets.ids.emplace(name, tracer::AssetId{static_cast<std::uint32_t>(assets.size())});
+  const auto [place, is_new] =
+      reading.assets.ids.emplace(name, tracer::AssetId{static_cast<std::uint32_t>(assets.size())});
   if (is_new) assets.push_back({std::string(name), pointer(at)});
   asset = place->second;
 }

@@ -10,7 +10,7 @@ namespace tracer {
 /// Everything here has one element a pixel (three where said), row 0 on top, and is empty when it was not asked for.
 /// Means are over the pixel's samples.
 struct Layers {
-  std::vector<float> depth;   ///< world, along the viewing axis; mean over the samples that hit; infinity where none did
+  std::vector<float> depth;  ///< world, along the viewing axis; mean over the samples that hit; infinity where none did
   std::vector<float> normal;  ///< xyz, world, towards the camera; mean, 0 for samples that hit nothing
   std::vector<float> albedo;  ///< RGB, the material's color; likewise
   /// Of the first sample that hit: 1 for the first of the document's objects, and so on, each object of an instance

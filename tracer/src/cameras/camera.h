@@ -32,9 +32,8 @@ class TraceCamera {
       latitude_ = std::numbers::pi / image.height;
     }
     lens_radius_ = frame.trace_from_world(camera.aperture) / 2;
-    focus_distance_ = frame.trace_from_world(
-        camera.focus_distance ? *camera.focus_distance
-                              : length(camera.look_at - camera.position));
+    focus_distance_ = frame.trace_from_world(camera.focus_distance ? *camera.focus_distance
+                                                                   : length(camera.look_at - camera.position));
   }
 
   [[nodiscard]] const Vec3& position() const { return position_; }
@@ -112,9 +111,9 @@ class TraceCamera {
 
   Camera::Type type_;
   Vec3 position_, forward_, right_, up_;
-  double left_ = 0, top_ = 0;                 ///< of the image, in pixels from its middle
-  double pixel_ = 0;                          ///< side: perspective, at distance 1; orthographic, trace frame
-  double longitude_ = 0, latitude_ = 0;       ///< panorama: radians a pixel
+  double left_ = 0, top_ = 0;                    ///< of the image, in pixels from its middle
+  double pixel_ = 0;                             ///< side: perspective, at distance 1; orthographic, trace frame
+  double longitude_ = 0, latitude_ = 0;          ///< panorama: radians a pixel
   double lens_radius_ = 0, focus_distance_ = 0;  ///< trace frame
 };
 

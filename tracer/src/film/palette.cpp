@@ -48,9 +48,9 @@ std::size_t longest_side(std::span<const Entry> entries) {
   std::size_t longest = 0;
   int length = -1;
   for (std::size_t channel = 0; channel < 3; ++channel) {
-    const auto [low, high] = std::minmax_element(
-        entries.begin(), entries.end(),
-        [channel](const Entry& a, const Entry& b) { return a.code[channel] < b.code[channel]; });
+    const auto [low, high] =
+        std::minmax_element(entries.begin(), entries.end(),
+                            [channel](const Entry& a, const Entry& b) { return a.code[channel] < b.code[channel]; });
     const int extent = high->code[channel] - low->code[channel];
     if (extent > length) {
       length = extent;

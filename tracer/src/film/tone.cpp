@@ -7,9 +7,7 @@
 namespace tracer {
 namespace {
 
-float float_of(double value) {
-  return static_cast<float>(std::min<double>(value, std::numeric_limits<float>::max()));
-}
+float float_of(double value) { return static_cast<float>(std::min<double>(value, std::numeric_limits<float>::max())); }
 
 /// What each value is multiplied by, for a picture whose brightest channel shall be at most 1.
 double scale_of(const std::vector<float>& linear, double gain) {

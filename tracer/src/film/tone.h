@@ -8,7 +8,8 @@
 
 namespace tracer {
 
-/// The colour without the alpha it is premultiplied by; black where alpha is 0. Three values a pixel, as in `image.rgb`.
+/// The colour without the alpha it is premultiplied by; black where alpha is 0. Three values a pixel, as in
+/// `image.rgb`.
 std::vector<float> straight_color(const Image& image);
 
 /// Three values a pixel. Values stay finite and non-negative where `linear` is; what clamp leaves above 1 is the
