@@ -11,4 +11,12 @@ nlohmann::ordered_json requirements_json(const tracer::Requirements& needs) {
   return members;
 }
 
+nlohmann::ordered_json reasons_json(const std::vector<tracer::RequirementReason>& reasons) {
+  nlohmann::ordered_json members = nlohmann::ordered_json::object();
+  for (const auto& [name, needed] : tracer::requirement_names)
+    for (const tracer::RequirementReason& reason : reasons)
+      if (reason.needed == needed) members[std::string(name)] = reason.pointer;
+  return members;
+}
+
 }  // namespace api

@@ -11,12 +11,15 @@
 namespace cli {
 namespace {
 
-void print_requirements(const tracer::Requirements& needs) {
-  std::fputs("valid; needs:", stdout);
-  for (const auto& [name, needed] : tracer::requirement_names) {
-    if (needs.*needed) std::printf(" %.*s", static_cast<int>(name.size()), name.data());
-  }
-  std::fputs("\n", stdout);
+/// What is needed, and the first part of the document that needs it.
+void print_requirements(const tracer::Scene& scene) {
+  std::vector<tracer::RequirementReason> reasons;
+  tracer::requirements(scene, &reasons);
+  std::puts("valid; needs:");
+  for (const auto& [name, needed] : tracer::requirement_names)
+    for (const tracer::RequirementReason& reason : reasons)
+      if (reason.needed == needed)
+        std::printf("  %-22.*s %s\n", static_cast<int>(name.size()), name.data(), fragment(reason.pointer).c_str());
 }
 
 /// The reply of POST /v1/jobs/validate; a document that cannot be read at all is one issue of the whole.
@@ -50,7 +53,7 @@ ExitCode check(const Options& options) {
   if (options.json) {
     std::fputs(verdict(document).c_str(), stdout);
   } else if (document) {
-    print_requirements(tracer::requirements(document->scene));
+    print_requirements(document->scene);
   } else {
     print_issues(stdout, document.error());
   }

@@ -1,7 +1,9 @@
 #pragma once
 /// What a scene needs, and so what will be modelled: rays of a kind that nothing asks for are never made.
 
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "tracer/scene.h"
 
@@ -14,6 +16,7 @@ struct Requirements {
   bool shadows = false;               ///< a light casts them and there is something to shade
   bool transmissive_shadows = false;  ///< an occluder lets light through
   bool soft_lights = false;           ///< a light has a length, an area or a surface
+  bool many_lights = false;           ///< so many that those which cannot matter are worth telling apart
   bool absorption = false;            ///< a solid takes light on the way through
   bool overlapping_media = false;     ///< transmissive solids may overlap: their priorities, or more than one, matter
   bool gouraud = false;               ///< the local model is evaluated at the corners of triangles
@@ -43,6 +46,7 @@ inline constexpr RequirementName requirement_names[] = {
     {"shadows", &Requirements::shadows},
     {"transmissive_shadows", &Requirements::transmissive_shadows},
     {"soft_lights", &Requirements::soft_lights},
+    {"many_lights", &Requirements::many_lights},
     {"absorption", &Requirements::absorption},
     {"overlapping_media", &Requirements::overlapping_media},
     {"gouraud", &Requirements::gouraud},
@@ -54,7 +58,14 @@ inline constexpr RequirementName requirement_names[] = {
     {"planes", &Requirements::planes},
 };
 
-/// Never fails. Only what the objects use counts: a glass material that no object has requires nothing.
-Requirements requirements(const Scene& scene);
+/// Why a scene needs something.
+struct RequirementReason {
+  bool Requirements::*needed;
+  std::string pointer;  ///< the first part of the document that needs it, e.g. "/materials/glass"
+};
+
+/// Never fails. Only what the objects use counts: a glass material that no object has requires nothing. `reasons`,
+/// unless null, receives one for each requirement that holds.
+Requirements requirements(const Scene& scene, std::vector<RequirementReason>* reasons = nullptr);
 
 }  // namespace tracer

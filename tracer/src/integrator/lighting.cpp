@@ -52,14 +52,20 @@ Color Wavefront::color_at(const RayQueue& rays, std::size_t hit) const {
 void Wavefront::shade_lights(const RayQueue& rays, std::uint32_t depth, Coherence coherence) {
   const std::uint32_t samples = scene_.accuracy.samples;
   const std::uint32_t soft_points = depth == 0 ? (light_points_min + samples - 1) / samples : 1;
+  const double spare =
+      scene_.needs.many_lights ? scene_.accuracy.cutoff / static_cast<double>(scene_.lights.size()) : 0;
+  spared_.assign(scene_.needs.many_lights ? hit_ray_.size() : 0, 0);
   for (std::uint32_t number = 0; number < scene_.lights.size(); ++number) {
     const TraceLight& light = scene_.lights[number];
     const std::uint32_t points = light.soft() ? soft_points : 1;
     for (std::uint32_t point = 0; point < points; ++point) {
       if (control_.cancelled()) return;
-      shade_light(rays, {light, number, point, points}, coherence);
+      const double so_far = number + (point + 1.0) / points;
+      shade_light(rays, {light, number, point, points, spare * so_far}, coherence);
     }
   }
+  for (const double spared : spared_)
+    statistics_.spared_light += static_cast<std::uint64_t>(std::ceil(spared / scene_.accuracy.cutoff * 0x1p20));
 }
 
 /// The samples of a pixel share one sequence per light and path, so that their points are stratified together;
@@ -94,6 +100,16 @@ void Wavefront::shade_light(const RayQueue& rays, const LightStep& step, Coheren
   shadow_.add_to(radiance_, media_, coherence);
 }
 
+/// Whether what the light gives, if nothing is in the way, is too little to ask. Lights share what may be missing of a
+/// hit, `cutoff`: each may leave out its own share and what those before it have not used.
+bool Wavefront::spares(std::size_t hit, const LightStep& step, const Color& contribution) {
+  const double spared = spared_[hit] + max_component(contribution);
+  if (!(spared <= step.spare)) return false;
+  ++statistics_.spared_shadow_rays;
+  spared_[hit] = spared;
+  return true;
+}
+
 void Wavefront::shade_facing(const RayQueue& rays, const LightStep& step, std::size_t hit, const Facing& facing) {
   const TraceLight& light = step.light;
   const Surface& surface = surface_[hit];
@@ -119,6 +135,7 @@ void Wavefront::shade_facing(const RayQueue& rays, const LightStep& step, std::s
                                 material.specular_color * (material.specular * spec);
   const Color contribution = weight_[hit] * light.radiance * reflected_light * strength;
   if (is_black(contribution)) return;
+  if (light.shadows && scene_.needs.many_lights && spares(hit, step, contribution)) return;
   if (light.shadows) {
     shadow_.push(offset_origin(facing.point, surface.geometric_normal, to_light), to_light, distance, contribution,
                  rays.sample(ray), hits_.primitive[ray], rays.media(ray));

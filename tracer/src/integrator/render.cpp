@@ -126,6 +126,8 @@ void add(RenderStatistics& total, const RenderStatistics& part) {
   total.rays.refraction += part.rays.refraction;
   total.samples += part.samples;
   total.non_finite += part.non_finite;
+  total.spared_shadow_rays += part.spared_shadow_rays;
+  total.spared_light += part.spared_light;
   total.cut_branches += part.cut_branches;
   total.truncated_branches += part.truncated_branches;
 }

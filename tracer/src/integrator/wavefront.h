@@ -34,6 +34,7 @@ struct LightStep {
   const TraceLight& light;
   std::uint32_t number = 0;  ///< of the light
   std::uint32_t point = 0, points = 1;
+  double spare = 0;  ///< of a hit's light may be missing once this step is done; see shade_facing
 };
 
 /// One thread's tracer with its scratch memory. Contributions to one sample are added in an order that depends on that
@@ -81,6 +82,7 @@ class Wavefront {
   void shade_own_light(const RayQueue& rays);
   void shade_lights(const RayQueue& rays, std::uint32_t depth, Coherence coherence);
   void shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence);
+  bool spares(std::size_t hit, const LightStep& step, const Color& contribution);
   void shade_facing(const RayQueue& rays, const LightStep& step, std::size_t hit, const Facing& facing);
   [[nodiscard]] Color color_at(const RayQueue& rays, std::size_t hit) const;
   [[nodiscard]] Vec3 point_of(const LightStep& step, const RayQueue& rays, std::size_t ray) const;
@@ -106,6 +108,7 @@ class Wavefront {
   std::vector<Surface> surface_;        ///< beside hit_ray_
   std::vector<Color> weight_;           ///< the ray's when it arrives, beside hit_ray_
   std::vector<Color> color_;            ///< C at the surface, beside hit_ray_
+  std::vector<double> spared_;          ///< light whose shadow rays were spared, beside hit_ray_; for many lights
 
   ShadowRays shadow_;
 };

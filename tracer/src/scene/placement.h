@@ -3,6 +3,7 @@
 
 #include <cassert>
 #include <cstddef>
+#include <string_view>
 
 #include "tracer/src/math/affine.h"
 
@@ -19,27 +20,31 @@ struct Placed {
   const Shape& shape;  ///< never an Instance
   MaterialId material;
   Affine world_from_object;  ///< exactly the identity where nothing transforms it
+  std::string_view group;    ///< where the document lists it: "/objects", or its prototype
+  std::size_t index;         ///< its place there
 };
 
 /// Calls visit(Placed) for every object, prototypes' objects once for each instance, in the document's order.
 /// Precondition: handles are valid and prototypes are not in a circle; the depth of recursion is that of the instances.
 template <class Visit>
-void for_each_placed(const Scene& scene, const std::vector<Object>& objects, const Affine& world_from_group,
-                     const std::optional<MaterialId>& material, const Visit& visit) {
+void for_each_placed(const Scene& scene, const std::vector<Object>& objects, std::string_view group,
+                     const Affine& world_from_group, const std::optional<MaterialId>& material, const Visit& visit) {
   for (const Object& object : objects) {
     const Affine world_from_object = object.transform ? world_from_group * affine(*object.transform) : world_from_group;
     if (const auto* instance = std::get_if<Instance>(&object.shape)) {
-      for_each_placed(scene, scene.prototypes[instance->of.index].objects, world_from_object,
+      const Prototype& prototype = scene.prototypes[instance->of.index];
+      for_each_placed(scene, prototype.objects, prototype.path, world_from_object,
                       material ? material : instance->material, visit);
     } else {
-      visit(Placed{object.shape, material.value_or(object.material), world_from_object});
+      visit(Placed{object.shape, material.value_or(object.material), world_from_object, group,
+                   static_cast<std::size_t>(&object - objects.data())});
     }
   }
 }
 
 template <class Visit>
 void for_each_placed(const Scene& scene, const Visit& visit) {
-  for_each_placed(scene, scene.objects, Affine{}, std::nullopt, visit);
+  for_each_placed(scene, scene.objects, "/objects", Affine{}, std::nullopt, visit);
 }
 
 /// The standard shape that a sphere, disc, cylinder, cone or box is an affine image of (accel/quadric.h), and the map.
