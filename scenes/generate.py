@@ -14,6 +14,7 @@ import zlib
 from features import instances, lights, shapes, transparency
 from meshes import add, box, cavity, lens, prism, quad, scaled, turned, unit
 from terrain import gradient_noise, ridges
+from views import haze, isometric, lens as lens_scene, panorama, shading, tone
 
 
 # ---- writing -------------------------------------------------------------------------------------------------------
@@ -378,7 +379,7 @@ def textures():
 
 
 SCENES = (tiny, whitted, sphereflake, cornell, mountain, glass, local_models, shapes, instances, lights, transparency,
-          textures)
+          textures, lens_scene, haze, isometric, panorama, shading, tone)
 
 
 def main():
