@@ -8,6 +8,7 @@
 
 #include "tracer/src/shapes/geometry_builder.h"
 #include "tracer/src/shapes/surface.h"
+#include "tracer/src/textures/normal_maps.h"
 #include "tracer/src/textures/texture_images.h"
 
 namespace tracer {
@@ -95,8 +96,8 @@ std::vector<MetFromBehind> met_from_behind(const CompiledScene& scene, Vec3 orig
 }
 
 /// Transmissive solids that hold the camera, outermost first: those met from behind both ahead and behind the camera; a
-/// disc or a hollow turned inside out is so on one side at most. A plane has one side only. For an orthographic window or a
-/// lens that a solid holds a part of, its centre decides.
+/// disc or a hollow turned inside out is so on one side at most. A plane has one side only. For an orthographic window
+/// or a lens that a solid holds a part of, its centre decides.
 std::vector<std::uint32_t> objects_around_camera(const CompiledScene& scene) {
   const auto [origin, ahead] = scene.camera.aim(0.5 * scene.image.width, 0.5 * scene.image.height);
   const std::vector<MetFromBehind> before = met_from_behind(scene, origin, ahead);
@@ -121,9 +122,11 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene
   if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled before building"};
   try {
     auto compiled = std::make_shared<CompiledScene>(scene, TraceFrame(finite_bounds(scene)));
-    auto images = texture_images(scene, assets);
+    if (compiled->needs.bump) read_normal_maps_as_linear(scene.background, compiled->materials, compiled->textures);
+    auto images = texture_images(compiled->textures, scene.assets, assets);
     if (!images) return images.error();
     compiled->images = std::move(*images);
+    compiled->background.emplace(scene.background, scene.camera.up, compiled->textures, compiled->images);
     if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled before building"};
     build_geometry(scene, *compiled);
     for (const Light& light : scene.lights) compiled->lights.push_back(trace_light(light, compiled->frame));

@@ -64,6 +64,7 @@ class Wavefront {
     BoundedPoint point;
     Vec3 normal, to_eye;
     double share = 1;  ///< of the hit's light
+    Vec3 unbent{};     ///< what a bent normal was: light from behind that shines on nothing. Zero: any
   };
 
   // wavefront.cpp
@@ -77,12 +78,21 @@ class Wavefront {
   void see_background(const RayQueue& rays, std::size_t ray, const Color& weight, std::uint32_t depth);
   void apply_depth_cue();
 
+  // bending.cpp: bump and normal maps
+  void bend_normals(const RayQueue& rays);
+
   // lighting.cpp: the local model
   void shade_own_light(const RayQueue& rays);
   void shade_lights(const RayQueue& rays, std::uint32_t depth, Coherence coherence);
   void shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence);
   void shade_facing(const RayQueue& rays, const LightStep& step, std::size_t hit, const Facing& facing);
   [[nodiscard]] Color color_at(const RayQueue& rays, std::size_t hit) const;
+  struct TextureOf {
+    const Texture& texture;
+    const ImageMap* image;
+  };
+  [[nodiscard]] TextureOf texture_of(TextureId id) const;
+  [[nodiscard]] Vec2 covered_of(const RayQueue& rays, std::size_t hit, const Texture& texture) const;
   [[nodiscard]] Vec3 point_of(const LightStep& step, const RayQueue& rays, std::size_t ray) const;
 
   // branching.cpp: mirrors and glass
@@ -106,6 +116,7 @@ class Wavefront {
   std::vector<Surface> surface_;        ///< beside hit_ray_
   std::vector<Color> weight_;           ///< the ray's when it arrives, beside hit_ray_
   std::vector<Color> color_;            ///< C at the surface, beside hit_ray_
+  std::vector<Vec3> unbent_;            ///< empty in scenes without bent normals; beside hit_ray_, zero where not bent
 
   ShadowRays shadow_;
 };

@@ -23,6 +23,27 @@ bool is_soft(const LightSource& source) {
          !std::holds_alternative<SpotLight>(source);
 }
 
+void require_background(Requirements& needs, const Scene& scene) {
+  const auto require = [&](TextureId texture) {
+    needs.environment = true;
+    needs.filtered_textures |= scene.textures[texture.index].filter == Texture::Filter::mipmap;
+  };
+  if (scene.background.environment) require(scene.background.environment->texture);
+  if (!scene.background.cube) return;
+  for (const TextureId face : scene.background.cube->faces) require(face);
+}
+
+void require_textures(Requirements& needs, const Scene& scene, const Material& material) {
+  const auto require = [&](TextureId texture) {
+    needs.textures = true;
+    needs.filtered_textures |= scene.textures[texture.index].filter == Texture::Filter::mipmap;
+  };
+  if (const auto* texture = std::get_if<TextureId>(&material.color)) require(*texture);
+  if (material.bump) require(material.bump->texture);
+  if (material.normal_map) require(*material.normal_map);
+  needs.bump |= material.bump || material.normal_map;
+}
+
 }  // namespace
 
 Requirements requirements(const Scene& scene) {
@@ -32,6 +53,7 @@ Requirements requirements(const Scene& scene) {
   needs.lens = scene.camera.aperture > 0 && scene.accuracy.samples > 1;
   needs.depth_cue = scene.depth_cue.has_value();
   needs.layers = scene.output.alpha || !scene.output.layers.empty();
+  require_background(needs, scene);
   for (const Light& light : scene.lights) {
     casting_light |= light.shadows;
     needs.soft_lights |= is_soft(light.source);
@@ -47,10 +69,7 @@ Requirements requirements(const Scene& scene) {
     needs.absorption |= transmits && !(material.absorption == Color{});
     needs.overlapping_media |= transmits && std::exchange(solid_seen, true);
     needs.gouraud |= material.shading == Material::Shading::gouraud;
-    if (const auto* texture = std::get_if<TextureId>(&material.color)) {
-      needs.textures = true;
-      needs.filtered_textures |= scene.textures[texture->index].filter == Texture::Filter::mipmap;
-    }
+    require_textures(needs, scene, material);
     needs.smooth_normals |= has_normals(object.shape);
     needs.spheres |= std::holds_alternative<Sphere>(object.shape);
     needs.planes |= std::holds_alternative<Plane>(object.shape);
