@@ -8,6 +8,7 @@
 
 #include "tracer/src/shapes/geometry_builder.h"
 #include "tracer/src/shapes/surface.h"
+#include "tracer/src/textures/normal_maps.h"
 #include "tracer/src/textures/texture_images.h"
 
 namespace tracer {
@@ -121,9 +122,11 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene
   if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled before building"};
   try {
     auto compiled = std::make_shared<CompiledScene>(scene, TraceFrame(finite_bounds(scene)));
-    auto images = texture_images(scene, assets);
+    if (compiled->needs.bump) read_normal_maps_as_linear(scene.background, compiled->materials, compiled->textures);
+    auto images = texture_images(compiled->textures, scene.assets, assets);
     if (!images) return images.error();
     compiled->images = std::move(*images);
+    compiled->background.emplace(scene.background, scene.camera.up, compiled->textures, compiled->images);
     if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled before building"};
     build_geometry(scene, *compiled);
     for (const Light& light : scene.lights) compiled->lights.push_back(trace_light(light, compiled->frame));

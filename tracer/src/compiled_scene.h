@@ -23,7 +23,6 @@ class CompiledScene {
         camera(scene.camera, scene.image, trace_frame),
         image(scene.image),
         accuracy(scene.accuracy),
-        background(scene.background, scene.camera.up),
         depth_cue(scene.depth_cue),
         output(scene.output),
         ambient(scene.ambient),
@@ -35,7 +34,7 @@ class CompiledScene {
   TraceCamera camera;
   ImageSize image;
   Accuracy accuracy;
-  TraceBackground background;
+  std::optional<TraceBackground> background;  ///< set once its textures are there
   std::optional<DepthCue> depth_cue;
   Output output;
   Color ambient;

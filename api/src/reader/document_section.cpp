@@ -62,11 +62,11 @@ bool read_document(Reading& reading, const Cursor& at) {
   fields.optional("name", Name{reading.scene().name});
   section("image", read_image);
   if (!section("camera", read_camera)) fields.tell_missing("camera");
-  section("background", read_background);
   section("depth_cue", read_depth_cue);
   fields.optional("ambient", reading.scene().ambient);
   section("lights", read_lights);
   section("textures", read_textures);
+  section("background", read_background);
   section("materials", read_materials);
   section("prototypes", read_prototypes);
   section("objects", read_objects);

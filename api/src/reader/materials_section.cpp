@@ -35,6 +35,19 @@ void read_reflection(Fields& fields, tracer::Material& material) {
   fields.optional("reflection", material.reflection);
 }
 
+void read_bump(Reading& reading, const Cursor& at, std::optional<tracer::Bump>& bump) {
+  Fields fields(reading, at, "material.bump", "a bump");
+  if (!fields) return;
+  bump.emplace().texture = {nothing};
+  if (const auto texture = fields.take("texture")) {
+    bump->texture = read_texture_reference(reading, *texture);
+  } else {
+    fields.tell_missing("texture");
+  }
+  fields.optional("scale", bump->scale);
+  fields.finish();
+}
+
 tracer::MaterialId add_material(Reading& reading, const Cursor& at) {
   std::vector<tracer::Material>& materials = reading.scene().materials;
   if (!has_room(reading, at, materials.size(), "materials", reading.limits.scene.materials)) return {nothing};
@@ -57,6 +70,8 @@ tracer::MaterialId add_material(Reading& reading, const Cursor& at) {
   fields.optional("priority", Integer<int>{material.priority, std::numeric_limits<int>::min()});
   fields.optional("absorption", material.absorption);
   fields.optional("shading", Word<Shading>{material.shading, "material.shading", shadings});
+  if (const auto normals = fields.take("normal_map")) material.normal_map = read_texture_reference(reading, *normals);
+  if (const auto bump = fields.take("bump")) read_bump(reading, *bump, material.bump);
   fields.finish();
   return id;
 }

@@ -1,6 +1,7 @@
 /// What the picture is of and how it is handed over: image, camera, background, depth cue, output.
 
 #include "api/src/reader/fields.h"
+#include "api/src/reader/references.h"
 #include "api/src/reader/sections.h"
 
 namespace api {
@@ -17,7 +18,8 @@ constexpr Word<Camera::Type>::Meaning camera_types[] = {{"perspective", Camera::
 constexpr Word<Overflow>::Meaning overflows[] = {
     {"clamp", Overflow::clamp}, {"scale", Overflow::scale}, {"reinhard", Overflow::reinhard}};
 constexpr Word<Format>::Meaning format_words[] = {
-    {"png", Format::png}, {"png16", Format::png16}, {"exr", Format::exr}, {"jpg", Format::jpg}, {"hdr", Format::hdr}};
+    {"png", Format::png}, {"png16", Format::png16}, {"exr", Format::exr},  {"jpg", Format::jpg},
+    {"hdr", Format::hdr}, {"webp", Format::webp},   {"tiff", Format::tiff}};
 constexpr Word<Layer>::Meaning layer_words[] = {{"depth", Layer::depth},
                                                 {"normal", Layer::normal},
                                                 {"albedo", Layer::albedo},
@@ -33,6 +35,23 @@ void read_crop(Reading& reading, const Cursor& at, std::optional<tracer::PixelWi
     well &= read(reading, element, Integer<std::uint32_t>{edges[element.index]});
   });
   if (well) crop = {edges[0], edges[1], edges[2], edges[3]};
+}
+
+/// All six faces; unset where it is no object.
+void read_cube(Reading& reading, const Cursor& at, std::optional<tracer::CubeMap>& cube) {
+  constexpr std::string_view names[] = {"+x", "-x", "+y", "-y", "+z", "-z"};
+  Fields fields(reading, at, "background.cube", "a cube");
+  if (!fields) return;
+  cube.emplace();
+  for (std::size_t face = 0; face < 6; ++face) {
+    if (const auto field = fields.take(names[face])) {
+      cube->faces[face] = read_texture_reference(reading, *field);
+    } else {
+      fields.tell_missing(names[face]);
+      cube->faces[face] = {nothing};
+    }
+  }
+  fields.finish();
 }
 
 template <class T>
@@ -79,7 +98,14 @@ void read_camera(Reading& reading, const Cursor& at) {
 void read_background(Reading& reading, const Cursor& at) {
   tracer::Background& background = reading.scene().background;
   Fields fields(reading, at, "background", "the background");
-  if (fields.has("zenith") || fields.has("nadir")) {
+  if (const auto environment = fields.take("environment")) {
+    fields.call_it("a background with an environment");
+    background.environment.emplace().texture = read_texture_reference(reading, *environment);
+    fields.optional("rotation", background.environment->rotation_deg);
+  } else if (const auto cube = fields.take("cube")) {
+    fields.call_it("a background with a cube");
+    read_cube(reading, *cube, background.cube);
+  } else if (fields.has("zenith") || fields.has("nadir")) {
     fields.call_it("a background with zenith and nadir");
     tracer::Gradient& gradient = background.gradient.emplace();
     fields.required("zenith", gradient.zenith);

@@ -8,19 +8,12 @@ struct Entry {
 };
 
 constexpr Entry table[] = {
-    {"background", "environment"},
-    {"background", "rotation"},
-    {"background", "cube"},
-    {"material", "bump"},
-    {"material", "normal_map"},
     {"object", "file"},
     {"accuracy", "preset"},
     {"accuracy", "target_error"},
     {"accuracy", "time_budget_ms"},
     {"accuracy", "approximate"},
     {"output.layers", "error"},
-    {"output.formats", "webp"},
-    {"output.formats", "tiff"},
     {"job", "run_after"},
     {"job", "deadline"},
     {"job", "expires_in"},

@@ -13,8 +13,8 @@
 namespace tracer {
 
 /// For display, after exposure, overflow and palette: sRGB (IEC 61966-2-1), clamped to [0,1], rounded to nearest.
-///   png: 8 bits, no dithering, `sRGB` chunk. png16: 16 bits, no palette. jpg: 8 bits, quality 95, no alpha: over
-///   black.
+///   png: 8 bits, no dithering, `sRGB` chunk. png16: 16 bits, no palette. tiff: as png16, deflated. jpg: 8 bits,
+///   quality 95, no palette and no alpha: over black. webp: the same, lossless.
 /// The radiance as it is, linear, unclamped:
 ///   exr: 32-bit float, ZIP compressed; layers are channels Z, normal.X .Y .Z, albedo.R .G .B, object_id and samples
 ///   (both 32-bit integers). hdr: 8-bit mantissas with a common exponent, no alpha: over black.
@@ -23,7 +23,8 @@ namespace tracer {
 Result<std::vector<std::uint8_t>, std::string> encode(const Image& image, Format format, const Output& output = {});
 
 /// Every format, the usual ones first.
-inline constexpr Format all_formats[] = {Format::png, Format::exr, Format::jpg, Format::hdr, Format::png16};
+inline constexpr Format all_formats[] = {Format::png,   Format::exr,  Format::jpg, Format::hdr,
+                                         Format::png16, Format::webp, Format::tiff};
 
 /// How documents call it: "png16".
 std::string_view name(Format format);

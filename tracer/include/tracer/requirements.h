@@ -22,8 +22,10 @@ struct Requirements {
   bool gouraud = false;               ///< the local model is evaluated at the corners of triangles
   bool lens = false;                  ///< camera rays start on a lens
   bool depth_cue = false;
-  bool layers = false;  ///< something is kept of what camera rays hit: layers or alpha
-  bool textures = false;
+  bool layers = false;             ///< something is kept of what camera rays hit: layers or alpha
+  bool environment = false;        ///< the background is looked up in textures
+  bool textures = false;           ///< of surfaces
+  bool bump = false;               ///< textures bend normals: bump or normal maps
   bool filtered_textures = false;  ///< one of them is filtered: rays carry the width of what they cover
   bool smooth_normals = false;
   bool triangles = false;
@@ -50,7 +52,13 @@ inline constexpr RequirementName requirement_names[] = {
     {"absorption", &Requirements::absorption},
     {"overlapping_media", &Requirements::overlapping_media},
     {"gouraud", &Requirements::gouraud},
+    {"lens", &Requirements::lens},
+    {"depth_cue", &Requirements::depth_cue},
+    {"layers", &Requirements::layers},
+    {"environment", &Requirements::environment},
     {"textures", &Requirements::textures},
+    {"filtered_textures", &Requirements::filtered_textures},
+    {"bump", &Requirements::bump},
     {"smooth_normals", &Requirements::smooth_normals},
     {"triangles", &Requirements::triangles},
     {"spheres", &Requirements::spheres},

@@ -89,9 +89,27 @@ struct Gradient {
   Color zenith{}, nadir{};
 };
 
+/// A texture once around the world: u = 1/2 looks along the world's -z projected across the camera's `up` (+x where up
+/// is along z) and grows to the right; v = 0 is straight down, 1 straight up. What a panorama camera sees that looks
+/// that way. Where the texture's scale is 1, u is closed into a circle and v ends at the poles, whatever its `wrap`.
+struct Environment {
+  TextureId texture{};
+  double rotation_deg = 0;  ///< about up, counter-clockwise for a viewer to whom it points; any finite angle
+};
+
+/// A texture on each face of a cube around the world, seen from inside with u to the right and v up: on the faces
+/// around, up is the world axis next to the camera's `up`; the faces above and below are seen by leaning back and forth
+/// from the one that faces -z (+x where up is z). Order: +x, -x, +y, -y, +z, -z.
+struct CubeMap {
+  std::array<TextureId, 6> faces{};
+};
+
+/// What every ray that hits nothing sees: `color`, or the one of the others that is set.
 struct Background {
-  Color color{};                       ///< every ray that hits nothing sees it
-  std::optional<Gradient> gradient{};  ///< instead of `color`
+  Color color{};
+  std::optional<Gradient> gradient{};
+  std::optional<Environment> environment{};
+  std::optional<CubeMap> cube{};
 };
 
 /// I' = S I + (1-S) color for what a camera ray sees, by its distance z along the viewing axis (a panorama: along the
@@ -209,6 +227,13 @@ struct Texture {
 
 using ColorOrTexture = std::variant<Color, TextureId>;
 
+/// A relief that bends normals and leaves the surface where it is (Blinn 1978, "Simulation of Wrinkled Surfaces"): its
+/// height above the front is `scale`, in scene units, times the mean of the texture's linear red, green and blue.
+struct Bump {
+  TextureId texture{};
+  double scale = 1;  ///< may be negative: dents for bumps
+};
+
 /// What a surface does with light (Whitted 1980; Phong 1975; Blinn 1977):
 ///   I_local = emission + K_a C I_a + sum_i f_i S_i I_i [ K_d C max(0,N.L) + K_s C_s spec ],  spec = 0 where N.L <= 0
 ///   I = I_local + K_r C_r I(reflected) + K_t C_t I(transmitted)
@@ -240,6 +265,10 @@ struct Material {
   /// the corners of the mesh's triangles and interpolated; on other shapes the same as smooth.
   enum class Shading { smooth, flat, gouraud };
   Shading shading = Shading::smooth;
+  /// Normals in the surface's own frame: (red, green, blue) = n/2 + 1/2 with n.x along dp/du, n.y along dp/dv and n.z
+  /// out of the front. A picture that tells no colour space is linear here, whatever its kind.
+  std::optional<TextureId> normal_map{};
+  std::optional<Bump> bump{};  ///< of the normal map's normals where there is one too
   /// K_r is multiplied by F and K_t by 1-F, F the exact unpolarised dielectric reflectance. The document's default is
   /// true where transmission > 0 is refracted; the reader resolves it, as it does reflection's default of 1 under
   /// fresnel.
@@ -352,13 +381,12 @@ struct Accuracy {
   std::uint64_t seed = 0;
 };
 
-enum class Format { png, png16, exr, jpg, hdr };
+enum class Format { png, png16, exr, jpg, hdr, webp, tiff };
 
 /// What is measured at the first thing that a camera ray hits, beside its colour: channels of an EXR.
 enum class Layer { depth, normal, albedo, object_id, samples };
 
-/// Exposure, overflow and palette are of the formats for display (png, png16, jpg): exr and hdr hold the
-/// radiance as it is.
+/// Exposure, overflow and palette are of the formats for display: exr and hdr hold the radiance as it is.
 struct Output {
   std::vector<Format> formats{Format::png};
   double exposure = 0;  ///< stops: the picture times 2^exposure

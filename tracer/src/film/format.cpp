@@ -20,6 +20,10 @@ Names names(Format format) {
       return {"jpg", "jpg", "image/jpeg"};
     case Format::hdr:
       return {"hdr", "hdr", "image/vnd.radiance"};
+    case Format::webp:
+      return {"webp", "webp", "image/webp"};
+    case Format::tiff:
+      return {"tiff", "tiff", "image/tiff"};
   }
   return {};
 }

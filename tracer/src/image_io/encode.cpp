@@ -118,6 +118,25 @@ Encoded encode_jpg(const Image& image, const Output& output) {
   return write("jpeg", spec, OIIO::TypeUInt8, picture.codes.data());
 }
 
+/// Lossless, or it would miss by more than one code. No alpha: the library would divide the colours by it once more.
+Encoded encode_webp(const Image& image, const Output& output) {
+  const auto picture = shown<std::uint8_t>(image, output, Alpha::over_black);
+  OIIO::ImageSpec spec = spec_of(image, 3, OIIO::TypeUInt8, "sRGB");
+  spec.attribute("compression", "lossless");
+  return write("webp", spec, OIIO::TypeUInt8, picture.codes.data());
+}
+
+Encoded encode_tiff(const Image& image, const Output& output) {
+  const auto picture = shown<std::uint16_t>(image, output);
+  OIIO::ImageSpec spec = spec_of(image, picture.channels, OIIO::TypeUInt16, "sRGB");
+  spec.attribute("compression", "zip");
+  // Said aloud it would go into an EXIF directory, which the library cannot write to memory without breaking the file;
+  // readers take RGB codes for sRGB anyway.
+  spec.erase_attribute("oiio:ColorSpace");
+  spec.attribute("DateTime", "");  // otherwise the library writes the time of day into the file
+  return write("tiff", spec, OIIO::TypeUInt16, picture.codes.data());
+}
+
 // ---- radiance ------------------------------------------------------------------------------------------------------
 
 OIIO::ImageSpec exr_spec(const Image& image, int channels) {
@@ -160,6 +179,10 @@ Encoded encode(const Image& image, Format format, const Output& output) {
       return encode_jpg(image, output);
     case Format::hdr:
       return encode_hdr(image);
+    case Format::webp:
+      return encode_webp(image, output);
+    case Format::tiff:
+      return encode_tiff(image, output);
   }
   return std::string("unknown picture format");
 }

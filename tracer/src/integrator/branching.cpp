@@ -59,6 +59,8 @@ void Wavefront::branch_at(const RayQueue& rays, std::size_t hit, Generation& nex
       transmitted_weight = {};
     } else if (refracts) {
       onward = refracted(direction, normal, cos_i, interface.cos_t, n_from, n_to);
+      // Refracted by a bent normal, a grazing ray can stay on its side: mirror it in the face too.
+      if (scene_.needs.bump && dot(onward, outward) > 0) onward = unit(reflected(onward, outward));
     }
   }
   if (!is_black(transmitted_weight))

@@ -37,14 +37,21 @@ Color Wavefront::color_at(const RayQueue& rays, std::size_t hit) const {
   const ColorOrTexture& color = scene_.materials[surface.material].color;
   const auto* id = std::get_if<TextureId>(&color);
   if (id == nullptr) return std::get<Color>(color);
-  const Texture& texture = scene_.textures[id->index];
-  Vec2 covered;
-  if (texture.filter == Texture::Filter::mipmap) {
-    const std::uint32_t ray = hit_ray_[hit];
-    covered = covered_uv(uv_gradients_at(scene_, hits_.at(ray), surface), surface.geometric_normal, rays.direction(ray),
-                         rays.cone(ray).width_at(hits_.t[ray]));
-  }
-  return texture_color(texture, surface.uv, covered, scene_.images[id->index].get());
+  const auto [texture, image] = texture_of(*id);
+  return texture_color(texture, surface.uv, covered_of(rays, hit, texture), image);
+}
+
+Wavefront::TextureOf Wavefront::texture_of(TextureId id) const {
+  return {scene_.textures[id.index], scene_.images[id.index].get()};
+}
+
+/// Nothing of a texture that is not filtered.
+Vec2 Wavefront::covered_of(const RayQueue& rays, std::size_t hit, const Texture& texture) const {
+  if (texture.filter != Texture::Filter::mipmap) return {};
+  const Surface& surface = surface_[hit];
+  const std::uint32_t ray = hit_ray_[hit];
+  return covered_uv(uv_gradients_at(scene_, hits_.at(ray), surface), surface.geometric_normal, rays.direction(ray),
+                    rays.cone(ray).width_at(hits_.t[ray]));
 }
 
 /// A soft light is known by as many points a hit that a pixel sees at least light_points_min of them; after a bounce,
@@ -88,7 +95,8 @@ void Wavefront::shade_light(const RayQueue& rays, const LightStep& step, Coheren
     const std::optional<Corners> corners = at_corners ? corners_at(scene_, hits_.at(ray)) : std::nullopt;
     if (!corners) {
       const BoundedPoint point{surface.point.position + surface.shadow_offset, surface.point.error};
-      shade_facing(rays, step, i, {point, surface.normal, -rays.direction(ray)});
+      shade_facing(rays, step, i,
+                   {point, surface.normal, -rays.direction(ray), 1, unbent_.empty() ? Vec3{} : unbent_[i]});
       continue;
     }
     for (const Corner& corner : *corners) {
@@ -127,7 +135,7 @@ void Wavefront::shade_facing(const RayQueue& rays, const LightStep& step, std::s
         attenuation_at(light.attenuation, scene_.frame.world_from_trace(distance)) * spot_factor(light, -to_light);
   }
   const double n_dot_l = dot(facing.normal, to_light);
-  if (!(n_dot_l > 0)) return;
+  if (!(n_dot_l > 0) || dot(facing.unbent, to_light) < 0) return;
   const double spec = material.specular > 0
                           ? specular_factor(material.model, material.shininess, facing.normal, to_light, facing.to_eye)
                           : 0;

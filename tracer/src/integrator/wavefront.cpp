@@ -84,6 +84,7 @@ void Wavefront::trace_generation(const Generation& generation, Generation& next)
 void Wavefront::trace_queue(const RayQueue& rays, std::uint32_t depth, Generation& next) {
   const Coherence coherence = depth == 0 ? Coherence::coherent : Coherence::incoherent;
   gather(rays, depth, coherence, next);
+  if (scene_.needs.bump) bend_normals(rays);
   shade_own_light(rays);
   if (notes_first_hits_ && depth == 0) note_first_hits(rays);
   shade_lights(rays, depth, coherence);
@@ -113,7 +114,9 @@ void Wavefront::gather(const RayQueue& rays, std::uint32_t depth, Coherence cohe
 
 void Wavefront::see_background(const RayQueue& rays, std::size_t ray, const Color& weight, std::uint32_t depth) {
   if (depth == 0 && scene_.output.alpha) return;  // transparent
-  radiance_[rays.sample(ray)] += weight * scene_.background.radiance(rays.direction(ray));
+  const bool looks_up = scene_.needs.environment && scene_.needs.filtered_textures;
+  const double spread = looks_up ? std::abs(rays.cone(ray).spread) : 0;
+  radiance_[rays.sample(ray)] += weight * scene_.background->radiance(rays.direction(ray), spread);
 }
 
 void Wavefront::note_first_hits(const RayQueue& rays) {

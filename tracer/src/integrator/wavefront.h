@@ -65,6 +65,7 @@ class Wavefront {
     BoundedPoint point;
     Vec3 normal, to_eye;
     double share = 1;  ///< of the hit's light
+    Vec3 unbent{};     ///< what a bent normal was: light from behind that shines on nothing. Zero: any
   };
 
   // wavefront.cpp
@@ -78,6 +79,9 @@ class Wavefront {
   void see_background(const RayQueue& rays, std::size_t ray, const Color& weight, std::uint32_t depth);
   void apply_depth_cue();
 
+  // bending.cpp: bump and normal maps
+  void bend_normals(const RayQueue& rays);
+
   // lighting.cpp: the local model
   void shade_own_light(const RayQueue& rays);
   void shade_lights(const RayQueue& rays, std::uint32_t depth, Coherence coherence);
@@ -85,6 +89,12 @@ class Wavefront {
   bool spares(std::size_t hit, const LightStep& step, const Color& contribution);
   void shade_facing(const RayQueue& rays, const LightStep& step, std::size_t hit, const Facing& facing);
   [[nodiscard]] Color color_at(const RayQueue& rays, std::size_t hit) const;
+  struct TextureOf {
+    const Texture& texture;
+    const ImageMap* image;
+  };
+  [[nodiscard]] TextureOf texture_of(TextureId id) const;
+  [[nodiscard]] Vec2 covered_of(const RayQueue& rays, std::size_t hit, const Texture& texture) const;
   [[nodiscard]] Vec3 point_of(const LightStep& step, const RayQueue& rays, std::size_t ray) const;
 
   // branching.cpp: mirrors and glass
@@ -109,6 +119,7 @@ class Wavefront {
   std::vector<Color> weight_;           ///< the ray's when it arrives, beside hit_ray_
   std::vector<Color> color_;            ///< C at the surface, beside hit_ray_
   std::vector<double> spared_;          ///< light whose shadow rays were spared, beside hit_ray_; for many lights
+  std::vector<Vec3> unbent_;            ///< empty in scenes without bent normals; beside hit_ray_, zero where not bent
 
   ShadowRays shadow_;
 };

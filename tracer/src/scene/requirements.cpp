@@ -34,6 +34,7 @@ class Finder {
     need(&Requirements::depth_cue, scene_.depth_cue.has_value(), "/depth_cue");
     need(&Requirements::layers, !scene_.output.layers.empty(), "/output/layers");
     need(&Requirements::layers, scene_.output.alpha, "/output/alpha");
+    look_at(scene_.background);
     for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
       if (scene_.lights[i].shadows && !caster_) caster_ = i;
       need(&Requirements::soft_lights, is_soft(scene_.lights[i].source), "/lights/", i);
@@ -59,6 +60,19 @@ class Finder {
     if (needed && !(needs_.*what)) need(what, true, std::string(list) + std::to_string(index));
   }
 
+  /// A texture that `what` stands for.
+  void look_at(bool Requirements::*what, TextureId texture, std::string_view where) {
+    need(what, true, where);
+    need(&Requirements::filtered_textures, scene_.textures[texture.index].filter == Texture::Filter::mipmap, where);
+  }
+
+  void look_at(const Background& background) {
+    if (background.environment)
+      look_at(&Requirements::environment, background.environment->texture, "/background/environment");
+    if (!background.cube) return;
+    for (const TextureId face : background.cube->faces) look_at(&Requirements::environment, face, "/background/cube");
+  }
+
   void look_at(const Material& material) {
     const bool transmits = material.transmission > 0;
     const bool refracts = transmits && material.transparency == Material::Transparency::refract;
@@ -70,10 +84,10 @@ class Finder {
     need(&Requirements::absorption, transmits && !(material.absorption == Color{}), where);
     need(&Requirements::overlapping_media, transmits && std::exchange(solid_seen_, true), where);
     need(&Requirements::gouraud, material.shading == Material::Shading::gouraud, where);
-    if (const auto* texture = std::get_if<TextureId>(&material.color)) {
-      need(&Requirements::textures, true, where);
-      need(&Requirements::filtered_textures, scene_.textures[texture->index].filter == Texture::Filter::mipmap, where);
-    }
+    if (const auto* texture = std::get_if<TextureId>(&material.color)) look_at(&Requirements::textures, *texture, where);
+    if (material.bump) look_at(&Requirements::textures, material.bump->texture, where);
+    if (material.normal_map) look_at(&Requirements::textures, *material.normal_map, where);
+    need(&Requirements::bump, material.bump || material.normal_map, where);
     if (caster_) need(&Requirements::shadows, material.diffuse > 0 || material.specular > 0, "/lights/", *caster_);
     transmissive_ = transmits && transmissive_.empty() ? where : transmissive_;
     need(&Requirements::transmissive_shadows, needs_.shadows && needs_.refraction, transmissive_);

@@ -69,12 +69,28 @@ void check_camera(Checks& checks, const Camera& camera) {
   if (camera.focus_distance) checks.length({where, "focus_distance"}, *camera.focus_distance);
 }
 
-void check_background(Checks& checks, const Background& background) {
+bool check_texture(Checks& checks, const Where& where, TextureId texture, std::size_t texture_count) {
+  return texture.index < texture_count ||
+         checks.tell(where, "unknown_reference", "there is no texture " + std::to_string(texture.index));
+}
+
+void check_background(Checks& checks, const Background& background, std::size_t texture_count) {
   const Where where("/background");
   checks.color({where, "color"}, background.color);
-  if (!background.gradient) return;
-  checks.color({where, "zenith"}, background.gradient->zenith);
-  checks.color({where, "nadir"}, background.gradient->nadir);
+  if (background.gradient) {
+    checks.color({where, "zenith"}, background.gradient->zenith);
+    checks.color({where, "nadir"}, background.gradient->nadir);
+  }
+  if (background.environment) {
+    check_texture(checks, {where, "environment"}, background.environment->texture, texture_count);
+    checks.finite({where, "rotation"}, background.environment->rotation_deg);
+  }
+  if (!background.cube) return;
+  constexpr std::string_view faces[] = {"+x", "-x", "+y", "-y", "+z", "-z"};
+  const Where cube(where, "cube");
+  for (std::size_t face = 0; face < 6; ++face) {
+    check_texture(checks, {cube, faces[face]}, background.cube->faces[face], texture_count);
+  }
 }
 
 void check_depth_cue(Checks& checks, const DepthCue& cue) {
@@ -200,8 +216,14 @@ void check_material(Checks& checks, const Material& material, std::size_t textur
   const Where where(material.path);
   if (const auto* color = std::get_if<Color>(&material.color)) {
     checks.color({where, "color"}, *color);
-  } else if (const auto texture = std::get<TextureId>(material.color); texture.index >= texture_count) {
-    checks.tell({where, "color"}, "unknown_reference", "there is no texture " + std::to_string(texture.index));
+  } else {
+    check_texture(checks, {where, "color"}, std::get<TextureId>(material.color), texture_count);
+  }
+  if (material.normal_map) check_texture(checks, {where, "normal_map"}, *material.normal_map, texture_count);
+  if (material.bump) {
+    const Where bump(where, "bump");
+    check_texture(checks, {bump, "texture"}, material.bump->texture, texture_count);
+    checks.coordinate({bump, "scale"}, material.bump->scale);
   }
   checks.not_negative({where, "ambient"}, material.ambient);
   checks.not_negative({where, "diffuse"}, material.diffuse);
@@ -277,7 +299,7 @@ std::vector<Issue> validate(const Scene& scene, const Limits& limits, const std:
   Checks checks(limits, known);
   check_image(checks, scene.image);
   check_camera(checks, scene.camera);
-  check_background(checks, scene.background);
+  check_background(checks, scene.background, scene.textures.size());
   if (scene.depth_cue) check_depth_cue(checks, *scene.depth_cue);
   checks.color(Where("/ambient"), scene.ambient);
   check_lights(checks, scene.lights);

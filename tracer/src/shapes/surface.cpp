@@ -140,6 +140,10 @@ Vec2 uv_at(const CompiledScene& scene, const Hit& hit, const Local& local) {
   return plane_uv(scene, scene.axes_of_object[local.object], local.point.position - set.planes.point[primitive]);
 }
 
+bool is_textured(const Material& material) {
+  return std::holds_alternative<TextureId>(material.color) || material.bump || material.normal_map;
+}
+
 }  // namespace
 
 std::optional<Corners> corners_at(const CompiledScene& scene, const Hit& hit) {
@@ -174,8 +178,7 @@ Surface surface_at(const CompiledScene& scene, const Hit& hit, const Vec3& origi
   surface.normal = surface.back ? -outward : outward;
   // Seen from behind the curved surface is on the other side of the facet: nothing to correct there.
   if (!flat && !surface.back) surface.shadow_offset = local.shadow_offset;
-  if (scene.needs.textures && std::holds_alternative<TextureId>(scene.materials[surface.material].color))
-    surface.uv = uv_at(scene, hit, local);
+  if (scene.needs.textures && is_textured(scene.materials[surface.material])) surface.uv = uv_at(scene, hit, local);
   return surface;
 }
 

@@ -28,18 +28,26 @@ inline Color pattern_color(const NoiseTexture& noise, const Vec2& uv, const Vec2
   return noise.colors[0] * (1 - t) + noise.colors[1] * t;
 }
 
-/// Colour of `texture` at the surface coordinates `uv`, filtered over `width` of them where the texture is filtered at
-/// all. `image` is an ImageTexture's picture, null for all others; `wraps` the texture's own unless the caller knows
-/// better.
-inline Color texture_color(const Texture& texture, const Vec2& uv, const Vec2& width, const ImageMap* image,
-                           const Wraps& wraps) {
+/// A place in a texture's own coordinates, and the rectangle around it that is covered: none where the texture is not
+/// filtered.
+struct Lookup {
+  Vec2 at, covered;
+};
+
+/// The lookup for the surface coordinates `uv` and `width` of them.
+inline Lookup lookup(const Texture& texture, const Vec2& uv, const Vec2& width) {
   const auto near = [](double x) { return std::clamp(x, -coordinate_reach, coordinate_reach); };
   const Vec2 at{near(uv.x * texture.scale.x + texture.offset.x), near(uv.y * texture.scale.y + texture.offset.y)};
-  const bool filtered = texture.filter == Texture::Filter::mipmap;
-  const Vec2 covered =
-      filtered ? Vec2{near(width.x * std::abs(texture.scale.x)), near(width.y * std::abs(texture.scale.y))} : Vec2{};
+  if (texture.filter != Texture::Filter::mipmap) return {at, {}};
+  return {at, {near(width.x * std::abs(texture.scale.x)), near(width.y * std::abs(texture.scale.y))}};
+}
+
+/// The mean of what is covered. `image` is an ImageTexture's picture, null for all others; `wraps` the texture's own
+/// unless the caller knows better.
+inline Color texture_color(const Texture& texture, const Lookup& place, const ImageMap* image, const Wraps& wraps) {
+  const auto& [at, covered] = place;
   if (image != nullptr) {
-    if (filtered) return image->trilinear(at, covered, wraps);
+    if (texture.filter == Texture::Filter::mipmap) return image->trilinear(at, covered, wraps);
     return texture.filter == Texture::Filter::bilinear ? image->bilinear(at, wraps) : image->nearest(at, wraps);
   }
   if (const auto* checker = std::get_if<CheckerTexture>(&texture.pattern))
@@ -49,9 +57,11 @@ inline Color texture_color(const Texture& texture, const Vec2& uv, const Vec2& w
   return pattern_color(std::get<NoiseTexture>(texture.pattern), at, covered, wraps.v);
 }
 
+/// Colour of `texture` at the surface coordinates `uv`, filtered over `width` of them where the texture is filtered at
+/// all.
 inline Color texture_color(const Texture& texture, const Vec2& uv, const Vec2& width = {},
                            const ImageMap* image = nullptr) {
-  return texture_color(texture, uv, width, image, {texture.wrap, texture.wrap});
+  return texture_color(texture, lookup(texture, uv, width), image, {texture.wrap, texture.wrap});
 }
 
 }  // namespace tracer

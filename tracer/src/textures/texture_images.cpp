@@ -7,12 +7,13 @@
 
 namespace tracer {
 
-Result<TextureImages, Failure> texture_images(const Scene& scene, const Assets& assets) {
+Result<TextureImages, Failure> texture_images(const std::vector<Texture>& textures, const std::vector<Asset>& assets,
+                                              const Assets& content) {
   using Key = std::pair<std::uint32_t, std::optional<ColorSpace>>;
   std::map<Key, std::shared_ptr<const ImageMap>> made;
   TextureImages images;
-  images.reserve(scene.textures.size());
-  for (const Texture& texture : scene.textures) {
+  images.reserve(textures.size());
+  for (const Texture& texture : textures) {
     const auto* picture = std::get_if<ImageTexture>(&texture.pattern);
     if (picture == nullptr) {
       images.emplace_back();
@@ -22,11 +23,10 @@ Result<TextureImages, Failure> texture_images(const Scene& scene, const Assets& 
     std::shared_ptr<const ImageMap>& image = made[{index, picture->color_space}];
     if (!image) {
       std::span<const std::uint8_t> bytes;
-      if (index < assets.bytes.size()) bytes = assets.bytes[index];
+      if (index < content.bytes.size()) bytes = content.bytes[index];
       auto decoded = decode(bytes, picture->color_space, {});
       if (!decoded) {
-        return Failure{Failure::Code::bad_asset, scene.assets[index].name + ": " + decoded.error(),
-                       texture.path + "/file"};
+        return Failure{Failure::Code::bad_asset, assets[index].name + ": " + decoded.error(), texture.path + "/file"};
       }
       image = std::make_shared<const ImageMap>(std::move(*decoded));
     }

@@ -1,5 +1,5 @@
 #pragma once
-/// From the scene's picture files to the pyramids that textures are looked up in.
+/// From a scene's picture files to the pyramids that textures are looked up in.
 
 #include <memory>
 #include <vector>
@@ -11,8 +11,9 @@ namespace tracer {
 
 using TextureImages = std::vector<std::shared_ptr<const ImageMap>>;
 
-/// One for each of the scene's textures, null where it is no image; textures of the same file in the same colour space
+/// One for each texture, null where it is no image; textures of the same file in the same colour space
 /// share one. Fails with `bad_asset`.
-Result<TextureImages, Failure> texture_images(const Scene& scene, const Assets& assets);
+Result<TextureImages, Failure> texture_images(const std::vector<Texture>& textures, const std::vector<Asset>& assets,
+                                              const Assets& content);
 
 }  // namespace tracer
