@@ -68,7 +68,8 @@ Batch camera_rays(const CompiledScene& scene, const std::vector<Pixel>& pixels, 
 }
 
 /// Traces one tile into `image`. False: cancelled.
-bool render_tile(const CompiledScene& scene, const PixelWindow& tile, Wavefront& wavefront, Image& image) {
+template <class Model>
+bool render_tile(const CompiledScene& scene, const PixelWindow& tile, Wavefront<Model>& wavefront, Image& image) {
   const std::vector<Pixel> pixels = block_order(tile);
   const auto pixel_count = static_cast<std::uint32_t>(pixels.size());
   std::vector<PixelSum> sums(pixel_count);
@@ -95,28 +96,29 @@ bool render_tile(const CompiledScene& scene, const PixelWindow& tile, Wavefront&
 }
 
 /// Tracers with their scratch memory, one for each thread that wants one at the same time.
+template <class Model>
 class WavefrontPool {
  public:
   WavefrontPool(const CompiledScene& scene, const RenderControl& control) : scene_(scene), control_(control) {}
 
-  std::unique_ptr<Wavefront> take() {
+  std::unique_ptr<Wavefront<Model>> take() {
     const std::lock_guard lock(mutex_);
-    if (idle_.empty()) return std::make_unique<Wavefront>(scene_, control_);
-    std::unique_ptr<Wavefront> wavefront = std::move(idle_.back());
+    if (idle_.empty()) return std::make_unique<Wavefront<Model>>(scene_, control_);
+    std::unique_ptr<Wavefront<Model>> wavefront = std::move(idle_.back());
     idle_.pop_back();
     return wavefront;
   }
-  void give_back(std::unique_ptr<Wavefront> wavefront) {
+  void give_back(std::unique_ptr<Wavefront<Model>> wavefront) {
     const std::lock_guard lock(mutex_);
     idle_.push_back(std::move(wavefront));
   }
-  [[nodiscard]] const std::vector<std::unique_ptr<Wavefront>>& idle() const { return idle_; }
+  [[nodiscard]] const std::vector<std::unique_ptr<Wavefront<Model>>>& idle() const { return idle_; }
 
  private:
   const CompiledScene& scene_;
   const RenderControl& control_;
   std::mutex mutex_;
-  std::vector<std::unique_ptr<Wavefront>> idle_;
+  std::vector<std::unique_ptr<Wavefront<Model>>> idle_;
 };
 
 void add(RenderStatistics& total, const RenderStatistics& part) {
@@ -132,9 +134,9 @@ void add(RenderStatistics& total, const RenderStatistics& part) {
   total.truncated_branches += part.truncated_branches;
 }
 
-}  // namespace
-
-Result<Rendered, Failure> render(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control) {
+template <class Model>
+Result<Rendered, Failure> render_with(const CompiledScene& scene, const RenderSettings& settings,
+                                      RenderControl& control) {
   try {
     Rendered rendered;
     Image& image = rendered.image;
@@ -142,10 +144,10 @@ Result<Rendered, Failure> render(const CompiledScene& scene, const RenderSetting
     allocate(image, window, scene.output);
     const std::uint64_t tiles = tile_count(window);
     control.begin(tiles);
-    WavefrontPool pool(scene, control);
+    WavefrontPool<Model> pool(scene, control);
     for_each_tile(tiles, settings.threads, [&](std::uint64_t index) {
       if (control.cancelled()) return;
-      std::unique_ptr<Wavefront> wavefront = pool.take();
+      auto wavefront = pool.take();
       const bool done = render_tile(scene, tile_at(window, index), *wavefront, image);
       pool.give_back(std::move(wavefront));
       if (done) control.finish_tile();
@@ -156,6 +158,13 @@ Result<Rendered, Failure> render(const CompiledScene& scene, const RenderSetting
   } catch (const std::bad_alloc&) {
     return Failure{Failure::Code::out_of_memory, "no memory for the picture or its rays"};
   }
+}
+
+}  // namespace
+
+Result<Rendered, Failure> render(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control) {
+  if (suffices<ClassicModel>(scene.needs)) return render_with<ClassicModel>(scene, settings, control);
+  return render_with<FullModel>(scene, settings, control);
 }
 
 }  // namespace tracer

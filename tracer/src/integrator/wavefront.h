@@ -7,16 +7,11 @@
 
 #include "tracer/render.h"
 #include "tracer/src/integrator/first_hits.h"
+#include "tracer/src/integrator/generation.h"
+#include "tracer/src/integrator/model.h"
 #include "tracer/src/integrator/shadow_rays.h"
 
 namespace tracer {
-
-/// Rays of one depth, by kind.
-struct Generation {
-  RayQueue camera, reflection, refraction;
-  std::uint32_t depth = 0;  ///< 0: camera rays
-  [[nodiscard]] std::size_t size() const { return camera.size() + reflection.size() + refraction.size(); }
-};
 
 /// Camera rays to be traced together. Samples are numbered from 0, ascending in the queue.
 struct Batch {
@@ -40,14 +35,11 @@ struct LightStep {
 /// One thread's tracer with its scratch memory. Contributions to one sample are added in an order that depends on that
 /// sample alone (generation, then kind, then the order of the parents, then light), so no choice of batch, tile or
 /// thread changes a bit of the picture.
+template <class Model>
 class Wavefront {
  public:
   Wavefront(const CompiledScene& scene, const RenderControl& control)
-      : scene_(scene),
-        control_(control),
-        notes_first_hits_(scene.needs.depth_cue || scene.needs.layers),
-        media_(scene),
-        shadow_(scene, control) {}
+      : scene_(scene), control_(control), media_(scene), shadow_(scene, control) {}
 
   /// Traces a batch to the end. False: cancelled; then the radiances mean nothing. Throws std::bad_alloc.
   bool trace(Batch batch);
@@ -68,7 +60,20 @@ class Wavefront {
     Vec3 unbent{};     ///< what a bent normal was: light from behind that shines on nothing. Zero: any
   };
 
-  // wavefront.cpp
+  /// Whether the scene needs it; false while it is compiled where the model does not hold it.
+  template <bool Requirements::*need>
+  [[nodiscard]] bool needs() const {
+    if constexpr (Model::holds(need)) {
+      return scene_.needs.*need;
+    } else {
+      return false;
+    }
+  }
+  [[nodiscard]] bool notes_first_hits() const {
+    return needs<&Requirements::depth_cue>() || needs<&Requirements::layers>();
+  }
+
+  // tracing.h
   void trace_generation(const Generation& generation, Generation& next);
   void trace_queue(const RayQueue& rays, std::uint32_t depth, Generation& next);
   void gather(const RayQueue& rays, std::uint32_t depth, Coherence coherence, Generation& next);
@@ -79,10 +84,10 @@ class Wavefront {
   void see_background(const RayQueue& rays, std::size_t ray, const Color& weight, std::uint32_t depth);
   void apply_depth_cue();
 
-  // bending.cpp: bump and normal maps
+  // bending.h: bump and normal maps
   void bend_normals(const RayQueue& rays);
 
-  // lighting.cpp: the local model
+  // lighting.h: the local model
   void shade_own_light(const RayQueue& rays);
   void shade_lights(const RayQueue& rays, std::uint32_t depth, Coherence coherence);
   void shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence);
@@ -97,7 +102,7 @@ class Wavefront {
   [[nodiscard]] Vec2 covered_of(const RayQueue& rays, std::size_t hit, const Texture& texture) const;
   [[nodiscard]] Vec3 point_of(const LightStep& step, const RayQueue& rays, std::size_t ray) const;
 
-  // branching.cpp: mirrors and glass
+  // branching.h: mirrors and glass
   void branch(const RayQueue& rays, Generation& next);
   void branch_at(const RayQueue& rays, std::size_t hit, Generation& next);
   void emit(Generation& next, RayQueue Generation::*kind, const RayQueue& rays, std::size_t hit, const Vec3& direction,
@@ -108,7 +113,6 @@ class Wavefront {
   RenderStatistics statistics_;
   std::vector<Color> radiance_;
   std::vector<Batch::Sample> samples_;
-  const bool notes_first_hits_;
   FirstHits first_hits_;
   Media media_;
 

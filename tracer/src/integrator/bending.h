@@ -1,3 +1,4 @@
+#pragma once
 /// Wavefront, bump and normal maps: the normals that hits are shaded with, before anything is shaded.
 
 #include "tracer/src/integrator/wavefront.h"
@@ -6,7 +7,8 @@
 
 namespace tracer {
 
-void Wavefront::bend_normals(const RayQueue& rays) {
+template <class Model>
+void Wavefront<Model>::bend_normals(const RayQueue& rays) {
   unbent_.clear();
   for (std::size_t hit = 0; hit < hit_ray_.size(); ++hit) {
     Surface& surface = surface_[hit];

@@ -1,3 +1,4 @@
+#pragma once
 /// Wavefront, the local model: what the surface itself gives, and what lights give it.
 
 #include <limits>
@@ -10,19 +11,17 @@
 #include "tracer/src/textures/texture.h"
 
 namespace tracer {
-namespace {
 
 /// A penumbra of 16 stratified points a pixel has a standard error of some 3 % of the light at worst.
-constexpr std::uint32_t light_points_min = 16;
+inline constexpr std::uint32_t light_points_min = 16;
 
 /// What is left of the ambient and diffuse light of a surface that interpolates it with what is behind.
-double body(const Material& material) {
+inline double body(const Material& material) {
   return material.transparency == Material::Transparency::interpolated ? 1 - material.transmission : 1;
 }
 
-}  // namespace
-
-void Wavefront::shade_own_light(const RayQueue& rays) {
+template <class Model>
+void Wavefront<Model>::shade_own_light(const RayQueue& rays) {
   color_.clear();
   for (std::size_t i = 0; i < hit_ray_.size(); ++i) {
     const Material& material = scene_.materials[surface_[i].material];
@@ -32,7 +31,8 @@ void Wavefront::shade_own_light(const RayQueue& rays) {
   }
 }
 
-Color Wavefront::color_at(const RayQueue& rays, std::size_t hit) const {
+template <class Model>
+Color Wavefront<Model>::color_at(const RayQueue& rays, std::size_t hit) const {
   const Surface& surface = surface_[hit];
   const ColorOrTexture& color = scene_.materials[surface.material].color;
   const auto* id = std::get_if<TextureId>(&color);
@@ -41,12 +41,14 @@ Color Wavefront::color_at(const RayQueue& rays, std::size_t hit) const {
   return texture_color(texture, surface.uv, covered_of(rays, hit, texture), image);
 }
 
-Wavefront::TextureOf Wavefront::texture_of(TextureId id) const {
+template <class Model>
+typename Wavefront<Model>::TextureOf Wavefront<Model>::texture_of(TextureId id) const {
   return {scene_.textures[id.index], scene_.images[id.index].get()};
 }
 
 /// Nothing of a texture that is not filtered.
-Vec2 Wavefront::covered_of(const RayQueue& rays, std::size_t hit, const Texture& texture) const {
+template <class Model>
+Vec2 Wavefront<Model>::covered_of(const RayQueue& rays, std::size_t hit, const Texture& texture) const {
   if (texture.filter != Texture::Filter::mipmap) return {};
   const Surface& surface = surface_[hit];
   const std::uint32_t ray = hit_ray_[hit];
@@ -56,12 +58,13 @@ Vec2 Wavefront::covered_of(const RayQueue& rays, std::size_t hit, const Texture&
 
 /// A soft light is known by as many points a hit that a pixel sees at least light_points_min of them; after a bounce,
 /// by one.
-void Wavefront::shade_lights(const RayQueue& rays, std::uint32_t depth, Coherence coherence) {
+template <class Model>
+void Wavefront<Model>::shade_lights(const RayQueue& rays, std::uint32_t depth, Coherence coherence) {
   const std::uint32_t samples = scene_.accuracy.samples;
   const std::uint32_t soft_points = depth == 0 ? (light_points_min + samples - 1) / samples : 1;
   const double spare =
-      scene_.needs.many_lights ? scene_.accuracy.cutoff / static_cast<double>(scene_.lights.size()) : 0;
-  spared_.assign(scene_.needs.many_lights ? hit_ray_.size() : 0, 0);
+      needs<&Requirements::many_lights>() ? scene_.accuracy.cutoff / static_cast<double>(scene_.lights.size()) : 0;
+  spared_.assign(needs<&Requirements::many_lights>() ? hit_ray_.size() : 0, 0);
   for (std::uint32_t number = 0; number < scene_.lights.size(); ++number) {
     const TraceLight& light = scene_.lights[number];
     const std::uint32_t points = light.soft() ? soft_points : 1;
@@ -77,7 +80,8 @@ void Wavefront::shade_lights(const RayQueue& rays, std::uint32_t depth, Coherenc
 
 /// The samples of a pixel share one sequence per light and path, so that their points are stratified together;
 /// shuffled, since the same index chose the place in the pixel.
-Vec3 Wavefront::point_of(const LightStep& step, const RayQueue& rays, std::size_t ray) const {
+template <class Model>
+Vec3 Wavefront<Model>::point_of(const LightStep& step, const RayQueue& rays, std::size_t ray) const {
   if (!step.light.soft()) return step.light.position;
   const Batch::Sample& sample = samples_[rays.sample(ray)];
   const std::uint64_t choice = (std::uint64_t{rays.path(ray)} << 32) | (step.number + 1);
@@ -85,13 +89,14 @@ Vec3 Wavefront::point_of(const LightStep& step, const RayQueue& rays, std::size_
                      shuffled_point(sample.index * step.points + step.point, mix(sample.key ^ mix(choice))));
 }
 
-void Wavefront::shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence) {
+template <class Model>
+void Wavefront<Model>::shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence) {
   shadow_.clear();
   for (std::size_t i = 0; i < hit_ray_.size(); ++i) {
     const Surface& surface = surface_[i];
     const std::uint32_t ray = hit_ray_[i];
     const bool at_corners =
-        scene_.needs.gouraud && scene_.materials[surface.material].shading == Material::Shading::gouraud;
+        needs<&Requirements::gouraud>() && scene_.materials[surface.material].shading == Material::Shading::gouraud;
     const std::optional<Corners> corners = at_corners ? corners_at(scene_, hits_.at(ray)) : std::nullopt;
     if (!corners) {
       const BoundedPoint point{surface.point.position + surface.shadow_offset, surface.point.error};
@@ -110,7 +115,8 @@ void Wavefront::shade_light(const RayQueue& rays, const LightStep& step, Coheren
 
 /// Whether what the light gives, if nothing is in the way, is too little to ask. Lights share what may be missing of a
 /// hit, `cutoff`: each may leave out its own share and what those before it have not used.
-bool Wavefront::spares(std::size_t hit, const LightStep& step, const Color& contribution) {
+template <class Model>
+bool Wavefront<Model>::spares(std::size_t hit, const LightStep& step, const Color& contribution) {
   const double spared = spared_[hit] + max_component(contribution);
   if (!(spared <= step.spare)) return false;
   ++statistics_.spared_shadow_rays;
@@ -118,7 +124,9 @@ bool Wavefront::spares(std::size_t hit, const LightStep& step, const Color& cont
   return true;
 }
 
-void Wavefront::shade_facing(const RayQueue& rays, const LightStep& step, std::size_t hit, const Facing& facing) {
+template <class Model>
+void Wavefront<Model>::shade_facing(const RayQueue& rays, const LightStep& step, std::size_t hit,
+                                    const Facing& facing) {
   const TraceLight& light = step.light;
   const Surface& surface = surface_[hit];
   const Material& material = scene_.materials[surface.material];
@@ -143,7 +151,7 @@ void Wavefront::shade_facing(const RayQueue& rays, const LightStep& step, std::s
                                 material.specular_color * (material.specular * spec);
   const Color contribution = weight_[hit] * light.radiance * reflected_light * strength;
   if (is_black(contribution)) return;
-  if (light.shadows && scene_.needs.many_lights && spares(hit, step, contribution)) return;
+  if (light.shadows && needs<&Requirements::many_lights>() && spares(hit, step, contribution)) return;
   if (light.shadows) {
     shadow_.push(offset_origin(facing.point, surface.geometric_normal, to_light), to_light, distance, contribution,
                  rays.sample(ray), hits_.primitive[ray], rays.media(ray));

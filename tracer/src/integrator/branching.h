@@ -1,3 +1,4 @@
+#pragma once
 /// Wavefront, mirrors and glass: what goes on from a hit.
 
 #include "tracer/src/integrator/wavefront.h"
@@ -6,14 +7,16 @@
 
 namespace tracer {
 
-void Wavefront::branch(const RayQueue& rays, Generation& next) {
+template <class Model>
+void Wavefront<Model>::branch(const RayQueue& rays, Generation& next) {
   for (std::size_t i = 0; i < hit_ray_.size(); ++i) {
     const Material& material = scene_.materials[surface_[i].material];
     if (material.reflection > 0 || material.transmission > 0) branch_at(rays, i, next);
   }
 }
 
-void Wavefront::branch_at(const RayQueue& rays, std::size_t hit, Generation& next) {
+template <class Model>
+void Wavefront<Model>::branch_at(const RayQueue& rays, std::size_t hit, Generation& next) {
   using Transparency = Material::Transparency;
   const Surface& surface = surface_[hit];
   const Material& material = scene_.materials[surface.material];
@@ -39,10 +42,11 @@ void Wavefront::branch_at(const RayQueue& rays, std::size_t hit, Generation& nex
   if (material.transparency != Transparency::interpolated)
     transmitted_weight = transmitted_weight * material.transmission_color;
   Vec3 onward = direction;
-  const double curvature =
-      scene_.needs.filtered_textures ? (surface.back ? -1 : 1) * curvature_at(scene_, hits_.primitive[ray]) : 0;
+  const double curvature = needs<&Requirements::filtered_textures>()
+                               ? (surface.back ? -1 : 1) * curvature_at(scene_, hits_.primitive[ray])
+                               : 0;
   RayCone onward_cone, mirrored_cone;
-  if (scene_.needs.filtered_textures) {
+  if (needs<&Requirements::filtered_textures>()) {
     onward_cone =
         tracer::refracted(rays.cone(ray), hits_.t[ray], refracts ? curvature : 0, refracts ? n_from / n_to : 1);
     mirrored_cone = tracer::mirrored(rays.cone(ray), hits_.t[ray], curvature);
@@ -60,7 +64,7 @@ void Wavefront::branch_at(const RayQueue& rays, std::size_t hit, Generation& nex
     } else if (refracts) {
       onward = refracted(direction, normal, cos_i, interface.cos_t, n_from, n_to);
       // Refracted by a bent normal, a grazing ray can stay on its side: mirror it in the face too.
-      if (scene_.needs.bump && dot(onward, outward) > 0) onward = unit(reflected(onward, outward));
+      if (needs<&Requirements::bump>() && dot(onward, outward) > 0) onward = unit(reflected(onward, outward));
     }
   }
   if (!is_black(transmitted_weight))
@@ -72,8 +76,9 @@ void Wavefront::branch_at(const RayQueue& rays, std::size_t hit, Generation& nex
   emit(next, &Generation::reflection, rays, hit, mirrored, reflected_weight, before, mirrored_cone);
 }
 
-void Wavefront::emit(Generation& next, RayQueue Generation::*kind, const RayQueue& rays, std::size_t hit,
-                     const Vec3& direction, const Color& factor, Media::List media, const RayCone& cone) {
+template <class Model>
+void Wavefront<Model>::emit(Generation& next, RayQueue Generation::*kind, const RayQueue& rays, std::size_t hit,
+                            const Vec3& direction, const Color& factor, Media::List media, const RayCone& cone) {
   const std::uint32_t ray = hit_ray_[hit];
   const Surface& surface = surface_[hit];
   const Color weight = weight_[hit] * factor;
@@ -90,7 +95,7 @@ void Wavefront::emit(Generation& next, RayQueue Generation::*kind, const RayQueu
   (next.*kind)
       .push(offset_origin(surface.point, surface.geometric_normal, direction), direction, weight, rays.sample(ray),
             hits_.primitive[ray], static_cast<std::uint32_t>(mix(bounce)), media);
-  if (scene_.needs.filtered_textures) (next.*kind).widen(cone);
+  if (needs<&Requirements::filtered_textures>()) (next.*kind).widen(cone);
 }
 
 }  // namespace tracer
