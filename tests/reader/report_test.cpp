@@ -23,7 +23,8 @@ TEST(Report, HasEveryMemberOfTheContract) {
   const std::string expected =
       R"({"requirements":{"reflection":true,"refraction":true,"fresnel":true,"shadows":false,"transmissive_shadows":false,)"
       R"("soft_lights":false,"absorption":false,"overlapping_media":false,"gouraud":false,)"
-      R"("textures":false,"smooth_normals":false,"triangles":false,"spheres":true,"quadrics":false,"planes":false},)"
+      R"("lens":false,"depth_cue":false,"layers":false,"environment":false,"textures":false,"filtered_textures":false,)"
+      R"("bump":false,"smooth_normals":false,"triangles":false,"spheres":true,"quadrics":false,"planes":false},)"
       R"("error":{"estimate":null,"confidence":null,"target":null,"met":null,"parts":{"sampling":null,"depth":null,"cutoff":null}},)"
       R"("samples":{"min":9,"mean":9.0,"max":9},"rays":{"camera":72,"shadow":10,"reflection":20,"refraction":30},)"
       R"("time_ms":{"queue":0.5,"parse":1.0,"build":2.0,"trace":3.0,"encode":4.0},"memory_bytes":12345678901,"non_finite":3,)"
