@@ -15,6 +15,7 @@ from features import instances, lights, shapes, transparency
 from meshes import add, box, cavity, lens, prism, quad, scaled, turned, unit
 from terrain import gradient_noise, ridges
 from views import haze, isometric, lens as lens_scene, panorama, shading, tone
+from worlds import cube, environment, evening, relief, studs
 
 
 # ---- writing -------------------------------------------------------------------------------------------------------
@@ -47,12 +48,12 @@ def text_of(scene):
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
-def png(side, color_at):
-    """A square 8-bit RGB picture: color_at(x, y) in 0..255, row 0 on top."""
-    rows = b"".join(b"\0" + bytes(channel for x in range(side) for channel in color_at(x, y)) for y in range(side))
+def png(width, height, color_at):
+    """An 8-bit RGB picture: color_at(x, y) in 0..255, row 0 on top."""
+    rows = b"".join(b"\0" + bytes(channel for x in range(width) for channel in color_at(x, y)) for y in range(height))
     chunk = lambda kind, data: (struct.pack(">I", len(data)) + kind + data
                                 + struct.pack(">I", zlib.crc32(kind + data)))
-    head = struct.pack(">IIBBBBB", side, side, 8, 2, 0, 0, 0)
+    head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
     return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows, 9))
             + chunk(b"IEND", b""))
 
@@ -379,7 +380,8 @@ def textures():
 
 
 SCENES = (tiny, whitted, sphereflake, cornell, mountain, glass, local_models, shapes, instances, lights, transparency,
-          textures, lens_scene, haze, isometric, panorama, shading, tone)
+          textures, lens_scene, haze, isometric, panorama, shading, tone,
+          environment, cube, relief)
 
 
 def main():
@@ -387,7 +389,8 @@ def main():
     for scene in SCENES:
         (folder / f"{scene.__name__}.json").write_text(text_of(rounded(scene())), encoding="utf-8")
     (folder / "assets").mkdir(exist_ok=True)
-    (folder / "assets/tile.png").write_bytes(png(64, tile))
+    for name, width, height, color_at in (("tile", 64, 64, tile), ("studs", 64, 64, studs), ("evening", 512, 256, evening)):
+        (folder / f"assets/{name}.png").write_bytes(png(width, height, color_at))
 
 
 if __name__ == "__main__":

@@ -56,7 +56,7 @@ TEST(EveryField, OfThePicturesFilesIsRead) {
   using tracer::Layer;
   const tracer::Output output =
       accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field_of_pictures.json")).scene.output;
-  EXPECT_EQ(output.formats, (std::vector{png16, jpg, hdr, exr, png}));
+  EXPECT_EQ(output.formats, (std::vector{png16, jpg, tiff, hdr, exr, webp, png}));
   EXPECT_EQ(output.exposure, -1.5);
   EXPECT_EQ(output.overflow, tracer::Output::Overflow::reinhard);
   EXPECT_EQ(output.palette, 17u);

@@ -26,7 +26,8 @@ TEST(Report, HasEveryMemberOfTheContract) {
   const std::string expected =
       R"({"requirements":{"reflection":true,"refraction":true,"fresnel":true,"shadows":false,"transmissive_shadows":false,)"
       R"("soft_lights":false,"many_lights":false,"absorption":false,"overlapping_media":false,"gouraud":false,)"
-      R"("textures":false,"smooth_normals":false,"triangles":false,"spheres":true,"quadrics":false,"planes":false},)"
+      R"("lens":false,"depth_cue":false,"layers":false,"environment":false,"textures":false,"filtered_textures":false,)"
+      R"("bump":false,"smooth_normals":false,"triangles":false,"spheres":true,"quadrics":false,"planes":false},)"
       R"("reasons":{"reflection":"/materials/glass","refraction":"/materials/glass","fresnel":"/materials/glass",)"
       R"("spheres":"/objects/0"},)"
       R"("error":{"estimate":null,"confidence":null,"target":null,"met":null,"parts":{"sampling":null,"depth":null,"cutoff":null}},)"

@@ -163,3 +163,29 @@ def read_hdr(data):
         raise ValueError("bytes after the last row")
     scale = numpy.ldexp(1.0, codes[:, 3].astype(int) - 136)
     return numpy.moveaxis(codes[:, :3] * scale[:, None], 1, 2), scale
+
+
+# ---- TIFF (Adobe 1992, Revision 6.0) -------------------------------------------------------------------------------
+
+def tiff_tags(data):
+    """The first directory of a little-endian file: tag -> its values."""
+    assert data[:4] == b"II*\0"
+    start = struct.unpack_from("<I", data, 4)[0]
+    tags = {}
+    for entry in range(struct.unpack_from("<H", data, start)[0]):
+        tag, kind, count, value = struct.unpack_from("<HHI4s", data, start + 2 + 12 * entry)
+        code, size = {3: ("H", 2), 4: ("I", 4), 5: ("II", 8)}[kind]
+        place = value if size * count <= 4 else data[struct.unpack("<I", value)[0]:]
+        tags[tag] = struct.unpack_from("<" + code * count, place)
+    return tags
+
+
+def read_tiff(data):
+    """Pixels of an uncompressed RGB or RGBA file of 16 bits a channel: (height, width, channels)."""
+    tags = tiff_tags(data)
+    (width,), (height,), (channels,) = tags[256], tags[257], tags[277]
+    assert list(tags) == sorted(tags), "entries must ascend"
+    assert tags[258] == (16,) * channels and tags[259] == (1,) and tags[262] == (2,) and tags[284] == (1,)
+    assert tags.get(338, ()) == (2,) * (channels - 3), "straight alpha"
+    assert tags[278] == (height,) and tags[279] == (2 * width * height * channels,)
+    return numpy.frombuffer(data, "<u2", width * height * channels, tags[273][0]).reshape(height, width, channels)

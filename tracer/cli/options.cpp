@@ -104,7 +104,7 @@ const char* const help_text =
     "\n"
     "  whittle render SCENE -o FILE [-o FILE ...] [--threads N] [--quiet]\n"
     "      Traces SCENE and writes the picture; each FILE ends in .png (8 bit, sRGB), .exr (linear, 32-bit\n"
-    "      float), .16.png, .jpg, .hdr, .webp (lossless) or .tiff (16 bit).\n"
+    "      float), .16.png, .jpg, .hdr, .webp or .tiff (16 bit).\n"
     "      Files appear complete or not at all. Figures go to standard error.\n"
     "      --threads N   use N threads (default: one per processor); the picture is the same for any number\n"
     "      --quiet       no progress bar, no figures\n"

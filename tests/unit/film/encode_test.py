@@ -92,9 +92,10 @@ class Exr(unittest.TestCase):
 
 
 class Alpha(unittest.TestCase):
-    def test_is_straight_in_png(self):
+    def test_is_straight_in_png_and_tiff(self):
         linear, alpha = premultiplied(23, 31)
-        for kind, most, read in (("png", 255, pictures.read_png), ("png16", 65535, pictures.read_png)):
+        for kind, most, read in (("png", 255, pictures.read_png), ("png16", 65535, pictures.read_png),
+                                 ("tiff", 65535, pictures.read_tiff)):
             back = read(encode(kind, linear, "alpha", more=alpha.tobytes()))
             numpy.testing.assert_allclose(back.astype(int), straight_codes(linear, alpha, most).astype(int), atol=1,
                                           err_msg=kind)
@@ -136,6 +137,24 @@ class OtherFormats(unittest.TestCase):
         self.assertEqual(jpeg[frame + 4 : frame + 10], bytes([8, 0, 37, 0, 61, 3]))
         self.assertEqual(jpeg[frame + 11], 0x11, "no subsampling")
 
+    def test_a_tiff_holds_the_16_bit_code_of_every_value_and_no_time_of_day(self):
+        linear = noise(37, 61)
+        tiff = encode("tiff", linear)
+        numpy.testing.assert_array_equal(pictures.read_tiff(tiff), srgb_codes(linear, 65535))
+        self.assertNotIn(306, pictures.tiff_tags(tiff), "DateTime")
+        self.assertNotIn(305, pictures.tiff_tags(tiff), "Software")
+
+    def test_a_webp_says_what_it_is_and_how_large(self):
+        webp = encode("webp", noise(37, 61))
+        self.assertEqual((webp[:4], webp[8:16]), (b"RIFF", b"WEBPVP8 "))
+        self.assertEqual(int.from_bytes(webp[4:8], "little") + 8, len(webp))
+        self.assertEqual(webp[23:30], b"\x9d\x01\x2a" + bytes([61, 0, 37, 0]), "RFC 6386, section 9.1")
+
+    def test_a_picture_of_one_grey_comes_through_a_webp(self):
+        grey = numpy.full((16, 16, 3), 0.5)
+        self.assertNotEqual(encode("webp", grey), encode("webp", grey / 2))
+        self.assertEqual(encode("webp", grey), encode("webp", grey, "palette"))
+
     def test_a_palette_leaves_so_many_colours_in_a_png_only(self):
         linear = noise(40, 40)
         colors = numpy.unique(pictures.read_png(encode("png", linear, "palette")).reshape(-1, 3), axis=0)
@@ -150,14 +169,15 @@ class Both(unittest.TestCase):
                 linear = noise(shape[0], shape[1], seed=3)
                 numpy.testing.assert_array_equal(pictures.read_png(encode("png", linear)), srgb_codes(linear))
                 numpy.testing.assert_array_equal(pictures.read_exr(encode("exr", linear)), linear)
+                numpy.testing.assert_array_equal(pictures.read_tiff(encode("tiff", linear)), srgb_codes(linear, 65535))
 
     def test_give_equal_bytes_for_equal_pictures(self):
-        for kind in ["png", "exr", "png16", "jpg", "hdr"]:
+        for kind in ["png", "exr", "png16", "jpg", "hdr", "webp", "tiff"]:
             self.assertEqual(encode(kind, noise(300, 200)), encode(kind, noise(300, 200)), kind)
 
     def test_refuse_a_picture_without_pixels_with_a_sentence(self):
         program = os.path.join(os.environ["WHITTLE_BIN"], "encode_picture")
-        for kind in ["png", "exr", "png16", "jpg", "hdr"]:
+        for kind in ["png", "exr", "png16", "jpg", "hdr", "webp", "tiff"]:
             done = subprocess.run([program, kind, "0", "0"], input=b"", capture_output=True, check=False, timeout=300)
             self.assertEqual(done.returncode, 1, kind)
             self.assertRegex(done.stderr.decode(), r"encoder: .+")

@@ -13,8 +13,8 @@
 namespace tracer {
 
 /// For display, after exposure, overflow and palette: sRGB (IEC 61966-2-1), clamped to [0,1], rounded to nearest.
-///   png: 8 bits, no dithering, `sRGB` chunk. png16: 16 bits, no palette. tiff: as png16, deflated. jpg: 8 bits,
-///   quality 95, no palette and no alpha: over black. webp: the same, lossless.
+///   png: 8 bits, no dithering, `sRGB` chunk. png16: 16 bits, no palette. tiff: as png16, not compressed. jpg: 8
+///   bits, quality 95, no palette, no alpha: over black. webp: as jpg, with colours at half the resolution.
 /// The radiance as it is, linear, unclamped:
 ///   exr: 32-bit float, ZIP compressed; layers are channels Z, normal.X .Y .Z, albedo.R .G .B, object_id and samples
 ///   (both 32-bit integers). hdr: 8-bit mantissas with a common exponent, no alpha: over black.

@@ -11,6 +11,7 @@
 #include "tracer/src/film/srgb.h"
 #include "tracer/src/film/tone.h"
 #include "tracer/src/image_io/exr_channels.h"
+#include "tracer/src/image_io/tiff.h"
 
 namespace tracer {
 namespace {
@@ -118,23 +119,17 @@ Encoded encode_jpg(const Image& image, const Output& output) {
   return write("jpeg", spec, OIIO::TypeUInt8, picture.codes.data());
 }
 
-/// Lossless, or it would miss by more than one code. No alpha: the library would divide the colours by it once more.
+/// Always with colours at half the resolution: the library hands them over so, even where it calls the file lossless.
+/// No alpha: it would divide the colours by it once more.
 Encoded encode_webp(const Image& image, const Output& output) {
   const auto picture = shown<std::uint8_t>(image, output, Alpha::over_black);
   OIIO::ImageSpec spec = spec_of(image, 3, OIIO::TypeUInt8, "sRGB");
-  spec.attribute("compression", "lossless");
+  spec.attribute("compression", "webp:95");
   return write("webp", spec, OIIO::TypeUInt8, picture.codes.data());
 }
 
 Encoded encode_tiff(const Image& image, const Output& output) {
-  const auto picture = shown<std::uint16_t>(image, output);
-  OIIO::ImageSpec spec = spec_of(image, picture.channels, OIIO::TypeUInt16, "sRGB");
-  spec.attribute("compression", "zip");
-  // Said aloud it would go into an EXIF directory, which the library cannot write to memory without breaking the file;
-  // readers take RGB codes for sRGB anyway.
-  spec.erase_attribute("oiio:ColorSpace");
-  spec.attribute("DateTime", "");  // otherwise the library writes the time of day into the file
-  return write("tiff", spec, OIIO::TypeUInt16, picture.codes.data());
+  return tiff16(image.width, image.height, shown<std::uint16_t>(image, output).codes);
 }
 
 // ---- radiance ------------------------------------------------------------------------------------------------------
