@@ -13,7 +13,6 @@ constexpr Entry table[] = {
     {"background", "cube"},
     {"material", "bump"},
     {"material", "normal_map"},
-    {"object", "file"},
     {"accuracy", "preset"},
     {"accuracy", "target_error"},
     {"accuracy", "time_budget_ms"},

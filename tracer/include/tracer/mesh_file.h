@@ -16,18 +16,19 @@
 
 namespace tracer {
 
-/// The mesh of the whole file, told by its content whatever its name is; it has triangles, keeps what `validate` asks
-/// of meshes, and no position that no triangle has. Polygons are cut as `triangulate` does. Not read: materials,
-/// colours, groups, lines and points; texture coordinates that PLY keeps by face.
+/// The mesh of the whole file (`smooth` is as it is given), told by its content whatever its name is; it has triangles,
+/// keeps what `validate` asks of meshes, and no position that no triangle has. Polygons are cut as `triangulate` does.
+/// Not read: materials, colours, groups, lines and points; texture coordinates that PLY keeps by face.
 /// - OBJ: a vertex for each combination of position, uv and normal. Where other corners have a normal, one without gets
-///   its face's; one without a uv gets (0, 0).
+///   its face's; one without a uv gets (0, 0). A file that has uvs and no normals gets them here where `smooth`
+///   asks: of its positions, or surfaces would show a seam wherever the uvs have one.
 /// - PLY: elements `vertex` (x y z, nx ny nz, and u v, s t or texture_u texture_v) and `face` (a list vertex_indices or
-///   vertex_index), of any types and in any order; others are skipped.
+///   vertex_index) or `tristrips` (the same, -1 between strips), of any types and in any order; others are skipped.
 /// - STL: equal positions become one vertex, so that `smooth` finds neighbours; its normals are those of the faces and
 ///   are not kept.
 /// Fails with a sentence that begins with the line, byte or face it is about: what is no such file, truncated,
 /// malformed, not finite, out of range, or beyond `limits` (triangles, coordinate_max, value_max for uvs).
-Result<Mesh, std::string> read_mesh_file(std::span<const std::uint8_t> bytes, const Limits& limits);
+Result<Mesh, std::string> read_mesh_file(std::span<const std::uint8_t> bytes, const Limits& limits, bool smooth);
 
 /// Gives corners whose normal has no direction (shorter than `limits.length_min`) that of their face, with vertices of
 /// their own where faces differ. For readers of files that know normals only in places; none at all stay none.

@@ -18,7 +18,7 @@ using MeshOrRefusal = Result<Mesh, std::string>;
 /// Wavefront OBJ, "Object Files (.obj)", Advanced Visualizer manual, appendix B1. The first word that is no comment is
 /// a keyword of it.
 bool is_obj(Bytes bytes);
-MeshOrRefusal read_obj(Bytes bytes, const Limits& limits);
+MeshOrRefusal read_obj(Bytes bytes, const Limits& limits, bool smooth);
 
 /// G. Turk, "The PLY polygon file format", 1994.
 bool is_ply(Bytes bytes);

@@ -10,21 +10,23 @@ namespace {
 
 using mesh_io::Bytes;
 
-mesh_io::MeshOrRefusal read(Bytes bytes, const Limits& limits) {
+mesh_io::MeshOrRefusal read(Bytes bytes, const Limits& limits, bool smooth) {
   if (bytes.empty()) return std::string("is empty");
   if (mesh_io::is_ply(bytes)) return mesh_io::read_ply(bytes, limits);
   if (mesh_io::is_binary_stl(bytes)) return mesh_io::read_binary_stl(bytes, limits);
   if (mesh_io::is_ascii_stl(bytes)) return mesh_io::read_ascii_stl(bytes, limits);
-  if (mesh_io::is_obj(bytes)) return mesh_io::read_obj(bytes, limits);
+  if (mesh_io::is_obj(bytes)) return mesh_io::read_obj(bytes, limits, smooth);
   return std::string(
       "is no OBJ, PLY, STL or glTF file (a binary STL has 84 bytes and 50 for each triangle it declares)");
 }
 
 }  // namespace
 
-Result<Mesh, std::string> read_mesh_file(std::span<const std::uint8_t> bytes, const Limits& limits) {
+Result<Mesh, std::string> read_mesh_file(std::span<const std::uint8_t> bytes, const Limits& limits, bool smooth) {
   try {
-    return read(bytes, limits);
+    auto mesh = read(bytes, limits, smooth);
+    if (mesh) mesh->smooth = smooth;
+    return mesh;
   } catch (const std::bad_alloc&) {
     return std::string("takes more memory than there is");
   }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "tracer/mesh_file.h"
+#include "tracer/src/math/vec.h"
 #include "tracer/src/mesh_io/formats.h"
 #include "tracer/src/mesh_io/values.h"
 #include "tracer/src/mesh_io/weld.h"
@@ -24,7 +25,7 @@ struct Corner {
 
 class ObjReader {
  public:
-  ObjReader(Bytes bytes, const Limits& limits) : words_(bytes), limits_(limits) {}
+  ObjReader(Bytes bytes, const Limits& limits, bool smooth) : words_(bytes), limits_(limits), smooth_(smooth) {}
 
   MeshOrRefusal read() {
     do {
@@ -32,6 +33,7 @@ class ObjReader {
       if (!read_line()) return at_line(line, refusal_);
     } while (words_.next_line());
     if (mesh_.triangles.empty()) return std::string("has no faces");
+    if (smooth_ && has_uvs_ && !has_normals_) add_smooth_normals();
     make_vertices();
     give_missing_normals(mesh_, limits_);
     return std::move(mesh_);
@@ -118,6 +120,21 @@ class ObjReader {
     return true;
   }
 
+  /// By position: a vertex that is cut in two for its uvs is still one corner of the surface. Area-weighted, as the
+  /// tracer makes them of meshes without normals.
+  void add_smooth_normals() {
+    normals_.assign(positions_.size(), {});
+    for (const auto& triangle : mesh_.triangles) {
+      const auto position = [&](std::size_t i) { return corners_[triangle[i]].position; };
+      const Vec3 a = positions_[position(0)];
+      const Vec3 weighted = cross(positions_[position(1)] - a, positions_[position(2)] - a);
+      for (std::size_t i = 0; i < 3; ++i) normals_[position(i)] += weighted;
+    }
+    for (Vec3& normal : normals_) normal = normalize(normal);
+    for (Corner& corner : corners_) corner.normal = corner.position;
+    has_normals_ = true;
+  }
+
   void make_vertices() {
     const Welded welded = weld(corners_);
     for (auto& triangle : mesh_.triangles)
@@ -132,6 +149,7 @@ class ObjReader {
 
   Words words_;
   const Limits& limits_;
+  bool smooth_;
   std::string refusal_;
   std::vector<Vec3> positions_, normals_;
   std::vector<Vec2> uvs_;
@@ -157,6 +175,8 @@ bool is_obj(Bytes bytes) {
   return false;
 }
 
-MeshOrRefusal read_obj(Bytes bytes, const Limits& limits) { return ObjReader(bytes, limits).read(); }
+MeshOrRefusal read_obj(Bytes bytes, const Limits& limits, bool smooth) {
+  return ObjReader(bytes, limits, smooth).read();
+}
 
 }  // namespace tracer::mesh_io

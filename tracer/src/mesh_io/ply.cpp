@@ -42,6 +42,7 @@ class PlyReader {
   MeshOrRefusal read() {
     for (const Element& element : header_.elements)
       if (!read_element(element)) return values_.place() + ": " + refusal_;
+    if (!check_strips()) return "tristrips: " + refusal_;
     if (!make_triangles()) return "face " + std::to_string(face_) + ": " + refusal_;
     if (mesh_.triangles.empty()) return std::string("has no faces");
     drop_unused_vertices();
@@ -64,6 +65,7 @@ class PlyReader {
     }
     if (element.name == "vertex") return read_vertices(element);
     if (element.name == "face") return read_faces(element);
+    if (element.name == "tristrips") return read_strips(element);
     for (std::uint64_t row = 0; row < element.count && !element.properties.empty(); ++row)
       for (const Property& property : element.properties)
         if (!skip(property)) return false;
@@ -128,16 +130,63 @@ class PlyReader {
     return true;
   }
 
+  bool read_index(const Property& list, double least, double& index) {
+    if (!next(list.type, index)) return false;
+    return (index >= least && index <= max_index && index == std::trunc(index)) ||
+           refuse("the index of a vertex must be an integer >= 0");
+  }
+
   bool read_corners(const Property& list) {
     std::uint64_t length = 0;
     if (!read_length(list, length)) return false;
     for (std::uint64_t i = 0; i < length; ++i) {
       double index = 0;
-      if (!next(list.type, index)) return false;
-      if (!(index >= 0 && index <= max_index && index == std::trunc(index)))
-        return refuse("the index of a vertex must be an integer >= 0");
+      if (!read_index(list, 0, index)) return false;
       corners_.push_back(static_cast<std::uint32_t>(index));
     }
+    return true;
+  }
+
+  bool read_strips(const Element& element) {
+    for (std::uint64_t row = 0; row < element.count; ++row)
+      for (const Property& property : element.properties)
+        if (!(is_corner_list(property) ? read_strip(property) : skip(property))) return false;
+    return true;
+  }
+
+  /// Each index makes a triangle with the two before it, wound the other way every other time; -1 begins anew. Strips
+  /// are joined by repeating indices: what has two alike is no triangle.
+  bool read_strip(const Property& list) {
+    std::uint64_t length = 0;
+    if (!read_length(list, length)) return false;
+    std::array<std::uint32_t, 3> last{};
+    std::uint64_t since_begin = 0;
+    for (std::uint64_t i = 0; i < length; ++i) {
+      double index = 0;
+      if (!read_index(list, -1, index)) return false;
+      if (index < 0) {
+        since_begin = 0;
+        continue;
+      }
+      last = {last[1], last[2], static_cast<std::uint32_t>(index)};
+      const auto [a, b, c] = last;
+      if (++since_begin < 3 || a == b || b == c || a == c) continue;
+      mesh_.triangles.push_back(since_begin % 2 == 1 ? std::array{a, b, c} : std::array{b, a, c});
+      if (!refuse(refusal_of_triangle_count(mesh_.triangles.size(), limits_))) return false;
+    }
+    return true;
+  }
+
+  bool is_vertex(std::uint32_t index) {
+    return index < mesh_.positions.size() ||
+           refuse("must have the index of one of the " + std::to_string(mesh_.positions.size()) + " vertices, got " +
+                  std::to_string(index));
+  }
+
+  bool check_strips() {
+    for (const auto& triangle : mesh_.triangles)
+      for (const std::uint32_t corner : triangle)
+        if (!is_vertex(corner)) return false;
     return true;
   }
 
@@ -147,10 +196,7 @@ class PlyReader {
       const std::span<const std::uint32_t> polygon(corners_.data() + begin, ends_[face_] - begin);
       positions.clear();
       for (const std::uint32_t corner : polygon) {
-        if (corner >= mesh_.positions.size()) {
-          return refuse("must have the index of one of the " + std::to_string(mesh_.positions.size()) +
-                        " vertices, got " + std::to_string(corner));
-        }
+        if (!is_vertex(corner)) return false;
         positions.push_back(mesh_.positions[corner]);
       }
       if (!refuse(add_polygon(polygon, positions, limits_, mesh_.triangles))) return false;
