@@ -55,8 +55,14 @@ class ObjReader {
     return true;
   }
 
-  bool read_number(double& number) {
+  /// Of this line; empty where a comment begins.
+  std::string_view next_word() {
     const std::string_view word = words_.word_of_joined_lines();
+    return word.starts_with('#') ? std::string_view() : word;
+  }
+
+  bool read_number(double& number) {
+    const std::string_view word = next_word();
     if (parse_number(word, number)) return true;
     return refuse(word.empty() ? "a number is missing" : quoted(word) + " is no number");
   }
@@ -70,7 +76,7 @@ class ObjReader {
   bool read_uv() {
     Vec2& uv = uvs_.emplace_back();
     if (!read_number(uv.x)) return false;
-    const std::string_view second = words_.word_of_joined_lines();  // v is 0 where it is not given
+    const std::string_view second = next_word();  // v is 0 where it is not given
     if (!second.empty() && !parse_number(second, uv.y)) return refuse(quoted(second) + " is no number");
     return refuse(refusal_of(uv, limits_));
   }
@@ -78,7 +84,7 @@ class ObjReader {
   bool read_face() {
     polygon_.clear();
     polygon_positions_.clear();
-    for (std::string_view word; !(word = words_.word_of_joined_lines()).empty();) {
+    for (std::string_view word; !(word = next_word()).empty();) {
       Corner corner;
       if (!read_corner(word, corner)) return false;
       polygon_.push_back(static_cast<std::uint32_t>(corners_.size()));

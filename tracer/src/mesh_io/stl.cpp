@@ -53,11 +53,13 @@ class AsciiStlReader {
   MeshOrRefusal read() {
     for (std::string word; !(word = lower(words_.word_of_any_line())).empty();) {
       if (word == "solid" || word == "endsolid") {
+        ended_ = word == "endsolid";
         if (!words_.next_line()) break;  // a name of any words may follow
       } else if (!(word == "facet" ? read_facet() : refuse(word, "facet"))) {
         return at_line(words_.line(), refusal_);
       }
     }
+    if (!ended_) return at_line(words_.line(), "the file ends before \"endsolid\"");
     if (corners_.empty()) return std::string("has no facets");
     return welded_mesh(corners_);
   }
@@ -97,6 +99,7 @@ class AsciiStlReader {
   Words words_;
   const Limits& limits_;
   std::string refusal_;
+  bool ended_ = false;
   std::vector<Vec3> corners_;
 };
 
