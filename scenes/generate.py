@@ -12,6 +12,7 @@ import sys
 import zlib
 
 from features import instances, lights, shapes, transparency
+from mesh_files import FILES, mesh_files
 from meshes import add, box, cavity, lens, prism, quad, scaled, turned, unit
 from terrain import gradient_noise, ridges
 
@@ -378,7 +379,7 @@ def textures():
 
 
 SCENES = (tiny, whitted, sphereflake, cornell, mountain, glass, local_models, shapes, instances, lights, transparency,
-          textures)
+          textures, mesh_files)
 
 
 def main():
@@ -387,6 +388,8 @@ def main():
         (folder / f"{scene.__name__}.json").write_text(text_of(rounded(scene())), encoding="utf-8")
     (folder / "assets").mkdir(exist_ok=True)
     (folder / "assets/tile.png").write_bytes(png(64, tile))
+    for name, write in FILES.items():
+        (folder / "assets" / name).write_bytes(write())
 
 
 if __name__ == "__main__":
