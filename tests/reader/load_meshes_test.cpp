@@ -103,6 +103,15 @@ TEST(LoadMeshes, HoldsTheSceneToItsLimitsWithWhatTheFilesBring) {
   EXPECT_NE(told(api::load_meshes(far, assets, {})).find("coordinate_max"), std::string::npos);
 }
 
+TEST(Validate, AsksOfMeshesOfFilesThatTheAssetIsThereAndNotTooManyAre) {
+  tracer::Scene scene = scene_of({"a", "b", "c"});
+  EXPECT_EQ(told(tracer::validate(scene, {.assets = 3})), "");
+  EXPECT_EQ(told(tracer::validate(scene, {.assets = 2})),
+            "/objects/2/file limit_exceeded the limit assets is 2, got 3\n");
+  scene.assets.resize(2);
+  EXPECT_EQ(told(tracer::validate(scene, {})), "/objects/2/file unknown_reference there is no asset 2\n");
+}
+
 TEST(LoadMeshes, LeavesOtherScenesAsTheyAre) {
   tracer::Scene scene = reader_tests::accepted(reader_tests::document_with()).scene;
   EXPECT_EQ(told(api::load_meshes(scene, {}, {})), "");
