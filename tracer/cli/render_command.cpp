@@ -69,9 +69,8 @@ tracer::Result<tracer::Rendered, tracer::Failure> trace(const tracer::Scene& sce
 
 /// Writes all of them, then gives all of them their names: a full disk leaves the old pictures, not a mixture.
 std::optional<ExitCode> write_all(const tracer::Image& image, const tracer::Output& settings,
-                                  const std::vector<Output>& outputs,
-                                  std::vector<PendingFile>& files, const tracer::RenderControl& control,
-                                  Figures& figures) {
+                                  const std::vector<Output>& outputs, std::vector<PendingFile>& files,
+                                  const tracer::RenderControl& control, Figures& figures) {
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     Stopwatch watch;
     const auto bytes = tracer::encode(image, outputs[i].format, settings);
@@ -113,7 +112,8 @@ ExitCode render(const Options& options) {
 
   const auto rendered = trace(scene, loaded->assets, options, control, figures);
   if (!rendered) return complain(rendered.error());
-  if (const auto stopped = write_all(rendered->image, scene.output, options.outputs, files, control, figures)) return *stopped;
+  if (const auto stopped = write_all(rendered->image, scene.output, options.outputs, files, control, figures))
+    return *stopped;
   if (!options.quiet) print_figures(stderr, *rendered, figures);
   return done;
 }
