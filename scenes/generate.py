@@ -12,6 +12,7 @@ import sys
 import zlib
 
 from features import instances, lights, shapes, transparency
+from mesh_files import FILES, mesh_files
 from meshes import add, box, cavity, lens, prism, quad, scaled, turned, unit
 from terrain import gradient_noise, ridges
 from views import haze, isometric, lens as lens_scene, panorama, shading, tone
@@ -381,7 +382,7 @@ def textures():
 
 SCENES = (tiny, whitted, sphereflake, cornell, mountain, glass, local_models, shapes, instances, lights, transparency,
           textures, lens_scene, haze, isometric, panorama, shading, tone,
-          environment, cube, relief)
+          environment, cube, relief, mesh_files)
 
 
 def main():
@@ -391,6 +392,8 @@ def main():
     (folder / "assets").mkdir(exist_ok=True)
     for name, width, height, color_at in (("tile", 64, 64, tile), ("studs", 64, 64, studs), ("evening", 512, 256, evening)):
         (folder / f"assets/{name}.png").write_bytes(png(width, height, color_at))
+    for name, write in FILES.items():
+        (folder / "assets" / name).write_bytes(write())
 
 
 if __name__ == "__main__":

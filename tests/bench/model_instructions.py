@@ -13,7 +13,7 @@ import tempfile
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(os.environ.get("WHITTLE_BIN", SOURCE / "build/release/bin"))
-SIDE = 96  # pixels: a minute for the whole table
+SIDE = 96  # pixels: a minute or two for the whole table
 
 
 def instructions(scene, model):
@@ -34,7 +34,7 @@ def untextured(document):
 def main():
     print(f"{'scene':14} {'picked':8} {'instructions':>14} {'full model':>14} {'a ray':>6} {'costs':>7}")
     with tempfile.TemporaryDirectory() as folder:
-        for name in ("sphereflake", "whitted", "cornell", "glass", "local_models"):
+        for name in ("sphereflake", "cornell", "local_models", "shading", "isometric"):
             document = untextured(json.loads((SOURCE / f"scenes/{name}.json").read_text()))
             document["image"] = {"width": SIDE, "height": SIDE}
             document["accuracy"] = {**document.get("accuracy", {}), "samples": [1, 1]}

@@ -3,6 +3,9 @@
 #include <filesystem>
 #include <system_error>
 #include <utility>
+#include <vector>
+
+#include "api/load_meshes.h"
 
 namespace cli {
 namespace {
@@ -22,21 +25,47 @@ std::string refusal(const fs::path& path) {
   return "the limit asset_bytes_max is " + std::to_string(asset_bytes_max) + ", it has " + std::to_string(size);
 }
 
-}  // namespace
-
-tracer::Result<tracer::Assets, AssetFailure> read_assets(const tracer::Scene& scene, const std::string& scene_path) {
-  const fs::path folder = scene_path == "-" ? fs::path() : fs::path(scene_path).parent_path();
-  tracer::Assets assets;
+/// One issue for each asset that cannot be read.
+std::vector<tracer::Issue> read_assets(const tracer::Scene& scene, const fs::path& folder, tracer::Assets& assets) {
+  std::vector<tracer::Issue> issues;
   for (const tracer::Asset& asset : scene.assets) {
     const fs::path path = folder / asset.name;
-    if (const std::string refused = refusal(path); !refused.empty()) {
-      return AssetFailure{asset.path, asset.name + ": " + refused};
+    std::vector<std::uint8_t>& content = assets.bytes.emplace_back();
+    std::string refused = refusal(path);
+    if (refused.empty()) {
+      const auto bytes = read_all(path.string(), asset_bytes_max);
+      if (bytes) {
+        content.assign(bytes->begin(), bytes->end());
+      } else {
+        refused = bytes.error().sentence;
+      }
     }
-    const auto bytes = read_all(path.string(), asset_bytes_max);
-    if (!bytes) return AssetFailure{asset.path, asset.name + ": " + bytes.error().sentence};
-    assets.bytes.emplace_back(bytes->begin(), bytes->end());
+    if (!refused.empty()) issues.push_back({asset.path, "bad_asset", asset.name + ": " + refused});
   }
-  return assets;
+  return issues;
+}
+
+api::Refusal refusal(std::vector<tracer::Issue> issues) {
+  api::Refusal refusal;
+  refusal.detail = "the scene cannot be rendered with its files";
+  refusal.issues = std::move(issues);
+  return refusal;
+}
+
+}  // namespace
+
+tracer::Result<Loaded, api::Refusal> load(std::string_view text, const std::string& scene_path) {
+  api::Limits limits;
+  limits.files = true;
+  auto document = api::parse_scene(text, limits);
+  if (!document) return std::move(document.error());
+  Loaded loaded{std::move(*document), {}};
+  const fs::path folder = scene_path == "-" ? fs::path() : fs::path(scene_path).parent_path();
+  tracer::Scene& scene = loaded.document.scene;
+  if (auto issues = read_assets(scene, folder, loaded.assets); !issues.empty()) return refusal(std::move(issues));
+  if (auto issues = api::load_meshes(scene, loaded.assets, limits.scene); !issues.empty())
+    return refusal(std::move(issues));
+  return loaded;
 }
 
 }  // namespace cli

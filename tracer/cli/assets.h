@@ -1,23 +1,25 @@
 #pragma once
-/// Reads the files that a scene names.
+/// A scene's document with the files that it names.
 
 #include <string>
+#include <string_view>
 
+#include "api/document.h"
 #include "tracer/assets.h"
 #include "tracer/cli/files.h"
-#include "tracer/scene.h"
 
 namespace cli {
 
-/// An asset that cannot be read, and where the scene names it.
-struct AssetFailure {
-  std::string pointer;
-  std::string detail;  ///< begins with the file's name
+/// Ready to be compiled: meshes of files have been read into the scene.
+struct Loaded {
+  api::Document document;
+  tracer::Assets assets;
 };
 
-/// Names are relative to the folder of `scene_path` ("-": the working folder). Ordinary files only, each at most
-/// `asset_bytes_max`.
-tracer::Result<tracer::Assets, AssetFailure> read_assets(const tracer::Scene& scene, const std::string& scene_path);
+/// `text` is the document; its files' names are relative to the folder of `scene_path` ("-": the working folder).
+/// Ordinary files only, each at most `asset_bytes_max`. An asset that cannot be read is an issue "bad_asset" where the
+/// document names it first.
+tracer::Result<Loaded, api::Refusal> load(std::string_view text, const std::string& scene_path);
 
 /// 256 MB: what the largest picture that is taken needs uncompressed.
 inline constexpr std::size_t asset_bytes_max = 256'000'000;

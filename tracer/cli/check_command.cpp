@@ -1,8 +1,8 @@
 #include <cstdio>
 #include <string>
 
-#include "api/document.h"
 #include "api/replies.h"
+#include "tracer/cli/assets.h"
 #include "tracer/cli/commands.h"
 #include "tracer/cli/files.h"
 #include "tracer/cli/issues.h"
@@ -23,9 +23,9 @@ void print_requirements(const tracer::Scene& scene) {
 }
 
 /// The reply of POST /v1/jobs/validate; a document that cannot be read at all is one issue of the whole.
-std::string verdict(const tracer::Result<api::Document, api::Refusal>& document) {
-  if (document) return api::write_valid(document->scene);
-  const api::Refusal& refusal = document.error();
+std::string verdict(const tracer::Result<Loaded, api::Refusal>& loaded) {
+  if (loaded) return api::write_valid(loaded->document.scene);
+  const api::Refusal& refusal = loaded.error();
   switch (refusal.kind) {
     case api::Refusal::Kind::not_json:
       return api::write_invalid({{"", "not_json",
@@ -42,23 +42,21 @@ std::string verdict(const tracer::Result<api::Document, api::Refusal>& document)
 }  // namespace
 
 ExitCode check(const Options& options) {
-  api::Limits limits;
-  limits.files = true;
-  const auto bytes = read_all(options.scene_path, limits.document.bytes);
+  const auto bytes = read_all(options.scene_path, api::DocumentLimits{}.bytes);
   if (!bytes) {
     std::fprintf(stderr, "whittle: %s\n", bytes.error().sentence.c_str());
     return bad_environment;
   }
-  const auto document = api::parse_scene(*bytes, limits);
+  const auto loaded = load(*bytes, options.scene_path);
   if (options.json) {
-    std::fputs(verdict(document).c_str(), stdout);
-  } else if (document) {
-    print_requirements(document->scene);
+    std::fputs(verdict(loaded).c_str(), stdout);
+  } else if (loaded) {
+    print_requirements(loaded->document.scene);
   } else {
-    print_issues(stdout, document.error());
+    print_issues(stdout, loaded.error());
   }
   if (std::fflush(stdout) != 0) return bad_environment;
-  return document ? done : bad_scene;
+  return loaded ? done : bad_scene;
 }
 
 }  // namespace cli

@@ -91,20 +91,14 @@ std::optional<ExitCode> write_all(const tracer::Image& image, const tracer::Outp
 ExitCode render(const Options& options) {
   Figures figures;
   Stopwatch watch;
-  api::Limits limits;
-  limits.files = true;
-  const auto bytes = read_all(options.scene_path, limits.document.bytes);
+  const auto bytes = read_all(options.scene_path, api::DocumentLimits{}.bytes);
   if (!bytes) return complain(bytes.error().sentence);
-  const auto document = api::parse_scene(*bytes, limits);
-  if (!document) {
-    print_issues(stderr, document.error());
+  const auto loaded = load(*bytes, options.scene_path);
+  if (!loaded) {
+    print_issues(stderr, loaded.error());
     return bad_scene;
   }
-  const auto assets = read_assets(document->scene, options.scene_path);
-  if (!assets) {
-    print_issue(stderr, {assets.error().pointer, "bad_asset", assets.error().detail});
-    return bad_scene;
-  }
+  const tracer::Scene& scene = loaded->document.scene;
   figures.parse_ms = watch.lap_ms();
 
   tracer::RenderControl control;
@@ -116,9 +110,9 @@ ExitCode render(const Options& options) {
     files.push_back(std::move(*file));
   }
 
-  const auto rendered = trace(document->scene, *assets, options, control, figures);
+  const auto rendered = trace(scene, loaded->assets, options, control, figures);
   if (!rendered) return complain(rendered.error());
-  if (const auto stopped = write_all(rendered->image, document->scene.output, options.outputs, files, control, figures))
+  if (const auto stopped = write_all(rendered->image, scene.output, options.outputs, files, control, figures))
     return *stopped;
   if (!options.quiet) print_figures(stderr, *rendered, figures);
   return done;

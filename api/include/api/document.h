@@ -46,7 +46,7 @@ struct JobRequest {
 };
 
 struct Document {
-  tracer::Scene scene;  ///< passes tracer::validate
+  tracer::Scene scene;  ///< passes tracer::validate; meshes of files are still to be read (api/load_meshes.h)
   JobRequest job;
 };
 

@@ -26,6 +26,10 @@ void read_job(Reading& reading, const Cursor& at);
 class Fields;
 void read_mesh(Reading& reading, Fields& fields, tracer::Shape& shape);
 
+/// A file's name as one of the scene's assets, where files that are named twice are one. False where it is none that
+/// may be named, which has been told then.
+bool read_asset(Reading& reading, const Cursor& at, tracer::AssetId& asset);
+
 /// A 4 x 4 matrix, or a list of steps applied in the order written. Unset where it is neither, which has been told
 /// then.
 void read_transform(Reading& reading, const Cursor& at, std::optional<tracer::Transform>& transform);

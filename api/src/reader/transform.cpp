@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "api/src/composed.h"
 #include "api/src/reader/fields.h"
 #include "api/src/reader/sections.h"
 
@@ -14,18 +15,6 @@ namespace {
 using tracer::Transform;
 using tracer::Vec3;
 using Row = std::array<double, 4>;
-
-/// first, then `then`.
-Transform composed(const Transform& then, const Transform& first) {
-  Transform product;
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = 0; j < 4; ++j) {
-      const Row& r = then.rows[i];
-      product.rows[i][j] =
-          r[0] * first.rows[0][j] + r[1] * first.rows[1][j] + r[2] * first.rows[2][j] + (j == 3 ? r[3] : 0.0);
-    }
-  return product;
-}
 
 /// Cosine and sine of an angle in degrees, exact at multiples of 90: a quarter turn moves no coordinate by rounding.
 std::array<double, 2> cosine_and_sine(double degrees) {

@@ -8,7 +8,6 @@ struct Entry {
 };
 
 constexpr Entry table[] = {
-    {"object", "file"},
     {"accuracy", "preset"},
     {"accuracy", "target_error"},
     {"accuracy", "time_budget_ms"},

@@ -23,10 +23,10 @@ struct Failure {
   std::string pointer{};  ///< of a bad asset: the place in the document that names it
 };
 
-/// Precondition: `validate` found nothing. Expensive, done once; keeps no reference to `scene`.
-/// Fails with `cancelled` when `control` says so, `out_of_memory` when Embree or the heap do, `bad_asset` when the
-/// bytes of one are no picture within the bounds that limits.h gives texture images. Runs on the calling thread's
-/// oneTBB arena.
+/// Precondition: `validate` found nothing, and meshes of files have been read. Expensive, done once; keeps no reference
+/// to `scene`. Fails with `cancelled` when `control` says so, `out_of_memory` when Embree or the heap do, `bad_asset`
+/// when the bytes of one are no picture within the bounds that limits.h gives texture images. Runs on the calling
+/// thread's oneTBB arena.
 Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene, RenderControl& control,
                                                               const Assets& assets = {});
 

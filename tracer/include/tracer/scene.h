@@ -334,12 +334,14 @@ struct Triangle {
 };
 
 /// Indexed triangles, counter-clockwise seen from the front. `normals` and `uvs` are per position or empty.
+/// A mesh of a `file` has nothing else but `smooth` until the file is read into it; `compile` wants that done before.
 struct Mesh {
   std::vector<Vec3> positions;
   std::vector<std::array<std::uint32_t, 3>> triangles;
   std::vector<Vec3> normals;
   std::vector<Vec2> uvs;
   bool smooth = false;  ///< area-weighted vertex normals where `normals` is empty
+  std::optional<AssetId> file{};
 };
 
 /// The objects of a prototype, placed once more.

@@ -39,6 +39,20 @@ bool ends_as_jpeg(std::span<const std::uint8_t> bytes) {
   return bytes.size() >= 4 && bytes[bytes.size() - 2] == 0xff && bytes.back() == 0xd9;
 }
 
+/// Whether the chunks follow one another to the last, all within the file. (ISO 15948, sec. 5.3: length, type, content,
+/// check.) At the end of its bytes OpenImageIO's reader jumps out of libpng over its own strings, which leak.
+bool ends_as_png(std::span<const std::uint8_t> bytes) {
+  std::size_t at = 8;
+  while (bytes.size() >= at + 12) {
+    std::uint64_t length = 0;
+    for (std::size_t i = at; i < at + 4; ++i) length = length << 8U | bytes[i];
+    if (length > bytes.size() - at - 12) return false;
+    if (bytes[at + 4] == 'I' && bytes[at + 5] == 'E' && bytes[at + 6] == 'N' && bytes[at + 7] == 'D') return true;
+    at += length + 12;
+  }
+  return false;
+}
+
 std::string times(std::uint64_t a, std::uint64_t b) { return std::to_string(a) + " x " + std::to_string(b); }
 
 /// What the header says, against the limits; empty when all is well.
@@ -154,6 +168,8 @@ Decoded read(std::span<const std::uint8_t> bytes, ImageFile file, ColorSpace spa
     return "cannot be read as " + name + ": " + input->geterror();
   }
   if (std::string refused = refusal(input->spec(), limits); !refused.empty()) return refused;
+  if (file == ImageFile::png && !ends_as_png(bytes))
+    return std::string("is truncated: its last chunk is not within the file");
   return Reading(*input, file, space).run();
 }
 

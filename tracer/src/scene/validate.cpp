@@ -201,7 +201,9 @@ void check_pattern(Checks& checks, const Where& where, const ImageTexture& image
 }
 
 void check_textures(Checks& checks, const Scene& scene) {
-  checks.count(Where("/textures"), scene.assets.size(), checks.limits.assets, "assets");
+  if (scene.assets.size() > checks.limits.assets) {
+    checks.count(Where(scene.assets[checks.limits.assets].path), scene.assets.size(), checks.limits.assets, "assets");
+  }
   checks.count(Where("/textures"), scene.textures.size(), checks.limits.textures, "textures");
   for (const Texture& texture : scene.textures) {
     const Where where(texture.path);

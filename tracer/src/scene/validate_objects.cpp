@@ -136,6 +136,7 @@ void check_per_position(Checks& checks, const Where& where, const std::vector<At
 
 /// Triangles without area are allowed: meshes of the real world have them, and no ray meets them.
 void check_shape(Checks& checks, const Where& object, const Mesh& mesh) {
+  if (mesh.file) return;  // what is in it is not known yet
   const Where positions(object, "positions");
   const Where normals(object, "normals");
   const Where uvs(object, "uvs");
@@ -178,6 +179,10 @@ bool check_object_list(Checks& checks, const Scene& scene, const Where& where, c
     const Where place(where, i);
     const Object& object = objects[i];
     std::visit([&](const auto& any) { check_shape(checks, place, any); }, object.shape);
+    const auto* mesh = std::get_if<Mesh>(&object.shape);
+    if (mesh != nullptr && mesh->file && mesh->file->index >= scene.assets.size()) {
+      checks.tell({place, "file"}, "unknown_reference", "there is no asset " + std::to_string(mesh->file->index));
+    }
     if (object.transform) transforms_well &= check_transform(checks, place, *object.transform);
     const auto* instance = std::get_if<Instance>(&object.shape);
     const std::optional<MaterialId> material = instance != nullptr ? instance->material : object.material;
