@@ -38,11 +38,10 @@ tracer::Result<tracer::Mesh, std::string> read(Bytes bytes, const tracer::Limits
 
 /// Copies for all but the last, while the scene's meshes stay within the limit of triangles.
 bool hand_out(tracer::Mesh read, std::vector<Use>& uses, std::uint64_t& triangles, const tracer::Limits& limits) {
-  for (Use& use : uses) {
-    triangles += read.triangles.size();
-    if (triangles > limits.triangles) return false;
-    *use.mesh = &use == &uses.back() ? std::move(read) : read;
-  }
+  triangles += read.triangles.size() * uses.size();
+  if (triangles > limits.triangles) return false;
+  for (std::size_t i = 0; i + 1 < uses.size(); ++i) *uses[i].mesh = read;
+  *uses.back().mesh = std::move(read);
   return true;
 }
 

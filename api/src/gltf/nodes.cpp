@@ -1,5 +1,6 @@
 #include "api/src/gltf/nodes.h"
 
+#include <algorithm>
 #include <array>
 #include <span>
 
@@ -69,11 +70,12 @@ class Walk {
   bool add(const Cursor& indices, const Transform& world_from_parent) {
     std::vector<Cursor> elements;
     if (!file_.elements(indices, elements)) return false;
-    for (auto element = elements.rbegin(); element != elements.rend(); ++element) {
+    std::reverse(elements.begin(), elements.end());
+    for (const Cursor& element : elements) {
       std::uint64_t node = 0;
-      if (!file_.integer(*element, reached_.size() - 1, node)) return false;
+      if (!file_.integer(element, reached_.size() - 1, node)) return false;
       if (reached_[node])
-        return file_.refuse(*element, "the node is reached twice: nodes must make a tree, without circles");
+        return file_.refuse(element, "the node is reached twice: nodes must make a tree, without circles");
       reached_[node] = true;
       waiting_.push_back({static_cast<std::uint32_t>(node), world_from_parent});
     }

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
-#include <compare>
 #include <iterator>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 #include "tracer/mesh_file.h"
@@ -20,7 +20,9 @@ constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 /// Indices from 0; `none` where the file gives none.
 struct Corner {
   std::uint32_t position = none, uv = none, normal = none;
-  auto operator<=>(const Corner&) const = default;
+  bool operator<(const Corner& other) const {
+    return std::tie(position, uv, normal) < std::tie(other.position, other.uv, other.normal);
+  }
 };
 
 class ObjReader {
