@@ -14,10 +14,7 @@ using oracle::Vec;
 
 TriangleGeometry triangle_of(const std::array<Vec, 3>& corners) {
   TriangleGeometry geometry;
-  for (const Vec& corner : corners)
-    for (const Real coordinate : {corner.x, corner.y, corner.z})
-      geometry.positions.push_back(static_cast<float>(coordinate));
-  geometry.positions.resize(geometry.positions.size() + 4);
+  for (const Vec& corner : corners) geometry.positions.push_back(rounded(corner));
   geometry.triangles.push_back({0, 1, 2});
   return geometry;
 }
@@ -146,9 +143,7 @@ TEST(TriangleHits, AreNotTheTriangleThatTheRayLeavesNorTheEdgeOfItsNeighbour) {
   // A roof's ridge: rays from one side of it, within the slack of the ridge, over the other. None meets it.
   Random random(4);
   TriangleGeometry roof;
-  for (const float coordinate : {0.F, 0.F, 0.F, 0.F, 0.F, 0.4F, 0.3F, -0.1F, 0.2F, -0.3F, -0.1F, 0.2F})
-    roof.positions.push_back(coordinate);
-  roof.positions.resize(roof.positions.size() + 4);
+  roof.positions = {{0, 0, 0}, {0, 0, 0.4}, {0.3, -0.1, 0.2}, {-0.3, -0.1, 0.2}};
   roof.triangles = {{0, 1, 2}, {1, 0, 3}};
   GeometrySet set;
   set.triangles.push_back(roof);
