@@ -1,12 +1,8 @@
 // Rays that leave a surface do not meet it again, and rays inside a closed one do not get out.
 #include <gtest/gtest.h>
 
-#include <iostream>
-
 #include "tests/support/effort.h"
-#include "tests/support/random.h"
 #include "tests/support/scenes.h"
-#include "tracer/src/compiled_scene.h"
 
 namespace {
 
@@ -125,41 +121,6 @@ TEST(Leaks, AreNoneInAMillionRaysFromInsideClosedMeshes) {
   EXPECT_EQ(leaked, 0u) << "of " << rays;
   if (effort::cases(100) >= 100) {
     EXPECT_GT(rays, 1'000'000u);
-  }
-}
-
-/// Rays from random places inside a closed mesh, exactly at its float corners or at points of its edges.
-TEST(Leaks, OfRaysAimedAtCornersAndEdgesAreFew) {
-  oracle::Random random(1);
-  for (const bool corners : {true, false}) {
-    std::uint64_t leaked = 0, rays = 0;
-    for (const int level : {0, 2, 4}) {
-      Scene scene = scenes::empty(1);
-      scenes::add(scene, scenes::icosphere(level), scenes::matte({1, 1, 1}));
-      RenderControl control;
-      const auto compiled = compile(scene, control);
-      const TriangleGeometry& mesh = (*compiled)->geometry.triangles[0];
-      const oracle::Vec middle = (*compiled)->frame.trace_from_world(Vec3{0, 0, 0});
-      for (std::uint64_t i = 0; i < effort::cases(100'000); ++i) {
-        const auto& triangle = mesh.triangles[random.below(static_cast<std::uint32_t>(mesh.triangles.size()))];
-        const std::uint32_t corner = random.below(3);
-        const oracle::Vec a = mesh.position(triangle[corner]), b = mesh.position(triangle[(corner + 1) % 3]);
-        const oracle::Vec target = corners ? a : a + oracle::Real(random.in(0, 1)) * (b - a);
-        const oracle::Vec origin = middle + oracle::Real(random.in(0, 0.1)) * random.direction();
-        const Vec3 o = rounded(origin), d = rounded(unit(target - oracle::Vec(o)));
-        PrimitiveRef hit;
-        double t = 0, u = 0, v = 0;
-        (*compiled)->accelerator->closest({&o.x, &o.y, &o.z, &d.x, &d.y, &d.z, nullptr, nullptr, 1}, {&hit, &t, &u, &v},
-                                          Coherence::incoherent);
-        ++rays;
-        leaked += hit.hit() ? 0 : 1;
-      }
-    }
-    std::cout << leaked << " of " << rays << " rays aimed at " << (corners ? "corners" : "edges") << " leaked\n";
-    RecordProperty(corners ? "leaked_at_corners" : "leaked_at_edges", static_cast<int>(leaked));
-    // Embree's robust mode never misses both triangles of an edge, but now and then all of a corner's: the more often,
-    // the smaller they are (0.26 % of rays aimed at corners of 81,920 triangles).
-    EXPECT_LE(static_cast<double>(leaked), (corners ? 0.001 : 0.00001) * static_cast<double>(rays));
   }
 }
 

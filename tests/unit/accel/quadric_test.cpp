@@ -332,7 +332,7 @@ void try_kind(QuadricKind kind, bool mapped, std::uint64_t seed) {
     const Quadric q = random_quadric(random, kind, mapped);
     const Map map({q.trace_from_shape, q.origin});
     std::vector<TestRay> rays;
-    while (rays.size() < 37) {  // not a multiple of sixteen
+    while (rays.size() < 365) {  // not a multiple of sixteen
       const Line line = random_line(random, q);
       TestRay ray;
       ray.origin = rounded(map.point(line.o));

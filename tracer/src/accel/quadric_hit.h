@@ -3,11 +3,10 @@
 
 #include <limits>
 
+#include "tracer/src/accel/inline.h"
 #include "tracer/src/accel/quadric.h"
 
 namespace tracer {
-
-#define WHITTLE_INLINE inline __attribute__((always_inline))
 
 /// Nearest hit at a distance > 0; `t` is infinite when there is none.
 struct QuadricHit {

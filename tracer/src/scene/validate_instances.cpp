@@ -1,5 +1,6 @@
 /// Prototypes and their instances: where they lead, and what they amount to when counted out.
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -16,6 +17,7 @@ struct Extent {
   double objects = 0, triangles = 0;
   double reach = 0;         ///< no coordinate in it is larger
   double shrink = 1;        ///< no length in it is multiplied by less
+  double condition = 1;     ///< no transform in it, its own and those around it multiplied, has a larger one
   std::uint32_t depth = 0;  ///< of instances within instances
 };
 
@@ -23,6 +25,18 @@ double norm(const Linear& m) {  // of the largest coordinate's growth: the large
   return std::max({std::abs(m.x.x) + std::abs(m.y.x) + std::abs(m.z.x),
                    std::abs(m.x.y) + std::abs(m.y.y) + std::abs(m.z.y),
                    std::abs(m.x.z) + std::abs(m.y.z) + std::abs(m.z.z)});
+}
+
+double frobenius(const Linear& m) { return std::hypot(length(m.x), length(m.y), length(m.z)); }
+
+/// Whether a transform on the way to a shape is singular when those around it are applied too.
+bool flattens(const Scene& scene, const Object& object, const Linear& world_from_group) {
+  const Linear m = object.transform ? world_from_group * affine(*object.transform).linear : world_from_group;
+  if (is_singular(m)) return true;
+  const auto* instance = std::get_if<Instance>(&object.shape);
+  if (instance == nullptr) return false;
+  const std::vector<Object>& placed = scene.prototypes[instance->of.index].objects;
+  return std::any_of(placed.begin(), placed.end(), [&](const Object& inner) { return flattens(scene, inner, m); });
 }
 
 struct Reach {
@@ -100,11 +114,13 @@ class Counting {
       const Affine a = affine(*object.transform);
       part.reach = part.reach * norm(a.linear) + largest_component(a.offset);
       part.shrink *= std::min({length(a.linear.x), length(a.linear.y), length(a.linear.z)});
+      part.condition *= frobenius(a.linear) * frobenius(inverse(a.linear));
     }
     total.objects += part.objects;
     total.triangles += part.triangles;
     total.reach = std::max(total.reach, part.reach);
     total.shrink = std::min(total.shrink, part.shrink);
+    total.condition = std::max(total.condition, part.condition);
     total.depth = std::max(total.depth, part.depth);
   }
 
@@ -149,7 +165,7 @@ void check_objects(Checks& checks, const Scene& scene) {
   const auto saturated = [](double count) {
     return count < 1e18 ? static_cast<std::uint64_t>(count) : std::numeric_limits<std::uint64_t>::max();
   };
-  checks.count(objects, saturated(total.objects), checks.limits.objects, "objects");
+  const bool few = checks.count(objects, saturated(total.objects), checks.limits.objects, "objects");
   checks.count(objects, saturated(total.triangles), checks.limits.triangles, "triangles");
   // Shapes within the limits may leave them when transformed. Not-a-number has been told above.
   if (total.reach > checks.limits.coordinate_max)
@@ -158,6 +174,14 @@ void check_objects(Checks& checks, const Scene& scene) {
   if (total.shrink < checks.limits.length_min)
     checks.over(objects, "length_min", text_of(checks.limits.length_min),
                 text_of(total.shrink) + " with the transforms applied");
+  // Columns of a product span at least the inverse square of its condition, which is at most the factors' product: only
+  // above that need every place be looked at. (NaN: an inverse overflowed.)
+  if (!few || total.condition <= 0x1p24) return;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i)
+    if (std::holds_alternative<Instance>(scene.objects[i].shape) && flattens(scene, scene.objects[i], {}))
+      checks.tell({objects, i}, "degenerate",
+                  "its transform is singular together with one that it places: they flatten space, and there is no way "
+                  "back");
 }
 
 }  // namespace tracer

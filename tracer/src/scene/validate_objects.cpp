@@ -154,19 +154,12 @@ void check_shape(Checks& checks, const Where& object, const Instance& instance) 
   (void)checks, (void)object, (void)instance;
 }
 
-/// Columns that span less than a 2^-48th of the box of their lengths have lost a dimension to rounding.
-bool is_singular(const Transform& transform) {
-  const Linear m = affine(transform).linear;
-  const auto normalized = [](const Vec3& v) { return normalize(v); };
-  return !(std::abs(determinant({normalized(m.x), normalized(m.y), normalized(m.z)})) > 0x1p-48);
-}
-
 bool check_transform(Checks& checks, const Where& object, const Transform& transform) {
   const Where where(object, "transform");
   bool all_well = true;
   for (const auto& row : transform.rows)
     for (const double entry : row) all_well = all_well && checks.coordinate(where, entry);
-  if (all_well && is_singular(transform))
+  if (all_well && is_singular(affine(transform).linear))
     return checks.tell(where, "degenerate", "is singular: it flattens space, and there is no way back");
   return all_well;
 }

@@ -49,7 +49,6 @@ class GeometryBuilder {
       if (!quadrics.quadrics.empty()) set.quadrics.push_back(std::move(quadrics));
     for (TriangleGeometry& triangles : loose_)
       if (!triangles.triangles.empty()) set.triangles.push_back(std::move(triangles));
-    for (TriangleGeometry& triangles : set.triangles) triangles.positions.resize(triangles.positions.size() + 4);
   }
 
   void operator()(const Sphere& sphere) {
@@ -100,8 +99,8 @@ class GeometryBuilder {
   void operator()(const Triangle& triangle) {
     TriangleGeometry& triangles = loose_[transmissive_ ? 1 : 0];
     triangles.transmissive = transmissive_;
-    const auto first = static_cast<std::uint32_t>(triangles.positions.size() / 3);
-    for (const Vec3& vertex : triangle.vertices) push_position(triangles, vertex);
+    const auto first = static_cast<std::uint32_t>(triangles.positions.size());
+    for (const Vec3& vertex : triangle.vertices) triangles.positions.push_back(trace_from_object(vertex));
     push_corners(triangles, {first, first + 1, first + 2});
     triangles.object_of_triangle.push_back(object_);
     // Zero normals mean: use the face's.
@@ -116,8 +115,8 @@ class GeometryBuilder {
     TriangleGeometry triangles;
     triangles.object = object_;
     triangles.transmissive = transmissive_;
-    triangles.positions.reserve(3 * mesh.positions.size() + 4);
-    for (const Vec3& position : mesh.positions) push_position(triangles, position);
+    triangles.positions.reserve(mesh.positions.size());
+    for (const Vec3& position : mesh.positions) triangles.positions.push_back(trace_from_object(position));
     triangles.triangles.reserve(mesh.triangles.size());
     for (const auto& corners : mesh.triangles) push_corners(triangles, corners);
     if (!mesh.normals.empty()) {
@@ -145,11 +144,6 @@ class GeometryBuilder {
   /// The frame subtracts before it scales: what nothing transforms is as exact as the frame is.
   [[nodiscard]] Vec3 trace_from_object(const Vec3& p) const {
     return compiled_.frame.trace_from_world(world_from_object_.point(p));
-  }
-
-  void push_position(TriangleGeometry& triangles, const Vec3& position) const {
-    const Vec3 p = trace_from_object(position);
-    for (const double coordinate : {p.x, p.y, p.z}) triangles.positions.push_back(static_cast<float>(coordinate));
   }
 
   /// Under a reflection counter-clockwise becomes clockwise: the front side must stay the front.
