@@ -8,16 +8,11 @@ struct Entry {
 };
 
 constexpr Entry table[] = {
-    {"object", "file"},
-    {"accuracy", "preset"},
-    {"accuracy", "target_error"},
-    {"accuracy", "time_budget_ms"},
-    {"accuracy", "approximate"},
-    {"output.layers", "error"},
-    {"job", "run_after"},
-    {"job", "deadline"},
-    {"job", "expires_in"},
-    {"job", "cache"},
+    {"object", "file"},           {"accuracy", "preset"},
+    {"accuracy", "target_error"}, {"accuracy", "time_budget_ms"},
+    {"accuracy", "approximate"},  {"output.layers", "error"},
+    {"job", "run_after"},         {"job", "deadline"},
+    {"job", "expires_in"},        {"job", "cache"},
     {"job", "webhook"},
 };
 
