@@ -26,6 +26,8 @@ class Rendering(OneDaemon):
                                           ("image/png;q=0.5, image/x-exr", "image/x-exr", EXR_MAGIC),
                                           ("image/jpeg", "image/jpeg", b"\xff\xd8\xff"),
                                           ("image/vnd.radiance", "image/vnd.radiance", b"#?RADIANCE"),
+                                          ("image/webp", "image/webp", b"RIFF"),
+                                          ("image/tiff", "image/tiff", b"II*\0"),
                                           ("image/*", "image/png", PNG_MAGIC),
                                           ("text/html, */*;q=0.1", "image/png", PNG_MAGIC)):
             reply = self.daemon.request("POST", "/v1/render", scene(), {"Accept": accept})

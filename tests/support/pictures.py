@@ -1,8 +1,9 @@
 """Readers for the picture files Whittle writes, independent of the libraries that wrote them.
 
-PNG (ISO/IEC 15948): 8- or 16-bit RGB or RGBA, not interlaced. EXR (OpenEXR file layout, 2.0): single-part scan lines, float channels,
-ZIP compression. Whatever else a file holds is refused with ValueError, so a test that reads a picture also checks its
-kind. Both return numpy arrays of shape (height, width, channels), row 0 on top.
+PNG (ISO/IEC 15948): 8- or 16-bit RGB or RGBA, not interlaced. EXR (OpenEXR file layout, 2.0): single-part scan lines,
+float channels, ZIP compression. TIFF (Adobe 1992, Revision 6.0): one strip of 16 bits, not compressed. Whatever else a
+file holds is refused, so a test that reads a picture also checks its kind. All return numpy arrays of shape (height,
+width, channels), row 0 on top.
 """
 import struct
 import zlib

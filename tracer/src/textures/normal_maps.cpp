@@ -33,7 +33,7 @@ void read_normal_maps_as_linear(const Background& background, std::vector<Materi
     const auto [place, is_new] = linear.try_emplace(index, *material.normal_map);
     if (is_new && as_colors.contains(index)) {
       place->second = {static_cast<std::uint32_t>(textures.size())};
-      textures.push_back(Texture(textures[index]));
+      textures.emplace_back(textures[index]);
     }
     std::get<ImageTexture>(textures[place->second.index].pattern).color_space = ColorSpace::linear;
     material.normal_map = place->second;
