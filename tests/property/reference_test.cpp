@@ -119,19 +119,6 @@ TEST(Picture, OfGlassSlabsSpheresAndBubblesEqualsTheReferenceWithAndWithoutFresn
     }
 }
 
-TEST(Picture, OfGlassWithTheIndexOfItsSurroundingsIsThePictureWithoutIt) {
-  tracer::Scene with = glass_scene(1, true), without = with;
-  for (tracer::Material& m : with.materials)
-    if (m.transmission > 0) m.transmission = 1, m.transmission_color = {1, 1, 1};
-  std::erase_if(without.objects,
-                [&](const tracer::Object& o) { return without.materials[o.material.index].transmission > 0; });
-  with.accuracy.max_depth = without.accuracy.max_depth = 40;
-  const auto a = scenes::render(with).image.rgb, b = scenes::render(without).image.rgb;
-  std::uint64_t different = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) different += std::fabs(a[i] - b[i]) > 1e-6F ? 1 : 0;
-  EXPECT_EQ(different, 0u);
-}
-
 TEST(Picture, WhoseRaysBranchTwoToTheSixteenthTimesEqualsTheReference) {
   // Shells that split every ray in two, inside a mirror that lets none out: generations far larger than are traced at
   // once.
