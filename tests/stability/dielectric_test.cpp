@@ -1,6 +1,8 @@
 // Glass whose index is that of air or a million, an eye within glass, glass in layers as thin as nothing.
 #include <gtest/gtest.h>
 
+#include <sstream>
+
 #include "tests/stability/layers.h"
 #include "tests/stability/table.h"
 #include "tests/support/effort.h"
@@ -109,23 +111,34 @@ TEST(AnEyeInGlass, SeesALampAsBrightAsTheLampSeesTheEye) {
   }
 }
 
-TEST(LayersOfGlass, ShowOnePictureHoweverThinTheGapOrTheOverlap) {
-  Row row(15, "nested, overlapping, parted by 1 .. 1e-12, touching: the limit's", Oracle::closed_form, "pixels");
-  const auto seen = [&](std::vector<Layer> layers, const std::vector<Real>& indices, const std::string& what) {
-    for (const bool backwards : {false, true}) {
-      if (backwards) std::reverse(layers.begin(), layers.end());
-      Scene scene = half_spaces(layers, {0, 2, 0}, {0.5, 0, 0}, 60);
-      scene.accuracy.cutoff = 1e-9;
-      compare(row, scene, indices, true, what + (backwards ? " backwards" : ""));
-    }
-  };
-  for (const double gap : {1.0, 1e-3, 1e-6, 1e-9, 1e-12, 0.0}) {
-    const std::string by = " by " + std::to_string(gap);
-    seen({{0, 1.5}, {-gap, 1.33, 1}}, {1, 1.5, 1.33}, "nested" + by);
-    seen({{0, 1.5, 1}, {-gap, 1.33}}, {1, 1.5}, "hidden" + by);
-    seen({{0, 1.5}, {-0.5, 1, 1}, {-0.5 - gap, 1.33, 2}}, {1, 1.5, 1, 1.33}, "parted" + by);
-    seen({{gap, 1.33}, {0, 1.5, 1}}, {1, 1.33, 1.5}, "overlapping" + by);
+/// The layers in the order given and in the opposite, beside the closed form for `indices`.
+void compare_layers(Row& row, std::vector<Layer> layers, const std::vector<Real>& indices, const std::string& what) {
+  for (const bool backwards : {false, true}) {
+    if (backwards) std::reverse(layers.begin(), layers.end());
+    Scene scene = half_spaces(layers, {0, 2, 0}, {0.5, 0, 0}, 60);
+    scene.accuracy.cutoff = 1e-9;
+    compare(row, scene, indices, true, what + (backwards ? ", backwards" : ""));
   }
+}
+
+TEST(LayersOfGlass, ShowOnePictureHoweverThinTheGapOrTheOverlap) {
+  Row row(15, "nested, hidden, parted, overlapping by 1 .. 1e-14: the limit's", Oracle::closed_form, "pixels");
+  for (const double gap : {1.0, 1e-3, 1e-6, 1e-9, 1e-12, 1e-14}) {
+    std::ostringstream text;
+    text << " by " << gap;
+    const std::string by = text.str();
+    compare_layers(row, {{0, 1.5}, {-gap, 1.33, 1}}, {1, 1.5, 1.33}, "nested" + by);
+    compare_layers(row, {{0, 1.5, 1}, {-gap, 1.33}}, {1, 1.5}, "hidden" + by);
+    compare_layers(row, {{0, 1.5}, {-0.5, 1, 1}, {-0.5 - gap, 1.33, 2}}, {1, 1.5, 1, 1.33}, "parted" + by);
+    compare_layers(row, {{gap, 1.33}, {0, 1.5, 1}}, {1, 1.33, 1.5}, "overlapping" + by);
+  }
+}
+
+TEST(LayersOfGlass, InExactlyOnePlaceAreTheFirstOfThemAlone) {
+  Row row(15, "borders in exactly one place: the first one's picture", Oracle::closed_form, "pixels");
+  row.note("not the limit's: no ray gets between them, so solids that touch must overlap by 1e-14 to be two");
+  compare(row, half_spaces({{0, 1.5}, {0, 1.33, 1}}, {0, 2, 0}, {0.5, 0, 0}, 60), {1, 1.5}, true, "1.5 first");
+  compare(row, half_spaces({{0, 1.33, 1}, {0, 1.5}}, {0, 2, 0}, {0.5, 0, 0}, 60), {1, 1.33}, true, "1.33 first");
 }
 
 TEST(LayersOfGlass, AreTheSameForBoxesAsForHalfSpaces) {

@@ -47,7 +47,7 @@ std::string_view text_of(Oracle oracle) {
 std::string line_of(std::string_view number, std::string_view name, std::string_view oracle, std::string_view tried,
                     std::string_view unit, std::string_view wrong, std::string_view remark) {
   std::ostringstream text;
-  text << std::setw(2) << number << "  " << std::left << std::setw(60) << name << std::setw(6) << oracle << std::right
+  text << std::setw(2) << number << "  " << std::left << std::setw(72) << name << std::setw(6) << oracle << std::right
        << std::setw(11) << tried << " " << std::left << std::setw(10) << unit << std::right << std::setw(6) << wrong
        << "  " << remark;
   return text.str();
