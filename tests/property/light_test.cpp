@@ -25,7 +25,7 @@ TEST(Shadow, OfASphereOnAPlaneCoversExactlyThePixelsThatTheSphereHidesFromTheLig
       const Vec eye = scene.camera.position, center(0, 2, 0);
       for (std::uint32_t y = 0; y < image.height; ++y)
         for (std::uint32_t x = 0; x < image.width; ++x) {
-          const Vec d = through(scene, x, y);
+          const Vec d = oracle::through(scene, x, y);
           const Real seen = length(cross(d, center - eye));  // the line of sight's distance from the sphere's centre
           if (seen < radius * (1 + 1e-9)) continue;
           const Vec floor = eye + (-eye.y / d.y) * d, l = unit(Vec(light) - floor);

@@ -119,6 +119,27 @@ TEST(Picture, OfGlassSlabsSpheresAndBubblesEqualsTheReferenceWithAndWithoutFresn
     }
 }
 
+TEST(Picture, OfSolidsWithinAndAcrossEachOtherEqualsTheReferenceByPriority) {
+  for (const int first : {0, 1, 2, 3}) {
+    SCOPED_TRACE(first);
+    tracer::Scene scene = glass_scene(1.5, true);
+    scene.objects.clear();
+    const auto add = [&](const tracer::Sphere& sphere, double ior, int priority) {
+      tracer::Material material = scenes::glass(ior);
+      material.priority = priority;
+      material.absorption = {};
+      scenes::add(scene, sphere, material);
+    };
+    add({{0, 0, 0}, 1.4}, 1.5, first);            // a flask
+    add({{0, 0, 0}, 1.1}, 1.33, 1);               // of water
+    add({{0.3, 0.2, 0.1}, 0.4}, 1, 2);            // with a bubble in it
+    add({{1.2, 0.1, 0.3}, 0.8}, 1.8, 3 - first);  // and a ball through its wall
+    tracer::Material backdrop = scenes::matte({0.9, 0.6, 0.2});
+    scenes::add(scene, tracer::Plane{{0, -1.5, 0}, {0, 1, 0}, {}}, backdrop);
+    EXPECT_LE(expect_reference(scene), 8u);
+  }
+}
+
 TEST(Picture, WhoseRaysBranchTwoToTheSixteenthTimesEqualsTheReference) {
   // Shells that split every ray in two, inside a mirror that lets none out: generations far larger than are traced at
   // once.
