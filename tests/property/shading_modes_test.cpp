@@ -28,10 +28,11 @@ Scene lit_triangle(Material::Shading shading) {
   return scene;
 }
 
-/// I_local at a place with a unit normal, as SCENE's formula says.
-Real local(const Scene& scene, const Vec& place, const Vec& normal) {
+/// I_local at a place with a unit normal, as the formula of scene.h says; `seen` is the place towards which the eye
+/// looks.
+Real local(const Scene& scene, const Vec& seen, const Vec& place, const Vec& normal) {
   const Material& material = scene.materials[0];
-  const Vec to_eye = unit(Vec(scene.camera.position) - place);
+  const Vec to_eye = unit(Vec(scene.camera.position) - seen);
   Real sum = 0;
   for (const Light& light : scene.lights) {
     const auto* point = std::get_if<PointLight>(&light.source);
@@ -67,7 +68,7 @@ void expect_shading(Material::Shading shading, const Expected& expected) {
       inside += margin > 0 ? 1 : 0;
       // The corners are floats of the trace frame.
       const Real value = margin > 0 ? expected(scene, w) : 0;
-      ASSERT_NEAR(image.pixel(x, y)[0], static_cast<double>(value), 1e-5) << x << " " << y;
+      ASSERT_NEAR(image.pixel(x, y)[0], static_cast<double>(value), 1e-6) << x << " " << y;
     }
   EXPECT_GT(inside, 500);
 }
@@ -79,7 +80,7 @@ Vec place_of(const std::array<Real, 3>& w) {
 TEST(FlatShading, UsesTheFacesNormal) {
   const Vec face = unit(cross(Vec(corners[1]) - Vec(corners[0]), Vec(corners[2]) - Vec(corners[0])));
   expect_shading(Material::Shading::flat,
-                 [&](const Scene& scene, const auto& w) { return local(scene, place_of(w), face); });
+                 [&](const Scene& scene, const auto& w) { return local(scene, place_of(w), place_of(w), face); });
 }
 
 TEST(SmoothShading, InterpolatesNormalsAndMakesThemUnit) {
@@ -92,14 +93,14 @@ TEST(SmoothShading, InterpolatesNormalsAndMakesThemUnit) {
       normal = normal + w[i] * n;
       lit = lit - (w[i] * std::fmin(0.0L, dot(place - Vec(corners[i]), n))) * n;
     }
-    return local(scene, lit, oracle::unit(normal));
+    return local(scene, place, lit, oracle::unit(normal));
   });
 }
 
 TEST(GouraudShading, InterpolatesTheLightOfTheCorners) {
   expect_shading(Material::Shading::gouraud, [](const Scene& scene, const auto& w) {
     Real sum = 0;
-    for (std::size_t i = 0; i < 3; ++i) sum += w[i] * local(scene, corners[i], oracle::unit(normals[i]));
+    for (std::size_t i = 0; i < 3; ++i) sum += w[i] * local(scene, corners[i], corners[i], oracle::unit(normals[i]));
     return sum;
   });
 }
