@@ -36,8 +36,9 @@ std::vector<Named> closed_shapes(double size, const Vec3& at) {
           {"torus mesh", scenes::placed(scenes::torus(40, 20), 0.7 * size, at), false}};
 }
 
-/// Compiled in the middle of its frame. An ellipsoid is a sphere stretched about its centre, and turned.
-std::shared_ptr<const CompiledScene> compiled_shape(const Named& named, const Vec3& at) {
+/// The shape is the scene's first object. An ellipsoid is a sphere stretched about its centre, and turned.
+/// `frame` > 0: balls at that distance hold the trace frame.
+std::shared_ptr<const CompiledScene> compiled_shape(const Named& named, const Vec3& at, double frame = 0) {
   Scene scene = scenes::empty(1);
   scenes::add(scene, named.shape, scenes::matte({1, 1, 1}));
   if (named.name == "ellipsoid") {
@@ -49,14 +50,24 @@ std::shared_ptr<const CompiledScene> compiled_shape(const Named& named, const Ve
     }
     scene.objects[0].transform = turned;
   }
+  for (const double side : {-frame, frame})
+    if (frame > 0) scenes::add(scene, Sphere{{side, side, side}, frame / 100}, MaterialId{0});
   return compiled(scene);
 }
 
+/// Where the shape is, in the trace frame.
+struct Around {
+  Vec middle;
+  Real reach = 0.45L;
+};
+
 /// A place on the shape that a random line meets, or nothing.
-Look random_place(Random& random, const CompiledScene& scene, Vec3& direction) {
-  const Vec target = 0.45L * random.direction(), d = random.direction();
+Look random_place(Random& random, const CompiledScene& scene, const Around& around, Vec3& direction) {
+  const Vec target = around.middle + around.reach * random.direction(), d = random.direction();
   direction = rounded(d);
-  return look(scene, rounded(target - 3 * d), direction);
+  Look met = look(scene, rounded(target - 6 * around.reach * d), direction);
+  met.found = met.found && met.surface.object == 0;
+  return met;
 }
 
 int crossings(const CompiledScene& scene, Vec3 origin, const Vec3& direction) {
@@ -78,7 +89,7 @@ TEST(GrazingRays, GoIntoClosedShapesAsOftenAsOut) {
     const auto scene = compiled_shape(named, {0, 0, 0});
     while (row.tried() < effort::cases(30'000)) {
       Vec3 ignored;
-      const Look at = random_place(random, *scene, ignored);
+      const Look at = random_place(random, *scene, {}, ignored);
       if (!at.found) continue;
       // Through a point as far above or below the surface as the ray is tilted against it.
       const Vec n = at.surface.geometric_normal;
@@ -91,10 +102,10 @@ TEST(GrazingRays, GoIntoClosedShapesAsOftenAsOut) {
 }
 
 /// Rays to all sides, along the surface too, from where a ray has met a convex shape from outside.
-void leave(Row& row, Random& random, const CompiledScene& scene, std::uint64_t rays) {
+void leave(Row& row, Random& random, const CompiledScene& scene, std::uint64_t rays, const Around& around = {}) {
   for (std::uint64_t tries = 0; tries < rays; ++tries) {
     Vec3 direction;
-    const Look at = random_place(random, scene, direction);
+    const Look at = random_place(random, scene, around, direction);
     if (!at.found) continue;
     const Vec3 n = at.surface.back ? -at.surface.geometric_normal : at.surface.geometric_normal;
     Vec away = random.chance(0.5) ? random.direction() : unit(random.across(n) + random.spread(1e-18, 1e-6) * Vec(n));
@@ -102,7 +113,8 @@ void leave(Row& row, Random& random, const CompiledScene& scene, std::uint64_t r
     const Vec3 leaving = rounded(away);
     if (!(dot(leaving, n) > 0)) continue;
     const Vec3 start = offset_origin(at.surface.point, at.surface.geometric_normal, leaving);
-    row.expect(!look(scene, start, leaving, at.hit.primitive).found);
+    const Look again = look(scene, start, leaving, at.hit.primitive);
+    row.expect(!again.found || again.surface.object != 0);
   }
 }
 
@@ -117,6 +129,21 @@ TEST(RaysThatLeaveAShape, NeverMeetItAgainWhateverItsSizeAndPlace) {
         const Vec3 at{away * size, -0.7 * away * size, 0.3 * away * size};
         leave(row, random, *compiled_shape(closed_shapes(size, at)[which], at), effort::cases(2'000));
       }
+  }
+}
+
+TEST(RaysThatLeaveAShape, NeverMeetItAgainHoweverSmallItIsInItsScene) {
+  Random random(4);
+  for (std::size_t which = 0; which < closed_shapes(1, {}).size(); ++which) {
+    const Named named = closed_shapes(1, {})[which];
+    if (!named.convex || std::holds_alternative<Mesh>(named.shape)) continue;
+    Row row(0, "0 self-hits at 1e-1 .. 1e-9 of the scene: " + named.name, Oracle::conservation, "rays");
+    for (double size = 1e-1; size > 0.5e-9; size /= 10) {
+      const Vec3 at{0.3, -0.2, 0.1};
+      const auto scene = compiled_shape(closed_shapes(size, at)[which], at, 1);
+      leave(row, random, *scene, effort::cases(2'000),
+            {scene->frame.trace_from_world(at), Real(scene->frame.trace_from_world(size))});
+    }
   }
 }
 
