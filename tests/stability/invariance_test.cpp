@@ -27,7 +27,8 @@ Scene mapped(Scene scene, const Point& point, const Direction& direction, double
     if (auto* d = std::get_if<DirectionalLight>(&light.source)) d->direction = direction(d->direction);
     light.attenuation.coefficients[1] /= length;
     light.attenuation.coefficients[2] /= length * length;
-    if (light.attenuation.kind == Attenuation::Kind::inverse_square) light.intensity *= length * length;
+    const bool fades = !std::holds_alternative<DirectionalLight>(light.source);
+    if (fades && light.attenuation.kind == Attenuation::Kind::inverse_square) light.intensity *= length * length;
   }
   for (Object& object : scene.objects) {
     if (auto* sphere = std::get_if<Sphere>(&object.shape)) {
