@@ -7,7 +7,6 @@
 
 namespace {
 
-using oracle::Random;
 using oracle::Real;
 using oracle::Vec;
 using namespace tracer;
