@@ -101,11 +101,12 @@ TEST(GrazingRays, GoIntoClosedShapesAsOftenAsOut) {
   }
 }
 
-/// Of a cone's side its solver knows the discriminant to some 1e-19, which for a ray along a straight line of it can be
-/// more than what 1e-14 of clearance makes.
+/// The solver knows the discriminant of a cone's side to some 1e-19. For a ray along one of the side's straight lines
+/// that can be more than what its clearance of 1e-14 makes, and a hit is invented where the ray runs that far outside.
+/// Exact arithmetic would tell: these are wrong, and counted apart only to hold everything else to 0.
 void bound_of_cones(Row& row, const Shape& shape) {
   if (std::holds_alternative<Cone>(shape) || std::holds_alternative<Cylinder>(shape))
-    row.bound("leaves along the side's straight lines and meets it at below 1e-9 rad", 1e-4);
+    row.bound("invented hits at below 1e-9 rad, for rays along the side's straight lines", 1e-4);
 }
 
 /// Rays to all sides, along the surface too, from where a ray has met a convex shape from outside.
