@@ -84,7 +84,8 @@ class Finder {
     need(&Requirements::absorption, transmits && !(material.absorption == Color{}), where);
     need(&Requirements::overlapping_media, transmits && std::exchange(solid_seen_, true), where);
     need(&Requirements::gouraud, material.shading == Material::Shading::gouraud, where);
-    if (const auto* texture = std::get_if<TextureId>(&material.color)) look_at(&Requirements::textures, *texture, where);
+    if (const auto* texture = std::get_if<TextureId>(&material.color))
+      look_at(&Requirements::textures, *texture, where);
     if (material.bump) look_at(&Requirements::textures, material.bump->texture, where);
     if (material.normal_map) look_at(&Requirements::textures, *material.normal_map, where);
     need(&Requirements::bump, material.bump || material.normal_map, where);

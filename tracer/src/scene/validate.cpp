@@ -61,10 +61,8 @@ void check_camera(Checks& checks, const Camera& camera) {
   }
   checks.length({where, "height"}, camera.height);
   const Where aperture(where, "aperture");
-  if (camera.aperture < 0) {
+  if (checks.coordinate(aperture, camera.aperture) && camera.aperture < 0) {
     checks.tell(aperture, "out_of_range", "must be >= 0, got " + text_of(camera.aperture));
-  } else {
-    checks.coordinate(aperture, camera.aperture);
   }
   if (camera.focus_distance) checks.length({where, "focus_distance"}, *camera.focus_distance);
 }
