@@ -180,7 +180,7 @@ Shape any_shape(Random& random, std::uint32_t which) {
 TEST(QuadricSurface, PointsAreWithinTheirErrorNormalsAreOutwardAndRaysThatLeaveNeverMeetIt) {
   Random random(2);
   std::uint64_t hits = 0;
-  for (std::uint32_t i = 0; i < effort::cases(1200); ++i) {
+  for (std::uint32_t i = 0; i < effort::cases(25'000); ++i) {
     const auto transform = random.chance(0.7) ? std::optional(random_transform(random)) : std::nullopt;
     if (!transform && i % 6 == 4) continue;  // that sphere is no quadric
     const auto c = compiled(checkered(any_shape(random, i), transform));
@@ -220,7 +220,7 @@ TEST(QuadricSurface, PointsAreWithinTheirErrorNormalsAreOutwardAndRaysThatLeaveN
           << "part " << static_cast<int>(part) << " shape " << i % 6;
     }
   }
-  EXPECT_GT(hits, effort::cases(1200) * 40);
+  EXPECT_GT(hits, effort::cases(25'000) * 40);
 }
 
 struct Expected {
@@ -281,7 +281,7 @@ TEST(TextureCoordinates, OfABoxRunRightAndUpOnEachFaceSeenFromOutside) {
 
 TEST(TextureCoordinates, StayOnTheShapeUnderATransform) {
   Random random(3);
-  for (std::uint32_t i = 0; i < effort::cases(100); ++i) {
+  for (std::uint32_t i = 0; i < effort::cases(6000); ++i) {
     const Shape shape = any_shape(random, i);
     const Transform transform = random_transform(random);
     const auto plain = compiled(checkered(shape)), moved = compiled(checkered(shape, transform));

@@ -39,7 +39,7 @@ Real box_reach(const Surface& surface, const Vec& n) {
 TEST(SphereSurface, PointIsWithinItsErrorOfTheSphereAndRaysFromItNeverMeetItAgainOutside) {
   Random random(1);
   std::uint64_t hits = 0;
-  const std::uint64_t spheres = effort::cases(1000);
+  const std::uint64_t spheres = effort::cases(16'000);
   for (std::uint64_t i = 0; i < spheres; ++i) {
     Scene scene = scenes::empty(1);
     const double radius = random.spread(1e-9, 0.4);
@@ -95,7 +95,7 @@ TEST(SphereSurface, PointIsWithinItsErrorOfTheSphereAndRaysFromItNeverMeetItAgai
 
 TEST(SphereSurface, TextureCoordinatesAreLongitudeAndLatitudeAboutAxisAndMeridian) {
   Random random(2);
-  for (std::uint64_t i = 0; i < effort::cases(300); ++i) {
+  for (std::uint64_t i = 0; i < effort::cases(6000); ++i) {
     Sphere sphere{random.vector(1), 1, random.vector(5), random.vector(5)};
     if (i % 3 == 0) sphere.axis = {0, 1, 0}, sphere.meridian = {1, 0, 0};
     const auto c = compiled(checkered(sphere));
@@ -136,7 +136,7 @@ TEST(SphereSurface, AtThePolesTakesLongitudeNought) {
 TEST(PlaneSurface, PointIsWithinItsErrorOfThePlaneFromNearFarAndGrazing) {
   Random random(3);
   std::uint64_t hits = 0;
-  for (std::uint64_t i = 0; i < effort::cases(1000); ++i) {
+  for (std::uint64_t i = 0; i < effort::cases(25'000); ++i) {
     Scene scene = scenes::empty(1);
     const Vec3 axes[] = {{1, 0, 0}, {0, -1, 0}, {0, 0, 1}};
     const Vec3 normal = random.chance(0.3) ? axes[random.below(3)] : random.vector(7);
@@ -163,7 +163,7 @@ TEST(PlaneSurface, PointIsWithinItsErrorOfThePlaneFromNearFarAndGrazing) {
       ASSERT_GE(side * dot(n, start - point), 0) << "on the wrong side";
     }
   }
-  EXPECT_GT(hits, effort::cases(1000) * 40);
+  EXPECT_GT(hits, effort::cases(25'000) * 40);
 }
 
 TEST(PlaneSurface, TextureCoordinatesRunAlongTheWorldsXAxisOrZWhereTheNormalIsAlongX) {
@@ -212,7 +212,7 @@ TEST(Axes, AreAtRightAnglesAndRightHandedHoweverCloseTheFirstIsToTheNormal) {
 TEST(TriangleSurface, PointIsWithinItsErrorOfTheTriangleAndInterpolatesNormalsAndCoordinates) {
   Random random(5);
   std::uint64_t hits = 0;
-  for (std::uint64_t i = 0; i < effort::cases(3000); ++i) {
+  for (std::uint64_t i = 0; i < effort::cases(60'000); ++i) {
     Triangle triangle{{{random.vector(1), random.vector(1), random.vector(1)}}, {}, {}};
     const std::array<Vec3, 3> normals{rounded(random.direction()), rounded(random.direction()),
                                       rounded(random.direction())};
@@ -249,7 +249,7 @@ TEST(TriangleSurface, PointIsWithinItsErrorOfTheTriangleAndInterpolatesNormalsAn
       ASSERT_NEAR(at.surface.uv.y, static_cast<double>(u * uvs[1].y + v), 1e-9);
     }
   }
-  EXPECT_GT(hits, effort::cases(3000) * 10);
+  EXPECT_GT(hits, effort::cases(60'000) * 10);
 }
 
 TEST(MeshSurface, SmoothNormalsAreWeightedByTheAreaOfTheFacesAround) {
