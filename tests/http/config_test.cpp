@@ -180,7 +180,7 @@ TEST(Config, HelpNamesEveryOptionWithItsDefault) {
     std::string flag = "--" + name;
     for (char& c : flag) c = c == '_' ? '-' : c;
     EXPECT_NE(help.find(flag + " "), std::string::npos) << flag;
-    EXPECT_NE(help.find("(default " + value + ")"), std::string::npos) << flag;
+    EXPECT_NE(help.find("(default " + (value.empty() ? "none" : value) + ")"), std::string::npos) << flag;
   }
 }
 
