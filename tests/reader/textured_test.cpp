@@ -58,7 +58,7 @@ TEST(TexturedThings, AreNotBlamedForTexturesThatCouldNotBeRead) {
 
 TEST(TexturedThings, CannotNameFilesWhereNoAssetsAreTaken) {
   api::Limits limits;
-  limits.files = false;
+  limits.files = api::Files::none;
   EXPECT_EQ(outcome(document_with(R"("background": {"environment": {"file": "sky.hdr"}})"), limits),
             (Issues{"/background/environment/file unsupported"}));
 }

@@ -17,11 +17,8 @@ struct Loaded {
 };
 
 /// `text` is the document; its files' names are relative to the folder of `scene_path` ("-": the working folder).
-/// Ordinary files only, each at most `asset_bytes_max`. An asset that cannot be read is an issue "bad_asset" where the
-/// document names it first.
+/// Ordinary files only, each at most api::asset_bytes_max. An asset that cannot be read is an issue "bad_asset" where
+/// the document names it first.
 tracer::Result<Loaded, api::Refusal> load(std::string_view text, const std::string& scene_path);
-
-/// 256 MB: what the largest picture that is taken needs uncompressed.
-inline constexpr std::size_t asset_bytes_max = 256'000'000;
 
 }  // namespace cli

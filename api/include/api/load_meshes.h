@@ -1,5 +1,5 @@
 #pragma once
-/// The step between reading a document and compiling it: meshes of files become meshes like any others.
+/// The second half of load_assets.h: meshes of files become meshes like any others.
 
 #include <vector>
 
