@@ -19,6 +19,7 @@ void require(bool promise, const char* what) {
 
 }  // namespace
 
+// NOLINTNEXTLINE(readability-identifier-naming): libFuzzer's name for it
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::vector<std::uint8_t> bytes(data, data + size);  // of exactly this size: reading beyond its end is seen
   const auto image = tracer::decode(bytes, std::nullopt, {.pixels = 1 << 20, .channels = 8, .bytes = 1 << 24});

@@ -22,6 +22,7 @@ void require(bool promise, const char* what) {
 }  // namespace
 
 // NOLINTNEXTLINE(readability-identifier-naming): libFuzzer's name for it
+// NOLINTNEXTLINE(readability-identifier-naming): libFuzzer's name for it
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::vector<std::uint8_t> bytes(data, data + size);  // of exactly this size: reading beyond its end is seen
   const tracer::Limits limits{.objects = 1000, .triangles = 10'000};

@@ -72,8 +72,10 @@ TEST(Environment, TurnsThePanoramaByItsRotation) {
   Image image;
   image.width = 128;
   image.height = 64;
-  for (std::uint32_t i = 0; i < 128 * 64; ++i)
-    image.rgb.insert(image.rgb.end(), {static_cast<float>(i % 128), static_cast<float>(i / 128), 1});
+  for (std::uint32_t i = 0; i < 128 * 64; ++i) {
+    const std::uint32_t column = i % 128, row = i / 128;
+    image.rgb.insert(image.rgb.end(), {static_cast<float>(column), static_cast<float>(row), 1});
+  }
   const auto file = encode(image, Format::exr);
   Scene scene = panorama({0, 1, 0}, {0, 0, -1});
   scene.textures = {picture};
