@@ -20,8 +20,8 @@ PLAIN_BLOCKS = [block for language, block in BLOCKS if language == ""]
 class Readme(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        """A folder that looks like the checkout after server/run, and a daemon on another port."""
-        cls.daemon = cls.enterClassContext(Daemon("--assets", SOURCE / "scenes"))
+        """A folder that looks like the checkout after server/run, and a daemon on another port, patient with slow machines."""
+        cls.daemon = cls.enterClassContext(Daemon("--assets", SOURCE / "scenes", "--render-wait-s", "600"))
         cls.folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
         (cls.folder / "scenes").symlink_to(SOURCE / "scenes")
         (cls.folder / "build" / "release").mkdir(parents=True)
