@@ -2,8 +2,25 @@
 
 #include "tracer/src/accel/packet.h"
 
+#if defined(__SANITIZE_THREAD__)
+#include <sanitizer/tsan_interface.h>
+#endif
+
 namespace tracer {
 namespace {
+
+/// Embree's threads build the tree between two hand-overs that ThreadSanitizer cannot see, since Embree's library is
+/// not instrumented: from the thread that commits the scene, and back to it. These two tell it.
+void hand_over([[maybe_unused]] void* what) {
+#if defined(__SANITIZE_THREAD__)
+  __tsan_release(what);
+#endif
+}
+void take_over([[maybe_unused]] void* what) {
+#if defined(__SANITIZE_THREAD__)
+  __tsan_acquire(what);
+#endif
+}
 
 constexpr unsigned mask_opaque = 1, mask_transmissive = 2, mask_all = 3;
 
@@ -71,7 +88,9 @@ std::size_t primitive_count(const QuadricGeometry& g) { return g.quadrics.size()
 
 template <class Geometry>
 void bounds_callback(const RTCBoundsFunctionArguments* args) {
+  take_over(args->geometryUserPtr);
   primitive_bounds(*static_cast<const User<Geometry>*>(args->geometryUserPtr)->geometry, args->primID, *args->bounds_o);
+  hand_over(args->geometryUserPtr);
 }
 
 template <class Geometry>
@@ -136,6 +155,11 @@ struct Accelerator::Embree {
 
   template <class Geometry>
   void add(std::vector<User<Geometry>>& users, const std::vector<Geometry>& geometries, std::uint32_t first);
+  void for_each_user(void (*visit)(void*)) {
+    for (auto& user : spheres) visit(&user);
+    for (auto& user : triangles) visit(&user);
+    for (auto& user : quadrics) visit(&user);
+  }
 };
 
 template <class Geometry>
@@ -180,7 +204,9 @@ Result<std::unique_ptr<Accelerator>, Failure> Accelerator::build(const GeometryS
   }
   rtcSetSceneFlags(embree->scene, RTC_SCENE_FLAG_ROBUST);
   rtcSetSceneProgressMonitorFunction(embree->scene, keep_building, &control);
+  embree->for_each_user(hand_over);
   rtcCommitScene(embree->scene);
+  embree->for_each_user(take_over);
   const RTCError error = rtcGetDeviceError(embree->device);
   if (error == RTC_ERROR_CANCELLED) return Failure{Failure::Code::cancelled, "cancelled while building"};
   if (error == RTC_ERROR_OUT_OF_MEMORY) return Failure{Failure::Code::out_of_memory, "no memory for the BVH"};
