@@ -7,10 +7,16 @@ function that reads like its document. Lengths are scene units; y is up unless a
 import json
 import math
 import pathlib
+import struct
 import sys
+import zlib
 
+from features import instances, lights, shapes, transparency
+from mesh_files import FILES, mesh_files
 from meshes import add, box, cavity, lens, prism, quad, scaled, turned, unit
 from terrain import gradient_noise, ridges
+from views import haze, isometric, lens as lens_scene, panorama, shading, tone
+from worlds import cube, environment, evening, relief, studs
 
 
 # ---- writing -------------------------------------------------------------------------------------------------------
@@ -41,6 +47,16 @@ def text_of(scene):
         else:
             lines.append(f'  "{key}": {json.dumps(value)}')
     return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def png(width, height, color_at):
+    """An 8-bit RGB picture: color_at(x, y) in 0..255, row 0 on top."""
+    rows = b"".join(b"\0" + bytes(channel for x in range(width) for channel in color_at(x, y)) for y in range(height))
+    chunk = lambda kind, data: (struct.pack(">I", len(data)) + kind + data
+                                + struct.pack(">I", zlib.crc32(kind + data)))
+    head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows, 9))
+            + chunk(b"IEND", b""))
 
 
 # ---- the scenes ----------------------------------------------------------------------------------------------------
@@ -316,13 +332,68 @@ def mountain(cells=440, size=13.0):
     }
 
 
-SCENES = (tiny, whitted, sphereflake, cornell, mountain, glass, local_models)
+def tile(x, y, side=64):
+    """A glazed tile: a star of eight points in a ring, white joints."""
+    u, v = (x + 0.5) / side * 2 - 1, (y + 0.5) / side * 2 - 1
+    star = min(max(abs(u), abs(v)), (abs(u) + abs(v)) / math.sqrt(2))
+    if max(abs(u), abs(v)) > 0.94:
+        return (226, 221, 208)
+    if star < 0.3:
+        return (214, 160, 52)
+    if star < 0.48:
+        return (240, 236, 226)
+    return (26, 110, 118) if math.hypot(u, v) < 0.84 else (18, 56, 92)
+
+
+def textures():
+    """Marble of noise, tiles from a picture, a sky of a gradient, a checker to the horizon."""
+    def ball(x, z, radius, material):
+        return {"type": "sphere", "center": [x, radius, z], "radius": radius, "material": material}
+
+    return {
+        "version": 1, "name": "textures",
+        "image": {"width": 800, "height": 450},
+        "camera": {"position": [0, 1.7, 7.5], "look_at": [0, 0.95, 0], "fov": 36},
+        "background": {"color": [0.62, 0.76, 0.92]},
+        "ambient": 0.25,
+        "lights": [{"type": "point", "position": [-5, 8, 6], "color": [1, 0.96, 0.9], "intensity": 0.85}],
+        "textures": {
+            "floor": {"checker": ["#d8d0c0", "#5a3b34"]},
+            "marble": {"noise": ["#202a38", "#fffaf0"], "octaves": 7, "scale": [9, 14]},
+            "tiles": {"file": "assets/tile.png", "scale": [8, 4]},
+            "tile": {"file": "assets/tile.png"},
+            "dusk": {"gradient": ["#f2b36b", "#274690"], "wrap": "clamp"}},
+        "materials": {
+            "floor": {"color": "floor", "specular": 0.1},
+            "marble": {"color": "marble", "specular": 0.5, "shininess": 90, "reflection": 0.06},
+            "tiles": {"color": "tiles", "specular": 0.6, "shininess": 150, "reflection": 0.08},
+            "tile": {"color": "tile", "specular": 0.3},
+            "sky": {"color": "dusk", "ambient": 0, "diffuse": 1, "specular": 0.4, "shininess": 60},
+            "mirror": {"color": 0.04, "specular": 0.6, "shininess": 300, "reflection": 0.9}},
+        "objects": [
+            {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0], "material": "floor"},
+            ball(-2.35, 0, 1.0, "marble"), ball(0, -0.3, 1.0, "tiles"),
+            {"type": "cylinder", "from": [2.2, 0, -0.4], "to": [2.2, 2.0, -0.4], "radius": 0.75, "material": "sky"},
+            {"type": "box", "min": [1.15, 0, 1.5], "max": [1.95, 0.8, 2.3], "material": "tile"},
+            ball(-0.95, 2.0, 0.45, "mirror")],
+        "accuracy": {"samples": [9, 9]},
+    }
+
+
+SCENES = (tiny, whitted, sphereflake, cornell, mountain, glass, local_models, shapes, instances, lights, transparency,
+          textures, lens_scene, haze, isometric, panorama, shading, tone,
+          environment, cube, relief, mesh_files)
 
 
 def main():
     folder = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parent)
     for scene in SCENES:
         (folder / f"{scene.__name__}.json").write_text(text_of(rounded(scene())), encoding="utf-8")
+    (folder / "assets").mkdir(exist_ok=True)
+    for name, width, height, color_at in (("tile", 64, 64, tile), ("studs", 64, 64, studs), ("evening", 512, 256, evening)):
+        (folder / f"assets/{name}.png").write_bytes(png(width, height, color_at))
+    for name, write in FILES.items():
+        (folder / "assets" / name).write_bytes(write())
 
 
 if __name__ == "__main__":

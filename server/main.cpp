@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <system_error>
 
+#include "api/load_assets.h"
 #include "server/config/config.h"
 #include "server/http/gate.h"
 #include "server/http/routes.h"
@@ -23,6 +24,7 @@
 #include "server/storage/sqlite/sqlite_job_store.h"
 #include "server/telemetry/log.h"
 #include "server/telemetry/queue_log.h"
+#include "server/worker/asset_folder.h"
 #include "server/worker/supervisor.h"
 #include "tracer/version.h"
 
@@ -74,7 +76,20 @@ api::Limits document_limits(const config::Config& config) {
   limits.scene.objects = config.objects;
   limits.scene.triangles = config.triangles;
   limits.scene.lights = static_cast<std::uint32_t>(config.lights);
+  if (!config.assets.empty()) limits.files = api::Files::below_a_folder;
   return limits;
+}
+
+/// The daemon never reads a file that a scene names, but says at once that it is not there.
+std::vector<tracer::Issue> missing_files(const tracer::Scene& scene, const std::string& folder_path) {
+  if (scene.assets.empty()) return {};
+  const worker::AssetFolder folder(folder_path);
+  return api::check_assets(scene, [&](const std::string& name) { return folder.refusal(name); });
+}
+
+/// Throws when it cannot be opened: better told at the start than to each client.
+void check_asset_folder(const config::Config& config) {
+  if (!config.assets.empty()) (void)worker::AssetFolder(config.assets);
 }
 
 http::GateSettings gate_settings(const config::Config& config, const std::string& spool_folder) {
@@ -152,6 +167,7 @@ void tell_address(const char* what, const std::string& host, int port) {
 void serve(const config::Config& config, const telemetry::Log& log) {
   StopSignals stop_signals;
   raise_descriptor_limit();
+  check_asset_folder(config);
 
   jobs::SqliteJobStore store(config.data);
   jobs::FileArtifactStore artifacts(config.data);
@@ -163,6 +179,7 @@ void serve(const config::Config& config, const telemetry::Log& log) {
   worker::SupervisorSettings worker_settings;
   worker_settings.executable = worker::worker_beside_this_program();
   worker_settings.slots = static_cast<int>(config.jobs);
+  worker_settings.files = {config.assets, config.objects, config.triangles};
   worker::Supervisor supervisor(queue, worker_settings, queue_log);
 
   const std::string spool_folder = config.data + "/spool";
@@ -170,12 +187,14 @@ void serve(const config::Config& config, const telemetry::Log& log) {
   std::atomic<bool> draining = false;
   const http::GateSettings settings = gate_settings(config, spool_folder);
   const api::Limits limits = document_limits(config);
-  const http::Front front{.jobs = queue,
-                          .clock = jobs::system_clock(),
-                          .limits = limits,
-                          .render_wait = std::chrono::seconds(config.render_wait_s),
-                          .draining = [&draining] { return draining.load(); },
-                          .told_limits = told_limits(config, limits, settings.head)};
+  const http::Front front{
+      .jobs = queue,
+      .clock = jobs::system_clock(),
+      .limits = limits,
+      .missing_files = [&config](const tracer::Scene& scene) { return missing_files(scene, config.assets); },
+      .render_wait = std::chrono::seconds(config.render_wait_s),
+      .draining = [&draining] { return draining.load(); },
+      .told_limits = told_limits(config, limits, settings.head)};
   const http::Health health{.not_ready = [&] { return draining ? std::string("draining") : queue.not_ready(); },
                             .job_count = [&store](jobs::JobState state) { return store.count(state); }};
   const auto request_id = [&ids] { return ids.next(); };

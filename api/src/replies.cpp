@@ -138,16 +138,23 @@ std::string write_problem(const ProblemReply& problem) {
 }
 
 std::string write_valid(const tracer::Scene& scene) {
-  const std::uint64_t pixels = std::uint64_t{scene.image.width} * scene.image.height;
+  const std::uint64_t pixels = scene.image.window().pixels();
+  std::vector<tracer::RequirementReason> reasons;
+  const tracer::Requirements needs = tracer::requirements(scene, &reasons);
   return text_of(
       {{"valid", true},
        {"errors", Json::array()},
-       {"requirements", requirements_json(tracer::requirements(scene))},
+       {"requirements", requirements_json(needs)},
+       {"reasons", reasons_json(reasons)},
        {"estimate", {{"samples", pixels * scene.accuracy.samples}, {"seconds", nullptr}, {"memory_bytes", nullptr}}}});
 }
 
 std::string write_invalid(const std::vector<tracer::Issue>& errors) {
-  return text_of({{"valid", false}, {"errors", errors_json(errors)}, {"requirements", nullptr}, {"estimate", nullptr}});
+  return text_of({{"valid", false},
+                  {"errors", errors_json(errors)},
+                  {"requirements", nullptr},
+                  {"reasons", nullptr},
+                  {"estimate", nullptr}});
 }
 
 std::string write_version(std::string_view version, std::string_view build,
@@ -162,9 +169,9 @@ std::string with_format(const std::string& document, tracer::Format format) {
   Json& formats = json["output"]["formats"];
   // A document that names no format asks for the default, which stays.
   if (formats.is_null()) {
-    for (const tracer::Format usual : tracer::Output{}.formats) formats.push_back(tracer::extension(usual));
+    for (const tracer::Format usual : tracer::Output{}.formats) formats.push_back(tracer::name(usual));
   }
-  formats.push_back(tracer::extension(format));
+  formats.push_back(tracer::name(format));
   return json.dump();
 }
 

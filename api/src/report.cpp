@@ -20,10 +20,17 @@ Json write_error() {
 }
 
 Json write_samples(const tracer::Scene& scene, const tracer::RenderStatistics& statistics) {
-  const double pixels = static_cast<double>(scene.image.width) * scene.image.height;
+  const auto pixels = static_cast<double>(scene.image.window().pixels());
   return {{"min", scene.accuracy.samples},
           {"mean", static_cast<double>(statistics.samples) / pixels},
           {"max", scene.accuracy.samples}};
+}
+
+/// What a sample misses at most because of shadow rays that were spared, as a mean over all.
+double spared_light(const tracer::Scene& scene, const tracer::RenderStatistics& statistics) {
+  if (statistics.samples == 0) return 0;
+  return static_cast<double>(statistics.spared_light) * 0x1p-20 * scene.accuracy.cutoff /
+         static_cast<double>(statistics.samples);
 }
 
 }  // namespace
@@ -31,23 +38,28 @@ Json write_samples(const tracer::Scene& scene, const tracer::RenderStatistics& s
 std::string write_report(const tracer::Scene& scene, const tracer::RenderStatistics& statistics,
                          const StageTimes& times, std::uint64_t memory_bytes) {
   const tracer::RayCounts& rays = statistics.rays;
-  const Json report = {{"requirements", requirements_json(tracer::requirements(scene))},
-                       {"error", write_error()},
-                       {"samples", write_samples(scene, statistics)},
-                       {"rays",
-                        {{"camera", rays.camera},
-                         {"shadow", rays.shadow},
-                         {"reflection", rays.reflection},
-                         {"refraction", rays.refraction}}},
-                       {"time_ms",
-                        {{"queue", times.queue},
-                         {"parse", times.parse},
-                         {"build", times.build},
-                         {"trace", times.trace},
-                         {"encode", times.encode}}},
-                       {"memory_bytes", memory_bytes},
-                       {"non_finite", statistics.non_finite},
-                       {"build", tracer::build()}};
+  std::vector<tracer::RequirementReason> reasons;
+  const tracer::Requirements needs = tracer::requirements(scene, &reasons);
+  const Json report = {
+      {"requirements", requirements_json(needs)},
+      {"reasons", reasons_json(reasons)},
+      {"error", write_error()},
+      {"samples", write_samples(scene, statistics)},
+      {"rays",
+       {{"camera", rays.camera},
+        {"shadow", rays.shadow},
+        {"reflection", rays.reflection},
+        {"refraction", rays.refraction}}},
+      {"spared_shadows", {{"rays", statistics.spared_shadow_rays}, {"light", spared_light(scene, statistics)}}},
+      {"time_ms",
+       {{"queue", times.queue},
+        {"parse", times.parse},
+        {"build", times.build},
+        {"trace", times.trace},
+        {"encode", times.encode}}},
+      {"memory_bytes", memory_bytes},
+      {"non_finite", statistics.non_finite},
+      {"build", tracer::build()}};
   return report.dump();
 }
 

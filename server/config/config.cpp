@@ -184,8 +184,9 @@ std::string help_text() {
       "  whittled --version | --help\n\n"
       "A flag --some-name beats the environment's WHITTLE_SOME_NAME beats the file's line \"some_name = value\".\n\n";
   for (const Option& option : options()) {
-    text += "  " + flag_of(option.name) + " " + range_of(option) + "   (default " + std::string(option.default_text) +
-            ")\n      " + std::string(option.reason) + "\n";
+    text += "  " + flag_of(option.name) + " " + range_of(option) + "   (default " +
+            (option.default_text.empty() ? "none" : std::string(option.default_text)) + ")\n      " +
+            std::string(option.reason) + "\n";
   }
   return text;
 }

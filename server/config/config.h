@@ -24,6 +24,7 @@ struct Address {
 struct Config {
   Address listen, health_listen;
   std::string data;
+  std::string assets;  ///< empty: none
 
   std::uint64_t jobs = 0;
 

@@ -16,6 +16,8 @@ constexpr std::array table{
            "where /healthz, /readyz and /metrics answer, apart from clients so that load cannot hide them"},
     Option{"data", "./data", Text{&Config::data},
            "the folder of the queue's database and the pictures; made if missing"},
+    Option{"assets", "", Text{&Config::assets, true},
+           "the folder whose files scenes may name; none unless given, for whoever may send scenes sees what is in it"},
     Option{
         "jobs", "0", Count{&Config::jobs, 0, 64},
         "jobs traced at once; 0 is as many as there are cores, so that small ones, mostly not parallel, fill them too"},
@@ -135,8 +137,9 @@ std::string assign(const Option& option, std::string_view text, Config& config) 
     config.*choice->member = text;
     return {};
   }
-  if (text.empty()) return "must not be empty";
-  config.*std::get<Text>(option.kind).member = text;
+  const Text& path = std::get<Text>(option.kind);
+  if (text.empty() && !path.may_be_empty) return "must not be empty";
+  config.*path.member = text;
   return {};
 }
 

@@ -20,6 +20,7 @@ struct Endpoint {
 };
 struct Text {
   std::string Config::*member;
+  bool may_be_empty = false;
 };
 struct Choice {
   std::string Config::*member;

@@ -99,7 +99,8 @@ Problem problem_of(const jobs::Job& job) {
     return {Failure::job_cancelled, "job " + job.id + " was cancelled before its picture was finished", {}};
   }
   if (!job.problem) return {Failure::job_failed, "job " + job.id + " failed", {}};
-  const Failure failure = job.problem->code == "bad_scene" ? Failure::bad_scene : Failure::job_failed;
+  const bool submitters = job.problem->code == "bad_scene" || job.problem->code == "bad_asset";
+  const Failure failure = submitters ? Failure::bad_scene : Failure::job_failed;
   return {failure, "job " + job.id + ", " + job.problem->code + ": " + job.problem->detail, job.problem->errors};
 }
 

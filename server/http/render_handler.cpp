@@ -15,7 +15,7 @@ using Deadline = std::chrono::steady_clock::time_point;
 /// The formats on offer: first those the document asks for, in its order, then the others we can write.
 std::vector<tracer::Format> offers(const std::vector<tracer::Format>& asked) {
   std::vector<tracer::Format> formats = asked;
-  for (const tracer::Format format : {tracer::Format::png, tracer::Format::exr}) {
+  for (const tracer::Format format : tracer::all_formats) {
     if (std::find(formats.begin(), formats.end(), format) == formats.end()) formats.push_back(format);
   }
   return formats;
@@ -40,7 +40,7 @@ void add_format(Scene& scene, tracer::Format format) {
 
 Reply finished_picture(const jobs::Job& job, tracer::Format format, const Front& front) {
   const auto artifact = std::find_if(job.artifacts.begin(), job.artifacts.end(), [&](const jobs::Artifact& candidate) {
-    return candidate.media_type == tracer::media_type(format);
+    return candidate.name == "image." + std::string(tracer::extension(format));
   });
   if (artifact == job.artifacts.end()) throw std::runtime_error("job " + job.id + " lacks the picture it was to make");
   Reply reply = picture_reply(job, *artifact, front);
@@ -71,7 +71,9 @@ Answer render(Request& request, const Front& front) {
   auto scene = take_work(request, front);
   if (!scene) return problem_reply(scene.error(), request.id);
   const auto format = accepted(request, scene->parsed.scene.output.formats);
-  if (!format) return problem_reply({Failure::not_acceptable, "accept image/png or image/x-exr", {}}, request.id);
+  if (!format)
+    return problem_reply({Failure::not_acceptable, "accept image/png, image/x-exr or another picture we make", {}},
+                         request.id);
   add_format(*scene, *format);
   const auto submitted = front.jobs.submit(scene->document, scene->parsed);
   if (!submitted) return problem_reply(problem_of(submitted.error()), request.id);

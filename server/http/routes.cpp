@@ -1,6 +1,7 @@
 #include "server/http/routes.h"
 
 #include "server/http/handlers.h"
+#include "tracer/encode.h"
 
 namespace http {
 
@@ -11,7 +12,7 @@ std::vector<Route> client_routes(const Front& front) {
   const auto picture = [&](const std::string& name) -> Handler {
     return [front, name](Request& request) { return get_picture(request, front, name); };
   };
-  return {
+  std::vector<Route> routes{
       {"GET", "/", get_root, {}},
       {"GET", "/openapi.json", get_openapi, {}},
       {"GET", "/v1/version", with_front(get_version), {}},
@@ -22,9 +23,12 @@ std::vector<Route> client_routes(const Front& front) {
       {"GET", "/v1/jobs/{id}", with_front(get_job), {}},
       {"DELETE", "/v1/jobs/{id}", with_front(remove_job), {}},
       {"POST", "/v1/jobs/{id}/cancel", with_front(cancel_job), {}},
-      {"GET", "/v1/jobs/{id}/image.png", picture("image.png"), {}},
-      {"GET", "/v1/jobs/{id}/image.exr", picture("image.exr"), {}},
   };
+  for (const tracer::Format format : tracer::all_formats) {
+    const std::string name = "image." + std::string(tracer::extension(format));
+    routes.push_back({"GET", "/v1/jobs/{id}/" + name, picture(name), {}});
+  }
+  return routes;
 }
 
 std::vector<Route> health_routes(const Health& health) {

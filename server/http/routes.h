@@ -22,6 +22,8 @@ struct Front {
   jobs::JobService& jobs;
   jobs::Clock clock;
   api::Limits limits;
+  /// An issue for each file that the scene names and that is not there to be read. Unset: `limits` let none be named.
+  std::function<std::vector<tracer::Issue>(const tracer::Scene&)> missing_files;
   std::chrono::milliseconds render_wait{60'000};                   ///< see the option render_wait_s
   std::function<bool()> draining;                                  ///< true: new work is refused, reads are answered
   std::vector<std::pair<std::string, std::uint64_t>> told_limits;  ///< what GET /v1/version tells, by option name

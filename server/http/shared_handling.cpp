@@ -36,6 +36,11 @@ tracer::Result<Scene, Problem> take_scene(Request& request, const Front& front) 
   auto parsed = api::parse_scene(scene.document, front.limits);
   if (!parsed) return problem_of(parsed.error());
   scene.parsed = std::move(*parsed);
+  if (front.missing_files) {
+    api::Refusal refusal;
+    refusal.issues = front.missing_files(scene.parsed.scene);
+    if (!refusal.issues.empty()) return problem_of(refusal);
+  }
   return scene;
 }
 

@@ -44,8 +44,8 @@ tracer::Result<JobView, QueueFull> Queue::submit(const std::string& document, co
   job.max_attempts = parsed.job.max_attempts;
   job.priority = parsed.job.priority;
   job.labels = parsed.job.labels;
-  job.width = parsed.scene.image.width;
-  job.height = parsed.scene.image.height;
+  job.width = parsed.scene.image.window().width();
+  job.height = parsed.scene.image.window().height();
   store_.submit(job, document);
 
   const std::lock_guard lock(runner_mutex_);

@@ -6,28 +6,19 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <charconv>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <string_view>
 
+#include "server/worker/options.h"
 #include "server/worker/protocol.h"
 #include "server/worker/render_job.h"
 #include "server/worker/workshop.h"
 #include "tracer/version.h"
 
 namespace {
-
-/// Slots from "--slots N", or 0.
-int parse_slots(int count, char** arguments) {
-  if (count != 3 || std::string_view(arguments[1]) != "--slots") return 0;
-  const std::string_view text(arguments[2]);
-  int slots = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), slots);
-  return error == std::errc() && end == text.data() + text.size() && slots <= 4096 ? slots : 0;
-}
 
 bool is_started_by_a_daemon() {
   int type = 0;
@@ -49,7 +40,7 @@ bool warm_up() {
   tracer::RenderControl control;
   oneapi::tbb::task_arena arena;
   const worker::Outcome outcome = arena.execute([&] {
-    return worker::render_job({"warm-up", 0, 0, std::string(scene)}, control);
+    return worker::render_job({"warm-up", 0, 0, std::string(scene)}, {}, control);
   });
   if (const auto* failed = std::get_if<worker::Failed>(&outcome)) {
     std::fprintf(stderr, "whittled-worker: cannot render: %s\n", failed->problem.detail.c_str());
@@ -79,8 +70,8 @@ int main(int count, char** arguments) {
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
 
-  const int slots = parse_slots(count, arguments);
-  if (slots < 1 || !is_started_by_a_daemon()) {
+  const auto options = worker::parse_options({arguments + 1, arguments + count});
+  if (!options || !is_started_by_a_daemon()) {
     std::fprintf(stderr, "whittled-worker is started by whittled, and of no use without it.\n");
     return 2;
   }
@@ -88,6 +79,6 @@ int main(int count, char** arguments) {
   if (!warm_up()) return 1;
   // First of all messages: the workshop's heartbeats begin with the workshop.
   worker::send(worker::worker_socket, worker::pack(worker::Hello{std::string(tracer::build())}));
-  worker::Workshop workshop(worker::worker_socket, slots);
+  worker::Workshop workshop(worker::worker_socket, *options);
   serve(workshop);
 }

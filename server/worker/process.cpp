@@ -65,9 +65,17 @@ std::vector<char*> environment_without_our_settings() {
   return kept;
 }
 
+/// As posix_spawn wants them; good as long as `texts` are.
+std::vector<char*> pointers_to(std::vector<std::string>& texts) {
+  std::vector<char*> pointers;
+  for (std::string& text : texts) pointers.push_back(text.data());
+  pointers.push_back(nullptr);
+  return pointers;
+}
+
 }  // namespace
 
-Process::Process(const std::string& executable, int slots) {
+Process::Process(const std::string& executable, std::vector<std::string> arguments) {
   std::array<int, 2> ends{};
   if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) != 0) check(errno, "socketpair");
   socket_ = Descriptor(ends[0]);
@@ -75,10 +83,11 @@ Process::Process(const std::string& executable, int slots) {
   if (fcntl(socket_.get(), F_SETFL, O_NONBLOCK) != 0) check(errno, "fcntl");
 
   const SpawnRules rules(theirs.get());
-  std::string path = executable, option = "--slots", value = std::to_string(slots);
-  const std::array<char*, 4> arguments{path.data(), option.data(), value.data(), nullptr};
+  arguments.insert(arguments.begin(), executable);
+  const std::vector<char*> argument_pointers = pointers_to(arguments);
   const std::vector<char*> environment = environment_without_our_settings();
-  check(posix_spawn(&pid_, path.c_str(), rules.actions(), rules.attributes(), arguments.data(), environment.data()),
+  check(posix_spawn(&pid_, executable.c_str(), rules.actions(), rules.attributes(), argument_pointers.data(),
+                    environment.data()),
         "cannot start " + executable);
   pid_descriptor_ = Descriptor(static_cast<int>(syscall(SYS_pidfd_open, pid_, 0)));
   if (!pid_descriptor_) {

@@ -5,6 +5,7 @@
 
 #include <deque>
 #include <string>
+#include <vector>
 
 #include "server/worker/descriptor.h"
 #include "server/worker/protocol.h"
@@ -14,10 +15,10 @@ namespace worker {
 /// Used by one thread. The process is killed and reaped when this goes.
 class Process {
  public:
-  /// Starts `executable --slots N` with the socket as descriptor 3, standard input and output closed to it (errors stay
-  /// ours), and without WHITTLE_* in its environment: the daemon's secrets are not its. SIGINT and SIGTERM do not
-  /// reach it: the daemon decides. Throws std::system_error.
-  Process(const std::string& executable, int slots);
+  /// Starts `executable` with these arguments, the socket as descriptor 3, standard input and output closed to it
+  /// (errors stay ours), and without WHITTLE_* in its environment: the daemon's secrets are not its. SIGINT and SIGTERM
+  /// do not reach it: the daemon decides. Throws std::system_error.
+  Process(const std::string& executable, std::vector<std::string> arguments);
   ~Process();
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;

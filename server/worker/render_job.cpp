@@ -3,12 +3,13 @@
 #include <chrono>
 #include <limits>
 #include <new>
-#include <span>
 #include <string_view>
 #include <utility>
 
 #include "api/document.h"
+#include "api/load_assets.h"
 #include "api/report.h"
+#include "server/worker/asset_folder.h"
 #include "tracer/compile.h"
 #include "tracer/encode.h"
 #include "tracer/render.h"
@@ -40,6 +41,10 @@ api::Limits no_limits() {
   return limits;
 }
 
+jobs::Problem problem_of_files(std::vector<tracer::Issue> issues) {
+  return {"bad_asset", "The scene cannot be rendered with its files.", std::move(issues)};
+}
+
 jobs::Problem problem_of(const api::Refusal& refusal) {
   const std::string detail =
       refusal.detail.empty() ? "The scene has " + std::to_string(refusal.issues.size()) + " mistakes." : refusal.detail;
@@ -53,41 +58,63 @@ struct Stop {
 
 class Rendering {
  public:
-  Rendering(Assign job, tracer::RenderControl& control) : job_(std::move(job)), control_(control) {
+  Rendering(Assign job, const FileSettings& files, tracer::RenderControl& control)
+      : job_(std::move(job)), files_(files), control_(control) {
     times_.queue = job_.queue_ms;
   }
 
   Finished run() {
-    const tracer::Scene scene = parse();
-    tracer::Rendered rendered = trace(scene);
-    Finished finished{job_.job_id, job_.fence, {}, encode(rendered.image, scene.output.formats)};
+    tracer::Scene scene = parse();
+    const auto compiled = compile(scene);
+    tracer::Rendered rendered = trace(*compiled);
+    Finished finished{job_.job_id, job_.fence, {}, encode(rendered.image, scene.output)};
     finished.report = api::write_report(scene, rendered.statistics, times_, memory_bytes_);
     return finished;
   }
 
  private:
   tracer::Scene parse() {
-    auto document = api::parse_scene(job_.document, no_limits());
+    api::Limits limits = no_limits();
+    if (!files_.folder.empty()) limits.files = api::Files::below_a_folder;
+    auto document = api::parse_scene(job_.document, limits);
     if (!document) throw Stop{Failed{job_.job_id, job_.fence, problem_of(document.error())}};
     job_.document = std::string();  // it may be large, and is not needed any more
     times_.parse = watch_.lap();
     return std::move(document->scene);
   }
 
-  tracer::Rendered trace(const tracer::Scene& scene) {
-    const auto compiled = value_of(tracer::compile(scene, control_));
+  /// With its files, whose bytes are not needed afterwards.
+  std::shared_ptr<const tracer::CompiledScene> compile(tracer::Scene& scene) {
+    const tracer::Assets assets = scene.assets.empty() ? tracer::Assets() : load_assets(scene);
+    times_.parse += watch_.lap();
+    auto compiled = value_of(tracer::compile(scene, control_, assets));
     times_.build = watch_.lap();
-    tracer::Rendered rendered = value_of(tracer::render(*compiled, {}, control_));
+    return compiled;
+  }
+
+  tracer::Assets load_assets(tracer::Scene& scene) {
+    tracer::Limits limits = no_limits().scene;
+    limits.objects = files_.objects;
+    limits.triangles = files_.triangles;
+    const AssetFolder folder(files_.folder);
+    auto assets = api::load_assets(
+        scene, [&](const std::string& name) { return folder.read(name); }, limits);
+    if (!assets) throw Stop{Failed{job_.job_id, job_.fence, problem_of_files(std::move(assets.error()))}};
+    return std::move(*assets);
+  }
+
+  tracer::Rendered trace(const tracer::CompiledScene& compiled) {
+    tracer::Rendered rendered = value_of(tracer::render(compiled, {}, control_));
     times_.trace = watch_.lap();
-    memory_bytes_ = tracer::memory_bytes(*compiled) + rendered.image.rgb.size() * sizeof(float);
+    memory_bytes_ = tracer::memory_bytes(compiled) + rendered.image.rgb.size() * sizeof(float);
     return rendered;
   }
 
-  std::vector<Picture> encode(const tracer::Image& image, std::span<const tracer::Format> formats) {
+  std::vector<Picture> encode(const tracer::Image& image, const tracer::Output& output) {
     std::vector<Picture> pictures;
-    for (const tracer::Format format : formats) {
+    for (const tracer::Format format : output.formats) {
       if (control_.cancelled()) throw Stop{Cancelled{job_.job_id, job_.fence}};
-      const auto encoded = tracer::encode(image, format);
+      const auto encoded = tracer::encode(image, format, output);
       if (!encoded) throw Stop{failed("internal", encoded.error())};
       memory_bytes_ += encoded->size();
       const std::string_view bytes(reinterpret_cast<const char*>(encoded->data()), encoded->size());
@@ -103,6 +130,10 @@ class Rendering {
     using Code = tracer::Failure::Code;
     if (result) return *std::move(result);
     if (result.error().code == Code::cancelled) throw Stop{Cancelled{job_.job_id, job_.fence}};
+    if (result.error().code == Code::bad_asset) {
+      throw Stop{Failed{job_.job_id, job_.fence,
+                        problem_of_files({{result.error().pointer, "bad_asset", result.error().detail}})}};
+    }
     const bool memory = result.error().code == Code::out_of_memory;
     throw Stop{failed(memory ? "out_of_memory" : "internal", result.error().detail)};
   }
@@ -112,6 +143,7 @@ class Rendering {
   }
 
   Assign job_;
+  const FileSettings& files_;
   tracer::RenderControl& control_;
   Stopwatch watch_;
   api::StageTimes times_;
@@ -120,10 +152,10 @@ class Rendering {
 
 }  // namespace
 
-Outcome render_job(Assign job, tracer::RenderControl& control) noexcept {
+Outcome render_job(Assign job, const FileSettings& files, tracer::RenderControl& control) noexcept {
   Failed failure{job.job_id, job.fence, {}};
   try {
-    return Rendering(std::move(job), control).run();
+    return Rendering(std::move(job), files, control).run();
   } catch (Stop& stop) {
     return std::move(stop.outcome);
   } catch (const std::bad_alloc&) {

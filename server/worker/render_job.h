@@ -3,6 +3,7 @@
 
 #include <variant>
 
+#include "server/worker/options.h"
 #include "server/worker/protocol.h"
 #include "tracer/control.h"
 
@@ -12,8 +13,10 @@ using Outcome = std::variant<Finished, Failed, Cancelled>;
 
 /// Reads, compiles, traces and encodes on the calling thread's oneTBB arena; `control` tells tiles and cancels. Stage
 /// times in the report are measured here. Never throws: no memory is Failed "out_of_memory", a document that cannot be
-/// read "bad_scene", everything else that goes wrong "internal".
+/// read "bad_scene", files that cannot be rendered with "bad_asset" with all issues, everything else that goes wrong
+/// "internal".
 /// The document's limits were checked by whoever accepted it, and are not checked again: they may have changed since.
-Outcome render_job(Assign job, tracer::RenderControl& control) noexcept;
+/// Those of `files` hold for scenes with meshes of files, the other objects counted with theirs.
+Outcome render_job(Assign job, const FileSettings& files, tracer::RenderControl& control) noexcept;
 
 }  // namespace worker

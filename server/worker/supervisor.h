@@ -18,6 +18,7 @@
 
 #include "server/jobs/log.h"
 #include "server/jobs/queue.h"
+#include "server/worker/options.h"
 
 namespace worker {
 
@@ -26,6 +27,7 @@ struct SupervisorSettings {
   /// Jobs that run at once. 0: as many as the machine has threads, so that small jobs, which are mostly not parallel,
   /// fill it too.
   int slots = 0;
+  FileSettings files;
   /// Threads that claim jobs and store results, each waiting for the disk most of its time. A result takes three syncs
   /// in a row (file, folder, row), which the disk shares among all who wait: so there are many, that a disk of 10 ms a
   /// sync does not hold small jobs up. 0: 16, or slots where that is more.

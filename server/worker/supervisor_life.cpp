@@ -12,7 +12,7 @@ using jobs::LogLevel;
 
 void Supervisor::Loop::start_worker(Time now) {
   try {
-    process_ = std::make_unique<Process>(settings_.executable, settings_.slots);
+    process_ = std::make_unique<Process>(settings_.executable, arguments_of({settings_.slots, settings_.files}));
   } catch (const std::exception& failure) {
     log_(LogLevel::error, "worker_not_started", {{"detail", failure.what()}});
     say_status(std::string("worker: ") + failure.what());

@@ -16,8 +16,8 @@ constexpr std::chrono::milliseconds progress_interval{50};
 
 }  // namespace
 
-Workshop::Workshop(int socket, int slots) : socket_(socket) {
-  for (int i = 0; i < slots; ++i) threads_.emplace_back([this] { work(); });
+Workshop::Workshop(int socket, const Options& options) : socket_(socket), files_(options.files) {
+  for (int i = 0; i < options.slots; ++i) threads_.emplace_back([this] { work(); });
   threads_.emplace_back([this] { pulse(); });
 }
 
@@ -46,7 +46,7 @@ void Workshop::work() {
     const std::shared_ptr<Job> job = jobs_.at(id);
     lock.unlock();
 
-    Outcome outcome = arena.execute([&] { return render_job(std::move(assigned), job->control); });
+    Outcome outcome = arena.execute([&] { return render_job(std::move(assigned), files_, job->control); });
 
     lock.lock();
     jobs_.erase(id);

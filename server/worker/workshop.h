@@ -12,6 +12,7 @@
 #include <thread>
 #include <vector>
 
+#include "server/worker/options.h"
 #include "server/worker/protocol.h"
 #include "tracer/control.h"
 
@@ -20,7 +21,7 @@ namespace worker {
 /// Lives as long as the process: it is never stopped, the process ends under it. Thread-safe.
 class Workshop {
  public:
-  Workshop(int socket, int slots);
+  Workshop(int socket, const Options& options);
 
   /// Answers on the socket when the job has ended. Each job has a oneTBB arena of its own, so that a thread that waits
   /// for the last tiles of one job never starts on those of another; all arenas share the machine's threads.
@@ -40,6 +41,7 @@ class Workshop {
   void say(Message message);
 
   int socket_;
+  FileSettings files_;
   std::mutex mutex_;
   std::condition_variable job_came_;
   std::condition_variable busy_;

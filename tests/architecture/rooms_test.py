@@ -11,7 +11,7 @@ from tests.support.sources import text, tracked
 ROOMS = [
     ("Embree", r"embree\d?/.*", ["tracer/src/accel/", "tests/bench/bare_embree"]),
     ("OpenImageIO", r"OpenImageIO/.*", ["tracer/src/image_io/"]),
-    ("oneTBB", r"(oneapi/)?tbb/.*", ["tracer/src/", "tracer/cli/", "server/worker/", "tests/property/invariance_test"]),
+    ("oneTBB", r"(oneapi/)?tbb/.*", ["tracer/src/", "tracer/cli/", "server/worker/", "tests/stability/"]),
     ("nlohmann-json", r"nlohmann/.*", ["api/src/"]),
     ("cpp-httplib", r"httplib\.h", ["server/http/"]),
     ("SQLite", r"sqlite3(ext)?\.h", ["server/storage/sqlite/"]),

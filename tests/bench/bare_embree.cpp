@@ -171,8 +171,10 @@ BareEmbree::BareEmbree(const tracer::GeometrySet& geometry) : content_(std::make
   }
   for (const tracer::TriangleGeometry& mesh : geometry.triangles) {
     RTCGeometry g = rtcNewGeometry(content_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh.positions.data(), 0,
-                               3 * sizeof(float), mesh.positions.size() / 3);
+    auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                                 3 * sizeof(float), mesh.positions.size()));
+    for (const tracer::Vec3& p : mesh.positions)
+      for (const double coordinate : {p.x, p.y, p.z}) *vertices++ = static_cast<float>(coordinate);
     rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.triangles.data(), 0,
                                3 * sizeof(std::uint32_t), mesh.triangles.size());
     content_->attach(g);

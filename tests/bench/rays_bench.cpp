@@ -44,12 +44,17 @@ void add_shadow_rays(const tracer::CompiledScene& scene, const RayQueue& camera,
       const auto surface =
           tracer::surface_at(scene, {primitive[i], t[i], u[i], v[i]}, camera.origin(i), camera.direction(i));
       const tracer::Vec3 offset = light.position - surface.point.position;
-      const tracer::Vec3 to_light = light.directional ? light.to_light : normalize(offset);
+      const bool directional = light.kind == tracer::TraceLight::Kind::directional;
+      const tracer::Vec3 to_light = directional ? light.axis : normalize(offset);
       if (dot(surface.normal, to_light) <= 0) continue;
       rays.shadow.push(offset_origin(surface.point, surface.geometric_normal, to_light), to_light, {1, 1, 1}, 0,
-                       primitive[i]);
-      rays.shadow_distance.push_back(light.directional ? HUGE_VAL : length(offset));
+                       primitive[i], 0, 0);
+      rays.shadow_distance.push_back(directional ? HUGE_VAL : length(offset));
     }
+}
+
+void push(RayQueue& camera, const tracer::TraceCamera::Aim& aim) {
+  camera.push(aim.origin, aim.direction, {1, 1, 1}, 0, {}, 0, 0);
 }
 
 Rays depth_zero_rays(const tracer::CompiledScene& scene) {
@@ -62,7 +67,7 @@ Rays depth_zero_rays(const tracer::CompiledScene& scene) {
         for (std::uint32_t bx = tx; bx < std::min(tx + tile, scene.image.width); bx += block)
           for (std::uint32_t y = by; y < std::min(by + block, scene.image.height); ++y)
             for (std::uint32_t x = bx; x < std::min(bx + block, scene.image.width); ++x)
-              camera.push(scene.camera.position(), scene.camera.direction(x + 0.5, y + 0.5), {1, 1, 1}, 0, {});
+              push(camera, scene.camera.aim(x + 0.5, y + 0.5));
       for (std::size_t i = 0; i < camera.size(); ++i) rays.camera.push(camera, i);
       add_shadow_rays(scene, camera, rays);
     }

@@ -1,12 +1,14 @@
 """What whittle leaves on the disk: the whole picture or nothing, also when the disk or the process fails half-way."""
+import json
 import os
 import pathlib
+import shutil
 import signal
 import stat
 import tempfile
 import unittest
 
-from tests.support.whittle import BIN, SCENES, whittle
+from tests.support.whittle import BIN, SCENES, scene, whittle
 
 TINY = SCENES / "tiny.json"
 
@@ -87,6 +89,70 @@ class SceneFile(unittest.TestCase):
                     done = whittle(*command)
                     self.assertEqual((done.returncode, done.stdout), (3, b""))
                     self.assertRegex(done.stderr.decode(), rf"^whittle: cannot read {path}: .+\n$")
+
+
+class Assets(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+
+    def rendered(self, name):
+        document = scene("tiny")
+        document["objects"][1]["material"] = {"color": {"file": name}}
+        (self.folder / "scene.json").write_text(json.dumps(document), encoding="utf-8")
+        return whittle("render", self.folder / "scene.json", "-o", self.folder / "out.png", timeout=20)
+
+    def test_are_found_beside_the_scene_and_seen_in_the_picture(self):
+        shutil.copy(SCENES / "assets/tile.png", self.folder / "t.png")
+        done = self.rendered("t.png")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        tiled = (self.folder / "out.png").read_bytes()
+        whittle("render", SCENES / "tiny.json", "-o", self.folder / "plain.png")
+        self.assertNotEqual(tiled, (self.folder / "plain.png").read_bytes())
+
+    def test_that_cannot_be_read_are_told_with_pointer_file_and_reason(self):
+        (self.folder / "empty.png").write_bytes(b"")
+        (self.folder / "text.png").write_text("no picture", encoding="utf-8")
+        os.mkfifo(self.folder / "pipe.png")
+        for name, reason in (("missing.png", "no such file"), ("empty.png", "is empty"), ("pipe.png", "no ordinary file"),
+                             ("text.png", "no PNG, JPEG, OpenEXR or Radiance HDR file"), (".", "no ordinary file")):
+            done = self.rendered(name)
+            self.assertEqual(done.returncode, 1, name)
+            line = done.stderr.decode().splitlines()[-1]
+            self.assertTrue(line.startswith(f"#/objects/1/material/color/file bad_asset {name}: "), line)
+            self.assertIn(reason, line)
+            self.assertFalse((self.folder / "out.png").exists())
+
+    def with_mesh(self, command, mesh):
+        document = scene("tiny")
+        document["objects"].append({"type": "mesh", "material": {"color": [0.2, 0.7, 0.3]}, **mesh})
+        (self.folder / "scene.json").write_text(json.dumps(document), encoding="utf-8")
+        outputs = ["-o", self.folder / "out.png"] if command == "render" else []
+        return whittle(command, self.folder / "scene.json", *outputs, timeout=20)
+
+    def test_that_are_meshes_give_the_picture_of_the_same_mesh_written_in_the_document(self):
+        (self.folder / "sail.obj").write_text("v 0 0.2 1\nv 1.2 0.4 1\nv 0.4 1.6 0.5\nf 1 2 3\n", encoding="utf-8")
+        done = self.with_mesh("render", {"file": "sail.obj"})
+        self.assertEqual(done.returncode, 0, done.stderr)
+        from_file = (self.folder / "out.png").read_bytes()
+        self.with_mesh("render", {"positions": [[0, 0.2, 1], [1.2, 0.4, 1], [0.4, 1.6, 0.5]], "triangles": [[0, 1, 2]]})
+        self.assertEqual(from_file, (self.folder / "out.png").read_bytes())
+        whittle("render", SCENES / "tiny.json", "-o", self.folder / "plain.png")
+        self.assertNotEqual(from_file, (self.folder / "plain.png").read_bytes())
+
+    def test_that_are_no_meshes_are_told_with_pointer_file_and_place(self):
+        (self.folder / "nan.obj").write_text("v 0 0 nan", encoding="utf-8")
+        (self.folder / "huge.ply").write_text("ply\nformat ascii 1.0\nelement face 999999999\n"
+                                              "property list int int vertex_index\nend_header\n", encoding="utf-8")
+        (self.folder / "far.gltf").write_text('{"asset": {"version": "2.0"}, "buffers": [{"uri": "/etc/passwd"}]}',
+                                              encoding="utf-8")
+        for name, reason in (("missing.ply", "no such file"), ("nan.obj", "line 1: must be finite"),
+                             ("huge.ply", "line 6: the file is too short"), ("far.gltf", "/buffers/0: must have")):
+            for command in ("render", "check"):
+                done = self.with_mesh(command, {"file": name})
+                self.assertEqual(done.returncode, 1, name)
+                line = (done.stderr if command == "render" else done.stdout).decode().splitlines()[-1]
+                self.assertTrue(line.startswith(f"#/objects/2/file bad_asset {name}: "), line)
+                self.assertIn(reason, line)
 
 
 if __name__ == "__main__":

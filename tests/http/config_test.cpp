@@ -61,6 +61,7 @@ TEST(Config, HasItsDefaultsWithoutAnything) {
   EXPECT_EQ(config.listen, (config::Address{"127.0.0.1", 8080}));
   EXPECT_EQ(config.health_listen, (config::Address{"127.0.0.1", 8081}));
   EXPECT_EQ(config.data, "./data");
+  EXPECT_EQ(config.assets, "");
   EXPECT_EQ(config.render_wait_s, 60U);
   EXPECT_EQ(config.log_level, "info");
 }
@@ -78,6 +79,11 @@ TEST(Config, TakesFlagsWithDashesUnderscoresAndEqualsSigns) {
   EXPECT_EQ(accepted({"--render-wait-s", "9"}).render_wait_s, 9U);
   EXPECT_EQ(accepted({"--render_wait_s=9"}).render_wait_s, 9U);
   EXPECT_EQ(accepted({"--data=/tmp/a=b"}).data, "/tmp/a=b");
+}
+
+TEST(Config, TakesAnEmptyAssetFolderForNone) {
+  EXPECT_EQ(accepted({"--assets", "/srv/assets"}).assets, "/srv/assets");
+  EXPECT_EQ(accepted({"--assets="}, {{"WHITTLE_ASSETS", "/srv/assets"}}).assets, "");
 }
 
 TEST(Config, TellsAllMistakesOfAllSourcesWithTheirPlaces) {
@@ -174,7 +180,7 @@ TEST(Config, HelpNamesEveryOptionWithItsDefault) {
     std::string flag = "--" + name;
     for (char& c : flag) c = c == '_' ? '-' : c;
     EXPECT_NE(help.find(flag + " "), std::string::npos) << flag;
-    EXPECT_NE(help.find("(default " + value + ")"), std::string::npos) << flag;
+    EXPECT_NE(help.find("(default " + (value.empty() ? "none" : value) + ")"), std::string::npos) << flag;
   }
 }
 

@@ -15,8 +15,8 @@ METHODS = ("get", "put", "post", "delete", "options", "head", "patch", "trace")
 
 # Described replies that need a broken machine; the problem they carry is the same schema as everywhere.
 NEED_A_BROKEN_MACHINE = {
-    ("listJobs", 503), ("getJob", 503), ("removeJob", 503), ("cancelJob", 503), ("getPng", 503), ("getExr", 503),
-    ("getMetrics", 503),
+    ("listJobs", 503), ("getJob", 503), ("removeJob", 503), ("cancelJob", 503), ("getPng", 503), ("getPng16", 503),
+    ("getExr", 503), ("getJpeg", 503), ("getHdr", 503), ("getWebp", 503), ("getTiff", 503), ("getMetrics", 503),
     ("render", 500),  # a scene that kills the worker: none is known
 }
 
@@ -179,7 +179,8 @@ class Contract(unittest.TestCase):
         self.check(seen, "/v1/jobs/{id}/cancel", self.daemon.request("POST", f"/v1/jobs/{running}/cancel"), "POST")
 
     def check_pictures(self, seen):
-        job = self.daemon.wait_for_end(self.daemon.submit(scene(output={"formats": ["png", "exr"]})))
+        job = self.daemon.wait_for_end(self.daemon.submit(scene(output={
+            "formats": ["png", "png16", "exr", "jpg", "hdr", "webp", "tiff"]})))
         for artifact in job["artifacts"]:
             template = "/v1/jobs/{id}/" + artifact["name"]
             whole = self.daemon.get(artifact["url"])

@@ -75,6 +75,8 @@ class Validating(OneDaemon):
         self.assertEqual((verdict["valid"], verdict["errors"]), (True, []))
         self.assertTrue(verdict["requirements"]["spheres"] and verdict["requirements"]["shadows"])
         self.assertFalse(verdict["requirements"]["refraction"])
+        self.assertEqual(set(verdict["reasons"]), {name for name, needed in verdict["requirements"].items() if needed})
+        self.assertEqual(verdict["reasons"]["spheres"], "/objects/0")
         self.assertEqual(verdict["estimate"], {"samples": 400, "seconds": None, "memory_bytes": None})
 
     def test_tells_the_errors_of_a_bad_scene_with_200(self):

@@ -24,6 +24,10 @@ class Rendering(OneDaemon):
     def test_gives_the_format_that_accept_likes_best(self):
         for accept, media_type, magic in (("image/x-exr", "image/x-exr", EXR_MAGIC),
                                           ("image/png;q=0.5, image/x-exr", "image/x-exr", EXR_MAGIC),
+                                          ("image/jpeg", "image/jpeg", b"\xff\xd8\xff"),
+                                          ("image/vnd.radiance", "image/vnd.radiance", b"#?RADIANCE"),
+                                          ("image/webp", "image/webp", b"RIFF"),
+                                          ("image/tiff", "image/tiff", b"II*\0"),
                                           ("image/*", "image/png", PNG_MAGIC),
                                           ("text/html, */*;q=0.1", "image/png", PNG_MAGIC)):
             reply = self.daemon.request("POST", "/v1/render", scene(), {"Accept": accept})
@@ -35,7 +39,7 @@ class Rendering(OneDaemon):
         self.assertEqual(reply.headers["Content-Type"], "image/x-exr")
 
     def test_refuses_formats_it_cannot_write(self):
-        reply = self.daemon.request("POST", "/v1/render", scene(), {"Accept": "image/webp, text/html"})
+        reply = self.daemon.request("POST", "/v1/render", scene(), {"Accept": "image/avif, text/html"})
         self.assert_problem(reply, 406, "not_acceptable")
 
     def test_tells_what_is_wrong_with_a_scene(self):
@@ -140,7 +144,7 @@ class Picture(OneDaemon):
     def test_is_not_found_in_a_format_not_asked_for(self):
         problem = self.assert_problem(self.daemon.get(self.path.replace("png", "exr")), 404, "picture_not_found")
         self.assertIn("image.exr", problem["detail"])
-        self.assert_problem(self.daemon.get(self.path.replace("png", "jpg")), 404, "not_found")
+        self.assert_problem(self.daemon.get(self.path.replace("png", "bmp")), 404, "not_found")
 
 
 if __name__ == "__main__":

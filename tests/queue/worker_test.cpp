@@ -117,7 +117,7 @@ TEST_F(WorkerTest, AKilledRenderIsDoneAgainWithTheSamePicture) {
 }
 
 TEST(Worker, EndsByItselfWhenTheDaemonsEndOfTheSocketIsGoneEvenInTheMiddleOfARender) {
-  worker::Process process(worker::worker_beside_this_program(), 1);
+  worker::Process process(worker::worker_beside_this_program(), {"--slots", "1"});
   const auto ends = [&](int descriptor) {
     pollfd wanted{descriptor, POLLIN, 0};
     return poll(&wanted, 1, 60'000) == 1;

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <string>
 #include <variant>
 
@@ -21,93 +20,6 @@ tracer::Scene every_field() {
   return accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field.json")).scene;
 }
 
-tracer::Material material_of(const std::string& members) {
-  const auto document = accepted(document_with(R"("materials": {"m": {)" + members + "}}"));
-  return document.scene.materials.empty() ? tracer::Material{} : document.scene.materials[0];
-}
-
-Color ambient_of(const std::string& color) { return accepted(document_with(R"("ambient": )" + color)).scene.ambient; }
-
-void expect_near(const Color& seen, const Color& expected) {
-  EXPECT_NEAR(seen.r, expected.r, 1e-12);
-  EXPECT_NEAR(seen.g, expected.g, 1e-12);
-  EXPECT_NEAR(seen.b, expected.b, 1e-12);
-}
-
-TEST(Defaults, AreThoseOfTheSceneHeader) {
-  const tracer::Scene scene = accepted(document_with()).scene;
-  const tracer::Scene expected;
-  EXPECT_EQ(scene.name, "");
-  EXPECT_EQ(scene.image.width, 640u);
-  EXPECT_EQ(scene.image.height, 480u);
-  EXPECT_EQ(scene.camera.up, (Vec3{0, 1, 0}));
-  EXPECT_EQ(scene.camera.fov_deg, 45);
-  EXPECT_EQ(scene.background.color, Color{});
-  EXPECT_EQ(scene.ambient, Color{});
-  EXPECT_TRUE(scene.lights.empty() && scene.textures.empty() && scene.materials.empty() && scene.objects.empty());
-  EXPECT_EQ(scene.accuracy.samples, expected.accuracy.samples);
-  EXPECT_EQ(scene.accuracy.max_depth, expected.accuracy.max_depth);
-  EXPECT_EQ(scene.accuracy.cutoff, expected.accuracy.cutoff);
-  EXPECT_EQ(scene.accuracy.seed, 0u);
-  EXPECT_EQ(scene.output.formats, std::vector{tracer::Format::png});
-}
-
-TEST(Defaults, OfAJobAreMiddlePriorityAndThreeAttempts) {
-  const api::JobRequest job = accepted(document_with()).job;
-  EXPECT_EQ(job.priority, 50);
-  EXPECT_EQ(job.max_attempts, 3);
-  EXPECT_TRUE(job.labels.empty());
-}
-
-TEST(Defaults, OfALightAreWhiteShadowsAndNoAttenuation) {
-  const auto scene = accepted(document_with(R"("lights": [{"type": "point", "position": [1, 2, 3]}])")).scene;
-  ASSERT_EQ(scene.lights.size(), 1u);
-  const tracer::Light& light = scene.lights[0];
-  EXPECT_EQ(light.color, (Color{1, 1, 1}));
-  EXPECT_EQ(light.intensity, 1);
-  EXPECT_TRUE(light.shadows);
-  EXPECT_EQ(light.attenuation.kind, tracer::Attenuation::Kind::none);
-}
-
-TEST(Defaults, OfAMaterialAreThoseOfTheSceneHeader) {
-  const tracer::Material seen = material_of("");
-  EXPECT_EQ(seen.model, tracer::Material::Model::phong);
-  EXPECT_EQ(std::get<Color>(seen.color), (Color{0.8, 0.8, 0.8}));
-  EXPECT_EQ(seen.ambient, 1);
-  EXPECT_EQ(seen.diffuse, 1);
-  EXPECT_EQ(seen.specular, 0);
-  EXPECT_EQ(seen.shininess, 32);
-  EXPECT_EQ(seen.specular_color, (Color{1, 1, 1}));
-  EXPECT_EQ(seen.emission, Color{});
-  EXPECT_EQ(seen.reflection, 0);
-  EXPECT_EQ(seen.reflection_color, (Color{1, 1, 1}));
-  EXPECT_EQ(seen.transmission, 0);
-  EXPECT_EQ(seen.transmission_color, (Color{1, 1, 1}));
-  EXPECT_EQ(seen.ior, 1.5);
-  EXPECT_FALSE(seen.fresnel);
-  EXPECT_EQ(seen.path, "/materials/m");
-}
-
-TEST(Defaults, OfShapesAreTheirConventionalAxes) {
-  const auto sphere = accepted(document_with_object("sphere", R"("center": [0,0,0], "radius": 1)")).scene;
-  ASSERT_EQ(sphere.objects.size(), 1u);
-  EXPECT_EQ(std::get<tracer::Sphere>(sphere.objects[0].shape).axis, (Vec3{0, 1, 0}));
-  EXPECT_EQ(std::get<tracer::Sphere>(sphere.objects[0].shape).meridian, (Vec3{1, 0, 0}));
-  const auto plane = accepted(document_with_object("plane", R"("point": [0,0,0], "normal": [0,1,0])")).scene;
-  ASSERT_EQ(plane.objects.size(), 1u);
-  EXPECT_FALSE(std::get<tracer::Plane>(plane.objects[0].shape).u_axis);
-  const auto triangle = accepted(document_with_object("triangle", R"("vertices": [[0,0,0],[1,0,0],[0,1,0]])")).scene;
-  ASSERT_EQ(triangle.objects.size(), 1u);
-  EXPECT_FALSE(std::get<tracer::Triangle>(triangle.objects[0].shape).normals);
-  EXPECT_FALSE(std::get<tracer::Triangle>(triangle.objects[0].shape).uvs);
-  const auto mesh =
-      accepted(document_with_object("mesh", R"("positions": [[0,0,0],[1,0,0],[0,1,0]], "triangles": [[0,1,2]])")).scene;
-  ASSERT_EQ(mesh.objects.size(), 1u);
-  EXPECT_FALSE(std::get<tracer::Mesh>(mesh.objects[0].shape).smooth);
-  EXPECT_TRUE(std::get<tracer::Mesh>(mesh.objects[0].shape).normals.empty());
-  EXPECT_TRUE(std::get<tracer::Mesh>(mesh.objects[0].shape).uvs.empty());
-}
-
 TEST(EveryField, OfImageCameraAndBackgroundIsRead) {
   const tracer::Scene scene = every_field();
   EXPECT_EQ(scene.name, "every field");
@@ -121,9 +33,48 @@ TEST(EveryField, OfImageCameraAndBackgroundIsRead) {
   EXPECT_EQ(scene.ambient, (Color{0.125, 0.125, 0.125}));
 }
 
+TEST(EveryField, OfThePicturesWindowCameraAndAirIsRead) {
+  const tracer::Scene scene =
+      accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field_of_pictures.json")).scene;
+  EXPECT_EQ(scene.image.crop, (tracer::PixelWindow{3, 2, 20, 10}));
+  EXPECT_EQ(scene.camera.type, tracer::Camera::Type::orthographic);
+  EXPECT_EQ(scene.camera.height, 6);
+  EXPECT_EQ(scene.camera.aperture, 0.5);
+  EXPECT_EQ(scene.camera.focus_distance, 3);
+  ASSERT_TRUE(scene.background.gradient && scene.depth_cue);
+  EXPECT_EQ(scene.background.gradient->zenith, (Color{0, 0.5, 1}));
+  EXPECT_EQ(scene.background.gradient->nadir, (Color{0.25, 0.25, 0.25}));
+  EXPECT_EQ(scene.depth_cue->front, 1);
+  EXPECT_EQ(scene.depth_cue->back, 9);
+  EXPECT_EQ(scene.depth_cue->front_scale, 0.75);
+  EXPECT_EQ(scene.depth_cue->back_scale, 0.125);
+  EXPECT_EQ(scene.depth_cue->color, (Color{0.5, 0.25, 1}));
+}
+
+TEST(EveryField, OfThePicturesFilesIsRead) {
+  using enum tracer::Format;
+  using tracer::Layer;
+  const tracer::Output output =
+      accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field_of_pictures.json")).scene.output;
+  EXPECT_EQ(output.formats, (std::vector{png16, jpg, tiff, hdr, exr, webp, png}));
+  EXPECT_EQ(output.exposure, -1.5);
+  EXPECT_EQ(output.overflow, tracer::Output::Overflow::reinhard);
+  EXPECT_EQ(output.palette, 17u);
+  EXPECT_EQ(output.layers, (std::vector{Layer::samples, Layer::object_id, Layer::albedo, Layer::normal, Layer::depth}));
+  EXPECT_TRUE(output.alpha);
+}
+
+TEST(Cameras, MayKeepTheFieldsOfOtherTypes) {
+  const auto camera = [](const std::string& members) {
+    return accepted(R"({"version":1,"camera":{"position":[0,0,1],"look_at":[0,0,0],)" + members + "}}").scene.camera;
+  };
+  EXPECT_EQ(camera(R"("type":"panorama","fov":30,"height":2)").type, tracer::Camera::Type::panorama);
+  EXPECT_FALSE(camera(R"("type":"panorama")").focus_distance);
+}
+
 TEST(EveryField, OfLightsIsRead) {
   const tracer::Scene scene = every_field();
-  ASSERT_EQ(scene.lights.size(), 2u);
+  ASSERT_EQ(scene.lights.size(), 8u);
   const tracer::Light& point = scene.lights[0];
   EXPECT_EQ(std::get<tracer::PointLight>(point.source).position, (Vec3{5, 6, 7}));
   EXPECT_EQ(point.color, (Color{1, 0, 0}));
@@ -139,15 +90,54 @@ TEST(EveryField, OfLightsIsRead) {
   EXPECT_EQ(directional.attenuation.kind, tracer::Attenuation::Kind::inverse_square);
 }
 
+TEST(EveryField, OfSpotsIsReadAndATargetGivesTheAxis) {
+  const tracer::Scene scene = every_field();
+  ASSERT_EQ(scene.lights.size(), 8u);
+  const auto& spot = std::get<tracer::SpotLight>(scene.lights[2].source);
+  EXPECT_EQ(spot.position, (Vec3{1, 2, 3}));
+  EXPECT_EQ(spot.direction, (Vec3{0, -2, 1}));
+  EXPECT_EQ(spot.inner_angle_deg, 12.5);
+  EXPECT_EQ(spot.outer_angle_deg, 25);
+  const auto& targeted = std::get<tracer::SpotLight>(scene.lights[3].source);
+  EXPECT_EQ(targeted.direction, (Vec3{1, 2, 4}));
+  EXPECT_EQ(targeted.inner_angle_deg, 0);
+  EXPECT_EQ(targeted.outer_angle_deg, 180);
+}
+
+TEST(EveryField, OfSoftLightsIsRead) {
+  const tracer::Scene scene = every_field();
+  ASSERT_EQ(scene.lights.size(), 8u);
+  const auto& line = std::get<tracer::LineLight>(scene.lights[4].source);
+  EXPECT_EQ(line.from, (Vec3{1, 2, 3}));
+  EXPECT_EQ(line.to, (Vec3{4, 5, 6}));
+  const auto& rect = std::get<tracer::RectLight>(scene.lights[5].source);
+  EXPECT_EQ(rect.corner, (Vec3{1, 2, 3}));
+  EXPECT_EQ(rect.edge_u, (Vec3{4, 0, 1}));
+  EXPECT_EQ(rect.edge_v, (Vec3{0, 5, 1}));
+  const auto& disc = std::get<tracer::DiscLight>(scene.lights[6].source);
+  EXPECT_EQ(disc.center, (Vec3{1, 2, 3}));
+  EXPECT_EQ(disc.normal, (Vec3{0, 3, 4}));
+  EXPECT_EQ(disc.radius, 2.5);
+  const auto& sphere = std::get<tracer::SphereLight>(scene.lights[7].source);
+  EXPECT_EQ(sphere.center, (Vec3{1, 2, 3}));
+  EXPECT_EQ(sphere.radius, 3.5);
+  for (const std::size_t i : {2, 4, 5, 6, 7}) {
+    EXPECT_EQ(scene.lights[i].color, (Color{0.5, 0.5, 0.5})) << i;
+    EXPECT_EQ(scene.lights[i].intensity, 3 + static_cast<double>(i == 2 ? 2 : i - 1)) << i;
+    EXPECT_FALSE(scene.lights[i].shadows) << i;
+    EXPECT_EQ(scene.lights[i].attenuation.coefficients, (std::array{1.0, 0.0, 0.5})) << i;
+  }
+}
+
 TEST(EveryField, OfTexturesAndMaterialsIsRead) {
   const tracer::Scene scene = every_field();
-  ASSERT_EQ(scene.textures.size(), 2u);
+  ASSERT_EQ(scene.textures.size(), 6u);
   EXPECT_EQ(std::get<tracer::CheckerTexture>(scene.textures[0].pattern).colors, (std::array{Color{}, Color{1, 2, 3}}));
   EXPECT_EQ(scene.textures[0].scale, (Vec2{2, 4}));
   EXPECT_EQ(scene.textures[0].offset, (Vec2{0.5, 0.25}));
   EXPECT_EQ(scene.textures[0].path, "/textures/floor");
-  EXPECT_EQ(scene.textures[1].path, "/objects/2/material/color");
-  ASSERT_EQ(scene.materials.size(), 3u);
+  EXPECT_EQ(scene.textures[5].path, "/objects/2/material/color");
+  ASSERT_EQ(scene.materials.size(), 4u);
   const tracer::Material& glass = scene.materials[0];
   EXPECT_EQ(glass.model, tracer::Material::Model::blinn_phong);
   EXPECT_EQ(std::get<tracer::TextureId>(glass.color).index, 0u);
@@ -163,12 +153,41 @@ TEST(EveryField, OfTexturesAndMaterialsIsRead) {
   EXPECT_EQ(glass.transmission_color, (Color{0.5, 0.25, 1}));
   EXPECT_EQ(glass.ior, 1.25);
   EXPECT_FALSE(glass.fresnel);
-  EXPECT_EQ(std::get<tracer::TextureId>(scene.materials[2].color).index, 1u);
+  EXPECT_EQ(glass.transparency, tracer::Material::Transparency::filtered);
+  EXPECT_EQ(glass.priority, -3);
+  EXPECT_EQ(glass.absorption, (Color{0.5, 0, 2}));
+  EXPECT_EQ(glass.shading, tracer::Material::Shading::gouraud);
+  EXPECT_EQ(std::get<tracer::TextureId>(scene.materials[3].color).index, 5u);
+}
+
+TEST(EveryField, OfPatternsAndPicturesIsRead) {
+  using tracer::Texture;
+  const tracer::Scene scene = every_field();
+  ASSERT_EQ(scene.textures.size(), 6u);
+  const Texture& sky = scene.textures[1];
+  EXPECT_EQ(std::get<tracer::GradientTexture>(sky.pattern).colors, (std::array{Color{1, 1, 1}, Color{0.25, 0.5, 2}}));
+  EXPECT_EQ(sky.wrap, Texture::Wrap::mirror);
+  EXPECT_EQ(sky.filter, Texture::Filter::nearest);
+  const Texture& marble = scene.textures[2];
+  EXPECT_EQ(std::get<tracer::NoiseTexture>(marble.pattern).colors, (std::array{Color{0.5, 0.5, 0.5}, Color{1, 1, 1}}));
+  EXPECT_EQ(std::get<tracer::NoiseTexture>(marble.pattern).octaves, 5u);
+  EXPECT_EQ(marble.wrap, Texture::Wrap::clamp);
+  EXPECT_EQ(marble.filter, Texture::Filter::bilinear);
+  const auto& wood = std::get<tracer::ImageTexture>(scene.textures[3].pattern);
+  EXPECT_EQ(wood.color_space, tracer::ColorSpace::linear);
+  EXPECT_EQ(scene.textures[3].wrap, Texture::Wrap::repeat);
+  EXPECT_EQ(scene.textures[3].filter, Texture::Filter::mipmap);
+  const auto& oak = std::get<tracer::ImageTexture>(scene.textures[4].pattern);
+  EXPECT_FALSE(oak.color_space);
+  EXPECT_EQ(oak.file, wood.file) << "a file named twice is one asset";
+  ASSERT_EQ(scene.assets.size(), 1u);
+  EXPECT_EQ(scene.assets[0].name, "assets/wood.png");
+  EXPECT_EQ(scene.assets[0].path, "/textures/wood/file");
 }
 
 TEST(EveryField, OfSpheresPlanesAndTrianglesIsRead) {
   const tracer::Scene scene = every_field();
-  ASSERT_EQ(scene.objects.size(), 5u);
+  ASSERT_EQ(scene.objects.size(), 11u);
   const auto& sphere = std::get<tracer::Sphere>(scene.objects[0].shape);
   EXPECT_EQ(sphere.center, (Vec3{1, 2, 3}));
   EXPECT_EQ(sphere.radius, 4);
@@ -184,14 +203,14 @@ TEST(EveryField, OfSpheresPlanesAndTrianglesIsRead) {
   EXPECT_EQ(*triangle.normals, (std::array{Vec3{0, 0, 1}, Vec3{0, 1, 1}, Vec3{1, 0, 1}}));
   EXPECT_EQ(*triangle.uvs, (std::array{Vec2{0, 0}, Vec2{2, 0}, Vec2{0, 3}}));
   EXPECT_EQ(scene.objects[0].material.index, 0u);
-  EXPECT_EQ(scene.objects[1].material.index, 1u);
-  EXPECT_EQ(scene.objects[2].material.index, 2u);
+  EXPECT_EQ(scene.objects[1].material.index, 2u);
+  EXPECT_EQ(scene.objects[2].material.index, 3u);
   EXPECT_EQ(scene.objects[4].material.index, 0u);
 }
 
 TEST(EveryField, OfMeshesIsRead) {
   const tracer::Scene scene = every_field();
-  ASSERT_EQ(scene.objects.size(), 5u);
+  ASSERT_EQ(scene.objects.size(), 11u);
   const auto& mesh = std::get<tracer::Mesh>(scene.objects[3].shape);
   EXPECT_EQ(mesh.positions, (std::vector{Vec3{}, Vec3{1, 0, 0}, Vec3{0, 1, 0}}));
   EXPECT_EQ(mesh.triangles, (std::vector{std::array{2u, 0u, 1u}}));
@@ -200,6 +219,62 @@ TEST(EveryField, OfMeshesIsRead) {
   EXPECT_TRUE(mesh.smooth);
   const auto& faces = std::get<tracer::Mesh>(scene.objects[4].shape);
   EXPECT_EQ(faces.triangles, (std::vector{std::array{0u, 1u, 2u}, std::array{0u, 2u, 3u}}));
+}
+
+TEST(EveryField, OfDiscsCylindersConesAndBoxesIsRead) {
+  const tracer::Scene scene = every_field();
+  ASSERT_EQ(scene.objects.size(), 11u);
+  const auto& disc = std::get<tracer::Disc>(scene.objects[5].shape);
+  EXPECT_EQ(disc.center, (Vec3{1, 2, 3}));
+  EXPECT_EQ(disc.normal, (Vec3{0, 0, 2}));
+  EXPECT_EQ(disc.radius, 4);
+  EXPECT_EQ(disc.inner_radius, 1.5);
+  EXPECT_EQ(disc.u_axis, (Vec3{0, 1, 0}));
+  const auto& cylinder = std::get<tracer::Cylinder>(scene.objects[6].shape);
+  EXPECT_EQ(cylinder.from, (Vec3{1, 2, 3}));
+  EXPECT_EQ(cylinder.to, (Vec3{1, 2, 5}));
+  EXPECT_EQ(cylinder.radius, 4);
+  EXPECT_FALSE(cylinder.caps);
+  EXPECT_EQ(cylinder.u_axis, (Vec3{0, 1, 0}));
+  const auto& cone = std::get<tracer::Cone>(scene.objects[7].shape);
+  EXPECT_EQ(cone.apex, (Vec3{1, 2, 3}));
+  EXPECT_EQ(cone.base, (Vec3{1, 2, 5}));
+  EXPECT_EQ(cone.radius, 4);
+  EXPECT_EQ(cone.apex_radius, 0.5);
+  EXPECT_FALSE(cone.caps);
+  EXPECT_EQ(cone.u_axis, (Vec3{0, 1, 0}));
+  const auto& box = std::get<tracer::Box>(scene.objects[8].shape);
+  EXPECT_EQ(box.min, (Vec3{1, 2, 3}));
+  EXPECT_EQ(box.max, (Vec3{4, 6, 8}));
+}
+
+TEST(EveryField, OfInstancesAndPrototypesIsReadWhereverTheyStand) {
+  const tracer::Scene scene = every_field();
+  ASSERT_EQ(scene.objects.size(), 11u);
+  ASSERT_EQ(scene.prototypes.size(), 2u);
+  EXPECT_EQ(scene.prototypes[0].path, "/prototypes/pair");
+  ASSERT_EQ(scene.prototypes[0].objects.size(), 2u);
+  EXPECT_EQ(std::get<tracer::Instance>(scene.prototypes[0].objects[1].shape).of.index, 1u);
+  EXPECT_TRUE(std::holds_alternative<tracer::Sphere>(scene.prototypes[1].objects.at(0).shape));
+  const auto& whole = std::get<tracer::Instance>(scene.objects[9].shape);
+  EXPECT_EQ(whole.of.index, 0u);
+  EXPECT_EQ(whole.material.value_or(tracer::MaterialId{9}).index, 0u);
+  const auto& plain = std::get<tracer::Instance>(scene.objects[10].shape);
+  EXPECT_EQ(plain.of.index, 1u);
+  EXPECT_FALSE(plain.material);
+  EXPECT_FALSE(scene.objects[10].transform);
+}
+
+TEST(EveryField, OfTransformsIsReadAsAMatrixOrAsStepsInTheOrderWritten) {
+  const tracer::Scene scene = every_field();
+  ASSERT_EQ(scene.objects.size(), 11u);
+  // (x, y, z) moved, turned a quarter about z, scaled: 2(-(y + 2)), 3(x + 1), 4(z + 3).
+  const tracer::Transform steps{{{{0, -2, 0, -4}, {3, 0, 0, 3}, {0, 0, 4, 12}}}};
+  EXPECT_EQ(scene.objects[0].transform, steps);
+  const tracer::Transform matrix{{{{1, 2, 3, 4}, {0, 1, 5, 6}, {0, 0, 1, 7}}}};
+  EXPECT_EQ(scene.objects[1].transform, matrix);
+  const tracer::Transform twice{{{{2, 0, 0, 0}, {0, 2, 0, 0}, {0, 0, 2, 0}}}};
+  for (const std::size_t i : {2, 3, 5, 6, 7, 8, 9}) EXPECT_EQ(scene.objects[i].transform, twice) << i;
 }
 
 TEST(EveryField, OfAccuracyOutputAndJobIsRead) {
@@ -218,51 +293,6 @@ TEST(EveryField, OfAccuracyOutputAndJobIsRead) {
 TEST(Job, IsNamedAfterTheSceneWhenItHasNoName) {
   EXPECT_EQ(accepted(document_with(R"("name": "s")")).job.name, "s");
   EXPECT_EQ(accepted(document_with(R"("name": "s", "job": {"name": "j"})")).job.name, "j");
-}
-
-TEST(Colors, AreReadInAllFourForms) {
-  EXPECT_EQ(ambient_of("[0.5, 2, 0]"), (Color{0.5, 2, 0}));
-  EXPECT_EQ(ambient_of("3"), (Color{3, 3, 3}));
-  EXPECT_EQ(ambient_of(R"("#FF00ff")"), (Color{1, 0, 1}));
-  expect_near(ambient_of(R"({"hsb": [0, 1, 1]})"), {1, 0, 0});
-}
-
-TEST(Colors, AsTextAreDecodedFromSrgb) {
-  // IEC 61966-2-1 at both branches: 10/255 is on the straight part, 0xBC encodes about one half.
-  expect_near(ambient_of(R"("#0a0a0a")"), {10 / 255.0 / 12.92, 10 / 255.0 / 12.92, 10 / 255.0 / 12.92});
-  EXPECT_NEAR(ambient_of(R"("#bc0000")").r, 0.5028864580325687, 1e-12);
-  EXPECT_NEAR(ambient_of(R"("#c03020")").g, 0.0295568344378088, 1e-12);
-}
-
-TEST(Colors, AsHueSaturationBrightnessGoThroughSrgb) {
-  expect_near(ambient_of(R"({"hsb": [120, 1, 1]})"), {0, 1, 0});
-  expect_near(ambient_of(R"({"hsb": [240, 1, 1]})"), {0, 0, 1});
-  expect_near(ambient_of(R"({"hsb": [60, 1, 1]})"), {1, 1, 0});
-  const double half = std::pow((0.5 + 0.055) / 1.055, 2.4);
-  expect_near(ambient_of(R"({"hsb": [200, 0, 0.5]})"), {half, half, half});
-  expect_near(ambient_of(R"({"hsb": [0, 0.5, 1]})"), {1, half, half});
-  expect_near(ambient_of(R"({"hsb": [30, 1, 1]})"), {1, half, 0});
-}
-
-TEST(Colors, HaveHuesThatGoRound) {
-  expect_near(ambient_of(R"({"hsb": [-120, 1, 1]})"), {0, 0, 1});
-  expect_near(ambient_of(R"({"hsb": [480, 1, 1]})"), {0, 1, 0});
-  expect_near(ambient_of(R"({"hsb": [360, 1, 1]})"), {1, 0, 0});
-}
-
-TEST(Materials, ThatTransmitReflectByFresnelUnlessToldOtherwise) {
-  const tracer::Material glass = material_of(R"("transmission": 0.5)");
-  EXPECT_TRUE(glass.fresnel);
-  EXPECT_EQ(glass.reflection, 1);
-  const tracer::Material dull = material_of(R"("transmission": 0.5, "reflection": 0.25)");
-  EXPECT_TRUE(dull.fresnel);
-  EXPECT_EQ(dull.reflection, 0.25);
-  const tracer::Material plain = material_of(R"("fresnel": false, "transmission": 0.5)");
-  EXPECT_FALSE(plain.fresnel);
-  EXPECT_EQ(plain.reflection, 0);
-  const tracer::Material lacquer = material_of(R"("fresnel": true)");
-  EXPECT_TRUE(lacquer.fresnel);
-  EXPECT_EQ(lacquer.reflection, 1);
 }
 
 TEST(Materials, AreTakenByNameWhereverTheDocumentDefinesThem) {

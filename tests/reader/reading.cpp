@@ -34,7 +34,9 @@ std::vector<std::string> outcome(std::string_view text, const api::Limits& limit
 }
 
 api::Document accepted(const std::string& text) {
-  auto document = api::parse_scene(text, {});
+  api::Limits limits;
+  limits.files = api::Files::anywhere;
+  auto document = api::parse_scene(text, limits);
   if (document) return std::move(*document);
   ADD_FAILURE() << "refused: " << document.error().detail << "\n" << text;
   for (const tracer::Issue& issue : document.error().issues) {

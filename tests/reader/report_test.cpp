@@ -15,16 +15,23 @@ TEST(Report, HasEveryMemberOfTheContract) {
   scene.materials.resize(1);
   scene.materials[0].transmission = 1;
   scene.materials[0].fresnel = true;
-  scene.objects.push_back({tracer::Sphere{}, {0}});
+  scene.materials[0].path = "/materials/glass";
+  scene.objects.push_back({tracer::Sphere{}, {0}, {}});
   tracer::RenderStatistics statistics;
   statistics.rays = {72, 10, 20, 30};
   statistics.samples = 72;
   statistics.non_finite = 3;
+  statistics.spared_shadow_rays = 144;
+  statistics.spared_light = 72 << 19;  // half of the cutoff in every sample
   const std::string expected =
       R"({"requirements":{"reflection":true,"refraction":true,"fresnel":true,"shadows":false,"transmissive_shadows":false,)"
-      R"("textures":false,"smooth_normals":false,"triangles":false,"spheres":true,"planes":false},)"
+      R"("soft_lights":false,"many_lights":false,"absorption":false,"overlapping_media":false,"gouraud":false,)"
+      R"("lens":false,"depth_cue":false,"layers":false,"environment":false,"textures":false,"filtered_textures":false,)"
+      R"("bump":false,"smooth_normals":false,"triangles":false,"spheres":true,"quadrics":false,"planes":false},)"
+      R"("reasons":{"reflection":"/materials/glass","refraction":"/materials/glass","fresnel":"/materials/glass",)"
+      R"("spheres":"/objects/0"},)"
       R"("error":{"estimate":null,"confidence":null,"target":null,"met":null,"parts":{"sampling":null,"depth":null,"cutoff":null}},)"
-      R"("samples":{"min":9,"mean":9.0,"max":9},"rays":{"camera":72,"shadow":10,"reflection":20,"refraction":30},)"
+      R"("samples":{"min":9,"mean":9.0,"max":9},"rays":{"camera":72,"shadow":10,"reflection":20,"refraction":30},"spared_shadows":{"rays":144,"light":0.0005},)"
       R"("time_ms":{"queue":0.5,"parse":1.0,"build":2.0,"trace":3.0,"encode":4.0},"memory_bytes":12345678901,"non_finite":3,)"
       R"("build":")" +
       std::string(tracer::build()) + "\"}";

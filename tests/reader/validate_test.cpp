@@ -22,7 +22,7 @@ Scene valid_scene() {
   scene.camera.position = {0, 0, 5};
   scene.materials.push_back({});
   scene.materials[0].path = "/materials/m";
-  scene.objects.push_back({Sphere{}, {0}});
+  scene.objects.push_back({Sphere{}, {0}, {}});
   return scene;
 }
 
@@ -105,6 +105,22 @@ TEST(Validate, AllowsMeshesTheirSliversButNotBadIndices) {
   mesh.triangles.push_back({0, 3, 4294967295u});
   EXPECT_EQ(issues_with_shape(mesh),
             (Lines{"/objects/0/triangles/2/1 out_of_range", "/objects/0/triangles/2/2 out_of_range"}));
+}
+
+TEST(Validate, TellsTransformsThatFlattenSpaceTogetherFromThoseThatDoNot) {
+  // z squashed, then turned by 45 degrees into y, and again.
+  const auto squashed = [](double s) {
+    const double h = std::sqrt(0.5);
+    return Transform{{{{1, 0, 0, 0}, {0, h, -h * s, 0}, {0, h, h * s, 0}}}};
+  };
+  const auto issues_of_nested = [&](double s) {
+    Scene scene = valid_scene();
+    scene.prototypes.push_back({.objects = {{Sphere{}, {0}, squashed(s)}}, .path = "/prototypes/thin"});
+    scene.objects.push_back({Instance{{0}, {}}, {}, squashed(s)});
+    return issues_of(scene);
+  };
+  for (const double s : {1.0, 1e-4, 1e-8, 1e-13}) EXPECT_EQ(issues_of_nested(s), Lines{}) << s;
+  for (const double s : {1e-15, 1e-20}) EXPECT_EQ(issues_of_nested(s), Lines{"/objects/1 degenerate"}) << s;
 }
 
 TEST(Validate, FindsEmptyMeshesAndAttributesOfAnotherLength) {

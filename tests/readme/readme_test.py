@@ -20,8 +20,8 @@ PLAIN_BLOCKS = [block for language, block in BLOCKS if language == ""]
 class Readme(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        """A folder that looks like the checkout after server/run, and a daemon on another port."""
-        cls.daemon = cls.enterClassContext(Daemon())
+        """A folder that looks like the checkout after server/run, and a daemon on another port, patient with slow machines."""
+        cls.daemon = cls.enterClassContext(Daemon("--assets", SOURCE / "scenes", "--render-wait-s", "600"))
         cls.folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
         (cls.folder / "scenes").symlink_to(SOURCE / "scenes")
         (cls.folder / "build" / "release").mkdir(parents=True)
@@ -45,19 +45,23 @@ class Readme(unittest.TestCase):
         self.assertEqual(self.size_of("sphereflake.png"), (512, 512))
 
     def test_gets_a_picture_in_one_line(self):
-        self.run_block("/v1/render")
+        self.run_block("scenes/whitted.json")
         self.assertEqual(self.size_of("whitted.png"), (640, 480))
+
+    def test_renders_a_scene_with_files(self):
+        self.run_block("scenes/mesh_files.json")
+        self.assertEqual(self.size_of("mesh_files.png"), (800, 450))
 
     def test_validates(self):
         self.assertTrue(json.loads(self.run_block("/v1/jobs/validate"))["valid"])
 
     def test_renders_and_checks_on_the_command_line(self):
-        self.assertRegex(self.run_block("whittle render"), r"^valid; needs: .+\n$")
+        self.assertRegex(self.run_block("whittle render"), r"^valid; needs:\n(  \w+ +#\S+\n)+$")
         self.assertEqual(self.size_of("cornell.png"), (512, 512))
         self.assertEqual(pictures.read_exr((self.folder / "cornell.exr").read_bytes()).shape, (512, 512, 3))
 
     def test_has_every_shell_block_run_here(self):
-        self.assertEqual(len(SHELL_BLOCKS), 4)
+        self.assertEqual(len(SHELL_BLOCKS), 5)
 
     def test_names_two_commands_to_start_that_exist(self):
         (block,) = PLAIN_BLOCKS

@@ -16,7 +16,11 @@ class ExampleScenes(unittest.TestCase):
     def test_are_what_the_generator_writes_byte_for_byte(self):
         with tempfile.TemporaryDirectory() as folder:
             subprocess.run(["/usr/bin/python3", SCENES / "generate.py", folder], check=True, timeout=600)
-            written = {path.stem: path.read_bytes() for path in pathlib.Path(folder).iterdir()}
+            written = {path.stem: path.read_bytes() for path in pathlib.Path(folder).glob("*.json")}
+            assets = {path.name: path.read_bytes() for path in pathlib.Path(folder, "assets").iterdir()}
+        self.assertEqual(sorted(assets), sorted(path.name for path in SCENES.glob("assets/*")))
+        for name, content in assets.items():
+            self.assertTrue(content == (SCENES / "assets" / name).read_bytes(), f"assets/{name} differs")
         self.assertEqual(sorted(written), NAMES)
         for name in NAMES:
             self.assertTrue(written[name] == (SCENES / f"{name}.json").read_bytes(), f"{name}.json differs")

@@ -1,8 +1,9 @@
 """Readers for the picture files Whittle writes, independent of the libraries that wrote them.
 
-PNG (ISO/IEC 15948): 8-bit RGB, not interlaced. EXR (OpenEXR file layout, 2.0): single-part scan lines, float channels,
-ZIP compression. Whatever else a file holds is refused with ValueError, so a test that reads a picture also checks its
-kind. Both return numpy arrays of shape (height, width, 3), row 0 on top.
+PNG (ISO/IEC 15948): 8- or 16-bit RGB or RGBA, not interlaced. EXR (OpenEXR file layout, 2.0): single-part scan lines,
+float channels, ZIP compression. TIFF (Adobe 1992, Revision 6.0): one strip of 16 bits, not compressed. Whatever else a
+file holds is refused, so a test that reads a picture also checks its kind. All return numpy arrays of shape (height,
+width, channels), row 0 on top.
 """
 import struct
 import zlib
@@ -54,15 +55,18 @@ def _unfilter(kind, line, above, step):
 def read_png(data):
     chunks = png_chunks(data)
     width, height, bits, color, compression, filters, interlace = struct.unpack(">IIBBBBB", chunks[0][1])
-    if (bits, color, compression, filters, interlace) != (8, 2, 0, 0, 0):
-        raise ValueError(f"not plain 8-bit RGB: {chunks[0][1]}")
+    if bits not in (8, 16) or color not in (2, 6) or (compression, filters, interlace) != (0, 0, 0):
+        raise ValueError(f"not plain RGB or RGBA: {chunks[0][1]}")
+    channels = 3 if color == 2 else 4
+    step = channels * bits // 8
     packed = zlib.decompress(b"".join(content for kind, content in chunks if kind == b"IDAT"))
-    lines = numpy.frombuffer(packed, numpy.uint8).reshape(height, 1 + 3 * width)
-    picture = numpy.zeros((height, 3 * width), numpy.uint8)
-    above = numpy.zeros(3 * width, numpy.uint8)
+    lines = numpy.frombuffer(packed, numpy.uint8).reshape(height, 1 + step * width)
+    picture = numpy.zeros((height, step * width), numpy.uint8)
+    above = numpy.zeros(step * width, numpy.uint8)
     for y in range(height):
-        above = picture[y] = _unfilter(lines[y, 0], lines[y, 1:], above, 3)
-    return picture.reshape(height, width, 3)
+        above = picture[y] = _unfilter(lines[y, 0], lines[y, 1:], above, step)
+    picture = picture if bits == 8 else picture.view(">u2").astype(numpy.uint16)
+    return picture.reshape(height, width, channels)
 
 
 def exr_header(data):
@@ -85,9 +89,9 @@ def _exr_channels(content):
     while content[at]:
         end = content.index(0, at)
         (pixel_type,) = struct.unpack_from("<i", content, end + 1)
-        if pixel_type != 2:
-            raise ValueError("channel is not 32-bit float")
-        names.append(content[at:end].decode())
+        if pixel_type not in (0, 2):
+            raise ValueError("channel is neither 32-bit float nor integer")
+        names.append((content[at:end].decode(), "<f4" if pixel_type == 2 else "<u4"))
         at = end + 17
     return names
 
@@ -103,7 +107,8 @@ def _undo_zip(packed, size):
     return out.tobytes()
 
 
-def read_exr(data):
+def read_exr_channels(data):
+    """{name: (height, width) array of float32 or uint32}"""
     attributes, at = exr_header(data)
     if attributes["compression"][1] != b"\x03":
         raise ValueError("not ZIP compressed")
@@ -112,14 +117,76 @@ def read_exr(data):
         raise ValueError("windows differ or do not start at 0,0")
     names, width, height = _exr_channels(attributes["channels"][1]), x1 + 1, y1 + 1
     blocks = (height + 15) // 16
-    picture = numpy.empty((height, width, 3), numpy.float32)
+    channels = {name: numpy.empty((height, width), kind) for name, kind in names}
     for offset in struct.unpack_from(f"<{blocks}Q", data, at):
         y, size = struct.unpack_from("<ii", data, offset)
         rows = min(16, height - y)
         raw = _undo_zip(data[offset + 8 : offset + 8 + size], rows * width * len(names) * 4)
-        block = numpy.frombuffer(raw, "<f4").reshape(rows, len(names), width)
-        for channel, name in enumerate("RGB"):
-            picture[y : y + rows, :, channel] = block[:, names.index(name), :]
-    if sorted(names) != ["B", "G", "R"]:
-        raise ValueError(f"channels {names}")
-    return picture
+        block = numpy.frombuffer(raw, "<u4").reshape(rows, len(names), width)
+        for index, (name, kind) in enumerate(names):
+            channels[name][y : y + rows] = block[:, index, :].copy().view(kind)
+    return channels
+
+
+def read_exr(data):
+    channels = read_exr_channels(data)
+    if sorted(channels) != ["B", "G", "R"]:
+        raise ValueError(f"channels {sorted(channels)}")
+    return numpy.stack([channels[name] for name in "RGB"], axis=-1)
+
+
+def read_hdr(data):
+    """Radiance RGBE: new run-length coding (Ward 1991, "Real pixels") or flat."""
+    head, _, body = data.partition(b"\n\n")
+    size, _, body = body.partition(b"\n")
+    words = size.split()
+    if not head.startswith(b"#?R") or words[0] != b"-Y" or words[2] != b"+X":
+        raise ValueError("not a Radiance picture, row 0 on top")
+    height, width, at = int(words[1]), int(words[3]), 0
+    codes = numpy.empty((height, 4, width), numpy.uint8)
+    for y in range(height):
+        if body[at : at + 2] != b"\2\2":
+            codes[y] = numpy.frombuffer(body, numpy.uint8, 4 * width, at).reshape(width, 4).T
+            at += 4 * width
+            continue
+        at += 4
+        for channel in range(4):
+            x = 0
+            while x < width:
+                count = body[at]
+                if count > 128:
+                    codes[y, channel, x : x + count - 128] = body[at + 1]
+                    x, at = x + count - 128, at + 2
+                else:
+                    codes[y, channel, x : x + count] = numpy.frombuffer(body, numpy.uint8, count, at + 1)
+                    x, at = x + count, at + 1 + count
+    if at != len(body):
+        raise ValueError("bytes after the last row")
+    scale = numpy.ldexp(1.0, codes[:, 3].astype(int) - 136)
+    return numpy.moveaxis(codes[:, :3] * scale[:, None], 1, 2), scale
+
+
+# ---- TIFF (Adobe 1992, Revision 6.0) -------------------------------------------------------------------------------
+
+def tiff_tags(data):
+    """The first directory of a little-endian file: tag -> its values."""
+    assert data[:4] == b"II*\0"
+    start = struct.unpack_from("<I", data, 4)[0]
+    tags = {}
+    for entry in range(struct.unpack_from("<H", data, start)[0]):
+        tag, kind, count, value = struct.unpack_from("<HHI4s", data, start + 2 + 12 * entry)
+        code, size = {3: ("H", 2), 4: ("I", 4), 5: ("II", 8)}[kind]
+        place = value if size * count <= 4 else data[struct.unpack("<I", value)[0]:]
+        tags[tag] = struct.unpack_from("<" + code * count, place)
+    return tags
+
+
+def read_tiff(data):
+    """Pixels of an uncompressed RGB or RGBA file of 16 bits a channel: (height, width, channels)."""
+    tags = tiff_tags(data)
+    (width,), (height,), (channels,) = tags[256], tags[257], tags[277]
+    assert list(tags) == sorted(tags), "entries must ascend"
+    assert tags[258] == (16,) * channels and tags[259] == (1,) and tags[262] == (2,) and tags[284] == (1,)
+    assert tags.get(338, ()) == (2,) * (channels - 3), "straight alpha"
+    assert tags[278] == (height,) and tags[279] == (2 * width * height * channels,)
+    return numpy.frombuffer(data, "<u2", width * height * channels, tags[273][0]).reshape(height, width, channels)

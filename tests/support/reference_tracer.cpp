@@ -5,52 +5,122 @@
 #include <numbers>
 #include <variant>
 
+#include "tests/support/reference_optics.h"
+
 namespace oracle {
 namespace {
 
 constexpr Real pi = std::numbers::pi_v<Real>;
 constexpr Real infinity = std::numeric_limits<Real>::infinity();
 
-Real fade(const tracer::Attenuation& attenuation, Real d) {
-  const auto& c = attenuation.coefficients;
-  switch (attenuation.kind) {
-    case tracer::Attenuation::Kind::none:
-      return 1;
-    case tracer::Attenuation::Kind::polynomial:
-      return std::fmin(1 / (c[0] + c[1] * d + c[2] * d * d), 1.0L);
-    case tracer::Attenuation::Kind::inverse_square:
-      return 1 / (d * d);
-  }
-  return 1;
-}
-
-Real power(Real cosine, Real exponent) {
-  if (exponent == 0) return 1;
-  return cosine <= 0 ? 0 : std::pow(std::fmin(cosine, 1.0L), exponent);
-}
-
-Real highlight(const tracer::Material& material, const Vec& n, const Vec& l, const Vec& v) {
-  switch (material.model) {
-    case tracer::Material::Model::lambert:
-      return 0;
-    case tracer::Material::Model::phong:
-      return power(dot(2 * dot(n, l) * n - l, v), material.shininess);
-    case tracer::Material::Model::blinn_phong: {
-      const Vec h = l + v;
-      return length(h) > 0 ? power(dot(n, h) / length(h), material.shininess) : 0;
-    }
-  }
-  return 0;
-}
-
-/// Fresnel's amplitudes as Born & Wolf print them (eq. 1.5.21), squared and averaged.
-Real reflectance(Real cos_i, Real cos_t, Real n_from, Real n_to) {
-  const Real s = (n_from * cos_i - n_to * cos_t) / (n_from * cos_i + n_to * cos_t);
-  const Real p = (n_to * cos_i - n_from * cos_t) / (n_to * cos_i + n_from * cos_t);
-  return (s * s + p * p) / 2;
+/// The two axes across `n`: e0 is `first` without its part along n, or z where that is nothing.
+std::pair<Vec, Vec> axes(const Vec& n, const Vec& first) {
+  Vec e0 = first - dot(first, n) * n;
+  if (length(e0) < 1e-13L * length(first)) e0 = Vec(0, 0, 1) - n.z * n;
+  e0 = unit(e0);
+  return {e0, cross(n, e0)};
 }
 
 }  // namespace
+
+struct ReferenceTracer::Ray {
+  Vec origin, direction;
+  const Body* from = nullptr;       // what it starts on
+  const Face* from_face = nullptr;  // likewise, of triangles
+  Real end = infinity;
+  Inside inside{};  // the transmissive bodies around it, in the order they were entered
+};
+
+struct ReferenceTracer::Hit {
+  Real t = infinity;
+  const Body* body = nullptr;
+  const Face* face = nullptr;
+  Real u = 0, v = 0;  // barycentric, of triangles
+};
+
+struct ReferenceTracer::Point {
+  Vec position;
+  Vec lit;          // where light reaches it: on the curved surface that interpolated normals suggest
+  Vec face_normal;  // on the ray's side
+  Vec normal;       // likewise, interpolated
+  bool back = false;
+  Hit hit;
+};
+
+/// What is around a ray beyond a surface: entered from the front; left from the back, where one of the same material
+/// stands for a body that was never entered.
+ReferenceTracer::Inside ReferenceTracer::beyond(Inside inside, const Point& point) {
+  const Body* body = point.hit.body;
+  if (body->material->transmission == 0) return inside;
+  if (!point.back) {
+    inside.push_back(body);
+    return inside;
+  }
+  auto last = std::find(inside.rbegin(), inside.rend(), body);
+  if (last == inside.rend())
+    last = std::find_if(inside.rbegin(), inside.rend(), [&](const Body* b) { return b->material == body->material; });
+  if (last != inside.rend()) inside.erase(std::next(last).base());
+  return inside;
+}
+
+/// Null: the outside.
+const ReferenceTracer::Body* ReferenceTracer::filling(const Inside& inside) {
+  const Body* best = nullptr;
+  for (const Body* body : inside)
+    if (best == nullptr || body->material->priority >= best->material->priority) best = body;
+  return best;
+}
+
+struct ReferenceTracer::Path {
+  tracer::RenderStatistics& counted;
+  Real margin = 1;
+  void near_miss(Real relative_distance) { margin = std::fmin(margin, std::fabs(relative_distance)); }
+};
+
+ReferenceTracer::ReferenceTracer(const tracer::Scene& scene) : scene_(scene) {
+  for (const tracer::Object& object : scene.objects) {
+    Body body{&object.shape, &scene.materials[object.material.index], {}};
+    if (const auto* triangle = std::get_if<tracer::Triangle>(&object.shape)) {
+      const auto& p = triangle->vertices;
+      Face face{p[0], p[1], p[2], {}, {}, {}, {0, 0}, {1, 0}, {0, 1}};
+      if (const auto& n = triangle->normals) face.na = unit((*n)[0]), face.nb = unit((*n)[1]), face.nc = unit((*n)[2]);
+      if (const auto& uv = triangle->uvs) face.ta = (*uv)[0], face.tb = (*uv)[1], face.tc = (*uv)[2];
+      body.faces.push_back(face);
+    }
+    if (const auto* mesh = std::get_if<tracer::Mesh>(&object.shape)) {
+      std::vector<Vec> normals(mesh->positions.size());
+      for (std::size_t i = 0; i < mesh->normals.size(); ++i) normals[i] = unit(mesh->normals[i]);
+      if (mesh->normals.empty() && mesh->smooth) {
+        for (const auto& [a, b, c] : mesh->triangles) {
+          const Vec pa = mesh->positions[a];
+          const Vec area = cross(Vec(mesh->positions[b]) - pa, Vec(mesh->positions[c]) - pa);
+          for (const std::uint32_t corner : {a, b, c}) normals[corner] = normals[corner] + area;
+        }
+        for (Vec& n : normals)
+          if (length(n) > 0) n = unit(n);
+      }
+      for (const auto& [a, b, c] : mesh->triangles) {
+        Face face{mesh->positions[a],
+                  mesh->positions[b],
+                  mesh->positions[c],
+                  normals[a],
+                  normals[b],
+                  normals[c],
+                  {0, 0},
+                  {1, 0},
+                  {0, 1}};
+        if (!mesh->uvs.empty()) face.ta = mesh->uvs[a], face.tb = mesh->uvs[b], face.tc = mesh->uvs[c];
+        body.faces.push_back(face);
+      }
+    }
+    bodies_.push_back(std::move(body));
+  }
+  const Real half_height = std::tan(scene.camera.fov_deg * pi / 360);
+  forward_ = unit(Vec(scene.camera.look_at) - Vec(scene.camera.position));
+  right_ = unit(cross(forward_, scene.camera.up));
+  up_ = half_height * cross(right_, forward_);
+  right_ = half_height * right_;
+}
 
 Sample ReferenceTracer::sample(Real x, Real y, tracer::RenderStatistics& counted) const {
   const Real width = scene_.image.width, height = scene_.image.height;
@@ -58,9 +128,27 @@ Sample ReferenceTracer::sample(Real x, Real y, tracer::RenderStatistics& counted
   Path path{counted};
   ++counted.samples;
   ++counted.rays.camera;
-  const Ray ray{scene_.camera.position, unit(through)};
+  const Ray ray{scene_.camera.position, unit(through), nullptr, nullptr, infinity, around_camera(path)};
   const Light3 radiance = trace(ray, {1, 1, 1}, 0, path);
   return {radiance, path.margin};
+}
+
+/// Those that a ray through the picture's middle meets from behind before it meets them from the front, outermost
+/// first.
+ReferenceTracer::Inside ReferenceTracer::around_camera(Path& path) const {
+  Inside inside;
+  std::vector<const Body*> seen;
+  const Real kept = path.margin;
+  Ray ray{scene_.camera.position, forward_};
+  for (Hit hit = nearest(ray, path); hit.body != nullptr; hit = nearest(ray, path)) {
+    const Point point = point_at(ray, hit);
+    const bool first = std::find(seen.begin(), seen.end(), hit.body) == seen.end();
+    if (first && point.back && hit.body->material->transmission > 0) inside.insert(inside.begin(), hit.body);
+    seen.push_back(hit.body);
+    ray = {point.position, forward_, hit.body, hit.face};
+  }
+  path.margin = kept;
+  return inside;
 }
 
 std::vector<Sample> ReferenceTracer::picture(tracer::RenderStatistics& counted) const {
@@ -70,14 +158,129 @@ std::vector<Sample> ReferenceTracer::picture(tracer::RenderStatistics& counted) 
   return pixels;
 }
 
+ReferenceTracer::Hit ReferenceTracer::nearest(const Ray& ray, Path& path) const {
+  Hit best;
+  best.t = ray.end;
+  const auto offer = [&](const Hit& hit) {
+    if (!(hit.t > 0)) return;
+    path.near_miss(hit.t / best.t - 1);  // NaN where both are infinite: fmin passes it over
+    if (hit.t < best.t) best = hit;
+  };
+  for (const Body& body : bodies_) {
+    if (const auto* sphere = std::get_if<tracer::Sphere>(body.shape)) {
+      const Vec f = ray.origin - Vec(sphere->center);
+      const Real r = sphere->radius, b = -dot(f, ray.direction);
+      if (ray.from == &body) {
+        if (b > 0) offer({2 * b, &body});  // from the surface through the inside; outwards it never comes back
+        continue;
+      }
+      const Vec miss = f + b * ray.direction;
+      const Real discriminant = (r - length(miss)) * (r + length(miss));
+      if (b > 0) path.near_miss(discriminant / (r * r));
+      if (discriminant < 0) continue;
+      const Real root = std::sqrt(discriminant);
+      path.near_miss((b - root) / r);  // starts beside it
+      offer({b - root > 0 ? b - root : b + root, &body});
+    } else if (const auto* plane = std::get_if<tracer::Plane>(body.shape)) {
+      if (ray.from == &body) continue;
+      const Vec n = unit(plane->normal);
+      path.near_miss(dot(n, ray.direction));
+      offer({dot(n, Vec(plane->point) - ray.origin) / dot(n, ray.direction), &body});
+    }
+    for (const Face& face : body.faces) {
+      if (ray.from_face == &face) continue;
+      // Volumes spanned by the ray and the edges (Cramer's rule).
+      const Vec e1 = face.b - face.a, e2 = face.c - face.a, s = ray.origin - face.a;
+      const Real volume = dot(cross(ray.direction, e2), e1);
+      const Real u = dot(cross(ray.direction, e2), s) / volume, v = dot(cross(s, e1), ray.direction) / volume;
+      const Real t = dot(cross(s, e1), e2) / volume;
+      const Real inside = std::fmin(u, std::fmin(v, 1 - u - v));
+      if (t > 0) path.near_miss(inside);
+      if (inside >= 0) offer({t, &body, &face, u, v});
+    }
+  }
+  return best;
+}
+
+ReferenceTracer::Point ReferenceTracer::point_at(const Ray& ray, const Hit& hit) const {
+  Point point;
+  point.hit = hit;
+  point.position = ray.origin + hit.t * ray.direction;
+  if (const auto* sphere = std::get_if<tracer::Sphere>(hit.body->shape)) {
+    point.face_normal = point.normal = unit(point.position - Vec(sphere->center));
+  } else if (const auto* plane = std::get_if<tracer::Plane>(hit.body->shape)) {
+    point.face_normal = point.normal = unit(plane->normal);
+  } else {
+    const Face& f = *hit.face;
+    point.face_normal = point.normal = unit(cross(f.b - f.a, f.c - f.a));
+    const Vec bent = (1 - hit.u - hit.v) * f.na + hit.u * f.nb + hit.v * f.nc;
+    if (length(bent) > 1e-6L) point.normal = unit(bent);
+    if (dot(point.normal, point.face_normal) < 0) point.normal = -point.normal;
+  }
+  point.back = dot(ray.direction, point.face_normal) > 0;
+  point.lit = point.position;
+  if (hit.face != nullptr && !point.back) {
+    // Onto the mean of the corners' tangent planes, where these lie outside.
+    const Face& f = *hit.face;
+    const Real weights[] = {1 - hit.u - hit.v, hit.u, hit.v};
+    const Vec corners[] = {f.a, f.b, f.c}, normals[] = {f.na, f.nb, f.nc};
+    if (length(weights[0] * f.na + hit.u * f.nb + hit.v * f.nc) > 1e-6L)
+      for (int i = 0; i < 3; ++i) {
+        const Vec n = dot(normals[i], point.face_normal) < 0 ? -normals[i] : normals[i];
+        const Real below = std::fmin(0.0L, dot(point.position - corners[i], n));
+        point.lit = point.lit + (-below * weights[i]) * n;
+      }
+  }
+  if (point.back) point.normal = -point.normal, point.face_normal = -point.face_normal;
+  return point;
+}
+
+Light3 ReferenceTracer::surface_color(const Point& point, Path& path) const {
+  const tracer::Material& material = *point.hit.body->material;
+  if (const auto* color = std::get_if<tracer::Color>(&material.color)) return *color;
+  const tracer::Texture& texture = scene_.textures[std::get<tracer::TextureId>(material.color).index];
+  Real u = 0, v = 0;
+  if (const auto* sphere = std::get_if<tracer::Sphere>(point.hit.body->shape)) {
+    const Vec pole = unit(sphere->axis), n = unit(point.position - Vec(sphere->center));
+    const auto [e0, e1] = axes(pole, sphere->meridian);
+    const Real turns = std::atan2(dot(n, e1), dot(n, e0)) / (2 * pi);
+    u = turns < 0 ? turns + 1 : turns;
+    v = 1 - std::acos(std::clamp(dot(n, pole), -1.0L, 1.0L)) / pi;
+  } else if (const auto* plane = std::get_if<tracer::Plane>(point.hit.body->shape)) {
+    const auto [e0, e1] = axes(unit(plane->normal), plane->u_axis.value_or(tracer::Vec3{1, 0, 0}));
+    u = dot(point.position - Vec(plane->point), e0);
+    v = dot(point.position - Vec(plane->point), e1);
+  } else {
+    const Face& f = *point.hit.face;
+    const Real weight = 1 - point.hit.u - point.hit.v;
+    u = weight * f.ta.x + point.hit.u * f.tb.x + point.hit.v * f.tc.x;
+    v = weight * f.ta.y + point.hit.u * f.tb.y + point.hit.v * f.tc.y;
+  }
+  u = u * texture.scale.x + texture.offset.x;
+  v = v * texture.scale.y + texture.offset.y;
+  for (const Real c : {u, v}) path.near_miss((c - std::round(c)) / std::fmax(1.0L, std::fabs(c)));
+  const auto& checker = std::get<tracer::CheckerTexture>(texture.pattern);
+  return checker.colors[std::fmod(std::floor(u) + std::floor(v), 2.0L) == 0 ? 0 : 1];
+}
+
 Light3 ReferenceTracer::trace(const Ray& ray, const Light3& weight, std::uint32_t depth, Path& path) const {
   const Hit hit = nearest(ray, path);
   if (hit.body == nullptr) return scene_.background.color;
   const Point point = point_at(ray, hit);
-  return local(point, -ray.direction, weight, path) + bounced(ray, point, weight, depth, path);
+  const Inside after = beyond(ray.inside, point);
+  if (after != ray.inside && filling(after) == filling(ray.inside)) {  // hidden within another: not there
+    if (depth >= scene_.accuracy.max_depth) {
+      ++path.counted.truncated_branches;
+      return {};
+    }
+    ++path.counted.rays.refraction;
+    return trace({point.position, ray.direction, hit.body, hit.face, infinity, after}, weight, depth + 1, path);
+  }
+  return local(ray, point, weight, path) + bounced(ray, point, weight, depth, path);
 }
 
-Light3 ReferenceTracer::local(const Point& point, const Vec& to_eye, const Light3& weight, Path& path) const {
+Light3 ReferenceTracer::local(const Ray& ray, const Point& point, const Light3& weight, Path& path) const {
+  const Vec to_eye = -ray.direction;
   const tracer::Material& material = *point.hit.body->material;
   const Light3 color = surface_color(point, path);
   Light3 sum = Light3(material.emission) + material.ambient * (color * Light3(scene_.ambient));
@@ -87,7 +290,7 @@ Light3 ReferenceTracer::local(const Point& point, const Vec& to_eye, const Light
     if (const auto* directional = std::get_if<tracer::DirectionalLight>(&light.source)) {
       to_light = -unit(directional->direction);
     } else {
-      const Vec offset = Vec(std::get<tracer::PointLight>(light.source).position) - point.position;
+      const Vec offset = Vec(std::get<tracer::PointLight>(light.source).position) - point.lit;
       distance = length(offset);
       to_light = unit(offset);
       f = fade(light.attenuation, distance);
@@ -100,21 +303,24 @@ Light3 ReferenceTracer::local(const Point& point, const Vec& to_eye, const Light
         (material.specular * highlight(material, point.normal, to_light, to_eye)) * Light3(material.specular_color);
     const Light3 unshadowed = (f * light.intensity) * (Light3(light.color) * reflected);
     if (largest(weight * unshadowed) == 0) continue;
-    sum = sum + (light.shadows ? unshadowed * visible(point, to_light, distance, path) : unshadowed);
+    sum = sum + (light.shadows ? unshadowed * visible(ray.inside, point, to_light, distance, path) : unshadowed);
   }
   return sum;
 }
 
 /// S: the product over every surface on the way.
-Light3 ReferenceTracer::visible(const Point& point, const Vec& to_light, Real distance, Path& path) const {
+Light3 ReferenceTracer::visible(const Inside& around, const Point& point, const Vec& to_light, Real distance,
+                                Path& path) const {
   ++path.counted.rays.shadow;
   Light3 through{1, 1, 1};
-  Ray ray{point.position, to_light, point.hit.body, point.hit.face, distance};
+  Ray ray{point.lit, to_light, point.hit.body, point.hit.face, distance, around};
   for (Hit hit = nearest(ray, path); hit.body != nullptr; hit = nearest(ray, path)) {
     const tracer::Material& material = *hit.body->material;
     if (material.transmission == 0) return {};
-    through = material.transmission * (through * Light3(material.transmission_color));
-    ray = {ray.origin + hit.t * to_light, to_light, hit.body, hit.face, ray.end - hit.t};
+    const Inside after = beyond(ray.inside, point_at(ray, hit));
+    const bool hidden = after != ray.inside && filling(after) == filling(ray.inside);
+    if (!hidden) through = material.transmission * (through * Light3(material.transmission_color));
+    ray = {ray.origin + hit.t * to_light, to_light, hit.body, hit.face, ray.end - hit.t, after};
   }
   return through;
 }
@@ -126,8 +332,13 @@ Light3 ReferenceTracer::bounced(const Ray& ray, const Point& point, const Light3
   const Vec d = ray.direction;
   const Vec n = dot(d, point.normal) < 0 ? point.normal : point.face_normal;
   const Real cos_i = -dot(d, n);
-  const bool leaving = point.back && material.transmission > 0;
-  const Real n_from = leaving ? material.ior : 1, n_to = leaving ? 1 : material.ior;
+  const auto index = [](const Body* body) -> Real { return body != nullptr ? body->material->ior : 1; };
+  const Inside after = beyond(ray.inside, point);
+  Real n_from = index(filling(ray.inside)), n_to = material.ior;
+  if (material.transmission > 0) {
+    n_to = index(filling(after));
+    if (point.back && after == ray.inside) n_from = material.ior;  // the back of what was never entered
+  }
   // Snell's law by the part of d along the surface: sin_t / sin_i = n_from / n_to.
   const Vec along = (n_from / n_to) * (d + cos_i * n);
   const Real cos2_t = 1 - dot(along, along);
@@ -137,7 +348,7 @@ Light3 ReferenceTracer::bounced(const Ray& ray, const Point& point, const Light3
   Light3 transmit = material.transmission * Light3(material.transmission_color);
   if (material.transmission > 0 || material.fresnel) path.near_miss(cos2_t / std::fmax(1.0L, n_from / n_to));
   if (material.fresnel) {
-    const Real f = total ? 1 : reflectance(cos_i, cos_t, n_from, n_to);
+    const Real f = total ? 1 : n_from == n_to ? 0 : reflectance(cos_i, cos_t, n_from, n_to);
     mirror = f * mirror;
     transmit = (1 - f) * transmit;
   } else if (total) {
@@ -147,12 +358,12 @@ Light3 ReferenceTracer::bounced(const Ray& ray, const Point& point, const Light3
   Vec mirrored = unit(d + 2 * cos_i * n);
   const Real off_face = dot(mirrored, point.face_normal);
   if (off_face < 0) mirrored = unit(mirrored - 2 * off_face * point.face_normal);
-  return follow(point, unit(along - cos_t * n), weight, transmit, depth, path.counted.rays.refraction, path) +
-         follow(point, mirrored, weight, mirror, depth, path.counted.rays.reflection, path);
+  return follow(point, unit(along - cos_t * n), after, weight, transmit, depth, path.counted.rays.refraction, path) +
+         follow(point, mirrored, ray.inside, weight, mirror, depth, path.counted.rays.reflection, path);
 }
 
-Light3 ReferenceTracer::follow(const Point& point, const Vec& direction, const Light3& weight, const Light3& factor,
-                               std::uint32_t depth, std::uint64_t& kind, Path& path) const {
+Light3 ReferenceTracer::follow(const Point& point, const Vec& direction, const Inside& inside, const Light3& weight,
+                               const Light3& factor, std::uint32_t depth, std::uint64_t& kind, Path& path) const {
   if (largest(factor) == 0) return {};
   const Light3 arriving = weight * factor;
   if (scene_.accuracy.cutoff > 0) path.near_miss(largest(arriving) / scene_.accuracy.cutoff - 1);
@@ -165,7 +376,7 @@ Light3 ReferenceTracer::follow(const Point& point, const Vec& direction, const L
     return {};
   }
   ++kind;
-  const Ray ray{point.position, direction, point.hit.body, point.hit.face};
+  const Ray ray{point.position, direction, point.hit.body, point.hit.face, infinity, inside};
   return factor * trace(ray, arriving, depth + 1, path);
 }
 

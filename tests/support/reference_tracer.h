@@ -34,55 +34,37 @@ class ReferenceTracer {
   [[nodiscard]] std::vector<Sample> picture(tracer::RenderStatistics& counted) const;
 
  private:
+  struct Ray;
+  struct Hit;
+  struct Point;
+  struct Path;
   struct Face {
     Vec a, b, c;     // corners
     Vec na, nb, nc;  // normals; zero: the face's
     tracer::Vec2 ta, tb, tc;
   };
+  struct Body;
+  using Inside = std::vector<const Body*>;
   struct Body {
     const tracer::Shape* shape;
     const tracer::Material* material;
     std::vector<Face> faces;  // of triangles and meshes
   };
 
-  struct Ray {
-    Vec origin, direction;
-    const Body* from = nullptr;       // what it starts on
-    const Face* from_face = nullptr;  // likewise, of triangles
-    Real end = HUGE_VALL;
-  };
-
-  struct Hit {
-    Real t = HUGE_VALL;
-    const Body* body = nullptr;
-    const Face* face = nullptr;
-    Real u = 0, v = 0;  // barycentric, of triangles
-  };
-
-  struct Point {
-    Vec position;
-    Vec face_normal;  // on the ray's side
-    Vec normal;       // likewise, interpolated
-    bool back = false;
-    Hit hit;
-  };
-
-  struct Path {
-    tracer::RenderStatistics& counted;
-    Real margin = 1;
-    void near_miss(Real relative_distance) { margin = std::fmin(margin, std::fabs(relative_distance)); }
-  };
-
+  [[nodiscard]] static Inside beyond(Inside inside, const Point& point);
+  [[nodiscard]] static const Body* filling(const Inside& inside);
+  [[nodiscard]] Inside around_camera(Path& path) const;
   [[nodiscard]] Hit nearest(const Ray& ray, Path& path) const;
   [[nodiscard]] Point point_at(const Ray& ray, const Hit& hit) const;
   [[nodiscard]] Light3 surface_color(const Point& point, Path& path) const;
   [[nodiscard]] Light3 trace(const Ray& ray, const Light3& weight, std::uint32_t depth, Path& path) const;
-  [[nodiscard]] Light3 local(const Point& point, const Vec& to_eye, const Light3& weight, Path& path) const;
-  [[nodiscard]] Light3 visible(const Point& point, const Vec& to_light, Real distance, Path& path) const;
+  [[nodiscard]] Light3 local(const Ray& ray, const Point& point, const Light3& weight, Path& path) const;
+  [[nodiscard]] Light3 visible(const Inside& around, const Point& point, const Vec& to_light, Real distance,
+                               Path& path) const;
   [[nodiscard]] Light3 bounced(const Ray& ray, const Point& point, const Light3& weight, std::uint32_t depth,
                                Path& path) const;
-  [[nodiscard]] Light3 follow(const Point& point, const Vec& direction, const Light3& weight, const Light3& factor,
-                              std::uint32_t depth, std::uint64_t& kind, Path& path) const;
+  [[nodiscard]] Light3 follow(const Point& point, const Vec& direction, const Inside& inside, const Light3& weight,
+                              const Light3& factor, std::uint32_t depth, std::uint64_t& kind, Path& path) const;
 
   const tracer::Scene& scene_;
   std::vector<Body> bodies_;

@@ -28,7 +28,7 @@ MaterialId add(Scene& scene, const Material& material) {
   return {static_cast<std::uint32_t>(scene.materials.size() - 1)};
 }
 
-void add(Scene& scene, Shape shape, MaterialId material) { scene.objects.push_back({std::move(shape), material}); }
+void add(Scene& scene, Shape shape, MaterialId material) { scene.objects.push_back({std::move(shape), material, {}}); }
 
 void add(Scene& scene, Shape shape, const Material& material) { add(scene, std::move(shape), add(scene, material)); }
 
@@ -146,6 +146,7 @@ class Draw : public oracle::Random {
     m.color = color();
     if (chance(0.3)) {
       Texture texture{CheckerTexture{{color(), color()}}, {in(1, 9), in(1, 9)}, {in(-2, 2), in(-2, 2)}, ""};
+      texture.filter = Texture::Filter::nearest;  // what a second tracer can tell without cones
       scene.textures.push_back(texture);
       m.color = TextureId{static_cast<std::uint32_t>(scene.textures.size() - 1)};
     }

@@ -1,10 +1,8 @@
-#include <array>
 #include <cstdio>
 #include <string>
-#include <utility>
 
-#include "api/document.h"
 #include "api/replies.h"
+#include "tracer/cli/assets.h"
 #include "tracer/cli/commands.h"
 #include "tracer/cli/files.h"
 #include "tracer/cli/issues.h"
@@ -13,28 +11,21 @@
 namespace cli {
 namespace {
 
-void print_requirements(const tracer::Requirements& needs) {
-  const std::array<std::pair<const char*, bool>, 10> all{{{"reflection", needs.reflection},
-                                                          {"refraction", needs.refraction},
-                                                          {"fresnel", needs.fresnel},
-                                                          {"shadows", needs.shadows},
-                                                          {"transmissive_shadows", needs.transmissive_shadows},
-                                                          {"textures", needs.textures},
-                                                          {"smooth_normals", needs.smooth_normals},
-                                                          {"triangles", needs.triangles},
-                                                          {"spheres", needs.spheres},
-                                                          {"planes", needs.planes}}};
-  std::fputs("valid; needs:", stdout);
-  for (const auto& [name, needed] : all) {
-    if (needed) std::printf(" %s", name);
-  }
-  std::fputs("\n", stdout);
+/// What is needed, and the first part of the document that needs it.
+void print_requirements(const tracer::Scene& scene) {
+  std::vector<tracer::RequirementReason> reasons;
+  tracer::requirements(scene, &reasons);
+  std::puts("valid; needs:");
+  for (const auto& [name, needed] : tracer::requirement_names)
+    for (const tracer::RequirementReason& reason : reasons)
+      if (reason.needed == needed)
+        std::printf("  %-22.*s %s\n", static_cast<int>(name.size()), name.data(), fragment(reason.pointer).c_str());
 }
 
 /// The reply of POST /v1/jobs/validate; a document that cannot be read at all is one issue of the whole.
-std::string verdict(const tracer::Result<api::Document, api::Refusal>& document) {
-  if (document) return api::write_valid(document->scene);
-  const api::Refusal& refusal = document.error();
+std::string verdict(const tracer::Result<Loaded, api::Refusal>& loaded) {
+  if (loaded) return api::write_valid(loaded->document.scene);
+  const api::Refusal& refusal = loaded.error();
   switch (refusal.kind) {
     case api::Refusal::Kind::not_json:
       return api::write_invalid({{"", "not_json",
@@ -51,22 +42,21 @@ std::string verdict(const tracer::Result<api::Document, api::Refusal>& document)
 }  // namespace
 
 ExitCode check(const Options& options) {
-  const api::Limits limits;
-  const auto bytes = read_all(options.scene_path, limits.document.bytes);
+  const auto bytes = read_all(options.scene_path, api::DocumentLimits{}.bytes);
   if (!bytes) {
     std::fprintf(stderr, "whittle: %s\n", bytes.error().sentence.c_str());
     return bad_environment;
   }
-  const auto document = api::parse_scene(*bytes, limits);
+  const auto loaded = load(*bytes, options.scene_path);
   if (options.json) {
-    std::fputs(verdict(document).c_str(), stdout);
-  } else if (document) {
-    print_requirements(tracer::requirements(document->scene));
+    std::fputs(verdict(loaded).c_str(), stdout);
+  } else if (loaded) {
+    print_requirements(loaded->document.scene);
   } else {
-    print_issues(stdout, document.error());
+    print_issues(stdout, loaded.error());
   }
   if (std::fflush(stdout) != 0) return bad_environment;
-  return document ? done : bad_scene;
+  return loaded ? done : bad_scene;
 }
 
 }  // namespace cli

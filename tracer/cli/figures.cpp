@@ -31,6 +31,10 @@ void print_figures(std::FILE* into, const tracer::Rendered& rendered, const Figu
   print_rays(into, statistics.rays, figures.trace_ms);
   std::fprintf(into, "time       parse %.1f ms, build %.1f ms, trace %.1f ms, encode %.1f ms\n", figures.parse_ms,
                figures.build_ms, figures.trace_ms, figures.encode_ms);
+  if (statistics.spared_shadow_rays != 0) {
+    std::fprintf(into, "spared     %" PRIu64 " shadow rays of lights too faint to matter\n",
+                 statistics.spared_shadow_rays);
+  }
   if (statistics.non_finite != 0) {
     std::fprintf(into, "warning    %" PRIu64 " samples were not finite and are left out\n", statistics.non_finite);
   }

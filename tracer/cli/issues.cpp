@@ -24,7 +24,13 @@ std::string printable(std::string_view text) {
   return out;
 }
 
-/// "#/materials/my%20red": a URI fragment (RFC 6901, section 6), so it holds no space.
+void print(std::FILE* into, const std::string& where, std::string_view code, std::string_view detail) {
+  const std::string line = printable(where + " " + std::string(code) + " " + std::string(detail));
+  std::fprintf(into, "%s\n", line.c_str());
+}
+
+}  // namespace
+
 std::string fragment(std::string_view pointer) {
   std::string out = "#";
   for (const char character : pointer) {
@@ -41,12 +47,9 @@ std::string fragment(std::string_view pointer) {
   return out;
 }
 
-void print(std::FILE* into, const std::string& where, std::string_view code, std::string_view detail) {
-  const std::string line = printable(where + " " + std::string(code) + " " + std::string(detail));
-  std::fprintf(into, "%s\n", line.c_str());
+void print_issue(std::FILE* into, const tracer::Issue& issue) {
+  print(into, fragment(issue.pointer), issue.code, issue.detail);
 }
-
-}  // namespace
 
 void print_issues(std::FILE* into, const api::Refusal& refusal) {
   switch (refusal.kind) {
@@ -58,7 +61,7 @@ void print_issues(std::FILE* into, const api::Refusal& refusal) {
       print(into, "#", "too_large", refusal.detail);
       break;
     case api::Refusal::Kind::invalid:
-      for (const tracer::Issue& issue : refusal.issues) print(into, fragment(issue.pointer), issue.code, issue.detail);
+      for (const tracer::Issue& issue : refusal.issues) print_issue(into, issue);
       break;
   }
 }

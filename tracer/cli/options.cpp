@@ -12,18 +12,22 @@ namespace {
 using namespace std::string_literals;
 using Failure = std::optional<std::string>;
 
+constexpr const char* endings = ".png, .16.png, .exr, .jpg, .hdr, .webp or .tiff";
 constexpr std::uint32_t max_threads = 1024;  // more is a typing mistake
 
 std::optional<tracer::Format> format_of(std::string_view path) {
-  for (const tracer::Format format : {tracer::Format::png, tracer::Format::exr}) {
-    if (path.ends_with("." + std::string(tracer::extension(format)))) return format;
+  std::optional<tracer::Format> best;
+  for (const tracer::Format format : tracer::all_formats) {
+    const std::string_view extension = tracer::extension(format);
+    if (!path.ends_with("." + std::string(extension))) continue;
+    if (!best || extension.size() > tracer::extension(*best).size()) best = format;  // .16.png is no .png
   }
-  return std::nullopt;
+  return best;
 }
 
 Failure take_output(std::string_view path, Options& options) {
   const auto format = format_of(path);
-  if (!format) return "-o "s.append(path) + ": the name must end in .png or .exr";
+  if (!format) return "-o "s.append(path) + ": the name must end in "s + endings;
   for (const Output& other : options.outputs) {
     if (other.path == path) return "-o "s.append(path) + " is given twice";
   }
@@ -81,7 +85,7 @@ Failure take_all(std::span<const char* const> rest, Options& options) {
   }
   if (options.scene_path.empty()) return "which scene? Give its file, or - for standard input"s;
   if (options.command == Options::Command::render && options.outputs.empty()) {
-    return "where to? Give at least one -o with a name that ends in .png or .exr"s;
+    return "where to? Give at least one -o with a name that ends in "s + endings;
   }
   return std::nullopt;
 }
@@ -99,7 +103,8 @@ const char* const help_text =
     "Whittle renders scene documents by Whitted ray tracing.\n"
     "\n"
     "  whittle render SCENE -o FILE [-o FILE ...] [--threads N] [--quiet]\n"
-    "      Traces SCENE and writes the picture; each FILE ends in .png (8 bit, sRGB) or .exr (linear, 32-bit float).\n"
+    "      Traces SCENE and writes the picture; each FILE ends in .png (8 bit, sRGB), .exr (linear, 32-bit\n"
+    "      float), .16.png, .jpg, .hdr, .webp or .tiff (16 bit).\n"
     "      Files appear complete or not at all. Figures go to standard error.\n"
     "      --threads N   use N threads (default: one per processor); the picture is the same for any number\n"
     "      --quiet       no progress bar, no figures\n"

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "api/document.h"
+#include "tracer/cli/assets.h"
 #include "tracer/cli/commands.h"
 #include "tracer/cli/figures.h"
 #include "tracer/cli/files.h"
@@ -42,18 +43,23 @@ ExitCode complain(const std::string& sentence, ExitCode code = bad_environment) 
 ExitCode complain(const tracer::Failure& failure) {
   if (failure.code == tracer::Failure::Code::cancelled)
     return complain("interrupted; nothing was written", interrupted);
+  if (failure.code == tracer::Failure::Code::bad_asset) {
+    print_issue(stderr, {failure.pointer, "bad_asset", failure.detail});
+    return bad_scene;
+  }
   return complain(failure.detail);
 }
 
 /// The picture, with build and trace times in `figures`.
-tracer::Result<tracer::Rendered, tracer::Failure> trace(const tracer::Scene& scene, const Options& options,
-                                                        tracer::RenderControl& control, Figures& figures) {
+tracer::Result<tracer::Rendered, tracer::Failure> trace(const tracer::Scene& scene, const tracer::Assets& assets,
+                                                        const Options& options, tracer::RenderControl& control,
+                                                        Figures& figures) {
   Stopwatch watch;
   // The scene's build uses whatever pool there is; this bounds it as --threads says.
   std::optional<tbb::global_control> bound;
   if (options.threads != 0) bound.emplace(tbb::global_control::max_allowed_parallelism, options.threads);
   const ProgressBar bar(control, !options.quiet);
-  const auto compiled = tracer::compile(scene, control);
+  const auto compiled = tracer::compile(scene, control, assets);
   figures.build_ms = watch.lap_ms();
   if (!compiled) return compiled.error();
   auto rendered = tracer::render(**compiled, {.threads = options.threads}, control);
@@ -62,12 +68,12 @@ tracer::Result<tracer::Rendered, tracer::Failure> trace(const tracer::Scene& sce
 }
 
 /// Writes all of them, then gives all of them their names: a full disk leaves the old pictures, not a mixture.
-std::optional<ExitCode> write_all(const tracer::Image& image, const std::vector<Output>& outputs,
-                                  std::vector<PendingFile>& files, const tracer::RenderControl& control,
-                                  Figures& figures) {
+std::optional<ExitCode> write_all(const tracer::Image& image, const tracer::Output& settings,
+                                  const std::vector<Output>& outputs, std::vector<PendingFile>& files,
+                                  const tracer::RenderControl& control, Figures& figures) {
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     Stopwatch watch;
-    const auto bytes = tracer::encode(image, outputs[i].format);
+    const auto bytes = tracer::encode(image, outputs[i].format, settings);
     figures.encode_ms += watch.lap_ms();
     if (!bytes) return complain(bytes.error());
     if (const auto written = files[i].write(*bytes); !written) return complain(written.error().sentence);
@@ -85,14 +91,14 @@ std::optional<ExitCode> write_all(const tracer::Image& image, const std::vector<
 ExitCode render(const Options& options) {
   Figures figures;
   Stopwatch watch;
-  const api::Limits limits;
-  const auto bytes = read_all(options.scene_path, limits.document.bytes);
+  const auto bytes = read_all(options.scene_path, api::DocumentLimits{}.bytes);
   if (!bytes) return complain(bytes.error().sentence);
-  const auto document = api::parse_scene(*bytes, limits);
-  if (!document) {
-    print_issues(stderr, document.error());
+  const auto loaded = load(*bytes, options.scene_path);
+  if (!loaded) {
+    print_issues(stderr, loaded.error());
     return bad_scene;
   }
+  const tracer::Scene& scene = loaded->document.scene;
   figures.parse_ms = watch.lap_ms();
 
   tracer::RenderControl control;
@@ -104,9 +110,10 @@ ExitCode render(const Options& options) {
     files.push_back(std::move(*file));
   }
 
-  const auto rendered = trace(document->scene, options, control, figures);
+  const auto rendered = trace(scene, loaded->assets, options, control, figures);
   if (!rendered) return complain(rendered.error());
-  if (const auto stopped = write_all(rendered->image, options.outputs, files, control, figures)) return *stopped;
+  if (const auto stopped = write_all(rendered->image, scene.output, options.outputs, files, control, figures))
+    return *stopped;
   if (!options.quiet) print_figures(stderr, *rendered, figures);
   return done;
 }

@@ -1,123 +1,65 @@
 #include "tracer/compile.h"
 
+#include <algorithm>
+#include <cmath>
 #include <new>
-#include <numeric>
+#include <numbers>
+#include <set>
 
-#include "tracer/src/compiled_scene.h"
+#include "tracer/src/shapes/geometry_builder.h"
+#include "tracer/src/shapes/surface.h"
+#include "tracer/src/textures/normal_maps.h"
+#include "tracer/src/textures/texture_images.h"
 
 namespace tracer {
 namespace {
 
-/// Area-weighted vertex normals: the cross product of two edges is twice the area times the unit normal
-/// (Gouraud 1971; weights compared by Max 1999). Vertices whose sum vanishes stay zero: shading falls back to the face.
-std::vector<Vec3> area_weighted_normals(const Mesh& mesh) {
-  std::vector<Vec3> normals(mesh.positions.size());
-  for (const auto& [a, b, c] : mesh.triangles) {
-    const Vec3 weighted = cross(mesh.positions[b] - mesh.positions[a], mesh.positions[c] - mesh.positions[a]);
-    normals[a] += weighted;
-    normals[b] += weighted;
-    normals[c] += weighted;
-  }
-  return normals;
-}
-
-std::array<float, 3> unit_floats(const Vec3& v) {
-  const Vec3 n = normalize(v);
-  return {static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)};
-}
-
-/// Sorts the scene's objects into geometries: spheres and loose triangles by whether they let light through (their
-/// masks differ), each mesh by itself.
-class GeometryBuilder {
+class LightTracer {
  public:
-  GeometryBuilder(const Scene& scene, CompiledScene& compiled) : scene_(scene), compiled_(compiled) {}
+  LightTracer(const TraceFrame& frame, TraceLight& light) : frame_(frame), light_(light) {}
 
-  void build() {
-    for (std::uint32_t i = 0; i < scene_.objects.size(); ++i) {
-      object_ = i;
-      const Material& material = scene_.materials[scene_.objects[i].material.index];
-      compiled_.material_of_object.push_back(scene_.objects[i].material.index);
-      transmissive_ = material.transmission > 0;
-      if (compiled_.needs.textures) compiled_.axes_of_object.emplace_back();
-      std::visit(*this, scene_.objects[i].shape);
-    }
-    GeometrySet& set = compiled_.geometry;
-    for (SphereGeometry& spheres : spheres_)
-      if (!spheres.x.empty()) set.spheres.push_back(std::move(spheres));
-    for (TriangleGeometry& triangles : loose_)
-      if (!triangles.triangles.empty()) set.triangles.push_back(std::move(triangles));
-    for (TriangleGeometry& triangles : set.triangles) triangles.positions.resize(triangles.positions.size() + 4);
+  void operator()(const PointLight& point) { place(TraceLight::Kind::point, point.position); }
+  void operator()(const DirectionalLight& directional) {
+    light_.kind = TraceLight::Kind::directional;
+    light_.axis = -normalize(directional.direction);
   }
-
-  void operator()(const Sphere& sphere) {
-    SphereGeometry& spheres = spheres_[transmissive_ ? 1 : 0];
-    spheres.transmissive = transmissive_;
-    const Vec3 center = compiled_.frame.trace_from_world(sphere.center);
-    spheres.x.push_back(center.x);
-    spheres.y.push_back(center.y);
-    spheres.z.push_back(center.z);
-    spheres.radius.push_back(compiled_.frame.trace_from_world(sphere.radius));
-    spheres.object.push_back(object_);
-    set_axes(normalize(sphere.axis), sphere.meridian);
+  void operator()(const SpotLight& spot) {
+    place(TraceLight::Kind::spot, spot.position);
+    light_.axis = normalize(spot.direction);
+    light_.cos_inner = std::cos(spot.inner_angle_deg * (std::numbers::pi / 180));
+    light_.cos_outer = std::cos(spot.outer_angle_deg * (std::numbers::pi / 180));
   }
-
-  void operator()(const Plane& plane) {
-    PlaneGeometry& planes = compiled_.geometry.planes;
-    const Vec3 normal = normalize(plane.normal);
-    planes.point.push_back(compiled_.frame.trace_from_world(plane.point));
-    planes.normal.push_back(normal);
-    planes.object.push_back(object_);
-    planes.transmissive.push_back(transmissive_ ? 1 : 0);
-    set_axes(normal, plane.u_axis.value_or(Vec3{1, 0, 0}));
+  void operator()(const LineLight& line) {
+    place(TraceLight::Kind::line, line.from);
+    light_.u = scaled(line.to - line.from);
   }
-
-  void operator()(const Triangle& triangle) {
-    TriangleGeometry& triangles = loose_[transmissive_ ? 1 : 0];
-    triangles.transmissive = transmissive_;
-    const auto first = static_cast<std::uint32_t>(triangles.positions.size() / 3);
-    for (const Vec3& vertex : triangle.vertices) push_position(triangles, vertex);
-    triangles.triangles.push_back({first, first + 1, first + 2});
-    triangles.object_of_triangle.push_back(object_);
-    // Zero normals mean: use the face's.
-    for (int corner = 0; corner < 3; ++corner) {
-      triangles.normals.push_back(unit_floats(triangle.normals ? (*triangle.normals)[corner] : Vec3{}));
-      const Vec2 uv = triangle.uvs ? (*triangle.uvs)[corner] : Vec2{corner == 1 ? 1.0 : 0.0, corner == 2 ? 1.0 : 0.0};
-      triangles.uvs.push_back({uv.x, uv.y});
-    }
+  void operator()(const RectLight& rect) {
+    place(TraceLight::Kind::parallelogram, rect.corner);
+    light_.u = scaled(rect.edge_u);
+    light_.v = scaled(rect.edge_v);
   }
-
-  void operator()(const Mesh& mesh) {
-    if (mesh.triangles.empty()) return;
-    TriangleGeometry triangles;
-    triangles.object = object_;
-    triangles.transmissive = transmissive_;
-    triangles.positions.reserve(3 * mesh.positions.size() + 4);
-    for (const Vec3& position : mesh.positions) push_position(triangles, position);
-    triangles.triangles = mesh.triangles;
-    if (!mesh.normals.empty()) {
-      for (const Vec3& normal : mesh.normals) triangles.normals.push_back(unit_floats(normal));
-    } else if (mesh.smooth) {
-      for (const Vec3& normal : area_weighted_normals(mesh)) triangles.normals.push_back(unit_floats(normal));
-    }
-    for (const Vec2& uv : mesh.uvs) triangles.uvs.push_back({uv.x, uv.y});
-    compiled_.geometry.triangles.push_back(std::move(triangles));
+  void operator()(const DiscLight& disc) {
+    place(TraceLight::Kind::disc, disc.center);
+    const Axes axes = axes_across(normalize(disc.normal), {1, 0, 0});
+    light_.u = scaled(axes.e0 * disc.radius);
+    light_.v = scaled(axes.e1 * disc.radius);
+  }
+  void operator()(const SphereLight& sphere) {
+    place(TraceLight::Kind::sphere, sphere.center);
+    light_.radius = frame_.trace_from_world(sphere.radius);
   }
 
  private:
-  void push_position(TriangleGeometry& triangles, const Vec3& world) const {
-    const Vec3 p = compiled_.frame.trace_from_world(world);
-    for (const double coordinate : {p.x, p.y, p.z}) triangles.positions.push_back(static_cast<float>(coordinate));
+  void place(TraceLight::Kind kind, const Vec3& position) {
+    light_.kind = kind;
+    light_.position = frame_.trace_from_world(position);
   }
-  void set_axes(const Vec3& normal, const Vec3& first) {
-    if (compiled_.needs.textures) compiled_.axes_of_object.back() = axes_across(normal, first);
+  [[nodiscard]] Vec3 scaled(const Vec3& v) const {
+    return {frame_.trace_from_world(v.x), frame_.trace_from_world(v.y), frame_.trace_from_world(v.z)};
   }
 
-  const Scene& scene_;
-  CompiledScene& compiled_;
-  std::array<SphereGeometry, 2> spheres_;
-  std::array<TriangleGeometry, 2> loose_;
-  std::uint32_t object_ = 0;
-  bool transmissive_ = false;
+  const TraceFrame& frame_;
+  TraceLight& light_;
 };
 
 TraceLight trace_light(const Light& light, const TraceFrame& frame) {
@@ -125,13 +67,47 @@ TraceLight trace_light(const Light& light, const TraceFrame& frame) {
   traced.radiance = light.color * light.intensity;
   traced.shadows = light.shadows;
   traced.attenuation = light.attenuation;
-  if (const auto* directional = std::get_if<DirectionalLight>(&light.source)) {
-    traced.directional = true;
-    traced.to_light = -normalize(directional->direction);
-  } else {
-    traced.position = frame.trace_from_world(std::get<PointLight>(light.source).position);
-  }
+  std::visit(LightTracer(frame, traced), light.source);
   return traced;
+}
+
+/// A transmissive object that a ray from the camera meets from behind before it meets it from the front.
+struct MetFromBehind {
+  std::uint32_t object = 0;
+  bool plane = false;
+};
+
+std::vector<MetFromBehind> met_from_behind(const CompiledScene& scene, Vec3 origin, const Vec3& direction) {
+  std::vector<MetFromBehind> met;
+  std::set<std::uint32_t> seen;
+  PrimitiveRef from;
+  for (;;) {
+    Hit hit;
+    scene.accelerator->closest(
+        {&origin.x, &origin.y, &origin.z, &direction.x, &direction.y, &direction.z, nullptr, &from, 1},
+        {&hit.primitive, &hit.t, &hit.u, &hit.v}, Coherence::incoherent, Among::transmissive);
+    if (!hit.primitive.hit()) return met;
+    const Surface surface = surface_at(scene, hit, origin, direction);
+    if (seen.insert(surface.object).second && surface.back)
+      met.push_back({surface.object, hit.primitive.geometry == scene.geometry.plane_geometry()});
+    origin = offset_origin(surface.point, surface.geometric_normal, direction);
+    from = hit.primitive;
+  }
+}
+
+/// Transmissive solids that hold the camera, outermost first: those met from behind both ahead and behind the camera; a
+/// disc or a hollow turned inside out is so on one side at most. A plane has one side only. For an orthographic window
+/// or a lens that a solid holds a part of, its centre decides.
+std::vector<std::uint32_t> objects_around_camera(const CompiledScene& scene) {
+  const auto [origin, ahead] = scene.camera.aim(0.5 * scene.image.width, 0.5 * scene.image.height);
+  const std::vector<MetFromBehind> before = met_from_behind(scene, origin, ahead);
+  const std::vector<MetFromBehind> after = met_from_behind(scene, origin, -ahead);
+  std::vector<std::uint32_t> around;
+  for (auto met = before.rbegin(); met != before.rend(); ++met) {
+    const auto same = [&](const MetFromBehind& other) { return other.object == met->object; };
+    if (met->plane || std::any_of(after.begin(), after.end(), same)) around.push_back(met->object);
+  }
+  return around;
 }
 
 template <class T>
@@ -141,15 +117,23 @@ std::uint64_t bytes_of(const std::vector<T>& values) {
 
 }  // namespace
 
-Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene, RenderControl& control) {
+Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene, RenderControl& control,
+                                                              const Assets& assets) {
   if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled before building"};
   try {
     auto compiled = std::make_shared<CompiledScene>(scene, TraceFrame(finite_bounds(scene)));
-    GeometryBuilder(scene, *compiled).build();
+    if (compiled->needs.bump) read_normal_maps_as_linear(scene.background, compiled->materials, compiled->textures);
+    auto images = texture_images(compiled->textures, scene.assets, assets);
+    if (!images) return images.error();
+    compiled->images = std::move(*images);
+    compiled->background.emplace(scene.background, scene.camera.up, compiled->textures, compiled->images);
+    if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled before building"};
+    build_geometry(scene, *compiled);
     for (const Light& light : scene.lights) compiled->lights.push_back(trace_light(light, compiled->frame));
     auto accelerator = Accelerator::build(compiled->geometry, control);
     if (!accelerator) return accelerator.error();
     compiled->accelerator = std::move(*accelerator);
+    if (compiled->needs.refraction) compiled->objects_around_camera = objects_around_camera(*compiled);
     return std::shared_ptr<const CompiledScene>(std::move(compiled));
   } catch (const std::bad_alloc&) {
     return Failure{Failure::Code::out_of_memory, "no memory for the compiled scene"};
@@ -161,9 +145,13 @@ std::uint64_t memory_bytes(const CompiledScene& scene) {
                         bytes_of(scene.material_of_object) + bytes_of(scene.axes_of_object);
   for (const SphereGeometry& s : scene.geometry.spheres)
     bytes += bytes_of(s.x) + bytes_of(s.y) + bytes_of(s.z) + bytes_of(s.radius) + bytes_of(s.object);
+  for (const QuadricGeometry& q : scene.geometry.quadrics) bytes += bytes_of(q.quadrics) + bytes_of(q.object);
   for (const TriangleGeometry& t : scene.geometry.triangles)
     bytes += bytes_of(t.positions) + bytes_of(t.triangles) + bytes_of(t.normals) + bytes_of(t.uvs) +
              bytes_of(t.object_of_triangle);
+  std::set<const ImageMap*> images;  // textures may share one
+  for (const auto& image : scene.images)
+    if (image && images.insert(image.get()).second) bytes += image->memory_bytes();
   return bytes;
 }
 

@@ -2,51 +2,56 @@
 /// What `compile` makes and `render` reads: everything in the trace frame, nothing that changes.
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "tracer/requirements.h"
 #include "tracer/src/accel/accelerator.h"
-#include "tracer/src/cameras/perspective.h"
+#include "tracer/src/cameras/camera.h"
+#include "tracer/src/lights/light.h"
 #include "tracer/src/scene/trace_frame.h"
+#include "tracer/src/textures/background.h"
+#include "tracer/src/textures/image_map.h"
 
 namespace tracer {
-
-/// A light in the trace frame.
-struct TraceLight {
-  bool directional = false;
-  Vec3 position;   ///< of a point light
-  Vec3 to_light;   ///< unit, of a directional light
-  Color radiance;  ///< color * intensity
-  bool shadows = true;
-  Attenuation attenuation;  ///< of world distances
-};
 
 class CompiledScene {
  public:
   CompiledScene(const Scene& scene, const TraceFrame& trace_frame)
       : frame(trace_frame),
         needs(requirements(scene)),
-        camera(scene.camera, scene.image, trace_frame.trace_from_world(scene.camera.position)),
+        camera(scene.camera, scene.image, trace_frame),
         image(scene.image),
         accuracy(scene.accuracy),
-        background(scene.background.color),
+        depth_cue(scene.depth_cue),
+        output(scene.output),
         ambient(scene.ambient),
         materials(scene.materials),
         textures(scene.textures) {}
 
   TraceFrame frame;
   Requirements needs;
-  PerspectiveCamera camera;
+  TraceCamera camera;
   ImageSize image;
   Accuracy accuracy;
-  Color background, ambient;
+  std::optional<TraceBackground> background;  ///< set once its textures are there
+  std::optional<DepthCue> depth_cue;
+  Output output;
+  Color ambient;
   std::vector<Material> materials;
   std::vector<Texture> textures;
+  std::vector<std::shared_ptr<const ImageMap>> images;  ///< beside textures; null where the texture is no image
   std::vector<TraceLight> lights;
   std::vector<std::uint32_t> material_of_object;
-  std::vector<Axes> axes_of_object;  ///< for texture coordinates of spheres and planes; empty without textures
+  std::vector<std::uint32_t> objects_around_camera;  ///< transmissive solids it is inside of, outermost first
+  std::vector<Axes> axes_of_object;  ///< texture coordinates: a sphere's axes; a plane's e0 and e1 are the world
+                                     ///< gradients of u and v. Empty without textures
   GeometrySet geometry;              ///< the accelerator points into it
   std::unique_ptr<Accelerator> accelerator;
+
+  [[nodiscard]] const Material& material_of(std::uint32_t object) const {
+    return materials[material_of_object[object]];
+  }
 };
 
 }  // namespace tracer

@@ -31,9 +31,17 @@ struct DocumentLimits {
   std::size_t labels = 64;
 };
 
+/// The files that a document may name. Whoever lets it name any loads them afterwards (api/load_assets.h).
+enum class Files {
+  none,
+  anywhere,        ///< any path: for the command line, whose user may read what it reads
+  below_a_folder,  ///< plain names between slashes: none is empty, "." or "..", and there are no backslashes
+};
+
 struct Limits {
   DocumentLimits document;
   tracer::Limits scene;
+  Files files = Files::none;
 };
 
 /// The optional "job" member: how the service should treat the scene. The command line ignores it.
@@ -45,7 +53,7 @@ struct JobRequest {
 };
 
 struct Document {
-  tracer::Scene scene;  ///< passes tracer::validate
+  tracer::Scene scene;  ///< passes tracer::validate; meshes of files are still to be read (api/load_assets.h)
   JobRequest job;
 };
 

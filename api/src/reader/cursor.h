@@ -41,7 +41,9 @@ struct Reading {
   const Limits& limits;
   Document document;
   Names<tracer::TextureId> textures;
+  Names<tracer::AssetId> assets;  ///< by file name
   Names<tracer::MaterialId> materials;
+  Names<tracer::PrototypeId> prototypes;
   std::set<std::string_view> full;    ///< names of the limits that were reached while reading
   std::vector<tracer::Issue> issues;  ///< the first `issues_max`
   std::uint64_t untold_issues = 0;

@@ -41,6 +41,14 @@ void Fields::tell_missing(std::string_view name) {
       {pointer_to_member(at_, name), "missing_field", std::string(what_) + " must have " + quoted(name)});
 }
 
+void Fields::tell_missing_one_of(std::span<const std::string_view> names) {
+  if (!reading_.has_room()) return;
+  std::string all;
+  for (const std::string_view name : names) all += (all.empty() ? "" : ", ") + quoted(name);
+  reading_.issues.push_back(
+      {pointer_to_member(at_, names.front()), "missing_field", std::string(what_) + " must have one of " + all});
+}
+
 void Fields::finish() {
   if (!is_object_) return;
   json::Node* key = at_.node + 1;

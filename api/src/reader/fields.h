@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <utility>
 
@@ -50,6 +51,7 @@ class Fields {
   [[nodiscard]] bool has(std::string_view name) const { return has_member(reading_, at_, name); }
 
   void tell_missing(std::string_view name);
+  void tell_missing_one_of(std::span<const std::string_view> names);  ///< of the first name; the sentence has them all
 
   /// Tells of members that were not taken: unknown (with the likely name), not rendered by this build, or duplicates.
   void finish();

@@ -1,4 +1,4 @@
-/// Textures and materials: named ones in their maps, and those written in place.
+/// Materials: named ones in their map, and those written in place.
 
 #include <limits>
 #include <string>
@@ -6,97 +6,46 @@
 #include <vector>
 
 #include "api/src/reader/fields.h"
+#include "api/src/reader/named.h"
+#include "api/src/reader/references.h"
 #include "api/src/reader/sections.h"
-#include "api/src/reader/suggestion.h"
 
 namespace api {
 namespace {
 
 using Model = tracer::Material::Model;
-enum class Transparency { refract };  // one choice only in this build, as is the next
-enum class Shading { smooth };
+using Transparency = tracer::Material::Transparency;
+using Shading = tracer::Material::Shading;
 
 constexpr Word<Model>::Meaning models[] = {
     {"lambert", Model::lambert}, {"phong", Model::phong}, {"blinn_phong", Model::blinn_phong}};
-constexpr Word<Transparency>::Meaning transparencies[] = {{"refract", Transparency::refract}};
-constexpr Word<Shading>::Meaning shadings[] = {{"smooth", Shading::smooth}};
-
-constexpr std::uint32_t nothing = std::numeric_limits<std::uint32_t>::max();
-
-template <class Id>
-void tell_unknown(Reading& reading, const Cursor& at, const Names<Id>& names, std::string_view kind) {
-  if (!reading.has_room()) return;
-  std::vector<std::string_view> candidates;
-  for (const auto& [name, id] : names.ids) {
-    if (candidates.size() == suggestion_names_max) break;
-    candidates.push_back(name);
-  }
-  std::string detail = quoted(at.node->string()) + " is not defined";
-  if (candidates.empty()) detail.append(": there are no named ").append(kind);
-  detail += did_you_mean(at.node->string(), candidates);
-  reading.issues.push_back({pointer(at), "unknown_reference", std::move(detail)});
-}
-
-/// Looks a name up; tells when nothing has it.
-template <class Id>
-Id find(Reading& reading, const Cursor& at, const Names<Id>& names, std::string_view kind) {
-  const auto found = names.ids.find(at.node->string());
-  if (found != names.ids.end()) return found->second;
-  if (names.complete) tell_unknown(reading, at, names, kind);
-  return {nothing};
-}
-
-/// Whether one more material or texture may be made of the value; tells so at the first that may not. Those after it
-/// are not read, so that what is too much is never held.
-bool has_room(Reading& reading, const Cursor& at, std::size_t count, std::string_view limit, std::uint64_t bound) {
-  if (count < bound) return true;
-  if (reading.full.insert(limit).second) {
-    tell(reading, at, "limit_exceeded",
-         "the limit " + std::string(limit) + " is " + std::to_string(bound) + ", those written in place included");
-  }
-  return false;
-}
-
-/// Patterns that the format has and this build does not: telling that `checker` is missing too would mislead.
-bool has_other_pattern(const Fields& fields) {
-  return fields.has("file") || fields.has("gradient") || fields.has("noise");
-}
-
-tracer::TextureId add_texture(Reading& reading, const Cursor& at) {
-  std::vector<tracer::Texture>& textures = reading.scene().textures;
-  if (!has_room(reading, at, textures.size(), "textures", reading.limits.scene.textures)) return {nothing};
-  const tracer::TextureId id{static_cast<std::uint32_t>(textures.size())};
-  tracer::Texture& texture = textures.emplace_back();
-  texture.path = pointer(at);
-  Fields fields(reading, at, "texture", "a texture");
-  auto& checker = texture.pattern.emplace<tracer::CheckerTexture>();
-  if (!fields.optional("checker", checker.colors) && !fields.has("checker") && fields && !has_other_pattern(fields)) {
-    fields.tell_missing("checker");
-  }
-  fields.optional("scale", texture.scale);
-  fields.optional("offset", texture.offset);
-  fields.finish();
-  return id;
-}
-
-/// A string that does not begin with '#' names a texture, an object without "hsb" is one; all else is a colour.
-void read_color_or_texture(Reading& reading, const Cursor& at, tracer::ColorOrTexture& value) {
-  if (at.node->kind == json::Kind::string && !at.node->string().starts_with('#')) {
-    value = find(reading, at, reading.textures, "textures");
-  } else if (at.node->kind == json::Kind::object && !has_member(reading, at, "hsb")) {
-    value = add_texture(reading, at);
-  } else {
-    read(reading, at, value.emplace<tracer::Color>());
-  }
-}
+constexpr Word<Transparency>::Meaning transparencies[] = {{"refract", Transparency::refract},
+                                                          {"interpolated", Transparency::interpolated},
+                                                          {"filtered", Transparency::filtered}};
+constexpr Word<Shading>::Meaning shadings[] = {
+    {"smooth", Shading::smooth}, {"flat", Shading::flat}, {"gouraud", Shading::gouraud}};
 
 /// What a material reflects by default depends on whether Fresnel's equations hold, and that on what it transmits.
 void read_reflection(Fields& fields, tracer::Material& material) {
+  fields.optional("transparency", Word<Transparency>{material.transparency, "material.transparency", transparencies});
   const bool transmits = fields.optional("transmission", material.transmission) && material.transmission > 0;
-  material.fresnel = transmits;
+  material.fresnel = transmits && material.transparency == Transparency::refract;
   fields.optional("fresnel", material.fresnel);
   if (material.fresnel) material.reflection = 1;
   fields.optional("reflection", material.reflection);
+}
+
+void read_bump(Reading& reading, const Cursor& at, std::optional<tracer::Bump>& bump) {
+  Fields fields(reading, at, "material.bump", "a bump");
+  if (!fields) return;
+  bump.emplace().texture = {nothing};
+  if (const auto texture = fields.take("texture")) {
+    bump->texture = read_texture_reference(reading, *texture);
+  } else {
+    fields.tell_missing("texture");
+  }
+  fields.optional("scale", bump->scale);
+  fields.finish();
 }
 
 tracer::MaterialId add_material(Reading& reading, const Cursor& at) {
@@ -118,32 +67,16 @@ tracer::MaterialId add_material(Reading& reading, const Cursor& at) {
   fields.optional("reflection_color", material.reflection_color);
   fields.optional("transmission_color", material.transmission_color);
   fields.optional("ior", material.ior);
-  Transparency transparency{};
-  fields.optional("transparency", Word<Transparency>{transparency, "material.transparency", transparencies});
-  Shading shading{};
-  fields.optional("shading", Word<Shading>{shading, "material.shading", shadings});
+  fields.optional("priority", Integer<int>{material.priority, std::numeric_limits<int>::min()});
+  fields.optional("absorption", material.absorption);
+  fields.optional("shading", Word<Shading>{material.shading, "material.shading", shadings});
+  if (const auto normals = fields.take("normal_map")) material.normal_map = read_texture_reference(reading, *normals);
+  if (const auto bump = fields.take("bump")) read_bump(reading, *bump, material.bump);
   fields.finish();
   return id;
 }
 
-template <class Id>
-void read_named(Reading& reading, const Cursor& at, Names<Id>& names, Id (*add)(Reading&, const Cursor&)) {
-  names.complete = for_each_member(reading, at, [&](const Cursor& member) {
-    const auto [place, is_new] = names.ids.emplace(member.key, Id{});
-    if (is_new) {
-      place->second = add(reading, member);
-    } else {
-      tell(reading, member, "duplicate_key", quoted(member.key) + " is defined twice");
-    }
-  });
-}
-
 }  // namespace
-
-void read_textures(Reading& reading, const Cursor& at) {
-  reading.textures.complete = within_limit(reading, at, "textures", reading.limits.scene.textures);
-  if (reading.textures.complete) read_named(reading, at, reading.textures, add_texture);
-}
 
 void read_materials(Reading& reading, const Cursor& at) {
   reading.materials.complete = within_limit(reading, at, "materials", reading.limits.scene.materials);

@@ -1,9 +1,10 @@
-/// Inline meshes: by far the longest part of long documents, so the plain case takes no cursor per number.
+/// Meshes. Inline ones are by far the longest part of long documents, so the plain case takes no cursor per number.
 
 #include <array>
 #include <cmath>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "api/src/reader/fields.h"
@@ -109,23 +110,41 @@ void read_connectivity(Reading& reading, Fields& fields, tracer::Mesh& mesh) {
     tell(reading, *faces, "conflict", "a mesh has \"triangles\" or \"faces\", not both");
   } else if (faces) {
     read_faces(reading, *faces, mesh);
-  } else if (!triangles && !fields.has("file")) {
+  } else if (!triangles) {
     fields.tell_missing("triangles");
   }
+}
+
+/// What a file brings cannot be written beside it.
+void read_file(Reading& reading, Fields& fields, const Cursor& file, tracer::Mesh& mesh) {
+  tracer::AssetId asset;
+  if (read_asset(reading, file, asset)) mesh.file = asset;
+  for (const std::string_view name : {"positions", "triangles", "faces", "normals", "uvs"}) {
+    if (const auto written = fields.take(name)) tell(reading, *written, "conflict", "is what the mesh's file brings");
+  }
+}
+
+void read_written(Reading& reading, Fields& fields, tracer::Shape& shape) {
+  auto& mesh = std::get<tracer::Mesh>(shape);
+  const auto positions = fields.take("positions");
+  const bool has_positions = positions && read_vectors(reading, *positions, mesh.positions);
+  if (!positions) fields.tell_missing("positions");
+  read_connectivity(reading, fields, mesh);
+  if (const auto normals = fields.take("normals")) read_vectors(reading, *normals, mesh.normals);
+  if (const auto uvs = fields.take("uvs")) read_uvs(reading, *uvs, mesh.uvs);
+  if (!has_positions) shape = tracer::Sphere{};  // without positions every index would be told as wrong
 }
 
 }  // namespace
 
 void read_mesh(Reading& reading, Fields& fields, tracer::Shape& shape) {
-  tracer::Mesh& mesh = shape.emplace<tracer::Mesh>();
-  const auto positions = fields.take("positions");
-  const bool has_positions = positions && read_vectors(reading, *positions, mesh.positions);
-  if (!positions && !fields.has("file")) fields.tell_missing("positions");
-  read_connectivity(reading, fields, mesh);
-  if (const auto normals = fields.take("normals")) read_vectors(reading, *normals, mesh.normals);
-  if (const auto uvs = fields.take("uvs")) read_uvs(reading, *uvs, mesh.uvs);
+  auto& mesh = shape.emplace<tracer::Mesh>();
   fields.optional("smooth", mesh.smooth);
-  if (!has_positions) shape = tracer::Sphere{};  // without positions every index would be told as wrong
+  if (const auto file = fields.take("file")) {
+    read_file(reading, fields, *file, mesh);
+  } else {
+    read_written(reading, fields, shape);
+  }
 }
 
 }  // namespace api

@@ -87,14 +87,12 @@ bool read(Reading& reading, const Cursor& at, Name name) {
   return true;
 }
 
-bool read_integer(Reading& reading, const Cursor& at, std::uint64_t least, std::uint64_t most, std::uint64_t& value) {
-  constexpr std::uint64_t exact_max = (1ull << 53) - 1;
+bool read_integer(Reading& reading, const Cursor& at, std::int64_t least, std::int64_t most, std::int64_t& value) {
   if (at.node->kind != json::Kind::number) {
     tell_wrong_type(reading, at, "an integer");
     return false;
   }
   const double number = at.node->number;
-  most = std::min(most, exact_max);
   if (std::isinf(number)) {
     tell(reading, at, "not_finite", "must be an integer, got a number too large for a double");
   } else if (number != std::trunc(number)) {
@@ -104,7 +102,7 @@ bool read_integer(Reading& reading, const Cursor& at, std::uint64_t least, std::
   } else if (number > static_cast<double>(most)) {
     tell(reading, at, "out_of_range", "must be <= " + std::to_string(most) + ", got " + number_text(number));
   } else {
-    value = static_cast<std::uint64_t>(number);
+    value = static_cast<std::int64_t>(number);
     return true;
   }
   return false;

@@ -2,6 +2,7 @@
 /// Reading the values that fields have. Each `read` stores what the document says and answers true, or tells what is
 /// wrong and stores NaN (numbers: a rule about them is not broken a second time) or leaves the default (all else).
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -48,7 +49,8 @@ bool read(Reading& reading, const Cursor& at, Name name);
 
 /// Integers are numbers without a fraction, whatever their spelling (3, 3.0, 3e0), up to 2^53 - 1: beyond that a double
 /// cannot tell neighbours apart (RFC 7493, section 2.2).
-bool read_integer(Reading& reading, const Cursor& at, std::uint64_t least, std::uint64_t most, std::uint64_t& value);
+bool read_integer(Reading& reading, const Cursor& at, std::int64_t least, std::int64_t most, std::int64_t& value);
+inline constexpr std::int64_t exact_max = (std::int64_t{1} << 53) - 1;
 
 /// Tells that the value is none of `words`: "unsupported" for a word of `scope` in the table, else "unknown_type" or
 /// "unknown_value".
@@ -72,9 +74,10 @@ void spoil(T&&) {}
 
 template <class T>
 bool read(Reading& reading, const Cursor& at, Integer<T> integer) {
-  std::uint64_t value = 0;
-  const auto least = static_cast<std::uint64_t>(integer.least), most = static_cast<std::uint64_t>(integer.most);
-  if (!read_integer(reading, at, least, most, value)) return false;
+  std::int64_t value = 0;
+  const auto most =
+      static_cast<std::int64_t>(std::min<std::uint64_t>(static_cast<std::uint64_t>(integer.most), exact_max));
+  if (!read_integer(reading, at, static_cast<std::int64_t>(integer.least), most, value)) return false;
   integer.value = static_cast<T>(value);
   return true;
 }

@@ -47,7 +47,7 @@ TestRay random_ray(Random& random, const Vec& normal) {
 TEST(PlaneHits, AreWhereTheRayMeetsTheNearestOfThem) {
   Random random(1);
   std::uint64_t certain = 0;
-  const std::uint64_t scenes = effort::cases(400);
+  const std::uint64_t scenes = effort::cases(3400);
   for (std::uint64_t scene = 0; scene < scenes; ++scene) {
     GeometrySet set;
     const std::uint32_t count = 1 + random.below(3);

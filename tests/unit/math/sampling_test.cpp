@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <set>
 #include <vector>
@@ -105,4 +106,27 @@ TEST(PixelSamples, AreDifferentInEveryPixelAndForEverySeed) {
 }
 
 }  // namespace
+TEST(ShuffledPoints, AreIndependentOfAnotherSequencesPointsOfTheSameIndex) {
+  constexpr std::uint32_t count = 4096;
+  for (std::uint64_t key = 1; key <= 20; ++key) {
+    std::array<int, 16> seen{};  // of the quarters of x in the pixel and of x on the light
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const Vec2 pixel = sequence_point(i, mix(key)), light = shuffled_point(i, mix(key + 1000));
+      ++seen[static_cast<std::size_t>(pixel.x * 4) * 4 + static_cast<std::size_t>(light.x * 4)];
+    }
+    for (const int n : seen) EXPECT_NEAR(n, count / 16.0, 80) << "key " << key;  // five standard deviations
+  }
+}
+
+TEST(ShuffledPoints, StayStratifiedInEveryAlignedBlock) {
+  for (std::uint32_t block = 0; block < 8; ++block) {
+    std::array<int, 16> seen{};
+    for (std::uint32_t i = 0; i < 16; ++i) {
+      const Vec2 p = shuffled_point(block * 16 + i, mix(block));
+      ++seen[static_cast<std::size_t>(p.x * 4) * 4 + static_cast<std::size_t>(p.y * 4)];
+    }
+    for (const int n : seen) EXPECT_EQ(n, 1);
+  }
+}
+
 }  // namespace tracer

@@ -74,12 +74,12 @@ TEST(TraceFrame, OfNothingFiniteIsAroundTheCamera) {
 
 TEST(TraceFrame, TakesEveryShapeIntoItsBounds) {
   Scene scene;
-  scene.objects.push_back({Sphere{{1, 2, 3}, 0.5}, {}});
-  scene.objects.push_back({Plane{{100, 100, 100}, {0, 1, 0}, {}}, {}});  // infinite: not counted
-  scene.objects.push_back({Triangle{{{{-4, 0, 0}, {0, 5, 0}, {0, 0, 1}}}, {}, {}}, {}});
+  scene.objects.push_back({Sphere{{1, 2, 3}, 0.5}, {}, {}});
+  scene.objects.push_back({Plane{{100, 100, 100}, {0, 1, 0}, {}}, {}, {}});  // infinite: not counted
+  scene.objects.push_back({Triangle{{{{-4, 0, 0}, {0, 5, 0}, {0, 0, 1}}}, {}, {}}, {}, {}});
   Mesh mesh;
   mesh.positions = {{0, -6, 0}, {7, 0, 0}};
-  scene.objects.push_back({mesh, {}});
+  scene.objects.push_back({mesh, {}, {}});
   const Bounds bounds = finite_bounds(scene);
   EXPECT_EQ(bounds.low, (Vec3{-4, -6, 0}));
   EXPECT_EQ(bounds.high, (Vec3{7, 5, 3.5}));

@@ -1,10 +1,13 @@
-// What shading is told of spheres and planes: the point within its error, normals, sides, texture coordinates.
+// What shading is told of a hit: the point within its error, normals, sides, texture coordinates.
+#include "tracer/src/shapes/surface.h"
+
 #include <gtest/gtest.h>
 
 #include <numbers>
 
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
+#include "tests/support/scenes.h"
 #include "tests/unit/shapes/look.h"
 
 namespace tracer {
@@ -16,11 +19,27 @@ using oracle::Vec;
 
 constexpr Real pi = std::numbers::pi_v<Real>;
 
+Scene checkered(const Shape& shape) {
+  Scene scene = scenes::empty(1);
+  Material material = scenes::matte({1, 1, 1});
+  scene.textures.push_back({CheckerTexture{}, {1, 1}, {0, 0}, ""});
+  material.color = TextureId{0};
+  scenes::add(scene, shape, material);
+  return scene;
+}
+
+Real box_reach(const Surface& surface, const Vec& n) {
+  const Vec3& e = surface.point.error;
+  return std::fabs(n.x) * e.x + std::fabs(n.y) * e.y + std::fabs(n.z) * e.z;
+}
+
+// ---- spheres -------------------------------------------------------------------------------------------------------
+
 /// A sphere of any size and place in a scene of fixed extent, and rays at it from near, far and inside.
 TEST(SphereSurface, PointIsWithinItsErrorOfTheSphereAndRaysFromItNeverMeetItAgainOutside) {
   Random random(1);
   std::uint64_t hits = 0;
-  const std::uint64_t spheres = effort::cases(1000);
+  const std::uint64_t spheres = effort::cases(16'000);
   for (std::uint64_t i = 0; i < spheres; ++i) {
     Scene scene = scenes::empty(1);
     const double radius = random.spread(1e-9, 0.4);
@@ -76,7 +95,7 @@ TEST(SphereSurface, PointIsWithinItsErrorOfTheSphereAndRaysFromItNeverMeetItAgai
 
 TEST(SphereSurface, TextureCoordinatesAreLongitudeAndLatitudeAboutAxisAndMeridian) {
   Random random(2);
-  for (std::uint64_t i = 0; i < effort::cases(300); ++i) {
+  for (std::uint64_t i = 0; i < effort::cases(6000); ++i) {
     Sphere sphere{random.vector(1), 1, random.vector(5), random.vector(5)};
     if (i % 3 == 0) sphere.axis = {0, 1, 0}, sphere.meridian = {1, 0, 0};
     const auto c = compiled(checkered(sphere));
@@ -112,10 +131,12 @@ TEST(SphereSurface, AtThePolesTakesLongitudeNought) {
   EXPECT_EQ(south.surface.uv, (Vec2{0, 0}));
 }
 
+// ---- planes --------------------------------------------------------------------------------------------------------
+
 TEST(PlaneSurface, PointIsWithinItsErrorOfThePlaneFromNearFarAndGrazing) {
   Random random(3);
   std::uint64_t hits = 0;
-  for (std::uint64_t i = 0; i < effort::cases(1000); ++i) {
+  for (std::uint64_t i = 0; i < effort::cases(25'000); ++i) {
     Scene scene = scenes::empty(1);
     const Vec3 axes[] = {{1, 0, 0}, {0, -1, 0}, {0, 0, 1}};
     const Vec3 normal = random.chance(0.3) ? axes[random.below(3)] : random.vector(7);
@@ -142,7 +163,7 @@ TEST(PlaneSurface, PointIsWithinItsErrorOfThePlaneFromNearFarAndGrazing) {
       ASSERT_GE(side * dot(n, start - point), 0) << "on the wrong side";
     }
   }
-  EXPECT_GT(hits, effort::cases(1000) * 40);
+  EXPECT_GT(hits, effort::cases(25'000) * 40);
 }
 
 TEST(PlaneSurface, TextureCoordinatesRunAlongTheWorldsXAxisOrZWhereTheNormalIsAlongX) {
@@ -184,6 +205,85 @@ TEST(Axes, AreAtRightAnglesAndRightHandedHoweverCloseTheFirstIsToTheNormal) {
     ASSERT_NEAR(dot(cross(n, axes.e0), axes.e1), 1, 1e-15);
     ASSERT_GT(dot(Vec(axes.e0), first), 0);
   }
+}
+
+// ---- triangles -----------------------------------------------------------------------------------------------------
+
+TEST(TriangleSurface, PointIsWithinItsErrorOfTheTriangleAndInterpolatesNormalsAndCoordinates) {
+  Random random(5);
+  std::uint64_t hits = 0;
+  for (std::uint64_t i = 0; i < effort::cases(60'000); ++i) {
+    Triangle triangle{{{random.vector(1), random.vector(1), random.vector(1)}}, {}, {}};
+    const std::array<Vec3, 3> normals{rounded(random.direction()), rounded(random.direction()),
+                                      rounded(random.direction())};
+    triangle.normals = normals;
+    triangle.uvs = std::array<Vec2, 3>{Vec2{random.in(-5, 5), 0}, Vec2{0, random.in(-5, 5)}, Vec2{1e6, 1}};
+    const auto c = compiled(checkered(triangle));
+    const TriangleGeometry& g = c->geometry.triangles[0];
+    const Vec a = g.position(0), b = g.position(1), d = g.position(2);
+    const Vec area = cross(b - a, d - a);
+    if (length(area) < 1e-3L) continue;
+    const Vec n = unit(area);
+    for (int ray = 0; ray < 20; ++ray) {
+      Real u = random.in(0, 1), v = random.in(0, 1);
+      if (u + v > 1) u = 1 - u, v = 1 - v;
+      const Vec target = (1 - u - v) * a + u * b + v * d;
+      const Vec origin = target + random.direction();
+      const Look at = look(*c, rounded(origin), rounded(unit(target - origin)));
+      if (!at.found) continue;
+      ++hits;
+      const Vec p = at.surface.point.position;
+      ASSERT_LE(std::fabs(dot(n, p - a)), box_reach(at.surface, n));
+      ASSERT_LE(length(Vec(at.surface.geometric_normal) - n), 1e-12L);
+      const bool back = dot(target - origin, n) > 0;
+      ASSERT_EQ(at.surface.back, back);
+      // The point told is where the barycentric coordinates are; near the line of sight, within their conditioning.
+      ASSERT_LE(length(p - target), 1e-10L);
+      Vec bent = (1 - u - v) * Vec(normals[0]) + u * Vec(normals[1]) + v * Vec(normals[2]);
+      if (length(bent) < 0.1L || std::fabs(dot(bent, n)) < 1e-3L) continue;
+      bent = unit(dot(bent, n) < 0 ? -bent : bent);
+      if (back) bent = -bent;
+      ASSERT_LE(length(Vec(at.surface.normal) - bent), 1e-5L) << "normals are kept as floats";
+      const auto& uvs = *triangle.uvs;
+      ASSERT_NEAR(at.surface.uv.x, static_cast<double>((1 - u - v) * uvs[0].x + v * uvs[2].x), 1e-3);
+      ASSERT_NEAR(at.surface.uv.y, static_cast<double>(u * uvs[1].y + v), 1e-9);
+    }
+  }
+  EXPECT_GT(hits, effort::cases(60'000) * 10);
+}
+
+TEST(MeshSurface, SmoothNormalsAreWeightedByTheAreaOfTheFacesAround) {
+  // A corner where a large and a small face meet at a right angle.
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 0, -1}, {0, 0, 1}, {-3, 0, 0}, {0, 2, 0}, {0, 0, 2}};
+  mesh.triangles = {{0, 1, 2}, {0, 6, 5}};  // twice the areas: 1 up, 4 along -x
+  mesh.smooth = true;
+  const auto c = compiled(checkered(mesh));
+  const auto& normal = c->geometry.triangles[0].normals[0];
+  const Vec expected = unit(Vec(cross(Vec(1, 0, 0), Vec(0, 0, -1)) + cross(Vec(0, 0, 2), Vec(0, 2, 0))));
+  EXPECT_NEAR(normal[0], static_cast<double>(expected.x), 1e-7);
+  EXPECT_NEAR(normal[1], static_cast<double>(expected.y), 1e-7);
+  EXPECT_NEAR(normal[2], static_cast<double>(expected.z), 1e-7);
+  // A position that no face uses, and one whose faces cancel, fall back to the face's normal: zero means that.
+  EXPECT_EQ(c->geometry.triangles[0].normals[3], (std::array<float, 3>{0, 0, 0}));
+}
+
+TEST(MeshSurface, SmoothNormalsOfAnIcosphereAreRadial) {
+  const auto c = compiled(checkered(scenes::icosphere(3, true)));
+  const TriangleGeometry& g = c->geometry.triangles[0];
+  const Mesh mesh = scenes::icosphere(3, true);
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    const Vec n(g.normals[i][0], g.normals[i][1], g.normals[i][2]);
+    ASSERT_GT(dot(n, mesh.positions[i]), 0.999L);
+  }
+}
+
+TEST(MeshSurface, WithoutNormalsIsFlatAndWithoutCoordinatesBarycentric) {
+  const auto c = compiled(checkered(scenes::icosphere(1)));
+  const Look at = look(*c, c->frame.trace_from_world(Vec3{0.1, 0.2, 3}), {0, 0, -1});
+  ASSERT_TRUE(at.found);
+  EXPECT_EQ(at.surface.normal, at.surface.geometric_normal);
+  EXPECT_EQ(at.surface.uv, (Vec2{at.hit.u, at.hit.v}));
 }
 
 }  // namespace

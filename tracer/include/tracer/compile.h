@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "tracer/assets.h"
 #include "tracer/control.h"
 #include "tracer/result.h"
 #include "tracer/scene.h"
@@ -16,15 +17,18 @@ class CompiledScene;
 
 /// Why a compile or render gave nothing.
 struct Failure {
-  enum class Code { cancelled, out_of_memory, internal };
+  enum class Code { cancelled, out_of_memory, bad_asset, internal };
   Code code = Code::internal;
-  std::string detail;  ///< a sentence for people
+  std::string detail;     ///< a sentence for people; of a bad asset it begins with its name
+  std::string pointer{};  ///< of a bad asset: the place in the document that names it
 };
 
-/// Precondition: `validate` found nothing. Expensive, done once; keeps no reference to `scene`.
-/// Fails with `cancelled` when `control` says so, `out_of_memory` when Embree or the heap do.
-/// Runs on the calling thread's oneTBB arena.
-Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene, RenderControl& control);
+/// Precondition: `validate` found nothing, and meshes of files have been read. Expensive, done once; keeps no reference
+/// to `scene`. Fails with `cancelled` when `control` says so, `out_of_memory` when Embree or the heap do, `bad_asset`
+/// when the bytes of one are no picture within the bounds that limits.h gives texture images. Runs on the calling
+/// thread's oneTBB arena.
+Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene, RenderControl& control,
+                                                              const Assets& assets = {});
 
 /// Bytes held by the compiled scene, BVH included.
 std::uint64_t memory_bytes(const CompiledScene& scene);

@@ -23,9 +23,15 @@ struct RayCounts {
 /// What was done, for the report. The tracer reads no clock: times are the caller's.
 struct RenderStatistics {
   RayCounts rays;
-  std::uint64_t samples = 0;       ///< camera samples over all pixels
-  std::uint64_t non_finite = 0;    ///< samples that came out NaN or infinite; left out of their pixel's mean. Must be 0
-  std::uint64_t cut_branches = 0;  ///< branches not traced because of `cutoff`
+  std::uint64_t samples = 0;     ///< camera samples over all pixels
+  std::uint64_t non_finite = 0;  ///< samples that came out NaN or infinite; left out of their pixel's mean. Must be 0
+  /// Shadow rays not traced because what their lights could give, together with the others left out at the same hit, is
+  /// within `cutoff`; only of scenes with many lights.
+  std::uint64_t spared_shadow_rays = 0;
+  /// What is missing for that at most, summed over all samples: the largest channel, in 2^-20 of `cutoff`, each hit's
+  /// rounded up. (Whole numbers, so that the order of the sum does not matter.)
+  std::uint64_t spared_light = 0;
+  std::uint64_t cut_branches = 0;        ///< branches not traced because of `cutoff`
   std::uint64_t truncated_branches = 0;  ///< branches not traced because of `max_depth`
   bool operator==(const RenderStatistics&) const = default;
 };

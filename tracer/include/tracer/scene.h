@@ -12,49 +12,88 @@
 #include <variant>
 #include <vector>
 
+#include "tracer/values.h"
+
 namespace tracer {
 
-struct Vec2 {
-  double x = 0, y = 0;
-  bool operator==(const Vec2&) const = default;
+/// A file that the scene names. Its bytes come with the scene (tracer/assets.h): the tracer opens no file.
+struct Asset {
+  std::string name;  ///< as the document writes it: "wood.png"
+  std::string path;  ///< where the document first names it, e.g. "/textures/floor/file"
 };
-
-struct Vec3 {
-  double x = 0, y = 0, z = 0;
-  bool operator==(const Vec3&) const = default;
-};
-
-/// Linear RGB. Components >= 0; no upper bound.
-struct Color {
-  double r = 0, g = 0, b = 0;
-  bool operator==(const Color&) const = default;
-};
-
-/// Position in one of Scene's vectors; the tag keeps a material from being used as a texture.
-template <class Tag>
-struct Handle {
-  std::uint32_t index = 0;
-  bool operator==(const Handle&) const = default;
-};
-using MaterialId = Handle<struct MaterialTag>;
-using TextureId = Handle<struct TextureTag>;
 
 // ---- image, camera, background ------------------------------------------------------------------------------------
 
+/// Half-open: columns [x0, x1) of rows [y0, y1).
+struct PixelWindow {
+  std::uint32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+  [[nodiscard]] std::uint32_t width() const { return x0 < x1 ? x1 - x0 : 0; }
+  [[nodiscard]] std::uint32_t height() const { return y0 < y1 ? y1 - y0 : 0; }
+  [[nodiscard]] std::uint64_t pixels() const { return std::uint64_t{width()} * height(); }
+  bool operator==(const PixelWindow&) const = default;
+};
+
 struct ImageSize {
   std::uint32_t width = 640, height = 480;  ///< pixels; row 0 is on top, sample (x,y) covers [x,x+1) x [y,y+1)
+  std::optional<PixelWindow> crop{};        ///< the part that is rendered, bit for bit that of the full picture
+
+  /// What is rendered; the picture has its size.
+  [[nodiscard]] PixelWindow window() const { return crop.value_or(PixelWindow{0, 0, width, height}); }
 };
 
-/// Pinhole camera. The window's vertical extent spans `fov_deg`; pixels are square.
 struct Camera {
   Vec3 position{};
-  Vec3 look_at{};
+  Vec3 look_at{};  ///< in the middle of the picture
   Vec3 up{0, 1, 0};
-  double fov_deg = 45;  ///< full vertical angle, 0 < fov_deg < 180
+  double fov_deg = 45;  ///< perspective: full vertical angle, 0 < fov_deg < 180
+  /// perspective: rays from `position` through a window that spans `fov_deg`; pixels are square. orthographic: parallel
+  /// rays from a window of `height` around `position`, nothing behind it is seen; pixels are square. panorama:
+  /// equirectangular, 360 degrees to the right across the picture and 180 down, whatever its proportions.
+  enum class Type { perspective, orthographic, panorama };
+  Type type = Type::perspective;
+  double height = 1;  ///< orthographic: of the window, world; the document must say it
+  /// Diameter of a thin lens, world; 0 is a pinhole. What lies on the plane at `focus_distance` along the viewing axis
+  /// is sharp; a panorama's lens turns with the ray, and the sphere of that radius is. One sample a pixel goes through
+  /// the lens's centre.
+  double aperture = 0;
+  std::optional<double> focus_distance{};  ///< unset: that of `look_at`
 };
 
+/// nadir where a direction points against the camera's `up`, zenith where along it, linear in the cosine between.
+struct Gradient {
+  Color zenith{}, nadir{};
+};
+
+/// A texture once around the world: u = 1/2 looks along the world's -z projected across the camera's `up` (+x where up
+/// is along z) and grows to the right; v = 0 is straight down, 1 straight up. What a panorama camera sees that looks
+/// that way. Where the texture's scale is 1, u is closed into a circle and v ends at the poles, whatever its `wrap`.
+struct Environment {
+  TextureId texture{};
+  double rotation_deg = 0;  ///< about up, counter-clockwise for a viewer to whom it points; any finite angle
+};
+
+/// A texture on each face of a cube around the world, seen from inside with u to the right and v up: on the faces
+/// around, up is the world axis next to the camera's `up`; the faces above and below are seen by leaning back and forth
+/// from the one that faces -z (+x where up is z). Order: +x, -x, +y, -y, +z, -z.
+struct CubeMap {
+  std::array<TextureId, 6> faces{};
+};
+
+/// What every ray that hits nothing sees: `color`, or the one of the others that is set.
 struct Background {
-  Color color{};  ///< every ray that hits nothing sees it
+  Color color{};
+  std::optional<Gradient> gradient{};
+  std::optional<Environment> environment{};
+  std::optional<CubeMap> cube{};
+};
+
+/// I' = S I + (1-S) color for what a camera ray sees, by its distance z along the viewing axis (a panorama: along the
+/// ray): S is front_scale up to `front`, back_scale beyond `back` and where nothing is hit, linear between. Where front
+/// and back are one it steps behind them. (Foley, van Dam et al. 1990, sec. 16.1.3.)
+struct DepthCue {
+  double front = 0, back = 0;              ///< world, front <= back
+  double front_scale = 1, back_scale = 0;  ///< [0, 1]
+  Color color{};
 };
 
 // ---- lights --------------------------------------------------------------------------------------------------------
@@ -75,7 +114,38 @@ struct DirectionalLight {
   Vec3 direction{0, -1, 0};  ///< the way the light travels; any length > 0
 };
 
-using LightSource = std::variant<PointLight, DirectionalLight>;
+/// Full inside `inner_angle_deg` of its axis, nothing outside `outer_angle_deg` (half angles), between them the
+/// smoothstep of the cosine.
+struct SpotLight {
+  Vec3 position{};
+  Vec3 direction{0, -1, 0};  ///< the axis; any length > 0
+  double inner_angle_deg = 15, outer_angle_deg = 30;
+};
+
+// The lights below shine as the mean of point lights spread uniformly over their length, area or surface; what hides a
+// part of them takes that part from the mean, so their shadows are soft.
+
+struct LineLight {
+  Vec3 from{}, to{1, 0, 0};
+};
+
+struct RectLight {
+  Vec3 corner{};
+  Vec3 edge_u{1, 0, 0}, edge_v{0, 0, 1};  ///< a parallelogram; need not be at right angles
+};
+
+struct DiscLight {
+  Vec3 center{};
+  Vec3 normal{0, -1, 0};
+  double radius = 1;
+};
+
+struct SphereLight {
+  Vec3 center{};
+  double radius = 1;
+};
+
+using LightSource = std::variant<PointLight, DirectionalLight, SpotLight, LineLight, RectLight, DiscLight, SphereLight>;
 
 struct Light {
   LightSource source{};
@@ -92,15 +162,52 @@ struct CheckerTexture {
   std::array<Color, 2> colors{};
 };
 
+/// From colors[0] at v = 0 to colors[1] at v = 1, linearly.
+struct GradientTexture {
+  std::array<Color, 2> colors{};
+};
+
+/// Gradient noise n(u, v) in [-1, 1] with a cell of one unit (Perlin 2002): from colors[0] at -1 to colors[1] at 1.
+/// `octaves` of it are summed, each at twice the frequency and half the amplitude of the one before, over the sum of
+/// the amplitudes.
+struct NoiseTexture {
+  std::array<Color, 2> colors{};
+  std::uint32_t octaves = 1;  ///< 1..32
+};
+
+enum class ColorSpace { linear, srgb };
+
+/// A picture file over the unit square: v = 0 is the lower edge of its bottom row. Its first three channels are red,
+/// green and blue; one or two are grey; alpha is left out.
+struct ImageTexture {
+  AssetId file{};
+  std::optional<ColorSpace> color_space;  ///< unset: sRGB for PNG and JPEG, linear for OpenEXR and Radiance HDR
+};
+
 /// Looked up at (u scale.x + offset.x, v scale.y + offset.y).
 struct Texture {
-  std::variant<CheckerTexture> pattern{};
+  std::variant<CheckerTexture, GradientTexture, NoiseTexture, ImageTexture> pattern{};
   Vec2 scale{1, 1};
   Vec2 offset{0, 0};
   std::string path;  ///< where the document defines it, e.g. "/textures/floor"; prefix of issue pointers
+  /// How gradients and images go on beyond [0, 1]. Checkers and noise have no edge: for them all three are the same.
+  enum class Wrap { repeat, clamp, mirror };
+  Wrap wrap = Wrap::repeat;
+  /// nearest: the texel, or the pattern at the point itself. bilinear: between four texels; patterns as nearest.
+  /// mipmap: the mean over what the sample covers of the surface. A sample covers 1 / sqrt(samples) of its pixel's
+  /// width, so filtering narrows as samples take its place and does not bias the converged picture.
+  enum class Filter { nearest, bilinear, mipmap };
+  Filter filter = Filter::mipmap;
 };
 
 using ColorOrTexture = std::variant<Color, TextureId>;
+
+/// A relief that bends normals and leaves the surface where it is (Blinn 1978, "Simulation of Wrinkled Surfaces"): its
+/// height above the front is `scale`, in scene units, times the mean of the texture's linear red, green and blue.
+struct Bump {
+  TextureId texture{};
+  double scale = 1;  ///< may be negative: dents for bumps
+};
 
 /// What a surface does with light (Whitted 1980; Phong 1975; Blinn 1977):
 ///   I_local = emission + K_a C I_a + sum_i f_i S_i I_i [ K_d C max(0,N.L) + K_s C_s spec ],  spec = 0 where N.L <= 0
@@ -118,11 +225,28 @@ struct Material {
   Color emission{};
   double reflection = 0;              ///< K_r in [0,1]
   Color reflection_color{1, 1, 1};    ///< C_r
-  double transmission = 0;            ///< K_t in [0,1]; refracted by Snell's law
+  double transmission = 0;            ///< K_t in [0,1]; filtered transparency may have more
   Color transmission_color{1, 1, 1};  ///< C_t
-  double ior = 1.5;                   ///< > 0; the outside has 1
+  /// How K_t > 0 transmits. refract: by Snell's law; total internal reflection adds K_t C_t to the reflected weight.
+  /// interpolated: straight on, I = (1 - K_t)(ambient + diffuse) + specular + emission + K_t I_behind.
+  /// filtered: straight on, I = I_local + K_t C_t I_behind. (Foley, van Dam et al. 1990, sec. 16.5.1.)
+  enum class Transparency { refract, interpolated, filtered };
+  Transparency transparency = Transparency::refract;
+  double ior = 1.5;  ///< > 0; the outside has 1
+  /// Where solids overlap, the one of highest priority fills the overlap; among equals, the one entered last.
+  int priority = 0;
+  Color absorption{};  ///< per scene unit: radiance travelling a length s inside is multiplied by exp(-absorption s)
+  /// smooth: interpolated normals where the mesh has them. flat: the face's. gouraud: the local model is evaluated at
+  /// the corners of the mesh's triangles and interpolated; on other shapes the same as smooth.
+  enum class Shading { smooth, flat, gouraud };
+  Shading shading = Shading::smooth;
+  /// Normals in the surface's own frame: (red, green, blue) = n/2 + 1/2 with n.x along dp/du, n.y along dp/dv and n.z
+  /// out of the front. A picture that tells no colour space is linear here, whatever its kind.
+  std::optional<TextureId> normal_map{};
+  std::optional<Bump> bump{};  ///< of the normal map's normals where there is one too
   /// K_r is multiplied by F and K_t by 1-F, F the exact unpolarised dielectric reflectance. The document's default is
-  /// true where transmission > 0; the reader resolves it, as it does reflection's default of 1 under fresnel.
+  /// true where transmission > 0 is refracted; the reader resolves it, as it does reflection's default of 1 under
+  /// fresnel.
   bool fresnel = false;
   std::string path;  ///< where the document defines it, e.g. "/materials/red"; prefix of issue pointers
 };
@@ -144,6 +268,39 @@ struct Plane {
   std::optional<Vec3> u_axis;
 };
 
+/// Flat and round, with a hole of `inner_radius`. u, v = d.e0/2R + 1/2, d.e1/2R + 1/2; e0 as the plane's.
+struct Disc {
+  Vec3 center{};
+  Vec3 normal{0, 1, 0};
+  double radius = 1;
+  double inner_radius = 0;
+  std::optional<Vec3> u_axis;
+};
+
+/// u = phi/2pi about the axis from e0, v = z/length from `from` to `to`; caps as discs about the same e0 and e1.
+struct Cylinder {
+  Vec3 from{}, to{0, 1, 0};
+  double radius = 1;
+  bool caps = true;
+  std::optional<Vec3> u_axis;
+};
+
+/// A cone, or a truncated one where `apex_radius` > 0. u as the cylinder's about the axis from base to apex, v = 0 at
+/// the base and 1 at the apex.
+struct Cone {
+  Vec3 apex{0, 1, 0}, base{};
+  double radius = 1;  ///< at the base
+  double apex_radius = 0;
+  bool caps = true;
+  std::optional<Vec3> u_axis;
+};
+
+/// Axis-parallel. u, v in [0,1] on each face: seen from outside, u to the right and v up, up being y (on the top face
+/// -z, on the bottom face z).
+struct Box {
+  Vec3 min{}, max{1, 1, 1};
+};
+
 /// Front side: counter-clockwise. Texture coordinates are barycentric of `uvs` (0,0 / 1,0 / 0,1 when unset).
 struct Triangle {
   std::array<Vec3, 3> vertices{};
@@ -152,19 +309,40 @@ struct Triangle {
 };
 
 /// Indexed triangles, counter-clockwise seen from the front. `normals` and `uvs` are per position or empty.
+/// A mesh of a `file` has nothing else but `smooth` until the file is read into it; `compile` wants that done before.
 struct Mesh {
   std::vector<Vec3> positions;
   std::vector<std::array<std::uint32_t, 3>> triangles;
   std::vector<Vec3> normals;
   std::vector<Vec2> uvs;
   bool smooth = false;  ///< area-weighted vertex normals where `normals` is empty
+  std::optional<AssetId> file{};
 };
 
-using Shape = std::variant<Sphere, Plane, Triangle, Mesh>;
+/// The objects of a prototype, placed once more.
+struct Instance {
+  PrototypeId of{};
+  std::optional<MaterialId> material;  ///< takes the place of all of theirs; unset: they keep their own
+};
+
+using Shape = std::variant<Sphere, Plane, Disc, Cylinder, Cone, Box, Triangle, Mesh, Instance>;
+
+/// world_from_object, affine: a point p goes to (rows[i] . (p, 1)) for i = x, y, z.
+struct Transform {
+  std::array<std::array<double, 4>, 3> rows{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+  bool operator==(const Transform&) const = default;
+};
 
 struct Object {
   Shape shape{};
-  MaterialId material{};
+  MaterialId material{};  ///< not an instance's: it has its own
+  std::optional<Transform> transform{};
+};
+
+/// Objects that instances place; a prototype may hold instances of others, never in a circle.
+struct Prototype {
+  std::vector<Object> objects;
+  std::string path;  ///< where the document defines it, e.g. "/prototypes/tree"; prefix of issue pointers
 };
 
 // ---- what the user asks for ----------------------------------------------------------------------------------------
@@ -180,10 +358,22 @@ struct Accuracy {
   std::uint64_t seed = 0;
 };
 
-enum class Format { png, exr };
+enum class Format { png, png16, exr, jpg, hdr, webp, tiff };
 
+/// What is measured at the first thing that a camera ray hits, beside its colour: channels of an EXR.
+enum class Layer { depth, normal, albedo, object_id, samples };
+
+/// Exposure, overflow and palette are of the formats for display: exr and hdr hold the radiance as it is.
 struct Output {
   std::vector<Format> formats{Format::png};
+  double exposure = 0;  ///< stops: the picture times 2^exposure
+  /// What becomes of what is brighter than a display. clamp: 1. scale: the picture divided by its brightest channel
+  /// where that is above 1. reinhard: c / (1 + c) in each channel (Reinhard et al. 2002, eq. 3).
+  enum class Overflow { clamp, scale, reinhard };
+  Overflow overflow = Overflow::clamp;
+  std::uint32_t palette = 0;    ///< png: at most so many colours, 2 .. 256; 0 is all
+  std::vector<Layer> layers{};  ///< of an EXR
+  bool alpha = false;           ///< what camera rays see of the background is transparent
 };
 
 struct Scene {
@@ -191,10 +381,13 @@ struct Scene {
   ImageSize image{};
   Camera camera{};
   Background background{};
+  std::optional<DepthCue> depth_cue{};
   Color ambient{};  ///< I_a
   std::vector<Light> lights;
+  std::vector<Asset> assets;
   std::vector<Texture> textures;
   std::vector<Material> materials;
+  std::vector<Prototype> prototypes;
   std::vector<Object> objects;
   Accuracy accuracy{};
   Output output{};

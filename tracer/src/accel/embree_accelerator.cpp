@@ -2,29 +2,34 @@
 
 #include "tracer/src/accel/packet.h"
 
+#if defined(__SANITIZE_THREAD__)
+#include <sanitizer/tsan_interface.h>
+#endif
+
 namespace tracer {
 namespace {
+
+/// Embree's threads build the tree between two hand-overs that ThreadSanitizer cannot see, since Embree's library is
+/// not instrumented: from the thread that commits the scene, and back to it. These two tell it.
+void hand_over([[maybe_unused]] void* what) {
+#if defined(__SANITIZE_THREAD__)
+  __tsan_release(what);
+#endif
+}
+void take_over([[maybe_unused]] void* what) {
+#if defined(__SANITIZE_THREAD__)
+  __tsan_acquire(what);
+#endif
+}
 
 constexpr unsigned mask_opaque = 1, mask_transmissive = 2, mask_all = 3;
 
 /// What a callback needs to find its geometry.
-struct SphereUser {
-  const SphereGeometry* geometry;
+template <class Geometry>
+struct User {
+  const Geometry* geometry;
   std::uint32_t index;
 };
-struct TriangleUser {
-  const TriangleGeometry* geometry;
-  std::uint32_t index;
-};
-
-struct QuadricUser {
-  const QuadricGeometry* geometry;
-  std::uint32_t index;
-};
-
-SphereTest sphere_test(const SphereGeometry& g, unsigned primitive) {
-  return {g.x[primitive], g.y[primitive], g.z[primitive], g.radius[primitive]};
-}
 
 /// Box in float that surely holds [low, high] as Embree's float rays see it. They are wrong by some 2^-24 of the
 /// scene's box (about one) wherever they are, so the pad is absolute: relative to a primitive near 0 it would be
@@ -39,42 +44,19 @@ void write_bounds(const Vec3& low, const Vec3& high, RTCBounds& bounds) {
   bounds.upper_z = static_cast<float>(high.z + pad);
 }
 
-void sphere_bounds(const RTCBoundsFunctionArguments* args) {
-  const SphereTest s = sphere_test(*static_cast<const SphereUser*>(args->geometryUserPtr)->geometry, args->primID);
-  const Vec3 center{s.x, s.y, s.z}, r{s.radius, s.radius, s.radius};
-  write_bounds(center - r, center + r, *args->bounds_o);
+void primitive_bounds(const SphereGeometry& g, unsigned i, RTCBounds& bounds) {
+  const Vec3 center{g.x[i], g.y[i], g.z[i]}, r{g.radius[i], g.radius[i], g.radius[i]};
+  write_bounds(center - r, center + r, bounds);
 }
 
-void sphere_intersect(const RTCIntersectFunctionNArguments* args) {
-  const auto& user = *static_cast<const SphereUser*>(args->geometryUserPtr);
-  Packet& packet = Packet::of(args->context);
-  const SphereTest sphere = sphere_test(*user.geometry, args->primID);
-  const PrimitiveRef self{user.index, args->primID};
-  RTCRayN* rays = RTCRayHitN_RayN(args->rayhit, args->N);
-  if (args->N == packet_size) {
-    closest_sphere(packet, args->valid, &RTCRayN_tfar(rays, packet_size, 0), sphere, self);
-    return;
-  }
-  for (unsigned i = 0; i < args->N; ++i)
-    if (args->valid[i] != 0)
-      closest_sphere_lane(packet, RTCRayN_id(rays, args->N, i), RTCRayN_tfar(rays, args->N, i), sphere, self);
+void primitive_bounds(const TriangleGeometry& geometry, unsigned primitive, RTCBounds& written) {
+  Bounds bounds;
+  for (const std::uint32_t vertex : geometry.triangles[primitive]) bounds.include(geometry.position(vertex));
+  write_bounds(bounds.low, bounds.high, written);
 }
 
-void sphere_occluded(const RTCOccludedFunctionNArguments* args) {
-  const auto& user = *static_cast<const SphereUser*>(args->geometryUserPtr);
-  const Packet& packet = Packet::of(args->context);
-  const SphereTest sphere = sphere_test(*user.geometry, args->primID);
-  if (args->N == packet_size) {
-    occluded_sphere(packet, args->valid, &RTCRayN_tfar(args->ray, packet_size, 0), sphere);
-    return;
-  }
-  for (unsigned i = 0; i < args->N; ++i)
-    if (args->valid[i] != 0)
-      occluded_sphere_lane(packet, RTCRayN_id(args->ray, args->N, i), RTCRayN_tfar(args->ray, args->N, i), sphere);
-}
-
-void quadric_bounds(const RTCBoundsFunctionArguments* args) {
-  const Quadric& q = static_cast<const QuadricUser*>(args->geometryUserPtr)->geometry->quadrics[args->primID];
+void primitive_bounds(const QuadricGeometry& geometry, unsigned primitive, RTCBounds& written) {
+  const Quadric& q = geometry.quadrics[primitive];
   Bounds bounds;
   const auto include = [&](const Vec3& shape_center, const Vec3& extent) {
     const Vec3 center = q.origin + q.trace_from_shape * shape_center;
@@ -97,66 +79,49 @@ void quadric_bounds(const RTCBoundsFunctionArguments* args) {
       include({0.5, 0.5, 0.5}, (abs(m.x) + abs(m.y) + abs(m.z)) * 0.5);
       break;
   }
-  write_bounds(bounds.low, bounds.high, *args->bounds_o);
+  write_bounds(bounds.low, bounds.high, written);
 }
 
-void quadric_intersect(const RTCIntersectFunctionNArguments* args) {
-  const auto& user = *static_cast<const QuadricUser*>(args->geometryUserPtr);
+std::size_t primitive_count(const SphereGeometry& g) { return g.x.size(); }
+std::size_t primitive_count(const TriangleGeometry& g) { return g.triangles.size(); }
+std::size_t primitive_count(const QuadricGeometry& g) { return g.quadrics.size(); }
+
+template <class Geometry>
+void bounds_callback(const RTCBoundsFunctionArguments* args) {
+  take_over(args->geometryUserPtr);
+  primitive_bounds(*static_cast<const User<Geometry>*>(args->geometryUserPtr)->geometry, args->primID, *args->bounds_o);
+  hand_over(args->geometryUserPtr);
+}
+
+template <class Geometry>
+void intersect_callback(const RTCIntersectFunctionNArguments* args) {
+  const auto& user = *static_cast<const User<Geometry>*>(args->geometryUserPtr);
   Packet& packet = Packet::of(args->context);
-  const Quadric& quadric = user.geometry->quadrics[args->primID];
   const PrimitiveRef self{user.index, args->primID};
   RTCRayN* rays = RTCRayHitN_RayN(args->rayhit, args->N);
   if (args->N == packet_size) {
-    closest_quadric(packet, args->valid, &RTCRayN_tfar(rays, packet_size, 0), quadric, self);
+    closest(packet, args->valid, &RTCRayN_tfar(rays, packet_size, 0), *user.geometry, self);
     return;
   }
   for (unsigned i = 0; i < args->N; ++i)
     if (args->valid[i] != 0)
-      closest_quadric_lane(packet, RTCRayN_id(rays, args->N, i), RTCRayN_tfar(rays, args->N, i), quadric, self);
+      closest_lane(packet, RTCRayN_id(rays, args->N, i), RTCRayN_tfar(rays, args->N, i), *user.geometry, self);
 }
 
-void quadric_occluded(const RTCOccludedFunctionNArguments* args) {
-  const auto& user = *static_cast<const QuadricUser*>(args->geometryUserPtr);
+template <class Geometry>
+void occluded_callback(const RTCOccludedFunctionNArguments* args) {
+  const auto& user = *static_cast<const User<Geometry>*>(args->geometryUserPtr);
   const Packet& packet = Packet::of(args->context);
-  const Quadric& quadric = user.geometry->quadrics[args->primID];
+  const PrimitiveRef self{user.index, args->primID};
   if (args->N == packet_size) {
-    occluded_quadric(packet, args->valid, &RTCRayN_tfar(args->ray, packet_size, 0), quadric);
+    occluded(packet, args->valid, &RTCRayN_tfar(args->ray, packet_size, 0), *user.geometry, self);
     return;
   }
   for (unsigned i = 0; i < args->N; ++i)
     if (args->valid[i] != 0)
-      occluded_quadric_lane(packet, RTCRayN_id(args->ray, args->N, i), RTCRayN_tfar(args->ray, args->N, i), quadric);
+      occluded_lane(packet, RTCRayN_id(args->ray, args->N, i), RTCRayN_tfar(args->ray, args->N, i), *user.geometry,
+                    self);
 }
-
-/// Embree found these lanes to hit in float; decide in double.
-void triangle_intersect_filter(const RTCFilterFunctionNArguments* args) {
-  const auto& user = *static_cast<const TriangleUser*>(args->geometryUserPtr);
-  Packet& packet = Packet::of(args->context);
-  for (unsigned i = 0; i < args->N; ++i) {
-    if (args->valid[i] == 0) continue;
-    const unsigned primitive = RTCHitN_primID(args->hit, args->N, i);
-    if (!closest_triangle_lane(packet, RTCRayN_id(args->ray, args->N, i), RTCRayN_tfar(args->ray, args->N, i),
-                               *user.geometry, {user.index, primitive}))
-      args->valid[i] = 0;
-  }
-}
-
-void triangle_occluded_filter(const RTCFilterFunctionNArguments* args) {
-  const auto& user = *static_cast<const TriangleUser*>(args->geometryUserPtr);
-  const Packet& packet = Packet::of(args->context);
-  for (unsigned i = 0; i < args->N; ++i) {
-    if (args->valid[i] == 0) continue;
-    const unsigned primitive = RTCHitN_primID(args->hit, args->N, i);
-    if (!occluded_triangle_lane(packet, RTCRayN_id(args->ray, args->N, i), *user.geometry, {user.index, primitive}))
-      args->valid[i] = 0;
-  }
-}
-
-struct UserFunctions {
-  RTCBoundsFunction bounds;
-  RTCIntersectFunctionN intersect;
-  RTCOccludedFunctionN occluded;
-};
 
 bool count_memory(void* total, ssize_t bytes, bool /*post*/) {
   static_cast<std::atomic<std::int64_t>*>(total)->fetch_add(bytes, std::memory_order_relaxed);
@@ -171,9 +136,9 @@ struct Accelerator::Embree {
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
   Bounds box;
-  std::vector<SphereUser> spheres;
-  std::vector<TriangleUser> triangles;
-  std::vector<QuadricUser> quadrics;
+  std::vector<User<SphereGeometry>> spheres;
+  std::vector<User<TriangleGeometry>> triangles;
+  std::vector<User<QuadricGeometry>> quadrics;
   std::atomic<std::int64_t> bytes{0};
 
   Embree() : device(rtcNewDevice(nullptr)) {
@@ -188,66 +153,39 @@ struct Accelerator::Embree {
   Embree(const Embree&) = delete;
   Embree& operator=(const Embree&) = delete;
 
-  void add(const SphereGeometry& added, std::uint32_t index);
-  void add(const TriangleGeometry& added, std::uint32_t index);
-  void add(const QuadricGeometry& added, std::uint32_t index);
-  void add_user(const UserFunctions& functions, void* user, std::size_t count, bool transmissive, std::uint32_t index);
-  void attach(RTCGeometry geometry, bool transmissive, std::uint32_t index);
-  void include(const RTCBounds& b) {
-    box.include({b.lower_x, b.lower_y, b.lower_z});
-    box.include({b.upper_x, b.upper_y, b.upper_z});
+  template <class Geometry>
+  void add(std::vector<User<Geometry>>& users, const std::vector<Geometry>& geometries, std::uint32_t first);
+  void for_each_user(void (*visit)(void*)) {
+    for (auto& user : spheres) visit(&user);
+    for (auto& user : triangles) visit(&user);
+    for (auto& user : quadrics) visit(&user);
   }
 };
 
-void Accelerator::Embree::attach(RTCGeometry geometry, bool transmissive, std::uint32_t index) {
-  rtcSetGeometryMask(geometry, transmissive ? mask_transmissive : mask_opaque);
-  rtcCommitGeometry(geometry);
-  rtcAttachGeometryByID(scene, geometry, index);
-  rtcReleaseGeometry(geometry);
-}
-
-void Accelerator::Embree::add_user(const UserFunctions& functions, void* user, std::size_t count, bool transmissive,
-                                   std::uint32_t index) {
-  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
-  rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(count));
-  rtcSetGeometryUserData(geometry, user);
-  rtcSetGeometryBoundsFunction(geometry, functions.bounds, nullptr);
-  rtcSetGeometryIntersectFunction(geometry, functions.intersect);
-  rtcSetGeometryOccludedFunction(geometry, functions.occluded);
-  attach(geometry, transmissive, index);
-  for (unsigned i = 0; i < count; ++i) {
-    RTCBounds bounds;
-    const RTCBoundsFunctionArguments args{user, i, 0, &bounds};
-    functions.bounds(&args);
-    include(bounds);
+template <class Geometry>
+void Accelerator::Embree::add(std::vector<User<Geometry>>& users, const std::vector<Geometry>& geometries,
+                              std::uint32_t first) {
+  users.reserve(geometries.size());  // pointers to these are handed to Embree: they must not move
+  for (const Geometry& added : geometries) {
+    User<Geometry>& user = users.emplace_back(User<Geometry>{&added, first + static_cast<std::uint32_t>(users.size())});
+    const auto count = static_cast<unsigned>(primitive_count(added));
+    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
+    rtcSetGeometryUserPrimitiveCount(geometry, count);
+    rtcSetGeometryUserData(geometry, &user);
+    rtcSetGeometryBoundsFunction(geometry, bounds_callback<Geometry>, nullptr);
+    rtcSetGeometryIntersectFunction(geometry, intersect_callback<Geometry>);
+    rtcSetGeometryOccludedFunction(geometry, occluded_callback<Geometry>);
+    rtcSetGeometryMask(geometry, added.transmissive ? mask_transmissive : mask_opaque);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(scene, geometry, user.index);
+    rtcReleaseGeometry(geometry);
+    for (unsigned i = 0; i < count; ++i) {
+      RTCBounds bounds;
+      primitive_bounds(added, i, bounds);
+      box.include({bounds.lower_x, bounds.lower_y, bounds.lower_z});
+      box.include({bounds.upper_x, bounds.upper_y, bounds.upper_z});
+    }
   }
-}
-
-void Accelerator::Embree::add(const SphereGeometry& added, std::uint32_t index) {
-  spheres.push_back({&added, index});
-  add_user({sphere_bounds, sphere_intersect, sphere_occluded}, &spheres.back(), added.x.size(), added.transmissive,
-           index);
-}
-
-void Accelerator::Embree::add(const QuadricGeometry& added, std::uint32_t index) {
-  quadrics.push_back({&added, index});
-  add_user({quadric_bounds, quadric_intersect, quadric_occluded}, &quadrics.back(), added.quadrics.size(),
-           added.transmissive, index);
-}
-
-void Accelerator::Embree::add(const TriangleGeometry& added, std::uint32_t index) {
-  triangles.push_back({&added, index});
-  const std::size_t vertices = (added.positions.size() - 4) / 3;
-  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, added.positions.data(), 0,
-                             3 * sizeof(float), vertices);
-  rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, added.triangles.data(), 0,
-                             3 * sizeof(std::uint32_t), added.triangles.size());
-  rtcSetGeometryUserData(geometry, &triangles.back());
-  rtcSetGeometryIntersectFilterFunction(geometry, triangle_intersect_filter);
-  rtcSetGeometryOccludedFilterFunction(geometry, triangle_occluded_filter);
-  attach(geometry, added.transmissive, index);
-  for (std::size_t i = 0; i < vertices; ++i) box.include(added.position(static_cast<std::uint32_t>(i)));
 }
 
 Accelerator::Accelerator(const GeometrySet& geometry, std::unique_ptr<Embree> embree)
@@ -257,22 +195,18 @@ Accelerator::~Accelerator() = default;
 Result<std::unique_ptr<Accelerator>, Failure> Accelerator::build(const GeometrySet& geometry, RenderControl& control) {
   auto embree = std::make_unique<Embree>();
   if (embree->scene == nullptr) return Failure{Failure::Code::internal, "Embree cannot start on this machine"};
-  // Pointers to these are handed to Embree: they must not move.
-  embree->spheres.reserve(geometry.spheres.size());
-  embree->triangles.reserve(geometry.triangles.size());
-  embree->quadrics.reserve(geometry.quadrics.size());
-  for (std::uint32_t i = 0; i < geometry.spheres.size(); ++i) embree->add(geometry.spheres[i], i);
-  for (std::uint32_t i = 0; i < geometry.triangles.size(); ++i)
-    embree->add(geometry.triangles[i], geometry.first_triangles() + i);
-  for (std::uint32_t i = 0; i < geometry.quadrics.size(); ++i)
-    embree->add(geometry.quadrics[i], geometry.first_quadrics() + i);
+  embree->add(embree->spheres, geometry.spheres, 0);
+  embree->add(embree->triangles, geometry.triangles, geometry.first_triangles());
+  embree->add(embree->quadrics, geometry.quadrics, geometry.first_quadrics());
   if (!embree->box.empty()) {
     const Vec3 pad{0x1p-18, 0x1p-18, 0x1p-18};
     embree->box = {embree->box.low - pad, embree->box.high + pad};
   }
   rtcSetSceneFlags(embree->scene, RTC_SCENE_FLAG_ROBUST);
   rtcSetSceneProgressMonitorFunction(embree->scene, keep_building, &control);
+  embree->for_each_user(hand_over);
   rtcCommitScene(embree->scene);
+  embree->for_each_user(take_over);
   const RTCError error = rtcGetDeviceError(embree->device);
   if (error == RTC_ERROR_CANCELLED) return Failure{Failure::Code::cancelled, "cancelled while building"};
   if (error == RTC_ERROR_OUT_OF_MEMORY) return Failure{Failure::Code::out_of_memory, "no memory for the BVH"};

@@ -26,10 +26,15 @@ struct SphereGeometry {
   bool transmissive = false;
 };
 
-/// Triangles that share vertices. Positions are floats and *are* the geometry: hits are refined in double against
-/// exactly these, so what Embree traverses and what is shaded agree.
+/// Triangles that share vertices. All are double-precision user geometry: Embree sees padded boxes and what is a hit is
+/// decided in double on these positions (triangle_hit.h), so needles and meshes that are small in their scene are as
+/// right as any, and nothing leaks. Embree's own float triangles, whose hits need a filter in double all the same, were
+/// measured beside them on an AVX-512 core, whole tracer: no faster on 71,000 triangles, 1.26 times on 10^6, one for a
+/// pixel; its robust flag costs them 0 to 7 %. They lose 10^-3 of the rays aimed at vertices, and still 10^-6 when each
+/// is grown by far more than its rounding: in rays that graze all triangles around. Finding the meshes to which that
+/// cannot matter, those that are not closed, would take longer than they save on an ordinary picture.
 struct TriangleGeometry {
-  std::vector<float> positions;  ///< x,y,z per vertex, and 4 spare floats that Embree may read beyond the end
+  std::vector<Vec3> positions;
   std::vector<std::array<std::uint32_t, 3>> triangles;
   std::vector<std::array<float, 3>> normals;      ///< per vertex, unit; empty: flat
   std::vector<std::array<double, 2>> uvs;         ///< per vertex; empty: (0,0), (1,0), (0,1)
@@ -37,10 +42,7 @@ struct TriangleGeometry {
   std::uint32_t object = 0;
   bool transmissive = false;
 
-  [[nodiscard]] Vec3 position(std::uint32_t vertex) const {
-    const float* p = positions.data() + 3 * static_cast<std::size_t>(vertex);
-    return {p[0], p[1], p[2]};
-  }
+  [[nodiscard]] const Vec3& position(std::uint32_t vertex) const { return positions[vertex]; }
 };
 
 /// Discs, cylinders, cones, boxes, and spheres that a transform made ellipsoids; either all opaque or all transmissive.

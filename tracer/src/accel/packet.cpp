@@ -2,12 +2,18 @@
 
 #include <limits>
 
-#include "tracer/src/accel/quadric_hit.h"
-
 namespace tracer {
 namespace {
 
 constexpr double nothing = std::numeric_limits<double>::quiet_NaN();  // compares false with every distance
+
+struct SphereTest {
+  double x, y, z, radius;
+};
+
+SphereTest sphere_test(const SphereGeometry& g, std::uint32_t primitive) {
+  return {g.x[primitive], g.y[primitive], g.z[primitive], g.radius[primitive]};
+}
 
 /// Nearest distance > 0 at which a unit ray meets the sphere, or `nothing`. The discriminant is R^2 minus the squared
 /// distance of the line from the centre, and the roots come as c/q and q: neither cancels
@@ -26,59 +32,6 @@ WHITTLE_INLINE double sphere_distance(double ox, double oy, double oz, double dx
   const double far = other < q ? q : other;
   const double t = near > 0 ? near : far;
   return (discriminant >= 0) & (t > 0) ? t : nothing;
-}
-
-WHITTLE_INLINE bool starts_on(const Packet& packet, unsigned lane, PrimitiveRef self) {
-  return (packet.from_geometry[lane] == self.geometry) & (packet.from_primitive[lane] == self.primitive);
-}
-
-/// A triangle of floats, to be tested in double.
-struct TriangleTest {
-  Vec3 v0, e1, e2;
-};
-
-TriangleTest triangle_test(const TriangleGeometry& geometry, std::uint32_t primitive) {
-  const auto& corners = geometry.triangles[primitive];
-  const Vec3 v0 = geometry.position(corners[0]);
-  return {v0, geometry.position(corners[1]) - v0, geometry.position(corners[2]) - v0};
-}
-
-/// Whether `point` is not above the triangle on the side that `direction` leaves it to. Nothing there can be met.
-bool left_behind(const TriangleTest& triangle, const Vec3& direction, const Vec3& point) {
-  const Vec3 normal = cross(triangle.e1, triangle.e2);
-  const double height = dot(point - triangle.v0, normal);
-  return (dot(direction, normal) < 0 ? -height : height) <= length(normal) * 0x1p-48;  // the rounding of points near 1
-}
-
-struct TriangleHit {
-  double t = nothing, u = 0, v = 0;
-};
-
-/// Moeller & Trumbore 1997, in double. Barycentric coordinates are clamped to the triangle; a proposal that is further
-/// outside than the slack is a false hit of the float test (they happen on needles) and is refused. So is one on the
-/// edge of the triangle's neighbour that the ray is just leaving: over a convex edge the slack would let it cast a
-/// shadow back.
-TriangleHit triangle_hit(const Packet& packet, unsigned lane, const TriangleGeometry& geometry, PrimitiveRef self) {
-  if (starts_on(packet, lane, self)) return {};
-  const TriangleTest triangle = triangle_test(geometry, self.primitive);
-  const Vec3 o{packet.ox[lane], packet.oy[lane], packet.oz[lane]};
-  const Vec3 d{packet.dx[lane], packet.dy[lane], packet.dz[lane]};
-  const Vec3 p = cross(d, triangle.e2);
-  const double determinant = dot(triangle.e1, p);
-  const Vec3 s = o - triangle.v0;
-  const Vec3 q = cross(s, triangle.e1);
-  const double u = dot(s, p) / determinant;
-  const double v = dot(d, q) / determinant;
-  const double t = dot(triangle.e2, q) / determinant;
-  const double u_inside = std::min(std::max(u, 0.0), 1.0);
-  const double v_inside = std::min(std::max(v, 0.0), 1 - u_inside);
-  const double outside = max_component(abs(triangle.e1 * (u - u_inside) + triangle.e2 * (v - v_inside)));
-  if (!(t > 0) || !(outside <= triangle_slack) || !std::isfinite(t)) return {};
-  if (outside > 0 && packet.from_geometry[lane] == self.geometry &&
-      left_behind(triangle_test(geometry, packet.from_primitive[lane]), d,
-                  triangle.v0 + triangle.e1 * u_inside + triangle.e2 * v_inside))
-    return {};
-  return {t, u_inside, v_inside};
 }
 
 }  // namespace
@@ -146,8 +99,9 @@ WHITTLE_WIDE void write_rays(const Packet& packet, unsigned mask, RTCRay16& ray)
   }
 }
 
-WHITTLE_WIDE void closest_sphere(Packet& packet, const int* valid, float* tfar, const SphereTest& sphere,
-                                 PrimitiveRef self) {
+WHITTLE_WIDE void closest(Packet& packet, const int* valid, float* tfar, const SphereGeometry& geometry,
+                          PrimitiveRef self) {
+  const SphereTest sphere = sphere_test(geometry, self.primitive);
   for (int i = 0; i < packet_size; ++i) {
     const double t =
         sphere_distance(packet.ox[i], packet.oy[i], packet.oz[i], packet.dx[i], packet.dy[i], packet.dz[i], sphere);
@@ -159,7 +113,9 @@ WHITTLE_WIDE void closest_sphere(Packet& packet, const int* valid, float* tfar, 
   }
 }
 
-WHITTLE_WIDE void occluded_sphere(const Packet& packet, const int* valid, float* tfar, const SphereTest& sphere) {
+WHITTLE_WIDE void occluded(const Packet& packet, const int* valid, float* tfar, const SphereGeometry& geometry,
+                           PrimitiveRef self) {
+  const SphereTest sphere = sphere_test(geometry, self.primitive);
   for (int i = 0; i < packet_size; ++i) {
     const double t =
         sphere_distance(packet.ox[i], packet.oy[i], packet.oz[i], packet.dx[i], packet.dy[i], packet.dz[i], sphere);
@@ -168,7 +124,8 @@ WHITTLE_WIDE void occluded_sphere(const Packet& packet, const int* valid, float*
   }
 }
 
-void closest_sphere_lane(Packet& packet, unsigned lane, float& tfar, const SphereTest& sphere, PrimitiveRef self) {
+void closest_lane(Packet& packet, unsigned lane, float& tfar, const SphereGeometry& geometry, PrimitiveRef self) {
+  const SphereTest sphere = sphere_test(geometry, self.primitive);
   const double t = sphere_distance(packet.ox[lane], packet.oy[lane], packet.oz[lane], packet.dx[lane], packet.dy[lane],
                                    packet.dz[lane], sphere);
   if (!wins(t, self, packet.t[lane], packet.geometry[lane], packet.primitive[lane])) return;
@@ -178,27 +135,12 @@ void closest_sphere_lane(Packet& packet, unsigned lane, float& tfar, const Spher
   tfar = reach_of(t, packet.start[lane]);
 }
 
-void occluded_sphere_lane(const Packet& packet, unsigned lane, float& tfar, const SphereTest& sphere) {
+void occluded_lane(const Packet& packet, unsigned lane, float& tfar, const SphereGeometry& geometry,
+                   PrimitiveRef self) {
+  const SphereTest sphere = sphere_test(geometry, self.primitive);
   const double t = sphere_distance(packet.ox[lane], packet.oy[lane], packet.oz[lane], packet.dx[lane], packet.dy[lane],
                                    packet.dz[lane], sphere);
   if (t < packet.t[lane]) tfar = -std::numeric_limits<float>::infinity();
-}
-
-bool closest_triangle_lane(Packet& packet, unsigned lane, float& tfar, const TriangleGeometry& geometry,
-                           PrimitiveRef self) {
-  const TriangleHit hit = triangle_hit(packet, lane, geometry, self);
-  if (!wins(hit.t, self, packet.t[lane], packet.geometry[lane], packet.primitive[lane])) return false;
-  packet.t[lane] = hit.t;
-  packet.u[lane] = hit.u;
-  packet.v[lane] = hit.v;
-  packet.geometry[lane] = self.geometry;
-  packet.primitive[lane] = self.primitive;
-  tfar = reach_of(hit.t, packet.start[lane]);
-  return true;
-}
-
-bool occluded_triangle_lane(const Packet& packet, unsigned lane, const TriangleGeometry& geometry, PrimitiveRef self) {
-  return triangle_hit(packet, lane, geometry, self).t < packet.t[lane];
 }
 
 WHITTLE_WIDE void closest_planes(Packet& packet, int count, const PlaneGeometry& planes, std::uint32_t geometry,

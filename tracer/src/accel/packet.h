@@ -12,6 +12,7 @@
 #include <cstdint>
 
 #include "tracer/src/accel/accelerator.h"
+#include "tracer/src/accel/inline.h"
 #include "tracer/src/scene/trace_frame.h"
 
 // One binary runs on any x86-64-v2 machine and is fast on the newest. No clone may contract a*b+c (-ffp-contract=off),
@@ -33,9 +34,6 @@ inline constexpr double float_slack = 0x1p-20;
 /// How far away, in the same units, a ray may enter the box. From further the last bit of its direction is 2^47 boxes
 /// wide: it meets nothing in the box, and Embree never sees coordinates on which it would end the process.
 inline constexpr double distance_max = 0x1p100;
-
-/// How far, in the same units, a hit refined in double may lie outside its float triangle and still be that triangle's.
-inline constexpr double triangle_slack = 0x1p-21;
 
 struct alignas(64) Packet {
   RTCIntersectContext context;  // first: Embree hands a pointer to it to the callbacks
@@ -68,6 +66,11 @@ inline bool wins(double t, PrimitiveRef self, double best, std::uint32_t geometr
   return (t < best) | ((t == best) & first);
 }
 
+/// Does the lane's ray leave this primitive? Flat ones are not met again.
+WHITTLE_INLINE bool starts_on(const Packet& packet, unsigned lane, PrimitiveRef self) {
+  return (packet.from_geometry[lane] == self.geometry) & (packet.from_primitive[lane] == self.primitive);
+}
+
 /// Fills lanes [0, count) from rays[first...]; the others, rays that are not finite and rays that miss `box` are
 /// inactive.
 void load(Packet& packet, const RaySpan& rays, std::size_t first, int count, const Bounds& box);
@@ -75,25 +78,23 @@ void load(Packet& packet, const RaySpan& rays, std::size_t first, int count, con
 /// The packet's rays as Embree wants them.
 void write_rays(const Packet& packet, unsigned mask, RTCRay16& ray);
 
-/// A sphere, double precision. The callers' lanes: those of `valid` (-1), all sixteen, or one.
-struct SphereTest {
-  double x, y, z, radius;
-};
-void closest_sphere(Packet& packet, const int* valid, float* tfar, const SphereTest& sphere, PrimitiveRef self);
-void occluded_sphere(const Packet& packet, const int* valid, float* tfar, const SphereTest& sphere);
-void closest_sphere_lane(Packet& packet, unsigned lane, float& tfar, const SphereTest& sphere, PrimitiveRef self);
-void occluded_sphere_lane(const Packet& packet, unsigned lane, float& tfar, const SphereTest& sphere);
-
-/// Any other analytic shape. The part that was met goes into the packet's `u`.
-void closest_quadric(Packet& packet, const int* valid, float* tfar, const Quadric& quadric, PrimitiveRef self);
-void occluded_quadric(const Packet& packet, const int* valid, float* tfar, const Quadric& quadric);
-void closest_quadric_lane(Packet& packet, unsigned lane, float& tfar, const Quadric& quadric, PrimitiveRef self);
-void occluded_quadric_lane(const Packet& packet, unsigned lane, float& tfar, const Quadric& quadric);
-
-/// Embree proposes triangle self.primitive of `geometry`; it is tested in double. False: refused.
-bool closest_triangle_lane(Packet& packet, unsigned lane, float& tfar, const TriangleGeometry& geometry,
-                           PrimitiveRef self);
-bool occluded_triangle_lane(const Packet& packet, unsigned lane, const TriangleGeometry& geometry, PrimitiveRef self);
+/// Primitive self.primitive of `geometry`, decided in double. The callers' lanes: those of `valid` (-1), all sixteen,
+/// or one. The part of a quadric that was met goes into the packet's `u`. Spheres and quadrics do not know where a ray
+/// starts: it may meet the one it leaves again.
+void closest(Packet& packet, const int* valid, float* tfar, const SphereGeometry& geometry, PrimitiveRef self);
+void closest(Packet& packet, const int* valid, float* tfar, const QuadricGeometry& geometry, PrimitiveRef self);
+void closest(Packet& packet, const int* valid, float* tfar, const TriangleGeometry& geometry, PrimitiveRef self);
+void occluded(const Packet& packet, const int* valid, float* tfar, const SphereGeometry& geometry, PrimitiveRef self);
+void occluded(const Packet& packet, const int* valid, float* tfar, const QuadricGeometry& geometry, PrimitiveRef self);
+void occluded(const Packet& packet, const int* valid, float* tfar, const TriangleGeometry& geometry, PrimitiveRef self);
+void closest_lane(Packet& packet, unsigned lane, float& tfar, const SphereGeometry& geometry, PrimitiveRef self);
+void closest_lane(Packet& packet, unsigned lane, float& tfar, const QuadricGeometry& geometry, PrimitiveRef self);
+void closest_lane(Packet& packet, unsigned lane, float& tfar, const TriangleGeometry& geometry, PrimitiveRef self);
+void occluded_lane(const Packet& packet, unsigned lane, float& tfar, const SphereGeometry& geometry, PrimitiveRef self);
+void occluded_lane(const Packet& packet, unsigned lane, float& tfar, const QuadricGeometry& geometry,
+                   PrimitiveRef self);
+void occluded_lane(const Packet& packet, unsigned lane, float& tfar, const TriangleGeometry& geometry,
+                   PrimitiveRef self);
 
 /// All planes that count against all lanes that are in use.
 void closest_planes(Packet& packet, int count, const PlaneGeometry& planes, std::uint32_t geometry, Among among);

@@ -31,6 +31,10 @@ struct Quadric {
   bool caps = true;
 };
 
+/// How far, in the shape's own units, a hit may lie beyond a rim: the rounding of the point. Side and cap then overlap
+/// by that much instead of leaving a gap.
+inline constexpr double rim_slack = 0x1p-46;
+
 /// The map is that of the shape's space into the trace frame. Precondition: not singular.
 inline Quadric quadric(QuadricKind kind, const Affine& trace_from_shape) {
   return {.origin = trace_from_shape.offset,

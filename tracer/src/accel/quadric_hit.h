@@ -3,11 +3,10 @@
 
 #include <limits>
 
+#include "tracer/src/accel/inline.h"
 #include "tracer/src/accel/quadric.h"
 
 namespace tracer {
-
-#define WHITTLE_INLINE inline __attribute__((always_inline))
 
 /// Nearest hit at a distance > 0; `t` is infinite when there is none.
 struct QuadricHit {
@@ -19,10 +18,6 @@ struct QuadricHit {
 struct ShapeRay {
   double ox, oy, oz, dx, dy, dz;
 };
-
-/// How far, in the shape's own units, a hit may lie beyond a rim: the rounding of the point. Side and cap then overlap
-/// by that much instead of leaving a gap.
-inline constexpr double rim_slack = 0x1p-46;
 
 WHITTLE_INLINE void consider(QuadricHit& best, double t, bool valid, QuadricPart part) {
   const bool nearer = valid & (t > 0) & (t < best.t);
@@ -53,15 +48,6 @@ WHITTLE_INLINE QuadricHit ellipsoid_hit(const ShapeRay& r) {
   return hit;
 }
 
-WHITTLE_INLINE void consider_disc(QuadricHit& hit, const ShapeRay& r, double z, double inner, double outer, bool valid,
-                                  QuadricPart part) {
-  const double t = (z - r.oz) / r.dz;
-  const double x = r.ox + t * r.dx, y = r.oy + t * r.dy;
-  const double squared = x * x + y * y;
-  const double reach = outer * (1 + rim_slack);
-  consider(hit, t, valid & (squared <= reach * reach) & (squared >= inner * inner), part);
-}
-
 /// The cone's equation x^2 + y^2 = (radius_0 + slope z)^2 between its ends; a cylinder has slope 0. Each root is tested
 /// by itself: where the slope is steeper than the ray, one of them lies on the mirror nappe, beyond the apex. A ray
 /// that starts far off is solved from its nearest point to the shape, or the discriminant would drown in the distance.
@@ -77,22 +63,36 @@ WHITTLE_INLINE QuadricHit frustum_hit(const ShapeRay& ray, double radius_0, doub
   r.oz += shift * r.dz;
   const double slope = radius_1 - radius_0;
   const double radius = radius_0 + slope * r.oz;
-  const double a = r.dx * r.dx + r.dy * r.dy - slope * slope * r.dz * r.dz;
-  const double b = -(r.ox * r.dx + r.oy * r.dy - slope * r.dz * radius);
+  const double widening = slope * r.dz;
+  const double a = r.dx * r.dx + r.dy * r.dy - widening * widening;
+  const double b = -(r.ox * r.dx + r.oy * r.dy - widening * radius);
   const double c = r.ox * r.ox + r.oy * r.oy - radius * radius;
-  const double discriminant = b * b - a * c;
+  // b^2 - a c by Lagrange's identity for the form x^2 + y^2 - r^2: near the apex all of it is small, and nothing that
+  // is large cancels. A line steeper than the cone meets both nappes, so that rounding must not take its roots away.
+  const double turn = r.ox * r.dy - r.oy * r.dx;
+  const double over_x = r.ox * widening - radius * r.dx, over_y = r.oy * widening - radius * r.dy;
+  const double discriminant = over_x * over_x + over_y * over_y - turn * turn;
+  const bool crosses = (discriminant >= 0) | (a < 0);
   const double root = std::sqrt(discriminant > 0 ? discriminant : 0);
   const double q = b >= 0 ? b + root : b - root;
   QuadricHit hit;
   const double slack = caps ? rim_slack : 0;
   const auto consider_side = [&](double t) {
     const double z = r.oz + t * r.dz;
-    consider(hit, t + shift, (discriminant >= 0) & (z >= -slack) & (z <= 1 + slack), QuadricPart::side);
+    consider(hit, t + shift, crosses & (z >= -slack) & (z <= 1 + slack), QuadricPart::side);
   };
   consider_side(q / a);
   consider_side(c / q);
-  consider_disc(hit, ray, 0, 0, radius_0, caps & (radius_0 > 0), QuadricPart::cap_0);
-  consider_disc(hit, ray, 1, 0, radius_1, caps & (radius_1 > 0), QuadricPart::cap_1);
+  // From the same shifted origin: side and caps then round alike, and the rim has no gap however far the ray comes
+  // from.
+  const auto consider_cap = [&](double end, double cap_radius, QuadricPart part) {
+    const double t = (end - r.oz) / r.dz;
+    const double x = r.ox + t * r.dx, y = r.oy + t * r.dy;
+    const double reach = cap_radius * (1 + rim_slack);
+    consider(hit, t + shift, caps & (cap_radius > 0) & (x * x + y * y <= reach * reach), part);
+  };
+  consider_cap(0, radius_0, QuadricPart::cap_0);
+  consider_cap(1, radius_1, QuadricPart::cap_1);
   return hit;
 }
 
@@ -110,8 +110,11 @@ WHITTLE_INLINE QuadricHit box_hit(const ShapeRay& r) {
   double enter = -std::numeric_limits<double>::infinity(), leave = std::numeric_limits<double>::infinity();
   double enter_part = 0, leave_part = 0;
   const auto slab = [&](double o, double d, QuadricPart low, QuadricPart high) {
-    const double t0 = -o / d, t1 = (1 - o) / d;
-    const bool forward = d > 0;
+    // Along the face's plane d is nothing: the quotients are infinities of the signs that leave the slab unbounded
+    // (within it) or empty (outside), once -0 is no more.
+    const double step = d + 0.0;
+    const double t0 = -o / step, t1 = (1 - o) / step;
+    const bool forward = step >= 0;
     const double near = forward ? t0 : t1, far = forward ? t1 : t0;
     const double near_part = static_cast<double>(forward ? low : high);
     const double far_part = static_cast<double>(forward ? high : low);

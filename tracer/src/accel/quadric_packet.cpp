@@ -31,10 +31,10 @@ QuadricHit lane_hit(const Packet& p, unsigned i, const Quadric& quadric) {
 
 }  // namespace
 
-WHITTLE_WIDE void closest_quadric(Packet& packet, const int* valid, float* tfar, const Quadric& quadric,
-                                  PrimitiveRef self) {
+WHITTLE_WIDE void closest(Packet& packet, const int* valid, float* tfar, const QuadricGeometry& geometry,
+                          PrimitiveRef self) {
   for_each_lane(
-      packet, quadric, [&](int i, const QuadricHit& hit) __attribute__((always_inline)) {
+      packet, geometry.quadrics[self.primitive], [&](int i, const QuadricHit& hit) __attribute__((always_inline)) {
         const bool nearer = (valid[i] != 0) & (hit.t < std::numeric_limits<double>::infinity()) &
                             wins(hit.t, self, packet.t[i], packet.geometry[i], packet.primitive[i]);
         packet.t[i] = nearer ? hit.t : packet.t[i];
@@ -45,16 +45,17 @@ WHITTLE_WIDE void closest_quadric(Packet& packet, const int* valid, float* tfar,
       });
 }
 
-WHITTLE_WIDE void occluded_quadric(const Packet& packet, const int* valid, float* tfar, const Quadric& quadric) {
+WHITTLE_WIDE void occluded(const Packet& packet, const int* valid, float* tfar, const QuadricGeometry& geometry,
+                           PrimitiveRef self) {
   for_each_lane(
-      packet, quadric, [&](int i, const QuadricHit& hit) __attribute__((always_inline)) {
+      packet, geometry.quadrics[self.primitive], [&](int i, const QuadricHit& hit) __attribute__((always_inline)) {
         const bool blocked = (valid[i] != 0) & (hit.t < packet.t[i]);
         tfar[i] = blocked ? -std::numeric_limits<float>::infinity() : tfar[i];
       });
 }
 
-void closest_quadric_lane(Packet& packet, unsigned lane, float& tfar, const Quadric& quadric, PrimitiveRef self) {
-  const QuadricHit hit = lane_hit(packet, lane, quadric);
+void closest_lane(Packet& packet, unsigned lane, float& tfar, const QuadricGeometry& geometry, PrimitiveRef self) {
+  const QuadricHit hit = lane_hit(packet, lane, geometry.quadrics[self.primitive]);
   if (!(hit.t < std::numeric_limits<double>::infinity()) ||
       !wins(hit.t, self, packet.t[lane], packet.geometry[lane], packet.primitive[lane]))
     return;
@@ -65,8 +66,10 @@ void closest_quadric_lane(Packet& packet, unsigned lane, float& tfar, const Quad
   tfar = reach_of(hit.t, packet.start[lane]);
 }
 
-void occluded_quadric_lane(const Packet& packet, unsigned lane, float& tfar, const Quadric& quadric) {
-  if (lane_hit(packet, lane, quadric).t < packet.t[lane]) tfar = -std::numeric_limits<float>::infinity();
+void occluded_lane(const Packet& packet, unsigned lane, float& tfar, const QuadricGeometry& geometry,
+                   PrimitiveRef self) {
+  if (lane_hit(packet, lane, geometry.quadrics[self.primitive]).t < packet.t[lane])
+    tfar = -std::numeric_limits<float>::infinity();
 }
 
 }  // namespace tracer

@@ -61,6 +61,12 @@ double linear_from_srgb(double encoded) {
 
 std::uint8_t srgb8_from_linear(float linear) { return look_up(codes(), linear); }
 
+std::uint16_t srgb16_from_linear(float linear) {
+  if (!(linear > 0)) return 0;  // NaN too
+  if (linear >= 1) return 65535;
+  return static_cast<std::uint16_t>(std::floor(65535 * srgb_from_linear(linear) + 0.5));
+}
+
 void srgb8_from_linear(std::span<const float> linear, std::span<std::uint8_t> into) {
   assert(linear.size() == into.size());
   const Codes& table = codes();

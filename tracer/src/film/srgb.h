@@ -15,6 +15,9 @@ double linear_from_srgb(double encoded);
 /// clamped to [0,1] first. Not-a-number gives 0, the darkest wrong answer.
 std::uint8_t srgb8_from_linear(float linear);
 
+/// Likewise, of 65535.
+std::uint16_t srgb16_from_linear(float linear);
+
 /// The same for a whole row or picture. Precondition: equal sizes.
 void srgb8_from_linear(std::span<const float> linear, std::span<std::uint8_t> codes);
 

@@ -5,12 +5,14 @@
 #include <vector>
 
 #include "tracer/src/accel/accelerator.h"
+#include "tracer/src/integrator/ray_cone.h"
 
 namespace tracer {
 
 class RayQueue {
  public:
-  void push(const Vec3& origin, const Vec3& direction, const Color& weight, std::uint32_t sample, PrimitiveRef from) {
+  void push(const Vec3& origin, const Vec3& direction, const Color& weight, std::uint32_t sample, PrimitiveRef from,
+            std::uint32_t path, std::uint32_t media) {
     if (size_ == weight_.size()) grow();
     ox_[size_] = origin.x;
     oy_[size_] = origin.y;
@@ -21,11 +23,21 @@ class RayQueue {
     weight_[size_] = weight;
     sample_[size_] = sample;
     from_[size_] = from;
+    path_[size_] = path;
+    media_[size_] = media;
     ++size_;
   }
 
   void push(const RayQueue& other, std::size_t i) {
-    push(other.origin(i), other.direction(i), other.weight_[i], other.sample_[i], other.from_[i]);
+    push(other.origin(i), other.direction(i), other.weight_[i], other.sample_[i], other.from_[i], other.path_[i],
+         other.media_[i]);
+    if (!other.cone_.empty()) widen(other.cone_[i]);
+  }
+
+  /// Gives the ray pushed last its cone. Queues in which no ray has one hold none.
+  void widen(const RayCone& cone) {
+    if (cone_.size() < weight_.size()) cone_.resize(weight_.size());
+    cone_[size_ - 1] = cone;
   }
 
   /// Keeps the memory for the next rays.
@@ -38,6 +50,10 @@ class RayQueue {
   [[nodiscard]] const Color& weight(std::size_t i) const { return weight_[i]; }
   [[nodiscard]] std::uint32_t sample(std::size_t i) const { return sample_[i]; }
   [[nodiscard]] PrimitiveRef from(std::size_t i) const { return from_[i]; }
+  [[nodiscard]] std::uint32_t path(std::size_t i) const { return path_[i]; }
+  [[nodiscard]] std::uint32_t media(std::size_t i) const { return media_[i]; }
+
+  [[nodiscard]] const RayCone& cone(std::size_t i) const { return cone_[i]; }  ///< precondition: it was given one
 
   /// `t_max` null or one per ray.
   [[nodiscard]] RaySpan span(const double* t_max = nullptr) const {
@@ -50,15 +66,20 @@ class RayQueue {
     for (auto* component : {&ox_, &oy_, &oz_, &dx_, &dy_, &dz_}) component->resize(capacity);
     sample_.resize(capacity);
     from_.resize(capacity);
+    path_.resize(capacity);
+    media_.resize(capacity);
     weight_.resize(capacity);
   }
 
-  // Of equal length, the capacity; the first size_ are in use. One check then serves all nine.
+  // Of equal length, the capacity; the first size_ are in use. One check then serves all.
   std::size_t size_ = 0;
   std::vector<double> ox_, oy_, oz_, dx_, dy_, dz_;
   std::vector<Color> weight_;          ///< throughput: what a unit of radiance along the ray adds to its sample
   std::vector<std::uint32_t> sample_;  ///< index in the batch
   std::vector<PrimitiveRef> from_;
+  std::vector<std::uint32_t> path_;   ///< hash of the bounces that led here: random choices on different paths differ
+  std::vector<std::uint32_t> media_;  ///< the solids it is inside of: a Media::List
+  std::vector<RayCone> cone_;         ///< empty, or of equal length too
 };
 
 }  // namespace tracer

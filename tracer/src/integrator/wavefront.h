@@ -6,82 +6,126 @@
 #include <vector>
 
 #include "tracer/render.h"
-#include "tracer/src/integrator/ray_queue.h"
-#include "tracer/src/shapes/surface.h"
+#include "tracer/src/integrator/first_hits.h"
+#include "tracer/src/integrator/generation.h"
+#include "tracer/src/integrator/model.h"
+#include "tracer/src/integrator/shadow_rays.h"
 
 namespace tracer {
 
-/// Rays of one depth, by kind.
-struct Generation {
-  RayQueue camera, reflection, refraction;
-  std::uint32_t depth = 0;  ///< 0: camera rays
-  [[nodiscard]] std::size_t size() const { return camera.size() + reflection.size() + refraction.size(); }
+/// Camera rays to be traced together. Samples are numbered from 0, ascending in the queue.
+struct Batch {
+  /// What the random choices of a sample are derived from.
+  struct Sample {
+    std::uint64_t key = 0;    ///< of its pixel
+    std::uint32_t index = 0;  ///< among the pixel's samples
+  };
+  RayQueue camera;
+  std::vector<Sample> samples;
 };
 
-/// Answers of the accelerator, one per ray of a span.
-struct Hits {
-  std::vector<PrimitiveRef> primitive;
-  std::vector<double> t, u, v;
-
-  HitSpan resized(std::size_t count) {
-    primitive.resize(count);
-    t.resize(count);
-    u.resize(count);
-    v.resize(count);
-    return {primitive.data(), t.data(), u.data(), v.data()};
-  }
-  [[nodiscard]] Hit at(std::size_t i) const { return {primitive[i], t[i], u[i], v[i]}; }
+/// One of the points by which a light is known to a hit.
+struct LightStep {
+  const TraceLight& light;
+  std::uint32_t number = 0;  ///< of the light
+  std::uint32_t point = 0, points = 1;
+  double spare = 0;  ///< of a hit's light may be missing once this step is done; see shade_facing
 };
 
 /// One thread's tracer with its scratch memory. Contributions to one sample are added in an order that depends on that
 /// sample alone (generation, then kind, then the order of the parents, then light), so no choice of batch, tile or
 /// thread changes a bit of the picture.
+template <class Model>
 class Wavefront {
  public:
-  Wavefront(const CompiledScene& scene, const RenderControl& control) : scene_(scene), control_(control) {}
+  Wavefront(const CompiledScene& scene, const RenderControl& control)
+      : scene_(scene), control_(control), media_(scene), shadow_(scene, control) {}
 
-  /// Traces `camera_rays` (samples numbered from 0 to `samples` - 1, ascending) to the end.
-  /// False: cancelled; then the radiances mean nothing. Throws std::bad_alloc.
-  bool trace(Generation camera_rays, std::uint32_t samples);
+  /// Traces a batch to the end. False: cancelled; then the radiances mean nothing. Throws std::bad_alloc.
+  bool trace(Batch batch);
 
   /// Radiance of each sample of the last batch. May hold non-finite values.
   [[nodiscard]] const std::vector<Color>& radiance() const { return radiance_; }
+  /// What its camera rays hit; kept when the scene needs a depth cue or layers.
+  [[nodiscard]] const FirstHits& first_hits() const { return first_hits_; }
   /// Of all batches so far.
   [[nodiscard]] const RenderStatistics& statistics() const { return statistics_; }
 
  private:
+  /// A surface as the local model sees it: where it is, and the unit vector towards the eye.
+  struct Facing {
+    BoundedPoint point;
+    Vec3 normal, to_eye;
+    double share = 1;  ///< of the hit's light
+    Vec3 unbent{};     ///< what a bent normal was: light from behind that shines on nothing. Zero: any
+  };
+
+  /// Whether the scene needs it; false while it is compiled where the model does not hold it.
+  template <bool Requirements::*need>
+  [[nodiscard]] bool needs() const {
+    if constexpr (Model::holds(need)) {
+      return scene_.needs.*need;
+    } else {
+      return false;
+    }
+  }
+  [[nodiscard]] bool notes_first_hits() const {
+    return needs<&Requirements::depth_cue>() || needs<&Requirements::layers>();
+  }
+
+  // tracing.h
   void trace_generation(const Generation& generation, Generation& next);
   void trace_queue(const RayQueue& rays, std::uint32_t depth, Generation& next);
-  void gather(const RayQueue& rays, Coherence coherence);
+  void gather(const RayQueue& rays, std::uint32_t depth, Coherence coherence, Generation& next);
+  bool pass_hidden(const RayQueue& rays, std::size_t ray, const Surface& surface, const Color& weight,
+                   Generation& next);
+
+  void note_first_hits(const RayQueue& rays);
+  void see_background(const RayQueue& rays, std::size_t ray, const Color& weight, std::uint32_t depth);
+  void apply_depth_cue();
+
+  // bending.h: bump and normal maps
+  void bend_normals(const RayQueue& rays);
+
+  // lighting.h: the local model
   void shade_own_light(const RayQueue& rays);
-  void shade_light(const RayQueue& rays, const TraceLight& light, Coherence coherence);
-  void add_unblocked(Coherence coherence);
-  void cross_transmissive();
-  void branch(const RayQueue& rays, std::uint32_t depth, Generation& next);
-  void emit(RayQueue& queue, const RayQueue& rays, std::size_t ray, const Surface& surface, const Vec3& direction,
-            const Color& factor, std::uint32_t depth);
+  void shade_lights(const RayQueue& rays, std::uint32_t depth, Coherence coherence);
+  void shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence);
+  bool spares(std::size_t hit, const LightStep& step, const Color& contribution);
+  void shade_facing(const RayQueue& rays, const LightStep& step, std::size_t hit, const Facing& facing);
+  [[nodiscard]] Color color_at(const RayQueue& rays, std::size_t hit) const;
+  struct TextureOf {
+    const Texture& texture;
+    const ImageMap* image;
+  };
+  [[nodiscard]] TextureOf texture_of(TextureId id) const;
+  [[nodiscard]] Vec2 covered_of(const RayQueue& rays, std::size_t hit, const Texture& texture) const;
+  [[nodiscard]] Vec3 point_of(const LightStep& step, const RayQueue& rays, std::size_t ray) const;
+
+  // branching.h: mirrors and glass
+  void branch(const RayQueue& rays, Generation& next);
+  void branch_at(const RayQueue& rays, std::size_t hit, Generation& next);
+  void emit(Generation& next, RayQueue Generation::*kind, const RayQueue& rays, std::size_t hit, const Vec3& direction,
+            const Color& factor, Media::List media, const RayCone& cone);
 
   const CompiledScene& scene_;
   const RenderControl& control_;
   RenderStatistics statistics_;
   std::vector<Color> radiance_;
+  std::vector<Batch::Sample> samples_;
+  FirstHits first_hits_;
+  Media media_;
 
-  // Hits of the queue being shaded.
+  // Hits of the queue being shaded. What hides within a solid of higher priority is not among the last four.
   Hits hits_;                           ///< one per ray
   std::vector<std::uint32_t> hit_ray_;  ///< which ray of the queue
   std::vector<Surface> surface_;        ///< beside hit_ray_
+  std::vector<Color> weight_;           ///< the ray's when it arrives, beside hit_ray_
   std::vector<Color> color_;            ///< C at the surface, beside hit_ray_
+  std::vector<double> spared_;          ///< light whose shadow rays were spared, beside hit_ray_; for many lights
+  std::vector<Vec3> unbent_;            ///< empty in scenes without bent normals; beside hit_ray_, zero where not bent
 
-  // Shadow rays of one light over those hits; their weight is what they add if nothing blocks them.
-  RayQueue shadow_;
-  std::vector<double> shadow_distance_;
-  std::vector<std::uint8_t> blocked_;
-  std::vector<Color> visible_;  ///< S_i: product over the surfaces crossed
-
-  // Shadow rays on their way through transmissive surfaces, and the next step's.
-  RayQueue crossing_, crossing_next_;  ///< `sample` is the shadow ray's index
-  std::vector<double> crossing_distance_, crossing_distance_next_;
-  Hits crossed_;
+  ShadowRays shadow_;
 };
 
 }  // namespace tracer

@@ -26,6 +26,12 @@ inline Linear inverse(const Linear& m) {
   return transposed({cross(m.y, m.z) / d, cross(m.z, m.x) / d, cross(m.x, m.y) / d});
 }
 
+/// Columns that span less than a 2^-48th of the box of their lengths have lost a dimension to rounding: there is no way
+/// back that means anything.
+inline bool is_singular(const Linear& m) {
+  return !(std::abs(determinant({normalize(m.x), normalize(m.y), normalize(m.z)})) > 0x1p-48);
+}
+
 /// p -> linear p + offset.
 struct Affine {
   Linear linear;

@@ -44,15 +44,36 @@ constexpr std::uint32_t sobol_second(std::uint32_t index) {
   return result;
 }
 
-/// Position of sample `index` of `count` in its pixel's unit square, in [0,1)^2. One sample sits in the centre; more
-/// are the first `count` points of the pixel's own Owen-scrambled (0,2)-sequence, so any count is stratified and a
-/// larger count keeps the smaller one's points.
-inline Vec2 pixel_sample(std::uint64_t pixel, std::uint32_t index, std::uint32_t count, std::uint64_t seed) {
-  if (count == 1) return {0.5, 0.5};
-  const std::uint64_t key = mix(pixel ^ mix(seed));
+/// Point `index` of the Owen-scrambled (0,2)-sequence of `key`, in [0,1)^2. Any first n points are stratified.
+inline Vec2 sequence_point(std::uint32_t index, std::uint64_t key) {
   const std::uint32_t x = owen_scrambled(reverse_bits(index), static_cast<std::uint32_t>(key));
   const std::uint32_t y = owen_scrambled(sobol_second(index), static_cast<std::uint32_t>(key >> 32));
   return {x * 0x1p-32, y * 0x1p-32};
+}
+
+/// The same points in an order of their own: two sequences met at equal indices would be bit for bit dependent,
+/// whatever their scrambling. Aligned blocks of 2^m indices stay blocks, so these stay stratified too (Burley 2020,
+/// sec. 3).
+inline Vec2 shuffled_point(std::uint32_t index, std::uint64_t key) {
+  return sequence_point(owen_scrambled(index, static_cast<std::uint32_t>(mix(key))), key);
+}
+
+/// What all random choices of a pixel are derived from.
+inline std::uint64_t pixel_key(std::uint64_t pixel, std::uint64_t seed) { return mix(pixel ^ mix(seed)); }
+
+/// Position of sample `index` of `count` in its pixel's unit square, in [0,1)^2. One sample sits in the centre; more
+/// are the first `count` points of the pixel's own sequence, so a larger count keeps the smaller one's points.
+inline Vec2 pixel_sample(std::uint64_t pixel, std::uint32_t index, std::uint32_t count, std::uint64_t seed) {
+  return count == 1 ? Vec2{0.5, 0.5} : sequence_point(index, pixel_key(pixel, seed));
+}
+
+/// Point of the lens for the same sample, in [0,1)^2: the centre when it is the only one. The sequence's points in an
+/// order of their own (Burley 2020, sec. 3: the index is scrambled too), so that where in the pixel a sample lies says
+/// nothing about where on the lens.
+inline Vec2 lens_sample(std::uint64_t key_of_pixel, std::uint32_t index, std::uint32_t count) {
+  if (count == 1) return {0.5, 0.5};
+  const std::uint64_t key = mix(key_of_pixel ^ mix(0));  // lights mix in numbers from 1
+  return sequence_point(owen_scrambled(index, static_cast<std::uint32_t>(mix(key))), key);
 }
 
 }  // namespace tracer

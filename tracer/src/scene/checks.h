@@ -1,6 +1,6 @@
 #pragma once
-/// The rules that values of a scene must keep, each told as an issue with its place. Used by validate.cpp and
-/// validate_objects.cpp only.
+/// The rules that values of a scene must keep, each told as an issue with its place. Used by the files
+/// validate*.cpp only.
 
 #include <cstddef>
 #include <cstdint>
@@ -67,6 +67,11 @@ double largest_component(const Vec3& v);  ///< the largest magnitude
 bool parallel(const Vec3& a, const Vec3& b);
 Vec3 difference(const Vec3& a, const Vec3& b);
 
+/// The shapes, materials and transforms of one list, `where` being its place (validate_objects.cpp). False: a transform
+/// is wrong, so that what it makes of its object need not be asked.
+bool check_object_list(Checks& checks, const Scene& scene, const Where& where, const std::vector<Object>& objects);
+
+/// Objects, prototypes and what they amount to when instances are counted out (validate_instances.cpp).
 void check_objects(Checks& checks, const Scene& scene);
 
 }  // namespace tracer

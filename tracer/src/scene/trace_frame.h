@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "tracer/src/math/vec.h"
+#include "tracer/src/math/affine.h"
 
 namespace tracer {
 
@@ -30,6 +30,7 @@ class TraceFrame {
   explicit TraceFrame(const Bounds& bounds);
 
   [[nodiscard]] Vec3 trace_from_world(const Vec3& p) const { return (p - origin_) * scale_; }
+  [[nodiscard]] Affine affine() const { return {{{scale_, 0, 0}, {0, scale_, 0}, {0, 0, scale_}}, origin_ * -scale_}; }
   [[nodiscard]] double trace_from_world(double distance) const { return distance * scale_; }
   [[nodiscard]] double world_from_trace(double distance) const { return distance * inverse_scale_; }
 

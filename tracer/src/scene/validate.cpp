@@ -10,6 +10,23 @@
 namespace tracer {
 namespace {
 
+constexpr double exposure_max = 100;  // stops: 2^100 is value_max, so the darkest and brightest pictures can be shown
+
+bool check_crop(Checks& checks, const Where& where, const ImageSize& image) {
+  const PixelWindow& crop = *image.crop;
+  const auto span = [&](std::size_t first, std::uint32_t begin, std::uint32_t end, std::uint32_t side) {
+    if (end > side) {
+      return checks.tell({where, first + 2}, "out_of_range",
+                         "must be <= " + std::to_string(side) + ", got " + std::to_string(end));
+    }
+    return begin < end || checks.tell({where, first + 2}, "out_of_range",
+                                      "must be > " + std::to_string(begin) + ", got " + std::to_string(end));
+  };
+  const bool columns = span(0, crop.x0, crop.x1, image.width);
+  const bool rows = span(1, crop.y0, crop.y1, image.height);
+  return columns && rows;
+}
+
 void check_image(Checks& checks, const ImageSize& image) {
   const Where where("/image");
   const auto side = [&](std::string_view name, std::uint32_t pixels) {
@@ -20,7 +37,8 @@ void check_image(Checks& checks, const ImageSize& image) {
   const bool width = side("width", image.width);
   const bool height = side("height", image.height);
   if (width && height) {
-    checks.count(where, std::uint64_t{image.width} * image.height, checks.limits.pixels, "pixels");
+    if (image.crop && !check_crop(checks, {where, "crop"}, image)) return;
+    checks.count(where, image.window().pixels(), checks.limits.pixels, "pixels");
   }
 }
 
@@ -41,6 +59,48 @@ void check_camera(Checks& checks, const Camera& camera) {
   if (checks.finite(fov, camera.fov_deg) && (camera.fov_deg <= 0 || camera.fov_deg >= 180)) {
     checks.tell(fov, "out_of_range", "must be > 0 and < 180 degrees, got " + text_of(camera.fov_deg));
   }
+  checks.length({where, "height"}, camera.height);
+  const Where aperture(where, "aperture");
+  if (checks.coordinate(aperture, camera.aperture) && camera.aperture < 0) {
+    checks.tell(aperture, "out_of_range", "must be >= 0, got " + text_of(camera.aperture));
+  }
+  if (camera.focus_distance) checks.length({where, "focus_distance"}, *camera.focus_distance);
+}
+
+bool check_texture(Checks& checks, const Where& where, TextureId texture, std::size_t texture_count) {
+  return texture.index < texture_count ||
+         checks.tell(where, "unknown_reference", "there is no texture " + std::to_string(texture.index));
+}
+
+void check_background(Checks& checks, const Background& background, std::size_t texture_count) {
+  const Where where("/background");
+  checks.color({where, "color"}, background.color);
+  if (background.gradient) {
+    checks.color({where, "zenith"}, background.gradient->zenith);
+    checks.color({where, "nadir"}, background.gradient->nadir);
+  }
+  if (background.environment) {
+    check_texture(checks, {where, "environment"}, background.environment->texture, texture_count);
+    checks.finite({where, "rotation"}, background.environment->rotation_deg);
+  }
+  if (!background.cube) return;
+  constexpr std::string_view faces[] = {"+x", "-x", "+y", "-y", "+z", "-z"};
+  const Where cube(where, "cube");
+  for (std::size_t face = 0; face < 6; ++face) {
+    check_texture(checks, {cube, faces[face]}, background.cube->faces[face], texture_count);
+  }
+}
+
+void check_depth_cue(Checks& checks, const DepthCue& cue) {
+  const Where where("/depth_cue");
+  const Where back(where, "back");
+  const bool front_well = checks.coordinate({where, "front"}, cue.front);
+  if (checks.coordinate(back, cue.back) && front_well && cue.back < cue.front) {
+    checks.tell(back, "out_of_range", "must be >= front " + text_of(cue.front) + ", got " + text_of(cue.back));
+  }
+  checks.within({where, "front_scale"}, cue.front_scale, 0, 1);
+  checks.within({where, "back_scale"}, cue.back_scale, 0, 1);
+  checks.color({where, "color"}, cue.color);
 }
 
 void check_attenuation(Checks& checks, const Where& where, const Attenuation& attenuation) {
@@ -53,30 +113,100 @@ void check_attenuation(Checks& checks, const Where& where, const Attenuation& at
   }
 }
 
+void check_source(Checks& checks, const Where& light, const PointLight& point) {
+  checks.position({light, "position"}, point.position);
+}
+
+void check_source(Checks& checks, const Where& light, const DirectionalLight& directional) {
+  checks.direction({light, "direction"}, directional.direction);
+}
+
+void check_source(Checks& checks, const Where& light, const SpotLight& spot) {
+  checks.position({light, "position"}, spot.position);
+  checks.direction({light, "direction"}, spot.direction);
+  const Where outer(light, "outer_angle");
+  const bool inner_well = checks.within({light, "inner_angle"}, spot.inner_angle_deg, 0, 180);
+  if (checks.within(outer, spot.outer_angle_deg, 0, 180) && inner_well && spot.outer_angle_deg < spot.inner_angle_deg) {
+    checks.tell(outer, "out_of_range",
+                "must be >= inner_angle " + text_of(spot.inner_angle_deg) + ", got " + text_of(spot.outer_angle_deg));
+  }
+}
+
+void check_source(Checks& checks, const Where& light, const LineLight& line) {
+  const bool from = checks.position({light, "from"}, line.from);
+  const bool to = checks.position({light, "to"}, line.to);
+  if (from && to && largest_component(difference(line.to, line.from)) < checks.limits.length_min) {
+    checks.tell({light, "to"}, "degenerate", "must not be where `from` is: the line has no length");
+  }
+}
+
+void check_source(Checks& checks, const Where& light, const RectLight& rect) {
+  checks.position({light, "corner"}, rect.corner);
+  const bool u = checks.direction({light, "edge_u"}, rect.edge_u);
+  const bool v = checks.direction({light, "edge_v"}, rect.edge_v);
+  if (u && v && parallel(rect.edge_u, rect.edge_v)) {
+    checks.tell({light, "edge_v"}, "degenerate", "must not be parallel to edge_u: the light has no area");
+  }
+}
+
+void check_source(Checks& checks, const Where& light, const DiscLight& disc) {
+  checks.position({light, "center"}, disc.center);
+  checks.direction({light, "normal"}, disc.normal);
+  checks.length({light, "radius"}, disc.radius);
+}
+
+void check_source(Checks& checks, const Where& light, const SphereLight& sphere) {
+  checks.position({light, "center"}, sphere.center);
+  checks.length({light, "radius"}, sphere.radius);
+}
+
 void check_lights(Checks& checks, const std::vector<Light>& lights) {
   const Where where("/lights");
   checks.count(where, lights.size(), checks.limits.lights, "lights");
   for (std::size_t i = 0; i < lights.size(); ++i) {
     const Where light(where, i);
-    if (const auto* point = std::get_if<PointLight>(&lights[i].source)) {
-      checks.position({light, "position"}, point->position);
-    } else if (const auto* directional = std::get_if<DirectionalLight>(&lights[i].source)) {
-      checks.direction({light, "direction"}, directional->direction);
-    }
+    std::visit([&](const auto& source) { check_source(checks, light, source); }, lights[i].source);
     checks.color({light, "color"}, lights[i].color);
     checks.not_negative({light, "intensity"}, lights[i].intensity);
     check_attenuation(checks, {light, "attenuation"}, lights[i].attenuation);
   }
 }
 
-void check_textures(Checks& checks, const std::vector<Texture>& textures) {
-  checks.count(Where("/textures"), textures.size(), checks.limits.textures, "textures");
-  for (const Texture& texture : textures) {
+void check_pair(Checks& checks, const Where& where, const std::array<Color, 2>& colors) {
+  checks.color({where, std::size_t{0}}, colors[0]);
+  checks.color({where, std::size_t{1}}, colors[1]);
+}
+
+void check_pattern(Checks& checks, const Where& where, const CheckerTexture& checker, std::size_t) {
+  check_pair(checks, {where, "checker"}, checker.colors);
+}
+
+void check_pattern(Checks& checks, const Where& where, const GradientTexture& gradient, std::size_t) {
+  check_pair(checks, {where, "gradient"}, gradient.colors);
+}
+
+void check_pattern(Checks& checks, const Where& where, const NoiseTexture& noise, std::size_t) {
+  check_pair(checks, {where, "noise"}, noise.colors);
+  const Where octaves(where, "octaves");
+  if (noise.octaves == 0) checks.tell(octaves, "out_of_range", "must be >= 1, got 0");
+  checks.count(octaves, noise.octaves, checks.limits.octaves, "octaves");
+}
+
+void check_pattern(Checks& checks, const Where& where, const ImageTexture& image, std::size_t asset_count) {
+  if (image.file.index >= asset_count) {
+    checks.tell({where, "file"}, "unknown_reference", "there is no asset " + std::to_string(image.file.index));
+  }
+}
+
+void check_textures(Checks& checks, const Scene& scene) {
+  if (scene.assets.size() > checks.limits.assets) {
+    checks.count(Where(scene.assets[checks.limits.assets].path), scene.assets.size(), checks.limits.assets, "assets");
+  }
+  checks.count(Where("/textures"), scene.textures.size(), checks.limits.textures, "textures");
+  for (const Texture& texture : scene.textures) {
     const Where where(texture.path);
-    const auto& checker = std::get<CheckerTexture>(texture.pattern);
-    const Where pair(where, "checker");
-    checks.color({pair, std::size_t{0}}, checker.colors[0]);
-    checks.color({pair, std::size_t{1}}, checker.colors[1]);
+    std::visit([&](const auto& pattern) { check_pattern(checks, where, pattern, scene.assets.size()); },
+               texture.pattern);
     checks.vec2({where, "scale"}, texture.scale);
     checks.vec2({where, "offset"}, texture.offset);
   }
@@ -86,8 +216,14 @@ void check_material(Checks& checks, const Material& material, std::size_t textur
   const Where where(material.path);
   if (const auto* color = std::get_if<Color>(&material.color)) {
     checks.color({where, "color"}, *color);
-  } else if (const auto texture = std::get<TextureId>(material.color); texture.index >= texture_count) {
-    checks.tell({where, "color"}, "unknown_reference", "there is no texture " + std::to_string(texture.index));
+  } else {
+    check_texture(checks, {where, "color"}, std::get<TextureId>(material.color), texture_count);
+  }
+  if (material.normal_map) check_texture(checks, {where, "normal_map"}, *material.normal_map, texture_count);
+  if (material.bump) {
+    const Where bump(where, "bump");
+    check_texture(checks, {bump, "texture"}, material.bump->texture, texture_count);
+    checks.coordinate({bump, "scale"}, material.bump->scale);
   }
   checks.not_negative({where, "ambient"}, material.ambient);
   checks.not_negative({where, "diffuse"}, material.diffuse);
@@ -100,7 +236,12 @@ void check_material(Checks& checks, const Material& material, std::size_t textur
   checks.color({where, "emission"}, material.emission);
   checks.within({where, "reflection"}, material.reflection, 0, 1);
   checks.color({where, "reflection_color"}, material.reflection_color);
-  checks.within({where, "transmission"}, material.transmission, 0, 1);
+  if (material.transparency == Material::Transparency::filtered) {
+    checks.not_negative({where, "transmission"}, material.transmission);
+  } else {
+    checks.within({where, "transmission"}, material.transmission, 0, 1);
+  }
+  checks.color({where, "absorption"}, material.absorption);
   checks.color({where, "transmission_color"}, material.transmission_color);
   const Where ior(where, "ior");
   if (checks.finite(ior, material.ior)) {
@@ -121,7 +262,7 @@ void check_materials(Checks& checks, const Scene& scene) {
 void check_accuracy(Checks& checks, const Accuracy& accuracy, const ImageSize& image) {
   const Where where("/accuracy");
   const Where samples(where, "samples");
-  const std::uint64_t pixels = std::uint64_t{image.width} * image.height;
+  const std::uint64_t pixels = image.window().pixels();
   if (accuracy.samples == 0) {
     checks.tell(samples, "out_of_range", "must be >= 1, got 0");
   } else if (pixels > 0 && accuracy.samples > checks.limits.samples_times_pixels / pixels) {
@@ -132,13 +273,24 @@ void check_accuracy(Checks& checks, const Accuracy& accuracy, const ImageSize& i
   checks.within({where, "cutoff"}, accuracy.cutoff, 0, 1);
 }
 
-void check_output(Checks& checks, const Output& output) {
-  const Where formats("/output/formats");
-  if (output.formats.empty()) checks.tell(formats, "wrong_length", "must name at least one format");
-  std::set<Format> named;
-  for (std::size_t i = 0; i < output.formats.size(); ++i) {
-    if (!named.insert(output.formats[i]).second) checks.tell({formats, i}, "duplicate_value", "is named twice");
+template <class T>
+void check_named_once(Checks& checks, const Where& where, const std::vector<T>& values) {
+  std::set<T> named;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (!named.insert(values[i]).second) checks.tell({where, i}, "duplicate_value", "is named twice");
   }
+}
+
+void check_output(Checks& checks, const Output& output) {
+  const Where where("/output");
+  const Where formats(where, "formats");
+  if (output.formats.empty()) checks.tell(formats, "wrong_length", "must name at least one format");
+  check_named_once(checks, formats, output.formats);
+  checks.within({where, "exposure"}, output.exposure, -exposure_max, exposure_max);
+  if (output.palette != 0 && (output.palette < 2 || output.palette > 256)) {
+    checks.tell({where, "palette"}, "out_of_range", "must be from 2 to 256, got " + std::to_string(output.palette));
+  }
+  check_named_once(checks, {where, "layers"}, output.layers);
 }
 
 }  // namespace
@@ -147,10 +299,11 @@ std::vector<Issue> validate(const Scene& scene, const Limits& limits, const std:
   Checks checks(limits, known);
   check_image(checks, scene.image);
   check_camera(checks, scene.camera);
-  checks.color(Where("/background/color"), scene.background.color);
+  check_background(checks, scene.background, scene.textures.size());
+  if (scene.depth_cue) check_depth_cue(checks, *scene.depth_cue);
   checks.color(Where("/ambient"), scene.ambient);
   check_lights(checks, scene.lights);
-  check_textures(checks, scene.textures);
+  check_textures(checks, scene);
   check_materials(checks, scene);
   check_objects(checks, scene);
   check_accuracy(checks, scene.accuracy, scene.image);

@@ -97,10 +97,13 @@ QuadricPoint quadric_point(const Quadric& quadric, QuadricPart part, const Vec3&
   const ShapePoint local = shape_point(quadric, part, quadric.shape_from_trace * (on_ray - quadric.origin));
   const Vec3 arm = quadric.trace_from_shape * local.position;
   const Vec3 position = quadric.origin + arm;
-  // What mapping the point there and its next ray back can be wrong by: both maps with their absolute entries.
+  // What mapping the point there and its next ray back can be wrong by: both maps with their absolute entries. Side and
+  // caps reach beyond their rim by rim_slack: a ray that leaves one must start clear of the other.
+  const bool has_rims = quadric.kind == QuadricKind::frustum && quadric.caps;
+  const double bound = rounding_bound(16) + (has_rims ? 2 * rim_slack : 0);
   const Vec3 reach = absolute(quadric.shape_from_trace) * abs(arm) + Vec3{1, 1, 1};
-  const Vec3 error = absolute(quadric.trace_from_shape) * reach * rounding_bound(16) +
-                     (abs(position) + abs(quadric.origin)) * rounding_bound(2);
+  const Vec3 error =
+      absolute(quadric.trace_from_shape) * reach * bound + (abs(position) + abs(quadric.origin)) * rounding_bound(2);
   return {{position, error}, normalize(transformed_normal(quadric.trace_from_shape, local.normal))};
 }
 

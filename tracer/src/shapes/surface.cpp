@@ -10,6 +10,7 @@ struct Local {
   BoundedPoint point;
   Vec3 geometric_normal;
   Vec3 shading_normal;  ///< on the outward side
+  Vec3 shadow_offset{};
   std::uint32_t object = 0;
 };
 
@@ -24,17 +25,33 @@ Local sphere_at(const SphereGeometry& spheres, std::uint32_t i, const Vec3& on_r
   const Vec3 arm = normal * radius;
   const Vec3 position = center + arm;
   const Vec3 error = abs(arm) * rounding_bound(16) + (abs(position) + abs(center)) * rounding_bound(2);
-  return {{position, error}, normal, normal, spheres.object[i]};
+  return {{position, error}, normal, normal, {}, spheres.object[i]};
 }
 
 Local plane_at(const PlaneGeometry& planes, std::uint32_t i, const Vec3& on_ray) {
   const Vec3 normal = planes.normal[i];
   const Vec3 position = on_ray - normal * dot(on_ray - planes.point[i], normal);
   const Vec3 error = (abs(position) + abs(planes.point[i])) * rounding_bound(8);
-  return {{position, error}, normal, normal, planes.object[i]};
+  return {{position, error}, normal, normal, {}, planes.object[i]};
 }
 
 Vec3 wide(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
+
+/// From a point of a triangle to the curved surface that its vertex normals suggest: the mean of its projections onto
+/// the vertices' tangent planes, where these lie outside. Shadow rays start there, or a coarse mesh's facets would
+/// shadow each other where its normals say that they are lit (Hanika 2021, "Hacking the Shadow Terminator", Ray Tracing
+/// Gems II, ch. 4).
+Vec3 toward_curved_surface(const TriangleGeometry& mesh, const std::array<std::uint32_t, 3>& corners,
+                           const std::array<double, 3>& weights, const Vec3& position, const Vec3& face) {
+  Vec3 offset;
+  for (std::size_t i = 0; i < 3; ++i) {
+    Vec3 normal = wide(mesh.normals[corners[i]]);
+    if (dot(normal, face) < 0) normal = -normal;
+    const double height = dot(position - mesh.position(corners[i]), normal);
+    offset += normal * (-std::min(height, 0.0) * weights[i]);
+  }
+  return offset;
+}
 
 /// Position and error from the barycentric coordinates (PBR 4th ed., sec. 6.8.5).
 Local triangle_at(const TriangleGeometry& mesh, const Hit& hit) {
@@ -43,15 +60,18 @@ Local triangle_at(const TriangleGeometry& mesh, const Hit& hit) {
   const Vec3 pa = mesh.position(a), pb = mesh.position(b), pc = mesh.position(c);
   const Vec3 position = pa * weight_a + pb * hit.u + pc * hit.v;
   const Vec3 error = (abs(pa * weight_a) + abs(pb * hit.u) + abs(pc * hit.v)) * rounding_bound(7);
-  Local local{{position, error}, normalize(cross(pb - pa, pc - pa)), {}, mesh.object};
-  local.shading_normal = local.geometric_normal;
+  const Vec3 face = normalize(cross(pb - pa, pc - pa));
+  Local local{{position, error}, face, face, {}, mesh.object};
   if (!mesh.object_of_triangle.empty()) local.object = mesh.object_of_triangle[hit.primitive.primitive];
   if (!mesh.normals.empty()) {
     const Vec3 sum = wide(mesh.normals[a]) * weight_a + wide(mesh.normals[b]) * hit.u + wide(mesh.normals[c]) * hit.v;
     // A vertex without a normal of its own, or normals that cancel: the face's.
-    const bool usable = dot(sum, sum) > 0x1p-40;
-    if (usable) local.shading_normal = normalize(sum);
-    if (dot(local.shading_normal, local.geometric_normal) < 0) local.shading_normal = -local.shading_normal;
+    if (dot(sum, sum) > 0x1p-40) {
+      local.shading_normal = normalize(sum);
+      local.shadow_offset = toward_curved_surface(mesh, mesh.triangles[hit.primitive.primitive],
+                                                  {weight_a, hit.u, hit.v}, position, face);
+    }
+    if (dot(local.shading_normal, face) < 0) local.shading_normal = -local.shading_normal;
   }
   return local;
 }
@@ -76,7 +96,7 @@ Vec2 plane_uv(const CompiledScene& scene, const Axes& axes, const Vec3& from_poi
 Local quadric_at(const QuadricGeometry& set, const Hit& hit, const Vec3& on_ray) {
   const std::uint32_t i = hit.primitive.primitive;
   const QuadricPoint met = quadric_point(set.quadrics[i], static_cast<QuadricPart>(hit.u), on_ray);
-  return {met.point, met.normal, met.normal, set.object[i]};
+  return {met.point, met.normal, met.normal, {}, set.object[i]};
 }
 
 enum class Family { sphere, triangle, quadric, plane };
@@ -120,7 +140,30 @@ Vec2 uv_at(const CompiledScene& scene, const Hit& hit, const Local& local) {
   return plane_uv(scene, scene.axes_of_object[local.object], local.point.position - set.planes.point[primitive]);
 }
 
+bool is_textured(const Material& material) {
+  return std::holds_alternative<TextureId>(material.color) || material.bump || material.normal_map;
+}
+
 }  // namespace
+
+std::optional<Corners> corners_at(const CompiledScene& scene, const Hit& hit) {
+  const GeometrySet& set = scene.geometry;
+  if (family_of(set, hit.primitive.geometry) != Family::triangle) return std::nullopt;
+  const TriangleGeometry& mesh = set.triangles[hit.primitive.geometry - set.first_triangles()];
+  const auto& vertices = mesh.triangles[hit.primitive.primitive];
+  const Vec3 origin = mesh.position(vertices[0]);
+  const Vec3 face = normalize(cross(mesh.position(vertices[1]) - origin, mesh.position(vertices[2]) - origin));
+  const std::array<double, 3> weights{1 - hit.u - hit.v, hit.u, hit.v};
+  Corners corners;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3 position = mesh.position(vertices[i]);
+    Vec3 normal = mesh.normals.empty() ? face : wide(mesh.normals[vertices[i]]);
+    if (!(dot(normal, normal) > 0)) normal = face;
+    if (dot(normal, face) < 0) normal = -normal;
+    corners[i] = {{position, abs(position) * rounding_bound(7)}, normal, weights[i]};
+  }
+  return corners;
+}
 
 Surface surface_at(const CompiledScene& scene, const Hit& hit, const Vec3& origin, const Vec3& direction) {
   const Local local = local_at(scene.geometry, hit, origin + direction * hit.t);
@@ -128,11 +171,14 @@ Surface surface_at(const CompiledScene& scene, const Hit& hit, const Vec3& origi
   surface.point = local.point;
   surface.geometric_normal = local.geometric_normal;
   surface.back = dot(direction, local.geometric_normal) > 0;
-  surface.normal = surface.back ? -local.shading_normal : local.shading_normal;
   surface.object = local.object;
   surface.material = scene.material_of_object[local.object];
-  if (scene.needs.textures && std::holds_alternative<TextureId>(scene.materials[surface.material].color))
-    surface.uv = uv_at(scene, hit, local);
+  const bool flat = scene.materials[surface.material].shading == Material::Shading::flat;
+  const Vec3& outward = flat ? local.geometric_normal : local.shading_normal;
+  surface.normal = surface.back ? -outward : outward;
+  // Seen from behind the curved surface is on the other side of the facet: nothing to correct there.
+  if (!flat && !surface.back) surface.shadow_offset = local.shadow_offset;
+  if (scene.needs.textures && is_textured(scene.materials[surface.material])) surface.uv = uv_at(scene, hit, local);
   return surface;
 }
 

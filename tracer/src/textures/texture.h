@@ -1,20 +1,67 @@
 #pragma once
 /// Colours that vary over a surface.
 
-#include <cmath>
+#include <memory>
 
-#include "tracer/src/math/vec.h"
+#include "tracer/src/textures/box_filter.h"
+#include "tracer/src/textures/image_map.h"
+#include "tracer/src/textures/noise.h"
 
 namespace tracer {
 
-/// Colour of `texture` at the surface coordinates `uv`. floor works on doubles, so no coordinate overflows it.
-inline Color texture_color(const Texture& texture, const Vec2& uv) {
-  const double u = uv.x * texture.scale.x + texture.offset.x;
-  const double v = uv.y * texture.scale.y + texture.offset.y;
-  const auto& checker = std::get<CheckerTexture>(texture.pattern);
-  const double square = std::floor(u) + std::floor(v);
-  const bool even = std::floor(square * 0.5) * 2 == square;
-  return checker.colors[even ? 0 : 1];
+/// Mean of the pattern over the rectangle `width` around (u, v); no width: its value at the point. floor works on
+/// doubles, so no coordinate overflows it.
+inline Color pattern_color(const CheckerTexture& checker, const Vec2& uv, const Vec2& width, Texture::Wrap) {
+  // The sign is the product of one in u and one in v, and so is its mean over a rectangle.
+  const double sign = alternating_mean(uv.x, width.x) * alternating_mean(uv.y, width.y);
+  if (std::abs(sign) == 1) return checker.colors[sign > 0 ? 0 : 1];
+  return checker.colors[0] * ((1 + sign) / 2) + checker.colors[1] * ((1 - sign) / 2);
+}
+
+inline Color pattern_color(const GradientTexture& gradient, const Vec2& uv, const Vec2& width, Texture::Wrap wrap) {
+  const double t = wrapped_mean(wrap, uv.y, width.y);
+  return gradient.colors[0] * (1 - t) + gradient.colors[1] * t;
+}
+
+inline Color pattern_color(const NoiseTexture& noise, const Vec2& uv, const Vec2& width, Texture::Wrap) {
+  const double t = 0.5 + 0.5 * octave_noise(uv.x, uv.y, noise.octaves, std::max(width.x, width.y));
+  return noise.colors[0] * (1 - t) + noise.colors[1] * t;
+}
+
+/// A place in a texture's own coordinates, and the rectangle around it that is covered: none where the texture is not
+/// filtered.
+struct Lookup {
+  Vec2 at, covered;
+};
+
+/// The lookup for the surface coordinates `uv` and `width` of them.
+inline Lookup lookup(const Texture& texture, const Vec2& uv, const Vec2& width) {
+  const auto near = [](double x) { return std::clamp(x, -coordinate_reach, coordinate_reach); };
+  const Vec2 at{near(uv.x * texture.scale.x + texture.offset.x), near(uv.y * texture.scale.y + texture.offset.y)};
+  if (texture.filter != Texture::Filter::mipmap) return {at, {}};
+  return {at, {near(width.x * std::abs(texture.scale.x)), near(width.y * std::abs(texture.scale.y))}};
+}
+
+/// The mean of what is covered. `image` is an ImageTexture's picture, null for all others; `wraps` the texture's own
+/// unless the caller knows better.
+inline Color texture_color(const Texture& texture, const Lookup& place, const ImageMap* image, const Wraps& wraps) {
+  const auto& [at, covered] = place;
+  if (image != nullptr) {
+    if (texture.filter == Texture::Filter::mipmap) return image->trilinear(at, covered, wraps);
+    return texture.filter == Texture::Filter::bilinear ? image->bilinear(at, wraps) : image->nearest(at, wraps);
+  }
+  if (const auto* checker = std::get_if<CheckerTexture>(&texture.pattern))
+    return pattern_color(*checker, at, covered, wraps.v);
+  if (const auto* gradient = std::get_if<GradientTexture>(&texture.pattern))
+    return pattern_color(*gradient, at, covered, wraps.v);
+  return pattern_color(std::get<NoiseTexture>(texture.pattern), at, covered, wraps.v);
+}
+
+/// Colour of `texture` at the surface coordinates `uv`, filtered over `width` of them where the texture is filtered at
+/// all.
+inline Color texture_color(const Texture& texture, const Vec2& uv, const Vec2& width = {},
+                           const ImageMap* image = nullptr) {
+  return texture_color(texture, lookup(texture, uv, width), image, {texture.wrap, texture.wrap});
 }
 
 }  // namespace tracer

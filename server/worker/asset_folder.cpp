@@ -1,0 +1,90 @@
+#include "server/worker/asset_folder.h"
+
+#include <fcntl.h>
+#include <linux/openat2.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace worker {
+namespace {
+
+/// EAGAIN tells of a rename elsewhere on the machine while a link with ".." was followed (openat2(2)).
+constexpr int tries = 16;
+
+Descriptor open_beneath(const Descriptor& folder, const std::string& name, int flags) {
+  open_how how{};
+  how.flags = static_cast<std::uint64_t>(flags | O_CLOEXEC);
+  how.resolve = RESOLVE_BENEATH | RESOLVE_NO_MAGICLINKS;
+  long fd = -1;
+  for (int i = 0; i < tries; ++i) {
+    fd = syscall(SYS_openat2, folder.get(), name.c_str(), &how, sizeof how);
+    if (fd >= 0 || (errno != EAGAIN && errno != EINTR)) break;
+  }
+  return Descriptor(static_cast<int>(fd));
+}
+
+/// Why nothing could be opened; a path of ours is nobody's business. Throws where it is not for the file's sake.
+std::string reason(int error) {
+  if (error == EMFILE || error == ENFILE || error == ENOMEM) {
+    throw std::system_error(error, std::generic_category(), "cannot open a file of the scene");
+  }
+  if (error == ENOENT || error == ENOTDIR) return "no such file";
+  if (error == EXDEV) return "leads out of the asset folder";
+  return std::generic_category().message(error);
+}
+
+/// The size of an ordinary file that is not too large, or why it is none.
+tracer::Result<std::size_t, std::string> size_of(const Descriptor& file) {
+  struct stat status {};
+  if (fstat(file.get(), &status) != 0) return reason(errno);
+  if (!S_ISREG(status.st_mode)) return std::string("is no ordinary file");
+  const auto size = static_cast<std::size_t>(status.st_size);
+  if (size <= api::asset_bytes_max) return size;
+  return "the limit asset_bytes_max is " + std::to_string(api::asset_bytes_max) + ", it has " + std::to_string(size);
+}
+
+/// Up to `size` bytes: a file that is cut short meanwhile is as long as it is then.
+api::AssetBytes content_of(const Descriptor& file, std::size_t size) {
+  std::vector<std::uint8_t> bytes(size);
+  std::size_t done = 0;
+  while (done < size) {
+    const ssize_t got = ::read(file.get(), bytes.data() + done, size - done);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return reason(errno);
+    if (got == 0) break;
+    done += static_cast<std::size_t>(got);
+  }
+  bytes.resize(done);
+  return bytes;
+}
+
+}  // namespace
+
+AssetFolder::AssetFolder(const std::string& path) : folder_(::open(path.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC)) {
+  if (folder_ && open_beneath(folder_, ".", O_PATH)) return;
+  throw std::system_error(errno, std::generic_category(), "cannot open the asset folder " + path);
+}
+
+std::string AssetFolder::refusal(const std::string& name) const {
+  const Descriptor file = open_beneath(folder_, name, O_PATH);
+  if (!file) return reason(errno);
+  const auto size = size_of(file);
+  return size ? std::string() : size.error();
+}
+
+api::AssetBytes AssetFolder::read(const std::string& name) const {
+  // O_NONBLOCK: opening a pipe would wait for its other end. Ordinary files take no notice of it.
+  const Descriptor file = open_beneath(folder_, name, O_RDONLY | O_NONBLOCK | O_NOCTTY);
+  if (!file) return reason(errno);
+  const auto size = size_of(file);
+  if (!size) return size.error();
+  return content_of(file, *size);
+}
+
+}  // namespace worker

@@ -1,0 +1,41 @@
+#include "server/worker/options.h"
+
+#include <charconv>
+
+namespace worker {
+namespace {
+
+constexpr int slots_max = 4096;
+
+template <class Number>
+bool read(std::string_view text, Number& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+bool read(std::string_view name, std::string_view text, Options& options) {
+  if (name == "--slots") return read(text, options.slots) && options.slots >= 1 && options.slots <= slots_max;
+  if (name == "--objects") return read(text, options.files.objects);
+  if (name == "--triangles") return read(text, options.files.triangles);
+  if (name != "--assets") return false;
+  options.files.folder = text;
+  return true;
+}
+
+}  // namespace
+
+std::vector<std::string> arguments_of(const Options& options) {
+  return {"--slots",   std::to_string(options.slots),         "--assets",    options.files.folder,
+          "--objects", std::to_string(options.files.objects), "--triangles", std::to_string(options.files.triangles)};
+}
+
+std::optional<Options> parse_options(const std::vector<std::string_view>& arguments) {
+  if (arguments.empty() || arguments.size() % 2 != 0) return std::nullopt;
+  Options options;
+  for (std::size_t i = 0; i < arguments.size(); i += 2) {
+    if (!read(arguments[i], arguments[i + 1], options)) return std::nullopt;
+  }
+  return options;
+}
+
+}  // namespace worker

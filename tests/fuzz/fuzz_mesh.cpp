@@ -1,0 +1,38 @@
+/// Any bytes at all as a mesh file: they must neither crash nor hang, and what comes out keeps what the readers
+/// promise.
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <vector>
+
+#include "api/src/gltf/gltf.h"
+#include "tests/support/mesh_files.h"
+#include "tracer/mesh_file.h"
+
+namespace {
+
+void require(bool promise, const char* what) {
+  if (promise) return;
+  std::fprintf(stderr, "broken promise: %s\n", what);
+  std::abort();
+}
+
+}  // namespace
+
+// NOLINTNEXTLINE(readability-identifier-naming): libFuzzer's name for it
+// NOLINTNEXTLINE(readability-identifier-naming): libFuzzer's name for it
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const std::vector<std::uint8_t> bytes(data, data + size);  // of exactly this size: reading beyond its end is seen
+  const tracer::Limits limits{.objects = 1000, .triangles = 10'000};
+  const auto mesh = api::gltf::is_gltf(bytes) ? api::gltf::read_gltf(bytes, limits)
+                                              : tracer::read_mesh_file(bytes, limits, size % 2 == 0);
+  if (mesh) {
+    const std::string broken = mesh_files::broken_promise(*mesh, limits);
+    require(broken.empty(), broken.c_str());
+  } else {
+    require(!mesh.error().empty(), "a refusal has a sentence");
+  }
+  return 0;
+}

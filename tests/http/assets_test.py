@@ -1,0 +1,204 @@
+"""Files that scenes name: rendered from the daemon's asset folder, and nothing outside it is reached."""
+import json
+import os
+import pathlib
+import shutil
+import socket
+import tempfile
+import unittest
+
+from tests.http.daemon import Daemon, OneDaemon, json_of, long_scene, scene, wait_until
+from tests.http.options_test import whittled
+from tests.support.whittle import SCENES, whittle
+
+TEXTURE_FILE = "#/objects/0/material/color/file"
+
+
+def textured(name):
+    return scene(objects=[{"type": "sphere", "center": [0, 0.5, 0], "radius": 0.5, "material": {"color": {"file": name}}}])
+
+
+def with_mesh(name):
+    return scene(objects=[{"type": "mesh", "file": name, "material": {}}])
+
+
+class Examples(OneDaemon):
+    options = ("--assets", str(SCENES))
+
+    def assert_same_picture_as_on_the_command_line(self, name):
+        # Of the size of a stamp: it is the files that are compared.
+        document = json.loads((SCENES / f"{name}.json").read_text("utf-8"))
+        document["image"] = {"width": 160, "height": 90}
+        reply = self.daemon.request("POST", "/v1/render", document)
+        self.assertEqual(reply.status, 200, reply.body)
+        with tempfile.TemporaryDirectory() as folder:
+            here = pathlib.Path(folder)
+            (here / "assets").symlink_to(SCENES / "assets")
+            (here / "scene.json").write_text(json.dumps(document), encoding="utf-8")
+            done = whittle("render", here / "scene.json", "-o", here / "out.png")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(reply.body, (here / "out.png").read_bytes())
+
+    def test_with_pictures_are_the_command_lines_bit_for_bit(self):
+        self.assert_same_picture_as_on_the_command_line("textures")
+
+    def test_with_meshes_are_the_command_lines_bit_for_bit(self):
+        self.assert_same_picture_as_on_the_command_line("mesh_files")
+
+    def test_with_an_environment_and_reliefs_are_the_command_lines_bit_for_bit(self):
+        self.assert_same_picture_as_on_the_command_line("environment")
+        self.assert_same_picture_as_on_the_command_line("relief")
+
+    def test_are_valid(self):
+        document = json.loads((SCENES / "mesh_files.json").read_text("utf-8"))
+        self.assertTrue(json_of(self.daemon.request("POST", "/v1/jobs/validate", document))["valid"])
+
+
+class Names(OneDaemon):
+    @classmethod
+    def setUpClass(cls):
+        cls.outside = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        cls.folder = cls.outside / "assets"
+        (cls.folder / "deep" / "er").mkdir(parents=True)
+        for path in (cls.outside / "secret.png", cls.folder / "tile.png", cls.folder / "deep" / "er" / "tile.png"):
+            shutil.copy(SCENES / "assets/tile.png", path)
+        for name, target in (("out.png", cls.outside / "secret.png"), ("up.png", "../secret.png"), ("up", ".."),
+                             ("loop.png", "loop.png"), ("in.png", "deep/er/tile.png"), ("deep/up.png", "../tile.png"),
+                             ("proc.png", f"/proc/{os.getpid()}/root{cls.folder}/tile.png")):
+            (cls.folder / name).symlink_to(target)
+        os.mkfifo(cls.folder / "pipe.png")
+        with socket.socket(socket.AF_UNIX) as bound:
+            bound.bind(str(cls.folder / "socket.png"))
+        with open(cls.folder / "huge.png", "wb") as huge:
+            huge.truncate(256_000_001)
+        cls.options = ("--assets", str(cls.folder))
+        super().setUpClass()
+
+    def issue(self, document, path="/v1/jobs"):
+        """The one issue for which it is refused."""
+        problem = self.assert_problem(self.daemon.request("POST", path, document), 422, "bad_scene")
+        (issue,) = problem["errors"]
+        return issue
+
+    def test_that_do_not_lead_downwards_are_malformed_whatever_lies_there(self):
+        for name in ("../secret.png", "deep/../tile.png", "..", ".", "./tile.png", "deep//er/tile.png", "tile.png/",
+                     str(self.folder / "tile.png"), "/", "", "deep\\er\\tile.png", "..\\secret.png", "tile.png\0",
+                     "ti\nle.png"):
+            for document in (textured(name), with_mesh(name)):
+                issue = self.issue(document)
+                self.assertEqual(issue["code"], "malformed", issue)
+                self.assertTrue(issue["pointer"].endswith("/file"), issue)
+
+    def test_that_lead_to_no_ordinary_file_within_are_told_at_once_everywhere(self):
+        for name, reason in (("missing.png", "no such file"), ("tile.png/tile.png", "no such file"),
+                             ("out.png", "leads out of the asset folder"), ("up.png", "leads out of the asset folder"),
+                             ("up/secret.png", "leads out of the asset folder"), ("deep", "is no ordinary file"),
+                             ("proc.png", "leads out of the asset folder"), ("pipe.png", "is no ordinary file"),
+                             ("socket.png", "is no ordinary file"), ("loop.png", "Too many levels of symbolic links"),
+                             ("x" * 256, "File name too long"), ("huge.png", "the limit asset_bytes_max is 256000000")):
+            for path in ("/v1/jobs", "/v1/render"):
+                issue = self.issue(textured(name), path)
+                self.assertEqual((issue["pointer"], issue["code"]), (TEXTURE_FILE, "bad_asset"))
+                self.assertTrue(issue["detail"].startswith(f"{name}: {reason}"), issue)
+                self.assertNotIn(str(self.outside), issue["detail"])
+        verdict = json_of(self.daemon.request("POST", "/v1/jobs/validate", textured("missing.png")))
+        self.assertEqual((verdict["valid"], len(verdict["errors"])), (False, 1))
+
+    def test_of_uploads_are_not_known_yet(self):
+        self.assertEqual(self.issue(textured("sha256:" + "0" * 64))["code"], "unsupported")
+
+    def test_that_lead_to_a_file_within_are_taken_through_links_too(self):
+        pictures = {self.daemon.request("POST", "/v1/render", textured(name)).body
+                    for name in ("tile.png", "deep/er/tile.png", "in.png", "deep/up.png")}
+        self.assertEqual(len(pictures), 1)
+        self.assertTrue(pictures.pop().startswith(b"\x89PNG"))
+
+
+class BadFiles(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        shutil.copy(SCENES / "assets/tile.png", self.folder / "tile.png")
+        shutil.copy(SCENES / "assets/vase.obj", self.folder / "vase.obj")
+
+    def daemon(self, *options):
+        return self.enterContext(Daemon("--assets", self.folder, *options))
+
+    def assert_fails(self, job, pointer, reason):
+        """With one issue, at the first attempt."""
+        self.assertEqual((job["state"], job["attempt"], job["problem"]["code"]), ("failed", 1, "bad_asset"), job)
+        (issue,) = job["problem"]["errors"]
+        self.assertEqual((issue["pointer"], issue["code"]), (pointer, "bad_asset"))
+        self.assertIn(reason, issue["detail"])
+
+    def test_fail_their_job_alone_with_the_pointer_and_the_worker_lives_on(self):
+        (self.folder / "text.png").write_text("no picture", encoding="utf-8")
+        (self.folder / "nan.obj").write_text("v 0 0 nan", encoding="utf-8")
+        (self.folder / "empty.ply").touch()
+        daemon = self.daemon()
+        workers = wait_until(daemon.worker_pids, "a worker")
+        for document, pointer, reason in ((textured("text.png"), TEXTURE_FILE, "text.png: is no PNG, JPEG"),
+                                          (with_mesh("nan.obj"), "#/objects/0/file", "nan.obj: line 1: must be finite"),
+                                          (with_mesh("empty.ply"), "#/objects/0/file", "empty.ply: is empty")):
+            self.assert_fails(daemon.wait_for_end(daemon.submit(document)), pointer, reason)
+        reply = daemon.request("POST", "/v1/render", textured("text.png"))
+        self.assertEqual((reply.status, json_of(reply)["errors"][0]["pointer"]), (422, TEXTURE_FILE))
+        self.assertEqual(daemon.request("POST", "/v1/render", textured("tile.png")).status, 200)
+        self.assertEqual(daemon.worker_pids(), workers)
+
+    def test_that_went_or_changed_between_submitting_and_rendering_are_found_out(self):
+        (self.folder / "pipe.png").touch()
+        daemon = self.daemon("--jobs", "1")
+        first = daemon.submit(long_scene())
+        daemon.wait_for_state(first, "running")
+        jobs = [daemon.submit(textured(name)) for name in ("tile.png", "pipe.png")]
+        for name in ("tile.png", "pipe.png"):
+            (self.folder / name).unlink()
+        os.mkfifo(self.folder / "pipe.png")
+        daemon.request("POST", f"/v1/jobs/{first}/cancel")
+        self.assert_fails(daemon.wait_for_end(jobs[0]), TEXTURE_FILE, "tile.png: no such file")
+        self.assert_fails(daemon.wait_for_end(jobs[1]), TEXTURE_FILE, "pipe.png: is no ordinary file")
+
+    def test_are_those_with_more_triangles_than_the_daemon_takes(self):
+        daemon = self.daemon("--triangles", "100")
+        job = daemon.wait_for_end(daemon.submit(with_mesh("vase.obj")))
+        self.assert_fails(job, "#/objects/0/file", "the limit triangles is 100")
+
+
+class Folder(unittest.TestCase):
+    def test_that_is_not_given_lets_no_file_be_named(self):
+        with Daemon() as daemon:
+            for document in (textured("tile.png"), with_mesh("/etc/passwd")):
+                reply = daemon.request("POST", "/v1/jobs", document)
+                self.assertEqual(reply.status, 422)
+                (issue,) = json_of(reply)["errors"]
+                self.assertEqual(issue["code"], "unsupported")
+                self.assertIn("--assets", issue["detail"])
+
+    def test_that_is_not_there_is_told_at_the_start(self):
+        with tempfile.NamedTemporaryFile() as file, tempfile.TemporaryDirectory() as data:
+            for path in ("/nowhere/assets", file.name):
+                result = whittled("--assets", path, "--data", data, "--listen", "127.0.0.1:0", "--health-listen",
+                                  "127.0.0.1:0")
+                self.assertEqual(result.returncode, 1)
+                self.assertIn(f"cannot open the asset folder {path}", result.stderr)
+
+    def test_may_be_relative_and_is_that_of_the_daemons_start(self):
+        with Daemon("--assets", os.path.relpath(SCENES)) as daemon:
+            self.assertEqual(daemon.request("POST", "/v1/render", textured("assets/tile.png")).status, 200)
+
+    def test_taken_away_from_accepted_jobs_fails_them_with_the_reason(self):
+        with Daemon("--assets", str(SCENES), "--jobs", "1") as daemon:
+            first = daemon.submit(long_scene())
+            daemon.wait_for_state(first, "running")
+            job_id = daemon.submit(textured("assets/tile.png"))
+            daemon.kill()
+            daemon.options = ("--jobs", "1")
+            daemon.start()
+            daemon.request("POST", f"/v1/jobs/{first}/cancel")
+            job = daemon.wait_for_end(job_id)
+            self.assertEqual((job["state"], job["problem"]["code"]), ("failed", "bad_scene"))
+            self.assertEqual(job["problem"]["errors"][0]["pointer"], TEXTURE_FILE)
+
+
+if __name__ == "__main__":
+    unittest.main()

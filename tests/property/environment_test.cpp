@@ -1,0 +1,176 @@
+// Textures around the world through the tracer's public mouth: what cameras and mirrors see of them.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/support/scenes.h"
+#include "tracer/compile.h"
+#include "tracer/encode.h"
+#include "tracer/src/math/vec.h"
+
+namespace {
+
+using namespace tracer;
+
+Rendered rendered(const Scene& scene, const Assets& assets) {
+  RenderControl control;
+  const auto compiled = compile(scene, control, assets);
+  if (!compiled) throw std::runtime_error(compiled.error().detail);
+  auto result = render(**compiled, {1}, control);
+  if (!result) throw std::runtime_error(result.error().detail);
+  return std::move(*result);
+}
+
+Texture pictured(Texture::Filter filter) {
+  Texture texture;
+  texture.pattern = ImageTexture{};
+  texture.path = "/background/environment";
+  texture.filter = filter;
+  return texture;
+}
+
+/// An empty scene seen by a panorama camera.
+Scene panorama(const Vec3& up, const Vec3& ahead) {
+  Scene scene = scenes::empty(64);
+  scene.image = {128, 64, {}};
+  scene.camera = {.position = {1, 2, 3}, .look_at = Vec3{1, 2, 3} + ahead, .up = up};
+  scene.camera.type = Camera::Type::panorama;
+  return scene;
+}
+
+TEST(Environment, GivesBackThePanoramaThatItWasMadeOfBitForBit) {
+  for (const auto& [up, ahead] : {std::pair{Vec3{0, 1, 0}, Vec3{0, 0, -1}}, {Vec3{0, 0, 2}, Vec3{1, 0, 0}}}) {
+    Scene world = panorama(up, ahead);
+    world.background.gradient = Gradient{{0.2, 0.4, 1}, {1, 0.5, 0}};
+    world.lights.push_back(scenes::point_light({3, 9, 5}));
+    for (const Vec3& center : {Vec3{6, 2, 1}, {-3, 7, 2}, {1, -2, 9}, {2, 4, -4}})
+      scenes::add(world, Sphere{center, 1.5}, scenes::matte({0.1 * center.y + 0.5, 0.5, 0.2}));
+    const Image seen = scenes::render(world).image;
+    const auto file = encode(seen, Format::exr);
+    ASSERT_TRUE(file);
+    for (const auto filter : {Texture::Filter::nearest, Texture::Filter::bilinear, Texture::Filter::mipmap}) {
+      Scene again = panorama(up, ahead);
+      again.textures = {pictured(filter)};
+      again.assets = {{"world.exr", "/background/environment/file"}};
+      again.background.environment = Environment{};
+      const Image back = rendered(again, {{*file}}).image;
+      if (filter == Texture::Filter::nearest) {
+        EXPECT_EQ(back.rgb, seen.rgb);
+      } else if (filter == Texture::Filter::bilinear) {
+        for (std::size_t i = 0; i < seen.rgb.size(); ++i) ASSERT_NEAR(back.rgb[i], seen.rgb[i], 1e-5) << i;
+      }
+      double difference = 0;  // mipmap mixes with its neighbours towards the poles
+      for (std::size_t i = 0; i < seen.rgb.size(); ++i) difference += std::abs(back.rgb[i] - seen.rgb[i]);
+      EXPECT_LT(difference / static_cast<double>(seen.rgb.size()), 0.01);
+    }
+  }
+}
+
+TEST(Environment, TurnsThePanoramaByItsRotation) {
+  Texture picture = pictured(Texture::Filter::nearest);
+  Image image;
+  image.width = 128;
+  image.height = 64;
+  for (std::uint32_t i = 0; i < 128 * 64; ++i) {
+    const std::uint32_t column = i % 128, row = i / 128;
+    image.rgb.insert(image.rgb.end(), {static_cast<float>(column), static_cast<float>(row), 1});
+  }
+  const auto file = encode(image, Format::exr);
+  Scene scene = panorama({0, 1, 0}, {0, 0, -1});
+  scene.textures = {picture};
+  scene.assets = {{"numbers.exr", "/background/environment/file"}};
+  scene.background.environment = Environment{{0}, 90};
+  const Image turned = rendered(scene, {{*file}}).image;
+  for (std::uint32_t x = 0; x < 128; ++x) {
+    EXPECT_EQ(turned.pixel(x, 20)[0], static_cast<float>((x + 32) % 128)) << "a quarter of the picture to the left";
+    EXPECT_EQ(turned.pixel(x, 20)[1], 20);
+  }
+}
+
+TEST(Environment, OfOneColourIsTheConstantBackground) {
+  Scene scene = scenes::random(3, 32);
+  const Color color{0.5, 0.25, 2};
+  scene.background = {.color = color};
+  const Rendered plain = scenes::render(scene);
+  Texture texture;
+  texture.pattern = CheckerTexture{{color, color}};
+  texture.filter = Texture::Filter::nearest;
+  scene.textures.push_back(texture);
+  const TextureId last{static_cast<std::uint32_t>(scene.textures.size() - 1)};
+  scene.background.environment = Environment{last, 12};
+  EXPECT_EQ(scenes::render(scene).image.rgb, plain.image.rgb);
+  scene.background.environment.reset();
+  scene.background.cube = CubeMap{{last, last, last, last, last, last}};
+  const Rendered cube = scenes::render(scene);
+  EXPECT_EQ(cube.image.rgb, plain.image.rgb);
+  EXPECT_EQ(cube.statistics.rays.reflection, plain.statistics.rays.reflection);
+  EXPECT_EQ(cube.statistics.rays.shadow, plain.statistics.rays.shadow);
+}
+
+/// At the image position of a mirror ball's normal n, an orthographic camera sees the direction d - 2 (d.n) n.
+TEST(Environment, IsMirroredByABallAsTheReflectedDirectionSaysIt) {
+  Scene scene = scenes::empty(65);
+  scene.camera = {.position = {0, 0, 5}, .look_at = {}, .height = 2};
+  scene.camera.type = Camera::Type::orthographic;
+  Texture gradient;
+  gradient.pattern = GradientTexture{{Color{1, 0, 0}, Color{0, 0, 1}}};
+  gradient.filter = Texture::Filter::nearest;
+  scene.textures = {gradient};
+  scene.background.environment = Environment{};
+  scenes::add(scene, Sphere{{}, 1}, scenes::mirror());
+  const Image image = scenes::render(scene).image;
+  for (std::uint32_t y = 0; y < 65; ++y)
+    for (std::uint32_t x = 0; x < 65; ++x) {
+      const double nx = (x + 0.5) * 2 / 65 - 1, ny = 1 - (y + 0.5) * 2 / 65, across = nx * nx + ny * ny;
+      if (across > 0.98) continue;
+      const double mirrored_up = 2 * std::sqrt(1 - across) * ny;
+      EXPECT_NEAR(image.pixel(x, y)[2], 0.5 + std::asin(mirrored_up) / std::numbers::pi, 1e-6) << x << " " << y;
+    }
+}
+
+TEST(Environment, IsSeenNarrowerByMoreSamples) {
+  // A checker far finer than a pixel: its mean however many samples, not noise.
+  Scene scene = panorama({0, 1, 0}, {0, 0, -1});
+  Texture checker;
+  checker.pattern = CheckerTexture{{Color{1, 1, 1}, Color{}}};
+  checker.scale = {4096, 2048};
+  scene.textures = {checker};
+  scene.background.environment = Environment{};
+  for (const float channel : scenes::render(scene).image.rgb) EXPECT_NEAR(channel, 0.5, 0.02);
+  EXPECT_TRUE(requirements(scene).environment && requirements(scene).filtered_textures);
+  EXPECT_FALSE(requirements(scene).textures) << "of surfaces";
+}
+
+TEST(Cube, ShowsACameraItsSixColours) {
+  Scene scene = scenes::empty(9);
+  scene.background.cube.emplace();
+  const Color colors[] = {{1, 0, 0}, {0, 1, 1}, {0, 1, 0}, {1, 0, 1}, {0, 0, 1}, {1, 1, 0}};
+  const Vec3 axes[] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+  for (std::uint32_t face = 0; face < 6; ++face) {
+    Texture texture;
+    texture.pattern = CheckerTexture{{colors[face], colors[face]}};
+    scene.textures.push_back(texture);
+    scene.background.cube->faces[face] = {face};
+  }
+  for (std::size_t face = 0; face < 6; ++face) {
+    scene.camera = {.position = {}, .look_at = axes[face], .up = {0.1, 1, 0.2}, .fov_deg = 50};
+    const Image image = scenes::render(scene).image;
+    for (std::size_t i = 0; i < image.rgb.size(); i += 3)
+      ASSERT_EQ((Color{image.rgb[i], image.rgb[i + 1], image.rgb[i + 2]}), colors[face]) << face;
+  }
+}
+
+TEST(Environment, WhoseFileIsNoPictureIsABadAssetWithItsPlace) {
+  Scene scene = panorama({0, 1, 0}, {0, 0, -1});
+  scene.textures = {pictured(Texture::Filter::mipmap)};
+  scene.assets = {{"sky.txt", "/background/environment/file"}};
+  scene.background.environment = Environment{};
+  RenderControl control;
+  const auto compiled = compile(scene, control, {{{'s', 'k', 'y'}}});
+  ASSERT_FALSE(compiled);
+  EXPECT_EQ(compiled.error().code, Failure::Code::bad_asset);
+  EXPECT_EQ(compiled.error().pointer, "/background/environment/file");
+}
+
+}  // namespace

@@ -1,0 +1,98 @@
+// Model only what a scene requires: the picture does not tell which integrator made it, and rays are exactly those that
+// the scene asks for.
+#include <gtest/gtest.h>
+
+#include "tests/support/effort.h"
+#include "tests/support/scenes.h"
+#include "tracer/src/compiled_scene.h"
+#include "tracer/src/integrator/model.h"
+
+namespace {
+
+using namespace tracer;
+
+std::shared_ptr<const CompiledScene> compiled(const Scene& scene) {
+  RenderControl control;
+  return *compile(scene, control);
+}
+
+Rendered rendered(const CompiledScene& scene) {
+  RenderControl control;
+  return *render(scene, {}, control);
+}
+
+/// Needs everything that can be modelled in vain; a lens and many lights are other pictures.
+void require_everything(CompiledScene& scene) {
+  for (const RequirementName& name : requirement_names)
+    if (name.needed != &Requirements::lens && name.needed != &Requirements::many_lights)
+      scene.needs.*name.needed = true;
+}
+
+/// Without textures and glass: what the classic integrator takes, whatever else the scene has.
+Scene simplified(Scene scene) {
+  for (Material& material : scene.materials) {
+    if (std::holds_alternative<TextureId>(material.color)) material.color = Color{0.3, 0.5, 0.7};
+    material.transmission = 0;
+  }
+  return scene;
+}
+
+TEST(AnIntegrator, ThatModelsEverythingGivesTheBitsOfTheOneThatTheSceneRequires) {
+  std::uint64_t classic = 0, full = 0;
+  for (std::uint64_t seed = 0; seed < effort::cases(300); ++seed) {
+    const Scene random = scenes::random(seed, 24);
+    const Scene scene = seed % 2 == 0 ? random : simplified(random);
+    const auto required = compiled(scene), everything = compiled(scene);
+    // compile made it, and no one else looks at it.
+    require_everything(const_cast<CompiledScene&>(*everything));
+    ++(suffices<ClassicModel>(required->needs) ? classic : full);
+    ASSERT_FALSE(suffices<ClassicModel>(everything->needs));
+    const Rendered one = rendered(*required), other = rendered(*everything);
+    ASSERT_EQ(one.image.rgb, other.image.rgb) << seed;
+    ASSERT_EQ(one.statistics, other.statistics) << seed;
+  }
+  EXPECT_GT(classic, 0u);
+  EXPECT_GT(full, 0u);
+}
+
+TEST(AnIntegrator, IsTheClassicOneForWhittedsSceneWithoutItsTextureAndTheFullOneOtherwise) {
+  Scene scene = scenes::empty(4);
+  scenes::add(scene, Sphere{{0, 0, 0}, 1}, scenes::glass());
+  EXPECT_TRUE(suffices<ClassicModel>(requirements(scene)));
+  scene.output.alpha = true;
+  EXPECT_FALSE(suffices<ClassicModel>(requirements(scene)));
+}
+
+TEST(RequirementNames, AreAllThereAre) {
+  // A requirement without a name would be neither told nor looked at when the integrator is chosen.
+  Requirements all;
+  for (const RequirementName& name : requirement_names) all.*name.needed = true;
+  const auto* bytes = reinterpret_cast<const unsigned char*>(&all);
+  for (std::size_t i = 0; i < sizeof(Requirements); ++i) EXPECT_EQ(bytes[i], 1) << "member " << i;
+}
+
+TEST(RequirementReasons, AreOneForEachRequirementThatHoldsAndPointAtWhatNeedsIt) {
+  Scene scene = scenes::empty(4);
+  scene.lights = {scenes::point_light({0, 5, 0})};
+  scene.lights[0].shadows = false;
+  scene.lights.push_back(scene.lights[0]);
+  scene.lights[1].shadows = true;
+  Material mirror = scenes::mirror(0.5);
+  mirror.diffuse = 1;
+  mirror.path = "/materials/mirror";
+  scenes::add(scene, Plane{{0, -1, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
+  scenes::add(scene, Sphere{{0, 0, 0}, 1}, mirror);
+  std::vector<RequirementReason> reasons;
+  const Requirements needs = requirements(scene, &reasons);
+  std::vector<std::string> told;
+  for (const RequirementName& name : requirement_names)
+    for (const RequirementReason& reason : reasons)
+      if (reason.needed == name.needed) {
+        EXPECT_TRUE(needs.*name.needed);
+        told.push_back(std::string(name.name) + " " + reason.pointer);
+      }
+  EXPECT_EQ(told, (std::vector<std::string>{"reflection /materials/mirror", "shadows /lights/1", "spheres /objects/1",
+                                            "planes /objects/0"}));
+}
+
+}  // namespace

@@ -1,0 +1,108 @@
+// One triangle under flat, smooth and Gouraud shading, each pixel beside the formula by hand.
+#include <gtest/gtest.h>
+
+#include "tests/support/pixel_ray.h"
+#include "tests/support/reference_optics.h"
+#include "tests/support/scenes.h"
+
+namespace {
+
+using oracle::Real;
+using oracle::Vec;
+using namespace tracer;
+
+const std::array<Vec3, 3> corners{Vec3{-1, -1, 0}, {1.2, -0.8, 0.1}, {0.1, 1.1, -0.1}};
+const std::array<Vec3, 3> normals{Vec3{-0.5, -0.3, 1}, {0.6, -0.2, 1}, {0, 0.7, 1}};
+
+Scene lit_triangle(Material::Shading shading) {
+  Scene scene = scenes::empty(64);
+  scene.camera = {{0.2, 0.1, 4}, {0, 0, 0}, {0, 1, 0}, 30};
+  scene.lights = {scenes::point_light({2, 1.5, 2}), scenes::directional_light({1, -1, -2}, {0.2, 0.2, 0.2})};
+  for (Light& light : scene.lights) light.shadows = false;
+  Material material = scenes::matte({0.6, 0.6, 0.6});
+  material.model = Material::Model::phong;
+  material.specular = 0.5;
+  material.shininess = 12;
+  material.shading = shading;
+  scenes::add(scene, Triangle{corners, normals, {}}, material);
+  return scene;
+}
+
+/// I_local at a place with a unit normal, as the formula of scene.h says; `seen` is the place towards which the eye
+/// looks.
+Real local(const Scene& scene, const Vec& seen, const Vec& place, const Vec& normal) {
+  const Material& material = scene.materials[0];
+  const Vec to_eye = unit(Vec(scene.camera.position) - seen);
+  Real sum = 0;
+  for (const Light& light : scene.lights) {
+    const auto* point = std::get_if<PointLight>(&light.source);
+    const Vec to_light = point != nullptr ? unit(Vec(point->position) - place)
+                                          : -unit(Vec(std::get<DirectionalLight>(light.source).direction));
+    const Real n_l = dot(normal, to_light);
+    if (n_l <= 0) continue;
+    sum +=
+        light.color.r * (0.6L * n_l + Real(material.specular) * oracle::highlight(material, normal, to_light, to_eye));
+  }
+  return sum;
+}
+
+/// Weights of the corners where the pixel's ray meets the triangle's plane (Cramer's rule).
+std::array<Real, 3> weights(const Scene& scene, std::uint32_t x, std::uint32_t y) {
+  const Vec o = scene.camera.position, d = oracle::through(scene, x, y);
+  const Vec a = corners[0], e1 = Vec(corners[1]) - a, e2 = Vec(corners[2]) - a, s = o - a;
+  const Real volume = dot(cross(d, e2), e1);
+  const Real u = dot(cross(d, e2), s) / volume, v = dot(cross(s, e1), d) / volume;
+  return {1 - u - v, u, v};
+}
+
+template <class Expected>
+void expect_shading(Material::Shading shading, const Expected& expected) {
+  const Scene scene = lit_triangle(shading);
+  const Image image = scenes::render(scene).image;
+  int inside = 0;
+  for (std::uint32_t y = 0; y < 64; ++y)
+    for (std::uint32_t x = 0; x < 64; ++x) {
+      const auto w = weights(scene, x, y);
+      const Real margin = std::fmin(w[0], std::fmin(w[1], w[2]));
+      if (std::fabs(margin) < 1e-5L) continue;  // on an edge
+      inside += margin > 0 ? 1 : 0;
+      // The corners are floats of the trace frame.
+      const Real value = margin > 0 ? expected(scene, w) : 0;
+      ASSERT_NEAR(image.pixel(x, y)[0], static_cast<double>(value), 1e-6) << x << " " << y;
+    }
+  EXPECT_GT(inside, 500);
+}
+
+Vec place_of(const std::array<Real, 3>& w) {
+  return w[0] * Vec(corners[0]) + w[1] * Vec(corners[1]) + w[2] * Vec(corners[2]);
+}
+
+TEST(FlatShading, UsesTheFacesNormal) {
+  const Vec face = unit(cross(Vec(corners[1]) - Vec(corners[0]), Vec(corners[2]) - Vec(corners[0])));
+  expect_shading(Material::Shading::flat,
+                 [&](const Scene& scene, const auto& w) { return local(scene, place_of(w), place_of(w), face); });
+}
+
+TEST(SmoothShading, InterpolatesNormalsAndMakesThemUnit) {
+  expect_shading(Material::Shading::smooth, [](const Scene& scene, const auto& w) {
+    // From the surface that the normals suggest, where that lies outside the face: the mean of the corners' planes.
+    Vec lit = place_of(w), normal;
+    const Vec place = lit;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vec n = oracle::unit(normals[i]);
+      normal = normal + w[i] * n;
+      lit = lit - (w[i] * std::fmin(0.0L, dot(place - Vec(corners[i]), n))) * n;
+    }
+    return local(scene, place, lit, oracle::unit(normal));
+  });
+}
+
+TEST(GouraudShading, InterpolatesTheLightOfTheCorners) {
+  expect_shading(Material::Shading::gouraud, [](const Scene& scene, const auto& w) {
+    Real sum = 0;
+    for (std::size_t i = 0; i < 3; ++i) sum += w[i] * local(scene, corners[i], corners[i], oracle::unit(normals[i]));
+    return sum;
+  });
+}
+
+}  // namespace

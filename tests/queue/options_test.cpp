@@ -1,0 +1,27 @@
+/// The worker's command line, as the daemon writes it and the worker reads it.
+
+#include "server/worker/options.h"
+
+#include <gtest/gtest.h>
+
+using worker::arguments_of;
+using worker::Options;
+using worker::parse_options;
+
+TEST(WorkerOptions, ComeOutAsTheyWentIn) {
+  const Options options{7, {"/a folder/with = and --slots", 123, 1ull << 40}};
+  const std::vector<std::string> arguments = arguments_of(options);
+  EXPECT_EQ(parse_options({arguments.begin(), arguments.end()}), options);
+  const std::vector<std::string> plain = arguments_of({});
+  EXPECT_EQ(parse_options({plain.begin(), plain.end()}), Options{});
+}
+
+TEST(WorkerOptions, AreNothingElse) {
+  using Arguments = std::vector<std::string_view>;
+  for (const Arguments& arguments :
+       {Arguments{}, Arguments{"--slots"}, Arguments{"--slots", "0"}, Arguments{"--slots", "4097"},
+        Arguments{"--slots", "-1"}, Arguments{"--slots", "2x"}, Arguments{"--slots", ""}, Arguments{"--help", "2"},
+        Arguments{"--slots", "2", "--assets"}, Arguments{"--objects", "-1"}, Arguments{"--triangles", "1e6"}}) {
+    EXPECT_EQ(parse_options(arguments), std::nullopt) << testing::PrintToString(arguments);
+  }
+}

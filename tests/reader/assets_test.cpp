@@ -1,0 +1,90 @@
+/// Names of files, and the step that loads what they name.
+
+#include <gtest/gtest.h>
+
+#include "api/load_assets.h"
+#include "tests/reader/reading.h"
+
+namespace {
+
+using reader_tests::accepted;
+using reader_tests::document_with;
+using reader_tests::outcome;
+using Issues = std::vector<std::string>;
+
+std::string textures_of(const Issues& names) {
+  std::string members;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    members += (i == 0 ? "\"" : ", \"") + std::to_string(i) + R"(": {"file": ")" + names[i] + "\"}";
+  return document_with("\"textures\": {" + members + "}");
+}
+
+Issues verdict(const std::string& name, api::Files files) {
+  api::Limits limits;
+  limits.files = files;
+  return outcome(textures_of({name}), limits);
+}
+
+TEST(AssetNames, BelowAFolderAreMadeOfPlainNamesBetweenSlashes) {
+  for (const char* name : {"a", "a.png", "a/b c/d", "...", "..a/b..", ".hidden", "caf\xc3\xa9.png", "a:b"})
+    EXPECT_EQ(verdict(name, api::Files::below_a_folder), Issues{"accepted"}) << name;
+  for (const char* name : {"..", ".", "/", "/a", "a/", "a//b", "../a", "a/..", "a/../b", "./a", "a/./b", "a/.",
+                           R"(a\\b)", R"(..\\a)", R"(\u002e\u002e/a)", R"(a\u0000)", ""})
+    EXPECT_EQ(verdict(name, api::Files::below_a_folder), Issues{"/textures/0/file malformed"}) << name;
+}
+
+TEST(AssetNames, OfTheCommandLineLeadAnywhere) {
+  for (const char* name : {"..", "/a", "../a", "a//b", R"(a\\b)"})
+    EXPECT_EQ(verdict(name, api::Files::anywhere), Issues{"accepted"}) << name;
+}
+
+TEST(AssetNames, HaveALongestLengthAndNoHashes) {
+  for (const api::Files files : {api::Files::anywhere, api::Files::below_a_folder}) {
+    EXPECT_EQ(verdict(std::string(4096, 'a'), files), Issues{"accepted"});
+    EXPECT_EQ(verdict(std::string(4097, 'a'), files), Issues{"/textures/0/file limit_exceeded"});
+    EXPECT_EQ(verdict("sha256:00", files), Issues{"/textures/0/file unsupported"});
+  }
+}
+
+TEST(LoadAssets, AsksForEachFileOnceAndKeepsTheirOrder) {
+  tracer::Scene scene = accepted(textures_of({"b", "a", "b", "c"})).scene;
+  Issues asked;
+  const auto assets = api::load_assets(scene,
+                                       [&](const std::string& name) -> api::AssetBytes {
+                                         asked.push_back(name);
+                                         return std::vector<std::uint8_t>(name.begin(), name.end());
+                                       },
+                                       {});
+  ASSERT_TRUE(assets);
+  EXPECT_EQ(asked, (Issues{"b", "a", "c"}));
+  EXPECT_EQ(assets->bytes, (std::vector<std::vector<std::uint8_t>>{{'b'}, {'a'}, {'c'}}));
+}
+
+TEST(LoadAssets, TellsOfEachFileThatCannotBeHadWhereItIsNamedFirst) {
+  tracer::Scene scene = accepted(textures_of({"b", "a", "b", "c"})).scene;
+  const auto assets = api::load_assets(scene,
+                                       [](const std::string& name) -> api::AssetBytes {
+                                         if (name == "a") return std::vector<std::uint8_t>();
+                                         return std::string("is gone");
+                                       },
+                                       {});
+  ASSERT_FALSE(assets);
+  ASSERT_EQ(assets.error().size(), 2u);
+  EXPECT_EQ(assets.error()[0].pointer + " " + assets.error()[0].code, "/textures/0/file bad_asset");
+  EXPECT_EQ(assets.error()[0].detail, "b: is gone");
+  EXPECT_EQ(assets.error()[1].detail, "c: is gone");
+  EXPECT_EQ(assets.error()[1].pointer, "/textures/3/file");
+}
+
+TEST(CheckAssets, TellsOfAThousandAndCountsTheRest) {
+  Issues names;
+  for (int i = 0; i < 1003; ++i) names.push_back("f" + std::to_string(i));
+  const tracer::Scene scene = accepted(textures_of(names)).scene;
+  const auto issues =
+      api::check_assets(scene, [](const std::string& name) { return name == "f0" ? "" : "no such file"; });
+  ASSERT_EQ(issues.size(), 1001u);
+  EXPECT_EQ(issues[999].detail, "f1000: no such file");
+  EXPECT_EQ(issues[1000].code + ": " + issues[1000].detail, "too_many_issues: and 2 more");
+}
+
+}  // namespace

@@ -1,0 +1,178 @@
+/// What a document means where it says nothing, and the four ways to write a colour.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <variant>
+
+#include "tests/reader/reading.h"
+
+namespace {
+
+using reader_tests::accepted;
+using reader_tests::document_with;
+using reader_tests::document_with_object;
+using tracer::Color;
+using tracer::Vec2;
+using tracer::Vec3;
+
+tracer::Material material_of(const std::string& members) {
+  const auto document = accepted(document_with(R"("materials": {"m": {)" + members + "}}"));
+  return document.scene.materials.empty() ? tracer::Material{} : document.scene.materials[0];
+}
+
+Color ambient_of(const std::string& color) { return accepted(document_with(R"("ambient": )" + color)).scene.ambient; }
+
+void expect_near(const Color& seen, const Color& expected) {
+  EXPECT_NEAR(seen.r, expected.r, 1e-12);
+  EXPECT_NEAR(seen.g, expected.g, 1e-12);
+  EXPECT_NEAR(seen.b, expected.b, 1e-12);
+}
+
+TEST(Defaults, AreThoseOfTheSceneHeader) {
+  const tracer::Scene scene = accepted(document_with()).scene;
+  const tracer::Scene expected;
+  EXPECT_EQ(scene.name, "");
+  EXPECT_EQ(scene.image.width, 640u);
+  EXPECT_EQ(scene.image.height, 480u);
+  EXPECT_EQ(scene.camera.up, (Vec3{0, 1, 0}));
+  EXPECT_EQ(scene.camera.fov_deg, 45);
+  EXPECT_EQ(scene.background.color, Color{});
+  EXPECT_EQ(scene.ambient, Color{});
+  EXPECT_TRUE(scene.lights.empty() && scene.textures.empty() && scene.materials.empty() && scene.objects.empty());
+  EXPECT_EQ(scene.accuracy.samples, expected.accuracy.samples);
+  EXPECT_EQ(scene.accuracy.max_depth, expected.accuracy.max_depth);
+  EXPECT_EQ(scene.accuracy.cutoff, expected.accuracy.cutoff);
+  EXPECT_EQ(scene.accuracy.seed, 0u);
+  EXPECT_EQ(scene.output.formats, std::vector{tracer::Format::png});
+}
+
+TEST(Defaults, OfAJobAreMiddlePriorityAndThreeAttempts) {
+  const api::JobRequest job = accepted(document_with()).job;
+  EXPECT_EQ(job.priority, 50);
+  EXPECT_EQ(job.max_attempts, 3);
+  EXPECT_TRUE(job.labels.empty());
+}
+
+TEST(Defaults, OfALightAreWhiteShadowsAndNoAttenuation) {
+  const auto scene = accepted(document_with(R"("lights": [{"type": "point", "position": [1, 2, 3]}])")).scene;
+  ASSERT_EQ(scene.lights.size(), 1u);
+  const tracer::Light& light = scene.lights[0];
+  EXPECT_EQ(light.color, (Color{1, 1, 1}));
+  EXPECT_EQ(light.intensity, 1);
+  EXPECT_TRUE(light.shadows);
+  EXPECT_EQ(light.attenuation.kind, tracer::Attenuation::Kind::none);
+}
+
+TEST(Defaults, OfAMaterialAreThoseOfTheSceneHeader) {
+  const tracer::Material seen = material_of("");
+  EXPECT_EQ(seen.model, tracer::Material::Model::phong);
+  EXPECT_EQ(std::get<Color>(seen.color), (Color{0.8, 0.8, 0.8}));
+  EXPECT_EQ(seen.ambient, 1);
+  EXPECT_EQ(seen.diffuse, 1);
+  EXPECT_EQ(seen.specular, 0);
+  EXPECT_EQ(seen.shininess, 32);
+  EXPECT_EQ(seen.specular_color, (Color{1, 1, 1}));
+  EXPECT_EQ(seen.emission, Color{});
+  EXPECT_EQ(seen.reflection, 0);
+  EXPECT_EQ(seen.reflection_color, (Color{1, 1, 1}));
+  EXPECT_EQ(seen.transmission, 0);
+  EXPECT_EQ(seen.transmission_color, (Color{1, 1, 1}));
+  EXPECT_EQ(seen.ior, 1.5);
+  EXPECT_FALSE(seen.fresnel);
+  EXPECT_EQ(seen.transparency, tracer::Material::Transparency::refract);
+  EXPECT_EQ(seen.priority, 0);
+  EXPECT_EQ(seen.absorption, Color{});
+  EXPECT_EQ(seen.shading, tracer::Material::Shading::smooth);
+  EXPECT_EQ(seen.path, "/materials/m");
+}
+
+TEST(Defaults, OfRoundShapesAreClosedAndPointed) {
+  const auto disc =
+      accepted(document_with_object("disc", R"("center": [0,0,0], "normal": [0,1,0], "radius": 1)")).scene;
+  ASSERT_EQ(disc.objects.size(), 1u);
+  EXPECT_EQ(std::get<tracer::Disc>(disc.objects[0].shape).inner_radius, 0);
+  EXPECT_FALSE(std::get<tracer::Disc>(disc.objects[0].shape).u_axis);
+  const auto cylinder =
+      accepted(document_with_object("cylinder", R"("from": [0,0,0], "to": [0,1,0], "radius": 1)")).scene;
+  ASSERT_EQ(cylinder.objects.size(), 1u);
+  EXPECT_TRUE(std::get<tracer::Cylinder>(cylinder.objects[0].shape).caps);
+  const auto cone = accepted(document_with_object("cone", R"("apex": [0,1,0], "base": [0,0,0], "radius": 1)")).scene;
+  ASSERT_EQ(cone.objects.size(), 1u);
+  EXPECT_TRUE(std::get<tracer::Cone>(cone.objects[0].shape).caps);
+  EXPECT_EQ(std::get<tracer::Cone>(cone.objects[0].shape).apex_radius, 0);
+}
+
+TEST(Defaults, OfShapesAreTheirConventionalAxes) {
+  const auto sphere = accepted(document_with_object("sphere", R"("center": [0,0,0], "radius": 1)")).scene;
+  ASSERT_EQ(sphere.objects.size(), 1u);
+  EXPECT_EQ(std::get<tracer::Sphere>(sphere.objects[0].shape).axis, (Vec3{0, 1, 0}));
+  EXPECT_EQ(std::get<tracer::Sphere>(sphere.objects[0].shape).meridian, (Vec3{1, 0, 0}));
+  const auto plane = accepted(document_with_object("plane", R"("point": [0,0,0], "normal": [0,1,0])")).scene;
+  ASSERT_EQ(plane.objects.size(), 1u);
+  EXPECT_FALSE(std::get<tracer::Plane>(plane.objects[0].shape).u_axis);
+  const auto triangle = accepted(document_with_object("triangle", R"("vertices": [[0,0,0],[1,0,0],[0,1,0]])")).scene;
+  ASSERT_EQ(triangle.objects.size(), 1u);
+  EXPECT_FALSE(std::get<tracer::Triangle>(triangle.objects[0].shape).normals);
+  EXPECT_FALSE(std::get<tracer::Triangle>(triangle.objects[0].shape).uvs);
+  const auto mesh =
+      accepted(document_with_object("mesh", R"("positions": [[0,0,0],[1,0,0],[0,1,0]], "triangles": [[0,1,2]])")).scene;
+  ASSERT_EQ(mesh.objects.size(), 1u);
+  EXPECT_FALSE(std::get<tracer::Mesh>(mesh.objects[0].shape).smooth);
+  EXPECT_TRUE(std::get<tracer::Mesh>(mesh.objects[0].shape).normals.empty());
+  EXPECT_TRUE(std::get<tracer::Mesh>(mesh.objects[0].shape).uvs.empty());
+}
+
+TEST(Colors, AreReadInAllFourForms) {
+  EXPECT_EQ(ambient_of("[0.5, 2, 0]"), (Color{0.5, 2, 0}));
+  EXPECT_EQ(ambient_of("3"), (Color{3, 3, 3}));
+  EXPECT_EQ(ambient_of(R"("#FF00ff")"), (Color{1, 0, 1}));
+  expect_near(ambient_of(R"({"hsb": [0, 1, 1]})"), {1, 0, 0});
+}
+
+TEST(Colors, AsTextAreDecodedFromSrgb) {
+  // IEC 61966-2-1 at both branches: 10/255 is on the straight part, 0xBC encodes about one half.
+  expect_near(ambient_of(R"("#0a0a0a")"), {10 / 255.0 / 12.92, 10 / 255.0 / 12.92, 10 / 255.0 / 12.92});
+  EXPECT_NEAR(ambient_of(R"("#bc0000")").r, 0.5028864580325687, 1e-12);
+  EXPECT_NEAR(ambient_of(R"("#c03020")").g, 0.0295568344378088, 1e-12);
+}
+
+TEST(Colors, AsHueSaturationBrightnessGoThroughSrgb) {
+  expect_near(ambient_of(R"({"hsb": [120, 1, 1]})"), {0, 1, 0});
+  expect_near(ambient_of(R"({"hsb": [240, 1, 1]})"), {0, 0, 1});
+  expect_near(ambient_of(R"({"hsb": [60, 1, 1]})"), {1, 1, 0});
+  const double half = std::pow((0.5 + 0.055) / 1.055, 2.4);
+  expect_near(ambient_of(R"({"hsb": [200, 0, 0.5]})"), {half, half, half});
+  expect_near(ambient_of(R"({"hsb": [0, 0.5, 1]})"), {1, half, half});
+  expect_near(ambient_of(R"({"hsb": [30, 1, 1]})"), {1, half, 0});
+}
+
+TEST(Colors, HaveHuesThatGoRound) {
+  expect_near(ambient_of(R"({"hsb": [-120, 1, 1]})"), {0, 0, 1});
+  expect_near(ambient_of(R"({"hsb": [480, 1, 1]})"), {0, 1, 0});
+  expect_near(ambient_of(R"({"hsb": [360, 1, 1]})"), {1, 0, 0});
+}
+
+TEST(Materials, ThatTransmitReflectByFresnelUnlessToldOtherwise) {
+  const tracer::Material glass = material_of(R"("transmission": 0.5)");
+  EXPECT_TRUE(glass.fresnel);
+  EXPECT_EQ(glass.reflection, 1);
+  const tracer::Material dull = material_of(R"("transmission": 0.5, "reflection": 0.25)");
+  EXPECT_TRUE(dull.fresnel);
+  EXPECT_EQ(dull.reflection, 0.25);
+  const tracer::Material plain = material_of(R"("fresnel": false, "transmission": 0.5)");
+  EXPECT_FALSE(plain.fresnel);
+  EXPECT_EQ(plain.reflection, 0);
+  for (const char* transparency : {"interpolated", "filtered"}) {
+    const tracer::Material thin =
+        material_of(R"("transmission": 0.5, "transparency": ")" + std::string(transparency) + "\"");
+    EXPECT_FALSE(thin.fresnel) << transparency;
+    EXPECT_EQ(thin.reflection, 0) << transparency;
+  }
+  const tracer::Material lacquer = material_of(R"("fresnel": true)");
+  EXPECT_TRUE(lacquer.fresnel);
+  EXPECT_EQ(lacquer.reflection, 1);
+}
+
+}  // namespace

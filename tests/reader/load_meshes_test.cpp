@@ -1,0 +1,120 @@
+/// Meshes of files: from the document's field to a mesh like any other.
+
+#include "api/load_meshes.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/reader/gltf_files.h"
+#include "tests/reader/reading.h"
+
+namespace {
+
+using mesh_files::bytes_of;
+using mesh_files::corners;
+using mesh_files::pyramid;
+
+/// A scene of one object for each name, the first two smooth, and a prototype that has the first name too.
+tracer::Scene scene_of(const std::vector<std::string>& names) {
+  std::string objects;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    objects += (i == 0 ? "" : ", ") + (R"({"type": "mesh", "material": {}, "file": ")" + names[i]) +
+               (i < 2 ? R"(", "smooth": true})" : "\"}");
+  const std::string prototype = R"([{"type": "mesh", "material": {}, "file": ")" + names[0] + "\"}]";
+  return reader_tests::accepted(
+             reader_tests::document_with("\"objects\": [" + objects + R"(], "prototypes": {"it": )" + prototype + "}"))
+      .scene;
+}
+
+const tracer::Mesh& mesh_of(const tracer::Object& object) { return std::get<tracer::Mesh>(object.shape); }
+
+std::vector<tracer::Vec3> positions_of(const tracer::Mesh& mesh) {
+  std::vector<tracer::Vec3> positions;
+  for (const mesh_files::Corner& corner : corners(mesh)) positions.push_back(corner.position);
+  return positions;
+}
+
+std::string told(const std::vector<tracer::Issue>& issues) {
+  std::string lines;
+  for (const tracer::Issue& issue : issues) lines += issue.pointer + " " + issue.code + " " + issue.detail + "\n";
+  return lines;
+}
+
+TEST(EveryField, OfMeshesOfFilesIsRead) {
+  const tracer::Scene scene =
+      reader_tests::accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field_of_files.json"))
+          .scene;
+  ASSERT_EQ(scene.assets.size(), 2u) << "a file named twice is one asset";
+  const tracer::Mesh &smooth = mesh_of(scene.objects.at(0)), &plain = mesh_of(scene.objects.at(1));
+  EXPECT_EQ(scene.assets.at(smooth.file.value().index).name, "assets/cup.obj");
+  EXPECT_EQ(scene.assets.at(smooth.file.value().index).path, "/objects/0/file");
+  EXPECT_EQ(plain.file, smooth.file);
+  EXPECT_TRUE(smooth.smooth);
+  EXPECT_FALSE(plain.smooth);
+  EXPECT_EQ(scene.objects[0].transform.value().rows[1][1], 2);
+}
+
+TEST(LoadMeshes, ReadsEveryFormatWhateverItsNameIntoObjectsAndPrototypes) {
+  tracer::Scene scene = scene_of({"a.obj", "b.obj", "c.obj", "d.obj", "e.obj", "a.obj"});
+  ASSERT_EQ(scene.assets.size(), 5u);
+  const tracer::Assets assets{{bytes_of(mesh_files::obj(pyramid())), mesh_files::binary_stl(pyramid()),
+                               mesh_files::ply(pyramid(), mesh_files::PlyEncoding::big_endian, false),
+                               gltf_files::pyramid_glb(), bytes_of(gltf_files::pyramid_gltf())}};
+  EXPECT_EQ(told(api::load_meshes(scene, assets, {})), "");
+  for (std::size_t i = 0; i < 6; ++i) {
+    const tracer::Mesh& mesh = mesh_of(scene.objects[i]);
+    EXPECT_FALSE(mesh.file);
+    EXPECT_EQ(mesh.smooth, i < 2) << i;
+    EXPECT_EQ(mesh.normals.empty(), i == 1) << "STL has none";
+    EXPECT_EQ(positions_of(mesh), positions_of(pyramid())) << i;
+    if (i == 1) continue;
+    EXPECT_EQ(corners(mesh), corners(pyramid())) << i;
+  }
+  EXPECT_EQ(corners(mesh_of(scene.prototypes[0].objects[0])), corners(pyramid()));
+  EXPECT_FALSE(mesh_of(scene.prototypes[0].objects[0]).smooth);
+}
+
+TEST(LoadMeshes, TellsOfEveryBadFileWhereItIsNamedAndWhereInIt) {
+  tracer::Scene scene = scene_of({"a.obj", "b.stl", "c.gltf", "d.ply"});
+  const tracer::Assets assets{
+      {bytes_of("v 0 0 0\nv 1 0\n"), mesh_files::binary_stl(pyramid()), bytes_of("{\"asset\": 1}")}};  // no d.ply
+  EXPECT_EQ(told(api::load_meshes(scene, assets, {})),
+            "/prototypes/it/0/file bad_asset a.obj: line 2: a number is missing\n"
+            "/objects/0/file bad_asset a.obj: line 2: a number is missing\n"
+            "/objects/2/file bad_asset c.gltf: its JSON: must be a glTF file, whose \"asset\" has a \"version\"\n"
+            "/objects/3/file bad_asset d.ply: is empty\n");
+}
+
+TEST(LoadMeshes, HoldsTheSceneToItsLimitsWithWhatTheFilesBring) {
+  const tracer::Assets assets{{mesh_files::binary_stl(pyramid())}};
+  const std::vector<std::string> thrice{"a", "a", "a"};  // and the prototype, which nothing places
+  tracer::Scene fits = scene_of(thrice);
+  EXPECT_EQ(told(api::load_meshes(fits, assets, {.triangles = 24})), "");
+  tracer::Scene large = scene_of(thrice);
+  EXPECT_EQ(told(api::load_meshes(large, assets, {.triangles = 23})),
+            "/objects limit_exceeded the limit triangles is 23, the meshes of files have more\n");
+  tracer::Scene mixed = scene_of({"a"});
+  mixed.objects.push_back({pyramid(), mixed.objects[0].material, {}});
+  EXPECT_EQ(told(api::load_meshes(mixed, assets, {.triangles = 12})), "");
+  tracer::Scene both = scene_of({"a"});
+  for (int i = 0; i < 2; ++i) both.objects.push_back({pyramid(), both.objects[0].material, {}});
+  EXPECT_NE(told(api::load_meshes(both, assets, {.triangles = 12})).find("/objects limit_exceeded"), std::string::npos);
+  tracer::Scene far = scene_of({"a"});
+  far.objects[0].transform = tracer::Transform{{{{1e60, 0, 0, 0}, {0, 1e60, 0, 0}, {0, 0, 1e60, 0}}}};
+  EXPECT_NE(told(api::load_meshes(far, assets, {})).find("coordinate_max"), std::string::npos);
+}
+
+TEST(Validate, AsksOfMeshesOfFilesThatTheAssetIsThereAndNotTooManyAre) {
+  tracer::Scene scene = scene_of({"a", "b", "c"});
+  EXPECT_EQ(told(tracer::validate(scene, {.assets = 3})), "");
+  EXPECT_EQ(told(tracer::validate(scene, {.assets = 2})),
+            "/objects/2/file limit_exceeded the limit assets is 2, got 3\n");
+  scene.assets.resize(2);
+  EXPECT_EQ(told(tracer::validate(scene, {})), "/objects/2/file unknown_reference there is no asset 2\n");
+}
+
+TEST(LoadMeshes, LeavesOtherScenesAsTheyAre) {
+  tracer::Scene scene = reader_tests::accepted(reader_tests::document_with()).scene;
+  EXPECT_EQ(told(api::load_meshes(scene, {}, {})), "");
+}
+
+}  // namespace

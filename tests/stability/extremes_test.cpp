@@ -1,0 +1,211 @@
+// Where tracers break: sizes and distances beyond all reason, self-hits, leaks, mirrors without end, light without
+// bound.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <limits>
+#include <numbers>
+
+#include "tests/stability/table.h"
+#include "tests/support/effort.h"
+#include "tests/support/reference_tracer.h"
+
+namespace {
+
+using namespace tracer;
+using stability::Oracle;
+using stability::Row;
+
+/// Two mirrors that face each other, each glowing, and a pixel that looks from one at the other.
+Scene corridor(double rho, std::uint32_t depth) {
+  Scene scene = scenes::empty(2);
+  scene.camera = {{0, 0, 0.25}, {0, 0, 1}, {0, 1, 0}, 1};
+  Material wall = scenes::mirror(rho);
+  wall.emission = {1, 0.5, 0.25};
+  const MaterialId material = scenes::add(scene, wall);
+  scenes::add(scene, Plane{{0, 0, 0}, {0, 0, 1}, {}}, material);
+  scenes::add(scene, Plane{{0, 0, 1}, {0, 0, -1}, {}}, material);
+  scene.accuracy.max_depth = depth;
+  return scene;
+}
+
+TEST(MirrorCorridor, IsTheGeometricSeriesToAnyDepth) {
+  Row row(21, "mirror corridor: E (1 - rho^(n+1)) / (1 - rho)", Oracle::closed_form, "pixels");
+  for (const double rho : {0.5, 0.9, 0.999, 0.99999})
+    for (const std::uint32_t depth : {0u, 1u, 10u, 1000u, 20'000u}) {
+      const Rendered rendered = stability::render(corridor(rho, depth));
+      const auto expected = static_cast<double>((1 - std::pow(oracle::Real(rho), depth + 1)) / (1 - oracle::Real(rho)));
+      for (int pixel = 0; pixel < 4; ++pixel) {
+        const double off = std::max(std::abs(rendered.image.rgb[3 * pixel] - expected),
+                                    std::abs(rendered.image.rgb[3 * pixel + 1] - expected / 2));
+        row.expect(off <= 1e-7 * expected + 1e-11 * depth, "rho " + std::to_string(rho));
+      }
+      if (std::pow(rho, depth + 1) > 0) {
+        ASSERT_EQ(rendered.statistics.rays.reflection, 4ull * depth);
+        ASSERT_EQ(rendered.statistics.truncated_branches, 4u);
+      }
+    }
+}
+
+/// Largest resident memory this process ever had, in bytes.
+std::uint64_t peak_memory() {
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;)
+    if (word == "VmHWM:") {
+      std::uint64_t kibibytes = 0;
+      status >> kibibytes;
+      return kibibytes * 1024;
+    }
+  return 0;
+}
+
+TEST(MirrorCorridor, TakesNoMemoryByItsDepth) {
+  Row row(21, "mirror corridor of depth 1e6 in 1 MiB", Oracle::conservation, "bounces");
+  Scene scene = corridor(0.999999, 1000);
+  scene.image = {1, 1};
+  stability::render(scene);
+  const std::uint64_t before = peak_memory();
+#ifdef WHITTLE_SANITIZED
+  const std::uint64_t bound = 512u << 20;  // sanitizers keep what is freed
+  scene.accuracy.max_depth = 20'000;
+#else
+  const std::uint64_t bound = 1u << 20;
+  scene.accuracy.max_depth = 1'000'000;
+#endif
+  const Rendered rendered = stability::render(scene);
+  const oracle::Real rho = 0.999999;
+  const oracle::Real expected = (1 - std::pow(rho, scene.accuracy.max_depth + 1.0L)) / (1 - rho);
+  EXPECT_LT(peak_memory(), before + bound);  // the kernel counts in strides: the peak may seem to shrink
+  EXPECT_EQ(rendered.statistics.rays.reflection, scene.accuracy.max_depth);
+  const bool right = std::abs(rendered.image.rgb[0] - expected) <= 1e-6L * expected;
+  row.count(rendered.statistics.rays.reflection, right ? 0 : rendered.statistics.rays.reflection, "its radiance");
+}
+
+// ---- beyond all reason ---------------------------------------------------------------------------------------------
+
+/// The pixels of a picture without a value that is not finite, or is below 0.
+void expect_finite(Row& row, const Rendered& rendered) {
+  EXPECT_EQ(rendered.statistics.non_finite, 0u);
+  for (std::size_t i = 0; i < rendered.image.rgb.size(); i += 3) {
+    bool right = true;
+    for (std::size_t c = i; c < i + 3; ++c) right &= std::isfinite(rendered.image.rgb[c]) && rendered.image.rgb[c] >= 0;
+    row.expect(right);
+  }
+}
+
+TEST(Extremes, OfDistanceEndNoProcessAndGiveFinitePictures) {
+  Row row(0, "cameras, lamps and balls up to 1e60 apart: finite", Oracle::conservation, "pixels");
+  for (double distance = 1e3; distance < 1e60; distance *= 1e4)
+    for (const double size : {1.0, 1e-55}) {
+      SCOPED_TRACE(distance);
+      Scene scene = scenes::empty(3);
+      scene.camera = {{0, 0, distance}, {0, 0, 0}, {0, 1, 0}, 10};
+      scene.ambient = {1, 1, 1};
+      scene.lights = {scenes::directional_light({0, -1, -1}), scenes::point_light({0, 1e60, 0}),
+                      scenes::point_light({0, 0, 0})};
+      scene.lights[2].attenuation.kind = Attenuation::Kind::inverse_square;
+      scene.accuracy.max_depth = 4;
+      Material glossy = scenes::glass();
+      glossy.diffuse = 1;
+      glossy.specular = 1;
+      scenes::add(scene, Sphere{{0, 0, 0}, size}, glossy);
+      scenes::add(scene, scenes::placed(scenes::icosphere(0), size, {size, 0, 0}), MaterialId{0});
+      expect_finite(row, stability::render(scene));
+      scenes::add(scene, Plane{{0, -distance / 2, 0}, {0, 1, 0}, {}}, scenes::mirror(0.5));
+      scenes::add(scene, Plane{{0, distance, 0}, {0, 1, 1e-9}, {}}, MaterialId{0});
+      expect_finite(row, stability::render(scene));
+      scene.objects.erase(scene.objects.begin(), scene.objects.begin() + 2);  // nothing finite: the world is the frame
+      expect_finite(row, stability::render(scene));
+    }
+}
+
+TEST(Extremes, OfPlaceAreFiniteWhereCameraAndLightSitOnInsideAndOneBitOffASurface) {
+  Row row(16, "camera and lamp on, in, 1 ulp off surfaces: finite", Oracle::conservation, "pixels");
+  for (const double at : {1.0, std::nextafter(1.0, 0), std::nextafter(1.0, 2), 0.0, 0.5})
+    for (const double lamp : {1.0, std::nextafter(1.0, 0), std::nextafter(1.0, 2), 0.0, -1.0}) {
+      Scene scene = scenes::empty(16);
+      scene.camera = {{0, at, 0}, {1, at - 0.1, 0.3}, {0, 1, 0}, 120};
+      scene.ambient = {0.1, 0.1, 0.1};
+      scene.lights = {scenes::point_light({0, lamp, 0})};
+      scene.accuracy.max_depth = 5;
+      Material glossy = scenes::glass();
+      glossy.diffuse = glossy.specular = 1;
+      glossy.model = Material::Model::blinn_phong;
+      scenes::add(scene, Sphere{{0, 0, 0}, 1}, glossy);
+      scenes::add(scene, Plane{{0, 1, 0}, {0, 1, 0}, {}}, scenes::mirror(0.5));
+      scenes::add(scene, Triangle{{{{-3, 0, -3}, {3, 0, -3}, {0, 0, 3}}}, {}, {}}, glossy);
+      expect_finite(row, stability::render(scene));
+    }
+}
+
+TEST(Extremes, OfLightAreTheLargestFloatWhereAFloatCannotHoldThem) {
+  Scene scene = scenes::empty(4);
+  scene.camera = {{0, 0, 3}, {0, 0, 0}, {0, 1, 0}, 5};
+  scene.lights = {scenes::point_light({0, 0, 3}, {1e30, 1e30, 1e30})};
+  scene.lights[0].intensity = 1e30;
+  scenes::add(scene, Sphere{{0, 0, 0}, 1}, scenes::matte({1, 1, 1}));
+  const Rendered rendered = stability::render(scene);
+  EXPECT_EQ(rendered.statistics.non_finite, 0u) << "1e60 is a number";
+  for (const float value : rendered.image.rgb) EXPECT_EQ(value, std::numeric_limits<float>::max());
+}
+
+TEST(NonFiniteSamples, AreCountedAndLeftOutOfTheMeanOfTheirPixel) {
+  // Mirrors that give back 1e30 of what they receive: infinite after eleven bounces. A glowing sheet hides the left
+  // half of them, and of the middle pixel.
+  Scene scene = corridor(1, 20);
+  scene.image = {7, 1};
+  scene.camera.fov_deg = 1e-3;
+  scene.accuracy.samples = 64;
+  scene.materials[0].reflection_color = {1e30, 1e30, 1e30};
+  scenes::add(scene, Triangle{{{{0, -1, 0.5}, {0, 1, 0.5}, {2, 0, 0.5}}}, {}, {}}, scenes::glowing({3, 3, 3}));
+  const Rendered rendered = scenes::render(scene);  // not the table's: here they are wanted
+  Row row(0, "samples made infinite on purpose are left out, and counted", Oracle::closed_form, "pixels");
+  for (int x = 0; x < 7; ++x)
+    for (int c = 0; c < 3; ++c) row.expect(rendered.image.rgb[3 * x + c] == (x <= 3 ? 3 : 0));
+  EXPECT_EQ(rendered.statistics.samples, 7u * 64);
+  EXPECT_GT(rendered.statistics.non_finite, 3u * 64) << "those of three pixels, and some of the middle one";
+  EXPECT_LT(rendered.statistics.non_finite, 4u * 64);
+}
+
+TEST(HugeSphere, SeenFromJustAboveIsThePlaneItTouches) {
+  Row row(7, "sphere of R = 1e9 seen from 1 above is the plane", Oracle::closed_form, "pixels");
+  row.bound("the plane is met beyond 100, where the sphere sags 5e-6 and more", 1.0 / 32);
+  Scene ball = scenes::empty(256);
+  ball.camera = {{0, 1, 0}, {1, 0.5, 0}, {0, 1, 0}, 60};
+  ball.lights = {scenes::point_light({2, 3, 1})};
+  Scene flat = ball;
+  scenes::add(ball, Sphere{{0, -1e9, 0}, 1e9}, scenes::matte({1, 1, 1}));
+  scenes::add(flat, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
+  const auto a = stability::render(ball).image, b = stability::render(flat).image;
+  const double half = std::tan(std::numbers::pi / 6), forward_x = 2 / std::sqrt(5.0), forward_y = -1 / std::sqrt(5.0);
+  for (std::uint32_t y = 0; y < 256; ++y)
+    for (std::uint32_t x = 0; x < 256; ++x) {
+      const double up = half * (1 - (2 * y + 1) / 256.0), right = half * ((2 * x + 1) / 256.0 - 1);
+      const double down = -(forward_y + up * forward_x), along = forward_x - up * forward_y;
+      const bool near = down > 0.01 * std::hypot(along, right), above = down < -1e-3;
+      if (!near && !above) row.undecided();
+      row.expect((!near && !above) || std::fabs(a.pixel(x, y)[0] - b.pixel(x, y)[0]) <= 1e-6F);
+    }
+}
+
+TEST(HugeSphere, IsTheSecondTracersToTheLastBitOfAFloat) {
+  Row row(7, "spheres of R = 1e3 .. 1e9 beside the second tracer", Oracle::closed_form, "pixels");
+  row.bound("the path passes an edge by less than 1e-9", 1e-3);
+  for (const double radius : {1e3, 1e6, 1e9}) {
+    Scene scene = scenes::empty(64);
+    scene.camera = {{0, 1, 0}, {1, 0.5, 0}, {0, 1, 0}, 60};
+    scene.lights = {scenes::point_light({2, 3, 1})};
+    scenes::add(scene, Sphere{{0, -radius, 0}, radius}, scenes::matte({1, 1, 1}));
+    const Image image = stability::render(scene).image;
+    RenderStatistics ignored;
+    const std::vector<oracle::Sample> expected = oracle::ReferenceTracer(scene).picture(ignored);
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      const oracle::Real e = expected[i].radiance.r;
+      const bool right = std::fabs(image.rgb[3 * i] - e) <= 0x1p-24L * e + 1e-7L;
+      if (!right && expected[i].margin < 1e-9L) row.undecided();
+      row.expect(right || expected[i].margin < 1e-9L, "radius " + std::to_string(radius));
+    }
+  }
+}
+
+}  // namespace

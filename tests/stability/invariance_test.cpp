@@ -1,0 +1,272 @@
+// What must not change a picture: threads, the order of objects, where the world's origin is, its unit, its axes.
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <array>
+#include <random>
+
+#include "tests/stability/table.h"
+#include "tests/support/effort.h"
+#include "tests/support/reference_tracer.h"
+
+namespace {
+
+using namespace tracer;
+using stability::Oracle;
+using stability::Row;
+
+/// Applies `point` to every place and `direction` to every direction; `length` scales radii and distances.
+template <class Point, class Direction>
+Scene mapped(Scene scene, const Point& point, const Direction& direction, double length) {
+  scene.camera.position = point(scene.camera.position);
+  scene.camera.look_at = point(scene.camera.look_at);
+  scene.camera.up = direction(scene.camera.up);
+  for (Light& light : scene.lights) {
+    if (auto* p = std::get_if<PointLight>(&light.source)) p->position = point(p->position);
+    if (auto* d = std::get_if<DirectionalLight>(&light.source)) d->direction = direction(d->direction);
+    light.attenuation.coefficients[1] /= length;
+    light.attenuation.coefficients[2] /= length * length;
+    const bool fades = !std::holds_alternative<DirectionalLight>(light.source);
+    if (fades && light.attenuation.kind == Attenuation::Kind::inverse_square) light.intensity *= length * length;
+  }
+  for (Object& object : scene.objects) {
+    if (auto* sphere = std::get_if<Sphere>(&object.shape)) {
+      sphere->center = point(sphere->center);
+      sphere->radius *= length;
+      sphere->axis = direction(sphere->axis);
+      sphere->meridian = direction(sphere->meridian);
+    }
+    if (auto* plane = std::get_if<Plane>(&object.shape)) {
+      plane->point = point(plane->point);
+      plane->normal = direction(plane->normal);
+      if (plane->u_axis) plane->u_axis = direction(*plane->u_axis);
+      // A plane's texture is laid in scene units; each has a texture of its own.
+      const ColorOrTexture& color = scene.materials[object.material.index].color;
+      if (const auto* texture = std::get_if<TextureId>(&color)) {
+        scene.textures[texture->index].scale.x /= length;
+        scene.textures[texture->index].scale.y /= length;
+      }
+    }
+    if (auto* triangle = std::get_if<Triangle>(&object.shape))
+      for (Vec3& vertex : triangle->vertices) vertex = point(vertex);
+    if (auto* mesh = std::get_if<Mesh>(&object.shape))
+      for (Vec3& position : mesh->positions) position = point(position);
+  }
+  return scene;
+}
+
+Scene scaled(const Scene& scene, double s) {
+  const auto times = [s](const Vec3& v) { return Vec3{v.x * s, v.y * s, v.z * s}; };
+  return mapped(scene, times, times, s);
+}
+
+Scene moved(const Scene& scene, const Vec3& by) {
+  const auto same = [](const Vec3& v) { return v; };
+  return mapped(
+      scene,
+      [&](const Vec3& p) {
+        return Vec3{p.x + by.x, p.y + by.y, p.z + by.z};
+      },
+      same, 1);
+}
+
+/// A random scene with a mesh and a triangle in it.
+Scene varied(std::uint64_t seed, std::uint32_t side) {
+  Scene scene = scenes::random(seed, side);
+  Material shiny = scenes::matte({0.7, 0.6, 0.2});
+  shiny.reflection = 0.3;
+  scenes::add(scene, scenes::placed(scenes::icosphere(2, seed % 2 == 0), 0.8, {0.5, -0.25, 0.125}), shiny);
+  scenes::add(scene, Triangle{{{{-3, -2, 0}, {0, -2, -3}, {0, 3, 0}}}, {}, {}}, shiny);
+  return scene;
+}
+
+/// Adds the pixels of `image` that are not those of `expected` to within `codes` 8-bit steps. Undecided are those whose
+/// path in `scene` passes an edge so near that the second tracer's margin is below 2^-20: the corners of meshes are
+/// floats of the trace frame.
+void compare(Row& row, const Scene& scene, const Image& image, const Image& expected, int codes) {
+  const auto p = scenes::codes(image), q = scenes::codes(expected);
+  row.count(p.size() / 3, 0);
+  for (std::size_t i = 0; i < p.size(); i += 3) {
+    bool differs = false;
+    for (std::size_t c = i; c < i + 3; ++c) differs |= std::abs(p[c] - q[c]) > codes;
+    if (!differs) continue;
+    RenderStatistics ignored;
+    const std::size_t x = i / 3 % image.width, y = i / 3 / image.width;
+    const auto sample = oracle::ReferenceTracer(scene).sample(oracle::Real(x) + 0.5L, oracle::Real(y) + 0.5L, ignored);
+    if (sample.margin < 0x1p-20L) {
+      row.undecided();
+    } else {
+      row.count(0, 1, "pixel " + std::to_string(x) + " " + std::to_string(y));
+    }
+  }
+}
+
+/// Adds a comparison of every value, bit for bit.
+void compare_bits(Row& row, const Image& image, const Image& expected, std::uint64_t seed) {
+  ASSERT_EQ(image.rgb.size(), expected.rgb.size());
+  std::uint64_t wrong = 0;
+  for (std::size_t i = 0; i < image.rgb.size(); i += 3)
+    wrong += std::equal(image.rgb.begin() + i, image.rgb.begin() + i + 3, expected.rgb.begin() + i) ? 0 : 1;
+  row.count(image.rgb.size() / 3, wrong, "seed " + std::to_string(seed));
+}
+
+constexpr std::string_view near_edge = "the path passes an edge by less than 2^-20, and mesh corners are floats";
+
+TEST(APicture, AndItsStatisticsAreTheSameBitsOnOneTwoAndSevenThreads) {
+  // Seven also where there are fewer cores.
+  const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 8);
+  Row row(26, "1, 2, 7 and all threads", Oracle::invariance, "pixels");
+  for (std::uint64_t seed = 1; seed <= effort::cases(12); ++seed) {
+    Scene scene = varied(seed, 110);
+    scene.accuracy.samples = 2;
+    scene.accuracy.max_depth = 12;
+    const Rendered one = stability::render(scene, 1);
+    for (const std::uint32_t threads : {2u, 7u, 0u}) {
+      const Rendered many = stability::render(scene, threads);
+      compare_bits(row, many.image, one.image, seed);
+      ASSERT_EQ(many.statistics, one.statistics);
+    }
+  }
+}
+
+TEST(APicture, DoesNotChangeWithTheOrderOfItsObjects) {
+  Row row(14, "objects in any order", Oracle::invariance, "pixels");
+  for (std::uint64_t seed = 1; seed <= effort::cases(12); ++seed) {
+    Scene scene = varied(seed, 64);
+    const Image image = stability::render(scene).image;
+    std::mt19937 shuffle(static_cast<unsigned>(seed));  // NOLINT: the same order every time
+    for (int i = 0; i < 3; ++i) {
+      std::shuffle(scene.objects.begin(), scene.objects.end(), shuffle);
+      compare_bits(row, stability::render(scene).image, image, seed);
+    }
+  }
+}
+
+TEST(APicture, OfSixteenSamplesIsTheSameBitsEachTimeAndDependsOnTheSeed) {
+  Scene scene = varied(3, 40);
+  scene.accuracy.samples = 16;
+  const auto image = stability::render(scene, 2).image.rgb;
+  EXPECT_EQ(stability::render(scene, 2).image.rgb, image);
+  scene.accuracy.seed = 1;
+  EXPECT_NE(stability::render(scene, 2).image.rgb, image);
+}
+
+TEST(APicture, IsTheSameBitsForAWorldInUnitsOfAnyPowerOfTwo) {
+  Row row(1, "scaled by 2^-60 .. 2^60: the same bits", Oracle::invariance, "pixels");
+  for (std::uint64_t seed = 1; seed <= effort::cases(12); ++seed) {
+    Scene scene = varied(seed, 48);
+    // What attenuation's coefficients would have to be in the most extreme units is over their limit.
+    const bool faded = seed % 2 == 0;
+    for (Light& light : scene.lights)
+      if (!faded) light.attenuation = {};
+    const Rendered rendered = stability::render(scene);
+    for (const int k : {faded ? -40 : -60, -23, -1, 1, 10, 37, faded ? 40 : 60}) {
+      const Rendered other = stability::render(scaled(scene, std::ldexp(1.0, k)));
+      compare_bits(row, other.image, rendered.image, seed);
+      ASSERT_EQ(other.statistics, rendered.statistics);
+    }
+  }
+}
+
+TEST(APicture, IsTheSameToACodeForAWorldInAnyUnit) {
+  Row row(1, "scaled by 1e-9 .. 1e9: the same to 1 code value", Oracle::invariance, "pixels");
+  row.bound(near_edge, 1e-4);
+  for (std::uint64_t seed = 1; seed <= effort::cases(12); ++seed) {
+    const Scene scene = varied(seed, 48);
+    const Image image = stability::render(scene).image;
+    for (const double s : {1e-9, 1e-6, 0.001, 0.3, 10.0, 1e5, 1e9})
+      compare(row, scene, stability::render(scaled(scene, s)).image, image, 1);
+  }
+}
+
+/// Coordinates rounded to multiples of `grain`, so that adding some large number is exact.
+Scene coarse(Scene scene, double grain) {
+  const auto rounded = [grain](double c) { return std::round(c / grain) * grain; };
+  const auto point = [&](const Vec3& p) { return Vec3{rounded(p.x), rounded(p.y), rounded(p.z)}; };
+  scene = mapped(
+      scene, point, [](const Vec3& v) { return v; }, 1);
+  for (Object& object : scene.objects)
+    if (auto* sphere = std::get_if<Sphere>(&object.shape)) sphere->radius = std::max(grain, rounded(sphere->radius));
+  return scene;
+}
+
+TEST(APicture, IsTheSameBitsWhereverTheWorldIsMoved) {
+  Row near(2, "moved by up to 1e9, in multiples of 2^-20", Oracle::invariance, "pixels");
+  Row far(2, "moved by up to 1e12, in multiples of 2^-12 as doubles have", Oracle::invariance, "pixels");
+  for (std::uint64_t seed = 1; seed <= effort::cases(12); ++seed) {
+    const auto compare_moved = [&](Row& row, double grain, const std::vector<Vec3>& places) {
+      const Scene scene = coarse(varied(seed, 48), grain);
+      const Rendered rendered = stability::render(scene);
+      for (const Vec3& by : places) {
+        const Rendered other = stability::render(moved(scene, by));
+        compare_bits(row, other.image, rendered.image, seed);
+        ASSERT_EQ(other.statistics, rendered.statistics);
+      }
+    };
+    compare_moved(near, 0x1p-20, {{1e6, 0, 0}, {-1e6, 1e6, 1e3}, {1e9, -1e9, 2e9}, {3, 5, -7}});
+    compare_moved(far, 0x1p-12, {{1e12, 0, 0}, {-1e12, 3e11, 1e12}});
+  }
+}
+
+TEST(APicture, IsTheSameForAll48SymmetriesOfTheAxesAndMirroredWhereTheyMirror) {
+  Row row(3, "the 48 symmetries of the axes", Oracle::invariance, "pixels");
+  row.bound(near_edge, 1e-3);
+  Scene scene = varied(6, 48);
+  // Textures are laid right-handed: they alone do not mirror.
+  for (Material& material : scene.materials)
+    if (std::holds_alternative<TextureId>(material.color)) material.color = Color{0.8, 0.5, 0.3};
+  const Image image = stability::render(scene).image;
+  std::array<int, 3> order{0, 1, 2};
+  do {
+    for (int signs = 0; signs < 8; ++signs) {
+      const auto map = [&](const Vec3& v) {
+        const std::array<double, 3> from{v.x, v.y, v.z};
+        std::array<double, 3> to{};
+        for (int i = 0; i < 3; ++i) to[i] = (signs >> i & 1) != 0 ? -from[order[i]] : from[order[i]];
+        return Vec3{to[0], to[1], to[2]};
+      };
+      const int inversions = (order[0] > order[1]) + (order[0] > order[2]) + (order[1] > order[2]);
+      const bool mirrors = (inversions + (signs & 1) + (signs >> 1 & 1) + (signs >> 2)) % 2 != 0;
+      Scene turned = mapped(scene, map, map, 1);
+      if (mirrors) {
+        // Fronts stay fronts.
+        for (Object& object : turned.objects) {
+          if (auto* triangle = std::get_if<Triangle>(&object.shape))
+            std::swap(triangle->vertices[1], triangle->vertices[2]);
+          if (auto* mesh = std::get_if<Mesh>(&object.shape))
+            for (auto& corners : mesh->triangles) std::swap(corners[1], corners[2]);
+        }
+      }
+      Image other = stability::render(turned).image;
+      if (mirrors) {
+        for (std::uint32_t y = 0; y < other.height; ++y)
+          for (std::uint32_t x = 0; x < other.width / 2; ++x)
+            std::swap_ranges(other.rgb.begin() + 3 * (y * other.width + x),
+                             other.rgb.begin() + 3 * (y * other.width + x + 1),
+                             other.rgb.begin() + 3 * (y * other.width + other.width - 1 - x));
+      }
+      compare(row, scene, other, image, 1);
+    }
+  } while (std::next_permutation(order.begin(), order.end()));
+}
+
+TEST(APicture, IsMadeOfTheSameBitsInAnyTilesAndBatches) {
+  Row row(26, "windows of the picture: other tiles, other batches", Oracle::invariance, "pixels");
+  for (std::uint64_t seed = 1; seed <= effort::cases(4); ++seed) {
+    Scene scene = varied(seed, 70);
+    scene.accuracy.samples = 40;
+    scene.accuracy.max_depth = 6;
+    const Image whole = stability::render(scene, 2).image;
+    for (const PixelWindow& window : {PixelWindow{0, 0, 1, 1}, {33, 20, 34, 70}, {5, 6, 69, 60}, {69, 69, 70, 70}}) {
+      scene.image.crop = window;
+      const Image part = stability::render(scene, 2).image;
+      Image expected{part.width, part.height, {}};
+      for (std::uint32_t y = window.y0; y < window.y1; ++y)
+        expected.rgb.insert(expected.rgb.end(), whole.pixel(window.x0, y), whole.pixel(window.x0, y) + 3 * part.width);
+      compare_bits(row, part, expected, seed);
+    }
+  }
+}
+
+}  // namespace

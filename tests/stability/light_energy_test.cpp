@@ -1,0 +1,144 @@
+// Light that is neither lost nor made: furnaces, sums of lamps, eye and lamp in each other's place.
+#include <gtest/gtest.h>
+
+#include "tests/stability/table.h"
+#include "tests/support/effort.h"
+#include "tests/support/random.h"
+
+namespace {
+
+using oracle::Random;
+using oracle::Real;
+using oracle::Vec;
+using namespace tracer;
+using stability::Oracle;
+using stability::Row;
+
+TEST(Energy, AMirrorInAConstantBackgroundIsTheBackgroundToTheLastBit) {
+  Row row(23, "mirrors in a constant background: its bits", Oracle::conservation, "pixels");
+  Scene scene = scenes::empty(64);
+  scene.camera = {{0, 1, 6}, {0, 0, 0}, {0, 1, 0}, 60};
+  scene.background.color = {0.1, 0.7, 1.3};
+  scenes::add(scene, Sphere{{0, 0, 0}, 1}, scenes::mirror());
+  scenes::add(scene, Sphere{{1.5, 0, 0}, 0.5}, scenes::mirror());
+  scenes::add(scene, scenes::placed(scenes::icosphere(2), 0.7, {-1.5, 0, 0}), scenes::mirror());
+  scene.accuracy.max_depth = 1000;
+  const Rendered rendered = stability::render(scene);
+  EXPECT_EQ(rendered.statistics.truncated_branches, 0u);
+  for (std::uint32_t i = 0; i < 64 * 64; ++i) {
+    const float* rgb = rendered.image.rgb.data() + 3 * static_cast<std::size_t>(i);
+    row.expect(rgb[0] == 0.1F && rgb[1] == 0.7F && rgb[2] == 1.3F);
+  }
+}
+
+TEST(Energy, GlassInAWhiteFurnaceDisappears) {
+  Row row(23, "white furnace: glass is not seen", Oracle::conservation, "pixels");
+  Scene scene = scenes::empty(48);
+  scene.camera = {{0, 0.2, 4}, {0, 0, 0}, {0, 1, 0}, 40};
+  scene.background.color = {1, 1, 1};
+  scenes::add(scene, Sphere{{0, 0, 0}, 1}, scenes::glass(1.5));
+  scene.accuracy.max_depth = 4000;
+  const Rendered rendered = stability::render(scene);
+  EXPECT_EQ(rendered.statistics.non_finite, 0u);
+  row.note("to 1e-4: near the rim light goes round for ever, depth 4000 leaves out less");
+  // What depth leaves out is below (1-F) F^depth <= 1 / (e depth).
+  for (std::size_t i = 0; i < rendered.image.rgb.size(); i += 3)
+    row.expect(std::fabs(rendered.image.rgb[i] - 1) <= 1e-4F);
+}
+
+TEST(Energy, InAClosedRoomOfAmbientLightEverySurfaceHasItsOwnColour) {
+  Row row(23, "a closed room of ambient light: K_a C I_a", Oracle::conservation, "pixels");
+  Scene scene = scenes::empty(16);
+  scene.camera = {{0.2, 0.1, 0}, {1, 0, 0}, {0, 1, 0}, 120};
+  scene.ambient = {1, 0.5, 0.25};
+  Material wall = scenes::matte({0.5, 0.5, 0.5});
+  wall.ambient = 0.5;
+  scenes::add(scene, Sphere{{0, 0, 0}, 3}, wall);
+  const Image image = stability::render(scene).image;
+  for (std::size_t i = 0; i < image.rgb.size(); i += 3)
+    row.expect(image.rgb[i] == 0.25F && image.rgb[i + 1] == 0.125F && image.rgb[i + 2] == 0.0625F);
+}
+
+TEST(Light, OfTwoLampsIsTheSumOfTheirPictures) {
+  Row row(24, "two lamps: the sum of their pictures", Oracle::conservation, "pixels");
+  for (std::uint64_t seed = 1; seed <= effort::cases(20); ++seed) {
+    Scene both = scenes::random(seed, 32);
+    both.ambient = {};
+    both.background.color = {};
+    for (Material& m : both.materials) m.emission = {};
+    Scene first = both, second = both;
+    first.lights.pop_back();
+    second.lights.erase(second.lights.begin());
+    std::vector<float> sum = stability::render(first).image.rgb;
+    const std::vector<float> other = stability::render(second).image.rgb;
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += other[i];
+    const auto together = stability::render(both).image.rgb;
+    // Three roundings to floats, of the sum and its parts.
+    for (std::size_t i = 0; i < sum.size(); i += 3) {
+      bool right = true;
+      for (std::size_t c = i; c < i + 3; ++c) right &= std::fabs(sum[c] - together[c]) <= 3e-7F * sum[c] + 1e-30F;
+      row.expect(right, "seed " + std::to_string(seed));
+    }
+  }
+}
+
+TEST(Light, IsLinearInIntensityAndBitForBitInPowersOfTwo) {
+  Row bits(24, "intensity times 2, 2^-20: bit for bit", Oracle::conservation, "values");
+  Row linear(24, "intensity times 3, 1e-3: to 2e-7", Oracle::conservation, "values");
+  for (std::uint64_t seed = 1; seed <= effort::cases(20); ++seed) {
+    Scene scene = scenes::random(seed, 32);
+    scene.ambient = {};
+    scene.background.color = {};
+    for (Material& m : scene.materials) m.emission = {};
+    std::vector<float> once = stability::render(scene).image.rgb;
+    for (const double factor : {2.0, 0x1p-20, 3.0, 1e-3}) {
+      Scene brighter = scene;
+      for (Light& light : brighter.lights) light.intensity *= factor;
+      const std::vector<float> image = stability::render(brighter).image.rgb;
+      for (std::size_t i = 0; i < image.size(); ++i) {
+        const auto expected = static_cast<float>(once[i] * factor);
+        if (factor == 2 || factor == 0x1p-20) {
+          bits.expect(image[i] == expected);
+        } else {
+          linear.expect(std::fabs(image[i] - expected) <= 2e-7F * expected);
+        }
+      }
+    }
+  }
+}
+
+/// What a lamp along `lamp` makes a surface at the origin show an eye along `eye`.
+float shown(const Material& material, const Vec& lamp, const Vec& eye) {
+  Scene scene = scenes::empty(1);
+  scene.camera = {rounded(5 * eye), {0, 0, 0}, rounded(cross(eye, Vec(0.6L, 0.1L, 0.7L))), 1e-3};
+  scene.lights = {scenes::directional_light(rounded(-lamp))};
+  scenes::add(scene, Plane{{0, 0, 0}, {0, 0, 1}, {}}, material);
+  return stability::render(scene).image.rgb[0];
+}
+
+TEST(TheLocalModels, AreTheSameWhenEyeAndLampChangePlaces) {
+  Row row(24, "reciprocity: Lambert over its cosine, Phong's and Blinn's lobes", Oracle::conservation, "pairs");
+  Random random(1);
+  for (std::uint64_t i = 0; i < effort::cases(600); ++i) {
+    Vec lamp = random.direction(), eye = random.direction();
+    if (i % 2 == 0) eye = unit(Vec(-lamp.x, -lamp.y, lamp.z) + Real(0.2) * random.direction());
+    lamp.z = std::fabs(lamp.z) + 0.05L;
+    eye.z = std::fabs(eye.z) + 0.05L;
+    lamp = unit(lamp);
+    eye = unit(eye);
+    Material material = scenes::matte({0.7, 0.7, 0.7});
+    Real there = shown(material, lamp, eye) / lamp.z, back = shown(material, eye, lamp) / eye.z;
+    row.expect(there > 0 && std::fabs(there - back) <= 1e-6L * there);
+    for (const auto model : {Material::Model::phong, Material::Model::blinn_phong}) {
+      material.model = model;
+      material.diffuse = 0;
+      material.specular = 1;
+      material.shininess = 20;
+      there = shown(material, lamp, eye);
+      back = shown(material, eye, lamp);
+      row.expect(std::fabs(there - back) <= 1e-6L * there + 1e-30L);
+    }
+  }
+}
+
+}  // namespace

@@ -1,0 +1,49 @@
+#pragma once
+/// The formulas of light that the second tracer uses, in long double.
+
+#include <cmath>
+
+#include "tests/support/long_vec.h"
+
+namespace oracle {
+
+inline Real fade(const tracer::Attenuation& attenuation, Real d) {
+  const auto& c = attenuation.coefficients;
+  switch (attenuation.kind) {
+    case tracer::Attenuation::Kind::none:
+      return 1;
+    case tracer::Attenuation::Kind::polynomial:
+      return std::fmin(1 / (c[0] + c[1] * d + c[2] * d * d), 1.0L);
+    case tracer::Attenuation::Kind::inverse_square:
+      return 1 / (d * d);
+  }
+  return 1;
+}
+
+inline Real power(Real cosine, Real exponent) {
+  if (exponent == 0) return 1;
+  return cosine <= 0 ? 0 : std::pow(std::fmin(cosine, 1.0L), exponent);
+}
+
+inline Real highlight(const tracer::Material& material, const Vec& n, const Vec& l, const Vec& v) {
+  switch (material.model) {
+    case tracer::Material::Model::lambert:
+      return 0;
+    case tracer::Material::Model::phong:
+      return power(dot(2 * dot(n, l) * n - l, v), material.shininess);
+    case tracer::Material::Model::blinn_phong: {
+      const Vec h = l + v;
+      return length(h) > 0 ? power(dot(n, h) / length(h), material.shininess) : 0;
+    }
+  }
+  return 0;
+}
+
+/// Fresnel's amplitudes as Born & Wolf print them (eq. 1.5.21), squared and averaged.
+inline Real reflectance(Real cos_i, Real cos_t, Real n_from, Real n_to) {
+  const Real s = (n_from * cos_i - n_to * cos_t) / (n_from * cos_i + n_to * cos_t);
+  const Real p = (n_to * cos_i - n_from * cos_t) / (n_to * cos_i + n_from * cos_t);
+  return (s * s + p * p) / 2;
+}
+
+}  // namespace oracle

@@ -1,0 +1,180 @@
+#pragma once
+/// Every crossing of a line with a quadric's parts, in long double: the judge of what the accelerator answers.
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "tests/support/long_vec.h"
+#include "tracer/src/accel/quadric.h"
+
+namespace tracer {
+
+using oracle::Real;
+using oracle::Vec;
+
+inline constexpr Real infinity = std::numeric_limits<Real>::infinity();
+
+/// The map in long double, and its inverse by Gauss-Jordan elimination with pivots.
+struct Map {
+  std::array<std::array<Real, 3>, 3> forward{}, back{};
+  Vec offset;
+
+  explicit Map(const Affine& a) : offset(a.offset) {
+    const std::array<Vec, 3> columns{Vec(a.linear.x), Vec(a.linear.y), Vec(a.linear.z)};
+    for (std::size_t j = 0; j < 3; ++j) {
+      forward[0][j] = columns[j].x;
+      forward[1][j] = columns[j].y;
+      forward[2][j] = columns[j].z;
+      back[j][j] = 1;
+    }
+    auto m = forward;
+    for (std::size_t c = 0; c < 3; ++c) {
+      std::size_t pivot = c;
+      for (std::size_t r = c + 1; r < 3; ++r)
+        if (std::fabs(m[r][c]) > std::fabs(m[pivot][c])) pivot = r;
+      std::swap(m[c], m[pivot]);
+      std::swap(back[c], back[pivot]);
+      const Real scale = 1 / m[c][c];
+      for (std::size_t k = 0; k < 3; ++k) m[c][k] *= scale, back[c][k] *= scale;
+      for (std::size_t r = 0; r < 3; ++r) {
+        if (r == c) continue;
+        const Real factor = m[r][c];
+        for (std::size_t k = 0; k < 3; ++k) m[r][k] -= factor * m[c][k], back[r][k] -= factor * back[c][k];
+      }
+    }
+  }
+
+  static Vec times(const std::array<std::array<Real, 3>, 3>& m, const Vec& v) {
+    return {m[0][0] * v.x + m[0][1] * v.y + m[0][2] * v.z, m[1][0] * v.x + m[1][1] * v.y + m[1][2] * v.z,
+            m[2][0] * v.x + m[2][1] * v.y + m[2][2] * v.z};
+  }
+  [[nodiscard]] Vec point(const Vec& p) const { return offset + times(forward, p); }
+  [[nodiscard]] Vec shape_point(const Vec& p) const { return times(back, p - offset); }
+  [[nodiscard]] Vec shape_direction(const Vec& d) const { return times(back, d); }
+  /// How much longer a shape's vector may be than its image, at most.
+  [[nodiscard]] Real growth() const {
+    Real sum = 0;
+    for (const auto& row : back)
+      for (const Real entry : row) sum += entry * entry;
+    return std::sqrt(sum);
+  }
+};
+
+/// Where the line meets the shape's surface: every crossing, with how far it is from being one more or one fewer, in
+/// the shape's units, and the sine of its angle to the surface, on which t's error depends.
+struct Crossing {
+  Real t = 0, margin = 0, steepness = 1;
+  QuadricPart part{};
+};
+
+struct Line {
+  Vec o, d;  // shape's space
+  [[nodiscard]] Vec at(Real t) const { return o + t * d; }
+};
+
+struct Crossings {
+  std::vector<Crossing> all;
+  Real margin = infinity;  ///< of the nearest miss
+
+  void offer(Real t, Real inside, Real steepness, QuadricPart part) {
+    if (!std::isfinite(t) || std::isnan(inside)) return;
+    if (inside >= 0) {
+      all.push_back({t, inside, steepness, part});
+    } else {
+      margin = std::fmin(margin, -inside);
+    }
+  }
+};
+
+inline void disc_crossings(const Line& line, Real z, Real inner, Real outer, QuadricPart part, Crossings& found) {
+  if (line.d.z == 0) return;
+  const Real t = (z - line.o.z) / line.d.z;
+  const Vec p = line.at(t);
+  const Real r = std::hypot(p.x, p.y);
+  // The angle to the plane makes the margin: a grazing ray's place in it is known less well.
+  const Real inside = std::fmin(outer - r, inner > 0 ? r - inner : infinity);
+  const Real steepness = std::fabs(line.d.z) / length(line.d);
+  found.offer(t, inside * steepness, steepness, part);
+}
+
+/// A quadratic with the given coefficients; nothing where the discriminant is negative.
+inline std::vector<Real> roots(Real a, Real b, Real c) {  // a t^2 - 2 b t + c
+  const Real discriminant = b * b - a * c;
+  if (a == 0) return b != 0 ? std::vector<Real>{c / (2 * b)} : std::vector<Real>{};
+  if (discriminant < 0) return {};
+  const Real root = std::sqrt(discriminant);
+  const Real q = b >= 0 ? b + root : b - root;
+  if (q == 0) return {0};
+  return {q / a, c / q};
+}
+
+inline Crossings crossings_of(const Quadric& q, const Line& line) {
+  Crossings found;
+  const Vec &o = line.o, &d = line.d;
+  const Real speed = length(d);
+  // From the point nearest to the shape's middle, so that distance costs no digits here either.
+  const Vec middle = q.kind == QuadricKind::ellipsoid ? Vec{} : Vec(0, 0, 0.5L);
+  const Real shift = -dot(o - middle, d) / dot(d, d);
+  const Vec n = o + shift * d;
+  switch (q.kind) {
+    case QuadricKind::ellipsoid: {
+      const Real miss = length(n);
+      if (miss > 1) {
+        found.margin = miss - 1;
+        break;
+      }
+      const Real half = std::sqrt((1 - miss) * (1 + miss)) / speed;
+      for (const Real t : {shift - half, shift + half})
+        found.all.push_back({t, 1 - miss, half * speed, QuadricPart::side});
+      break;
+    }
+    case QuadricKind::disc:
+      disc_crossings(line, 0, q.radius_0, 1, QuadricPart::cap_1, found);
+      break;
+    case QuadricKind::frustum: {
+      const Real slope = Real(q.radius_1) - q.radius_0, w = q.radius_0 + slope * n.z, dw = slope * d.z;
+      const Real a = d.x * d.x + d.y * d.y - dw * dw, b = -(n.x * d.x + n.y * d.y - w * dw);
+      const Real c = n.x * n.x + n.y * n.y - w * w;
+      // How far the line is from being tangent.
+      const Real turn = n.x * d.y - n.y * d.x, ox = n.x * dw - w * d.x, oy = n.y * dw - w * d.y;
+      const Real tangency = std::fabs(ox * ox + oy * oy - turn * turn) / dot(d, d);
+      found.margin = std::fmin(found.margin, tangency);
+      for (const Real t : roots(a, b, c)) {
+        const Real z = n.z + t * d.z;
+        // Steep against the side, an error along the normal moves z far.
+        const Vec p = n + t * d;
+        const Real r = std::hypot(p.x, p.y);
+        const Vec normal = r > 0 ? unit(Vec(p.x / r, p.y / r, -slope)) : Vec{};
+        const Real steepness = std::fabs(dot(normal, d)) / speed;
+        // Towards the apex the equation flattens as r does, and its roots are known the less well.
+        found.offer(t + shift, std::fmin(z, 1 - z) * steepness, steepness * std::fmin(r, 1.0L), QuadricPart::side);
+      }
+      if (q.caps && q.radius_0 > 0) disc_crossings({n, d}, 0, 0, q.radius_0, QuadricPart::cap_0, found);
+      if (q.caps && q.radius_1 > 0) disc_crossings({n, d}, 1, 0, q.radius_1, QuadricPart::cap_1, found);
+      for (Crossing& crossing : found.all)
+        if (crossing.part != QuadricPart::side) crossing.t += shift;
+      break;
+    }
+    case QuadricKind::box: {
+      const std::array<Real, 3> on{n.x, n.y, n.z}, dd{d.x, d.y, d.z};
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        for (const int side : {0, 1}) {
+          if (dd[axis] == 0) continue;
+          const Real t = (side - on[axis]) / dd[axis];
+          Real inside = infinity;
+          for (std::size_t other = 0; other < 3; ++other) {
+            const Real p = on[other] + t * dd[other];
+            if (other != axis) inside = std::fmin(inside, std::fmin(p, 1 - p));
+          }
+          const Real steepness = std::fabs(dd[axis]) / speed;
+          found.offer(t + shift, inside * steepness, steepness,
+                      static_cast<QuadricPart>(static_cast<int>(QuadricPart::x_0) + 2 * static_cast<int>(axis) + side));
+        }
+      break;
+    }
+  }
+  return found;
+}
+
+}  // namespace tracer

@@ -1,0 +1,248 @@
+// Rays against discs, cylinders, cones, boxes and ellipsoids, plain and under affine maps, as the accelerator answers,
+// beside every root of every part in long double.
+#include <algorithm>
+#include <optional>
+
+#include "tests/support/effort.h"
+#include "tests/support/random.h"
+#include "tests/unit/accel/quadric_oracle.h"
+#include "tests/unit/accel/ray_batch.h"
+
+namespace tracer {
+namespace {
+
+using oracle::Random;
+
+// ---- cases ---------------------------------------------------------------------------------------------------------
+
+Quadric random_quadric(Random& random, QuadricKind kind, bool mapped) {
+  const double size = random.spread(1e-6, 0.3);
+  Affine map{{{size, 0, 0}, {0, size, 0}, {0, 0, size}}, random.vector(0.2)};
+  if (mapped) {
+    // Turned, stretched, sheared; half of them mirrored.
+    do {
+      const auto column = [&] {
+        return rounded(static_cast<Real>(size * random.spread(0.05, 1)) * random.direction());
+      };
+      map.linear = {column(), column(), column()};
+    } while (std::abs(determinant({normalize(map.linear.x), normalize(map.linear.y), normalize(map.linear.z)})) < 0.02);
+  }
+  Quadric q = quadric(kind, map);
+  if (kind == QuadricKind::disc) q.radius_0 = random.chance(0.5) ? 0 : random.in(0.05, 0.95);
+  if (kind == QuadricKind::frustum) {
+    q.caps = random.chance(0.7);
+    if (random.chance(0.7))
+      (random.chance(0.5) ? q.radius_0 : q.radius_1) = random.chance(0.5) ? 0 : random.in(0.01, 1);
+  }
+  return q;
+}
+
+Vec around(Random& random) { return random.direction(); }
+
+/// A point of interest on the shape, in its own space: anywhere on it, a rim, an edge, a corner, the apex, the axis.
+Vec target_of(Random& random, const Quadric& q) {
+  const Real turn = 6.2831853071795864769L * random.in(0, 1), x = std::cos(turn), y = std::sin(turn);
+  switch (q.kind) {
+    case QuadricKind::ellipsoid:
+      return random.chance(0.5) ? around(random) : random.in(0, 1.2) * around(random);
+    case QuadricKind::disc: {
+      const Real r = random.chance(0.3) ? 1 : random.chance(0.3) ? q.radius_0 : random.in(0, 1.2);
+      return {r * x, r * y, 0};
+    }
+    case QuadricKind::frustum: {
+      const Real z = random.chance(0.3) ? random.below(2) : random.in(-0.2, 1.2);
+      const Real rim = q.radius_0 + (q.radius_1 - q.radius_0) * z;
+      const Real r = random.chance(0.6) ? rim : random.chance(0.2) ? 0 : random.in(0, 1) * rim;
+      return {r * x, r * y, z};
+    }
+    case QuadricKind::box: {
+      const auto coordinate = [&]() -> Real { return random.chance(0.35) ? random.below(2) : random.in(-0.1, 1.1); };
+      return {coordinate(), coordinate(), coordinate()};
+    }
+  }
+  return {};
+}
+
+/// In the shape's space: from inside, near, or far away; the direction past a point of interest, along an axis, within
+/// a face, along the side.
+Line random_line(Random& random, const Quadric& q) {
+  Line line;
+  const Vec target = target_of(random, q);
+  line.d = around(random);
+  switch (random.below(6)) {
+    case 0:
+      line.d = {0, 0, 0};
+      (random.below(3) == 0 ? line.d.x : random.below(2) == 0 ? line.d.y : line.d.z) = random.sign();
+      break;
+    case 1: {  // along the side, or nearly
+      const Real r = std::hypot(target.x, target.y);
+      if (r > 0 && q.kind == QuadricKind::frustum) {
+        const Real slope = Real(q.radius_1) - q.radius_0;
+        line.d = Vec(target.x / r * slope, target.y / r * slope, 1) +
+                 static_cast<Real>(random.chance(0.5) ? 0 : random.spread(1e-15, 1e-3)) * around(random);
+        line.d = static_cast<Real>(random.sign()) * unit(line.d);
+      }
+      break;
+    }
+    case 2: {  // nearly within a face or cap
+      line.d.z *= random.spread(1e-15, 1e-2);
+      line.d = unit(line.d);
+      break;
+    }
+    default:
+      break;
+  }
+  const Real back = random.chance(0.15) ? random.spread(1e-9, 1e-3) : random.chance(0.15) ? 1e6 : random.in(0, 4);
+  line.o = target - back * line.d;
+  return line;
+}
+
+struct Counts {
+  std::uint64_t tried = 0, certain = 0, hits = 0;
+};
+
+void compare(const Quadric& q, const std::vector<TestRay>& rays, Counts& counts) {
+  GeometrySet set;
+  set.quadrics.emplace_back();
+  set.quadrics[0].quadrics.push_back(q);
+  set.quadrics[0].object.push_back(0);
+  const auto accelerator = built(set);
+  const RayBatch batch(rays);
+  const Map map({q.trace_from_shape, q.origin});
+  for (const Coherence coherence : {Coherence::coherent, Coherence::incoherent}) {
+    const auto found = batch.closest(*accelerator, coherence);
+    const auto blocked = batch.occluded(*accelerator, coherence);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const Line line{map.shape_point(rays[i].origin), map.shape_direction(rays[i].direction)};
+      const Crossings crossings = crossings_of(q, line);
+      // What the shape's space cannot tell apart in double: its coordinates there, and what the map loses.
+      const Real reach = length(Vec(rays[i].origin) - Vec(q.origin));
+      const Real doubt = 64 * 0x1p-53L * (1 + length(line.o) + map.growth() * reach);
+      Real nearest = infinity, second = infinity, margin = crossings.margin, steepness = 1;
+      QuadricPart part{};
+      bool starts_on_it = false;
+      for (const Crossing& crossing : crossings.all) {
+        margin = std::fmin(margin, crossing.margin);
+        starts_on_it |= std::fabs(crossing.t) * length(line.d) * crossing.steepness < 4 * doubt;
+        if (crossing.t <= 0) continue;
+        if (crossing.t < nearest) {
+          second = nearest;
+          nearest = crossing.t;
+          part = crossing.part;
+          steepness = crossing.steepness;
+        } else {
+          second = std::fmin(second, crossing.t);
+        }
+      }
+      ++counts.tried;
+      const bool expected = nearest < rays[i].t_max;
+      const Real slack = 2 * doubt / (steepness * length(line.d));
+      const bool at_its_end = std::fabs(nearest - rays[i].t_max) < slack;
+      // Whether a nearest crossing is one must be certain; those behind it do not matter, so this asks too much.
+      if (margin < 4 * doubt || starts_on_it || at_its_end) continue;
+      ++counts.certain;
+      counts.hits += expected ? 1 : 0;
+      ASSERT_EQ(found[i].primitive.hit(), expected)
+          << "kind " << static_cast<int>(q.kind) << " radii " << q.radius_0 << " " << q.radius_1 << " t "
+          << static_cast<double>(nearest) << " margin " << static_cast<double>(margin / doubt) << " from ("
+          << static_cast<double>(line.o.x) << " " << static_cast<double>(line.o.y) << " "
+          << static_cast<double>(line.o.z) << ") along (" << static_cast<double>(line.d.x) << " "
+          << static_cast<double>(line.d.y) << " " << static_cast<double>(line.d.z) << ")";
+      ASSERT_EQ(blocked[i], expected) << "kind " << static_cast<int>(q.kind);
+      if (!expected) continue;
+      ASSERT_LE(std::fabs(found[i].t - nearest), slack)
+          << "kind " << static_cast<int>(q.kind) << " t " << found[i].t << " expected " << static_cast<double>(nearest);
+      if (second - nearest > 2 * slack) {
+        ASSERT_EQ(static_cast<int>(found[i].u), static_cast<int>(part)) << "kind " << static_cast<int>(q.kind);
+      }
+    }
+  }
+}
+
+void try_kind(QuadricKind kind, bool mapped, std::uint64_t seed) {
+  Random random(seed);
+  Counts counts;
+  const std::uint64_t shapes = effort::cases(1400);
+  for (std::uint64_t shape = 0; shape < shapes; ++shape) {
+    const Quadric q = random_quadric(random, kind, mapped);
+    const Map map({q.trace_from_shape, q.origin});
+    std::vector<TestRay> rays;
+    while (rays.size() < 365) {  // not a multiple of sixteen
+      const Line line = random_line(random, q);
+      TestRay ray;
+      ray.origin = rounded(map.point(line.o));
+      ray.direction = rounded(unit(map.point(line.d) - map.offset));
+      if (random.chance(0.15))
+        ray.t_max = static_cast<double>(length(Vec(ray.origin) - map.offset)) * random.in(0.3, 1.7);
+      rays.push_back(ray);
+    }
+    compare(q, rays, counts);
+    if (testing::Test::HasFatalFailure()) return;
+  }
+  testing::Test::RecordProperty("certain", static_cast<int>(counts.certain));
+  EXPECT_GT(counts.certain, counts.tried * 3 / 10) << "the oracle must not shirk";
+  EXPECT_GT(counts.hits, counts.certain / 8);
+  EXPECT_LT(counts.hits, counts.certain);
+}
+
+TEST(EllipsoidHits, AreTheOraclesForRaysFromAnywhere) { try_kind(QuadricKind::ellipsoid, false, 1); }
+TEST(EllipsoidHits, AreTheOraclesUnderAnyNonSingularMap) { try_kind(QuadricKind::ellipsoid, true, 2); }
+TEST(DiscHits, AreTheOraclesForRaysFromAnywhere) { try_kind(QuadricKind::disc, false, 3); }
+TEST(DiscHits, AreTheOraclesUnderAnyNonSingularMap) { try_kind(QuadricKind::disc, true, 4); }
+TEST(CylinderAndConeHits, AreTheOraclesForRaysFromAnywhere) { try_kind(QuadricKind::frustum, false, 5); }
+TEST(CylinderAndConeHits, AreTheOraclesUnderAnyNonSingularMap) { try_kind(QuadricKind::frustum, true, 6); }
+TEST(BoxHits, AreTheOraclesForRaysFromAnywhere) { try_kind(QuadricKind::box, false, 7); }
+TEST(BoxHits, AreTheOraclesUnderAnyNonSingularMap) { try_kind(QuadricKind::box, true, 8); }
+
+// ---- what an oracle's margins leave out ----------------------------------------------------------------------------
+
+TestHit single(const Quadric& q, const Vec3& origin, const Vec3& direction) {
+  GeometrySet set;
+  set.quadrics.emplace_back();
+  set.quadrics[0].quadrics.push_back(q);
+  set.quadrics[0].object.push_back(0);
+  const auto hits = RayBatch({{origin, direction}}).closest(*built(set), Coherence::incoherent);
+  return hits[0];
+}
+
+Quadric standard(QuadricKind kind) { return quadric(kind, {}); }
+
+TEST(BoxHits, OfRaysAlongTheAxesWhateverTheSignOfTheirZeros) {
+  const Quadric box = standard(QuadricKind::box);
+  for (const double zero : {0.0, -0.0})
+    for (const double other : {0.0, -0.0})
+      for (const double y : {0.0, 0.25, 1.0}) {
+        EXPECT_EQ(single(box, {-1, y, 0.5}, {1, zero, other}).t, 1) << y;
+        EXPECT_EQ(single(box, {2, y, 1}, {-1, zero, other}).t, 1) << y;
+        EXPECT_EQ(single(box, {0.25, y, 0.5}, {-1, zero, other}).t, 0.25) << "from inside";
+        EXPECT_FALSE(single(box, {-1, 1.5, 0.5}, {1, zero, other}).primitive.hit());
+        EXPECT_FALSE(single(box, {-1, -0.5, 0.5}, {1, zero, other}).primitive.hit());
+      }
+}
+
+TEST(CylinderAndConeHits, OfRaysAlongTheAxisAreTheCaps) {
+  Quadric cone = standard(QuadricKind::frustum);
+  EXPECT_EQ(single(cone, {0, 0, -2}, {0, 0, 1}).t, 2);
+  EXPECT_EQ(single(cone, {1, 0, -2}, {0, 0, 1}).t, 2) << "the rim is closed";
+  EXPECT_EQ(single(cone, {0.5, 0, 0.5}, {0, 0, 1}).t, 0.5) << "from inside";
+  cone.radius_1 = 0;
+  EXPECT_EQ(single(cone, {0, 0, 3}, {0, 0, -1}).t, 2) << "the apex";
+  EXPECT_EQ(single(cone, {0, 0, -3}, {0, 0, 1}).t, 3) << "the base";
+  EXPECT_EQ(single(cone, {0.5, 0, 3}, {0, 0, -1}).t, 2.5) << "the mirror nappe is not there";
+  EXPECT_FALSE(single(cone, {0, -3, 1.5}, {0, 1, 0}).primitive.hit()) << "nor across it";
+  cone.caps = false;
+  EXPECT_FALSE(single(cone, {1.5, 0, -1}, {0, 0, 1}).primitive.hit());
+}
+
+TEST(DiscHits, LeaveTheHoleAndKeepBothRims) {
+  Quadric disc = standard(QuadricKind::disc);
+  disc.radius_0 = 0.5;
+  EXPECT_FALSE(single(disc, {0.25, 0, 1}, {0, 0, -1}).primitive.hit());
+  EXPECT_TRUE(single(disc, {0.5, 0, 1}, {0, 0, -1}).primitive.hit());
+  EXPECT_TRUE(single(disc, {0, 1, -1}, {0, 0, 1}).primitive.hit());
+  EXPECT_FALSE(single(disc, {0, std::nextafter(1.0, 2), -1}, {0, 0, 1}).primitive.hit());
+  EXPECT_FALSE(single(disc, {-3, 0, 0}, {1, 0, 0}).primitive.hit()) << "within its plane";
+}
+
+}  // namespace
+}  // namespace tracer

@@ -1,0 +1,56 @@
+// A filtered texture against the mean of many samples.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/scenes.h"
+
+namespace tracer {
+namespace {
+
+Scene checkered_plain(std::uint32_t samples, Texture::Filter filter) {
+  Scene scene = scenes::empty(96);
+  scene.camera.position = {0, 1, 0};
+  scene.camera.look_at = {0.3, 0.9, -1};
+  scene.accuracy.samples = samples;
+  scene.ambient = {1, 1, 1};
+  Texture checker{CheckerTexture{{Color{1, 1, 1}, {0, 0, 0}}}, {2, 2}, {}, ""};
+  checker.filter = filter;
+  scene.textures.push_back(checker);
+  Material floor = scenes::matte({1, 1, 1});
+  floor.color = TextureId{0};
+  scenes::add(scene, Plane{}, floor);
+  return scene;
+}
+
+/// Over the pixels whose rows lie below the horizon.
+double rms_difference(const Image& a, const Image& b) {
+  double sum = 0;
+  const std::size_t from = a.rgb.size() * 6 / 10;
+  for (std::size_t i = from; i < a.rgb.size(); ++i) sum += std::pow(a.rgb[i] - b.rgb[i], 2);
+  return std::sqrt(sum / static_cast<double>(a.rgb.size() - from));
+}
+
+TEST(Filtering, OfACheckerToTheHorizonWithOneSampleIsCloseToTheMeanOfMany) {
+  const Image mean = scenes::render(checkered_plain(1024, Texture::Filter::nearest)).image;
+  const double filtered = rms_difference(scenes::render(checkered_plain(1, Texture::Filter::mipmap)).image, mean);
+  const double unfiltered = rms_difference(scenes::render(checkered_plain(1, Texture::Filter::nearest)).image, mean);
+  RecordProperty("rmse_filtered", std::to_string(filtered));
+  RecordProperty("rmse_unfiltered", std::to_string(unfiltered));
+  EXPECT_LT(filtered, 0.06);
+  EXPECT_GT(unfiltered, 3 * filtered) << "filtered " << filtered;
+}
+
+TEST(Filtering, NarrowsWithSamplesSoThatTheConvergedPictureIsTheUnfilteredOne) {
+  const Image filtered = scenes::render(checkered_plain(1024, Texture::Filter::mipmap)).image;
+  const Image mean = scenes::render(checkered_plain(1024, Texture::Filter::nearest)).image;
+  EXPECT_LT(rms_difference(filtered, mean), 0.006);
+}
+
+TEST(Filtering, IsOffWhereNoTextureAsksForIt) {
+  EXPECT_FALSE(requirements(checkered_plain(1, Texture::Filter::nearest)).filtered_textures);
+  EXPECT_TRUE(requirements(checkered_plain(1, Texture::Filter::mipmap)).filtered_textures);
+}
+
+}  // namespace
+}  // namespace tracer

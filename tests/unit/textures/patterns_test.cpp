@@ -1,0 +1,162 @@
+// Checker, gradient and noise: values at points, and means over what a sample covers.
+#include <gtest/gtest.h>
+
+#include "tests/support/effort.h"
+#include "tests/support/random.h"
+#include "tracer/src/textures/texture.h"
+
+namespace tracer {
+namespace {
+
+using oracle::Random;
+using oracle::Real;
+using Wrap = Texture::Wrap;
+
+/// Mean of `f` over [x - w/2, x + w/2], piece by piece between whole numbers, where it is linear.
+template <class Function>
+Real mean_of(const Function& f, double x, double w) {
+  const Real left = Real(x) - Real(w) / 2, right = Real(x) + Real(w) / 2;
+  Real sum = 0;
+  for (Real a = left; a < right;) {
+    const Real b = std::fmin(right, std::floor(a) + 1);
+    sum += (b - a) * f((a + b) / 2);
+    a = b;
+  }
+  return sum / (right - left);
+}
+
+Real sign_at(Real t) { return std::fmod(std::floor(t), 2.0L) == 0 ? 1 : -1; }
+
+Real wrapped_at(Wrap wrap, Real t) {
+  if (wrap == Wrap::clamp) return std::fmin(std::fmax(t, 0.0L), 1.0L);
+  const Real turn = t - 2 * std::floor(t / 2);
+  if (wrap == Wrap::mirror) return turn < 1 ? turn : 2 - turn;
+  return t - std::floor(t);
+}
+
+TEST(BoxFilter, OfACheckerIsItsIntegralAtEveryPlaceAndWidth) {
+  Random random(1);
+  for (std::uint64_t i = 0; i < effort::cases(100'000); ++i) {
+    const double x = random.chance(0.3) ? std::round(random.in(-9, 9)) + random.sign() * random.spread(1e-15, 1)
+                                        : random.in(-100, 100);
+    const double w = random.spread(1e-14, 300);
+    ASSERT_NEAR(alternating_mean(x, w), static_cast<double>(mean_of(sign_at, x, w)),
+                2e-15 * (1 + std::abs(x)) / w + 1e-14)
+        << x << " " << w;
+  }
+}
+
+TEST(BoxFilter, OfACheckerFadesToTheMeanOfItsColours) {
+  EXPECT_EQ(alternating_mean(0.25, 2), 0);
+  EXPECT_EQ(alternating_mean(1e15, 1e30), 0);
+  EXPECT_LE(std::abs(alternating_mean(0.3, 1e6)), 1e-6);
+  EXPECT_EQ(alternating_mean(0.5, 1), 1);
+  EXPECT_EQ(alternating_mean(-0.5, 1), -1);
+  EXPECT_EQ(alternating_mean(1, 1), 0);
+}
+
+TEST(BoxFilter, OfAGradientIsItsIntegralUnderEveryWrap) {
+  Random random(2);
+  for (std::uint64_t i = 0; i < effort::cases(100'000); ++i) {
+    const auto wrap = static_cast<Wrap>(random.below(3));
+    const double x = random.in(-6, 6), w = random.spread(1e-12, 40);
+    const auto f = [&](Real t) { return wrapped_at(wrap, t); };
+    ASSERT_NEAR(wrapped_mean(wrap, x, w), static_cast<double>(mean_of(f, x, w)), 1e-14 / std::fmin(1.0, w) + 1e-14)
+        << static_cast<int>(wrap) << " " << x << " " << w;
+  }
+}
+
+TEST(Wrap, RepeatsClampsOrReflectsAlsoFarOut) {
+  EXPECT_EQ(wrapped(Wrap::repeat, -0.25), 0.75);
+  EXPECT_EQ(wrapped(Wrap::clamp, -0.25), 0);
+  EXPECT_EQ(wrapped(Wrap::mirror, -0.25), 0.25);
+  EXPECT_EQ(wrapped(Wrap::repeat, 3.25), 0.25);
+  EXPECT_EQ(wrapped(Wrap::clamp, 3.25), 1);
+  EXPECT_EQ(wrapped(Wrap::mirror, 3.25), 0.75);
+  for (const Wrap wrap : {Wrap::repeat, Wrap::clamp, Wrap::mirror})
+    for (double x = 1; x < 1e300; x *= 977)
+      for (const double at : {x, -x}) {
+        EXPECT_GE(wrapped(wrap, at), 0);
+        EXPECT_LE(wrapped(wrap, at), 1);
+      }
+}
+
+TEST(Gradient, GoesFromItsFirstColourAtTheBottomToItsSecondOnTop) {
+  Texture sky{GradientTexture{{Color{1, 0, 0}, {0, 0, 2}}}, {1, 1}, {}, ""};
+  EXPECT_EQ(texture_color(sky, {0.7, 0}), (Color{1, 0, 0}));
+  EXPECT_EQ(texture_color(sky, {0.7, 0.25}), (Color{0.75, 0, 0.5}));
+  EXPECT_EQ(texture_color(sky, {0.7, 1.25}), (Color{0.75, 0, 0.5})) << "repeats";
+  sky.wrap = Wrap::clamp;
+  EXPECT_EQ(texture_color(sky, {0.7, 7}), (Color{0, 0, 2}));
+  sky.wrap = Wrap::mirror;
+  EXPECT_EQ(texture_color(sky, {0.7, 1.25}), (Color{0.25, 0, 1.5}));
+}
+
+TEST(Noise, StaysWithinOneAndReachesFar) {
+  Random random(3);
+  double lowest = 0, highest = 0, sum = 0;
+  const std::uint64_t count = effort::cases(400'000);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const double n = gradient_noise(random.in(-1e4, 1e4), random.in(-1e4, 1e4));
+    lowest = std::min(lowest, n);
+    highest = std::max(highest, n);
+    sum += n;
+  }
+  EXPECT_GE(lowest, -1);
+  EXPECT_LE(highest, 1);
+  EXPECT_LT(lowest, -0.7);
+  EXPECT_GT(highest, 0.7);
+  EXPECT_NEAR(sum / static_cast<double>(count), 0, 5 / std::sqrt(static_cast<double>(count)));
+}
+
+TEST(Noise, IsNoughtAtWholeCoordinatesHoweverManyOctaves) {
+  for (int i = -20; i < 20; ++i)
+    for (int j = -20; j < 20; ++j)
+      for (const std::uint32_t octaves : {1u, 3u, 32u}) EXPECT_EQ(octave_noise(i, j, octaves, 0), 0) << i << " " << j;
+  EXPECT_EQ(gradient_noise(1e300, -1e300), 0);
+}
+
+TEST(Noise, IsContinuousAcrossItsCells) {
+  Random random(4);
+  for (std::uint64_t i = 0; i < effort::cases(50'000); ++i) {
+    const double x = std::round(random.in(-50, 50)), y = random.in(-50, 50), step = 1e-9;
+    ASSERT_NEAR(gradient_noise(x - step, y), gradient_noise(x + step, y), 10 * step) << x << " " << y;
+    ASSERT_NEAR(gradient_noise(y, x - step), gradient_noise(y, x + step), 10 * step) << x << " " << y;
+  }
+}
+
+TEST(Noise, OfOctavesIsTheirSumOverTheirAmplitudes) {
+  Random random(5);
+  for (int i = 0; i < 1000; ++i) {
+    const double x = random.in(-9, 9), y = random.in(-9, 9);
+    const Real sum =
+        gradient_noise(x, y) + Real(gradient_noise(2 * x, 2 * y)) / 2 + Real(gradient_noise(4 * x, 4 * y)) / 4;
+    ASSERT_NEAR(octave_noise(x, y, 3, 0), static_cast<double>(sum / 1.75L), 1e-15);
+  }
+}
+
+TEST(Noise, LosesTheOctavesThatASampleCannotSee) {
+  Random random(6);
+  for (int i = 0; i < 1000; ++i) {
+    const double x = random.in(-9, 9), y = random.in(-9, 9);
+    ASSERT_EQ(octave_noise(x, y, 4, 10), 0);
+    const double both = octave_noise(x, y, 2, 0), seen = gradient_noise(x, y) / 1.5;
+    ASSERT_NEAR(octave_noise(x, y, 2, 0.4), seen, std::abs(seen) * 0.5)
+        << "the first has begun to fade, the second is gone";
+    ASSERT_EQ(octave_noise(x, y, 2, 0.09), both);
+  }
+}
+
+TEST(Noise, IsTheSameEverywhere) {  // a hash of coordinates: any change shows
+  EXPECT_EQ(gradient_noise(0.5, 0.5), gradient_noise(0.5, 0.5));
+  Random random(7);
+  double checksum = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const double x = random.in(-9, 9), y = random.in(-9, 9);
+    checksum += gradient_noise(x, y) * (i + 1);
+  }
+  EXPECT_NEAR(checksum, -1213.1834046801484, 1e-9);
+}
+
+}  // namespace
+}  // namespace tracer

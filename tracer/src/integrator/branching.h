@@ -1,0 +1,101 @@
+#pragma once
+/// Wavefront, mirrors and glass: what goes on from a hit.
+
+#include "tracer/src/integrator/wavefront.h"
+#include "tracer/src/math/optics.h"
+#include "tracer/src/math/sampling.h"
+
+namespace tracer {
+
+template <class Model>
+void Wavefront<Model>::branch(const RayQueue& rays, Generation& next) {
+  for (std::size_t i = 0; i < hit_ray_.size(); ++i) {
+    const Material& material = scene_.materials[surface_[i].material];
+    if (material.reflection > 0 || material.transmission > 0) branch_at(rays, i, next);
+  }
+}
+
+template <class Model>
+void Wavefront<Model>::branch_at(const RayQueue& rays, std::size_t hit, Generation& next) {
+  using Transparency = Material::Transparency;
+  const Surface& surface = surface_[hit];
+  const Material& material = scene_.materials[surface.material];
+  const std::uint32_t ray = hit_ray_[hit];
+  const Vec3 direction = rays.direction(ray);
+  const Vec3 outward = surface.back ? -surface.geometric_normal : surface.geometric_normal;
+  // An interpolated normal may face away from the ray; the face's never does.
+  const Vec3 normal = dot(direction, surface.normal) < 0 ? surface.normal : outward;
+  const double cos_i = std::min(1.0, -dot(direction, normal));
+  const bool transmits = material.transmission > 0;
+  const bool refracts = transmits && material.transparency == Transparency::refract;
+  const Media::List before = rays.media(ray);
+  Media::List after = before;
+  double n_from = media_.ior(media_.filling(before)), n_to = material.ior;
+  if (transmits) {
+    after = surface.back ? media_.leave(before, surface.object) : media_.enter(before, surface.object);
+    if (refracts) n_to = media_.ior(media_.filling(after));
+    // From behind, of a surface that was never entered: it has no inside, and its back counts as one.
+    if (refracts && surface.back && after == before) n_from = material.ior;
+  }
+  Color reflected_weight = material.reflection_color * material.reflection;
+  Color transmitted_weight = Color{1, 1, 1} * material.transmission;
+  if (material.transparency != Transparency::interpolated)
+    transmitted_weight = transmitted_weight * material.transmission_color;
+  Vec3 onward = direction;
+  const double curvature = needs<&Requirements::filtered_textures>()
+                               ? (surface.back ? -1 : 1) * curvature_at(scene_, hits_.primitive[ray])
+                               : 0;
+  RayCone onward_cone, mirrored_cone;
+  if (needs<&Requirements::filtered_textures>()) {
+    onward_cone =
+        tracer::refracted(rays.cone(ray), hits_.t[ray], refracts ? curvature : 0, refracts ? n_from / n_to : 1);
+    mirrored_cone = tracer::mirrored(rays.cone(ray), hits_.t[ray], curvature);
+  }
+  if (refracts || material.fresnel) {
+    const Interface interface = dielectric_interface(cos_i, n_from, n_to);
+    if (material.fresnel) {
+      reflected_weight = reflected_weight * interface.reflectance;
+      transmitted_weight = transmitted_weight * (1 - interface.reflectance);
+    } else if (interface.total_internal_reflection) {
+      reflected_weight += transmitted_weight;
+    }
+    if (interface.total_internal_reflection) {
+      transmitted_weight = {};
+    } else if (refracts) {
+      onward = refracted(direction, normal, cos_i, interface.cos_t, n_from, n_to);
+      // Refracted by a bent normal, a grazing ray can stay on its side: mirror it in the face too.
+      if (needs<&Requirements::bump>() && dot(onward, outward) > 0) onward = unit(reflected(onward, outward));
+    }
+  }
+  if (!is_black(transmitted_weight))
+    emit(next, &Generation::refraction, rays, hit, onward, transmitted_weight, after, onward_cone);
+  if (is_black(reflected_weight)) return;
+  Vec3 mirrored = unit(reflected(direction, normal));
+  // Mirrored in an interpolated normal, a grazing ray can end up inside: mirror it once more in the face.
+  if (dot(mirrored, outward) < 0) mirrored = unit(reflected(mirrored, outward));
+  emit(next, &Generation::reflection, rays, hit, mirrored, reflected_weight, before, mirrored_cone);
+}
+
+template <class Model>
+void Wavefront<Model>::emit(Generation& next, RayQueue Generation::*kind, const RayQueue& rays, std::size_t hit,
+                            const Vec3& direction, const Color& factor, Media::List media, const RayCone& cone) {
+  const std::uint32_t ray = hit_ray_[hit];
+  const Surface& surface = surface_[hit];
+  const Color weight = weight_[hit] * factor;
+  if (max_component(weight) < scene_.accuracy.cutoff || is_black(weight)) {
+    ++statistics_.cut_branches;
+    return;
+  }
+  if (next.depth > scene_.accuracy.max_depth) {
+    ++statistics_.truncated_branches;
+    return;
+  }
+  // Reflections and refractions of one ray must not make the same random choices.
+  const std::uint64_t bounce = std::uint64_t{rays.path(ray)} * 2 + (kind == &Generation::reflection ? 0 : 1);
+  (next.*kind)
+      .push(offset_origin(surface.point, surface.geometric_normal, direction), direction, weight, rays.sample(ray),
+            hits_.primitive[ray], static_cast<std::uint32_t>(mix(bounce)), media);
+  if (needs<&Requirements::filtered_textures>()) (next.*kind).widen(cone);
+}
+
+}  // namespace tracer

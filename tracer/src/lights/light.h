@@ -1,0 +1,59 @@
+#pragma once
+/// Lights in the trace frame, and points on them.
+
+#include <numbers>
+
+#include "tracer/src/math/affine.h"
+
+namespace tracer {
+
+struct TraceLight {
+  enum class Kind { point, directional, spot, line, parallelogram, disc, sphere };
+  Kind kind = Kind::point;
+  Vec3 position;                        ///< of the point or spot; one end, corner or centre of the others
+  Vec3 u, v;                            ///< line: u spans it; parallelogram: edges; disc: radii at right angles
+  double radius = 0;                    ///< of the sphere
+  Vec3 axis;                            ///< unit. directional: towards the light; spot: the way it shines
+  double cos_inner = 1, cos_outer = 0;  ///< spot
+  Color radiance;                       ///< color * intensity
+  bool shadows = true;
+  Attenuation attenuation;  ///< of world distances
+
+  /// Spread over a length, area or surface, so that it takes several points to know it.
+  [[nodiscard]] bool soft() const { return kind >= Kind::line; }
+};
+
+/// The point of the light that `xi`, uniform in [0,1)^2, stands for: uniform over its length, area or surface.
+/// Precondition: not directional.
+inline Vec3 light_point(const TraceLight& light, const Vec2& xi) {
+  const double phi = 2 * std::numbers::pi * xi.y;
+  switch (light.kind) {
+    case TraceLight::Kind::line:
+      return light.position + light.u * xi.x;
+    case TraceLight::Kind::parallelogram:
+      return light.position + light.u * xi.x + light.v * xi.y;
+    case TraceLight::Kind::disc: {
+      const double r = std::sqrt(xi.x);  // equal areas for equal steps of xi.x
+      return light.position + light.u * (r * std::cos(phi)) + light.v * (r * std::sin(phi));
+    }
+    case TraceLight::Kind::sphere: {
+      const double z = 1 - 2 * xi.x;  // Archimedes: equal areas for equal heights
+      const double r = std::sqrt(std::max(0.0, 1 - z * z));
+      return light.position + Vec3{r * std::cos(phi), r * std::sin(phi), z} * light.radius;
+    }
+    default:
+      return light.position;
+  }
+}
+
+/// How much of a spot's light goes along unit `away` from it; 1 for other lights.
+inline double spot_factor(const TraceLight& light, const Vec3& away) {
+  if (light.kind != TraceLight::Kind::spot) return 1;
+  const double c = dot(away, light.axis);
+  if (c >= light.cos_inner) return 1;
+  if (c <= light.cos_outer) return 0;
+  const double x = (c - light.cos_outer) / (light.cos_inner - light.cos_outer);
+  return x * x * (3 - 2 * x);
+}
+
+}  // namespace tracer

@@ -1,0 +1,190 @@
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <tuple>
+#include <utility>
+
+#include "tracer/mesh_file.h"
+#include "tracer/src/math/vec.h"
+#include "tracer/src/mesh_io/formats.h"
+#include "tracer/src/mesh_io/values.h"
+#include "tracer/src/mesh_io/weld.h"
+#include "tracer/src/mesh_io/words.h"
+
+namespace tracer::mesh_io {
+namespace {
+
+constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+
+/// Indices from 0; `none` where the file gives none.
+struct Corner {
+  std::uint32_t position = none, uv = none, normal = none;
+  bool operator<(const Corner& other) const {
+    return std::tie(position, uv, normal) < std::tie(other.position, other.uv, other.normal);
+  }
+};
+
+class ObjReader {
+ public:
+  ObjReader(Bytes bytes, const Limits& limits, bool smooth) : words_(bytes), limits_(limits), smooth_(smooth) {}
+
+  MeshOrRefusal read() {
+    do {
+      const std::size_t line = words_.line();  // that a joined line begins on
+      if (!read_line()) return at_line(line, refusal_);
+    } while (words_.next_line());
+    if (mesh_.triangles.empty()) return std::string("has no faces");
+    if (smooth_ && has_uvs_ && !has_normals_) add_smooth_normals();
+    make_vertices();
+    give_missing_normals(mesh_, limits_);
+    return std::move(mesh_);
+  }
+
+ private:
+  bool refuse(std::string sentence) {
+    refusal_ = std::move(sentence);
+    return refusal_.empty();
+  }
+
+  /// What is not geometry is passed by, materials and the files they name too.
+  bool read_line() {
+    const std::string_view keyword = words_.word();
+    if (keyword == "v") return read_vector(positions_);
+    if (keyword == "vt") return read_uv();
+    if (keyword == "vn") return read_vector(normals_);
+    if (keyword == "f") return read_face();
+    return true;
+  }
+
+  /// Of this line; empty where a comment begins.
+  std::string_view next_word() {
+    const std::string_view word = words_.word_of_joined_lines();
+    return word.starts_with('#') ? std::string_view() : word;
+  }
+
+  bool read_number(double& number) {
+    const std::string_view word = next_word();
+    if (parse_number(word, number)) return true;
+    return refuse(word.empty() ? "a number is missing" : quoted(word) + " is no number");
+  }
+
+  /// What follows (weight, colour) is not read.
+  bool read_vector(std::vector<Vec3>& vectors) {
+    Vec3& v = vectors.emplace_back();
+    return read_number(v.x) && read_number(v.y) && read_number(v.z) && refuse(refusal_of(v, limits_));
+  }
+
+  bool read_uv() {
+    Vec2& uv = uvs_.emplace_back();
+    if (!read_number(uv.x)) return false;
+    const std::string_view second = next_word();  // v is 0 where it is not given
+    if (!second.empty() && !parse_number(second, uv.y)) return refuse(quoted(second) + " is no number");
+    return refuse(refusal_of(uv, limits_));
+  }
+
+  bool read_face() {
+    polygon_.clear();
+    polygon_positions_.clear();
+    for (std::string_view word; !(word = next_word()).empty();) {
+      Corner corner;
+      if (!read_corner(word, corner)) return false;
+      polygon_.push_back(static_cast<std::uint32_t>(corners_.size()));
+      polygon_positions_.push_back(positions_[corner.position]);
+      corners_.push_back(corner);
+      has_uvs_ |= corner.uv != none;
+      has_normals_ |= corner.normal != none;
+    }
+    return refuse(add_polygon(polygon_, polygon_positions_, limits_, mesh_.triangles));
+  }
+
+  /// v, v/vt, v//vn or v/vt/vn
+  bool read_corner(std::string_view word, Corner& corner) {
+    const std::string_view whole = word;
+    const auto next_part = [&word] {
+      const std::size_t slash = std::min(word.find('/'), word.size());
+      const std::string_view part = word.substr(0, slash);
+      word.remove_prefix(std::min(slash + 1, word.size()));
+      return part;
+    };
+    const std::string_view position = next_part(), uv = next_part(), normal = next_part();
+    if (!word.empty()) return refuse(quoted(whole) + " is no corner of a face");
+    return read_index(position, positions_.size(), "positions", corner.position) &&
+           (uv.empty() || read_index(uv, uvs_.size(), "texture coordinates", corner.uv)) &&
+           (normal.empty() || read_index(normal, normals_.size(), "normals", corner.normal));
+  }
+
+  /// From 1 on; -1 is the last so far.
+  bool read_index(std::string_view word, std::size_t count, const char* of, std::uint32_t& index) {
+    double number = 0;
+    const auto most = static_cast<double>(count);
+    if (!parse_number(word, number) || number != std::trunc(number)) return refuse(quoted(word) + " is no index");
+    if (number < 0) number += most + 1;
+    if (!(number >= 1 && number <= most)) {
+      return refuse("must be the index of one of the " + std::to_string(count) + " " + of + " so far, got " +
+                    quoted(word));
+    }
+    index = static_cast<std::uint32_t>(number) - 1;
+    return true;
+  }
+
+  /// By position: a vertex that is cut in two for its uvs is still one corner of the surface. Area-weighted, as the
+  /// tracer makes them of meshes without normals.
+  void add_smooth_normals() {
+    normals_.assign(positions_.size(), {});
+    for (const auto& triangle : mesh_.triangles) {
+      const auto position = [&](std::size_t i) { return corners_[triangle[i]].position; };
+      const Vec3 a = positions_[position(0)];
+      const Vec3 weighted = cross(positions_[position(1)] - a, positions_[position(2)] - a);
+      for (std::size_t i = 0; i < 3; ++i) normals_[position(i)] += weighted;
+    }
+    for (Vec3& normal : normals_) normal = normalize(normal);
+    for (Corner& corner : corners_) corner.normal = corner.position;
+    has_normals_ = true;
+  }
+
+  void make_vertices() {
+    const Welded welded = weld(corners_);
+    for (auto& triangle : mesh_.triangles)
+      for (std::uint32_t& corner : triangle) corner = welded.vertex[corner];
+    for (const std::uint32_t first : welded.first) {
+      const Corner& corner = corners_[first];
+      mesh_.positions.push_back(positions_[corner.position]);
+      if (has_uvs_) mesh_.uvs.push_back(corner.uv == none ? Vec2{} : uvs_[corner.uv]);
+      if (has_normals_) mesh_.normals.push_back(corner.normal == none ? Vec3{} : normals_[corner.normal]);
+    }
+  }
+
+  Words words_;
+  const Limits& limits_;
+  bool smooth_;
+  std::string refusal_;
+  std::vector<Vec3> positions_, normals_;
+  std::vector<Vec2> uvs_;
+  std::vector<Corner> corners_;  ///< of all faces; the mesh's triangles point at them until they are welded
+  std::vector<std::uint32_t> polygon_;
+  std::vector<Vec3> polygon_positions_;
+  bool has_uvs_ = false, has_normals_ = false;
+  Mesh mesh_;
+};
+
+}  // namespace
+
+bool is_obj(Bytes bytes) {
+  constexpr std::string_view keywords[] = {"v",  "vt",    "vn",       "vp",       "f",      "l",      "p",
+                                           "o",  "g",     "s",        "mg",       "mtllib", "usemtl", "usemap",
+                                           "fo", "bevel", "c_interp", "d_interp", "lod"};
+  Words words(bytes);
+  do {
+    const std::string_view word = words.word();
+    if (!word.empty() && !word.starts_with('#'))
+      return std::find(std::begin(keywords), std::end(keywords), word) != std::end(keywords);
+  } while (words.next_line());
+  return false;
+}
+
+MeshOrRefusal read_obj(Bytes bytes, const Limits& limits, bool smooth) {
+  return ObjReader(bytes, limits, smooth).read();
+}
+
+}  // namespace tracer::mesh_io

@@ -1,0 +1,39 @@
+#pragma once
+/// What the text at the beginning of a PLY file says of the data behind it.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tracer/result.h"
+#include "tracer/src/mesh_io/words.h"
+
+namespace tracer::mesh_io::ply {
+
+enum class Type : std::uint8_t { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
+std::size_t bytes_of(Type type);
+
+struct Property {
+  std::string name;
+  Type type = Type::float32;
+  std::optional<Type> count{};  ///< of a list: of what type its length is, an integer
+};
+
+struct Element {
+  std::string name;
+  std::uint64_t count = 0;           ///< as declared; nothing has been held against the file yet
+  std::vector<Property> properties;  ///< at least one where there are any rows
+};
+
+enum class Encoding : std::uint8_t { ascii, little_endian, big_endian };
+
+struct Header {
+  Encoding encoding = Encoding::ascii;
+  std::vector<Element> elements;  ///< in the order of the data; no name twice
+};
+
+/// Leaves `words` at the data. Fails with a sentence that begins with the line.
+Result<Header, std::string> read_header(Words& words);
+
+}  // namespace tracer::mesh_io::ply

@@ -1,0 +1,58 @@
+#pragma once
+/// Objects where instances and transforms put them.
+
+#include <cassert>
+#include <cstddef>
+#include <string_view>
+
+#include "tracer/src/math/affine.h"
+
+namespace tracer {
+
+inline Affine affine(const Transform& t) {
+  const auto& r = t.rows;
+  return {{{r[0][0], r[1][0], r[2][0]}, {r[0][1], r[1][1], r[2][1]}, {r[0][2], r[1][2], r[2][2]}},
+          {r[0][3], r[1][3], r[2][3]}};
+}
+
+/// An object of the scene or of a prototype, as often as it is placed.
+struct Placed {
+  const Shape& shape;  ///< never an Instance
+  MaterialId material;
+  Affine world_from_object;  ///< exactly the identity where nothing transforms it
+  std::string_view group;    ///< where the document lists it: "/objects", or its prototype
+  std::size_t index;         ///< its place there
+};
+
+/// Calls visit(Placed) for every object, prototypes' objects once for each instance, in the document's order.
+/// Precondition: handles are valid and prototypes are not in a circle; the depth of recursion is that of the instances.
+template <class Visit>
+void for_each_placed(const Scene& scene, const std::vector<Object>& objects, std::string_view group,
+                     const Affine& world_from_group, const std::optional<MaterialId>& material, const Visit& visit) {
+  for (const Object& object : objects) {
+    const Affine world_from_object = object.transform ? world_from_group * affine(*object.transform) : world_from_group;
+    if (const auto* instance = std::get_if<Instance>(&object.shape)) {
+      const Prototype& prototype = scene.prototypes[instance->of.index];
+      for_each_placed(scene, prototype.objects, prototype.path, world_from_object,
+                      material ? material : instance->material, visit);
+    } else {
+      visit(Placed{object.shape, material.value_or(object.material), world_from_object, group,
+                   static_cast<std::size_t>(&object - objects.data())});
+    }
+  }
+}
+
+template <class Visit>
+void for_each_placed(const Scene& scene, const Visit& visit) {
+  for_each_placed(scene, scene.objects, "/objects", Affine{}, std::nullopt, visit);
+}
+
+/// The standard shape that a sphere, disc, cylinder, cone or box is an affine image of (accel/quadric.h), and the map.
+/// Columns of the map: the shape's axes; for round shapes e0, e1 and the axis, as texture coordinates want them.
+Affine object_from_standard(const Sphere& sphere);
+Affine object_from_standard(const Disc& disc);
+Affine object_from_standard(const Cylinder& cylinder);
+Affine object_from_standard(const Cone& cone);
+Affine object_from_standard(const Box& box);
+
+}  // namespace tracer

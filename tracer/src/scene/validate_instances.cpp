@@ -1,0 +1,187 @@
+/// Prototypes and their instances: where they lead, and what they amount to when counted out.
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <string>
+
+#include "tracer/src/scene/checks.h"
+#include "tracer/src/scene/placement.h"
+
+namespace tracer {
+namespace {
+
+/// What a list of objects amounts to. Doubles, so that a tower of instances cannot overflow a count.
+struct Extent {
+  double objects = 0, triangles = 0;
+  double reach = 0;         ///< no coordinate in it is larger
+  double shrink = 1;        ///< no length in it is multiplied by less
+  double condition = 1;     ///< no transform in it, its own and those around it multiplied, has a larger one
+  std::uint32_t depth = 0;  ///< of instances within instances
+};
+
+double norm(const Linear& m) {  // of the largest coordinate's growth: the largest row sum
+  return std::max({std::abs(m.x.x) + std::abs(m.y.x) + std::abs(m.z.x),
+                   std::abs(m.x.y) + std::abs(m.y.y) + std::abs(m.z.y),
+                   std::abs(m.x.z) + std::abs(m.y.z) + std::abs(m.z.z)});
+}
+
+double frobenius(const Linear& m) { return std::hypot(length(m.x), length(m.y), length(m.z)); }
+
+/// Whether a transform on the way to a shape is singular when those around it are applied too.
+bool flattens(const Scene& scene, const Object& object, const Linear& world_from_group) {
+  const Linear m = object.transform ? world_from_group * affine(*object.transform).linear : world_from_group;
+  if (is_singular(m)) return true;
+  const auto* instance = std::get_if<Instance>(&object.shape);
+  if (instance == nullptr) return false;
+  const std::vector<Object>& placed = scene.prototypes[instance->of.index].objects;
+  return std::any_of(placed.begin(), placed.end(), [&](const Object& inner) { return flattens(scene, inner, m); });
+}
+
+struct Reach {
+  double operator()(const Sphere& s) const { return largest_component(s.center) + s.radius; }
+  double operator()(const Plane& p) const { return largest_component(p.point); }
+  double operator()(const Disc& d) const { return largest_component(d.center) + d.radius; }
+  double operator()(const Cylinder& c) const {
+    return std::max(largest_component(c.from), largest_component(c.to)) + c.radius;
+  }
+  double operator()(const Cone& c) const {
+    return std::max(largest_component(c.apex), largest_component(c.base)) + std::max(c.radius, c.apex_radius);
+  }
+  double operator()(const Box& b) const { return std::max(largest_component(b.min), largest_component(b.max)); }
+  double operator()(const Triangle& t) const {
+    return std::max(
+        {largest_component(t.vertices[0]), largest_component(t.vertices[1]), largest_component(t.vertices[2])});
+  }
+  double operator()(const Mesh& mesh) const {
+    double reach = 0;
+    for (const Vec3& position : mesh.positions) reach = std::max(reach, largest_component(position));
+    return reach;
+  }
+  double operator()(const Instance&) const { return 0; }
+};
+
+class Counting {
+ public:
+  Counting(Checks& checks, const Scene& scene)
+      : checks_(checks), scene_(scene), extents_(scene.prototypes.size()), states_(scene.prototypes.size()) {}
+
+  /// False when an instance leads nowhere or round in a circle, or too deep, which has been told.
+  bool count(const std::vector<Object>& objects, const Where& where, std::uint32_t depth, Extent& total) {
+    bool all_well = true;
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+      Extent part;
+      const auto* instance = std::get_if<Instance>(&objects[i].shape);
+      if (instance != nullptr) {
+        if (!count_prototype(instance->of.index, {{where, i}, "of"}, depth + 1, part)) {
+          all_well = false;
+          continue;
+        }
+        part.depth += 1;
+      } else {
+        part = own_extent(objects[i].shape);
+      }
+      add(objects[i], part, total);
+    }
+    return all_well;
+  }
+
+  /// Those that no instance places too: what leads in a circle is a mistake wherever it stands.
+  bool count_prototypes() {
+    bool all_well = true;
+    for (std::uint32_t index = 0; index < extents_.size(); ++index) {
+      Extent unused;
+      all_well &= count_prototype(index, Where(scene_.prototypes[index].path), 0, unused);
+    }
+    return all_well;
+  }
+
+ private:
+  enum class State : std::uint8_t { unseen, open, counted, bad };
+
+  /// Coordinates beyond the limit before any transform have been told with their shape.
+  [[nodiscard]] Extent own_extent(const Shape& shape) const {
+    const auto* mesh = std::get_if<Mesh>(&shape);
+    const bool triangle = std::holds_alternative<Triangle>(shape);
+    return {.objects = 1,
+            .triangles = mesh != nullptr ? static_cast<double>(mesh->triangles.size()) : (triangle ? 1.0 : 0.0),
+            .reach = std::min(std::visit(Reach{}, shape), checks_.limits.coordinate_max)};
+  }
+
+  static void add(const Object& object, Extent part, Extent& total) {
+    if (object.transform) {
+      const Affine a = affine(*object.transform);
+      part.reach = part.reach * norm(a.linear) + largest_component(a.offset);
+      part.shrink *= std::min({length(a.linear.x), length(a.linear.y), length(a.linear.z)});
+      part.condition *= frobenius(a.linear) * frobenius(inverse(a.linear));
+    }
+    total.objects += part.objects;
+    total.triangles += part.triangles;
+    total.reach = std::max(total.reach, part.reach);
+    total.shrink = std::min(total.shrink, part.shrink);
+    total.condition = std::max(total.condition, part.condition);
+    total.depth = std::max(total.depth, part.depth);
+  }
+
+  bool count_prototype(std::uint32_t index, const Where& of, std::uint32_t depth, Extent& extent) {
+    if (index >= extents_.size())
+      return checks_.tell(of, "unknown_reference", "there is no prototype " + std::to_string(index));
+    if (states_[index] == State::open)
+      return checks_.tell(of, "circular_reference", "the prototype holds itself: instances go round in a circle");
+    if (states_[index] == State::bad) return false;
+    // Asked before going deeper: the recursion is never deeper than the limit.
+    if (depth + extents_[index].depth > checks_.limits.instance_depth)
+      return checks_.over(of, "instance_depth", std::to_string(checks_.limits.instance_depth), "more");
+    if (states_[index] == State::unseen) {
+      states_[index] = State::open;
+      const Where where(scene_.prototypes[index].path);
+      const bool well = count(scene_.prototypes[index].objects, where, depth, extents_[index]);
+      states_[index] = well ? State::counted : State::bad;
+      if (!well) return false;
+    }
+    extent = extents_[index];
+    return true;
+  }
+
+  Checks& checks_;
+  const Scene& scene_;
+  std::vector<Extent> extents_;
+  std::vector<State> states_;
+};
+
+}  // namespace
+
+void check_objects(Checks& checks, const Scene& scene) {
+  const Where objects("/objects");
+  bool transforms_well = check_object_list(checks, scene, objects, scene.objects);
+  for (const Prototype& prototype : scene.prototypes)
+    transforms_well &= check_object_list(checks, scene, Where(prototype.path), prototype.objects);
+
+  Extent total;
+  Counting counting(checks, scene);
+  const bool objects_well = counting.count(scene.objects, objects, 0, total);
+  if (!counting.count_prototypes() || !objects_well || !transforms_well) return;
+  const auto saturated = [](double count) {
+    return count < 1e18 ? static_cast<std::uint64_t>(count) : std::numeric_limits<std::uint64_t>::max();
+  };
+  const bool few = checks.count(objects, saturated(total.objects), checks.limits.objects, "objects");
+  checks.count(objects, saturated(total.triangles), checks.limits.triangles, "triangles");
+  // Shapes within the limits may leave them when transformed. Not-a-number has been told above.
+  if (total.reach > checks.limits.coordinate_max)
+    checks.over(objects, "coordinate_max", text_of(checks.limits.coordinate_max),
+                text_of(total.reach) + " with the transforms applied");
+  if (total.shrink < checks.limits.length_min)
+    checks.over(objects, "length_min", text_of(checks.limits.length_min),
+                text_of(total.shrink) + " with the transforms applied");
+  // Columns of a product span at least the inverse square of its condition, which is at most the factors' product: only
+  // above that need every place be looked at. (NaN: an inverse overflowed.)
+  if (!few || total.condition <= 0x1p24) return;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i)
+    if (std::holds_alternative<Instance>(scene.objects[i].shape) && flattens(scene, scene.objects[i], {}))
+      checks.tell({objects, i}, "degenerate",
+                  "its transform is singular together with one that it places: they flatten space, and there is no way "
+                  "back");
+}
+
+}  // namespace tracer

@@ -1,0 +1,177 @@
+#include "tracer/src/shapes/geometry_builder.h"
+
+#include "tracer/src/scene/placement.h"
+
+namespace tracer {
+namespace {
+
+/// Area-weighted vertex normals: the cross product of two edges is twice the area times the unit normal
+/// (Gouraud 1971; weights compared by Max 1999). Vertices whose sum vanishes stay zero: shading falls back to the face.
+std::vector<Vec3> area_weighted_normals(const Mesh& mesh) {
+  std::vector<Vec3> normals(mesh.positions.size());
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Vec3 weighted = cross(mesh.positions[b] - mesh.positions[a], mesh.positions[c] - mesh.positions[a]);
+    normals[a] += weighted;
+    normals[b] += weighted;
+    normals[c] += weighted;
+  }
+  return normals;
+}
+
+/// Whether a sphere stays a sphere with the same axes: equal scaling, no rotation. (A rotated one is an ellipsoid of
+/// equal axes: the same picture through the more general test.)
+bool keeps_spheres(const Linear& m) {
+  return m.x.y == 0 && m.x.z == 0 && m.y.x == 0 && m.y.z == 0 && m.z.x == 0 && m.z.y == 0 && m.x.x > 0 &&
+         m.x.x == m.y.y && m.x.x == m.z.z;
+}
+
+/// Sorts objects into geometries: spheres, quadrics and loose triangles by whether they let light through (their masks
+/// differ), each mesh by itself.
+class GeometryBuilder {
+ public:
+  explicit GeometryBuilder(CompiledScene& compiled) : compiled_(compiled), trace_from_world_(compiled.frame.affine()) {}
+
+  void add(const Placed& placed) {
+    object_ = static_cast<std::uint32_t>(compiled_.material_of_object.size());
+    compiled_.material_of_object.push_back(placed.material.index);
+    transmissive_ = compiled_.materials[placed.material.index].transmission > 0;
+    if (compiled_.needs.textures) compiled_.axes_of_object.emplace_back();
+    trace_from_object_ = trace_from_world_ * placed.world_from_object;
+    world_from_object_ = placed.world_from_object;
+    std::visit(*this, placed.shape);
+  }
+
+  void finish() {
+    GeometrySet& set = compiled_.geometry;
+    for (SphereGeometry& spheres : spheres_)
+      if (!spheres.x.empty()) set.spheres.push_back(std::move(spheres));
+    for (QuadricGeometry& quadrics : quadrics_)
+      if (!quadrics.quadrics.empty()) set.quadrics.push_back(std::move(quadrics));
+    for (TriangleGeometry& triangles : loose_)
+      if (!triangles.triangles.empty()) set.triangles.push_back(std::move(triangles));
+  }
+
+  void operator()(const Sphere& sphere) {
+    if (!keeps_spheres(world_from_object_.linear)) {
+      add_quadric(QuadricKind::ellipsoid, sphere);
+      return;
+    }
+    SphereGeometry& spheres = spheres_[transmissive_ ? 1 : 0];
+    spheres.transmissive = transmissive_;
+    const Vec3 center = trace_from_object(sphere.center);
+    spheres.x.push_back(center.x);
+    spheres.y.push_back(center.y);
+    spheres.z.push_back(center.z);
+    spheres.radius.push_back(compiled_.frame.trace_from_world(sphere.radius * world_from_object_.linear.x.x));
+    spheres.object.push_back(object_);
+    if (compiled_.needs.textures)
+      compiled_.axes_of_object.back() = axes_across(normalize(sphere.axis), sphere.meridian);
+  }
+
+  void operator()(const Plane& plane) {
+    PlaneGeometry& planes = compiled_.geometry.planes;
+    const Vec3 normal = normalize(plane.normal);
+    planes.point.push_back(trace_from_object(plane.point));
+    planes.normal.push_back(normalize(transformed_normal(world_from_object_.linear, normal)));
+    planes.object.push_back(object_);
+    planes.transmissive.push_back(transmissive_ ? 1 : 0);
+    if (!compiled_.needs.textures) return;
+    // u and v are linear in the place: their gradients go with the inverse transpose, as normals do.
+    const Axes axes = axes_across(normal, plane.u_axis.value_or(Vec3{1, 0, 0}));
+    const Linear gradients = transposed(inverse(world_from_object_.linear));
+    compiled_.axes_of_object.back() = {gradients * axes.e0, gradients * axes.e1, normal};
+  }
+
+  void operator()(const Disc& disc) { add_quadric(QuadricKind::disc, disc).radius_0 = disc.inner_radius / disc.radius; }
+
+  void operator()(const Cylinder& cylinder) { add_quadric(QuadricKind::frustum, cylinder).caps = cylinder.caps; }
+
+  void operator()(const Cone& cone) {
+    Quadric& added = add_quadric(QuadricKind::frustum, cone);
+    const double widest = std::max(cone.radius, cone.apex_radius);
+    added.radius_0 = cone.radius / widest;
+    added.radius_1 = cone.apex_radius / widest;
+    added.caps = cone.caps;
+  }
+
+  void operator()(const Box& box) { add_quadric(QuadricKind::box, box); }
+
+  void operator()(const Triangle& triangle) {
+    TriangleGeometry& triangles = loose_[transmissive_ ? 1 : 0];
+    triangles.transmissive = transmissive_;
+    const auto first = static_cast<std::uint32_t>(triangles.positions.size());
+    for (const Vec3& vertex : triangle.vertices) triangles.positions.push_back(trace_from_object(vertex));
+    push_corners(triangles, {first, first + 1, first + 2});
+    triangles.object_of_triangle.push_back(object_);
+    // Zero normals mean: use the face's.
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      triangles.normals.push_back(unit_normal(triangle.normals ? (*triangle.normals)[corner] : Vec3{}));
+      const Vec2 uv = triangle.uvs ? (*triangle.uvs)[corner] : Vec2{corner == 1 ? 1.0 : 0.0, corner == 2 ? 1.0 : 0.0};
+      triangles.uvs.push_back({uv.x, uv.y});
+    }
+  }
+
+  void operator()(const Mesh& mesh) {
+    TriangleGeometry triangles;
+    triangles.object = object_;
+    triangles.transmissive = transmissive_;
+    triangles.positions.reserve(mesh.positions.size());
+    for (const Vec3& position : mesh.positions) triangles.positions.push_back(trace_from_object(position));
+    triangles.triangles.reserve(mesh.triangles.size());
+    for (const auto& corners : mesh.triangles) push_corners(triangles, corners);
+    if (!mesh.normals.empty()) {
+      for (const Vec3& normal : mesh.normals) triangles.normals.push_back(unit_normal(normal));
+    } else if (mesh.smooth) {
+      for (const Vec3& normal : area_weighted_normals(mesh)) triangles.normals.push_back(unit_normal(normal));
+    }
+    for (const Vec2& uv : mesh.uvs) triangles.uvs.push_back({uv.x, uv.y});
+    compiled_.geometry.triangles.push_back(std::move(triangles));
+  }
+
+  void operator()(const Instance&) {}  // for_each_placed has resolved them
+
+ private:
+  template <class Round>
+  Quadric& add_quadric(QuadricKind kind, const Round& shape) {
+    QuadricGeometry& quadrics = quadrics_[transmissive_ ? 1 : 0];
+    quadrics.transmissive = transmissive_;
+    quadrics.object.push_back(object_);
+    const Affine standard = object_from_standard(shape);
+    Quadric added = quadric(kind, {trace_from_object_.linear * standard.linear, trace_from_object(standard.offset)});
+    return quadrics.quadrics.emplace_back(added);
+  }
+
+  /// The frame subtracts before it scales: what nothing transforms is as exact as the frame is.
+  [[nodiscard]] Vec3 trace_from_object(const Vec3& p) const {
+    return compiled_.frame.trace_from_world(world_from_object_.point(p));
+  }
+
+  /// Under a reflection counter-clockwise becomes clockwise: the front side must stay the front.
+  void push_corners(TriangleGeometry& triangles, const std::array<std::uint32_t, 3>& corners) const {
+    const auto& [a, b, c] = corners;
+    triangles.triangles.push_back(determinant(world_from_object_.linear) < 0 ? std::array{a, c, b} : corners);
+  }
+
+  [[nodiscard]] std::array<float, 3> unit_normal(const Vec3& normal) const {
+    const Vec3 n = normalize(transformed_normal(world_from_object_.linear, normalize(normal)));
+    return {static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)};
+  }
+
+  CompiledScene& compiled_;
+  Affine trace_from_world_, world_from_object_, trace_from_object_;
+  std::array<SphereGeometry, 2> spheres_;
+  std::array<QuadricGeometry, 2> quadrics_;
+  std::array<TriangleGeometry, 2> loose_;
+  std::uint32_t object_ = 0;
+  bool transmissive_ = false;
+};
+
+}  // namespace
+
+void build_geometry(const Scene& scene, CompiledScene& compiled) {
+  GeometryBuilder builder(compiled);
+  for_each_placed(scene, [&](const Placed& placed) { builder.add(placed); });
+  builder.finish();
+}
+
+}  // namespace tracer

@@ -1,0 +1,12 @@
+#pragma once
+/// Turns placed objects into what rays meet.
+
+#include "tracer/src/compiled_scene.h"
+
+namespace tracer {
+
+/// Fills `compiled`'s geometry, material_of_object and axes_of_object. Objects are numbered as placed: instances
+/// counted out, in the document's order.
+void build_geometry(const Scene& scene, CompiledScene& compiled);
+
+}  // namespace tracer

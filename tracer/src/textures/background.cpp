@@ -1,0 +1,113 @@
+#include "tracer/src/textures/background.h"
+
+#include <numbers>
+
+namespace tracer {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+/// What lies ahead in the middle of an environment, before it is rotated.
+Vec3 middle_of(const Vec3& up) { return axes_across(up, {0, 0, -1}).e0; }
+
+/// The world axis next to `v`; among equals y, then z.
+Vec3 nearest_axis(const Vec3& v) {
+  const Vec3 size = abs(v);
+  if (size.y >= size.x && size.y >= size.z) return {0, std::copysign(1.0, v.y), 0};
+  if (size.z >= size.x) return {0, 0, std::copysign(1.0, v.z)};
+  return {std::copysign(1.0, v.x), 0, 0};
+}
+
+/// A picture that goes once around is closed; one that is repeated or moved does as its texture says.
+Wraps wraps_around(const Texture& texture) {
+  const bool to_the_poles = texture.scale.y == 1 && texture.offset.y == 0;
+  return {texture.scale.x == 1 ? Texture::Wrap::repeat : texture.wrap,
+          to_the_poles ? Texture::Wrap::clamp : texture.wrap};
+}
+
+Wraps wraps_on_face(const Texture& texture) {
+  const bool whole = texture.scale == Vec2{1, 1} && texture.offset == Vec2{};
+  return whole ? Wraps{Texture::Wrap::clamp, Texture::Wrap::clamp} : Wraps{texture.wrap, texture.wrap};
+}
+
+/// How many pieces of a full turn could be told from each other: more lookups than that are the same mean. The means of
+/// checkers and gradients are exact, however wide.
+double pieces_of_a_turn(const Texture& texture, const ImageMap* image) {
+  const double turns = std::abs(texture.scale.x);
+  if (image != nullptr) return turns * image->levels().front().width;
+  const auto* noise = std::get_if<NoiseTexture>(&texture.pattern);
+  return noise != nullptr ? turns * std::ldexp(4, static_cast<int>(noise->octaves)) : 1;
+}
+
+}  // namespace
+
+TraceBackground::TraceBackground(const Background& background, const Vec3& up, const std::vector<Texture>& textures,
+                                 const std::vector<std::shared_ptr<const ImageMap>>& images)
+    : color_(background.color), up_(normalize(up)) {
+  const auto add_face = [&](const Vec3& axis, const Vec3& face_up, TextureId id, Wraps (*wraps)(const Texture&)) {
+    const Texture& texture = textures[id.index];
+    faces_.push_back({axis, cross(axis, face_up), face_up, texture, images[id.index], wraps(texture)});
+  };
+  if (background.gradient) {
+    kind_ = Kind::gradient;
+    gradient_ = *background.gradient;
+  } else if (background.environment) {
+    kind_ = Kind::environment;
+    const double angle = std::remainder(background.environment->rotation_deg, 360) * (pi / 180);
+    const Vec3 middle = middle_of(up_);
+    add_face(normalize(middle * std::cos(angle) + cross(up_, middle) * std::sin(angle)), up_,
+             background.environment->texture, wraps_around);
+  } else if (background.cube) {
+    kind_ = Kind::cube;
+    const Vec3 above = nearest_axis(up_), middle = middle_of(above);
+    constexpr Vec3 axes[] = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+    for (std::size_t face = 0; face < 6; ++face) {
+      const double along_up = dot(axes[face], above);
+      add_face(axes[face], along_up == 0 ? above : middle * -along_up, background.cube->faces[face], wraps_on_face);
+    }
+  }
+}
+
+/// Equirectangular, the inverse of the panorama camera. Towards the poles a beam covers more and more columns of the
+/// few rows that it covers, and pyramids have no such texels: it is looked up side by side, so often that each lookup
+/// is square on a picture twice as wide as high. That is 1 / cos(latitude), some 1.6 on the mean over all directions.
+Color TraceBackground::environment(const Vec3& direction, double spread) const {
+  const Face& around = faces_.front();
+  const double ahead = dot(direction, around.axis), right = dot(direction, around.right);
+  const double level = std::hypot(ahead, right);
+  const double turn = 0.5 + std::atan2(right, ahead) / (2 * pi);
+  const Vec2 uv{turn - std::floor(turn), 0.5 + std::atan2(dot(direction, around.up), level) / pi};
+  const Texture& texture = around.texture;
+  const ImageMap* image = around.image.get();
+  if (!(spread > 0) || texture.filter != Texture::Filter::mipmap)
+    return texture_color(texture, lookup(texture, uv, {}), image, around.wraps);
+  const double height = std::min(1.0, spread / pi);
+  const double width = spread < 2 * pi * level ? spread / (2 * pi * level) : 1;
+  constexpr double lookups_max = 1024;  // finer than 2^-10 of a turn only where a pixel holds a pole
+  const double wanted = std::min({2 * width / height, width * pieces_of_a_turn(texture, image), lookups_max});
+  const auto lookups = static_cast<int>(std::max(1.0, std::nearbyint(wanted)));
+  Color sum;
+  for (int i = 0; i < lookups; ++i) {
+    const double u = uv.x + width * ((i + 0.5) / lookups - 0.5);
+    sum += texture_color(texture, lookup(texture, {u, uv.y}, {width / lookups, height}), image, around.wraps);
+  }
+  return sum * (1.0 / lookups);
+}
+
+/// By the face that the direction's largest component points at. On it u = (1 + right / ahead) / 2, whose gradient over
+/// directions is sqrt(1 + (right / ahead)^2) / (2 ahead) long; v likewise.
+Color TraceBackground::cube(const Vec3& direction, double spread) const {
+  const Face* face = faces_.data();
+  for (const Face& other : faces_)
+    if (dot(direction, other.axis) > dot(direction, face->axis)) face = &other;
+  const double ahead = dot(direction, face->axis);
+  const double right = dot(direction, face->right) / ahead, up = dot(direction, face->up) / ahead;
+  const auto covered = [&](double across) {
+    return std::min(1.0, spread * std::sqrt(1 + across * across) / (2 * ahead));
+  };
+  return texture_color(face->texture,
+                       lookup(face->texture, {(1 + right) / 2, (1 + up) / 2}, {covered(right), covered(up)}),
+                       face->image.get(), face->wraps);
+}
+
+}  // namespace tracer

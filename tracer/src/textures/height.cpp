@@ -1,0 +1,38 @@
+#include "tracer/src/textures/height.h"
+
+namespace tracer {
+namespace {
+
+/// The least step: below it there is only interpolation, whose slope jumps. A picture's is a texel of the level that
+/// it is looked up in.
+Vec2 finest(const Texture& texture, const Vec2& covered, const ImageMap* image) {
+  if (image != nullptr) {
+    const Image& picture = image->levels().front();
+    const double texels = std::max({covered.x * picture.width, covered.y * picture.height, 1.0});
+    return {texels / picture.width, texels / picture.height};
+  }
+  const auto* noise = std::get_if<NoiseTexture>(&texture.pattern);
+  const double cell = noise != nullptr ? std::ldexp(1.0, 1 - static_cast<int>(noise->octaves)) : 1;
+  return {cell * 0x1p-10, cell * 0x1p-10};
+}
+
+}  // namespace
+
+Vec2 height_slope(const Texture& texture, const Vec2& uv, const Vec2& width, const ImageMap* image) {
+  const Lookup here = lookup(texture, uv, width);
+  const Vec2 least = finest(texture, here.covered, image);
+  const auto height = [&](const Vec2& at) {
+    const Color color = texture_color(texture, Lookup{at, here.covered}, image, {texture.wrap, texture.wrap});
+    return (color.r + color.g + color.b) / 3;
+  };
+  // Over the step as it was rounded; none is left of it beyond 2^53, where textures have no fractions.
+  const auto slope = [&](const Vec2& low, const Vec2& high, double step) {
+    return step > 0 ? (height(high) - height(low)) / step : 0;
+  };
+  const double half_u = std::max(here.covered.x, least.x) / 2, half_v = std::max(here.covered.y, least.y) / 2;
+  const Vec2 left{here.at.x - half_u, here.at.y}, right{here.at.x + half_u, here.at.y};
+  const Vec2 low{here.at.x, here.at.y - half_v}, high{here.at.x, here.at.y + half_v};
+  return {slope(left, right, right.x - left.x) * texture.scale.x, slope(low, high, high.y - low.y) * texture.scale.y};
+}
+
+}  // namespace tracer

@@ -1,0 +1,19 @@
+#pragma once
+/// From a scene's picture files to the pyramids that textures are looked up in.
+
+#include <memory>
+#include <vector>
+
+#include "tracer/compile.h"
+#include "tracer/src/textures/image_map.h"
+
+namespace tracer {
+
+using TextureImages = std::vector<std::shared_ptr<const ImageMap>>;
+
+/// One for each texture, null where it is no image; textures of the same file in the same colour space
+/// share one. Fails with `bad_asset`.
+Result<TextureImages, Failure> texture_images(const std::vector<Texture>& textures, const std::vector<Asset>& assets,
+                                              const Assets& content);
+
+}  // namespace tracer
