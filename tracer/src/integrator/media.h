@@ -2,6 +2,7 @@
 /// Which solids a ray is inside of. Lists share their tails, so a ray carries one number however deep it is nested, and
 /// a scene without solids that let light in carries zeros.
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -89,7 +90,8 @@ class Media {
     std::vector<std::uint32_t> above;
     for (; list != removed; list = nodes_[list].below) above.push_back(nodes_[list].object);
     List result = nodes_[removed].below;
-    for (auto object = above.rbegin(); object != above.rend(); ++object) result = enter(result, *object);
+    std::reverse(above.begin(), above.end());
+    for (const std::uint32_t object : above) result = enter(result, object);
     return result;
   }
 

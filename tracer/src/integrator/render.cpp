@@ -18,7 +18,7 @@ constexpr std::uint32_t tile_side = 32;
 constexpr std::uint32_t batch_rays = 4096;
 
 PixelWindow tile_at(const PixelWindow& window, std::uint64_t index) {
-  const std::uint32_t columns = (window.width() + tile_side - 1) / tile_side;
+  const std::uint32_t columns = std::max(1u, (window.width() + tile_side - 1) / tile_side);
   const auto x = static_cast<std::uint32_t>(index % columns) * tile_side;
   const auto y = static_cast<std::uint32_t>(index / columns) * tile_side;
   return {window.x0 + x, window.y0 + y, window.x0 + std::min(x + tile_side, window.width()),
