@@ -100,12 +100,13 @@ std::vector<MetFromBehind> met_from_behind(const CompiledScene& scene, Vec3 orig
 /// or a lens that a solid holds a part of, its centre decides.
 std::vector<std::uint32_t> objects_around_camera(const CompiledScene& scene) {
   const auto [origin, ahead] = scene.camera.aim(0.5 * scene.image.width, 0.5 * scene.image.height);
-  const std::vector<MetFromBehind> before = met_from_behind(scene, origin, ahead);
+  std::vector<MetFromBehind> outermost_first = met_from_behind(scene, origin, ahead);
+  std::reverse(outermost_first.begin(), outermost_first.end());
   const std::vector<MetFromBehind> after = met_from_behind(scene, origin, -ahead);
   std::vector<std::uint32_t> around;
-  for (auto met = before.rbegin(); met != before.rend(); ++met) {
-    const auto same = [&](const MetFromBehind& other) { return other.object == met->object; };
-    if (met->plane || std::any_of(after.begin(), after.end(), same)) around.push_back(met->object);
+  for (const MetFromBehind& met : outermost_first) {
+    const auto same = [&](const MetFromBehind& other) { return other.object == met.object; };
+    if (met.plane || std::any_of(after.begin(), after.end(), same)) around.push_back(met.object);
   }
   return around;
 }
