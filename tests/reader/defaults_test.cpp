@@ -14,7 +14,6 @@ using reader_tests::accepted;
 using reader_tests::document_with;
 using reader_tests::document_with_object;
 using tracer::Color;
-using tracer::Vec2;
 using tracer::Vec3;
 
 tracer::Material material_of(const std::string& members) {

@@ -216,7 +216,8 @@ TEST(Lens, SpreadsAPointOutOfFocusOverTheCircleOfConfusionOfSimilarTriangles) {
   Real widest = 0, area_mean = 0;
   constexpr int side = 100;
   for (int i = 0; i < side * side; ++i) {
-    const auto aim = camera.aim(30, 80, {(i % side + 0.5) / side, (i / side + 0.5) / side});
+    const int column = i % side, row = i / side;
+    const auto aim = camera.aim(30, 80, {(column + 0.5) / side, (row + 0.5) / side});
     const Vec at = Vec(aim.origin) + (5 / -Real{aim.direction.z}) * Vec(aim.direction);
     const Real radius = length(at - middle);
     widest = std::max(widest, radius);

@@ -189,7 +189,9 @@ TEST(CubeBackground, ShowsEachDirectionItsFaceRightWayUp) {
   const TraceBackground upright(background, {0.3, 2, 0.4}, textures, images);
   const TraceBackground turned(background, {0, 0, 1}, textures, images);
   for (int face = 0; face < 6; ++face) {
-    for (const auto& [sky, seen] : {std::pair{&upright, y_up[face]}, std::pair{&turned, z_up[face]}}) {
+    for (const auto& view : {std::pair{&upright, y_up[face]}, std::pair{&turned, z_up[face]}}) {
+      const TraceBackground* sky = view.first;
+      const Seen& seen = view.second;
       const auto look = [&](double right, double above) {
         return sky->radiance(normalize(seen.ahead + seen.right * right + seen.up * above), 0);
       };

@@ -81,7 +81,8 @@ TEST(ImageMap, HasTheSameMeanOnEveryLevelWhateverItsSize) {
     for (const Image& level : map.levels()) {
       double sum = 0;
       for (std::size_t i = 0; i < level.rgb.size(); i += 3) sum += level.rgb[i];
-      means.push_back(sum / static_cast<double>(level.rgb.size() / 3));
+      const std::size_t texels = level.rgb.size() / 3;
+      means.push_back(sum / static_cast<double>(texels));
     }
     EXPECT_EQ(map.levels().back().rgb.size(), 3u);
     for (const double mean : means) EXPECT_NEAR(mean, means.front(), 1e-6) << width << " x " << height;

@@ -3,6 +3,7 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <utility>
@@ -69,7 +70,7 @@ void add_alpha(Shown<Code>& shown, const std::vector<float>& alpha) {
   codes.reserve(4 * alpha.size());
   for (std::size_t pixel = 0; pixel < alpha.size(); ++pixel) {
     codes.insert(codes.end(), {shown.codes[3 * pixel], shown.codes[3 * pixel + 1], shown.codes[3 * pixel + 2],
-                               static_cast<Code>(alpha[pixel] * most + 0.5F)});
+                               static_cast<Code>(std::lround(alpha[pixel] * most))});
   }
   shown = {4, std::move(codes)};
 }

@@ -71,9 +71,8 @@ UvGradients triangle_gradients(const TriangleGeometry& mesh, std::uint32_t trian
   const double area = dot(normal, normal);
   const Vec3 along_b = cross(to_c, normal) / area, along_c = cross(normal, to_b) / area;
   if (mesh.uvs.empty()) return {along_b, along_c};
-  const auto gradient = [&](std::size_t i) {
-    return along_b * (mesh.uvs[b][i] - mesh.uvs[a][i]) + along_c * (mesh.uvs[c][i] - mesh.uvs[a][i]);
-  };
+  const auto &uv_a = mesh.uvs[a], &uv_b = mesh.uvs[b], &uv_c = mesh.uvs[c];
+  const auto gradient = [&](std::size_t i) { return along_b * (uv_b[i] - uv_a[i]) + along_c * (uv_c[i] - uv_a[i]); };
   return {gradient(0), gradient(1)};
 }
 
