@@ -17,6 +17,7 @@ struct Layers {
   /// counted by itself; 0: nothing.
   std::vector<std::uint32_t> object_id;
   std::vector<std::uint32_t> samples;  ///< how many were taken
+  std::vector<float> error;            ///< estimate of the error left, in levels; root mean square of the channels
 };
 
 struct Image {

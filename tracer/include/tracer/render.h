@@ -2,6 +2,7 @@
 /// Traces a compiled scene into a picture.
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 
 #include "tracer/compile.h"
@@ -23,7 +24,10 @@ struct RayCounts {
 /// What was done, for the report. The tracer reads no clock: times are the caller's.
 struct RenderStatistics {
   RayCounts rays;
-  std::uint64_t samples = 0;     ///< camera samples over all pixels
+  std::uint64_t samples = 0;                       ///< camera samples over all pixels
+  std::uint32_t samples_min = 0, samples_max = 0;  ///< in any pixel
+  /// Of `samples`, those which only estimate the error and are in no pixel's mean.
+  std::uint64_t audit_samples = 0;
   std::uint64_t non_finite = 0;  ///< samples that came out NaN or infinite; left out of their pixel's mean. Must be 0
   /// Shadow rays not traced because what their lights could give, together with the others left out at the same hit, is
   /// within `cutoff`; only of scenes with many lights.
@@ -38,17 +42,21 @@ struct RenderStatistics {
 
 struct Rendered {
   Image image;
+  ErrorEstimate error;
   RenderStatistics statistics;
 };
 
 struct RenderSettings {
+  /// Milliseconds since the work on this picture began, its build included; any thread may ask. Needed by a time
+  /// budget, which is none without it: the tracer has no clock of its own.
+  std::function<double()> elapsed_ms{};
   /// Threads to use; 0: those of the calling thread's oneTBB arena. The picture and the statistics are bit-identical
   /// for any number.
   std::uint32_t threads = 0;
 };
 
 /// May run many times, on any threads. Fails with `cancelled` within one tile's time of `control.cancel()`,
-/// with `out_of_memory` when the heap does. Equal scenes give bit-identical pictures.
+/// with `out_of_memory` when the heap does. Equal scenes give bit-identical pictures, but for a time budget.
 Result<Rendered, Failure> render(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control);
 
 }  // namespace tracer

@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "tracer/accuracy.h"
 #include "tracer/values.h"
 
 namespace tracer {
@@ -347,21 +348,10 @@ struct Prototype {
 
 // ---- what the user asks for ----------------------------------------------------------------------------------------
 
-struct Accuracy {
-  /// Exactly this many in every pixel. 1 is the pixel's centre; more are stratified over the pixel's square.
-  /// Default 4: the smallest count that smooths an edge.
-  std::uint32_t samples = 4;
-  std::uint32_t max_depth = 64;  ///< secondary bounces; the safety net behind `cutoff`
-  /// A branch whose throughput (largest channel) is below this is not traced. Default 1/1000: a quarter of an 8-bit
-  /// step.
-  double cutoff = 1e-3;
-  std::uint64_t seed = 0;
-};
-
 enum class Format { png, png16, exr, jpg, hdr, webp, tiff };
 
 /// What is measured at the first thing that a camera ray hits, beside its colour: channels of an EXR.
-enum class Layer { depth, normal, albedo, object_id, samples };
+enum class Layer { depth, normal, albedo, object_id, samples, error };
 
 /// Exposure, overflow and palette are of the formats for display: exr and hdr hold the radiance as it is.
 struct Output {

@@ -1,0 +1,72 @@
+#pragma once
+/// How accurate a picture is to be, and how accurate it became.
+///
+/// Errors are in levels: the root mean square, over all pixels and channels, of the difference from the converged
+/// picture of the same scene, after exposure, overflow and the sRGB curve, in units of 1/255. What is transparent
+/// counts as black. The converged picture is the mean over each pixel's square, lens and lights, without `max_depth`,
+/// `cutoff` or approximations.
+
+#include <cstdint>
+#include <optional>
+
+namespace tracer {
+
+/// Cheaper models that a user asks for by name, to trade accuracy for time. None is on by default.
+struct Approximations {
+  /// none: every light shines through everything. map: what a light sees is traced once into a depth map, and asked
+  /// instead of tracing a ray.
+  enum class Shadows { exact, none, map };
+  /// environment: a mirror or glass sees the background alone. none: it sees nothing.
+  enum class Reflections { exact, environment, none };
+  /// Every material is shaded so, whatever it says.
+  enum class Shading { exact, gouraud, flat };
+  Shadows shadows = Shadows::exact;
+  Reflections reflections = Reflections::exact;
+  Shading shading = Shading::exact;
+  std::uint32_t nearest_lights = 0;  ///< each hit is lit by so many of the lights nearest to it; 0: by all
+  bool operator==(const Approximations&) const = default;
+  [[nodiscard]] bool any() const { return *this != Approximations{}; }
+};
+
+/// Samples where they lower the error most, until the estimate of the error is at most `target_error`, or the time is
+/// over, whichever comes first. Neither set: until `samples_max`.
+struct Adaptive {
+  std::optional<double> target_error;    ///< levels, > 0
+  std::optional<double> time_budget_ms;  ///< of building and tracing, > 0
+  std::uint32_t samples_min = 1;         ///< in each pixel
+  /// In each pixel. Default: enough for a feature of 1/4000 pixel, few enough that one pixel does not take the night.
+  std::uint32_t samples_max = 4096;
+};
+
+struct Accuracy {
+  /// Where it does not adapt: exactly this many in every pixel. 1 is the pixel's centre; more are stratified over the
+  /// pixel's square. Default 4: the smallest count that smooths an edge.
+  std::uint32_t samples = 4;
+  std::optional<Adaptive> adaptive;
+  std::uint32_t max_depth = 64;  ///< secondary bounces; the safety net behind `cutoff`
+  /// A branch whose throughput (largest channel) is below this is not traced. Default 1/1000: a quarter of an 8-bit
+  /// step.
+  double cutoff = 1e-3;
+  std::uint64_t seed = 0;
+  Approximations approximate{};
+};
+
+/// What is known of the error of a rendered picture. All errors in levels.
+struct ErrorEstimate {
+  /// At the stated confidence the true error is at most this.
+  double estimate = 0;
+  double confidence = 0.95;
+  std::optional<double> target;  ///< as asked
+  bool met = true;               ///< estimate <= target; true without a target
+  double sampling = 0;           ///< part of too few samples
+  double depth = 0;              ///< part of branches that `max_depth` ended, at most
+  double cutoff = 0;             ///< part of branches and shadow rays that `cutoff` spared, at most
+  /// Part of what was asked for as approximation, measured against exact samples of some pixels.
+  double approximation = 0;
+  /// Whether `depth` and `cutoff` are bounds. Not so where no bound on the scene's radiance exists (a light that falls
+  /// off with the inverse square, a solid that gives back all it receives and more): there the largest radiance that
+  /// was met takes its place.
+  bool bounded = true;
+};
+
+}  // namespace tracer
