@@ -47,6 +47,10 @@ struct Accuracy {
   /// A branch whose throughput (largest channel) is below this is not traced. Default 1/1000: a quarter of an 8-bit
   /// step.
   double cutoff = 1e-3;
+  /// Such a branch is traced all the same with a probability in proportion to its weight, and then counts for those
+  /// that were not (Russian roulette: Arvo & Kirk 1990): the mean is what it would be without a cutoff, and what is
+  /// missing becomes noise, which samples tell and lower. The document's default where it asks for an error or a time.
+  bool cutoff_by_chance = false;
   std::uint64_t seed = 0;
   Approximations approximate{};
 };

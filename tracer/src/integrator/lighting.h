@@ -12,9 +12,6 @@
 
 namespace tracer {
 
-/// A penumbra of 16 stratified points a pixel has a standard error of some 3 % of the light at worst.
-inline constexpr std::uint32_t light_points_min = 16;
-
 /// What is left of the ambient and diffuse light of a surface that interpolates it with what is behind.
 inline double body(const Material& material) {
   return material.transparency == Material::Transparency::interpolated ? 1 - material.transmission : 1;
@@ -56,12 +53,10 @@ Vec2 Wavefront<Model>::covered_of(const RayQueue& rays, std::size_t hit, const T
                     rays.cone(ray).width_at(hits_.t[ray]));
 }
 
-/// A soft light is known by as many points a hit that a pixel sees at least light_points_min of them; after a bounce,
-/// by one.
+/// A soft light is known to what camera rays hit by the batch's number of points; after a bounce, by one.
 template <class Model>
 void Wavefront<Model>::shade_lights(const RayQueue& rays, std::uint32_t depth, Coherence coherence) {
-  const std::uint32_t samples = scene_.accuracy.samples;
-  const std::uint32_t soft_points = depth == 0 ? (light_points_min + samples - 1) / samples : 1;
+  const std::uint32_t soft_points = depth == 0 ? light_points_ : 1;
   const double spare =
       needs<&Requirements::many_lights>() ? scene_.accuracy.cutoff / static_cast<double>(scene_.lights.size()) : 0;
   spared_.assign(needs<&Requirements::many_lights>() ? hit_ray_.size() : 0, 0);
@@ -116,10 +111,11 @@ void Wavefront<Model>::shade_light(const RayQueue& rays, const LightStep& step, 
 /// Whether what the light gives, if nothing is in the way, is too little to ask. Lights share what may be missing of a
 /// hit, `cutoff`: each may leave out its own share and what those before it have not used.
 template <class Model>
-bool Wavefront<Model>::spares(std::size_t hit, const LightStep& step, const Color& contribution) {
+bool Wavefront<Model>::spares(const RayQueue& rays, std::size_t hit, const LightStep& step, const Color& contribution) {
   const double spared = spared_[hit] + max_component(contribution);
   if (!(spared <= step.spare)) return false;
   ++statistics_.spared_shadow_rays;
+  missing_[rays.sample(hit_ray_[hit])].spared += static_cast<float>(max_component(contribution));
   spared_[hit] = spared;
   return true;
 }
@@ -151,7 +147,7 @@ void Wavefront<Model>::shade_facing(const RayQueue& rays, const LightStep& step,
                                 material.specular_color * (material.specular * spec);
   const Color contribution = weight_[hit] * light.radiance * reflected_light * strength;
   if (is_black(contribution)) return;
-  if (light.shadows && needs<&Requirements::many_lights>() && spares(hit, step, contribution)) return;
+  if (light.shadows && needs<&Requirements::many_lights>() && spares(rays, hit, step, contribution)) return;
   if (light.shadows) {
     shadow_.push(offset_origin(facing.point, surface.geometric_normal, to_light), to_light, distance, contribution,
                  rays.sample(ray), hits_.primitive[ray], rays.media(ray));

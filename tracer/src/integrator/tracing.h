@@ -13,7 +13,9 @@ inline constexpr std::size_t pending_max = std::size_t{1} << 24;
 template <class Model>
 bool Wavefront<Model>::trace(Batch batch) {
   samples_ = std::move(batch.samples);
+  light_points_ = batch.light_points;
   radiance_.assign(samples_.size(), Color{});
+  if (may_miss_light()) missing_.assign(samples_.size(), {});
   media_.reset();
   if (notes_first_hits()) first_hits_.reset(samples_.size());
   statistics_.samples += samples_.size();
@@ -126,6 +128,7 @@ bool Wavefront<Model>::pass_hidden(const RayQueue& rays, std::size_t ray, const 
   if (after == before || media_.filling(before) != media_.filling(after)) return false;
   if (next.depth > scene_.accuracy.max_depth) {
     ++statistics_.truncated_branches;
+    missing_[rays.sample(ray)].depth += static_cast<float>(max_component(weight));
     return true;
   }
   const Vec3 direction = rays.direction(ray);

@@ -22,6 +22,14 @@ struct Batch {
   };
   RayQueue camera;
   std::vector<Sample> samples;
+  std::uint32_t light_points = 1;  ///< by which a soft light is known to what a camera ray hits; after a bounce, one
+};
+
+/// What a sample lacks, largest channel.
+struct MissingLight {
+  float depth = 0;   ///< weight of the branches that `max_depth` ended
+  float cutoff = 0;  ///< weight of those that `cutoff` ended
+  float spared = 0;  ///< radiance that shadow rays were not traced for
 };
 
 /// One of the points by which a light is known to a hit.
@@ -46,6 +54,8 @@ class Wavefront {
 
   /// Radiance of each sample of the last batch. May hold non-finite values.
   [[nodiscard]] const std::vector<Color>& radiance() const { return radiance_; }
+  /// What each sample lacks; empty in scenes where none can lack anything.
+  [[nodiscard]] const std::vector<MissingLight>& missing() const { return missing_; }
   /// What its camera rays hit; kept when the scene needs a depth cue or layers.
   [[nodiscard]] const FirstHits& first_hits() const { return first_hits_; }
   /// Of all batches so far.
@@ -69,6 +79,10 @@ class Wavefront {
       return false;
     }
   }
+  [[nodiscard]] bool may_miss_light() const {
+    return needs<&Requirements::reflection>() || needs<&Requirements::refraction>() ||
+           needs<&Requirements::many_lights>();
+  }
   [[nodiscard]] bool notes_first_hits() const {
     return needs<&Requirements::depth_cue>() || needs<&Requirements::layers>();
   }
@@ -91,7 +105,7 @@ class Wavefront {
   void shade_own_light(const RayQueue& rays);
   void shade_lights(const RayQueue& rays, std::uint32_t depth, Coherence coherence);
   void shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence);
-  bool spares(std::size_t hit, const LightStep& step, const Color& contribution);
+  bool spares(const RayQueue& rays, std::size_t hit, const LightStep& step, const Color& contribution);
   void shade_facing(const RayQueue& rays, const LightStep& step, std::size_t hit, const Facing& facing);
   [[nodiscard]] Color color_at(const RayQueue& rays, std::size_t hit) const;
   struct TextureOf {
@@ -104,6 +118,7 @@ class Wavefront {
 
   // branching.h: mirrors and glass
   void branch(const RayQueue& rays, Generation& next);
+  double survives(const Color& weight, std::uint32_t sample, std::uint64_t bounce);
   void branch_at(const RayQueue& rays, std::size_t hit, Generation& next);
   void emit(Generation& next, RayQueue Generation::*kind, const RayQueue& rays, std::size_t hit, const Vec3& direction,
             const Color& factor, Media::List media, const RayCone& cone);
@@ -112,7 +127,9 @@ class Wavefront {
   const RenderControl& control_;
   RenderStatistics statistics_;
   std::vector<Color> radiance_;
+  std::vector<MissingLight> missing_;
   std::vector<Batch::Sample> samples_;
+  std::uint32_t light_points_ = 1;
   FirstHits first_hits_;
   Media media_;
 
