@@ -30,7 +30,8 @@ class Finder {
   Finder(const Scene& scene, std::vector<RequirementReason>* reasons) : scene_(scene), reasons_(reasons) {}
 
   Requirements find() {
-    need(&Requirements::lens, scene_.camera.aperture > 0 && scene_.accuracy.samples > 1, "/camera/aperture");
+    const bool several_samples = scene_.accuracy.samples > 1 || scene_.accuracy.adaptive;
+    need(&Requirements::lens, scene_.camera.aperture > 0 && several_samples, "/camera/aperture");
     need(&Requirements::depth_cue, scene_.depth_cue.has_value(), "/depth_cue");
     need(&Requirements::layers, !scene_.output.layers.empty(), "/output/layers");
     need(&Requirements::layers, scene_.output.alpha, "/output/alpha");
