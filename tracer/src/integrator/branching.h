@@ -90,6 +90,10 @@ void Wavefront<Model>::emit(Generation& next, RayQueue Generation::*kind, const 
     ++statistics_.truncated_branches;
     return;
   }
+  if (approximate().reflections == Approximations::Reflections::environment) {
+    radiance_[rays.sample(ray)] += weight * scene_.background->radiance(direction, std::abs(cone.spread));
+    return;
+  }
   // Reflections and refractions of one ray must not make the same random choices.
   const std::uint64_t bounce = std::uint64_t{rays.path(ray)} * 2 + (kind == &Generation::reflection ? 0 : 1);
   (next.*kind)
