@@ -205,7 +205,7 @@ Rendered render(const Scene& scene, std::uint32_t threads) {
   RenderControl control;
   const auto compiled = compile(scene, control);
   if (!compiled) throw std::runtime_error(compiled.error().detail);
-  auto rendered = tracer::render(**compiled, {threads}, control);
+  auto rendered = tracer::render(**compiled, {.threads = threads}, control);
   if (!rendered) throw std::runtime_error(rendered.error().detail);
   return std::move(*rendered);
 }

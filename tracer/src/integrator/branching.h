@@ -111,6 +111,10 @@ void Wavefront<Model>::emit(Generation& next, RayQueue Generation::*kind, const 
     missing_[rays.sample(ray)].depth += static_cast<float>(max_component(weight));
     return;
   }
+  if (approximate().reflections == Approximations::Reflections::environment) {
+    radiance_[rays.sample(ray)] += weight * scene_.background->radiance(direction, std::abs(cone.spread));
+    return;
+  }
   (next.*kind)
       .push(offset_origin(surface.point, surface.geometric_normal, direction), direction, weight, rays.sample(ray),
             hits_.primitive[ray], static_cast<std::uint32_t>(mix(bounce)), media);

@@ -6,6 +6,7 @@
 #include "tracer/src/integrator/wavefront.h"
 #include "tracer/src/lights/attenuation.h"
 #include "tracer/src/materials/local_model.h"
+#include "tracer/src/materials/shading.h"
 #include "tracer/src/math/sampling.h"
 #include "tracer/src/shapes/uv_gradients.h"
 #include "tracer/src/textures/texture.h"
@@ -60,6 +61,7 @@ void Wavefront<Model>::shade_lights(const RayQueue& rays, std::uint32_t depth, C
   const double spare =
       needs<&Requirements::many_lights>() ? scene_.accuracy.cutoff / static_cast<double>(scene_.lights.size()) : 0;
   spared_.assign(needs<&Requirements::many_lights>() ? hit_ray_.size() : 0, 0);
+  nearest_.choose(scene_.lights, surface_, approximate().nearest_lights);
   for (std::uint32_t number = 0; number < scene_.lights.size(); ++number) {
     const TraceLight& light = scene_.lights[number];
     const std::uint32_t points = light.soft() ? soft_points : 1;
@@ -88,10 +90,12 @@ template <class Model>
 void Wavefront<Model>::shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence) {
   shadow_.clear();
   for (std::size_t i = 0; i < hit_ray_.size(); ++i) {
+    if (!nearest_.count(i, step.number)) continue;
     const Surface& surface = surface_[i];
     const std::uint32_t ray = hit_ray_[i];
     const bool at_corners =
-        needs<&Requirements::gouraud>() && scene_.materials[surface.material].shading == Material::Shading::gouraud;
+        needs<&Requirements::gouraud>() &&
+        shading_of(scene_.materials[surface.material], approximate().shading) == Material::Shading::gouraud;
     const std::optional<Corners> corners = at_corners ? corners_at(scene_, hits_.at(ray)) : std::nullopt;
     if (!corners) {
       const BoundedPoint point{surface.point.position + surface.shadow_offset, surface.point.error};
@@ -118,6 +122,18 @@ bool Wavefront<Model>::spares(const RayQueue& rays, std::size_t hit, const Light
   missing_[rays.sample(hit_ray_[hit])].spared += static_cast<float>(max_component(contribution));
   spared_[hit] = spared;
   return true;
+}
+
+/// By approximation: without shadows everything is; a map knows what is finite, and planes are asked themselves.
+template <class Model>
+bool Wavefront<Model>::seems_lit(const LightStep& step, std::size_t hit, const Facing& facing, const Vec3& to_light,
+                                 double distance) const {
+  if (approximate().shadows == Approximations::Shadows::none) return true;
+  const Vec3& normal = surface_[hit].geometric_normal;
+  if (!scene_.shadow_maps[step.number].lit(facing.point.position, normal)) return false;
+  const double short_of_it = distance * (1 - 0x1p-40);  // as shadow rays are
+  return !plane_between(scene_.geometry, offset_origin(facing.point, normal, to_light), to_light, short_of_it,
+                        hits_.primitive[hit_ray_[hit]]);
 }
 
 template <class Model>
@@ -147,6 +163,10 @@ void Wavefront<Model>::shade_facing(const RayQueue& rays, const LightStep& step,
                                 material.specular_color * (material.specular * spec);
   const Color contribution = weight_[hit] * light.radiance * reflected_light * strength;
   if (is_black(contribution)) return;
+  if (light.shadows && approximate().shadows != Approximations::Shadows::exact) {
+    if (seems_lit(step, hit, facing, to_light, distance)) radiance_[rays.sample(ray)] += contribution;
+    return;
+  }
   if (light.shadows && needs<&Requirements::many_lights>() && spares(rays, hit, step, contribution)) return;
   if (light.shadows) {
     shadow_.push(offset_origin(facing.point, surface.geometric_normal, to_light), to_light, distance, contribution,

@@ -9,6 +9,7 @@
 #include "tracer/src/integrator/first_hits.h"
 #include "tracer/src/integrator/generation.h"
 #include "tracer/src/integrator/model.h"
+#include "tracer/src/integrator/nearest_lights.h"
 #include "tracer/src/integrator/shadow_rays.h"
 
 namespace tracer {
@@ -47,7 +48,16 @@ template <class Model>
 class Wavefront {
  public:
   Wavefront(const CompiledScene& scene, const RenderControl& control)
-      : scene_(scene), control_(control), media_(scene), shadow_(scene, control) {}
+      : Wavefront(scene, control, scene.accuracy.approximate) {}
+
+  /// `approximations` are the scene's, or none: then the samples are exact.
+  Wavefront(const CompiledScene& scene, const RenderControl& control, const Approximations& approximations)
+      : scene_(scene),
+        control_(control),
+        approximations_(approximations),
+        needs_(approximations == scene.accuracy.approximate ? scene.needs : scene.exact_needs),
+        media_(scene),
+        shadow_(scene, control, needs_) {}
 
   /// Traces a batch to the end. False: cancelled; then the radiances mean nothing. Throws std::bad_alloc.
   bool trace(Batch batch);
@@ -74,7 +84,7 @@ class Wavefront {
   template <bool Requirements::*need>
   [[nodiscard]] bool needs() const {
     if constexpr (Model::holds(need)) {
-      return scene_.needs.*need;
+      return needs_.*need;
     } else {
       return false;
     }
@@ -82,6 +92,13 @@ class Wavefront {
   [[nodiscard]] bool may_miss_light() const {
     return needs<&Requirements::reflection>() || needs<&Requirements::refraction>() ||
            needs<&Requirements::many_lights>();
+  }
+  [[nodiscard]] Approximations approximate() const {
+    if constexpr (Model::holds(&Requirements::approximations)) {
+      return approximations_;
+    } else {
+      return {};
+    }
   }
   [[nodiscard]] bool notes_first_hits() const {
     return needs<&Requirements::depth_cue>() || needs<&Requirements::layers>();
@@ -105,6 +122,8 @@ class Wavefront {
   void shade_own_light(const RayQueue& rays);
   void shade_lights(const RayQueue& rays, std::uint32_t depth, Coherence coherence);
   void shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence);
+  [[nodiscard]] bool seems_lit(const LightStep& step, std::size_t hit, const Facing& facing, const Vec3& to_light,
+                               double distance) const;
   bool spares(const RayQueue& rays, std::size_t hit, const LightStep& step, const Color& contribution);
   void shade_facing(const RayQueue& rays, const LightStep& step, std::size_t hit, const Facing& facing);
   [[nodiscard]] Color color_at(const RayQueue& rays, std::size_t hit) const;
@@ -125,6 +144,8 @@ class Wavefront {
 
   const CompiledScene& scene_;
   const RenderControl& control_;
+  const Approximations approximations_;
+  const Requirements& needs_;
   RenderStatistics statistics_;
   std::vector<Color> radiance_;
   std::vector<MissingLight> missing_;
@@ -141,6 +162,8 @@ class Wavefront {
   std::vector<Color> color_;            ///< C at the surface, beside hit_ray_
   std::vector<double> spared_;          ///< light whose shadow rays were spared, beside hit_ray_; for many lights
   std::vector<Vec3> unbent_;            ///< empty in scenes without bent normals; beside hit_ray_, zero where not bent
+
+  NearestLights nearest_;  ///< of each hit, where not all lights count
 
   ShadowRays shadow_;
 };
