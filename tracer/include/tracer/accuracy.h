@@ -50,12 +50,6 @@ enum class Preset { draft, standard, fine, reference };
 /// within the step between two codes of 8 bits. fine: within their rounding. reference: to compare others with.
 double target_error_of(Preset preset);
 
-/// What cutoff a picture with this target has where nobody chooses one: 1/1000, but no more than target / 10^4, and
-/// that over 2^exposure where the exposure brightens. Next to black the sRGB curve makes 12.92 * 255 levels of a unit,
-/// so a branch left out at that weight, if it saw white there, is a third of the target; at middle greys a fortieth.
-/// What is cut is then small beside the target, and samples decide.
-double default_cutoff(double target_error, double exposure);
-
 struct Accuracy {
   /// Where it does not adapt: exactly this many in every pixel. 1 is the pixel's centre; more are stratified over the
   /// pixel's square. Default 4: the smallest count that smooths an edge.
