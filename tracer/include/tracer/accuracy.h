@@ -17,9 +17,10 @@ inline constexpr std::uint32_t nearest_lights_max = 1'000'000;
 /// Cheaper models that a user asks for by name, to trade accuracy for time. None is on by default.
 struct Approximations {
   /// none: every light shines through everything. map: what a light sees is traced once into a depth map, and asked
-  /// instead of tracing a ray.
+  /// instead of tracing a ray; of opaque surfaces alone, and from a soft light's middle.
   enum class Shadows { exact, none, map };
-  /// environment: a mirror or glass sees the background alone. none: it sees nothing.
+  /// environment: a mirror or glass sees the background alone, as though nothing were on the way. none: it sees
+  /// nothing.
   enum class Reflections { exact, environment, none };
   /// Every material is shaded so, whatever it says.
   enum class Shading { exact, gouraud, flat };
