@@ -45,7 +45,7 @@ struct Comparison {
 /// there are no pixels.
 Result<Comparison, std::string> compare(const ShownPicture& a, const ShownPicture& b, std::size_t worst_count = 5);
 
-/// Four times the root mean square error, rounded up to a power of two, at least 1 and at most 256 levels: noise then
+/// Eight times the root mean square error, rounded up to a power of two, at least 1 and at most 256 levels: noise then
 /// shows as such, and what stands out is white.
 double heat_scale(const Comparison& comparison);
 

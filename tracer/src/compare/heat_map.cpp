@@ -24,7 +24,7 @@ std::array<double, 3> cubehelix(double fraction) {
 
 double heat_scale(const Comparison& comparison) {
   double levels = 1;
-  while (levels < 256 && levels < 4 * comparison.rmse) levels *= 2;
+  while (levels < 256 && levels < 8 * comparison.rmse) levels *= 2;
   return levels;
 }
 
