@@ -156,7 +156,8 @@ Decoded read(std::span<const std::uint8_t> bytes, PictureKind kind, ColorSpace s
   if (std::string refused = refusal(input->spec(), limits); !refused.empty()) return refused;
   if (kind == PictureKind::tiff && input->spec().format.is_floating_point())
     return std::string("holds floating-point numbers, and TIFF does not say what light they are; OpenEXR does");
-  if (std::string missing = what_is_missing(kind, bytes); !missing.empty()) return missing;
+  if (kind == PictureKind::png && !ends_as_png(bytes))
+    return std::string("is truncated: its last chunk is not within the file");
   return Reading(*input, kind, space).run();
 }
 
@@ -164,6 +165,8 @@ Decoded read(std::span<const std::uint8_t> bytes, PictureKind kind, ColorSpace s
 
 Decoded decode_as(PictureKind kind, std::span<const std::uint8_t> bytes, ColorSpace color_space,
                   const TextureImageLimits& limits) try {
+  if (kind == PictureKind::jpeg && !ends_as_jpeg(bytes))
+    return std::string("is truncated: it does not end as a JPEG does");
   if (kind == PictureKind::webp && webp_pixels(bytes) > limits.pixels)
     return "the limit pixels is " + std::to_string(limits.pixels) + ", it has " + std::to_string(webp_pixels(bytes));
   return read(bytes, kind, color_space, limits);

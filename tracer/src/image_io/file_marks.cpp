@@ -5,26 +5,6 @@
 namespace tracer {
 namespace {
 
-/// libjpeg fills what is missing with grey and calls it a warning: what does not end as a JPEG does is truncated.
-bool ends_as_jpeg(std::span<const std::uint8_t> bytes) {
-  while (!bytes.empty() && bytes.back() == 0) bytes = bytes.first(bytes.size() - 1);  // padding
-  return bytes.size() >= 4 && bytes[bytes.size() - 2] == 0xff && bytes.back() == 0xd9;
-}
-
-/// Whether the chunks follow one another to the last, all within the file. (ISO 15948, sec. 5.3: length, type, content,
-/// check.) At the end of its bytes OpenImageIO's reader jumps out of libpng over its own strings, which leak.
-bool ends_as_png(std::span<const std::uint8_t> bytes) {
-  std::size_t at = 8;
-  while (bytes.size() >= at + 12) {
-    std::uint64_t length = 0;
-    for (std::size_t i = at; i < at + 4; ++i) length = length << 8U | bytes[i];
-    if (length > bytes.size() - at - 12) return false;
-    if (bytes[at + 4] == 'I' && bytes[at + 5] == 'E' && bytes[at + 6] == 'N' && bytes[at + 7] == 'D') return true;
-    at += length + 12;
-  }
-  return false;
-}
-
 std::string_view text_of(std::span<const std::uint8_t> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
@@ -50,10 +30,21 @@ std::optional<PictureKind> picture_kind(std::span<const std::uint8_t> bytes) {
   return std::nullopt;
 }
 
-std::string what_is_missing(PictureKind kind, std::span<const std::uint8_t> bytes) {
-  if (kind == PictureKind::jpeg && !ends_as_jpeg(bytes)) return "is truncated: it does not end as a JPEG does";
-  if (kind == PictureKind::png && !ends_as_png(bytes)) return "is truncated: its last chunk is not within the file";
-  return "";
+bool ends_as_jpeg(std::span<const std::uint8_t> bytes) {
+  while (!bytes.empty() && bytes.back() == 0) bytes = bytes.first(bytes.size() - 1);  // padding
+  return bytes.size() >= 4 && bytes[bytes.size() - 2] == 0xff && bytes.back() == 0xd9;
+}
+
+bool ends_as_png(std::span<const std::uint8_t> bytes) {
+  std::size_t at = 8;
+  while (bytes.size() >= at + 12) {
+    std::uint64_t length = 0;
+    for (std::size_t i = at; i < at + 4; ++i) length = length << 8U | bytes[i];
+    if (length > bytes.size() - at - 12) return false;
+    if (bytes[at + 4] == 'I' && bytes[at + 5] == 'E' && bytes[at + 6] == 'N' && bytes[at + 7] == 'D') return true;
+    at += length + 12;
+  }
+  return false;
 }
 
 /// WebP container specification (RFC 9649), sections 2.5-2.7: the first chunk says it, each kind in its way.
