@@ -156,8 +156,6 @@ Decoded read(std::span<const std::uint8_t> bytes, PictureKind kind, ColorSpace s
   if (std::string refused = refusal(input->spec(), limits); !refused.empty()) return refused;
   if (kind == PictureKind::tiff && input->spec().format.is_floating_point())
     return std::string("holds floating-point numbers, and TIFF does not say what light they are; OpenEXR does");
-  if (kind == PictureKind::png && !ends_as_png(bytes))
-    return std::string("is truncated: its last chunk is not within the file");
   return Reading(*input, kind, space).run();
 }
 
@@ -167,6 +165,8 @@ Decoded decode_as(PictureKind kind, std::span<const std::uint8_t> bytes, ColorSp
                   const TextureImageLimits& limits) try {
   if (kind == PictureKind::jpeg && !ends_as_jpeg(bytes))
     return std::string("is truncated: it does not end as a JPEG does");
+  if (kind == PictureKind::png && !ends_as_png(bytes))
+    return std::string("is truncated: its last chunk is not within the file");
   if (kind == PictureKind::webp && webp_pixels(bytes) > limits.pixels)
     return "the limit pixels is " + std::to_string(limits.pixels) + ", it has " + std::to_string(webp_pixels(bytes));
   return read(bytes, kind, color_space, limits);
