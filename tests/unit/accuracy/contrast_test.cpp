@@ -1,0 +1,72 @@
+// Where a picture of one sample a pixel is not smooth; what is claimed of a picture of equal samples.
+#include "tracer/src/accuracy/contrast.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/random.h"
+#include "tracer/src/accuracy/uniform_error.h"
+
+namespace tracer {
+namespace {
+
+std::vector<float> picture(std::uint32_t width, std::uint32_t height, double (*level)(double x, double y)) {
+  std::vector<float> shown;
+  for (std::uint32_t y = 0; y < height; ++y)
+    for (std::uint32_t x = 0; x < width; ++x)
+      for (int channel = 0; channel < 3; ++channel) shown.push_back(static_cast<float>(level(x, y)));
+  return shown;
+}
+
+TEST(Contrast, IsNoneInAnyGradient) {
+  for (const float contrast : contrasts(picture(9, 7, [](double x, double y) { return 8 * x + 16 * y; }), 9))
+    EXPECT_EQ(contrast, 0);
+}
+
+TEST(Contrast, IsTheWholeHeightOnBothSidesOfAnEdgeAndNoneBeyond) {
+  const auto contrast = contrasts(picture(10, 4, [](double x, double) { return x < 5 ? 10.0 : 110.0; }), 10);
+  for (std::size_t i = 0; i < contrast.size(); ++i) {
+    const bool beside = i % 10 == 4 || i % 10 == 5;
+    EXPECT_EQ(contrast[i], beside ? 3 * 100 * 100 : 0) << i;
+  }
+}
+
+TEST(Contrast, IsSeenAtTheBorderAndInPicturesOfAnyShape) {
+  const auto contrast = contrasts(picture(3, 1, [](double x, double) { return x < 1 ? 0.0 : 90.0; }), 3);
+  for (const float one : contrast) EXPECT_EQ(one, 3 * 90 * 90);
+  EXPECT_EQ(contrasts(picture(1, 1, [](double, double) { return 7.0; }), 1), std::vector<float>{0});
+  EXPECT_EQ(contrasts(picture(2, 2, [](double x, double) { return 7 * x; }), 2), std::vector<float>(4, 0));
+  EXPECT_TRUE(contrasts({}, 5).empty());
+}
+
+TEST(ExpectedVariance, IsThatOfAnEdgeAnywhereInThePixel) {
+  // The centre shows one side; the mean is the share u of the other: the mean square of min(u, 1 - u) over u is 1/12.
+  double sum = 0;
+  constexpr int steps = 100'000;
+  for (int i = 0; i < steps; ++i) {
+    const double u = (i + 0.5) / steps;
+    sum += std::pow(std::min(u, 1 - u), 2) / steps;
+  }
+  EXPECT_NEAR(expected_variance(3 * 100 * 100), 3 * 100 * 100 * sum, 1e-3);
+  EXPECT_LT(expected_variance(3 * 4), 3 * 4 * sum);
+}
+
+TEST(UniformVariance, OfOneSampleIsWhatItsContrastLetsExpect) {
+  std::vector<float> rgb(3 * 16, 0.1f);
+  for (std::size_t i = 8 * 3; i < rgb.size(); ++i) rgb[i] = 0.6f;
+  const Levels levels({}, 1);
+  const auto variance = uniform_variance(rgb, {}, 1, 4, levels);
+  const double height = levels.level(0.6f) - levels.level(0.1f);
+  EXPECT_NEAR(variance[5] / (3 * height * height / 12), 1, 1e-5);
+  EXPECT_EQ(variance[0], 0);
+}
+
+TEST(UniformVariance, IsThatOfTheSamplesJoinedByTwoThatAreExpected) {
+  const std::vector<float> rgb(3 * 9, 0.25f), spread(3 * 9, 0.01f);
+  const Levels levels({}, 1);
+  const double slope = levels.slope(0.25);
+  const auto variance = uniform_variance(rgb, spread, 8, 3, levels);
+  for (const float one : variance) EXPECT_NEAR(one / (3 * slope * slope * 0.01 * 7 / 9 / 8), 1, 1e-5);
+}
+
+}  // namespace
+}  // namespace tracer

@@ -1,0 +1,75 @@
+// The scale of errors, against the sRGB curve in long double.
+#include "tracer/src/accuracy/levels.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/random.h"
+
+namespace tracer {
+namespace {
+
+/// IEC 61966-2-1:1999, clause 5.2.
+long double encoded(long double linear) {
+  const long double x = std::fmin(linear, 1.0L);
+  return 255 * (x <= 0.0031308L ? 12.92L * x : 1.055L * std::pow(x, 1 / 2.4L) - 0.055L);
+}
+
+Output output(double exposure, Output::Overflow overflow) {
+  Output output;
+  output.exposure = exposure;
+  output.overflow = overflow;
+  return output;
+}
+
+TEST(Levels, FollowExposureClampAndTheCurve) {
+  oracle::Random random(1);
+  for (const double exposure : {0.0, 1.5, -3.0}) {
+    const Levels levels(output(exposure, Output::Overflow::clamp), 7);
+    for (int i = 0; i < 20'000; ++i) {
+      const double x = random.chance(0.5) ? random.in(0, 2) : random.spread(1e-9, 1e3);
+      ASSERT_NEAR(levels.level(x), static_cast<double>(encoded(x * std::exp2(static_cast<long double>(exposure)))),
+                  1e-3)
+          << x;
+    }
+    EXPECT_EQ(levels.level(0), 0);
+    EXPECT_NEAR(levels.level(1e300), 255, 1e-4);
+  }
+}
+
+TEST(Levels, DivideByTheBrightestWhereThatIsAboveOne) {
+  EXPECT_NEAR(Levels(output(0, Output::Overflow::scale), 4).level(2), static_cast<double>(encoded(0.5L)), 1e-3);
+  EXPECT_NEAR(Levels(output(0, Output::Overflow::scale), 0.5).level(0.25), static_cast<double>(encoded(0.25L)), 1e-3);
+}
+
+TEST(Levels, FollowReinhard) {
+  const Levels levels(output(1, Output::Overflow::reinhard), 100);
+  for (const double x : {0.001, 0.1, 1.0, 30.0, 1e6})
+    EXPECT_NEAR(levels.level(x), static_cast<double>(encoded(2.0L * x / (1 + 2.0L * x))), 1e-3) << x;
+}
+
+TEST(Levels, SlopeIsTheDerivative) {
+  oracle::Random random(2);
+  for (const auto overflow : {Output::Overflow::clamp, Output::Overflow::reinhard}) {
+    const Levels levels(output(0.5, overflow), 1);
+    for (int i = 0; i < 10'000; ++i) {
+      const double x = random.spread(1e-4, 0.69), gain = std::exp2(0.5);
+      const auto shown = [&](long double at) {
+        const long double y = at * gain;
+        return encoded(overflow == Output::Overflow::reinhard ? y / (1 + y) : y);
+      };
+      const long double step = 1e-6L * x;
+      const auto derivative = static_cast<double>((shown(x + step) - shown(x - step)) / (2 * step));
+      ASSERT_NEAR(levels.slope(x) / derivative, 1, 3e-3) << x;
+    }
+  }
+}
+
+TEST(Levels, HaveNoSlopeAboveWhite) {
+  EXPECT_EQ(Levels(output(1, Output::Overflow::clamp), 1).slope(0.51), 0);
+  EXPECT_GT(Levels(output(1, Output::Overflow::clamp), 1).slope(0.49), 0);
+}
+
+}  // namespace
+}  // namespace tracer
