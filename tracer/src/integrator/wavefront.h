@@ -91,6 +91,7 @@ class Wavefront {
   void shade_own_light(const RayQueue& rays);
   void shade_lights(const RayQueue& rays, std::uint32_t depth, Coherence coherence);
   void shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence);
+  bool shade_corners(const RayQueue& rays, const LightStep& step, std::size_t hit);
   bool spares(std::size_t hit, const LightStep& step, const Color& contribution);
   void shade_facing(const RayQueue& rays, const LightStep& step, std::size_t hit, const Facing& facing);
   [[nodiscard]] Color color_at(const RayQueue& rays, std::size_t hit) const;
