@@ -1,7 +1,7 @@
 /// Traces a scene once on one thread, by the integrator that its requirements pick or by the one that holds everything:
 /// what model_instructions.py counts the instructions of.
 ///
-///     trace_model scene.json picked|full|none      none: all but the tracing, to be subtracted
+///     trace_model scene.json picked|full
 
 #include <cstdio>
 #include <fstream>
@@ -26,6 +26,5 @@ int main(int argc, char** argv) {
   // Picks the full model and is not asked for while rays are traced: code compiled in, not needed.
   if (model == "full") const_cast<tracer::CompiledScene&>(**compiled).needs.soft_lights = true;
   std::printf("%s\n", tracer::suffices<tracer::ClassicModel>((*compiled)->needs) ? "classic" : "full");
-  if (model == "none") return 0;
   return tracer::render(**compiled, {.threads = 1}, control) ? 0 : 1;
 }

@@ -234,6 +234,30 @@ TEST(CylinderAndConeHits, OfRaysAlongTheAxisAreTheCaps) {
   EXPECT_FALSE(single(cone, {1.5, 0, -1}, {0, 0, 1}).primitive.hit());
 }
 
+/// A convex shape is on one side of its tangent planes: lines beside one miss it, and lines from inside do not get out
+/// unseen towards a closed end or an apex, however nearly they run along the side's straight lines.
+TEST(CylinderAndConeHits, OfRaysBesideATangentPlaneAreNoneOutsideAndOneInside) {
+  Random random(11);
+  for (std::uint64_t tries = 0; tries < effort::cases(20'000); ++tries) {
+    Quadric q = standard(QuadricKind::frustum);
+    q.radius_1 = random.chance(0.3) ? 0 : random.in(0.05, 1);
+    const Real slope = Real(q.radius_1) - q.radius_0, z = random.in(0.05, 0.9), turn = random.in(0, 7);
+    const Vec round(std::cos(turn), std::sin(turn), 0), line = unit(slope * round + Vec(0, 0, 1));
+    const Vec normal = unit(round + Vec(0, 0, -slope));
+    const Vec beside = unit(line + static_cast<Real>(random.spread(1e-12, 1)) * cross(normal, line));
+    const Vec along = static_cast<Real>(random.sign()) * beside;
+    const bool inside = random.chance(0.5);
+    // Open ends are left unseen.
+    q.caps = random.chance(0.7) || (inside && !(q.radius_1 == 0 && along.z > 0));
+    // Beyond what the places themselves are rounded by, and far within the shape.
+    const Real away = random.spread(1e-13, 1e-3) * (inside ? -1 : 1);
+    const Vec origin = (q.radius_0 + slope * z) * round + Vec(0, 0, z) + away * normal;
+    const TestHit hit = single(q, rounded(origin), rounded(along));
+    ASSERT_EQ(hit.primitive.hit(), inside)
+        << "caps " << q.caps << " radius " << q.radius_1 << " beside by " << static_cast<double>(away);
+  }
+}
+
 TEST(DiscHits, LeaveTheHoleAndKeepBothRims) {
   Quadric disc = standard(QuadricKind::disc);
   disc.radius_0 = 0.5;

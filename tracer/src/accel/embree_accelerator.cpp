@@ -1,6 +1,7 @@
 #include <atomic>
 
 #include "tracer/src/accel/packet.h"
+#include "tracer/src/accel/primitive_runs.h"
 
 #if defined(__SANITIZE_THREAD__)
 #include <sanitizer/tsan_interface.h>
@@ -41,6 +42,7 @@ template <class Geometry>
 struct User {
   const Geometry* geometry;
   std::uint32_t index;
+  PrimitiveRuns<Geometry> runs;
 };
 
 /// Box in float that surely holds [low, high] as Embree's float rays see it. They are wrong by some 2^-24 of the
@@ -56,20 +58,18 @@ void write_bounds(const Vec3& low, const Vec3& high, RTCBounds& bounds) {
   bounds.upper_z = static_cast<float>(high.z + pad);
 }
 
-void primitive_bounds(const SphereGeometry& g, unsigned i, RTCBounds& bounds) {
+void include_primitive(Bounds& bounds, const SphereGeometry& g, std::uint32_t i) {
   const Vec3 center{g.x[i], g.y[i], g.z[i]}, r{g.radius[i], g.radius[i], g.radius[i]};
-  write_bounds(center - r, center + r, bounds);
+  bounds.include(center - r);
+  bounds.include(center + r);
 }
 
-void primitive_bounds(const TriangleGeometry& geometry, unsigned primitive, RTCBounds& written) {
-  Bounds bounds;
+void include_primitive(Bounds& bounds, const TriangleGeometry& geometry, std::uint32_t primitive) {
   for (const std::uint32_t vertex : geometry.triangles[primitive]) bounds.include(geometry.position(vertex));
-  write_bounds(bounds.low, bounds.high, written);
 }
 
-void primitive_bounds(const QuadricGeometry& geometry, unsigned primitive, RTCBounds& written) {
+void include_primitive(Bounds& bounds, const QuadricGeometry& geometry, std::uint32_t primitive) {
   const Quadric& q = geometry.quadrics[primitive];
-  Bounds bounds;
   const auto include = [&](const Vec3& shape_center, const Vec3& extent) {
     const Vec3 center = q.origin + q.trace_from_shape * shape_center;
     bounds.include(center - extent);
@@ -91,48 +91,60 @@ void primitive_bounds(const QuadricGeometry& geometry, unsigned primitive, RTCBo
       include({0.5, 0.5, 0.5}, (abs(m.x) + abs(m.y) + abs(m.z)) * 0.5);
       break;
   }
-  write_bounds(bounds.low, bounds.high, written);
 }
 
-std::size_t primitive_count(const SphereGeometry& g) { return g.x.size(); }
-std::size_t primitive_count(const TriangleGeometry& g) { return g.triangles.size(); }
-std::size_t primitive_count(const QuadricGeometry& g) { return g.quadrics.size(); }
+template <class Geometry>
+void run_bounds(const User<Geometry>& user, std::uint32_t run, RTCBounds& written) {
+  Bounds bounds;
+  for (std::uint32_t i = user.runs.begin(run); i < user.runs.end(run); ++i)
+    include_primitive(bounds, *user.geometry, i);
+  write_bounds(bounds.low, bounds.high, written);
+}
 
 template <class Geometry>
 void bounds_callback(const RTCBoundsFunctionArguments* args) {
   take_over(args->geometryUserPtr);
-  primitive_bounds(*static_cast<const User<Geometry>*>(args->geometryUserPtr)->geometry, args->primID, *args->bounds_o);
+  run_bounds(*static_cast<const User<Geometry>*>(args->geometryUserPtr), args->primID, *args->bounds_o);
   hand_over(args->geometryUserPtr);
+}
+
+template <class Geometry>
+void intersect_primitive(const RTCIntersectFunctionNArguments* args, const Geometry& geometry, PrimitiveRef self) {
+  Packet& packet = Packet::of(args->context);
+  RTCRayN* rays = RTCRayHitN_RayN(args->rayhit, args->N);
+  if (args->N == packet_size) {
+    closest(packet, args->valid, &RTCRayN_tfar(rays, packet_size, 0), geometry, self);
+    return;
+  }
+  for (unsigned i = 0; i < args->N; ++i)
+    if (args->valid[i] != 0)
+      closest_lane(packet, RTCRayN_id(rays, args->N, i), RTCRayN_tfar(rays, args->N, i), geometry, self);
 }
 
 template <class Geometry>
 void intersect_callback(const RTCIntersectFunctionNArguments* args) {
   const auto& user = *static_cast<const User<Geometry>*>(args->geometryUserPtr);
-  Packet& packet = Packet::of(args->context);
-  const PrimitiveRef self{user.index, args->primID};
-  RTCRayN* rays = RTCRayHitN_RayN(args->rayhit, args->N);
+  for (std::uint32_t i = user.runs.begin(args->primID); i < user.runs.end(args->primID); ++i)
+    intersect_primitive(args, *user.geometry, {user.index, i});
+}
+
+template <class Geometry>
+void occlude_primitive(const RTCOccludedFunctionNArguments* args, const Geometry& geometry, PrimitiveRef self) {
+  const Packet& packet = Packet::of(args->context);
   if (args->N == packet_size) {
-    closest(packet, args->valid, &RTCRayN_tfar(rays, packet_size, 0), *user.geometry, self);
+    occluded(packet, args->valid, &RTCRayN_tfar(args->ray, packet_size, 0), geometry, self);
     return;
   }
   for (unsigned i = 0; i < args->N; ++i)
     if (args->valid[i] != 0)
-      closest_lane(packet, RTCRayN_id(rays, args->N, i), RTCRayN_tfar(rays, args->N, i), *user.geometry, self);
+      occluded_lane(packet, RTCRayN_id(args->ray, args->N, i), RTCRayN_tfar(args->ray, args->N, i), geometry, self);
 }
 
 template <class Geometry>
 void occluded_callback(const RTCOccludedFunctionNArguments* args) {
   const auto& user = *static_cast<const User<Geometry>*>(args->geometryUserPtr);
-  const Packet& packet = Packet::of(args->context);
-  const PrimitiveRef self{user.index, args->primID};
-  if (args->N == packet_size) {
-    occluded(packet, args->valid, &RTCRayN_tfar(args->ray, packet_size, 0), *user.geometry, self);
-    return;
-  }
-  for (unsigned i = 0; i < args->N; ++i)
-    if (args->valid[i] != 0)
-      occluded_lane(packet, RTCRayN_id(args->ray, args->N, i), RTCRayN_tfar(args->ray, args->N, i), *user.geometry,
-                    self);
+  for (std::uint32_t i = user.runs.begin(args->primID); i < user.runs.end(args->primID); ++i)
+    occlude_primitive(args, *user.geometry, {user.index, i});
 }
 
 bool count_memory(void* total, ssize_t bytes, bool /*post*/) {
@@ -179,8 +191,10 @@ void Accelerator::Embree::add(std::vector<User<Geometry>>& users, const std::vec
                               std::uint32_t first) {
   users.reserve(geometries.size());  // pointers to these are handed to Embree: they must not move
   for (const Geometry& added : geometries) {
-    User<Geometry>& user = users.emplace_back(User<Geometry>{&added, first + static_cast<std::uint32_t>(users.size())});
-    const auto count = static_cast<unsigned>(primitive_count(added));
+    const auto index = first + static_cast<std::uint32_t>(users.size());
+    User<Geometry>& user = users.emplace_back(User<Geometry>{&added, index, PrimitiveRuns<Geometry>(added)});
+    const std::uint32_t count = user.runs.count();
+    bytes.fetch_add(static_cast<std::int64_t>(user.runs.memory_bytes()), std::memory_order_relaxed);
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
     rtcSetGeometryUserPrimitiveCount(geometry, count);
     rtcSetGeometryUserData(geometry, &user);
@@ -191,9 +205,9 @@ void Accelerator::Embree::add(std::vector<User<Geometry>>& users, const std::vec
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(scene, geometry, user.index);
     rtcReleaseGeometry(geometry);
-    for (unsigned i = 0; i < count; ++i) {
+    for (std::uint32_t run = 0; run < count; ++run) {
       RTCBounds bounds;
-      primitive_bounds(added, i, bounds);
+      run_bounds(user, run, bounds);
       box.include({bounds.lower_x, bounds.lower_y, bounds.lower_z});
       box.include({bounds.upper_x, bounds.upper_y, bounds.upper_z});
     }

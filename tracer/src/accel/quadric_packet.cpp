@@ -25,7 +25,7 @@ WHITTLE_INLINE void for_each_lane(const Packet& p, const Quadric& quadric, const
   }
 }
 
-QuadricHit lane_hit(const Packet& p, unsigned i, const Quadric& quadric) {
+WHITTLE_INLINE QuadricHit lane_hit(const Packet& p, unsigned i, const Quadric& quadric) {
   return quadric_hit(quadric, shape_ray(quadric, p.ox[i], p.oy[i], p.oz[i], p.dx[i], p.dy[i], p.dz[i]));
 }
 
@@ -54,7 +54,9 @@ WHITTLE_WIDE void occluded(const Packet& packet, const int* valid, float* tfar, 
       });
 }
 
-void closest_lane(Packet& packet, unsigned lane, float& tfar, const QuadricGeometry& geometry, PrimitiveRef self) {
+// Wide for their exact products, which are calls of the library where the instruction set knows none.
+WHITTLE_WIDE void closest_lane(Packet& packet, unsigned lane, float& tfar, const QuadricGeometry& geometry,
+                               PrimitiveRef self) {
   const QuadricHit hit = lane_hit(packet, lane, geometry.quadrics[self.primitive]);
   if (!(hit.t < std::numeric_limits<double>::infinity()) ||
       !wins(hit.t, self, packet.t[lane], packet.geometry[lane], packet.primitive[lane]))
@@ -66,8 +68,8 @@ void closest_lane(Packet& packet, unsigned lane, float& tfar, const QuadricGeome
   tfar = reach_of(hit.t, packet.start[lane]);
 }
 
-void occluded_lane(const Packet& packet, unsigned lane, float& tfar, const QuadricGeometry& geometry,
-                   PrimitiveRef self) {
+WHITTLE_WIDE void occluded_lane(const Packet& packet, unsigned lane, float& tfar, const QuadricGeometry& geometry,
+                                PrimitiveRef self) {
   if (lane_hit(packet, lane, geometry.quadrics[self.primitive]).t < packet.t[lane])
     tfar = -std::numeric_limits<float>::infinity();
 }

@@ -90,27 +90,33 @@ Vec3 Wavefront<Model>::point_of(const LightStep& step, const RayQueue& rays, std
 template <class Model>
 void Wavefront<Model>::shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence) {
   shadow_.clear();
+  const bool gouraud = needs<&Requirements::gouraud>();
   for (std::size_t i = 0; i < hit_ray_.size(); ++i) {
     if (approximate().nearest_lights != 0 && !nearest_.count(i, step.number)) continue;
+    if (gouraud && shade_corners(rays, step, i)) continue;
     const Surface& surface = surface_[i];
-    const std::uint32_t ray = hit_ray_[i];
-    const bool at_corners =
-        needs<&Requirements::gouraud>() &&
-        shading_of(scene_.materials[surface.material], approximate().shading) == Material::Shading::gouraud;
-    const std::optional<Corners> corners = at_corners ? corners_at(scene_, hits_.at(ray)) : std::nullopt;
-    if (!corners) {
-      const BoundedPoint point{surface.point.position + surface.shadow_offset, surface.point.error};
-      shade_facing(rays, step, i,
-                   {point, surface.normal, -rays.direction(ray), 1, unbent_.empty() ? Vec3{} : unbent_[i]});
-      continue;
-    }
-    for (const Corner& corner : *corners) {
-      const Vec3 to_eye = normalize(rays.origin(ray) - corner.point.position);
-      shade_facing(rays, step, i, {corner.point, surface.back ? -corner.normal : corner.normal, to_eye, corner.weight});
-    }
+    const BoundedPoint point{surface.point.position + surface.shadow_offset, surface.point.error};
+    shade_facing(rays, step, i,
+                 {point, surface.normal, -rays.direction(hit_ray_[i]), 1, unbent_.empty() ? Vec3{} : unbent_[i]});
   }
   statistics_.rays.shadow += shadow_.size();
   shadow_.add_to(radiance_, media_, coherence);
+}
+
+/// Gouraud's: the local model at a triangle's corners. False: this hit is none of that.
+template <class Model>
+bool Wavefront<Model>::shade_corners(const RayQueue& rays, const LightStep& step, std::size_t hit) {
+  const Surface& surface = surface_[hit];
+  const Material& material = scene_.materials[surface.material];
+  if (shading_of(material, approximate().shading) != Material::Shading::gouraud) return false;
+  const std::uint32_t ray = hit_ray_[hit];
+  const std::optional<Corners> corners = corners_at(scene_, hits_.at(ray));
+  if (!corners) return false;
+  for (const Corner& corner : *corners) {
+    const Vec3 to_eye = normalize(rays.origin(ray) - corner.point.position);
+    shade_facing(rays, step, hit, {corner.point, surface.back ? -corner.normal : corner.normal, to_eye, corner.weight});
+  }
+  return true;
 }
 
 /// Whether what the light gives, if nothing is in the way, is too little to ask. Lights share what may be missing of a

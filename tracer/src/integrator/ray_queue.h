@@ -61,7 +61,8 @@ class RayQueue {
   }
 
  private:
-  void grow() {
+  /// Rare. In line it would cost every push the registers that it saves.
+  __attribute__((noinline)) void grow() {
     const std::size_t capacity = std::max<std::size_t>(64, 2 * size_);
     for (auto* component : {&ox_, &oy_, &oz_, &dx_, &dy_, &dz_}) component->resize(capacity);
     sample_.resize(capacity);

@@ -1,6 +1,7 @@
 #pragma once
 /// Wavefront: generations, hits and what lies around them.
 
+#include <algorithm>
 #include <new>
 
 #include "tracer/src/integrator/wavefront.h"
@@ -14,7 +15,8 @@ template <class Model>
 bool Wavefront<Model>::trace(Batch batch) {
   samples_ = std::move(batch.samples);
   light_points_ = batch.light_points;
-  radiance_.assign(samples_.size(), Color{});
+  radiance_.resize(samples_.size());
+  std::fill(radiance_.begin(), radiance_.end(), Color{});  // its loop is inline, assign's is not always
   if (may_miss_light()) missing_.assign(samples_.size(), {});
   media_.reset();
   if (notes_first_hits()) first_hits_.reset(samples_.size());
@@ -72,16 +74,17 @@ void Wavefront<Model>::gather(const RayQueue& rays, std::uint32_t depth, Coheren
   hit_ray_.clear();
   surface_.clear();
   weight_.clear();
+  const bool absorbs = needs<&Requirements::absorption>();
+  const bool hides = needs<&Requirements::overlapping_media>() && needs<&Requirements::refraction>();
   for (std::size_t i = 0; i < count; ++i) {
     Color weight = rays.weight(i);
-    if (needs<&Requirements::absorption>()) weight = weight * media_.transmittance(rays.media(i), hits_.t[i]);
+    if (absorbs) weight = weight * media_.transmittance(rays.media(i), hits_.t[i]);
     if (!hits_.primitive[i].hit()) {
       see_background(rays, i, weight, depth);
       continue;
     }
     const Surface surface = surface_at(scene_, hits_.at(i), rays.origin(i), rays.direction(i), approximate().shading);
-    const bool may_hide = needs<&Requirements::overlapping_media>() && needs<&Requirements::refraction>();
-    if (may_hide && pass_hidden(rays, i, surface, weight, next)) continue;
+    if (hides && pass_hidden(rays, i, surface, weight, next)) continue;
     hit_ray_.push_back(static_cast<std::uint32_t>(i));
     surface_.push_back(surface);
     weight_.push_back(weight);

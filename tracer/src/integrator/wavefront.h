@@ -122,6 +122,7 @@ class Wavefront {
   [[nodiscard]] bool seems_lit(const LightStep& step, std::size_t hit, const Facing& facing, const Vec3& to_light,
                                double distance) const;
   bool spares(const RayQueue& rays, std::size_t hit, const LightStep& step, const Color& contribution);
+  bool shade_corners(const RayQueue& rays, const LightStep& step, std::size_t hit);
   void shade_facing(const RayQueue& rays, const LightStep& step, std::size_t hit, const Facing& facing);
   [[nodiscard]] Color color_at(const RayQueue& rays, std::size_t hit) const;
   struct TextureOf {
