@@ -51,12 +51,12 @@ TEST(ExpectedVariance, IsThatOfAnEdgeAnywhereInThePixel) {
 }
 
 TEST(UniformVariance, OfOneSampleIsWhatItsContrastLetsExpect) {
-  std::vector<float> rgb(3 * 16, 0.1f);
-  for (std::size_t i = 8 * 3; i < rgb.size(); ++i) rgb[i] = 0.6f;
+  std::vector<float> rgb(3 * 24, 0.1f);
+  for (std::size_t i = 12 * 3; i < rgb.size(); ++i) rgb[i] = 0.6f;
   const Levels levels({}, 1);
   const auto variance = uniform_variance(rgb, {}, 1, 4, levels);
   const double height = levels.level(0.6f) - levels.level(0.1f);
-  EXPECT_NEAR(variance[5] / (3 * height * height / 12), 1, 1e-5);
+  EXPECT_NEAR(variance[9] / (3 * height * height / 12), 1, 1e-5);
   EXPECT_EQ(variance[0], 0);
 }
 

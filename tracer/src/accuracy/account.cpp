@@ -9,8 +9,10 @@
 namespace tracer {
 namespace {
 
-/// Of one-sided 95 % confidence for a normal distribution 1.645; more, since sums of squares lean to the right.
-constexpr double deviations = 2;
+/// One-sided 95 % of a normal distribution is 1.645 of its deviations. The truth is a sum of squares by chance as much as
+/// its estimate is, and independent of it, which makes 2.33 of the estimate's own; the rest is for sums of squares
+/// leaning to the right.
+constexpr double deviations = 2.75;
 constexpr double confidence = 0.95;
 
 bool never_refined(const PixelState& pixel) { return !pixel.refined_before && pixel.role != PixelState::Role::refined; }

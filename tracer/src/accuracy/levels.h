@@ -8,7 +8,7 @@
 namespace tracer {
 
 /// From linear radiance through exposure, overflow and the sRGB curve to [0, 255]. Read from tables of the curve, exact
-/// to 1e-4 levels: it is asked for every pixel. Any thread.
+/// to 1e-3 levels: it is asked for every pixel. Any thread.
 class Levels {
  public:
   /// `brightest`: the picture's largest channel, which `overflow: scale` divides by.
