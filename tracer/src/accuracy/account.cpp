@@ -9,17 +9,11 @@
 namespace tracer {
 namespace {
 
-/// One-sided 95 % of a normal distribution is 1.645 of its deviations. The truth is a sum of squares by chance as much as
-/// its estimate is, and independent of it, which makes 2.33 of the estimate's own; the rest is for sums of squares
+/// One-sided 95 % of a normal distribution is 1.645 of its deviations. The truth is a sum of squares by chance as much
+/// as its estimate is, and independent of it, which makes 2.33 of the estimate's own; the rest is for sums of squares
 /// leaning to the right.
 constexpr double deviations = 2.75;
 constexpr double confidence = 0.95;
-
-bool never_refined(const PixelState& pixel) { return !pixel.refined_before && pixel.role != PixelState::Role::refined; }
-
-bool measured(const PixelState& pixel) {
-  return pixel.role != PixelState::Role::retained && pixel.fresh_count[0] > 0 && pixel.fresh_count[1] > 0;
-}
 
 /// What audits tell of the pixels that were never refined, by how much contrast they have: mean squared error of one
 /// sample.
@@ -78,11 +72,10 @@ class Neighbourhood {
 };
 
 /// A refined pixel's variance: what its neighbours' samples say too, and with the weight of one of them what was
-/// expected before, each by the sample. One pixel's own estimate has one degree of freedom.
-float learned_variance(const PixelState& pixel, const Neighbourhood::Around& around) {
-  const double expected = static_cast<double>(pixel.variance) * pixel.count;
-  const double per_sample = (std::max(0.0, around.sum) + expected) / (around.count + 1);
-  return static_cast<float>(per_sample / pixel.total());
+/// expected before, each as of one sample. One pixel's own estimate has one degree of freedom.
+float learned_variance(const PixelState& pixel, double expected_of_one, const Neighbourhood::Around& around) {
+  const double of_one = (std::max(0.0, around.sum) + expected_of_one) / (around.count + 1);
+  return static_cast<float>(of_one / variance_of_one(1, pixel.count()));
 }
 
 }  // namespace
@@ -96,40 +89,33 @@ SummedErrors AuditedError::of(std::size_t pixels) const {
 }
 
 SampledError settle(std::span<PixelState> pixels, std::uint32_t width, const Levels& levels) {
-  SummedErrors sums;
-  SummedErrors unrefined;
-  std::size_t unrefined_pixels = 0;
+  SummedErrors sums, pilots;
+  std::size_t pilot_count = 0;
   AuditedError audited;
   Audits audits;
-  std::vector<float> per_sample(pixels.size(), std::numeric_limits<float>::quiet_NaN());
+  std::vector<float> of_one(pixels.size(), std::numeric_limits<float>::quiet_NaN());
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     const PixelState& pixel = pixels[i];
-    const bool audit = never_refined(pixel);
-    if (audit) {
-      unrefined.add(pixel.variance);
-      ++unrefined_pixels;
-    }
-    if (!measured(pixel)) {
-      if (!audit) sums.add(pixel.variance);
+    const double error = pixel.measured() ? squared_error(pixel, levels) : 0;
+    if (pixel.refined() && pixel.measured()) {
+      of_one[i] = static_cast<float>(variance_of_one(error, pixel.count()));
+      sums.add(error);
       continue;
     }
-    const PixelError error = error_of(pixel, levels);
-    if (audit) {
-      audits.add(pixel, error.before * pixel.count);
-      audited.add(error.before);
-    } else {
-      per_sample[i] = static_cast<float>(error.with * pixel.total());
-      sums.add(error.with);
-    }
+    pilots.add(pixel.variance);
+    ++pilot_count;
+    if (!pixel.measured()) continue;
+    audits.add(pixel, error);
+    audited.add(error);
   }
-  sums.add(audited.count() > 0 ? audited.of(unrefined_pixels) : unrefined);
-  const Neighbourhood neighbourhood(per_sample, width);
+  sums.add(audited.count() > 0 ? audited.of(pilot_count) : pilots);
+  const Neighbourhood neighbourhood(of_one, width);
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     PixelState& pixel = pixels[i];
-    if (!std::isnan(per_sample[i])) {
-      pixel.variance = learned_variance(pixel, neighbourhood.around(i));
-    } else if (never_refined(pixel)) {
-      pixel.variance = static_cast<float>(audits.expected(pixel) / std::max(1u, pixel.count));
+    if (!std::isnan(of_one[i])) {
+      pixel.variance = learned_variance(pixel, expected_variance(pixel.contrast), neighbourhood.around(i));
+    } else if (audited.count() > 0) {
+      pixel.variance = static_cast<float>(audits.expected(pixel));
     }
   }
   return sums.known();

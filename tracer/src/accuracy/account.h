@@ -45,9 +45,8 @@ class AuditedError {
   std::size_t count_ = 0;
 };
 
-/// From this round's samples. The pixels that were never refined count as those of them that were audited; where none
-/// was, and for pixels refined in an earlier round and left alone in this one, what was predicted for them counts.
-/// Also learns from it: sets `variance` of every pixel to what is now to be expected of its mean.
+/// The pixels that have only their pilot count as those of them that were audited; where none was, what was predicted
+/// for them counts. Also learns: sets `variance` of every pixel to what is now to be expected of it.
 SampledError settle(std::span<PixelState> pixels, std::uint32_t width, const Levels& levels);
 
 /// The same for samples that tell their variances alone; see uniform_error.h.

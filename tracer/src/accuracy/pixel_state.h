@@ -1,11 +1,14 @@
 #pragma once
 /// What is known of a pixel while samples are being added to it in rounds.
 ///
-/// Each round decides from all that came before it how many fresh samples a pixel gets; these, in two independent
-/// halves, then estimate the error that is left. What decides and what estimates are thus different samples, so that
-/// stopping where a pixel happens to look smooth does not make the estimate smaller than it is.
+/// A pixel begins with a pilot: one sample, in its centre where there is one. Where that is not good enough the pixel
+/// is refined: two independent sequences of samples, its halves, are begun and grow from round to round. Their mean is
+/// then the pixel, and how far they are apart tells its error. Of the pixels that are left with their pilot some are
+/// audited in every round, chosen by nothing but chance: fresh samples tell what is wrong with a pilot nobody had a
+/// reason to doubt. So what estimates an error has not decided where to stop.
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -15,54 +18,50 @@
 namespace tracer {
 
 struct PixelState {
-  /// What this round does with the pixel.
   enum class Role : std::uint8_t {
-    retained,  ///< nothing
-    /// Chosen at random from those that were never refined, to tell what error is left in them. The fresh samples are
-    /// for that alone: a single sample in the middle of a smooth pixel is better than its mean with a few others.
-    audited,
-    refined,
+    pilot,    ///< its one sample is the pixel
+    audited,  ///< likewise; the halves hold samples of this round that only tell its error
+    refined,  ///< the mean of the halves is the pixel
   };
 
-  Color sum;                     ///< of the samples before this round
-  std::array<Color, 2> fresh{};  ///< of this round's, in two halves
-  std::uint32_t count = 0;       ///< of samples in `sum`
-  std::array<std::uint32_t, 2> fresh_count{};
-  /// Predicted variance of the mean, in squared levels, the channels added up.
-  float variance = 0;
-  float contrast = 0;  ///< to its neighbours, when there was one sample in each; squared levels
-  Role role = Role::retained;
-  bool refined_before = false;
-  bool filled = false;  ///< there was no time for a sample of its own: `sum` is a neighbour's
+  Color pilot;
+  std::array<Color, 2> half{};  ///< sums
+  std::array<std::uint32_t, 2> half_count{};
+  float variance = 0;  ///< to be expected of the pixel, in squared levels, the channels added up
+  float contrast = 0;  ///< of the pilots around it; in the same unit
+  Role role = Role::pilot;
+  bool sampled = false;  ///< has a pilot of its own, not a neighbour's
 
-  [[nodiscard]] std::uint32_t total() const { return count + fresh_count[0] + fresh_count[1]; }
-  /// Of all its samples.
-  [[nodiscard]] Color mean() const { return total() > 0 ? (sum + fresh[0] + fresh[1]) * (1.0 / total()) : Color{}; }
-  /// Ends the round: a refined pixel's samples are known ones from now on.
-  void absorb() {
-    if (role == Role::refined) {
-      sum = sum + fresh[0] + fresh[1];
-      count = total();
-      refined_before = refined_before || fresh_count[0] + fresh_count[1] > 0;
-    }
-    fresh = {};
-    fresh_count = {};
-    role = Role::retained;
+  [[nodiscard]] bool refined() const { return role == Role::refined; }
+  /// Whether both halves have samples, and so tell an error.
+  [[nodiscard]] bool measured() const { return half_count[0] > 0 && half_count[1] > 0; }
+  /// Of the samples whose mean the pixel is.
+  [[nodiscard]] std::uint32_t count() const { return measured() && refined() ? half_count[0] + half_count[1] : 1; }
+  [[nodiscard]] Color mean() const { return measured() && refined() ? (half[0] + half[1]) * (1.0 / count()) : pilot; }
+  /// Ends the round.
+  void forget_audit() {
+    if (role != Role::audited) return;
+    half = {};
+    half_count = {};
+    role = Role::pilot;
   }
 };
 
-/// The error of a pixel, as this round's samples estimate it: in squared levels, the channels added up. Without bias
-/// for whatever the samples before were, so it may be negative; only sums and means of many mean something.
-struct PixelError {
-  double before = 0;  ///< of the samples before this round alone
-  double with = 0;    ///< with this round's
-};
+/// The variance of a pixel's mean falls like its samples' number to this power: independent samples have 1, stratified
+/// ones 3/2 at an edge (Mitchell 1996, "Consequences of Stratified Sampling in Graphics") and between for what has more
+/// dimensions than the pixel's square. Used for planning alone, never for an estimate.
+inline constexpr double variance_power = 1.35;
 
-/// Precondition: this round gave the pixel at least one finite sample in each half.
+/// What `variance` of a mean would be of one sample.
+inline double variance_of_one(double variance, std::uint32_t count) {
+  return variance * std::pow(static_cast<double>(count), variance_power);
+}
+
+/// An estimate of the squared error of the pixel, in squared levels, the channels added up. Without bias, so it may be
+/// negative; only sums and means of many mean something. Precondition: measured().
 ///
-/// With P the mean before, F1 and F2 those of the halves: given P, E[(P - F1)(P - F2)] = (P - mu)^2, and
-/// E[(F1 - F2)^2 / 4] is the variance of their mean F; the combined mean w P + (1 - w) F has the error
-/// w^2 (P - mu)^2 + (1 - w)^2 var F, the mixed term being zero.
-PixelError error_of(const PixelState& pixel, const Levels& levels);
+/// Of a refined pixel with the halves' means F1 and F2: E[(F1 - F2)^2 / 4] is the variance of their mean. Of an audited
+/// one with the pilot P: E[(P - F1)(P - F2)] = (P - mu)^2, whatever P is.
+double squared_error(const PixelState& pixel, const Levels& levels);
 
 }  // namespace tracer

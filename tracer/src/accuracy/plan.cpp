@@ -1,6 +1,7 @@
 #include "tracer/src/accuracy/plan.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -10,8 +11,8 @@ namespace tracer {
 namespace {
 
 constexpr double growth_max = 8, any_growth = std::numeric_limits<double>::infinity();
-/// Two samples mirrored in the pixel's centre take the slope of the picture out of their half.
-constexpr std::uint32_t half_min = 2;
+/// Two samples of an audit mirrored in the pixel's centre take the slope of the picture out of their half.
+constexpr std::uint32_t audit_half = 2;
 
 class Planner {
  public:
@@ -21,30 +22,30 @@ class Planner {
     stride_ = std::max<std::size_t>(1, pixels.size() / 65536);
   }
 
-  /// In each half, where one more sample is worth `worth` squared levels per unit of cost, and a pixel's samples may
-  /// grow by `growth`.
+  /// Samples in each half, where lowering the squared error by `worth` is worth a unit of cost and a pixel's samples
+  /// may grow by `growth`; 0: those it has are enough.
   [[nodiscard]] std::uint32_t half(std::size_t index, double worth, double growth) const {
     const PixelState& pixel = pixels_[index];
-    const double per_sample = static_cast<double>(pixel.variance) * std::max(1u, pixel.count);
-    double wanted = std::sqrt(per_sample / (worth * cost_[index]));
-    // What would not even grow by half is left as it is: two fresh halves would cost as much as they bring.
-    if (!(wanted >= 1.5 * pixel.count)) wanted = 0;
+    const std::uint32_t has = pixel.refined() ? pixel.count() : 1;
+    const double of_one = variance_of_one(pixel.variance, has);
+    double wanted = std::pow(variance_power * of_one / (worth * cost_[index]), 1 / (1 + variance_power));
     wanted = std::clamp(wanted, static_cast<double>(limits_.samples_min), static_cast<double>(limits_.samples_max));
-    wanted = std::min(wanted, growth * std::max(1u, pixel.count));
-    if (!(wanted > pixel.count)) return 0;
-    const auto more = static_cast<std::uint32_t>(std::ceil((wanted - pixel.count) / 2));
-    const std::uint32_t room = (limits_.samples_max - pixel.count) / 2;
-    return std::min(std::max(more, half_min), room);
+    wanted = std::min(wanted, growth * has);
+    // To the nearest power of two on a logarithmic scale, but no fewer than asked for, and no more.
+    auto rounded = static_cast<std::uint32_t>(std::exp2(std::round(std::log2(wanted))));
+    if (rounded < limits_.samples_min) rounded = std::bit_ceil(limits_.samples_min);
+    if (rounded > limits_.samples_max) rounded = limits_.samples_max;
+    return rounded > has && rounded >= 2 ? rounded / 2 : 0;
   }
 
   /// What is then expected to be left in the end, and what it costs.
   [[nodiscard]] RoundGoal outcome(double worth) const {
     RoundGoal sum;
     for (std::size_t i = 0; i < pixels_.size(); i += stride_) {
-      const std::uint32_t fresh = 2 * half(i, worth, any_growth);
-      const double count = std::max(1u, pixels_[i].count);
-      sum.squared_error += pixels_[i].variance * count / (count + fresh);
-      sum.cost += static_cast<double>(fresh) * cost_[i];
+      const std::uint32_t then = 2 * half(i, worth, any_growth), has = pixels_[i].count();
+      const double variance = pixels_[i].variance;
+      sum.squared_error += then > has ? variance_of_one(variance, has) / variance_of_one(1, then) : variance;
+      sum.cost += then > has ? static_cast<double>(then - has) * cost_[i] : 0;
     }
     const double share =
         static_cast<double>(pixels_.size()) / static_cast<double>((pixels_.size() + stride_ - 1) / stride_);
@@ -54,7 +55,7 @@ class Planner {
   /// The highest worth that reaches the goal, but not beyond its cost.
   [[nodiscard]] double worth_for(const RoundGoal& goal) const {
     double cheap = 0x1p100, dear = 0x1p-100;  // dear: samples for everything
-    for (int step = 0; step < 48; ++step) {
+    for (int step = 0; step < 40; ++step) {
       const double middle = std::sqrt(cheap) * std::sqrt(dear);
       const RoundGoal then = outcome(middle);
       (then.squared_error <= goal.squared_error || then.cost > goal.cost ? dear : cheap) = middle;
@@ -70,9 +71,9 @@ class Planner {
 };
 
 /// Enough audits to know a mean by, few enough to cost little; small pictures have few pixels and so a large share.
-double share_of_audits(std::size_t never_refined) {
+double share_of_audits(std::size_t pilots) {
   constexpr double enough = 1024;
-  return std::clamp(enough / static_cast<double>(std::max<std::size_t>(1, never_refined)), 1.0 / 32, 1.0 / 4);
+  return std::clamp(enough / static_cast<double>(std::max<std::size_t>(1, pilots)), 1.0 / 32, 1.0 / 4);
 }
 
 }  // namespace
@@ -83,19 +84,19 @@ RoundPlan plan_round(std::span<PixelState> pixels, std::span<const float> cost, 
   const double worth = planner.worth_for(goal);
   RoundPlan plan;
   plan.half.resize(pixels.size());
-  std::size_t never_refined = 0;
+  std::size_t pilots = 0;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     plan.half[i] = planner.half(i, worth, growth_max);
     if (plan.half[i] > 0) pixels[i].role = PixelState::Role::refined;
-    never_refined += plan.half[i] == 0 && !pixels[i].refined_before ? 1 : 0;
+    pilots += pixels[i].refined() ? 0 : 1;
   }
-  const auto below = static_cast<std::uint64_t>(share_of_audits(never_refined) * 0x1p32);
+  const auto below = static_cast<std::uint64_t>(share_of_audits(pilots) * 0x1p32);
   for (std::size_t i = 0; i < pixels.size(); ++i) {
-    if (plan.half[i] == 0 && !pixels[i].refined_before && (mix(mix(i ^ mix(round)) ^ mix(seed)) >> 32) < below) {
+    if (!pixels[i].refined() && (mix(mix(i ^ mix(round)) ^ mix(seed)) >> 32) < below) {
       pixels[i].role = PixelState::Role::audited;
-      plan.half[i] = half_min;
+      plan.half[i] = audit_half;
     }
-    plan.samples += 2 * plan.half[i];
+    plan.empty = plan.empty && plan.half[i] == 0;
   }
   return plan;
 }

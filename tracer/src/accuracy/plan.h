@@ -16,16 +16,18 @@ struct RoundGoal {
   double cost = 0;           ///< in the unit of the pixels' costs; infinite: any
 };
 
-/// Samples for each pixel, in each of the two halves, and the pixel's role. Beside the pixels.
+/// How many samples each half of a pixel is to have when the round is over; 0: the pixel is left alone.
 struct RoundPlan {
-  std::vector<std::uint32_t> half;
-  std::uint64_t samples = 0;  ///< all together
+  std::vector<std::uint32_t> half;  ///< beside the pixels
+  bool empty = true;                ///< nothing is to be traced
 };
 
-/// Samples that lower the error most for their cost: their number in proportion to sqrt(variance of one / cost of one)
-/// (Neyman 1934; Cochran 1977, "Sampling Techniques", sec. 5.5), no more than reaches the goal, within
-/// [samples_min, samples_max] of `limits`, and at most eight times what a pixel had, since its variance was learned
-/// from those. Sets the pixels' roles. `cost`: of one sample, beside the pixels. Deterministic in `round` and `seed`.
+/// Samples that lower the error most for their cost: with a variance of one sample v, its cost c and variances falling
+/// like n^-p, their number in proportion to (v / c)^(1 / (1 + p)) (for p = 1 Neyman 1934; Cochran 1977, "Sampling
+/// Techniques", sec. 5.5); no more than reaches the goal, within [samples_min, samples_max] of `limits`, a power of two
+/// in each half, since these are stratified best, and at most eight times what a pixel had, since its variance was
+/// learned from those. Sets the pixels' roles. `cost`: of one sample, beside the pixels. Deterministic in `round` and
+/// `seed`.
 RoundPlan plan_round(std::span<PixelState> pixels, std::span<const float> cost, const RoundGoal& goal,
                      const Adaptive& limits, std::uint32_t round, std::uint64_t seed);
 

@@ -43,15 +43,26 @@ inline Sample uniform_sample(const CompiledScene& scene, std::uint32_t x, std::u
           {key, index}};
 }
 
-/// Sample `index` of `count` of the stream `stream`, independent of all other streams and of uniform_sample. Two alone
-/// are mirrored in the pixel's centre: their mean has nothing of the picture's slope.
+/// Sample `index` of the stream `stream` of a pixel, independent of all other streams and of uniform_sample. The first
+/// few of them are stratified, whatever their number.
 inline Sample fresh_sample(const CompiledScene& scene, std::uint32_t x, std::uint32_t y, std::uint32_t index,
-                           std::uint32_t count, std::uint64_t stream) {
+                           std::uint64_t stream) {
   const std::uint64_t key = mix(pixel_key(pixel_index(scene, x, y), scene.accuracy.seed) ^ mix(~stream));
-  Vec2 at = sequence_point(count == 2 ? 0 : index, key);
-  if (count == 2 && index == 1) at = {1 - at.x, 1 - at.y};
   constexpr std::uint32_t many = std::numeric_limits<std::uint32_t>::max();
-  return {x, y, at, scene.needs.lens ? lens_sample(key, index, many) : Vec2{0.5, 0.5}, 1, {key, index}};
+  return {x, y,           sequence_point(index, key), scene.needs.lens ? lens_sample(key, index, many) : Vec2{0.5, 0.5},
+          1, {key, index}};
+}
+
+/// The same for pairs of samples, each pair mirrored in the pixel's centre: its mean has nothing of the picture's
+/// slope.
+inline Sample mirrored_sample(const CompiledScene& scene, std::uint32_t x, std::uint32_t y, std::uint32_t index,
+                              std::uint64_t stream) {
+  Sample sample = fresh_sample(scene, x, y, index, stream);
+  if (index % 2 == 1) {
+    const Vec2 first = fresh_sample(scene, x, y, index - 1, stream).at;
+    sample.at = {1 - first.x, 1 - first.y};
+  }
+  return sample;
 }
 
 }  // namespace tracer

@@ -52,22 +52,22 @@ class ExactError {
       if (!chooses(place)) continue;
       const float* rgb = image.rgb.data() + 3 * place;
       PixelState& state = chosen.emplace_back();
-      state.sum = {rgb[0], rgb[1], rgb[2]};
-      state.count = 1;
+      state.pilot = {rgb[0], rgb[1], rgb[2]};
+      state.role = PixelState::Role::audited;
       for (std::uint32_t half = 0; half < 2; ++half)
         for (std::uint32_t index = 0; index < half_samples; ++index)
-          push(batch, scene_, fresh_sample(scene_, pixel.x, pixel.y, index, half_samples, streams + half));
+          push(batch, scene_, fresh_sample(scene_, pixel.x, pixel.y, index, streams + half));
     }
     AuditedError sum;
     if (chosen.empty() || !wavefront.trace(std::move(batch))) return sum;
     for (std::size_t i = 0; i < wavefront.radiance().size(); ++i) {
       if (!finite(wavefront.radiance()[i])) continue;
       const std::size_t half = i / half_samples;
-      chosen[half / 2].fresh[half % 2] += wavefront.radiance()[i];
-      ++chosen[half / 2].fresh_count[half % 2];
+      chosen[half / 2].half[half % 2] += wavefront.radiance()[i];
+      ++chosen[half / 2].half_count[half % 2];
     }
     for (const PixelState& pixel : chosen)
-      if (pixel.fresh_count[0] > 0 && pixel.fresh_count[1] > 0) sum.add(error_of(pixel, levels).before);
+      if (pixel.measured()) sum.add(squared_error(pixel, levels));
     return sum;
   }
 

@@ -15,17 +15,16 @@ inline std::span<const std::uint32_t> pilot_strides(bool deadline) {
   return deadline ? std::span(strides) : std::span(strides).last(1);
 }
 
-/// Gives pixels without a sample that of the nearest one above and to the left on the finest grid that has one.
+/// Gives pixels without a pilot that of the nearest one above and to the left on the finest grid that has one.
 inline void fill(std::span<PixelState> pixels, std::uint32_t width) {
   for (std::size_t i = 0; i < pixels.size(); ++i) {
-    PixelState& pixel = pixels[i];
+    if (pixels[i].sampled) continue;
     const std::size_t x = i % width, y = i / width;
-    for (std::uint32_t stride = 2; pixel.count == 0 && stride <= 16; stride *= 2) {
+    for (const std::uint32_t stride : {2u, 4u, 8u, 16u}) {
       const PixelState& near = pixels[(y - y % stride) * width + (x - x % stride)];
-      if (near.count == 0 || near.filled) continue;
-      pixel.sum = near.sum;
-      pixel.count = 1;
-      pixel.filled = true;
+      if (!near.sampled) continue;
+      pixels[i].pilot = near.pilot;
+      break;
     }
   }
 }

@@ -43,7 +43,7 @@ class AdaptiveRender {
     if (!control_.cancelled()) deadline_.keep_time_for([&] { expect(); });
     for (round_ = 1; round_ <= rounds_max && !control_.cancelled() && !enough(); ++round_) {
       const RoundPlan plan = plan_round(pixels_, cost_, goal(), wanted_, round_, scene_.accuracy.seed);
-      if (plan.samples == 0) break;
+      if (plan.empty) break;
       trace_round(plan);
       deadline_.keep_time_for([&] { learn(); });
     }
@@ -58,6 +58,7 @@ class AdaptiveRender {
   static constexpr std::uint32_t rounds_max = 24;  // at eightfold growth each, far more than any pixel may grow
   static constexpr std::uint64_t progress_parts = 1000;
   static constexpr std::uint32_t batch_rays = 4096;
+  static constexpr std::uint64_t pilot_stream = std::uint64_t{1} << 32;  ///< beyond those of all rounds
   /// The points by which camera rays know a soft light: more in the pilot, which has one sample a pixel to see where
   /// penumbrae are.
   static constexpr std::uint32_t pilot_light_points = 4, fresh_light_points = 2;
@@ -78,7 +79,7 @@ class AdaptiveRender {
         batch.light_points = pilot_light_points;
         for (const Pixel& pixel : tiles_.pixels(tile)) {
           const std::size_t place = tiles_.place(pixel);
-          if (!on_grid(place, stride) || pixels_[place].count > 0) continue;
+          if (!on_grid(place, stride) || pixels_[place].sampled) continue;
           push(batch, scene_, pilot_sample(pixel));
           aims.push_back({place, 0});
         }
@@ -95,7 +96,7 @@ class AdaptiveRender {
 
   /// On a lens or a light there is no middle to prefer.
   Sample pilot_sample(const Pixel& pixel) const {
-    if (scene_.needs.lens) return fresh_sample(scene_, pixel.x, pixel.y, 0, 1, 0);
+    if (scene_.needs.lens) return fresh_sample(scene_, pixel.x, pixel.y, 0, pilot_stream);
     return uniform_sample(scene_, pixel.x, pixel.y, 0, 1);
   }
 
@@ -115,9 +116,7 @@ class AdaptiveRender {
       };
       for (const Pixel& pixel : tiles_.pixels(tile)) {
         const std::size_t place = tiles_.place(pixel);
-        for (std::uint8_t half = 0; half < 2 && plan.half[place] > 0; ++half) {
-          push_half(batch, aims, pixel, half, plan.half[place]);
-        }
+        for (std::uint8_t half = 0; half < 2; ++half) push_half(batch, aims, pixel, half, plan.half[place]);
         if (aims.size() >= batch_rays) trace();
       }
       trace();
@@ -128,10 +127,16 @@ class AdaptiveRender {
   /// an error that they are to tell.
   static constexpr double fresh_share = 1.0 / 128;
 
+  /// The samples that the half of a pixel lacks of `count`. A refined one goes on with its sequence; an audit begins
+  /// its own each time.
   void push_half(Batch& batch, std::vector<Aim>& aims, const Pixel& pixel, std::uint8_t half, std::uint32_t count) {
     const std::size_t place = tiles_.place(pixel);
-    for (std::uint32_t index = 0; index < count; ++index) {
-      Sample sample = fresh_sample(scene_, pixel.x, pixel.y, index, count, 2 * std::uint64_t{round_} + half);
+    const PixelState& state = pixels_[place];
+    const bool audit = state.role == PixelState::Role::audited;
+    const std::uint64_t stream = (audit ? 2 * std::uint64_t{round_} : 0) + half;
+    for (std::uint32_t index = state.half_count[half]; index < count; ++index) {
+      Sample sample = audit ? mirrored_sample(scene_, pixel.x, pixel.y, index, stream)
+                            : fresh_sample(scene_, pixel.x, pixel.y, index, stream);
       sample.share = fresh_share;
       push(batch, scene_, sample);
       aims.push_back({place, half});
@@ -145,16 +150,21 @@ class AdaptiveRender {
       if (!finite(radiance)) continue;  // counted by the wavefront
       PixelState& pixel = pixels_[aims[i].place];
       if (pilot) {
-        pixel.sum += radiance;
-        ++pixel.count;
+        pixel.pilot = radiance;
+        pixel.sampled = true;
       } else {
-        pixel.fresh[aims[i].half] += radiance;
-        ++pixel.fresh_count[aims[i].half];
+        pixel.half[aims[i].half] += radiance;
+        ++pixel.half_count[aims[i].half];
         if (pixel.role == PixelState::Role::audited) continue;
       }
-      if (!missing_.empty()) add(missing_[aims[i].place], wavefront.missing()[i]);
-      if (!layers_.empty()) layers_[aims[i].place].add(wavefront.first_hits(), i);
+      note(aims[i].place, wavefront, i);
     }
+  }
+
+  /// What the pixel's samples lack and hit; a refined pixel's pilot is no longer one of them, but counts there as well.
+  void note(std::size_t place, const Wavefront<Model>& wavefront, std::size_t sample) {
+    if (!missing_.empty()) add(missing_[place], wavefront.missing()[sample]);
+    if (!layers_.empty()) layers_[place].add(wavefront.first_hits(), sample);
   }
 
   static void add(MissingLight& sum, const MissingLight& sample) {
@@ -176,7 +186,7 @@ class AdaptiveRender {
     const std::vector<float> contrast = contrasts(shown, width_);
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
       pixels_[i].contrast = contrast[i];
-      pixels_[i].variance = static_cast<float>(pixels_[i].filled ? contrast[i] : expected_variance(contrast[i]));
+      pixels_[i].variance = static_cast<float>(pixels_[i].sampled ? expected_variance(contrast[i]) : contrast[i]);
     }
     sampled_ = settle(pixels_, width_, levels);
     estimate(levels);
@@ -185,10 +195,7 @@ class AdaptiveRender {
   void learn() {
     const Levels levels = this->levels();
     sampled_ = settle(pixels_, width_, levels);
-    for (PixelState& pixel : pixels_) {
-      if (pixel.role == PixelState::Role::audited) audit_samples_ += pixel.fresh_count[0] + pixel.fresh_count[1];
-      pixel.absorb();
-    }
+    for (PixelState& pixel : pixels_) pixel.forget_audit();
     estimate(levels);
   }
 
@@ -257,7 +264,7 @@ class AdaptiveRender {
       means.rgb[3 * i + 1] = static_cast<float>(mean.g);
       means.rgb[3 * i + 2] = static_cast<float>(mean.b);
       if (means.missing.empty()) continue;
-      const float share = 1.0f / static_cast<float>(std::max(1u, pixels_[i].count));
+      const float share = 1.0f / static_cast<float>(pixels_[i].count() + (pixels_[i].refined() ? 1 : 0));
       means.missing[i] = {missing_[i].depth * share, missing_[i].cutoff * share, missing_[i].spared * share};
     }
     return means;
@@ -278,15 +285,17 @@ class AdaptiveRender {
     std::vector<float> variances(pixels_.size());
     rendered.statistics = pool_.statistics();
     rendered.statistics.samples_min = std::numeric_limits<std::uint32_t>::max();
+    std::uint64_t in_means = 0;
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
       write_color(image, i, pixels_[i].mean());
       if (!layers_.empty()) layers_[i].write(image, i);
       variances[i] = pixels_[i].variance;
-      const std::uint32_t samples = pixels_[i].filled ? pixels_[i].count - 1 : pixels_[i].count;
+      const std::uint32_t samples = pixels_[i].sampled || pixels_[i].measured() ? pixels_[i].count() : 0;
+      in_means += samples;
       rendered.statistics.samples_min = std::min(rendered.statistics.samples_min, samples);
       rendered.statistics.samples_max = std::max(rendered.statistics.samples_max, samples);
     }
-    rendered.statistics.audit_samples = audit_samples_;
+    rendered.statistics.audit_samples = rendered.statistics.samples - in_means;
     const Means means = write_means();
     const Hideable hidden = this->hidden(means.rgb);
     write_error_layer(image, variances, means.missing, hidden, levels());
@@ -312,7 +321,6 @@ class AdaptiveRender {
   SampledError sampled_;
   double missing_squared_ = 0, first_error_ = 0;
   ErrorEstimate error_;
-  std::uint64_t audit_samples_ = 0;
 };
 
 }  // namespace tracer
