@@ -15,25 +15,32 @@ namespace {
 constexpr double deviations = 2.75;
 constexpr double confidence = 0.95;
 
-/// What audits tell of the pixels that were never refined, by how much contrast they have: mean squared error of one
-/// sample.
+/// What audits tell of the pixels that have only their pilot, by how much contrast these have.
 class Audits {
  public:
-  void add(const PixelState& pixel, double squared_error) {
+  void add(const PixelState& pixel) {
     Class& one = of(pixel.contrast);
-    one.sum += squared_error;
+    one.radiance += audited_radiance_error(pixel);
     ++one.count;
   }
-  /// With as much weight for what was expected as two audits have, so that a few do not tell tall tales.
+  /// Call with every pixel that was added, once all are.
+  double error(const PixelState& pixel, const Levels& levels) {
+    Class& one = of(pixel.contrast);
+    const double error = audited_error(pixel, levels, std::sqrt(std::max(0.0, one.radiance / one.count)));
+    one.error += error;
+    return error;
+  }
+  /// Of any pixel, then. With as much weight for what was expected as two audits have, so that a few do not tell tall
+  /// tales.
   [[nodiscard]] double expected(const PixelState& pixel) {
     constexpr double prior_weight = 2;
     const Class& one = of(pixel.contrast);
-    return std::max(0.0, (one.sum + prior_weight * expected_variance(pixel.contrast)) / (one.count + prior_weight));
+    return std::max(0.0, (one.error + prior_weight * expected_variance(pixel.contrast)) / (one.count + prior_weight));
   }
 
  private:
   struct Class {
-    double sum = 0, count = 0;
+    double radiance = 0, error = 0, count = 0;
   };
   /// An octave of contrast each, from 2^-16 squared levels.
   Class& of(double contrast) {
@@ -94,19 +101,20 @@ SampledError settle(std::span<PixelState> pixels, std::uint32_t width, const Lev
   AuditedError audited;
   Audits audits;
   std::vector<float> of_one(pixels.size(), std::numeric_limits<float>::quiet_NaN());
+  for (const PixelState& pixel : pixels)
+    if (!pixel.refined() && pixel.measured()) audits.add(pixel);
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     const PixelState& pixel = pixels[i];
-    const double error = pixel.measured() ? squared_error(pixel, levels) : 0;
     if (pixel.refined() && pixel.measured()) {
+      const double error = refined_error(pixel, levels);
       of_one[i] = static_cast<float>(variance_of_one(error, pixel.count()));
-      sums.add(error);
+      // A pixel that was left alone may have been for looking better than it is: its neighbours have a say.
+      sums.add(pixel.grows ? error : pixel.variance);
       continue;
     }
     pilots.add(pixel.variance);
     ++pilot_count;
-    if (!pixel.measured()) continue;
-    audits.add(pixel, error);
-    audited.add(error);
+    if (pixel.measured()) audited.add(audits.error(pixel, levels));
   }
   sums.add(audited.count() > 0 ? audited.of(pilot_count) : pilots);
   const Neighbourhood neighbourhood(of_one, width);

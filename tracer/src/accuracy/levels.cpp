@@ -51,6 +51,12 @@ double Levels::slope(double radiance) const {
   return of(slope_, shown) * tone * gain_;
 }
 
+double Levels::slope_between(double a, double b) const {
+  // Nearer than the table is exact, their difference would be noise.
+  if (std::abs(a - b) * gain_ < 1e-3) return slope(std::min(a, b));
+  return (level(a) - level(b)) / (a - b);
+}
+
 double Levels::displayed(double radiance) const {
   const double exposed = std::max(0.0, radiance) * gain_;
   return reinhard_ ? exposed / (1 + exposed) : std::min(exposed, 1.0);

@@ -17,6 +17,8 @@ class Levels {
   [[nodiscard]] double level(double radiance) const { return of(level_, displayed(radiance)); }
   /// Levels per unit of radiance; 0 above what is clamped.
   [[nodiscard]] double slope(double radiance) const;
+  /// Levels per unit between two radiances, in any order; the slope where they are one.
+  [[nodiscard]] double slope_between(double a, double b) const;
   /// The radiance from which on everything looks the same; infinite with reinhard.
   [[nodiscard]] double white() const { return white_; }
   [[nodiscard]] double gain() const { return gain_; }

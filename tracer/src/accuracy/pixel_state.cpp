@@ -3,35 +3,40 @@
 namespace tracer {
 namespace {
 
-/// The curve's slope at `mean`, known to within `spread`: a mean above white may stand for one below.
-double slope_around(const Levels& levels, double mean, double spread) {
-  if (mean <= levels.white()) return levels.slope(mean);
-  return mean - spread < levels.white() ? levels.slope(levels.white()) : 0;
-}
+constexpr double Color::*channels[] = {&Color::r, &Color::g, &Color::b};
 
-double refined_error(double first, double second, const Levels& levels) {
-  const double apart = (first - second) / 2;
-  const double slope = slope_around(levels, (first + second) / 2, std::abs(apart));
-  return slope * slope * apart * apart;
-}
-
-double audited_error(double pilot, double first, double second, const Levels& levels) {
-  const double fresh = (first + second) / 2;
-  const double spread = std::abs(first - second) / 2 + std::abs(pilot - fresh);
-  const double slope = slope_around(levels, (pilot + first + second) / 3, spread);
-  return slope * slope * (pilot - first) * (pilot - second);
-}
+Color mean_of(const PixelState& pixel, std::size_t half) { return pixel.half[half] * (1.0 / pixel.half_count[half]); }
 
 }  // namespace
 
-double squared_error(const PixelState& pixel, const Levels& levels) {
-  const Color first = pixel.half[0] * (1.0 / pixel.half_count[0]);
-  const Color second = pixel.half[1] * (1.0 / pixel.half_count[1]);
+double refined_error(const PixelState& pixel, const Levels& levels) {
+  const Color first = mean_of(pixel, 0), second = mean_of(pixel, 1);
   double sum = 0;
-  for (const auto channel : {&Color::r, &Color::g, &Color::b}) {
-    sum += pixel.refined() ? refined_error(first.*channel, second.*channel, levels)
-                           : audited_error(pixel.pilot.*channel, first.*channel, second.*channel, levels);
+  for (const auto channel : channels) {
+    const double middle = (first.*channel + second.*channel) / 2,
+                 apart = std::abs(first.*channel - second.*channel) / 2;
+    const double slope = levels.slope_between(middle, std::max(0.0, middle - apart));
+    sum += slope * slope * apart * apart;
   }
+  return sum;
+}
+
+double audited_error(const PixelState& pixel, const Levels& levels, double usual) {
+  const Color first = mean_of(pixel, 0), second = mean_of(pixel, 1);
+  double sum = 0;
+  for (const auto channel : channels) {
+    const double pilot = pixel.pilot.*channel, fresh = (first.*channel + second.*channel) / 2;
+    const double slope = levels.slope_between(pilot, std::max(0.0, pilot + std::copysign(usual, fresh - pilot)));
+    sum += slope * slope * (pilot - first.*channel) * (pilot - second.*channel);
+  }
+  return sum;
+}
+
+double audited_radiance_error(const PixelState& pixel) {
+  const Color first = mean_of(pixel, 0), second = mean_of(pixel, 1);
+  double sum = 0;
+  for (const auto channel : channels)
+    sum += (pixel.pilot.*channel - first.*channel) * (pixel.pilot.*channel - second.*channel) / 3;
   return sum;
 }
 

@@ -30,6 +30,7 @@ struct PixelState {
   float variance = 0;  ///< to be expected of the pixel, in squared levels, the channels added up
   float contrast = 0;  ///< of the pilots around it; in the same unit
   Role role = Role::pilot;
+  bool grows = false;    ///< gets samples in this round, other than of an audit
   bool sampled = false;  ///< has a pilot of its own, not a neighbour's
 
   [[nodiscard]] bool refined() const { return role == Role::refined; }
@@ -57,11 +58,16 @@ inline double variance_of_one(double variance, std::uint32_t count) {
   return variance * std::pow(static_cast<double>(count), variance_power);
 }
 
-/// An estimate of the squared error of the pixel, in squared levels, the channels added up. Without bias, so it may be
-/// negative; only sums and means of many mean something. Precondition: measured().
-///
-/// Of a refined pixel with the halves' means F1 and F2: E[(F1 - F2)^2 / 4] is the variance of their mean. Of an audited
-/// one with the pilot P: E[(P - F1)(P - F2)] = (P - mu)^2, whatever P is.
-double squared_error(const PixelState& pixel, const Levels& levels);
+// Estimates of the squared error of a pixel, in squared levels, the channels added up. As radiance they are without
+// bias, so they may be negative; only sums and means of many mean something. The curve from radiance to levels bends,
+// most next to black: its slope is taken over a range of radiance, on the steep side. Precondition: measured().
+
+/// Of a refined pixel with the halves' means F1 and F2: E[(F1 - F2)^2 / 4] is the variance of their mean.
+double refined_error(const PixelState& pixel, const Levels& levels);
+/// Of an audited one with the pilot P: E[(P - F1)(P - F2)] = (P - mu)^2, whatever P is. `usual`: how far off, as
+/// radiance, pixels like this one are: the root of the mean of audited_radiance_error over many.
+double audited_error(const PixelState& pixel, const Levels& levels, double usual);
+/// The same in squared radiance, the mean of the channels.
+double audited_radiance_error(const PixelState& pixel);
 
 }  // namespace tracer

@@ -1,6 +1,7 @@
 #include "tracer/src/accuracy/plan.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -14,37 +15,46 @@ constexpr double growth_max = 8, any_growth = std::numeric_limits<double>::infin
 /// Two samples of an audit mirrored in the pixel's centre take the slope of the picture out of their half.
 constexpr std::uint32_t audit_half = 2;
 
+/// The powers of two from `least` to `most` that are within the limits, as exponents; where none is, the even number
+/// that is takes their place.
+struct Range {
+  std::uint32_t least = 0, most = 0;
+  explicit Range(const Adaptive& limits)
+      : least(std::min(std::bit_ceil(limits.samples_min), limits.samples_max & ~1u)),
+        most(std::max(std::bit_floor(limits.samples_max), least)) {}
+  [[nodiscard]] std::uint32_t nearest(double log2_wanted) const {
+    const double rounded = std::clamp(std::round(log2_wanted), 0.0, 31.0);
+    return std::clamp(1u << static_cast<std::uint32_t>(rounded), least, most);
+  }
+};
+
 class Planner {
  public:
   Planner(std::span<const PixelState> pixels, std::span<const float> cost, const Adaptive& limits)
-      : pixels_(pixels), cost_(cost), limits_(limits) {
+      : pixels_(pixels), cost_(cost), range_(limits), log2_at_unit_(pixels.size()) {
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      const double of_one = variance_of_one(pixels[i].variance, pixels[i].count());
+      log2_at_unit_[i] = static_cast<float>(std::log2(variance_power * of_one / cost[i]) / (1 + variance_power));
+    }
     // The sums need no more than a sample of a large picture.
-    stride_ = std::max<std::size_t>(1, pixels.size() / 65536);
+    stride_ = std::max<std::size_t>(1, pixels.size() / 32768);
   }
 
-  /// Samples in each half, where lowering the squared error by `worth` is worth a unit of cost and a pixel's samples
-  /// may grow by `growth`; 0: those it has are enough.
-  [[nodiscard]] std::uint32_t half(std::size_t index, double worth, double growth) const {
-    const PixelState& pixel = pixels_[index];
-    const std::uint32_t has = pixel.refined() ? pixel.count() : 1;
-    const double of_one = variance_of_one(pixel.variance, has);
-    double wanted = std::pow(variance_power * of_one / (worth * cost_[index]), 1 / (1 + variance_power));
-    wanted = std::clamp(wanted, static_cast<double>(limits_.samples_min), static_cast<double>(limits_.samples_max));
-    wanted = std::min(wanted, growth * has);
-    // To the nearest power of two on a logarithmic scale, but no fewer than asked for, and no more.
-    auto rounded = static_cast<std::uint32_t>(std::exp2(std::round(std::log2(wanted))));
-    if (rounded < limits_.samples_min) rounded = std::bit_ceil(limits_.samples_min);
-    if (rounded > limits_.samples_max) rounded = limits_.samples_max;
-    return rounded > has && rounded >= 2 ? rounded / 2 : 0;
+  /// Samples in each half, where lowering the squared error by 2^`log2_worth` is worth a unit of cost and a pixel's
+  /// samples may grow by `growth`; 0: those it has are enough.
+  [[nodiscard]] std::uint32_t half(std::size_t index, double log2_worth, double growth) const {
+    const std::uint32_t has = pixels_[index].count();
+    const std::uint32_t wanted = range_.nearest(log2_at_unit_[index] - log2_worth / (1 + variance_power));
+    if (wanted <= has || wanted < 2) return 0;
+    return std::min<std::uint32_t>(wanted, static_cast<std::uint32_t>(std::min(growth * has, 0x1p31))) / 2;
   }
 
   /// What is then expected to be left in the end, and what it costs.
-  [[nodiscard]] RoundGoal outcome(double worth) const {
+  [[nodiscard]] RoundGoal outcome(double log2_worth) const {
     RoundGoal sum;
     for (std::size_t i = 0; i < pixels_.size(); i += stride_) {
-      const std::uint32_t then = 2 * half(i, worth, any_growth), has = pixels_[i].count();
-      const double variance = pixels_[i].variance;
-      sum.squared_error += then > has ? variance_of_one(variance, has) / variance_of_one(1, then) : variance;
+      const std::uint32_t then = 2 * half(i, log2_worth, any_growth), has = pixels_[i].count();
+      sum.squared_error += pixels_[i].variance * (then > has ? fallen(then) / fallen(has) : 1);
       sum.cost += then > has ? static_cast<double>(then - has) * cost_[i] : 0;
     }
     const double share =
@@ -52,11 +62,11 @@ class Planner {
     return {sum.squared_error * share, sum.cost * share};
   }
 
-  /// The highest worth that reaches the goal, but not beyond its cost.
+  /// The highest worth that reaches the goal, but not beyond its cost; its logarithm.
   [[nodiscard]] double worth_for(const RoundGoal& goal) const {
-    double cheap = 0x1p100, dear = 0x1p-100;  // dear: samples for everything
-    for (int step = 0; step < 40; ++step) {
-      const double middle = std::sqrt(cheap) * std::sqrt(dear);
+    double cheap = 100, dear = -100;  // dear: samples for everything
+    for (int step = 0; step < 24; ++step) {
+      const double middle = (cheap + dear) / 2;
       const RoundGoal then = outcome(middle);
       (then.squared_error <= goal.squared_error || then.cost > goal.cost ? dear : cheap) = middle;
     }
@@ -64,9 +74,20 @@ class Planner {
   }
 
  private:
+  /// The part of one sample's variance that is left of the mean of `count`.
+  static double fallen(std::uint32_t count) {
+    static const std::array<double, 32> of_power = [] {
+      std::array<double, 32> table{};
+      for (std::size_t i = 0; i < table.size(); ++i) table[i] = std::exp2(-variance_power * static_cast<double>(i));
+      return table;
+    }();
+    return of_power[static_cast<std::size_t>(std::bit_width(count) - 1)];
+  }
+
   std::span<const PixelState> pixels_;
   std::span<const float> cost_;
-  const Adaptive& limits_;
+  Range range_;
+  std::vector<float> log2_at_unit_;  ///< of the samples wanted where a unit of cost is worth 1
   std::size_t stride_ = 1;
 };
 
@@ -87,7 +108,8 @@ RoundPlan plan_round(std::span<PixelState> pixels, std::span<const float> cost, 
   std::size_t pilots = 0;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     plan.half[i] = planner.half(i, worth, growth_max);
-    if (plan.half[i] > 0) pixels[i].role = PixelState::Role::refined;
+    pixels[i].grows = plan.half[i] > 0;
+    if (pixels[i].grows) pixels[i].role = PixelState::Role::refined;
     pilots += pixels[i].refined() ? 0 : 1;
   }
   const auto below = static_cast<std::uint64_t>(share_of_audits(pilots) * 0x1p32);

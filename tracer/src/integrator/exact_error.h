@@ -67,7 +67,7 @@ class ExactError {
       ++chosen[half / 2].half_count[half % 2];
     }
     for (const PixelState& pixel : chosen)
-      if (pixel.measured()) sum.add(squared_error(pixel, levels));
+      if (pixel.measured()) sum.add(audited_error(pixel, levels, 0));
     return sum;
   }
 
