@@ -173,6 +173,14 @@ TEST(AShadowMap, DoesNotShowWhatLetsLightThrough) {
   EXPECT_EQ(mapped(scene).image.rgb, scenes::render(scene).image.rgb);
 }
 
+TEST(AShadowMap, CountsAsMemoryOfTheCompiledScene) {
+  Scene scene = ball_over_floor(scenes::point_light({3, 8, 2}));
+  RenderControl control;
+  const std::uint64_t without = memory_bytes(**compile(scene, control));
+  scene.accuracy.approximate.shadows = Approximations::Shadows::map;
+  EXPECT_EQ(memory_bytes(**compile(scene, control)) - without, 4 * (2 * side) * (2 * side));
+}
+
 TEST(AShadowMap, IsTheSameOnAnyNumberOfThreads) {
   const Scene scene = ball_over_floor(scenes::point_light({3, 8, 2}));
   EXPECT_EQ(mapped(scene, 1).image.rgb, mapped(scene, 3).image.rgb);
