@@ -55,6 +55,7 @@ Case corridor() {
     scenes::add(c.scene, Plane{{0, 0, z}, {0, 0, -z}, {}}, mirror);
   }
   scenes::add(c.scene, Plane{}, matte({0.6, 0.6, 0.6}));
+  scenes::add(c.scene, Plane{{0, 2.5, 0}, {0, -1, 0}, {}}, matte({0.3, 0.4, 0.6}));
   scenes::add(c.scene, Sphere{{-0.3, 0.3, 0}, 0.3}, matte({0.8, 0.3, 0.2}));
   return c;
 }
@@ -101,13 +102,12 @@ Case amber() {
 
 Case prism() {
   Case c = behind("prism", "total internal reflection: a critical angle within pixels");
-  const Mesh wedge{{{-1, 0.1, 0.6}, {1, 0.1, 0.6}, {0, 1.6, 0.6}, {-1, 0.1, -0.6}, {1, 0.1, -0.6}, {0, 1.6, -0.6}},
-                   {{0, 1, 2}, {3, 5, 4}, {0, 3, 4}, {0, 4, 1}, {1, 4, 5}, {1, 5, 2}, {2, 5, 3}, {2, 3, 0}},
-                   {},
-                   {},
-                   false};
+  Mesh wedge;
+  for (const double z : {0.6, -0.6})
+    for (const Vec2& corner : {Vec2{-1, 0.1}, Vec2{1, 0.1}, Vec2{0, 1.6}})  // turned by 37 degrees: a 3-4-5 triangle's
+      wedge.positions.push_back({0.8 * corner.x + 0.6 * z - 0.2, corner.y, -0.6 * corner.x + 0.8 * z + 0.5});
+  wedge.triangles = {{0, 1, 2}, {3, 5, 4}, {0, 3, 4}, {0, 4, 1}, {1, 4, 5}, {1, 5, 2}, {2, 5, 3}, {2, 3, 0}};
   scenes::add(c.scene, wedge, clear(1.52));
-  c.scene.objects.back().transform = turned(35, {-0.2, 0, 0.5});
   return c;
 }
 
