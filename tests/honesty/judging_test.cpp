@@ -80,9 +80,9 @@ void expect_second_tracer_agrees(const Case& scene) {
     for (int grid = 0; grid < grids; ++grid) {
       oracle::Real mean[3]{};
       for (int cell = 0; cell < side * side; ++cell) {
-        const auto light =
-            second.sample(x + (cell % side + draw.in(0, 1)) / side, y + (cell / side + draw.in(0, 1)) / side, counted)
-                .radiance;
+        const int column = cell % side, row = cell / side;
+        const oracle::Light3 light =
+            second.sample(x + (column + draw.in(0, 1)) / side, y + (row + draw.in(0, 1)) / side, counted).radiance;
         mean[0] += light.r / (side * side), mean[1] += light.g / (side * side), mean[2] += light.b / (side * side);
       }
       for (int c = 0; c < 3; ++c) sum[c] += mean[c], squares[c] += mean[c] * mean[c];

@@ -18,7 +18,7 @@ namespace honesty {
 struct ReferenceEffort {
   std::uint32_t samples = 1024;     ///< in each pixel of each picture
   std::uint32_t pictures_min = 8;   ///< 8192 samples a pixel; enough to know how far they lie apart
-  std::uint32_t pictures_max = 64;  ///< where the error stays above what is wanted
+  std::uint32_t pictures_max = 24;  ///< where the error stays above what is wanted
   double error_wanted = 0.02;       ///< levels: under a tenth of the finest claim that is asked for, 0.25
   std::uint32_t threads = 0;        ///< 0: all
 };

@@ -70,7 +70,10 @@ Case glass_ball() {
 Case bubbles() {
   Case c = behind("bubbles", "thin shells: glass around air, and air in water");
   scenes::add(c.scene, Sphere{{-0.8, 0.8, 0.3}, 0.75}, clear(1.5));
-  scenes::add(c.scene, Sphere{{-0.8, 0.8, 0.3}, 0.7}, clear(1 / 1.5));
+  Material air = scenes::glass(1);  // without a reflection of its own: light caught between the two has few ways
+  air.fresnel = false;
+  air.reflection = 0;
+  scenes::add(c.scene, Sphere{{-0.8, 0.8, 0.3}, 0.7}, air);
   Material bubble = scenes::glass(0.75);
   bubble.fresnel = false;
   bubble.reflection = 0.1;

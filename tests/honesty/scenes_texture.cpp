@@ -6,7 +6,6 @@ namespace honesty {
 namespace {
 
 using namespace tracer;
-using scenes::matte;
 
 Texture noise(double scale, std::uint32_t octaves) {
   Texture texture;

@@ -60,7 +60,8 @@ Trial judged(const Case& scene, const Standard& standard, const Rendered& render
     claimed[stratum] += error * error;
   }
   Trial trial{target, seed, rendered.error, whole.rmse(), reference.error()};
-  trial.samples_per_pixel = static_cast<double>(rendered.statistics.samples) / static_cast<double>(levels.size() / 3);
+  trial.samples_per_pixel =
+      static_cast<double>(rendered.statistics.samples) / static_cast<double>(standard.strata.size());
   for (std::size_t s = 0; s < parts.size(); ++s)
     trial.strata[s] = {parts[s].channels / 3, parts[s].rmse(),
                        std::sqrt(claimed[s] / std::max<double>(1, static_cast<double>(parts[s].channels)))};
