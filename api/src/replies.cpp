@@ -138,7 +138,8 @@ std::string write_problem(const ProblemReply& problem) {
 }
 
 std::string write_valid(const tracer::Scene& scene) {
-  const std::uint64_t pixels = scene.image.window().pixels();
+  const tracer::Accuracy& accuracy = scene.accuracy;
+  const std::uint64_t samples = accuracy.adaptive ? accuracy.adaptive->samples_min : accuracy.samples;
   std::vector<tracer::RequirementReason> reasons;
   const tracer::Requirements needs = tracer::requirements(scene, &reasons);
   return text_of(
@@ -146,7 +147,8 @@ std::string write_valid(const tracer::Scene& scene) {
        {"errors", Json::array()},
        {"requirements", requirements_json(needs)},
        {"reasons", reasons_json(reasons)},
-       {"estimate", {{"samples", pixels * scene.accuracy.samples}, {"seconds", nullptr}, {"memory_bytes", nullptr}}}});
+       {"estimate",
+        {{"samples", scene.image.window().pixels() * samples}, {"seconds", nullptr}, {"memory_bytes", nullptr}}}});
 }
 
 std::string write_invalid(const std::vector<tracer::Issue>& errors) {

@@ -10,20 +10,25 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// The members of the error account, none of which this build estimates.
-Json write_error() {
-  return {{"estimate", nullptr},
-          {"confidence", nullptr},
-          {"target", nullptr},
-          {"met", nullptr},
-          {"parts", {{"sampling", nullptr}, {"depth", nullptr}, {"cutoff", nullptr}}}};
+Json write_error(const tracer::ErrorEstimate& error) {
+  return {{"estimate", error.estimate},
+          {"confidence", error.confidence},
+          {"target", error.target ? Json(*error.target) : Json(nullptr)},
+          {"met", error.met},
+          {"bounded", error.bounded},
+          {"parts",
+           {{"sampling", error.sampling},
+            {"depth", error.depth},
+            {"cutoff", error.cutoff},
+            {"approximation", error.approximation}}}};
 }
 
+/// Those that are in the picture.
 Json write_samples(const tracer::Scene& scene, const tracer::RenderStatistics& statistics) {
   const auto pixels = static_cast<double>(scene.image.window().pixels());
-  return {{"min", scene.accuracy.samples},
-          {"mean", static_cast<double>(statistics.samples) / pixels},
-          {"max", scene.accuracy.samples}};
+  return {{"min", statistics.samples_min},
+          {"mean", static_cast<double>(statistics.samples - statistics.audit_samples) / pixels},
+          {"max", statistics.samples_max}};
 }
 
 /// What a sample misses at most because of shadow rays that were spared, as a mean over all.
@@ -35,16 +40,18 @@ double spared_light(const tracer::Scene& scene, const tracer::RenderStatistics& 
 
 }  // namespace
 
-std::string write_report(const tracer::Scene& scene, const tracer::RenderStatistics& statistics,
-                         const StageTimes& times, std::uint64_t memory_bytes) {
+std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate& error,
+                         const tracer::RenderStatistics& statistics, const StageTimes& times,
+                         std::uint64_t memory_bytes) {
   const tracer::RayCounts& rays = statistics.rays;
   std::vector<tracer::RequirementReason> reasons;
   const tracer::Requirements needs = tracer::requirements(scene, &reasons);
   const Json report = {
       {"requirements", requirements_json(needs)},
       {"reasons", reasons_json(reasons)},
-      {"error", write_error()},
+      {"error", write_error(error)},
       {"samples", write_samples(scene, statistics)},
+      {"audit_samples", statistics.audit_samples},
       {"rays",
        {{"camera", rays.camera},
         {"shadow", rays.shadow},

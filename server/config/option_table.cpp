@@ -25,7 +25,7 @@ constexpr std::array table{
            "largest request body; 64 MiB is a million inline triangles"},
     Option{"pixels", "67108864", Count{&Config::pixels, 1, 1ull << 32}, "largest picture; 64 Mpx is 8K twice over"},
     Option{"samples_times_pixels", "17179869184", Count{&Config::samples_times_pixels, 1, 1ull << 48},
-           "most samples a job may ask for; minutes to hours on two cores, more is a mistake"},
+           "most samples a job may insist on; minutes to hours on two cores, more is a mistake"},
     Option{"objects", "4000000", Count{&Config::objects, 1, 1ull << 31}, "most objects; about 1 GiB while compiled"},
     Option{"triangles", "40000000", Count{&Config::triangles, 1, 1ull << 31},
            "most triangles; about 6 GiB while compiled"},

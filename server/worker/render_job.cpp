@@ -68,7 +68,7 @@ class Rendering {
     const auto compiled = compile(scene);
     tracer::Rendered rendered = trace(*compiled);
     Finished finished{job_.job_id, job_.fence, {}, encode(rendered.image, scene.output)};
-    finished.report = api::write_report(scene, rendered.statistics, times_, memory_bytes_);
+    finished.report = api::write_report(scene, rendered.error, rendered.statistics, times_, memory_bytes_);
     return finished;
   }
 

@@ -78,6 +78,8 @@ class Validating(OneDaemon):
         self.assertEqual(set(verdict["reasons"]), {name for name, needed in verdict["requirements"].items() if needed})
         self.assertEqual(verdict["reasons"]["spheres"], "/objects/0")
         self.assertEqual(verdict["estimate"], {"samples": 400, "seconds": None, "memory_bytes": None})
+        reply = self.daemon.request("POST", "/v1/jobs/validate", scene(10, 10, accuracy={"samples": [3, 9]}))
+        self.assertEqual(reply.json()["estimate"], {"samples": 300, "seconds": None, "memory_bytes": None})
 
     def test_tells_the_errors_of_a_bad_scene_with_200(self):
         reply = self.daemon.request("POST", "/v1/jobs/validate", scene(colour="red"))

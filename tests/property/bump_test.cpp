@@ -214,7 +214,7 @@ TEST(NormalMap, PicturesAreLinearUnlessTheySayOtherwise) {
     RenderControl control;
     const auto compiled = compile(scene, control, {{*png}});
     EXPECT_TRUE(compiled);
-    return render(**compiled, {1}, control)->image.rgb[0];
+    return render(**compiled, {.threads = 1}, control)->image.rgb[0];
   };
   const Vec3 linear = normalize({2 * 188 / 255.0 - 1, 2 * 137 / 255.0 - 1, 2 * 225 / 255.0 - 1});
   EXPECT_NEAR(lit(std::nullopt, false), linear.z, 1e-6);

@@ -35,7 +35,7 @@ TEST(Cancelling, BeforeItStartsAnswersAtOnceAndTracesNothing) {
   const auto nothing = compile(endless(), control);
   ASSERT_FALSE(nothing.has_value());
   EXPECT_EQ(nothing.error().code, Failure::Code::cancelled);
-  const auto picture = render(*compiled(endless()), {2}, control);
+  const auto picture = render(*compiled(endless()), {.threads = 2}, control);
   ASSERT_FALSE(picture.has_value());
   EXPECT_EQ(picture.error().code, Failure::Code::cancelled);
   EXPECT_EQ(control.tiles_done(), 0u);
@@ -49,7 +49,7 @@ TEST(Cancelling, WhileItRunsStopsWithoutAPicture) {
       while (control.tiles_total() == 0) std::this_thread::yield();
       control.cancel();
     });
-    const auto picture = render(*scene, {threads}, control);
+    const auto picture = render(*scene, {.threads = threads}, control);
     someone.join();
     ASSERT_FALSE(picture.has_value());
     EXPECT_EQ(picture.error().code, Failure::Code::cancelled);
@@ -60,11 +60,11 @@ TEST(Cancelling, WhileItRunsStopsWithoutAPicture) {
 TEST(Cancelling, AfterItEndedChangesNothing) {
   const auto scene = compiled(scenes::random(1, 40));
   RenderControl control;
-  const auto before = render(*scene, {1}, control);
+  const auto before = render(*scene, {.threads = 1}, control);
   control.cancel();
   EXPECT_TRUE(before.has_value());
   RenderControl again;
-  EXPECT_EQ(render(*scene, {1}, again)->image.rgb, before->image.rgb);
+  EXPECT_EQ(render(*scene, {.threads = 1}, again)->image.rgb, before->image.rgb);
 }
 
 TEST(Progress, OnlyGrowsAndReachesItsTotal) {
@@ -83,7 +83,7 @@ TEST(Progress, OnlyGrowsAndReachesItsTotal) {
       last = done;
     }
   });
-  const auto picture = render(*prepared, {2}, control);
+  const auto picture = render(*prepared, {.threads = 2}, control);
   ended = true;
   watcher.join();
   ASSERT_TRUE(picture.has_value());
@@ -95,13 +95,13 @@ TEST(Progress, OnlyGrowsAndReachesItsTotal) {
 TEST(ManyRenders, OfOneCompiledSceneAtTheSameTimeGiveTheSamePicture) {
   const auto scene = compiled(scenes::random(6, 64));
   RenderControl control;
-  const auto expected = render(*scene, {1}, control);
+  const auto expected = render(*scene, {.threads = 1}, control);
   std::vector<std::vector<float>> pictures(4);
   std::vector<std::thread> threads;
   for (auto& picture : pictures)
     threads.emplace_back([&] {
       RenderControl own;
-      picture = render(*scene, {0}, own)->image.rgb;
+      picture = render(*scene, {.threads = 0}, own)->image.rgb;
     });
   for (std::thread& thread : threads) thread.join();
   for (const auto& picture : pictures) EXPECT_EQ(picture, expected->image.rgb);

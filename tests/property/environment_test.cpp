@@ -17,7 +17,7 @@ Rendered rendered(const Scene& scene, const Assets& assets) {
   RenderControl control;
   const auto compiled = compile(scene, control, assets);
   if (!compiled) throw std::runtime_error(compiled.error().detail);
-  auto result = render(**compiled, {1}, control);
+  auto result = render(**compiled, {.threads = 1}, control);
   if (!result) throw std::runtime_error(result.error().detail);
   return std::move(*result);
 }

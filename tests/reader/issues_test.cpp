@@ -42,8 +42,7 @@ TEST(Sentences, TellTheRuleAndTheValueSeen) {
   EXPECT_EQ(only_detail(document_with(R"("image": {"width": 3.9})")), "must be an integer, got the number 3.9");
   EXPECT_EQ(only_detail(document_with(R"("image": "big")")), "must be an object, got the string \"big\"");
   EXPECT_EQ(only_detail(document_with(R"("image": {"width": 70000})")), "the limit image_side is 65536, got 70000");
-  EXPECT_EQ(only_detail(document_with(R"("accuracy": {"target_error": 1})")),
-            "\"target_error\" is not supported by this build");
+  EXPECT_EQ(only_detail(document_with(R"("job": {"deadline": 1})")), "\"deadline\" is not supported by this build");
 }
 
 TEST(Sentences, QuoteLongAndStrangeTextSafely) {

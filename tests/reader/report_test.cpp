@@ -8,10 +8,16 @@
 
 namespace {
 
+TEST(Report, OfAPictureWithoutATargetHasNone) {
+  tracer::Scene scene;
+  scene.image = {4, 2};
+  const std::string report = api::write_report(scene, {}, {}, {}, 0);
+  EXPECT_NE(report.find(R"("target":null,"met":true,"bounded":true)"), std::string::npos) << report;
+}
+
 TEST(Report, HasEveryMemberOfTheContract) {
   tracer::Scene scene;
   scene.image = {4, 2};
-  scene.accuracy.samples = 9;
   scene.materials.resize(1);
   scene.materials[0].transmission = 1;
   scene.materials[0].fresnel = true;
@@ -19,23 +25,37 @@ TEST(Report, HasEveryMemberOfTheContract) {
   scene.objects.push_back({tracer::Sphere{}, {0}, {}});
   tracer::RenderStatistics statistics;
   statistics.rays = {72, 10, 20, 30};
-  statistics.samples = 72;
+  statistics.samples = 80;
+  statistics.samples_min = 2;
+  statistics.samples_max = 23;
+  statistics.audit_samples = 8;
   statistics.non_finite = 3;
   statistics.spared_shadow_rays = 144;
-  statistics.spared_light = 72 << 19;  // half of the cutoff in every sample
+  statistics.spared_light = 80 << 19;  // half of the cutoff in every sample
+  tracer::ErrorEstimate error;
+  error.estimate = 1.5;
+  error.confidence = 0.75;
+  error.target = 1;
+  error.met = false;
+  error.sampling = 0.5;
+  error.depth = 0.25;
+  error.cutoff = 0.125;
+  error.approximation = 0.0625;
+  error.bounded = false;
   const std::string expected =
       R"({"requirements":{"reflection":true,"refraction":true,"fresnel":true,"shadows":false,"transmissive_shadows":false,)"
       R"("soft_lights":false,"many_lights":false,"absorption":false,"overlapping_media":false,"gouraud":false,)"
       R"("lens":false,"depth_cue":false,"layers":false,"environment":false,"textures":false,"filtered_textures":false,)"
-      R"("bump":false,"smooth_normals":false,"triangles":false,"spheres":true,"quadrics":false,"planes":false},)"
+      R"("bump":false,"smooth_normals":false,"triangles":false,"spheres":true,"quadrics":false,"planes":false,"approximations":false},)"
       R"("reasons":{"reflection":"/materials/glass","refraction":"/materials/glass","fresnel":"/materials/glass",)"
       R"("spheres":"/objects/0"},)"
-      R"("error":{"estimate":null,"confidence":null,"target":null,"met":null,"parts":{"sampling":null,"depth":null,"cutoff":null}},)"
-      R"("samples":{"min":9,"mean":9.0,"max":9},"rays":{"camera":72,"shadow":10,"reflection":20,"refraction":30},"spared_shadows":{"rays":144,"light":0.0005},)"
+      R"("error":{"estimate":1.5,"confidence":0.75,"target":1.0,"met":false,"bounded":false,)"
+      R"("parts":{"sampling":0.5,"depth":0.25,"cutoff":0.125,"approximation":0.0625}},)"
+      R"("samples":{"min":2,"mean":9.0,"max":23},"audit_samples":8,"rays":{"camera":72,"shadow":10,"reflection":20,"refraction":30},"spared_shadows":{"rays":144,"light":0.0005},)"
       R"("time_ms":{"queue":0.5,"parse":1.0,"build":2.0,"trace":3.0,"encode":4.0},"memory_bytes":12345678901,"non_finite":3,)"
       R"("build":")" +
       std::string(tracer::build()) + "\"}";
-  EXPECT_EQ(api::write_report(scene, statistics, {0.5, 1, 2, 3, 4}, 12345678901), expected);
+  EXPECT_EQ(api::write_report(scene, error, statistics, {0.5, 1, 2, 3, 4}, 12345678901), expected);
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <set>
 
+#include "tracer/src/lights/trace_shadow_maps.h"
 #include "tracer/src/shapes/geometry_builder.h"
 #include "tracer/src/shapes/surface.h"
 #include "tracer/src/textures/normal_maps.h"
@@ -122,7 +123,8 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene
                                                               const Assets& assets) {
   if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled before building"};
   try {
-    auto compiled = std::make_shared<CompiledScene>(scene, TraceFrame(finite_bounds(scene)));
+    const Bounds bounds = finite_bounds(scene);
+    auto compiled = std::make_shared<CompiledScene>(scene, TraceFrame(bounds));
     if (compiled->needs.bump) read_normal_maps_as_linear(scene.background, compiled->materials, compiled->textures);
     auto images = texture_images(compiled->textures, scene.assets, assets);
     if (!images) return images.error();
@@ -134,7 +136,10 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene
     auto accelerator = Accelerator::build(compiled->geometry, control);
     if (!accelerator) return accelerator.error();
     compiled->accelerator = std::move(*accelerator);
-    if (compiled->needs.refraction) compiled->objects_around_camera = objects_around_camera(*compiled);
+    if (compiled->exact_needs.refraction) compiled->objects_around_camera = objects_around_camera(*compiled);
+    if (scene.accuracy.approximate.shadows == Approximations::Shadows::map)
+      compiled->shadow_maps = trace_shadow_maps(*compiled, bounds, control);
+    if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while building"};
     return std::shared_ptr<const CompiledScene>(std::move(compiled));
   } catch (const std::bad_alloc&) {
     return Failure{Failure::Code::out_of_memory, "no memory for the compiled scene"};
@@ -150,6 +155,8 @@ std::uint64_t memory_bytes(const CompiledScene& scene) {
   for (const TriangleGeometry& t : scene.geometry.triangles)
     bytes += bytes_of(t.positions) + bytes_of(t.triangles) + bytes_of(t.normals) + bytes_of(t.uvs) +
              bytes_of(t.object_of_triangle);
+  for (const ShadowMap& map : scene.shadow_maps)
+    for (const ShadowFace& face : map.faces) bytes += bytes_of(face.depth);
   std::set<const ImageMap*> images;  // textures may share one
   for (const auto& image : scene.images)
     if (image && images.insert(image.get()).second) bytes += image->memory_bytes();

@@ -9,6 +9,7 @@
 #include "tracer/src/accel/accelerator.h"
 #include "tracer/src/cameras/camera.h"
 #include "tracer/src/lights/light.h"
+#include "tracer/src/lights/shadow_map.h"
 #include "tracer/src/scene/trace_frame.h"
 #include "tracer/src/textures/background.h"
 #include "tracer/src/textures/image_map.h"
@@ -20,6 +21,7 @@ class CompiledScene {
   CompiledScene(const Scene& scene, const TraceFrame& trace_frame)
       : frame(trace_frame),
         needs(requirements(scene)),
+        exact_needs(scene.accuracy.approximate.any() ? exact_requirements(scene) : needs),
         camera(scene.camera, scene.image, trace_frame),
         image(scene.image),
         accuracy(scene.accuracy),
@@ -31,6 +33,7 @@ class CompiledScene {
 
   TraceFrame frame;
   Requirements needs;
+  Requirements exact_needs;  ///< of samples without approximations, which tell what these cost
   TraceCamera camera;
   ImageSize image;
   Accuracy accuracy;
@@ -42,6 +45,7 @@ class CompiledScene {
   std::vector<Texture> textures;
   std::vector<std::shared_ptr<const ImageMap>> images;  ///< beside textures; null where the texture is no image
   std::vector<TraceLight> lights;
+  std::vector<ShadowMap> shadow_maps;  ///< beside lights; empty unless shadows are approximated by them
   std::vector<std::uint32_t> material_of_object;
   std::vector<std::uint32_t> objects_around_camera;  ///< transmissive solids it is inside of, outermost first
   std::vector<Axes> axes_of_object;  ///< texture coordinates: a sphere's axes; a plane's e0 and e1 are the world

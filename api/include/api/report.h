@@ -15,11 +15,12 @@ struct StageTimes {
   double queue = 0, parse = 0, build = 0, trace = 0, encode = 0;
 };
 
-/// {requirements, error, samples{min,mean,max}, rays{camera,shadow,reflection,refraction}, time_ms{...}, memory_bytes,
-/// non_finite, build}. Every member of `error` {estimate, confidence, target, met,
-/// parts{sampling, depth, cutoff}} is null while the tracer gives no estimate: no number is better than a guess.
-/// Precondition: `scene` passes tracer::validate. Throws std::bad_alloc only.
-std::string write_report(const tracer::Scene& scene, const tracer::RenderStatistics& statistics,
-                         const StageTimes& times, std::uint64_t memory_bytes);
+/// {requirements, reasons, error{estimate, confidence, target, met, bounded, parts{sampling, depth, cutoff,
+/// approximation}}, samples{min,mean,max}, audit_samples, rays{camera,shadow,reflection,refraction}, time_ms{...},
+/// memory_bytes, non_finite, build}. `target` is null where none was asked for; `samples` are those that the picture is
+/// the mean of, `audit_samples` the others. Precondition: `scene` passes tracer::validate. Throws std::bad_alloc only.
+std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate& error,
+                         const tracer::RenderStatistics& statistics, const StageTimes& times,
+                         std::uint64_t memory_bytes);
 
 }  // namespace api

@@ -19,35 +19,6 @@ bool read_version(Reading& reading, Fields& fields) {
   return false;
 }
 
-/// [n, n]: exactly n. A range is a promise to sample adaptively, which this build cannot keep.
-void read_samples(Reading& reading, const Cursor& at, std::uint32_t& samples) {
-  std::uint32_t range[2] = {samples, samples};
-  if (!expect_length(reading, at, 2)) return;
-  bool well = true;
-  for_each_element(reading, at, [&](const Cursor& element) {
-    well &= read(reading, element, Integer<std::uint32_t>{range[element.index], 1});
-  });
-  if (!well) return;
-  if (range[0] > range[1]) {
-    tell(reading, at, "out_of_range", "the minimum must not be above the maximum");
-  } else if (range[0] < range[1]) {
-    tell(reading, at, "unsupported",
-         "this build takes the same number of samples in every pixel: write [n, n], the minimum equal to the maximum");
-  } else {
-    samples = range[0];
-  }
-}
-
-void read_accuracy(Reading& reading, const Cursor& at) {
-  tracer::Accuracy& accuracy = reading.scene().accuracy;
-  Fields fields(reading, at, "accuracy", "the accuracy");
-  if (const auto samples = fields.take("samples")) read_samples(reading, *samples, accuracy.samples);
-  fields.optional("max_depth", Integer<std::uint32_t>{accuracy.max_depth});
-  fields.optional("cutoff", accuracy.cutoff);
-  fields.optional("seed", Integer<std::uint64_t>{accuracy.seed});
-  fields.finish();
-}
-
 }  // namespace
 
 bool read_document(Reading& reading, const Cursor& at) {
@@ -70,8 +41,8 @@ bool read_document(Reading& reading, const Cursor& at) {
   section("materials", read_materials);
   section("prototypes", read_prototypes);
   section("objects", read_objects);
-  section("accuracy", read_accuracy);
   section("output", read_output);
+  read_accuracy(reading, fields.take("accuracy"));  // behind the image and the output, whose size and exposure it asks
   reading.document.job.name = reading.scene().name;
   section("job", read_job);
   fields.finish();

@@ -20,11 +20,9 @@ constexpr Word<Overflow>::Meaning overflows[] = {
 constexpr Word<Format>::Meaning format_words[] = {
     {"png", Format::png}, {"png16", Format::png16}, {"exr", Format::exr},  {"jpg", Format::jpg},
     {"hdr", Format::hdr}, {"webp", Format::webp},   {"tiff", Format::tiff}};
-constexpr Word<Layer>::Meaning layer_words[] = {{"depth", Layer::depth},
-                                                {"normal", Layer::normal},
-                                                {"albedo", Layer::albedo},
-                                                {"object_id", Layer::object_id},
-                                                {"samples", Layer::samples}};
+constexpr Word<Layer>::Meaning layer_words[] = {{"depth", Layer::depth},     {"normal", Layer::normal},
+                                                {"albedo", Layer::albedo},   {"object_id", Layer::object_id},
+                                                {"samples", Layer::samples}, {"error", Layer::error}};
 
 /// [x0, y0, x1, y1]; unset where it cannot be read.
 void read_crop(Reading& reading, const Cursor& at, std::optional<tracer::PixelWindow>& crop) {

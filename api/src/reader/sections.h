@@ -2,6 +2,8 @@
 /// The sections of a scene document, one function each. Order matters where names are resolved: textures, materials,
 /// prototypes, objects.
 
+#include <optional>
+
 #include "api/src/reader/cursor.h"
 
 namespace api {
@@ -15,6 +17,8 @@ void read_camera(Reading& reading, const Cursor& at);
 void read_background(Reading& reading, const Cursor& at);
 void read_depth_cue(Reading& reading, const Cursor& at);
 void read_output(Reading& reading, const Cursor& at);
+/// Nothing there asks for something too: the standard accuracy.
+void read_accuracy(Reading& reading, const std::optional<Cursor>& at);
 void read_lights(Reading& reading, const Cursor& at);
 void read_textures(Reading& reading, const Cursor& at);
 void read_materials(Reading& reading, const Cursor& at);

@@ -8,10 +8,7 @@ struct Entry {
 };
 
 constexpr Entry table[] = {
-    {"accuracy", "preset"},      {"accuracy", "target_error"}, {"accuracy", "time_budget_ms"},
-    {"accuracy", "approximate"}, {"output.layers", "error"},   {"job", "run_after"},
-    {"job", "deadline"},         {"job", "expires_in"},        {"job", "cache"},
-    {"job", "webhook"},
+    {"job", "run_after"}, {"job", "deadline"}, {"job", "expires_in"}, {"job", "cache"}, {"job", "webhook"},
 };
 
 }  // namespace

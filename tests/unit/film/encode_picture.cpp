@@ -1,7 +1,7 @@
 // encode_picture FORMAT WIDTH HEIGHT [alpha] [layers] [palette]: linear RGB floats on standard input (row 0 on top),
-// after them with `alpha` its floats and with `layers` the depths (floats) and object ids (32 bits); the encoded file
-// on standard output, with `palette` in 16 colours. Lets a test in another language, with readers of its own, look at
-// what the encoders make.
+// after them with `alpha` its floats and with `layers` the depths (floats), object ids (32 bits) and errors (floats);
+// the encoded file on standard output, with `palette` in 16 colours. Lets a test in another language, with readers of
+// its own, look at what the encoders make.
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -33,7 +33,9 @@ int main(int count, char** arguments) {
   for (int i = 4; i < count; ++i) {
     const std::string_view option = arguments[i];
     if (option == "alpha" && !take(image.alpha, pixels)) return 3;
-    if (option == "layers" && (!take(image.layers.depth, pixels) || !take(image.layers.object_id, pixels))) return 3;
+    if (option == "layers" && (!take(image.layers.depth, pixels) || !take(image.layers.object_id, pixels) ||
+                               !take(image.layers.error, pixels)))
+      return 3;
     if (option == "palette") output.palette = 16;
   }
   const auto encoded = tracer::encode(image, format, output);

@@ -110,11 +110,13 @@ class Alpha(unittest.TestCase):
 
 class Layers(unittest.TestCase):
     def test_are_channels_of_an_exr_beside_the_picture(self):
-        linear, depth = noise(19, 33), noise(19, 33)[..., 0]
+        linear, depth, error = noise(19, 33), noise(19, 33)[..., 0], noise(19, 33)[..., 1]
         depth[3, 4] = numpy.inf
         ids = numpy.random.default_rng(5).integers(0, 1 << 32, (19, 33), numpy.uint32)
-        channels = pictures.read_exr_channels(encode("exr", linear, "layers", more=depth.tobytes() + ids.tobytes()))
-        self.assertEqual(sorted(channels), ["B", "G", "R", "Z", "object_id"])
+        more = depth.tobytes() + ids.tobytes() + error.tobytes()
+        channels = pictures.read_exr_channels(encode("exr", linear, "layers", more=more))
+        self.assertEqual(sorted(channels), ["B", "G", "R", "Z", "error", "object_id"])
+        numpy.testing.assert_array_equal(channels["error"], error)
         numpy.testing.assert_array_equal(channels["Z"], depth)
         numpy.testing.assert_array_equal(channels["object_id"], ids)
         numpy.testing.assert_array_equal(channels["R"], linear[..., 0])

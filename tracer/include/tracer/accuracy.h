@@ -11,6 +11,9 @@
 
 namespace tracer {
 
+/// More lights than any scene may have.
+inline constexpr std::uint32_t nearest_lights_max = 1'000'000;
+
 /// Cheaper models that a user asks for by name, to trade accuracy for time. None is on by default.
 struct Approximations {
   /// none: every light shines through everything. map: what a light sees is traced once into a depth map, and asked
@@ -23,7 +26,9 @@ struct Approximations {
   Shadows shadows = Shadows::exact;
   Reflections reflections = Reflections::exact;
   Shading shading = Shading::exact;
-  std::uint32_t nearest_lights = 0;  ///< each hit is lit by so many of the lights nearest to it; 0: by all
+  /// Each hit is lit by so many of the lights nearest to it, at most nearest_lights_max; 0: by all. Directional lights
+  /// are everywhere: they light every hit and are not among those counted.
+  std::uint32_t nearest_lights = 0;
   bool operator==(const Approximations&) const = default;
   [[nodiscard]] bool any() const { return *this != Approximations{}; }
 };
@@ -38,17 +43,39 @@ struct Adaptive {
   std::uint32_t samples_max = 4096;
 };
 
+/// Target errors by name.
+enum class Preset { draft, standard, fine, reference };
+
+/// What a preset stands for, in levels. draft: to see whether everything is in its place. standard: what is left is
+/// within the step between two codes of 8 bits. fine: within their rounding. reference: to compare others with.
+double target_error_of(Preset preset);
+
+/// What cutoff a picture with this target has where nobody chooses one: 1/1000, but no more than target / 10^4, and
+/// that over 2^exposure where the exposure brightens. Next to black the sRGB curve makes 12.92 * 255 levels of a unit,
+/// so a branch left out at that weight, if it saw white there, is a third of the target; at middle greys a fortieth.
+/// What is cut is then small beside the target, and samples decide.
+double default_cutoff(double target_error, double exposure);
+
 struct Accuracy {
   /// Where it does not adapt: exactly this many in every pixel. 1 is the pixel's centre; more are stratified over the
   /// pixel's square. Default 4: the smallest count that smooths an edge.
   std::uint32_t samples = 4;
+  /// Where it does not adapt: levels that the estimate is compared with in the end. Changes nothing in the picture.
+  std::optional<double> target_error;
   std::optional<Adaptive> adaptive;
   std::uint32_t max_depth = 64;  ///< secondary bounces; the safety net behind `cutoff`
   /// A branch whose throughput (largest channel) is below this is not traced. Default 1/1000: a quarter of an 8-bit
   /// step.
   double cutoff = 1e-3;
+  /// Such a branch is traced all the same with a probability in proportion to its weight, and then counts for those
+  /// that were not (Russian roulette: Arvo & Kirk 1990): the mean is what it would be without a cutoff, and what is
+  /// missing becomes noise, which samples tell and lower. The document's default where it asks for an error or a time.
+  bool cutoff_by_chance = false;
   std::uint64_t seed = 0;
   Approximations approximate{};
+
+  /// What is asked for, whether the samples follow it or not.
+  [[nodiscard]] std::optional<double> target() const { return adaptive ? adaptive->target_error : target_error; }
 };
 
 /// What is known of the error of a rendered picture. All errors in levels.

@@ -7,12 +7,13 @@
 namespace tracer {
 
 struct Limits {
-  std::uint64_t pixels = 64ull << 20;               ///< 64 Mpx: 8K twice over, 768 MiB of float RGB
-  std::uint64_t samples_times_pixels = 1ull << 34;  ///< minutes to hours on two cores; more is a mistake
-  std::uint32_t max_depth = 1'000'000;              ///< a mirror corridor of that depth runs in constant memory
-  std::uint64_t objects = 4'000'000;                ///< instances counted out; about 1 GiB while compiled
-  std::uint64_t triangles = 40'000'000;             ///< likewise; about 6 GiB while compiled
-  std::uint32_t instance_depth = 16;                ///< prototypes within prototypes; models of the world need 3 or 4
+  std::uint64_t pixels = 64ull << 20;  ///< 64 Mpx: 8K twice over, 768 MiB of float RGB
+  /// Minutes to hours on two cores; more is a mistake. Where samples adapt, of those that every pixel gets.
+  std::uint64_t samples_times_pixels = 1ull << 34;
+  std::uint32_t max_depth = 1'000'000;   ///< a mirror corridor of that depth runs in constant memory
+  std::uint64_t objects = 4'000'000;     ///< instances counted out; about 1 GiB while compiled
+  std::uint64_t triangles = 40'000'000;  ///< likewise; about 6 GiB while compiled
+  std::uint32_t instance_depth = 16;     ///< prototypes within prototypes; models of the world need 3 or 4
   std::uint32_t lights = 100'000;
   std::uint32_t materials = 100'000;  ///< those written in place included
   std::uint32_t textures = 100'000;   ///< likewise

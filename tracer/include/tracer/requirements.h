@@ -32,6 +32,7 @@ struct Requirements {
   bool spheres = false;
   bool quadrics = false;  ///< discs, cylinders, cones, boxes
   bool planes = false;
+  bool approximations = false;  ///< something is modelled more cheaply than it is
 };
 
 /// A requirement by the name it has in replies, reports and on the command line.
@@ -64,6 +65,7 @@ inline constexpr RequirementName requirement_names[] = {
     {"spheres", &Requirements::spheres},
     {"quadrics", &Requirements::quadrics},
     {"planes", &Requirements::planes},
+    {"approximations", &Requirements::approximations},
 };
 
 /// Why a scene needs something.
@@ -72,8 +74,11 @@ struct RequirementReason {
   std::string pointer;  ///< the first part of the document that needs it, e.g. "/materials/glass"
 };
 
-/// Never fails. Only what the objects use counts: a glass material that no object has requires nothing. `reasons`,
-/// unless null, receives one for each requirement that holds.
+/// Never fails. Only what the objects use counts: a glass material that no object has requires nothing; nor does what
+/// the scene's approximations do without. `reasons`, unless null, receives one for each requirement that holds.
 Requirements requirements(const Scene& scene, std::vector<RequirementReason>* reasons = nullptr);
+
+/// What the same scene needs without its approximations.
+Requirements exact_requirements(const Scene& scene);
 
 }  // namespace tracer

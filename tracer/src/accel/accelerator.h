@@ -36,7 +36,7 @@ struct HitSpan {
 enum class Coherence { coherent, incoherent };
 
 /// Which surfaces a query sees.
-enum class Among { all, transmissive };
+enum class Among { all, opaque, transmissive };
 
 class Accelerator {
  public:

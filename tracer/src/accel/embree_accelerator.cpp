@@ -24,6 +24,18 @@ void take_over([[maybe_unused]] void* what) {
 
 constexpr unsigned mask_opaque = 1, mask_transmissive = 2, mask_all = 3;
 
+unsigned mask_of(Among among) {
+  switch (among) {
+    case Among::opaque:
+      return mask_opaque;
+    case Among::transmissive:
+      return mask_transmissive;
+    case Among::all:
+      break;
+  }
+  return mask_all;
+}
+
 /// What a callback needs to find its geometry.
 template <class Geometry>
 struct User {
@@ -222,7 +234,7 @@ void Accelerator::closest(const RaySpan& rays, const HitSpan& hits, Coherence co
     const int count = static_cast<int>(std::min<std::size_t>(packet_size, rays.count - first));
     load(packet, rays, first, count, embree_->box);
     closest_planes(packet, count, geometry_.planes, geometry_.plane_geometry(), among);
-    write_rays(packet, among == Among::all ? mask_all : mask_transmissive, rayhit.ray);
+    write_rays(packet, mask_of(among), rayhit.ray);
     std::fill_n(rayhit.hit.geomID, packet_size, RTC_INVALID_GEOMETRY_ID);
     rtcInitIntersectContext(&packet.context);
     packet.context.flags =

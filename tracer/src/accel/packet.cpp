@@ -146,7 +146,7 @@ void occluded_lane(const Packet& packet, unsigned lane, float& tfar, const Spher
 WHITTLE_WIDE void closest_planes(Packet& packet, int count, const PlaneGeometry& planes, std::uint32_t geometry,
                                  Among among) {
   for (std::size_t k = 0; k < planes.point.size(); ++k) {
-    if (among == Among::transmissive && planes.transmissive[k] == 0) continue;
+    if (among != Among::all && (planes.transmissive[k] != 0) != (among == Among::transmissive)) continue;
     const Vec3 point = planes.point[k], normal = planes.normal[k];
     const PrimitiveRef self{geometry, static_cast<std::uint32_t>(k)};
     for (int i = 0; i < packet_size; ++i) {

@@ -55,6 +55,7 @@ ExrChannels exr_channels(const Image& image) {
   collector.take(image.layers.albedo, {"albedo.R", "albedo.G", "albedo.B"});
   collector.take(image.layers.object_id, {"object_id"});
   collector.take(image.layers.samples, {"samples"});
+  collector.take(image.layers.error, {"error"});
   return collector.interleaved(std::size_t{image.width} * image.height);
 }
 

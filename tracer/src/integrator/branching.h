@@ -76,22 +76,45 @@ void Wavefront<Model>::branch_at(const RayQueue& rays, std::size_t hit, Generati
   emit(next, &Generation::reflection, rays, hit, mirrored, reflected_weight, before, mirrored_cone);
 }
 
+/// The probability with which a branch of less weight than `cutoff` was kept; 0: it was not. Kept ones stand for those
+/// that were not, and nothing is missing in the mean (Arvo & Kirk 1990, "Particle Transport and Image Synthesis").
+template <class Model>
+double Wavefront<Model>::survives(const Color& weight, std::uint32_t sample, std::uint64_t bounce) {
+  const double most = max_component(weight);
+  if (scene_.accuracy.cutoff_by_chance && most > 0) {
+    const Batch::Sample& choices = samples_[sample];
+    const std::uint64_t chance = mix(mix(choices.key ^ mix(choices.index)) ^ mix(~bounce));
+    const double survival = most / scene_.accuracy.cutoff;
+    if (static_cast<double>(chance >> 11) * 0x1p-53 < survival) return survival;
+  } else {
+    missing_[sample].cutoff += static_cast<float>(most);
+  }
+  ++statistics_.cut_branches;
+  return 0;
+}
+
 template <class Model>
 void Wavefront<Model>::emit(Generation& next, RayQueue Generation::*kind, const RayQueue& rays, std::size_t hit,
                             const Vec3& direction, const Color& factor, Media::List media, const RayCone& cone) {
   const std::uint32_t ray = hit_ray_[hit];
   const Surface& surface = surface_[hit];
-  const Color weight = weight_[hit] * factor;
+  // Reflections and refractions of one ray must not make the same random choices.
+  const std::uint64_t bounce = std::uint64_t{rays.path(ray)} * 2 + (kind == &Generation::reflection ? 0 : 1);
+  Color weight = weight_[hit] * factor;
   if (max_component(weight) < scene_.accuracy.cutoff || is_black(weight)) {
-    ++statistics_.cut_branches;
-    return;
+    const double survival = survives(weight, rays.sample(ray), bounce);
+    if (!(survival > 0)) return;
+    weight = weight * (1 / survival);
   }
   if (next.depth > scene_.accuracy.max_depth) {
     ++statistics_.truncated_branches;
+    missing_[rays.sample(ray)].depth += static_cast<float>(max_component(weight));
     return;
   }
-  // Reflections and refractions of one ray must not make the same random choices.
-  const std::uint64_t bounce = std::uint64_t{rays.path(ray)} * 2 + (kind == &Generation::reflection ? 0 : 1);
+  if (approximate().reflections == Approximations::Reflections::environment) {
+    radiance_[rays.sample(ray)] += weight * scene_.background->radiance(direction, std::abs(cone.spread));
+    return;
+  }
   (next.*kind)
       .push(offset_origin(surface.point, surface.geometric_normal, direction), direction, weight, rays.sample(ray),
             hits_.primitive[ray], static_cast<std::uint32_t>(mix(bounce)), media);

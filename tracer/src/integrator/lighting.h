@@ -6,14 +6,12 @@
 #include "tracer/src/integrator/wavefront.h"
 #include "tracer/src/lights/attenuation.h"
 #include "tracer/src/materials/local_model.h"
+#include "tracer/src/materials/shading.h"
 #include "tracer/src/math/sampling.h"
 #include "tracer/src/shapes/uv_gradients.h"
 #include "tracer/src/textures/texture.h"
 
 namespace tracer {
-
-/// A penumbra of 16 stratified points a pixel has a standard error of some 3 % of the light at worst.
-inline constexpr std::uint32_t light_points_min = 16;
 
 /// What is left of the ambient and diffuse light of a surface that interpolates it with what is behind.
 inline double body(const Material& material) {
@@ -56,15 +54,14 @@ Vec2 Wavefront<Model>::covered_of(const RayQueue& rays, std::size_t hit, const T
                     rays.cone(ray).width_at(hits_.t[ray]));
 }
 
-/// A soft light is known by as many points a hit that a pixel sees at least light_points_min of them; after a bounce,
-/// by one.
+/// A soft light is known to what camera rays hit by the batch's number of points; after a bounce, by one.
 template <class Model>
 void Wavefront<Model>::shade_lights(const RayQueue& rays, std::uint32_t depth, Coherence coherence) {
-  const std::uint32_t samples = scene_.accuracy.samples;
-  const std::uint32_t soft_points = depth == 0 ? (light_points_min + samples - 1) / samples : 1;
+  const std::uint32_t soft_points = depth == 0 ? light_points_ : 1;
   const double spare =
       needs<&Requirements::many_lights>() ? scene_.accuracy.cutoff / static_cast<double>(scene_.lights.size()) : 0;
   spared_.assign(needs<&Requirements::many_lights>() ? hit_ray_.size() : 0, 0);
+  nearest_.choose(scene_.lights, surface_, approximate().nearest_lights);
   for (std::uint32_t number = 0; number < scene_.lights.size(); ++number) {
     const TraceLight& light = scene_.lights[number];
     const std::uint32_t points = light.soft() ? soft_points : 1;
@@ -93,10 +90,12 @@ template <class Model>
 void Wavefront<Model>::shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence) {
   shadow_.clear();
   for (std::size_t i = 0; i < hit_ray_.size(); ++i) {
+    if (!nearest_.count(i, step.number)) continue;
     const Surface& surface = surface_[i];
     const std::uint32_t ray = hit_ray_[i];
     const bool at_corners =
-        needs<&Requirements::gouraud>() && scene_.materials[surface.material].shading == Material::Shading::gouraud;
+        needs<&Requirements::gouraud>() &&
+        shading_of(scene_.materials[surface.material], approximate().shading) == Material::Shading::gouraud;
     const std::optional<Corners> corners = at_corners ? corners_at(scene_, hits_.at(ray)) : std::nullopt;
     if (!corners) {
       const BoundedPoint point{surface.point.position + surface.shadow_offset, surface.point.error};
@@ -116,12 +115,25 @@ void Wavefront<Model>::shade_light(const RayQueue& rays, const LightStep& step, 
 /// Whether what the light gives, if nothing is in the way, is too little to ask. Lights share what may be missing of a
 /// hit, `cutoff`: each may leave out its own share and what those before it have not used.
 template <class Model>
-bool Wavefront<Model>::spares(std::size_t hit, const LightStep& step, const Color& contribution) {
+bool Wavefront<Model>::spares(const RayQueue& rays, std::size_t hit, const LightStep& step, const Color& contribution) {
   const double spared = spared_[hit] + max_component(contribution);
   if (!(spared <= step.spare)) return false;
   ++statistics_.spared_shadow_rays;
+  missing_[rays.sample(hit_ray_[hit])].spared += static_cast<float>(max_component(contribution));
   spared_[hit] = spared;
   return true;
+}
+
+/// By approximation: without shadows everything is; a map knows what is finite, and planes are asked themselves.
+template <class Model>
+bool Wavefront<Model>::seems_lit(const LightStep& step, std::size_t hit, const Facing& facing, const Vec3& to_light,
+                                 double distance) const {
+  if (approximate().shadows == Approximations::Shadows::none) return true;
+  const Vec3& normal = surface_[hit].geometric_normal;
+  if (!scene_.shadow_maps[step.number].lit(facing.point.position, normal)) return false;
+  const double short_of_it = distance * (1 - 0x1p-40);  // as shadow rays are
+  return !plane_between(scene_.geometry, offset_origin(facing.point, normal, to_light), to_light, short_of_it,
+                        hits_.primitive[hit_ray_[hit]]);
 }
 
 template <class Model>
@@ -151,7 +163,11 @@ void Wavefront<Model>::shade_facing(const RayQueue& rays, const LightStep& step,
                                 material.specular_color * (material.specular * spec);
   const Color contribution = weight_[hit] * light.radiance * reflected_light * strength;
   if (is_black(contribution)) return;
-  if (light.shadows && needs<&Requirements::many_lights>() && spares(hit, step, contribution)) return;
+  if (light.shadows && approximate().shadows != Approximations::Shadows::exact) {
+    if (seems_lit(step, hit, facing, to_light, distance)) radiance_[rays.sample(ray)] += contribution;
+    return;
+  }
+  if (light.shadows && needs<&Requirements::many_lights>() && spares(rays, hit, step, contribution)) return;
   if (light.shadows) {
     shadow_.push(offset_origin(facing.point, surface.geometric_normal, to_light), to_light, distance, contribution,
                  rays.sample(ray), hits_.primitive[ray], rays.media(ray));

@@ -38,11 +38,26 @@ void allocate(Image& image, const PixelWindow& window, const Output& output) {
   if (asked(Layer::albedo)) image.layers.albedo.resize(3 * pixels);
   if (asked(Layer::object_id)) image.layers.object_id.resize(pixels);
   if (asked(Layer::samples)) image.layers.samples.resize(pixels);
+  if (asked(Layer::error)) image.layers.error.resize(pixels);
+}
+
+void write_color(Image& image, std::size_t index, const Color& mean) {
+  write3(image.rgb, index, mean.r, mean.g, mean.b);
 }
 
 void PixelSum::write(Image& image, std::size_t index) const {
-  const Color mean = count_ > 0 ? sum_ * (1.0 / count_) : Color{};
-  write3(image.rgb, index, mean.r, mean.g, mean.b);
+  write_color(image, index, count_ > 0 ? sum_ * (1.0 / count_) : Color{});
+}
+
+void PixelSum::write_spread(const Color& squares, float* spread) const {
+  if (count_ < 2) return;
+  const double mean_share = 1.0 / count_, spread_share = 1.0 / (count_ - 1);
+  const auto variance = [&](double sum, double squared) {
+    return film_value(std::max(0.0, squared - sum * sum * mean_share) * spread_share);
+  };
+  spread[0] = variance(sum_.r, squares.r);
+  spread[1] = variance(sum_.g, squares.g);
+  spread[2] = variance(sum_.b, squares.b);
 }
 
 void LayerSum::add(const FirstHits& hits, std::size_t sample) {

@@ -9,6 +9,9 @@ namespace tracer {
 /// Makes room in `image` for the picture and what `output` asks for beside it, all zero.
 void allocate(Image& image, const PixelWindow& window, const Output& output);
 
+/// One pixel's mean, into the pixel `index` of the picture.
+void write_color(Image& image, std::size_t index, const Color& mean);
+
 /// Sum of one pixel's finite samples.
 class PixelSum {
  public:
@@ -18,6 +21,8 @@ class PixelSum {
   }
   /// Means, into the pixel `index` of the picture.
   void write(Image& image, std::size_t index) const;
+  /// The variance of the samples, whose squares sum up to `squares`, into three channels.
+  void write_spread(const Color& squares, float* spread) const;
 
  private:
   Color sum_;

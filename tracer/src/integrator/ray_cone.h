@@ -14,11 +14,10 @@ struct RayCone {
   [[nodiscard]] double width_at(double distance) const { return std::abs(width + spread * distance); }
 };
 
-/// A sample's share of its pixel: the samples together cover it once, so more of them are narrower and the mean over
-/// the pixel's square stays what it is.
-inline RayCone camera_cone(const CompiledScene& scene, const Vec3& direction) {
+/// Of a sample that covers `share` of its pixel's width. The samples of a pixel together cover it once, so more of them
+/// are narrower and the mean over the pixel's square stays what it is.
+inline RayCone camera_cone(const CompiledScene& scene, const Vec3& direction, double share) {
   const TraceCamera::Footprint pixel = scene.camera.pixel_footprint(direction);
-  const double share = 1 / std::sqrt(static_cast<double>(scene.accuracy.samples));
   return {pixel.width * share, pixel.spread * share};
 }
 

@@ -10,7 +10,7 @@ void ShadowRays::add_to(std::vector<Color>& radiance, Media& media, Coherence co
   if (rays_.empty()) return;
   blocked_.resize(rays_.size());
   scene_.accelerator->occluded(rays_.span(distance_.data()), blocked_.data(), coherence);
-  const bool transmissive = scene_.needs.transmissive_shadows;
+  const bool transmissive = needs_.transmissive_shadows;
   if (transmissive) cross_transmissive(media);
   for (std::size_t i = 0; i < rays_.size(); ++i) {
     if (blocked_[i] != 0) continue;
@@ -44,7 +44,7 @@ void ShadowRays::cross_transmissive(Media& media) {
 void ShadowRays::cross(std::size_t i, const Hit& hit, Media& media) {
   Color& visible = visible_[crossing_.sample(i)];
   const double length = hit.primitive.hit() ? hit.t : crossing_distance_[i];
-  if (scene_.needs.absorption) visible = visible * media.transmittance(crossing_.media(i), length);
+  if (needs_.absorption) visible = visible * media.transmittance(crossing_.media(i), length);
   if (!hit.primitive.hit()) return;
   const Vec3 direction = crossing_.direction(i);
   const Surface surface = surface_at(scene_, hit, crossing_.origin(i), direction);
@@ -52,7 +52,7 @@ void ShadowRays::cross(std::size_t i, const Hit& hit, Media& media) {
   const bool interpolated = material.transparency == Material::Transparency::interpolated;
   const Media::List before = crossing_.media(i);
   Media::List after = before;
-  if (scene_.needs.absorption || scene_.needs.overlapping_media)
+  if (needs_.absorption || needs_.overlapping_media)
     after = surface.back ? media.leave(before, surface.object) : media.enter(before, surface.object);
   // What hides within a solid of higher priority is not there for shadows either.
   const bool hidden = after != before && media.filling(before) == media.filling(after);

@@ -11,7 +11,8 @@ namespace tracer {
 
 class ShadowRays {
  public:
-  ShadowRays(const CompiledScene& scene, const RenderControl& control) : scene_(scene), control_(control) {}
+  ShadowRays(const CompiledScene& scene, const RenderControl& control, const Requirements& needs)
+      : scene_(scene), control_(control), needs_(needs) {}
 
   void clear() {
     rays_.clear();
@@ -35,6 +36,7 @@ class ShadowRays {
 
   const CompiledScene& scene_;
   const RenderControl& control_;
+  const Requirements& needs_;
   RayQueue rays_;
   std::vector<double> distance_;
   std::vector<std::uint8_t> blocked_;

@@ -13,7 +13,9 @@ inline constexpr std::size_t pending_max = std::size_t{1} << 24;
 template <class Model>
 bool Wavefront<Model>::trace(Batch batch) {
   samples_ = std::move(batch.samples);
+  light_points_ = batch.light_points;
   radiance_.assign(samples_.size(), Color{});
+  if (may_miss_light()) missing_.assign(samples_.size(), {});
   media_.reset();
   if (notes_first_hits()) first_hits_.reset(samples_.size());
   statistics_.samples += samples_.size();
@@ -59,7 +61,8 @@ void Wavefront<Model>::trace_queue(const RayQueue& rays, std::uint32_t depth, Ge
   shade_own_light(rays);
   if (notes_first_hits() && depth == 0) note_first_hits(rays);
   shade_lights(rays, depth, coherence);
-  if (needs<&Requirements::reflection>() || needs<&Requirements::refraction>()) branch(rays, next);
+  const bool sees_environment = approximate().reflections == Approximations::Reflections::environment;
+  if (needs<&Requirements::reflection>() || needs<&Requirements::refraction>() || sees_environment) branch(rays, next);
 }
 
 template <class Model>
@@ -76,8 +79,9 @@ void Wavefront<Model>::gather(const RayQueue& rays, std::uint32_t depth, Coheren
       see_background(rays, i, weight, depth);
       continue;
     }
-    const Surface surface = surface_at(scene_, hits_.at(i), rays.origin(i), rays.direction(i));
-    if (needs<&Requirements::overlapping_media>() && pass_hidden(rays, i, surface, weight, next)) continue;
+    const Surface surface = surface_at(scene_, hits_.at(i), rays.origin(i), rays.direction(i), approximate().shading);
+    const bool may_hide = needs<&Requirements::overlapping_media>() && needs<&Requirements::refraction>();
+    if (may_hide && pass_hidden(rays, i, surface, weight, next)) continue;
     hit_ray_.push_back(static_cast<std::uint32_t>(i));
     surface_.push_back(surface);
     weight_.push_back(weight);
@@ -126,6 +130,7 @@ bool Wavefront<Model>::pass_hidden(const RayQueue& rays, std::size_t ray, const 
   if (after == before || media_.filling(before) != media_.filling(after)) return false;
   if (next.depth > scene_.accuracy.max_depth) {
     ++statistics_.truncated_branches;
+    missing_[rays.sample(ray)].depth += static_cast<float>(max_component(weight));
     return true;
   }
   const Vec3 direction = rays.direction(ray);

@@ -9,6 +9,7 @@
 #include "tracer/src/integrator/first_hits.h"
 #include "tracer/src/integrator/generation.h"
 #include "tracer/src/integrator/model.h"
+#include "tracer/src/integrator/nearest_lights.h"
 #include "tracer/src/integrator/shadow_rays.h"
 
 namespace tracer {
@@ -22,6 +23,14 @@ struct Batch {
   };
   RayQueue camera;
   std::vector<Sample> samples;
+  std::uint32_t light_points = 1;  ///< by which a soft light is known to what a camera ray hits; after a bounce, one
+};
+
+/// What a sample lacks, largest channel.
+struct MissingLight {
+  float depth = 0;   ///< weight of the branches that `max_depth` ended
+  float cutoff = 0;  ///< weight of those that `cutoff` ended
+  float spared = 0;  ///< radiance that shadow rays were not traced for
 };
 
 /// One of the points by which a light is known to a hit.
@@ -39,13 +48,24 @@ template <class Model>
 class Wavefront {
  public:
   Wavefront(const CompiledScene& scene, const RenderControl& control)
-      : scene_(scene), control_(control), media_(scene), shadow_(scene, control) {}
+      : Wavefront(scene, control, scene.accuracy.approximate) {}
+
+  /// `approximations` are the scene's, or none: then the samples are exact.
+  Wavefront(const CompiledScene& scene, const RenderControl& control, const Approximations& approximations)
+      : scene_(scene),
+        control_(control),
+        approximations_(approximations),
+        needs_(approximations == scene.accuracy.approximate ? scene.needs : scene.exact_needs),
+        media_(scene),
+        shadow_(scene, control, needs_) {}
 
   /// Traces a batch to the end. False: cancelled; then the radiances mean nothing. Throws std::bad_alloc.
   bool trace(Batch batch);
 
   /// Radiance of each sample of the last batch. May hold non-finite values.
   [[nodiscard]] const std::vector<Color>& radiance() const { return radiance_; }
+  /// What each sample lacks; empty in scenes where none can lack anything.
+  [[nodiscard]] const std::vector<MissingLight>& missing() const { return missing_; }
   /// What its camera rays hit; kept when the scene needs a depth cue or layers.
   [[nodiscard]] const FirstHits& first_hits() const { return first_hits_; }
   /// Of all batches so far.
@@ -64,9 +84,20 @@ class Wavefront {
   template <bool Requirements::*need>
   [[nodiscard]] bool needs() const {
     if constexpr (Model::holds(need)) {
-      return scene_.needs.*need;
+      return needs_.*need;
     } else {
       return false;
+    }
+  }
+  [[nodiscard]] bool may_miss_light() const {
+    return needs<&Requirements::reflection>() || needs<&Requirements::refraction>() ||
+           needs<&Requirements::many_lights>();
+  }
+  [[nodiscard]] Approximations approximate() const {
+    if constexpr (Model::holds(&Requirements::approximations)) {
+      return approximations_;
+    } else {
+      return {};
     }
   }
   [[nodiscard]] bool notes_first_hits() const {
@@ -91,7 +122,9 @@ class Wavefront {
   void shade_own_light(const RayQueue& rays);
   void shade_lights(const RayQueue& rays, std::uint32_t depth, Coherence coherence);
   void shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence);
-  bool spares(std::size_t hit, const LightStep& step, const Color& contribution);
+  [[nodiscard]] bool seems_lit(const LightStep& step, std::size_t hit, const Facing& facing, const Vec3& to_light,
+                               double distance) const;
+  bool spares(const RayQueue& rays, std::size_t hit, const LightStep& step, const Color& contribution);
   void shade_facing(const RayQueue& rays, const LightStep& step, std::size_t hit, const Facing& facing);
   [[nodiscard]] Color color_at(const RayQueue& rays, std::size_t hit) const;
   struct TextureOf {
@@ -104,15 +137,20 @@ class Wavefront {
 
   // branching.h: mirrors and glass
   void branch(const RayQueue& rays, Generation& next);
+  double survives(const Color& weight, std::uint32_t sample, std::uint64_t bounce);
   void branch_at(const RayQueue& rays, std::size_t hit, Generation& next);
   void emit(Generation& next, RayQueue Generation::*kind, const RayQueue& rays, std::size_t hit, const Vec3& direction,
             const Color& factor, Media::List media, const RayCone& cone);
 
   const CompiledScene& scene_;
   const RenderControl& control_;
+  const Approximations approximations_;
+  const Requirements& needs_;
   RenderStatistics statistics_;
   std::vector<Color> radiance_;
+  std::vector<MissingLight> missing_;
   std::vector<Batch::Sample> samples_;
+  std::uint32_t light_points_ = 1;
   FirstHits first_hits_;
   Media media_;
 
@@ -124,6 +162,8 @@ class Wavefront {
   std::vector<Color> color_;            ///< C at the surface, beside hit_ray_
   std::vector<double> spared_;          ///< light whose shadow rays were spared, beside hit_ray_; for many lights
   std::vector<Vec3> unbent_;            ///< empty in scenes without bent normals; beside hit_ray_, zero where not bent
+
+  NearestLights nearest_;  ///< of each hit, where not all lights count
 
   ShadowRays shadow_;
 };

@@ -2,6 +2,7 @@
 /// How a light fades with distance.
 
 #include <algorithm>
+#include <limits>
 
 #include "tracer/scene.h"
 
@@ -20,6 +21,11 @@ inline double attenuation_at(const Attenuation& attenuation, double d) {
       return 1 / (d * d);
   }
   return 1;
+}
+
+/// The least upper bound of f over all distances that does not look at the coefficients.
+inline double attenuation_bound(const Attenuation& attenuation) {
+  return attenuation.kind == Attenuation::Kind::inverse_square ? std::numeric_limits<double>::infinity() : 1;
 }
 
 }  // namespace tracer

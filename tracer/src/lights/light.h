@@ -46,6 +46,12 @@ inline Vec3 light_point(const TraceLight& light, const Vec2& xi) {
   }
 }
 
+/// The middle of its length, area or body; of a directional light nothing that means anything.
+inline Vec3 light_middle(const TraceLight& light) {
+  const bool spanned = light.kind == TraceLight::Kind::line || light.kind == TraceLight::Kind::parallelogram;
+  return spanned ? light.position + (light.u + light.v) * 0.5 : light.position;
+}
+
 /// How much of a spot's light goes along unit `away` from it; 1 for other lights.
 inline double spot_factor(const TraceLight& light, const Vec3& away) {
   if (light.kind != TraceLight::Kind::spot) return 1;

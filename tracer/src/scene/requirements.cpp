@@ -1,8 +1,10 @@
 #include "tracer/requirements.h"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
+#include "tracer/src/materials/shading.h"
 #include "tracer/src/scene/placement.h"
 
 namespace tracer {
@@ -27,19 +29,24 @@ bool is_soft(const LightSource& source) {
 /// Collects needs and the first reason for each.
 class Finder {
  public:
-  Finder(const Scene& scene, std::vector<RequirementReason>* reasons) : scene_(scene), reasons_(reasons) {}
+  Finder(const Scene& scene, const Approximations& approximate, std::vector<RequirementReason>* reasons)
+      : scene_(scene), approximate_(approximate), reasons_(reasons) {}
 
   Requirements find() {
-    need(&Requirements::lens, scene_.camera.aperture > 0 && scene_.accuracy.samples > 1, "/camera/aperture");
+    need(&Requirements::approximations, approximate_.any(), "/accuracy/approximate");
+    const bool several_samples = scene_.accuracy.samples > 1 || scene_.accuracy.adaptive;
+    need(&Requirements::lens, scene_.camera.aperture > 0 && several_samples, "/camera/aperture");
     need(&Requirements::depth_cue, scene_.depth_cue.has_value(), "/depth_cue");
     need(&Requirements::layers, !scene_.output.layers.empty(), "/output/layers");
     need(&Requirements::layers, scene_.output.alpha, "/output/alpha");
     look_at(scene_.background);
     for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
-      if (scene_.lights[i].shadows && !caster_) caster_ = i;
+      if (exact_shadows() && scene_.lights[i].shadows && !caster_) caster_ = i;
       need(&Requirements::soft_lights, is_soft(scene_.lights[i].source), "/lights/", i);
     }
-    need(&Requirements::many_lights, scene_.lights.size() > few_lights && scene_.accuracy.cutoff > 0, "/lights");
+    const std::size_t nearest = approximate_.nearest_lights;
+    const std::size_t asked = nearest == 0 ? scene_.lights.size() : std::min(nearest, scene_.lights.size());
+    need(&Requirements::many_lights, exact_shadows() && asked > few_lights && scene_.accuracy.cutoff > 0, "/lights");
     for_each_placed(scene_, [&](const Placed& placed) {
       look_at(scene_.materials[placed.material.index]);
       look_at(placed);
@@ -50,6 +57,8 @@ class Finder {
  private:
   /// Up to this many, a ray to each costs less than finding out which can be spared.
   static constexpr std::size_t few_lights = 64;
+
+  [[nodiscard]] bool exact_shadows() const { return approximate_.shadows == Approximations::Shadows::exact; }
 
   void need(bool Requirements::*what, bool needed, std::string_view where) {
     if (!needed || needs_.*what) return;
@@ -74,24 +83,29 @@ class Finder {
   }
 
   void look_at(const Material& material) {
+    using Reflections = Approximations::Reflections;
+    const bool branches = approximate_.reflections == Reflections::exact;
     const bool transmits = material.transmission > 0;
     const bool refracts = transmits && material.transparency == Material::Transparency::refract;
     const std::string_view where = material.path;
-    need(&Requirements::refraction, transmits, where);
+    need(&Requirements::refraction, branches && transmits, where);
     // Without Fresnel, total internal reflection still turns transmitted weight into reflected weight.
-    need(&Requirements::reflection, material.reflection > 0 || refracts, where);
-    need(&Requirements::fresnel, material.fresnel && (transmits || material.reflection > 0), where);
+    need(&Requirements::reflection, branches && (material.reflection > 0 || refracts), where);
+    const bool goes_on = approximate_.reflections != Reflections::none && (transmits || material.reflection > 0);
+    need(&Requirements::fresnel, material.fresnel && goes_on, where);
     need(&Requirements::absorption, transmits && !(material.absorption == Color{}), where);
-    need(&Requirements::overlapping_media, transmits && std::exchange(solid_seen_, true), where);
-    need(&Requirements::gouraud, material.shading == Material::Shading::gouraud, where);
+    need(&Requirements::overlapping_media,
+         (branches || exact_shadows()) && transmits && std::exchange(solid_seen_, true), where);
+    need(&Requirements::gouraud, shading_of(material, approximate_.shading) == Material::Shading::gouraud,
+         approximate_.shading == Approximations::Shading::exact ? where : "/accuracy/approximate/shading");
     if (const auto* texture = std::get_if<TextureId>(&material.color))
       look_at(&Requirements::textures, *texture, where);
     if (material.bump) look_at(&Requirements::textures, material.bump->texture, where);
     if (material.normal_map) look_at(&Requirements::textures, *material.normal_map, where);
     need(&Requirements::bump, material.bump || material.normal_map, where);
     if (caster_) need(&Requirements::shadows, material.diffuse > 0 || material.specular > 0, "/lights/", *caster_);
-    transmissive_ = transmits && transmissive_.empty() ? where : transmissive_;
-    need(&Requirements::transmissive_shadows, needs_.shadows && needs_.refraction, transmissive_);
+    if (transmits && !transmissive_) transmissive_ = where;
+    need(&Requirements::transmissive_shadows, needs_.shadows && transmissive_, transmissive_.value_or(where));
   }
 
   void look_at(const Placed& placed) {
@@ -99,7 +113,7 @@ class Finder {
     const auto because = [&](bool Requirements::*what, bool needed) {
       if (needed && !(needs_.*what)) need(what, true, std::string(placed.group) + "/", placed.index);
     };
-    because(&Requirements::smooth_normals, has_normals(shape));
+    because(&Requirements::smooth_normals, approximate_.shading != Approximations::Shading::flat && has_normals(shape));
     because(&Requirements::spheres, std::holds_alternative<Sphere>(shape));
     because(&Requirements::planes, std::holds_alternative<Plane>(shape));
     because(&Requirements::triangles, std::holds_alternative<Triangle>(shape) || std::holds_alternative<Mesh>(shape));
@@ -107,17 +121,20 @@ class Finder {
   }
 
   const Scene& scene_;
+  const Approximations approximate_;
   std::vector<RequirementReason>* reasons_;
   Requirements needs_;
-  std::optional<std::size_t> caster_;  ///< the first light that casts shadows
-  std::string_view transmissive_;      ///< the first material that lets light through
+  std::optional<std::size_t> caster_;             ///< the first light that casts shadows
+  std::optional<std::string_view> transmissive_;  ///< the first material that lets light through
   bool solid_seen_ = false;
 };
 
 }  // namespace
 
 Requirements requirements(const Scene& scene, std::vector<RequirementReason>* reasons) {
-  return Finder(scene, reasons).find();
+  return Finder(scene, scene.accuracy.approximate, reasons).find();
 }
+
+Requirements exact_requirements(const Scene& scene) { return Finder(scene, {}, nullptr).find(); }
 
 }  // namespace tracer

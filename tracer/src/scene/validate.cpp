@@ -259,18 +259,46 @@ void check_materials(Checks& checks, const Scene& scene) {
   for (const Material& material : scene.materials) check_material(checks, material, scene.textures.size());
 }
 
+void check_target_error(Checks& checks, const Where& where, double target) {
+  constexpr double levels_max = 255;  // white for black
+  if (checks.finite(where, target) && (target <= 0 || target > levels_max)) {
+    checks.tell(where, "out_of_range", "must be > 0 and <= 255 levels, got " + text_of(target));
+  }
+}
+
+void check_adaptive(Checks& checks, const Where& accuracy, const Adaptive& adaptive) {
+  const Where budget(accuracy, "time_budget_ms");
+  if (adaptive.time_budget_ms && checks.finite(budget, *adaptive.time_budget_ms) && *adaptive.time_budget_ms <= 0) {
+    checks.tell(budget, "out_of_range", "must be > 0, got " + text_of(*adaptive.time_budget_ms));
+  }
+  if (adaptive.samples_min > adaptive.samples_max) {
+    checks.tell({accuracy, "samples"}, "out_of_range", "the minimum must not be above the maximum");
+  }
+}
+
+/// Those that every pixel gets are within the limit; more are an adaptive picture's own affair.
+void check_samples(Checks& checks, const Where& where, const Accuracy& accuracy, std::uint64_t pixels) {
+  const std::uint32_t samples = accuracy.adaptive ? accuracy.adaptive->samples_min : accuracy.samples;
+  if (samples == 0) {
+    checks.tell(where, "out_of_range", "must be >= 1, got 0");
+  } else if (pixels > 0 && samples > checks.limits.samples_times_pixels / pixels) {
+    checks.over(where, "samples_times_pixels", std::to_string(checks.limits.samples_times_pixels),
+                std::to_string(samples) + " times " + std::to_string(pixels) + " pixels");
+  }
+}
+
 void check_accuracy(Checks& checks, const Accuracy& accuracy, const ImageSize& image) {
   const Where where("/accuracy");
-  const Where samples(where, "samples");
-  const std::uint64_t pixels = image.window().pixels();
-  if (accuracy.samples == 0) {
-    checks.tell(samples, "out_of_range", "must be >= 1, got 0");
-  } else if (pixels > 0 && accuracy.samples > checks.limits.samples_times_pixels / pixels) {
-    checks.over(samples, "samples_times_pixels", std::to_string(checks.limits.samples_times_pixels),
-                std::to_string(accuracy.samples) + " times " + std::to_string(pixels) + " pixels");
-  }
+  if (accuracy.target()) check_target_error(checks, {where, "target_error"}, *accuracy.target());
+  if (accuracy.adaptive) check_adaptive(checks, where, *accuracy.adaptive);
+  check_samples(checks, {where, "samples"}, accuracy, image.window().pixels());
   checks.count({where, "max_depth"}, accuracy.max_depth, checks.limits.max_depth, "max_depth");
   checks.within({where, "cutoff"}, accuracy.cutoff, 0, 1);
+  const std::uint32_t nearest = accuracy.approximate.nearest_lights;
+  if (nearest > nearest_lights_max) {
+    checks.tell({{where, "approximate"}, "lights"}, "out_of_range",
+                "must be at most nearest-" + std::to_string(nearest_lights_max) + ", got " + std::to_string(nearest));
+  }
 }
 
 template <class T>

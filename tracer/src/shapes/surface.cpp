@@ -1,5 +1,6 @@
 #include "tracer/src/shapes/surface.h"
 
+#include "tracer/src/materials/shading.h"
 #include "tracer/src/shapes/quadric_surface.h"
 
 namespace tracer {
@@ -165,7 +166,8 @@ std::optional<Corners> corners_at(const CompiledScene& scene, const Hit& hit) {
   return corners;
 }
 
-Surface surface_at(const CompiledScene& scene, const Hit& hit, const Vec3& origin, const Vec3& direction) {
+Surface surface_at(const CompiledScene& scene, const Hit& hit, const Vec3& origin, const Vec3& direction,
+                   Approximations::Shading shading) {
   const Local local = local_at(scene.geometry, hit, origin + direction * hit.t);
   Surface surface;
   surface.point = local.point;
@@ -173,7 +175,7 @@ Surface surface_at(const CompiledScene& scene, const Hit& hit, const Vec3& origi
   surface.back = dot(direction, local.geometric_normal) > 0;
   surface.object = local.object;
   surface.material = scene.material_of_object[local.object];
-  const bool flat = scene.materials[surface.material].shading == Material::Shading::flat;
+  const bool flat = shading_of(scene.materials[surface.material], shading) == Material::Shading::flat;
   const Vec3& outward = flat ? local.geometric_normal : local.shading_normal;
   surface.normal = surface.back ? -outward : outward;
   // Seen from behind the curved surface is on the other side of the facet: nothing to correct there.

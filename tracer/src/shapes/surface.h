@@ -38,6 +38,7 @@ using Corners = std::array<Corner, 3>;
 std::optional<Corners> corners_at(const CompiledScene& scene, const Hit& hit);
 
 /// Precondition: `hit.primitive.hit()`, and `direction` is unit.
-Surface surface_at(const CompiledScene& scene, const Hit& hit, const Vec3& origin, const Vec3& direction);
+Surface surface_at(const CompiledScene& scene, const Hit& hit, const Vec3& origin, const Vec3& direction,
+                   Approximations::Shading shading = Approximations::Shading::exact);
 
 }  // namespace tracer

@@ -110,4 +110,12 @@ Color TraceBackground::cube(const Vec3& direction, double spread) const {
                        face->image.get(), face->wraps);
 }
 
+double TraceBackground::bound() const {
+  if (kind_ == Kind::color) return max_component(color_);
+  if (kind_ == Kind::gradient) return std::max(max_component(gradient_.zenith), max_component(gradient_.nadir));
+  double bound = 0;
+  for (const Face& face : faces_) bound = std::max(bound, texture_bound(face.texture, face.image.get()));
+  return bound;
+}
+
 }  // namespace tracer

@@ -24,6 +24,8 @@ class TraceBackground {
     }
     return kind_ == Kind::environment ? environment(direction, spread) : cube(direction, spread);
   }
+  /// The largest channel that any direction can see.
+  [[nodiscard]] double bound() const;
 
  private:
   enum class Kind { color, gradient, environment, cube };

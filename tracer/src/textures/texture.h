@@ -64,4 +64,21 @@ inline Color texture_color(const Texture& texture, const Vec2& uv, const Vec2& w
   return texture_color(texture, lookup(texture, uv, width), image, {texture.wrap, texture.wrap});
 }
 
+/// The largest channel that any lookup can give: filtering only averages.
+inline double texture_bound(const Texture& texture, const ImageMap* image) {
+  if (image != nullptr) {
+    const std::vector<float>& texels = image->levels().front().rgb;
+    return texels.empty() ? 0 : *std::max_element(texels.begin(), texels.end());
+  }
+  const auto& colors = std::visit(
+      [](const auto& pattern) -> std::array<Color, 2> {
+        if constexpr (std::is_same_v<std::decay_t<decltype(pattern)>, ImageTexture>)
+          return {};
+        else
+          return pattern.colors;
+      },
+      texture.pattern);
+  return std::max(max_component(colors[0]), max_component(colors[1]));
+}
+
 }  // namespace tracer

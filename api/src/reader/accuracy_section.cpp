@@ -1,0 +1,140 @@
+/// How accurate the picture is to be: what the document wishes, then what that means together.
+
+#include <array>
+#include <charconv>
+#include <string>
+
+#include "api/src/reader/fields.h"
+#include "api/src/reader/sections.h"
+
+namespace api {
+namespace {
+
+using tracer::Accuracy;
+using tracer::Approximations;
+using tracer::Preset;
+
+constexpr Word<Preset>::Meaning presets[] = {
+    {"draft", Preset::draft}, {"standard", Preset::standard}, {"fine", Preset::fine}, {"reference", Preset::reference}};
+constexpr Word<Approximations::Shadows>::Meaning shadow_words[] = {{"none", Approximations::Shadows::none},
+                                                                   {"map", Approximations::Shadows::map}};
+constexpr Word<Approximations::Reflections>::Meaning reflection_words[] = {
+    {"environment", Approximations::Reflections::environment}, {"none", Approximations::Reflections::none}};
+constexpr Word<Approximations::Shading>::Meaning shading_words[] = {{"gouraud", Approximations::Shading::gouraud},
+                                                                    {"flat", Approximations::Shading::flat}};
+
+/// What the document says; nothing, or the default, where it is silent or cannot be understood.
+struct Wish {
+  std::optional<Preset> preset;
+  std::optional<double> target_error, time_budget_ms;
+  std::array<std::uint32_t, 2> samples{tracer::Adaptive{}.samples_min, tracer::Adaptive{}.samples_max};
+  bool cutoff = false;
+
+  [[nodiscard]] bool exact() const { return samples[0] == samples[1]; }
+};
+
+void read_samples(Reading& reading, const Cursor& at, std::array<std::uint32_t, 2>& samples) {
+  std::array<std::uint32_t, 2> range{};
+  if (!expect_length(reading, at, 2)) return;
+  bool well = true;
+  for_each_element(reading, at, [&](const Cursor& element) {
+    well &= read(reading, element, Integer<std::uint32_t>{range[element.index], 1});
+  });
+  if (well) samples = range;
+}
+
+/// Exact samples take the time they take, so that no scene holds their budget to be validated.
+void read_time_budget(Reading& reading, const Cursor& at, Wish& wish) {
+  double& budget = wish.time_budget_ms.emplace();
+  if (read(reading, at, budget) && wish.exact() && budget <= 0)
+    tell(reading, at, "out_of_range", "must be > 0, got " + number_text(budget));
+}
+
+/// "nearest-8".
+void read_nearest_lights(Reading& reading, const Cursor& at, std::uint32_t& count) {
+  constexpr std::string_view prefix = "nearest-";
+  if (at.node->kind != json::Kind::string) return tell_wrong_type(reading, at, "a string");
+  const std::string_view text = at.node->string();
+  if (text.starts_with(prefix)) {
+    const std::string_view digits = text.substr(prefix.size());
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), count);
+    const bool well = error == std::errc() && end == digits.data() + digits.size() && digits[0] != '0';
+    if (well && count <= tracer::nearest_lights_max) return;
+  }
+  count = 0;
+  tell(reading, at, "unknown_value",
+       "must be \"nearest-1\" to \"nearest-" + std::to_string(tracer::nearest_lights_max) + "\", got " + quoted(text));
+}
+
+void read_approximations(Reading& reading, const Cursor& at, Approximations& approximate) {
+  Fields fields(reading, at, "accuracy.approximate", "the approximations");
+  fields.optional("shadows",
+                  Word<Approximations::Shadows>{approximate.shadows, "accuracy.approximate.shadows", shadow_words});
+  fields.optional("reflections", Word<Approximations::Reflections>{
+                                     approximate.reflections, "accuracy.approximate.reflections", reflection_words});
+  fields.optional("shading",
+                  Word<Approximations::Shading>{approximate.shading, "accuracy.approximate.shading", shading_words});
+  if (const auto lights = fields.take("lights")) read_nearest_lights(reading, *lights, approximate.nearest_lights);
+  fields.finish();
+}
+
+Wish read_wish(Reading& reading, const Cursor& at) {
+  Wish wish;
+  Accuracy& accuracy = reading.scene().accuracy;
+  Fields fields(reading, at, "accuracy", "the accuracy");
+  if (const auto preset = fields.take("preset")) {
+    Preset value{};
+    if (read(reading, *preset, Word<Preset>{value, "accuracy.preset", presets})) wish.preset = value;
+  }
+  if (const auto target = fields.take("target_error")) read(reading, *target, wish.target_error.emplace());
+  if (const auto samples = fields.take("samples")) read_samples(reading, *samples, wish.samples);
+  if (const auto budget = fields.take("time_budget_ms")) read_time_budget(reading, *budget, wish);
+  fields.optional("max_depth", Integer<std::uint32_t>{accuracy.max_depth});
+  wish.cutoff = fields.has("cutoff");
+  fields.optional("cutoff", accuracy.cutoff);
+  fields.optional("seed", Integer<std::uint64_t>{accuracy.seed});
+  if (const auto approximate = fields.take("approximate"))
+    read_approximations(reading, *approximate, accuracy.approximate);
+  fields.finish();
+  return wish;
+}
+
+/// The target that is asked for: by number, else by name; "standard" where nothing else says when to stop.
+std::optional<double> target_of(const Wish& wish) {
+  if (wish.target_error) return wish.target_error;
+  if (wish.preset) return target_error_of(*wish.preset);
+  if (wish.exact() || wish.time_budget_ms) return std::nullopt;
+  return target_error_of(Preset::standard);
+}
+
+/// Most samples in a pixel: no more of them in the whole picture than `limit`, but the least that is asked for.
+std::uint32_t bounded(std::uint32_t most, std::uint32_t least, std::uint64_t pixels, std::uint64_t limit) {
+  const std::uint64_t bound = std::max<std::uint64_t>(least, limit / std::max<std::uint64_t>(pixels, 1));
+  return static_cast<std::uint32_t>(std::min<std::uint64_t>(most, bound));
+}
+
+}  // namespace
+
+void read_accuracy(Reading& reading, const std::optional<Cursor>& at) {
+  const Wish wish = at ? read_wish(reading, *at) : Wish();
+  const tracer::Scene& scene = reading.scene();
+  Accuracy& accuracy = reading.scene().accuracy;
+  const std::optional<double> target = target_of(wish);
+  if (wish.exact()) {
+    accuracy.samples = wish.samples.front();
+    accuracy.target_error = target;
+  } else {
+    tracer::Adaptive& adaptive = accuracy.adaptive.emplace();
+    adaptive.target_error = target;
+    adaptive.time_budget_ms = wish.time_budget_ms;
+    adaptive.samples_min = wish.samples.front();
+    adaptive.samples_max = wish.samples.back();
+    // Not the limit in force: the picture depends on the document, not on where it is rendered.
+    if (adaptive.samples_min <= adaptive.samples_max)
+      adaptive.samples_max = bounded(adaptive.samples_max, adaptive.samples_min, scene.image.window().pixels(),
+                                     tracer::Limits{}.samples_times_pixels);
+  }
+  if (!wish.cutoff && target && *target > 0) accuracy.cutoff = tracer::default_cutoff(*target, scene.output.exposure);
+}
+
+}  // namespace api

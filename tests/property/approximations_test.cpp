@@ -1,0 +1,293 @@
+// Cheaper models: each leaves out exactly what it says, and nothing where it is not asked for.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/support/effort.h"
+#include "tests/support/pixel_ray.h"
+#include "tests/support/scenes.h"
+#include "tracer/src/compiled_scene.h"
+
+namespace {
+
+using namespace tracer;
+
+constexpr Approximations no_shadows{.shadows = Approximations::Shadows::none};
+constexpr Approximations no_reflections{.reflections = Approximations::Reflections::none};
+constexpr Approximations environment_alone{.reflections = Approximations::Reflections::environment};
+
+Rendered approximate(Scene scene, const Approximations& approximations) {
+  scene.accuracy.approximate = approximations;
+  return scenes::render(scene);
+}
+
+template <class Change>
+Scene with_materials(Scene scene, const Change& change) {
+  for (Material& material : scene.materials) change(material);
+  return scene;
+}
+
+/// Meshes with normals of their own and without, a ball beside them, a mirror under them; shaded in every way.
+Scene shapes() {
+  Scene scene = scenes::empty(48);
+  scene.camera = {{1, 3, 7}, {0, 0, 0}, {0, 1, 0}, 50};
+  scene.lights = {scenes::point_light({3, 5, 4}), scenes::directional_light({1, -2, -1}, {0.3, 0.2, 0.1})};
+  const auto shaded = [](Material::Shading shading) {
+    Material material = scenes::matte({0.7, 0.5, 0.3});
+    material.shading = shading;
+    return material;
+  };
+  scenes::add(scene, scenes::placed(scenes::icosphere(1, true), 1, {-2, 0, 0}), shaded(Material::Shading::smooth));
+  scenes::add(scene, scenes::placed(scenes::icosphere(1, true), 1, {0, 0, 1}), shaded(Material::Shading::flat));
+  scenes::add(scene, scenes::placed(scenes::icosphere(1, true), 1, {2, 0, 0}), shaded(Material::Shading::gouraud));
+  scenes::add(scene, Sphere{{0, 0, -2}, 1}, shaded(Material::Shading::smooth));
+  scenes::add(scene, Plane{{0, -1, 0}, {0, 1, 0}, {}}, scenes::mirror(0.5));
+  return scene;
+}
+
+TEST(WithoutShadows, EveryLightShinesAsThoughItCastNone) {
+  std::uint64_t shadow_rays = 0;
+  for (std::uint64_t seed = 0; seed < effort::cases(100); ++seed) {
+    const Scene scene = scenes::random(seed, 24);
+    Scene shadowless = scene;
+    for (Light& light : shadowless.lights) light.shadows = false;
+    const Rendered seen = approximate(scene, no_shadows), expected = scenes::render(shadowless);
+    ASSERT_EQ(seen.image.rgb, expected.image.rgb) << seed;
+    ASSERT_EQ(seen.statistics, expected.statistics) << seed;
+    ASSERT_EQ(seen.statistics.rays.shadow, 0u) << seed;
+    shadow_rays += scenes::render(scene).statistics.rays.shadow;
+  }
+  EXPECT_GT(shadow_rays, 0u) << "there was nothing to leave out";
+}
+
+TEST(WithoutShadows, NoLightIsSpared) {
+  Scene scene = scenes::empty(8);
+  scene.camera = {{0, 5, 0.1}, {0, 0, 0}, {0, 1, 0}, 60};
+  scene.accuracy.cutoff = 0.5;
+  scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
+  for (int i = 0; i < 70; ++i) scene.lights.push_back(scenes::point_light({0.1 * i, 1, 0}, {1e-3, 1e-3, 1e-3}));
+  const Rendered exact = scenes::render(scene), seen = approximate(scene, no_shadows);
+  EXPECT_GT(exact.statistics.spared_shadow_rays, 0u);
+  EXPECT_EQ(seen.statistics.spared_shadow_rays, 0u);
+  EXPECT_GT(*seen.image.pixel(4, 4), *exact.image.pixel(4, 4));
+}
+
+TEST(WithoutReflections, MirrorsGiveNothingBack) {
+  std::uint64_t reflected = 0;
+  for (std::uint64_t seed = 0; seed < effort::cases(100); ++seed) {
+    const Scene scene = with_materials(scenes::random(seed, 24), [](Material& material) { material.transmission = 0; });
+    const Scene dull = with_materials(scene, [](Material& material) { material.reflection = 0; });
+    const Rendered seen = approximate(scene, no_reflections), expected = scenes::render(dull);
+    ASSERT_EQ(seen.image.rgb, expected.image.rgb) << seed;
+    ASSERT_EQ(seen.statistics, expected.statistics) << seed;
+    reflected += scenes::render(scene).statistics.rays.reflection;
+  }
+  EXPECT_GT(reflected, 0u) << "there was nothing to leave out";
+}
+
+TEST(WithoutReflections, GlassGivesWhatItHasOfItsOwnAndLetsShadowRaysThrough) {
+  Scene scene = scenes::empty(24);
+  scene.camera = {{0, 3, 6}, {0, 0, 0}, {0, 1, 0}, 45};
+  scene.background.color = {1, 2, 3};
+  scene.lights = {scenes::point_light({4, 5, 0})};
+  Material glass = scenes::glass();
+  glass.emission = {0.25, 0.5, 0.75};
+  glass.transmission_color = {0.5, 1, 0};
+  glass.color = Color{0, 0, 0};
+  scenes::add(scene, Sphere{{0, 1, 0}, 1}, glass);
+  scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
+  const Rendered exact = scenes::render(scene), seen = approximate(scene, no_reflections);
+  EXPECT_GT(exact.statistics.rays.refraction, 0u);
+  EXPECT_EQ(seen.statistics.rays.refraction + seen.statistics.rays.reflection, 0u);
+  const float* ball = seen.image.pixel(12, 9);
+  EXPECT_EQ((std::array{ball[0], ball[1], ball[2]}), (std::array{0.25f, 0.5f, 0.75f}));
+  std::uint64_t tinted = 0;
+  for (std::uint32_t i = 0; i < 24 * 24; ++i) {
+    const float* rgb = seen.image.rgb.data() + 3 * i;
+    const bool on_ball = rgb[0] == 0.25f && rgb[2] == 0.75f;
+    if (on_ball) continue;
+    for (int c = 0; c < 3; ++c) EXPECT_EQ(rgb[c], exact.image.rgb[3 * i + c]);
+    tinted += rgb[2] == 0 && rgb[1] > 0 ? 1 : 0;
+  }
+  EXPECT_GT(tinted, 10u) << "green light through the ball, but for what it mirrors on both sides";
+}
+
+TEST(EnvironmentReflections, ShowTheBackgroundAsThoughNothingElseWereThere) {
+  Scene scene = scenes::empty(32);
+  scene.camera = {{0, 0, 6}, {0, 0, 0}, {0, 1, 0}, 30};
+  scene.background.gradient = Gradient{{0.1, 0.4, 0.9}, {0.8, 0.3, 0.05}};
+  Material mirror = scenes::mirror(0.75);
+  mirror.reflection_color = {1, 0.5, 0.25};
+  scenes::add(scene, Sphere{{0, 0, 0}, 1}, mirror);
+  const Rendered alone = scenes::render(scene);
+  scenes::add(scene, Sphere{{0, 0, 12}, 5}, scenes::glowing({9, 9, 9}));  // behind the camera
+  const Rendered exact = scenes::render(scene), seen = approximate(scene, environment_alone);
+  EXPECT_NE(exact.image.rgb, alone.image.rgb);
+  EXPECT_EQ(seen.image.rgb, alone.image.rgb);
+  EXPECT_EQ(seen.statistics.rays.reflection, 0u);
+}
+
+TEST(EnvironmentReflections, OfGlassBeforeOneColourAreThatColour) {
+  Scene scene = scenes::empty(32);
+  scene.camera = {{0, 0, 6}, {0, 0, 0}, {0, 1, 0}, 30};
+  scene.background.color = {0.25, 0.5, 1};
+  Material glass = scenes::glass();
+  glass.absorption = {100, 100, 100};  // of no length: nothing is on the other side
+  scenes::add(scene, Sphere{{0, 0, 0}, 1}, glass);
+  const Rendered seen = approximate(scene, environment_alone);
+  for (std::size_t i = 0; i < seen.image.rgb.size(); ++i)
+    EXPECT_FLOAT_EQ(seen.image.rgb[i], i % 3 == 0 ? 0.25f : i % 3 == 1 ? 0.5f : 1.0f);  // R + T = 1
+  EXPECT_EQ(seen.statistics.rays.total(), seen.statistics.rays.camera);
+}
+
+TEST(EnvironmentReflections, KeepToTheCutoffAndTheDepth) {
+  Scene scene = scenes::empty(8);
+  scene.camera = {{0, 0, 6}, {0, 0, 0}, {0, 1, 0}, 10};
+  scene.background.color = {1, 1, 1};
+  scenes::add(scene, Sphere{{0, 0, 0}, 1}, scenes::mirror(0.5));
+  EXPECT_EQ(*approximate(scene, environment_alone).image.pixel(4, 4), 0.5f);
+  scene.accuracy.cutoff = 0.6;
+  EXPECT_EQ(*approximate(scene, environment_alone).image.pixel(4, 4), 0.0f);
+  EXPECT_EQ(approximate(scene, environment_alone).statistics.cut_branches, 64u);
+  scene.accuracy.cutoff = 0;
+  scene.accuracy.max_depth = 0;
+  EXPECT_EQ(*approximate(scene, environment_alone).image.pixel(4, 4), 0.0f);
+  EXPECT_EQ(approximate(scene, environment_alone).statistics.truncated_branches, 64u);
+}
+
+TEST(ApproximateShading, IsThatOfEveryMaterial) {
+  using enum Material::Shading;
+  const auto all = [](Material::Shading shading) {
+    return scenes::render(with_materials(shapes(), [&](Material& material) { material.shading = shading; }));
+  };
+  const Rendered exact = scenes::render(shapes());
+  const Rendered as_flat = approximate(shapes(), {.shading = Approximations::Shading::flat});
+  const Rendered as_gouraud = approximate(shapes(), {.shading = Approximations::Shading::gouraud});
+  EXPECT_EQ(as_flat.image.rgb, all(flat).image.rgb);
+  EXPECT_EQ(as_flat.statistics, all(flat).statistics);
+  EXPECT_EQ(as_gouraud.image.rgb, all(gouraud).image.rgb);
+  EXPECT_EQ(as_gouraud.statistics, all(gouraud).statistics);
+  EXPECT_NE(as_flat.image.rgb, exact.image.rgb);
+  EXPECT_NE(as_gouraud.image.rgb, exact.image.rgb);
+}
+
+/// A floor seen from above, x to the right.
+Scene floor_under(std::vector<Light> lights) {
+  Scene scene = scenes::empty(16);
+  scene.camera = {{0, 8, 0}, {0, 0, 0}, {0, 0, -1}, 60};
+  scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
+  scene.lights = std::move(lights);
+  return scene;
+}
+
+TEST(NearestLights, AreAllOfThemWhereThereAreNoMore) {
+  for (std::uint64_t seed = 0; seed < effort::cases(50); ++seed) {
+    const Scene scene = scenes::random(seed, 16);
+    const auto count = static_cast<std::uint32_t>(std::max<std::size_t>(scene.lights.size(), 1));
+    const Rendered seen = approximate(scene, {.nearest_lights = count}), exact = scenes::render(scene);
+    ASSERT_EQ(seen.image.rgb, exact.image.rgb) << seed;
+    ASSERT_EQ(seen.statistics, exact.statistics) << seed;
+  }
+}
+
+TEST(NearestLights, LightEachPlaceByTheOnesAroundItAndByTheSun) {
+  const Light left = scenes::point_light({-2, 1, 0}, {1, 0, 0}), right = scenes::point_light({2, 1, 0}, {0, 1, 0});
+  const Light sun = scenes::directional_light({0, -1, 0}, {0, 0, 0.5});
+  const Scene scene = floor_under({right, sun, left});
+  const Rendered seen = approximate(scene, {.nearest_lights = 1}), exact = scenes::render(scene);
+  for (std::uint32_t y = 0; y < 16; ++y)
+    for (std::uint32_t x = 0; x < 16; ++x) {
+      const float *one = seen.image.pixel(x, y), *all = exact.image.pixel(x, y);
+      EXPECT_EQ(one[0], x < 8 ? all[0] : 0);
+      EXPECT_EQ(one[1], x < 8 ? 0 : all[1]);
+      EXPECT_EQ(one[2], 0.5f);
+    }
+  EXPECT_EQ(seen.statistics.rays.shadow, 2 * 256u);
+  EXPECT_EQ(exact.statistics.rays.shadow, 3 * 256u);
+}
+
+TEST(NearestLights, OfTwoAtOnePlaceAreTheFirst) {
+  const Scene scene =
+      floor_under({scenes::point_light({0, 1, 0}, {1, 0, 0}), scenes::point_light({0, 1, 0}, {0, 1, 0})});
+  const Rendered seen = approximate(scene, {.nearest_lights = 1});
+  EXPECT_GT(seen.image.pixel(8, 8)[0], 0);
+  EXPECT_EQ(seen.image.pixel(8, 8)[1], 0);
+}
+
+TEST(NearestLights, AreAsFarAwayAsTheirMiddle) {
+  Light bar = scenes::point_light({});
+  bar.source = LineLight{{-4, 1, 0}, {8, 1, 0}};  // its middle is at x = 2
+  bar.color = {1, 0, 0};
+  const Scene scene = floor_under({bar, scenes::point_light({-2, 1, 0}, {0, 1, 0})});
+  const Rendered seen = approximate(scene, {.nearest_lights = 1});
+  EXPECT_EQ(seen.image.pixel(2, 8)[0], 0);
+  EXPECT_GT(seen.image.pixel(2, 8)[1], 0);
+  EXPECT_GT(seen.image.pixel(13, 8)[0], 0);
+  EXPECT_EQ(seen.image.pixel(13, 8)[1], 0);
+}
+
+TEST(AnApproximation, TakesAwayTheRequirementsOfWhatItLeavesOut) {
+  Scene scene = shapes();
+  scene.materials[0] = scenes::glass();
+  scene.materials[0].absorption = {1, 1, 1};
+  const auto needs = [&](const Approximations& approximations) {
+    scene.accuracy.approximate = approximations;
+    return requirements(scene);
+  };
+  const Requirements exact = needs({});
+  EXPECT_TRUE(exact.reflection && exact.refraction && exact.fresnel && exact.shadows && exact.transmissive_shadows &&
+              exact.gouraud && exact.smooth_normals && exact.absorption && !exact.approximations);
+  const Requirements unshadowed = needs(no_shadows);
+  EXPECT_TRUE(unshadowed.approximations && unshadowed.refraction);
+  EXPECT_FALSE(unshadowed.shadows || unshadowed.transmissive_shadows);
+  const Requirements mapped = needs({.shadows = Approximations::Shadows::map});
+  EXPECT_FALSE(mapped.shadows || mapped.transmissive_shadows);
+  const Requirements dull = needs(no_reflections);
+  EXPECT_FALSE(dull.reflection || dull.refraction || dull.fresnel);
+  EXPECT_TRUE(dull.transmissive_shadows);
+  const Requirements outside = needs(environment_alone);
+  EXPECT_FALSE(outside.reflection || outside.refraction);
+  EXPECT_TRUE(outside.fresnel);
+  const Requirements flat = needs({.shading = Approximations::Shading::flat});
+  EXPECT_FALSE(flat.gouraud || flat.smooth_normals);
+  EXPECT_TRUE(needs({.shading = Approximations::Shading::gouraud}).gouraud);
+}
+
+TEST(AnApproximation, IsTheReasonForWhatItAdds) {
+  Scene scene = scenes::empty(4);
+  scenes::add(scene, Sphere{}, scenes::matte({1, 1, 1}));
+  scene.accuracy.approximate.shading = Approximations::Shading::gouraud;
+  std::vector<RequirementReason> reasons;
+  requirements(scene, &reasons);
+  const auto pointer = [&](bool Requirements::*needed) {
+    const auto found = std::find_if(reasons.begin(), reasons.end(),
+                                    [&](const RequirementReason& reason) { return reason.needed == needed; });
+    return found == reasons.end() ? "none" : found->pointer;
+  };
+  EXPECT_EQ(pointer(&Requirements::approximations), "/accuracy/approximate");
+  EXPECT_EQ(pointer(&Requirements::gouraud), "/accuracy/approximate/shading");
+}
+
+TEST(AnApproximation, LeavesInTheCompiledSceneWhatExactSamplesNeed) {
+  const Approximations all{.shadows = Approximations::Shadows::map,
+                           .reflections = Approximations::Reflections::none,
+                           .shading = Approximations::Shading::flat,
+                           .nearest_lights = 1};
+  for (std::uint64_t seed = 0; seed < effort::cases(60); ++seed) {
+    Scene scene = seed == 0 ? shapes() : scenes::random(seed, 16);
+    const Rendered exact = scenes::render(scene);
+    scene.accuracy.approximate = all;
+    RenderControl control;
+    const auto compiled = *compile(scene, control);
+    // compile made it, and no one else looks at it.
+    auto& changed = const_cast<CompiledScene&>(*compiled);
+    changed.accuracy.approximate = {};
+    changed.needs = changed.exact_needs;
+    const Rendered seen = *render(*compiled, {}, control);
+    ASSERT_EQ(seen.image.rgb, exact.image.rgb) << seed;
+    ASSERT_EQ(seen.statistics, exact.statistics) << seed;
+  }
+}
+
+}  // namespace

@@ -1,0 +1,190 @@
+// Depth maps instead of shadow rays: right but for the last texel before an edge, for every kind and place of light.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "tests/support/pixel_ray.h"
+#include "tests/support/scenes.h"
+
+namespace {
+
+using oracle::Real;
+using oracle::Vec;
+using namespace tracer;
+
+Rendered mapped(Scene scene, std::uint32_t threads = 1) {
+  scene.accuracy.approximate.shadows = Approximations::Shadows::map;
+  return scenes::render(scene, threads);
+}
+
+const Vec ball{0, 1.5L, 0};
+constexpr std::uint32_t side = 192;
+
+/// A ball over a floor, seen from above.
+Scene ball_over_floor(const Light& light) {
+  Scene scene = scenes::empty(side);
+  scene.camera = {{0, 12, 5}, {0, 0, 0}, {0, 1, 0}, 50};
+  scene.lights = {light};
+  scenes::add(scene, Sphere{{0, 1.5, 0}, 1}, scenes::matte({1, 1, 1}));
+  scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
+  return scene;
+}
+
+Real distance_from_line(const Vec& point, const Vec& on_line, const Vec& direction) {
+  const Vec offset = point - on_line;
+  return length(offset - dot(offset, direction) * direction);
+}
+
+struct Verdict {
+  int dark = 0, wrong = 0, wrong_elsewhere = 0;
+};
+
+/// Compares the map's shadow of the ball on the floor with the exact one; what differs more than a texel's half
+/// diagonal from the edge, measured where the light passes the ball, is wrong elsewhere.
+template <class TowardsLight>
+Verdict judge(const Scene& scene, Real texel, const TowardsLight& towards_light) {
+  const Rendered exact = scenes::render(scene), seen = mapped(scene);
+  EXPECT_GT(exact.statistics.rays.shadow, 0u);
+  EXPECT_EQ(seen.statistics.rays.shadow, 0u);
+  const Vec eye = scene.camera.position;
+  Verdict verdict;
+  for (std::uint32_t y = 0; y < side; ++y)
+    for (std::uint32_t x = 0; x < side; ++x) {
+      const Vec direction = oracle::through(scene, x, y);
+      if (distance_from_line(ball, eye, direction) <= 1) continue;  // on the ball
+      const Vec place = eye + (-eye.y / direction.y) * direction;
+      const Real from_axis = distance_from_line(ball, place, towards_light(place));
+      const bool lit = *exact.image.pixel(x, y) > 0;
+      EXPECT_TRUE(lit == (from_axis > 1) || std::abs(from_axis - 1) < 1e-9L);
+      verdict.dark += lit ? 0 : 1;
+      if (*seen.image.pixel(x, y) == *exact.image.pixel(x, y)) continue;
+      ++verdict.wrong;
+      if (std::abs(from_axis - 1) > 0.71L * texel) ++verdict.wrong_elsewhere;
+    }
+  return verdict;
+}
+
+void expect_well(const Verdict& verdict) {
+  EXPECT_GT(verdict.dark, 200);
+  EXPECT_LT(verdict.wrong, verdict.dark / 4);
+  EXPECT_EQ(verdict.wrong_elsewhere, 0) << "of " << verdict.wrong;
+}
+
+TEST(AShadowMap, OfALightOutsideIsWrongOnTheLastTexelAlone) {
+  const Vec light{3, 8, 2};
+  const Scene scene = ball_over_floor(scenes::point_light({3, 8, 2}));
+  // The window holds the ball's bounding box, whose corners are sqrt(3) from its middle; 4 texels for each pixel.
+  const Real distance = length(light - ball), tangent = std::sqrt(3 / (distance * distance - 3));
+  expect_well(judge(scene, 2 * tangent * (distance + 1) / (2 * side), [&](const Vec& p) { return unit(light - p); }));
+}
+
+TEST(AShadowMap, OfALightAmongThingsLooksAllAround) {
+  const Vec light{3, 8, 2};
+  Scene scene = ball_over_floor(scenes::point_light({3, 8, 2}));
+  for (const double z : {-30.0, 30.0}) scenes::add(scene, Sphere{{0, 1, z}, 1}, scenes::matte({1, 1, 1}));
+  const Real texels = std::floor(std::sqrt(4.0L * side * side / 6));
+  expect_well(judge(scene, 2 * (length(light - ball) + 1) / texels, [&](const Vec& p) { return unit(light - p); }));
+}
+
+TEST(AShadowMap, OfADirectionalLightHasParallelRays) {
+  const Scene scene = ball_over_floor(scenes::directional_light({-1, -2, 0.5}));
+  expect_well(judge(scene, 2 * std::sqrt(3.0L) / (2 * side), [](const Vec&) { return unit(Vec{1, 2, -0.5L}); }));
+}
+
+TEST(AShadowMap, OfALightAsFarAsTheMoonHasThemToo) {
+  const Scene scene = ball_over_floor(scenes::point_light({3e9, 8e9, 2e9}));
+  const Vec light{3e9L, 8e9L, 2e9L};
+  expect_well(judge(scene, 2 * std::sqrt(3.0L) / (2 * side), [&](const Vec& p) { return unit(light - p); }));
+}
+
+TEST(AShadowMap, OfASoftLightIsThatOfItsMiddle) {
+  Light soft = scenes::point_light({});
+  soft.source = DiscLight{{3, 8, 2}, {0, -1, 0}, 0.5};
+  const Scene blurred = ball_over_floor(soft), sharp = ball_over_floor(scenes::point_light({3, 8, 2}));
+  const Rendered soft_seen = mapped(blurred), sharp_seen = mapped(sharp);
+  int dark = 0;
+  for (std::uint32_t y = 0; y < side; ++y)
+    for (std::uint32_t x = 0; x < side; ++x) {
+      if (distance_from_line(ball, Vec(sharp.camera.position), oracle::through(sharp, x, y)) <= 1) continue;
+      const bool lit = *sharp_seen.image.pixel(x, y) > 0;
+      EXPECT_EQ(*soft_seen.image.pixel(x, y) > 0, lit) << x << " " << y;
+      dark += lit ? 0 : 1;
+    }
+  EXPECT_GT(dark, 200);
+}
+
+TEST(AShadowMap, OfALampIgnoresTheBulbWithin) {
+  Light lamp = scenes::point_light({});
+  lamp.source = SphereLight{{3, 4, 2}, 0.5};
+  Scene scene = ball_over_floor(lamp);
+  const Rendered bare = mapped(scene);
+  scenes::add(scene, Sphere{{3, 4, 2}, 0.25}, scenes::glowing({1, 1, 1}));
+  const Rendered with_bulb = mapped(scene);
+  EXPECT_GT(*bare.image.pixel(8, side - 8), 0);
+  EXPECT_EQ(*with_bulb.image.pixel(8, side - 8), *bare.image.pixel(8, side - 8));
+}
+
+/// One convex body alone: no part of it is in the way of what faces the light.
+TEST(AShadowMap, LeavesNoStainsOnWhatNothingHides) {
+  Mesh facets = scenes::icosphere(3);
+  const std::vector<std::pair<std::string, Shape>> bodies{
+      {"sphere", Sphere{{0, 0, 0}, 1}},
+      {"box", Box{{-1, -1, -1}, {1, 1, 1}}},
+      {"cylinder", Cylinder{{0, -1, 0}, {0, 1, 0}, 0.7, true, {}}},
+      {"cone", Cone{{0, 1, 0}, {0, -1, 0}, 1, 0, true, {}}},
+      {"facets", facets},
+      {"plane", Plane{{0, 0, 0}, {0.1, 1, 0}, {}}},
+  };
+  for (const auto& [name, body] : bodies)
+    for (const Vec3& towards : {Vec3{0.3, 1, 0.2}, Vec3{1, 0.02, 0}, Vec3{-0.5, 0.5, 1}, Vec3{1, 1e-3, 1}})
+      for (const double distance : {1.8, 3.0, 50.0, 1e8}) {
+        Scene scene = scenes::empty(96);
+        scene.camera = {{1, 1.5, 4}, {0, 0, 0}, {0, 1, 0}, 40};
+        const Vec3 place{towards.x * distance, towards.y * distance, towards.z * distance};
+        scene.lights = {scenes::point_light(place), scenes::directional_light({-towards.x, -towards.y, -towards.z})};
+        scenes::add(scene, body, scenes::matte({1, 1, 1}));
+        EXPECT_EQ(mapped(scene).image.rgb, scenes::render(scene).image.rgb)
+            << name << " " << towards.x << " " << distance;
+      }
+}
+
+TEST(AShadowMap, KnowsPlanesWhereverTheyAre) {
+  for (const bool lets_light_through : {false, true}) {
+    Scene scene = scenes::empty(64);
+    scene.camera = {{0, 12, 5}, {0, 0, 0}, {0, 1, 0}, 100};
+    scene.lights = {scenes::directional_light({-1, -1, 0}), scenes::point_light({20, 9, 0})};
+    scenes::add(scene, Sphere{{0, -3, 0}, 0.5}, scenes::matte({1, 1, 1}));  // below the floor: nothing to see
+    scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
+    Material wall = scenes::matte({1, 1, 1});
+    wall.transmission = lets_light_through ? 1 : 0;
+    wall.transparency = Material::Transparency::filtered;
+    scenes::add(scene, Plane{{9, 0, 0}, {1, 0.2, 0}, {}}, wall);
+    EXPECT_EQ(mapped(scene).image.rgb, scenes::render(scene).image.rgb);
+    EXPECT_EQ(*mapped(scene).image.pixel(8, 48) > 0, lets_light_through);
+  }
+}
+
+TEST(AShadowMap, DoesNotShowWhatLetsLightThrough) {
+  Scene scene = ball_over_floor(scenes::point_light({3, 8, 2}));
+  scene.materials[0].transmission = 0.5;
+  scene.materials[0].transparency = Material::Transparency::filtered;
+  scene.accuracy.approximate.shadows = Approximations::Shadows::none;
+  EXPECT_EQ(mapped(scene).image.rgb, scenes::render(scene).image.rgb);
+}
+
+TEST(AShadowMap, IsTheSameOnAnyNumberOfThreads) {
+  const Scene scene = ball_over_floor(scenes::point_light({3, 8, 2}));
+  EXPECT_EQ(mapped(scene, 1).image.rgb, mapped(scene, 3).image.rgb);
+}
+
+TEST(AShadowMap, OfACropIsThatOfThePicture) {
+  Scene scene = ball_over_floor(scenes::point_light({3, 8, 2}));
+  const Rendered whole = mapped(scene);
+  scene.image.crop = PixelWindow{60, 70, 120, 100};
+  const Rendered part = mapped(scene);
+  for (std::uint32_t y = 0; y < 30; ++y)
+    for (std::uint32_t x = 0; x < 60; ++x) EXPECT_EQ(*part.image.pixel(x, y), *whole.image.pixel(60 + x, 70 + y));
+}
+
+}  // namespace

@@ -1,0 +1,171 @@
+/// What the fields of the accuracy mean, each and together.
+
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <string>
+
+#include "tests/reader/reading.h"
+#include "tracer/requirements.h"
+
+namespace {
+
+using reader_tests::accepted;
+using reader_tests::document_with;
+using reader_tests::only_detail;
+using tracer::Accuracy;
+using tracer::Approximations;
+using tracer::Preset;
+
+std::string with_accuracy(const std::string& members) { return document_with("\"accuracy\": {" + members + "}"); }
+
+Accuracy accuracy_of(const std::string& members) { return accepted(with_accuracy(members)).scene.accuracy; }
+
+/// "target 2, budget -, samples 1..4096" of what adapts, "exactly 4, target -" of what does not.
+std::string told(const Accuracy& accuracy) {
+  const auto text = [](const std::optional<double>& value) {
+    if (!value) return std::string("-");
+    std::string digits = std::to_string(*value);
+    digits.resize(digits.find_last_not_of('0') + 1);
+    return digits.ends_with('.') ? digits.substr(0, digits.size() - 1) : digits;
+  };
+  if (!accuracy.adaptive) return "exactly " + std::to_string(accuracy.samples) + ", target " + text(accuracy.target());
+  const tracer::Adaptive& adaptive = *accuracy.adaptive;
+  return "target " + text(adaptive.target_error) + ", budget " + text(adaptive.time_budget_ms) + ", samples " +
+         std::to_string(adaptive.samples_min) + ".." + std::to_string(adaptive.samples_max);
+}
+
+std::string told(const std::string& members) { return told(accuracy_of(members)); }
+
+TEST(AccuracyOfADocument, IsStandardWhereItSaysNothing) {
+  EXPECT_EQ(target_error_of(Preset::standard), 1);
+  EXPECT_EQ(told(accepted(document_with()).scene.accuracy), "target 1, budget -, samples 1..4096");
+  EXPECT_EQ(told(""), "target 1, budget -, samples 1..4096");
+  EXPECT_EQ(told(R"("seed": 7, "max_depth": 3)"), "target 1, budget -, samples 1..4096");
+  EXPECT_EQ(told(R"("samples": [3, 50])"), "target 1, budget -, samples 3..50");
+}
+
+TEST(AccuracyOfADocument, HasTheTargetOfItsPreset) {
+  EXPECT_EQ(told(R"("preset": "draft")"), "target 4, budget -, samples 1..4096");
+  EXPECT_EQ(told(R"("preset": "standard")"), "target 1, budget -, samples 1..4096");
+  EXPECT_EQ(told(R"("preset": "fine")"), "target 0.5, budget -, samples 1..4096");
+  EXPECT_EQ(told(R"("preset": "reference")"), "target 0.25, budget -, samples 1..4096");
+}
+
+TEST(AccuracyOfADocument, HasATargetByNumberBeforeOneByName) {
+  EXPECT_EQ(told(R"("target_error": 2.5)"), "target 2.5, budget -, samples 1..4096");
+  EXPECT_EQ(told(R"("preset": "draft", "target_error": 2.5)"), "target 2.5, budget -, samples 1..4096");
+  EXPECT_EQ(told(R"("target_error": 255)"), "target 255, budget -, samples 1..4096");
+}
+
+TEST(AccuracyOfADocument, HasNoTargetButTheOneGivenBesideATimeBudget) {
+  EXPECT_EQ(told(R"("time_budget_ms": 500)"), "target -, budget 500, samples 1..4096");
+  EXPECT_EQ(told(R"("time_budget_ms": 500, "target_error": 2)"), "target 2, budget 500, samples 1..4096");
+  EXPECT_EQ(told(R"("time_budget_ms": 500, "preset": "fine")"), "target 0.5, budget 500, samples 1..4096");
+}
+
+TEST(AccuracyOfADocument, OfExactSamplesDoesNotAdaptAndOnlyReportsTheTarget) {
+  EXPECT_EQ(told(R"("samples": [9, 9])"), "exactly 9, target -");
+  EXPECT_EQ(told(R"("samples": [9, 9], "target_error": 2)"), "exactly 9, target 2");
+  EXPECT_EQ(told(R"("samples": [9, 9], "preset": "fine")"), "exactly 9, target 0.5");
+  EXPECT_EQ(told(R"("samples": [9, 9], "time_budget_ms": 5)"), "exactly 9, target -");
+}
+
+TEST(AccuracyOfADocument, ReadsEveryFieldOfWhatAdapts) {
+  const Accuracy accuracy =
+      accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field_of_pictures.json"))
+          .scene.accuracy;
+  EXPECT_EQ(told(accuracy), "target 2.5, budget 1500.5, samples 3..300");
+  EXPECT_EQ(accuracy.approximate.shadows, Approximations::Shadows::map);
+  EXPECT_EQ(accuracy.approximate.reflections, Approximations::Reflections::environment);
+  EXPECT_EQ(accuracy.approximate.shading, Approximations::Shading::flat);
+  EXPECT_EQ(accuracy.approximate.nearest_lights, 7u);
+}
+
+TEST(AccuracyOfADocument, ReadsEveryWordOfTheApproximations) {
+  const auto approximate = [](const std::string& members) {
+    return accuracy_of("\"approximate\": {" + members + "}").approximate;
+  };
+  EXPECT_EQ(accuracy_of("").approximate, Approximations{});
+  EXPECT_EQ(approximate(""), Approximations{});
+  EXPECT_EQ(approximate(R"("shadows": "none")"), Approximations{.shadows = Approximations::Shadows::none});
+  EXPECT_EQ(approximate(R"("shadows": "map")"), Approximations{.shadows = Approximations::Shadows::map});
+  EXPECT_EQ(approximate(R"("reflections": "environment")"),
+            Approximations{.reflections = Approximations::Reflections::environment});
+  EXPECT_EQ(approximate(R"("reflections": "none")"), Approximations{.reflections = Approximations::Reflections::none});
+  EXPECT_EQ(approximate(R"("shading": "gouraud")"), Approximations{.shading = Approximations::Shading::gouraud});
+  EXPECT_EQ(approximate(R"("shading": "flat")"), Approximations{.shading = Approximations::Shading::flat});
+  EXPECT_EQ(approximate(R"("lights": "nearest-1")"), Approximations{.nearest_lights = 1});
+  EXPECT_EQ(approximate(R"("lights": "nearest-1000000")"), Approximations{.nearest_lights = 1'000'000});
+}
+
+TEST(AccuracyOfADocument, SaysWhatWasMeantOrWouldBeRight) {
+  EXPECT_EQ(only_detail(with_accuracy(R"("preset": "fien")")),
+            "must be one of \"draft\", \"standard\", \"fine\", \"reference\", got \"fien\"; did you mean \"fine\"?");
+  EXPECT_EQ(only_detail(with_accuracy(R"("target_error": 256)")), "must be > 0 and <= 255 levels, got 256");
+  EXPECT_EQ(only_detail(with_accuracy(R"("approximate": {"lights": "8"})")),
+            "must be \"nearest-1\" to \"nearest-1000000\", got \"8\"");
+  EXPECT_EQ(only_detail(with_accuracy(R"("approximate": {"reflection": "none"})")),
+            "\"reflection\" is not a field of the approximations; did you mean \"reflections\"?");
+}
+
+TEST(AccuracyOfADocument, TakesSamplesFromThePictureRatherThanRefuseItForTheirMaximum) {
+  const auto samples = [](const std::string& accuracy) {
+    const auto scene =
+        accepted(document_with(R"("image": {"width": 8192, "height": 8192}, "accuracy": {)" + accuracy + "}")).scene;
+    return told(scene.accuracy);
+  };
+  // 2^34 samples over 2^26 pixels are 256 each.
+  EXPECT_EQ(samples(""), "target 1, budget -, samples 1..256");
+  EXPECT_EQ(samples(R"("samples": [2, 1000000])"), "target 1, budget -, samples 2..256");
+  EXPECT_EQ(samples(R"("samples": [255, 256])"), "target 1, budget -, samples 255..256");
+  EXPECT_EQ(reader_tests::outcome(
+                document_with(R"("image": {"width": 8192, "height": 8192}, "accuracy": {"samples": [257, 300]})")),
+            std::vector<std::string>{"/accuracy/samples limit_exceeded"});
+}
+
+TEST(AccuracyOfADocument, DoesNotDependOnTheLimitInForce) {
+  api::Limits limits;
+  limits.scene.samples_times_pixels = 640 * 480;
+  const auto document = api::parse_scene(document_with(), limits);
+  ASSERT_TRUE(document);
+  EXPECT_EQ(told(document->scene.accuracy), "target 1, budget -, samples 1..4096");
+  limits.scene.samples_times_pixels -= 1;
+  EXPECT_FALSE(api::parse_scene(document_with(), limits));
+}
+
+TEST(DefaultCutoff, IsSmallBesideTheTarget) {
+  EXPECT_EQ(accuracy_of(R"("samples": [4, 4])").cutoff, 1e-3);
+  EXPECT_EQ(accuracy_of(R"("time_budget_ms": 100)").cutoff, 1e-3);
+  EXPECT_EQ(accuracy_of("").cutoff, 1e-4);
+  EXPECT_EQ(accuracy_of(R"("target_error": 0.5)").cutoff, 0.5e-4);
+  EXPECT_EQ(accuracy_of(R"("target_error": 10)").cutoff, 1e-3);
+  EXPECT_EQ(accuracy_of(R"("target_error": 100)").cutoff, 1e-3);
+  EXPECT_EQ(accuracy_of(R"("target_error": 0.5, "samples": [4, 4])").cutoff, 0.5e-4);
+  EXPECT_EQ(accuracy_of(R"("target_error": 0.5, "cutoff": 0.25)").cutoff, 0.25);
+}
+
+TEST(DefaultCutoff, FollowsAnExposureThatBrightens) {
+  const auto cutoff = [](const std::string& exposure) {
+    return accepted(document_with(R"("accuracy": {"target_error": 1}, "output": {"exposure": )" + exposure + "}"))
+        .scene.accuracy.cutoff;
+  };
+  EXPECT_EQ(cutoff("0"), 1e-4);
+  EXPECT_EQ(cutoff("3"), 1e-4 / 8);
+  EXPECT_EQ(cutoff("-3"), 1e-4);
+}
+
+TEST(Lenses, AreNeededWhereMoreThanOneSampleMayBeTaken) {
+  const auto lens = [](const std::string& accuracy) {
+    return tracer::requirements(accepted(R"({"version": 1, "camera": {"position": [0,0,1], "look_at": [0,0,0],
+                                             "aperture": 0.5}, "accuracy": {)" +
+                                         accuracy + "}}")
+                                    .scene)
+        .lens;
+  };
+  EXPECT_TRUE(lens(""));
+  EXPECT_TRUE(lens(R"("samples": [2, 2])"));
+  EXPECT_FALSE(lens(R"("samples": [1, 1])"));
+}
+
+}  // namespace

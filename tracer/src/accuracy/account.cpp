@@ -1,0 +1,183 @@
+#include "tracer/src/accuracy/account.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "tracer/src/accuracy/contrast.h"
+#include "tracer/src/math/vec.h"
+
+namespace tracer {
+namespace {
+
+/// Of one-sided 95 % confidence for a normal distribution 1.645; more, since sums of squares lean to the right.
+constexpr double deviations = 2;
+constexpr double confidence = 0.95;
+
+/// Of squared errors, and of their squares, which tell how well the sum is known.
+struct Sums {
+  double squared = 0, spread = 0;
+  void add(double contribution) { add({contribution, contribution * contribution}); }
+  void add(const Sums& part) {
+    squared += part.squared;
+    spread += part.spread;
+  }
+  [[nodiscard]] SampledError known() const {
+    return {squared, std::max(0.0, squared + deviations * std::sqrt(spread))};
+  }
+};
+
+bool never_refined(const PixelState& pixel) { return !pixel.refined_before && pixel.role != PixelState::Role::refined; }
+
+bool measured(const PixelState& pixel) {
+  return pixel.role != PixelState::Role::retained && pixel.fresh_count[0] > 0 && pixel.fresh_count[1] > 0;
+}
+
+/// What audits tell of the pixels that were never refined, by how much contrast they have: mean squared error of one
+/// sample.
+class Audits {
+ public:
+  void add(const PixelState& pixel, double squared_error) {
+    Class& one = of(pixel.contrast);
+    one.sum += squared_error;
+    ++one.count;
+  }
+  /// With as much weight for what was expected as two audits have, so that a few do not tell tall tales.
+  [[nodiscard]] double expected(const PixelState& pixel) {
+    constexpr double prior_weight = 2;
+    const Class& one = of(pixel.contrast);
+    return std::max(0.0, (one.sum + prior_weight * expected_variance(pixel.contrast)) / (one.count + prior_weight));
+  }
+
+ private:
+  struct Class {
+    double sum = 0, count = 0;
+  };
+  /// An octave of contrast each, from 2^-16 squared levels.
+  Class& of(double contrast) {
+    const int octave = contrast > 0 ? std::clamp(std::ilogb(contrast) + 17, 1, 40) : 0;
+    return classes_[static_cast<std::size_t>(octave)];
+  }
+  std::array<Class, 41> classes_{};
+};
+
+/// Mean of `per_sample` over the pixel and its neighbours, where it was measured; negative: nowhere.
+class Neighbourhood {
+ public:
+  Neighbourhood(std::span<const float> per_sample, std::uint32_t width)
+      : per_sample_(per_sample), columns_(width), rows_(static_cast<std::int64_t>(per_sample.size()) / width) {}
+
+  struct Around {
+    double sum = 0, count = 0;
+  };
+  [[nodiscard]] Around around(std::size_t index) const {
+    const std::int64_t x = static_cast<std::int64_t>(index) % columns_, y = static_cast<std::int64_t>(index) / columns_;
+    Around result;
+    for (std::int64_t ny = std::max<std::int64_t>(0, y - 1); ny <= std::min(rows_ - 1, y + 1); ++ny) {
+      for (std::int64_t nx = std::max<std::int64_t>(0, x - 1); nx <= std::min(columns_ - 1, x + 1); ++nx) {
+        const float value = per_sample_[static_cast<std::size_t>(ny * columns_ + nx)];
+        if (std::isnan(value)) continue;
+        result.sum += value;
+        ++result.count;
+      }
+    }
+    return result;
+  }
+
+ private:
+  std::span<const float> per_sample_;
+  std::int64_t columns_, rows_;
+};
+
+/// A refined pixel's variance: what its neighbours' samples say too, and with the weight of one of them what was
+/// expected before, each by the sample. One pixel's own estimate has one degree of freedom.
+float learned_variance(const PixelState& pixel, const Neighbourhood::Around& around) {
+  const double expected = static_cast<double>(pixel.variance) * pixel.count;
+  const double per_sample = (std::max(0.0, around.sum) + expected) / (around.count + 1);
+  return static_cast<float>(per_sample / pixel.total());
+}
+
+/// The pixels that were never refined, as those of them that were audited stand for them.
+class Unrefined {
+ public:
+  void add_pixel(const PixelState& pixel) {
+    ++pixels_;
+    expected_.add(pixel.variance);
+  }
+  void add_audit(double squared_error) { audited_.add(squared_error), ++audits_; }
+  [[nodiscard]] Sums sums() const {
+    if (audits_ == 0) return expected_;
+    const double each = static_cast<double>(pixels_) / static_cast<double>(audits_);
+    return {audited_.squared * each, audited_.spread * each * each};
+  }
+
+ private:
+  Sums audited_, expected_;
+  std::size_t pixels_ = 0, audits_ = 0;
+};
+
+}  // namespace
+
+SampledError settle(std::span<PixelState> pixels, std::uint32_t width, const Levels& levels) {
+  Sums sums;
+  Unrefined unrefined;
+  Audits audits;
+  std::vector<float> per_sample(pixels.size(), std::numeric_limits<float>::quiet_NaN());
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const PixelState& pixel = pixels[i];
+    const bool audit = never_refined(pixel);
+    if (audit) unrefined.add_pixel(pixel);
+    if (!measured(pixel)) {
+      if (!audit) sums.add(pixel.variance);
+      continue;
+    }
+    const PixelError error = error_of(pixel, levels);
+    if (audit) {
+      audits.add(pixel, error.before * pixel.count);
+      unrefined.add_audit(error.before);
+    } else {
+      per_sample[i] = static_cast<float>(error.with * pixel.total());
+      sums.add(error.with);
+    }
+  }
+  sums.add(unrefined.sums());
+  const Neighbourhood neighbourhood(per_sample, width);
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    PixelState& pixel = pixels[i];
+    if (!std::isnan(per_sample[i])) {
+      pixel.variance = learned_variance(pixel, neighbourhood.around(i));
+    } else if (never_refined(pixel)) {
+      pixel.variance = static_cast<float>(audits.expected(pixel) / std::max(1u, pixel.count));
+    }
+  }
+  return sums.known();
+}
+
+SampledError settle(std::span<const float> variances) {
+  Sums sums;
+  for (const float variance : variances) sums.add(variance);
+  return sums.known();
+}
+
+void MissingError::add(double mean, double missing_depth, double missing_cutoff, const Levels& levels) {
+  const double seen = levels.level(mean);
+  const auto squared = [&](double light) {
+    const double apart = light > 0 ? levels.level(mean + light) - seen : 0;
+    return apart * apart;
+  };
+  depth += squared(missing_depth);
+  cutoff += squared(missing_cutoff);
+  both += squared(missing_depth + missing_cutoff);
+}
+
+ErrorEstimate error_estimate(const SampledError& sampled, const MissingError& missing, std::size_t pixels) {
+  const double channels = 3 * static_cast<double>(std::max<std::size_t>(1, pixels));
+  ErrorEstimate error;
+  error.confidence = confidence;
+  error.sampling = std::sqrt(sampled.squared_upper / channels);
+  error.depth = std::sqrt(missing.depth / channels);
+  error.cutoff = std::sqrt(missing.cutoff / channels);
+  error.estimate = std::sqrt((sampled.squared_upper + missing.both) / channels);
+  return error;
+}
+
+}  // namespace tracer

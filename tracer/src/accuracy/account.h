@@ -1,0 +1,35 @@
+#pragma once
+/// The error of a whole picture, from what each round of samples tells of its pixels.
+
+#include <span>
+
+#include "tracer/accuracy.h"
+#include "tracer/src/accuracy/pixel_state.h"
+
+namespace tracer {
+
+/// Sum of the pixels' squared errors, and how well it is known.
+struct SampledError {
+  double squared = 0;        ///< in squared levels, over pixels and channels; may be negative by chance
+  double squared_upper = 0;  ///< what it is at most, at the stated confidence
+};
+
+/// From this round's samples. The pixels that were never refined count as those of them that were audited; where none
+/// was, and for pixels refined in an earlier round and left alone in this one, what was predicted for them counts.
+/// Also learns from it: sets `variance` of every pixel to what is now to be expected of its mean.
+SampledError settle(std::span<PixelState> pixels, std::uint32_t width, const Levels& levels);
+
+/// The same for samples that tell their variances alone; see uniform_error.h.
+SampledError settle(std::span<const float> variances);
+
+/// Sums over the picture, in squared levels, of the light that is missing at most.
+struct MissingError {
+  double depth = 0, cutoff = 0, both = 0;
+  /// `mean` of one channel of a pixel, and what it lacks.
+  void add(double mean, double missing_depth, double missing_cutoff, const Levels& levels);
+};
+
+/// sampling^2 + missing^2, over `pixels`, as an estimate that holds at its stated confidence.
+ErrorEstimate error_estimate(const SampledError& sampled, const MissingError& missing, std::size_t pixels);
+
+}  // namespace tracer

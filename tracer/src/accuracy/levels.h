@@ -1,0 +1,33 @@
+#pragma once
+/// The scale on which errors are told: what a display is to show, in steps of an 8-bit code, not rounded.
+
+#include <vector>
+
+#include "tracer/scene.h"
+
+namespace tracer {
+
+/// From linear radiance through exposure, overflow and the sRGB curve to [0, 255]. Read from tables of the curve, exact
+/// to 1e-4 levels: it is asked for every pixel. Any thread.
+class Levels {
+ public:
+  /// `brightest`: the picture's largest channel, which `overflow: scale` divides by.
+  Levels(const Output& output, double brightest);
+
+  [[nodiscard]] double level(double radiance) const { return of(level_, displayed(radiance)); }
+  /// Levels per unit of radiance; 0 above what is clamped.
+  [[nodiscard]] double slope(double radiance) const;
+  /// The radiance from which on everything looks the same; infinite with reinhard.
+  [[nodiscard]] double white() const { return white_; }
+  [[nodiscard]] double gain() const { return gain_; }
+
+ private:
+  [[nodiscard]] double displayed(double radiance) const;
+  [[nodiscard]] static double of(const std::vector<float>& table, double displayed);
+
+  bool reinhard_ = false;
+  double gain_ = 1, white_ = 1;
+  const std::vector<float>&level_, &slope_;  ///< of display values, over their square root
+};
+
+}  // namespace tracer

@@ -1,0 +1,314 @@
+#pragma once
+/// Samples where they lower the error most, until it is low enough or the time is over. Each round decides from all
+/// samples so far, traces fresh ones, and estimates from these what error is left (accuracy/pixel_state.h).
+
+#include <limits>
+
+#include "tracer/src/accuracy/contrast.h"
+#include "tracer/src/accuracy/plan.h"
+#include "tracer/src/integrator/camera_rays.h"
+#include "tracer/src/integrator/deadline.h"
+#include "tracer/src/integrator/parallel.h"
+#include "tracer/src/integrator/picture_error.h"
+#include "tracer/src/integrator/pilot.h"
+#include "tracer/src/integrator/pixel_sum.h"
+#include "tracer/src/integrator/tiles.h"
+#include "tracer/src/integrator/wavefront_pool.h"
+
+namespace tracer {
+
+template <class Model>
+class AdaptiveRender {
+ public:
+  AdaptiveRender(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control)
+      : scene_(scene),
+        settings_(settings),
+        control_(control),
+        wanted_(*scene.accuracy.adaptive),
+        deadline_(settings, wanted_),
+        tiles_(scene.image.window()),
+        pool_(scene, control) {}
+
+  /// Throws std::bad_alloc.
+  Result<Rendered, Failure> run() {
+    const PixelWindow window = scene_.image.window();
+    width_ = window.width();
+    pixels_.resize(window.pixels());
+    cost_.assign(pixels_.size(), 1);
+    if (scene_.needs.layers) layers_.resize(pixels_.size());
+    if (scene_.needs.reflection || scene_.needs.refraction || scene_.needs.many_lights) missing_.resize(pixels_.size());
+    control_.begin(progress_parts);
+    trace_pilot();
+    if (!control_.cancelled()) deadline_.keep_time_for([&] { expect(); });
+    for (round_ = 1; round_ <= rounds_max && !control_.cancelled() && !enough(); ++round_) {
+      const RoundPlan plan = plan_round(pixels_, cost_, goal(), wanted_, round_, scene_.accuracy.seed);
+      if (plan.samples == 0) break;
+      trace_round(plan);
+      deadline_.keep_time_for([&] { learn(); });
+    }
+    if (control_.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
+    return finish();
+  }
+
+ private:
+  static constexpr std::uint32_t rounds_max = 24;  // at eightfold growth each, far more than any pixel may grow
+  static constexpr std::uint64_t progress_parts = 1000;
+  static constexpr std::uint32_t batch_rays = 4096;
+  /// The points by which camera rays know a soft light: more in the pilot, which has one sample a pixel to see where
+  /// penumbrae are.
+  static constexpr std::uint32_t pilot_light_points = 4, fresh_light_points = 2;
+
+  /// Where the samples of a batch belong.
+  struct Aim {
+    std::size_t place;
+    std::uint8_t half;
+  };
+
+  void trace_pilot() {
+    for (const std::uint32_t stride : pilot_strides(deadline_.set())) {
+      const bool coarsest = stride == pilot_strides(deadline_.set()).front();
+      each_tile([&](std::uint64_t tile, Wavefront<Model>& wavefront) {
+        if (!coarsest && deadline_.over()) return;
+        Batch batch;
+        std::vector<Aim> aims;
+        batch.light_points = pilot_light_points;
+        for (const Pixel& pixel : tiles_.pixels(tile)) {
+          const std::size_t place = tiles_.place(pixel);
+          if (!on_grid(place, stride) || pixels_[place].count > 0) continue;
+          push(batch, scene_, pilot_sample(pixel));
+          aims.push_back({place, 0});
+        }
+        const std::uint64_t before = wavefront.statistics().rays.total();
+        if (aims.empty() || !wavefront.trace(std::move(batch))) return;
+        collect(wavefront, aims, true);
+        const std::uint64_t rays = wavefront.statistics().rays.total() - before;
+        const float each = static_cast<float>(rays) / static_cast<float>(aims.size());
+        for (const Pixel& pixel : tiles_.pixels(tile)) cost_[tiles_.place(pixel)] = each;
+      });
+    }
+    fill(pixels_, width_);
+  }
+
+  /// On a lens or a light there is no middle to prefer.
+  Sample pilot_sample(const Pixel& pixel) const {
+    if (scene_.needs.lens) return fresh_sample(scene_, pixel.x, pixel.y, 0, 1, 0);
+    return uniform_sample(scene_, pixel.x, pixel.y, 0, 1);
+  }
+
+  bool on_grid(std::size_t place, std::uint32_t stride) const {
+    return (place % width_) % stride == 0 && (place / width_) % stride == 0;
+  }
+
+  void trace_round(const RoundPlan& plan) {
+    each_tile([&](std::uint64_t tile, Wavefront<Model>& wavefront) {
+      Batch batch;
+      std::vector<Aim> aims;
+      const auto trace = [&] {
+        batch.light_points = fresh_light_points;
+        if (!aims.empty() && !deadline_.over() && wavefront.trace(std::move(batch))) collect(wavefront, aims, false);
+        batch = {};
+        aims.clear();
+      };
+      for (const Pixel& pixel : tiles_.pixels(tile)) {
+        const std::size_t place = tiles_.place(pixel);
+        for (std::uint8_t half = 0; half < 2 && plan.half[place] > 0; ++half) {
+          push_half(batch, aims, pixel, half, plan.half[place]);
+        }
+        if (aims.size() >= batch_rays) trace();
+      }
+      trace();
+    });
+  }
+
+  /// A refined pixel's samples share its width among them. An audit's see little of it each: it is to tell what
+  /// filtering the textures over the whole pixel did, too.
+  void push_half(Batch& batch, std::vector<Aim>& aims, const Pixel& pixel, std::uint8_t half, std::uint32_t count) {
+    constexpr double audit_share = 1.0 / 8;
+    const std::size_t place = tiles_.place(pixel);
+    const bool audit = pixels_[place].role == PixelState::Role::audited;
+    for (std::uint32_t index = 0; index < count; ++index) {
+      Sample sample = fresh_sample(scene_, pixel.x, pixel.y, index, count, 2 * std::uint64_t{round_} + half);
+      sample.share = audit ? audit_share : std::sqrt(0.5 / count);
+      push(batch, scene_, sample);
+      aims.push_back({place, half});
+    }
+  }
+
+  /// Pixels belong to one tile, and so to one thread at a time.
+  void collect(const Wavefront<Model>& wavefront, const std::vector<Aim>& aims, bool pilot) {
+    for (std::size_t i = 0; i < aims.size(); ++i) {
+      const Color& radiance = wavefront.radiance()[i];
+      if (!finite(radiance)) continue;  // counted by the wavefront
+      PixelState& pixel = pixels_[aims[i].place];
+      if (pilot) {
+        pixel.sum += radiance;
+        ++pixel.count;
+      } else {
+        pixel.fresh[aims[i].half] += radiance;
+        ++pixel.fresh_count[aims[i].half];
+        if (pixel.role == PixelState::Role::audited) continue;
+      }
+      if (!missing_.empty()) add(missing_[aims[i].place], wavefront.missing()[i]);
+      if (!layers_.empty()) layers_[aims[i].place].add(wavefront.first_hits(), i);
+    }
+  }
+
+  static void add(MissingLight& sum, const MissingLight& sample) {
+    sum.depth += sample.depth;
+    sum.cutoff += sample.cutoff;
+    sum.spared += sample.spared;
+  }
+
+  /// What the pilot lets expect of every pixel, before anything is measured.
+  void expect() {
+    const Levels levels = this->levels();
+    std::vector<float> shown(3 * pixels_.size());
+    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+      const Color mean = pixels_[i].mean();
+      shown[3 * i] = static_cast<float>(levels.level(mean.r));
+      shown[3 * i + 1] = static_cast<float>(levels.level(mean.g));
+      shown[3 * i + 2] = static_cast<float>(levels.level(mean.b));
+    }
+    const std::vector<float> contrast = contrasts(shown, width_);
+    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+      pixels_[i].contrast = contrast[i];
+      pixels_[i].variance = static_cast<float>(pixels_[i].filled ? contrast[i] : expected_variance(contrast[i]));
+    }
+    sampled_ = settle(pixels_, width_, levels);
+    estimate(levels);
+  }
+
+  void learn() {
+    const Levels levels = this->levels();
+    sampled_ = settle(pixels_, width_, levels);
+    for (PixelState& pixel : pixels_) {
+      if (pixel.role == PixelState::Role::audited) audit_samples_ += pixel.fresh_count[0] + pixel.fresh_count[1];
+      pixel.absorb();
+    }
+    estimate(levels);
+  }
+
+  void estimate(const Levels& levels) {
+    MissingError missing;
+    if (!missing_.empty()) {
+      const auto means = write_means();
+      missing = missing_error(means.rgb, means.missing, hidden(means.rgb), levels);
+    }
+    missing_squared_ = missing.both;
+    error_ = error_estimate(sampled_, missing, pixels_.size());
+    first_error_ = std::max(first_error_, error_.estimate);
+    control_.reach(static_cast<std::uint64_t>(progress() * progress_parts));
+  }
+
+  /// On a scale where each halving of the error is as long as the one before, or of time.
+  [[nodiscard]] double progress() const {
+    if (deadline_.set()) return deadline_.part_gone();
+    if (!wanted_.target_error || !(error_.estimate > *wanted_.target_error)) return 0;
+    return std::log(first_error_ / error_.estimate) / std::log(first_error_ / *wanted_.target_error);
+  }
+
+  /// Nothing is enough before fresh samples have said so.
+  [[nodiscard]] bool enough() const {
+    if (deadline_.over()) return true;
+    return round_ > 1 && wanted_.target_error && error_.estimate <= *wanted_.target_error;
+  }
+
+  [[nodiscard]] RoundGoal goal() const {
+    RoundGoal goal{0, deadline_.affordable(rays())};
+    if (!wanted_.target_error) return goal;
+    const double wanted = 3 * static_cast<double>(pixels_.size()) * *wanted_.target_error * *wanted_.target_error;
+    // What must be left of it for chance, as this round's samples tell; and for what was predicted too low.
+    const double chance = std::clamp(sampled_.squared / std::max(sampled_.squared_upper, 1e-300), 0.5, 0.95);
+    double predicted = 0;
+    for (const PixelState& pixel : pixels_) predicted += pixel.variance;
+    const double surprise = sampled_.squared > predicted ? predicted / sampled_.squared : 1;
+    goal.squared_error = std::max(wanted - missing_squared_, 0.1 * wanted) * chance * surprise;
+    return goal;
+  }
+
+  /// Tiles in an order that says nothing about where they are: what the time did not suffice for is spread evenly.
+  template <class Work>
+  void each_tile(const Work& work) {
+    const std::uint64_t count = tiles_.count();
+    for_each_tile(count, settings_.threads, [&](std::uint64_t index) {
+      if (control_.cancelled()) return;
+      typename WavefrontPool<Model>::Lease wavefront(pool_);
+      work(scattered(index, count), *wavefront);
+    });
+  }
+
+  [[nodiscard]] std::uint64_t rays() const { return pool_.statistics().rays.total(); }
+
+  struct Means {
+    std::vector<float> rgb;
+    std::vector<MissingLight> missing;
+  };
+  [[nodiscard]] Means write_means() const {
+    Means means;
+    means.rgb.resize(3 * pixels_.size());
+    means.missing = missing_;
+    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+      const Color mean = pixels_[i].mean();
+      means.rgb[3 * i] = static_cast<float>(mean.r);
+      means.rgb[3 * i + 1] = static_cast<float>(mean.g);
+      means.rgb[3 * i + 2] = static_cast<float>(mean.b);
+      if (means.missing.empty()) continue;
+      const float share = 1.0f / static_cast<float>(std::max(1u, pixels_[i].count));
+      means.missing[i] = {missing_[i].depth * share, missing_[i].cutoff * share, missing_[i].spared * share};
+    }
+    return means;
+  }
+
+  [[nodiscard]] Hideable hidden(const std::vector<float>& rgb) const { return hideable(scene_, brightest(rgb)); }
+
+  [[nodiscard]] Levels levels() const {
+    double most = 0;
+    for (const PixelState& pixel : pixels_) most = std::max(most, max_component(pixel.mean()));
+    return Levels(scene_.output, most);
+  }
+
+  Rendered finish() {
+    Rendered rendered;
+    Image& image = rendered.image;
+    allocate(image, scene_.image.window(), scene_.output);
+    std::vector<float> variances(pixels_.size());
+    rendered.statistics = pool_.statistics();
+    rendered.statistics.samples_min = std::numeric_limits<std::uint32_t>::max();
+    for (std::size_t i = 0; i < pixels_.size(); ++i) {
+      write_color(image, i, pixels_[i].mean());
+      if (!layers_.empty()) layers_[i].write(image, i);
+      variances[i] = pixels_[i].variance;
+      const std::uint32_t samples = pixels_[i].filled ? pixels_[i].count - 1 : pixels_[i].count;
+      rendered.statistics.samples_min = std::min(rendered.statistics.samples_min, samples);
+      rendered.statistics.samples_max = std::max(rendered.statistics.samples_max, samples);
+    }
+    rendered.statistics.audit_samples = audit_samples_;
+    const Means means = write_means();
+    const Hideable hidden = this->hidden(means.rgb);
+    write_error_layer(image, variances, means.missing, hidden, levels());
+    rendered.error = error_;
+    rendered.error.bounded = hidden.bounded || (error_.depth == 0 && error_.cutoff == 0);
+    rendered.error.target = wanted_.target_error;
+    rendered.error.met = !wanted_.target_error || error_.estimate <= *wanted_.target_error;
+    return rendered;
+  }
+
+  const CompiledScene& scene_;
+  const RenderSettings& settings_;
+  RenderControl& control_;
+  const Adaptive& wanted_;
+  Deadline deadline_;
+  Tiles tiles_;
+  WavefrontPool<Model> pool_;
+  std::uint32_t width_ = 0, round_ = 0;
+  std::vector<PixelState> pixels_;
+  std::vector<float> cost_;  ///< rays of a sample, as the pilot of its tile had
+  std::vector<LayerSum> layers_;
+  std::vector<MissingLight> missing_;  ///< sums
+  SampledError sampled_;
+  double missing_squared_ = 0, first_error_ = 0;
+  ErrorEstimate error_;
+  std::uint64_t audit_samples_ = 0;
+};
+
+}  // namespace tracer
