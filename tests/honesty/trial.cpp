@@ -39,7 +39,10 @@ double Trial::ratio() const {
 
 Rendered rendered_to(const Case& scene, double target, std::uint64_t seed, std::uint32_t threads) {
   Scene asked = scene.scene;
+  asked.accuracy = {};
   asked.accuracy.adaptive.emplace().target_error = target;
+  asked.accuracy.cutoff = default_cutoff(target, asked.output.exposure);
+  asked.accuracy.cutoff_by_chance = true;
   asked.accuracy.seed = seed;
   asked.output.layers = {Layer::error};
   return scenes::render(asked, threads, scene.assets);

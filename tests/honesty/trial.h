@@ -43,7 +43,7 @@ struct Trial {
   [[nodiscard]] bool close() const { return ratio() >= 0.4 && ratio() <= 1.05; }
 };
 
-/// The picture of `target` levels and `seed`, with the layer `error`.
+/// The picture of `target` levels and `seed`, as a document asks for it that says no more, with the layer `error`.
 tracer::Rendered rendered_to(const Case& scene, double target, std::uint64_t seed, std::uint32_t threads);
 
 /// Any picture of the case against its standard.

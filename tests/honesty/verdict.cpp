@@ -18,7 +18,14 @@ double relative_spread(const std::vector<Row>& rows) {
   return count > 0 ? std::sqrt(squares / count) : 0;
 }
 
-void judge(const Outcome& outcome, Verdict& verdict) {
+struct GeometricMean {
+  double logarithms = 0, count = 0;
+  void add(double value) { logarithms += std::log(value), ++count; }
+  [[nodiscard]] double value() const { return count > 0 ? std::exp(logarithms / count) : 0; }
+};
+using StratumRatios = std::array<GeometricMean, stratum_names.size()>;
+
+void judge(const Outcome& outcome, Verdict& verdict, StratumRatios& ratios) {
   Coverage coverage, biased;
   for (const Trial& trial : outcome.trials) {
     verdict.confidence = std::min(verdict.confidence, trial.error.confidence);
@@ -29,8 +36,10 @@ void judge(const Outcome& outcome, Verdict& verdict) {
     verdict.met += trial.error.met ? 1 : 0;
     verdict.coarse += trial.coarse() ? 1 : 0;
     for (std::size_t s = 0; s < trial.strata.size(); ++s)
-      if (const Share& share = trial.strata[s]; share.pixels >= stratum_pixels_min)
+      if (const Share& share = trial.strata[s]; share.pixels >= stratum_pixels_min) {
         verdict.strata[s].add(share.truth <= share.claimed + (trial.coarse() ? trial.reference_error : 0));
+        if (share.truth > 0 && share.claimed > 0) ratios[s].add(share.truth / share.claimed);
+      }
     if (trial.error.met != (!trial.error.target || trial.error.estimate <= *trial.error.target))
       verdict.broken.push_back(outcome.scene + ": `met` is not what the estimate says");
   }
@@ -104,7 +113,9 @@ std::vector<std::string> growths(const std::vector<Row>& rows) {
 
 Verdict verdict_on(const std::vector<Outcome>& outcomes, double close_wanted) {
   Verdict verdict;
-  for (const Outcome& outcome : outcomes) judge(outcome, verdict);
+  StratumRatios ratios;
+  for (const Outcome& outcome : outcomes) judge(outcome, verdict, ratios);
+  for (std::size_t s = 0; s < ratios.size(); ++s) verdict.strata_ratio[s] = ratios[s].value();
   const auto part = [](std::uint64_t some, std::uint64_t all) {
     return all == 0 ? 0 : static_cast<double>(some) / static_cast<double>(all);
   };

@@ -42,7 +42,8 @@ inline constexpr std::size_t stratum_pixels_min = 30;
 struct Verdict {
   Coverage pictures;  ///< over all scenes
   std::array<Coverage, stratum_names.size()> strata;
-  Coverage biased;  ///< of the pictures with the seeded bias
+  std::array<double, stratum_names.size()> strata_ratio{};  ///< geometric mean of true/claimed
+  Coverage biased;                                          ///< of the pictures with the seeded bias
   std::uint64_t biased_scenes = 0, caught_scenes = 0;
   std::uint64_t trials = 0, close = 0;  ///< with true/claimed in [0.4, 1.05]
   std::uint64_t met = 0, coarse = 0;

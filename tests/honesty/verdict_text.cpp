@@ -13,10 +13,12 @@ std::ostream& number(std::ostream& out, double value, int width = 9) {
   return out << std::setw(width) << std::fixed << std::setprecision(3) << value;
 }
 
-void print(std::ostream& out, std::string_view name, const Coverage& coverage, double confidence) {
+void print(std::ostream& out, std::string_view name, const Coverage& coverage, double confidence, double ratio = 0) {
   out << "  " << std::left << std::setw(name_width) << name << std::right << std::setw(6) << coverage.trials
       << " claims" << std::setw(6) << coverage.misses << " broken; "
-      << (coverage.rejected(confidence) ? "REJECTED" : "not rejected") << "\n";
+      << (coverage.rejected(confidence) ? "REJECTED" : "not rejected");
+  if (ratio > 0) number(out << "; true/claimed in the mean", ratio, 6);
+  out << "\n";
 }
 
 }  // namespace
@@ -49,7 +51,7 @@ void print(std::ostream& out, const Verdict& verdict) {
       << ", a count rejected where it is rarer than " << static_cast<double>(significance) << ":\n";
   print(out, "pictures", verdict.pictures, verdict.confidence);
   for (std::size_t s = 0; s < stratum_names.size(); ++s)
-    print(out, stratum_names[s], verdict.strata[s], verdict.confidence);
+    print(out, stratum_names[s], verdict.strata[s], verdict.confidence, verdict.strata_ratio[s]);
   if (verdict.biased.trials > 0) {
     print(out, "seeded bias", verdict.biased, verdict.confidence);
     out << "  the seeded bias is caught in " << verdict.caught_scenes << " of " << verdict.biased_scenes
