@@ -45,7 +45,7 @@ class Readme(unittest.TestCase):
         self.assertEqual(self.size_of("sphereflake.png"), (512, 512))
 
     def test_gets_a_picture_in_one_line(self):
-        self.run_block("scenes/whitted.json")
+        self.run_block("whitted.json -H")
         self.assertEqual(self.size_of("whitted.png"), (640, 480))
 
     def test_renders_a_scene_with_files(self):
@@ -56,12 +56,19 @@ class Readme(unittest.TestCase):
         self.assertTrue(json.loads(self.run_block("/v1/jobs/validate"))["valid"])
 
     def test_renders_and_checks_on_the_command_line(self):
-        self.assertRegex(self.run_block("whittle render"), r"^valid; needs:\n(  \w+ +#\S+\n)+$")
+        self.assertRegex(self.run_block("whittle check"), r"^valid; needs:\n(  \w+ +#\S+\n)+$")
         self.assertEqual(self.size_of("cornell.png"), (512, 512))
         self.assertEqual(pictures.read_exr((self.folder / "cornell.exr").read_bytes()).shape, (512, 512, 3))
 
+    def test_compares_two_pictures(self):
+        figures = self.run_block("whittle diff")
+        (rmse,) = re.findall(r"^rmse +([\d.]+) levels", figures, re.MULTILINE)
+        self.assertIn(f"(here {float(rmse):.1f})", README)
+        self.assertIn("verdict    rmse within the tolerance of 2 levels\n", figures)
+        self.assertEqual(self.size_of("heat.png"), (640, 480))
+
     def test_has_every_shell_block_run_here(self):
-        self.assertEqual(len(SHELL_BLOCKS), 5)
+        self.assertEqual(len(SHELL_BLOCKS), 6)
 
     def test_names_two_commands_to_start_that_exist(self):
         (block,) = PLAIN_BLOCKS

@@ -1,17 +1,30 @@
 #pragma once
-/// The two things `whittle` does. Each returns the process's exit code.
+/// The things `whittle` does. Each returns the process's exit code.
 
+#include "tracer/cli/diff_options.h"
 #include "tracer/cli/options.h"
 
 namespace cli {
 
 /// Scripts rely on these; `whittle --help` tells them.
-enum ExitCode : int { done = 0, bad_scene = 1, bad_usage = 2, bad_environment = 3, interrupted = 130 };
+/// `diff` follows the command of that name: 1 is a difference, 2 is trouble with the pictures.
+enum ExitCode : int {
+  done = 0,
+  bad_scene = 1,
+  too_different = 1,
+  bad_usage = 2,
+  incomparable = 2,
+  bad_environment = 3,
+  interrupted = 130
+};
 
 /// Scene file to picture files; figures and complaints go to standard error.
 ExitCode render(const Options& options);
 
 /// All issues, or what a valid scene needs, to standard output.
 ExitCode check(const Options& options);
+
+/// How far two pictures are apart, to standard output.
+ExitCode diff(const DiffOptions& options);
 
 }  // namespace cli

@@ -28,6 +28,8 @@ cli::ExitCode run(std::span<const char* const> arguments) {
       return cli::render(*options);
     case cli::Options::Command::check:
       return cli::check(*options);
+    case cli::Options::Command::diff:
+      return cli::diff(options->diff);
     case cli::Options::Command::version:
       return print("whittle " + std::string(tracer::build()) + "\n");
     case cli::Options::Command::help:

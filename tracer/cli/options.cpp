@@ -113,15 +113,28 @@ const char* const help_text =
     "      Says everything that is wrong with SCENE, a line each: where, code, sentence; or what a valid one needs.\n"
     "      --json        the same as one JSON document\n"
     "\n"
+    "  whittle diff A B [--tolerance LEVELS] [--worst N] [--heat FILE.png] [--heat-white LEVELS] [--json]\n"
+    "      Says how far two pictures are apart on a screen, in levels (1/255 of the range from black to white): root\n"
+    "      mean square, bias, PSNR, SSIM, the pixels that differ most. Reads PNG, JPEG, TIFF and WebP, taken for "
+    "sRGB,\n"
+    "      and OpenEXR and Radiance HDR, which are linear and get encoded as sRGB; alpha is not compared.\n"
+    "      --tolerance LEVELS    exit code 1 when the root mean square is above this\n"
+    "      --worst N             how many pixels to list (default 5)\n"
+    "      --heat FILE.png       writes each pixel's difference as a colour, from black by blue, green and red to "
+    "white\n"
+    "      --heat-white LEVELS   what is white there (default: by the root mean square; it is told)\n"
+    "      --json                the same as one JSON document\n"
+    "\n"
     "  whittle --version    whittle --help\n"
     "\n"
-    "SCENE is a file, or - for standard input.\n"
-    "Exit codes: 0 done, 1 the scene is bad, 2 the command line is, 3 the environment failed (a file cannot be read "
-    "or\n"
-    "written, memory ran out), 130 interrupted.\n";
+    "SCENE, A and B are files, or - for standard input.\n"
+    "Exit codes: 0 done, 1 the scene is bad or the pictures differ by more than --tolerance, 2 the command line is "
+    "bad\n"
+    "or the pictures cannot be compared, 3 the environment failed (a file cannot be read or written, memory ran out),\n"
+    "130 interrupted.\n";
 
 tracer::Result<Options, std::string> parse_options(std::span<const char* const> arguments) {
-  if (arguments.empty()) return "what to do? render or check"s;
+  if (arguments.empty()) return "what to do? render, check or diff"s;
   const std::string_view command = arguments.front();
   Options options;
   if (wants_help(arguments)) return options;
@@ -129,7 +142,15 @@ tracer::Result<Options, std::string> parse_options(std::span<const char* const> 
     options.command = Options::Command::version;
     return options;
   }
-  if (command != "render" && command != "check") return "\""s.append(command) + "\" is not a command: render or check";
+  if (command == "diff") {
+    auto diff = parse_diff_options(arguments.subspan(1));
+    if (!diff) return std::move(diff.error());
+    options.command = Options::Command::diff;
+    options.diff = *std::move(diff);
+    return options;
+  }
+  if (command != "render" && command != "check")
+    return "\""s.append(command) + "\" is not a command: render, check or diff";
   options.command = command == "render" ? Options::Command::render : Options::Command::check;
   if (auto failure = take_all(arguments.subspan(1), options)) return *std::move(failure);
   return options;

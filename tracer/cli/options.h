@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tracer/cli/diff_options.h"
 #include "tracer/result.h"
 #include "tracer/scene.h"
 
@@ -18,13 +19,14 @@ struct Output {
 };
 
 struct Options {
-  enum class Command { render, check, help, version };
+  enum class Command { render, check, diff, help, version };
   Command command = Command::help;
   std::string scene_path;       ///< "-" is standard input
   std::vector<Output> outputs;  ///< render: at least one
   std::uint32_t threads = 0;    ///< render: 0 is one per processor
   bool quiet = false;           ///< render: no progress, no figures
   bool json = false;            ///< check: the verdict as one JSON document
+  DiffOptions diff;             ///< diff: all of its own
 };
 
 /// `arguments` are those after the program's name. Fails with a sentence that says what is wrong with them.

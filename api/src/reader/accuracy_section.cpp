@@ -134,7 +134,7 @@ void read_accuracy(Reading& reading, const std::optional<Cursor>& at) {
       adaptive.samples_max = bounded(adaptive.samples_max, adaptive.samples_min, scene.image.window().pixels(),
                                      tracer::Limits{}.samples_times_pixels);
   }
-  if (!wish.cutoff && target && *target > 0) accuracy.cutoff = tracer::default_cutoff(*target, scene.output.exposure);
+  accuracy.cutoff_by_chance = !wish.cutoff && accuracy.adaptive.has_value();
 }
 
 }  // namespace api

@@ -107,6 +107,11 @@ TEST(ImageDecoder, RefusesEveryBadFileWithASentenceAndIn256MiB) {
 #endif
 }
 
+TEST(ImageDecoder, TakesNoTextureOfAKindThatOnlyComparisonsRead) {
+  for (const char* name : {"good_16_bit.tiff", "good_rgb.webp"})
+    EXPECT_NE(refusal(name).find("no PNG, JPEG, OpenEXR or Radiance HDR"), std::string::npos) << name;
+}
+
 TEST(ImageDecoder, SaysWhatIsWrong) {
   EXPECT_NE(refusal("bad_no_picture.txt").find("no PNG, JPEG, OpenEXR or Radiance HDR"), std::string::npos);
   EXPECT_NE(refusal("bad_other_reader.tif").find("no PNG, JPEG, OpenEXR or Radiance HDR"), std::string::npos);

@@ -17,9 +17,10 @@ inline constexpr std::uint32_t nearest_lights_max = 1'000'000;
 /// Cheaper models that a user asks for by name, to trade accuracy for time. None is on by default.
 struct Approximations {
   /// none: every light shines through everything. map: what a light sees is traced once into a depth map, and asked
-  /// instead of tracing a ray.
+  /// instead of tracing a ray; of opaque surfaces alone, and from a soft light's middle.
   enum class Shadows { exact, none, map };
-  /// environment: a mirror or glass sees the background alone. none: it sees nothing.
+  /// environment: a mirror or glass sees the background alone, as though nothing were on the way. none: it sees
+  /// nothing.
   enum class Reflections { exact, environment, none };
   /// Every material is shaded so, whatever it says.
   enum class Shading { exact, gouraud, flat };
@@ -49,12 +50,6 @@ enum class Preset { draft, standard, fine, reference };
 /// What a preset stands for, in levels. draft: to see whether everything is in its place. standard: what is left is
 /// within the step between two codes of 8 bits. fine: within their rounding. reference: to compare others with.
 double target_error_of(Preset preset);
-
-/// What cutoff a picture with this target has where nobody chooses one: 1/1000, but no more than target / 10^4, and
-/// that over 2^exposure where the exposure brightens. Next to black the sRGB curve makes 12.92 * 255 levels of a unit,
-/// so a branch left out at that weight, if it saw white there, is a third of the target; at middle greys a fortieth.
-/// What is cut is then small beside the target, and samples decide.
-double default_cutoff(double target_error, double exposure);
 
 struct Accuracy {
   /// Where it does not adapt: exactly this many in every pixel. 1 is the pixel's centre; more are stratified over the

@@ -14,7 +14,7 @@
 namespace tracer {
 
 /// Rays by kind, exactly as many as were traced. `shadow` counts each light's ray once, however many surfaces it
-/// crosses.
+/// crosses. Those of shadow maps are part of the build, and not among them.
 struct RayCounts {
   std::uint64_t camera = 0, shadow = 0, reflection = 0, refraction = 0;
   [[nodiscard]] std::uint64_t total() const { return camera + shadow + reflection + refraction; }

@@ -13,19 +13,6 @@ namespace {
 constexpr double deviations = 2;
 constexpr double confidence = 0.95;
 
-/// Of squared errors, and of their squares, which tell how well the sum is known.
-struct Sums {
-  double squared = 0, spread = 0;
-  void add(double contribution) { add({contribution, contribution * contribution}); }
-  void add(const Sums& part) {
-    squared += part.squared;
-    spread += part.spread;
-  }
-  [[nodiscard]] SampledError known() const {
-    return {squared, std::max(0.0, squared + deviations * std::sqrt(spread))};
-  }
-};
-
 bool never_refined(const PixelState& pixel) { return !pixel.refined_before && pixel.role != PixelState::Role::refined; }
 
 bool measured(const PixelState& pixel) {
@@ -96,36 +83,30 @@ float learned_variance(const PixelState& pixel, const Neighbourhood::Around& aro
   return static_cast<float>(per_sample / pixel.total());
 }
 
-/// The pixels that were never refined, as those of them that were audited stand for them.
-class Unrefined {
- public:
-  void add_pixel(const PixelState& pixel) {
-    ++pixels_;
-    expected_.add(pixel.variance);
-  }
-  void add_audit(double squared_error) { audited_.add(squared_error), ++audits_; }
-  [[nodiscard]] Sums sums() const {
-    if (audits_ == 0) return expected_;
-    const double each = static_cast<double>(pixels_) / static_cast<double>(audits_);
-    return {audited_.squared * each, audited_.spread * each * each};
-  }
-
- private:
-  Sums audited_, expected_;
-  std::size_t pixels_ = 0, audits_ = 0;
-};
-
 }  // namespace
 
+SampledError SummedErrors::known() const { return {squared, std::max(0.0, squared + deviations * std::sqrt(spread))}; }
+
+SummedErrors AuditedError::of(std::size_t pixels) const {
+  if (count_ == 0) return {};
+  const double each = static_cast<double>(pixels) / static_cast<double>(count_);
+  return {sum_.squared * each, sum_.spread * each * each};
+}
+
 SampledError settle(std::span<PixelState> pixels, std::uint32_t width, const Levels& levels) {
-  Sums sums;
-  Unrefined unrefined;
+  SummedErrors sums;
+  SummedErrors unrefined;
+  std::size_t unrefined_pixels = 0;
+  AuditedError audited;
   Audits audits;
   std::vector<float> per_sample(pixels.size(), std::numeric_limits<float>::quiet_NaN());
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     const PixelState& pixel = pixels[i];
     const bool audit = never_refined(pixel);
-    if (audit) unrefined.add_pixel(pixel);
+    if (audit) {
+      unrefined.add(pixel.variance);
+      ++unrefined_pixels;
+    }
     if (!measured(pixel)) {
       if (!audit) sums.add(pixel.variance);
       continue;
@@ -133,13 +114,13 @@ SampledError settle(std::span<PixelState> pixels, std::uint32_t width, const Lev
     const PixelError error = error_of(pixel, levels);
     if (audit) {
       audits.add(pixel, error.before * pixel.count);
-      unrefined.add_audit(error.before);
+      audited.add(error.before);
     } else {
       per_sample[i] = static_cast<float>(error.with * pixel.total());
       sums.add(error.with);
     }
   }
-  sums.add(unrefined.sums());
+  sums.add(audited.count() > 0 ? audited.of(unrefined_pixels) : unrefined);
   const Neighbourhood neighbourhood(per_sample, width);
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     PixelState& pixel = pixels[i];
@@ -153,7 +134,7 @@ SampledError settle(std::span<PixelState> pixels, std::uint32_t width, const Lev
 }
 
 SampledError settle(std::span<const float> variances) {
-  Sums sums;
+  SummedErrors sums;
   for (const float variance : variances) sums.add(variance);
   return sums.known();
 }
@@ -178,6 +159,14 @@ ErrorEstimate error_estimate(const SampledError& sampled, const MissingError& mi
   error.cutoff = std::sqrt(missing.cutoff / channels);
   error.estimate = std::sqrt((sampled.squared_upper + missing.both) / channels);
   return error;
+}
+
+void add_approximation(ErrorEstimate& error, const SampledError& exact, std::size_t pixels) {
+  const double channels = 3 * static_cast<double>(std::max<std::size_t>(1, pixels));
+  const double whole = exact.squared_upper / channels;
+  const double known = error.estimate * error.estimate;
+  error.approximation = std::sqrt(std::max(0.0, whole - error.sampling * error.sampling));
+  error.estimate = std::sqrt(std::max(known, whole - error.sampling * error.sampling + known));
 }
 
 }  // namespace tracer

@@ -14,6 +14,37 @@ struct SampledError {
   double squared_upper = 0;  ///< what it is at most, at the stated confidence
 };
 
+/// Sums of squared errors, and of their squares, which tell how well the sum is known.
+struct SummedErrors {
+  double squared = 0, spread = 0;
+  void add(double squared_error) { add(SummedErrors{squared_error, squared_error * squared_error}); }
+  void add(const SummedErrors& part) {
+    squared += part.squared;
+    spread += part.spread;
+  }
+  [[nodiscard]] SampledError known() const;
+};
+
+/// Squared errors of pixels chosen at random, which stand for more.
+class AuditedError {
+ public:
+  void add(double squared_error) {
+    sum_.add(squared_error);
+    ++count_;
+  }
+  void add(const AuditedError& other) {
+    sum_.add(other.sum_);
+    count_ += other.count_;
+  }
+  [[nodiscard]] std::size_t count() const { return count_; }
+  /// Of `pixels` of which these were chosen; nothing where none was.
+  [[nodiscard]] SummedErrors of(std::size_t pixels) const;
+
+ private:
+  SummedErrors sum_;
+  std::size_t count_ = 0;
+};
+
 /// From this round's samples. The pixels that were never refined count as those of them that were audited; where none
 /// was, and for pixels refined in an earlier round and left alone in this one, what was predicted for them counts.
 /// Also learns from it: sets `variance` of every pixel to what is now to be expected of its mean.
@@ -31,5 +62,8 @@ struct MissingError {
 
 /// sampling^2 + missing^2, over `pixels`, as an estimate that holds at its stated confidence.
 ErrorEstimate error_estimate(const SampledError& sampled, const MissingError& missing, std::size_t pixels);
+
+/// Adds what a picture's approximations cost, `exact` being the whole of its error as exact samples tell it.
+void add_approximation(ErrorEstimate& error, const SampledError& exact, std::size_t pixels);
 
 }  // namespace tracer

@@ -1,8 +1,5 @@
 /// What a picture's accuracy is where its document leaves it open.
 
-#include <algorithm>
-#include <cmath>
-
 #include "tracer/accuracy.h"
 
 namespace tracer {
@@ -19,10 +16,6 @@ double target_error_of(Preset preset) {
       break;
   }
   return 0.25;
-}
-
-double default_cutoff(double target_error, double exposure) {
-  return std::min(Accuracy{}.cutoff, target_error * 1e-4 / std::exp2(std::max(0.0, exposure)));
 }
 
 }  // namespace tracer

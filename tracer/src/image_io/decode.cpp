@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "tracer/src/film/srgb.h"
+#include "tracer/src/image_io/file_marks.h"
 
 namespace tracer {
 namespace {
@@ -19,38 +20,22 @@ using Decoded = Result<Image, std::string>;
 
 constexpr int rows_at_once = 64;  // JPEG and EXR blocks are 16 to 32 rows high
 
-const char* reader_name(ImageFile file) {
-  switch (file) {
-    case ImageFile::png:
+const char* reader_name(PictureKind kind) {
+  switch (kind) {
+    case PictureKind::png:
       return "png";
-    case ImageFile::jpeg:
+    case PictureKind::jpeg:
       return "jpeg";
-    case ImageFile::openexr:
+    case PictureKind::openexr:
       return "openexr";
-    case ImageFile::hdr:
+    case PictureKind::hdr:
       return "hdr";
+    case PictureKind::tiff:
+      return "tiff";
+    case PictureKind::webp:
+      return "webp";
   }
   return "";
-}
-
-/// libjpeg fills what is missing with grey and calls it a warning: what does not end as a JPEG does is truncated.
-bool ends_as_jpeg(std::span<const std::uint8_t> bytes) {
-  while (!bytes.empty() && bytes.back() == 0) bytes = bytes.first(bytes.size() - 1);  // padding
-  return bytes.size() >= 4 && bytes[bytes.size() - 2] == 0xff && bytes.back() == 0xd9;
-}
-
-/// Whether the chunks follow one another to the last, all within the file. (ISO 15948, sec. 5.3: length, type, content,
-/// check.) At the end of its bytes OpenImageIO's reader jumps out of libpng over its own strings, which leak.
-bool ends_as_png(std::span<const std::uint8_t> bytes) {
-  std::size_t at = 8;
-  while (bytes.size() >= at + 12) {
-    std::uint64_t length = 0;
-    for (std::size_t i = at; i < at + 4; ++i) length = length << 8U | bytes[i];
-    if (length > bytes.size() - at - 12) return false;
-    if (bytes[at + 4] == 'I' && bytes[at + 5] == 'E' && bytes[at + 6] == 'N' && bytes[at + 7] == 'D') return true;
-    at += length + 12;
-  }
-  return false;
 }
 
 std::string times(std::uint64_t a, std::uint64_t b) { return std::to_string(a) + " x " + std::to_string(b); }
@@ -86,8 +71,8 @@ std::vector<float> decoding_table(ColorSpace space) {
 /// One file being read, strip by strip.
 class Reading {
  public:
-  Reading(OIIO::ImageInput& input, ImageFile file, ColorSpace space)
-      : input_(input), spec_(input.spec()), space_(space), coded_(file == ImageFile::png || file == ImageFile::jpeg) {
+  Reading(OIIO::ImageInput& input, PictureKind kind, ColorSpace space)
+      : input_(input), spec_(input.spec()), space_(space), coded_(!is_linear(kind)) {
     if (coded_) table_ = decoding_table(space);
     channels_ = std::min(spec_.nchannels, spec_.nchannels < 3 ? 1 : 3);
     image_.width = static_cast<std::uint32_t>(spec_.width);
@@ -157,9 +142,10 @@ class Reading {
   Image image_;
 };
 
-Decoded read(std::span<const std::uint8_t> bytes, ImageFile file, ColorSpace space, const TextureImageLimits& limits) {
+Decoded read(std::span<const std::uint8_t> bytes, PictureKind kind, ColorSpace space,
+             const TextureImageLimits& limits) {
   OIIO::Filesystem::IOMemReader memory(const_cast<std::uint8_t*>(bytes.data()), bytes.size());  // it only reads
-  const std::string name = reader_name(file);
+  const std::string name = reader_name(kind);
   const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(name);
   if (!input || input->format_name() != name) return "there is no reader for " + name + ": " + OIIO::geterror();
   OIIO::ImageSpec found, hints;
@@ -168,35 +154,36 @@ Decoded read(std::span<const std::uint8_t> bytes, ImageFile file, ColorSpace spa
     return "cannot be read as " + name + ": " + input->geterror();
   }
   if (std::string refused = refusal(input->spec(), limits); !refused.empty()) return refused;
-  if (file == ImageFile::png && !ends_as_png(bytes))
-    return std::string("is truncated: its last chunk is not within the file");
-  return Reading(*input, file, space).run();
+  if (kind == PictureKind::tiff && input->spec().format.is_floating_point())
+    return std::string("holds floating-point numbers, and TIFF does not say what light they are; OpenEXR does");
+  return Reading(*input, kind, space).run();
 }
 
 }  // namespace
 
-std::optional<ImageFile> image_file(std::span<const std::uint8_t> bytes) {
-  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  if (text.starts_with("\x89PNG\r\n\x1a\n")) return ImageFile::png;
-  if (text.starts_with("\xff\xd8\xff")) return ImageFile::jpeg;
-  if (text.starts_with("\x76\x2f\x31\x01")) return ImageFile::openexr;
-  if (text.starts_with("#?RADIANCE") || text.starts_with("#?RGBE")) return ImageFile::hdr;
-  return std::nullopt;
-}
-
-Decoded decode(std::span<const std::uint8_t> bytes, std::optional<ColorSpace> color_space,
-               const TextureImageLimits& limits) try {
-  if (bytes.empty()) return std::string("is empty");
-  const std::optional<ImageFile> file = image_file(bytes);
-  if (!file) return std::string("is no PNG, JPEG, OpenEXR or Radiance HDR file: its first bytes are none of theirs");
-  if (*file == ImageFile::jpeg && !ends_as_jpeg(bytes))
+Decoded decode_as(PictureKind kind, std::span<const std::uint8_t> bytes, ColorSpace color_space,
+                  const TextureImageLimits& limits) try {
+  if (kind == PictureKind::jpeg && !ends_as_jpeg(bytes))
     return std::string("is truncated: it does not end as a JPEG does");
-  const bool screen = *file == ImageFile::png || *file == ImageFile::jpeg;
-  return read(bytes, *file, color_space.value_or(screen ? ColorSpace::srgb : ColorSpace::linear), limits);
+  if (kind == PictureKind::png && !ends_as_png(bytes))
+    return std::string("is truncated: its last chunk is not within the file");
+  if (kind == PictureKind::webp && webp_pixels(bytes) > limits.pixels)
+    return "the limit pixels is " + std::to_string(limits.pixels) + ", it has " + std::to_string(webp_pixels(bytes));
+  return read(bytes, kind, color_space, limits);
 } catch (const std::bad_alloc&) {
   return std::string("takes more memory than there is");
 } catch (const std::exception& failure) {
   return std::string("cannot be read: ") + failure.what();
+}
+
+Decoded decode(std::span<const std::uint8_t> bytes, std::optional<ColorSpace> color_space,
+               const TextureImageLimits& limits) {
+  if (bytes.empty()) return std::string("is empty");
+  const std::optional<PictureKind> kind = picture_kind(bytes);
+  if (!kind || *kind == PictureKind::tiff || *kind == PictureKind::webp)
+    return std::string("is no PNG, JPEG, OpenEXR or Radiance HDR file: its first bytes are none of theirs");
+  return decode_as(*kind, bytes, color_space.value_or(is_linear(*kind) ? ColorSpace::linear : ColorSpace::srgb),
+                   limits);
 }
 
 }  // namespace tracer

@@ -61,7 +61,8 @@ void Wavefront<Model>::shade_lights(const RayQueue& rays, std::uint32_t depth, C
   const double spare =
       needs<&Requirements::many_lights>() ? scene_.accuracy.cutoff / static_cast<double>(scene_.lights.size()) : 0;
   spared_.assign(needs<&Requirements::many_lights>() ? hit_ray_.size() : 0, 0);
-  nearest_.choose(scene_.lights, surface_, approximate().nearest_lights);
+  const std::uint32_t nearest = approximate().nearest_lights;
+  if (nearest != 0) nearest_.choose(scene_.lights, surface_, nearest);
   for (std::uint32_t number = 0; number < scene_.lights.size(); ++number) {
     const TraceLight& light = scene_.lights[number];
     const std::uint32_t points = light.soft() ? soft_points : 1;
@@ -90,7 +91,7 @@ template <class Model>
 void Wavefront<Model>::shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence) {
   shadow_.clear();
   for (std::size_t i = 0; i < hit_ray_.size(); ++i) {
-    if (!nearest_.count(i, step.number)) continue;
+    if (approximate().nearest_lights != 0 && !nearest_.count(i, step.number)) continue;
     const Surface& surface = surface_[i];
     const std::uint32_t ray = hit_ray_[i];
     const bool at_corners =

@@ -14,23 +14,22 @@ namespace tracer {
 
 class NearestLights {
  public:
-  /// Chooses `wanted` lights for each hit; 0: all. Directional ones are everywhere: they are not among those counted.
-  /// A soft light is where its middle is; of two at equal distance the first of the scene is nearer.
+  /// Chooses `wanted` lights, at least one, for each hit. Directional ones are everywhere: they are not among those
+  /// counted. A soft light is where its middle is; of two at equal distance the first of the scene is nearer.
   void choose(const std::vector<TraceLight>& lights, const std::vector<Surface>& hits, std::uint32_t wanted) {
-    farthest_.clear();
     directional_.clear();
-    if (wanted == 0) return;
     for (const TraceLight& light : lights) directional_.push_back(light.kind == TraceLight::Kind::directional ? 1 : 0);
     middles_.clear();
     for (const TraceLight& light : lights) middles_.push_back(light_middle(light));
-    for (const Surface& hit : hits) farthest_.push_back(farthest(hit.point.position, wanted));
     position_.clear();
     for (const Surface& hit : hits) position_.push_back(hit.point.position);
+    farthest_.clear();
+    for (const Vec3& position : position_) farthest_.push_back(farthest(position, wanted));
   }
 
   /// Whether the light is one of those.
   [[nodiscard]] bool count(std::size_t hit, std::uint32_t number) const {
-    return farthest_.empty() || directional_[number] != 0 || rank(position_[hit], number) <= farthest_[hit];
+    return directional_[number] != 0 || rank(position_[hit], number) <= farthest_[hit];
   }
 
  private:
@@ -54,7 +53,7 @@ class NearestLights {
 
   std::vector<std::uint8_t> directional_;  ///< beside the lights
   std::vector<Vec3> middles_;              ///< likewise
-  std::vector<Vec3> position_;             ///< of the hits; empty where all lights count
+  std::vector<Vec3> position_;             ///< of the hits
   std::vector<Rank> farthest_;             ///< of the lights that count, beside the hits
   std::vector<Rank> ranks_;
 };

@@ -8,6 +8,7 @@
 #include "tracer/src/accuracy/plan.h"
 #include "tracer/src/integrator/camera_rays.h"
 #include "tracer/src/integrator/deadline.h"
+#include "tracer/src/integrator/exact_error.h"
 #include "tracer/src/integrator/parallel.h"
 #include "tracer/src/integrator/picture_error.h"
 #include "tracer/src/integrator/pilot.h"
@@ -27,7 +28,7 @@ class AdaptiveRender {
         wanted_(*scene.accuracy.adaptive),
         deadline_(settings, wanted_),
         tiles_(scene.image.window()),
-        pool_(scene, control) {}
+        pool_(scene, control, scene.accuracy.approximate) {}
 
   /// Throws std::bad_alloc.
   Result<Rendered, Failure> run() {
@@ -47,7 +48,10 @@ class AdaptiveRender {
       deadline_.keep_time_for([&] { learn(); });
     }
     if (control_.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
-    return finish();
+    Rendered rendered = finish();
+    account_for_approximations<Model>(scene_, settings_, control_, levels(), rendered);
+    if (control_.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
+    return rendered;
   }
 
  private:
@@ -120,15 +124,15 @@ class AdaptiveRender {
     });
   }
 
-  /// A refined pixel's samples share its width among them. An audit's see little of it each: it is to tell what
-  /// filtering the textures over the whole pixel did, too.
+  /// Fresh samples cover next to nothing of their pixel: what filtering textures over more of it does to the picture is
+  /// an error that they are to tell.
+  static constexpr double fresh_share = 1.0 / 128;
+
   void push_half(Batch& batch, std::vector<Aim>& aims, const Pixel& pixel, std::uint8_t half, std::uint32_t count) {
-    constexpr double audit_share = 1.0 / 8;
     const std::size_t place = tiles_.place(pixel);
-    const bool audit = pixels_[place].role == PixelState::Role::audited;
     for (std::uint32_t index = 0; index < count; ++index) {
       Sample sample = fresh_sample(scene_, pixel.x, pixel.y, index, count, 2 * std::uint64_t{round_} + half);
-      sample.share = audit ? audit_share : std::sqrt(0.5 / count);
+      sample.share = fresh_share;
       push(batch, scene_, sample);
       aims.push_back({place, half});
     }

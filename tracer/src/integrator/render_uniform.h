@@ -3,6 +3,7 @@
 
 #include "tracer/src/accuracy/uniform_error.h"
 #include "tracer/src/integrator/camera_rays.h"
+#include "tracer/src/integrator/exact_error.h"
 #include "tracer/src/integrator/parallel.h"
 #include "tracer/src/integrator/picture_error.h"
 #include "tracer/src/integrator/pixel_sum.h"
@@ -19,7 +20,7 @@ class UniformRender {
         settings_(settings),
         control_(control),
         tiles_(scene.image.window()),
-        pool_(scene, control),
+        pool_(scene, control, scene.accuracy.approximate),
         samples_(scene.accuracy.samples) {}
 
   /// Throws std::bad_alloc.
@@ -40,6 +41,9 @@ class UniformRender {
     rendered.statistics = pool_.statistics();
     rendered.statistics.samples_min = rendered.statistics.samples_max = samples_;
     rendered.error = account(image);
+    account_for_approximations<Model>(scene_, settings_, control_, Levels(scene_.output, brightest(image.rgb)),
+                                      rendered);
+    if (control_.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
     return rendered;
   }
 
@@ -114,6 +118,8 @@ class UniformRender {
     ErrorEstimate error =
         error_estimate(settle(variances), missing_error(image.rgb, missing_, hidden, levels), variances.size());
     error.bounded = hidden.bounded || (error.depth == 0 && error.cutoff == 0);
+    error.target = scene_.accuracy.target_error;
+    error.met = !error.target || error.estimate <= *error.target;
     return error;
   }
 

@@ -47,9 +47,6 @@ struct LightStep {
 template <class Model>
 class Wavefront {
  public:
-  Wavefront(const CompiledScene& scene, const RenderControl& control)
-      : Wavefront(scene, control, scene.accuracy.approximate) {}
-
   /// `approximations` are the scene's, or none: then the samples are exact.
   Wavefront(const CompiledScene& scene, const RenderControl& control, const Approximations& approximations)
       : scene_(scene),

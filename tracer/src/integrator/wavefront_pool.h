@@ -16,6 +16,7 @@ inline void add(RenderStatistics& total, const RenderStatistics& part) {
   total.rays.reflection += part.rays.reflection;
   total.rays.refraction += part.rays.refraction;
   total.samples += part.samples;
+  total.audit_samples += part.audit_samples;
   total.non_finite += part.non_finite;
   total.spared_shadow_rays += part.spared_shadow_rays;
   total.spared_light += part.spared_light;
@@ -26,7 +27,8 @@ inline void add(RenderStatistics& total, const RenderStatistics& part) {
 template <class Model>
 class WavefrontPool {
  public:
-  WavefrontPool(const CompiledScene& scene, const RenderControl& control) : scene_(scene), control_(control) {}
+  WavefrontPool(const CompiledScene& scene, const RenderControl& control, const Approximations& approximations)
+      : scene_(scene), control_(control), approximations_(approximations) {}
 
   /// A tracer for as long as the lease lives.
   class Lease {
@@ -52,7 +54,7 @@ class WavefrontPool {
  private:
   std::unique_ptr<Wavefront<Model>> take() {
     const std::lock_guard lock(mutex_);
-    if (idle_.empty()) return std::make_unique<Wavefront<Model>>(scene_, control_);
+    if (idle_.empty()) return std::make_unique<Wavefront<Model>>(scene_, control_, approximations_);
     std::unique_ptr<Wavefront<Model>> wavefront = std::move(idle_.back());
     idle_.pop_back();
     return wavefront;
@@ -64,6 +66,7 @@ class WavefrontPool {
 
   const CompiledScene& scene_;
   const RenderControl& control_;
+  const Approximations approximations_;
   std::mutex mutex_;
   std::vector<std::unique_ptr<Wavefront<Model>>> idle_;
 };

@@ -1,0 +1,205 @@
+"""whittle diff as a user meets it: figures that numpy finds too, formats, exit codes, and files that are none."""
+import json
+import math
+import pathlib
+import tempfile
+import unittest
+
+import numpy
+
+from tests.support import pictures
+from tests.support.whittle import SOURCE, scene, whittle
+
+CORPUS = SOURCE / "tests" / "fuzz" / "corpus" / "image"
+
+
+def ssim(a, b):
+    """Wang et al. 2004 with the whole window at once; `a` and `b` are (height, width, 3) codes of 8 bits."""
+    weights = numpy.exp(-(numpy.arange(11) - 5.0) ** 2 / (2 * 1.5**2))
+    window = numpy.outer(weights, weights) / weights.sum() ** 2
+    views = [numpy.lib.stride_tricks.sliding_window_view(p @ [0.2126, 0.7152, 0.0722], (11, 11)) for p in (a, b)]
+    mean_a, mean_b = ((view * window).sum((2, 3)) for view in views)
+    centred = [view - mean[..., None, None] for view, mean in zip(views, (mean_a, mean_b))]
+    of = lambda p, q: (p * q * window).sum((2, 3))
+    c1, c2 = (0.01 * 255) ** 2, (0.03 * 255) ** 2
+    return numpy.mean((2 * mean_a * mean_b + c1) * (2 * of(*centred) + c2) / (
+        (mean_a**2 + mean_b**2 + c1) * (of(centred[0], centred[0]) + of(centred[1], centred[1]) + c2)))
+
+
+def cubehelix(fraction):
+    """Green 2011 with its usual parameters, as codes of 8 bits."""
+    angle = 2 * math.pi * (0.5 / 3 - 1.5 * fraction)
+    turn = numpy.stack([numpy.cos(angle), numpy.sin(angle)], -1) @ numpy.array(
+        [[-0.14861, -0.29227, 1.97294], [1.78277, -0.90649, 0]])
+    color = fraction[..., None] + (fraction * (1 - fraction) / 2)[..., None] * turn
+    return numpy.floor(255 * numpy.clip(color, 0, 1) + 0.5)
+
+
+class Diff(unittest.TestCase):
+    """A scene of 64 x 48 pixels, once with one sample in a pixel and once with many."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        kinds = ("png", "16.png", "exr", "hdr", "jpg", "webp", "tiff")
+        for name, samples in (("few", 1), ("many", 36)):
+            document = scene("whitted", image={"width": 64, "height": 48}, accuracy={"samples": [samples, samples]})
+            outputs = [part for kind in kinds for part in ("-o", cls.folder / f"{name}.{kind}")]
+            done = whittle("render", "-", "--quiet", *outputs, document=document)
+            assert done.returncode == 0, done.stderr
+        cls.few, cls.many = (pictures.read_png((cls.folder / f"{name}.png").read_bytes()).astype(float)
+                             for name in ("few", "many"))
+
+    def diff(self, a, b, *options, **more):
+        return whittle("diff", *(name if name == "-" else self.folder / name for name in (a, b)), *options, **more)
+
+    def figures(self, *arguments, code=0):
+        done = self.diff(*arguments, "--json")
+        self.assertEqual((done.returncode, done.stderr), (code, b""))
+        return json.loads(done.stdout)
+
+    def test_finds_the_figures_that_numpy_finds(self):
+        found = self.figures("many.png", "few.png")
+        difference = self.few - self.many
+        self.assertGreater(found["rmse"], 1, "the pictures are too alike to show anything")
+        self.assertEqual((found["width"], found["height"]), (64, 48))
+        self.assertAlmostEqual(found["rmse"], math.sqrt((difference**2).mean()), places=12)
+        numpy.testing.assert_allclose(found["rmse_channel"], numpy.sqrt((difference**2).mean((0, 1))), rtol=1e-14)
+        self.assertAlmostEqual(found["bias"], difference.mean(), places=12)
+        self.assertEqual(found["greatest"], abs(difference).max())
+        self.assertAlmostEqual(found["psnr_db"], 10 * math.log10(255**2 / (difference**2).mean()), places=11)
+        self.assertAlmostEqual(found["ssim"], ssim(self.many, self.few), places=11)
+        self.assertEqual(found["differing"], (abs(difference).max(-1) > 1).mean())
+
+    def test_lists_the_worst_pixels_with_their_place_and_values(self):
+        worst = self.figures("many.png", "few.png", "--worst", "7")["worst"]
+        most = abs(self.few - self.many).max(-1)
+        self.assertEqual([pixel["difference"] for pixel in worst], sorted(most.ravel(), reverse=True)[:7])
+        for pixel in worst:
+            place = pixel["y"], pixel["x"]
+            self.assertEqual(pixel["difference"], most[place])
+            self.assertEqual((pixel["a"], pixel["b"]), (self.many[place].tolist(), self.few[place].tolist()))
+        self.assertEqual(self.figures("many.png", "few.png", "--worst", "0")["worst"], [])
+        self.assertEqual(len(self.figures("many.png", "few.png")["worst"]), 5)
+
+    def test_says_the_same_in_words(self):
+        done = self.diff("many.png", "few.png", "--worst", "1")
+        found = self.figures("many.png", "few.png")
+        text, worst = done.stdout.decode(), found["worst"][0]
+        self.assertIn(f"rmse       {found['rmse']:.4f} levels (red {found['rmse_channel'][0]:.4f},", text)
+        self.assertIn(f"bias       {found['bias']:+.4f} levels, mean of b - a\n", text)
+        self.assertIn(f"psnr       {found['psnr_db']:.2f} dB\n", text)
+        self.assertIn(f"ssim       {found['ssim']:.6f}, of the luma\n", text)
+        self.assertIn(f"differing  {100 * found['differing']:.4f} % of the pixels, by more than one level\n", text)
+        self.assertRegex(text, rf"\n +{worst['x']} +{worst['y']} +{worst['difference']:.2f} ")
+        self.assertEqual((done.returncode, done.stderr), (0, b""))
+
+    def test_reads_every_format_that_render_writes_and_says_which_are_linear(self):
+        # What a format loses: rounding to codes, blocks of shared hue, mantissas of eight bits.
+        for kind, name, linear, at_most in (("png", "PNG", False, 0.5), ("16.png", "PNG", False, 0.005),
+                                            ("exr", "OpenEXR", True, 0), ("hdr", "Radiance HDR", True, 2),
+                                            ("jpg", "JPEG", False, 10), ("webp", "WebP", False, 30),
+                                            ("tiff", "TIFF", False, 0.005)):
+            with self.subTest(kind=kind):
+                found = self.figures("many.exr", f"many.{kind}")
+                self.assertEqual(found["formats"], ["OpenEXR", name])
+                self.assertLessEqual(found["rmse"], at_most)
+                told = self.diff("many.exr", f"many.{kind}").stdout.decode().splitlines()[1]
+                how = "linear: exposure 0, clamped, encoded as sRGB" if linear else "sRGB"
+                self.assertEqual(told, f"b          {self.folder}/many.{kind} ({name}, {how})")
+
+    def test_of_equal_pictures_says_so(self):
+        found = self.figures("few.png", "few.png", "--tolerance", "0")
+        self.assertEqual((found["rmse"], found["psnr_db"], found["ssim"], found["worst"]), (0, None, 1, []))
+        self.assertIs(found["within_tolerance"], True)
+        self.assertIn(b"psnr       infinite: the pictures are equal\n", self.diff("few.png", "few.png").stdout)
+
+    def test_ends_with_1_only_when_the_error_is_above_the_tolerance(self):
+        rmse = self.figures("many.png", "few.png")["rmse"]
+        for tolerance, code in ((repr(rmse), 0), (repr(math.nextafter(rmse, 0)), 1), ("1000", 0), ("0", 1)):
+            found = self.figures("many.png", "few.png", "--tolerance", tolerance, code=code)
+            self.assertEqual((found["tolerance"], found["within_tolerance"]), (float(tolerance), code == 0))
+        self.assertIn(b"verdict    rmse above the tolerance of 0.5 levels\n",
+                      self.diff("many.png", "few.png", "--tolerance", "0.5").stdout)
+
+    def test_draws_the_heat_map_and_says_its_scale(self):
+        for options in ((), ("--heat-white", "40")):
+            found = self.figures("many.png", "few.png", "--heat", self.folder / "heat.png", *options)
+            white = found["heat_white"]
+            self.assertTrue(8 * found["rmse"] <= white < 16 * found["rmse"] if not options else white == 40, white)
+            heat = pictures.read_png((self.folder / "heat.png").read_bytes())
+            expected = cubehelix(numpy.minimum(1, abs(self.few - self.many).max(-1) / white))
+            self.assertLessEqual(abs(heat - expected).max(), 1, "one code, where rounding falls the other way")
+            self.assertLess((heat != expected).mean(), 0.01)
+        told = self.diff("many.png", "few.png", "--heat", self.folder / "heat.png", "--heat-white", "40").stdout
+        self.assertIn(f"heat map   {self.folder}/heat.png: black 0, white 40 levels or more\n".encode(), told)
+
+    def test_reads_one_of_the_pictures_from_standard_input(self):
+        done = self.diff("-", "few.png", "--json", document=(self.folder / "many.png").read_bytes())
+        self.assertEqual(json.loads(done.stdout), self.figures("many.png", "few.png"))
+
+    def test_of_a_picture_too_small_for_the_window_has_no_ssim(self):
+        found = self.figures(CORPUS / "good_rgb.png", CORPUS / "good_16_bit.png")
+        self.assertIsNone(found["ssim"])
+        self.assertIn(b"ssim       none", self.diff(CORPUS / "good_rgb.png", CORPUS / "good_rgb.png").stdout)
+
+
+class Trouble(unittest.TestCase):
+    GOOD = CORPUS / "good_rgb.png"
+
+    def setUp(self):
+        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+
+    def expect(self, code, sentence, *arguments, **more):
+        done = whittle("diff", *arguments, **more)
+        self.assertEqual((done.returncode, done.stdout), (code, b""), done.stderr)
+        self.assertRegex(done.stderr.decode(errors="replace"), rf"(?m)^whittle: {sentence}")
+
+    def test_with_a_file_is_told_with_its_name_and_exit_code_2(self):
+        for arguments in ((self.folder / "none.png", self.GOOD), (self.GOOD, self.folder / "none.png")):
+            self.expect(2, rf"cannot read {self.folder}/none.png: No such file or directory\n", *arguments)
+        self.expect(2, rf"cannot read {self.folder}: Is a directory\n", self.folder, self.GOOD)
+        self.expect(2, "- is no PNG, JPEG, TIFF, WebP, OpenEXR or Radiance HDR file\n", "-", self.GOOD, document=b"")
+        text = SOURCE / "README.md"
+        self.expect(2, rf"{text} is no PNG, JPEG, TIFF, WebP, OpenEXR or Radiance HDR file\n", text, self.GOOD)
+        cut = self.folder / "cut.png"
+        cut.write_bytes(self.GOOD.read_bytes()[:-20])
+        self.expect(2, rf"{cut} is truncated: its last chunk is not within the file\n", cut, self.GOOD)
+
+    def test_with_any_broken_file_ends_with_exit_code_2_and_a_sentence(self):
+        readable = {"bad_nine_channels.exr", "bad_other_reader.tif"}  # only for textures are they bad
+        bad = [path for path in sorted(CORPUS.iterdir()) if path.name.startswith("bad_") and path.name not in readable]
+        self.assertGreater(len(bad), 20)
+        for path in bad:
+            with self.subTest(path=path.name):
+                self.expect(2, rf"{path} \S.*\n", path, self.GOOD)
+
+    def test_with_different_sizes_is_told_with_both(self):
+        self.expect(2, r"the sizes differ: 8 x 4 and 640 x 480 pixels\n", self.GOOD,
+                    SOURCE / "scenes" / "pictures" / "whitted.png")
+
+    def test_with_the_command_line_is_told_with_exit_code_2(self):
+        good = str(self.GOOD)
+        for sentence, *arguments in (
+                ("which pictures\\? Give two files",), ("which pictures\\? Give two files", good),
+                ("two pictures at a time: c.png is one too many", good, good, "c.png"),
+                ("only one of the pictures can be standard input", "-", "-"), ("a picture's name is empty", good, ""),
+                ("diff does not know --threads", good, good, "--threads"),
+                ("--heat needs a value", good, good, "--heat"),
+                ("--heat heat.jpg: the name must end in .png", good, good, "--heat", "heat.jpg"),
+                ("--heat would replace a picture that is compared", good, good, "--heat", good),
+                ("--heat-white is for the heat map: give --heat too", good, good, "--heat-white", "3"),
+                ("--heat-white must be a number of levels > 0, got \"0\"", good, good, "--heat-white", "0"),
+                *(("--tolerance must be a number of levels >= 0, got", good, good, "--tolerance", value)
+                  for value in ("-1", "nan", "inf", "1x", "")),
+                *(("--worst must be a whole number from 0 to 100000, got", good, good, "--worst", value)
+                  for value in ("-1", "1.5", "100001", ""))):
+            with self.subTest(arguments=arguments):
+                self.expect(2, sentence, *arguments)
+
+    def test_with_the_heat_map_is_told_with_exit_code_3(self):
+        self.expect(3, "cannot write /proc/heat.png: ", self.GOOD, self.GOOD, "--heat", "/proc/heat.png")
+
+
+if __name__ == "__main__":
+    unittest.main()

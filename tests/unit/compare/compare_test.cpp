@@ -1,0 +1,195 @@
+// The figures of a comparison where they are known on paper.
+#include "tracer/compare.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/unit/compare/made_pictures.h"
+
+namespace tracer {
+namespace {
+
+Comparison compared(const ShownPicture& a, const ShownPicture& b, std::size_t worst_count = 5) {
+  auto found = compare(a, b, worst_count);
+  EXPECT_TRUE(found) << found.error();
+  return *std::move(found);
+}
+
+TEST(Comparison, OfAConstantOffsetIsThatOffset) {
+  const Comparison found = compared(constant(100), constant(103));
+  EXPECT_EQ(found.rmse, 3);
+  EXPECT_EQ(found.bias, 3);
+  EXPECT_EQ(found.greatest, 3);
+  EXPECT_EQ(found.differing, 1);
+  EXPECT_DOUBLE_EQ(found.psnr_db, 20 * std::log10(85.0));
+  EXPECT_EQ(found.width, 16u);
+  EXPECT_EQ(found.height, 12u);
+}
+
+TEST(Comparison, OfBlackAndWhiteIsTheWholeRange) {
+  const Comparison found = compared(constant(0), constant(255));
+  EXPECT_EQ(found.rmse, 255);
+  EXPECT_EQ(found.psnr_db, 0);
+}
+
+TEST(Comparison, OfAPictureWithItselfFindsNothing) {
+  const ShownPicture picture = noise(40, 30, 1);
+  const Comparison found = compared(picture, picture);
+  EXPECT_EQ(found.rmse, 0);
+  EXPECT_EQ(found.rmse_channel, (std::array<double, 3>{}));
+  EXPECT_EQ(found.bias, 0);
+  EXPECT_EQ(found.greatest, 0);
+  EXPECT_EQ(found.psnr_db, INFINITY);
+  EXPECT_EQ(found.ssim, 1);
+  EXPECT_EQ(found.differing, 0);
+  EXPECT_TRUE(found.worst.empty());
+}
+
+TEST(Comparison, TellsEachChannelItsOwnErrorAndAllTheirRootMeanSquare) {
+  const auto offset = [](auto, auto, int channel) { return std::array{103.0, 96.0, 100.0}[channel]; };
+  const Comparison found = compared(constant(100), made(16, 12, offset));
+  EXPECT_EQ(found.rmse_channel, (std::array<double, 3>{3, 4, 0}));
+  EXPECT_DOUBLE_EQ(found.rmse, std::sqrt(25.0 / 3));
+  EXPECT_DOUBLE_EQ(found.bias, -1.0 / 3);
+  EXPECT_EQ(found.greatest, 4);
+}
+
+TEST(Comparison, OfARampIsTheRootMeanSquareOfItsSteps) {
+  const auto ramp = [](std::uint32_t x, auto, auto) { return static_cast<double>(x); };
+  const Comparison found = compared(constant(0, 100, 7), made(100, 7, ramp));
+  EXPECT_DOUBLE_EQ(found.rmse, std::sqrt(99.0 * 199 / 6));  // of 0^2 .. 99^2: n(n-1)(2n-1)/6 / n
+  EXPECT_DOUBLE_EQ(found.bias, 49.5);
+  EXPECT_DOUBLE_EQ(found.differing, 0.98);
+}
+
+TEST(Comparison, IsTheSameBothWaysButForTheSignOfItsBias) {
+  const ShownPicture a = noise(31, 23, 2), b = noise(31, 23, 3);
+  const Comparison forth = compared(a, b), back = compared(b, a);
+  EXPECT_EQ(forth.rmse, back.rmse);
+  EXPECT_EQ(forth.rmse_channel, back.rmse_channel);
+  EXPECT_EQ(forth.psnr_db, back.psnr_db);
+  EXPECT_EQ(forth.greatest, back.greatest);
+  EXPECT_EQ(forth.differing, back.differing);
+  EXPECT_EQ(forth.bias, -back.bias);
+  EXPECT_NE(forth.bias, 0);
+  EXPECT_DOUBLE_EQ(*forth.ssim, *back.ssim);
+}
+
+TEST(Comparison, OfNoiseIsWhatLongDoublesSumTo) {
+  const ShownPicture a = noise(61, 47, 4), b = noise(61, 47, 5);
+  long double squares = 0, sum = 0;
+  for (std::size_t i = 0; i < a.codes.size(); ++i) {
+    const long double difference = (static_cast<long double>(b.codes[i]) - a.codes[i]) / 257;
+    squares += difference * difference;
+    sum += difference;
+  }
+  const Comparison found = compared(a, b);
+  EXPECT_DOUBLE_EQ(found.rmse, static_cast<double>(std::sqrt(squares / a.codes.size())));
+  EXPECT_DOUBLE_EQ(found.bias, static_cast<double>(sum / a.codes.size()));
+}
+
+TEST(DifferingPixels, AreThoseMoreThanALevelApartAndNotThoseExactlyALevelApart) {
+  ShownPicture a = constant(200, 10, 10), b = a;
+  const std::size_t pixels[] = {5, 17, 42};
+  for (const std::size_t pixel : pixels) b.codes[3 * pixel + 1] += 257;
+  EXPECT_EQ(compared(a, b).differing, 0);
+  b.codes[3 * 17 + 1] += 1;  // a code of 16 bits more than a level
+  b.codes[3 * 99 + 2] -= 258;
+  EXPECT_DOUBLE_EQ(compared(a, b).differing, 0.02);
+}
+
+TEST(WorstPixels, FallAndComeInTheOrderOfThePictureWhereTheyAreEqual) {
+  const ShownPicture a = constant(100, 9, 8);
+  ShownPicture b = a;
+  const auto change = [&](std::uint32_t x, std::uint32_t y, int channel, double levels) {
+    b.codes[3 * (y * 9 + x) + channel] += static_cast<float>(levels * codes_per_level);
+  };
+  change(8, 7, 0, 5);
+  change(3, 2, 1, -20);
+  change(1, 6, 2, 5);
+  change(4, 6, 2, -5);
+  change(0, 0, 0, 1);
+  const Comparison found = compared(a, b, 4);
+  ASSERT_EQ(found.worst.size(), 4u);
+  const std::array<std::uint32_t, 4> xs{3, 1, 4, 8}, ys{2, 6, 6, 7};
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(found.worst[i].x, xs[i]) << i;
+    EXPECT_EQ(found.worst[i].y, ys[i]) << i;
+    EXPECT_EQ(found.worst[i].difference, i == 0 ? 20 : 5) << i;
+  }
+  EXPECT_EQ(found.worst[0].a, (std::array<double, 3>{100, 100, 100}));
+  EXPECT_EQ(found.worst[0].b, (std::array<double, 3>{100, 80, 100}));
+  EXPECT_EQ(compared(a, b, 100).worst.size(), 5u) << "only those that differ";
+  EXPECT_TRUE(compared(a, b, 0).worst.empty());
+}
+
+TEST(WorstPixels, AreTheWorstOfAllForNoise) {
+  const ShownPicture a = noise(50, 40, 6), b = noise(50, 40, 7);
+  const Comparison some = compared(a, b, 20), all = compared(a, b, 2000);
+  for (std::size_t i = 0; i < 20; ++i) {
+    EXPECT_EQ(some.worst[i].x, all.worst[i].x);
+    EXPECT_EQ(some.worst[i].y, all.worst[i].y);
+  }
+  EXPECT_EQ(all.worst.front().difference, all.greatest);
+  for (std::size_t i = 1; i < all.worst.size(); ++i) EXPECT_GE(all.worst[i - 1].difference, all.worst[i].difference);
+}
+
+TEST(Comparison, OfPicturesOfDifferentSizesOrOfNoneIsRefused) {
+  const auto sizes = compare(constant(0, 4, 3), constant(0, 3, 4));
+  ASSERT_FALSE(sizes);
+  EXPECT_EQ(sizes.error(), "the sizes differ: 4 x 3 and 3 x 4 pixels");
+  EXPECT_FALSE(compare({}, {}));
+}
+
+double encoded(float linear) {
+  const double value = linear;
+  return value <= 0.0031308 ? 12.92 * value : 1.055 * std::pow(value, 1 / 2.4) - 0.055;
+}
+
+TEST(HeatMap, IsBlackWhereNothingDiffersAndWhiteWhereTheScaleEnds) {
+  const auto steps = [](std::uint32_t x, auto, int channel) { return channel == 1 ? 10.0 * x : 0; };
+  const Image map = heat_map(constant(0, 12, 2), made(12, 2, steps), 100);
+  EXPECT_EQ(map.width, 12u);
+  EXPECT_EQ(map.height, 2u);
+  for (int channel = 0; channel < 3; ++channel) {
+    EXPECT_EQ(map.pixel(0, 1)[channel], 0);
+    EXPECT_FLOAT_EQ(map.pixel(10, 1)[channel], 1);
+    EXPECT_FLOAT_EQ(map.pixel(11, 1)[channel], 1);
+  }
+}
+
+TEST(HeatMap, GetsBrighterWithTheDifferenceExactlyAsGreenSays) {
+  // By construction 0.30 R + 0.59 G + 0.11 B is the fraction of the scale, where no channel had to be clipped.
+  const auto ramp = [](std::uint32_t x, auto, int channel) { return channel == 2 ? 0.25 * x : 0; };
+  const Image map = heat_map(constant(0, 1000, 1), made(1000, 1, ramp), 250);
+  int unclipped = 0;
+  double last = -1;
+  for (std::uint32_t x = 0; x < 1000; ++x) {
+    const float* color = map.pixel(x, 0);
+    const double brightness = 0.30 * encoded(color[0]) + 0.59 * encoded(color[1]) + 0.11 * encoded(color[2]);
+    EXPECT_GE(brightness, last) << x;
+    last = brightness;
+    if (color[0] <= 0 || color[1] <= 0 || color[2] <= 0 || color[0] >= 1 || color[1] >= 1 || color[2] >= 1) continue;
+    EXPECT_NEAR(brightness, x / 1000.0, 2e-5) << x;  // the coefficients have five digits
+    ++unclipped;
+  }
+  EXPECT_GT(unclipped, 600);
+}
+
+TEST(HeatScale, IsAPowerOfTwoThatHoldsEightTimesTheError) {
+  const auto scale = [](double rmse) {
+    Comparison comparison;
+    comparison.rmse = rmse;
+    return heat_scale(comparison);
+  };
+  EXPECT_EQ(scale(0), 1);
+  EXPECT_EQ(scale(0.125), 1);
+  EXPECT_EQ(scale(0.2), 2);
+  EXPECT_EQ(scale(1), 8);
+  EXPECT_EQ(scale(1.01), 16);
+  EXPECT_EQ(scale(200), 256);
+}
+
+}  // namespace
+}  // namespace tracer

@@ -1,0 +1,109 @@
+#include <cmath>
+#include <cstdio>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "api/comparison.h"
+#include "tracer/cli/commands.h"
+#include "tracer/cli/files.h"
+#include "tracer/compare.h"
+#include "tracer/encode.h"
+#include "tracer/shown.h"
+
+namespace cli {
+namespace {
+
+constexpr std::size_t file_bytes_max = 1'000'000'000;  // the largest picture there is, 64 Mpx of floats, not compressed
+
+ExitCode complain(const std::string& sentence, ExitCode code) {
+  std::fprintf(stderr, "whittle: %s\n", sentence.c_str());
+  return code;
+}
+
+tracer::Result<tracer::PictureFile, std::string> read(const std::string& path) {
+  const auto bytes = read_all(path, file_bytes_max);
+  if (!bytes) return bytes.error().sentence;
+  if (bytes->size() > file_bytes_max)
+    return path + " is larger than file_bytes_max, " + std::to_string(file_bytes_max) + " bytes";
+  auto file = tracer::read_picture({reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size()});
+  if (!file) return path + " " + file.error();
+  return std::move(*file);
+}
+
+/// Nothing when all went well.
+std::optional<ExitCode> write_heat_map(const tracer::ShownPicture& a, const tracer::ShownPicture& b, double white,
+                                       const std::string& path) {
+  auto file = PendingFile::create(path);
+  if (!file) return complain(file.error().sentence, bad_environment);
+  const auto bytes = tracer::encode(tracer::heat_map(a, b, white), tracer::Format::png);
+  if (!bytes) return complain(bytes.error(), bad_environment);
+  if (const auto written = file->write(*bytes); !written) return complain(written.error().sentence, bad_environment);
+  if (const auto published = file->publish(); !published) return complain(published.error().sentence, bad_environment);
+  return std::nullopt;
+}
+
+void print_pixel(const tracer::PixelDifference& pixel) {
+  std::printf("  %6u %6u %10.2f   %7.2f %7.2f %7.2f   %7.2f %7.2f %7.2f\n", pixel.x, pixel.y, pixel.difference,
+              pixel.a[0], pixel.a[1], pixel.a[2], pixel.b[0], pixel.b[1], pixel.b[2]);
+}
+
+void print_figures(const tracer::Comparison& found, const std::array<std::string, 2>& names,
+                   const std::array<tracer::PictureKind, 2>& kinds) {
+  for (std::size_t i = 0; i < 2; ++i) {
+    std::printf("%c          %s (%s, %s)\n", i == 0 ? 'a' : 'b', names[i].c_str(), tracer::name(kinds[i]),
+                tracer::is_linear(kinds[i]) ? "linear: exposure 0, clamped, encoded as sRGB" : "sRGB");
+  }
+  std::printf("size       %u x %u\n", found.width, found.height);
+  std::printf("rmse       %.4f levels (red %.4f, green %.4f, blue %.4f)\n", found.rmse, found.rmse_channel[0],
+              found.rmse_channel[1], found.rmse_channel[2]);
+  std::printf("bias       %+.4f levels, mean of b - a\n", found.bias);
+  std::printf("greatest   %.4f levels\n", found.greatest);
+  if (std::isfinite(found.psnr_db)) {
+    std::printf("psnr       %.2f dB\n", found.psnr_db);
+  } else {
+    std::puts("psnr       infinite: the pictures are equal");
+  }
+  if (found.ssim) {
+    std::printf("ssim       %.6f, of the luma\n", *found.ssim);
+  } else {
+    std::puts("ssim       none: its window has 11 x 11 pixels");
+  }
+  std::printf("differing  %.4f %% of the pixels, by more than one level\n", 100 * found.differing);
+  if (found.worst.empty()) return;
+  std::puts("worst           x      y difference   a: red   green    blue    b: red   green    blue");
+  for (const tracer::PixelDifference& pixel : found.worst) print_pixel(pixel);
+}
+
+}  // namespace
+
+ExitCode diff(const DiffOptions& options) {
+  auto a = read(options.pictures[0]);
+  if (!a) return complain(a.error(), incomparable);
+  auto b = read(options.pictures[1]);
+  if (!b) return complain(b.error(), incomparable);
+  const auto found = tracer::compare(a->picture, b->picture, options.worst);
+  if (!found) return complain(found.error(), incomparable);
+  const double white = options.heat_white.value_or(tracer::heat_scale(*found));
+  if (options.heat_path) {
+    if (const auto failed = write_heat_map(a->picture, b->picture, white, *options.heat_path)) return *failed;
+  }
+  const bool too_far = options.tolerance && found->rmse > *options.tolerance;
+  if (options.json) {
+    const auto heat_white = options.heat_path ? std::optional(white) : std::nullopt;
+    std::fputs(
+        api::write_comparison(*found, {{tracer::name(a->kind), tracer::name(b->kind)}, options.tolerance, heat_white})
+            .c_str(),
+        stdout);
+  } else {
+    print_figures(*found, options.pictures, {a->kind, b->kind});
+    if (options.heat_path)
+      std::printf("heat map   %s: black 0, white %g levels or more\n", options.heat_path->c_str(), white);
+    if (options.tolerance)
+      std::printf("verdict    rmse %s the tolerance of %g levels\n", too_far ? "above" : "within", *options.tolerance);
+  }
+  if (std::fflush(stdout) != 0) return bad_environment;
+  return too_far ? too_different : done;
+}
+
+}  // namespace cli

@@ -1,0 +1,25 @@
+#pragma once
+/// Looking at one pixel of two pictures of the same size; in codes.
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "tracer/compare.h"
+
+namespace tracer {
+
+inline double code_at(const ShownPicture& picture, std::uint32_t x, std::uint32_t y, std::size_t channel) {
+  return picture.codes[3 * (static_cast<std::size_t>(y) * picture.width + x) + channel];
+}
+
+/// Of the three channels.
+inline double greatest_difference(const ShownPicture& a, const ShownPicture& b, std::uint32_t x, std::uint32_t y) {
+  double greatest = 0;
+  for (std::size_t channel = 0; channel < 3; ++channel)
+    greatest = std::max(greatest, std::abs(code_at(a, x, y, channel) - code_at(b, x, y, channel)));
+  return greatest;
+}
+
+}  // namespace tracer

@@ -1,0 +1,223 @@
+#include "tracer/src/plot/layout.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "tracer/src/plot/point_labels.h"
+#include "tracer/src/plot/scale.h"
+#include "tracer/src/plot/text.h"
+
+namespace tracer::plotting {
+namespace {
+
+constexpr double edge = 18;  // white space at the border
+constexpr double title_size = 19, label_size = 15, tick_size = 13, legend_size = 14, note_size = 13;
+constexpr double legend_sample = 34, legend_gap = 26, legend_row = 22;
+constexpr Color frame = 0x666666, grid = 0xd0d0d0, fine_grid = 0xececec;
+
+// Okabe and Ito 2008, less yellow, which white swallows.
+constexpr Color palette[] = {0x0072b2, 0xd55e00, 0x009e73, 0xcc79a7, 0x000000, 0xe69f00, 0x56b4e9};
+
+Color color_of(const Plot& plot, std::size_t index) {
+  return plot.series[index].color.value_or(palette[index % std::size(palette)]) & 0xffffffU;
+}
+
+class Layout {
+ public:
+  explicit Layout(const Plot& plot) : plot_(plot) {
+    drawing_.width = std::clamp(plot.width, 320U, 8192U);
+    drawing_.height = std::clamp(plot.height, 240U, 8192U);
+    right_ = drawing_.width - edge;
+    gather_points();
+  }
+
+  Drawing drawing() {
+    title();
+    legend();
+    note();
+    axes();
+    for (std::size_t i = 0; i < shown_.size(); ++i) joined(i);
+    for (std::size_t i = 0; i < shown_.size(); ++i) marks(i);
+    for (Words& label : point_labels(labelled_, {left_, top_, right_, bottom_})) drawing_.items.emplace_back(label);
+    describe();
+    return std::move(drawing_);
+  }
+
+ private:
+  void gather_points() {
+    std::vector<double> xs, ys;
+    for (const PlotSeries& series : plot_.series) {
+      std::vector<PlotPoint>& kept = shown_.emplace_back();
+      for (const PlotPoint& point : series.points) {
+        if (!can_show(point.x, plot_.x.logarithmic) || !can_show(point.y, plot_.y.logarithmic)) continue;
+        kept.push_back(point);
+        xs.push_back(point.x);
+        ys.push_back(point.y);
+      }
+      left_out_ += series.points.size() - kept.size();
+    }
+    x_ = covering(xs, plot_.x.logarithmic);
+    y_ = covering(ys, plot_.y.logarithmic);
+  }
+
+  void write(Place at, const std::string& text, double size, Anchor anchor, bool bold = false) {
+    drawing_.items.emplace_back(Words{.at = at, .text = text, .size = size, .anchor = anchor, .bold = bold});
+  }
+
+  void title() {
+    drawing_.title = drawable(plot_.title);
+    top_ = edge;
+    if (drawing_.title.empty()) return;
+    top_ += title_size;
+    write({edge, top_ - 3}, cut(drawing_.title, title_size, right_ - edge), title_size, Anchor::start, true);
+    top_ += 8;
+  }
+
+  /// From left to right, in as many rows as it takes, but not below the upper third.
+  void legend() {
+    double x = edge;
+    bool any = false;
+    for (std::size_t i = 0; i < plot_.series.size(); ++i) {
+      const PlotSeries& series = plot_.series[i];
+      if (series.name.empty()) continue;
+      const std::string name = cut(drawable(series.name), legend_size, right_ - edge - legend_sample);
+      const double width = legend_sample + text_width(name, legend_size);
+      if (!any || x + width > right_) {
+        if (top_ + legend_row > drawing_.height / 3.0) break;
+        x = edge;
+        top_ += legend_row;
+        any = true;
+      }
+      const double middle = top_ - 9;
+      if (series.join != PlotJoin::none) stroke({{{x, middle}, {x + legend_sample - 8, middle}}}, i);
+      if (series.mark != PlotMark::none)
+        drawing_.items.emplace_back(Marker{{x + (legend_sample - 8) / 2, middle}, series.mark, color_of(plot_, i)});
+      write({x + legend_sample, middle + 5}, name, legend_size, Anchor::start);
+      x += width + legend_gap;
+    }
+    top_ += 10;
+  }
+
+  /// The note and what it must say of points without a place, from the bottom upwards; then the label of the x axis.
+  void note() {
+    bottom_ = drawing_.height - edge;
+    std::string text = drawable(plot_.note);
+    if (left_out_ > 0) {
+      text += (text.empty() ? "" : " ") + ("Not shown: " + std::to_string(left_out_));
+      text += left_out_ == 1 ? " point that has" : " points that have";
+      text += " no place on these axes.";
+    }
+    const auto lines = wrapped(text, note_size, right_ - edge, 3);
+    for (std::size_t i = lines.size(); i-- > 0; bottom_ -= note_size + 5)
+      write({edge, bottom_}, lines[i], note_size, Anchor::start);
+    if (!lines.empty()) bottom_ -= 6;
+  }
+
+  void axes() {
+    const std::string x_label = drawable(plot_.x.label), y_label = drawable(plot_.y.label);
+    const double x_label_at = bottom_;
+    if (!x_label.empty()) bottom_ -= label_size + 10;
+    bottom_ -= tick_size + 8;
+    y_.from = bottom_;
+    y_.to = top_;
+    const Ticks y_ticks = ticks(y_, [](const std::string&) { return 2.2 * tick_size; });
+    double widest = 0;
+    for (const Tick& tick : y_ticks.labelled) widest = std::max(widest, text_width(tick.text(), tick_size));
+    left_ = edge + (y_label.empty() ? 0 : label_size + 10) + widest + 8;
+    x_.from = left_;
+    x_.to = right_;
+    const Ticks x_ticks =
+        ticks(x_, [](const std::string& text) { return std::max(50.0, text_width(text, tick_size) + 14); });
+    draw_grid(x_ticks, y_ticks);
+    const Place middle{(left_ + right_) / 2, (top_ + bottom_) / 2};
+    write({middle.x, x_label_at}, cut(x_label, label_size, right_ - left_), label_size, Anchor::middle);
+    drawing_.items.emplace_back(Words{.at = {edge + label_size - 3, middle.y},
+                                      .text = cut(y_label, label_size, bottom_ - top_),
+                                      .size = label_size,
+                                      .anchor = Anchor::middle,
+                                      .upwards = true});
+  }
+
+  void draw_grid(const Ticks& x_ticks, const Ticks& y_ticks) {
+    Stroke fine{.lines = {}, .color = fine_grid}, main{.lines = {}, .color = grid};
+    for (const double value : x_ticks.minor) fine.lines.push_back(across_x(value));
+    for (const double value : y_ticks.minor) fine.lines.push_back(across_y(value));
+    for (const Tick& tick : x_ticks.labelled) main.lines.push_back(across_x(tick.value()));
+    for (const Tick& tick : y_ticks.labelled) main.lines.push_back(across_y(tick.value()));
+    const Stroke axis_lines{.lines = {{{left_, top_}, {left_, bottom_}, {right_, bottom_}}}, .color = frame};
+    for (const Stroke& lines : {fine, main, axis_lines}) drawing_.items.emplace_back(lines);
+    for (const Tick& tick : x_ticks.labelled)
+      write({x_.place(tick.value()), bottom_ + tick_size + 6}, tick.text(), tick_size, Anchor::middle);
+    for (const Tick& tick : y_ticks.labelled)
+      write({left_ - 8, y_.place(tick.value()) + 0.36 * tick_size}, tick.text(), tick_size, Anchor::end);
+  }
+
+  [[nodiscard]] std::vector<Place> across_x(double value) const {
+    const double x = x_.place(value);
+    return {{x, top_}, {x, bottom_}};
+  }
+  [[nodiscard]] std::vector<Place> across_y(double value) const {
+    const double y = y_.place(value);
+    return {{left_, y}, {right_, y}};
+  }
+  [[nodiscard]] Place place(const PlotPoint& point) const { return {x_.place(point.x), y_.place(point.y)}; }
+
+  void stroke(std::vector<std::vector<Place>> lines, std::size_t index) {
+    drawing_.items.emplace_back(Stroke{std::move(lines), color_of(plot_, index), 2, plot_.series[index].dashed});
+  }
+
+  void joined(std::size_t index) {
+    const PlotJoin join = plot_.series[index].join;
+    std::vector<std::vector<Place>> lines(1);
+    for (const PlotPoint& point : shown_[index]) {
+      const Place next = place(point);
+      std::vector<Place>& line = lines.back();
+      if (join == PlotJoin::steps && !line.empty()) line.push_back({next.x, line.back().y});
+      line.push_back(next);
+      if (join == PlotJoin::pairs && line.size() == 2) lines.emplace_back();
+    }
+    if (lines.back().size() < 2) lines.pop_back();
+    if (join != PlotJoin::none && !lines.empty()) stroke(std::move(lines), index);
+  }
+
+  void marks(std::size_t index) {
+    const PlotSeries& series = plot_.series[index];
+    for (const PlotPoint& point : shown_[index]) {
+      const std::string label = drawable(point.label);
+      labelled_.push_back({place(point), series.mark != PlotMark::none, label});
+      if (series.mark == PlotMark::none) continue;
+      std::string hint = label.empty() ? drawable(series.name) : label;
+      hint += (hint.empty() ? "" : ": ") + brief(point.x) + ", " + brief(point.y);
+      drawing_.items.emplace_back(Marker{place(point), series.mark, color_of(plot_, index), std::move(hint)});
+    }
+  }
+
+  void describe() {
+    std::string& text = drawing_.description;
+    text = drawable(plot_.y.label) + " over " + drawable(plot_.x.label) + ".";
+    for (std::size_t i = 0; i < shown_.size(); ++i) {
+      const std::string name = drawable(plot_.series[i].name);
+      if (name.empty() || shown_[i].empty()) continue;
+      const PlotPoint &first = shown_[i].front(), &last = shown_[i].back();
+      text += " " + name + ": " + std::to_string(shown_[i].size()) + (shown_[i].size() == 1 ? " point" : " points");
+      text += ", from (" + brief(first.x) + ", " + brief(first.y) + ") to (" + brief(last.x) + ", " + brief(last.y);
+      text += ").";
+    }
+    if (!plot_.note.empty()) text += " " + drawable(plot_.note);
+  }
+
+  const Plot& plot_;
+  Drawing drawing_;
+  std::vector<std::vector<PlotPoint>> shown_;  // of each series, those that have a place
+  std::vector<PointToLabel> labelled_;
+  std::size_t left_out_ = 0;
+  Scale x_, y_;
+  double left_ = 0, top_ = 0, right_ = 0, bottom_ = 0;  // of the room that is left; in the end, of the axes
+};
+
+}  // namespace
+
+Drawing layout(const Plot& plot) { return Layout(plot).drawing(); }
+
+}  // namespace tracer::plotting

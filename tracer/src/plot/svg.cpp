@@ -1,0 +1,139 @@
+// SVG 1.1 (second edition) with the `href` of SVG 2; text in, text out.
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "tracer/src/plot/layout.h"
+
+namespace tracer {
+namespace {
+
+using namespace plotting;
+
+/// In hundredths of a pixel, without trailing zeros.
+std::string number(double value) {
+  const auto hundredths = static_cast<long long>(std::llround(value * 100));
+  std::string text = hundredths < 0 ? "-" : "";
+  text += std::to_string(std::abs(hundredths / 100));
+  const long long rest = std::abs(hundredths % 100);
+  if (rest == 0) return text;
+  text += rest % 10 == 0 ? "." + std::to_string(rest / 10) : (rest < 10 ? ".0" : ".") + std::to_string(rest);
+  return text;
+}
+
+std::string escaped(const std::string& text) {
+  std::string safe;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        safe += "&amp;";
+        break;
+      case '<':
+        safe += "&lt;";
+        break;
+      case '>':
+        safe += "&gt;";
+        break;
+      case '"':
+        safe += "&quot;";
+        break;
+      default:
+        safe += c;
+    }
+  }
+  return safe;
+}
+
+std::string hex(Color color) {
+  std::array<char, 8> text{};
+  std::snprintf(text.data(), text.size(), "#%06x", color & 0xffffffU);
+  return text.data();
+}
+
+std::string attribute(const char* name, const std::string& value) {
+  return std::string(" ") + name + "=\"" + value + "\"";
+}
+
+std::string path(std::span<const Place> places) {
+  std::string text;
+  for (const Place& place : places) text += (text.empty() ? "M" : "L") + number(place.x) + " " + number(place.y);
+  return text;
+}
+
+constexpr std::array<std::pair<PlotMark, const char*>, 5> marks{{{PlotMark::circle, "circle"},
+                                                                 {PlotMark::square, "square"},
+                                                                 {PlotMark::diamond, "diamond"},
+                                                                 {PlotMark::triangle, "triangle"},
+                                                                 {PlotMark::cross, "cross"}}};
+
+const char* name_of(PlotMark mark) {
+  for (const auto& [known, name] : marks)
+    if (known == mark) return name;
+  return "";
+}
+
+/// Each shape once; marks refer to it. The prefix keeps apart from the ids of a page that holds the plot.
+std::string definitions() {
+  std::string text = "<defs>\n";
+  for (const auto& [mark, name] : marks) {
+    const std::string id = attribute("id", std::string("plot-") + name);
+    text += mark == PlotMark::circle ? "<circle" + id + attribute("r", number(circle_radius))
+                                     : "<path" + id + attribute("d", path(corners(mark)) + "Z");
+    text += attribute("stroke", "#fff") + attribute("stroke-width", number(rim_width)) + "/>\n";
+  }
+  return text + "</defs>\n";
+}
+
+std::string element(const Stroke& stroke) {
+  std::string data;
+  for (const auto& line : stroke.lines) data += path(line);
+  if (data.empty()) return "";
+  std::string text =
+      "<path" + attribute("d", data) + attribute("fill", "none") + attribute("stroke", hex(stroke.color));
+  text += attribute("stroke-width", number(stroke.width)) + attribute("stroke-linejoin", "round");
+  if (stroke.dashed) text += attribute("stroke-dasharray", number(dash[0]) + " " + number(dash[1]));
+  return text + "/>\n";
+}
+
+std::string element(const Marker& marker) {
+  const std::string text = "<use" + attribute("href", std::string("#plot-") + name_of(marker.mark)) +
+                           attribute("x", number(marker.at.x)) + attribute("y", number(marker.at.y)) +
+                           attribute("fill", hex(marker.color));
+  return marker.hint.empty() ? text + "/>\n" : text + "><title>" + escaped(marker.hint) + "</title></use>\n";
+}
+
+std::string element(const Words& words) {
+  if (words.text.empty()) return "";
+  const std::string x = number(words.at.x), y = number(words.at.y);
+  std::string placed = attribute("x", x) + attribute("y", y) + attribute("font-size", number(words.size));
+  if (words.anchor != Anchor::start)
+    placed += attribute("text-anchor", words.anchor == Anchor::middle ? "middle" : "end");
+  if (words.bold) placed += attribute("font-weight", "bold");
+  if (words.upwards) placed += attribute("transform", "rotate(-90 " + x + " " + y + ")");
+  const std::string end = ">" + escaped(words.text) + "</text>\n";
+  if (!words.haloed) return "<text" + placed + end;
+  // An element of its own, because not every reader knows `paint-order`; who listens need not hear it twice.
+  return "<text aria-hidden=\"true\" stroke=\"#fff\" stroke-linejoin=\"round\"" +
+         attribute("stroke-width", number(halo_width)) + placed + end + "<text" + placed + end;
+}
+
+}  // namespace
+
+std::string plot_svg(const Plot& plot) {
+  const Drawing drawing = layout(plot);
+  const std::string width = std::to_string(drawing.width), height = std::to_string(drawing.height);
+  std::string text = "<svg xmlns=\"http://www.w3.org/2000/svg\"" + attribute("width", width) +
+                     attribute("height", height) + attribute("viewBox", "0 0 " + width + " " + height) +
+                     attribute("role", "img") + attribute("aria-labelledby", "plot-title plot-desc") +
+                     attribute("font-family", "'" + std::string(font_family) + "', Verdana, sans-serif") +
+                     attribute("fill", hex(ink)) + ">\n";
+  text += "<title id=\"plot-title\">" + escaped(drawing.title) + "</title>\n";
+  text += "<desc id=\"plot-desc\">" + escaped(drawing.description) + "</desc>\n";
+  text += definitions();
+  text += "<rect" + attribute("width", width) + attribute("height", height) + attribute("fill", "#fff") + "/>\n";
+  for (const Item& item : drawing.items) text += std::visit([](const auto& shape) { return element(shape); }, item);
+  return text + "</svg>\n";
+}
+
+}  // namespace tracer
