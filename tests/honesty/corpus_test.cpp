@@ -32,9 +32,9 @@ TEST(HonestyCorpus, HoldsScenesThatAreValidAndOfAFewThousandPixels) {
 
 TEST(HonestyCorpus, NeedsEverythingThatASceneCanNeed) {
   for (const RequirementName& requirement : requirement_names) {
+    if (requirement.needed == &Requirements::approximations) continue;  // the promise is about the exact picture
     bool needed = false;
     for (const Case& scene : corpus()) needed |= requirements(scene.scene).*requirement.needed;
-    // Layers are asked for by whoever judges the pictures.
     EXPECT_TRUE(needed) << requirement.name;
   }
 }

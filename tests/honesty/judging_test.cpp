@@ -102,7 +102,8 @@ void expect_second_tracer_agrees(const Case& scene) {
       expected += allowed;
     }
   }
-  EXPECT_LE(distance, 1.5 * expected + 1e-3);
+  // One edge pixel may bring most of either sum: so much for chance.
+  EXPECT_LE(distance, 3 * expected + 1e-3);
 }
 
 TEST(Reference, IsWhatASecondTracerConvergesTo) {

@@ -20,11 +20,11 @@ TEST(Honesty, HoldsForASliceOfTheCorpus) {
   print_heading(std::cout);
   for (std::size_t i = 0; i < effort::cases(std::size(slice)); ++i) {
     const Case& scene = *find(slice[i % std::size(slice)]);
-    const Standard standard{reference_of(scene, {.samples = 1024, .pictures_min = 2, .pictures_max = 2}),
+    const Standard standard{reference_of(scene, {.samples = 1024, .pictures_min = 3, .pictures_max = 3}),
                             strata_of(scene)};
     Outcome outcome{scene.name, {}, {}};
     std::uint64_t seed = 1000 * i;
-    for (const double target : {4.0, 1.0})
+    for (const double target : {4.0, 2.0})
       for (int repeated = 0; repeated < 3; ++repeated) {
         tracer::Rendered rendered = rendered_to(scene, target, ++seed, 2);
         outcome.trials.push_back(judged(scene, standard, rendered, target, seed));

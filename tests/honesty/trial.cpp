@@ -41,7 +41,6 @@ Rendered rendered_to(const Case& scene, double target, std::uint64_t seed, std::
   Scene asked = scene.scene;
   asked.accuracy = {};
   asked.accuracy.adaptive.emplace().target_error = target;
-  asked.accuracy.cutoff = default_cutoff(target, asked.output.exposure);
   asked.accuracy.cutoff_by_chance = true;
   asked.accuracy.seed = seed;
   asked.output.layers = {Layer::error};
