@@ -130,8 +130,8 @@ Case mixed() {
   Case c = behind("mixed", "reflection and refraction without Fresnel: every hit branches");
   for (int i = 0; i < 3; ++i) {
     Material both = phong({0.2, 0.1, 0.1}, 0.2, 40);
-    both.reflection = 0.3;
-    both.transmission = 0.6;
+    both.reflection = 0.2;
+    both.transmission = 0.4;
     both.ior = 1.2 + 0.2 * i;
     scenes::add(c.scene, Sphere{{-1.3 + 1.3 * i, 0.7, 0.2}, 0.6}, both);
   }
