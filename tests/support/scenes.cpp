@@ -199,11 +199,11 @@ Scene random(std::uint64_t seed, std::uint32_t side) {
   return scene;
 }
 
-Rendered render(const Scene& scene, std::uint32_t threads) {
+Rendered render(const Scene& scene, std::uint32_t threads, const Assets& assets) {
   if (const auto issues = validate(scene, Limits{}); !issues.empty())
     throw std::runtime_error(issues[0].pointer + ": " + issues[0].detail);
   RenderControl control;
-  const auto compiled = compile(scene, control);
+  const auto compiled = compile(scene, control, assets);
   if (!compiled) throw std::runtime_error(compiled.error().detail);
   auto rendered = tracer::render(**compiled, {.threads = threads}, control);
   if (!rendered) throw std::runtime_error(rendered.error().detail);

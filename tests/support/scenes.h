@@ -38,7 +38,7 @@ tracer::Mesh placed(tracer::Mesh mesh, double scale, const tracer::Vec3& offset)
 tracer::Scene random(std::uint64_t seed, std::uint32_t side);
 
 /// Everything below throws std::runtime_error, with the reason, where there is no picture.
-tracer::Rendered render(const tracer::Scene& scene, std::uint32_t threads = 1);
+tracer::Rendered render(const tracer::Scene& scene, std::uint32_t threads = 1, const tracer::Assets& assets = {});
 
 /// 8-bit sRGB codes, as in a PNG.
 std::vector<std::uint8_t> codes(const tracer::Image& image);
