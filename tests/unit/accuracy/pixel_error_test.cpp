@@ -19,62 +19,67 @@ struct TwoValued {
   double operator()(oracle::Random& random) const { return random.chance(probability) ? high : low; }
 };
 
-PixelState state(const TwoValued& value, double before, std::uint32_t count, std::uint32_t half,
-                 oracle::Random& random) {
+PixelState state(const TwoValued& value, PixelState::Role role, std::uint32_t half, oracle::Random& random) {
   PixelState pixel;
-  pixel.sum = Color{before, 0, 0} * count;
-  pixel.count = count;
-  pixel.role = PixelState::Role::refined;
+  pixel.pilot = {value.low, 0, 0};  // it missed the edge
+  pixel.role = role;
+  pixel.grows = role == PixelState::Role::refined;
   for (std::size_t h = 0; h < 2; ++h) {
-    for (std::uint32_t i = 0; i < half; ++i) pixel.fresh[h] += Color{value(random), 0, 0};
-    pixel.fresh_count[h] = half;
+    for (std::uint32_t i = 0; i < half; ++i) pixel.half[h] += Color{value(random), 0, 0};
+    pixel.half_count[h] = half;
   }
   return pixel;
 }
 
-TEST(PixelError, IsUnbiasedForSamplesThatAllMissedTheEdge) {
+TEST(PixelError, OfPilotsThatAllMissedTheEdgeIsUnbiased) {
   const TwoValued value;
   const Levels levels({}, 1);
   oracle::Random random(3);
   constexpr int trials = 200'000;
-  for (const std::uint32_t count : {1u, 4u, 16u}) {
-    for (const std::uint32_t half : {1u, 3u}) {
-      double before = 0, with = 0, truth = 0;
-      for (int i = 0; i < trials; ++i) {
-        const PixelState pixel = state(value, value.low, count, half, random);
-        const PixelError error = error_of(pixel, levels);
-        before += error.before / trials;
-        with += error.with / trials;
-        truth += std::pow(levels.slope(value.mean()) * (pixel.mean().r - value.mean()), 2) / trials;
-      }
-      const double missed = std::pow(levels.slope(value.mean()) * (value.low - value.mean()), 2);
-      EXPECT_NEAR(before / missed, 1, 0.03) << count << " and " << half;
-      EXPECT_NEAR(with / truth, 1, 0.03) << count << " and " << half;
+  const double missed = value.mean() - value.low;
+  for (const std::uint32_t half : {1u, 3u}) {
+    double levels_error = 0, radiance = 0;
+    for (int i = 0; i < trials; ++i) {
+      const PixelState pixel = state(value, PixelState::Role::audited, half, random);
+      levels_error += audited_error(pixel, levels, missed) / trials;
+      radiance += audited_radiance_error(pixel) / trials;
     }
+    EXPECT_NEAR(radiance / (missed * missed / 3), 1, 0.03) << half;
+    EXPECT_NEAR(levels_error / std::pow(levels.slope(value.mean()) * missed, 2), 1, 0.03) << half;
+  }
+}
+
+TEST(PixelError, OfRefinedPixelsIsUnbiased) {
+  const TwoValued value;
+  const Levels levels({}, 1);
+  oracle::Random random(5);
+  constexpr int trials = 200'000;
+  for (const std::uint32_t half : {1u, 3u}) {
+    double estimated = 0;
+    for (int i = 0; i < trials; ++i)
+      estimated += refined_error(state(value, PixelState::Role::refined, half, random), levels) / trials;
+    const double truth = std::pow(levels.slope(value.mean()), 2) * value.variance() / (2 * half);
+    EXPECT_NEAR(estimated / truth, 1, 0.03) << half;
   }
 }
 
 TEST(PixelError, IsZeroWhereAllSamplesAgree) {
   PixelState pixel;
-  pixel.sum = {0.3, 0.2, 0.1};
-  pixel.count = 1;
-  pixel.fresh = {Color{0.6, 0.4, 0.2}, Color{0.6, 0.4, 0.2}};
-  pixel.fresh_count = {2, 2};
-  const PixelError error = error_of(pixel, Levels({}, 1));
-  EXPECT_NEAR(error.before, 0, 1e-20);
-  EXPECT_NEAR(error.with, 0, 1e-20);
+  pixel.pilot = {0.3, 0.2, 0.1};
+  pixel.half = {Color{0.6, 0.4, 0.2}, Color{0.6, 0.4, 0.2}};
+  pixel.half_count = {2, 2};
+  EXPECT_NEAR(audited_error(pixel, Levels({}, 1), 0.1), 0, 1e-20);
+  EXPECT_NEAR(refined_error(pixel, Levels({}, 1)), 0, 1e-20);
 }
 
 TEST(PixelError, CountsNothingThatIsClampedAwayAndSomethingThatMayNotBe) {
   const Levels levels({}, 9);
   PixelState pixel;
-  pixel.sum = {9, 9, 9};
-  pixel.count = 1;
-  pixel.fresh_count = {1, 1};
-  pixel.fresh = {Color{8, 8, 8}, Color{8.5, 8.5, 8.5}};
-  EXPECT_EQ(error_of(pixel, levels).with, 0);
-  pixel.fresh = {Color{0.1, 8, 8}, Color{0.1, 8, 8}};
-  EXPECT_GT(error_of(pixel, levels).with, 0);
+  pixel.half_count = {1, 1};
+  pixel.half = {Color{8, 8, 8}, Color{8.5, 8.5, 8.5}};
+  EXPECT_EQ(refined_error(pixel, levels), 0);
+  pixel.half = {Color{0.1, 8, 8}, Color{2.1, 8, 8}};
+  EXPECT_GT(refined_error(pixel, levels), 0);
 }
 
 /// Pictures of pixels with edges: as often as stated at least, the truth is within the upper bound, and the estimate
@@ -91,7 +96,7 @@ TEST(Settling, BoundsTheTruthAsOftenAsItSays) {
     std::vector<PixelState> pixels;
     double truth = 0;
     for (std::size_t i = 0; i < count; ++i) {
-      pixels.push_back(state(value, value(random), 1, 4, random));
+      pixels.push_back(state(value, PixelState::Role::refined, 4, random));
       truth += std::pow(levels.slope(value.mean()) * (pixels.back().mean().r - value.mean()), 2);
     }
     const SampledError error = settle(pixels, 16, levels);
@@ -107,13 +112,12 @@ TEST(Settling, LetsAuditedPixelsStandForTheirLike) {
   const Levels levels({}, 1);
   std::vector<PixelState> pixels(64);
   for (std::size_t i = 0; i < pixels.size(); ++i) {
-    pixels[i].sum = {0.5, 0, 0};
-    pixels[i].count = 1;
+    pixels[i].pilot = {0.5, 0, 0};
     pixels[i].variance = 1000;  // what was feared
     if (i % 4 != 0) continue;
     pixels[i].role = PixelState::Role::audited;
-    pixels[i].fresh = {Color{0.501, 0, 0}, Color{0.501, 0, 0}};
-    pixels[i].fresh_count = {1, 1};
+    pixels[i].half = {Color{0.501, 0, 0}, Color{0.501, 0, 0}};
+    pixels[i].half_count = {1, 1};
   }
   const double each = std::pow(levels.slope(0.5) * 0.001, 2);
   EXPECT_NEAR(settle(pixels, 8, levels).squared / (64 * each), 1, 3e-3);
@@ -122,7 +126,7 @@ TEST(Settling, LetsAuditedPixelsStandForTheirLike) {
 
 TEST(Settling, FearsTheWorstWhereNothingWasMeasured) {
   std::vector<PixelState> pixels(9);
-  for (PixelState& pixel : pixels) pixel.count = 1, pixel.variance = 4;
+  for (PixelState& pixel : pixels) pixel.variance = 4;
   EXPECT_DOUBLE_EQ(settle(pixels, 3, Levels({}, 1)).squared, 36);
 }
 
