@@ -55,7 +55,7 @@ TEST(Plan, GivesSamplesInProportionToVarianceOverCostToItsPower) {
     pixels[i].variance = static_cast<float>(std::exp2(static_cast<double>(i % 100) / 25) * (i < 1000 ? 1 : 4));
     cost.push_back(1);
   }
-  const RoundPlan plan = plan_round(pixels, cost, {.squared_error = 4500, .cost = any_cost}, within(1, 1u << 20), 1, 0);
+  const RoundPlan plan = plan_round(pixels, cost, {.squared_error = 2500, .cost = any_cost}, within(1, 1u << 20), 1, 0);
   double less = 0, more = 0;
   for (std::size_t i = 0; i < 1000; ++i) {
     less += std::log2(2.0 * plan.half[i]) / 1000;
