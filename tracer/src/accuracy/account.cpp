@@ -58,6 +58,7 @@ class Neighbourhood {
 
   struct Around {
     double sum = 0, count = 0;
+    [[nodiscard]] double mean() const { return count > 0 ? sum / count : 0; }
   };
   [[nodiscard]] Around around(std::size_t index) const {
     const std::int64_t x = static_cast<std::int64_t>(index) % columns_, y = static_cast<std::int64_t>(index) / columns_;
@@ -78,11 +79,15 @@ class Neighbourhood {
   std::int64_t columns_, rows_;
 };
 
+/// What there is in a refined pixel may go on in one beside it, with this probability: a pilot that saw nothing of it
+/// has not been there.
+constexpr double seen_beside = 1.0 / 64;
+
 /// A refined pixel's variance: what its neighbours' samples say too, and with the weight of one of them what was
 /// expected before, each as of one sample. One pixel's own estimate has one degree of freedom.
 float learned_variance(const PixelState& pixel, double expected_of_one, const Neighbourhood::Around& around) {
   const double of_one = (std::max(0.0, around.sum) + expected_of_one) / (around.count + 1);
-  return static_cast<float>(of_one / variance_of_one(1, pixel.count()));
+  return static_cast<float>(std::max(of_one / variance_of_one(1, pixel.count()), pixel.hidden_variance()));
 }
 
 }  // namespace
@@ -102,14 +107,18 @@ SampledError settle(std::span<PixelState> pixels, std::uint32_t width, const Lev
   Audits audits;
   std::vector<float> of_one(pixels.size(), std::numeric_limits<float>::quiet_NaN());
   for (const PixelState& pixel : pixels)
-    if (!pixel.refined() && pixel.measured()) audits.add(pixel);
+    if (!pixel.refined() && pixel.measured() && pixel.hidden == 0) audits.add(pixel);
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     const PixelState& pixel = pixels[i];
     if (pixel.refined() && pixel.measured()) {
       const double error = refined_error(pixel, levels);
       of_one[i] = static_cast<float>(variance_of_one(error, pixel.count()));
       // A pixel that was left alone may have been for looking better than it is: its neighbours have a say.
-      sums.add(pixel.grows ? error : pixel.variance);
+      sums.add(pixel.grows ? std::max(error, pixel.hidden_variance()) : pixel.variance);
+      continue;
+    }
+    if (pixel.hidden > 0) {
+      sums.add(std::max(pixel.variance, pixel.hidden));
       continue;
     }
     pilots.add(pixel.variance);
@@ -123,7 +132,8 @@ SampledError settle(std::span<PixelState> pixels, std::uint32_t width, const Lev
     if (!std::isnan(of_one[i])) {
       pixel.variance = learned_variance(pixel, expected_variance(pixel.contrast), neighbourhood.around(i));
     } else if (audited.count() > 0) {
-      pixel.variance = static_cast<float>(audits.expected(pixel));
+      const double beside = neighbourhood.around(i).mean() * seen_beside;
+      pixel.variance = static_cast<float>(std::max({audits.expected(pixel), beside, double{pixel.hidden}}));
     }
   }
   return sums.known();

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "tracer/src/math/vec.h"
 #include "tracer/src/scene/trace_frame.h"
@@ -69,6 +70,20 @@ class TraceCamera {
     const Vec3 offset = right * (point.x * lens_radius_) + up * (point.y * lens_radius_);
     const Vec3 focus = central.direction * (focus_distance_ / depth(central.direction, 1));
     return {central.origin + offset, normalize(focus - offset)};
+  }
+
+  /// Where in the picture a point of the trace frame is seen through the centre of the lens, as `aim` counts; nothing
+  /// for what lies behind the camera.
+  [[nodiscard]] std::optional<Vec2> seen_at(const Vec3& point) const {
+    const Vec3 offset = point - position_;
+    const double ahead = dot(offset, forward_), right = dot(offset, right_), up = dot(offset, up_);
+    if (type_ == Camera::Type::panorama) {
+      const double longitude = std::atan2(right, ahead), latitude = std::atan2(up, std::hypot(ahead, right));
+      return Vec2{longitude / longitude_ - left_, top_ - latitude / latitude_};
+    }
+    if (!(ahead > 0)) return std::nullopt;
+    const double side = type_ == Camera::Type::perspective ? pixel_ * ahead : pixel_;
+    return Vec2{right / side - left_, top_ - up / side};
   }
 
   /// What a pixel covers of a plane across unit `direction`, as the side of a square that begins with `width` (trace

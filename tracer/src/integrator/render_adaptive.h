@@ -13,6 +13,7 @@
 #include "tracer/src/integrator/picture_error.h"
 #include "tracer/src/integrator/pilot.h"
 #include "tracer/src/integrator/pixel_sum.h"
+#include "tracer/src/integrator/scouts.h"
 #include "tracer/src/integrator/tiles.h"
 #include "tracer/src/integrator/wavefront_pool.h"
 
@@ -40,6 +41,7 @@ class AdaptiveRender {
     if (scene_.needs.reflection || scene_.needs.refraction || scene_.needs.many_lights) missing_.resize(pixels_.size());
     control_.begin(progress_parts);
     trace_pilot();
+    if (!control_.cancelled() && !deadline_.over()) send_scouts();
     if (!control_.cancelled()) deadline_.keep_time_for([&] { expect(); });
     for (round_ = 1; round_ <= rounds_max && !control_.cancelled() && !enough(); ++round_) {
       const RoundPlan plan = plan_round(pixels_, cost_, goal(), wanted_, round_, scene_.accuracy.seed);
@@ -104,6 +106,44 @@ class AdaptiveRender {
     return (place % width_) % stride == 0 && (place / width_) % stride == 0;
   }
 
+  /// Looks at what is too small for the pilot, and notes what there is to see.
+  void send_scouts() {
+    std::vector<std::vector<Scout>> of_tile(tiles_.count());
+    for (const Scout& scout : scouts(scene_, 2 * pixels_.size() + 4096))
+      of_tile[tiles_.index({scout.x, scout.y})].push_back(scout);
+    const Levels levels = this->levels();
+    each_tile([&](std::uint64_t tile, Wavefront<Model>& wavefront) {
+      if (of_tile[tile].empty() || deadline_.over()) return;
+      Batch batch;
+      batch.light_points = fresh_light_points;
+      for (const Scout& scout : of_tile[tile]) {
+        Sample sample = uniform_sample(scene_, scout.x, scout.y, 0, 1);
+        sample.at = scout.at;
+        sample.share = fresh_share;
+        push(batch, scene_, sample);
+      }
+      if (!wavefront.trace(std::move(batch))) return;
+      for (std::size_t i = 0; i < of_tile[tile].size(); ++i)
+        if (finite(wavefront.radiance()[i])) note(of_tile[tile][i], wavefront.radiance()[i], levels);
+    });
+  }
+
+  void note(const Scout& scout, const Color& radiance, const Levels& levels) {
+    PixelState& pixel = pixels_[tiles_.place({scout.x, scout.y})];
+    double apart = 0, missed = 0;
+    for (const auto channel : {&Color::r, &Color::g, &Color::b}) {
+      const double pilot = pixel.pilot.*channel, there = radiance.*channel, shown = levels.level(pilot);
+      const double mean = pilot + (there - pilot) * scout.share;
+      apart += (levels.level(there) - shown) * (levels.level(there) - shown);
+      missed += (levels.level(mean) - shown) * (levels.level(mean) - shown);
+    }
+    // Of a sample that shows the one or the other; of a very bright thing, what its pixel shows without it.
+    const auto variance = static_cast<float>(std::max(apart * scout.share * (1 - scout.share), missed));
+    if (!(variance > 0)) return;
+    pixel.hidden += variance;
+    pixel.hidden_share = std::min(pixel.hidden_share, scout.share);
+  }
+
   void trace_round(const RoundPlan& plan) {
     each_tile([&](std::uint64_t tile, Wavefront<Model>& wavefront) {
       Batch batch;
@@ -123,9 +163,9 @@ class AdaptiveRender {
     });
   }
 
-  /// Fresh samples cover next to nothing of their pixel: what filtering textures over more of it does to the picture is
-  /// an error that they are to tell.
-  static constexpr double fresh_share = 1.0 / 128;
+  /// Fresh samples cover nothing but their point: what filtering textures over the pixel does to the picture is an
+  /// error that they are to tell.
+  static constexpr double fresh_share = 0;
 
   /// The samples that the half of a pixel lacks of `count`. A refined one goes on with its sequence; an audit begins
   /// its own each time.
@@ -186,7 +226,8 @@ class AdaptiveRender {
     const std::vector<float> contrast = contrasts(shown, width_);
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
       pixels_[i].contrast = contrast[i];
-      pixels_[i].variance = static_cast<float>(pixels_[i].sampled ? expected_variance(contrast[i]) : contrast[i]);
+      const double expected = pixels_[i].sampled ? expected_variance(contrast[i]) : contrast[i];
+      pixels_[i].variance = static_cast<float>(std::max(expected, double{pixels_[i].hidden}));
     }
     sampled_ = settle(pixels_, width_, levels);
     estimate(levels);
@@ -298,12 +339,22 @@ class AdaptiveRender {
     rendered.statistics.audit_samples = rendered.statistics.samples - in_means;
     const Means means = write_means();
     const Hideable hidden = this->hidden(means.rgb);
+    agree(variances);
     write_error_layer(image, variances, means.missing, hidden, levels());
     rendered.error = error_;
     rendered.error.bounded = hidden.bounded || (error_.depth == 0 && error_.cutoff == 0);
     rendered.error.target = wanted_.target_error;
     rendered.error.met = !wanted_.target_error || error_.estimate <= *wanted_.target_error;
     return rendered;
+  }
+
+  /// Makes the pixels' variances add up to what is claimed of the picture.
+  void agree(std::vector<float>& variances) const {
+    double sum = 0;
+    for (const float variance : variances) sum += variance;
+    if (!(sum > 0)) return;
+    const auto factor = static_cast<float>(std::max(1.0, sampled_.squared_upper / sum));
+    for (float& variance : variances) variance *= factor;
   }
 
   const CompiledScene& scene_;

@@ -32,6 +32,11 @@ class Tiles {
     return pixels;
   }
 
+  /// The tile that the pixel is in.
+  [[nodiscard]] std::uint64_t index(const Pixel& pixel) const {
+    return std::uint64_t{(pixel.y - window_.y0) / side} * columns_ + (pixel.x - window_.x0) / side;
+  }
+
   /// Where the pixel is in the window, row by row.
   [[nodiscard]] std::size_t place(const Pixel& pixel) const {
     return static_cast<std::size_t>(pixel.y - window_.y0) * window_.width() + (pixel.x - window_.x0);
