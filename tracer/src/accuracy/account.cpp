@@ -81,13 +81,15 @@ class Neighbourhood {
 
 /// What there is in a refined pixel may go on in one beside it, with this probability: a pilot that saw nothing of it
 /// has not been there.
-constexpr double seen_beside = 1.0 / 64;
+constexpr double seen_beside = 1.0 / 16;
 
-/// A refined pixel's variance: what its neighbours' samples say too, and with the weight of one of them what was
-/// expected before, each as of one sample. One pixel's own estimate has one degree of freedom.
-float learned_variance(const PixelState& pixel, double expected_of_one, const Neighbourhood::Around& around) {
-  const double of_one = (std::max(0.0, around.sum) + expected_of_one) / (around.count + 1);
-  return static_cast<float>(std::max(of_one / variance_of_one(1, pixel.count()), pixel.hidden_variance()));
+/// A refined pixel's variance: its own estimate has few degrees of freedom, so its neighbours have a say in it, and
+/// what was expected before; the sum of their estimates, each as of one sample.
+float learned_variance(const PixelState& pixel, double own, double expected, const Neighbourhood::Around& around) {
+  constexpr double own_weight = 4;  // the neighbours include the pixel itself
+  const double sum = (own_weight - 1) * own + around.sum + expected;
+  const double of_one = std::max(0.0, sum) / (own_weight + around.count);
+  return static_cast<float>(std::max(of_one / variance_of_one(1, pixel.count()), pixel.unseen()));
 }
 
 }  // namespace
@@ -114,7 +116,7 @@ SampledError settle(std::span<PixelState> pixels, std::uint32_t width, const Lev
       const double error = refined_error(pixel, levels);
       of_one[i] = static_cast<float>(variance_of_one(error, pixel.count()));
       // A pixel that was left alone may have been for looking better than it is: its neighbours have a say.
-      sums.add(pixel.grows ? std::max(error, pixel.hidden_variance()) : pixel.variance);
+      sums.add(pixel.grows ? std::max(error, pixel.unseen()) : pixel.variance);
       continue;
     }
     if (pixel.hidden > 0) {
@@ -130,7 +132,7 @@ SampledError settle(std::span<PixelState> pixels, std::uint32_t width, const Lev
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     PixelState& pixel = pixels[i];
     if (!std::isnan(of_one[i])) {
-      pixel.variance = learned_variance(pixel, expected_variance(pixel.contrast), neighbourhood.around(i));
+      pixel.variance = learned_variance(pixel, of_one[i], expected_variance(pixel.contrast), neighbourhood.around(i));
     } else if (audited.count() > 0) {
       const double beside = neighbourhood.around(i).mean() * seen_beside;
       pixel.variance = static_cast<float>(std::max({audits.expected(pixel), beside, double{pixel.hidden}}));

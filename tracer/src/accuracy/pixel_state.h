@@ -29,7 +29,7 @@ struct PixelState {
   std::array<std::uint32_t, 2> half_count{};
   float variance = 0;  ///< to be expected of the pixel, in squared levels, the channels added up
   float contrast = 0;  ///< of the pilots around it; in the same unit
-  /// Something in the pixel that its samples are likely to miss: the variance of one sample that it makes, in squared
+  /// Something in the pixel that its samples are likely to miss: the squared error of a pixel without it, in squared
   /// levels, and the part of the pixel that it covers.
   float hidden = 0, hidden_share = 1;
   Role role = Role::pilot;
@@ -42,10 +42,8 @@ struct PixelState {
   /// Of the samples whose mean the pixel is.
   [[nodiscard]] std::uint32_t count() const { return measured() && refined() ? half_count[0] + half_count[1] : 1; }
   [[nodiscard]] Color mean() const { return measured() && refined() ? (half[0] + half[1]) * (1.0 / count()) : pilot; }
-  /// What of `hidden` samples cannot speak of yet: where four of them are to be expected on it, they do.
-  [[nodiscard]] double hidden_variance() const {
-    return static_cast<double>(count()) * hidden_share < 4 ? static_cast<double>(hidden) / count() : 0;
-  }
+  /// The part of `hidden` that samples cannot speak of yet: where four of them are to be expected on it, they do.
+  [[nodiscard]] double unseen() const { return static_cast<double>(count()) * hidden_share < 4 ? hidden : 0; }
   /// Ends the round.
   void forget_audit() {
     if (role != Role::audited) return;

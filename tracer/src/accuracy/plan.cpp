@@ -94,7 +94,7 @@ class Planner {
 /// Enough audits to know a mean by, few enough to cost little; small pictures have few pixels and so a large share.
 double share_of_audits(std::size_t pilots) {
   constexpr double enough = 1024;
-  return std::clamp(enough / static_cast<double>(std::max<std::size_t>(1, pilots)), 1.0 / 32, 1.0 / 4);
+  return std::clamp(enough / static_cast<double>(std::max<std::size_t>(1, pilots)), 1.0 / 32, 1.0 / 2);
 }
 
 }  // namespace

@@ -60,13 +60,21 @@ class Finder {
     const double side = pixel_side(point);
     if (!(radius < side)) return;
     const auto seen = scene_.camera.seen_at(point);
-    if (!seen || !(seen->x >= window_.x0 && seen->x < window_.x1 && seen->y >= window_.y0 && seen->y < window_.y1))
-      return;
-    const double share = std::numbers::pi / 4 * (2 * radius / side) * (std::max(length_of_step, 2 * radius) / side);
-    const double x = std::floor(seen->x), y = std::floor(seen->y);
+    if (!seen) return;
+    const double thick = radius / side;
+    const double share = std::numbers::pi * thick * std::max(length_of_step / (2 * side), thick);
+    if (thick < 0.1) return add_scout(*seen, share);
+    // It reaches into other pixels: from the middle of each of its quarters.
+    for (const double dx : {-0.5, 0.5})
+      for (const double dy : {-0.5, 0.5}) add_scout({seen->x + dx * thick, seen->y + dy * thick}, share / 4);
+  }
+
+  void add_scout(const Vec2& seen, double share) {
+    if (!(seen.x >= window_.x0 && seen.x < window_.x1 && seen.y >= window_.y0 && seen.y < window_.y1)) return;
+    const double x = std::floor(seen.x), y = std::floor(seen.y);
     found_.push_back({static_cast<std::uint32_t>(x),
                       static_cast<std::uint32_t>(y),
-                      {seen->x - x, seen->y - y},
+                      {seen.x - x, seen.y - y},
                       static_cast<float>(std::min(share, 1.0))});
   }
 
