@@ -141,6 +141,12 @@ SampledError settle(std::span<PixelState> pixels, std::uint32_t width, const Lev
   return sums.known();
 }
 
+SampledError joined(const SampledError& own, const SummedErrors& audit) {
+  constexpr double one_sided_95_percent = 1.645;  // nothing was decided by it, so nothing has to be made up for
+  const double upper = audit.squared + one_sided_95_percent * std::sqrt(audit.spread);
+  return {std::max(own.squared, audit.squared), std::max(own.squared_upper, upper)};
+}
+
 SampledError settle(std::span<const float> variances) {
   SummedErrors sums;
   for (const float variance : variances) sums.add(variance);

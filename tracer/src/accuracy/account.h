@@ -49,6 +49,9 @@ class AuditedError {
 /// for them counts. Also learns: sets `variance` of every pixel to what is now to be expected of it.
 SampledError settle(std::span<PixelState> pixels, std::uint32_t width, const Levels& levels);
 
+/// What is known of a picture from its own samples and from an audit of it: the greater.
+SampledError joined(const SampledError& own, const SummedErrors& audit);
+
 /// The same for samples that tell their variances alone; see uniform_error.h.
 SampledError settle(std::span<const float> variances);
 

@@ -2,13 +2,14 @@
 /// Samples where they lower the error most, until it is low enough or the time is over. Each round decides from all
 /// samples so far, traces fresh ones, and estimates from these what error is left (accuracy/pixel_state.h).
 
+#include <bit>
 #include <limits>
 
 #include "tracer/src/accuracy/contrast.h"
 #include "tracer/src/accuracy/plan.h"
+#include "tracer/src/integrator/audit.h"
 #include "tracer/src/integrator/camera_rays.h"
 #include "tracer/src/integrator/deadline.h"
-#include "tracer/src/integrator/exact_error.h"
 #include "tracer/src/integrator/parallel.h"
 #include "tracer/src/integrator/picture_error.h"
 #include "tracer/src/integrator/pilot.h"
@@ -29,7 +30,8 @@ class AdaptiveRender {
         wanted_(*scene.accuracy.adaptive),
         deadline_(settings, wanted_),
         tiles_(scene.image.window()),
-        pool_(scene, control, scene.accuracy.approximate) {}
+        pool_(scene, control, scene.accuracy.approximate),
+        audit_(scene, settings, control, scene.accuracy.approximate) {}
 
   /// Throws std::bad_alloc.
   Result<Rendered, Failure> run() {
@@ -43,7 +45,8 @@ class AdaptiveRender {
     trace_pilot();
     if (!control_.cancelled() && !deadline_.over()) send_scouts();
     if (!control_.cancelled()) deadline_.keep_time_for([&] { expect(); });
-    for (round_ = 1; round_ <= rounds_max && !control_.cancelled() && !enough(); ++round_) {
+    for (round_ = 1; round_ <= rounds_max && !control_.cancelled(); ++round_) {
+      if (enough() && (deadline_.over() || holds())) break;
       const RoundPlan plan = plan_round(pixels_, cost_, goal(), wanted_, round_, scene_.accuracy.seed);
       if (plan.empty) break;
       trace_round(plan);
@@ -60,6 +63,7 @@ class AdaptiveRender {
   static constexpr std::uint32_t rounds_max = 24;  // at eightfold growth each, far more than any pixel may grow
   static constexpr std::uint64_t progress_parts = 1000;
   static constexpr std::uint32_t batch_rays = 4096;
+  static constexpr double caught = 16;  ///< times what was expected of a pixel: that was wrong
   static constexpr std::uint64_t pilot_stream = std::uint64_t{1} << 32;  ///< beyond those of all rounds
   /// The points by which camera rays know a soft light: more in the pilot, which has one sample a pixel to see where
   /// penumbrae are.
@@ -203,11 +207,11 @@ class AdaptiveRender {
 
   /// What the pixel's samples lack and hit; a refined pixel's pilot is no longer one of them, but counts there as well.
   void note(std::size_t place, const Wavefront<Model>& wavefront, std::size_t sample) {
-    if (!missing_.empty()) add(missing_[place], wavefront.missing()[sample]);
+    if (!missing_.empty()) accumulate(missing_[place], wavefront.missing()[sample]);
     if (!layers_.empty()) layers_[place].add(wavefront.first_hits(), sample);
   }
 
-  static void add(MissingLight& sum, const MissingLight& sample) {
+  static void accumulate(MissingLight& sum, const MissingLight& sample) {
     sum.depth += sample.depth;
     sum.cutoff += sample.cutoff;
     sum.spared += sample.spared;
@@ -257,6 +261,23 @@ class AdaptiveRender {
     if (deadline_.set()) return deadline_.part_gone();
     if (!wanted_.target_error || !(error_.estimate > *wanted_.target_error)) return 0;
     return std::log(first_error_ / error_.estimate) / std::log(first_error_ / *wanted_.target_error);
+  }
+
+  /// Whether samples that decided nothing say so, too: rounds go on until they please. Else learns from what they
+  /// found.
+  bool holds() {
+    std::vector<Color> means(pixels_.size());
+    for (std::size_t i = 0; i < pixels_.size(); ++i) means[i] = pixels_[i].mean();
+    const auto half = [&](std::size_t place) { return std::max(2u, std::bit_ceil(pixels_[place].count()) / 4); };
+    const auto tell = [&](std::size_t place, double error) {
+      PixelState& pixel = pixels_[place];
+      if (error > caught * pixel.variance) pixel.variance = static_cast<float>(error);
+    };
+    const Levels levels = this->levels();
+    const SummedErrors found = audit_.measure({.means = means, .half = half, .stream = round_, .tell = tell}, levels);
+    sampled_ = joined(sampled_, found);
+    estimate(levels);
+    return error_.estimate <= *wanted_.target_error;
   }
 
   /// Nothing is enough before fresh samples have said so.
@@ -325,6 +346,7 @@ class AdaptiveRender {
     allocate(image, scene_.image.window(), scene_.output);
     std::vector<float> variances(pixels_.size());
     rendered.statistics = pool_.statistics();
+    add(rendered.statistics, audit_.statistics());
     rendered.statistics.samples_min = std::numeric_limits<std::uint32_t>::max();
     std::uint64_t in_means = 0;
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
@@ -364,6 +386,7 @@ class AdaptiveRender {
   Deadline deadline_;
   Tiles tiles_;
   WavefrontPool<Model> pool_;
+  Audit<Model> audit_;
   std::uint32_t width_ = 0, round_ = 0;
   std::vector<PixelState> pixels_;
   std::vector<float> cost_;  ///< rays of a sample, as the pilot of its tile had

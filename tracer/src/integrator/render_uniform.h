@@ -2,8 +2,8 @@
 /// Exactly so many samples in every pixel.
 
 #include "tracer/src/accuracy/uniform_error.h"
+#include "tracer/src/integrator/audit.h"
 #include "tracer/src/integrator/camera_rays.h"
-#include "tracer/src/integrator/exact_error.h"
 #include "tracer/src/integrator/parallel.h"
 #include "tracer/src/integrator/picture_error.h"
 #include "tracer/src/integrator/pixel_sum.h"

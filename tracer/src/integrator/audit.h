@@ -1,0 +1,142 @@
+#pragma once
+/// The error of a picture as fresh samples of some of its pixels tell it, chosen by chance: samples that are in no
+/// pixel's mean and had no part in any decision. Exact ones tell what approximations cost, too.
+
+#include <algorithm>
+#include <functional>
+
+#include "tracer/src/accuracy/account.h"
+#include "tracer/src/integrator/camera_rays.h"
+#include "tracer/src/integrator/parallel.h"
+#include "tracer/src/integrator/tiles.h"
+#include "tracer/src/integrator/wavefront_pool.h"
+
+namespace tracer {
+
+/// What is audited, and how.
+struct AuditPlan {
+  std::span<const Color> means;  ///< of the picture's pixels
+  /// Samples for each half of the pixel at a place; null: four.
+  std::function<std::uint32_t(std::size_t)> half;
+  std::uint64_t stream = 0;  ///< audits of different streams are independent
+  /// Told the squared error of each pixel that was chosen, by one thread at a time for each pixel; may be null.
+  std::function<void(std::size_t, double)> tell;
+};
+
+template <class Model>
+class Audit {
+ public:
+  Audit(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control,
+        const Approximations& approximations)
+      : scene_(scene),
+        settings_(settings),
+        control_(control),
+        tiles_(scene.image.window()),
+        pool_(scene, control, approximations) {}
+
+  /// Of the whole picture; see pixel_state.h. Throws std::bad_alloc.
+  SummedErrors measure(const AuditPlan& plan, const Levels& levels) {
+    std::vector<AuditedError> of_tile(tiles_.count());
+    for_each_tile(tiles_.count(), settings_.threads, [&](std::uint64_t tile) {
+      if (control_.cancelled()) return;
+      typename WavefrontPool<Model>::Lease wavefront(pool_);
+      of_tile[tile] = measure_tile(tile, *wavefront, plan, levels);
+    });
+    AuditedError all;
+    for (const AuditedError& one : of_tile) all.add(one);
+    return all.of(plan.means.size());
+  }
+
+  /// What all audits traced.
+  [[nodiscard]] RenderStatistics statistics() const {
+    RenderStatistics traced = pool_.statistics();
+    traced.audit_samples = traced.samples;
+    return traced;
+  }
+
+ private:
+  static constexpr std::uint32_t light_points = 2;
+  static constexpr std::uint64_t streams = std::uint64_t{1} << 40;  ///< beyond those of all rounds
+
+  struct Chosen {
+    PixelState state;
+    std::size_t place = 0;
+    std::uint32_t half = 0;
+  };
+
+  AuditedError measure_tile(std::uint64_t tile, Wavefront<Model>& wavefront, const AuditPlan& plan,
+                            const Levels& levels) {
+    Batch batch;
+    batch.light_points = light_points;
+    std::vector<Chosen> chosen;
+    for (const Pixel& pixel : tiles_.pixels(tile)) {
+      const std::size_t place = tiles_.place(pixel);
+      if (!chooses(place, plan.stream)) continue;
+      Chosen& one = chosen.emplace_back();
+      one.place = place;
+      one.half = plan.half ? plan.half(place) : 4;
+      one.state.pilot = plan.means[place];
+      one.state.role = PixelState::Role::audited;
+      for (std::uint32_t half = 0; half < 2; ++half)
+        for (std::uint32_t index = 0; index < one.half; ++index)
+          push(batch, scene_, sample(pixel, index, one.half, streams + 2 * plan.stream + half));
+    }
+    AuditedError sum;
+    if (chosen.empty() || !wavefront.trace(std::move(batch))) return sum;
+    std::size_t next = 0;
+    for (Chosen& one : chosen) {
+      for (std::size_t i = 0; i < 2 * std::size_t{one.half}; ++i, ++next) {
+        const Color& radiance = wavefront.radiance()[next];
+        if (!finite(radiance)) continue;
+        one.state.half[i / one.half] += radiance;
+        ++one.state.half_count[i / one.half];
+      }
+      if (!one.state.measured()) continue;
+      const double usual = std::sqrt(std::max(0.0, audited_radiance_error(one.state)));
+      const double error = audited_error(one.state, levels, usual);
+      sum.add(error);
+      if (plan.tell) plan.tell(one.place, error);
+    }
+    return sum;
+  }
+
+  /// Of their point alone, as all fresh samples are; pairs have nothing of the picture's slope.
+  Sample sample(const Pixel& pixel, std::uint32_t index, std::uint32_t count, std::uint64_t stream) const {
+    Sample sample = count == 2 ? mirrored_sample(scene_, pixel.x, pixel.y, index, stream)
+                               : fresh_sample(scene_, pixel.x, pixel.y, index, stream);
+    sample.share = 0;
+    return sample;
+  }
+
+  /// A thirty-second of the pixels, or as many as tell the error of a small picture.
+  [[nodiscard]] bool chooses(std::size_t place, std::uint64_t stream) const {
+    constexpr double enough = 2048;
+    const double share = std::clamp(enough / static_cast<double>(scene_.image.window().pixels()), 1.0 / 32, 1.0);
+    const std::uint64_t chance = mix(mix(place ^ mix(stream)) ^ mix(~scene_.accuracy.seed));
+    return static_cast<double>(chance >> 11) * 0x1p-53 < share;
+  }
+
+  const CompiledScene& scene_;
+  const RenderSettings& settings_;
+  RenderControl& control_;
+  Tiles tiles_;
+  WavefrontPool<Model> pool_;
+};
+
+/// Joins what exact samples tell to the estimate of a picture whose approximations it did not know of: these are the
+/// part that `sampling` and the rest do not explain.
+template <class Model>
+void account_for_approximations(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control,
+                                const Levels& levels, Rendered& rendered) {
+  if (!scene.accuracy.approximate.any()) return;
+  const std::vector<float>& rgb = rendered.image.rgb;
+  std::vector<Color> means(rgb.size() / 3);
+  for (std::size_t i = 0; i < means.size(); ++i) means[i] = {rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2]};
+  Audit<Model> exact(scene, settings, control, {});
+  const SampledError whole = exact.measure({.means = means, .half = {}, .stream = 0, .tell = {}}, levels).known();
+  add(rendered.statistics, exact.statistics());
+  add_approximation(rendered.error, whole, means.size());
+  rendered.error.met = !rendered.error.target || rendered.error.estimate <= *rendered.error.target;
+}
+
+}  // namespace tracer
