@@ -1,0 +1,342 @@
+// Samples that go where the error is: what is promised of the picture, of its samples and of the time.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numeric>
+
+#include "tests/support/effort.h"
+#include "tests/support/scenes.h"
+#include "tracer/compare.h"
+#include "tracer/compile.h"
+
+namespace {
+
+using namespace tracer;
+
+/// With the layers that tell of samples and error.
+Scene adapting(Scene scene, const Adaptive& adaptive) {
+  scene.accuracy.adaptive = adaptive;
+  scene.output.layers = {Layer::samples, Layer::error};
+  return scene;
+}
+
+Adaptive until(double target_error) {
+  Adaptive adaptive;
+  adaptive.target_error = target_error;
+  return adaptive;
+}
+
+/// Edges, a mirror, glass, a checker and a soft light: something to refine of every kind.
+Scene still_life(std::uint32_t side) {
+  Scene scene = scenes::empty(side);
+  scene.camera = {{1, 2, 7}, {0, 0.6, 0}, {0, 1, 0}, 35};
+  scene.background.color = {0.2, 0.3, 0.5};
+  scene.ambient = {0.1, 0.1, 0.1};
+  Light lamp;
+  lamp.source = RectLight{{2, 5, 2}, {1, 0, 0}, {0, 0, 1}};
+  scene.lights = {lamp};
+  scene.textures.push_back({CheckerTexture{{Color{0.9, 0.8, 0.7}, Color{0.2, 0.1, 0.1}}}, {1, 1}, {0, 0}, ""});
+  Material floor = scenes::matte({1, 1, 1});
+  floor.color = TextureId{0};
+  scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, floor);
+  scenes::add(scene, Sphere{{-1, 0.7, 0}, 0.7}, scenes::mirror(0.7));
+  scenes::add(scene, Sphere{{0.8, 0.6, 0.8}, 0.6}, scenes::glass());
+  scenes::add(scene, Sphere{{1, 0.5, -1.5}, 0.5}, scenes::matte({0.9, 0.4, 0.2}));
+  scene.accuracy.cutoff = 1e-3;
+  return scene;
+}
+
+std::shared_ptr<const CompiledScene> compiled(const Scene& scene) {
+  RenderControl control;
+  auto result = compile(scene, control);
+  EXPECT_TRUE(result.has_value());
+  return *result;
+}
+
+void expect_same(const Rendered& one, const Rendered& other) {
+  EXPECT_EQ(one.image.rgb, other.image.rgb);
+  EXPECT_EQ(one.image.layers.samples, other.image.layers.samples);
+  EXPECT_EQ(one.image.layers.error, other.image.layers.error);
+  EXPECT_EQ(one.statistics, other.statistics);
+  EXPECT_EQ(one.error.estimate, other.error.estimate);
+  EXPECT_EQ(one.error.approximation, other.error.approximation);
+}
+
+TEST(AnAdaptivePicture, IsBitIdenticalForAnyNumberOfThreads) {
+  std::vector<Scene> scenes{adapting(still_life(40), until(2))};
+  Scene approximate = scenes[0];
+  approximate.accuracy.approximate.shadows = Approximations::Shadows::none;
+  scenes.push_back(approximate);
+  for (std::uint64_t seed = 0; seed < effort::cases(4); ++seed)
+    scenes.push_back(adapting(scenes::random(seed, 40), until(2)));
+  std::size_t refined = 0;
+  for (const Scene& scene : scenes) {
+    const Rendered one = scenes::render(scene, 1);
+    for (const std::uint32_t threads : {2u, 7u}) expect_same(one, scenes::render(scene, threads));
+    refined += one.statistics.samples_max > 1 ? 1 : 0;
+  }
+  EXPECT_GE(refined, 2u) << "there was nothing to do";
+}
+
+TEST(AnAdaptivePicture, HasTheSamplesThatWereAskedForAndThatAreReported) {
+  struct Asked {
+    std::uint32_t min, max;
+    double target;
+  };
+  for (const Asked& asked : {Asked{1, 4096, 1}, {1, 64, 0.01}, {4, 32, 100}, {16, 16, 1}, {64, 256, 100}}) {
+    Adaptive adaptive = until(asked.target);
+    adaptive.samples_min = asked.min;
+    adaptive.samples_max = asked.max;
+    const Rendered rendered = scenes::render(adapting(still_life(24), adaptive));
+    const auto& samples = rendered.image.layers.samples;
+    const auto [least, most] = std::minmax_element(samples.begin(), samples.end());
+    SCOPED_TRACE(::testing::Message() << asked.min << ".." << asked.max << ", target " << asked.target);
+    EXPECT_GE(*least, asked.min);
+    EXPECT_LE(*most, asked.max);
+    EXPECT_EQ(*least, rendered.statistics.samples_min);
+    EXPECT_EQ(*most, rendered.statistics.samples_max);
+    const auto in_picture = std::accumulate(samples.begin(), samples.end(), std::uint64_t{0});
+    EXPECT_LE(in_picture, rendered.statistics.samples - rendered.statistics.audit_samples);
+    EXPECT_EQ(rendered.statistics.samples, rendered.statistics.rays.camera);
+  }
+}
+
+TEST(AnAdaptivePicture, MeetsItsTargetOrSaysThatItDoesNot) {
+  for (const double target : {0.5, 2.0, 16.0}) {
+    for (const std::uint32_t samples_max : {4u, 4096u}) {
+      Adaptive adaptive = until(target);
+      adaptive.samples_max = samples_max;
+      const ErrorEstimate error = scenes::render(adapting(still_life(32), adaptive)).error;
+      EXPECT_EQ(error.target, target);
+      EXPECT_EQ(error.met, error.estimate <= target);
+      if (samples_max == 4096) {
+        EXPECT_TRUE(error.met) << error.estimate << " of " << target;
+      }
+      if (samples_max == 4 && target < 1) {
+        EXPECT_FALSE(error.met) << "four samples cannot do that";
+      }
+    }
+  }
+}
+
+double root_mean_square(const std::vector<float>& values) {
+  double sum = 0;
+  for (const float value : values) sum += static_cast<double>(value) * value;
+  return std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+TEST(AnAdaptivePicture, IsNoWorseAndTakesNoFewerSamplesForASmallerTarget) {
+  double estimate = std::numeric_limits<double>::infinity(), layer = estimate;
+  std::uint64_t samples = 0;
+  for (const double target : {16.0, 4.0, 1.0}) {
+    const Rendered rendered = scenes::render(adapting(still_life(48), until(target)));
+    EXPECT_LE(rendered.error.estimate, estimate) << target;
+    EXPECT_LE(root_mean_square(rendered.image.layers.error), layer) << target;
+    EXPECT_GE(rendered.statistics.samples, samples) << target;
+    estimate = rendered.error.estimate;
+    layer = root_mean_square(rendered.image.layers.error);
+    samples = rendered.statistics.samples;
+  }
+}
+
+TEST(AnAdaptivePicture, WithNothingToRefineTakesOneSampleAPixel) {
+  Scene scene = scenes::empty(128);
+  scene.camera = {{0, 5, 0}, {0, 0, 0}, {0, 0, 1}, 40};
+  scene.lights = {scenes::directional_light({0, -1, 0.5})};
+  scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({0.5, 0.5, 0.5}));
+  constexpr std::uint64_t pixels = 128 * 128;
+  const Rendered rendered = scenes::render(adapting(scene, until(1)));
+  EXPECT_EQ(rendered.statistics.samples_max, 1u);
+  EXPECT_EQ(rendered.statistics.samples - rendered.statistics.audit_samples, pixels);
+  EXPECT_GT(rendered.statistics.audit_samples, 0u) << "nobody looked whether that was enough";
+  EXPECT_LT(rendered.statistics.audit_samples, pixels / 3);
+  EXPECT_LT(rendered.error.estimate, 1e-3);
+  scene.accuracy.adaptive.reset();
+  EXPECT_EQ(rendered.image.rgb, scenes::render(scene).image.rgb);
+}
+
+// ---- time ----------------------------------------------------------------------------------------------------------
+
+/// A clock that is a millisecond later each time it is asked, and does something at one of these times.
+struct FakeClock {
+  std::atomic<int> asked{0};
+  int moment = -1;
+  std::function<void()> then{};
+  RenderSettings settings(std::uint32_t threads = 1) {
+    return {.elapsed_ms =
+                [this] {
+                  const int now = ++asked;
+                  if (now == moment && then) then();
+                  return static_cast<double>(now);
+                },
+            .threads = threads};
+  }
+};
+
+/// Nothing in it is black.
+Scene bright(std::uint32_t side) {
+  Scene scene = still_life(side);
+  scene.ambient = {0.3, 0.3, 0.3};
+  scene.materials[1].emission = scene.materials[2].emission = {0.1, 0.1, 0.1};
+  return scene;
+}
+
+Rendered within(double budget_ms, FakeClock& clock, std::uint32_t side = 64) {
+  Adaptive adaptive;
+  adaptive.time_budget_ms = budget_ms;
+  RenderControl control;
+  auto rendered = render(*compiled(adapting(bright(side), adaptive)), clock.settings(), control);
+  EXPECT_TRUE(rendered.has_value());
+  return std::move(*rendered);
+}
+
+TEST(ATimeBudget, GivesAWholePictureWheneverItEnds) {
+  for (const double budget_ms : {1e-6, 1.0, 5.0, 20.0, 40.0, 60.0, 100.0, 150.0}) {
+    FakeClock clock;
+    const Rendered rendered = within(budget_ms, clock);
+    EXPECT_GT(*std::min_element(rendered.image.rgb.begin(), rendered.image.rgb.end()), 0) << budget_ms;
+    EXPECT_TRUE(std::isfinite(rendered.error.estimate) && rendered.error.estimate > 0) << budget_ms;
+    EXPECT_TRUE(rendered.error.met) << "no target, nothing missed";
+  }
+}
+
+TEST(ATimeBudget, OfNextToNothingTracesNextToNothing) {
+  FakeClock clock;
+  const Rendered rendered = within(1e-6, clock);
+  EXPECT_EQ(rendered.statistics.rays.camera, 64u * 64 / (16 * 16)) << "a pixel of each 16 x 16";
+  EXPECT_EQ(rendered.statistics.samples_min, 0u);
+}
+
+TEST(ATimeBudget, IsLookedAtBeforeEveryTileAndEndsTheWorkOnceItIsOver) {
+  constexpr double budget_ms = 100;
+  FakeClock clock;
+  const Rendered rendered = within(budget_ms, clock);
+  EXPECT_GE(clock.asked, budget_ms) << "it was used up";
+  // What is asked after the end is once for every tile that is left out, and a few times for the account.
+  FakeClock never;
+  within(1e-6, never);
+  EXPECT_LE(clock.asked, budget_ms + never.asked);
+  EXPECT_LT(rendered.statistics.samples_max, 4096u);
+}
+
+TEST(ATimeBudget, BuysMoreSamplesAndLessErrorTheLargerItIs) {
+  std::uint64_t samples = 0;
+  double error = std::numeric_limits<double>::infinity();
+  for (const double budget_ms : {20.0, 80.0, 120.0, 200.0}) {
+    FakeClock clock;
+    const Rendered rendered = within(budget_ms, clock);
+    EXPECT_GT(rendered.statistics.samples, samples) << budget_ms;
+    EXPECT_LT(rendered.error.estimate, error) << budget_ms;
+    samples = rendered.statistics.samples;
+    error = rendered.error.estimate;
+  }
+}
+
+TEST(ATimeBudget, IsNoneWithoutAClockOrBehindATargetThatIsMetSooner) {
+  const Scene scene = adapting(still_life(48), until(4));
+  Scene hurried = scene;
+  hurried.accuracy.adaptive->time_budget_ms = 1e-6;
+  expect_same(scenes::render(hurried), scenes::render(scene));
+}
+
+TEST(CancellingAnAdaptiveRender, StopsItAtAnyMomentWithoutAPicture) {
+  Adaptive adaptive;
+  adaptive.time_budget_ms = 1e9;
+  adaptive.samples_max = 64;
+  const auto scene = compiled(adapting(still_life(64), adaptive));
+  for (const int moment : {1, 2, 3, 20, 50, 70, 90, 110}) {
+    RenderControl control;
+    FakeClock clock;
+    clock.moment = moment;
+    clock.then = [&] { control.cancel(); };
+    const auto picture = render(*scene, clock.settings(2), control);
+    ASSERT_GE(clock.asked, moment);
+    ASSERT_FALSE(picture.has_value()) << moment;
+    EXPECT_EQ(picture.error().code, Failure::Code::cancelled);
+    EXPECT_LT(clock.asked, moment + 20) << "no more than a tile of each thread";
+  }
+}
+
+// ---- cutoff by chance ----------------------------------------------------------------------------------------------
+
+constexpr double reflection = 0.5, emission = 0.25;
+
+/// Between two facing mirrors that shine themselves: every ray sees emission * (1 + reflection + reflection^2 + ...).
+Scene corridor(double cutoff) {
+  Scene scene = scenes::empty(8);
+  scene.camera = {{0, 5, 0}, {0, 0, 0}, {0, 0, 1}, 40};
+  Material shining = scenes::mirror(reflection);
+  shining.emission = {emission, emission, emission};
+  scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, shining);
+  scenes::add(scene, Plane{{0, 6, 0}, {0, 1, 0}, {}}, MaterialId{0});
+  scene.accuracy.cutoff = cutoff;
+  return scene;
+}
+
+TEST(CutoffByChance, HasTheMeanOfThePictureWithoutACutoffWhereThePlainOneLacksItsTail) {
+  const double whole = emission / (1 - reflection);
+  Scene scene = corridor(0.1);
+  const Rendered plain = scenes::render(scene);
+  const double kept = whole * (1 - std::pow(reflection, 4));  // 1, 1/2, 1/4, 1/8 | 1/16
+  for (const float value : plain.image.rgb) EXPECT_FLOAT_EQ(value, static_cast<float>(kept));
+  EXPECT_GT(plain.error.cutoff, 0);
+  scene.accuracy.cutoff_by_chance = true;
+  double sum = 0, squares = 0, count = 0;
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    scene.accuracy.seed = seed;
+    const Rendered rendered = scenes::render(scene);
+    EXPECT_EQ(rendered.error.cutoff, 0) << "nothing is missing in the mean";
+    for (std::size_t i = 0; i < rendered.image.rgb.size(); i += 3, ++count) {
+      sum += rendered.image.rgb[i];
+      squares += static_cast<double>(rendered.image.rgb[i]) * rendered.image.rgb[i];
+    }
+  }
+  const double mean = sum / count, standard_error = std::sqrt((squares / count - mean * mean) / count);
+  EXPECT_GT(standard_error, 0) << "nothing was left to chance";
+  EXPECT_LT(std::abs(mean - whole), 4 * standard_error) << mean << " of " << whole;
+  EXPECT_GT(whole - kept, 20 * standard_error) << "the test could not tell them apart";
+}
+
+TEST(CutoffByChance, ChangesNothingWhereNoBranchIsBelowTheCutoff) {
+  Scene scene = corridor(0);
+  scene.accuracy.max_depth = 5;
+  const Rendered plain = scenes::render(scene);
+  scene.accuracy.cutoff_by_chance = true;
+  expect_same(plain, scenes::render(scene));
+}
+
+// ---- approximations ------------------------------------------------------------------------------------------------
+
+TEST(TheErrorOfAnApproximation, IsMeasuredAndToldAsItsOwnPart) {
+  Scene exact = still_life(64);
+  Scene shadowless = exact;
+  shadowless.accuracy.approximate.shadows = Approximations::Shadows::none;
+  const auto converged = [](Scene scene) {
+    scene.accuracy.samples = 64;
+    return shown(scenes::render(scene, 2).image);
+  };
+  const double apart = compare(converged(exact), converged(shadowless))->rmse;
+  ASSERT_GT(apart, 4) << "there was nothing to leave out";
+  for (const double target : {1.0, 4.0}) {
+    const ErrorEstimate error = scenes::render(adapting(shadowless, until(target))).error;
+    EXPECT_GE(error.approximation, apart);
+    EXPECT_LT(error.approximation, 1.5 * apart);
+    EXPECT_GE(error.estimate, error.approximation);
+    EXPECT_FALSE(error.met);
+  }
+  shadowless.accuracy.samples = 16;
+  const ErrorEstimate uniform = scenes::render(shadowless).error;
+  EXPECT_GE(uniform.approximation, apart);
+  EXPECT_LT(uniform.approximation, 1.5 * apart);
+}
+
+TEST(TheErrorOfAnApproximation, IsNothingWhereNoneIsAskedFor) {
+  EXPECT_EQ(scenes::render(adapting(still_life(48), until(4))).error.approximation, 0);
+  EXPECT_EQ(scenes::render(still_life(48)).error.approximation, 0);
+}
+
+}  // namespace
