@@ -58,6 +58,7 @@ TEST(PixelError, OfRefinedPixelsIsUnbiased) {
     double estimated = 0;
     for (int i = 0; i < trials; ++i)
       estimated += refined_error(state(value, PixelState::Role::refined, half, random), levels) / trials;
+    // These halves are independent: their pair tells the variance itself.
     const double truth = std::pow(levels.slope(value.mean()), 2) * value.variance() / (2 * half);
     EXPECT_NEAR(estimated / truth, 1, 0.03) << half;
   }

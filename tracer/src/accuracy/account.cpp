@@ -112,7 +112,11 @@ SampledError settle(std::span<PixelState> pixels, std::uint32_t width, const Lev
     if (!pixel.refined() && pixel.measured() && pixel.hidden == 0) audits.add(pixel);
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     const PixelState& pixel = pixels[i];
-    if (pixel.refined() && pixel.measured()) {
+    if (pixel.refined()) {
+      if (!pixel.measured()) {  // there was no time for what was planned
+        sums.add(pixel.variance);
+        continue;
+      }
       const double error = refined_error(pixel, levels);
       of_one[i] = static_cast<float>(variance_of_one(error, pixel.count()));
       // A pixel that was left alone may have been for looking better than it is: its neighbours have a say.

@@ -40,10 +40,23 @@ struct PixelState {
   /// Whether both halves have samples, and so tell an error.
   [[nodiscard]] bool measured() const { return half_count[0] > 0 && half_count[1] > 0; }
   /// Of the samples whose mean the pixel is.
-  [[nodiscard]] std::uint32_t count() const { return measured() && refined() ? half_count[0] + half_count[1] : 1; }
-  [[nodiscard]] Color mean() const { return measured() && refined() ? (half[0] + half[1]) * (1.0 / count()) : pilot; }
+  [[nodiscard]] std::uint32_t count() const {
+    const std::uint32_t samples = half_count[0] + half_count[1];
+    return refined() && samples > 0 ? samples : 1;
+  }
+  [[nodiscard]] Color mean() const {
+    const bool begun = refined() && half_count[0] + half_count[1] > 0;
+    return begun ? (half[0] + half[1]) * (1.0 / count()) : pilot;
+  }
   /// The part of `hidden` that samples cannot speak of yet: where four of them are to be expected on it, they do.
   [[nodiscard]] double unseen() const { return static_cast<double>(count()) * hidden_share < 4 ? hidden : 0; }
+  /// Makes room for more samples of the sequence: all that there are belong to its first half.
+  void grow() {
+    half[0] += half[1];
+    half_count[0] += half_count[1];
+    half[1] = {};
+    half_count[1] = 0;
+  }
   /// Ends the round.
   void forget_audit() {
     if (role != Role::audited) return;
@@ -64,10 +77,12 @@ inline double variance_of_one(double variance, std::uint32_t count) {
 }
 
 // Estimates of the squared error of a pixel, in squared levels, the channels added up. As radiance they are without
-// bias, so they may be negative; only sums and means of many mean something. The curve from radiance to levels bends,
-// most next to black: its slope is taken over a range of radiance, on the steep side. Precondition: measured().
+// bias or too large, and may be negative; only sums and means of many mean something. The curve from radiance to levels
+// bends, most next to black: its slope is taken over a range of radiance, on the steep side. Precondition: measured().
 
-/// Of a refined pixel with the halves' means F1 and F2: E[(F1 - F2)^2 / 4] is the variance of their mean.
+/// Of a refined pixel with the halves' means F1 and F2: (F1 - F2)^2 / 4. Were they independent its mean would be the
+/// variance of theirs; stratified together they differ by more. With a variance of c n^-p of n samples in a row it is
+/// (2^p - 1) times that variance: 1 for p = 1, 1.8 for edges.
 double refined_error(const PixelState& pixel, const Levels& levels);
 /// Of an audited one with the pilot P: E[(P - F1)(P - F2)] = (P - mu)^2, whatever P is. `usual`: how far off, as
 /// radiance, pixels like this one are: the root of the mean of audited_radiance_error over many.

@@ -67,7 +67,7 @@ class AdaptiveRender {
   static constexpr std::uint64_t pilot_stream = std::uint64_t{1} << 32;  ///< beyond those of all rounds
   /// The points by which camera rays know a soft light: more in the pilot, which has one sample a pixel to see where
   /// penumbrae are.
-  static constexpr std::uint32_t pilot_light_points = 4, fresh_light_points = 2;
+  static constexpr std::uint32_t pilot_light_points = 4, fresh_light_points = 1;
 
   /// Where the samples of a batch belong.
   struct Aim {
@@ -160,7 +160,11 @@ class AdaptiveRender {
       };
       for (const Pixel& pixel : tiles_.pixels(tile)) {
         const std::size_t place = tiles_.place(pixel);
-        for (std::uint8_t half = 0; half < 2; ++half) push_half(batch, aims, pixel, half, plan.half[place]);
+        if (pixels_[place].role == PixelState::Role::audited) {
+          push_audit(batch, aims, pixel, plan.half[place]);
+        } else if (plan.half[place] > 0) {
+          push_more(batch, aims, pixel, 2 * plan.half[place]);
+        }
         if (aims.size() >= batch_rays) trace();
       }
       trace();
@@ -171,19 +175,26 @@ class AdaptiveRender {
   /// error that they are to tell.
   static constexpr double fresh_share = 0;
 
-  /// The samples that the half of a pixel lacks of `count`. A refined one goes on with its sequence; an audit begins
-  /// its own each time.
-  void push_half(Batch& batch, std::vector<Aim>& aims, const Pixel& pixel, std::uint8_t half, std::uint32_t count) {
+  void push_audit(Batch& batch, std::vector<Aim>& aims, const Pixel& pixel, std::uint32_t half_count) {
+    for (std::uint8_t half = 0; half < 2; ++half) {
+      for (std::uint32_t index = 0; index < half_count; ++index) {
+        Sample sample = mirrored_sample(scene_, pixel.x, pixel.y, index, 2 * std::uint64_t{round_} + half);
+        sample.share = fresh_share;
+        push(batch, scene_, sample);
+        aims.push_back({tiles_.place(pixel), half});
+      }
+    }
+  }
+
+  /// What the pixel's sequence lacks of `count` samples.
+  void push_more(Batch& batch, std::vector<Aim>& aims, const Pixel& pixel, std::uint32_t count) {
     const std::size_t place = tiles_.place(pixel);
-    const PixelState& state = pixels_[place];
-    const bool audit = state.role == PixelState::Role::audited;
-    const std::uint64_t stream = (audit ? 2 * std::uint64_t{round_} : 0) + half;
-    for (std::uint32_t index = state.half_count[half]; index < count; ++index) {
-      Sample sample = audit ? mirrored_sample(scene_, pixel.x, pixel.y, index, stream)
-                            : fresh_sample(scene_, pixel.x, pixel.y, index, stream);
+    pixels_[place].grow();
+    for (std::uint32_t index = pixels_[place].half_count[0]; index < count; ++index) {
+      Sample sample = fresh_sample(scene_, pixel.x, pixel.y, index, 0);
       sample.share = fresh_share;
       push(batch, scene_, sample);
-      aims.push_back({place, half});
+      aims.push_back({place, static_cast<std::uint8_t>(index < count / 2 ? 0 : 1)});
     }
   }
 
