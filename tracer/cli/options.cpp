@@ -134,7 +134,7 @@ const char* const help_text =
     "      -o NAME       default: SCENE's name with .measure for .json, in the working folder\n"
     "      --size WxH    in place of the document's size;  --scale S   in (0, 1]: a part of it\n"
     "      --knobs K,K   of target_error, samples, max_depth, cutoff, approximate, document (default: all)\n"
-    "      --reference-samples N   at most so many in each pixel of the reference (default 2048)\n"
+    "      --reference-samples N   at most so many in each pixel of the reference (default 512)\n"
     "      --threads N, --quiet    as above; the time depends on the threads\n"
     "\n"
     "  whittle --version    whittle --help\n"

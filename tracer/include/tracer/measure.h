@@ -19,15 +19,18 @@
 
 namespace tracer {
 
-/// Renders one setting and compares. `seconds` is any clock that does not go back. Fails as `compile` and `render` do.
+/// Renders one setting and compares it with a reference of that standard error. `seconds` is any clock that does not go
+/// back. Fails as `compile` and `render` do.
 Result<MeasuredPoint, Failure> measure(const Scene& scene, const Assets& assets, const Setting& setting,
-                                       const ShownPicture& reference, const std::function<double()>& seconds,
-                                       std::uint32_t threads, RenderControl& control);
+                                       const ShownPicture& reference, double reference_error,
+                                       const std::function<double()>& seconds, std::uint32_t threads,
+                                       RenderControl& control);
 
 struct MeasureSettings {
   std::vector<std::string> knobs{};  ///< empty: all
-  /// Most samples in each pixel of the reference, at least reference_samples_min. Default: seconds for 320 x 240.
-  std::uint32_t reference_samples = 2048;
+  /// Most samples in each pixel of the reference, at least reference_samples_min. Default: well under a minute
+  /// for 320 x 240 pixels of glass.
+  std::uint32_t reference_samples = 512;
   std::uint32_t threads = 0;  ///< as RenderSettings has them
   std::function<double()> seconds;
 };

@@ -47,8 +47,10 @@ std::string title(const Setting& setting);
 
 struct MeasuredPoint {
   Setting setting;
-  double seconds = 0;         ///< wall clock of building and tracing; the least of a few runs where that is short
-  double error = 0;           ///< levels; root mean square of the difference from the reference
+  double seconds = 0;  ///< wall clock of building and tracing; the least of a few runs where that is short
+  /// Levels; root mean square of the difference from the converged picture: that from the reference without the
+  /// reference's own part. 0 where the reference is too coarse to tell.
+  double error = 0;
   ErrorEstimate claimed{};    ///< what the render said of itself
   double samples_mean = 0;    ///< in a pixel
   std::uint64_t samples = 0;  ///< in all, those for the estimate included
@@ -59,7 +61,7 @@ struct Measurement {
   std::string name;  ///< the scene's
   std::uint32_t width = 0, height = 0;
   std::uint32_t reference_samples = 0;  ///< in each pixel of the reference
-  double reference_error = 0;           ///< levels; its own standard error: no error is known better than that
+  double reference_error = 0;           ///< levels; its own standard error
   std::vector<MeasuredPoint> points{};  ///< in the order of `settings`, once all are measured
 };
 

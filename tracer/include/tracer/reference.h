@@ -1,6 +1,7 @@
 #pragma once
 /// The picture that others are measured by, found by a path of its own: independent pictures of uniform samples with
-/// other seeds, unfiltered textures, no cutoff but by chance at 1e-6, depth 200, no approximations; summed in double.
+/// other seeds, unfiltered textures, a cutoff by chance alone, which is right in the mean, depth 200, no
+/// approximations; summed in double.
 
 #include <cstdint>
 #include <vector>

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <new>
 #include <utility>
 
@@ -33,11 +34,13 @@ Result<Timed, Failure> render_timed(const Scene& scene, const Assets& assets, co
   return Timed{std::move(*rendered), seconds() - start};
 }
 
-/// Precondition: equal sizes.
-double error_of(const ShownPicture& reference, const ShownPicture& picture) {
+/// Reference and picture are independent, so the mean of the squared difference is the sum of both squared errors: what
+/// is the reference's is taken off. Precondition: equal sizes.
+double error_of(const ShownPicture& reference, double reference_error, const ShownPicture& picture) {
   const auto comparison = compare(reference, picture, 0);
   assert(comparison.has_value());
-  return comparison->rmse;
+  const double difference = comparison->rmse;
+  return std::sqrt(std::max(0.0, (difference - reference_error) * (difference + reference_error)));
 }
 
 /// The one that is expected to be the most accurate.
@@ -52,8 +55,9 @@ const Setting& finest(const std::vector<Setting>& settings) {
 }  // namespace
 
 Result<MeasuredPoint, Failure> measure(const Scene& scene, const Assets& assets, const Setting& setting,
-                                       const ShownPicture& reference, const std::function<double()>& seconds,
-                                       std::uint32_t threads, RenderControl& control) {
+                                       const ShownPicture& reference, double reference_error,
+                                       const std::function<double()>& seconds, std::uint32_t threads,
+                                       RenderControl& control) {
   Scene turned = scene;
   turned.accuracy = setting.accuracy;
   auto timed = render_timed(turned, assets, seconds, threads, control);
@@ -64,7 +68,7 @@ Result<MeasuredPoint, Failure> measure(const Scene& scene, const Assets& assets,
   point.samples_mean = static_cast<double>(statistics.samples - statistics.audit_samples) /
                        static_cast<double>(scene.image.window().pixels());
   point.rays = statistics.rays;
-  point.error = error_of(reference, shown(timed->rendered.image, turned.output));
+  point.error = error_of(reference, reference_error, shown(timed->rendered.image, turned.output));
   double spent = timed->seconds;
   for (int run = 1; run < runs_most && spent < seconds_enough; ++run) {
     const auto again = render_timed(turned, assets, seconds, threads, control);
@@ -135,7 +139,8 @@ std::optional<Failure> Measuring::step(RenderControl& control) {
     if (!reference_.complete) return grow_reference(control);
     if (!shown_) shown_ = shown(reference_, scene_.output);
     const std::size_t index = next_setting();
-    auto point = measure(scene_, assets_, settings_[index], *shown_, wanted_.seconds, wanted_.threads, control);
+    auto point = measure(scene_, assets_, settings_[index], *shown_, standard_error(reference_), wanted_.seconds,
+                         wanted_.threads, control);
     if (!point) return std::move(point.error());
     points_[index] = std::move(*point);
     return std::nullopt;
@@ -167,8 +172,8 @@ std::optional<Failure> Measuring::judge_reference(RenderControl& control) {
     if (!timed) return std::move(timed.error());
     finest_ = shown(timed->rendered.image, scene_.output);
   }
-  const double error = error_of(shown(reference_, scene_.output), *finest_);
-  reference_.complete = standard_error(reference_) <= reference_share * error;
+  const double own = standard_error(reference_);
+  reference_.complete = own <= reference_share * error_of(shown(reference_, scene_.output), own, *finest_);
   return std::nullopt;
 }
 
