@@ -70,7 +70,7 @@ TEST(Advice, NamesTheCheapestSettingWithinEachError) {
   const auto measured = measurement({point("target_error", "4", 0.125, 3.5), point("samples", "1", 0.25, 3),
                                      point("target_error", "1", 0.4, 0.99), point("target_error", "0.5", 2, 0.5)});
   EXPECT_TRUE(says(measured,
-                   "for 4.0 levels: target_error 4, 0.12 s; for 1 level: target_error 1, 0.40 s; for 0.50 levels: "
+                   "for 4 levels: target_error 4, 0.12 s; for 1 level: target_error 1, 0.40 s; for 0.5 levels: "
                    "target_error 0.5, 2.0 s"))
       << tracer::advice(measured).front();
 }
@@ -78,7 +78,7 @@ TEST(Advice, NamesTheCheapestSettingWithinEachError) {
 TEST(Advice, SaysWhatIsBestWhereNothingIsWithinTheError) {
   const auto measured = measurement({point("samples", "1", 0.2, 3), point("samples", "4", 0.8, 1.5)});
   EXPECT_TRUE(says(measured,
-                   "for 4.0 levels: samples 1, 0.20 s; for 1 level: nothing here, the best is samples 4, 0.80 s and "
+                   "for 4 levels: samples 1, 0.20 s; for 1 level: nothing here, the best is samples 4, 0.80 s and "
                    "1.5 levels"))
       << tracer::advice(measured).front();
 }

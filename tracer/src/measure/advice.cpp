@@ -10,8 +10,13 @@
 namespace tracer {
 namespace {
 
-constexpr std::array wishes{4.0, 1.0, 0.5};  // levels: to look whether all is in its place, to show, to keep
-constexpr double matters = 0.05;             // of an error or a time: below it, single runs differ by chance
+struct Wish {
+  double error;  ///< levels
+  const char* text;
+};
+/// To look whether all is in its place, to show, to keep.
+constexpr std::array wishes{Wish{4, "4 levels"}, Wish{1, "1 level"}, Wish{0.5, "0.5 levels"}};
+constexpr double matters = 0.05;  // of an error or a time: below it, single runs differ by chance
 
 /// Two digits: single runs are no better known.
 std::string text(double number) {
@@ -22,7 +27,7 @@ std::string text(double number) {
   return buffer.data();
 }
 
-std::string levels(double error) { return text(error) + (error == 1 ? " level" : " levels"); }
+std::string levels(double error) { return text(error) + " levels"; }
 
 std::string seconds(double time) { return text(time) + " s"; }
 
@@ -37,12 +42,12 @@ const MeasuredPoint* find(const Measurement& measurement, std::string_view knob,
 std::string cheapest(const Measurement& measurement) {
   const std::vector<std::size_t> front = pareto_front(measurement.points);
   std::string sentence;
-  for (const double wish : wishes) {
-    const auto within =
-        std::find_if(front.begin(), front.end(), [&](std::size_t i) { return measurement.points[i].error <= wish; });
+  for (const Wish& wish : wishes) {
+    const auto within = std::find_if(front.begin(), front.end(),
+                                     [&](std::size_t i) { return measurement.points[i].error <= wish.error; });
     const bool met = within != front.end();
     const MeasuredPoint& point = measurement.points[met ? *within : front.back()];
-    sentence += (sentence.empty() ? "for " : "; for ") + levels(wish) + ": ";
+    sentence += (sentence.empty() ? "for " : "; for ") + std::string(wish.text) + ": ";
     if (!met) sentence += "nothing here, the best is ";
     sentence += title(point.setting) + ", " + seconds(point.seconds);
     if (met) continue;

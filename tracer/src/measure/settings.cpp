@@ -1,7 +1,8 @@
 // Which ways of rendering a scene are worth measuring.
 #include <algorithm>
 #include <array>
-#include <charconv>
+#include <cstdio>
+#include <functional>
 #include <utility>
 
 #include "tracer/measurement.h"
@@ -15,11 +16,11 @@ constexpr std::array<std::pair<const char*, Preset>, 4> presets{{{"draft", Prese
                                                                  {"fine", Preset::fine},
                                                                  {"reference", Preset::reference}}};
 
-/// The shortest text that reads back as the number.
+/// All numbers here are short.
 std::string text(double number) {
   std::array<char, 32> buffer{};
-  const auto written = std::to_chars(buffer.data(), buffer.data() + buffer.size(), number);
-  return {buffer.data(), written.ptr};
+  std::snprintf(buffer.data(), buffer.size(), "%g", number);
+  return buffer.data();
 }
 
 class Finder {
