@@ -69,8 +69,8 @@ struct Measurement {
 /// rising time and so by falling error. Of equal points, the first.
 std::vector<std::size_t> pareto_front(std::span<const MeasuredPoint> points);
 
-/// What the numbers say, in sentences: the cheapest setting within 4, 1 and 0.5 levels, where a knob buys nothing any
-/// more (less than a twentieth of the error), what each approximation saves and costs, and which claims did not hold.
+/// What the numbers say, in sentences: the cheapest setting within 4, 1 and 0.5 levels, which claims did not hold,
+/// where a knob buys nothing any more (less than a twentieth of the error), what each approximation saves and costs.
 /// Empty without points.
 std::vector<std::string> advice(const Measurement& measurement);
 

@@ -108,13 +108,12 @@ std::string claims(const Measurement& measurement) {
 
 std::vector<std::string> advice(const Measurement& measurement) {
   if (measurement.points.empty()) return {};
-  std::vector<std::string> sentences{cheapest(measurement)};
+  std::vector<std::string> sentences{cheapest(measurement), claims(measurement)};
   if (auto depth = saturation(measurement, "max_depth", "beyond")) sentences.push_back(*std::move(depth));
   if (auto cutoff = saturation(measurement, "cutoff", "below")) sentences.push_back(*std::move(cutoff));
   if (const MeasuredPoint* baseline = find(measurement, "samples", std::to_string(baseline_samples)))
     for (const MeasuredPoint& point : measurement.points)
       if (point.setting.knob == "approximate") sentences.push_back(exchange(point, *baseline));
-  sentences.push_back(claims(measurement));
   return sentences;
 }
 

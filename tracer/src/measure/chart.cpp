@@ -22,7 +22,7 @@ std::string reference_text(const Measurement& measurement) {
 PlotSeries claims(const Measurement& measurement) {
   PlotSeries series{.name = "claimed", .points = {}, .mark = PlotMark::cross, .join = PlotJoin::pairs, .color = grey};
   for (const MeasuredPoint& point : measurement.points) {
-    series.points.push_back({point.seconds, point.claimed.estimate, title(point.setting) + ", claimed"});
+    series.points.push_back({point.seconds, point.claimed.estimate});
     series.points.push_back({point.seconds, point.error});
   }
   return series;
@@ -52,10 +52,9 @@ Plot chart(const Measurement& measurement) {
             {point.seconds, point.error, point.setting.preset.empty() ? point.setting.value : title(point.setting)});
     if (!series.points.empty()) plot.series.push_back(std::move(series));
   }
-  const std::vector<std::string> sentences = advice(measurement);
-  for (const std::string& sentence : sentences) plot.note += sentence + ". ";
-  plot.note += std::to_string(measurement.width) + " x " + std::to_string(measurement.height) + " pixels; " +
-               reference_text(measurement) + ".";
+  plot.note = std::to_string(measurement.width) + " x " + std::to_string(measurement.height) + " pixels; " +
+              reference_text(measurement) + ".";
+  for (const std::string& sentence : advice(measurement)) plot.note += " " + sentence + ".";
   plot.width = 1200;
   plot.height = 760;
   return plot;
