@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/src/error_json.h"
 #include "api/src/requirements_json.h"
 #include "tracer/version.h"
 
@@ -9,19 +10,6 @@ namespace api {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Json write_error(const tracer::ErrorEstimate& error) {
-  return {{"estimate", error.estimate},
-          {"confidence", error.confidence},
-          {"target", error.target ? Json(*error.target) : Json(nullptr)},
-          {"met", error.met},
-          {"bounded", error.bounded},
-          {"parts",
-           {{"sampling", error.sampling},
-            {"depth", error.depth},
-            {"cutoff", error.cutoff},
-            {"approximation", error.approximation}}}};
-}
 
 /// Those that are in the picture.
 Json write_samples(const tracer::Scene& scene, const tracer::RenderStatistics& statistics) {
@@ -43,20 +31,15 @@ double spared_light(const tracer::Scene& scene, const tracer::RenderStatistics& 
 std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate& error,
                          const tracer::RenderStatistics& statistics, const StageTimes& times,
                          std::uint64_t memory_bytes) {
-  const tracer::RayCounts& rays = statistics.rays;
   std::vector<tracer::RequirementReason> reasons;
   const tracer::Requirements needs = tracer::requirements(scene, &reasons);
   const Json report = {
       {"requirements", requirements_json(needs)},
       {"reasons", reasons_json(reasons)},
-      {"error", write_error(error)},
+      {"error", error_json(error)},
       {"samples", write_samples(scene, statistics)},
       {"audit_samples", statistics.audit_samples},
-      {"rays",
-       {{"camera", rays.camera},
-        {"shadow", rays.shadow},
-        {"reflection", rays.reflection},
-        {"refraction", rays.refraction}}},
+      {"rays", rays_json(statistics.rays)},
       {"spared_shadows", {{"rays", statistics.spared_shadow_rays}, {"light", spared_light(scene, statistics)}}},
       {"time_ms",
        {{"queue", times.queue},

@@ -67,8 +67,14 @@ class Readme(unittest.TestCase):
         self.assertIn("verdict    rmse within the tolerance of 2 levels\n", figures)
         self.assertEqual(self.size_of("heat.png"), (640, 480))
 
+    def test_measures_what_accuracy_costs(self):
+        self.assertIn("- for 4 levels: ", self.run_block("whittle measure"))
+        self.assertEqual(self.size_of("tiny.png"), (1200, 760))
+        for kind in ("csv", "json", "svg", "reference"):
+            self.assertTrue((self.folder / f"tiny.{kind}").stat().st_size > 0, kind)
+
     def test_has_every_shell_block_run_here(self):
-        self.assertEqual(len(SHELL_BLOCKS), 6)
+        self.assertEqual(len(SHELL_BLOCKS), 7)
 
     def test_names_two_commands_to_start_that_exist(self):
         (block,) = PLAIN_BLOCKS

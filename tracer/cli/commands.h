@@ -2,6 +2,7 @@
 /// The things `whittle` does. Each returns the process's exit code.
 
 #include "tracer/cli/diff_options.h"
+#include "tracer/cli/measure_options.h"
 #include "tracer/cli/options.h"
 
 namespace cli {
@@ -26,5 +27,8 @@ ExitCode check(const Options& options);
 
 /// How far two pictures are apart, to standard output.
 ExitCode diff(const DiffOptions& options);
+
+/// What accuracy costs in a scene: files beside each other, a table to standard output.
+ExitCode measure(const MeasureOptions& options);
 
 }  // namespace cli

@@ -30,6 +30,8 @@ cli::ExitCode run(std::span<const char* const> arguments) {
       return cli::check(*options);
     case cli::Options::Command::diff:
       return cli::diff(options->diff);
+    case cli::Options::Command::measure:
+      return cli::measure(options->measure);
     case cli::Options::Command::version:
       return print("whittle " + std::string(tracer::build()) + "\n");
     case cli::Options::Command::help:

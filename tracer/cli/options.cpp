@@ -125,6 +125,18 @@ const char* const help_text =
     "      --heat-white LEVELS   what is white there (default: by the root mean square; it is told)\n"
     "      --json                the same as one JSON document\n"
     "\n"
+    "  whittle measure SCENE [-o NAME] [--size WxH | --scale S] [--knobs K,K...] [--reference-samples N]\n"
+    "                  [--threads N] [--quiet]\n"
+    "      Renders SCENE at many settings, compares each picture with a reference, and says what accuracy costs here:\n"
+    "      NAME.csv, NAME.json, NAME.svg and NAME.png (seconds against error, what each render claimed beside it),\n"
+    "      and a table with advice on standard output. Interrupted, the same command goes on from NAME.json and\n"
+    "      NAME.reference.\n"
+    "      -o NAME       default: SCENE's name with .measure for .json, in the working folder\n"
+    "      --size WxH    in place of the document's size;  --scale S   in (0, 1]: a part of it\n"
+    "      --knobs K,K   of target_error, samples, max_depth, cutoff, approximate, document (default: all)\n"
+    "      --reference-samples N   at most so many in each pixel of the reference (default 512)\n"
+    "      --threads N, --quiet    as above; the time depends on the threads\n"
+    "\n"
     "  whittle --version    whittle --help\n"
     "\n"
     "SCENE, A and B are files, or - for standard input.\n"
@@ -134,7 +146,7 @@ const char* const help_text =
     "130 interrupted.\n";
 
 tracer::Result<Options, std::string> parse_options(std::span<const char* const> arguments) {
-  if (arguments.empty()) return "what to do? render, check or diff"s;
+  if (arguments.empty()) return "what to do? render, check, diff or measure"s;
   const std::string_view command = arguments.front();
   Options options;
   if (wants_help(arguments)) return options;
@@ -149,8 +161,15 @@ tracer::Result<Options, std::string> parse_options(std::span<const char* const> 
     options.diff = *std::move(diff);
     return options;
   }
+  if (command == "measure") {
+    auto measure = parse_measure_options(arguments.subspan(1));
+    if (!measure) return std::move(measure.error());
+    options.command = Options::Command::measure;
+    options.measure = *std::move(measure);
+    return options;
+  }
   if (command != "render" && command != "check")
-    return "\""s.append(command) + "\" is not a command: render, check or diff";
+    return "\""s.append(command) + "\" is not a command: render, check, diff or measure";
   options.command = command == "render" ? Options::Command::render : Options::Command::check;
   if (auto failure = take_all(arguments.subspan(1), options)) return *std::move(failure);
   return options;

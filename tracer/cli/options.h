@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tracer/cli/diff_options.h"
+#include "tracer/cli/measure_options.h"
 #include "tracer/result.h"
 #include "tracer/scene.h"
 
@@ -19,7 +20,7 @@ struct Output {
 };
 
 struct Options {
-  enum class Command { render, check, diff, help, version };
+  enum class Command { render, check, diff, measure, help, version };
   Command command = Command::help;
   std::string scene_path;       ///< "-" is standard input
   std::vector<Output> outputs;  ///< render: at least one
@@ -27,6 +28,7 @@ struct Options {
   bool quiet = false;           ///< render: no progress, no figures
   bool json = false;            ///< check: the verdict as one JSON document
   DiffOptions diff;             ///< diff: all of its own
+  MeasureOptions measure;       ///< measure: likewise
 };
 
 /// `arguments` are those after the program's name. Fails with a sentence that says what is wrong with them.

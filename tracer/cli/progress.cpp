@@ -8,20 +8,22 @@
 #include <chrono>
 #include <cstdio>
 #include <string>
+#include <utility>
 
 namespace cli {
 namespace {
 
-constexpr int bar_width = 40;
+constexpr int bar_width = 40, bar_width_behind_label = 20;
 constexpr const char* wipe_line = "\r\x1b[K";
 
-void draw(const tracer::RenderControl& control, double seconds) {
+void draw(const tracer::RenderControl& control, const std::string& label, double seconds) {
   const auto done = static_cast<double>(control.tiles_done());
   const auto total = static_cast<double>(std::max<std::uint64_t>(control.tiles_total(), 1));
   const double part = std::min(done / total, 1.0);
-  const auto filled = static_cast<std::size_t>(bar_width * part);
-  const std::string bar = std::string(filled, '=') + std::string(bar_width - filled, ' ');
-  std::fprintf(stderr, "%s[%s] %3.0f %%", wipe_line, bar.c_str(), 100 * part);
+  const int width = label.empty() ? bar_width : bar_width_behind_label;
+  const auto filled = static_cast<std::size_t>(width * part);
+  const std::string bar = std::string(filled, '=') + std::string(width - filled, ' ');
+  std::fprintf(stderr, "%s%s[%s] %3.0f %%", wipe_line, label.c_str(), bar.c_str(), 100 * part);
   // Tiles differ in cost: below a twentieth a guess of the rest would only confuse.
   if (part >= 0.05) std::fprintf(stderr, "  %.0f s left", seconds * (1 - part) / part);
   std::fflush(stderr);
@@ -37,7 +39,8 @@ void cancel(int /*signal*/) {
 
 }  // namespace
 
-ProgressBar::ProgressBar(const tracer::RenderControl& control, bool wanted) : control_(control) {
+ProgressBar::ProgressBar(const tracer::RenderControl& control, bool wanted, std::string label)
+    : control_(control), label_(label.empty() ? "" : std::move(label) + " ") {
   if (wanted && ::isatty(STDERR_FILENO) != 0) thread_ = std::thread([this] { draw_until_stopped(); });
 }
 
@@ -57,7 +60,7 @@ void ProgressBar::draw_until_stopped() {
   const auto start = Clock::now();
   std::unique_lock lock(mutex_);
   while (!stop_.wait_for(lock, std::chrono::milliseconds(100), [this] { return stopped_; })) {
-    draw(control_, std::chrono::duration<double>(Clock::now() - start).count());
+    draw(control_, label_, std::chrono::duration<double>(Clock::now() - start).count());
   }
 }
 

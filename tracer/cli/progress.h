@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <csignal>
 #include <mutex>
+#include <string>
 #include <thread>
 
 #include "tracer/control.h"
@@ -15,7 +16,7 @@ namespace cli {
 /// standard error is no terminal. `control` must outlive it.
 class ProgressBar {
  public:
-  ProgressBar(const tracer::RenderControl& control, bool wanted);
+  ProgressBar(const tracer::RenderControl& control, bool wanted, std::string label = "");
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
   ~ProgressBar();
@@ -24,6 +25,7 @@ class ProgressBar {
   void draw_until_stopped();
 
   const tracer::RenderControl& control_;
+  const std::string label_;  ///< in front of the bar
   std::mutex mutex_;
   std::condition_variable stop_;
   bool stopped_ = false;

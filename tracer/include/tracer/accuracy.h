@@ -42,6 +42,7 @@ struct Adaptive {
   std::uint32_t samples_min = 1;         ///< in each pixel
   /// In each pixel. Default: enough for a feature of 1/4000 pixel, few enough that one pixel does not take the night.
   std::uint32_t samples_max = 4096;
+  bool operator==(const Adaptive&) const = default;
 };
 
 /// Target errors by name.
@@ -68,6 +69,7 @@ struct Accuracy {
   bool cutoff_by_chance = false;
   std::uint64_t seed = 0;
   Approximations approximate{};
+  bool operator==(const Accuracy&) const = default;
 
   /// What is asked for, whether the samples follow it or not.
   [[nodiscard]] std::optional<double> target() const { return adaptive ? adaptive->target_error : target_error; }

@@ -1,0 +1,163 @@
+#include "tracer/cli/measure_files.h"
+
+#include <sys/stat.h>
+
+#include <array>
+#include <charconv>
+#include <cstdio>
+#include <cstring>
+#include <sstream>
+#include <utility>
+
+#include "api/measurement.h"
+#include "tracer/limits.h"
+#include "tracer/plot.h"
+#include "tracer/version.h"
+
+namespace cli {
+namespace {
+
+constexpr std::size_t json_bytes_max = 64u << 20;  // some 60 points; a million times as many
+constexpr std::string_view mark = "whittle-reference-1";
+constexpr std::size_t head_bytes_max = 256;
+
+class Fnv1a {
+ public:
+  /// With its length, so that what follows cannot be taken for a part of it.
+  void add(std::string_view bytes) {
+    add(bytes.size());
+    for (const char byte : bytes) add_byte(static_cast<unsigned char>(byte));
+  }
+  void add(std::uint64_t number) {
+    for (int i = 0; i < 8; ++i) add_byte(static_cast<unsigned char>(number >> (8 * i)));
+  }
+  [[nodiscard]] std::string text() const {
+    std::array<char, 17> digits{};
+    std::snprintf(digits.data(), digits.size(), "%016llx", static_cast<unsigned long long>(hash_));
+    return digits.data();
+  }
+
+ private:
+  void add_byte(unsigned char byte) { hash_ = (hash_ ^ byte) * 0x100000001b3u; }
+  std::uint64_t hash_ = 0xcbf29ce484222325u;
+};
+
+std::span<const std::uint8_t> bytes_of(std::string_view text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
+}
+
+bool exists(const std::string& path) {
+  struct stat status {};
+  return ::stat(path.c_str(), &status) == 0;
+}
+
+std::size_t sum_bytes(const tracer::Reference& reference) {
+  return 3 * sizeof(double) * std::size_t{reference.width} * reference.height;
+}
+
+std::string head_of(const tracer::Reference& reference, const std::string& key) {
+  std::ostringstream head;
+  head << mark << ' ' << key << ' ' << reference.width << ' ' << reference.height << ' ' << reference.picture_samples
+       << ' ' << reference.pictures << ' ' << reference.complete << '\n';
+  return std::move(head).str();
+}
+
+/// Nothing where it is none, of another key, or cut off: then the reference is made again.
+std::optional<tracer::Reference> reference_of(std::string_view bytes, const std::string& key) {
+  const std::size_t end = bytes.substr(0, head_bytes_max).find('\n');
+  if (end == std::string_view::npos) return std::nullopt;
+  std::istringstream head{std::string(bytes.substr(0, end))};
+  std::string seen_mark, seen_key;
+  tracer::Reference reference;
+  head >> seen_mark >> seen_key >> reference.width >> reference.height >> reference.picture_samples >>
+      reference.pictures >> reference.complete;
+  bytes.remove_prefix(end + 1);
+  const std::size_t size = sum_bytes(reference);
+  if (!head || seen_mark != mark || seen_key != key || bytes.size() != 3 * size || size == 0) return std::nullopt;
+  for (std::vector<double>* sums : {&reference.light, &reference.codes, &reference.code_squares}) {
+    sums->resize(size / sizeof(double));
+    std::memcpy(sums->data(), bytes.data(), size);
+    bytes.remove_prefix(size);
+  }
+  return reference;
+}
+
+Done write_file(const std::string& path, std::string_view bytes) {
+  auto file = PendingFile::create(path);
+  if (!file) return file.error();
+  if (auto written = file->write(bytes_of(bytes)); !written) return written;
+  return file->publish();
+}
+
+}  // namespace
+
+std::string fingerprint(std::string_view document, const tracer::Assets& assets, const MeasureOptions& options) {
+  Fnv1a hash;
+  hash.add(tracer::build());
+  hash.add(document);
+  for (const std::vector<std::uint8_t>& bytes : assets.bytes)
+    hash.add(std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+  const auto [width, height] = options.size.value_or(std::pair(0u, 0u));
+  std::uint64_t scale = 0;
+  const double scale_number = options.scale.value_or(0);
+  std::memcpy(&scale, &scale_number, sizeof scale);
+  for (const std::uint64_t number : {std::uint64_t{width}, std::uint64_t{height}, scale,
+                                     std::uint64_t{options.reference_samples}, std::uint64_t{options.threads}})
+    hash.add(number);
+  return hash.text();
+}
+
+tracer::Result<Earlier, FileFailure> read_earlier(const std::string& name, const std::string& key) {
+  Earlier earlier;
+  const std::string json_path = name + ".json", reference_path = name + ".reference";
+  if (exists(json_path)) {
+    const auto text = read_all(json_path, json_bytes_max);
+    if (!text) return text.error();
+    auto saved = api::read_measurement(*text);
+    if (!saved) return FileFailure{json_path + " is no measurement of this version: it would be lost; give another -o"};
+    if (saved->how.key == key) {
+      earlier.points = std::move(saved->points);
+    } else {
+      earlier.is_other = true;
+    }
+  }
+  if (exists(reference_path)) {
+    const auto bytes = read_all(reference_path, 9 * sizeof(double) * tracer::Limits().pixels + head_bytes_max);
+    if (!bytes) return bytes.error();
+    earlier.reference = reference_of(*bytes, key);
+  }
+  return earlier;
+}
+
+Done write_reference(const std::string& name, const std::string& key, const tracer::Reference& reference) {
+  std::string bytes = head_of(reference, key);
+  for (const std::vector<double>* sums : {&reference.light, &reference.codes, &reference.code_squares})
+    bytes.append(reinterpret_cast<const char*>(sums->data()), sums->size() * sizeof(double));
+  return write_file(name + ".reference", bytes);
+}
+
+Done write_points(const std::string& name, const std::string& key, const tracer::Measurement& measurement,
+                  bool complete) {
+  return write_file(name + ".json", api::write_measurement(measurement, {key, complete}));
+}
+
+Done write_results(const std::string& name, const tracer::Measurement& measurement) {
+  const tracer::Plot plot = tracer::chart(measurement);
+  const auto png = tracer::plot_png(plot);
+  if (!png) return FileFailure{png.error()};
+  const std::array<std::pair<const char*, std::string>, 3> contents{{{".csv", api::write_measurement_csv(measurement)},
+                                                                     {".svg", tracer::plot_svg(plot)},
+                                                                     {".png", std::string(png->begin(), png->end())}}};
+  std::vector<PendingFile> files;
+  for (const auto& [ending, bytes] : contents) {
+    auto file = PendingFile::create(name + ending);
+    if (!file) return file.error();
+    if (auto written = file->write(bytes_of(bytes)); !written) return written;
+    files.push_back(std::move(*file));
+  }
+  for (PendingFile& file : files)
+    if (auto published = file.publish(); !published) return published;
+  return std::monostate{};
+}
+
+}  // namespace cli

@@ -1,0 +1,189 @@
+// One setting after another, each timed and compared.
+#include "tracer/measure.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <new>
+#include <utility>
+
+#include "tracer/compare.h"
+
+namespace tracer {
+namespace {
+
+constexpr std::uint32_t pictures_least = 4;  // before their spread is believed
+constexpr double reference_share = 0.1;      // of the finest error
+constexpr double seconds_enough = 0.1;       // a shorter run is repeated: caches and clocks decide it
+constexpr int runs_most = 5;
+const Failure no_memory{Failure::Code::out_of_memory, "no memory for the pictures to compare"};
+
+struct Timed {
+  Rendered rendered;
+  double seconds = 0;
+};
+
+Result<Timed, Failure> render_timed(const Scene& scene, const Assets& assets, const std::function<double()>& seconds,
+                                    std::uint32_t threads, RenderControl& control) {
+  const double start = seconds();
+  const auto compiled = compile(scene, control, assets);
+  if (!compiled) return compiled.error();
+  const auto elapsed_ms = [&] { return 1000 * (seconds() - start); };
+  auto rendered = render(**compiled, {.elapsed_ms = elapsed_ms, .threads = threads}, control);
+  if (!rendered) return std::move(rendered.error());
+  return Timed{std::move(*rendered), seconds() - start};
+}
+
+/// Reference and picture are independent, so the mean of the squared difference is the sum of both squared errors: what
+/// is the reference's is taken off. Precondition: equal sizes.
+double error_of(const ShownPicture& reference, double reference_error, const ShownPicture& picture) {
+  const auto comparison = compare(reference, picture, 0);
+  assert(comparison.has_value());
+  const double difference = comparison->rmse;
+  return std::sqrt(std::max(0.0, (difference - reference_error) * (difference + reference_error)));
+}
+
+/// The one that is expected to be the most accurate.
+const Setting& finest(const std::vector<Setting>& settings) {
+  const auto coarser = [](const Setting& one, const Setting& other) {
+    const double one_target = one.accuracy.target().value_or(1e9), other_target = other.accuracy.target().value_or(1e9);
+    return one_target != other_target ? one_target > other_target : one.accuracy.samples < other.accuracy.samples;
+  };
+  return *std::max_element(settings.begin(), settings.end(), coarser);
+}
+
+}  // namespace
+
+Result<MeasuredPoint, Failure> measure(const Scene& scene, const Assets& assets, const Setting& setting,
+                                       const ShownPicture& reference, double reference_error,
+                                       const std::function<double()>& seconds, std::uint32_t threads,
+                                       RenderControl& control) {
+  Scene turned = scene;
+  turned.accuracy = setting.accuracy;
+  auto timed = render_timed(turned, assets, seconds, threads, control);
+  if (!timed) return std::move(timed.error());
+  const RenderStatistics& statistics = timed->rendered.statistics;
+  MeasuredPoint point{.setting = setting, .seconds = timed->seconds, .claimed = timed->rendered.error};
+  point.samples = statistics.samples;
+  point.samples_mean = static_cast<double>(statistics.samples - statistics.audit_samples) /
+                       static_cast<double>(scene.image.window().pixels());
+  point.rays = statistics.rays;
+  point.error = error_of(reference, reference_error, shown(timed->rendered.image, turned.output));
+  double spent = timed->seconds;
+  for (int run = 1; run < runs_most && spent < seconds_enough; ++run) {
+    const auto again = render_timed(turned, assets, seconds, threads, control);
+    if (!again) return again.error();
+    spent += again->seconds;
+    point.seconds = std::min(point.seconds, again->seconds);
+  }
+  return point;
+}
+
+Measuring::Measuring(const Scene& scene, const Assets& assets, MeasureSettings settings)
+    : scene_(scene),
+      assets_(assets),
+      wanted_(std::move(settings)),
+      settings_(tracer::settings(scene, wanted_.knobs)),
+      points_(settings_.size()),
+      reference_(empty_reference(scene, wanted_.reference_samples)) {}
+
+void Measuring::resume(Reference reference) {
+  const auto same_size = [&](const std::vector<double>& sums) { return sums.size() == reference_.light.size(); };
+  if (reference.width != reference_.width || reference.height != reference_.height ||
+      reference.picture_samples != reference_.picture_samples || !same_size(reference.light) ||
+      !same_size(reference.codes) || !same_size(reference.code_squares) ||
+      (reference.complete && reference.pictures == 0))
+    return;
+  reference_ = std::move(reference);
+  shown_.reset();
+}
+
+void Measuring::resume(std::vector<MeasuredPoint> points) {
+  for (MeasuredPoint& point : points)
+    for (std::size_t i = 0; i < settings_.size(); ++i)
+      if (settings_[i].knob == point.setting.knob && settings_[i].value == point.setting.value) {
+        point.setting = settings_[i];
+        points_[i] = point;
+      }
+}
+
+std::size_t Measuring::next_setting() const {
+  const auto missing = std::find_if(points_.begin(), points_.end(), [](const auto& point) { return !point; });
+  return static_cast<std::size_t>(missing - points_.begin());
+}
+
+bool Measuring::done() const { return reference_.complete && next_setting() == settings_.size(); }
+
+std::string Measuring::next() const {
+  assert(!done());
+  if (reference_.complete) return title(settings_[next_setting()]);
+  return "reference, " + std::to_string(std::uint64_t{reference_.pictures} * reference_.picture_samples) +
+         " of at most " + std::to_string(wanted_.reference_samples) + " samples";
+}
+
+std::size_t Measuring::steps_done() const {
+  const auto measured =
+      std::count_if(points_.begin(), points_.end(), [](const auto& point) { return point.has_value(); });
+  const std::size_t pictures =
+      reference_.complete ? wanted_.reference_samples / reference_.picture_samples : reference_.pictures;
+  return pictures + static_cast<std::size_t>(measured);
+}
+
+std::size_t Measuring::steps() const {
+  return wanted_.reference_samples / reference_.picture_samples + settings_.size();
+}
+
+std::optional<Failure> Measuring::step(RenderControl& control) {
+  assert(!done());
+  try {
+    if (!reference_.complete) return grow_reference(control);
+    if (!shown_) shown_ = shown(reference_, scene_.output);
+    const std::size_t index = next_setting();
+    auto point = measure(scene_, assets_, settings_[index], *shown_, standard_error(reference_), wanted_.seconds,
+                         wanted_.threads, control);
+    if (!point) return std::move(point.error());
+    points_[index] = std::move(*point);
+    return std::nullopt;
+  } catch (const std::bad_alloc&) {
+    return no_memory;
+  }
+}
+
+std::optional<Failure> Measuring::grow_reference(RenderControl& control) {
+  if (reference_.pictures < wanted_.reference_samples / reference_.picture_samples) {
+    auto timed = render_timed(reference_scene(scene_, reference_), assets_, wanted_.seconds, wanted_.threads, control);
+    if (!timed) return std::move(timed.error());
+    add(reference_, timed->rendered.image, scene_.output);
+  }
+  return judge_reference(control);
+}
+
+/// Whether it is good enough.
+std::optional<Failure> Measuring::judge_reference(RenderControl& control) {
+  if (reference_.pictures >= wanted_.reference_samples / reference_.picture_samples) {
+    reference_.complete = true;
+    return std::nullopt;
+  }
+  if (reference_.pictures < pictures_least || settings_.empty()) return std::nullopt;
+  if (!finest_) {
+    Scene turned = scene_;
+    turned.accuracy = finest(settings_).accuracy;
+    auto timed = render_timed(turned, assets_, wanted_.seconds, wanted_.threads, control);
+    if (!timed) return std::move(timed.error());
+    finest_ = shown(timed->rendered.image, scene_.output);
+  }
+  const double own = standard_error(reference_);
+  reference_.complete = own <= reference_share * error_of(shown(reference_, scene_.output), own, *finest_);
+  return std::nullopt;
+}
+
+Measurement Measuring::measurement() const {
+  Measurement found{.name = scene_.name, .width = reference_.width, .height = reference_.height};
+  found.reference_samples = reference_.pictures * reference_.picture_samples;
+  if (reference_.pictures > 1) found.reference_error = standard_error(reference_);
+  for (const auto& point : points_)
+    if (point) found.points.push_back(*point);
+  return found;
+}
+
+}  // namespace tracer

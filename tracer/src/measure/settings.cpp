@@ -1,0 +1,155 @@
+// Which ways of rendering a scene are worth measuring.
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <functional>
+#include <utility>
+
+#include "tracer/measurement.h"
+#include "tracer/requirements.h"
+
+namespace tracer {
+namespace {
+
+constexpr std::array<std::pair<const char*, Preset>, 4> presets{{{"draft", Preset::draft},
+                                                                 {"standard", Preset::standard},
+                                                                 {"fine", Preset::fine},
+                                                                 {"reference", Preset::reference}}};
+
+/// All numbers here are short.
+std::string text(double number) {
+  std::array<char, 32> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), "%g", number);
+  return buffer.data();
+}
+
+class Finder {
+ public:
+  explicit Finder(const Scene& scene) : scene_(scene), needs_(exact_requirements(scene)) {
+    baseline_.samples = baseline_samples;
+    baseline_.seed = scene.accuracy.seed;
+  }
+
+  void turn(std::string_view knob) {
+    const bool branches = needs_.reflection || needs_.refraction;
+    if (knob == "target_error") targets();
+    if (knob == "samples") samples({1, 4, 16, 64});
+    if (knob == "max_depth" && branches) depths();
+    if (knob == "cutoff" && branches) cutoffs();
+    if (knob == "approximate") approximations();
+    if (knob == "document" && !has(scene_.accuracy)) push(Setting{"document", "as it is", scene_.accuracy});
+  }
+
+  std::vector<Setting> found() {
+    const bool from_baseline =
+        std::any_of(found_.begin(), found_.end(), [](const Setting& setting) { return is_change(setting.knob); });
+    if (from_baseline && !has(baseline_)) samples({baseline_samples});
+    return std::move(found_);
+  }
+
+ private:
+  static bool is_change(std::string_view knob) {
+    return knob == "max_depth" || knob == "cutoff" || knob == "approximate";
+  }
+
+  [[nodiscard]] bool has(const Accuracy& accuracy) const {
+    return std::any_of(found_.begin(), found_.end(),
+                       [&](const Setting& setting) { return setting.accuracy == accuracy; });
+  }
+
+  void push(Setting setting) { found_.push_back(std::move(setting)); }
+
+  /// What a document gets that asks for nothing but this error.
+  void targets() {
+    std::vector<double> wanted{8, 4, 2, 1, 0.5, 0.25};
+    for (const auto& [name, preset] : presets) wanted.push_back(target_error_of(preset));
+    std::sort(wanted.begin(), wanted.end(), std::greater<>());
+    wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+    for (const double target : wanted) {
+      Setting setting{"target_error", text(target), {}};
+      setting.accuracy.seed = baseline_.seed;
+      setting.accuracy.cutoff_by_chance = true;
+      setting.accuracy.adaptive.emplace().target_error = target;
+      for (const auto& [name, preset] : presets)
+        if (target_error_of(preset) == target) setting.preset = name;
+      push(std::move(setting));
+    }
+  }
+
+  void samples(std::initializer_list<std::uint32_t> counts) {
+    for (const std::uint32_t count : counts) {
+      Setting setting{"samples", std::to_string(count), baseline_};
+      setting.accuracy.samples = count;
+      push(std::move(setting));
+    }
+  }
+
+  void depths() {
+    for (const std::uint32_t depth : {1u, 2u, 4u, 8u}) {
+      Setting setting{"max_depth", std::to_string(depth), baseline_};
+      setting.accuracy.max_depth = depth;
+      push(std::move(setting));
+    }
+  }
+
+  void cutoffs() {
+    for (const double cutoff : {0.1, 0.01, 0.001, 0.0001}) {
+      Setting setting{"cutoff", text(cutoff), baseline_};
+      setting.accuracy.cutoff = cutoff;
+      push(std::move(setting));
+    }
+  }
+
+  void approximate(const char* value, const Approximations& by) {
+    Setting setting{"approximate", value, baseline_};
+    setting.accuracy.approximate = by;
+    push(std::move(setting));
+  }
+
+  void approximations() {
+    using A = Approximations;
+    if (needs_.shadows) {
+      approximate("shadows: map", {.shadows = A::Shadows::map});
+      approximate("shadows: none", {.shadows = A::Shadows::none});
+    }
+    if (needs_.reflection || needs_.refraction) {
+      if (has_background()) approximate("reflections: environment", {.reflections = A::Reflections::environment});
+      approximate("reflections: none", {.reflections = A::Reflections::none});
+    }
+    if (needs_.triangles) approximate("shading: gouraud", {.shading = A::Shading::gouraud});
+    if (needs_.smooth_normals || needs_.gouraud) approximate("shading: flat", {.shading = A::Shading::flat});
+    const auto somewhere = std::count_if(scene_.lights.begin(), scene_.lights.end(), [](const Light& light) {
+      return !std::holds_alternative<DirectionalLight>(light.source);
+    });
+    for (const std::uint32_t count : {1u, 4u, 16u, 64u})
+      if (std::cmp_less(count, somewhere))
+        approximate(("lights: nearest-" + std::to_string(count)).c_str(), {.nearest_lights = count});
+  }
+
+  /// Else the background alone is nothing.
+  [[nodiscard]] bool has_background() const {
+    const Background& background = scene_.background;
+    return background.gradient || background.environment || background.cube || !(background.color == Color{});
+  }
+
+  const Scene& scene_;
+  Requirements needs_;
+  Accuracy baseline_;
+  std::vector<Setting> found_;
+};
+
+}  // namespace
+
+std::vector<Setting> settings(const Scene& scene, std::span<const std::string> wanted) {
+  Finder finder(scene);
+  for (const std::string_view knob : knobs)
+    if (wanted.empty() || std::find(wanted.begin(), wanted.end(), knob) != wanted.end()) finder.turn(knob);
+  return finder.found();
+}
+
+std::string title(const Setting& setting) {
+  const std::string value = setting.knob + " " + setting.value;
+  return setting.preset.empty() ? value : value + " (" + setting.preset + ")";
+}
+
+}  // namespace tracer
