@@ -189,6 +189,7 @@ class AdaptiveRender {
   /// What the pixel's sequence lacks of `count` samples.
   void push_more(Batch& batch, std::vector<Aim>& aims, const Pixel& pixel, std::uint32_t count) {
     const std::size_t place = tiles_.place(pixel);
+    if (pixels_[place].half_count[0] == 0) forget_pilot(place);
     pixels_[place].grow();
     for (std::uint32_t index = pixels_[place].half_count[0]; index < count; ++index) {
       Sample sample = fresh_sample(scene_, pixel.x, pixel.y, index, 0);
@@ -196,6 +197,11 @@ class AdaptiveRender {
       push(batch, scene_, sample);
       aims.push_back({place, static_cast<std::uint8_t>(index < count / 2 ? 0 : 1)});
     }
+  }
+
+  void forget_pilot(std::size_t place) {
+    if (!missing_.empty()) missing_[place] = {};
+    if (!layers_.empty()) layers_[place] = {};
   }
 
   /// Pixels belong to one tile, and so to one thread at a time.
@@ -216,7 +222,7 @@ class AdaptiveRender {
     }
   }
 
-  /// What the pixel's samples lack and hit; a refined pixel's pilot is no longer one of them, but counts there as well.
+  /// What the pixel's samples lack and hit.
   void note(std::size_t place, const Wavefront<Model>& wavefront, std::size_t sample) {
     if (!missing_.empty()) accumulate(missing_[place], wavefront.missing()[sample]);
     if (!layers_.empty()) layers_[place].add(wavefront.first_hits(), sample);
@@ -337,7 +343,7 @@ class AdaptiveRender {
       means.rgb[3 * i + 1] = static_cast<float>(mean.g);
       means.rgb[3 * i + 2] = static_cast<float>(mean.b);
       if (means.missing.empty()) continue;
-      const float share = 1.0f / static_cast<float>(pixels_[i].count() + (pixels_[i].refined() ? 1 : 0));
+      const float share = 1.0f / static_cast<float>(pixels_[i].count());
       means.missing[i] = {missing_[i].depth * share, missing_[i].cutoff * share, missing_[i].spared * share};
     }
     return means;
