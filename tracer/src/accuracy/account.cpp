@@ -12,7 +12,8 @@ namespace {
 /// One-sided 95 % of a normal distribution is 1.645 of its deviations. The truth is a sum of squares by chance as much
 /// as its estimate is, and independent of it, which makes 2.33 of the estimate's own; the rest is for sums of squares
 /// leaning to the right.
-constexpr double deviations = 4;
+constexpr double deviations = 2.75;
+constexpr double audit_deviations = 1.645;
 constexpr double confidence = 0.95;
 
 /// What audits tell of the pixels that have only their pilot, by how much contrast these have.
@@ -96,6 +97,10 @@ float learned_variance(const PixelState& pixel, double own, double expected, con
 
 SampledError SummedErrors::known() const { return {squared, std::max(0.0, squared + deviations * std::sqrt(spread))}; }
 
+SampledError SummedErrors::known_by_audit() const {
+  return {squared, std::max(0.0, squared + audit_deviations * std::sqrt(spread))};
+}
+
 SummedErrors AuditedError::of(std::size_t pixels) const {
   if (count_ == 0) return {};
   const double each = static_cast<double>(pixels) / static_cast<double>(count_);
@@ -145,10 +150,8 @@ SampledError settle(std::span<PixelState> pixels, std::uint32_t width, const Lev
   return sums.known();
 }
 
-SampledError joined(const SampledError& own, const SummedErrors& audit) {
-  constexpr double one_sided_95_percent = 1.645;  // nothing was decided by it, so nothing has to be made up for
-  const double upper = audit.squared + one_sided_95_percent * std::sqrt(audit.spread);
-  return {std::max(own.squared, audit.squared), std::max(own.squared_upper, upper)};
+SampledError joined(const SampledError& own, const SampledError& audit) {
+  return {std::max(own.squared, audit.squared), std::max(own.squared_upper, audit.squared_upper)};
 }
 
 SampledError settle(std::span<const float> variances) {

@@ -22,7 +22,10 @@ struct SummedErrors {
     squared += part.squared;
     spread += part.spread;
   }
+  /// Where the sum had a part in deciding when to stop.
   [[nodiscard]] SampledError known() const;
+  /// Where it had none.
+  [[nodiscard]] SampledError known_by_audit() const;
 };
 
 /// Squared errors of pixels chosen at random, which stand for more.
@@ -50,7 +53,7 @@ class AuditedError {
 SampledError settle(std::span<PixelState> pixels, std::uint32_t width, const Levels& levels);
 
 /// What is known of a picture from its own samples and from an audit of it: the greater.
-SampledError joined(const SampledError& own, const SummedErrors& audit);
+SampledError joined(const SampledError& own, const SampledError& audit);
 
 /// The same for samples that tell their variances alone; see uniform_error.h.
 SampledError settle(std::span<const float> variances);

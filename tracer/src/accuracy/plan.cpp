@@ -46,7 +46,8 @@ class Planner {
     const std::uint32_t has = pixels_[index].count();
     const std::uint32_t wanted = range_.nearest(log2_at_unit_[index] - log2_worth / (1 + variance_power));
     if (wanted <= has || wanted < 2) return 0;
-    return std::min<std::uint32_t>(wanted, static_cast<std::uint32_t>(std::min(growth * has, 0x1p31))) / 2;
+    const auto grown = static_cast<std::uint32_t>(std::min(growth * has, 0x1p31));
+    return std::max(std::min(wanted, grown), range_.least) / 2;
   }
 
   /// What is then expected to be left in the end, and what it costs.

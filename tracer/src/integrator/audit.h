@@ -35,7 +35,7 @@ class Audit {
         pool_(scene, control, approximations) {}
 
   /// Of the whole picture; see pixel_state.h. Throws std::bad_alloc.
-  SummedErrors measure(const AuditPlan& plan, const Levels& levels) {
+  SampledError measure(const AuditPlan& plan, const Levels& levels) {
     std::vector<AuditedError> of_tile(tiles_.count());
     for_each_tile(tiles_.count(), settings_.threads, [&](std::uint64_t tile) {
       if (control_.cancelled()) return;
@@ -44,7 +44,7 @@ class Audit {
     });
     AuditedError all;
     for (const AuditedError& one : of_tile) all.add(one);
-    return all.of(plan.means.size());
+    return all.of(plan.means.size()).known_by_audit();
   }
 
   /// What all audits traced.
@@ -133,7 +133,7 @@ void account_for_approximations(const CompiledScene& scene, const RenderSettings
   std::vector<Color> means(rgb.size() / 3);
   for (std::size_t i = 0; i < means.size(); ++i) means[i] = {rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2]};
   Audit<Model> exact(scene, settings, control, {});
-  const SampledError whole = exact.measure({.means = means, .half = {}, .stream = 0, .tell = {}}, levels).known();
+  const SampledError whole = exact.measure({.means = means, .half = {}, .stream = 0, .tell = {}}, levels);
   add(rendered.statistics, exact.statistics());
   add_approximation(rendered.error, whole, means.size());
   rendered.error.met = !rendered.error.target || rendered.error.estimate <= *rendered.error.target;

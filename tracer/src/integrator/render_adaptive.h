@@ -154,7 +154,8 @@ class AdaptiveRender {
       std::vector<Aim> aims;
       const auto trace = [&] {
         batch.light_points = fresh_light_points;
-        if (!aims.empty() && !deadline_.over() && wavefront.trace(std::move(batch))) collect(wavefront, aims, false);
+        if (!aims.empty() && !control_.cancelled() && !deadline_.over() && wavefront.trace(std::move(batch)))
+          collect(wavefront, aims, false);
         batch = {};
         aims.clear();
       };
@@ -291,7 +292,7 @@ class AdaptiveRender {
       if (error > caught * pixel.variance) pixel.variance = static_cast<float>(error);
     };
     const Levels levels = this->levels();
-    const SummedErrors found = audit_.measure({.means = means, .half = half, .stream = round_, .tell = tell}, levels);
+    const SampledError found = audit_.measure({.means = means, .half = half, .stream = round_, .tell = tell}, levels);
     sampled_ = joined(sampled_, found);
     estimate(levels);
     return error_.estimate <= *wanted_.target_error;
