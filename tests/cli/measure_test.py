@@ -14,7 +14,7 @@ import xml.etree.ElementTree
 from tests.support import pictures
 from tests.support.whittle import BIN, SCENES, scene, whittle
 
-TINY = ("--size", "32x24", "--reference-samples", "128", "--threads", "2")
+TINY = ("--size", "32x24", "--reference-samples", "1024", "--threads", "2")
 
 
 class WithFolder(unittest.TestCase):
@@ -104,6 +104,17 @@ class Measure(unittest.TestCase):
             rays = {kind: int(count) for kind, count in re.findall(r"(?m)^(\w+) +(\d+) rays", done.stderr.decode())}
             self.assertEqual({kind: rays[kind] for kind in point["rays"]}, point["rays"], key)
 
+    def test_finds_the_error_that_a_comparison_with_a_converged_picture_finds(self):
+        many = {"samples": [1024, 1024], "seed": 99}
+        folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        for key in (("samples", "1"), ("samples", "4"), ("target_error", "2"), ("approximate", "shadows: none")):
+            for name, accuracy in (("few", self.points[key]["settings"]), ("many", many)):
+                document = {**self.document, "image": {"width": 32, "height": 24}, "accuracy": accuracy}
+                done = whittle("render", "-", "-o", folder / f"{name}.exr", "--quiet", document=document)
+                self.assertEqual(done.returncode, 0, done.stderr)
+            found = json.loads(whittle("diff", folder / "many.exr", folder / "few.exr", "--json").stdout)
+            self.assertAlmostEqual(self.points[key]["error"], found["rmse"], delta=0.1 * found["rmse"], msg=key)
+
     def test_finds_the_error_that_a_cheaper_model_makes(self):
         baseline = self.points["samples", "16"]["error"]
         self.assertGreater(self.points["approximate", "shadows: none"]["error"], 3 * baseline)
@@ -111,7 +122,7 @@ class Measure(unittest.TestCase):
 
     def test_knows_the_error_of_its_reference(self):
         reference = self.result["reference"]
-        self.assertTrue(0 < reference["samples"] <= 128)
+        self.assertTrue(0 < reference["samples"] <= 1024)
         self.assertTrue(0 < reference["error"] < self.points["samples", "4"]["error"])
 
 

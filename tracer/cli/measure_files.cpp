@@ -73,8 +73,8 @@ std::optional<tracer::Reference> reference_of(std::string_view bytes, const std:
       reference.pictures >> reference.complete;
   bytes.remove_prefix(end + 1);
   const std::size_t size = sum_bytes(reference);
-  if (!head || seen_mark != mark || seen_key != key || bytes.size() != 3 * size || size == 0) return std::nullopt;
-  for (std::vector<double>* sums : {&reference.light, &reference.codes, &reference.code_squares}) {
+  if (!head || seen_mark != mark || seen_key != key || bytes.size() != 2 * size || size == 0) return std::nullopt;
+  for (std::vector<double>* sums : {&reference.light, &reference.squares}) {
     sums->resize(size / sizeof(double));
     std::memcpy(sums->data(), bytes.data(), size);
     bytes.remove_prefix(size);
@@ -122,7 +122,7 @@ tracer::Result<Earlier, FileFailure> read_earlier(const std::string& name, const
     }
   }
   if (exists(reference_path)) {
-    const auto bytes = read_all(reference_path, 9 * sizeof(double) * tracer::Limits().pixels + head_bytes_max);
+    const auto bytes = read_all(reference_path, 6 * sizeof(double) * tracer::Limits().pixels + head_bytes_max);
     if (!bytes) return bytes.error();
     earlier.reference = reference_of(*bytes, key);
   }
@@ -131,7 +131,7 @@ tracer::Result<Earlier, FileFailure> read_earlier(const std::string& name, const
 
 Done write_reference(const std::string& name, const std::string& key, const tracer::Reference& reference) {
   std::string bytes = head_of(reference, key);
-  for (const std::vector<double>* sums : {&reference.light, &reference.codes, &reference.code_squares})
+  for (const std::vector<double>* sums : {&reference.light, &reference.squares})
     bytes.append(reinterpret_cast<const char*>(sums->data()), sums->size() * sizeof(double));
   return write_file(name + ".reference", bytes);
 }

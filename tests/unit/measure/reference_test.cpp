@@ -30,20 +30,20 @@ tracer::Image flat(double level) {
 
 TEST(Reference, HasAStandardErrorOfItsPicturesSpreadOverTheRootOfTheirNumber) {
   tracer::Reference reference = tracer::empty_reference(small_scene(), 64);
-  for (const double level : {99.0, 101.0, 99.0, 101.0}) add(reference, flat(level), {});
-  EXPECT_NEAR(standard_error(reference), std::sqrt(4.0 / 3) / 2, 1e-3);  // variance 4/3 of the four, over 4
+  for (const double level : {99.0, 101.0, 99.0, 101.0}) add(reference, flat(level));
+  EXPECT_NEAR(standard_error(reference, {}), std::sqrt(4.0 / 3) / 2, 1e-3);  // variance 4/3 of the four, over 4
 }
 
 TEST(Reference, OfEqualPicturesHasNoError) {
   tracer::Reference reference = tracer::empty_reference(small_scene(), 64);
-  for (int i = 0; i < 7; ++i) add(reference, flat(77.7), {});
-  EXPECT_EQ(standard_error(reference), 0);
+  for (int i = 0; i < 7; ++i) add(reference, flat(77.7));
+  EXPECT_EQ(standard_error(reference, {}), 0);
 }
 
 TEST(Reference, ShowsTheMeanOfTheLightNotOfTheCodes) {
   tracer::Reference reference = tracer::empty_reference(small_scene(), 64);
-  add(reference, flat(0), {});
-  add(reference, flat(255), {});
+  add(reference, flat(0));
+  add(reference, flat(255));
   EXPECT_NEAR(shown(reference, {}).codes[0] / tracer::codes_per_level, 187.516, 1e-2);  // sRGB of one half
 }
 
@@ -52,7 +52,7 @@ TEST(Reference, IsMadeOfPicturesThatDifferFromEachOtherAndFromTheSceneInTheirSee
   scene.accuracy.seed = 7;
   tracer::Reference reference = tracer::empty_reference(scene, 64);
   const auto first = reference_scene(scene, reference).accuracy;
-  add(reference, flat(1), {});
+  add(reference, flat(1));
   const auto second = reference_scene(scene, reference).accuracy;
   EXPECT_NE(first.seed, scene.accuracy.seed);
   EXPECT_NE(second.seed, scene.accuracy.seed);

@@ -20,10 +20,9 @@ struct Reference {
   std::uint32_t width = 0, height = 0;
   std::uint32_t picture_samples = 0;  ///< in each pixel of each picture
   std::uint32_t pictures = 0;
-  bool complete = false;        ///< good enough, or as good as was asked for
-  std::vector<double> light{};  ///< linear RGB
-  std::vector<double> codes{};  ///< as shown
-  std::vector<double> code_squares{};
+  bool complete = false;          ///< good enough, or as good as was asked for
+  std::vector<double> light{};    ///< linear RGB
+  std::vector<double> squares{};  ///< of it
 };
 
 /// For at most `samples` in each pixel, of which there are at least reference_samples_min: pictures of 256, or of
@@ -34,12 +33,13 @@ Reference empty_reference(const Scene& scene, std::uint32_t samples);
 Scene reference_scene(const Scene& scene, const Reference& reference);
 
 /// One more picture, as rendered of reference_scene.
-void add(Reference& reference, const Image& image, const Output& output);
+void add(Reference& reference, const Image& image);
 
-/// Of the mean, in levels, from the spread of the pictures: root mean square over pixels and channels. Pictures of
-/// stratified samples are independent of each other, so it needs no model of what they show. Precondition: at least 2
-/// pictures.
-double standard_error(const Reference& reference);
+/// Of the mean as a screen shows it, in levels, from the spread of the pictures: root mean square over pixels and
+/// channels. Pictures of stratified samples are independent of each other, so it needs no model of what they show. A
+/// standard deviation of the mean light is told by half of the way on the screen from one below the mean to one above
+/// it. Precondition: at least 2 pictures.
+double standard_error(const Reference& reference, const Output& output);
 
 /// The mean of the light, as a screen shows it. Precondition: there are pictures.
 ShownPicture shown(const Reference& reference, const Output& output);

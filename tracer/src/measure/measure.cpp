@@ -91,8 +91,7 @@ void Measuring::resume(Reference reference) {
   const auto same_size = [&](const std::vector<double>& sums) { return sums.size() == reference_.light.size(); };
   if (reference.width != reference_.width || reference.height != reference_.height ||
       reference.picture_samples != reference_.picture_samples || !same_size(reference.light) ||
-      !same_size(reference.codes) || !same_size(reference.code_squares) ||
-      (reference.complete && reference.pictures == 0))
+      !same_size(reference.squares) || (reference.complete && reference.pictures == 0))
     return;
   reference_ = std::move(reference);
   shown_.reset();
@@ -139,8 +138,8 @@ std::optional<Failure> Measuring::step(RenderControl& control) {
     if (!reference_.complete) return grow_reference(control);
     if (!shown_) shown_ = shown(reference_, scene_.output);
     const std::size_t index = next_setting();
-    auto point = measure(scene_, assets_, settings_[index], *shown_, standard_error(reference_), wanted_.seconds,
-                         wanted_.threads, control);
+    auto point = measure(scene_, assets_, settings_[index], *shown_, standard_error(reference_, scene_.output),
+                         wanted_.seconds, wanted_.threads, control);
     if (!point) return std::move(point.error());
     points_[index] = std::move(*point);
     return std::nullopt;
@@ -153,7 +152,7 @@ std::optional<Failure> Measuring::grow_reference(RenderControl& control) {
   if (reference_.pictures < wanted_.reference_samples / reference_.picture_samples) {
     auto timed = render_timed(reference_scene(scene_, reference_), assets_, wanted_.seconds, wanted_.threads, control);
     if (!timed) return std::move(timed.error());
-    add(reference_, timed->rendered.image, scene_.output);
+    add(reference_, timed->rendered.image);
   }
   return judge_reference(control);
 }
@@ -172,7 +171,7 @@ std::optional<Failure> Measuring::judge_reference(RenderControl& control) {
     if (!timed) return std::move(timed.error());
     finest_ = shown(timed->rendered.image, scene_.output);
   }
-  const double own = standard_error(reference_);
+  const double own = standard_error(reference_, scene_.output);
   reference_.complete = own <= reference_share * error_of(shown(reference_, scene_.output), own, *finest_);
   return std::nullopt;
 }
@@ -180,7 +179,7 @@ std::optional<Failure> Measuring::judge_reference(RenderControl& control) {
 Measurement Measuring::measurement() const {
   Measurement found{.name = scene_.name, .width = reference_.width, .height = reference_.height};
   found.reference_samples = reference_.pictures * reference_.picture_samples;
-  if (reference_.pictures > 1) found.reference_error = standard_error(reference_);
+  if (reference_.pictures > 1) found.reference_error = standard_error(reference_, scene_.output);
   for (const auto& point : points_)
     if (point) found.points.push_back(*point);
   return found;

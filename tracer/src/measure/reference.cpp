@@ -11,6 +11,23 @@ constexpr std::uint32_t pictures_least = 8;          // a spread of fewer is a g
 constexpr double cutoff = 1e-3;  // by chance: any is right in the mean, small ones cost 1 / cutoff rays in glass
 constexpr std::uint32_t depth = 200;
 
+/// The mean light and so many of its standard deviations.
+ShownPicture shown_beside(const Reference& reference, const Output& output, double deviations) {
+  const double count = reference.pictures;
+  Image image;
+  image.width = reference.width;
+  image.height = reference.height;
+  image.rgb.reserve(reference.light.size());
+  for (std::size_t i = 0; i < reference.light.size(); ++i) {
+    const double light = reference.light[i];
+    // Light is of floats: the squares of pictures that are equal sum exactly.
+    const double variance = std::max(0.0, reference.squares[i] - light * light / count) / (count - 1) / count;
+    const double beside = deviations == 0 ? 0 : deviations * std::sqrt(variance);
+    image.rgb.push_back(static_cast<float>(light / count + beside));
+  }
+  return shown(image, output);
+}
+
 }  // namespace
 
 Reference empty_reference(const Scene& scene, std::uint32_t samples) {
@@ -18,7 +35,7 @@ Reference empty_reference(const Scene& scene, std::uint32_t samples) {
   Reference reference{.width = window.width(), .height = window.height()};
   reference.picture_samples = std::clamp(samples / pictures_least, 2u, picture_samples_most);
   const auto values = static_cast<std::size_t>(3 * window.pixels());
-  for (std::vector<double>* sums : {&reference.light, &reference.codes, &reference.code_squares}) sums->resize(values);
+  for (std::vector<double>* sums : {&reference.light, &reference.squares}) sums->resize(values);
   return reference;
 }
 
@@ -38,40 +55,30 @@ Scene reference_scene(const Scene& scene, const Reference& reference) {
   return independent;
 }
 
-void add(Reference& reference, const Image& image, const Output& output) {
-  const ShownPicture picture = shown(image, output);
+void add(Reference& reference, const Image& image) {
   for (std::size_t i = 0; i < reference.light.size(); ++i) {
-    const double code = picture.codes[i];
-    reference.light[i] += image.rgb[i];
-    reference.codes[i] += code;
-    reference.code_squares[i] += code * code;
+    const double light = image.rgb[i];
+    reference.light[i] += light;
+    reference.squares[i] += light * light;
   }
   ++reference.pictures;
 }
 
-double standard_error(const Reference& reference) {
-  const double count = reference.pictures;
+double standard_error(const Reference& reference, const Output& output) {
+  const ShownPicture below = shown_beside(reference, output, -1), above = shown_beside(reference, output, 1);
   double sum = 0;
   const std::size_t row = 3 * std::size_t{reference.width};
-  for (std::size_t first = 0; first < reference.codes.size(); first += row) {
+  for (std::size_t first = 0; first < above.codes.size(); first += row) {
     double of_row = 0;
     for (std::size_t i = first; i < first + row; ++i) {
-      const double code = reference.codes[i];
-      // Codes are floats below 2^16: their squares sum exactly for pictures that are equal.
-      of_row += std::max(0.0, reference.code_squares[i] - code * code / count) / (count - 1);
+      const double half = (double{above.codes[i]} - below.codes[i]) / 2;
+      of_row += half * half;
     }
     sum += of_row;
   }
-  return std::sqrt(sum / static_cast<double>(reference.codes.size()) / count) / codes_per_level;
+  return std::sqrt(sum / static_cast<double>(above.codes.size())) / codes_per_level;
 }
 
-ShownPicture shown(const Reference& reference, const Output& output) {
-  Image mean;
-  mean.width = reference.width;
-  mean.height = reference.height;
-  mean.rgb.reserve(reference.light.size());
-  for (const double sum : reference.light) mean.rgb.push_back(static_cast<float>(sum / reference.pictures));
-  return shown(mean, output);
-}
+ShownPicture shown(const Reference& reference, const Output& output) { return shown_beside(reference, output, 0); }
 
 }  // namespace tracer
