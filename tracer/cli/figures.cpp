@@ -22,6 +22,17 @@ void print_rays(std::FILE* into, const tracer::RayCounts& rays, double trace_ms)
   }
 }
 
+/// What is left of the error, with the parts that are not of sampling where there are any.
+void print_error(std::FILE* into, const tracer::ErrorEstimate& error) {
+  std::fprintf(into, "error      at most %.3g levels (%.0f %% sure)", error.estimate, 100 * error.confidence);
+  if (error.target) std::fprintf(into, ", %.3g asked for%s", *error.target, error.met ? "" : " and not reached");
+  const std::array<std::pair<const char*, double>, 3> parts{
+      {{"depth", error.depth}, {"cutoff", error.cutoff}, {"approximation", error.approximation}}};
+  for (const auto& [part, levels] : parts)
+    if (levels >= 5e-4) std::fprintf(into, "; %s %.3g", part, levels);
+  std::fputs(error.bounded ? "\n" : "; depth and cutoff guessed, nothing bounds this scene's light\n", into);
+}
+
 }  // namespace
 
 void print_figures(std::FILE* into, const tracer::Rendered& rendered, const Figures& figures) {
@@ -29,6 +40,7 @@ void print_figures(std::FILE* into, const tracer::Rendered& rendered, const Figu
   std::fprintf(into, "picture    %" PRIu32 " x %" PRIu32 ", %" PRIu64 " samples\n", rendered.image.width,
                rendered.image.height, statistics.samples);
   print_rays(into, statistics.rays, figures.trace_ms);
+  print_error(into, rendered.error);
   std::fprintf(into, "time       parse %.1f ms, build %.1f ms, trace %.1f ms, encode %.1f ms\n", figures.parse_ms,
                figures.build_ms, figures.trace_ms, figures.encode_ms);
   if (statistics.spared_shadow_rays != 0) {

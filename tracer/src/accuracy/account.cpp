@@ -129,7 +129,7 @@ SampledError settle(std::span<PixelState> pixels, std::uint32_t width, const Lev
       continue;
     }
     if (pixel.hidden > 0) {
-      sums.add(std::max(pixel.variance, pixel.hidden));
+      sums.add(std::max(double{pixel.variance}, pixel.unseen()));
       continue;
     }
     pilots.add(pixel.variance);
@@ -144,7 +144,7 @@ SampledError settle(std::span<PixelState> pixels, std::uint32_t width, const Lev
       pixel.variance = learned_variance(pixel, of_one[i], expected_variance(pixel.contrast), neighbourhood.around(i));
     } else if (audited.count() > 0) {
       const double beside = neighbourhood.around(i).mean() * seen_beside;
-      pixel.variance = static_cast<float>(std::max({audits.expected(pixel), beside, double{pixel.hidden}}));
+      pixel.variance = static_cast<float>(std::max({audits.expected(pixel), beside, pixel.unseen()}));
     }
   }
   return sums.known();

@@ -29,9 +29,9 @@ struct PixelState {
   std::array<std::uint32_t, 2> half_count{};
   float variance = 0;  ///< to be expected of the pixel, in squared levels, the channels added up
   float contrast = 0;  ///< of the pilots around it; in the same unit
-  /// Something in the pixel that its samples are likely to miss: the squared error of a pixel without it, in squared
-  /// levels, and the part of the pixel that it covers.
-  float hidden = 0, hidden_share = 1;
+  /// Something in the pixel that its samples are likely to miss: the variance that it gives one sample, and the squared
+  /// error of a pixel without it, both in squared levels; the part of the pixel that it covers.
+  float hidden = 0, missed = 0, hidden_share = 1;
   Role role = Role::pilot;
   bool grows = false;    ///< gets samples in this round, other than of an audit
   bool sampled = false;  ///< has a pilot of its own, not a neighbour's
@@ -48,8 +48,11 @@ struct PixelState {
     const bool begun = refined() && half_count[0] + half_count[1] > 0;
     return begun ? (half[0] + half[1]) * (1.0 / count()) : pilot;
   }
-  /// The part of `hidden` that samples cannot speak of yet: where four of them are to be expected on it, they do.
-  [[nodiscard]] double unseen() const { return static_cast<double>(count()) * hidden_share < 4 ? hidden : 0; }
+  /// The error to be expected of what samples cannot speak of yet: where four of them are likely on it, they do.
+  [[nodiscard]] double unseen() const {
+    const double likely = static_cast<double>(count()) * hidden_share;
+    return likely < 4 ? std::max(static_cast<double>(hidden) / count(), missed * std::exp(-likely)) : 0;
+  }
   /// Makes room for more samples of the sequence: all that there are belong to its first half.
   void grow() {
     half[0] += half[1];

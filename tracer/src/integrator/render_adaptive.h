@@ -141,10 +141,9 @@ class AdaptiveRender {
       apart += (levels.level(there) - shown) * (levels.level(there) - shown);
       missed += (levels.level(mean) - shown) * (levels.level(mean) - shown);
     }
-    // Of a sample that shows the one or the other; of a very bright thing, what its pixel shows without it.
-    const auto variance = static_cast<float>(std::max(apart * scout.share * (1 - scout.share), missed));
-    if (!(variance > 0)) return;
-    pixel.hidden += variance;
+    if (!(apart > 0)) return;
+    pixel.hidden += static_cast<float>(apart * scout.share * (1 - scout.share));
+    pixel.missed += static_cast<float>(missed);
     pixel.hidden_share = std::min(pixel.hidden_share, scout.share);
   }
 
@@ -249,7 +248,7 @@ class AdaptiveRender {
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
       pixels_[i].contrast = contrast[i];
       const double expected = pixels_[i].sampled ? expected_variance(contrast[i]) : contrast[i];
-      pixels_[i].variance = static_cast<float>(std::max(expected, double{pixels_[i].hidden}));
+      pixels_[i].variance = static_cast<float>(std::max(expected, pixels_[i].unseen()));
     }
     sampled_ = settle(pixels_, width_, levels);
     estimate(levels);
