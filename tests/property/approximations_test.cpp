@@ -15,12 +15,8 @@ using namespace tracer;
 
 constexpr Approximations no_shadows{.shadows = Approximations::Shadows::none};
 constexpr Approximations no_reflections{.reflections = Approximations::Reflections::none};
+constexpr Approximations all_lights{.nearest_lights = nearest_lights_max};
 constexpr Approximations environment_alone{.reflections = Approximations::Reflections::environment};
-
-Rendered approximate(Scene scene, const Approximations& approximations) {
-  scene.accuracy.approximate = approximations;
-  return scenes::render(scene);
-}
 
 template <class Change>
 Scene with_materials(Scene scene, const Change& change) {
@@ -52,7 +48,7 @@ TEST(WithoutShadows, EveryLightShinesAsThoughItCastNone) {
     const Scene scene = scenes::random(seed, 24);
     Scene shadowless = scene;
     for (Light& light : shadowless.lights) light.shadows = false;
-    const Rendered seen = approximate(scene, no_shadows), expected = scenes::render(shadowless);
+    const Rendered seen = scenes::approximated(scene, no_shadows), expected = scenes::render(shadowless);
     ASSERT_EQ(seen.image.rgb, expected.image.rgb) << seed;
     ASSERT_EQ(seen.statistics, expected.statistics) << seed;
     ASSERT_EQ(seen.statistics.rays.shadow, 0u) << seed;
@@ -67,7 +63,7 @@ TEST(WithoutShadows, NoLightIsSpared) {
   scene.accuracy.cutoff = 0.5;
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
   for (int i = 0; i < 70; ++i) scene.lights.push_back(scenes::point_light({0.1 * i, 1, 0}, {1e-3, 1e-3, 1e-3}));
-  const Rendered exact = scenes::render(scene), seen = approximate(scene, no_shadows);
+  const Rendered exact = scenes::render(scene), seen = scenes::approximated(scene, no_shadows);
   EXPECT_GT(exact.statistics.spared_shadow_rays, 0u);
   EXPECT_EQ(seen.statistics.spared_shadow_rays, 0u);
   EXPECT_GT(*seen.image.pixel(4, 4), *exact.image.pixel(4, 4));
@@ -78,7 +74,7 @@ TEST(WithoutReflections, MirrorsGiveNothingBack) {
   for (std::uint64_t seed = 0; seed < effort::cases(100); ++seed) {
     const Scene scene = with_materials(scenes::random(seed, 24), [](Material& material) { material.transmission = 0; });
     const Scene dull = with_materials(scene, [](Material& material) { material.reflection = 0; });
-    const Rendered seen = approximate(scene, no_reflections), expected = scenes::render(dull);
+    const Rendered seen = scenes::approximated(scene, no_reflections), expected = scenes::render(dull);
     ASSERT_EQ(seen.image.rgb, expected.image.rgb) << seed;
     ASSERT_EQ(seen.statistics, expected.statistics) << seed;
     reflected += scenes::render(scene).statistics.rays.reflection;
@@ -97,7 +93,7 @@ TEST(WithoutReflections, GlassGivesWhatItHasOfItsOwnAndLetsShadowRaysThrough) {
   glass.color = Color{0, 0, 0};
   scenes::add(scene, Sphere{{0, 1, 0}, 1}, glass);
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
-  const Rendered exact = scenes::render(scene), seen = approximate(scene, no_reflections);
+  const Rendered exact = scenes::render(scene), seen = scenes::approximated(scene, no_reflections);
   EXPECT_GT(exact.statistics.rays.refraction, 0u);
   EXPECT_EQ(seen.statistics.rays.refraction + seen.statistics.rays.reflection, 0u);
   const float* ball = seen.image.pixel(12, 9);
@@ -122,7 +118,7 @@ TEST(EnvironmentReflections, ShowTheBackgroundAsThoughNothingElseWereThere) {
   scenes::add(scene, Sphere{{0, 0, 0}, 1}, mirror);
   const Rendered alone = scenes::render(scene);
   scenes::add(scene, Sphere{{0, 0, 12}, 5}, scenes::glowing({9, 9, 9}));  // behind the camera
-  const Rendered exact = scenes::render(scene), seen = approximate(scene, environment_alone);
+  const Rendered exact = scenes::render(scene), seen = scenes::approximated(scene, environment_alone);
   EXPECT_NE(exact.image.rgb, alone.image.rgb);
   EXPECT_EQ(seen.image.rgb, alone.image.rgb);
   EXPECT_EQ(seen.statistics.rays.reflection, 0u);
@@ -135,7 +131,7 @@ TEST(EnvironmentReflections, OfGlassBeforeOneColourAreThatColour) {
   Material glass = scenes::glass();
   glass.absorption = {100, 100, 100};  // of no length: nothing is on the other side
   scenes::add(scene, Sphere{{0, 0, 0}, 1}, glass);
-  const Rendered seen = approximate(scene, environment_alone);
+  const Rendered seen = scenes::approximated(scene, environment_alone);
   for (std::size_t i = 0; i < seen.image.rgb.size(); ++i)
     EXPECT_FLOAT_EQ(seen.image.rgb[i], i % 3 == 0 ? 0.25f : i % 3 == 1 ? 0.5f : 1.0f);  // R + T = 1
   EXPECT_EQ(seen.statistics.rays.total(), seen.statistics.rays.camera);
@@ -146,14 +142,14 @@ TEST(EnvironmentReflections, KeepToTheCutoffAndTheDepth) {
   scene.camera = {{0, 0, 6}, {0, 0, 0}, {0, 1, 0}, 10};
   scene.background.color = {1, 1, 1};
   scenes::add(scene, Sphere{{0, 0, 0}, 1}, scenes::mirror(0.5));
-  EXPECT_EQ(*approximate(scene, environment_alone).image.pixel(4, 4), 0.5f);
+  EXPECT_EQ(*scenes::approximated(scene, environment_alone).image.pixel(4, 4), 0.5f);
   scene.accuracy.cutoff = 0.6;
-  EXPECT_EQ(*approximate(scene, environment_alone).image.pixel(4, 4), 0.0f);
-  EXPECT_EQ(approximate(scene, environment_alone).statistics.cut_branches, 64u);
+  EXPECT_EQ(*scenes::approximated(scene, environment_alone).image.pixel(4, 4), 0.0f);
+  EXPECT_EQ(scenes::approximated(scene, environment_alone).statistics.cut_branches, 64u);
   scene.accuracy.cutoff = 0;
   scene.accuracy.max_depth = 0;
-  EXPECT_EQ(*approximate(scene, environment_alone).image.pixel(4, 4), 0.0f);
-  EXPECT_EQ(approximate(scene, environment_alone).statistics.truncated_branches, 64u);
+  EXPECT_EQ(*scenes::approximated(scene, environment_alone).image.pixel(4, 4), 0.0f);
+  EXPECT_EQ(scenes::approximated(scene, environment_alone).statistics.truncated_branches, 64u);
 }
 
 TEST(ApproximateShading, IsThatOfEveryMaterial) {
@@ -162,8 +158,8 @@ TEST(ApproximateShading, IsThatOfEveryMaterial) {
     return scenes::render(with_materials(shapes(), [&](Material& material) { material.shading = shading; }));
   };
   const Rendered exact = scenes::render(shapes());
-  const Rendered as_flat = approximate(shapes(), {.shading = Approximations::Shading::flat});
-  const Rendered as_gouraud = approximate(shapes(), {.shading = Approximations::Shading::gouraud});
+  const Rendered as_flat = scenes::approximated(shapes(), {.shading = Approximations::Shading::flat}, all_lights);
+  const Rendered as_gouraud = scenes::approximated(shapes(), {.shading = Approximations::Shading::gouraud}, all_lights);
   EXPECT_EQ(as_flat.image.rgb, all(flat).image.rgb);
   EXPECT_EQ(as_flat.statistics, all(flat).statistics);
   EXPECT_EQ(as_gouraud.image.rgb, all(gouraud).image.rgb);
@@ -185,7 +181,7 @@ TEST(NearestLights, AreAllOfThemWhereThereAreNoMore) {
   for (std::uint64_t seed = 0; seed < effort::cases(50); ++seed) {
     const Scene scene = scenes::random(seed, 16);
     const auto count = static_cast<std::uint32_t>(std::max<std::size_t>(scene.lights.size(), 1));
-    const Rendered seen = approximate(scene, {.nearest_lights = count}), exact = scenes::render(scene);
+    const Rendered seen = scenes::approximated(scene, {.nearest_lights = count}), exact = scenes::render(scene);
     ASSERT_EQ(seen.image.rgb, exact.image.rgb) << seed;
     ASSERT_EQ(seen.statistics, exact.statistics) << seed;
   }
@@ -195,7 +191,7 @@ TEST(NearestLights, LightEachPlaceByTheOnesAroundItAndByTheSun) {
   const Light left = scenes::point_light({-2, 1, 0}, {1, 0, 0}), right = scenes::point_light({2, 1, 0}, {0, 1, 0});
   const Light sun = scenes::directional_light({0, -1, 0}, {0, 0, 0.5});
   const Scene scene = floor_under({right, sun, left});
-  const Rendered seen = approximate(scene, {.nearest_lights = 1}), exact = scenes::render(scene);
+  const Rendered seen = scenes::approximated(scene, {.nearest_lights = 1}), exact = scenes::render(scene);
   for (std::uint32_t y = 0; y < 16; ++y)
     for (std::uint32_t x = 0; x < 16; ++x) {
       const float *one = seen.image.pixel(x, y), *all = exact.image.pixel(x, y);
@@ -210,7 +206,7 @@ TEST(NearestLights, LightEachPlaceByTheOnesAroundItAndByTheSun) {
 TEST(NearestLights, OfTwoAtOnePlaceAreTheFirst) {
   const Scene scene =
       floor_under({scenes::point_light({0, 1, 0}, {1, 0, 0}), scenes::point_light({0, 1, 0}, {0, 1, 0})});
-  const Rendered seen = approximate(scene, {.nearest_lights = 1});
+  const Rendered seen = scenes::approximated(scene, {.nearest_lights = 1});
   EXPECT_GT(seen.image.pixel(8, 8)[0], 0);
   EXPECT_EQ(seen.image.pixel(8, 8)[1], 0);
 }
@@ -220,7 +216,7 @@ TEST(NearestLights, AreAsFarAwayAsTheirMiddle) {
   bar.source = LineLight{{-4, 1, 0}, {8, 1, 0}};  // its middle is at x = 2
   bar.color = {1, 0, 0};
   const Scene scene = floor_under({bar, scenes::point_light({-2, 1, 0}, {0, 1, 0})});
-  const Rendered seen = approximate(scene, {.nearest_lights = 1});
+  const Rendered seen = scenes::approximated(scene, {.nearest_lights = 1});
   EXPECT_EQ(seen.image.pixel(2, 8)[0], 0);
   EXPECT_GT(seen.image.pixel(2, 8)[1], 0);
   EXPECT_GT(seen.image.pixel(13, 8)[0], 0);

@@ -134,25 +134,19 @@ TEST(AccuracyOfADocument, DoesNotDependOnTheLimitInForce) {
   EXPECT_FALSE(api::parse_scene(document_with(), limits));
 }
 
-TEST(DefaultCutoff, IsSmallBesideTheTarget) {
-  EXPECT_EQ(accuracy_of(R"("samples": [4, 4])").cutoff, 1e-3);
-  EXPECT_EQ(accuracy_of(R"("time_budget_ms": 100)").cutoff, 1e-3);
-  EXPECT_EQ(accuracy_of("").cutoff, 1e-4);
-  EXPECT_EQ(accuracy_of(R"("target_error": 0.5)").cutoff, 0.5e-4);
-  EXPECT_EQ(accuracy_of(R"("target_error": 10)").cutoff, 1e-3);
-  EXPECT_EQ(accuracy_of(R"("target_error": 100)").cutoff, 1e-3);
-  EXPECT_EQ(accuracy_of(R"("target_error": 0.5, "samples": [4, 4])").cutoff, 0.5e-4);
+TEST(TheCutoff, IsAThousandthWhateverIsAskedFor) {
+  for (const char* members : {"", R"("samples": [4, 4])", R"("time_budget_ms": 100)", R"("target_error": 0.5)",
+                              R"("target_error": 100)", R"("target_error": 0.5, "samples": [4, 4])"})
+    EXPECT_EQ(accuracy_of(members).cutoff, 1e-3) << members;
   EXPECT_EQ(accuracy_of(R"("target_error": 0.5, "cutoff": 0.25)").cutoff, 0.25);
 }
 
-TEST(DefaultCutoff, FollowsAnExposureThatBrightens) {
-  const auto cutoff = [](const std::string& exposure) {
-    return accepted(document_with(R"("accuracy": {"target_error": 1}, "output": {"exposure": )" + exposure + "}"))
-        .scene.accuracy.cutoff;
-  };
-  EXPECT_EQ(cutoff("0"), 1e-4);
-  EXPECT_EQ(cutoff("3"), 1e-4 / 8);
-  EXPECT_EQ(cutoff("-3"), 1e-4);
+TEST(TheCutoff, IsByChanceWhereSamplesAdaptAndNoneIsGiven) {
+  for (const char* members : {"", R"("samples": [1, 4])", R"("time_budget_ms": 100)", R"("target_error": 0.5)"})
+    EXPECT_TRUE(accuracy_of(members).cutoff_by_chance) << members;
+  for (const char* members :
+       {R"("samples": [4, 4])", R"("cutoff": 0.001)", R"("cutoff": 0)", R"("time_budget_ms": 100, "cutoff": 0.5)"})
+    EXPECT_FALSE(accuracy_of(members).cutoff_by_chance) << members;
 }
 
 TEST(Lenses, AreNeededWhereMoreThanOneSampleMayBeTaken) {

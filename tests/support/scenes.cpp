@@ -210,6 +210,27 @@ Rendered render(const Scene& scene, std::uint32_t threads, const Assets& assets)
   return std::move(*rendered);
 }
 
+Rendered approximated(Scene scene, const Approximations& approximations, const Approximations& harmless) {
+  const RenderStatistics exact = render(scene).statistics;
+  scene.accuracy.approximate = harmless;
+  const RenderStatistics audited = render(scene).statistics;
+  scene.accuracy.approximate = approximations;
+  Rendered rendered = render(scene);
+  RenderStatistics& of_picture = rendered.statistics;
+  of_picture.rays.camera -= audited.rays.camera - exact.rays.camera;
+  of_picture.rays.shadow -= audited.rays.shadow - exact.rays.shadow;
+  of_picture.rays.reflection -= audited.rays.reflection - exact.rays.reflection;
+  of_picture.rays.refraction -= audited.rays.refraction - exact.rays.refraction;
+  of_picture.samples -= audited.samples - exact.samples;
+  of_picture.audit_samples -= audited.audit_samples;
+  of_picture.non_finite -= audited.non_finite - exact.non_finite;
+  of_picture.spared_shadow_rays -= audited.spared_shadow_rays - exact.spared_shadow_rays;
+  of_picture.spared_light -= audited.spared_light - exact.spared_light;
+  of_picture.cut_branches -= audited.cut_branches - exact.cut_branches;
+  of_picture.truncated_branches -= audited.truncated_branches - exact.truncated_branches;
+  return rendered;
+}
+
 std::vector<std::uint8_t> codes(const Image& image) {
   std::vector<std::uint8_t> result(image.rgb.size());
   srgb8_from_linear(image.rgb, result);

@@ -40,6 +40,13 @@ tracer::Scene random(std::uint64_t seed, std::uint32_t side);
 /// Everything below throws std::runtime_error, with the reason, where there is no picture.
 tracer::Rendered render(const tracer::Scene& scene, std::uint32_t threads = 1, const tracer::Assets& assets = {});
 
+/// The picture of `scene` with approximations. Its statistics are of the picture alone: without the exact samples that
+/// tell what the approximations cost. These are the same for all, so what is traced more for `harmless` tells them: an
+/// approximation that changes nothing here, by default of scenes without meshes.
+tracer::Rendered approximated(tracer::Scene scene, const tracer::Approximations& approximations,
+                              const tracer::Approximations& harmless = {
+                                  .shading = tracer::Approximations::Shading::flat});
+
 /// 8-bit sRGB codes, as in a PNG.
 std::vector<std::uint8_t> codes(const tracer::Image& image);
 
