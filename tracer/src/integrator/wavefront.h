@@ -88,8 +88,7 @@ class Wavefront {
   }
   [[nodiscard]] bool may_miss_light() const {
     return needs<&Requirements::reflection>() || needs<&Requirements::refraction>() ||
-           needs<&Requirements::many_lights>() ||
-           approximate().reflections == Approximations::Reflections::environment;
+           needs<&Requirements::many_lights>() || approximate().reflections == Approximations::Reflections::environment;
   }
   [[nodiscard]] Approximations approximate() const {
     if constexpr (Model::holds(&Requirements::approximations)) {
