@@ -15,15 +15,18 @@ inline std::span<const std::uint32_t> pilot_strides(bool deadline) {
   return deadline ? std::span(strides) : std::span(strides).last(1);
 }
 
-/// Gives pixels without a pilot that of the nearest one above and to the left on the finest grid that has one.
-inline void fill(std::span<PixelState> pixels, std::uint32_t width) {
+/// Gives pixels without a pilot that of the nearest one above and to the left on the finest grid that has one, and
+/// calls copy(to, from) for what else is known of it.
+template <class Copy>
+void fill(std::span<PixelState> pixels, std::uint32_t width, const Copy& copy) {
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     if (pixels[i].sampled) continue;
     const std::size_t x = i % width, y = i / width;
     for (const std::uint32_t stride : {2u, 4u, 8u, 16u}) {
-      const PixelState& near = pixels[(y - y % stride) * width + (x - x % stride)];
-      if (!near.sampled) continue;
-      pixels[i].pilot = near.pilot;
+      const std::size_t near = (y - y % stride) * width + (x - x % stride);
+      if (!pixels[near].sampled) continue;
+      pixels[i].pilot = pixels[near].pilot;
+      copy(i, near);
       break;
     }
   }

@@ -53,6 +53,7 @@ class AdaptiveRender {
       deadline_.keep_time_for([&] { learn(); });
     }
     if (control_.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
+    control_.reach(progress_parts);
     Rendered rendered = finish();
     account_for_approximations<Model>(scene_, settings_, control_, levels(), rendered);
     if (control_.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
@@ -97,7 +98,10 @@ class AdaptiveRender {
         for (const Pixel& pixel : tiles_.pixels(tile)) cost_[tiles_.place(pixel)] = each;
       });
     }
-    fill(pixels_, width_);
+    fill(pixels_, width_, [&](std::size_t to, std::size_t from) {
+      if (!layers_.empty()) layers_[to] = layers_[from];
+      if (!missing_.empty()) missing_[to] = missing_[from];
+    });
   }
 
   /// On a lens or a light there is no middle to prefer.
