@@ -17,9 +17,12 @@
 namespace worker {
 namespace {
 
-/// Milliseconds between calls.
+/// Milliseconds between laps, and since the last.
 class Stopwatch {
  public:
+  [[nodiscard]] double elapsed() const {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - last_).count();
+  }
   double lap() {
     const auto now = std::chrono::steady_clock::now();
     return std::chrono::duration<double, std::milli>(now - std::exchange(last_, now)).count();
@@ -104,7 +107,9 @@ class Rendering {
   }
 
   tracer::Rendered trace(const tracer::CompiledScene& compiled) {
-    tracer::Rendered rendered = value_of(tracer::render(compiled, {}, control_));
+    // A time budget is of building and tracing.
+    const auto elapsed_ms = [&] { return times_.build + watch_.elapsed(); };
+    tracer::Rendered rendered = value_of(tracer::render(compiled, {.elapsed_ms = elapsed_ms}, control_));
     times_.trace = watch_.lap();
     memory_bytes_ = tracer::memory_bytes(compiled) + rendered.image.rgb.size() * sizeof(float);
     return rendered;

@@ -23,9 +23,12 @@ namespace {
 
 using std::chrono::steady_clock;
 
-/// Milliseconds since the last time it was asked, or since it was made.
+/// Milliseconds since the last lap, or since it was made.
 class Stopwatch {
  public:
+  [[nodiscard]] double elapsed_ms() const {
+    return std::chrono::duration<double, std::milli>(steady_clock::now() - last_).count();
+  }
   double lap_ms() {
     const auto now = steady_clock::now();
     return std::chrono::duration<double, std::milli>(now - std::exchange(last_, now)).count();
@@ -55,6 +58,7 @@ tracer::Result<tracer::Rendered, tracer::Failure> trace(const tracer::Scene& sce
                                                         const Options& options, tracer::RenderControl& control,
                                                         Figures& figures) {
   Stopwatch watch;
+  const Stopwatch whole;
   // The scene's build uses whatever pool there is; this bounds it as --threads says.
   std::optional<tbb::global_control> bound;
   if (options.threads != 0) bound.emplace(tbb::global_control::max_allowed_parallelism, options.threads);
@@ -62,7 +66,8 @@ tracer::Result<tracer::Rendered, tracer::Failure> trace(const tracer::Scene& sce
   const auto compiled = tracer::compile(scene, control, assets);
   figures.build_ms = watch.lap_ms();
   if (!compiled) return compiled.error();
-  auto rendered = tracer::render(**compiled, {.threads = options.threads}, control);
+  auto rendered = tracer::render(
+      **compiled, {.elapsed_ms = [&] { return whole.elapsed_ms(); }, .threads = options.threads}, control);
   figures.trace_ms = watch.lap_ms();
   return rendered;
 }

@@ -3,18 +3,14 @@
 /// samples so far, traces fresh ones, and estimates from these what error is left (accuracy/pixel_state.h).
 
 #include <bit>
-#include <limits>
 
-#include "tracer/src/accuracy/contrast.h"
 #include "tracer/src/accuracy/plan.h"
 #include "tracer/src/integrator/audit.h"
 #include "tracer/src/integrator/camera_rays.h"
 #include "tracer/src/integrator/deadline.h"
+#include "tracer/src/integrator/film.h"
 #include "tracer/src/integrator/parallel.h"
-#include "tracer/src/integrator/picture_error.h"
 #include "tracer/src/integrator/pilot.h"
-#include "tracer/src/integrator/pixel_sum.h"
-#include "tracer/src/integrator/scouts.h"
 #include "tracer/src/integrator/tiles.h"
 #include "tracer/src/integrator/wavefront_pool.h"
 
@@ -30,24 +26,20 @@ class AdaptiveRender {
         wanted_(*scene.accuracy.adaptive),
         deadline_(settings, wanted_),
         tiles_(scene.image.window()),
+        film_(scene),
+        cost_(film_.size(), 1),
         pool_(scene, control, scene.accuracy.approximate),
         audit_(scene, settings, control, scene.accuracy.approximate) {}
 
   /// Throws std::bad_alloc.
   Result<Rendered, Failure> run() {
-    const PixelWindow window = scene_.image.window();
-    width_ = window.width();
-    pixels_.resize(window.pixels());
-    cost_.assign(pixels_.size(), 1);
-    if (scene_.needs.layers) layers_.resize(pixels_.size());
-    if (scene_.needs.reflection || scene_.needs.refraction || scene_.needs.many_lights) missing_.resize(pixels_.size());
     control_.begin(progress_parts);
     trace_pilot();
     if (!control_.cancelled() && !deadline_.over()) send_scouts();
     if (!control_.cancelled()) deadline_.keep_time_for([&] { expect(); });
     for (round_ = 1; round_ <= rounds_max && !control_.cancelled(); ++round_) {
       if (enough() && (deadline_.over() || holds())) break;
-      const RoundPlan plan = plan_round(pixels_, cost_, goal(), wanted_, round_, scene_.accuracy.seed);
+      const RoundPlan plan = plan_round(film_.pixels(), cost_, goal(), wanted_, round_, scene_.accuracy.seed);
       if (plan.empty) break;
       trace_round(plan);
       deadline_.keep_time_for([&] { learn(); });
@@ -55,7 +47,7 @@ class AdaptiveRender {
     if (control_.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
     control_.reach(progress_parts);
     Rendered rendered = finish();
-    account_for_approximations<Model>(scene_, settings_, control_, levels(), rendered);
+    account_for_approximations<Model>(scene_, settings_, control_, film_.levels(), rendered);
     if (control_.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
     return rendered;
   }
@@ -86,7 +78,7 @@ class AdaptiveRender {
         batch.light_points = pilot_light_points;
         for (const Pixel& pixel : tiles_.pixels(tile)) {
           const std::size_t place = tiles_.place(pixel);
-          if (!on_grid(place, stride) || pixels_[place].sampled) continue;
+          if (!on_grid(place, stride) || film_.pixel(place).sampled) continue;
           push(batch, scene_, pilot_sample(pixel));
           aims.push_back({place, 0});
         }
@@ -98,10 +90,7 @@ class AdaptiveRender {
         for (const Pixel& pixel : tiles_.pixels(tile)) cost_[tiles_.place(pixel)] = each;
       });
     }
-    fill(pixels_, width_, [&](std::size_t to, std::size_t from) {
-      if (!layers_.empty()) layers_[to] = layers_[from];
-      if (!missing_.empty()) missing_[to] = missing_[from];
-    });
+    fill(film_.pixels(), film_.width(), [&](std::size_t to, std::size_t from) { film_.copy_notes(to, from); });
   }
 
   /// On a lens or a light there is no middle to prefer.
@@ -111,15 +100,15 @@ class AdaptiveRender {
   }
 
   bool on_grid(std::size_t place, std::uint32_t stride) const {
-    return (place % width_) % stride == 0 && (place / width_) % stride == 0;
+    return (place % film_.width()) % stride == 0 && (place / film_.width()) % stride == 0;
   }
 
   /// Looks at what is too small for the pilot, and notes what there is to see.
   void send_scouts() {
     std::vector<std::vector<Scout>> of_tile(tiles_.count());
-    for (const Scout& scout : scouts(scene_, 2 * pixels_.size() + 4096))
+    for (const Scout& scout : scouts(scene_, 2 * film_.size() + 4096))
       of_tile[tiles_.index({scout.x, scout.y})].push_back(scout);
-    const Levels levels = this->levels();
+    const Levels levels = film_.levels();
     each_tile([&](std::uint64_t tile, Wavefront<Model>& wavefront) {
       if (of_tile[tile].empty() || deadline_.over()) return;
       Batch batch;
@@ -131,24 +120,12 @@ class AdaptiveRender {
         push(batch, scene_, sample);
       }
       if (!wavefront.trace(std::move(batch))) return;
-      for (std::size_t i = 0; i < of_tile[tile].size(); ++i)
-        if (finite(wavefront.radiance()[i])) note(of_tile[tile][i], wavefront.radiance()[i], levels);
+      for (std::size_t i = 0; i < of_tile[tile].size(); ++i) {
+        const Scout& scout = of_tile[tile][i];
+        const Color& radiance = wavefront.radiance()[i];
+        if (finite(radiance)) film_.note(tiles_.place({scout.x, scout.y}), scout, radiance, levels);
+      }
     });
-  }
-
-  void note(const Scout& scout, const Color& radiance, const Levels& levels) {
-    PixelState& pixel = pixels_[tiles_.place({scout.x, scout.y})];
-    double apart = 0, missed = 0;
-    for (const auto channel : {&Color::r, &Color::g, &Color::b}) {
-      const double pilot = pixel.pilot.*channel, there = radiance.*channel, shown = levels.level(pilot);
-      const double mean = pilot + (there - pilot) * scout.share;
-      apart += (levels.level(there) - shown) * (levels.level(there) - shown);
-      missed += (levels.level(mean) - shown) * (levels.level(mean) - shown);
-    }
-    if (!(apart > 0)) return;
-    pixel.hidden += static_cast<float>(apart * scout.share * (1 - scout.share));
-    pixel.missed += static_cast<float>(missed);
-    pixel.hidden_share = std::min(pixel.hidden_share, scout.share);
   }
 
   void trace_round(const RoundPlan& plan) {
@@ -164,7 +141,7 @@ class AdaptiveRender {
       };
       for (const Pixel& pixel : tiles_.pixels(tile)) {
         const std::size_t place = tiles_.place(pixel);
-        if (pixels_[place].role == PixelState::Role::audited) {
+        if (film_.pixel(place).role == PixelState::Role::audited) {
           push_audit(batch, aims, pixel, plan.half[place]);
         } else if (plan.half[place] > 0) {
           push_more(batch, aims, pixel, 2 * plan.half[place]);
@@ -193,9 +170,10 @@ class AdaptiveRender {
   /// What the pixel's sequence lacks of `count` samples.
   void push_more(Batch& batch, std::vector<Aim>& aims, const Pixel& pixel, std::uint32_t count) {
     const std::size_t place = tiles_.place(pixel);
-    if (pixels_[place].half_count[0] == 0) forget_pilot(place);
-    pixels_[place].grow();
-    for (std::uint32_t index = pixels_[place].half_count[0]; index < count; ++index) {
+    PixelState& state = film_.pixel(place);
+    if (state.half_count[0] == 0) film_.forget(place);  // the pilot
+    state.grow();
+    for (std::uint32_t index = state.half_count[0]; index < count; ++index) {
       Sample sample = fresh_sample(scene_, pixel.x, pixel.y, index, 0);
       sample.share = fresh_share;
       push(batch, scene_, sample);
@@ -203,17 +181,12 @@ class AdaptiveRender {
     }
   }
 
-  void forget_pilot(std::size_t place) {
-    if (!missing_.empty()) missing_[place] = {};
-    if (!layers_.empty()) layers_[place] = {};
-  }
-
   /// Pixels belong to one tile, and so to one thread at a time.
   void collect(const Wavefront<Model>& wavefront, const std::vector<Aim>& aims, bool pilot) {
     for (std::size_t i = 0; i < aims.size(); ++i) {
       const Color& radiance = wavefront.radiance()[i];
       if (!finite(radiance)) continue;  // counted by the wavefront
-      PixelState& pixel = pixels_[aims[i].place];
+      PixelState& pixel = film_.pixel(aims[i].place);
       if (pilot) {
         pixel.pilot = radiance;
         pixel.sampled = true;
@@ -222,57 +195,28 @@ class AdaptiveRender {
         ++pixel.half_count[aims[i].half];
         if (pixel.role == PixelState::Role::audited) continue;
       }
-      note(aims[i].place, wavefront, i);
+      film_.note(aims[i].place, wavefront.missing(), wavefront.first_hits(), i);
     }
   }
 
-  /// What the pixel's samples lack and hit.
-  void note(std::size_t place, const Wavefront<Model>& wavefront, std::size_t sample) {
-    if (!missing_.empty()) accumulate(missing_[place], wavefront.missing()[sample]);
-    if (!layers_.empty()) layers_[place].add(wavefront.first_hits(), sample);
-  }
-
-  static void accumulate(MissingLight& sum, const MissingLight& sample) {
-    sum.depth += sample.depth;
-    sum.cutoff += sample.cutoff;
-    sum.spared += sample.spared;
-  }
-
-  /// What the pilot lets expect of every pixel, before anything is measured.
   void expect() {
-    const Levels levels = this->levels();
-    std::vector<float> shown(3 * pixels_.size());
-    for (std::size_t i = 0; i < pixels_.size(); ++i) {
-      const Color mean = pixels_[i].mean();
-      shown[3 * i] = static_cast<float>(levels.level(mean.r));
-      shown[3 * i + 1] = static_cast<float>(levels.level(mean.g));
-      shown[3 * i + 2] = static_cast<float>(levels.level(mean.b));
-    }
-    const std::vector<float> contrast = contrasts(shown, width_);
-    for (std::size_t i = 0; i < pixels_.size(); ++i) {
-      pixels_[i].contrast = contrast[i];
-      const double expected = pixels_[i].sampled ? expected_variance(contrast[i]) : contrast[i];
-      pixels_[i].variance = static_cast<float>(std::max(expected, pixels_[i].unseen()));
-    }
-    sampled_ = settle(pixels_, width_, levels);
+    const Levels levels = film_.levels();
+    film_.expect(levels);
+    sampled_ = settle(film_.pixels(), film_.width(), levels);
     estimate(levels);
   }
 
   void learn() {
-    const Levels levels = this->levels();
-    sampled_ = settle(pixels_, width_, levels);
-    for (PixelState& pixel : pixels_) pixel.forget_audit();
+    const Levels levels = film_.levels();
+    sampled_ = settle(film_.pixels(), film_.width(), levels);
+    for (PixelState& pixel : film_.pixels()) pixel.forget_audit();
     estimate(levels);
   }
 
   void estimate(const Levels& levels) {
-    MissingError missing;
-    if (!missing_.empty()) {
-      const auto means = write_means();
-      missing = missing_error(means.rgb, means.missing, hidden(means.rgb), levels);
-    }
+    const MissingError missing = film_.missing_error(levels);
     missing_squared_ = missing.both;
-    error_ = error_estimate(sampled_, missing, pixels_.size());
+    error_ = error_estimate(sampled_, missing, film_.size());
     first_error_ = std::max(first_error_, error_.estimate);
     control_.reach(static_cast<std::uint64_t>(progress() * progress_parts));
   }
@@ -287,14 +231,13 @@ class AdaptiveRender {
   /// Whether samples that decided nothing say so, too: rounds go on until they please. Else learns from what they
   /// found.
   bool holds() {
-    std::vector<Color> means(pixels_.size());
-    for (std::size_t i = 0; i < pixels_.size(); ++i) means[i] = pixels_[i].mean();
-    const auto half = [&](std::size_t place) { return std::max(2u, std::bit_ceil(pixels_[place].count()) / 4); };
+    const std::vector<Color> means = film_.means();
+    const auto half = [&](std::size_t place) { return std::max(2u, std::bit_ceil(film_.pixel(place).count()) / 4); };
     const auto tell = [&](std::size_t place, double error) {
-      PixelState& pixel = pixels_[place];
+      PixelState& pixel = film_.pixel(place);
       if (error > caught * pixel.variance) pixel.variance = static_cast<float>(error);
     };
-    const Levels levels = this->levels();
+    const Levels levels = film_.levels();
     const SampledError found = audit_.measure({.means = means, .half = half, .stream = round_, .tell = tell}, levels);
     sampled_ = joined(sampled_, found);
     estimate(levels);
@@ -307,14 +250,14 @@ class AdaptiveRender {
     return round_ > 1 && wanted_.target_error && error_.estimate <= *wanted_.target_error;
   }
 
-  [[nodiscard]] RoundGoal goal() const {
+  [[nodiscard]] RoundGoal goal() {
     RoundGoal goal{0, deadline_.affordable(rays())};
     if (!wanted_.target_error) return goal;
-    const double wanted = 3 * static_cast<double>(pixels_.size()) * *wanted_.target_error * *wanted_.target_error;
+    const double wanted = 3 * static_cast<double>(film_.size()) * *wanted_.target_error * *wanted_.target_error;
     // What must be left of it for chance, as this round's samples tell; and for what was predicted too low.
     const double chance = std::clamp(sampled_.squared / std::max(sampled_.squared_upper, 1e-300), 0.5, 0.95);
     double predicted = 0;
-    for (const PixelState& pixel : pixels_) predicted += pixel.variance;
+    for (const PixelState& pixel : film_.pixels()) predicted += pixel.variance;
     const double surprise = sampled_.squared > predicted ? predicted / sampled_.squared : 1;
     goal.squared_error = std::max(wanted - missing_squared_, 0.1 * wanted) * chance * surprise;
     return goal;
@@ -333,71 +276,16 @@ class AdaptiveRender {
 
   [[nodiscard]] std::uint64_t rays() const { return pool_.statistics().rays.total(); }
 
-  struct Means {
-    std::vector<float> rgb;
-    std::vector<MissingLight> missing;
-  };
-  [[nodiscard]] Means write_means() const {
-    Means means;
-    means.rgb.resize(3 * pixels_.size());
-    means.missing = missing_;
-    for (std::size_t i = 0; i < pixels_.size(); ++i) {
-      const Color mean = pixels_[i].mean();
-      means.rgb[3 * i] = static_cast<float>(mean.r);
-      means.rgb[3 * i + 1] = static_cast<float>(mean.g);
-      means.rgb[3 * i + 2] = static_cast<float>(mean.b);
-      if (means.missing.empty()) continue;
-      const float share = 1.0f / static_cast<float>(pixels_[i].count());
-      means.missing[i] = {missing_[i].depth * share, missing_[i].cutoff * share, missing_[i].spared * share};
-    }
-    return means;
-  }
-
-  [[nodiscard]] Hideable hidden(const std::vector<float>& rgb) const { return hideable(scene_, brightest(rgb)); }
-
-  [[nodiscard]] Levels levels() const {
-    double most = 0;
-    for (const PixelState& pixel : pixels_) most = std::max(most, max_component(pixel.mean()));
-    return Levels(scene_.output, most);
-  }
-
   Rendered finish() {
     Rendered rendered;
-    Image& image = rendered.image;
-    allocate(image, scene_.image.window(), scene_.output);
-    std::vector<float> variances(pixels_.size());
     rendered.statistics = pool_.statistics();
     add(rendered.statistics, audit_.statistics());
-    rendered.statistics.samples_min = std::numeric_limits<std::uint32_t>::max();
-    std::uint64_t in_means = 0;
-    for (std::size_t i = 0; i < pixels_.size(); ++i) {
-      write_color(image, i, pixels_[i].mean());
-      if (!layers_.empty()) layers_[i].write(image, i);
-      variances[i] = pixels_[i].variance;
-      const std::uint32_t samples = pixels_[i].sampled || pixels_[i].measured() ? pixels_[i].count() : 0;
-      in_means += samples;
-      rendered.statistics.samples_min = std::min(rendered.statistics.samples_min, samples);
-      rendered.statistics.samples_max = std::max(rendered.statistics.samples_max, samples);
-    }
-    rendered.statistics.audit_samples = rendered.statistics.samples - in_means;
-    const Means means = write_means();
-    const Hideable hidden = this->hidden(means.rgb);
-    agree(variances);
-    write_error_layer(image, variances, means.missing, hidden, levels());
+    film_.write(rendered, sampled_);
     rendered.error = error_;
-    rendered.error.bounded = hidden.bounded || (error_.depth == 0 && error_.cutoff == 0);
+    rendered.error.bounded = (error_.depth == 0 && error_.cutoff == 0) || hideable(scene_, 0).bounded;
     rendered.error.target = wanted_.target_error;
     rendered.error.met = !wanted_.target_error || error_.estimate <= *wanted_.target_error;
     return rendered;
-  }
-
-  /// Makes the pixels' variances add up to what is claimed of the picture.
-  void agree(std::vector<float>& variances) const {
-    double sum = 0;
-    for (const float variance : variances) sum += variance;
-    if (!(sum > 0)) return;
-    const auto factor = static_cast<float>(std::max(1.0, sampled_.squared_upper / sum));
-    for (float& variance : variances) variance *= factor;
   }
 
   const CompiledScene& scene_;
@@ -406,13 +294,11 @@ class AdaptiveRender {
   const Adaptive& wanted_;
   Deadline deadline_;
   Tiles tiles_;
+  Film film_;
+  std::vector<float> cost_;  ///< rays of a sample, as the pilot of its tile had
   WavefrontPool<Model> pool_;
   Audit<Model> audit_;
-  std::uint32_t width_ = 0, round_ = 0;
-  std::vector<PixelState> pixels_;
-  std::vector<float> cost_;  ///< rays of a sample, as the pilot of its tile had
-  std::vector<LayerSum> layers_;
-  std::vector<MissingLight> missing_;  ///< sums
+  std::uint32_t round_ = 0;
   SampledError sampled_;
   double missing_squared_ = 0, first_error_ = 0;
   ErrorEstimate error_;
