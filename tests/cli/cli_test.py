@@ -72,6 +72,22 @@ class Render(WithFolder):
         self.assertRegex(figures, r"time +parse [\d.]+ ms, build [\d.]+ ms, trace [\d.]+ ms, encode [\d.]+ ms\n")
         self.assertIn(f"{self.folder}/a.png, {(self.folder / 'a.png').stat().st_size} bytes", figures)
 
+    def test_ends_with_its_time_budget_and_tells_the_error_that_is_left(self):
+        document = scene("cornell", image={"width": 96, "height": 72}, accuracy={"time_budget_ms": 200})
+        done = self.render(document, "a.png")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        rays = int(re.search(r"^camera +(\d+) rays", done.stderr.decode(), re.MULTILINE).group(1))
+        self.assertGreaterEqual(rays, 96 * 72 // 256)
+        self.assertLess(rays, 4096 * 96 * 72 // 4, "that many there are to be had without a budget")
+        self.assertRegex(done.stderr.decode(), r"error +at most [0-9.]+ levels")
+
+    def test_reaches_a_target_and_says_so_or_says_that_it_did_not(self):
+        image = {"width": 48, "height": 36}
+        reached = self.render(scene("cornell", image=image, accuracy={"target_error": 2}), "a.png")
+        self.assertRegex(reached.stderr.decode(), r"error +at most [01]\.[0-9]+ levels \(95 % sure\), 2 asked for\n")
+        missed = self.render(scene("cornell", image=image, accuracy={"target_error": 0.1, "samples": [1, 4]}), "a.png")
+        self.assertRegex(missed.stderr.decode(), r"0\.1 asked for and not reached")
+
     def test_says_nothing_at_all_when_quiet(self):
         done = self.render(scene("tiny"), "a.png", options=("--quiet",))
         self.assertEqual((done.returncode, done.stdout, done.stderr), (0, b"", b""))

@@ -34,6 +34,15 @@ class Rendering(OneDaemon):
             self.assertEqual((reply.status, reply.headers["Content-Type"]), (200, media_type), accept)
             self.assertTrue(reply.body.startswith(magic), accept)
 
+    def test_ends_with_its_time_budget_and_reports_the_error_that_is_left(self):
+        document = scene(320, 240, accuracy={"time_budget_ms": 300})
+        reply = self.daemon.request("POST", "/v1/render", document)
+        self.assertEqual(reply.status, 200)
+        job = json_of(self.daemon.get(reply.headers["Content-Location"].rsplit("/", 1)[0]))
+        error = job["report"]["error"]
+        self.assertEqual((error["target"], error["met"]), (None, True))
+        self.assertGreater(error["estimate"], 0)
+
     def test_prefers_the_first_format_of_the_document(self):
         reply = self.daemon.request("POST", "/v1/render", scene(output={"formats": ["exr", "png"]}))
         self.assertEqual(reply.headers["Content-Type"], "image/x-exr")
