@@ -58,8 +58,8 @@ class Planner {
       sum.squared_error += pixels_[i].variance * (then > has ? fallen(then) / fallen(has) : 1);
       sum.cost += then > has ? static_cast<double>(then - has) * cost_[i] : 0;
     }
-    const double share =
-        static_cast<double>(pixels_.size()) / static_cast<double>((pixels_.size() + stride_ - 1) / stride_);
+    const std::size_t looked_at = (pixels_.size() + stride_ - 1) / stride_;
+    const double share = static_cast<double>(pixels_.size()) / static_cast<double>(looked_at);
     return {sum.squared_error * share, sum.cost * share};
   }
 
