@@ -77,7 +77,7 @@ std::vector<Row> rows_of(const Outcome& outcome) {
     ++row.seeds;
     row.claimed += trial.error.estimate;
     row.truth += trial.truth * trial.truth;
-    row.spread += trial.truth;  // their sum, for now
+    row.spread += trial.truth;  // the sum; the deviation once the mean is known
     row.samples_per_pixel += trial.samples_per_pixel;
     row.met += trial.error.met ? 1 : 0;
     row.coarse |= trial.coarse();

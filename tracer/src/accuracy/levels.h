@@ -21,7 +21,6 @@ class Levels {
   [[nodiscard]] double slope_between(double a, double b) const;
   /// The radiance from which on everything looks the same; infinite with reinhard.
   [[nodiscard]] double white() const { return white_; }
-  [[nodiscard]] double gain() const { return gain_; }
 
  private:
   [[nodiscard]] double displayed(double radiance) const;

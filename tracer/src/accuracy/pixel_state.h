@@ -2,10 +2,11 @@
 /// What is known of a pixel while samples are being added to it in rounds.
 ///
 /// A pixel begins with a pilot: one sample, in its centre where there is one. Where that is not good enough the pixel
-/// is refined: two independent sequences of samples, its halves, are begun and grow from round to round. Their mean is
-/// then the pixel, and how far they are apart tells its error. Of the pixels that are left with their pilot some are
-/// audited in every round, chosen by nothing but chance: fresh samples tell what is wrong with a pilot nobody had a
-/// reason to doubt. So what estimates an error has not decided where to stop.
+/// is refined: a sequence of samples is begun and goes on from round to round. Its mean is then the pixel, and how far
+/// its first and second half are apart tells the error. Of the pixels that are left with their pilot some are audited
+/// in every round, chosen by nothing but chance: fresh samples tell what is wrong with a pilot nobody had a reason to
+/// doubt. The halves decide where to go on as well as tell the error; what that hides is for the audit to find that
+/// closes a picture with a target.
 
 #include <array>
 #include <cmath>
