@@ -90,17 +90,30 @@ Vec3 Wavefront<Model>::point_of(const LightStep& step, const RayQueue& rays, std
 template <class Model>
 void Wavefront<Model>::shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence) {
   shadow_.clear();
-  const bool gouraud = needs<&Requirements::gouraud>();
+  // Together: a hit in a scene without any of them pays one test.
+  const bool singles_out =
+      approximate().nearest_lights != 0 || needs<&Requirements::gouraud>() || needs<&Requirements::bump>();
   for (std::size_t i = 0; i < hit_ray_.size(); ++i) {
-    if (approximate().nearest_lights != 0 && !nearest_.count(i, step.number)) continue;
-    if (gouraud && shade_corners(rays, step, i)) continue;
+    if (singles_out && shade_singly(rays, step, i)) continue;
     const Surface& surface = surface_[i];
     const BoundedPoint point{surface.point.position + surface.shadow_offset, surface.point.error};
-    shade_facing(rays, step, i,
-                 {point, surface.normal, -rays.direction(hit_ray_[i]), 1, unbent_.empty() ? Vec3{} : unbent_[i]});
+    shade_facing(rays, step, i, {point, surface.normal, -rays.direction(hit_ray_[i])});
   }
   statistics_.rays.shadow += shadow_.size();
   shadow_.add_to(radiance_, media_, coherence);
+}
+
+/// Hits that are not lit by every light, at one place, by one normal. False: this one is. Out of line, for the others.
+template <class Model>
+__attribute__((noinline)) bool Wavefront<Model>::shade_singly(const RayQueue& rays, const LightStep& step,
+                                                              std::size_t hit) {
+  if (approximate().nearest_lights != 0 && !nearest_.count(hit, step.number)) return true;
+  if (needs<&Requirements::gouraud>() && shade_corners(rays, step, hit)) return true;
+  if (unbent_.empty()) return false;
+  const Surface& surface = surface_[hit];
+  const BoundedPoint point{surface.point.position + surface.shadow_offset, surface.point.error};
+  shade_facing(rays, step, hit, {point, surface.normal, -rays.direction(hit_ray_[hit]), 1, &unbent_[hit]});
+  return true;
 }
 
 /// Gouraud's: the local model at a triangle's corners. False: this hit is none of that.
@@ -162,7 +175,7 @@ void Wavefront<Model>::shade_facing(const RayQueue& rays, const LightStep& step,
         attenuation_at(light.attenuation, scene_.frame.world_from_trace(distance)) * spot_factor(light, -to_light);
   }
   const double n_dot_l = dot(facing.normal, to_light);
-  if (!(n_dot_l > 0) || dot(facing.unbent, to_light) < 0) return;
+  if (!(n_dot_l > 0) || (facing.unbent != nullptr && dot(*facing.unbent, to_light) < 0)) return;
   const double spec = material.specular > 0
                           ? specular_factor(material.model, material.shininess, facing.normal, to_light, facing.to_eye)
                           : 0;
@@ -170,17 +183,19 @@ void Wavefront<Model>::shade_facing(const RayQueue& rays, const LightStep& step,
                                 material.specular_color * (material.specular * spec);
   const Color contribution = weight_[hit] * light.radiance * reflected_light * strength;
   if (is_black(contribution)) return;
-  if (light.shadows && approximate().shadows != Approximations::Shadows::exact) {
-    if (seems_lit(step, hit, facing, to_light, distance)) radiance_[rays.sample(ray)] += contribution;
+  if (!light.shadows) {
+    radiance_[rays.sample(ray)] += contribution;
     return;
   }
-  if (light.shadows && needs<&Requirements::many_lights>() && spares(rays, hit, step, contribution)) return;
-  if (light.shadows) {
-    shadow_.push(offset_origin(facing.point, surface.geometric_normal, to_light), to_light, distance, contribution,
-                 rays.sample(ray), hits_.primitive[ray], rays.media(ray));
-  } else {
-    radiance_[rays.sample(ray)] += contribution;
+  if (may_spare_shadows()) {
+    if (approximate().shadows != Approximations::Shadows::exact) {
+      if (seems_lit(step, hit, facing, to_light, distance)) radiance_[rays.sample(ray)] += contribution;
+      return;
+    }
+    if (spares(rays, hit, step, contribution)) return;
   }
+  shadow_.push(offset_origin(facing.point, surface.geometric_normal, to_light), to_light, distance, contribution,
+               rays.sample(ray), hits_.primitive[ray], rays.media(ray));
 }
 
 }  // namespace tracer

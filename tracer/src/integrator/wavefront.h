@@ -73,8 +73,8 @@ class Wavefront {
   struct Facing {
     BoundedPoint point;
     Vec3 normal, to_eye;
-    double share = 1;  ///< of the hit's light
-    Vec3 unbent{};     ///< what a bent normal was: light from behind that shines on nothing. Zero: any
+    double share = 1;              ///< of the hit's light
+    const Vec3* unbent = nullptr;  ///< what a bent normal was: light from behind that shines on nothing
   };
 
   /// Whether the scene needs it; false while it is compiled where the model does not hold it.
@@ -95,6 +95,14 @@ class Wavefront {
       return approximations_;
     } else {
       return {};
+    }
+  }
+  /// Whether there may be another answer to a shadow than its ray. One test for every hit and light.
+  [[nodiscard]] bool may_spare_shadows() const {
+    if constexpr (Model::holds(&Requirements::approximations) || Model::holds(&Requirements::many_lights)) {
+      return may_spare_shadows_;
+    } else {
+      return false;
     }
   }
   [[nodiscard]] bool notes_first_hits() const {
@@ -122,6 +130,7 @@ class Wavefront {
   [[nodiscard]] bool seems_lit(const LightStep& step, std::size_t hit, const Facing& facing, const Vec3& to_light,
                                double distance) const;
   bool spares(const RayQueue& rays, std::size_t hit, const LightStep& step, const Color& contribution);
+  bool shade_singly(const RayQueue& rays, const LightStep& step, std::size_t hit);
   bool shade_corners(const RayQueue& rays, const LightStep& step, std::size_t hit);
   void shade_facing(const RayQueue& rays, const LightStep& step, std::size_t hit, const Facing& facing);
   [[nodiscard]] Color color_at(const RayQueue& rays, std::size_t hit) const;
@@ -144,6 +153,7 @@ class Wavefront {
   const RenderControl& control_;
   const Approximations approximations_;
   const Requirements& needs_;
+  const bool may_spare_shadows_ = needs_.many_lights || approximations_.shadows != Approximations::Shadows::exact;
   RenderStatistics statistics_;
   std::vector<Color> radiance_;
   std::vector<MissingLight> missing_;
