@@ -1,165 +1,9 @@
 #include "tracer/src/image_io/decode.h"
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <memory>
-#include <utility>
-#include <vector>
-
-#include "tracer/src/film/srgb.h"
 #include "tracer/src/image_io/file_marks.h"
+#include "tracer/src/image_io/open_image_io.h"
 
 namespace tracer {
-namespace {
-
-using Decoded = Result<Image, std::string>;
-
-constexpr int rows_at_once = 64;  // JPEG and EXR blocks are 16 to 32 rows high
-
-const char* reader_name(PictureKind kind) {
-  switch (kind) {
-    case PictureKind::png:
-      return "png";
-    case PictureKind::jpeg:
-      return "jpeg";
-    case PictureKind::openexr:
-      return "openexr";
-    case PictureKind::hdr:
-      return "hdr";
-    case PictureKind::tiff:
-      return "tiff";
-    case PictureKind::webp:
-      return "webp";
-  }
-  return "";
-}
-
-std::string times(std::uint64_t a, std::uint64_t b) { return std::to_string(a) + " x " + std::to_string(b); }
-
-/// What the header says, against the limits; empty when all is well.
-std::string refusal(const OIIO::ImageSpec& spec, const TextureImageLimits& limits) {
-  if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0 || spec.depth > 1) return "has no pixels";
-  const auto width = static_cast<std::uint64_t>(spec.width), height = static_cast<std::uint64_t>(spec.height);
-  if (width * height > limits.pixels) {
-    return "the limit pixels is " + std::to_string(limits.pixels) + ", it has " + times(width, height);
-  }
-  if (static_cast<std::uint64_t>(spec.nchannels) > limits.channels) {
-    return "the limit channels is " + std::to_string(limits.channels) + ", it has " + std::to_string(spec.nchannels);
-  }
-  const std::uint64_t bytes = std::max<std::uint64_t>(width * height * 3 * sizeof(float), spec.image_bytes(true));
-  if (bytes > limits.bytes) {
-    return "the limit bytes is " + std::to_string(limits.bytes) + ", as linear floats its " + times(width, height) +
-           " pixels take " + std::to_string(bytes);
-  }
-  return "";
-}
-
-/// Codes of 16 bits, which hold those of 8 exactly, to linear light.
-std::vector<float> decoding_table(ColorSpace space) {
-  std::vector<float> table(65536);
-  for (std::size_t code = 0; code < table.size(); ++code) {
-    const double encoded = static_cast<double>(code) / 65535;
-    table[code] = static_cast<float>(space == ColorSpace::srgb ? linear_from_srgb(encoded) : encoded);
-  }
-  return table;
-}
-
-/// One file being read, strip by strip.
-class Reading {
- public:
-  Reading(OIIO::ImageInput& input, PictureKind kind, ColorSpace space)
-      : input_(input), spec_(input.spec()), space_(space), coded_(!is_linear(kind)) {
-    if (coded_) table_ = decoding_table(space);
-    channels_ = std::min(spec_.nchannels, spec_.nchannels < 3 ? 1 : 3);
-    image_.width = static_cast<std::uint32_t>(spec_.width);
-    image_.height = static_cast<std::uint32_t>(spec_.height);
-    // Address space, not memory: that is taken as rows arrive.
-    image_.rgb.reserve(3 * static_cast<std::size_t>(image_.width) * image_.height);
-  }
-
-  Decoded run() {
-    const int strip = spec_.tile_height > 0 ? spec_.tile_height : rows_at_once;
-    for (int y = 0; y < spec_.height; y += strip) {
-      const int end = std::min(y + strip, spec_.height);
-      const bool read =
-          coded_ ? read_rows(codes_, OIIO::TypeUInt16, y, end) : read_rows(values_, OIIO::TypeFloat, y, end);
-      if (!read || input_.has_error()) return "is truncated or broken at row " + std::to_string(y) + ": " + reason();
-      if (coded_) {
-        append(codes_, [&](std::uint16_t code) { return table_[code]; });
-      } else {
-        append(values_, [&](float value) { return linear(value); });
-      }
-    }
-    for (std::size_t i = 0; i < image_.rgb.size(); ++i) {
-      if (!std::isfinite(image_.rgb[i])) {
-        return "is not finite at pixel (" + std::to_string(i / 3 % image_.width) + ", " +
-               std::to_string(i / 3 / image_.width) + ")";
-      }
-    }
-    return std::move(image_);
-  }
-
-  std::string reason() {
-    std::string text = input_.geterror();
-    if (text.empty()) text = "the reader gives no reason";
-    return text;
-  }
-
- private:
-  template <class Value>
-  bool read_rows(std::vector<Value>& rows, OIIO::TypeDesc type, int begin, int end) {
-    const auto pixels = static_cast<std::size_t>(spec_.width) * static_cast<std::size_t>(end - begin);
-    rows.assign(pixels * static_cast<std::size_t>(channels_), Value{});
-    const int top = spec_.y + begin, bottom = spec_.y + end;
-    if (spec_.tile_width == 0) return input_.read_scanlines(0, 0, top, bottom, 0, 0, channels_, type, rows.data());
-    return input_.read_tiles(0, 0, spec_.x, spec_.x + spec_.width, top, bottom, spec_.z, spec_.z + 1, 0, channels_,
-                             type, rows.data());
-  }
-
-  template <class Value, class Linear>
-  void append(const std::vector<Value>& rows, const Linear& linear_of) {
-    for (std::size_t i = 0; i < rows.size(); i += static_cast<std::size_t>(channels_))
-      for (std::size_t c = 0; c < 3; ++c) image_.rgb.push_back(linear_of(rows[channels_ == 1 ? i : i + c]));
-  }
-
-  [[nodiscard]] float linear(float value) const {
-    if (value <= 0) return 0;
-    return space_ == ColorSpace::srgb ? static_cast<float>(linear_from_srgb(value)) : value;
-  }
-
-  OIIO::ImageInput& input_;
-  const OIIO::ImageSpec spec_;
-  ColorSpace space_;
-  bool coded_;
-  int channels_ = 3;
-  std::vector<float> table_;
-  std::vector<std::uint16_t> codes_;
-  std::vector<float> values_;
-  Image image_;
-};
-
-Decoded read(std::span<const std::uint8_t> bytes, PictureKind kind, ColorSpace space,
-             const TextureImageLimits& limits) {
-  OIIO::Filesystem::IOMemReader memory(const_cast<std::uint8_t*>(bytes.data()), bytes.size());  // it only reads
-  const std::string name = reader_name(kind);
-  const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(name);
-  if (!input || input->format_name() != name) return "there is no reader for " + name + ": " + OIIO::geterror();
-  OIIO::ImageSpec found, hints;
-  hints.attribute("oiio:UnassociatedAlpha", 1);  // colours as they are in the file
-  if (!input->set_ioproxy(&memory) || !input->open(name, found, hints)) {
-    return "cannot be read as " + name + ": " + input->geterror();
-  }
-  if (std::string refused = refusal(input->spec(), limits); !refused.empty()) return refused;
-  if (kind == PictureKind::tiff && input->spec().format.is_floating_point())
-    return std::string("holds floating-point numbers, and TIFF does not say what light they are; OpenEXR does");
-  return Reading(*input, kind, space).run();
-}
-
-}  // namespace
 
 Decoded decode_as(PictureKind kind, std::span<const std::uint8_t> bytes, ColorSpace color_space,
                   const TextureImageLimits& limits) try {
@@ -169,7 +13,9 @@ Decoded decode_as(PictureKind kind, std::span<const std::uint8_t> bytes, ColorSp
     return std::string("is truncated: its last chunk is not within the file");
   if (kind == PictureKind::webp && webp_pixels(bytes) > limits.pixels)
     return "the limit pixels is " + std::to_string(limits.pixels) + ", it has " + std::to_string(webp_pixels(bytes));
-  return read(bytes, kind, color_space, limits);
+  const auto library = open_image_io();
+  if (!library) return library.error();
+  return (*library)->read(kind, bytes, color_space, limits);
 } catch (const std::bad_alloc&) {
   return std::string("takes more memory than there is");
 } catch (const std::exception& failure) {

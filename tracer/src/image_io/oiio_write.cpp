@@ -1,0 +1,73 @@
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+#include <memory>
+
+#include "tracer/src/image_io/exr_channels.h"
+#include "tracer/src/image_io/oiio_module.h"
+
+namespace tracer {
+namespace {
+
+/// Whatever goes wrong on the way is told by the call's result, by has_error() alone (PNG on a failed write), or
+/// thrown.
+Encoded write(const char* format, const OIIO::ImageSpec& spec, const OIIO::TypeDesc& type, const void* pixels) try {
+  std::vector<std::uint8_t> bytes;
+  OIIO::Filesystem::IOVecOutput memory(bytes);  // outlives the encoder, whose end may still write
+  const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(format);
+  if (!output) return std::string(format) + " encoder: " + OIIO::geterror();
+  const bool written = output->set_ioproxy(&memory) && output->open(format, spec) &&
+                       output->write_image(type, pixels) && output->close();
+  if (!written || output->has_error()) return std::string(format) + " encoder: " + output->geterror();
+  return bytes;
+} catch (const std::exception& failure) {
+  return std::string(format) + " encoder: " + failure.what();
+}
+
+OIIO::ImageSpec spec_of(const Image& image, int channels, const OIIO::TypeDesc& type, const char* color_space) {
+  OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), channels, type);
+  spec.attribute("oiio:ColorSpace", color_space);
+  return spec;
+}
+
+OIIO::ImageSpec exr_spec(const Image& image, int channels) {
+  OIIO::ImageSpec spec = spec_of(image, channels, OIIO::TypeFloat, "Linear");
+  // Measured against none, RLE, ZIPS, PIZ and lower levels: of those that really compress traced floats none is clearly
+  // faster, and ZIP is what every reader knows. Level 4 is the library's default.
+  spec.attribute("compression", "zip");
+  spec.attribute("DateTime", "");  // otherwise the library writes the time of day into the file
+  return spec;
+}
+
+}  // namespace
+
+Encoded oiio_exr(const Image& image) {
+  const ExrChannels channels = exr_channels(image);
+  if (channels.names.size() <= 3) return write("openexr", exr_spec(image, 3), OIIO::TypeFloat, image.rgb.data());
+  OIIO::ImageSpec spec = exr_spec(image, static_cast<int>(channels.names.size()));
+  spec.channelnames = channels.names;
+  for (const bool is_integer : channels.is_integer)
+    spec.channelformats.push_back(is_integer ? OIIO::TypeUInt32 : OIIO::TypeFloat);
+  return write("openexr", spec, OIIO::TypeUnknown, channels.words.data());
+}
+
+Encoded oiio_hdr(const Image& image) {
+  return write("hdr", spec_of(image, 3, OIIO::TypeFloat, "Linear"), OIIO::TypeFloat, image.rgb.data());
+}
+
+Encoded oiio_jpeg(const Image& image, Codes codes) {
+  OIIO::ImageSpec spec = spec_of(image, 3, OIIO::TypeUInt8, "sRGB");
+  spec.attribute("compression", "jpeg:95");
+  spec.attribute("jpeg:subsampling", "4:4:4");  // edges of saturated colours stay sharp
+  return write("jpeg", spec, OIIO::TypeUInt8, codes.data());
+}
+
+/// Always with colours at half the resolution: the library hands them over so, even where it calls the file lossless.
+/// No alpha: it would divide the colours by it once more.
+Encoded oiio_webp(const Image& image, Codes codes) {
+  OIIO::ImageSpec spec = spec_of(image, 3, OIIO::TypeUInt8, "sRGB");
+  spec.attribute("compression", "webp:95");
+  return write("webp", spec, OIIO::TypeUInt8, codes.data());
+}
+
+}  // namespace tracer
