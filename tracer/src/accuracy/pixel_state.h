@@ -76,9 +76,7 @@ struct PixelState {
 inline constexpr double variance_power = 1.35;
 
 /// What `variance` of a mean would be of one sample.
-inline double variance_of_one(double variance, std::uint32_t count) {
-  return variance * std::pow(static_cast<double>(count), variance_power);
-}
+double variance_of_one(double variance, std::uint32_t count);
 
 // Estimates of the squared error of a pixel, in squared levels, the channels added up. As radiance they are without
 // bias or too large, and may be negative; only sums and means of many mean something. The curve from radiance to levels

@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "tracer/src/accuracy/account.h"
+#include "tracer/src/accuracy/audit_choice.h"
 #include "tracer/src/integrator/camera_rays.h"
 #include "tracer/src/integrator/parallel.h"
 #include "tracer/src/integrator/tiles.h"
@@ -15,10 +16,9 @@ namespace tracer {
 
 /// What is audited, and how.
 struct AuditPlan {
-  std::span<const Color> means;  ///< of the picture's pixels
-  /// Samples for each half of the pixel at a place; null: four.
-  std::function<std::uint32_t(std::size_t)> half;
-  std::uint64_t stream = 0;  ///< audits of different streams are independent
+  std::span<const Color> means;          ///< of the picture's pixels
+  std::span<const AuditChoice> choices;  ///< ascending
+  std::uint64_t stream = 0;              ///< audits of different streams are independent
   /// Told the squared error of each pixel that was chosen, by one thread at a time for each pixel; may be null.
   std::function<void(std::size_t, double)> tell;
 };
@@ -36,15 +36,17 @@ class Audit {
 
   /// Of the whole picture; see pixel_state.h. Throws std::bad_alloc.
   SampledError measure(const AuditPlan& plan, const Levels& levels) {
-    std::vector<AuditedError> of_tile(tiles_.count());
+    std::vector<std::vector<AuditChoice>> of_tile(tiles_.count());
+    for (const AuditChoice& choice : plan.choices) of_tile[tiles_.index(tiles_.pixel(choice.place))].push_back(choice);
+    std::vector<SummedErrors> sums(tiles_.count());
     for_each_tile(tiles_.count(), settings_.threads, [&](std::uint64_t tile) {
-      if (control_.cancelled()) return;
+      if (control_.cancelled() || of_tile[tile].empty()) return;
       typename WavefrontPool<Model>::Lease wavefront(pool_);
-      of_tile[tile] = measure_tile(tile, *wavefront, plan, levels);
+      sums[tile] = measure_tile(of_tile[tile], *wavefront, plan, levels);
     });
-    AuditedError all;
-    for (const AuditedError& one : of_tile) all.add(one);
-    return all.of(plan.means.size()).known_by_audit();
+    SummedErrors all;
+    for (const SummedErrors& one : sums) all.add(one);
+    return all.known_by_audit();
   }
 
   /// What all audits traced.
@@ -58,44 +60,33 @@ class Audit {
   static constexpr std::uint32_t light_points = 2;
   static constexpr std::uint64_t streams = std::uint64_t{1} << 40;  ///< beyond those of all rounds
 
-  struct Chosen {
-    PixelState state;
-    std::size_t place = 0;
-    std::uint32_t half = 0;
-  };
-
-  AuditedError measure_tile(std::uint64_t tile, Wavefront<Model>& wavefront, const AuditPlan& plan,
+  SummedErrors measure_tile(std::span<const AuditChoice> choices, Wavefront<Model>& wavefront, const AuditPlan& plan,
                             const Levels& levels) {
     Batch batch;
     batch.light_points = light_points;
-    std::vector<Chosen> chosen;
-    for (const Pixel& pixel : tiles_.pixels(tile)) {
-      const std::size_t place = tiles_.place(pixel);
-      if (!chooses(place, plan.stream)) continue;
-      Chosen& one = chosen.emplace_back();
-      one.place = place;
-      one.half = plan.half ? plan.half(place) : 4;
-      one.state.pilot = plan.means[place];
-      one.state.role = PixelState::Role::audited;
+    for (const AuditChoice& choice : choices) {
+      const Pixel pixel = tiles_.pixel(choice.place);
       for (std::uint32_t half = 0; half < 2; ++half)
-        for (std::uint32_t index = 0; index < one.half; ++index)
-          push(batch, scene_, sample(pixel, index, one.half, streams + 2 * plan.stream + half));
+        for (std::uint32_t index = 0; index < choice.half; ++index)
+          push(batch, scene_, sample(pixel, index, choice.half, streams + 2 * plan.stream + half));
     }
-    AuditedError sum;
-    if (chosen.empty() || !wavefront.trace(std::move(batch))) return sum;
+    SummedErrors sum;
+    if (!wavefront.trace(std::move(batch))) return sum;
     std::size_t next = 0;
-    for (Chosen& one : chosen) {
-      for (std::size_t i = 0; i < 2 * std::size_t{one.half}; ++i, ++next) {
+    for (const AuditChoice& choice : choices) {
+      PixelState state;
+      state.pilot = plan.means[choice.place];
+      for (std::size_t i = 0; i < 2 * std::size_t{choice.half}; ++i, ++next) {
         const Color& radiance = wavefront.radiance()[next];
         if (!finite(radiance)) continue;
-        one.state.half[i / one.half] += radiance;
-        ++one.state.half_count[i / one.half];
+        state.half[i / choice.half] += radiance;
+        ++state.half_count[i / choice.half];
       }
-      if (!one.state.measured()) continue;
-      const double usual = std::sqrt(std::max(0.0, audited_radiance_error(one.state)));
-      const double error = audited_error(one.state, levels, usual);
-      sum.add(error);
-      if (plan.tell) plan.tell(one.place, error);
+      if (!state.measured()) continue;
+      const double usual = std::sqrt(std::max(0.0, audited_radiance_error(state)));
+      const double error = audited_error(state, levels, usual);
+      sum.add(error * choice.stands_for);
+      if (plan.tell) plan.tell(choice.place, error);
     }
     return sum;
   }
@@ -106,14 +97,6 @@ class Audit {
                                : fresh_sample(scene_, pixel.x, pixel.y, index, stream);
     sample.share = 0;
     return sample;
-  }
-
-  /// A thirty-second of the pixels, or as many as tell the error of a small picture.
-  [[nodiscard]] bool chooses(std::size_t place, std::uint64_t stream) const {
-    constexpr double enough = 2048;
-    const double share = std::clamp(enough / static_cast<double>(scene_.image.window().pixels()), 1.0 / 32, 1.0);
-    const std::uint64_t chance = mix(mix(place ^ mix(stream)) ^ mix(~scene_.accuracy.seed));
-    return static_cast<double>(chance >> 11) * 0x1p-53 < share;
   }
 
   const CompiledScene& scene_;
@@ -133,7 +116,9 @@ void account_for_approximations(const CompiledScene& scene, const RenderSettings
   std::vector<Color> means(rgb.size() / 3);
   for (std::size_t i = 0; i < means.size(); ++i) means[i] = {rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2]};
   Audit<Model> exact(scene, settings, control, {});
-  const SampledError whole = exact.measure({.means = means, .half = {}, .stream = 0, .tell = {}}, levels);
+  const std::vector<PixelState> alike(means.size());  // nothing is known of where it costs more
+  const std::vector<AuditChoice> choices = choose_audits(alike, 0, scene.accuracy.seed);
+  const SampledError whole = exact.measure({.means = means, .choices = choices, .stream = 0, .tell = {}}, levels);
   add(rendered.statistics, exact.statistics());
   add_approximation(rendered.error, whole, means.size());
   rendered.error.met = !rendered.error.target || rendered.error.estimate <= *rendered.error.target;

@@ -232,13 +232,14 @@ class AdaptiveRender {
   /// found.
   bool holds() {
     const std::vector<Color> means = film_.means();
-    const auto half = [&](std::size_t place) { return std::max(2u, std::bit_ceil(film_.pixel(place).count()) / 4); };
+    const std::vector<AuditChoice> choices = choose_audits(film_.pixels(), round_, scene_.accuracy.seed);
     const auto tell = [&](std::size_t place, double error) {
       PixelState& pixel = film_.pixel(place);
       if (error > caught * pixel.variance) pixel.variance = static_cast<float>(error);
     };
     const Levels levels = film_.levels();
-    const SampledError found = audit_.measure({.means = means, .half = half, .stream = round_, .tell = tell}, levels);
+    const SampledError found =
+        audit_.measure({.means = means, .choices = choices, .stream = round_, .tell = tell}, levels);
     sampled_ = joined(sampled_, found);
     estimate(levels);
     return error_.estimate <= *wanted_.target_error;
