@@ -18,17 +18,20 @@ using namespace honesty;
 
 constexpr const char* usage =
     R"(budget_table REFERENCES [options]: what adaptive samples cost beside uniform ones, and time budgets.
-REFERENCES is a folder to keep references in.
+REFERENCES is a folder to keep references in; "none": errors are not judged, and only budgets are looked at.
   --scale N        enlarges the pictures, of 48 x 36 pixels mostly, in each direction; default 1. Of larger pictures the
                    references are coarser: their own error is taken out of what is measured
   --scenes a,b     only these, by the names that honesty_table --list has
   --targets 4,1    levels; default 4,2,1,0.5,0.25; "none" for none
   --budgets 50,200 milliseconds; default 50,200,1000; "none" for none
+  --repeats N      of every budget; default 1
+  --threads N      of pictures with a budget; default 1, whose clock stands still while others have the processor
+  --size W,H       pixels of every picture, in place of a scale
 )";
 
 struct Options {
   std::string references;
-  std::uint32_t scale = 1;
+  std::uint32_t scale = 1, repeats = 1, threads = 1, width = 0, height = 0;
   std::vector<std::string> scenes;
   std::vector<double> targets{4, 2, 1, 0.5, 0.25}, budgets{50, 200, 1000};
 };
@@ -63,6 +66,15 @@ Options parse(const std::vector<std::string>& arguments) {
       options.targets = numbers(value);
     } else if (name == "--budgets") {
       options.budgets = numbers(value);
+    } else if (name == "--repeats") {
+      options.repeats = static_cast<std::uint32_t>(std::stoul(value));
+    } else if (name == "--threads") {
+      options.threads = static_cast<std::uint32_t>(std::stoul(value));
+    } else if (name == "--size") {
+      const std::vector<double> size = numbers(value);
+      if (size.size() != 2) throw std::invalid_argument("--size wants width and height");
+      options.width = static_cast<std::uint32_t>(size[0]);
+      options.height = static_cast<std::uint32_t>(size[1]);
     } else {
       throw std::invalid_argument(name + " is no option");
     }
@@ -95,7 +107,7 @@ class Table {
     UniformCurve uniform(scene, standard);
     std::uint64_t seed = 0;
     for (const double target : wanted) {
-      const Purchase point = bought(scene, standard, adaptive_to(target, {}, ++seed));
+      const Purchase point = bought(scene, &standard, adaptive_to(target, {}, ++seed));
       std::printf("%-20s target %5.2f  error %6.3f  claimed %6.3f  samples %7.2f + %6.2f  %8.4f s", scene.name.c_str(),
                   target, point.error, point.claimed, point.samples - point.audit_samples, point.audit_samples,
                   point.seconds);
@@ -108,16 +120,19 @@ class Table {
     }
   }
 
-  void keep(const Case& scene, const Standard& standard, const std::vector<double>& budgets) {
-    for (const double budget : budgets) {
-      const Purchase point = bought(scene, standard, adaptive_to({}, budget, ++budgets_));
-      const double overrun = point.wall_ms - budget;
-      std::printf("%-20s budget %5.0f  error %7.3f  claimed %7.3f  samples %7.2f  overrun %6.1f ms\n",
-                  scene.name.c_str(), budget, point.error, point.claimed, point.samples, overrun);
-      allowed_ += overrun <= 0.05 * budget + 5 ? 1 : 0;
-      covered_ += point.error <= point.claimed + standard.reference.error() ? 1 : 0;
-      overruns_.push_back(overrun / budget);
-    }
+  void keep(const Case& scene, const Standard* standard, const Options& options) {
+    for (const double budget : options.budgets)
+      for (std::uint32_t i = 0; i < options.repeats; ++i) {
+        const Purchase point = bought(scene, standard, adaptive_to({}, budget, ++budgets_), options.threads);
+        const double overrun = point.elapsed_ms - budget;
+        std::printf("%-20s budget %5.0f  error %7.3f  claimed %7.3f  samples %7.2f  overrun %6.1f ms\n",
+                    scene.name.c_str(), budget, point.error, point.claimed, point.samples, overrun);
+        allowed_ += overrun <= 0.05 * budget + 5 ? 1 : 0;
+        overruns_.push_back(overrun / budget);
+        if (standard == nullptr) continue;
+        covered_ += point.error <= point.claimed + standard->reference.error() ? 1 : 0;
+        ++judged_;
+      }
   }
 
   void sum_up() {
@@ -134,7 +149,7 @@ class Table {
     std::printf(
         "budgets: %zu of %zu within 5 %% + 5 ms; overrun %.1f %% in the median, %.1f %% at p99, %.1f %% at most\n",
         allowed_, count, 100 * overruns_[count / 2], 100 * overruns_[(count - 1) * 99 / 100], 100 * overruns_.back());
-    std::printf("budgets: the truth is within what is claimed in %zu of %zu\n", covered_, count);
+    if (judged_ > 0) std::printf("budgets: the truth is within what is claimed in %zu of %zu\n", covered_, judged_);
   }
 
  private:
@@ -142,12 +157,12 @@ class Table {
   std::map<std::string, Gains> of_kind_;
   std::map<double, Gains> of_target_;  ///< by the target's negative: the coarsest first
   std::vector<double> overruns_;
-  std::size_t allowed_ = 0, covered_ = 0, budgets_ = 0;
+  std::size_t allowed_ = 0, covered_ = 0, judged_ = 0, budgets_ = 0;
 };
 
-/// What a reference must be for the scale: that of small pictures as honesty_table has it.
-ReferenceEffort effort_for(std::uint32_t scale) {
-  if (scale == 1) return {};
+/// What a reference must be for the size: that of small pictures as honesty_table has it.
+ReferenceEffort effort_for(const Options& options) {
+  if (options.scale == 1 && options.width == 0) return {};
   return {.samples = 256, .pictures_min = 3, .pictures_max = 6, .error_wanted = 0.1};
 }
 
@@ -160,12 +175,15 @@ void run(const Options& options) {
     for (Case scene : cases) {
       const auto& only = options.scenes;
       if (!only.empty() && std::find(only.begin(), only.end(), scene.name) == only.end()) continue;
-      if (options.scale > 1 && scene.scene.image.crop) continue;
-      scene.scene.image.width *= options.scale;
-      scene.scene.image.height *= options.scale;
-      const Standard standard{reference_of(scene, effort_for(options.scale), options.references), strata_of(scene, 0)};
-      table.compare(scene, standard, kind, options.targets);
-      table.keep(scene, standard, options.budgets);
+      if ((options.scale > 1 || options.width > 0) && scene.scene.image.crop) continue;
+      tracer::ImageSize& image = scene.scene.image;
+      image.width = options.width > 0 ? options.width : image.width * options.scale;
+      image.height = options.height > 0 ? options.height : image.height * options.scale;
+      std::optional<Standard> standard;
+      if (options.references != "none")
+        standard = Standard{reference_of(scene, effort_for(options), options.references), strata_of(scene, 0)};
+      if (standard) table.compare(scene, *standard, kind, options.targets);
+      table.keep(scene, standard ? &*standard : nullptr, options);
       std::fflush(stdout);
     }
   table.sum_up();

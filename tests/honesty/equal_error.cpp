@@ -22,26 +22,27 @@ double processor_seconds() {
 
 }  // namespace
 
-Purchase bought(const Case& scene, const Standard& standard, const tracer::Accuracy& accuracy) {
+Purchase bought(const Case& scene, const Standard* standard, const tracer::Accuracy& accuracy, std::uint32_t threads) {
   tracer::Scene asked = scene.scene;
   asked.accuracy = accuracy;
   asked.output.layers.clear();
   tracer::RenderControl control;
-  const double start = now_ms(), used = processor_seconds();
+  const auto clock_ms = [&] { return threads == 1 ? 1000 * processor_seconds() : now_ms(); };
+  const double start = clock_ms(), used = processor_seconds();
   const auto compiled = tracer::compile(asked, control, scene.assets);
   if (!compiled) throw std::runtime_error(scene.name + ": " + compiled.error().detail);
   const auto rendered =
-      tracer::render(**compiled, {.elapsed_ms = [&] { return now_ms() - start; }, .threads = 1}, control);
-  const double seconds = processor_seconds() - used, wall_ms = now_ms() - start;
+      tracer::render(**compiled, {.elapsed_ms = [&] { return clock_ms() - start; }, .threads = threads}, control);
+  const double seconds = processor_seconds() - used, elapsed_ms = clock_ms() - start;
   if (!rendered) throw std::runtime_error(scene.name + ": " + rendered.error().detail);
   const auto pixels = static_cast<double>(scene.scene.image.window().pixels());
   const tracer::RenderStatistics& statistics = rendered->statistics;
   return {seconds,
-          wall_ms,
+          elapsed_ms,
           static_cast<double>(statistics.rays.total()),
           static_cast<double>(statistics.samples) / pixels,
           static_cast<double>(statistics.audit_samples) / pixels,
-          judged(scene, standard, *rendered, 0, accuracy.seed).truth,
+          standard == nullptr ? 0 : judged(scene, *standard, *rendered, 0, accuracy.seed).truth,
           rendered->error.estimate};
 }
 
@@ -72,7 +73,7 @@ std::optional<Purchase> UniformCurve::at(double error) {
       if (samples > samples_max) return std::nullopt;
       tracer::Accuracy accuracy;
       accuracy.samples = samples;
-      points_.push_back(bought(scene_, standard_, accuracy));
+      points_.push_back(bought(scene_, &standard_, accuracy));
     }
     if (points_[i].error > error) continue;
     if (i == 0 || !(points_[i].error > 0)) return std::nullopt;

@@ -16,15 +16,17 @@ namespace honesty {
 
 /// A picture's cost and what it bought.
 struct Purchase {
-  double seconds = 0;  ///< of this process's processors, building and tracing on one thread: others hardly disturb it
-  double wall_ms = 0;
-  double rays = 0;                        ///< of every kind
+  double seconds = 0;     ///< of this process's processors, building and tracing: others hardly disturb it
+  double elapsed_ms = 0;  ///< by the clock that a budget goes by: the same time on one thread, the wall's on more
+  double rays = 0;        ///< of every kind
   double samples = 0, audit_samples = 0;  ///< a pixel; audit_samples are those of `samples` that only estimate
   double error = 0, claimed = 0;          ///< levels: true and told
 };
 
-/// The case rendered with `accuracy` and judged. Throws std::runtime_error where there is no picture.
-Purchase bought(const Case& scene, const Standard& standard, const tracer::Accuracy& accuracy);
+/// The case rendered with `accuracy`, and judged where there is a standard. Throws std::runtime_error where there is no
+/// picture.
+Purchase bought(const Case& scene, const Standard* standard, const tracer::Accuracy& accuracy,
+                std::uint32_t threads = 1);
 
 /// Accuracy as a document that asks for one of them has it.
 tracer::Accuracy adaptive_to(std::optional<double> target, std::optional<double> budget_ms, std::uint64_t seed);

@@ -34,8 +34,7 @@ struct PixelState {
   /// error of a pixel without it, both in squared levels; the part of the pixel that it covers.
   float hidden = 0, missed = 0, hidden_share = 1;
   Role role = Role::pilot;
-  bool grows = false;    ///< gets samples in this round, other than of an audit
-  bool sampled = false;  ///< has a pilot of its own, not a neighbour's
+  bool grows = false;  ///< gets samples in this round, other than of an audit
 
   [[nodiscard]] bool refined() const { return role == Role::refined; }
   /// Whether both halves have samples, and so tell an error.

@@ -16,9 +16,9 @@ namespace tracer {
 
 /// What is audited, and how.
 struct AuditPlan {
-  std::span<const Color> means;          ///< of the picture's pixels
-  std::span<const AuditChoice> choices;  ///< ascending
-  std::uint64_t stream = 0;              ///< audits of different streams are independent
+  std::function<Color(std::size_t)> mean;  ///< of the picture's pixel at a place
+  std::span<const AuditChoice> choices;    ///< ascending
+  std::uint64_t stream = 0;                ///< audits of different streams are independent
   /// Told the squared error of each pixel that was chosen, by one thread at a time for each pixel; may be null.
   std::function<void(std::size_t, double)> tell;
 };
@@ -75,7 +75,7 @@ class Audit {
     std::size_t next = 0;
     for (const AuditChoice& choice : choices) {
       PixelState state;
-      state.pilot = plan.means[choice.place];
+      state.pilot = plan.mean(choice.place);
       for (std::size_t i = 0; i < 2 * std::size_t{choice.half}; ++i, ++next) {
         const Color& radiance = wavefront.radiance()[next];
         if (!finite(radiance)) continue;
@@ -113,14 +113,14 @@ void account_for_approximations(const CompiledScene& scene, const RenderSettings
                                 const Levels& levels, Rendered& rendered) {
   if (!scene.accuracy.approximate.any()) return;
   const std::vector<float>& rgb = rendered.image.rgb;
-  std::vector<Color> means(rgb.size() / 3);
-  for (std::size_t i = 0; i < means.size(); ++i) means[i] = {rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2]};
+  const std::size_t pixels = rgb.size() / 3;
+  const auto mean = [&](std::size_t place) { return Color{rgb[3 * place], rgb[3 * place + 1], rgb[3 * place + 2]}; };
+  const auto looks = static_cast<std::size_t>(thorough_audit(pixels).looks);
+  const std::vector<AuditChoice> choices = choose_audits(pixels, looks, 0, scene.accuracy.seed);
   Audit<Model> exact(scene, settings, control, {});
-  const std::vector<PixelState> alike(means.size());  // nothing is known of where it costs more
-  const std::vector<AuditChoice> choices = choose_audits(alike, 0, scene.accuracy.seed);
-  const SampledError whole = exact.measure({.means = means, .choices = choices, .stream = 0, .tell = {}}, levels);
+  const SampledError whole = exact.measure({.mean = mean, .choices = choices, .stream = 0, .tell = {}}, levels);
   add(rendered.statistics, exact.statistics());
-  add_approximation(rendered.error, whole, means.size());
+  add_approximation(rendered.error, whole, pixels);
   rendered.error.met = !rendered.error.target || rendered.error.estimate <= *rendered.error.target;
 }
 
