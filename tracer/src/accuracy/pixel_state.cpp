@@ -44,6 +44,16 @@ double audited_error(const PixelState& pixel, const Levels& levels, double usual
   return sum;
 }
 
+double squared_distance(const PixelState& pixel, const Levels& levels) {
+  const Color mean = (mean_of(pixel, 0) + mean_of(pixel, 1)) * 0.5;
+  double sum = 0;
+  for (const auto channel : channels) {
+    const double apart = levels.level(mean.*channel) - levels.level(pixel.pilot.*channel);
+    sum += apart * apart;
+  }
+  return sum;
+}
+
 double audited_radiance_error(const PixelState& pixel) {
   const Color first = mean_of(pixel, 0), second = mean_of(pixel, 1);
   double sum = 0;

@@ -88,7 +88,9 @@ double refined_error(const PixelState& pixel, const Levels& levels);
 /// Of an audited one with the pilot P: E[(P - F1)(P - F2)] = (P - mu)^2, whatever P is. `usual`: how far off, as
 /// radiance, pixels like this one are: the root of the mean of audited_radiance_error over many.
 double audited_error(const PixelState& pixel, const Levels& levels, double usual);
-/// The same in squared radiance, the mean of the channels.
+/// How far the mean of the halves is from the pilot: more than its squared error by the variance of that mean.
+double squared_distance(const PixelState& pixel, const Levels& levels);
+/// The squared error in squared radiance, the mean of the channels.
 double audited_radiance_error(const PixelState& pixel);
 
 }  // namespace tracer

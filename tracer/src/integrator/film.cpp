@@ -75,6 +75,18 @@ void Film::expect(const Levels& levels) {
   }
 }
 
+void Film::suspect(std::size_t place, double error) {
+  constexpr double caught = 16, beside = 1.0 / 4;
+  if (!(error > caught * pixels_[place].variance)) return;
+  const std::size_t x = place % width_, y = place / width_, rows = size_ / width_;
+  for (std::size_t ny = y - std::min<std::size_t>(y, 1); ny <= std::min(y + 1, rows - 1); ++ny)
+    for (std::size_t nx = x - std::min<std::size_t>(x, 1); nx <= std::min<std::size_t>(x + 1, width_ - 1); ++nx) {
+      PixelState& pixel = pixels_[ny * width_ + nx];
+      if (!pixel.refined()) pixel.variance = std::max(pixel.variance, static_cast<float>(error * beside));
+    }
+  pixels_[place].variance = static_cast<float>(error);
+}
+
 Levels Film::levels() const {
   double most = 0;
   if (scene_.output.overflow == Output::Overflow::scale)

@@ -42,6 +42,9 @@ class Film {
   /// Sets what the pilots let expect of every pixel, before anything is measured.
   void expect(const Levels& levels);
 
+  /// An audit found that squared error in a pixel. What it has and nobody expected may go on in those beside it.
+  void suspect(std::size_t place, double error);
+
   [[nodiscard]] Levels levels() const;
   [[nodiscard]] Color mean(std::size_t place) const;
   [[nodiscard]] MissingError missing_error(const Levels& levels);

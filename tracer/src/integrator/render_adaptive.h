@@ -60,7 +60,6 @@ class AdaptiveRender {
   /// picture.
   static constexpr double book_keeping_ms_per_pixel = 150e-6;
   static constexpr std::uint8_t unsampled = 255;
-  static constexpr double caught = 16;  ///< times what was expected of a pixel: that was wrong
   static constexpr std::uint64_t pilot_stream = std::uint64_t{1} << 32;  ///< beyond those of all rounds
   /// The points by which camera rays know a soft light: more in the pilot, which has one sample a pixel to see where
   /// penumbrae are.
@@ -152,7 +151,7 @@ class AdaptiveRender {
     const double looks = std::clamp(deadline_.audit_samples() / 4, looks_least, looks_most);
     const Levels levels = film_.levels();
     const auto choices = choose_audits(film_.size(), static_cast<std::size_t>(looks), 0, scene_.accuracy.seed);
-    sampled_ = audit_.measure({.mean = mean_, .choices = choices, .stream = 0, .tell = {}}, levels);
+    sampled_ = audit_.measure({.mean = mean_, .choices = choices, .stream = 0, .expected = {}}, levels).picture;
     estimate(levels);
   }
 
@@ -285,14 +284,12 @@ class AdaptiveRender {
     const AuditSize size =
         std::isinf(affordable) ? thorough_audit(film_.size()) : audit_within(film_.pixels(), affordable);
     const std::vector<AuditChoice> choices = choose_audits(film_.pixels(), size, round_, scene_.accuracy.seed);
-    const auto tell = [&](std::size_t place, double error) {
-      PixelState& pixel = film_.pixel(place);
-      if (error > caught * pixel.variance) pixel.variance = static_cast<float>(error);
-    };
+    const auto expected = [&](std::size_t place) { return double{film_.pixel(place).variance}; };
     const Levels levels = film_.levels();
-    const SampledError found =
-        audit_.measure({.mean = mean_, .choices = choices, .stream = round_, .tell = tell}, levels);
-    sampled_ = joined(sampled_, found);
+    const AuditFindings found =
+        audit_.measure({.mean = mean_, .choices = choices, .stream = round_, .expected = expected}, levels);
+    for (std::size_t i = 0; i < choices.size(); ++i) film_.suspect(choices[i].place, found.errors[i]);
+    sampled_ = joined(sampled_, found.picture);
     estimate(levels);
     return wanted_.target_error && error_.estimate <= *wanted_.target_error;
   }
