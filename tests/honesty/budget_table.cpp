@@ -1,144 +1,205 @@
 // What adaptive sampling buys, and whether time budgets are kept: each scene with several targets beside the same
-// number of samples everywhere, by the time that an equal error takes; and with several budgets, by how far they are
-// overrun. Times are of building and tracing, one thread, taken side by side.
+// number of samples everywhere, at equal true error; and with several budgets, by how far they are overrun and whether
+// what is claimed holds. Times are of building and tracing on one thread, taken in one process.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
-#include <optional>
+#include <iterator>
+#include <map>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 
-#include "tests/honesty/trial.h"
-#include "tracer/compile.h"
+#include "tests/honesty/equal_error.h"
 
 namespace {
 
 using namespace honesty;
 
-struct Point {
-  double seconds = 0, error = 0, claimed = 0;
+constexpr const char* usage =
+    R"(budget_table REFERENCES [options]: what adaptive samples cost beside uniform ones, and time budgets.
+REFERENCES is a folder to keep references in; "none": errors are not judged, and only budgets are looked at.
+  --scale N        enlarges the pictures, of 48 x 36 pixels mostly, in each direction; default 1. Of larger pictures the
+                   references are coarser: their own error is taken out of what is measured
+  --scenes a,b     only these, by the names that honesty_table --list has
+  --targets 4,1    levels; default 4,2,1,0.5,0.25; "none" for none
+  --budgets 50,200 milliseconds; default 50,200,1000; "none" for none
+  --repeats N      of every budget; default 1
+  --threads N      of pictures with a budget; default 1, whose clock stands still while others have the processor
+  --size W,H       pixels of every picture, in place of a scale
+)";
+
+struct Options {
+  std::string references;
+  std::uint32_t scale = 1, repeats = 1, threads = 1, width = 0, height = 0;
+  std::vector<std::string> scenes;
+  std::vector<double> targets{4, 2, 1, 0.5, 0.25}, budgets{50, 200, 1000};
 };
 
-double now_ms() {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
+std::vector<std::string> split(const std::string& text) {
+  std::vector<std::string> parts;
+  std::istringstream in(text);
+  for (std::string part; std::getline(in, part, ',');) parts.push_back(part);
+  return parts;
 }
 
-/// Throws std::runtime_error where there is no picture.
-Point measured(const Case& scene, const Standard& standard, const tracer::Accuracy& accuracy) {
-  tracer::Scene asked = scene.scene;
-  asked.accuracy = accuracy;
-  asked.output.layers.clear();
-  tracer::RenderControl control;
-  const double start = now_ms();
-  const auto compiled = tracer::compile(asked, control, scene.assets);
-  if (!compiled) throw std::runtime_error(scene.name + ": " + compiled.error().detail);
-  const auto rendered =
-      tracer::render(**compiled, {.elapsed_ms = [&] { return now_ms() - start; }, .threads = 1}, control);
-  const double end = now_ms();
-  if (!rendered) throw std::runtime_error(scene.name + ": " + rendered.error().detail);
-  const Trial trial = judged(scene, standard, *rendered, 0, accuracy.seed);
-  return {(end - start) / 1000, trial.truth, rendered->error.estimate};
+std::vector<double> numbers(const std::string& text) {
+  std::vector<double> values;
+  if (text == "none") return values;
+  for (const std::string& part : split(text)) values.push_back(std::stod(part));
+  return values;
 }
 
-tracer::Accuracy uniform(std::uint32_t samples) {
-  tracer::Accuracy accuracy;
-  accuracy.samples = samples;
-  return accuracy;
-}
-
-tracer::Accuracy adaptive(std::optional<double> target, std::optional<double> budget_ms) {
-  tracer::Accuracy accuracy;
-  accuracy.adaptive.emplace().target_error = target;
-  accuracy.adaptive->time_budget_ms = budget_ms;
-  accuracy.cutoff_by_chance = true;
-  return accuracy;
-}
-
-/// When uniform samples have the error, between two of `ladder` on logarithmic scales; nothing beyond its ends.
-std::optional<double> seconds_for(const std::vector<Point>& ladder, double error) {
-  for (std::size_t i = 0; i + 1 < ladder.size(); ++i) {
-    const Point &coarse = ladder[i], &fine = ladder[i + 1];
-    if (!(coarse.error >= error && error > fine.error && fine.error > 0)) continue;
-    const double part = std::log(coarse.error / error) / std::log(coarse.error / fine.error);
-    return coarse.seconds * std::pow(fine.seconds / coarse.seconds, part);
+/// Throws std::invalid_argument.
+Options parse(const std::vector<std::string>& arguments) {
+  if (arguments.empty()) throw std::invalid_argument("give a folder for references");
+  Options options;
+  options.references = arguments[0];
+  for (std::size_t i = 1; i < arguments.size(); i += 2) {
+    if (i + 1 == arguments.size()) throw std::invalid_argument(arguments[i] + " wants a value");
+    const std::string &name = arguments[i], &value = arguments[i + 1];
+    if (name == "--scale") {
+      options.scale = static_cast<std::uint32_t>(std::stoul(value));
+    } else if (name == "--scenes") {
+      options.scenes = split(value);
+    } else if (name == "--targets") {
+      options.targets = numbers(value);
+    } else if (name == "--budgets") {
+      options.budgets = numbers(value);
+    } else if (name == "--repeats") {
+      options.repeats = static_cast<std::uint32_t>(std::stoul(value));
+    } else if (name == "--threads") {
+      options.threads = static_cast<std::uint32_t>(std::stoul(value));
+    } else if (name == "--size") {
+      const std::vector<double> size = numbers(value);
+      if (size.size() != 2) throw std::invalid_argument("--size wants width and height");
+      options.width = static_cast<std::uint32_t>(size[0]);
+      options.height = static_cast<std::uint32_t>(size[1]);
+    } else {
+      throw std::invalid_argument(name + " is no option");
+    }
   }
-  return std::nullopt;
+  return options;
 }
 
-class Table {
+/// Geometric means of what uniform samples cost, in units of what adaptive ones did.
+class Gains {
  public:
-  void add(const Case& scene, const Standard& standard) {
-    std::vector<Point> ladder;
-    for (std::uint32_t samples = 1; samples <= 1024; samples *= 2)
-      ladder.push_back(measured(scene, standard, uniform(samples)));
-    for (const double target : {4.0, 2.0, 1.0, 0.5, 0.25}) {
-      const Point point = measured(scene, standard, adaptive(target, {}));
-      const auto equal = seconds_for(ladder, point.error);
-      std::printf("%-20s target %5.2f  error %7.3f  %8.4f s", scene.name.c_str(), target, point.error, point.seconds);
-      if (equal) {
-        std::printf("   uniform %8.4f s   %6.2f x", *equal, *equal / point.seconds);
-        log_ratios_.push_back(std::log(*equal / point.seconds));
-      }
-      std::printf("\n");
-    }
-    for (const double budget : {50.0, 200.0, 1000.0}) {
-      const Point point = measured(scene, standard, adaptive({}, budget));
-      const double overrun = 1000 * point.seconds - budget;
-      std::printf("%-20s budget %5.0f  error %7.3f  claimed %7.3f  overrun %6.1f ms\n", scene.name.c_str(), budget,
-                  point.error, point.claimed, overrun);
-      allowed_ += overrun <= 0.05 * budget + 5 ? 1 : 0;
-      covered_ += point.error <= point.claimed ? 1 : 0;
-      overruns_.push_back(overrun / budget);
-    }
-    std::fflush(stdout);
+  void add(const Purchase& uniform, const Purchase& adaptive) {
+    log_seconds_ += std::log(uniform.seconds / adaptive.seconds);
+    log_rays_ += std::log(uniform.rays / adaptive.rays);
+    ++count_;
   }
-
-  void sum_up() {
-    double sum = 0;
-    for (const double one : log_ratios_) sum += one;
-    const auto count = static_cast<double>(log_ratios_.size());
-    std::printf("equal error: uniform takes %.2f times as long (geometric mean of %.0f pairs)\n",
-                std::exp(sum / std::max(1.0, count)), count);
-    std::sort(overruns_.begin(), overruns_.end());
-    const std::size_t budgets = overruns_.size();
-    if (budgets == 0) return;
-    std::printf(
-        "budgets: %zu of %zu within 5 %% + 5 ms; overrun %.1f %% in the median, %.1f %% at p99, %.1f %% at most\n",
-        allowed_, budgets, 100 * overruns_[budgets / 2], 100 * overruns_[(budgets - 1) * 99 / 100],
-        100 * overruns_.back());
-    std::printf("budgets: the truth is within what is claimed in %zu of %zu\n", covered_, budgets);
+  void print(const std::string& what) const {
+    if (count_ == 0) return;
+    std::printf("equal error, %-16s uniform takes %5.2f times as long and %5.2f times the rays (%.0f pairs)\n",
+                (what + ":").c_str(), std::exp(log_seconds_ / count_), std::exp(log_rays_ / count_), count_);
   }
 
  private:
-  std::vector<double> log_ratios_, overruns_;
-  std::size_t allowed_ = 0, covered_ = 0;
+  double log_seconds_ = 0, log_rays_ = 0, count_ = 0;
 };
+
+class Table {
+ public:
+  void compare(const Case& scene, const Standard& standard, const std::string& kind,
+               const std::vector<double>& wanted) {
+    UniformCurve uniform(scene, standard);
+    std::uint64_t seed = 0;
+    for (const double target : wanted) {
+      const Purchase point = bought(scene, &standard, adaptive_to(target, {}, ++seed));
+      std::printf("%-20s target %5.2f  error %6.3f  claimed %6.3f  samples %7.2f + %6.2f  %8.4f s", scene.name.c_str(),
+                  target, point.error, point.claimed, point.samples - point.audit_samples, point.audit_samples,
+                  point.seconds);
+      if (const auto equal = uniform.at(point.error)) {
+        std::printf("   uniform %7.2f  %8.4f s  %6.2f x  rays %6.2f x", equal->samples, equal->seconds,
+                    equal->seconds / point.seconds, equal->rays / point.rays);
+        for (Gains* gains : {&all_, &of_kind_[kind], &of_target_[-target]}) gains->add(*equal, point);
+      }
+      std::printf("\n");
+    }
+  }
+
+  void keep(const Case& scene, const Standard* standard, const Options& options) {
+    for (const double budget : options.budgets)
+      for (std::uint32_t i = 0; i < options.repeats; ++i) {
+        const Purchase point = bought(scene, standard, adaptive_to({}, budget, ++budgets_), options.threads);
+        const double overrun = point.elapsed_ms - budget;
+        std::printf("%-20s budget %5.0f  error %7.3f  claimed %7.3f  samples %7.2f  overrun %6.1f ms\n",
+                    scene.name.c_str(), budget, point.error, point.claimed, point.samples, overrun);
+        allowed_ += overrun <= 0.05 * budget + 5 ? 1 : 0;
+        overruns_.push_back(overrun / budget);
+        if (standard == nullptr) continue;
+        covered_ += point.error <= point.claimed + standard->reference.error() ? 1 : 0;
+        ++judged_;
+      }
+  }
+
+  void sum_up() {
+    for (const auto& [kind, gains] : of_kind_) gains.print(kind);
+    for (const auto& [negative, gains] : of_target_) {
+      std::ostringstream target;
+      target << "target " << -negative;
+      gains.print(target.str());
+    }
+    all_.print("all");
+    if (overruns_.empty()) return;
+    std::sort(overruns_.begin(), overruns_.end());
+    const std::size_t count = overruns_.size();
+    std::printf(
+        "budgets: %zu of %zu within 5 %% + 5 ms; overrun %.1f %% in the median, %.1f %% at p99, %.1f %% at most\n",
+        allowed_, count, 100 * overruns_[count / 2], 100 * overruns_[(count - 1) * 99 / 100], 100 * overruns_.back());
+    if (judged_ > 0) std::printf("budgets: the truth is within what is claimed in %zu of %zu\n", covered_, judged_);
+  }
+
+ private:
+  Gains all_;
+  std::map<std::string, Gains> of_kind_;
+  std::map<double, Gains> of_target_;  ///< by the target's negative: the coarsest first
+  std::vector<double> overruns_;
+  std::size_t allowed_ = 0, covered_ = 0, judged_ = 0, budgets_ = 0;
+};
+
+/// What a reference must be for the size: that of small pictures as honesty_table has it.
+ReferenceEffort effort_for(const Options& options) {
+  if (options.scale == 1 && options.width == 0) return {};
+  return {.samples = 256, .pictures_min = 3, .pictures_max = 6, .error_wanted = 0.1};
+}
+
+void run(const Options& options) {
+  Table table;
+  const std::pair<const char*, std::vector<Case>> kinds[] = {
+      {"shapes", shape_cases()},     {"lights", light_cases()}, {"materials", material_cases()},
+      {"textures", texture_cases()}, {"views", view_cases()},   {"traps", trap_cases()}};
+  for (const auto& [kind, cases] : kinds)
+    for (Case scene : cases) {
+      const auto& only = options.scenes;
+      if (!only.empty() && std::find(only.begin(), only.end(), scene.name) == only.end()) continue;
+      if ((options.scale > 1 || options.width > 0) && scene.scene.image.crop) continue;
+      tracer::ImageSize& image = scene.scene.image;
+      image.width = options.width > 0 ? options.width : image.width * options.scale;
+      image.height = options.height > 0 ? options.height : image.height * options.scale;
+      std::optional<Standard> standard;
+      if (options.references != "none")
+        standard = Standard{reference_of(scene, effort_for(options), options.references), strata_of(scene, 0)};
+      if (standard) table.compare(scene, *standard, kind, options.targets);
+      table.keep(scene, standard ? &*standard : nullptr, options);
+      std::fflush(stdout);
+    }
+  table.sum_up();
+}
 
 }  // namespace
 
 int main(int count, char** values) try {
-  if (count > 1 && std::strcmp(values[1], "--help") == 0) {
-    std::puts(
-        "budget_table REFERENCES [SCALE [SCENE ...]]: times of adaptive and uniform samples, and time budgets.\n"
-        "REFERENCES is a folder to keep references in; SCALE enlarges the pictures; scenes as honesty_table has them.");
+  const std::vector<std::string> arguments(values + 1, values + count);
+  if (std::find(arguments.begin(), arguments.end(), "--help") != arguments.end()) {
+    std::fputs(usage, stdout);
     return 0;
   }
-  if (count < 2) throw std::runtime_error("give a folder for references");
-  const std::uint32_t scale = count > 2 ? static_cast<std::uint32_t>(std::stoul(values[2])) : 1;
-  const std::vector<std::string> wanted(values + std::min(count, 3), values + count);
-  Table table;
-  for (Case scene : corpus()) {
-    if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), scene.name) == wanted.end()) continue;
-    if (scale > 1 && scene.scene.image.crop) continue;
-    scene.scene.image.width *= scale;
-    scene.scene.image.height *= scale;
-    table.add(scene, {reference_of(scene, {}, values[1]), strata_of(scene, 0)});
-  }
-  table.sum_up();
+  run(parse(arguments));
   return 0;
 } catch (const std::exception& problem) {
-  std::fprintf(stderr, "budget_table: %s\n", problem.what());
+  std::fprintf(stderr, "budget_table: %s\n%s", problem.what(), usage);
   return 2;
 }

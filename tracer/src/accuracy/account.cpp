@@ -12,7 +12,7 @@ namespace {
 /// One-sided 95 % of a normal distribution is 1.645 of its deviations. The truth is a sum of squares by chance as much
 /// as its estimate is, and independent of it, which makes 2.33 of the estimate's own; the rest is for sums of squares
 /// leaning to the right.
-constexpr double deviations = 2.75;
+constexpr double deviations = 2.33;
 constexpr double audit_deviations = 1.645;
 constexpr double confidence = 0.95;
 

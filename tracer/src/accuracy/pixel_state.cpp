@@ -1,5 +1,7 @@
 #include "tracer/src/accuracy/pixel_state.h"
 
+#include <bit>
+
 namespace tracer {
 namespace {
 
@@ -8,6 +10,16 @@ constexpr double Color::*channels[] = {&Color::r, &Color::g, &Color::b};
 Color mean_of(const PixelState& pixel, std::size_t half) { return pixel.half[half] * (1.0 / pixel.half_count[half]); }
 
 }  // namespace
+
+double variance_of_one(double variance, std::uint32_t count) {
+  static const std::array<double, 32> of_power = [] {
+    std::array<double, 32> table{};
+    for (std::size_t i = 0; i < table.size(); ++i) table[i] = std::exp2(variance_power * static_cast<double>(i));
+    return table;
+  }();
+  if (!std::has_single_bit(count)) return variance * std::pow(static_cast<double>(count), variance_power);
+  return variance * of_power[static_cast<std::size_t>(std::countr_zero(count))];
+}
 
 double refined_error(const PixelState& pixel, const Levels& levels) {
   const Color first = mean_of(pixel, 0), second = mean_of(pixel, 1);
@@ -28,6 +40,16 @@ double audited_error(const PixelState& pixel, const Levels& levels, double usual
     const double pilot = pixel.pilot.*channel, fresh = (first.*channel + second.*channel) / 2;
     const double slope = levels.slope_between(pilot, std::max(0.0, pilot + std::copysign(usual, fresh - pilot)));
     sum += slope * slope * (pilot - first.*channel) * (pilot - second.*channel);
+  }
+  return sum;
+}
+
+double squared_distance(const PixelState& pixel, const Levels& levels) {
+  const Color mean = (mean_of(pixel, 0) + mean_of(pixel, 1)) * 0.5;
+  double sum = 0;
+  for (const auto channel : channels) {
+    const double apart = levels.level(mean.*channel) - levels.level(pixel.pilot.*channel);
+    sum += apart * apart;
   }
   return sum;
 }

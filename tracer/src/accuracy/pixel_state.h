@@ -34,8 +34,7 @@ struct PixelState {
   /// error of a pixel without it, both in squared levels; the part of the pixel that it covers.
   float hidden = 0, missed = 0, hidden_share = 1;
   Role role = Role::pilot;
-  bool grows = false;    ///< gets samples in this round, other than of an audit
-  bool sampled = false;  ///< has a pilot of its own, not a neighbour's
+  bool grows = false;  ///< gets samples in this round, other than of an audit
 
   [[nodiscard]] bool refined() const { return role == Role::refined; }
   /// Whether both halves have samples, and so tell an error.
@@ -76,9 +75,7 @@ struct PixelState {
 inline constexpr double variance_power = 1.35;
 
 /// What `variance` of a mean would be of one sample.
-inline double variance_of_one(double variance, std::uint32_t count) {
-  return variance * std::pow(static_cast<double>(count), variance_power);
-}
+double variance_of_one(double variance, std::uint32_t count);
 
 // Estimates of the squared error of a pixel, in squared levels, the channels added up. As radiance they are without
 // bias or too large, and may be negative; only sums and means of many mean something. The curve from radiance to levels
@@ -91,7 +88,9 @@ double refined_error(const PixelState& pixel, const Levels& levels);
 /// Of an audited one with the pilot P: E[(P - F1)(P - F2)] = (P - mu)^2, whatever P is. `usual`: how far off, as
 /// radiance, pixels like this one are: the root of the mean of audited_radiance_error over many.
 double audited_error(const PixelState& pixel, const Levels& levels, double usual);
-/// The same in squared radiance, the mean of the channels.
+/// How far the mean of the halves is from the pilot: more than its squared error by the variance of that mean.
+double squared_distance(const PixelState& pixel, const Levels& levels);
+/// The squared error in squared radiance, the mean of the channels.
 double audited_radiance_error(const PixelState& pixel);
 
 }  // namespace tracer

@@ -28,46 +28,43 @@ struct Range {
   }
 };
 
+/// Pixels that have equally many samples and, within a quarter of an octave, want equally many.
+struct Alike {
+  std::int32_t wants = 0;  ///< see Planner::wants
+  std::uint32_t has = 0;   ///< samples each
+  double variance = 0;     ///< sums over the pixels
+  double cost = 0;
+};
+
 class Planner {
  public:
   Planner(std::span<const PixelState> pixels, std::span<const float> cost, const Adaptive& limits)
-      : pixels_(pixels), cost_(cost), range_(limits), log2_at_unit_(pixels.size()) {
+      : pixels_(pixels), range_(limits), wants_(pixels.size()) {
+    std::vector<Alike> all(static_cast<std::size_t>(2 * wants_most + 1) * counts);
     for (std::size_t i = 0; i < pixels.size(); ++i) {
-      const double of_one = variance_of_one(pixels[i].variance, pixels[i].count());
-      log2_at_unit_[i] = static_cast<float>(std::log2(variance_power * of_one / cost[i]) / (1 + variance_power));
+      const std::uint32_t has = pixels[i].count();
+      wants_[i] = wants(pixels[i].variance / cost[i], has);
+      const auto power = static_cast<std::uint32_t>(std::bit_width(has) - 1);
+      Alike& alike = all[static_cast<std::size_t>(wants_[i] + wants_most) * counts + power];
+      alike.wants = wants_[i];
+      alike.has = has;
+      alike.variance += pixels[i].variance;
+      alike.cost += cost[i];
     }
-    // The sums need no more than a sample of a large picture.
-    stride_ = std::max<std::size_t>(1, pixels.size() / 32768);
+    std::copy_if(all.begin(), all.end(), std::back_inserter(alike_), [](const Alike& one) { return one.has > 0; });
   }
 
-  /// Samples in each half, where lowering the squared error by 2^`log2_worth` is worth a unit of cost and a pixel's
-  /// samples may grow by `growth`; 0: those it has are enough.
-  [[nodiscard]] std::uint32_t half(std::size_t index, double log2_worth, double growth) const {
-    const std::uint32_t has = pixels_[index].count();
-    const std::uint32_t wanted = range_.nearest(log2_at_unit_[index] - log2_worth / (1 + variance_power));
-    if (wanted <= has || wanted < 2) return 0;
-    const auto grown = static_cast<std::uint32_t>(std::min(growth * has, 0x1p31));
-    return std::max(std::min(wanted, grown), range_.least) / 2;
+  /// Samples in each half, where lowering the squared error by 2^(`worth` / fineness) is worth a unit of cost and a
+  /// pixel's samples may grow by `growth`; 0: those it has are enough.
+  [[nodiscard]] std::uint32_t half(std::size_t index, std::int32_t worth, double growth) const {
+    return half_of(wants_[index], pixels_[index].count(), worth, growth);
   }
 
-  /// What is then expected to be left in the end, and what it costs.
-  [[nodiscard]] RoundGoal outcome(double log2_worth) const {
-    RoundGoal sum;
-    for (std::size_t i = 0; i < pixels_.size(); i += stride_) {
-      const std::uint32_t then = 2 * half(i, log2_worth, any_growth), has = pixels_[i].count();
-      sum.squared_error += pixels_[i].variance * (then > has ? fallen(then) / fallen(has) : 1);
-      sum.cost += then > has ? static_cast<double>(then - has) * cost_[i] : 0;
-    }
-    const std::size_t looked_at = (pixels_.size() + stride_ - 1) / stride_;
-    const double share = static_cast<double>(pixels_.size()) / static_cast<double>(looked_at);
-    return {sum.squared_error * share, sum.cost * share};
-  }
-
-  /// The highest worth that reaches the goal, but not beyond its cost; its logarithm.
-  [[nodiscard]] double worth_for(const RoundGoal& goal) const {
-    double cheap = 100, dear = -100;  // dear: samples for everything
-    for (int step = 0; step < 24; ++step) {
-      const double middle = (cheap + dear) / 2;
+  /// The highest worth that reaches the goal, but not beyond its cost.
+  [[nodiscard]] std::int32_t worth_for(const RoundGoal& goal) const {
+    std::int32_t cheap = worth_most, dear = -worth_most;  // dear: samples for everything
+    while (cheap - dear > 1) {
+      const std::int32_t middle = (cheap + dear) / 2;
       const RoundGoal then = outcome(middle);
       (then.squared_error <= goal.squared_error || then.cost > goal.cost ? dear : cheap) = middle;
     }
@@ -75,26 +72,45 @@ class Planner {
   }
 
  private:
-  /// The part of one sample's variance that is left of the mean of `count`.
-  static double fallen(std::uint32_t count) {
-    static const std::array<double, 32> of_power = [] {
-      std::array<double, 32> table{};
-      for (std::size_t i = 0; i < table.size(); ++i) table[i] = std::exp2(-variance_power * static_cast<double>(i));
-      return table;
-    }();
-    return of_power[static_cast<std::size_t>(std::bit_width(count) - 1)];
+  static constexpr std::int32_t fineness = 8;  ///< steps an octave
+  static constexpr std::int32_t wants_most = 60 * fineness, worth_most = 200 * fineness;
+  static constexpr std::size_t counts = 32;
+
+  /// The logarithm of how many samples the pixel wants where the worth is one, in steps.
+  static std::int32_t wants(double variance_over_cost, std::uint32_t has) {
+    if (!(variance_over_cost > 0)) return -wants_most;
+    const float log2_of_one = std::log2(static_cast<float>(variance_power * variance_of_one(variance_over_cost, has)));
+    const auto steps = static_cast<float>(fineness / (1 + variance_power)) * log2_of_one;
+    return static_cast<std::int32_t>(std::lround(std::clamp(steps, -1.0f * wants_most, 1.0f * wants_most)));
+  }
+
+  [[nodiscard]] std::uint32_t half_of(std::int32_t wants, std::uint32_t has, std::int32_t worth, double growth) const {
+    const std::uint32_t wanted = range_.nearest((wants - worth / (1 + variance_power)) / fineness);
+    if (wanted <= has || wanted < 2) return 0;
+    const auto grown = static_cast<std::uint32_t>(std::min(growth * has, 0x1p31));
+    return std::max(std::min(wanted, grown), range_.least) / 2;
+  }
+
+  /// What is then expected to be left in the end, and what it costs.
+  [[nodiscard]] RoundGoal outcome(std::int32_t worth) const {
+    RoundGoal sum;
+    for (const Alike& alike : alike_) {
+      const std::uint32_t then = 2 * half_of(alike.wants, alike.has, worth, any_growth), has = alike.has;
+      sum.squared_error += alike.variance * (then > has ? variance_of_one(1, has) / variance_of_one(1, then) : 1);
+      sum.cost += then > has ? static_cast<double>(then - has) * alike.cost : 0;
+    }
+    return sum;
   }
 
   std::span<const PixelState> pixels_;
-  std::span<const float> cost_;
   Range range_;
-  std::vector<float> log2_at_unit_;  ///< of the samples wanted where a unit of cost is worth 1
-  std::size_t stride_ = 1;
+  std::vector<std::int32_t> wants_;  ///< of each pixel
+  std::vector<Alike> alike_;
 };
 
 /// Enough audits to know a mean by, few enough to cost little; small pictures have few pixels and so a large share.
 double share_of_audits(std::size_t pilots) {
-  constexpr double enough = 1024;
+  constexpr double enough = 256;
   return std::clamp(enough / static_cast<double>(std::max<std::size_t>(1, pilots)), 1.0 / 32, 1.0 / 2);
 }
 
@@ -103,7 +119,7 @@ double share_of_audits(std::size_t pilots) {
 RoundPlan plan_round(std::span<PixelState> pixels, std::span<const float> cost, const RoundGoal& goal,
                      const Adaptive& limits, std::uint32_t round, std::uint64_t seed) {
   const Planner planner(pixels, cost, limits);
-  const double worth = planner.worth_for(goal);
+  const std::int32_t worth = planner.worth_for(goal);
   RoundPlan plan;
   plan.half.resize(pixels.size());
   std::size_t pilots = 0;

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
 
 #include "tracer/src/accuracy/account.h"
+#include "tracer/src/accuracy/audit_choice.h"
 #include "tracer/src/integrator/camera_rays.h"
 #include "tracer/src/integrator/parallel.h"
 #include "tracer/src/integrator/tiles.h"
@@ -15,12 +17,17 @@ namespace tracer {
 
 /// What is audited, and how.
 struct AuditPlan {
-  std::span<const Color> means;  ///< of the picture's pixels
-  /// Samples for each half of the pixel at a place; null: four.
-  std::function<std::uint32_t(std::size_t)> half;
-  std::uint64_t stream = 0;  ///< audits of different streams are independent
-  /// Told the squared error of each pixel that was chosen, by one thread at a time for each pixel; may be null.
-  std::function<void(std::size_t, double)> tell;
+  std::function<Color(std::size_t)> mean;  ///< of the picture's pixel at a place
+  std::span<const AuditChoice> choices;    ///< ascending
+  std::uint64_t stream = 0;                ///< audits of different streams are independent
+  /// The squared error that is expected of the pixel at a place; null: any is.
+  std::function<double(std::size_t)> expected;
+};
+
+/// What an audit found.
+struct AuditFindings {
+  SampledError picture;
+  std::vector<double> errors;  ///< squared, of each choice; 0 where its samples came to nothing
 };
 
 template <class Model>
@@ -35,16 +42,21 @@ class Audit {
         pool_(scene, control, approximations) {}
 
   /// Of the whole picture; see pixel_state.h. Throws std::bad_alloc.
-  SampledError measure(const AuditPlan& plan, const Levels& levels) {
-    std::vector<AuditedError> of_tile(tiles_.count());
+  AuditFindings measure(const AuditPlan& plan, const Levels& levels) {
+    std::vector<std::vector<std::size_t>> of_tile(tiles_.count());
+    for (std::size_t i = 0; i < plan.choices.size(); ++i)
+      of_tile[tiles_.index(tiles_.pixel(plan.choices[i].place))].push_back(i);
+    AuditFindings found;
+    found.errors.resize(plan.choices.size());
     for_each_tile(tiles_.count(), settings_.threads, [&](std::uint64_t tile) {
-      if (control_.cancelled()) return;
+      if (control_.cancelled() || of_tile[tile].empty()) return;
       typename WavefrontPool<Model>::Lease wavefront(pool_);
-      of_tile[tile] = measure_tile(tile, *wavefront, plan, levels);
+      measure_tile(of_tile[tile], *wavefront, plan, levels, found.errors);
     });
-    AuditedError all;
-    for (const AuditedError& one : of_tile) all.add(one);
-    return all.of(plan.means.size()).known_by_audit();
+    SummedErrors sum;
+    for (std::size_t i = 0; i < plan.choices.size(); ++i) sum.add(found.errors[i] * plan.choices[i].stands_for);
+    found.picture = sum.known_by_audit();
+    return found;
   }
 
   /// What all audits traced.
@@ -58,46 +70,48 @@ class Audit {
   static constexpr std::uint32_t light_points = 2;
   static constexpr std::uint64_t streams = std::uint64_t{1} << 40;  ///< beyond those of all rounds
 
-  struct Chosen {
-    PixelState state;
-    std::size_t place = 0;
-    std::uint32_t half = 0;
-  };
+  /// Times what was expected of a pixel: that was wrong.
+  static constexpr double caught = 16;
 
-  AuditedError measure_tile(std::uint64_t tile, Wavefront<Model>& wavefront, const AuditPlan& plan,
-                            const Levels& levels) {
+  /// Of the choices at `indices`, into their `errors`.
+  void measure_tile(std::span<const std::size_t> indices, Wavefront<Model>& wavefront, const AuditPlan& plan,
+                    const Levels& levels, std::vector<double>& errors) {
     Batch batch;
     batch.light_points = light_points;
-    std::vector<Chosen> chosen;
-    for (const Pixel& pixel : tiles_.pixels(tile)) {
-      const std::size_t place = tiles_.place(pixel);
-      if (!chooses(place, plan.stream)) continue;
-      Chosen& one = chosen.emplace_back();
-      one.place = place;
-      one.half = plan.half ? plan.half(place) : 4;
-      one.state.pilot = plan.means[place];
-      one.state.role = PixelState::Role::audited;
-      for (std::uint32_t half = 0; half < 2; ++half)
-        for (std::uint32_t index = 0; index < one.half; ++index)
-          push(batch, scene_, sample(pixel, index, one.half, streams + 2 * plan.stream + half));
-    }
-    AuditedError sum;
-    if (chosen.empty() || !wavefront.trace(std::move(batch))) return sum;
+    for (const std::size_t index : indices) push_choice(batch, plan.choices[index], plan.stream);
+    if (!wavefront.trace(std::move(batch))) return;
     std::size_t next = 0;
-    for (Chosen& one : chosen) {
-      for (std::size_t i = 0; i < 2 * std::size_t{one.half}; ++i, ++next) {
+    for (const std::size_t index : indices) {
+      const AuditChoice& choice = plan.choices[index];
+      PixelState state;
+      state.pilot = plan.mean(choice.place);
+      for (std::size_t i = 0; i < 2 * std::size_t{choice.half}; ++i, ++next) {
         const Color& radiance = wavefront.radiance()[next];
         if (!finite(radiance)) continue;
-        one.state.half[i / one.half] += radiance;
-        ++one.state.half_count[i / one.half];
+        state.half[i / choice.half] += radiance;
+        ++state.half_count[i / choice.half];
       }
-      if (!one.state.measured()) continue;
-      const double usual = std::sqrt(std::max(0.0, audited_radiance_error(one.state)));
-      const double error = audited_error(one.state, levels, usual);
-      sum.add(error);
-      if (plan.tell) plan.tell(one.place, error);
+      if (state.measured())
+        errors[index] = error_of(state, levels, plan.expected ? plan.expected(choice.place) : never);
     }
-    return sum;
+  }
+
+  static constexpr double never = std::numeric_limits<double>::infinity();
+
+  /// The halves' product is without bias, but where few samples meet what the pixel lacks it is seldom more than
+  /// nothing: both halves must. Where one alone is far from what was expected, how far their mean is from the pixel
+  /// counts, which errs on the side of too much.
+  static double error_of(const PixelState& state, const Levels& levels, double expected) {
+    const double usual = std::sqrt(std::max(0.0, audited_radiance_error(state)));
+    const double error = audited_error(state, levels, usual), apart = squared_distance(state, levels);
+    return apart > caught * expected ? std::max(error, apart) : error;
+  }
+
+  void push_choice(Batch& batch, const AuditChoice& choice, std::uint64_t stream) const {
+    const Pixel pixel = tiles_.pixel(choice.place);
+    for (std::uint32_t half = 0; half < 2; ++half)
+      for (std::uint32_t index = 0; index < choice.half; ++index)
+        push(batch, scene_, sample(pixel, index, choice.half, streams + 2 * stream + half));
   }
 
   /// Of their point alone, as all fresh samples are; pairs have nothing of the picture's slope.
@@ -106,14 +120,6 @@ class Audit {
                                : fresh_sample(scene_, pixel.x, pixel.y, index, stream);
     sample.share = 0;
     return sample;
-  }
-
-  /// A thirty-second of the pixels, or as many as tell the error of a small picture.
-  [[nodiscard]] bool chooses(std::size_t place, std::uint64_t stream) const {
-    constexpr double enough = 2048;
-    const double share = std::clamp(enough / static_cast<double>(scene_.image.window().pixels()), 1.0 / 32, 1.0);
-    const std::uint64_t chance = mix(mix(place ^ mix(stream)) ^ mix(~scene_.accuracy.seed));
-    return static_cast<double>(chance >> 11) * 0x1p-53 < share;
   }
 
   const CompiledScene& scene_;
@@ -130,12 +136,15 @@ void account_for_approximations(const CompiledScene& scene, const RenderSettings
                                 const Levels& levels, Rendered& rendered) {
   if (!scene.accuracy.approximate.any()) return;
   const std::vector<float>& rgb = rendered.image.rgb;
-  std::vector<Color> means(rgb.size() / 3);
-  for (std::size_t i = 0; i < means.size(); ++i) means[i] = {rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2]};
+  const std::size_t pixels = rgb.size() / 3;
+  const auto mean = [&](std::size_t place) { return Color{rgb[3 * place], rgb[3 * place + 1], rgb[3 * place + 2]}; };
+  const auto looks = static_cast<std::size_t>(thorough_audit(pixels).looks);
+  const std::vector<AuditChoice> choices = choose_audits(pixels, looks, 0, scene.accuracy.seed);
   Audit<Model> exact(scene, settings, control, {});
-  const SampledError whole = exact.measure({.means = means, .half = {}, .stream = 0, .tell = {}}, levels);
+  const SampledError whole =
+      exact.measure({.mean = mean, .choices = choices, .stream = 0, .expected = {}}, levels).picture;
   add(rendered.statistics, exact.statistics());
-  add_approximation(rendered.error, whole, means.size());
+  add_approximation(rendered.error, whole, pixels);
   rendered.error.met = !rendered.error.target || rendered.error.estimate <= *rendered.error.target;
 }
 

@@ -8,9 +8,31 @@
 namespace tracer {
 
 Film::Film(const CompiledScene& scene)
-    : scene_(scene), width_(scene.image.window().width()), pixels_(scene.image.window().pixels()) {
-  if (scene.needs.layers) layers_.resize(pixels_.size());
-  if (scene.needs.reflection || scene.needs.refraction || scene.needs.many_lights) missing_.resize(pixels_.size());
+    : scene_(scene), width_(scene.image.window().width()), size_(scene.image.window().pixels()), rgb_(3 * size_) {
+  if (scene.needs.layers) layers_.resize(size());
+  if (scene.needs.reflection || scene.needs.refraction || scene.needs.many_lights) missing_.resize(size());
+}
+
+void Film::sketch(std::size_t place, std::uint32_t side, const Color& radiance,
+                  const std::vector<MissingLight>& missing, const FirstHits& hits, std::size_t sample) {
+  forget(place);
+  note(place, missing, hits, sample);
+  const auto red = film_value(radiance.r), green = film_value(radiance.g), blue = film_value(radiance.b);
+  const std::size_t columns = std::min<std::size_t>(side, width_ - place % width_);
+  for (std::size_t row = place; row < std::min(size(), place + std::size_t{side} * width_); row += width_) {
+    for (std::size_t at = row; at < row + columns; ++at) {
+      rgb_[3 * at] = red;
+      rgb_[3 * at + 1] = green;
+      rgb_[3 * at + 2] = blue;
+      if (!missing_.empty()) missing_[at] = missing_[place];
+      if (!layers_.empty()) layers_[at] = layers_[place];
+    }
+  }
+}
+
+void Film::begin() {
+  pixels_.resize(size());
+  for (std::size_t i = 0; i < pixels_.size(); ++i) pixels_[i].pilot = {rgb_[3 * i], rgb_[3 * i + 1], rgb_[3 * i + 2]};
 }
 
 void Film::note(std::size_t place, const std::vector<MissingLight>& missing, const FirstHits& hits,
@@ -26,11 +48,6 @@ void Film::note(std::size_t place, const std::vector<MissingLight>& missing, con
 void Film::forget(std::size_t place) {
   if (!missing_.empty()) missing_[place] = {};
   if (!layers_.empty()) layers_[place] = {};
-}
-
-void Film::copy_notes(std::size_t to, std::size_t from) {
-  if (!missing_.empty()) missing_[to] = missing_[from];
-  if (!layers_.empty()) layers_[to] = layers_[from];
 }
 
 void Film::note(std::size_t place, const Scout& scout, const Color& radiance, const Levels& levels) {
@@ -49,54 +66,71 @@ void Film::note(std::size_t place, const Scout& scout, const Color& radiance, co
 }
 
 void Film::expect(const Levels& levels) {
-  std::vector<float> shown;
-  shown.reserve(3 * pixels_.size());
-  for (const PixelState& pixel : pixels_)
-    for (const auto channel : {&Color::r, &Color::g, &Color::b})
-      shown.push_back(static_cast<float>(levels.level(pixel.pilot.*channel)));
+  std::vector<float> shown(rgb_.size());
+  for (std::size_t i = 0; i < shown.size(); ++i) shown[i] = static_cast<float>(levels.level(rgb_[i]));
   const std::vector<float> contrast = contrasts(shown, width_);
   for (std::size_t i = 0; i < pixels_.size(); ++i) {
     pixels_[i].contrast = contrast[i];
-    const double expected = pixels_[i].sampled ? expected_variance(contrast[i]) : contrast[i];
-    pixels_[i].variance = static_cast<float>(std::max(expected, pixels_[i].unseen()));
+    pixels_[i].variance = static_cast<float>(std::max(expected_variance(contrast[i]), pixels_[i].unseen()));
   }
+}
+
+void Film::suspect(std::size_t place, double error) {
+  constexpr double caught = 16, beside = 1.0 / 4;
+  if (!(error > caught * pixels_[place].variance)) return;
+  const std::size_t x = place % width_, y = place / width_, rows = size_ / width_;
+  for (std::size_t ny = y - std::min<std::size_t>(y, 1); ny <= std::min(y + 1, rows - 1); ++ny)
+    for (std::size_t nx = x - std::min<std::size_t>(x, 1); nx <= std::min<std::size_t>(x + 1, width_ - 1); ++nx) {
+      PixelState& pixel = pixels_[ny * width_ + nx];
+      if (!pixel.refined()) pixel.variance = std::max(pixel.variance, static_cast<float>(error * beside));
+    }
+  pixels_[place].variance = static_cast<float>(error);
 }
 
 Levels Film::levels() const {
   double most = 0;
-  for (const PixelState& pixel : pixels_) most = std::max(most, max_component(pixel.mean()));
+  if (scene_.output.overflow == Output::Overflow::scale)
+    for (std::size_t i = 0; i < size(); ++i) most = std::max(most, max_component(mean(i)));
   return {scene_.output, most};
 }
 
-std::vector<Color> Film::means() const {
-  std::vector<Color> means;
-  means.reserve(pixels_.size());
-  for (const PixelState& pixel : pixels_) means.push_back(pixel.mean());
-  return means;
+Color Film::mean(std::size_t place) const {
+  if (!pixels_.empty()) return pixels_[place].mean();
+  return {rgb_[3 * place], rgb_[3 * place + 1], rgb_[3 * place + 2]};
 }
 
-MissingError Film::missing_error(const Levels& levels) const {
+MissingError Film::missing_error(const Levels& levels) {
   if (missing_.empty()) return {};
-  const Means means = written();
-  return tracer::missing_error(means.rgb, means.missing, hideable(scene_, brightest(means.rgb)), levels);
+  take_means();
+  return tracer::missing_error(rgb_, missing_of_one(), hideable(scene_, brightest(rgb_)), levels);
 }
 
-Film::Means Film::written() const {
-  Means means;
-  means.rgb.reserve(3 * pixels_.size());
-  means.missing = missing_;
+void Film::take_means() {
   for (std::size_t i = 0; i < pixels_.size(); ++i) {
+    if (!pixels_[i].refined()) continue;
     const Color mean = pixels_[i].mean();
-    for (const double channel : {mean.r, mean.g, mean.b}) means.rgb.push_back(static_cast<float>(channel));
-    if (missing_.empty()) continue;
-    const float share = 1.0f / static_cast<float>(pixels_[i].count());
-    means.missing[i] = {missing_[i].depth * share, missing_[i].cutoff * share, missing_[i].spared * share};
+    rgb_[3 * i] = film_value(mean.r);
+    rgb_[3 * i + 1] = film_value(mean.g);
+    rgb_[3 * i + 2] = film_value(mean.b);
   }
-  return means;
 }
 
-/// The pixels' variances, made to add up to what is claimed of the picture.
+std::vector<MissingLight> Film::missing_of_one() const {
+  std::vector<MissingLight> missing = missing_;
+  if (missing.empty()) return missing;
+  for (std::size_t i = 0; i < pixels_.size(); ++i) {
+    const float share = 1.0f / static_cast<float>(pixels_[i].count());
+    missing[i] = {missing_[i].depth * share, missing_[i].cutoff * share, missing_[i].spared * share};
+  }
+  return missing;
+}
+
+/// The pixels' variances, made to add up to what is claimed of the picture. A sketch's are all alike.
 std::vector<float> Film::claimed_variances(const SampledError& sampled) const {
+  if (pixels_.empty()) {
+    const double each = sampled.squared_upper / static_cast<double>(size_);
+    return std::vector<float>(size_, static_cast<float>(each));
+  }
   std::vector<float> variances;
   variances.reserve(pixels_.size());
   double sum = 0;
@@ -109,24 +143,33 @@ std::vector<float> Film::claimed_variances(const SampledError& sampled) const {
   return variances;
 }
 
-void Film::write(Rendered& rendered, const SampledError& sampled) const {
-  Image& image = rendered.image;
-  allocate(image, scene_.image.window(), scene_.output);
-  RenderStatistics& statistics = rendered.statistics;
+void Film::count(RenderStatistics& statistics) const {
   statistics.samples_min = std::numeric_limits<std::uint32_t>::max();
   std::uint64_t in_means = 0;
-  for (std::size_t i = 0; i < pixels_.size(); ++i) {
-    write_color(image, i, pixels_[i].mean());
-    if (!layers_.empty()) layers_[i].write(image, i);
-    const std::uint32_t samples = pixels_[i].sampled || pixels_[i].measured() ? pixels_[i].count() : 0;
+  for (const PixelState& pixel : pixels_) {
+    const std::uint32_t samples = pixel.count();
     in_means += samples;
     statistics.samples_min = std::min(statistics.samples_min, samples);
     statistics.samples_max = std::max(statistics.samples_max, samples);
   }
   statistics.audit_samples = statistics.samples - in_means;
+}
+
+void Film::write(Rendered& rendered, const SampledError& sampled, bool whole) {
+  if (pixels_.empty()) {
+    rendered.statistics.samples_min = whole ? 1 : 0;
+    rendered.statistics.samples_max = 1;
+  } else {
+    count(rendered.statistics);
+    take_means();
+  }
+  Image& image = rendered.image;
+  const Levels shown = levels();
+  image.rgb = std::move(rgb_);
+  allocate(image, scene_.image.window(), scene_.output);
+  for (std::size_t i = 0; i < layers_.size(); ++i) layers_[i].write(image, i);
   if (image.layers.error.empty()) return;
-  const Means means = written();
-  write_error_layer(image, claimed_variances(sampled), means.missing, hideable(scene_, brightest(means.rgb)), levels());
+  write_error_layer(image, claimed_variances(sampled), missing_of_one(), hideable(scene_, brightest(image.rgb)), shown);
 }
 
 }  // namespace tracer

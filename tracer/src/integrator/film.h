@@ -14,45 +14,57 @@ namespace tracer {
 
 /// Places are those of the window's pixels, row by row. One thread at a time for each place; the rest when no other is
 /// at work.
+///
+/// It begins as a sketch: the samples of a grid of pixels, each standing for a block of them, and finer ones over it.
+/// Little is kept of that, so that it may be all there is time for. Once every pixel has its sample, `begin` makes room
+/// for rounds.
 class Film {
  public:
   explicit Film(const CompiledScene& scene);
 
-  [[nodiscard]] std::span<PixelState> pixels() { return pixels_; }
-  [[nodiscard]] PixelState& pixel(std::size_t place) { return pixels_[place]; }
-  [[nodiscard]] std::size_t size() const { return pixels_.size(); }
+  [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] std::uint32_t width() const { return width_; }
 
+  /// A pilot, and what it lacks and hits. Stands for the `side` x `side` pixels from `place` on, to the right and down.
+  void sketch(std::size_t place, std::uint32_t side, const Color& radiance, const std::vector<MissingLight>& missing,
+              const FirstHits& hits, std::size_t sample);
+
+  /// Makes pixels of the sketch; only after it does any of what follows here know of pixels.
+  void begin();
+  [[nodiscard]] std::span<PixelState> pixels() { return pixels_; }
+  [[nodiscard]] PixelState& pixel(std::size_t place) { return pixels_[place]; }
   /// What a sample that counts lacks and hits.
   void note(std::size_t place, const std::vector<MissingLight>& missing, const FirstHits& hits, std::size_t sample);
   /// Forgets what was noted of the place's samples.
   void forget(std::size_t place);
-  void copy_notes(std::size_t to, std::size_t from);
   /// What a scout saw in the pixel at `place`.
   void note(std::size_t place, const Scout& scout, const Color& radiance, const Levels& levels);
-
   /// Sets what the pilots let expect of every pixel, before anything is measured.
   void expect(const Levels& levels);
 
+  /// An audit found that squared error in a pixel. What it has and nobody expected may go on in those beside it.
+  void suspect(std::size_t place, double error);
+
   [[nodiscard]] Levels levels() const;
-  [[nodiscard]] std::vector<Color> means() const;
-  [[nodiscard]] MissingError missing_error(const Levels& levels) const;
+  [[nodiscard]] Color mean(std::size_t place) const;
+  [[nodiscard]] MissingError missing_error(const Levels& levels);
 
   /// The picture and what was asked for beside it, into `rendered`, with the counts of its samples; `sampled` is what
-  /// is claimed of it. `rendered.statistics.samples` counts all samples.
-  void write(Rendered& rendered, const SampledError& sampled) const;
+  /// is claimed of it. `rendered.statistics.samples` counts all samples. `whole`: every pixel has a sample. Ends the
+  /// film.
+  void write(Rendered& rendered, const SampledError& sampled, bool whole);
 
  private:
-  /// Means, as the picture has them.
-  struct Means {
-    std::vector<float> rgb;
-    std::vector<MissingLight> missing;
-  };
-  [[nodiscard]] Means written() const;
+  /// The sums that were noted at a place, as of one sample.
+  [[nodiscard]] std::vector<MissingLight> missing_of_one() const;
   [[nodiscard]] std::vector<float> claimed_variances(const SampledError& sampled) const;
+  void take_means();  ///< of refined pixels, into `rgb_`
+  void count(RenderStatistics& statistics) const;
 
   const CompiledScene& scene_;
   std::uint32_t width_;
+  std::size_t size_;
+  std::vector<float> rgb_;  ///< the picture, three channels a pixel; behind the pixels' means in between
   std::vector<PixelState> pixels_;
   std::vector<LayerSum> layers_;       ///< empty where none is asked for
   std::vector<MissingLight> missing_;  ///< sums; empty where nothing can be missing

@@ -1,6 +1,7 @@
 #pragma once
 /// Runs tiles on oneTBB. The one place that knows it.
 
+#include <algorithm>
 #include <cstdint>
 
 #if defined(__SANITIZE_THREAD__)
@@ -21,7 +22,12 @@ namespace tracer {
 template <class Tile>
 void for_each_tile(std::uint64_t count, std::uint32_t threads, const Tile& tile);
 
+/// How many tiles that traces at the same time, at most.
+std::uint32_t concurrency(std::uint32_t threads);
+
 #if defined(__SANITIZE_THREAD__)
+
+inline std::uint32_t concurrency(std::uint32_t threads) { return threads != 0 ? threads : 2; }
 
 /// oneTBB's library is not instrumented: ThreadSanitizer sees none of its fences and takes its every hand-over for a
 /// race. Plain threads stand in for it there, so that what it reports is ours.
@@ -41,14 +47,17 @@ void for_each_tile(std::uint64_t count, std::uint32_t threads, const Tile& tile)
   };
   {
     std::vector<std::jthread> helpers;
-    const std::uint32_t workers = threads != 0 ? threads : 2;
-    while (helpers.size() + 1 < workers) helpers.emplace_back(work);
+    while (helpers.size() + 1 < concurrency(threads)) helpers.emplace_back(work);
     work();
   }
   if (thrown) std::rethrow_exception(thrown);
 }
 
 #else
+
+inline std::uint32_t concurrency(std::uint32_t threads) {
+  return threads != 0 ? threads : static_cast<std::uint32_t>(std::max(1, tbb::this_task_arena::max_concurrency()));
+}
 
 template <class Tile>
 void for_each_tile(std::uint64_t count, std::uint32_t threads, const Tile& tile) {

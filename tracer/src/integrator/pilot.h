@@ -1,35 +1,17 @@
 #pragma once
 /// The first sample of every pixel, or of as many as there is time for.
 
+#include <cstdint>
 #include <span>
-#include <vector>
-
-#include "tracer/src/accuracy/pixel_state.h"
+#include <utility>
 
 namespace tracer {
 
-/// The pilot's passes: every so many pixels in each direction. Against a deadline from coarse to fine, so that whenever
-/// it comes there is a picture; else all at once.
+/// The pilot's passes: every so many pixels in each direction, from one in a tile on. Against a deadline from coarse to
+/// fine, so that whenever it comes there is a picture; else all at once.
 inline std::span<const std::uint32_t> pilot_strides(bool deadline) {
-  static constexpr std::uint32_t strides[] = {16, 8, 4, 2, 1};
+  static constexpr std::uint32_t strides[] = {32, 16, 8, 4, 2, 1};
   return deadline ? std::span(strides) : std::span(strides).last(1);
-}
-
-/// Gives pixels without a pilot that of the nearest one above and to the left on the finest grid that has one, and
-/// calls copy(to, from) for what else is known of it.
-template <class Copy>
-void fill(std::span<PixelState> pixels, std::uint32_t width, const Copy& copy) {
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    if (pixels[i].sampled) continue;
-    const std::size_t x = i % width, y = i / width;
-    for (const std::uint32_t stride : {2u, 4u, 8u, 16u}) {
-      const std::size_t near = (y - y % stride) * width + (x - x % stride);
-      if (!pixels[near].sampled) continue;
-      pixels[i].pilot = pixels[near].pilot;
-      copy(i, near);
-      break;
-    }
-  }
 }
 
 /// A place in an order of `count` things that has nothing to do with the usual one; each once.

@@ -3,12 +3,11 @@
 #include <algorithm>
 
 namespace tracer {
-namespace {
-
-/// The film holds floats: what is brighter than the largest is that one, never infinite.
 float film_value(double value) {
   return static_cast<float>(std::min<double>(value, std::numeric_limits<float>::max()));
 }
+
+namespace {
 
 void write3(std::vector<float>& layer, std::size_t index, double x, double y, double z) {
   if (layer.empty()) return;

@@ -9,6 +9,9 @@ namespace tracer {
 /// Makes room in `image` for the picture and what `output` asks for beside it, all zero.
 void allocate(Image& image, const PixelWindow& window, const Output& output);
 
+/// The film holds floats: what is brighter than the largest is that one, never infinite.
+float film_value(double value);
+
 /// One pixel's mean, into the pixel `index` of the picture.
 void write_color(Image& image, std::size_t index, const Color& mean);
 

@@ -24,30 +24,30 @@ class AdaptiveRender {
         settings_(settings),
         control_(control),
         wanted_(*scene.accuracy.adaptive),
-        deadline_(settings, wanted_),
+        deadline_(settings, wanted_, concurrency(settings.threads)),
         tiles_(scene.image.window()),
         film_(scene),
-        cost_(film_.size(), 1),
+        finest_(tiles_.count(), unsampled),
+        cost_of_tile_(tiles_.count(), 1),
         pool_(scene, control, scene.accuracy.approximate),
         audit_(scene, settings, control, scene.accuracy.approximate) {}
 
   /// Throws std::bad_alloc.
   Result<Rendered, Failure> run() {
     control_.begin(progress_parts);
+    deadline_.keep_time_to_write();
     trace_pilot();
-    if (!control_.cancelled() && !deadline_.over()) send_scouts();
-    if (!control_.cancelled()) deadline_.keep_time_for([&] { expect(); });
-    for (round_ = 1; round_ <= rounds_max && !control_.cancelled(); ++round_) {
-      if (enough() && (deadline_.over() || holds())) break;
-      const RoundPlan plan = plan_round(film_.pixels(), cost_, goal(), wanted_, round_, scene_.accuracy.seed);
-      if (plan.empty) break;
-      trace_round(plan);
-      deadline_.keep_time_for([&] { learn(); });
+    const double book_keeping_ms = book_keeping_ms_per_pixel * static_cast<double>(film_.size());
+    if (whole() && deadline_.leaves(book_keeping_ms)) {
+      refine();
+    } else if (!control_.cancelled()) {
+      tell_sketch();
     }
     if (control_.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
     control_.reach(progress_parts);
+    const Levels levels = film_.levels();
     Rendered rendered = finish();
-    account_for_approximations<Model>(scene_, settings_, control_, film_.levels(), rendered);
+    account_for_approximations<Model>(scene_, settings_, control_, levels, rendered);
     if (control_.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
     return rendered;
   }
@@ -55,8 +55,11 @@ class AdaptiveRender {
  private:
   static constexpr std::uint32_t rounds_max = 24;  // at eightfold growth each, far more than any pixel may grow
   static constexpr std::uint64_t progress_parts = 1000;
-  static constexpr std::uint32_t batch_rays = 4096;
-  static constexpr double caught = 16;  ///< times what was expected of a pixel: that was wrong
+  static constexpr std::uint32_t batch_rays = 4096, hurried_batch_rays = 1024;
+  /// What the rounds' own work takes at the least, several times over: with less than that left, a pilot is the
+  /// picture.
+  static constexpr double book_keeping_ms_per_pixel = 150e-6;
+  static constexpr std::uint8_t unsampled = 255;
   static constexpr std::uint64_t pilot_stream = std::uint64_t{1} << 32;  ///< beyond those of all rounds
   /// The points by which camera rays know a soft light: more in the pilot, which has one sample a pixel to see where
   /// penumbrae are.
@@ -69,28 +72,43 @@ class AdaptiveRender {
   };
 
   void trace_pilot() {
-    for (const std::uint32_t stride : pilot_strides(deadline_.set())) {
-      const bool coarsest = stride == pilot_strides(deadline_.set()).front();
-      each_tile([&](std::uint64_t tile, Wavefront<Model>& wavefront) {
-        if (!coarsest && deadline_.over()) return;
-        Batch batch;
-        std::vector<Aim> aims;
-        batch.light_points = pilot_light_points;
-        for (const Pixel& pixel : tiles_.pixels(tile)) {
-          const std::size_t place = tiles_.place(pixel);
-          if (!on_grid(place, stride) || film_.pixel(place).sampled) continue;
-          push(batch, scene_, pilot_sample(pixel));
-          aims.push_back({place, 0});
-        }
-        const std::uint64_t before = wavefront.statistics().rays.total();
-        if (aims.empty() || !wavefront.trace(std::move(batch))) return;
-        collect(wavefront, aims, true);
-        const std::uint64_t rays = wavefront.statistics().rays.total() - before;
-        const float each = static_cast<float>(rays) / static_cast<float>(aims.size());
-        for (const Pixel& pixel : tiles_.pixels(tile)) cost_[tiles_.place(pixel)] = each;
-      });
+    const std::span<const std::uint32_t> strides = pilot_strides(deadline_.set());
+    for (const std::uint32_t stride : strides) {
+      const bool must = stride == strides.front();
+      each_tile([&](std::uint64_t tile, Wavefront<Model>& wavefront) { trace_pilot(tile, stride, must, wavefront); });
+      deadline_.learn(pool_.statistics().samples);
+      if (deadline_.over()) return;
     }
-    fill(film_.pixels(), film_.width(), [&](std::size_t to, std::size_t from) { film_.copy_notes(to, from); });
+  }
+
+  /// The tile's pixels on a grid, or none of them: a tile is a sketch of one fineness.
+  void trace_pilot(std::uint64_t tile, std::uint32_t stride, bool must, Wavefront<Model>& wavefront) {
+    Batch batch;
+    std::vector<std::size_t> places;
+    batch.light_points = pilot_light_points;
+    const std::vector<Pixel> pixels = tiles_.pixels(tile);
+    if (!must && deadline_.over_before(static_cast<double>(pixels.size()) / (stride * stride))) return;
+    for (const Pixel& pixel : pixels) {
+      const std::size_t place = tiles_.place(pixel);
+      if (!on_grid(place, stride) || on_grid(place, finest_[tile])) continue;
+      push(batch, scene_, pilot_sample(pixel));
+      places.push_back(place);
+    }
+    const std::uint64_t before = wavefront.statistics().rays.total();
+    if (!wavefront.trace(std::move(batch))) return;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const Color& radiance = wavefront.radiance()[i];
+      if (!finite(radiance)) continue;  // counted by the wavefront
+      film_.sketch(places[i], stride, radiance, wavefront.missing(), wavefront.first_hits(), i);
+    }
+    const std::uint64_t rays = wavefront.statistics().rays.total() - before;
+    if (!places.empty()) cost_of_tile_[tile] = static_cast<float>(rays) / static_cast<float>(places.size());
+    finest_[tile] = static_cast<std::uint8_t>(stride);
+  }
+
+  /// Whether every pixel has a sample of its own.
+  [[nodiscard]] bool whole() const {
+    return std::all_of(finest_.begin(), finest_.end(), [](std::uint8_t stride) { return stride == 1; });
   }
 
   /// On a lens or a light there is no middle to prefer.
@@ -100,7 +118,41 @@ class AdaptiveRender {
   }
 
   bool on_grid(std::size_t place, std::uint32_t stride) const {
-    return (place % film_.width()) % stride == 0 && (place / film_.width()) % stride == 0;
+    return stride != unsampled && (place % film_.width()) % stride == 0 && (place / film_.width()) % stride == 0;
+  }
+
+  void refine() {
+    film_.begin();
+    set_costs();
+    if (!control_.cancelled() && !deadline_.over()) send_scouts();
+    deadline_.keep_time_for([&] { expect(); });
+    bool sure = false;
+    for (round_ = 1; round_ <= rounds_max && !control_.cancelled() && !deadline_.over(); ++round_) {
+      sure = enough() && holds();
+      if (sure) break;
+      const RoundPlan plan = plan_round(film_.pixels(), cost_, goal(), wanted_, round_, scene_.accuracy.seed);
+      if (plan.empty) break;
+      trace_round(plan);
+      deadline_.learn(pool_.statistics().samples);
+      deadline_.keep_time_for([&] { learn(); });
+    }
+    if (!sure && !control_.cancelled()) holds();
+  }
+
+  void set_costs() {
+    cost_.resize(film_.size());
+    for (std::uint64_t tile = 0; tile < tiles_.count(); ++tile)
+      for (const Pixel& pixel : tiles_.pixels(tile)) cost_[tiles_.place(pixel)] = cost_of_tile_[tile];
+  }
+
+  /// What is known of a picture that there was no time to go on with: what fresh samples say alone.
+  void tell_sketch() {
+    constexpr double looks_least = 64, looks_most = 2048;
+    const double looks = std::clamp(deadline_.audit_samples() / 4, looks_least, looks_most);
+    const Levels levels = film_.levels();
+    const auto choices = choose_audits(film_.size(), static_cast<std::size_t>(looks), 0, scene_.accuracy.seed);
+    sampled_ = audit_.measure({.mean = mean_, .choices = choices, .stream = 0, .expected = {}}, levels).picture;
+    estimate(levels);
   }
 
   /// Looks at what is too small for the pilot, and notes what there is to see.
@@ -129,13 +181,15 @@ class AdaptiveRender {
   }
 
   void trace_round(const RoundPlan& plan) {
+    const std::size_t at_once = deadline_.set() ? hurried_batch_rays : batch_rays;
     each_tile([&](std::uint64_t tile, Wavefront<Model>& wavefront) {
       Batch batch;
       std::vector<Aim> aims;
       const auto trace = [&] {
         batch.light_points = fresh_light_points;
-        if (!aims.empty() && !control_.cancelled() && !deadline_.over() && wavefront.trace(std::move(batch)))
-          collect(wavefront, aims, false);
+        if (!aims.empty() && !control_.cancelled() && !deadline_.over_before(static_cast<double>(aims.size())) &&
+            wavefront.trace(std::move(batch)))
+          collect(wavefront, aims);
         batch = {};
         aims.clear();
       };
@@ -146,7 +200,7 @@ class AdaptiveRender {
         } else if (plan.half[place] > 0) {
           push_more(batch, aims, pixel, 2 * plan.half[place]);
         }
-        if (aims.size() >= batch_rays) trace();
+        if (aims.size() >= at_once) trace();
       }
       trace();
     });
@@ -182,19 +236,14 @@ class AdaptiveRender {
   }
 
   /// Pixels belong to one tile, and so to one thread at a time.
-  void collect(const Wavefront<Model>& wavefront, const std::vector<Aim>& aims, bool pilot) {
+  void collect(const Wavefront<Model>& wavefront, const std::vector<Aim>& aims) {
     for (std::size_t i = 0; i < aims.size(); ++i) {
       const Color& radiance = wavefront.radiance()[i];
       if (!finite(radiance)) continue;  // counted by the wavefront
       PixelState& pixel = film_.pixel(aims[i].place);
-      if (pilot) {
-        pixel.pilot = radiance;
-        pixel.sampled = true;
-      } else {
-        pixel.half[aims[i].half] += radiance;
-        ++pixel.half_count[aims[i].half];
-        if (pixel.role == PixelState::Role::audited) continue;
-      }
+      pixel.half[aims[i].half] += radiance;
+      ++pixel.half_count[aims[i].half];
+      if (pixel.role == PixelState::Role::audited) continue;
       film_.note(aims[i].place, wavefront.missing(), wavefront.first_hits(), i);
     }
   }
@@ -228,25 +277,25 @@ class AdaptiveRender {
     return std::log(first_error_ / error_.estimate) / std::log(first_error_ / *wanted_.target_error);
   }
 
-  /// Whether samples that decided nothing say so, too: rounds go on until they please. Else learns from what they
-  /// found.
+  /// Whether samples that decided nothing say so, too: with a target, rounds go on until they please. Else learns from
+  /// what they found.
   bool holds() {
-    const std::vector<Color> means = film_.means();
-    const auto half = [&](std::size_t place) { return std::max(2u, std::bit_ceil(film_.pixel(place).count()) / 4); };
-    const auto tell = [&](std::size_t place, double error) {
-      PixelState& pixel = film_.pixel(place);
-      if (error > caught * pixel.variance) pixel.variance = static_cast<float>(error);
-    };
+    const double affordable = deadline_.audit_samples();
+    const AuditSize size =
+        std::isinf(affordable) ? thorough_audit(film_.size()) : audit_within(film_.pixels(), affordable);
+    const std::vector<AuditChoice> choices = choose_audits(film_.pixels(), size, round_, scene_.accuracy.seed);
+    const auto expected = [&](std::size_t place) { return double{film_.pixel(place).variance}; };
     const Levels levels = film_.levels();
-    const SampledError found = audit_.measure({.means = means, .half = half, .stream = round_, .tell = tell}, levels);
-    sampled_ = joined(sampled_, found);
+    const AuditFindings found =
+        audit_.measure({.mean = mean_, .choices = choices, .stream = round_, .expected = expected}, levels);
+    for (std::size_t i = 0; i < choices.size(); ++i) film_.suspect(choices[i].place, found.errors[i]);
+    sampled_ = joined(sampled_, found.picture);
     estimate(levels);
-    return error_.estimate <= *wanted_.target_error;
+    return wanted_.target_error && error_.estimate <= *wanted_.target_error;
   }
 
   /// Nothing is enough before fresh samples have said so.
   [[nodiscard]] bool enough() const {
-    if (deadline_.over()) return true;
     return round_ > 1 && wanted_.target_error && error_.estimate <= *wanted_.target_error;
   }
 
@@ -280,7 +329,8 @@ class AdaptiveRender {
     Rendered rendered;
     rendered.statistics = pool_.statistics();
     add(rendered.statistics, audit_.statistics());
-    film_.write(rendered, sampled_);
+    rendered.statistics.audit_samples = audit_.statistics().samples;
+    film_.write(rendered, sampled_, whole());
     rendered.error = error_;
     rendered.error.bounded = (error_.depth == 0 && error_.cutoff == 0) || hideable(scene_, 0).bounded;
     rendered.error.target = wanted_.target_error;
@@ -295,7 +345,10 @@ class AdaptiveRender {
   Deadline deadline_;
   Tiles tiles_;
   Film film_;
-  std::vector<float> cost_;  ///< rays of a sample, as the pilot of its tile had
+  std::vector<std::uint8_t> finest_;  ///< stride of each tile's pilots
+  std::vector<float> cost_of_tile_;   ///< rays of a sample, as its pilots had
+  std::vector<float> cost_;           ///< likewise, of each pixel
+  const std::function<Color(std::size_t)> mean_ = [this](std::size_t place) { return film_.mean(place); };
   WavefrontPool<Model> pool_;
   Audit<Model> audit_;
   std::uint32_t round_ = 0;

@@ -37,7 +37,11 @@ class Tiles {
     return std::uint64_t{(pixel.y - window_.y0) / side} * columns_ + (pixel.x - window_.x0) / side;
   }
 
-  /// Where the pixel is in the window, row by row.
+  /// The pixel at a place in the window, row by row; and where a pixel is.
+  [[nodiscard]] Pixel pixel(std::size_t place) const {
+    return {window_.x0 + static_cast<std::uint32_t>(place % window_.width()),
+            window_.y0 + static_cast<std::uint32_t>(place / window_.width())};
+  }
   [[nodiscard]] std::size_t place(const Pixel& pixel) const {
     return static_cast<std::size_t>(pixel.y - window_.y0) * window_.width() + (pixel.x - window_.x0);
   }
