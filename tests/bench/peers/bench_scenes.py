@@ -3,7 +3,7 @@ can be told (document.py).
 
 After Eric Haines, A proposal for standard graphics environments, IEEE CG&A 7(11), 1987 (the Standard Procedural
 Databases): its kinds of scenes, not its numbers. Each scene is a function of one number, its size, and reads like its
-document. All have exactly one sample a pixel and five bounces, and no cutoff.
+document.
 """
 import math
 import pathlib
@@ -15,16 +15,13 @@ from generate import flake, flake_buds, rounded  # pylint: disable=wrong-import-
 from meshes import add, quad, revolved, scaled, unit  # pylint: disable=wrong-import-position
 from terrain import ridges  # pylint: disable=wrong-import-position
 
-MAX_DEPTH = 5
-
 
 def scene(name, camera, objects, materials, lights=None, background=(0.08, 0.16, 0.3), ambient=0.1):
     lights = lights or [([6, 9, 8], 0.6), ([-7, 6, 5], 0.4)]
     return {"version": 1, "name": name, "image": {"width": 512, "height": 512}, "camera": camera,
             "background": {"color": list(background)}, "ambient": ambient,
             "lights": [{"type": "point", "position": place, "intensity": light} for place, light in lights],
-            "materials": materials, "objects": objects,
-            "accuracy": {"samples": [1, 1], "max_depth": MAX_DEPTH, "cutoff": 0}}
+            "materials": materials, "objects": objects}
 
 
 def view(position, look_at, fov=40, up=(0, 1, 0)):
@@ -48,12 +45,18 @@ def floor(height=0.0, material="floor"):
     return {"type": "plane", "point": [0, height, 0], "normal": [0, 1, 0], "material": material}
 
 
+def ground(corner, along, across):
+    """A floor of two triangles: bare Embree has no planes."""
+    square = quad(corner, along, across)
+    del square["uvs"]
+    return {**square, "material": "floor"}
+
+
 def sphereflake(levels=4):
     """9^levels balls that bloom on balls, mirrors all of them."""
     balls = flake((0, 0, 0), 0.5, (0, 0, 1), levels, flake_buds())
-    ground = {"type": "plane", "point": [0, 0, -0.5], "normal": [0, 0, 1], "material": "floor"}
     return scene("sphereflake", view((2.1, 1.3, 1.7), (0, 0, 0), 45, (0, 0, 1)),
-                 [ground] + [sphere(center, radius, "ball") for center, radius in balls],
+                 [ground((-12, -12, -0.5), (24, 0, 0), (0, 24, 0))] + [sphere(center, radius, "ball") for center, radius in balls],
                  {"floor": matte((0.8, 0.6, 0.26)), "ball": shiny((0.5, 0.45, 0.35), 0.5, 0.5, 3.0827)},
                  [([4, 3, 2], 0.42), ([1, -4, 4], 0.42), ([-3, 1, 5], 0.42)], (0.078, 0.361, 0.753), 0.06)
 
@@ -116,10 +119,10 @@ def height_field(cells, size, height):
 
 def mountain(cells=128):
     """Fractal ground of 2 cells^2 flat triangles, four mirror balls above it."""
-    ground = height_field(cells, 6.0, lambda x, z: 1.6 * ridges(0.3 * x + 11.7, 0.3 * z + 4.2) - 0.6)
+    rocks = height_field(cells, 6.0, lambda x, z: 1.6 * ridges(0.3 * x + 11.7, 0.3 * z + 4.2) - 0.6)
     balls = [sphere((x, 1.25, z), 0.45, "ball") for x, z in ((-1, -1), (1, -0.8), (-0.8, 1), (1, 1.1))]
-    return scene("mountain", view((3.6, 3.3, 4.6), (0, 0.35, 0), 40), [{**ground, "material": "ground"}] + balls,
-                 {"ground": matte((0.55, 0.5, 0.38)), "ball": shiny((0.15, 0.15, 0.2), 0.7, 0.5, 80)})
+    return scene("mountain", view((3.6, 3.3, 4.6), (0, 0.35, 0), 40), [{**rocks, "material": "rock"}] + balls,
+                 {"rock": matte((0.55, 0.5, 0.38)), "ball": shiny((0.15, 0.15, 0.2), 0.7, 0.5, 80)})
 
 
 def gear(middle, teeth, radius, depth, turn, material):
@@ -141,7 +144,7 @@ def gear(middle, teeth, radius, depth, turn, material):
 def gears(count=6):
     """count^2 wheels between mirrors, every third of clear glass that bends nothing: the tracers that cannot refract
     can have it too."""
-    objects = [floor(-count * 0.95 - 0.2)]
+    objects = [ground((-40, -count * 0.95 - 0.2, 40), (80, 0, 0), (0, 0, -80))]
     for i in range(count):
         for k in range(count):
             middle = (1.75 * (i - (count - 1) / 2), 1.75 * (k - (count - 1) / 2), 0.35 * ((i + 2 * k) % 4))
@@ -178,10 +181,8 @@ def pot(slices=96):
         (r0, h0), (r1, h1) = profile[max(i - 1, 0)], profile[min(i + 1, stacks)]
         normals.append((0, -1) if i == 0 else (0, 1) if i == stacks else unit((h1 - h0, r0 - r1)))
     body = revolved(profile, normals, slices, lambda p, direction: p if direction else add(p, (0, 1.001, 0)))
-    tiles = [{**quad((x, 0, z + 1), (1, 0, 0), (0, 0, -1)), "material": "light" if (x + z) % 2 else "dark"}
+    tiles = [{**ground((x, 0, z + 1), (1, 0, 0), (0, 0, -1)), "material": "light" if (x + z) % 2 else "dark"}
              for x in range(-5, 5) for z in range(-5, 5)]
-    for tile in tiles:
-        del tile["uvs"]
     return scene("pot", view((2.6, 2.9, 4.2), (0.2, 0.85, 0), 36),
                  tiles + [{**body, "material": "clay"},
                           {**torus((1.1, 1.15, 0), 0.55, 0.12, slices, slices // 4), "material": "clay"}],
@@ -271,7 +272,7 @@ SCENES = {make.__name__: make for make in (sphereflake, tetra, rings, mountain, 
                                            glass)}
 
 
-def made(name, size=None, width=512, height=512):
-    """The scene's document; the same numbers for every program, short enough for documents of a million things."""
+def made(name, accuracy, size=None, width=512, height=512):
+    """The scene's document with that `accuracy`; the same numbers for every program, short enough for documents of a million things."""
     document = SCENES[name](size) if size else SCENES[name]()
-    return rounded({**document, "image": {"width": width, "height": height}}, 7)
+    return rounded({**document, "accuracy": accuracy, "image": {"width": width, "height": height}}, 7)

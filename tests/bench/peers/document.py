@@ -52,6 +52,7 @@ class Scene(NamedTuple):
     materials: dict         # Material by name
     objects: list           # as in the document, "material" being a name
     max_depth: int
+    cutoff: float
 
 
 def of(document):
@@ -77,7 +78,7 @@ def of(document):
     width, height = image.get("width", 640), image.get("height", 480)
     return Scene(width, height, camera(document["camera"], width / height), color(background["color"]),
                  color(document.get("ambient", 0)), [light(one) for one in document.get("lights", [])], materials,
-                 objects, accuracy.get("max_depth", 64))
+                 objects, accuracy.get("max_depth", 64), accuracy.get("cutoff", 1e-3))
 
 
 def known(part, name, fields):

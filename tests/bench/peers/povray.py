@@ -2,7 +2,7 @@
 
 - Handedness: the camera is given by its vectors, so the world stays right-handed.
 - Colours: assumed_gamma 1, and sRGB in the file, as Whittle writes it.
-- Depth: max_trace_level counts the camera's ray, max_depth does not. adc_bailout 0: no cutoff; give Whittle none either.
+- Depth: max_trace_level counts the camera's ray, max_depth does not. adc_bailout is the cutoff.
 - Highlights: phong is R.V^n; Blinn's N.H^n is `specular` with roughness 1/n.
 - Transmission: `transmit` takes its part away from what is diffuse and ambient, and ours does not: it is given back.
 - Attenuation: POV-Ray's 2/(1 + (d/D)^2) is 1/(c0 + c2 d^2) with twice the light over c0 and D = sqrt(c0/c2).
@@ -110,7 +110,7 @@ def write_scene(scene, path):
     with open(path, "w", encoding="ascii") as file:
         write = lambda line: file.write(line + "\n")
         write("#version 3.7;")
-        write(f"global_settings {{ assumed_gamma 1 max_trace_level {scene.max_depth + 1} adc_bailout 0 }}")
+        write(f"global_settings {{ assumed_gamma 1 max_trace_level {scene.max_depth + 1} adc_bailout {scene.cutoff:.17g} }}")
         write(f"camera {{ perspective location {vector(eye.position)} direction {vector(eye.forward)} "
               f"right {vector(times(2 * eye.tan_x, eye.right))} up {vector(times(2 * eye.tan_y, eye.up))} }}")
         write(f"background {{ rgb {vector(scene.background)} }}")

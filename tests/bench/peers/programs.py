@@ -8,7 +8,7 @@ import subprocess
 import sys
 from typing import NamedTuple
 
-from tests.bench.peers import document, povray, tachyon
+from tests.bench.peers import document, povray, ppm, tachyon
 
 SOURCE = pathlib.Path(__file__).resolve().parents[3]
 BIN = pathlib.Path(os.environ.get("WHITTLE_BIN", SOURCE / "build/release/bin"))
@@ -62,23 +62,24 @@ class Whittle:
 
     def run(self, threads=os.cpu_count()):
         costs, text = timed([BIN / "whittle", "render", "scene.json", "-o", "whittle.16.png", "--threads", threads],
-                                    self.folder)
+                            self.folder)
         return Run(number(r"trace ([\d.]+) ms", text) / 1000, *costs, self.folder / "whittle.16.png", text)
 
 
 class PovRay:
-    """`bounding` 1: slabs, its default; 2: a tree that splits space. `options` are more of its own."""
+    """`bounding` 1: slabs, its default; 2: a tree that splits space. `sampling`: options of its own; none is one ray
+    through the middle of each pixel."""
     name = "povray"
 
-    def __init__(self, scene, folder, bounding=1, options=("-A",)):
-        self.folder, self.options = folder, (f"+BM{bounding}", *options)
-        self.size = scene.width, scene.height
+    def __init__(self, scene, folder, bounding=1):
+        self.folder, self.bounding, self.size = folder, bounding, (scene.width, scene.height)
         povray.write_scene(scene, folder / "scene.pov")
 
-    def run(self, threads=os.cpu_count()):
-        costs, text = timed(["povray", "+Iscene.pov", "+Opovray.png", f"+W{self.size[0]}", f"+H{self.size[1]}",
-                                     "-D", "-V", "+FN16", "File_Gamma=srgb", f"+WT{threads}", *self.options], self.folder)
-        return Run(number(r"Trace Time:.*\(([\d.]+) seconds\)", text), *costs, self.folder / "povray.png", text)
+    def run(self, threads=os.cpu_count(), sampling=("-A",), scale=1):
+        width, height = (scale * side for side in self.size)
+        costs, text = timed(["povray", "+Iscene.pov", "+Opovray.ppm", f"+W{width}", f"+H{height}", "-D", "-V", "+FP16",
+                             "File_Gamma=1", f"+BM{self.bounding}", f"+WT{threads}", *sampling], self.folder)
+        return Run(number(r"Trace Time:.*\(([\d.]+) seconds\)", text), *costs, self.folder / "povray.ppm", text)
 
 
 class Tachyon:
@@ -90,7 +91,7 @@ class Tachyon:
 
     def run(self, threads=os.cpu_count()):
         costs, text = timed(["tachyon", "scene.dat", "-format", "PPM48", "-o", "tachyon.ppm", "-numthreads", threads,
-                                     *self.options], self.folder)
+                             *self.options], self.folder)
         return Run(number(r"Ray Tracing Time:\s+([\d.]+)", text), *costs, self.folder / "tachyon.ppm", text)
 
 
@@ -107,7 +108,7 @@ def shown(run):
     if run.picture.suffix != ".ppm":
         return run.picture
     png = run.picture.with_suffix(".png")
-    tachyon.to_png(run.picture, png)
+    ppm.write_png(ppm.read(run.picture), png)
     return png
 
 

@@ -2,17 +2,15 @@
 
 - Its pictures are mirrored (its camera is left-handed) and its samples lie on the pixels' upper right corners: the
   FRUSTUM, which is the picture's plane at distance 1, is given right to left and half a pixel back.
-- Colours: its PPM48 is linear light of 16 bits; to_png writes it as sRGB.
+- Colours: its PPM48 is linear light of 16 bits; ppm.to_png writes it as sRGB.
 - Numbers are read as 32-bit floats.
 - Factors are grey: ambient light times K_a, K_r C_r and K_t C_t. SPECULAR is the mirror's, PHONG the highlight's factor.
+- It has no cutoff.
 - Transmitted rays go straight on: OPACITY 1 - K_t is our `filtered`. What refracts is refused, and so are cones.
 - One model of highlights a scene (-shade_phong, -shade_blinn).
 - Lights are small balls that rays see: of a radius that none hits.
 - Where the depth ends it sees the background, and we and POV-Ray nothing: the one thing that cannot be told it.
 """
-import struct
-import zlib
-
 from tests.bench.peers.document import Inexpressible, grey, known, times, triangles
 
 LIGHT_RADIUS = 1e-7
@@ -111,26 +109,3 @@ def write_scene(scene, path):
         for thing in scene.objects:
             shape(thing, write)
         write("END_SCENE")
-
-
-def to_png(ppm, png):
-    """A linear picture of 16 bits as one of sRGB."""
-    data = ppm.read_bytes()
-    magic, size, most = data.split(b"\n", 3)[:3]
-    if (magic, most) != (b"P6", b"65535"):
-        raise ValueError(f"{ppm} is no PPM of 16 bits")
-    width, height = map(int, size.split())
-    samples = data[-6 * width * height:]
-    curve = [round(65535 * encoded(code / 65535)) for code in range(65536)]
-    codes = [curve[code] for code in struct.unpack(f">{3 * width * height}H", samples)]
-    rows = b"".join(b"\0" + struct.pack(f">{3 * width}H", *codes[3 * width * y:3 * width * (y + 1)])
-                    for y in range(height))
-    chunk = lambda kind, content: (struct.pack(">I", len(content)) + kind + content
-                                   + struct.pack(">I", zlib.crc32(kind + content)))
-    png.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 16, 2, 0, 0, 0))
-                    + chunk(b"IDAT", zlib.compress(rows, 1)) + chunk(b"IEND", b""))
-
-
-def encoded(linear):
-    """IEC 61966-2-1"""
-    return 12.92 * linear if linear <= 0.0031308 else 1.055 * linear ** (1 / 2.4) - 0.055
