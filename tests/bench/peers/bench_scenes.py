@@ -76,7 +76,7 @@ def tetra(levels=6):
         triangles.extend([first + a, first + b, first + c] for a, b, c in ((0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)))
 
     grow((0, 0, 0), 1.0, levels)
-    return scene("tetra", view((1.7, 2.2, 2.6), (0, -0.1, 0), 42),
+    return scene("tetra", view((1.7, 2.2, 2.6), (0, 0.1, 0), 46),
                  [{"type": "mesh", "positions": positions, "triangles": triangles, "material": "stone"}],
                  {"stone": matte((0.9, 0.75, 0.45))})
 
@@ -151,7 +151,7 @@ def gears(count=6):
             objects.append(gear(middle, 18, 0.97, 0.3, 0.05 * (i - k), ("glass", "brass", "steel")[(i + k) % 3]))
     glass = {"model": "phong", "color": [0.1, 0.2, 0.2], "diffuse": 0.2, "ambient": 0.2, "specular": 0.5,
              "shininess": 60, "reflection": 0.15, "transmission": 0.75, "transparency": "filtered"}
-    return scene("gears", view((3.2, 2.4, 1.9 * count + 4), (0, 0, 0), 38), objects,
+    return scene("gears", view((3.2, 2.4, 2.2 * count + 4), (0, 0, 0), 38), objects,
                  {"floor": matte((0.5, 0.55, 0.5)), "brass": shiny((0.7, 0.5, 0.15), 0.2),
                   "steel": shiny((0.35, 0.38, 0.42), 0.4), "glass": glass})
 

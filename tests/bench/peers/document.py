@@ -55,6 +55,10 @@ class Scene(NamedTuple):
     cutoff: float
 
 
+SHAPE_FIELDS = ("type material point normal center radius inner_radius from to caps apex base apex_radius min max vertices "
+                "positions triangles normals smooth")
+
+
 def of(document):
     """The Scene of a whole document, or Inexpressible."""
     known(document, "the document", "version name image camera background ambient lights materials objects accuracy output")
@@ -67,9 +71,9 @@ def of(document):
             name = f"own_{len(materials)}"
             materials[name] = material(thing["material"])
             thing = {**thing, "material": name}
-        for field in ("transform", "u_axis", "uvs"):
-            if field in thing:
-                raise Inexpressible(f"{field} of an object")
+        known(thing, f"a {thing['type']}", SHAPE_FIELDS)
+        if thing.get("smooth"):
+            raise Inexpressible("smooth of a mesh without normals of its own")
         objects.append(thing)
     image = document.get("image", {})
     known(image, "image", "width height")
@@ -154,11 +158,3 @@ def cross(a, b):
 def unit(v):
     length = math.sqrt(sum(x * x for x in v))
     return tuple(x / length for x in v)
-
-
-def triangles(mesh):
-    """The triangles of a mesh; faces of any number of corners are fans, which the document's are where they are convex."""
-    known(mesh, "a mesh", "type positions triangles normals material smooth")
-    if mesh.get("smooth"):
-        raise Inexpressible("smooth of a mesh without normals of its own")
-    return mesh["triangles"]

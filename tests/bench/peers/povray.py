@@ -10,7 +10,7 @@
 """
 import math
 
-from tests.bench.peers.document import Inexpressible, known, times, triangles
+from tests.bench.peers.document import Inexpressible, times
 
 FAR = 1e6  # scene units: POV-Ray is exact to about 1e-6 of its coordinates, and lights within that cast shadows
 
@@ -61,7 +61,7 @@ def light(one, number):
 
 
 def mesh(thing, tail, write):
-    faces = triangles(thing)
+    faces = thing["triangles"]
     write("mesh2 { vertex_vectors {" + str(len(thing["positions"])))
     for position in thing["positions"]:
         write("," + vector(position))
@@ -79,8 +79,6 @@ def mesh(thing, tail, write):
 
 def shape(thing, write):
     kind, tail = thing["type"], f" material {{ m_{thing['material']} }} }}"
-    known(thing, f"a {kind}", "type material point normal center radius inner_radius from to caps apex base "
-                              "apex_radius min max vertices normals positions triangles smooth")
     sides = "" if thing.get("caps", True) else " open"
     if kind == "mesh":
         mesh(thing, tail, write)

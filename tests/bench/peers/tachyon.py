@@ -11,7 +11,7 @@
 - Lights are small balls that rays see: of a radius that none hits.
 - Where the depth ends it sees the background, and we and POV-Ray nothing: the one thing that cannot be told it.
 """
-from tests.bench.peers.document import Inexpressible, grey, known, times, triangles
+from tests.bench.peers.document import Inexpressible, grey, times
 
 LIGHT_RADIUS = 1e-7
 
@@ -40,7 +40,7 @@ def light(one):
 
 def mesh(thing, name, write):
     positions, normals = thing["positions"], thing.get("normals")
-    for face in triangles(thing):
+    for face in thing["triangles"]:
         corners = " ".join(f"V{i} {numbers(positions[corner])}" for i, corner in enumerate(face))
         if normals:
             write(f"STRI {corners} " + " ".join(f"N{i} {numbers(normals[corner])}" for i, corner in enumerate(face))
@@ -60,8 +60,6 @@ def cylinder(thing, name, write):
 
 def shape(thing, write):
     kind, name = thing["type"], thing["material"]
-    known(thing, f"a {kind}", "type material point normal center radius inner_radius from to caps apex base "
-                              "apex_radius min max vertices positions triangles normals smooth")
     if kind == "mesh":
         mesh(thing, name, write)
     elif kind == "triangle" and "normals" not in thing:
