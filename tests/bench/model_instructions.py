@@ -5,23 +5,15 @@ integrator that requirements pick and by the one that holds everything. Counted 
     tests/bench/model_instructions.py        (after a release build)
 """
 import json
-import os
 import pathlib
-import re
-import subprocess
+import sys
 import tempfile
 
-SOURCE = pathlib.Path(__file__).resolve().parents[2]
-BIN = pathlib.Path(os.environ.get("WHITTLE_BIN", SOURCE / "build/release/bin"))
-SIDE = 96  # pixels: a minute or two for the whole table
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+from tests.bench.instructions import SOURCE, counts, written  # pylint: disable=wrong-import-position
 
-
-def instructions(scene, model):
-    """Of tracing alone, on one thread: the same number every time."""
-    command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", "--toggle-collect=tracer::render(*",
-               BIN / "trace_model", scene, model]
-    done = subprocess.run(command, check=True, capture_output=True, text=True)
-    return int(re.search(r"Collected : (\d+)", done.stderr)[1]), done.stdout.strip()
+SIDE = 96  # pixels
+SCENES = ("sphereflake", "cornell", "local_models", "shading", "isometric")
 
 
 def untextured(document):
@@ -30,22 +22,18 @@ def untextured(document):
     for material in [*document["materials"].values(), *(thing["material"] for thing in document["objects"])]:
         if isinstance(material, dict) and isinstance(material.get("color"), (str, dict)):
             material["color"] = 0.6
+    document["accuracy"] = {**document.get("accuracy", {}), "samples": [1, 1]}
     return document
 
 
 def main():
-    print(f"{'scene':14} {'picked':8} {'instructions':>14} {'full model':>14} {'a ray':>6} {'costs':>7}")
+    print(f"{'scene':14} {'picked':8} {'instructions':>14} {'full model':>14} {'a pixel':>7} {'costs':>7}")
     with tempfile.TemporaryDirectory() as folder:
-        for name in ("sphereflake", "cornell", "local_models", "shading", "isometric"):
-            document = untextured(json.loads((SOURCE / f"scenes/{name}.json").read_text()))
-            document["image"] = {"width": SIDE, "height": SIDE}
-            document["accuracy"] = {**document.get("accuracy", {}), "samples": [1, 1]}
-            path = pathlib.Path(folder) / f"{name}.json"
-            path.write_text(json.dumps(document))
-            picked, model = instructions(path, "picked")
-            full, _ = instructions(path, "full")
-            cost = full / picked - 1
-            print(f"{name:14} {model:8} {picked:14,} {full:14,} {picked / SIDE**2:6.0f} {cost:+7.2%}")
+        paths = [written(untextured(json.loads((SOURCE / f"scenes/{name}.json").read_text())), folder, name, (SIDE, SIDE))
+                 for name in SCENES]
+        for name, picked, full in zip(SCENES, counts(paths), counts(paths, "full")):
+            print(f"{name:14} {picked.model:8} {picked.instructions:14,} {full.instructions:14,} "
+                  f"{picked.instructions / SIDE**2:7.0f} {full.instructions / picked.instructions - 1:+7.2%}")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,154 @@
+#!/usr/bin/env -S /usr/bin/python3 -u
+"""The same pictures by Whittle, POV-Ray and Tachyon, side by side: time of tracing, time of the whole process, its CPU
+time and peak memory, and how far the pictures are apart, which is the proof that the work was equal.
+
+    tests/bench/peers_bench.py [SCENE[=SIZE] ...] [--picture 400x300] [--rounds 5] [--keep FOLDER]
+
+Scenes and their sizes are those of peers/bench_scenes.py; all, at their usual sizes, when none is named. One sample a
+pixel, five bounces, as many threads as processors. Each round runs all programs, one after the other, and medians are
+told, so that a machine with other work is unfair to all alike. POV-Ray is timed with +BM1 and with +BM2; the faster one
+counts. `x bare` is Embree and nothing else tracing the same camera and shadow rays, by rays_bench: what tracing, shading
+and queues cost together over it, one thread, without reflections.
+"""
+import argparse
+import math
+import os
+import pathlib
+import re
+import statistics
+import subprocess
+import sys
+import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+from tests.bench.peers import bench_scenes, programs  # pylint: disable=wrong-import-position
+
+EQUAL_WORK = {"samples": [1, 1], "max_depth": 5, "cutoff": 0}  # Tachyon has no cutoff
+
+NOTES = """\
+Where pictures differ: POV-Ray and Tachyon leave a surface whose smooth normal faces away at its silhouette unlit
+differently (pot, waves); Tachyon sees the background where the depth ends, the others nothing (sphereflake, lattice,
+gears); numbers are 32-bit floats in Tachyon's files. What a program cannot be told is not approximated: it has no row.
+Times: whittle's memory and process time hold its libraries (picture formats) loaded once a process; the daemon has them
+loaded. POV-Ray and Tachyon write 16 bits a channel, as whittle does here."""
+
+
+def median(runs, field):
+    return statistics.median(getattr(run, field) for run in runs)
+
+
+def geometric_mean(values):
+    return math.exp(statistics.fmean(map(math.log, values))) if values else math.nan
+
+
+def times_bare(scene, folder, rounds):
+    """How many times as long as bare Embree the whole tracer takes for the camera's rays and their shadows; None for
+    scenes of shapes that bare_embree.h does not have."""
+    if any(thing["type"] not in ("sphere", "mesh") for thing in scene["objects"]):
+        return None
+    size = scene["image"].values()
+    done = subprocess.run([programs.BIN / "rays_bench", folder / "scene.json", *map(str, size), str(rounds)], check=True,
+                          capture_output=True, text=True)
+    return float(re.search(r"whole tracer.*Embree +([\d.]+)", done.stdout)[1])
+
+
+def contenders(scene, folder):
+    """{name: program}, and why those that are not there are not."""
+    found, missing = {"whittle": programs.Whittle(scene, folder)}, []
+    for name, program, options in (("povray +BM1", programs.PovRay, {"bounding": 1}),
+                                   ("povray +BM2", programs.PovRay, {"bounding": 2}), ("tachyon", programs.Tachyon, {})):
+        got = programs.exported(program, scene, folder, **options)
+        if isinstance(got, str):
+            missing.append(f"{name} has no {got}")
+        else:
+            found[name] = got
+    return found, missing
+
+
+FIELDS = ("trace_s", "whole_s", "cpu_s", "memory_mb")
+
+
+class Row:
+    """What one scene came to; ratios are theirs to ours, more than 1 where we are faster or smaller."""
+
+    def __init__(self, name, scene, folder, rounds):
+        found, self.missing = contenders(scene, folder)
+        runs = {other: [] for other in found}
+        for _ in range(rounds):
+            for other, program in found.items():
+                runs[other].append(program.run())
+        pov = min((other for other in runs if other.startswith("povray")), key=lambda other: median(runs[other], "trace_s"),
+                  default=None)
+        self.name, self.ours, self.pov = name, runs["whittle"], pov
+        self.theirs = {"povray": runs.get(pov), "tachyon": runs.get("tachyon")}
+        self.rmse = {other: programs.difference(self.ours[0].picture, programs.shown(run[0]), folder / f"{other}_heat.png")
+                     for other, run in self.theirs.items() if run}
+        self.bare = times_bare(scene, folder, rounds)
+
+    def ratio(self, other, field):
+        runs = self.theirs[other]
+        return median(runs, field) / median(self.ours, field) if runs else None
+
+    def cells(self):
+        shown = [f"{self.name:12}", f"{1000 * median(self.ours, 'trace_s'):8.1f}"]
+        for field in FIELDS:
+            shown += [format_ratio(self.ratio(other, field)) for other in self.theirs]
+        shown.append(format_ratio(self.bare))
+        for other in self.theirs:
+            found = self.rmse.get(other)
+            shown.append(f"{found['rmse']:7.3f} {100 * found['differing']:5.2f}%" if found else f"{'-':>7} {'-':>6}")
+        return " ".join(shown) + f"  {self.pov or ''}"
+
+
+def format_ratio(ratio):
+    return f"{ratio:8.2f}" if ratio else f"{'-':>8}"
+
+
+def heading():
+    pair = f"{'POV':>8} {'Tachyon':>8}"
+    print(f"{'':12} {'trace':>8} {'x trace time':^17} {'x whole process':^17} {'x CPU of it':^17} "
+          f"{'x peak memory':^17} {'x bare':>8} {'RMSE, > 1 level':^29}")
+    print(f"{'scene':12} {'ours/ms':>8} {pair} {pair} {pair} {pair} {'Embree':>8} {'POV':^14} {'Tachyon':^14}")
+
+
+def sum_up(rows):
+    means = [geometric_mean([ratio for row in rows if (ratio := row.ratio(other, field))])
+             for field in FIELDS for other in ("povray", "tachyon")]
+    print(f"{'geom. mean':12} {'':8} " + " ".join(f"{mean:8.2f}" for mean in means)
+          + f" {geometric_mean([row.bare for row in rows if row.bare]):8.2f}")
+    for row in rows:
+        for reason in row.missing:
+            print(f"{row.name}: {reason}")
+    print(NOTES)
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scenes", nargs="*", metavar="SCENE[=SIZE]")
+    parser.add_argument("--picture", default="400x300")
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--keep", type=pathlib.Path, help="a folder for scenes, pictures and heat maps")
+    return parser.parse_args()
+
+
+def main():
+    wanted = arguments()
+    programs.needed("povray", "tachyon")
+    width, height = map(int, wanted.picture.split("x"))
+    print(f"{os.cpu_count()} processors, load {os.getloadavg()[0]:.1f}; {width} x {height} pixels, medians of "
+          f"{wanted.rounds} rounds; ratios are theirs / ours")
+    heading()
+    rows = []
+    with tempfile.TemporaryDirectory() as passing:
+        for asked in wanted.scenes or bench_scenes.SCENES:
+            name, _, size = asked.partition("=")
+            folder = (wanted.keep or pathlib.Path(passing)) / name
+            folder.mkdir(parents=True, exist_ok=True)
+            scene = bench_scenes.made(name, EQUAL_WORK, int(size) if size else None, width, height)
+            rows.append(Row(name, scene, folder.resolve(), wanted.rounds))
+            print(rows[-1].cells())
+    sum_up(rows)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,229 @@
+// Every accuracy knob, turned: the error that is measured against a converged picture and the rays it costs move as the
+// documentation says. What is claimed of the error is other tests' business, and no clock runs here.
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "tests/support/scenes.h"
+#include "tracer/compare.h"
+#include "tracer/compile.h"
+#include "tracer/reference.h"
+
+namespace {
+
+using namespace tracer;
+
+/// Edges, a mirror, glass, a ball of few triangles, six lights of which two are soft.
+Scene still_life() {
+  Scene scene = scenes::empty(32);
+  scene.camera = {{1, 2, 7}, {0, 0.6, 0}, {0, 1, 0}, 35};
+  scene.background.color = {0.2, 0.3, 0.5};
+  scene.ambient = {0.05, 0.05, 0.05};
+  for (const double x : {-3.0, -1.0, 1.0, 3.0}) scene.lights.push_back(scenes::point_light({x, 4, 2}, {0.2, 0.2, 0.2}));
+  for (const double x : {-2.0, 2.0}) {
+    Light lamp;
+    lamp.source = RectLight{{x, 4, 1}, {1, 0, 0}, {0, 0, 1}};
+    lamp.color = {0.3, 0.25, 0.2};
+    scene.lights.push_back(lamp);
+  }
+  scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({0.7, 0.7, 0.6}));
+  scenes::add(scene, Sphere{{-1.3, 0.7, 0}, 0.7}, scenes::mirror(0.7));
+  scenes::add(scene, Sphere{{0.3, 0.6, 0.8}, 0.6}, scenes::glass());
+  scenes::add(scene, scenes::placed(scenes::icosphere(1, true), 0.6, {1.5, 0.6, -0.5}), scenes::matte({0.9, 0.4, 0.2}));
+  scene.accuracy.samples = 16;
+  return scene;
+}
+
+/// Between two walls that face each other, shine and mirror nine tenths: every bounce adds light.
+Scene corridor() {
+  Scene scene = scenes::empty(8);
+  scene.camera = {{0, 3, 0}, {1, 0, 0}, {0, 0, 1}, 40};
+  Material wall = scenes::mirror(0.9);
+  wall.emission = {0.04, 0.03, 0.02};
+  scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, wall);
+  scenes::add(scene, Plane{{0, 6, 0}, {0, 1, 0}, {}}, MaterialId{0});
+  return scene;
+}
+
+ShownPicture converged(const Scene& scene) {
+  constexpr std::uint32_t samples = 1024;
+  Reference reference = empty_reference(scene, samples);
+  while (reference.pictures * reference.picture_samples < samples)
+    add(reference, scenes::render(reference_scene(scene, reference), 2).image);
+  return shown(reference, scene.output);
+}
+
+struct Point {
+  double error = 0;  ///< levels, measured
+  RayCounts rays;
+};
+
+Point measured(const Rendered& rendered, const ShownPicture& truth) {
+  return {compare(truth, shown(rendered.image))->rmse, rendered.statistics.rays};
+}
+
+/// Found once: most knobs are turned on it.
+const ShownPicture& converged_still_life() {
+  static const ShownPicture truth = converged(still_life());
+  return truth;
+}
+
+/// One point for each value that `turn` sets, in their order.
+template <class Values, class Turn>
+std::vector<Point> curve(const Scene& scene, const ShownPicture& truth, const Values& values, const Turn& turn) {
+  std::vector<Point> points;
+  for (const auto& value : values) {
+    Scene turned = scene;
+    turn(turned.accuracy, value);
+    points.push_back(measured(scenes::render(turned, 2), truth));
+  }
+  return points;
+}
+
+/// From each point to the next one the error falls and the rays grow.
+void expect_error_bought_with_rays(const std::vector<Point>& points) {
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    EXPECT_LT(points[i].error, points[i - 1].error) << "step " << i;
+    EXPECT_GT(points[i].rays.total(), points[i - 1].rays.total()) << "step " << i;
+  }
+}
+
+TEST(TheKnobSamples, BuysErrorWithRays) {
+  expect_error_bought_with_rays(curve(still_life(), converged_still_life(),
+                                      std::vector<std::uint32_t>{1, 4, 16, 64},
+                                      [](Accuracy& accuracy, std::uint32_t value) { accuracy.samples = value; }));
+}
+
+TEST(TheKnobTargetError, BuysErrorWithRaysAndStaysWithinIt) {
+  const std::vector<double> targets{8, 4, 2, 1, 0.5};
+  const auto points = curve(still_life(), converged_still_life(), targets, [](Accuracy& accuracy, double value) {
+    accuracy.adaptive.emplace().target_error = value;
+    accuracy.cutoff_by_chance = true;
+  });
+  expect_error_bought_with_rays(points);
+  for (std::size_t i = 0; i < targets.size(); ++i) EXPECT_LE(points[i].error, targets[i]);
+}
+
+TEST(TheKnobPreset, BuysErrorWithRaysFromDraftToReference) {
+  using enum Preset;
+  expect_error_bought_with_rays(curve(still_life(), converged_still_life(),
+                                      std::vector{draft, standard, fine, reference},
+                                      [](Accuracy& accuracy, Preset value) {
+                                        accuracy.adaptive.emplace().target_error = target_error_of(value);
+                                        accuracy.cutoff_by_chance = true;
+                                      }));
+}
+
+TEST(TheKnobTimeBudget, BuysErrorWithRaysByWhateverClockItIsGiven) {
+  Scene scene = still_life();
+  std::vector<Point> points;
+  for (const double budget_ms : {3.0, 10.0, 30.0, 60.0}) {
+    scene.accuracy.adaptive.emplace().time_budget_ms = budget_ms;
+    scene.accuracy.cutoff_by_chance = true;
+    RenderControl control;
+    double now_ms = 0;  // a millisecond later each time it is asked: by one thread, so the same in every run
+    const auto compiled = compile(scene, control);
+    ASSERT_TRUE(compiled.has_value());
+    const auto rendered = render(**compiled, {.elapsed_ms = [&] { return ++now_ms; }, .threads = 1}, control);
+    ASSERT_TRUE(rendered.has_value());
+    points.push_back(measured(*rendered, converged_still_life()));
+  }
+  expect_error_bought_with_rays(points);
+}
+
+TEST(TheKnobMaxDepth, BuysErrorWithRays) {
+  expect_error_bought_with_rays(curve(corridor(), converged(corridor()),
+                                      std::vector<std::uint32_t>{0, 1, 2, 4, 8, 16, 32},
+                                      [](Accuracy& accuracy, std::uint32_t value) { accuracy.max_depth = value; }));
+}
+
+TEST(TheKnobCutoff, BuysErrorWithRaysTheSmallerItIs) {
+  expect_error_bought_with_rays(curve(corridor(), converged(corridor()), std::vector<double>{0.9, 0.5, 0.25, 0.1, 0.03},
+                                      [](Accuracy& accuracy, double value) { accuracy.cutoff = value; }));
+}
+
+TEST(TheKnobCutoff, SparesLightsWhereManyAreFaint) {
+  Scene scene = scenes::empty(16);
+  scene.camera = {{0, 5, 0.1}, {0, 0, 0}, {0, 1, 0}, 60};
+  scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
+  scenes::add(scene, Sphere{{0, 0.7, 0}, 0.5}, scenes::matte({1, 1, 1}));
+  for (int i = 0; i < 200; ++i)
+    scene.lights.push_back(scenes::point_light({0.05 * (i - 100), 2, 0.5}, {3e-3, 3e-3, 3e-3}));
+  const auto points = curve(scene, converged(scene), std::vector<double>{0.3, 0.1, 0.01, 0},
+                            [](Accuracy& accuracy, double value) { accuracy.cutoff = value; });
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    EXPECT_LE(points[i].error, points[i - 1].error) << "step " << i;
+    EXPECT_GT(points[i].rays.shadow, points[i - 1].rays.shadow) << "step " << i;
+  }
+  EXPECT_GT(points.front().error, 2 * points.back().error);
+}
+
+TEST(ASoftLight, IsKnownByAtLeast16PointsAPixelHoweverFewItsSamples) {
+  Scene scene = scenes::empty(24);
+  scene.camera = {{0, 4, 4}, {0, 0, 0}, {0, 1, 0}, 30};
+  Light lamp;
+  lamp.source = RectLight{{-2, 3, -2}, {4, 0, 0}, {0, 0, 4}};
+  scene.lights = {lamp};
+  scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({0.8, 0.8, 0.8}));
+  scenes::add(scene, Sphere{{0, 0.8, 0}, 0.5}, scenes::matte({0.8, 0.8, 0.8}));
+  const std::vector<std::uint32_t> samples{1, 4, 16, 64};
+  const auto points = curve(scene, converged(scene), samples,
+                            [](Accuracy& accuracy, std::uint32_t value) { accuracy.samples = value; });
+  for (std::size_t i = 1; i < points.size(); ++i) EXPECT_LT(points[i].error, points[i - 1].error) << samples[i];
+  const auto shadow_rays_of = [&](std::size_t i) { return static_cast<double>(points[i].rays.shadow) / (24 * 24); };
+  for (const std::size_t i : {0u, 1u, 2u}) EXPECT_NEAR(shadow_rays_of(i), 16, 1) << samples[i];
+  EXPECT_NEAR(shadow_rays_of(3), 64, 4);
+}
+
+/// What the still life costs and how wrong it is with an approximation; the exact one is `{}`. Samples are enough that
+/// what an approximation costs is more than their noise.
+class ApproximatedStillLife : public ::testing::Test {
+ protected:
+  [[nodiscard]] static Point with(const Approximations& approximations) {
+    Scene scene = still_life();
+    scene.accuracy.samples = 64;
+    if (!approximations.any()) return measured(scenes::render(scene, 2), converged_still_life());
+    constexpr Approximations all_lights{.nearest_lights = nearest_lights_max};
+    return measured(scenes::approximated(scene, approximations, all_lights), converged_still_life());
+  }
+  Point expect_cheaper_and_worse(const Approximations& approximations, const std::string& what) const {
+    const Point cheap = with(approximations);
+    EXPECT_LT(cheap.rays.total(), exact_.rays.total()) << what;
+    EXPECT_GT(cheap.error, 1.5 * exact_.error) << what;
+    return cheap;
+  }
+  const Point exact_ = with({});
+};
+
+TEST_F(ApproximatedStillLife, SparesRaysForErrorWithoutShadowsAndForLessErrorWithMaps) {
+  const Point none = expect_cheaper_and_worse({.shadows = Approximations::Shadows::none}, "none");
+  const Point map = expect_cheaper_and_worse({.shadows = Approximations::Shadows::map}, "map");
+  EXPECT_LT(map.error, none.error);
+  EXPECT_EQ(none.rays.shadow, 0u);
+}
+
+TEST_F(ApproximatedStillLife, SparesRaysForErrorWithoutReflectionsOrWithTheBackgroundAlone) {
+  expect_cheaper_and_worse({.reflections = Approximations::Reflections::none}, "none");
+  expect_cheaper_and_worse({.reflections = Approximations::Reflections::environment}, "environment");
+}
+
+TEST_F(ApproximatedStillLife, SparesMoreRaysForMoreErrorTheFewerLightsItIsLitBy) {
+  Point last = exact_;
+  for (const std::uint32_t lights : {5u, 3u, 1u}) {
+    const Point fewer = expect_cheaper_and_worse({.nearest_lights = lights}, std::to_string(lights));
+    EXPECT_LT(fewer.rays.shadow, last.rays.shadow) << lights;
+    EXPECT_GT(fewer.error, last.error) << lights;
+    last = fewer;
+  }
+}
+
+TEST_F(ApproximatedStillLife, IsWorseWithCheaperShadingAndSeesTheSame) {
+  for (const auto shading : {Approximations::Shading::gouraud, Approximations::Shading::flat}) {
+    const Point cheap = with({.shading = shading});
+    EXPECT_GT(cheap.error, 1.5 * exact_.error);
+    EXPECT_EQ(cheap.rays.camera, exact_.rays.camera);
+  }
+}
+
+}  // namespace
