@@ -17,6 +17,7 @@
 
 #include "api/load_assets.h"
 #include "server/config/config.h"
+#include "server/http/event_text.h"
 #include "server/http/gate.h"
 #include "server/http/routes.h"
 #include "server/jobs/queue.h"
@@ -140,6 +141,7 @@ std::vector<std::pair<std::string, std::uint64_t>> told_limits(const config::Con
           {"queued_jobs", config.queued_jobs},
           {"connections", config.connections},
           {"connections_per_address", config.connections_per_address},
+          {"streams", config.streams},
           {"render_wait_s", config.render_wait_s},
           {"request_line_bytes", head.request_line_bytes},
           {"target_bytes", head.target_bytes},
@@ -175,6 +177,8 @@ void serve(const config::Config& config, const telemetry::Log& log) {
   const jobs::Log queue_log = telemetry::queue_log(log);
   jobs::Queue queue(store, artifacts, ids, jobs::system_clock(), queue_log,
                     {.queued_limit = static_cast<std::int64_t>(config.queued_jobs)});
+  jobs::Events events(http::event_text, jobs::system_clock(), {.listeners_max = config.streams});
+  queue.observe(&events);
 
   worker::SupervisorSettings worker_settings;
   worker_settings.executable = worker::worker_beside_this_program();
@@ -189,6 +193,7 @@ void serve(const config::Config& config, const telemetry::Log& log) {
   const api::Limits limits = document_limits(config);
   const http::Front front{
       .jobs = queue,
+      .events = events,
       .clock = jobs::system_clock(),
       .limits = limits,
       .missing_files = [&config](const tracer::Scene& scene) { return missing_files(scene, config.assets); },

@@ -36,6 +36,8 @@ constexpr std::array table{
            "open connections; each idle one costs about 1 KiB"},
     Option{"connections_per_address", "20000", Count{&Config::connections_per_address, 1, 1'000'000},
            "of one client address; as many as all, for on loopback everyone, a proxy too, has the same"},
+    Option{"streams", "5000", Count{&Config::streams, 1, 1'000'000},
+           "event streams and long polls at once; one that is not read holds up to 16 KiB"},
     Option{"handler_threads", "4", Count{&Config::handler_threads, 1, 64},
            "requests handled at once; waiting ones need none, so few suffice"},
     Option{"render_wait_s", "60", Count{&Config::render_wait_s, 0, 3600},

@@ -38,6 +38,8 @@ class Gate::Loop {
     std::shared_ptr<Exchange> exchange;   ///< the request that handlers or waiting have; null: none
     bool woken = false;                   ///< a wake came before the request was told to be waiting
     std::function<void()> stop_watching;  ///< set while the request waits without a thread
+    std::shared_ptr<BodyStream> stream;   ///< of the reply that is being streamed
+    Time sign_of_life_due{};              ///< while there is a stream
     std::uint32_t interest = 0;           ///< of epoll
     Time armed = Time::max();             ///< the earliest timer that is set
   };
@@ -62,6 +64,9 @@ class Gate::Loop {
   void refuse(Client& client);
   void dispatch(Client& client);
   void resume(Client& client, bool timed_out);
+  void start_stream(Client& client, Finished& finished);
+  void feed_stream(Client& client);
+  void end_stream(Client& client);
   void watch_socket(Client& client);
   void arm_timer(Client& client);
   void drop(Client& client);

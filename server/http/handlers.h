@@ -20,6 +20,10 @@ Answer remove_job(Request& request, const Front& front);
 // ---- render_handler.cpp
 Answer render(Request& request, const Front& front);
 
+// ---- event_handlers.cpp
+Answer get_job_events(Request& request, const Front& front);
+Answer get_events(Request& request, const Front& front);
+
 // ---- picture_handler.cpp
 Answer get_picture(Request& request, const Front& front, const std::string& name);
 

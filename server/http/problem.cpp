@@ -42,6 +42,7 @@ constexpr std::array rules{
                 Level::info, 0},
     FailureRule{Failure::bad_scene, "bad_scene", 422, "The scene cannot be rendered", Level::info, 0},
     FailureRule{Failure::queue_full, "queue_full", 503, "The queue is full", Level::warning, 5},
+    FailureRule{Failure::too_many_streams, "too_many_streams", 503, "Too many listen to events", Level::warning, 5},
     FailureRule{Failure::draining, "draining", 503, "The daemon is about to stop", Level::info, 10},
     FailureRule{Failure::store_unavailable, "store_unavailable", 503, "Jobs cannot be stored now", Level::error, 10},
     FailureRule{Failure::not_ready, "not_ready", 503, "Jobs would not run now", Level::debug, 5},

@@ -46,6 +46,7 @@ enum class Failure {
   unsupported_media_type,
   bad_scene,
   queue_full,
+  too_many_streams,
   draining,
   store_unavailable,
   not_ready,

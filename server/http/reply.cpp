@@ -71,7 +71,7 @@ std::string serialized(const Reply& reply, const std::string& request_id, bool k
   header("X-Content-Type-Options", "nosniff");
   for (const auto& [name, value] : reply.headers) header(name, value);
   if (!reply.content_type.empty()) header("Content-Type", reply.content_type);
-  if (reply.status != 204 && reply.status != 304) {
+  if (reply.status != 204 && reply.status != 304 && !reply.stream) {  // a stream ends with its connection
     header("Content-Length", std::to_string(reply.source ? reply.source->size_bytes : reply.body.size()));
   }
   header("Connection", keep_alive ? "keep-alive" : "close");

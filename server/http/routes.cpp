@@ -23,6 +23,8 @@ std::vector<Route> client_routes(const Front& front) {
       {"GET", "/v1/jobs/{id}", with_front(get_job), {}},
       {"DELETE", "/v1/jobs/{id}", with_front(remove_job), {}},
       {"POST", "/v1/jobs/{id}/cancel", with_front(cancel_job), {}},
+      {"GET", "/v1/jobs/{id}/events", with_front(get_job_events), {}},
+      {"GET", "/v1/events", with_front(get_events), {}},
   };
   for (const tracer::Format format : tracer::all_formats) {
     const std::string name = "image." + std::string(tracer::extension(format));

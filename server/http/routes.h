@@ -13,6 +13,7 @@
 #include "api/document.h"
 #include "server/http/exchange.h"
 #include "server/jobs/clock.h"
+#include "server/jobs/events.h"
 #include "server/jobs/job_service.h"
 
 namespace http {
@@ -20,6 +21,7 @@ namespace http {
 /// What the client routes need. The functions and the service are thread-safe and outlive the gate.
 struct Front {
   jobs::JobService& jobs;
+  jobs::Events& events;
   jobs::Clock clock;
   api::Limits limits;
   /// An issue for each file that the scene names and that is not there to be read. Unset: `limits` let none be named.

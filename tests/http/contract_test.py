@@ -108,6 +108,7 @@ class Contract(unittest.TestCase):
         self.check_submissions(seen)
         self.check_jobs(seen)
         self.check_pictures(seen)
+        self.check_events(seen)
         self.check_refusals_of_a_busy_daemon(seen)
         described = {(operation["operationId"], int(status))
                      for operation in self.operations.values() for status in operation["responses"]}
@@ -189,6 +190,24 @@ class Contract(unittest.TestCase):
             self.check(seen, template, self.daemon.get(artifact["url"], Range="bytes=99999999-"))
             self.check(seen, template, self.daemon.get(artifact["url"], If_None_Match=whole.headers["ETag"]))
             self.check(seen, template, self.daemon.get(template.format(id=NOBODY)))
+
+    def check_events(self, seen):
+        with Daemon("--streams", "1") as daemon:
+            job = daemon.wait_for_end(daemon.submit(scene()))
+            path = job["links"]["events"]
+            reply = daemon.get(path)
+            self.check(seen, "/v1/jobs/{id}/events", reply)
+            fields = dict(line.split(": ", 1) for line in reply.body.decode().splitlines() if line)
+            schema = {"$ref": "#/components/schemas/Event", "components": self.document["components"]}
+            jsonschema.Draft202012Validator(schema).validate(json.loads(fields["data"]))
+            self.check(seen, "/v1/jobs/{id}/events", daemon.get(path, Last_Event_ID=fields["id"]))
+            self.check(seen, "/v1/jobs/{id}/events", daemon.get(f"/v1/jobs/{NOBODY}/events"))
+            self.check(seen, "/v1/events", daemon.request("HEAD", "/v1/events"))
+            with daemon.socket() as connection:
+                connection.sendall(b"GET /v1/events HTTP/1.1\r\nHost: x\r\n\r\n")
+                connection.recv(15)
+                for template in ("/v1/events", "/v1/jobs/{id}/events"):
+                    self.check(seen, template, daemon.get(template.format(id=job["id"])))
 
     def check_refusals_of_a_busy_daemon(self, seen):
         with Daemon("--queued-jobs", "1", "--jobs", "1", "--render-wait-s", "0") as daemon:
