@@ -142,6 +142,7 @@ std::vector<std::pair<std::string, std::uint64_t>> told_limits(const config::Con
           {"connections", config.connections},
           {"connections_per_address", config.connections_per_address},
           {"streams", config.streams},
+          {"wait_s", static_cast<std::uint64_t>(http::wait_max.count())},
           {"render_wait_s", config.render_wait_s},
           {"request_line_bytes", head.request_line_bytes},
           {"target_bytes", head.target_bytes},
@@ -201,7 +202,8 @@ void serve(const config::Config& config, const telemetry::Log& log) {
       .draining = [&draining] { return draining.load(); },
       .told_limits = told_limits(config, limits, settings.head)};
   const http::Health health{.not_ready = [&] { return draining ? std::string("draining") : queue.not_ready(); },
-                            .job_count = [&store](jobs::JobState state) { return store.count(state); }};
+                            .job_count = [&store](jobs::JobState state) { return store.count(state); },
+                            .event_listeners = [&events] { return events.listeners(); }};
   const auto request_id = [&ids] { return ids.next(); };
   http::Gate health_gate(health_gate_settings(config, spool_folder), http::health_routes(health), request_id, log);
   http::Gate gate(settings, http::client_routes(front), request_id, log);

@@ -23,12 +23,6 @@ std::optional<std::int64_t> last_event(const Request& request) {
   return error == std::errc{} && end == header->data() + header->size() && number >= 0 ? number : -1;
 }
 
-Problem too_many(const Front& front) {
-  return {Failure::too_many_streams,
-          "the limit streams is " + std::to_string(front.events.listeners_max()) + ", of event streams and long polls",
-          {}};
-}
-
 Reply stream_reply(std::shared_ptr<Listener> listener, std::string beginning) {
   Reply reply;
   reply.content_type = "text/event-stream";
@@ -66,7 +60,7 @@ Answer get_job_events(Request& request, const Front& front) {
   const std::optional<std::int64_t> after = last_event(request);
   // Listening begins before the job is looked at: what happens in between is in both, not in neither.
   std::shared_ptr<Listener> listener = front.events.listen(request.path.front(), after);
-  if (!listener) return problem_reply(too_many(front), request.id);
+  if (!listener) return problem_reply(too_many_listeners(front), request.id);
   const auto view = find_job(request, front);
   if (!view) return problem_reply(view.error(), request.id);
 
@@ -93,7 +87,7 @@ Answer get_job_events(Request& request, const Front& front) {
 
 Answer get_events(Request& request, const Front& front) {
   std::shared_ptr<Listener> listener = front.events.listen({}, last_event(request));
-  if (!listener) return problem_reply(too_many(front), request.id);
+  if (!listener) return problem_reply(too_many_listeners(front), request.id);
   std::string beginning;
   if (listener->missed()) beginning = "id: " + std::to_string(listener->start()) + "\nevent: reset\ndata: {}\n\n";
   return stream_reply(std::move(listener), std::move(beginning));

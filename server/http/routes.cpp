@@ -20,7 +20,7 @@ std::vector<Route> client_routes(const Front& front) {
       {"GET", "/v1/jobs", with_front(list_jobs), {"state", "label", "q", "limit", "cursor"}},
       {"POST", "/v1/jobs/validate", with_front(validate_job), {}},
       {"POST", "/v1/render", with_front(render), {}},
-      {"GET", "/v1/jobs/{id}", with_front(get_job), {}},
+      {"GET", "/v1/jobs/{id}", with_front(get_job), {"wait"}},
       {"DELETE", "/v1/jobs/{id}", with_front(remove_job), {}},
       {"POST", "/v1/jobs/{id}/cancel", with_front(cancel_job), {}},
       {"GET", "/v1/jobs/{id}/events", with_front(get_job_events), {}},

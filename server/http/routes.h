@@ -18,6 +18,9 @@
 
 namespace http {
 
+/// The longest that a request may wish to wait; proxies cut at 60 s.
+constexpr std::chrono::seconds wait_max{60};
+
 /// What the client routes need. The functions and the service are thread-safe and outlive the gate.
 struct Front {
   jobs::JobService& jobs;
@@ -36,6 +39,7 @@ std::vector<Route> client_routes(const Front& front);
 struct Health {
   std::function<std::string()> not_ready;                 ///< empty: ready; else the reason
   std::function<std::int64_t(jobs::JobState)> job_count;  ///< may throw StoreFailure
+  std::function<std::size_t()> event_listeners;
 };
 std::vector<Route> health_routes(const Health& health);
 

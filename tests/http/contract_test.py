@@ -136,6 +136,8 @@ class Contract(unittest.TestCase):
                 connection.sendall(f"POST {path} HTTP/1.1\r\nHost: x\r\n\r\n".encode())
                 self.assertIn(b" 411 ", connection.makefile("rb").readline())
                 seen.add((self.operations["POST", path]["operationId"], 411))
+        waited = self.daemon.request("POST", "/v1/jobs", scene(), {"Prefer": "wait=60"})
+        self.check(seen, "/v1/jobs", waited, "POST")
         unacceptable = self.daemon.request("POST", "/v1/render", scene(), {"Accept": "image/gif"})
         self.check(seen, "/v1/render", unacceptable, "POST")
         with Daemon("--jobs", "1") as daemon:
@@ -169,6 +171,7 @@ class Contract(unittest.TestCase):
         self.check(seen, "/v1/jobs/{id}", reply)
         self.check(seen, "/v1/jobs/{id}", self.daemon.get(path, If_None_Match=reply.headers["ETag"]))
         self.check(seen, "/v1/jobs/{id}/cancel", self.daemon.request("POST", path + "/cancel"), "POST")
+        self.check(seen, "/v1/jobs/{id}", self.daemon.get(path + "?wait=soon"))
         self.check(seen, "/v1/jobs", self.daemon.get("/v1/jobs?limit=1"))
         self.check(seen, "/v1/jobs", self.daemon.get("/v1/jobs?nonsense=1"))
         for _ in range(2):
