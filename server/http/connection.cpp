@@ -17,11 +17,12 @@ constexpr std::uint64_t turn_bytes = 1u << 20;
 
 }  // namespace
 
-Connection::Connection(int fd, std::string remote, const HeadLimits& limits, const ConnectionTimes& times,
-                       BodyBudget& budget, Time now)
+Connection::Connection(int fd, std::string remote, const HeadLimits& limits, const HeadJudge& judge,
+                       const ConnectionTimes& times, BodyBudget& budget, Time now)
     : fd_(fd),
       remote_(std::move(remote)),
       limits_(limits),
+      judge_(judge),
       times_(times),
       budget_(budget),
       deadline_(now + times.idle) {}
@@ -63,6 +64,8 @@ void Connection::read_input(Time now) {
     HeadResult result = read_head(input_, limits_);
     if (const auto* refused = std::get_if<RefusedHead>(&result)) return refuse({refused->failure, refused->detail, {}});
     if (std::holds_alternative<Incomplete>(result)) return;
+    if (auto problem = judge_ ? judge_(std::get<RequestHead>(result)) : std::nullopt)
+      return refuse(*std::move(problem));
     start_body(std::get<RequestHead>(std::move(result)), now);
   }
   fill_body();

@@ -11,6 +11,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -32,13 +33,16 @@ struct ConnectionTimes {
   std::uint64_t bytes_per_s = 16u << 10;    ///< the least average rate of bodies and replies: a bad mobile line
 };
 
+/// What is wrong with a request whose head has come, its body not yet; asked from the loop, so it must be quick.
+using HeadJudge = std::function<std::optional<Problem>(const RequestHead&)>;
+
 class Connection {
  public:
   enum class State { reading_head, reading_body, handling, writing, streaming, lingering, closed };
 
   /// Owns `fd`, a connected non-blocking socket. The references must outlive it.
-  Connection(int fd, std::string remote, const HeadLimits& limits, const ConnectionTimes& times, BodyBudget& budget,
-             Time now);
+  Connection(int fd, std::string remote, const HeadLimits& limits, const HeadJudge& judge, const ConnectionTimes& times,
+             BodyBudget& budget, Time now);
   Connection(const Connection&) = delete;
   ~Connection();
 
@@ -92,6 +96,7 @@ class Connection {
   State state_ = State::reading_head;
   std::string remote_;
   const HeadLimits& limits_;
+  const HeadJudge& judge_;
   const ConnectionTimes& times_;
   BodyBudget& budget_;
   Time deadline_;

@@ -32,7 +32,8 @@ class Gate::Loop {
     Client(std::uint64_t unique_number, Listener::Accepted accepted, const GateSettings& settings, BodyBudget& budget,
            Time now)
         : number(unique_number),
-          connection(accepted.fd, std::move(accepted.remote), settings.head, settings.times, budget, now) {}
+          connection(accepted.fd, std::move(accepted.remote), settings.head, settings.judge, settings.times, budget,
+                     now) {}
     std::uint64_t number;
     Connection connection;
     std::shared_ptr<Exchange> exchange;   ///< the request that handlers or waiting have; null: none

@@ -32,6 +32,9 @@ enum class Failure {
   too_many_connections,
   overloaded,
   // What handlers answer.
+  misdirected,
+  unauthenticated,
+  forbidden,
   not_json,
   bad_query,
   not_found,

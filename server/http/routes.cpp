@@ -1,5 +1,6 @@
 #include "server/http/routes.h"
 
+#include "server/http/access.h"
 #include "server/http/handlers.h"
 #include "tracer/encode.h"
 
@@ -30,6 +31,7 @@ std::vector<Route> client_routes(const Front& front) {
     const std::string name = "image." + std::string(tracer::extension(format));
     routes.push_back({"GET", "/v1/jobs/{id}/" + name, picture(name), {}});
   }
+  for (Route& route : routes) route.handler = with_access(route.handler, front.keys);
   return routes;
 }
 
