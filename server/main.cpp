@@ -13,13 +13,18 @@
 #include <cstring>
 #include <exception>
 #include <filesystem>
+#include <functional>
+#include <optional>
 #include <system_error>
 
 #include "api/load_assets.h"
 #include "server/config/config.h"
+#include "server/http/access.h"
+#include "server/http/event_text.h"
 #include "server/http/gate.h"
 #include "server/http/routes.h"
 #include "server/jobs/queue.h"
+#include "server/keys/key_ring.h"
 #include "server/storage/files/file_artifact_store.h"
 #include "server/storage/sqlite/sqlite_job_store.h"
 #include "server/telemetry/log.h"
@@ -32,24 +37,27 @@ namespace {
 
 constexpr int exit_failed = 1, exit_bad_configuration = 2;
 
-/// SIGTERM and SIGINT as something to wait for. Made before any thread, which then all inherit the mask.
-class StopSignals {
+/// Signals as something to wait for. Made before any thread, which then all inherit the mask.
+class Signals {
  public:
-  StopSignals() {
+  Signals() {
     sigemptyset(&signals_);
-    sigaddset(&signals_, SIGTERM);
-    sigaddset(&signals_, SIGINT);
+    for (const int signal : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&signals_, signal);
     pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
     fd_ = ::signalfd(-1, &signals_, SFD_CLOEXEC);
     if (fd_ < 0) throw std::system_error(errno, std::generic_category(), "signalfd");
   }
-  StopSignals(const StopSignals&) = delete;
-  ~StopSignals() { ::close(fd_); }
+  Signals(const Signals&) = delete;
+  ~Signals() { ::close(fd_); }
 
-  /// Its number. Afterwards the next one ends the process at once, as it would any other.
-  int wait() {
+  /// Waits for SIGTERM or SIGINT, whose number it returns; SIGHUP calls `reload`. Afterwards the next one ends the
+  /// process at once, as it would any other.
+  int wait_for_stop(const std::function<void()>& reload) {
     signalfd_siginfo info{};
-    while (::read(fd_, &info, sizeof info) < 0 && errno == EINTR) {
+    for (;;) {
+      if (::read(fd_, &info, sizeof info) < 0) continue;
+      if (info.ssi_signo != SIGHUP) break;
+      reload();
     }
     pthread_sigmask(SIG_UNBLOCK, &signals_, nullptr);
     return static_cast<int>(info.ssi_signo);
@@ -92,7 +100,8 @@ void check_asset_folder(const config::Config& config) {
   if (!config.assets.empty()) (void)worker::AssetFolder(config.assets);
 }
 
-http::GateSettings gate_settings(const config::Config& config, const std::string& spool_folder) {
+http::GateSettings gate_settings(const config::Config& config, const std::string& spool_folder,
+                                 const keys::KeyRing* ring) {
   http::GateSettings settings;
   settings.host = config.listen.host;
   settings.port = config.listen.port;
@@ -100,6 +109,7 @@ http::GateSettings gate_settings(const config::Config& config, const std::string
   settings.connections_per_address_max = config.connections_per_address;
   settings.handler_threads = config.handler_threads;
   settings.head.body_bytes = config.body_bytes;
+  settings.judge = [ring](const http::RequestHead& head) { return http::refusal(head, ring); };
   settings.spool_folder = spool_folder;
   return settings;
 }
@@ -113,6 +123,7 @@ http::GateSettings health_gate_settings(const config::Config& config, const std:
   settings.handler_threads = 1;
   settings.waiting_max = 64;
   settings.head.body_bytes = 0;
+  if (config.keys.empty()) settings.judge = [](const http::RequestHead& head) { return http::refusal(head, nullptr); };
   settings.spool_folder = spool_folder;
   return settings;
 }
@@ -140,6 +151,8 @@ std::vector<std::pair<std::string, std::uint64_t>> told_limits(const config::Con
           {"queued_jobs", config.queued_jobs},
           {"connections", config.connections},
           {"connections_per_address", config.connections_per_address},
+          {"streams", config.streams},
+          {"wait_s", static_cast<std::uint64_t>(http::wait_max.count())},
           {"render_wait_s", config.render_wait_s},
           {"request_line_bytes", head.request_line_bytes},
           {"target_bytes", head.target_bytes},
@@ -164,8 +177,22 @@ void tell_address(const char* what, const std::string& host, int port) {
   std::fflush(stdout);
 }
 
-void serve(const config::Config& config, const telemetry::Log& log) {
-  StopSignals stop_signals;
+/// What holds stays when the file is wrong: a slip of the pen locks nobody out.
+void reload_keys(const std::string& path, keys::KeyRing& ring, const telemetry::Log& log) {
+  auto read = keys::read(path);
+  if (read) {
+    ring.replace(std::move(*read));
+    log.write(telemetry::Level::info, "keys_read", {{"count", static_cast<std::int64_t>(ring.size())}});
+    return;
+  }
+  for (const std::string& mistake : read.error()) {
+    log.write(telemetry::Level::error, "keys_not_read", {{"detail", std::string_view(mistake)}});
+  }
+}
+
+/// `ring`: null where there are no keys.
+void serve(const config::Config& config, keys::KeyRing* ring, const telemetry::Log& log) {
+  Signals signals;
   raise_descriptor_limit();
   check_asset_folder(config);
 
@@ -175,6 +202,8 @@ void serve(const config::Config& config, const telemetry::Log& log) {
   const jobs::Log queue_log = telemetry::queue_log(log);
   jobs::Queue queue(store, artifacts, ids, jobs::system_clock(), queue_log,
                     {.queued_limit = static_cast<std::int64_t>(config.queued_jobs)});
+  jobs::Events events(http::event_text, jobs::system_clock(), {.listeners_max = config.streams});
+  queue.observe(&events);
 
   worker::SupervisorSettings worker_settings;
   worker_settings.executable = worker::worker_beside_this_program();
@@ -185,18 +214,21 @@ void serve(const config::Config& config, const telemetry::Log& log) {
   const std::string spool_folder = config.data + "/spool";
   std::filesystem::create_directories(spool_folder);
   std::atomic<bool> draining = false;
-  const http::GateSettings settings = gate_settings(config, spool_folder);
+  const http::GateSettings settings = gate_settings(config, spool_folder, ring);
   const api::Limits limits = document_limits(config);
   const http::Front front{
       .jobs = queue,
+      .events = events,
       .clock = jobs::system_clock(),
       .limits = limits,
       .missing_files = [&config](const tracer::Scene& scene) { return missing_files(scene, config.assets); },
       .render_wait = std::chrono::seconds(config.render_wait_s),
       .draining = [&draining] { return draining.load(); },
-      .told_limits = told_limits(config, limits, settings.head)};
+      .told_limits = told_limits(config, limits, settings.head),
+      .keys = ring};
   const http::Health health{.not_ready = [&] { return draining ? std::string("draining") : queue.not_ready(); },
-                            .job_count = [&store](jobs::JobState state) { return store.count(state); }};
+                            .job_count = [&store](jobs::JobState state) { return store.count(state); },
+                            .event_listeners = [&events] { return events.listeners(); }};
   const auto request_id = [&ids] { return ids.next(); };
   http::Gate health_gate(health_gate_settings(config, spool_folder), http::health_routes(health), request_id, log);
   http::Gate gate(settings, http::client_routes(front), request_id, log);
@@ -206,7 +238,9 @@ void serve(const config::Config& config, const telemetry::Log& log) {
   tell_address("listening", config.listen.host, gate.port());
   tell_address("health", config.health_listen.host, health_gate.port());
 
-  const int signal = stop_signals.wait();
+  const int signal = signals.wait_for_stop([&] {
+    if (ring != nullptr) reload_keys(config.keys, *ring, log);
+  });
   log.write(telemetry::Level::info, "draining", {{"signal", std::int64_t{signal}}});
   draining = true;                                                               // new work is refused, reads go on
   const bool finished = supervisor.drain(std::chrono::seconds(config.drain_s));  // waiting requests get their answers
@@ -215,11 +249,11 @@ void serve(const config::Config& config, const telemetry::Log& log) {
   log.write(telemetry::Level::info, "stopped", {{"all_jobs_finished", finished}});
 }
 
-int run(const config::Command& command) {
+int run(const config::Command& command, keys::KeyRing* ring) {
   const telemetry::Log log(*telemetry::level_named(command.config.log_level));
   log_start(log, command);
   try {
-    serve(command.config, log);
+    serve(command.config, ring, log);
     return 0;
   } catch (const std::exception& exception) {
     log.write(telemetry::Level::error, "cannot_run", {{"detail", std::string_view(exception.what())}});
@@ -236,16 +270,49 @@ void print_settings(const config::Command& command) {
   }
 }
 
+/// The key itself goes to stdout and nowhere else.
+int make_key(const config::Command& command) {
+  try {
+    const keys::Made made = keys::make(command.key_name, *keys::parse_scopes(command.key_scopes));
+    keys::append(command.config.keys, made.line);
+    std::printf("%s\n", made.token.c_str());
+    std::fprintf(stderr, "whittled: this is the only time the key is shown; a running daemon learns of it by SIGHUP\n");
+    return 0;
+  } catch (const std::exception& exception) {
+    std::fprintf(stderr, "whittled: --keys: %s\n", exception.what());
+    return exit_failed;
+  }
+}
+
+int tell(const std::vector<config::Mistake>& mistakes) {
+  for (const auto& [where, sentence] : mistakes) {
+    std::fprintf(stderr, "whittled: %s: %s\n", where.c_str(), sentence.c_str());
+  }
+  return exit_bad_configuration;
+}
+
+/// For tasks that need all of the configuration to be right.
+int check_and_run(const config::Command& command) {
+  std::optional<keys::KeyRing> ring;
+  if (!command.config.keys.empty()) {
+    auto read = keys::read(command.config.keys);
+    if (!read) {
+      std::vector<config::Mistake> mistakes;
+      for (const std::string& mistake : read.error()) mistakes.push_back({"--keys", mistake});
+      return tell(mistakes);
+    }
+    ring.emplace(std::move(*read));
+  }
+  if (command.task == config::Task::run) return run(command, ring ? &*ring : nullptr);
+  print_settings(command);
+  return 0;
+}
+
 }  // namespace
 
 int main(int argument_count, char** arguments) {
   const auto command = config::read_command({arguments + 1, arguments + argument_count}, config::process_environment());
-  if (!command) {
-    for (const auto& [where, sentence] : command.error()) {
-      std::fprintf(stderr, "whittled: %s: %s\n", where.c_str(), sentence.c_str());
-    }
-    return exit_bad_configuration;
-  }
+  if (!command) return tell(command.error());
   switch (command->task) {
     case config::Task::help:
       std::fputs(config::help_text().c_str(), stdout);
@@ -253,11 +320,11 @@ int main(int argument_count, char** arguments) {
     case config::Task::version:
       std::printf("whittled %s\n", std::string(tracer::build()).c_str());
       return 0;
+    case config::Task::new_key:
+      return make_key(*command);
     case config::Task::check:
-      print_settings(*command);
-      return 0;
     case config::Task::run:
-      return run(*command);
+      return check_and_run(*command);
   }
   return exit_failed;
 }

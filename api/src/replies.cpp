@@ -110,7 +110,7 @@ Json job_json(const jobs::JobView& view, std::int64_t now_ms) {
           {"links",
            {{"self", self},
             {"cancel", jobs::ended(job.state) ? Json(nullptr) : Json(self + "/cancel")},
-            {"events", nullptr},
+            {"events", self + "/events"},
             {"preview", nullptr},
             {"image", std::move(image)}}}};
 }
@@ -125,6 +125,11 @@ std::string write_job_list(const std::vector<jobs::JobView>& views, const std::s
   for (const jobs::JobView& view : views) items.push_back(job_json(view, now_ms));
   Json cursor = next_cursor.empty() ? Json(nullptr) : Json(next_cursor);
   return text_of({{"items", std::move(items)}, {"next_cursor", std::move(cursor)}});
+}
+
+std::string write_event(const jobs::JobEvent& event) {
+  return text_of(
+      {{"id", event.job_id}, {"state", event.state}, {"progress", event.progress}, {"at", time_json(event.at)}});
 }
 
 std::string write_problem(const ProblemReply& problem) {

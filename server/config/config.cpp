@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "server/config/option_table.h"
+#include "server/keys/key_ring.h"
 
 namespace config {
 namespace {
@@ -41,8 +42,15 @@ std::string_view trimmed(std::string_view text) {
 
 struct Flags {
   Task task = Task::run;
-  std::optional<std::string> file;
+  std::optional<std::string> file, new_key, scopes;
   Settings settings;
+
+  /// The flags that are no options.
+  std::optional<std::string>* other(std::string_view flag) {
+    if (flag == "--config") return &file;
+    if (flag == "--new-key") return &new_key;
+    return flag == "--scopes" ? &scopes : nullptr;
+  }
 };
 
 Flags read_flags(const std::vector<std::string>& arguments, std::vector<Mistake>& mistakes) {
@@ -59,7 +67,8 @@ Flags read_flags(const std::vector<std::string>& arguments, std::vector<Mistake>
     std::string name = flag.starts_with("--") ? flag.substr(2) : "";
     std::replace(name.begin(), name.end(), '-', '_');
     const Option* option = find_option(name);
-    if (option == nullptr && flag != "--config") {
+    std::optional<std::string>* const other = flags.other(flag);
+    if (option == nullptr && other == nullptr) {
       mistakes.push_back({flag, "is no option; --help lists them"});
       continue;
     }
@@ -69,7 +78,7 @@ Flags read_flags(const std::vector<std::string>& arguments, std::vector<Mistake>
     }
     const std::string value = equals == std::string::npos ? arguments[++i] : argument.substr(equals + 1);
     if (option == nullptr) {
-      flags.file = value;
+      *other = value;
     } else if (!flags.settings.emplace(option->name, Setting{value, flag}).second) {
       mistakes.push_back({flag, "is given twice"});
     }
@@ -146,21 +155,56 @@ Config resolve(const std::vector<Settings>& weakest_first, std::vector<Mistake>&
   return config;
 }
 
+void check_reach(const Config& config, const std::vector<Settings>& weakest_first, std::vector<Mistake>& mistakes) {
+  if (!config.keys.empty()) return;
+  for (const auto& [name, address] : {std::pair("listen", config.listen), {"health_listen", config.health_listen}}) {
+    if (is_loopback(address.host)) continue;
+    std::string where;
+    for (const Settings& settings : weakest_first) {
+      const auto found = settings.find(name);
+      if (found != settings.end()) where = found->second.where;
+    }
+    mistakes.push_back({where, "must be a loopback address (127.0.0.1, [::1]), got " + address.host +
+                                   ": without keys anyone who reaches the port may use the daemon; see --keys"});
+  }
+}
+
+void read_new_key(const Flags& flags, Command& command, std::vector<Mistake>& mistakes) {
+  if (!flags.new_key) {
+    if (flags.scopes) mistakes.push_back({"--scopes", "are those of a --new-key"});
+    return;
+  }
+  command.task = Task::new_key;
+  command.key_name = *flags.new_key;
+  command.key_scopes = flags.scopes.value_or("jobs:read,jobs:write");
+  if (!keys::is_name(command.key_name)) {
+    mistakes.push_back({"--new-key", "the name must be 1 to 64 of A-Z a-z 0-9 . _ -, got \"" + command.key_name + '"'});
+  }
+  if (!keys::parse_scopes(command.key_scopes)) {
+    mistakes.push_back({"--scopes", "must be some of jobs:read,jobs:write,admin, got \"" + command.key_scopes + '"'});
+  }
+  if (command.config.keys.empty()) mistakes.push_back({"--new-key", "needs --keys: the file that the key is added to"});
+}
+
 }  // namespace
 
 tracer::Result<Command, std::vector<Mistake>> read_command(const std::vector<std::string>& arguments,
                                                            const Environment& environment) {
   std::vector<Mistake> mistakes;
   const Flags flags = read_flags(arguments, mistakes);
-  Command command{flags.task, {}, {}};
+  Command command;
+  command.task = flags.task;
   if (flags.task == Task::help || flags.task == Task::version) return command;
   const Settings variables = read_environment(environment, command.ignored_variables);
   const Settings lines = flags.file ? read_file(*flags.file, mistakes) : Settings{};
-  command.config = resolve({lines, variables, flags.settings}, mistakes);
+  const std::vector<Settings> weakest_first{lines, variables, flags.settings};
+  command.config = resolve(weakest_first, mistakes);
   if (command.config.listen.port != 0 && command.config.listen == command.config.health_listen) {
     mistakes.push_back(
         {"health_listen", "must differ from listen, both are " + text_of(*find_option("listen"), command.config)});
   }
+  check_reach(command.config, weakest_first, mistakes);
+  read_new_key(flags, command, mistakes);
   if (!mistakes.empty()) return mistakes;
   return command;
 }
@@ -181,6 +225,7 @@ std::string help_text() {
       "whittled: takes JSON scenes over HTTP, keeps them as jobs, answers pictures.\n\n"
       "  whittled [--NAME VALUE ...] [--config FILE]\n"
       "  whittled --check-config ...   says every mistake, or the settings, and ends\n"
+      "  whittled --new-key NAME [--scopes jobs:read,jobs:write,admin] --keys FILE   shows a new key, once\n"
       "  whittled --version | --help\n\n"
       "A flag --some-name beats the environment's WHITTLE_SOME_NAME beats the file's line \"some_name = value\".\n\n";
   for (const Option& option : options()) {

@@ -15,7 +15,7 @@
 namespace config {
 
 struct Address {
-  std::string host;  ///< a literal loopback address, IPv6 without brackets
+  std::string host;  ///< a literal address, IPv6 without brackets; loopback unless there are keys
   std::uint16_t port = 0;
   bool operator==(const Address&) const = default;
 };
@@ -25,13 +25,14 @@ struct Config {
   Address listen, health_listen;
   std::string data;
   std::string assets;  ///< empty: none
+  std::string keys;    ///< the file of keys; empty: none
 
   std::uint64_t jobs = 0;
 
   std::uint64_t body_bytes = 0, pixels = 0, samples_times_pixels = 0, objects = 0, triangles = 0, lights = 0;
   std::uint64_t queued_jobs = 0;
 
-  std::uint64_t connections = 0, connections_per_address = 0, handler_threads = 0;
+  std::uint64_t connections = 0, connections_per_address = 0, streams = 0, handler_threads = 0;
   std::uint64_t render_wait_s = 0, drain_s = 0;
 
   std::string log_level;
@@ -45,10 +46,11 @@ struct Mistake {
 };
 
 /// What to do with the configuration.
-enum class Task { run, check, help, version };
+enum class Task { run, check, help, version, new_key };
 
 struct Command {
   Task task = Task::run;
+  std::string key_name, key_scopes;  ///< of a new key
   Config config;
   /// WHITTLE_ variables that are no option. To be told, but no mistake: Kubernetes gives every pod beside a service
   /// called whittle a WHITTLE_PORT and its like.

@@ -11,13 +11,16 @@ namespace {
 
 constexpr std::array table{
     Option{"listen", "127.0.0.1:8080", Endpoint{&Config::listen},
-           "where clients connect; loopback only, for there are no keys yet; port 0 takes a free one"},
+           "where clients connect; loopback only, unless there are keys; port 0 takes a free one"},
     Option{"health_listen", "127.0.0.1:8081", Endpoint{&Config::health_listen},
            "where /healthz, /readyz and /metrics answer, apart from clients so that load cannot hide them"},
     Option{"data", "./data", Text{&Config::data},
            "the folder of the queue's database and the pictures; made if missing"},
     Option{"assets", "", Text{&Config::assets, true},
            "the folder whose files scenes may name; none unless given, for whoever may send scenes sees what is in it"},
+    Option{"keys", "", Text{&Config::keys, true},
+           "the file of those who may use the service, made by --new-key; none unless given, and then only this "
+           "machine's users may. SIGHUP has it read again"},
     Option{
         "jobs", "0", Count{&Config::jobs, 0, 64},
         "jobs traced at once; 0 is as many as there are cores, so that small ones, mostly not parallel, fill them too"},
@@ -36,6 +39,8 @@ constexpr std::array table{
            "open connections; each idle one costs about 1 KiB"},
     Option{"connections_per_address", "20000", Count{&Config::connections_per_address, 1, 1'000'000},
            "of one client address; as many as all, for on loopback everyone, a proxy too, has the same"},
+    Option{"streams", "5000", Count{&Config::streams, 1, 1'000'000},
+           "event streams and long polls at once; one that is not read holds up to 16 KiB"},
     Option{"handler_threads", "4", Count{&Config::handler_threads, 1, 64},
            "requests handled at once; waiting ones need none, so few suffice"},
     Option{"render_wait_s", "60", Count{&Config::render_wait_s, 0, 3600},
@@ -57,14 +62,6 @@ std::optional<std::uint64_t> whole_number(std::string_view text) {
 
 bool is_ipv6(std::string_view host) { return host.find(':') != std::string_view::npos; }
 
-/// 127.0.0.0/8 and ::1.
-bool is_loopback(const std::string& host) {
-  in_addr v4{};
-  if (inet_pton(AF_INET, host.c_str(), &v4) == 1) return (ntohl(v4.s_addr) >> 24) == 127;
-  in6_addr v6{};
-  return inet_pton(AF_INET6, host.c_str(), &v6) == 1 && IN6_IS_ADDR_LOOPBACK(&v6);
-}
-
 bool is_address(const std::string& host) {
   in6_addr any{};
   return inet_pton(AF_INET, host.c_str(), &any) == 1 || inet_pton(AF_INET6, host.c_str(), &any) == 1;
@@ -83,10 +80,6 @@ std::string assign_endpoint(std::string_view text, Address& address) {
   const auto port = whole_number(text.substr(colon + 1));
   if (!port || *port > 65535) return "the port must be 0..65535, got \"" + std::string(text.substr(colon + 1)) + "\"";
   if (!is_address(host)) return "must be a literal address such as 127.0.0.1 or [::1], got \"" + host + "\"";
-  if (!is_loopback(host)) {
-    return "must be a loopback address (127.0.0.1, [::1]), got " + host +
-           ": without keys anyone who reaches the port may use the daemon. Put a proxy that asks for keys in front";
-  }
   address = {host, static_cast<std::uint16_t>(*port)};
   return {};
 }
@@ -116,6 +109,13 @@ std::string write_address(const Address& address) {
 }
 
 }  // namespace
+
+bool is_loopback(const std::string& host) {
+  in_addr v4{};
+  if (inet_pton(AF_INET, host.c_str(), &v4) == 1) return (ntohl(v4.s_addr) >> 24) == 127;
+  in6_addr v6{};
+  return inet_pton(AF_INET6, host.c_str(), &v6) == 1 && IN6_IS_ADDR_LOOPBACK(&v6);
+}
 
 std::span<const Option> options() { return table; }
 

@@ -43,6 +43,9 @@ std::string assign(const Option& option, std::string_view text, Config& config);
 /// The value as it would be written.
 std::string text_of(const Option& option, const Config& config);
 
+/// 127.0.0.0/8 and ::1.
+bool is_loopback(const std::string& host);
+
 /// What may be written: "1..64", "ADDRESS:PORT", "debug|info|warning|error".
 std::string range_of(const Option& option);
 

@@ -17,11 +17,12 @@ constexpr std::uint64_t turn_bytes = 1u << 20;
 
 }  // namespace
 
-Connection::Connection(int fd, std::string remote, const HeadLimits& limits, const ConnectionTimes& times,
-                       BodyBudget& budget, Time now)
+Connection::Connection(int fd, std::string remote, const HeadLimits& limits, const HeadJudge& judge,
+                       const ConnectionTimes& times, BodyBudget& budget, Time now)
     : fd_(fd),
       remote_(std::move(remote)),
       limits_(limits),
+      judge_(judge),
       times_(times),
       budget_(budget),
       deadline_(now + times.idle) {}
@@ -63,6 +64,8 @@ void Connection::read_input(Time now) {
     HeadResult result = read_head(input_, limits_);
     if (const auto* refused = std::get_if<RefusedHead>(&result)) return refuse({refused->failure, refused->detail, {}});
     if (std::holds_alternative<Incomplete>(result)) return;
+    if (auto problem = judge_ ? judge_(std::get<RequestHead>(result)) : std::nullopt)
+      return refuse(*std::move(problem));
     start_body(std::get<RequestHead>(std::move(result)), now);
   }
   fill_body();
@@ -106,16 +109,41 @@ void Connection::refuse(Problem problem) {
   input_ = {};  // what follows cannot be framed
 }
 
-void Connection::reply(std::string text, std::optional<BodySource> source, bool keep_alive, Time now) {
-  assert(state_ == State::handling);
-  state_ = State::writing;
+/// After what the socket has not taken yet: a 100 Continue.
+void Connection::put(std::string text) {
   output_.erase(0, written_);
+  written_ = 0;
   if (output_.empty()) {
     output_ = std::move(text);
   } else {
-    output_ += text;  // after the 100 Continue that the socket has not taken yet
+    output_ += text;
   }
-  written_ = 0;
+}
+
+void Connection::start_stream(std::string text, Time now) {
+  assert(state_ == State::handling);
+  state_ = State::streaming;
+  input_ = {};  // no reply would come to what follows
+  append(std::move(text), now);
+}
+
+void Connection::append(std::string text, Time now) {
+  put(std::move(text));
+  deadline_ = paced(now, times_.write_grace, 0);
+  send(now);
+}
+
+void Connection::end_stream(Time now) {
+  keep_alive_ = false;
+  state_ = State::writing;
+  started_ = now;
+  if (!wants_to_write()) finish_reply(now);
+}
+
+void Connection::reply(std::string text, std::optional<BodySource> source, bool keep_alive, Time now) {
+  assert(state_ == State::handling);
+  state_ = State::writing;
+  put(std::move(text));
   source_ = std::move(source);
   source_written_ = 0;
   keep_alive_ = keep_alive;
@@ -136,6 +164,11 @@ void Connection::send(Time now) {
     if (state_ == State::writing) deadline_ = paced(started_, times_.write_grace, written_ + source_written_);
   }
   if (!wants_to_write() && state_ == State::writing) finish_reply(now);
+  if (!wants_to_write() && state_ == State::streaming) {
+    std::string().swap(output_);  // many streams wait, most of the time: none keeps a buffer
+    written_ = 0;
+    deadline_ = Time::max();
+  }
 }
 
 ssize_t Connection::send_bytes(std::string_view bytes) const {
@@ -170,7 +203,7 @@ void Connection::finish_reply(Time now) {
 }
 
 void Connection::expire() {
-  const bool silent = is_idle() || state_ == State::writing || state_ == State::lingering;
+  const bool silent = is_idle() || state_ == State::writing || state_ == State::streaming || state_ == State::lingering;
   if (silent) return close();
   if (state_ == State::reading_head || state_ == State::reading_body) {
     refuse({Failure::request_timeout,

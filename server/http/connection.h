@@ -3,6 +3,7 @@
 /// the reply. It knows neither epoll nor handlers; the gate calls it from its one thread.
 ///
 ///   reading_head -> reading_body -> handling -> writing -> reading_head ... | lingering -> closed
+///                                            -> streaming -> lingering -> closed
 ///
 /// While a request is handled nothing more is read, so pipelined requests wait in the socket and are answered in order.
 
@@ -10,6 +11,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -31,13 +33,16 @@ struct ConnectionTimes {
   std::uint64_t bytes_per_s = 16u << 10;    ///< the least average rate of bodies and replies: a bad mobile line
 };
 
+/// What is wrong with a request whose head has come, its body not yet; asked from the loop, so it must be quick.
+using HeadJudge = std::function<std::optional<Problem>(const RequestHead&)>;
+
 class Connection {
  public:
-  enum class State { reading_head, reading_body, handling, writing, lingering, closed };
+  enum class State { reading_head, reading_body, handling, writing, streaming, lingering, closed };
 
   /// Owns `fd`, a connected non-blocking socket. The references must outlive it.
-  Connection(int fd, std::string remote, const HeadLimits& limits, const ConnectionTimes& times, BodyBudget& budget,
-             Time now);
+  Connection(int fd, std::string remote, const HeadLimits& limits, const HeadJudge& judge, const ConnectionTimes& times,
+             BodyBudget& budget, Time now);
   Connection(const Connection&) = delete;
   ~Connection();
 
@@ -61,6 +66,11 @@ class Connection {
 
   /// Starts the reply: `text` is head and body, `source` what follows.
   void reply(std::string text, std::optional<BodySource> source, bool keep_alive, Time now);
+  /// Starts a reply whose body comes by `append` until `end_stream`. What is appended has to go out within the write
+  /// grace.
+  void start_stream(std::string text, Time now);
+  void append(std::string text, Time now);
+  void end_stream(Time now);
   /// Writes what the socket takes now. After the last byte: the next request, or the end.
   void send(Time now);
 
@@ -76,6 +86,7 @@ class Connection {
   void start_body(RequestHead head, Time now);
   void fill_body();
   void finish_reply(Time now);
+  void put(std::string text);
   [[nodiscard]] ssize_t send_bytes(std::string_view bytes) const;
   ssize_t send_piece_of_source();
   [[nodiscard]] std::uint64_t source_left() const { return source_ ? source_->size_bytes - source_written_ : 0; }
@@ -85,6 +96,7 @@ class Connection {
   State state_ = State::reading_head;
   std::string remote_;
   const HeadLimits& limits_;
+  const HeadJudge& judge_;
   const ConnectionTimes& times_;
   BodyBudget& budget_;
   Time deadline_;

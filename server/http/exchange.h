@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -20,6 +21,7 @@ struct Request {
   std::string id;  ///< X-Request-Id of the reply and of every log line
   RequestHead head;
   Body body;
+  std::string owner;              ///< the name of the key that it came with; empty where there are no keys
   std::string remote;             ///< the peer's address, from the socket
   std::vector<std::string> path;  ///< what the pattern's {names} stand for in this path, in order; percent-decoded
 };
@@ -32,14 +34,32 @@ struct BodySource {
   std::function<std::size_t(std::uint64_t offset, char* into, std::size_t size)> read;
 };
 
+/// A body without an end that is known: text as it comes, while the client listens. The gate's loop holds it, no
+/// thread. What the client does not read stays with the source, whose affair it is to bound it. It is destroyed when
+/// the client leaves.
+struct BodyStream {
+  struct Piece {
+    std::string text;
+    bool over = false;  ///< nothing follows: the connection closes after it
+  };
+  /// What is new, in pieces of some KiB; empty: nothing. Called from the gate's loop, so it must not wait for anyone.
+  std::function<Piece()> take;
+  /// Calls `wake` when there is something to take, from any thread, also after the gate is gone. Called once.
+  std::function<void(std::function<void()> wake)> watch;
+  /// Sent after each `quiet` without anything else, so that proxies and clients know that the line is alive.
+  std::string sign_of_life;
+  std::chrono::milliseconds quiet{15'000};
+};
+
 struct Reply {
   int status = 200;
   std::string content_type;  ///< empty where there is no body
   Pairs headers;
   std::string body;
-  std::optional<BodySource> source;  ///< instead of `body`
-  std::optional<Failure> failure;    ///< for the log
-  std::string job_id;                ///< for the log
+  std::optional<BodySource> source;    ///< instead of `body`
+  std::shared_ptr<BodyStream> stream;  ///< after `body`; HEAD gets none
+  std::optional<Failure> failure;      ///< for the log
+  std::string job_id;                  ///< for the log
 };
 
 /// The answer comes later, when `wake` is called or the deadline passes; until then the request holds no thread.

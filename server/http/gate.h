@@ -32,6 +32,7 @@ struct GateSettings {
   /// second behind then, and more would only wait longer.
   std::size_t waiting_max = 256;
   HeadLimits head;
+  HeadJudge judge;  ///< none: every head is right
   ConnectionTimes times;
   std::string spool_folder = "/tmp";  ///< for bodies over 1 MiB; exists
 };

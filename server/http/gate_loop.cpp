@@ -155,15 +155,17 @@ Gate::Loop::Client* Gate::Loop::find(std::uint64_t number) {
 void Gate::Loop::handle_event(Client& client, std::uint32_t events) {
   Connection& connection = client.connection;
   const bool gone = (events & (EPOLLERR | EPOLLHUP)) != 0;
-  const bool left_while_waiting = (events & EPOLLRDHUP) != 0 && client.stop_watching;
+  const bool left_while_waiting = (events & EPOLLRDHUP) != 0 && (client.stop_watching || client.stream);
   if (gone || left_while_waiting) connection.close();
   if ((events & EPOLLIN) != 0 && connection.wants_to_read()) connection.receive(now_);
   if ((events & EPOLLOUT) != 0 && connection.wants_to_write()) connection.send(now_);
+  if (client.stream) feed_stream(client);
   settle(client);
 }
 
 Time Gate::Loop::deadline_of(const Client& client) {
   const Time socket = client.connection.deadline();
+  if (client.stream) return std::min(socket, client.sign_of_life_due);
   return client.stop_watching ? std::min(socket, client.exchange->parked.deadline) : socket;
 }
 
@@ -189,8 +191,11 @@ void Gate::Loop::fire_timer(Client& client) {
   if (deadline_of(client) > now_) return arm_timer(client);
   if (client.stop_watching) {
     resume(client, true);
-  } else {
+  } else if (client.connection.deadline() <= now_) {
     client.connection.expire();
+  } else {
+    client.sign_of_life_due = now_ + client.stream->quiet;
+    if (!client.connection.wants_to_write()) client.connection.append(client.stream->sign_of_life, now_);
   }
   settle(client);
 }
@@ -217,7 +222,8 @@ void Gate::Loop::watch_socket(Client& client) {
   std::uint32_t interest = 0;
   if (client.connection.wants_to_read()) interest |= EPOLLIN;
   if (client.connection.wants_to_write()) interest |= EPOLLOUT;
-  if (client.stop_watching) interest |= EPOLLRDHUP;  // someone who waits tells by it that they wait no longer
+  if (client.stop_watching || client.stream)
+    interest |= EPOLLRDHUP;  // someone who waits tells by it that they wait no longer
   if (interest == client.interest) return;
   client.interest = interest;
   watch(epoll_, EPOLL_CTL_MOD, client.connection.fd(), interest, client.number);

@@ -32,12 +32,15 @@ class Gate::Loop {
     Client(std::uint64_t unique_number, Listener::Accepted accepted, const GateSettings& settings, BodyBudget& budget,
            Time now)
         : number(unique_number),
-          connection(accepted.fd, std::move(accepted.remote), settings.head, settings.times, budget, now) {}
+          connection(accepted.fd, std::move(accepted.remote), settings.head, settings.judge, settings.times, budget,
+                     now) {}
     std::uint64_t number;
     Connection connection;
     std::shared_ptr<Exchange> exchange;   ///< the request that handlers or waiting have; null: none
     bool woken = false;                   ///< a wake came before the request was told to be waiting
     std::function<void()> stop_watching;  ///< set while the request waits without a thread
+    std::shared_ptr<BodyStream> stream;   ///< of the reply that is being streamed
+    Time sign_of_life_due{};              ///< while there is a stream
     std::uint32_t interest = 0;           ///< of epoll
     Time armed = Time::max();             ///< the earliest timer that is set
   };
@@ -62,6 +65,9 @@ class Gate::Loop {
   void refuse(Client& client);
   void dispatch(Client& client);
   void resume(Client& client, bool timed_out);
+  void start_stream(Client& client, Finished& finished);
+  void feed_stream(Client& client);
+  void end_stream(Client& client);
   void watch_socket(Client& client);
   void arm_timer(Client& client);
   void drop(Client& client);

@@ -28,11 +28,12 @@ void log_request(const telemetry::Log& log, const Exchange& exchange, const Repl
 
 Finished finished(const std::shared_ptr<Exchange>& exchange, Reply reply, bool draining, const telemetry::Log& log) {
   const Request& request = exchange->request;
-  const bool keep_alive = request.head.keep_alive && !draining;
+  const bool keep_alive = request.head.keep_alive && !draining && !reply.stream;
   const bool to_head = request.head.method == "HEAD";
   log_request(log, *exchange, reply);
   std::string text = serialized(reply, request.id, keep_alive, to_head);
-  return {exchange, std::move(text), to_head ? std::nullopt : std::move(reply.source), keep_alive};
+  if (to_head) return {exchange, std::move(text), std::nullopt, nullptr, keep_alive};
+  return {exchange, std::move(text), std::move(reply.source), std::move(reply.stream), keep_alive};
 }
 
 /// On a handler's thread: passes on what a handler answered.
@@ -107,10 +108,43 @@ void Gate::Loop::take_messages() {
 
 void Gate::Loop::receive(Finished& finished) {
   with_client(finished.exchange->client, [&](Client& client) {
-    client.exchange.reset();
-    client.connection.reply(std::move(finished.text), std::move(finished.source), finished.keep_alive, now_);
+    if (finished.stream) {
+      start_stream(client, finished);
+    } else {
+      client.exchange.reset();
+      client.connection.reply(std::move(finished.text), std::move(finished.source), finished.keep_alive, now_);
+    }
     settle(client);
   });
+}
+
+void Gate::Loop::start_stream(Client& client, Finished& finished) {
+  client.connection.start_stream(std::move(finished.text), now_);
+  client.stream = std::move(finished.stream);
+  client.sign_of_life_due = now_ + client.stream->quiet;
+  client.exchange->request = {};  // a stream may last for days
+  client.stream->watch([mailbox = mailbox_, number = client.number, exchange = std::weak_ptr(client.exchange)] {
+    mailbox->post(Wake{number, exchange});
+  });
+  feed_stream(client);
+  if (draining_) end_stream(client);
+}
+
+/// What the socket has not taken is not added to: a slow reader keeps one piece here, the rest is the source's.
+void Gate::Loop::feed_stream(Client& client) {
+  Connection& connection = client.connection;
+  while (client.stream && connection.state() == Connection::State::streaming && !connection.wants_to_write()) {
+    BodyStream::Piece piece = client.stream->take();
+    if (piece.text.empty() && !piece.over) return;
+    client.sign_of_life_due = now_ + client.stream->quiet;
+    if (!piece.text.empty()) connection.append(std::move(piece.text), now_);
+    if (piece.over) end_stream(client);
+  }
+}
+
+void Gate::Loop::end_stream(Client& client) {
+  client.stream.reset();
+  if (client.connection.state() == Connection::State::streaming) client.connection.end_stream(now_);
 }
 
 void Gate::Loop::receive(Waiting& waiting) {
@@ -131,8 +165,13 @@ void Gate::Loop::receive(Wake& wake) {
   with_client(wake.client, [&](Client& client) {
     if (exchange == nullptr || client.exchange != exchange) return;  // answered meanwhile
     client.woken = true;
-    if (!client.stop_watching) return;
-    resume(client, false);
+    if (client.stream) {
+      feed_stream(client);
+    } else if (client.stop_watching) {
+      resume(client, false);
+    } else {
+      return;
+    }
     settle(client);
   });
 }
@@ -145,6 +184,7 @@ void Gate::Loop::receive(Drain&) {
   for (const std::uint64_t number : numbers) {
     with_client(number, [this](Client& client) {
       if (client.stop_watching) resume(client, true);
+      if (client.stream) end_stream(client);
       settle(client);
     });
   }

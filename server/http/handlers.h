@@ -13,12 +13,20 @@ namespace http {
 Answer submit_job(Request& request, const Front& front);
 Answer validate_job(Request& request, const Front& front);
 Answer list_jobs(Request& request, const Front& front);
-Answer get_job(Request& request, const Front& front);
 Answer cancel_job(Request& request, const Front& front);
 Answer remove_job(Request& request, const Front& front);
 
 // ---- render_handler.cpp
 Answer render(Request& request, const Front& front);
+
+// ---- job_waiting.cpp
+Answer get_job(Request& request, const Front& front);
+/// The answer to a submission: 202 at once, or when "Prefer: wait=N" asks for it 200 once the job has ended.
+Answer submission_reply(const Request& request, const jobs::JobView& submitted, const Front& front);
+
+// ---- event_handlers.cpp
+Answer get_job_events(Request& request, const Front& front);
+Answer get_events(Request& request, const Front& front);
 
 // ---- picture_handler.cpp
 Answer get_picture(Request& request, const Front& front, const std::string& name);
@@ -50,6 +58,7 @@ tracer::Result<Scene, Problem> take_work(Request& request, const Front& front);
 /// The job that the path names; a problem when there is none.
 tracer::Result<jobs::JobView, Problem> find_job(const Request& request, const Front& front);
 Problem no_such_job(const std::string& id);
+Problem too_many_listeners(const Front& front);
 
 /// The job as JSON. With 202 it has Location.
 Reply job_reply(int status, const jobs::JobView& view, const Front& front);

@@ -49,6 +49,10 @@ Answer get_metrics(Request&, const Health& health) {
             std::to_string(health.job_count(state)) + "\n";
   }
   text +=
+      "# HELP whittle_event_listeners Event streams and long polls.\n# TYPE whittle_event_listeners gauge\n"
+      "whittle_event_listeners " +
+      std::to_string(health.event_listeners()) + "\n";
+  text +=
       "# HELP process_resident_memory_bytes Memory of the daemon, without its worker.\n"
       "# TYPE process_resident_memory_bytes gauge\nprocess_resident_memory_bytes " +
       std::to_string(resident_bytes()) + "\n";

@@ -1,6 +1,4 @@
-#include <array>
 #include <charconv>
-#include <cstdio>
 
 #include "api/replies.h"
 #include "server/http/handlers.h"
@@ -10,15 +8,6 @@ namespace http {
 namespace {
 
 constexpr int list_default = 50, list_max = 200;  // 200 jobs are half a megabyte of JSON: some milliseconds
-
-/// Tells states of one job apart, no more is asked of it (FNV-1a, 64 bits).
-std::string etag_of(const std::string& body) {
-  std::uint64_t hash = 0xcbf29ce484222325;
-  for (const char c : body) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
-  std::array<char, 20> text{};
-  std::snprintf(text.data(), text.size(), "\"%016llx\"", static_cast<unsigned long long>(hash));
-  return text.data();
-}
 
 struct ListQuery {
   jobs::JobFilter filter;
@@ -74,7 +63,7 @@ Answer submit_job(Request& request, const Front& front) {
   if (!scene) return problem_reply(scene.error(), request.id);
   const auto submitted = front.jobs.submit(scene->document, scene->parsed);
   if (!submitted) return problem_reply(problem_of(submitted.error()), request.id);
-  return job_reply(202, *submitted, front);
+  return submission_reply(request, *submitted, front);
 }
 
 Answer validate_job(Request& request, const Front& front) {
@@ -105,22 +94,6 @@ Answer list_jobs(Request& request, const Front& front) {
   Reply reply;
   reply.content_type = "application/json";
   reply.body = api::write_job_list(views, page.next_cursor, front.clock());
-  return reply;
-}
-
-Answer get_job(Request& request, const Front& front) {
-  const auto view = find_job(request, front);
-  if (!view) return problem_reply(view.error(), request.id);
-  Reply reply = job_reply(200, *view, front);
-  const std::string etag = etag_of(reply.body);
-  reply.headers.emplace_back("ETag", etag);
-  reply.headers.emplace_back("Cache-Control", "no-cache");
-  const auto known = request.head.header("if-none-match");
-  if (known && none_match_names(*known, etag)) {
-    reply.status = 304;
-    reply.content_type.clear();
-    reply.body.clear();
-  }
   return reply;
 }
 

@@ -27,6 +27,7 @@ struct Finished {
   std::shared_ptr<Exchange> exchange;
   std::string text;  ///< head and body
   std::optional<BodySource> source;
+  std::shared_ptr<BodyStream> stream;
   bool keep_alive = false;
 };
 struct Waiting {

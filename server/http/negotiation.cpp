@@ -121,8 +121,23 @@ RangeAnswer read_range(std::optional<std::string_view> range, std::uint64_t size
   return {Kind::part, {*begin, std::min(*end, size_bytes - 1) + 1}};
 }
 
+std::optional<std::chrono::seconds> preferred_wait(std::string_view prefer) {
+  while (!prefer.empty()) {
+    std::string_view preference = take_until(prefer, ',');
+    std::string_view value = take_until(preference, ';');
+    if (lowered(take_until(value, '=')) != "wait") continue;
+    value = trimmed(value);
+    if (value.size() >= 2 && value.front() == '"' && value.back() == '"') value = value.substr(1, value.size() - 2);
+    const auto seconds = position(value);
+    constexpr std::uint64_t year = 31'536'000;  // longer is as good as for ever, and fits into any arithmetic
+    return seconds ? std::optional(std::chrono::seconds(std::min(*seconds, year))) : std::nullopt;
+  }
+  return std::nullopt;
+}
+
 bool none_match_names(std::string_view if_none_match, std::string_view etag) {
   if (trimmed(if_none_match) == "*") return true;
+  if (etag.starts_with("W/")) etag.remove_prefix(2);
   while (!if_none_match.empty()) {
     std::string_view member = take_until(if_none_match, ',');
     if (member.starts_with("W/")) member.remove_prefix(2);

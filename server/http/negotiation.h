@@ -1,6 +1,7 @@
 #pragma once
 /// What a client's Accept, Range and If-None-Match headers ask for: pure functions over header values.
 
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -31,7 +32,11 @@ struct RangeAnswer {
 /// are answered with the whole: that is always correct, and no request can multiply its answer.
 RangeAnswer read_range(std::optional<std::string_view> range, std::uint64_t size_bytes);
 
-/// Does If-None-Match name `etag` (with its quotes), by weak comparison, or everything?
+/// How long the client likes to wait (RFC 7240, section 4.3): the first preference "wait", whole seconds. Nothing where
+/// there is none, or none that can be read: preferences are never an error.
+std::optional<std::chrono::seconds> preferred_wait(std::string_view prefer);
+
+/// Does If-None-Match name `etag` (as it is sent, with its quotes), by weak comparison, or everything?
 bool none_match_names(std::string_view if_none_match, std::string_view etag);
 
 /// Is this Content-Type application/json, with any parameters but another charset than UTF-8?

@@ -32,6 +32,9 @@ enum class Failure {
   too_many_connections,
   overloaded,
   // What handlers answer.
+  misdirected,
+  unauthenticated,
+  forbidden,
   not_json,
   bad_query,
   not_found,
@@ -46,6 +49,7 @@ enum class Failure {
   unsupported_media_type,
   bad_scene,
   queue_full,
+  too_many_streams,
   draining,
   store_unavailable,
   not_ready,

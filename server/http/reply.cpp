@@ -9,12 +9,14 @@ namespace http {
 namespace {
 
 std::string_view reason_of(int status) {
-  constexpr std::array<std::pair<int, std::string_view>, 25> reasons{{{200, "OK"},
+  constexpr std::array<std::pair<int, std::string_view>, 26> reasons{{{200, "OK"},
                                                                       {202, "Accepted"},
                                                                       {204, "No Content"},
                                                                       {206, "Partial Content"},
                                                                       {304, "Not Modified"},
                                                                       {400, "Bad Request"},
+                                                                      {401, "Unauthorized"},
+                                                                      {403, "Forbidden"},
                                                                       {404, "Not Found"},
                                                                       {405, "Method Not Allowed"},
                                                                       {406, "Not Acceptable"},
@@ -26,6 +28,7 @@ std::string_view reason_of(int status) {
                                                                       {415, "Unsupported Media Type"},
                                                                       {416, "Range Not Satisfiable"},
                                                                       {417, "Expectation Failed"},
+                                                                      {421, "Misdirected Request"},
                                                                       {422, "Unprocessable Content"},
                                                                       {431, "Request Header Fields Too Large"},
                                                                       {500, "Internal Server Error"},
@@ -57,6 +60,11 @@ Reply problem_reply(const Problem& problem, const std::string& request_id) {
   reply.body = api::write_problem({"urn:whittle:problem:" + std::string(rule.name), std::string(rule.title),
                                    rule.status, problem.detail, request_id, problem.errors});
   if (rule.retry_after_s > 0) reply.headers.emplace_back("Retry-After", std::to_string(rule.retry_after_s));
+  // RFC 6750, section 3
+  if (problem.failure == Failure::unauthenticated) reply.headers.emplace_back("WWW-Authenticate", "Bearer");
+  if (problem.failure == Failure::forbidden) {
+    reply.headers.emplace_back("WWW-Authenticate", "Bearer error=\"insufficient_scope\"");
+  }
   reply.failure = problem.failure;
   return reply;
 }
@@ -71,7 +79,7 @@ std::string serialized(const Reply& reply, const std::string& request_id, bool k
   header("X-Content-Type-Options", "nosniff");
   for (const auto& [name, value] : reply.headers) header(name, value);
   if (!reply.content_type.empty()) header("Content-Type", reply.content_type);
-  if (reply.status != 204 && reply.status != 304) {
+  if (reply.status != 204 && reply.status != 304 && !reply.stream) {  // a stream ends with its connection
     header("Content-Length", std::to_string(reply.source ? reply.source->size_bytes : reply.body.size()));
   }
   header("Connection", keep_alive ? "keep-alive" : "close");

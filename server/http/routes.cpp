@@ -1,5 +1,6 @@
 #include "server/http/routes.h"
 
+#include "server/http/access.h"
 #include "server/http/handlers.h"
 #include "tracer/encode.h"
 
@@ -20,14 +21,17 @@ std::vector<Route> client_routes(const Front& front) {
       {"GET", "/v1/jobs", with_front(list_jobs), {"state", "label", "q", "limit", "cursor"}},
       {"POST", "/v1/jobs/validate", with_front(validate_job), {}},
       {"POST", "/v1/render", with_front(render), {}},
-      {"GET", "/v1/jobs/{id}", with_front(get_job), {}},
+      {"GET", "/v1/jobs/{id}", with_front(get_job), {"wait"}},
       {"DELETE", "/v1/jobs/{id}", with_front(remove_job), {}},
       {"POST", "/v1/jobs/{id}/cancel", with_front(cancel_job), {}},
+      {"GET", "/v1/jobs/{id}/events", with_front(get_job_events), {}},
+      {"GET", "/v1/events", with_front(get_events), {}},
   };
   for (const tracer::Format format : tracer::all_formats) {
     const std::string name = "image." + std::string(tracer::extension(format));
     routes.push_back({"GET", "/v1/jobs/{id}/" + name, picture(name), {}});
   }
+  for (Route& route : routes) route.handler = with_access(route.handler, front.keys);
   return routes;
 }
 

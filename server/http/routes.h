@@ -13,13 +13,19 @@
 #include "api/document.h"
 #include "server/http/exchange.h"
 #include "server/jobs/clock.h"
+#include "server/jobs/events.h"
 #include "server/jobs/job_service.h"
+#include "server/keys/key_ring.h"
 
 namespace http {
+
+/// The longest that a request may wish to wait; proxies cut at 60 s.
+constexpr std::chrono::seconds wait_max{60};
 
 /// What the client routes need. The functions and the service are thread-safe and outlive the gate.
 struct Front {
   jobs::JobService& jobs;
+  jobs::Events& events;
   jobs::Clock clock;
   api::Limits limits;
   /// An issue for each file that the scene names and that is not there to be read. Unset: `limits` let none be named.
@@ -27,6 +33,7 @@ struct Front {
   std::chrono::milliseconds render_wait{60'000};                   ///< see the option render_wait_s
   std::function<bool()> draining;                                  ///< true: new work is refused, reads are answered
   std::vector<std::pair<std::string, std::uint64_t>> told_limits;  ///< what GET /v1/version tells, by option name
+  const keys::KeyRing* keys = nullptr;                             ///< null: this machine's users need none
 };
 std::vector<Route> client_routes(const Front& front);
 
@@ -34,6 +41,7 @@ std::vector<Route> client_routes(const Front& front);
 struct Health {
   std::function<std::string()> not_ready;                 ///< empty: ready; else the reason
   std::function<std::int64_t(jobs::JobState)> job_count;  ///< may throw StoreFailure
+  std::function<std::size_t()> event_listeners;
 };
 std::vector<Route> health_routes(const Health& health);
 

@@ -12,6 +12,7 @@ constexpr std::string_view welcome =
     "  POST /v1/render         a scene document in, its picture out\n"
     "  POST /v1/jobs           a scene document in, a job out; then\n"
     "  GET  /v1/jobs/{id}            how far it is\n"
+    "  GET  /v1/jobs/{id}/events     the same as it happens\n"
     "  GET  /v1/jobs/{id}/image.png  its picture\n"
     "  GET  /v1/version        what runs here, within which limits\n"
     "  GET  /openapi.json      all of it, for machines\n";

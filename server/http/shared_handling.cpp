@@ -49,6 +49,12 @@ tracer::Result<Scene, Problem> take_work(Request& request, const Front& front) {
   return take_scene(request, front);
 }
 
+Problem too_many_listeners(const Front& front) {
+  return {Failure::too_many_streams,
+          "the limit streams is " + std::to_string(front.events.listeners_max()) + ", of event streams and long polls",
+          {}};
+}
+
 Problem no_such_job(const std::string& id) { return {Failure::job_not_found, "there is no job " + id, {}}; }
 
 tracer::Result<jobs::JobView, Problem> find_job(const Request& request, const Front& front) {

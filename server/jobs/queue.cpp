@@ -47,6 +47,7 @@ tracer::Result<JobView, QueueFull> Queue::submit(const std::string& document, co
   job.width = parsed.scene.image.window().width();
   job.height = parsed.scene.image.window().height();
   store_.submit(job, document);
+  tell(job.id, JobState::queued);
 
   const std::lock_guard lock(runner_mutex_);
   if (runner_ != nullptr) runner_->wake();
@@ -76,7 +77,10 @@ double Queue::progress(const std::string& id) {
 
 CancelOutcome Queue::cancel(const std::string& id) {
   const CancelOutcome outcome = store_.cancel(id, clock_());
-  if (outcome == CancelOutcome::cancelled) job_ended(id);
+  if (outcome == CancelOutcome::cancelled) {
+    tell(id, JobState::cancelled);
+    job_ended(id);
+  }
   if (outcome == CancelOutcome::cancelling) {
     const std::lock_guard lock(runner_mutex_);
     if (runner_ != nullptr) runner_->cancel(id);
@@ -87,6 +91,7 @@ CancelOutcome Queue::cancel(const std::string& id) {
 RemoveOutcome Queue::remove(const std::string& id) {
   const Removal removal = store_.remove(id);
   if (removal.outcome == RemoveOutcome::removed) {
+    if (observer_ != nullptr) observer_->removed(id);
     job_ended(id);
     for (const Artifact& artifact : removal.artifacts) pins_.collect(artifact.sha256);
   }
@@ -121,6 +126,10 @@ void Queue::forget(std::uint64_t token) {
   const auto [first, last] = waiting_for_.equal_range(waiter->second.id);
   waiting_for_.erase(std::find_if(first, last, [&](const auto& entry) { return entry.second == token; }));
   waiters_.erase(waiter);
+}
+
+void Queue::tell(const std::string& id, JobState to) {
+  if (observer_ != nullptr) observer_->moved(id, to);
 }
 
 void Queue::job_ended(const std::string& id) {
@@ -161,17 +170,20 @@ std::optional<Claim> Queue::claim(bool alone) {
     const std::lock_guard lock(live_mutex_);
     progress_.insert_or_assign(claim->job.id, 0.0);
   }
+  if (claim) tell(claim->job.id, JobState::running);
   return claim;
 }
 
 bool Queue::fail(const std::string& id, std::int64_t fence, const Problem& problem) {
   const bool moved = store_.fail(id, fence, clock_(), problem);
+  if (moved) tell(id, JobState::failed);
   if (moved) job_ended(id);
   return moved;
 }
 
 bool Queue::finish_cancel(const std::string& id, std::int64_t fence) {
   const bool moved = store_.finish_cancel(id, fence, clock_());
+  if (moved) tell(id, JobState::cancelled);
   if (moved) job_ended(id);
   return moved;
 }
@@ -184,6 +196,7 @@ bool Queue::release(const std::string& id, std::int64_t fence, bool counts, bool
   const bool moved = store_.release(id, fence, clock_(), counts, suspect);
   if (!moved) return false;
   const std::optional<Job> job = store_.find(id);  // a requested cancel ended it
+  if (job) tell(id, job->state);
   if (!job || ended(job->state)) job_ended(id);
   return true;
 }
@@ -197,14 +210,19 @@ bool Queue::succeed(const std::string& id, std::int64_t fence, const std::string
     artifacts.push_back({picture.name, picture.media_type, stored.sha256, stored.bytes});
   }
   const bool moved = store_.succeed(id, fence, clock_(), report, artifacts);
+  if (moved) tell(id, JobState::succeeded);
   if (moved) job_ended(id);
   return moved;
 }
 
 void Queue::progressed(const std::string& id, double fraction) {
-  const std::lock_guard lock(live_mutex_);
-  const auto found = progress_.find(id);  // absent: the job has ended meanwhile
-  if (found != progress_.end()) found->second = std::max(found->second, std::clamp(fraction, 0.0, 1.0));
+  {
+    const std::lock_guard lock(live_mutex_);
+    const auto found = progress_.find(id);
+    if (found == progress_.end()) return;  // the job has ended meanwhile
+    fraction = found->second = std::max(found->second, std::clamp(fraction, 0.0, 1.0));
+  }
+  if (observer_ != nullptr) observer_->progressed(id, fraction);
 }
 
 }  // namespace jobs

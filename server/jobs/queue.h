@@ -27,6 +27,7 @@
 #include "server/jobs/job_service.h"
 #include "server/jobs/job_store.h"
 #include "server/jobs/log.h"
+#include "server/jobs/observer.h"
 #include "server/jobs/runner.h"
 
 namespace jobs {
@@ -60,6 +61,9 @@ class Queue final : public JobService {
   /// ended when this returns.
   void attach(Runner* runner);
 
+  /// `observer` is told of every move from now on. Once, before jobs are submitted or run; must outlive this.
+  void observe(Observer* observer) { observer_ = observer; }
+
   /// As JobStore, with this daemon's boot id and clock. Those that end the job call the waiters.
   std::optional<Claim> claim(bool alone);
   bool fail(const std::string& id, std::int64_t fence, const Problem& problem);
@@ -81,6 +85,7 @@ class Queue final : public JobService {
 
  private:
   void job_ended(const std::string& id);
+  void tell(const std::string& id, JobState to);
   JobView view(Job job);
 
   JobStore& store_;
@@ -96,6 +101,7 @@ class Queue final : public JobService {
 
   std::mutex runner_mutex_;
   Runner* runner_ = nullptr;
+  Observer* observer_ = nullptr;
 
   std::mutex live_mutex_;  ///< progress and waiters; never held over a call of the store or of a waiter
   std::unordered_map<std::string, double> progress_;

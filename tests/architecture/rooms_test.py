@@ -46,10 +46,11 @@ DIRECTIONS = [
     ("server/storage/sqlite/", ["server/jobs/", "server/storage/sqlite/", "tracer/include/"]),
     ("server/storage/files/", ["server/jobs/", "server/storage/files/"]),
     ("server/storage/memory/", ["server/jobs/", "server/storage/memory/", "server/storage/files/sha256.h"]),
-    ("server/config/", ["server/config/", "tracer/include/"]),
+    ("server/config/", ["server/config/", "server/keys/", "tracer/include/"]),
+    ("server/keys/", ["server/keys/", "server/storage/files/sha256.h", "tracer/include/"]),
     ("server/telemetry/", ["server/jobs/", "server/telemetry/"]),
     ("server/worker/", ["server/jobs/", "server/worker/", "tracer/include/", "api/include/"]),
-    ("server/http/", ["server/jobs/", "server/http/", "server/telemetry/", "tracer/include/", "api/include/"]),
+    ("server/http/", ["server/jobs/", "server/http/", "server/keys/", "server/telemetry/", "tracer/include/", "api/include/"]),
     ("tests/", [""]),
 ]
 

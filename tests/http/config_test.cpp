@@ -92,8 +92,8 @@ TEST(Config, TellsAllMistakesOfAllSourcesWithTheirPlaces) {
   const std::string& at = file.path();
   const auto all =
       mistakes({"--config", at, "--listen", "0.0.0.0:1", "--bogus", "--log-level", "loud", "--drain-s"}, environment);
-  EXPECT_EQ(places(all), "--bogus --drain-s " + at + ":2 " + at + ":3 " + at + ":4 --listen " + at +
-                             ":1 WHITTLE_LIGHTS --log-level ");
+  EXPECT_EQ(places(all), "--bogus --drain-s " + at + ":2 " + at + ":3 " + at + ":4 " + at +
+                             ":1 WHITTLE_LIGHTS --log-level --listen ");
 }
 
 TEST(Config, RefusesAddressesThatOthersCouldReach) {
@@ -101,6 +101,11 @@ TEST(Config, RefusesAddressesThatOthersCouldReach) {
     expect_mistake({"--listen", address}, "--listen", "loopback");
     expect_mistake({"--health-listen", address}, "--health-listen", "loopback");
   }
+}
+
+TEST(Config, TakesAddressesThatOthersReachWhereThereAreKeys) {
+  EXPECT_EQ(accepted({"--listen", "0.0.0.0:80", "--keys", "file"}).listen, (config::Address{"0.0.0.0", 80}));
+  EXPECT_EQ(accepted({"--health-listen", "[::]:80", "--keys", "file"}).health_listen, (config::Address{"::", 80}));
 }
 
 TEST(Config, TakesEveryLoopbackAddress) {

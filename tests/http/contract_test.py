@@ -66,6 +66,9 @@ class Contract(unittest.TestCase):
     def test_every_component_is_used(self):
         used = {node["$ref"] for node in self.nodes(self.document) if isinstance(node, dict) and "$ref" in node}
         for kind, components in self.document["components"].items():
+            if kind == "securitySchemes":  # named, not referred to
+                self.assertEqual(self.document["security"], [{}, *({name: []} for name in components)])
+                continue
             for name in components:
                 self.assertIn(f"#/components/{kind}/{name}", used)
 
@@ -108,6 +111,7 @@ class Contract(unittest.TestCase):
         self.check_submissions(seen)
         self.check_jobs(seen)
         self.check_pictures(seen)
+        self.check_events(seen)
         self.check_refusals_of_a_busy_daemon(seen)
         described = {(operation["operationId"], int(status))
                      for operation in self.operations.values() for status in operation["responses"]}
@@ -132,9 +136,11 @@ class Contract(unittest.TestCase):
             self.check(seen, path, other, "POST")
             self.check(seen, path, self.daemon.request("POST", path), "POST")
             with self.daemon.socket() as connection:
-                connection.sendall(f"POST {path} HTTP/1.1\r\nHost: x\r\n\r\n".encode())
+                connection.sendall(f"POST {path} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
                 self.assertIn(b" 411 ", connection.makefile("rb").readline())
                 seen.add((self.operations["POST", path]["operationId"], 411))
+        waited = self.daemon.request("POST", "/v1/jobs", scene(), {"Prefer": "wait=60"})
+        self.check(seen, "/v1/jobs", waited, "POST")
         unacceptable = self.daemon.request("POST", "/v1/render", scene(), {"Accept": "image/gif"})
         self.check(seen, "/v1/render", unacceptable, "POST")
         with Daemon("--jobs", "1") as daemon:
@@ -168,6 +174,7 @@ class Contract(unittest.TestCase):
         self.check(seen, "/v1/jobs/{id}", reply)
         self.check(seen, "/v1/jobs/{id}", self.daemon.get(path, If_None_Match=reply.headers["ETag"]))
         self.check(seen, "/v1/jobs/{id}/cancel", self.daemon.request("POST", path + "/cancel"), "POST")
+        self.check(seen, "/v1/jobs/{id}", self.daemon.get(path + "?wait=soon"))
         self.check(seen, "/v1/jobs", self.daemon.get("/v1/jobs?limit=1"))
         self.check(seen, "/v1/jobs", self.daemon.get("/v1/jobs?nonsense=1"))
         for _ in range(2):
@@ -189,6 +196,24 @@ class Contract(unittest.TestCase):
             self.check(seen, template, self.daemon.get(artifact["url"], Range="bytes=99999999-"))
             self.check(seen, template, self.daemon.get(artifact["url"], If_None_Match=whole.headers["ETag"]))
             self.check(seen, template, self.daemon.get(template.format(id=NOBODY)))
+
+    def check_events(self, seen):
+        with Daemon("--streams", "1") as daemon:
+            job = daemon.wait_for_end(daemon.submit(scene()))
+            path = job["links"]["events"]
+            reply = daemon.get(path)
+            self.check(seen, "/v1/jobs/{id}/events", reply)
+            fields = dict(line.split(": ", 1) for line in reply.body.decode().splitlines() if line)
+            schema = {"$ref": "#/components/schemas/Event", "components": self.document["components"]}
+            jsonschema.Draft202012Validator(schema).validate(json.loads(fields["data"]))
+            self.check(seen, "/v1/jobs/{id}/events", daemon.get(path, Last_Event_ID=fields["id"]))
+            self.check(seen, "/v1/jobs/{id}/events", daemon.get(f"/v1/jobs/{NOBODY}/events"))
+            self.check(seen, "/v1/events", daemon.request("HEAD", "/v1/events"))
+            with daemon.socket() as connection:
+                connection.sendall(b"GET /v1/events HTTP/1.1\r\nHost: localhost\r\n\r\n")
+                connection.recv(15)
+                for template in ("/v1/events", "/v1/jobs/{id}/events"):
+                    self.check(seen, template, daemon.get(template.format(id=job["id"])))
 
     def check_refusals_of_a_busy_daemon(self, seen):
         with Daemon("--queued-jobs", "1", "--jobs", "1", "--render-wait-s", "0") as daemon:

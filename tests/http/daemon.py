@@ -120,9 +120,11 @@ class Daemon:
         self.process.send_signal(signal.SIGTERM)
         return self.process.wait(PATIENCE_S)
 
+    def threads(self):
+        return pathlib.Path(f"/proc/{self.process.pid}/task").iterdir()
+
     def worker_pids(self):
-        tasks = pathlib.Path(f"/proc/{self.process.pid}/task")
-        children = [pid for task in tasks.iterdir() for pid in (task / "children").read_text().split()]
+        children = [pid for task in self.threads() for pid in (task / "children").read_text().split()]
         return [int(pid) for pid in children]
 
     def resident_bytes(self):

@@ -55,7 +55,7 @@ class Submitting(OneDaemon):
 
     def test_refuses_a_post_without_length_or_body(self):
         with self.daemon.socket() as connection:
-            connection.sendall(b"POST /v1/jobs HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")
+            connection.sendall(b"POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
             self.assertIn(b"HTTP/1.1 411 ", connection.makefile("rb").readline())
         self.assert_problem(self.daemon.request("POST", "/v1/jobs", b""), 400, "not_json")
 

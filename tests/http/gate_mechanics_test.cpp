@@ -1,140 +1,9 @@
 /// The gate with handlers made for the test: full queues, parked requests, failing handlers and sources, drain.
 
-#include <arpa/inet.h>
-#include <gtest/gtest.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <sys/time.h>
-#include <unistd.h>
+#include "tests/http/gate_fixture.h"
 
-#include <algorithm>
-#include <atomic>
-#include <condition_variable>
-#include <memory>
-#include <mutex>
-#include <thread>
-
-#include "server/http/gate.h"
-
+namespace gate_test {
 namespace {
-
-using namespace std::chrono_literals;
-using http::Answer;
-using http::Reply;
-using http::Request;
-
-constexpr auto patience = 120s;
-
-/// A blocking client on loopback.
-class Client {
- public:
-  explicit Client(std::uint16_t port) : fd_(::socket(AF_INET, SOCK_STREAM, 0)) {
-    const timeval limit{std::chrono::seconds(patience).count(), 0};
-    ::setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(port);
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    connected_ = ::connect(fd_, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0;
-  }
-  Client(const Client&) = delete;
-  ~Client() { ::close(fd_); }
-
-  [[nodiscard]] bool connected() const { return connected_; }
-
-  void send_get(const std::string& path) {
-    const std::string text = "GET " + path + " HTTP/1.1\r\nHost: x\r\n\r\n";
-    ASSERT_EQ(::send(fd_, text.data(), text.size(), MSG_NOSIGNAL), static_cast<ssize_t>(text.size()));
-  }
-
-  /// The next `size` bytes, or what comes before the connection ends.
-  std::string read(std::size_t size) {
-    std::string text(size, '\0');
-    std::size_t got = 0;
-    for (ssize_t count = 1; got < size && count > 0; got += static_cast<std::size_t>(std::max<ssize_t>(count, 0))) {
-      count = ::recv(fd_, text.data() + got, size - got, 0);
-    }
-    text.resize(got);
-    return text;
-  }
-
-  /// The next reply, whole: its status and body.
-  struct Got {
-    int status = 0;
-    std::string body;
-  };
-  Got read_reply() {
-    std::string head;
-    while (!head.ends_with("\r\n\r\n")) {
-      const std::string byte = read(1);
-      if (byte.empty()) return {};
-      head += byte;
-    }
-    const std::size_t length = head.find("Content-Length: ");
-    const std::size_t size = length == std::string::npos ? 0 : std::stoul(head.substr(length + 16));
-    return {std::stoi(head.substr(9, 3)), read(size)};
-  }
-
- private:
-  int fd_;
-  bool connected_ = false;
-};
-
-/// A door that handlers wait at; counts who came.
-class Door {
- public:
-  void wait() {
-    std::unique_lock lock(mutex_);
-    ++arrived_;
-    changed_.notify_all();
-    changed_.wait(lock, [&] { return open_; });
-  }
-  void open() {
-    const std::lock_guard lock(mutex_);
-    open_ = true;
-    changed_.notify_all();
-  }
-  bool wait_for_arrivals(int count) {
-    std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, patience, [&] { return arrived_ >= count; });
-  }
-
- private:
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  bool open_ = false;
-  int arrived_ = 0;
-};
-
-Reply text(const std::string& body) {
-  Reply reply;
-  reply.content_type = "text/plain";
-  reply.body = body;
-  return reply;
-}
-
-class GateTest : public testing::Test {
- protected:
-  void serve(const std::vector<std::pair<std::string, http::Handler>>& handlers) {
-    std::vector<http::Route> routes{{"GET", "/", [](Request&) -> Answer { return text("root"); }, {}}};
-    for (const auto& [path, handler] : handlers) routes.push_back({"GET", path, handler, {}});
-    settings.spool_folder = testing::TempDir();
-    gate = std::make_unique<http::Gate>(
-        settings, routes, [this] { return std::to_string(++request_count); }, telemetry::Log(telemetry::Level::error));
-  }
-  Client client() const { return Client(gate->port()); }
-
-  /// Spins until `condition` holds, so that no test depends on speed.
-  static bool eventually(const std::function<bool()>& condition) {
-    const auto end = std::chrono::steady_clock::now() + patience;
-    while (!condition() && std::chrono::steady_clock::now() < end) std::this_thread::sleep_for(1ms);
-    return condition();
-  }
-
-  http::GateSettings settings;
-  std::atomic<int> request_count = 0;
-  std::unique_ptr<http::Gate> gate;
-};
 
 TEST_F(GateTest, AnswersOverloadedAtOnceWhenTheQueueIsFullAndTheOthersLater) {
   Door door;
@@ -359,3 +228,4 @@ TEST_F(GateTest, DrainGivesUpOnARequestThatNeverEnds) {
 }
 
 }  // namespace
+}  // namespace gate_test

@@ -9,14 +9,14 @@ import unittest
 
 from tests.http.daemon import PATIENCE_S, Daemon, json_of, long_scene, scene, wait_until
 
-SMUGGLED = b"DELETE /v1/jobs/%s HTTP/1.1\r\nHost: x\r\n\r\n"
+SMUGGLED = b"DELETE /v1/jobs/%s HTTP/1.1\r\nHost: localhost\r\n\r\n"
 
 
 def post(headers, body=b"", target=b"/v1/jobs", version=b"HTTP/1.1"):
-    return b"POST " + target + b" " + version + b"\r\nHost: x\r\n" + headers + b"\r\n" + body
+    return b"POST " + target + b" " + version + b"\r\nHost: localhost\r\n" + headers + b"\r\n" + body
 
 
-def get(target=b"/v1/version", headers=b"Host: x\r\n"):
+def get(target=b"/v1/version", headers=b"Host: localhost\r\n"):
     return b"GET " + target + b" HTTP/1.1\r\n" + headers + b"\r\n"
 
 
@@ -28,13 +28,13 @@ MALFORMED = [
     ("noise", b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03\n", 400),
     ("HTTP/0.9", b"GET /\r\n\r\n", 400),
     ("HTTP/2 preface", b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", 505),
-    ("HTTP/3.0", b"GET / HTTP/3.0\r\nHost: x\r\n\r\n", 505),
-    ("lower-case version", b"GET / http/1.1\r\nHost: x\r\n\r\n", 400),
-    ("bare LF", b"GET / HTTP/1.1\nHost: x\n\n", 400),
-    ("bare LF before a header", b"GET / HTTP/1.1\r\nHost: x\nX: y\r\n\r\n", 400),
-    ("bare CR", b"GET / HTTP/1.1\r\nHost: x\rX: y\r\n\r\n", 400),
-    ("NUL in a header", get(headers=b"Host: x\r\nA: b\0c\r\n"), 400),
-    ("ESC in a header", get(headers=b"Host: x\r\nA: \x1b[2J\r\n"), 400),
+    ("HTTP/3.0", b"GET / HTTP/3.0\r\nHost: localhost\r\n\r\n", 505),
+    ("lower-case version", b"GET / http/1.1\r\nHost: localhost\r\n\r\n", 400),
+    ("bare LF", b"GET / HTTP/1.1\nHost: localhost\n\n", 400),
+    ("bare LF before a header", b"GET / HTTP/1.1\r\nHost: localhost\nX: y\r\n\r\n", 400),
+    ("bare CR", b"GET / HTTP/1.1\r\nHost: localhost\rX: y\r\n\r\n", 400),
+    ("NUL in a header", get(headers=b"Host: localhost\r\nA: b\0c\r\n"), 400),
+    ("ESC in a header", get(headers=b"Host: localhost\r\nA: \x1b[2J\r\n"), 400),
     ("NUL in the target", get(b"/\0"), 400),
     ("control in the target", get(b"/a\x01"), 400),
     ("byte over 127 in the target", get(b"/\xff"), 400),
@@ -46,19 +46,19 @@ MALFORMED = [
     ("no slash", get(b"v1/version"), 400),
     ("absolute form", get(b"http://evil/v1/version"), 400),
     ("space in the target", get(b"/v1/ version"), 400),
-    ("tabs for spaces", b"GET\t/\tHTTP/1.1\r\nHost: x\r\n\r\n", 400),
-    ("unknown method", b"BREW / HTTP/1.1\r\nHost: x\r\n\r\n", 501),
-    ("lower-case method", b"get / HTTP/1.1\r\nHost: x\r\n\r\n", 501),
-    ("CONNECT", b"CONNECT x:80 HTTP/1.1\r\nHost: x\r\n\r\n", 501),
-    ("TRACE", b"TRACE / HTTP/1.1\r\nHost: x\r\n\r\n", 501),
+    ("tabs for spaces", b"GET\t/\tHTTP/1.1\r\nHost: localhost\r\n\r\n", 400),
+    ("unknown method", b"BREW / HTTP/1.1\r\nHost: localhost\r\n\r\n", 501),
+    ("lower-case method", b"get / HTTP/1.1\r\nHost: localhost\r\n\r\n", 501),
+    ("CONNECT", b"CONNECT x:80 HTTP/1.1\r\nHost: localhost\r\n\r\n", 501),
+    ("TRACE", b"TRACE / HTTP/1.1\r\nHost: localhost\r\n\r\n", 501),
     ("no Host", get(headers=b""), 400),
-    ("two Hosts", get(headers=b"Host: x\r\nHost: y\r\n"), 400),
-    ("Host with a path", get(headers=b"Host: x/y\r\n"), 400),
-    ("header without colon", get(headers=b"Host: x\r\nnonsense\r\n"), 400),
-    ("obs-fold", get(headers=b"Host: x\r\nA: b\r\n c\r\n"), 400),
+    ("two Hosts", get(headers=b"Host: localhost\r\nHost: y\r\n"), 400),
+    ("Host with a path", get(headers=b"Host: localhost/y\r\n"), 400),
+    ("header without colon", get(headers=b"Host: localhost\r\nnonsense\r\n"), 400),
+    ("obs-fold", get(headers=b"Host: localhost\r\nA: b\r\n c\r\n"), 400),
     ("space before the colon", get(headers=b"Host : x\r\n"), 400),
-    ("65 headers", get(headers=b"Host: x\r\n" + b"A: b\r\n" * 65), 431),
-    ("17 KiB of headers", get(headers=b"Host: x\r\nA: " + b"b" * 17000 + b"\r\n"), 431),
+    ("65 headers", get(headers=b"Host: localhost\r\n" + b"A: b\r\n" * 65), 431),
+    ("17 KiB of headers", get(headers=b"Host: localhost\r\nA: " + b"b" * 17000 + b"\r\n"), 431),
     ("2 KiB of target", get(b"/" + b"a" * 2100), 414),
     ("9 KiB of request line", get(b"/" + b"a" * 9000), 414),
     ("gzip", post(JSON + b"Content-Encoding: gzip\r\nContent-Length: 3\r\n", b"abc"), 415),
@@ -86,8 +86,8 @@ MALFORMED = [
     ("an empty Content-Length", post(b"Content-Length:\r\n", SMUGGLED), 400),
     ("a folded Content-Length", post(b"Content-Length:\r\n 0\r\n", SMUGGLED), 400),
     ("Content-Length behind a NUL", post(b"Content-Length: 0\0\r\n", SMUGGLED), 400),
-    ("the body of a GET", b"GET / HTTP/1.1\r\nHost: x\r\nContent-Length: 44\r\n\r\n" + SMUGGLED, 400),
-    ("a request in a header", get(headers=b"Host: x\r\nA: b\r\r\n" + SMUGGLED), 400),
+    ("the body of a GET", b"GET / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 44\r\n\r\n" + SMUGGLED, 400),
+    ("a request in a header", get(headers=b"Host: localhost\r\nA: b\r\r\n" + SMUGGLED), 400),
     ("a request behind an escaped CR LF", get(b"/%0d%0a%0d%0aDELETE%20/v1/jobs/") + SMUGGLED, 400),
 ]
 
@@ -156,7 +156,7 @@ class Malformed(unittest.TestCase):
     def test_pipelined_requests_are_answered_in_order(self):
         body = json.dumps(scene()).encode()
         data = (get() + post(JSON + b"Content-Length: %d\r\n" % len(body), body) + get(b"/nothing") + get(b"/?a=1")
-                + b"GET / HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n" + get())
+                + b"GET / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n" + get())
         for byte_by_byte in (False, True):
             with self.daemon.socket() as connection:
                 for index in range(0, len(data), 1 if byte_by_byte else len(data)):
@@ -174,7 +174,7 @@ class Malformed(unittest.TestCase):
 
     def test_http_1_0_and_connection_headers_decide_whether_it_stays_open(self):
         for head, stays in ((b"GET / HTTP/1.0\r\n\r\n", False), (b"GET / HTTP/1.0\r\nConnection: keep-alive\r\n\r\n", True),
-                            (get(b"/"), True), (get(b"/", b"Host: x\r\nConnection: close\r\n"), False)):
+                            (get(b"/"), True), (get(b"/", b"Host: localhost\r\nConnection: close\r\n"), False)):
             with self.daemon.socket() as connection:
                 file = connection.makefile("rwb")
                 file.write(head)
@@ -261,7 +261,7 @@ class Crowds(unittest.TestCase):
 
     def test_a_head_that_does_not_end_is_given_up_with_408(self):
         with Daemon() as daemon, daemon.socket() as connection:
-            connection.sendall(b"GET / HTTP/1.1\r\nHost: x\r\n")
+            connection.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\n")
             self.assertEqual(connection.makefile("rb").readline(), b"HTTP/1.1 408 Request Timeout\r\n")
 
     def test_a_body_that_drips_is_given_up_with_408(self):
@@ -331,7 +331,7 @@ class Crowds(unittest.TestCase):
                 connection = socket.socket()
                 connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
                 connection.connect(("127.0.0.1", daemon.port))
-                connection.sendall(get(path.encode(), b"Host: x\r\nConnection: close\r\n"))
+                connection.sendall(get(path.encode(), b"Host: localhost\r\nConnection: close\r\n"))
                 readers.append(connection)
             for connection in readers:
                 self.assertEqual(connection.recv(15), b"HTTP/1.1 200 OK")

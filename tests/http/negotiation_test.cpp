@@ -84,6 +84,24 @@ TEST(IfNoneMatch, NamesAnEtagAloneInAListWeaklyOrByStar) {
   EXPECT_FALSE(http::none_match_names("", "\"a\""));
 }
 
+TEST(IfNoneMatch, ComparesAWeakEtagWeakly) {
+  EXPECT_TRUE(http::none_match_names("W/\"a\"", "W/\"a\""));
+  EXPECT_TRUE(http::none_match_names("\"a\"", "W/\"a\""));
+  EXPECT_FALSE(http::none_match_names("W/\"b\"", "W/\"a\""));
+}
+
+TEST(Prefer, TellsTheFirstWaitInWholeSeconds) {
+  using std::chrono::seconds;
+  EXPECT_EQ(http::preferred_wait("wait=10"), seconds(10));
+  EXPECT_EQ(http::preferred_wait(" respond-async , Wait = \"7\" ; x=y, wait=3"), seconds(7));
+  EXPECT_EQ(http::preferred_wait("wait=0"), seconds(0));
+  EXPECT_EQ(http::preferred_wait("wait=18446744073709551615"), seconds(31'536'000));
+  for (const char* prefer : {"", "wait", "wait=", "wait=-1", "wait=1.5", "wait=x", "waits=1", "foo=wait", ";;", ",,",
+                             "wait=99999999999999999999"}) {
+    EXPECT_FALSE(http::preferred_wait(prefer)) << prefer;
+  }
+}
+
 TEST(ContentType, IsJsonWithAnyParametersButAnotherCharset) {
   EXPECT_TRUE(http::is_json("application/json"));
   EXPECT_TRUE(http::is_json("Application/JSON; charset=UTF-8"));

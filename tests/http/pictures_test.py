@@ -67,7 +67,7 @@ class Rendering(OneDaemon):
     def test_client_that_leaves_is_forgotten_and_its_job_goes_on(self):
         with self.daemon.socket() as connection:
             body = json.dumps(long_scene(name="left alone")).encode()
-            connection.sendall(b"POST /v1/render HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
+            connection.sendall(b"POST /v1/render HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
                                b"Content-Length: %d\r\n\r\n" % len(body) + body)
             items = wait_until(lambda: json_of(self.daemon.get("/v1/jobs?q=left%20alone"))["items"], "the job")
         job = self.daemon.wait_for_state(items[0]["id"], "running")
@@ -91,7 +91,7 @@ class RenderingForAWhile(OneDaemon):
             body = json.dumps(long_scene(name="waiting")).encode()
             waiting = [daemon.socket() for _ in range(20)]
             for connection in waiting:
-                connection.sendall(b"POST /v1/render HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\n"
+                connection.sendall(b"POST /v1/render HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
                                    b"Content-Length: %d\r\n\r\n" % len(body) + body)
             wait_until(lambda: len(json_of(daemon.get("/v1/jobs?q=waiting"))["items"]) == 20, "20 jobs")
             self.assertEqual(daemon.get("/v1/version").status, 200)

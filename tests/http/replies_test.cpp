@@ -48,7 +48,8 @@ TEST(JobReply, LinksPicturesAndEmbedsTheReportOnceThereAreSome) {
   const std::string url = "/v1/jobs/" + view.job.id + "/image.exr";
   expect_part(text, R"("report":{"non_finite":0})");
   expect_part(text, R"("bytes":12,"sha256":")" + std::string(64, 'a') + R"(","url":")" + url + "\"");
-  expect_part(text, R"("cancel":null,"events":null,"preview":null,"image":")" + url + "\"");
+  expect_part(
+      text, R"("cancel":null,"events":"/v1/jobs/)" + view.job.id + R"(/events","preview":null,"image":")" + url + "\"");
 }
 
 TEST(JobReply, MendsTextThatIsNotUtf8) {

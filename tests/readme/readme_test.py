@@ -55,6 +55,16 @@ class Readme(unittest.TestCase):
     def test_validates(self):
         self.assertTrue(json.loads(self.run_block("/v1/jobs/validate"))["valid"])
 
+    def test_listens_to_a_job_until_it_ends(self):
+        heard = self.run_block("curl -sN")
+        self.assertEqual(re.findall(r"^event: (state|done)$", heard, re.MULTILINE)[-1], "done")
+        self.assertIn('"state":"succeeded"', heard)
+
+    def test_makes_a_key_that_opens_other_addresses(self):
+        said = self.run_block("--new-key")
+        self.assertRegex(said, r"\Awhittle_[0-9a-f]{64}\n")
+        self.assertIn("\nlisten = 0.0.0.0:8080\n", said)
+
     def test_renders_and_checks_on_the_command_line(self):
         self.assertRegex(self.run_block("whittle check"), r"^valid; needs:\n(  \w+ +#\S+\n)+$")
         self.assertEqual(self.size_of("cornell.png"), (512, 512))
@@ -74,7 +84,7 @@ class Readme(unittest.TestCase):
             self.assertTrue((self.folder / f"tiny.{kind}").stat().st_size > 0, kind)
 
     def test_has_every_shell_block_run_here(self):
-        self.assertEqual(len(SHELL_BLOCKS), 7)
+        self.assertEqual(len(SHELL_BLOCKS), 9)
 
     def test_names_two_commands_to_start_that_exist(self):
         (block,) = PLAIN_BLOCKS

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "api/document.h"
+#include "server/jobs/events.h"
 #include "server/jobs/job.h"
 #include "server/jobs/job_service.h"
 #include "tracer/requirements.h"
@@ -25,6 +26,9 @@ std::string write_job(const jobs::JobView& view, std::int64_t now_ms);
 /// {items, next_cursor}; an empty cursor is written as null.
 std::string write_job_list(const std::vector<jobs::JobView>& views, const std::string& next_cursor,
                            std::int64_t now_ms);
+
+/// {id, state, progress, at}, one line: the data of an event.
+std::string write_event(const jobs::JobEvent& event);
 
 /// RFC 9457. `errors` is left out where there are none.
 struct ProblemReply {

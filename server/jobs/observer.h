@@ -1,0 +1,19 @@
+#pragma once
+/// Who is told what happens to jobs, as the queue sees it. The calls are made from any thread, after the fact is
+/// durable, must return at once and must not call the queue back from within.
+
+#include <string>
+
+#include "server/jobs/job.h"
+
+namespace jobs {
+
+class Observer {
+ public:
+  virtual ~Observer() = default;
+  virtual void moved(const std::string& id, JobState to) noexcept = 0;  ///< also into the queue, when it is new
+  virtual void progressed(const std::string& id, double fraction) noexcept = 0;
+  virtual void removed(const std::string& id) noexcept = 0;
+};
+
+}  // namespace jobs

@@ -1,0 +1,72 @@
+/// Keys from and to their file, and new ones.
+
+#include <fcntl.h>
+#include <sys/random.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <fstream>
+#include <system_error>
+
+#include "server/keys/key_ring.h"
+#include "server/storage/files/sha256.h"
+
+namespace keys {
+namespace {
+
+constexpr std::size_t file_bytes_max = 1u << 20;
+
+[[noreturn]] void fail(const std::string& what) { throw std::system_error(errno, std::generic_category(), what); }
+
+std::string random_hex() {
+  std::array<unsigned char, 32> bytes{};
+  if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) fail("no random bits");
+  std::string hex;
+  for (const unsigned char byte : bytes) hex += {"0123456789abcdef"[byte >> 4], "0123456789abcdef"[byte & 15]};
+  return hex;
+}
+
+}  // namespace
+
+tracer::Result<std::vector<Key>, std::vector<std::string>> read(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string text(file_bytes_max + 1, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  const auto size = static_cast<std::size_t>(std::max<std::streamsize>(file.gcount(), 0));
+  if (!file.is_open() || file.bad() || (size == 0 && !file.eof())) {
+    return std::vector<std::string>{"cannot read \"" + path + "\""};
+  }
+  if (size > file_bytes_max) return std::vector<std::string>{"\"" + path + "\" is longer than 1 MiB"};
+  auto keys = parse(std::string_view(text).substr(0, size));
+  if (keys) return keys;
+  for (std::string& mistake : keys.error()) mistake = path + ":" + mistake;
+  return keys;
+}
+
+Made make(const std::string& name, const std::vector<Scope>& scopes) {
+  Made made{"whittle_" + random_hex(), name + ' '};
+  for (const Scope scope : scopes) {
+    made.line.append(made.line.back() == ' ' ? "" : ",").append(name_of(scope));
+  }
+  jobs::Sha256 hash;
+  hash.add(made.token.data(), made.token.size());
+  made.line += ' ' + hash.hex();
+  return made;
+}
+
+void append(const std::string& path, const std::string& line) {
+  const int fd = ::open(path.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0600);
+  if (fd < 0) fail("cannot open " + path);
+  std::string text = line + '\n';
+  char last = '\n';  // a file whose last line has no end gets one
+  const off_t size = ::lseek(fd, 0, SEEK_END);
+  if (size > 0 && ::pread(fd, &last, 1, size - 1) == 1 && last != '\n') text.insert(0, 1, '\n');
+  const bool written = ::write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size()) && ::fsync(fd) == 0;
+  const int error = errno;
+  ::close(fd);
+  errno = error;
+  if (!written) fail("cannot write " + path);
+}
+
+}  // namespace keys

@@ -1,0 +1,216 @@
+"""Event streams over loopback: one job's, everybody's; resumed, bounded, without a thread each."""
+import http.client
+import json
+import re
+import unittest
+
+from tests.http.daemon import PATIENCE_S, Daemon, OneDaemon, json_of, long_scene, scene, wait_until
+
+NOBODY = "0190a000-0000-7000-8000-000000000001"
+
+
+class Stream:
+    """A listener: events as {id, event, data} dicts."""
+
+    def __init__(self, daemon, path, last_event_id=None):
+        self.connection = http.client.HTTPConnection("127.0.0.1", daemon.port, timeout=PATIENCE_S)
+        headers = {} if last_event_id is None else {"Last-Event-ID": str(last_event_id)}
+        self.connection.request("GET", path, headers=headers)
+        self.response = self.connection.getresponse()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.response.close()
+        self.connection.close()
+
+    def block(self):
+        """The lines up to the next empty one; None at the end."""
+        lines = []
+        while True:
+            line = self.response.readline().decode()
+            if not line:
+                return None
+            if line == "\n":
+                return lines
+            lines.append(line.rstrip("\n"))
+
+    def events(self):
+        while (lines := self.block()) is not None:
+            fields = dict(line.split(": ", 1) for line in lines if not line.startswith(":"))
+            if "event" in fields:
+                yield {"id": int(fields["id"]), "event": fields["event"], "data": json.loads(fields["data"])}
+
+    def until(self, condition):
+        """All events up to the first for which `condition` holds."""
+        seen = []
+        for event in self.events():
+            seen.append(event)
+            if condition(event):
+                return seen
+        raise AssertionError(f"the stream ended before: {seen}")
+
+
+class OfAJob(OneDaemon):
+    options = ("--jobs", "1")
+
+    def test_tells_how_it_goes_to_its_end_and_closes(self):
+        blocker = self.daemon.submit(long_scene())
+        job_id = self.daemon.submit(scene(1000, 800, samples=4))
+        path = self.daemon.job(job_id)["links"]["events"]
+        self.assertEqual(path, f"/v1/jobs/{job_id}/events")
+        with Stream(self.daemon, path) as stream:
+            self.assertEqual(stream.response.headers["Content-Type"], "text/event-stream")
+            self.assertEqual(stream.response.headers["Connection"], "close")
+            self.assertEqual(stream.block(), ["retry: 2000"])
+            self.daemon.request("POST", f"/v1/jobs/{blocker}/cancel")
+            events = list(stream.events())
+        names = [event["event"] for event in events]
+        self.assertEqual([names[0], names[1], names[-1]], ["state", "state", "done"], names)
+        self.assertEqual(set(names[2:-1]) - {"progress"}, set())
+        self.assertEqual([events[0]["data"]["state"], events[1]["data"]["state"], events[-1]["data"]["state"]],
+                         ["queued", "running", "succeeded"])
+        self.assertEqual({event["data"]["id"] for event in events}, {job_id})
+        numbers = [event["id"] for event in events]
+        self.assertEqual(numbers, sorted(set(numbers)))
+        fractions = [event["data"]["progress"] for event in events]
+        self.assertEqual(fractions, sorted(fractions))
+        self.assertEqual(fractions[-1], 1)
+
+    def test_tells_progress_of_a_long_job(self):
+        job_id = self.daemon.submit(long_scene())
+        with Stream(self.daemon, f"/v1/jobs/{job_id}/events") as stream:
+            seen = stream.until(lambda event: event["event"] == "progress" and event["data"]["progress"] > 0)
+            self.assertEqual(seen[-1]["data"]["state"], "running")
+            self.daemon.request("POST", f"/v1/jobs/{job_id}/cancel")
+            self.assertEqual(stream.until(lambda event: event["event"] == "done")[-1]["data"]["state"], "cancelled")
+            self.assertIsNone(stream.block())
+
+    def test_of_an_ended_job_is_its_end(self):
+        job = self.finished()
+        with Stream(self.daemon, job["links"]["events"]) as stream:
+            events = list(stream.events())
+        self.assertEqual([(event["event"], event["data"]["state"]) for event in events], [("done", "succeeded")])
+
+    def test_resumes_after_the_last_event_seen_and_says_when_there_is_no_more(self):
+        blocker = self.daemon.submit(long_scene())
+        job_id = self.daemon.submit(scene())
+        path = f"/v1/jobs/{job_id}/events"
+        with Stream(self.daemon, path) as stream:
+            first = next(stream.events())
+        self.daemon.request("POST", f"/v1/jobs/{blocker}/cancel")
+        self.daemon.wait_for_end(job_id)
+        with Stream(self.daemon, path, first["id"]) as stream:
+            rest = list(stream.events())
+        self.assertEqual([event["data"]["state"] for event in rest], ["running", "succeeded"])
+        self.assertGreater(rest[0]["id"], first["id"])
+        with Stream(self.daemon, path, rest[0]["id"]) as stream:
+            self.assertEqual(list(stream.events()), rest[1:])
+        with Stream(self.daemon, path, rest[-1]["id"]) as stream:
+            self.assertEqual(stream.response.status, 204)
+        for unknown in (1, 10 ** 18, "nonsense"):
+            with Stream(self.daemon, path, unknown) as stream:
+                self.assertEqual([event["data"]["state"] for event in stream.events()], ["succeeded"])
+
+    def test_ends_when_the_job_is_removed(self):
+        blocker = self.daemon.submit(long_scene())
+        job_id = self.daemon.submit(scene())
+        with Stream(self.daemon, f"/v1/jobs/{job_id}/events") as stream:
+            self.daemon.request("DELETE", f"/v1/jobs/{job_id}")
+            self.assertEqual(stream.until(lambda event: event["event"] == "done")[-1]["data"]["state"], "removed")
+        self.daemon.request("POST", f"/v1/jobs/{blocker}/cancel")
+
+    def test_of_no_job_is_a_problem(self):
+        self.assert_problem(self.daemon.get(f"/v1/jobs/{NOBODY}/events"), 404, "job_not_found")
+        self.assert_problem(self.daemon.get("/v1/jobs/x/events"), 404, "job_not_found")
+
+    def test_answers_head_without_streaming(self):
+        job = self.finished()
+        for path in (job["links"]["events"], "/v1/events"):
+            reply = self.daemon.request("HEAD", path)
+            self.assertEqual((reply.status, reply.headers["Content-Type"], reply.body), (200, "text/event-stream", b""))
+
+
+class OfAll(unittest.TestCase):
+    def test_tells_every_move_of_every_job(self):
+        with Daemon("--jobs", "1") as daemon, Stream(daemon, "/v1/events") as stream:
+            ids = [daemon.submit(scene()) for _ in range(3)]
+            moves = {job_id: [] for job_id in ids}
+            ended = set()
+            for event in stream.events():
+                if event["event"] != "progress":
+                    moves[event["data"]["id"]].append(event["data"]["state"])
+                if event["event"] == "done":
+                    ended.add(event["data"]["id"])
+                if len(ended) == 3:
+                    break
+            for job_id, states in moves.items():
+                self.assertEqual(sorted(states), sorted(["queued", "running", "succeeded"]), job_id)
+
+    def test_resumes_and_tells_when_it_cannot(self):
+        with Daemon() as daemon:
+            with Stream(daemon, "/v1/events") as stream:
+                daemon.submit(scene(name="one"))
+                last = stream.until(lambda event: event["event"] == "done")[-1]["id"]
+            missed = daemon.submit(scene(name="two"))
+            daemon.wait_for_end(missed)
+            with Stream(daemon, "/v1/events", last) as stream:
+                seen = stream.until(lambda event: event["event"] == "done")
+                self.assertEqual({event["data"]["id"] for event in seen}, {missed})
+                self.assertEqual([event["data"]["state"] for event in seen if event["event"] != "progress"],
+                                 ["queued", "running", "succeeded"])
+            daemon.terminate()
+            daemon.start()  # which knows no event of the time before
+            with Stream(daemon, "/v1/events", last) as stream:
+                reset = next(stream.events())
+                self.assertEqual(reset["event"], "reset")
+                self.assertGreater(reset["id"], last)
+
+    def test_more_streams_than_allowed_are_told_so_and_room_comes_back(self):
+        with Daemon("--streams", "3") as daemon:
+            self.assertEqual(json_of(daemon.get("/v1/version"))["limits"]["streams"], 3)
+            held = [Stream(daemon, "/v1/events") for _ in range(3)]
+            reply = daemon.get("/v1/events")
+            self.assertEqual((reply.status, json_of(reply)["type"]), (503, "urn:whittle:problem:too_many_streams"))
+            self.assertGreater(int(reply.headers["Retry-After"]), 0)
+            held.pop().__exit__()
+
+            def again():
+                with Stream(daemon, "/v1/events") as stream:
+                    return stream.response.status == 200
+            wait_until(again, "room for another stream")
+            for stream in held:
+                stream.__exit__()
+
+    def test_many_streams_hold_neither_threads_nor_requests_up(self):
+        with Daemon("--handler-threads", "1") as daemon:
+            threads = len(list(daemon.threads()))
+            streams = [Stream(daemon, "/v1/events") for _ in range(300)]
+            self.assertEqual(len(list(daemon.threads())), threads)
+            job_id = daemon.submit(scene())
+            for stream in streams:
+                done = stream.until(lambda event: event["event"] == "done")[-1]
+                self.assertEqual((done["data"]["id"], done["data"]["state"]), (job_id, "succeeded"))
+                stream.__exit__()
+
+    def test_drain_ends_streams_after_the_jobs_have(self):
+        with Daemon("--jobs", "1") as daemon, Stream(daemon, "/v1/events") as stream:
+            daemon.submit(scene(600, 400, samples=4))
+            stream.until(lambda event: event["data"]["state"] == "running")
+            daemon.process.terminate()
+            events = list(stream.events())
+            self.assertEqual(events[-1]["data"]["state"], "succeeded")
+            self.assertEqual(daemon.process.wait(PATIENCE_S), 0)
+
+
+class Alive(unittest.TestCase):
+    def test_a_quiet_stream_gives_a_sign_of_life(self):
+        with Daemon() as daemon, Stream(daemon, "/v1/events") as stream:
+            self.assertEqual(stream.block(), ["retry: 2000"])
+            lines = stream.block()  # 15 s later
+            self.assertTrue(lines and re.fullmatch(r": .*", lines[0]), lines)
+
+
+if __name__ == "__main__":
+    unittest.main()

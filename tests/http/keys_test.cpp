@@ -1,0 +1,92 @@
+#include <gtest/gtest.h>
+
+#include "server/http/access.h"
+
+namespace {
+
+using keys::Scope;
+
+const std::string zeros(64, '0');
+
+TEST(Keys, AreFoundByTheirHash) {
+  const keys::Made ann = keys::make("ann", {Scope::jobs_read}), bob = keys::make("bob", {Scope::admin});
+  EXPECT_NE(ann.token, bob.token);
+  const auto read = keys::parse(ann.line + "\n# a comment\n\n  " + bob.line + " # another");
+  ASSERT_TRUE(read);
+  ASSERT_EQ(read->size(), 2U);
+  EXPECT_EQ(keys::find(*read, ann.token)->name, "ann");
+  EXPECT_EQ(keys::find(*read, bob.token)->name, "bob");
+  EXPECT_EQ(keys::find(*read, ann.token + "0"), nullptr);
+  EXPECT_EQ(keys::find(*read, ""), nullptr);
+  EXPECT_EQ(keys::find(*read, read->front().sha256), nullptr) << "the hash is no key";
+}
+
+/// FIPS 180-4's "abc", so that the file could have been made elsewhere.
+TEST(Keys, AreHashedWithSha256) {
+  const auto read = keys::parse("ann admin ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  ASSERT_TRUE(read);
+  EXPECT_NE(keys::find(*read, "abc"), nullptr);
+}
+
+TEST(Keys, AllowWhatTheirScopesSayAndAdminAll) {
+  const keys::Key reader{"r", {Scope::jobs_read}, zeros}, admin{"a", {Scope::admin}, zeros};
+  EXPECT_TRUE(reader.allows(Scope::jobs_read));
+  EXPECT_FALSE(reader.allows(Scope::jobs_write));
+  EXPECT_FALSE(reader.allows(Scope::admin));
+  for (const Scope scope : {Scope::jobs_read, Scope::jobs_write, Scope::admin}) EXPECT_TRUE(admin.allows(scope));
+}
+
+TEST(Keys, ScopesAreReadAsTheyAreWritten) {
+  EXPECT_EQ(keys::parse_scopes("jobs:read,admin"), (std::vector{Scope::jobs_read, Scope::admin}));
+  for (const char* text : {"", "jobs", "jobs:read,", ",admin", "admin admin", "Admin"}) {
+    EXPECT_FALSE(keys::parse_scopes(text)) << text;
+  }
+}
+
+TEST(Keys, TheRingIsReplacedAsAWhole) {
+  const keys::Made old = keys::make("old", {Scope::admin}), fresh = keys::make("new", {Scope::admin});
+  keys::KeyRing ring(*keys::parse(old.line));
+  EXPECT_TRUE(ring.find(old.token));
+  ring.replace(*keys::parse(fresh.line));
+  EXPECT_FALSE(ring.find(old.token));
+  EXPECT_EQ(ring.find(fresh.token)->name, "new");
+}
+
+TEST(Access, WithoutKeysIsForThisMachinesNamesAlone) {
+  http::RequestHead head;
+  head.path = "/";
+  EXPECT_FALSE(http::refusal(head, nullptr)) << "HTTP/1.0 names no host";
+  for (const char* host : {"localhost", "LOCALHOST:1", "127.0.0.1", "127.9.9.9:1", "[::1]", "[::1]:1"}) {
+    head.headers = {{"host", host}};
+    EXPECT_FALSE(http::refusal(head, nullptr)) << host;
+  }
+  for (const char* host : {"localhos", "localhost.evil", "127.evil", "128.0.0.1", "[::2]", "[::1", "evil:127"}) {
+    head.headers = {{"host", host}};
+    const auto refusal = http::refusal(head, nullptr);
+    ASSERT_TRUE(refusal) << host;
+    EXPECT_EQ(refusal->failure, http::Failure::misdirected);
+  }
+}
+
+TEST(Access, TellsHandlersWhoseKeyItIs) {
+  const keys::Made made = keys::make("ann", {Scope::jobs_read});
+  const keys::KeyRing ring(*keys::parse(made.line));
+  const http::Handler handler = http::with_access(
+      [](http::Request& request) -> http::Answer {
+        http::Reply reply;
+        reply.body = request.owner;
+        return reply;
+      },
+      &ring);
+  http::Request request;
+  request.head.method = "GET";
+  request.head.path = "/v1/jobs";
+  request.head.headers = {{"authorization", "Bearer  " + made.token}};
+  EXPECT_EQ(std::get<http::Reply>(handler(request)).body, "ann");
+  request.head.method = "POST";
+  EXPECT_EQ(std::get<http::Reply>(handler(request)).status, 403);
+  request.head.headers.clear();
+  EXPECT_EQ(std::get<http::Reply>(handler(request)).status, 401);
+}
+
+}  // namespace

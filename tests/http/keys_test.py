@@ -1,0 +1,166 @@
+"""Who may use the daemon: keys and their scopes, and without keys this machine's users alone."""
+import pathlib
+import re
+import signal
+import subprocess
+import tempfile
+import unittest
+
+from tests.http.daemon import BIN, Daemon, OneDaemon, json_of, scene, wait_until
+
+
+def whittled(*arguments):
+    return subprocess.run([BIN / "whittled", *arguments], capture_output=True, text=True, check=False, timeout=60)
+
+
+def new_key(path, name, *scopes):
+    """The key itself."""
+    options = ("--scopes", ",".join(scopes)) if scopes else ()
+    result = whittled("--new-key", name, *options, "--keys", path)
+    assert result.returncode == 0, result.stderr
+    return result.stdout.strip()
+
+
+class WithKeys(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        cls.path = cls.folder / "keys"
+        cls.keys = {"reader": new_key(cls.path, "reader", "jobs:read"), "writer": new_key(cls.path, "writer", "jobs:write"),
+                    "both": new_key(cls.path, "both"), "admin": new_key(cls.path, "boss", "admin")}
+        cls.daemon = cls.enterClassContext(Daemon("--keys", cls.path))
+
+    def ask(self, key, method="GET", path="/v1/jobs", body=None, scheme="Bearer"):
+        headers = {} if key is None else {"Authorization": f"{scheme} {self.keys.get(key, key)}"}
+        return self.daemon.request(method, path, body, headers)
+
+    assert_problem = OneDaemon.assert_problem
+
+    def test_nobody_gets_in_without_a_key(self):
+        for method, path, body in (("GET", "/v1/jobs", None), ("POST", "/v1/jobs", scene()), ("POST", "/v1/render", scene()),
+                                   ("GET", "/v1/version", None), ("GET", "/v1/events", None), ("HEAD", "/v1/jobs", None)):
+            reply = self.ask(None, method, path, body)
+            self.assertEqual(reply.status, 401, path)
+            self.assertEqual(reply.headers["WWW-Authenticate"], "Bearer")
+        self.assert_problem(self.ask(None), 401, "unauthenticated")
+
+    def test_nor_with_one_that_is_not_known_or_not_sent_as_one(self):
+        good = self.keys["both"]
+        for key in ("whittle_" + "0" * 64, good[:-1], good + "0", good.upper(), ""):
+            self.assert_problem(self.ask(key), 401, "unauthenticated")
+        self.assert_problem(self.ask("both", scheme="Basic"), 401, "unauthenticated")
+        self.assertEqual(self.ask("both", scheme="bearer").status, 200)
+
+    def test_a_body_is_not_even_read_without_a_key(self):
+        with self.daemon.socket() as connection:
+            connection.sendall(b"POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
+                               b"Content-Length: 60000000\r\n\r\n")
+            self.assertEqual(connection.makefile("rb").readline(), b"HTTP/1.1 401 Unauthorized\r\n")
+
+    def test_scopes_decide_who_reads_and_who_writes(self):
+        self.assertEqual(self.ask("reader").status, 200)
+        self.assertEqual(self.ask("both", "POST", "/v1/jobs", scene()).status, 202)
+        self.assertEqual(self.ask("writer", "POST", "/v1/jobs", scene()).status, 202)
+        self.assertEqual(self.ask("admin", "POST", "/v1/jobs", scene()).status, 202)
+        self.assertEqual(self.ask("admin").status, 200)
+        for key, method, body in (("reader", "POST", scene()), ("writer", "GET", None)):
+            reply = self.ask(key, method, "/v1/jobs", body)
+            problem = self.assert_problem(reply, 403, "forbidden")
+            self.assertRegex(problem["detail"], r"scope jobs:(read|write)$")
+            self.assertEqual(reply.headers["WWW-Authenticate"], 'Bearer error="insufficient_scope"')
+        self.assert_problem(self.ask("reader", "DELETE", "/v1/jobs/0190a000-0000-7000-8000-000000000001"), 403, "forbidden")
+
+    def test_every_reader_sees_every_job(self):
+        job = json_of(self.ask("both", "POST", "/v1/jobs", scene()))
+        self.assertEqual(self.ask("reader", path=job["links"]["self"]).status, 200)
+
+    def test_what_the_service_is_and_how_it_does_needs_no_key(self):
+        for path in ("/", "/openapi.json"):
+            self.assertEqual(self.ask(None, path=path).status, 200)
+        for path in ("/healthz", "/metrics"):
+            self.assertEqual(self.daemon.health(path).status, 200)
+
+    def test_any_host_is_served(self):
+        headers = {"Authorization": f"Bearer {self.keys['both']}", "Host": "render.example.com"}
+        self.assertEqual(self.daemon.request("GET", "/v1/jobs", headers=headers).status, 200)
+
+    def test_neither_file_nor_log_has_a_key(self):
+        for key in self.keys.values():
+            self.assertRegex(key, r"^whittle_[0-9a-f]{64}$")
+            self.assertNotIn(key, self.path.read_text())
+            self.assertNotIn(key, self.daemon.log())
+        self.assertEqual(self.path.stat().st_mode & 0o777, 0o600)
+
+    def test_the_file_is_read_again_when_told_and_a_wrong_one_changes_nothing(self):
+        path = self.folder / "changing"
+        old = new_key(path, "old")
+        with Daemon("--keys", path) as daemon:
+            def status(key):
+                return daemon.get("/v1/jobs", Authorization=f"Bearer {key}").status
+            self.assertEqual(status(old), 200)
+            new = new_key(path, "new")
+            self.assertEqual(status(new), 401)
+            daemon.process.send_signal(signal.SIGHUP)
+            wait_until(lambda: status(new) == 200, "the new key")
+            path.write_text("new jobs:read nonsense\n")
+            daemon.process.send_signal(signal.SIGHUP)
+            wait_until(lambda: any(row["event"] == "keys_not_read" for row in daemon.log_rows()), "the complaint")
+            self.assertEqual(status(old), 200)
+            path.write_text("")
+            third = new_key(path, "third")
+            daemon.process.send_signal(signal.SIGHUP)
+            wait_until(lambda: status(third) == 200, "the third key")
+            self.assertEqual((status(old), status(new)), (401, 401))
+
+    def test_keys_open_other_addresses(self):
+        self.assertEqual(whittled("--check-config", "--keys", self.path, "--listen", "0.0.0.0:0").returncode, 0)
+
+    def test_mistakes_in_the_file_are_told_at_the_start_all_at_once(self):
+        path = self.folder / "wrong"
+        digits = "0" * 64
+        path.write_text(f"# keys\nann jobs:read {digits}\nbob jobs:all {digits}\nb*b admin {digits}\nsue admin 12\nann admin\n"
+                        f"joe admin {digits}\n")
+        for task in ((), ("--check-config",)):
+            result = whittled(*task, "--keys", path, "--data", self.folder / "data")
+            self.assertEqual(result.returncode, 2)
+            lines = re.findall(r"^whittled: --keys: .*wrong:(\d): ", result.stderr, re.MULTILINE)
+            self.assertEqual(lines, ["3", "4", "5", "6", "7"], result.stderr)
+        path.write_text("# none\n")
+        self.assertIn("no key", whittled("--check-config", "--keys", path).stderr)
+        self.assertIn("cannot read", whittled("--check-config", "--keys", self.folder / "absent").stderr)
+
+    def test_new_keys_need_a_name_scopes_and_a_file(self):
+        result = whittled("--new-key", "a b", "--scopes", "jobs:all")
+        self.assertEqual(result.returncode, 2)
+        for part in ("--new-key: the name", "--scopes: must be", "--new-key: needs --keys"):
+            self.assertIn(part, result.stderr)
+        self.assertEqual(whittled("--new-key", "a", "--keys", self.folder / "no" / "folder").returncode, 1)
+        self.assertEqual(whittled("--scopes", "admin", "--check-config").returncode, 2)
+
+
+class WithoutKeys(OneDaemon):
+    def test_requests_for_other_hosts_are_refused(self):
+        for host in ("evil.example.com", "evil.example.com:8080", "127.0.0.1.evil.example.com", "localhost.evil.com", "10.0.0.1",
+                     "[::2]"):
+            reply = self.daemon.request("GET", "/v1/version", headers={"Host": host})
+            self.assert_problem(reply, 421, "misdirected")
+            self.assertEqual(self.daemon.request("GET", "/metrics", headers={"Host": host}, port=self.daemon.health_port).status,
+                             421)
+
+    def test_this_machine_is_served_under_its_names(self):
+        for host in ("localhost", "LocalHost:8080", "127.0.0.1", "127.1.2.3:80", "[::1]", "[::1]:8080"):
+            self.assertEqual(self.daemon.request("GET", "/v1/version", headers={"Host": host}).status, 200, host)
+
+    def test_sighup_changes_nothing(self):
+        self.daemon.process.send_signal(signal.SIGHUP)
+        self.assertEqual(self.daemon.get("/v1/version").status, 200)
+
+    def test_other_addresses_are_refused(self):
+        result = whittled("--check-config", "--listen", "0.0.0.0:8080", "--health-listen", "192.0.2.1:1")
+        self.assertEqual(result.returncode, 2)
+        for flag in ("--listen", "--health-listen"):
+            self.assertRegex(result.stderr, rf"{flag}: must be a loopback address .*--keys")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,128 @@
+"""Requests that wait for a job: long polls by ETag, and submitters who like to see the end."""
+import json
+import threading
+import time
+import unittest
+
+from tests.http.daemon import OneDaemon, json_of, long_scene, scene, wait_until
+
+NOBODY = "0190a000-0000-7000-8000-000000000001"
+
+
+class Waiting(OneDaemon):
+    options = ("--jobs", "1", "--handler-threads", "1")
+
+    def setUp(self):
+        self.blocker = self.daemon.submit(long_scene())
+        self.daemon.wait_for_state(self.blocker, "running")
+        self.id = self.daemon.submit(scene())
+        self.path = f"/v1/jobs/{self.id}"
+
+    def tearDown(self):
+        self.unblock()
+
+    def unblock(self):
+        self.daemon.request("POST", f"/v1/jobs/{self.blocker}/cancel")
+
+    def in_background(self, *request):
+        """The request's answer, as a function that waits for it."""
+        replies = []
+        thread = threading.Thread(target=lambda: replies.append(self.daemon.request(*request)))
+        thread.start()
+
+        def answer():
+            thread.join()
+            return replies[0]
+        answer.pending = thread.is_alive
+        return answer
+
+    def test_a_long_poll_answers_as_soon_as_the_job_is_otherwise(self):
+        etag = self.daemon.get(self.path).headers["ETag"]
+        self.assertTrue(etag.startswith('W/"'), "the clock alone changes a job's eta")
+        answer = self.in_background("GET", self.path + "?wait=60", None, {"If-None-Match": etag})
+        self.assertEqual(self.daemon.get("/v1/version").status, 200)  # the one handler thread is free
+        self.assertTrue(answer.pending())
+        self.unblock()
+        reply = answer()
+        self.assertEqual(reply.status, 200)
+        self.assertNotEqual(reply.headers["ETag"], etag)
+        self.assertIn(json_of(reply)["state"], ("running", "succeeded"))
+
+    def test_a_long_poll_answers_at_once_when_the_job_is_otherwise_already(self):
+        reply = self.daemon.get(self.path + "?wait=60", If_None_Match='W/"0123456789abcdef"')
+        self.assertEqual((reply.status, json_of(reply)["state"]), (200, "queued"))
+
+    def test_a_long_poll_ends_with_304_when_nothing_happens(self):
+        etag = self.daemon.get(self.path).headers["ETag"]
+        begin = time.monotonic()
+        reply = self.daemon.get(self.path + "?wait=1", If_None_Match=etag)
+        self.assertEqual((reply.status, reply.body, reply.headers["ETag"]), (304, b"", etag))
+        self.assertGreaterEqual(time.monotonic() - begin, 1)
+
+    def test_following_etags_leads_to_the_end(self):
+        self.unblock()
+        state, etag = "queued", 'W/"0"'
+        while state in ("queued", "running"):
+            reply = self.daemon.get(self.path + "?wait=60", If_None_Match=etag)
+            self.assertEqual(reply.status, 200)
+            state, etag = json_of(reply)["state"], reply.headers["ETag"]
+        self.assertEqual(state, "succeeded")
+        self.assertEqual(self.daemon.get(self.path, If_None_Match=etag).status, 304)
+
+    def test_progress_is_a_change(self):
+        path = f"/v1/jobs/{self.blocker}"
+        seen = {json_of(self.daemon.get(path))["progress"]}
+        etag = self.daemon.get(path).headers["ETag"]
+        while len(seen) < 3:
+            reply = self.daemon.get(path + "?wait=60", If_None_Match=etag)
+            self.assertEqual(reply.status, 200)
+            etag = reply.headers["ETag"]
+            seen.add(round(json_of(reply)["progress"], 2))
+
+    def test_without_an_etag_waiting_is_for_the_end(self):
+        reply = self.daemon.get(self.path + "?wait=1")
+        self.assertEqual((reply.status, json_of(reply)["state"]), (200, "queued"))
+        answer = self.in_background("GET", self.path + "?wait=60")
+        self.unblock()
+        self.assertEqual(json_of(answer())["state"], "succeeded")
+
+    def test_a_poll_for_a_job_that_is_removed_is_answered(self):
+        answer = self.in_background("GET", self.path + "?wait=60")
+        wait_until(lambda: "whittle_event_listeners 1" in self.daemon.health("/metrics").body.decode(), "the poll")
+        self.daemon.request("DELETE", self.path)
+        self.assert_problem(answer(), 404, "job_not_found")
+
+    def test_refuses_unlikely_waits(self):
+        for wait in ("61", "-1", "1.5", "", "x", "1&wait=2"):
+            self.assert_problem(self.daemon.get(f"{self.path}?wait={wait}"), 400, "bad_query")
+        self.assert_problem(self.daemon.get(f"/v1/jobs/{NOBODY}?wait=60"), 404, "job_not_found")
+
+    def submit(self, prefer):
+        headers = {"Prefer": prefer, "Content-Type": "application/json"}
+        return self.in_background("POST", "/v1/jobs", json.dumps(scene(name="preferred")).encode(), headers)
+
+    def test_a_submitter_who_likes_to_wait_gets_the_ended_job(self):
+        answer = self.submit("respond-async, wait=600")
+        wait_until(lambda: json_of(self.daemon.get("/v1/jobs?q=preferred&state=queued"))["items"], "the job")
+        self.assertTrue(answer.pending())
+        self.unblock()
+        reply = answer()
+        job = json_of(reply)
+        self.assertEqual((reply.status, job["state"]), (200, "succeeded"))
+        self.assertEqual(reply.headers["Content-Location"], job["links"]["self"])
+        self.assertEqual(reply.headers["Preference-Applied"], "wait=60")
+
+    def test_a_submitter_whose_wait_ends_first_gets_202(self):
+        reply = self.submit('wait="1"; foo')()
+        self.assertEqual((reply.status, reply.headers["Preference-Applied"]), (202, "wait=1"))
+        self.assertEqual(reply.headers["Location"], json_of(reply)["links"]["self"])
+
+    def test_preferences_that_are_not_understood_change_nothing(self):
+        for prefer in ("wait=soon", "wait", "wait=-1", "respond-async", ";", ""):
+            reply = self.submit(prefer)()
+            self.assertEqual(reply.status, 202, prefer)
+            self.assertIsNone(reply.headers["Preference-Applied"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,128 @@
+#include "server/jobs/events.h"
+
+#include <gtest/gtest.h>
+
+namespace {
+
+using jobs::Events;
+using jobs::JobState;
+
+constexpr std::int64_t start_ms = 1'000;
+
+/// "queued 3 " for event 3 of those that follow the beginning of the clock.
+std::string written(const jobs::JobEvent& event) {
+  return event.job_id + ':' + event.state + '#' + std::to_string(event.number - start_ms * 1000) + ' ';
+}
+
+class EventsTest : public testing::Test {
+ protected:
+  std::int64_t now = start_ms;
+  Events events{written, [this] { return now; }, {.listeners_max = 3, .kept = 4, .untaken_max = 3}};
+  static std::int64_t number(std::int64_t event) { return start_ms * 1000 + event; }
+};
+
+TEST_F(EventsTest, TellsEachListenerWhatItAskedFor) {
+  const auto of_a = events.listen("a", {}), of_all = events.listen({}, {});
+  events.moved("a", JobState::queued);
+  events.moved("b", JobState::queued);
+  EXPECT_EQ(of_a->take(1000).text, "a:queued#1 ");
+  EXPECT_EQ(of_all->take(1000).text, "a:queued#1 b:queued#2 ");
+  EXPECT_EQ(of_all->take(1000).text, "");
+}
+
+TEST_F(EventsTest, WakesOnceUntilAllIsTaken) {
+  int wakes = 0;
+  const auto listener = events.listen({}, {});
+  events.moved("a", JobState::queued);
+  listener->on_news([&] { ++wakes; });
+  EXPECT_EQ(wakes, 1) << "something was there already";
+  events.moved("a", JobState::running);
+  EXPECT_EQ(wakes, 1);
+  EXPECT_EQ(listener->take(1).text, "a:queued#1 ") << "at least one, however few bytes";
+  EXPECT_EQ(listener->take(1000).text, "a:running#2 ");
+  events.moved("a", JobState::succeeded);
+  EXPECT_EQ(wakes, 2);
+}
+
+TEST_F(EventsTest, IsOverForAJobsListenerWithTheJobsEnd) {
+  const auto of_a = events.listen("a", {}), of_all = events.listen({}, {}), of_b = events.listen("b", {});
+  events.moved("a", JobState::failed);
+  events.removed("b");
+  EXPECT_TRUE(of_a->take(1000).over);
+  EXPECT_TRUE(of_b->take(1000).over);
+  EXPECT_FALSE(of_all->take(1000).over);
+}
+
+TEST_F(EventsTest, KeepsOnlyTheLatestUntakenProgressAndTellsItSeldom) {
+  const auto listener = events.listen("a", {});
+  events.moved("a", JobState::running);
+  for (int i = 1; i <= 1000; ++i) {
+    events.progressed("a", i / 1000.0);
+    ++now;
+  }
+  EXPECT_EQ(listener->take(1000).text, "a:running#1 a:running#6 ") << "five of 200 ms each, and the last of them";
+}
+
+TEST_F(EventsTest, CostsNothingForProgressThatNobodyListensTo) {
+  const auto of_b = events.listen("b", {});
+  events.progressed("a", 0.5);
+  EXPECT_EQ(events.latest(), number(0));
+}
+
+TEST_F(EventsTest, EndsForAListenerThatIsTooSlowAndNoOther) {
+  const auto slow = events.listen({}, {}), quick = events.listen({}, {});
+  for (int i = 0; i < 4; ++i) {
+    events.moved("a", JobState::queued);
+    EXPECT_FALSE(quick->take(1000).over);
+  }
+  const Events::Batch batch = slow->take(1000);
+  EXPECT_EQ(batch.text, "");
+  EXPECT_TRUE(batch.over);
+}
+
+TEST_F(EventsTest, GoesOnAfterAnEventThatIsKept) {
+  for (const char* id : {"a", "b", "a"}) events.moved(id, JobState::queued);
+  const auto listener = events.listen("a", number(1));
+  EXPECT_FALSE(listener->missed());
+  EXPECT_EQ(listener->take(1000).text, "a:queued#3 ");
+  EXPECT_EQ(events.listen({}, number(0))->take(1000).text, "a:queued#1 b:queued#2 a:queued#3 ");
+}
+
+TEST_F(EventsTest, SaysThatSomethingIsMissedAfterWhatIsNotKeptOrNotKnown) {
+  for (int i = 0; i < 6; ++i) events.moved("a", JobState::queued);  // two more than are kept
+  EXPECT_TRUE(events.listen({}, number(1))->missed());
+  EXPECT_FALSE(events.listen({}, number(2))->missed());
+  EXPECT_TRUE(events.listen({}, number(7))->missed());
+  EXPECT_TRUE(events.listen({}, -1)->missed());
+  EXPECT_FALSE(events.listen({}, {})->missed());
+}
+
+TEST_F(EventsTest, WhatAListenerMissedDoesNotCountAsSlowness) {
+  for (int i = 0; i < 4; ++i) events.moved("a", JobState::queued);
+  const auto listener = events.listen({}, number(0));
+  events.moved("a", JobState::running);
+  EXPECT_FALSE(listener->take(1).over);
+}
+
+TEST_F(EventsTest, KnowsWhichEndWasSeen) {
+  events.moved("a", JobState::succeeded);
+  events.moved("b", JobState::queued);
+  EXPECT_FALSE(events.ended_by("a", number(0)));
+  EXPECT_TRUE(events.ended_by("a", number(1)));
+  EXPECT_TRUE(events.ended_by("a", number(2)));
+  EXPECT_FALSE(events.ended_by("a", number(3))) << "no number of ours";
+  EXPECT_FALSE(events.ended_by("b", number(2)));
+}
+
+TEST_F(EventsTest, BoundsListenersAndFreesTheirPlaces) {
+  auto first = events.listen("a", {});
+  const auto second = events.listen("a", {}), third = events.listen({}, {});
+  EXPECT_EQ(events.listen("b", {}), nullptr);
+  first.reset();
+  EXPECT_EQ(events.listeners(), 2U);
+  EXPECT_NE(events.listen("b", {}), nullptr);
+  events.moved("a", JobState::queued);
+  EXPECT_EQ(second->take(1000).text, "a:queued#1 ");
+}
+
+}  // namespace
