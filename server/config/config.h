@@ -25,6 +25,7 @@ struct Config {
   Address listen, health_listen;
   std::string data;
   std::string assets;  ///< empty: none
+  std::uint64_t asset_bytes = 0, asset_days = 0;
 
   std::uint64_t jobs = 0;
 

@@ -18,6 +18,10 @@ constexpr std::array table{
            "the folder of the queue's database and the pictures; made if missing"},
     Option{"assets", "", Text{&Config::assets, true},
            "the folder whose files scenes may name; none unless given, for whoever may send scenes sees what is in it"},
+    Option{"asset_bytes", "256000000", Count{&Config::asset_bytes, 1, 256'000'000},
+           "largest uploaded file; 256 MB is the largest picture that is taken, uncompressed, and more is not read"},
+    Option{"asset_days", "30", Count{&Config::asset_days, 1, 36500},
+           "how long an uploaded file stays after its last use while no job names it; a month's work comes back to it"},
     Option{
         "jobs", "0", Count{&Config::jobs, 0, 64},
         "jobs traced at once; 0 is as many as there are cores, so that small ones, mostly not parallel, fill them too"},

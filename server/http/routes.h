@@ -12,6 +12,7 @@
 
 #include "api/document.h"
 #include "server/http/exchange.h"
+#include "server/jobs/asset_store.h"
 #include "server/jobs/clock.h"
 #include "server/jobs/job_service.h"
 
@@ -20,9 +21,11 @@ namespace http {
 /// What the client routes need. The functions and the service are thread-safe and outlive the gate.
 struct Front {
   jobs::JobService& jobs;
+  jobs::AssetStore& assets;
   jobs::Clock clock;
   api::Limits limits;
-  /// An issue for each file that the scene names and that is not there to be read. Unset: `limits` let none be named.
+  /// An issue for each file that the scene names and that is not there to be read; uploaded ones are used now. Unset:
+  /// `limits` let none be named.
   std::function<std::vector<tracer::Issue>(const tracer::Scene&)> missing_files;
   std::chrono::milliseconds render_wait{60'000};                   ///< see the option render_wait_s
   std::function<bool()> draining;                                  ///< true: new work is refused, reads are answered
