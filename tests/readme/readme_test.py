@@ -24,6 +24,7 @@ class Readme(unittest.TestCase):
         cls.daemon = cls.enterClassContext(Daemon("--assets", SOURCE / "scenes", "--render-wait-s", "600"))
         cls.folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
         (cls.folder / "scenes").symlink_to(SOURCE / "scenes")
+        (cls.folder / "api").symlink_to(SOURCE / "api")
         (cls.folder / "build" / "release").mkdir(parents=True)
         (cls.folder / "build" / "release" / "bin").symlink_to(BIN)
 
@@ -52,6 +53,17 @@ class Readme(unittest.TestCase):
         self.run_block("scenes/mesh_files.json")
         self.assertEqual(self.size_of("mesh_files.png"), (800, 450))
 
+    def test_uploads_a_file_and_misses_it_no_more(self):
+        uploaded, missing = map(json.loads, self.run_block("/v1/assets/missing").splitlines())
+        self.assertEqual(uploaded["bytes"], (SOURCE / "scenes/assets/tile.png").stat().st_size)
+        self.assertEqual(missing, {"missing": []})
+
+    def test_submits_a_sweep_of_scenes_with_files(self):
+        self.run_block("whittle-submit")
+        names = [f"{scene}-fov={fov}.png" for scene in ("mesh_files", "tiny") for fov in (30, 40, 50)]
+        self.assertEqual(sorted(path.name for path in (self.folder / "shots").glob("*.png")), names)
+        self.assertEqual({self.size_of(f"shots/{name}") for name in names}, {(160, 90)})
+
     def test_validates(self):
         self.assertTrue(json.loads(self.run_block("/v1/jobs/validate"))["valid"])
 
@@ -74,7 +86,7 @@ class Readme(unittest.TestCase):
             self.assertTrue((self.folder / f"tiny.{kind}").stat().st_size > 0, kind)
 
     def test_has_every_shell_block_run_here(self):
-        self.assertEqual(len(SHELL_BLOCKS), 7)
+        self.assertEqual(len(SHELL_BLOCKS), 9)
 
     def test_names_two_commands_to_start_that_exist(self):
         (block,) = PLAIN_BLOCKS
