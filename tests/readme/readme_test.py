@@ -32,7 +32,8 @@ class Readme(unittest.TestCase):
         (block,) = [block for block in SHELL_BLOCKS if containing in block]
         block = block.replace("127.0.0.1:8080", f"127.0.0.1:{self.daemon.port}")
         done = subprocess.run(["bash", "-euo", "pipefail", "-c", block], cwd=self.folder, check=False, timeout=600,
-                              capture_output=True, text=True, env={**os.environ, "no_proxy": "*"})
+                              capture_output=True, text=True,
+                              env={**os.environ, "no_proxy": "*", "WHITTLE_SERVER": f"http://127.0.0.1:{self.daemon.port}"})
         self.assertEqual(done.returncode, 0, f"{block}\n{done.stdout}\n{done.stderr}")
         return done.stdout
 
