@@ -17,15 +17,18 @@
 #include <optional>
 #include <system_error>
 
+#include "api/asset_requests.h"
 #include "api/load_assets.h"
 #include "server/config/config.h"
 #include "server/http/access.h"
 #include "server/http/event_text.h"
 #include "server/http/gate.h"
 #include "server/http/routes.h"
+#include "server/jobs/asset_collector.h"
 #include "server/jobs/queue.h"
 #include "server/keys/key_ring.h"
 #include "server/storage/files/file_artifact_store.h"
+#include "server/storage/files/file_asset_store.h"
 #include "server/storage/sqlite/sqlite_job_store.h"
 #include "server/telemetry/log.h"
 #include "server/telemetry/queue_log.h"
@@ -85,14 +88,21 @@ api::Limits document_limits(const config::Config& config) {
   limits.scene.triangles = config.triangles;
   limits.scene.lights = static_cast<std::uint32_t>(config.lights);
   if (!config.assets.empty()) limits.files = api::Files::below_a_folder;
+  limits.uploads = true;
   return limits;
 }
 
 /// The daemon never reads a file that a scene names, but says at once that it is not there.
-std::vector<tracer::Issue> missing_files(const tracer::Scene& scene, const std::string& folder_path) {
+std::vector<tracer::Issue> missing_files(const tracer::Scene& scene, const std::string& folder_path,
+                                         jobs::AssetStore& uploads) {
   if (scene.assets.empty()) return {};
-  const worker::AssetFolder folder(folder_path);
-  return api::check_assets(scene, [&](const std::string& name) { return folder.refusal(name); });
+  std::optional<worker::AssetFolder> folder;
+  if (!folder_path.empty()) folder.emplace(folder_path);
+  return api::check_assets(scene, [&](const std::string& name) -> std::string {
+    if (!name.starts_with(api::upload_prefix)) return folder->refusal(name);  // without a folder none passed the reader
+    const std::string sha256 = name.substr(api::upload_prefix.size());
+    return uploads.use(sha256) ? "" : "was not uploaded; PUT /v1/assets/" + sha256 + " brings it";
+  });
 }
 
 /// Throws when it cannot be opened: better told at the start than to each client.
@@ -110,6 +120,7 @@ http::GateSettings gate_settings(const config::Config& config, const std::string
   settings.handler_threads = config.handler_threads;
   settings.head.body_bytes = config.body_bytes;
   settings.judge = [ring](const http::RequestHead& head) { return http::refusal(head, ring); };
+  settings.head.asset_bytes = config.asset_bytes;
   settings.spool_folder = spool_folder;
   return settings;
 }
@@ -122,8 +133,8 @@ http::GateSettings health_gate_settings(const config::Config& config, const std:
   settings.connections_max = settings.connections_per_address_max = 256;
   settings.handler_threads = 1;
   settings.waiting_max = 64;
-  settings.head.body_bytes = 0;
   if (config.keys.empty()) settings.judge = [](const http::RequestHead& head) { return http::refusal(head, nullptr); };
+  settings.head.body_bytes = settings.head.asset_bytes = 0;
   settings.spool_folder = spool_folder;
   return settings;
 }
@@ -132,6 +143,8 @@ http::GateSettings health_gate_settings(const config::Config& config, const std:
 std::vector<std::pair<std::string, std::uint64_t>> told_limits(const config::Config& config, const api::Limits& limits,
                                                                const http::HeadLimits& head) {
   return {{"body_bytes", config.body_bytes},
+          {"asset_bytes", config.asset_bytes},
+          {"asset_hashes", api::asset_hashes_max},
           {"json_depth", limits.document.depth},
           {"json_values", limits.document.values},
           {"json_string_bytes", limits.document.string_bytes},
@@ -198,6 +211,8 @@ void serve(const config::Config& config, keys::KeyRing* ring, const telemetry::L
 
   jobs::SqliteJobStore store(config.data);
   jobs::FileArtifactStore artifacts(config.data);
+  const std::string uploads_folder = config.data + "/uploads";
+  jobs::FileAssetStore uploads(uploads_folder, jobs::system_clock());
   jobs::IdSource ids(jobs::system_clock(), jobs::system_random());
   const jobs::Log queue_log = telemetry::queue_log(log);
   jobs::Queue queue(store, artifacts, ids, jobs::system_clock(), queue_log,
@@ -205,10 +220,13 @@ void serve(const config::Config& config, keys::KeyRing* ring, const telemetry::L
   jobs::Events events(http::event_text, jobs::system_clock(), {.listeners_max = config.streams});
   queue.observe(&events);
 
+  const std::chrono::days asset_age(static_cast<int>(config.asset_days));
+  const jobs::AssetCollector collector(uploads, store, jobs::system_clock(), queue_log, {.age = asset_age});
+
   worker::SupervisorSettings worker_settings;
   worker_settings.executable = worker::worker_beside_this_program();
   worker_settings.slots = static_cast<int>(config.jobs);
-  worker_settings.files = {config.assets, config.objects, config.triangles};
+  worker_settings.files = {config.assets, uploads_folder, config.objects, config.triangles};
   worker::Supervisor supervisor(queue, worker_settings, queue_log);
 
   const std::string spool_folder = config.data + "/spool";
@@ -219,9 +237,10 @@ void serve(const config::Config& config, keys::KeyRing* ring, const telemetry::L
   const http::Front front{
       .jobs = queue,
       .events = events,
+      .assets = uploads,
       .clock = jobs::system_clock(),
       .limits = limits,
-      .missing_files = [&config](const tracer::Scene& scene) { return missing_files(scene, config.assets); },
+      .missing_files = [&](const tracer::Scene& scene) { return missing_files(scene, config.assets, uploads); },
       .render_wait = std::chrono::seconds(config.render_wait_s),
       .draining = [&draining] { return draining.load(); },
       .told_limits = told_limits(config, limits, settings.head),

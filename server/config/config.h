@@ -26,6 +26,7 @@ struct Config {
   std::string data;
   std::string assets;  ///< empty: none
   std::string keys;    ///< the file of keys; empty: none
+  std::uint64_t asset_bytes = 0, asset_days = 0;
 
   std::uint64_t jobs = 0;
 

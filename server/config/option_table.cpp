@@ -21,6 +21,10 @@ constexpr std::array table{
     Option{"keys", "", Text{&Config::keys, true},
            "the file of those who may use the service, made by --new-key; none unless given, and then only this "
            "machine's users may. SIGHUP has it read again"},
+    Option{"asset_bytes", "256000000", Count{&Config::asset_bytes, 1, 256'000'000},
+           "largest uploaded file; 256 MB is the largest picture that is taken, uncompressed, and more is not read"},
+    Option{"asset_days", "30", Count{&Config::asset_days, 1, 36500},
+           "how long an uploaded file stays after its last use while no job names it; a month's work comes back to it"},
     Option{
         "jobs", "0", Count{&Config::jobs, 0, 64},
         "jobs traced at once; 0 is as many as there are cores, so that small ones, mostly not parallel, fill them too"},

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <system_error>
@@ -89,16 +90,24 @@ bool Body::spool() {
   return write_all(fd_, std::exchange(memory_, {}));
 }
 
+std::size_t Body::read(std::uint64_t offset, char* into, std::size_t size) const {
+  if (offset >= size_) return 0;
+  size = std::min<std::uint64_t>(size, size_ - offset);
+  if (fd_ < 0) return memory_.copy(into, size, offset);
+  for (std::size_t done = 0; done < size;) {
+    const ssize_t got = ::pread(fd_, into + done, size - done, static_cast<off_t>(offset + done));
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) throw std::system_error(got < 0 ? errno : EIO, std::generic_category(), "spooled body");
+    done += static_cast<std::size_t>(got);
+  }
+  return size;
+}
+
 std::string Body::take() {
   std::string bytes = std::exchange(memory_, {});
   if (fd_ >= 0) {
     bytes.resize(size_);
-    for (std::uint64_t at = 0; at < size_;) {
-      const ssize_t got = ::pread(fd_, bytes.data() + at, size_ - at, static_cast<off_t>(at));
-      if (got < 0 && errno == EINTR) continue;
-      if (got <= 0) throw std::system_error(got < 0 ? errno : EIO, std::generic_category(), "spooled body");
-      at += static_cast<std::uint64_t>(got);
-    }
+    read(0, bytes.data(), bytes.size());
   }
   release();
   return bytes;

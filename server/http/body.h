@@ -33,6 +33,9 @@ class Body {
   [[nodiscard]] std::uint64_t size_bytes() const { return size_; }
   [[nodiscard]] bool spooled() const { return fd_ >= 0; }
 
+  /// Up to `size` bytes at `offset`; fewer only at the end. Throws std::system_error as `take`. Nothing after `take`.
+  std::size_t read(std::uint64_t offset, char* into, std::size_t size) const;
+
   /// All of it; nothing is left here. Throws std::system_error when a spooled body cannot be read back.
   std::string take();
 

@@ -31,6 +31,11 @@ Answer get_events(Request& request, const Front& front);
 // ---- picture_handler.cpp
 Answer get_picture(Request& request, const Front& front, const std::string& name);
 
+// ---- asset_handlers.cpp
+Answer find_missing_assets(Request& request, const Front& front);
+Answer put_asset(Request& request, const Front& front);
+Answer get_asset(Request& request, const Front& front);
+
 // ---- service_handlers.cpp
 Answer get_root(Request& request);
 Answer get_version(Request& request, const Front& front);
@@ -49,6 +54,9 @@ struct Scene {
   std::string document;
   api::Document parsed;
 };
+/// The problem of a request whose body is not JSON of a known length: 411 and 415.
+std::optional<Problem> no_json_body(const Request& request, const char* what);
+
 /// Takes the body of a request: 411, 415, 400, 413 and 422 come from here.
 tracer::Result<Scene, Problem> take_scene(Request& request, const Front& front);
 

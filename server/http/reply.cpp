@@ -9,7 +9,8 @@ namespace http {
 namespace {
 
 std::string_view reason_of(int status) {
-  constexpr std::array<std::pair<int, std::string_view>, 26> reasons{{{200, "OK"},
+  constexpr std::array<std::pair<int, std::string_view>, 27> reasons{{{200, "OK"},
+                                                                      {201, "Created"},
                                                                       {202, "Accepted"},
                                                                       {204, "No Content"},
                                                                       {206, "Partial Content"},

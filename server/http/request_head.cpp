@@ -120,12 +120,14 @@ Refusal read_content_length(std::string_view text, const HeadLimits& limits, Req
   if (text.empty() || !std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; })) {
     return bad("Content-Length must be one decimal number");
   }
+  const bool is_upload = head.method == "PUT";
+  const std::uint64_t limit = is_upload ? limits.asset_bytes : limits.body_bytes;
   std::uint64_t length = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), length);
-  if (error != std::errc{} || length > limits.body_bytes) {
+  if (error != std::errc{} || length > limit) {
     return RefusedHead{Failure::body_too_large, "the body has " + std::string(text.substr(0, 24)) +
-                                                    " bytes, the limit body_bytes is " +
-                                                    std::to_string(limits.body_bytes)};
+                                                    " bytes, the limit " + (is_upload ? "asset_bytes" : "body_bytes") +
+                                                    " is " + std::to_string(limit)};
   }
   head.content_length = length;
   return std::nullopt;

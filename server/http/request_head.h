@@ -26,6 +26,7 @@ struct HeadLimits {
   std::size_t header_count = 64;          ///< browsers send 15, proxies add 10
   std::size_t header_bytes = 16384;       ///< of all header lines together
   std::uint64_t body_bytes = 64u << 20;
+  std::uint64_t asset_bytes = 256'000'000;  ///< of a PUT: what is uploaded is not parsed here
 };
 
 using Pairs = std::vector<std::pair<std::string, std::string>>;

@@ -26,6 +26,9 @@ std::vector<Route> client_routes(const Front& front) {
       {"POST", "/v1/jobs/{id}/cancel", with_front(cancel_job), {}},
       {"GET", "/v1/jobs/{id}/events", with_front(get_job_events), {}},
       {"GET", "/v1/events", with_front(get_events), {}},
+      {"POST", "/v1/assets/missing", with_front(find_missing_assets), {}},
+      {"PUT", "/v1/assets/{sha256}", with_front(put_asset), {}},
+      {"GET", "/v1/assets/{sha256}", with_front(get_asset), {}},
   };
   for (const tracer::Format format : tracer::all_formats) {
     const std::string name = "image." + std::string(tracer::extension(format));

@@ -12,6 +12,7 @@
 
 #include "api/document.h"
 #include "server/http/exchange.h"
+#include "server/jobs/asset_store.h"
 #include "server/jobs/clock.h"
 #include "server/jobs/events.h"
 #include "server/jobs/job_service.h"
@@ -26,9 +27,11 @@ constexpr std::chrono::seconds wait_max{60};
 struct Front {
   jobs::JobService& jobs;
   jobs::Events& events;
+  jobs::AssetStore& assets;
   jobs::Clock clock;
   api::Limits limits;
-  /// An issue for each file that the scene names and that is not there to be read. Unset: `limits` let none be named.
+  /// An issue for each file that the scene names and that is not there to be read; uploaded ones are used now. Unset:
+  /// `limits` let none be named.
   std::function<std::vector<tracer::Issue>(const tracer::Scene&)> missing_files;
   std::chrono::milliseconds render_wait{60'000};                   ///< see the option render_wait_s
   std::function<bool()> draining;                                  ///< true: new work is refused, reads are answered

@@ -22,15 +22,18 @@ bool is_job_id(const std::string& text) {
 
 }  // namespace
 
-tracer::Result<Scene, Problem> take_scene(Request& request, const Front& front) {
+std::optional<Problem> no_json_body(const Request& request, const char* what) {
   if (!request.head.content_length) {
-    return Problem{Failure::length_required, "send a scene document with its Content-Length", {}};
+    return Problem{Failure::length_required, std::string("send ") + what + " with its Content-Length", {}};
   }
   const auto type = request.head.header("content-type");
-  if (!type || !is_json(*type)) {
-    const std::string seen = type ? "got \"" + std::string(*type) + "\"" : "there is none";
-    return Problem{Failure::unsupported_media_type, "Content-Type must be application/json, " + seen, {}};
-  }
+  if (type && is_json(*type)) return std::nullopt;
+  const std::string seen = type ? "got \"" + std::string(*type) + "\"" : "there is none";
+  return Problem{Failure::unsupported_media_type, "Content-Type must be application/json, " + seen, {}};
+}
+
+tracer::Result<Scene, Problem> take_scene(Request& request, const Front& front) {
+  if (auto problem = no_json_body(request, "a scene document")) return *std::move(problem);
   Scene scene;
   scene.document = request.body.take();
   auto parsed = api::parse_scene(scene.document, front.limits);

@@ -53,7 +53,8 @@ struct Job {
   bool suspect = false;           ///< was in flight with others when a worker died: runs alone until it ends
   std::map<std::string, std::string> labels;
   std::uint32_t width = 0, height = 0;
-  std::string report;  ///< JSON text written by api::, opaque here; empty until the job succeeded
+  std::vector<std::string> assets;  ///< sha256 of the uploads that its document names; they are kept while it is there
+  std::string report;               ///< JSON text written by api::, opaque here; empty until the job succeeded
   std::optional<Problem> problem;
   std::vector<Artifact> artifacts;
 };

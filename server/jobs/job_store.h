@@ -86,6 +86,9 @@ class JobStore {
   /// Is this sha256 named by any job's artifacts? Used before an artifact's bytes are deleted.
   virtual bool references(const std::string& sha256) = 0;
 
+  /// Is this upload named by any job? Used before an asset's bytes are deleted.
+  virtual bool names_asset(const std::string& sha256) = 0;
+
   /// Throws StoreFailure when a small write would not be durable now. For readiness.
   virtual void probe() = 0;
 };

@@ -4,6 +4,17 @@
 #include <utility>
 
 namespace jobs {
+namespace {
+
+std::vector<std::string> uploads_of(const tracer::Scene& scene) {
+  std::vector<std::string> hashes;
+  for (const tracer::Asset& asset : scene.assets) {
+    if (asset.name.starts_with(api::upload_prefix)) hashes.push_back(asset.name.substr(api::upload_prefix.size()));
+  }
+  return hashes;
+}
+
+}  // namespace
 
 Queue::Queue(JobStore& store, ArtifactStore& artifacts, IdSource& ids, Clock clock, const Log& log,
              QueueSettings settings)
@@ -46,6 +57,7 @@ tracer::Result<JobView, QueueFull> Queue::submit(const std::string& document, co
   job.labels = parsed.job.labels;
   job.width = parsed.scene.image.window().width();
   job.height = parsed.scene.image.window().height();
+  job.assets = uploads_of(parsed.scene);
   store_.submit(job, document);
   tell(job.id, JobState::queued);
 

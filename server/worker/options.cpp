@@ -17,6 +17,10 @@ bool read(std::string_view name, std::string_view text, Options& options) {
   if (name == "--slots") return read(text, options.slots) && options.slots >= 1 && options.slots <= slots_max;
   if (name == "--objects") return read(text, options.files.objects);
   if (name == "--triangles") return read(text, options.files.triangles);
+  if (name == "--uploads") {
+    options.files.uploads = text;
+    return true;
+  }
   if (name != "--assets") return false;
   options.files.folder = text;
   return true;
@@ -25,8 +29,12 @@ bool read(std::string_view name, std::string_view text, Options& options) {
 }  // namespace
 
 std::vector<std::string> arguments_of(const Options& options) {
-  return {"--slots",   std::to_string(options.slots),         "--assets",    options.files.folder,
-          "--objects", std::to_string(options.files.objects), "--triangles", std::to_string(options.files.triangles)};
+  const FileSettings& files = options.files;
+  return {"--slots",     std::to_string(options.slots),
+          "--assets",    files.folder,
+          "--uploads",   files.uploads,
+          "--objects",   std::to_string(files.objects),
+          "--triangles", std::to_string(files.triangles)};
 }
 
 std::optional<Options> parse_options(const std::vector<std::string_view>& arguments) {

@@ -13,7 +13,8 @@ namespace worker {
 
 /// The files that scenes may name. The daemon sees no content of them, so the limits on it are kept here.
 struct FileSettings {
-  std::string folder;  ///< empty: none may be named
+  std::string folder;   ///< empty: none may be named
+  std::string uploads;  ///< the folder of those named by their sha256 (jobs::asset_path); empty: none may be
   std::uint64_t objects = tracer::Limits{}.objects;
   std::uint64_t triangles = tracer::Limits{}.triangles;
   bool operator==(const FileSettings&) const = default;

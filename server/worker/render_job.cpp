@@ -9,7 +9,7 @@
 #include "api/document.h"
 #include "api/load_assets.h"
 #include "api/report.h"
-#include "server/worker/asset_folder.h"
+#include "server/worker/scene_files.h"
 #include "tracer/compile.h"
 #include "tracer/encode.h"
 #include "tracer/render.h"
@@ -79,6 +79,7 @@ class Rendering {
   tracer::Scene parse() {
     api::Limits limits = no_limits();
     if (!files_.folder.empty()) limits.files = api::Files::below_a_folder;
+    limits.uploads = !files_.uploads.empty();
     auto document = api::parse_scene(job_.document, limits);
     if (!document) throw Stop{Failed{job_.job_id, job_.fence, problem_of(document.error())}};
     job_.document = std::string();  // it may be large, and is not needed any more
@@ -99,9 +100,9 @@ class Rendering {
     tracer::Limits limits = no_limits().scene;
     limits.objects = files_.objects;
     limits.triangles = files_.triangles;
-    const AssetFolder folder(files_.folder);
+    const SceneFiles files(files_);
     auto assets = api::load_assets(
-        scene, [&](const std::string& name) { return folder.read(name); }, limits);
+        scene, [&](const std::string& name) { return files.read(name); }, limits);
     if (!assets) throw Stop{Failed{job_.job_id, job_.fence, problem_of_files(std::move(assets.error()))}};
     return std::move(*assets);
   }

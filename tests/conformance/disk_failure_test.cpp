@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "server/storage/files/file_artifact_store.h"
+#include "server/storage/files/file_asset_store.h"
+#include "server/storage/files/sha256.h"
 #include "server/storage/sqlite/sqlite_job_store.h"
 #include "tests/conformance/file_size_limit.h"
 #include "tests/conformance/memory_file.h"
@@ -106,6 +108,25 @@ TEST(FileArtifactStore, OnAFullDiskStoresNothingAndIsWellAgainWithRoom) {
   }
   EXPECT_TRUE(std::filesystem::is_empty(folder.path() + "/tmp"));
   EXPECT_NE(store.open(store.put(picture.fd()).sha256), nullptr);
+}
+
+TEST(FileAssetStore, OnAFullDiskStoresNothingAndIsWellAgainWithRoom) {
+  const TemporaryFolder folder;
+  FileAssetStore store(folder.path(), [] { return 1; });
+  const std::string bytes(1 << 20, 'x');
+  const auto read = [&](std::uint64_t offset, char* into, std::size_t size) {
+    return offset < bytes.size() ? bytes.copy(into, size, offset) : 0;
+  };
+  Sha256 hash;
+  hash.add(bytes.data(), bytes.size());
+  const std::string sha256 = hash.hex();
+  {
+    const FileSizeLimit full(1 << 19);
+    EXPECT_EQ(failure_of([&] { store.put(sha256, read); }), StoreFailure::Kind::full);
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path() + "/tmp"));
+  EXPECT_FALSE(store.use(sha256));
+  EXPECT_EQ(store.put(sha256, read), AssetStore::Put::stored);
 }
 
 TEST(SqliteJobStore, RefusesAFolderThatIsInUse) {

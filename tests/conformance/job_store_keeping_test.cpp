@@ -34,6 +34,22 @@ TEST_P(JobStoreConformance, FindsASubmittedJobWithAllItsFields) {
   EXPECT_TRUE(job.artifacts.empty());
 }
 
+TEST_P(JobStoreConformance, NamesTheUploadsOfAJobUntilItIsRemoved) {
+  const std::string tile(64, 'a'), vase(64, 'b');
+  const std::string first = submit([&](Job& job) { job.assets = {vase, tile}; });
+  const std::string second = submit([&](Job& job) { job.assets = {tile}; });
+  EXPECT_EQ(find(first).assets, (std::vector<std::string>{vase, tile}));
+  reopen();
+  EXPECT_TRUE(store().names_asset(tile));
+  EXPECT_TRUE(store().names_asset(vase));
+  EXPECT_FALSE(store().names_asset(std::string(64, 'c')));
+  store().remove(first);
+  EXPECT_TRUE(store().names_asset(tile)) << "by the other";
+  EXPECT_FALSE(store().names_asset(vase));
+  store().remove(second);
+  EXPECT_FALSE(store().names_asset(tile));
+}
+
 TEST_P(JobStoreConformance, KeepsTheDocumentVerbatimWhateverItsBytes) {
   std::string document;
   for (int i = 0; i < 3 * 256; ++i) document.push_back(static_cast<char>(i));

@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "server/storage/files/file_artifact_store.h"
+#include "server/storage/files/file_asset_store.h"
 #include "server/storage/sqlite/sqlite_job_store.h"
 #include "tests/conformance/memory_file.h"
 #include "tests/conformance/temporary_folder.h"
@@ -78,4 +79,21 @@ TEST(FileArtifactStore, SyncsBytesAndFolderBeforeItAnswersAndKeepsNothingThatCou
   EXPECT_TRUE(std::filesystem::is_empty(folder.path() + "/tmp"));
   EXPECT_EQ(store.put(MemoryFile("abc").fd()).sha256, sha256);
   EXPECT_NE(store.open(sha256), nullptr);
+}
+
+TEST(FileAssetStore, SyncsBytesAndFolderBeforeItAnswersAndKeepsNothingThatCouldNotBeSynced) {
+  const TemporaryFolder folder;
+  FileAssetStore store(folder.path(), [] { return 1; });
+  const std::string sha256 = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";  // FIPS 180-4: "abc"
+  const auto read = [](std::uint64_t offset, char* into, std::size_t size) {
+    return offset < 3 ? std::string("abc").copy(into, size, offset) : 0;
+  };
+  sync_fails = true;
+  EXPECT_THROW(store.put(sha256, read), StoreFailure);
+  sync_fails = false;
+  EXPECT_FALSE(store.use(sha256));
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path() + "/tmp"));
+  const int before = syncs_asked;
+  EXPECT_EQ(store.put(sha256, read), AssetStore::Put::stored);
+  EXPECT_GE(syncs_asked, before + 2);
 }

@@ -32,7 +32,8 @@ void check(const http::RequestHead& head, std::string_view bytes, const http::He
   require(bytes.substr(0, head.size_bytes).ends_with("\r\n\r\n"), "a head ends with an empty line");
   require(head.headers.size() <= limits.header_count, "no more headers than the limit");
   require(head.path.starts_with('/') && !has_control(head.path, false), "a path starts with a slash, without controls");
-  require(head.content_length.value_or(0) <= limits.body_bytes, "no body beyond the limit");
+  require(head.content_length.value_or(0) <= (head.method == "PUT" ? limits.asset_bytes : limits.body_bytes),
+          "no body beyond the limit");
   require(!head.header("transfer-encoding"), "no second way to frame the body");
   std::size_t lengths = 0;
   for (const auto& [name, value] : head.headers) {

@@ -104,9 +104,6 @@ class Names(OneDaemon):
         verdict = json_of(self.daemon.request("POST", "/v1/jobs/validate", textured("missing.png")))
         self.assertEqual((verdict["valid"], len(verdict["errors"])), (False, 1))
 
-    def test_of_uploads_are_not_known_yet(self):
-        self.assertEqual(self.issue(textured("sha256:" + "0" * 64))["code"], "unsupported")
-
     def test_that_lead_to_a_file_within_are_taken_through_links_too(self):
         pictures = {self.daemon.request("POST", "/v1/render", textured(name)).body
                     for name in ("tile.png", "deep/er/tile.png", "in.png", "deep/up.png")}

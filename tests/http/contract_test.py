@@ -1,5 +1,6 @@
 """Holds api/openapi.yaml and the program together, both ways: every route is described and every description is a route;
 every reply is one that is described, and every described reply is given."""
+import hashlib
 import json
 import re
 import subprocess
@@ -17,6 +18,7 @@ METHODS = ("get", "put", "post", "delete", "options", "head", "patch", "trace")
 NEED_A_BROKEN_MACHINE = {
     ("listJobs", 503), ("getJob", 503), ("removeJob", 503), ("cancelJob", 503), ("getPng", 503), ("getPng16", 503),
     ("getExr", 503), ("getJpeg", 503), ("getHdr", 503), ("getWebp", 503), ("getTiff", 503), ("getMetrics", 503),
+    ("findMissingAssets", 503), ("putAsset", 503), ("getAsset", 503),
     ("render", 500),  # a scene that kills the worker: none is known
 }
 
@@ -112,6 +114,7 @@ class Contract(unittest.TestCase):
         self.check_jobs(seen)
         self.check_pictures(seen)
         self.check_events(seen)
+        self.check_assets(seen)
         self.check_refusals_of_a_busy_daemon(seen)
         described = {(operation["operationId"], int(status))
                      for operation in self.operations.values() for status in operation["responses"]}
@@ -214,6 +217,30 @@ class Contract(unittest.TestCase):
                 connection.recv(15)
                 for template in ("/v1/events", "/v1/jobs/{id}/events"):
                     self.check(seen, template, daemon.get(template.format(id=job["id"])))
+    def check_assets(self, seen):
+        template, path = "/v1/assets/{sha256}", "/v1/assets/" + hashlib.sha256(b"abc").hexdigest()
+        for body in (b"abd", b"abc", b"abc"):
+            self.check(seen, template, self.daemon.request("PUT", path, body), "PUT")
+        with self.daemon.socket() as connection:
+            connection.sendall(f"PUT {path} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
+            self.assertIn(b" 411 ", connection.makefile("rb").readline())
+            seen.add(("putAsset", 411))
+        with self.daemon.socket() as connection:
+            connection.sendall(f"PUT {path} HTTP/1.1\r\nHost: localhost\r\nContent-Length: 256000001\r\n\r\n".encode())
+            self.assertIn(b" 413 ", connection.makefile("rb").readline())
+            seen.add(("putAsset", 413))
+        reply = self.daemon.get(path)
+        self.check(seen, template, reply)
+        self.check(seen, template, self.daemon.get(path, If_None_Match=reply.headers["ETag"]))
+        self.check(seen, template, self.daemon.get("/v1/assets/" + "0" * 64))
+        question = "/v1/assets/missing"
+        for body in ({"sha256": ["0" * 64]}, {"sha256": ["0"]}, b"{", b"[" * 100):
+            self.check(seen, question, self.daemon.request("POST", question, body), "POST")
+        self.check(seen, question, self.daemon.request("POST", question, b"{}", {"Content-Type": "text/plain"}), "POST")
+        with self.daemon.socket() as connection:
+            connection.sendall(f"POST {question} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
+            self.assertIn(b" 411 ", connection.makefile("rb").readline())
+            seen.add(("findMissingAssets", 411))
 
     def check_refusals_of_a_busy_daemon(self, seen):
         with Daemon("--queued-jobs", "1", "--jobs", "1", "--render-wait-s", "0") as daemon:

@@ -6,6 +6,7 @@
 #include "server/http/routes.h"
 #include "server/jobs/queue.h"
 #include "server/storage/memory/memory_artifact_store.h"
+#include "server/storage/memory/memory_asset_store.h"
 #include "server/storage/memory/memory_job_store.h"
 
 namespace {
@@ -23,10 +24,11 @@ void print(const std::vector<http::Route>& routes) {
 int main() {
   jobs::MemoryJobStore store;
   jobs::MemoryArtifactStore artifacts;
+  jobs::MemoryAssetStore assets(jobs::system_clock());
   jobs::IdSource ids(jobs::system_clock(), jobs::system_random());
   jobs::Queue queue(store, artifacts, ids, jobs::system_clock(), jobs::no_log(), {});
   jobs::Events events([](const jobs::JobEvent&) { return std::string(); }, jobs::system_clock());
-  print(http::client_routes({queue, events, jobs::system_clock(), {}, {}, {}, [] { return false; }, {}}));
+  print(http::client_routes({queue, events, assets, jobs::system_clock(), {}, {}, {}, [] { return false; }, {}}));
   print(http::health_routes(
       {[] { return std::string(); }, [](jobs::JobState) { return std::int64_t{0}; }, [] { return std::size_t{0}; }}));
 }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "api/asset_requests.h"
 #include "api/load_assets.h"
 #include "tests/reader/reading.h"
 
@@ -38,12 +39,58 @@ TEST(AssetNames, OfTheCommandLineLeadAnywhere) {
     EXPECT_EQ(verdict(name, api::Files::anywhere), Issues{"accepted"}) << name;
 }
 
-TEST(AssetNames, HaveALongestLengthAndNoHashes) {
+TEST(AssetNames, HaveALongestLength) {
   for (const api::Files files : {api::Files::anywhere, api::Files::below_a_folder}) {
     EXPECT_EQ(verdict(std::string(4096, 'a'), files), Issues{"accepted"});
     EXPECT_EQ(verdict(std::string(4097, 'a'), files), Issues{"/textures/0/file limit_exceeded"});
-    EXPECT_EQ(verdict("sha256:00", files), Issues{"/textures/0/file unsupported"});
   }
+}
+
+TEST(AssetNames, OfUploadsAre64LowerCaseHexDigitsWhereThereAreUploads) {
+  const std::string hash = "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef";
+  for (const api::Files files : {api::Files::none, api::Files::anywhere, api::Files::below_a_folder}) {
+    api::Limits limits;
+    limits.files = files;
+    EXPECT_EQ(outcome(textures_of({"sha256:" + hash}), limits), Issues{"/textures/0/file unsupported"});
+    limits.uploads = true;
+    EXPECT_EQ(outcome(textures_of({"sha256:" + hash}), limits), Issues{"accepted"});
+    for (const std::string& name : {std::string(), std::string("00"), hash.substr(1), hash + "0", hash.substr(1) + "A",
+                                    hash.substr(1) + "g", hash.substr(1) + "/", hash.substr(3) + "/.."})
+      EXPECT_EQ(outcome(textures_of({"sha256:" + name}), limits), Issues{"/textures/0/file malformed"}) << name;
+  }
+}
+
+TEST(AssetNames, OfUploadsAloneLeaveOtherFilesUnsupported) {
+  api::Limits limits;
+  limits.uploads = true;
+  EXPECT_EQ(outcome(textures_of({"a.png"}), limits), Issues{"/textures/0/file unsupported"});
+}
+
+TEST(AssetHashes, AreAskedForInAListAndComeBackOnceEach) {
+  const std::string a(64, 'a'), b(64, 'b');
+  const auto hashes = api::parse_asset_hashes("{\"sha256\": [\"" + b + "\", \"" + a + "\", \"" + b + "\"]}", {});
+  ASSERT_TRUE(hashes);
+  EXPECT_EQ(*hashes, (Issues{b, a}));
+  EXPECT_EQ(api::parse_asset_hashes(R"({"sha256": []})", {})->size(), 0u);
+}
+
+TEST(AssetHashes, ThatAreNoneAreToldAllAtOnce) {
+  const auto issues_of = [](const std::string& text) {
+    Issues issues;
+    const auto hashes = api::parse_asset_hashes(text, {});
+    if (hashes) return issues;
+    for (const tracer::Issue& issue : hashes.error().issues) issues.push_back(issue.pointer + " " + issue.code);
+    return issues;
+  };
+  EXPECT_EQ(issues_of(R"({"sha256": [1, "a", null], "more": 0})"),
+            (Issues{"/sha256/0 wrong_type", "/sha256/1 malformed", "/sha256/2 wrong_type", "/more unknown_field"}));
+  EXPECT_EQ(issues_of("{}"), Issues{"/sha256 missing_field"});
+  EXPECT_EQ(issues_of("[]"), Issues{" wrong_type"});
+  EXPECT_EQ(issues_of(R"({"sha256": {}})"), Issues{"/sha256 wrong_type"});
+  std::string many = R"({"sha256": [)";
+  for (std::size_t i = 0; i <= api::asset_hashes_max; ++i) many += i == 0 ? "0" : ",0";
+  EXPECT_EQ(issues_of(many + "]}"), Issues{"/sha256 limit_exceeded"});
+  EXPECT_EQ(api::parse_asset_hashes("{", {}).error().kind, api::Refusal::Kind::not_json);
 }
 
 TEST(LoadAssets, AsksForEachFileOnceAndKeepsTheirOrder) {

@@ -24,6 +24,7 @@ class Readme(unittest.TestCase):
         cls.daemon = cls.enterClassContext(Daemon("--assets", SOURCE / "scenes", "--render-wait-s", "600"))
         cls.folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
         (cls.folder / "scenes").symlink_to(SOURCE / "scenes")
+        (cls.folder / "api").symlink_to(SOURCE / "api")
         (cls.folder / "build" / "release").mkdir(parents=True)
         (cls.folder / "build" / "release" / "bin").symlink_to(BIN)
 
@@ -31,7 +32,8 @@ class Readme(unittest.TestCase):
         (block,) = [block for block in SHELL_BLOCKS if containing in block]
         block = block.replace("127.0.0.1:8080", f"127.0.0.1:{self.daemon.port}")
         done = subprocess.run(["bash", "-euo", "pipefail", "-c", block], cwd=self.folder, check=False, timeout=600,
-                              capture_output=True, text=True, env={**os.environ, "no_proxy": "*"})
+                              capture_output=True, text=True,
+                              env={**os.environ, "no_proxy": "*", "WHITTLE_SERVER": f"http://127.0.0.1:{self.daemon.port}"})
         self.assertEqual(done.returncode, 0, f"{block}\n{done.stdout}\n{done.stderr}")
         return done.stdout
 
@@ -51,6 +53,17 @@ class Readme(unittest.TestCase):
     def test_renders_a_scene_with_files(self):
         self.run_block("scenes/mesh_files.json")
         self.assertEqual(self.size_of("mesh_files.png"), (800, 450))
+
+    def test_uploads_a_file_and_misses_it_no_more(self):
+        uploaded, missing = map(json.loads, self.run_block("/v1/assets/missing").splitlines())
+        self.assertEqual(uploaded["bytes"], (SOURCE / "scenes/assets/tile.png").stat().st_size)
+        self.assertEqual(missing, {"missing": []})
+
+    def test_submits_a_sweep_of_scenes_with_files(self):
+        self.run_block("whittle-submit")
+        names = [f"{scene}-fov={fov}.png" for scene in ("mesh_files", "tiny") for fov in (30, 40, 50)]
+        self.assertEqual(sorted(path.name for path in (self.folder / "shots").glob("*.png")), names)
+        self.assertEqual({self.size_of(f"shots/{name}") for name in names}, {(160, 90)})
 
     def test_validates(self):
         self.assertTrue(json.loads(self.run_block("/v1/jobs/validate"))["valid"])

@@ -32,16 +32,27 @@ api::AssetBytes read(const fs::path& path) {
   return std::vector<std::uint8_t>(bytes->begin(), bytes->end());
 }
 
+api::AssetBytes read_upload(const std::string& folder, const std::string& name) {
+  if (folder.empty()) return std::string("is the name of an upload; --assets FOLDER says where those are");
+  const std::string hash = name.substr(api::upload_prefix.size());
+  const fs::path plain = fs::path(folder) / hash;
+  return read(fs::exists(plain) ? plain : fs::path(folder) / hash.substr(0, 2) / hash);
+}
+
 }  // namespace
 
-tracer::Result<Loaded, api::Refusal> load(std::string_view text, const std::string& scene_path) {
+tracer::Result<Loaded, api::Refusal> load(std::string_view text, const std::string& scene_path,
+                                          const std::string& uploads_folder) {
   api::Limits limits;
   limits.files = api::Files::anywhere;
+  limits.uploads = true;
   auto document = api::parse_scene(text, limits);
   if (!document) return std::move(document.error());
   const fs::path folder = scene_path == "-" ? fs::path() : fs::path(scene_path).parent_path();
-  auto assets = api::load_assets(
-      document->scene, [&](const std::string& name) { return read(folder / name); }, limits.scene);
+  const auto read_asset = [&](const std::string& name) {
+    return name.starts_with(api::upload_prefix) ? read_upload(uploads_folder, name) : read(folder / name);
+  };
+  auto assets = api::load_assets(document->scene, read_asset, limits.scene);
   if (assets) return Loaded{std::move(*document), std::move(*assets)};
   api::Refusal refusal;
   refusal.detail = "the scene cannot be rendered with its files";

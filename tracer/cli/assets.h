@@ -16,9 +16,12 @@ struct Loaded {
   tracer::Assets assets;
 };
 
-/// `text` is the document; its files' names are relative to the folder of `scene_path` ("-": the working folder).
+/// `text` is the document; its files' names are relative to the folder of `scene_path` ("-": the working folder). Those
+/// named by their sha256 lie in `uploads_folder` under these names, or as a daemon's data/uploads keeps them (empty:
+/// there is none).
 /// Ordinary files only, each at most api::asset_bytes_max. An asset that cannot be read is an issue "bad_asset" where
 /// the document names it first.
-tracer::Result<Loaded, api::Refusal> load(std::string_view text, const std::string& scene_path);
+tracer::Result<Loaded, api::Refusal> load(std::string_view text, const std::string& scene_path,
+                                          const std::string& uploads_folder);
 
 }  // namespace cli

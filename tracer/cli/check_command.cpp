@@ -47,7 +47,7 @@ ExitCode check(const Options& options) {
     std::fprintf(stderr, "whittle: %s\n", bytes.error().sentence.c_str());
     return bad_environment;
   }
-  const auto loaded = load(*bytes, options.scene_path);
+  const auto loaded = load(*bytes, options.scene_path, options.uploads_folder);
   if (options.json) {
     std::fputs(verdict(loaded).c_str(), stdout);
   } else if (loaded) {

@@ -113,7 +113,7 @@ ExitCode measure_all(tracer::Measuring& measuring, const MeasureOptions& options
 ExitCode measure(const MeasureOptions& options) {
   const auto bytes = read_all(options.scene_path, api::DocumentLimits{}.bytes);
   if (!bytes) return complain(bytes.error().sentence);
-  auto loaded = load(*bytes, options.scene_path);
+  auto loaded = load(*bytes, options.scene_path, options.uploads_folder);
   if (!loaded) {
     print_issues(stderr, loaded.error());
     return bad_scene;

@@ -69,6 +69,10 @@ Failure take_name(std::string_view text, MeasureOptions& options) {
 
 Failure take_value(std::string_view option, std::string_view value, MeasureOptions& options) {
   if (option == "-o") return take_name(value, options);
+  if (option == "--assets") {
+    options.uploads_folder = value;
+    return std::nullopt;
+  }
   if (option == "--size") return take_size(value, options);
   if (option == "--scale") return take_scale(value, options);
   if (option == "--knobs") return take_knobs(value, options);
@@ -81,7 +85,8 @@ Failure take_option(std::string_view option, std::span<const char* const>& rest,
     options.quiet = true;
     return std::nullopt;
   }
-  constexpr std::string_view with_value[] = {"-o", "--size", "--scale", "--knobs", "--threads", "--reference-samples"};
+  constexpr std::string_view with_value[] = {"-o",        "--assets",           "--size", "--scale", "--knobs",
+                                             "--threads", "--reference-samples"};
   if (std::find(std::begin(with_value), std::end(with_value), option) == std::end(with_value))
     return "measure does not know "s.append(option);
   if (rest.empty()) return std::string(option) + " needs a value";

@@ -43,11 +43,19 @@ Failure take_threads(std::string_view text, Options& options) {
          "\"";
 }
 
+Failure take_uploads_folder(std::span<const char* const>& rest, Options& options) {
+  if (rest.empty() || *rest.front() == '\0') return "--assets needs a folder"s;
+  options.uploads_folder = rest.front();
+  rest = rest.subspan(1);
+  return std::nullopt;
+}
+
 Failure take_render(std::string_view argument, std::span<const char* const>& rest, Options& options) {
   if (argument == "--quiet") {
     options.quiet = true;
     return std::nullopt;
   }
+  if (argument == "--assets") return take_uploads_folder(rest, options);
   const bool is_output = argument == "-o";
   if (!is_output && argument != "--threads") return "render does not know "s.append(argument);
   if (rest.empty()) return std::string(argument) + " needs a value";
@@ -56,7 +64,8 @@ Failure take_render(std::string_view argument, std::span<const char* const>& res
   return is_output ? take_output(value, options) : take_threads(value, options);
 }
 
-Failure take_check(std::string_view argument, Options& options) {
+Failure take_check(std::string_view argument, std::span<const char* const>& rest, Options& options) {
+  if (argument == "--assets") return take_uploads_folder(rest, options);
   if (argument != "--json") return "check does not know "s.append(argument);
   options.json = true;
   return std::nullopt;
@@ -79,7 +88,7 @@ Failure take_all(std::span<const char* const> rest, Options& options) {
     } else if (options.command == Options::Command::render) {
       failure = take_render(argument, rest, options);
     } else {
-      failure = take_check(argument, options);
+      failure = take_check(argument, rest, options);
     }
     if (failure) return failure;
   }
@@ -102,14 +111,15 @@ bool wants_help(std::span<const char* const> arguments) {
 const char* const help_text =
     "Whittle renders scene documents by Whitted ray tracing.\n"
     "\n"
-    "  whittle render SCENE -o FILE [-o FILE ...] [--threads N] [--quiet]\n"
+    "  whittle render SCENE -o FILE [-o FILE ...] [--assets FOLDER] [--threads N] [--quiet]\n"
     "      Traces SCENE and writes the picture; each FILE ends in .png (8 bit, sRGB), .exr (linear, 32-bit\n"
     "      float), .16.png, .jpg, .hdr, .webp or .tiff (16 bit).\n"
     "      Files appear complete or not at all. Figures go to standard error.\n"
+    "      --assets FOLDER   where the files are that SCENE names by their sha256\n"
     "      --threads N   use N threads (default: one per processor); the picture is the same for any number\n"
     "      --quiet       no progress bar, no figures\n"
     "\n"
-    "  whittle check SCENE [--json]\n"
+    "  whittle check SCENE [--assets FOLDER] [--json]\n"
     "      Says everything that is wrong with SCENE, a line each: where, code, sentence; or what a valid one needs.\n"
     "      --json        the same as one JSON document\n"
     "\n"
@@ -126,7 +136,7 @@ const char* const help_text =
     "      --json                the same as one JSON document\n"
     "\n"
     "  whittle measure SCENE [-o NAME] [--size WxH | --scale S] [--knobs K,K...] [--reference-samples N]\n"
-    "                  [--threads N] [--quiet]\n"
+    "                  [--assets FOLDER] [--threads N] [--quiet]\n"
     "      Renders SCENE at many settings, compares each picture with a reference, and says what accuracy costs here:\n"
     "      NAME.csv, NAME.json, NAME.svg and NAME.png (seconds against error, what each render claimed beside it),\n"
     "      and a table with advice on standard output. Interrupted, the same command goes on from NAME.json and\n"
@@ -135,7 +145,7 @@ const char* const help_text =
     "      --size WxH    in place of the document's size;  --scale S   in (0, 1]: a part of it\n"
     "      --knobs K,K   of target_error, samples, max_depth, cutoff, approximate, document (default: all)\n"
     "      --reference-samples N   at most so many in each pixel of the reference (default 512)\n"
-    "      --threads N, --quiet    as above; the time depends on the threads\n"
+    "      --assets FOLDER, --threads N, --quiet    as above; the time depends on the threads\n"
     "\n"
     "  whittle --version    whittle --help\n"
     "\n"

@@ -23,6 +23,7 @@ struct Options {
   enum class Command { render, check, diff, measure, help, version };
   Command command = Command::help;
   std::string scene_path;       ///< "-" is standard input
+  std::string uploads_folder;   ///< render, check: of files named by their sha256; empty: none
   std::vector<Output> outputs;  ///< render: at least one
   std::uint32_t threads = 0;    ///< render: 0 is one per processor
   bool quiet = false;           ///< render: no progress, no figures

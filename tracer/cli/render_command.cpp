@@ -98,7 +98,7 @@ ExitCode render(const Options& options) {
   Stopwatch watch;
   const auto bytes = read_all(options.scene_path, api::DocumentLimits{}.bytes);
   if (!bytes) return complain(bytes.error().sentence);
-  const auto loaded = load(*bytes, options.scene_path);
+  const auto loaded = load(*bytes, options.scene_path, options.uploads_folder);
   if (!loaded) {
     print_issues(stderr, loaded.error());
     return bad_scene;

@@ -38,10 +38,14 @@ enum class Files {
   below_a_folder,  ///< plain names between slashes: none is empty, "." or "..", and there are no backslashes
 };
 
+/// How a document begins the name of an uploaded file; its sha256 follows, as 64 lower-case hex digits.
+inline constexpr std::string_view upload_prefix = "sha256:";
+
 struct Limits {
   DocumentLimits document;
   tracer::Limits scene;
   Files files = Files::none;
+  bool uploads = false;  ///< whether documents may name uploaded files
 };
 
 /// The optional "job" member: how the service should treat the scene. The command line ignores it.

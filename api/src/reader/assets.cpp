@@ -4,6 +4,7 @@
 #include <string_view>
 #include <vector>
 
+#include "api/asset_requests.h"
 #include "api/src/reader/sections.h"
 #include "api/src/reader/values.h"
 
@@ -24,11 +25,24 @@ bool leads_downwards(std::string_view path) {
   }
 }
 
-bool is_asset_name(Reading& reading, const Cursor& at, std::string_view name) {
-  if (reading.limits.files == Files::none) {
-    tell(reading, at, "unsupported", "this service takes no files: it was started without the option --assets FOLDER");
-  } else if (name.starts_with("sha256:")) {
+bool is_upload_name(Reading& reading, const Cursor& at, std::string_view name) {
+  const std::string_view hash = name.substr(upload_prefix.size());
+  if (!is_asset_hash(hash)) {
+    tell(reading, at, "malformed", "must be sha256: and 64 lower-case hex digits, got " + quoted(name));
+  } else if (!reading.limits.uploads) {
     tell(reading, at, "unsupported", "assets by hash are for a service that takes uploads; name a file instead");
+  } else {
+    return true;
+  }
+  return false;
+}
+
+bool is_asset_name(Reading& reading, const Cursor& at, std::string_view name) {
+  if (name.starts_with(upload_prefix)) return is_upload_name(reading, at, name);
+  if (reading.limits.files == Files::none) {
+    tell(reading, at, "unsupported",
+         "this service has no folder of files: it was started without the option --assets FOLDER. Upload the file and "
+         "name it by its hash");
   } else if (name.empty() || has_control_characters(name)) {
     tell(reading, at, "malformed", "must be the relative path of a file, got " + quoted(name));
   } else if (name.size() > asset_name_bytes) {

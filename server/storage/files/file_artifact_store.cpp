@@ -1,194 +1,42 @@
 #include "server/storage/files/file_artifact_store.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
-#include <cstring>
-#include <filesystem>
 #include <utility>
-#include <vector>
 
+#include "server/storage/files/durable_file.h"
 #include "server/storage/files/sha256.h"
 
 namespace jobs {
-namespace {
-
-[[noreturn]] void fail(const std::string& what, const std::string& path) {
-  const int error = errno;
-  const bool full = error == ENOSPC || error == EDQUOT || error == EFBIG;
-  throw StoreFailure(full ? StoreFailure::Kind::full : StoreFailure::Kind::unavailable,
-                     what + " " + path + ": " + std::strerror(error));
-}
-
-/// Repeats a system call that a signal interrupted.
-template <class Call>
-auto retry(Call call) {
-  for (;;) {
-    const auto result = call();
-    if (result >= 0 || errno != EINTR) return result;
-  }
-}
-
-class File {
- public:
-  File(const std::string& path, int flags)
-      : fd_(retry([&] { return ::open(path.c_str(), flags | O_CLOEXEC, 0640); })) {}
-  ~File() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  File(const File&) = delete;
-  File& operator=(const File&) = delete;
-  [[nodiscard]] int fd() const { return fd_; }
-
- private:
-  int fd_;
-};
-
-std::size_t read_at(int fd, std::uint64_t offset, char* into, std::size_t size, const std::string& name) {
-  std::size_t done = 0;
-  while (done < size) {
-    const ssize_t got = retry([&] { return pread(fd, into + done, size - done, static_cast<off_t>(offset + done)); });
-    if (got < 0) fail("cannot read", name);
-    if (got == 0) break;
-    done += static_cast<std::size_t>(got);
-  }
-  return done;
-}
-
-void write_all(int fd, const char* bytes, std::size_t size, const std::string& path) {
-  while (size > 0) {
-    const ssize_t written = retry([&] { return ::write(fd, bytes, size); });
-    if (written < 0) fail("cannot write", path);
-    bytes += written;
-    size -= static_cast<std::size_t>(written);
-  }
-}
-
-void sync_folder(const std::string& path) {
-  const File folder(path, O_RDONLY | O_DIRECTORY);
-  if (folder.fd() < 0) fail("cannot open", path);
-  if (retry([&] { return fsync(folder.fd()); }) < 0) fail("cannot sync", path);
-}
-
-/// A file that is deleted again unless it was renamed.
-class Temporary {
- public:
-  explicit Temporary(std::string path) : path_(std::move(path)), file_(path_, O_WRONLY | O_CREAT | O_EXCL) {
-    if (file_.fd() < 0) fail("cannot create", path_);
-  }
-  ~Temporary() {
-    if (!renamed_) unlink(path_.c_str());
-  }
-  Temporary(const Temporary&) = delete;
-  Temporary& operator=(const Temporary&) = delete;
-
-  /// Copies all of `from`, hashing on the way.
-  ArtifactStore::Stored copy(int from) {
-    Sha256 hash;
-    std::uint64_t bytes = 0;
-    std::vector<char> chunk(1u << 18);
-    for (;;) {
-      const std::size_t got = read_at(from, bytes, chunk.data(), chunk.size(), "the source");
-      if (got == 0) return {hash.hex(), bytes};
-      hash.add(chunk.data(), got);
-      write_all(file_.fd(), chunk.data(), got, path_);
-      bytes += got;
-    }
-  }
-
-  void sync_and_rename(const std::string& target) {
-    if (retry([&] { return fsync(file_.fd()); }) < 0) fail("cannot sync", path_);
-    if (rename(path_.c_str(), target.c_str()) < 0) fail("cannot rename to", target);
-    renamed_ = true;
-  }
-
- private:
-  std::string path_;
-  File file_;
-  bool renamed_ = false;
-};
-
-class FileReader final : public ArtifactReader {
- public:
-  FileReader(std::string path, std::unique_ptr<File> file) : path_(std::move(path)), file_(std::move(file)) {
-    struct stat status {};
-    if (fstat(file_->fd(), &status) < 0) fail("cannot stat", path_);
-    size_bytes_ = static_cast<std::uint64_t>(status.st_size);
-  }
-  std::uint64_t size_bytes() const override { return size_bytes_; }
-  std::size_t read(std::uint64_t offset, char* into, std::size_t size) const override {
-    return offset >= size_bytes_ ? 0 : read_at(file_->fd(), offset, into, size, path_);
-  }
-
- private:
-  std::string path_;
-  std::unique_ptr<File> file_;
-  std::uint64_t size_bytes_ = 0;
-};
-
-void create_folder(const std::string& path) {
-  if (mkdir(path.c_str(), 0750) < 0 && errno != EEXIST) fail("cannot create", path);
-}
-
-/// All 256 now and synced once, so that put has only its own folder to sync.
-void create_subfolders(const std::string& folder) {
-  constexpr std::string_view digits = "0123456789abcdef";
-  for (const char high : digits) {
-    for (const char low : digits) create_folder(folder + "/" + high + low);
-  }
-}
-
-void delete_leftovers(const std::string& folder) {
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
-    if (unlink(entry.path().c_str()) < 0) fail("cannot delete", entry.path());
-  }
-  if (error) throw StoreFailure(StoreFailure::Kind::unavailable, "cannot list " + folder + ": " + error.message());
-}
-
-}  // namespace
 
 FileArtifactStore::FileArtifactStore(std::string folder) : folder_(std::move(folder)) {
-  create_folder(folder_);
-  create_folder(folder_ + "/tmp");
-  create_subfolders(folder_);
-  sync_folder(folder_);
-  sync_folder(folder_ + "/..");
-  delete_leftovers(folder_ + "/tmp");
-}
-
-std::string FileArtifactStore::subfolder(const std::string& sha256) const {
-  return folder_ + "/" + sha256.substr(0, 2);
+  files::prepare_folder(folder_);
 }
 
 ArtifactStore::Stored FileArtifactStore::put(int fd) {
-  Temporary temporary(folder_ + "/tmp/" + std::to_string(temporary_count_++));
-  Stored stored = temporary.copy(fd);
-  const std::string target = subfolder(stored.sha256) + "/" + stored.sha256;
+  files::Temporary temporary(folder_ + "/tmp/" + std::to_string(temporary_count_++));
+  Stored stored = temporary.copy([fd](std::uint64_t offset, char* into, std::size_t size) {
+    return files::read_at(fd, offset, into, size, "the source");
+  });
+  const std::string target = files::path_of(folder_, stored.sha256);
   // What is there was synced before it got its name. Its folder may not be yet: another put can be at that very point.
-  if (access(target.c_str(), F_OK) != 0) temporary.sync_and_rename(target);
-  sync_folder(subfolder(stored.sha256));
+  if (access(target.c_str(), F_OK) != 0) {
+    temporary.sync();
+    temporary.rename_to(target);
+  }
+  files::sync_folder(files::subfolder(folder_, stored.sha256));
   return stored;
 }
 
 std::unique_ptr<ArtifactReader> FileArtifactStore::open(const std::string& sha256) {
-  if (!is_sha256(sha256)) return nullptr;
-  const std::string path = subfolder(sha256) + "/" + sha256;
-  auto file = std::make_unique<File>(path, O_RDONLY | O_NOFOLLOW);
-  if (file->fd() < 0) {
-    if (errno == ENOENT) return nullptr;
-    fail("cannot open", path);
-  }
-  return std::make_unique<FileReader>(path, std::move(file));
+  return files::open_reader(folder_, sha256);
 }
 
 void FileArtifactStore::remove(const std::string& sha256) {
   if (!is_sha256(sha256)) return;
-  const std::string path = subfolder(sha256) + "/" + sha256;
-  if (unlink(path.c_str()) < 0 && errno != ENOENT) fail("cannot delete", path);
+  const std::string path = files::path_of(folder_, sha256);
+  if (unlink(path.c_str()) < 0 && errno != ENOENT) files::fail("cannot delete", path);
 }
 
 }  // namespace jobs

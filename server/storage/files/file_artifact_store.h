@@ -22,8 +22,6 @@ class FileArtifactStore final : public ArtifactStore {
   void remove(const std::string& sha256) override;
 
  private:
-  [[nodiscard]] std::string subfolder(const std::string& sha256) const;
-
   std::string folder_;
   std::atomic<std::uint64_t> temporary_count_{0};
 };

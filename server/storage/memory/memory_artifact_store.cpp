@@ -9,21 +9,10 @@
 #include <utility>
 
 #include "server/storage/files/sha256.h"
+#include "server/storage/memory/memory_reader.h"
 
 namespace jobs {
 namespace {
-
-class MemoryReader final : public ArtifactReader {
- public:
-  explicit MemoryReader(std::shared_ptr<const std::string> bytes) : bytes_(std::move(bytes)) {}
-  std::uint64_t size_bytes() const override { return bytes_->size(); }
-  std::size_t read(std::uint64_t offset, char* into, std::size_t size) const override {
-    return offset >= bytes_->size() ? 0 : bytes_->copy(into, size, offset);
-  }
-
- private:
-  std::shared_ptr<const std::string> bytes_;
-};
 
 std::string read_all(int fd) {
   std::string bytes;

@@ -175,4 +175,12 @@ bool MemoryJobStore::references(const std::string& sha256) {
   });
 }
 
+bool MemoryJobStore::names_asset(const std::string& sha256) {
+  const std::lock_guard lock(mutex_);
+  return std::any_of(rows_.begin(), rows_.end(), [&](const auto& row) {
+    const auto& assets = row.second.job.assets;
+    return std::find(assets.begin(), assets.end(), sha256) != assets.end();
+  });
+}
+
 }  // namespace jobs

@@ -29,6 +29,11 @@ void read_report(Database& database, Job& job) {
   if (report.row()) job.report = report.text(0);
 }
 
+void read_assets(Database& database, Job& job) {
+  Query assets = database.query("SELECT sha256 FROM job_assets WHERE job_id = ? ORDER BY position", job.id);
+  while (assets.row()) job.assets.push_back(assets.text(0));
+}
+
 }  // namespace
 
 void insert_job(Database& database, const Job& job, const std::string& document) {
@@ -41,6 +46,10 @@ void insert_job(Database& database, const Job& job, const std::string& document)
   database.change("INSERT INTO documents (job_id, document) VALUES (?, ?)", job.id, Blob{document});
   for (const auto& [key, value] : job.labels) {
     database.change("INSERT INTO labels (key, value, job_id) VALUES (?, ?, ?)", key, value, job.id);
+  }
+  std::int64_t position = 0;
+  for (const std::string& sha256 : job.assets) {
+    database.change("INSERT INTO job_assets (job_id, position, sha256) VALUES (?, ?, ?)", job.id, position++, sha256);
   }
 }
 
@@ -85,6 +94,7 @@ std::optional<Job> read_job(Database& database, const std::string& id) {
   job.height = static_cast<std::uint32_t>(row.integer(11));
   read_problem(database, job, row, 12);
   read_labels(database, job);
+  read_assets(database, job);
   if (job.state == JobState::succeeded) {
     read_report(database, job);
     job.artifacts = read_artifacts(database, id);

@@ -9,7 +9,7 @@ namespace {
 
 /// Step n brings a file from version n to n + 1. A step that was released is never changed; a new one is added.
 /// Names are those of HTTP.md and server/jobs/job.h. Times are milliseconds since 1970 UTC.
-constexpr std::array<const char*, 1> steps = {R"sql(
+constexpr std::array<const char*, 2> steps = {R"sql(
 -- Small rows clustered by id, which is creation order: pages and text searches read neighbours. What is large or many
 -- has its own table.
 CREATE TABLE jobs (
@@ -84,6 +84,16 @@ END;
 
 CREATE TABLE probe (writes INTEGER NOT NULL) STRICT;
 INSERT INTO probe VALUES (0);
+)sql",
+                                              R"sql(
+-- The uploads that a job's document names.
+CREATE TABLE job_assets (
+  job_id TEXT NOT NULL REFERENCES jobs ON DELETE CASCADE,
+  position INTEGER NOT NULL,
+  sha256 TEXT NOT NULL,
+  PRIMARY KEY (job_id, position)
+) STRICT, WITHOUT ROWID;
+CREATE INDEX job_assets_by_sha256 ON job_assets (sha256);
 )sql"};
 
 std::int64_t user_version(Database& database) {

@@ -86,6 +86,12 @@ bool SqliteJobStore::references(const std::string& sha256) {
   });
 }
 
+bool SqliteJobStore::names_asset(const std::string& sha256) {
+  return parts_->reader.run([&](Database& database) {
+    return database.query("SELECT 1 FROM job_assets WHERE sha256 = ? LIMIT 1", sha256).row();
+  });
+}
+
 // ---- writes
 // ----------------------------------------------------------------------------------------------------------
 

@@ -37,6 +37,7 @@ class SqliteJobStore final : public JobStore {
   Removal remove(const std::string& id) override;
   int recover(const std::string& boot_id, std::int64_t now) override;
   bool references(const std::string& sha256) override;
+  bool names_asset(const std::string& sha256) override;
   void probe() override;
 
  private:

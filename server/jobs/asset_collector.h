@@ -1,0 +1,54 @@
+#pragma once
+/// Deletes uploaded assets that no job names and nobody has used for a while, a little at a time.
+///
+/// Whoever accepts a job asks AssetStore::use for what it names, then stores the job with those names. Between the two
+/// an asset is young, afterwards it is named; the collector deletes only what is neither, so it never takes from a job
+/// what that still needs, as long as accepting takes less than the age.
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
+#include "server/jobs/asset_store.h"
+#include "server/jobs/clock.h"
+#include "server/jobs/job_store.h"
+#include "server/jobs/log.h"
+
+namespace jobs {
+
+struct CollectorSettings {
+  std::chrono::milliseconds age{std::chrono::days(30)};  ///< unused for longer, it may go
+  std::chrono::milliseconds step_pause{20};              ///< a part of the store at a time, so a round takes 5 s
+  std::chrono::milliseconds round_pause{std::chrono::hours(1)};  ///< ages are days: nobody misses an hour
+};
+
+/// Looks through one part of the store (0 <= `part` < AssetStore::parts); how many it deleted. Throws StoreFailure.
+int collect_assets(AssetStore& assets, JobStore& store, int part, std::int64_t unused_since);
+
+/// A thread that does so, round after round from the start on. What cannot be deleted is logged and tried in the next
+/// round. The stores must outlive it.
+class AssetCollector {
+ public:
+  AssetCollector(AssetStore& assets, JobStore& store, Clock clock, Log log, CollectorSettings settings);
+  ~AssetCollector();
+  AssetCollector(const AssetCollector&) = delete;
+  AssetCollector& operator=(const AssetCollector&) = delete;
+
+ private:
+  void run();
+  void step(int part) noexcept;
+  bool stopped_after(std::chrono::milliseconds pause);
+
+  AssetStore& assets_;
+  JobStore& store_;
+  Clock clock_;
+  Log log_;
+  CollectorSettings settings_;
+  std::mutex mutex_;
+  std::condition_variable stop_;
+  bool stopping_ = false;
+  std::thread thread_;  ///< last: starts when the rest is there
+};
+
+}  // namespace jobs

@@ -1,0 +1,175 @@
+#include "server/storage/files/durable_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <utility>
+#include <vector>
+
+#include "server/storage/files/sha256.h"
+
+namespace jobs::files {
+namespace {
+
+/// Repeats a system call that a signal interrupted.
+template <class Call>
+auto retry(Call call) {
+  for (;;) {
+    const auto result = call();
+    if (result >= 0 || errno != EINTR) return result;
+  }
+}
+
+void write_all(int fd, const char* bytes, std::size_t size, const std::string& path) {
+  while (size > 0) {
+    const ssize_t written = retry([&] { return ::write(fd, bytes, size); });
+    if (written < 0) fail("cannot write", path);
+    bytes += written;
+    size -= static_cast<std::size_t>(written);
+  }
+}
+
+class FileReader final : public ArtifactReader {
+ public:
+  FileReader(std::string path, std::unique_ptr<File> file) : path_(std::move(path)), file_(std::move(file)) {
+    struct stat status {};
+    if (fstat(file_->fd(), &status) < 0) fail("cannot stat", path_);
+    size_bytes_ = static_cast<std::uint64_t>(status.st_size);
+  }
+  std::uint64_t size_bytes() const override { return size_bytes_; }
+  std::size_t read(std::uint64_t offset, char* into, std::size_t size) const override {
+    return offset >= size_bytes_ ? 0 : read_at(file_->fd(), offset, into, size, path_);
+  }
+
+ private:
+  std::string path_;
+  std::unique_ptr<File> file_;
+  std::uint64_t size_bytes_ = 0;
+};
+
+void create_folder(const std::string& path) {
+  if (mkdir(path.c_str(), 0750) < 0 && errno != EEXIST) fail("cannot create", path);
+}
+
+/// All 256 now and synced once, so that storing has only its own folder to sync.
+void create_subfolders(const std::string& folder) {
+  constexpr std::string_view digits = "0123456789abcdef";
+  for (const char high : digits) {
+    for (const char low : digits) create_folder(folder + "/" + high + low);
+  }
+}
+
+void delete_leftovers(const std::string& folder) {
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    if (unlink(entry.path().c_str()) < 0) fail("cannot delete", entry.path());
+  }
+  if (error) throw StoreFailure(StoreFailure::Kind::unavailable, "cannot list " + folder + ": " + error.message());
+}
+
+}  // namespace
+
+void fail(const std::string& what, const std::string& path) {
+  const int error = errno;
+  const bool full = error == ENOSPC || error == EDQUOT || error == EFBIG;
+  throw StoreFailure(full ? StoreFailure::Kind::full : StoreFailure::Kind::unavailable,
+                     what + " " + path + ": " + std::strerror(error));
+}
+
+File::File(const std::string& path, int flags)
+    : fd_(retry([&] { return ::open(path.c_str(), flags | O_CLOEXEC, 0640); })) {}
+File::~File() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+std::size_t read_at(int fd, std::uint64_t offset, char* into, std::size_t size, const std::string& name) {
+  std::size_t done = 0;
+  while (done < size) {
+    const ssize_t got = retry([&] { return pread(fd, into + done, size - done, static_cast<off_t>(offset + done)); });
+    if (got < 0) fail("cannot read", name);
+    if (got == 0) break;
+    done += static_cast<std::size_t>(got);
+  }
+  return done;
+}
+
+ArtifactStore::Stored hash_of(const ReadAt& read, const Take& take) {
+  Sha256 hash;
+  std::uint64_t bytes = 0;
+  std::vector<char> chunk(1u << 18);
+  for (;;) {
+    const std::size_t got = read(bytes, chunk.data(), chunk.size());
+    if (got == 0) return {hash.hex(), bytes};
+    hash.add(chunk.data(), got);
+    if (take) take(chunk.data(), got);
+    bytes += got;
+  }
+}
+
+Temporary::Temporary(std::string path) : path_(std::move(path)), file_(path_, O_WRONLY | O_CREAT | O_EXCL) {
+  if (file_.fd() < 0) fail("cannot create", path_);
+}
+
+Temporary::~Temporary() {
+  if (!renamed_) unlink(path_.c_str());
+}
+
+ArtifactStore::Stored Temporary::copy(const ReadAt& read) {
+  return hash_of(read, [this](const char* bytes, std::size_t size) { write_all(file_.fd(), bytes, size, path_); });
+}
+
+void Temporary::set_time(std::int64_t unix_ms) {
+  const timespec time{unix_ms / 1000, unix_ms % 1000 * 1'000'000};
+  const std::array<timespec, 2> times{time, time};
+  if (futimens(file_.fd(), times.data()) < 0) fail("cannot set the time of", path_);
+}
+
+void Temporary::sync() {
+  if (retry([&] { return fsync(file_.fd()); }) < 0) fail("cannot sync", path_);
+}
+
+void Temporary::rename_to(const std::string& target) {
+  if (rename(path_.c_str(), target.c_str()) < 0) fail("cannot rename to", target);
+  renamed_ = true;
+}
+
+void sync_folder(const std::string& path) {
+  const File folder(path, O_RDONLY | O_DIRECTORY);
+  if (folder.fd() < 0) fail("cannot open", path);
+  if (retry([&] { return fsync(folder.fd()); }) < 0) fail("cannot sync", path);
+}
+
+void prepare_folder(const std::string& folder) {
+  create_folder(folder);
+  create_folder(folder + "/tmp");
+  create_subfolders(folder);
+  sync_folder(folder);
+  sync_folder(folder + "/..");
+  delete_leftovers(folder + "/tmp");
+}
+
+std::string subfolder(const std::string& folder, const std::string& sha256) {
+  return folder + "/" + sha256.substr(0, 2);
+}
+
+std::string path_of(const std::string& folder, const std::string& sha256) {
+  return subfolder(folder, sha256) + "/" + sha256;
+}
+
+std::unique_ptr<ArtifactReader> open_reader(const std::string& folder, const std::string& sha256) {
+  if (!is_sha256(sha256)) return nullptr;
+  const std::string path = path_of(folder, sha256);
+  auto file = std::make_unique<File>(path, O_RDONLY | O_NOFOLLOW);
+  if (file->fd() < 0) {
+    if (errno == ENOENT) return nullptr;
+    fail("cannot open", path);
+  }
+  return std::make_unique<FileReader>(path, std::move(file));
+}
+
+}  // namespace jobs::files

@@ -1,0 +1,35 @@
+#pragma once
+/// An AssetStore for tests: everything in this process's memory, nothing survives it. Otherwise it keeps every promise
+/// of the port and passes the same conformance suite.
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "server/jobs/asset_store.h"
+#include "server/jobs/clock.h"
+
+namespace jobs {
+
+class MemoryAssetStore final : public AssetStore {
+ public:
+  explicit MemoryAssetStore(Clock clock) : clock_(std::move(clock)) {}
+
+  Put put(const std::string& sha256, const Read& read) override;
+  bool use(const std::string& sha256) override;
+  std::unique_ptr<ArtifactReader> open(const std::string& sha256) override;
+  std::vector<std::string> unused_since(int part, std::int64_t then) override;
+  bool remove_unused_since(const std::string& sha256, std::int64_t then) override;
+
+ private:
+  struct Asset {
+    std::shared_ptr<const std::string> bytes;
+    std::int64_t used = 0;
+  };
+  Clock clock_;
+  std::mutex mutex_;
+  std::map<std::string, Asset> assets_;
+};
+
+}  // namespace jobs

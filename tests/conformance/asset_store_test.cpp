@@ -1,0 +1,293 @@
+/// What every AssetStore promises, run against each, and that the collector takes nothing from a job.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+#include "server/jobs/asset_collector.h"
+#include "server/storage/files/file_asset_store.h"
+#include "server/storage/files/sha256.h"
+#include "server/storage/memory/memory_asset_store.h"
+#include "server/storage/memory/memory_job_store.h"
+#include "tests/conformance/temporary_folder.h"
+
+using namespace jobs;
+using Put = AssetStore::Put;
+
+namespace {
+
+struct AssetStoreKind {
+  std::string name;
+  std::function<std::unique_ptr<AssetStore>(const std::string& folder, Clock clock)> make;
+};
+
+std::string hash_of(const std::string& bytes) {
+  Sha256 hash;
+  hash.add(bytes.data(), bytes.size());
+  return hash.hex();
+}
+
+AssetStore::Read reading(const std::string& bytes) {
+  return [&bytes](std::uint64_t offset, char* into, std::size_t size) {
+    return offset < bytes.size() ? bytes.copy(into, size, offset) : 0;
+  };
+}
+
+class AssetStoreConformance : public testing::TestWithParam<AssetStoreKind> {
+ protected:
+  AssetStore& store() { return *store_; }
+  Put put(const std::string& bytes) { return store().put(hash_of(bytes), reading(bytes)); }
+  std::string stored(const std::string& bytes) {
+    put(bytes);
+    return hash_of(bytes);
+  }
+  std::optional<std::string> get(const std::string& sha256) {
+    const std::unique_ptr<ArtifactReader> reader = store().open(sha256);
+    if (reader == nullptr) return std::nullopt;
+    std::string bytes(reader->size_bytes(), '\0');
+    EXPECT_EQ(reader->read(0, bytes.data(), bytes.size()), bytes.size());
+    return bytes;
+  }
+  std::vector<std::string> all_unused_since(std::int64_t then) {
+    std::vector<std::string> all;
+    for (int part = 0; part < AssetStore::parts; ++part) {
+      for (std::string& name : store().unused_since(part, then)) all.push_back(std::move(name));
+    }
+    std::sort(all.begin(), all.end());
+    return all;
+  }
+  [[nodiscard]] const std::string& folder() const { return folder_.path(); }
+
+  std::atomic<std::int64_t> now = 1'700'000'000'123;
+
+ private:
+  TemporaryFolder folder_;
+  std::unique_ptr<AssetStore> store_ = GetParam().make(folder_.path() + "/uploads", [this] { return now.load(); });
+};
+
+std::string large_file() {
+  std::string bytes;
+  for (std::uint32_t i = 0; i < 1'500'000; ++i) bytes.push_back(static_cast<char>(i * 2654435761u >> 24));
+  return bytes;
+}
+
+}  // namespace
+
+TEST_P(AssetStoreConformance, GivesBackWhatWasPutUnderItsName) {
+  for (const std::string& bytes : {std::string(), std::string("abc"), std::string(1 << 18, 'x'), large_file()}) {
+    EXPECT_EQ(put(bytes), Put::stored);
+    EXPECT_EQ(get(hash_of(bytes)), bytes) << bytes.size() << " bytes";
+    EXPECT_TRUE(store().use(hash_of(bytes)));
+  }
+}
+
+TEST_P(AssetStoreConformance, HasNothingThatWasNotPut) {
+  const std::string name = hash_of("abc");
+  EXPECT_FALSE(store().use(name));
+  EXPECT_EQ(get(name), std::nullopt);
+  EXPECT_FALSE(store().remove_unused_since(name, now + 1));
+}
+
+TEST_P(AssetStoreConformance, RefusesBytesOfAnotherNameAndKeepsWhatItHad) {
+  const std::string name = hash_of("abc"), other = "abd";
+  EXPECT_EQ(store().put(name, reading(other)), Put::other_bytes);
+  EXPECT_EQ(get(name), std::nullopt);
+  EXPECT_EQ(get(hash_of(other)), std::nullopt);
+  put("abc");
+  EXPECT_EQ(store().put(name, reading(other)), Put::other_bytes);
+  EXPECT_EQ(get(name), "abc");
+}
+
+TEST_P(AssetStoreConformance, SaysThatTheSameBytesWereThere) {
+  EXPECT_EQ(put("abc"), Put::stored);
+  EXPECT_EQ(put("abc"), Put::was_there);
+  EXPECT_EQ(get(hash_of("abc")), "abc");
+}
+
+TEST_P(AssetStoreConformance, KnowsNothingOfOtherNames) {
+  const std::string sha256 = stored("abc"), bytes = "abc";
+  std::string upper = sha256;
+  for (char& c : upper) c = static_cast<char>(std::toupper(c));
+  for (const std::string& name : {std::string(), std::string("../../etc/passwd"), sha256.substr(1), sha256 + "0", upper,
+                                  std::string(64, '/'), std::string(63, 'a') + "\n"}) {
+    EXPECT_EQ(store().put(name, reading(bytes)), Put::other_bytes) << name;
+    EXPECT_FALSE(store().use(name)) << name;
+    EXPECT_EQ(store().open(name), nullptr) << name;
+    EXPECT_FALSE(store().remove_unused_since(name, now + 1)) << name;
+  }
+  EXPECT_EQ(get(sha256), "abc");
+}
+
+TEST_P(AssetStoreConformance, StoresNothingOfAnUploadThatBreaksOff) {
+  const std::string bytes = large_file();
+  const auto breaks_off = [&](std::uint64_t offset, char* into, std::size_t size) {
+    if (offset > 500'000) throw std::runtime_error("gone");
+    return bytes.copy(into, size, offset);
+  };
+  EXPECT_THROW(store().put(hash_of(bytes), breaks_off), std::runtime_error);
+  EXPECT_EQ(get(hash_of(bytes)), std::nullopt);
+  EXPECT_EQ(put(bytes), Put::stored);
+}
+
+TEST_P(AssetStoreConformance, TellsWhatWasNotUsedSinceATimeByTheClockItWasGiven) {
+  const std::string early = stored("early"), late = stored("late");
+  now += 1000;
+  EXPECT_TRUE(store().use(late));
+  EXPECT_EQ(all_unused_since(now - 1000), std::vector<std::string>{});
+  EXPECT_EQ(all_unused_since(now - 999), std::vector<std::string>{early});
+  EXPECT_EQ(all_unused_since(now), std::vector<std::string>{early});
+  EXPECT_EQ(all_unused_since(now + 1).size(), 2u);
+}
+
+TEST_P(AssetStoreConformance, CountsPuttingAgainAsUseAndOpeningAsNone) {
+  const std::string again = stored("again"), opened = stored("opened");
+  now += 1000;
+  put("again");
+  get(opened);
+  EXPECT_EQ(all_unused_since(now), std::vector<std::string>{opened});
+}
+
+TEST_P(AssetStoreConformance, RemovesNothingThatWasUsedMeanwhile) {
+  const std::string sha256 = stored("abc");
+  now += 1000;
+  ASSERT_EQ(all_unused_since(now), std::vector<std::string>{sha256});
+  store().use(sha256);
+  EXPECT_FALSE(store().remove_unused_since(sha256, now));
+  EXPECT_EQ(get(sha256), "abc");
+  EXPECT_TRUE(store().remove_unused_since(sha256, now + 1));
+  EXPECT_FALSE(store().use(sha256));
+}
+
+TEST_P(AssetStoreConformance, AnOpenReaderOutlivesTheRemoval) {
+  const std::string sha256 = stored("abc");
+  const std::unique_ptr<ArtifactReader> reader = store().open(sha256);
+  EXPECT_TRUE(store().remove_unused_since(sha256, now + 1));
+  std::string bytes(3, '?');
+  EXPECT_EQ(reader->read(0, bytes.data(), 3), 3u);
+  EXPECT_EQ(bytes, "abc");
+}
+
+TEST_P(AssetStoreConformance, TheCollectorTakesWhatIsOldAndNamedByNoJob) {
+  MemoryJobStore jobs;
+  const std::string named = stored("named"), forgotten = stored("forgotten");
+  now += 1000;
+  const std::string young = stored("young");
+  Job job;
+  job.id = "job";
+  job.assets = {named};
+  jobs.submit(job, "{}");
+  int removed = 0;
+  for (int part = 0; part < AssetStore::parts; ++part) removed += collect_assets(store(), jobs, part, now);
+  EXPECT_EQ(removed, 1);
+  EXPECT_EQ(get(forgotten), std::nullopt);
+  EXPECT_EQ(get(named), "named");
+  EXPECT_EQ(get(young), "young");
+  jobs.remove("job");
+  const int part = std::stoi(named.substr(0, 2), nullptr, 16);
+  EXPECT_EQ(collect_assets(store(), jobs, part, now), 1);
+}
+
+TEST_P(AssetStoreConformance, TheCollectorNeverTakesFromAJobThatWasAcceptedMeanwhile) {
+  // Whoever is told that the asset is there stores a job that names it; everything is old at once, and collected again
+  // and again.
+  MemoryJobStore jobs;
+  const std::string bytes = "shared", sha256 = hash_of(bytes);
+  const int part = std::stoi(sha256.substr(0, 2), nullptr, 16);
+  std::atomic<bool> stop = false;
+  std::atomic<int> collected = 0;
+  std::thread collector([&] {
+    while (!stop) collected += collect_assets(store(), jobs, part, now - 100'000);
+  });
+  for (int round = 0; round < 300; ++round) {
+    now += 1'000'000;  // what was used in the round before is old
+    store().put(sha256, reading(bytes));
+    now += 1'000'000;
+    if (!store().use(sha256)) continue;  // collected before: then the job is refused
+    Job job;
+    job.id = "job " + std::to_string(round);
+    job.assets = {sha256};
+    jobs.submit(job, "{}");
+    now += 1'000'000;
+    std::this_thread::yield();
+    EXPECT_EQ(get(sha256), bytes) << "of an accepted job, round " << round;
+    jobs.remove(job.id);
+  }
+  stop = true;
+  collector.join();
+  RecordProperty("collected", collected);
+}
+
+TEST_P(AssetStoreConformance, PutsOfTheSameBytesFromManyThreadsAreStoredOnce) {
+  std::vector<std::thread> threads;
+  std::atomic<int> refused = 0;
+  for (int thread = 0; thread < 8; ++thread) {
+    threads.emplace_back([&] {
+      for (int i = 0; i < 10; ++i) {
+        if (put("shared " + std::to_string(i)) == Put::other_bytes) ++refused;
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(refused, 0);
+  EXPECT_EQ(all_unused_since(now + 1).size(), 10u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Stores, AssetStoreConformance,
+                         testing::Values(AssetStoreKind{"Memory",
+                                                        [](const std::string&, Clock clock) {
+                                                          return std::make_unique<MemoryAssetStore>(std::move(clock));
+                                                        }},
+                                         AssetStoreKind{"Files",
+                                                        [](const std::string& folder, Clock clock) {
+                                                          return std::make_unique<FileAssetStore>(folder,
+                                                                                                  std::move(clock));
+                                                        }}),
+                         [](const auto& kind) { return kind.param.name; });
+
+TEST(FileAssetStore, KeepsAssetsAndTheirLastUseOverARestartAndDeletesWhatWasHalfWritten) {
+  const TemporaryFolder folder;
+  const std::string uploads = folder.path() + "/uploads", bytes = "abc", sha256 = hash_of(bytes);
+  ASSERT_EQ(FileAssetStore(uploads, [] { return 5'000; }).put(sha256, reading(bytes)), Put::stored);
+  std::ofstream(uploads + "/tmp/17") << "half";
+  FileAssetStore store(uploads, [] { return 9'000; });
+  const int part = std::stoi(sha256.substr(0, 2), nullptr, 16);
+  EXPECT_EQ(store.unused_since(part, 5'000), std::vector<std::string>{});
+  EXPECT_EQ(store.unused_since(part, 5'001), std::vector<std::string>{sha256});
+  EXPECT_TRUE(std::filesystem::is_empty(uploads + "/tmp"));
+  EXPECT_TRUE(std::filesystem::exists(uploads + "/" + asset_path(sha256)));
+}
+
+TEST(FileAssetStore, LeavesNothingTemporaryBehindARefusedOrBrokenUpload) {
+  const TemporaryFolder folder;
+  FileAssetStore store(folder.path(), [] { return 1; });
+  const std::string bytes = "abc";
+  store.put(hash_of("other"), reading(bytes));
+  const auto fails = [](std::uint64_t, char*, std::size_t) -> std::size_t { throw std::runtime_error("gone"); };
+  EXPECT_THROW(store.put(hash_of("other"), fails), std::runtime_error);
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path() + "/tmp"));
+}
+
+TEST(AssetCollector, CollectsFromItsStartOnAndEndsAtOnce) {
+  MemoryJobStore jobs;
+  std::atomic<std::int64_t> now = 1'000;
+  MemoryAssetStore assets([&] { return now.load(); });
+  const std::string bytes = "abc";
+  assets.put(hash_of(bytes), reading(bytes));
+  now = 10'000;
+  std::atomic<bool> told = false;
+  const Log log = [&](LogLevel, std::string_view event, const LogFields&) {
+    told = told || event == "assets_collected";
+  };
+  const AssetCollector collector(assets, jobs, [&] { return now.load(); }, log,
+                                 {.age = std::chrono::milliseconds(8'000), .step_pause = std::chrono::milliseconds(0)});
+  while (!told) std::this_thread::yield();
+  EXPECT_FALSE(assets.use(hash_of(bytes)));
+}

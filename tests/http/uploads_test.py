@@ -1,0 +1,258 @@
+"""Uploaded files: put by their hash, named by scenes, kept as long as a job needs them and not much longer."""
+import hashlib
+import os
+import pathlib
+import socket
+import threading
+import time
+import unittest
+
+from tests.http.daemon import PATIENCE_S, Daemon, OneDaemon, json_of, long_scene, scene, wait_until
+from tests.support.whittle import SCENES, whittle
+
+TILE = (SCENES / "assets/tile.png").read_bytes()
+VASE = (SCENES / "assets/vase.obj").read_bytes()
+DAY_S = 86400
+
+
+def hash_of(content):
+    return hashlib.sha256(content).hexdigest()
+
+
+def textured(content, **changes):
+    color = {"file": "sha256:" + hash_of(content)}
+    sphere = {"type": "sphere", "center": [0, 0.5, 0], "radius": 0.5, "material": {"color": color}}
+    return scene(objects=[sphere], **changes)
+
+
+def put(daemon, content, name=None):
+    return daemon.request("PUT", "/v1/assets/" + (name or hash_of(content)), content,
+                          {"Content-Type": "application/octet-stream"})
+
+
+def stored_files(daemon):
+    """The names of uploads on the disk, those half-written too."""
+    return sorted(path.name for path in (daemon.data / "uploads").rglob("*") if path.is_file())
+
+
+def age(daemon, content, days):
+    """As if it had been used last so long ago."""
+    name = hash_of(content)
+    then = time.time() - days * DAY_S
+    os.utime(daemon.data / "uploads" / name[:2] / name, (then, then))
+
+
+class Uploads(OneDaemon):
+    def missing(self, *hashes):
+        reply = self.daemon.request("POST", "/v1/assets/missing", {"sha256": list(hashes)})
+        self.assertEqual(reply.status, 200, reply.body)
+        return json_of(reply)["missing"]
+
+    def test_are_missing_until_they_are_put_and_come_back_as_they_were(self):
+        content = os.urandom(3_000_000)
+        name, path = hash_of(content), "/v1/assets/" + hash_of(content)
+        self.assertEqual(self.missing(name, "0" * 64, name), [name, "0" * 64])
+        self.assert_problem(self.daemon.get(path), 404, "asset_not_found")
+        first = put(self.daemon, content)
+        self.assertEqual((first.status, first.headers["Location"]), (201, path))
+        self.assertEqual(json_of(first), {"sha256": name, "bytes": 3_000_000})
+        self.assertEqual(put(self.daemon, content).status, 200)
+        self.assertEqual(self.missing(name, "0" * 64), ["0" * 64])
+        reply = self.daemon.get(path)
+        self.assertEqual((reply.status, reply.body), (200, content))
+        self.assertEqual((reply.headers["ETag"], reply.headers["Content-Type"]), (f'"{name}"', "application/octet-stream"))
+        head = self.daemon.request("HEAD", path)
+        self.assertEqual((head.status, head.headers["Content-Length"], head.body), (200, "3000000", b""))
+        self.assertEqual(self.daemon.get(path, If_None_Match=f'"{name}"').status, 304)
+        self.daemon.kill()
+        self.daemon.start()
+        self.assertEqual(self.daemon.get(path).body, content)
+
+    def test_may_be_empty_or_of_any_type(self):
+        for headers in ({}, {"Content-Type": "text/html"}):
+            reply = self.daemon.request("PUT", "/v1/assets/" + hash_of(b""), b"", headers)
+            self.assertIn(reply.status, (200, 201))
+        self.assertEqual(self.daemon.get("/v1/assets/" + hash_of(b"")).body, b"")
+
+    def test_under_another_name_store_nothing(self):
+        content = os.urandom(2_000_000)  # spooled by the gate
+        for name in (hash_of(content)[:-1] + "x", hash_of(content).upper(), "0" * 64, "x", "..%2e", hash_of(content)[1:]):
+            before = stored_files(self.daemon)
+            reply = put(self.daemon, content, name)
+            self.assert_problem(reply, 422, "asset_mismatch")
+            self.assertEqual(stored_files(self.daemon), before)
+            self.assertIn(self.daemon.get("/v1/assets/" + name).status, (404,))
+
+    def test_that_break_off_leave_nothing(self):
+        content = os.urandom(2_000_000)
+        head = f"PUT /v1/assets/{hash_of(content)} HTTP/1.1\r\nHost: localhost\r\nContent-Length: {len(content)}\r\n\r\n"
+        for sent in (0, 1000, 1_500_000, len(content) - 1):
+            before = stored_files(self.daemon)
+            with self.daemon.socket() as connection:
+                connection.sendall(head.encode() + content[:sent])
+                connection.shutdown(socket.SHUT_RDWR)
+            self.assertEqual(self.missing(hash_of(content)), [hash_of(content)])
+            self.assertEqual(stored_files(self.daemon), before)
+            self.assertEqual(list((self.daemon.data / "spool").iterdir()), [])
+        self.assertEqual(put(self.daemon, content).status, 201)
+
+    def test_are_never_whole_in_the_daemons_memory(self):
+        content = os.urandom(1 << 20) * 120
+        before = self.daemon.resident_bytes()
+        peaks = []
+        stop = threading.Event()
+
+        def watch():
+            while not stop.is_set():
+                peaks.append(self.daemon.resident_bytes())
+                time.sleep(0.002)
+        watcher = threading.Thread(target=watch)
+        watcher.start()
+        self.assertEqual(put(self.daemon, content).status, 201)
+        self.assertEqual(len(self.daemon.get("/v1/assets/" + hash_of(content)).body), len(content))
+        stop.set()
+        watcher.join()
+        self.assertLess(max(peaks) - before, len(content) // 4)
+
+    def test_that_are_asked_for_in_no_list_of_hashes_are_a_bad_question(self):
+        for body in ({}, {"sha256": "0"}, {"sha256": ["A" * 64]}, {"sha256": [], "more": 1}):
+            problem = self.assert_problem(self.daemon.request("POST", "/v1/assets/missing", body), 422, "bad_question")
+            self.assertTrue(problem["errors"])
+        too_many = self.daemon.request("POST", "/v1/assets/missing", {"sha256": ["0" * 64] * 10_001})
+        self.assertIn("10000", self.assert_problem(too_many, 422, "bad_question")["errors"][0]["detail"])
+
+    def test_named_by_a_scene_before_they_are_there_are_told_at_once(self):
+        content = os.urandom(100)
+        for path in ("/v1/jobs", "/v1/render"):
+            problem = self.assert_problem(self.daemon.request("POST", path, textured(content)), 422, "bad_scene")
+            (issue,) = problem["errors"]
+            self.assertEqual((issue["pointer"], issue["code"]), ("#/objects/0/material/color/file", "bad_asset"))
+            self.assertIn("PUT /v1/assets/" + hash_of(content), issue["detail"])
+        verdict = json_of(self.daemon.request("POST", "/v1/jobs/validate", textured(content)))
+        self.assertEqual([error["code"] for error in verdict["errors"]], ["bad_asset"])
+        files = scene(objects=[{"type": "mesh", "file": "vase.obj", "material": {}}])
+        problem = self.assert_problem(self.daemon.request("POST", "/v1/jobs", files), 422, "bad_scene")
+        self.assertEqual(problem["errors"][0]["code"], "unsupported")
+
+    def test_named_by_a_scene_give_the_picture_that_the_same_files_give_on_the_command_line(self):
+        for content, in_objects in ((TILE, None), (VASE, "mesh")):
+            self.assertIn(put(self.daemon, content).status, (200, 201))
+            document = textured(content) if in_objects is None else scene(
+                objects=[{"type": "mesh", "file": "sha256:" + hash_of(content), "material": {}}])
+            reply = self.daemon.request("POST", "/v1/render", document)
+            self.assertEqual(reply.status, 200, reply.body)
+            folder = pathlib.Path(self.daemon.folder)
+            done = whittle("render", "-", "--assets", self.daemon.data / "uploads", "-o", folder / "out.png", document=document)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(reply.body, (folder / "out.png").read_bytes())
+
+    def test_that_are_no_picture_fail_their_job_with_the_pointer(self):
+        content = b"no picture"
+        put(self.daemon, content)
+        job = self.daemon.wait_for_end(self.daemon.submit(textured(content)))
+        self.assertEqual((job["state"], job["problem"]["code"]), ("failed", "bad_asset"))
+        self.assertEqual(job["problem"]["errors"][0]["pointer"], "#/objects/0/material/color/file")
+
+
+class Limit(unittest.TestCase):
+    def test_on_their_size_is_kept_named_and_told(self):
+        with Daemon("--asset-bytes", "5000", "--body-bytes", "2000") as daemon:
+            self.assertEqual(put(daemon, b"x" * 5000).status, 201)
+            reply = put(daemon, b"x" * 5001)
+            self.assertEqual(reply.status, 413)
+            self.assertIn("asset_bytes is 5000", json_of(reply)["detail"])
+            self.assertEqual(daemon.request("POST", "/v1/assets/missing", b" " * 2001).status, 413)
+            limits = json_of(daemon.get("/v1/version"))["limits"]
+            self.assertEqual((limits["asset_bytes"], limits["asset_hashes"]), (5000, 10_000))
+
+
+class Collection(unittest.TestCase):
+    def wait_for_a_round(self, daemon, marker):
+        """Until the collector, which begins with the daemon, has taken `marker`: then it has seen what comes before."""
+        wait_until(lambda: hash_of(marker) not in stored_files(daemon), "the collector")
+
+    @staticmethod
+    def marker():
+        """Content whose name comes late in the collector's order."""
+        return next(content for content in (b"marker %d" % i for i in range(100_000)) if hash_of(content).startswith("fff"))
+
+    def test_takes_what_is_old_and_spares_what_a_job_names_or_somebody_used(self):
+        with Daemon("--asset-days", "3", "--jobs", "1") as daemon:
+            marker = self.marker()
+            asked, named_by_ended, forgotten = b"asked", TILE, VASE
+            for content in (marker, asked, named_by_ended, forgotten):
+                put(daemon, content)
+            ended = daemon.wait_for_end(daemon.submit(textured(TILE)))
+            self.assertEqual(ended["state"], "succeeded")
+            for content in (marker, asked, named_by_ended, forgotten):
+                age(daemon, content, 4)
+            daemon.request("POST", "/v1/assets/missing", {"sha256": [hash_of(asked)]})
+            daemon.kill()
+            daemon.start()
+            self.wait_for_a_round(daemon, marker)
+            self.assertEqual(stored_files(daemon), sorted(map(hash_of, (asked, named_by_ended))))
+
+            daemon.request("DELETE", f"/v1/jobs/{ended['id']}")  # and nobody names it any more
+            put(daemon, marker)
+            age(daemon, named_by_ended, 2)
+            age(daemon, marker, 4)
+            daemon.kill()
+            daemon.start()
+            self.wait_for_a_round(daemon, marker)
+            self.assertIn(hash_of(named_by_ended), stored_files(daemon), "younger than three days")
+            put(daemon, marker)
+            age(daemon, named_by_ended, 4)
+            age(daemon, marker, 4)
+            daemon.kill()
+            daemon.start()
+            self.wait_for_a_round(daemon, marker)
+            self.assertEqual(stored_files(daemon), [hash_of(asked)])
+
+    def test_leaves_a_waiting_job_its_files_over_kills_of_the_daemon(self):
+        with Daemon("--asset-days", "1", "--jobs", "1") as daemon:
+            marker = self.marker()
+            first = daemon.submit(long_scene())
+            daemon.wait_for_state(first, "running")
+            put(daemon, TILE)
+            put(daemon, marker)
+            waiting = daemon.submit(textured(TILE))
+            for content in (TILE, marker):
+                age(daemon, content, 9)
+            daemon.kill()
+            daemon.start()
+            self.wait_for_a_round(daemon, marker)
+            daemon.request("POST", f"/v1/jobs/{first}/cancel")
+            self.assertEqual(daemon.wait_for_end(waiting)["state"], "succeeded")
+
+
+class KilledDaemon(unittest.TestCase):
+    def test_has_every_upload_it_acknowledged_and_no_part_of_another(self):
+        with Daemon() as daemon:
+            acknowledged = []
+            for round_number in range(6):
+                begun = len(acknowledged)
+                thread = threading.Thread(target=self.put_until_killed, args=(daemon, acknowledged, round_number))
+                thread.start()
+                wait_until(lambda n=begun: len(acknowledged) >= n + 3, "some uploads")
+                daemon.kill()
+                thread.join(PATIENCE_S)
+                daemon.start()
+                for name in acknowledged:
+                    self.assertEqual(hash_of(daemon.get("/v1/assets/" + name).body), name)
+                for name in stored_files(daemon):  # at most one more, whole
+                    self.assertEqual(hash_of(daemon.get("/v1/assets/" + name).body), name)
+
+    @staticmethod
+    def put_until_killed(daemon, acknowledged, seed):
+        for number in range(10_000):
+            content = b"%d %d " % (seed, number) + os.urandom(400_000)
+            try:
+                if put(daemon, content).status != 201:
+                    return
+            except Exception:  # pylint: disable=broad-except
+                return  # killed
+            acknowledged.append(hash_of(content))
+
+
+if __name__ == "__main__":
+    unittest.main()
