@@ -19,8 +19,10 @@
 #include "server/config/config.h"
 #include "server/http/gate.h"
 #include "server/http/routes.h"
+#include "server/jobs/housekeeper.h"
 #include "server/jobs/queue.h"
 #include "server/storage/files/file_artifact_store.h"
+#include "server/storage/files/sha256.h"
 #include "server/storage/sqlite/sqlite_job_store.h"
 #include "server/telemetry/log.h"
 #include "server/telemetry/queue_log.h"
@@ -138,6 +140,8 @@ std::vector<std::pair<std::string, std::uint64_t>> told_limits(const config::Con
           {"materials", limits.scene.materials},
           {"textures", limits.scene.textures},
           {"queued_jobs", config.queued_jobs},
+          {"key_queued_jobs", config.key_queued_jobs},
+          {"key_artifact_bytes", config.key_artifact_bytes},
           {"connections", config.connections},
           {"connections_per_address", config.connections_per_address},
           {"render_wait_s", config.render_wait_s},
@@ -174,7 +178,10 @@ void serve(const config::Config& config, const telemetry::Log& log) {
   jobs::IdSource ids(jobs::system_clock(), jobs::system_random());
   const jobs::Log queue_log = telemetry::queue_log(log);
   jobs::Queue queue(store, artifacts, ids, jobs::system_clock(), queue_log,
-                    {.queued_limit = static_cast<std::int64_t>(config.queued_jobs)});
+                    {.queued_limit = static_cast<std::int64_t>(config.queued_jobs),
+                     .owner_queued_limit = static_cast<std::int64_t>(config.key_queued_jobs),
+                     .owner_artifact_bytes_limit = static_cast<std::int64_t>(config.key_artifact_bytes)});
+  const jobs::Housekeeper housekeeper(queue, queue_log);
 
   worker::SupervisorSettings worker_settings;
   worker_settings.executable = worker::worker_beside_this_program();
@@ -192,6 +199,7 @@ void serve(const config::Config& config, const telemetry::Log& log) {
       .clock = jobs::system_clock(),
       .limits = limits,
       .missing_files = [&config](const tracer::Scene& scene) { return missing_files(scene, config.assets); },
+      .sha256 = jobs::sha256_of,
       .render_wait = std::chrono::seconds(config.render_wait_s),
       .draining = [&draining] { return draining.load(); },
       .told_limits = told_limits(config, limits, settings.head)};

@@ -5,29 +5,14 @@
 #include <string>
 #include <utility>
 
+#include "api/src/json/canonical.h"
 #include "api/src/json/tape.h"
 #include "api/src/reader/issue_order.h"
+#include "api/src/reader/refusals.h"
 #include "api/src/reader/sections.h"
 
 namespace api {
 namespace {
-
-Refusal refusal_at(std::string_view bytes, json::Error error) {
-  const std::string_view before = bytes.substr(0, error.offset);
-  Refusal refusal;
-  refusal.kind = error.limit ? Refusal::Kind::too_large : Refusal::Kind::not_json;
-  refusal.detail = std::move(error.detail);
-  refusal.line = 1 + static_cast<std::size_t>(std::count(before.begin(), before.end(), '\n'));
-  refusal.column = 1 + before.size() - (before.rfind('\n') + 1);  // npos + 1 is 0
-  return refusal;
-}
-
-Refusal too_large(std::string detail) {
-  Refusal refusal;
-  refusal.kind = Refusal::Kind::too_large;
-  refusal.detail = std::move(detail);
-  return refusal;
-}
 
 /// What the reader has told of, to leave out what follows from it.
 class Told {
@@ -83,10 +68,9 @@ std::vector<tracer::Issue> all_issues(Reading& reading, bool understood) {
   return issues;
 }
 
-tracer::Result<Document, Refusal> read(std::string_view bytes, const Limits& limits) {
+tracer::Result<Document, Refusal> read(std::string_view bytes, const Limits& limits, std::string* canonical) {
   if (bytes.size() > limits.document.bytes) {
-    return too_large("the limit bytes is " + std::to_string(limits.document.bytes) + ", the document has " +
-                     std::to_string(bytes.size()));
+    return too_many_bytes(bytes.size(), limits.document.bytes);
   }
   auto tape = json::parse(bytes, limits.document);
   if (!tape) return refusal_at(bytes, std::move(tape.error()));
@@ -95,20 +79,18 @@ tracer::Result<Document, Refusal> read(std::string_view bytes, const Limits& lim
   root.node = tape->root();
   const bool understood = read_document(reading, root);
   std::vector<tracer::Issue> issues = all_issues(reading, understood);
-  if (issues.empty()) return std::move(reading.document);
-  Refusal refusal;
-  refusal.kind = Refusal::Kind::invalid;
-  refusal.detail = issues.size() == 1 ? "the document has an issue"
-                                      : "the document has " + std::to_string(issues.size()) + " issues";
-  refusal.issues = std::move(issues);
-  return refusal;
+  if (issues.empty()) {
+    if (canonical != nullptr) *canonical = json::canonical_text(*tape, "job");
+    return std::move(reading.document);
+  }
+  return invalid(std::move(issues));
 }
 
 }  // namespace
 
-tracer::Result<Document, Refusal> parse_scene(std::string_view bytes, const Limits& limits) {
+tracer::Result<Document, Refusal> parse_scene(std::string_view bytes, const Limits& limits, std::string* canonical) {
   try {
-    return read(bytes, limits);
+    return read(bytes, limits, canonical);
   } catch (const std::bad_alloc&) {
     return too_large("reading the document takes more memory than there is");
   }

@@ -21,6 +21,7 @@ struct Request {
   RequestHead head;
   Body body;
   std::string remote;             ///< the peer's address, from the socket
+  std::string owner;              ///< name of the API key it came with; empty without keys
   std::vector<std::string> path;  ///< what the pattern's {names} stand for in this path, in order; percent-decoded
 };
 

@@ -17,6 +17,11 @@ Answer get_job(Request& request, const Front& front);
 Answer cancel_job(Request& request, const Front& front);
 Answer remove_job(Request& request, const Front& front);
 
+// ---- job_change_handlers.cpp
+Answer retry_job(Request& request, const Front& front);
+Answer change_job(Request& request, const Front& front);
+Answer get_queue(Request& request, const Front& front);
+
 // ---- render_handler.cpp
 Answer render(Request& request, const Front& front);
 
@@ -40,16 +45,31 @@ Answer get_metrics(Request& request, const Health& health);
 struct Scene {
   std::string document;
   api::Document parsed;
+  std::string canonical;  ///< see api::parse_scene
 };
+/// The body of a request that must be JSON: 411 and 415 come from here.
+tracer::Result<std::string, Problem> take_json(Request& request, std::string_view what);
 /// Takes the body of a request: 411, 415, 400, 413 and 422 come from here.
 tracer::Result<Scene, Problem> take_scene(Request& request, const Front& front);
 
 /// take_scene for a job that is to run: 503 while draining.
 tracer::Result<Scene, Problem> take_work(Request& request, const Front& front);
 
+/// The scene as the queue takes it.
+jobs::Submission submission_of(const Request& request, Scene scene, const Front& front);
+/// Under the request's Idempotency-Key, if it has one; 400 when that is none.
+std::optional<Problem> make_idempotent(jobs::Submission& submission, const Request& request, const Front& front);
+
 /// The job that the path names; a problem when there is none.
 tracer::Result<jobs::JobView, Problem> find_job(const Request& request, const Front& front);
 Problem no_such_job(const std::string& id);
+
+/// Its ETag: the revision first, so that If-Match can hold against progress, then a hash of `body`, so that
+/// If-None-Match sees progress too.
+std::string etag_of(const jobs::Job& job, const std::string& body);
+/// The revision that If-Match names; nothing where it names any ("*"). A problem where there is none or it is no ETag
+/// of a job.
+tracer::Result<std::optional<std::int64_t>, Problem> revision_asked_for(const Request& request);
 
 /// The job as JSON. With 202 it has Location.
 Reply job_reply(int status, const jobs::JobView& view, const Front& front);

@@ -1,6 +1,5 @@
-#include <array>
 #include <charconv>
-#include <cstdio>
+#include <utility>
 
 #include "api/replies.h"
 #include "server/http/handlers.h"
@@ -10,15 +9,6 @@ namespace http {
 namespace {
 
 constexpr int list_default = 50, list_max = 200;  // 200 jobs are half a megabyte of JSON: some milliseconds
-
-/// Tells states of one job apart, no more is asked of it (FNV-1a, 64 bits).
-std::string etag_of(const std::string& body) {
-  std::uint64_t hash = 0xcbf29ce484222325;
-  for (const char c : body) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
-  std::array<char, 20> text{};
-  std::snprintf(text.data(), text.size(), "\"%016llx\"", static_cast<unsigned long long>(hash));
-  return text.data();
-}
 
 struct ListQuery {
   jobs::JobFilter filter;
@@ -67,14 +57,31 @@ std::string read_list_query(const Pairs& pairs, ListQuery& query) {
   return mistakes;
 }
 
+/// The first reply once more. 200 is how the result cache answers.
+Reply replayed_reply(const jobs::FirstReply& first) {
+  Reply reply;
+  reply.status = first.status;
+  reply.content_type = "application/json";
+  reply.body = first.body;
+  if (!first.location.empty()) reply.headers.emplace_back("Location", first.location);
+  if (first.status == 200) reply.headers.emplace_back("X-Cache", "hit");
+  reply.headers.emplace_back("Idempotent-Replayed", "true");
+  return reply;
+}
+
 }  // namespace
 
 Answer submit_job(Request& request, const Front& front) {
   auto scene = take_work(request, front);
   if (!scene) return problem_reply(scene.error(), request.id);
-  const auto submitted = front.jobs.submit(scene->document, scene->parsed);
+  auto submission = submission_of(request, std::move(*scene), front);
+  if (const auto problem = make_idempotent(submission, request, front)) return problem_reply(*problem, request.id);
+  const auto submitted = front.jobs.submit(std::move(submission));
   if (!submitted) return problem_reply(problem_of(submitted.error()), request.id);
-  return job_reply(202, *submitted, front);
+  if (submitted->replayed) return replayed_reply(*submitted->replayed);
+  Reply reply = job_reply(submitted->from_cache ? 200 : 202, submitted->view, front);
+  if (submitted->from_cache) reply.headers.emplace_back("X-Cache", "hit");
+  return reply;
 }
 
 Answer validate_job(Request& request, const Front& front) {
@@ -112,7 +119,7 @@ Answer get_job(Request& request, const Front& front) {
   const auto view = find_job(request, front);
   if (!view) return problem_reply(view.error(), request.id);
   Reply reply = job_reply(200, *view, front);
-  const std::string etag = etag_of(reply.body);
+  const std::string etag = etag_of(view->job, reply.body);
   reply.headers.emplace_back("ETag", etag);
   reply.headers.emplace_back("Cache-Control", "no-cache");
   const auto known = request.head.header("if-none-match");

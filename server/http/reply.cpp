@@ -9,7 +9,7 @@ namespace http {
 namespace {
 
 std::string_view reason_of(int status) {
-  constexpr std::array<std::pair<int, std::string_view>, 25> reasons{{{200, "OK"},
+  constexpr std::array<std::pair<int, std::string_view>, 29> reasons{{{200, "OK"},
                                                                       {202, "Accepted"},
                                                                       {204, "No Content"},
                                                                       {206, "Partial Content"},
@@ -20,13 +20,17 @@ std::string_view reason_of(int status) {
                                                                       {406, "Not Acceptable"},
                                                                       {408, "Request Timeout"},
                                                                       {409, "Conflict"},
+                                                                      {410, "Gone"},
                                                                       {411, "Length Required"},
+                                                                      {412, "Precondition Failed"},
                                                                       {413, "Content Too Large"},
                                                                       {414, "URI Too Long"},
                                                                       {415, "Unsupported Media Type"},
                                                                       {416, "Range Not Satisfiable"},
                                                                       {417, "Expectation Failed"},
                                                                       {422, "Unprocessable Content"},
+                                                                      {428, "Precondition Required"},
+                                                                      {429, "Too Many Requests"},
                                                                       {431, "Request Header Fields Too Large"},
                                                                       {500, "Internal Server Error"},
                                                                       {501, "Not Implemented"},

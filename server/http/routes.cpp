@@ -21,8 +21,11 @@ std::vector<Route> client_routes(const Front& front) {
       {"POST", "/v1/jobs/validate", with_front(validate_job), {}},
       {"POST", "/v1/render", with_front(render), {}},
       {"GET", "/v1/jobs/{id}", with_front(get_job), {}},
+      {"PATCH", "/v1/jobs/{id}", with_front(change_job), {}},
       {"DELETE", "/v1/jobs/{id}", with_front(remove_job), {}},
       {"POST", "/v1/jobs/{id}/cancel", with_front(cancel_job), {}},
+      {"POST", "/v1/jobs/{id}/retry", with_front(retry_job), {}},
+      {"GET", "/v1/queue", with_front(get_queue), {}},
   };
   for (const tracer::Format format : tracer::all_formats) {
     const std::string name = "image." + std::string(tracer::extension(format));

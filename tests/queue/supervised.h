@@ -63,9 +63,10 @@ class SupervisorTest : public testing::Test {
   }
 
   std::string submit(const std::string& document, int max_attempts = 3) {
-    api::Document parsed;
-    parsed.job.max_attempts = max_attempts;
-    return queue.submit(document, parsed)->job.id;
+    jobs::Submission submission;
+    submission.document = document;
+    submission.parsed.job.max_attempts = max_attempts;
+    return queue.submit(std::move(submission))->view.job.id;
   }
   jobs::Job find(const std::string& id) { return queue.find(id).value().job; }
   jobs::JobState state(const std::string& id) { return find(id).state; }

@@ -26,6 +26,9 @@ std::string write_job(const jobs::JobView& view, std::int64_t now_ms);
 std::string write_job_list(const std::vector<jobs::JobView>& views, const std::string& next_cursor,
                            std::int64_t now_ms);
 
+/// {jobs{state: count}, queued_by_priority{priority: count}, delayed, running, oldest_age_s, eta_s}
+std::string write_queue(const jobs::QueueState& state);
+
 /// RFC 9457. `errors` is left out where there are none.
 struct ProblemReply {
   std::string type, title;
