@@ -142,6 +142,8 @@ std::vector<std::pair<std::string, std::uint64_t>> told_limits(const config::Con
           {"queued_jobs", config.queued_jobs},
           {"key_queued_jobs", config.key_queued_jobs},
           {"key_artifact_bytes", config.key_artifact_bytes},
+          {"wall_time_s", config.wall_time_s},
+          {"job_memory_bytes", config.job_memory_bytes},
           {"connections", config.connections},
           {"connections_per_address", config.connections_per_address},
           {"render_wait_s", config.render_wait_s},
@@ -187,6 +189,8 @@ void serve(const config::Config& config, const telemetry::Log& log) {
   worker_settings.executable = worker::worker_beside_this_program();
   worker_settings.slots = static_cast<int>(config.jobs);
   worker_settings.files = {config.assets, config.objects, config.triangles};
+  worker_settings.wall_time = std::chrono::seconds(config.wall_time_s);
+  worker_settings.job_memory_bytes = config.job_memory_bytes;
   worker::Supervisor supervisor(queue, worker_settings, queue_log);
 
   const std::string spool_folder = config.data + "/spool";

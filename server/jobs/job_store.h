@@ -93,7 +93,8 @@ struct QueueDepth {
 /// What a step of keeping house did.
 struct Upkeep {
   std::vector<std::string> overdue;  ///< queued jobs whose deadline has passed: they failed
-  bool due = false;                  ///< queued jobs whose not_before has passed: they may be claimed
+  bool due = false;                  ///< jobs whose not_before has passed: it is unset, they may be claimed
+  bool suspects_due = false;         ///< some of them are suspects
   int expired = 0;                   ///< ended jobs that lost their document and pictures
   int forgotten = 0;                 ///< jobs and replies that are no longer there at all
   std::vector<Artifact> artifacts;   ///< named by those: may be deleted where no other job names them
@@ -129,14 +130,14 @@ class JobStore {
   virtual JobPage list(const JobFilter& filter, const std::string& cursor, int limit) = 0;
   virtual std::int64_t count(JobState state) = 0;
   virtual OwnerUse use_of(const std::string& owner) = 0;
-  virtual QueueDepth depth(std::int64_t now) = 0;
+  virtual QueueDepth depth() = 0;
   /// How many jobs would be claimed before this one; at most `limit` are counted. Nothing where it does not wait or
   /// must not run yet.
   virtual std::optional<std::int64_t> waiting_before(const std::string& id, std::int64_t limit) = 0;
 
-  /// The next job to run: least rank (rank_of), then oldest, of those whose not_before is not later than `now` and
-  /// whose deadline is; attempt + 1, state running, owned by `boot_id`. `alone`: only suspects when true, never
-  /// suspects when false.
+  /// The next job to run: least rank (rank_of), then oldest, of those without not_before (keep_house unsets it in time)
+  /// whose deadline is later than `now`; attempt + 1, state running, owned by `boot_id`. `alone`: only suspects when
+  /// true, never suspects when false.
   virtual std::optional<Claim> claim(const std::string& boot_id, std::int64_t now, bool alone) = 0;
 
   /// Ends a running job. False when `fence` is not the latest or the job is not running. A job whose cancel was
@@ -159,7 +160,8 @@ class JobStore {
   virtual ChangeOutcome change(const std::string& id, const JobChange& change,
                                std::optional<std::int64_t> revision) = 0;
 
-  /// One small step of keeping house, at most `limit` jobs of each kind: queued jobs past their deadline fail, ended
+  /// One small step of keeping house, at most `limit` jobs of each kind: those whose not_before has passed may run,
+  /// earliest first; queued jobs past their deadline fail, ended
   /// ones past expires_at lose their document and pictures and, `expired_kept_ms` later, go; so do replies past theirs.
   /// Costs nothing but a read when there is nothing to do.
   virtual Upkeep keep_house(std::int64_t now, std::int64_t expired_kept_ms, int limit) = 0;

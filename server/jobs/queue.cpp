@@ -125,9 +125,9 @@ tracer::Result<Submitted, Refused> Queue::submit(Submission submission) {
   return Submitted{std::move(made), from_cache, std::nullopt};
 }
 
-void Queue::wake_runner() {
+void Queue::wake_runner(bool for_suspects) {
   const std::lock_guard lock(runner_mutex_);
-  if (runner_ != nullptr) runner_->wake();
+  if (runner_ != nullptr) runner_->wake(for_suspects);
 }
 
 JobView Queue::view(Job job) {
@@ -177,7 +177,7 @@ RemoveOutcome Queue::remove(const std::string& id) {
 
 RetryOutcome Queue::retry(const std::string& id) {
   const RetryOutcome outcome = store_.retry(id, clock_());
-  if (outcome == RetryOutcome::queued) wake_runner();
+  if (outcome == RetryOutcome::queued) wake_runner(true);
   return outcome;
 }
 
@@ -188,7 +188,7 @@ ChangeOutcome Queue::change(const std::string& id, const JobChange& change, std:
 QueueState Queue::state() {
   const std::int64_t now = clock_();
   QueueState state;
-  state.depth = store_.depth(now);
+  state.depth = store_.depth();
   for (const JobState which : all_job_states) state.jobs[which] = store_.count(which);
   if (state.depth.oldest_at) {
     state.oldest_age_s = static_cast<double>(std::max<std::int64_t>(now - *state.depth.oldest_at, 0)) / 1000;
@@ -335,7 +335,7 @@ bool Queue::keep_house() {
   const Upkeep upkeep = store_.keep_house(clock_(), settings_.expired_kept_ms, upkeep_step);
   for (const std::string& id : upkeep.overdue) job_ended(id);
   for (const Artifact& artifact : upkeep.artifacts) pins_.collect(artifact.sha256);
-  if (upkeep.due) wake_runner();
+  if (upkeep.due) wake_runner(upkeep.suspects_due);
   return upkeep.more;
 }
 

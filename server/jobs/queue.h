@@ -100,7 +100,7 @@ class Queue final : public JobService {
  private:
   void job_ended(const std::string& id);
   void note_end();
-  void wake_runner();
+  void wake_runner(bool for_suspects = false);
   JobView view(Job job);
   Job job_of(const Submission& submission);
   bool finish_from_cache(Job& job, ArtifactPins::Pinned& pinned);

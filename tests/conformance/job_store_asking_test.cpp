@@ -50,6 +50,7 @@ TEST_P(JobStoreConformance, WhoRunsLaterWaitsSinceThen) {
   now += 30'000;
   const std::string later = submit();
   now += 40'000;
+  store().keep_house(now, kept_ms, 10);
   EXPECT_EQ(claim().job.id, later) << "it has waited for 40 s, the other one for 10";
   EXPECT_EQ(claim().job.id, delayed);
 }
@@ -60,7 +61,9 @@ TEST_P(JobStoreConformance, ClaimsNoJobBeforeItsTime) {
   EXPECT_FALSE(store().claim("boot", now, false));
   EXPECT_FALSE(store().keep_house(now, kept_ms, 10).due);
   now += 1;
-  EXPECT_TRUE(store().keep_house(now, kept_ms, 10).due);
+  const Upkeep step = store().keep_house(now, kept_ms, 10);
+  EXPECT_TRUE(step.due);
+  EXPECT_FALSE(step.suspects_due);
   const Claim claimed = claim();
   EXPECT_EQ(claimed.job.id, id);
   EXPECT_EQ(claimed.job.not_before, std::nullopt);
@@ -70,12 +73,14 @@ TEST_P(JobStoreConformance, ClaimsNoJobBeforeItsTime) {
 
 TEST_P(JobStoreConformance, AJobReleasedWithAPauseIsClaimedAfterItAlsoByTheNextDaemon) {
   const Placed job = place(JobState::running);
-  store().release(job.id, job.fence, now, {.counts = true, .suspect = false, .not_before = now + 5});
+  store().release(job.id, job.fence, now, {.counts = true, .suspect = true, .not_before = now + 5});
   reopen();
   EXPECT_EQ(find(job.id).not_before, now + 5);
-  EXPECT_FALSE(store().claim("boot", now + 4, false));
+  EXPECT_FALSE(store().keep_house(now + 4, kept_ms, 10).due);
+  EXPECT_FALSE(store().claim("boot", now + 4, true));
   now += 5;
-  EXPECT_EQ(claim().job.id, job.id);
+  EXPECT_TRUE(store().keep_house(now, kept_ms, 10).suspects_due);
+  EXPECT_EQ(claim(true).job.id, job.id);
 }
 
 TEST_P(JobStoreConformance, ADelayedJobCanBeCancelled) {
@@ -104,6 +109,17 @@ TEST_P(JobStoreConformance, AQueuedJobWhoseDeadlinePassesFails) {
   EXPECT_EQ(store().keep_house(now + 11, kept_ms, 10).overdue, std::vector<std::string>{late});
   EXPECT_EQ(find(late).expires_at, now + 11 + 2000);
   EXPECT_EQ(store().count(JobState::queued), 0);
+}
+
+TEST_P(JobStoreConformance, OfManyThatAreDueTheEarliestMayRunFirst) {
+  const std::string later = submit([&](Job& job) { job.not_before = now + 2; });
+  const std::string earlier = submit([&](Job& job) { job.not_before = now + 1; });
+  now += 3;
+  EXPECT_TRUE(store().keep_house(now, kept_ms, 1).more);
+  EXPECT_EQ(claim().job.id, earlier);
+  EXPECT_FALSE(store().claim("boot", now, false));
+  store().keep_house(now, kept_ms, 1);
+  EXPECT_EQ(claim().job.id, later);
 }
 
 TEST_P(JobStoreConformance, HouseIsKeptInStepsAndSaysWhenThereIsMore) {

@@ -164,22 +164,23 @@ TEST_P(JobStoreConformance, SaysHowManyRunBeforeAJob) {
 }
 
 TEST_P(JobStoreConformance, SaysHowDeepTheQueueIsAndSinceWhenTheOldestWaits) {
-  EXPECT_EQ(store().depth(now).oldest_at, std::nullopt);
+  EXPECT_EQ(store().depth().oldest_at, std::nullopt);
   const std::int64_t began = now;
   const std::string oldest = submit();
   now += 100;
   submit([](Job& job) { job.priority = 90; });
   submit([&](Job& job) { job.run_after = job.not_before = now + 10; });
-  QueueDepth depth = store().depth(now);
+  QueueDepth depth = store().depth();
   EXPECT_EQ(depth.queued_by_priority, (std::map<int, std::int64_t>{{50, 2}, {90, 1}}));
   EXPECT_EQ(depth.delayed, 1);
   EXPECT_EQ(depth.oldest_at, began);
   store().change(oldest, {60, {}, {}, {}}, std::nullopt);
-  EXPECT_EQ(store().depth(now).queued_by_priority, (std::map<int, std::int64_t>{{50, 1}, {60, 1}, {90, 1}}));
+  EXPECT_EQ(store().depth().queued_by_priority, (std::map<int, std::int64_t>{{50, 1}, {60, 1}, {90, 1}}));
   store().remove(oldest);
   claim();
   now += 20;
-  depth = store().depth(now);
+  store().keep_house(now, 1000, 10);
+  depth = store().depth();
   EXPECT_EQ(depth.queued_by_priority, (std::map<int, std::int64_t>{{50, 1}}));
   EXPECT_EQ(depth.delayed, 0);
   EXPECT_EQ(depth.oldest_at, began + 110) << "it could not run before";

@@ -38,7 +38,7 @@ TEST(Upgrade, KeepsEveryJobOfTheFirstVersionAndItsPlace) {
     EXPECT_EQ(store.count(JobState::queued), 2);
     EXPECT_EQ(store.use_of("").queued_jobs, 2);
     EXPECT_EQ(store.use_of("").artifact_bytes, 70);
-    EXPECT_EQ(store.depth(5000).queued_by_priority, (std::map<int, std::int64_t>{{40, 1}, {90, 1}}));
+    EXPECT_EQ(store.depth().queued_by_priority, (std::map<int, std::int64_t>{{40, 1}, {90, 1}}));
     const Job done = store.find("job-3").value();
     EXPECT_EQ(done.report, "{\"rays\": 1}");
     EXPECT_EQ(done.artifacts.at(0).sha256, "abc");

@@ -19,7 +19,7 @@ namespace {
 
 class RecordingRunner final : public Runner {
  public:
-  void wake() noexcept override { ++wakes; }
+  void wake(bool) noexcept override { ++wakes; }
   void cancel(const std::string& id) noexcept override { cancelled.push_back(id); }
   std::string not_ready() override { return status; }
   int wakes = 0;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <map>
 
 #include "server/storage/memory/memory_job_store.h"
 
@@ -55,13 +56,25 @@ Upkeep MemoryJobStore::keep_house(std::int64_t now, std::int64_t expired_kept_ms
   const std::lock_guard lock(mutex_);
   Upkeep upkeep;
   const auto most = static_cast<std::size_t>(limit);
+  let_due_jobs_run(now, most, upkeep);
   fail_overdue(now, most, upkeep);
   expire(now, most, upkeep);
   forget(now, expired_kept_ms, most, upkeep);
-  upkeep.due = std::any_of(rows_.begin(), rows_.end(), [&](const auto& row) {
-    return row.second.job.not_before && *row.second.job.not_before <= now;
-  });
   return upkeep;
+}
+
+void MemoryJobStore::let_due_jobs_run(std::int64_t now, std::size_t limit, Upkeep& upkeep) {
+  std::multimap<std::int64_t, Job*> due;
+  for (auto& [id, row] : rows_) {
+    if (row.job.not_before && *row.job.not_before <= now) due.emplace(*row.job.not_before, &row.job);
+  }
+  upkeep.due = !due.empty();
+  upkeep.more = due.size() > limit;
+  for (auto next = due.begin(); next != due.end() && limit > 0; ++next, --limit) {
+    upkeep.suspects_due = upkeep.suspects_due || next->second->suspect;
+    next->second->not_before.reset();
+    ++next->second->revision;
+  }
 }
 
 void MemoryJobStore::fail_overdue(std::int64_t now, std::size_t limit, Upkeep& upkeep) {

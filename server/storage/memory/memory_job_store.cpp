@@ -17,9 +17,7 @@ bool matches(const Job& job, const JobFilter& filter) {
   });
 }
 
-bool may_run(const Job& job, std::int64_t now) {
-  return job.state == JobState::queued && (!job.not_before || *job.not_before <= now);
-}
+bool waits(const Job& job) { return job.state == JobState::queued && !job.not_before; }
 
 /// The order of claims.
 auto place(const Job& job, std::int64_t rank) { return std::tuple(!job.suspect, rank, std::string_view(job.id)); }
@@ -118,14 +116,14 @@ OwnerUse MemoryJobStore::use_of(const std::string& owner) {
   return use;
 }
 
-QueueDepth MemoryJobStore::depth(std::int64_t now) {
+QueueDepth MemoryJobStore::depth() {
   const std::lock_guard lock(mutex_);
   QueueDepth depth;
   for (const auto& [id, row] : rows_) {
     const Job& job = row.job;
     if (job.state != JobState::queued) continue;
     ++depth.queued_by_priority[job.priority];
-    if (!may_run(job, now)) {
+    if (!waits(job)) {
       ++depth.delayed;
       continue;
     }
@@ -138,13 +136,13 @@ QueueDepth MemoryJobStore::depth(std::int64_t now) {
 std::optional<std::int64_t> MemoryJobStore::waiting_before(const std::string& id, std::int64_t limit) {
   const std::lock_guard lock(mutex_);
   const auto found = rows_.find(id);
-  if (found == rows_.end() || found->second.job.state != JobState::queued || found->second.job.not_before) {
+  if (found == rows_.end() || !waits(found->second.job)) {
     return std::nullopt;
   }
   const auto mine = place(found->second.job, found->second.rank);
   const auto before = std::count_if(rows_.begin(), rows_.end(), [&](const auto& entry) {
     const Row& row = entry.second;
-    return row.job.state == JobState::queued && !row.job.not_before && place(row.job, row.rank) < mine;
+    return waits(row.job) && place(row.job, row.rank) < mine;
   });
   return std::min<std::int64_t>(before, limit);
 }
@@ -153,7 +151,7 @@ std::optional<Claim> MemoryJobStore::claim(const std::string& boot_id, std::int6
   const std::lock_guard lock(mutex_);
   Row* next = nullptr;
   for (auto& [id, row] : rows_) {
-    if (!may_run(row.job, now) || row.job.suspect != alone || (row.job.deadline && *row.job.deadline <= now)) continue;
+    if (!waits(row.job) || row.job.suspect != alone || (row.job.deadline && *row.job.deadline <= now)) continue;
     if (next == nullptr || place(row.job, row.rank) < place(next->job, next->rank)) next = &row;
   }
   if (next == nullptr) return std::nullopt;

@@ -21,7 +21,7 @@ class MemoryJobStore : public JobStore {
   JobPage list(const JobFilter& filter, const std::string& cursor, int limit) override;
   std::int64_t count(JobState state) override;
   OwnerUse use_of(const std::string& owner) override;
-  QueueDepth depth(std::int64_t now) override;
+  QueueDepth depth() override;
   std::optional<std::int64_t> waiting_before(const std::string& id, std::int64_t limit) override;
   std::optional<Claim> claim(const std::string& boot_id, std::int64_t now, bool alone) override;
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
@@ -48,6 +48,7 @@ class MemoryJobStore : public JobStore {
   };
   Row* running(const std::string& id, std::int64_t fence);
   std::optional<KeptReply> kept(const ReplyKey& key, std::int64_t now) const;
+  void let_due_jobs_run(std::int64_t now, std::size_t limit, Upkeep& upkeep);
   void fail_overdue(std::int64_t now, std::size_t limit, Upkeep& upkeep);
   void expire(std::int64_t now, std::size_t limit, Upkeep& upkeep);
   void forget(std::int64_t now, std::int64_t expired_kept_ms, std::size_t limit, Upkeep& upkeep);

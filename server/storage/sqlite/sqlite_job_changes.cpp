@@ -21,7 +21,8 @@ std::vector<std::string> ids_of(Query query) {
 
 bool anything_to_do(Database& database, std::int64_t now, std::int64_t forget_before) {
   Query any = database.query(
-      "SELECT EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_by_deadline WHERE state = 'queued' AND deadline <= ?1)"
+      "SELECT EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_delayed WHERE not_before <= ?1)"
+      " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_by_deadline WHERE state = 'queued' AND deadline <= ?1)"
       " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_expiring"
       "   WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at <= ?1)"
       " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_expired WHERE expired = 1 AND expires_at <= ?2)"
@@ -29,6 +30,21 @@ bool anything_to_do(Database& database, std::int64_t now, std::int64_t forget_be
       now, forget_before);
   any.row();
   return any.integer(0) != 0;
+}
+
+void let_due_jobs_run(Database& database, std::int64_t now, std::int64_t limit, Upkeep& upkeep) {
+  Query due = database.query(
+      "SELECT id, suspect FROM jobs INDEXED BY jobs_delayed WHERE not_before <= ? ORDER BY not_before LIMIT ?", now,
+      limit);
+  std::vector<std::string> ids;
+  while (due.row()) {
+    ids.push_back(due.text(0));
+    upkeep.suspects_due = upkeep.suspects_due || due.integer(1) != 0;
+  }
+  for (const std::string& id : ids) {
+    database.change("UPDATE jobs SET not_before = NULL, revision = revision + 1 WHERE id = ?", id);
+  }
+  upkeep.due = !ids.empty();
 }
 
 void fail_overdue(Database& database, std::int64_t now, std::int64_t limit, Upkeep& upkeep) {
@@ -114,24 +130,18 @@ ChangeOutcome SqliteJobStore::change(const std::string& id, const JobChange& cha
 
 Upkeep SqliteJobStore::keep_house(std::int64_t now, std::int64_t expired_kept_ms, int limit) {
   const std::int64_t forget_before = now - expired_kept_ms;
-  bool due = false;
-  const bool anything = parts_->reader.run([&](Database& database) {
-    due = database.query("SELECT 1 FROM jobs INDEXED BY jobs_delayed WHERE not_before <= ? LIMIT 1", now).row();
-    return anything_to_do(database, now, forget_before);
+  const bool anything =
+      parts_->reader.run([&](Database& database) { return anything_to_do(database, now, forget_before); });
+  if (!anything) return {};
+  return parts_->writer.run([&](Database& database) {
+    Upkeep step;
+    let_due_jobs_run(database, now, limit, step);
+    fail_overdue(database, now, limit, step);
+    expire(database, now, limit, step);
+    forget(database, now, forget_before, limit, step);
+    step.more = anything_to_do(database, now, forget_before);
+    return step;
   });
-  Upkeep upkeep;
-  if (anything) {
-    upkeep = parts_->writer.run([&](Database& database) {
-      Upkeep step;
-      fail_overdue(database, now, limit, step);
-      expire(database, now, limit, step);
-      forget(database, now, forget_before, limit, step);
-      step.more = anything_to_do(database, now, forget_before);
-      return step;
-    });
-  }
-  upkeep.due = due;
-  return upkeep;
 }
 
 }  // namespace jobs

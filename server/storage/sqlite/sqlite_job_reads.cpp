@@ -54,19 +54,18 @@ OwnerUse SqliteJobStore::use_of(const std::string& owner) {
   });
 }
 
-QueueDepth SqliteJobStore::depth(std::int64_t now) {
+QueueDepth SqliteJobStore::depth() {
   return parts_->reader.run([&](Database& database) {
     QueueDepth depth;
     Query queued = database.query("SELECT priority, jobs FROM queued_by_priority WHERE jobs > 0");
     while (queued.row()) depth.queued_by_priority.emplace(static_cast<int>(queued.integer(0)), queued.integer(1));
-    Query delayed = database.query("SELECT count(*) FROM jobs INDEXED BY jobs_delayed WHERE not_before > ?", now);
+    Query delayed = database.query("SELECT count(*) FROM jobs INDEXED BY jobs_delayed WHERE not_before IS NOT NULL");
     delayed.row();
     depth.delayed = delayed.integer(0);
     // Ids are in order of creation.
     Query oldest = database.query(
         "SELECT max(created_at, coalesce(run_after, created_at)) FROM jobs INDEXED BY jobs_by_state"
-        " WHERE state = 'queued' AND (not_before IS NULL OR not_before <= ?) ORDER BY id LIMIT 1",
-        now);
+        " WHERE state = 'queued' AND not_before IS NULL ORDER BY id LIMIT 1");
     if (oldest.row()) depth.oldest_at = oldest.integer(0);
     return depth;
   });

@@ -33,16 +33,6 @@ constexpr const char* given_back =
     " ended_at = iif(cancel_requested, ?1, NULL), cancel_requested = 0, revision = revision + 1,"
     " expires_at = coalesce(expires_at, iif(cancel_requested, ?1 + 1000 * expires_in_s, NULL)),";
 
-/// Jobs that have become due, this many in a claim: of more at once the earliest go first, whatever their priority.
-constexpr std::int64_t due_at_once = 1000;
-
-void let_due_jobs_run(Database& database, std::int64_t now) {
-  database.change(
-      "UPDATE jobs SET not_before = NULL WHERE id IN"
-      " (SELECT id FROM jobs INDEXED BY jobs_delayed WHERE not_before <= ? ORDER BY not_before LIMIT ?)",
-      now, due_at_once);
-}
-
 }  // namespace
 
 SqliteJobStore::SqliteJobStore(const std::string& folder, SqliteSettings settings)
@@ -65,7 +55,6 @@ std::optional<KeptReply> SqliteJobStore::admit(const Admission& admission, std::
 
 std::optional<Claim> SqliteJobStore::claim(const std::string& boot_id, std::int64_t now, bool alone) {
   std::optional<Claim> claim = parts_->writer.run([&](Database& database) -> std::optional<Claim> {
-    let_due_jobs_run(database, now);
     std::string id;
     {
       Query next = database.query(

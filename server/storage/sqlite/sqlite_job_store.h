@@ -30,7 +30,7 @@ class SqliteJobStore final : public JobStore {
   JobPage list(const JobFilter& filter, const std::string& cursor, int limit) override;
   std::int64_t count(JobState state) override;
   OwnerUse use_of(const std::string& owner) override;
-  QueueDepth depth(std::int64_t now) override;
+  QueueDepth depth() override;
   std::optional<std::int64_t> waiting_before(const std::string& id, std::int64_t limit) override;
   std::optional<Claim> claim(const std::string& boot_id, std::int64_t now, bool alone) override;
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
