@@ -25,10 +25,12 @@
 #include "server/http/gate.h"
 #include "server/http/routes.h"
 #include "server/jobs/asset_collector.h"
+#include "server/jobs/housekeeper.h"
 #include "server/jobs/queue.h"
 #include "server/keys/key_ring.h"
 #include "server/storage/files/file_artifact_store.h"
 #include "server/storage/files/file_asset_store.h"
+#include "server/storage/files/sha256.h"
 #include "server/storage/sqlite/sqlite_job_store.h"
 #include "server/telemetry/log.h"
 #include "server/telemetry/queue_log.h"
@@ -162,6 +164,10 @@ std::vector<std::pair<std::string, std::uint64_t>> told_limits(const config::Con
           {"materials", limits.scene.materials},
           {"textures", limits.scene.textures},
           {"queued_jobs", config.queued_jobs},
+          {"key_queued_jobs", config.key_queued_jobs},
+          {"key_artifact_bytes", config.key_artifact_bytes},
+          {"wall_time_s", config.wall_time_s},
+          {"job_memory_bytes", config.job_memory_bytes},
           {"connections", config.connections},
           {"connections_per_address", config.connections_per_address},
           {"streams", config.streams},
@@ -216,9 +222,12 @@ void serve(const config::Config& config, keys::KeyRing* ring, const telemetry::L
   jobs::IdSource ids(jobs::system_clock(), jobs::system_random());
   const jobs::Log queue_log = telemetry::queue_log(log);
   jobs::Queue queue(store, artifacts, ids, jobs::system_clock(), queue_log,
-                    {.queued_limit = static_cast<std::int64_t>(config.queued_jobs)});
+                    {.queued_limit = static_cast<std::int64_t>(config.queued_jobs),
+                     .owner_queued_limit = static_cast<std::int64_t>(config.key_queued_jobs),
+                     .owner_artifact_bytes_limit = static_cast<std::int64_t>(config.key_artifact_bytes)});
   jobs::Events events(http::event_text, jobs::system_clock(), {.listeners_max = config.streams});
   queue.observe(&events);
+  const jobs::Housekeeper housekeeper(queue, queue_log);
 
   const std::chrono::days asset_age(static_cast<int>(config.asset_days));
   const jobs::AssetCollector collector(uploads, store, jobs::system_clock(), queue_log, {.age = asset_age});
@@ -227,6 +236,8 @@ void serve(const config::Config& config, keys::KeyRing* ring, const telemetry::L
   worker_settings.executable = worker::worker_beside_this_program();
   worker_settings.slots = static_cast<int>(config.jobs);
   worker_settings.files = {config.assets, uploads_folder, config.objects, config.triangles};
+  worker_settings.wall_time = std::chrono::seconds(config.wall_time_s);
+  worker_settings.job_memory_bytes = config.job_memory_bytes;
   worker::Supervisor supervisor(queue, worker_settings, queue_log);
 
   const std::string spool_folder = config.data + "/spool";
@@ -241,6 +252,7 @@ void serve(const config::Config& config, keys::KeyRing* ring, const telemetry::L
       .clock = jobs::system_clock(),
       .limits = limits,
       .missing_files = [&](const tracer::Scene& scene) { return missing_files(scene, config.assets, uploads); },
+      .sha256 = jobs::sha256_of,
       .render_wait = std::chrono::seconds(config.render_wait_s),
       .draining = [&draining] { return draining.load(); },
       .told_limits = told_limits(config, limits, settings.head),

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "api/src/json/canonical.h"
 #include "api/src/json/refusal.h"
 #include "api/src/json/tape.h"
 #include "api/src/reader/issue_order.h"
@@ -67,7 +68,7 @@ std::vector<tracer::Issue> all_issues(Reading& reading, bool understood) {
   return issues;
 }
 
-tracer::Result<Document, Refusal> read(std::string_view bytes, const Limits& limits) {
+tracer::Result<Document, Refusal> read(std::string_view bytes, const Limits& limits, std::string* canonical) {
   auto tape = parse_json(bytes, limits.document);
   if (!tape) return std::move(tape.error());
   Reading reading(*tape, limits);
@@ -75,15 +76,18 @@ tracer::Result<Document, Refusal> read(std::string_view bytes, const Limits& lim
   root.node = tape->root();
   const bool understood = read_document(reading, root);
   std::vector<tracer::Issue> issues = all_issues(reading, understood);
-  if (issues.empty()) return std::move(reading.document);
+  if (issues.empty()) {
+    if (canonical != nullptr) *canonical = json::canonical_text(*tape, "job");
+    return std::move(reading.document);
+  }
   return invalid(std::move(issues));
 }
 
 }  // namespace
 
-tracer::Result<Document, Refusal> parse_scene(std::string_view bytes, const Limits& limits) {
+tracer::Result<Document, Refusal> parse_scene(std::string_view bytes, const Limits& limits, std::string* canonical) {
   try {
-    return read(bytes, limits);
+    return read(bytes, limits, canonical);
   } catch (const std::bad_alloc&) {
     return too_large("reading the document takes more memory than there is");
   }

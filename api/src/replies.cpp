@@ -73,6 +73,10 @@ Json report_json(const std::string& report) {
   return json.is_discarded() ? Json(nullptr) : json;
 }
 
+bool may_be_retried(const jobs::Job& job) {
+  return jobs::ended(job.state) && jobs::may_move(job.state, jobs::JobState::queued) && !job.expired;
+}
+
 Json job_json(const jobs::JobView& view, std::int64_t now_ms) {
   const jobs::Job& job = view.job;
   const std::string self = "/v1/jobs/" + job.id;
@@ -92,10 +96,15 @@ Json job_json(const jobs::JobView& view, std::int64_t now_ms) {
           {"state", jobs::name_of(job.state)},
           {"progress", view.progress},
           {"eta_s", eta_json(view, now_ms)},
-          {"queue_position", nullptr},
+          {"queue_position", view.queue_position ? Json(*view.queue_position) : Json(nullptr)},
           {"created_at", time_json(job.created_at)},
           {"started_at", time_json(job.started_at)},
           {"ended_at", time_json(job.ended_at)},
+          {"run_after", time_json(job.run_after)},
+          {"not_before", time_json(job.not_before)},
+          {"deadline", time_json(job.deadline)},
+          {"expires_at", time_json(job.expires_at)},
+          {"expired", job.expired},
           {"attempt", job.attempt},
           {"max_attempts", job.max_attempts},
           {"priority", job.priority},
@@ -110,6 +119,7 @@ Json job_json(const jobs::JobView& view, std::int64_t now_ms) {
           {"links",
            {{"self", self},
             {"cancel", jobs::ended(job.state) ? Json(nullptr) : Json(self + "/cancel")},
+            {"retry", may_be_retried(job) ? Json(self + "/retry") : Json(nullptr)},
             {"events", self + "/events"},
             {"preview", nullptr},
             {"image", std::move(image)}}}};
@@ -130,6 +140,18 @@ std::string write_job_list(const std::vector<jobs::JobView>& views, const std::s
 std::string write_event(const jobs::JobEvent& event) {
   return text_of(
       {{"id", event.job_id}, {"state", event.state}, {"progress", event.progress}, {"at", time_json(event.at)}});
+}
+
+std::string write_queue(const jobs::QueueState& state) {
+  Json by_state = Json::object(), by_priority = Json::object();
+  for (const auto& [which, count] : state.jobs) by_state[jobs::name_of(which)] = count;
+  for (const auto& [priority, count] : state.depth.queued_by_priority) by_priority[std::to_string(priority)] = count;
+  return text_of({{"jobs", std::move(by_state)},
+                  {"queued_by_priority", std::move(by_priority)},
+                  {"delayed", state.depth.delayed},
+                  {"running", state.jobs.at(jobs::JobState::running)},
+                  {"oldest_age_s", state.oldest_age_s ? Json(*state.oldest_age_s) : Json(nullptr)},
+                  {"eta_s", state.eta_s ? Json(*state.eta_s) : Json(nullptr)}});
 }
 
 std::string write_problem(const ProblemReply& problem) {

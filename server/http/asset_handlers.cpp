@@ -26,8 +26,9 @@ Problem no_such_asset(const std::string& sha256) {
 
 /// What is there counts as used: it stays long enough for the job that the client is about to send.
 Answer find_missing_assets(Request& request, const Front& front) {
-  if (const auto problem = no_json_body(request, "the hashes")) return problem_reply(*problem, request.id);
-  const auto hashes = api::parse_asset_hashes(request.body.take(), front.limits.document);
+  const auto body = take_json(request, "the hashes");
+  if (!body) return problem_reply(body.error(), request.id);
+  const auto hashes = api::parse_asset_hashes(*body, front.limits.document);
   if (!hashes) {
     Problem problem = problem_of(hashes.error());
     if (problem.failure == Failure::bad_scene) problem.failure = Failure::bad_question;

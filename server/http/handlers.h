@@ -16,13 +16,19 @@ Answer list_jobs(Request& request, const Front& front);
 Answer cancel_job(Request& request, const Front& front);
 Answer remove_job(Request& request, const Front& front);
 
+// ---- job_change_handlers.cpp
+Answer retry_job(Request& request, const Front& front);
+Answer change_job(Request& request, const Front& front);
+Answer get_queue(Request& request, const Front& front);
+
 // ---- render_handler.cpp
 Answer render(Request& request, const Front& front);
 
 // ---- job_waiting.cpp
 Answer get_job(Request& request, const Front& front);
-/// The answer to a submission: 202 at once, or when "Prefer: wait=N" asks for it 200 once the job has ended.
-Answer submission_reply(const Request& request, const jobs::JobView& submitted, const Front& front);
+/// The answer to a submission: the first one again when it was one before, 200 when the pictures were there, else 202
+/// at once, or when "Prefer: wait=N" asks for it 200 once the job has ended.
+Answer submission_reply(const Request& request, const jobs::Submitted& submitted, const Front& front);
 
 // ---- event_handlers.cpp
 Answer get_job_events(Request& request, const Front& front);
@@ -53,20 +59,33 @@ Answer get_metrics(Request& request, const Health& health);
 struct Scene {
   std::string document;
   api::Document parsed;
+  std::string canonical;  ///< see api::parse_scene
 };
-/// The problem of a request whose body is not JSON of a known length: 411 and 415.
-std::optional<Problem> no_json_body(const Request& request, const char* what);
-
+/// The body of a request that must be JSON: 411 and 415 come from here.
+tracer::Result<std::string, Problem> take_json(Request& request, std::string_view what);
 /// Takes the body of a request: 411, 415, 400, 413 and 422 come from here.
 tracer::Result<Scene, Problem> take_scene(Request& request, const Front& front);
 
 /// take_scene for a job that is to run: 503 while draining.
 tracer::Result<Scene, Problem> take_work(Request& request, const Front& front);
 
+/// The scene as the queue takes it.
+jobs::Submission submission_of(const Request& request, Scene scene, const Front& front);
+/// Under the request's Idempotency-Key, if it has one; 400 when that is none.
+std::optional<Problem> make_idempotent(jobs::Submission& submission, const Request& request, const Front& front);
+
 /// The job that the path names; a problem when there is none.
 tracer::Result<jobs::JobView, Problem> find_job(const Request& request, const Front& front);
 Problem no_such_job(const std::string& id);
 Problem too_many_listeners(const Front& front);
+
+/// Its ETag: the revision first, which If-Match is held against, then what tells any two states apart. Weak: what only
+/// the clock changes (eta_s) is left out, and progress counts by the hundredth, so that who waits for a change is not
+/// woken by every tile.
+std::string etag_of(jobs::JobView view);
+/// The revision that If-Match names; nothing where it names any ("*"). A problem where there is none or it is no ETag
+/// of a job.
+tracer::Result<std::optional<std::int64_t>, Problem> revision_asked_for(const Request& request);
 
 /// The job as JSON. With 202 it has Location.
 Reply job_reply(int status, const jobs::JobView& view, const Front& front);

@@ -1,4 +1,5 @@
 #include <charconv>
+#include <utility>
 
 #include "api/replies.h"
 #include "server/http/handlers.h"
@@ -61,7 +62,9 @@ std::string read_list_query(const Pairs& pairs, ListQuery& query) {
 Answer submit_job(Request& request, const Front& front) {
   auto scene = take_work(request, front);
   if (!scene) return problem_reply(scene.error(), request.id);
-  const auto submitted = front.jobs.submit(scene->document, scene->parsed);
+  auto submission = submission_of(request, std::move(*scene), front);
+  if (const auto problem = make_idempotent(submission, request, front)) return problem_reply(*problem, request.id);
+  const auto submitted = front.jobs.submit(std::move(submission));
   if (!submitted) return problem_reply(problem_of(submitted.error()), request.id);
   return submission_reply(request, *submitted, front);
 }

@@ -1,10 +1,7 @@
 /// A job as it is, or as soon as it is otherwise: long polls, and submitters who like to wait. Waiting holds no thread.
 
 #include <algorithm>
-#include <array>
 #include <charconv>
-#include <cmath>
-#include <cstdio>
 
 #include "api/replies.h"
 #include "server/http/handlers.h"
@@ -16,19 +13,6 @@ namespace {
 using SteadyTime = std::chrono::steady_clock::time_point;
 
 SteadyTime after(std::chrono::seconds wait) { return std::chrono::steady_clock::now() + wait; }
-
-/// Tells states of one job apart, no more is asked of it (FNV-1a, 64 bits). Weak: what only the clock changes (eta_s)
-/// is left out, and progress counts by the hundredth, so that who waits for a change is not woken by every tile.
-std::string etag_of(jobs::JobView view) {
-  view.progress = std::floor(view.progress * 100) / 100;
-  std::uint64_t hash = 0xcbf29ce484222325;
-  for (const char c : api::write_job(view, view.job.started_at.value_or(0))) {
-    hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
-  }
-  std::array<char, 24> text{};
-  std::snprintf(text.data(), text.size(), "W/\"%016llx\"", static_cast<unsigned long long>(hash));
-  return text.data();
-}
 
 Reply job_with_etag(const jobs::JobView& view, const std::string& etag, const Front& front) {
   Reply reply = job_reply(200, view, front);
@@ -108,6 +92,18 @@ Answer when_ended(const jobs::JobView& view, SteadyTime deadline, const std::str
   return Parked{deadline, watch, resume};
 }
 
+/// The first reply once more. 200 is how the result cache answers.
+Reply replayed_reply(const jobs::FirstReply& first) {
+  Reply reply;
+  reply.status = first.status;
+  reply.content_type = "application/json";
+  reply.body = first.body;
+  if (!first.location.empty()) reply.headers.emplace_back("Location", first.location);
+  if (first.status == 200) reply.headers.emplace_back("X-Cache", "hit");
+  reply.headers.emplace_back("Idempotent-Replayed", "true");
+  return reply;
+}
+
 }  // namespace
 
 Answer get_job(Request& request, const Front& front) {
@@ -128,16 +124,22 @@ Answer get_job(Request& request, const Front& front) {
   return answer(look, *view, false, front);
 }
 
-Answer submission_reply(const Request& request, const jobs::JobView& submitted, const Front& front) {
+Answer submission_reply(const Request& request, const jobs::Submitted& submitted, const Front& front) {
+  if (submitted.replayed) return replayed_reply(*submitted.replayed);
+  if (submitted.from_cache) {
+    Reply reply = job_reply(200, submitted.view, front);
+    reply.headers.emplace_back("X-Cache", "hit");
+    return reply;
+  }
   std::string preferences;
   for (const auto& [name, value] : request.head.headers) {
     if (name == "prefer") preferences += (preferences.empty() ? "" : ",") + value;
   }
   const auto preferred = preferred_wait(preferences);
-  if (!preferred || preferred->count() == 0) return job_reply(202, submitted, front);
+  if (!preferred || preferred->count() == 0) return job_reply(202, submitted.view, front);
   const std::chrono::seconds wait = std::min(*preferred, wait_max);
   const std::string applied = "wait=" + std::to_string(wait.count());
-  return when_ended(submitted, after(wait), applied, request.id, front, false);
+  return when_ended(submitted.view, after(wait), applied, request.id, front, false);
 }
 
 }  // namespace http

@@ -8,6 +8,7 @@ namespace {
 
 Problem no_picture(const jobs::Job& job, const std::string& name) {
   const std::string state = jobs::name_of(job.state);
+  if (job.expired) return {Failure::job_expired, "the pictures of job " + job.id + " are gone", {}};
   if (job.state == jobs::JobState::succeeded) {
     return {Failure::picture_not_found, "job " + job.id + " was not asked for " + name, {}};
   }

@@ -30,6 +30,7 @@ constexpr std::array rules{
     FailureRule{Failure::forbidden, "forbidden", 403, "The key does not allow this", Level::warning, 0},
     FailureRule{Failure::not_json, "not_json", 400, "The body is not JSON", Level::info, 0},
     FailureRule{Failure::bad_query, "bad_query", 400, "The query is not understood", Level::info, 0},
+    FailureRule{Failure::bad_header, "bad_header", 400, "A header is not understood", Level::info, 0},
     FailureRule{Failure::not_found, "not_found", 404, "There is nothing here", Level::info, 0},
     FailureRule{Failure::job_not_found, "job_not_found", 404, "There is no such job", Level::info, 0},
     FailureRule{Failure::picture_not_found, "picture_not_found", 404, "There is no such picture yet", Level::info, 0},
@@ -39,6 +40,13 @@ constexpr std::array rules{
     FailureRule{Failure::not_acceptable, "not_acceptable", 406, "No accepted format can be given", Level::info, 0},
     FailureRule{Failure::job_running, "job_running", 409, "The job is running", Level::info, 0},
     FailureRule{Failure::job_ended, "job_ended", 409, "The job has ended", Level::info, 0},
+    FailureRule{Failure::job_expired, "job_expired", 410, "The job has expired", Level::info, 0},
+    FailureRule{Failure::job_not_failed, "job_not_failed", 409, "The job has not failed", Level::info, 0},
+    FailureRule{Failure::revision_differs, "revision_differs", 412, "The job has changed", Level::info, 0},
+    FailureRule{Failure::revision_required, "revision_required", 428, "If-Match must be given", Level::info, 0},
+    FailureRule{Failure::bad_change, "bad_change", 422, "The change cannot be made", Level::info, 0},
+    FailureRule{Failure::key_reused, "key_reused", 422, "The Idempotency-Key was used before", Level::info, 0},
+    FailureRule{Failure::quota_exceeded, "quota_exceeded", 429, "The quota is used up", Level::info, 60},
     FailureRule{Failure::job_cancelled, "job_cancelled", 409, "The job was cancelled", Level::info, 0},
     FailureRule{Failure::range_not_satisfiable, "range_not_satisfiable", 416, "The range is outside the picture",
                 Level::info, 0},
@@ -93,11 +101,23 @@ Problem problem_of(const jobs::StoreFailure& failure) {
   return {Failure::store_unavailable, "the store is not available; nothing was stored", {}};
 }
 
-Problem problem_of(const jobs::QueueFull& full) {
-  return {Failure::queue_full,
-          std::to_string(full.queued) + " jobs wait, the limit queued_jobs is " + std::to_string(full.limit) +
-              "; nothing was stored",
-          {}};
+Problem problem_of(const jobs::Refused& refused) {
+  using Why = jobs::Refused::Why;
+  const std::string seen = std::to_string(refused.seen);
+  const std::string limit = std::to_string(refused.limit) + "; nothing was stored";
+  switch (refused.why) {
+    case Why::queue_full:
+      return {Failure::queue_full, seen + " jobs wait, the limit queued_jobs is " + limit, {}};
+    case Why::owner_queued_jobs:
+      return {Failure::quota_exceeded, seen + " jobs of yours wait, the limit key_queued_jobs is " + limit, {}};
+    case Why::owner_artifact_bytes:
+      return {Failure::quota_exceeded,
+              "your pictures have " + seen + " bytes, the limit key_artifact_bytes is " + limit + "; delete some",
+              {}};
+    case Why::key_reused:
+      break;
+  }
+  return {Failure::key_reused, "this Idempotency-Key came with another request in the last 24 hours", {}};
 }
 
 Problem problem_of(const jobs::Job& job) {

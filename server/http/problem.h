@@ -37,6 +37,7 @@ enum class Failure {
   forbidden,
   not_json,
   bad_query,
+  bad_header,
   not_found,
   job_not_found,
   picture_not_found,
@@ -45,6 +46,13 @@ enum class Failure {
   not_acceptable,
   job_running,
   job_ended,
+  job_expired,
+  job_not_failed,
+  revision_differs,
+  revision_required,
+  bad_change,
+  key_reused,
+  quota_exceeded,
   job_cancelled,
   range_not_satisfiable,
   unsupported_media_type,
@@ -80,7 +88,7 @@ struct Problem {
 
 Problem problem_of(const api::Refusal& refusal);
 Problem problem_of(const jobs::StoreFailure& failure);
-Problem problem_of(const jobs::QueueFull& full);
+Problem problem_of(const jobs::Refused& refused);
 /// Why a job that ended without a picture has none. Precondition: failed or cancelled.
 Problem problem_of(const jobs::Job& job);
 

@@ -1,6 +1,7 @@
 /// POST /v1/render: a job whose submitter waits for the picture. Waiting holds no thread.
 
 #include <algorithm>
+#include <utility>
 
 #include "api/replies.h"
 #include "server/http/handlers.h"
@@ -75,10 +76,15 @@ Answer render(Request& request, const Front& front) {
     return problem_reply({Failure::not_acceptable, "accept image/png, image/x-exr or another picture we make", {}},
                          request.id);
   add_format(*scene, *format);
-  const auto submitted = front.jobs.submit(scene->document, scene->parsed);
+  const auto submitted = front.jobs.submit(submission_of(request, std::move(*scene), front));
   if (!submitted) return problem_reply(problem_of(submitted.error()), request.id);
+  if (submitted->from_cache) {
+    Reply reply = finished_picture(submitted->view.job, *format, front);
+    reply.headers.emplace_back("X-Cache", "hit");
+    return reply;
+  }
   const Deadline deadline = std::chrono::steady_clock::now() + front.render_wait;
-  return wait_for(submitted->job.id, *format, deadline, request.id, front);
+  return wait_for(submitted->view.job.id, *format, deadline, request.id, front);
 }
 
 }  // namespace http

@@ -9,7 +9,7 @@ namespace http {
 namespace {
 
 std::string_view reason_of(int status) {
-  constexpr std::array<std::pair<int, std::string_view>, 27> reasons{{{200, "OK"},
+  constexpr std::array<std::pair<int, std::string_view>, 31> reasons{{{200, "OK"},
                                                                       {201, "Created"},
                                                                       {202, "Accepted"},
                                                                       {204, "No Content"},
@@ -23,7 +23,9 @@ std::string_view reason_of(int status) {
                                                                       {406, "Not Acceptable"},
                                                                       {408, "Request Timeout"},
                                                                       {409, "Conflict"},
+                                                                      {410, "Gone"},
                                                                       {411, "Length Required"},
+                                                                      {412, "Precondition Failed"},
                                                                       {413, "Content Too Large"},
                                                                       {414, "URI Too Long"},
                                                                       {415, "Unsupported Media Type"},
@@ -31,6 +33,8 @@ std::string_view reason_of(int status) {
                                                                       {417, "Expectation Failed"},
                                                                       {421, "Misdirected Request"},
                                                                       {422, "Unprocessable Content"},
+                                                                      {428, "Precondition Required"},
+                                                                      {429, "Too Many Requests"},
                                                                       {431, "Request Header Fields Too Large"},
                                                                       {500, "Internal Server Error"},
                                                                       {501, "Not Implemented"},

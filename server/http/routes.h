@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -33,6 +34,7 @@ struct Front {
   /// An issue for each file that the scene names and that is not there to be read; uploaded ones are used now. Unset:
   /// `limits` let none be named.
   std::function<std::vector<tracer::Issue>(const tracer::Scene&)> missing_files;
+  std::function<std::string(std::string_view)> sha256;             ///< of bytes, as 64 hex digits
   std::chrono::milliseconds render_wait{60'000};                   ///< see the option render_wait_s
   std::function<bool()> draining;                                  ///< true: new work is refused, reads are answered
   std::vector<std::pair<std::string, std::uint64_t>> told_limits;  ///< what GET /v1/version tells, by option name

@@ -1,10 +1,17 @@
 /// What several handlers share.
 
 #include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <utility>
 
 #include "api/replies.h"
 #include "server/http/handlers.h"
 #include "server/http/negotiation.h"
+#include "tracer/encode.h"
+#include "tracer/version.h"
 
 namespace http {
 namespace {
@@ -20,23 +27,44 @@ bool is_job_id(const std::string& text) {
   return true;
 }
 
+bool is_idempotency_key(std::string_view text) {
+  const bool printable = std::all_of(text.begin(), text.end(), [](char c) { return c > 0x20 && c < 0x7F; });
+  return printable && !text.empty() && text.size() <= 255;
+}
+
+/// Pictures of equal keys are equal. None for what is not decided by the document alone: files that may change under
+/// their names, and a budget of time, for which a picture is as good as the machine was idle.
+std::string content_key_of(const Scene& scene, const Front& front) {
+  const tracer::Scene& meant = scene.parsed.scene;
+  const bool settled = std::all_of(meant.assets.begin(), meant.assets.end(), [](const tracer::Asset& asset) {
+    return asset.name.starts_with(api::upload_prefix);
+  });
+  if (!settled || (meant.accuracy.adaptive && meant.accuracy.adaptive->time_budget_ms)) return {};
+  std::string text(tracer::build());
+  for (const tracer::Format format : meant.output.formats) text.append(" ").append(tracer::name(format));
+  return front.sha256(text + "\n" + scene.canonical);
+}
+
 }  // namespace
 
-std::optional<Problem> no_json_body(const Request& request, const char* what) {
+tracer::Result<std::string, Problem> take_json(Request& request, std::string_view what) {
   if (!request.head.content_length) {
-    return Problem{Failure::length_required, std::string("send ") + what + " with its Content-Length", {}};
+    return Problem{Failure::length_required, "send " + std::string(what) + " with its Content-Length", {}};
   }
   const auto type = request.head.header("content-type");
-  if (type && is_json(*type)) return std::nullopt;
-  const std::string seen = type ? "got \"" + std::string(*type) + "\"" : "there is none";
-  return Problem{Failure::unsupported_media_type, "Content-Type must be application/json, " + seen, {}};
+  if (!type || !is_json(*type)) {
+    const std::string seen = type ? "got \"" + std::string(*type) + "\"" : "there is none";
+    return Problem{Failure::unsupported_media_type, "Content-Type must be application/json, " + seen, {}};
+  }
+  return request.body.take();
 }
 
 tracer::Result<Scene, Problem> take_scene(Request& request, const Front& front) {
-  if (auto problem = no_json_body(request, "a scene document")) return *std::move(problem);
+  auto body = take_json(request, "a scene document");
+  if (!body) return body.error();
   Scene scene;
-  scene.document = request.body.take();
-  auto parsed = api::parse_scene(scene.document, front.limits);
+  scene.document = std::move(*body);
+  auto parsed = api::parse_scene(scene.document, front.limits, &scene.canonical);
   if (!parsed) return problem_of(parsed.error());
   scene.parsed = std::move(*parsed);
   if (front.missing_files) {
@@ -58,6 +86,30 @@ Problem too_many_listeners(const Front& front) {
           {}};
 }
 
+jobs::Submission submission_of(const Request& request, Scene scene, const Front& front) {
+  jobs::Submission submission;
+  submission.owner = request.owner;
+  submission.content_key = content_key_of(scene, front);
+  submission.document = std::move(scene.document);
+  submission.parsed = std::move(scene.parsed);
+  return submission;
+}
+
+std::optional<Problem> make_idempotent(jobs::Submission& submission, const Request& request, const Front& front) {
+  const auto key = request.head.header("idempotency-key");
+  if (!key) return std::nullopt;
+  if (!is_idempotency_key(*key)) {
+    return Problem{Failure::bad_header, "Idempotency-Key must have 1 to 255 printable ASCII characters", {}};
+  }
+  const std::string route = request.head.method + " " + request.head.path;
+  submission.idempotency = {route, std::string(*key), front.sha256(submission.document)};
+  submission.write_reply = [&front](const jobs::JobView& view, bool from_cache) -> jobs::FirstReply {
+    const std::string location = from_cache ? "" : "/v1/jobs/" + view.job.id;
+    return {from_cache ? 200 : 202, location, api::write_job(view, front.clock())};
+  };
+  return std::nullopt;
+}
+
 Problem no_such_job(const std::string& id) { return {Failure::job_not_found, "there is no job " + id, {}}; }
 
 tracer::Result<jobs::JobView, Problem> find_job(const Request& request, const Front& front) {
@@ -66,6 +118,31 @@ tracer::Result<jobs::JobView, Problem> find_job(const Request& request, const Fr
   auto view = front.jobs.find(id);
   if (!view) return no_such_job(id);
   return std::move(*view);
+}
+
+std::string etag_of(jobs::JobView view) {
+  view.progress = std::floor(view.progress * 100) / 100;
+  std::uint64_t hash = 0xcbf29ce484222325;  // FNV-1a, 64 bits: it only tells states of one job apart
+  for (const char c : api::write_job(view, view.job.started_at.value_or(0))) {
+    hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
+  }
+  std::array<char, 20> text{};
+  std::snprintf(text.data(), text.size(), "%016llx", static_cast<unsigned long long>(hash));
+  return "W/\"" + std::to_string(view.job.revision) + '-' + text.data() + '"';
+}
+
+tracer::Result<std::optional<std::int64_t>, Problem> revision_asked_for(const Request& request) {
+  const auto header = request.head.header("if-match");
+  if (!header) return Problem{Failure::revision_required, "send If-Match with the job's ETag, or with *", {}};
+  if (*header == "*") return std::optional<std::int64_t>();
+  std::int64_t revision = 0;
+  const char* const end = header->data() + header->size();
+  const std::string_view opening = header->starts_with("W/") ? "W/\"" : "\"";
+  const char* const begin = header->starts_with(opening) ? header->data() + opening.size() : end;
+  const auto [rest, error] = std::from_chars(begin, end, revision);
+  // Another's ETag matches no job, which is no mistake in the request (RFC 9110, section 13.1.1).
+  if (error != std::errc{} || rest == end || *rest != '-') revision = -1;
+  return std::optional(revision);
 }
 
 Reply job_reply(int status, const jobs::JobView& view, const Front& front) {

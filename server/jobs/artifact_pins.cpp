@@ -16,14 +16,18 @@ void ArtifactPins::collect(const std::string& sha256) noexcept {
 
 ArtifactStore::Stored ArtifactPins::Pinned::put(int fd) {
   ArtifactStore::Stored stored = pins_.artifacts_.put(fd);
+  // A removal may have come between put and pin; from here on none can.
+  if (!hold(stored.sha256)) stored = pins_.artifacts_.put(fd);
+  return stored;
+}
+
+bool ArtifactPins::Pinned::hold(const std::string& sha256) {
   {
     const std::lock_guard lock(pins_.mutex_);
-    ++pins_.pins_[stored.sha256];
+    ++pins_.pins_[sha256];
   }
-  held_.push_back(stored.sha256);
-  // A removal may have come between put and pin; from here on none can.
-  if (pins_.artifacts_.open(stored.sha256) == nullptr) stored = pins_.artifacts_.put(fd);
-  return stored;
+  held_.push_back(sha256);
+  return pins_.artifacts_.open(sha256) != nullptr;
 }
 
 ArtifactPins::Pinned::~Pinned() {

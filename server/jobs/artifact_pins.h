@@ -34,6 +34,9 @@ class ArtifactPins {
     /// As ArtifactStore::put, and there when it returns, whoever removes the same bytes meanwhile.
     ArtifactStore::Stored put(int fd);
 
+    /// Keeps an artifact that is there already; false where it is not.
+    bool hold(const std::string& sha256);
+
    private:
     ArtifactPins& pins_;
     std::vector<std::string> held_;

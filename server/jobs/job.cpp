@@ -1,6 +1,7 @@
 #include "server/jobs/job.h"
 
 #include <array>
+#include <cassert>
 #include <utility>
 
 namespace jobs {
@@ -24,5 +25,16 @@ std::optional<JobState> job_state(const std::string& name) {
   }
   return std::nullopt;
 }
+
+void end(Job& job, JobState state, std::int64_t now) {
+  assert(may_move(job.state, state) && ended(state));
+  job.state = state;
+  job.ended_at = now;
+  job.not_before.reset();
+  job.cancel_requested = false;
+  if (!job.expires_at && job.expires_in_s) job.expires_at = now + *job.expires_in_s * 1000;
+}
+
+Problem deadline_exceeded() { return {"deadline_exceeded", "The job had not ended by its deadline.", {}}; }
 
 }  // namespace jobs

@@ -3,34 +3,35 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 
-#include "api/document.h"
 #include "server/jobs/artifact_store.h"
 #include "server/jobs/job.h"
 #include "server/jobs/job_store.h"
+#include "server/jobs/submission.h"
 #include "tracer/result.h"
 
 namespace jobs {
 
-/// A job and what only the running daemon knows of it.
-struct JobView {
-  Job job;
-  double progress = 0;  ///< tiles done / tiles; 1 when succeeded
-};
-
-struct QueueFull {
-  std::int64_t queued = 0, limit = 0;
+/// What GET /v1/queue tells.
+struct QueueState {
+  QueueDepth depth;
+  std::map<JobState, std::int64_t> jobs;  ///< by state, all of them
+  std::optional<double> oldest_age_s;     ///< of those that could run
+  /// When all that waits now will have ended, reckoned from how fast jobs ended lately; nothing until two have.
+  std::optional<double> eta_s;
 };
 
 class JobService {
  public:
   virtual ~JobService() = default;
 
-  /// Durable when it returns. `document` is kept verbatim; `parsed` is what api::parse_scene made of it.
-  virtual tracer::Result<JobView, QueueFull> submit(const std::string& document, const api::Document& parsed) = 0;
+  /// Durable when it returns. Where the result cache has the pictures, the job has ended at once. With an idempotency
+  /// key a request that came before is not done again: its first reply is told.
+  virtual tracer::Result<Submitted, Refused> submit(Submission submission) = 0;
 
   virtual std::optional<JobView> find(const std::string& id) = 0;
   virtual JobPage list(const JobFilter& filter, const std::string& cursor, int limit) = 0;
@@ -39,6 +40,11 @@ class JobService {
   /// Queued: cancelled at once. Running: the worker is told; the job moves within 100 ms.
   virtual CancelOutcome cancel(const std::string& id) = 0;
   virtual RemoveOutcome remove(const std::string& id) = 0;
+  virtual RetryOutcome retry(const std::string& id) = 0;  ///< as JobStore::retry
+  /// As JobStore::change.
+  virtual ChangeOutcome change(const std::string& id, const JobChange& change,
+                               std::optional<std::int64_t> revision) = 0;
+  virtual QueueState state() = 0;
 
   virtual std::unique_ptr<ArtifactReader> open(const Artifact& artifact) = 0;
 

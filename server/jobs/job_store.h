@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "server/jobs/job.h"
+#include "server/jobs/submission.h"
 
 namespace jobs {
 
@@ -39,6 +40,67 @@ struct Claim {
   std::int64_t fence = 0;
 };
 
+/// How a running job goes back to the queue.
+struct Release {
+  bool counts = false;   ///< the attempt was a real failure; otherwise it is given back
+  bool suspect = false;  ///< see Job; once set it stays
+  std::optional<std::int64_t> not_before = std::nullopt;  ///< see Job
+};
+
+/// A reply kept under its key, and until when.
+struct KeptReply {
+  ReplyKey key;
+  std::string request_sha256;
+  FirstReply reply;
+  std::int64_t expires_at = 0;
+};
+
+struct NewJob {
+  Job job;  ///< queued, or succeeded with the report and artifacts of an equal one
+  std::string document;
+};
+/// What is stored together or not at all.
+struct Admission {
+  std::vector<NewJob> jobs;
+  std::optional<KeptReply> reply;
+};
+
+/// What an owner may change of a job. Unset: stays.
+struct JobChange {
+  std::optional<int> priority;
+  std::optional<std::string> name;
+  std::optional<std::map<std::string, std::string>> labels;
+  std::optional<std::optional<std::int64_t>> expires_at;
+};
+/// `ended`: its priority cannot change any more. `expired`: its expires_at cannot.
+enum class ChangeOutcome { changed, other_revision, ended, expired, unknown };
+
+enum class RetryOutcome { queued, not_ended, succeeded, expired, unknown };
+
+/// What an owner takes of the store.
+struct OwnerUse {
+  std::int64_t queued_jobs = 0;
+  std::int64_t artifact_bytes = 0;  ///< of all jobs, equal pictures counted once for each
+};
+
+/// Jobs that wait, and how long they have.
+struct QueueDepth {
+  std::map<int, std::int64_t> queued_by_priority;
+  std::int64_t delayed = 0;               ///< of the queued ones those that must not run yet
+  std::optional<std::int64_t> oldest_at;  ///< since when the one that could run longest has waited
+};
+
+/// What a step of keeping house did.
+struct Upkeep {
+  std::vector<std::string> overdue;  ///< queued jobs whose deadline has passed: they failed
+  bool due = false;                  ///< jobs whose not_before has passed: it is unset, they may be claimed
+  bool suspects_due = false;         ///< some of them are suspects
+  int expired = 0;                   ///< ended jobs that lost their document and pictures
+  int forgotten = 0;                 ///< jobs and replies that are no longer there at all
+  std::vector<Artifact> artifacts;   ///< named by those: may be deleted where no other job names them
+  bool more = false;                 ///< the step was too small for all of it
+};
+
 enum class CancelOutcome { cancelled, cancelling, already_ended, unknown };
 enum class RemoveOutcome { removed, running, unknown };
 
@@ -52,17 +114,30 @@ class JobStore {
  public:
   virtual ~JobStore() = default;
 
-  /// Keeps `job` (state queued) with its verbatim document, any bytes. Precondition: the id is new.
-  virtual void submit(const Job& job, const std::string& document) = 0;
+  /// Keeps jobs with their verbatim documents, any bytes, and the reply. Precondition: the ids are new. When another
+  /// reply is kept under the same key already that is returned, and nothing is stored.
+  virtual std::optional<KeptReply> admit(const Admission& admission, std::int64_t now) = 0;
+  void submit(const Job& job, const std::string& document) { admit({{{job, document}}, {}}, job.created_at); }
+
+  /// Nothing where none is kept or it has expired.
+  virtual std::optional<KeptReply> reply(const ReplyKey& key, std::int64_t now) = 0;
+  /// The newest job that succeeded with this content key, has not expired and does not before `expires_after`.
+  virtual std::optional<Job> finished_as(const std::string& content_key, std::int64_t expires_after) = 0;
 
   virtual std::optional<Job> find(const std::string& id) = 0;
   virtual std::optional<std::string> document(const std::string& id) = 0;
   /// At most `limit` (>= 1) jobs older than `cursor` (empty: from the newest).
   virtual JobPage list(const JobFilter& filter, const std::string& cursor, int limit) = 0;
   virtual std::int64_t count(JobState state) = 0;
+  virtual OwnerUse use_of(const std::string& owner) = 0;
+  virtual QueueDepth depth() = 0;
+  /// How many jobs would be claimed before this one; at most `limit` are counted. Nothing where it does not wait or
+  /// must not run yet.
+  virtual std::optional<std::int64_t> waiting_before(const std::string& id, std::int64_t limit) = 0;
 
-  /// The next job to run: highest priority, then oldest; attempt + 1, state running, owned by `boot_id`.
-  /// `alone`: only suspects when true, never suspects when false.
+  /// The next job to run: least rank (rank_of), then oldest, of those without not_before (keep_house unsets it in time)
+  /// whose deadline is later than `now`; attempt + 1, state running, owned by `boot_id`. `alone`: only suspects when
+  /// true, never suspects when false.
   virtual std::optional<Claim> claim(const std::string& boot_id, std::int64_t now, bool alone) = 0;
 
   /// Ends a running job. False when `fence` is not the latest or the job is not running. A job whose cancel was
@@ -72,12 +147,24 @@ class JobStore {
   virtual bool fail(const std::string& id, std::int64_t fence, std::int64_t now, const Problem& problem) = 0;
   virtual bool finish_cancel(const std::string& id, std::int64_t fence, std::int64_t now) = 0;
 
-  /// Back to queued. `counts`: the attempt was a real failure; otherwise it is given back. `suspect`: see Job; once
-  /// set it stays. False as for succeed. A job whose cancel was requested moves to cancelled instead.
-  virtual bool release(const std::string& id, std::int64_t fence, std::int64_t now, bool counts, bool suspect) = 0;
+  /// Back to queued. False as for succeed. A job whose cancel was requested moves to cancelled instead.
+  virtual bool release(const std::string& id, std::int64_t fence, std::int64_t now, const Release& how) = 0;
 
   virtual CancelOutcome cancel(const std::string& id, std::int64_t now) = 0;
   virtual Removal remove(const std::string& id) = 0;
+
+  /// A failed or cancelled job is queued again, as if it had just been submitted but for its id, its document and
+  /// whether it is suspect: attempts begin anew, problem and expires_at are gone, a deadline that has passed too.
+  virtual RetryOutcome retry(const std::string& id, std::int64_t now) = 0;
+  /// All of it or nothing. With `revision`: only while the job has that one.
+  virtual ChangeOutcome change(const std::string& id, const JobChange& change,
+                               std::optional<std::int64_t> revision) = 0;
+
+  /// One small step of keeping house, at most `limit` jobs of each kind: those whose not_before has passed may run,
+  /// earliest first; queued jobs past their deadline fail, ended
+  /// ones past expires_at lose their document and pictures and, `expired_kept_ms` later, go; so do replies past theirs.
+  /// Costs nothing but a read when there is nothing to do.
+  virtual Upkeep keep_house(std::int64_t now, std::int64_t expired_kept_ms, int limit) = 0;
 
   /// At start: everything running under another boot id goes back to queued, its attempt given back (cancel_requested:
   /// to cancelled). Returns how many moved.

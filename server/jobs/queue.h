@@ -11,6 +11,7 @@
 ///   ... serve HTTP from `queue` as a JobService; stop HTTP before the supervisor goes ...
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <memory>
@@ -36,6 +37,13 @@ struct QueueSettings {
   /// Jobs waiting to run; more are refused with QueueFull. 100,000 small scenes are a night's batch and about 100 MB.
   /// Jobs that come back from a dead worker were accepted before and are never refused.
   std::int64_t queued_limit = 100'000;
+  /// The same for one owner, and the bytes of all its pictures.
+  std::int64_t owner_queued_limit = 100'000;
+  std::int64_t owner_artifact_bytes_limit = std::int64_t{1} << 40;
+  /// How long the first reply under an Idempotency-Key is given again.
+  std::int64_t reply_kept_ms = std::int64_t{24} * 3600 * 1000;
+  /// How long an expired job can still be asked what became of it.
+  std::int64_t expired_kept_ms = std::int64_t{30} * 24 * 3600 * 1000;
 };
 
 /// Thread-safe. The stores, and `ids`, must outlive it. Every call may throw StoreFailure where the stores do.
@@ -44,12 +52,15 @@ class Queue final : public JobService {
   /// Takes over the jobs that a dead daemon left running: they are queued again, with their attempt given back.
   Queue(JobStore& store, ArtifactStore& artifacts, IdSource& ids, Clock clock, const Log& log, QueueSettings settings);
 
-  tracer::Result<JobView, QueueFull> submit(const std::string& document, const api::Document& parsed) override;
+  tracer::Result<Submitted, Refused> submit(Submission submission) override;
   std::optional<JobView> find(const std::string& id) override;
   JobPage list(const JobFilter& filter, const std::string& cursor, int limit) override;
   double progress(const std::string& id) override;
   CancelOutcome cancel(const std::string& id) override;
   RemoveOutcome remove(const std::string& id) override;
+  RetryOutcome retry(const std::string& id) override;
+  ChangeOutcome change(const std::string& id, const JobChange& change, std::optional<std::int64_t> revision) override;
+  QueueState state() override;
   std::unique_ptr<ArtifactReader> open(const Artifact& artifact) override;
   std::uint64_t when_ended(const std::string& id, std::function<void()> done) override;
   void forget(std::uint64_t token) override;
@@ -68,7 +79,8 @@ class Queue final : public JobService {
   std::optional<Claim> claim(bool alone);
   bool fail(const std::string& id, std::int64_t fence, const Problem& problem);
   bool finish_cancel(const std::string& id, std::int64_t fence);
-  bool release(const std::string& id, std::int64_t fence, bool counts, bool suspect);
+  /// `pause_ms`: it is not claimed again before.
+  bool release(const std::string& id, std::int64_t fence, bool counts, bool suspect, std::int64_t pause_ms = 0);
 
   struct Picture {
     std::string name;        ///< "image.png"
@@ -83,10 +95,22 @@ class Queue final : public JobService {
   /// `fraction` in [0,1]; smaller ones than before are ignored until the job is claimed again.
   void progressed(const std::string& id, double fraction);
 
+  // ---- for whoever keeps house (housekeeper.h)
+  // -----------------------------------------------------------------------
+
+  /// One small step: deadlines, jobs that have become due, expiry. True when there is more to do at once.
+  bool keep_house();
+
  private:
   void job_ended(const std::string& id);
   void tell(const std::string& id, JobState to);
+  void note_end();
+  void wake_runner(bool for_suspects = false);
   JobView view(Job job);
+  Job job_of(const Submission& submission);
+  bool finish_from_cache(Job& job, ArtifactPins::Pinned& pinned);
+  std::optional<Refused> admit_one(const std::string& owner);
+  void leave(const std::string& owner);
 
   JobStore& store_;
   IdSource& ids_;
@@ -97,7 +121,7 @@ class Queue final : public JobService {
   ArtifactPins pins_;
 
   std::mutex submit_mutex_;
-  std::int64_t submitting_ = 0;  ///< admitted, not yet counted by the store
+  std::map<std::string, std::int64_t> submitting_;  ///< by owner: admitted, not yet counted by the store
 
   std::mutex runner_mutex_;
   Runner* runner_ = nullptr;
@@ -112,6 +136,7 @@ class Queue final : public JobService {
   std::map<std::uint64_t, Waiter> waiters_;                          ///< by token
   std::unordered_multimap<std::string, std::uint64_t> waiting_for_;  ///< job id to tokens
   std::uint64_t last_token_ = 0;
+  std::deque<std::int64_t> recent_ends_;  ///< when jobs that ran ended
 };
 
 }  // namespace jobs

@@ -9,7 +9,7 @@ namespace jobs {
 class Runner {
  public:
   virtual ~Runner() = default;
-  virtual void wake() noexcept = 0;                         ///< there may be something to claim
+  virtual void wake(bool for_suspects) noexcept = 0;        ///< there may be something to claim; suspects, too
   virtual void cancel(const std::string& id) noexcept = 0;  ///< this running job is to stop; unknown ids are ignored
   virtual std::string not_ready() = 0;  ///< empty when jobs would run now, else why not: "worker: restarting"
 };

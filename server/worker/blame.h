@@ -29,7 +29,8 @@ struct Verdict {
 };
 
 /// `how` is the rest of a sentence that begins "The worker process": "was killed by signal 11 (SIGSEGV)".
-/// `excused`: we ended the worker for a reason that no job is to blame for.
-std::vector<Verdict> judge(const std::vector<Casualty>& casualties, const std::string& how, bool excused);
+/// `code` is the problem's. `excused`: we ended the worker for a reason that no job is to blame for.
+std::vector<Verdict> judge(const std::vector<Casualty>& casualties, const std::string& how, bool excused,
+                           const std::string& code = "worker_crashed");
 
 }  // namespace worker

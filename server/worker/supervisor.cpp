@@ -14,7 +14,7 @@ std::string worker_beside_this_program() {
 Supervisor::Supervisor(jobs::Queue& queue, SupervisorSettings settings, jobs::Log log)
     : queue_(queue), loop_(std::make_unique<Loop>(queue, std::move(settings), std::move(log))) {
   queue_.attach(loop_.get());
-  loop_->wake();  // for what was submitted in between
+  loop_->wake(false);  // for what was submitted in between
 }
 
 Supervisor::~Supervisor() {

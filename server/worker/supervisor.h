@@ -7,18 +7,22 @@
 ///   ... on SIGTERM, after HTTP stopped accepting:
 ///   supervisor.drain(std::chrono::seconds(30));
 ///
+/// An attempt that failed for a reason that may pass is followed by another one after a pause (retry_rules.h).
+///
 /// Who pays for a death: a job that ran alone loses the attempt, and with its last one fails as "worker_crashed", the
 /// signal named. Of several in flight none is blamed: they become suspects, wait until the worker is empty and run one
 /// at a time, before all others, so the killer is found. A worker that had to be killed because a cancelled job did not
 /// stop, or that is stopped by drain, costs no attempt at all.
 
 #include <chrono>
+#include <cstdint>
 #include <memory>
 #include <string>
 
 #include "server/jobs/log.h"
 #include "server/jobs/queue.h"
 #include "server/worker/options.h"
+#include "server/worker/retry_rules.h"
 
 namespace worker {
 
@@ -49,6 +53,12 @@ struct SupervisorSettings {
   /// Pause after the store refused a claim or a result. A result is tried `store_tries` times, then the job fails.
   std::chrono::milliseconds store_pause{500};
   int store_tries = 10;
+  RetrySettings retry;
+  /// An attempt that takes longer is stopped and has failed as "timed_out". A day: whatever takes longer hangs.
+  std::chrono::milliseconds wall_time{std::chrono::hours(24)};
+  /// A worker that has more than this for each of its jobs, beyond what it had before the first, is killed, and they
+  /// have failed as "out_of_memory"; looked at with each of its heartbeats.
+  std::uint64_t job_memory_bytes = 8ull << 30;
 };
 
 /// "/path/of/this/program's/folder/whittled-worker"

@@ -33,6 +33,7 @@ std::string for_the_owner(const jobs::StoreFailure& failure) {
 
 void Supervisor::Loop::claim_jobs(Time now) {
   if (life_ != Life::ready || draining_ || now < claims_paused_until_) return;
+  if (suspects_came_.exchange(false)) suspects_first_ = true;
   if (suspects_first_) {
     if (idle()) claim(true);
     return;
@@ -73,9 +74,12 @@ void Supervisor::Loop::claimed(const std::shared_ptr<Claimed>& result, bool alon
     if (early_cancels_.erase(job.id) > 0) {
       finish_cancel(job.id, fence);
     } else if (result->failed || draining_ || life_ != Life::ready) {
-      give_back(job.id, fence, false, false);
+      give_back(job.id, fence, false, job.suspect, {});
+    } else if (running_.contains(job.id)) {
+      // Its owner wants it again, but the worker has not stopped it yet.
+      give_back(job.id, fence, false, job.suspect, settings_.retry.pause);
     } else {
-      running_.emplace(job.id, Running{fence, job.attempt, job.max_attempts, false, {}, {}});
+      running_.emplace(job.id, running_job(*result->claim));
       process_->send(std::move(result->assignment));
       log_(LogLevel::debug, "job_assigned", {{"job_id", job.id}, {"attempt", std::to_string(job.attempt)}});
     }
@@ -84,6 +88,25 @@ void Supervisor::Loop::claimed(const std::shared_ptr<Claimed>& result, bool alon
     if (!alone) found_nothing_ = wakes_seen;
   }
   if (claiming_ == 0) early_cancels_.clear();
+}
+
+Supervisor::Loop::Running Supervisor::Loop::running_job(const jobs::Claim& claim) const {
+  const jobs::Job& job = claim.job;
+  Running running;
+  running.fence = claim.fence;
+  running.attempt = job.attempt;
+  running.max_attempts = job.max_attempts;
+  const std::string limit_s = std::to_string(std::chrono::duration<double>(settings_.wall_time).count());
+  running.stop_at = Clock::now() + settings_.wall_time;
+  running.overdue = {"timed_out", "An attempt took longer than the limit wall_time_s of " + limit_s + " s.", {}};
+  if (job.deadline) {
+    const auto until_deadline = std::chrono::milliseconds(*job.deadline - *job.started_at);
+    if (until_deadline < settings_.wall_time) {
+      running.stop_at = Clock::now() + until_deadline;
+      running.overdue = jobs::deadline_exceeded();
+    }
+  }
+  return running;
 }
 
 void Supervisor::Loop::cancel_job(const std::string& id) {
@@ -95,9 +118,19 @@ void Supervisor::Loop::cancel_job(const std::string& id) {
   Running& job = found->second;
   if (job.cancel_requested) return;
   job.cancel_requested = true;
-  job.cancel_answer_at = Clock::now() + settings_.cancel_answer;
+  stop(id, job);
+}
+
+void Supervisor::Loop::stop(const std::string& id, Running& job) {
+  job.answer_at = Clock::now() + settings_.cancel_answer;
+  if (job.kill_at) return;  // it has been told
   job.kill_at = Clock::now() + settings_.cancel_grace;
   if (life_ == Life::ready) process_->send(pack(Cancel{id}));
+}
+
+void Supervisor::Loop::answer_stopped(const std::string& id, const Running& job) {
+  if (job.cancel_requested) return finish_cancel(id, job.fence);
+  attempt_failed(id, job, *job.stopped_for);
 }
 
 // ---- out of the worker
@@ -149,14 +182,14 @@ void Supervisor::Loop::hear(Finished& message) {
 
 void Supervisor::Loop::hear(Failed& message) {
   Running job;
-  if (take(message.job_id, message.fence, job)) fail(message.job_id, message.fence, message.problem);
+  if (take(message.job_id, message.fence, job)) attempt_failed(message.job_id, job, message.problem);
 }
 
 void Supervisor::Loop::hear(Cancelled& message) {
   Running job;
   if (!take(message.job_id, message.fence, job)) return;
-  if (job.cancel_requested) return finish_cancel(message.job_id, message.fence);
-  fail(message.job_id, message.fence, {"internal", "The worker stopped the job without being asked to.", {}});
+  if (job.cancel_requested || job.stopped_for) return answer_stopped(message.job_id, job);
+  attempt_failed(message.job_id, job, {"internal", "The worker stopped the job without being asked to.", {}});
 }
 
 void Supervisor::Loop::settle(const std::vector<Casualty>& casualties, const std::vector<Verdict>& verdicts) {
@@ -164,13 +197,14 @@ void Supervisor::Loop::settle(const std::vector<Casualty>& casualties, const std
     const auto& [id, fence, attempt, max_attempts, cancel_requested] = casualties[i];
     switch (verdicts[i].action) {
       case Verdict::Action::give_back:
-        give_back(id, fence, false, false);
+        give_back(id, fence, false, false, {});
         break;
       case Verdict::Action::give_back_suspect:
-        give_back(id, fence, false, true);
+        give_back(id, fence, false, true, {});
         break;
       case Verdict::Action::count_attempt:
-        give_back(id, fence, true, true);
+        give_back(id, fence, true, true,
+                  retry_pause(end_code_, attempt, max_attempts, settings_.retry).value_or(settings_.retry.pause_max));
         break;
       case Verdict::Action::fail:
         fail(id, fence, verdicts[i].problem);
@@ -190,13 +224,24 @@ void Supervisor::Loop::store(std::function<void()> task) {
   });
 }
 
-void Supervisor::Loop::give_back(const std::string& id, std::int64_t fence, bool counts, bool suspect) {
+void Supervisor::Loop::give_back(const std::string& id, std::int64_t fence, bool counts, bool suspect,
+                                 std::chrono::milliseconds pause) {
   if (suspect) suspects_first_ = true;
-  store([this, id, fence, counts, suspect] {
-    store_threads_->persist(0, "release",
-                            [&] { log_end("job_given_back", id, queue_.release(id, fence, counts, suspect)); });
+  store([this, id, fence, counts, suspect, pause] {
+    store_threads_->persist(0, "release", [&] {
+      log_end("job_given_back", id, queue_.release(id, fence, counts, suspect, pause.count()));
+    });
     ++wakes_;
   });
+}
+
+/// Another attempt where that may help; one that was short of memory then runs alone.
+void Supervisor::Loop::attempt_failed(const std::string& id, const Running& job, const jobs::Problem& problem) {
+  const auto pause = retry_pause(problem.code, job.attempt, job.max_attempts, settings_.retry);
+  if (!pause) return fail(id, job.fence, problem);
+  log_(LogLevel::warning, "attempt_failed",
+       {{"job_id", id}, {"attempt", std::to_string(job.attempt)}, {"code", problem.code}, {"detail", problem.detail}});
+  give_back(id, job.fence, true, problem.code == "out_of_memory", *pause);
 }
 
 void Supervisor::Loop::finish_cancel(const std::string& id, std::int64_t fence) {

@@ -1,7 +1,10 @@
 /// The worker's life: started, heard, ended, mourned.
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <exception>
+#include <fstream>
 #include <utility>
 
 #include "server/worker/supervisor_loop.h"
@@ -9,6 +12,18 @@
 namespace worker {
 
 using jobs::LogLevel;
+
+namespace {
+
+/// 0 where it cannot be told: the process is gone.
+std::uint64_t resident_bytes(int pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/statm");
+  std::uint64_t size_pages = 0, resident_pages = 0;
+  file >> size_pages >> resident_pages;
+  return resident_pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
+}  // namespace
 
 void Supervisor::Loop::start_worker(Time now) {
   try {
@@ -22,6 +37,7 @@ void Supervisor::Loop::start_worker(Time now) {
   life_ = Life::starting;
   started_at_ = last_heard_ = now;
   end_reason_.clear();
+  end_code_ = "worker_crashed";
   end_excused_ = false;
   pid_ = process_->pid();
   log_(LogLevel::info, "worker_started", {{"pid", std::to_string(pid_)}, {"slots", std::to_string(settings_.slots)}});
@@ -29,10 +45,21 @@ void Supervisor::Loop::start_worker(Time now) {
 
 void Supervisor::Loop::hear(Hello& message) {
   if (life_ == Life::starting) life_ = Life::ready;
+  idle_memory_bytes_ = resident_bytes(pid_);
   say_status("");
   const auto start_ms = std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - started_at_).count();
   log_(LogLevel::info, "worker_ready",
        {{"pid", std::to_string(pid_)}, {"build", message.build}, {"start_ms", std::to_string(start_ms)}});
+}
+
+void Supervisor::Loop::watch_memory() {
+  if (running_.empty() || life_ != Life::ready) return;
+  const std::uint64_t limit = idle_memory_bytes_ + running_.size() * settings_.job_memory_bytes;
+  const std::uint64_t seen = resident_bytes(pid_);
+  if (seen <= limit) return;
+  end_worker("had " + std::to_string(seen) + " bytes of memory, above the limit job_memory_bytes of " +
+                 std::to_string(settings_.job_memory_bytes) + " for each job,",
+             false, "out_of_memory");
 }
 
 void Supervisor::Loop::read_worker() {
@@ -50,9 +77,10 @@ void Supervisor::Loop::read_worker() {
 
 /// Its end is then told by its pid descriptor. Without a reason the way it ended is the reason: a socket at its end
 /// means that the process is past changing it.
-void Supervisor::Loop::end_worker(const std::string& why, bool excused) {
+void Supervisor::Loop::end_worker(const std::string& why, bool excused, const char* code) {
   life_ = Life::ending;
   end_reason_ = why;
+  end_code_ = code;
   end_excused_ = excused;
   process_->kill();
 }
@@ -75,7 +103,7 @@ void Supervisor::Loop::worker_ended() {
   }
   running_.clear();
   if (draining_ && !casualties.empty()) all_ended_ = false;
-  settle(casualties, judge(casualties, how, end_excused_));
+  settle(casualties, judge(casualties, how, end_excused_, end_code_));
 
   process_.reset();
   pid_ = 0;

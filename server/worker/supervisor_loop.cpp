@@ -28,7 +28,8 @@ Supervisor::Loop::Loop(jobs::Queue& queue, SupervisorSettings settings, jobs::Lo
 
 Supervisor::Loop::~Loop() { drain(std::chrono::milliseconds(0)); }
 
-void Supervisor::Loop::wake() noexcept {
+void Supervisor::Loop::wake(bool for_suspects) noexcept {
+  if (for_suspects) suspects_came_ = true;
   ++wakes_;
   mailbox_.wake();
 }
@@ -104,7 +105,8 @@ Supervisor::Loop::Time Supervisor::Loop::next_deadline() const {
   if (claims_paused_until_ > Clock::now()) consider(claims_paused_until_);
   if (draining_ && !gave_up_) consider(drain_deadline_);
   for (const auto& [id, job] : running_) {
-    if (job.cancel_answer_at) consider(*job.cancel_answer_at);
+    if (job.answer_at) consider(*job.answer_at);
+    if (job.stop_at && life_ == Life::ready) consider(*job.stop_at);
     if (job.kill_at && life_ == Life::ready) consider(*job.kill_at);
   }
   return next;
@@ -112,9 +114,14 @@ Supervisor::Loop::Time Supervisor::Loop::next_deadline() const {
 
 void Supervisor::Loop::keep_times(Time now) {
   for (auto& [id, job] : running_) {
-    if (job.cancel_answer_at && now >= *job.cancel_answer_at) {
-      job.cancel_answer_at.reset();
-      finish_cancel(id, job.fence);
+    if (job.stop_at && now >= *job.stop_at) {
+      job.stop_at.reset();
+      if (!job.cancel_requested) job.stopped_for = job.overdue;
+      stop(id, job);
+    }
+    if (job.answer_at && now >= *job.answer_at) {
+      job.answer_at.reset();
+      answer_stopped(id, job);
     }
   }
   if (life_ == Life::starting && now >= started_at_ + settings_.start_timeout) {
@@ -126,7 +133,7 @@ void Supervisor::Loop::keep_times(Time now) {
   const bool disobeyed = std::any_of(running_.begin(), running_.end(), [&](const auto& entry) {
     return entry.second.kill_at && now >= *entry.second.kill_at;
   });
-  if (life_ == Life::ready && disobeyed) end_worker("did not stop a cancelled job", true);
+  if (life_ == Life::ready && disobeyed) end_worker("did not stop a job", true);
 }
 
 void Supervisor::Loop::keep_draining(Time now) {

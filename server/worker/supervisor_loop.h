@@ -26,7 +26,7 @@ class Supervisor::Loop final : public jobs::Runner {
   Loop(jobs::Queue& queue, SupervisorSettings settings, jobs::Log log);
   ~Loop() override;
 
-  void wake() noexcept override;
+  void wake(bool for_suspects) noexcept override;
   void cancel(const std::string& id) noexcept override;
   std::string not_ready() override;
 
@@ -44,9 +44,12 @@ class Supervisor::Loop final : public jobs::Runner {
   struct Running {
     std::int64_t fence = 0;
     int attempt = 1, max_attempts = 1;
-    bool cancel_requested = false;
-    std::optional<Time> cancel_answer_at;  ///< then the job is told as cancelled, whatever the worker does
-    std::optional<Time> kill_at;           ///< then the worker has disobeyed
+    bool cancel_requested = false;             ///< by its owner
+    std::optional<jobs::Problem> stopped_for;  ///< by us
+    std::optional<Time> stop_at;               ///< then its deadline has passed or its time is over: `overdue`
+    jobs::Problem overdue;
+    std::optional<Time> answer_at;  ///< then the job is told as stopped, whatever the worker does
+    std::optional<Time> kill_at;    ///< then the worker has disobeyed
   };
 
   /// What a store thread brings back from a claim.
@@ -68,7 +71,8 @@ class Supervisor::Loop final : public jobs::Runner {
   // The worker's life (supervisor_life.cpp).
   void start_worker(Time now);
   void read_worker();
-  void end_worker(const std::string& why, bool excused);
+  void end_worker(const std::string& why, bool excused, const char* code = "worker_crashed");
+  void watch_memory();
   void worker_ended();
   std::string list_of_jobs() const;
 
@@ -77,8 +81,12 @@ class Supervisor::Loop final : public jobs::Runner {
   void claim(bool alone);
   void claimed(const std::shared_ptr<Claimed>& result, bool alone, std::uint64_t wakes_seen);
   void cancel_job(const std::string& id);
+  Running running_job(const jobs::Claim& claim) const;
+  void stop(const std::string& id, Running& job);
+  void answer_stopped(const std::string& id, const Running& job);
   void settle(const std::vector<Casualty>& casualties, const std::vector<Verdict>& verdicts);
-  void give_back(const std::string& id, std::int64_t fence, bool counts, bool suspect);
+  void give_back(const std::string& id, std::int64_t fence, bool counts, bool suspect, std::chrono::milliseconds pause);
+  void attempt_failed(const std::string& id, const Running& job, const jobs::Problem& problem);
   void finish_cancel(const std::string& id, std::int64_t fence);
   void fail(const std::string& id, std::int64_t fence, const jobs::Problem& problem);
   void store(std::function<void()> task);
@@ -86,7 +94,7 @@ class Supervisor::Loop final : public jobs::Runner {
   void log_end(const char* event, const std::string& id, bool moved, jobs::LogFields more = {});
 
   void hear(Hello& message);
-  void hear(Heartbeat&) {}
+  void hear(Heartbeat&) { watch_memory(); }
   void hear(Progress& message);
   void hear(Finished& message);
   void hear(Failed& message);
@@ -101,6 +109,7 @@ class Supervisor::Loop final : public jobs::Runner {
 
   // Any thread.
   std::atomic<std::uint64_t> wakes_{0};
+  std::atomic<bool> suspects_came_{false};
   std::atomic<int> pid_{0};
   std::atomic<int> running_count_{0};
   std::mutex status_mutex_;
@@ -113,7 +122,9 @@ class Supervisor::Loop final : public jobs::Runner {
   Time started_at_, last_heard_, restart_at_{};
   std::chrono::milliseconds restart_pause_;
   std::string end_reason_;  ///< why we ended it; empty: it died by itself
+  std::string end_code_;    ///< what that is to a job
   bool end_excused_ = false;
+  std::uint64_t idle_memory_bytes_ = 0;  ///< of the worker before its first job
 
   std::map<std::string, Running> running_;
   std::size_t claiming_ = 0;                    ///< claims at the store threads

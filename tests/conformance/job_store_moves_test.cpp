@@ -13,8 +13,9 @@ constexpr JobState all_states[] = {JobState::queued, JobState::running, JobState
 
 TEST(JobMoves, AreTheseAndNoOthers) {
   const std::vector<std::pair<std::string, std::string>> table = {
-      {"queued", "running"},    {"queued", "cancelled"}, {"running", "queued"},
-      {"running", "succeeded"}, {"running", "failed"},   {"running", "cancelled"},
+      {"queued", "running"},    {"queued", "failed"},     {"queued", "cancelled"},
+      {"running", "queued"},    {"running", "succeeded"}, {"running", "failed"},
+      {"running", "cancelled"}, {"failed", "queued"},     {"cancelled", "queued"},
   };
   for (const JobState from : all_states) {
     for (const JobState to : all_states) {
@@ -74,7 +75,7 @@ TEST_P(JobStoreConformance, ReleaseMovesARunningJobBackAndNothingElse) {
   for (const JobState from : all_states) {
     const Placed job = place(from);
     const bool may = from == JobState::running;
-    EXPECT_EQ(store().release(job.id, job.fence, now, true, false), may) << name_of(from);
+    EXPECT_EQ(store().release(job.id, job.fence, now, {.counts = true, .suspect = false}), may) << name_of(from);
     EXPECT_EQ(find(job.id).state, may ? JobState::queued : from);
     store().remove(job.id);
   }
@@ -126,7 +127,7 @@ TEST_P(JobStoreConformance, TellsAsItIsWhenTheWorkerWasFasterThanTheCancel) {
 TEST_P(JobStoreConformance, ReleasingAJobWhoseCancelWasRequestedCancelsIt) {
   const Placed job = place(JobState::running);
   store().cancel(job.id, now);
-  EXPECT_TRUE(store().release(job.id, job.fence, now + 3, false, true));
+  EXPECT_TRUE(store().release(job.id, job.fence, now + 3, {.counts = false, .suspect = true}));
   const Job found = find(job.id);
   EXPECT_EQ(found.state, JobState::cancelled);
   EXPECT_EQ(found.ended_at, now + 3);
@@ -136,39 +137,39 @@ TEST_P(JobStoreConformance, ReleasingAJobWhoseCancelWasRequestedCancelsIt) {
 
 TEST_P(JobStoreConformance, ReleaseKeepsTheAttemptOnlyWhenItCounts) {
   const Placed job = place(JobState::running);
-  EXPECT_TRUE(store().release(job.id, job.fence, now, true, false));
+  EXPECT_TRUE(store().release(job.id, job.fence, now, {.counts = true, .suspect = false}));
   EXPECT_EQ(find(job.id).attempt, 1);
   const Claim second = claim();
   EXPECT_EQ(second.job.attempt, 2);
-  EXPECT_TRUE(store().release(job.id, second.fence, now, false, false));
+  EXPECT_TRUE(store().release(job.id, second.fence, now, {}));
   EXPECT_EQ(find(job.id).attempt, 1);
   EXPECT_EQ(claim().job.attempt, 2);
 }
 
 TEST_P(JobStoreConformance, AnOldFenceChangesNothingAfterTheJobWasClaimedAgain) {
   const Placed job = place(JobState::running);
-  store().release(job.id, job.fence, now, false, false);
+  store().release(job.id, job.fence, now, {});
   const Claim second = claim();
   ASSERT_EQ(second.job.id, job.id);
   EXPECT_GT(second.fence, job.fence);
   EXPECT_FALSE(store().succeed(job.id, job.fence, now, "stale", {}));
   EXPECT_FALSE(store().fail(job.id, job.fence, now, {"internal", "stale", {}}));
   EXPECT_FALSE(store().finish_cancel(job.id, job.fence, now));
-  EXPECT_FALSE(store().release(job.id, job.fence, now, true, true));
+  EXPECT_FALSE(store().release(job.id, job.fence, now, {.counts = true, .suspect = true}));
   EXPECT_TRUE(store().succeed(job.id, second.fence, now, "fresh", {}));
   EXPECT_EQ(find(job.id).report, "fresh");
 }
 
 TEST_P(JobStoreConformance, SuspectsAreClaimedAloneAndStaySuspectsUntilTheyEnd) {
   const Placed suspect = place(JobState::running);
-  EXPECT_TRUE(store().release(suspect.id, suspect.fence, now, false, true));
+  EXPECT_TRUE(store().release(suspect.id, suspect.fence, now, {.counts = false, .suspect = true}));
   const std::string other = submit();
   EXPECT_EQ(claim(false).job.id, other);
   EXPECT_FALSE(store().claim("boot", now, false)) << "a suspect never runs with others";
   const Claim first = claim(true);
   EXPECT_EQ(first.job.id, suspect.id);
   EXPECT_TRUE(first.job.suspect);
-  store().release(suspect.id, first.fence, now, true, false);
+  store().release(suspect.id, first.fence, now, {.counts = true, .suspect = false});
   EXPECT_EQ(claim(true).job.id, suspect.id);
   EXPECT_FALSE(store().claim("boot", now, true));
 }

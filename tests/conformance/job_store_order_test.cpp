@@ -37,7 +37,7 @@ TEST_P(JobStoreConformance, AReleasedJobKeepsItsPlaceInTheQueue) {
   const std::string first = submit();
   submit();
   const Claim claimed = claim();
-  store().release(claimed.job.id, claimed.fence, now, false, false);
+  store().release(claimed.job.id, claimed.fence, now, {});
   EXPECT_EQ(claim().job.id, first);
 }
 
@@ -62,7 +62,7 @@ TEST_P(JobStoreConformance, OfManyWhoEndTheSameRunOneWins) {
     std::atomic<int> winners = 0;
     in_threads([&](int thread) {
       const bool won = thread % 2 == 0 ? store().succeed(job.id, job.fence, now, "{}", {})
-                                       : store().release(job.id, job.fence, now, true, false);
+                                       : store().release(job.id, job.fence, now, {.counts = true, .suspect = false});
       winners += won ? 1 : 0;
     });
     EXPECT_EQ(winners, 1);
@@ -172,7 +172,7 @@ TEST_P(JobStoreConformance, RecoverLeavesTheJobsOfItsOwnBoot) {
 
 TEST_P(JobStoreConformance, SuspectsStaySuspectsOverARestart) {
   const Placed job = place(JobState::running);
-  store().release(job.id, job.fence, now, false, true);
+  store().release(job.id, job.fence, now, {.counts = false, .suspect = true});
   reopen();
   store().recover("next boot", now);
   EXPECT_FALSE(store().claim("next boot", now, false));

@@ -16,7 +16,7 @@ METHODS = ("get", "put", "post", "delete", "options", "head", "patch", "trace")
 
 # Described replies that need a broken machine; the problem they carry is the same schema as everywhere.
 NEED_A_BROKEN_MACHINE = {
-    ("listJobs", 503), ("getJob", 503), ("removeJob", 503), ("cancelJob", 503), ("getPng", 503), ("getPng16", 503),
+    ("changeJob", 503), ("getQueue", 503), ("listJobs", 503), ("getJob", 503), ("removeJob", 503), ("cancelJob", 503), ("getPng", 503), ("getPng16", 503),
     ("getExr", 503), ("getJpeg", 503), ("getHdr", 503), ("getWebp", 503), ("getTiff", 503), ("getMetrics", 503),
     ("findMissingAssets", 503), ("putAsset", 503), ("getAsset", 503),
     ("render", 500),  # a scene that kills the worker: none is known
@@ -115,6 +115,8 @@ class Contract(unittest.TestCase):
         self.check_pictures(seen)
         self.check_events(seen)
         self.check_assets(seen)
+        self.check_changes(seen)
+        self.check_expired_jobs(seen)
         self.check_refusals_of_a_busy_daemon(seen)
         described = {(operation["operationId"], int(status))
                      for operation in self.operations.values() for status in operation["responses"]}
@@ -188,6 +190,46 @@ class Contract(unittest.TestCase):
         self.check(seen, "/v1/jobs/{id}", self.daemon.request("DELETE", f"/v1/jobs/{running}"), "DELETE")
         self.check(seen, "/v1/jobs/{id}/cancel", self.daemon.request("POST", f"/v1/jobs/{running}/cancel"), "POST")
 
+    def check_changes(self, seen):
+        path = f"/v1/jobs/{self.daemon.submit(scene())}"
+        self.daemon.wait_for_end(path.split("/")[-1])
+        def change(body, template="/v1/jobs/{id}", url=path, **headers):
+            headers = {"If-Match": "*", **{name.replace("_", "-"): value for name, value in headers.items()}}
+            headers = {name: value for name, value in headers.items() if value}
+            self.check(seen, template, self.daemon.request("PATCH", url, body, headers), "PATCH")
+        for body in (b'{"name": "new"}', b'{"priority": 1}', b'{"priority": -1}', b"{", b"[" * 100):
+            change(body)
+        change(b"{}", Content_Type="text/plain")
+        change(b"{}", If_Match='"0-0"')
+        change(b"{}", If_Match=None)
+        change(b"{}", url=f"/v1/jobs/{NOBODY}")
+        with self.daemon.socket() as connection:
+            connection.sendall(f"PATCH {path} HTTP/1.1\r\nHost: x\r\nIf-Match: *\r\n\r\n".encode())
+            self.assertIn(b" 411 ", connection.makefile("rb").readline())
+            seen.add(("changeJob", 411))
+        retry = "/v1/jobs/{id}/retry"
+        self.check(seen, retry, self.daemon.request("POST", path + "/retry"), "POST")
+        self.check(seen, retry, self.daemon.request("POST", retry.format(id=NOBODY)), "POST")
+        cancelled = self.daemon.submit(scene(job={"run_after": "2099-01-01T00:00:00Z"}))
+        self.daemon.request("POST", f"/v1/jobs/{cancelled}/cancel")
+        self.check(seen, retry, self.daemon.request("POST", retry.format(id=cancelled)), "POST")
+        self.check(seen, "/v1/queue", self.daemon.get("/v1/queue"))
+        document = scene(name="twice", job={"cache": "use"})
+        self.daemon.wait_for_end(self.daemon.submit(document))
+        self.check(seen, "/v1/jobs", self.daemon.request("POST", "/v1/jobs", document), "POST")
+
+    def check_expired_jobs(self, seen):
+        done = self.daemon.submit(scene(job={"expires_in": 1}))
+        cancelled = self.daemon.submit(scene(job={"expires_in": 1, "run_after": "2099-01-01T00:00:00Z"}))
+        self.daemon.request("POST", f"/v1/jobs/{cancelled}/cancel")
+        wait_until(lambda: self.daemon.job(done)["expired"] and self.daemon.job(cancelled)["expired"], "expiry")
+        for path in self.document["paths"]:
+            if path.startswith("/v1/jobs/{id}/image."):
+                self.check(seen, path, self.daemon.get(path.format(id=done)))
+        change = self.daemon.request("PATCH", f"/v1/jobs/{done}", {"expires_at": None}, {"If-Match": "*"})
+        self.check(seen, "/v1/jobs/{id}", change, "PATCH")
+        self.check(seen, "/v1/jobs/{id}/retry", self.daemon.request("POST", f"/v1/jobs/{cancelled}/retry"), "POST")
+
     def check_pictures(self, seen):
         job = self.daemon.wait_for_end(self.daemon.submit(scene(output={
             "formats": ["png", "png16", "exr", "jpg", "hdr", "webp", "tiff"]})))
@@ -253,6 +295,12 @@ class Contract(unittest.TestCase):
             wait_until(lambda: daemon.health("/readyz").status == 503, "draining")
             self.check(seen, "/readyz", daemon.health("/readyz"))
             self.check(seen, "/v1/jobs", daemon.request("POST", "/v1/jobs", scene()), "POST")
+            reply = daemon.request("POST", f"/v1/jobs/{running}/retry")
+            self.check(seen, "/v1/jobs/{id}/retry", reply, "POST")
+        with Daemon("--key-queued-jobs", "1") as daemon:
+            daemon.submit(scene(job={"run_after": "2099-01-01T00:00:00Z"}))
+            for path in ("/v1/jobs", "/v1/render"):
+                self.check(seen, path, daemon.request("POST", path, scene()), "POST")
 
 
 if __name__ == "__main__":

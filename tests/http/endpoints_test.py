@@ -210,7 +210,7 @@ class Service(OneDaemon):
     def test_allows_only_the_methods_it_has(self):
         for method, path, allowed in (("PUT", "/v1/jobs", "GET, HEAD, POST"), ("GET", "/v1/render", "POST"),
                                       ("POST", "/v1/version", "GET, HEAD"), ("OPTIONS", "/v1/jobs", "GET, HEAD, POST"),
-                                      ("PATCH", f"/v1/jobs/{NOBODY}", "DELETE, GET, HEAD"),
+                                      ("PUT", f"/v1/jobs/{NOBODY}", "DELETE, GET, HEAD, PATCH"),
                                       ("DELETE", "/", "GET, HEAD"), ("GET", f"/v1/jobs/{NOBODY}/cancel", "POST")):
             reply = self.daemon.request(method, path)
             self.assert_problem(reply, 405, "method_not_allowed")

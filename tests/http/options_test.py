@@ -4,7 +4,7 @@ import subprocess
 import tempfile
 import unittest
 
-from tests.http.daemon import BIN, Daemon, json_of, scene
+from tests.http.daemon import BIN, Daemon, json_of, long_scene, scene
 
 
 def whittled(*arguments, environment=None):
@@ -71,6 +71,16 @@ class Options(unittest.TestCase):
                 self.assertEqual([error["code"] for error in errors], ["limit_exceeded"], errors)
                 self.assertIn(named, errors[0]["detail"])
                 self.assertEqual(daemon.request("POST", "/v1/jobs", scene(15, 15)).status, 202)
+
+    def test_limits_on_running_jobs_stop_them(self):
+        with Daemon("--wall-time-s", "1") as daemon:
+            job = daemon.wait_for_end(daemon.submit(long_scene(job={"max_attempts": 1})))
+            self.assertEqual(job["problem"]["code"], "timed_out")
+            self.assertIn("wall_time_s", job["problem"]["detail"])
+        with Daemon("--job-memory-bytes", "1048576") as daemon:
+            job = daemon.wait_for_end(daemon.submit(long_scene(job={"max_attempts": 1})))
+            self.assertEqual(job["problem"]["code"], "out_of_memory")
+            self.assertIn("job_memory_bytes", job["problem"]["detail"])
 
     def test_the_log_tells_the_settings_once_and_only_from_its_level_on(self):
         with Daemon("--log-level", "warning") as daemon:

@@ -9,6 +9,8 @@
 ///   crash               dies of SIGSEGV
 ///   exit STATUS
 ///   crash_unless FILE   dies of SIGSEGV unless FILE exists; creates it first
+///   fail_unless FILE CODE   answers Failed unless FILE exists; creates it first
+///   fill BYTES FILE     takes that much memory, and waits as wait FILE does
 ///   garbage             sends bytes that are no message
 ///   large_garbage       sends a message that promises more than there is
 ///   unsealed            sends a picture that is no sealed memory
@@ -99,6 +101,23 @@ bool obey(const std::string& line, const Assign& job, const std::atomic<bool>& c
   if (command == "crash_unless" && !exists(argument)) {
     std::ofstream(argument) << "crashed";
     die();
+  }
+  if (command == "fail_unless") {
+    std::istringstream arguments(argument);
+    std::string file, code;
+    arguments >> file >> code;
+    if (!exists(file)) {
+      std::ofstream(file) << "failed";
+      return obey("fail " + code, job, cancelled);
+    }
+  }
+  if (command == "fill") {
+    std::istringstream arguments(argument);
+    std::size_t bytes = 0;
+    std::string file;
+    arguments >> bytes >> file;
+    const std::vector<char> memory(bytes, 'x');
+    return obey("wait " + file, job, cancelled);
   }
   if (command == "garbage") say_raw("this is no message of ours, and long enough to have a header");
   if (command == "large_garbage") {

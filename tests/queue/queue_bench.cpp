@@ -52,7 +52,8 @@ void bench_submits(Daemon& daemon, int seconds) {
     threads.emplace_back([&] {
       api::Document parsed;
       parsed.job.labels = {{"batch", "bench"}};
-      while (Clock::now() < end) mine.push_back(ms_of([&] { (void)daemon.queue.submit(document, parsed); }));
+      while (Clock::now() < end)
+        mine.push_back(ms_of([&] { (void)daemon.queue.submit({.document = document, .parsed = parsed}); }));
     });
   }
   for (std::thread& thread : threads) thread.join();
@@ -67,7 +68,7 @@ void bench_jobs(const std::string& folder, const char* worker_name, int slots, c
   Daemon daemon(folder);
   for (int i = 0; i < jobs; ++i) {
     const auto seed = static_cast<std::uint64_t>(i);
-    (void)daemon.queue.submit(prefix.empty() ? small_scene(seed) : prefix + std::to_string(i), {});
+    (void)daemon.queue.submit({.document = prefix.empty() ? small_scene(seed) : prefix + std::to_string(i)});
   }
   worker::SupervisorSettings settings;
   settings.executable = std::filesystem::read_symlink("/proc/self/exe").parent_path() / worker_name;
@@ -92,7 +93,7 @@ void bench_cancels(const std::string& folder) {
   const worker::Supervisor supervisor(daemon.queue, settings, jobs::no_log());
   std::vector<double> times;
   for (int i = 0; i < 50; ++i) {
-    const std::string id = daemon.queue.submit(scene, {})->job.id;
+    const std::string id = daemon.queue.submit({.document = scene})->view.job.id;
     while (daemon.queue.progress(id) == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     std::binary_semaphore ended{0};
     times.push_back(ms_of([&] {
@@ -114,7 +115,7 @@ void bench_pages(const std::string& folder, int count) {
         api::Document parsed;
         parsed.job.name = "frame " + std::to_string(i);
         parsed.job.labels = {{"all", "1"}, {"batch", std::to_string(i / 60)}};
-        (void)daemon.queue.submit("{}", parsed);
+        (void)daemon.queue.submit({.document = "{}", .parsed = parsed});
       }
     });
   }

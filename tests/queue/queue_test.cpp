@@ -19,7 +19,7 @@ namespace {
 
 class RecordingRunner final : public Runner {
  public:
-  void wake() noexcept override { ++wakes; }
+  void wake(bool) noexcept override { ++wakes; }
   void cancel(const std::string& id) noexcept override { cancelled.push_back(id); }
   std::string not_ready() override { return status; }
   int wakes = 0;
@@ -30,9 +30,9 @@ class RecordingRunner final : public Runner {
 /// A store that can be told to fail.
 class FailingStore : public MemoryJobStore {
  public:
-  void submit(const Job& job, const std::string& document) override {
+  std::optional<KeptReply> admit(const Admission& admission, std::int64_t now) override {
     fail_if_told();
-    MemoryJobStore::submit(job, document);
+    return MemoryJobStore::admit(admission, now);
   }
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
                const std::vector<Artifact>& artifacts) override {
@@ -53,9 +53,10 @@ class QueueTest : public testing::Test {
   QueueTest() { queue.attach(&runner); }
 
   std::string submit(const std::string& name = "", const std::string& document = "{}") {
-    api::Document parsed;
-    parsed.job.name = name;
-    return queue.submit(document, parsed)->job.id;
+    Submission submission;
+    submission.document = document;
+    submission.parsed.job.name = name;
+    return queue.submit(std::move(submission))->view.job.id;
   }
   bool succeed(const Claim& claim, const std::string& picture) {
     const MemoryFile file(picture);
@@ -116,14 +117,21 @@ TEST_F(QueueTest, TellsNothingThatDidNotHappen) {
 
 TEST_F(QueueTest, ASubmittedJobCarriesWhatTheDocumentAskedFor) {
   api::Document parsed;
-  parsed.job = {"orbit 7", {{"batch", "orbit"}}, 80, 5};
+  const api::Webhook webhook{"https://example.org/", {"failed"}};
+  parsed.job = {"orbit 7", {{"batch", "orbit"}}, 80, 5, 1'700'000'060'000, 1'700'000'120'000, 3600, {}, webhook};
   parsed.scene.image = {320, 200};
-  const JobView view = *queue.submit("verbatim", parsed);
+  const JobView view = queue.submit({.document = "verbatim", .parsed = parsed, .owner = "ann"})->view;
   const Job job = find(view.job.id).job;
   EXPECT_EQ(job.name, "orbit 7");
   EXPECT_EQ(job.labels.at("batch"), "orbit");
   EXPECT_EQ(job.priority, 80);
   EXPECT_EQ(job.max_attempts, 5);
+  EXPECT_EQ(job.owner, "ann");
+  EXPECT_EQ(job.run_after, 1'700'000'060'000);
+  EXPECT_EQ(job.not_before, 1'700'000'060'000);
+  EXPECT_EQ(job.deadline, 1'700'000'120'000);
+  EXPECT_EQ(job.expires_in_s, 3600);
+  EXPECT_EQ(job.webhook, webhook);
   EXPECT_EQ(job.width, 320u);
   EXPECT_EQ(job.height, 200u);
   EXPECT_EQ(job.created_at, 1'700'000'000'000);
@@ -134,13 +142,14 @@ TEST_F(QueueTest, ASubmittedJobCarriesWhatTheDocumentAskedFor) {
 
 TEST_F(QueueTest, RefusesMoreWaitingJobsThanTheLimitAndStoresNothingOfThem) {
   for (int i = 0; i < 10; ++i) submit();
-  const auto refused = queue.submit("{}", {});
+  const auto refused = queue.submit({.document = "{}"});
   ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().why, Refused::Why::queue_full);
   EXPECT_EQ(refused.error().limit, 10);
-  EXPECT_EQ(refused.error().queued, 10);
+  EXPECT_EQ(refused.error().seen, 10);
   EXPECT_EQ(store.count(JobState::queued), 10);
   queue.claim(false);
-  EXPECT_TRUE(queue.submit("{}", {})) << "a running job does not wait";
+  EXPECT_TRUE(queue.submit({.document = "{}"})) << "a running job does not wait";
 }
 
 TEST_F(QueueTest, ManyThreadsTogetherDoNotPassTheLimit) {
@@ -148,7 +157,7 @@ TEST_F(QueueTest, ManyThreadsTogetherDoNotPassTheLimit) {
   std::vector<std::thread> threads;
   for (int i = 0; i < 8; ++i) {
     threads.emplace_back([&] {
-      for (int k = 0; k < 10; ++k) accepted += queue.submit("{}", {}).has_value() ? 1 : 0;
+      for (int k = 0; k < 10; ++k) accepted += queue.submit({.document = "{}"}).has_value() ? 1 : 0;
     });
   }
   for (std::thread& thread : threads) thread.join();
@@ -160,7 +169,7 @@ TEST_F(QueueTest, AFailedSubmitDoesNotCountAgainstTheLimit) {
   store.failing = true;
   for (int i = 0; i < 20; ++i) EXPECT_THROW(submit(), StoreFailure);
   store.failing = false;
-  EXPECT_TRUE(queue.submit("{}", {}));
+  EXPECT_TRUE(queue.submit({.document = "{}"}));
   EXPECT_EQ(store.count(JobState::queued), 1);
 }
 
@@ -328,7 +337,7 @@ TEST_F(QueueTest, RemovalNeverTakesTheBytesOfAJobThatFinishesWithTheSamePicture)
   std::atomic<int> missing = 0, checked = 0;
   const auto finish_and_remove = [&] {
     while (!stop) {
-      if (!queue.submit("{}", {})) continue;
+      if (!queue.submit({.document = "{}"})) continue;
       const auto claim = queue.claim(false);
       if (!claim || !succeed(*claim, "abc")) continue;
       if (queue.open(find(claim->job.id).job.artifacts.at(0)) == nullptr) ++missing;

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "server/jobs/housekeeper.h"
 #include "server/jobs/queue.h"
 #include "server/storage/memory/memory_artifact_store.h"
 #include "server/storage/memory/memory_job_store.h"
@@ -56,6 +57,7 @@ class SupervisorTest : public testing::Test {
     result.restart_pause = std::chrono::milliseconds(1);
     result.restart_pause_max = std::chrono::milliseconds(20);
     result.store_pause = std::chrono::milliseconds(1);
+    result.retry = {std::chrono::milliseconds(1), std::chrono::milliseconds(20)};
     return result;
   }
   void start(const worker::SupervisorSettings& with = settings()) {
@@ -63,9 +65,10 @@ class SupervisorTest : public testing::Test {
   }
 
   std::string submit(const std::string& document, int max_attempts = 3) {
-    api::Document parsed;
-    parsed.job.max_attempts = max_attempts;
-    return queue.submit(document, parsed)->job.id;
+    jobs::Submission submission;
+    submission.document = document;
+    submission.parsed.job.max_attempts = max_attempts;
+    return queue.submit(std::move(submission))->view.job.id;
   }
   jobs::Job find(const std::string& id) { return queue.find(id).value().job; }
   jobs::JobState state(const std::string& id) { return find(id).state; }
@@ -83,5 +86,6 @@ class SupervisorTest : public testing::Test {
   jobs::MemoryArtifactStore artifacts;
   jobs::IdSource ids{jobs::system_clock(), jobs::system_random()};
   jobs::Queue queue{store, artifacts, ids, jobs::system_clock(), log.log(), {}};
+  jobs::Housekeeper housekeeper{queue, log.log(), {std::chrono::milliseconds(2), std::chrono::milliseconds(1)}};
   std::unique_ptr<worker::Supervisor> supervisor;
 };

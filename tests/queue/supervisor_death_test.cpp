@@ -156,7 +156,7 @@ class StubbornStore final : public jobs::MemoryJobStore {
 class SupervisorStoreTest : public SupervisorTest {
  protected:
   std::string run(const std::string& document) {
-    std::string id = stubborn_queue.submit(document, {})->job.id;
+    std::string id = stubborn_queue.submit({.document = document})->view.job.id;
     EXPECT_TRUE(eventually([&] { return ended(stubborn_queue.find(id)->job.state); }));
     return id;
   }

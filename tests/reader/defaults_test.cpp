@@ -50,6 +50,14 @@ TEST(Defaults, OfAJobAreMiddlePriorityAndThreeAttempts) {
   EXPECT_EQ(job.priority, 50);
   EXPECT_EQ(job.max_attempts, 3);
   EXPECT_TRUE(job.labels.empty());
+  EXPECT_EQ(job.run_after, std::nullopt);
+  EXPECT_EQ(job.deadline, std::nullopt);
+  EXPECT_EQ(job.expires_in_s, std::nullopt);
+  EXPECT_EQ(job.cache, api::CacheUse::use);
+  EXPECT_EQ(job.webhook, std::nullopt);
+  const std::string hook = R"("job": {"webhook": {"url": "http://127.0.0.1/"}})";
+  EXPECT_EQ(accepted(document_with(hook)).job.webhook->events,
+            (std::vector<std::string>{"succeeded", "failed", "cancelled"}));
 }
 
 TEST(Defaults, OfALightAreWhiteShadowsAndNoAttenuation) {

@@ -289,6 +289,11 @@ TEST(EveryField, OfAccuracyOutputAndJobIsRead) {
   EXPECT_EQ(document.job.labels, (std::map<std::string, std::string>{{"", "x"}, {"team", "blue"}}));
   EXPECT_EQ(document.job.priority, 70);
   EXPECT_EQ(document.job.max_attempts, 5);
+  EXPECT_EQ(document.job.run_after, 1'896'112'800'000);
+  EXPECT_EQ(document.job.deadline, 1'896'129'000'250) << "of an offset of two hours";
+  EXPECT_EQ(document.job.expires_in_s, 86400);
+  EXPECT_EQ(document.job.cache, api::CacheUse::refresh);
+  EXPECT_EQ(document.job.webhook, (api::Webhook{"https://example.org/hook?a=b", {"failed", "succeeded"}}));
 }
 
 TEST(Job, IsNamedAfterTheSceneWhenItHasNoName) {

@@ -42,7 +42,8 @@ TEST(Sentences, TellTheRuleAndTheValueSeen) {
   EXPECT_EQ(only_detail(document_with(R"("image": {"width": 3.9})")), "must be an integer, got the number 3.9");
   EXPECT_EQ(only_detail(document_with(R"("image": "big")")), "must be an object, got the string \"big\"");
   EXPECT_EQ(only_detail(document_with(R"("image": {"width": 70000})")), "the limit image_side is 65536, got 70000");
-  EXPECT_EQ(only_detail(document_with(R"("job": {"deadline": 1})")), "\"deadline\" is not supported by this build");
+  EXPECT_EQ(only_detail(document_with(R"("job": {"deadline": "noon"})")),
+            "must be a time such as \"2030-01-31T18:00:00Z\" (RFC 3339, 1970 to 9999), got \"noon\"");
 }
 
 TEST(Sentences, QuoteLongAndStrangeTextSafely) {

@@ -48,12 +48,32 @@ struct Limits {
   bool uploads = false;  ///< whether documents may name uploaded files
 };
 
-/// The optional "job" member: how the service should treat the scene. The command line ignores it.
+/// Whether a picture that was made of the same scene before will do.
+enum class CacheUse {
+  use,      ///< it will
+  refresh,  ///< it will not, but the new one will do for others
+  off,      ///< neither
+};
+
+/// Whom to tell of a job's end.
+struct Webhook {
+  std::string url;                  ///< http:// or https://, at most 2048 bytes of printable ASCII
+  std::vector<std::string> events;  ///< of "succeeded", "failed", "cancelled", each once, at least one
+  bool operator==(const Webhook&) const = default;
+};
+
+/// The optional "job" member: how the service should treat the scene. The command line ignores it. Times are
+/// milliseconds since 1970 UTC.
 struct JobRequest {
   std::string name;  ///< default: the scene's name
   std::map<std::string, std::string> labels;
-  int priority = 50;     ///< 0..100, higher first
-  int max_attempts = 3;  ///< 1..10
+  int priority = 50;                         ///< 0..100, higher first
+  int max_attempts = 3;                      ///< 1..10
+  std::optional<std::int64_t> run_after;     ///< does not start earlier
+  std::optional<std::int64_t> deadline;      ///< fails when it has not ended by then; later than run_after
+  std::optional<std::int64_t> expires_in_s;  ///< its pictures go this long after its end, 1 s to 10 years
+  CacheUse cache = CacheUse::use;
+  std::optional<Webhook> webhook;
 };
 
 struct Document {
@@ -78,6 +98,12 @@ struct Refusal {
 /// Time and memory are linear in `bytes` and bounded by `limits` (at the default bounds: seconds, and about 1 GB).
 /// Never throws, never crashes, whatever the bytes: where memory runs out the document is `too_large`. Any thread;
 /// calls share nothing.
-tracer::Result<Document, Refusal> parse_scene(std::string_view bytes, const Limits& limits);
+///
+/// Where `canonical` is given and the document is good, it becomes the canonical text: equal for documents that say the
+/// same of the picture in another order, with other blanks, escapes or spellings of numbers. The member "job" is left
+/// out, the members of objects are sorted by their names' bytes, numbers are the shortest decimals that read back the
+/// same double.
+tracer::Result<Document, Refusal> parse_scene(std::string_view bytes, const Limits& limits,
+                                              std::string* canonical = nullptr);
 
 }  // namespace api

@@ -30,6 +30,9 @@ std::string write_job_list(const std::vector<jobs::JobView>& views, const std::s
 /// {id, state, progress, at}, one line: the data of an event.
 std::string write_event(const jobs::JobEvent& event);
 
+/// {jobs{state: count}, queued_by_priority{priority: count}, delayed, running, oldest_age_s, eta_s}
+std::string write_queue(const jobs::QueueState& state);
+
 /// RFC 9457. `errors` is left out where there are none.
 struct ProblemReply {
   std::string type, title;

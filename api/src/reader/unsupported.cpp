@@ -1,5 +1,8 @@
 #include "api/src/reader/unsupported.h"
 
+#include <algorithm>
+#include <array>
+
 namespace api {
 namespace {
 
@@ -7,17 +10,14 @@ struct Entry {
   std::string_view scope, name;
 };
 
-constexpr Entry table[] = {
-    {"job", "run_after"}, {"job", "deadline"}, {"job", "expires_in"}, {"job", "cache"}, {"job", "webhook"},
-};
+/// At present the format is built completely.
+constexpr std::array<Entry, 0> table{};
 
 }  // namespace
 
 bool is_unsupported(std::string_view scope, std::string_view name) {
-  for (const Entry& entry : table) {
-    if (entry.scope == scope && entry.name == name) return true;
-  }
-  return false;
+  return std::any_of(table.begin(), table.end(),
+                     [&](const Entry& entry) { return entry.scope == scope && entry.name == name; });
 }
 
 }  // namespace api

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -31,6 +32,12 @@ struct Name {
   std::string& value;
 };
 
+/// A time as RFC 3339 (section 5.6) writes it, with any offset and any fraction, as milliseconds since 1970 UTC
+/// (further digits cut off). 1970 to 9999; leap seconds are the second after.
+struct Time {
+  std::optional<std::int64_t>& value;
+};
+
 /// One word of a closed set; `scope` finds those that this build does not render.
 template <class T>
 struct Word {
@@ -46,6 +53,7 @@ bool read(Reading& reading, const Cursor& at, tracer::Vec2& value);
 bool read(Reading& reading, const Cursor& at, tracer::Vec3& value);
 bool read(Reading& reading, const Cursor& at, tracer::Color& value);  ///< any of the four forms (color.cpp)
 bool read(Reading& reading, const Cursor& at, Name name);
+bool read(Reading& reading, const Cursor& at, Time time);
 
 /// Integers are numbers without a fraction, whatever their spelling (3, 3.0, 3e0), up to 2^53 - 1: beyond that a double
 /// cannot tell neighbours apart (RFC 7493, section 2.2).

@@ -24,6 +24,9 @@ class Sha256 {
   std::unique_ptr<evp_md_ctx_st, Free> context_;
 };
 
+/// Of all of `bytes` at once.
+std::string sha256_of(std::string_view bytes);
+
 /// Is this what `hex` gives? Nothing else may become a path.
 bool is_sha256(std::string_view name);
 

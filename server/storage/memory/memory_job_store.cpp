@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cassert>
+#include <string_view>
+#include <tuple>
 
 namespace jobs {
 namespace {
@@ -15,28 +17,58 @@ bool matches(const Job& job, const JobFilter& filter) {
   });
 }
 
-void end(Job& job, JobState state, std::int64_t now) {
-  assert(may_move(job.state, state));
-  job.state = state;
-  job.ended_at = now;
-  job.cancel_requested = false;
-}
+bool waits(const Job& job) { return job.state == JobState::queued && !job.not_before; }
+
+/// The order of claims.
+auto place(const Job& job, std::int64_t rank) { return std::tuple(!job.suspect, rank, std::string_view(job.id)); }
 
 /// From running to queued, or to cancelled where that was asked for.
-void give_back(Job& job, std::int64_t now, bool counts) {
-  if (!counts) --job.attempt;
+void give_back(Job& job, std::int64_t now, const Release& how) {
+  if (!how.counts) --job.attempt;
+  job.suspect = job.suspect || how.suspect;
+  ++job.revision;
   if (job.cancel_requested) return end(job, JobState::cancelled, now);
   assert(may_move(job.state, JobState::queued));
   job.state = JobState::queued;
+  job.not_before = how.not_before;
 }
 
 }  // namespace
 
-void MemoryJobStore::submit(const Job& job, const std::string& document) {
+std::optional<KeptReply> MemoryJobStore::kept(const ReplyKey& key, std::int64_t now) const {
+  const auto found = replies_.find(key);
+  if (found == replies_.end() || found->second.expires_at <= now) return std::nullopt;
+  return found->second;
+}
+
+std::optional<KeptReply> MemoryJobStore::admit(const Admission& admission, std::int64_t now) {
   const std::lock_guard lock(mutex_);
-  assert(job.state == JobState::queued);
-  [[maybe_unused]] const bool is_new = rows_.try_emplace(job.id, Row{job, document, 0, {}}).second;
-  assert(is_new);
+  if (admission.reply) {
+    if (auto earlier = kept(admission.reply->key, now)) return earlier;
+    replies_.insert_or_assign(admission.reply->key, *admission.reply);
+  }
+  for (const auto& [job, document] : admission.jobs) {
+    assert(job.state == JobState::queued || job.state == JobState::succeeded);
+    const std::int64_t rank = rank_of(job.created_at, job.run_after, job.priority);
+    [[maybe_unused]] const bool is_new = rows_.try_emplace(job.id, Row{job, document, 0, {}, rank}).second;
+    assert(is_new);
+  }
+  return std::nullopt;
+}
+
+std::optional<KeptReply> MemoryJobStore::reply(const ReplyKey& key, std::int64_t now) {
+  const std::lock_guard lock(mutex_);
+  return kept(key, now);
+}
+
+std::optional<Job> MemoryJobStore::finished_as(const std::string& content_key, std::int64_t expires_after) {
+  const std::lock_guard lock(mutex_);
+  for (auto row = rows_.rbegin(); row != rows_.rend(); ++row) {
+    const Job& job = row->second.job;
+    if (job.state != JobState::succeeded || job.content_key != content_key || job.expired) continue;
+    if (!job.expires_at || *job.expires_at > expires_after) return job;
+  }
+  return std::nullopt;
 }
 
 std::optional<Job> MemoryJobStore::find(const std::string& id) {
@@ -49,7 +81,7 @@ std::optional<Job> MemoryJobStore::find(const std::string& id) {
 std::optional<std::string> MemoryJobStore::document(const std::string& id) {
   const std::lock_guard lock(mutex_);
   const auto row = rows_.find(id);
-  if (row == rows_.end()) return std::nullopt;
+  if (row == rows_.end() || row->second.job.expired) return std::nullopt;
   return row->second.document;
 }
 
@@ -73,17 +105,61 @@ std::int64_t MemoryJobStore::count(JobState state) {
   return std::count_if(rows_.begin(), rows_.end(), [&](const auto& row) { return row.second.job.state == state; });
 }
 
+OwnerUse MemoryJobStore::use_of(const std::string& owner) {
+  const std::lock_guard lock(mutex_);
+  OwnerUse use;
+  for (const auto& [id, row] : rows_) {
+    if (row.job.owner != owner) continue;
+    if (row.job.state == JobState::queued) ++use.queued_jobs;
+    for (const Artifact& artifact : row.job.artifacts) use.artifact_bytes += static_cast<std::int64_t>(artifact.bytes);
+  }
+  return use;
+}
+
+QueueDepth MemoryJobStore::depth() {
+  const std::lock_guard lock(mutex_);
+  QueueDepth depth;
+  for (const auto& [id, row] : rows_) {
+    const Job& job = row.job;
+    if (job.state != JobState::queued) continue;
+    ++depth.queued_by_priority[job.priority];
+    if (!waits(job)) {
+      ++depth.delayed;
+      continue;
+    }
+    const std::int64_t waits_since = std::max(job.created_at, job.run_after.value_or(job.created_at));
+    depth.oldest_at = std::min(waits_since, depth.oldest_at.value_or(waits_since));
+  }
+  return depth;
+}
+
+std::optional<std::int64_t> MemoryJobStore::waiting_before(const std::string& id, std::int64_t limit) {
+  const std::lock_guard lock(mutex_);
+  const auto found = rows_.find(id);
+  if (found == rows_.end() || !waits(found->second.job)) {
+    return std::nullopt;
+  }
+  const auto mine = place(found->second.job, found->second.rank);
+  const auto before = std::count_if(rows_.begin(), rows_.end(), [&](const auto& entry) {
+    const Row& row = entry.second;
+    return waits(row.job) && place(row.job, row.rank) < mine;
+  });
+  return std::min<std::int64_t>(before, limit);
+}
+
 std::optional<Claim> MemoryJobStore::claim(const std::string& boot_id, std::int64_t now, bool alone) {
   const std::lock_guard lock(mutex_);
   Row* next = nullptr;
   for (auto& [id, row] : rows_) {
-    if (row.job.state != JobState::queued || row.job.suspect != alone) continue;
-    if (next == nullptr || row.job.priority > next->job.priority) next = &row;
+    if (!waits(row.job) || row.job.suspect != alone || (row.job.deadline && *row.job.deadline <= now)) continue;
+    if (next == nullptr || place(row.job, row.rank) < place(next->job, next->rank)) next = &row;
   }
   if (next == nullptr) return std::nullopt;
   next->job.state = JobState::running;
   next->job.started_at = now;
+  next->job.not_before.reset();
   ++next->job.attempt;
+  ++next->job.revision;
   ++next->fence;
   next->boot_id = boot_id;
   return Claim{next->job, next->document, next->fence};
@@ -100,6 +176,7 @@ bool MemoryJobStore::succeed(const std::string& id, std::int64_t fence, std::int
   const std::lock_guard lock(mutex_);
   Row* row = running(id, fence);
   if (row == nullptr) return false;
+  ++row->job.revision;
   end(row->job, JobState::succeeded, now);
   row->job.report = report;
   row->job.artifacts = artifacts;
@@ -110,6 +187,7 @@ bool MemoryJobStore::fail(const std::string& id, std::int64_t fence, std::int64_
   const std::lock_guard lock(mutex_);
   Row* row = running(id, fence);
   if (row == nullptr) return false;
+  ++row->job.revision;
   end(row->job, JobState::failed, now);
   row->job.problem = problem;
   return true;
@@ -119,16 +197,16 @@ bool MemoryJobStore::finish_cancel(const std::string& id, std::int64_t fence, st
   const std::lock_guard lock(mutex_);
   Row* row = running(id, fence);
   if (row == nullptr) return false;
+  ++row->job.revision;
   end(row->job, JobState::cancelled, now);
   return true;
 }
 
-bool MemoryJobStore::release(const std::string& id, std::int64_t fence, std::int64_t now, bool counts, bool suspect) {
+bool MemoryJobStore::release(const std::string& id, std::int64_t fence, std::int64_t now, const Release& how) {
   const std::lock_guard lock(mutex_);
   Row* row = running(id, fence);
   if (row == nullptr) return false;
-  row->job.suspect = row->job.suspect || suspect;
-  give_back(row->job, now, counts);
+  give_back(row->job, now, how);
   return true;
 }
 
@@ -139,9 +217,11 @@ CancelOutcome MemoryJobStore::cancel(const std::string& id, std::int64_t now) {
   Job& job = row->second.job;
   if (ended(job.state)) return CancelOutcome::already_ended;
   if (job.state == JobState::running) {
+    if (!job.cancel_requested) ++job.revision;
     job.cancel_requested = true;
     return CancelOutcome::cancelling;
   }
+  ++job.revision;
   end(job, JobState::cancelled, now);
   return CancelOutcome::cancelled;
 }
@@ -161,7 +241,7 @@ int MemoryJobStore::recover(const std::string& boot_id, std::int64_t now) {
   int moved = 0;
   for (auto& [id, row] : rows_) {
     if (row.job.state != JobState::running || row.boot_id == boot_id) continue;
-    give_back(row.job, now, false);
+    give_back(row.job, now, {});
     ++moved;
   }
   return moved;

@@ -58,13 +58,14 @@ void Query::bind(int position, Blob value) {
   if (result != SQLITE_OK) fail(connection_, result);
 }
 
-void Query::bind(int position, const std::optional<std::string>& value) {
-  if (value) bind(position, *value);  // else NULL, as after reset
-}
-
 bool Query::is_null(int column) const { return sqlite3_column_type(statement_, column) == SQLITE_NULL; }
 
 std::int64_t Query::integer(int column) const { return sqlite3_column_int64(statement_, column); }
+
+std::optional<std::int64_t> Query::optional_integer(int column) const {
+  if (is_null(column)) return std::nullopt;
+  return integer(column);
+}
 
 std::string Query::text(int column) const {
   const void* bytes = sqlite3_column_blob(statement_, column);

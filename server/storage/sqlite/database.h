@@ -38,10 +38,14 @@ class Query {
   void bind(int position, std::int64_t value);
   void bind(int position, const std::string& value);
   void bind(int position, Blob value);
-  void bind(int position, const std::optional<std::string>& value);
+  template <class T>
+  void bind(int position, const std::optional<T>& value) {
+    if (value) bind(position, *value);  // else NULL, as after reset
+  }
 
   [[nodiscard]] bool is_null(int column) const;
   [[nodiscard]] std::int64_t integer(int column) const;
+  [[nodiscard]] std::optional<std::int64_t> optional_integer(int column) const;
   [[nodiscard]] std::string text(int column) const;  ///< also of a BLOB: the bytes as they are
 
  private:

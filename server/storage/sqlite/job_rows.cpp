@@ -1,13 +1,23 @@
 #include "server/storage/sqlite/job_rows.h"
 
+#include <sstream>
 #include <utility>
 
 namespace jobs::sqlite {
 namespace {
 
-std::optional<std::int64_t> optional_integer(const Query& query, int column) {
-  if (query.is_null(column)) return std::nullopt;
-  return query.integer(column);
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text.append(text.empty() ? "" : " ").append(word);
+  return text;
+}
+
+std::optional<api::Webhook> read_webhook(const Query& row, int url_column) {
+  if (row.is_null(url_column)) return std::nullopt;
+  api::Webhook webhook{row.text(url_column), {}};
+  std::istringstream words(row.text(url_column + 1));
+  for (std::string word; words >> word;) webhook.events.push_back(word);
+  return webhook;
 }
 
 void read_problem(Database& database, Job& job, const Query& row, int code_column) {
@@ -36,21 +46,39 @@ void read_assets(Database& database, Job& job) {
 
 }  // namespace
 
-void insert_job(Database& database, const Job& job, const std::string& document) {
-  database.change(
-      "INSERT INTO jobs (id, name, state, created_at, attempt, max_attempts, priority, cancel_requested, suspect,"
-      " width, height) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-      job.id, job.name, std::string(name_of(job.state)), job.created_at, std::int64_t{job.attempt},
-      std::int64_t{job.max_attempts}, std::int64_t{job.priority}, std::int64_t{job.cancel_requested},
-      std::int64_t{job.suspect}, std::int64_t{job.width}, std::int64_t{job.height});
-  database.change("INSERT INTO documents (job_id, document) VALUES (?, ?)", job.id, Blob{document});
-  for (const auto& [key, value] : job.labels) {
-    database.change("INSERT INTO labels (key, value, job_id) VALUES (?, ?, ?)", key, value, job.id);
+void insert_labels(Database& database, const std::string& id, const std::map<std::string, std::string>& labels) {
+  for (const auto& [key, value] : labels) {
+    database.change("INSERT INTO labels (key, value, job_id) VALUES (?, ?, ?)", key, value, id);
   }
+}
+
+void insert_job(Database& database, const Job& job, const std::string& document) {
+  std::optional<std::string> url, events, content_key;
+  if (job.webhook) url = job.webhook->url, events = joined(job.webhook->events);
+  if (!job.content_key.empty()) content_key = job.content_key;
+  database.change(
+      "INSERT INTO jobs (id, name, state, created_at, started_at, ended_at, attempt, max_attempts, priority,"
+      " cancel_requested, suspect, width, height, owner, run_after, not_before, deadline, expires_in_s, expires_at,"
+      " webhook_url, webhook_events, content_key, revision, rank)"
+      " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+      job.id, job.name, std::string(name_of(job.state)), job.created_at, job.started_at, job.ended_at,
+      std::int64_t{job.attempt}, std::int64_t{job.max_attempts}, std::int64_t{job.priority},
+      std::int64_t{job.cancel_requested}, std::int64_t{job.suspect}, std::int64_t{job.width}, std::int64_t{job.height},
+      job.owner, job.run_after, job.not_before, job.deadline, job.expires_in_s, job.expires_at, url, events,
+      content_key, job.revision, rank_of(job.created_at, job.run_after, job.priority));
+  database.change("INSERT INTO documents (job_id, document) VALUES (?, ?)", job.id, Blob{document});
+  insert_labels(database, job.id, job.labels);
   std::int64_t position = 0;
   for (const std::string& sha256 : job.assets) {
     database.change("INSERT INTO job_assets (job_id, position, sha256) VALUES (?, ?, ?)", job.id, position++, sha256);
   }
+  if (job.state != JobState::succeeded) return;
+  insert_report(database, job.id, job.report);
+  insert_artifacts(database, job.id, job.artifacts);
+}
+
+void insert_report(Database& database, const std::string& id, const std::string& report) {
+  database.change("INSERT INTO reports (job_id, report) VALUES (?, ?)", id, report);
 }
 
 void insert_problem(Database& database, const std::string& id, const Problem& problem) {
@@ -67,15 +95,17 @@ void insert_artifacts(Database& database, const std::string& id, const std::vect
   std::int64_t position = 0;
   for (const Artifact& artifact : artifacts) {
     database.change(
-        "INSERT INTO artifacts (job_id, position, name, media_type, sha256, bytes) VALUES (?, ?, ?, ?, ?, ?)", id,
-        position++, artifact.name, artifact.media_type, artifact.sha256, static_cast<std::int64_t>(artifact.bytes));
+        "INSERT INTO artifacts (job_id, position, name, media_type, sha256, bytes, owner)"
+        " SELECT id, ?, ?, ?, ?, ?, owner FROM jobs WHERE id = ?",
+        position++, artifact.name, artifact.media_type, artifact.sha256, static_cast<std::int64_t>(artifact.bytes), id);
   }
 }
 
 std::optional<Job> read_job(Database& database, const std::string& id) {
   Query row = database.query(
       "SELECT name, state, created_at, started_at, ended_at, attempt, max_attempts, priority, cancel_requested,"
-      " suspect, width, height, problem_code, problem_detail FROM jobs WHERE id = ?",
+      " suspect, width, height, problem_code, problem_detail, owner, run_after, not_before, deadline, expires_in_s,"
+      " expires_at, expired, webhook_url, webhook_events, content_key, revision FROM jobs WHERE id = ?",
       id);
   if (!row.row()) return std::nullopt;
   Job job;
@@ -83,8 +113,8 @@ std::optional<Job> read_job(Database& database, const std::string& id) {
   job.name = row.text(0);
   job.state = job_state(row.text(1)).value();
   job.created_at = row.integer(2);
-  job.started_at = optional_integer(row, 3);
-  job.ended_at = optional_integer(row, 4);
+  job.started_at = row.optional_integer(3);
+  job.ended_at = row.optional_integer(4);
   job.attempt = static_cast<int>(row.integer(5));
   job.max_attempts = static_cast<int>(row.integer(6));
   job.priority = static_cast<int>(row.integer(7));
@@ -93,6 +123,16 @@ std::optional<Job> read_job(Database& database, const std::string& id) {
   job.width = static_cast<std::uint32_t>(row.integer(10));
   job.height = static_cast<std::uint32_t>(row.integer(11));
   read_problem(database, job, row, 12);
+  job.owner = row.text(14);
+  job.run_after = row.optional_integer(15);
+  job.not_before = row.optional_integer(16);
+  job.deadline = row.optional_integer(17);
+  job.expires_in_s = row.optional_integer(18);
+  job.expires_at = row.optional_integer(19);
+  job.expired = row.integer(20) != 0;
+  job.webhook = read_webhook(row, 21);
+  job.content_key = row.text(23);
+  job.revision = row.integer(24);
   read_labels(database, job);
   read_assets(database, job);
   if (job.state == JobState::succeeded) {

@@ -1,14 +1,18 @@
 #pragma once
 /// The tables, and how an older file becomes a current one. Private to this folder.
 
+#include <cstdint>
 #include <string>
 
 #include "server/storage/sqlite/database.h"
 
 namespace jobs::sqlite {
 
-/// Sets the writing connection up (WAL, synchronous = FULL) and brings the file to the current version, each step in a
-/// transaction. Refuses, as StoreFailure, a file that a newer program wrote: it would not be understood.
-void prepare_file(Database& database, const std::string& path);
+inline constexpr std::int64_t schema_version = 3;
+
+/// Sets the writing connection up (WAL, synchronous = FULL) and brings the file to `version`, each step in a
+/// transaction: to an older one only where a test makes an old file. Refuses, as StoreFailure, a file that a newer
+/// program wrote: it would not be understood.
+void prepare_file(Database& database, const std::string& path, std::int64_t version = schema_version);
 
 }  // namespace jobs::sqlite

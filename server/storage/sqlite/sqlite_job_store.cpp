@@ -1,15 +1,14 @@
+/// How jobs come, run and end. What is only read stands in sqlite_job_reads.cpp, what owners and the housekeeper change
+/// in sqlite_job_changes.cpp.
+
 #include "server/storage/sqlite/sqlite_job_store.h"
 
 #include <cassert>
 #include <utility>
 
-#include "server/storage/sqlite/database.h"
-#include "server/storage/sqlite/folder_lock.h"
-#include "server/storage/sqlite/group_commit.h"
 #include "server/storage/sqlite/job_rows.h"
-#include "server/storage/sqlite/list_query.h"
-#include "server/storage/sqlite/read_pool.h"
-#include "server/storage/sqlite/schema.h"
+#include "server/storage/sqlite/reply_rows.h"
+#include "server/storage/sqlite/store_parts.h"
 
 namespace jobs {
 
@@ -18,88 +17,39 @@ using sqlite::Query;
 
 namespace {
 
-std::unique_ptr<Database> open_for_writing(const std::string& path) {
-  auto database = std::make_unique<Database>(path, Database::Access::read_write);
-  sqlite::prepare_file(*database, path);
-  return database;
-}
-
 /// Moves a job that runs under `fence` to an end; false when there is none such.
 bool end(Database& database, const std::string& id, std::int64_t fence, std::int64_t now, JobState state) {
   assert(may_move(JobState::running, state));
   return database.change(
-             "UPDATE jobs SET state = ?, ended_at = ?, cancel_requested = 0"
-             " WHERE id = ? AND fence = ? AND state = 'running'",
+             "UPDATE jobs SET state = ?1, ended_at = ?2, cancel_requested = 0, revision = revision + 1,"
+             " expires_at = coalesce(expires_at, ?2 + 1000 * expires_in_s)"
+             " WHERE id = ?3 AND fence = ?4 AND state = 'running'",
              std::string(name_of(state)), now, id, fence) == 1;
 }
 
-}  // namespace
+/// The columns of a running job that goes back to the queue, or is cancelled where that was asked for; ?1 is now.
+constexpr const char* given_back =
+    "UPDATE jobs SET state = iif(cancel_requested, 'cancelled', 'queued'),"
+    " ended_at = iif(cancel_requested, ?1, NULL), cancel_requested = 0, revision = revision + 1,"
+    " expires_at = coalesce(expires_at, iif(cancel_requested, ?1 + 1000 * expires_in_s, NULL)),";
 
-/// In the order of dependence: the lock goes last, the readers before the writer, which checkpoints as it closes.
-struct SqliteJobStore::Parts {
-  Parts(const std::string& folder, const std::string& path, const SqliteSettings& settings)
-      : lock(folder), writer(open_for_writing(path)), reader(path, settings.read_connections) {}
-  sqlite::FolderLock lock;
-  sqlite::GroupCommit writer;
-  sqlite::ReadPool reader;
-};
+}  // namespace
 
 SqliteJobStore::SqliteJobStore(const std::string& folder, SqliteSettings settings)
     : parts_(std::make_unique<Parts>(folder, folder + "/whittle.db", settings)) {}
 SqliteJobStore::~SqliteJobStore() = default;
 
-// ---- reads
-// -----------------------------------------------------------------------------------------------------------
-
-std::optional<Job> SqliteJobStore::find(const std::string& id) {
-  return parts_->reader.run([&](Database& database) { return sqlite::read_job(database, id); });
-}
-
-std::optional<std::string> SqliteJobStore::document(const std::string& id) {
-  return parts_->reader.run([&](Database& database) -> std::optional<std::string> {
-    Query query = database.query("SELECT document FROM documents WHERE job_id = ?", id);
-    if (!query.row()) return std::nullopt;
-    return query.text(0);
-  });
-}
-
-JobPage SqliteJobStore::list(const JobFilter& filter, const std::string& cursor, int limit) {
-  return parts_->reader.run([&](Database& database) {
-    std::vector<std::string> ids = sqlite::list_ids(database, filter, cursor, limit + 1);
-    JobPage page;
-    if (ids.size() > static_cast<std::size_t>(limit)) {
-      ids.pop_back();
-      page.next_cursor = ids.back();
+std::optional<KeptReply> SqliteJobStore::admit(const Admission& admission, std::int64_t now) {
+  return parts_->writer.run([&](Database& database) -> std::optional<KeptReply> {
+    if (admission.reply) {
+      if (auto earlier = sqlite::read_reply(database, admission.reply->key, now)) return earlier;
+      sqlite::insert_reply(database, *admission.reply);
     }
-    for (const std::string& id : ids) page.items.push_back(sqlite::read_job(database, id).value());
-    return page;
-  });
-}
-
-std::int64_t SqliteJobStore::count(JobState state) {
-  return parts_->reader.run([&](Database& database) { return sqlite::count_jobs(database, state); });
-}
-
-bool SqliteJobStore::references(const std::string& sha256) {
-  return parts_->reader.run([&](Database& database) {
-    return database.query("SELECT 1 FROM artifacts WHERE sha256 = ? LIMIT 1", sha256).row();
-  });
-}
-
-bool SqliteJobStore::names_asset(const std::string& sha256) {
-  return parts_->reader.run([&](Database& database) {
-    return database.query("SELECT 1 FROM job_assets WHERE sha256 = ? LIMIT 1", sha256).row();
-  });
-}
-
-// ---- writes
-// ----------------------------------------------------------------------------------------------------------
-
-void SqliteJobStore::submit(const Job& job, const std::string& document) {
-  assert(job.state == JobState::queued);
-  parts_->writer.run([&](Database& database) {
-    sqlite::insert_job(database, job, document);
-    return true;
+    for (const auto& [job, document] : admission.jobs) {
+      assert(job.state == JobState::queued || job.state == JobState::succeeded);
+      sqlite::insert_job(database, job, document);
+    }
+    return std::nullopt;
   });
 }
 
@@ -108,15 +58,15 @@ std::optional<Claim> SqliteJobStore::claim(const std::string& boot_id, std::int6
     std::string id;
     {
       Query next = database.query(
-          "SELECT id FROM jobs INDEXED BY jobs_waiting WHERE state = 'queued' AND suspect = ?"
-          " ORDER BY priority DESC, id LIMIT 1",
-          std::int64_t{alone});
+          "SELECT id FROM jobs INDEXED BY jobs_waiting WHERE state = 'queued' AND not_before IS NULL AND suspect = ?"
+          " AND (deadline IS NULL OR deadline > ?) ORDER BY rank, id LIMIT 1",
+          std::int64_t{alone}, now);
       if (!next.row()) return std::nullopt;
       id = next.text(0);
     }
     database.change(
-        "UPDATE jobs SET state = 'running', started_at = ?, attempt = attempt + 1, fence = fence + 1, boot_id = ?"
-        " WHERE id = ?",
+        "UPDATE jobs SET state = 'running', started_at = ?, attempt = attempt + 1, fence = fence + 1, boot_id = ?,"
+        " revision = revision + 1 WHERE id = ?",
         now, boot_id, id);
     Query fence = database.query("SELECT fence FROM jobs WHERE id = ?", id);
     fence.row();
@@ -127,7 +77,7 @@ std::optional<Claim> SqliteJobStore::claim(const std::string& boot_id, std::int6
     try {
       claim->document = document(claim->job.id).value();
     } catch (...) {
-      release(claim->job.id, claim->fence, now, false, false);  // nothing of the call has happened
+      release(claim->job.id, claim->fence, now, {});  // nothing of the call has happened
       throw;
     }
   }
@@ -138,7 +88,7 @@ bool SqliteJobStore::succeed(const std::string& id, std::int64_t fence, std::int
                              const std::vector<Artifact>& artifacts) {
   return parts_->writer.run([&](Database& database) {
     if (!end(database, id, fence, now, JobState::succeeded)) return false;
-    database.change("INSERT INTO reports (job_id, report) VALUES (?, ?)", id, report);
+    sqlite::insert_report(database, id, report);
     sqlite::insert_artifacts(database, id, artifacts);
     return true;
   });
@@ -156,24 +106,29 @@ bool SqliteJobStore::finish_cancel(const std::string& id, std::int64_t fence, st
   return parts_->writer.run([&](Database& database) { return end(database, id, fence, now, JobState::cancelled); });
 }
 
-bool SqliteJobStore::release(const std::string& id, std::int64_t fence, std::int64_t now, bool counts, bool suspect) {
+bool SqliteJobStore::release(const std::string& id, std::int64_t fence, std::int64_t now, const Release& how) {
   return parts_->writer.run([&](Database& database) {
-    const int released = database.change(
-        "UPDATE jobs SET state = iif(cancel_requested, 'cancelled', 'queued'),"
-        " ended_at = iif(cancel_requested, ?, NULL), cancel_requested = 0, attempt = attempt - ?,"
-        " suspect = max(suspect, ?) WHERE id = ? AND fence = ? AND state = 'running'",
-        now, std::int64_t{!counts}, std::int64_t{suspect}, id, fence);
+    const int released =
+        database.change(std::string(given_back) +
+                            " attempt = attempt - ?2, suspect = max(suspect, ?3),"
+                            " not_before = iif(cancel_requested, NULL, ?4)"
+                            " WHERE id = ?5 AND fence = ?6 AND state = 'running'",
+                        now, std::int64_t{!how.counts}, std::int64_t{how.suspect}, how.not_before, id, fence);
     return released == 1;
   });
 }
 
 CancelOutcome SqliteJobStore::cancel(const std::string& id, std::int64_t now) {
   return parts_->writer.run([&](Database& database) {
-    if (database.change("UPDATE jobs SET state = 'cancelled', ended_at = ? WHERE id = ? AND state = 'queued'", now,
-                        id) == 1) {
+    if (database.change("UPDATE jobs SET state = 'cancelled', ended_at = ?1, not_before = NULL,"
+                        " expires_at = coalesce(expires_at, ?1 + 1000 * expires_in_s), revision = revision + 1"
+                        " WHERE id = ?2 AND state = 'queued'",
+                        now, id) == 1) {
       return CancelOutcome::cancelled;
     }
-    if (database.change("UPDATE jobs SET cancel_requested = 1 WHERE id = ? AND state = 'running'", id) == 1) {
+    if (database.change("UPDATE jobs SET revision = revision + (cancel_requested = 0), cancel_requested = 1"
+                        " WHERE id = ? AND state = 'running'",
+                        id) == 1) {
       return CancelOutcome::cancelling;
     }
     return database.query("SELECT 1 FROM jobs WHERE id = ?", id).row() ? CancelOutcome::already_ended
@@ -192,11 +147,8 @@ Removal SqliteJobStore::remove(const std::string& id) {
 
 int SqliteJobStore::recover(const std::string& boot_id, std::int64_t now) {
   return parts_->writer.run([&](Database& database) {
-    return database.change(
-        "UPDATE jobs SET state = iif(cancel_requested, 'cancelled', 'queued'),"
-        " ended_at = iif(cancel_requested, ?, NULL), cancel_requested = 0, attempt = attempt - 1"
-        " WHERE state = 'running' AND boot_id <> ?",
-        now, boot_id);
+    return database.change(std::string(given_back) + " attempt = attempt - 1 WHERE state = 'running' AND boot_id <> ?2",
+                           now, boot_id);
   });
 }
 

@@ -22,19 +22,27 @@ class SqliteJobStore final : public JobStore {
   explicit SqliteJobStore(const std::string& folder, SqliteSettings settings = {});
   ~SqliteJobStore() override;  ///< no call may be in progress
 
-  void submit(const Job& job, const std::string& document) override;
+  std::optional<KeptReply> admit(const Admission& admission, std::int64_t now) override;
+  std::optional<KeptReply> reply(const ReplyKey& key, std::int64_t now) override;
+  std::optional<Job> finished_as(const std::string& content_key, std::int64_t expires_after) override;
   std::optional<Job> find(const std::string& id) override;
   std::optional<std::string> document(const std::string& id) override;
   JobPage list(const JobFilter& filter, const std::string& cursor, int limit) override;
   std::int64_t count(JobState state) override;
+  OwnerUse use_of(const std::string& owner) override;
+  QueueDepth depth() override;
+  std::optional<std::int64_t> waiting_before(const std::string& id, std::int64_t limit) override;
   std::optional<Claim> claim(const std::string& boot_id, std::int64_t now, bool alone) override;
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
                const std::vector<Artifact>& artifacts) override;
   bool fail(const std::string& id, std::int64_t fence, std::int64_t now, const Problem& problem) override;
   bool finish_cancel(const std::string& id, std::int64_t fence, std::int64_t now) override;
-  bool release(const std::string& id, std::int64_t fence, std::int64_t now, bool counts, bool suspect) override;
+  bool release(const std::string& id, std::int64_t fence, std::int64_t now, const Release& how) override;
   CancelOutcome cancel(const std::string& id, std::int64_t now) override;
   Removal remove(const std::string& id) override;
+  RetryOutcome retry(const std::string& id, std::int64_t now) override;
+  ChangeOutcome change(const std::string& id, const JobChange& change, std::optional<std::int64_t> revision) override;
+  Upkeep keep_house(std::int64_t now, std::int64_t expired_kept_ms, int limit) override;
   int recover(const std::string& boot_id, std::int64_t now) override;
   bool references(const std::string& sha256) override;
   bool names_asset(const std::string& sha256) override;

@@ -1,0 +1,117 @@
+#include "server/http/tar.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cstdio>
+#include <cstring>
+#include <stdexcept>
+#include <utility>
+
+namespace http {
+namespace {
+
+constexpr std::uint64_t block = 512;
+
+using Header = std::array<char, block>;
+
+std::uint64_t padded(std::uint64_t bytes) { return (bytes + block - 1) / block * block; }
+
+/// Octal digits up to a NUL, which is the field's last byte.
+void write_octal(Header& header, std::size_t at, std::size_t size, std::uint64_t value) {
+  for (std::size_t i = size - 1; i-- > 0; value /= 8) header.at(at + i) = static_cast<char>('0' + value % 8);
+}
+
+Header header_of(const TarEntry& entry) {
+  assert(entry.name.size() <= 100);
+  Header header{};
+  std::memcpy(header.data(), entry.name.data(), entry.name.size());
+  write_octal(header, 100, 8, 0644);
+  write_octal(header, 108, 8, 0);  // owner and group: nobody in particular
+  write_octal(header, 116, 8, 0);
+  write_octal(header, 124, 12, entry.bytes);
+  write_octal(header, 136, 12, static_cast<std::uint64_t>(std::max<std::int64_t>(entry.modified / 1000, 0)));
+  header[156] = '0';  // an ordinary file
+  std::memcpy(header.data() + 257, "ustar", 6);
+  std::memcpy(header.data() + 263, "00", 2);
+  std::memset(header.data() + 148, ' ', 8);  // the checksum is reckoned over blanks in its own place
+  std::uint64_t sum = 0;
+  for (const char c : header) sum += static_cast<unsigned char>(c);
+  write_octal(header, 148, 7, sum);
+  return header;
+}
+
+class Archive {
+ public:
+  Archive(std::vector<TarEntry> entries, OpenArtifact open) : entries_(std::move(entries)), open_(std::move(open)) {
+    std::uint64_t at = 0;
+    for (const TarEntry& entry : entries_) {
+      begins_.push_back(at);
+      at += block + padded(entry.bytes);
+    }
+    size_ = at + 2 * block;  // the end: two empty blocks
+  }
+  [[nodiscard]] std::uint64_t size() const { return size_; }
+
+  std::size_t read(std::uint64_t offset, char* into, std::size_t size) {
+    std::size_t done = 0;
+    while (done < size && offset + done < size_) done += read_piece(offset + done, into + done, size - done);
+    return done;
+  }
+
+ private:
+  /// At least a byte: the rest of a header, of an artifact or of what fills up after it.
+  std::size_t read_piece(std::uint64_t offset, char* into, std::size_t size) {
+    const auto after = std::upper_bound(begins_.begin(), begins_.end(), offset);
+    if (after == begins_.begin()) return zeros(into, size, size_ - offset);
+    const auto index = static_cast<std::size_t>(after - begins_.begin()) - 1;
+    const TarEntry& entry = entries_[index];
+    const std::uint64_t within = offset - begins_[index];
+    if (within < block) {
+      const Header header = header_of(entry);
+      const std::size_t count = std::min<std::uint64_t>(size, block - within);
+      std::memcpy(into, header.data() + within, count);
+      return count;
+    }
+    const std::uint64_t at = within - block;
+    if (at >= entry.bytes) {
+      const std::uint64_t end = index + 1 < begins_.size() ? begins_[index + 1] : size_;
+      return zeros(into, size, end - offset);
+    }
+    const std::size_t got = reader_of(index).read(at, into, std::min<std::uint64_t>(size, entry.bytes - at));
+    if (got == 0) throw std::runtime_error("artifact " + entry.artifact.sha256 + " is shorter than it was");
+    return got;
+  }
+
+  static std::size_t zeros(char* into, std::size_t size, std::uint64_t left) {
+    const std::size_t count = std::min<std::uint64_t>(size, left);
+    std::memset(into, 0, count);
+    return count;
+  }
+
+  jobs::ArtifactReader& reader_of(std::size_t index) {
+    if (reader_ == nullptr || opened_ != index) {
+      reader_ = open_(entries_[index].artifact);
+      opened_ = index;
+      if (reader_ == nullptr) throw std::runtime_error("artifact " + entries_[index].artifact.sha256 + " is gone");
+    }
+    return *reader_;
+  }
+
+  std::vector<TarEntry> entries_;
+  std::vector<std::uint64_t> begins_;  ///< of each entry's header
+  std::uint64_t size_ = 0;
+  OpenArtifact open_;
+  std::unique_ptr<jobs::ArtifactReader> reader_;
+  std::size_t opened_ = 0;
+};
+
+}  // namespace
+
+BodySource tar_of(std::vector<TarEntry> entries, OpenArtifact open) {
+  const auto archive = std::make_shared<Archive>(std::move(entries), std::move(open));
+  return {archive->size(),
+          [archive](std::uint64_t offset, char* into, std::size_t size) { return archive->read(offset, into, size); }};
+}
+
+}  // namespace http

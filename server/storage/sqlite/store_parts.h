@@ -1,0 +1,35 @@
+#pragma once
+/// What a SqliteJobStore is made of. Private to this folder.
+
+#include <memory>
+#include <string>
+
+#include "server/storage/sqlite/database.h"
+#include "server/storage/sqlite/folder_lock.h"
+#include "server/storage/sqlite/group_commit.h"
+#include "server/storage/sqlite/read_pool.h"
+#include "server/storage/sqlite/schema.h"
+#include "server/storage/sqlite/sqlite_job_store.h"
+
+namespace jobs {
+
+namespace sqlite {
+
+inline std::unique_ptr<Database> open_for_writing(const std::string& path) {
+  auto database = std::make_unique<Database>(path, Database::Access::read_write);
+  prepare_file(*database, path);
+  return database;
+}
+
+}  // namespace sqlite
+
+/// In the order of dependence: the lock goes last, the readers before the writer, which checkpoints as it closes.
+struct SqliteJobStore::Parts {
+  Parts(const std::string& folder, const std::string& path, const SqliteSettings& settings)
+      : lock(folder), writer(sqlite::open_for_writing(path)), reader(path, settings.read_connections) {}
+  sqlite::FolderLock lock;
+  sqlite::GroupCommit writer;
+  sqlite::ReadPool reader;
+};
+
+}  // namespace jobs

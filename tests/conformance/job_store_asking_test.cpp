@@ -1,0 +1,196 @@
+/// What a document asks for under "job": when a job may run, until when, and how long it is kept.
+
+#include "tests/conformance/job_store_conformance.h"
+
+using namespace jobs;
+
+namespace {
+
+constexpr std::int64_t kept_ms = 1000;
+
+}  // namespace
+
+TEST_P(JobStoreConformance, KeepsWhatAJobAskedFor) {
+  const api::Webhook webhook{"https://example.org/hook", {"failed", "succeeded"}};
+  const std::string id = submit([&](Job& job) {
+    job.owner = "ann";
+    job.run_after = job.not_before = now + 10;
+    job.deadline = now + 20;
+    job.expires_in_s = 30;
+    job.webhook = webhook;
+    job.content_key = "key";
+  });
+  reopen();
+  const Job job = find(id);
+  EXPECT_EQ(job.owner, "ann");
+  EXPECT_EQ(job.run_after, now + 10);
+  EXPECT_EQ(job.not_before, now + 10);
+  EXPECT_EQ(job.deadline, now + 20);
+  EXPECT_EQ(job.expires_in_s, 30);
+  EXPECT_EQ(job.expires_at, std::nullopt) << "it has not ended";
+  EXPECT_FALSE(job.expired);
+  EXPECT_EQ(job.webhook, webhook);
+  EXPECT_EQ(job.content_key, "key");
+  EXPECT_EQ(find(submit()).webhook, std::nullopt);
+}
+
+TEST_P(JobStoreConformance, AMinuteOfWaitingIsWorthAPointOfPriority) {
+  const std::string early_low = submit([](Job& job) { job.priority = 40; });
+  now += 10 * 60'000 + 1;
+  const std::string late_high = submit([](Job& job) { job.priority = 50; });
+  EXPECT_EQ(claim().job.id, early_low) << "ten minutes and a millisecond make up for ten points";
+  now += 10 * 60'000 - 2;
+  const std::string later_higher = submit([](Job& job) { job.priority = 60; });
+  EXPECT_EQ(claim().job.id, later_higher) << "a millisecond less does not";
+  EXPECT_EQ(claim().job.id, late_high);
+}
+
+TEST_P(JobStoreConformance, WhoRunsLaterWaitsSinceThen) {
+  const std::string delayed = submit([&](Job& job) { job.run_after = job.not_before = now + 60'000; });
+  now += 30'000;
+  const std::string later = submit();
+  now += 40'000;
+  store().keep_house(now, kept_ms, 10);
+  EXPECT_EQ(claim().job.id, later) << "it has waited for 40 s, the other one for 10";
+  EXPECT_EQ(claim().job.id, delayed);
+}
+
+TEST_P(JobStoreConformance, ClaimsNoJobBeforeItsTime) {
+  const std::string id = submit([&](Job& job) { job.run_after = job.not_before = now + 10; });
+  now += 9;
+  EXPECT_FALSE(store().claim("boot", now, false));
+  EXPECT_FALSE(store().keep_house(now, kept_ms, 10).due);
+  now += 1;
+  const Upkeep step = store().keep_house(now, kept_ms, 10);
+  EXPECT_TRUE(step.due);
+  EXPECT_FALSE(step.suspects_due);
+  const Claim claimed = claim();
+  EXPECT_EQ(claimed.job.id, id);
+  EXPECT_EQ(claimed.job.not_before, std::nullopt);
+  EXPECT_EQ(claimed.job.run_after, now) << "what was asked for stays";
+  EXPECT_FALSE(store().keep_house(now, kept_ms, 10).due);
+}
+
+TEST_P(JobStoreConformance, AJobReleasedWithAPauseIsClaimedAfterItAlsoByTheNextDaemon) {
+  const Placed job = place(JobState::running);
+  store().release(job.id, job.fence, now, {.counts = true, .suspect = true, .not_before = now + 5});
+  reopen();
+  EXPECT_EQ(find(job.id).not_before, now + 5);
+  EXPECT_FALSE(store().keep_house(now + 4, kept_ms, 10).due);
+  EXPECT_FALSE(store().claim("boot", now + 4, true));
+  now += 5;
+  EXPECT_TRUE(store().keep_house(now, kept_ms, 10).suspects_due);
+  EXPECT_EQ(claim(true).job.id, job.id);
+}
+
+TEST_P(JobStoreConformance, ADelayedJobCanBeCancelled) {
+  const std::string id = submit([&](Job& job) { job.not_before = now + 10; });
+  EXPECT_EQ(store().cancel(id, now), CancelOutcome::cancelled);
+  EXPECT_EQ(find(id).not_before, std::nullopt);
+  EXPECT_FALSE(store().keep_house(now + 10, kept_ms, 10).due);
+}
+
+TEST_P(JobStoreConformance, AQueuedJobWhoseDeadlinePassesFails) {
+  const auto with_deadline = [&](Job& job) { job.deadline = now + 10; };
+  const std::string waiting = submit(with_deadline), running = submit(with_deadline);
+  store().cancel(waiting, now);
+  EXPECT_EQ(claim().job.id, running);
+  const std::string late = submit([&](Job& job) { job.deadline = now + 11, job.expires_in_s = 2; });
+  const std::string overdue = submit(with_deadline);
+  EXPECT_TRUE(store().keep_house(now + 9, kept_ms, 10).overdue.empty());
+  EXPECT_EQ(store().claim("boot", now + 10, false)->job.id, late) << "an overdue one is not begun";
+  store().release(late, 1, now, {});
+  EXPECT_EQ(store().keep_house(now + 10, kept_ms, 10).overdue, std::vector<std::string>{overdue});
+  const Job failed = find(overdue);
+  EXPECT_EQ(failed.state, JobState::failed);
+  EXPECT_EQ(failed.problem->code, "deadline_exceeded");
+  EXPECT_EQ(failed.ended_at, now + 10);
+  EXPECT_EQ(find(running).state, JobState::running) << "whoever runs it stops it";
+  EXPECT_EQ(store().keep_house(now + 11, kept_ms, 10).overdue, std::vector<std::string>{late});
+  EXPECT_EQ(find(late).expires_at, now + 11 + 2000);
+  EXPECT_EQ(store().count(JobState::queued), 0);
+}
+
+TEST_P(JobStoreConformance, OfManyThatAreDueTheEarliestMayRunFirst) {
+  const std::string later = submit([&](Job& job) { job.not_before = now + 2; });
+  const std::string earlier = submit([&](Job& job) { job.not_before = now + 1; });
+  now += 3;
+  EXPECT_TRUE(store().keep_house(now, kept_ms, 1).more);
+  EXPECT_EQ(claim().job.id, earlier);
+  EXPECT_FALSE(store().claim("boot", now, false));
+  store().keep_house(now, kept_ms, 1);
+  EXPECT_EQ(claim().job.id, later);
+}
+
+TEST_P(JobStoreConformance, HouseIsKeptInStepsAndSaysWhenThereIsMore) {
+  for (int i = 0; i < 5; ++i) submit([&](Job& job) { job.deadline = now; });
+  const Upkeep first = store().keep_house(now, kept_ms, 3);
+  EXPECT_EQ(first.overdue.size(), 3u);
+  EXPECT_TRUE(first.more);
+  EXPECT_EQ(store().keep_house(now, kept_ms, 3).overdue.size(), 2u);
+  const Upkeep last = store().keep_house(now, kept_ms, 3);
+  EXPECT_TRUE(last.overdue.empty());
+  EXPECT_FALSE(last.more);
+}
+
+TEST_P(JobStoreConformance, ExpiryIsReckonedFromEveryEnd) {
+  using End = std::function<void(const std::string&)>;
+  const std::vector<std::pair<std::string, End>> ends = {
+      {"succeed", [&](auto& id) { store().succeed(id, claim().fence, now, "{}", {}); }},
+      {"fail",
+       [&](auto& id) {
+         store().fail(id, claim().fence, now, {"internal", "x", {}});
+       }},
+      {"cancel", [&](auto& id) { store().cancel(id, now); }},
+      {"finish_cancel", [&](auto& id) { store().finish_cancel(id, claim().fence, now); }},
+      {"release when cancelled",
+       [&](auto& id) {
+         const Claim claimed = claim();
+         store().cancel(id, now);
+         store().release(id, claimed.fence, now, {});
+       }},
+      {"recover when cancelled",
+       [&](auto& id) {
+         claim();
+         store().cancel(id, now);
+         store().recover("other boot", now);
+       }},
+  };
+  for (const auto& [name, end] : ends) {
+    const std::string id = submit([](Job& job) { job.expires_in_s = 60; });
+    end(id);
+    EXPECT_EQ(find(id).expires_at, now + 60'000) << name;
+  }
+}
+
+TEST_P(JobStoreConformance, AnExpiredJobLosesItsDocumentAndPicturesAndIsForgottenLater) {
+  const std::string sha256(64, 'a');
+  const std::string id = submit([](Job& job) { job.expires_in_s = 1; });
+  store().succeed(id, claim().fence, now, "{}", {{"image.png", "image/png", sha256, 5}});
+  EXPECT_EQ(store().keep_house(now + 999, kept_ms, 10).expired, 0);
+  const Upkeep step = store().keep_house(now + 1000, kept_ms, 10);
+  EXPECT_EQ(step.expired, 1);
+  ASSERT_EQ(step.artifacts.size(), 1u);
+  EXPECT_EQ(step.artifacts[0].sha256, sha256);
+  reopen();
+  EXPECT_TRUE(find(id).expired);
+  EXPECT_EQ(find(id).state, JobState::succeeded);
+  EXPECT_EQ(find(id).report, "{}");
+  EXPECT_TRUE(find(id).artifacts.empty());
+  EXPECT_FALSE(store().document(id));
+  EXPECT_FALSE(store().references(sha256));
+  EXPECT_EQ(store().use_of("").artifact_bytes, 0);
+  EXPECT_EQ(store().keep_house(now + 1999, kept_ms, 10).forgotten, 0);
+  EXPECT_EQ(store().keep_house(now + 2000, kept_ms, 10).forgotten, 1);
+  EXPECT_FALSE(store().find(id));
+  EXPECT_EQ(store().count(JobState::succeeded), 0);
+}
+
+TEST_P(JobStoreConformance, NothingThatHasNotEndedExpires) {
+  const std::string waiting = submit([&](Job& job) { job.expires_at = now; });
+  const std::string running = submit([&](Job& job) { job.expires_at = now, job.priority = 60; });
+  EXPECT_EQ(claim().job.id, running);
+  EXPECT_EQ(store().keep_house(now + 1, kept_ms, 10).expired, 0);
+  EXPECT_TRUE(store().document(waiting));
+  EXPECT_TRUE(store().document(running));
+}

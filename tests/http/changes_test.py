@@ -1,0 +1,161 @@
+"""What can be asked of a job beyond its picture: when it runs, until when, how long it is kept, and what may be changed."""
+import datetime
+import unittest
+
+from tests.http.daemon import Daemon, OneDaemon, json_of, long_scene, scene, wait_until
+
+FAR = "2099-01-01T00:00:00Z"
+
+
+def in_seconds(seconds):
+    return (datetime.datetime.now(datetime.timezone.utc) + datetime.timedelta(seconds=seconds)).isoformat()
+
+
+def time_of(text):
+    return datetime.datetime.fromisoformat(text.replace("Z", "+00:00"))
+
+
+class Times(OneDaemon):
+    def test_keep_a_job_from_running_early(self):
+        job_id = self.daemon.submit(scene(job={"run_after": in_seconds(1.5)}))
+        job = self.daemon.job(job_id)
+        self.assertEqual((job["state"], job["not_before"], job["queue_position"]), ("queued", job["run_after"], None))
+        job = self.daemon.wait_for_end(job_id)
+        self.assertEqual((job["state"], job["not_before"]), ("succeeded", None))
+        self.assertGreaterEqual(time_of(job["started_at"]), time_of(job["run_after"]))
+
+    def test_fail_a_waiting_job_at_its_deadline(self):
+        job = self.daemon.wait_for_end(self.daemon.submit(scene(job={"deadline": in_seconds(-1)})))
+        self.assertEqual((job["state"], job["problem"]["code"]), ("failed", "deadline_exceeded"))
+
+    def test_fail_a_running_job_at_its_deadline(self):
+        job_id = self.daemon.submit(long_scene(job={"deadline": in_seconds(2)}))
+        self.daemon.wait_for_state(job_id, "running")
+        job = self.daemon.wait_for_end(job_id)
+        self.assertEqual((job["state"], job["problem"]["code"], job["attempt"]), ("failed", "deadline_exceeded", 1))
+        self.assertEqual(self.finished()["state"], "succeeded")
+
+    def test_end_with_the_pictures_after_expiry_but_not_those_of_another_job(self):
+        kept = self.finished(name="expiry")
+        job = self.finished(name="expiry", job={"expires_in": 1})
+        self.assertEqual(kept["artifacts"][0]["sha256"], job["artifacts"][0]["sha256"])
+        self.assertEqual(time_of(job["expires_at"]) - time_of(job["ended_at"]), datetime.timedelta(seconds=1))
+        wait_until(lambda: self.daemon.job(job["id"])["expired"], "expiry")
+        self.assert_problem(self.daemon.get(job["links"]["image"]), 410, "job_expired")
+        after = self.daemon.job(job["id"])
+        self.assertEqual((after["state"], after["artifacts"], after["report"]), ("succeeded", [], job["report"]))
+        self.assertEqual(self.daemon.get(kept["links"]["image"]).status, 200)
+
+
+class Changing(OneDaemon):
+    def change(self, job_id, body, etag="*"):
+        return self.daemon.request("PATCH", f"/v1/jobs/{job_id}", body, {"If-Match": etag})
+
+    def test_merges_what_is_named_into_the_job(self):
+        job_id = self.daemon.submit(scene(name="old", job={"run_after": FAR, "labels": {"a": "1", "b": "2"}}))
+        reply = self.change(job_id, {"priority": 90, "name": "new", "labels": {"b": None, "c": "3"}, "expires_at": FAR})
+        self.assertEqual(reply.status, 200)
+        job = json_of(reply)
+        self.assertEqual((job["priority"], job["name"], job["labels"], job["expires_at"]),
+                         (90, "new", {"a": "1", "c": "3"}, "2099-01-01T00:00:00.000Z"))
+        self.assertEqual(reply.headers["ETag"], self.daemon.get(f"/v1/jobs/{job_id}").headers["ETag"])
+        job = json_of(self.change(job_id, {"expires_at": None}))
+        self.assertEqual((job["priority"], job["labels"], job["expires_at"]), (90, {"a": "1", "c": "3"}, None))
+
+    def test_needs_the_job_as_it_was_seen(self):
+        job_id = self.daemon.submit(scene(job={"run_after": FAR}))
+        seen = self.daemon.get(f"/v1/jobs/{job_id}").headers["ETag"]
+        self.assertEqual(self.change(job_id, {"name": "first"}, seen).status, 200)
+        self.assert_problem(self.change(job_id, {"name": "second"}, seen), 412, "revision_differs")
+        self.assert_problem(self.change(job_id, {"name": "third"}, "W/nonsense"), 412, "revision_differs")
+        reply = self.daemon.request("PATCH", f"/v1/jobs/{job_id}", {"name": "fourth"})
+        self.assert_problem(reply, 428, "revision_required")
+        self.assertEqual(self.daemon.job(job_id)["name"], "first")
+
+    def test_is_not_kept_off_by_progress(self):
+        job_id = self.daemon.submit(long_scene())
+        try:
+            self.daemon.wait_for_state(job_id, "running")
+            first = self.daemon.get(f"/v1/jobs/{job_id}")
+            wait_until(lambda: self.daemon.job(job_id)["progress"] > json_of(first)["progress"], "progress")
+            self.assertNotEqual(first.headers["ETag"], self.daemon.get(f"/v1/jobs/{job_id}").headers["ETag"])
+            self.assertEqual(self.change(job_id, {"name": "on its way"}, first.headers["ETag"]).status, 200)
+        finally:
+            self.daemon.request("POST", f"/v1/jobs/{job_id}/cancel")
+
+    def test_tells_all_that_is_wrong(self):
+        job_id = self.daemon.submit(scene(job={"run_after": FAR}))
+        body = {"priority": 101, "labels": {"a": 1}, "expires_at": "soon", "state": "succeeded"}
+        problem = self.assert_problem(self.change(job_id, body), 422, "bad_change")
+        self.assertEqual({(error["pointer"], error["code"]) for error in problem["errors"]},
+                         {("#/priority", "out_of_range"), ("#/labels/a", "wrong_type"), ("#/expires_at", "malformed"),
+                          ("#/state", "unknown_field")})
+        many = {f"label {index}": "" for index in range(40)}
+        self.assertEqual(self.change(job_id, {"labels": many}).status, 200)
+        more = {f"another {index}": "" for index in range(40)}
+        problem = self.assert_problem(self.change(job_id, {"labels": more}), 422, "bad_change")
+        self.assertIn("80", problem["errors"][0]["detail"])
+        self.assertEqual(len(self.daemon.job(job_id)["labels"]), 40)
+
+    def test_leaves_the_priority_of_what_has_ended(self):
+        job = self.finished()
+        self.assert_problem(self.change(job["id"], {"priority": 1}), 409, "job_ended")
+        self.assertEqual(self.change(job["id"], {"name": "later"}).status, 200)
+
+
+class Retrying(OneDaemon):
+    def test_runs_what_failed_or_was_cancelled_again(self):
+        failed = self.daemon.wait_for_end(self.daemon.submit(scene(job={"deadline": in_seconds(-1)})))
+        self.assertEqual(failed["links"]["retry"], f"/v1/jobs/{failed['id']}/retry")
+        reply = self.daemon.request("POST", failed["links"]["retry"])
+        self.assertEqual((reply.status, reply.headers["Location"]), (202, failed["links"]["self"]))
+        self.assertEqual((json_of(reply)["problem"], json_of(reply)["deadline"]), (None, None))
+        job = self.daemon.wait_for_end(failed["id"])
+        self.assertEqual((job["state"], job["attempt"], job["problem"]), ("succeeded", 1, None))
+        self.assert_problem(self.daemon.request("POST", f"/v1/jobs/{job['id']}/retry"), 409, "job_not_failed")
+        self.assertIsNone(job["links"]["retry"])
+
+    def test_is_not_for_what_has_not_ended(self):
+        job_id = self.daemon.submit(scene(job={"run_after": FAR}))
+        self.assert_problem(self.daemon.request("POST", f"/v1/jobs/{job_id}/retry"), 409, "job_not_failed")
+
+
+class TheQueue(unittest.TestCase):
+    def test_tells_positions_depth_and_age(self):
+        with Daemon("--jobs", "1") as daemon:
+            for _ in range(3):
+                daemon.wait_for_end(daemon.submit(scene()))
+            running = daemon.submit(long_scene())
+            daemon.wait_for_state(running, "running")
+            low, high = (daemon.submit(scene(job={"priority": priority})) for priority in (10, 90))
+            daemon.submit(scene(job={"run_after": FAR}))
+            self.assertEqual([daemon.job(job_id)["queue_position"] for job_id in (running, high, low)], [None, 1, 2])
+            queue = json_of(daemon.get("/v1/queue"))
+            self.assertEqual(queue["jobs"], {"queued": 3, "running": 1, "succeeded": 3, "failed": 0, "cancelled": 0})
+            self.assertEqual(queue["queued_by_priority"], {"10": 1, "50": 1, "90": 1})
+            self.assertEqual((queue["delayed"], queue["running"]), (1, 1))
+            self.assertGreaterEqual(queue["eta_s"], 0)
+            wait_until(lambda: json_of(daemon.get("/v1/queue"))["oldest_age_s"] > queue["oldest_age_s"], "age")
+            daemon.request("PATCH", f"/v1/jobs/{low}", {"priority": 95}, {"If-Match": "*"})
+            self.assertEqual([daemon.job(job_id)["queue_position"] for job_id in (high, low)], [2, 1])
+
+    def test_keeps_each_owner_within_its_quota(self):
+        with Daemon("--key-queued-jobs", "2", "--key-artifact-bytes", "1") as daemon:
+            for _ in range(2):
+                daemon.submit(scene(job={"run_after": FAR}))
+            reply = daemon.request("POST", "/v1/jobs", scene())
+            self.assertEqual((reply.status, json_of(reply)["type"]), (429, "urn:whittle:problem:quota_exceeded"))
+            self.assertIn("key_queued_jobs is 2", json_of(reply)["detail"])
+            self.assertGreater(int(reply.headers["Retry-After"]), 0)
+            waiting = json_of(daemon.get("/v1/jobs?limit=1"))["items"][0]["id"]
+            self.assertEqual(daemon.request("DELETE", f"/v1/jobs/{waiting}").status, 204)
+            job = daemon.wait_for_end(daemon.submit(scene()))
+            reply = daemon.request("POST", "/v1/jobs", scene())
+            self.assertEqual(reply.status, 429)
+            self.assertIn("key_artifact_bytes is 1", json_of(reply)["detail"])
+            daemon.request("DELETE", job["links"]["self"])
+            self.assertEqual(daemon.request("POST", "/v1/jobs", scene()).status, 202)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,120 @@
+"""The same asked for twice: requests under an Idempotency-Key, and pictures that exist already."""
+import threading
+import unittest
+
+from tests.http.daemon import OneDaemon, json_of, scene
+
+
+class Repeating(OneDaemon):
+    def submit(self, document, key, path="/v1/jobs"):
+        return self.daemon.request("POST", path, document, {"Idempotency-Key": key})
+
+    def test_under_the_same_key_gives_the_first_reply_again(self):
+        first = self.submit(scene(name="once"), "key-1")
+        self.assertEqual((first.status, first.headers["Idempotent-Replayed"]), (202, None))
+        job_id = json_of(first)["id"]
+        self.daemon.wait_for_end(job_id)
+        for _ in range(2):
+            again = self.submit(scene(name="once"), "key-1")
+            self.assertEqual((again.status, again.body, again.headers["Location"], again.headers["Idempotent-Replayed"]),
+                             (202, first.body, first.headers["Location"], "true"))
+        self.daemon.request("DELETE", f"/v1/jobs/{job_id}")
+        self.assertEqual(self.submit(scene(name="once"), "key-1").body, first.body)
+        self.assertEqual(json_of(self.daemon.get("/v1/jobs?q=once"))["items"], [])
+
+    def test_with_another_document_is_refused(self):
+        self.submit(scene(name="one"), "key-2")
+        self.assert_problem(self.submit(scene(name="two"), "key-2"), 422, "key_reused")
+        self.assertEqual(json_of(self.daemon.get("/v1/jobs?q=two"))["items"], [])
+
+    def test_at_the_same_time_submits_once(self):
+        replies = []
+        threads = [threading.Thread(target=lambda: replies.append(self.submit(scene(name="race"), "key-3")))
+                   for _ in range(8)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual({reply.status for reply in replies}, {202})
+        self.assertEqual(len({reply.body for reply in replies}), 1)
+        self.assertEqual(len(json_of(self.daemon.get("/v1/jobs?q=race"))["items"]), 1)
+
+    def test_after_a_refusal_is_a_first_time(self):
+        self.assert_problem(self.submit(scene(colour="red"), "key-4"), 422, "bad_scene")
+        self.assertEqual(self.submit(scene(), "key-4").status, 202)
+
+    def test_takes_no_strange_keys(self):
+        for key in ("", "a b", "x" * 256):
+            self.assert_problem(self.submit(scene(), key), 400, "bad_header")
+        self.assertEqual(self.submit(scene(), "x" * 255).status, 202)
+
+
+class Caching(OneDaemon):
+    def submit(self, document):
+        reply = self.daemon.request("POST", "/v1/jobs", document)
+        self.assertIn(reply.status, (200, 202), reply.body)
+        self.assertEqual(reply.headers["X-Cache"], "hit" if reply.status == 200 else None)
+        job = json_of(reply)
+        self.assertEqual(job["state"] == "succeeded", reply.status == 200)
+        self.daemon.wait_for_end(job["id"])
+        return reply.status == 200
+
+    def test_makes_the_same_picture_once(self):
+        document = scene(name="cached", job={"cache": "use", "labels": {"n": "1"}})
+        self.assertFalse(self.submit(document))
+        reply = self.daemon.request("POST", "/v1/jobs", {**dict(reversed(document.items())), "job": {"name": "other"}})
+        self.assertEqual((reply.status, reply.headers["X-Cache"]), (200, "hit"))
+        job = json_of(reply)
+        self.assertEqual((job["name"], job["labels"], job["progress"]), ("other", {}, 1))
+        first, second = (self.daemon.job(item["id"]) for item in json_of(self.daemon.get("/v1/jobs"))["items"]
+                         if item["name"] in ("cached", "other"))
+        self.assertNotEqual(first["id"], second["id"])
+        self.assertEqual(first["artifacts"][0]["sha256"], second["artifacts"][0]["sha256"])
+        self.daemon.request("DELETE", first["links"]["self"])
+        self.assertEqual(self.daemon.get(second["links"]["image"]).status, 200, "it has the picture of its own")
+        self.assertTrue(self.submit(document))
+
+    def test_makes_another_picture_when_anything_of_it_differs(self):
+        document = scene(name="differs", job={"cache": "use"})
+        self.assertFalse(self.submit(document))
+        self.assertFalse(self.submit({**document, "ambient": [0.5, 0.5, 0.5]}))
+        self.assertFalse(self.submit({**document, "output": {"formats": ["exr"]}}))
+        self.assertTrue(self.submit(document))
+
+    def test_is_as_the_job_asks(self):
+        document = scene(name="asks")
+        self.assertFalse(self.submit({**document, "job": {"cache": "off"}}))
+        self.assertFalse(self.submit({**document, "job": {"cache": "refresh"}}), "off leaves nothing for others")
+        self.assertFalse(self.submit({**document, "job": {"cache": "refresh"}}))
+        self.assertTrue(self.submit({**document, "job": {}}), "refresh leaves its picture for others")
+        self.assertFalse(self.submit({**document, "job": {"cache": "off"}}))
+
+    def test_has_nothing_of_budgets_and_removed_jobs(self):
+        document = scene(name="budget", accuracy={"time_budget_ms": 50}, job={"cache": "use"})
+        self.assertFalse(self.submit(document))
+        self.assertFalse(self.submit(document))
+        document = scene(name="removed", job={"cache": "use"})
+        self.assertFalse(self.submit(document))
+        for job in json_of(self.daemon.get("/v1/jobs?q=removed"))["items"]:
+            self.daemon.request("DELETE", job["links"]["self"])
+        self.assertFalse(self.submit(document))
+
+    def test_answers_a_render_at_once(self):
+        document = scene(name="render", job={"cache": "use"})
+        first, second = (self.daemon.request("POST", "/v1/render", document) for _ in range(2))
+        self.assertEqual((first.status, first.headers["X-Cache"]), (200, None))
+        self.assertEqual((second.status, second.headers["X-Cache"]), (200, "hit"))
+        self.assertEqual(first.body, second.body)
+        other = self.daemon.request("POST", "/v1/render", document, {"Accept": "image/x-exr"})
+        self.assertEqual((other.headers["X-Cache"], other.headers["Content-Type"]), (None, "image/x-exr"))
+
+    def test_hit_under_a_key_is_told_again_as_a_hit(self):
+        document = scene(name="both", job={"cache": "use"})
+        self.assertFalse(self.submit(document))
+        first, second = (self.daemon.request("POST", "/v1/jobs", document, {"Idempotency-Key": "hit"}) for _ in range(2))
+        self.assertEqual((first.status, second.status, second.headers["X-Cache"]), (200, 200, "hit"))
+        self.assertEqual(first.body, second.body)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,134 @@
+/// Attempts that fail, take too long or too much: tried again where that may help, stopped in time, told why.
+
+#include "tests/queue/supervised.h"
+
+using jobs::JobState;
+
+namespace {
+
+std::vector<std::int64_t> pauses_ms(const std::string& code, int max_attempts) {
+  const worker::RetrySettings settings{std::chrono::milliseconds(10), std::chrono::milliseconds(100)};
+  std::vector<std::int64_t> pauses;
+  for (int attempt = 1;; ++attempt) {
+    const auto pause = worker::retry_pause(code, attempt, max_attempts, settings);
+    if (!pause) return pauses;
+    pauses.push_back(pause->count());
+  }
+}
+
+}  // namespace
+
+TEST(RetryRules, PausesGrowFourfoldUpToTheirMost) {
+  for (const char* code : {"out_of_memory", "timed_out", "worker_crashed", "internal"}) {
+    EXPECT_EQ(pauses_ms(code, 5), (std::vector<std::int64_t>{10, 40, 100, 100})) << code;
+    EXPECT_TRUE(pauses_ms(code, 1).empty()) << code;
+  }
+}
+
+TEST(RetryRules, WhatIsTheJobsOwnFaultIsNotTriedAgain) {
+  for (const char* code : {"bad_scene", "bad_asset", "deadline_exceeded", "storage_failure", ""}) {
+    EXPECT_TRUE(pauses_ms(code, 5).empty()) << code;
+  }
+}
+
+TEST_F(SupervisorTest, AFailureThatMayPassIsFollowedByAnotherAttempt) {
+  start();
+  for (const std::string code : {"internal", "out_of_memory"}) {
+    const std::string id = submit("fail_unless " + path(code) + " " + code + "\nfinish done");
+    ASSERT_TRUE(reaches(id, JobState::succeeded)) << code;
+    EXPECT_EQ(find(id).attempt, 2) << code;
+    EXPECT_EQ(find(id).suspect, code == "out_of_memory") << "it runs alone then";
+  }
+  EXPECT_EQ(log.count("attempt_failed"), 2);
+}
+
+TEST_F(SupervisorTest, AFailureThatComesEveryTimeIsToldAfterTheLastAttempt) {
+  start();
+  const std::string id = submit("fail internal", 3);
+  ASSERT_TRUE(reaches(id, JobState::failed));
+  EXPECT_EQ(find(id).attempt, 3);
+  EXPECT_EQ(problem_code(id), "internal");
+}
+
+TEST_F(SupervisorTest, WaitsBeforeTheNextAttempt) {
+  auto patient = settings();
+  patient.retry.pause = std::chrono::hours(1);
+  patient.retry.pause_max = std::chrono::hours(1);
+  start(patient);
+  const std::string id = submit("fail internal");
+  ASSERT_TRUE(eventually([&] { return find(id).not_before.has_value(); }));
+  EXPECT_EQ(state(id), JobState::queued);
+  EXPECT_GT(*find(id).not_before, *find(id).started_at + 3'590'000);
+}
+
+TEST_F(SupervisorTest, StopsAnAttemptThatTakesTooLong) {
+  auto impatient = settings();
+  impatient.wall_time = std::chrono::milliseconds(50);
+  start(impatient);
+  const std::string id = submit("wait " + path("never"), 2);
+  ASSERT_TRUE(reaches(id, JobState::failed));
+  EXPECT_EQ(problem_code(id), "timed_out");
+  EXPECT_EQ(find(id).attempt, 2);
+  EXPECT_EQ(log.count("worker_started"), 1) << "it obeyed";
+}
+
+TEST_F(SupervisorTest, StopsAJobAtItsDeadlineAndDoesNotTryAgain) {
+  start();
+  jobs::Submission submission;
+  submission.document = "wait " + path("never");
+  submission.parsed.job.deadline = jobs::system_clock()() + 300;
+  const std::string id = queue.submit(std::move(submission))->view.job.id;
+  ASSERT_TRUE(reaches(id, JobState::running));
+  ASSERT_TRUE(reaches(id, JobState::failed));
+  EXPECT_EQ(problem_code(id), "deadline_exceeded");
+  EXPECT_EQ(find(id).attempt, 1);
+  EXPECT_GE(*find(id).ended_at, *find(id).deadline);
+}
+
+TEST_F(SupervisorTest, ReplacesAWorkerThatDoesNotStopAnOverdueJobAndChargesNobodyElse) {
+  auto impatient = settings();
+  impatient.wall_time = std::chrono::milliseconds(400);
+  impatient.cancel_grace = std::chrono::milliseconds(50);
+  start(impatient);
+  const std::string deaf = submit("deaf " + path("never"), 1);
+  ASSERT_TRUE(reaches(deaf, JobState::running));
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  const std::string innocent = submit("wait " + path("go"), 1);
+  ASSERT_TRUE(reaches(deaf, JobState::failed));
+  ASSERT_TRUE(eventually([&] { return log.count("worker_ended") >= 1; }));
+  create("go");
+  EXPECT_TRUE(reaches(innocent, JobState::succeeded));
+  EXPECT_EQ(problem_code(deaf), "timed_out");
+}
+
+TEST_F(SupervisorTest, AJobTriedAgainWhileItsLastAttemptHasNotStoppedWaitsForThat) {
+  start();
+  const std::string id = submit("deaf " + path("go"));
+  ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
+  queue.cancel(id);
+  ASSERT_TRUE(reaches(id, JobState::cancelled));
+  EXPECT_EQ(queue.retry(id), jobs::RetryOutcome::queued);
+  ASSERT_TRUE(eventually([&] { return log.count("job_given_back") >= 2; }));
+  EXPECT_EQ(supervisor->running(), 1);
+  create("go");
+  ASSERT_TRUE(reaches(id, JobState::succeeded));
+  EXPECT_EQ(find(id).attempt, 1);
+}
+
+TEST_F(SupervisorTest, AJobThatTakesTooMuchMemoryIsFoundAndFailsAsThat) {
+  auto small = settings();
+  small.job_memory_bytes = 64u << 20;
+  start(small);
+  const std::string innocent = submit("wait " + path("go"));
+  ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
+  const std::string greedy = submit("fill 400000000 " + path("never"), 2);
+  ASSERT_TRUE(eventually([&] { return log.count("worker_ended") >= 1; }));
+  create("go");
+  ASSERT_TRUE(reaches(greedy, JobState::failed));
+  EXPECT_EQ(problem_code(greedy), "out_of_memory");
+  EXPECT_NE(find(greedy).problem->detail.find("job_memory_bytes of 67108864"), std::string::npos)
+      << find(greedy).problem->detail;
+  EXPECT_EQ(find(greedy).attempt, 2);
+  EXPECT_TRUE(reaches(innocent, JobState::succeeded));
+  EXPECT_EQ(find(innocent).attempt, 1);
+}
