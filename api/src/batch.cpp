@@ -79,17 +79,19 @@ bool has_parent(const Json& scene, const Pointer& pointer) {
 std::vector<Axis> axes_of(const Json& scene, const Json& sweep, Documents& documents) {
   std::vector<Axis> axes;
   for (const auto& [text, values] : sweep.items()) {
-    Axis axis{text, {}, values.get<std::vector<Json>>()};
+    Axis axis;
+    axis.text = text;
+    axis.values = values.get<std::vector<Json>>();
     const std::string place = "/sweep/" + nlohmann::detail::escape(text);
     try {
       axis.pointer = Pointer(text);
       if (has_parent(scene, axis.pointer)) {
         axes.push_back(std::move(axis));
       } else {
-        documents.tell({place, "unknown_reference", "the scene has nothing around " + quoted(text)});
+        documents.tell({place, "unknown_reference", "the scene has nothing around " + api::quoted(text)});
       }
     } catch (const Json::exception&) {  // a pointer must begin with a slash, an index be a number
-      documents.tell({place, "malformed", quoted(text) + " is no JSON pointer (RFC 6901) into the scene"});
+      documents.tell({place, "malformed", api::quoted(text) + " is no JSON pointer (RFC 6901) into the scene"});
     }
   }
   return axes;

@@ -17,7 +17,7 @@ std::vector<Route> client_routes(const Front& front) {
       {"GET", "/openapi.json", get_openapi, {}},
       {"GET", "/v1/version", with_front(get_version), {}},
       {"POST", "/v1/jobs", with_front(submit_job), {}},
-      {"GET", "/v1/jobs", with_front(list_jobs), {"state", "label", "q", "limit", "cursor"}},
+      {"GET", "/v1/jobs", with_front(list_jobs), {"state", "label", "batch", "q", "limit", "cursor"}},
       {"POST", "/v1/jobs/validate", with_front(validate_job), {}},
       {"POST", "/v1/render", with_front(render), {}},
       {"GET", "/v1/jobs/{id}", with_front(get_job), {}},
@@ -25,6 +25,11 @@ std::vector<Route> client_routes(const Front& front) {
       {"DELETE", "/v1/jobs/{id}", with_front(remove_job), {}},
       {"POST", "/v1/jobs/{id}/cancel", with_front(cancel_job), {}},
       {"POST", "/v1/jobs/{id}/retry", with_front(retry_job), {}},
+      {"POST", "/v1/batches", with_front(submit_batch), {}},
+      {"GET", "/v1/batches/{id}", with_front(get_batch), {}},
+      {"POST", "/v1/batches/{id}/cancel", with_front(cancel_batch), {}},
+      {"POST", "/v1/batches/{id}/retry", with_front(retry_batch), {}},
+      {"GET", "/v1/batches/{id}/artifacts.tar", with_front(get_batch_artifacts), {}},
       {"GET", "/v1/queue", with_front(get_queue), {}},
   };
   for (const tracer::Format format : tracer::all_formats) {

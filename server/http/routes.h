@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "api/batch.h"
 #include "api/document.h"
 #include "server/http/exchange.h"
 #include "server/jobs/clock.h"
@@ -23,6 +24,7 @@ struct Front {
   jobs::JobService& jobs;
   jobs::Clock clock;
   api::Limits limits;
+  api::BatchLimits batch_limits;  ///< their `document` is `limits`
   /// An issue for each file that the scene names and that is not there to be read. Unset: `limits` let none be named.
   std::function<std::vector<tracer::Issue>(const tracer::Scene&)> missing_files;
   std::function<std::string(std::string_view)> sha256;             ///< of bytes, as 64 hex digits

@@ -110,9 +110,8 @@ class Archive {
 
 BodySource tar_of(std::vector<TarEntry> entries, OpenArtifact open) {
   const auto archive = std::make_shared<Archive>(std::move(entries), std::move(open));
-  return {archive->size(), [archive](std::uint64_t offset, char* into, std::size_t size) {
-            return archive->read(offset, into, size);
-          }};
+  return {archive->size(),
+          [archive](std::uint64_t offset, char* into, std::size_t size) { return archive->read(offset, into, size); }};
 }
 
 }  // namespace http

@@ -14,8 +14,8 @@
 namespace http {
 
 struct TarEntry {
-  std::string name;          ///< at most 100 bytes
-  std::uint64_t bytes = 0;   ///< below 8 GiB, which is what the format can say
+  std::string name;           ///< at most 100 bytes
+  std::uint64_t bytes = 0;    ///< below 8 GiB, which is what the format can say
   std::int64_t modified = 0;  ///< ms since 1970 UTC
   jobs::Artifact artifact;
 };

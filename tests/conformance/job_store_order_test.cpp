@@ -87,7 +87,7 @@ TEST_P(JobStoreConformance, SubmitsFinishesAndReadsFromManyThreadsLoseNothing) {
   EXPECT_EQ(unseen, 0);
   EXPECT_EQ(finished, thread_count * 25) << "each submits before it claims, so there is always one to claim";
   EXPECT_EQ(store().count(JobState::succeeded), thread_count * 25);
-  EXPECT_EQ(list({.state = {}, .labels = {{"thread", "3"}}, .text = {}}).size(), 25u);
+  EXPECT_EQ(list({.state = {}, .labels = {{"thread", "3"}}, .batch = {}, .text = {}}).size(), 25u);
 }
 
 TEST_P(JobStoreConformance, ListsNewestFirstInPagesThatMissAndRepeatNothing) {

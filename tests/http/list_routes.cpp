@@ -25,6 +25,13 @@ int main() {
   jobs::MemoryArtifactStore artifacts;
   jobs::IdSource ids(jobs::system_clock(), jobs::system_random());
   jobs::Queue queue(store, artifacts, ids, jobs::system_clock(), jobs::no_log(), {});
-  print(http::client_routes({queue, jobs::system_clock(), {}, {}, {}, [] { return false; }, {}}));
+  print(http::client_routes({.jobs = queue,
+                             .clock = jobs::system_clock(),
+                             .limits = {},
+                             .batch_limits = {},
+                             .missing_files = {},
+                             .sha256 = {},
+                             .draining = [] { return false; },
+                             .told_limits = {}}));
   print(http::health_routes({[] { return std::string(); }, [](jobs::JobState) { return std::int64_t{0}; }}));
 }
