@@ -45,7 +45,7 @@ class Documents {
     }
   }
   void tell(tracer::Issue issue) {
-    if (!full()) issues_.push_back(std::move(issue));
+    if (issues_.size() < issues_told) issues_.push_back(std::move(issue));
   }
   [[nodiscard]] bool full() const { return issues_.size() >= issues_told || bytes_ > limits_.all_bytes; }
   std::vector<tracer::Issue> take_issues() { return std::move(issues_); }

@@ -120,20 +120,20 @@ TEST_P(JobStoreConformance, ListsWhatMatchesStateLabelsAndTextTogether) {
   store().cancel(b, now);
   using Ids = std::vector<std::string>;
   const std::vector<std::tuple<JobFilter, Ids>> table = {
-      {{{}, {}, ""}, {d, c, b, a}},
-      {{JobState::queued, {}, ""}, {d, c, a}},
-      {{JobState::cancelled, {}, ""}, {b}},
-      {{JobState::failed, {}, ""}, {}},
-      {{{}, {{"batch", "1"}}, ""}, {b, a}},
-      {{{}, {{"batch", "1"}, {"user", "ann"}}, ""}, {a}},
-      {{{}, {{"batch", "1"}, {"user", "none"}}, ""}, {}},
-      {{{}, {{"nothing", "1"}}, ""}, {}},
-      {{JobState::queued, {{"batch", "1"}}, ""}, {a}},
-      {{{}, {}, "red"}, {b, a}},
-      {{{}, {}, "sphere"}, {d, c, a}},
-      {{{}, {}, "% s"}, {d}},
-      {{{}, {}, "e_"}, {d}},
-      {{JobState::queued, {{"user", "ann"}}, "ed sph"}, {c, a}},
+      {{{}, {}, {}, ""}, {d, c, b, a}},
+      {{JobState::queued, {}, {}, ""}, {d, c, a}},
+      {{JobState::cancelled, {}, {}, ""}, {b}},
+      {{JobState::failed, {}, {}, ""}, {}},
+      {{{}, {{"batch", "1"}}, {}, ""}, {b, a}},
+      {{{}, {{"batch", "1"}, {"user", "ann"}}, {}, ""}, {a}},
+      {{{}, {{"batch", "1"}, {"user", "none"}}, {}, ""}, {}},
+      {{{}, {{"nothing", "1"}}, {}, ""}, {}},
+      {{JobState::queued, {{"batch", "1"}}, {}, ""}, {a}},
+      {{{}, {}, {}, "red"}, {b, a}},
+      {{{}, {}, {}, "sphere"}, {d, c, a}},
+      {{{}, {}, {}, "% s"}, {d}},
+      {{{}, {}, {}, "e_"}, {d}},
+      {{JobState::queued, {{"user", "ann"}}, {}, "ed sph"}, {c, a}},
   };
   for (const auto& [filter, expected] : table) {
     for (const int limit : {1, 2, 100}) {

@@ -39,7 +39,7 @@ class Batches(OneDaemon):
 
     def test_of_frames_patch_the_scene(self):
         frames = [{}, {"name": "second", "image": {"width": 8}}, {"depth_cue": None, "job": {"labels": {"n": "3"}}}]
-        document = scene(name="first", depth_cue={"near": 1, "far": 9, "color": [1, 1, 1]})
+        document = scene(name="first", depth_cue={"front": 1, "back": 9})
         batch = self.accepted({"name": "orbit", "scene": document, "frames": frames})
         self.assertEqual((batch["name"], batch["size"], batch["max_failed"]), ("orbit", 3, None))
         self.assertEqual(self.ended(batch)["state"], "succeeded")
