@@ -107,7 +107,7 @@ void add_sweep(const Json& scene, const std::vector<Axis>& axes, std::size_t cou
       const Json& value = axis.values[rest % axis.values.size()];
       rest /= axis.values.size();
       document[axis.pointer] = value;
-      said = axis.text + " = " + value.dump() + (said.empty() ? "" : ", ") + said;
+      said.insert(0, axis.text + " = " + value.dump() + (said.empty() ? "" : ", "));
     }
     documents.add(document, "/scene", " (with " + said + ")");
   }

@@ -99,7 +99,7 @@ TEST(Batch, OfTooManyDocumentsOrBytesIsRefused) {
             std::vector<std::string>{"/frames limit_exceeded"});
   EXPECT_EQ(taken(scene + R"("sweep": {"/name": ["a", "b"], "/camera/fov": [30, 40]}})", limits).issues,
             std::vector<std::string>{"/sweep limit_exceeded"});
-  limits.all_bytes = 150;
+  limits.all_bytes = 100;
   EXPECT_EQ(taken(scene + R"("frames": [{}, {}]})", limits).issues,
             std::vector<std::string>{"/frames/1 limit_exceeded"});
 }
