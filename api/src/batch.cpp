@@ -5,10 +5,10 @@
 #include <utility>
 #include <vector>
 
+#include "api/src/json/refusal.h"
 #include "api/src/json/tape.h"
 #include "api/src/reader/fields.h"
 #include "api/src/reader/issue_order.h"
-#include "api/src/reader/refusals.h"
 
 namespace api {
 namespace {
@@ -45,7 +45,7 @@ class Documents {
     }
   }
   void tell(tracer::Issue issue) {
-    if (!full()) issues_.push_back(std::move(issue));
+    if (issues_.size() < issues_told) issues_.push_back(std::move(issue));
   }
   [[nodiscard]] bool full() const { return issues_.size() >= issues_told || bytes_ > limits_.all_bytes; }
   std::vector<tracer::Issue> take_issues() { return std::move(issues_); }
@@ -79,17 +79,19 @@ bool has_parent(const Json& scene, const Pointer& pointer) {
 std::vector<Axis> axes_of(const Json& scene, const Json& sweep, Documents& documents) {
   std::vector<Axis> axes;
   for (const auto& [text, values] : sweep.items()) {
-    Axis axis{text, {}, values.get<std::vector<Json>>()};
+    Axis axis;
+    axis.text = text;
+    axis.values = values.get<std::vector<Json>>();
     const std::string place = "/sweep/" + nlohmann::detail::escape(text);
     try {
       axis.pointer = Pointer(text);
       if (has_parent(scene, axis.pointer)) {
         axes.push_back(std::move(axis));
       } else {
-        documents.tell({place, "unknown_reference", "the scene has nothing around " + quoted(text)});
+        documents.tell({place, "unknown_reference", "the scene has nothing around " + api::quoted(text)});
       }
     } catch (const Json::exception&) {  // a pointer must begin with a slash, an index be a number
-      documents.tell({place, "malformed", quoted(text) + " is no JSON pointer (RFC 6901) into the scene"});
+      documents.tell({place, "malformed", api::quoted(text) + " is no JSON pointer (RFC 6901) into the scene"});
     }
   }
   return axes;
@@ -105,7 +107,7 @@ void add_sweep(const Json& scene, const std::vector<Axis>& axes, std::size_t cou
       const Json& value = axis.values[rest % axis.values.size()];
       rest /= axis.values.size();
       document[axis.pointer] = value;
-      said = axis.text + " = " + value.dump() + (said.empty() ? "" : ", ") + said;
+      said.insert(0, axis.text + " = " + value.dump() + (said.empty() ? "" : ", "));
     }
     documents.add(document, "/scene", " (with " + said + ")");
   }
@@ -163,12 +165,11 @@ void read_shape(Reading& reading, const Cursor& at, const BatchLimits& limits, B
 tracer::Result<BatchRequest, Refusal> read(std::string_view bytes, const BatchLimits& limits,
                                            const TakeDocument& take) {
   const DocumentLimits& of_body = limits.document.document;
-  if (bytes.size() > of_body.bytes) return too_many_bytes(bytes.size(), of_body.bytes);
   BatchRequest request;
   Shape shape;
   {
-    auto tape = json::parse(bytes, of_body);
-    if (!tape) return refusal_at(bytes, std::move(tape.error()));
+    auto tape = parse_json(bytes, of_body);
+    if (!tape) return std::move(tape.error());
     Reading reading(*tape, limits.document);
     Cursor root;
     root.node = tape->root();

@@ -110,7 +110,7 @@ Json job_json(const jobs::JobView& view, std::int64_t now_ms) {
           {"priority", job.priority},
           {"cancel_requested", job.cancel_requested},
           {"labels", std::move(labels)},
-          {"batch", nullptr},
+          {"batch", job.batch.empty() ? Json(nullptr) : Json(job.batch)},
           {"image", {{"width", job.width}, {"height", job.height}}},
           {"accuracy", nullptr},
           {"report", report_json(job.report)},
@@ -140,6 +140,42 @@ std::string write_job_list(const std::vector<jobs::JobView>& views, const std::s
 std::string write_event(const jobs::JobEvent& event) {
   return text_of(
       {{"id", event.job_id}, {"state", event.state}, {"progress", event.progress}, {"at", time_json(event.at)}});
+}
+
+std::string write_batch(const jobs::BatchState& state) {
+  using enum jobs::JobState;
+  const auto count = [&](jobs::JobState which) {
+    const auto found = state.jobs.find(which);
+    return found == state.jobs.end() ? 0 : found->second;
+  };
+  Json by_state = Json::object();
+  std::int64_t all = 0, ended = 0;
+  for (const jobs::JobState which : jobs::all_job_states) {
+    by_state[jobs::name_of(which)] = count(which);
+    all += count(which);
+    if (jobs::ended(which)) ended += count(which);
+  }
+  const jobs::JobState verdict = ended < all            ? (count(queued) == all ? queued : running)
+                                 : count(failed) > 0    ? failed
+                                 : count(cancelled) > 0 ? cancelled
+                                                        : succeeded;
+  const jobs::Batch& batch = state.batch;
+  const std::string self = "/v1/batches/" + batch.id;
+  const bool may_retry = count(failed) + count(cancelled) > 0;
+  return text_of({{"id", batch.id},
+                  {"name", batch.name},
+                  {"state", jobs::name_of(verdict)},
+                  {"progress", all == 0 ? 1.0 : static_cast<double>(ended) / static_cast<double>(all)},
+                  {"created_at", time_json(batch.created_at)},
+                  {"size", batch.size},
+                  {"jobs", std::move(by_state)},
+                  {"max_failed", batch.max_failed ? Json(*batch.max_failed) : Json(nullptr)},
+                  {"links",
+                   {{"self", self},
+                    {"jobs", "/v1/jobs?batch=" + batch.id},
+                    {"cancel", ended < all ? Json(self + "/cancel") : Json(nullptr)},
+                    {"retry", may_retry ? Json(self + "/retry") : Json(nullptr)},
+                    {"artifacts", count(succeeded) > 0 ? Json(self + "/artifacts.tar") : Json(nullptr)}}}});
 }
 
 std::string write_queue(const jobs::QueueState& state) {

@@ -21,6 +21,13 @@ Answer retry_job(Request& request, const Front& front);
 Answer change_job(Request& request, const Front& front);
 Answer get_queue(Request& request, const Front& front);
 
+// ---- batch_handlers.cpp
+Answer submit_batch(Request& request, const Front& front);
+Answer get_batch(Request& request, const Front& front);
+Answer cancel_batch(Request& request, const Front& front);
+Answer retry_batch(Request& request, const Front& front);
+Answer get_batch_artifacts(Request& request, const Front& front);
+
 // ---- render_handler.cpp
 Answer render(Request& request, const Front& front);
 
@@ -71,8 +78,13 @@ tracer::Result<Scene, Problem> take_work(Request& request, const Front& front);
 
 /// The scene as the queue takes it.
 jobs::Submission submission_of(const Request& request, Scene scene, const Front& front);
-/// Under the request's Idempotency-Key, if it has one; 400 when that is none.
-std::optional<Problem> make_idempotent(jobs::Submission& submission, const Request& request, const Front& front);
+/// The wish of the request's Idempotency-Key, for this body; nothing where it has none, 400 when that is none.
+tracer::Result<std::optional<jobs::Idempotency>, Problem> idempotency_of(const Request& request,
+                                                                         const std::string& body, const Front& front);
+/// The first reply once more.
+Reply replayed_reply(const jobs::FirstReply& first);
+
+bool is_id(const std::string& text);  ///< as jobs::IdSource writes them: nothing else reaches the store
 
 /// The job that the path names; a problem when there is none.
 tracer::Result<jobs::JobView, Problem> find_job(const Request& request, const Front& front);

@@ -45,6 +45,9 @@ std::string read_list_query(const Pairs& pairs, ListQuery& query) {
       } else if (!query.filter.labels.emplace(value.substr(0, colon), value.substr(colon + 1)).second) {
         complain("label " + value.substr(0, colon) + " is given twice");
       }
+    } else if (name == "batch") {
+      query.filter.batch = value;
+      if (!is_id(value)) complain("batch must be the id of a batch");
     } else if (name == "q") {
       query.filter.text = value;
     } else if (name == "limit") {
@@ -62,8 +65,14 @@ std::string read_list_query(const Pairs& pairs, ListQuery& query) {
 Answer submit_job(Request& request, const Front& front) {
   auto scene = take_work(request, front);
   if (!scene) return problem_reply(scene.error(), request.id);
-  auto submission = submission_of(request, std::move(*scene), front);
-  if (const auto problem = make_idempotent(submission, request, front)) return problem_reply(*problem, request.id);
+  auto idempotency = idempotency_of(request, scene->document, front);
+  if (!idempotency) return problem_reply(idempotency.error(), request.id);
+  jobs::Submission submission = submission_of(request, std::move(*scene), front);
+  submission.idempotency = std::move(*idempotency);
+  submission.write_reply = [&front](const jobs::JobView& view, bool from_cache) -> jobs::FirstReply {
+    const std::string location = from_cache ? "" : "/v1/jobs/" + view.job.id;
+    return {from_cache ? 200 : 202, location, api::write_job(view, front.clock())};
+  };
   const auto submitted = front.jobs.submit(std::move(submission));
   if (!submitted) return problem_reply(problem_of(submitted.error()), request.id);
   return submission_reply(request, *submitted, front);

@@ -92,18 +92,6 @@ Answer when_ended(const jobs::JobView& view, SteadyTime deadline, const std::str
   return Parked{deadline, watch, resume};
 }
 
-/// The first reply once more. 200 is how the result cache answers.
-Reply replayed_reply(const jobs::FirstReply& first) {
-  Reply reply;
-  reply.status = first.status;
-  reply.content_type = "application/json";
-  reply.body = first.body;
-  if (!first.location.empty()) reply.headers.emplace_back("Location", first.location);
-  if (first.status == 200) reply.headers.emplace_back("X-Cache", "hit");
-  reply.headers.emplace_back("Idempotent-Replayed", "true");
-  return reply;
-}
-
 }  // namespace
 
 Answer get_job(Request& request, const Front& front) {

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "api/batch.h"
 #include "api/document.h"
 #include "server/http/exchange.h"
 #include "server/jobs/asset_store.h"
@@ -31,6 +32,7 @@ struct Front {
   jobs::AssetStore& assets;
   jobs::Clock clock;
   api::Limits limits;
+  api::BatchLimits batch_limits;  ///< their `document` is `limits`
   /// An issue for each file that the scene names and that is not there to be read; uploaded ones are used now. Unset:
   /// `limits` let none be named.
   std::function<std::vector<tracer::Issue>(const tracer::Scene&)> missing_files;

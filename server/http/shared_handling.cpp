@@ -16,17 +16,6 @@
 namespace http {
 namespace {
 
-/// As jobs::IdSource writes them: nothing else reaches the store.
-bool is_job_id(const std::string& text) {
-  if (text.size() != 36) return false;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const bool dash = i == 8 || i == 13 || i == 18 || i == 23;
-    const bool hex = (text[i] >= '0' && text[i] <= '9') || (text[i] >= 'a' && text[i] <= 'f');
-    if (dash ? text[i] != '-' : !hex) return false;
-  }
-  return true;
-}
-
 bool is_idempotency_key(std::string_view text) {
   const bool printable = std::all_of(text.begin(), text.end(), [](char c) { return c > 0x20 && c < 0x7F; });
   return printable && !text.empty() && text.size() <= 255;
@@ -95,26 +84,44 @@ jobs::Submission submission_of(const Request& request, Scene scene, const Front&
   return submission;
 }
 
-std::optional<Problem> make_idempotent(jobs::Submission& submission, const Request& request, const Front& front) {
+tracer::Result<std::optional<jobs::Idempotency>, Problem> idempotency_of(const Request& request,
+                                                                         const std::string& body, const Front& front) {
   const auto key = request.head.header("idempotency-key");
-  if (!key) return std::nullopt;
+  if (!key) return std::optional<jobs::Idempotency>();
   if (!is_idempotency_key(*key)) {
     return Problem{Failure::bad_header, "Idempotency-Key must have 1 to 255 printable ASCII characters", {}};
   }
   const std::string route = request.head.method + " " + request.head.path;
-  submission.idempotency = {route, std::string(*key), front.sha256(submission.document)};
-  submission.write_reply = [&front](const jobs::JobView& view, bool from_cache) -> jobs::FirstReply {
-    const std::string location = from_cache ? "" : "/v1/jobs/" + view.job.id;
-    return {from_cache ? 200 : 202, location, api::write_job(view, front.clock())};
-  };
-  return std::nullopt;
+  return std::optional(jobs::Idempotency{route, std::string(*key), front.sha256(body)});
+}
+
+bool is_id(const std::string& text) {
+  if (text.size() != 36) return false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool dash = i == 8 || i == 13 || i == 18 || i == 23;
+    const bool hex = (text[i] >= '0' && text[i] <= '9') || (text[i] >= 'a' && text[i] <= 'f');
+    if (dash ? text[i] != '-' : !hex) return false;
+  }
+  return true;
+}
+
+Reply replayed_reply(const jobs::FirstReply& first) {
+  Reply reply;
+  reply.status = first.status;
+  reply.content_type = "application/json";
+  reply.body = first.body;
+  if (!first.location.empty()) reply.headers.emplace_back("Location", first.location);
+  // Only the result cache answers 200.
+  if (first.status == 200) reply.headers.emplace_back("X-Cache", "hit");
+  reply.headers.emplace_back("Idempotent-Replayed", "true");
+  return reply;
 }
 
 Problem no_such_job(const std::string& id) { return {Failure::job_not_found, "there is no job " + id, {}}; }
 
 tracer::Result<jobs::JobView, Problem> find_job(const Request& request, const Front& front) {
   const std::string& id = request.path.front();
-  if (!is_job_id(id)) return Problem{Failure::job_not_found, "that is no job id; ids are lower-case UUIDs", {}};
+  if (!is_id(id)) return Problem{Failure::job_not_found, "that is no job id; ids are lower-case UUIDs", {}};
   auto view = front.jobs.find(id);
   if (!view) return no_such_job(id);
   return std::move(*view);

@@ -51,6 +51,8 @@ struct Job {
   std::string id;     ///< UUIDv7, so ids sort by creation
   std::string owner;  ///< name of the API key it came with; empty without keys
   std::string name;
+  std::string batch;    ///< id of the batch it belongs to; empty: none
+  int batch_index = 0;  ///< its place in there, from 0
   JobState state = JobState::queued;
   std::int64_t created_at = 0;
   std::optional<std::int64_t> started_at;  ///< of the latest attempt

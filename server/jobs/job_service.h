@@ -46,6 +46,12 @@ class JobService {
                                std::optional<std::int64_t> revision) = 0;
   virtual QueueState state() = 0;
 
+  /// As submit; a bound holds for all jobs together.
+  virtual tracer::Result<BatchSubmitted, Refused> submit_batch(BatchSubmission submission) = 0;
+  virtual std::optional<BatchState> find_batch(const std::string& id) = 0;
+  virtual void cancel_batch(const std::string& id) = 0;  ///< as cancel, of those that have not ended
+  virtual int retry_batch(const std::string& id) = 0;    ///< as JobStore::retry_batch; how many
+
   virtual std::unique_ptr<ArtifactReader> open(const Artifact& artifact) = 0;
 
   /// Calls `done` once, from any thread, when the job has ended (at once, from this thread, if it has or does not

@@ -23,6 +23,7 @@ class StoreFailure : public std::runtime_error {
 struct JobFilter {
   std::optional<JobState> state;
   std::map<std::string, std::string> labels;  ///< all must match
+  std::string batch;                          ///< id of a batch; empty: any
   std::string text;                           ///< substring of the name, case-sensitive; empty: any
 };
 
@@ -62,6 +63,7 @@ struct NewJob {
 /// What is stored together or not at all.
 struct Admission {
   std::vector<NewJob> jobs;
+  std::optional<Batch> batch;  ///< whose jobs they are
   std::optional<KeptReply> reply;
 };
 
@@ -74,6 +76,18 @@ struct JobChange {
 };
 /// `ended`: its priority cannot change any more. `expired`: its expires_at cannot.
 enum class ChangeOutcome { changed, other_revision, ended, expired, unknown };
+
+/// The jobs of a batch that a cancel changed.
+struct BatchCancel {
+  std::vector<std::string> cancelled;   ///< were queued
+  std::vector<std::string> cancelling;  ///< run
+};
+
+/// The jobs of a batch that a retry queued again.
+struct BatchRetry {
+  int jobs = 0;
+  bool suspects = false;  ///< some of them are
+};
 
 enum class RetryOutcome { queued, not_ended, succeeded, expired, unknown };
 
@@ -117,7 +131,7 @@ class JobStore {
   /// Keeps jobs with their verbatim documents, any bytes, and the reply. Precondition: the ids are new. When another
   /// reply is kept under the same key already that is returned, and nothing is stored.
   virtual std::optional<KeptReply> admit(const Admission& admission, std::int64_t now) = 0;
-  void submit(const Job& job, const std::string& document) { admit({{{job, document}}, {}}, job.created_at); }
+  void submit(const Job& job, const std::string& document) { admit({{{job, document}}, {}, {}}, job.created_at); }
 
   /// Nothing where none is kept or it has expired.
   virtual std::optional<KeptReply> reply(const ReplyKey& key, std::int64_t now) = 0;
@@ -159,6 +173,15 @@ class JobStore {
   /// All of it or nothing. With `revision`: only while the job has that one.
   virtual ChangeOutcome change(const std::string& id, const JobChange& change,
                                std::optional<std::int64_t> revision) = 0;
+
+  /// A batch goes with the last of its jobs.
+  virtual std::optional<BatchState> find_batch(const std::string& id) = 0;
+  /// As cancel, of all jobs of a batch.
+  virtual BatchCancel cancel_batch(const std::string& id, std::int64_t now) = 0;
+  /// As retry, of all that failed or were cancelled and have not expired.
+  virtual BatchRetry retry_batch(const std::string& id, std::int64_t now) = 0;
+  /// Batches with more failed jobs than their max_failed, and others that have not ended.
+  virtual std::vector<std::string> failing_batches() = 0;
 
   /// One small step of keeping house, at most `limit` jobs of each kind: those whose not_before has passed may run,
   /// earliest first; queued jobs past their deadline fail, ended

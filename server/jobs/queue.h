@@ -61,6 +61,10 @@ class Queue final : public JobService {
   RetryOutcome retry(const std::string& id) override;
   ChangeOutcome change(const std::string& id, const JobChange& change, std::optional<std::int64_t> revision) override;
   QueueState state() override;
+  tracer::Result<BatchSubmitted, Refused> submit_batch(BatchSubmission submission) override;
+  std::optional<BatchState> find_batch(const std::string& id) override;
+  void cancel_batch(const std::string& id) override;
+  int retry_batch(const std::string& id) override;
   std::unique_ptr<ArtifactReader> open(const Artifact& artifact) override;
   std::uint64_t when_ended(const std::string& id, std::function<void()> done) override;
   void forget(std::uint64_t token) override;
@@ -109,8 +113,11 @@ class Queue final : public JobService {
   JobView view(Job job);
   Job job_of(const Submission& submission);
   bool finish_from_cache(Job& job, ArtifactPins::Pinned& pinned);
-  std::optional<Refused> admit_one(const std::string& owner);
-  void leave(const std::string& owner);
+  NewJob new_job(Submission submission, ArtifactPins::Pinned& pinned);
+  void stop_where_too_many_failed(const std::string& job_id);
+  std::optional<Refused> enter(const std::string& owner, std::int64_t jobs);
+  void leave(const std::string& owner, std::int64_t jobs);
+  class Admitted;
 
   JobStore& store_;
   IdSource& ids_;

@@ -3,8 +3,10 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "api/document.h"
 #include "server/jobs/job.h"
@@ -50,6 +52,35 @@ struct Submission {
   std::optional<Idempotency> idempotency = std::nullopt;
   /// Called before the job is stored when there is `idempotency`: both are stored together.
   std::function<FirstReply(const JobView& view, bool from_cache)> write_reply = nullptr;
+};
+
+/// Jobs that come together and are stored together or not at all.
+struct Batch {
+  std::string id;  ///< UUIDv7
+  std::string owner;
+  std::string name;
+  std::int64_t created_at = 0;
+  std::optional<int> max_failed;  ///< with more failed jobs than this the rest is cancelled; unset: never
+  int size = 0;                   ///< jobs it began with
+};
+
+/// A batch and what became of its jobs, those not counted that were removed.
+struct BatchState {
+  Batch batch;
+  std::map<JobState, std::int64_t> jobs;
+};
+
+struct BatchSubmission {
+  std::vector<Submission> jobs;  ///< at least one; without idempotency of their own
+  std::string name, owner;
+  std::optional<int> max_failed;
+  std::optional<Idempotency> idempotency;
+  std::function<FirstReply(const BatchState& state)> write_reply;  ///< as Submission's
+};
+
+struct BatchSubmitted {
+  BatchState state;  ///< of a replay: nothing
+  std::optional<FirstReply> replayed;
 };
 
 struct Submitted {

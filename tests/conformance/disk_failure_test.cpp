@@ -175,7 +175,7 @@ TEST(SqliteJobStore, ItsLogStaysBoundedUnderSteadyReading) {
   std::vector<std::thread> readers;
   for (int thread = 0; thread < 4; ++thread) {
     readers.emplace_back([&] {
-      while (!stop) store.list({.state = {}, .labels = {}, .text = "nothing"}, "", 50);
+      while (!stop) store.list({.state = {}, .labels = {}, .batch = {}, .text = "nothing"}, "", 50);
     });
   }
   std::uintmax_t largest = 0;

@@ -92,7 +92,7 @@ TEST_P(JobStoreConformance, ChangesWhatIsNamedAndNothingElse) {
   EXPECT_EQ(find(id).expires_at, now + 5);
   EXPECT_EQ(store().change(id, {{}, {}, {}, {std::optional<std::int64_t>()}}, std::nullopt), ChangeOutcome::changed);
   EXPECT_EQ(find(id).expires_at, std::nullopt);
-  EXPECT_EQ(list({.state = {}, .labels = {{"b", "2"}}, .text = "new"}), std::vector<std::string>{id});
+  EXPECT_EQ(list({.state = {}, .labels = {{"b", "2"}}, .batch = {}, .text = "new"}), std::vector<std::string>{id});
 }
 
 TEST_P(JobStoreConformance, ChangesNothingOfAnotherRevision) {
@@ -208,7 +208,7 @@ TEST_P(JobStoreConformance, KeepsAReplyWithItsJobUntilItExpires) {
   Job job;
   job.id = "0190a5b0-0000-7000-8000-0000000000aa";
   const KeptReply reply = reply_of("ann", "k", now + 10);
-  EXPECT_FALSE(store().admit({{{job, "{}"}}, reply}, now));
+  EXPECT_FALSE(store().admit({{{job, "{}"}}, {}, reply}, now));
   reopen();
   const auto kept = store().reply(reply.key, now + 9);
   ASSERT_TRUE(kept);
@@ -228,13 +228,13 @@ TEST_P(JobStoreConformance, StoresNothingUnderAKeyThatIsTakenUntilItHasExpired) 
   second.id = "0190a5b0-0000-7000-8000-0000000000a2";
   third.id = "0190a5b0-0000-7000-8000-0000000000a3";
   KeptReply reply = reply_of("ann", "k", now + 10);
-  store().admit({{{first, "{}"}}, reply}, now);
+  store().admit({{{first, "{}"}}, {}, reply}, now);
   reply.reply.body = "another";
-  const auto earlier = store().admit({{{second, "{}"}}, reply}, now + 9);
+  const auto earlier = store().admit({{{second, "{}"}}, {}, reply}, now + 9);
   ASSERT_TRUE(earlier);
   EXPECT_NE(earlier->reply.body, "another");
   EXPECT_FALSE(store().find(second.id));
-  EXPECT_FALSE(store().admit({{{third, "{}"}}, reply}, now + 10));
+  EXPECT_FALSE(store().admit({{{third, "{}"}}, {}, reply}, now + 10));
   EXPECT_TRUE(store().find(third.id));
 }
 
@@ -245,7 +245,7 @@ TEST_P(JobStoreConformance, OfManyAtOnceUnderOneKeyOneIsStored) {
     threads.emplace_back([&, i] {
       Job job;
       job.id = "0190a5b0-0000-7000-8000-00000000000" + std::to_string(i);
-      stored += store().admit({{{job, "{}"}}, reply_of("ann", "k", now + 10)}, now) ? 0 : 1;
+      stored += store().admit({{{job, "{}"}}, {}, reply_of("ann", "k", now + 10)}, now) ? 0 : 1;
     });
   }
   for (std::thread& thread : threads) thread.join();
@@ -275,7 +275,7 @@ TEST_P(JobStoreConformance, TakesAJobThatHasSucceededAlready) {
   job.started_at = job.ended_at = now;
   job.report = "{}";
   job.artifacts = {{"image.png", "image/png", std::string(64, 'a'), 5}};
-  store().admit({{{job, "{}"}}, {}}, now);
+  store().admit({{{job, "{}"}}, {}, {}}, now);
   const Job kept = find(job.id);
   EXPECT_EQ(kept.state, JobState::succeeded);
   EXPECT_EQ(kept.report, "{}");

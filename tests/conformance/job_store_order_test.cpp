@@ -87,7 +87,7 @@ TEST_P(JobStoreConformance, SubmitsFinishesAndReadsFromManyThreadsLoseNothing) {
   EXPECT_EQ(unseen, 0);
   EXPECT_EQ(finished, thread_count * 25) << "each submits before it claims, so there is always one to claim";
   EXPECT_EQ(store().count(JobState::succeeded), thread_count * 25);
-  EXPECT_EQ(list({.state = {}, .labels = {{"thread", "3"}}, .text = {}}).size(), 25u);
+  EXPECT_EQ(list({.state = {}, .labels = {{"thread", "3"}}, .batch = {}, .text = {}}).size(), 25u);
 }
 
 TEST_P(JobStoreConformance, ListsNewestFirstInPagesThatMissAndRepeatNothing) {
@@ -120,20 +120,20 @@ TEST_P(JobStoreConformance, ListsWhatMatchesStateLabelsAndTextTogether) {
   store().cancel(b, now);
   using Ids = std::vector<std::string>;
   const std::vector<std::tuple<JobFilter, Ids>> table = {
-      {{{}, {}, ""}, {d, c, b, a}},
-      {{JobState::queued, {}, ""}, {d, c, a}},
-      {{JobState::cancelled, {}, ""}, {b}},
-      {{JobState::failed, {}, ""}, {}},
-      {{{}, {{"batch", "1"}}, ""}, {b, a}},
-      {{{}, {{"batch", "1"}, {"user", "ann"}}, ""}, {a}},
-      {{{}, {{"batch", "1"}, {"user", "none"}}, ""}, {}},
-      {{{}, {{"nothing", "1"}}, ""}, {}},
-      {{JobState::queued, {{"batch", "1"}}, ""}, {a}},
-      {{{}, {}, "red"}, {b, a}},
-      {{{}, {}, "sphere"}, {d, c, a}},
-      {{{}, {}, "% s"}, {d}},
-      {{{}, {}, "e_"}, {d}},
-      {{JobState::queued, {{"user", "ann"}}, "ed sph"}, {c, a}},
+      {{{}, {}, {}, ""}, {d, c, b, a}},
+      {{JobState::queued, {}, {}, ""}, {d, c, a}},
+      {{JobState::cancelled, {}, {}, ""}, {b}},
+      {{JobState::failed, {}, {}, ""}, {}},
+      {{{}, {{"batch", "1"}}, {}, ""}, {b, a}},
+      {{{}, {{"batch", "1"}, {"user", "ann"}}, {}, ""}, {a}},
+      {{{}, {{"batch", "1"}, {"user", "none"}}, {}, ""}, {}},
+      {{{}, {{"nothing", "1"}}, {}, ""}, {}},
+      {{JobState::queued, {{"batch", "1"}}, {}, ""}, {a}},
+      {{{}, {}, {}, "red"}, {b, a}},
+      {{{}, {}, {}, "sphere"}, {d, c, a}},
+      {{{}, {}, {}, "% s"}, {d}},
+      {{{}, {}, {}, "e_"}, {d}},
+      {{JobState::queued, {{"user", "ann"}}, {}, "ed sph"}, {c, a}},
   };
   for (const auto& [filter, expected] : table) {
     for (const int limit : {1, 2, 100}) {

@@ -76,7 +76,7 @@ TEST(KillNine, LosesNoAcknowledgedJobAndNoArtifactInFortyRounds) {
       ASSERT_NE(picture, nullptr) << id << " in round " << round;
       ASSERT_TRUE(is_whole(*picture, sha256)) << id << " in round " << round;
     }
-    const JobFilter of_round{.state = {}, .labels = {{"round", std::to_string(round)}}, .text = {}};
+    const JobFilter of_round{.state = {}, .labels = {{"round", std::to_string(round)}}, .batch = {}, .text = {}};
     const JobPage page = store.list(of_round, "", 100'000);
     for (const Job& job : page.items) ASSERT_EQ(store.document(job.id), "document of " + job.id);
   }

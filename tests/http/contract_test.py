@@ -16,7 +16,7 @@ METHODS = ("get", "put", "post", "delete", "options", "head", "patch", "trace")
 
 # Described replies that need a broken machine; the problem they carry is the same schema as everywhere.
 NEED_A_BROKEN_MACHINE = {
-    ("changeJob", 503), ("getQueue", 503), ("listJobs", 503), ("getJob", 503), ("removeJob", 503), ("cancelJob", 503), ("getPng", 503), ("getPng16", 503),
+    ("changeJob", 503), ("getQueue", 503), ("getBatch", 503), ("cancelBatch", 503), ("getBatchArtifacts", 503), ("listJobs", 503), ("getJob", 503), ("removeJob", 503), ("cancelJob", 503), ("getPng", 503), ("getPng16", 503),
     ("getExr", 503), ("getJpeg", 503), ("getHdr", 503), ("getWebp", 503), ("getTiff", 503), ("getMetrics", 503),
     ("findMissingAssets", 503), ("putAsset", 503), ("getAsset", 503),
     ("render", 500),  # a scene that kills the worker: none is known
@@ -117,6 +117,7 @@ class Contract(unittest.TestCase):
         self.check_assets(seen)
         self.check_changes(seen)
         self.check_expired_jobs(seen)
+        self.check_batches(seen)
         self.check_refusals_of_a_busy_daemon(seen)
         described = {(operation["operationId"], int(status))
                      for operation in self.operations.values() for status in operation["responses"]}
@@ -218,6 +219,30 @@ class Contract(unittest.TestCase):
         self.daemon.wait_for_end(self.daemon.submit(document))
         self.check(seen, "/v1/jobs", self.daemon.request("POST", "/v1/jobs", document), "POST")
 
+    def check_batches(self, seen):
+        good = {"scene": scene(), "frames": [{}, {"name": "second"}]}
+        for body in (json.dumps(good).encode(), b"{", b"[" * 100, b'{"scene": {}, "frames": []}'):
+            self.check(seen, "/v1/batches", self.daemon.request("POST", "/v1/batches", body), "POST")
+        other = self.daemon.request("POST", "/v1/batches", b"{}", {"Content-Type": "text/plain"})
+        self.check(seen, "/v1/batches", other, "POST")
+        with self.daemon.socket() as connection:
+            connection.sendall(b"POST /v1/batches HTTP/1.1\r\nHost: x\r\n\r\n")
+            self.assertIn(b" 411 ", connection.makefile("rb").readline())
+            seen.add(("submitBatch", 411))
+        waiting = {"scene": scene(job={"run_after": "2099-01-01T00:00:00Z"}), "sweep": {"/camera/fov": [30, 40]}}
+        batch_id = json_of(self.daemon.request("POST", "/v1/batches", waiting))["id"]
+        done = json_of(self.daemon.request("POST", "/v1/batches", good))["id"]
+        wait_until(lambda: json_of(self.daemon.get(f"/v1/batches/{done}"))["state"] == "succeeded", "the batch")
+        for id_ in (batch_id, done, NOBODY):
+            self.check(seen, "/v1/batches/{id}", self.daemon.get(f"/v1/batches/{id_}"))
+            archive = "/v1/batches/{id}/artifacts.tar"
+            self.check(seen, archive, self.daemon.get(archive.format(id=id_)))
+            for _ in range(2):
+                for what in ("cancel", "retry"):
+                    path = "/v1/batches/{id}/" + what
+                    self.check(seen, path, self.daemon.request("POST", path.format(id=id_)), "POST")
+        self.daemon.request("POST", f"/v1/batches/{batch_id}/cancel")
+
     def check_expired_jobs(self, seen):
         done = self.daemon.submit(scene(job={"expires_in": 1}))
         cancelled = self.daemon.submit(scene(job={"expires_in": 1, "run_after": "2099-01-01T00:00:00Z"}))
@@ -288,6 +313,9 @@ class Contract(unittest.TestCase):
         with Daemon("--queued-jobs", "1", "--jobs", "1", "--render-wait-s", "0") as daemon:
             running = daemon.submit(long_scene())
             daemon.wait_for_state(running, "running")
+            batch = {"scene": scene(job={"run_after": "2099-01-01T00:00:00Z"}), "frames": [{}]}
+            batch_id = json_of(daemon.request("POST", "/v1/batches", batch))["id"]
+            daemon.request("POST", f"/v1/batches/{batch_id}/cancel")
             self.check(seen, "/v1/render", daemon.request("POST", "/v1/render", scene()), "POST")
             for path in ("/v1/jobs", "/v1/render"):
                 self.check(seen, path, daemon.request("POST", path, scene()), "POST")
@@ -297,10 +325,16 @@ class Contract(unittest.TestCase):
             self.check(seen, "/v1/jobs", daemon.request("POST", "/v1/jobs", scene()), "POST")
             reply = daemon.request("POST", f"/v1/jobs/{running}/retry")
             self.check(seen, "/v1/jobs/{id}/retry", reply, "POST")
+            batch = {"scene": scene(), "frames": [{}]}
+            self.check(seen, "/v1/batches", daemon.request("POST", "/v1/batches", batch), "POST")
+            reply = daemon.request("POST", f"/v1/batches/{batch_id}/retry")
+            self.check(seen, "/v1/batches/{id}/retry", reply, "POST")
         with Daemon("--key-queued-jobs", "1") as daemon:
             daemon.submit(scene(job={"run_after": "2099-01-01T00:00:00Z"}))
             for path in ("/v1/jobs", "/v1/render"):
                 self.check(seen, path, daemon.request("POST", path, scene()), "POST")
+            batch = {"scene": scene(), "frames": [{}]}
+            self.check(seen, "/v1/batches", daemon.request("POST", "/v1/batches", batch), "POST")
 
 
 if __name__ == "__main__":

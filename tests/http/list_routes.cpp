@@ -28,7 +28,16 @@ int main() {
   jobs::IdSource ids(jobs::system_clock(), jobs::system_random());
   jobs::Queue queue(store, artifacts, ids, jobs::system_clock(), jobs::no_log(), {});
   jobs::Events events([](const jobs::JobEvent&) { return std::string(); }, jobs::system_clock());
-  print(http::client_routes({queue, events, assets, jobs::system_clock(), {}, {}, {}, {}, [] { return false; }, {}}));
+  print(http::client_routes({.jobs = queue,
+                             .events = events,
+                             .assets = assets,
+                             .clock = jobs::system_clock(),
+                             .limits = {},
+                             .batch_limits = {},
+                             .missing_files = {},
+                             .sha256 = {},
+                             .draining = [] { return false; },
+                             .told_limits = {}}));
   print(http::health_routes(
       {[] { return std::string(); }, [](jobs::JobState) { return std::int64_t{0}; }, [] { return std::size_t{0}; }}));
 }

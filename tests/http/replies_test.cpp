@@ -48,8 +48,36 @@ TEST(JobReply, LinksPicturesAndEmbedsTheReportOnceThereAreSome) {
   const std::string url = "/v1/jobs/" + view.job.id + "/image.exr";
   expect_part(text, R"("report":{"non_finite":0})");
   expect_part(text, R"("bytes":12,"sha256":")" + std::string(64, 'a') + R"(","url":")" + url + "\"");
-  expect_part(
-      text, R"("cancel":null,"events":"/v1/jobs/)" + view.job.id + R"(/events","preview":null,"image":")" + url + "\"");
+  expect_part(text, R"("cancel":null,"retry":null,"events":"/v1/jobs/)" + view.job.id +
+                        R"(/events","preview":null,"image":")" + url + "\"");
+}
+
+TEST(JobReply, LinksARetryOfWhatFailedOrWasCancelledUntilItExpires) {
+  jobs::JobView view = running_view();
+  expect_part(api::write_job(view, 0), R"("retry":null)");
+  view.job.state = jobs::JobState::failed;
+  expect_part(api::write_job(view, 0), R"("cancel":null,"retry":"/v1/jobs/)" + view.job.id + "/retry\"");
+  view.job.expired = true;
+  expect_part(api::write_job(view, 0), R"("retry":null)");
+}
+
+TEST(BatchReply, IsWhatBecameOfItsJobs) {
+  using enum jobs::JobState;
+  jobs::BatchState state;
+  state.batch = {"0190a000-0000-7000-8000-0000000000b0", "", "orbit", 0, 2, 4};
+  const std::vector<std::pair<std::map<jobs::JobState, std::int64_t>, std::string>> table = {
+      {{{queued, 4}}, R"("state":"queued","progress":0.0)"},
+      {{{queued, 2}, {succeeded, 2}}, R"("state":"running","progress":0.5)"},
+      {{{running, 1}, {failed, 3}}, R"("state":"running","progress":0.75)"},
+      {{{succeeded, 3}, {failed, 1}}, R"("state":"failed","progress":1.0)"},
+      {{{succeeded, 3}, {cancelled, 1}}, R"("state":"cancelled","progress":1.0)"},
+      {{{succeeded, 4}}, R"("state":"succeeded","progress":1.0)"},
+  };
+  for (const auto& [jobs, part] : table) {
+    state.jobs = jobs;
+    expect_part(api::write_batch(state), part);
+  }
+  expect_part(api::write_batch(state), R"("max_failed":2)");
 }
 
 TEST(JobReply, MendsTextThatIsNotUtf8) {

@@ -30,6 +30,10 @@ std::string write_job_list(const std::vector<jobs::JobView>& views, const std::s
 /// {id, state, progress, at}, one line: the data of an event.
 std::string write_event(const jobs::JobEvent& event);
 
+/// {id, name, state, progress, created_at, size, jobs{state: count}, max_failed, links}. The state is queued or running
+/// while a job has not ended, else failed or cancelled where one is, else succeeded; progress is the share that ended.
+std::string write_batch(const jobs::BatchState& state);
+
 /// {jobs{state: count}, queued_by_priority{priority: count}, delayed, running, oldest_age_s, eta_s}
 std::string write_queue(const jobs::QueueState& state);
 

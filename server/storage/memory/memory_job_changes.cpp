@@ -11,8 +11,10 @@ namespace jobs {
 RetryOutcome MemoryJobStore::retry(const std::string& id, std::int64_t now) {
   const std::lock_guard lock(mutex_);
   const auto found = rows_.find(id);
-  if (found == rows_.end()) return RetryOutcome::unknown;
-  Row& row = found->second;
+  return found == rows_.end() ? RetryOutcome::unknown : retry(found->second, now);
+}
+
+RetryOutcome MemoryJobStore::retry(Row& row, std::int64_t now) {
   Job& job = row.job;
   if (!ended(job.state)) return RetryOutcome::not_ended;
   if (job.state == JobState::succeeded) return RetryOutcome::succeeded;
@@ -50,6 +52,65 @@ ChangeOutcome MemoryJobStore::change(const std::string& id, const JobChange& cha
   if (change.expires_at) job.expires_at = *change.expires_at;
   ++job.revision;
   return ChangeOutcome::changed;
+}
+
+/// A batch goes with the last of its jobs.
+std::map<std::string, MemoryJobStore::Row>::iterator MemoryJobStore::erase(std::map<std::string, Row>::iterator row) {
+  const std::string batch = row->second.job.batch;
+  const auto next = rows_.erase(row);
+  const bool last =
+      std::none_of(rows_.begin(), rows_.end(), [&](const auto& r) { return r.second.job.batch == batch; });
+  if (last) batches_.erase(batch);
+  return next;
+}
+
+std::optional<BatchState> MemoryJobStore::state_of_batch(const std::string& id) const {
+  const auto found = batches_.find(id);
+  if (found == batches_.end()) return std::nullopt;
+  BatchState state{found->second, {}};
+  for (const auto& [job_id, row] : rows_) {
+    if (row.job.batch == id) ++state.jobs[row.job.state];
+  }
+  return state;
+}
+
+std::optional<BatchState> MemoryJobStore::find_batch(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  return state_of_batch(id);
+}
+
+BatchCancel MemoryJobStore::cancel_batch(const std::string& id, std::int64_t now) {
+  const std::lock_guard lock(mutex_);
+  BatchCancel changed;
+  for (auto& [job_id, row] : rows_) {
+    if (row.job.batch != id) continue;
+    const CancelOutcome outcome = cancel(row, now);
+    if (outcome == CancelOutcome::cancelled) changed.cancelled.push_back(job_id);
+    if (outcome == CancelOutcome::cancelling) changed.cancelling.push_back(job_id);
+  }
+  return changed;
+}
+
+BatchRetry MemoryJobStore::retry_batch(const std::string& id, std::int64_t now) {
+  const std::lock_guard lock(mutex_);
+  BatchRetry retried;
+  for (auto& [job_id, row] : rows_) {
+    if (row.job.batch != id || retry(row, now) != RetryOutcome::queued) continue;
+    ++retried.jobs;
+    retried.suspects = retried.suspects || row.job.suspect;
+  }
+  return retried;
+}
+
+std::vector<std::string> MemoryJobStore::failing_batches() {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::string> ids;
+  for (const auto& [id, batch] : batches_) {
+    BatchState state = *state_of_batch(id);
+    const bool open = state.jobs[JobState::queued] + state.jobs[JobState::running] > 0;
+    if (open && batch.max_failed && state.jobs[JobState::failed] > *batch.max_failed) ids.push_back(id);
+  }
+  return ids;
 }
 
 Upkeep MemoryJobStore::keep_house(std::int64_t now, std::int64_t expired_kept_ms, int limit) {
@@ -110,7 +171,7 @@ void MemoryJobStore::forget(std::int64_t now, std::int64_t expired_kept_ms, std:
     const Job& job = row->second.job;
     const bool old = job.expired && *job.expires_at + expired_kept_ms <= now;
     upkeep.forgotten += old ? 1 : 0;
-    row = old ? rows_.erase(row) : std::next(row);
+    row = old ? erase(row) : std::next(row);
   }
   for (auto reply = replies_.begin(); reply != replies_.end() && upkeep.forgotten < most;) {
     const bool old = reply->second.expires_at <= now;

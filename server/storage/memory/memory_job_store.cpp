@@ -10,6 +10,7 @@ namespace {
 
 bool matches(const Job& job, const JobFilter& filter) {
   if (filter.state && job.state != *filter.state) return false;
+  if (!filter.batch.empty() && job.batch != filter.batch) return false;
   if (job.name.find(filter.text) == std::string::npos) return false;
   return std::all_of(filter.labels.begin(), filter.labels.end(), [&](const auto& label) {
     const auto found = job.labels.find(label.first);
@@ -47,6 +48,7 @@ std::optional<KeptReply> MemoryJobStore::admit(const Admission& admission, std::
     if (auto earlier = kept(admission.reply->key, now)) return earlier;
     replies_.insert_or_assign(admission.reply->key, *admission.reply);
   }
+  if (admission.batch) batches_.emplace(admission.batch->id, *admission.batch);
   for (const auto& [job, document] : admission.jobs) {
     assert(job.state == JobState::queued || job.state == JobState::succeeded);
     const std::int64_t rank = rank_of(job.created_at, job.run_after, job.priority);
@@ -213,8 +215,11 @@ bool MemoryJobStore::release(const std::string& id, std::int64_t fence, std::int
 CancelOutcome MemoryJobStore::cancel(const std::string& id, std::int64_t now) {
   const std::lock_guard lock(mutex_);
   const auto row = rows_.find(id);
-  if (row == rows_.end()) return CancelOutcome::unknown;
-  Job& job = row->second.job;
+  return row == rows_.end() ? CancelOutcome::unknown : cancel(row->second, now);
+}
+
+CancelOutcome MemoryJobStore::cancel(Row& row, std::int64_t now) {
+  Job& job = row.job;
   if (ended(job.state)) return CancelOutcome::already_ended;
   if (job.state == JobState::running) {
     if (!job.cancel_requested) ++job.revision;
@@ -232,7 +237,7 @@ Removal MemoryJobStore::remove(const std::string& id) {
   if (row == rows_.end()) return {RemoveOutcome::unknown, {}};
   if (row->second.job.state == JobState::running) return {RemoveOutcome::running, {}};
   Removal removal{RemoveOutcome::removed, row->second.job.artifacts};
-  rows_.erase(row);
+  erase(row);
   return removal;
 }
 

@@ -33,6 +33,10 @@ class MemoryJobStore : public JobStore {
   Removal remove(const std::string& id) override;
   RetryOutcome retry(const std::string& id, std::int64_t now) override;
   ChangeOutcome change(const std::string& id, const JobChange& change, std::optional<std::int64_t> revision) override;
+  std::optional<BatchState> find_batch(const std::string& id) override;
+  BatchCancel cancel_batch(const std::string& id, std::int64_t now) override;
+  BatchRetry retry_batch(const std::string& id, std::int64_t now) override;
+  std::vector<std::string> failing_batches() override;
   Upkeep keep_house(std::int64_t now, std::int64_t expired_kept_ms, int limit) override;
   int recover(const std::string& boot_id, std::int64_t now) override;
   bool references(const std::string& sha256) override;
@@ -47,6 +51,10 @@ class MemoryJobStore : public JobStore {
     std::string boot_id;
     std::int64_t rank = 0;
   };
+  static CancelOutcome cancel(Row& row, std::int64_t now);
+  static RetryOutcome retry(Row& row, std::int64_t now);
+  std::map<std::string, Row>::iterator erase(std::map<std::string, Row>::iterator row);
+  std::optional<BatchState> state_of_batch(const std::string& id) const;
   Row* running(const std::string& id, std::int64_t fence);
   std::optional<KeptReply> kept(const ReplyKey& key, std::int64_t now) const;
   void let_due_jobs_run(std::int64_t now, std::size_t limit, Upkeep& upkeep);
@@ -57,6 +65,7 @@ class MemoryJobStore : public JobStore {
   std::mutex mutex_;
   std::map<std::string, Row> rows_;  ///< by id, so by creation
   std::map<ReplyKey, KeptReply> replies_;
+  std::map<std::string, Batch> batches_;
 };
 
 }  // namespace jobs

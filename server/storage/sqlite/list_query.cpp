@@ -16,7 +16,7 @@ using Label = std::pair<std::string, std::string>;
 /// Which index the page walks. Each holds the ids in order, so the walk ends when the page is full; the other
 /// conditions are looked up by id.
 struct Walk {
-  enum class Over { jobs, state, label };
+  enum class Over { jobs, state, label, batch };
   Over over = Over::jobs;
   Label label;
 };
@@ -31,6 +31,7 @@ std::int64_t count_labelled(Database& database, const Label& label) {
 /// The shortest: the rarest label, or the state where that is rarer still.
 Walk choose_walk(Database& database, const JobFilter& filter) {
   Walk walk;
+  if (!filter.batch.empty()) return {Walk::Over::batch, {}};
   std::int64_t shortest = std::numeric_limits<std::int64_t>::max();
   for (const auto& [key, value] : filter.labels) {
     const Label label(key, value);
@@ -53,6 +54,9 @@ std::string list_sql(Walk::Over over, std::size_t other_labels, const JobFilter&
       break;
     case Walk::Over::state:
       sql += "jobs INDEXED BY jobs_by_state WHERE ";
+      break;
+    case Walk::Over::batch:
+      sql += "jobs INDEXED BY jobs_by_batch WHERE jobs.batch_id = ? AND ";
       break;
     case Walk::Over::jobs:
       sql += "jobs WHERE ";
@@ -80,6 +84,7 @@ std::vector<std::string> list_ids(Database& database, const JobFilter& filter, c
     query.bind(++position, walk.label.first);
     query.bind(++position, walk.label.second);
   }
+  if (walk.over == Walk::Over::batch) query.bind(++position, filter.batch);
   query.bind(++position, cursor.empty() ? std::string("~") : cursor);  // greater than every id
   if (filter.state) query.bind(++position, std::string(name_of(*filter.state)));
   for (const auto& [key, value] : others) {

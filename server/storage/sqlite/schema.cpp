@@ -161,6 +161,22 @@ CREATE TRIGGER artifact_went AFTER DELETE ON artifacts BEGIN
 END;
 )sql",
                                                            R"sql(
+CREATE TABLE batches (
+  id TEXT NOT NULL PRIMARY KEY,
+  owner TEXT NOT NULL,
+  name TEXT NOT NULL,
+  created_at INTEGER NOT NULL,
+  max_failed INTEGER,
+  size INTEGER NOT NULL
+) STRICT, WITHOUT ROWID;
+ALTER TABLE jobs ADD COLUMN batch_id TEXT;
+ALTER TABLE jobs ADD COLUMN batch_index INTEGER NOT NULL DEFAULT 0;
+CREATE INDEX jobs_by_batch ON jobs (batch_id, id) WHERE batch_id IS NOT NULL;
+CREATE TRIGGER last_of_batch_went AFTER DELETE ON jobs WHEN old.batch_id IS NOT NULL BEGIN
+  DELETE FROM batches WHERE id = old.batch_id AND NOT EXISTS (SELECT 1 FROM jobs WHERE batch_id = old.batch_id);
+END;
+)sql",
+                                                           R"sql(
 -- The uploads that a job's document names.
 CREATE TABLE job_assets (
   job_id TEXT NOT NULL REFERENCES jobs ON DELETE CASCADE,

@@ -3,6 +3,7 @@
 #include <cassert>
 #include <vector>
 
+#include "server/storage/sqlite/job_moves.h"
 #include "server/storage/sqlite/job_rows.h"
 #include "server/storage/sqlite/store_parts.h"
 
@@ -89,21 +90,7 @@ void forget(Database& database, std::int64_t now, std::int64_t forget_before, st
 }  // namespace
 
 RetryOutcome SqliteJobStore::retry(const std::string& id, std::int64_t now) {
-  return parts_->writer.run([&](Database& database) {
-    const std::optional<Job> job = sqlite::read_job(database, id);
-    if (!job) return RetryOutcome::unknown;
-    if (!ended(job->state)) return RetryOutcome::not_ended;
-    if (job->state == JobState::succeeded) return RetryOutcome::succeeded;
-    if (job->expired) return RetryOutcome::expired;
-    assert(may_move(job->state, JobState::queued));
-    database.change("DELETE FROM problem_errors WHERE job_id = ?", id);
-    database.change(
-        "UPDATE jobs SET state = 'queued', attempt = 0, started_at = NULL, ended_at = NULL, expires_at = NULL,"
-        " problem_code = NULL, problem_detail = NULL, deadline = iif(deadline <= ?1, NULL, deadline),"
-        " not_before = iif(run_after > ?1, run_after, NULL), rank = ?2, revision = revision + 1 WHERE id = ?3",
-        now, rank_of(now, job->run_after, job->priority), id);
-    return RetryOutcome::queued;
-  });
+  return parts_->writer.run([&](Database& database) { return sqlite::retry_job(database, id, now); });
 }
 
 ChangeOutcome SqliteJobStore::change(const std::string& id, const JobChange& change,

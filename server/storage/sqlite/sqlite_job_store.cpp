@@ -6,6 +6,8 @@
 #include <cassert>
 #include <utility>
 
+#include "server/storage/sqlite/batch_rows.h"
+#include "server/storage/sqlite/job_moves.h"
 #include "server/storage/sqlite/job_rows.h"
 #include "server/storage/sqlite/reply_rows.h"
 #include "server/storage/sqlite/store_parts.h"
@@ -45,6 +47,7 @@ std::optional<KeptReply> SqliteJobStore::admit(const Admission& admission, std::
       if (auto earlier = sqlite::read_reply(database, admission.reply->key, now)) return earlier;
       sqlite::insert_reply(database, *admission.reply);
     }
+    if (admission.batch) sqlite::insert_batch(database, *admission.batch);
     for (const auto& [job, document] : admission.jobs) {
       assert(job.state == JobState::queued || job.state == JobState::succeeded);
       sqlite::insert_job(database, job, document);
@@ -119,21 +122,7 @@ bool SqliteJobStore::release(const std::string& id, std::int64_t fence, std::int
 }
 
 CancelOutcome SqliteJobStore::cancel(const std::string& id, std::int64_t now) {
-  return parts_->writer.run([&](Database& database) {
-    if (database.change("UPDATE jobs SET state = 'cancelled', ended_at = ?1, not_before = NULL,"
-                        " expires_at = coalesce(expires_at, ?1 + 1000 * expires_in_s), revision = revision + 1"
-                        " WHERE id = ?2 AND state = 'queued'",
-                        now, id) == 1) {
-      return CancelOutcome::cancelled;
-    }
-    if (database.change("UPDATE jobs SET revision = revision + (cancel_requested = 0), cancel_requested = 1"
-                        " WHERE id = ? AND state = 'running'",
-                        id) == 1) {
-      return CancelOutcome::cancelling;
-    }
-    return database.query("SELECT 1 FROM jobs WHERE id = ?", id).row() ? CancelOutcome::already_ended
-                                                                       : CancelOutcome::unknown;
-  });
+  return parts_->writer.run([&](Database& database) { return sqlite::cancel_job(database, id, now); });
 }
 
 Removal SqliteJobStore::remove(const std::string& id) {

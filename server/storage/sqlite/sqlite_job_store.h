@@ -42,6 +42,10 @@ class SqliteJobStore final : public JobStore {
   Removal remove(const std::string& id) override;
   RetryOutcome retry(const std::string& id, std::int64_t now) override;
   ChangeOutcome change(const std::string& id, const JobChange& change, std::optional<std::int64_t> revision) override;
+  std::optional<BatchState> find_batch(const std::string& id) override;
+  BatchCancel cancel_batch(const std::string& id, std::int64_t now) override;
+  BatchRetry retry_batch(const std::string& id, std::int64_t now) override;
+  std::vector<std::string> failing_batches() override;
   Upkeep keep_house(std::int64_t now, std::int64_t expired_kept_ms, int limit) override;
   int recover(const std::string& boot_id, std::int64_t now) override;
   bool references(const std::string& sha256) override;

@@ -1,0 +1,96 @@
+/// What owners change of jobs that are there, what the queue looks like, and keeping house in it.
+
+#include <algorithm>
+#include <utility>
+
+#include "server/jobs/queue.h"
+
+namespace jobs {
+namespace {
+
+constexpr int upkeep_step = 100;  // jobs of each kind: some milliseconds of the one writer
+
+}  // namespace
+
+RetryOutcome Queue::retry(const std::string& id) {
+  const RetryOutcome outcome = store_.retry(id, clock_());
+  if (outcome == RetryOutcome::queued) {
+    const std::optional<Job> job = store_.find(id);
+    tell(id, JobState::queued);
+    wake_runner(job && job->suspect);
+  }
+  return outcome;
+}
+
+ChangeOutcome Queue::change(const std::string& id, const JobChange& change, std::optional<std::int64_t> revision) {
+  const ChangeOutcome outcome = store_.change(id, change, revision);
+  if (outcome == ChangeOutcome::changed && observer_ != nullptr) {
+    const std::optional<Job> job = store_.find(id);
+    if (job && !ended(job->state)) tell(id, job->state);  // no move, but news to who waits for any
+  }
+  return outcome;
+}
+
+QueueState Queue::state() {
+  const std::int64_t now = clock_();
+  QueueState state;
+  state.depth = store_.depth();
+  for (const JobState which : all_job_states) state.jobs[which] = store_.count(which);
+  if (state.depth.oldest_at) {
+    state.oldest_age_s = static_cast<double>(std::max<std::int64_t>(now - *state.depth.oldest_at, 0)) / 1000;
+  }
+  const std::lock_guard lock(live_mutex_);
+  if (recent_ends_.size() >= 2) {
+    const auto elapsed_ms = static_cast<double>(recent_ends_.back() - recent_ends_.front());
+    const double each_ms = elapsed_ms / static_cast<double>(recent_ends_.size() - 1);
+    const std::int64_t to_do = state.jobs[JobState::queued] - state.depth.delayed + state.jobs[JobState::running];
+    state.eta_s = each_ms * static_cast<double>(to_do) / 1000;
+  }
+  return state;
+}
+
+std::optional<BatchState> Queue::find_batch(const std::string& id) { return store_.find_batch(id); }
+
+void Queue::cancel_batch(const std::string& id) {
+  const BatchCancel changed = store_.cancel_batch(id, clock_());
+  for (const std::string& job : changed.cancelled) {
+    tell(job, JobState::cancelled);
+    job_ended(job);
+  }
+  const std::lock_guard lock(runner_mutex_);
+  if (runner_ == nullptr) return;
+  for (const std::string& job : changed.cancelling) runner_->cancel(job);
+}
+
+int Queue::retry_batch(const std::string& id) {
+  const BatchRetry retried = store_.retry_batch(id, clock_());
+  if (retried.jobs > 0) wake_runner(retried.suspects);
+  return retried.jobs;
+}
+
+/// After the end of a job that failed.
+void Queue::stop_where_too_many_failed(const std::string& job_id) {
+  const std::optional<Job> job = store_.find(job_id);
+  if (!job || job->batch.empty()) return;
+  const std::optional<BatchState> state = store_.find_batch(job->batch);
+  if (!state || !state->batch.max_failed) return;
+  const auto failed = state->jobs.find(JobState::failed);
+  if (failed != state->jobs.end() && failed->second > *state->batch.max_failed) cancel_batch(job->batch);
+}
+
+// ---- for whoever keeps house
+// -----------------------------------------------------------------------------------------
+
+bool Queue::keep_house() {
+  const Upkeep upkeep = store_.keep_house(clock_(), settings_.expired_kept_ms, upkeep_step);
+  for (const std::string& id : upkeep.overdue) {
+    tell(id, JobState::failed);
+    job_ended(id);
+  }
+  for (const std::string& id : upkeep.overdue) stop_where_too_many_failed(id);
+  for (const Artifact& artifact : upkeep.artifacts) pins_.collect(artifact.sha256);
+  if (upkeep.due) wake_runner(upkeep.suspects_due);
+  return upkeep.more;
+}
+
+}  // namespace jobs

@@ -1,0 +1,117 @@
+/// Jobs that are stored, cancelled and tried again together.
+
+#include "tests/conformance/job_store_conformance.h"
+
+using namespace jobs;
+
+namespace {
+
+std::string id_of(int number) { return "0190a5b0-0000-7000-8000-00000000010" + std::to_string(number); }
+const std::string batch_id = "0190a5b0-0000-7000-8000-0000000000b0";
+
+/// A batch of `count` queued jobs.
+Admission batch_of(int count, std::optional<int> max_failed = {}) {
+  Admission admission;
+  admission.batch = Batch{batch_id, "ann", "orbit", 1000, max_failed, count};
+  for (int i = 0; i < count; ++i) {
+    Job job;
+    job.id = id_of(i);
+    job.owner = "ann";
+    job.batch = batch_id;
+    job.batch_index = i;
+    admission.jobs.push_back({job, "document " + std::to_string(i)});
+  }
+  return admission;
+}
+
+std::map<JobState, std::int64_t> counts(JobStore& store) { return store.find_batch(batch_id)->jobs; }
+
+}  // namespace
+
+TEST_P(JobStoreConformance, FindsABatchAndItsJobsInOrder) {
+  submit();
+  store().admit(batch_of(3, 7), now);
+  reopen();
+  const BatchState state = store().find_batch(batch_id).value();
+  EXPECT_EQ(state.batch.owner, "ann");
+  EXPECT_EQ(state.batch.name, "orbit");
+  EXPECT_EQ(state.batch.created_at, 1000);
+  EXPECT_EQ(state.batch.max_failed, 7);
+  EXPECT_EQ(state.batch.size, 3);
+  EXPECT_EQ(state.jobs, (std::map<JobState, std::int64_t>{{JobState::queued, 3}}));
+  JobFilter of_batch;
+  of_batch.batch = batch_id;
+  EXPECT_EQ(list(of_batch, 2), (std::vector<std::string>{id_of(2), id_of(1), id_of(0)}));
+  of_batch.state = JobState::running;
+  EXPECT_TRUE(list(of_batch).empty());
+  EXPECT_EQ(find(id_of(2)).batch, batch_id);
+  EXPECT_EQ(find(id_of(2)).batch_index, 2);
+  EXPECT_EQ(store().document(id_of(1)), "document 1");
+  EXPECT_FALSE(store().find_batch(id_of(0)));
+}
+
+TEST_P(JobStoreConformance, ABatchUnderAKeyThatIsTakenLeavesNothing) {
+  Admission admission = batch_of(2);
+  const KeptReply reply{{"ann", "POST /v1/batches", "k"}, "hash", {202, "", "{}"}, now + 10};
+  store().admit({{}, {}, reply}, now);
+  admission.reply = reply;
+  EXPECT_TRUE(store().admit(admission, now));
+  EXPECT_FALSE(store().find_batch(batch_id));
+  EXPECT_FALSE(store().find(id_of(0)));
+}
+
+TEST_P(JobStoreConformance, CancellingABatchCancelsWhatHasNotEndedAndNothingElse) {
+  const std::string other = submit([](Job& job) { job.priority = 0; });
+  store().admit(batch_of(3), now);
+  const Claim done = claim();
+  store().succeed(done.job.id, done.fence, now, "{}", {});
+  const Claim running = claim();
+  const BatchCancel changed = store().cancel_batch(batch_id, now + 5);
+  EXPECT_EQ(changed.cancelled, std::vector<std::string>{id_of(2)});
+  EXPECT_EQ(changed.cancelling, std::vector<std::string>{running.job.id});
+  EXPECT_EQ(find(id_of(2)).ended_at, now + 5);
+  EXPECT_EQ(find(other).state, JobState::queued);
+  EXPECT_EQ(counts(store()), (std::map<JobState, std::int64_t>{
+                                 {JobState::succeeded, 1}, {JobState::running, 1}, {JobState::cancelled, 1}}));
+  EXPECT_TRUE(store().cancel_batch("nobody", now).cancelled.empty());
+}
+
+TEST_P(JobStoreConformance, RetryingABatchQueuesWhatFailedOrWasCancelled) {
+  store().admit(batch_of(3), now);
+  const Claim done = claim(), failed = claim();
+  store().succeed(done.job.id, done.fence, now, "{}", {});
+  store().fail(failed.job.id, failed.fence, now, {"internal", "x", {}});
+  store().cancel_batch(batch_id, now);
+  const BatchRetry retried = store().retry_batch(batch_id, now);
+  EXPECT_EQ(retried.jobs, 2);
+  EXPECT_FALSE(retried.suspects);
+  EXPECT_EQ(counts(store()), (std::map<JobState, std::int64_t>{{JobState::queued, 2}, {JobState::succeeded, 1}}));
+  EXPECT_EQ(find(failed.job.id).problem, std::nullopt);
+  EXPECT_EQ(store().retry_batch(batch_id, now).jobs, 0);
+  const Claim suspect = claim();
+  store().release(suspect.job.id, suspect.fence, now, {.counts = true, .suspect = true});
+  store().cancel_batch(batch_id, now);
+  EXPECT_TRUE(store().retry_batch(batch_id, now).suspects);
+}
+
+TEST_P(JobStoreConformance, TellsBatchesInWhichTooManyFailedWhileOthersWait) {
+  store().admit(batch_of(3, 1), now);
+  EXPECT_TRUE(store().failing_batches().empty());
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_TRUE(store().failing_batches().empty());
+    const Claim claimed = claim();
+    store().fail(claimed.job.id, claimed.fence, now, {"internal", "x", {}});
+  }
+  EXPECT_EQ(store().failing_batches(), std::vector<std::string>{batch_id});
+  store().cancel_batch(batch_id, now);
+  EXPECT_TRUE(store().failing_batches().empty()) << "nothing is left to stop";
+}
+
+TEST_P(JobStoreConformance, ABatchGoesWithTheLastOfItsJobs) {
+  store().admit(batch_of(2), now);
+  store().remove(id_of(0));
+  EXPECT_EQ(counts(store()), (std::map<JobState, std::int64_t>{{JobState::queued, 1}}));
+  EXPECT_EQ(store().find_batch(batch_id)->batch.size, 2);
+  store().remove(id_of(1));
+  EXPECT_FALSE(store().find_batch(batch_id));
+}

@@ -1,0 +1,187 @@
+"""Batches: one scene in many variations, submitted, followed, cancelled, tried again and fetched together."""
+import hashlib
+import io
+import tarfile
+import threading
+import unittest
+
+from tests.http.daemon import Daemon, OneDaemon, json_of, scene, wait_until
+
+FAR = "2099-01-01T00:00:00Z"
+PAST = "2001-01-01T00:00:00Z"
+
+
+class Batches(OneDaemon):
+    def submit(self, body, **headers):
+        return self.daemon.request("POST", "/v1/batches", body, headers)
+
+    def accepted(self, body):
+        reply = self.submit(body)
+        self.assertEqual(reply.status, 202, reply.body)
+        batch = json_of(reply)
+        self.assertEqual(reply.headers["Location"], batch["links"]["self"])
+        return batch
+
+    def batch(self, batch):
+        return json_of(self.daemon.get(batch["links"]["self"]))
+
+    def ended(self, batch):
+        return wait_until(lambda: (now := self.batch(batch))["links"]["cancel"] is None and now, "the batch's end")
+
+    def jobs(self, batch):
+        """In the batch's order, which is that of their ids."""
+        items, cursor = [], ""
+        while cursor is not None:
+            page = json_of(self.daemon.get(batch["links"]["jobs"] + "&limit=3" + cursor))
+            items += page["items"]
+            cursor = f"&cursor={page['next_cursor']}" if page["next_cursor"] else None
+        return items[::-1]
+
+    def test_of_frames_patch_the_scene(self):
+        frames = [{}, {"name": "second", "image": {"width": 8}}, {"depth_cue": None, "job": {"labels": {"n": "3"}}}]
+        document = scene(name="first", depth_cue={"front": 1, "back": 9})
+        batch = self.accepted({"name": "orbit", "scene": document, "frames": frames})
+        self.assertEqual((batch["name"], batch["size"], batch["max_failed"]), ("orbit", 3, None))
+        self.assertEqual(self.ended(batch)["state"], "succeeded")
+        jobs = self.jobs(batch)
+        self.assertEqual([job["name"] for job in jobs], ["first", "second", "first"])
+        self.assertEqual([job["image"]["width"] for job in jobs], [16, 8, 16])
+        self.assertEqual([job["labels"] for job in jobs], [{}, {}, {"n": "3"}])
+        self.assertEqual([job["report"]["requirements"]["depth_cue"] for job in jobs], [True, True, False])
+        self.assertEqual({job["batch"] for job in jobs}, {batch["id"]})
+
+    def test_of_a_sweep_has_all_combinations_the_last_pointer_fastest(self):
+        batch = self.accepted({"scene": scene(), "sweep": {
+            "/image/width": [8, 16], "/objects/0/radius": [0.1, 0.2, 0.3], "/job/labels": [{"a": "b"}]}})
+        self.assertEqual(batch["size"], 6)
+        self.ended(batch)
+        jobs = self.jobs(batch)
+        self.assertEqual([job["image"]["width"] for job in jobs], [8, 8, 8, 16, 16, 16])
+        self.assertEqual(jobs[0]["labels"], {"a": "b"})
+        single = self.finished(objects=[{**scene()["objects"][0], "radius": 0.2}, scene()["objects"][1]])
+        self.assertEqual(jobs[4]["artifacts"][0]["sha256"], single["artifacts"][0]["sha256"])
+
+    def test_is_fetched_as_one_archive(self):
+        batch = self.accepted({"scene": scene(output={"formats": ["png", "exr"]}), "sweep": {"/camera/fov": [30, 40, 50]}})
+        self.ended(batch)
+        reply = self.daemon.get(self.batch(batch)["links"]["artifacts"])
+        self.assertEqual((reply.status, reply.headers["Content-Type"]), (200, "application/x-tar"))
+        with tarfile.open(fileobj=io.BytesIO(reply.body)) as archive:
+            self.assertEqual(archive.getnames(), [f"0000{i}.{kind}" for i in range(3) for kind in ("exr", "png")])
+            for index, job in enumerate(self.jobs(batch)):
+                for artifact in job["artifacts"]:
+                    member = archive.extractfile(f"0000{index}.{artifact['name'].split('.', 1)[1]}").read()
+                    self.assertEqual(hashlib.sha256(member).hexdigest(), artifact["sha256"])
+        self.assertEqual(len(reply.body) % 512, 0)
+
+    def test_is_cancelled_and_tried_again_as_a_whole(self):
+        batch = self.accepted({"scene": scene(job={"run_after": FAR}), "frames": [{}, {}, {"job": {"run_after": None}}]})
+        wait_until(lambda: self.batch(batch)["jobs"]["succeeded"] == 1, "the one that may run")
+        self.assertEqual((self.batch(batch)["state"], self.batch(batch)["progress"]), ("running", 1 / 3))
+        reply = self.daemon.request("POST", batch["links"]["cancel"])
+        self.assertEqual((reply.status, json_of(reply)["state"]), (202, "cancelled"))
+        self.assertEqual(json_of(reply)["jobs"],
+                         {"queued": 0, "running": 0, "succeeded": 1, "failed": 0, "cancelled": 2})
+        self.assert_problem(self.daemon.request("POST", batch["links"]["cancel"]), 409, "batch_ended")
+        reply = self.daemon.request("POST", json_of(reply)["links"]["retry"])
+        self.assertEqual((reply.status, json_of(reply)["jobs"]["queued"]), (202, 2))
+        self.assert_problem(self.daemon.request("POST", batch["links"]["self"] + "/retry"), 409, "batch_not_failed")
+        self.daemon.request("POST", batch["links"]["cancel"])
+
+    def test_ends_early_when_too_many_fail(self):
+        late = {"job": {"deadline": PAST}}
+        waits = {"job": {"run_after": FAR}}
+        for failures, state in ((1, "queued"), (2, "cancelled")):
+            batch = self.accepted({"scene": scene(), "max_failed": 1, "frames": [late] * failures + [waits]})
+            wait_until(lambda b=batch, n=failures: self.batch(b)["jobs"]["failed"] == n, "the failures")
+            wait_until(lambda b=batch, s=state: self.jobs(b)[-1]["state"] == s, state)
+            self.daemon.request("POST", batch["links"]["self"] + "/cancel")
+            self.assertEqual(self.ended(batch)["state"], "failed")
+
+    def test_tells_what_is_wrong_and_where_and_stores_nothing(self):
+        before = json_of(self.daemon.get("/v1/jobs?limit=1"))
+        table = [
+            ({"scene": scene(), "frames": [{}, {"camera": {"fov": -1}}]}, "#/frames/1/camera/fov", "out_of_range"),
+            ({"scene": scene(), "sweep": {"/camera/fov": [40, 300]}}, "#/scene/camera/fov", "out_of_range"),
+            ({"scene": scene(), "sweep": {"/camra/fov": [40]}}, "#/sweep/~1camra~1fov", "unknown_reference"),
+            ({"scene": scene(), "sweep": {"/objects/7/radius": [1]}}, "#/sweep/~1objects~17~1radius", "unknown_reference"),
+            ({"scene": scene(), "sweep": {"camera": [40]}}, "#/sweep/camera", "malformed"),
+            ({"scene": scene(), "sweep": {"/camera/fov": []}}, "#/sweep/~1camera~1fov", "wrong_length"),
+            ({"scene": scene(), "sweep": {"/camera/fov": 40}}, "#/sweep/~1camera~1fov", "wrong_type"),
+            ({"scene": scene(), "sweep": {}}, "#/sweep", "wrong_length"),
+            ({"scene": scene(), "frames": []}, "#/frames", "wrong_length"),
+            ({"scene": scene(), "frames": [7]}, "#/frames/0", "wrong_type"),
+            ({"scene": scene(), "frames": [{}] * 10001}, "#/frames", "limit_exceeded"),
+            ({"scene": scene(), "sweep": {"/a": [1] * 1000, "/b": [1] * 1000}}, "#/sweep", "limit_exceeded"),
+            ({"scene": scene(), "frames": [{}], "sweep": {"/a": [1]}}, "#/sweep", "conflict"),
+            ({"scene": scene()}, "#/frames", "missing_field"),
+            ({"frames": [{}]}, "#/scene", "missing_field"),
+            ({"scene": [], "frames": [{}]}, "#/scene", "wrong_type"),
+            ({"scene": scene(), "frames": [{}], "max_failed": -1}, "#/max_failed", "out_of_range"),
+            ({"scene": scene(), "frames": [{}], "name": 7}, "#/name", "wrong_type"),
+            ({"scene": scene(), "frames": [{}], "nmae": ""}, "#/nmae", "unknown_field"),
+        ]
+        for body, pointer, code in table:
+            problem = self.assert_problem(self.submit(body), 422, "bad_scene")
+            self.assertIn((pointer, code), [(error["pointer"], error["code"]) for error in problem["errors"]])
+        detail = json_of(self.submit(table[1][0]))["errors"][0]["detail"]
+        self.assertIn("(with /camera/fov = 300)", detail)
+        self.assertEqual(json_of(self.daemon.get("/v1/jobs?limit=1")), before)
+
+    def test_under_the_same_key_is_submitted_once(self):
+        body = {"name": "once", "scene": scene(name="once"), "frames": [{}, {}]}
+        replies = []
+        threads = [threading.Thread(target=lambda: replies.append(self.submit(body, **{"Idempotency-Key": "batch"})))
+                   for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual({(reply.status, reply.body) for reply in replies}, {(202, replies[0].body)})
+        self.assertEqual(len(json_of(self.daemon.get("/v1/jobs?q=once"))["items"]), 2)
+        self.assertEqual(sorted(reply.headers["Idempotent-Replayed"] or "" for reply in replies), ["", "true", "true", "true"])
+
+    def test_takes_what_the_cache_has(self):
+        document = scene(name="cached", job={"cache": "use"})
+        self.ended(self.accepted({"scene": document, "frames": [{}]}))
+        batch = self.accepted({"scene": document, "frames": [{}, {"ambient": [0.1, 0.1, 0.1]}]})
+        self.assertEqual(batch["jobs"]["succeeded"], 1)
+        self.assertEqual(self.ended(batch)["state"], "succeeded")
+
+    def test_goes_with_the_last_of_its_jobs(self):
+        batch = self.accepted({"scene": scene(job={"run_after": FAR}), "frames": [{}, {}]})
+        for job in self.jobs(batch):
+            self.assertEqual(self.daemon.get(batch["links"]["self"]).status, 200)
+            self.daemon.request("DELETE", job["links"]["self"])
+        self.assert_problem(self.daemon.get(batch["links"]["self"]), 404, "batch_not_found")
+        self.assert_problem(self.daemon.get("/v1/batches/x"), 404, "batch_not_found")
+
+    def test_filters_only_by_ids(self):
+        self.assertEqual(self.daemon.get("/v1/jobs?batch=5").status, 400)
+
+
+class Limits(unittest.TestCase):
+    def test_hold_for_the_batch_as_a_whole(self):
+        waiting = scene(job={"run_after": FAR})
+        with Daemon("--queued-jobs", "2", "--batch-jobs", "3", "--batch-bytes", "2048") as daemon:
+            reply = daemon.request("POST", "/v1/batches", {"scene": waiting, "frames": [{}] * 3})
+            self.assertEqual((reply.status, json_of(reply)["type"]), (503, "urn:whittle:problem:queue_full"))
+            self.assertEqual(json_of(daemon.get("/v1/jobs"))["items"], [])
+            for frames, name in (([{}] * 4, "batch_jobs is 3"),
+                                 ([{"job": {"labels": {str(i): "x" * 250 for i in range(4)}}}] * 2, "batch_bytes is 2048")):
+                reply = daemon.request("POST", "/v1/batches", {"scene": waiting, "frames": frames})
+                self.assertEqual(reply.status, 422, reply.body)
+                self.assertIn(name, reply.body.decode())
+            self.assertEqual(daemon.request("POST", "/v1/batches", {"scene": waiting, "frames": [{}] * 2}).status, 202)
+
+    def test_outlive_the_daemon(self):
+        with Daemon() as daemon:
+            body = {"scene": scene(), "max_failed": 0, "frames": [{"job": {"run_after": FAR}}] * 2}
+            batch = json_of(daemon.request("POST", "/v1/batches", body))
+            daemon.kill()
+            daemon.start()
+            self.assertEqual(json_of(daemon.get(batch["links"]["self"])), batch)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,148 @@
+/// What the queue makes of a submission: bounds by owner, one job for each key, pictures that exist already.
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+
+#include "server/jobs/queue.h"
+#include "server/storage/memory/memory_artifact_store.h"
+#include "server/storage/memory/memory_job_store.h"
+#include "tests/conformance/memory_file.h"
+
+using namespace jobs;
+
+namespace {
+
+class SubmitTest : public testing::Test {
+ protected:
+  static Submission submission(const std::string& content_key = "", const std::string& owner = "") {
+    Submission result;
+    result.document = "{}";
+    result.content_key = content_key;
+    result.owner = owner;
+    return result;
+  }
+  bool run_one(const std::string& picture) {
+    const auto claim = queue.claim(false);
+    if (!claim) return false;
+    const MemoryFile file(picture);
+    return queue.succeed(claim->job.id, claim->fence, "{}", {{"image.png", "image/png", file.fd()}});
+  }
+
+  std::atomic<std::int64_t> now = 1'700'000'000'000;
+  MemoryJobStore store;
+  MemoryArtifactStore artifacts;
+  IdSource ids{[this] { return now.load(); }, system_random()};
+  QueueSettings settings{.queued_limit = 100,
+                         .owner_queued_limit = 3,
+                         .owner_artifact_bytes_limit = 10,
+                         .reply_kept_ms = 1000,
+                         .expired_kept_ms = 1000};
+  Queue queue{store, artifacts, ids, [this] { return now.load(); }, no_log(), settings};
+};
+
+}  // namespace
+
+TEST_F(SubmitTest, HoldsEachOwnerToItsOwnBounds) {
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(queue.submit(submission("", "ann")));
+  const auto refused = queue.submit(submission("", "ann"));
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().why, Refused::Why::owner_queued_jobs);
+  EXPECT_EQ(refused.error().seen, 3);
+  EXPECT_TRUE(queue.submit(submission("", "bob"))) << "another's bound";
+  EXPECT_TRUE(run_one("0123456789"));
+  const auto full = queue.submit(submission("", "ann"));
+  ASSERT_FALSE(full);
+  EXPECT_EQ(full.error().why, Refused::Why::owner_artifact_bytes);
+  EXPECT_EQ(full.error().seen, 10);
+}
+
+TEST_F(SubmitTest, AHitHasTheReportAndThePicturesAndIsNotRun) {
+  EXPECT_FALSE(queue.submit(submission("key"))->from_cache);
+  EXPECT_FALSE(queue.submit(submission("key"))->from_cache) << "the first one has not finished";
+  EXPECT_TRUE(run_one("abc"));
+  const Submitted hit = *queue.submit(submission("key"));
+  EXPECT_TRUE(hit.from_cache);
+  EXPECT_EQ(hit.view.progress, 1);
+  EXPECT_EQ(hit.view.job.report, "{}");
+  EXPECT_NE(queue.open(hit.view.job.artifacts.at(0)), nullptr);
+  EXPECT_EQ(store.count(JobState::queued), 1);
+  EXPECT_FALSE(queue.submit(submission("other"))->from_cache);
+  EXPECT_FALSE(queue.submit(submission(""))->from_cache);
+}
+
+TEST_F(SubmitTest, PicturesOfAHitStayWhenTheJobThatMadeThemGoesMeanwhile) {
+  std::atomic<int> hits = 0, missing = 0;
+  std::atomic<bool> stop = false;
+  const auto work = [&] {
+    while (!stop) {
+      const auto submitted = queue.submit(submission("key", ids.next()));
+      if (!submitted) continue;
+      const Job& job = submitted->view.job;
+      if (submitted->from_cache) {
+        if (queue.open(job.artifacts.at(0)) == nullptr) ++missing;
+        if (++hits >= 2000) stop = true;
+      } else {
+        run_one("abc");
+      }
+      queue.remove(job.id);
+    }
+  };
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 4; ++i) threads.emplace_back(work);
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(missing, 0);
+}
+
+TEST_F(SubmitTest, AKeyIsForgottenAfterItsTime) {
+  const auto submit = [&](const std::string& hash) {
+    Submission keyed = submission();
+    keyed.idempotency = Idempotency{"POST /v1/jobs", "k", hash};
+    keyed.write_reply = [](const JobView& view, bool) { return FirstReply{202, "", view.job.id}; };
+    return queue.submit(std::move(keyed));
+  };
+  const std::string first = submit("a")->view.job.id;
+  EXPECT_EQ(submit("a")->replayed->body, first);
+  EXPECT_EQ(submit("b").error().why, Refused::Why::key_reused);
+  now += 1000;
+  EXPECT_FALSE(submit("b")->replayed);
+}
+
+TEST_F(SubmitTest, KeepingHouseDeletesExpiredPicturesThatNoOtherJobNames) {
+  Submission kept = submission("key"), expiring = submission("key");
+  expiring.parsed.job.expires_in_s = 1;
+  expiring.parsed.job.cache = api::CacheUse::off;
+  const std::string first = queue.submit(std::move(kept))->view.job.id;
+  EXPECT_TRUE(run_one("abc"));
+  const std::string second = queue.submit(std::move(expiring))->view.job.id;
+  EXPECT_TRUE(run_one("abc"));
+  const Artifact picture = queue.find(first)->job.artifacts.at(0);
+  now += 1000;
+  EXPECT_FALSE(queue.keep_house());
+  EXPECT_TRUE(queue.find(second)->job.expired);
+  EXPECT_NE(queue.open(picture), nullptr) << "the first job still has it";
+  EXPECT_EQ(queue.remove(first), RemoveOutcome::removed);
+  EXPECT_EQ(queue.open(picture), nullptr);
+}
+
+TEST_F(SubmitTest, ABatchIsStoppedWhenTooManyOfItsJobsFail) {
+  BatchSubmission batch;
+  batch.jobs.resize(3);
+  batch.max_failed = 1;
+  const std::string id = queue.submit_batch(std::move(batch))->state.batch.id;
+  for (const std::int64_t left : {2, 0}) {
+    const Claim claim = *queue.claim(false);
+    queue.fail(claim.job.id, claim.fence, {"internal", "x", {}});
+    EXPECT_EQ(store.count(JobState::queued), left);
+  }
+  EXPECT_EQ(queue.find_batch(id)->jobs,
+            (std::map<JobState, std::int64_t>{{JobState::failed, 2}, {JobState::cancelled, 1}}));
+}
+
+TEST_F(SubmitTest, ABatchThatDoesNotFitIsRefusedWhole) {
+  BatchSubmission batch;
+  batch.jobs.resize(4);
+  EXPECT_EQ(queue.submit_batch(std::move(batch)).error().why, Refused::Why::owner_queued_jobs);
+  EXPECT_EQ(store.count(JobState::queued), 0);
+}
