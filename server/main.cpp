@@ -225,6 +225,7 @@ void serve(const config::Config& config, keys::KeyRing* ring, const telemetry::L
       .render_wait = std::chrono::seconds(config.render_wait_s),
       .draining = [&draining] { return draining.load(); },
       .told_limits = told_limits(config, limits, settings.head),
+      .sandbox = [&supervisor] { return supervisor.sandbox(); },
       .keys = ring};
   const http::Health health{.not_ready = [&] { return draining ? std::string("draining") : queue.not_ready(); },
                             .job_count = [&store](jobs::JobState state) { return store.count(state); },

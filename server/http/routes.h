@@ -33,6 +33,7 @@ struct Front {
   std::chrono::milliseconds render_wait{60'000};                   ///< see the option render_wait_s
   std::function<bool()> draining;                                  ///< true: new work is refused, reads are answered
   std::vector<std::pair<std::string, std::uint64_t>> told_limits;  ///< what GET /v1/version tells, by option name
+  std::function<std::string()> sandbox{};                          ///< what holds the worker; empty: not known yet
   const keys::KeyRing* keys = nullptr;                             ///< null: this machine's users need none
 };
 std::vector<Route> client_routes(const Front& front);
