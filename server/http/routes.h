@@ -40,9 +40,13 @@ std::vector<Route> client_routes(const Front& front);
 
 /// What the health routes need; the same rules.
 struct Health {
-  std::function<std::string()> not_ready;                 ///< empty: ready; else the reason
+  std::function<std::string()> not_ready;  ///< empty: ready; else the reason. Asked at most once a second
+  std::function<bool()> draining;          ///< true: not ready, whatever not_ready said a moment ago
   std::function<std::int64_t(jobs::JobState)> job_count;  ///< may throw StoreFailure
   std::function<std::size_t()> event_listeners;
+  std::function<std::size_t()> connections;
+  std::function<int()> worker_pid;       ///< 0: there is none now
+  std::function<std::string()> figures;  ///< what grows, as Prometheus text
 };
 std::vector<Route> health_routes(const Health& health);
 
