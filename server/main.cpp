@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <string_view>
 #include <system_error>
 
 #include "api/asset_requests.h"
@@ -32,8 +33,11 @@
 #include "server/storage/files/file_asset_store.h"
 #include "server/storage/files/sha256.h"
 #include "server/storage/sqlite/sqlite_job_store.h"
+#include "server/telemetry/job_metrics.h"
 #include "server/telemetry/log.h"
+#include "server/telemetry/metrics.h"
 #include "server/telemetry/queue_log.h"
+#include "server/telemetry/request_metrics.h"
 #include "server/worker/asset_folder.h"
 #include "server/worker/supervisor.h"
 #include "tracer/version.h"
@@ -228,7 +232,10 @@ void serve(const config::Config& config, keys::KeyRing* ring, const telemetry::L
                      .owner_queued_limit = static_cast<std::int64_t>(config.key_queued_jobs),
                      .owner_artifact_bytes_limit = static_cast<std::int64_t>(config.key_artifact_bytes)});
   jobs::Events events(http::event_text, jobs::system_clock(), {.listeners_max = config.streams});
-  queue.observe(&events);
+  telemetry::Metrics metrics(telemetry::all_families());
+  telemetry::JobMetrics job_metrics(
+      metrics, [&store](const std::string& id) { return store.find(id); }, events);
+  queue.observe(&job_metrics);
   const jobs::Housekeeper housekeeper(queue, queue_log);
 
   const std::chrono::days asset_age(static_cast<int>(config.asset_days));
@@ -245,7 +252,10 @@ void serve(const config::Config& config, keys::KeyRing* ring, const telemetry::L
   const std::string spool_folder = config.data + "/spool";
   std::filesystem::create_directories(spool_folder);
   std::atomic<bool> draining = false;
-  const http::GateSettings settings = gate_settings(config, spool_folder, ring);
+  http::GateSettings settings = gate_settings(config, spool_folder, ring);
+  settings.told = [&metrics](std::string_view method, std::string_view route, int status, double seconds) {
+    telemetry::count_request(metrics, method, route, status, seconds);
+  };
   const api::Limits limits = document_limits(config);
   const http::Front front{
       .jobs = queue,
@@ -259,13 +269,18 @@ void serve(const config::Config& config, keys::KeyRing* ring, const telemetry::L
       .render_wait = std::chrono::seconds(config.render_wait_s),
       .draining = [&draining] { return draining.load(); },
       .told_limits = told_limits(config, limits, settings.head),
+      .sandbox = [&supervisor] { return supervisor.sandbox(); },
       .keys = ring};
-  const http::Health health{.not_ready = [&] { return draining ? std::string("draining") : queue.not_ready(); },
-                            .job_count = [&store](jobs::JobState state) { return store.count(state); },
-                            .event_listeners = [&events] { return events.listeners(); }};
   const auto request_id = [&ids] { return ids.next(); };
-  http::Gate health_gate(health_gate_settings(config, spool_folder), http::health_routes(health), request_id, log);
   http::Gate gate(settings, http::client_routes(front), request_id, log);
+  const http::Health health{.not_ready = [&queue] { return queue.not_ready(); },
+                            .draining = [&draining] { return draining.load(); },
+                            .job_count = [&store](jobs::JobState state) { return store.count(state); },
+                            .event_listeners = [&events] { return events.listeners(); },
+                            .connections = [&gate] { return gate.connections(); },
+                            .worker_pid = [&supervisor] { return supervisor.worker_pid(); },
+                            .figures = [&metrics] { return metrics.text(); }};
+  http::Gate health_gate(health_gate_settings(config, spool_folder), http::health_routes(health), request_id, log);
 
   log.write(telemetry::Level::info, "listening",
             {{"port", std::int64_t{gate.port()}}, {"health_port", std::int64_t{health_gate.port()}}});

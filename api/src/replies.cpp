@@ -222,11 +222,14 @@ std::string write_invalid(const std::vector<tracer::Issue>& errors) {
                   {"estimate", nullptr}});
 }
 
-std::string write_version(std::string_view version, std::string_view build,
+std::string write_version(std::string_view version, std::string_view build, std::string_view sandbox,
                           const std::vector<std::pair<std::string, std::uint64_t>>& limits) {
   Json bounds = Json::object();
   for (const auto& [name, value] : limits) bounds[name] = value;
-  return text_of({{"version", version}, {"build", build}, {"limits", std::move(bounds)}});
+  return text_of({{"version", version},
+                  {"build", build},
+                  {"sandbox", sandbox.empty() ? Json(nullptr) : Json(sandbox)},
+                  {"limits", std::move(bounds)}});
 }
 
 std::string with_format(const std::string& document, tracer::Format format) {

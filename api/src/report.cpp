@@ -53,4 +53,16 @@ std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate
   return report.dump();
 }
 
+std::optional<ReportFigures> read_report(const std::string& report) {
+  const Json json = Json::parse(report, nullptr, false);
+  if (!json.is_object() || !json.contains("rays") || !json.contains("error")) return std::nullopt;
+  ReportFigures figures;
+  const Json& rays = json["rays"];
+  figures.rays = {rays.value("camera", std::uint64_t{0}), rays.value("shadow", std::uint64_t{0}),
+                  rays.value("reflection", std::uint64_t{0}), rays.value("refraction", std::uint64_t{0})};
+  const Json& error = json["error"];
+  if (error.contains("target") && error["target"].is_number()) figures.target_met = error.value("met", false);
+  return figures;
+}
+
 }  // namespace api

@@ -21,6 +21,7 @@ struct Request {
   std::string id;  ///< X-Request-Id of the reply and of every log line
   RequestHead head;
   Body body;
+  std::string route;              ///< its pattern; empty where none fits
   std::string owner;              ///< the name of the key that it came with; empty where there are no keys
   std::string remote;             ///< the peer's address, from the socket
   std::vector<std::string> path;  ///< what the pattern's {names} stand for in this path, in order; percent-decoded

@@ -16,6 +16,8 @@ Gate::~Gate() = default;
 
 std::uint16_t Gate::port() const { return loop_->port(); }
 
+std::size_t Gate::connections() const { return loop_->connections(); }
+
 void Gate::drain(std::chrono::milliseconds grace) { loop_->drain(grace); }
 
 }  // namespace http

@@ -14,6 +14,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "server/http/connection.h"
@@ -21,6 +22,9 @@
 #include "server/telemetry/log.h"
 
 namespace http {
+
+/// How a request went, for figures. `route` is its pattern, empty where it has none.
+using Told = std::function<void(std::string_view method, std::string_view route, int status, double seconds)>;
 
 struct GateSettings {
   std::string host = "127.0.0.1";  ///< a literal address
@@ -32,6 +36,7 @@ struct GateSettings {
   /// second behind then, and more would only wait longer.
   std::size_t waiting_max = 256;
   HeadLimits head;
+  Told told;        ///< of every request that is answered, from any thread; must not throw
   HeadJudge judge;  ///< none: every head is right
   ConnectionTimes times;
   std::string spool_folder = "/tmp";  ///< for bodies over 1 MiB; exists
@@ -46,6 +51,7 @@ class Gate {
   ~Gate();  ///< without a drain before, connections are cut
 
   [[nodiscard]] std::uint16_t port() const;
+  [[nodiscard]] std::size_t connections() const;  ///< open now
 
   /// Takes no more connections, closes idle ones, resumes parked requests as timed out, and waits until all that has
   /// begun is answered, at most `grace`. Afterwards the gate serves no one.

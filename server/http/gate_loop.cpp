@@ -129,6 +129,7 @@ void Gate::Loop::accept_clients() {
     ++clients_of_[accepted->remote];
     const std::uint64_t number = ++last_number_;
     clients_.emplace(number, std::make_unique<Client>(number, std::move(*accepted), settings_, budget_, now_));
+    connections_ = clients_.size();
     with_client(number, [this](Client& client) {
       client.interest = EPOLLIN;
       watch(epoll_, EPOLL_CTL_ADD, client.connection.fd(), EPOLLIN, client.number);
@@ -234,6 +235,7 @@ void Gate::Loop::drop(Client& client) {
   const auto address = clients_of_.find(client.connection.remote());
   if (--address->second == 0) clients_of_.erase(address);
   clients_.erase(client.number);  // the closed socket has left epoll by itself
+  connections_ = clients_.size();
 }
 
 }  // namespace http

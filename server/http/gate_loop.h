@@ -24,6 +24,7 @@ class Gate::Loop {
   ~Loop();
 
   [[nodiscard]] std::uint16_t port() const { return port_; }
+  [[nodiscard]] std::size_t connections() const { return connections_; }
   void drain(std::chrono::milliseconds grace);
 
  private:
@@ -91,7 +92,8 @@ class Gate::Loop {
   Time now_;
   Time exhaustion_told_{};  ///< running out of descriptors is logged at most once a second
 
-  std::atomic<bool> draining_ = false;  ///< read by handler threads: replies close then
+  std::atomic<std::size_t> connections_ = 0;  ///< clients_.size(), for others
+  std::atomic<bool> draining_ = false;        ///< read by handler threads: replies close then
   std::atomic<bool> stopping_ = false;
   std::mutex drained_mutex_;
   std::condition_variable drained_;

@@ -26,8 +26,10 @@ void log_request(const telemetry::Log& log, const Exchange& exchange, const Repl
   log.write(level_of(reply.failure, request.head.method), "request", fields);
 }
 
-Finished finished(const std::shared_ptr<Exchange>& exchange, Reply reply, bool draining, const telemetry::Log& log) {
+Finished finished(const std::shared_ptr<Exchange>& exchange, Reply reply, bool draining, const telemetry::Log& log,
+                  const Told& told) {
   const Request& request = exchange->request;
+  if (told) told(request.head.method, request.route, reply.status, milliseconds_since(exchange->started) / 1000);
   const bool keep_alive = request.head.keep_alive && !draining && !reply.stream;
   const bool to_head = request.head.method == "HEAD";
   log_request(log, *exchange, reply);
@@ -38,7 +40,7 @@ Finished finished(const std::shared_ptr<Exchange>& exchange, Reply reply, bool d
 
 /// On a handler's thread: passes on what a handler answered.
 void deliver(const std::shared_ptr<Exchange>& exchange, Answer answer, const std::shared_ptr<Mailbox>& mailbox,
-             bool draining, Router& router, const telemetry::Log& log) {
+             bool draining, Router& router, const telemetry::Log& log, const Told& told) {
   std::function<void()> stop_watching;
   if (auto* parked = std::get_if<Parked>(&answer)) {
     exchange->parked = std::move(*parked);
@@ -49,7 +51,7 @@ void deliver(const std::shared_ptr<Exchange>& exchange, Answer answer, const std
     if (!failed) return mailbox->post(Waiting{exchange, std::move(stop_watching)});
     answer = std::move(*failed);
   }
-  mailbox->post(finished(exchange, std::get<Reply>(std::move(answer)), draining, log));
+  mailbox->post(finished(exchange, std::get<Reply>(std::move(answer)), draining, log, told));
 }
 
 }  // namespace
@@ -64,6 +66,7 @@ void Gate::Loop::refuse(Client& client) {
               {"remote", client.connection.remote()},
               {"problem", rule_of(problem.failure).name},
               {"detail", problem.detail}});
+  if (settings_.told) settings_.told({}, {}, reply.status, 0);
   client.connection.reply(serialized(reply, request_id, false, false), std::nullopt, false, now_);
 }
 
@@ -78,13 +81,13 @@ void Gate::Loop::dispatch(Client& client) {
   const bool heavy = exchange->request.body.spooled();
   const bool taken = pool_->submit(
       [this, exchange, mailbox = mailbox_](Router& router) {
-        deliver(exchange, router.answer(exchange->request), mailbox, draining_, router, log_);
+        deliver(exchange, router.answer(exchange->request), mailbox, draining_, router, log_, settings_.told);
       },
       heavy);
   if (taken) return;
   const Problem problem{
       Failure::overloaded, "more than " + std::to_string(settings_.waiting_max) + " requests wait", {}};
-  Finished refused = finished(exchange, problem_reply(problem, exchange->request.id), draining_, log_);
+  Finished refused = finished(exchange, problem_reply(problem, exchange->request.id), draining_, log_, settings_.told);
   client.exchange.reset();
   client.connection.reply(std::move(refused.text), std::nullopt, refused.keep_alive, now_);
 }
@@ -96,7 +99,8 @@ void Gate::Loop::resume(Client& client, bool timed_out) {
   pool_->resume([this, timed_out, exchange = client.exchange, mailbox = mailbox_](Router& router) {
     // Handing the continuation over first: the answer may be to wait again.
     const Parked parked = std::exchange(exchange->parked, {});
-    deliver(exchange, router.resume(parked, timed_out, exchange->request), mailbox, draining_, router, log_);
+    deliver(exchange, router.resume(parked, timed_out, exchange->request), mailbox, draining_, router, log_,
+            settings_.told);
   });
 }
 

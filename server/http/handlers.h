@@ -1,6 +1,7 @@
 #pragma once
 /// The handlers behind the routes, one for each, and what they share. Each reads, calls, maps, writes.
 
+#include <mutex>
 #include <optional>
 #include <string>
 
@@ -56,7 +57,19 @@ Answer get_openapi(Request& request);
 
 // ---- health_handlers.cpp
 Answer get_liveness(Request& request);
-Answer get_readiness(Request& request, const Health& health);
+/// Whether jobs would run now. To find out costs a durable write, so it is looked at once a second at most.
+class Readiness {
+ public:
+  explicit Readiness(Health health) : health_(std::move(health)) {}
+  std::string reason();  ///< empty: ready
+
+ private:
+  const Health health_;
+  std::mutex mutex_;
+  std::optional<std::chrono::steady_clock::time_point> asked_;
+  std::string reason_;
+};
+Answer get_readiness(Request& request, Readiness& readiness);
 Answer get_metrics(Request& request, const Health& health);
 
 // ---- shared

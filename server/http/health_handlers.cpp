@@ -3,16 +3,46 @@
 #include <fstream>
 
 #include "server/http/handlers.h"
+#include "server/telemetry/metrics.h"
 #include "tracer/version.h"
 
 namespace http {
 namespace {
 
-std::int64_t resident_bytes() {
-  std::ifstream statm("/proc/self/statm");
+using telemetry::metric_head;
+using telemetry::metric_line;
+
+/// Of a process; nothing where there is none.
+std::optional<double> resident_bytes(const std::string& process) {
+  std::ifstream statm("/proc/" + process + "/statm");
   std::int64_t pages = 0, resident_pages = 0;
-  statm >> pages >> resident_pages;
-  return resident_pages * ::sysconf(_SC_PAGESIZE);
+  if (!(statm >> pages >> resident_pages)) return std::nullopt;
+  return static_cast<double>(resident_pages * ::sysconf(_SC_PAGESIZE));
+}
+
+std::string gauge(std::string_view name, std::string_view help, double value) {
+  return metric_head(name, help, "gauge") + metric_line(name, {}, value);
+}
+
+std::string job_counts(const Health& health) {
+  using enum jobs::JobState;
+  constexpr std::string_view name = "whittle_jobs";
+  std::string text = metric_head(name, "Jobs in the store, by state; queued ones are the queue's depth.", "gauge");
+  for (const jobs::JobState state : {queued, running, succeeded, failed, cancelled}) {
+    text += metric_line(name, {{"state", jobs::name_of(state)}}, static_cast<double>(health.job_count(state)));
+  }
+  return text;
+}
+
+std::string memory(const Health& health) {
+  std::string text;
+  if (const auto bytes = resident_bytes("self")) {
+    text += gauge("process_resident_memory_bytes", "Memory of the daemon, without its worker.", *bytes);
+  }
+  const int worker = health.worker_pid();
+  const auto bytes = worker > 0 ? resident_bytes(std::to_string(worker)) : std::nullopt;
+  if (bytes) text += gauge("whittle_worker_resident_memory_bytes", "Memory of the worker process.", *bytes);
+  return text;
 }
 
 }  // namespace
@@ -25,8 +55,19 @@ Answer get_liveness(Request&) {
   return reply;
 }
 
-Answer get_readiness(Request& request, const Health& health) {
-  const std::string reason = health.not_ready();
+std::string Readiness::reason() {
+  if (health_.draining()) return "draining";
+  const std::lock_guard lock(mutex_);
+  const auto now = std::chrono::steady_clock::now();
+  if (!asked_ || now - *asked_ >= std::chrono::seconds(1)) {
+    reason_ = health_.not_ready();
+    asked_ = now;
+  }
+  return reason_;
+}
+
+Answer get_readiness(Request& request, Readiness& readiness) {
+  const std::string reason = readiness.reason();
   if (!reason.empty()) return problem_reply({Failure::not_ready, reason, {}}, request.id);
   Reply reply;
   reply.content_type = "text/plain; charset=utf-8";
@@ -36,29 +77,16 @@ Answer get_readiness(Request& request, const Health& health) {
 
 /// Prometheus text format 0.0.4.
 Answer get_metrics(Request&, const Health& health) {
-  using enum jobs::JobState;
-  std::string text =
-      "# HELP whittle_build_info Which program runs; always 1.\n# TYPE whittle_build_info gauge\n"
-      "whittle_build_info{version=\"" +
-      std::string(tracer::version()) + "\",build=\"" + std::string(tracer::build()) +
-      "\"} 1\n"
-      "# HELP whittle_jobs Jobs in the store, by state; queued ones are the queue's depth.\n"
-      "# TYPE whittle_jobs gauge\n";
-  for (const jobs::JobState state : {queued, running, succeeded, failed, cancelled}) {
-    text += std::string("whittle_jobs{state=\"") + jobs::name_of(state) + "\"} " +
-            std::to_string(health.job_count(state)) + "\n";
-  }
-  text +=
-      "# HELP whittle_event_listeners Event streams and long polls.\n# TYPE whittle_event_listeners gauge\n"
-      "whittle_event_listeners " +
-      std::to_string(health.event_listeners()) + "\n";
-  text +=
-      "# HELP process_resident_memory_bytes Memory of the daemon, without its worker.\n"
-      "# TYPE process_resident_memory_bytes gauge\nprocess_resident_memory_bytes " +
-      std::to_string(resident_bytes()) + "\n";
+  constexpr std::string_view build = "whittle_build_info";
   Reply reply;
   reply.content_type = "text/plain; version=0.0.4; charset=utf-8";
-  reply.body = std::move(text);
+  reply.body =
+      metric_head(build, "Which program runs; always 1.", "gauge") +
+      metric_line(build, {{"version", std::string(tracer::version())}, {"build", std::string(tracer::build())}}, 1) +
+      job_counts(health) +
+      gauge("whittle_connections", "Open connections of clients.", static_cast<double>(health.connections())) +
+      gauge("whittle_event_listeners", "Event streams and long polls.", static_cast<double>(health.event_listeners())) +
+      memory(health) + health.figures();
   return reply;
 }
 

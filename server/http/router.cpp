@@ -92,7 +92,7 @@ class Router::Library final : public httplib::Server {
     std::map<std::string, std::set<std::string>> methods;  // by pattern
     for (const Route& route : routes) {
       methods[route.pattern].insert(route.method);
-      add(route.method, route.pattern, with_checked_query(route));
+      add(route.method, route.pattern, with_checked_query(route), route.pattern);
     }
     for (const auto& [pattern, allowed] : methods) refuse_others(pattern, allowed);
   }
@@ -109,11 +109,13 @@ class Router::Library final : public httplib::Server {
   }
 
  private:
-  void add(const std::string& method, const std::string& pattern, const http::Handler& handler) {
+  void add(const std::string& method, const std::string& pattern, const http::Handler& handler,
+           const std::string& route) {
     // No exception passes through the library.
-    const auto call = [this, handler](const httplib::Request& matched, httplib::Response&) noexcept {
+    const auto call = [this, handler, route](const httplib::Request& matched, httplib::Response&) noexcept {
       try {
         request_->path.assign(std::next(matched.matches.begin()), matched.matches.end());
+        request_->route = route;
         answer_ = handler(*request_);
       } catch (...) {
         failure_ = std::current_exception();
@@ -141,7 +143,7 @@ class Router::Library final : public httplib::Server {
       return reply;
     };
     for (const char* method : {"GET", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"}) {
-      if (!allowed.contains(method)) add(method, pattern, refuse);
+      if (!allowed.contains(method)) add(method, pattern, refuse, pattern);
     }
   }
 

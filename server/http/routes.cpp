@@ -47,9 +47,10 @@ std::vector<Route> client_routes(const Front& front) {
 }
 
 std::vector<Route> health_routes(const Health& health) {
+  const auto readiness = std::make_shared<Readiness>(health);
   return {
       {"GET", "/healthz", get_liveness, {}},
-      {"GET", "/readyz", [health](Request& request) { return get_readiness(request, health); }, {}},
+      {"GET", "/readyz", [readiness](Request& request) { return get_readiness(request, *readiness); }, {}},
       {"GET", "/metrics", [health](Request& request) { return get_metrics(request, health); }, {}},
   };
 }

@@ -40,15 +40,20 @@ struct Front {
   std::chrono::milliseconds render_wait{60'000};                   ///< see the option render_wait_s
   std::function<bool()> draining;                                  ///< true: new work is refused, reads are answered
   std::vector<std::pair<std::string, std::uint64_t>> told_limits;  ///< what GET /v1/version tells, by option name
+  std::function<std::string()> sandbox{};                          ///< what holds the worker; empty: not known yet
   const keys::KeyRing* keys = nullptr;                             ///< null: this machine's users need none
 };
 std::vector<Route> client_routes(const Front& front);
 
 /// What the health routes need; the same rules.
 struct Health {
-  std::function<std::string()> not_ready;                 ///< empty: ready; else the reason
+  std::function<std::string()> not_ready;  ///< empty: ready; else the reason. Asked at most once a second
+  std::function<bool()> draining;          ///< true: not ready, whatever not_ready said a moment ago
   std::function<std::int64_t(jobs::JobState)> job_count;  ///< may throw StoreFailure
   std::function<std::size_t()> event_listeners;
+  std::function<std::size_t()> connections;
+  std::function<int()> worker_pid;       ///< 0: there is none now
+  std::function<std::string()> figures;  ///< what grows, as Prometheus text
 };
 std::vector<Route> health_routes(const Health& health);
 

@@ -29,7 +29,7 @@ Answer get_root(Request&) {
 Answer get_version(Request&, const Front& front) {
   Reply reply;
   reply.content_type = "application/json";
-  reply.body = api::write_version(tracer::version(), tracer::build(), front.told_limits);
+  reply.body = api::write_version(tracer::version(), tracer::build(), front.sandbox(), front.told_limits);
   return reply;
 }
 

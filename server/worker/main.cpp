@@ -9,12 +9,15 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <string_view>
+#include <vector>
 
 #include "server/worker/options.h"
 #include "server/worker/protocol.h"
 #include "server/worker/render_job.h"
+#include "server/worker/sandbox.h"
 #include "server/worker/workshop.h"
 #include "tracer/version.h"
 
@@ -48,6 +51,24 @@ bool warm_up() {
   return std::holds_alternative<worker::Finished>(outcome);
 }
 
+/// Ready for what comes from outside: everything is loaded, and held. What it is held by; empty where it cannot be.
+std::string prepare(const worker::FileSettings& files) {
+  std::vector<std::string> folders;
+  if (!files.folder.empty()) folders.push_back(files.folder);
+  if (!files.uploads.empty()) folders.push_back(files.uploads);
+  const bool opens_files = !folders.empty();
+  folders.push_back(std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "lib/whittle");
+  try {
+    const bool landlock = worker::restrict_files(folders);
+    if (!warm_up()) return {};
+    worker::restrict_calls(opens_files);
+    return worker::sandbox_name(landlock);
+  } catch (const std::exception& failure) {
+    std::fprintf(stderr, "whittled-worker: no sandbox: %s\n", failure.what());
+    return {};
+  }
+}
+
 /// Never returns.
 void serve(worker::Workshop& workshop) {
   for (;;) {
@@ -76,9 +97,10 @@ int main(int count, char** arguments) {
     return 2;
   }
   offer_to_the_memory_killer();
-  if (!warm_up()) return 1;
+  const std::string sandbox = prepare(options->files);
+  if (sandbox.empty()) return 1;
   // First of all messages: the workshop's heartbeats begin with the workshop.
-  worker::send(worker::worker_socket, worker::pack(worker::Hello{std::string(tracer::build())}));
+  worker::send(worker::worker_socket, worker::pack(worker::Hello{std::string(tracer::build()), sandbox}));
   worker::Workshop workshop(worker::worker_socket, *options);
   serve(workshop);
 }

@@ -38,7 +38,8 @@ struct Cancel {
 // ------------------------------------------------------------------------------------------------
 
 struct Hello {
-  std::string build;  ///< tracer::build()
+  std::string build;      ///< tracer::build()
+  std::string sandbox{};  ///< what enter_sandbox returned
 };
 /// From a thread of its own, every second: the process is alive, whatever its jobs do.
 struct Heartbeat {};

@@ -25,5 +25,6 @@ Supervisor::~Supervisor() {
 bool Supervisor::drain(std::chrono::milliseconds patience) { return loop_->drain(patience); }
 int Supervisor::worker_pid() const { return loop_->pid(); }
 int Supervisor::running() const { return loop_->running(); }
+std::string Supervisor::sandbox() const { return loop_->sandbox(); }
 
 }  // namespace worker

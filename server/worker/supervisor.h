@@ -79,6 +79,8 @@ class Supervisor {
 
   [[nodiscard]] int worker_pid() const;  ///< 0 while there is none; for the log, metrics and tests
   [[nodiscard]] int running() const;     ///< jobs in the worker now
+  /// What the latest worker was held by ("seccomp, landlock"); empty until the first is ready.
+  [[nodiscard]] std::string sandbox() const;
 
  private:
   class Loop;

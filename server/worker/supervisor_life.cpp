@@ -47,9 +47,16 @@ void Supervisor::Loop::hear(Hello& message) {
   if (life_ == Life::starting) life_ = Life::ready;
   idle_memory_bytes_ = resident_bytes(pid_);
   say_status("");
+  {
+    const std::lock_guard lock(status_mutex_);
+    sandbox_ = message.sandbox;
+  }
   const auto start_ms = std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - started_at_).count();
   log_(LogLevel::info, "worker_ready",
-       {{"pid", std::to_string(pid_)}, {"build", message.build}, {"start_ms", std::to_string(start_ms)}});
+       {{"pid", std::to_string(pid_)},
+        {"build", message.build},
+        {"sandbox", message.sandbox},
+        {"start_ms", std::to_string(start_ms)}});
 }
 
 void Supervisor::Loop::watch_memory() {

@@ -43,6 +43,11 @@ std::string Supervisor::Loop::not_ready() {
   return status_;
 }
 
+std::string Supervisor::Loop::sandbox() {
+  const std::lock_guard lock(status_mutex_);
+  return sandbox_;
+}
+
 void Supervisor::Loop::say_status(std::string status) {
   const std::lock_guard lock(status_mutex_);
   status_ = draining_ ? "draining" : std::move(status);

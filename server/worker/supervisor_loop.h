@@ -29,6 +29,7 @@ class Supervisor::Loop final : public jobs::Runner {
   void wake(bool for_suspects) noexcept override;
   void cancel(const std::string& id) noexcept override;
   std::string not_ready() override;
+  std::string sandbox();
 
   bool drain(std::chrono::milliseconds patience);
   [[nodiscard]] int pid() const { return pid_; }
@@ -114,6 +115,7 @@ class Supervisor::Loop final : public jobs::Runner {
   std::atomic<int> running_count_{0};
   std::mutex status_mutex_;
   std::string status_ = "worker: starting";
+  std::string sandbox_;  ///< what the latest worker told
   std::mutex drain_mutex_;
 
   // The loop's thread alone.

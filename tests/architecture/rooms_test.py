@@ -48,7 +48,7 @@ DIRECTIONS = [
     ("server/storage/memory/", ["server/jobs/", "server/storage/memory/", "server/storage/files/sha256.h"]),
     ("server/config/", ["server/config/", "server/keys/", "tracer/include/"]),
     ("server/keys/", ["server/keys/", "server/storage/files/sha256.h", "tracer/include/"]),
-    ("server/telemetry/", ["server/jobs/", "server/telemetry/"]),
+    ("server/telemetry/", ["server/jobs/", "server/telemetry/", "api/include/api/report.h"]),
     ("server/worker/", ["server/jobs/", "server/worker/", "tracer/include/", "api/include/"]),
     ("server/http/", ["server/jobs/", "server/http/", "server/keys/", "server/telemetry/", "tracer/include/", "api/include/"]),
     ("tests/", [""]),

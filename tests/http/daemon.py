@@ -57,7 +57,8 @@ def long_scene(**changes):
 class Daemon:
     """whittled in its own process group. Use as a context manager."""
 
-    def __init__(self, *options, data=None, environment=None):
+    def __init__(self, *options, data=None, environment=None, wrapper=()):
+        self.wrapper = wrapper  # a command that starts another one
         self.options = options
         self.environment = {name: value for name, value in os.environ.items() if not name.startswith("WHITTLE_")}
         self.environment.update(environment or {})
@@ -74,7 +75,7 @@ class Daemon:
         with open(self.log_path, "wb") as log:
             # pylint: disable-next=consider-using-with
             self.process = subprocess.Popen(
-                [BIN / "whittled", "--listen", "127.0.0.1:0", "--health-listen", "127.0.0.1:0", "--data", self.data,
+                [*self.wrapper, BIN / "whittled", "--listen", "127.0.0.1:0", "--health-listen", "127.0.0.1:0", "--data", self.data,
                  *self.options],
                 stdout=subprocess.PIPE, stderr=log, env={"WHITTLE_LOG_LEVEL": "debug", **self.environment})
         self.port = self.read_port("listening")

@@ -249,6 +249,28 @@ class HealthListener(OneDaemon):
         self.assertRegex(metrics, r'(?m)^whittle_jobs\{state="queued"\} 0$')
         self.assertRegex(metrics, r"(?m)^process_resident_memory_bytes \d{6,}$")
 
+    def test_tells_what_jobs_and_requests_came_to(self):
+        with Daemon() as daemon:
+            document = scene(16, 16, accuracy={"target_error": 50})
+            daemon.wait_for_end(daemon.submit(document))
+            daemon.wait_for_end(daemon.submit(scene(16, 16)))
+            daemon.get("/v1/nothing")
+            text = daemon.health("/metrics").body.decode()
+            figures = dict(line.rsplit(" ", 1) for line in text.splitlines() if not line.startswith("#"))
+            for name, value in (('whittle_jobs_ended_total{state="succeeded"}', 2), ("whittle_jobs_submitted_total", 2),
+                                ('whittle_error_targets_total{met="yes"}', 1), ("whittle_job_wait_seconds_count", 2),
+                                ('whittle_job_run_seconds_bucket{state="succeeded",le="+Inf"}', 2), ("whittle_event_listeners", 0),
+                                ('whittle_requests_total{method="POST",route="/v1/jobs",status="202"}', 2),
+                                ('whittle_requests_total{method="GET",route="",status="404"}', 1)):
+                self.assertEqual(float(figures[name]), value, name)
+            self.assertGreaterEqual(float(figures['whittle_rays_total{kind="camera"}']), 2 * 16 * 16)
+            self.assertGreater(float(figures["whittle_worker_resident_memory_bytes"]), 1 << 20)
+            self.assertGreaterEqual(float(figures["whittle_connections"]), 0)
+            described = set(re.findall(r"(?m)^# TYPE (\S+)", text))
+            for name in figures:
+                plain = re.sub(r"\{.*", "", name)
+                self.assertTrue({plain, re.sub("_(bucket|sum|count)$", "", plain)} & described, name)
+
     def test_serves_nothing_else_and_takes_no_bodies(self):
         self.assertEqual(self.daemon.health("/v1/jobs").status, 404)
         self.assertEqual(self.daemon.health("/healthz", "POST").status, 405)

@@ -66,6 +66,7 @@ TEST_F(Protocol, BringsEveryMessageAsItWasSent) {
   EXPECT_EQ(assign.document, std::string("a\0b", 3));
   EXPECT_EQ(there_and_back<Cancel>(Cancel{"job"}).job_id, "job");
   EXPECT_EQ(there_and_back<Hello>(Hello{"0.1.0"}).build, "0.1.0");
+  EXPECT_EQ(there_and_back<Hello>(Hello{"0.1.0", "seccomp"}).sandbox, "seccomp");
   there_and_back<Heartbeat>(Heartbeat{});
   const auto progress = there_and_back<Progress>(Progress{"job", 3, ~0ull});
   EXPECT_EQ(progress.tiles_done, 3u);

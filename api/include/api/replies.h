@@ -53,8 +53,8 @@ std::string write_valid(const tracer::Scene& scene);
 /// {valid: false, errors, requirements: null, estimate: null}
 std::string write_invalid(const std::vector<tracer::Issue>& errors);
 
-/// {version, build, limits{name: value}}
-std::string write_version(std::string_view version, std::string_view build,
+/// {version, build, sandbox, limits{name: value}}; an empty sandbox is written as null.
+std::string write_version(std::string_view version, std::string_view build, std::string_view sandbox,
                           const std::vector<std::pair<std::string, std::uint64_t>>& limits);
 
 /// The document with `format` added to its output.formats; otherwise it means the same. Precondition: parse_scene

@@ -2,6 +2,7 @@
 /// The `report` of a finished job (HTTP.md), as JSON text.
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "tracer/render.h"
@@ -22,5 +23,13 @@ struct StageTimes {
 std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate& error,
                          const tracer::RenderStatistics& statistics, const StageTimes& times,
                          std::uint64_t memory_bytes);
+
+/// What figures are made of, of a report that write_report wrote.
+struct ReportFigures {
+  tracer::RayCounts rays;
+  std::optional<bool> target_met;  ///< nothing where no error was asked for
+};
+/// Nothing where it is none.
+std::optional<ReportFigures> read_report(const std::string& report);
 
 }  // namespace api

@@ -1,0 +1,53 @@
+#include "server/telemetry/job_metrics.h"
+
+#include <exception>
+
+#include "api/report.h"
+
+namespace telemetry {
+namespace {
+
+constexpr std::string_view submitted = "whittle_jobs_submitted_total", ended = "whittle_jobs_ended_total",
+                           waited = "whittle_job_wait_seconds", ran = "whittle_job_run_seconds",
+                           rays = "whittle_rays_total", targets = "whittle_error_targets_total";
+
+double seconds(std::int64_t milliseconds) { return static_cast<double>(milliseconds) / 1000; }
+
+}  // namespace
+
+std::vector<Family> JobMetrics::families() {
+  return {{submitted, "Jobs that came into the queue, those that came back to it among them."},
+          {ended, "Jobs that ended, by state."},
+          {waited, "From a job's creation to the start of its last attempt.", waiting_seconds()},
+          {ran, "From the start of a job's last attempt to its end, by state.", waiting_seconds()},
+          {rays, "Rays of jobs that succeeded, by kind."},
+          {targets, "Jobs that succeeded and had asked for an error, by whether it was met."}};
+}
+
+void JobMetrics::moved(const std::string& id, jobs::JobState to) noexcept {
+  try {
+    if (to == jobs::JobState::queued) metrics_.add(submitted, {});
+    if (jobs::ended(to)) {
+      metrics_.add(ended, {{"state", jobs::name_of(to)}});
+      if (const auto job = find_(id)) count_end(*job);
+    }
+  } catch (const std::exception&) {
+    // The store is away or memory is short: a figure is the least of what is missed then.
+  }
+  next_.moved(id, to);
+}
+
+void JobMetrics::count_end(const jobs::Job& job) {
+  if (!job.started_at || !job.ended_at) return;  // cancelled while it waited
+  metrics_.observe(waited, {}, seconds(*job.started_at - job.created_at));
+  metrics_.observe(ran, {{"state", jobs::name_of(job.state)}}, seconds(*job.ended_at - *job.started_at));
+  const auto figures = api::read_report(job.report);
+  if (!figures) return;
+  metrics_.add(rays, {{"kind", "camera"}}, static_cast<double>(figures->rays.camera));
+  metrics_.add(rays, {{"kind", "shadow"}}, static_cast<double>(figures->rays.shadow));
+  metrics_.add(rays, {{"kind", "reflection"}}, static_cast<double>(figures->rays.reflection));
+  metrics_.add(rays, {{"kind", "refraction"}}, static_cast<double>(figures->rays.refraction));
+  if (figures->target_met) metrics_.add(targets, {{"met", *figures->target_met ? "yes" : "no"}});
+}
+
+}  // namespace telemetry

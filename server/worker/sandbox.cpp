@@ -1,0 +1,80 @@
+#include "server/worker/sandbox.h"
+
+#include <fcntl.h>
+#include <linux/landlock.h>
+#include <linux/seccomp.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <system_error>
+
+#include "server/worker/descriptor.h"
+#include "server/worker/system_calls.h"
+
+namespace worker {
+#ifdef WHITTLE_SANITIZED
+
+bool restrict_files(const std::vector<std::string>&) { return false; }
+void restrict_calls(bool) {}
+std::string sandbox_name(bool) { return "none"; }
+
+#else
+
+namespace {
+
+[[noreturn]] void fail(const char* what) { throw std::system_error(errno, std::generic_category(), what); }
+
+/// Every right over files that this kernel's Landlock can take away (linux/landlock.h: 13 in version 1, then one more
+/// in each of 2, 3 and 5).
+std::uint64_t rights_of(long version) {
+  const int count = version >= 5 ? 16 : version >= 3 ? 15 : version == 2 ? 14 : 13;
+  return (std::uint64_t{1} << count) - 1;
+}
+
+void allow_reading_below(int ruleset, const std::string& folder) {
+  const Descriptor opened(::open(folder.c_str(), O_PATH | O_CLOEXEC));
+  if (!opened && errno == ENOENT) return;  // where nothing is nothing is read; jobs without files can still be done
+  if (!opened) fail("the sandbox cannot open a folder of files");
+  landlock_path_beneath_attr rule{};
+  rule.allowed_access = LANDLOCK_ACCESS_FS_READ_FILE | LANDLOCK_ACCESS_FS_READ_DIR;
+  rule.parent_fd = opened.get();
+  if (syscall(SYS_landlock_add_rule, ruleset, LANDLOCK_RULE_PATH_BENEATH, &rule, 0) != 0) fail("landlock_add_rule");
+}
+
+}  // namespace
+
+bool restrict_files(const std::vector<std::string>& readable_folders) {
+  if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) fail("no_new_privs");
+  const long version = syscall(SYS_landlock_create_ruleset, nullptr, 0, LANDLOCK_CREATE_RULESET_VERSION);
+  if (version < 1) return false;
+  landlock_ruleset_attr attributes{};
+  attributes.handled_access_fs = rights_of(version);
+  const Descriptor ruleset(static_cast<int>(syscall(SYS_landlock_create_ruleset, &attributes, sizeof attributes, 0)));
+  if (!ruleset) return false;
+  allow_reading_below(ruleset.get(), "/usr/lib");
+  for (const std::string& folder : readable_folders) allow_reading_below(ruleset.get(), folder);
+  if (syscall(SYS_landlock_restrict_self, ruleset.get(), 0) != 0) fail("landlock_restrict_self");
+  return true;
+}
+
+void restrict_calls(bool opens_files) {
+  const rlimit none{0, 0};
+  for (const auto resource : {RLIMIT_CORE, RLIMIT_MSGQUEUE}) {
+    if (::setrlimit(resource, &none) != 0) fail("setrlimit");
+  }
+  if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) fail("no_new_privs");
+  std::vector<sock_filter> filter = system_call_filter(opens_files);
+  sock_fprog program{};
+  program.len = static_cast<unsigned short>(filter.size());
+  program.filter = filter.data();
+  if (syscall(SYS_seccomp, SECCOMP_SET_MODE_FILTER, SECCOMP_FILTER_FLAG_TSYNC, &program) != 0) fail("seccomp");
+}
+
+std::string sandbox_name(bool landlock) { return landlock ? "seccomp, landlock" : "seccomp"; }
+
+#endif
+
+}  // namespace worker

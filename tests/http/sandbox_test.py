@@ -1,0 +1,72 @@
+"""The worker is held, and renders all the same: every example scene, in every format, also without any capability."""
+import json
+import pathlib
+import re
+import shutil
+import unittest
+
+from tests.http.daemon import SANITIZED, Daemon, json_of, scene, wait_until
+from tests.support.sources import SOURCE
+
+FORMATS = ["png", "png16", "exr", "jpg", "hdr", "webp", "tiff"]
+NO_CAPABILITIES = ("setpriv", "--bounding-set=-all", "--inh-caps=-all", "--ambient-caps=-all", "--no-new-privs")
+
+
+def small(path):
+    """The scene at `path`, in seconds: few pixels, one sample of each."""
+    document = json.loads(path.read_text(encoding="utf-8"))
+    document["image"] = {"width": 32, "height": 24}
+    document["accuracy"] = {"samples": [1, 1]}
+    document["output"] = {"formats": FORMATS}
+    return document
+
+
+def status_of(daemon):
+    """The fields of the worker's /proc/PID/status."""
+    (pid,) = wait_until(daemon.worker_pids, "the worker")
+    lines = pathlib.Path(f"/proc/{pid}/status").read_text(encoding="ascii").splitlines()
+    return dict(re.split(r":\s*", line, maxsplit=1) for line in lines)
+
+
+def sandbox_of(daemon):
+    return wait_until(lambda: json_of(daemon.get("/v1/version"))["sandbox"], "the worker")
+
+
+class Sandbox(unittest.TestCase):
+    def test_holds_the_worker_and_is_told(self):
+        with Daemon() as daemon:
+            told = sandbox_of(daemon)
+            if SANITIZED:
+                self.assertEqual(told, "none")
+                return
+            self.assertIn(told, ("seccomp", "seccomp, landlock"))
+            status = status_of(daemon)
+            self.assertEqual((status["Seccomp"], status["NoNewPrivs"]), ("2", "1"))
+
+    def test_every_example_renders_in_every_format(self):
+        paths = sorted((SOURCE / "scenes").glob("*.json"))
+        self.assertGreater(len(paths), 10)
+        with Daemon("--assets", SOURCE / "scenes") as daemon:
+            ids = {path.name: daemon.submit(small(path)) for path in paths}
+            for name, job_id in ids.items():
+                job = daemon.wait_for_end(job_id)
+                self.assertEqual((job["state"], len(job["artifacts"])), ("succeeded", len(FORMATS)), f"{name}: {job['problem']}")
+            self.assertEqual(len(daemon.worker_pids()), 1)
+            self.assertFalse([row for row in daemon.log_rows() if row["event"] == "worker_ended"])
+
+    @unittest.skipUnless(shutil.which("setpriv"), "no setpriv")
+    def test_needs_no_capability(self):
+        with Daemon("--assets", SOURCE / "scenes", wrapper=NO_CAPABILITIES) as daemon:
+            sandbox_of(daemon)
+            self.assertEqual(int(status_of(daemon)["CapBnd"], 16), 0)
+            job = daemon.wait_for_end(daemon.submit(small(SOURCE / "scenes" / "mesh_files.json")))
+            self.assertEqual(job["state"], "succeeded", job["problem"])
+
+    def test_needs_no_folder_of_files(self):
+        with Daemon() as daemon:
+            job = daemon.wait_for_end(daemon.submit(scene(output={"formats": FORMATS})))
+            self.assertEqual(job["state"], "succeeded", job["problem"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,199 @@
+/// What a worker that was taken over can still do. Each attempt is made by a child process.
+
+#include "server/worker/sandbox.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <linux/openat2.h>
+#include <sys/mman.h>
+#include <sys/ptrace.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <thread>
+
+#include "tests/conformance/temporary_folder.h"
+
+#ifndef WHITTLE_SANITIZED
+
+namespace {
+
+/// An attempt's result as the kernel tells it: 0 or the error.
+using Attempt = std::function<int()>;
+
+int error_of(long result) { return result < 0 ? errno : 0; }
+
+constexpr int could_not_enter = 255;
+
+/// How a child ends that enters the sandbox and makes the attempt: its exit status is the attempt's result.
+int status_of(const std::vector<std::string>& folders, const Attempt& attempt) {
+  const pid_t child = fork();
+  if (child == 0) {
+    try {
+      worker::restrict_files(folders);
+      worker::restrict_calls(!folders.empty());
+    } catch (...) {
+      _exit(could_not_enter);
+    }
+    _exit(attempt());
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  return status;
+}
+
+int result_of(const std::vector<std::string>& folders, const Attempt& attempt) {
+  const int status = status_of(folders, attempt);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+bool kernel_has_landlock() {
+  const pid_t child = fork();
+  if (child == 0) _exit(worker::restrict_files({}) ? 0 : 1);
+  int status = 0;
+  waitpid(child, &status, 0);
+  return status == 0;
+}
+
+int open_beneath_nothing(const std::string& path) {
+  open_how how{};
+  how.flags = O_RDONLY;
+  return error_of(syscall(SYS_openat2, AT_FDCWD, path.c_str(), &how, sizeof how));
+}
+
+class SandboxTest : public testing::Test {
+ protected:
+  SandboxTest() {
+    std::ofstream(inside) << "inside";
+    std::ofstream(outside) << "outside";
+  }
+  TemporaryFolder folder, other;
+  std::string inside = folder.path() + "/file", outside = other.path() + "/file";
+  std::vector<std::string> folders{folder.path()};
+};
+
+}  // namespace
+
+TEST_F(SandboxTest, HasNoNetwork) {
+  for (const int family : {AF_INET, AF_INET6, AF_UNIX, AF_NETLINK}) {
+    EXPECT_EQ(result_of(folders, [&] { return error_of(socket(family, SOCK_STREAM, 0)); }), EPERM) << family;
+  }
+  EXPECT_EQ(result_of(folders, [] { return error_of(connect(0, nullptr, 0)); }), EPERM);
+  int pair[2];
+  EXPECT_EQ(result_of(folders, [&] { return error_of(socketpair(AF_UNIX, SOCK_STREAM, 0, pair)); }), EPERM);
+}
+
+TEST_F(SandboxTest, StartsNeitherProgramsNorProcesses) {
+  EXPECT_EQ(result_of(folders, [] { return error_of(execl("/bin/true", "true", nullptr)); }), EPERM);
+  EXPECT_EQ(result_of(folders, [] { return error_of(fork()); }), EPERM);
+  EXPECT_EQ(result_of(folders, [] { return error_of(syscall(SYS_clone, SIGCHLD, 0, 0, 0, 0)); }), EPERM);
+  EXPECT_EQ(result_of(folders, [] { return error_of(syscall(SYS_clone3, nullptr, 0)); }), ENOSYS);
+}
+
+TEST_F(SandboxTest, TouchesNoOtherProcess) {
+  const pid_t parent = getpid();
+  EXPECT_EQ(result_of(folders, [&] { return error_of(kill(parent, 0)); }), EPERM);
+  EXPECT_EQ(result_of(folders, [&] { return error_of(syscall(SYS_tgkill, parent, parent, 0)); }), EPERM);
+  EXPECT_EQ(result_of(folders, [&] { return error_of(ptrace(PTRACE_ATTACH, parent, 0, 0)); }), EPERM);
+  EXPECT_EQ(result_of(folders,
+                      [&] {
+                        const rlimit limit{1, 1};
+                        return error_of(prlimit(parent, RLIMIT_NOFILE, &limit, nullptr));
+                      }),
+            EPERM);
+}
+
+TEST_F(SandboxTest, MakesNoCode) {
+  const auto map = [](int protection) {
+    return mmap(nullptr, 4096, protection, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0) == MAP_FAILED ? errno : 0;
+  };
+  EXPECT_EQ(result_of(folders, [&] { return map(PROT_READ | PROT_WRITE); }), 0);
+  EXPECT_EQ(result_of(folders, [&] { return map(PROT_READ | PROT_EXEC); }), EPERM);
+}
+
+TEST_F(SandboxTest, ReadsWhatIsInItsFolderAndWritesNothing) {
+  EXPECT_EQ(result_of(folders, [&] { return error_of(open(inside.c_str(), O_RDONLY)); }), 0);
+  EXPECT_EQ(result_of(folders, [&] { return open_beneath_nothing(inside); }), 0);
+  for (const int flags : {O_WRONLY, O_RDWR, O_RDONLY | O_CREAT, O_RDONLY | O_TRUNC}) {
+    EXPECT_EQ(result_of(folders, [&] { return error_of(open(inside.c_str(), flags, 0600)); }), EPERM) << flags;
+  }
+  EXPECT_EQ(result_of(folders, [&] { return error_of(unlink(inside.c_str())); }), EPERM);
+  EXPECT_EQ(result_of(folders, [&] { return error_of(rename(inside.c_str(), outside.c_str())); }), EPERM);
+  EXPECT_EQ(result_of(folders, [&] { return error_of(chmod(inside.c_str(), 0777)); }), EPERM);
+  EXPECT_EQ(result_of(folders, [&] { return error_of(mkdir((folder.path() + "/new").c_str(), 0700)); }), EPERM);
+}
+
+TEST_F(SandboxTest, OpensNoFileOutsideItsFolder) {
+  if (!kernel_has_landlock()) GTEST_SKIP() << "this kernel has no Landlock";
+  for (const std::string& path : {outside, std::string("/etc/passwd"), std::string("/proc/self/environ")}) {
+    EXPECT_EQ(result_of(folders, [&] { return error_of(open(path.c_str(), O_RDONLY)); }), EACCES) << path;
+    EXPECT_EQ(result_of(folders, [&] { return open_beneath_nothing(path); }), EACCES) << path;
+  }
+  const std::string link = folder.path() + "/link";
+  ASSERT_EQ(symlink(outside.c_str(), link.c_str()), 0);
+  EXPECT_EQ(result_of(folders, [&] { return error_of(open(link.c_str(), O_RDONLY)); }), EACCES);
+}
+
+TEST_F(SandboxTest, OpensNothingAtAllWithoutFolders) {
+  EXPECT_EQ(result_of({}, [&] { return error_of(open(inside.c_str(), O_RDONLY)); }), EPERM);
+  EXPECT_EQ(result_of({}, [&] { return open_beneath_nothing(inside); }), EPERM);
+}
+
+TEST_F(SandboxTest, HasThreadsAndMemoryToHandOver) {
+  EXPECT_EQ(result_of({},
+                      [] {
+                        int seen = 1;
+                        std::thread([&] { seen = 0; }).join();
+                        return seen;
+                      }),
+            0);
+  EXPECT_EQ(result_of({},
+                      [] {
+                        const int memory = memfd_create("picture", MFD_ALLOW_SEALING);
+                        return memory >= 0 && write(memory, "x", 1) == 1
+                                   ? error_of(fcntl(memory, F_ADD_SEALS, F_SEAL_WRITE))
+                                   : 1;
+                      }),
+            0);
+}
+
+TEST_F(SandboxTest, EndsByAbortAsAnyProcess) {
+  const int status = status_of({}, []() -> int { abort(); });
+  EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGABRT && !WCOREDUMP(status)) << status;
+}
+
+TEST_F(SandboxTest, HoldsThreadsThatWereThereBefore) {
+  const pid_t child = fork();
+  if (child == 0) {
+    worker::restrict_files({});
+    int result = 0;
+    std::atomic<bool> held = false;
+    std::thread earlier([&] {
+      while (!held) std::this_thread::yield();
+      result = error_of(socket(AF_INET, SOCK_STREAM, 0));
+    });
+    worker::restrict_calls(false);
+    held = true;
+    earlier.join();
+    _exit(result);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_EQ(WEXITSTATUS(status), EPERM);
+}
+
+TEST_F(SandboxTest, AFolderThatIsNotThereOpensNothing) {
+  if (!kernel_has_landlock()) GTEST_SKIP() << "this kernel has no Landlock";
+  EXPECT_EQ(result_of({folder.path() + "/absent"}, [&] { return error_of(open(inside.c_str(), O_RDONLY)); }), EACCES);
+}
+
+#endif
