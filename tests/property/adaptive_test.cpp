@@ -207,7 +207,10 @@ TEST(ATimeBudget, GivesAWholePictureWheneverItEnds) {
 TEST(ATimeBudget, OfNextToNothingTracesNextToNothing) {
   FakeClock clock;
   const Rendered rendered = within(1e-6, clock);
-  EXPECT_EQ(rendered.statistics.rays.camera, 64u * 64 / (16 * 16)) << "a pixel of each 16 x 16";
+  const std::uint64_t audited = rendered.statistics.audit_samples;
+  EXPECT_EQ(rendered.statistics.rays.camera - audited, 64u * 64 / (32 * 32)) << "a pixel of each 32 x 32";
+  EXPECT_GT(audited, 0u) << "a claim rests on something";
+  EXPECT_LE(audited, 256u);
   EXPECT_EQ(rendered.statistics.samples_min, 0u);
 }
 
@@ -215,7 +218,7 @@ TEST(ATimeBudget, IsLookedAtBeforeEveryTileAndEndsTheWorkOnceItIsOver) {
   constexpr double budget_ms = 100;
   FakeClock clock;
   const Rendered rendered = within(budget_ms, clock);
-  EXPECT_GE(clock.asked, budget_ms) << "it was used up";
+  EXPECT_GE(clock.asked, 0.8 * budget_ms) << "it was used up, but for what is kept for the end";
   // What is asked after the end is once for every tile that is left out, and a few times for the account.
   FakeClock never;
   within(1e-6, never);
@@ -226,7 +229,7 @@ TEST(ATimeBudget, IsLookedAtBeforeEveryTileAndEndsTheWorkOnceItIsOver) {
 TEST(ATimeBudget, BuysMoreSamplesAndLessErrorTheLargerItIs) {
   std::uint64_t samples = 0;
   double error = std::numeric_limits<double>::infinity();
-  for (const double budget_ms : {20.0, 80.0, 120.0, 200.0}) {
+  for (const double budget_ms : {20.0, 80.0, 200.0, 500.0}) {
     FakeClock clock;
     const Rendered rendered = within(budget_ms, clock);
     EXPECT_GT(rendered.statistics.samples, samples) << budget_ms;

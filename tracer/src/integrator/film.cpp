@@ -7,8 +7,20 @@
 
 namespace tracer {
 
-Film::Film(const CompiledScene& scene)
-    : scene_(scene), width_(scene.image.window().width()), size_(scene.image.window().pixels()), rgb_(3 * size_) {
+template <class Work>
+void Film::each_pixel(const Work& work) const {
+  const Blocks blocks(size_, width_);
+  in_parallel_(blocks.count(), [&](std::uint64_t block) {
+    blocks.each_pixel(block, [&](std::size_t place, std::size_t, std::size_t) { work(place); });
+  });
+}
+
+Film::Film(const CompiledScene& scene, const InParallel& in_parallel)
+    : scene_(scene),
+      in_parallel_(in_parallel),
+      width_(scene.image.window().width()),
+      size_(scene.image.window().pixels()),
+      rgb_(3 * size_) {
   if (scene.needs.layers) layers_.resize(size());
   if (scene.needs.reflection || scene.needs.refraction || scene.needs.many_lights) missing_.resize(size());
 }
@@ -32,7 +44,7 @@ void Film::sketch(std::size_t place, std::uint32_t side, const Color& radiance,
 
 void Film::begin() {
   pixels_.resize(size());
-  for (std::size_t i = 0; i < pixels_.size(); ++i) pixels_[i].pilot = {rgb_[3 * i], rgb_[3 * i + 1], rgb_[3 * i + 2]};
+  each_pixel([&](std::size_t i) { pixels_[i].pilot = {rgb_[3 * i], rgb_[3 * i + 1], rgb_[3 * i + 2]}; });
 }
 
 void Film::note(std::size_t place, const std::vector<MissingLight>& missing, const FirstHits& hits,
@@ -67,12 +79,18 @@ void Film::note(std::size_t place, const Scout& scout, const Color& radiance, co
 
 void Film::expect(const Levels& levels) {
   std::vector<float> shown(rgb_.size());
-  for (std::size_t i = 0; i < shown.size(); ++i) shown[i] = static_cast<float>(levels.level(rgb_[i]));
-  const std::vector<float> contrast = contrasts(shown, width_);
-  for (std::size_t i = 0; i < pixels_.size(); ++i) {
-    pixels_[i].contrast = contrast[i];
-    pixels_[i].variance = static_cast<float>(std::max(expected_variance(contrast[i]), pixels_[i].unseen()));
-  }
+  each_pixel([&](std::size_t i) {
+    for (std::size_t at = 3 * i; at < 3 * i + 3; ++at) shown[at] = static_cast<float>(levels.level(rgb_[at]));
+  });
+  const Blocks blocks(size_, width_);
+  const Contrasts contrasts(shown, width_);
+  in_parallel_(blocks.count(), [&](std::uint64_t block) {
+    blocks.each_pixel(block, [&](std::size_t i, std::size_t x, std::size_t y) {
+      PixelState& pixel = pixels_[i];
+      pixel.contrast = contrasts.at(x, y);
+      pixel.variance = static_cast<float>(std::max(expected_variance(pixel.contrast), pixel.unseen()));
+    });
+  });
 }
 
 void Film::suspect(std::size_t place, double error) {
@@ -106,13 +124,14 @@ MissingError Film::missing_error(const Levels& levels) {
 }
 
 void Film::take_means() {
-  for (std::size_t i = 0; i < pixels_.size(); ++i) {
-    if (!pixels_[i].refined()) continue;
+  if (pixels_.empty()) return;
+  each_pixel([&](std::size_t i) {
+    if (!pixels_[i].refined()) return;
     const Color mean = pixels_[i].mean();
     rgb_[3 * i] = film_value(mean.r);
     rgb_[3 * i + 1] = film_value(mean.g);
     rgb_[3 * i + 2] = film_value(mean.b);
-  }
+  });
 }
 
 std::vector<MissingLight> Film::missing_of_one() const {

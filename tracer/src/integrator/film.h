@@ -20,7 +20,7 @@ namespace tracer {
 /// for rounds.
 class Film {
  public:
-  explicit Film(const CompiledScene& scene);
+  Film(const CompiledScene& scene, const InParallel& in_parallel);
 
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] std::uint32_t width() const { return width_; }
@@ -61,7 +61,11 @@ class Film {
   void take_means();  ///< of refined pixels, into `rgb_`
   void count(RenderStatistics& statistics) const;
 
+  template <class Work>
+  void each_pixel(const Work& work) const;
+
   const CompiledScene& scene_;
+  const InParallel& in_parallel_;
   std::uint32_t width_;
   std::size_t size_;
   std::vector<float> rgb_;  ///< the picture, three channels a pixel; behind the pixels' means in between

@@ -26,11 +26,11 @@ class AdaptiveRender {
         wanted_(*scene.accuracy.adaptive),
         deadline_(settings, wanted_, concurrency(settings.threads)),
         tiles_(scene.image.window()),
-        film_(scene),
+        film_(scene, in_parallel_),
         finest_(tiles_.count(), unsampled),
         cost_of_tile_(tiles_.count(), 1),
         pool_(scene, control, scene.accuracy.approximate),
-        audit_(scene, settings, control, scene.accuracy.approximate) {}
+        audit_(scene, settings, control, pool_) {}
 
   /// Throws std::bad_alloc.
   Result<Rendered, Failure> run() {
@@ -251,13 +251,13 @@ class AdaptiveRender {
   void expect() {
     const Levels levels = film_.levels();
     film_.expect(levels);
-    sampled_ = settle(film_.pixels(), film_.width(), levels);
+    sampled_ = settle(film_.pixels(), film_.width(), levels, in_parallel_);
     estimate(levels);
   }
 
   void learn() {
     const Levels levels = film_.levels();
-    sampled_ = settle(film_.pixels(), film_.width(), levels);
+    sampled_ = settle(film_.pixels(), film_.width(), levels, in_parallel_);
     for (PixelState& pixel : film_.pixels()) pixel.forget_audit();
     estimate(levels);
   }
@@ -328,8 +328,7 @@ class AdaptiveRender {
   Rendered finish() {
     Rendered rendered;
     rendered.statistics = pool_.statistics();
-    add(rendered.statistics, audit_.statistics());
-    rendered.statistics.audit_samples = audit_.statistics().samples;
+    rendered.statistics.audit_samples = audit_.samples();
     film_.write(rendered, sampled_, whole());
     rendered.error = error_;
     rendered.error.bounded = (error_.depth == 0 && error_.cutoff == 0) || hideable(scene_, 0).bounded;
@@ -344,6 +343,9 @@ class AdaptiveRender {
   const Adaptive& wanted_;
   Deadline deadline_;
   Tiles tiles_;
+  const InParallel in_parallel_ = [this](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
+    for_each_tile(count, settings_.threads, work);
+  };
   Film film_;
   std::vector<std::uint8_t> finest_;  ///< stride of each tile's pilots
   std::vector<float> cost_of_tile_;   ///< rays of a sample, as its pilots had
