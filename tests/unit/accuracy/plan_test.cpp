@@ -143,8 +143,8 @@ TEST(Plan, AuditsSomeOfThePixelsThatWereNeverRefinedAndOthersEachRound) {
     audits += first[i] > 0 ? 1 : 0;
     both += first[i] > 0 && second[i] > 0 ? 1 : 0;
   }
-  EXPECT_NEAR(static_cast<double>(audits), 1024, 100);
-  EXPECT_NEAR(static_cast<double>(both), 256, 60);
+  EXPECT_NEAR(static_cast<double>(audits), 256, 60);
+  EXPECT_NEAR(static_cast<double>(both), 16, 14);
 }
 
 }  // namespace
