@@ -208,7 +208,7 @@ TEST(ATimeBudget, OfNextToNothingTracesNextToNothing) {
   FakeClock clock;
   const Rendered rendered = within(1e-6, clock);
   const std::uint64_t audited = rendered.statistics.audit_samples;
-  EXPECT_EQ(rendered.statistics.rays.camera - audited, 64u * 64 / (32 * 32)) << "a pixel of each 32 x 32";
+  EXPECT_EQ(rendered.statistics.rays.camera - audited, 1u) << "something to show";
   EXPECT_GT(audited, 0u) << "a claim rests on something";
   EXPECT_LE(audited, 256u);
   EXPECT_EQ(rendered.statistics.samples_min, 0u);

@@ -1,6 +1,7 @@
 #include "tracer/src/integrator/film.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
 #include "tracer/src/accuracy/contrast.h"
@@ -29,15 +30,20 @@ void Film::sketch(std::size_t place, std::uint32_t side, const Color& radiance,
                   const std::vector<MissingLight>& missing, const FirstHits& hits, std::size_t sample) {
   forget(place);
   note(place, missing, hits, sample);
-  const auto red = film_value(radiance.r), green = film_value(radiance.g), blue = film_value(radiance.b);
+  rgb_[3 * place] = film_value(radiance.r);
+  rgb_[3 * place + 1] = film_value(radiance.g);
+  rgb_[3 * place + 2] = film_value(radiance.b);
+  if (side > 1) sketch_like(place, side, place);
+}
+
+void Film::sketch_like(std::size_t place, std::uint32_t side, std::size_t like) {
+  const std::array<float, 3> color{rgb_[3 * like], rgb_[3 * like + 1], rgb_[3 * like + 2]};
   const std::size_t columns = std::min<std::size_t>(side, width_ - place % width_);
-  for (std::size_t row = place; row < std::min(size(), place + std::size_t{side} * width_); row += width_) {
+  for (std::size_t row = place; row < std::min(size_, place + std::size_t{side} * width_); row += width_) {
     for (std::size_t at = row; at < row + columns; ++at) {
-      rgb_[3 * at] = red;
-      rgb_[3 * at + 1] = green;
-      rgb_[3 * at + 2] = blue;
-      if (!missing_.empty()) missing_[at] = missing_[place];
-      if (!layers_.empty()) layers_[at] = layers_[place];
+      std::copy(color.begin(), color.end(), rgb_.begin() + static_cast<std::ptrdiff_t>(3 * at));
+      if (!missing_.empty()) missing_[at] = missing_[like];
+      if (!layers_.empty()) layers_[at] = layers_[like];
     }
   }
 }
@@ -119,8 +125,14 @@ Color Film::mean(std::size_t place) const {
 
 MissingError Film::missing_error(const Levels& levels) {
   if (missing_.empty()) return {};
+  if (pixels_.empty()) return tracer::missing_error(rgb_, missing_, most_hideable(), levels);
   take_means();
-  return tracer::missing_error(rgb_, missing_of_one(), hideable(scene_, brightest(rgb_)), levels);
+  return tracer::missing_error(rgb_, missing_of_one(), most_hideable(), levels);
+}
+
+Hideable Film::most_hideable() const {
+  const Hideable by_scene = hideable(scene_, 0);
+  return by_scene.bounded ? by_scene : hideable(scene_, brightest(rgb_));
 }
 
 void Film::take_means() {
@@ -184,11 +196,12 @@ void Film::write(Rendered& rendered, const SampledError& sampled, bool whole) {
   }
   Image& image = rendered.image;
   const Levels shown = levels();
+  const Hideable hidden = most_hideable();
   image.rgb = std::move(rgb_);
   allocate(image, scene_.image.window(), scene_.output);
   for (std::size_t i = 0; i < layers_.size(); ++i) layers_[i].write(image, i);
   if (image.layers.error.empty()) return;
-  write_error_layer(image, claimed_variances(sampled), missing_of_one(), hideable(scene_, brightest(image.rgb)), shown);
+  write_error_layer(image, claimed_variances(sampled), missing_of_one(), hidden, shown);
 }
 
 }  // namespace tracer

@@ -29,6 +29,9 @@ class Film {
   void sketch(std::size_t place, std::uint32_t side, const Color& radiance, const std::vector<MissingLight>& missing,
               const FirstHits& hits, std::size_t sample);
 
+  /// Makes such a block look like the pixel at `like`.
+  void sketch_like(std::size_t place, std::uint32_t side, std::size_t like);
+
   /// Makes pixels of the sketch; only after it does any of what follows here know of pixels.
   void begin();
   [[nodiscard]] std::span<PixelState> pixels() { return pixels_; }
@@ -58,6 +61,7 @@ class Film {
   /// The sums that were noted at a place, as of one sample.
   [[nodiscard]] std::vector<MissingLight> missing_of_one() const;
   [[nodiscard]] std::vector<float> claimed_variances(const SampledError& sampled) const;
+  [[nodiscard]] Hideable most_hideable() const;
   void take_means();  ///< of refined pixels, into `rgb_`
   void count(RenderStatistics& statistics) const;
 

@@ -74,11 +74,21 @@ class AdaptiveRender {
   void trace_pilot() {
     const std::span<const std::uint32_t> strides = pilot_strides(deadline_.set());
     for (const std::uint32_t stride : strides) {
-      const bool must = stride == strides.front();
-      each_tile([&](std::uint64_t tile, Wavefront<Model>& wavefront) { trace_pilot(tile, stride, must, wavefront); });
+      each_tile([&](std::uint64_t tile, Wavefront<Model>& wavefront) {
+        const bool must = tile == 0 && stride == strides.front();  // something to show
+        trace_pilot(tile, stride, must, wavefront);
+      });
       deadline_.learn(pool_.statistics().samples);
-      if (deadline_.over()) return;
+      if (deadline_.over()) break;
     }
+    if (!control_.cancelled()) fill_tiles();
+  }
+
+  /// Gives tiles that there was no time for what the one before them has.
+  void fill_tiles() {
+    for (std::uint64_t tile = 1; tile < tiles_.count(); ++tile)
+      if (finest_[tile] == unsampled)
+        film_.sketch_like(tiles_.first_place(tile), Tiles::side, tiles_.first_place(tile - 1));
   }
 
   /// The tile's pixels on a grid, or none of them: a tile is a sketch of one fineness.
