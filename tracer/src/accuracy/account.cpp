@@ -10,8 +10,8 @@ namespace tracer {
 namespace {
 
 /// One-sided 95 % of a normal distribution is 1.645 of its deviations. The truth is a sum of squares by chance as much
-/// as its estimate is, and independent of it, which makes 2.33 of the estimate's own; the rest is for sums of squares
-/// leaning to the right.
+/// as its estimate is, and independent of it, which makes 2.33 of the estimate's own. That sums of squares lean to the
+/// right is left to the audit that has to confirm it.
 constexpr double deviations = 2.33;
 constexpr double audit_deviations = 1.645;
 constexpr double confidence = 0.95;

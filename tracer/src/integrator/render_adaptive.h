@@ -56,8 +56,7 @@ class AdaptiveRender {
   static constexpr std::uint32_t rounds_max = 24;  // at eightfold growth each, far more than any pixel may grow
   static constexpr std::uint64_t progress_parts = 1000;
   static constexpr std::uint32_t batch_rays = 4096, hurried_batch_rays = 1024;
-  /// What the rounds' own work takes at the least, several times over: with less than that left, a pilot is the
-  /// picture.
+  /// What it takes to begin rounds, and half as much again: with less than that left, the pilots are the picture.
   static constexpr double book_keeping_ms_per_pixel = 150e-6;
   static constexpr std::uint8_t unsampled = 255;
   static constexpr std::uint64_t pilot_stream = std::uint64_t{1} << 32;  ///< beyond those of all rounds
