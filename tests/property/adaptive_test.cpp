@@ -214,6 +214,34 @@ TEST(ATimeBudget, OfNextToNothingTracesNextToNothing) {
   EXPECT_EQ(rendered.statistics.samples_min, 0u);
 }
 
+TEST(ATimeBudget, ThatIsEnoughSamplesEveryPixelWhateverTheSizeOfThePicture) {
+  for (const auto& [width, height] : {std::pair{1u, 1u}, {33u, 1u}, {33u, 65u}, {2u, 95u}, {48u, 36u}}) {
+    Scene scene = bright(64);
+    scene.image = {width, height};
+    Adaptive adaptive;
+    adaptive.time_budget_ms = 400;
+    FakeClock clock;
+    RenderControl control;
+    const auto rendered = render(*compiled(adapting(scene, adaptive)), clock.settings(), control);
+    ASSERT_TRUE(rendered.has_value());
+    EXPECT_GE(rendered->statistics.samples_min, 1u) << width << " x " << height;
+    EXPECT_GT(rendered->statistics.samples_max, 1u) << width << " x " << height;
+  }
+}
+
+TEST(ATimeBudget, OfASketchIsToldWithAnErrorThatHolds) {
+  const Scene scene = bright(128);
+  Scene converged = scene;
+  converged.accuracy.samples = 16;
+  const ShownPicture truth = shown(scenes::render(converged).image);
+  for (const double budget_ms : {1e-6, 10.0, 30.0, 60.0}) {
+    FakeClock clock;
+    const Rendered rendered = within(budget_ms, clock, 128);
+    ASSERT_EQ(rendered.statistics.samples_min, 0u) << budget_ms;
+    EXPECT_LE(compare(truth, shown(rendered.image))->rmse, rendered.error.estimate) << budget_ms;
+  }
+}
+
 TEST(ATimeBudget, IsLookedAtBeforeEveryTileAndEndsTheWorkOnceItIsOver) {
   constexpr double budget_ms = 100;
   FakeClock clock;
