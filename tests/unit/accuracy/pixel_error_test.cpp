@@ -31,6 +31,10 @@ PixelState state(const TwoValued& value, PixelState::Role role, std::uint32_t ha
   return pixel;
 }
 
+const InParallel one_by_one = [](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
+  for (std::uint64_t i = 0; i < count; ++i) work(i);
+};
+
 TEST(PixelError, OfPilotsThatAllMissedTheEdgeIsUnbiased) {
   const TwoValued value;
   const Levels levels({}, 1);
@@ -100,7 +104,7 @@ TEST(Settling, BoundsTheTruthAsOftenAsItSays) {
       pixels.push_back(state(value, PixelState::Role::refined, 4, random));
       truth += std::pow(levels.slope(value.mean()) * (pixels.back().mean().r - value.mean()), 2);
     }
-    const SampledError error = settle(pixels, 16, levels);
+    const SampledError error = settle(pixels, 16, levels, one_by_one);
     covered += truth <= error.squared_upper ? 1 : 0;
     estimated += error.squared;
     true_sum += truth;
@@ -121,14 +125,14 @@ TEST(Settling, LetsAuditedPixelsStandForTheirLike) {
     pixels[i].half_count = {1, 1};
   }
   const double each = std::pow(levels.slope(0.5) * 0.001, 2);
-  EXPECT_NEAR(settle(pixels, 8, levels).squared / (64 * each), 1, 3e-3);
+  EXPECT_NEAR(settle(pixels, 8, levels, one_by_one).squared / (64 * each), 1, 3e-3);
   for (const PixelState& pixel : pixels) EXPECT_LT(pixel.variance, 1000);
 }
 
 TEST(Settling, FearsTheWorstWhereNothingWasMeasured) {
   std::vector<PixelState> pixels(9);
   for (PixelState& pixel : pixels) pixel.variance = 4;
-  EXPECT_DOUBLE_EQ(settle(pixels, 3, Levels({}, 1)).squared, 36);
+  EXPECT_DOUBLE_EQ(settle(pixels, 3, Levels({}, 1), one_by_one).squared, 36);
 }
 
 TEST(MissingLight, CountsWhatItWouldAddToThePicture) {

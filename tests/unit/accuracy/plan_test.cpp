@@ -78,7 +78,7 @@ TEST(Plan, ReachesItsGoalAndHardlyMore) {
     const double goal = sum * random.in(0.3, 0.8);
     const RoundPlan plan = plan_round(pixels, cost, {.squared_error = goal, .cost = any_cost}, within(1, 4096), 1, 0);
     EXPECT_LE(expected_after(pixels, plan), goal * 1.001);
-    EXPECT_GE(expected_after(pixels, plan), goal * 0.95);
+    EXPECT_GE(expected_after(pixels, plan), goal * 0.93);
   }
 }
 
@@ -143,8 +143,8 @@ TEST(Plan, AuditsSomeOfThePixelsThatWereNeverRefinedAndOthersEachRound) {
     audits += first[i] > 0 ? 1 : 0;
     both += first[i] > 0 && second[i] > 0 ? 1 : 0;
   }
-  EXPECT_NEAR(static_cast<double>(audits), 1024, 100);
-  EXPECT_NEAR(static_cast<double>(both), 256, 60);
+  EXPECT_NEAR(static_cast<double>(audits), 256, 60);
+  EXPECT_NEAR(static_cast<double>(both), 16, 14);
 }
 
 }  // namespace

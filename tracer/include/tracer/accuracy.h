@@ -37,9 +37,12 @@ struct Approximations {
 /// Samples where they lower the error most, until the estimate of the error is at most `target_error`, or the time is
 /// over, whichever comes first. Neither set: until `samples_max`.
 struct Adaptive {
-  std::optional<double> target_error;    ///< levels, > 0
-  std::optional<double> time_budget_ms;  ///< of building and tracing, > 0
-  std::uint32_t samples_min = 1;         ///< in each pixel
+  std::optional<double> target_error;  ///< levels, > 0
+  /// Of building and tracing, > 0. Where there is no time for a sample in every pixel and to go on from there, the
+  /// picture is a sketch: samples of a grid of pixels, each standing for a block of them, at the least one for all. Its
+  /// error is what fresh samples in a few of the pixels tell; the least number of samples in a pixel is then 0.
+  std::optional<double> time_budget_ms;
+  std::uint32_t samples_min = 1;  ///< in each pixel
   /// In each pixel. Default: enough for a feature of 1/4000 pixel, few enough that one pixel does not take the night.
   std::uint32_t samples_max = 4096;
   bool operator==(const Adaptive&) const = default;

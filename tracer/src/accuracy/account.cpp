@@ -10,8 +10,8 @@ namespace tracer {
 namespace {
 
 /// One-sided 95 % of a normal distribution is 1.645 of its deviations. The truth is a sum of squares by chance as much
-/// as its estimate is, and independent of it, which makes 2.33 of the estimate's own; the rest is for sums of squares
-/// leaning to the right.
+/// as its estimate is, and independent of it, which makes 2.33 of the estimate's own. That sums of squares lean to the
+/// right is left to the audit that has to confirm it.
 constexpr double deviations = 2.33;
 constexpr double audit_deviations = 1.645;
 constexpr double confidence = 0.95;
@@ -24,18 +24,25 @@ class Audits {
     one.radiance += audited_radiance_error(pixel);
     ++one.count;
   }
-  /// Call with every pixel that was added, once all are.
-  double error(const PixelState& pixel, const Levels& levels) {
-    Class& one = of(pixel.contrast);
-    const double error = audited_error(pixel, levels, std::sqrt(std::max(0.0, one.radiance / one.count)));
-    one.error += error;
-    return error;
+  /// Those of another part of the picture.
+  void add(const Audits& part) {
+    for (std::size_t i = 0; i < classes_.size(); ++i) {
+      classes_[i].radiance += part.classes_[i].radiance;
+      classes_[i].count += part.classes_[i].count;
+    }
   }
+  /// Of a pixel that was added, once all are.
+  [[nodiscard]] double error(const PixelState& pixel, const Levels& levels) const {
+    const Class& one = classes_[index(pixel.contrast)];
+    return audited_error(pixel, levels, std::sqrt(std::max(0.0, one.radiance / one.count)));
+  }
+  /// Call with the error of every pixel that was added, in the same order for the same sums.
+  void learn(const PixelState& pixel, double error) { of(pixel.contrast).error += error; }
   /// Of any pixel, then. With as much weight for what was expected as two audits have, so that a few do not tell tall
   /// tales.
-  [[nodiscard]] double expected(const PixelState& pixel) {
+  [[nodiscard]] double expected(const PixelState& pixel) const {
     constexpr double prior_weight = 2;
-    const Class& one = of(pixel.contrast);
+    const Class& one = classes_[index(pixel.contrast)];
     return std::max(0.0, (one.error + prior_weight * expected_variance(pixel.contrast)) / (one.count + prior_weight));
   }
 
@@ -44,10 +51,10 @@ class Audits {
     double radiance = 0, error = 0, count = 0;
   };
   /// An octave of contrast each, from 2^-16 squared levels.
-  Class& of(double contrast) {
-    const int octave = contrast > 0 ? std::clamp(std::ilogb(contrast) + 17, 1, 40) : 0;
-    return classes_[static_cast<std::size_t>(octave)];
+  static std::size_t index(double contrast) {
+    return contrast > 0 ? static_cast<std::size_t>(std::clamp(std::ilogb(contrast) + 17, 1, 40)) : 0;
   }
+  Class& of(double contrast) { return classes_[index(contrast)]; }
   std::array<Class, 41> classes_{};
 };
 
@@ -55,18 +62,17 @@ class Audits {
 class Neighbourhood {
  public:
   Neighbourhood(std::span<const float> per_sample, std::uint32_t width)
-      : per_sample_(per_sample), columns_(width), rows_(static_cast<std::int64_t>(per_sample.size()) / width) {}
+      : per_sample_(per_sample), columns_(width), rows_(per_sample.size() / width) {}
 
   struct Around {
     double sum = 0, count = 0;
     [[nodiscard]] double mean() const { return count > 0 ? sum / count : 0; }
   };
-  [[nodiscard]] Around around(std::size_t index) const {
-    const std::int64_t x = static_cast<std::int64_t>(index) % columns_, y = static_cast<std::int64_t>(index) / columns_;
+  [[nodiscard]] Around around(std::size_t x, std::size_t y) const {
     Around result;
-    for (std::int64_t ny = std::max<std::int64_t>(0, y - 1); ny <= std::min(rows_ - 1, y + 1); ++ny) {
-      for (std::int64_t nx = std::max<std::int64_t>(0, x - 1); nx <= std::min(columns_ - 1, x + 1); ++nx) {
-        const float value = per_sample_[static_cast<std::size_t>(ny * columns_ + nx)];
+    for (std::size_t ny = y - std::min<std::size_t>(y, 1); ny <= std::min(rows_ - 1, y + 1); ++ny) {
+      for (std::size_t nx = x - std::min<std::size_t>(x, 1); nx <= std::min(columns_ - 1, x + 1); ++nx) {
+        const float value = per_sample_[ny * columns_ + nx];
         if (std::isnan(value)) continue;
         result.sum += value;
         ++result.count;
@@ -77,7 +83,7 @@ class Neighbourhood {
 
  private:
   std::span<const float> per_sample_;
-  std::int64_t columns_, rows_;
+  std::size_t columns_, rows_;
 };
 
 /// What there is in a refined pixel may go on in one beside it, with this probability: a pilot that saw nothing of it
@@ -93,6 +99,109 @@ float learned_variance(const PixelState& pixel, double own, double expected, con
   return static_cast<float>(std::max(of_one / variance_of_one(1, pixel.count()), pixel.unseen()));
 }
 
+/// One round's account, block by block.
+class Settlement {
+ public:
+  Settlement(std::span<PixelState> pixels, std::uint32_t width, const Levels& levels, const InParallel& in_parallel)
+      : pixels_(pixels),
+        levels_(levels),
+        in_parallel_(in_parallel),
+        blocks_(pixels.size(), width),
+        of_one_(pixels.size()),
+        neighbourhood_(of_one_, width) {}
+
+  SampledError settle() {
+    std::vector<Audits> audits(blocks_.count());
+    each_pixel([&](std::uint64_t block, const PixelState& pixel) {
+      if (!pixel.refined() && pixel.measured() && pixel.hidden == 0) audits[block].add(pixel);
+    });
+    for (const Audits& part : audits) audits_.add(part);
+    std::vector<Part> parts(blocks_.count());
+    in_parallel_(blocks_.count(), [&](std::uint64_t block) {
+      blocks_.each_pixel(block, [&](std::size_t place, std::size_t, std::size_t) { tell(place, parts[block]); });
+    });
+    const SampledError error = sum_up(parts);
+    in_parallel_(blocks_.count(), [&](std::uint64_t block) {
+      blocks_.each_pixel(block, [&](std::size_t place, std::size_t x, std::size_t y) { learn(place, x, y); });
+    });
+    return error;
+  }
+
+ private:
+  /// What a block's pixels tell.
+  struct Part {
+    SummedErrors sums, pilots;
+    std::size_t pilot_count = 0;
+    std::vector<std::pair<std::size_t, double>> audited;  ///< places and errors
+  };
+
+  template <class Work>
+  void each_pixel(const Work& work) {
+    in_parallel_(blocks_.count(), [&](std::uint64_t block) {
+      blocks_.each_pixel(block, [&](std::size_t place, std::size_t, std::size_t) { work(block, pixels_[place]); });
+    });
+  }
+
+  void tell(std::size_t place, Part& part) {
+    const PixelState& pixel = pixels_[place];
+    of_one_[place] = std::numeric_limits<float>::quiet_NaN();
+    if (pixel.refined()) {
+      if (!pixel.measured()) {  // there was no time for what was planned
+        part.sums.add(pixel.variance);
+        return;
+      }
+      const double error = refined_error(pixel, levels_);
+      of_one_[place] = static_cast<float>(variance_of_one(error, pixel.count()));
+      // A pixel that was left alone may have been for looking better than it is: its neighbours have a say.
+      part.sums.add(pixel.grows ? std::max(error, pixel.unseen()) : pixel.variance);
+    } else if (pixel.hidden > 0) {
+      part.sums.add(std::max(double{pixel.variance}, pixel.unseen()));
+    } else {
+      part.pilots.add(pixel.variance);
+      ++part.pilot_count;
+      if (pixel.measured()) part.audited.emplace_back(place, audits_.error(pixel, levels_));
+    }
+  }
+
+  SampledError sum_up(const std::vector<Part>& parts) {
+    SummedErrors sums, pilots;
+    std::size_t pilot_count = 0;
+    AuditedError audited;
+    for (const Part& part : parts) {
+      sums.add(part.sums);
+      pilots.add(part.pilots);
+      pilot_count += part.pilot_count;
+      for (const auto& [place, error] : part.audited) {
+        audits_.learn(pixels_[place], error);
+        audited.add(error);
+      }
+    }
+    any_audited_ = audited.count() > 0;
+    sums.add(any_audited_ ? audited.of(pilot_count) : pilots);
+    return sums.known();
+  }
+
+  void learn(std::size_t place, std::size_t x, std::size_t y) {
+    PixelState& pixel = pixels_[place];
+    if (!std::isnan(of_one_[place])) {
+      pixel.variance =
+          learned_variance(pixel, of_one_[place], expected_variance(pixel.contrast), neighbourhood_.around(x, y));
+    } else if (any_audited_) {
+      const double beside = neighbourhood_.around(x, y).mean() * seen_beside;
+      pixel.variance = static_cast<float>(std::max({audits_.expected(pixel), beside, pixel.unseen()}));
+    }
+  }
+
+  std::span<PixelState> pixels_;
+  const Levels& levels_;
+  const InParallel& in_parallel_;
+  Blocks blocks_;
+  std::vector<float> of_one_;  ///< a refined pixel's own variance of one sample; else not a number
+  Neighbourhood neighbourhood_;
+  Audits audits_;
+  bool any_audited_ = false;
+};
+
 }  // namespace
 
 SampledError SummedErrors::known() const { return {squared, std::max(0.0, squared + deviations * std::sqrt(spread))}; }
@@ -107,47 +216,9 @@ SummedErrors AuditedError::of(std::size_t pixels) const {
   return {sum_.squared * each, sum_.spread * each * each};
 }
 
-SampledError settle(std::span<PixelState> pixels, std::uint32_t width, const Levels& levels) {
-  SummedErrors sums, pilots;
-  std::size_t pilot_count = 0;
-  AuditedError audited;
-  Audits audits;
-  std::vector<float> of_one(pixels.size(), std::numeric_limits<float>::quiet_NaN());
-  for (const PixelState& pixel : pixels)
-    if (!pixel.refined() && pixel.measured() && pixel.hidden == 0) audits.add(pixel);
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    const PixelState& pixel = pixels[i];
-    if (pixel.refined()) {
-      if (!pixel.measured()) {  // there was no time for what was planned
-        sums.add(pixel.variance);
-        continue;
-      }
-      const double error = refined_error(pixel, levels);
-      of_one[i] = static_cast<float>(variance_of_one(error, pixel.count()));
-      // A pixel that was left alone may have been for looking better than it is: its neighbours have a say.
-      sums.add(pixel.grows ? std::max(error, pixel.unseen()) : pixel.variance);
-      continue;
-    }
-    if (pixel.hidden > 0) {
-      sums.add(std::max(double{pixel.variance}, pixel.unseen()));
-      continue;
-    }
-    pilots.add(pixel.variance);
-    ++pilot_count;
-    if (pixel.measured()) audited.add(audits.error(pixel, levels));
-  }
-  sums.add(audited.count() > 0 ? audited.of(pilot_count) : pilots);
-  const Neighbourhood neighbourhood(of_one, width);
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    PixelState& pixel = pixels[i];
-    if (!std::isnan(of_one[i])) {
-      pixel.variance = learned_variance(pixel, of_one[i], expected_variance(pixel.contrast), neighbourhood.around(i));
-    } else if (audited.count() > 0) {
-      const double beside = neighbourhood.around(i).mean() * seen_beside;
-      pixel.variance = static_cast<float>(std::max({audits.expected(pixel), beside, pixel.unseen()}));
-    }
-  }
-  return sums.known();
+SampledError settle(std::span<PixelState> pixels, std::uint32_t width, const Levels& levels,
+                    const InParallel& in_parallel) {
+  return Settlement(pixels, width, levels, in_parallel).settle();
 }
 
 SampledError joined(const SampledError& own, const SampledError& audit) {

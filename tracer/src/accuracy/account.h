@@ -4,6 +4,7 @@
 #include <span>
 
 #include "tracer/accuracy.h"
+#include "tracer/src/accuracy/blocks.h"
 #include "tracer/src/accuracy/pixel_state.h"
 
 namespace tracer {
@@ -50,7 +51,8 @@ class AuditedError {
 
 /// The pixels that have only their pilot count as those of them that were audited; where none was, what was predicted
 /// for them counts. Also learns: sets `variance` of every pixel to what is now to be expected of it.
-SampledError settle(std::span<PixelState> pixels, std::uint32_t width, const Levels& levels);
+SampledError settle(std::span<PixelState> pixels, std::uint32_t width, const Levels& levels,
+                    const InParallel& in_parallel);
 
 /// What is known of a picture from its own samples and from an audit of it: the greater.
 SampledError joined(const SampledError& own, const SampledError& audit);

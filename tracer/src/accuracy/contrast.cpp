@@ -16,26 +16,27 @@ double squared_second_difference(const float* before, const float* at, const flo
 
 }  // namespace
 
-std::vector<float> contrasts(std::span<const float> shown, std::uint32_t width) {
-  const auto columns = static_cast<std::int64_t>(width);
-  const auto rows = static_cast<std::int64_t>(shown.size() / 3) / columns;
-  const auto at = [&](std::int64_t x, std::int64_t y) { return shown.data() + 3 * (y * columns + x); };
+float Contrasts::at(std::size_t column, std::size_t row) const {
   constexpr std::int64_t directions[4][2] = {{1, 0}, {0, 1}, {1, 1}, {1, -1}};
-  std::vector<float> result(shown.size() / 3);
-  for (std::int64_t y = 0; y < rows; ++y) {
-    for (std::int64_t x = 0; x < columns; ++x) {
-      double contrast = 0;
-      for (const auto& [dx, dy] : directions) {
-        if ((dx != 0 && columns < 3) || (dy != 0 && rows < 3)) continue;
-        // At the picture's border: of the nearest three in a row that it has.
-        const std::int64_t cx = dx != 0 ? std::clamp<std::int64_t>(x, 1, columns - 2) : x;
-        const std::int64_t cy = dy != 0 ? std::clamp<std::int64_t>(y, 1, rows - 2) : y;
-        contrast =
-            std::max(contrast, squared_second_difference(at(cx - dx, cy - dy), at(cx, cy), at(cx + dx, cy + dy)));
-      }
-      result[static_cast<std::size_t>(y * columns + x)] = static_cast<float>(contrast);
-    }
+  const auto x = static_cast<std::int64_t>(column), y = static_cast<std::int64_t>(row);
+  const auto shown_at = [&](std::int64_t ax, std::int64_t ay) { return shown_.data() + 3 * (ay * columns_ + ax); };
+  double contrast = 0;
+  for (const auto& [dx, dy] : directions) {
+    if ((dx != 0 && columns_ < 3) || (dy != 0 && rows_ < 3)) continue;
+    // At the picture's border: of the nearest three in a row that it has.
+    const std::int64_t cx = dx != 0 ? std::clamp<std::int64_t>(x, 1, columns_ - 2) : x;
+    const std::int64_t cy = dy != 0 ? std::clamp<std::int64_t>(y, 1, rows_ - 2) : y;
+    contrast = std::max(
+        contrast, squared_second_difference(shown_at(cx - dx, cy - dy), shown_at(cx, cy), shown_at(cx + dx, cy + dy)));
   }
+  return static_cast<float>(contrast);
+}
+
+std::vector<float> contrasts(std::span<const float> shown, std::uint32_t width) {
+  const Contrasts contrast(shown, width);
+  std::vector<float> result;
+  result.reserve(shown.size() / 3);
+  for (std::size_t i = 0; i < shown.size() / 3; ++i) result.push_back(contrast.at(i % width, i / width));
   return result;
 }
 

@@ -6,7 +6,7 @@
 /// its first and second half are apart tells the error. Of the pixels that are left with their pilot some are audited
 /// in every round, chosen by nothing but chance: fresh samples tell what is wrong with a pilot nobody had a reason to
 /// doubt. The halves decide where to go on as well as tell the error; what that hides is for the audit to find that
-/// closes a picture with a target.
+/// closes every picture.
 
 #include <array>
 #include <cmath>

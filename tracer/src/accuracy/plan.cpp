@@ -28,7 +28,7 @@ struct Range {
   }
 };
 
-/// Pixels that have equally many samples and, within a quarter of an octave, want equally many.
+/// Pixels that have equally many samples and, within a sixteenth of an octave, want equally many.
 struct Alike {
   std::int32_t wants = 0;  ///< see Planner::wants
   std::uint32_t has = 0;   ///< samples each
@@ -44,7 +44,7 @@ class Planner {
     for (std::size_t i = 0; i < pixels.size(); ++i) {
       const std::uint32_t has = pixels[i].count();
       wants_[i] = wants(pixels[i].variance / cost[i], has);
-      const auto power = static_cast<std::uint32_t>(std::bit_width(has) - 1);
+      const auto power = std::min(counts, static_cast<std::uint32_t>(std::bit_width(has))) - 1;
       Alike& alike = all[static_cast<std::size_t>(wants_[i] + wants_most) * counts + power];
       alike.wants = wants_[i];
       alike.has = has;
@@ -72,9 +72,9 @@ class Planner {
   }
 
  private:
-  static constexpr std::int32_t fineness = 8;  ///< steps an octave
-  static constexpr std::int32_t wants_most = 60 * fineness, worth_most = 200 * fineness;
-  static constexpr std::size_t counts = 32;
+  static constexpr std::int32_t fineness = 16;  ///< steps an octave
+  static constexpr std::int32_t wants_most = 24 * fineness, worth_most = 200 * fineness;
+  static constexpr std::uint32_t counts = 20;  ///< octaves of them that are told apart
 
   /// The logarithm of how many samples the pixel wants where the worth is one, in steps.
   static std::int32_t wants(double variance_over_cost, std::uint32_t has) {

@@ -33,19 +33,16 @@ struct AuditFindings {
 template <class Model>
 class Audit {
  public:
-  Audit(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control,
-        const Approximations& approximations)
-      : scene_(scene),
-        settings_(settings),
-        control_(control),
-        tiles_(scene.image.window()),
-        pool_(scene, control, approximations) {}
+  Audit(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control, WavefrontPool<Model>& pool)
+      : scene_(scene), settings_(settings), control_(control), tiles_(scene.image.window()), pool_(pool) {}
 
   /// Of the whole picture; see pixel_state.h. Throws std::bad_alloc.
   AuditFindings measure(const AuditPlan& plan, const Levels& levels) {
     std::vector<std::vector<std::size_t>> of_tile(tiles_.count());
-    for (std::size_t i = 0; i < plan.choices.size(); ++i)
+    for (std::size_t i = 0; i < plan.choices.size(); ++i) {
       of_tile[tiles_.index(tiles_.pixel(plan.choices[i].place))].push_back(i);
+      samples_ += 2 * std::uint64_t{plan.choices[i].half};
+    }
     AuditFindings found;
     found.errors.resize(plan.choices.size());
     for_each_tile(tiles_.count(), settings_.threads, [&](std::uint64_t tile) {
@@ -59,12 +56,8 @@ class Audit {
     return found;
   }
 
-  /// What all audits traced.
-  [[nodiscard]] RenderStatistics statistics() const {
-    RenderStatistics traced = pool_.statistics();
-    traced.audit_samples = traced.samples;
-    return traced;
-  }
+  /// That all audits traced.
+  [[nodiscard]] std::uint64_t samples() const { return samples_; }
 
  private:
   static constexpr std::uint32_t light_points = 2;
@@ -126,7 +119,8 @@ class Audit {
   const RenderSettings& settings_;
   RenderControl& control_;
   Tiles tiles_;
-  WavefrontPool<Model> pool_;
+  WavefrontPool<Model>& pool_;
+  std::uint64_t samples_ = 0;
 };
 
 /// Joins what exact samples tell to the estimate of a picture whose approximations it did not know of: these are the
@@ -140,10 +134,12 @@ void account_for_approximations(const CompiledScene& scene, const RenderSettings
   const auto mean = [&](std::size_t place) { return Color{rgb[3 * place], rgb[3 * place + 1], rgb[3 * place + 2]}; };
   const auto looks = static_cast<std::size_t>(thorough_audit(pixels).looks);
   const std::vector<AuditChoice> choices = choose_audits(pixels, looks, 0, scene.accuracy.seed);
-  Audit<Model> exact(scene, settings, control, {});
+  WavefrontPool<Model> pool(scene, control, {});
+  Audit<Model> exact(scene, settings, control, pool);
   const SampledError whole =
       exact.measure({.mean = mean, .choices = choices, .stream = 0, .expected = {}}, levels).picture;
-  add(rendered.statistics, exact.statistics());
+  add(rendered.statistics, pool.statistics());
+  rendered.statistics.audit_samples += exact.samples();
   add_approximation(rendered.error, whole, pixels);
   rendered.error.met = !rendered.error.target || rendered.error.estimate <= *rendered.error.target;
 }

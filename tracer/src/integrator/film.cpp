@@ -1,14 +1,27 @@
 #include "tracer/src/integrator/film.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
 #include "tracer/src/accuracy/contrast.h"
 
 namespace tracer {
 
-Film::Film(const CompiledScene& scene)
-    : scene_(scene), width_(scene.image.window().width()), size_(scene.image.window().pixels()), rgb_(3 * size_) {
+template <class Work>
+void Film::each_pixel(const Work& work) const {
+  const Blocks blocks(size_, width_);
+  in_parallel_(blocks.count(), [&](std::uint64_t block) {
+    blocks.each_pixel(block, [&](std::size_t place, std::size_t, std::size_t) { work(place); });
+  });
+}
+
+Film::Film(const CompiledScene& scene, const InParallel& in_parallel)
+    : scene_(scene),
+      in_parallel_(in_parallel),
+      width_(scene.image.window().width()),
+      size_(scene.image.window().pixels()),
+      rgb_(3 * size_) {
   if (scene.needs.layers) layers_.resize(size());
   if (scene.needs.reflection || scene.needs.refraction || scene.needs.many_lights) missing_.resize(size());
 }
@@ -17,22 +30,27 @@ void Film::sketch(std::size_t place, std::uint32_t side, const Color& radiance,
                   const std::vector<MissingLight>& missing, const FirstHits& hits, std::size_t sample) {
   forget(place);
   note(place, missing, hits, sample);
-  const auto red = film_value(radiance.r), green = film_value(radiance.g), blue = film_value(radiance.b);
+  rgb_[3 * place] = film_value(radiance.r);
+  rgb_[3 * place + 1] = film_value(radiance.g);
+  rgb_[3 * place + 2] = film_value(radiance.b);
+  if (side > 1) sketch_like(place, side, place);
+}
+
+void Film::sketch_like(std::size_t place, std::uint32_t side, std::size_t like) {
+  const std::array<float, 3> color{rgb_[3 * like], rgb_[3 * like + 1], rgb_[3 * like + 2]};
   const std::size_t columns = std::min<std::size_t>(side, width_ - place % width_);
-  for (std::size_t row = place; row < std::min(size(), place + std::size_t{side} * width_); row += width_) {
+  for (std::size_t row = place; row < std::min(size_, place + std::size_t{side} * width_); row += width_) {
     for (std::size_t at = row; at < row + columns; ++at) {
-      rgb_[3 * at] = red;
-      rgb_[3 * at + 1] = green;
-      rgb_[3 * at + 2] = blue;
-      if (!missing_.empty()) missing_[at] = missing_[place];
-      if (!layers_.empty()) layers_[at] = layers_[place];
+      std::copy(color.begin(), color.end(), rgb_.begin() + static_cast<std::ptrdiff_t>(3 * at));
+      if (!missing_.empty()) missing_[at] = missing_[like];
+      if (!layers_.empty()) layers_[at] = layers_[like];
     }
   }
 }
 
 void Film::begin() {
   pixels_.resize(size());
-  for (std::size_t i = 0; i < pixels_.size(); ++i) pixels_[i].pilot = {rgb_[3 * i], rgb_[3 * i + 1], rgb_[3 * i + 2]};
+  each_pixel([&](std::size_t i) { pixels_[i].pilot = {rgb_[3 * i], rgb_[3 * i + 1], rgb_[3 * i + 2]}; });
 }
 
 void Film::note(std::size_t place, const std::vector<MissingLight>& missing, const FirstHits& hits,
@@ -67,12 +85,18 @@ void Film::note(std::size_t place, const Scout& scout, const Color& radiance, co
 
 void Film::expect(const Levels& levels) {
   std::vector<float> shown(rgb_.size());
-  for (std::size_t i = 0; i < shown.size(); ++i) shown[i] = static_cast<float>(levels.level(rgb_[i]));
-  const std::vector<float> contrast = contrasts(shown, width_);
-  for (std::size_t i = 0; i < pixels_.size(); ++i) {
-    pixels_[i].contrast = contrast[i];
-    pixels_[i].variance = static_cast<float>(std::max(expected_variance(contrast[i]), pixels_[i].unseen()));
-  }
+  each_pixel([&](std::size_t i) {
+    for (std::size_t at = 3 * i; at < 3 * i + 3; ++at) shown[at] = static_cast<float>(levels.level(rgb_[at]));
+  });
+  const Blocks blocks(size_, width_);
+  const Contrasts contrasts(shown, width_);
+  in_parallel_(blocks.count(), [&](std::uint64_t block) {
+    blocks.each_pixel(block, [&](std::size_t i, std::size_t x, std::size_t y) {
+      PixelState& pixel = pixels_[i];
+      pixel.contrast = contrasts.at(x, y);
+      pixel.variance = static_cast<float>(std::max(expected_variance(pixel.contrast), pixel.unseen()));
+    });
+  });
 }
 
 void Film::suspect(std::size_t place, double error) {
@@ -101,18 +125,25 @@ Color Film::mean(std::size_t place) const {
 
 MissingError Film::missing_error(const Levels& levels) {
   if (missing_.empty()) return {};
+  if (pixels_.empty()) return tracer::missing_error(rgb_, missing_, most_hideable(), levels);
   take_means();
-  return tracer::missing_error(rgb_, missing_of_one(), hideable(scene_, brightest(rgb_)), levels);
+  return tracer::missing_error(rgb_, missing_of_one(), most_hideable(), levels);
+}
+
+Hideable Film::most_hideable() const {
+  const Hideable by_scene = hideable(scene_, 0);
+  return by_scene.bounded ? by_scene : hideable(scene_, brightest(rgb_));
 }
 
 void Film::take_means() {
-  for (std::size_t i = 0; i < pixels_.size(); ++i) {
-    if (!pixels_[i].refined()) continue;
+  if (pixels_.empty()) return;
+  each_pixel([&](std::size_t i) {
+    if (!pixels_[i].refined()) return;
     const Color mean = pixels_[i].mean();
     rgb_[3 * i] = film_value(mean.r);
     rgb_[3 * i + 1] = film_value(mean.g);
     rgb_[3 * i + 2] = film_value(mean.b);
-  }
+  });
 }
 
 std::vector<MissingLight> Film::missing_of_one() const {
@@ -165,11 +196,12 @@ void Film::write(Rendered& rendered, const SampledError& sampled, bool whole) {
   }
   Image& image = rendered.image;
   const Levels shown = levels();
+  const Hideable hidden = most_hideable();
   image.rgb = std::move(rgb_);
   allocate(image, scene_.image.window(), scene_.output);
   for (std::size_t i = 0; i < layers_.size(); ++i) layers_[i].write(image, i);
   if (image.layers.error.empty()) return;
-  write_error_layer(image, claimed_variances(sampled), missing_of_one(), hideable(scene_, brightest(image.rgb)), shown);
+  write_error_layer(image, claimed_variances(sampled), missing_of_one(), hidden, shown);
 }
 
 }  // namespace tracer

@@ -20,7 +20,7 @@ namespace tracer {
 /// for rounds.
 class Film {
  public:
-  explicit Film(const CompiledScene& scene);
+  Film(const CompiledScene& scene, const InParallel& in_parallel);
 
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] std::uint32_t width() const { return width_; }
@@ -28,6 +28,9 @@ class Film {
   /// A pilot, and what it lacks and hits. Stands for the `side` x `side` pixels from `place` on, to the right and down.
   void sketch(std::size_t place, std::uint32_t side, const Color& radiance, const std::vector<MissingLight>& missing,
               const FirstHits& hits, std::size_t sample);
+
+  /// Makes such a block look like the pixel at `like`.
+  void sketch_like(std::size_t place, std::uint32_t side, std::size_t like);
 
   /// Makes pixels of the sketch; only after it does any of what follows here know of pixels.
   void begin();
@@ -58,10 +61,15 @@ class Film {
   /// The sums that were noted at a place, as of one sample.
   [[nodiscard]] std::vector<MissingLight> missing_of_one() const;
   [[nodiscard]] std::vector<float> claimed_variances(const SampledError& sampled) const;
+  [[nodiscard]] Hideable most_hideable() const;
   void take_means();  ///< of refined pixels, into `rgb_`
   void count(RenderStatistics& statistics) const;
 
+  template <class Work>
+  void each_pixel(const Work& work) const;
+
   const CompiledScene& scene_;
+  const InParallel& in_parallel_;
   std::uint32_t width_;
   std::size_t size_;
   std::vector<float> rgb_;  ///< the picture, three channels a pixel; behind the pixels' means in between

@@ -26,19 +26,18 @@ class AdaptiveRender {
         wanted_(*scene.accuracy.adaptive),
         deadline_(settings, wanted_, concurrency(settings.threads)),
         tiles_(scene.image.window()),
-        film_(scene),
-        finest_(tiles_.count(), unsampled),
-        cost_of_tile_(tiles_.count(), 1),
+        film_(scene, in_parallel_),
+        pilots_(scene, film_, tiles_, deadline_),
         pool_(scene, control, scene.accuracy.approximate),
-        audit_(scene, settings, control, scene.accuracy.approximate) {}
+        audit_(scene, settings, control, pool_) {}
 
   /// Throws std::bad_alloc.
   Result<Rendered, Failure> run() {
     control_.begin(progress_parts);
     deadline_.keep_time_to_write();
-    trace_pilot();
+    trace_pilots();
     const double book_keeping_ms = book_keeping_ms_per_pixel * static_cast<double>(film_.size());
-    if (whole() && deadline_.leaves(book_keeping_ms)) {
+    if (pilots_.whole() && deadline_.leaves(book_keeping_ms)) {
       refine();
     } else if (!control_.cancelled()) {
       tell_sketch();
@@ -56,14 +55,9 @@ class AdaptiveRender {
   static constexpr std::uint32_t rounds_max = 24;  // at eightfold growth each, far more than any pixel may grow
   static constexpr std::uint64_t progress_parts = 1000;
   static constexpr std::uint32_t batch_rays = 4096, hurried_batch_rays = 1024;
-  /// What the rounds' own work takes at the least, several times over: with less than that left, a pilot is the
-  /// picture.
+  /// What it takes to begin rounds, and half as much again: with less than that left, the pilots are the picture.
   static constexpr double book_keeping_ms_per_pixel = 150e-6;
-  static constexpr std::uint8_t unsampled = 255;
-  static constexpr std::uint64_t pilot_stream = std::uint64_t{1} << 32;  ///< beyond those of all rounds
-  /// The points by which camera rays know a soft light: more in the pilot, which has one sample a pixel to see where
-  /// penumbrae are.
-  static constexpr std::uint32_t pilot_light_points = 4, fresh_light_points = 1;
+  static constexpr std::uint32_t fresh_light_points = 1;  ///< by which camera rays know a soft light; see pilot.h
 
   /// Where the samples of a batch belong.
   struct Aim {
@@ -71,54 +65,13 @@ class AdaptiveRender {
     std::uint8_t half;
   };
 
-  void trace_pilot() {
-    const std::span<const std::uint32_t> strides = pilot_strides(deadline_.set());
-    for (const std::uint32_t stride : strides) {
-      const bool must = stride == strides.front();
-      each_tile([&](std::uint64_t tile, Wavefront<Model>& wavefront) { trace_pilot(tile, stride, must, wavefront); });
+  void trace_pilots() {
+    for (const std::uint32_t stride : pilot_strides(deadline_.set())) {
+      each_tile([&](std::uint64_t tile, Wavefront<Model>& wavefront) { pilots_.trace(tile, stride, wavefront); });
       deadline_.learn(pool_.statistics().samples);
-      if (deadline_.over()) return;
+      if (deadline_.over()) break;
     }
-  }
-
-  /// The tile's pixels on a grid, or none of them: a tile is a sketch of one fineness.
-  void trace_pilot(std::uint64_t tile, std::uint32_t stride, bool must, Wavefront<Model>& wavefront) {
-    Batch batch;
-    std::vector<std::size_t> places;
-    batch.light_points = pilot_light_points;
-    const std::vector<Pixel> pixels = tiles_.pixels(tile);
-    if (!must && deadline_.over_before(static_cast<double>(pixels.size()) / (stride * stride))) return;
-    for (const Pixel& pixel : pixels) {
-      const std::size_t place = tiles_.place(pixel);
-      if (!on_grid(place, stride) || on_grid(place, finest_[tile])) continue;
-      push(batch, scene_, pilot_sample(pixel));
-      places.push_back(place);
-    }
-    const std::uint64_t before = wavefront.statistics().rays.total();
-    if (!wavefront.trace(std::move(batch))) return;
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      const Color& radiance = wavefront.radiance()[i];
-      if (!finite(radiance)) continue;  // counted by the wavefront
-      film_.sketch(places[i], stride, radiance, wavefront.missing(), wavefront.first_hits(), i);
-    }
-    const std::uint64_t rays = wavefront.statistics().rays.total() - before;
-    if (!places.empty()) cost_of_tile_[tile] = static_cast<float>(rays) / static_cast<float>(places.size());
-    finest_[tile] = static_cast<std::uint8_t>(stride);
-  }
-
-  /// Whether every pixel has a sample of its own.
-  [[nodiscard]] bool whole() const {
-    return std::all_of(finest_.begin(), finest_.end(), [](std::uint8_t stride) { return stride == 1; });
-  }
-
-  /// On a lens or a light there is no middle to prefer.
-  Sample pilot_sample(const Pixel& pixel) const {
-    if (scene_.needs.lens) return fresh_sample(scene_, pixel.x, pixel.y, 0, pilot_stream);
-    return uniform_sample(scene_, pixel.x, pixel.y, 0, 1);
-  }
-
-  bool on_grid(std::size_t place, std::uint32_t stride) const {
-    return stride != unsampled && (place % film_.width()) % stride == 0 && (place / film_.width()) % stride == 0;
+    if (!control_.cancelled()) pilots_.fill_tiles();
   }
 
   void refine() {
@@ -142,7 +95,7 @@ class AdaptiveRender {
   void set_costs() {
     cost_.resize(film_.size());
     for (std::uint64_t tile = 0; tile < tiles_.count(); ++tile)
-      for (const Pixel& pixel : tiles_.pixels(tile)) cost_[tiles_.place(pixel)] = cost_of_tile_[tile];
+      for (const Pixel& pixel : tiles_.pixels(tile)) cost_[tiles_.place(pixel)] = pilots_.cost(tile);
   }
 
   /// What is known of a picture that there was no time to go on with: what fresh samples say alone.
@@ -151,7 +104,8 @@ class AdaptiveRender {
     const double looks = std::clamp(deadline_.audit_samples() / 4, looks_least, looks_most);
     const Levels levels = film_.levels();
     const auto choices = choose_audits(film_.size(), static_cast<std::size_t>(looks), 0, scene_.accuracy.seed);
-    sampled_ = audit_.measure({.mean = mean_, .choices = choices, .stream = 0, .expected = {}}, levels).picture;
+    const auto nothing = [](std::size_t) { return 0.0; };  // is expected: rather too much is told than too little
+    sampled_ = audit_.measure({.mean = mean_, .choices = choices, .stream = 0, .expected = nothing}, levels).picture;
     estimate(levels);
   }
 
@@ -251,13 +205,13 @@ class AdaptiveRender {
   void expect() {
     const Levels levels = film_.levels();
     film_.expect(levels);
-    sampled_ = settle(film_.pixels(), film_.width(), levels);
+    sampled_ = settle(film_.pixels(), film_.width(), levels, in_parallel_);
     estimate(levels);
   }
 
   void learn() {
     const Levels levels = film_.levels();
-    sampled_ = settle(film_.pixels(), film_.width(), levels);
+    sampled_ = settle(film_.pixels(), film_.width(), levels, in_parallel_);
     for (PixelState& pixel : film_.pixels()) pixel.forget_audit();
     estimate(levels);
   }
@@ -328,9 +282,8 @@ class AdaptiveRender {
   Rendered finish() {
     Rendered rendered;
     rendered.statistics = pool_.statistics();
-    add(rendered.statistics, audit_.statistics());
-    rendered.statistics.audit_samples = audit_.statistics().samples;
-    film_.write(rendered, sampled_, whole());
+    rendered.statistics.audit_samples = audit_.samples();
+    film_.write(rendered, sampled_, pilots_.whole());
     rendered.error = error_;
     rendered.error.bounded = (error_.depth == 0 && error_.cutoff == 0) || hideable(scene_, 0).bounded;
     rendered.error.target = wanted_.target_error;
@@ -344,10 +297,12 @@ class AdaptiveRender {
   const Adaptive& wanted_;
   Deadline deadline_;
   Tiles tiles_;
+  const InParallel in_parallel_ = [this](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
+    for_each_tile(count, settings_.threads, work);
+  };
   Film film_;
-  std::vector<std::uint8_t> finest_;  ///< stride of each tile's pilots
-  std::vector<float> cost_of_tile_;   ///< rays of a sample, as its pilots had
-  std::vector<float> cost_;           ///< likewise, of each pixel
+  Pilots<Model> pilots_;
+  std::vector<float> cost_;  ///< rays of a sample, as the pilots of its tile had
   const std::function<Color(std::size_t)> mean_ = [this](std::size_t place) { return film_.mean(place); };
   WavefrontPool<Model> pool_;
   Audit<Model> audit_;

@@ -32,6 +32,14 @@ class Tiles {
     return pixels;
   }
 
+  static constexpr std::uint32_t side = 32;
+
+  /// Where the tile's first pixel is; see place.
+  [[nodiscard]] std::size_t first_place(std::uint64_t index) const {
+    const PixelWindow window = tile(index);
+    return place({window.x0, window.y0});
+  }
+
   /// The tile that the pixel is in.
   [[nodiscard]] std::uint64_t index(const Pixel& pixel) const {
     return std::uint64_t{(pixel.y - window_.y0) / side} * columns_ + (pixel.x - window_.x0) / side;
@@ -47,8 +55,6 @@ class Tiles {
   }
 
  private:
-  static constexpr std::uint32_t side = 32;
-
   [[nodiscard]] PixelWindow tile(std::uint64_t index) const {
     const auto x = static_cast<std::uint32_t>(index % std::max(1u, columns_)) * side;
     const auto y = static_cast<std::uint32_t>(index / std::max(1u, columns_)) * side;
