@@ -69,7 +69,7 @@ class Whittle:
     def __init__(self, scene, folder):
         self.scene, self.folder = scene, folder
         converged = programs.Whittle({**scene, "accuracy": {"samples": [1024, 1024], "seed": 1}}, folder).run()
-        self.truth = converged.picture.rename(folder / "converged.16.png")
+        self.truth = converged.picture.rename(folder / "converged.tiff")
 
     def asked(self, target):
         return programs.Whittle({**self.scene, "accuracy": {"target_error": target}}, self.folder)

@@ -192,7 +192,7 @@ class ApproximatedStillLife : public ::testing::Test {
     EXPECT_GT(cheap.error, 1.5 * exact.error) << what;
     return cheap;
   }
-  const Point exact = with({});
+  inline static const Point exact = with({});
 };
 
 TEST_F(ApproximatedStillLife, SparesRaysForErrorWithoutShadowsAndForLessErrorWithMaps) {
