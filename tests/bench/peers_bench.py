@@ -4,13 +4,14 @@ memory, and how far the pictures are apart, which is the proof that the work was
 
     tests/bench/peers_bench.py [SCENE[=SIZE] ...] [--picture 400x300] [--rounds 5] [--keep FOLDER]
 
-Scenes and their sizes are those of peers/bench_scenes.py; all, at their usual sizes, when none is named. Documents end at
-64 MB: molecule=900000 and waves=600000 are the largest. One sample a pixel, five bounces, as many threads as processors. Each round runs all programs, one after the other, and medians are
-told, so that a machine with other work is unfair to all alike; `CPU of pixels` is what other work disturbs least: the CPU
-seconds of the whole process, all threads, less those of the same with 16 x 12 pixels. POV-Ray is timed with +BM1 and with
-+BM2; the one that takes less of that counts. `x bare` is Embree and nothing else tracing the same camera and shadow rays,
-by rays_bench: what tracing, shading and queues cost together over it, one thread, without reflections. Scenes of shapes
-that it does not have are without.
+Scenes and their sizes are those of peers/bench_scenes.py; all, at their usual sizes, when none is named. Documents end
+at 64 MB: molecule=900000 and waves=600000 are the largest. One sample a pixel, five bounces, as many threads as
+processors. Each round runs all programs, one after the other, and medians are told, so that a machine with other work
+is unfair to all alike; `CPU of pixels` is what other work disturbs least: the CPU seconds of the whole process, all
+threads, less those of the same with 16 x 12 pixels. POV-Ray is timed with +BM1 and with +BM2; the one that takes less
+of that counts. `x bare` is Embree and nothing else tracing the same camera and shadow rays, by rays_bench: what
+tracing, shading and queues cost together over it, one thread, without reflections. Scenes of shapes that it does not
+have are without.
 """
 import argparse
 import math
