@@ -26,6 +26,7 @@ PICTURES = {
     "sphereflake": ({"samples": [1, 1], "max_depth": 5}, "balls, mirrors, three lights"),
     "cornell": ({"samples": [1, 1]}, "triangles, attenuation, a mirror and a glass ball"),
     "glass": ({"samples": [1, 1]}, "refraction in meshes with smooth normals, checkers"),
+    "transparency": ({"samples": [1, 1]}, "shadows through panes"),
     "lights": ({"samples": [1, 1]}, "soft lights and spots"),
     "shapes": ({"samples": [1, 1]}, "every shape"),
     "local_models": ({"target_error": 2}, "adaptive samples and the account of the error"),

@@ -1,14 +1,17 @@
 #!/usr/bin/env -S /usr/bin/python3 -u
-"""The same pictures by Whittle, POV-Ray and Tachyon, side by side: time of tracing, time of the whole process, its CPU
-time and peak memory, and how far the pictures are apart, which is the proof that the work was equal.
+"""The same pictures by Whittle, POV-Ray and Tachyon, side by side: time of tracing, time of the whole process, peak
+memory, and how far the pictures are apart, which is the proof that the work was equal.
 
     tests/bench/peers_bench.py [SCENE[=SIZE] ...] [--picture 400x300] [--rounds 5] [--keep FOLDER]
 
-Scenes and their sizes are those of peers/bench_scenes.py; all, at their usual sizes, when none is named. One sample a
-pixel, five bounces, as many threads as processors. Each round runs all programs, one after the other, and medians are
-told, so that a machine with other work is unfair to all alike. POV-Ray is timed with +BM1 and with +BM2; the faster one
-counts. `x bare` is Embree and nothing else tracing the same camera and shadow rays, by rays_bench: what tracing, shading
-and queues cost together over it, one thread, without reflections.
+Scenes and their sizes are those of peers/bench_scenes.py; all, at their usual sizes, when none is named. Documents end
+at 64 MB: molecule=900000 and waves=600000 are the largest. One sample a pixel, five bounces, as many threads as
+processors. Each round runs all programs, one after the other, and medians are told, so that a machine with other work
+is unfair to all alike; `CPU of pixels` is what other work disturbs least: the CPU seconds of the whole process, all
+threads, less those of the same with 16 x 12 pixels. POV-Ray is timed with +BM1 and with +BM2; the one that takes less
+of that counts. `x bare` is Embree and nothing else tracing the same camera and shadow rays, by rays_bench: what
+tracing, shading and queues cost together over it, one thread, without reflections. Scenes of shapes that it does not
+have are without.
 """
 import argparse
 import math
@@ -23,6 +26,7 @@ import tempfile
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
 from tests.bench.peers import bench_scenes, programs  # pylint: disable=wrong-import-position
 
+FEW_PIXELS = {"width": 16, "height": 12}
 EQUAL_WORK = {"samples": [1, 1], "max_depth": 5, "cutoff": 0}  # Tachyon has no cutoff
 
 NOTES = """\
@@ -30,7 +34,7 @@ Where pictures differ: POV-Ray and Tachyon leave a surface whose smooth normal f
 differently (pot, waves); Tachyon sees the background where the depth ends, the others nothing (sphereflake, lattice,
 gears); numbers are 32-bit floats in Tachyon's files. What a program cannot be told is not approximated: it has no row.
 Times: whittle's memory and process time hold its libraries (picture formats) loaded once a process; the daemon has them
-loaded. POV-Ray and Tachyon write 16 bits a channel, as whittle does here."""
+loaded. All three write 16 bits a channel, not compressed."""
 
 
 def median(runs, field):
@@ -59,38 +63,58 @@ def contenders(scene, folder):
                                    ("povray +BM2", programs.PovRay, {"bounding": 2}), ("tachyon", programs.Tachyon, {})):
         got = programs.exported(program, scene, folder, **options)
         if isinstance(got, str):
-            missing.append(f"{name} has no {got}")
+            missing.append(f"{name} cannot have {got}")
         else:
             found[name] = got
     return found, missing
 
 
-FIELDS = ("trace_s", "whole_s", "cpu_s", "memory_mb")
+FIELDS = ("trace_s", "pixels_cpu_s", "whole_s", "memory_mb")
+
+
+class Contender:
+    """All that one program did with a scene: the picture, and one of next to no pixels."""
+
+    def __init__(self, program, program_of_few_pixels):
+        self.program, self.few_pixels, self.runs, self.idle_runs = program, program_of_few_pixels, [], []
+
+    def run(self):
+        self.runs.append(self.program.run())
+        self.idle_runs.append(self.few_pixels.run())
+
+    def median(self, field):
+        if field == "pixels_cpu_s":
+            return median(self.runs, "cpu_s") - median(self.idle_runs, "cpu_s")
+        return median(self.runs, field)
 
 
 class Row:
     """What one scene came to; ratios are theirs to ours, more than 1 where we are faster or smaller."""
 
     def __init__(self, name, scene, folder, rounds):
+        few = folder / "few_pixels"
+        few.mkdir(exist_ok=True)
         found, self.missing = contenders(scene, folder)
-        runs = {other: [] for other in found}
+        idle, _ = contenders({**scene, "image": FEW_PIXELS}, few)
+        all_of = {other: Contender(found[other], idle[other]) for other in found}
         for _ in range(rounds):
-            for other, program in found.items():
-                runs[other].append(program.run())
-        pov = min((other for other in runs if other.startswith("povray")), key=lambda other: median(runs[other], "trace_s"),
-                  default=None)
-        self.name, self.ours, self.pov = name, runs["whittle"], pov
-        self.theirs = {"povray": runs.get(pov), "tachyon": runs.get("tachyon")}
-        self.rmse = {other: programs.difference(self.ours[0].picture, programs.shown(run[0]), folder / f"{other}_heat.png")
-                     for other, run in self.theirs.items() if run}
+            for contender in all_of.values():
+                contender.run()
+        self.name, self.ours = name, all_of["whittle"]
+        self.pov = min((other for other in all_of if other.startswith("povray")), default=None,
+                       key=lambda other: all_of[other].median("pixels_cpu_s"))
+        self.theirs = {"povray": all_of.get(self.pov), "tachyon": all_of.get("tachyon")}
+        self.rmse = {other: difference(self.ours, one, folder / f"{other}_heat.png") for other, one in self.theirs.items()
+                     if one}
         self.bare = times_bare(scene, folder, rounds)
 
     def ratio(self, other, field):
-        runs = self.theirs[other]
-        return median(runs, field) / median(self.ours, field) if runs else None
+        """None where there is no such program, or where the picture took too little to tell."""
+        one, ours = self.theirs[other], self.ours.median(field)
+        return one.median(field) / ours if one and min(ours, one.median(field)) > 0 else None
 
     def cells(self):
-        shown = [f"{self.name:12}", f"{1000 * median(self.ours, 'trace_s'):8.1f}"]
+        shown = [f"{self.name:12}", f"{1000 * self.ours.median('trace_s'):8.1f}"]
         for field in FIELDS:
             shown += [format_ratio(self.ratio(other, field)) for other in self.theirs]
         shown.append(format_ratio(self.bare))
@@ -100,13 +124,17 @@ class Row:
         return " ".join(shown) + f"  {self.pov or ''}"
 
 
+def difference(ours, theirs, heat):
+    return programs.difference(ours.runs[0].picture, programs.shown(theirs.runs[0]), heat)
+
+
 def format_ratio(ratio):
     return f"{ratio:8.2f}" if ratio else f"{'-':>8}"
 
 
 def heading():
     pair = f"{'POV':>8} {'Tachyon':>8}"
-    print(f"{'':12} {'trace':>8} {'x trace time':^17} {'x whole process':^17} {'x CPU of it':^17} "
+    print(f"{'':12} {'trace':>8} {'x trace time':^17} {'x CPU of pixels':^17} {'x whole process':^17} "
           f"{'x peak memory':^17} {'x bare':>8} {'RMSE, > 1 level':^29}")
     print(f"{'scene':12} {'ours/ms':>8} {pair} {pair} {pair} {pair} {'Embree':>8} {'POV':^14} {'Tachyon':^14}")
 

@@ -45,7 +45,8 @@ class WhatAnotherProgramCannotBeTold(unittest.TestCase):
                 ("emission", surface(emission=1)), ("texture", surface(color={"checker": [0, 1]})),
                 ("texture", surface(color="wood")), ("shading", surface(shading="flat")), ("bump", surface(bump={})),
                 ("absorption", surface(transmission=0.5, absorption=1)), ("priority", surface(priority=1)),
-                ("fresnel", surface(transmission=0.5)), ("interpolated", surface(transmission=0.5, transparency="interpolated")),
+                ("fresnel", surface(transmission=0.5)),
+                ("interpolated", surface(transmission=0.5, transparency="interpolated")),
                 ("transmission that is coloured", surface(transmission=0.5, fresnel=False, transmission_color=[1, 0, 0])),
                 ("specular_color", surface(specular_color=[1, 0, 0])),
                 ("shadows", light(shadows=False)), ("inverse_square", light(attenuation="inverse_square")),
@@ -53,7 +54,8 @@ class WhatAnotherProgramCannotBeTold(unittest.TestCase):
                 ("transform", thing(transform=[{"scale": 2}])), ("instance", thing(type="instance", of="b")),
                 ("file", thing(type="mesh", file="a.ply")), ("smooth", thing(smooth=True)),
                 ("axis", thing(axis=[1, 0, 0])), ("depth_cue", whole(depth_cue={})), ("prototypes", whole(prototypes={})),
-                ("environment", whole(background={"environment": "sky"})), ("crop", lambda asked: asked["image"].update(crop=[])),
+                ("environment", whole(background={"environment": "sky"})),
+                ("crop", lambda asked: asked["image"].update(crop=[])),
                 ("orthographic", lambda asked: asked["camera"].update(type="orthographic")),
                 ("aperture", lambda asked: asked["camera"].update(aperture=1)),
                 ("approximate", lambda asked: asked["accuracy"].update(approximate={}))):
@@ -68,7 +70,8 @@ class WhatAnotherProgramCannotBeTold(unittest.TestCase):
                  lambda asked: asked["materials"]["a"].update(transmission=1, transparency="filtered")),
                 (tachyon, "attenuation", lambda asked: asked["lights"][0].update(attenuation=[1, 0, 1])),
                 (tachyon, "refraction", lambda asked: asked["materials"]["a"].update(transmission=0.5, fresnel=False)),
-                (tachyon, "reflection that is coloured", lambda asked: asked["materials"]["a"].update(reflection_color=[1, 0, 0])),
+                (tachyon, "reflection that is coloured",
+                 lambda asked: asked["materials"]["a"].update(reflection_color=[1, 0, 0])),
                 (tachyon, "ambient light that is coloured", lambda asked: asked.update(ambient=[1, 0, 0])),
                 (tachyon, "a cone", lambda asked: asked["objects"][0].update(type="cone")),
                 (tachyon, "two models of highlights", lambda asked: asked["materials"].update(
@@ -89,7 +92,7 @@ class WhatAnotherProgramIsTold(unittest.TestCase):
         for part in ("location <0,0,5> direction <0,0,-1> right <4,0,0> up <0,2,0>", "rgb <2,1,0.5>",
                      "max_trace_level 6 adc_bailout 0 ", "ambient rgb <0.5,0.5,0.5>", "phong 0.25 phong_size 12",
                      "reflection { rgb <0.125,0.125,0.125> }", "sphere { <1,2,3>,4"):
-            self.assertIn(part, text.replace("-0,", "0,").replace("1.9999999999999998", "2").replace("3.9999999999999996", "4"))
+            self.assertIn(part, text)
 
     def test_is_the_same_camera_light_and_surface_for_tachyon(self):
         text = told(tachyon, plain())

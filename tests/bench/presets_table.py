@@ -22,7 +22,7 @@ SOURCE = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(os.environ.get("WHITTLE_BIN", SOURCE / "build/release/bin"))
 SCENES = ("sphereflake", "whitted", "cornell", "glass", "lights", "textures", "shapes", "mountain")
 BASE = "standard"
-BEGIN, END = "<!-- presets: tests/bench/presets_table.py --readme -->\n", "<!-- end of presets -->\n"
+BEGIN, END = "<!-- presets: tests/bench/presets_table.py --readme -->\n\n", "\n<!-- end of presets -->\n"
 
 
 def measured(scene, folder, arguments):
@@ -63,7 +63,7 @@ def print_curve(lines):
 
 
 def table(lines, scenes, size):
-    rows = [f"| preset | asked for | claimed | true | samples a pixel | time, of `{BASE}` |", "| --- | --- | --- | --- | --- | --- |"]
+    rows = [f"| preset | asked for | claimed | true | samples a pixel | time, of `{BASE}` |", 6 * "| --- " + "|"]
     rows += [f"| `{name}` | {target:g} | {claimed:.2f} | {true:.2f} | {samples:.1f} | {time:.2g} |"
              for name, target, claimed, true, _, samples, time in lines if name]
     return "\n".join(rows) + f"\n\nLevels; geometric means over {scenes} example scenes at {size} pixels.\n"

@@ -90,8 +90,7 @@ void expect_error_bought_with_rays(const std::vector<Point>& points) {
 }
 
 TEST(TheKnobSamples, BuysErrorWithRays) {
-  expect_error_bought_with_rays(curve(still_life(), converged_still_life(),
-                                      std::vector<std::uint32_t>{1, 4, 16, 64},
+  expect_error_bought_with_rays(curve(still_life(), converged_still_life(), std::vector<std::uint32_t>{1, 4, 16, 64},
                                       [](Accuracy& accuracy, std::uint32_t value) { accuracy.samples = value; }));
 }
 
@@ -189,11 +188,11 @@ class ApproximatedStillLife : public ::testing::Test {
   }
   Point expect_cheaper_and_worse(const Approximations& approximations, const std::string& what) const {
     const Point cheap = with(approximations);
-    EXPECT_LT(cheap.rays.total(), exact_.rays.total()) << what;
-    EXPECT_GT(cheap.error, 1.5 * exact_.error) << what;
+    EXPECT_LT(cheap.rays.total(), exact.rays.total()) << what;
+    EXPECT_GT(cheap.error, 1.5 * exact.error) << what;
     return cheap;
   }
-  const Point exact_ = with({});
+  inline static const Point exact = with({});
 };
 
 TEST_F(ApproximatedStillLife, SparesRaysForErrorWithoutShadowsAndForLessErrorWithMaps) {
@@ -209,7 +208,7 @@ TEST_F(ApproximatedStillLife, SparesRaysForErrorWithoutReflectionsOrWithTheBackg
 }
 
 TEST_F(ApproximatedStillLife, SparesMoreRaysForMoreErrorTheFewerLightsItIsLitBy) {
-  Point last = exact_;
+  Point last = exact;
   for (const std::uint32_t lights : {5u, 3u, 1u}) {
     const Point fewer = expect_cheaper_and_worse({.nearest_lights = lights}, std::to_string(lights));
     EXPECT_LT(fewer.rays.shadow, last.rays.shadow) << lights;
@@ -221,8 +220,8 @@ TEST_F(ApproximatedStillLife, SparesMoreRaysForMoreErrorTheFewerLightsItIsLitBy)
 TEST_F(ApproximatedStillLife, IsWorseWithCheaperShadingAndSeesTheSame) {
   for (const auto shading : {Approximations::Shading::gouraud, Approximations::Shading::flat}) {
     const Point cheap = with({.shading = shading});
-    EXPECT_GT(cheap.error, 1.5 * exact_.error);
-    EXPECT_EQ(cheap.rays.camera, exact_.rays.camera);
+    EXPECT_GT(cheap.error, 1.5 * exact.error);
+    EXPECT_EQ(cheap.rays.camera, exact.rays.camera);
   }
 }
 

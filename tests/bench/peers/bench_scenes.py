@@ -56,7 +56,8 @@ def sphereflake(levels=4):
     """9^levels balls that bloom on balls, mirrors all of them."""
     balls = flake((0, 0, 0), 0.5, (0, 0, 1), levels, flake_buds())
     return scene("sphereflake", view((2.1, 1.3, 1.7), (0, 0, 0), 45, (0, 0, 1)),
-                 [ground((-12, -12, -0.5), (24, 0, 0), (0, 24, 0))] + [sphere(center, radius, "ball") for center, radius in balls],
+                 [ground((-12, -12, -0.5), (24, 0, 0), (0, 24, 0))]
+                 + [sphere(center, radius, "ball") for center, radius in balls],
                  {"floor": matte((0.8, 0.6, 0.26)), "ball": shiny((0.5, 0.45, 0.35), 0.5, 0.5, 3.0827)},
                  [([4, 3, 2], 0.42), ([1, -4, 4], 0.42), ([-3, 1, 5], 0.42)], (0.078, 0.361, 0.753), 0.06)
 
@@ -73,7 +74,8 @@ def tetra(levels=6):
             return
         first = len(positions)
         positions.extend(list(add(middle, scaled(corner, size))) for corner in corners)
-        triangles.extend([first + a, first + b, first + c] for a, b, c in ((0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)))
+        for a, b, c in ((0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)):
+            triangles.append([first + a, first + b, first + c])
 
     grow((0, 0, 0), 1.0, levels)
     return scene("tetra", view((1.7, 2.2, 2.6), (0, 0.1, 0), 46),
@@ -162,7 +164,8 @@ def torus(middle, radius, thickness, around, across):
         c, s = math.cos(2 * math.pi * i / around), math.sin(2 * math.pi * i / around)
         for k in range(across):
             out, up = math.cos(2 * math.pi * k / across), math.sin(2 * math.pi * k / across)
-            positions.append(list(add(middle, ((radius + thickness * out) * c, (radius + thickness * out) * s, thickness * up))))
+            reach = radius + thickness * out
+            positions.append(list(add(middle, (reach * c, reach * s, thickness * up))))
             normals.append([out * c, out * s, up])
             a, b = i * across + k, i * across + (k + 1) % across
             d, e = (i + 1) % around * across + k, (i + 1) % around * across + (k + 1) % across
@@ -250,7 +253,8 @@ def waves(triangles=200000):
     for x, _, z in sea["positions"]:
         a, b = slope(x, z)
         sea["normals"].append(list(unit((-(a - 1.3 / 2.9 * b), 1, -(0.7 / 2.1 * a + b)))))
-    return scene("waves", view((1, 1.6, 6.5), (0, 0, 0), 45), [{**sea, "material": "water"}, sphere((0, 0.7, 0), 0.7, "buoy")],
+    return scene("waves", view((1, 1.6, 6.5), (0, 0, 0), 45),
+                 [{**sea, "material": "water"}, sphere((0, 0.7, 0), 0.7, "buoy")],
                  {"water": shiny((0.1, 0.3, 0.35), 0.3, 0.5, 90), "buoy": shiny((0.8, 0.2, 0.1))})
 
 
@@ -273,6 +277,7 @@ SCENES = {make.__name__: make for make in (sphereflake, tetra, rings, mountain, 
 
 
 def made(name, accuracy, size=None, width=512, height=512):
-    """The scene's document with that `accuracy`; the same numbers for every program, short enough for documents of a million things."""
+    """The scene's document with that `accuracy`; the same numbers for every program, and short ones: documents end
+    at 64 MB."""
     document = SCENES[name](size) if size else SCENES[name]()
     return rounded({**document, "accuracy": accuracy, "image": {"width": width, "height": height}}, 7)

@@ -6,6 +6,7 @@
 - Highlights: phong is R.V^n; Blinn's N.H^n is `specular` with roughness 1/n.
 - Transmission: `transmit` takes its part away from what is diffuse and ambient, and ours does not: it is given back.
 - Attenuation: POV-Ray's 2/(1 + (d/D)^2) is 1/(c0 + c2 d^2) with twice the light over c0 and D = sqrt(c0/c2).
+- Fresnel is refused (document.py): its `fresnel on` with conserve_energy agrees with ours on the outside of glass alone.
 - A directional light stands far away: where its position is matters to a parallel light's shadows alone.
 """
 import math
@@ -16,7 +17,7 @@ FAR = 1e6  # scene units: POV-Ray is exact to about 1e-6 of its coordinates, and
 
 
 def vector(values):
-    return "<" + ",".join(f"{value:.17g}" for value in values) + ">"
+    return "<" + ",".join(f"{value + 0.0:.15g}" for value in values) + ">"
 
 
 def finish(material):
@@ -25,11 +26,11 @@ def finish(material):
     if kept <= 0 and (material.ambient or material.diffuse) and any(material.color):
         raise Inexpressible("a surface of its own colour that transmits everything")
     share = 1 / kept if kept > 0 else 0
-    parts = [f"diffuse {material.diffuse * share:.17g}"]
+    parts = [f"diffuse {material.diffuse * share:.15g}"]
     if material.model == "phong" and material.specular:
-        parts.append(f"phong {material.specular:.17g} phong_size {material.shininess:.17g}")
+        parts.append(f"phong {material.specular:.15g} phong_size {material.shininess:.15g}")
     if material.model == "blinn_phong" and material.specular:
-        parts.append(f"specular {material.specular:.17g} roughness {1 / material.shininess:.17g}")
+        parts.append(f"specular {material.specular:.15g} roughness {1 / material.shininess:.15g}")
     if any(material.reflection):
         parts.append(f"reflection {{ rgb {vector(material.reflection)} }}")
     return parts, share
@@ -39,9 +40,9 @@ def texture(name, material, ambient):
     parts, share = finish(material)
     parts.append(f"ambient rgb {vector(times(material.ambient * share, ambient))}")
     bends = material.transmission and material.transparency == "refract"
-    interior = f" interior {{ ior {material.ior:.17g} }}" if bends else ""
+    interior = f" interior {{ ior {material.ior:.15g} }}" if bends else ""
     return (f"#declare {name} = material {{ texture {{ pigment {{ rgb {vector(material.color)} "
-            f"transmit {material.transmission:.17g} }} finish {{ {' '.join(parts)} }} }}{interior} }}")
+            f"transmit {material.transmission:.15g} }} finish {{ {' '.join(parts)} }} }}{interior} }}")
 
 
 def light(one, number):
@@ -54,7 +55,7 @@ def light(one, number):
         raise Inexpressible(f"attenuation of light {number}: only [c0 >= 1, 0, c2]")
     if c2:
         color = times(1 / (2 * c0), color)
-        fade = f" fade_power 2 fade_distance {math.sqrt(c0 / c2):.17g}"
+        fade = f" fade_power 2 fade_distance {math.sqrt(c0 / c2):.15g}"
     elif c0 != 1:
         color = times(1 / c0, color)
     return f"light_source {{ {vector(one.place)} rgb {vector(color)}{fade} }}"
@@ -85,17 +86,17 @@ def shape(thing, write):
     elif kind == "triangle" and "normals" not in thing:
         write("triangle { " + ",".join(map(vector, thing["vertices"])) + tail)
     elif kind == "sphere":
-        write(f"sphere {{ {vector(thing['center'])},{thing['radius']:.17g}{tail}")
+        write(f"sphere {{ {vector(thing['center'])},{thing['radius']:.15g}{tail}")
     elif kind == "plane":
         write(f"plane {{ {vector(thing['normal'])},0 translate {vector(thing['point'])}{tail}")
     elif kind == "disc":
-        write(f"disc {{ {vector(thing['center'])},{vector(thing['normal'])},{thing['radius']:.17g},"
-              f"{thing.get('inner_radius', 0):.17g}{tail}")
+        write(f"disc {{ {vector(thing['center'])},{vector(thing['normal'])},{thing['radius']:.15g},"
+              f"{thing.get('inner_radius', 0):.15g}{tail}")
     elif kind == "cylinder":
-        write(f"cylinder {{ {vector(thing['from'])},{vector(thing['to'])},{thing['radius']:.17g}{sides}{tail}")
+        write(f"cylinder {{ {vector(thing['from'])},{vector(thing['to'])},{thing['radius']:.15g}{sides}{tail}")
     elif kind == "cone":
-        write(f"cone {{ {vector(thing['base'])},{thing['radius']:.17g},{vector(thing['apex'])},"
-              f"{thing.get('apex_radius', 0):.17g}{sides}{tail}")
+        write(f"cone {{ {vector(thing['base'])},{thing['radius']:.15g},{vector(thing['apex'])},"
+              f"{thing.get('apex_radius', 0):.15g}{sides}{tail}")
     elif kind == "box":
         write(f"box {{ {vector(thing['min'])},{vector(thing['max'])}{tail}")
     else:
@@ -108,7 +109,7 @@ def write_scene(scene, path):
     with open(path, "w", encoding="ascii") as file:
         write = lambda line: file.write(line + "\n")
         write("#version 3.7;")
-        write(f"global_settings {{ assumed_gamma 1 max_trace_level {scene.max_depth + 1} adc_bailout {scene.cutoff:.17g} }}")
+        write(f"global_settings {{ assumed_gamma 1 max_trace_level {scene.max_depth + 1} adc_bailout {scene.cutoff:.15g} }}")
         write(f"camera {{ perspective location {vector(eye.position)} direction {vector(eye.forward)} "
               f"right {vector(times(2 * eye.tan_x, eye.right))} up {vector(times(2 * eye.tan_y, eye.up))} }}")
         write(f"background {{ rgb {vector(scene.background)} }}")

@@ -61,9 +61,9 @@ class Whittle:
         (folder / "scene.json").write_text(json.dumps(scene, separators=(",", ":")))
 
     def run(self, threads=os.cpu_count()):
-        costs, text = timed([BIN / "whittle", "render", "scene.json", "-o", "whittle.16.png", "--threads", threads],
+        costs, text = timed([BIN / "whittle", "render", "scene.json", "-o", "whittle.tiff", "--threads", threads],
                             self.folder)
-        return Run(number(r"trace ([\d.]+) ms", text) / 1000, *costs, self.folder / "whittle.16.png", text)
+        return Run(number(r"trace ([\d.]+) ms", text) / 1000, *costs, self.folder / "whittle.tiff", text)
 
 
 class PovRay:
