@@ -13,7 +13,9 @@
 #include <cstring>
 #include <exception>
 #include <filesystem>
+#include <fstream>
 #include <optional>
+#include <stdexcept>
 #include <system_error>
 
 #include "api/asset_requests.h"
@@ -25,9 +27,11 @@
 #include "server/jobs/queue.h"
 #include "server/storage/files/file_artifact_store.h"
 #include "server/storage/files/file_asset_store.h"
+#include "server/storage/sqlite/sqlite_delivery_store.h"
 #include "server/storage/sqlite/sqlite_job_store.h"
 #include "server/telemetry/log.h"
 #include "server/telemetry/queue_log.h"
+#include "server/webhooks/webhooks.h"
 #include "server/worker/asset_folder.h"
 #include "server/worker/supervisor.h"
 #include "tracer/version.h"
@@ -82,6 +86,7 @@ api::Limits document_limits(const config::Config& config) {
   limits.scene.lights = static_cast<std::uint32_t>(config.lights);
   if (!config.assets.empty()) limits.files = api::Files::below_a_folder;
   limits.uploads = true;
+  limits.webhooks = !config.webhook_secret_file.empty();
   return limits;
 }
 
@@ -113,6 +118,28 @@ http::GateSettings gate_settings(const config::Config& config, const std::string
   settings.head.body_bytes = config.body_bytes;
   settings.head.asset_bytes = config.asset_bytes;
   settings.spool_folder = spool_folder;
+  return settings;
+}
+
+/// Throws with the reason when the options do not make sense together with what is in the file.
+webhooks::WebhookSettings webhook_settings(const config::Config& config) {
+  std::ifstream file(config.webhook_secret_file, std::ios::binary);
+  std::string text(4096, '\0');  // of more secrets than anyone exchanges at once
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  if (!file.is_open() || file.bad()) throw std::runtime_error("cannot read " + config.webhook_secret_file);
+  auto secrets = webhooks::read_secrets(text);
+  if (!secrets) throw std::runtime_error(config.webhook_secret_file + ": " + secrets.error());
+  webhooks::WebhookSettings settings;
+  settings.secrets = *std::move(secrets);
+  return settings;
+}
+
+webhooks::PosterSettings poster_settings(const config::Config& config) {
+  auto networks = webhooks::Networks::parse(config.webhook_networks);
+  if (!networks) throw std::runtime_error("webhook_networks " + networks.error());
+  webhooks::PosterSettings settings;
+  settings.networks = *std::move(networks);
   return settings;
 }
 
@@ -192,8 +219,19 @@ void serve(const config::Config& config, const telemetry::Log& log) {
   jobs::Queue queue(store, artifacts, ids, jobs::system_clock(), queue_log,
                     {.queued_limit = static_cast<std::int64_t>(config.queued_jobs)});
 
+  const api::Limits limits = document_limits(config);
   const std::chrono::days asset_age(static_cast<int>(config.asset_days));
   const jobs::AssetCollector collector(uploads, store, jobs::system_clock(), queue_log, {.age = asset_age});
+
+  jobs::SqliteDeliveryStore deliveries(config.data);
+  const webhooks::Poster poster(poster_settings(config));
+  std::optional<webhooks::Webhooks> webhooks;
+  if (limits.webhooks) {
+    const auto find = [&queue](const std::string& id) { return queue.find(id); };
+    const auto send = [&poster](const auto&... arguments) { return poster.post(arguments...); };
+    webhooks.emplace(deliveries, find, send, jobs::system_clock(), ids, queue_log, webhook_settings(config));
+    queue.tell_ends(&*webhooks);
+  }
 
   worker::SupervisorSettings worker_settings;
   worker_settings.executable = worker::worker_beside_this_program();
@@ -205,13 +243,13 @@ void serve(const config::Config& config, const telemetry::Log& log) {
   std::filesystem::create_directories(spool_folder);
   std::atomic<bool> draining = false;
   const http::GateSettings settings = gate_settings(config, spool_folder);
-  const api::Limits limits = document_limits(config);
   const http::Front front{
       .jobs = queue,
       .assets = uploads,
       .clock = jobs::system_clock(),
       .limits = limits,
       .missing_files = [&](const tracer::Scene& scene) { return missing_files(scene, config.assets, uploads); },
+      .deliveries = [&deliveries](const std::string& id) { return deliveries.of_job(id); },
       .render_wait = std::chrono::seconds(config.render_wait_s),
       .draining = [&draining] { return draining.load(); },
       .told_limits = told_limits(config, limits, settings.head)};

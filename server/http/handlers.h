@@ -16,6 +16,7 @@ Answer list_jobs(Request& request, const Front& front);
 Answer get_job(Request& request, const Front& front);
 Answer cancel_job(Request& request, const Front& front);
 Answer remove_job(Request& request, const Front& front);
+Answer get_deliveries(Request& request, const Front& front);
 
 // ---- render_handler.cpp
 Answer render(Request& request, const Front& front);

@@ -23,6 +23,7 @@ std::vector<Route> client_routes(const Front& front) {
       {"GET", "/v1/jobs/{id}", with_front(get_job), {}},
       {"DELETE", "/v1/jobs/{id}", with_front(remove_job), {}},
       {"POST", "/v1/jobs/{id}/cancel", with_front(cancel_job), {}},
+      {"GET", "/v1/jobs/{id}/deliveries", with_front(get_deliveries), {}},
       {"POST", "/v1/assets/missing", with_front(find_missing_assets), {}},
       {"PUT", "/v1/assets/{sha256}", with_front(put_asset), {}},
       {"GET", "/v1/assets/{sha256}", with_front(get_asset), {}},

@@ -58,6 +58,8 @@ tracer::Result<JobView, QueueFull> Queue::submit(const std::string& document, co
   job.width = parsed.scene.image.window().width();
   job.height = parsed.scene.image.window().height();
   job.assets = uploads_of(parsed.scene);
+  EndListener* const listener = listener_;
+  if (parsed.job.webhook && listener != nullptr) listener->expect(job.id, *parsed.job.webhook);
   store_.submit(job, document);
 
   const std::lock_guard lock(runner_mutex_);
@@ -147,6 +149,7 @@ void Queue::job_ended(const std::string& id) {
     waiting_for_.erase(first, last);
   }
   for (const auto& call : calls) call();
+  if (EndListener* const listener = listener_) listener->ended(id);
 }
 
 std::string Queue::not_ready() {

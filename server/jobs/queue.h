@@ -10,6 +10,7 @@
 ///   worker::Supervisor supervisor(queue, worker_settings, log);  // server/worker/supervisor.h
 ///   ... serve HTTP from `queue` as a JobService; stop HTTP before the supervisor goes ...
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -23,6 +24,7 @@
 #include "server/jobs/artifact_pins.h"
 #include "server/jobs/artifact_store.h"
 #include "server/jobs/clock.h"
+#include "server/jobs/end_listener.h"
 #include "server/jobs/id.h"
 #include "server/jobs/job_service.h"
 #include "server/jobs/job_store.h"
@@ -60,6 +62,10 @@ class Queue final : public JobService {
   /// ended when this returns.
   void attach(Runner* runner);
 
+  /// `listener` is told of the webhooks that jobs ask for, and of every end, until another one, or null, is given. It
+  /// must live until no call is in progress any more.
+  void tell_ends(EndListener* listener) { listener_ = listener; }
+
   /// As JobStore, with this daemon's boot id and clock. Those that end the job call the waiters.
   std::optional<Claim> claim(bool alone);
   bool fail(const std::string& id, std::int64_t fence, const Problem& problem);
@@ -93,6 +99,8 @@ class Queue final : public JobService {
 
   std::mutex submit_mutex_;
   std::int64_t submitting_ = 0;  ///< admitted, not yet counted by the store
+
+  std::atomic<EndListener*> listener_ = nullptr;
 
   std::mutex runner_mutex_;
   Runner* runner_ = nullptr;

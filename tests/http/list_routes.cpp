@@ -27,6 +27,6 @@ int main() {
   jobs::MemoryAssetStore assets(jobs::system_clock());
   jobs::IdSource ids(jobs::system_clock(), jobs::system_random());
   jobs::Queue queue(store, artifacts, ids, jobs::system_clock(), jobs::no_log(), {});
-  print(http::client_routes({queue, assets, jobs::system_clock(), {}, {}, {}, [] { return false; }, {}}));
+  print(http::client_routes({queue, assets, jobs::system_clock(), {}, {}, {}, {}, [] { return false; }, {}}));
   print(http::health_routes({[] { return std::string(); }, [](jobs::JobState) { return std::int64_t{0}; }}));
 }

@@ -50,6 +50,9 @@ TEST(Defaults, OfAJobAreMiddlePriorityAndThreeAttempts) {
   EXPECT_EQ(job.priority, 50);
   EXPECT_EQ(job.max_attempts, 3);
   EXPECT_TRUE(job.labels.empty());
+  EXPECT_FALSE(job.webhook);
+  const api::JobRequest told = accepted(document_with(R"("job": {"webhook": {"url": "http://a"}})")).job;
+  EXPECT_EQ(told.webhook.value().events, (std::vector<std::string>{"succeeded", "failed", "cancelled"}));
 }
 
 TEST(Defaults, OfALightAreWhiteShadowsAndNoAttenuation) {

@@ -289,6 +289,9 @@ TEST(EveryField, OfAccuracyOutputAndJobIsRead) {
   EXPECT_EQ(document.job.labels, (std::map<std::string, std::string>{{"", "x"}, {"team", "blue"}}));
   EXPECT_EQ(document.job.priority, 70);
   EXPECT_EQ(document.job.max_attempts, 5);
+  ASSERT_TRUE(document.job.webhook);
+  EXPECT_EQ(document.job.webhook->url, "https://example.com:8443/done?key=1");
+  EXPECT_EQ(document.job.webhook->events, (std::vector<std::string>{"failed", "cancelled"}));
 }
 
 TEST(Job, IsNamedAfterTheSceneWhenItHasNoName) {

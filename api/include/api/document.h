@@ -46,6 +46,13 @@ struct Limits {
   tracer::Limits scene;
   Files files = Files::none;
   bool uploads = false;  ///< whether documents may name uploaded files
+  bool webhooks = true;  ///< whether jobs may ask for one; where nobody sends any they must not
+};
+
+/// Whom to tell of a job's end, and of which ends.
+struct Webhook {
+  std::string url;                                                      ///< http or https
+  std::vector<std::string> events{"succeeded", "failed", "cancelled"};  ///< the states' names; each once
 };
 
 /// The optional "job" member: how the service should treat the scene. The command line ignores it.
@@ -54,6 +61,7 @@ struct JobRequest {
   std::map<std::string, std::string> labels;
   int priority = 50;     ///< 0..100, higher first
   int max_attempts = 3;  ///< 1..10
+  std::optional<Webhook> webhook;
 };
 
 struct Document {

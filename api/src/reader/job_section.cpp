@@ -29,6 +29,7 @@ void read_job(Reading& reading, const Cursor& at) {
   if (const auto labels = fields.take("labels")) read_labels(reading, *labels, job.labels);
   fields.optional("priority", Integer<int>{job.priority, 0, 100});
   fields.optional("max_attempts", Integer<int>{job.max_attempts, 1, 10});
+  if (const auto webhook = fields.take("webhook")) read_webhook(reading, *webhook, job.webhook);
   fields.finish();
 }
 

@@ -8,7 +8,10 @@ struct Entry {
 };
 
 constexpr Entry table[] = {
-    {"job", "run_after"}, {"job", "deadline"}, {"job", "expires_in"}, {"job", "cache"}, {"job", "webhook"},
+    {"job", "run_after"},
+    {"job", "deadline"},
+    {"job", "expires_in"},
+    {"job", "cache"},
 };
 
 }  // namespace
