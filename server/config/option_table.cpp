@@ -25,7 +25,7 @@ constexpr std::array table{
     Option{"webhook_secret_file", "", Text{&Config::webhook_secret_file, true},
            "holds the secret that webhooks are signed with (whsec_..., several while one is exchanged); none are sent "
            "without"},
-    Option{"webhook_networks", "", Text{&Config::webhook_networks, true},
+    Option{"webhook_networks", "", Text{&Config::webhook_networks, true, "NETWORK,..."},
            "networks that webhooks may reach although they are not public, as 10.0.0.0/8,fd00::/8; none unless given, "
            "for whoever may send scenes could knock there"},
     Option{
@@ -166,7 +166,7 @@ std::string range_of(const Option& option) {
   }
   if (std::holds_alternative<Endpoint>(option.kind)) return "ADDRESS:PORT";
   if (const auto* choice = std::get_if<Choice>(&option.kind)) return std::string(choice->choices);
-  return "PATH";
+  return std::string(std::get<Text>(option.kind).range);
 }
 
 }  // namespace config

@@ -52,7 +52,8 @@ using List = std::unique_ptr<curl_slist, FreeList>;
 List list_of(const Poster::Headers& headers) {
   List list;
   for (const auto& [name, value] : headers) {
-    curl_slist* longer = curl_slist_append(list.get(), (name + ": " + value).c_str());
+    const std::string line = std::string(name).append(": ").append(value);
+    curl_slist* longer = curl_slist_append(list.get(), line.c_str());
     if (longer == nullptr) throw std::bad_alloc();
     (void)list.release();
     list.reset(longer);

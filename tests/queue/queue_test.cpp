@@ -27,6 +27,20 @@ class RecordingRunner final : public Runner {
   std::string status;
 };
 
+/// Notes what it hears, and whether the job was stored already.
+class RecordingListener final : public EndListener {
+ public:
+  explicit RecordingListener(JobStore& jobs) : store(jobs) {}
+  void expect(const std::string& id, const api::Webhook& webhook) override {
+    heard.push_back("expect " + webhook.url + (store.find(id) ? ", stored" : ""));
+    if (failing) throw StoreFailure(StoreFailure::Kind::full, "disk full");
+  }
+  void ended(const std::string& id) noexcept override { heard.push_back("ended " + id); }
+  JobStore& store;
+  std::vector<std::string> heard;
+  bool failing = false;
+};
+
 /// A store that can be told to fail.
 class FailingStore : public MemoryJobStore {
  public:
@@ -79,6 +93,7 @@ TEST_F(QueueTest, ASubmittedJobCarriesWhatTheDocumentAskedFor) {
   api::Document parsed;
   parsed.job = {"orbit 7", {{"batch", "orbit"}}, 80, 5};
   parsed.scene.image = {320, 200};
+  parsed.scene.assets = {{"tile.png", ""}, {"sha256:" + abc_sha256, ""}};
   const JobView view = *queue.submit("verbatim", parsed);
   const Job job = find(view.job.id).job;
   EXPECT_EQ(job.name, "orbit 7");
@@ -86,11 +101,28 @@ TEST_F(QueueTest, ASubmittedJobCarriesWhatTheDocumentAskedFor) {
   EXPECT_EQ(job.priority, 80);
   EXPECT_EQ(job.max_attempts, 5);
   EXPECT_EQ(job.width, 320u);
+  EXPECT_EQ(job.assets, std::vector<std::string>{abc_sha256}) << "uploads alone";
   EXPECT_EQ(job.height, 200u);
   EXPECT_EQ(job.created_at, 1'700'000'000'000);
   EXPECT_EQ(job.state, JobState::queued);
   EXPECT_EQ(store.document(job.id), "verbatim");
   EXPECT_EQ(runner.wakes, 1);
+}
+
+TEST_F(QueueTest, AWebhookIsExpectedBeforeItsJobIsStoredAndEveryEndIsTold) {
+  RecordingListener listener(store);
+  queue.tell_ends(&listener);
+  api::Document parsed;
+  parsed.job.webhook = api::Webhook{"http://a/"};
+  const std::string first = queue.submit("{}", parsed)->job.id, second = submit();
+  succeed(*queue.claim(false), "picture");
+  queue.cancel(second);
+  EXPECT_EQ(listener.heard, (std::vector<std::string>{"expect http://a/", "ended " + first, "ended " + second}));
+  listener.failing = true;
+  EXPECT_THROW(queue.submit("{}", parsed), StoreFailure);
+  EXPECT_EQ(store.count(JobState::queued), 0) << "nobody would be told of it";
+  queue.tell_ends(nullptr);
+  EXPECT_TRUE(queue.submit("{}", parsed));
 }
 
 TEST_F(QueueTest, RefusesMoreWaitingJobsThanTheLimitAndStoresNothingOfThem) {

@@ -61,7 +61,7 @@ struct JobRequest {
   std::map<std::string, std::string> labels;
   int priority = 50;     ///< 0..100, higher first
   int max_attempts = 3;  ///< 1..10
-  std::optional<Webhook> webhook;
+  std::optional<Webhook> webhook{};
 };
 
 struct Document {
