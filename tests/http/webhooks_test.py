@@ -144,7 +144,8 @@ class Telling(WithReceiver):
         self.assertEqual(messages[0], messages[1])
         for _, headers, body in receiver.seen:
             self.assert_signed(headers, body)
-        delivery = self.wait_for_attempt(daemon, first)
+        wait_until(lambda: self.deliveries(daemon, first)[0]["state"] == "delivered", "the note of the second attempt")
+        (delivery,) = self.deliveries(daemon, first)
         self.assertEqual([attempt["status"] for attempt in delivery["attempts"]], [500, 204])
 
 
