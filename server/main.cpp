@@ -13,8 +13,10 @@
 #include <cstring>
 #include <exception>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <optional>
+#include <stdexcept>
 #include <string_view>
 #include <system_error>
 
@@ -32,12 +34,14 @@
 #include "server/storage/files/file_artifact_store.h"
 #include "server/storage/files/file_asset_store.h"
 #include "server/storage/files/sha256.h"
+#include "server/storage/sqlite/sqlite_delivery_store.h"
 #include "server/storage/sqlite/sqlite_job_store.h"
 #include "server/telemetry/job_metrics.h"
 #include "server/telemetry/log.h"
 #include "server/telemetry/metrics.h"
 #include "server/telemetry/queue_log.h"
 #include "server/telemetry/request_metrics.h"
+#include "server/webhooks/webhooks.h"
 #include "server/worker/asset_folder.h"
 #include "server/worker/supervisor.h"
 #include "tracer/version.h"
@@ -95,6 +99,7 @@ api::Limits document_limits(const config::Config& config) {
   limits.scene.lights = static_cast<std::uint32_t>(config.lights);
   if (!config.assets.empty()) limits.files = api::Files::below_a_folder;
   limits.uploads = true;
+  limits.webhooks = !config.webhook_secret_file.empty();
   return limits;
 }
 
@@ -128,6 +133,28 @@ http::GateSettings gate_settings(const config::Config& config, const std::string
   settings.judge = [ring](const http::RequestHead& head) { return http::refusal(head, ring); };
   settings.head.asset_bytes = config.asset_bytes;
   settings.spool_folder = spool_folder;
+  return settings;
+}
+
+/// Throws with the reason when the options do not make sense together with what is in the file.
+webhooks::WebhookSettings webhook_settings(const config::Config& config) {
+  std::ifstream file(config.webhook_secret_file, std::ios::binary);
+  std::string text(4096, '\0');  // of more secrets than anyone exchanges at once
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  if (!file.is_open() || file.bad()) throw std::runtime_error("cannot read " + config.webhook_secret_file);
+  auto secrets = webhooks::read_secrets(text);
+  if (!secrets) throw std::runtime_error(config.webhook_secret_file + ": " + secrets.error());
+  webhooks::WebhookSettings settings;
+  settings.secrets = *std::move(secrets);
+  return settings;
+}
+
+webhooks::PosterSettings poster_settings(const config::Config& config) {
+  auto networks = webhooks::Networks::parse(config.webhook_networks);
+  if (!networks) throw std::runtime_error("webhook_networks " + networks.error());
+  webhooks::PosterSettings settings;
+  settings.networks = *std::move(networks);
   return settings;
 }
 
@@ -238,8 +265,19 @@ void serve(const config::Config& config, keys::KeyRing* ring, const telemetry::L
   queue.observe(&job_metrics);
   const jobs::Housekeeper housekeeper(queue, queue_log);
 
+  const api::Limits limits = document_limits(config);
   const std::chrono::days asset_age(static_cast<int>(config.asset_days));
   const jobs::AssetCollector collector(uploads, store, jobs::system_clock(), queue_log, {.age = asset_age});
+
+  jobs::SqliteDeliveryStore deliveries(config.data);
+  const webhooks::Poster poster(poster_settings(config));
+  std::optional<webhooks::Webhooks> webhooks;
+  if (limits.webhooks) {
+    const auto find = [&queue](const std::string& id) { return queue.find(id); };
+    const auto send = [&poster](const auto&... arguments) { return poster.post(arguments...); };
+    webhooks.emplace(deliveries, find, send, jobs::system_clock(), ids, queue_log, webhook_settings(config));
+    queue.tell_ends(&*webhooks);
+  }
 
   worker::SupervisorSettings worker_settings;
   worker_settings.executable = worker::worker_beside_this_program();
@@ -256,7 +294,6 @@ void serve(const config::Config& config, keys::KeyRing* ring, const telemetry::L
   settings.told = [&metrics](std::string_view method, std::string_view route, int status, double seconds) {
     telemetry::count_request(metrics, method, route, status, seconds);
   };
-  const api::Limits limits = document_limits(config);
   const http::Front front{
       .jobs = queue,
       .events = events,
@@ -266,6 +303,7 @@ void serve(const config::Config& config, keys::KeyRing* ring, const telemetry::L
       .batch_limits = {limits, static_cast<int>(config.batch_jobs), config.batch_bytes},
       .missing_files = [&](const tracer::Scene& scene) { return missing_files(scene, config.assets, uploads); },
       .sha256 = jobs::sha256_of,
+      .deliveries = [&deliveries](const std::string& id) { return deliveries.of_job(id); },
       .render_wait = std::chrono::seconds(config.render_wait_s),
       .draining = [&draining] { return draining.load(); },
       .told_limits = told_limits(config, limits, settings.head),

@@ -129,6 +129,31 @@ Json job_json(const jobs::JobView& view, std::int64_t now_ms) {
 
 std::string write_job(const jobs::JobView& view, std::int64_t now_ms) { return text_of(job_json(view, now_ms)); }
 
+std::string write_event(std::string_view event, const jobs::JobView& view, std::int64_t now_ms) {
+  return text_of({{"type", event}, {"timestamp", time_json(now_ms)}, {"data", job_json(view, now_ms)}});
+}
+
+std::string write_deliveries(const std::vector<jobs::Delivery>& deliveries) {
+  Json items = Json::array();
+  for (const jobs::Delivery& delivery : deliveries) {
+    Json attempts = Json::array();
+    for (const jobs::DeliveryAttempt& attempt : delivery.attempts) {
+      attempts.push_back({{"at", time_json(attempt.at)},
+                          {"duration_ms", attempt.duration_ms},
+                          {"status", attempt.status == 0 ? Json(nullptr) : Json(attempt.status)},
+                          {"detail", attempt.detail}});
+    }
+    items.push_back({{"id", delivery.id},
+                     {"event", delivery.event},
+                     {"url", delivery.url},
+                     {"state", jobs::name_of(delivery.state)},
+                     {"created_at", time_json(delivery.created_at)},
+                     {"next_attempt_at", time_json(delivery.next_attempt_at)},
+                     {"attempts", std::move(attempts)}});
+  }
+  return text_of({{"items", std::move(items)}});
+}
+
 std::string write_job_list(const std::vector<jobs::JobView>& views, const std::string& next_cursor,
                            std::int64_t now_ms) {
   Json items = Json::array();

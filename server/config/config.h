@@ -28,6 +28,8 @@ struct Config {
   std::string keys;    ///< the file of keys; empty: none
   std::uint64_t asset_bytes = 0, asset_days = 0;
 
+  std::string webhook_secret_file, webhook_networks;  ///< empty: none
+
   std::uint64_t jobs = 0;
 
   std::uint64_t body_bytes = 0, pixels = 0, samples_times_pixels = 0, objects = 0, triangles = 0, lights = 0;

@@ -25,6 +25,12 @@ constexpr std::array table{
            "largest uploaded file; 256 MB is the largest picture that is taken, uncompressed, and more is not read"},
     Option{"asset_days", "30", Count{&Config::asset_days, 1, 36500},
            "how long an uploaded file stays after its last use while no job names it; a month's work comes back to it"},
+    Option{"webhook_secret_file", "", Text{&Config::webhook_secret_file, true},
+           "holds the secret that webhooks are signed with (whsec_..., several while one is exchanged); none are sent "
+           "without"},
+    Option{"webhook_networks", "", Text{&Config::webhook_networks, true, "NETWORK,..."},
+           "networks that webhooks may reach although they are not public, as 10.0.0.0/8,fd00::/8; none unless given, "
+           "for whoever may send scenes could knock there"},
     Option{
         "jobs", "0", Count{&Config::jobs, 0, 64},
         "jobs traced at once; 0 is as many as there are cores, so that small ones, mostly not parallel, fill them too"},
@@ -172,7 +178,7 @@ std::string range_of(const Option& option) {
   }
   if (std::holds_alternative<Endpoint>(option.kind)) return "ADDRESS:PORT";
   if (const auto* choice = std::get_if<Choice>(&option.kind)) return std::string(choice->choices);
-  return "PATH";
+  return std::string(std::get<Text>(option.kind).range);
 }
 
 }  // namespace config

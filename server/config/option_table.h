@@ -21,6 +21,7 @@ struct Endpoint {
 struct Text {
   std::string Config::*member;
   bool may_be_empty = false;
+  std::string_view range = "PATH";
 };
 struct Choice {
   std::string Config::*member;

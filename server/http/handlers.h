@@ -16,6 +16,7 @@ Answer validate_job(Request& request, const Front& front);
 Answer list_jobs(Request& request, const Front& front);
 Answer cancel_job(Request& request, const Front& front);
 Answer remove_job(Request& request, const Front& front);
+Answer get_deliveries(Request& request, const Front& front);
 
 // ---- job_change_handlers.cpp
 Answer retry_job(Request& request, const Front& front);

@@ -141,4 +141,14 @@ Answer remove_job(Request& request, const Front& front) {
   return reply;
 }
 
+Answer get_deliveries(Request& request, const Front& front) {
+  const auto view = find_job(request, front);
+  if (!view) return problem_reply(view.error(), request.id);
+  Reply reply;
+  reply.content_type = "application/json";
+  reply.body = api::write_deliveries(front.deliveries(view->job.id));
+  reply.job_id = view->job.id;
+  return reply;
+}
+
 }  // namespace http

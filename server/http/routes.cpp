@@ -34,6 +34,7 @@ std::vector<Route> client_routes(const Front& front) {
       {"POST", "/v1/batches/{id}/retry", with_front(retry_batch), {}},
       {"GET", "/v1/batches/{id}/artifacts.tar", with_front(get_batch_artifacts), {}},
       {"GET", "/v1/queue", with_front(get_queue), {}},
+      {"GET", "/v1/jobs/{id}/deliveries", with_front(get_deliveries), {}},
       {"POST", "/v1/assets/missing", with_front(find_missing_assets), {}},
       {"PUT", "/v1/assets/{sha256}", with_front(put_asset), {}},
       {"GET", "/v1/assets/{sha256}", with_front(get_asset), {}},

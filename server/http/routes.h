@@ -16,6 +16,7 @@
 #include "server/http/exchange.h"
 #include "server/jobs/asset_store.h"
 #include "server/jobs/clock.h"
+#include "server/jobs/delivery_store.h"
 #include "server/jobs/events.h"
 #include "server/jobs/job_service.h"
 #include "server/keys/key_ring.h"
@@ -36,7 +37,9 @@ struct Front {
   /// An issue for each file that the scene names and that is not there to be read; uploaded ones are used now. Unset:
   /// `limits` let none be named.
   std::function<std::vector<tracer::Issue>(const tracer::Scene&)> missing_files;
-  std::function<std::string(std::string_view)> sha256;             ///< of bytes, as 64 hex digits
+  std::function<std::string(std::string_view)> sha256;  ///< of bytes, as 64 hex digits
+  /// What was sent, and is owed, to those who want to hear of a job's end, oldest first.
+  std::function<std::vector<jobs::Delivery>(const std::string& job_id)> deliveries;
   std::chrono::milliseconds render_wait{60'000};                   ///< see the option render_wait_s
   std::function<bool()> draining;                                  ///< true: new work is refused, reads are answered
   std::vector<std::pair<std::string, std::uint64_t>> told_limits;  ///< what GET /v1/version tells, by option name

@@ -128,6 +128,7 @@ void Queue::job_ended(const std::string& id) {
     waiting_for_.erase(first, last);
   }
   for (const auto& call : calls) call();
+  if (EndListener* const listener = listener_) listener->ended(id);
 }
 
 std::string Queue::not_ready() {

@@ -10,6 +10,7 @@
 ///   worker::Supervisor supervisor(queue, worker_settings, log);  // server/worker/supervisor.h
 ///   ... serve HTTP from `queue` as a JobService; stop HTTP before the supervisor goes ...
 
+#include <atomic>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -24,6 +25,7 @@
 #include "server/jobs/artifact_pins.h"
 #include "server/jobs/artifact_store.h"
 #include "server/jobs/clock.h"
+#include "server/jobs/end_listener.h"
 #include "server/jobs/id.h"
 #include "server/jobs/job_service.h"
 #include "server/jobs/job_store.h"
@@ -79,6 +81,10 @@ class Queue final : public JobService {
   /// `observer` is told of every move from now on. Once, before jobs are submitted or run; must outlive this.
   void observe(Observer* observer) { observer_ = observer; }
 
+  /// `listener` is told of the webhooks that jobs ask for, and of every end, until another one, or null, is given. It
+  /// must live until no call is in progress any more.
+  void tell_ends(EndListener* listener) { listener_ = listener; }
+
   /// As JobStore, with this daemon's boot id and clock. Those that end the job call the waiters.
   std::optional<Claim> claim(bool alone);
   bool fail(const std::string& id, std::int64_t fence, const Problem& problem);
@@ -107,6 +113,7 @@ class Queue final : public JobService {
 
  private:
   void job_ended(const std::string& id);
+  void expect_webhook(const Job& job);
   void tell(const std::string& id, JobState to);
   void note_end();
   void wake_runner(bool for_suspects = false);
@@ -129,6 +136,8 @@ class Queue final : public JobService {
 
   std::mutex submit_mutex_;
   std::map<std::string, std::int64_t> submitting_;  ///< by owner: admitted, not yet counted by the store
+
+  std::atomic<EndListener*> listener_ = nullptr;
 
   std::mutex runner_mutex_;
   Runner* runner_ = nullptr;

@@ -124,6 +124,12 @@ NewJob Queue::new_job(Submission submission, ArtifactPins::Pinned& pinned) {
   return fresh;
 }
 
+/// Before the job is stored: none ends untold.
+void Queue::expect_webhook(const Job& job) {
+  EndListener* const listener = listener_;
+  if (job.webhook && listener != nullptr) listener->expect(job.id, *job.webhook);
+}
+
 tracer::Result<Submitted, Refused> Queue::submit(Submission submission) {
   const std::optional<Idempotency> idempotency = std::move(submission.idempotency);
   const ReplyKey key = key_of(submission.owner, idempotency);
@@ -143,8 +149,10 @@ tracer::Result<Submitted, Refused> Queue::submit(Submission submission) {
     admission.reply = KeptReply{key, idempotency->request_sha256, write_reply(made, from_cache),
                                 job.created_at + settings_.reply_kept_ms};
   }
+  expect_webhook(job);
   if (const auto earlier = store_.admit(admission, job.created_at)) return replay<Submitted>(*earlier, *idempotency);
   tell(made.job.id, made.job.state);
+  if (from_cache) job_ended(made.job.id);
   if (!from_cache) wake_runner();
   return Submitted{made, from_cache, std::nullopt};
 }
@@ -174,10 +182,14 @@ tracer::Result<BatchSubmitted, Refused> Queue::submit_batch(BatchSubmission subm
     admission.reply = KeptReply{key, idempotency->request_sha256, submission.write_reply(state),
                                 batch.created_at + settings_.reply_kept_ms};
   }
+  for (const NewJob& fresh : admission.jobs) expect_webhook(fresh.job);
   if (const auto earlier = store_.admit(admission, batch.created_at)) {
     return replay<BatchSubmitted>(*earlier, *idempotency);
   }
-  for (const NewJob& fresh : admission.jobs) tell(fresh.job.id, fresh.job.state);
+  for (const auto& [job, document] : admission.jobs) {
+    tell(job.id, job.state);
+    if (ended(job.state)) job_ended(job.id);
+  }
   wake_runner();
   return BatchSubmitted{std::move(state), std::nullopt};
 }

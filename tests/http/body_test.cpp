@@ -34,6 +34,20 @@ TEST_F(BodyTest, LongOnesGoToAFileAndComeBackWhole) {
   EXPECT_EQ(body.take(), "abcdefghi" + std::string(20, 'j'));
 }
 
+TEST_F(BodyTest, AnyPartCanBeReadWhereverItLies) {
+  for (const std::string& bytes : {std::string("abcdefgh"), std::string("abcdefghijklmnopqrst"), std::string()}) {
+    http::Body body(budget);
+    ASSERT_TRUE(body.append(bytes));
+    EXPECT_EQ(body.spooled(), bytes.size() > 8);
+    for (std::size_t at = 0; at <= bytes.size() + 1; ++at) {
+      std::string part(5, '?');
+      part.resize(body.read(at, part.data(), part.size()));
+      EXPECT_EQ(part, at < bytes.size() ? bytes.substr(at, 5) : "") << at << " of " << bytes.size();
+    }
+    EXPECT_EQ(body.take(), bytes) << "reading takes nothing away";
+  }
+}
+
 TEST_F(BodyTest, ShortOnesGoToFilesWhenTheMemoryOfAllIsUsed) {
   http::Body first(budget), second(budget);
   EXPECT_TRUE(first.append("abcdefgh"));

@@ -19,6 +19,7 @@ NEED_A_BROKEN_MACHINE = {
     ("changeJob", 503), ("getQueue", 503), ("getBatch", 503), ("cancelBatch", 503), ("getBatchArtifacts", 503), ("listJobs", 503), ("getJob", 503), ("removeJob", 503), ("cancelJob", 503), ("getPng", 503), ("getPng16", 503),
     ("getExr", 503), ("getJpeg", 503), ("getHdr", 503), ("getWebp", 503), ("getTiff", 503), ("getMetrics", 503),
     ("findMissingAssets", 503), ("putAsset", 503), ("getAsset", 503),
+    ("getDeliveries", 503),
     ("render", 500),  # a scene that kills the worker: none is known
 }
 
@@ -171,7 +172,8 @@ class Contract(unittest.TestCase):
 
     def check_jobs(self, seen):
         job_id = self.daemon.submit(scene(job={"labels": {"a": "b"}}))
-        for path in ("/v1/jobs/{id}", "/v1/jobs/{id}/cancel"):
+        self.check(seen, "/v1/jobs/{id}/deliveries", self.daemon.get(f"/v1/jobs/{job_id}/deliveries"))
+        for path in ("/v1/jobs/{id}", "/v1/jobs/{id}/cancel", "/v1/jobs/{id}/deliveries"):
             method = "POST" if path.endswith("cancel") else "GET"
             self.check(seen, path, self.daemon.request(method, path.format(id=NOBODY)), method)
         self.daemon.wait_for_end(job_id)

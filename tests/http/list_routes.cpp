@@ -36,6 +36,7 @@ int main() {
                              .batch_limits = {},
                              .missing_files = {},
                              .sha256 = {},
+                             .deliveries = {},
                              .draining = [] { return false; },
                              .told_limits = {}}));
   print(http::health_routes({}));  // whose functions nobody calls here

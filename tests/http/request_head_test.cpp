@@ -202,6 +202,19 @@ TEST(RequestHead, TakesWhatIsExactlyAtTheLimits) {
   EXPECT_EQ(refusal(with_headers("A: b\r\n"), limits), "headers_too_large");
 }
 
+TEST(RequestHead, GivesUploadsALimitOfTheirOwn) {
+  http::HeadLimits limits;
+  limits.body_bytes = 7;
+  limits.asset_bytes = 9;
+  const auto put = [](int length) {
+    return "PUT / HTTP/1.1\r\nHost: x\r\nContent-Length: " + std::to_string(length) + "\r\n\r\n";
+  };
+  EXPECT_EQ(refusal(put(9), limits), "complete");
+  const auto result = http::read_head(put(10), limits);
+  ASSERT_TRUE(std::holds_alternative<http::RefusedHead>(result));
+  EXPECT_NE(std::get<http::RefusedHead>(result).detail.find("asset_bytes is 9"), std::string::npos);
+}
+
 TEST(RequestHead, NamesTheLimitAndTheValueSeenWhenABodyIsTooLarge) {
   const auto result = read(with_headers("Content-Length: 67108865\r\n"));
   const std::string detail = std::get<http::RefusedHead>(result).detail;

@@ -252,10 +252,11 @@ class Deaths(WithScript):
         generator = random.Random(1)
         command = self.command_of_a_sweep()
         deaths = 0
-        for _ in range(200):
+        for life in range(200):
             with subprocess.Popen(command, stderr=subprocess.DEVNULL) as process:
                 try:
-                    process.wait(0.1 + generator.random() * 0.4)
+                    # Longer from life to life: on a slow machine the first die before they have begun.
+                    process.wait((0.1 + generator.random() * 0.4) * (1 + life / 10))
                     break
                 except subprocess.TimeoutExpired:
                     process.kill()

@@ -27,6 +27,20 @@ class RecordingRunner final : public Runner {
   std::string status;
 };
 
+/// Notes what it hears, and whether the job was stored already.
+class RecordingListener final : public EndListener {
+ public:
+  explicit RecordingListener(JobStore& jobs) : store(jobs) {}
+  void expect(const std::string& id, const api::Webhook& webhook) override {
+    heard.push_back("expect " + webhook.url + (store.find(id) ? ", stored" : ""));
+    if (failing) throw StoreFailure(StoreFailure::Kind::full, "disk full");
+  }
+  void ended(const std::string& id) noexcept override { heard.push_back("ended " + id); }
+  JobStore& store;
+  std::vector<std::string> heard;
+  bool failing = false;
+};
+
 /// A store that can be told to fail.
 class FailingStore : public MemoryJobStore {
  public:
@@ -120,6 +134,7 @@ TEST_F(QueueTest, ASubmittedJobCarriesWhatTheDocumentAskedFor) {
   const api::Webhook webhook{"https://example.org/", {"failed"}};
   parsed.job = {"orbit 7", {{"batch", "orbit"}}, 80, 5, 1'700'000'060'000, 1'700'000'120'000, 3600, {}, webhook};
   parsed.scene.image = {320, 200};
+  parsed.scene.assets = {{"tile.png", ""}, {"sha256:" + abc_sha256, ""}};
   const JobView view = queue.submit({.document = "verbatim", .parsed = parsed, .owner = "ann"})->view;
   const Job job = find(view.job.id).job;
   EXPECT_EQ(job.name, "orbit 7");
@@ -133,11 +148,28 @@ TEST_F(QueueTest, ASubmittedJobCarriesWhatTheDocumentAskedFor) {
   EXPECT_EQ(job.expires_in_s, 3600);
   EXPECT_EQ(job.webhook, webhook);
   EXPECT_EQ(job.width, 320u);
+  EXPECT_EQ(job.assets, std::vector<std::string>{abc_sha256}) << "uploads alone";
   EXPECT_EQ(job.height, 200u);
   EXPECT_EQ(job.created_at, 1'700'000'000'000);
   EXPECT_EQ(job.state, JobState::queued);
   EXPECT_EQ(store.document(job.id), "verbatim");
   EXPECT_EQ(runner.wakes, 1);
+}
+
+TEST_F(QueueTest, AWebhookIsExpectedBeforeItsJobIsStoredAndEveryEndIsTold) {
+  RecordingListener listener(store);
+  queue.tell_ends(&listener);
+  api::Document parsed;
+  parsed.job.webhook = api::Webhook{"http://a/"};
+  const std::string first = queue.submit({.document = "{}", .parsed = parsed})->view.job.id, second = submit();
+  succeed(*queue.claim(false), "picture");
+  queue.cancel(second);
+  EXPECT_EQ(listener.heard, (std::vector<std::string>{"expect http://a/", "ended " + first, "ended " + second}));
+  listener.failing = true;
+  EXPECT_THROW((void)queue.submit({.document = "{}", .parsed = parsed}), StoreFailure);
+  EXPECT_EQ(store.count(JobState::queued), 0) << "nobody would be told of it";
+  queue.tell_ends(nullptr);
+  EXPECT_TRUE(queue.submit({.document = "{}", .parsed = parsed}));
 }
 
 TEST_F(QueueTest, RefusesMoreWaitingJobsThanTheLimitAndStoresNothingOfThem) {

@@ -46,6 +46,14 @@ struct Limits {
   tracer::Limits scene;
   Files files = Files::none;
   bool uploads = false;  ///< whether documents may name uploaded files
+  bool webhooks = true;  ///< whether jobs may ask for one; where nobody sends any they must not
+};
+
+/// Whom to tell of a job's end, and of which ends.
+struct Webhook {
+  std::string url;                                                      ///< http or https
+  std::vector<std::string> events{"succeeded", "failed", "cancelled"};  ///< the states' names; each once, at least one
+  bool operator==(const Webhook&) const = default;
 };
 
 /// Whether a picture that was made of the same scene before will do.
@@ -53,13 +61,6 @@ enum class CacheUse {
   use,      ///< it will
   refresh,  ///< it will not, but the new one will do for others
   off,      ///< neither
-};
-
-/// Whom to tell of a job's end.
-struct Webhook {
-  std::string url;                  ///< http:// or https://, at most 2048 bytes of printable ASCII
-  std::vector<std::string> events;  ///< of "succeeded", "failed", "cancelled", each once, at least one
-  bool operator==(const Webhook&) const = default;
 };
 
 /// The optional "job" member: how the service should treat the scene. The command line ignores it. Times are

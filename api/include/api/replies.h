@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "api/document.h"
+#include "server/jobs/delivery_store.h"
 #include "server/jobs/events.h"
 #include "server/jobs/job.h"
 #include "server/jobs/job_service.h"
@@ -22,6 +23,12 @@ namespace api {
 /// `now_ms` (since 1970 UTC) is what eta_s is reckoned from: the time so far, stretched by the tiles still to do; null
 /// until a hundredth of them is done.
 std::string write_job(const jobs::JobView& view, std::int64_t now_ms);
+
+/// What a webhook tells: {type, timestamp, data: the job}. `event` is "job.succeeded" or the like.
+std::string write_event(std::string_view event, const jobs::JobView& view, std::int64_t now_ms);
+
+/// {items: [{id, event, url, state, created_at, next_attempt_at, attempts: [{at, duration_ms, status, detail}]}]}
+std::string write_deliveries(const std::vector<jobs::Delivery>& deliveries);
 
 /// {items, next_cursor}; an empty cursor is written as null.
 std::string write_job_list(const std::vector<jobs::JobView>& views, const std::string& next_cursor,

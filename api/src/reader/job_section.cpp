@@ -1,7 +1,5 @@
-#include <algorithm>
 #include <array>
 #include <string>
-#include <string_view>
 
 #include "api/src/reader/fields.h"
 #include "api/src/reader/sections.h"
@@ -25,54 +23,8 @@ void read_labels(Reading& reading, const Cursor& at, std::map<std::string, std::
 
 constexpr std::array<Word<CacheUse>::Meaning, 3> cache_words = {
     {{"use", CacheUse::use}, {"refresh", CacheUse::refresh}, {"off", CacheUse::off}}};
-constexpr std::array<Word<std::string_view>::Meaning, 3> event_words = {
-    {{"succeeded", "succeeded"}, {"failed", "failed"}, {"cancelled", "cancelled"}}};
 
 constexpr std::int64_t expires_in_max_s = 315'360'000;  // ten years: longer is meant to be for ever
-constexpr std::size_t url_bytes_max = 2048;             // what proxies and servers take
-
-/// Its scheme and its characters; whether anyone may be called there is decided when it is called.
-void read_url(Reading& reading, const Cursor& at, std::string& url) {
-  if (at.node->kind != json::Kind::string) return tell_wrong_type(reading, at, "a string");
-  const std::string_view text = at.node->string();
-  const bool printable = std::all_of(text.begin(), text.end(), [](char c) { return c > 0x20 && c < 0x7F; });
-  const std::size_t scheme = text.starts_with("http://") ? 7 : text.starts_with("https://") ? 8 : 0;
-  if (text.size() > url_bytes_max) {
-    tell(reading, at, "limit_exceeded",
-         "the limit url_bytes is " + std::to_string(url_bytes_max) + ", got " + std::to_string(text.size()));
-  } else if (!printable || scheme == 0 || text.size() == scheme) {
-    tell(reading, at, "malformed", "must be an http:// or https:// URL in printable ASCII");
-  } else {
-    url = text;
-  }
-}
-
-void read_events(Reading& reading, const Cursor& at, std::vector<std::string>& events) {
-  if (at.node->kind == json::Kind::array && at.node->size == 0) {
-    return tell(reading, at, "wrong_length", "must name at least one event");
-  }
-  events.clear();
-  for_each_element(reading, at, [&](const Cursor& element) {
-    std::string_view event;
-    if (!read(reading, element, Word<std::string_view>{event, "job.webhook.events", event_words})) return;
-    if (std::find(events.begin(), events.end(), event) != events.end()) {
-      return tell(reading, element, "conflict", quoted(event) + " is named twice");
-    }
-    events.emplace_back(event);
-  });
-}
-
-void read_webhook(Reading& reading, const Cursor& at, std::optional<Webhook>& webhook) {
-  webhook = Webhook{{}, {"succeeded", "failed", "cancelled"}};
-  Fields fields(reading, at, "job.webhook", "a webhook");
-  if (const auto url = fields.take("url")) {
-    read_url(reading, *url, webhook->url);
-  } else if (fields) {
-    fields.tell_missing("url");
-  }
-  if (const auto events = fields.take("events")) read_events(reading, *events, webhook->events);
-  fields.finish();
-}
 
 }  // namespace
 

@@ -26,6 +26,8 @@ void read_prototypes(Reading& reading, const Cursor& at);
 void read_objects(Reading& reading, const Cursor& at);
 void read_job(Reading& reading, const Cursor& at);
 
+void read_webhook(Reading& reading, const Cursor& at, std::optional<Webhook>& webhook);
+
 /// A mesh object's own fields.
 class Fields;
 void read_mesh(Reading& reading, Fields& fields, tracer::Shape& shape);

@@ -1,0 +1,209 @@
+#include "server/storage/sqlite/sqlite_delivery_store.h"
+
+#include <utility>
+
+#include "server/jobs/job_store.h"
+#include "server/storage/sqlite/database.h"
+
+namespace jobs {
+
+using sqlite::Database;
+using sqlite::Query;
+
+namespace {
+
+constexpr std::int64_t version = 1;
+constexpr const char* tables = R"sql(
+CREATE TABLE subscriptions (
+  job_id TEXT NOT NULL PRIMARY KEY,
+  url TEXT NOT NULL,
+  events TEXT NOT NULL  -- separated by spaces
+) STRICT, WITHOUT ROWID;
+CREATE TABLE deliveries (
+  id TEXT NOT NULL PRIMARY KEY,
+  job_id TEXT NOT NULL,
+  event TEXT NOT NULL,
+  url TEXT NOT NULL,
+  body TEXT NOT NULL,
+  state TEXT NOT NULL CHECK (state IN ('pending', 'delivered', 'given_up')),
+  created_at INTEGER NOT NULL,
+  next_attempt_at INTEGER CHECK ((next_attempt_at IS NOT NULL) = (state = 'pending'))
+) STRICT, WITHOUT ROWID;
+CREATE INDEX deliveries_of_job ON deliveries (job_id, id);
+CREATE INDEX deliveries_due ON deliveries (next_attempt_at) WHERE state = 'pending';
+CREATE INDEX deliveries_by_age ON deliveries (created_at) WHERE state <> 'pending';
+CREATE TABLE attempts (
+  delivery_id TEXT NOT NULL REFERENCES deliveries ON DELETE CASCADE,
+  number INTEGER NOT NULL,
+  at INTEGER NOT NULL,
+  duration_ms INTEGER NOT NULL,
+  status INTEGER NOT NULL,
+  detail TEXT NOT NULL,
+  PRIMARY KEY (delivery_id, number)
+) STRICT, WITHOUT ROWID;
+)sql";
+
+constexpr const char* columns =
+    "SELECT id, job_id, event, url, body, state, created_at, next_attempt_at FROM deliveries";
+
+std::unique_ptr<Database> opened(const std::string& path) {
+  auto database = std::make_unique<Database>(path, Database::Access::read_write);
+  std::int64_t found = 0;
+  {
+    Query query = database->query("PRAGMA user_version");
+    query.row();
+    found = query.integer(0);
+  }
+  if (found > version) {
+    throw StoreFailure(StoreFailure::Kind::unavailable,
+                       path + " was written by a newer program: its schema has version " + std::to_string(found) +
+                           ", this one knows " + std::to_string(version));
+  }
+  database->script("PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON;");
+  if (found == 0) {
+    database->script("BEGIN IMMEDIATE;" + std::string(tables) + "PRAGMA user_version = " + std::to_string(version) +
+                     "; COMMIT;");
+  }
+  return database;
+}
+
+/// Everything `work` does, or nothing.
+template <class Work>
+void in_transaction(Database& database, Work work) {
+  database.script("BEGIN IMMEDIATE");
+  try {
+    work();
+    database.script("COMMIT");
+  } catch (...) {
+    if (database.in_transaction()) database.script("ROLLBACK");
+    throw;
+  }
+}
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : " ") + word;
+  return text;
+}
+
+std::vector<std::string> split(const std::string& text) {
+  std::vector<std::string> words;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find(' ', begin), text.size());
+    words.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return words;
+}
+
+DeliveryState state_named(const std::string& name) {
+  for (const DeliveryState state : {DeliveryState::pending, DeliveryState::delivered}) {
+    if (name == name_of(state)) return state;
+  }
+  return DeliveryState::given_up;
+}
+
+Delivery read_delivery(const Query& row) {
+  Delivery delivery{row.text(0),    row.text(1),  row.text(2), row.text(3), row.text(4), state_named(row.text(5)),
+                    row.integer(6), std::nullopt, {}};
+  if (!row.is_null(7)) delivery.next_attempt_at = row.integer(7);
+  return delivery;
+}
+
+void read_attempts(Database& database, Delivery& delivery) {
+  Query row = database.query(
+      "SELECT at, duration_ms, status, detail FROM attempts WHERE delivery_id = ? ORDER BY number", delivery.id);
+  while (row.row()) {
+    delivery.attempts.push_back({row.integer(0), row.integer(1), static_cast<int>(row.integer(2)), row.text(3)});
+  }
+}
+
+}  // namespace
+
+SqliteDeliveryStore::SqliteDeliveryStore(const std::string& folder) : database_(opened(folder + "/webhooks.db")) {}
+SqliteDeliveryStore::~SqliteDeliveryStore() = default;
+
+void SqliteDeliveryStore::subscribe(const Subscription& subscription) {
+  const std::lock_guard lock(mutex_);
+  database_->change("INSERT OR REPLACE INTO subscriptions (job_id, url, events) VALUES (?, ?, ?)", subscription.job_id,
+                    subscription.url, joined(subscription.events));
+}
+
+std::optional<Subscription> SqliteDeliveryStore::subscription(const std::string& job_id) {
+  const std::lock_guard lock(mutex_);
+  Query row = database_->query("SELECT url, events FROM subscriptions WHERE job_id = ?", job_id);
+  if (!row.row()) return std::nullopt;
+  return Subscription{job_id, row.text(0), split(row.text(1))};
+}
+
+std::vector<std::string> SqliteDeliveryStore::subscribed_jobs() {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::string> ids;
+  Query row = database_->query("SELECT job_id FROM subscriptions ORDER BY job_id");
+  while (row.row()) ids.push_back(row.text(0));
+  return ids;
+}
+
+void SqliteDeliveryStore::unsubscribe(const std::string& job_id) {
+  const std::lock_guard lock(mutex_);
+  database_->change("DELETE FROM subscriptions WHERE job_id = ?", job_id);
+}
+
+void SqliteDeliveryStore::owe(const Delivery& delivery) {
+  const std::lock_guard lock(mutex_);
+  in_transaction(*database_, [&] {
+    database_->change("DELETE FROM subscriptions WHERE job_id = ?", delivery.job_id);
+    database_->change(
+        "INSERT INTO deliveries (id, job_id, event, url, body, state, created_at, next_attempt_at)"
+        " VALUES (?, ?, ?, ?, ?, 'pending', ?, ?)",
+        delivery.id, delivery.job_id, delivery.event, delivery.url, delivery.body, delivery.created_at,
+        delivery.next_attempt_at.value_or(delivery.created_at));
+  });
+}
+
+std::optional<Delivery> SqliteDeliveryStore::next() {
+  const std::lock_guard lock(mutex_);
+  std::optional<Delivery> delivery;
+  {
+    Query row =
+        database_->query(std::string(columns) + " WHERE state = 'pending' ORDER BY next_attempt_at, id LIMIT 1");
+    if (row.row()) delivery = read_delivery(row);
+  }
+  if (delivery) read_attempts(*database_, *delivery);
+  return delivery;
+}
+
+void SqliteDeliveryStore::attempted(const std::string& id, const DeliveryAttempt& attempt, DeliveryState state,
+                                    std::optional<std::int64_t> next_attempt_at) {
+  const std::lock_guard lock(mutex_);
+  in_transaction(*database_, [&] {
+    database_->change(
+        "INSERT INTO attempts (delivery_id, number, at, duration_ms, status, detail)"
+        " VALUES (?1, (SELECT count(*) FROM attempts WHERE delivery_id = ?1), ?2, ?3, ?4, ?5)",
+        id, attempt.at, attempt.duration_ms, std::int64_t{attempt.status}, attempt.detail);
+    if (next_attempt_at) {
+      database_->change("UPDATE deliveries SET next_attempt_at = ? WHERE id = ?", *next_attempt_at, id);
+    } else {
+      database_->change("UPDATE deliveries SET state = ?, next_attempt_at = NULL WHERE id = ?",
+                        std::string(name_of(state)), id);
+    }
+  });
+}
+
+std::vector<Delivery> SqliteDeliveryStore::of_job(const std::string& job_id) {
+  const std::lock_guard lock(mutex_);
+  std::vector<Delivery> deliveries;
+  {
+    Query row = database_->query(std::string(columns) + " WHERE job_id = ? ORDER BY id", job_id);
+    while (row.row()) deliveries.push_back(read_delivery(row));
+  }
+  for (Delivery& delivery : deliveries) read_attempts(*database_, delivery);
+  return deliveries;
+}
+
+void SqliteDeliveryStore::forget_before(std::int64_t then) {
+  const std::lock_guard lock(mutex_);
+  database_->change("DELETE FROM deliveries WHERE state <> 'pending' AND created_at < ?", then);
+}
+
+}  // namespace jobs

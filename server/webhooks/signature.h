@@ -1,0 +1,25 @@
+#pragma once
+/// Signs messages as Standard Webhooks 1.0.0 says (standardwebhooks.com, "Signature scheme"): HMAC-SHA256 (RFC 2104)
+/// over "id.timestamp.body", in base64 (RFC 4648), once for each secret, so that secrets can be exchanged without a
+/// gap.
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tracer/result.h"
+
+namespace webhooks {
+
+using Secret = std::string;  ///< bytes
+
+/// Reads "whsec_" and 24 to 64 bytes in base64, one or several between white space; else a sentence that holds nothing
+/// of them.
+tracer::Result<std::vector<Secret>, std::string> read_secrets(std::string_view text);
+
+/// The value of webhook-signature: "v1,..." for each secret, between spaces.
+std::string signature(const std::vector<Secret>& secrets, std::string_view id, std::int64_t timestamp_s,
+                      std::string_view body);
+
+}  // namespace webhooks

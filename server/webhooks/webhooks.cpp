@@ -1,0 +1,170 @@
+#include "server/webhooks/webhooks.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "api/replies.h"
+
+namespace webhooks {
+namespace {
+
+constexpr int gone = 410;  // the receiver wants nothing more (Standard Webhooks, "Delivery")
+constexpr std::chrono::milliseconds longest_sleep = std::chrono::hours(1);
+
+bool is_success(int status) { return status >= 200 && status <= 299; }
+
+}  // namespace
+
+Webhooks::Webhooks(jobs::DeliveryStore& store, FindJob find, Send send, jobs::Clock clock, jobs::IdSource& ids,
+                   jobs::Log log, WebhookSettings settings)
+    : store_(store),
+      find_(std::move(find)),
+      send_(std::move(send)),
+      clock_(std::move(clock)),
+      ids_(ids),
+      log_(std::move(log)),
+      settings_(std::move(settings)) {
+  // What ended while nobody listened is among these; what is none of our jobs was never accepted.
+  for (const std::string& id : store_.subscribed_jobs()) {
+    if (find_(id)) {
+      expected_.insert(id);
+    } else {
+      store_.unsubscribe(id);
+    }
+  }
+  to_look_at_ = expected_;
+  thread_ = std::thread([this] { run(); });
+}
+
+Webhooks::~Webhooks() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+void Webhooks::expect(const std::string& id, const api::Webhook& webhook) {
+  store_.subscribe({id, webhook.url, webhook.events});
+  const std::lock_guard lock(mutex_);
+  expected_.insert(id);
+}
+
+void Webhooks::ended(const std::string& id) noexcept {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!expected_.contains(id)) return;
+    to_look_at_.insert(id);
+  }
+  changed_.notify_all();
+}
+
+void Webhooks::run() {
+  for (;;) {
+    Pause pause = settings_.store_pause;
+    bool failed = false;
+    try {
+      pause = work();
+    } catch (const std::exception& failure) {
+      failed = true;
+      log_(jobs::LogLevel::warning, "webhooks_held_up", {{"detail", failure.what()}});
+    }
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, pause, [&] { return stopping_ || (!failed && !to_look_at_.empty()); });
+    if (stopping_) return;
+  }
+}
+
+/// Everything there is to do now; how long there is nothing more.
+Webhooks::Pause Webhooks::work() {
+  for (;;) {
+    std::string id;
+    {
+      const std::lock_guard lock(mutex_);
+      if (stopping_ || to_look_at_.empty()) break;
+      id = to_look_at_.extract(to_look_at_.begin()).value();  // before it is looked at: it may end just then
+    }
+    try {
+      settle(id);
+    } catch (...) {
+      const std::lock_guard lock(mutex_);
+      to_look_at_.insert(id);
+      throw;
+    }
+  }
+  return send_what_is_due();
+}
+
+/// Makes the message of a job that has ended, or strikes one that nobody wants to hear of.
+void Webhooks::settle(const std::string& id) {
+  const auto view = find_(id);
+  if (view && !jobs::ended(view->job.state)) return;
+  const auto subscription = store_.subscription(id);
+  const std::string state = view ? jobs::name_of(view->job.state) : "";
+  const bool wanted = subscription && std::find(subscription->events.begin(), subscription->events.end(), state) !=
+                                          subscription->events.end();
+  if (wanted) {
+    const std::int64_t now = clock_();
+    const std::string event = "job." + state;
+    store_.owe({ids_.next(),
+                id,
+                event,
+                subscription->url,
+                api::write_event(event, *view, now),
+                jobs::DeliveryState::pending,
+                now,
+                now,
+                {}});
+    store_.forget_before(now - settings_.log_age.count());
+  } else {
+    store_.unsubscribe(id);
+  }
+  const std::lock_guard lock(mutex_);
+  expected_.erase(id);
+}
+
+Webhooks::Pause Webhooks::send_what_is_due() {
+  while (!stopping_) {
+    const auto delivery = store_.next();
+    if (!delivery) return longest_sleep;
+    const Pause left(*delivery->next_attempt_at - clock_());
+    if (left > Pause(0)) return std::min(left, longest_sleep);
+    attempt(*delivery);
+    const std::lock_guard lock(mutex_);
+    if (!to_look_at_.empty()) return Pause(0);  // new messages stand before old ones' next attempts
+  }
+  return Pause(0);
+}
+
+void Webhooks::attempt(const jobs::Delivery& delivery) {
+  const std::int64_t start = clock_();
+  const Answer answer = send_(delivery.url, headers_of(delivery, start), delivery.body, stopping_);
+  if (stopping_ && answer.status == 0) return;  // it was we who ended it
+  const std::int64_t end = clock_();
+  jobs::DeliveryAttempt attempt{start, end - start, answer.status, answer.detail};
+  const jobs::LogFields fields{{"job_id", delivery.job_id}, {"delivery_id", delivery.id}};
+  if (is_success(answer.status)) {
+    store_.attempted(delivery.id, attempt, jobs::DeliveryState::delivered, std::nullopt);
+    return log_(jobs::LogLevel::info, "webhook_delivered", fields);
+  }
+  if (attempt.detail.empty()) attempt.detail = "the receiver answered " + std::to_string(answer.status);
+  const std::size_t failures = delivery.attempts.size();
+  if (answer.status == gone || failures >= retry_pauses.size()) {
+    store_.attempted(delivery.id, attempt, jobs::DeliveryState::given_up, std::nullopt);
+    return log_(jobs::LogLevel::warning, "webhook_given_up", fields);
+  }
+  store_.attempted(delivery.id, attempt, jobs::DeliveryState::pending, end + retry_pauses[failures].count());
+  log_(jobs::LogLevel::info, "webhook_failed", fields);
+}
+
+Poster::Headers Webhooks::headers_of(const jobs::Delivery& delivery, std::int64_t now) const {
+  const std::int64_t timestamp_s = now / 1000;
+  return {{"Content-Type", "application/json"},
+          {"User-Agent", "whittle"},
+          {"webhook-id", delivery.id},
+          {"webhook-timestamp", std::to_string(timestamp_s)},
+          {"webhook-signature", signature(settings_.secrets, delivery.id, timestamp_s, delivery.body)}};
+}
+
+}  // namespace webhooks

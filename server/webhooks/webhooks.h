@@ -1,0 +1,90 @@
+#pragma once
+/// Tells whoever asked that a job has ended: signed, again and again until the receiver has it, over restarts.
+///
+///   jobs::SqliteDeliveryStore deliveries(folder);   // server/storage/sqlite/sqlite_delivery_store.h
+///   webhooks::Webhooks webhooks(deliveries, find, send, clock, ids, log, settings);
+///   queue.tell_ends(&webhooks);                     // before anything is submitted or run
+///
+/// A wish is stored before its job, and becomes a message in one commit when the job has ended; so a message that is
+/// owed survives kill -9. The receiver may get it twice, with the same webhook-id. A job that is removed before its end
+/// was looked at, some milliseconds, is not told of.
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "server/jobs/clock.h"
+#include "server/jobs/delivery_store.h"
+#include "server/jobs/end_listener.h"
+#include "server/jobs/id.h"
+#include "server/jobs/job_service.h"
+#include "server/jobs/log.h"
+#include "server/webhooks/poster.h"
+#include "server/webhooks/signature.h"
+
+namespace webhooks {
+
+/// Pauses between attempts; after the last the message is given up. The first catches a receiver that is being started
+/// anew, the others a night's outage, 18 hours in all.
+inline constexpr std::array<std::chrono::milliseconds, 7> retry_pauses{
+    std::chrono::seconds(5), std::chrono::minutes(1), std::chrono::minutes(10), std::chrono::minutes(30),
+    std::chrono::hours(2),   std::chrono::hours(5),   std::chrono::hours(10)};
+
+struct WebhookSettings {
+  std::vector<Secret> secrets;                               ///< at least one
+  std::chrono::milliseconds log_age{std::chrono::days(30)};  ///< deliveries that are over are forgotten then
+  std::chrono::milliseconds store_pause{1'000};              ///< before a store that failed is asked again
+};
+
+using FindJob = std::function<std::optional<jobs::JobView>(const std::string& id)>;
+using Send = std::function<Answer(const std::string& url, const Poster::Headers& headers, const std::string& body,
+                                  const std::atomic<bool>& stop)>;
+
+/// One thread, which sends one message at a time: slow receivers hold up others (10 s each), but no render.
+class Webhooks final : public jobs::EndListener {
+ public:
+  /// The store, and `ids`, must outlive it. Throws StoreFailure.
+  Webhooks(jobs::DeliveryStore& store, FindJob find, Send send, jobs::Clock clock, jobs::IdSource& ids, jobs::Log log,
+           WebhookSettings settings);
+  ~Webhooks() override;  ///< cuts a request in progress short; it is an attempt that is not counted
+  Webhooks(const Webhooks&) = delete;
+  Webhooks& operator=(const Webhooks&) = delete;
+
+  void expect(const std::string& id, const api::Webhook& webhook) override;
+  void ended(const std::string& id) noexcept override;
+
+ private:
+  using Pause = std::chrono::milliseconds;
+
+  void run();
+  Pause work();
+  void settle(const std::string& id);
+  Pause send_what_is_due();
+  void attempt(const jobs::Delivery& delivery);
+  [[nodiscard]] Poster::Headers headers_of(const jobs::Delivery& delivery, std::int64_t now) const;
+
+  jobs::DeliveryStore& store_;
+  FindJob find_;
+  Send send_;
+  jobs::Clock clock_;
+  jobs::IdSource& ids_;
+  jobs::Log log_;
+  WebhookSettings settings_;
+
+  std::atomic<bool> stopping_ = false;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::set<std::string> expected_;    ///< jobs somebody wants to hear of
+  std::set<std::string> to_look_at_;  ///< those that may have ended
+  std::thread thread_;                ///< last: starts when the rest is there
+};
+
+}  // namespace webhooks

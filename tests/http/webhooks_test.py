@@ -1,0 +1,237 @@
+"""Webhooks: who asked hears of a job's end, signed, over kills of the daemon; and nobody is reached who must not be."""
+import base64
+import hashlib
+import hmac
+import http.server
+import json
+import pathlib
+import tempfile
+import threading
+import unittest
+
+import jsonschema
+
+from tests.http.daemon import Daemon, json_of, long_scene, scene, wait_until
+from tests.http.options_test import whittled
+
+SECRET = bytes(range(32))
+SECRET_TEXT = "whsec_" + base64.b64encode(SECRET).decode()
+JOB_SCHEMA_PARTS = ("id", "name", "state", "report", "artifacts", "problem", "links")
+
+
+class Receiver(http.server.ThreadingHTTPServer):
+    """Answers POSTs with these (status, headers), then 204; keeps what it got. A status "endless" never ends."""
+
+    def __init__(self, *answers):
+        super().__init__(("127.0.0.1", 0), Handler)
+        self.answers = list(answers)
+        self.seen = []  # (path, headers, body)
+        threading.Thread(target=self.serve_forever, daemon=True).start()
+
+    def url(self, path="/done", host="127.0.0.1"):
+        return f"http://{host}:{self.server_port}{path}"
+
+
+class Handler(http.server.BaseHTTPRequestHandler):
+    def answer(self):
+        body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
+        self.server.seen.append((self.path, {name.lower(): value for name, value in self.headers.items()}, body))
+        status, headers = self.server.answers.pop(0) if self.server.answers else (204, {})
+        if status == "endless":
+            self.send_response(200)
+            self.end_headers()
+            try:
+                while True:
+                    self.wfile.write(b"x" * 10_000)
+            except OSError:
+                return
+        self.send_response(status)
+        for name, value in headers.items():
+            self.send_header(name, value)
+        self.end_headers()
+
+    do_POST = do_GET = answer
+
+    def log_message(self, *_):
+        pass
+
+
+class WithReceiver(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        (self.folder / "secret").write_text(SECRET_TEXT + "\n", encoding="ascii")
+
+    def receiver(self, *answers):
+        receiver = Receiver(*answers)
+        self.addCleanup(receiver.server_close)
+        self.addCleanup(receiver.shutdown)
+        return receiver
+
+    def daemon(self, *options, networks="127.0.0.0/8", environment=None):
+        return self.enterContext(Daemon("--webhook-secret-file", self.folder / "secret", "--webhook-networks", networks,
+                                        *options, environment=environment))
+
+    def submit(self, daemon, url, events=None, **changes):
+        webhook = {"url": url, **({"events": events} if events else {})}
+        return daemon.submit({**scene(), **changes, "job": {"webhook": webhook}})
+
+    @staticmethod
+    def deliveries(daemon, job_id):
+        return json_of(daemon.get(f"/v1/jobs/{job_id}/deliveries"))["items"]
+
+    def wait_for_attempt(self, daemon, job_id):
+        """The job's one delivery, once it was attempted."""
+        def attempted():
+            found = self.deliveries(daemon, job_id)
+            return found[0] if found and found[0]["attempts"] else None
+        return wait_until(attempted, f"an attempt for {job_id}")
+
+    def assert_signed(self, headers, body):
+        signed = f"{headers['webhook-id']}.{headers['webhook-timestamp']}.".encode() + body
+        expected = base64.b64encode(hmac.new(SECRET, signed, hashlib.sha256).digest()).decode()
+        self.assertEqual(headers["webhook-signature"], "v1," + expected)
+
+
+class Telling(WithReceiver):
+    def test_of_each_end_is_signed_and_brings_the_job(self):
+        receiver = self.receiver()
+        daemon = self.daemon("--jobs", "1")
+        running = self.submit(daemon, receiver.url("/cancelled"), **{k: v for k, v in long_scene().items() if k != "name"})
+        daemon.wait_for_state(running, "running")
+        daemon.request("POST", f"/v1/jobs/{running}/cancel")
+        succeeded = self.submit(daemon, receiver.url("/succeeded?key=1"))
+        wait_until(lambda: len(receiver.seen) == 2, "two messages")
+        ends = {path: (headers, body) for path, headers, body in receiver.seen}
+        for path, job_id, state in (("/cancelled", running, "cancelled"), ("/succeeded?key=1", succeeded, "succeeded")):
+            headers, body = ends[path]
+            self.assert_signed(headers, body)
+            self.assertEqual(headers["content-type"], "application/json")
+            self.assertNotIn("expect", headers)
+            message = json.loads(body)
+            self.assertEqual(set(message), {"type", "timestamp", "data"})
+            self.assertEqual(message["type"], f"job.{state}")
+            told, kept = message["data"], daemon.job(job_id)
+            self.assertEqual({name: told[name] for name in JOB_SCHEMA_PARTS}, {name: kept[name] for name in JOB_SCHEMA_PARTS})
+            delivery = self.wait_for_attempt(daemon, job_id)
+            self.assertEqual((delivery["state"], delivery["event"], delivery["attempts"][0]["status"]),
+                             ("delivered", f"job.{state}", 204))
+            self.assertEqual(delivery["id"], headers["webhook-id"])
+        log = daemon.log()
+        self.assertNotIn(SECRET_TEXT, log)
+
+    def test_is_of_the_events_asked_for_alone(self):
+        receiver = self.receiver()
+        daemon = self.daemon()
+        quiet = self.submit(daemon, receiver.url("/quiet"), ["failed", "cancelled"])
+        daemon.wait_for_end(quiet)
+        loud = self.submit(daemon, receiver.url("/loud"), ["succeeded"])
+        self.wait_for_attempt(daemon, loud)
+        self.assertEqual([path for path, _, _ in receiver.seen], ["/loud"])
+        self.assertEqual(self.deliveries(daemon, quiet), [])
+
+    def test_goes_on_after_kills_of_the_daemon_with_the_same_message(self):
+        receiver = self.receiver((500, {}))
+        daemon = self.daemon("--jobs", "1")
+        first = self.submit(daemon, receiver.url("/first"))
+        self.wait_for_attempt(daemon, first)
+        running = self.submit(daemon, receiver.url("/second"), image={"width": 900, "height": 700})
+        daemon.kill()
+        daemon.start()
+        daemon.wait_for_end(running)
+        wait_until(lambda: {path for path, _, _ in receiver.seen[1:]} >= {"/first", "/second"}, "both messages")
+        messages = [(headers["webhook-id"], body) for path, headers, body in receiver.seen if path == "/first"]
+        self.assertEqual(len(messages), 2)
+        self.assertEqual(messages[0], messages[1])
+        for _, headers, body in receiver.seen:
+            self.assert_signed(headers, body)
+        wait_until(lambda: self.deliveries(daemon, first)[0]["state"] == "delivered", "the note of the second attempt")
+        (delivery,) = self.deliveries(daemon, first)
+        self.assertEqual([attempt["status"] for attempt in delivery["attempts"]], [500, 204])
+
+
+class Guard(WithReceiver):
+    def assert_not_reached(self, daemon, receiver, url):
+        delivery = self.wait_for_attempt(daemon, self.submit(daemon, url))
+        self.assertEqual(delivery["state"], "pending", url)
+        self.assertIsNone(delivery["attempts"][0]["status"], url)
+        self.assertIsNotNone(delivery["next_attempt_at"])
+        self.assertEqual(receiver.seen, [], url)
+        return delivery["attempts"][0]["detail"]
+
+    def test_keeps_messages_from_addresses_that_are_not_public_however_they_are_written(self):
+        receiver = self.receiver()
+        daemon = self.daemon(networks="")
+        port = receiver.server_port
+        for host in ("127.0.0.1", "localhost", "127.1", "2130706433", "0x7f.1", "0177.0.0.1", "[::1]", "[::ffff:127.0.0.1]",
+                     "0.0.0.0", "169.254.169.254", "10.0.0.1", "[fe80::1]", "[fd00::1]", "LOCALHOST", "127.0.0.1."):
+            detail = self.assert_not_reached(daemon, receiver, f"http://{host}:{port}/")
+            self.assertRegex(detail, "is not public|resolve|URL", host)
+        self.assertRegex(self.assert_not_reached(daemon, receiver, receiver.url(host="localhost")),
+                         r"address (127\.0\.0\.1|::1) is not public")
+
+    def test_is_not_led_around_by_proxies_of_the_environment(self):
+        proxy = self.receiver()
+        daemon = self.daemon(networks="", environment={name: proxy.url("") for name in ("http_proxy", "HTTP_PROXY", "ALL_PROXY")})
+        self.assertIn("not public", self.assert_not_reached(daemon, proxy, "http://10.0.0.1/"))
+
+    def test_follows_no_redirection(self):
+        other = self.receiver()
+        receiver = self.receiver((302, {"Location": other.url()}), (307, {"Location": other.url()}))
+        daemon = self.daemon()
+        for status in (302, 307):
+            delivery = self.wait_for_attempt(daemon, self.submit(daemon, receiver.url()))
+            self.assertEqual((delivery["state"], delivery["attempts"][0]["status"]), ("pending", status))
+        self.assertEqual(other.seen, [])
+
+    def test_ends_answers_without_end(self):
+        receiver = self.receiver(("endless", {}))
+        daemon = self.daemon()
+        delivery = self.wait_for_attempt(daemon, self.submit(daemon, receiver.url()))
+        self.assertIn("more than 65536 bytes", delivery["attempts"][0]["detail"])
+
+    def test_lets_the_daemon_end_while_a_receiver_is_silent(self):
+        receiver = self.receiver()
+        lock = threading.Event()
+        self.addCleanup(lock.set)
+        receiver.RequestHandlerClass = type("Silent", (Handler,), {"do_POST": lambda _: lock.wait(600)})
+        daemon = self.daemon()
+        daemon.wait_for_end(self.submit(daemon, receiver.url()))
+        self.assertEqual(daemon.terminate(), 0)
+        daemon.start()
+
+
+class Options(WithReceiver):
+    def test_without_a_secret_no_webhook_is_taken(self):
+        with Daemon() as daemon:
+            reply = daemon.request("POST", "/v1/jobs", scene(job={"webhook": {"url": "https://example.com/"}}))
+            self.assertEqual(reply.status, 422)
+            (issue,) = json_of(reply)["errors"]
+            self.assertEqual((issue["pointer"], issue["code"]), ("#/job/webhook", "unsupported"))
+            self.assertIn("--webhook-secret-file", issue["detail"])
+
+    def test_that_mean_nothing_are_told_at_the_start_and_no_secret_with_them(self):
+        bad = self.folder / "bad"
+        bad.write_text("whsec_c2hvcnQgYnV0IHNlY3JldA==", encoding="ascii")
+        ports = ("--listen", "127.0.0.1:0", "--health-listen", "127.0.0.1:0", "--data", self.folder / "data")
+        for options, word in ((("--webhook-secret-file", self.folder / "none"), "cannot read"),
+                              (("--webhook-secret-file", bad), "24 to 64 bytes"),
+                              (("--webhook-networks", "localhost"), "10.0.0.0/8")):
+            result = whittled(*ports, *options)
+            self.assertEqual(result.returncode, 1)
+            self.assertIn(word, result.stderr)
+            self.assertNotIn("c2hvcnQ", result.stderr)
+
+
+class Log(WithReceiver):
+    def test_of_deliveries_is_as_described(self):
+        receiver = self.receiver((503, {}))
+        daemon = self.daemon()
+        job_id = self.submit(daemon, receiver.url())
+        self.wait_for_attempt(daemon, job_id)
+        schemas = json_of(daemon.get("/openapi.json"))["components"]
+        schema = {**schemas["schemas"]["Deliveries"], "components": schemas}
+        jsonschema.Draft202012Validator(schema).validate(json_of(daemon.get(f"/v1/jobs/{job_id}/deliveries")))
+
+
+if __name__ == "__main__":
+    unittest.main()
