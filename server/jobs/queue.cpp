@@ -5,6 +5,24 @@
 
 namespace jobs {
 
+class Queue::Arrival {
+ public:
+  Arrival(Queue& queue, const std::string& id) : queue_(queue), id_(id) {
+    const std::lock_guard lock(queue_.arrivals_mutex_);
+    queue_.arrivals_.insert(id_);
+  }
+  ~Arrival() {
+    const std::lock_guard lock(queue_.arrivals_mutex_);
+    queue_.arrivals_.erase(id_);  // told, or it did not happen
+  }
+  Arrival(const Arrival&) = delete;
+  Arrival& operator=(const Arrival&) = delete;
+
+ private:
+  Queue& queue_;
+  const std::string id_;
+};
+
 Queue::Queue(JobStore& store, ArtifactStore& artifacts, IdSource& ids, Clock clock, const Log& log,
              QueueSettings settings)
     : store_(store),
@@ -46,8 +64,9 @@ tracer::Result<JobView, QueueFull> Queue::submit(const std::string& document, co
   job.labels = parsed.job.labels;
   job.width = parsed.scene.image.window().width();
   job.height = parsed.scene.image.window().height();
+  const Arrival arrival(*this, job.id);
   store_.submit(job, document);
-  tell(job.id, JobState::queued);
+  tell_queued(job.id);
 
   const std::lock_guard lock(runner_mutex_);
   if (runner_ != nullptr) runner_->wake();
@@ -129,7 +148,13 @@ void Queue::forget(std::uint64_t token) {
 }
 
 void Queue::tell(const std::string& id, JobState to) {
+  tell_queued(id);
   if (observer_ != nullptr) observer_->moved(id, to);
+}
+
+void Queue::tell_queued(const std::string& id) {
+  const std::lock_guard lock(arrivals_mutex_);
+  if (arrivals_.erase(id) > 0 && observer_ != nullptr) observer_->moved(id, JobState::queued);
 }
 
 void Queue::job_ended(const std::string& id) {
@@ -193,11 +218,17 @@ bool Queue::release(const std::string& id, std::int64_t fence, bool counts, bool
     const std::lock_guard lock(live_mutex_);
     progress_.erase(id);  // a waiting job has none; its next claim starts at 0
   }
+  std::optional<Arrival> arrival(std::in_place, *this, id);
   const bool moved = store_.release(id, fence, clock_(), counts, suspect);
   if (!moved) return false;
-  const std::optional<Job> job = store_.find(id);  // a requested cancel ended it
+  const std::optional<Job> job = store_.find(id);
+  if (job && !ended(job->state)) {
+    tell_queued(id);
+    return true;
+  }
+  arrival.reset();  // a requested cancel ended it
   if (job) tell(id, job->state);
-  if (!job || ended(job->state)) job_ended(id);
+  job_ended(id);
   return true;
 }
 
