@@ -23,7 +23,7 @@ std::optional<std::int64_t> last_event(const Request& request) {
   return error == std::errc{} && end == header->data() + header->size() && number >= 0 ? number : -1;
 }
 
-Reply stream_reply(std::shared_ptr<Listener> listener, std::string beginning) {
+Reply stream_reply(const std::shared_ptr<Listener>& listener, std::string beginning) {
   Reply reply;
   reply.content_type = "text/event-stream";
   reply.headers.emplace_back("Cache-Control", "no-store");
@@ -79,7 +79,7 @@ Answer get_job_events(Request& request, const Front& front) {
   if (beginning.empty() && (ended || !goes_on)) {
     beginning = event_text(standing(*view, ended ? front.events.latest() : listener->start(), front.clock()));
   }
-  Reply reply = stream_reply(std::move(listener), std::move(beginning));
+  Reply reply = stream_reply(listener, std::move(beginning));
   if (ended) reply.stream.reset();  // all is said
   reply.job_id = view->job.id;
   return reply;
@@ -90,7 +90,7 @@ Answer get_events(Request& request, const Front& front) {
   if (!listener) return problem_reply(too_many_listeners(front), request.id);
   std::string beginning;
   if (listener->missed()) beginning = "id: " + std::to_string(listener->start()) + "\nevent: reset\ndata: {}\n\n";
-  return stream_reply(std::move(listener), std::move(beginning));
+  return stream_reply(listener, std::move(beginning));
 }
 
 }  // namespace http

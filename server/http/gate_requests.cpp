@@ -21,6 +21,7 @@ void log_request(const telemetry::Log& log, const Exchange& exchange, const Repl
                                        {"status", std::int64_t{reply.status}},
                                        {"duration_ms", milliseconds_since(exchange.started)},
                                        {"remote", request.remote}};
+  if (!request.owner.empty()) fields.push_back({"key", request.owner});
   if (!reply.job_id.empty()) fields.push_back({"job_id", reply.job_id});
   if (reply.failure) fields.push_back({"problem", rule_of(*reply.failure).name});
   log.write(level_of(reply.failure, request.head.method), "request", fields);

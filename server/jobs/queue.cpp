@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/jobs/arrival.h"
+
 namespace jobs {
 namespace {
 
@@ -113,7 +115,13 @@ void Queue::forget(std::uint64_t token) {
 }
 
 void Queue::tell(const std::string& id, JobState to) {
+  tell_queued(id);
   if (observer_ != nullptr) observer_->moved(id, to);
+}
+
+void Queue::tell_queued(const std::string& id) {
+  const std::lock_guard lock(arrivals_mutex_);
+  if (arrivals_.erase(id) > 0 && observer_ != nullptr) observer_->moved(id, JobState::queued);
 }
 
 void Queue::job_ended(const std::string& id) {
@@ -190,11 +198,17 @@ bool Queue::release(const std::string& id, std::int64_t fence, bool counts, bool
   const std::int64_t now = clock_();
   Release how{counts, suspect};
   if (pause_ms > 0) how.not_before = now + pause_ms;
+  std::optional<Arrival> arrival(std::in_place, *this, std::vector{id});
   const bool moved = store_.release(id, fence, now, how);
   if (!moved) return false;
-  const std::optional<Job> job = store_.find(id);  // a requested cancel ended it
+  const std::optional<Job> job = store_.find(id);
+  if (job && !ended(job->state)) {
+    tell_queued(id);
+    return true;
+  }
+  arrival.reset();  // a requested cancel ended it
   if (job) tell(id, job->state);
-  if (!job || ended(job->state)) job_ended(id);
+  job_ended(id);
   return true;
 }
 

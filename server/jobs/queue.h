@@ -20,6 +20,7 @@
 #include <optional>
 #include <string>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "server/jobs/artifact_pins.h"
@@ -114,9 +115,15 @@ class Queue final : public JobService {
  private:
   void job_ended(const std::string& id);
   void expect_webhook(const Job& job);
+  void tell_arrived(const Job& job);
   void tell(const std::string& id, JobState to);
   void note_end();
   void wake_runner(bool for_suspects = false);
+
+  /// A job that is about to be queued. Whoever first knows that it was, its submitter or someone who has claimed it
+  /// already, tells so: then no one hears that it runs before hearing that it waits.
+  class Arrival;
+  void tell_queued(const std::string& id);
   JobView view(Job job);
   Job job_of(const Submission& submission);
   bool finish_from_cache(Job& job, ArtifactPins::Pinned& pinned);
@@ -142,6 +149,8 @@ class Queue final : public JobService {
   std::mutex runner_mutex_;
   Runner* runner_ = nullptr;
   Observer* observer_ = nullptr;
+  std::mutex arrivals_mutex_;  ///< held while an arrival is told
+  std::unordered_set<std::string> arrivals_;
 
   std::mutex live_mutex_;  ///< progress and waiters; never held over a call of the store or of a waiter
   std::unordered_map<std::string, double> progress_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/jobs/arrival.h"
 #include "server/jobs/queue.h"
 
 namespace jobs {
@@ -13,10 +14,11 @@ constexpr int upkeep_step = 100;  // jobs of each kind: some milliseconds of the
 }  // namespace
 
 RetryOutcome Queue::retry(const std::string& id) {
+  const Arrival arrival(*this, {id});
   const RetryOutcome outcome = store_.retry(id, clock_());
   if (outcome == RetryOutcome::queued) {
     const std::optional<Job> job = store_.find(id);
-    tell(id, JobState::queued);
+    tell_queued(id);
     wake_runner(job && job->suspect);
   }
   return outcome;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "api/document.h"
+#include "server/jobs/arrival.h"
 #include "server/jobs/queue.h"
 
 namespace jobs {
@@ -130,6 +131,13 @@ void Queue::expect_webhook(const Job& job) {
   if (job.webhook && listener != nullptr) listener->expect(job.id, *job.webhook);
 }
 
+/// After it was stored: it waits, or had its pictures already.
+void Queue::tell_arrived(const Job& job) {
+  if (!ended(job.state)) return tell_queued(job.id);
+  tell(job.id, job.state);
+  job_ended(job.id);
+}
+
 tracer::Result<Submitted, Refused> Queue::submit(Submission submission) {
   const std::optional<Idempotency> idempotency = std::move(submission.idempotency);
   const ReplyKey key = key_of(submission.owner, idempotency);
@@ -150,9 +158,9 @@ tracer::Result<Submitted, Refused> Queue::submit(Submission submission) {
                                 job.created_at + settings_.reply_kept_ms};
   }
   expect_webhook(job);
+  const Arrival arrival(*this, from_cache ? std::vector<std::string>{} : std::vector{job.id});
   if (const auto earlier = store_.admit(admission, job.created_at)) return replay<Submitted>(*earlier, *idempotency);
-  tell(made.job.id, made.job.state);
-  if (from_cache) job_ended(made.job.id);
+  tell_arrived(made.job);
   if (!from_cache) wake_runner();
   return Submitted{made, from_cache, std::nullopt};
 }
@@ -182,14 +190,16 @@ tracer::Result<BatchSubmitted, Refused> Queue::submit_batch(BatchSubmission subm
     admission.reply = KeptReply{key, idempotency->request_sha256, submission.write_reply(state),
                                 batch.created_at + settings_.reply_kept_ms};
   }
-  for (const NewJob& fresh : admission.jobs) expect_webhook(fresh.job);
+  std::vector<std::string> waiting;
+  for (const auto& [job, document] : admission.jobs) {
+    expect_webhook(job);
+    if (!ended(job.state)) waiting.push_back(job.id);
+  }
+  const Arrival arrival(*this, std::move(waiting));
   if (const auto earlier = store_.admit(admission, batch.created_at)) {
     return replay<BatchSubmitted>(*earlier, *idempotency);
   }
-  for (const auto& [job, document] : admission.jobs) {
-    tell(job.id, job.state);
-    if (ended(job.state)) job_ended(job.id);
-  }
+  for (const auto& [job, document] : admission.jobs) tell_arrived(job);
   wake_runner();
   return BatchSubmitted{std::move(state), std::nullopt};
 }

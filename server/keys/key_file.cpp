@@ -40,7 +40,7 @@ tracer::Result<std::vector<Key>, std::vector<std::string>> read(const std::strin
   if (size > file_bytes_max) return std::vector<std::string>{"\"" + path + "\" is longer than 1 MiB"};
   auto keys = parse(std::string_view(text).substr(0, size));
   if (keys) return keys;
-  for (std::string& mistake : keys.error()) mistake = path + ":" + mistake;
+  for (std::string& mistake : keys.error()) mistake.insert(0, path + ":");
   return keys;
 }
 

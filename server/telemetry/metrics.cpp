@@ -83,9 +83,10 @@ std::string Metrics::text() const {
       std::uint64_t count = 0;
       for (std::size_t i = 0; i < series.buckets.size(); ++i) {
         count += series.buckets[i];
-        const std::string bound = i < bounds.size() ? text_of(bounds[i]) : "+Inf";
-        text += line(name, "_bucket", labels + (labels.empty() ? "" : ",") + "le=\"" + bound + '"',
-                     static_cast<double>(count));
+        std::string bucket = labels;
+        bucket.append(labels.empty() ? "" : ",").append("le=\"");
+        bucket.append(i < bounds.size() ? text_of(bounds[i]) : "+Inf").append("\"");
+        text += line(name, "_bucket", bucket, static_cast<double>(count));
       }
       text += line(name, "_sum", labels, series.sum);
       text += line(name, "_count", labels, static_cast<double>(count));

@@ -80,6 +80,11 @@ class WithKeys(unittest.TestCase):
         for path in ("/healthz", "/metrics"):
             self.assertEqual(self.daemon.health(path).status, 200)
 
+    def test_the_log_tells_whose_request_it_was(self):
+        request_id = self.ask("reader").headers["X-Request-Id"]
+        rows = wait_until(lambda: [row for row in self.daemon.log_rows() if row.get("request_id") == request_id], "the line")
+        self.assertEqual(rows[0]["key"], "reader")
+
     def test_any_host_is_served(self):
         headers = {"Authorization": f"Bearer {self.keys['both']}", "Host": "render.example.com"}
         self.assertEqual(self.daemon.request("GET", "/v1/jobs", headers=headers).status, 200)

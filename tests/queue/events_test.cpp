@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <set>
+#include <thread>
+
 namespace {
 
 using jobs::Events;
@@ -112,6 +116,33 @@ TEST_F(EventsTest, KnowsWhichEndWasSeen) {
   EXPECT_TRUE(events.ended_by("a", number(2)));
   EXPECT_FALSE(events.ended_by("a", number(3))) << "no number of ours";
   EXPECT_FALSE(events.ended_by("b", number(2)));
+}
+
+TEST(Events, ThreadsTellAndListenAtOnceAndNothingIsLostOrTwice) {
+  constexpr int tellers = 4, each = 500;
+  Events events(written, [] { return start_ms; }, {.untaken_max = tellers * each});
+  std::atomic<int> heard = 0;
+  const auto listener = events.listen({}, {});
+  std::atomic<bool> woken = false;
+  listener->on_news([&] { woken = true; });
+  {
+    std::vector<std::jthread> threads;
+    for (int teller = 0; teller < tellers; ++teller) {
+      threads.emplace_back([&, id = std::to_string(teller)] {
+        for (int i = 0; i < each; ++i) {
+          const auto passing = events.listen(id, {});
+          events.moved(id, JobState::queued);
+          if (passing->take(1000).text.starts_with(id + ":queued#")) ++heard;
+        }
+      });
+    }
+  }
+  EXPECT_EQ(heard, tellers * each);
+  EXPECT_EQ(events.listeners(), 1U);
+  EXPECT_TRUE(woken);
+  std::set<std::string> all;
+  for (std::string one = listener->take(1).text; !one.empty(); one = listener->take(1).text) all.insert(one);
+  EXPECT_EQ(all.size(), static_cast<std::size_t>(tellers * each));
 }
 
 TEST_F(EventsTest, BoundsListenersAndFreesTheirPlaces) {

@@ -88,45 +88,6 @@ class QueueTest : public testing::Test {
 
 const std::string abc_sha256 = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
 
-class RecordingObserver final : public Observer {
- public:
-  void moved(const std::string&, JobState to) noexcept override { told += std::string(name_of(to)) + ' '; }
-  void progressed(const std::string&, double fraction) noexcept override { told += std::to_string(fraction) + ' '; }
-  void removed(const std::string&) noexcept override { told += "removed "; }
-  std::string told;
-};
-
-TEST_F(QueueTest, TellsEveryMoveToItsObserver) {
-  RecordingObserver observer;
-  queue.observe(&observer);
-  submit();
-  Claim claim = *queue.claim(false);
-  queue.progressed(claim.job.id, 0.5);
-  queue.release(claim.job.id, claim.fence, false, false);
-  claim = *queue.claim(false);
-  EXPECT_TRUE(succeed(claim, "picture"));
-  queue.remove(claim.job.id);
-  queue.cancel(submit());
-  submit();
-  claim = *queue.claim(false);
-  queue.fail(claim.job.id, claim.fence, {"internal", "", {}});
-  EXPECT_EQ(observer.told,
-            "queued running 0.500000 queued running succeeded removed queued cancelled queued running failed ");
-}
-
-TEST_F(QueueTest, TellsNothingThatDidNotHappen) {
-  RecordingObserver observer;
-  submit();
-  const Claim claim = *queue.claim(false);
-  queue.observe(&observer);
-  EXPECT_FALSE(queue.fail(claim.job.id, claim.fence + 1, {"internal", "", {}}));
-  EXPECT_FALSE(queue.finish_cancel(claim.job.id, claim.fence + 1));
-  queue.remove(claim.job.id);  // it runs
-  queue.cancel("nobody");
-  queue.progressed("nobody", 0.5);
-  EXPECT_EQ(observer.told, "");
-}
-
 }  // namespace
 
 TEST_F(QueueTest, ASubmittedJobCarriesWhatTheDocumentAskedFor) {

@@ -1,0 +1,110 @@
+/// What the queue tells of what happens to jobs.
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <thread>
+
+#include "server/jobs/queue.h"
+#include "server/storage/memory/memory_artifact_store.h"
+#include "server/storage/memory/memory_job_store.h"
+#include "tests/conformance/memory_file.h"
+
+using namespace jobs;
+
+namespace {
+
+class RecordingObserver final : public Observer {
+ public:
+  void moved(const std::string&, JobState to) noexcept override { told += std::string(name_of(to)) + ' '; }
+  void progressed(const std::string&, double fraction) noexcept override { told += std::to_string(fraction) + ' '; }
+  void removed(const std::string&) noexcept override { told += "removed "; }
+  std::string told;
+};
+
+class QueueObserverTest : public testing::Test {
+ protected:
+  std::string submit() { return queue.submit("{}", {})->job.id; }
+  bool succeed(const Claim& claim, const std::string& picture) {
+    const MemoryFile file(picture);
+    return queue.succeed(claim.job.id, claim.fence, "{}", {{"image.png", "image/png", file.fd()}});
+  }
+
+  MemoryJobStore store;
+  MemoryArtifactStore artifacts;
+  IdSource ids{system_clock(), system_random()};
+  Queue queue{store, artifacts, ids, system_clock(), no_log(), {}};
+  RecordingObserver observer;
+};
+
+TEST_F(QueueObserverTest, TellsEveryMoveToItsObserver) {
+  queue.observe(&observer);
+  submit();
+  Claim claim = *queue.claim(false);
+  queue.progressed(claim.job.id, 0.5);
+  queue.release(claim.job.id, claim.fence, false, false);
+  claim = *queue.claim(false);
+  EXPECT_TRUE(succeed(claim, "picture"));
+  queue.remove(claim.job.id);
+  queue.cancel(submit());
+  submit();
+  claim = *queue.claim(false);
+  queue.fail(claim.job.id, claim.fence, {"internal", "", {}});
+  EXPECT_EQ(observer.told,
+            "queued running 0.500000 queued running succeeded removed queued cancelled queued running failed ");
+}
+
+/// A store whose submit, and release, returns only after another thread has claimed the job.
+class LateStore : public MemoryJobStore {
+ public:
+  void submit(const Job& job, const std::string& document) override {
+    MemoryJobStore::submit(job, document);
+    between();
+  }
+  bool release(const std::string& id, std::int64_t fence, std::int64_t now, bool counts, bool suspect) override {
+    const bool moved = MemoryJobStore::release(id, fence, now, counts, suspect);
+    between();
+    return moved;
+  }
+  std::function<void()> between = [] {};
+};
+
+TEST(QueueObserver, NobodyHearsThatAJobRunsBeforeHearingThatItWaits) {
+  LateStore store;
+  MemoryArtifactStore artifacts;
+  IdSource ids(system_clock(), system_random());
+  Queue queue(store, artifacts, ids, system_clock(), no_log(), {});
+  RecordingObserver observer;
+  queue.observe(&observer);
+  std::optional<Claim> claim;
+  store.between = [&] { std::jthread([&] { claim = queue.claim(false); }); };
+  ASSERT_TRUE(queue.submit("{}", {}));
+  ASSERT_TRUE(claim);
+  EXPECT_EQ(observer.told, "queued running ");
+  const Claim first = *claim;
+  EXPECT_TRUE(queue.release(first.job.id, first.fence, false, false));
+  EXPECT_EQ(observer.told, "queued running queued running ");
+}
+
+TEST_F(QueueObserverTest, TellsOfACancelThatAReleaseCarriesOut) {
+  submit();
+  const Claim claim = *queue.claim(false);
+  queue.cancel(claim.job.id);
+  queue.observe(&observer);
+  EXPECT_TRUE(queue.release(claim.job.id, claim.fence, false, false));
+  EXPECT_EQ(observer.told, "cancelled ");
+}
+
+TEST_F(QueueObserverTest, TellsNothingThatDidNotHappen) {
+  submit();
+  const Claim claim = *queue.claim(false);
+  queue.observe(&observer);
+  EXPECT_FALSE(queue.fail(claim.job.id, claim.fence + 1, {"internal", "", {}}));
+  EXPECT_FALSE(queue.finish_cancel(claim.job.id, claim.fence + 1));
+  queue.remove(claim.job.id);  // it runs
+  queue.cancel("nobody");
+  queue.progressed("nobody", 0.5);
+  EXPECT_EQ(observer.told, "");
+}
+
+}  // namespace
