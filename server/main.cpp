@@ -207,6 +207,7 @@ void serve(const config::Config& config, const telemetry::Log& log) {
       .batch_limits = {limits, static_cast<int>(config.batch_jobs), config.batch_bytes},
       .missing_files = [&config](const tracer::Scene& scene) { return missing_files(scene, config.assets); },
       .sha256 = jobs::sha256_of,
+      .job_memory_bytes = config.job_memory_bytes,
       .render_wait = std::chrono::seconds(config.render_wait_s),
       .draining = [&draining] { return draining.load(); },
       .told_limits = told_limits(config, limits, settings.head)};

@@ -27,9 +27,10 @@ struct Front {
   api::BatchLimits batch_limits;  ///< their `document` is `limits`
   /// An issue for each file that the scene names and that is not there to be read. Unset: `limits` let none be named.
   std::function<std::vector<tracer::Issue>(const tracer::Scene&)> missing_files;
-  std::function<std::string(std::string_view)> sha256;             ///< of bytes, as 64 hex digits
-  std::chrono::milliseconds render_wait{60'000};                   ///< see the option render_wait_s
-  std::function<bool()> draining;                                  ///< true: new work is refused, reads are answered
+  std::function<std::string(std::string_view)> sha256;  ///< of bytes, as 64 hex digits
+  std::uint64_t job_memory_bytes = 16ull << 30;         ///< scenes that are estimated to take more are refused
+  std::chrono::milliseconds render_wait{60'000};        ///< see the option render_wait_s
+  std::function<bool()> draining;                       ///< true: new work is refused, reads are answered
   std::vector<std::pair<std::string, std::uint64_t>> told_limits;  ///< what GET /v1/version tells, by option name
 };
 std::vector<Route> client_routes(const Front& front);

@@ -31,6 +31,7 @@ int main() {
                              .batch_limits = {},
                              .missing_files = {},
                              .sha256 = {},
+                             .job_memory_bytes = 0,
                              .draining = [] { return false; },
                              .told_limits = {}}));
   print(http::health_routes({[] { return std::string(); }, [](jobs::JobState) { return std::int64_t{0}; }}));
