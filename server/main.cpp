@@ -304,6 +304,7 @@ void serve(const config::Config& config, keys::KeyRing* ring, const telemetry::L
       .missing_files = [&](const tracer::Scene& scene) { return missing_files(scene, config.assets, uploads); },
       .sha256 = jobs::sha256_of,
       .deliveries = [&deliveries](const std::string& id) { return deliveries.of_job(id); },
+      .job_memory_bytes = config.job_memory_bytes,
       .render_wait = std::chrono::seconds(config.render_wait_s),
       .draining = [&draining] { return draining.load(); },
       .told_limits = told_limits(config, limits, settings.head),

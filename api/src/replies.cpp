@@ -7,6 +7,7 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
+#include "api/estimate.h"
 #include "api/src/requirements_json.h"
 #include "tracer/encode.h"
 
@@ -230,13 +231,14 @@ std::string write_valid(const tracer::Scene& scene) {
   const std::uint64_t samples = accuracy.adaptive ? accuracy.adaptive->samples_min : accuracy.samples;
   std::vector<tracer::RequirementReason> reasons;
   const tracer::Requirements needs = tracer::requirements(scene, &reasons);
-  return text_of(
-      {{"valid", true},
-       {"errors", Json::array()},
-       {"requirements", requirements_json(needs)},
-       {"reasons", reasons_json(reasons)},
-       {"estimate",
-        {{"samples", scene.image.window().pixels() * samples}, {"seconds", nullptr}, {"memory_bytes", nullptr}}}});
+  return text_of({{"valid", true},
+                  {"errors", Json::array()},
+                  {"requirements", requirements_json(needs)},
+                  {"reasons", reasons_json(reasons)},
+                  {"estimate",
+                   {{"samples", scene.image.window().pixels() * samples},
+                    {"seconds", nullptr},
+                    {"memory_bytes", estimated_memory_bytes(scene)}}}});
 }
 
 std::string write_invalid(const std::vector<tracer::Issue>& errors) {

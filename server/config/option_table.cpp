@@ -55,8 +55,10 @@ constexpr std::array table{
            "most bytes of one API key's pictures, then its submissions answer 429; 1 TiB is most disks"},
     Option{"wall_time_s", "86400", Count{&Config::wall_time_s, 1, 31'536'000},
            "longest attempt of a job, then it is stopped; whatever takes more than a day hangs"},
-    Option{"job_memory_bytes", "8589934592", Count{&Config::job_memory_bytes, 1ull << 20, 1ull << 50},
-           "most memory of a running job, then it is stopped; 8 GiB is forty million triangles"},
+    Option{"job_memory_bytes", "17179869184", Count{&Config::job_memory_bytes, 1ull << 20, 1ull << 50},
+           "most memory of a job: one estimated to take more is refused, a running one that does is stopped; 16 GiB is "
+           "twice "
+           "what 64 Mpx take"},
     Option{"connections", "20000", Count{&Config::connections, 1, 1'000'000},
            "open connections; each idle one costs about 1 KiB"},
     Option{"connections_per_address", "20000", Count{&Config::connections_per_address, 1, 1'000'000},

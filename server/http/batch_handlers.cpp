@@ -71,22 +71,22 @@ std::vector<TarEntry> pictures_of(const std::string& batch, const Front& front) 
   return entries;
 }
 
-/// The jobs of a body; those that name files are refused where one is missing.
+/// The jobs of a body; none where one of them cannot be rendered here.
 tracer::Result<jobs::BatchSubmission, Problem> batch_of(const Request& request, const std::string& body,
                                                         const Front& front) {
   jobs::BatchSubmission submission;
-  std::vector<tracer::Issue> missing;
+  std::vector<tracer::Issue> refused;
   const auto take = [&](std::string document, api::Document parsed, std::string canonical) {
-    if (front.missing_files && missing.empty()) missing = front.missing_files(parsed.scene);
+    if (refused.empty()) refused = refused_here(parsed.scene, front);
     submission.jobs.push_back(
         submission_of(request, {std::move(document), std::move(parsed), std::move(canonical)}, front));
   };
   const auto read = api::parse_batch(body, front.batch_limits, take);
   if (!read) return problem_of(read.error());
-  if (!missing.empty()) {
+  if (!refused.empty()) {
     api::Refusal refusal;
-    for (tracer::Issue& issue : missing) issue.pointer.insert(0, "/scene");
-    refusal.issues = std::move(missing);
+    for (tracer::Issue& issue : refused) issue.pointer.insert(0, "/scene");
+    refusal.issues = std::move(refused);
     return problem_of(refusal);
   }
   submission.name = read->name;

@@ -4,6 +4,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "server/http/routes.h"
 #include "tracer/result.h"
@@ -86,6 +87,9 @@ struct Scene {
 tracer::Result<std::string, Problem> take_json(Request& request, std::string_view what);
 /// Takes the body of a request: 411, 415, 400, 413 and 422 come from here.
 tracer::Result<Scene, Problem> take_scene(Request& request, const Front& front);
+
+/// What of a good scene cannot be rendered here: files that are not there, more memory than a job may take.
+std::vector<tracer::Issue> refused_here(const tracer::Scene& scene, const Front& front);
 
 /// take_scene for a job that is to run: 503 while draining.
 tracer::Result<Scene, Problem> take_work(Request& request, const Front& front);

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "api/estimate.h"
 #include "api/replies.h"
 #include "server/http/handlers.h"
 #include "server/http/negotiation.h"
@@ -56,12 +57,22 @@ tracer::Result<Scene, Problem> take_scene(Request& request, const Front& front) 
   auto parsed = api::parse_scene(scene.document, front.limits, &scene.canonical);
   if (!parsed) return problem_of(parsed.error());
   scene.parsed = std::move(*parsed);
-  if (front.missing_files) {
-    api::Refusal refusal;
-    refusal.issues = front.missing_files(scene.parsed.scene);
-    if (!refusal.issues.empty()) return problem_of(refusal);
-  }
+  api::Refusal refusal;
+  refusal.issues = refused_here(scene.parsed.scene, front);
+  if (!refusal.issues.empty()) return problem_of(refusal);
   return scene;
+}
+
+std::vector<tracer::Issue> refused_here(const tracer::Scene& scene, const Front& front) {
+  std::vector<tracer::Issue> issues;
+  if (front.missing_files) issues = front.missing_files(scene);
+  const std::uint64_t bytes = api::estimated_memory_bytes(scene);
+  if (bytes > front.job_memory_bytes) {
+    issues.push_back({"", "limit_exceeded",
+                      "the limit job_memory_bytes is " + std::to_string(front.job_memory_bytes) +
+                          ", the scene is estimated to take " + std::to_string(bytes)});
+  }
+  return issues;
 }
 
 tracer::Result<Scene, Problem> take_work(Request& request, const Front& front) {

@@ -58,7 +58,7 @@ struct SupervisorSettings {
   std::chrono::milliseconds wall_time{std::chrono::hours(24)};
   /// A worker that has more than this for each of its jobs, beyond what it had before the first, is killed, and they
   /// have failed as "out_of_memory"; looked at with each of its heartbeats.
-  std::uint64_t job_memory_bytes = 8ull << 30;
+  std::uint64_t job_memory_bytes = 16ull << 30;
 };
 
 /// "/path/of/this/program's/folder/whittled-worker"

@@ -68,7 +68,9 @@ def main():
     parser.add_argument("--clients", type=int, default=8)
     parser.add_argument("--scene", default=str(pathlib.Path(__file__).parents[2] / "scenes" / "tiny.json"))
     options = parser.parse_args()
-    document = pathlib.Path(options.scene).read_bytes()
+    scene = json.loads(pathlib.Path(options.scene).read_bytes())
+    scene["job"] = {**scene.get("job", {}), "cache": "off"}  # each is rendered
+    document = json.dumps(scene).encode()
 
     with Daemon("--log-level", "warning") as daemon:
         idle_bytes = daemon.resident_bytes()

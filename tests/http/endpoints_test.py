@@ -1,12 +1,30 @@
 """Every endpoint, status and header of HTTP.md that exists, over loopback: jobs and the service itself."""
 import json
+import os
 import re
+import subprocess
+import tempfile
 import unittest
 import uuid
 
-from tests.http.daemon import Daemon, OneDaemon, json_of, long_scene, scene, wait_until
+from tests.http.daemon import BIN, SANITIZED, Daemon, OneDaemon, json_of, long_scene, scene, wait_until
 
 NOBODY = "0190a000-0000-7000-8000-000000000001"
+
+
+def peak_bytes(document):
+    """What the command line takes at most to render it."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = f"{folder}/scene.json"
+        with open(path, "w", encoding="utf-8") as file:
+            json.dump(document, file)
+        arguments = [BIN / "whittle", "render", path, "-o", f"{folder}/out.png"]
+        process = subprocess.Popen(arguments, stdout=subprocess.DEVNULL)  # pylint: disable=consider-using-with
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        if process.returncode != 0:
+            raise AssertionError(f"whittle ended with {process.returncode}")
+        return usage.ru_maxrss * 1024
 
 
 class Submitting(OneDaemon):
@@ -77,9 +95,24 @@ class Validating(OneDaemon):
         self.assertFalse(verdict["requirements"]["refraction"])
         self.assertEqual(set(verdict["reasons"]), {name for name, needed in verdict["requirements"].items() if needed})
         self.assertEqual(verdict["reasons"]["spheres"], "/objects/0")
-        self.assertEqual(verdict["estimate"], {"samples": 400, "seconds": None, "memory_bytes": None})
+        self.assertEqual(verdict["estimate"], {"samples": 400, "seconds": None, "memory_bytes": 10 * 10 * 40 + 2 * 650})
         reply = self.daemon.request("POST", "/v1/jobs/validate", scene(10, 10, accuracy={"samples": [3, 9]}))
-        self.assertEqual(json_of(reply)["estimate"], {"samples": 300, "seconds": None, "memory_bytes": None})
+        self.assertEqual(json_of(reply)["estimate"], {"samples": 300, "seconds": None, "memory_bytes": 10 * 10 * 140 + 2 * 650})
+
+    @unittest.skipIf(SANITIZED, "a sanitizer takes memory of its own")
+    def test_estimates_memory_near_what_a_render_takes(self):
+        grid, n = [], 300
+        for y in range(n - 1):
+            for x in range(n - 1):
+                grid += [[y * n + x, y * n + x + 1, y * n + n + x], [y * n + x + 1, y * n + n + x + 1, y * n + n + x]]
+        mesh = {"type": "mesh", "triangles": grid, "material": {},
+                "positions": [[x / n, y / n, (x * y % 7) / 100] for y in range(n) for x in range(n)]}
+        wide = {"image": {"width": 2400, "height": 1600}}
+        at_rest = peak_bytes(scene())
+        for document in (scene(**wide), scene(**wide, accuracy={"target_error": 20}), scene(objects=[mesh])):
+            estimate = json_of(self.daemon.request("POST", "/v1/jobs/validate", document))["estimate"]["memory_bytes"]
+            taken = peak_bytes(document) - at_rest
+            self.assertTrue(0.4 < taken / estimate < 1.1, f"estimated {estimate}, took {taken}")
 
     def test_tells_the_errors_of_a_bad_scene_with_200(self):
         reply = self.daemon.request("POST", "/v1/jobs/validate", scene(colour="red"))

@@ -37,6 +37,7 @@ int main() {
                              .missing_files = {},
                              .sha256 = {},
                              .deliveries = {},
+                             .job_memory_bytes = 0,
                              .draining = [] { return false; },
                              .told_limits = {}}));
   print(http::health_routes({}));  // whose functions nobody calls here

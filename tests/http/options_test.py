@@ -78,7 +78,16 @@ class Options(unittest.TestCase):
             self.assertEqual(job["problem"]["code"], "timed_out")
             self.assertIn("wall_time_s", job["problem"]["detail"])
         with Daemon("--job-memory-bytes", "1048576") as daemon:
-            job = daemon.wait_for_end(daemon.submit(long_scene(job={"max_attempts": 1})))
+            for path, body in (("/v1/jobs", scene(200, 200)), ("/v1/batches", {"scene": scene(200, 200), "frames": [{}]})):
+                reply = daemon.request("POST", path, body)
+                self.assertEqual(reply.status, 422, reply.body)
+                self.assertIn("job_memory_bytes is 1048576, the scene is estimated to take 1601300",
+                              json_of(reply)["errors"][0]["detail"])
+            # Corners that no triangle has are not in the estimate; the watch sees them.
+            mesh = {"type": "mesh", "positions": [[i, 0, i % 3] for i in range(200_000)], "triangles": [[0, 1, 2]],
+                    "material": {}}
+            greedy = scene(100, 100, samples=4096, objects=[mesh, *scene()["objects"]], job={"max_attempts": 1})
+            job = daemon.wait_for_end(daemon.submit(greedy))
             self.assertEqual(job["problem"]["code"], "out_of_memory")
             self.assertIn("job_memory_bytes", job["problem"]["detail"])
 

@@ -138,14 +138,14 @@ void bench_pages(const std::string& folder, int count) {
   };
   using enum jobs::JobState;
   page("newest:", {});
-  page("state queued:", {queued, {}, ""});
-  page("state failed (2,000, the oldest):", {failed, {}, ""});
-  page("label of 60:", {{}, {{"batch", "7"}}, ""});
-  page("label of all and state running (1):", {running, {{"all", "1"}}, ""});
-  page("label of all and state failed (the oldest):", {failed, {{"all", "1"}}, ""});
-  page("label of all and label of 60:", {{}, {{"all", "1"}, {"batch", "7"}}, ""});
-  page("text in one of the newest:", {{}, {}, "frame 9999"});
-  page("text in none:", {{}, {}, "nothing"});
+  page("state queued:", {queued, {}, {}, ""});
+  page("state failed (2,000, the oldest):", {failed, {}, {}, ""});
+  page("label of 60:", {{}, {{"batch", "7"}}, {}, ""});
+  page("label of all and state running (1):", {running, {{"all", "1"}}, {}, ""});
+  page("label of all and state failed (the oldest):", {failed, {{"all", "1"}}, {}, ""});
+  page("label of all and label of 60:", {{}, {{"all", "1"}, {"batch", "7"}}, {}, ""});
+  page("text in one of the newest:", {{}, {}, {}, "frame 9999"});
+  page("text in none:", {{}, {}, {}, "nothing"});
   for (int i = 0; i < 3; ++i) bench_submits(daemon, 3);
 }
 

@@ -54,8 +54,8 @@ struct ProblemReply {
 std::string write_problem(const ProblemReply& problem);
 
 /// {valid: true, errors: [], requirements, estimate{samples, seconds, memory_bytes}}. `samples` are those of all pixels
-/// together, where sampling adapts the fewest that there may be. `seconds` and `memory_bytes` are null: nothing
-/// measured stands behind a figure yet.
+/// together, where sampling adapts the fewest that there may be; `memory_bytes` is api/estimate.h's. `seconds` are
+/// null: nothing measured stands behind a figure yet.
 std::string write_valid(const tracer::Scene& scene);
 /// {valid: false, errors, requirements: null, estimate: null}
 std::string write_invalid(const std::vector<tracer::Issue>& errors);
