@@ -43,6 +43,7 @@ DIRECTIONS = [
     ("api/src/replies", ["tracer/include/", "api/include/", "api/src/", "server/jobs/"]),
     ("api/", ["tracer/include/", "api/"]),
     ("server/main.cpp", ["server/", "tracer/include/", "api/include/"]),
+    ("server/settings", ["server/", "api/include/"]),
     ("server/jobs/", ["server/jobs/", "tracer/include/", "api/include/"]),
     ("server/storage/sqlite/", ["server/jobs/", "server/storage/sqlite/", "tracer/include/"]),
     ("server/storage/files/", ["server/jobs/", "server/storage/files/"]),

@@ -24,7 +24,7 @@ class RecordingObserver final : public Observer {
 
 class QueueObserverTest : public testing::Test {
  protected:
-  std::string submit() { return queue.submit("{}", {})->job.id; }
+  std::string submit() { return queue.submit({.document = "{}"})->view.job.id; }
   bool succeed(const Claim& claim, const std::string& picture) {
     const MemoryFile file(picture);
     return queue.succeed(claim.job.id, claim.fence, "{}", {{"image.png", "image/png", file.fd()}});
@@ -54,15 +54,16 @@ TEST_F(QueueObserverTest, TellsEveryMoveToItsObserver) {
             "queued running 0.500000 queued running succeeded removed queued cancelled queued running failed ");
 }
 
-/// A store whose submit, and release, returns only after another thread has claimed the job.
+/// A store whose admit, and release, returns only after another thread has claimed the job.
 class LateStore : public MemoryJobStore {
  public:
-  void submit(const Job& job, const std::string& document) override {
-    MemoryJobStore::submit(job, document);
+  std::optional<KeptReply> admit(const Admission& admission, std::int64_t now) override {
+    auto earlier = MemoryJobStore::admit(admission, now);
     between();
+    return earlier;
   }
-  bool release(const std::string& id, std::int64_t fence, std::int64_t now, bool counts, bool suspect) override {
-    const bool moved = MemoryJobStore::release(id, fence, now, counts, suspect);
+  bool release(const std::string& id, std::int64_t fence, std::int64_t now, const Release& how) override {
+    const bool moved = MemoryJobStore::release(id, fence, now, how);
     between();
     return moved;
   }
@@ -78,7 +79,7 @@ TEST(QueueObserver, NobodyHearsThatAJobRunsBeforeHearingThatItWaits) {
   queue.observe(&observer);
   std::optional<Claim> claim;
   store.between = [&] { std::jthread([&] { claim = queue.claim(false); }); };
-  ASSERT_TRUE(queue.submit("{}", {}));
+  ASSERT_TRUE(queue.submit({.document = "{}"}));
   ASSERT_TRUE(claim);
   EXPECT_EQ(observer.told, "queued running ");
   const Claim first = *claim;

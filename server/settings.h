@@ -1,0 +1,29 @@
+#pragma once
+/// The configuration in the words of each part of the daemon.
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "api/document.h"
+#include "server/config/config.h"
+#include "server/http/gate.h"
+#include "server/keys/key_ring.h"
+#include "server/webhooks/webhooks.h"
+
+api::Limits document_limits(const config::Config& config);
+
+/// `ring`: null where there are no keys.
+http::GateSettings gate_settings(const config::Config& config, const std::string& spool_folder,
+                                 const keys::KeyRing* ring);
+/// One thread suffices for three short routes, and a probe needs no body.
+http::GateSettings health_gate_settings(const config::Config& config, const std::string& spool_folder);
+
+/// Both throw with the reason when the options do not make sense together with what is in the file.
+webhooks::WebhookSettings webhook_settings(const config::Config& config);
+webhooks::PosterSettings poster_settings(const config::Config& config);
+
+/// Everything that GET /v1/version tells as a limit.
+std::vector<std::pair<std::string, std::uint64_t>> told_limits(const config::Config& config, const api::Limits& limits,
+                                                               const http::HeadLimits& head);
