@@ -26,6 +26,7 @@
 #include "server/http/access.h"
 #include "server/http/event_text.h"
 #include "server/http/gate.h"
+#include "server/http/probe.h"
 #include "server/http/routes.h"
 #include "server/jobs/asset_collector.h"
 #include "server/jobs/housekeeper.h"
@@ -268,6 +269,12 @@ int make_key(const config::Command& command) {
   }
 }
 
+int ask_whether_ready(const config::Config& config) {
+  const http::Probe found = http::probe(config.health_listen.host, config.health_listen.port);
+  std::printf("%s\n", found.answer.c_str());
+  return found.ready ? 0 : exit_failed;
+}
+
 int tell(const std::vector<config::Mistake>& mistakes) {
   for (const auto& [where, sentence] : mistakes) {
     std::fprintf(stderr, "whittled: %s: %s\n", where.c_str(), sentence.c_str());
@@ -306,6 +313,8 @@ int main(int argument_count, char** arguments) {
       return 0;
     case config::Task::new_key:
       return make_key(*command);
+    case config::Task::probe:
+      return ask_whether_ready(command->config);
     case config::Task::check:
     case config::Task::run:
       return check_and_run(*command);

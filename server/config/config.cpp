@@ -62,7 +62,10 @@ Flags read_flags(const std::vector<std::string>& arguments, std::vector<Mistake>
     if (argument == "--help") flags.task = Task::help;
     if (argument == "--version") flags.task = Task::version;
     if (argument == "--check-config") flags.task = Task::check;
-    if (argument == "--help" || argument == "--version" || argument == "--check-config") continue;
+    if (argument == "--probe") flags.task = Task::probe;
+    if (argument == "--help" || argument == "--version" || argument == "--check-config" || argument == "--probe") {
+      continue;
+    }
 
     std::string name = flag.starts_with("--") ? flag.substr(2) : "";
     std::replace(name.begin(), name.end(), '-', '_');
@@ -203,7 +206,7 @@ tracer::Result<Command, std::vector<Mistake>> read_command(const std::vector<std
     mistakes.push_back(
         {"health_listen", "must differ from listen, both are " + text_of(*find_option("listen"), command.config)});
   }
-  check_reach(command.config, weakest_first, mistakes);
+  if (flags.task != Task::probe) check_reach(command.config, weakest_first, mistakes);  // it listens nowhere
   read_new_key(flags, command, mistakes);
   if (!mistakes.empty()) return mistakes;
   return command;
@@ -226,6 +229,7 @@ std::string help_text() {
       "  whittled [--NAME VALUE ...] [--config FILE]\n"
       "  whittled --check-config ...   says every mistake, or the settings, and ends\n"
       "  whittled --new-key NAME [--scopes jobs:read,jobs:write,admin] --keys FILE   shows a new key, once\n"
+      "  whittled --probe              asks the daemon on health_listen whether it is ready: 0 when it is, else 1\n"
       "  whittled --version | --help\n\n"
       "A flag --some-name beats the environment's WHITTLE_SOME_NAME beats the file's line \"some_name = value\".\n\n";
   for (const Option& option : options()) {

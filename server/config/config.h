@@ -51,7 +51,7 @@ struct Mistake {
 };
 
 /// What to do with the configuration.
-enum class Task { run, check, help, version, new_key };
+enum class Task { run, check, help, version, new_key, probe };
 
 struct Command {
   Task task = Task::run;

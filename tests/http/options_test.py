@@ -36,6 +36,15 @@ class Options(unittest.TestCase):
             second = whittled("--check-config", "--config", file.name)
         self.assertEqual(second.stdout, first.stdout)
 
+    def test_a_probe_tells_whether_a_daemon_is_ready_and_why_not(self):
+        with Daemon() as daemon:
+            place = f"127.0.0.1:{daemon.health_port}"
+            ready = whittled("--probe", "--health-listen", place)
+        self.assertEqual((ready.returncode, ready.stdout.strip()), (0, "ready"))
+        gone = whittled("--probe", "--health-listen", place)
+        self.assertEqual(gone.returncode, 1)
+        self.assertIn("no answer", gone.stdout)
+
     def test_check_config_tells_variables_it_ignores(self):
         result = whittled("--check-config", environment={"WHITTLE_PORT": "tcp://10.0.0.1:80"})
         self.assertEqual(result.returncode, 0)
