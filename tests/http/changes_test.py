@@ -77,7 +77,7 @@ class Changing(OneDaemon):
         try:
             self.daemon.wait_for_state(job_id, "running")
             first = self.daemon.get(f"/v1/jobs/{job_id}")
-            wait_until(lambda: self.daemon.job(job_id)["progress"] > json_of(first)["progress"], "progress")
+            wait_until(lambda: self.daemon.job(job_id)["progress"] > json_of(first)["progress"] + 0.01, "progress")
             self.assertNotEqual(first.headers["ETag"], self.daemon.get(f"/v1/jobs/{job_id}").headers["ETag"])
             self.assertEqual(self.change(job_id, {"name": "on its way"}, first.headers["ETag"]).status, 200)
         finally:

@@ -94,8 +94,9 @@ class Contract(unittest.TestCase):
         self.assertIn(str(reply.status), operation["responses"], f"{method} {template}: {reply.body[:500]}")
         seen.add((operation["operationId"], reply.status))
         response = self.resolve(operation["responses"][str(reply.status)])
-        for name in response.get("headers", {}):
-            self.assertIn(name, reply.headers, f"{method} {template} {reply.status}")
+        for name, header in response.get("headers", {}).items():
+            if header.get("required", True):
+                self.assertIn(name, reply.headers, f"{method} {template} {reply.status}")
         self.assertIn("X-Request-Id", reply.headers)
         content = response.get("content")
         if not content:
@@ -207,7 +208,7 @@ class Contract(unittest.TestCase):
         change(b"{}", If_Match=None)
         change(b"{}", url=f"/v1/jobs/{NOBODY}")
         with self.daemon.socket() as connection:
-            connection.sendall(f"PATCH {path} HTTP/1.1\r\nHost: x\r\nIf-Match: *\r\n\r\n".encode())
+            connection.sendall(f"PATCH {path} HTTP/1.1\r\nHost: localhost\r\nIf-Match: *\r\n\r\n".encode())
             self.assertIn(b" 411 ", connection.makefile("rb").readline())
             seen.add(("changeJob", 411))
         retry = "/v1/jobs/{id}/retry"
@@ -228,7 +229,7 @@ class Contract(unittest.TestCase):
         other = self.daemon.request("POST", "/v1/batches", b"{}", {"Content-Type": "text/plain"})
         self.check(seen, "/v1/batches", other, "POST")
         with self.daemon.socket() as connection:
-            connection.sendall(b"POST /v1/batches HTTP/1.1\r\nHost: x\r\n\r\n")
+            connection.sendall(b"POST /v1/batches HTTP/1.1\r\nHost: localhost\r\n\r\n")
             self.assertIn(b" 411 ", connection.makefile("rb").readline())
             seen.add(("submitBatch", 411))
         waiting = {"scene": scene(job={"run_after": "2099-01-01T00:00:00Z"}), "sweep": {"/camera/fov": [30, 40]}}

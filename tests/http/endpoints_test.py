@@ -109,7 +109,7 @@ class Validating(OneDaemon):
                 "positions": [[x / n, y / n, (x * y % 7) / 100] for y in range(n) for x in range(n)]}
         wide = {"image": {"width": 2400, "height": 1600}}
         at_rest = peak_bytes(scene())
-        for document in (scene(**wide), scene(**wide, accuracy={"target_error": 20}), scene(objects=[mesh])):
+        for document in (scene(samples=4, **wide), scene(**wide, accuracy={"target_error": 20}), scene(objects=[mesh])):
             estimate = json_of(self.daemon.request("POST", "/v1/jobs/validate", document))["estimate"]["memory_bytes"]
             taken = peak_bytes(document) - at_rest
             self.assertTrue(0.4 < taken / estimate < 1.1, f"estimated {estimate}, took {taken}")

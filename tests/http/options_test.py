@@ -4,7 +4,7 @@ import subprocess
 import tempfile
 import unittest
 
-from tests.http.daemon import BIN, Daemon, json_of, long_scene, scene
+from tests.http.daemon import BIN, Daemon, json_of, long_scene, scene, wait_until
 
 
 def whittled(*arguments, environment=None):
@@ -39,8 +39,8 @@ class Options(unittest.TestCase):
     def test_a_probe_tells_whether_a_daemon_is_ready_and_why_not(self):
         with Daemon() as daemon:
             place = f"127.0.0.1:{daemon.health_port}"
-            ready = whittled("--probe", "--health-listen", place)
-        self.assertEqual((ready.returncode, ready.stdout.strip()), (0, "ready"))
+            ready = wait_until(lambda: (answer := whittled("--probe", "--health-listen", place)).returncode == 0 and answer, "the worker to start")
+        self.assertEqual(ready.stdout.strip(), "ready")
         gone = whittled("--probe", "--health-listen", place)
         self.assertEqual(gone.returncode, 1)
         self.assertIn("no answer", gone.stdout)

@@ -73,7 +73,7 @@ class WithReceiver(unittest.TestCase):
 
     def submit(self, daemon, url, events=None, **changes):
         webhook = {"url": url, **({"events": events} if events else {})}
-        return daemon.submit({**scene(), **changes, "job": {"webhook": webhook}})
+        return daemon.submit({**scene(), **changes, "job": {"webhook": webhook, "cache": "off"}})
 
     @staticmethod
     def deliveries(daemon, job_id):

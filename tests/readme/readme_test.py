@@ -51,7 +51,7 @@ class Readme(unittest.TestCase):
         self.assertEqual(self.size_of("whitted.png"), (640, 480))
 
     def test_renders_a_scene_with_files(self):
-        self.run_block("scenes/mesh_files.json")
+        self.run_block("-o mesh_files.png")
         self.assertEqual(self.size_of("mesh_files.png"), (800, 450))
 
     def test_uploads_a_file_and_misses_it_no_more(self):
@@ -97,7 +97,7 @@ class Readme(unittest.TestCase):
             self.assertTrue((self.folder / f"tiny.{kind}").stat().st_size > 0, kind)
 
     def test_has_every_shell_block_run_here(self):
-        self.assertEqual(len(SHELL_BLOCKS), 9)
+        self.assertEqual(len(SHELL_BLOCKS), 11)
 
     def test_names_two_commands_to_start_that_exist(self):
         (block,) = PLAIN_BLOCKS
