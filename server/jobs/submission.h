@@ -32,7 +32,7 @@ struct FirstReply {
 /// An Idempotency-Key: of one owner and one route.
 struct ReplyKey {
   std::string owner, route, key;
-  auto operator<=>(const ReplyKey&) const = default;
+  auto operator<=>(const ReplyKey&) const = default;  // NOLINT(modernize-use-nullptr): of what the compiler writes
 };
 
 /// The wish to have a request done once, however often it comes.

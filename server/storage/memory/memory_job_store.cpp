@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <ranges>
 #include <string_view>
 #include <tuple>
 
@@ -65,8 +66,8 @@ std::optional<KeptReply> MemoryJobStore::reply(const ReplyKey& key, std::int64_t
 
 std::optional<Job> MemoryJobStore::finished_as(const std::string& content_key, std::int64_t expires_after) {
   const std::lock_guard lock(mutex_);
-  for (auto row = rows_.rbegin(); row != rows_.rend(); ++row) {
-    const Job& job = row->second.job;
+  for (const auto& [id, row] : std::views::reverse(rows_)) {
+    const Job& job = row.job;
     if (job.state != JobState::succeeded || job.content_key != content_key || job.expired) continue;
     if (!job.expires_at || *job.expires_at > expires_after) return job;
   }
