@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <ranges>
 #include <string_view>
 #include <tuple>
 
@@ -66,11 +65,12 @@ std::optional<KeptReply> MemoryJobStore::reply(const ReplyKey& key, std::int64_t
 
 std::optional<Job> MemoryJobStore::finished_as(const std::string& content_key, std::int64_t expires_after) {
   const std::lock_guard lock(mutex_);
-  for (const auto& [id, row] : std::views::reverse(rows_)) {
-    const Job& job = row.job;
-    if (job.state != JobState::succeeded || job.content_key != content_key || job.expired) continue;
-    if (!job.expires_at || *job.expires_at > expires_after) return job;
-  }
+  const auto newest = std::find_if(rows_.rbegin(), rows_.rend(), [&](const auto& row) {
+    const Job& job = row.second.job;
+    return job.state == JobState::succeeded && job.content_key == content_key && !job.expired &&
+           (!job.expires_at || *job.expires_at > expires_after);
+  });
+  if (newest != rows_.rend()) return newest->second.job;
   return std::nullopt;
 }
 
