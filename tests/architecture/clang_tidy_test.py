@@ -1,5 +1,5 @@
-"""clang-tidy, with the rules of .clang-tidy, finds nothing in any source that is built; in those of the tests only where
-WHITTLE_TIDY_TESTS is set, since that takes as long again."""
+"""clang-tidy, with the rules of .clang-tidy, finds nothing in the sources that are built: where WHITTLE_TIDY_TESTS is set in all
+of them and in those of the tests; else, since all take ten minutes, in a third, which changes with every commit."""
 import concurrent.futures
 import json
 import os
@@ -26,6 +26,9 @@ class ClangTidy(unittest.TestCase):
                  if "WHITTLE_TIDY_TESTS" in os.environ or not str(name).startswith("tests/")]
         sources = [path for path in (str(SOURCE / name) for name in names) if path in built]
         self.assertGreater(len(sources), 50)
+        if "WHITTLE_TIDY_TESTS" not in os.environ:
+            commits = subprocess.run(["git", "-C", SOURCE, "rev-list", "--count", "HEAD"], check=True, capture_output=True)
+            sources = sources[int(commits.stdout) % 3::3]
         with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
             found = [text for text in pool.map(findings, sources) if text]
         self.assertEqual(found, [], "\n".join(found))
