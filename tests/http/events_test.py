@@ -195,7 +195,8 @@ class OfAll(unittest.TestCase):
                 stream.__exit__()
 
     def test_drain_ends_streams_after_the_jobs_have(self):
-        with Daemon("--jobs", "1") as daemon, Stream(daemon, "/v1/events") as stream:
+        options = ("--jobs", "1", "--drain-s", "600")  # however slow the machine: a job not done by then goes back
+        with Daemon(*options) as daemon, Stream(daemon, "/v1/events") as stream:
             daemon.submit(scene(600, 400, samples=4))
             stream.until(lambda event: event["data"]["state"] == "running")
             daemon.process.terminate()
