@@ -22,6 +22,7 @@
 
 #include "api/asset_requests.h"
 #include "api/load_assets.h"
+#include "server/backup.h"
 #include "server/config/config.h"
 #include "server/http/access.h"
 #include "server/http/event_text.h"
@@ -255,12 +256,14 @@ void print_settings(const config::Command& command) {
   }
 }
 
-/// The key itself goes to stdout and nowhere else.
+/// The key itself goes to stdout, or to stderr where stdout takes the file's line, and nowhere else.
 int make_key(const config::Command& command) {
   try {
     const keys::Made made = keys::make(command.key_name, *keys::parse_scopes(command.key_scopes));
-    keys::append(command.config.keys, made.line);
-    std::printf("%s\n", made.token.c_str());
+    const bool to_stdout = command.config.keys == "-";
+    if (!to_stdout) keys::append(command.config.keys, made.line);
+    std::printf("%s\n", to_stdout ? made.line.c_str() : made.token.c_str());
+    if (to_stdout) std::fprintf(stderr, "%s\n", made.token.c_str());
     std::fprintf(stderr, "whittled: this is the only time the key is shown; a running daemon learns of it by SIGHUP\n");
     return 0;
   } catch (const std::exception& exception) {
@@ -275,6 +278,16 @@ int ask_whether_ready(const config::Config& config) {
   return found.ready ? 0 : exit_failed;
 }
 
+int write_backup(const config::Command& command) {
+  try {
+    back_up(command.config.data, command.backup_folder);
+    return 0;
+  } catch (const std::exception& exception) {
+    std::fprintf(stderr, "whittled: --backup: %s\n", exception.what());
+    return exit_failed;
+  }
+}
+
 int tell(const std::vector<config::Mistake>& mistakes) {
   for (const auto& [where, sentence] : mistakes) {
     std::fprintf(stderr, "whittled: %s: %s\n", where.c_str(), sentence.c_str());
@@ -282,18 +295,19 @@ int tell(const std::vector<config::Mistake>& mistakes) {
   return exit_bad_configuration;
 }
 
-/// For tasks that need all of the configuration to be right.
+/// For tasks that need all of the configuration to be right, and the files that it names.
 int check_and_run(const config::Command& command) {
+  std::vector<config::Mistake> mistakes = webhook_mistakes(command.config);
   std::optional<keys::KeyRing> ring;
   if (!command.config.keys.empty()) {
     auto read = keys::read(command.config.keys);
-    if (!read) {
-      std::vector<config::Mistake> mistakes;
+    if (read) {
+      ring.emplace(std::move(*read));
+    } else {
       for (const std::string& mistake : read.error()) mistakes.push_back({"--keys", mistake});
-      return tell(mistakes);
     }
-    ring.emplace(std::move(*read));
   }
+  if (!mistakes.empty()) return tell(mistakes);
   if (command.task == config::Task::run) return run(command, ring ? &*ring : nullptr);
   print_settings(command);
   return 0;
@@ -315,6 +329,8 @@ int main(int argument_count, char** arguments) {
       return make_key(*command);
     case config::Task::probe:
       return ask_whether_ready(command->config);
+    case config::Task::backup:
+      return write_backup(*command);
     case config::Task::check:
     case config::Task::run:
       return check_and_run(*command);

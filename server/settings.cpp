@@ -51,10 +51,25 @@ webhooks::WebhookSettings webhook_settings(const config::Config& config) {
 
 webhooks::PosterSettings poster_settings(const config::Config& config) {
   auto networks = webhooks::Networks::parse(config.webhook_networks);
-  if (!networks) throw std::runtime_error("webhook_networks " + networks.error());
+  if (!networks) throw std::runtime_error(networks.error());
   webhooks::PosterSettings settings;
   settings.networks = *std::move(networks);
   return settings;
+}
+
+std::vector<config::Mistake> webhook_mistakes(const config::Config& config) {
+  std::vector<config::Mistake> mistakes;
+  try {
+    if (!config.webhook_secret_file.empty()) (void)webhook_settings(config);
+  } catch (const std::runtime_error& failure) {
+    mistakes.push_back({"--webhook-secret-file", failure.what()});
+  }
+  try {
+    (void)poster_settings(config);
+  } catch (const std::runtime_error& failure) {
+    mistakes.push_back({"--webhook-networks", failure.what()});
+  }
+  return mistakes;
 }
 
 http::GateSettings health_gate_settings(const config::Config& config, const std::string& spool_folder) {

@@ -23,6 +23,8 @@ http::GateSettings health_gate_settings(const config::Config& config, const std:
 /// Both throw with the reason when the options do not make sense together with what is in the file.
 webhooks::WebhookSettings webhook_settings(const config::Config& config);
 webhooks::PosterSettings poster_settings(const config::Config& config);
+/// What either of them would throw, by option.
+std::vector<config::Mistake> webhook_mistakes(const config::Config& config);
 
 /// Everything that GET /v1/version tells as a limit.
 std::vector<std::pair<std::string, std::uint64_t>> told_limits(const config::Config& config, const api::Limits& limits,

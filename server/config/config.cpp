@@ -42,13 +42,14 @@ std::string_view trimmed(std::string_view text) {
 
 struct Flags {
   Task task = Task::run;
-  std::optional<std::string> file, new_key, scopes;
+  std::optional<std::string> file, new_key, scopes, backup;
   Settings settings;
 
   /// The flags that are no options.
   std::optional<std::string>* other(std::string_view flag) {
     if (flag == "--config") return &file;
     if (flag == "--new-key") return &new_key;
+    if (flag == "--backup") return &backup;
     return flag == "--scopes" ? &scopes : nullptr;
   }
 };
@@ -206,7 +207,13 @@ tracer::Result<Command, std::vector<Mistake>> read_command(const std::vector<std
     mistakes.push_back(
         {"health_listen", "must differ from listen, both are " + text_of(*find_option("listen"), command.config)});
   }
-  if (flags.task != Task::probe) check_reach(command.config, weakest_first, mistakes);  // it listens nowhere
+  if (flags.backup) {
+    command.task = Task::backup;
+    command.backup_folder = *flags.backup;
+    if (command.backup_folder.empty()) mistakes.push_back({"--backup", "needs the name of a new folder"});
+  }
+  const bool listens = command.task != Task::probe && command.task != Task::backup;
+  if (listens) check_reach(command.config, weakest_first, mistakes);
   read_new_key(flags, command, mistakes);
   if (!mistakes.empty()) return mistakes;
   return command;
@@ -228,8 +235,9 @@ std::string help_text() {
       "whittled: takes JSON scenes over HTTP, keeps them as jobs, answers pictures.\n\n"
       "  whittled [--NAME VALUE ...] [--config FILE]\n"
       "  whittled --check-config ...   says every mistake, or the settings, and ends\n"
-      "  whittled --new-key NAME [--scopes jobs:read,jobs:write,admin] --keys FILE   shows a new key, once\n"
+      "  whittled --new-key NAME [--scopes jobs:read,jobs:write,admin] --keys FILE   shows a new key, once; FILE - is stdout\n"
       "  whittled --probe              asks the daemon on health_listen whether it is ready: 0 when it is, else 1\n"
+      "  whittled --backup FOLDER      copies the data folder, whose daemon may go on, into a new one\n"
       "  whittled --version | --help\n\n"
       "A flag --some-name beats the environment's WHITTLE_SOME_NAME beats the file's line \"some_name = value\".\n\n";
   for (const Option& option : options()) {

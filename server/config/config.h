@@ -51,11 +51,12 @@ struct Mistake {
 };
 
 /// What to do with the configuration.
-enum class Task { run, check, help, version, new_key, probe };
+enum class Task { run, check, help, version, new_key, probe, backup };
 
 struct Command {
   Task task = Task::run;
   std::string key_name, key_scopes;  ///< of a new key
+  std::string backup_folder;         ///< where a backup is written
   Config config;
   /// WHITTLE_ variables that are no option. To be told, but no mistake: Kubernetes gives every pod beside a service
   /// called whittle a WHITTLE_PORT and its like.

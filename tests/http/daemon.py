@@ -54,7 +54,66 @@ def long_scene(**changes):
     return scene(4000, 4000, samples=64, **{"name": "long", **changes})
 
 
-class Daemon:
+class Served:
+    """A daemon that answers at 127.0.0.1, self.port and self.health_port."""
+
+    port = health_port = None
+
+    def request(self, method, path, body=None, headers=None, port=None):
+        """One request on a connection of its own. A dict is sent as JSON."""
+        headers = dict(headers or {})
+        if isinstance(body, dict):
+            body = json.dumps(body).encode()
+        if body is not None:
+            headers.setdefault("Content-Type", "application/json")
+        connection = self.connection(port or self.port)
+        try:
+            connection.request(method, path, body=body, headers=headers)
+            response = connection.getresponse()
+            return Reply(response.status, response.headers, response.read())
+        finally:
+            connection.close()
+
+    def get(self, path, **headers):
+        return self.request("GET", path, headers={name.replace("_", "-"): value for name, value in headers.items()})
+
+    def health(self, path, method="GET"):
+        return self.request(method, path, port=self.health_port)
+
+    def connection(self, port):
+        return http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE_S)
+
+    def socket(self):
+        """A connection to speak anything over."""
+        return socket.create_connection(("127.0.0.1", self.port), timeout=PATIENCE_S)
+
+    # ---- jobs
+
+    def submit(self, document):
+        """The id of the accepted job."""
+        reply = self.request("POST", "/v1/jobs", document)
+        if reply.status != 202:
+            raise AssertionError(f"submitting answered {reply.status}: {reply.body.decode()}")
+        return json_of(reply)["id"]
+
+    def job(self, job_id):
+        reply = self.get(f"/v1/jobs/{job_id}")
+        if reply.status != 200:
+            raise AssertionError(f"job {job_id} answered {reply.status}: {reply.body.decode()}")
+        return json_of(reply)
+
+    def wait_for_state(self, job_id, *states):
+        """The job, once it is in one of `states`."""
+        def job_in_state():
+            job = self.job(job_id)
+            return job if job["state"] in states else None
+        return wait_until(job_in_state, f"job {job_id} to be {' or '.join(states)}; {self.job(job_id)}")
+
+    def wait_for_end(self, job_id):
+        return self.wait_for_state(job_id, "succeeded", "failed", "cancelled")
+
+
+class Daemon(Served):
     """whittled in its own process group. Use as a context manager."""
 
     def __init__(self, *options, data=None, environment=None, wrapper=()):
@@ -132,58 +191,6 @@ class Daemon:
     def resident_bytes(self):
         pages = pathlib.Path(f"/proc/{self.process.pid}/statm").read_text(encoding="ascii").split()[1]
         return int(pages) * os.sysconf("SC_PAGESIZE")
-
-    # ---- HTTP
-
-    def request(self, method, path, body=None, headers=None, port=None):
-        """One request on a connection of its own. A dict is sent as JSON."""
-        headers = dict(headers or {})
-        if isinstance(body, dict):
-            body = json.dumps(body).encode()
-        if body is not None:
-            headers.setdefault("Content-Type", "application/json")
-        connection = http.client.HTTPConnection("127.0.0.1", port or self.port, timeout=PATIENCE_S)
-        try:
-            connection.request(method, path, body=body, headers=headers)
-            response = connection.getresponse()
-            return Reply(response.status, response.headers, response.read())
-        finally:
-            connection.close()
-
-    def get(self, path, **headers):
-        return self.request("GET", path, headers={name.replace("_", "-"): value for name, value in headers.items()})
-
-    def health(self, path, method="GET"):
-        return self.request(method, path, port=self.health_port)
-
-    def socket(self):
-        """A connection to speak anything over."""
-        return socket.create_connection(("127.0.0.1", self.port), timeout=PATIENCE_S)
-
-    # ---- jobs
-
-    def submit(self, document):
-        """The id of the accepted job."""
-        reply = self.request("POST", "/v1/jobs", document)
-        if reply.status != 202:
-            raise AssertionError(f"submitting answered {reply.status}: {reply.body.decode()}")
-        return json_of(reply)["id"]
-
-    def job(self, job_id):
-        reply = self.get(f"/v1/jobs/{job_id}")
-        if reply.status != 200:
-            raise AssertionError(f"job {job_id} answered {reply.status}: {reply.body.decode()}")
-        return json_of(reply)
-
-    def wait_for_state(self, job_id, *states):
-        """The job, once it is in one of `states`."""
-        def job_in_state():
-            job = self.job(job_id)
-            return job if job["state"] in states else None
-        return wait_until(job_in_state, f"job {job_id} to be {' or '.join(states)}; {self.job(job_id)}")
-
-    def wait_for_end(self, job_id):
-        return self.wait_for_state(job_id, "succeeded", "failed", "cancelled")
 
 
 class OneDaemon(unittest.TestCase):

@@ -1,0 +1,51 @@
+#include "server/storage/files/copy_files.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <filesystem>
+
+#include "server/jobs/artifact_store.h"
+#include "server/storage/files/durable_file.h"
+
+namespace jobs {
+namespace {
+
+void copy_file(const std::string& from, const std::string& sha256, const std::string& into) {
+  const files::File source(from, O_RDONLY | O_NOFOLLOW);
+  if (source.fd() < 0 && errno == ENOENT) return;
+  struct stat status {};
+  if (source.fd() < 0 || fstat(source.fd(), &status) < 0) files::fail("cannot open", from);
+  files::Temporary copy(into + "/tmp/" + sha256);
+  const auto stored = copy.copy([&](std::uint64_t offset, char* bytes, std::size_t size) {
+    return files::read_at(source.fd(), offset, bytes, size, from);
+  });
+  if (stored.sha256 != sha256) {
+    throw StoreFailure(StoreFailure::Kind::unavailable, from + " is damaged: its bytes have the sha256 " + stored.sha256);
+  }
+  copy.set_time(std::int64_t{status.st_mtim.tv_sec} * 1000 + status.st_mtim.tv_nsec / 1'000'000);
+  copy.rename_to(files::path_of(into, sha256));
+}
+
+}  // namespace
+
+void copy_files(const std::string& folder, const std::string& into) {
+  files::prepare_folder(into);
+  for (const auto& part : std::filesystem::directory_iterator(into)) {
+    const std::string source = folder + "/" + part.path().filename().string();
+    if (part.path().filename().string().size() != 2 || !std::filesystem::is_directory(source)) continue;
+    for (const auto& file : std::filesystem::directory_iterator(source)) {
+      const std::string sha256 = file.path().filename();
+      if (is_sha256(sha256)) copy_file(file.path(), sha256, into);
+    }
+  }
+}
+
+void sync_disk(const std::string& path) {
+  const files::File folder(path, O_RDONLY | O_DIRECTORY);
+  if (folder.fd() < 0 || syncfs(folder.fd()) < 0) files::fail("cannot sync", path);
+}
+
+}  // namespace jobs

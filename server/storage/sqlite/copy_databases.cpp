@@ -1,0 +1,24 @@
+#include "server/storage/sqlite/copy_databases.h"
+
+#include <filesystem>
+
+#include "server/jobs/job_store.h"
+#include "server/storage/sqlite/database.h"
+
+namespace jobs {
+namespace {
+
+/// A reader among others: it neither writes the log nor brings it into the file.
+void copy(const std::string& from, const std::string& to) {
+  sqlite::Database(from, sqlite::Database::Access::read_only).change("VACUUM INTO ?", to);
+}
+
+}  // namespace
+
+void copy_databases(const std::string& folder, const std::string& into) {
+  const std::string deliveries = "/webhooks.db", all_jobs = "/whittle.db";
+  if (std::filesystem::exists(folder + deliveries)) copy(folder + deliveries, into + deliveries);
+  copy(folder + all_jobs, into + all_jobs);
+}
+
+}  // namespace jobs

@@ -1,0 +1,175 @@
+"""docker/compose.yaml, started by docker-compose with the engine's own interface, spoken to through its TLS proxy.
+
+Ports are free ones of loopback, secrets the test's; the rest is as it stands.
+"""
+import base64
+import hashlib
+import http.client
+import json
+import os
+import pathlib
+import shutil
+import socket
+import ssl
+import subprocess
+import tempfile
+import time
+import unittest
+
+import yaml
+
+from tests.container import images, machine
+from tests.container.container import Running
+from tests.container.engine import STORE, podman, podman_environment
+from tests.http.daemon import BIN, PATIENCE_S, Served, json_of, long_scene, scene, wait_until
+from tests.support.sources import SOURCE
+
+PROJECT = "whittletest"
+ASSET_BYTES = 100_000_000
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def write_secrets(folder):
+    """A key and a certificate for localhost; the key."""
+    folder.mkdir()
+    made = subprocess.run([BIN / "whittled", "--new-key", "test", "--keys", folder / "keys"], check=True, capture_output=True, text=True)
+    subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256", "-nodes", "-days", "2",
+                    "-subj", "/CN=localhost", "-addext", "subjectAltName=DNS:localhost", "-keyout", folder / "tls.key",
+                    "-out", folder / "tls.crt"], check=True, capture_output=True)
+    for path in folder.iterdir():
+        path.chmod(0o644)  # read by the users of the containers
+    return made.stdout.strip()
+
+
+class Compose:
+    """The services of compose.yaml, until they are taken down."""
+
+    def __init__(self, folder):
+        self.folder = pathlib.Path(folder) / "docker"
+        shutil.copytree(SOURCE / "docker", self.folder, ignore=shutil.ignore_patterns("secrets"))
+        self.key = write_secrets(self.folder / "secrets")
+        self.ports = {"whittle": free_port(), "proxy": free_port()}
+        self.give_free_ports()
+        self.address = STORE / "podman.sock"
+        self.address.unlink(missing_ok=True)
+        # pylint: disable-next=consider-using-with
+        self.service = subprocess.Popen(["podman", "system", "service", "--time", "0", f"unix://{self.address}"],
+                                        env=podman_environment(), stderr=subprocess.DEVNULL)
+        wait_until(self.address.exists, "podman's service")
+
+    def give_free_ports(self):
+        path = self.folder / "compose.yaml"
+        services = yaml.safe_load(path.read_text(encoding="utf-8"))
+        for name, port in self.ports.items():
+            (published,) = services["services"][name]["ports"]
+            services["services"][name]["ports"] = [f"127.0.0.1:{port}:{published.split(':')[-1]}"]
+        path.write_text(yaml.safe_dump(services), encoding="utf-8")
+
+    def command(self, *arguments):
+        return ["docker-compose", "--host", f"unix://{self.address}", "--project-name", PROJECT,
+                "--file", str(self.folder / "compose.yaml"), "--profile", "tls", *arguments]
+
+    def up(self):
+        """The proxy waits for a healthy daemon. Without systemd nobody asks for its health but this."""
+        environment = {**os.environ, "COMPOSE_INTERACTIVE_NO_CLI": "1"}
+        with open(self.folder / "up.log", "wb") as log:
+            with subprocess.Popen(self.command("up", "--detach", "--no-build"), stdout=log, stderr=log, env=environment) as starting:
+                end = time.monotonic() + PATIENCE_S
+                while starting.poll() is None and time.monotonic() < end:
+                    subprocess.run(["podman", "healthcheck", "run", f"{PROJECT}_whittle_1"], env=podman_environment(),
+                                   check=False, capture_output=True)
+                    time.sleep(0.2)
+                starting.kill()
+        if starting.returncode != 0:
+            raise AssertionError((self.folder / "up.log").read_text(encoding="utf-8"))
+
+    def down(self):
+        subprocess.run(self.command("down", "--volumes", "--timeout", "1"), check=False, capture_output=True, timeout=PATIENCE_S)
+        self.service.terminate()
+        self.service.wait(PATIENCE_S)
+
+
+class Proxied(Served):
+    """The daemon through the proxy, over TLS; every request brings the key."""
+
+    def __init__(self, compose):
+        self.port = compose.ports["proxy"]
+        self.trust = ssl.create_default_context(cafile=compose.folder / "secrets" / "tls.crt")
+        self.allowed = {"Authorization": f"Bearer {compose.key}"}
+
+    def connection(self, port):
+        return http.client.HTTPSConnection("localhost", port, timeout=PATIENCE_S, context=self.trust)
+
+    def request(self, method, path, body=None, headers=None, port=None):
+        return super().request(method, path, body, {**self.allowed, **(headers or {})}, port)
+
+
+class ComposeBehindTls(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        images.proxy()
+        for reason in (machine.why_no_limits(), machine.why_no_networks(), machine.why_no("docker-compose", "openssl")):
+            if reason:
+                raise unittest.SkipTest(f"Compose gives limits and networks: {reason}")
+        compose = Compose(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        cls.addClassCleanup(compose.down)
+        compose.up()
+        cls.compose = compose
+        cls.daemon = Proxied(compose)
+
+    def test_wants_the_key(self):
+        self.assertEqual(self.daemon.request("GET", "/v1/jobs", headers={"Authorization": "Bearer none"}).status, 401)
+
+    def test_submits_and_fetches_a_range(self):
+        job = self.daemon.wait_for_end(self.daemon.submit(scene(160, 120)))
+        path = f"/v1/jobs/{job['id']}/image.png"
+        whole = self.daemon.get(path)
+        part = self.daemon.get(path, Range="bytes=100-199")
+        self.assertEqual((whole.status, part.status), (200, 206))
+        self.assertEqual(part.body, whole.body[100:200])
+        self.assertEqual(part.headers["Content-Range"], f"bytes 100-199/{len(whole.body)}")
+
+    def test_passes_events_on_as_they_happen(self):
+        """The first ones come while the job still runs, and long before its end could flush a buffer."""
+        job_id = self.daemon.submit(long_scene())
+        connection = self.daemon.connection(self.daemon.port)
+        self.addCleanup(connection.close)
+        connection.request("GET", f"/v1/jobs/{job_id}/events", headers=self.daemon.allowed)
+        stream = connection.getresponse()
+        self.assertEqual(stream.headers["Content-Type"], "text/event-stream")
+        heard = b""
+        while b"event: progress" not in heard:
+            line = stream.readline()
+            self.assertTrue(line, heard)
+            heard += line
+        self.assertEqual(self.daemon.job(job_id)["state"], "running")
+        self.daemon.request("POST", f"/v1/jobs/{job_id}/cancel")
+        self.assertIn(b'"state":"cancelled"', heard + stream.read())
+
+    def test_takes_an_asset_of_100_megabytes(self):
+        block = hashlib.sha256(b"an asset").digest() * 1000
+        asset = (block * (ASSET_BYTES // len(block) + 1))[:ASSET_BYTES]
+        name = hashlib.sha256(asset).hexdigest()
+        reply = self.daemon.request("PUT", f"/v1/assets/{name}", asset, {"Content-Type": "application/octet-stream"})
+        self.assertEqual(reply.status, 201, reply.body)
+        self.assertEqual(json_of(reply)["bytes"], ASSET_BYTES)
+        self.assertEqual(self.daemon.request("HEAD", f"/v1/assets/{name}").headers["Content-Length"], str(ASSET_BYTES))
+
+    def test_confines_both(self):
+        for service in ("whittle", "proxy"):
+            inspected = Running(f"{PROJECT}_{service}_1").inspect()
+            held = inspected["HostConfig"]
+            self.assertTrue(held["ReadonlyRootfs"])
+            self.assertEqual(inspected["EffectiveCaps"] or [], [], service)
+            self.assertGreater(held["Memory"], 0)
+            self.assertGreater(held["PidsLimit"], 0)
+            self.assertIn("no-new-privileges", "".join(held["SecurityOpt"]))
+
+
+if __name__ == "__main__":
+    unittest.main()

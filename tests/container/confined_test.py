@@ -1,0 +1,148 @@
+"""The image, held as tightly as an engine can: it renders, keeps its jobs, drains, and nothing in it may do more."""
+import json
+import os
+import pathlib
+import subprocess
+import unittest
+
+from tests.container import images, machine
+from tests.container.container import Container, status_of
+from tests.container.engine import attempt, podman
+from tests.http.daemon import Daemon, json_of, long_scene, scene, wait_until
+from tests.support.sources import SOURCE
+
+USER = "10001"
+NO_CAPABILITY = "0" * 16
+LIMITS = () if machine.why_no_limits() else ("--memory", "2g", "--pids-limit", "256")
+# Its loopback is all that it sees, and all that it needs.
+ALONE = ("--network", "none", "--tmpfs", "/tmp", *LIMITS)
+
+
+def sandbox_of(container):
+    return wait_until(lambda: json_of(container.get("/v1/version"))["sandbox"], "the worker")
+
+
+def picture_of(daemon, job_id):
+    job = daemon.wait_for_end(job_id)
+    if job["state"] != "succeeded":
+        raise AssertionError(job)
+    return daemon.get(f"/v1/jobs/{job_id}/image.png").body
+
+
+class ConfinedContainer(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.image = images.whittle()
+        cls.container = cls.enterClassContext(Container(cls.image, *ALONE))
+
+    def test_renders_the_sphereflake_as_the_daemon_outside_does(self):
+        document = json.loads((SOURCE / "scenes/sphereflake.json").read_text(encoding="utf-8"))
+        with Daemon() as outside:
+            expected = picture_of(outside, outside.submit(document))
+        self.assertEqual(picture_of(self.container, self.container.submit(document)), expected)
+
+    def test_writes_every_format(self):
+        formats = ["png", "png16", "exr", "jpg", "hdr", "webp", "tiff"]
+        job_id = self.container.submit(scene(output={"formats": formats}))
+        job = self.container.wait_for_end(job_id)
+        self.assertEqual((job["state"], len(job["artifacts"])), ("succeeded", len(formats)), job["problem"])
+
+    def test_is_held_by_the_kernel(self):
+        sandbox_of(self.container)
+        for pid in (self.container.pid, *self.container.worker_pids()):
+            status = status_of(pid)
+            self.assertEqual(status["Uid"].split(), [USER] * 4)
+            self.assertEqual(status["Gid"].split(), [USER] * 4)
+            for kind in ("Inh", "Prm", "Eff", "Bnd", "Amb"):
+                self.assertEqual(status[f"Cap{kind}"], NO_CAPABILITY, kind)
+            self.assertEqual((status["NoNewPrivs"], status["Seccomp"]), ("1", "2"))
+
+    def test_holds_its_worker_further(self):
+        self.assertIn(sandbox_of(self.container), ("seccomp", "seccomp, landlock"))
+        (worker,) = self.container.worker_pids()
+        # The engine's filter is the daemon's too; the worker's own comes on top.
+        self.assertEqual(int(status_of(worker)["Seccomp_filters"]), int(status_of(self.container.pid)["Seccomp_filters"]) + 1)
+
+    def test_writes_to_its_data_and_nowhere_else(self):
+        self.assertTrue(self.container.can_write("/var/lib/whittle"))
+        self.assertTrue(self.container.can_write("/tmp"))
+        for folder in ("/", "/opt/whittle/bin", "/etc", "/var/lib", "/usr/lib"):
+            self.assertFalse(self.container.can_write(folder), folder)
+        mounts = pathlib.Path(f"/proc/{self.container.pid}/mountinfo").read_text(encoding="utf-8").splitlines()
+        (root,) = [mount.split() for mount in mounts if mount.split()[4] == "/"]
+        self.assertIn("ro", root[5].split(","))
+
+    def test_holds_no_program_but_its_own(self):
+        root = pathlib.Path(f"/proc/{self.container.pid}/root")
+        found = {str(path.relative_to(root)) for top in ("bin", "sbin", "usr", "opt", "etc", "var") for path in (root / top).rglob("*")
+                 if path.is_file() and not path.is_symlink() and os.access(path, os.X_OK) and ".so" not in path.name}
+        self.assertEqual(found, {f"opt/whittle/bin/{program}" for program in images.PROGRAMS})
+
+    def test_is_found_healthy_by_its_own_check(self):
+        self.assertEqual(attempt("healthcheck", "run", self.container.name).returncode, 0)
+
+    def test_says_what_it_is(self):
+        (image,) = json.loads(podman("image", "inspect", self.image))
+        labels = image["Labels"]
+        self.assertEqual((labels["org.opencontainers.image.title"], labels["org.opencontainers.image.version"]), ("Whittle", "0.1.0"))
+        self.assertEqual((image["User"], image["Config"]["StopSignal"]), (f"{USER}:{USER}", "15"))
+
+    def test_is_one_image_for_every_machine(self):
+        """x86-64-v2 and older have no registers wider than 128 bits: what uses them has to ask the processor first, as
+        the libraries with kernels of their own do. Ours never do."""
+        for program in images.PROGRAMS:
+            path = f"/proc/{self.container.pid}/root/opt/whittle/bin/{program}"
+            code = subprocess.run(["objdump", "--disassemble", path], check=True, capture_output=True, text=True).stdout
+            self.assertIn("%xmm", code)
+            self.assertNotRegex(code, r"%[yz]mm", program)
+
+
+class ConfinedLife(unittest.TestCase):
+    def setUp(self):
+        self.container = self.enterContext(Container(images.whittle(), *ALONE))
+
+    def test_finds_its_jobs_again_after_kill_9(self):
+        ids = [self.container.submit(scene(name=f"job {i}")) for i in range(5)]
+        ids.append(self.container.submit(long_scene()))
+        first = picture_of(self.container, ids[0])
+        self.container.signal("KILL")
+        self.assertEqual(self.container.exit_code(), 128 + 9)
+        self.container.start()
+        self.assertEqual(picture_of(self.container, ids[0]), first)
+        for job_id in ids[1:-1]:
+            self.assertEqual(self.container.wait_for_end(job_id)["state"], "succeeded")
+        self.assertEqual(self.container.wait_for_state(ids[-1], "running")["attempt"], 2)
+
+    def test_drains_on_sigterm(self):
+        """A job that runs is finished, a waiting request answered, then it ends with 0."""
+        job_id = self.container.submit(scene(400, 300, samples=64))
+        self.container.wait_for_state(job_id, "running", "succeeded")
+        podman("stop", "--time", "60", self.container.name)
+        self.assertEqual(self.container.exit_code(), 0)
+        last = json.loads(self.container.log().splitlines()[-1])
+        self.assertEqual((last["event"], last["all_jobs_finished"]), ("stopped", True))
+        self.container.start()
+        self.assertEqual(self.container.job(job_id)["state"], "succeeded")
+
+    def test_does_not_start_on_what_it_may_not_write(self):
+        with self.assertRaises(AssertionError):
+            with Container(images.whittle(), *ALONE, "--volume", "/etc:/var/lib/whittle:ro"):
+                pass
+
+
+@unittest.skipIf(machine.why_no_limits(), machine.why_no_limits())
+class MemoryLimit(unittest.TestCase):
+    def test_ends_a_render_and_not_the_daemon(self):
+        limits = ("--network", "none", "--memory", "400m", "--memory-swap", "400m", "--pids-limit", "128")
+        with Container(images.whittle(), *limits) as container:
+            daemon = container.pid
+            waiting = container.submit(scene(8000, 8000, samples=1, name="too large for this container"))
+            job = container.wait_for_end(waiting)
+            self.assertEqual(job["state"], "failed", job)
+            self.assertEqual(container.pid, daemon)
+            picture_of(container, container.submit(scene()))
+            self.assertFalse(container.inspect()["State"]["OOMKilled"] and not container.inspect()["State"]["Running"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,72 @@
+"""Podman over a store of its own, below the build folder or where WHITTLE_CONTAINERS says: nothing of the machine's own
+containers is seen or changed, and a second run finds the layers of the first.
+
+Without systemd: health checks are asked for by hand, control groups are made directly.
+"""
+import functools
+import os
+import pathlib
+import subprocess
+
+from tests.container import machine
+from tests.support.sources import SOURCE
+
+STORE = pathlib.Path(os.environ.get("WHITTLE_CONTAINERS") or SOURCE / "build" / "containers").resolve()
+PATIENCE_S = 900  # of one command: a whole build in the image, on a machine with better things to do
+
+# runc: crun wants one kind of control groups or the other, and machines have both at once. A machine without
+# CAP_SYS_RESOURCE cannot raise limits, so these are low. Locks are files: two stores must not share the ones in memory.
+CONTAINERS_CONF = f"""
+[containers]
+default_ulimits = ["nofile=16384:16384", "nproc=16384:16384"]
+log_driver = "k8s-file"
+cgroups = "{"disabled" if machine.why_no_limits() else "enabled"}"
+[engine]
+runtime = "runc"
+cgroup_manager = "cgroupfs"
+events_logger = "file"
+lock_type = "file"
+tmp_dir = "{STORE}/state"
+[network]
+network_backend = "netavark"
+network_config_dir = "{STORE}/networks"
+"""
+
+
+def environment(driver):
+    """What podman, and whoever starts it, is to know."""
+    STORE.mkdir(parents=True, exist_ok=True)
+    (STORE / "containers.conf").write_text(CONTAINERS_CONF, encoding="ascii")
+    storage = f'[storage]\ndriver = "{driver}"\ngraphroot = "{STORE}/{driver}"\nrunroot = "{STORE}/run"\n'
+    (STORE / "storage.conf").write_text(storage, encoding="ascii")
+    return {**os.environ, "CONTAINERS_CONF": str(STORE / "containers.conf"), "DISABLE_HC_SYSTEMD": "true",
+            "CONTAINERS_STORAGE_CONF": str(STORE / "storage.conf")}
+
+
+@functools.cache
+def podman_environment():
+    """With overlays where the store's file system bears them, else with copies, which start ten times slower."""
+    for driver in ("overlay", "vfs"):
+        found = environment(driver)
+        asked = subprocess.run(["podman", "info"], env=found, check=False, capture_output=True, text=True, timeout=PATIENCE_S)
+        if asked.returncode == 0:
+            return found
+    raise AssertionError(f"podman info: {asked.stderr}")
+
+
+def attempt(*arguments, **options):
+    """`podman ARGUMENTS`, whatever becomes of it."""
+    return subprocess.run(["podman", *map(str, arguments)], env=podman_environment(), check=False, capture_output=True,
+                          text=True, timeout=PATIENCE_S, **options)
+
+
+def podman(*arguments, **options):
+    """`podman ARGUMENTS`; what it printed."""
+    done = attempt(*arguments, **options)
+    if done.returncode != 0:
+        raise AssertionError(f"podman {' '.join(map(str, arguments))}: exit code {done.returncode}\n{done.stdout}{done.stderr}")
+    return done.stdout.strip()
+
+
+def has_image(name):
+    return attempt("image", "exists", name).returncode == 0

@@ -1,0 +1,58 @@
+"""The images, from the unchanged Dockerfiles: made once in a process, and of what is new only in a store that has them."""
+import functools
+import os
+import pathlib
+import shutil
+import tempfile
+import unittest
+
+from tests.container import base_image, machine
+from tests.container.engine import podman
+from tests.http.daemon import BIN
+from tests.support.sources import SOURCE
+
+# The whole build in the image, in place of the one outside: --compile of tests/container/run.
+COMPILE = bool(os.environ.get("WHITTLE_CONTAINER_COMPILE"))
+PROGRAMS = ("whittle", "whittled", "whittled-worker")
+
+
+def build(name, context, *options, file="Dockerfile"):
+    """`chroot`: the steps of a build run as this machine's root does, in containers of it too. Docker's format has the
+    health check, which OCI's has no place for."""
+    podman("build", "--isolation", "chroot", "--network", "host", "--layers", "--format", "docker", "--tag", name,
+           "--file", pathlib.Path(context) / file, *options, context)
+
+
+@functools.cache
+def whittle():
+    """The name of the daemon's image. Skips the test on a machine that bears none."""
+    if reason := machine.why_no_containers():
+        raise unittest.SkipTest(reason)
+    base_image.ensure()
+    options = ["--build-arg", "VERSION=0.1.0", "--build-arg", "REVISION=test"]
+    if COMPILE:
+        build("whittle", SOURCE, *options, "--build-arg", "PROGRAMS=compile", file="docker/Dockerfile")
+    else:
+        with tempfile.TemporaryDirectory() as context:
+            ready_programs(pathlib.Path(context))
+            build("whittle", context, *options, "--build-arg", "PROGRAMS=ready", file="docker/Dockerfile")
+    return "localhost/whittle"
+
+
+def ready_programs(context):
+    """A checkout as the Dockerfile's PROGRAMS=ready wants it, with the programs that the other tests try."""
+    shutil.copytree(SOURCE / "docker", context / "docker", ignore=shutil.ignore_patterns("secrets"))
+    shutil.copy(SOURCE / ".dockerignore", context)
+    release = context / "build" / "release"
+    (release / "bin").mkdir(parents=True)
+    for program in PROGRAMS:
+        shutil.copy2(BIN / program, release / "bin")
+    shutil.copytree(BIN.parent / "lib" / "whittle", release / "lib" / "whittle")
+
+
+@functools.cache
+def proxy():
+    """The name of the TLS proxy's image."""
+    whittle()
+    build("whittle-proxy", SOURCE / "docker" / "proxy")
+    return "localhost/whittle-proxy"

@@ -1,0 +1,91 @@
+"""What this machine lets containers do. Each function returns "" when it can be done, else the sentence that says why not.
+
+Asked of the kernel and of Debian's own tools, never of the container engine: what the machine forbids is skipped with its
+reason, and what the engine then gets wrong is a failure.
+"""
+import functools
+import os
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import urllib.parse
+
+CGROUPS = pathlib.Path("/sys/fs/cgroup")
+
+
+def answer_of(*command):
+    """Exit code, and the last line of what it said."""
+    try:
+        done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=60)
+    except (OSError, subprocess.TimeoutExpired) as failure:
+        return 1, str(failure)
+    return done.returncode, (done.stderr.strip() or done.stdout.strip()).rpartition("\n")[2]
+
+
+def why_no(*tools):
+    missing = [tool for tool in tools if shutil.which(tool) is None]
+    return f"not installed: {', '.join(missing)}" if missing else ""
+
+
+@functools.cache
+def why_no_containers():
+    if os.geteuid() != 0:
+        return "the store of images and the base image are made by root, and this is another user"
+    if reason := why_no("podman", "runc", "debootstrap", "unshare"):
+        return reason
+    code, said = answer_of("unshare", "--mount", "--pid", "--net", "--ipc", "--uts", "--fork",
+                           "mount", "-t", "tmpfs", "tmpfs", "/mnt")
+    return f"namespaces or mounts are forbidden here: {said}" if code else ""
+
+
+@functools.cache
+def why_no_limits():
+    """Limits of memory and of processes are the control groups'."""
+    if (CGROUPS / "cgroup.controllers").exists():
+        offered = (CGROUPS / "cgroup.controllers").read_text(encoding="ascii").split()
+        parents = {"memory": CGROUPS, "pids": CGROUPS}
+    else:
+        parents = {name: CGROUPS / name for name in ("memory", "pids")}
+        offered = [name for name, parent in parents.items() if parent.is_dir()]
+    for name, parent in parents.items():
+        if name not in offered:
+            return f"the kernel offers no control group for {name} here"
+        try:
+            os.rmdir(tempfile.mkdtemp(prefix="whittle-", dir=parent))
+        except OSError as failure:
+            return f"no control group can be made here: {failure}"
+    return ""
+
+
+@functools.cache
+def why_no_networks():
+    """A network of several containers: a bridge, pairs of interfaces, rules of the packet filter."""
+    if reason := why_no("ip", "iptables"):
+        return reason
+    for command in (["ip", "link", "add", "whittle0", "type", "bridge"],
+                    ["ip", "link", "add", "whittle1", "type", "veth", "peer", "name", "whittle2"],
+                    ["iptables", "--table", "nat", "--list"]):
+        code, said = answer_of("unshare", "--net", *command)
+        if code:
+            return f"\"{' '.join(command)}\" is impossible here: {said}"
+    return ""
+
+
+@functools.cache
+def debian_mirror():
+    """Where this machine gets Debian 12 from."""
+    _, said = answer_of("apt-get", "indextargets", "--format", "$(SITE)", "Codename: bookworm", "Component: main",
+                        "Created-By: Packages")
+    return said
+
+
+@functools.cache
+def why_no_packages():
+    """apt's own downloader, so that its proxies and keys hold."""
+    mirror = debian_mirror()
+    if urllib.parse.urlsplit(mirror).scheme not in ("http", "https"):
+        return "apt has no list of Debian 12's packages from a server; apt-get update?"
+    with tempfile.TemporaryDirectory() as folder:
+        code, said = answer_of("/usr/lib/apt/apt-helper", "download-file", f"{mirror}/dists/bookworm/InRelease", f"{folder}/x")
+    return f"Debian's packages cannot be fetched here: {said}" if code else ""

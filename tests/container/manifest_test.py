@@ -1,0 +1,91 @@
+"""The Kubernetes manifest as podman plays it: the same pod, with its claim, its settings and its keys.
+
+What needs a cluster is not tried here: the service's name, the network policy, and the probes by themselves, which the
+test asks instead.
+"""
+import base64
+import json
+import os
+import subprocess
+import tempfile
+import unittest
+
+import yaml
+
+from tests.container import images, machine
+from tests.container.container import Running, status_of
+from tests.container.engine import attempt, podman
+from tests.http.daemon import BIN, json_of, scene
+from tests.support.sources import SOURCE
+
+MANIFESTS = SOURCE / "docker" / "k8s"
+PLAYED = ("config.yaml", "storage.yaml", "deployment.yaml")
+
+
+def documents(name):
+    with open(MANIFESTS / name, encoding="utf-8") as file:
+        return list(yaml.safe_load_all(file))
+
+
+def new_key(folder):
+    """A key, and the file of its hash."""
+    path = os.path.join(folder, "keys")
+    made = subprocess.run([BIN / "whittled", "--new-key", "test", "--keys", path], check=True, capture_output=True, text=True)
+    with open(path, encoding="ascii") as file:
+        return made.stdout.strip(), file.read()
+
+
+class Pod(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        images.whittle()
+        for reason in (machine.why_no_limits(), machine.why_no_networks()):
+            if reason:
+                raise unittest.SkipTest(f"a pod has limits and a network: {reason}")
+        folder = cls.enterClassContext(tempfile.TemporaryDirectory())
+        cls.key, hashed = new_key(folder)
+        secret = {"apiVersion": "v1", "kind": "Secret", "metadata": {"name": "whittle-keys"},
+                  "data": {"keys": base64.b64encode(hashed.encode()).decode()}}
+        cls.manifest = os.path.join(folder, "whittle.yaml")
+        with open(cls.manifest, "w", encoding="utf-8") as file:
+            yaml.safe_dump_all([secret, *(document for name in PLAYED for document in documents(name))], file)
+        cls.addClassCleanup(attempt, "volume", "rm", "--force", "whittle-data")
+        cls.addClassCleanup(attempt, "play", "kube", "--down", cls.manifest)
+        podman("play", "kube", cls.manifest)
+        (deployment,) = documents("deployment.yaml")
+        cls.spec = deployment["spec"]["template"]["spec"]
+        cls.daemon = Running("whittle-pod-whittled").until_ready()
+
+    def test_renders_for_a_key(self):
+        allowed = {"Authorization": f"Bearer {self.key}", "Accept": "image/png"}
+        self.assertEqual(self.daemon.request("POST", "/v1/render", scene()).status, 401)
+        reply = self.daemon.request("POST", "/v1/render", scene(), allowed)
+        self.assertEqual((reply.status, reply.body[:4]), (200, b"\x89PNG"), reply)
+
+    def test_answers_every_probe(self):
+        (container,) = self.spec["containers"]
+        for kind in ("startupProbe", "livenessProbe", "readinessProbe"):
+            asked = container[kind]["httpGet"]
+            self.assertEqual(asked["port"], "health")
+            self.assertEqual(self.daemon.health(asked["path"]).status, 200, kind)
+        self.assertIn(b"whittle_", self.daemon.health("/metrics").body)
+
+    def test_is_confined_as_the_manifest_says(self):
+        status = status_of(self.daemon.pid)
+        self.assertEqual(status["Uid"].split(), [str(self.spec["securityContext"]["runAsUser"])] * 4)
+        self.assertEqual((status["CapEff"], status["CapBnd"]), ("0" * 16,) * 2)
+        self.assertEqual((status["NoNewPrivs"], status["Seccomp"]), ("1", "2"))
+        self.assertFalse(self.daemon.can_write("/opt/whittle"))
+        self.assertTrue(self.daemon.can_write("/var/lib/whittle"))
+
+    def test_keeps_its_jobs_in_the_claim(self):
+        key = {"Authorization": f"Bearer {self.key}"}
+        job_id = json_of(self.daemon.request("POST", "/v1/jobs?wait=30", scene(), key))["id"]
+        podman("play", "kube", "--down", self.manifest)
+        podman("play", "kube", self.manifest)
+        self.daemon.until_ready()
+        self.assertEqual(self.daemon.request("GET", f"/v1/jobs/{job_id}", headers=key).status, 200)
+
+
+if __name__ == "__main__":
+    unittest.main()
