@@ -44,6 +44,7 @@ DIRECTIONS = [
     ("api/", ["tracer/include/", "api/"]),
     ("server/main.cpp", ["server/", "tracer/include/", "api/include/"]),
     ("server/settings", ["server/", "api/include/"]),
+    ("server/backup", ["server/backup", "server/jobs/", "server/storage/"]),
     ("server/jobs/", ["server/jobs/", "tracer/include/", "api/include/"]),
     ("server/storage/sqlite/", ["server/jobs/", "server/storage/sqlite/", "tracer/include/"]),
     ("server/storage/files/", ["server/jobs/", "server/storage/files/"]),

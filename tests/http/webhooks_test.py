@@ -216,10 +216,12 @@ class Options(WithReceiver):
         for options, word in ((("--webhook-secret-file", self.folder / "none"), "cannot read"),
                               (("--webhook-secret-file", bad), "24 to 64 bytes"),
                               (("--webhook-networks", "localhost"), "10.0.0.0/8")):
-            result = whittled(*ports, *options)
-            self.assertEqual(result.returncode, 1)
-            self.assertIn(word, result.stderr)
-            self.assertNotIn("c2hvcnQ", result.stderr)
+            for task in ((), ("--check-config",)):
+                result = whittled(*ports, *options, *task)
+                self.assertEqual(result.returncode, 2)
+                self.assertIn(f"whittled: {options[0]}: ", result.stderr)
+                self.assertIn(word, result.stderr)
+                self.assertNotIn("c2hvcnQ", result.stderr)
 
 
 class Log(WithReceiver):

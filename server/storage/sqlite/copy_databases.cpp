@@ -16,9 +16,9 @@ void copy(const std::string& from, const std::string& to) {
 }  // namespace
 
 void copy_databases(const std::string& folder, const std::string& into) {
-  const std::string deliveries = "/webhooks.db", all_jobs = "/whittle.db";
+  copy(folder + "/whittle.db", into + "/whittle.db");
+  const std::string deliveries = "/webhooks.db";
   if (std::filesystem::exists(folder + deliveries)) copy(folder + deliveries, into + deliveries);
-  copy(folder + all_jobs, into + all_jobs);
 }
 
 }  // namespace jobs

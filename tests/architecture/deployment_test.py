@@ -1,0 +1,196 @@
+"""The Dockerfiles, Compose and Kubernetes files hold to their formats, strictly, and to what a server may expect of them."""
+import json
+import re
+import shlex
+import subprocess
+import unittest
+
+import yaml
+
+from tests.support.sources import SOURCE, text, tracked
+from tests.support.kubernetes import check_document
+
+DOCKERFILES = [path for path in tracked() if path.name == "Dockerfile"]
+YAML = [path for path in tracked(".yaml", ".yml")]
+YAML_RULES = """{extends: default, rules: {document-start: disable, line-length: disable, comments-indentation: disable,
+                 braces: {max-spaces-inside: 0}, truthy: {check-keys: true}}}"""
+
+
+def run(*command, **options):
+    return subprocess.run(command, check=False, capture_output=True, text=True, timeout=120, **options)
+
+
+def documents(pattern):
+    return [(path, document) for path in sorted((SOURCE / "docker" / "k8s").glob(pattern))
+            for document in yaml.safe_load_all(path.read_text(encoding="utf-8"))]
+
+
+def instructions(path):
+    """[(keyword, rest)] of a Dockerfile, continued lines joined, comments gone."""
+    lines = [line for line in text(path).splitlines() if not line.lstrip().startswith("#")]
+    joined = re.sub(r"\\\n", " ", "\n".join(lines))
+    return [tuple(line.split(maxsplit=1)) for line in joined.splitlines() if line.strip()]
+
+
+class Dockerfiles(unittest.TestCase):
+    def test_are_all_seen(self):
+        self.assertEqual([str(path) for path in DOCKERFILES], ["docker/Dockerfile", "docker/proxy/Dockerfile"])
+
+    def test_speak_the_language_and_no_outdated_part_of_it(self):
+        known = {"ARG", "COPY", "ENTRYPOINT", "ENV", "EXPOSE", "FROM", "HEALTHCHECK", "LABEL", "RUN", "STOPSIGNAL", "USER",
+                 "VOLUME", "WORKDIR"}  # not ADD, which fetches and unpacks; not MAINTAINER, ONBUILD, SHELL, CMD
+        for path in DOCKERFILES:
+            self.assertEqual({keyword for keyword, _ in instructions(path)} - known, set(), path)
+            self.assertNotIn("# syntax=", text(path), f"{path}: the parser would be fetched")
+
+    def test_start_from_a_named_release_of_debian_or_a_stage(self):
+        for path in DOCKERFILES:
+            stages = {"scratch", "${PROGRAMS}"}
+            for keyword, rest in instructions(path):
+                if keyword == "FROM":
+                    image, *alias = rest.split(" AS ")
+                    self.assertIn(image, stages | {"debian:bookworm-slim"}, path)
+                    stages |= set(alias)
+                if keyword == "COPY" and (source := re.search(r"--from=(\S+)", rest)):
+                    self.assertIn(source.group(1), stages, path)
+
+    def test_install_only_what_is_asked_for_and_leave_no_lists_behind(self):
+        for path in DOCKERFILES:
+            for keyword, rest in instructions(path):
+                self.assertNotRegex(rest, r"apt-get (upgrade|dist-upgrade)|\bsudo\b|\|\s*(ba)?sh\b", path)
+                if keyword == "RUN" and "apt-get" in rest:
+                    self.assertIn("apt-get update", rest)
+                    self.assertTrue(rest.rstrip().endswith("rm -rf /var/lib/apt/lists/*"), f"{path}: {rest}")
+                    if "apt-get install" in rest:
+                        self.assertRegex(rest, r"apt-get install (\S+ )*-y --no-install-recommends")
+
+    def test_run_commands_that_please_shellcheck(self):
+        for path in DOCKERFILES:
+            script = "\n".join(rest for keyword, rest in instructions(path) if keyword == "RUN")
+            done = run("shellcheck", "--shell=sh", "--enable=all", "--exclude=SC2250,SC2312", "-", input=script)
+            self.assertEqual(done.returncode, 0, f"{path}\n{done.stdout}")
+
+    def test_end_as_an_ordinary_user_that_can_be_stopped(self):
+        for path in DOCKERFILES:
+            steps = instructions(path)
+            last = steps[max(i for i, step in enumerate(steps) if step[0] == "FROM"):]
+            found = dict(last)
+            self.assertNotIn(found["USER"].split(":")[0], ("root", "0"), path)
+            self.assertIsInstance(json.loads(found["ENTRYPOINT"]), list, path)
+            self.assertIn(found["STOPSIGNAL"], ("SIGTERM", "SIGQUIT"), path)
+            for keyword, rest in last:
+                if keyword in ("ENV", "ARG", "LABEL"):
+                    self.assertNotRegex(rest, r"(?i)passw|secret|token|\bkey", path)
+
+    def test_carry_a_health_check_and_their_version(self):
+        steps = instructions("docker/Dockerfile")
+        self.assertTrue(any(keyword == "HEALTHCHECK" and "--probe" in rest for keyword, rest in steps))
+        labels = " ".join(rest for keyword, rest in steps if keyword == "LABEL")
+        for name in ("title", "description", "version", "revision"):
+            self.assertIn(f"org.opencontainers.image.{name}=", labels)
+
+    def test_name_packages_that_the_one_list_has(self):
+        listed = set(run(SOURCE / "docker/install", "--list").stdout.split())
+        for _, rest in instructions("docker/proxy/Dockerfile"):
+            for command in rest.split("&&"):
+                words = shlex.split(command)
+                if words[:2] == ["apt-get", "install"]:
+                    self.assertLessEqual({word for word in words[2:] if not word.startswith("-")}, listed | {"nginx-light"})
+
+
+class Yaml(unittest.TestCase):
+    def test_pleases_yamllint(self):
+        self.assertGreaterEqual(len(YAML), 8)
+        done = run("yamllint", "--strict", "--config-data", YAML_RULES, *map(str, YAML), cwd=SOURCE)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+
+class Compose(unittest.TestCase):
+    def test_is_understood(self):
+        done = run("docker-compose", "--file", "docker/compose.yaml", "--profile", "tls", "config", "--quiet", cwd=SOURCE)
+        self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
+
+    def test_holds_every_service(self):
+        services = yaml.safe_load(text("docker/compose.yaml"))["services"]
+        for name, service in services.items():
+            self.assertTrue(service["read_only"], name)
+            self.assertEqual(service["cap_drop"], ["ALL"], name)
+            self.assertEqual(service["security_opt"], ["no-new-privileges:true"], name)
+            self.assertEqual(service["restart"], "unless-stopped", name)
+            self.assertTrue(service["mem_limit"] and service["pids_limit"], name)
+            self.assertEqual(set(service) & {"privileged", "cap_add", "network_mode", "pid", "userns_mode", "devices"}, set())
+        (published,) = services["whittle"]["ports"]
+        self.assertTrue(published.startswith("127.0.0.1:"), "others come through the proxy, which has TLS")
+
+    def test_gives_jobs_no_more_memory_than_the_daemon_has(self):
+        service = yaml.safe_load(text("docker/compose.yaml"))["services"]["whittle"]
+        (told,) = [int(word.partition("=")[2]) for word in service["command"] if word.startswith("--job-memory-bytes=")]
+        self.assertEqual(service["mem_limit"], "4g")
+        self.assertEqual(told * 4, 3 * 4 * 2**30)
+
+
+class Kubernetes(unittest.TestCase):
+    def setUp(self):
+        self.documents = documents("*.yaml")
+        self.one = {document["kind"]: document for _, document in self.documents}
+        self.pod = self.one["Deployment"]["spec"]["template"]["spec"]
+        (self.container,) = self.pod["containers"]
+
+    def test_has_no_field_that_its_kind_does_not_know(self):
+        for path, document in self.documents:
+            self.assertEqual(check_document(document), [], path.name)
+
+    def test_lists_every_file(self):
+        listed = set(self.one["Kustomization"]["resources"])
+        self.assertEqual(listed, {path.name for path, _ in self.documents} - {"kustomization.yaml"})
+
+    def test_meets_the_restricted_pod_security_standard(self):
+        """Kubernetes, "Pod Security Standards", profile Restricted (and so Baseline)."""
+        pod, container = self.pod["securityContext"], self.container["securityContext"]
+        self.assertIs(pod["runAsNonRoot"], True)
+        self.assertGreater(pod["runAsUser"], 0)
+        self.assertEqual(pod["seccompProfile"], {"type": "RuntimeDefault"})
+        self.assertIs(container["allowPrivilegeEscalation"], False)
+        self.assertEqual(container["capabilities"], {"drop": ["ALL"]})
+        self.assertEqual(set(self.pod) & {"hostNetwork", "hostPID", "hostIPC"}, set())
+        kinds = {kind for volume in self.pod["volumes"] for kind in volume if kind != "name"}
+        self.assertLessEqual(kinds, {"configMap", "csi", "downwardAPI", "emptyDir", "ephemeral", "persistentVolumeClaim",
+                                     "projected", "secret"})
+        self.assertNotIn("hostPort", str(self.container["ports"]))
+
+    def test_asks_for_no_more_than_it_uses(self):
+        self.assertIs(self.container["securityContext"]["readOnlyRootFilesystem"], True)
+        self.assertIs(self.pod["automountServiceAccountToken"], False)
+        mounted = {mount["name"] for mount in self.container["volumeMounts"]}
+        self.assertEqual(mounted, {volume["name"] for volume in self.pod["volumes"]})
+
+    def test_runs_as_the_user_of_the_image(self):
+        user = dict(instructions("docker/Dockerfile"))["USER"]
+        context = self.pod["securityContext"]
+        self.assertEqual(user, f"{context['runAsUser']}:{context['runAsGroup']}")
+        self.assertEqual(context["fsGroup"], context["runAsGroup"])
+
+    def test_gives_jobs_no_more_memory_than_the_daemon_has(self):
+        resources = self.container["resources"]
+        self.assertEqual(resources["requests"]["memory"], resources["limits"]["memory"])
+        settings = self.one["ConfigMap"]["data"]["whittle.conf"]
+        told = int(re.search(r"^job_memory_bytes = (\d+)$", settings, re.MULTILINE).group(1))
+        self.assertEqual(resources["limits"]["memory"], "4Gi")
+        self.assertEqual(told * 4, 3 * 4 * 2**30)
+
+    def test_has_names_that_meet(self):
+        labels = self.one["Deployment"]["spec"]["template"]["metadata"]["labels"]
+        self.assertEqual(self.one["Deployment"]["spec"]["selector"]["matchLabels"], labels)
+        self.assertEqual(self.one["Service"]["spec"]["selector"], labels)
+        self.assertEqual(self.one["NetworkPolicy"]["spec"]["podSelector"]["matchLabels"], labels)
+        ports = {port["name"]: port["containerPort"] for port in self.container["ports"]}
+        self.assertIn(self.one["Service"]["spec"]["ports"][0]["targetPort"], ports)
+        allowed = {port["port"] for port in self.one["NetworkPolicy"]["spec"]["ingress"][0]["ports"]}
+        self.assertEqual(allowed, set(ports.values()))
+        volumes = {volume["name"]: volume for volume in self.pod["volumes"]}
+        self.assertEqual(volumes["data"]["persistentVolumeClaim"]["claimName"], self.one["PersistentVolumeClaim"]["metadata"]["name"])
+        self.assertEqual(volumes["config"]["configMap"]["name"], self.one["ConfigMap"]["metadata"]["name"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,109 @@
+"""A backup of a running daemon's data is a data folder, from which another daemon goes on."""
+import hashlib
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+from tests.http.daemon import BIN, Daemon, long_scene, scene
+
+
+def back_up(data, into):
+    return subprocess.run([BIN / "whittled", "--data", data, "--backup", into], capture_output=True, text=True, check=False,
+                          timeout=600)
+
+
+class Backup(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self.into = self.folder / "backups" / "monday"
+
+    def test_of_a_running_daemon_holds_its_jobs_pictures_and_uploads(self):
+        asset = b"some bytes that nobody reads"
+        name = hashlib.sha256(asset).hexdigest()
+        with Daemon() as daemon:
+            done = daemon.submit(scene(job={"name": "done", "labels": {"shot": "1"}}))
+            daemon.wait_for_end(done)
+            picture = daemon.get(f"/v1/jobs/{done}/image.png").body
+            running = daemon.submit(long_scene())
+            daemon.wait_for_state(running, "running")
+            waiting = [daemon.submit(scene(name=f"waiting {i}", job={"priority": 1})) for i in range(20)]
+            daemon.request("PUT", f"/v1/assets/{name}", asset)
+            made = back_up(daemon.data, self.into)
+            self.assertEqual((made.returncode, made.stdout, made.stderr), (0, "", ""))
+            self.assertEqual(daemon.job(running)["state"], "running")
+            after = daemon.submit(scene(name="after the backup"))
+        with Daemon(data=self.into) as restored:
+            self.assertEqual(restored.get(f"/v1/jobs/{done}/image.png").body, picture)
+            self.assertEqual(restored.job(done)["labels"], {"shot": "1"})
+            self.assertEqual(restored.get(f"/v1/assets/{name}").body, asset)
+            self.assertEqual(restored.get(f"/v1/jobs/{after}").status, 404)
+            restored.wait_for_state(running, "running")
+            restored.request("POST", f"/v1/jobs/{running}/cancel")
+            for job_id in waiting:
+                self.assertEqual(restored.wait_for_end(job_id)["state"], "succeeded")
+
+    def test_keeps_the_day_of_an_uploads_last_use(self):
+        asset = b"old"
+        name = hashlib.sha256(asset).hexdigest()
+        with Daemon() as daemon:
+            daemon.request("PUT", f"/v1/assets/{name}", asset)
+            original = daemon.data / "uploads" / name[:2] / name
+            back_up(daemon.data, self.into)
+            copy = self.into / "uploads" / name[:2] / name
+            self.assertEqual(copy.stat().st_mtime_ns // 10**6, original.stat().st_mtime_ns // 10**6)
+
+    def test_is_private(self):
+        with Daemon() as daemon:
+            back_up(daemon.data, self.into)
+        self.assertEqual(self.into.stat().st_mode & 0o777, 0o700)
+
+    def test_writes_over_nothing(self):
+        self.into.mkdir(parents=True)
+        with Daemon() as daemon:
+            made = back_up(daemon.data, self.into)
+        self.assertEqual(made.returncode, 1)
+        self.assertIn("exists already", made.stderr)
+        self.assertEqual(list(self.into.iterdir()), [])
+
+    def test_takes_the_place_of_one_that_was_cut_off(self):
+        part = self.into.with_name("monday.part")
+        part.mkdir(parents=True)
+        (part / "whittle.db").write_bytes(b"half a database")
+        with Daemon() as daemon:
+            done = daemon.submit(scene())
+            self.assertEqual(back_up(daemon.data, self.into).returncode, 0)
+        self.assertFalse(part.exists())
+        with Daemon(data=self.into) as restored:
+            self.assertEqual(restored.job(done)["id"], done)
+
+    def test_finds_a_damaged_picture(self):
+        with Daemon() as daemon:
+            job = daemon.wait_for_end(daemon.submit(scene()))
+            sha256 = job["artifacts"][0]["sha256"]
+            picture = daemon.data / sha256[:2] / sha256
+            picture.write_bytes(picture.read_bytes()[:-1] + b"?")
+            made = back_up(daemon.data, self.into)
+        self.assertEqual(made.returncode, 1)
+        self.assertIn(f"{sha256} is damaged", made.stderr)
+        self.assertFalse(self.into.exists())
+
+    def test_of_what_is_no_data_folder_says_so(self):
+        made = back_up(self.folder / "nothing", self.into)
+        self.assertEqual(made.returncode, 1)
+        self.assertRegex(made.stderr, r"^whittled: --backup: cannot open .*/nothing/whittle\.db: ")
+
+    def test_needs_no_daemon(self):
+        with Daemon() as daemon:
+            done = daemon.submit(scene())
+            daemon.wait_for_end(done)
+            daemon.kill()
+            shutil.copytree(daemon.data, self.folder / "stopped")
+        self.assertEqual(back_up(self.folder / "stopped", self.into).returncode, 0)
+        with Daemon(data=self.into) as restored:
+            self.assertEqual(restored.job(done)["state"], "succeeded")
+
+
+if __name__ == "__main__":
+    unittest.main()
