@@ -1,22 +1,15 @@
-"""docker/compose.yaml, started by docker-compose with the engine's own interface, spoken to through its TLS proxy.
-
-Ports are free ones of loopback, secrets the test's; the rest is as it stands.
-"""
-import base64
+"""docker/compose.yaml as it stands, started by docker-compose through the engine's interface, spoken to through its TLS
+proxy."""
 import hashlib
 import http.client
-import json
 import os
 import pathlib
 import shutil
-import socket
 import ssl
 import subprocess
 import tempfile
 import time
 import unittest
-
-import yaml
 
 from tests.container import images, machine
 from tests.container.container import Running
@@ -26,12 +19,6 @@ from tests.support.sources import SOURCE
 
 PROJECT = "whittletest"
 ASSET_BYTES = 100_000_000
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 def write_secrets(folder):
@@ -53,22 +40,12 @@ class Compose:
         self.folder = pathlib.Path(folder) / "docker"
         shutil.copytree(SOURCE / "docker", self.folder, ignore=shutil.ignore_patterns("secrets"))
         self.key = write_secrets(self.folder / "secrets")
-        self.ports = {"whittle": free_port(), "proxy": free_port()}
-        self.give_free_ports()
         self.address = STORE / "podman.sock"
         self.address.unlink(missing_ok=True)
         # pylint: disable-next=consider-using-with
         self.service = subprocess.Popen(["podman", "system", "service", "--time", "0", f"unix://{self.address}"],
                                         env=podman_environment(), stderr=subprocess.DEVNULL)
         wait_until(self.address.exists, "podman's service")
-
-    def give_free_ports(self):
-        path = self.folder / "compose.yaml"
-        services = yaml.safe_load(path.read_text(encoding="utf-8"))
-        for name, port in self.ports.items():
-            (published,) = services["services"][name]["ports"]
-            services["services"][name]["ports"] = [f"127.0.0.1:{port}:{published.split(':')[-1]}"]
-        path.write_text(yaml.safe_dump(services), encoding="utf-8")
 
     def command(self, *arguments):
         return ["docker-compose", "--host", f"unix://{self.address}", "--project-name", PROJECT,
@@ -98,7 +75,7 @@ class Proxied(Served):
     """The daemon through the proxy, over TLS; every request brings the key."""
 
     def __init__(self, compose):
-        self.port = compose.ports["proxy"]
+        self.port = 8443
         self.trust = ssl.create_default_context(cafile=compose.folder / "secrets" / "tls.crt")
         self.allowed = {"Authorization": f"Bearer {compose.key}"}
 
@@ -113,9 +90,8 @@ class ComposeBehindTls(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         images.proxy()
-        for reason in (machine.why_no_limits(), machine.why_no_networks(), machine.why_no("docker-compose", "openssl")):
-            if reason:
-                raise unittest.SkipTest(f"Compose gives limits and networks: {reason}")
+        if reason := machine.why_no_limits() or machine.why_no_networks() or machine.why_no("docker-compose", "openssl"):
+            raise unittest.SkipTest(f"Compose gives limits and networks: {reason}")
         compose = Compose(cls.enterClassContext(tempfile.TemporaryDirectory()))
         cls.addClassCleanup(compose.down)
         compose.up()

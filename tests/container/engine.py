@@ -27,6 +27,7 @@ cgroup_manager = "cgroupfs"
 events_logger = "file"
 lock_type = "file"
 tmp_dir = "{STORE}/state"
+compat_api_enforce_docker_hub = false
 [network]
 network_backend = "netavark"
 network_config_dir = "{STORE}/networks"

@@ -7,13 +7,17 @@ import tempfile
 import unittest
 
 from tests.container import base_image, machine
-from tests.container.engine import podman
+from tests.container.engine import has_image, podman
 from tests.http.daemon import BIN
 from tests.support.sources import SOURCE
 
 # The whole build in the image, in place of the one outside: --compile of tests/container/run.
 COMPILE = bool(os.environ.get("WHITTLE_CONTAINER_COMPILE"))
 PROGRAMS = ("whittle", "whittled", "whittled-worker")
+
+
+# Made before, by main: the tests need no network then.
+MADE = bool(os.environ.get("WHITTLE_IMAGES_MADE"))
 
 
 def build(name, context, *options, file="Dockerfile"):
@@ -28,6 +32,8 @@ def whittle():
     """The name of the daemon's image. Skips the test on a machine that bears none."""
     if reason := machine.why_no_containers():
         raise unittest.SkipTest(reason)
+    if MADE:
+        return made("localhost/whittle")
     base_image.ensure()
     options = ["--build-arg", "VERSION=0.1.0", "--build-arg", "REVISION=test"]
     if COMPILE:
@@ -36,7 +42,7 @@ def whittle():
         with tempfile.TemporaryDirectory() as context:
             ready_programs(pathlib.Path(context))
             build("whittle", context, *options, "--build-arg", "PROGRAMS=ready", file="docker/Dockerfile")
-    return "localhost/whittle"
+    return made("localhost/whittle")
 
 
 def ready_programs(context):
@@ -54,5 +60,21 @@ def ready_programs(context):
 def proxy():
     """The name of the TLS proxy's image."""
     whittle()
-    build("whittle-proxy", SOURCE / "docker" / "proxy")
-    return "localhost/whittle-proxy"
+    if not MADE:
+        build("whittle-proxy", SOURCE / "docker" / "proxy")
+    return made("localhost/whittle-proxy")
+
+
+def made(name):
+    """`name`, if there is such an image: where there is none, main said why."""
+    if not has_image(name):
+        raise unittest.SkipTest(machine.why_no_packages() or f"there is no image {name}")
+    return name
+
+
+if __name__ == "__main__":
+    try:
+        whittle()
+        proxy()
+    except unittest.SkipTest as reason:
+        print(f"no images: {reason}")

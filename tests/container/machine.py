@@ -32,7 +32,7 @@ def why_no(*tools):
 def why_no_containers():
     if os.geteuid() != 0:
         return "the store of images and the base image are made by root, and this is another user"
-    if reason := why_no("podman", "runc", "debootstrap", "unshare"):
+    if reason := why_no("podman", "runc", "debootstrap", "unshare", "ip"):
         return reason
     code, said = answer_of("unshare", "--mount", "--pid", "--net", "--ipc", "--uts", "--fork",
                            "mount", "-t", "tmpfs", "tmpfs", "/mnt")

@@ -40,7 +40,7 @@ CONTAINER = fields(
     resources=RESOURCES, startupProbe=PROBE, livenessProbe=PROBE, readinessProbe=PROBE,
     volumeMounts=some(fields(["name", "mountPath"], name=NAME, mountPath=TEXT, readOnly=FLAG, subPath=TEXT)))
 VOLUME = fields(["name"], name=NAME, emptyDir=fields(sizeLimit=QUANTITY, medium=TEXT), configMap=fields(["name"], name=NAME),
-                secret=fields(["secretName"], secretName=NAME, defaultMode=COUNT),
+                secret=fields(["secretName"], secretName=NAME, optional=FLAG, defaultMode=COUNT),
                 persistentVolumeClaim=fields(["claimName"], claimName=NAME))
 POD = fields(
     ["containers"], automountServiceAccountToken=FLAG, enableServiceLinks=FLAG, terminationGracePeriodSeconds=COUNT,
