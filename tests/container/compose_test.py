@@ -66,9 +66,12 @@ class Compose:
             raise AssertionError((self.folder / "up.log").read_text(encoding="utf-8"))
 
     def down(self):
-        subprocess.run(self.command("down", "--volumes", "--timeout", "1"), check=False, capture_output=True, timeout=PATIENCE_S)
+        done = subprocess.run(self.command("down", "--volumes", "--timeout", "1"), check=False, capture_output=True, text=True,
+                              timeout=PATIENCE_S)
         self.service.terminate()
         self.service.wait(PATIENCE_S)
+        if done.returncode != 0:
+            raise AssertionError(done.stderr)
 
 
 class Proxied(Served):
@@ -81,6 +84,20 @@ class Proxied(Served):
 
     def connection(self, port):
         return http.client.HTTPSConnection("localhost", port, timeout=PATIENCE_S, context=self.trust)
+
+    def until_open(self):
+        """The proxy listens some moments after it was started."""
+        proxy = Running(f"{PROJECT}_proxy_1")
+
+        def answers():
+            if not proxy.pid:
+                raise AssertionError(f"the proxy ended:\n{proxy.log()}")
+            try:
+                return self.get("/v1/version").status == 200
+            except ConnectionError:
+                return False
+        wait_until(answers, "the proxy to listen")
+        return self
 
     def request(self, method, path, body=None, headers=None, port=None):
         return super().request(method, path, body, {**self.allowed, **(headers or {})}, port)
@@ -96,7 +113,7 @@ class ComposeBehindTls(unittest.TestCase):
         cls.addClassCleanup(compose.down)
         compose.up()
         cls.compose = compose
-        cls.daemon = Proxied(compose)
+        cls.daemon = Proxied(compose).until_open()
 
     def test_wants_the_key(self):
         self.assertEqual(self.daemon.request("GET", "/v1/jobs", headers={"Authorization": "Bearer none"}).status, 401)

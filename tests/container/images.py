@@ -35,14 +35,25 @@ def whittle():
     if MADE:
         return made("localhost/whittle")
     base_image.ensure()
+    remove_leftovers()
     options = ["--build-arg", "VERSION=0.1.0", "--build-arg", "REVISION=test"]
     if COMPILE:
+        build("whittle-libraries", SOURCE, "--target", "libraries", file="docker/Dockerfile")
         build("whittle", SOURCE, *options, "--build-arg", "PROGRAMS=compile", file="docker/Dockerfile")
     else:
         with tempfile.TemporaryDirectory() as context:
             ready_programs(pathlib.Path(context))
+            build("whittle-libraries", context, "--target", "libraries", file="docker/Dockerfile")
             build("whittle", context, *options, "--build-arg", "PROGRAMS=ready", file="docker/Dockerfile")
     return made("localhost/whittle")
+
+
+def remove_leftovers():
+    """Of a run that was killed. The store is the tests' own."""
+    podman("pod", "rm", "--all", "--force")
+    podman("rm", "--all", "--force", "--volumes")
+    podman("volume", "prune", "--force")
+    podman("secret", "rm", "--all")
 
 
 def ready_programs(context):
@@ -76,5 +87,7 @@ if __name__ == "__main__":
     try:
         whittle()
         proxy()
+        # Stages without a name: what the last programs were copied through, a gigabyte each time. The libraries have one.
+        podman("image", "prune", "--force")
     except unittest.SkipTest as reason:
         print(f"no images: {reason}")

@@ -9,6 +9,7 @@
 
 #include "server/jobs/artifact_store.h"
 #include "server/storage/files/durable_file.h"
+#include "server/storage/files/sha256.h"
 
 namespace jobs {
 namespace {
