@@ -12,7 +12,7 @@ from tests.container import machine
 from tests.support.sources import SOURCE
 
 STORE = pathlib.Path(os.environ.get("WHITTLE_CONTAINERS") or SOURCE / "build" / "containers").resolve()
-PATIENCE_S = 900  # of one command: a whole build in the image, on a machine with better things to do
+PATIENCE_S = 3600  # of one command: a whole build in the image, on a machine with better things to do
 
 # runc: crun wants one kind of control groups or the other, and machines have both at once. A machine without
 # CAP_SYS_RESOURCE cannot raise limits, so these are low. Locks are files: two stores must not share the ones in memory.
