@@ -169,6 +169,19 @@ TEST(Config, ChecksWithoutRunning) {
   EXPECT_EQ(command->config.jobs, 3U);
 }
 
+TEST(Config, BacksUpIntoANamedFolderWhereverTheDaemonListens) {
+  const auto command = config::read_command({"--listen", "0.0.0.0:80", "--data", "here", "--backup", "there"}, {});
+  ASSERT_TRUE(command);
+  EXPECT_EQ(command->task, Task::backup);
+  EXPECT_EQ(command->config.data, "here");
+  EXPECT_EQ(command->backup_folder, "there");
+
+  const auto nameless = config::read_command({"--backup", ""}, {});
+  ASSERT_FALSE(nameless);
+  EXPECT_EQ(nameless.error().size(), 1U);
+  EXPECT_EQ(nameless.error().front().where, "--backup");
+}
+
 TEST(Config, PrintsSettingsThatReadBackAsThemselves) {
   const auto before = accepted({"--listen", "[::1]:81", "--jobs", "7", "--log-level", "debug"});
   std::vector<std::string> arguments;

@@ -120,6 +120,16 @@ class WithKeys(unittest.TestCase):
     def test_keys_open_other_addresses(self):
         self.assertEqual(whittled("--check-config", "--keys", self.path, "--listen", "0.0.0.0:0").returncode, 0)
 
+    def test_a_key_for_a_file_elsewhere_has_its_line_on_stdout(self):
+        made = whittled("--new-key", "ann", "--scopes", "jobs:read", "--keys", "-")
+        self.assertEqual(made.returncode, 0)
+        self.assertRegex(made.stdout, r"\Aann jobs:read [0-9a-f]{64}\n\Z")
+        key = re.match(r"whittle_[0-9a-f]{64}$", made.stderr, re.MULTILINE).group()
+        path = self.folder / "elsewhere"
+        path.write_text(made.stdout, encoding="ascii")
+        with Daemon("--keys", path) as daemon:
+            self.assertEqual(daemon.get("/v1/jobs", Authorization=f"Bearer {key}").status, 200)
+
     def test_mistakes_in_the_file_are_told_at_the_start_all_at_once(self):
         path = self.folder / "wrong"
         digits = "0" * 64

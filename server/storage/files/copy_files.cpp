@@ -24,7 +24,8 @@ void copy_file(const std::string& from, const std::string& sha256, const std::st
     return files::read_at(source.fd(), offset, bytes, size, from);
   });
   if (stored.sha256 != sha256) {
-    throw StoreFailure(StoreFailure::Kind::unavailable, from + " is damaged: its bytes have the sha256 " + stored.sha256);
+    throw StoreFailure(StoreFailure::Kind::unavailable,
+                       from + " is damaged: its bytes have the sha256 " + stored.sha256);
   }
   copy.set_time(std::int64_t{status.st_mtim.tv_sec} * 1000 + status.st_mtim.tv_nsec / 1'000'000);
   copy.rename_to(files::path_of(into, sha256));

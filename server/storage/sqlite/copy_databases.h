@@ -5,8 +5,8 @@
 
 namespace jobs {
 
-/// FOLDER's whittle.db, then webhooks.db where there is one: who wants to hear of a job is stored before the job, so each
-/// job that is copied has its subscriptions. Neither is synced. Throws StoreFailure.
+/// FOLDER's whittle.db, then webhooks.db where there is one: who wants to hear of a job is stored before the job, so
+/// each job that is copied has its subscriptions. Neither is synced. Throws StoreFailure.
 void copy_databases(const std::string& folder, const std::string& into);
 
 }  // namespace jobs

@@ -1,0 +1,66 @@
+"""The README's commands for containers, as they stand, with podman for docker."""
+import pathlib
+import re
+import subprocess
+import tempfile
+import unittest
+
+from tests.container import images, machine
+from tests.container.container import Container, Running
+from tests.container.engine import attempt, podman_environment
+from tests.http.daemon import json_of, scene
+from tests.support.sources import text
+
+BLOCKS = [block for block in re.findall(r"^```sh\n(.*?)^```\n", text("README.md"), re.MULTILINE | re.DOTALL) if "docker " in block]
+
+
+class ContainerCommands(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        images.whittle()
+        if reason := machine.why_no_limits() or machine.why_no_networks():
+            raise unittest.SkipTest(f"they give limits and a network: {reason}")
+        cls.folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        cls.addClassCleanup(attempt, "volume", "rm", "--force", "whittle")
+        cls.addClassCleanup(attempt, "rm", "--force", "--time", "0", "whittle")
+        cls.start, cls.backup = BLOCKS
+        build, *lines = cls.start.splitlines()
+        assert build == "docker build -f docker/Dockerfile -t whittle .", build  # which tests.container.images did
+        said = cls.run_lines("\n".join(lines))
+        cls.key = {"Authorization": "Bearer " + re.search(r"^whittle_[0-9a-f]{64}$", said.stderr, re.MULTILINE).group()}
+        cls.daemon = Running("whittle").until_ready()
+
+    @classmethod
+    def run_lines(cls, lines):
+        done = subprocess.run(["bash", "-euc", f'docker() {{ podman "$@"; }}\n{lines}'], cwd=cls.folder, env=podman_environment(),
+                              check=False, capture_output=True, text=True, timeout=300)
+        if done.returncode != 0:
+            raise AssertionError(f"{lines}\n{done.stdout}{done.stderr}")
+        return done
+
+    def test_start_a_daemon_that_takes_the_key(self):
+        self.assertEqual(self.daemon.get("/v1/jobs").status, 401)
+        self.assertEqual(self.daemon.request("GET", "/v1/jobs", headers=self.key).status, 200)
+
+    def test_check_the_settings_of_another_version(self):
+        started = self.start.splitlines()[-1]
+        self.assertIn("listen = 0.0.0.0:8080\n", self.run_lines(f"{self.checking(started)} --check-config").stdout)
+        with self.assertRaisesRegex(AssertionError, "whittled: --pixels: "):
+            self.run_lines(f"{self.checking(started)} --check-config --pixels none")
+
+    def checking(self, started):
+        return started.replace("-d --name whittle", "--rm").replace("-p 8080:8080 ", "")
+
+    def test_make_a_backup_that_can_be_restored(self):
+        submitted = json_of(self.daemon.request("POST", "/v1/jobs", scene(), {**self.key, "Prefer": "wait=30"}))
+        path = f"/v1/jobs/{submitted['id']}/image.png"
+        picture = self.daemon.request("GET", path, headers=self.key).body
+        self.run_lines(self.backup)
+        (copy,) = self.folder.glob("????-??-??")
+        subprocess.run(["chown", "-R", "10001:10001", copy], check=True)
+        with Container("whittle", "--network", "none", "--volume", f"{copy}:/var/lib/whittle") as restored:
+            self.assertEqual(restored.get(path).body, picture)
+
+
+if __name__ == "__main__":
+    unittest.main()
