@@ -8,7 +8,6 @@ import os
 import pathlib
 import subprocess
 
-from tests.container import machine
 from tests.support.sources import SOURCE
 
 STORE = pathlib.Path(os.environ.get("WHITTLE_CONTAINERS") or SOURCE / "build" / "containers").resolve()
@@ -20,7 +19,6 @@ CONTAINERS_CONF = f"""
 [containers]
 default_ulimits = ["nofile=16384:16384", "nproc=16384:16384"]
 log_driver = "k8s-file"
-cgroups = "{"disabled" if machine.why_no_limits() else "enabled"}"
 [engine]
 runtime = "runc"
 cgroup_manager = "cgroupfs"

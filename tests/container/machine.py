@@ -28,20 +28,8 @@ def why_no(*tools):
     return f"not installed: {', '.join(missing)}" if missing else ""
 
 
-@functools.cache
-def why_no_containers():
-    if os.geteuid() != 0:
-        return "the store of images and the base image are made by root, and this is another user"
-    if reason := why_no("podman", "runc", "debootstrap", "unshare", "ip"):
-        return reason
-    code, said = answer_of("unshare", "--mount", "--pid", "--net", "--ipc", "--uts", "--fork",
-                           "mount", "-t", "tmpfs", "tmpfs", "/mnt")
-    return f"namespaces or mounts are forbidden here: {said}" if code else ""
-
-
-@functools.cache
 def why_no_limits():
-    """Limits of memory and of processes are the control groups'."""
+    """Limits of memory and of processes are the control groups', without which runc starts nothing."""
     if (CGROUPS / "cgroup.controllers").exists():
         offered = (CGROUPS / "cgroup.controllers").read_text(encoding="ascii").split()
         parents = {"memory": CGROUPS, "pids": CGROUPS}
@@ -56,6 +44,19 @@ def why_no_limits():
         except OSError as failure:
             return f"no control group can be made here: {failure}"
     return ""
+
+
+@functools.cache
+def why_no_containers():
+    if os.geteuid() != 0:
+        return "the store of images and the base image are made by root, and this is another user"
+    if reason := why_no("podman", "runc", "debootstrap", "unshare", "ip"):
+        return reason
+    code, said = answer_of("unshare", "--mount", "--pid", "--net", "--ipc", "--uts", "--fork",
+                           "mount", "-t", "tmpfs", "tmpfs", "/mnt")
+    if code:
+        return f"namespaces or mounts are forbidden here: {said}"
+    return why_no_limits()
 
 
 @functools.cache
