@@ -5,7 +5,7 @@
 namespace api {
 namespace {
 
-constexpr std::uint64_t pixel_bytes = 40, adaptive_pixel_bytes = 140, layer_pixel_bytes = 30;
+constexpr std::uint64_t pixel_bytes = 40, adaptive_pixel_bytes = 140, layer_pixel_bytes = 30, measure_pixel_bytes = 150;
 constexpr std::uint64_t triangle_bytes = 150, object_bytes = 650;
 
 std::uint64_t bytes_of(const std::vector<tracer::Object>& objects) {
@@ -25,6 +25,12 @@ std::uint64_t estimated_memory_bytes(const tracer::Scene& scene) {
   std::uint64_t bytes = scene.image.window().pixels() * each + bytes_of(scene.objects);
   for (const tracer::Prototype& prototype : scene.prototypes) bytes += bytes_of(prototype.objects);
   return bytes;
+}
+
+std::uint64_t estimated_measure_memory_bytes(const tracer::Scene& scene) {
+  const std::uint64_t pixels = scene.image.window().pixels();
+  const std::uint64_t adapting = scene.accuracy.adaptive ? 0 : adaptive_pixel_bytes - pixel_bytes;
+  return estimated_memory_bytes(scene) + pixels * (adapting + measure_pixel_bytes);
 }
 
 }  // namespace api

@@ -67,10 +67,10 @@ Json job_problem_json(const std::optional<jobs::Problem>& problem) {
   return {{"code", problem->code}, {"detail", problem->detail}, {"errors", errors_json(problem->errors)}};
 }
 
-/// The report was written by write_report; a job kept by a build that wrote it otherwise still has its other fields.
-Json report_json(const std::string& report) {
-  if (report.empty()) return nullptr;
-  Json json = Json::parse(report, nullptr, false);
+/// What is kept with a job was written here; of one kept by a build that wrote it otherwise the other fields are told.
+Json kept_json(const std::string& kept) {
+  if (kept.empty()) return nullptr;
+  Json json = Json::parse(kept, nullptr, false);
   return json.is_discarded() ? Json(nullptr) : json;
 }
 
@@ -90,9 +90,11 @@ Json job_json(const jobs::JobView& view, std::int64_t now_ms) {
                          {"url", self + "/" + artifact.name}});
   }
   Json image = job.artifacts.empty() ? Json(nullptr) : Json(self + "/" + job.artifacts.front().name);
+  const bool measured = job.kind == jobs::JobKind::measure;
   Json labels = Json::object();
   for (const auto& [name, value] : job.labels) labels[name] = value;
   return {{"id", job.id},
+          {"kind", jobs::name_of(job.kind)},
           {"name", job.name},
           {"state", jobs::name_of(job.state)},
           {"progress", view.progress},
@@ -113,8 +115,9 @@ Json job_json(const jobs::JobView& view, std::int64_t now_ms) {
           {"labels", std::move(labels)},
           {"batch", job.batch.empty() ? Json(nullptr) : Json(job.batch)},
           {"image", {{"width", job.width}, {"height", job.height}}},
-          {"accuracy", nullptr},
-          {"report", report_json(job.report)},
+          {"accuracy", kept_json(job.accuracy)},
+          {"report", kept_json(measured ? std::string() : job.report)},
+          {"measurement", kept_json(measured ? job.report : std::string())},
           {"problem", job_problem_json(job.problem)},
           {"artifacts", std::move(artifacts)},
           {"links",
@@ -122,7 +125,7 @@ Json job_json(const jobs::JobView& view, std::int64_t now_ms) {
             {"cancel", jobs::ended(job.state) ? Json(nullptr) : Json(self + "/cancel")},
             {"retry", may_be_retried(job) ? Json(self + "/retry") : Json(nullptr)},
             {"events", self + "/events"},
-            {"preview", nullptr},
+            {"preview", self + "/preview"},
             {"image", std::move(image)}}}};
 }
 

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/src/accuracy_json.h"
 #include "api/src/error_json.h"
 #include "api/src/requirements_json.h"
 #include "tracer/version.h"
@@ -52,6 +53,8 @@ std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate
       {"build", tracer::build()}};
   return report.dump();
 }
+
+std::string write_accuracy(const tracer::Accuracy& accuracy) { return accuracy_json(accuracy).dump(); }
 
 std::optional<ReportFigures> read_report(const std::string& report) {
   const Json json = Json::parse(report, nullptr, false);

@@ -21,9 +21,12 @@ class RecordingRunner final : public Runner {
  public:
   void wake(bool) noexcept override { ++wakes; }
   void cancel(const std::string& id) noexcept override { cancelled.push_back(id); }
+  void look(const std::string& id, std::uint32_t side) noexcept override {
+    looked.push_back(id + " " + std::to_string(side));
+  }
   std::string not_ready() override { return status; }
   int wakes = 0;
-  std::vector<std::string> cancelled;
+  std::vector<std::string> cancelled, looked;
   std::string status;
 };
 

@@ -13,5 +13,8 @@ namespace api {
 /// the document included. An instance counts as an object, its prototype once. Files are not known yet and count
 /// nothing.
 std::uint64_t estimated_memory_bytes(const tracer::Scene& scene);
+/// The same while it is measured: its samples adapt then, whatever it asks for, and 150 a pixel more are for sums of
+/// the reference and the pictures that are compared.
+std::uint64_t estimated_measure_memory_bytes(const tracer::Scene& scene);
 
 }  // namespace api

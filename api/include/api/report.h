@@ -24,6 +24,10 @@ std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate
                          const tracer::RenderStatistics& statistics, const StageTimes& times,
                          std::uint64_t memory_bytes);
 
+/// What a document asks for with this accuracy, as its "accuracy" section: a preset by its target, only what is not the
+/// default otherwise. Read again, it gives the same accuracy. Throws std::bad_alloc only.
+std::string write_accuracy(const tracer::Accuracy& accuracy);
+
 /// What figures are made of, of a report that write_report wrote.
 struct ReportFigures {
   tracer::RayCounts rays;
