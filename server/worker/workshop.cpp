@@ -129,7 +129,8 @@ void Workshop::tell_progress() {
       const JobControl& control = job->control;
       const bool in_steps = control.steps_total > 0;
       const std::uint64_t done = in_steps ? control.steps_done.load() : control.tracing.tiles_done();
-      if (done > job->told) news.push_back({id, done, in_steps ? control.steps_total : control.tracing.tiles_total()});
+      const std::uint64_t total = in_steps ? control.steps_total.load() : control.tracing.tiles_total();
+      if (done > job->told) news.push_back({id, done, total});
       job->told = done;
     }
   }
