@@ -129,6 +129,18 @@ Json job_json(const jobs::JobView& view, std::int64_t now_ms) {
             {"image", std::move(image)}}}};
 }
 
+/// To a thousandth: more digits say nothing.
+Json seconds_json(const tracer::Scene& scene, std::optional<double> seconds_per_work) {
+  std::optional<double> seconds;
+  if (const auto work = estimated_work(scene); work && seconds_per_work) seconds = *work * *seconds_per_work;
+  const tracer::Accuracy& accuracy = scene.accuracy;
+  if (accuracy.adaptive && accuracy.adaptive->time_budget_ms) {
+    const double budget = *accuracy.adaptive->time_budget_ms / 1000;
+    seconds = std::min(seconds.value_or(budget), budget);
+  }
+  return seconds ? Json(std::round(*seconds * 1000) / 1000) : Json(nullptr);
+}
+
 }  // namespace
 
 std::string write_job(const jobs::JobView& view, std::int64_t now_ms) { return text_of(job_json(view, now_ms)); }
@@ -229,7 +241,7 @@ std::string write_problem(const ProblemReply& problem) {
   return text_of(json);
 }
 
-std::string write_valid(const tracer::Scene& scene) {
+std::string write_valid(const tracer::Scene& scene, std::optional<double> seconds_per_work) {
   const tracer::Accuracy& accuracy = scene.accuracy;
   const std::uint64_t samples = accuracy.adaptive ? accuracy.adaptive->samples_min : accuracy.samples;
   std::vector<tracer::RequirementReason> reasons;
@@ -240,7 +252,7 @@ std::string write_valid(const tracer::Scene& scene) {
                   {"reasons", reasons_json(reasons)},
                   {"estimate",
                    {{"samples", scene.image.window().pixels() * samples},
-                    {"seconds", nullptr},
+                    {"seconds", seconds_json(scene, seconds_per_work)},
                     {"memory_bytes", estimated_memory_bytes(scene)}}}});
 }
 

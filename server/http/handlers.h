@@ -62,6 +62,7 @@ Answer get_asset(Request& request, const Front& front);
 Answer get_root(Request& request);
 Answer get_version(Request& request, const Front& front);
 Answer get_openapi(Request& request);
+Answer get_docs(Request& request);
 
 // ---- health_handlers.cpp
 Answer get_liveness(Request& request);

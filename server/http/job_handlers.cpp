@@ -79,7 +79,7 @@ Answer validate_job(Request& request, const Front& front) {
   Reply reply;
   reply.content_type = "application/json";
   if (scene) {
-    reply.body = api::write_valid(scene->parsed.scene);
+    reply.body = api::write_valid(scene->parsed.scene, front.seconds_per_work());
   } else if (scene.error().failure == Failure::bad_scene) {
     reply.body = api::write_invalid(scene.error().errors);
   } else {

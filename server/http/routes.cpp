@@ -16,6 +16,7 @@ std::vector<Route> client_routes(const Front& front) {
   std::vector<Route> routes{
       {"GET", "/", get_root, {}},
       {"GET", "/openapi.json", get_openapi, {}},
+      {"GET", "/docs", get_docs, {}},
       {"GET", "/v1/version", with_front(get_version), {}},
       {"POST", "/v1/jobs", with_front(submit_job), {}},
       {"GET", "/v1/jobs", with_front(list_jobs), {"state", "label", "batch", "q", "limit", "cursor"}},

@@ -6,6 +6,7 @@ import re
 import subprocess
 import threading
 import unittest
+import xml.etree.ElementTree
 
 import jsonschema
 
@@ -129,8 +130,12 @@ class Contract(unittest.TestCase):
         self.assertEqual(described - seen, NEED_A_BROKEN_MACHINE)
 
     def check_service(self, seen):
-        for path in ("/", "/openapi.json", "/v1/version"):
+        for path in ("/", "/docs", "/openapi.json", "/v1/version"):
             self.check(seen, path, self.daemon.get(path))
+        page = self.daemon.get("/docs").body.decode()
+        xml.etree.ElementTree.fromstring(re.sub(r"<meta [^>]*>|<!doctype html>", "", page))  # well-formed
+        for method, path in self.operations:
+            self.assertIn(f"{method} {path}<", page)
         self.check(seen, "/healthz", self.daemon.health("/healthz"))
         self.check(seen, "/metrics", self.daemon.health("/metrics"))
         wait_until(lambda: self.daemon.health("/readyz").status == 200, "readiness")
