@@ -36,8 +36,8 @@ std::optional<double> expected_samples(const tracer::Accuracy& accuracy) {
   if (!accuracy.adaptive) return accuracy.samples;
   const tracer::Adaptive& adaptive = *accuracy.adaptive;
   if (!adaptive.target_error) return std::nullopt;
-  return std::clamp(at_one_level * std::pow(*adaptive.target_error, -power), double{adaptive.samples_min},
-                    double{adaptive.samples_max});
+  return std::clamp(at_one_level * std::pow(*adaptive.target_error, -power), static_cast<double>(adaptive.samples_min),
+                    static_cast<double>(adaptive.samples_max));
 }
 
 /// For each sample of a pixel that has so many.

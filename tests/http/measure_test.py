@@ -177,7 +177,7 @@ class Interrupted(unittest.TestCase):
         with Daemon("--wall-time-s", "1") as daemon:
             body = long_measure()
             body["scene"]["job"]["max_attempts"] = 1
-            job = daemon.wait_for_end(self.begin(daemon, body))
+            job = daemon.wait_for_end(json_of(daemon.request("POST", "/v1/measure", body))["id"])
             self.assertEqual((job["state"], job["problem"]["code"]), ("failed", "timed_out"))
 
     def test_kill_9_of_the_daemon_or_the_worker_costs_no_measurement(self):
