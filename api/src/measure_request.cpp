@@ -33,7 +33,7 @@ void read_knobs(Reading& reading, const Cursor& at, std::vector<std::string>& kn
 }
 
 void read_settings(Reading& reading, const Cursor& at, MeasureRequest& request) {
-  Fields fields(reading, at, "settings", "the settings");
+  Fields fields(reading, at, "the settings");
   if (const auto knobs = fields.take("knobs")) read_knobs(reading, *knobs, request.knobs);
   fields.optional("reference_samples", Integer<std::uint32_t>{request.reference_samples, tracer::reference_samples_min,
                                                               measure_reference_samples_max});
@@ -44,7 +44,7 @@ void read_settings(Reading& reading, const Cursor& at, MeasureRequest& request) 
 json::Node* read_request(Reading& reading, MeasureRequest& request) {
   Cursor root;
   root.node = reading.tape.root();
-  Fields fields(reading, root, "measurement", "a measurement");
+  Fields fields(reading, root, "a measurement");
   const auto scene = fields.take("scene");
   if (!scene && fields) fields.tell_missing("scene");
   if (const auto settings = fields.take("settings")) read_settings(reading, *settings, request);
