@@ -29,7 +29,8 @@ void read_knobs(Reading& reading, const Cursor& at, std::vector<std::string>& kn
     }
     knobs.emplace_back(*known);
   });
-  if (is_list && at.node->size == 0) tell(reading, at, "wrong_length", "must name at least one knob; leave it out for all");
+  if (is_list && at.node->size == 0)
+    tell(reading, at, "wrong_length", "must name at least one knob; leave it out for all");
 }
 
 void read_settings(Reading& reading, const Cursor& at, MeasureRequest& request) {

@@ -62,8 +62,8 @@ Reply reply_for_ended(const Asked& asked, const jobs::Job& job) {
                                 [](const jobs::Artifact& artifact) { return artifact.media_type == "image/png"; });
   if (png == job.artifacts.end()) {
     const std::string why = job.artifacts.empty() ? "; it has no pictures" : ", and not as PNG";
-    return problem_reply(
-        {Failure::picture_not_found, "job " + job.id + " is " + jobs::name_of(job.state) + why, {}}, asked.request_id);
+    return problem_reply({Failure::picture_not_found, "job " + job.id + " is " + jobs::name_of(job.state) + why, {}},
+                         asked.request_id);
   }
   Reply reply;
   reply.status = 303;

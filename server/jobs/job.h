@@ -57,7 +57,7 @@ struct Problem {
 Problem deadline_exceeded();  ///< of a job whose deadline has passed
 
 struct Job {
-  std::string id;     ///< UUIDv7, so ids sort by creation
+  std::string id;  ///< UUIDv7, so ids sort by creation
   JobKind kind = JobKind::render;
   std::string owner;  ///< name of the API key it came with; empty without keys
   std::string name;
@@ -82,7 +82,7 @@ struct Job {
   bool suspect = false;           ///< was in flight with others when a worker died: runs alone until it ends
   std::map<std::string, std::string> labels;
   std::uint32_t width = 0, height = 0;
-  std::string accuracy;  ///< as its document asks for it: JSON text written by api::, opaque here
+  std::string accuracy;             ///< as its document asks for it: JSON text written by api::, opaque here
   std::vector<std::string> assets;  ///< sha256 of the uploads that its document names; they are kept while it is there
   std::string report;  ///< what came of it: JSON text written by api::, opaque here; empty until the job succeeded
   std::optional<Problem> problem;

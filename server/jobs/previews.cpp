@@ -67,8 +67,8 @@ Previews::Calls Previews::ended(const std::string& id) {
 void Previews::make_room(const std::string& id) {
   const auto [first, last] = of_job(made_, id);
   if (static_cast<std::size_t>(std::distance(first, last)) < sides_max) return;
-  made_.erase(
-      std::min_element(first, last, [](const auto& one, const auto& other) { return one.second.at < other.second.at; }));
+  made_.erase(std::min_element(first, last,
+                               [](const auto& one, const auto& other) { return one.second.at < other.second.at; }));
 }
 
 }  // namespace jobs

@@ -49,14 +49,14 @@ Finished measure(const Assign& job, const FileSettings& files, JobControl& contr
   tracer::Scene& scene = request->document.scene;
   const tracer::Assets assets = load_files(scene, files);
   if (tracer::settings(scene, request->knobs).empty()) {
-    throw Stop{jobs::Problem{
-        "bad_scene", "There is nothing to measure.",
-        {{"/settings/knobs", "out_of_range", "none of these knobs changes anything in this scene"}}}};
+    throw Stop{
+        jobs::Problem{"bad_scene",
+                      "There is nothing to measure.",
+                      {{"/settings/knobs", "out_of_range", "none of these knobs changes anything in this scene"}}}};
   }
-  tracer::Measuring measuring(scene, assets,
-                              {.knobs = request->knobs,
-                               .reference_samples = request->reference_samples,
-                               .seconds = steady_seconds});
+  tracer::Measuring measuring(
+      scene, assets,
+      {.knobs = request->knobs, .reference_samples = request->reference_samples, .seconds = steady_seconds});
   const tracer::Measurement measurement = measured(measuring, control);
   return {job.job_id, job.fence, api::write_measurement_summary(measurement, control.alone),
           pictures_of(measurement, job.job_id)};

@@ -34,8 +34,8 @@ struct Assign {
 struct Cancel {
   std::string job_id;
 };
-/// Somebody wants to see how far a picture is. Looked follows once there is something to see, unless the job ends first.
-/// Unknown jobs are ignored.
+/// Somebody wants to see how far a picture is. Looked follows once there is something to see, unless the job ends
+/// first. Unknown jobs are ignored.
 struct Look {
   std::string job_id;
   std::uint32_t side = 0;  ///< pixels along the longer side, at most jobs::preview_side_max

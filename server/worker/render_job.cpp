@@ -67,8 +67,8 @@ class Rendering {
   tracer::Rendered trace(const tracer::CompiledScene& compiled) {
     // A time budget is of building and tracing.
     const auto elapsed_ms = [&] { return times_.build + watch_.elapsed(); };
-    tracer::Rendered rendered = value_of(
-        tracer::render(compiled, {.elapsed_ms = elapsed_ms, .preview = &control_.preview}, control_.tracing));
+    tracer::Rendered rendered =
+        value_of(tracer::render(compiled, {.elapsed_ms = elapsed_ms, .preview = &control_.preview}, control_.tracing));
     times_.trace = watch_.lap();
     memory_bytes_ = tracer::memory_bytes(compiled) + rendered.image.rgb.size() * sizeof(float);
     return rendered;

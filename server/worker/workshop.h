@@ -34,7 +34,7 @@ class Workshop {
  private:
   struct Job {
     JobControl control;
-    std::uint64_t told = 0;  ///< of its tiles or steps
+    std::uint64_t told = 0;         ///< of its tiles or steps
     std::set<std::uint32_t> looks;  ///< sides of the previews that are asked for
   };
 

@@ -40,7 +40,8 @@ TEST(JobReply, HasNoEtaWhileNothingIsKnown) {
 
 TEST(JobReply, LinksPicturesAndEmbedsTheReportOnceThereAreSome) {
   jobs::JobView view = running_view();
-  expect_part(api::write_job(view, 0), R"("accuracy":null,"report":null,"measurement":null,"problem":null,"artifacts":[])");
+  expect_part(api::write_job(view, 0),
+              R"("accuracy":null,"report":null,"measurement":null,"problem":null,"artifacts":[])");
   view.job.state = jobs::JobState::succeeded;
   view.job.report = R"({"non_finite":0})";
   view.job.artifacts = {{"image.exr", "image/x-exr", std::string(64, 'a'), 12}};

@@ -118,11 +118,11 @@ TEST_F(QueueTest, ASubmittedJobCarriesWhatTheDocumentAskedFor) {
   parsed.job = {"orbit 7", {{"batch", "orbit"}}, 80, 5, 1'700'000'060'000, 1'700'000'120'000, 3600, {}, webhook};
   parsed.scene.image = {320, 200};
   parsed.scene.assets = {{"tile.png", ""}, {"sha256:" + abc_sha256, ""}};
-  const JobView view = queue.submit({.kind = JobKind::measure,
-                                      .document = "verbatim",
-                                      .parsed = parsed,
-                                      .accuracy = "{}",
-                                      .owner = "ann"})->view;
+  const JobView view =
+      queue
+          .submit(
+              {.kind = JobKind::measure, .document = "verbatim", .parsed = parsed, .accuracy = "{}", .owner = "ann"})
+          ->view;
   const Job job = find(view.job.id).job;
   EXPECT_EQ(job.name, "orbit 7");
   EXPECT_EQ(job.labels.at("batch"), "orbit");

@@ -44,12 +44,12 @@ TEST(MeasureRequest, TakesKnobsInTheirOrderAndTheReferencesSamples) {
 }
 
 TEST(MeasureRequest, EveryMistakeIsToldAtOnceWithItsPlace) {
-  EXPECT_EQ(issues(R"({"settings": {"knobs": ["samples", "speed", "samples", 3], "reference_samples": 15, "x": 1},
+  EXPECT_EQ(
+      issues(R"({"settings": {"knobs": ["samples", "speed", "samples", 3], "reference_samples": 15, "x": 1},
                        "scene": {"version": 1, "image": {"width": 0}}, "more": 1})"),
-            (Lines{"/settings/knobs/1 unknown_value", "/settings/knobs/2 duplicate_value",
-                   "/settings/knobs/3 wrong_type", "/settings/reference_samples out_of_range",
-                   "/settings/x unknown_field", "/more unknown_field", "/scene/camera missing_field",
-                   "/scene/image/width out_of_range"}));
+      (Lines{"/settings/knobs/1 unknown_value", "/settings/knobs/2 duplicate_value", "/settings/knobs/3 wrong_type",
+             "/settings/reference_samples out_of_range", "/settings/x unknown_field", "/more unknown_field",
+             "/scene/camera missing_field", "/scene/image/width out_of_range"}));
 }
 
 TEST(MeasureRequest, OfAnotherShapeIsRefused) {
