@@ -1,9 +1,18 @@
-"""Turns openapi.yaml into C++ source that holds it as JSON: embed_openapi.py openapi.yaml openapi.cpp"""
+"""Turns openapi.yaml into C++ source that holds it as JSON and as a page: embed_openapi.py openapi.yaml openapi.cpp"""
 
 import json
 import sys
 
+import docs_page
 import yaml
+
+
+def function(name, text):
+    # An array of numbers, because string literals have a length limit.
+    rows = [", ".join(str(byte) for byte in text[at:at + 24]) for at in range(0, len(text), 24)]
+    numbers = ",\n".join(rows)
+    return (f"namespace {{\nconstexpr char {name}_text[] = {{\n{numbers}}};\n}}  // namespace\n\n"
+            f"std::string_view {name}() {{ return {{{name}_text, sizeof {name}_text}}; }}\n\n")
 
 
 def main():
@@ -12,12 +21,12 @@ def main():
         document = yaml.safe_load(file)
     # Aliases in the YAML become copies: JSON has none.
     text = json.dumps(document, ensure_ascii=True, separators=(",", ":"))
-    # An array of numbers, because string literals have a length limit.
-    rows = [", ".join(str(byte) for byte in text[at:at + 24].encode()) for at in range(0, len(text), 24)]
     with open(cpp_path, "w", encoding="utf-8") as file:
-        file.write('#include "api/openapi.h"\n\nnamespace api {\nnamespace {\nconstexpr char text[] = {\n')
-        file.write(",\n".join(rows))
-        file.write("};\n}  // namespace\n\nstd::string_view openapi_json() { return {text, sizeof text}; }\n\n}  // namespace api\n")
+        file.write('#include "api/openapi.h"\n\nnamespace api {\n')
+        file.write(function("openapi_json", text.encode()))
+        # As references: bytes beyond ASCII are no char everywhere.
+        file.write(function("docs_html", docs_page.page(document).encode("ascii", "xmlcharrefreplace")))
+        file.write("}  // namespace api\n")
 
 
 if __name__ == "__main__":

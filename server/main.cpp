@@ -5,6 +5,7 @@
 #include <sys/signalfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
@@ -43,6 +44,7 @@
 #include "server/telemetry/log.h"
 #include "server/telemetry/metrics.h"
 #include "server/telemetry/queue_log.h"
+#include "server/telemetry/render_pace.h"
 #include "server/telemetry/request_metrics.h"
 #include "server/webhooks/webhooks.h"
 #include "server/worker/asset_folder.h"
@@ -140,6 +142,15 @@ void reload_keys(const std::string& path, keys::KeyRing& ring, const telemetry::
   }
 }
 
+/// From what ended before this start.
+void learn_pace(jobs::JobStore& store, telemetry::RenderPace& pace) {
+  jobs::JobFilter filter;
+  filter.state = jobs::JobState::succeeded;
+  jobs::JobPage page = store.list(filter, {}, telemetry::RenderPace::renders_max);
+  std::reverse(page.items.begin(), page.items.end());
+  for (const jobs::Job& job : page.items) pace.learn(job.report);
+}
+
 /// `ring`: null where there are no keys.
 void serve(const config::Config& config, keys::KeyRing* ring, const telemetry::Log& log) {
   Signals signals;
@@ -158,8 +169,10 @@ void serve(const config::Config& config, keys::KeyRing* ring, const telemetry::L
                      .owner_artifact_bytes_limit = static_cast<std::int64_t>(config.key_artifact_bytes)});
   jobs::Events events(http::event_text, jobs::system_clock(), {.listeners_max = config.streams});
   telemetry::Metrics metrics(telemetry::all_families());
+  telemetry::RenderPace pace;
+  learn_pace(store, pace);
   telemetry::JobMetrics job_metrics(
-      metrics, [&store](const std::string& id) { return store.find(id); }, events);
+      metrics, pace, [&store](const std::string& id) { return store.find(id); }, events);
   queue.observe(&job_metrics);
   const jobs::Housekeeper housekeeper(queue, queue_log);
 
@@ -205,6 +218,7 @@ void serve(const config::Config& config, keys::KeyRing* ring, const telemetry::L
       .job_memory_bytes = config.job_memory_bytes,
       .render_wait = std::chrono::seconds(config.render_wait_s),
       .draining = [&draining] { return draining.load(); },
+      .seconds_per_work = [&pace] { return pace.seconds_per_work(); },
       .told_limits = told_limits(config, limits, settings.head),
       .sandbox = [&supervisor] { return supervisor.sandbox(); },
       .keys = ring};

@@ -9,6 +9,7 @@
 #include "api/src/json/refusal.h"
 #include "api/src/json/tape.h"
 #include "api/src/reader/issue_order.h"
+#include "api/src/reader/scene_document.h"
 #include "api/src/reader/sections.h"
 
 namespace api {
@@ -48,7 +49,7 @@ class Told {
 };
 
 /// Shape first, meaning second; both give the same kind of issue.
-std::vector<tracer::Issue> all_issues(Reading& reading, bool understood) {
+std::vector<tracer::Issue> all_issues(Reading& reading, json::Node* root, bool understood) {
   std::vector<tracer::Issue> issues = std::move(reading.issues);
   std::vector<tracer::Issue> rest;
   if (reading.untold_issues > 0) {
@@ -63,7 +64,7 @@ std::vector<tracer::Issue> all_issues(Reading& reading, bool understood) {
     }
     std::move(of_meaning.begin(), of_meaning.end(), std::back_inserter(issues));
   }
-  sort_by_place(issues, reading.tape);
+  sort_by_place(issues, reading.tape, root);
   std::move(rest.begin(), rest.end(), std::back_inserter(issues));
   return issues;
 }
@@ -71,19 +72,24 @@ std::vector<tracer::Issue> all_issues(Reading& reading, bool understood) {
 tracer::Result<Document, Refusal> read(std::string_view bytes, const Limits& limits, std::string* canonical) {
   auto tape = parse_json(bytes, limits.document);
   if (!tape) return std::move(tape.error());
-  Reading reading(*tape, limits);
-  Cursor root;
-  root.node = tape->root();
-  const bool understood = read_document(reading, root);
-  std::vector<tracer::Issue> issues = all_issues(reading, understood);
-  if (issues.empty()) {
-    if (canonical != nullptr) *canonical = json::canonical_text(*tape, "job");
-    return std::move(reading.document);
-  }
-  return invalid(std::move(issues));
+  auto document = read_scene(*tape, tape->root(), limits);
+  if (!document) return invalid(std::move(document.error()));
+  if (canonical != nullptr) *canonical = json::canonical_text(*tape, "job");
+  return std::move(*document);
 }
 
 }  // namespace
+
+tracer::Result<Document, std::vector<tracer::Issue>> read_scene(json::Tape& tape, json::Node* root,
+                                                                const Limits& limits) {
+  Reading reading(tape, limits);
+  Cursor at;
+  at.node = root;
+  const bool understood = read_document(reading, at);
+  std::vector<tracer::Issue> issues = all_issues(reading, root, understood);
+  if (!issues.empty()) return issues;
+  return std::move(reading.document);
+}
 
 tracer::Result<Document, Refusal> parse_scene(std::string_view bytes, const Limits& limits, std::string* canonical) {
   try {

@@ -1,11 +1,15 @@
 #include "api/estimate.h"
 
+#include <algorithm>
+#include <cmath>
 #include <variant>
+
+#include "tracer/requirements.h"
 
 namespace api {
 namespace {
 
-constexpr std::uint64_t pixel_bytes = 40, adaptive_pixel_bytes = 140, layer_pixel_bytes = 30;
+constexpr std::uint64_t pixel_bytes = 40, adaptive_pixel_bytes = 140, layer_pixel_bytes = 30, measure_pixel_bytes = 150;
 constexpr std::uint64_t triangle_bytes = 150, object_bytes = 650;
 
 std::uint64_t bytes_of(const std::vector<tracer::Object>& objects) {
@@ -17,6 +21,39 @@ std::uint64_t bytes_of(const std::vector<tracer::Object>& objects) {
   return bytes;
 }
 
+std::uint64_t parts_of(const std::vector<tracer::Object>& objects) {
+  std::uint64_t parts = objects.size();
+  for (const tracer::Object& object : objects) {
+    const auto* mesh = std::get_if<tracer::Mesh>(&object.shape);
+    if (mesh != nullptr) parts += mesh->triangles.size();
+  }
+  return parts;
+}
+
+/// In a pixel, in the mean.
+std::optional<double> expected_samples(const tracer::Accuracy& accuracy) {
+  constexpr double at_one_level = 22, power = 1.26;
+  if (!accuracy.adaptive) return accuracy.samples;
+  const tracer::Adaptive& adaptive = *accuracy.adaptive;
+  if (!adaptive.target_error) return std::nullopt;
+  return std::clamp(at_one_level * std::pow(*adaptive.target_error, -power), static_cast<double>(adaptive.samples_min),
+                    static_cast<double>(adaptive.samples_max));
+}
+
+/// For each sample of a pixel that has so many.
+double shadow_rays(const tracer::Scene& scene, double samples) {
+  constexpr double points_least = 16, lights_most = 64;  // of many lights most are spared
+  const double points = std::max(1.0, points_least / samples);
+  double rays = 0;
+  for (const tracer::Light& light : scene.lights) {
+    const bool soft = !std::holds_alternative<tracer::PointLight>(light.source) &&
+                      !std::holds_alternative<tracer::DirectionalLight>(light.source) &&
+                      !std::holds_alternative<tracer::SpotLight>(light.source);
+    if (light.shadows) rays += soft ? points : 1;
+  }
+  return std::min(rays, lights_most);
+}
+
 }  // namespace
 
 std::uint64_t estimated_memory_bytes(const tracer::Scene& scene) {
@@ -25,6 +62,23 @@ std::uint64_t estimated_memory_bytes(const tracer::Scene& scene) {
   std::uint64_t bytes = scene.image.window().pixels() * each + bytes_of(scene.objects);
   for (const tracer::Prototype& prototype : scene.prototypes) bytes += bytes_of(prototype.objects);
   return bytes;
+}
+
+std::optional<double> estimated_work(const tracer::Scene& scene) {
+  const auto samples = expected_samples(scene.accuracy);
+  if (!samples) return std::nullopt;
+  const tracer::Requirements needs = tracer::requirements(scene);
+  const double bounces = 1 + (needs.reflection ? 0.5 : 0) + (needs.refraction ? 1.5 : 0);
+  const double rays = (1 + (needs.shadows ? shadow_rays(scene, *samples) : 0)) * bounces;
+  auto parts = static_cast<double>(parts_of(scene.objects));
+  for (const tracer::Prototype& prototype : scene.prototypes) parts += static_cast<double>(parts_of(prototype.objects));
+  return static_cast<double>(scene.image.window().pixels()) * *samples * rays + parts;
+}
+
+std::uint64_t estimated_measure_memory_bytes(const tracer::Scene& scene) {
+  const std::uint64_t pixels = scene.image.window().pixels();
+  const std::uint64_t adapting = scene.accuracy.adaptive ? 0 : adaptive_pixel_bytes - pixel_bytes;
+  return estimated_memory_bytes(scene) + pixels * (adapting + measure_pixel_bytes);
 }
 
 }  // namespace api

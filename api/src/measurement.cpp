@@ -17,17 +17,25 @@ using Json = nlohmann::ordered_json;
 constexpr std::string_view kind = "whittle measurement";
 constexpr int version = 1;
 
-Json point_json(const tracer::MeasuredPoint& point) {
-  const tracer::Setting& setting = point.setting;
+Json setting_json(const tracer::Setting& setting) {
   return {{"knob", setting.knob},
           {"value", setting.value},
           {"preset", setting.preset.empty() ? Json(nullptr) : Json(setting.preset)},
-          {"settings", accuracy_json(setting.accuracy)},
-          {"seconds", point.seconds},
-          {"error", point.error},
-          {"claimed", error_json(point.claimed)},
-          {"samples", {{"mean", point.samples_mean}, {"total", point.samples}}},
-          {"rays", rays_json(point.rays)}};
+          {"settings", accuracy_json(setting.accuracy)}};
+}
+
+Json point_json(const tracer::MeasuredPoint& point) {
+  Json json = setting_json(point.setting);
+  json["seconds"] = point.seconds;
+  json["error"] = point.error;
+  json["claimed"] = error_json(point.claimed);
+  json["samples"] = {{"mean", point.samples_mean}, {"total", point.samples}};
+  json["rays"] = rays_json(point.rays);
+  return json;
+}
+
+Json reference_json(const tracer::Measurement& measurement) {
+  return {{"samples", measurement.reference_samples}, {"error", measurement.reference_error}};
 }
 
 tracer::MeasuredPoint point_of(const Json& json) {
@@ -75,11 +83,30 @@ std::string write_measurement(const tracer::Measurement& measurement, const Meas
                   {"scene", measurement.name},
                   {"width", measurement.width},
                   {"height", measurement.height},
-                  {"reference", {{"samples", measurement.reference_samples}, {"error", measurement.reference_error}}},
+                  {"reference", reference_json(measurement)},
                   {"points", points},
                   {"front", tracer::pareto_front(measurement.points)},
                   {"advice", tracer::advice(measurement)}};
   return json.dump(1) + '\n';
+}
+
+std::string write_measurement_summary(const tracer::Measurement& measurement, bool alone) {
+  Json points = Json::array();
+  for (const tracer::MeasuredPoint& point : measurement.points) {
+    Json json = setting_json(point.setting);
+    json["seconds"] = point.seconds;
+    json["error"] = point.error;
+    json["claimed"] = point.claimed.estimate;
+    points.push_back(std::move(json));
+  }
+  const Json json{{"width", measurement.width},
+                  {"height", measurement.height},
+                  {"alone", alone},
+                  {"reference", reference_json(measurement)},
+                  {"points", points},
+                  {"front", tracer::pareto_front(measurement.points)},
+                  {"advice", tracer::advice(measurement)}};
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 std::string write_measurement_csv(const tracer::Measurement& measurement) {

@@ -67,10 +67,10 @@ Json job_problem_json(const std::optional<jobs::Problem>& problem) {
   return {{"code", problem->code}, {"detail", problem->detail}, {"errors", errors_json(problem->errors)}};
 }
 
-/// The report was written by write_report; a job kept by a build that wrote it otherwise still has its other fields.
-Json report_json(const std::string& report) {
-  if (report.empty()) return nullptr;
-  Json json = Json::parse(report, nullptr, false);
+/// What is kept with a job was written here; of one kept by a build that wrote it otherwise the other fields are told.
+Json kept_json(const std::string& kept) {
+  if (kept.empty()) return nullptr;
+  Json json = Json::parse(kept, nullptr, false);
   return json.is_discarded() ? Json(nullptr) : json;
 }
 
@@ -90,9 +90,11 @@ Json job_json(const jobs::JobView& view, std::int64_t now_ms) {
                          {"url", self + "/" + artifact.name}});
   }
   Json image = job.artifacts.empty() ? Json(nullptr) : Json(self + "/" + job.artifacts.front().name);
+  const bool measured = job.kind == jobs::JobKind::measure;
   Json labels = Json::object();
   for (const auto& [name, value] : job.labels) labels[name] = value;
   return {{"id", job.id},
+          {"kind", jobs::name_of(job.kind)},
           {"name", job.name},
           {"state", jobs::name_of(job.state)},
           {"progress", view.progress},
@@ -113,8 +115,9 @@ Json job_json(const jobs::JobView& view, std::int64_t now_ms) {
           {"labels", std::move(labels)},
           {"batch", job.batch.empty() ? Json(nullptr) : Json(job.batch)},
           {"image", {{"width", job.width}, {"height", job.height}}},
-          {"accuracy", nullptr},
-          {"report", report_json(job.report)},
+          {"accuracy", kept_json(job.accuracy)},
+          {"report", kept_json(measured ? std::string() : job.report)},
+          {"measurement", kept_json(measured ? job.report : std::string())},
           {"problem", job_problem_json(job.problem)},
           {"artifacts", std::move(artifacts)},
           {"links",
@@ -122,8 +125,20 @@ Json job_json(const jobs::JobView& view, std::int64_t now_ms) {
             {"cancel", jobs::ended(job.state) ? Json(nullptr) : Json(self + "/cancel")},
             {"retry", may_be_retried(job) ? Json(self + "/retry") : Json(nullptr)},
             {"events", self + "/events"},
-            {"preview", nullptr},
+            {"preview", self + "/preview"},
             {"image", std::move(image)}}}};
+}
+
+/// To a thousandth: more digits say nothing.
+Json seconds_json(const tracer::Scene& scene, std::optional<double> seconds_per_work) {
+  std::optional<double> seconds;
+  if (const auto work = estimated_work(scene); work && seconds_per_work) seconds = *work * *seconds_per_work;
+  const tracer::Accuracy& accuracy = scene.accuracy;
+  if (accuracy.adaptive && accuracy.adaptive->time_budget_ms) {
+    const double budget = *accuracy.adaptive->time_budget_ms / 1000;
+    seconds = std::min(seconds.value_or(budget), budget);
+  }
+  return seconds ? Json(std::round(*seconds * 1000) / 1000) : Json(nullptr);
 }
 
 }  // namespace
@@ -226,7 +241,7 @@ std::string write_problem(const ProblemReply& problem) {
   return text_of(json);
 }
 
-std::string write_valid(const tracer::Scene& scene) {
+std::string write_valid(const tracer::Scene& scene, std::optional<double> seconds_per_work) {
   const tracer::Accuracy& accuracy = scene.accuracy;
   const std::uint64_t samples = accuracy.adaptive ? accuracy.adaptive->samples_min : accuracy.samples;
   std::vector<tracer::RequirementReason> reasons;
@@ -237,7 +252,7 @@ std::string write_valid(const tracer::Scene& scene) {
                   {"reasons", reasons_json(reasons)},
                   {"estimate",
                    {{"samples", scene.image.window().pixels() * samples},
-                    {"seconds", nullptr},
+                    {"seconds", seconds_json(scene, seconds_per_work)},
                     {"memory_bytes", estimated_memory_bytes(scene)}}}});
 }
 

@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "api/estimate.h"
+#include "api/src/accuracy_json.h"
 #include "api/src/error_json.h"
 #include "api/src/requirements_json.h"
 #include "tracer/version.h"
@@ -33,6 +35,7 @@ std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate
                          std::uint64_t memory_bytes) {
   std::vector<tracer::RequirementReason> reasons;
   const tracer::Requirements needs = tracer::requirements(scene, &reasons);
+  const std::optional<double> work = estimated_work(scene);
   const Json report = {
       {"requirements", requirements_json(needs)},
       {"reasons", reasons_json(reasons)},
@@ -47,11 +50,14 @@ std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate
         {"build", times.build},
         {"trace", times.trace},
         {"encode", times.encode}}},
+      {"estimated_work", work ? Json(*work) : Json(nullptr)},
       {"memory_bytes", memory_bytes},
       {"non_finite", statistics.non_finite},
       {"build", tracer::build()}};
   return report.dump();
 }
+
+std::string write_accuracy(const tracer::Accuracy& accuracy) { return accuracy_json(accuracy).dump(); }
 
 std::optional<ReportFigures> read_report(const std::string& report) {
   const Json json = Json::parse(report, nullptr, false);
@@ -62,6 +68,11 @@ std::optional<ReportFigures> read_report(const std::string& report) {
                   rays.value("reflection", std::uint64_t{0}), rays.value("refraction", std::uint64_t{0})};
   const Json& error = json["error"];
   if (error.contains("target") && error["target"].is_number()) figures.target_met = error.value("met", false);
+  if (json.contains("estimated_work") && json["estimated_work"].is_number() && json.contains("time_ms")) {
+    const Json& time_ms = json["time_ms"];
+    const double ms = time_ms.value("build", 0.0) + time_ms.value("trace", 0.0) + time_ms.value("encode", 0.0);
+    figures.seconds_per_work = ms / 1000 / json["estimated_work"].get<double>();
+  }
   return figures;
 }
 

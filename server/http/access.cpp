@@ -29,7 +29,9 @@ std::string_view token_of(const RequestHead& head) {
   return rest.substr(std::min(rest.find_first_not_of(' '), rest.size()));
 }
 
-bool is_open(const RequestHead& head) { return head.path == "/" || head.path == "/openapi.json"; }
+bool is_open(const RequestHead& head) {
+  return head.path == "/" || head.path == "/docs" || head.path == "/openapi.json";
+}
 
 Problem unauthenticated(const RequestHead& head) {
   const bool none = !head.header("authorization");

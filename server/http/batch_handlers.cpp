@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "api/estimate.h"
 #include "api/replies.h"
 #include "server/http/handlers.h"
 #include "server/http/tar.h"
@@ -77,7 +78,7 @@ tracer::Result<jobs::BatchSubmission, Problem> batch_of(const Request& request, 
   jobs::BatchSubmission submission;
   std::vector<tracer::Issue> refused;
   const auto take = [&](std::string document, api::Document parsed, std::string canonical) {
-    if (refused.empty()) refused = refused_here(parsed.scene, front);
+    if (refused.empty()) refused = refused_here(parsed.scene, api::estimated_memory_bytes(parsed.scene), front);
     submission.jobs.push_back(
         submission_of(request, {std::move(document), std::move(parsed), std::move(canonical)}, front));
   };

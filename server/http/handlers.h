@@ -31,6 +31,12 @@ Answer cancel_batch(Request& request, const Front& front);
 Answer retry_batch(Request& request, const Front& front);
 Answer get_batch_artifacts(Request& request, const Front& front);
 
+// ---- measure_handler.cpp
+Answer measure(Request& request, const Front& front);
+
+// ---- preview_handler.cpp
+Answer get_preview(Request& request, const Front& front);
+
 // ---- render_handler.cpp
 Answer render(Request& request, const Front& front);
 
@@ -56,6 +62,7 @@ Answer get_asset(Request& request, const Front& front);
 Answer get_root(Request& request);
 Answer get_version(Request& request, const Front& front);
 Answer get_openapi(Request& request);
+Answer get_docs(Request& request);
 
 // ---- health_handlers.cpp
 Answer get_liveness(Request& request);
@@ -89,7 +96,8 @@ tracer::Result<std::string, Problem> take_json(Request& request, std::string_vie
 tracer::Result<Scene, Problem> take_scene(Request& request, const Front& front);
 
 /// What of a good scene cannot be rendered here: files that are not there, more memory than a job may take.
-std::vector<tracer::Issue> refused_here(const tracer::Scene& scene, const Front& front);
+/// `memory_bytes` as estimated (api/estimate.h).
+std::vector<tracer::Issue> refused_here(const tracer::Scene& scene, std::uint64_t memory_bytes, const Front& front);
 
 /// take_scene for a job that is to run: 503 while draining.
 tracer::Result<Scene, Problem> take_work(Request& request, const Front& front);
@@ -99,6 +107,8 @@ jobs::Submission submission_of(const Request& request, Scene scene, const Front&
 /// The wish of the request's Idempotency-Key, for this body; nothing where it has none, 400 when that is none.
 tracer::Result<std::optional<jobs::Idempotency>, Problem> idempotency_of(const Request& request,
                                                                          const std::string& body, const Front& front);
+/// Has the submission done once, and its reply kept, where the request wishes so.
+void do_once(jobs::Submission& submission, std::optional<jobs::Idempotency> idempotency, const Front& front);
 /// The first reply once more.
 Reply replayed_reply(const jobs::FirstReply& first);
 

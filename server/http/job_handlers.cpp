@@ -68,11 +68,7 @@ Answer submit_job(Request& request, const Front& front) {
   auto idempotency = idempotency_of(request, scene->document, front);
   if (!idempotency) return problem_reply(idempotency.error(), request.id);
   jobs::Submission submission = submission_of(request, std::move(*scene), front);
-  submission.idempotency = std::move(*idempotency);
-  submission.write_reply = [&front](const jobs::JobView& view, bool from_cache) -> jobs::FirstReply {
-    const std::string location = from_cache ? "" : "/v1/jobs/" + view.job.id;
-    return {from_cache ? 200 : 202, location, api::write_job(view, front.clock())};
-  };
+  do_once(submission, std::move(*idempotency), front);
   const auto submitted = front.jobs.submit(std::move(submission));
   if (!submitted) return problem_reply(problem_of(submitted.error()), request.id);
   return submission_reply(request, *submitted, front);
@@ -83,7 +79,7 @@ Answer validate_job(Request& request, const Front& front) {
   Reply reply;
   reply.content_type = "application/json";
   if (scene) {
-    reply.body = api::write_valid(scene->parsed.scene);
+    reply.body = api::write_valid(scene->parsed.scene, front.seconds_per_work());
   } else if (scene.error().failure == Failure::bad_scene) {
     reply.body = api::write_invalid(scene.error().errors);
   } else {

@@ -49,21 +49,40 @@ Reply finished_picture(const jobs::Job& job, tracer::Format format, const Front&
   return reply;
 }
 
-Parked wait_for(const std::string& id, tracer::Format format, Deadline deadline, const std::string& request_id,
-                const Front& front) {
-  const auto watch = [front, id](std::function<void()> wake) -> std::function<void()> {
+/// Who waits for a picture.
+struct Waiting {
+  std::string id;  ///< of the job
+  tracer::Format format = tracer::Format::png;
+  Deadline deadline;
+  std::string request_id;
+  bool replayed = false;  ///< the job came with an earlier request under the same Idempotency-Key
+};
+
+Reply reply_for(const Waiting& waiting, const jobs::JobView& view, const Front& front) {
+  if (view.job.expired) {
+    return problem_reply({Failure::job_expired, "the pictures of job " + view.job.id + " are gone", {}},
+                         waiting.request_id);
+  }
+  if (view.job.state == jobs::JobState::succeeded) return finished_picture(view.job, waiting.format, front);
+  if (jobs::ended(view.job.state)) return problem_reply(problem_of(view.job), waiting.request_id);
+  return job_reply(202, view, front);
+}
+
+/// Answers when the job has ended, or has not by then.
+Answer wait_for(const Waiting& waiting, const Front& front, bool timed_out = false) {
+  const auto view = front.jobs.find(waiting.id);
+  if (!view) return problem_reply(no_such_job(waiting.id), waiting.request_id);
+  if (timed_out || jobs::ended(view->job.state)) {
+    Reply reply = reply_for(waiting, *view, front);
+    if (waiting.replayed) reply.headers.emplace_back("Idempotent-Replayed", "true");
+    return reply;
+  }
+  const auto watch = [front, id = waiting.id](std::function<void()> wake) -> std::function<void()> {
     const std::uint64_t token = front.jobs.when_ended(id, std::move(wake));
     return [front, token] { front.jobs.forget(token); };
   };
-  const auto resume = [=](bool timed_out) -> Answer {
-    const auto view = front.jobs.find(id);
-    if (!view) return problem_reply(no_such_job(id), request_id);
-    if (view->job.state == jobs::JobState::succeeded) return finished_picture(view->job, format, front);
-    if (jobs::ended(view->job.state)) return problem_reply(problem_of(view->job), request_id);
-    if (timed_out) return job_reply(202, *view, front);
-    return wait_for(id, format, deadline, request_id, front);
-  };
-  return {deadline, watch, resume};
+  const auto resume = [waiting, front](bool late) { return wait_for(waiting, front, late); };
+  return Parked{waiting.deadline, watch, resume};
 }
 
 }  // namespace
@@ -76,15 +95,24 @@ Answer render(Request& request, const Front& front) {
     return problem_reply({Failure::not_acceptable, "accept image/png, image/x-exr or another picture we make", {}},
                          request.id);
   add_format(*scene, *format);
-  const auto submitted = front.jobs.submit(submission_of(request, std::move(*scene), front));
+  // As rendered: another format that the document does not name is another request.
+  auto idempotency = idempotency_of(request, scene->document, front);
+  if (!idempotency) return problem_reply(idempotency.error(), request.id);
+  jobs::Submission submission = submission_of(request, std::move(*scene), front);
+  do_once(submission, std::move(*idempotency), front);
+  const auto submitted = front.jobs.submit(std::move(submission));
   if (!submitted) return problem_reply(problem_of(submitted.error()), request.id);
+  const Deadline deadline = std::chrono::steady_clock::now() + front.render_wait;
+  if (submitted->replayed) {
+    const std::string id = submitted->replayed->location.substr(std::string_view("/v1/jobs/").size());
+    return wait_for({id, *format, deadline, request.id, true}, front);
+  }
   if (submitted->from_cache) {
     Reply reply = finished_picture(submitted->view.job, *format, front);
     reply.headers.emplace_back("X-Cache", "hit");
     return reply;
   }
-  const Deadline deadline = std::chrono::steady_clock::now() + front.render_wait;
-  return wait_for(submitted->view.job.id, *format, deadline, request.id, front);
+  return wait_for({submitted->view.job.id, *format, deadline, request.id}, front);
 }
 
 }  // namespace http

@@ -16,16 +16,19 @@ std::vector<Route> client_routes(const Front& front) {
   std::vector<Route> routes{
       {"GET", "/", get_root, {}},
       {"GET", "/openapi.json", get_openapi, {}},
+      {"GET", "/docs", get_docs, {}},
       {"GET", "/v1/version", with_front(get_version), {}},
       {"POST", "/v1/jobs", with_front(submit_job), {}},
       {"GET", "/v1/jobs", with_front(list_jobs), {"state", "label", "batch", "q", "limit", "cursor"}},
       {"POST", "/v1/jobs/validate", with_front(validate_job), {}},
       {"POST", "/v1/render", with_front(render), {}},
+      {"POST", "/v1/measure", with_front(measure), {}},
       {"GET", "/v1/jobs/{id}", with_front(get_job), {"wait"}},
       {"PATCH", "/v1/jobs/{id}", with_front(change_job), {}},
       {"DELETE", "/v1/jobs/{id}", with_front(remove_job), {}},
       {"POST", "/v1/jobs/{id}/cancel", with_front(cancel_job), {}},
       {"POST", "/v1/jobs/{id}/retry", with_front(retry_job), {}},
+      {"GET", "/v1/jobs/{id}/preview", with_front(get_preview), {"max"}},
       {"GET", "/v1/jobs/{id}/events", with_front(get_job_events), {}},
       {"GET", "/v1/events", with_front(get_events), {}},
       {"POST", "/v1/batches", with_front(submit_batch), {}},
@@ -42,6 +45,9 @@ std::vector<Route> client_routes(const Front& front) {
   for (const tracer::Format format : tracer::all_formats) {
     const std::string name = "image." + std::string(tracer::extension(format));
     routes.push_back({"GET", "/v1/jobs/{id}/" + name, picture(name), {}});
+  }
+  for (const char* const name : {"measure.json", "measure.csv", "measure.svg", "measure.png"}) {
+    routes.push_back({"GET", std::string("/v1/jobs/{id}/") + name, picture(name), {}});
   }
   for (Route& route : routes) route.handler = with_access(route.handler, front.keys);
   return routes;

@@ -15,7 +15,10 @@ constexpr std::string_view welcome =
     "  GET  /v1/jobs/{id}/events     the same as it happens\n"
     "  GET  /v1/jobs/{id}/image.png  its picture\n"
     "  GET  /v1/version        what runs here, within which limits\n"
-    "  GET  /openapi.json      all of it, for machines\n";
+    "  POST /v1/measure        what accuracy costs in a scene\n"
+    "  POST /v1/batches        one scene in many variations\n"
+    "  GET  /docs              all of it, for people\n"
+    "  GET  /openapi.json      and for machines\n";
 
 }  // namespace
 
@@ -37,6 +40,15 @@ Answer get_openapi(Request&) {
   Reply reply;
   reply.content_type = "application/json";
   reply.body = api::openapi_json();
+  return reply;
+}
+
+Answer get_docs(Request&) {
+  Reply reply;
+  reply.content_type = "text/html; charset=utf-8";
+  // What could be in it is styled by it alone: no script, nothing from elsewhere.
+  reply.headers.emplace_back("Content-Security-Policy", "default-src 'none'; style-src 'unsafe-inline'");
+  reply.body = api::docs_html();
   return reply;
 }
 

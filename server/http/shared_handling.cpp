@@ -9,6 +9,7 @@
 
 #include "api/estimate.h"
 #include "api/replies.h"
+#include "api/report.h"
 #include "server/http/handlers.h"
 #include "server/http/negotiation.h"
 #include "tracer/encode.h"
@@ -58,19 +59,18 @@ tracer::Result<Scene, Problem> take_scene(Request& request, const Front& front) 
   if (!parsed) return problem_of(parsed.error());
   scene.parsed = std::move(*parsed);
   api::Refusal refusal;
-  refusal.issues = refused_here(scene.parsed.scene, front);
+  refusal.issues = refused_here(scene.parsed.scene, api::estimated_memory_bytes(scene.parsed.scene), front);
   if (!refusal.issues.empty()) return problem_of(refusal);
   return scene;
 }
 
-std::vector<tracer::Issue> refused_here(const tracer::Scene& scene, const Front& front) {
+std::vector<tracer::Issue> refused_here(const tracer::Scene& scene, std::uint64_t memory_bytes, const Front& front) {
   std::vector<tracer::Issue> issues;
   if (front.missing_files) issues = front.missing_files(scene);
-  const std::uint64_t bytes = api::estimated_memory_bytes(scene);
-  if (bytes > front.job_memory_bytes) {
+  if (memory_bytes > front.job_memory_bytes) {
     issues.push_back({"", "limit_exceeded",
                       "the limit job_memory_bytes is " + std::to_string(front.job_memory_bytes) +
-                          ", the scene is estimated to take " + std::to_string(bytes)});
+                          ", the scene is estimated to take " + std::to_string(memory_bytes)});
   }
   return issues;
 }
@@ -90,6 +90,7 @@ jobs::Submission submission_of(const Request& request, Scene scene, const Front&
   jobs::Submission submission;
   submission.owner = request.owner;
   submission.content_key = content_key_of(scene, front);
+  submission.accuracy = api::write_accuracy(scene.parsed.scene.accuracy);
   submission.document = std::move(scene.document);
   submission.parsed = std::move(scene.parsed);
   return submission;
@@ -104,6 +105,13 @@ tracer::Result<std::optional<jobs::Idempotency>, Problem> idempotency_of(const R
   }
   const std::string route = request.head.method + " " + request.head.path;
   return std::optional(jobs::Idempotency{route, std::string(*key), front.sha256(body)});
+}
+
+void do_once(jobs::Submission& submission, std::optional<jobs::Idempotency> idempotency, const Front& front) {
+  submission.idempotency = std::move(idempotency);
+  submission.write_reply = [&front](const jobs::JobView& view, bool from_cache) -> jobs::FirstReply {
+    return {from_cache ? 200 : 202, "/v1/jobs/" + view.job.id, api::write_job(view, front.clock())};
+  };
 }
 
 bool is_id(const std::string& text) {
@@ -121,7 +129,7 @@ Reply replayed_reply(const jobs::FirstReply& first) {
   reply.status = first.status;
   reply.content_type = "application/json";
   reply.body = first.body;
-  if (!first.location.empty()) reply.headers.emplace_back("Location", first.location);
+  if (first.status == 202) reply.headers.emplace_back("Location", first.location);
   // Only the result cache answers 200.
   if (first.status == 200) reply.headers.emplace_back("X-Cache", "hit");
   reply.headers.emplace_back("Idempotent-Replayed", "true");

@@ -14,6 +14,7 @@ constexpr std::array<std::pair<JobState, const char*>, 5> state_names = {{
     {JobState::failed, "failed"},
     {JobState::cancelled, "cancelled"},
 }};
+constexpr std::array<const char*, all_job_kinds.size()> kind_names = {"render", "measure"};
 
 }  // namespace
 
@@ -22,6 +23,15 @@ const char* name_of(JobState state) { return state_names[static_cast<std::size_t
 std::optional<JobState> job_state(const std::string& name) {
   for (const auto& [state, state_name] : state_names) {
     if (name == state_name) return state;
+  }
+  return std::nullopt;
+}
+
+const char* name_of(JobKind kind) { return kind_names[static_cast<std::size_t>(kind)]; }
+
+std::optional<JobKind> job_kind(const std::string& name) {
+  for (const JobKind kind : all_job_kinds) {
+    if (name == name_of(kind)) return kind;
   }
   return std::nullopt;
 }

@@ -29,6 +29,15 @@ constexpr bool ended(JobState state) { return state != JobState::queued && state
 const char* name_of(JobState state);
 std::optional<JobState> job_state(const std::string& name);
 
+/// What its worker is to do with a job's document.
+enum class JobKind {
+  render,   ///< a scene document: its pictures
+  measure,  ///< api::MeasureRequest: the scene rendered along its knobs, as figures and a chart
+};
+inline constexpr std::array all_job_kinds{JobKind::render, JobKind::measure};
+const char* name_of(JobKind kind);
+std::optional<JobKind> job_kind(const std::string& name);
+
 struct Artifact {
   std::string name;        ///< "image.png"
   std::string media_type;  ///< "image/png"
@@ -48,7 +57,8 @@ struct Problem {
 Problem deadline_exceeded();  ///< of a job whose deadline has passed
 
 struct Job {
-  std::string id;     ///< UUIDv7, so ids sort by creation
+  std::string id;  ///< UUIDv7, so ids sort by creation
+  JobKind kind = JobKind::render;
   std::string owner;  ///< name of the API key it came with; empty without keys
   std::string name;
   std::string batch;    ///< id of the batch it belongs to; empty: none
@@ -72,8 +82,9 @@ struct Job {
   bool suspect = false;           ///< was in flight with others when a worker died: runs alone until it ends
   std::map<std::string, std::string> labels;
   std::uint32_t width = 0, height = 0;
+  std::string accuracy;             ///< as its document asks for it: JSON text written by api::, opaque here
   std::vector<std::string> assets;  ///< sha256 of the uploads that its document names; they are kept while it is there
-  std::string report;               ///< JSON text written by api::, opaque here; empty until the job succeeded
+  std::string report;  ///< what came of it: JSON text written by api::, opaque here; empty until the job succeeded
   std::optional<Problem> problem;
   std::vector<Artifact> artifacts;
   std::string content_key;    ///< what the result cache knows its pictures by; empty: not at all

@@ -11,6 +11,7 @@
 #include "server/jobs/artifact_store.h"
 #include "server/jobs/job.h"
 #include "server/jobs/job_store.h"
+#include "server/jobs/previews.h"
 #include "server/jobs/submission.h"
 #include "tracer/result.h"
 
@@ -58,6 +59,13 @@ class JobService {
   /// exist). `done` must be quick and must not throw. Returns a token for `forget`.
   virtual std::uint64_t when_ended(const std::string& id, std::function<void()> done) = 0;
   virtual void forget(std::uint64_t token) = 0;
+
+  /// A running job's picture as far as it was made, at most `side` (<= preview_side_max) pixels wide and high.
+  virtual Previews::Latest preview(const std::string& id, std::uint32_t side) = 0;
+  /// Asks for a newer one. Calls `done` once, from any thread, when it is there or the job does not run any more; where
+  /// that was so before, never. As for when_ended. Returns a token for `stop_looking`.
+  virtual std::uint64_t look(const std::string& id, std::uint32_t side, std::function<void()> done) = 0;
+  virtual void stop_looking(std::uint64_t token) = 0;
 
   /// For readiness: empty when all is well, else why not ("store: disk full", "worker: restarting", "draining").
   /// Costs a small durable write: not to be asked more than about once a second.

@@ -85,7 +85,7 @@ struct BatchCancel {
 
 /// The jobs of a batch that a retry queued again.
 struct BatchRetry {
-  int jobs = 0;
+  std::vector<std::string> jobs;
   bool suspects = false;  ///< some of them are
 };
 

@@ -21,7 +21,8 @@ Queue::Queue(JobStore& store, ArtifactStore& artifacts, IdSource& ids, Clock clo
       settings_(settings),
       boot_id_(ids.next()),
       artifacts_(artifacts),
-      pins_(store, artifacts, log) {
+      pins_(store, artifacts, log),
+      previews_(clock_) {
   const int recovered = store_.recover(boot_id_, clock_());
   for (const std::string& batch : store_.failing_batches()) cancel_batch(batch);
   if (recovered > 0) log(LogLevel::info, "jobs_recovered", {{"count", std::to_string(recovered)}});
@@ -136,6 +137,7 @@ void Queue::job_ended(const std::string& id) {
     waiting_for_.erase(first, last);
   }
   for (const auto& call : calls) call();
+  for (const auto& call : previews_.ended(id)) call();
   if (EndListener* const listener = listener_) listener->ended(id);
 }
 
@@ -195,6 +197,7 @@ bool Queue::release(const std::string& id, std::int64_t fence, bool counts, bool
     const std::lock_guard lock(live_mutex_);
     progress_.erase(id);  // a waiting job has none; its next claim starts at 0
   }
+  for (const auto& call : previews_.ended(id)) call();
   const std::int64_t now = clock_();
   Release how{counts, suspect};
   if (pause_ms > 0) how.not_before = now + pause_ms;
@@ -225,6 +228,23 @@ bool Queue::succeed(const std::string& id, std::int64_t fence, const std::string
   if (moved) tell(id, JobState::succeeded);
   if (moved) job_ended(id);
   return moved;
+}
+
+std::uint64_t Queue::look(const std::string& id, std::uint32_t side, std::function<void()> done) {
+  const Previews::Wish wish = previews_.wish(id, side, std::move(done));
+  const std::lock_guard lock(runner_mutex_);
+  if (wish.is_new && runner_ != nullptr) runner_->look(id, side);
+  return wish.token;
+}
+
+void Queue::previewed(const std::string& id, std::uint32_t side, std::string png) {
+  Previews::Calls calls;
+  {
+    const std::lock_guard lock(live_mutex_);
+    if (!progress_.contains(id)) return;  // the job has ended meanwhile
+    calls = previews_.came(id, side, std::move(png));
+  }
+  for (const auto& call : calls) call();
 }
 
 void Queue::progressed(const std::string& id, double fraction) {

@@ -32,6 +32,7 @@
 #include "server/jobs/job_store.h"
 #include "server/jobs/log.h"
 #include "server/jobs/observer.h"
+#include "server/jobs/previews.h"
 #include "server/jobs/runner.h"
 
 namespace jobs {
@@ -71,6 +72,9 @@ class Queue final : public JobService {
   std::unique_ptr<ArtifactReader> open(const Artifact& artifact) override;
   std::uint64_t when_ended(const std::string& id, std::function<void()> done) override;
   void forget(std::uint64_t token) override;
+  Previews::Latest preview(const std::string& id, std::uint32_t side) override { return previews_.latest(id, side); }
+  std::uint64_t look(const std::string& id, std::uint32_t side, std::function<void()> done) override;
+  void stop_looking(std::uint64_t token) override { previews_.forget(token); }
   std::string not_ready() override;
 
   // ---- for whoever runs jobs -----------------------------------------------------------------------------------
@@ -106,6 +110,9 @@ class Queue final : public JobService {
   /// `fraction` in [0,1]; smaller ones than before are ignored until the job is claimed again.
   void progressed(const std::string& id, double fraction);
 
+  /// What a running job looks like. Of others it is not kept.
+  void previewed(const std::string& id, std::uint32_t side, std::string png);
+
   // ---- for whoever keeps house (housekeeper.h)
   // -----------------------------------------------------------------------
 
@@ -140,6 +147,7 @@ class Queue final : public JobService {
   std::string boot_id_;
   ArtifactStore& artifacts_;
   ArtifactPins pins_;
+  Previews previews_;
 
   std::mutex submit_mutex_;
   std::map<std::string, std::int64_t> submitting_;  ///< by owner: admitted, not yet counted by the store

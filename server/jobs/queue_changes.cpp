@@ -9,6 +9,7 @@
 namespace jobs {
 namespace {
 
+constexpr int page_jobs = 1000;
 constexpr int upkeep_step = 100;  // jobs of each kind: some milliseconds of the one writer
 
 }  // namespace
@@ -65,9 +66,23 @@ void Queue::cancel_batch(const std::string& id) {
 }
 
 int Queue::retry_batch(const std::string& id) {
+  std::vector<std::string> without_success;
+  JobFilter filter;
+  filter.batch = id;
+  for (const JobState state : {JobState::failed, JobState::cancelled}) {
+    filter.state = state;
+    std::string cursor;
+    do {
+      const JobPage page = store_.list(filter, cursor, page_jobs);
+      for (const Job& job : page.items) without_success.push_back(job.id);
+      cursor = page.next_cursor;
+    } while (!cursor.empty());
+  }
+  const Arrival arrival(*this, std::move(without_success));
   const BatchRetry retried = store_.retry_batch(id, clock_());
-  if (retried.jobs > 0) wake_runner(retried.suspects);
-  return retried.jobs;
+  for (const std::string& job : retried.jobs) tell_queued(job);
+  if (!retried.jobs.empty()) wake_runner(retried.suspects);
+  return static_cast<int>(retried.jobs.size());
 }
 
 /// After the end of a job that failed.

@@ -84,6 +84,7 @@ Job Queue::job_of(const Submission& submission) {
   const api::JobRequest& asked = submission.parsed.job;
   Job job;
   job.id = ids_.next();
+  job.kind = submission.kind;
   job.owner = submission.owner;
   job.name = asked.name;
   job.created_at = clock_();
@@ -97,6 +98,7 @@ Job Queue::job_of(const Submission& submission) {
   job.labels = asked.labels;
   job.width = submission.parsed.scene.image.window().width();
   job.height = submission.parsed.scene.image.window().height();
+  job.accuracy = submission.accuracy;
   job.assets = uploads_of(submission.parsed.scene);
   if (asked.cache != api::CacheUse::off) job.content_key = submission.content_key;
   return job;

@@ -2,6 +2,7 @@
 /// Who runs jobs, as the queue sees it. The calls are made from any thread, return at once and must not call the queue
 /// back from within.
 
+#include <cstdint>
 #include <string>
 
 namespace jobs {
@@ -11,6 +12,8 @@ class Runner {
   virtual ~Runner() = default;
   virtual void wake(bool for_suspects) noexcept = 0;        ///< there may be something to claim; suspects, too
   virtual void cancel(const std::string& id) noexcept = 0;  ///< this running job is to stop; unknown ids are ignored
+  /// Somebody wants to see how far this running job is: Queue::previewed follows, perhaps; unknown ids are ignored.
+  virtual void look(const std::string& id, std::uint32_t side) noexcept = 0;
   virtual std::string not_ready() = 0;  ///< empty when jobs would run now, else why not: "worker: restarting"
 };
 

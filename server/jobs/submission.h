@@ -43,8 +43,10 @@ struct Idempotency {
 };
 
 struct Submission {
+  JobKind kind = JobKind::render;
   std::string document = {};  ///< kept verbatim
   api::Document parsed = {};  ///< what api::parse_scene made of it
+  std::string accuracy = {};  ///< see Job
   std::string owner = {};     ///< name of the API key; empty without keys
   /// What tells pictures apart: the canonical document's sha256, the files' and the build's. Empty: the result cache
   /// has nothing to do with it.

@@ -41,6 +41,7 @@ void JobMetrics::count_end(const jobs::Job& job) {
   if (!job.started_at || !job.ended_at) return;  // cancelled while it waited
   metrics_.observe(waited, {}, seconds(*job.started_at - job.created_at));
   metrics_.observe(ran, {{"state", jobs::name_of(job.state)}}, seconds(*job.ended_at - *job.started_at));
+  pace_.learn(job.report);
   const auto figures = api::read_report(job.report);
   if (!figures) return;
   metrics_.add(rays, {{"kind", "camera"}}, static_cast<double>(figures->rays.camera));

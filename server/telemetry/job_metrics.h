@@ -7,6 +7,7 @@
 
 #include "server/jobs/observer.h"
 #include "server/telemetry/metrics.h"
+#include "server/telemetry/render_pace.h"
 
 namespace telemetry {
 
@@ -15,9 +16,9 @@ class JobMetrics final : public jobs::Observer {
   /// The job as it is stored; may throw: then this job is not counted. Called from any thread.
   using Find = std::function<std::optional<jobs::Job>(const std::string& id)>;
 
-  /// `next` is told everything as well. Both must outlive this.
-  JobMetrics(Metrics& metrics, Find find, jobs::Observer& next)
-      : metrics_(metrics), find_(std::move(find)), next_(next) {}
+  /// `next` is told everything as well. All must outlive this.
+  JobMetrics(Metrics& metrics, RenderPace& pace, Find find, jobs::Observer& next)
+      : metrics_(metrics), pace_(pace), find_(std::move(find)), next_(next) {}
 
   void moved(const std::string& id, jobs::JobState to) noexcept override;
   void progressed(const std::string& id, double fraction) noexcept override { next_.progressed(id, fraction); }
@@ -30,6 +31,7 @@ class JobMetrics final : public jobs::Observer {
   void count_end(const jobs::Job& job);
 
   Metrics& metrics_;
+  RenderPace& pace_;
   const Find find_;
   jobs::Observer& next_;
 };

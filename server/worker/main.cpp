@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include "server/worker/measure_job.h"
 #include "server/worker/options.h"
 #include "server/worker/protocol.h"
 #include "server/worker/render_job.h"
@@ -40,7 +41,7 @@ bool warm_up() {
     "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {}},
                 {"type": "triangle", "vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "material": {}}],
     "output": {"formats": ["png", "exr"]}})";
-  tracer::RenderControl control;
+  worker::JobControl control;
   oneapi::tbb::task_arena arena;
   const worker::Outcome outcome = arena.execute([&] {
     return worker::render_job({"warm-up", 0, 0, std::string(scene)}, {}, control);
@@ -59,6 +60,7 @@ std::string prepare(const worker::FileSettings& files) {
   const bool opens_files = !folders.empty();
   folders.push_back(std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "lib/whittle");
   try {
+    if (!worker::load_fonts()) std::fprintf(stderr, "whittled-worker: charts cannot be drawn\n");
     const bool landlock = worker::restrict_files(folders);
     if (!warm_up()) return {};
     worker::restrict_calls(opens_files);
@@ -77,6 +79,7 @@ void serve(worker::Workshop& workshop) {
     // Without goodbye to the threads: nobody is left to hear what they make.
     if (message == nullptr) _exit(std::holds_alternative<worker::Closed>(received) ? 0 : 1);
     if (auto* job = std::get_if<worker::Assign>(message)) workshop.assign(std::move(*job));
+    if (auto* look = std::get_if<worker::Look>(message)) workshop.look(*look);
     if (auto* cancel = std::get_if<worker::Cancel>(message)) workshop.cancel(cancel->job_id);
   }
 }

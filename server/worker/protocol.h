@@ -28,10 +28,17 @@ struct Assign {
   std::int64_t fence = 0;  ///< comes back with the answer
   double queue_ms = 0;     ///< how long the job waited, for its report
   std::string document;
+  std::string kind{"render"};  ///< a jobs::JobKind's name
 };
 /// Cancelled follows soon, or Finished or Failed when the worker was faster. Unknown jobs are ignored.
 struct Cancel {
   std::string job_id;
+};
+/// Somebody wants to see how far a picture is. Looked follows once there is something to see, unless the job ends
+/// first. Unknown jobs are ignored.
+struct Look {
+  std::string job_id;
+  std::uint32_t side = 0;  ///< pixels along the longer side, at most jobs::preview_side_max
 };
 
 // ---- worker to daemon
@@ -46,6 +53,11 @@ struct Heartbeat {};
 struct Progress {
   std::string job_id;
   std::uint64_t tiles_done = 0, tiles_total = 0;
+};
+struct Looked {
+  std::string job_id;
+  std::uint32_t side = 0;  ///< as asked for
+  std::string png;
 };
 struct Picture {
   std::string name;        ///< "image.png"
@@ -68,7 +80,7 @@ struct Cancelled {
   std::int64_t fence = 0;
 };
 
-using Message = std::variant<Assign, Cancel, Hello, Heartbeat, Progress, Finished, Failed, Cancelled>;
+using Message = std::variant<Assign, Cancel, Hello, Heartbeat, Progress, Finished, Failed, Cancelled, Look, Looked>;
 
 // ---- packets
 // ---------------------------------------------------------------------------------------------------------

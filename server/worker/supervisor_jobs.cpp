@@ -54,8 +54,8 @@ void Supervisor::Loop::claim(bool alone) {
       if (result->claim) {
         const jobs::Job& job = result->claim->job;
         const auto queue_ms = static_cast<double>(std::max<std::int64_t>(*job.started_at - job.created_at, 0));
-        result->assignment =
-            pack(Assign{job.id, result->claim->fence, queue_ms, std::exchange(result->claim->document, {})});
+        result->assignment = pack(Assign{job.id, result->claim->fence, queue_ms,
+                                         std::exchange(result->claim->document, {}), jobs::name_of(job.kind)});
       }
     } catch (const std::exception& failure) {
       result->failed = true;
@@ -152,6 +152,14 @@ bool Supervisor::Loop::take(const std::string& id, std::int64_t fence, Running& 
 void Supervisor::Loop::hear(Progress& message) {
   if (message.tiles_total == 0 || !running_.contains(message.job_id)) return;
   queue_.progressed(message.job_id, static_cast<double>(message.tiles_done) / static_cast<double>(message.tiles_total));
+}
+
+void Supervisor::Loop::look_at(const std::string& id, std::uint32_t side) {
+  if (life_ == Life::ready && running_.contains(id)) process_->send(pack(Look{id, side}));
+}
+
+void Supervisor::Loop::hear(Looked& message) {
+  if (running_.contains(message.job_id)) queue_.previewed(message.job_id, message.side, std::move(message.png));
 }
 
 void Supervisor::Loop::hear(Finished& message) {

@@ -38,6 +38,10 @@ void Supervisor::Loop::cancel(const std::string& id) noexcept {
   mailbox_.post([this, id] { cancel_job(id); });
 }
 
+void Supervisor::Loop::look(const std::string& id, std::uint32_t side) noexcept {
+  mailbox_.post([this, id, side] { look_at(id, side); });
+}
+
 std::string Supervisor::Loop::not_ready() {
   const std::lock_guard lock(status_mutex_);
   return status_;

@@ -28,6 +28,7 @@ class Supervisor::Loop final : public jobs::Runner {
 
   void wake(bool for_suspects) noexcept override;
   void cancel(const std::string& id) noexcept override;
+  void look(const std::string& id, std::uint32_t side) noexcept override;
   std::string not_ready() override;
   std::string sandbox();
 
@@ -82,6 +83,7 @@ class Supervisor::Loop final : public jobs::Runner {
   void claim(bool alone);
   void claimed(const std::shared_ptr<Claimed>& result, bool alone, std::uint64_t wakes_seen);
   void cancel_job(const std::string& id);
+  void look_at(const std::string& id, std::uint32_t side);
   Running running_job(const jobs::Claim& claim) const;
   void stop(const std::string& id, Running& job);
   void answer_stopped(const std::string& id, const Running& job);
@@ -97,10 +99,12 @@ class Supervisor::Loop final : public jobs::Runner {
   void hear(Hello& message);
   void hear(Heartbeat&) { watch_memory(); }
   void hear(Progress& message);
+  void hear(Looked& message);
   void hear(Finished& message);
   void hear(Failed& message);
   void hear(Cancelled& message);
   void hear(Assign&) { end_worker("spoke as if it were the daemon", false); }
+  void hear(Look&) { end_worker("spoke as if it were the daemon", false); }
   void hear(Cancel&) { end_worker("spoke as if it were the daemon", false); }
 
   jobs::Queue& queue_;

@@ -16,11 +16,13 @@
 namespace worker {
 
 // The fields of each, in the order they travel. A change here is a new protocol_version.
-inline auto fields(Assign& m) { return std::tie(m.job_id, m.fence, m.queue_ms, m.document); }
+inline auto fields(Assign& m) { return std::tie(m.job_id, m.fence, m.queue_ms, m.document, m.kind); }
 inline auto fields(Cancel& m) { return std::tie(m.job_id); }
 inline auto fields(Hello& m) { return std::tie(m.build, m.sandbox); }
 inline auto fields(Heartbeat&) { return std::tie(); }
 inline auto fields(Progress& m) { return std::tie(m.job_id, m.tiles_done, m.tiles_total); }
+inline auto fields(Look& m) { return std::tie(m.job_id, m.side); }
+inline auto fields(Looked& m) { return std::tie(m.job_id, m.side, m.png); }
 inline auto fields(Picture& m) { return std::tie(m.name, m.media_type, m.bytes); }
 inline auto fields(Finished& m) { return std::tie(m.job_id, m.fence, m.report, m.pictures); }
 inline auto fields(Failed& m) { return std::tie(m.job_id, m.fence, m.problem); }
@@ -28,7 +30,7 @@ inline auto fields(Cancelled& m) { return std::tie(m.job_id, m.fence); }
 inline auto fields(jobs::Problem& m) { return std::tie(m.code, m.detail, m.errors); }
 inline auto fields(tracer::Issue& m) { return std::tie(m.pointer, m.code, m.detail); }
 
-constexpr std::uint32_t protocol_version = 2;
+constexpr std::uint32_t protocol_version = 3;
 
 class BodyWriter {
  public:

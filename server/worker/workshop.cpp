@@ -3,9 +3,16 @@
 #include <malloc.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include <algorithm>
+#include <new>
+#include <optional>
 #include <utility>
 
+#include "server/jobs/job.h"
+#include "server/jobs/previews.h"
+#include "server/worker/measure_job.h"
 #include "server/worker/render_job.h"
+#include "tracer/encode.h"
 
 namespace worker {
 namespace {
@@ -13,6 +20,18 @@ namespace {
 constexpr std::chrono::milliseconds heartbeat_interval{1000};
 /// Often enough for a smooth bar, seldom enough to cost nothing.
 constexpr std::chrono::milliseconds progress_interval{50};
+
+/// Empty while there is nothing to see, or no memory for it.
+std::string preview_png(JobControl& control, std::uint32_t side) {
+  try {
+    const std::optional<tracer::Image> image = control.preview.look(side);
+    if (!image || std::find(image->alpha.begin(), image->alpha.end(), 1.0f) == image->alpha.end()) return {};
+    const auto png = tracer::encode(*image, tracer::Format::png, control.shown_as);
+    return png ? std::string(png->begin(), png->end()) : std::string();
+  } catch (const std::bad_alloc&) {
+    return {};
+  }
+}
 
 }  // namespace
 
@@ -24,6 +43,9 @@ Workshop::Workshop(int socket, const Options& options) : socket_(socket), files_
 void Workshop::assign(Assign job) {
   const std::lock_guard lock(mutex_);
   jobs_.insert_or_assign(job.job_id, std::make_shared<Job>());
+  if (jobs_.size() > 1) {
+    for (const auto& [id, other] : jobs_) other->control.alone = false;
+  }
   waiting_.push_back(std::move(job));
   job_came_.notify_one();
   busy_.notify_one();
@@ -32,7 +54,22 @@ void Workshop::assign(Assign job) {
 void Workshop::cancel(const std::string& job_id) {
   const std::lock_guard lock(mutex_);
   const auto found = jobs_.find(job_id);
-  if (found != jobs_.end()) found->second->control.cancel();
+  if (found != jobs_.end()) found->second->control.tracing.cancel();
+}
+
+void Workshop::look(const Look& wish) {
+  const std::lock_guard lock(mutex_);
+  const auto found = jobs_.find(wish.job_id);
+  if (found == jobs_.end()) return;
+  std::set<std::uint32_t>& looks = found->second->looks;
+  if (looks.size() < jobs::Previews::sides_max) looks.insert(std::clamp(wish.side, 1u, jobs::preview_side_max));
+}
+
+/// Whatever kind of job it is.
+Outcome Workshop::done(Assign assigned, JobControl& control) const {
+  const auto kind = jobs::job_kind(assigned.kind);
+  if (kind == jobs::JobKind::measure) return measure_job(assigned, files_, control);
+  return render_job(std::move(assigned), files_, control);
 }
 
 void Workshop::work() {
@@ -46,7 +83,7 @@ void Workshop::work() {
     const std::shared_ptr<Job> job = jobs_.at(id);
     lock.unlock();
 
-    Outcome outcome = arena.execute([&] { return render_job(std::move(assigned), files_, job->control); });
+    Outcome outcome = arena.execute([&] { return done(std::move(assigned), job->control); });
 
     lock.lock();
     jobs_.erase(id);
@@ -66,6 +103,7 @@ void Workshop::pulse() {
       give_memory_back();
     }
     tell_progress();
+    show_previews();
     std::unique_lock lock(mutex_);
     if (jobs_.empty()) busy_.wait_until(lock, next_heartbeat, [&] { return !jobs_.empty(); });
     lock.unlock();
@@ -88,12 +126,36 @@ void Workshop::tell_progress() {
   {
     const std::lock_guard lock(mutex_);
     for (const auto& [id, job] : jobs_) {
-      const std::uint64_t done = job->control.tiles_done();
-      if (done > job->tiles_told) news.push_back({id, done, job->control.tiles_total()});
-      job->tiles_told = done;
+      const JobControl& control = job->control;
+      const bool in_steps = control.steps_total > 0;
+      const std::uint64_t done = in_steps ? control.steps_done.load() : control.tracing.tiles_done();
+      const std::uint64_t total = in_steps ? control.steps_total.load() : control.tracing.tiles_total();
+      if (done > job->told) news.push_back({id, done, total});
+      job->told = done;
     }
   }
   for (Progress& progress : news) say(std::move(progress));
+}
+
+/// Those that were asked for, as soon as there is something to see. On this thread: some milliseconds, as often as
+/// somebody asks.
+void Workshop::show_previews() {
+  std::vector<std::pair<std::shared_ptr<Job>, Looked>> wanted;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [id, job] : jobs_) {
+      for (const std::uint32_t side : job->looks) wanted.push_back({job, {id, side, {}}});
+    }
+  }
+  for (auto& [job, looked] : wanted) {
+    looked.png = preview_png(job->control, looked.side);
+    if (looked.png.empty()) continue;
+    {
+      const std::lock_guard lock(mutex_);
+      job->looks.erase(looked.side);
+    }
+    say(std::move(looked));
+  }
 }
 
 void Workshop::say(Message message) {

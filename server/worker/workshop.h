@@ -8,13 +8,15 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "server/worker/job_control.h"
+#include "server/worker/job_stages.h"
 #include "server/worker/options.h"
 #include "server/worker/protocol.h"
-#include "tracer/control.h"
 
 namespace worker {
 
@@ -27,17 +29,21 @@ class Workshop {
   /// for the last tiles of one job never starts on those of another; all arenas share the machine's threads.
   void assign(Assign job);
   void cancel(const std::string& job_id);
+  void look(const Look& wish);
 
  private:
   struct Job {
-    tracer::RenderControl control;
-    std::uint64_t tiles_told = 0;
+    JobControl control;
+    std::uint64_t told = 0;         ///< of its tiles or steps
+    std::set<std::uint32_t> looks;  ///< sides of the previews that are asked for
   };
 
+  [[nodiscard]] Outcome done(Assign assigned, JobControl& control) const;
   void work();
   void pulse();
   void give_memory_back();
   void tell_progress();
+  void show_previews();
   void say(Message message);
 
   int socket_;

@@ -19,6 +19,8 @@ TEST_P(JobStoreConformance, KeepsWhatAJobAskedFor) {
     job.expires_in_s = 30;
     job.webhook = webhook;
     job.content_key = "key";
+    job.kind = JobKind::measure;
+    job.accuracy = R"({"target_error":2.0})";
   });
   reopen();
   const Job job = find(id);
@@ -31,6 +33,9 @@ TEST_P(JobStoreConformance, KeepsWhatAJobAskedFor) {
   EXPECT_FALSE(job.expired);
   EXPECT_EQ(job.webhook, webhook);
   EXPECT_EQ(job.content_key, "key");
+  EXPECT_EQ(job.kind, JobKind::measure);
+  EXPECT_EQ(job.accuracy, R"({"target_error":2.0})");
+  EXPECT_EQ(find(submit()).kind, JobKind::render);
   EXPECT_EQ(find(submit()).webhook, std::nullopt);
 }
 

@@ -44,6 +44,8 @@ TEST(Upgrade, KeepsEveryJobOfTheFirstVersionAndItsPlace) {
     EXPECT_EQ(done.artifacts.at(0).sha256, "abc");
     EXPECT_EQ(done.labels.at("shot"), "7");
     EXPECT_EQ(done.owner, "");
+    EXPECT_EQ(done.kind, JobKind::render);
+    EXPECT_EQ(done.accuracy, "");
     EXPECT_EQ(done.revision, 1);
     EXPECT_FALSE(done.expired);
   }

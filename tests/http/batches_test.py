@@ -6,6 +6,7 @@ import threading
 import unittest
 
 from tests.http.daemon import Daemon, OneDaemon, json_of, scene, wait_until
+from tests.http.events_test import Stream
 
 FAR = "2099-01-01T00:00:00Z"
 PAST = "2001-01-01T00:00:00Z"
@@ -86,6 +87,21 @@ class Batches(OneDaemon):
         reply = self.daemon.request("POST", json_of(reply)["links"]["retry"])
         self.assertEqual((reply.status, json_of(reply)["jobs"]["queued"]), (202, 2))
         self.assert_problem(self.daemon.request("POST", batch["links"]["self"] + "/retry"), 409, "batch_not_failed")
+        self.daemon.request("POST", batch["links"]["cancel"])
+
+    def test_a_retry_is_told_to_who_listens(self):
+        batch = self.accepted({"scene": scene(job={"run_after": FAR}), "frames": [{}, {}]})
+        self.daemon.request("POST", batch["links"]["cancel"])
+        waiting = {job["id"] for job in self.jobs(batch)}
+        with Stream(self.daemon, "/v1/events") as stream:
+            self.daemon.request("POST", batch["links"]["self"] + "/retry")
+            queued = set()
+            for event in stream.events():
+                if event["data"]["id"] in waiting and event["data"]["state"] in ("queued", "running"):
+                    self.assertEqual(event["data"]["state"] == "queued", event["data"]["id"] not in queued, event)
+                    queued.add(event["data"]["id"])
+                if queued == waiting:
+                    break
         self.daemon.request("POST", batch["links"]["cancel"])
 
     def test_ends_early_when_too_many_fail(self):

@@ -6,6 +6,7 @@ import re
 import subprocess
 import threading
 import unittest
+import xml.etree.ElementTree
 
 import jsonschema
 
@@ -20,6 +21,7 @@ NEED_A_BROKEN_MACHINE = {
     ("getExr", 503), ("getJpeg", 503), ("getHdr", 503), ("getWebp", 503), ("getTiff", 503), ("getMetrics", 503),
     ("findMissingAssets", 503), ("putAsset", 503), ("getAsset", 503),
     ("getDeliveries", 503),
+    ("getMeasureJson", 503), ("getMeasureCsv", 503), ("getMeasureSvg", 503), ("getMeasurePng", 503), ("getPreview", 503),
     ("render", 500),  # a scene that kills the worker: none is known
 }
 
@@ -115,6 +117,8 @@ class Contract(unittest.TestCase):
         self.check_submissions(seen)
         self.check_jobs(seen)
         self.check_pictures(seen)
+        self.check_measurements(seen)
+        self.check_previews(seen)
         self.check_events(seen)
         self.check_assets(seen)
         self.check_changes(seen)
@@ -126,8 +130,12 @@ class Contract(unittest.TestCase):
         self.assertEqual(described - seen, NEED_A_BROKEN_MACHINE)
 
     def check_service(self, seen):
-        for path in ("/", "/openapi.json", "/v1/version"):
+        for path in ("/", "/docs", "/openapi.json", "/v1/version"):
             self.check(seen, path, self.daemon.get(path))
+        page = self.daemon.get("/docs").body.decode()
+        xml.etree.ElementTree.fromstring(re.sub(r"<meta [^>]*>|<!doctype html>", "", page))  # well-formed
+        for method, path in self.operations:
+            self.assertIn(f"{method} {path}<", page)
         self.check(seen, "/healthz", self.daemon.health("/healthz"))
         self.check(seen, "/metrics", self.daemon.health("/metrics"))
         wait_until(lambda: self.daemon.health("/readyz").status == 200, "readiness")
@@ -137,8 +145,9 @@ class Contract(unittest.TestCase):
         bodies = {
             "good": json.dumps(scene()), "bad": json.dumps(scene(colour="red")), "not JSON": "{", "deep": "[" * 100,
         }
-        for path in ("/v1/jobs", "/v1/jobs/validate", "/v1/render"):
-            for body in bodies.values():
+        bodies_of = {"/v1/measure": {**bodies, "good": json.dumps({"scene": scene(job={"run_after": "2099-01-01T00:00:00Z"})})}}
+        for path in ("/v1/jobs", "/v1/jobs/validate", "/v1/render", "/v1/measure"):
+            for body in bodies_of.get(path, bodies).values():
                 self.check(seen, path, self.daemon.request("POST", path, body.encode()), "POST")
             other = self.daemon.request("POST", path, b"{}", {"Content-Type": "text/plain"})
             self.check(seen, path, other, "POST")
@@ -248,12 +257,17 @@ class Contract(unittest.TestCase):
 
     def check_expired_jobs(self, seen):
         done = self.daemon.submit(scene(job={"expires_in": 1}))
+        key = {"Idempotency-Key": "expires"}
+        brief = scene(job={"expires_in": 1})
+        brief_id = self.daemon.request("POST", "/v1/render", brief, key).headers["Content-Location"].split("/")[3]
         cancelled = self.daemon.submit(scene(job={"expires_in": 1, "run_after": "2099-01-01T00:00:00Z"}))
         self.daemon.request("POST", f"/v1/jobs/{cancelled}/cancel")
         wait_until(lambda: self.daemon.job(done)["expired"] and self.daemon.job(cancelled)["expired"], "expiry")
         for path in self.document["paths"]:
-            if path.startswith("/v1/jobs/{id}/image."):
+            if path.startswith(("/v1/jobs/{id}/image.", "/v1/jobs/{id}/measure.")) or path.endswith("/preview"):
                 self.check(seen, path, self.daemon.get(path.format(id=done)))
+        wait_until(lambda: self.daemon.job(brief_id)["expired"], "expiry")
+        self.check(seen, "/v1/render", self.daemon.request("POST", "/v1/render", brief, key), "POST")
         change = self.daemon.request("PATCH", f"/v1/jobs/{done}", {"expires_at": None}, {"If-Match": "*"})
         self.check(seen, "/v1/jobs/{id}", change, "PATCH")
         self.check(seen, "/v1/jobs/{id}/retry", self.daemon.request("POST", f"/v1/jobs/{cancelled}/retry"), "POST")
@@ -261,6 +275,34 @@ class Contract(unittest.TestCase):
     def check_pictures(self, seen):
         job = self.daemon.wait_for_end(self.daemon.submit(scene(output={
             "formats": ["png", "png16", "exr", "jpg", "hdr", "webp", "tiff"]})))
+        self.check_artifacts(seen, job)
+
+    def check_measurements(self, seen):
+        body = {"scene": scene(), "settings": {"knobs": ["samples"], "reference_samples": 16}}
+        reply = self.daemon.request("POST", "/v1/measure", body, {"Prefer": "wait=60"})
+        self.check(seen, "/v1/measure", reply, "POST")
+        self.check_artifacts(seen, self.daemon.wait_for_end(json_of(reply)["id"]))
+
+    def check_previews(self, seen):
+        template = "/v1/jobs/{id}/preview"
+        waiting = self.daemon.submit(scene(job={"run_after": "2099-01-01T00:00:00Z"}))
+        done = self.daemon.submit(scene())
+        self.daemon.wait_for_end(done)
+        for job_id in (waiting, done, NOBODY):
+            self.check(seen, template, self.daemon.get(template.format(id=job_id)))
+        self.daemon.request("POST", f"/v1/jobs/{waiting}/cancel")
+        running = template.format(id=self.daemon.submit(long_scene()))
+        self.check(seen, template, self.daemon.get(running + "?max=none"))
+        def not_modified():
+            first = self.daemon.get(running)
+            again = self.daemon.get(running, If_None_Match=first.headers["ETag"] or "none")
+            for reply in (first, again):
+                self.check(seen, template, reply)
+            return again.status == 304
+        wait_until(not_modified, "the same preview twice")
+        self.daemon.request("POST", running.replace("preview", "cancel"))
+
+    def check_artifacts(self, seen, job):
         for artifact in job["artifacts"]:
             template = "/v1/jobs/{id}/" + artifact["name"]
             whole = self.daemon.get(artifact["url"])
@@ -320,8 +362,9 @@ class Contract(unittest.TestCase):
             batch_id = json_of(daemon.request("POST", "/v1/batches", batch))["id"]
             daemon.request("POST", f"/v1/batches/{batch_id}/cancel")
             self.check(seen, "/v1/render", daemon.request("POST", "/v1/render", scene()), "POST")
-            for path in ("/v1/jobs", "/v1/render"):
-                self.check(seen, path, daemon.request("POST", path, scene()), "POST")
+            measurement = {"scene": scene()}
+            for path, body in (("/v1/jobs", scene()), ("/v1/render", scene()), ("/v1/measure", measurement)):
+                self.check(seen, path, daemon.request("POST", path, body), "POST")
             daemon.process.terminate()
             wait_until(lambda: daemon.health("/readyz").status == 503, "draining")
             self.check(seen, "/readyz", daemon.health("/readyz"))
@@ -334,8 +377,8 @@ class Contract(unittest.TestCase):
             self.check(seen, "/v1/batches/{id}/retry", reply, "POST")
         with Daemon("--key-queued-jobs", "1") as daemon:
             daemon.submit(scene(job={"run_after": "2099-01-01T00:00:00Z"}))
-            for path in ("/v1/jobs", "/v1/render"):
-                self.check(seen, path, daemon.request("POST", path, scene()), "POST")
+            for path, body in (("/v1/jobs", scene()), ("/v1/render", scene()), ("/v1/measure", measurement)):
+                self.check(seen, path, daemon.request("POST", path, body), "POST")
             batch = {"scene": scene(), "frames": [{}]}
             self.check(seen, "/v1/batches", daemon.request("POST", "/v1/batches", batch), "POST")
 

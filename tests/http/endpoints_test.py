@@ -95,9 +95,27 @@ class Validating(OneDaemon):
         self.assertFalse(verdict["requirements"]["refraction"])
         self.assertEqual(set(verdict["reasons"]), {name for name, needed in verdict["requirements"].items() if needed})
         self.assertEqual(verdict["reasons"]["spheres"], "/objects/0")
-        self.assertEqual(verdict["estimate"], {"samples": 400, "seconds": None, "memory_bytes": 10 * 10 * 40 + 2 * 650})
+        del verdict["estimate"]["seconds"]  # of what this daemon rendered before
+        self.assertEqual(verdict["estimate"], {"samples": 400, "memory_bytes": 10 * 10 * 40 + 2 * 650})
         reply = self.daemon.request("POST", "/v1/jobs/validate", scene(10, 10, accuracy={"samples": [3, 9]}))
-        self.assertEqual(json_of(reply)["estimate"], {"samples": 300, "seconds": None, "memory_bytes": 10 * 10 * 140 + 2 * 650})
+        estimate = json_of(reply)["estimate"]
+        self.assertEqual((estimate["samples"], estimate["memory_bytes"]), (300, 10 * 10 * 140 + 2 * 650))
+
+    def test_estimates_seconds_from_what_was_rendered_before(self):
+        with Daemon() as daemon:
+            def seconds(**changes):
+                return json_of(daemon.request("POST", "/v1/jobs/validate", scene(**changes)))["estimate"]["seconds"]
+            self.assertIsNone(seconds())
+            self.assertEqual(seconds(accuracy={"time_budget_ms": 700}), 0.7)
+            job = daemon.wait_for_end(daemon.submit(scene(300, 200, samples=16)))
+            times = job["report"]["time_ms"]
+            took = (times["build"] + times["trace"] + times["encode"]) / 1000
+            self.assertAlmostEqual(seconds(width=300, height=200, samples=16), took, delta=0.001)
+            self.assertAlmostEqual(seconds(width=300, height=200, samples=160), 10 * took, delta=0.01 + took / 100)
+            self.assertEqual(seconds(width=4000, height=4000, accuracy={"target_error": 0.1, "time_budget_ms": 5}), 0.005)
+            daemon.kill()
+            daemon.start()
+            self.assertAlmostEqual(seconds(width=300, height=200, samples=16), took, delta=0.001)
 
     @unittest.skipIf(SANITIZED, "a sanitizer takes memory of its own")
     def test_estimates_memory_near_what_a_render_takes(self):

@@ -39,6 +39,7 @@ int main() {
                              .deliveries = {},
                              .job_memory_bytes = 0,
                              .draining = [] { return false; },
+                             .seconds_per_work = {},
                              .told_limits = {}}));
   print(http::health_routes({}));  // whose functions nobody calls here
 }

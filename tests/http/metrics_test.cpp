@@ -55,9 +55,11 @@ TEST(JobMetrics, TellWaitsRunsRaysAndTargets) {
   job.created_at = 1000;
   job.started_at = 3000;
   job.ended_at = 3500;
-  job.report = R"({"rays":{"camera":7,"shadow":5,"reflection":3,"refraction":2},"error":{"target":1,"met":true}})";
+  job.report = R"({"rays":{"camera":7,"shadow":5,"reflection":3,"refraction":2},"error":{"target":1,"met":true},
+                   "estimated_work":1000,"time_ms":{"queue":7,"parse":7,"build":100,"trace":1500,"encode":400}})";
+  telemetry::RenderPace pace;
   telemetry::JobMetrics observed(
-      metrics, [&](const std::string&) { return job; }, next);
+      metrics, pace, [&](const std::string&) { return job; }, next);
   observed.moved("a", jobs::JobState::queued);
   observed.moved("a", jobs::JobState::succeeded);
   job.report = R"({"rays":{"camera":1},"error":{"target":2,"met":false}})";
@@ -67,6 +69,7 @@ TEST(JobMetrics, TellWaitsRunsRaysAndTargets) {
   observed.progressed("a", 0.5);
   observed.removed("a");
   EXPECT_EQ(next.told, 6) << "everything is passed on";
+  EXPECT_DOUBLE_EQ(pace.seconds_per_work().value_or(0), 2.0 / 1000) << "of those that tell it";
   const std::string text = metrics.text();
   for (const char* line : {"whittle_jobs_submitted_total 1", "whittle_jobs_ended_total{state=\"succeeded\"} 3",
                            "whittle_job_wait_seconds_sum 6", "whittle_job_run_seconds_sum{state=\"succeeded\"} 1.5",
@@ -77,11 +80,28 @@ TEST(JobMetrics, TellWaitsRunsRaysAndTargets) {
   }
 }
 
+TEST(RenderPace, IsTheMedianOfTheLatestRenders) {
+  telemetry::RenderPace pace;
+  const auto learn = [&](double trace_ms) {
+    pace.learn(R"({"rays":{},"error":{},"estimated_work":1000,"time_ms":{"trace":)" + std::to_string(trace_ms) + "}}");
+  };
+  EXPECT_EQ(pace.seconds_per_work(), std::nullopt);
+  for (const char* other : {"", "{}", "[1]", R"({"points":[]})", R"({"rays":{},"error":{},"estimated_work":null})"}) {
+    pace.learn(other);
+  }
+  EXPECT_EQ(pace.seconds_per_work(), std::nullopt) << "none of them is of a render";
+  for (const double ms : {1000.0, 3000.0, 900'000.0}) learn(ms);
+  EXPECT_DOUBLE_EQ(*pace.seconds_per_work(), 3.0 / 1000);
+  for (std::size_t i = 0; i < telemetry::RenderPace::renders_max; ++i) learn(7000);
+  EXPECT_DOUBLE_EQ(*pace.seconds_per_work(), 7.0 / 1000) << "those before are forgotten";
+}
+
 TEST(JobMetrics, AJobThatCannotBeLookedUpIsStillAnEnd) {
   Metrics metrics(telemetry::JobMetrics::families());
   Nobody next;
+  telemetry::RenderPace pace;
   telemetry::JobMetrics observed(
-      metrics,
+      metrics, pace,
       [](const std::string&) -> std::optional<jobs::Job> {
         throw jobs::StoreFailure(jobs::StoreFailure::Kind::unavailable, "gone");
       },

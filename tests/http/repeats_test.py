@@ -49,6 +49,47 @@ class Repeating(OneDaemon):
         self.assertEqual(self.submit(scene(), "x" * 255).status, 202)
 
 
+class Rendering(OneDaemon):
+    def render(self, document, key, **headers):
+        return self.daemon.request("POST", "/v1/render", document, {"Idempotency-Key": key, **headers})
+
+    def test_under_the_same_key_gives_the_same_jobs_picture(self):
+        document = scene(name="rendered once")
+        first, again = self.render(document, "a"), self.render(document, "a")
+        self.assertEqual((first.status, again.status), (200, 200))
+        self.assertEqual((first.headers["Idempotent-Replayed"], again.headers["Idempotent-Replayed"]), (None, "true"))
+        self.assertEqual(again.headers["Content-Location"], first.headers["Content-Location"])
+        self.assertEqual(again.body, first.body)
+        jobs = json_of(self.daemon.get("/v1/jobs?q=rendered+once"))["items"]
+        self.assertEqual(len(jobs), 1)
+
+    def test_under_the_same_key_waits_for_the_job_that_is_under_way(self):
+        document = scene(600, 400, samples=64, name="under way")
+        replies = []
+        def send():
+            replies.append(self.render(document, "b"))
+        threads = [threading.Thread(target=send) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual({(reply.status, reply.body) for reply in replies}, {(200, replies[0].body)})
+        self.assertEqual(len(json_of(self.daemon.get("/v1/jobs?q=under+way"))["items"]), 1)
+        self.assertEqual(sum(reply.headers["Idempotent-Replayed"] == "true" for reply in replies), 3)
+
+    def test_another_document_or_format_is_another_request(self):
+        document = scene(name="formats")
+        self.render(document, "c")
+        self.assert_problem(self.render(scene(name="other"), "c"), 422, "key_reused")
+        self.assert_problem(self.render(document, "c", Accept="image/x-exr"), 422, "key_reused")
+
+    def test_of_a_removed_job_there_is_no_picture_any_more(self):
+        document = scene(name="removed")
+        path = self.render(document, "d").headers["Content-Location"].rsplit("/", 1)[0]
+        self.assertEqual(self.daemon.request("DELETE", path).status, 204)
+        self.assert_problem(self.render(document, "d"), 404, "job_not_found")
+
+
 class Caching(OneDaemon):
     def submit(self, document):
         reply = self.daemon.request("POST", "/v1/jobs", document)

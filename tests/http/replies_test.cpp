@@ -40,7 +40,8 @@ TEST(JobReply, HasNoEtaWhileNothingIsKnown) {
 
 TEST(JobReply, LinksPicturesAndEmbedsTheReportOnceThereAreSome) {
   jobs::JobView view = running_view();
-  expect_part(api::write_job(view, 0), R"("report":null,"problem":null,"artifacts":[])");
+  expect_part(api::write_job(view, 0),
+              R"("accuracy":null,"report":null,"measurement":null,"problem":null,"artifacts":[])");
   view.job.state = jobs::JobState::succeeded;
   view.job.report = R"({"non_finite":0})";
   view.job.artifacts = {{"image.exr", "image/x-exr", std::string(64, 'a'), 12}};
@@ -49,7 +50,20 @@ TEST(JobReply, LinksPicturesAndEmbedsTheReportOnceThereAreSome) {
   expect_part(text, R"("report":{"non_finite":0})");
   expect_part(text, R"("bytes":12,"sha256":")" + std::string(64, 'a') + R"(","url":")" + url + "\"");
   expect_part(text, R"("cancel":null,"retry":null,"events":"/v1/jobs/)" + view.job.id +
-                        R"(/events","preview":null,"image":")" + url + "\"");
+                        R"(/events","preview":"/v1/jobs/)" + view.job.id + R"(/preview","image":")" + url + "\"");
+}
+
+TEST(JobReply, OfAMeasurementHasWhatWasMeasuredInPlaceOfAReport) {
+  jobs::JobView view = running_view();
+  expect_part(api::write_job(view, 0), R"("kind":"render")");
+  view.job.kind = jobs::JobKind::measure;
+  view.job.accuracy = R"({"target_error":2.0})";
+  expect_part(api::write_job(view, 0), R"("accuracy":{"target_error":2.0},"report":null,"measurement":null)");
+  view.job.state = jobs::JobState::succeeded;
+  view.job.report = R"({"points":[]})";
+  const std::string text = api::write_job(view, 0);
+  expect_part(text, R"("kind":"measure")");
+  expect_part(text, R"("report":null,"measurement":{"points":[]})");
 }
 
 TEST(JobReply, LinksARetryOfWhatFailedOrWasCancelledUntilItExpires) {

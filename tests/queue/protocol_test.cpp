@@ -11,6 +11,8 @@
 #include <cstring>
 #include <random>
 
+#include "server/worker/wire.h"
+
 using namespace worker;
 
 namespace {
@@ -64,6 +66,12 @@ TEST_F(Protocol, BringsEveryMessageAsItWasSent) {
   EXPECT_EQ(assign.fence, 1ll << 60);
   EXPECT_EQ(assign.queue_ms, 2.5);
   EXPECT_EQ(assign.document, std::string("a\0b", 3));
+  EXPECT_EQ(assign.kind, "render");
+  EXPECT_EQ(there_and_back<Assign>(Assign{"job", 1, 0, "{}", "measure"}).kind, "measure");
+  EXPECT_EQ(there_and_back<Look>(Look{"job", 512}).side, 512u);
+  const auto looked = there_and_back<Looked>(Looked{"job", 64, std::string(100'000, 'p')});
+  EXPECT_EQ(looked.side, 64u);
+  EXPECT_EQ(looked.png, std::string(100'000, 'p'));
   EXPECT_EQ(there_and_back<Cancel>(Cancel{"job"}).job_id, "job");
   EXPECT_EQ(there_and_back<Hello>(Hello{"0.1.0"}).build, "0.1.0");
   EXPECT_EQ(there_and_back<Hello>(Hello{"0.1.0", "seccomp"}).sandbox, "seccomp");
@@ -182,7 +190,7 @@ TEST_F(Protocol, SurvivesRandomBytesWithValidHeaders) {
   std::mt19937 random(7);
   for (int i = 0; i < 20'000; ++i) {
     std::string bytes(16 + random() % 120, '\0');
-    const std::uint32_t version = 1, kind = static_cast<std::uint32_t>(random() % 9);
+    const std::uint32_t version = protocol_version, kind = static_cast<std::uint32_t>(random() % 11);
     const std::uint64_t size = bytes.size() - 16;
     std::memcpy(bytes.data(), &version, 4);
     std::memcpy(bytes.data() + 4, &kind, 4);

@@ -21,9 +21,12 @@ class RecordingRunner final : public Runner {
  public:
   void wake(bool) noexcept override { ++wakes; }
   void cancel(const std::string& id) noexcept override { cancelled.push_back(id); }
+  void look(const std::string& id, std::uint32_t side) noexcept override {
+    looked.push_back(id + " " + std::to_string(side));
+  }
   std::string not_ready() override { return status; }
   int wakes = 0;
-  std::vector<std::string> cancelled;
+  std::vector<std::string> cancelled, looked;
   std::string status;
 };
 
@@ -90,19 +93,44 @@ const std::string abc_sha256 = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9c
 
 }  // namespace
 
+TEST_F(QueueTest, OneLookIsEnoughForAllWhoWaitAndNothingIsKeptOfJobsThatDoNotRun) {
+  const std::string id = submit();
+  const auto claim = queue.claim(false);
+  int told = 0;
+  for (int i = 0; i < 2; ++i) queue.look(id, 64, [&] { ++told; });
+  const std::uint64_t token = queue.look(id, 64, [&] { ADD_FAILURE() << "stopped looking"; });
+  queue.stop_looking(token);
+  EXPECT_EQ(runner.looked, std::vector<std::string>{id + " 64"});
+  queue.previewed(id, 64, "picture");
+  EXPECT_EQ(told, 2);
+  EXPECT_EQ(*queue.preview(id, 64).png, "picture");
+  queue.look(id, 64, [&] { ++told; });
+  EXPECT_TRUE(queue.release(id, claim->fence, false, false));
+  EXPECT_EQ(told, 3) << "it waits again";
+  EXPECT_EQ(queue.preview(id, 64).png, nullptr);
+  queue.previewed(id, 64, "late");
+  EXPECT_EQ(queue.preview(id, 64).png, nullptr);
+}
+
 TEST_F(QueueTest, ASubmittedJobCarriesWhatTheDocumentAskedFor) {
   api::Document parsed;
   const api::Webhook webhook{"https://example.org/", {"failed"}};
   parsed.job = {"orbit 7", {{"batch", "orbit"}}, 80, 5, 1'700'000'060'000, 1'700'000'120'000, 3600, {}, webhook};
   parsed.scene.image = {320, 200};
   parsed.scene.assets = {{"tile.png", ""}, {"sha256:" + abc_sha256, ""}};
-  const JobView view = queue.submit({.document = "verbatim", .parsed = parsed, .owner = "ann"})->view;
+  const JobView view =
+      queue
+          .submit(
+              {.kind = JobKind::measure, .document = "verbatim", .parsed = parsed, .accuracy = "{}", .owner = "ann"})
+          ->view;
   const Job job = find(view.job.id).job;
   EXPECT_EQ(job.name, "orbit 7");
   EXPECT_EQ(job.labels.at("batch"), "orbit");
   EXPECT_EQ(job.priority, 80);
   EXPECT_EQ(job.max_attempts, 5);
   EXPECT_EQ(job.owner, "ann");
+  EXPECT_EQ(job.kind, JobKind::measure);
+  EXPECT_EQ(job.accuracy, "{}");
   EXPECT_EQ(job.run_after, 1'700'000'060'000);
   EXPECT_EQ(job.not_before, 1'700'000'060'000);
   EXPECT_EQ(job.deadline, 1'700'000'120'000);

@@ -97,8 +97,16 @@ class Readme(unittest.TestCase):
         for kind in ("csv", "json", "svg", "reference"):
             self.assertTrue((self.folder / f"tiny.{kind}").stat().st_size > 0, kind)
 
+    def test_submits_a_batch(self):
+        batch = json.loads(self.run_block("/v1/batches"))
+        self.assertEqual((batch["size"], batch["links"]["self"]), (3, f"/v1/batches/{batch['id']}"))
+
+    def test_measures_over_http(self):
+        self.run_block("/v1/measure")
+        self.assertEqual(self.size_of("measure.png"), (1200, 760))
+
     def test_has_every_shell_block_run_here(self):
-        self.assertEqual(len(SHELL_BLOCKS), 11)
+        self.assertEqual(len(SHELL_BLOCKS), 13)
 
     def test_names_two_commands_to_start_that_exist(self):
         (block,) = PLAIN_BLOCKS

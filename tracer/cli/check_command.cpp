@@ -24,7 +24,7 @@ void print_requirements(const tracer::Scene& scene) {
 
 /// The reply of POST /v1/jobs/validate; a document that cannot be read at all is one issue of the whole.
 std::string verdict(const tracer::Result<Loaded, api::Refusal>& loaded) {
-  if (loaded) return api::write_valid(loaded->document.scene);
+  if (loaded) return api::write_valid(loaded->document.scene, std::nullopt);
   const api::Refusal& refusal = loaded.error();
   switch (refusal.kind) {
     case api::Refusal::Kind::not_json:

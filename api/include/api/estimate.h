@@ -2,6 +2,7 @@
 /// What rendering a scene will take, before it is begun.
 
 #include <cstdint>
+#include <optional>
 
 #include "tracer/scene.h"
 
@@ -13,5 +14,16 @@ namespace api {
 /// the document included. An instance counts as an object, its prototype once. Files are not known yet and count
 /// nothing.
 std::uint64_t estimated_memory_bytes(const tracer::Scene& scene);
+/// The same while it is measured: its samples adapt then, whatever it asks for, and 150 a pixel more are for sums of
+/// the reference and the pictures that are compared.
+std::uint64_t estimated_measure_memory_bytes(const tracer::Scene& scene);
+
+/// How much there is to trace, in rays: what a machine takes for it, divided by this, is about the same for all scenes
+/// (a factor of three is usual), so that what earlier ones took tells of the next. Each pixel counts the samples that
+/// its accuracy takes: as many as it is told, or 22 at a target of 1 level and a power of 1.26 more below, which is
+/// what the README's table of presets came to. A sample is a ray, one more for each light that casts shadows (a soft
+/// one has 16 points in a pixel at least), all of it half as often again where something mirrors and three times where
+/// it refracts. An object and a triangle are a ray's worth of building. Nothing for a time budget without a target.
+std::optional<double> estimated_work(const tracer::Scene& scene);
 
 }  // namespace api

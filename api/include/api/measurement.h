@@ -27,6 +27,12 @@ std::string write_measurement(const tracer::Measurement& measurement, const Meas
 /// no value holds a comma or a quote.
 std::string write_measurement_csv(const tracer::Measurement& measurement);
 
+/// What a job document tells of it, some kilobytes: {width, height, alone, reference{samples, error}, points[{knob,
+/// value, preset, settings, seconds, error, claimed}], front[index], advice[sentence]} as write_measurement has them;
+/// `claimed` is the estimate alone. `alone`: nothing else was rendered meanwhile by the same process, so that seconds
+/// are those of a machine at hand.
+std::string write_measurement_summary(const tracer::Measurement& measurement, bool alone);
+
 struct SavedMeasurement {
   MeasuredAs how;
   std::vector<tracer::MeasuredPoint> points;  ///< of their settings only knob and value

@@ -54,9 +54,9 @@ struct ProblemReply {
 std::string write_problem(const ProblemReply& problem);
 
 /// {valid: true, errors: [], requirements, estimate{samples, seconds, memory_bytes}}. `samples` are those of all pixels
-/// together, where sampling adapts the fewest that there may be; `memory_bytes` is api/estimate.h's. `seconds` are
-/// null: nothing measured stands behind a figure yet.
-std::string write_valid(const tracer::Scene& scene);
+/// together, where sampling adapts the fewest that there may be; `memory_bytes` is api/estimate.h's. `seconds` are its
+/// estimated_work at that pace, a time budget at most; null where either is not known.
+std::string write_valid(const tracer::Scene& scene, std::optional<double> seconds_per_work);
 /// {valid: false, errors, requirements: null, estimate: null}
 std::string write_invalid(const std::vector<tracer::Issue>& errors);
 

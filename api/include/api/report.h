@@ -18,16 +18,22 @@ struct StageTimes {
 
 /// {requirements, reasons, error{estimate, confidence, target, met, bounded, parts{sampling, depth, cutoff,
 /// approximation}}, samples{min,mean,max}, audit_samples, rays{camera,shadow,reflection,refraction}, time_ms{...},
-/// memory_bytes, non_finite, build}. `target` is null where none was asked for; `samples` are those that the picture is
-/// the mean of, `audit_samples` the others. Precondition: `scene` passes tracer::validate. Throws std::bad_alloc only.
+/// estimated_work, memory_bytes, non_finite, build}. `target` is null where none was asked for; `samples` are those
+/// that the picture is the mean of, `audit_samples` the others. Precondition: `scene` passes tracer::validate. Throws
+/// std::bad_alloc only.
 std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate& error,
                          const tracer::RenderStatistics& statistics, const StageTimes& times,
                          std::uint64_t memory_bytes);
 
+/// What a document asks for with this accuracy, as its "accuracy" section: a preset by its target, only what is not the
+/// default otherwise. Read again, it gives the same accuracy. Throws std::bad_alloc only.
+std::string write_accuracy(const tracer::Accuracy& accuracy);
+
 /// What figures are made of, of a report that write_report wrote.
 struct ReportFigures {
   tracer::RayCounts rays;
-  std::optional<bool> target_met;  ///< nothing where no error was asked for
+  std::optional<bool> target_met;          ///< nothing where no error was asked for
+  std::optional<double> seconds_per_work;  ///< of building, tracing and encoding, by estimated_work (api/estimate.h)
 };
 /// Nothing where it is none.
 std::optional<ReportFigures> read_report(const std::string& report);

@@ -68,11 +68,11 @@ class Places {
 
 }  // namespace
 
-void sort_by_place(std::vector<tracer::Issue>& issues, json::Tape& tape) {
-  Token root;
-  for (std::size_t i = 0; i < issues.size(); ++i) insert(root, issues[i].pointer, i);
+void sort_by_place(std::vector<tracer::Issue>& issues, json::Tape& tape, json::Node* root) {
+  Token tokens;
+  for (std::size_t i = 0; i < issues.size(); ++i) insert(tokens, issues[i].pointer, i);
   Places places(tape, issues.size());
-  places.walk(root, tape.root());
+  places.walk(tokens, root);
   std::vector<std::size_t> order(issues.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return places[a] < places[b]; });

@@ -96,7 +96,7 @@ BatchRetry MemoryJobStore::retry_batch(const std::string& id, std::int64_t now) 
   BatchRetry retried;
   for (auto& [job_id, row] : rows_) {
     if (row.job.batch != id || retry(row, now) != RetryOutcome::queued) continue;
-    ++retried.jobs;
+    retried.jobs.push_back(job_id);
     retried.suspects = retried.suspects || row.job.suspect;
   }
   return retried;

@@ -185,6 +185,10 @@ CREATE TABLE job_assets (
   PRIMARY KEY (job_id, position)
 ) STRICT, WITHOUT ROWID;
 CREATE INDEX job_assets_by_sha256 ON job_assets (sha256);
+)sql",
+                                                           R"sql(
+ALTER TABLE jobs ADD COLUMN kind TEXT NOT NULL DEFAULT 'render' CHECK (kind IN ('render', 'measure'));
+ALTER TABLE jobs ADD COLUMN accuracy TEXT NOT NULL DEFAULT '';
 )sql"};
 
 std::int64_t user_version(Database& database) {

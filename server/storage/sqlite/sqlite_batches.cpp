@@ -42,7 +42,7 @@ BatchRetry SqliteJobStore::retry_batch(const std::string& id, std::int64_t now) 
   return parts_->writer.run([&](Database& database) {
     BatchRetry retried;
     for (const std::string& job : ids_of_batch(database, id)) {
-      if (sqlite::retry_job(database, job, now) == RetryOutcome::queued) ++retried.jobs;
+      if (sqlite::retry_job(database, job, now) == RetryOutcome::queued) retried.jobs.push_back(job);
     }
     retried.suspects = database
                            .query(

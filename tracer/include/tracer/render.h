@@ -8,6 +8,7 @@
 #include "tracer/compile.h"
 #include "tracer/control.h"
 #include "tracer/image.h"
+#include "tracer/preview.h"
 #include "tracer/requirements.h"
 #include "tracer/result.h"
 
@@ -53,6 +54,7 @@ struct RenderSettings {
   /// Threads to use; 0: those of the calling thread's oneTBB arena. The picture and the statistics are bit-identical
   /// for any number.
   std::uint32_t threads = 0;
+  Preview* preview = nullptr;  ///< who may look on; null: nobody. Changes nothing of the picture.
 };
 
 /// May run many times, on any threads. Fails with `cancelled` within one tile's time of `control.cancel()`,

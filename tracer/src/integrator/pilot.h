@@ -10,6 +10,7 @@
 #include "tracer/src/integrator/camera_rays.h"
 #include "tracer/src/integrator/deadline.h"
 #include "tracer/src/integrator/film.h"
+#include "tracer/src/integrator/preview_tiles.h"
 #include "tracer/src/integrator/tiles.h"
 #include "tracer/src/integrator/wavefront.h"
 
@@ -39,11 +40,12 @@ template <class Model>
 class Pilots {
  public:
   /// All must outlive it.
-  Pilots(const CompiledScene& scene, Film& film, const Tiles& tiles, const Deadline& deadline)
+  Pilots(const CompiledScene& scene, Film& film, const Tiles& tiles, const Deadline& deadline, PreviewTiles& shown)
       : scene_(scene),
         film_(film),
         tiles_(tiles),
         deadline_(deadline),
+        shown_(shown),
         finest_(tiles.count(), unsampled),
         cost_(tiles.count(), 1) {}
 
@@ -64,6 +66,8 @@ class Pilots {
     }
     const std::uint64_t before = wavefront.statistics().rays.total();
     if (!wavefront.trace(std::move(batch))) return;
+    PreviewTiles::Tile shown(shown_, tile);
+    const std::lock_guard lock(shown);
     for (std::size_t i = 0; i < places.size(); ++i) {
       const Color& radiance = wavefront.radiance()[i];
       if (!finite(radiance)) continue;  // counted by the wavefront
@@ -108,6 +112,7 @@ class Pilots {
   Film& film_;
   const Tiles& tiles_;
   const Deadline& deadline_;
+  PreviewTiles& shown_;
   std::vector<std::uint8_t> finest_;  ///< stride of each tile's pilots
   std::vector<float> cost_;           ///< of each tile
 };

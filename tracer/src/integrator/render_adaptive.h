@@ -27,7 +27,8 @@ class AdaptiveRender {
         deadline_(settings, wanted_, concurrency(settings.threads)),
         tiles_(scene.image.window()),
         film_(scene, in_parallel_),
-        pilots_(scene, film_, tiles_, deadline_),
+        shown_(settings.preview, tiles_, scene.image.window(), mean_),
+        pilots_(scene, film_, tiles_, deadline_, shown_),
         pool_(scene, control, scene.accuracy.approximate),
         audit_(scene, settings, control, pool_) {}
 
@@ -139,11 +140,16 @@ class AdaptiveRender {
     each_tile([&](std::uint64_t tile, Wavefront<Model>& wavefront) {
       Batch batch;
       std::vector<Aim> aims;
+      PreviewTiles::Tile shown(shown_, tile);
+      std::unique_lock lock(shown);
       const auto trace = [&] {
         batch.light_points = fresh_light_points;
-        if (!aims.empty() && !control_.cancelled() && !deadline_.over_before(static_cast<double>(aims.size())) &&
-            wavefront.trace(std::move(batch)))
-          collect(wavefront, aims);
+        lock.unlock();
+        const bool traced = !aims.empty() && !control_.cancelled() &&
+                            !deadline_.over_before(static_cast<double>(aims.size())) &&
+                            wavefront.trace(std::move(batch));
+        lock.lock();
+        if (traced) collect(wavefront, aims);
         batch = {};
         aims.clear();
       };
@@ -270,6 +276,7 @@ class AdaptiveRender {
   template <class Work>
   void each_tile(const Work& work) {
     const std::uint64_t count = tiles_.count();
+    const PreviewTiles::Open open(shown_);
     for_each_tile(count, settings_.threads, [&](std::uint64_t index) {
       if (control_.cancelled()) return;
       typename WavefrontPool<Model>::Lease wavefront(pool_);
@@ -301,9 +308,10 @@ class AdaptiveRender {
     for_each_tile(count, settings_.threads, work);
   };
   Film film_;
+  const std::function<Color(std::size_t)> mean_ = [this](std::size_t place) { return film_.mean(place); };
+  PreviewTiles shown_;
   Pilots<Model> pilots_;
   std::vector<float> cost_;  ///< rays of a sample, as the pilots of its tile had
-  const std::function<Color(std::size_t)> mean_ = [this](std::size_t place) { return film_.mean(place); };
   WavefrontPool<Model> pool_;
   Audit<Model> audit_;
   std::uint32_t round_ = 0;

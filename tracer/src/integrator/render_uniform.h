@@ -7,6 +7,7 @@
 #include "tracer/src/integrator/parallel.h"
 #include "tracer/src/integrator/picture_error.h"
 #include "tracer/src/integrator/pixel_sum.h"
+#include "tracer/src/integrator/preview_tiles.h"
 #include "tracer/src/integrator/tiles.h"
 #include "tracer/src/integrator/wavefront_pool.h"
 
@@ -20,6 +21,7 @@ class UniformRender {
         settings_(settings),
         control_(control),
         tiles_(scene.image.window()),
+        shown_(settings.preview, tiles_, scene.image.window(), mean_),
         pool_(scene, control, scene.accuracy.approximate),
         samples_(scene.accuracy.samples) {}
 
@@ -27,16 +29,13 @@ class UniformRender {
   Result<Rendered, Failure> run() {
     Rendered rendered;
     Image& image = rendered.image;
+    image_ = &image;
     allocate(image, scene_.image.window(), scene_.output);
     if (samples_ > 1) spread_.resize(image.rgb.size());
     if (scene_.needs.reflection || scene_.needs.refraction || scene_.needs.many_lights)
       missing_.resize(image.rgb.size() / 3);
     control_.begin(tiles_.count());
-    for_each_tile(tiles_.count(), settings_.threads, [&](std::uint64_t index) {
-      if (control_.cancelled()) return;
-      typename WavefrontPool<Model>::Lease wavefront(pool_);
-      if (trace_tile(index, *wavefront, image)) control_.finish_tile();
-    });
+    trace(image);
     if (control_.tiles_done() < tiles_.count()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
     rendered.statistics = pool_.statistics();
     rendered.statistics.samples_min = rendered.statistics.samples_max = samples_;
@@ -48,6 +47,15 @@ class UniformRender {
   }
 
  private:
+  void trace(Image& image) {
+    const PreviewTiles::Open open(shown_);
+    for_each_tile(tiles_.count(), settings_.threads, [&](std::uint64_t index) {
+      if (control_.cancelled()) return;
+      typename WavefrontPool<Model>::Lease wavefront(pool_);
+      if (trace_tile(index, *wavefront, image)) control_.finish_tile();
+    });
+  }
+
   /// Camera rays traced together: enough to fill packets after most have missed, few enough to stay in the
   /// second-level cache.
   static constexpr std::uint32_t batch_rays = 4096;
@@ -72,6 +80,8 @@ class UniformRender {
       if (!wavefront.trace(batch(pixels, first, last))) return false;
       for (std::size_t i = 0; i < wavefront.radiance().size(); ++i) collect(wavefront, i, sums[i % pixels.size()]);
     }
+    PreviewTiles::Tile tile(shown_, index);
+    const std::lock_guard lock(tile);
     for (std::size_t i = 0; i < pixels.size(); ++i) write(sums[i], tiles_.place(pixels[i]), image);
     return true;
   }
@@ -127,6 +137,12 @@ class UniformRender {
   const RenderSettings& settings_;
   RenderControl& control_;
   Tiles tiles_;
+  const Image* image_ = nullptr;
+  const PreviewTiles::Mean mean_ = [this](std::size_t place) {
+    const float* const rgb = image_->rgb.data() + 3 * place;
+    return Color{rgb[0], rgb[1], rgb[2]};
+  };
+  PreviewTiles shown_;
   WavefrontPool<Model> pool_;
   std::uint32_t samples_;
   std::vector<float> spread_;          ///< variance of each pixel's samples, three channels

@@ -1,0 +1,30 @@
+#include "server/telemetry/render_pace.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "api/report.h"
+
+namespace telemetry {
+
+void RenderPace::learn(const std::string& report) {
+  const auto figures = api::read_report(report);
+  if (!figures || !figures->seconds_per_work) return;
+  const std::lock_guard lock(mutex_);
+  seconds_per_work_.push_back(*figures->seconds_per_work);
+  if (seconds_per_work_.size() > renders_max) seconds_per_work_.pop_front();
+}
+
+std::optional<double> RenderPace::seconds_per_work() const {
+  std::vector<double> sorted;
+  {
+    const std::lock_guard lock(mutex_);
+    sorted.assign(seconds_per_work_.begin(), seconds_per_work_.end());
+  }
+  if (sorted.empty()) return std::nullopt;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  return *middle;
+}
+
+}  // namespace telemetry

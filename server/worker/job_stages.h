@@ -1,0 +1,46 @@
+#pragma once
+/// What renders and measurements have in common: a document is read, its files are loaded, and what goes wrong becomes
+/// the answer.
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+
+#include "api/document.h"
+#include "server/worker/options.h"
+#include "server/worker/protocol.h"
+#include "tracer/assets.h"
+#include "tracer/compile.h"
+#include "tracer/result.h"
+
+namespace worker {
+
+using Outcome = std::variant<Finished, Failed, Cancelled>;
+
+/// Thrown to leave a stage; caught by outcome_of alone.
+struct Stop {
+  std::optional<jobs::Problem> problem;  ///< nothing: it was cancelled
+};
+
+/// What `work` comes to. Whatever it throws is an answer too: no memory is Failed "out_of_memory", what is none of ours
+/// "internal".
+Outcome outcome_of(const std::string& job_id, std::int64_t fence, const std::function<Finished()>& work) noexcept;
+
+/// The document's limits were checked by whoever accepted it, and are not checked again: they may have changed since.
+api::Limits reading_limits(const FileSettings& files);
+
+/// The files that `scene` names. Stops as "bad_asset" with all issues where they cannot be rendered with.
+tracer::Assets load_files(tracer::Scene& scene, const FileSettings& files);
+
+[[noreturn]] void stop_for(const api::Refusal& refusal);  ///< "bad_scene"
+[[noreturn]] void stop_for(const tracer::Failure& failure);
+
+template <class T>
+T value_of(tracer::Result<T, tracer::Failure> result) {
+  if (!result) stop_for(result.error());
+  return *std::move(result);
+}
+
+}  // namespace worker

@@ -1,0 +1,207 @@
+"""POST /v1/measure over loopback: what accuracy costs in a scene, as a job like any other."""
+import csv
+import io
+import json
+import os
+import signal
+import unittest
+import xml.etree.ElementTree
+
+from tests.http.daemon import Daemon, OneDaemon, json_of, scene, wait_until
+from tests.support.pictures import read_png
+
+EXACT = {"knobs": ["samples"], "reference_samples": 16}
+STEPS = 8 + 4  # pictures of the reference, two samples each; 1, 4, 16 and 64 samples
+
+
+def edges(width=24, height=18, **changes):
+    """Something to be wrong about: edges, and a mirror."""
+    objects = [{"type": "sphere", "center": [x, 0.5, 0], "radius": 0.5, "material": {"color": 0.7, "reflection": 0.4}}
+               for x in (-0.6, 0.6)]
+    return scene(width, height, objects=objects + scene()["objects"][1:], **changes)
+
+
+def long_measure():
+    """Minutes, in small steps."""
+    return {"scene": edges(400, 300), "settings": {"knobs": ["samples"], "reference_samples": 4096}}
+
+
+class Measuring(OneDaemon):
+    def post(self, body, **headers):
+        headers = {name.replace("_", "-"): value for name, value in headers.items()}
+        return self.daemon.request("POST", "/v1/measure", body, headers)
+
+    def measured(self, body):
+        reply = self.post(body)
+        self.assertEqual(reply.status, 202, reply.body)
+        job = json_of(reply)
+        self.assertEqual(reply.headers["Location"], f"/v1/jobs/{job['id']}")
+        self.assertEqual((job["kind"], job["measurement"], job["report"]), ("measure", None, None))
+        job = self.daemon.wait_for_end(job["id"])
+        self.assertEqual(job["state"], "succeeded", job["problem"])
+        return job
+
+    def artifact(self, job, name):
+        found = [artifact for artifact in job["artifacts"] if artifact["name"] == name]
+        reply = self.daemon.get(found[0]["url"])
+        self.assertEqual((reply.status, reply.headers["Content-Type"]), (200, found[0]["media_type"]))
+        self.assertEqual(len(reply.body), found[0]["bytes"])
+        return reply.body
+
+    def test_finds_points_their_front_and_advice(self):
+        job = self.measured({"scene": edges(name="edges", job={"labels": {"shot": "7"}})})
+        found = job["measurement"]
+        self.assertEqual((found["width"], found["height"], found["alone"]), (24, 18, True))
+        self.assertEqual((job["name"], job["labels"], job["progress"], job["report"]), ("edges", {"shot": "7"}, 1, None))
+        points = found["points"]
+        self.assertEqual({point["knob"] for point in points},
+                         {"target_error", "samples", "max_depth", "cutoff", "approximate"})
+        self.assertTrue(all(point["seconds"] > 0 for point in points))
+        by_samples = {point["value"]: point["error"] for point in points if point["knob"] == "samples"}
+        self.assertGreater(by_samples["1"], 4 * by_samples["64"])
+        front = [points[i] for i in found["front"]]
+        self.assertEqual([p["seconds"] for p in front], sorted(p["seconds"] for p in front))
+        self.assertEqual([p["error"] for p in front], sorted((p["error"] for p in front), reverse=True))
+        self.assertLess(found["reference"]["error"], by_samples["16"])
+        self.assertTrue(found["advice"])
+        self.assertLess(len(json.dumps(found)), 20_000)
+
+    def test_the_settings_of_a_point_are_the_accuracy_of_a_document(self):
+        job = self.measured({"scene": edges(), "settings": {"knobs": ["target_error", "approximate"], "reference_samples": 16}})
+        for point in job["measurement"]["points"]:
+            rendered = self.daemon.wait_for_end(self.daemon.submit(edges(accuracy=point["settings"])))
+            self.assertEqual(rendered["state"], "succeeded", point)
+            self.assertAlmostEqual(rendered["report"]["error"]["estimate"], point["claimed"], delta=1e-9 * point["claimed"])
+            self.assertEqual(rendered["accuracy"], point["settings"])
+
+    def test_all_artifacts_tell_the_same(self):
+        job = self.measured({"scene": edges(), "settings": EXACT})
+        points = job["measurement"]["points"]
+        self.assertEqual([p["value"] for p in points], ["1", "4", "16", "64"])
+        full = json.loads(self.artifact(job, "measure.json"))
+        self.assertEqual((full["kind"], full["complete"], full["key"]), ("whittle measurement", True, job["id"]))
+        self.assertEqual([(p["seconds"], p["error"], p["claimed"]["estimate"]) for p in full["points"]],
+                         [(p["seconds"], p["error"], p["claimed"]) for p in points])
+        rows = list(csv.DictReader(io.StringIO(self.artifact(job, "measure.csv").decode())))
+        self.assertEqual([row["value"] for row in rows], [p["value"] for p in points])
+        self.assertEqual([row["front"] == "1" for row in rows],
+                         [i in job["measurement"]["front"] for i in range(len(points))])
+        root = xml.etree.ElementTree.fromstring(self.artifact(job, "measure.svg"))
+        self.assertEqual(root.tag, "{http://www.w3.org/2000/svg}svg")
+        self.assertEqual(job["links"]["image"], job["artifacts"][0]["url"])
+
+    def test_the_chart_has_letters_though_the_worker_may_read_no_font(self):
+        chart = read_png(self.artifact(self.measured({"scene": edges(), "settings": EXACT}), "measure.png"))
+        self.assertEqual(chart.shape, (760, 1200, 3))
+        dark = chart.max(axis=2) < 100
+        self.assertGreater(dark[:60].sum(), 200, "the title")
+        # Boxes in place of letters would have straight edges alone: of letters hardly two rows are alike.
+        rows = {row.tobytes() for row in dark[:60] if row.any()}
+        self.assertGreater(len(rows), 8)
+
+    def test_refuses_bad_settings_and_bad_scenes_with_their_pointers(self):
+        bad = {"scene": edges(image={"width": 0, "height": 5}), "settings": {"knobs": ["speed"], "reference_samples": 1}}
+        problem = self.assert_problem(self.post(bad), 422, "bad_scene")
+        pointers = {error["pointer"]: error["code"] for error in problem["errors"]}
+        self.assertEqual(pointers, {"#/settings/knobs/0": "unknown_value", "#/settings/reference_samples": "out_of_range",
+                                    "#/scene/image/width": "out_of_range"})
+        problem = self.assert_problem(self.post({"scene": edges(), "setings": {}}), 422, "bad_scene")
+        self.assertIn('"settings"', problem["errors"][0]["detail"])
+        textured = edges(background={"environment": {"file": "sha256:" + "0" * 64}})
+        problem = self.assert_problem(self.post({"scene": textured}), 422, "bad_scene")
+        self.assertEqual((problem["errors"][0]["pointer"], problem["errors"][0]["code"]),
+                         ("#/scene/background/environment/file", "bad_asset"))
+        self.assert_problem(self.post(b"{"), 400, "not_json")
+
+    def test_knobs_that_change_nothing_in_the_scene_are_told(self):
+        job = json_of(self.post({"scene": scene(), "settings": {"knobs": ["cutoff"]}}))
+        job = self.daemon.wait_for_end(job["id"])
+        self.assertEqual((job["state"], job["attempt"], job["problem"]["code"]), ("failed", 1, "bad_scene"))
+        self.assertEqual(job["problem"]["errors"][0]["pointer"], "#/settings/knobs")
+
+    def test_the_same_request_is_done_once_under_a_key_and_anew_without(self):
+        body = {"scene": edges(job={"cache": "use"}), "settings": EXACT}
+        first = self.post(body, Idempotency_Key="one")
+        again = self.post(body, Idempotency_Key="one")
+        self.assertEqual((again.status, again.headers["Idempotent-Replayed"]), (202, "true"))
+        self.assertEqual(json_of(again)["id"], json_of(first)["id"])
+        self.assert_problem(self.post({**body, "settings": {}}, Idempotency_Key="one"), 422, "key_reused")
+        self.daemon.wait_for_end(json_of(first)["id"])
+        another = self.post(body)
+        self.assertEqual((another.status, another.headers["X-Cache"]), (202, None))
+        job = json_of(another)
+        self.assertNotEqual(job["id"], json_of(first)["id"])
+        waited = self.post(body, Prefer="wait=60")
+        self.assertEqual((waited.status, json_of(waited)["state"]), (200, "succeeded"))
+
+    def test_progress_counts_pictures_and_points(self):
+        job = json_of(self.post({"scene": edges(160, 120), "settings": EXACT}))
+        seen = set()
+        def ended():
+            now = self.daemon.job(job["id"])
+            seen.add(now["progress"])
+            return now["state"] == "succeeded"
+        wait_until(ended, "the end")
+        for progress in seen:
+            self.assertAlmostEqual(progress * STEPS, round(progress * STEPS), delta=1e-9)
+
+    def test_owners_change_it_as_any_job(self):
+        later = edges(job={"run_after": "2099-01-01T00:00:00Z"})
+        job = json_of(self.post({"scene": later}))
+        reply = self.daemon.request("PATCH", job["links"]["self"], {"priority": 9}, {"If-Match": "*"})
+        self.assertEqual((reply.status, json_of(reply)["priority"]), (200, 9))
+        reply = self.daemon.request("POST", job["links"]["cancel"])
+        self.assertEqual((reply.status, json_of(reply)["state"]), (202, "cancelled"))
+        self.assertEqual(self.daemon.request("POST", job["links"]["retry"] or job["links"]["self"] + "/retry").status, 202)
+        self.assertEqual(self.daemon.request("DELETE", job["links"]["self"]).status, 204)
+
+
+class Interrupted(unittest.TestCase):
+    @staticmethod
+    def begin(daemon, body):
+        job = json_of(daemon.request("POST", "/v1/measure", body))
+        wait_until(lambda: daemon.job(job["id"])["progress"] > 0, "a step")
+        return job["id"]
+
+    def test_a_running_one_is_cancelled_and_leaves_nothing(self):
+        with Daemon() as daemon:
+            job_id = self.begin(daemon, long_measure())
+            daemon.request("POST", f"/v1/jobs/{job_id}/cancel")
+            job = daemon.wait_for_state(job_id, "cancelled")
+            self.assertEqual((job["artifacts"], job["measurement"]), ([], None))
+            self.assertEqual(daemon.get(f"/v1/jobs/{job_id}/measure.json").status, 404)
+            other = daemon.wait_for_end(daemon.submit(scene()))  # the worker goes on
+            self.assertEqual(other["state"], "succeeded")
+
+    def test_a_deadline_ends_it(self):
+        with Daemon("--wall-time-s", "1") as daemon:
+            body = long_measure()
+            body["scene"]["job"]["max_attempts"] = 1
+            job = daemon.wait_for_end(json_of(daemon.request("POST", "/v1/measure", body))["id"])
+            self.assertEqual((job["state"], job["problem"]["code"]), ("failed", "timed_out"))
+
+    def test_kill_9_of_the_daemon_or_the_worker_costs_no_measurement(self):
+        with Daemon() as daemon:
+            body = {"scene": edges(160, 120), "settings": {"knobs": ["samples"], "reference_samples": 256}}
+            job_id = self.begin(daemon, body)
+            daemon.kill()
+            daemon.start()
+            wait_until(lambda: daemon.job(job_id)["progress"] > 0, "a step")
+            for pid in daemon.worker_pids():
+                if daemon.job(job_id)["state"] == "running":
+                    os.kill(pid, signal.SIGKILL)
+            job = daemon.wait_for_end(job_id)
+            self.assertEqual((job["state"], len(job["artifacts"])), ("succeeded", 4), job["problem"])
+            self.assertEqual(len(job["measurement"]["points"]), 4)
+
+    def test_tells_when_other_jobs_ran_meanwhile(self):
+        with Daemon("--jobs", "2") as daemon:
+            body = {"scene": edges(160, 120), "settings": {"knobs": ["samples"], "reference_samples": 1024}}
+            job_id = self.begin(daemon, body)
+            daemon.wait_for_end(daemon.submit(scene()))
+            self.assertEqual(daemon.job(job_id)["state"], "running")
+            self.assertFalse(daemon.wait_for_end(job_id)["measurement"]["alone"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,79 @@
+/// Pictures of running jobs, as the queue keeps them for who looks.
+
+#include "server/jobs/previews.h"
+
+#include <gtest/gtest.h>
+
+using namespace jobs;
+
+namespace {
+
+class PreviewsTest : public testing::Test {
+ protected:
+  Previews::Wish wish(const std::string& id, std::uint32_t side = 512) {
+    return previews.wish(id, side, [this] { ++told; });
+  }
+  void came(const std::string& id, std::uint32_t side, const std::string& png) {
+    for (const auto& call : previews.came(id, side, png)) call();
+  }
+  std::string latest(const std::string& id, std::uint32_t side = 512) {
+    const Previews::Latest found = previews.latest(id, side);
+    return found.png ? *found.png : "";
+  }
+
+  std::int64_t now = 1'000'000;
+  Previews previews{[this] { return now; }};
+  int told = 0;
+};
+
+}  // namespace
+
+TEST_F(PreviewsTest, OneWishIsEnoughForAllWhoWaitForTheSame) {
+  EXPECT_TRUE(wish("a").is_new);
+  EXPECT_FALSE(wish("a").is_new);
+  EXPECT_TRUE(wish("a", 64).is_new) << "another size";
+  EXPECT_TRUE(wish("b").is_new);
+  came("a", 512, "picture");
+  EXPECT_EQ(told, 2);
+  EXPECT_TRUE(wish("a").is_new) << "for the next one";
+}
+
+TEST_F(PreviewsTest, APictureIsFreshForHalfASecond) {
+  came("a", 512, "picture");
+  EXPECT_TRUE(previews.latest("a", 512).fresh);
+  now += Previews::fresh_ms;
+  EXPECT_TRUE(previews.latest("a", 512).fresh);
+  now += 1;
+  EXPECT_FALSE(previews.latest("a", 512).fresh);
+  EXPECT_EQ(latest("a"), "picture") << "it is still the latest";
+}
+
+TEST_F(PreviewsTest, WhoForgetsIsNotTold) {
+  previews.forget(wish("a").token);
+  came("a", 512, "picture");
+  EXPECT_EQ(told, 0);
+  previews.forget(12345);  // nobody's
+}
+
+TEST_F(PreviewsTest, NothingStaysOfAJobThatEndedAndItsWaitersAreTold) {
+  came("a", 512, "picture");
+  came("ab", 512, "another's");
+  wish("a");
+  wish("a", 64);
+  wish("ab");
+  for (const auto& call : previews.ended("a")) call();
+  EXPECT_EQ(told, 2);
+  EXPECT_EQ(latest("a"), "");
+  EXPECT_EQ(latest("ab"), "another's");
+}
+
+TEST_F(PreviewsTest, KeepsAFewSizesOfAJobAndLetsTheOldestGo) {
+  for (std::uint32_t side = 1; side <= Previews::sides_max + 1; ++side) {
+    came("a", side, "picture");
+    ++now;
+  }
+  EXPECT_EQ(latest("a", 1), "");
+  for (std::uint32_t side = 2; side <= Previews::sides_max + 1; ++side) EXPECT_EQ(latest("a", side), "picture");
+  came("a", 2, "newer");  // in its own place
+  EXPECT_EQ(latest("a", 3), "picture");
+}

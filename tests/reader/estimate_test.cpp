@@ -1,0 +1,68 @@
+/// What rendering a scene is expected to take.
+
+#include "api/estimate.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/reader/reading.h"
+
+using namespace reader_tests;
+
+namespace {
+
+/// 10 x 10 pixels of one sphere.
+double work(const std::string& accuracy, const std::string& material = "{}", const std::string& lights = "[]") {
+  const std::string object = R"([{"type": "sphere", "center": [0,0,0], "radius": 1, "material": )" + material + "}]";
+  const api::Document document =
+      accepted(document_with(R"("image": {"width": 10, "height": 10}, "accuracy": )" + accuracy + R"(, "objects": )" +
+                             object + R"(, "lights": )" + lights));
+  return api::estimated_work(document.scene).value_or(-1);
+}
+
+constexpr double sphere = 1;
+const std::string exact = R"({"samples": [4, 4]})";
+const std::string point = R"({"type": "point", "position": [0,5,0]})";
+const std::string rect = R"({"type": "rect", "corner": [0,5,0], "edge_u": [1,0,0], "edge_v": [0,0,1]})";
+
+}  // namespace
+
+TEST(EstimatedWork, IsEveryPixelsSamplesAndTheirShadowRays) {
+  EXPECT_EQ(work(exact), 100 * 4 + sphere);
+  EXPECT_EQ(work(exact, "{}", "[" + point + "]"), 100 * 4 * 2 + sphere);
+  EXPECT_EQ(work(exact, "{}", "[" + point + "," + point + "]"), 100 * 4 * 3 + sphere);
+  EXPECT_EQ(work(exact, "{}", "[" + rect + "]"), 100 * 4 * (1 + 16.0 / 4) + sphere) << "16 points in a pixel";
+  EXPECT_EQ(work(R"({"samples": [32, 32]})", "{}", "[" + rect + "]"), 100 * 32 * 2 + sphere);
+  EXPECT_EQ(work(exact, "{}", R"([{"type": "point", "position": [0,5,0], "shadows": false}])"), 100 * 4 + sphere);
+}
+
+TEST(EstimatedWork, IsMoreWhereLightBounces) {
+  EXPECT_EQ(work(exact, R"({"reflection": 0.5})"), 100 * 4 * 1.5 + sphere);
+  EXPECT_EQ(work(exact, R"({"transmission": 1})"), 100 * 4 * 3.0 + sphere) << "glass mirrors too";
+}
+
+TEST(EstimatedWork, CountsTheSamplesThatAnErrorTakes) {
+  EXPECT_EQ(work(R"({"target_error": 1})"), 100 * 22 + sphere);
+  const double fine = work(R"({"target_error": 0.5})"), finer = work(R"({"target_error": 0.25})");
+  EXPECT_NEAR((finer - sphere) / (fine - sphere), 2.395, 0.001) << "2 to the power 1.26";
+  EXPECT_EQ(work(R"({"target_error": 1, "samples": [30, 50]})"), 100 * 30 + sphere);
+  EXPECT_EQ(work(R"({"target_error": 1, "samples": [1, 10]})"), 100 * 10 + sphere);
+  EXPECT_EQ(work(R"({"time_budget_ms": 10})"), -1) << "whatever fits into it";
+}
+
+TEST(EstimatedWork, CountsPartsToBeBuilt) {
+  const api::Document document =
+      accepted(document_with(R"("image": {"width": 1, "height": 1}, "accuracy": )" + exact + R"(,
+      "prototypes": {"p": [{"type": "mesh", "positions": [[0,0,0],[1,0,0],[0,1,0]], "triangles": [[0,1,2],[2,1,0]],
+                            "material": {}}]},
+      "objects": [{"type": "instance", "of": "p"}, {"type": "instance", "of": "p"}])"));
+  EXPECT_EQ(api::estimated_work(document.scene), 4 + 2 + 1 + 2);
+}
+
+TEST(EstimatedMemory, OfAMeasurementIsThatOfAdaptiveSamplesAndOfTheReference) {
+  const auto scene = [](const std::string& accuracy) {
+    return accepted(document_with(R"("image": {"width": 100, "height": 10}, "accuracy": )" + accuracy)).scene;
+  };
+  const tracer::Scene adapting = scene(R"({"target_error": 1})");
+  EXPECT_EQ(api::estimated_measure_memory_bytes(adapting), api::estimated_memory_bytes(adapting) + 1000 * 150);
+  EXPECT_EQ(api::estimated_measure_memory_bytes(scene(exact)), api::estimated_measure_memory_bytes(adapting));
+}
