@@ -161,6 +161,7 @@ void serve(const config::Config& config, keys::KeyRing* ring, const telemetry::L
       metrics, [&store](const std::string& id) { return store.find(id); }, events);
   queue.observe(&job_metrics);
   const jobs::Housekeeper housekeeper(queue, queue_log);
+  const jobs::LeaseKeeper lease_keeper(queue, queue_log);
 
   const api::Limits limits = document_limits(config);
   const std::chrono::days asset_age(static_cast<int>(config.asset_days));

@@ -47,6 +47,9 @@ struct QueueSettings {
   std::int64_t reply_kept_ms = std::int64_t{24} * 3600 * 1000;
   /// How long an expired job can still be asked what became of it.
   std::int64_t expired_kept_ms = std::int64_t{30} * 24 * 3600 * 1000;
+  /// How long a claimed job stays this daemon's without a renewal (LeaseKeeper): a disk that hangs is forgiven, and
+  /// other daemons on the same store wait no longer than a client's patience.
+  std::int64_t lease_ms = 30'000;
 };
 
 /// Thread-safe. The stores, and `ids`, must outlive it. Every call may throw StoreFailure where the stores do.
@@ -106,10 +109,13 @@ class Queue final : public JobService {
   /// `fraction` in [0,1]; smaller ones than before are ignored until the job is claimed again.
   void progressed(const std::string& id, double fraction);
 
+  /// Renews the leases of all jobs claimed and not ended here; the runner is told of those that were taken back.
+  void renew_leases();
+
   // ---- for whoever keeps house (housekeeper.h)
   // -----------------------------------------------------------------------
 
-  /// One small step: deadlines, jobs that have become due, expiry. True when there is more to do at once.
+  /// One small step: ended leases, deadlines, jobs that have become due, expiry. True when there is more to do at once.
   bool keep_house();
 
  private:
@@ -118,12 +124,14 @@ class Queue final : public JobService {
   void tell_arrived(const Job& job);
   void tell(const std::string& id, JobState to);
   void note_end();
+  void let_go(const std::string& id, std::int64_t fence);
   void wake_runner(bool for_suspects = false);
 
   /// A job that is about to be queued. Whoever first knows that it was, its submitter or someone who has claimed it
   /// already, tells so: then no one hears that it runs before hearing that it waits.
   class Arrival;
   void tell_queued(const std::string& id);
+  void tell_given_back(const std::string& id, std::optional<Arrival>& arrival);
   JobView view(Job job);
   Job job_of(const Submission& submission);
   bool finish_from_cache(Job& job, ArtifactPins::Pinned& pinned);
@@ -154,6 +162,7 @@ class Queue final : public JobService {
 
   std::mutex live_mutex_;  ///< progress and waiters; never held over a call of the store or of a waiter
   std::unordered_map<std::string, double> progress_;
+  std::unordered_map<std::string, std::int64_t> leases_;  ///< of jobs claimed here: id to fence
   struct Waiter {
     std::string id;
     std::function<void()> done;

@@ -4,6 +4,8 @@
 
 #include <string>
 
+#include "server/jobs/job_store.h"
+
 namespace jobs {
 
 class Runner {
@@ -11,6 +13,8 @@ class Runner {
   virtual ~Runner() = default;
   virtual void wake(bool for_suspects) noexcept = 0;        ///< there may be something to claim; suspects, too
   virtual void cancel(const std::string& id) noexcept = 0;  ///< this running job is to stop; unknown ids are ignored
+  /// This claim is over: its lease ended, and the job may run elsewhere. It is to stop, and nobody asks how it ended.
+  virtual void lost(const Lease& lease) noexcept = 0;
   virtual std::string not_ready() = 0;  ///< empty when jobs would run now, else why not: "worker: restarting"
 };
 

@@ -38,6 +38,10 @@ void Supervisor::Loop::cancel(const std::string& id) noexcept {
   mailbox_.post([this, id] { cancel_job(id); });
 }
 
+void Supervisor::Loop::lost(const jobs::Lease& lease) noexcept {
+  mailbox_.post([this, lease] { lose_job(lease); });
+}
+
 std::string Supervisor::Loop::not_ready() {
   const std::lock_guard lock(status_mutex_);
   return status_;

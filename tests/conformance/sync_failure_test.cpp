@@ -52,12 +52,12 @@ TEST(SqliteJobStore, SyncsBeforeItAnswersAndRefusesWhatCouldNotBeSynced) {
     sync_fails = true;
     EXPECT_THROW(store.submit(job_named("refused"), "refused"), StoreFailure);
     EXPECT_THROW(store.probe(), StoreFailure);
-    EXPECT_THROW(store.claim("boot", 1, false), StoreFailure);
+    EXPECT_THROW(store.claim("boot", 1, 9000, false), StoreFailure);
     sync_fails = false;
     EXPECT_FALSE(store.find("refused"));
     EXPECT_EQ(store.find("kept")->state, JobState::queued);
     store.submit(job_named("later"), "later");
-    EXPECT_EQ(store.claim("boot", 1, false)->job.id, "kept");
+    EXPECT_EQ(store.claim("boot", 1, 9000, false)->job.id, "kept");
   }
   SqliteJobStore store(folder.path());
   EXPECT_TRUE(store.find("kept"));

@@ -21,9 +21,11 @@ class RecordingRunner final : public Runner {
  public:
   void wake(bool) noexcept override { ++wakes; }
   void cancel(const std::string& id) noexcept override { cancelled.push_back(id); }
+  void lost(const Lease& lease) noexcept override { lost_leases.push_back(lease); }
   std::string not_ready() override { return status; }
   int wakes = 0;
   std::vector<std::string> cancelled;
+  std::vector<Lease> lost_leases;
   std::string status;
 };
 

@@ -146,9 +146,10 @@ class StubbornStore final : public jobs::MemoryJobStore {
     if (refusals-- > 0) throw jobs::StoreFailure(jobs::StoreFailure::Kind::full, "disk full");
     return MemoryJobStore::succeed(id, fence, now, report, artifacts);
   }
-  std::optional<jobs::Claim> claim(const std::string& boot, std::int64_t now, bool alone) override {
+  std::optional<jobs::Claim> claim(const std::string& boot, std::int64_t now, std::int64_t lease_until,
+                                   bool alone) override {
     if (claim_refusals-- > 0) throw jobs::StoreFailure(jobs::StoreFailure::Kind::unavailable, "I/O error");
-    return MemoryJobStore::claim(boot, now, alone);
+    return MemoryJobStore::claim(boot, now, lease_until, alone);
   }
   std::atomic<int> refusals = 0, claim_refusals = 0;
 };

@@ -185,6 +185,11 @@ CREATE TABLE job_assets (
   PRIMARY KEY (job_id, position)
 ) STRICT, WITHOUT ROWID;
 CREATE INDEX job_assets_by_sha256 ON job_assets (sha256);
+)sql",
+                                                           R"sql(
+-- Until when whoever claimed a running job has it.
+ALTER TABLE jobs ADD COLUMN lease_until INTEGER;
+CREATE INDEX jobs_leased ON jobs (lease_until) WHERE state = 'running' AND lease_until IS NOT NULL;
 )sql"};
 
 std::int64_t user_version(Database& database) {

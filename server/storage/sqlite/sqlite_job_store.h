@@ -32,7 +32,9 @@ class SqliteJobStore final : public JobStore {
   OwnerUse use_of(const std::string& owner) override;
   QueueDepth depth() override;
   std::optional<std::int64_t> waiting_before(const std::string& id, std::int64_t limit) override;
-  std::optional<Claim> claim(const std::string& boot_id, std::int64_t now, bool alone) override;
+  std::optional<Claim> claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until,
+                             bool alone) override;
+  std::vector<Lease> renew(const std::vector<Lease>& leases, std::int64_t until) override;
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
                const std::vector<Artifact>& artifacts) override;
   bool fail(const std::string& id, std::int64_t fence, std::int64_t now, const Problem& problem) override;
