@@ -15,7 +15,11 @@ namespace jobs {
 
 class StoreFailure : public std::runtime_error {
  public:
-  enum class Kind { full, unavailable };
+  enum class Kind {
+    full,
+    unavailable,
+    broken,  ///< the disk failed (EIO): what it holds is known again when it was opened anew (disk_health.h)
+  };
   StoreFailure(Kind which, const std::string& what) : std::runtime_error(what), kind(which) {}
   Kind kind;
 };

@@ -140,6 +140,7 @@ void Queue::job_ended(const std::string& id) {
 }
 
 std::string Queue::not_ready() {
+  if (const Room room = room_ ? room_() : Room{}; room.state != Room::State::enough) return "disk: " + shortage(room);
   try {
     store_.probe();
   } catch (const StoreFailure& failure) {
@@ -158,6 +159,7 @@ void Queue::attach(Runner* runner) {
 }
 
 std::optional<Claim> Queue::claim(bool alone) {
+  if (room_ && room_().state == Room::State::none) return std::nullopt;
   const std::int64_t now = clock_();
   std::optional<Claim> claim = store_.claim(boot_id_, now, now + settings_.lease_ms, alone);
   if (claim) {

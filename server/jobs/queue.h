@@ -32,6 +32,7 @@
 #include "server/jobs/job_store.h"
 #include "server/jobs/log.h"
 #include "server/jobs/observer.h"
+#include "server/jobs/room.h"
 #include "server/jobs/runner.h"
 
 namespace jobs {
@@ -89,7 +90,13 @@ class Queue final : public JobService {
   /// must live until no call is in progress any more.
   void tell_ends(EndListener* listener) { listener_ = listener; }
 
-  /// As JobStore, with this daemon's boot id and clock. Those that end the job call the waiters.
+  /// `room` tells what the disk has room for. Once, before jobs are submitted or run; unset: there is enough.
+  void watch_room(RoomNow room) { room_ = std::move(room); }
+  /// There is room again for jobs to be begun.
+  void room_came() { wake_runner(true); }
+
+  /// As JobStore, with this daemon's boot id and clock. Those that end the job call the waiters. Nothing is claimed
+  /// while the disk has no room for what would come of it.
   std::optional<Claim> claim(bool alone);
   bool fail(const std::string& id, std::int64_t fence, const Problem& problem);
   bool finish_cancel(const std::string& id, std::int64_t fence);
@@ -157,6 +164,7 @@ class Queue final : public JobService {
   std::mutex runner_mutex_;
   Runner* runner_ = nullptr;
   Observer* observer_ = nullptr;
+  RoomNow room_;
   std::mutex arrivals_mutex_;  ///< held while an arrival is told
   std::unordered_set<std::string> arrivals_;
 

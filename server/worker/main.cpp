@@ -52,13 +52,15 @@ bool warm_up() {
 }
 
 /// Ready for what comes from outside: everything is loaded, and held. What it is held by; empty where it cannot be.
-std::string prepare(const worker::FileSettings& files) {
+std::string prepare(const worker::Options& options) {
+  const worker::FileSettings& files = options.files;
   std::vector<std::string> folders;
   if (!files.folder.empty()) folders.push_back(files.folder);
   if (!files.uploads.empty()) folders.push_back(files.uploads);
   const bool opens_files = !folders.empty();
   folders.push_back(std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "lib/whittle");
   try {
+    worker::limit_resources(options.slots, options.job_memory_bytes);
     const bool landlock = worker::restrict_files(folders);
     if (!warm_up()) return {};
     worker::restrict_calls(opens_files);
@@ -97,7 +99,7 @@ int main(int count, char** arguments) {
     return 2;
   }
   offer_to_the_memory_killer();
-  const std::string sandbox = prepare(options->files);
+  const std::string sandbox = prepare(*options);
   if (sandbox.empty()) return 1;
   // First of all messages: the workshop's heartbeats begin with the workshop.
   worker::send(worker::worker_socket, worker::pack(worker::Hello{std::string(tracer::build()), sandbox}));

@@ -171,7 +171,7 @@ void Supervisor::Loop::hear(Finished& message) {
   }
   Running job;
   if (!take(message.job_id, message.fence, job)) return;
-  store([this, finished = std::make_shared<Finished>(std::move(message))] {
+  store([this, job, finished = std::make_shared<Finished>(std::move(message))] {
     std::vector<jobs::Queue::Picture> pictures;
     for (const Picture& picture : finished->pictures) {
       pictures.push_back({picture.name, picture.media_type, picture.bytes.get()});
@@ -181,11 +181,10 @@ void Supervisor::Loop::hear(Finished& message) {
     const auto failure = store_threads_->persist(settings_.store_tries, "succeed", [&] {
       log_end("job_succeeded", id, queue_.succeed(id, fence, finished->report, pictures));
     });
-    if (!failure) return;
+    // After a broken disk the next start finds the job running, and gives it back at no cost.
+    if (!failure || failure->kind == jobs::StoreFailure::Kind::broken) return;
     const jobs::Problem problem{"storage_failure", for_the_owner(*failure), {}};
-    store_threads_->persist(0, "fail", [&] {
-      log_end("job_failed", id, queue_.fail(id, fence, problem), {{"code", problem.code}});
-    });
+    mailbox_.post([this, id, job, problem] { attempt_failed(id, job, problem); });
   });
 }
 

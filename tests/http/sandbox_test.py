@@ -43,6 +43,17 @@ class Sandbox(unittest.TestCase):
             status = status_of(daemon)
             self.assertEqual((status["Seccomp"], status["NoNewPrivs"]), ("2", "1"))
 
+    @unittest.skipIf(SANITIZED, "a sanitizer maps terabytes")
+    def test_bounds_what_the_worker_may_take_of_the_machine(self):
+        with Daemon("--jobs", "3", "--job-memory-bytes", str(1 << 30)) as daemon:
+            sandbox_of(daemon)
+            (pid,) = daemon.worker_pids()
+            lines = pathlib.Path(f"/proc/{pid}/limits").read_text(encoding="ascii").splitlines()
+            limits = {line[:26].strip(): line[26:].split()[:2] for line in lines}
+            for name, most in (("Max open files", 256 + 3 * 32), ("Max data size", (2 << 30) + 2 * 3 * (1 << 30)),
+                               ("Max core file size", 0), ("Max msgqueue size", 0)):
+                self.assertEqual(limits[name], [str(most)] * 2, name)
+
     def test_every_example_renders_in_every_format(self):
         paths = sorted((SOURCE / "scenes").glob("*.json"))
         self.assertGreater(len(paths), 10)

@@ -4,12 +4,14 @@
 #include <memory>
 #include <string>
 
+#include "server/jobs/disk_health.h"
 #include "server/jobs/job_store.h"
 
 namespace jobs {
 
 struct SqliteSettings {
   int read_connections = 4;  ///< reads that run at once; a read takes well under a millisecond, a text search up to 50
+  DiskHealth* health = nullptr;  ///< of the disk; null: nobody else is to know. Must outlive the store
 };
 
 /// WAL with synchronous = FULL: what was answered survives power loss. Writes share syncs (group commit), so more
