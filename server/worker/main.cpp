@@ -33,6 +33,10 @@ bool is_started_by_a_daemon() {
 /// When the machine runs out of memory, it is the render that goes, not the daemon.
 void offer_to_the_memory_killer() { std::ofstream("/proc/self/oom_score_adj") << "500"; }
 
+/// The daemon answers while renders keep all cores busy: it needs little, and that at once. Renders lose nothing by it
+/// on a machine that has nothing else to do. Before any other thread, which then inherit it.
+void let_the_daemon_go_first() { [[maybe_unused]] const int level = ::nice(5); }
+
 /// Embree's device and the image library take 0.2 s on first use; that is paid before the first job comes.
 bool warm_up() {
   const std::string_view scene = R"({"version": 1, "image": {"width": 4, "height": 4},
@@ -99,6 +103,7 @@ int main(int count, char** arguments) {
     return 2;
   }
   offer_to_the_memory_killer();
+  let_the_daemon_go_first();
   const std::string sandbox = prepare(*options);
   if (sandbox.empty()) return 1;
   // First of all messages: the workshop's heartbeats begin with the workshop.

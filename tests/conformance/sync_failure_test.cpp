@@ -65,7 +65,9 @@ TEST(SqliteJobStore, SyncsBeforeItAnswersAndRefusesWhatCouldNotBeSynced) {
     EXPECT_EQ(syncs_asked, syncs);
   }
   SqliteJobStore store(folder.path());
-  if (store.find("refused")) EXPECT_EQ(store.document("refused"), "refused") << "what the disk kept of it is whole";
+  if (store.find("refused")) {
+    EXPECT_EQ(store.document("refused"), "refused") << "what the disk kept of it is whole";
+  }
   store.submit(job_named("later"), "later");
   EXPECT_EQ(store.claim("boot", 1, 9000, false)->job.id, "kept");
 }

@@ -1,5 +1,6 @@
 """The worker is held, and renders all the same: every example scene, in every format, also without any capability."""
 import json
+import os
 import pathlib
 import re
 import shutil
@@ -53,6 +54,13 @@ class Sandbox(unittest.TestCase):
             for name, most in (("Max open files", 256 + 3 * 32), ("Max data size", (2 << 30) + 2 * 3 * (1 << 30)),
                                ("Max core file size", 0), ("Max msgqueue size", 0)):
                 self.assertEqual(limits[name], [str(most)] * 2, name)
+
+    def test_lets_the_daemon_go_first(self):
+        with Daemon() as daemon:
+            (pid,) = wait_until(daemon.worker_pids, "the worker")
+            sandbox_of(daemon)
+            daemons, workers = (os.getpriority(os.PRIO_PROCESS, which) for which in (daemon.process.pid, pid))
+            self.assertEqual(workers, min(19, daemons + 5))
 
     def test_every_example_renders_in_every_format(self):
         paths = sorted((SOURCE / "scenes").glob("*.json"))
