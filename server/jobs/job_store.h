@@ -1,7 +1,7 @@
 #pragma once
 /// Where jobs live. Every call that answers without an exception is durable when it returns: it survives kill -9 and
 /// power loss (adapters for tests say what they do not keep). Thread-safe. Failures of the environment (disk full, I/O)
-/// are thrown as StoreFailure and nothing of the call has happened.
+/// are thrown as StoreFailure and nothing of the call has happened; after a broken disk a new opening tells whether.
 
 #include <optional>
 #include <stdexcept>

@@ -168,6 +168,8 @@ class EachStepInTurn(unittest.TestCase):
             listed |= {job["id"] for job in page["items"]}
             cursor = f"&cursor={page['next_cursor']}" if page["next_cursor"] else None
         self.assertEqual(listed, known, "none lost, none that nobody was told of")
+        daemon.terminate()
+        daemon.start()  # what could not even be deleted goes now
         self.check_files(daemon)
         self.check_ends_once(daemon)
 
