@@ -31,10 +31,12 @@
 #include "server/http/probe.h"
 #include "server/http/routes.h"
 #include "server/jobs/asset_collector.h"
+#include "server/jobs/disk_health.h"
 #include "server/jobs/housekeeper.h"
 #include "server/jobs/queue.h"
 #include "server/keys/key_ring.h"
 #include "server/settings.h"
+#include "server/storage/files/disk_room.h"
 #include "server/storage/files/file_artifact_store.h"
 #include "server/storage/files/file_asset_store.h"
 #include "server/storage/files/sha256.h"
@@ -54,6 +56,8 @@
 namespace {
 
 constexpr int exit_failed = 1, exit_bad_configuration = 2;
+/// A result that finds no room is tried again for some seconds; the ballast is given up well before.
+constexpr std::chrono::milliseconds disk_interval{500};
 
 /// Signals as something to wait for. Made before any thread, which then all inherit the mask.
 class Signals {
@@ -151,18 +155,25 @@ void learn_pace(jobs::JobStore& store, telemetry::RenderPace& pace) {
   for (const jobs::Job& job : page.items) pace.learn(job.report);
 }
 
-/// `ring`: null where there are no keys.
-void serve(const config::Config& config, keys::KeyRing* ring, const telemetry::Log& log) {
+/// `ring`: null where there are no keys. False when it had to end because the disk is broken.
+bool serve(const config::Config& config, keys::KeyRing* ring, const telemetry::Log& log) {
   Signals signals;
   raise_descriptor_limit();
   check_asset_folder(config);
 
-  jobs::SqliteJobStore store(config.data);
-  jobs::FileArtifactStore artifacts(config.data);
-  const std::string uploads_folder = config.data + "/uploads";
-  jobs::FileAssetStore uploads(uploads_folder, jobs::system_clock());
-  jobs::IdSource ids(jobs::system_clock(), jobs::system_random());
   const jobs::Log queue_log = telemetry::queue_log(log);
+  jobs::DiskRoom disk(config.data, {.reserve_bytes = config.disk_free_bytes}, queue_log);
+  std::atomic<bool> disk_broken = false;
+  jobs::DiskHealth disk_health([&](const std::string& what) {
+    log.write(telemetry::Level::error, "disk_broken", {{"detail", std::string_view(what)}});
+    disk_broken = true;
+    ::kill(::getpid(), SIGTERM);  // as anyone would who stops a daemon: the signal is waited for below
+  });
+  jobs::SqliteJobStore store(config.data, {.health = &disk_health});
+  jobs::FileArtifactStore artifacts(config.data, &disk_health);
+  const std::string uploads_folder = config.data + "/uploads";
+  jobs::FileAssetStore uploads(uploads_folder, jobs::system_clock(), config.uploads_bytes, &disk_health);
+  jobs::IdSource ids(jobs::system_clock(), jobs::system_random());
   jobs::Queue queue(store, artifacts, ids, jobs::system_clock(), queue_log,
                     {.queued_limit = static_cast<std::int64_t>(config.queued_jobs),
                      .owner_queued_limit = static_cast<std::int64_t>(config.key_queued_jobs),
@@ -174,7 +185,14 @@ void serve(const config::Config& config, keys::KeyRing* ring, const telemetry::L
   telemetry::JobMetrics job_metrics(
       metrics, pace, [&store](const std::string& id) { return store.find(id); }, events);
   queue.observe(&job_metrics);
+  const auto room = [&disk] { return disk.now(); };
+  queue.watch_room(room);
+  const jobs::Repeating disk_watch("look_at_disk", queue_log, [&] {
+    if (disk.look()) queue.room_came();
+    return disk_interval;
+  });
   const jobs::Housekeeper housekeeper(queue, queue_log);
+  const jobs::LeaseKeeper lease_keeper(queue, queue_log);
 
   const api::Limits limits = document_limits(config);
   const std::chrono::days asset_age(static_cast<int>(config.asset_days));
@@ -215,6 +233,7 @@ void serve(const config::Config& config, keys::KeyRing* ring, const telemetry::L
       .missing_files = [&](const tracer::Scene& scene) { return missing_files(scene, config.assets, uploads); },
       .sha256 = jobs::sha256_of,
       .deliveries = [&deliveries](const std::string& id) { return deliveries.of_job(id); },
+      .room = room,
       .job_memory_bytes = config.job_memory_bytes,
       .render_wait = std::chrono::seconds(config.render_wait_s),
       .draining = [&draining] { return draining.load(); },
@@ -230,6 +249,10 @@ void serve(const config::Config& config, keys::KeyRing* ring, const telemetry::L
                             .event_listeners = [&events] { return events.listeners(); },
                             .connections = [&gate] { return gate.connections(); },
                             .worker_pid = [&supervisor] { return supervisor.worker_pid(); },
+                            .oldest_at = [&store] { return store.depth().oldest_at; },
+                            .room = room,
+                            .upload_bytes = [&uploads] { return uploads.bytes(); },
+                            .clock = jobs::system_clock(),
                             .figures = [&metrics] { return metrics.text(); }};
   http::Gate health_gate(health_gate_settings(config, spool_folder), http::health_routes(health), request_id, log);
 
@@ -242,19 +265,20 @@ void serve(const config::Config& config, keys::KeyRing* ring, const telemetry::L
     if (ring != nullptr) reload_keys(config.keys, *ring, log);
   });
   log.write(telemetry::Level::info, "draining", {{"signal", std::int64_t{signal}}});
-  draining = true;                                                               // new work is refused, reads go on
-  const bool finished = supervisor.drain(std::chrono::seconds(config.drain_s));  // waiting requests get their answers
-  gate.drain(std::chrono::seconds(10));                                          // the others too
+  draining = true;  // new work is refused, reads go on
+  // Waiting requests get their answers. Nothing more can be kept on a broken disk: the next start sees what it has.
+  const bool finished = supervisor.drain(std::chrono::seconds(disk_broken ? 0 : config.drain_s));
+  gate.drain(std::chrono::seconds(10));  // the others too
   health_gate.drain(std::chrono::seconds(1));
   log.write(telemetry::Level::info, "stopped", {{"all_jobs_finished", finished}});
+  return !disk_broken;
 }
 
 int run(const config::Command& command, keys::KeyRing* ring) {
   const telemetry::Log log(*telemetry::level_named(command.config.log_level));
   log_start(log, command);
   try {
-    serve(command.config, ring, log);
-    return 0;
+    return serve(command.config, ring, log) ? 0 : exit_failed;
   } catch (const std::exception& exception) {
     log.write(telemetry::Level::error, "cannot_run", {{"detail", std::string_view(exception.what())}});
     return exit_failed;

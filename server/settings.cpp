@@ -33,6 +33,7 @@ http::GateSettings gate_settings(const config::Config& config, const std::string
   settings.judge = [ring](const http::RequestHead& head) { return http::refusal(head, ring); };
   settings.head.asset_bytes = config.asset_bytes;
   settings.spool_folder = spool_folder;
+  settings.spool_bytes = config.spool_bytes;
   return settings;
 }
 
@@ -89,6 +90,7 @@ std::vector<std::pair<std::string, std::uint64_t>> told_limits(const config::Con
                                                                const http::HeadLimits& head) {
   return {{"body_bytes", config.body_bytes},
           {"asset_bytes", config.asset_bytes},
+          {"uploads_bytes", config.uploads_bytes},
           {"asset_hashes", api::asset_hashes_max},
           {"json_depth", limits.document.depth},
           {"json_values", limits.document.values},

@@ -26,7 +26,7 @@ struct Config {
   std::string data;
   std::string assets;  ///< empty: none
   std::string keys;    ///< the file of keys; empty: none
-  std::uint64_t asset_bytes = 0, asset_days = 0;
+  std::uint64_t asset_bytes = 0, asset_days = 0, uploads_bytes = 0, spool_bytes = 0, disk_free_bytes = 0;
 
   std::string webhook_secret_file, webhook_networks;  ///< empty: none
 

@@ -25,6 +25,14 @@ constexpr std::array table{
            "largest uploaded file; 256 MB is the largest picture that is taken, uncompressed, and more is not read"},
     Option{"asset_days", "30", Count{&Config::asset_days, 1, 36500},
            "how long an uploaded file stays after its last use while no job names it; a month's work comes back to it"},
+    Option{"uploads_bytes", "68719476736", Count{&Config::uploads_bytes, 1, 1ull << 50},
+           "most bytes of all uploaded files together, then uploads answer 503; 64 GiB is 256 of the largest"},
+    Option{"spool_bytes", "2147483648", Count{&Config::spool_bytes, 1ull << 20, 1ull << 40},
+           "most bytes on the disk of large bodies that are on their way in, then they answer 503; 32 of the largest"},
+    Option{
+        "disk_free_bytes", "10737418240", Count{&Config::disk_free_bytes, 0, 1ull << 50},
+        "with less room on the disk of the data new jobs and uploads answer 503, so that what was accepted can end; a "
+        "tenth of the disk where that is less"},
     Option{"webhook_secret_file", "", Text{&Config::webhook_secret_file, true},
            "holds the secret that webhooks are signed with (whsec_..., several while one is exchanged); none are sent "
            "without"},

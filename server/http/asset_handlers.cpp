@@ -45,6 +45,9 @@ Answer put_asset(Request& request, const Front& front) {
   if (!request.head.content_length) {
     return problem_reply({Failure::length_required, "send the file with its Content-Length", {}}, request.id);
   }
+  if (const jobs::Room room = front.room(); room.state != jobs::Room::State::enough) {
+    return problem_reply(disk_full(room), request.id);
+  }
   const std::string& sha256 = request.path.front();
   const auto read = [&](std::uint64_t offset, char* into, std::size_t size) {
     return request.body.read(offset, into, size);
@@ -54,6 +57,12 @@ Answer put_asset(Request& request, const Front& front) {
     const std::string detail = "the " + std::to_string(request.body.size_bytes()) +
                                " bytes have another sha256 than the path; nothing was stored";
     return problem_reply({Failure::asset_mismatch, detail, {}}, request.id);
+  }
+  if (put == jobs::AssetStore::Put::no_room) {
+    const std::string detail = "uploads have " + std::to_string(front.assets.bytes()) + " bytes, with these " +
+                               std::to_string(request.body.size_bytes()) +
+                               " they would have more than the limit uploads_bytes; nothing was stored";
+    return problem_reply({Failure::uploads_full, detail, {}}, request.id);
   }
   const bool is_new = put == jobs::AssetStore::Put::stored;
   Reply reply = json_reply(is_new ? 201 : 200, api::write_asset(sha256, request.body.size_bytes()));

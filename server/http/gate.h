@@ -39,7 +39,8 @@ struct GateSettings {
   Told told;        ///< of every request that is answered, from any thread; must not throw
   HeadJudge judge;  ///< none: every head is right
   ConnectionTimes times;
-  std::string spool_folder = "/tmp";  ///< for bodies over 1 MiB; exists
+  std::string spool_folder = "/tmp";       ///< for bodies over 1 MiB; exists
+  std::uint64_t spool_bytes = 2ull << 30;  ///< of all of them; further ones are answered 503
 };
 
 class Gate {

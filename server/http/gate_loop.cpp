@@ -35,6 +35,7 @@ Gate::Loop::Loop(const GateSettings& settings, const std::vector<Route>& routes,
       now_(std::chrono::steady_clock::now()) {
   if (epoll_ < 0) throw std::system_error(errno, std::generic_category(), "epoll");
   budget_.folder = settings.spool_folder;
+  budget_.file_bytes = settings.spool_bytes;
   watch(epoll_, EPOLL_CTL_ADD, listener_.fd(), EPOLLIN, listener_number);
   watch(epoll_, EPOLL_CTL_ADD, mailbox_->fd(), EPOLLIN, mailbox_number);
   pool_.emplace(settings.handler_threads, settings.waiting_max, routes, log);

@@ -1,5 +1,6 @@
 #include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
 
 #include "server/http/handlers.h"
@@ -45,6 +46,21 @@ std::string memory(const Health& health) {
   return text;
 }
 
+std::string queue_age(const Health& health) {
+  const auto oldest_at = health.oldest_at();
+  const std::int64_t age_ms = oldest_at ? std::max<std::int64_t>(health.clock() - *oldest_at, 0) : 0;
+  return gauge("whittle_queue_age_seconds", "How long the job that could run longest has waited; 0: none waits.",
+               static_cast<double>(age_ms) / 1000);
+}
+
+std::string disk(const Health& health) {
+  const jobs::Room room = health.room();
+  return gauge("whittle_disk_free_bytes", "Room on the data folder's disk.", static_cast<double>(room.free_bytes)) +
+         gauge("whittle_disk_reserve_bytes", "With less room than this new jobs and uploads are refused.",
+               static_cast<double>(room.reserve_bytes)) +
+         gauge("whittle_upload_bytes", "Of all uploaded files together.", static_cast<double>(health.upload_bytes()));
+}
+
 }  // namespace
 
 /// The loop turns and a handler runs: that is what being alive means.
@@ -83,7 +99,7 @@ Answer get_metrics(Request&, const Health& health) {
   reply.body =
       metric_head(build, "Which program runs; always 1.", "gauge") +
       metric_line(build, {{"version", std::string(tracer::version())}, {"build", std::string(tracer::build())}}, 1) +
-      job_counts(health) +
+      job_counts(health) + queue_age(health) + disk(health) +
       gauge("whittle_connections", "Open connections of clients.", static_cast<double>(health.connections())) +
       gauge("whittle_event_listeners", "Event streams and long polls.", static_cast<double>(health.event_listeners())) +
       memory(health) + health.figures();

@@ -62,6 +62,8 @@ constexpr std::array rules{
     FailureRule{Failure::too_many_streams, "too_many_streams", 503, "Too many listen to events", Level::warning, 5},
     FailureRule{Failure::draining, "draining", 503, "The daemon is about to stop", Level::info, 10},
     FailureRule{Failure::store_unavailable, "store_unavailable", 503, "Jobs cannot be stored now", Level::error, 10},
+    FailureRule{Failure::disk_full, "disk_full", 503, "The disk is full", Level::error, 30},
+    FailureRule{Failure::uploads_full, "uploads_full", 503, "There is no room for another upload", Level::warning, 60},
     FailureRule{Failure::not_ready, "not_ready", 503, "Jobs would not run now", Level::debug, 5},
     FailureRule{Failure::job_failed, "job_failed", 500, "The job failed", Level::warning, 0},
     FailureRule{Failure::internal, "internal", 500, "Something is wrong with the daemon", Level::error, 0},
@@ -99,9 +101,19 @@ Problem problem_of(const api::Refusal& refusal) {
 Problem problem_of(const jobs::StoreFailure& failure) {
   // What exactly went wrong is the operator's business (the log has it); the client learns what it can rely on.
   if (failure.kind == jobs::StoreFailure::Kind::full) {
-    return {Failure::store_unavailable, "the disk is full; nothing was stored", {}};
+    return {Failure::disk_full, "the disk is full; nothing was stored", {}};
+  }
+  if (failure.kind == jobs::StoreFailure::Kind::broken) {
+    return {Failure::store_unavailable,
+            "the disk failed; whether this was stored is known when the daemon is back: ask again, and under the same "
+            "Idempotency-Key if there was one",
+            {}};
   }
   return {Failure::store_unavailable, "the store is not available; nothing was stored", {}};
+}
+
+Problem disk_full(const jobs::Room& room) {
+  return {Failure::disk_full, jobs::shortage(room) + "; nothing was stored", {}};
 }
 
 Problem problem_of(const jobs::Refused& refused) {
@@ -117,6 +129,9 @@ Problem problem_of(const jobs::Refused& refused) {
       return {Failure::quota_exceeded,
               "your pictures have " + seen + " bytes, the limit key_artifact_bytes is " + limit + "; delete some",
               {}};
+    case Why::disk_full:
+      return disk_full({jobs::Room::State::scarce, static_cast<std::uint64_t>(refused.seen),
+                        static_cast<std::uint64_t>(refused.limit)});
     case Why::key_reused:
       break;
   }

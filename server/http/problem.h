@@ -12,6 +12,7 @@
 #include "server/jobs/job.h"
 #include "server/jobs/job_service.h"
 #include "server/jobs/job_store.h"
+#include "server/jobs/room.h"
 #include "server/telemetry/log.h"
 #include "tracer/validate.h"
 
@@ -66,6 +67,8 @@ enum class Failure {
   too_many_streams,
   draining,
   store_unavailable,
+  disk_full,
+  uploads_full,
   not_ready,
   job_failed,
   internal,
@@ -92,6 +95,7 @@ struct Problem {
 Problem problem_of(const api::Refusal& refusal);
 Problem problem_of(const jobs::StoreFailure& failure);
 Problem problem_of(const jobs::Refused& refused);
+Problem disk_full(const jobs::Room& room);  ///< precondition: not enough
 /// Why a job that ended without a picture has none. Precondition: failed or cancelled.
 Problem problem_of(const jobs::Job& job);
 

@@ -20,6 +20,7 @@
 #include "server/jobs/delivery_store.h"
 #include "server/jobs/events.h"
 #include "server/jobs/job_service.h"
+#include "server/jobs/room.h"
 #include "server/keys/key_ring.h"
 
 namespace http {
@@ -45,6 +46,7 @@ struct Front {
   std::chrono::milliseconds render_wait{60'000};            ///< see the option render_wait_s
   std::function<bool()> draining;                           ///< true: new work is refused, reads are answered
   std::function<std::optional<double>()> seconds_per_work;  ///< see api::write_valid
+  jobs::RoomNow room = [] { return jobs::Room{}; };         ///< the disk's
   std::vector<std::pair<std::string, std::uint64_t>> told_limits;  ///< what GET /v1/version tells, by option name
   std::function<std::string()> sandbox{};                          ///< what holds the worker; empty: not known yet
   const keys::KeyRing* keys = nullptr;                             ///< null: this machine's users need none
@@ -58,7 +60,11 @@ struct Health {
   std::function<std::int64_t(jobs::JobState)> job_count;  ///< may throw StoreFailure
   std::function<std::size_t()> event_listeners;
   std::function<std::size_t()> connections;
-  std::function<int()> worker_pid;       ///< 0: there is none now
+  std::function<int()> worker_pid;                         ///< 0: there is none now
+  std::function<std::optional<std::int64_t>()> oldest_at;  ///< since when the job that waits longest does
+  jobs::RoomNow room;                                      ///< the disk's
+  std::function<std::uint64_t()> upload_bytes;
+  jobs::Clock clock;
   std::function<std::string()> figures;  ///< what grows, as Prometheus text
 };
 std::vector<Route> health_routes(const Health& health);

@@ -1,6 +1,6 @@
 #include "server/jobs/asset_collector.h"
 
-#include <exception>
+#include <string>
 #include <utility>
 
 namespace jobs {
@@ -14,45 +14,19 @@ int collect_assets(AssetStore& assets, JobStore& store, int part, std::int64_t u
   return removed;
 }
 
-AssetCollector::AssetCollector(AssetStore& assets, JobStore& store, Clock clock, Log log, CollectorSettings settings)
+AssetCollector::AssetCollector(AssetStore& assets, JobStore& store, Clock clock, const Log& log,
+                               CollectorSettings settings)
     : assets_(assets),
       store_(store),
       clock_(std::move(clock)),
-      log_(std::move(log)),
       settings_(settings),
-      thread_([this] { run(); }) {}
+      thread_("collect_assets", log, [this, log] { return step(log); }) {}
 
-AssetCollector::~AssetCollector() {
-  {
-    const std::lock_guard lock(mutex_);
-    stopping_ = true;
-  }
-  stop_.notify_all();
-  thread_.join();
-}
-
-void AssetCollector::run() {
-  for (;;) {
-    for (int part = 0; part < AssetStore::parts; ++part) {
-      step(part);
-      if (stopped_after(settings_.step_pause)) return;
-    }
-    if (stopped_after(settings_.round_pause)) return;
-  }
-}
-
-void AssetCollector::step(int part) noexcept {
-  try {
-    const int removed = collect_assets(assets_, store_, part, clock_() - settings_.age.count());
-    if (removed > 0) log_(LogLevel::info, "assets_collected", {{"count", std::to_string(removed)}});
-  } catch (const std::exception& failure) {
-    log_(LogLevel::warning, "assets_not_collected", {{"detail", failure.what()}});
-  }
-}
-
-bool AssetCollector::stopped_after(std::chrono::milliseconds pause) {
-  std::unique_lock lock(mutex_);
-  return stop_.wait_for(lock, pause, [this] { return stopping_; });
+std::chrono::milliseconds AssetCollector::step(const Log& log) {
+  const int part = std::exchange(part_, (part_ + 1) % AssetStore::parts);
+  const int removed = collect_assets(assets_, store_, part, clock_() - settings_.age.count());
+  if (removed > 0) log(LogLevel::info, "assets_collected", {{"count", std::to_string(removed)}});
+  return part_ == 0 ? settings_.round_pause : settings_.step_pause;
 }
 
 }  // namespace jobs

@@ -6,14 +6,11 @@
 /// what that still needs, as long as accepting takes less than the age.
 
 #include <chrono>
-#include <condition_variable>
-#include <mutex>
-#include <thread>
 
 #include "server/jobs/asset_store.h"
 #include "server/jobs/clock.h"
 #include "server/jobs/job_store.h"
-#include "server/jobs/log.h"
+#include "server/jobs/repeating.h"
 
 namespace jobs {
 
@@ -26,29 +23,21 @@ struct CollectorSettings {
 /// Looks through one part of the store (0 <= `part` < AssetStore::parts); how many it deleted. Throws StoreFailure.
 int collect_assets(AssetStore& assets, JobStore& store, int part, std::int64_t unused_since);
 
-/// A thread that does so, round after round from the start on. What cannot be deleted is logged and tried in the next
+/// A thread that does so, round after round from the start on; a part that cannot be looked through is left to the next
 /// round. The stores must outlive it.
 class AssetCollector {
  public:
-  AssetCollector(AssetStore& assets, JobStore& store, Clock clock, Log log, CollectorSettings settings);
-  ~AssetCollector();
-  AssetCollector(const AssetCollector&) = delete;
-  AssetCollector& operator=(const AssetCollector&) = delete;
+  AssetCollector(AssetStore& assets, JobStore& store, Clock clock, const Log& log, CollectorSettings settings);
 
  private:
-  void run();
-  void step(int part) noexcept;
-  bool stopped_after(std::chrono::milliseconds pause);
+  std::chrono::milliseconds step(const Log& log);
 
   AssetStore& assets_;
   JobStore& store_;
   Clock clock_;
-  Log log_;
   CollectorSettings settings_;
-  std::mutex mutex_;
-  std::condition_variable stop_;
-  bool stopping_ = false;
-  std::thread thread_;  ///< last: starts when the rest is there
+  int part_ = 0;      ///< the next one
+  Repeating thread_;  ///< last: starts when the rest is there
 };
 
 }  // namespace jobs

@@ -23,10 +23,13 @@ class AssetStore {
 
   /// Up to `size` bytes at `offset` of what is to be stored; fewer only at the end. What it throws passes through.
   using Read = std::function<std::size_t(std::uint64_t offset, char* into, std::size_t size)>;
-  enum class Put { stored, was_there, other_bytes };
+  enum class Put { stored, was_there, other_bytes, no_room };
   /// Stores bytes under their name, used now. `other_bytes`, also for what is no sha256: they do not have that name,
-  /// and nothing was stored. Otherwise durable when it returns; never visible half-written.
+  /// and nothing was stored. `no_room`: all assets together would have more bytes than they may; nothing was stored.
+  /// Otherwise durable when it returns; never visible half-written.
   virtual Put put(const std::string& sha256, const Read& read) = 0;
+
+  virtual std::uint64_t bytes() = 0;  ///< of all assets together
 
   /// Is it there? Then it is used now: nobody collects it before it has been unused for as long as any other.
   virtual bool use(const std::string& sha256) = 0;

@@ -1,38 +1,17 @@
 #include "server/jobs/housekeeper.h"
 
-#include <exception>
 #include <utility>
 
 namespace jobs {
 
 Housekeeper::Housekeeper(Queue& queue, Log log, HousekeeperSettings settings)
-    : queue_(queue), log_(std::move(log)), settings_(settings), thread_([this] { run(); }) {}
+    : thread_("keep_house", std::move(log),
+              [&queue, settings] { return queue.keep_house() ? settings.pause : settings.interval; }) {}
 
-Housekeeper::~Housekeeper() {
-  {
-    const std::lock_guard lock(mutex_);
-    stopping_ = true;
-  }
-  stop_.notify_one();
-  thread_.join();
-}
-
-void Housekeeper::run() {
-  std::unique_lock lock(mutex_);
-  bool failing = false;  // told once, not four times a second
-  while (!stopping_) {
-    lock.unlock();
-    bool more = false;
-    try {
-      more = queue_.keep_house();
-      failing = false;
-    } catch (const std::exception& failure) {
-      if (!failing) log_(LogLevel::error, "store_failure", {{"during", "keep_house"}, {"detail", failure.what()}});
-      failing = true;
-    }
-    lock.lock();
-    stop_.wait_for(lock, more ? settings_.pause : settings_.interval, [&] { return stopping_; });
-  }
-}
+LeaseKeeper::LeaseKeeper(Queue& queue, Log log, std::chrono::milliseconds interval)
+    : thread_("renew_leases", std::move(log), [&queue, interval] {
+        queue.renew_leases();
+        return interval;
+      }) {}
 
 }  // namespace jobs

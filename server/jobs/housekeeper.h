@@ -1,14 +1,10 @@
 #pragma once
-/// Keeps house in the queue from a thread of its own: deadlines of waiting jobs, jobs that become due, expiry. In small
-/// steps with pauses between, so that nobody waits behind it.
+/// The queue's own threads: one keeps house in it, one keeps the leases of the jobs that run here.
 
 #include <chrono>
-#include <condition_variable>
-#include <mutex>
-#include <thread>
 
-#include "server/jobs/log.h"
 #include "server/jobs/queue.h"
+#include "server/jobs/repeating.h"
 
 namespace jobs {
 
@@ -19,24 +15,25 @@ struct HousekeeperSettings {
   std::chrono::milliseconds pause{20};
 };
 
+/// Ended leases, deadlines of waiting jobs, jobs that become due, expiry. `queue` must outlive it.
 class Housekeeper {
  public:
-  /// `queue` must outlive it.
   Housekeeper(Queue& queue, Log log, HousekeeperSettings settings = {});
-  ~Housekeeper();  ///< after the step in progress
-  Housekeeper(const Housekeeper&) = delete;
-  Housekeeper& operator=(const Housekeeper&) = delete;
 
  private:
-  void run();
+  Repeating thread_;
+};
 
-  Queue& queue_;
-  Log log_;
-  HousekeeperSettings settings_;
-  std::mutex mutex_;
-  std::condition_variable stop_;
-  bool stopping_ = false;
-  std::thread thread_;  ///< last: starts when the rest is there
+/// Renews the leases of running jobs, from a thread that waits for nothing else. Must live as long as jobs run; `queue`
+/// must outlive it.
+class LeaseKeeper {
+ public:
+  /// A third of QueueSettings::lease_ms: two renewals may fail. Jobs that end sooner cost none.
+  static constexpr std::chrono::milliseconds default_interval{10'000};
+  LeaseKeeper(Queue& queue, Log log, std::chrono::milliseconds interval = default_interval);
+
+ private:
+  Repeating thread_;
 };
 
 }  // namespace jobs

@@ -1,7 +1,7 @@
 #pragma once
 /// Where jobs live. Every call that answers without an exception is durable when it returns: it survives kill -9 and
 /// power loss (adapters for tests say what they do not keep). Thread-safe. Failures of the environment (disk full, I/O)
-/// are thrown as StoreFailure and nothing of the call has happened.
+/// are thrown as StoreFailure and nothing of the call has happened; after a broken disk a new opening tells whether.
 
 #include <optional>
 #include <stdexcept>
@@ -15,7 +15,11 @@ namespace jobs {
 
 class StoreFailure : public std::runtime_error {
  public:
-  enum class Kind { full, unavailable };
+  enum class Kind {
+    full,
+    unavailable,
+    broken,  ///< the disk failed (EIO): what it holds is known again when it was opened anew (disk_health.h)
+  };
   StoreFailure(Kind which, const std::string& what) : std::runtime_error(what), kind(which) {}
   Kind kind;
 };
@@ -31,6 +35,13 @@ struct JobFilter {
 struct JobPage {
   std::vector<Job> items;
   std::string next_cursor;
+};
+
+/// A claim that is held: until its end the job is whose claimed it, afterwards it may be taken back (keep_house).
+struct Lease {
+  std::string job_id;
+  std::int64_t fence = 0;
+  bool operator==(const Lease&) const = default;
 };
 
 /// A job handed to the worker. `fence` grows with every claim of the job; finish and release with an old one change
@@ -106,13 +117,14 @@ struct QueueDepth {
 
 /// What a step of keeping house did.
 struct Upkeep {
-  std::vector<std::string> overdue;  ///< queued jobs whose deadline has passed: they failed
-  bool due = false;                  ///< jobs whose not_before has passed: it is unset, they may be claimed
-  bool suspects_due = false;         ///< some of them are suspects
-  int expired = 0;                   ///< ended jobs that lost their document and pictures
-  int forgotten = 0;                 ///< jobs and replies that are no longer there at all
-  std::vector<Artifact> artifacts;   ///< named by those: may be deleted where no other job names them
-  bool more = false;                 ///< the step was too small for all of it
+  std::vector<std::string> overdue;    ///< queued jobs whose deadline has passed: they failed
+  std::vector<std::string> abandoned;  ///< running jobs whose lease has ended: given back, as by `release` at no cost
+  bool due = false;                    ///< jobs whose not_before has passed: it is unset, they may be claimed
+  bool suspects_due = false;           ///< some of them are suspects
+  int expired = 0;                     ///< ended jobs that lost their document and pictures
+  int forgotten = 0;                   ///< jobs and replies that are no longer there at all
+  std::vector<Artifact> artifacts;     ///< named by those: may be deleted where no other job names them
+  bool more = false;                   ///< the step was too small for all of it
 };
 
 enum class CancelOutcome { cancelled, cancelling, already_ended, unknown };
@@ -150,9 +162,14 @@ class JobStore {
   virtual std::optional<std::int64_t> waiting_before(const std::string& id, std::int64_t limit) = 0;
 
   /// The next job to run: least rank (rank_of), then oldest, of those without not_before (keep_house unsets it in time)
-  /// whose deadline is later than `now`; attempt + 1, state running, owned by `boot_id`. `alone`: only suspects when
-  /// true, never suspects when false.
-  virtual std::optional<Claim> claim(const std::string& boot_id, std::int64_t now, bool alone) = 0;
+  /// whose deadline is later than `now`; attempt + 1, state running, owned by `boot_id` until `lease_until`. `alone`:
+  /// only suspects when true, never suspects when false.
+  virtual std::optional<Claim> claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until,
+                                     bool alone) = 0;
+
+  /// Leases that still hold end at `until` from now on, also those that have ended and were not taken back yet. Returns
+  /// the others: their jobs have ended, or were given back. One small write for all of them.
+  virtual std::vector<Lease> renew(const std::vector<Lease>& leases, std::int64_t until) = 0;
 
   /// Ends a running job. False when `fence` is not the latest or the job is not running. A job whose cancel was
   /// requested may still succeed or fail here if the worker was faster; that is told as it is.
@@ -183,14 +200,15 @@ class JobStore {
   /// Batches with more failed jobs than their max_failed, and others that have not ended.
   virtual std::vector<std::string> failing_batches() = 0;
 
-  /// One small step of keeping house, at most `limit` jobs of each kind: those whose not_before has passed may run,
-  /// earliest first; queued jobs past their deadline fail, ended
-  /// ones past expires_at lose their document and pictures and, `expired_kept_ms` later, go; so do replies past theirs.
+  /// One small step of keeping house, at most `limit` jobs of each kind: running ones whose lease has ended are given
+  /// back, those whose not_before has passed may run, earliest first; queued jobs past their deadline fail, ended ones
+  /// past expires_at lose their document and pictures and, `expired_kept_ms` later, go; so do replies past theirs.
   /// Costs nothing but a read when there is nothing to do.
   virtual Upkeep keep_house(std::int64_t now, std::int64_t expired_kept_ms, int limit) = 0;
 
   /// At start: everything running under another boot id goes back to queued, its attempt given back (cancel_requested:
-  /// to cancelled). Returns how many moved.
+  /// to cancelled), whatever its lease. Returns how many moved. For stores that one daemon at a time has: it knows that
+  /// the others are dead. Where several share one nothing moves: leases end by themselves.
   virtual int recover(const std::string& boot_id, std::int64_t now) = 0;
 
   /// Is this sha256 named by any job's artifacts? Used before an artifact's bytes are deleted.

@@ -142,6 +142,7 @@ void Queue::job_ended(const std::string& id) {
 }
 
 std::string Queue::not_ready() {
+  if (const Room room = room_ ? room_() : Room{}; room.state != Room::State::enough) return "disk: " + shortage(room);
   try {
     store_.probe();
   } catch (const StoreFailure& failure) {
@@ -160,17 +161,42 @@ void Queue::attach(Runner* runner) {
 }
 
 std::optional<Claim> Queue::claim(bool alone) {
-  std::optional<Claim> claim = store_.claim(boot_id_, clock_(), alone);
+  if (room_ && room_().state == Room::State::none) return std::nullopt;
+  const std::int64_t now = clock_();
+  std::optional<Claim> claim = store_.claim(boot_id_, now, now + settings_.lease_ms, alone);
   if (claim) {
     const std::lock_guard lock(live_mutex_);
     progress_.insert_or_assign(claim->job.id, 0.0);
+    leases_.insert_or_assign(claim->job.id, claim->fence);
   }
   if (claim) tell(claim->job.id, JobState::running);
   return claim;
 }
 
+/// The store has answered what became of the claim: either way it is over.
+void Queue::let_go(const std::string& id, std::int64_t fence) {
+  const std::lock_guard lock(live_mutex_);
+  const auto found = leases_.find(id);
+  if (found != leases_.end() && found->second == fence) leases_.erase(found);
+}
+
+void Queue::renew_leases() {
+  std::vector<Lease> held;
+  {
+    const std::lock_guard lock(live_mutex_);
+    for (const auto& [id, fence] : leases_) held.push_back({id, fence});
+  }
+  if (held.empty()) return;
+  for (const Lease& lost : store_.renew(held, clock_() + settings_.lease_ms)) {
+    let_go(lost.job_id, lost.fence);
+    const std::lock_guard lock(runner_mutex_);
+    if (runner_ != nullptr) runner_->lost(lost);
+  }
+}
+
 bool Queue::fail(const std::string& id, std::int64_t fence, const Problem& problem) {
   const bool moved = store_.fail(id, fence, clock_(), problem);
+  let_go(id, fence);
   if (!moved) return false;
   note_end();
   tell(id, JobState::failed);
@@ -181,6 +207,7 @@ bool Queue::fail(const std::string& id, std::int64_t fence, const Problem& probl
 
 bool Queue::finish_cancel(const std::string& id, std::int64_t fence) {
   const bool moved = store_.finish_cancel(id, fence, clock_());
+  let_go(id, fence);
   if (moved) tell(id, JobState::cancelled);
   if (moved) job_ended(id);
   return moved;
@@ -203,16 +230,18 @@ bool Queue::release(const std::string& id, std::int64_t fence, bool counts, bool
   if (pause_ms > 0) how.not_before = now + pause_ms;
   std::optional<Arrival> arrival(std::in_place, *this, std::vector{id});
   const bool moved = store_.release(id, fence, now, how);
-  if (!moved) return false;
+  let_go(id, fence);
+  if (moved) tell_given_back(id, arrival);
+  return moved;
+}
+
+/// It waits again, or a cancel that was asked for has ended it.
+void Queue::tell_given_back(const std::string& id, std::optional<Arrival>& arrival) {
   const std::optional<Job> job = store_.find(id);
-  if (job && !ended(job->state)) {
-    tell_queued(id);
-    return true;
-  }
-  arrival.reset();  // a requested cancel ended it
+  if (job && !ended(job->state)) return tell_queued(id);
+  arrival.reset();
   if (job) tell(id, job->state);
   job_ended(id);
-  return true;
 }
 
 bool Queue::succeed(const std::string& id, std::int64_t fence, const std::string& report,
@@ -224,6 +253,7 @@ bool Queue::succeed(const std::string& id, std::int64_t fence, const std::string
     artifacts.push_back({picture.name, picture.media_type, stored.sha256, stored.bytes});
   }
   const bool moved = store_.succeed(id, fence, clock_(), report, artifacts);
+  let_go(id, fence);
   if (moved) note_end();
   if (moved) tell(id, JobState::succeeded);
   if (moved) job_ended(id);

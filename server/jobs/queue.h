@@ -33,6 +33,7 @@
 #include "server/jobs/log.h"
 #include "server/jobs/observer.h"
 #include "server/jobs/previews.h"
+#include "server/jobs/room.h"
 #include "server/jobs/runner.h"
 
 namespace jobs {
@@ -48,6 +49,9 @@ struct QueueSettings {
   std::int64_t reply_kept_ms = std::int64_t{24} * 3600 * 1000;
   /// How long an expired job can still be asked what became of it.
   std::int64_t expired_kept_ms = std::int64_t{30} * 24 * 3600 * 1000;
+  /// How long a claimed job stays this daemon's without a renewal (LeaseKeeper): a disk that hangs is forgiven, and
+  /// other daemons on the same store wait no longer than a client's patience.
+  std::int64_t lease_ms = 30'000;
 };
 
 /// Thread-safe. The stores, and `ids`, must outlive it. Every call may throw StoreFailure where the stores do.
@@ -90,7 +94,13 @@ class Queue final : public JobService {
   /// must live until no call is in progress any more.
   void tell_ends(EndListener* listener) { listener_ = listener; }
 
-  /// As JobStore, with this daemon's boot id and clock. Those that end the job call the waiters.
+  /// `room` tells what the disk has room for. Once, before jobs are submitted or run; unset: there is enough.
+  void watch_room(RoomNow room) { room_ = std::move(room); }
+  /// There is room again for jobs to be begun.
+  void room_came() { wake_runner(true); }
+
+  /// As JobStore, with this daemon's boot id and clock. Those that end the job call the waiters. Nothing is claimed
+  /// while the disk has no room for what would come of it.
   std::optional<Claim> claim(bool alone);
   bool fail(const std::string& id, std::int64_t fence, const Problem& problem);
   bool finish_cancel(const std::string& id, std::int64_t fence);
@@ -113,10 +123,13 @@ class Queue final : public JobService {
   /// What a running job looks like. Of others it is not kept.
   void previewed(const std::string& id, std::uint32_t side, std::string png);
 
+  /// Renews the leases of all jobs claimed and not ended here; the runner is told of those that were taken back.
+  void renew_leases();
+
   // ---- for whoever keeps house (housekeeper.h)
   // -----------------------------------------------------------------------
 
-  /// One small step: deadlines, jobs that have become due, expiry. True when there is more to do at once.
+  /// One small step: ended leases, deadlines, jobs that have become due, expiry. True when there is more to do at once.
   bool keep_house();
 
  private:
@@ -125,12 +138,14 @@ class Queue final : public JobService {
   void tell_arrived(const Job& job);
   void tell(const std::string& id, JobState to);
   void note_end();
+  void let_go(const std::string& id, std::int64_t fence);
   void wake_runner(bool for_suspects = false);
 
   /// A job that is about to be queued. Whoever first knows that it was, its submitter or someone who has claimed it
   /// already, tells so: then no one hears that it runs before hearing that it waits.
   class Arrival;
   void tell_queued(const std::string& id);
+  void tell_given_back(const std::string& id, std::optional<Arrival>& arrival);
   JobView view(Job job);
   Job job_of(const Submission& submission);
   bool finish_from_cache(Job& job, ArtifactPins::Pinned& pinned);
@@ -157,11 +172,13 @@ class Queue final : public JobService {
   std::mutex runner_mutex_;
   Runner* runner_ = nullptr;
   Observer* observer_ = nullptr;
+  RoomNow room_;
   std::mutex arrivals_mutex_;  ///< held while an arrival is told
   std::unordered_set<std::string> arrivals_;
 
   std::mutex live_mutex_;  ///< progress and waiters; never held over a call of the store or of a waiter
   std::unordered_map<std::string, double> progress_;
+  std::unordered_map<std::string, std::int64_t> leases_;  ///< of jobs claimed here: id to fence
   struct Waiter {
     std::string id;
     std::function<void()> done;

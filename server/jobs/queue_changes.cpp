@@ -100,13 +100,21 @@ void Queue::stop_where_too_many_failed(const std::string& job_id) {
 
 bool Queue::keep_house() {
   const Upkeep upkeep = store_.keep_house(clock_(), settings_.expired_kept_ms, upkeep_step);
+  for (const std::string& id : upkeep.abandoned) {
+    {
+      const std::lock_guard lock(live_mutex_);
+      progress_.erase(id);
+    }
+    std::optional<Arrival> arrival(std::in_place, *this, std::vector{id});
+    tell_given_back(id, arrival);
+  }
   for (const std::string& id : upkeep.overdue) {
     tell(id, JobState::failed);
     job_ended(id);
   }
   for (const std::string& id : upkeep.overdue) stop_where_too_many_failed(id);
   for (const Artifact& artifact : upkeep.artifacts) pins_.collect(artifact.sha256);
-  if (upkeep.due) wake_runner(upkeep.suspects_due);
+  if (upkeep.due || !upkeep.abandoned.empty()) wake_runner(upkeep.suspects_due || !upkeep.abandoned.empty());
   return upkeep.more;
 }
 

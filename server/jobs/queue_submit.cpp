@@ -34,6 +34,10 @@ tracer::Result<Answer, Refused> replay(const KeptReply& kept, const Idempotency&
 }  // namespace
 
 std::optional<Refused> Queue::enter(const std::string& owner, std::int64_t jobs) {
+  if (const Room room = room_ ? room_() : Room{}; room.state != Room::State::enough) {
+    return Refused{Refused::Why::disk_full, static_cast<std::int64_t>(room.free_bytes),
+                   static_cast<std::int64_t>(room.reserve_bytes)};
+  }
   const std::lock_guard lock(submit_mutex_);
   std::int64_t submitting = 0;
   for (const auto& [name, count] : submitting_) submitting += count;

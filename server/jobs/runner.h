@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <string>
 
+#include "server/jobs/job_store.h"
+
 namespace jobs {
 
 class Runner {
@@ -14,6 +16,8 @@ class Runner {
   virtual void cancel(const std::string& id) noexcept = 0;  ///< this running job is to stop; unknown ids are ignored
   /// Somebody wants to see how far this running job is: Queue::previewed follows, perhaps; unknown ids are ignored.
   virtual void look(const std::string& id, std::uint32_t side) noexcept = 0;
+  /// This claim is over: its lease ended, and the job may run elsewhere. It is to stop, and nobody asks how it ended.
+  virtual void lost(const Lease& lease) noexcept = 0;
   virtual std::string not_ready() = 0;  ///< empty when jobs would run now, else why not: "worker: restarting"
 };
 

@@ -96,6 +96,7 @@ struct Refused {
     queue_full,            ///< queued jobs of all
     owner_queued_jobs,     ///< queued jobs of this owner
     owner_artifact_bytes,  ///< bytes of this owner's pictures
+    disk_full,             ///< bytes that are free on the disk, and that are kept for what was accepted
     key_reused,            ///< the Idempotency-Key came with another request
   };
   Why why = Why::queue_full;

@@ -9,7 +9,8 @@ namespace {
 
 constexpr std::string_view submitted = "whittle_jobs_submitted_total", ended = "whittle_jobs_ended_total",
                            waited = "whittle_job_wait_seconds", ran = "whittle_job_run_seconds",
-                           rays = "whittle_rays_total", targets = "whittle_error_targets_total";
+                           rays = "whittle_rays_total", cached = "whittle_jobs_from_cache_total",
+                           targets = "whittle_error_targets_total";
 
 double seconds(std::int64_t milliseconds) { return static_cast<double>(milliseconds) / 1000; }
 
@@ -20,6 +21,7 @@ std::vector<Family> JobMetrics::families() {
           {ended, "Jobs that ended, by state."},
           {waited, "From a job's creation to the start of its last attempt.", waiting_seconds()},
           {ran, "From the start of a job's last attempt to its end, by state.", waiting_seconds()},
+          {cached, "Jobs that had their pictures from the result cache; they neither waited nor ran."},
           {rays, "Rays of jobs that succeeded, by kind."},
           {targets, "Jobs that succeeded and had asked for an error, by whether it was met."}};
 }
@@ -39,6 +41,7 @@ void JobMetrics::moved(const std::string& id, jobs::JobState to) noexcept {
 
 void JobMetrics::count_end(const jobs::Job& job) {
   if (!job.started_at || !job.ended_at) return;  // cancelled while it waited
+  if (job.state == jobs::JobState::succeeded && job.attempt == 0) return metrics_.add(cached, {});
   metrics_.observe(waited, {}, seconds(*job.started_at - job.created_at));
   metrics_.observe(ran, {{"state", jobs::name_of(job.state)}}, seconds(*job.ended_at - *job.started_at));
   pace_.learn(job.report);

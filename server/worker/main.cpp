@@ -34,6 +34,10 @@ bool is_started_by_a_daemon() {
 /// When the machine runs out of memory, it is the render that goes, not the daemon.
 void offer_to_the_memory_killer() { std::ofstream("/proc/self/oom_score_adj") << "500"; }
 
+/// The daemon answers while renders keep all cores busy: it needs little, and that at once. Renders lose nothing by it
+/// on a machine that has nothing else to do. Before any other thread, which then inherit it.
+void let_the_daemon_go_first() { [[maybe_unused]] const int level = ::nice(5); }
+
 /// Embree's device and the image library take 0.2 s on first use; that is paid before the first job comes.
 bool warm_up() {
   const std::string_view scene = R"({"version": 1, "image": {"width": 4, "height": 4},
@@ -53,7 +57,8 @@ bool warm_up() {
 }
 
 /// Ready for what comes from outside: everything is loaded, and held. What it is held by; empty where it cannot be.
-std::string prepare(const worker::FileSettings& files) {
+std::string prepare(const worker::Options& options) {
+  const worker::FileSettings& files = options.files;
   std::vector<std::string> folders;
   if (!files.folder.empty()) folders.push_back(files.folder);
   if (!files.uploads.empty()) folders.push_back(files.uploads);
@@ -61,6 +66,7 @@ std::string prepare(const worker::FileSettings& files) {
   folders.push_back(std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "lib/whittle");
   try {
     if (!worker::load_fonts()) std::fprintf(stderr, "whittled-worker: charts cannot be drawn\n");
+    worker::limit_resources(options.slots, options.job_memory_bytes);
     const bool landlock = worker::restrict_files(folders);
     if (!warm_up()) return {};
     worker::restrict_calls(opens_files);
@@ -100,7 +106,8 @@ int main(int count, char** arguments) {
     return 2;
   }
   offer_to_the_memory_killer();
-  const std::string sandbox = prepare(options->files);
+  let_the_daemon_go_first();
+  const std::string sandbox = prepare(*options);
   if (sandbox.empty()) return 1;
   // First of all messages: the workshop's heartbeats begin with the workshop.
   worker::send(worker::worker_socket, worker::pack(worker::Hello{std::string(tracer::build()), sandbox}));

@@ -15,6 +15,7 @@ bool read(std::string_view text, Number& value) {
 
 bool read(std::string_view name, std::string_view text, Options& options) {
   if (name == "--slots") return read(text, options.slots) && options.slots >= 1 && options.slots <= slots_max;
+  if (name == "--job-memory-bytes") return read(text, options.job_memory_bytes);
   if (name == "--objects") return read(text, options.files.objects);
   if (name == "--triangles") return read(text, options.files.triangles);
   if (name == "--uploads") {
@@ -30,11 +31,18 @@ bool read(std::string_view name, std::string_view text, Options& options) {
 
 std::vector<std::string> arguments_of(const Options& options) {
   const FileSettings& files = options.files;
-  return {"--slots",     std::to_string(options.slots),
-          "--assets",    files.folder,
-          "--uploads",   files.uploads,
-          "--objects",   std::to_string(files.objects),
-          "--triangles", std::to_string(files.triangles)};
+  return {"--slots",
+          std::to_string(options.slots),
+          "--job-memory-bytes",
+          std::to_string(options.job_memory_bytes),
+          "--assets",
+          files.folder,
+          "--uploads",
+          files.uploads,
+          "--objects",
+          std::to_string(files.objects),
+          "--triangles",
+          std::to_string(files.triangles)};
 }
 
 std::optional<Options> parse_options(const std::vector<std::string_view>& arguments) {

@@ -21,7 +21,8 @@ struct FileSettings {
 };
 
 struct Options {
-  int slots = 1;  ///< jobs at once, 1..4096
+  int slots = 1;                                 ///< jobs at once, 1..4096
+  std::uint64_t job_memory_bytes = 16ull << 30;  ///< most of each of them
   FileSettings files;
   bool operator==(const Options&) const = default;
 };

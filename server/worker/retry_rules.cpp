@@ -7,7 +7,8 @@
 namespace worker {
 namespace {
 
-constexpr std::array<std::string_view, 4> worth_another{"out_of_memory", "timed_out", "worker_crashed", "internal"};
+constexpr std::array<std::string_view, 5> worth_another{"out_of_memory", "timed_out", "worker_crashed",
+                                                        "storage_failure", "internal"};
 
 }  // namespace
 

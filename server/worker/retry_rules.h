@@ -17,7 +17,8 @@ struct RetrySettings {
 
 /// The pause before the next attempt of a job whose `attempt`th failed with `code`. Nothing where there is no next one:
 /// it was the last, or the failure is the job's own ("bad_scene", "bad_asset", "deadline_exceeded") and would come
-/// again. The machine may be to blame for "out_of_memory", "timed_out", "worker_crashed" and "internal".
+/// again. The machine may be to blame for "out_of_memory", "timed_out", "worker_crashed",
+/// "storage_failure" and "internal".
 std::optional<std::chrono::milliseconds> retry_pause(const std::string& code, int attempt, int max_attempts,
                                                      const RetrySettings& settings);
 

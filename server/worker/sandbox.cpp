@@ -8,7 +8,9 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <system_error>
 
 #include "server/worker/descriptor.h"
@@ -18,6 +20,7 @@ namespace worker {
 #ifdef WHITTLE_SANITIZED
 
 bool restrict_files(const std::vector<std::string>&) { return false; }
+void limit_resources(int, std::uint64_t) {}
 void restrict_calls(bool) {}
 std::string sandbox_name(bool) { return "none"; }
 
@@ -32,6 +35,14 @@ namespace {
 std::uint64_t rights_of(long version) {
   const int count = version >= 5 ? 16 : version >= 3 ? 15 : version == 2 ? 14 : 13;
   return (std::uint64_t{1} << count) - 1;
+}
+
+void lower(decltype(RLIMIT_CORE) resource, rlim_t most) {
+  rlimit limit{};
+  if (::getrlimit(resource, &limit) != 0) fail("getrlimit");
+  limit.rlim_max = std::min(limit.rlim_max, most);
+  limit.rlim_cur = limit.rlim_max;
+  if (::setrlimit(resource, &limit) != 0) fail("setrlimit");
 }
 
 void allow_reading_below(int ruleset, const std::string& folder) {
@@ -60,11 +71,20 @@ bool restrict_files(const std::vector<std::string>& readable_folders) {
   return true;
 }
 
+void limit_resources(int slots, std::uint64_t job_memory_bytes) {
+  const auto jobs = static_cast<std::uint64_t>(slots);
+  // Half of what is asked for may stay untouched; 2 GiB are for stacks and libraries.
+  constexpr std::uint64_t base_bytes = 2ull << 30;
+  const bool too_many = job_memory_bytes > (UINT64_MAX / 2 - base_bytes) / (2 * jobs);
+  const std::uint64_t bytes = too_many ? UINT64_MAX / 2 : base_bytes + 2 * jobs * job_memory_bytes;
+  lower(RLIMIT_DATA, bytes);
+  // A job has its document, its pictures and the file it reads. How many threads there are is the kernel's to count for
+  // a whole user (RLIMIT_NPROC), which says nothing about this process; seccomp lets it start no other.
+  lower(RLIMIT_NOFILE, 256 + 32 * jobs);
+}
+
 void restrict_calls(bool opens_files) {
-  const rlimit none{0, 0};
-  for (const auto resource : {RLIMIT_CORE, RLIMIT_MSGQUEUE}) {
-    if (::setrlimit(resource, &none) != 0) fail("setrlimit");
-  }
+  for (const auto resource : {RLIMIT_CORE, RLIMIT_MSGQUEUE}) lower(resource, 0);
   if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) fail("no_new_privs");
   std::vector<sock_filter> filter = system_call_filter(opens_files);
   sock_fprog program{};

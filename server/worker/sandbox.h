@@ -10,6 +10,7 @@
 /// read.
 ///   Without it what the daemon may read can be read, if there are folders at all; else nothing can be opened anyhow.
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,10 @@ bool restrict_files(const std::vector<std::string>& readable_folders);
 /// The second, for all threads: the rest. Throws std::system_error where there is no seccomp: a worker that cannot be
 /// held does not work.
 void restrict_calls(bool opens_files);
+
+/// What a worker with so many jobs at once may have: files open, and memory. The daemon watches that of jobs, once a
+/// second; this bound holds in between too, further off, and allocating beyond it fails. Throws std::system_error.
+void limit_resources(int slots, std::uint64_t job_memory_bytes);
 
 /// What the two came to, for people: "seccomp, landlock".
 std::string sandbox_name(bool landlock);

@@ -50,7 +50,8 @@ std::optional<jobs::StoreFailure> StoreThreads::persist(int tries, std::string_v
       failure.emplace(jobs::StoreFailure::Kind::unavailable, thrown.what());
     }
     log_(jobs::LogLevel::error, "store_failure", {{"during", std::string(what)}, {"detail", failure->what()}});
-    if (tried == tries || !wait_a_little()) return failure;
+    const bool broken = failure->kind == jobs::StoreFailure::Kind::broken;
+    if (broken || tried == tries || !wait_a_little()) return failure;
   }
 }
 

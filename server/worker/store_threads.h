@@ -27,7 +27,7 @@ class StoreThreads {
   void run(std::function<void()> task);
 
   /// From within a task: repeats `call` while it throws, up to `tries` times with a pause between (0: until it works).
-  /// Null when it worked, else the last failure. After `give_up` it is tried once.
+  /// Null when it worked, else the last failure. After `give_up`, and on a disk that is broken, it is tried once.
   std::optional<jobs::StoreFailure> persist(int tries, std::string_view what, const std::function<void()>& call);
 
   /// Nothing waits or repeats any more. Any thread.

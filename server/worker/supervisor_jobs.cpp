@@ -121,6 +121,14 @@ void Supervisor::Loop::cancel_job(const std::string& id) {
   stop(id, job);
 }
 
+void Supervisor::Loop::lose_job(const jobs::Lease& lease) {
+  const auto found = running_.find(lease.job_id);
+  if (found == running_.end() || found->second.fence != lease.fence) return;
+  log_(LogLevel::warning, "lease_lost", {{"job_id", lease.job_id}});
+  found->second.lost = true;
+  stop(lease.job_id, found->second);
+}
+
 void Supervisor::Loop::stop(const std::string& id, Running& job) {
   job.answer_at = Clock::now() + settings_.cancel_answer;
   if (job.kill_at) return;  // it has been told
@@ -129,6 +137,7 @@ void Supervisor::Loop::stop(const std::string& id, Running& job) {
 }
 
 void Supervisor::Loop::answer_stopped(const std::string& id, const Running& job) {
+  if (job.lost) return;
   if (job.cancel_requested) return finish_cancel(id, job.fence);
   attempt_failed(id, job, *job.stopped_for);
 }
@@ -170,7 +179,7 @@ void Supervisor::Loop::hear(Finished& message) {
   }
   Running job;
   if (!take(message.job_id, message.fence, job)) return;
-  store([this, finished = std::make_shared<Finished>(std::move(message))] {
+  store([this, job, finished = std::make_shared<Finished>(std::move(message))] {
     std::vector<jobs::Queue::Picture> pictures;
     for (const Picture& picture : finished->pictures) {
       pictures.push_back({picture.name, picture.media_type, picture.bytes.get()});
@@ -180,11 +189,10 @@ void Supervisor::Loop::hear(Finished& message) {
     const auto failure = store_threads_->persist(settings_.store_tries, "succeed", [&] {
       log_end("job_succeeded", id, queue_.succeed(id, fence, finished->report, pictures));
     });
-    if (!failure) return;
+    // After a broken disk the next start finds the job running, and gives it back at no cost.
+    if (!failure || failure->kind == jobs::StoreFailure::Kind::broken) return;
     const jobs::Problem problem{"storage_failure", for_the_owner(*failure), {}};
-    store_threads_->persist(0, "fail", [&] {
-      log_end("job_failed", id, queue_.fail(id, fence, problem), {{"code", problem.code}});
-    });
+    mailbox_.post([this, id, job, problem] { attempt_failed(id, job, problem); });
   });
 }
 
@@ -196,7 +204,7 @@ void Supervisor::Loop::hear(Failed& message) {
 void Supervisor::Loop::hear(Cancelled& message) {
   Running job;
   if (!take(message.job_id, message.fence, job)) return;
-  if (job.cancel_requested || job.stopped_for) return answer_stopped(message.job_id, job);
+  if (job.cancel_requested || job.stopped_for || job.lost) return answer_stopped(message.job_id, job);
   attempt_failed(message.job_id, job, {"internal", "The worker stopped the job without being asked to.", {}});
 }
 

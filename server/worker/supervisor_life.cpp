@@ -27,7 +27,8 @@ std::uint64_t resident_bytes(int pid) {
 
 void Supervisor::Loop::start_worker(Time now) {
   try {
-    process_ = std::make_unique<Process>(settings_.executable, arguments_of({settings_.slots, settings_.files}));
+    process_ = std::make_unique<Process>(settings_.executable,
+                                         arguments_of({settings_.slots, settings_.job_memory_bytes, settings_.files}));
   } catch (const std::exception& failure) {
     log_(LogLevel::error, "worker_not_started", {{"detail", failure.what()}});
     say_status(std::string("worker: ") + failure.what());

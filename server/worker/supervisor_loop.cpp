@@ -42,6 +42,10 @@ void Supervisor::Loop::look(const std::string& id, std::uint32_t side) noexcept 
   mailbox_.post([this, id, side] { look_at(id, side); });
 }
 
+void Supervisor::Loop::lost(const jobs::Lease& lease) noexcept {
+  mailbox_.post([this, lease] { lose_job(lease); });
+}
+
 std::string Supervisor::Loop::not_ready() {
   const std::lock_guard lock(status_mutex_);
   return status_;

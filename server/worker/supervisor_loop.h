@@ -29,6 +29,7 @@ class Supervisor::Loop final : public jobs::Runner {
   void wake(bool for_suspects) noexcept override;
   void cancel(const std::string& id) noexcept override;
   void look(const std::string& id, std::uint32_t side) noexcept override;
+  void lost(const jobs::Lease& lease) noexcept override;
   std::string not_ready() override;
   std::string sandbox();
 
@@ -47,6 +48,7 @@ class Supervisor::Loop final : public jobs::Runner {
     std::int64_t fence = 0;
     int attempt = 1, max_attempts = 1;
     bool cancel_requested = false;             ///< by its owner
+    bool lost = false;                         ///< the store has taken it back: how it ends is nobody's business
     std::optional<jobs::Problem> stopped_for;  ///< by us
     std::optional<Time> stop_at;               ///< then its deadline has passed or its time is over: `overdue`
     jobs::Problem overdue;
@@ -84,6 +86,7 @@ class Supervisor::Loop final : public jobs::Runner {
   void claimed(const std::shared_ptr<Claimed>& result, bool alone, std::uint64_t wakes_seen);
   void cancel_job(const std::string& id);
   void look_at(const std::string& id, std::uint32_t side);
+  void lose_job(const jobs::Lease& lease);
   Running running_job(const jobs::Claim& claim) const;
   void stop(const std::string& id, Running& job);
   void answer_stopped(const std::string& id, const Running& job);

@@ -275,6 +275,58 @@ TEST(FileAssetStore, LeavesNothingTemporaryBehindARefusedOrBrokenUpload) {
   EXPECT_TRUE(std::filesystem::is_empty(folder.path() + "/tmp"));
 }
 
+TEST(AssetStoreBound, NoPutTakesAllAssetsTogetherAboveItAndRemovalsMakeRoom) {
+  const TemporaryFolder folder;
+  FileAssetStore in_files(
+      folder.path(), [] { return 1; }, 10);
+  MemoryAssetStore in_memory([] { return 1; }, 10);
+  for (AssetStore* store : std::vector<AssetStore*>{&in_files, &in_memory}) {
+    const auto put = [&](const std::string& bytes) { return store->put(hash_of(bytes), reading(bytes)); };
+    EXPECT_EQ(put("sixsix"), Put::stored);
+    EXPECT_EQ(put("fivef"), Put::no_room);
+    EXPECT_FALSE(store->use(hash_of("fivef")));
+    EXPECT_EQ(store->bytes(), 6u);
+    EXPECT_EQ(put("four"), Put::stored) << "exactly full";
+    EXPECT_EQ(put("sixsix"), Put::was_there) << "what is there needs no room";
+    EXPECT_EQ(put("x"), Put::no_room);
+    EXPECT_TRUE(store->remove_unused_since(hash_of("four"), 2));
+    EXPECT_EQ(store->bytes(), 6u);
+    EXPECT_EQ(put("x"), Put::stored);
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path() + "/tmp"));
+}
+
+TEST(AssetStoreBound, HoldsOverARestartAndWhileManyPutAtOnce) {
+  const TemporaryFolder folder;
+  {
+    FileAssetStore store(folder.path(), [] { return 1; });
+    const std::string bytes(100, 'a');
+    store.put(hash_of(bytes), reading(bytes));
+  }
+  FileAssetStore store(
+      folder.path(), [] { return 1; }, 1000);
+  EXPECT_EQ(store.bytes(), 100u);
+  std::vector<std::thread> threads;
+  std::atomic<int> stored = 0;
+  for (int thread = 0; thread < 4; ++thread) {
+    threads.emplace_back([&, thread] {
+      for (int i = 0; i < 5; ++i) {
+        const std::string bytes(100, static_cast<char>('b' + 5 * thread + i)), same(50, static_cast<char>('A' + i));
+        if (store.put(hash_of(bytes), reading(bytes)) == Put::stored) ++stored;
+        store.put(hash_of(same), reading(same));  // all threads these: counted once
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  std::uint64_t on_the_disk = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder.path())) {
+    if (entry.is_regular_file()) on_the_disk += entry.file_size();
+  }
+  EXPECT_EQ(store.bytes(), on_the_disk);
+  EXPECT_LE(on_the_disk, 1000u);
+  EXPECT_GE(on_the_disk, 900u) << "nothing was refused that had room";
+}
+
 TEST(AssetCollector, CollectsFromItsStartOnAndEndsAtOnce) {
   MemoryJobStore jobs;
   std::atomic<std::int64_t> now = 1'000;

@@ -63,7 +63,7 @@ TEST_P(JobStoreConformance, WhoRunsLaterWaitsSinceThen) {
 TEST_P(JobStoreConformance, ClaimsNoJobBeforeItsTime) {
   const std::string id = submit([&](Job& job) { job.run_after = job.not_before = now + 10; });
   now += 9;
-  EXPECT_FALSE(store().claim("boot", now, false));
+  EXPECT_FALSE(store().claim("boot", now, lease_end, false));
   EXPECT_FALSE(store().keep_house(now, kept_ms, 10).due);
   now += 1;
   const Upkeep step = store().keep_house(now, kept_ms, 10);
@@ -82,7 +82,7 @@ TEST_P(JobStoreConformance, AJobReleasedWithAPauseIsClaimedAfterItAlsoByTheNextD
   reopen();
   EXPECT_EQ(find(job.id).not_before, now + 5);
   EXPECT_FALSE(store().keep_house(now + 4, kept_ms, 10).due);
-  EXPECT_FALSE(store().claim("boot", now + 4, true));
+  EXPECT_FALSE(store().claim("boot", now + 4, lease_end, true));
   now += 5;
   EXPECT_TRUE(store().keep_house(now, kept_ms, 10).suspects_due);
   EXPECT_EQ(claim(true).job.id, job.id);
@@ -103,7 +103,7 @@ TEST_P(JobStoreConformance, AQueuedJobWhoseDeadlinePassesFails) {
   const std::string late = submit([&](Job& job) { job.deadline = now + 11, job.expires_in_s = 2; });
   const std::string overdue = submit(with_deadline);
   EXPECT_TRUE(store().keep_house(now + 9, kept_ms, 10).overdue.empty());
-  EXPECT_EQ(store().claim("boot", now + 10, false)->job.id, late) << "an overdue one is not begun";
+  EXPECT_EQ(store().claim("boot", now + 10, lease_end, false)->job.id, late) << "an overdue one is not begun";
   store().release(late, 1, now, {});
   EXPECT_EQ(store().keep_house(now + 10, kept_ms, 10).overdue, std::vector<std::string>{overdue});
   const Job failed = find(overdue);
@@ -122,7 +122,7 @@ TEST_P(JobStoreConformance, OfManyThatAreDueTheEarliestMayRunFirst) {
   now += 3;
   EXPECT_TRUE(store().keep_house(now, kept_ms, 1).more);
   EXPECT_EQ(claim().job.id, earlier);
-  EXPECT_FALSE(store().claim("boot", now, false));
+  EXPECT_FALSE(store().claim("boot", now, lease_end, false));
   store().keep_house(now, kept_ms, 1);
   EXPECT_EQ(claim().job.id, later);
 }

@@ -64,7 +64,7 @@ TEST_P(JobStoreConformance, AJobThatKilledTheWorkerRunsAloneAlsoWhenItIsTriedAga
   store().release(job.id, job.fence, now, {.counts = true, .suspect = true});
   store().cancel(job.id, now);
   store().retry(job.id, now);
-  EXPECT_FALSE(store().claim("boot", now, false));
+  EXPECT_FALSE(store().claim("boot", now, lease_end, false));
   EXPECT_EQ(claim(true).job.id, job.id);
 }
 
@@ -283,5 +283,5 @@ TEST_P(JobStoreConformance, TakesAJobThatHasSucceededAlready) {
   ASSERT_EQ(kept.artifacts.size(), 1u);
   EXPECT_TRUE(store().references(std::string(64, 'a')));
   EXPECT_EQ(store().use_of("").artifact_bytes, 5);
-  EXPECT_FALSE(store().claim("boot", now, false));
+  EXPECT_FALSE(store().claim("boot", now, lease_end, false));
 }

@@ -47,7 +47,7 @@ std::string JobStoreConformance::submit(const std::function<void(jobs::Job&)>& c
 }
 
 jobs::Claim JobStoreConformance::claim(bool alone) {
-  std::optional<jobs::Claim> claim = store().claim("boot", now, alone);
+  std::optional<jobs::Claim> claim = store().claim("boot", now, lease_end, alone);
   if (!claim) throw std::runtime_error("nothing to claim");
   return *std::move(claim);
 }

@@ -45,6 +45,7 @@ class JobStoreConformance : public testing::TestWithParam<StoreKind> {
   Placed place(jobs::JobState state);
 
   std::int64_t now = 1'000'000;
+  const std::int64_t lease_end = 5'000'000;  ///< of every claim
 
  private:
   std::unique_ptr<StoreUnderTest> under_test_ = GetParam().make();

@@ -133,7 +133,7 @@ TEST_P(JobStoreConformance, RemovesEverythingOfAJobThatDoesNotRun) {
     EXPECT_FALSE(store().document(job.id)) << name_of(state);
     EXPECT_EQ(store().remove(job.id).outcome, RemoveOutcome::unknown) << name_of(state);
   }
-  EXPECT_FALSE(store().claim("boot", now, false));
+  EXPECT_FALSE(store().claim("boot", now, lease_end, false));
 }
 
 TEST_P(JobStoreConformance, SaysWhichArtifactsARemovedJobNamed) {

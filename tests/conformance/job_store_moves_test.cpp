@@ -102,7 +102,7 @@ TEST_P(JobStoreConformance, CancelInEveryState) {
 
 TEST_P(JobStoreConformance, NeverClaimsAJobCancelledWhileQueued) {
   store().cancel(submit(), now);
-  EXPECT_FALSE(store().claim("boot", now, false));
+  EXPECT_FALSE(store().claim("boot", now, lease_end, false));
 }
 
 TEST_P(JobStoreConformance, CancellingTwiceWhileRunningIsTheSameAsOnce) {
@@ -132,7 +132,7 @@ TEST_P(JobStoreConformance, ReleasingAJobWhoseCancelWasRequestedCancelsIt) {
   EXPECT_EQ(found.state, JobState::cancelled);
   EXPECT_EQ(found.ended_at, now + 3);
   EXPECT_FALSE(found.cancel_requested);
-  EXPECT_FALSE(store().claim("boot", now, true));
+  EXPECT_FALSE(store().claim("boot", now, lease_end, true));
 }
 
 TEST_P(JobStoreConformance, ReleaseKeepsTheAttemptOnlyWhenItCounts) {
@@ -165,11 +165,11 @@ TEST_P(JobStoreConformance, SuspectsAreClaimedAloneAndStaySuspectsUntilTheyEnd) 
   EXPECT_TRUE(store().release(suspect.id, suspect.fence, now, {.counts = false, .suspect = true}));
   const std::string other = submit();
   EXPECT_EQ(claim(false).job.id, other);
-  EXPECT_FALSE(store().claim("boot", now, false)) << "a suspect never runs with others";
+  EXPECT_FALSE(store().claim("boot", now, lease_end, false)) << "a suspect never runs with others";
   const Claim first = claim(true);
   EXPECT_EQ(first.job.id, suspect.id);
   EXPECT_TRUE(first.job.suspect);
   store().release(suspect.id, first.fence, now, {.counts = true, .suspect = false});
   EXPECT_EQ(claim(true).job.id, suspect.id);
-  EXPECT_FALSE(store().claim("boot", now, true));
+  EXPECT_FALSE(store().claim("boot", now, lease_end, true));
 }

@@ -30,7 +30,7 @@ TEST_P(JobStoreConformance, ClaimsTheHighestPriorityFirstThenTheOldest) {
   for (const std::string& expected : {high_old, high_new, normal_old, normal_new, low}) {
     EXPECT_EQ(claim().job.id, expected);
   }
-  EXPECT_FALSE(store().claim("boot", now, false));
+  EXPECT_FALSE(store().claim("boot", now, lease_end, false));
 }
 
 TEST_P(JobStoreConformance, AReleasedJobKeepsItsPlaceInTheQueue) {
@@ -47,7 +47,7 @@ TEST_P(JobStoreConformance, EightThreadsClaimEachJobExactlyOnce) {
   std::mutex mutex;
   std::map<std::string, int> claims;
   in_threads([&](int) {
-    while (const std::optional<Claim> claimed = store().claim("boot", now, false)) {
+    while (const std::optional<Claim> claimed = store().claim("boot", now, lease_end, false)) {
       const std::lock_guard lock(mutex);
       ++claims[claimed->job.id];
     }
@@ -79,7 +79,7 @@ TEST_P(JobStoreConformance, SubmitsFinishesAndReadsFromManyThreadsLoseNothing) {
       job.labels = {{"thread", std::to_string(thread)}};
       store().submit(job, job.id);
       if (store().document(job.id) != job.id) ++unseen;  // what was answered is there for every reader
-      if (const auto claimed = store().claim("boot", now, false)) {
+      if (const auto claimed = store().claim("boot", now, lease_end, false)) {
         finished += store().succeed(claimed->job.id, claimed->fence, now, "{}", {}) ? 1 : 0;
       }
     }
@@ -175,6 +175,6 @@ TEST_P(JobStoreConformance, SuspectsStaySuspectsOverARestart) {
   store().release(job.id, job.fence, now, {.counts = false, .suspect = true});
   reopen();
   store().recover("next boot", now);
-  EXPECT_FALSE(store().claim("next boot", now, false));
+  EXPECT_FALSE(store().claim("next boot", now, lease_end, false));
   EXPECT_EQ(claim(true).job.id, job.id);
 }

@@ -7,7 +7,11 @@
 #include <atomic>
 #include <cerrno>
 #include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
 
+#include "server/jobs/disk_health.h"
 #include "server/storage/files/file_artifact_store.h"
 #include "server/storage/files/file_asset_store.h"
 #include "server/storage/sqlite/sqlite_job_store.h"
@@ -51,30 +55,65 @@ TEST(SqliteJobStore, SyncsBeforeItAnswersAndRefusesWhatCouldNotBeSynced) {
     EXPECT_GT(syncs_asked, before);
     sync_fails = true;
     EXPECT_THROW(store.submit(job_named("refused"), "refused"), StoreFailure);
-    EXPECT_THROW(store.probe(), StoreFailure);
-    EXPECT_THROW(store.claim("boot", 1, false), StoreFailure);
     sync_fails = false;
     EXPECT_FALSE(store.find("refused"));
     EXPECT_EQ(store.find("kept")->state, JobState::queued);
-    store.submit(job_named("later"), "later");
-    EXPECT_EQ(store.claim("boot", 1, false)->job.id, "kept");
+    const int syncs = syncs_asked;
+    EXPECT_THROW(store.submit(job_named("later"), "later"), StoreFailure) << "a sync that failed once may lie";
+    EXPECT_THROW(store.probe(), StoreFailure);
+    EXPECT_THROW(store.claim("boot", 1, 9000, false), StoreFailure);
+    EXPECT_EQ(syncs_asked, syncs);
   }
   SqliteJobStore store(folder.path());
-  EXPECT_TRUE(store.find("kept"));
-  EXPECT_FALSE(store.find("refused"));
-  EXPECT_TRUE(store.find("later"));
+  if (store.find("refused")) {
+    EXPECT_EQ(store.document("refused"), "refused") << "what the disk kept of it is whole";
+  }
+  store.submit(job_named("later"), "later");
+  EXPECT_EQ(store.claim("boot", 1, 9000, false)->job.id, "kept");
+}
+
+TEST(DiskHealth, ItsFirstBrokenWriteIsToldOnceAndIsTheLastOfAllStores) {
+  const TemporaryFolder folder;
+  std::vector<std::string> told;
+  DiskHealth health([&](const std::string& what) { told.push_back(what); });
+  SqliteJobStore jobs(folder.path(), {.health = &health});
+  FileArtifactStore artifacts(folder.path(), &health);
+  FileAssetStore uploads(
+      folder.path() + "/uploads", [] { return 1; }, UINT64_MAX, &health);
+  const std::string kept = artifacts.put(MemoryFile("abc").fd()).sha256;
+  sync_fails = true;
+  EXPECT_THROW(artifacts.put(MemoryFile("def").fd()), StoreFailure);
+  sync_fails = false;
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_NE(told[0].find("cannot sync"), std::string::npos) << told[0];
+  const int syncs = syncs_asked;
+  for (const auto& write : std::vector<std::function<void()>>{
+           [&] { jobs.submit(job_named("a"), "a"); }, [&] { artifacts.put(MemoryFile("def").fd()); },
+           [&] { uploads.put(kept, [](std::uint64_t, char*, std::size_t) -> std::size_t { return 0; }); }}) {
+    try {
+      write();
+      ADD_FAILURE() << "a write after the disk broke";
+    } catch (const StoreFailure& failure) {
+      EXPECT_EQ(failure.kind, StoreFailure::Kind::broken);
+    }
+  }
+  EXPECT_EQ(syncs_asked, syncs);
+  EXPECT_EQ(told.size(), 1u);
+  EXPECT_NE(artifacts.open(kept), nullptr) << "reading goes on";
+  EXPECT_FALSE(jobs.find("a"));
 }
 
 TEST(FileArtifactStore, SyncsBytesAndFolderBeforeItAnswersAndKeepsNothingThatCouldNotBeSynced) {
   const TemporaryFolder folder;
-  FileArtifactStore store(folder.path());
+  FileArtifactStore first(folder.path());
   const int before = syncs_asked;
-  const std::string sha256 = store.put(MemoryFile("abc").fd()).sha256;
+  const std::string sha256 = first.put(MemoryFile("abc").fd()).sha256;
   EXPECT_GE(syncs_asked, before + 2);
-  store.remove(sha256);
+  first.remove(sha256);
   sync_fails = true;
-  EXPECT_THROW(store.put(MemoryFile("abc").fd()), StoreFailure);
+  EXPECT_THROW(first.put(MemoryFile("abc").fd()), StoreFailure);
   sync_fails = false;
+  FileArtifactStore store(folder.path());
   EXPECT_EQ(store.open(sha256), nullptr);
   EXPECT_TRUE(std::filesystem::is_empty(folder.path() + "/tmp"));
   EXPECT_EQ(store.put(MemoryFile("abc").fd()).sha256, sha256);
@@ -83,14 +122,15 @@ TEST(FileArtifactStore, SyncsBytesAndFolderBeforeItAnswersAndKeepsNothingThatCou
 
 TEST(FileAssetStore, SyncsBytesAndFolderBeforeItAnswersAndKeepsNothingThatCouldNotBeSynced) {
   const TemporaryFolder folder;
-  FileAssetStore store(folder.path(), [] { return 1; });
+  FileAssetStore first(folder.path(), [] { return 1; });
   const std::string sha256 = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";  // FIPS 180-4: "abc"
   const auto read = [](std::uint64_t offset, char* into, std::size_t size) {
     return offset < 3 ? std::string("abc").copy(into, size, offset) : 0;
   };
   sync_fails = true;
-  EXPECT_THROW(store.put(sha256, read), StoreFailure);
+  EXPECT_THROW(first.put(sha256, read), StoreFailure);
   sync_fails = false;
+  FileAssetStore store(folder.path(), [] { return 1; });
   EXPECT_FALSE(store.use(sha256));
   EXPECT_TRUE(std::filesystem::is_empty(folder.path() + "/tmp"));
   const int before = syncs_asked;

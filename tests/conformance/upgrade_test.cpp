@@ -50,11 +50,11 @@ TEST(Upgrade, KeepsEveryJobOfTheFirstVersionAndItsPlace) {
     EXPECT_FALSE(done.expired);
   }
   SqliteJobStore store(folder.path());
-  const Claim high = store.claim("boot", 5000, false).value();
+  const Claim high = store.claim("boot", 5000, 9000, false).value();
   EXPECT_EQ(high.job.id, "job-2");
   EXPECT_EQ(high.document, "two");
   EXPECT_EQ(high.job.attempt, 2);
-  EXPECT_EQ(store.claim("boot", 5000, false)->job.id, "job-1");
+  EXPECT_EQ(store.claim("boot", 5000, 9000, false)->job.id, "job-1");
   store.remove("job-3");
   EXPECT_EQ(store.use_of("").artifact_bytes, 0);
 }

@@ -299,6 +299,28 @@ class HealthListener(OneDaemon):
         self.assertRegex(metrics, r'(?m)^whittle_jobs\{state="succeeded"\} 1$')
         self.assertRegex(metrics, r'(?m)^whittle_jobs\{state="queued"\} 0$')
         self.assertRegex(metrics, r"(?m)^process_resident_memory_bytes \d{6,}$")
+        self.assertRegex(metrics, r"(?m)^whittle_queue_age_seconds 0$")
+        self.assertRegex(metrics, r"(?m)^whittle_disk_free_bytes \d{6,}$")
+        self.assertRegex(metrics, r"(?m)^whittle_disk_reserve_bytes \d{6,}$")
+        self.assertRegex(metrics, r"(?m)^whittle_upload_bytes \d+$")
+
+    def test_tells_how_long_the_queue_has_waited_and_what_the_cache_answered(self):
+        def figure(name):
+            lines = daemon.health("/metrics").body.decode().splitlines()
+            return next((float(line.rpartition(" ")[2]) for line in lines if line.startswith(name + " ")), 0.0)
+        with Daemon("--jobs", "1") as daemon:
+            cached = scene(job={"cache": "use"})
+            daemon.wait_for_end(daemon.submit(cached))
+            rays = figure('whittle_rays_total{kind="camera"}')
+            self.assertEqual((daemon.request("POST", "/v1/jobs", cached).status, figure("whittle_jobs_from_cache_total")), (200, 1))
+            self.assertEqual(figure('whittle_rays_total{kind="camera"}'), rays, "traced once")
+            long = daemon.submit(long_scene())
+            daemon.wait_for_state(long, "running")
+            waiting = daemon.submit(scene())
+            wait_until(lambda: figure("whittle_queue_age_seconds") > 0.2, "the queue to age")
+            daemon.request("POST", f"/v1/jobs/{long}/cancel")
+            daemon.wait_for_end(waiting)
+            self.assertEqual(figure("whittle_queue_age_seconds"), 0)
 
     def test_tells_what_jobs_and_requests_came_to(self):
         with Daemon() as daemon:

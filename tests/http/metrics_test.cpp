@@ -58,6 +58,7 @@ TEST(JobMetrics, TellWaitsRunsRaysAndTargets) {
   job.report = R"({"rays":{"camera":7,"shadow":5,"reflection":3,"refraction":2},"error":{"target":1,"met":true},
                    "estimated_work":1000,"time_ms":{"queue":7,"parse":7,"build":100,"trace":1500,"encode":400}})";
   telemetry::RenderPace pace;
+  job.attempt = 1;
   telemetry::JobMetrics observed(
       metrics, pace, [&](const std::string&) { return job; }, next);
   observed.moved("a", jobs::JobState::queued);
@@ -66,16 +67,19 @@ TEST(JobMetrics, TellWaitsRunsRaysAndTargets) {
   observed.moved("b", jobs::JobState::succeeded);
   job.report = R"({"rays":{"camera":1},"error":{"target":null,"met":true}})";
   observed.moved("c", jobs::JobState::succeeded);
+  job.attempt = 0;  // from the cache: neither its wait nor its rays are told again
+  observed.moved("d", jobs::JobState::succeeded);
   observed.progressed("a", 0.5);
   observed.removed("a");
-  EXPECT_EQ(next.told, 6) << "everything is passed on";
   EXPECT_DOUBLE_EQ(pace.seconds_per_work().value_or(0), 2.0 / 1000) << "of those that tell it";
+  EXPECT_EQ(next.told, 7) << "everything is passed on";
   const std::string text = metrics.text();
-  for (const char* line : {"whittle_jobs_submitted_total 1", "whittle_jobs_ended_total{state=\"succeeded\"} 3",
-                           "whittle_job_wait_seconds_sum 6", "whittle_job_run_seconds_sum{state=\"succeeded\"} 1.5",
-                           "whittle_rays_total{kind=\"camera\"} 9", "whittle_rays_total{kind=\"shadow\"} 5",
-                           "whittle_rays_total{kind=\"refraction\"} 2", "whittle_error_targets_total{met=\"yes\"} 1",
-                           "whittle_error_targets_total{met=\"no\"} 1"}) {
+  for (const char* line :
+       {"whittle_jobs_submitted_total 1", "whittle_jobs_ended_total{state=\"succeeded\"} 4",
+        "whittle_jobs_from_cache_total 1", "whittle_job_wait_seconds_sum 6",
+        "whittle_job_run_seconds_sum{state=\"succeeded\"} 1.5", "whittle_rays_total{kind=\"camera\"} 9",
+        "whittle_rays_total{kind=\"shadow\"} 5", "whittle_rays_total{kind=\"refraction\"} 2",
+        "whittle_error_targets_total{met=\"yes\"} 1", "whittle_error_targets_total{met=\"no\"} 1"}) {
     expect_line(text, line);
   }
 }

@@ -1,5 +1,6 @@
 """The worker is held, and renders all the same: every example scene, in every format, also without any capability."""
 import json
+import os
 import pathlib
 import re
 import shutil
@@ -42,6 +43,24 @@ class Sandbox(unittest.TestCase):
             self.assertIn(told, ("seccomp", "seccomp, landlock"))
             status = status_of(daemon)
             self.assertEqual((status["Seccomp"], status["NoNewPrivs"]), ("2", "1"))
+
+    @unittest.skipIf(SANITIZED, "a sanitizer maps terabytes")
+    def test_bounds_what_the_worker_may_take_of_the_machine(self):
+        with Daemon("--jobs", "3", "--job-memory-bytes", str(1 << 30)) as daemon:
+            sandbox_of(daemon)
+            (pid,) = daemon.worker_pids()
+            lines = pathlib.Path(f"/proc/{pid}/limits").read_text(encoding="ascii").splitlines()
+            limits = {line[:26].strip(): line[26:].split()[:2] for line in lines}
+            for name, most in (("Max open files", 256 + 3 * 32), ("Max data size", (2 << 30) + 2 * 3 * (1 << 30)),
+                               ("Max core file size", 0), ("Max msgqueue size", 0)):
+                self.assertEqual(limits[name], [str(most)] * 2, name)
+
+    def test_lets_the_daemon_go_first(self):
+        with Daemon() as daemon:
+            (pid,) = wait_until(daemon.worker_pids, "the worker")
+            sandbox_of(daemon)
+            daemons, workers = (os.getpriority(os.PRIO_PROCESS, which) for which in (daemon.process.pid, pid))
+            self.assertEqual(workers, min(19, daemons + 5))
 
     def test_every_example_renders_in_every_format(self):
         paths = sorted((SOURCE / "scenes").glob("*.json"))

@@ -9,7 +9,7 @@ using worker::Options;
 using worker::parse_options;
 
 TEST(WorkerOptions, ComeOutAsTheyWentIn) {
-  const Options options{7, {"/a folder/with = and --slots", "/uploads", 123, 1ull << 40}};
+  const Options options{7, 1ull << 41, {"/a folder/with = and --slots", "/uploads", 123, 1ull << 40}};
   const std::vector<std::string> arguments = arguments_of(options);
   EXPECT_EQ(parse_options({arguments.begin(), arguments.end()}), options);
   const std::vector<std::string> plain = arguments_of({});

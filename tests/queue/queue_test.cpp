@@ -24,9 +24,11 @@ class RecordingRunner final : public Runner {
   void look(const std::string& id, std::uint32_t side) noexcept override {
     looked.push_back(id + " " + std::to_string(side));
   }
+  void lost(const Lease& lease) noexcept override { lost_leases.push_back(lease); }
   std::string not_ready() override { return status; }
   int wakes = 0;
   std::vector<std::string> cancelled, looked;
+  std::vector<Lease> lost_leases;
   std::string status;
 };
 

@@ -87,5 +87,6 @@ class SupervisorTest : public testing::Test {
   jobs::IdSource ids{jobs::system_clock(), jobs::system_random()};
   jobs::Queue queue{store, artifacts, ids, jobs::system_clock(), log.log(), {}};
   jobs::Housekeeper housekeeper{queue, log.log(), {std::chrono::milliseconds(2), std::chrono::milliseconds(1)}};
+  jobs::LeaseKeeper lease_keeper{queue, log.log()};
   std::unique_ptr<worker::Supervisor> supervisor;
 };

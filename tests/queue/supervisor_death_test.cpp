@@ -146,9 +146,10 @@ class StubbornStore final : public jobs::MemoryJobStore {
     if (refusals-- > 0) throw jobs::StoreFailure(jobs::StoreFailure::Kind::full, "disk full");
     return MemoryJobStore::succeed(id, fence, now, report, artifacts);
   }
-  std::optional<jobs::Claim> claim(const std::string& boot, std::int64_t now, bool alone) override {
+  std::optional<jobs::Claim> claim(const std::string& boot, std::int64_t now, std::int64_t lease_until,
+                                   bool alone) override {
     if (claim_refusals-- > 0) throw jobs::StoreFailure(jobs::StoreFailure::Kind::unavailable, "I/O error");
-    return MemoryJobStore::claim(boot, now, alone);
+    return MemoryJobStore::claim(boot, now, lease_until, alone);
   }
   std::atomic<int> refusals = 0, claim_refusals = 0;
 };
@@ -176,11 +177,24 @@ TEST_F(SupervisorStoreTest, AResultIsStoredOnceTheStoreIsWellAgain) {
   EXPECT_EQ(log.count("store_failure"), 6);
 }
 
-TEST_F(SupervisorStoreTest, AResultThatCannotBeStoredFailsTheJobAndSaysSo) {
+TEST_F(SupervisorStoreTest, AResultThatWasNotStoredIsMadeAgain) {
+  stubborn.refusals = 15;  // ten tries of the first, five of the second
+  const jobs::Housekeeper keeps_house(stubborn_queue, log.log(),
+                                      {std::chrono::milliseconds(2), std::chrono::milliseconds(1)});
+  const worker::Supervisor over(stubborn_queue, settings(), log.log());
+  const jobs::Job job = stubborn_queue.find(run("finish again"))->job;
+  EXPECT_EQ(job.state, JobState::succeeded);
+  EXPECT_EQ(job.attempt, 2);
+}
+
+TEST_F(SupervisorStoreTest, AResultThatCannotBeStoredFailsTheJobAfterItsAttemptsAndSaysSo) {
   stubborn.refusals = 1'000'000;
+  const jobs::Housekeeper keeps_house(stubborn_queue, log.log(),
+                                      {std::chrono::milliseconds(2), std::chrono::milliseconds(1)});
   const worker::Supervisor over(stubborn_queue, settings(), log.log());
   const jobs::Job job = stubborn_queue.find(run("finish lost"))->job;
   EXPECT_EQ(job.state, JobState::failed);
+  EXPECT_EQ(job.attempt, 3);
   EXPECT_EQ(job.problem->code, "storage_failure");
   EXPECT_NE(job.problem->detail.find("the disk is full"), std::string::npos) << job.problem->detail;
 }

@@ -26,7 +26,7 @@ TEST(RetryRules, PausesGrowFourfoldUpToTheirMost) {
 }
 
 TEST(RetryRules, WhatIsTheJobsOwnFaultIsNotTriedAgain) {
-  for (const char* code : {"bad_scene", "bad_asset", "deadline_exceeded", "storage_failure", ""}) {
+  for (const char* code : {"bad_scene", "bad_asset", "deadline_exceeded", ""}) {
     EXPECT_TRUE(pauses_ms(code, 5).empty()) << code;
   }
 }

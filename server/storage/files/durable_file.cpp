@@ -77,7 +77,10 @@ void delete_leftovers(const std::string& folder) {
 void fail(const std::string& what, const std::string& path) {
   const int error = errno;
   const bool full = error == ENOSPC || error == EDQUOT || error == EFBIG;
-  throw StoreFailure(full ? StoreFailure::Kind::full : StoreFailure::Kind::unavailable,
+  using Kind = StoreFailure::Kind;
+  throw StoreFailure(full           ? Kind::full
+                     : error == EIO ? Kind::broken
+                                    : Kind::unavailable,
                      what + " " + path + ": " + std::strerror(error));
 }
 

@@ -10,11 +10,16 @@
 
 namespace jobs {
 
-FileArtifactStore::FileArtifactStore(std::string folder) : folder_(std::move(folder)) {
+FileArtifactStore::FileArtifactStore(std::string folder, DiskHealth* health)
+    : folder_(std::move(folder)), health_(health == nullptr ? own_health_ : *health) {
   files::prepare_folder(folder_);
 }
 
 ArtifactStore::Stored FileArtifactStore::put(int fd) {
+  return health_.run([&] { return store(fd); });
+}
+
+ArtifactStore::Stored FileArtifactStore::store(int fd) {
   files::Temporary temporary(folder_ + "/tmp/" + std::to_string(temporary_count_++));
   Stored stored = temporary.copy([fd](std::uint64_t offset, char* into, std::size_t size) {
     return files::read_at(fd, offset, into, size, "the source");

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "server/jobs/artifact_store.h"
+#include "server/jobs/disk_health.h"
 
 namespace jobs {
 
@@ -15,14 +16,19 @@ namespace jobs {
 class FileArtifactStore final : public ArtifactStore {
  public:
   /// Creates the folders where missing and deletes what a dead process left half-written. Throws StoreFailure.
-  explicit FileArtifactStore(std::string folder);
+  /// `health` is that of the disk; null: nobody else is to know.
+  explicit FileArtifactStore(std::string folder, DiskHealth* health = nullptr);
 
   Stored put(int fd) override;
   std::unique_ptr<ArtifactReader> open(const std::string& sha256) override;  ///< null for what is no sha256, too
   void remove(const std::string& sha256) override;
 
  private:
+  Stored store(int fd);
+
   std::string folder_;
+  DiskHealth own_health_;
+  DiskHealth& health_;
   std::atomic<std::uint64_t> temporary_count_{0};
 };
 

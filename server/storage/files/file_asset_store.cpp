@@ -16,10 +16,18 @@
 namespace jobs {
 namespace {
 
-/// Milliseconds since 1970 UTC; nothing where there is no such file.
-std::optional<std::int64_t> last_use(const std::string& path) {
+struct Entry {
+  std::int64_t used = 0;  ///< milliseconds since 1970 UTC
+  std::uint64_t bytes = 0;
+};
+
+/// Nothing where there is no such file.
+std::optional<Entry> entry_at(const std::string& path) {
   struct stat status {};
-  if (lstat(path.c_str(), &status) == 0) return status.st_mtim.tv_sec * 1000 + status.st_mtim.tv_nsec / 1'000'000;
+  if (lstat(path.c_str(), &status) == 0) {
+    return Entry{status.st_mtim.tv_sec * 1000 + status.st_mtim.tv_nsec / 1'000'000,
+                 static_cast<std::uint64_t>(status.st_size)};
+  }
   if (errno != ENOENT) files::fail("cannot stat", path);
   return std::nullopt;
 }
@@ -30,13 +38,36 @@ std::string name_of_part(int part) {
   return {digits[byte / 16], digits[byte % 16]};
 }
 
+/// Calls `each(name, entry)` for the assets of one part.
+template <class Each>
+void walk(const std::string& folder, const Each& each) {
+  std::error_code error;
+  for (const auto& file : std::filesystem::directory_iterator(folder, error)) {
+    const std::string name = file.path().filename();
+    const auto entry = entry_at(file.path());
+    if (is_sha256(name) && entry) each(name, *entry);
+  }
+  if (error) throw StoreFailure(StoreFailure::Kind::unavailable, "cannot list " + folder + ": " + error.message());
+}
+
 }  // namespace
 
-FileAssetStore::FileAssetStore(std::string folder, Clock clock) : folder_(std::move(folder)), clock_(std::move(clock)) {
+FileAssetStore::FileAssetStore(std::string folder, Clock clock, std::uint64_t bytes_max, DiskHealth* health)
+    : folder_(std::move(folder)),
+      clock_(std::move(clock)),
+      bytes_max_(bytes_max),
+      health_(health == nullptr ? own_health_ : *health) {
   files::prepare_folder(folder_);
+  for (int part = 0; part < parts; ++part) {
+    walk(folder_ + "/" + name_of_part(part), [&](const std::string&, const Entry& entry) { bytes_ += entry.bytes; });
+  }
 }
 
 AssetStore::Put FileAssetStore::put(const std::string& sha256, const Read& read) {
+  return health_.run([&] { return store(sha256, read); });
+}
+
+AssetStore::Put FileAssetStore::store(const std::string& sha256, const Read& read) {
   if (!is_sha256(sha256)) return Put::other_bytes;
   const std::string folder = files::subfolder(folder_, sha256);
   if (use(sha256)) {  // read all the same: whoever sends other bytes under this name has to know
@@ -45,14 +76,22 @@ AssetStore::Put FileAssetStore::put(const std::string& sha256, const Read& read)
     return Put::was_there;
   }
   files::Temporary temporary(folder_ + "/tmp/" + std::to_string(temporary_count_++));
-  if (temporary.copy(read).sha256 != sha256) return Put::other_bytes;
+  const ArtifactStore::Stored stored = temporary.copy(read);
+  if (stored.sha256 != sha256) return Put::other_bytes;
   temporary.set_time(clock_());
   temporary.sync();
-  {
-    const std::lock_guard lock(mutex_);
-    temporary.rename_to(files::path_of(folder_, sha256));
-  }
-  files::sync_folder(folder);
+  const Put put = name(temporary, stored);
+  if (put == Put::stored) files::sync_folder(folder);
+  return put;
+}
+
+AssetStore::Put FileAssetStore::name(files::Temporary& temporary, const ArtifactStore::Stored& stored) {
+  const std::string path = files::path_of(folder_, stored.sha256);
+  const std::lock_guard lock(mutex_);
+  const bool is_new = !entry_at(path);  // else another put was faster
+  if (is_new && (bytes_ > bytes_max_ || stored.bytes > bytes_max_ - bytes_)) return Put::no_room;
+  temporary.rename_to(path);
+  if (is_new) bytes_ += stored.bytes;
   return Put::stored;
 }
 
@@ -75,13 +114,9 @@ std::unique_ptr<ArtifactReader> FileAssetStore::open(const std::string& sha256) 
 std::vector<std::string> FileAssetStore::unused_since(int part, std::int64_t then) {
   const std::string folder = folder_ + "/" + name_of_part(part);
   std::vector<std::string> names;
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
-    std::string name = entry.path().filename();
-    const auto used = last_use(entry.path());
-    if (is_sha256(name) && used && *used < then) names.push_back(std::move(name));
-  }
-  if (error) throw StoreFailure(StoreFailure::Kind::unavailable, "cannot list " + folder + ": " + error.message());
+  walk(folder, [&](const std::string& name, const Entry& entry) {
+    if (entry.used < then) names.push_back(name);
+  });
   return names;
 }
 
@@ -89,9 +124,12 @@ bool FileAssetStore::remove_unused_since(const std::string& sha256, std::int64_t
   if (!is_sha256(sha256)) return false;
   const std::string path = files::path_of(folder_, sha256);
   const std::lock_guard lock(mutex_);
-  const auto used = last_use(path);
-  if (!used || *used >= then) return false;
-  if (unlink(path.c_str()) == 0) return true;
+  const auto entry = entry_at(path);
+  if (!entry || entry->used >= then) return false;
+  if (unlink(path.c_str()) == 0) {
+    bytes_ -= entry->bytes;
+    return true;
+  }
   if (errno != ENOENT) files::fail("cannot delete", path);
   return false;
 }

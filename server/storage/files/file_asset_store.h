@@ -9,8 +9,13 @@
 
 #include "server/jobs/asset_store.h"
 #include "server/jobs/clock.h"
+#include "server/jobs/disk_health.h"
 
 namespace jobs {
+
+namespace files {
+class Temporary;
+}
 
 /// One process at a time, as FileArtifactStore. What put answered survives kill -9 and power loss. Uses and removals
 /// are not synced: power loss may take an asset back to an older use (the jobs that name it keep it all the same), or
@@ -18,19 +23,30 @@ namespace jobs {
 class FileAssetStore final : public AssetStore {
  public:
   /// Creates the folders where missing and deletes what a dead process left half-written. Throws StoreFailure.
-  FileAssetStore(std::string folder, Clock clock);
+  /// `bytes_max`: of all assets together. `health` is that of the disk; null: nobody else is to know.
+  FileAssetStore(std::string folder, Clock clock, std::uint64_t bytes_max = UINT64_MAX, DiskHealth* health = nullptr);
 
   Put put(const std::string& sha256, const Read& read) override;
+  std::uint64_t bytes() override { return bytes_; }
   bool use(const std::string& sha256) override;
   std::unique_ptr<ArtifactReader> open(const std::string& sha256) override;
   std::vector<std::string> unused_since(int part, std::int64_t then) override;
   bool remove_unused_since(const std::string& sha256, std::int64_t then) override;
 
  private:
+  Put store(const std::string& sha256, const Read& read);
+  Put name(files::Temporary& temporary, const ArtifactStore::Stored& stored);
+
   std::string folder_;
   Clock clock_;
+  const std::uint64_t bytes_max_;
+  std::atomic<std::uint64_t> bytes_{0};
+  DiskHealth own_health_;
+  DiskHealth& health_;
   std::atomic<std::uint64_t> temporary_count_{0};
-  std::mutex mutex_;  ///< held over "when was it used?" and the deletion, so that no use falls between
+  /// Held over "when was it used?" and the deletion, so that no use falls between; over "is there room?" and the
+  /// naming.
+  std::mutex mutex_;
 };
 
 }  // namespace jobs

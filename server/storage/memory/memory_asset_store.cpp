@@ -24,8 +24,17 @@ AssetStore::Put MemoryAssetStore::put(const std::string& sha256, const Read& rea
   hash.add(bytes->data(), bytes->size());
   if (hash.hex() != sha256) return Put::other_bytes;
   const std::lock_guard lock(mutex_);
-  const bool is_new = assets_.insert_or_assign(sha256, Asset{std::move(bytes), clock_()}).second;
+  const std::uint64_t size = bytes->size();
+  const bool is_new = !assets_.contains(sha256);
+  if (is_new && (bytes_ > bytes_max_ || size > bytes_max_ - bytes_)) return Put::no_room;
+  assets_.insert_or_assign(sha256, Asset{std::move(bytes), clock_()});
+  if (is_new) bytes_ += size;
   return is_new ? Put::stored : Put::was_there;
+}
+
+std::uint64_t MemoryAssetStore::bytes() {
+  const std::lock_guard lock(mutex_);
+  return bytes_;
 }
 
 bool MemoryAssetStore::use(const std::string& sha256) {
@@ -56,6 +65,7 @@ bool MemoryAssetStore::remove_unused_since(const std::string& sha256, std::int64
   const std::lock_guard lock(mutex_);
   const auto found = assets_.find(sha256);
   if (found == assets_.end() || found->second.used >= then) return false;
+  bytes_ -= found->second.bytes->size();
   assets_.erase(found);
   return true;
 }

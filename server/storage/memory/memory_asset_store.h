@@ -2,6 +2,7 @@
 /// An AssetStore for tests: everything in this process's memory, nothing survives it. Otherwise it keeps every promise
 /// of the port and passes the same conformance suite.
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -14,9 +15,11 @@ namespace jobs {
 
 class MemoryAssetStore final : public AssetStore {
  public:
-  explicit MemoryAssetStore(Clock clock) : clock_(std::move(clock)) {}
+  explicit MemoryAssetStore(Clock clock, std::uint64_t bytes_max = UINT64_MAX)
+      : clock_(std::move(clock)), bytes_max_(bytes_max) {}
 
   Put put(const std::string& sha256, const Read& read) override;
+  std::uint64_t bytes() override;
   bool use(const std::string& sha256) override;
   std::unique_ptr<ArtifactReader> open(const std::string& sha256) override;
   std::vector<std::string> unused_since(int part, std::int64_t then) override;
@@ -28,8 +31,10 @@ class MemoryAssetStore final : public AssetStore {
     std::int64_t used = 0;
   };
   Clock clock_;
+  std::uint64_t bytes_max_;
   std::mutex mutex_;
   std::map<std::string, Asset> assets_;
+  std::uint64_t bytes_ = 0;
 };
 
 }  // namespace jobs

@@ -117,11 +117,21 @@ Upkeep MemoryJobStore::keep_house(std::int64_t now, std::int64_t expired_kept_ms
   const std::lock_guard lock(mutex_);
   Upkeep upkeep;
   const auto most = static_cast<std::size_t>(limit);
+  take_back_abandoned(now, most, upkeep);
   let_due_jobs_run(now, most, upkeep);
   fail_overdue(now, most, upkeep);
   expire(now, most, upkeep);
   forget(now, expired_kept_ms, most, upkeep);
   return upkeep;
+}
+
+void MemoryJobStore::take_back_abandoned(std::int64_t now, std::size_t limit, Upkeep& upkeep) {
+  for (auto& [id, row] : rows_) {
+    if (row.job.state != JobState::running || row.lease_until > now) continue;
+    if (upkeep.abandoned.size() == limit) return void(upkeep.more = true);
+    give_back(row.job, now, {});
+    upkeep.abandoned.push_back(id);
+  }
 }
 
 void MemoryJobStore::let_due_jobs_run(std::int64_t now, std::size_t limit, Upkeep& upkeep) {
@@ -130,7 +140,7 @@ void MemoryJobStore::let_due_jobs_run(std::int64_t now, std::size_t limit, Upkee
     if (row.job.not_before && *row.job.not_before <= now) due.emplace(*row.job.not_before, &row.job);
   }
   upkeep.due = !due.empty();
-  upkeep.more = due.size() > limit;
+  upkeep.more = upkeep.more || due.size() > limit;
   for (auto next = due.begin(); next != due.end() && limit > 0; ++next, --limit) {
     upkeep.suspects_due = upkeep.suspects_due || next->second->suspect;
     next->second->not_before.reset();

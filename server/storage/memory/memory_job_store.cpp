@@ -23,8 +23,10 @@ bool waits(const Job& job) { return job.state == JobState::queued && !job.not_be
 /// The order of claims.
 auto place(const Job& job, std::int64_t rank) { return std::tuple(!job.suspect, rank, std::string_view(job.id)); }
 
+}  // namespace
+
 /// From running to queued, or to cancelled where that was asked for.
-void give_back(Job& job, std::int64_t now, const Release& how) {
+void MemoryJobStore::give_back(Job& job, std::int64_t now, const Release& how) {
   if (!how.counts) --job.attempt;
   job.suspect = job.suspect || how.suspect;
   ++job.revision;
@@ -33,8 +35,6 @@ void give_back(Job& job, std::int64_t now, const Release& how) {
   job.state = JobState::queued;
   job.not_before = how.not_before;
 }
-
-}  // namespace
 
 std::optional<KeptReply> MemoryJobStore::kept(const ReplyKey& key, std::int64_t now) const {
   const auto found = replies_.find(key);
@@ -52,7 +52,7 @@ std::optional<KeptReply> MemoryJobStore::admit(const Admission& admission, std::
   for (const auto& [job, document] : admission.jobs) {
     assert(job.state == JobState::queued || job.state == JobState::succeeded);
     const std::int64_t rank = rank_of(job.created_at, job.run_after, job.priority);
-    [[maybe_unused]] const bool is_new = rows_.try_emplace(job.id, Row{job, document, 0, {}, rank}).second;
+    [[maybe_unused]] const bool is_new = rows_.try_emplace(job.id, Row{job, document, 0, {}, rank, 0}).second;
     assert(is_new);
   }
   return std::nullopt;
@@ -150,7 +150,8 @@ std::optional<std::int64_t> MemoryJobStore::waiting_before(const std::string& id
   return std::min<std::int64_t>(before, limit);
 }
 
-std::optional<Claim> MemoryJobStore::claim(const std::string& boot_id, std::int64_t now, bool alone) {
+std::optional<Claim> MemoryJobStore::claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until,
+                                           bool alone) {
   const std::lock_guard lock(mutex_);
   Row* next = nullptr;
   for (auto& [id, row] : rows_) {
@@ -165,6 +166,7 @@ std::optional<Claim> MemoryJobStore::claim(const std::string& boot_id, std::int6
   ++next->job.revision;
   ++next->fence;
   next->boot_id = boot_id;
+  next->lease_until = lease_until;
   return Claim{next->job, next->document, next->fence};
 }
 
@@ -172,6 +174,17 @@ MemoryJobStore::Row* MemoryJobStore::running(const std::string& id, std::int64_t
   const auto row = rows_.find(id);
   if (row == rows_.end() || row->second.job.state != JobState::running || row->second.fence != fence) return nullptr;
   return &row->second;
+}
+
+std::vector<Lease> MemoryJobStore::renew(const std::vector<Lease>& leases, std::int64_t until) {
+  const std::lock_guard lock(mutex_);
+  std::vector<Lease> lost;
+  for (const Lease& lease : leases) {
+    Row* row = running(lease.job_id, lease.fence);
+    if (row == nullptr) lost.push_back(lease);
+    if (row != nullptr) row->lease_until = until;
+  }
+  return lost;
 }
 
 bool MemoryJobStore::succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,

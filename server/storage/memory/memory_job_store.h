@@ -23,7 +23,9 @@ class MemoryJobStore : public JobStore {
   OwnerUse use_of(const std::string& owner) override;
   QueueDepth depth() override;
   std::optional<std::int64_t> waiting_before(const std::string& id, std::int64_t limit) override;
-  std::optional<Claim> claim(const std::string& boot_id, std::int64_t now, bool alone) override;
+  std::optional<Claim> claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until,
+                             bool alone) override;
+  std::vector<Lease> renew(const std::vector<Lease>& leases, std::int64_t until) override;
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
                const std::vector<Artifact>& artifacts) override;
   bool fail(const std::string& id, std::int64_t fence, std::int64_t now, const Problem& problem) override;
@@ -50,13 +52,16 @@ class MemoryJobStore : public JobStore {
     std::int64_t fence = 0;
     std::string boot_id;
     std::int64_t rank = 0;
+    std::int64_t lease_until = 0;  ///< while it runs
   };
   static CancelOutcome cancel(Row& row, std::int64_t now);
   static RetryOutcome retry(Row& row, std::int64_t now);
   std::map<std::string, Row>::iterator erase(std::map<std::string, Row>::iterator row);
   std::optional<BatchState> state_of_batch(const std::string& id) const;
+  static void give_back(Job& job, std::int64_t now, const Release& how);
   Row* running(const std::string& id, std::int64_t fence);
   std::optional<KeptReply> kept(const ReplyKey& key, std::int64_t now) const;
+  void take_back_abandoned(std::int64_t now, std::size_t limit, Upkeep& upkeep);
   void let_due_jobs_run(std::int64_t now, std::size_t limit, Upkeep& upkeep);
   void fail_overdue(std::int64_t now, std::size_t limit, Upkeep& upkeep);
   void expire(std::int64_t now, std::size_t limit, Upkeep& upkeep);

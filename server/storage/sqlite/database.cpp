@@ -23,7 +23,9 @@ namespace {
   // Only a failed write is FULL to SQLite; a quota, a file size limit or a full disk met at a sync is an I/O error.
   const bool no_room = system_error == ENOSPC || system_error == EDQUOT || system_error == EFBIG;
   const bool full = primary == SQLITE_FULL || (primary == SQLITE_IOERR && no_room);
-  throw StoreFailure(full ? StoreFailure::Kind::full : StoreFailure::Kind::unavailable, what);
+  const bool broken = primary == SQLITE_IOERR && system_error == EIO;
+  using Kind = StoreFailure::Kind;
+  throw StoreFailure(full ? Kind::full : broken ? Kind::broken : Kind::unavailable, what);
 }
 
 }  // namespace
@@ -97,9 +99,11 @@ Database::Database(const std::string& path, Access access) {
   script("PRAGMA mmap_size = 0; PRAGMA temp_store = MEMORY;");
   if (access == Access::read_only) {
     script("PRAGMA wal_autocheckpoint = 0;");
-    sqlite3_db_config(connection, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
+    keep_log();
   }
 }
+
+void Database::keep_log() { sqlite3_db_config(connection_.get(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr); }
 
 Database::~Database() { statements_.clear(); }
 

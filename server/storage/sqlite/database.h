@@ -80,6 +80,9 @@ class Database {
   /// for ever.
   void checkpoint_at(int pages_wanted, int pages_max);
 
+  /// Closing leaves the log and the file as they are, instead of bringing the one into the other.
+  void keep_log();
+
   [[nodiscard]] bool in_transaction() const;
 
  private:

@@ -1,11 +1,26 @@
 #include "server/storage/sqlite/group_commit.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace jobs::sqlite {
+namespace {
 
-GroupCommit::GroupCommit(std::unique_ptr<Database> database)
-    : database_(std::move(database)), thread_([this] { run_groups(); }) {}
+bool is_broken(const std::exception_ptr& failure) {
+  try {
+    if (failure) std::rethrow_exception(failure);
+  } catch (const StoreFailure& thrown) {
+    return thrown.kind == StoreFailure::Kind::broken;
+  } catch (...) {
+    return false;
+  }
+  return false;
+}
+
+}  // namespace
+
+GroupCommit::GroupCommit(std::unique_ptr<Database> database, DiskHealth& health)
+    : database_(std::move(database)), health_(health), thread_([this] { run_groups(); }) {}
 
 GroupCommit::~GroupCommit() {
   {
@@ -43,6 +58,7 @@ void GroupCommit::run_groups() {
 void GroupCommit::commit(const std::vector<Operation*>& group) {
   bool alive = true;
   try {
+    health_.check();  // again: these may have come before the last group failed
     database_->script("BEGIN IMMEDIATE");
     for (Operation* operation : group) {
       operation->failure = nullptr;
@@ -55,20 +71,28 @@ void GroupCommit::commit(const std::vector<Operation*>& group) {
     for (Operation* operation : group) operation->failure = std::current_exception();
   }
   if (alive) return;
+  const auto broken = std::find_if(group.begin(), group.end(),
+                                   [](const Operation* operation) { return is_broken(operation->failure); });
+  if (broken != group.end()) {
+    for (Operation* operation : group) operation->failure = (*broken)->failure;
+    database_->keep_log();
+    return;  // the next start begins with what was committed
+  }
   undo();
   // One that did not fit (a large document on a full disk) must not take the others with it.
   if (group.size() == 1) return;
   for (Operation* operation : group) commit({operation});
 }
 
-/// False when the whole transaction is gone: SQLite rolls all of it back on some failures of the disk.
+/// False when the whole transaction is gone: SQLite rolls all of it back on some failures of the disk, we on a broken
+/// one.
 bool GroupCommit::run_in_savepoint(Operation& operation) {
   database_->change("SAVEPOINT operation");
   try {
     operation.work(*database_);
   } catch (...) {
     operation.failure = std::current_exception();
-    if (!database_->in_transaction()) return false;
+    if (!database_->in_transaction() || is_broken(operation.failure)) return false;
     database_->change("ROLLBACK TO operation");
   }
   database_->change("RELEASE operation");

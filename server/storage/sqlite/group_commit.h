@@ -12,13 +12,15 @@
 #include <type_traits>
 #include <vector>
 
+#include "server/jobs/disk_health.h"
 #include "server/storage/sqlite/database.h"
 
 namespace jobs::sqlite {
 
 class GroupCommit {
  public:
-  explicit GroupCommit(std::unique_ptr<Database> database);
+  /// `health` is that of the disk and must outlive this.
+  GroupCommit(std::unique_ptr<Database> database, DiskHealth& health);
   ~GroupCommit();  ///< no call may be in progress
 
   /// Runs `work(database)` inside a transaction and returns its value once that is durable. What `work` throws undoes
@@ -27,7 +29,7 @@ class GroupCommit {
   auto run(Work work) {
     std::optional<std::invoke_result_t<Work, Database&>> result;
     Operation operation{[&](Database& database) { result = work(database); }, nullptr, false, {}};
-    wait_for(operation);
+    health_.run([&] { wait_for(operation); });
     return *std::move(result);
   }
 
@@ -46,6 +48,7 @@ class GroupCommit {
   void undo() noexcept;
 
   std::unique_ptr<Database> database_;
+  DiskHealth& health_;
   std::mutex mutex_;
   std::condition_variable work_waits_;
   std::vector<Operation*> waiting_;

@@ -189,6 +189,9 @@ CREATE INDEX job_assets_by_sha256 ON job_assets (sha256);
                                                            R"sql(
 ALTER TABLE jobs ADD COLUMN kind TEXT NOT NULL DEFAULT 'render' CHECK (kind IN ('render', 'measure'));
 ALTER TABLE jobs ADD COLUMN accuracy TEXT NOT NULL DEFAULT '';
+-- Until when whoever claimed a running job has it.
+ALTER TABLE jobs ADD COLUMN lease_until INTEGER;
+CREATE INDEX jobs_leased ON jobs (lease_until) WHERE state = 'running' AND lease_until IS NOT NULL;
 )sql"};
 
 std::int64_t user_version(Database& database) {

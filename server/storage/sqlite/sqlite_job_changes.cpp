@@ -24,6 +24,7 @@ bool anything_to_do(Database& database, std::int64_t now, std::int64_t forget_be
   Query any = database.query(
       "SELECT EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_delayed WHERE not_before <= ?1)"
       " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_by_deadline WHERE state = 'queued' AND deadline <= ?1)"
+      " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_leased WHERE state = 'running' AND lease_until <= ?1)"
       " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_expiring"
       "   WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at <= ?1)"
       " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_expired WHERE expired = 1 AND expires_at <= ?2)"
@@ -31,6 +32,14 @@ bool anything_to_do(Database& database, std::int64_t now, std::int64_t forget_be
       now, forget_before);
   any.row();
   return any.integer(0) != 0;
+}
+
+void take_back_abandoned(Database& database, std::int64_t now, std::int64_t limit, Upkeep& upkeep) {
+  upkeep.abandoned = ids_of(database.query(
+      "SELECT id FROM jobs INDEXED BY jobs_leased WHERE state = 'running' AND lease_until <= ? LIMIT ?", now, limit));
+  for (const std::string& id : upkeep.abandoned) {
+    database.change(std::string(sqlite::given_back) + " attempt = attempt - 1 WHERE id = ?2", now, id);
+  }
 }
 
 void let_due_jobs_run(Database& database, std::int64_t now, std::int64_t limit, Upkeep& upkeep) {
@@ -122,6 +131,7 @@ Upkeep SqliteJobStore::keep_house(std::int64_t now, std::int64_t expired_kept_ms
   if (!anything) return {};
   return parts_->writer.run([&](Database& database) {
     Upkeep step;
+    take_back_abandoned(database, now, limit, step);
     let_due_jobs_run(database, now, limit, step);
     fail_overdue(database, now, limit, step);
     expire(database, now, limit, step);

@@ -29,12 +29,6 @@ bool end(Database& database, const std::string& id, std::int64_t fence, std::int
              std::string(name_of(state)), now, id, fence) == 1;
 }
 
-/// The columns of a running job that goes back to the queue, or is cancelled where that was asked for; ?1 is now.
-constexpr const char* given_back =
-    "UPDATE jobs SET state = iif(cancel_requested, 'cancelled', 'queued'),"
-    " ended_at = iif(cancel_requested, ?1, NULL), cancel_requested = 0, revision = revision + 1,"
-    " expires_at = coalesce(expires_at, iif(cancel_requested, ?1 + 1000 * expires_in_s, NULL)),";
-
 }  // namespace
 
 SqliteJobStore::SqliteJobStore(const std::string& folder, SqliteSettings settings)
@@ -56,7 +50,8 @@ std::optional<KeptReply> SqliteJobStore::admit(const Admission& admission, std::
   });
 }
 
-std::optional<Claim> SqliteJobStore::claim(const std::string& boot_id, std::int64_t now, bool alone) {
+std::optional<Claim> SqliteJobStore::claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until,
+                                           bool alone) {
   std::optional<Claim> claim = parts_->writer.run([&](Database& database) -> std::optional<Claim> {
     std::string id;
     {
@@ -69,8 +64,8 @@ std::optional<Claim> SqliteJobStore::claim(const std::string& boot_id, std::int6
     }
     database.change(
         "UPDATE jobs SET state = 'running', started_at = ?, attempt = attempt + 1, fence = fence + 1, boot_id = ?,"
-        " revision = revision + 1 WHERE id = ?",
-        now, boot_id, id);
+        " lease_until = ?, revision = revision + 1 WHERE id = ?",
+        now, boot_id, lease_until, id);
     Query fence = database.query("SELECT fence FROM jobs WHERE id = ?", id);
     fence.row();
     return Claim{sqlite::read_job(database, id).value(), {}, fence.integer(0)};
@@ -85,6 +80,19 @@ std::optional<Claim> SqliteJobStore::claim(const std::string& boot_id, std::int6
     }
   }
   return claim;
+}
+
+std::vector<Lease> SqliteJobStore::renew(const std::vector<Lease>& leases, std::int64_t until) {
+  return parts_->writer.run([&](Database& database) {
+    std::vector<Lease> lost;
+    for (const Lease& lease : leases) {
+      const int renewed =
+          database.change("UPDATE jobs SET lease_until = ? WHERE id = ? AND fence = ? AND state = 'running'", until,
+                          lease.job_id, lease.fence);
+      if (renewed == 0) lost.push_back(lease);
+    }
+    return lost;
+  });
 }
 
 bool SqliteJobStore::succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
@@ -112,7 +120,7 @@ bool SqliteJobStore::finish_cancel(const std::string& id, std::int64_t fence, st
 bool SqliteJobStore::release(const std::string& id, std::int64_t fence, std::int64_t now, const Release& how) {
   return parts_->writer.run([&](Database& database) {
     const int released =
-        database.change(std::string(given_back) +
+        database.change(std::string(sqlite::given_back) +
                             " attempt = attempt - ?2, suspect = max(suspect, ?3),"
                             " not_before = iif(cancel_requested, NULL, ?4)"
                             " WHERE id = ?5 AND fence = ?6 AND state = 'running'",
@@ -136,8 +144,9 @@ Removal SqliteJobStore::remove(const std::string& id) {
 
 int SqliteJobStore::recover(const std::string& boot_id, std::int64_t now) {
   return parts_->writer.run([&](Database& database) {
-    return database.change(std::string(given_back) + " attempt = attempt - 1 WHERE state = 'running' AND boot_id <> ?2",
-                           now, boot_id);
+    return database.change(
+        std::string(sqlite::given_back) + " attempt = attempt - 1 WHERE state = 'running' AND boot_id <> ?2", now,
+        boot_id);
   });
 }
 

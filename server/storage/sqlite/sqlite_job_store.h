@@ -4,12 +4,14 @@
 #include <memory>
 #include <string>
 
+#include "server/jobs/disk_health.h"
 #include "server/jobs/job_store.h"
 
 namespace jobs {
 
 struct SqliteSettings {
   int read_connections = 4;  ///< reads that run at once; a read takes well under a millisecond, a text search up to 50
+  DiskHealth* health = nullptr;  ///< of the disk; null: nobody else is to know. Must outlive the store
 };
 
 /// WAL with synchronous = FULL: what was answered survives power loss. Writes share syncs (group commit), so more
@@ -32,7 +34,9 @@ class SqliteJobStore final : public JobStore {
   OwnerUse use_of(const std::string& owner) override;
   QueueDepth depth() override;
   std::optional<std::int64_t> waiting_before(const std::string& id, std::int64_t limit) override;
-  std::optional<Claim> claim(const std::string& boot_id, std::int64_t now, bool alone) override;
+  std::optional<Claim> claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until,
+                             bool alone) override;
+  std::vector<Lease> renew(const std::vector<Lease>& leases, std::int64_t until) override;
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
                const std::vector<Artifact>& artifacts) override;
   bool fail(const std::string& id, std::int64_t fence, std::int64_t now, const Problem& problem) override;

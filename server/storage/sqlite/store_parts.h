@@ -26,8 +26,11 @@ inline std::unique_ptr<Database> open_for_writing(const std::string& path) {
 /// In the order of dependence: the lock goes last, the readers before the writer, which checkpoints as it closes.
 struct SqliteJobStore::Parts {
   Parts(const std::string& folder, const std::string& path, const SqliteSettings& settings)
-      : lock(folder), writer(sqlite::open_for_writing(path)), reader(path, settings.read_connections) {}
+      : lock(folder),
+        writer(sqlite::open_for_writing(path), settings.health == nullptr ? own_health : *settings.health),
+        reader(path, settings.read_connections) {}
   sqlite::FolderLock lock;
+  DiskHealth own_health;
   sqlite::GroupCommit writer;
   sqlite::ReadPool reader;
 };

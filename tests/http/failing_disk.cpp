@@ -1,0 +1,142 @@
+/// failing_disk.so, for LD_PRELOAD: a disk that fails at a step that a test chooses, as the daemon sees it.
+///
+/// Steps are calls that change the disk, on files below the folder $FAILING_DISK_FOLDER: writes, syncs, renames,
+/// truncations, creations and deletions, counted from 1 by all threads together. The test steers them by the file
+/// $FAILING_DISK_CONTROL, mapped by both sides: struct Control, little-endian.
+
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <sys/types.h>
+#include <sys/uio.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <cstdarg>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <string_view>
+
+namespace {
+
+struct Control {
+  std::atomic<std::int64_t> steps;   ///< taken so far
+  std::atomic<std::int64_t> first;   ///< this step fails; 0: none
+  std::atomic<std::int64_t> last;    ///< and all up to this one
+  std::atomic<std::int64_t> error;   ///< with this errno
+  std::atomic<std::int64_t> failed;  ///< how many have
+};
+
+const std::string& folder() {
+  static const std::string value = [] {
+    const char* path = std::getenv("FAILING_DISK_FOLDER");
+    return path == nullptr ? std::string() : std::string(path) + "/";
+  }();
+  return value;
+}
+
+/// Null where nobody steers: then nothing fails.
+Control* control() {
+  static Control* const value = [] {
+    const char* path = std::getenv("FAILING_DISK_CONTROL");
+    const int fd = path == nullptr ? -1 : ::open(path, O_RDWR | O_CLOEXEC);
+    if (fd < 0) return static_cast<Control*>(nullptr);
+    void* mapped = mmap(nullptr, sizeof(Control), PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);
+    ::close(fd);
+    return mapped == MAP_FAILED ? nullptr : static_cast<Control*>(mapped);
+  }();
+  return value;
+}
+
+bool is_below(const char* path) { return !folder().empty() && std::string_view(path).starts_with(folder()); }
+
+bool is_below(int fd) {
+  if (folder().empty()) return false;
+  std::array<char, 64> link{};
+  std::snprintf(link.data(), link.size(), "/proc/self/fd/%d", fd);
+  std::array<char, 4096> path{};
+  const ssize_t size = readlink(link.data(), path.data(), path.size() - 1);
+  return size > 0 && is_below(path.data());
+}
+
+/// True, with errno, when this step is one that fails.
+template <class File>
+bool fails(const File& file) {
+  if (control() == nullptr || !is_below(file)) return false;
+  const std::int64_t step = ++control()->steps;
+  const std::int64_t first = control()->first;
+  if (first == 0 || step < first || step > control()->last) return false;
+  ++control()->failed;
+  errno = static_cast<int>(control()->error);
+  return true;
+}
+
+template <class Function>
+Function next(const char* name) {
+  return reinterpret_cast<Function>(dlsym(RTLD_NEXT, name));
+}
+
+}  // namespace
+
+// libc's own names and signatures; the 64-bit ones are what programs with large files call.
+extern "C" {
+
+ssize_t write(int fd, const void* bytes, size_t size) {
+  static const auto real = next<ssize_t (*)(int, const void*, size_t)>("write");
+  return fails(fd) ? -1 : real(fd, bytes, size);
+}
+ssize_t pwrite(int fd, const void* bytes, size_t size, off_t offset) {
+  static const auto real = next<ssize_t (*)(int, const void*, size_t, off_t)>("pwrite");
+  return fails(fd) ? -1 : real(fd, bytes, size, offset);
+}
+ssize_t pwrite64(int fd, const void* bytes, size_t size, off64_t offset) {
+  static const auto real = next<ssize_t (*)(int, const void*, size_t, off64_t)>("pwrite64");
+  return fails(fd) ? -1 : real(fd, bytes, size, offset);
+}
+int fsync(int fd) {
+  static const auto real = next<int (*)(int)>("fsync");
+  return fails(fd) ? -1 : real(fd);
+}
+int fdatasync(int fd) {
+  static const auto real = next<int (*)(int)>("fdatasync");
+  return fails(fd) ? -1 : real(fd);
+}
+int ftruncate(int fd, off_t size) noexcept {
+  static const auto real = next<int (*)(int, off_t)>("ftruncate");
+  return fails(fd) ? -1 : real(fd, size);
+}
+int ftruncate64(int fd, off64_t size) noexcept {
+  static const auto real = next<int (*)(int, off64_t)>("ftruncate64");
+  return fails(fd) ? -1 : real(fd, size);
+}
+int rename(const char* from, const char* to) noexcept {
+  static const auto real = next<int (*)(const char*, const char*)>("rename");
+  return fails(to) ? -1 : real(from, to);
+}
+int unlink(const char* path) noexcept {
+  static const auto real = next<int (*)(const char*)>("unlink");
+  return fails(path) ? -1 : real(path);
+}
+int open(const char* path, int flags, ...) {
+  static const auto real = next<int (*)(const char*, int, ...)>("open");
+  va_list rest;
+  va_start(rest, flags);
+  const mode_t mode = va_arg(rest, mode_t);  // meaningless, and unused, without O_CREAT
+  va_end(rest);
+  return (flags & O_CREAT) != 0 && fails(path) ? -1 : real(path, flags, mode);
+}
+int open64(const char* path, int flags, ...) {
+  static const auto real = next<int (*)(const char*, int, ...)>("open64");
+  va_list rest;
+  va_start(rest, flags);
+  const mode_t mode = va_arg(rest, mode_t);
+  va_end(rest);
+  return (flags & O_CREAT) != 0 && fails(path) ? -1 : real(path, flags, mode);
+}
+}

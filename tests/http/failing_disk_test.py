@@ -1,0 +1,205 @@
+"""A disk that fails at each step in turn, of all that a job's life takes: as full (ENOSPC) and as broken (EIO), once and
+for a while. Whatever fails, no accepted job is lost, none ends twice, no picture is half, a request that was answered is
+answered the same again, and with a sound disk everything ends well.
+
+The disk is tests/http/failing_disk.cpp under the daemon. Under a sanitizer there is nothing of it: that wants to be the
+first library itself.
+"""
+import collections
+import errno
+import hashlib
+import http.client
+import json
+import mmap
+import os
+import pathlib
+import re
+import struct
+import tempfile
+import unittest
+
+from tests.http.daemon import BIN, PATIENCE_S, SANITIZED, Daemon, json_of, scene, wait_until
+
+UPLOAD = b"solid none\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n"
+
+
+class Control:
+    """struct Control of failing_disk.cpp."""
+    FIELDS = ("steps", "first", "last", "error", "failed")
+
+    def __init__(self, path):
+        path.write_bytes(bytes(8 * len(self.FIELDS)))
+        with open(path, "r+b") as file:
+            self.memory = mmap.mmap(file.fileno(), 0)
+
+    def get(self, field):
+        return struct.unpack_from("<q", self.memory, 8 * self.FIELDS.index(field))[0]
+
+    def set(self, **values):
+        for field, value in values.items():
+            struct.pack_into("<q", self.memory, 8 * self.FIELDS.index(field), value)
+
+    def fail(self, first, last, error):
+        """Steps `first` to `last` from now on."""
+        self.set(steps=0, failed=0, error=error, last=last, first=first)
+
+    def heal(self):
+        self.set(first=0)
+
+
+class FailingDisk:
+    """A daemon on a disk that fails when told to, and what it answered."""
+
+    def __init__(self, folder):
+        self.control = Control(pathlib.Path(folder) / "control")
+        data = pathlib.Path(folder) / "data"
+        environment = {"LD_PRELOAD": str(BIN / "failing_disk.so"), "FAILING_DISK_FOLDER": str(data),
+                       "FAILING_DISK_CONTROL": str(pathlib.Path(folder) / "control")}
+        self.daemon = Daemon("--jobs", "1", data=data, environment=environment)
+        self.answered = {}  # key: (document, body)
+        self.statuses = collections.Counter()
+        self.deaths = 0
+
+    def alive_again(self):
+        """A daemon whose disk broke ends by itself, with 1, and begins anew."""
+        if "disk_broken" in self.daemon.log():
+            status = self.daemon.process.wait(PATIENCE_S)
+            assert status == 1, status
+            self.deaths += 1
+            self.daemon.start()
+
+    def request(self, *arguments):
+        """Nothing where the daemon died of it."""
+        try:
+            reply = self.daemon.request(*arguments)
+        except (OSError, http.client.HTTPException):
+            self.daemon.process.wait(PATIENCE_S)
+            return None
+        self.statuses[reply.status] += 1
+        if reply.status >= 500:
+            problem = json_of(reply)
+            assert reply.status == 503 and reply.headers["Retry-After"], reply.body
+            assert problem["type"].rpartition(":")[2] in ("disk_full", "store_unavailable", "draining"), problem
+        return reply
+
+    def submit(self, key, document):
+        reply = self.request("POST", "/v1/jobs", document, {"Idempotency-Key": key})
+        if reply is not None and reply.status == 202:
+            if key in self.answered:
+                assert self.answered[key][1] == reply.body, (self.answered[key], reply.body)
+            self.answered[key] = (document, reply.body)
+
+    def live(self, key, picture_seed):
+        """All that is written: an upload, a job with its picture, a job that is cancelled, one that is removed."""
+        self.request("PUT", f"/v1/assets/{hashlib.sha256(UPLOAD + key.encode()).hexdigest()}", UPLOAD + key.encode())
+        self.submit(key, scene(accuracy={"samples": [1, 1], "seed": picture_seed}))
+        self.submit(key + "-later", scene(job={"run_after": "2999-01-01T00:00:00Z"}))
+        if key + "-later" in self.answered:
+            job_id = json.loads(self.answered[key + "-later"][1])["id"]
+            self.request("POST", f"/v1/jobs/{job_id}/cancel")
+        if key in self.answered:
+            self.end_of(json.loads(self.answered[key][1])["id"])
+
+    def end_of(self, job_id):
+        """The job when it has ended, or the disk has broken, or the daemon waits for room."""
+        def ended():
+            if self.daemon.process.poll() is not None:
+                return True
+            reply = self.request("GET", f"/v1/jobs/{job_id}")
+            return reply is None or reply.status != 200 or json_of(reply)["state"] not in ("queued", "running") \
+                or self.control.get("steps") >= self.control.get("last") > 0 or self.control.get("failed") > 40
+        wait_until(ended, f"the end of {job_id}")
+
+
+@unittest.skipIf(SANITIZED, "a sanitizer's library wants to be the first")
+class EachStepInTurn(unittest.TestCase):
+    def steps_of_a_life(self):
+        with tempfile.TemporaryDirectory(prefix="whittle-disk-") as folder:
+            disk = FailingDisk(folder)
+            with disk.daemon:
+                disk.control.fail(10**9, 10**9, errno.EIO)  # counts from here
+                disk.live("counted", 0)
+                self.assertEqual(disk.daemon.wait_for_end(self.id_of(disk, "counted"))["state"], "succeeded")
+                return disk.control.get("steps")
+
+    @staticmethod
+    def id_of(disk, key):
+        return json.loads(disk.answered[key][1])["id"]
+
+    def try_each(self, error, length, every=1):
+        steps = self.steps_of_a_life()
+        self.assertGreater(steps, 12, "an upload, two jobs and a picture are more than that")
+        with tempfile.TemporaryDirectory(prefix="whittle-disk-") as folder:
+            disk = FailingDisk(folder)
+            with disk.daemon:
+                hit = 0
+                for first in range(1, steps + 1, every):
+                    disk.control.fail(first, first + length - 1, error)
+                    disk.live(f"step-{first}", first)
+                    hit += disk.control.get("failed") > 0
+                    disk.control.heal()
+                    disk.alive_again()
+                    disk.live(f"step-{first}", first)  # answered as before, or done now
+                    disk.alive_again()
+                print(f"{os.strerror(error)}, {length} steps long: {steps} steps, {hit} times hit, answers "
+                      f"{dict(sorted(disk.statuses.items()))}, begun anew {disk.deaths} times")
+                self.assertGreater(hit, steps // every * 3 // 4)
+                self.check_end(disk)
+                return disk
+
+    def check_end(self, disk):
+        daemon, states, pictures = disk.daemon, collections.Counter(), set()
+        for key, (_, body) in disk.answered.items():
+            job = daemon.job(json.loads(body)["id"])
+            if key.endswith("-later"):
+                self.assertIn(job["state"], ("queued", "cancelled"))
+                continue
+            job = daemon.wait_for_end(job["id"])
+            self.assertEqual(job["state"], "succeeded", job["problem"])
+            states[job["state"]] += 1
+            reply = daemon.get(job["artifacts"][0]["url"])
+            self.assertEqual(hashlib.sha256(reply.body).hexdigest(), job["artifacts"][0]["sha256"])
+            pictures.add(job["artifacts"][0]["sha256"])
+        self.assertGreater(states["succeeded"], 0)
+        known = {json.loads(body)["id"] for _, body in disk.answered.values()}
+        listed, cursor = set(), ""
+        while cursor is not None:
+            page = json_of(daemon.get(f"/v1/jobs?limit=200{cursor}"))
+            listed |= {job["id"] for job in page["items"]}
+            cursor = f"&cursor={page['next_cursor']}" if page["next_cursor"] else None
+        self.assertEqual(listed, known, "none lost, none that nobody was told of")
+        daemon.terminate()
+        daemon.start()  # what could not even be deleted goes now
+        self.check_files(daemon)
+        self.check_ends_once(daemon)
+
+    def check_files(self, daemon):
+        for path in [*daemon.data.glob("??/*"), *daemon.data.glob("uploads/??/*")]:
+            if re.fullmatch(r"[0-9a-f]{64}", path.name):
+                self.assertEqual(hashlib.sha256(path.read_bytes()).hexdigest(), path.name, "a half file under its name")
+        self.assertEqual([path.name for path in (daemon.data / "tmp").iterdir()], [])
+
+    def check_ends_once(self, daemon):
+        ends = collections.Counter()
+        for path in daemon.folder.glob("log-*"):
+            for line in path.read_text("utf-8").splitlines():
+                row = json.loads(line)
+                if row["event"] in ("job_succeeded", "job_failed"):
+                    ends[row["job_id"]] += 1
+        self.assertEqual([job_id for job_id, times in ends.items() if times > 1], [], "ended twice")
+
+    def test_of_a_disk_that_is_full_for_a_moment(self):
+        disk = self.try_each(errno.ENOSPC, 1)
+        self.assertEqual(disk.deaths, 0, "a full disk ends nothing")
+
+    def test_of_a_disk_that_is_full_for_a_while(self):
+        disk = self.try_each(errno.ENOSPC, 12, every=6)  # results are tried again every half a second: this one takes its time
+        self.assertEqual(disk.deaths, 0, "a full disk ends nothing")
+
+    def test_of_a_disk_that_breaks(self):
+        disk = self.try_each(errno.EIO, 1)
+        self.assertGreater(disk.deaths, 0, "the daemon begins anew")
+
+
+if __name__ == "__main__":
+    unittest.main()

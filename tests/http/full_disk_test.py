@@ -1,0 +1,217 @@
+"""A small disk that is really full, a tmpfs of the test's own: what was accepted ends, what is new is refused and told
+why, and with room all is as before; also when the daemon is killed again and again meanwhile.
+
+Mounting wants root; without it there is nothing to see here.
+"""
+import contextlib
+import hashlib
+import http.client
+import json
+import os
+import pathlib
+import random
+import shutil
+import subprocess
+import tempfile
+import threading
+import time
+import unittest
+
+from tests.http.daemon import Daemon, json_of, long_scene, scene, wait_until
+
+KILLS = int(os.environ.get("WHITTLE_FULL_DISK_KILLS", "10"))
+SEED = int(os.environ.get("WHITTLE_SEED", str(random.SystemRandom().randrange(10**9))))
+
+
+def may_mount():
+    with tempfile.TemporaryDirectory() as folder:
+        if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1m", "whittle", folder], capture_output=True, check=False).returncode:
+            return False
+        subprocess.run(["umount", folder], check=True)
+        return True
+
+
+class Disk:
+    """A tmpfs; use as a context manager."""
+
+    def __init__(self, size):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="whittle-full-"))
+        subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "whittle", self.folder], check=True)
+        self.data = self.folder / "data"
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        subprocess.run(["umount", "-l", self.folder], check=True)
+        self.folder.rmdir()
+
+    def free(self):
+        return shutil.disk_usage(self.folder).free
+
+    def fill(self):
+        """Until not a byte is left."""
+        with open(self.folder / "filler", "ab", buffering=0) as file:
+            with contextlib.suppress(OSError):
+                while True:
+                    file.write(bytes(1 << 16))
+            with contextlib.suppress(OSError):
+                while True:
+                    file.write(bytes(512))
+
+    def make_room(self):
+        (self.folder / "filler").unlink(missing_ok=True)
+
+
+def problem_of(reply):
+    return json_of(reply)["type"].rpartition(":")[2]
+
+
+def is_ready(daemon):
+    return daemon.health("/readyz").status == 200
+
+
+@unittest.skipUnless(may_mount(), "no tmpfs can be mounted here")
+class FullDisk(unittest.TestCase):
+    def test_refuses_what_is_new_and_says_why_and_ends_what_was_accepted(self):
+        with Disk("64m") as disk, Daemon("--jobs", "1", data=disk.data) as daemon:
+            running = daemon.submit(scene(500, 400, samples=256, name="runs when it fills"))
+            daemon.wait_for_state(running, "running")
+            waiting = daemon.submit(scene(name="waits"))
+            doomed = daemon.submit(scene(name="cancelled when it is full"))
+            answered = daemon.request("POST", "/v1/jobs", scene(), {"Idempotency-Key": "before"})
+            disk.fill()
+            wait_until(lambda: "disk_full" in daemon.log(), "the ballast to be given up")
+            for method, path, body in (("POST", "/v1/jobs", scene()), ("POST", "/v1/render", scene()),
+                                       ("POST", "/v1/batches", {"scene": scene(), "frames": [{}]})):
+                reply = daemon.request(method, path, body)
+                self.assertEqual((reply.status, problem_of(reply)), (503, "disk_full"), path)
+                self.assertIn("bytes are free on the disk", json_of(reply)["detail"])
+                self.assertGreater(int(reply.headers["Retry-After"]), 0)
+            upload = os.urandom(1000)
+            reply = daemon.request("PUT", f"/v1/assets/{hashlib.sha256(upload).hexdigest()}", upload)
+            self.assertEqual((reply.status, problem_of(reply)), (503, "disk_full"))
+            ready = daemon.health("/readyz")
+            self.assertEqual(ready.status, 503)
+            self.assertRegex(json_of(ready)["detail"], r"^disk: \d+ bytes are free on the disk, \d+ are kept")
+            again = daemon.request("POST", "/v1/jobs", scene(), {"Idempotency-Key": "before"})
+            self.assertEqual((again.status, again.body), (202, answered.body))
+            self.assertEqual(daemon.request("POST", f"/v1/jobs/{doomed}/cancel").status, 202)
+            self.assertEqual(daemon.request("DELETE", f"/v1/jobs/{doomed}").status, 204)
+            self.assertEqual(daemon.wait_for_end(running)["state"], "succeeded", "the ballast was for this")
+            self.assertEqual(daemon.job(waiting)["state"], "queued", "nothing is begun")
+            disk.make_room()
+            self.assertEqual(daemon.wait_for_end(waiting)["state"], "succeeded")
+            wait_until(lambda: is_ready(daemon), "ready again")
+            self.assertEqual(daemon.wait_for_end(daemon.submit(scene()))["state"], "succeeded")
+
+    def test_a_picture_that_finds_no_room_is_made_again_when_there_is(self):
+        with Disk("64m") as disk, Daemon("--jobs", "1", data=disk.data) as daemon:
+            job_id = daemon.submit(scene(2500, 2000, samples=4, name="large", output={"formats": ["exr"]}))
+            daemon.wait_for_state(job_id, "running")
+            disk.fill()
+            wait_until(lambda: "attempt_failed" in daemon.log() or daemon.job(job_id)["state"] != "running", "the picture")
+            disk.make_room()
+            job = daemon.wait_for_end(job_id)
+            self.assertEqual(job["state"], "succeeded", job["problem"])
+            reply = daemon.get(job["artifacts"][0]["url"])
+            self.assertEqual(hashlib.sha256(reply.body).hexdigest(), job["artifacts"][0]["sha256"])
+
+    def test_starts_on_a_disk_that_is_full(self):
+        with Disk("64m") as disk, Daemon("--jobs", "1", data=disk.data) as daemon:
+            job_id = daemon.submit(long_scene())
+            daemon.wait_for_state(job_id, "running")
+            daemon.kill()
+            disk.fill()
+            daemon.start()
+            self.assertEqual(daemon.job(job_id)["state"], "queued")
+            self.assertEqual(daemon.request("POST", f"/v1/jobs/{job_id}/cancel").status, 202)
+            self.assertEqual(daemon.wait_for_end(job_id)["state"], "cancelled")
+            disk.make_room()
+            wait_until(lambda: is_ready(daemon), "ready")
+
+    def test_killed_again_and_again_while_the_disk_fills_and_empties_it_loses_nothing(self):
+        chance = random.Random(SEED)
+        print(f"WHITTLE_FULL_DISK_KILLS={KILLS} WHITTLE_SEED={SEED}")
+        answered, statuses = {}, set()
+        with Disk("48m") as disk, Daemon("--jobs", "2", data=disk.data) as daemon:
+            for kill in range(KILLS):
+                stop = threading.Event()
+                client = threading.Thread(target=submit_until, args=(daemon, stop, kill, answered, statuses))
+                client.start()
+                time.sleep(chance.uniform(0.0, 0.5))  # the moment is what is tried, not waited for
+                disk.fill()
+                time.sleep(chance.uniform(0.0, 1.0))
+                if chance.random() < 0.3:
+                    disk.make_room()
+                daemon.kill()
+                stop.set()
+                client.join()
+                daemon.start()  # half the time on a full disk
+                if chance.random() < 0.5:
+                    disk.make_room()
+            disk.make_room()
+            wait_until(lambda: is_ready(daemon), "ready")
+            print(f"{len(answered)} accepted, answers {sorted(statuses)}")
+            self.assertLessEqual(statuses, {202, 503})
+            for key, (document, body) in answered.items():
+                again = daemon.request("POST", "/v1/jobs", document, {"Idempotency-Key": key})
+                self.assertEqual(again.body, body, "answered as the first time")
+                job = daemon.wait_for_end(json.loads(body)["id"])
+                self.assertEqual(job["state"], "succeeded", job["problem"])
+                reply = daemon.get(job["artifacts"][0]["url"])
+                self.assertEqual(hashlib.sha256(reply.body).hexdigest(), job["artifacts"][0]["sha256"])
+            for path in disk.data.glob("??/*"):
+                if len(path.name) == 64:
+                    self.assertEqual(hashlib.sha256(path.read_bytes()).hexdigest(), path.name)
+
+
+def submit_until(daemon, stop, kill, answered, statuses):
+    for number in range(10**6):
+        if stop.is_set():
+            return
+        key, document = f"{kill}-{number}", scene(64, 64, accuracy={"samples": [4, 4], "seed": number % 7})
+        try:
+            reply = daemon.request("POST", "/v1/jobs", document, {"Idempotency-Key": key})
+        except (OSError, http.client.HTTPException):
+            return  # killed, perhaps in the middle of a reply
+        statuses.add(reply.status)
+        if reply.status == 202:
+            answered[key] = (document, reply.body)
+
+
+class Bounds(unittest.TestCase):
+    def test_uploads_together_have_a_bound(self):
+        with Daemon("--uploads-bytes", "1000") as daemon:
+            def put(upload):
+                return daemon.request("PUT", f"/v1/assets/{hashlib.sha256(upload).hexdigest()}", upload)
+            self.assertEqual(put(b"a" * 600).status, 201)
+            refused = put(b"b" * 600)
+            self.assertEqual((refused.status, problem_of(refused)), (503, "uploads_full"))
+            self.assertIn("uploads_bytes", json_of(refused)["detail"])
+            self.assertEqual(put(b"a" * 600).status, 200, "what is there needs no room")
+            self.assertEqual(put(b"c" * 400).status, 201)
+            self.assertEqual(json_of(daemon.get("/v1/version"))["limits"]["uploads_bytes"], 1000)
+            self.assertIn("whittle_upload_bytes 1000\n", daemon.health("/metrics").body.decode())
+
+    def test_bodies_on_their_way_in_together_have_a_bound(self):
+        with Daemon("--spool-bytes", str(1 << 20), "--disk-free-bytes", "0") as daemon:
+            large = b"x" * (3 << 20)
+            reply = daemon.request("PUT", f"/v1/assets/{hashlib.sha256(large).hexdigest()}", large)
+            self.assertEqual((reply.status, problem_of(reply)), (503, "overloaded"))
+            self.assertIn("no room for another body", json_of(reply)["detail"])
+
+    @unittest.skipUnless(may_mount(), "no tmpfs can be mounted here")
+    def test_the_reserve_of_the_disk_is_the_operators_choice(self):
+        with Disk("64m") as disk:
+            with Daemon("--disk-free-bytes", "0", data=disk.data) as daemon:
+                (disk.folder / "filler").write_bytes(bytes(disk.free() - (4 << 20)))
+                self.assertEqual(daemon.wait_for_end(daemon.submit(scene()))["state"], "succeeded")
+                daemon.terminate()
+            with Daemon(data=disk.data) as daemon:
+                reply = daemon.request("POST", "/v1/jobs", scene())
+                self.assertEqual((reply.status, problem_of(reply)), (503, "disk_full"))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,149 @@
+/// Leases kept, and lost: by the queue with a clock that the test turns, by the supervisor with a store that takes a
+/// job back behind its back.
+
+#include "tests/queue/supervised.h"
+
+using namespace jobs;
+
+namespace {
+
+constexpr std::int64_t lease_ms = 30'000;
+
+class LeaseTest : public testing::Test {
+ protected:
+  Claim run_one() {
+    (void)queue.submit({.document = "{}"});
+    return queue.claim(false).value();
+  }
+  JobState state(const Claim& claim) { return store.find(claim.job.id)->state; }
+
+  std::atomic<std::int64_t> now = 1'700'000'000'000;
+  MemoryJobStore store;
+  MemoryArtifactStore artifacts;
+  IdSource ids{[this] { return now.load(); }, system_random()};
+  Queue queue{store, artifacts, ids, [this] { return now.load(); }, no_log(), {.lease_ms = lease_ms}};
+};
+
+class CountingStore final : public MemoryJobStore {
+ public:
+  std::vector<Lease> renew(const std::vector<Lease>& leases, std::int64_t until) override {
+    ++renewals;
+    largest = std::max(largest, leases.size());
+    return MemoryJobStore::renew(leases, until);
+  }
+  int renewals = 0;
+  std::size_t largest = 0;
+};
+
+class RecordingRunner final : public Runner {
+ public:
+  void wake(bool) noexcept override { ++wakes; }
+  void cancel(const std::string&) noexcept override {}
+  void lost(const Lease& lease) noexcept override { lost_leases.push_back(lease); }
+  std::string not_ready() override { return ""; }
+  int wakes = 0;
+  std::vector<Lease> lost_leases;
+};
+
+}  // namespace
+
+TEST_F(LeaseTest, AJobWhoseLeaseIsRenewedRunsOn) {
+  const Claim claim = run_one();
+  for (int round = 0; round < 10; ++round) {
+    now += lease_ms - 1;
+    queue.renew_leases();
+    queue.keep_house();
+    ASSERT_EQ(state(claim), JobState::running) << "round " << round;
+  }
+}
+
+TEST_F(LeaseTest, WithoutRenewalItIsQueuedAgainAndItsOldAnswerIsRefused) {
+  RecordingRunner runner;
+  queue.attach(&runner);
+  const Claim first = run_one();
+  queue.progressed(first.job.id, 0.5);
+  const int wakes = runner.wakes;
+  now += lease_ms;
+  queue.keep_house();
+  EXPECT_EQ(state(first), JobState::queued);
+  EXPECT_EQ(queue.progress(first.job.id), 0);
+  EXPECT_GT(runner.wakes, wakes) << "somebody is to claim it";
+  const Claim second = queue.claim(false).value();
+  EXPECT_EQ(second.job.id, first.job.id);
+  EXPECT_FALSE(queue.succeed(first.job.id, first.fence, "{}", {}));
+  EXPECT_TRUE(queue.succeed(second.job.id, second.fence, "{}", {}));
+}
+
+TEST_F(LeaseTest, TheRunnerIsToldOnceOfALeaseThatWasTakenBack) {
+  RecordingRunner runner;
+  queue.attach(&runner);
+  const Claim claim = run_one();
+  now += lease_ms;
+  store.keep_house(now, 1, 10);  // another daemon on the same store
+  queue.renew_leases();
+  queue.renew_leases();
+  EXPECT_EQ(runner.lost_leases, (std::vector<Lease>{{claim.job.id, claim.fence}}));
+}
+
+TEST_F(LeaseTest, WaitersLearnOfACancelThatTheEndOfTheLeaseCarriesOut) {
+  const Claim claim = run_one();
+  bool ended = false;
+  queue.when_ended(claim.job.id, [&] { ended = true; });
+  queue.cancel(claim.job.id);
+  now += lease_ms;
+  queue.keep_house();
+  EXPECT_TRUE(ended);
+  EXPECT_EQ(state(claim), JobState::cancelled);
+}
+
+TEST(Leases, CostAWriteForAllRunningJobsTogetherAndNoneForThoseThatWait) {
+  CountingStore store;
+  MemoryArtifactStore artifacts;
+  IdSource ids(system_clock(), system_random());
+  Queue queue(store, artifacts, ids, system_clock(), no_log(), {});
+  for (int i = 0; i < 1000; ++i) (void)queue.submit({.document = "{}"});
+  queue.renew_leases();
+  EXPECT_EQ(store.renewals, 0);
+  std::vector<Claim> claims;
+  for (int i = 0; i < 5; ++i) claims.push_back(queue.claim(false).value());
+  queue.renew_leases();
+  EXPECT_EQ(store.renewals, 1);
+  EXPECT_EQ(store.largest, 5u);
+  queue.succeed(claims[0].job.id, claims[0].fence, "{}", {});
+  queue.fail(claims[1].job.id, claims[1].fence, {"internal", "", {}});
+  queue.release(claims[2].job.id, claims[2].fence, true, false);
+  queue.cancel(claims[3].job.id);
+  queue.finish_cancel(claims[3].job.id, claims[3].fence);
+  queue.release(claims[4].job.id, claims[4].fence, true, false);
+  queue.renew_leases();
+  EXPECT_EQ(store.renewals, 1) << "all have ended or were given back";
+}
+
+TEST_F(SupervisorTest, AJobThatTheStoreTookBackIsStoppedAndRunsAgainAtNoCost) {
+  start(settings(1));
+  const std::string id = submit("wait " + path("go"));
+  ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
+  const std::int64_t after_the_lease = system_clock()() + 1'000'000;
+  ASSERT_EQ(store.keep_house(after_the_lease, after_the_lease, 10).abandoned, std::vector{id});
+  queue.renew_leases();
+  ASSERT_TRUE(eventually([&] { return log.count("lease_lost") == 1 && state(id) == JobState::running; }));
+  create("go");
+  ASSERT_TRUE(reaches(id, JobState::succeeded));
+  EXPECT_EQ(find(id).attempt, 1);
+  EXPECT_EQ(log.count("job_cancelled") + log.count("attempt_failed") + log.count("job_failed"), 0);
+}
+
+TEST_F(SupervisorTest, JobsThatRunLongerThanTheirLeaseKeepItWhileTheLeaseKeeperLives) {
+  Queue brief(store, artifacts, ids, system_clock(), log.log(), {.lease_ms = 300});
+  const Housekeeper keeps_house(brief, log.log(), {std::chrono::milliseconds(2), std::chrono::milliseconds(1)});
+  const LeaseKeeper keeps_leases(brief, log.log(), std::chrono::milliseconds(20));
+  const worker::Supervisor over(brief, settings(), log.log());
+  const std::string id = brief.submit({.document = "wait " + path("go")})->view.job.id;
+  ASSERT_TRUE(eventually([&] { return state(id) == JobState::running; }));
+  const std::int64_t claimed_at = find(id).started_at.value();
+  ASSERT_TRUE(eventually([&] { return system_clock()() > claimed_at + 1000; }));
+  create("go");
+  ASSERT_TRUE(reaches(id, JobState::succeeded));
+  EXPECT_EQ(find(id).started_at, claimed_at) << "never claimed again";
+  EXPECT_EQ(log.count("lease_lost"), 0);
+}
