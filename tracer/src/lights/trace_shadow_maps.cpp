@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "tracer/src/integrator/hits.h"
-#include "tracer/src/integrator/parallel.h"
+#include "tracer/src/parallel.h"
 #include "tracer/src/integrator/ray_queue.h"
 
 namespace tracer {
