@@ -59,9 +59,6 @@ tracer::Result<tracer::Rendered, tracer::Failure> trace(const tracer::Scene& sce
                                                         Figures& figures) {
   Stopwatch watch;
   const Stopwatch whole;
-  // The scene's build uses whatever pool there is; this bounds it as --threads says.
-  std::optional<tbb::global_control> bound;
-  if (options.threads != 0) bound.emplace(tbb::global_control::max_allowed_parallelism, options.threads);
   const ProgressBar bar(control, !options.quiet);
   const auto compiled = tracer::compile(scene, control, assets);
   figures.build_ms = watch.lap_ms();
@@ -106,6 +103,9 @@ ExitCode render(const Options& options) {
   const tracer::Scene& scene = loaded->document.scene;
   figures.parse_ms = watch.lap_ms();
 
+  // The scene's build and the encoders use whatever pool there is; this bounds it as --threads says.
+  std::optional<tbb::global_control> bound;
+  if (options.threads != 0) bound.emplace(tbb::global_control::max_allowed_parallelism, options.threads);
   tracer::RenderControl control;
   const CancelOnSignal cancel_on_signal(control);
   std::vector<PendingFile> files;

@@ -3,11 +3,11 @@
 
 #include "tracer/src/integrator/audit.h"
 #include "tracer/src/integrator/camera_rays.h"
-#include "tracer/src/parallel.h"
 #include "tracer/src/integrator/picture_error.h"
 #include "tracer/src/integrator/pixel_sum.h"
 #include "tracer/src/integrator/tiles.h"
 #include "tracer/src/integrator/wavefront_pool.h"
+#include "tracer/src/parallel.h"
 
 namespace tracer {
 
