@@ -87,11 +87,11 @@ class Rendering {
     return std::move(document->scene);
   }
 
-  /// With its files, whose bytes are not needed afterwards.
+  /// With its files, whose bytes are not needed afterwards, nor are the scene's meshes.
   std::shared_ptr<const tracer::CompiledScene> compile(tracer::Scene& scene) {
     const tracer::Assets assets = scene.assets.empty() ? tracer::Assets() : load_assets(scene);
     times_.parse += watch_.lap();
-    auto compiled = value_of(tracer::compile(scene, control_, assets));
+    auto compiled = value_of(tracer::compile_taking_meshes(scene, control_, assets));
     times_.build = watch_.lap();
     return compiled;
   }
@@ -134,7 +134,7 @@ class Rendering {
   template <class T>
   T value_of(tracer::Result<T, tracer::Failure> result) {
     using Code = tracer::Failure::Code;
-    if (result) return *std::move(result);
+    if (result) return std::move(*result);
     if (result.error().code == Code::cancelled) throw Stop{Cancelled{job_.job_id, job_.fence}};
     if (result.error().code == Code::bad_asset) {
       throw Stop{Failed{job_.job_id, job_.fence,
