@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""first_byte.py [--rounds 200] [--scene scenes/whitted.json] [--size 64] [options of whittled]: how long one who waits
+"""first_byte.py [--rounds 200] [--scene scenes/tiny.json] [--size 64] [options of whittled]: how long one who waits
 for a small picture waits, and how much of that is neither building, tracing nor encoding.
 
 Starts whittled (from $WHITTLE_BIN) on free ports with an empty data folder. One client with one kept connection asks, turn
@@ -106,7 +106,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rounds", type=int, default=200)
     parser.add_argument("--size", type=int, default=64)
-    parser.add_argument("--scene", default=str(pathlib.Path(__file__).parents[2] / "scenes" / "whitted.json"))
+    parser.add_argument("--scene", default=str(pathlib.Path(__file__).parents[2] / "scenes" / "tiny.json"))
     options, of_the_daemon = parser.parse_known_args()
     scene = json.loads(pathlib.Path(options.scene).read_bytes())
     scene["image"] = {"width": options.size, "height": options.size}
