@@ -1,6 +1,7 @@
 #include "api/load_assets.h"
 
 #include <utility>
+#include <variant>
 
 #include "api/load_meshes.h"
 
@@ -8,6 +9,16 @@ namespace api {
 namespace {
 
 constexpr std::size_t told_max = 1000;  // as of the other kinds of issues
+
+/// Files of meshes are meshes by now, and may be most of what there is in memory.
+void keep_pictures(const tracer::Scene& scene, tracer::Assets& assets) {
+  std::vector<bool> is_picture(assets.bytes.size());
+  for (const tracer::Texture& texture : scene.textures)
+    if (const auto* picture = std::get_if<tracer::ImageTexture>(&texture.pattern))
+      is_picture[picture->file.index] = true;
+  for (std::size_t i = 0; i < assets.bytes.size(); ++i)
+    if (!is_picture[i]) std::vector<std::uint8_t>().swap(assets.bytes[i]);
+}
 
 }  // namespace
 
@@ -38,6 +49,7 @@ tracer::Result<tracer::Assets, std::vector<tracer::Issue>> load_assets(tracer::S
   });
   if (issues.empty()) issues = load_meshes(scene, assets, limits);
   if (!issues.empty()) return issues;
+  keep_pictures(scene, assets);
   return assets;
 }
 

@@ -55,11 +55,11 @@ class Rendering {
     return std::move(document->scene);
   }
 
-  /// With its files, whose bytes are not needed afterwards.
+  /// With its files, whose bytes are not needed afterwards, nor are the scene's meshes.
   std::shared_ptr<const tracer::CompiledScene> compile(tracer::Scene& scene) {
     const tracer::Assets assets = load_files(scene, files_);
     times_.parse += watch_.lap();
-    auto compiled = value_of(tracer::compile(scene, control_.tracing, assets));
+    auto compiled = value_of(tracer::compile_taking_meshes(scene, control_.tracing, assets));
     times_.build = watch_.lap();
     return compiled;
   }

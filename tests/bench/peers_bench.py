@@ -33,8 +33,8 @@ NOTES = """\
 Where pictures differ: POV-Ray and Tachyon leave a surface whose smooth normal faces away at its silhouette unlit
 differently (pot, waves); Tachyon sees the background where the depth ends, the others nothing (sphereflake, lattice,
 gears); numbers are 32-bit floats in Tachyon's files. What a program cannot be told is not approximated: it has no row.
-Times: whittle's memory and process time hold its libraries (picture formats) loaded once a process; the daemon has them
-loaded. All three write 16 bits a channel, not compressed."""
+Times: whittle's memory and process time hold its libraries loaded once a process; the daemon has them loaded. All three
+write 16 bits a channel, not compressed."""
 
 
 def median(runs, field):

@@ -50,6 +50,42 @@ TEST(Crop, IsThatWindowOfTheFullPictureBitForBit) {
   }
 }
 
+/// Two meshes of its own, one mirrored and with normals, and one placed twice.
+Scene mesh_scene() {
+  Scene scene = ball_scene();
+  scene.lights.push_back(scenes::point_light({3, 4, 5}));
+  scenes::add(scene, scenes::placed(scenes::torus(24, 12), 1, {0, 0, 1}), scenes::matte({0.5, 0.6, 0.7}));
+  Mesh with_normals = scenes::icosphere(1);
+  with_normals.normals = with_normals.positions;
+  scenes::add(scene, std::move(with_normals), scenes::matte({1, 0.5, 0.5}));
+  scene.objects.back().transform = Transform{{{{-0.5, 0, 0, 1}, {0, 0.5, 0, 1}, {0, 0, 0.5, 1}}}};
+  scene.prototypes.push_back({{{scenes::icosphere(1, true), scene.objects.back().material, {}}}, "/prototypes/it"});
+  for (const double x : {-1.0, 0.5})
+    scene.objects.push_back({Instance{{0}, {}}, {}, Transform{{{{0.4, 0, 0, x}, {0, 0.4, 0, -1}, {0, 0, 0.4, 1}}}}});
+  return scene;
+}
+
+TEST(MeshesThatCompileTakes, GiveTheSamePictureAndAreGone) {
+  Scene scene = mesh_scene();
+  const Rendered copied = scenes::render(scene);
+  const Requirements needs = requirements(scene);
+  EXPECT_TRUE(needs.smooth_normals);
+  RenderControl control;
+  const auto compiled = compile_taking_meshes(scene, control);
+  ASSERT_TRUE(compiled);
+  const auto taken = render(**compiled, {.threads = 1}, control);
+  ASSERT_TRUE(taken);
+  EXPECT_EQ(taken->image.rgb, copied.image.rgb);
+  EXPECT_EQ(taken->statistics, copied.statistics);
+  for (const Object& object : scene.objects) {
+    const auto* mesh = std::get_if<Mesh>(&object.shape);
+    if (mesh == nullptr) continue;
+    EXPECT_TRUE(mesh->positions.empty() && mesh->triangles.empty() && mesh->normals.empty());
+  }
+  EXPECT_FALSE(std::get<Mesh>(scene.prototypes[0].objects[0].shape).positions.empty());
+  EXPECT_EQ(requirements(scene).smooth_normals, needs.smooth_normals);
+}
+
 TEST(Aperture, NeedsNoRaysAndChangesNoBitWithOneSample) {
   Scene scene = scenes::random(3, 40);
   const Rendered pinhole = scenes::render(scene);

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "api/load_assets.h"
 #include "tests/reader/gltf_files.h"
 #include "tests/reader/reading.h"
 
@@ -110,6 +111,15 @@ TEST(Validate, AsksOfMeshesOfFilesThatTheAssetIsThereAndNotTooManyAre) {
             "/objects/2/file limit_exceeded the limit assets is 2, got 3\n");
   scene.assets.resize(2);
   EXPECT_EQ(told(tracer::validate(scene, {})), "/objects/2/file unknown_reference there is no asset 2\n");
+}
+
+TEST(LoadAssets, KeepsNoFileOfAMeshOnceItIsRead) {
+  tracer::Scene scene = scene_of({"a.obj"});
+  const auto read = [](const std::string&) -> api::AssetBytes { return bytes_of(mesh_files::obj(pyramid())); };
+  const auto assets = api::load_assets(scene, read, {});
+  ASSERT_TRUE(assets);
+  EXPECT_EQ(assets->bytes, std::vector<std::vector<std::uint8_t>>(1));
+  EXPECT_EQ(positions_of(mesh_of(scene.objects[0])), positions_of(pyramid()));
 }
 
 TEST(LoadMeshes, LeavesOtherScenesAsTheyAre) {

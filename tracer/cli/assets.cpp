@@ -27,9 +27,9 @@ std::string refusal(const fs::path& path) {
 
 api::AssetBytes read(const fs::path& path) {
   if (std::string refused = refusal(path); !refused.empty()) return refused;
-  const auto bytes = read_all(path.string(), api::asset_bytes_max);
+  auto bytes = read_all_bytes(path.string(), api::asset_bytes_max);
   if (!bytes) return bytes.error().sentence;
-  return std::vector<std::uint8_t>(bytes->begin(), bytes->end());
+  return std::move(*bytes);
 }
 
 api::AssetBytes read_upload(const std::string& folder, const std::string& name) {

@@ -33,26 +33,43 @@ mode_t usual_permissions() {
 /// Errno values with which file systems say that they have no nameless files (open(2), O_TMPFILE).
 bool means_no_nameless_files(int error) { return error == EOPNOTSUPP || error == EISDIR || error == ENOENT; }
 
-}  // namespace
+/// Of a file, what it has; of others a beginning.
+std::size_t expected_bytes(int descriptor) {
+  constexpr std::size_t piece = std::size_t{1} << 20;
+  struct stat status {};
+  if (::fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode)) return piece;
+  return static_cast<std::size_t>(status.st_size) + 1;  // to see its end
+}
 
-tracer::Result<std::string, FileFailure> read_all(const std::string& path, std::size_t limit) {
+template <class Bytes>
+tracer::Result<Bytes, FileFailure> read_into(const std::string& path, std::size_t limit) {
   const bool standard_input = path == "-";
   const int descriptor = standard_input ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) return failure("read", path, errno);
-  std::string bytes;
-  int error = 0;
-  while (bytes.size() <= limit) {
-    constexpr std::size_t piece = std::size_t{1} << 20;
-    const std::size_t had = bytes.size();
-    bytes.resize(had + std::min(piece, limit + 1 - had));
-    const ssize_t got = ::read(descriptor, bytes.data() + had, bytes.size() - had);
-    if (got < 0) error = errno;
-    bytes.resize(had + static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
+  Bytes bytes(std::min(expected_bytes(descriptor), limit + 1), {});
+  std::size_t done = 0;
+  ssize_t got = 0;
+  while (done <= limit) {
+    if (done == bytes.size()) bytes.resize(std::min(2 * done, limit + 1));
+    got = ::read(descriptor, bytes.data() + done, bytes.size() - done);
     if (got <= 0) break;
+    done += static_cast<std::size_t>(got);
   }
+  const int error = got < 0 ? errno : 0;
   if (!standard_input) ::close(descriptor);
   if (error != 0) return failure("read", path, error);
+  bytes.resize(done);
   return bytes;
+}
+
+}  // namespace
+
+tracer::Result<std::string, FileFailure> read_all(const std::string& path, std::size_t limit) {
+  return read_into<std::string>(path, limit);
+}
+
+tracer::Result<std::vector<std::uint8_t>, FileFailure> read_all_bytes(const std::string& path, std::size_t limit) {
+  return read_into<std::vector<std::uint8_t>>(path, limit);
 }
 
 PendingFile::PendingFile(std::string path, int descriptor, std::string temporary)

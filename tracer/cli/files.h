@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "tracer/result.h"
 
@@ -20,6 +21,7 @@ using Done = tracer::Result<std::monostate, FileFailure>;
 /// All of `path` ("-": standard input), but at most `limit` + 1 bytes: enough for the reader to see that it is too
 /// large.
 tracer::Result<std::string, FileFailure> read_all(const std::string& path, std::size_t limit);
+tracer::Result<std::vector<std::uint8_t>, FileFailure> read_all_bytes(const std::string& path, std::size_t limit);
 
 /// A file that is being written under no name, in the folder where it will appear. Destroyed before `publish`, or
 /// killed with its process, it leaves nothing behind. Two exceptions, which only SIGKILL or power loss shows: the

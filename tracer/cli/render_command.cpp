@@ -53,17 +53,14 @@ ExitCode complain(const tracer::Failure& failure) {
   return complain(failure.detail);
 }
 
-/// The picture, with build and trace times in `figures`.
-tracer::Result<tracer::Rendered, tracer::Failure> trace(const tracer::Scene& scene, const tracer::Assets& assets,
+/// The picture, with build and trace times in `figures`. Takes the scene's meshes.
+tracer::Result<tracer::Rendered, tracer::Failure> trace(tracer::Scene& scene, const tracer::Assets& assets,
                                                         const Options& options, tracer::RenderControl& control,
                                                         Figures& figures) {
   Stopwatch watch;
   const Stopwatch whole;
-  // The scene's build uses whatever pool there is; this bounds it as --threads says.
-  std::optional<tbb::global_control> bound;
-  if (options.threads != 0) bound.emplace(tbb::global_control::max_allowed_parallelism, options.threads);
   const ProgressBar bar(control, !options.quiet);
-  const auto compiled = tracer::compile(scene, control, assets);
+  const auto compiled = tracer::compile_taking_meshes(scene, control, assets);
   figures.build_ms = watch.lap_ms();
   if (!compiled) return compiled.error();
   auto rendered = tracer::render(
@@ -98,14 +95,17 @@ ExitCode render(const Options& options) {
   Stopwatch watch;
   const auto bytes = read_all(options.scene_path, api::DocumentLimits{}.bytes);
   if (!bytes) return complain(bytes.error().sentence);
-  const auto loaded = load(*bytes, options.scene_path, options.uploads_folder);
+  auto loaded = load(*bytes, options.scene_path, options.uploads_folder);
   if (!loaded) {
     print_issues(stderr, loaded.error());
     return bad_scene;
   }
-  const tracer::Scene& scene = loaded->document.scene;
+  tracer::Scene& scene = loaded->document.scene;
   figures.parse_ms = watch.lap_ms();
 
+  // The scene's build and the encoders use whatever pool there is; this bounds it as --threads says.
+  std::optional<tbb::global_control> bound;
+  if (options.threads != 0) bound.emplace(tbb::global_control::max_allowed_parallelism, options.threads);
   tracer::RenderControl control;
   const CancelOnSignal cancel_on_signal(control);
   std::vector<PendingFile> files;

@@ -117,10 +117,9 @@ std::uint64_t bytes_of(const std::vector<T>& values) {
   return values.capacity() * sizeof(T);
 }
 
-}  // namespace
-
-Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene, RenderControl& control,
-                                                              const Assets& assets) {
+/// `taken`: the scene's own objects, of which meshes may be taken; null: nothing may.
+Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene, std::vector<Object>* taken,
+                                                              RenderControl& control, const Assets& assets) {
   if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled before building"};
   try {
     const Bounds bounds = finite_bounds(scene);
@@ -131,7 +130,7 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene
     compiled->images = std::move(*images);
     compiled->background.emplace(scene.background, scene.camera.up, compiled->textures, compiled->images);
     if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled before building"};
-    build_geometry(scene, *compiled);
+    build_geometry(scene, *compiled, taken);
     for (const Light& light : scene.lights) compiled->lights.push_back(trace_light(light, compiled->frame));
     auto accelerator = Accelerator::build(compiled->geometry, control);
     if (!accelerator) return accelerator.error();
@@ -144,6 +143,18 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene
   } catch (const std::bad_alloc&) {
     return Failure{Failure::Code::out_of_memory, "no memory for the compiled scene"};
   }
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene, RenderControl& control,
+                                                              const Assets& assets) {
+  return compile(scene, nullptr, control, assets);
+}
+
+Result<std::shared_ptr<const CompiledScene>, Failure> compile_taking_meshes(Scene& scene, RenderControl& control,
+                                                                            const Assets& assets) {
+  return compile(scene, &scene.objects, control, assets);
 }
 
 std::uint64_t memory_bytes(const CompiledScene& scene) {

@@ -38,6 +38,20 @@ TEST(Levels, FollowExposureClampAndTheCurve) {
   }
 }
 
+TEST(Levels, AreTheSameOfRowsAsOfSinglePixels) {
+  oracle::Random random(3);
+  std::vector<float> rgb(3 * 77);
+  for (float& value : rgb) value = static_cast<float>(random.chance(0.1) ? 0 : random.spread(1e-9, 1e3));
+  for (const auto overflow : {Output::Overflow::clamp, Output::Overflow::reinhard}) {
+    const Levels levels(output(0.5, overflow), 7);
+    std::array<std::vector<float>, 3> planes;
+    planes.fill(std::vector<float>(77));
+    levels.show(rgb, planes);
+    for (std::size_t i = 0; i < rgb.size(); ++i)
+      ASSERT_EQ(planes[i % 3][i / 3], static_cast<float>(levels.level(rgb[i]))) << rgb[i];
+  }
+}
+
 TEST(Levels, DivideByTheBrightestWhereThatIsAboveOne) {
   EXPECT_NEAR(Levels(output(0, Output::Overflow::scale), 4).level(2), static_cast<double>(encoded(0.5L)), 1e-3);
   EXPECT_NEAR(Levels(output(0, Output::Overflow::scale), 0.5).level(0.25), static_cast<double>(encoded(0.25L)), 1e-3);

@@ -46,6 +46,15 @@ class Png(unittest.TestCase):
         linear = noise(37, 61)
         numpy.testing.assert_array_equal(pictures.read_png(encode("png", linear)), srgb_codes(linear))
 
+    def test_holds_pictures_that_are_packed_in_several_strips(self):
+        linear = noise(401, 307)
+        data = [content for kind, content in pictures.png_chunks(encode("png", linear)) if kind == b"IDAT"]
+        self.assertGreater(len(data), 2)
+        numpy.testing.assert_array_equal(pictures.read_png(encode("png", linear)), srgb_codes(linear))
+        numpy.testing.assert_array_equal(pictures.read_png(encode("png16", linear)), srgb_codes(linear, 65535))
+        one_row = noise(1, 50_000)  # wider than a strip is meant to be
+        numpy.testing.assert_array_equal(pictures.read_png(encode("png", one_row)), srgb_codes(one_row))
+
     def test_keeps_row_0_on_top_and_red_first(self):
         linear = numpy.zeros((2, 3, 3))
         linear[0, 0] = [1, 0, 0]

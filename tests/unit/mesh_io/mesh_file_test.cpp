@@ -140,6 +140,19 @@ TEST(PlyFile, ReadsWhatItKnowsWhereverItStandsAndSkipsTheRest) {
   EXPECT_EQ(got[6].position, (Vec3{0, 1, 0.5}));
 }
 
+TEST(PlyFile, KeepsTheOrderOfFacesBehindThatOfStrips) {
+  const Mesh mesh = read(
+      "ply\nformat ascii 1.0\nelement face 4\nproperty list uchar int vertex_indices\n"
+      "element tristrips 1\nproperty list int int vertex_indices\n"
+      "element vertex 5\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+      "3 0 1 2\n3 2 3 0\n4 0 1 2 3\n3 0 1 4\n"
+      "3 1 2 3\n"
+      "0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n");
+  const std::vector<std::array<std::uint32_t, 3>> expected{{1, 2, 3}, {0, 1, 2}, {2, 3, 0},
+                                                           {0, 1, 2}, {0, 2, 3}, {0, 1, 4}};
+  EXPECT_EQ(mesh.triangles, expected);
+}
+
 TEST(PlyFile, TakesStripsApartKeepingTheirSide) {
   const Mesh mesh = read(
       "ply\nformat ascii 1.0\nelement vertex 6\nproperty int x\nproperty int y\nproperty int z\n"

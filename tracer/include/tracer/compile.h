@@ -30,6 +30,12 @@ struct Failure {
 Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene, RenderControl& control,
                                                               const Assets& assets = {});
 
+/// The same, but the meshes of `scene.objects` become the compiled scene's: they have no vertices and triangles
+/// afterwards, whatever comes of it. Twice as much would lie in memory while the BVH is built. The rest of `scene`
+/// stays as it is.
+Result<std::shared_ptr<const CompiledScene>, Failure> compile_taking_meshes(Scene& scene, RenderControl& control,
+                                                                            const Assets& assets = {});
+
 /// Bytes held by the compiled scene, BVH included.
 std::uint64_t memory_bytes(const CompiledScene& scene);
 

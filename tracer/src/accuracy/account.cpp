@@ -225,12 +225,6 @@ SampledError joined(const SampledError& own, const SampledError& audit) {
   return {std::max(own.squared, audit.squared), std::max(own.squared_upper, audit.squared_upper)};
 }
 
-SampledError settle(std::span<const float> variances) {
-  SummedErrors sums;
-  for (const float variance : variances) sums.add(variance);
-  return sums.known();
-}
-
 void MissingError::add(double mean, double missing_depth, double missing_cutoff, const Levels& levels) {
   const double seen = levels.level(mean);
   const auto squared = [&](double light) {
@@ -240,6 +234,12 @@ void MissingError::add(double mean, double missing_depth, double missing_cutoff,
   depth += squared(missing_depth);
   cutoff += squared(missing_cutoff);
   both += squared(missing_depth + missing_cutoff);
+}
+
+void MissingError::add(const MissingError& part) {
+  depth += part.depth;
+  cutoff += part.cutoff;
+  both += part.both;
 }
 
 ErrorEstimate error_estimate(const SampledError& sampled, const MissingError& missing, std::size_t pixels) {

@@ -57,14 +57,12 @@ SampledError settle(std::span<PixelState> pixels, std::uint32_t width, const Lev
 /// What is known of a picture from its own samples and from an audit of it: the greater.
 SampledError joined(const SampledError& own, const SampledError& audit);
 
-/// The same for samples that tell their variances alone; see uniform_error.h.
-SampledError settle(std::span<const float> variances);
-
 /// Sums over the picture, in squared levels, of the light that is missing at most.
 struct MissingError {
   double depth = 0, cutoff = 0, both = 0;
   /// `mean` of one channel of a pixel, and what it lacks.
   void add(double mean, double missing_depth, double missing_cutoff, const Levels& levels);
+  void add(const MissingError& part);
 };
 
 /// sampling^2 + missing^2, over `pixels`, as an estimate that holds at its stated confidence.

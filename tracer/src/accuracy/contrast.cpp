@@ -1,48 +1,70 @@
 #include "tracer/src/accuracy/contrast.h"
 
 #include <algorithm>
+#include <limits>
+
+#include "tracer/src/math/wide.h"
 
 namespace tracer {
 namespace {
 
-double squared_second_difference(const float* before, const float* at, const float* after) {
-  double sum = 0;
-  for (int channel = 0; channel < 3; ++channel) {
-    const double bend = before[channel] - 2.0 * at[channel] + after[channel];
-    sum += bend * bend;
+constexpr std::size_t no_row = std::numeric_limits<std::size_t>::max();
+
+WHITTLE_INLINE double squared_bend(double before, double at, double after) {
+  const double bend = before - 2.0 * at + after;
+  return bend * bend;
+}
+
+/// Raises the contrasts of the pixels x in [first, last) of the row `at` to that in one direction: `step` to the left
+/// in the row `before`, as much to the right in the row `after`.
+WHITTLE_WIDE void raise(const ShownRow& before, const ShownRow& at, const ShownRow& after, std::ptrdiff_t step,
+                        std::ptrdiff_t first, std::ptrdiff_t last, float* contrast) {
+  const float *const r0 = before[0].data(), *const g0 = before[1].data(), *const b0 = before[2].data();
+  const float *const r1 = at[0].data(), *const g1 = at[1].data(), *const b1 = at[2].data();
+  const float *const r2 = after[0].data(), *const g2 = after[1].data(), *const b2 = after[2].data();
+  for (std::ptrdiff_t x = first; x < last; ++x) {
+    const double bends = squared_bend(r0[x - step], r1[x], r2[x + step]) +
+                         squared_bend(g0[x - step], g1[x], g2[x + step]) +
+                         squared_bend(b0[x - step], b1[x], b2[x + step]);
+    const auto bent = static_cast<float>(bends);
+    contrast[x] = contrast[x] < bent ? bent : contrast[x];
   }
-  return sum;
 }
 
 }  // namespace
 
-float Contrasts::at(std::size_t column, std::size_t row) const {
-  constexpr std::int64_t directions[4][2] = {{1, 0}, {0, 1}, {1, 1}, {1, -1}};
-  const auto x = static_cast<std::int64_t>(column), y = static_cast<std::int64_t>(row);
-  const auto shown_at = [&](std::int64_t ax, std::int64_t ay) { return shown_.data() + 3 * (ay * columns_ + ax); };
-  double contrast = 0;
-  for (const auto& [dx, dy] : directions) {
-    if ((dx != 0 && columns_ < 3) || (dy != 0 && rows_ < 3)) continue;
-    // At the picture's border: of the nearest three in a row that it has.
-    const std::int64_t cx = dx != 0 ? std::clamp<std::int64_t>(x, 1, columns_ - 2) : x;
-    const std::int64_t cy = dy != 0 ? std::clamp<std::int64_t>(y, 1, rows_ - 2) : y;
-    contrast = std::max(
-        contrast, squared_second_difference(shown_at(cx - dx, cy - dy), shown_at(cx, cy), shown_at(cx + dx, cy + dy)));
+ContrastRows::ContrastRows(std::size_t columns, std::size_t rows, std::function<void(std::size_t, ShownRow&)> show)
+    : columns_(columns), rows_(rows), show_(std::move(show)), contrast_(columns) {
+  kept_row_.fill(no_row);
+  for (ShownRow& row : kept_)
+    for (std::vector<float>& plane : row) plane.resize(columns);
+}
+
+const ShownRow& ContrastRows::shown(std::size_t y) {
+  ShownRow& row = kept_[y % 3];
+  if (kept_row_[y % 3] != y) show_(y, row);
+  kept_row_[y % 3] = y;
+  return row;
+}
+
+std::span<const float> ContrastRows::row(std::size_t y) {
+  float* const contrast = contrast_.data();
+  std::fill(contrast_.begin(), contrast_.end(), 0.0f);
+  const auto columns = static_cast<std::ptrdiff_t>(columns_);
+  const bool wide = columns >= 3, high = rows_ >= 3;
+  const std::size_t middle = high ? std::clamp<std::size_t>(y, 1, rows_ - 2) : y;
+  if (wide) {
+    const ShownRow& own = shown(y);
+    raise(own, own, own, 1, 1, columns - 1, contrast);
+    if (high) {
+      raise(shown(middle - 1), shown(middle), shown(middle + 1), 1, 1, columns - 1, contrast);
+      raise(shown(middle - 1), shown(middle), shown(middle + 1), -1, 1, columns - 1, contrast);
+    }
+    contrast_.front() = contrast_[1];
+    contrast_.back() = contrast_[columns_ - 2];
   }
-  return static_cast<float>(contrast);
-}
-
-std::vector<float> contrasts(std::span<const float> shown, std::uint32_t width) {
-  const Contrasts contrast(shown, width);
-  std::vector<float> result;
-  result.reserve(shown.size() / 3);
-  for (std::size_t i = 0; i < shown.size() / 3; ++i) result.push_back(contrast.at(i % width, i / width));
-  return result;
-}
-
-double expected_variance(double contrast) {
-  constexpr double edge = 3 * 6 * 6;  // six levels in each channel: below, shading bends as much
-  return contrast >= edge ? contrast / 12 : contrast / 144;
+  if (high) raise(shown(middle - 1), shown(middle), shown(middle + 1), 0, 0, columns, contrast);
+  return contrast_;
 }
 
 }  // namespace tracer

@@ -5,18 +5,19 @@
 #include <limits>
 
 #include "tracer/src/film/srgb.h"
+#include "tracer/src/math/wide.h"
 
 namespace tracer {
 namespace {
 
-constexpr std::size_t steps = 4096;
+constexpr int steps = 4096;
 
 template <class Curve>
 std::vector<float> tabulated(const Curve& curve) {
   std::vector<float> table(steps + 1);
-  for (std::size_t i = 0; i <= steps; ++i) {
+  for (int i = 0; i <= steps; ++i) {
     const double root = static_cast<double>(i) / steps;
-    table[i] = static_cast<float>(curve(root * root));
+    table[static_cast<std::size_t>(i)] = static_cast<float>(curve(root * root));
   }
   return table;
 }
@@ -31,6 +32,32 @@ const std::vector<float>& slope_table() {
   static const std::vector<float> table =
       tabulated([](double x) { return 255 * (x <= 0.0031308 ? 12.92 : 1.055 / 2.4 * std::pow(x, 1 / 2.4 - 1)); });
   return table;
+}
+
+WHITTLE_INLINE double shown_of(double radiance, double gain, bool reinhard) {
+  const double exposed = (radiance > 0 ? radiance : 0) * gain;
+  return reinhard ? exposed / (1 + exposed) : exposed < 1 ? exposed : 1.0;
+}
+
+/// Between the table's entries on a line.
+WHITTLE_INLINE double read(const float* table, double displayed) {
+  const double at = std::sqrt(displayed) * steps;
+  const int whole = static_cast<int>(at), index = whole < steps ? whole : steps - 1;
+  const double part = at - index;
+  return table[index] + (table[index + 1] - table[index]) * part;
+}
+
+struct Scale {
+  double gain;
+  bool reinhard;
+  const float* table;
+};
+
+/// Every third number, from the first on.
+WHITTLE_WIDE void show_plane(const float* radiance, std::size_t count, const Scale& scale, float* __restrict shown) {
+  const Scale s = scale;
+  for (std::size_t i = 0; i < count; ++i)
+    shown[i] = static_cast<float>(read(s.table, shown_of(radiance[3 * i], s.gain, s.reinhard)));
 }
 
 }  // namespace
@@ -57,16 +84,13 @@ double Levels::slope_between(double a, double b) const {
   return (level(a) - level(b)) / (a - b);
 }
 
-double Levels::displayed(double radiance) const {
-  const double exposed = std::max(0.0, radiance) * gain_;
-  return reinhard_ ? exposed / (1 + exposed) : std::min(exposed, 1.0);
-}
+double Levels::displayed(double radiance) const { return shown_of(radiance, gain_, reinhard_); }
 
-double Levels::of(const std::vector<float>& table, double displayed) {
-  const double at = std::sqrt(displayed) * steps;
-  const auto index = std::min(static_cast<std::size_t>(at), steps - 1);
-  const double part = at - static_cast<double>(index);
-  return table[index] + (table[index + 1] - table[index]) * part;
+double Levels::of(const std::vector<float>& table, double displayed) { return read(table.data(), displayed); }
+
+void Levels::show(std::span<const float> rgb, std::array<std::vector<float>, 3>& planes) const {
+  for (std::size_t channel = 0; channel < 3; ++channel)
+    show_plane(rgb.data() + channel, rgb.size() / 3, {gain_, reinhard_, level_.data()}, planes[channel].data());
 }
 
 }  // namespace tracer

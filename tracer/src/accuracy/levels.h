@@ -1,6 +1,8 @@
 #pragma once
 /// The scale on which errors are told: what a display is to show, in steps of an 8-bit code, not rounded.
 
+#include <array>
+#include <span>
 #include <vector>
 
 #include "tracer/scene.h"
@@ -15,6 +17,8 @@ class Levels {
   Levels(const Output& output, double brightest);
 
   [[nodiscard]] double level(double radiance) const { return of(level_, displayed(radiance)); }
+  /// The same of a row of a picture, three channels a pixel, into a plane for each, which have room for it.
+  void show(std::span<const float> rgb, std::array<std::vector<float>, 3>& planes) const;
   /// Levels per unit of radiance; 0 above what is clamped.
   [[nodiscard]] double slope(double radiance) const;
   /// Levels per unit between two radiances, in any order; the slope where they are one.

@@ -1,28 +1,38 @@
 #include "tracer/src/accuracy/uniform_error.h"
 
-#include "tracer/src/accuracy/contrast.h"
-
 namespace tracer {
 
-std::vector<float> uniform_variance(std::span<const float> rgb, std::span<const float> spread, std::uint32_t samples,
-                                    std::uint32_t width, const Levels& levels) {
-  std::vector<float> shown(rgb.size());
-  for (std::size_t i = 0; i < rgb.size(); ++i) shown[i] = static_cast<float>(levels.level(rgb[i]));
-  std::vector<float> variance = contrasts(shown, width);
+UniformVariance::UniformVariance(const UniformPixels& pixels, const Levels& levels)
+    : pixels_(pixels),
+      levels_(levels),
+      contrasts_(pixels.width, pixels.rows(),
+                 [this](std::size_t y, ShownRow& row) {
+                   levels_.show(pixels_.rgb.subspan(3 * y * pixels_.width, 3 * std::size_t{pixels_.width}), row);
+                 }),
+      variance_(pixels.width) {}
+
+std::span<const float> UniformVariance::row(std::size_t y) {
   constexpr double prior_weight = 2;
-  for (std::size_t pixel = 0; pixel < variance.size(); ++pixel) {
-    double one = expected_variance(variance[pixel]);
-    if (!spread.empty()) {
-      double own = 0;
-      for (std::size_t i = 3 * pixel; i < 3 * pixel + 3; ++i) {
-        const double slope = levels.slope(rgb[i]);
-        own += slope * slope * spread[i];
-      }
-      one = (own * (samples - 1) + one * prior_weight) / (samples - 1 + prior_weight);
-    }
-    variance[pixel] = static_cast<float>(one / samples);
+  const std::span<const float> contrast = contrasts_.row(y);
+  const std::uint32_t others = pixels_.samples - 1;
+  for (std::size_t x = 0; x < pixels_.width; ++x) {
+    double one = expected_variance(contrast[x]);
+    if (!pixels_.spread.empty())
+      one = (own_variance(y * pixels_.width + x) * others + one * prior_weight) / (others + prior_weight);
+    variance_[x] = static_cast<float>(one / pixels_.samples);
   }
-  return variance;
+  return variance_;
+}
+
+/// Of the pixel's samples.
+double UniformVariance::own_variance(std::size_t pixel) const {
+  double own = 0;
+  for (std::size_t i = 3 * pixel; i < 3 * pixel + 3; ++i) {
+    if (pixels_.spread[i] == 0) continue;  // most of a background
+    const double slope = levels_.slope(pixels_.rgb[i]);
+    own += slope * slope * pixels_.spread[i];
+  }
+  return own;
 }
 
 }  // namespace tracer

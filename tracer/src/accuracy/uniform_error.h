@@ -6,17 +6,43 @@
 #include <span>
 #include <vector>
 
-#include "tracer/src/accuracy/account.h"
+#include "tracer/src/accuracy/contrast.h"
+#include "tracer/src/accuracy/levels.h"
 
 namespace tracer {
 
-/// Variance of every pixel's mean, in squared levels, the channels added up. `rgb`: the means, three a pixel; `spread`:
-/// the variance of each pixel's samples, likewise, empty where there is one sample.
+/// Such a picture. What it refers to must outlive it.
+struct UniformPixels {
+  std::span<const float> rgb;     ///< the pixels' means, three channels each
+  std::span<const float> spread;  ///< the variance of each pixel's samples, likewise; empty where there is one sample
+  std::uint32_t samples = 1, width = 0;
+
+  [[nodiscard]] std::size_t rows() const { return width > 0 ? rgb.size() / 3 / width : 0; }
+};
+
+/// Variance of every pixel's mean, in squared levels, the channels added up; row by row, best in ascending order. One
+/// thread.
 ///
 /// The samples' variance over their number is that of independent ones; stratified ones have less (Owen 1997). It is
 /// joined, with the weight of two samples, by what the contrast to the neighbours lets expect: samples that agree by
 /// chance, an edge having been missed, then do not count as exact.
-std::vector<float> uniform_variance(std::span<const float> rgb, std::span<const float> spread, std::uint32_t samples,
-                                    std::uint32_t width, const Levels& levels);
+class UniformVariance {
+ public:
+  /// `levels` must outlive it.
+  UniformVariance(const UniformPixels& pixels, const Levels& levels);
+  UniformVariance(const UniformVariance&) = delete;
+  UniformVariance& operator=(const UniformVariance&) = delete;
+
+  /// Of each pixel of row y; until the next call.
+  std::span<const float> row(std::size_t y);
+
+ private:
+  [[nodiscard]] double own_variance(std::size_t pixel) const;
+
+  UniformPixels pixels_;
+  const Levels& levels_;
+  ContrastRows contrasts_;
+  std::vector<float> variance_;
+};
 
 }  // namespace tracer

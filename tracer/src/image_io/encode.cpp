@@ -1,7 +1,9 @@
 #include "tracer/encode.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include "tracer/src/film/palette.h"
@@ -10,6 +12,7 @@
 #include "tracer/src/image_io/open_image_io.h"
 #include "tracer/src/image_io/png_file.h"
 #include "tracer/src/image_io/tiff.h"
+#include "tracer/src/parallel.h"
 
 namespace tracer {
 namespace {
@@ -23,12 +26,16 @@ struct Shown {
 
 template <class Code>
 std::vector<Code> codes_of(const std::vector<float>& linear) {
+  constexpr std::size_t piece = std::size_t{1} << 17;
   std::vector<Code> codes(linear.size());
-  if constexpr (sizeof(Code) == 1) {
-    srgb8_from_linear(linear, codes);
-  } else {
-    for (std::size_t i = 0; i < linear.size(); ++i) codes[i] = srgb16_from_linear(linear[i]);
-  }
+  for_each_tile((linear.size() + piece - 1) / piece, 0, [&](std::uint64_t index) {
+    const std::size_t first = index * piece, count = std::min(piece, linear.size() - first);
+    if constexpr (sizeof(Code) == 1) {
+      srgb8_from_linear(std::span(linear).subspan(first, count), std::span(codes).subspan(first, count));
+    } else {
+      for (std::size_t i = first; i < first + count; ++i) codes[i] = srgb16_from_linear(linear[i]);
+    }
+  });
   return codes;
 }
 

@@ -3,14 +3,113 @@
 #include <png.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <bit>
 #include <new>
+
+#include "tracer/src/parallel.h"
 
 namespace tracer {
 namespace {
 
+using Bytes = std::vector<std::uint8_t>;
+
+/// Rows of a picture, packed by themselves: what follows needs nothing of them but the sum.
+struct Strip {
+  std::uint32_t first = 0, last = 0;
+  Bytes deflated;
+  uLong adler = 0;
+  std::size_t filtered_bytes = 0;
+};
+
+struct Picture {
+  std::uint32_t width, height;
+  int channels, bits;
+  const std::uint8_t* codes;
+
+  [[nodiscard]] std::size_t pixel_bytes() const { return static_cast<std::size_t>(channels) * bits / 8; }
+  [[nodiscard]] std::size_t row_bytes() const { return width * pixel_bytes(); }
+};
+
+/// Strips of about so many bytes: enough to be worth a task, and the same whatever the number of threads.
+std::vector<Strip> strips_of(const Picture& picture) {
+  constexpr std::size_t strip_bytes = std::size_t{1} << 17;
+  const auto rows = static_cast<std::uint32_t>(std::max<std::size_t>(1, strip_bytes / picture.row_bytes()));
+  std::vector<Strip> strips;
+  for (std::uint32_t first = 0; first < picture.height; first += std::min(rows, picture.height - first))
+    strips.push_back({first, first + std::min(rows, picture.height - first), {}, 0, 0});
+  return strips;
+}
+
+/// What each byte adds to the one above; words are big-endian in the file, and swapped on little-endian machines.
+template <bool swapped>
+void filter_up(const std::uint8_t* row, const std::uint8_t* above, std::size_t count, std::uint8_t* out) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t from = swapped ? i ^ 1U : i;
+    out[i] = static_cast<std::uint8_t>(row[from] - above[from]);
+  }
+}
+
+/// The strip's rows, each behind the number of its filter (PNG specification, 3rd ed., 9.2). Nothing is above the
+/// first.
+Bytes filtered(const Picture& picture, const Strip& strip) {
+  constexpr std::uint8_t up = 2;
+  const std::size_t row_bytes = picture.row_bytes();
+  const bool swapped = picture.bits == 16 && std::endian::native == std::endian::little;
+  const Bytes nothing(strip.first == 0 ? row_bytes : 0);
+  Bytes bytes((strip.last - strip.first) * (row_bytes + 1));
+  std::uint8_t* out = bytes.data();
+  for (std::uint32_t y = strip.first; y < strip.last; ++y, out += row_bytes + 1) {
+    const std::uint8_t* const row = picture.codes + y * row_bytes;
+    const std::uint8_t* const above = y == 0 ? nothing.data() : row - row_bytes;
+    *out = up;
+    swapped ? filter_up<true>(row, above, row_bytes, out + 1) : filter_up<false>(row, above, row_bytes, out + 1);
+  }
+  return bytes;
+}
+
+/// Packs the strip: a part of one zlib stream (RFC 1950, 1951) without its header, which ends at a byte's end. Throws
+/// std::bad_alloc.
+///
+/// Measured on traced pictures of 1920x1080, one thread: 19-34 ms, where the library's defaults take 62-188; the files
+/// are 11-59 % larger for it. Run lengths look no further back than a byte: strips cost next to nothing.
+void deflate(const Picture& picture, Strip& strip) {
+  constexpr int raw_window_bits = -15, memory_level = 8, level = 1;
+  Bytes bytes = filtered(picture, strip);
+  strip.filtered_bytes = bytes.size();
+  strip.adler = adler32_z(adler32_z(0, nullptr, 0), bytes.data(), bytes.size());
+  z_stream stream{};
+  if (deflateInit2(&stream, level, Z_DEFLATED, raw_window_bits, memory_level, Z_RLE) != Z_OK) throw std::bad_alloc();
+  constexpr std::size_t flush_bytes = 16;
+  try {
+    strip.deflated.resize(deflateBound(&stream, static_cast<uLong>(bytes.size())) + flush_bytes);
+  } catch (...) {
+    deflateEnd(&stream);
+    throw;
+  }
+  stream.next_in = bytes.data();
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  stream.next_out = strip.deflated.data();
+  stream.avail_out = static_cast<uInt>(strip.deflated.size());
+  ::deflate(&stream, strip.last == picture.height ? Z_FINISH : Z_SYNC_FLUSH);
+  strip.deflated.resize(stream.total_out);
+  deflateEnd(&stream);
+}
+
+/// Makes of the strips' parts one zlib stream.
+void join(std::vector<Strip>& strips) {
+  constexpr std::uint8_t header[] = {0x78, 0x01};  // window of 32 KiB, fastest
+  Bytes& first = strips.front().deflated;
+  first.insert(first.begin(), std::begin(header), std::end(header));
+  uLong adler = strips.front().adler;
+  for (std::size_t i = 1; i < strips.size(); ++i)
+    adler = adler32_combine(adler, strips[i].adler, static_cast<z_off_t>(strips[i].filtered_bytes));
+  for (int shift = 24; shift >= 0; shift -= 8)
+    strips.back().deflated.push_back(static_cast<std::uint8_t>(adler >> static_cast<unsigned>(shift)));
+}
+
 struct Writing {
-  std::vector<std::uint8_t> bytes;
+  Bytes bytes;
   std::string failure;
 };
 
@@ -19,7 +118,7 @@ Writing& writing(png_structp png) { return *static_cast<Writing*>(png_get_io_ptr
 /// Nothing is thrown through libpng, which is C: what fails here goes on as libpng's own failures do, by its jump.
 void append(png_structp png, png_bytep data, std::size_t size) {
   try {
-    std::vector<std::uint8_t>& bytes = writing(png).bytes;
+    Bytes& bytes = writing(png).bytes;
     bytes.insert(bytes.end(), data, data + size);
     return;
   } catch (const std::bad_alloc&) {
@@ -35,30 +134,21 @@ void append(png_structp png, png_bytep data, std::size_t size) {
 void ignore(png_structp /*png*/, const char* /*warning*/) {}
 
 /// Nothing with a destructor lives in here: libpng's failures jump over it.
-bool write(png_structp png, png_infop info, std::uint32_t width, std::uint32_t height, int channels, int bits,
-           const std::uint8_t* codes) {
+bool write(png_structp png, png_infop info, const Picture& picture, const std::vector<Strip>& strips) {
   if (setjmp(png_jmpbuf(png)) != 0) return false;
   png_set_user_limits(png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
-  png_set_IHDR(png, info, width, height, bits, channels == 4 ? PNG_COLOR_TYPE_RGBA : PNG_COLOR_TYPE_RGB,
-               PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_set_IHDR(png, info, picture.width, picture.height, picture.bits,
+               picture.channels == 4 ? PNG_COLOR_TYPE_RGBA : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
+               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_set_sRGB_gAMA_and_cHRM(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
-  // Measured on traced pictures of 1920x1080: 19-34 ms, where the library's defaults take 62-188; the files are 11-59 %
-  // larger for it.
-  png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_UP);
-  png_set_compression_strategy(png, Z_RLE);
-  png_set_compression_level(png, 1);
   png_write_info(png, info);
-  if (bits == 16 && std::endian::native == std::endian::little) png_set_swap(png);
-  const std::size_t row = std::size_t{width} * static_cast<std::size_t>(channels * bits / 8);
-  for (std::uint32_t y = 0; y < height; ++y) png_write_row(png, codes + y * row);
-  png_write_end(png, info);
+  for (const Strip& strip : strips)
+    png_write_chunk(png, reinterpret_cast<png_const_bytep>("IDAT"), strip.deflated.data(), strip.deflated.size());
+  png_write_chunk(png, reinterpret_cast<png_const_bytep>("IEND"), nullptr, 0);
   return true;
 }
 
-}  // namespace
-
-Result<std::vector<std::uint8_t>, std::string> png_file(std::uint32_t width, std::uint32_t height, int channels,
-                                                        int bits, const void* codes) {
+Result<Bytes, std::string> file_of(const Picture& picture, const std::vector<Strip>& strips) {
   Writing result;
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &result, fail, ignore);
   png_infop info = png == nullptr ? nullptr : png_create_info_struct(png);
@@ -67,10 +157,23 @@ Result<std::vector<std::uint8_t>, std::string> png_file(std::uint32_t width, std
     return std::string("png encoder: not enough memory");
   }
   png_set_write_fn(png, &result, append, nullptr);
-  const bool written = write(png, info, width, height, channels, bits, static_cast<const std::uint8_t*>(codes));
+  const bool written = write(png, info, picture, strips);
   png_destroy_write_struct(&png, &info);
   if (!written) return result.failure;
   return std::move(result.bytes);
+}
+
+}  // namespace
+
+Result<std::vector<std::uint8_t>, std::string> png_file(std::uint32_t width, std::uint32_t height, int channels,
+                                                        int bits, const void* codes) try {
+  const Picture picture{width, height, channels, bits, static_cast<const std::uint8_t*>(codes)};
+  std::vector<Strip> strips = strips_of(picture);
+  for_each_tile(strips.size(), 0, [&](std::uint64_t index) { deflate(picture, strips[index]); });
+  join(strips);
+  return file_of(picture, strips);
+} catch (const std::bad_alloc&) {
+  return std::string("png encoder: not enough memory");
 }
 
 }  // namespace tracer

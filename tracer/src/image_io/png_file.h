@@ -1,5 +1,6 @@
 #pragma once
-/// PNG by libpng itself: most pictures need nothing else, and OpenImageIO takes longer to load than many to trace.
+/// PNG by libpng and zlib themselves: most pictures need nothing else, and OpenImageIO takes longer to load than many
+/// to trace.
 
 #include <cstdint>
 #include <string>
@@ -10,7 +11,9 @@
 namespace tracer {
 
 /// `codes`: sRGB of `bits` 8 (bytes) or 16 (words of the machine), `channels` 3, or 4 with straight alpha; rows from
-/// the top. Says by its chunks that it is sRGB. Fails with libpng's sentence.
+/// the top. Says by its chunks that it is sRGB. Packed by all
+/// threads of the calling thread's oneTBB arena, to the same bytes for any number of them. Fails with libpng's
+/// sentence.
 Result<std::vector<std::uint8_t>, std::string> png_file(std::uint32_t width, std::uint32_t height, int channels,
                                                         int bits, const void* codes);
 

@@ -9,9 +9,9 @@
 #include "tracer/src/accuracy/account.h"
 #include "tracer/src/accuracy/audit_choice.h"
 #include "tracer/src/integrator/camera_rays.h"
-#include "tracer/src/integrator/parallel.h"
 #include "tracer/src/integrator/tiles.h"
 #include "tracer/src/integrator/wavefront_pool.h"
+#include "tracer/src/parallel.h"
 
 namespace tracer {
 

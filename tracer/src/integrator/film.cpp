@@ -84,18 +84,19 @@ void Film::note(std::size_t place, const Scout& scout, const Color& radiance, co
 }
 
 void Film::expect(const Levels& levels) {
-  std::vector<float> shown(rgb_.size());
-  each_pixel([&](std::size_t i) {
-    for (std::size_t at = 3 * i; at < 3 * i + 3; ++at) shown[at] = static_cast<float>(levels.level(rgb_[at]));
-  });
   const Blocks blocks(size_, width_);
-  const Contrasts contrasts(shown, width_);
   in_parallel_(blocks.count(), [&](std::uint64_t block) {
-    blocks.each_pixel(block, [&](std::size_t i, std::size_t x, std::size_t y) {
-      PixelState& pixel = pixels_[i];
-      pixel.contrast = contrasts.at(x, y);
-      pixel.variance = static_cast<float>(std::max(expected_variance(pixel.contrast), pixel.unseen()));
+    ContrastRows contrasts(width_, size_ / width_, [&](std::size_t y, ShownRow& row) {
+      levels.show(std::span(rgb_).subspan(3 * y * width_, 3 * std::size_t{width_}), row);
     });
+    for (std::size_t y = blocks.first_row(block); y < blocks.first_row(block + 1); ++y) {
+      PixelState* pixel = pixels_.data() + y * width_;
+      for (const float contrast : contrasts.row(y)) {
+        pixel->contrast = contrast;
+        pixel->variance = static_cast<float>(std::max(expected_variance(contrast), pixel->unseen()));
+        ++pixel;
+      }
+    }
   });
 }
 
@@ -125,15 +126,23 @@ Color Film::mean(std::size_t place) const {
 
 MissingError Film::missing_error(const Levels& levels) {
   if (missing_.empty()) return {};
-  if (pixels_.empty()) return tracer::missing_error(rgb_, missing_, most_hideable(), levels);
   take_means();
-  return tracer::missing_error(rgb_, missing_of_one(), most_hideable(), levels);
+  const Judging judging{levels, most_hideable()};
+  const Blocks blocks(size_, width_);
+  std::vector<MissingError> parts(blocks.count());
+  in_parallel_(blocks.count(), [&](std::uint64_t block) {
+    MissingError part;
+    blocks.each_pixel(block, [&](std::size_t i, std::size_t, std::size_t) {
+      add(part, rgb_.data() + 3 * i, missing_of_one(i), judging);
+    });
+    parts[block] = part;
+  });
+  MissingError whole;
+  for (const MissingError& part : parts) whole.add(part);
+  return whole;
 }
 
-Hideable Film::most_hideable() const {
-  const Hideable by_scene = hideable(scene_, 0);
-  return by_scene.bounded ? by_scene : hideable(scene_, brightest(rgb_));
-}
+Hideable Film::most_hideable() const { return hideable(scene_, brightest_if_needed(scene_, rgb_)); }
 
 void Film::take_means() {
   if (pixels_.empty()) return;
@@ -146,32 +155,22 @@ void Film::take_means() {
   });
 }
 
-std::vector<MissingLight> Film::missing_of_one() const {
-  std::vector<MissingLight> missing = missing_;
-  if (missing.empty()) return missing;
-  for (std::size_t i = 0; i < pixels_.size(); ++i) {
-    const float share = 1.0f / static_cast<float>(pixels_[i].count());
-    missing[i] = {missing_[i].depth * share, missing_[i].cutoff * share, missing_[i].spared * share};
-  }
-  return missing;
+MissingLight Film::missing_of_one(std::size_t place) const {
+  if (missing_.empty()) return {};
+  const float share = pixels_.empty() ? 1 : 1.0f / static_cast<float>(pixels_[place].count());
+  return {missing_[place].depth * share, missing_[place].cutoff * share, missing_[place].spared * share};
 }
 
-/// The pixels' variances, made to add up to what is claimed of the picture. A sketch's are all alike.
-std::vector<float> Film::claimed_variances(const SampledError& sampled) const {
-  if (pixels_.empty()) {
-    const double each = sampled.squared_upper / static_cast<double>(size_);
-    return std::vector<float>(size_, static_cast<float>(each));
-  }
-  std::vector<float> variances;
-  variances.reserve(pixels_.size());
+void Film::write_errors(std::vector<float>& error, const Image& image, const SampledError& sampled,
+                        const Judging& judging) const {
+  const double each = sampled.squared_upper / static_cast<double>(size_);  // of a sketch
   double sum = 0;
-  for (const PixelState& pixel : pixels_) {
-    variances.push_back(pixel.variance);
-    sum += pixel.variance;
-  }
-  const auto factor = static_cast<float>(sum > 0 ? std::max(1.0, sampled.squared_upper / sum) : 1);
-  for (float& variance : variances) variance *= factor;
-  return variances;
+  for (const PixelState& pixel : pixels_) sum += pixel.variance;
+  const double factor = sum > 0 ? std::max(1.0, sampled.squared_upper / sum) : 1;
+  each_pixel([&](std::size_t i) {
+    const double variance = pixels_.empty() ? each : pixels_[i].variance * factor;
+    error[i] = pixel_error(variance, image.rgb.data() + 3 * i, missing_of_one(i), judging);
+  });
 }
 
 void Film::count(RenderStatistics& statistics) const {
@@ -195,13 +194,11 @@ void Film::write(Rendered& rendered, const SampledError& sampled, bool whole) {
     take_means();
   }
   Image& image = rendered.image;
-  const Levels shown = levels();
-  const Hideable hidden = most_hideable();
+  const Judging judging{levels(), most_hideable()};
   image.rgb = std::move(rgb_);
   allocate(image, scene_.image.window(), scene_.output);
-  for (std::size_t i = 0; i < layers_.size(); ++i) layers_[i].write(image, i);
-  if (image.layers.error.empty()) return;
-  write_error_layer(image, claimed_variances(sampled), missing_of_one(), hidden, shown);
+  if (!layers_.empty()) each_pixel([&](std::size_t i) { layers_[i].write(image, i); });
+  if (!image.layers.error.empty()) write_errors(image.layers.error, image, sampled, judging);
 }
 
 }  // namespace tracer

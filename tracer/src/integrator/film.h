@@ -59,8 +59,10 @@ class Film {
 
  private:
   /// The sums that were noted at a place, as of one sample.
-  [[nodiscard]] std::vector<MissingLight> missing_of_one() const;
-  [[nodiscard]] std::vector<float> claimed_variances(const SampledError& sampled) const;
+  [[nodiscard]] MissingLight missing_of_one(std::size_t place) const;
+  /// The layer, from the pixels' variances, made to add up to what is claimed of the picture. A sketch's are all alike.
+  void write_errors(std::vector<float>& error, const Image& image, const SampledError& sampled,
+                    const Judging& judging) const;
   [[nodiscard]] Hideable most_hideable() const;
   void take_means();  ///< of refined pixels, into `rgb_`
   void count(RenderStatistics& statistics) const;

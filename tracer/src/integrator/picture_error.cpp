@@ -6,39 +6,59 @@
 #include "tracer/src/accuracy/radiance_bound.h"
 
 namespace tracer {
-namespace {
 
-void add(MissingError& sums, const float* rgb, const MissingLight& missing, const Hideable& hideable,
-         const Levels& levels) {
-  const double depth = missing.depth * hideable.radiance;
-  const double cutoff = missing.cutoff * hideable.radiance + missing.spared;
-  if (!(depth + cutoff > 0)) return;
-  for (int channel = 0; channel < 3; ++channel) sums.add(rgb[channel], depth, cutoff, levels);
+double brightest_if_needed(const CompiledScene& scene, std::span<const float> rgb) {
+  const bool needed = scene.output.overflow == Output::Overflow::scale || !radiance_bound(scene);
+  return needed && !rgb.empty() ? *std::max_element(rgb.begin(), rgb.end()) : 0;
 }
-
-}  // namespace
 
 Hideable hideable(const CompiledScene& scene, double brightest_pixel) {
   const auto bound = radiance_bound(scene);
   return bound ? Hideable{*bound, true} : Hideable{brightest_pixel, false};
 }
 
-MissingError missing_error(std::span<const float> rgb, std::span<const MissingLight> missing, const Hideable& hideable,
-                           const Levels& levels) {
-  MissingError sums;
-  for (std::size_t i = 0; i < missing.size(); ++i) add(sums, rgb.data() + 3 * i, missing[i], hideable, levels);
-  return sums;
+void add(MissingError& sums, const float* rgb, const MissingLight& missing, const Judging& judging) {
+  const double depth = missing.depth * judging.hideable.radiance;
+  const double cutoff = missing.cutoff * judging.hideable.radiance + missing.spared;
+  if (!(depth + cutoff > 0)) return;
+  for (int channel = 0; channel < 3; ++channel) sums.add(rgb[channel], depth, cutoff, judging.levels);
 }
 
-void write_error_layer(Image& image, std::span<const float> variances, std::span<const MissingLight> missing,
-                       const Hideable& hideable, const Levels& levels) {
-  for (std::size_t i = 0; i < image.layers.error.size(); ++i) {
-    MissingError lacks;
-    if (!missing.empty()) add(lacks, image.rgb.data() + 3 * i, missing[i], hideable, levels);
-    image.layers.error[i] = static_cast<float>(std::sqrt((variances[i] + lacks.both) / 3));
+float pixel_error(double variance, const float* rgb, const MissingLight& missing, const Judging& judging) {
+  MissingError lacks;
+  add(lacks, rgb, missing, judging);
+  return static_cast<float>(std::sqrt((variance + lacks.both) / 3));
+}
+
+UniformAccount account_for(Image& image, const UniformPixels& pixels, std::span<const MissingLight> missing,
+                           const Judging& judging, const InParallel& in_parallel) {
+  struct Part {
+    SummedErrors sampled;
+    MissingError missing;
+  };
+  const Blocks blocks(pixels.rgb.size() / 3, pixels.width);
+  std::vector<Part> parts(blocks.count());
+  in_parallel(blocks.count(), [&](std::uint64_t block) {
+    UniformVariance variances(pixels, judging.levels);
+    Part part;
+    for (std::size_t y = blocks.first_row(block); y < blocks.first_row(block + 1); ++y) {
+      const std::span<const float> variance = variances.row(y);
+      for (std::size_t x = 0, place = y * pixels.width; x < pixels.width; ++x, ++place) {
+        const float* rgb = pixels.rgb.data() + 3 * place;
+        const MissingLight lacks = missing.empty() ? MissingLight{} : missing[place];
+        part.sampled.add(variance[x]);
+        add(part.missing, rgb, lacks, judging);
+        if (!image.layers.error.empty()) image.layers.error[place] = pixel_error(variance[x], rgb, lacks, judging);
+      }
+    }
+    parts[block] = part;
+  });
+  Part whole;
+  for (const Part& part : parts) {
+    whole.sampled.add(part.sampled);
+    whole.missing.add(part.missing);
   }
+  return {whole.sampled.known(), whole.missing};
 }
-
-double brightest(std::span<const float> rgb) { return rgb.empty() ? 0 : *std::max_element(rgb.begin(), rgb.end()); }
 
 }  // namespace tracer

@@ -5,9 +5,14 @@
 
 #include "tracer/render.h"
 #include "tracer/src/accuracy/account.h"
+#include "tracer/src/accuracy/uniform_error.h"
 #include "tracer/src/integrator/wavefront.h"
 
 namespace tracer {
+
+/// The brightest channel of the picture, where something asks for it: `overflow: scale`, or a scene without a bound of
+/// its radiance. 0 elsewhere.
+double brightest_if_needed(const CompiledScene& scene, std::span<const float> rgb);
 
 /// What a unit of weight that was not traced can hide: the scene's bound of radiance, or without one that of the
 /// brightest pixel.
@@ -17,15 +22,25 @@ struct Hideable {
 };
 Hideable hideable(const CompiledScene& scene, double brightest_pixel);
 
-/// Of all pixels; `rgb` are their means and `missing` what these lack (empty: nothing).
-MissingError missing_error(std::span<const float> rgb, std::span<const MissingLight> missing, const Hideable& hideable,
-                           const Levels& levels);
+/// What pixels are judged by.
+struct Judging {
+  Levels levels;
+  Hideable hideable;
+};
 
-/// The layer `error` of a picture: of each pixel, from the variance of its mean and what it lacks.
-void write_error_layer(Image& image, std::span<const float> variances, std::span<const MissingLight> missing,
-                       const Hideable& hideable, const Levels& levels);
+/// Adds what a pixel lacks; `rgb` is its mean.
+void add(MissingError& sums, const float* rgb, const MissingLight& missing, const Judging& judging);
 
-/// The brightest channel of the picture.
-double brightest(std::span<const float> rgb);
+/// One pixel's in the layer `error`, from the variance of its mean and what it lacks.
+float pixel_error(double variance, const float* rgb, const MissingLight& missing, const Judging& judging);
+
+/// What is known of a picture of equal samples; the same for any number of threads. Also writes the layer `error` where
+/// `image` has one. `pixels` are those of `image`; `missing`: the means of what each lacks, empty: nothing.
+struct UniformAccount {
+  SampledError sampled;
+  MissingError missing;
+};
+UniformAccount account_for(Image& image, const UniformPixels& pixels, std::span<const MissingLight> missing,
+                           const Judging& judging, const InParallel& in_parallel);
 
 }  // namespace tracer

@@ -9,10 +9,10 @@
 #include "tracer/src/integrator/camera_rays.h"
 #include "tracer/src/integrator/deadline.h"
 #include "tracer/src/integrator/film.h"
-#include "tracer/src/integrator/parallel.h"
 #include "tracer/src/integrator/pilot.h"
 #include "tracer/src/integrator/tiles.h"
 #include "tracer/src/integrator/wavefront_pool.h"
+#include "tracer/src/parallel.h"
 
 namespace tracer {
 

@@ -1,15 +1,14 @@
 #pragma once
 /// Exactly so many samples in every pixel.
 
-#include "tracer/src/accuracy/uniform_error.h"
 #include "tracer/src/integrator/audit.h"
 #include "tracer/src/integrator/camera_rays.h"
-#include "tracer/src/integrator/parallel.h"
 #include "tracer/src/integrator/picture_error.h"
 #include "tracer/src/integrator/pixel_sum.h"
 #include "tracer/src/integrator/preview_tiles.h"
 #include "tracer/src/integrator/tiles.h"
 #include "tracer/src/integrator/wavefront_pool.h"
+#include "tracer/src/parallel.h"
 
 namespace tracer {
 
@@ -39,9 +38,10 @@ class UniformRender {
     if (control_.tiles_done() < tiles_.count()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
     rendered.statistics = pool_.statistics();
     rendered.statistics.samples_min = rendered.statistics.samples_max = samples_;
-    rendered.error = account(image);
-    account_for_approximations<Model>(scene_, settings_, control_, Levels(scene_.output, brightest(image.rgb)),
-                                      rendered);
+    const double brightest = brightest_if_needed(scene_, image.rgb);
+    const Judging judging{Levels(scene_.output, brightest), hideable(scene_, brightest)};
+    rendered.error = account(image, judging);
+    account_for_approximations<Model>(scene_, settings_, control_, judging.levels, rendered);
     if (control_.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
     return rendered;
   }
@@ -119,15 +119,13 @@ class UniformRender {
     if (scene_.needs.layers) sums.layers.write(image, at);
   }
 
-  ErrorEstimate account(Image& image) const {
-    const double most = brightest(image.rgb);
-    const Levels levels(scene_.output, most);
-    const Hideable hidden = hideable(scene_, most);
-    const std::vector<float> variances = uniform_variance(image.rgb, spread_, samples_, image.width, levels);
-    write_error_layer(image, variances, missing_, hidden, levels);
-    ErrorEstimate error =
-        error_estimate(settle(variances), missing_error(image.rgb, missing_, hidden, levels), variances.size());
-    error.bounded = hidden.bounded || (error.depth == 0 && error.cutoff == 0);
+  ErrorEstimate account(Image& image, const Judging& judging) const {
+    const UniformAccount known = account_for(image, {image.rgb, spread_, samples_, image.width}, missing_, judging,
+                                             [&](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
+                                               for_each_tile(count, settings_.threads, work);
+                                             });
+    ErrorEstimate error = error_estimate(known.sampled, known.missing, image.rgb.size() / 3);
+    error.bounded = judging.hideable.bounded || (error.depth == 0 && error.cutoff == 0);
     error.target = scene_.accuracy.target_error;
     error.met = !error.target || error.estimate <= *error.target;
     return error;

@@ -5,8 +5,8 @@
 #include <limits>
 
 #include "tracer/src/integrator/hits.h"
-#include "tracer/src/integrator/parallel.h"
 #include "tracer/src/integrator/ray_queue.h"
+#include "tracer/src/parallel.h"
 
 namespace tracer {
 namespace {

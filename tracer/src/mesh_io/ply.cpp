@@ -121,11 +121,10 @@ class PlyReader {
   bool read_faces(const Element& element) {
     const auto corner_lists = std::count_if(element.properties.begin(), element.properties.end(), is_corner_list);
     if (corner_lists != 1) return refuse("the element \"face\" must have one list vertex_indices");
-    ends_.reserve(element.count);
+    faces_.reserve(element.count);
     for (std::uint64_t face = 0; face < element.count; ++face) {
       for (const Property& property : element.properties)
         if (!(is_corner_list(property) ? read_corners(property) : skip(property))) return false;
-      ends_.push_back(corners_.size());
     }
     return true;
   }
@@ -139,10 +138,21 @@ class PlyReader {
   bool read_corners(const Property& list) {
     std::uint64_t length = 0;
     if (!read_length(list, length)) return false;
+    const bool is_triangle = length == 3 && ends_.empty();
+    std::array<std::uint32_t, 3> triangle{};
     for (std::uint64_t i = 0; i < length; ++i) {
       double index = 0;
       if (!read_index(list, 0, index)) return false;
-      corners_.push_back(static_cast<std::uint32_t>(index));
+      if (is_triangle) {
+        triangle[i] = static_cast<std::uint32_t>(index);
+      } else {
+        corners_.push_back(static_cast<std::uint32_t>(index));
+      }
+    }
+    if (is_triangle) {
+      faces_.push_back(triangle);
+    } else {
+      ends_.push_back(corners_.size());
     }
     return true;
   }
@@ -190,36 +200,56 @@ class PlyReader {
     return true;
   }
 
-  bool make_triangles() {
+  /// Triangles of strips come first, then the faces in their order.
+  bool make_triangles() { return take_triangles() && cut_polygons(); }
+
+  bool take_triangles() {
+    const std::uint64_t before = mesh_.triangles.size();
+    for (; face_ < faces_.size(); ++face_) {
+      const auto& [a, b, c] = faces_[face_];
+      if (!is_vertex(a) || !is_vertex(b) || !is_vertex(c)) return false;
+      if (before + face_ >= limits_.triangles) return refuse(refusal_of_triangle_count(before + face_ + 1, limits_));
+    }
+    if (before == 0) {
+      mesh_.triangles = std::move(faces_);
+    } else {
+      mesh_.triangles.insert(mesh_.triangles.end(), faces_.begin(), faces_.end());
+    }
+    return true;
+  }
+
+  bool cut_polygons() {
     std::vector<Vec3> positions;
-    for (std::size_t begin = 0; face_ < ends_.size(); ++face_) {
-      const std::span<const std::uint32_t> polygon(corners_.data() + begin, ends_[face_] - begin);
+    std::size_t begin = 0;
+    for (const std::size_t end : ends_) {
+      const std::span<const std::uint32_t> polygon(corners_.data() + begin, end - begin);
       positions.clear();
       for (const std::uint32_t corner : polygon) {
         if (!is_vertex(corner)) return false;
         positions.push_back(mesh_.positions[corner]);
       }
       if (!refuse(add_polygon(polygon, positions, limits_, mesh_.triangles))) return false;
-      begin = ends_[face_];
+      begin = end;
+      ++face_;
     }
     return true;
   }
 
   /// They are no part of any surface, but would count for the scene's extent and for memory.
   void drop_unused_vertices() {
-    constexpr std::uint32_t unused = std::numeric_limits<std::uint32_t>::max();
-    std::vector<std::uint32_t> renamed(mesh_.positions.size(), unused);
+    std::vector<bool> used(mesh_.positions.size());
     for (const auto& triangle : mesh_.triangles)
-      for (const std::uint32_t corner : triangle) renamed[corner] = corner;
+      for (const std::uint32_t corner : triangle) used[corner] = true;
+    if (std::find(used.begin(), used.end(), false) == used.end()) return;
+    std::vector<std::uint32_t> renamed(used.size());
     std::uint32_t kept = 0;
-    for (std::uint32_t i = 0; i < renamed.size(); ++i) {
-      if (renamed[i] == unused) continue;
+    for (std::uint32_t i = 0; i < used.size(); ++i) {
+      if (!used[i]) continue;
       mesh_.positions[kept] = mesh_.positions[i];
       if (!mesh_.normals.empty()) mesh_.normals[kept] = mesh_.normals[i];
       if (!mesh_.uvs.empty()) mesh_.uvs[kept] = mesh_.uvs[i];
       renamed[i] = kept++;
     }
-    if (kept == renamed.size()) return;
     mesh_.positions.resize(kept);
     if (!mesh_.normals.empty()) mesh_.normals.resize(kept);
     if (!mesh_.uvs.empty()) mesh_.uvs.resize(kept);
@@ -233,9 +263,10 @@ class PlyReader {
   const Limits& limits_;
   ply::Values values_;
   std::string refusal_;
-  std::vector<std::uint32_t> corners_;  ///< of all faces, one behind the other
-  std::vector<std::size_t> ends_;       ///< of each face, in `corners_`
-  std::size_t face_ = 0;                ///< counted from 0, as they are in the file
+  std::vector<std::array<std::uint32_t, 3>> faces_;  ///< that are triangles, up to the first that is none
+  std::vector<std::uint32_t> corners_;               ///< of all other faces, one behind the other
+  std::vector<std::size_t> ends_;                    ///< of each of these, in `corners_`
+  std::size_t face_ = 0;                             ///< counted from 0, as they are in the file
   Mesh mesh_;
 };
 

@@ -126,11 +126,6 @@ class HeaderReader {
 
 }  // namespace
 
-std::size_t bytes_of(Type type) {
-  constexpr std::size_t sizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
-  return sizes[static_cast<std::size_t>(type)];
-}
-
 Result<Header, std::string> read_header(Words& words) { return HeaderReader(words).read(); }
 
 }  // namespace tracer::mesh_io::ply

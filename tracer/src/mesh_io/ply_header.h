@@ -12,7 +12,10 @@
 namespace tracer::mesh_io::ply {
 
 enum class Type : std::uint8_t { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
-std::size_t bytes_of(Type type);
+constexpr std::size_t bytes_of(Type type) {
+  constexpr std::size_t sizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
+  return sizes[static_cast<std::size_t>(type)];
+}
 
 struct Property {
   std::string name;

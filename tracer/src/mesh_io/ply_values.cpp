@@ -1,27 +1,39 @@
 #include "tracer/src/mesh_io/ply_values.h"
 
+#include <algorithm>
+#include <array>
 #include <bit>
 
 namespace tracer::mesh_io::ply {
 namespace {
 
-/// Two's complement; IEEE 754.
-double number(Type type, std::uint64_t bits) {
+/// A value of type T, whose bytes begin there.
+template <class T>
+double number(const std::uint8_t* at, bool swapped) {
+  std::array<std::uint8_t, sizeof(T)> raw;
+  std::copy_n(at, sizeof(T), raw.begin());
+  if (swapped) std::reverse(raw.begin(), raw.end());
+  return static_cast<double>(std::bit_cast<T>(raw));
+}
+
+double number(Type type, const std::uint8_t* at, bool swapped) {
   switch (type) {
     case Type::int8:
-      return static_cast<std::int8_t>(bits);
+      return number<std::int8_t>(at, swapped);
     case Type::int16:
-      return static_cast<std::int16_t>(bits);
+      return number<std::int16_t>(at, swapped);
     case Type::int32:
-      return static_cast<std::int32_t>(bits);
+      return number<std::int32_t>(at, swapped);
     case Type::uint8:
+      return number<std::uint8_t>(at, swapped);
     case Type::uint16:
+      return number<std::uint16_t>(at, swapped);
     case Type::uint32:
-      return static_cast<double>(bits);
+      return number<std::uint32_t>(at, swapped);
     case Type::float32:
-      return double{std::bit_cast<float>(static_cast<std::uint32_t>(bits))};
+      return number<float>(at, swapped);
     case Type::float64:
-      return std::bit_cast<double>(bits);
+      return number<double>(at, swapped);
   }
   return 0;
 }
@@ -33,18 +45,14 @@ Values::Values(std::span<const std::uint8_t> bytes, const Words& words, Encoding
 
 bool Values::next(Type type, double& value) {
   if (encoding_ == Encoding::ascii) return next_word(value);
-  if (!has_room_for(type, 1)) {
+  const std::size_t size = bytes_of(type);
+  if (size > bytes_.size() - at_) {
     refusal_ = "the file ends within its data";
     return false;
   }
-  const std::size_t size = bytes_of(type);
-  std::uint64_t bits = 0;
-  for (std::size_t i = 0; i < size; ++i) {
-    const std::size_t byte = encoding_ == Encoding::big_endian ? i : size - 1 - i;
-    bits = bits << 8U | bytes_[at_ + byte];
-  }
+  constexpr bool little = std::endian::native == std::endian::little;
+  value = number(type, bytes_.data() + at_, little == (encoding_ == Encoding::big_endian));
   at_ += size;
-  value = number(type, bits);
   return true;
 }
 

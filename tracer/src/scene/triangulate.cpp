@@ -92,6 +92,10 @@ class Ring {
 
 bool triangulate(std::span<const Vec3> corners, std::vector<std::array<std::uint32_t, 3>>& triangles) {
   if (corners.size() < 3) return false;
+  if (corners.size() == 3) {
+    triangles.push_back({0, 1, 2});
+    return true;
+  }
   std::vector<Vec2> flat = flatten(corners);
   if (is_fan(flat)) {
     for (std::uint32_t i = 1; i + 1 < corners.size(); ++i) triangles.push_back({0, i, i + 1});

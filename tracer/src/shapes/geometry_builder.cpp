@@ -29,7 +29,8 @@ bool keeps_spheres(const Linear& m) {
 /// differ), each mesh by itself.
 class GeometryBuilder {
  public:
-  explicit GeometryBuilder(CompiledScene& compiled) : compiled_(compiled), trace_from_world_(compiled.frame.affine()) {}
+  GeometryBuilder(CompiledScene& compiled, std::vector<Object>* taken)
+      : compiled_(compiled), taken_(taken), trace_from_world_(compiled.frame.affine()) {}
 
   void add(const Placed& placed) {
     object_ = static_cast<std::uint32_t>(compiled_.material_of_object.size());
@@ -38,6 +39,8 @@ class GeometryBuilder {
     if (compiled_.needs.textures) compiled_.axes_of_object.emplace_back();
     trace_from_object_ = trace_from_world_ * placed.world_from_object;
     world_from_object_ = placed.world_from_object;
+    const bool is_own = taken_ != nullptr && placed.group == "/objects";  // and so placed once
+    own_mesh_ = is_own ? std::get_if<Mesh>(&(*taken_)[placed.index].shape) : nullptr;
     std::visit(*this, placed.shape);
   }
 
@@ -101,7 +104,8 @@ class GeometryBuilder {
     triangles.transmissive = transmissive_;
     const auto first = static_cast<std::uint32_t>(triangles.positions.size());
     for (const Vec3& vertex : triangle.vertices) triangles.positions.push_back(trace_from_object(vertex));
-    push_corners(triangles, {first, first + 1, first + 2});
+    triangles.triangles.push_back(mirrors() ? std::array{first, first + 2, first + 1}
+                                            : std::array{first, first + 1, first + 2});
     triangles.object_of_triangle.push_back(object_);
     // Zero normals mean: use the face's.
     for (std::size_t corner = 0; corner < 3; ++corner) {
@@ -115,16 +119,26 @@ class GeometryBuilder {
     TriangleGeometry triangles;
     triangles.object = object_;
     triangles.transmissive = transmissive_;
-    triangles.positions.reserve(mesh.positions.size());
-    for (const Vec3& position : mesh.positions) triangles.positions.push_back(trace_from_object(position));
-    triangles.triangles.reserve(mesh.triangles.size());
-    for (const auto& corners : mesh.triangles) push_corners(triangles, corners);
     if (!mesh.normals.empty()) {
-      for (const Vec3& normal : mesh.normals) triangles.normals.push_back(unit_normal(normal));
+      set_normals(triangles, mesh.normals);
     } else if (mesh.smooth) {
-      for (const Vec3& normal : area_weighted_normals(mesh)) triangles.normals.push_back(unit_normal(normal));
+      set_normals(triangles, area_weighted_normals(mesh));
     }
+    triangles.uvs.reserve(mesh.uvs.size());
     for (const Vec2& uv : mesh.uvs) triangles.uvs.push_back({uv.x, uv.y});
+    if (own_mesh_ != nullptr) {
+      triangles.positions = std::move(own_mesh_->positions);
+      triangles.triangles = std::move(own_mesh_->triangles);
+      own_mesh_->smooth |= !mesh.normals.empty();
+      own_mesh_->normals = {};
+      own_mesh_->uvs = {};
+    } else {
+      triangles.positions = mesh.positions;
+      triangles.triangles = mesh.triangles;
+    }
+    for (Vec3& position : triangles.positions) position = trace_from_object(position);
+    if (mirrors())
+      for (auto& [a, b, c] : triangles.triangles) std::swap(b, c);
     compiled_.geometry.triangles.push_back(std::move(triangles));
   }
 
@@ -147,9 +161,11 @@ class GeometryBuilder {
   }
 
   /// Under a reflection counter-clockwise becomes clockwise: the front side must stay the front.
-  void push_corners(TriangleGeometry& triangles, const std::array<std::uint32_t, 3>& corners) const {
-    const auto& [a, b, c] = corners;
-    triangles.triangles.push_back(determinant(world_from_object_.linear) < 0 ? std::array{a, c, b} : corners);
+  [[nodiscard]] bool mirrors() const { return determinant(world_from_object_.linear) < 0; }
+
+  void set_normals(TriangleGeometry& triangles, const std::vector<Vec3>& normals) const {
+    triangles.normals.reserve(normals.size());
+    for (const Vec3& normal : normals) triangles.normals.push_back(unit_normal(normal));
   }
 
   [[nodiscard]] std::array<float, 3> unit_normal(const Vec3& normal) const {
@@ -158,6 +174,8 @@ class GeometryBuilder {
   }
 
   CompiledScene& compiled_;
+  std::vector<Object>* taken_;
+  Mesh* own_mesh_ = nullptr;  ///< the mesh being added, where its vertices may be taken
   Affine trace_from_world_, world_from_object_, trace_from_object_;
   std::array<SphereGeometry, 2> spheres_;
   std::array<QuadricGeometry, 2> quadrics_;
@@ -168,8 +186,8 @@ class GeometryBuilder {
 
 }  // namespace
 
-void build_geometry(const Scene& scene, CompiledScene& compiled) {
-  GeometryBuilder builder(compiled);
+void build_geometry(const Scene& scene, CompiledScene& compiled, std::vector<Object>* taken) {
+  GeometryBuilder builder(compiled, taken);
   for_each_placed(scene, [&](const Placed& placed) { builder.add(placed); });
   builder.finish();
 }

@@ -6,7 +6,8 @@
 namespace tracer {
 
 /// Fills `compiled`'s geometry, material_of_object and axes_of_object. Objects are numbered as placed: instances
-/// counted out, in the document's order.
-void build_geometry(const Scene& scene, CompiledScene& compiled);
+/// counted out, in the document's order. `taken`: the scene's own objects, of whose meshes the vertices and triangles
+/// are to become the geometry's; null: they are copied.
+void build_geometry(const Scene& scene, CompiledScene& compiled, std::vector<Object>* taken);
 
 }  // namespace tracer
