@@ -261,5 +261,28 @@ TEST(LensSamples, SayNothingOfThePositionInThePixel) {
     for (int j = 0; j < 2; ++j) EXPECT_LT(of[i][j] * 144 * 15, 2) << i << ' ' << j;
 }
 
+TEST(Camera, AimsManyRaysAsItAimsEach) {
+  for (const auto type : {Camera::Type::perspective, Camera::Type::orthographic, Camera::Type::panorama}) {
+    Camera described;
+    described.type = type;
+    described.position = {1, 2, 3};
+    described.look_at = {-4, 1, 0.5};
+    const TraceCamera camera(described, {}, TraceFrame(Bounds{{-1, -1, -1}, {2, 3, 4}}));
+    constexpr std::size_t count = 37;  // no multiple of what vectors hold
+    oracle::Random random(5);
+    double x[count], y[count], rays[6][count];
+    for (std::size_t i = 0; i < count; ++i) {
+      x[i] = random.in(0, 640);
+      y[i] = random.in(0, 480);
+    }
+    camera.aim_each(x, y, count, {rays[0], rays[1], rays[2], rays[3], rays[4], rays[5]});
+    for (std::size_t i = 0; i < count; ++i) {
+      const TraceCamera::Aim aim = camera.aim(x[i], y[i]);
+      EXPECT_EQ((Vec3{rays[0][i], rays[1][i], rays[2][i]}), aim.origin);
+      EXPECT_EQ((Vec3{rays[3][i], rays[4][i], rays[5][i]}), aim.direction);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tracer

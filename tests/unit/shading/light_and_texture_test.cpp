@@ -13,7 +13,6 @@ namespace {
 
 using oracle::Random;
 using oracle::Real;
-using Kind = Attenuation::Kind;
 
 TEST(Attenuation, IsItsFormulaAtEveryDistance) {
   Random random(1);
@@ -22,20 +21,18 @@ TEST(Attenuation, IsItsFormulaAtEveryDistance) {
     const std::array<double, 3> c{random.chance(0.2) ? 0 : random.spread(1e-9, 1e9),
                                   random.chance(0.2) ? 0 : random.spread(1e-9, 1e9), random.spread(1e-9, 1e9)};
     const Real capped = std::fmin(1 / (c[0] + c[1] * Real(d) + c[2] * Real(d) * d), 1.0L);
-    ASSERT_EQ(attenuation_at({Kind::none, c}, d), 1);
-    ASSERT_NEAR(attenuation_at({Kind::polynomial, c}, d), static_cast<double>(capped),
-                1e-15 * static_cast<double>(capped));
+    ASSERT_NEAR(polynomial_attenuation(c, d), static_cast<double>(capped), 1e-15 * static_cast<double>(capped));
     const auto squared = static_cast<double>(1 / (Real(d) * d));
-    ASSERT_NEAR(attenuation_at({Kind::inverse_square, c}, d), squared, 1e-15 * squared);
+    ASSERT_NEAR(inverse_square_attenuation(d), squared, 1e-15 * squared);
   }
 }
 
 TEST(Attenuation, OfThePolynomialIsCappedAtOneAlsoAtTheLightItself) {
-  EXPECT_EQ(attenuation_at({Kind::polynomial, {0, 0, 1}}, 0), 1);
-  EXPECT_EQ(attenuation_at({Kind::polynomial, {0, 0, 1}}, 0.5), 1);
-  EXPECT_EQ(attenuation_at({Kind::polynomial, {0, 0, 1}}, 2), 0.25);
-  EXPECT_EQ(attenuation_at({Kind::polynomial, {2, 1, 0}}, 2), 0.25);
-  EXPECT_EQ(attenuation_at({Kind::inverse_square, {}}, 0.5), 4) << "unclamped";
+  EXPECT_EQ(polynomial_attenuation({0, 0, 1}, 0), 1);
+  EXPECT_EQ(polynomial_attenuation({0, 0, 1}, 0.5), 1);
+  EXPECT_EQ(polynomial_attenuation({0, 0, 1}, 2), 0.25);
+  EXPECT_EQ(polynomial_attenuation({2, 1, 0}, 2), 0.25);
+  EXPECT_EQ(inverse_square_attenuation(0.5), 4) << "unclamped";
 }
 
 const Color even{1, 0, 0}, odd{0, 0, 1};

@@ -7,6 +7,7 @@
 
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
+#include "tracer/src/integrator/arrival.h"
 
 namespace tracer {
 namespace {
@@ -15,6 +16,19 @@ using oracle::Random;
 using oracle::Real;
 using oracle::Vec;
 using enum Material::Model;
+
+/// The highlight that light from unit l makes at unit normal n, seen from unit v.
+double specular_factor(Material::Model model, double shininess, const Vec3& n, const Vec3& l, const Vec3& v) {
+  Facings facings;
+  facings.push({.normal = n,
+                .to_eye = v,
+                .specular = model == lambert ? Color{} : Color{1, 1, 1},
+                .shininess = shininess,
+                .halfway = model == blinn_phong});
+  Arrival arrival;
+  arrive(facings.packet(0), {.kind = TraceLight::Kind::directional, .axis = l, .radiance = {1, 1, 1}}, 1, 1, arrival);
+  return arrival.count == 0 ? 0 : arrival.r[0];
+}
 
 TEST(Highlight, IsThePowerToItsLastBitsForEveryExponent) {
   Random random(1);

@@ -1,4 +1,5 @@
 #include <atomic>
+#include <optional>
 
 #include "tracer/src/accel/packet.h"
 #include "tracer/src/accel/primitive_runs.h"
@@ -108,12 +109,19 @@ void bounds_callback(const RTCBoundsFunctionArguments* args) {
   hand_over(args->geometryUserPtr);
 }
 
+/// Nothing when Embree asks about less than half of the packet. Lanes keep their order in a half.
+std::optional<Asked> asked_about(RTCRayN* rays, unsigned count) {
+  if (count == packet_size) return Asked::whole;
+  if (count != half_packet) return std::nullopt;
+  return RTCRayN_id(rays, count, 0) == 0 ? Asked::first_half : Asked::second_half;
+}
+
 template <class Geometry>
 void intersect_primitive(const RTCIntersectFunctionNArguments* args, const Geometry& geometry, PrimitiveRef self) {
   Packet& packet = Packet::of(args->context);
   RTCRayN* rays = RTCRayHitN_RayN(args->rayhit, args->N);
-  if (args->N == packet_size) {
-    closest(packet, args->valid, &RTCRayN_tfar(rays, packet_size, 0), geometry, self);
+  if (const std::optional<Asked> asked = asked_about(rays, args->N)) {
+    closest(packet, *asked, args->valid, &RTCRayN_tfar(rays, args->N, 0), geometry, self);
     return;
   }
   for (unsigned i = 0; i < args->N; ++i)
@@ -131,8 +139,8 @@ void intersect_callback(const RTCIntersectFunctionNArguments* args) {
 template <class Geometry>
 void occlude_primitive(const RTCOccludedFunctionNArguments* args, const Geometry& geometry, PrimitiveRef self) {
   const Packet& packet = Packet::of(args->context);
-  if (args->N == packet_size) {
-    occluded(packet, args->valid, &RTCRayN_tfar(args->ray, packet_size, 0), geometry, self);
+  if (const std::optional<Asked> asked = asked_about(args->ray, args->N)) {
+    occluded(packet, *asked, args->valid, &RTCRayN_tfar(args->ray, args->N, 0), geometry, self);
     return;
   }
   for (unsigned i = 0; i < args->N; ++i)

@@ -2,6 +2,8 @@
 
 #include <limits>
 
+#include "tracer/src/accel/leading_axis.h"
+
 namespace tracer {
 namespace {
 
@@ -78,6 +80,17 @@ WHITTLE_WIDE void load(Packet& packet, const RaySpan& rays, std::size_t first, i
     packet.reach[i] = reach_of(leave + doubt, start);
     packet.active[i] = (i < count) & finite & (start <= leave) & (enter < distance_max) ? -1 : 0;
   }
+  int along_x = 0, along_y = 0, active = 0;
+  for (int i = 0; i < packet_size; ++i) {
+    const bool x = x_leads(packet.dx[i], packet.dy[i], packet.dz[i]);
+    along_x += x ? packet.active[i] : 0;
+    along_y += !x & y_leads(packet.dy[i], packet.dz[i]) ? packet.active[i] : 0;
+    active += packet.active[i];
+  }
+  packet.leading = along_x == active        ? LeadingAxis::x
+                   : along_y == active      ? LeadingAxis::y
+                   : along_x + along_y == 0 ? LeadingAxis::z
+                                            : LeadingAxis::mixed;
 }
 
 WHITTLE_WIDE void write_rays(const Packet& packet, unsigned mask, RTCRay16& ray) {
@@ -99,29 +112,34 @@ WHITTLE_WIDE void write_rays(const Packet& packet, unsigned mask, RTCRay16& ray)
   }
 }
 
-WHITTLE_WIDE void closest(Packet& packet, const int* valid, float* tfar, const SphereGeometry& geometry,
+WHITTLE_WIDE void closest(Packet& packet, Asked asked, const int* valid, float* tfar, const SphereGeometry& geometry,
                           PrimitiveRef self) {
   const SphereTest sphere = sphere_test(geometry, self.primitive);
-  for (int i = 0; i < packet_size; ++i) {
-    const double t =
-        sphere_distance(packet.ox[i], packet.oy[i], packet.oz[i], packet.dx[i], packet.dy[i], packet.dz[i], sphere);
-    const bool nearer = (valid[i] != 0) & wins(t, self, packet.t[i], packet.geometry[i], packet.primitive[i]);
-    packet.t[i] = nearer ? t : packet.t[i];
-    packet.geometry[i] = nearer ? self.geometry : packet.geometry[i];
-    packet.primitive[i] = nearer ? self.primitive : packet.primitive[i];
-    tfar[i] = nearer ? reach_of(t, packet.start[i]) : tfar[i];
-  }
+  const int first = first_lane(asked);
+  for_lanes(
+      asked, [&](int i) __attribute__((always_inline)) {
+        const double t =
+            sphere_distance(packet.ox[i], packet.oy[i], packet.oz[i], packet.dx[i], packet.dy[i], packet.dz[i], sphere);
+        const bool nearer =
+            (valid[i - first] != 0) & wins(t, self, packet.t[i], packet.geometry[i], packet.primitive[i]);
+        packet.t[i] = nearer ? t : packet.t[i];
+        packet.geometry[i] = nearer ? self.geometry : packet.geometry[i];
+        packet.primitive[i] = nearer ? self.primitive : packet.primitive[i];
+        tfar[i - first] = nearer ? reach_of(t, packet.start[i]) : tfar[i - first];
+      });
 }
 
-WHITTLE_WIDE void occluded(const Packet& packet, const int* valid, float* tfar, const SphereGeometry& geometry,
-                           PrimitiveRef self) {
+WHITTLE_WIDE void occluded(const Packet& packet, Asked asked, const int* valid, float* tfar,
+                           const SphereGeometry& geometry, PrimitiveRef self) {
   const SphereTest sphere = sphere_test(geometry, self.primitive);
-  for (int i = 0; i < packet_size; ++i) {
-    const double t =
-        sphere_distance(packet.ox[i], packet.oy[i], packet.oz[i], packet.dx[i], packet.dy[i], packet.dz[i], sphere);
-    const bool blocked = (valid[i] != 0) & (t < packet.t[i]);
-    tfar[i] = blocked ? -std::numeric_limits<float>::infinity() : tfar[i];
-  }
+  const int first = first_lane(asked);
+  for_lanes(
+      asked, [&](int i) __attribute__((always_inline)) {
+        const double t =
+            sphere_distance(packet.ox[i], packet.oy[i], packet.oz[i], packet.dx[i], packet.dy[i], packet.dz[i], sphere);
+        const bool blocked = (valid[i - first] != 0) & (t < packet.t[i]);
+        tfar[i - first] = blocked ? -std::numeric_limits<float>::infinity() : tfar[i - first];
+      });
 }
 
 void closest_lane(Packet& packet, unsigned lane, float& tfar, const SphereGeometry& geometry, PrimitiveRef self) {
@@ -168,20 +186,22 @@ WHITTLE_WIDE void closest_planes(Packet& packet, int count, const PlaneGeometry&
   for (int i = 0; i < packet_size; ++i) packet.active[i] = packet.reach[i] < 0 ? 0 : packet.active[i];
 }
 
-void occluded_planes(const Packet& packet, int count, const PlaneGeometry& planes, std::uint32_t geometry,
-                     std::uint8_t* blocked) {
+WHITTLE_WIDE void occluded_planes(const Packet& packet, int count, const PlaneGeometry& planes, std::uint32_t geometry,
+                                  std::uint8_t* blocked) {
   for (std::size_t k = 0; k < planes.point.size(); ++k) {
     if (planes.transmissive[k] != 0) continue;
     const Vec3 point = planes.point[k], normal = planes.normal[k];
     const PrimitiveRef self{geometry, static_cast<std::uint32_t>(k)};
-    for (int i = 0; i < count; ++i) {
-      if (starts_on(packet, static_cast<unsigned>(i), self)) continue;
+    std::uint8_t met[packet_size];
+    for (int i = 0; i < packet_size; ++i) {
       const double height = (point.x - packet.ox[i]) * normal.x + (point.y - packet.oy[i]) * normal.y +
                             (point.z - packet.oz[i]) * normal.z;
       const double slope = packet.dx[i] * normal.x + packet.dy[i] * normal.y + packet.dz[i] * normal.z;
       const double t = height / slope;
-      if (t > 0 && t < packet.t[i] && t < std::numeric_limits<double>::max()) blocked[i] = 1;
+      met[i] = !starts_on(packet, static_cast<unsigned>(i), self) & (t > 0) & (t < packet.t[i]) &
+               (t < std::numeric_limits<double>::max());
     }
+    for (int i = 0; i < count; ++i) blocked[i] |= met[i];
   }
 }
 

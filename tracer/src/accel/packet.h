@@ -12,20 +12,12 @@
 #include <cstdint>
 
 #include "tracer/src/accel/accelerator.h"
-#include "tracer/src/accel/inline.h"
+#include "tracer/src/math/wide.h"
 #include "tracer/src/scene/trace_frame.h"
-
-// One binary runs on any x86-64-v2 machine and is fast on the newest. No clone may contract a*b+c (-ffp-contract=off),
-// so all give the same bits. Sanitizers start too late for the resolvers that this needs.
-#if defined(__GNUC__) && !defined(__clang__) && !defined(WHITTLE_SANITIZED)
-#define WHITTLE_WIDE __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#else
-#define WHITTLE_WIDE
-#endif
 
 namespace tracer {
 
-inline constexpr int packet_size = 16;
+inline constexpr int packet_size = lanes;
 
 /// How much earlier than needed Embree's float rays start, and how much further they reach. In units of the scene's box
 /// (about one), whose floats are wrong by 2^-24; sixteen times that covers origin, direction and box tests together.
@@ -34,6 +26,25 @@ inline constexpr double float_slack = 0x1p-20;
 /// How far away, in the same units, a ray may enter the box. From further the last bit of its direction is 2^47 boxes
 /// wide: it meets nothing in the box, and Embree never sees coordinates on which it would end the process.
 inline constexpr double distance_max = 0x1p100;
+
+/// Along which axis rays go most, whichever way; `mixed`: not all of them along the same.
+enum class LeadingAxis { x, y, z, mixed };
+
+/// Embree asks about whole packets, or about halves where its vectors hold eight floats.
+inline constexpr int half_packet = packet_size / 2;
+enum class Asked { whole, first_half, second_half };
+WHITTLE_INLINE int first_lane(Asked asked) { return asked == Asked::second_half ? half_packet : 0; }
+
+/// Runs `loop(lane)` over the lanes asked about. The trip count is known either way, or it becomes no vector code.
+template <class Loop>
+WHITTLE_INLINE void for_lanes(Asked asked, const Loop& loop) {
+  if (asked == Asked::whole) {
+    for (int i = 0; i < packet_size; ++i) loop(i);
+  } else {
+    const int first = first_lane(asked);
+    for (int i = 0; i < half_packet; ++i) loop(first + i);
+  }
+}
 
 struct alignas(64) Packet {
   RTCIntersectContext context;  // first: Embree hands a pointer to it to the callbacks
@@ -49,6 +60,7 @@ struct alignas(64) Packet {
   std::uint32_t from_primitive[packet_size];
   alignas(64) float reach[packet_size];  ///< Embree's tfar
   alignas(64) int active[packet_size];   ///< -1 where Embree has something to look for
+  LeadingAxis leading;                   ///< of the active rays
 
   static Packet& of(const RTCIntersectContext* context) {
     // The context is the first member of a standard-layout struct.
@@ -78,15 +90,21 @@ void load(Packet& packet, const RaySpan& rays, std::size_t first, int count, con
 /// The packet's rays as Embree wants them.
 void write_rays(const Packet& packet, unsigned mask, RTCRay16& ray);
 
-/// Primitive self.primitive of `geometry`, decided in double. The callers' lanes: those of `valid` (-1), all sixteen,
-/// or one. The part of a quadric that was met goes into the packet's `u`. Spheres and quadrics do not know where a ray
-/// starts: it may meet the one it leaves again.
-void closest(Packet& packet, const int* valid, float* tfar, const SphereGeometry& geometry, PrimitiveRef self);
-void closest(Packet& packet, const int* valid, float* tfar, const QuadricGeometry& geometry, PrimitiveRef self);
-void closest(Packet& packet, const int* valid, float* tfar, const TriangleGeometry& geometry, PrimitiveRef self);
-void occluded(const Packet& packet, const int* valid, float* tfar, const SphereGeometry& geometry, PrimitiveRef self);
-void occluded(const Packet& packet, const int* valid, float* tfar, const QuadricGeometry& geometry, PrimitiveRef self);
-void occluded(const Packet& packet, const int* valid, float* tfar, const TriangleGeometry& geometry, PrimitiveRef self);
+/// Primitive self.primitive of `geometry`, decided in double. The callers' lanes: those of `valid` (-1) among those
+/// asked about, of which `valid` and `tfar` begin at the first, or one. The part of a quadric that was met goes into
+/// the packet's `u`. Spheres and quadrics do not know where a ray starts: it may meet the one it leaves again.
+void closest(Packet& packet, Asked asked, const int* valid, float* tfar, const SphereGeometry& geometry,
+             PrimitiveRef self);
+void closest(Packet& packet, Asked asked, const int* valid, float* tfar, const QuadricGeometry& geometry,
+             PrimitiveRef self);
+void closest(Packet& packet, Asked asked, const int* valid, float* tfar, const TriangleGeometry& geometry,
+             PrimitiveRef self);
+void occluded(const Packet& packet, Asked asked, const int* valid, float* tfar, const SphereGeometry& geometry,
+              PrimitiveRef self);
+void occluded(const Packet& packet, Asked asked, const int* valid, float* tfar, const QuadricGeometry& geometry,
+              PrimitiveRef self);
+void occluded(const Packet& packet, Asked asked, const int* valid, float* tfar, const TriangleGeometry& geometry,
+              PrimitiveRef self);
 void closest_lane(Packet& packet, unsigned lane, float& tfar, const SphereGeometry& geometry, PrimitiveRef self);
 void closest_lane(Packet& packet, unsigned lane, float& tfar, const QuadricGeometry& geometry, PrimitiveRef self);
 void closest_lane(Packet& packet, unsigned lane, float& tfar, const TriangleGeometry& geometry, PrimitiveRef self);

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "tracer/src/accel/inline.h"
 #include "tracer/src/accel/quadric.h"
+#include "tracer/src/math/wide.h"
 
 namespace tracer {
 

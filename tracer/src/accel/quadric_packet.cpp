@@ -4,24 +4,28 @@
 namespace tracer {
 namespace {
 
-/// Runs `take(lane, hit)` over the lanes. The kind is decided once, outside the loop.
+/// Runs `take(lane, place in valid and tfar, hit)` over the lanes asked about. The kind is decided once, outside the
+/// loop.
 template <class Take>
-WHITTLE_INLINE void for_each_lane(const Packet& p, const Quadric& quadric, const Take& take) {
-  const auto lanes = [&](const auto& hit_of) __attribute__((always_inline)) {
-    for (int i = 0; i < packet_size; ++i)
-      take(i, hit_of(shape_ray(quadric, p.ox[i], p.oy[i], p.oz[i], p.dx[i], p.dy[i], p.dz[i])));
+WHITTLE_INLINE void for_each_lane(const Packet& p, Asked asked, const Quadric& quadric, const Take& take) {
+  const auto all = [&](const auto& hit_of) __attribute__((always_inline)) {
+    const int first = first_lane(asked);
+    for_lanes(
+        asked, [&](int i) __attribute__((always_inline)) {
+          take(i, i - first, hit_of(shape_ray(quadric, p.ox[i], p.oy[i], p.oz[i], p.dx[i], p.dy[i], p.dz[i])));
+        });
   };
   switch (quadric.kind) {
     case QuadricKind::ellipsoid:
-      return lanes([](const ShapeRay& ray) __attribute__((always_inline)) { return ellipsoid_hit(ray); });
+      return all([](const ShapeRay& ray) __attribute__((always_inline)) { return ellipsoid_hit(ray); });
     case QuadricKind::disc:
-      return lanes([&](const ShapeRay& ray) __attribute__((always_inline)) { return disc_hit(ray, quadric.radius_0); });
+      return all([&](const ShapeRay& ray) __attribute__((always_inline)) { return disc_hit(ray, quadric.radius_0); });
     case QuadricKind::frustum:
-      return lanes([&](const ShapeRay& ray) __attribute__((always_inline)) {
+      return all([&](const ShapeRay& ray) __attribute__((always_inline)) {
         return frustum_hit(ray, quadric.radius_0, quadric.radius_1, quadric.caps);
       });
     case QuadricKind::box:
-      return lanes([](const ShapeRay& ray) __attribute__((always_inline)) { return box_hit(ray); });
+      return all([](const ShapeRay& ray) __attribute__((always_inline)) { return box_hit(ray); });
   }
 }
 
@@ -31,26 +35,28 @@ WHITTLE_INLINE QuadricHit lane_hit(const Packet& p, unsigned i, const Quadric& q
 
 }  // namespace
 
-WHITTLE_WIDE void closest(Packet& packet, const int* valid, float* tfar, const QuadricGeometry& geometry,
+WHITTLE_WIDE void closest(Packet& packet, Asked asked, const int* valid, float* tfar, const QuadricGeometry& geometry,
                           PrimitiveRef self) {
   for_each_lane(
-      packet, geometry.quadrics[self.primitive], [&](int i, const QuadricHit& hit) __attribute__((always_inline)) {
-        const bool nearer = (valid[i] != 0) & (hit.t < std::numeric_limits<double>::infinity()) &
+      packet, asked,
+      geometry.quadrics[self.primitive], [&](int i, int k, const QuadricHit& hit) __attribute__((always_inline)) {
+        const bool nearer = (valid[k] != 0) & (hit.t < std::numeric_limits<double>::infinity()) &
                             wins(hit.t, self, packet.t[i], packet.geometry[i], packet.primitive[i]);
         packet.t[i] = nearer ? hit.t : packet.t[i];
         packet.u[i] = nearer ? hit.part : packet.u[i];
         packet.geometry[i] = nearer ? self.geometry : packet.geometry[i];
         packet.primitive[i] = nearer ? self.primitive : packet.primitive[i];
-        tfar[i] = nearer ? reach_of(hit.t, packet.start[i]) : tfar[i];
+        tfar[k] = nearer ? reach_of(hit.t, packet.start[i]) : tfar[k];
       });
 }
 
-WHITTLE_WIDE void occluded(const Packet& packet, const int* valid, float* tfar, const QuadricGeometry& geometry,
-                           PrimitiveRef self) {
+WHITTLE_WIDE void occluded(const Packet& packet, Asked asked, const int* valid, float* tfar,
+                           const QuadricGeometry& geometry, PrimitiveRef self) {
   for_each_lane(
-      packet, geometry.quadrics[self.primitive], [&](int i, const QuadricHit& hit) __attribute__((always_inline)) {
-        const bool blocked = (valid[i] != 0) & (hit.t < packet.t[i]);
-        tfar[i] = blocked ? -std::numeric_limits<float>::infinity() : tfar[i];
+      packet, asked,
+      geometry.quadrics[self.primitive], [&](int i, int k, const QuadricHit& hit) __attribute__((always_inline)) {
+        const bool blocked = (valid[k] != 0) & (hit.t < packet.t[i]);
+        tfar[k] = blocked ? -std::numeric_limits<float>::infinity() : tfar[k];
       });
 }
 

@@ -12,7 +12,8 @@
 #include <limits>
 
 #include "tracer/src/accel/geometry.h"
-#include "tracer/src/accel/inline.h"
+#include "tracer/src/accel/leading_axis.h"
+#include "tracer/src/math/wide.h"
 
 namespace tracer {
 
@@ -40,35 +41,51 @@ struct SeenVertex {
 /// hit, since both sides of a triangle count. Instead of shearing by d.x / d.z all is multiplied by d.z: no division.
 struct SeenAlong {
   double ox, oy, oz, dx, dy, dz;
-  bool x_leads, y_leads;
+  bool along_x, along_y;
 };
 
+WHITTLE_INLINE SeenAlong seen_along(double ox, double oy, double oz, double dx, double dy, double dz, bool along_x,
+                                    bool along_y) {
+  return {ox, oy, oz, along_x ? dz : dx, along_y ? dz : dy, along_x ? dx : (along_y ? dy : dz), along_x, along_y};
+}
+
 WHITTLE_INLINE SeenAlong seen_along(double ox, double oy, double oz, double dx, double dy, double dz) {
-  const double ax = std::abs(dx), ay = std::abs(dy), az = std::abs(dz);
-  const bool x_leads = (ax >= ay) & (ax > az);
-  const bool y_leads = !x_leads & (ay > az);
-  return {ox, oy, oz, x_leads ? dz : dx, y_leads ? dz : dy, x_leads ? dx : (y_leads ? dy : dz), x_leads, y_leads};
+  const bool along_x = x_leads(dx, dy, dz);
+  return seen_along(ox, oy, oz, dx, dy, dz, along_x, !along_x & y_leads(dy, dz));
 }
 
 WHITTLE_INLINE SeenVertex seen(const SeenAlong& ray, const Vec3& vertex) {
   const double x = vertex.x - ray.ox, y = vertex.y - ray.oy, z = vertex.z - ray.oz;
-  const double across_x = ray.x_leads ? z : x, across_y = ray.y_leads ? z : y;
-  const double along = ray.x_leads ? x : (ray.y_leads ? y : z);
+  const double across_x = ray.along_x ? z : x, across_y = ray.along_y ? z : y;
+  const double along = ray.along_x ? x : (ray.along_y ? y : z);
   return {across_x * ray.dz - along * ray.dx, across_y * ray.dz - along * ray.dy, along};
 }
 
-WHITTLE_INLINE TriangleHit watertight_hit(const TriangleTest& triangle, const SeenAlong& ray) {
+/// What the edges say: each function is the share, of their sum, of the vertex across it.
+struct SeenTriangle {
+  double at_a, at_b, at_c;
+  double depth_a, depth_b, depth_c;
+  bool inside;
+};
+
+WHITTLE_INLINE SeenTriangle seen(const SeenAlong& ray, const TriangleTest& triangle) {
   const SeenVertex a = seen(ray, triangle.a), b = seen(ray, triangle.b), c = seen(ray, triangle.c);
   const double at_a = c.x * b.y - c.y * b.x;
   const double at_b = a.x * c.y - a.y * c.x;
   const double at_c = b.x * a.y - b.y * a.x;
   const bool inside = ((at_a >= 0) & (at_b >= 0) & (at_c >= 0)) | ((at_a <= 0) & (at_b <= 0) & (at_c <= 0));
-  const double whole = at_a + at_b + at_c;  // of one sign: nothing cancels, and it is zero only edge-on
+  return {at_a, at_b, at_c, a.z, b.z, c.z, inside};
+}
+
+/// `dz` is the ray's largest component.
+WHITTLE_INLINE TriangleHit watertight_hit(const SeenTriangle& s, double dz) {
+  const double whole = s.at_a + s.at_b + s.at_c;  // of one sign: nothing cancels, and it is zero only edge-on
   const double share = 1 / whole;
-  const double u = at_b * share, v = at_c * share;
-  const double t = (at_a * share * a.z + u * b.z + v * c.z) / ray.dz;  // a mean: never outside the triangle's depths
+  const double u = s.at_b * share, v = s.at_c * share;
+  // A mean: never outside the triangle's depths.
+  const double t = (s.at_a * share * s.depth_a + u * s.depth_b + v * s.depth_c) / dz;
   TriangleHit hit;
-  hit.t = inside & (whole != 0) & (t > 0) & (t <= std::numeric_limits<double>::max()) ? t : hit.t;
+  hit.t = s.inside & (whole != 0) & (t > 0) & (t <= std::numeric_limits<double>::max()) ? t : hit.t;
   hit.u = u < 1 ? u : 1;
   hit.v = v < 1 - hit.u ? v : 1 - hit.u;
   return hit;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
 #include <optional>
 
@@ -56,7 +57,22 @@ class TraceCamera {
     return {position_, unit(level * std::cos(latitude) + up_ * std::sin(latitude))};
   }
 
-  /// The same through the point of the lens that `xi`, in [0,1)^2, stands for; (1/2, 1/2) is its centre. All rays of an
+  /// Where aimed rays go, one array for each component.
+  struct AimSpan {
+    double *ox, *oy, *oz, *dx, *dy, *dz;
+    void put(std::size_t i, const Aim& aim) const {
+      ox[i] = aim.origin.x;
+      oy[i] = aim.origin.y;
+      oz[i] = aim.origin.z;
+      dx[i] = aim.direction.x;
+      dy[i] = aim.direction.y;
+      dz[i] = aim.direction.z;
+    }
+  };
+  /// aim(x[i], y[i]) for `count` positions, into `to`.
+  void aim_each(const double* x, const double* y, std::size_t count, const AimSpan& to) const;
+
+  /// `aim` through the point of the lens that `xi`, in [0,1)^2, stands for; (1/2, 1/2) is its centre. All rays of an
   /// image position meet where the one through the centre is in focus.
   [[nodiscard]] Aim aim(double x, double y, const Vec2& xi) const {
     const Aim central = aim(x, y);

@@ -1,5 +1,5 @@
 #pragma once
-/// Samples of pixels as the camera rays of a batch.
+/// Samples of pixels, as a batch holds them.
 
 #include "tracer/src/integrator/wavefront.h"
 #include "tracer/src/math/sampling.h"
@@ -16,12 +16,11 @@ struct Sample {
 };
 
 inline void push(Batch& batch, const CompiledScene& scene, const Sample& sample) {
-  const double x = sample.x + sample.at.x, y = sample.y + sample.at.y;
-  const TraceCamera::Aim aim = scene.needs.lens ? scene.camera.aim(x, y, sample.lens) : scene.camera.aim(x, y);
-  batch.camera.push(aim.origin, aim.direction, {1, 1, 1}, static_cast<std::uint32_t>(batch.samples.size()), {}, 0,
-                    Media::camera(scene));
-  if (scene.needs.filtered_textures) batch.camera.widen(camera_cone(scene, aim.direction, sample.share));
   batch.samples.push_back(sample.choices);
+  batch.x.push_back(sample.x + sample.at.x);
+  batch.y.push_back(sample.y + sample.at.y);
+  if (scene.needs.lens) batch.lens.push_back(sample.lens);
+  if (scene.needs.filtered_textures) batch.share.push_back(sample.share);
 }
 
 /// The place of pixel (x, y) in the order of the full picture's pixels: what its random choices are derived from.

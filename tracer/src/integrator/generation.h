@@ -12,6 +12,9 @@ namespace tracer {
 struct Generation {
   RayQueue camera, reflection, refraction;
   std::uint32_t depth = 0;  ///< 0: camera rays
+  void clear() {
+    for (RayQueue* queue : {&camera, &reflection, &refraction}) queue->clear();
+  }
   [[nodiscard]] std::size_t size() const { return camera.size() + reflection.size() + refraction.size(); }
 };
 

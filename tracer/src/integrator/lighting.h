@@ -4,8 +4,6 @@
 #include <limits>
 
 #include "tracer/src/integrator/wavefront.h"
-#include "tracer/src/lights/attenuation.h"
-#include "tracer/src/materials/local_model.h"
 #include "tracer/src/materials/shading.h"
 #include "tracer/src/math/sampling.h"
 #include "tracer/src/shapes/uv_gradients.h"
@@ -63,6 +61,7 @@ void Wavefront<Model>::shade_lights(const RayQueue& rays, std::uint32_t depth, C
   spared_.assign(needs<&Requirements::many_lights>() ? hit_ray_.size() : 0, 0);
   const std::uint32_t nearest = approximate().nearest_lights;
   if (nearest != 0) nearest_.choose(scene_.lights, surface_, nearest);
+  face_lights(rays);
   for (std::uint32_t number = 0; number < scene_.lights.size(); ++number) {
     const TraceLight& light = scene_.lights[number];
     const std::uint32_t points = light.soft() ? soft_points : 1;
@@ -76,60 +75,86 @@ void Wavefront<Model>::shade_lights(const RayQueue& rays, std::uint32_t depth, C
     statistics_.spared_light += static_cast<std::uint64_t>(std::ceil(spared / scene_.accuracy.cutoff * 0x1p20));
 }
 
-/// The samples of a pixel share one sequence per light and path, so that their points are stratified together;
-/// shuffled, since the same index chose the place in the pixel.
+/// The places that the hits are lit at, each once for all lights.
 template <class Model>
-Vec3 Wavefront<Model>::point_of(const LightStep& step, const RayQueue& rays, std::size_t ray) const {
-  if (!step.light.soft()) return step.light.position;
-  const Batch::Sample& sample = samples_[rays.sample(ray)];
-  const std::uint64_t choice = (std::uint64_t{rays.path(ray)} << 32) | (step.number + 1);
-  return light_point(step.light,
-                     shuffled_point(sample.index * step.points + step.point, mix(sample.key ^ mix(choice))));
-}
-
-template <class Model>
-void Wavefront<Model>::shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence) {
-  shadow_.clear();
-  // Together: a hit in a scene without any of them pays one test.
-  const bool singles_out =
-      approximate().nearest_lights != 0 || needs<&Requirements::gouraud>() || needs<&Requirements::bump>();
-  for (std::size_t i = 0; i < hit_ray_.size(); ++i) {
-    if (singles_out && shade_singly(rays, step, i)) continue;
-    const Surface& surface = surface_[i];
+void Wavefront<Model>::face_lights(const RayQueue& rays) {
+  facings_.clear();
+  for (std::size_t hit = 0; hit < hit_ray_.size(); ++hit) {
+    if (needs<&Requirements::gouraud>() && face_at_corners(rays, hit)) continue;
+    const Surface& surface = surface_[hit];
     const BoundedPoint point{surface.point.position + surface.shadow_offset, surface.point.error};
-    shade_facing(rays, step, i, {point, surface.normal, -rays.direction(hit_ray_[i])});
+    face(hit, point, surface.normal, -rays.direction(hit_ray_[hit]), 1);
   }
-  statistics_.rays.shadow += shadow_.size();
-  shadow_.add_to(radiance_, media_, coherence);
 }
 
-/// Hits that are not lit by every light, at one place, by one normal. False: this one is. Out of line, for the others.
+/// One place of a hit, which has a `share` of its light.
 template <class Model>
-__attribute__((noinline)) bool Wavefront<Model>::shade_singly(const RayQueue& rays, const LightStep& step,
-                                                              std::size_t hit) {
-  if (approximate().nearest_lights != 0 && !nearest_.count(hit, step.number)) return true;
-  if (needs<&Requirements::gouraud>() && shade_corners(rays, step, hit)) return true;
-  if (unbent_.empty()) return false;
+void Wavefront<Model>::face(std::size_t hit, const BoundedPoint& point, const Vec3& normal, const Vec3& to_eye,
+                            double share) {
   const Surface& surface = surface_[hit];
-  const BoundedPoint point{surface.point.position + surface.shadow_offset, surface.point.error};
-  shade_facing(rays, step, hit, {point, surface.normal, -rays.direction(hit_ray_[hit]), 1, &unbent_[hit]});
-  return true;
+  const Material& material = scene_.materials[surface.material];
+  const bool shines = material.model != Material::Model::lambert && material.specular > 0;
+  facings_.push({.point = point,
+                 .face = surface.geometric_normal,
+                 .normal = normal,
+                 .to_eye = to_eye,
+                 .diffuse = weight_[hit] * color_[hit] * (material.diffuse * body(material) * share),
+                 .specular = shines ? weight_[hit] * material.specular_color * (material.specular * share) : Color{},
+                 .shininess = material.shininess,
+                 .halfway = material.model == Material::Model::blinn_phong,
+                 .hit = static_cast<std::uint32_t>(hit)});
 }
 
 /// Gouraud's: the local model at a triangle's corners. False: this hit is none of that.
 template <class Model>
-bool Wavefront<Model>::shade_corners(const RayQueue& rays, const LightStep& step, std::size_t hit) {
+bool Wavefront<Model>::face_at_corners(const RayQueue& rays, std::size_t hit) {
   const Surface& surface = surface_[hit];
   const Material& material = scene_.materials[surface.material];
   if (shading_of(material, approximate().shading) != Material::Shading::gouraud) return false;
   const std::uint32_t ray = hit_ray_[hit];
   const std::optional<Corners> corners = corners_at(scene_, hits_.at(ray));
   if (!corners) return false;
+  if (needs<&Requirements::bump>()) unbent_[hit] = {};  // textures do not bend the corners' normals
   for (const Corner& corner : *corners) {
     const Vec3 to_eye = normalize(rays.origin(ray) - corner.point.position);
-    shade_facing(rays, step, hit, {corner.point, surface.back ? -corner.normal : corner.normal, to_eye, corner.weight});
+    face(hit, corner.point, surface.back ? -corner.normal : corner.normal, to_eye, corner.weight);
   }
   return true;
+}
+
+/// The samples of a pixel share one sequence per light and path, so that their points are stratified together;
+/// shuffled, since the same index chose the place in the pixel.
+template <class Model>
+Vec3 Wavefront<Model>::soft_point_of(const LightStep& step, const RayQueue& rays, std::size_t ray) const {
+  const Batch::Sample& sample = samples_[rays.sample(ray)];
+  const std::uint64_t choice = (std::uint64_t{rays.path(ray)} << 32) | (step.number + 1);
+  return light_point(step.light,
+                     shuffled_point(sample.index * step.points + step.point, mix(sample.key ^ mix(choice))));
+}
+
+/// Where the light is to the places of a packet. One that is not soft is where it was to the packet before.
+template <class Model>
+void Wavefront<Model>::place_light(const LightStep& step, const RayQueue& rays, const FacingPacket* packet) {
+  for (int lane = 0; lane < (packet != nullptr ? packet->count : lanes); ++lane) {
+    const Vec3 from = packet != nullptr ? soft_point_of(step, rays, hit_ray_[packet->hit[lane]]) : step.light.position;
+    arrival_.from_x[lane] = from.x;
+    arrival_.from_y[lane] = from.y;
+    arrival_.from_z[lane] = from.z;
+  }
+}
+
+template <class Model>
+void Wavefront<Model>::shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence) {
+  shadow_.clear();
+  if (!step.light.soft()) place_light(step, rays, nullptr);
+  for (std::size_t i = 0; i < facings_.packets(); ++i) {
+    const FacingPacket& packet = facings_.packet(i);
+    if (step.light.soft()) place_light(step, rays, &packet);
+    arrive(packet, step.light, scene_.frame.world_from_trace(1.0), 1.0 / step.points, arrival_);
+    for (int arrived = 0; arrived < arrival_.count; ++arrived) gain(rays, step, packet, arrival_.lane[arrived]);
+  }
+  statistics_.rays.shadow += shadow_.size();
+  shadow_.add_to(radiance_, media_, coherence);
 }
 
 /// Whether what the light gives, if nothing is in the way, is too little to ask. Lights share what may be missing of a
@@ -146,56 +171,40 @@ bool Wavefront<Model>::spares(const RayQueue& rays, std::size_t hit, const Light
 
 /// By approximation: without shadows everything is; a map knows what is finite, and planes are asked themselves.
 template <class Model>
-bool Wavefront<Model>::seems_lit(const LightStep& step, std::size_t hit, const Facing& facing, const Vec3& to_light,
-                                 double distance) const {
+bool Wavefront<Model>::seems_lit(const LightStep& step, const FacingPacket& packet, int lane, const Vec3& to_light,
+                                 const Vec3& origin) const {
   if (approximate().shadows == Approximations::Shadows::none) return true;
-  const Vec3& normal = surface_[hit].geometric_normal;
-  if (!scene_.shadow_maps[step.number].lit(facing.point.position, normal)) return false;
-  const double short_of_it = distance * (1 - 0x1p-40);  // as shadow rays are
-  return !plane_between(scene_.geometry, offset_origin(facing.point, normal, to_light), to_light, short_of_it,
-                        hits_.primitive[hit_ray_[hit]]);
+  const std::size_t hit = packet.hit[lane];
+  const Vec3 place{packet.x[lane], packet.y[lane], packet.z[lane]};
+  if (!scene_.shadow_maps[step.number].lit(place, surface_[hit].geometric_normal)) return false;
+  const double short_of_it = arrival_.distance[lane] * (1 - 0x1p-40);  // as shadow rays are
+  return !plane_between(scene_.geometry, origin, to_light, short_of_it, hits_.primitive[hit_ray_[hit]]);
 }
 
+/// What a place gains of the light that would arrive: all of it where the light casts no shadows, else what its shadow
+/// ray finds. Nothing of lights that do not count, nor of one behind the surface that a bent normal faces.
 template <class Model>
-void Wavefront<Model>::shade_facing(const RayQueue& rays, const LightStep& step, std::size_t hit,
-                                    const Facing& facing) {
-  const TraceLight& light = step.light;
-  const Surface& surface = surface_[hit];
-  const Material& material = scene_.materials[surface.material];
+void Wavefront<Model>::gain(const RayQueue& rays, const LightStep& step, const FacingPacket& packet, int lane) {
+  const std::size_t hit = packet.hit[lane];
   const std::uint32_t ray = hit_ray_[hit];
-  Vec3 to_light = light.axis;
-  double distance = std::numeric_limits<double>::infinity();
-  double strength = facing.share / step.points;
-  if (light.kind != TraceLight::Kind::directional) {
-    const Vec3 offset = point_of(step, rays, ray) - facing.point.position;
-    distance = length(offset);
-    if (!(distance > 0)) return;  // the light touches the surface: no direction to shine from
-    to_light = offset / distance;
-    strength *=
-        attenuation_at(light.attenuation, scene_.frame.world_from_trace(distance)) * spot_factor(light, -to_light);
-  }
-  const double n_dot_l = dot(facing.normal, to_light);
-  if (!(n_dot_l > 0) || (facing.unbent != nullptr && dot(*facing.unbent, to_light) < 0)) return;
-  const double spec = material.specular > 0
-                          ? specular_factor(material.model, material.shininess, facing.normal, to_light, facing.to_eye)
-                          : 0;
-  const Color reflected_light = color_[hit] * (material.diffuse * body(material) * n_dot_l) +
-                                material.specular_color * (material.specular * spec);
-  const Color contribution = weight_[hit] * light.radiance * reflected_light * strength;
-  if (is_black(contribution)) return;
-  if (!light.shadows) {
+  const Vec3 to_light{arrival_.to_x[lane], arrival_.to_y[lane], arrival_.to_z[lane]};
+  if (approximate().nearest_lights != 0 && !nearest_.count(hit, step.number)) return;
+  if (needs<&Requirements::bump>() && dot(unbent_[hit], to_light) < 0) return;
+  const Color contribution{arrival_.r[lane], arrival_.g[lane], arrival_.b[lane]};
+  if (!step.light.shadows) {
     radiance_[rays.sample(ray)] += contribution;
     return;
   }
+  const Vec3 origin{arrival_.origin_x[lane], arrival_.origin_y[lane], arrival_.origin_z[lane]};
   if (may_spare_shadows()) {
     if (approximate().shadows != Approximations::Shadows::exact) {
-      if (seems_lit(step, hit, facing, to_light, distance)) radiance_[rays.sample(ray)] += contribution;
+      if (seems_lit(step, packet, lane, to_light, origin)) radiance_[rays.sample(ray)] += contribution;
       return;
     }
     if (spares(rays, hit, step, contribution)) return;
   }
-  shadow_.push(offset_origin(facing.point, surface.geometric_normal, to_light), to_light, distance, contribution,
-               rays.sample(ray), hits_.primitive[ray], rays.media(ray));
+  shadow_.push(origin, to_light, arrival_.distance[lane], contribution, rays.sample(ray), hits_.primitive[ray],
+               rays.media(ray));
 }
 
 }  // namespace tracer

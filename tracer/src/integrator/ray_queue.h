@@ -2,6 +2,7 @@
 /// Rays of one kind waiting to be traced, as arrays. The order of a queue is the order of its samples' contributions,
 /// so it must never depend on anything but the scene.
 
+#include <numeric>
 #include <vector>
 
 #include "tracer/src/accel/accelerator.h"
@@ -13,7 +14,7 @@ class RayQueue {
  public:
   void push(const Vec3& origin, const Vec3& direction, const Color& weight, std::uint32_t sample, PrimitiveRef from,
             std::uint32_t path, std::uint32_t media) {
-    if (size_ == weight_.size()) grow();
+    if (size_ == weight_.size()) grow(std::max<std::size_t>(64, 2 * size_));
     ox_[size_] = origin.x;
     oy_[size_] = origin.y;
     oz_[size_] = origin.z;
@@ -34,10 +35,23 @@ class RayQueue {
     if (!other.cone_.empty()) widen(other.cone_[i]);
   }
 
-  /// Gives the ray pushed last its cone. Queues in which no ray has one hold none.
-  void widen(const RayCone& cone) {
+  /// Gives ray `i`, or the one pushed last, its cone. Queues in which no ray has one hold none.
+  void widen(std::size_t i, const RayCone& cone) {
     if (cone_.size() < weight_.size()) cone_.resize(weight_.size());
-    cone_[size_ - 1] = cone;
+    cone_[i] = cone;
+  }
+  void widen(const RayCone& cone) { widen(size_ - 1, cone); }
+
+  /// Makes these `count` camera rays, one for each sample; where they start and go is to be written to what it returns.
+  TraceCamera::AimSpan start_over(std::size_t count, std::uint32_t media) {
+    if (weight_.size() < count) grow(count);
+    size_ = count;
+    std::fill_n(weight_.begin(), count, Color{1, 1, 1});
+    std::iota(sample_.begin(), sample_.begin() + static_cast<std::ptrdiff_t>(count), 0u);
+    std::fill_n(from_.begin(), count, PrimitiveRef{});
+    std::fill_n(path_.begin(), count, 0u);
+    std::fill_n(media_.begin(), count, media);
+    return {ox_.data(), oy_.data(), oz_.data(), dx_.data(), dy_.data(), dz_.data()};
   }
 
   /// Keeps the memory for the next rays.
@@ -62,8 +76,7 @@ class RayQueue {
 
  private:
   /// Rare. In line it would cost every push the registers that it saves.
-  __attribute__((noinline)) void grow() {
-    const std::size_t capacity = std::max<std::size_t>(64, 2 * size_);
+  __attribute__((noinline)) void grow(std::size_t capacity) {
     for (auto* component : {&ox_, &oy_, &oz_, &dx_, &dy_, &dz_}) component->resize(capacity);
     sample_.resize(capacity);
     from_.resize(capacity);

@@ -5,6 +5,7 @@
 #include <new>
 
 #include "tracer/src/integrator/wavefront.h"
+#include "tracer/src/shapes/sphere_packet.h"
 
 namespace tracer {
 /// Rays waiting at once, over all generations: 2^24 take about 2 GiB. Only a scene whose materials give back more light
@@ -22,8 +23,9 @@ bool Wavefront<Model>::trace(Batch batch) {
   if (notes_first_hits()) first_hits_.reset(samples_.size());
   statistics_.samples += samples_.size();
   std::vector<Generation> pending;
-  std::size_t pending_rays = batch.camera.size();
-  pending.push_back({.camera = std::move(batch.camera), .reflection = {}, .refraction = {}});
+  pending.push_back(fresh_generation(0));
+  aim_camera_rays(batch, pending.back().camera);
+  std::size_t pending_rays = samples_.size();
   while (!pending.empty()) {
     if (control_.cancelled()) return false;
     Generation generation = std::move(pending.back());
@@ -34,16 +36,52 @@ bool Wavefront<Model>::trace(Batch batch) {
       pending.push_back(std::move(first));
       continue;
     }
-    Generation next;
-    next.depth = generation.depth + 1;
+    Generation next = fresh_generation(generation.depth + 1);
     trace_generation(generation, next);
     pending_rays += next.size() - generation.size();
     if (pending_rays > pending_max) throw std::bad_alloc();
-    if (next.size() != 0) pending.push_back(std::move(next));
+    spend(std::move(generation));
+    if (next.size() != 0) {
+      pending.push_back(std::move(next));
+    } else {
+      spend(std::move(next));
+    }
   }
   if (scene_.depth_cue) apply_depth_cue();
   for (const Color& sample : radiance_) statistics_.non_finite += finite(sample) ? 0 : 1;
   return true;
+}
+
+/// An empty one, with the memory of one that was traced where there is any.
+template <class Model>
+Generation Wavefront<Model>::fresh_generation(std::uint32_t depth) {
+  Generation generation;
+  if (!spent_.empty()) {
+    generation = std::move(spent_.back());
+    spent_.pop_back();
+    generation.clear();
+  }
+  generation.depth = depth;
+  return generation;
+}
+
+/// Two are in use at a time but where generations are split, which is rare.
+template <class Model>
+void Wavefront<Model>::spend(Generation generation) {
+  if (spent_.size() < 2) spent_.push_back(std::move(generation));
+}
+
+template <class Model>
+void Wavefront<Model>::aim_camera_rays(const Batch& batch, RayQueue& rays) const {
+  const std::size_t count = samples_.size();
+  const TraceCamera::AimSpan to = rays.start_over(count, Media::camera(scene_));
+  if (needs<&Requirements::lens>()) {
+    for (std::size_t i = 0; i < count; ++i) to.put(i, scene_.camera.aim(batch.x[i], batch.y[i], batch.lens[i]));
+  } else {
+    scene_.camera.aim_each(batch.x.data(), batch.y.data(), count, to);
+  }
+  if (needs<&Requirements::filtered_textures>())
+    for (std::size_t i = 0; i < count; ++i) rays.widen(i, camera_cone(scene_, rays.direction(i), batch.share[i]));
 }
 
 template <class Model>
@@ -71,22 +109,33 @@ template <class Model>
 void Wavefront<Model>::gather(const RayQueue& rays, std::uint32_t depth, Coherence coherence, Generation& next) {
   const std::size_t count = rays.size();
   scene_.accelerator->closest(rays.span(), hits_.resized(count), coherence);
+  SpherePacket packet;
   hit_ray_.clear();
   surface_.clear();
   weight_.clear();
   const bool absorbs = needs<&Requirements::absorption>();
   const bool hides = needs<&Requirements::overlapping_media>() && needs<&Requirements::refraction>();
   for (std::size_t i = 0; i < count; ++i) {
+    if (needs<&Requirements::spheres>() && i % lanes == 0)
+      meet_spheres(scene_.geometry, rays.span(), hits_.primitive.data(), hits_.t.data(), i, packet);
     Color weight = rays.weight(i);
     if (absorbs) weight = weight * media_.transmittance(rays.media(i), hits_.t[i]);
     if (!hits_.primitive[i].hit()) {
       see_background(rays, i, weight, depth);
       continue;
     }
-    const Surface surface = surface_at(scene_, hits_.at(i), rays.origin(i), rays.direction(i), approximate().shading);
-    if (hides && pass_hidden(rays, i, surface, weight, next)) continue;
+    Surface& surface = surface_.emplace_back();
+    if (hits_.primitive[i].geometry < scene_.geometry.first_triangles()) {
+      sphere_surface(scene_, hits_.at(i), packet.point(i % lanes), packet.normal(i % lanes), rays.direction(i),
+                     surface);
+    } else {
+      surface = surface_at(scene_, hits_.at(i), rays.origin(i), rays.direction(i), approximate().shading);
+    }
+    if (hides && pass_hidden(rays, i, surface, weight, next)) {
+      surface_.pop_back();
+      continue;
+    }
     hit_ray_.push_back(static_cast<std::uint32_t>(i));
-    surface_.push_back(surface);
     weight_.push_back(weight);
   }
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tracer/render.h"
+#include "tracer/src/integrator/arrival.h"
 #include "tracer/src/integrator/first_hits.h"
 #include "tracer/src/integrator/generation.h"
 #include "tracer/src/integrator/model.h"
@@ -14,15 +15,17 @@
 
 namespace tracer {
 
-/// Camera rays to be traced together. Samples are numbered from 0, ascending in the queue.
+/// Samples of the picture to be traced together, one camera ray each; see camera_rays.h.
 struct Batch {
   /// What the random choices of a sample are derived from.
   struct Sample {
     std::uint64_t key = 0;    ///< of its pixel
     std::uint32_t index = 0;  ///< among the pixel's samples
   };
-  RayQueue camera;
   std::vector<Sample> samples;
+  std::vector<double> x, y;        ///< beside samples: where in the full picture, in pixels
+  std::vector<Vec2> lens;          ///< beside samples: where on the lens, in [0,1)^2; empty in scenes without one
+  std::vector<double> share;       ///< beside samples: of the pixel's width; empty where no texture is filtered
   std::uint32_t light_points = 1;  ///< by which a soft light is known to what a camera ray hits; after a bounce, one
 };
 
@@ -38,7 +41,7 @@ struct LightStep {
   const TraceLight& light;
   std::uint32_t number = 0;  ///< of the light
   std::uint32_t point = 0, points = 1;
-  double spare = 0;  ///< of a hit's light may be missing once this step is done; see shade_facing
+  double spare = 0;  ///< of a hit's light may be missing once this step is done; see spares
 };
 
 /// One thread's tracer with its scratch memory. Contributions to one sample are added in an order that depends on that
@@ -69,14 +72,6 @@ class Wavefront {
   [[nodiscard]] const RenderStatistics& statistics() const { return statistics_; }
 
  private:
-  /// A surface as the local model sees it: where it is, and the unit vector towards the eye.
-  struct Facing {
-    BoundedPoint point;
-    Vec3 normal, to_eye;
-    double share = 1;              ///< of the hit's light
-    const Vec3* unbent = nullptr;  ///< what a bent normal was: light from behind that shines on nothing
-  };
-
   /// Whether the scene needs it; false while it is compiled where the model does not hold it.
   template <bool Requirements::*need>
   [[nodiscard]] bool needs() const {
@@ -110,6 +105,9 @@ class Wavefront {
   }
 
   // tracing.h
+  void aim_camera_rays(const Batch& batch, RayQueue& rays) const;
+  [[nodiscard]] Generation fresh_generation(std::uint32_t depth);
+  void spend(Generation generation);
   void trace_generation(const Generation& generation, Generation& next);
   void trace_queue(const RayQueue& rays, std::uint32_t depth, Generation& next);
   void gather(const RayQueue& rays, std::uint32_t depth, Coherence coherence, Generation& next);
@@ -127,12 +125,14 @@ class Wavefront {
   void shade_own_light(const RayQueue& rays);
   void shade_lights(const RayQueue& rays, std::uint32_t depth, Coherence coherence);
   void shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence);
-  [[nodiscard]] bool seems_lit(const LightStep& step, std::size_t hit, const Facing& facing, const Vec3& to_light,
-                               double distance) const;
+  void face_lights(const RayQueue& rays);
+  void face(std::size_t hit, const BoundedPoint& point, const Vec3& normal, const Vec3& to_eye, double share);
+  bool face_at_corners(const RayQueue& rays, std::size_t hit);
+  void place_light(const LightStep& step, const RayQueue& rays, const FacingPacket* packet);
+  void gain(const RayQueue& rays, const LightStep& step, const FacingPacket& packet, int lane);
+  [[nodiscard]] bool seems_lit(const LightStep& step, const FacingPacket& packet, int lane, const Vec3& to_light,
+                               const Vec3& origin) const;
   bool spares(const RayQueue& rays, std::size_t hit, const LightStep& step, const Color& contribution);
-  bool shade_singly(const RayQueue& rays, const LightStep& step, std::size_t hit);
-  bool shade_corners(const RayQueue& rays, const LightStep& step, std::size_t hit);
-  void shade_facing(const RayQueue& rays, const LightStep& step, std::size_t hit, const Facing& facing);
   [[nodiscard]] Color color_at(const RayQueue& rays, std::size_t hit) const;
   struct TextureOf {
     const Texture& texture;
@@ -140,7 +140,7 @@ class Wavefront {
   };
   [[nodiscard]] TextureOf texture_of(TextureId id) const;
   [[nodiscard]] Vec2 covered_of(const RayQueue& rays, std::size_t hit, const Texture& texture) const;
-  [[nodiscard]] Vec3 point_of(const LightStep& step, const RayQueue& rays, std::size_t ray) const;
+  [[nodiscard]] Vec3 soft_point_of(const LightStep& step, const RayQueue& rays, std::size_t ray) const;
 
   // branching.h: mirrors and glass
   void branch(const RayQueue& rays, Generation& next);
@@ -172,8 +172,11 @@ class Wavefront {
   std::vector<Vec3> unbent_;            ///< empty in scenes without bent normals; beside hit_ray_, zero where not bent
 
   NearestLights nearest_;  ///< of each hit, where not all lights count
+  Facings facings_;        ///< the hits' places
+  Arrival arrival_;        ///< of one light at one packet of them
 
   ShadowRays shadow_;
+  std::vector<Generation> spent_;  ///< traced ones, for the memory that they hold
 };
 
 }  // namespace tracer

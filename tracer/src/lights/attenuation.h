@@ -1,27 +1,20 @@
 #pragma once
 /// How a light fades with distance.
 
-#include <algorithm>
+#include <array>
 #include <limits>
 
 #include "tracer/scene.h"
+#include "tracer/src/math/wide.h"
 
 namespace tracer {
 
 /// f(d), d >= 0 in scene units (Foley, van Dam, Feiner, Hughes 1990, eq. 16.8 for the capped polynomial).
-inline double attenuation_at(const Attenuation& attenuation, double d) {
-  switch (attenuation.kind) {
-    case Attenuation::Kind::none:
-      return 1;
-    case Attenuation::Kind::polynomial: {
-      const auto& c = attenuation.coefficients;
-      return std::min(1 / (c[0] + (c[1] + c[2] * d) * d), 1.0);
-    }
-    case Attenuation::Kind::inverse_square:
-      return 1 / (d * d);
-  }
-  return 1;
+WHITTLE_INLINE double polynomial_attenuation(const std::array<double, 3>& c, double d) {
+  const double f = 1 / (c[0] + (c[1] + c[2] * d) * d);
+  return 1 < f ? 1 : f;
 }
+WHITTLE_INLINE double inverse_square_attenuation(double d) { return 1 / (d * d); }
 
 /// The least upper bound of f over all distances that does not look at the coefficients.
 inline double attenuation_bound(const Attenuation& attenuation) {

@@ -4,20 +4,21 @@
 #include <numbers>
 
 #include "tracer/src/math/affine.h"
+#include "tracer/src/math/wide.h"
 
 namespace tracer {
 
 struct TraceLight {
   enum class Kind { point, directional, spot, line, parallelogram, disc, sphere };
   Kind kind = Kind::point;
-  Vec3 position;                        ///< of the point or spot; one end, corner or centre of the others
-  Vec3 u, v;                            ///< line: u spans it; parallelogram: edges; disc: radii at right angles
+  Vec3 position{};                      ///< of the point or spot; one end, corner or centre of the others
+  Vec3 u{}, v{};                        ///< line: u spans it; parallelogram: edges; disc: radii at right angles
   double radius = 0;                    ///< of the sphere
-  Vec3 axis;                            ///< unit. directional: towards the light; spot: the way it shines
+  Vec3 axis{};                          ///< unit. directional: towards the light; spot: the way it shines
   double cos_inner = 1, cos_outer = 0;  ///< spot
-  Color radiance;                       ///< color * intensity
+  Color radiance{};                     ///< color * intensity
   bool shadows = true;
-  Attenuation attenuation;  ///< of world distances
+  Attenuation attenuation{};  ///< of world distances
 
   /// Spread over a length, area or surface, so that it takes several points to know it.
   [[nodiscard]] bool soft() const { return kind >= Kind::line; }
@@ -52,14 +53,12 @@ inline Vec3 light_middle(const TraceLight& light) {
   return spanned ? light.position + (light.u + light.v) * 0.5 : light.position;
 }
 
-/// How much of a spot's light goes along unit `away` from it; 1 for other lights.
-inline double spot_factor(const TraceLight& light, const Vec3& away) {
-  if (light.kind != TraceLight::Kind::spot) return 1;
-  const double c = dot(away, light.axis);
-  if (c >= light.cos_inner) return 1;
-  if (c <= light.cos_outer) return 0;
-  const double x = (c - light.cos_outer) / (light.cos_inner - light.cos_outer);
-  return x * x * (3 - 2 * x);
+/// How much of a spot's light goes along a direction at the angle of cosine `c` to its axis: all within the inner cone,
+/// none outside the outer one.
+WHITTLE_INLINE double spot_factor(double c, double cos_inner, double cos_outer) {
+  const double x = (c - cos_outer) / (cos_inner - cos_outer);
+  const double between = x * x * (3 - 2 * x);
+  return c >= cos_inner ? 1 : (c <= cos_outer ? 0 : between);
 }
 
 }  // namespace tracer

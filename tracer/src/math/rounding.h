@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "tracer/src/math/vec.h"
+#include "tracer/src/math/wide.h"
 
 namespace tracer {
 
@@ -22,19 +23,26 @@ struct BoundedPoint {
   Vec3 error;
 };
 
-/// Where a ray leaving `point` along `direction` starts: moved along the unit geometric `normal`, to the side that
-/// `direction` goes to, beyond the box of the point's error; then rounded outwards (PBR 4th ed., sec. 6.8.6).
-inline Vec3 offset_origin(const BoundedPoint& point, const Vec3& normal, const Vec3& direction) {
-  const double distance = dot(abs(normal), point.error);
-  const double side = dot(direction, normal) < 0 ? -1.0 : 1.0;
-  const Vec3 offset = normal * (distance * side);
+/// `position` moved by `distance` along the unit `normal`, to the side that `direction` goes to, then rounded outwards.
+WHITTLE_INLINE Vec3 clear_of(const Vec3& position, const Vec3& normal, double distance, const Vec3& direction) {
+  const double side = direction.x * normal.x + direction.y * normal.y + direction.z * normal.z < 0 ? -1.0 : 1.0;
   // An ulp of the result outwards covers the rounding of the sum; |x| 2^-52 is one or two.
-  const auto outwards = [](double coordinate, double shift) {
+  const auto outwards = [](double coordinate, double shift) __attribute__((always_inline)) {
     const double moved = coordinate + shift;
     return moved + std::copysign(std::abs(moved) * 0x1p-52, shift);
   };
-  return {outwards(point.position.x, offset.x), outwards(point.position.y, offset.y),
-          outwards(point.position.z, offset.z)};
+  const double step = distance * side;
+  return {outwards(position.x, normal.x * step), outwards(position.y, normal.y * step),
+          outwards(position.z, normal.z * step)};
+}
+
+/// How far along the unit `normal` the box of the point's error reaches.
+inline double clearance(const BoundedPoint& point, const Vec3& normal) { return dot(abs(normal), point.error); }
+
+/// Where a ray leaving `point` along `direction` starts: moved along the unit geometric `normal` beyond the box of the
+/// point's error (PBR 4th ed., sec. 6.8.6).
+inline Vec3 offset_origin(const BoundedPoint& point, const Vec3& normal, const Vec3& direction) {
+  return clear_of(point.position, normal, clearance(point, normal), direction);
 }
 
 }  // namespace tracer

@@ -29,6 +29,7 @@ inline bool finite(const Vec3& a) { return std::isfinite(a.x) && std::isfinite(a
 /// exact for scalings by powers of two. The zero vector stays zero.
 inline Vec3 normalize(const Vec3& a) {
   const double largest = max_component(abs(a));
+  if (largest > 0x1p-400 && largest < 0x1p400) return a / length(a);  // the same bits: no square leaves the range
   if (!(largest > 0)) return {};
   const Vec3 scaled = a * std::ldexp(1.0, -std::ilogb(largest));
   return scaled / length(scaled);

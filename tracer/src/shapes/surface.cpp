@@ -2,6 +2,7 @@
 
 #include "tracer/src/materials/shading.h"
 #include "tracer/src/shapes/quadric_surface.h"
+#include "tracer/src/shapes/sphere_packet.h"
 
 namespace tracer {
 namespace {
@@ -15,18 +16,9 @@ struct Local {
   std::uint32_t object = 0;
 };
 
-/// The ray's own arithmetic loses digits with its length, so the point is pulled back onto the sphere; what is left is
-/// the rounding of that and of the quadratic's constant term, which sixteen operations cover.
 Local sphere_at(const SphereGeometry& spheres, std::uint32_t i, const Vec3& on_ray) {
-  const Vec3 center{spheres.x[i], spheres.y[i], spheres.z[i]};
-  const double radius = spheres.radius[i];
-  const Vec3 scaled = (on_ray - center) / radius;
-  const double distance = length(scaled);  // 0 where a ray from 10^16 radii away has no digit left for the surface
-  const Vec3 normal = distance > 0 ? scaled * (1 / distance) : Vec3{};
-  const Vec3 arm = normal * radius;
-  const Vec3 position = center + arm;
-  const Vec3 error = abs(arm) * rounding_bound(16) + (abs(position) + abs(center)) * rounding_bound(2);
-  return {{position, error}, normal, normal, {}, spheres.object[i]};
+  const SpherePoint at = sphere_point({spheres.x[i], spheres.y[i], spheres.z[i]}, spheres.radius[i], on_ray);
+  return {{at.position, at.error}, at.normal, at.normal, {}, spheres.object[i]};
 }
 
 Local plane_at(const PlaneGeometry& planes, std::uint32_t i, const Vec3& on_ray) {
@@ -124,7 +116,7 @@ Local local_at(const GeometrySet& set, const Hit& hit, const Vec3& on_ray) {
   return plane_at(set.planes, primitive, on_ray);
 }
 
-Vec2 uv_at(const CompiledScene& scene, const Hit& hit, const Local& local) {
+Vec2 uv_at(const CompiledScene& scene, const Hit& hit, const Surface& local) {
   const GeometrySet& set = scene.geometry;
   const auto [geometry, primitive] = hit.primitive;
   switch (family_of(set, geometry)) {
@@ -143,6 +135,10 @@ Vec2 uv_at(const CompiledScene& scene, const Hit& hit, const Local& local) {
 
 bool is_textured(const Material& material) {
   return std::holds_alternative<TextureId>(material.color) || material.bump || material.normal_map;
+}
+
+void add_uv(const CompiledScene& scene, const Hit& hit, Surface& surface) {
+  if (scene.needs.textures && is_textured(scene.materials[surface.material])) surface.uv = uv_at(scene, hit, surface);
 }
 
 }  // namespace
@@ -180,8 +176,19 @@ Surface surface_at(const CompiledScene& scene, const Hit& hit, const Vec3& origi
   surface.normal = surface.back ? -outward : outward;
   // Seen from behind the curved surface is on the other side of the facet: nothing to correct there.
   if (!flat && !surface.back) surface.shadow_offset = local.shadow_offset;
-  if (scene.needs.textures && is_textured(scene.materials[surface.material])) surface.uv = uv_at(scene, hit, local);
+  add_uv(scene, hit, surface);
   return surface;
+}
+
+void sphere_surface(const CompiledScene& scene, const Hit& hit, const BoundedPoint& point, const Vec3& normal,
+                    const Vec3& direction, Surface& surface) {
+  surface.point = point;
+  surface.geometric_normal = normal;
+  surface.back = dot(direction, normal) > 0;
+  surface.normal = surface.back ? -normal : normal;
+  surface.object = scene.geometry.spheres[hit.primitive.geometry].object[hit.primitive.primitive];
+  surface.material = scene.material_of_object[surface.object];
+  add_uv(scene, hit, surface);
 }
 
 }  // namespace tracer

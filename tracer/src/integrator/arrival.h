@@ -1,0 +1,29 @@
+#pragma once
+/// The light of one light at a packet of places, if nothing is in the way.
+
+#include "tracer/src/integrator/facings.h"
+#include "tracer/src/lights/light.h"
+
+namespace tracer {
+
+/// Beside a FacingPacket.
+struct alignas(64) Arrival {
+  double from_x[lanes], from_y[lanes], from_z[lanes];  ///< given: the light's points; a directional one's mean nothing
+
+  double to_x[lanes], to_y[lanes], to_z[lanes];              ///< unit, towards the light
+  double distance[lanes];                                    ///< trace frame; infinite for directional lights
+  double cosine[lanes];                                      ///< N.L
+  double strength[lanes];                                    ///< `share` after attenuation and the spot's cone
+  double highlight[lanes];                                   ///< its cosine, then spec
+  double origin_x[lanes], origin_y[lanes], origin_z[lanes];  ///< where the shadow ray starts
+  double r[lanes], g[lanes], b[lanes];                       ///< what the sample gains
+
+  int lane[lanes];  ///< those that gain anything, ascending
+  int count;
+};
+
+/// Works out `arrival` for a `share` of `light`. Distances of the trace frame times `world_per_trace` are the world's.
+void arrive(const FacingPacket& facings, const TraceLight& light, double world_per_trace, double share,
+            Arrival& arrival);
+
+}  // namespace tracer
