@@ -44,7 +44,7 @@ class Compose:
         self.address.unlink(missing_ok=True)
         # pylint: disable-next=consider-using-with
         self.service = subprocess.Popen(["podman", "system", "service", "--time", "0", f"unix://{self.address}"],
-                                        env=podman_environment(), stderr=subprocess.DEVNULL)
+                                        env=podman_environment(), cwd=STORE, stderr=subprocess.DEVNULL)
         wait_until(self.address.exists, "podman's service")
 
     def command(self, *arguments):

@@ -54,9 +54,10 @@ def podman_environment():
 
 
 def attempt(*arguments, **options):
-    """`podman ARGUMENTS`, whatever becomes of it."""
-    return subprocess.run(["podman", *map(str, arguments)], env=podman_environment(), check=False, capture_output=True,
-                          text=True, timeout=PATIENCE_S, **options)
+    """`podman ARGUMENTS`, whatever becomes of it. In the store: of a container without memory podman leaves a file named
+    oom where it was started."""
+    return subprocess.run(["podman", *map(str, arguments)], env=podman_environment(), cwd=STORE, check=False,
+                          capture_output=True, text=True, timeout=PATIENCE_S, **options)
 
 
 def podman(*arguments, **options):
