@@ -1,5 +1,6 @@
 #include "api/estimate.h"
 
+#include <algorithm>
 #include <variant>
 
 namespace api {
@@ -17,6 +18,28 @@ std::uint64_t bytes_of(const std::vector<tracer::Object>& objects) {
   return bytes;
 }
 
+bool has_mesh_files(const std::vector<tracer::Object>& objects) {
+  return std::any_of(objects.begin(), objects.end(), [](const tracer::Object& object) {
+    const auto* mesh = std::get_if<tracer::Mesh>(&object.shape);
+    return mesh != nullptr && mesh->file;
+  });
+}
+
+bool has_mesh_files(const tracer::Scene& scene) {
+  return has_mesh_files(scene.objects) ||
+         std::any_of(scene.prototypes.begin(), scene.prototypes.end(),
+                     [](const tracer::Prototype& prototype) { return has_mesh_files(prototype.objects); });
+}
+
+bool takes_many_samples(const tracer::Scene& scene) {
+  constexpr std::uint64_t few_samples = 1u << 21;
+  constexpr double short_time_ms = 2000;
+  const std::optional<tracer::Adaptive>& adaptive = scene.accuracy.adaptive;
+  if (adaptive && adaptive->time_budget_ms && *adaptive->time_budget_ms <= short_time_ms) return false;
+  const std::uint64_t each = adaptive ? adaptive->samples_max : scene.accuracy.samples;
+  return scene.image.window().pixels() * each > few_samples;
+}
+
 }  // namespace
 
 std::uint64_t estimated_memory_bytes(const tracer::Scene& scene) {
@@ -25,6 +48,10 @@ std::uint64_t estimated_memory_bytes(const tracer::Scene& scene) {
   std::uint64_t bytes = scene.image.window().pixels() * each + bytes_of(scene.objects);
   for (const tracer::Prototype& prototype : scene.prototypes) bytes += bytes_of(prototype.objects);
   return bytes;
+}
+
+bool is_large(const tracer::Scene& scene) {
+  return takes_many_samples(scene) || estimated_memory_bytes(scene) > 256u << 20 || has_mesh_files(scene);
 }
 
 }  // namespace api

@@ -47,6 +47,7 @@ std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate
         {"build", times.build},
         {"trace", times.trace},
         {"encode", times.encode}}},
+      {"geometry_reused", times.geometry_reused},
       {"memory_bytes", memory_bytes},
       {"non_finite", statistics.non_finite},
       {"build", tracer::build()}};
@@ -60,6 +61,7 @@ std::optional<ReportFigures> read_report(const std::string& report) {
   const Json& rays = json["rays"];
   figures.rays = {rays.value("camera", std::uint64_t{0}), rays.value("shadow", std::uint64_t{0}),
                   rays.value("reflection", std::uint64_t{0}), rays.value("refraction", std::uint64_t{0})};
+  figures.geometry_reused = json.value("geometry_reused", false);
   const Json& error = json["error"];
   if (error.contains("target") && error["target"].is_number()) figures.target_met = error.value("met", false);
   return figures;

@@ -72,6 +72,7 @@ struct Job {
   bool suspect = false;           ///< was in flight with others when a worker died: runs alone until it ends
   std::map<std::string, std::string> labels;
   std::uint32_t width = 0, height = 0;
+  bool large = false;               ///< may take long (api::is_large): it leaves a place to those that do not
   std::vector<std::string> assets;  ///< sha256 of the uploads that its document names; they are kept while it is there
   std::string report;               ///< JSON text written by api::, opaque here; empty until the job succeeded
   std::optional<Problem> problem;

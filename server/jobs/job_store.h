@@ -153,6 +153,8 @@ class JobStore {
   /// whose deadline is later than `now`; attempt + 1, state running, owned by `boot_id`. `alone`: only suspects when
   /// true, never suspects when false.
   virtual std::optional<Claim> claim(const std::string& boot_id, std::int64_t now, bool alone) = 0;
+  /// As claim without `alone`, of the jobs that are not large; however many large ones wait before them.
+  virtual std::optional<Claim> claim_small(const std::string& boot_id, std::int64_t now) = 0;
 
   /// Ends a running job. False when `fence` is not the latest or the job is not running. A job whose cancel was
   /// requested may still succeed or fail here if the worker was faster; that is told as it is.

@@ -157,8 +157,11 @@ void Queue::attach(Runner* runner) {
   runner_ = runner;
 }
 
-std::optional<Claim> Queue::claim(bool alone) {
-  std::optional<Claim> claim = store_.claim(boot_id_, clock_(), alone);
+std::optional<Claim> Queue::claim(bool alone) { return began(store_.claim(boot_id_, clock_(), alone)); }
+
+std::optional<Claim> Queue::claim_small() { return began(store_.claim_small(boot_id_, clock_())); }
+
+std::optional<Claim> Queue::began(std::optional<Claim> claim) {
   if (claim) {
     const std::lock_guard lock(live_mutex_);
     progress_.insert_or_assign(claim->job.id, 0.0);

@@ -88,6 +88,7 @@ class Queue final : public JobService {
 
   /// As JobStore, with this daemon's boot id and clock. Those that end the job call the waiters.
   std::optional<Claim> claim(bool alone);
+  std::optional<Claim> claim_small();
   bool fail(const std::string& id, std::int64_t fence, const Problem& problem);
   bool finish_cancel(const std::string& id, std::int64_t fence);
   /// `pause_ms`: it is not claimed again before.
@@ -113,6 +114,7 @@ class Queue final : public JobService {
   bool keep_house();
 
  private:
+  std::optional<Claim> began(std::optional<Claim> claim);
   void job_ended(const std::string& id);
   void expect_webhook(const Job& job);
   void tell_arrived(const Job& job);

@@ -61,8 +61,8 @@ struct Stop {
 
 class Rendering {
  public:
-  Rendering(Assign job, const FileSettings& files, tracer::RenderControl& control)
-      : job_(std::move(job)), files_(files), control_(control) {
+  Rendering(Assign job, const FileSettings& files, tracer::RenderControl& control, tracer::GeometryCache* geometry)
+      : job_(std::move(job)), files_(files), control_(control), geometry_(geometry) {
     times_.queue = job_.queue_ms;
   }
 
@@ -91,8 +91,9 @@ class Rendering {
   std::shared_ptr<const tracer::CompiledScene> compile(tracer::Scene& scene) {
     const tracer::Assets assets = scene.assets.empty() ? tracer::Assets() : load_assets(scene);
     times_.parse += watch_.lap();
-    auto compiled = value_of(tracer::compile(scene, control_, assets));
+    auto compiled = value_of(tracer::compile(scene, control_, assets, geometry_));
     times_.build = watch_.lap();
+    times_.geometry_reused = tracer::reused_geometry(*compiled);
     return compiled;
   }
 
@@ -151,6 +152,7 @@ class Rendering {
   Assign job_;
   const FileSettings& files_;
   tracer::RenderControl& control_;
+  tracer::GeometryCache* geometry_;
   Stopwatch watch_;
   api::StageTimes times_;
   std::uint64_t memory_bytes_ = 0;  ///< what was largest at its time: the compiled scene, the picture, the files
@@ -158,10 +160,11 @@ class Rendering {
 
 }  // namespace
 
-Outcome render_job(Assign job, const FileSettings& files, tracer::RenderControl& control) noexcept {
+Outcome render_job(Assign job, const FileSettings& files, tracer::RenderControl& control,
+                   tracer::GeometryCache* geometry) noexcept {
   Failed failure{job.job_id, job.fence, {}};
   try {
-    return Rendering(std::move(job), files, control).run();
+    return Rendering(std::move(job), files, control, geometry).run();
   } catch (Stop& stop) {
     return std::move(stop.outcome);
   } catch (const std::bad_alloc&) {

@@ -6,6 +6,7 @@
 #include "server/worker/options.h"
 #include "server/worker/protocol.h"
 #include "tracer/control.h"
+#include "tracer/geometry_cache.h"
 
 namespace worker {
 
@@ -17,6 +18,8 @@ using Outcome = std::variant<Finished, Failed, Cancelled>;
 /// "internal".
 /// The document's limits were checked by whoever accepted it, and are not checked again: they may have changed since.
 /// Those of `files` hold for scenes with meshes of files, the other objects counted with theirs.
-Outcome render_job(Assign job, const FileSettings& files, tracer::RenderControl& control) noexcept;
+/// `geometry` may be null.
+Outcome render_job(Assign job, const FileSettings& files, tracer::RenderControl& control,
+                   tracer::GeometryCache* geometry) noexcept;
 
 }  // namespace worker

@@ -19,7 +19,7 @@ namespace worker {
 inline auto fields(Assign& m) { return std::tie(m.job_id, m.fence, m.queue_ms, m.document); }
 inline auto fields(Cancel& m) { return std::tie(m.job_id); }
 inline auto fields(Hello& m) { return std::tie(m.build, m.sandbox); }
-inline auto fields(Heartbeat&) { return std::tie(); }
+inline auto fields(Heartbeat& m) { return std::tie(m.geometry_bytes); }
 inline auto fields(Progress& m) { return std::tie(m.job_id, m.tiles_done, m.tiles_total); }
 inline auto fields(Picture& m) { return std::tie(m.name, m.media_type, m.bytes); }
 inline auto fields(Finished& m) { return std::tie(m.job_id, m.fence, m.report, m.pictures); }
@@ -28,7 +28,7 @@ inline auto fields(Cancelled& m) { return std::tie(m.job_id, m.fence); }
 inline auto fields(jobs::Problem& m) { return std::tie(m.code, m.detail, m.errors); }
 inline auto fields(tracer::Issue& m) { return std::tie(m.pointer, m.code, m.detail); }
 
-constexpr std::uint32_t protocol_version = 2;
+constexpr std::uint32_t protocol_version = 3;
 
 class BodyWriter {
  public:

@@ -16,7 +16,8 @@ constexpr std::chrono::milliseconds progress_interval{50};
 
 }  // namespace
 
-Workshop::Workshop(int socket, const Options& options) : socket_(socket), files_(options.files) {
+Workshop::Workshop(int socket, const Options& options)
+    : socket_(socket), options_(options), geometry_(options.geometry_cache_bytes) {
   for (int i = 0; i < options.slots; ++i) threads_.emplace_back([this] { work(); });
   threads_.emplace_back([this] { pulse(); });
 }
@@ -36,7 +37,7 @@ void Workshop::cancel(const std::string& job_id) {
 }
 
 void Workshop::work() {
-  oneapi::tbb::task_arena arena;
+  oneapi::tbb::task_arena arena(options_.threads > 0 ? options_.threads : oneapi::tbb::task_arena::automatic);
   for (;;) {
     std::unique_lock lock(mutex_);
     job_came_.wait(lock, [&] { return !waiting_.empty(); });
@@ -46,11 +47,15 @@ void Workshop::work() {
     const std::shared_ptr<Job> job = jobs_.at(id);
     lock.unlock();
 
-    Outcome outcome = arena.execute([&] { return render_job(std::move(assigned), files_, job->control); });
+    Outcome outcome =
+        arena.execute([&] { return render_job(std::move(assigned), options_.files, job->control, &geometry_); });
+    const auto* failed = std::get_if<Failed>(&outcome);
+    if (failed != nullptr && failed->problem.code == "out_of_memory") geometry_.clear();  // the next attempt has it
 
     lock.lock();
     jobs_.erase(id);
     untidy_ = true;
+    idle_since_ = std::chrono::steady_clock::now();
     lock.unlock();
     std::visit([this](auto& answer) { say(std::move(answer)); }, outcome);
   }
@@ -61,9 +66,9 @@ void Workshop::pulse() {
   for (;;) {
     const auto now = std::chrono::steady_clock::now();
     if (now >= next_heartbeat) {
-      say(Heartbeat{});
+      say(Heartbeat{geometry_.memory_bytes()});
       next_heartbeat = now + heartbeat_interval;
-      give_memory_back();
+      give_memory_back(now);
     }
     tell_progress();
     std::unique_lock lock(mutex_);
@@ -75,10 +80,13 @@ void Workshop::pulse() {
 
 /// What jobs have freed goes back to the machine, at most once a second: after each small job it would cost more than
 /// the job.
-void Workshop::give_memory_back() {
+void Workshop::give_memory_back(std::chrono::steady_clock::time_point now) {
   {
     const std::lock_guard lock(mutex_);
-    if (!std::exchange(untidy_, false)) return;
+    const bool forgets = jobs_.empty() && now - idle_since_ >= std::chrono::milliseconds(options_.geometry_idle_ms) &&
+                         geometry_.memory_bytes() > 0;
+    if (forgets) geometry_.clear();
+    if (!std::exchange(untidy_, false) && !forgets) return;
   }
   malloc_trim(0);
 }

@@ -15,6 +15,7 @@
 #include "server/worker/options.h"
 #include "server/worker/protocol.h"
 #include "tracer/control.h"
+#include "tracer/geometry_cache.h"
 
 namespace worker {
 
@@ -36,18 +37,20 @@ class Workshop {
 
   void work();
   void pulse();
-  void give_memory_back();
+  void give_memory_back(std::chrono::steady_clock::time_point now);
   void tell_progress();
   void say(Message message);
 
   int socket_;
-  FileSettings files_;
+  Options options_;
+  tracer::GeometryCache geometry_;
   std::mutex mutex_;
   std::condition_variable job_came_;
   std::condition_variable busy_;
   std::deque<Assign> waiting_;
   std::map<std::string, std::shared_ptr<Job>> jobs_;  ///< waiting and running
   bool untidy_ = false;                               ///< a job has ended since memory was given back
+  std::chrono::steady_clock::time_point idle_since_;  ///< without jobs, or when the latest came
   std::vector<std::thread> threads_;
 };
 

@@ -55,7 +55,8 @@ TEST(JobMetrics, TellWaitsRunsRaysAndTargets) {
   job.created_at = 1000;
   job.started_at = 3000;
   job.ended_at = 3500;
-  job.report = R"({"rays":{"camera":7,"shadow":5,"reflection":3,"refraction":2},"error":{"target":1,"met":true}})";
+  job.report =
+      R"({"rays":{"camera":7,"shadow":5,"reflection":3,"refraction":2},"error":{"target":1,"met":true},"geometry_reused":true})";
   telemetry::JobMetrics observed(
       metrics, [&](const std::string&) { return job; }, next);
   observed.moved("a", jobs::JobState::queued);
@@ -72,7 +73,8 @@ TEST(JobMetrics, TellWaitsRunsRaysAndTargets) {
                            "whittle_job_wait_seconds_sum 6", "whittle_job_run_seconds_sum{state=\"succeeded\"} 1.5",
                            "whittle_rays_total{kind=\"camera\"} 9", "whittle_rays_total{kind=\"shadow\"} 5",
                            "whittle_rays_total{kind=\"refraction\"} 2", "whittle_error_targets_total{met=\"yes\"} 1",
-                           "whittle_error_targets_total{met=\"no\"} 1"}) {
+                           "whittle_error_targets_total{met=\"no\"} 1", "whittle_geometry_total{reused=\"yes\"} 1",
+                           "whittle_geometry_total{reused=\"no\"} 2"}) {
     expect_line(text, line);
   }
 }

@@ -3,6 +3,7 @@
 /// the port and passes the same conformance suite. Tests derive from it to make it fail.
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <string>
@@ -24,6 +25,7 @@ class MemoryJobStore : public JobStore {
   QueueDepth depth() override;
   std::optional<std::int64_t> waiting_before(const std::string& id, std::int64_t limit) override;
   std::optional<Claim> claim(const std::string& boot_id, std::int64_t now, bool alone) override;
+  std::optional<Claim> claim_small(const std::string& boot_id, std::int64_t now) override;
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
                const std::vector<Artifact>& artifacts) override;
   bool fail(const std::string& id, std::int64_t fence, std::int64_t now, const Problem& problem) override;
@@ -51,6 +53,8 @@ class MemoryJobStore : public JobStore {
     std::string boot_id;
     std::int64_t rank = 0;
   };
+  std::optional<Claim> claim_of(const std::function<bool(const Job&)>& wanted, const std::string& boot_id,
+                                std::int64_t now);
   static CancelOutcome cancel(Row& row, std::int64_t now);
   static RetryOutcome retry(Row& row, std::int64_t now);
   std::map<std::string, Row>::iterator erase(std::map<std::string, Row>::iterator row);

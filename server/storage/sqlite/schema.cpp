@@ -185,6 +185,12 @@ CREATE TABLE job_assets (
   PRIMARY KEY (job_id, position)
 ) STRICT, WITHOUT ROWID;
 CREATE INDEX job_assets_by_sha256 ON job_assets (sha256);
+)sql",
+                                                           R"sql(
+-- Small jobs are found at once, however many large ones wait before them.
+ALTER TABLE jobs ADD COLUMN large INTEGER NOT NULL DEFAULT 0;
+CREATE INDEX small_jobs_waiting ON jobs (suspect, rank, id)
+  WHERE state = 'queued' AND not_before IS NULL AND large = 0;
 )sql"};
 
 std::int64_t user_version(Database& database) {

@@ -152,7 +152,7 @@ bool Wavefront<Model>::seems_lit(const LightStep& step, std::size_t hit, const F
   const Vec3& normal = surface_[hit].geometric_normal;
   if (!scene_.shadow_maps[step.number].lit(facing.point.position, normal)) return false;
   const double short_of_it = distance * (1 - 0x1p-40);  // as shadow rays are
-  return !plane_between(scene_.geometry, offset_origin(facing.point, normal, to_light), to_light, short_of_it,
+  return !plane_between(scene_.geometry(), offset_origin(facing.point, normal, to_light), to_light, short_of_it,
                         hits_.primitive[hit_ray_[hit]]);
 }
 

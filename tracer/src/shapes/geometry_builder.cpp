@@ -29,9 +29,11 @@ bool keeps_spheres(const Linear& m) {
 /// differ), each mesh by itself.
 class GeometryBuilder {
  public:
-  explicit GeometryBuilder(CompiledScene& compiled) : compiled_(compiled), trace_from_world_(compiled.frame.affine()) {}
+  GeometryBuilder(CompiledScene& compiled, const RenderControl& control)
+      : compiled_(compiled), control_(control), trace_from_world_(compiled.frame.affine()) {}
 
   void add(const Placed& placed) {
+    if (control_.cancelled()) return;
     object_ = static_cast<std::uint32_t>(compiled_.material_of_object.size());
     compiled_.material_of_object.push_back(placed.material.index);
     transmissive_ = compiled_.materials[placed.material.index].transmission > 0;
@@ -41,14 +43,14 @@ class GeometryBuilder {
     std::visit(*this, placed.shape);
   }
 
-  void finish() {
-    GeometrySet& set = compiled_.geometry;
+  GeometrySet finish() {
     for (SphereGeometry& spheres : spheres_)
-      if (!spheres.x.empty()) set.spheres.push_back(std::move(spheres));
+      if (!spheres.x.empty()) set_.spheres.push_back(std::move(spheres));
     for (QuadricGeometry& quadrics : quadrics_)
-      if (!quadrics.quadrics.empty()) set.quadrics.push_back(std::move(quadrics));
+      if (!quadrics.quadrics.empty()) set_.quadrics.push_back(std::move(quadrics));
     for (TriangleGeometry& triangles : loose_)
-      if (!triangles.triangles.empty()) set.triangles.push_back(std::move(triangles));
+      if (!triangles.triangles.empty()) set_.triangles.push_back(std::move(triangles));
+    return std::move(set_);
   }
 
   void operator()(const Sphere& sphere) {
@@ -69,7 +71,7 @@ class GeometryBuilder {
   }
 
   void operator()(const Plane& plane) {
-    PlaneGeometry& planes = compiled_.geometry.planes;
+    PlaneGeometry& planes = set_.planes;
     const Vec3 normal = normalize(plane.normal);
     planes.point.push_back(trace_from_object(plane.point));
     planes.normal.push_back(normalize(transformed_normal(world_from_object_.linear, normal)));
@@ -116,21 +118,31 @@ class GeometryBuilder {
     triangles.object = object_;
     triangles.transmissive = transmissive_;
     triangles.positions.reserve(mesh.positions.size());
-    for (const Vec3& position : mesh.positions) triangles.positions.push_back(trace_from_object(position));
+    each(mesh.positions, [&](const Vec3& position) { triangles.positions.push_back(trace_from_object(position)); });
     triangles.triangles.reserve(mesh.triangles.size());
-    for (const auto& corners : mesh.triangles) push_corners(triangles, corners);
+    each(mesh.triangles, [&](const auto& corners) { push_corners(triangles, corners); });
     if (!mesh.normals.empty()) {
-      for (const Vec3& normal : mesh.normals) triangles.normals.push_back(unit_normal(normal));
+      each(mesh.normals, [&](const Vec3& normal) { triangles.normals.push_back(unit_normal(normal)); });
     } else if (mesh.smooth) {
       for (const Vec3& normal : area_weighted_normals(mesh)) triangles.normals.push_back(unit_normal(normal));
     }
     for (const Vec2& uv : mesh.uvs) triangles.uvs.push_back({uv.x, uv.y});
-    compiled_.geometry.triangles.push_back(std::move(triangles));
+    set_.triangles.push_back(std::move(triangles));
   }
 
   void operator()(const Instance&) {}  // for_each_placed has resolved them
 
  private:
+  /// Ends early where it is cancelled: a mesh of ten million triangles takes seconds.
+  template <class Value, class Visit>
+  void each(const std::vector<Value>& values, const Visit& visit) const {
+    constexpr std::size_t at_once = 1u << 16;  // about a millisecond
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (i % at_once == 0 && control_.cancelled()) return;
+      visit(values[i]);
+    }
+  }
+
   template <class Round>
   Quadric& add_quadric(QuadricKind kind, const Round& shape) {
     QuadricGeometry& quadrics = quadrics_[transmissive_ ? 1 : 0];
@@ -158,6 +170,8 @@ class GeometryBuilder {
   }
 
   CompiledScene& compiled_;
+  const RenderControl& control_;
+  GeometrySet set_;
   Affine trace_from_world_, world_from_object_, trace_from_object_;
   std::array<SphereGeometry, 2> spheres_;
   std::array<QuadricGeometry, 2> quadrics_;
@@ -168,10 +182,10 @@ class GeometryBuilder {
 
 }  // namespace
 
-void build_geometry(const Scene& scene, CompiledScene& compiled) {
-  GeometryBuilder builder(compiled);
+GeometrySet build_geometry(const Scene& scene, CompiledScene& compiled, const RenderControl& control) {
+  GeometryBuilder builder(compiled, control);
   for_each_placed(scene, [&](const Placed& placed) { builder.add(placed); });
-  builder.finish();
+  return builder.finish();
 }
 
 }  // namespace tracer

@@ -5,8 +5,9 @@
 
 namespace tracer {
 
-/// Fills `compiled`'s geometry, material_of_object and axes_of_object. Objects are numbered as placed: instances
-/// counted out, in the document's order.
-void build_geometry(const Scene& scene, CompiledScene& compiled);
+/// Fills `compiled`'s material_of_object and axes_of_object beside it. Objects are numbered as placed: instances
+/// counted out, in the document's order. Precondition: `compiled` has nothing of it yet. Incomplete once `control` is
+/// cancelled.
+GeometrySet build_geometry(const Scene& scene, CompiledScene& compiled, const RenderControl& control);
 
 }  // namespace tracer

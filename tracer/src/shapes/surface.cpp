@@ -125,7 +125,7 @@ Local local_at(const GeometrySet& set, const Hit& hit, const Vec3& on_ray) {
 }
 
 Vec2 uv_at(const CompiledScene& scene, const Hit& hit, const Local& local) {
-  const GeometrySet& set = scene.geometry;
+  const GeometrySet& set = scene.geometry();
   const auto [geometry, primitive] = hit.primitive;
   switch (family_of(set, geometry)) {
     case Family::sphere:
@@ -148,7 +148,7 @@ bool is_textured(const Material& material) {
 }  // namespace
 
 std::optional<Corners> corners_at(const CompiledScene& scene, const Hit& hit) {
-  const GeometrySet& set = scene.geometry;
+  const GeometrySet& set = scene.geometry();
   if (family_of(set, hit.primitive.geometry) != Family::triangle) return std::nullopt;
   const TriangleGeometry& mesh = set.triangles[hit.primitive.geometry - set.first_triangles()];
   const auto& vertices = mesh.triangles[hit.primitive.primitive];
@@ -168,7 +168,7 @@ std::optional<Corners> corners_at(const CompiledScene& scene, const Hit& hit) {
 
 Surface surface_at(const CompiledScene& scene, const Hit& hit, const Vec3& origin, const Vec3& direction,
                    Approximations::Shading shading) {
-  const Local local = local_at(scene.geometry, hit, origin + direction * hit.t);
+  const Local local = local_at(scene.geometry(), hit, origin + direction * hit.t);
   Surface surface;
   surface.point = local.point;
   surface.geometric_normal = local.geometric_normal;
