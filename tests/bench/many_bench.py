@@ -43,13 +43,13 @@ def terrain(triangles):
 
 
 def orbit(asset, frames):
-    document = {"version": 1, "image": {"width": 320, "height": 240}, "accuracy": {"samples": 1},
+    document = {"version": 1, "image": {"width": 320, "height": 240}, "accuracy": {"samples": [1, 1]},
                 "camera": {"position": [0, 0, 0], "look_at": [0, 0, 0]},
                 "lights": [{"type": "directional", "direction": [-1, -1, -0.5]}], "job": {"cache": "off"},
                 "objects": [{"type": "mesh", "file": "sha256:" + asset, "material": {"color": 0.7}}]}
     angles = [2 * math.pi * frame / frames for frame in range(frames)]
     return {"scene": document,
-            "frames": [{"camera": {"position": [2 * math.cos(angle), 1.2, 2 * math.sin(angle)]}} for angle in angles]}
+            "frames": [{"camera": {"position": [2 * math.cos(angle), 1.2, 2 * math.sin(angle)], "look_at": [0, 0, 0]}} for angle in angles]}
 
 
 def jobs_of(daemon, batch):

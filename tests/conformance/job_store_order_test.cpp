@@ -36,10 +36,10 @@ TEST_P(JobStoreConformance, ClaimsTheHighestPriorityFirstThenTheOldest) {
 TEST_P(JobStoreConformance, ClaimsTheFirstSmallJobHoweverManyLargeOnesWaitBeforeIt) {
   const auto large = [](Job& job) { job.large = true; };
   const std::string first = submit(large);
-  const std::string suspect = submit([](Job& job) { job.suspect = true; });
+  submit([](Job& job) { job.suspect = true; });
   const std::string low = submit([](Job& job) { job.priority = 0; });
   const std::string small = submit();
-  const std::string delayed = submit([](Job& job) { job.priority = 90, job.not_before = now + 1; });
+  submit([&](Job& job) { job.priority = 90, job.not_before = now + 1; });
   submit([&](Job& job) { job.priority = 90, job.deadline = now; });
   const std::string last = submit(large);
   EXPECT_TRUE(find(first).large);
