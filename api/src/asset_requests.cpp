@@ -38,7 +38,7 @@ tracer::Result<std::vector<std::string>, Refusal> read(std::string_view bytes, c
   Cursor root;
   root.node = tape->root();
   Hashes hashes;
-  Fields fields(reading, root, "assets", "the question");
+  Fields fields(reading, root, "the question");
   if (const auto list = fields.take("sha256")) {
     const bool is_list = list->node->kind == json::Kind::array;
     if (!is_list || within_limit(reading, *list, "asset_hashes_max", asset_hashes_max)) {

@@ -131,7 +131,7 @@ std::size_t combinations(Reading& reading, const Cursor& at, std::size_t most) {
 }
 
 void read_shape(Reading& reading, const Cursor& at, const BatchLimits& limits, BatchRequest& request, Shape& shape) {
-  Fields fields(reading, at, "batch", "a batch");
+  Fields fields(reading, at, "a batch");
   fields.optional("name", Name{request.name});
   int max_failed = 0;
   if (fields.optional("max_failed", Integer<int>{max_failed, 0, limits.jobs})) request.max_failed = max_failed;

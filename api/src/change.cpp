@@ -26,7 +26,7 @@ void read_labels(Reading& reading, const Cursor& at, std::map<std::string, std::
 }
 
 void read_change(Reading& reading, const Cursor& at, RequestedChange& change) {
-  Fields fields(reading, at, "change", "a change of a job");
+  Fields fields(reading, at, "a change of a job");
   int priority = 0;
   if (fields.optional("priority", Integer<int>{priority, 0, 100})) change.priority = priority;
   std::string name;

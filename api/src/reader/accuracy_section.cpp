@@ -67,7 +67,7 @@ void read_nearest_lights(Reading& reading, const Cursor& at, std::uint32_t& coun
 }
 
 void read_approximations(Reading& reading, const Cursor& at, Approximations& approximate) {
-  Fields fields(reading, at, "accuracy.approximate", "the approximations");
+  Fields fields(reading, at, "the approximations");
   fields.optional("shadows",
                   Word<Approximations::Shadows>{approximate.shadows, "accuracy.approximate.shadows", shadow_words});
   fields.optional("reflections", Word<Approximations::Reflections>{
@@ -81,7 +81,7 @@ void read_approximations(Reading& reading, const Cursor& at, Approximations& app
 Wish read_wish(Reading& reading, const Cursor& at) {
   Wish wish;
   Accuracy& accuracy = reading.scene().accuracy;
-  Fields fields(reading, at, "accuracy", "the accuracy");
+  Fields fields(reading, at, "the accuracy");
   if (const auto preset = fields.take("preset")) {
     Preset value{};
     if (read(reading, *preset, Word<Preset>{value, "accuracy.preset", presets})) wish.preset = value;

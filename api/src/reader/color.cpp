@@ -60,7 +60,7 @@ bool read_unit(Reading& reading, const Cursor& at, std::string_view what, double
 }
 
 bool read_hsb(Reading& reading, const Cursor& at, tracer::Color& color) {
-  Fields fields(reading, at, "color", "a colour");
+  Fields fields(reading, at, "a colour");
   std::array<double, 3> hsb{};
   bool well = false;
   if (const auto field = fields.take("hsb")) {

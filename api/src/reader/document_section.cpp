@@ -23,7 +23,7 @@ bool read_version(Reading& reading, Fields& fields) {
 
 bool read_document(Reading& reading, const Cursor& at) {
   using Section = void (*)(Reading&, const Cursor&);
-  Fields fields(reading, at, "document", "the document");
+  Fields fields(reading, at, "the document");
   const auto section = [&](std::string_view name, Section read_section) {
     const auto field = fields.take(name);
     if (field) read_section(reading, *field);

@@ -4,12 +4,11 @@
 #include <string>
 
 #include "api/src/reader/suggestion.h"
-#include "api/src/reader/unsupported.h"
 
 namespace api {
 
-Fields::Fields(Reading& reading, const Cursor& at, std::string_view scope, std::string_view what)
-    : reading_(reading), at_(at), scope_(scope), what_(what), is_object_(at.node->kind == json::Kind::object) {
+Fields::Fields(Reading& reading, const Cursor& at, std::string_view what)
+    : reading_(reading), at_(at), what_(what), is_object_(at.node->kind == json::Kind::object) {
   if (!is_object_) tell_wrong_type(reading, at, "an object");
 }
 
@@ -64,9 +63,6 @@ void Fields::tell_leftover(std::string_view name) {
   if (std::find(known.begin(), known.end(), name) != known.end()) {
     code = "duplicate_key";
     detail = quoted(name) + " is written twice";
-  } else if (is_unsupported(scope_, name)) {
-    code = "unsupported";
-    detail = quoted(name) + " is not supported by this build";
   } else {
     detail = quoted(name) + " is not a field of " + std::string(what_) + did_you_mean(name, known);
   }

@@ -19,8 +19,8 @@ bool has_member(Reading& reading, const Cursor& at, std::string_view name);  ///
 /// issue and every field is absent.
 class Fields {
  public:
-  /// `scope` finds the fields that this build does not render; `what` names the object in sentences ("a sphere").
-  Fields(Reading& reading, const Cursor& at, std::string_view scope, std::string_view what);
+  /// `what` names the object in sentences ("a sphere").
+  Fields(Reading& reading, const Cursor& at, std::string_view what);
 
   explicit operator bool() const { return is_object_; }
   void call_it(std::string_view what) { what_ = what; }
@@ -61,7 +61,7 @@ class Fields {
 
   Reading& reading_;
   const Cursor& at_;
-  std::string_view scope_, what_;
+  std::string_view what_;
   bool is_object_;
   std::array<std::string_view, 24> known_{};  ///< more than any object of the format has
   std::size_t known_count_ = 0;

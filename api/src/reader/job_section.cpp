@@ -30,7 +30,7 @@ constexpr std::int64_t expires_in_max_s = 315'360'000;  // ten years: longer is 
 
 void read_job(Reading& reading, const Cursor& at) {
   JobRequest& job = reading.document.job;
-  Fields fields(reading, at, "job", "the job");
+  Fields fields(reading, at, "the job");
   fields.optional("name", Name{job.name});
   if (const auto labels = fields.take("labels")) read_labels(reading, *labels, job.labels);
   fields.optional("priority", Integer<int>{job.priority, 0, 100});

@@ -117,7 +117,7 @@ void read_source(Reading& reading, Fields& fields, LightType type, tracer::Light
 
 void read_light(Reading& reading, const Cursor& at) {
   tracer::Light& light = reading.scene().lights.emplace_back();
-  Fields fields(reading, at, "light", "a light");
+  Fields fields(reading, at, "a light");
   LightType type{};
   const bool type_known = fields.required("type", Word<LightType>{type, "light.type", light_types});
   fields.optional("color", light.color);

@@ -36,7 +36,7 @@ void read_reflection(Fields& fields, tracer::Material& material) {
 }
 
 void read_bump(Reading& reading, const Cursor& at, std::optional<tracer::Bump>& bump) {
-  Fields fields(reading, at, "material.bump", "a bump");
+  Fields fields(reading, at, "a bump");
   if (!fields) return;
   bump.emplace().texture = {nothing};
   if (const auto texture = fields.take("texture")) {
@@ -54,7 +54,7 @@ tracer::MaterialId add_material(Reading& reading, const Cursor& at) {
   const tracer::MaterialId id{static_cast<std::uint32_t>(materials.size())};
   tracer::Material& material = materials.emplace_back();
   material.path = pointer(at);
-  Fields fields(reading, at, "material", "a material");
+  Fields fields(reading, at, "a material");
   fields.optional("model", Word<Model>{material.model, "material.model", models});
   if (const auto color = fields.take("color")) read_color_or_texture(reading, *color, material.color);
   fields.optional("ambient", material.ambient);

@@ -118,7 +118,7 @@ void read_object(Reading& reading, const Cursor& at, std::vector<tracer::Object>
   // Kept even when it is bad, so that the next ones have the document's index.
   tracer::Object& object = objects.emplace_back();
   object.material.index = nothing;
-  Fields fields(reading, at, "object", "an object");
+  Fields fields(reading, at, "an object");
   if (!fields) return;
   ObjectType type{};
   const bool type_known = fields.required("type", Word<ObjectType>{type, "object.type", object_types});

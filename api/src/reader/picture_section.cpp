@@ -38,7 +38,7 @@ void read_crop(Reading& reading, const Cursor& at, std::optional<tracer::PixelWi
 /// All six faces; unset where it is no object.
 void read_cube(Reading& reading, const Cursor& at, std::optional<tracer::CubeMap>& cube) {
   constexpr std::string_view names[] = {"+x", "-x", "+y", "-y", "+z", "-z"};
-  Fields fields(reading, at, "background.cube", "a cube");
+  Fields fields(reading, at, "a cube");
   if (!fields) return;
   cube.emplace();
   for (std::size_t face = 0; face < 6; ++face) {
@@ -66,7 +66,7 @@ void read_words(Reading& reading, const Cursor& at, std::string_view scope,
 
 void read_image(Reading& reading, const Cursor& at) {
   tracer::ImageSize& image = reading.scene().image;
-  Fields fields(reading, at, "image", "the image");
+  Fields fields(reading, at, "the image");
   const bool width = fields.optional("width", Integer<std::uint32_t>{image.width, 1}) || !fields.has("width");
   const bool height = fields.optional("height", Integer<std::uint32_t>{image.height, 1}) || !fields.has("height");
   if (const auto crop = fields.take("crop")) read_crop(reading, *crop, image.crop);
@@ -77,7 +77,7 @@ void read_image(Reading& reading, const Cursor& at) {
 /// The fields of other types may stay, and mean nothing: changing the type is changing a word.
 void read_camera(Reading& reading, const Cursor& at) {
   Camera& camera = reading.scene().camera;
-  Fields fields(reading, at, "camera", "the camera");
+  Fields fields(reading, at, "the camera");
   fields.optional("type", Word<Camera::Type>{camera.type, "camera.type", camera_types});
   fields.required("position", camera.position);
   fields.required("look_at", camera.look_at);
@@ -95,7 +95,7 @@ void read_camera(Reading& reading, const Cursor& at) {
 
 void read_background(Reading& reading, const Cursor& at) {
   tracer::Background& background = reading.scene().background;
-  Fields fields(reading, at, "background", "the background");
+  Fields fields(reading, at, "the background");
   if (const auto environment = fields.take("environment")) {
     fields.call_it("a background with an environment");
     background.environment.emplace().texture = read_texture_reference(reading, *environment);
@@ -116,7 +116,7 @@ void read_background(Reading& reading, const Cursor& at) {
 
 void read_depth_cue(Reading& reading, const Cursor& at) {
   tracer::DepthCue& cue = reading.scene().depth_cue.emplace();
-  Fields fields(reading, at, "depth_cue", "the depth cue");
+  Fields fields(reading, at, "the depth cue");
   fields.required("front", cue.front);
   fields.required("back", cue.back);
   fields.optional("front_scale", cue.front_scale);
@@ -127,7 +127,7 @@ void read_depth_cue(Reading& reading, const Cursor& at) {
 
 void read_output(Reading& reading, const Cursor& at) {
   tracer::Output& output = reading.scene().output;
-  Fields fields(reading, at, "output", "the output");
+  Fields fields(reading, at, "the output");
   if (const auto formats = fields.take("formats")) {
     read_words<Format>(reading, *formats, "output.formats", format_words, output.formats);
   }

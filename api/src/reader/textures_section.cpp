@@ -56,7 +56,7 @@ tracer::TextureId add_texture(Reading& reading, const Cursor& at) {
   const tracer::TextureId id{static_cast<std::uint32_t>(textures.size())};
   tracer::Texture& texture = textures.emplace_back();
   texture.path = pointer(at);
-  Fields fields(reading, at, "texture", "a texture");
+  Fields fields(reading, at, "a texture");
   read_pattern(reading, fields, texture);
   fields.optional("scale", texture.scale);
   fields.optional("offset", texture.offset);

@@ -43,7 +43,7 @@ Transform rotation(Vec3 axis, double degrees) {
 bool read_rotation(Reading& reading, const Cursor& at, Transform& step) {
   Vec3 axis;
   double angle = 0;
-  Fields fields(reading, at, "rotate", "a rotation");
+  Fields fields(reading, at, "a rotation");
   const bool has_axis = fields.required("axis", axis);
   const bool has_angle = fields.required("angle", angle);
   fields.finish();
@@ -70,7 +70,7 @@ bool read_scale(Reading& reading, const Cursor& at, Transform& step) {
 
 /// {"translate"} | {"rotate"} | {"scale"}: one of them.
 bool read_step(Reading& reading, const Cursor& at, Transform& step) {
-  Fields fields(reading, at, "transform", "a step of a transform");
+  Fields fields(reading, at, "a step of a transform");
   if (!fields) return false;
   int named = 0;
   bool well = false;

@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "api/src/reader/suggestion.h"
-#include "api/src/reader/unsupported.h"
 
 namespace api {
 namespace {
@@ -113,10 +112,6 @@ void tell_bad_word(Reading& reading, const Cursor& at, std::string_view scope,
   if (at.node->kind != json::Kind::string) return tell_wrong_type(reading, at, "a string");
   if (!reading.has_room()) return;
   const std::string_view text = at.node->string();
-  if (is_unsupported(scope, text)) {
-    reading.issues.push_back({pointer(at), "unsupported", quoted(text) + " is not supported by this build"});
-    return;
-  }
   std::string expected;
   for (const std::string_view word : words) expected.append(expected.empty() ? "" : ", ").append(quoted(word));
   reading.issues.push_back({pointer(at), scope.ends_with(".type") ? "unknown_type" : "unknown_value",

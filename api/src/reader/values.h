@@ -38,7 +38,7 @@ struct Time {
   std::optional<std::int64_t>& value;
 };
 
-/// One word of a closed set; `scope` finds those that this build does not render.
+/// One word of a closed set; `scope` names the field ("camera.type").
 template <class T>
 struct Word {
   using Meaning = std::pair<std::string_view, T>;
@@ -60,8 +60,7 @@ bool read(Reading& reading, const Cursor& at, Time time);
 bool read_integer(Reading& reading, const Cursor& at, std::int64_t least, std::int64_t most, std::int64_t& value);
 inline constexpr std::int64_t exact_max = (std::int64_t{1} << 53) - 1;
 
-/// Tells that the value is none of `words`: "unsupported" for a word of `scope` in the table, else "unknown_type" or
-/// "unknown_value".
+/// Tells that the value is none of `words`: "unknown_type" where `scope` ends with ".type", else "unknown_value".
 void tell_bad_word(Reading& reading, const Cursor& at, std::string_view scope, std::span<const std::string_view> words);
 
 bool has_control_characters(std::string_view text);

@@ -60,7 +60,7 @@ void read_webhook(Reading& reading, const Cursor& at, std::optional<Webhook>& we
                 "this service sends no webhooks: it was started without the option --webhook-secret-file");
   }
   Webhook& read = webhook.emplace();
-  Fields fields(reading, at, "webhook", "a webhook");
+  Fields fields(reading, at, "a webhook");
   if (const auto url = fields.take("url")) {
     read_url(reading, *url, read.url);
   } else if (fields) {
