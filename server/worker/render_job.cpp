@@ -103,7 +103,12 @@ class Rendering {
     limits.triangles = files_.triangles;
     const SceneFiles files(files_);
     auto assets = api::load_assets(
-        scene, [&](const std::string& name) { return files.read(name); }, limits);
+        scene,
+        [&](const std::string& name) {
+          if (control_.cancelled()) throw Stop{Cancelled{job_.job_id, job_.fence}};
+          return files.read(name);
+        },
+        limits);
     if (!assets) throw Stop{Failed{job_.job_id, job_.fence, problem_of_files(std::move(assets.error()))}};
     return std::move(*assets);
   }

@@ -135,7 +135,7 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene
     const Bounds bounds = finite_bounds(scene);
     auto compiled = std::make_shared<CompiledScene>(scene, TraceFrame(bounds));
     if (compiled->needs.bump) read_normal_maps_as_linear(scene.background, compiled->materials, compiled->textures);
-    auto images = texture_images(compiled->textures, scene.assets, assets);
+    auto images = texture_images(compiled->textures, scene.assets, assets, control);
     if (!images) return images.error();
     compiled->images = std::move(*images);
     compiled->background.emplace(scene.background, scene.camera.up, compiled->textures, compiled->images);
