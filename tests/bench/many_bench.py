@@ -118,6 +118,7 @@ def latencies(daemon, count):
 
 def beside_large_ones(count):
     with Daemon("--log-level", "warning") as daemon:
+        daemon.wait_for_end(daemon.submit(scene()))  # the worker is there
         for large in (0, 8):
             ids = [daemon.submit(long_scene()) for _ in range(large)]
             if ids:
