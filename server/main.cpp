@@ -214,6 +214,8 @@ bool serve(const config::Config& config, keys::KeyRing* ring, const telemetry::L
   worker_settings.files = {config.assets, uploads_folder, config.objects, config.triangles};
   worker_settings.wall_time = std::chrono::seconds(config.wall_time_s);
   worker_settings.job_memory_bytes = config.job_memory_bytes;
+  worker_settings.threads = static_cast<int>(config.threads);
+  worker_settings.geometry_cache_bytes = config.geometry_cache_bytes;
   worker::Supervisor supervisor(queue, worker_settings, queue_log);
 
   const std::string spool_folder = config.data + "/spool";

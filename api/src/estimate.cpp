@@ -54,6 +54,28 @@ double shadow_rays(const tracer::Scene& scene, double samples) {
   return std::min(rays, lights_most);
 }
 
+bool has_mesh_files(const std::vector<tracer::Object>& objects) {
+  return std::any_of(objects.begin(), objects.end(), [](const tracer::Object& object) {
+    const auto* mesh = std::get_if<tracer::Mesh>(&object.shape);
+    return mesh != nullptr && mesh->file;
+  });
+}
+
+bool has_mesh_files(const tracer::Scene& scene) {
+  return has_mesh_files(scene.objects) ||
+         std::any_of(scene.prototypes.begin(), scene.prototypes.end(),
+                     [](const tracer::Prototype& prototype) { return has_mesh_files(prototype.objects); });
+}
+
+bool takes_many_samples(const tracer::Scene& scene) {
+  constexpr std::uint64_t few_samples = 1u << 21;
+  constexpr double short_time_ms = 2000;
+  const std::optional<tracer::Adaptive>& adaptive = scene.accuracy.adaptive;
+  if (adaptive && adaptive->time_budget_ms && *adaptive->time_budget_ms <= short_time_ms) return false;
+  const std::uint64_t each = adaptive ? adaptive->samples_max : scene.accuracy.samples;
+  return scene.image.window().pixels() * each > few_samples;
+}
+
 }  // namespace
 
 std::uint64_t estimated_memory_bytes(const tracer::Scene& scene) {
@@ -79,6 +101,10 @@ std::uint64_t estimated_measure_memory_bytes(const tracer::Scene& scene) {
   const std::uint64_t pixels = scene.image.window().pixels();
   const std::uint64_t adapting = scene.accuracy.adaptive ? 0 : adaptive_pixel_bytes - pixel_bytes;
   return estimated_memory_bytes(scene) + pixels * (adapting + measure_pixel_bytes);
+}
+
+bool is_large(const tracer::Scene& scene) {
+  return takes_many_samples(scene) || estimated_memory_bytes(scene) > 256u << 20 || has_mesh_files(scene);
 }
 
 }  // namespace api

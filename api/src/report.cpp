@@ -50,6 +50,7 @@ std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate
         {"build", times.build},
         {"trace", times.trace},
         {"encode", times.encode}}},
+      {"geometry_reused", times.geometry_reused},
       {"estimated_work", work ? Json(*work) : Json(nullptr)},
       {"memory_bytes", memory_bytes},
       {"non_finite", statistics.non_finite},
@@ -66,6 +67,7 @@ std::optional<ReportFigures> read_report(const std::string& report) {
   const Json& rays = json["rays"];
   figures.rays = {rays.value("camera", std::uint64_t{0}), rays.value("shadow", std::uint64_t{0}),
                   rays.value("reflection", std::uint64_t{0}), rays.value("refraction", std::uint64_t{0})};
+  figures.geometry_reused = json.value("geometry_reused", false);
   const Json& error = json["error"];
   if (error.contains("target") && error["target"].is_number()) figures.target_met = error.value("met", false);
   if (json.contains("estimated_work") && json["estimated_work"].is_number() && json.contains("time_ms")) {

@@ -39,9 +39,16 @@ constexpr std::array table{
     Option{"webhook_networks", "", Text{&Config::webhook_networks, true, "NETWORK,..."},
            "networks that webhooks may reach although they are not public, as 10.0.0.0/8,fd00::/8; none unless given, "
            "for whoever may send scenes could knock there"},
-    Option{
-        "jobs", "0", Count{&Config::jobs, 0, 64},
-        "jobs traced at once; 0 is as many as there are cores, so that small ones, mostly not parallel, fill them too"},
+    Option{"jobs", "0", Count{&Config::jobs, 0, 64},
+           "jobs traced at once; 0 is one more than threads, so that small ones, mostly not parallel, fill them too. "
+           "Where "
+           "there are several the last place is for small jobs, that large ones do not keep them waiting"},
+    Option{"threads", "0", Count{&Config::threads, 0, 1024},
+           "threads that trace a job that runs by itself; several share all but one each. 0 is as many as there are "
+           "cores"},
+    Option{"geometry_cache_bytes", "536870912", Count{&Config::geometry_cache_bytes, 0, 1ull << 50},
+           "memory for the shapes of recent jobs, so that frames of one scene build their BVH once; 512 MiB are three "
+           "million triangles, 0 keeps none. Goes after a minute without jobs"},
     Option{"body_bytes", "67108864", Count{&Config::body_bytes, 1024, 1ull << 30},
            "largest request body; 64 MiB is a million inline triangles"},
     Option{"pixels", "67108864", Count{&Config::pixels, 1, 1ull << 32}, "largest picture; 64 Mpx is 8K twice over"},

@@ -83,6 +83,7 @@ struct Job {
   std::map<std::string, std::string> labels;
   std::uint32_t width = 0, height = 0;
   std::string accuracy;             ///< as its document asks for it: JSON text written by api::, opaque here
+  bool large = false;               ///< may take long (api::is_large): it leaves a place to those that do not
   std::vector<std::string> assets;  ///< sha256 of the uploads that its document names; they are kept while it is there
   std::string report;  ///< what came of it: JSON text written by api::, opaque here; empty until the job succeeded
   std::optional<Problem> problem;

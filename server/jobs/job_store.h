@@ -166,6 +166,8 @@ class JobStore {
   /// only suspects when true, never suspects when false.
   virtual std::optional<Claim> claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until,
                                      bool alone) = 0;
+  /// As claim without `alone`, of the jobs that are not large; however many large ones wait before them.
+  virtual std::optional<Claim> claim_small(const std::string& boot_id, std::int64_t now, std::int64_t lease_until) = 0;
 
   /// Leases that still hold end at `until` from now on, also those that have ended and were not taken back yet. Returns
   /// the others: their jobs have ended, or were given back. One small write for all of them.

@@ -160,10 +160,21 @@ void Queue::attach(Runner* runner) {
   runner_ = runner;
 }
 
+bool Queue::has_no_room() const { return room_ && room_().state == Room::State::none; }
+
 std::optional<Claim> Queue::claim(bool alone) {
-  if (room_ && room_().state == Room::State::none) return std::nullopt;
+  if (has_no_room()) return std::nullopt;
   const std::int64_t now = clock_();
-  std::optional<Claim> claim = store_.claim(boot_id_, now, now + settings_.lease_ms, alone);
+  return began(store_.claim(boot_id_, now, now + settings_.lease_ms, alone));
+}
+
+std::optional<Claim> Queue::claim_small() {
+  if (has_no_room()) return std::nullopt;
+  const std::int64_t now = clock_();
+  return began(store_.claim_small(boot_id_, now, now + settings_.lease_ms));
+}
+
+std::optional<Claim> Queue::began(std::optional<Claim> claim) {
   if (claim) {
     const std::lock_guard lock(live_mutex_);
     progress_.insert_or_assign(claim->job.id, 0.0);

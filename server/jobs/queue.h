@@ -102,6 +102,7 @@ class Queue final : public JobService {
   /// As JobStore, with this daemon's boot id and clock. Those that end the job call the waiters. Nothing is claimed
   /// while the disk has no room for what would come of it.
   std::optional<Claim> claim(bool alone);
+  std::optional<Claim> claim_small();
   bool fail(const std::string& id, std::int64_t fence, const Problem& problem);
   bool finish_cancel(const std::string& id, std::int64_t fence);
   /// `pause_ms`: it is not claimed again before.
@@ -133,6 +134,8 @@ class Queue final : public JobService {
   bool keep_house();
 
  private:
+  bool has_no_room() const;
+  std::optional<Claim> began(std::optional<Claim> claim);
   void job_ended(const std::string& id);
   void expect_webhook(const Job& job);
   void tell_arrived(const Job& job);

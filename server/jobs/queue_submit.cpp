@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "api/document.h"
+#include "api/estimate.h"
 #include "server/jobs/arrival.h"
 #include "server/jobs/queue.h"
 
@@ -103,6 +104,7 @@ Job Queue::job_of(const Submission& submission) {
   job.width = submission.parsed.scene.image.window().width();
   job.height = submission.parsed.scene.image.window().height();
   job.accuracy = submission.accuracy;
+  job.large = job.kind == JobKind::measure || api::is_large(submission.parsed.scene);
   job.assets = uploads_of(submission.parsed.scene);
   if (asked.cache != api::CacheUse::off) job.content_key = submission.content_key;
   return job;

@@ -10,7 +10,7 @@ namespace {
 constexpr std::string_view submitted = "whittle_jobs_submitted_total", ended = "whittle_jobs_ended_total",
                            waited = "whittle_job_wait_seconds", ran = "whittle_job_run_seconds",
                            rays = "whittle_rays_total", cached = "whittle_jobs_from_cache_total",
-                           targets = "whittle_error_targets_total";
+                           targets = "whittle_error_targets_total", geometry = "whittle_geometry_total";
 
 double seconds(std::int64_t milliseconds) { return static_cast<double>(milliseconds) / 1000; }
 
@@ -23,7 +23,8 @@ std::vector<Family> JobMetrics::families() {
           {ran, "From the start of a job's last attempt to its end, by state.", waiting_seconds()},
           {cached, "Jobs that had their pictures from the result cache; they neither waited nor ran."},
           {rays, "Rays of jobs that succeeded, by kind."},
-          {targets, "Jobs that succeeded and had asked for an error, by whether it was met."}};
+          {targets, "Jobs that succeeded and had asked for an error, by whether it was met."},
+          {geometry, "Jobs that succeeded, by whether an earlier job's geometry served them."}};
 }
 
 void JobMetrics::moved(const std::string& id, jobs::JobState to) noexcept {
@@ -51,6 +52,7 @@ void JobMetrics::count_end(const jobs::Job& job) {
   metrics_.add(rays, {{"kind", "shadow"}}, static_cast<double>(figures->rays.shadow));
   metrics_.add(rays, {{"kind", "reflection"}}, static_cast<double>(figures->rays.reflection));
   metrics_.add(rays, {{"kind", "refraction"}}, static_cast<double>(figures->rays.refraction));
+  metrics_.add(geometry, {{"reused", figures->geometry_reused ? "yes" : "no"}});
   if (figures->target_met) metrics_.add(targets, {{"met", *figures->target_met ? "yes" : "no"}});
 }
 

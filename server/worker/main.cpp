@@ -2,6 +2,7 @@
 /// It ends at once when the daemon's end of the socket does, and on nothing else the daemon did not ask for.
 
 #include <fcntl.h>
+#include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/task_arena.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -11,6 +12,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -48,7 +50,7 @@ bool warm_up() {
   worker::JobControl control;
   oneapi::tbb::task_arena arena;
   const worker::Outcome outcome = arena.execute([&] {
-    return worker::render_job({"warm-up", 0, 0, std::string(scene)}, {}, control);
+    return worker::render_job({"warm-up", 0, 0, std::string(scene)}, {}, control, nullptr);
   });
   if (const auto* failed = std::get_if<worker::Failed>(&outcome)) {
     std::fprintf(stderr, "whittled-worker: cannot render: %s\n", failed->problem.detail.c_str());
@@ -107,6 +109,11 @@ int main(int count, char** arguments) {
   }
   offer_to_the_memory_killer();
   let_the_daemon_go_first();
+  std::optional<oneapi::tbb::global_control> thread_limit;
+  if (options->threads > 0) {
+    thread_limit.emplace(oneapi::tbb::global_control::max_allowed_parallelism,
+                         static_cast<std::size_t>(options->threads));
+  }
   const std::string sandbox = prepare(*options);
   if (sandbox.empty()) return 1;
   // First of all messages: the workshop's heartbeats begin with the workshop.

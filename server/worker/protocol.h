@@ -49,7 +49,9 @@ struct Hello {
   std::string sandbox{};  ///< what enter_sandbox returned
 };
 /// From a thread of its own, every second: the process is alive, whatever its jobs do.
-struct Heartbeat {};
+struct Heartbeat {
+  std::uint64_t geometry_bytes = 0;  ///< kept for later jobs
+};
 struct Progress {
   std::string job_id;
   std::uint64_t tiles_done = 0, tiles_total = 0;

@@ -30,8 +30,8 @@ class Stopwatch {
 
 class Rendering {
  public:
-  Rendering(Assign job, const FileSettings& files, JobControl& control)
-      : job_(std::move(job)), files_(files), control_(control) {
+  Rendering(Assign job, const FileSettings& files, JobControl& control, tracer::GeometryCache* geometry)
+      : job_(std::move(job)), files_(files), control_(control), geometry_(geometry) {
     times_.queue = job_.queue_ms;
   }
 
@@ -59,8 +59,9 @@ class Rendering {
   std::shared_ptr<const tracer::CompiledScene> compile(tracer::Scene& scene) {
     const tracer::Assets assets = load_files(scene, files_);
     times_.parse += watch_.lap();
-    auto compiled = value_of(tracer::compile_taking_meshes(scene, control_.tracing, assets));
+    auto compiled = value_of(tracer::compile_taking_meshes(scene, control_.tracing, assets, geometry_));
     times_.build = watch_.lap();
+    times_.geometry_reused = tracer::reused_geometry(*compiled);
     return compiled;
   }
 
@@ -92,6 +93,7 @@ class Rendering {
   Assign job_;
   const FileSettings& files_;
   JobControl& control_;
+  tracer::GeometryCache* geometry_;
   Stopwatch watch_;
   api::StageTimes times_;
   std::uint64_t memory_bytes_ = 0;  ///< what was largest at its time: the compiled scene, the picture, the files
@@ -99,10 +101,11 @@ class Rendering {
 
 }  // namespace
 
-Outcome render_job(Assign job, const FileSettings& files, JobControl& control) noexcept {
+Outcome render_job(Assign job, const FileSettings& files, JobControl& control,
+                   tracer::GeometryCache* geometry) noexcept {
   const std::string id = job.job_id;
   const std::int64_t fence = job.fence;
-  return outcome_of(id, fence, [&] { return Rendering(std::move(job), files, control).run(); });
+  return outcome_of(id, fence, [&] { return Rendering(std::move(job), files, control, geometry).run(); });
 }
 
 }  // namespace worker

@@ -3,6 +3,7 @@
 
 #include "server/worker/job_control.h"
 #include "server/worker/job_stages.h"
+#include "tracer/geometry_cache.h"
 
 namespace worker {
 
@@ -11,6 +12,8 @@ namespace worker {
 /// read "bad_scene", files that cannot be rendered with "bad_asset" with all issues, everything else that goes wrong
 /// "internal".
 /// Those of `files` hold for scenes with meshes of files, the other objects counted with theirs.
-Outcome render_job(Assign job, const FileSettings& files, JobControl& control) noexcept;
+/// `geometry` may be null.
+Outcome render_job(Assign job, const FileSettings& files, JobControl& control,
+                   tracer::GeometryCache* geometry) noexcept;
 
 }  // namespace worker

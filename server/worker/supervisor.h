@@ -28,10 +28,15 @@ namespace worker {
 
 struct SupervisorSettings {
   std::string executable;  ///< absolute path of whittled-worker
-  /// Jobs that run at once. 0: as many as the machine has threads, so that small jobs, which are mostly not parallel,
-  /// fill it too.
+  /// Jobs that run at once. Where there are several, large ones (jobs::Job) leave the last place to the others, which
+  /// so never wait for a large one to end: all places share the threads, in which a job that runs by itself has them
+  /// all. 0: one more than threads, so that small jobs, which are mostly not parallel, fill the machine too.
   int slots = 0;
+  int threads = 0;  ///< see Options
   FileSettings files;
+  /// What a worker keeps of jobs' geometry for the next jobs, beside job_memory_bytes.
+  std::uint64_t geometry_cache_bytes = 512u << 20;
+  std::chrono::milliseconds geometry_idle{60'000};  ///< see Options
   /// Threads that claim jobs and store results, each waiting for the disk most of its time. A result takes three syncs
   /// in a row (file, folder, row), which the disk shares among all who wait: so there are many, that a disk of 10 ms a
   /// sync does not hold small jobs up. 0: 16, or slots where that is more.
@@ -57,8 +62,8 @@ struct SupervisorSettings {
   RetrySettings retry;
   /// An attempt that takes longer is stopped and has failed as "timed_out". A day: whatever takes longer hangs.
   std::chrono::milliseconds wall_time{std::chrono::hours(24)};
-  /// A worker that has more than this for each of its jobs, beyond what it had before the first, is killed, and they
-  /// have failed as "out_of_memory"; looked at with each of its heartbeats.
+  /// A worker that has more than this for each of its jobs, beyond what it had before the first and what it may keep of
+  /// geometry, is killed, and they have failed as "out_of_memory"; looked at with each of its heartbeats.
   std::uint64_t job_memory_bytes = 16ull << 30;
 };
 

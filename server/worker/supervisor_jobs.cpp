@@ -35,22 +35,33 @@ void Supervisor::Loop::claim_jobs(Time now) {
   if (life_ != Life::ready || draining_ || now < claims_paused_until_) return;
   if (suspects_came_.exchange(false)) suspects_first_ = true;
   if (suspects_first_) {
-    if (idle()) claim(true);
+    if (idle()) claim(ClaimOf::suspect);
     return;
   }
-  // Finished pictures wait in memory for the store: when it is slower than the worker, the worker waits.
-  const auto slots = static_cast<std::size_t>(settings_.slots);
-  const std::size_t storing_limit = slots + static_cast<std::size_t>(settings_.store_threads);
-  while (found_nothing_ != wakes_ && running_.size() + claiming_ < slots && storing_ < storing_limit) claim(false);
+  while (found_nothing_ != wakes_ && place_for(ClaimOf::any)) claim(ClaimOf::any);
+  while (found_nothing_small_ != wakes_ && place_for(ClaimOf::small)) claim(ClaimOf::small);
 }
 
-void Supervisor::Loop::claim(bool alone) {
+bool Supervisor::Loop::place_for(ClaimOf of) const {
+  const auto slots = static_cast<std::size_t>(settings_.slots);
+  // Finished pictures wait in memory for the store: when it is slower than the worker, the worker waits.
+  const std::size_t storing_limit = slots + static_cast<std::size_t>(settings_.store_threads);
+  if (running_.size() + claiming_ >= slots || storing_ >= storing_limit) return false;
+  if (of == ClaimOf::small || slots == 1) return true;
+  const auto large =
+      std::count_if(running_.begin(), running_.end(), [](const auto& entry) { return entry.second.large; });
+  return static_cast<std::size_t>(large) + claiming_any_ < slots - 1;
+}
+
+void Supervisor::Loop::claim(ClaimOf of) {
   ++claiming_;
-  const std::uint64_t wakes_seen = wakes_;
-  store_threads_->run([this, alone, wakes_seen] {
+  if (of == ClaimOf::any) ++claiming_any_;
+  store_threads_->run([this, of, wakes_seen = wakes_.load()] {
     const auto result = std::make_shared<Claimed>();
+    result->of = of;
+    result->wakes_seen = wakes_seen;
     try {
-      result->claim = queue_.claim(alone);
+      result->claim = of == ClaimOf::small ? queue_.claim_small() : queue_.claim(of == ClaimOf::suspect);
       if (result->claim) {
         const jobs::Job& job = result->claim->job;
         const auto queue_ms = static_cast<double>(std::max<std::int64_t>(*job.started_at - job.created_at, 0));
@@ -61,12 +72,13 @@ void Supervisor::Loop::claim(bool alone) {
       result->failed = true;
       log_(LogLevel::error, "store_failure", {{"during", "claim"}, {"detail", failure.what()}});
     }
-    mailbox_.post([this, result, alone, wakes_seen] { claimed(result, alone, wakes_seen); });
+    mailbox_.post([this, result] { claimed(result); });
   });
 }
 
-void Supervisor::Loop::claimed(const std::shared_ptr<Claimed>& result, bool alone, std::uint64_t wakes_seen) {
+void Supervisor::Loop::claimed(const std::shared_ptr<Claimed>& result) {
   --claiming_;
+  if (result->of == ClaimOf::any) --claiming_any_;
   if (result->failed) claims_paused_until_ = Clock::now() + settings_.store_pause;
   if (result->claim) {
     const jobs::Job& job = result->claim->job;
@@ -84,8 +96,9 @@ void Supervisor::Loop::claimed(const std::shared_ptr<Claimed>& result, bool alon
       log_(LogLevel::debug, "job_assigned", {{"job_id", job.id}, {"attempt", std::to_string(job.attempt)}});
     }
   } else if (!result->failed) {
-    if (alone) suspects_first_ = false;
-    if (!alone) found_nothing_ = wakes_seen;
+    if (result->of == ClaimOf::suspect) suspects_first_ = false;
+    if (result->of == ClaimOf::any) found_nothing_ = result->wakes_seen;
+    if (result->of != ClaimOf::suspect) found_nothing_small_ = result->wakes_seen;
   }
   if (claiming_ == 0) early_cancels_.clear();
 }
@@ -96,6 +109,7 @@ Supervisor::Loop::Running Supervisor::Loop::running_job(const jobs::Claim& claim
   running.fence = claim.fence;
   running.attempt = job.attempt;
   running.max_attempts = job.max_attempts;
+  running.large = job.large;
   const std::string limit_s = std::to_string(std::chrono::duration<double>(settings_.wall_time).count());
   running.stop_at = Clock::now() + settings_.wall_time;
   running.overdue = {"timed_out", "An attempt took longer than the limit wall_time_s of " + limit_s + " s.", {}};

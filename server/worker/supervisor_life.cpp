@@ -27,8 +27,10 @@ std::uint64_t resident_bytes(int pid) {
 
 void Supervisor::Loop::start_worker(Time now) {
   try {
-    process_ = std::make_unique<Process>(settings_.executable,
-                                         arguments_of({settings_.slots, settings_.job_memory_bytes, settings_.files}));
+    process_ = std::make_unique<Process>(
+        settings_.executable,
+        arguments_of({settings_.slots, settings_.threads, settings_.job_memory_bytes, settings_.geometry_cache_bytes,
+                      static_cast<std::uint64_t>(settings_.geometry_idle.count()), settings_.files}));
   } catch (const std::exception& failure) {
     log_(LogLevel::error, "worker_not_started", {{"detail", failure.what()}});
     say_status(std::string("worker: ") + failure.what());
@@ -60,9 +62,10 @@ void Supervisor::Loop::hear(Hello& message) {
         {"start_ms", std::to_string(start_ms)}});
 }
 
-void Supervisor::Loop::watch_memory() {
+void Supervisor::Loop::watch_memory(std::uint64_t kept_bytes) {
   if (running_.empty() || life_ != Life::ready) return;
-  const std::uint64_t limit = idle_memory_bytes_ + running_.size() * settings_.job_memory_bytes;
+  const std::uint64_t limit = idle_memory_bytes_ + std::min(kept_bytes, settings_.geometry_cache_bytes) +
+                              running_.size() * settings_.job_memory_bytes;
   const std::uint64_t seen = resident_bytes(pid_);
   if (seen <= limit) return;
   end_worker("had " + std::to_string(seen) + " bytes of memory, above the limit job_memory_bytes of " +

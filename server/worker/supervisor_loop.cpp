@@ -11,7 +11,8 @@ namespace worker {
 namespace {
 
 SupervisorSettings with_defaults(SupervisorSettings settings) {
-  if (settings.slots <= 0) settings.slots = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  const int threads = settings.threads > 0 ? settings.threads : static_cast<int>(std::thread::hardware_concurrency());
+  if (settings.slots <= 0) settings.slots = std::max(1, threads) + 1;
   if (settings.store_threads <= 0) settings.store_threads = std::max(16, settings.slots);
   return settings;
 }

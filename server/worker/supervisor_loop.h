@@ -47,6 +47,7 @@ class Supervisor::Loop final : public jobs::Runner {
   struct Running {
     std::int64_t fence = 0;
     int attempt = 1, max_attempts = 1;
+    bool large = false;                        ///< see jobs::Job
     bool cancel_requested = false;             ///< by its owner
     bool lost = false;                         ///< the store has taken it back: how it ends is nobody's business
     std::optional<jobs::Problem> stopped_for;  ///< by us
@@ -56,8 +57,12 @@ class Supervisor::Loop final : public jobs::Runner {
     std::optional<Time> kill_at;    ///< then the worker has disobeyed
   };
 
+  enum class ClaimOf { any, small, suspect };
+
   /// What a store thread brings back from a claim.
   struct Claimed {
+    ClaimOf of = ClaimOf::any;
+    std::uint64_t wakes_seen = 0;  ///< when it was asked for
     std::optional<jobs::Claim> claim;
     Packet assignment;
     bool failed = false;
@@ -76,14 +81,15 @@ class Supervisor::Loop final : public jobs::Runner {
   void start_worker(Time now);
   void read_worker();
   void end_worker(const std::string& why, bool excused, const char* code = "worker_crashed");
-  void watch_memory();
+  void watch_memory(std::uint64_t kept_bytes);
   void worker_ended();
   std::string list_of_jobs() const;
 
   // Jobs (supervisor_jobs.cpp).
   void claim_jobs(Time now);
-  void claim(bool alone);
-  void claimed(const std::shared_ptr<Claimed>& result, bool alone, std::uint64_t wakes_seen);
+  [[nodiscard]] bool place_for(ClaimOf of) const;
+  void claim(ClaimOf of);
+  void claimed(const std::shared_ptr<Claimed>& result);
   void cancel_job(const std::string& id);
   void look_at(const std::string& id, std::uint32_t side);
   void lose_job(const jobs::Lease& lease);
@@ -100,7 +106,7 @@ class Supervisor::Loop final : public jobs::Runner {
   void log_end(const char* event, const std::string& id, bool moved, jobs::LogFields more = {});
 
   void hear(Hello& message);
-  void hear(Heartbeat&) { watch_memory(); }
+  void hear(Heartbeat& message) { watch_memory(message.geometry_bytes); }
   void hear(Progress& message);
   void hear(Looked& message);
   void hear(Finished& message);
@@ -136,10 +142,12 @@ class Supervisor::Loop final : public jobs::Runner {
   std::uint64_t idle_memory_bytes_ = 0;  ///< of the worker before its first job
 
   std::map<std::string, Running> running_;
-  std::size_t claiming_ = 0;                    ///< claims at the store threads
-  std::size_t storing_ = 0;                     ///< other tasks there
-  std::set<std::string> early_cancels_;         ///< cancelled while claims are under way: perhaps one of those
-  std::optional<std::uint64_t> found_nothing_;  ///< value of wakes_ at which a claim found nothing to run
+  std::size_t claiming_ = 0;             ///< claims at the store threads
+  std::size_t claiming_any_ = 0;         ///< of those, perhaps of large jobs
+  std::size_t storing_ = 0;              ///< other tasks there
+  std::set<std::string> early_cancels_;  ///< cancelled while claims are under way: perhaps one of those
+  /// Values of wakes_ at which a claim found nothing to run, and nothing small.
+  std::optional<std::uint64_t> found_nothing_, found_nothing_small_;
   bool suspects_first_ = true;  ///< there may be suspects, also from before a restart: they run before all others
   Time claims_paused_until_{};
 

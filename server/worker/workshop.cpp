@@ -35,7 +35,8 @@ std::string preview_png(JobControl& control, std::uint32_t side) {
 
 }  // namespace
 
-Workshop::Workshop(int socket, const Options& options) : socket_(socket), files_(options.files) {
+Workshop::Workshop(int socket, const Options& options)
+    : socket_(socket), options_(options), geometry_(options.geometry_cache_bytes) {
   for (int i = 0; i < options.slots; ++i) threads_.emplace_back([this] { work(); });
   threads_.emplace_back([this] { pulse(); });
 }
@@ -66,14 +67,14 @@ void Workshop::look(const Look& wish) {
 }
 
 /// Whatever kind of job it is.
-Outcome Workshop::done(Assign assigned, JobControl& control) const {
+Outcome Workshop::done(Assign assigned, JobControl& control) {
   const auto kind = jobs::job_kind(assigned.kind);
-  if (kind == jobs::JobKind::measure) return measure_job(assigned, files_, control);
-  return render_job(std::move(assigned), files_, control);
+  if (kind == jobs::JobKind::measure) return measure_job(assigned, options_.files, control);
+  return render_job(std::move(assigned), options_.files, control, &geometry_);
 }
 
 void Workshop::work() {
-  oneapi::tbb::task_arena arena;
+  oneapi::tbb::task_arena arena(options_.threads > 0 ? options_.threads : oneapi::tbb::task_arena::automatic);
   for (;;) {
     std::unique_lock lock(mutex_);
     job_came_.wait(lock, [&] { return !waiting_.empty(); });
@@ -84,10 +85,13 @@ void Workshop::work() {
     lock.unlock();
 
     Outcome outcome = arena.execute([&] { return done(std::move(assigned), job->control); });
+    const auto* failed = std::get_if<Failed>(&outcome);
+    if (failed != nullptr && failed->problem.code == "out_of_memory") geometry_.clear();  // the next attempt has it
 
     lock.lock();
     jobs_.erase(id);
     untidy_ = true;
+    idle_since_ = std::chrono::steady_clock::now();
     lock.unlock();
     std::visit([this](auto& answer) { say(std::move(answer)); }, outcome);
   }
@@ -98,9 +102,9 @@ void Workshop::pulse() {
   for (;;) {
     const auto now = std::chrono::steady_clock::now();
     if (now >= next_heartbeat) {
-      say(Heartbeat{});
+      say(Heartbeat{geometry_.memory_bytes()});
       next_heartbeat = now + heartbeat_interval;
-      give_memory_back();
+      give_memory_back(now);
     }
     tell_progress();
     show_previews();
@@ -113,10 +117,13 @@ void Workshop::pulse() {
 
 /// What jobs have freed goes back to the machine, at most once a second: after each small job it would cost more than
 /// the job.
-void Workshop::give_memory_back() {
+void Workshop::give_memory_back(std::chrono::steady_clock::time_point now) {
   {
     const std::lock_guard lock(mutex_);
-    if (!std::exchange(untidy_, false)) return;
+    const bool forgets = jobs_.empty() && now - idle_since_ >= std::chrono::milliseconds(options_.geometry_idle_ms) &&
+                         geometry_.memory_bytes() > 0;
+    if (forgets) geometry_.clear();
+    if (!std::exchange(untidy_, false) && !forgets) return;
   }
   malloc_trim(0);
 }

@@ -17,6 +17,7 @@
 #include "server/worker/job_stages.h"
 #include "server/worker/options.h"
 #include "server/worker/protocol.h"
+#include "tracer/geometry_cache.h"
 
 namespace worker {
 
@@ -38,22 +39,24 @@ class Workshop {
     std::set<std::uint32_t> looks;  ///< sides of the previews that are asked for
   };
 
-  [[nodiscard]] Outcome done(Assign assigned, JobControl& control) const;
+  [[nodiscard]] Outcome done(Assign assigned, JobControl& control);
   void work();
   void pulse();
-  void give_memory_back();
+  void give_memory_back(std::chrono::steady_clock::time_point now);
   void tell_progress();
   void show_previews();
   void say(Message message);
 
   int socket_;
-  FileSettings files_;
+  Options options_;
+  tracer::GeometryCache geometry_;
   std::mutex mutex_;
   std::condition_variable job_came_;
   std::condition_variable busy_;
   std::deque<Assign> waiting_;
   std::map<std::string, std::shared_ptr<Job>> jobs_;  ///< waiting and running
   bool untidy_ = false;                               ///< a job has ended since memory was given back
+  std::chrono::steady_clock::time_point idle_since_;  ///< without jobs, or when the latest came
   std::vector<std::thread> threads_;
 };
 

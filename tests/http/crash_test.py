@@ -24,7 +24,7 @@ def middling_scene(index):
 
 class KilledDaemon(unittest.TestCase):
     def test_keeps_every_accepted_job_and_every_finished_picture(self):
-        with Daemon("--jobs", "2") as daemon:
+        with Daemon("--jobs", "3") as daemon:  # large ones leave the third to small ones
             finished = [daemon.submit(middling_scene(index)) for index in range(3)]
             pictures = {job_id: sha256_of(daemon, daemon.wait_for_end(job_id)) for job_id in finished}
             running = [daemon.submit(long_scene(name=f"long {index}")) for index in range(2)]

@@ -332,7 +332,8 @@ class HealthListener(OneDaemon):
             figures = dict(line.rsplit(" ", 1) for line in text.splitlines() if not line.startswith("#"))
             for name, value in (('whittle_jobs_ended_total{state="succeeded"}', 2), ("whittle_jobs_submitted_total", 2),
                                 ('whittle_error_targets_total{met="yes"}', 1), ("whittle_job_wait_seconds_count", 2),
-                                ('whittle_job_run_seconds_bucket{state="succeeded",le="+Inf"}', 2), ("whittle_event_listeners", 0),
+                                ('whittle_job_run_seconds_bucket{state="succeeded",le="+Inf"}', 2), ('whittle_geometry_total{reused="no"}', 2),
+                                ("whittle_event_listeners", 0),
                                 ('whittle_requests_total{method="POST",route="/v1/jobs",status="202"}', 2),
                                 ('whittle_requests_total{method="GET",route="",status="404"}', 1)):
                 self.assertEqual(float(figures[name]), value, name)
@@ -363,13 +364,16 @@ class Queue(unittest.TestCase):
             self.assertGreater(int(reply.headers["Retry-After"]), 0)
             self.assertEqual(len(json_of(daemon.get("/v1/jobs"))["items"]), 3)
 
-    def test_runs_two_jobs_in_parallel(self):
-        with Daemon("--jobs", "2") as daemon:
-            ids = [daemon.submit(long_scene()) for _ in range(2)]
+    def test_runs_two_large_jobs_in_parallel_and_small_ones_beside_them(self):
+        with Daemon("--jobs", "3") as daemon:
+            ids = [daemon.submit(long_scene()) for _ in range(4)]
             def both_progress():
-                jobs = [daemon.job(job_id) for job_id in ids]
+                jobs = [daemon.job(job_id) for job_id in ids[:2]]
                 return all(job["state"] == "running" and job["progress"] > 0 for job in jobs)
             wait_until(both_progress, "two jobs in progress at once")
+            for _ in range(20):
+                self.assertEqual(daemon.wait_for_end(daemon.submit(scene()))["state"], "succeeded")
+            self.assertEqual([daemon.job(job_id)["state"] for job_id in ids], ["running"] * 2 + ["queued"] * 2)
 
 
 if __name__ == "__main__":

@@ -56,7 +56,8 @@ TEST(JobMetrics, TellWaitsRunsRaysAndTargets) {
   job.started_at = 3000;
   job.ended_at = 3500;
   job.report = R"({"rays":{"camera":7,"shadow":5,"reflection":3,"refraction":2},"error":{"target":1,"met":true},
-                   "estimated_work":1000,"time_ms":{"queue":7,"parse":7,"build":100,"trace":1500,"encode":400}})";
+                   "geometry_reused":true,"estimated_work":1000,
+                   "time_ms":{"queue":7,"parse":7,"build":100,"trace":1500,"encode":400}})";
   telemetry::RenderPace pace;
   job.attempt = 1;
   telemetry::JobMetrics observed(
@@ -79,7 +80,8 @@ TEST(JobMetrics, TellWaitsRunsRaysAndTargets) {
         "whittle_jobs_from_cache_total 1", "whittle_job_wait_seconds_sum 6",
         "whittle_job_run_seconds_sum{state=\"succeeded\"} 1.5", "whittle_rays_total{kind=\"camera\"} 9",
         "whittle_rays_total{kind=\"shadow\"} 5", "whittle_rays_total{kind=\"refraction\"} 2",
-        "whittle_error_targets_total{met=\"yes\"} 1", "whittle_error_targets_total{met=\"no\"} 1"}) {
+        "whittle_error_targets_total{met=\"yes\"} 1", "whittle_error_targets_total{met=\"no\"} 1",
+        "whittle_geometry_total{reused=\"yes\"} 1", "whittle_geometry_total{reused=\"no\"} 2"}) {
     expect_line(text, line);
   }
 }

@@ -57,6 +57,25 @@ TEST(Cancelling, WhileItRunsStopsWithoutAPicture) {
   }
 }
 
+TEST(Cancelling, AtAnyMomentOfABuildGivesASceneOrNone) {
+  Scene scene = scenes::empty(8);
+  scenes::add(scene, scenes::icosphere(6, true), scenes::glass());
+  int stopped = 0;
+  for (int round = 0; round < 40; ++round) {
+    RenderControl control;
+    std::thread someone([&] {
+      std::this_thread::sleep_for(std::chrono::microseconds(1'000 * round));
+      control.cancel();
+    });
+    const auto result = compile(scene, control);
+    someone.join();
+    if (result.has_value()) continue;
+    ++stopped;
+    EXPECT_EQ(result.error().code, Failure::Code::cancelled) << result.error().detail;
+  }
+  EXPECT_GT(stopped, 0) << "the first round cancels at once";
+}
+
 TEST(Cancelling, AfterItEndedChangesNothing) {
   const auto scene = compiled(scenes::random(1, 40));
   RenderControl control;

@@ -70,6 +70,13 @@ class SupervisorTest : public testing::Test {
     submission.parsed.job.max_attempts = max_attempts;
     return queue.submit(std::move(submission))->view.job.id;
   }
+  /// One that api::is_large.
+  std::string submit_large(const std::string& document) {
+    jobs::Submission submission;
+    submission.document = document;
+    submission.parsed.scene.accuracy.samples = 1000;
+    return queue.submit(std::move(submission))->view.job.id;
+  }
   jobs::Job find(const std::string& id) { return queue.find(id).value().job; }
   jobs::JobState state(const std::string& id) { return find(id).state; }
   bool reaches(const std::string& id, jobs::JobState wanted) {

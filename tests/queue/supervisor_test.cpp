@@ -63,6 +63,34 @@ TEST_F(SupervisorTest, NeverRunsMoreJobsAtOnceThanItHasSlots) {
   for (const std::string& id : ids_of_jobs) EXPECT_TRUE(reaches(id, JobState::succeeded));
 }
 
+TEST_F(SupervisorTest, SmallJobsEndWhileLargeOnesRunAndWait) {
+  start(settings(3));
+  std::vector<std::string> large;
+  for (int i = 0; i < 6; ++i) large.push_back(submit_large("wait " + path("go")));
+  ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; })) << "the last place is kept";
+  for (int i = 0; i < 20; ++i) EXPECT_TRUE(reaches(submit("finish small"), JobState::succeeded));
+  EXPECT_EQ(store.count(JobState::running), 2);
+  EXPECT_EQ(store.count(JobState::queued), 4);
+  create("go");
+  for (const std::string& id : large) EXPECT_TRUE(reaches(id, JobState::succeeded));
+}
+
+TEST_F(SupervisorTest, SmallJobsTakeEveryPlaceThatNoLargeOneHas) {
+  start(settings(3));
+  for (int i = 0; i < 5; ++i) submit("wait " + path("go"));
+  ASSERT_TRUE(eventually([&] { return supervisor->running() == 3; }));
+  const std::string large = submit_large("finish large");
+  create("go");
+  EXPECT_TRUE(reaches(large, JobState::succeeded));
+}
+
+TEST_F(SupervisorTest, WithASinglePlaceLargeJobsHaveItToo) {
+  start(settings(1));
+  const std::string large = submit_large("finish large"), small = submit("finish small");
+  EXPECT_TRUE(reaches(large, JobState::succeeded));
+  EXPECT_TRUE(reaches(small, JobState::succeeded));
+}
+
 TEST_F(SupervisorTest, AFailureKeepsItsProblem) {
   start();
   const std::string id = submit("fail bad_scene");

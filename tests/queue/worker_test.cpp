@@ -3,7 +3,10 @@
 #include <poll.h>
 #include <sys/socket.h>
 
+#include <array>
 #include <csignal>
+#include <fstream>
+#include <thread>
 
 #include "server/worker/process.h"
 #include "tests/queue/supervised.h"
@@ -94,6 +97,89 @@ TEST_F(WorkerTest, SmallJobsPassALargeOne) {
   for (int i = 0; i < 5; ++i) ASSERT_TRUE(reaches(submit(scene(16, 1, R"("png")")), JobState::succeeded));
   EXPECT_EQ(state(large), JobState::running);
   queue.cancel(large);
+}
+
+/// A curved sheet of 50 x 50 squares, seen from `height`.
+std::string sheet(double height) {
+  std::string positions, triangles;
+  for (int j = 0; j <= 50; ++j) {
+    for (int i = 0; i <= 50; ++i) {
+      positions += (positions.empty() ? "[" : ",[") + std::to_string(i) + "," + std::to_string(i * j % 7) + "," +
+                   std::to_string(j) + "]";
+      const int at = j * 51 + i;
+      if (i == 50 || j == 50) continue;
+      for (const auto& [a, b, c] : {std::array{at, at + 51, at + 1}, std::array{at + 1, at + 51, at + 52}}) {
+        triangles += (triangles.empty() ? "[" : ",[") + std::to_string(a) + "," + std::to_string(b) + "," +
+                     std::to_string(c) + "]";
+      }
+    }
+  }
+  return R"({"version": 1, "image": {"width": 32, "height": 32}, "camera": {"position": [25, )" +
+         std::to_string(height) + R"(, 80], "look_at": [25, 0, 25]},
+             "lights": [{"type": "point", "position": [2, 50, 5]}], "output": {"formats": ["png"]},
+             "objects": [{"type": "mesh", "material": {}, "positions": [)" +
+         positions + R"(], "triangles": [)" + triangles + "]}]}";
+}
+
+TEST_F(WorkerTest, FramesOfOneSceneBuildItsGeometryOnceAndLookAsIfEachHad) {
+  auto with = settings();
+  with.executable = worker::worker_beside_this_program();
+  const auto render = [&](double height) {
+    const std::string id = submit(sheet(height));
+    EXPECT_TRUE(reaches(id, JobState::succeeded));
+    return find(id);
+  };
+  const auto reused = [](const jobs::Job& job) {
+    return job.report.find("\"geometry_reused\":true") != std::string::npos;
+  };
+  start(with);
+  EXPECT_FALSE(reused(render(20)));
+  const jobs::Job second = render(30);
+  EXPECT_TRUE(reused(second));
+  with.geometry_cache_bytes = 0;
+  supervisor.reset();
+  start(with);
+  const jobs::Job alone = render(30);
+  EXPECT_FALSE(reused(alone));
+  EXPECT_EQ(alone.artifacts.at(0).sha256, second.artifacts.at(0).sha256);
+  EXPECT_FALSE(reused(render(20))) << "without a cache";
+}
+
+TEST_F(WorkerTest, ForgetsGeometryOnceItHasBeenIdle) {
+  auto with = settings();
+  with.executable = worker::worker_beside_this_program();
+  with.geometry_idle = std::chrono::milliseconds(100);
+  start(with);
+  const auto built_again = [&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1'500));  // it looks at each heartbeat
+    const std::string id = submit(sheet(20));
+    EXPECT_TRUE(reaches(id, JobState::succeeded));
+    return find(id).report.find("\"geometry_reused\":false") != std::string::npos;
+  };
+  EXPECT_TRUE(built_again());
+  EXPECT_TRUE(eventually(built_again));
+}
+
+/// "VmRSS", "VmHWM": MiB that it has, or had at most.
+std::uint64_t memory_mib(int pid, const std::string& field) {
+  std::ifstream status("/proc/" + std::to_string(pid) + "/status");
+  for (std::string line; std::getline(status, line);)
+    if (line.starts_with(field + ":")) return std::stoull(line.substr(field.size() + 1)) / 1024;
+  return 0;
+}
+
+TEST_F(WorkerTest, GivesTheMemoryOfALargeJobBack) {
+#ifdef WHITTLE_SANITIZED
+  GTEST_SKIP() << "a sanitizer keeps what is freed, to see whether it is used";
+#endif
+  start_real_worker();
+  ASSERT_TRUE(reaches(submit(scene(16, 1, R"("png")")), JobState::succeeded));
+  const int pid = supervisor->worker_pid();
+  const std::uint64_t before = memory_mib(pid, "VmRSS");
+  ASSERT_TRUE(reaches(submit(scene(2500, 1, R"("png", "exr")")), JobState::succeeded));
+  ASSERT_GT(memory_mib(pid, "VmHWM"), before + 128) << "a large job";
+  EXPECT_TRUE(eventually([&] { return memory_mib(pid, "VmRSS") < before + 64; })) << memory_mib(pid, "VmRSS");
+  EXPECT_EQ(supervisor->worker_pid(), pid);
 }
 
 TEST_F(WorkerTest, TerminalAndServiceSignalsDoNotEndIt) {

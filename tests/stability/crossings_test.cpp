@@ -74,7 +74,7 @@ Look random_place(Random& random, const CompiledScene& scene, const Around& arou
 
 /// Along the straight line of a cylinder's or cone's side through a point of it; nothing on other surfaces.
 std::optional<Vec> straight_line(const CompiledScene& scene, const Look& at) {
-  const GeometrySet& set = scene.geometry;
+  const GeometrySet& set = scene.geometry();
   const auto [geometry, primitive] = at.hit.primitive;
   if (geometry < set.first_quadrics() || geometry >= set.plane_geometry()) return std::nullopt;
   const Quadric& q = set.quadrics[geometry - set.first_quadrics()].quadrics[primitive];

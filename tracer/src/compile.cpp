@@ -6,6 +6,7 @@
 #include <numbers>
 #include <set>
 
+#include "tracer/geometry_cache.h"
 #include "tracer/src/lights/trace_shadow_maps.h"
 #include "tracer/src/shapes/geometry_builder.h"
 #include "tracer/src/shapes/surface.h"
@@ -90,7 +91,7 @@ std::vector<MetFromBehind> met_from_behind(const CompiledScene& scene, Vec3 orig
     if (!hit.primitive.hit()) return met;
     const Surface surface = surface_at(scene, hit, origin, direction);
     if (seen.insert(surface.object).second && surface.back)
-      met.push_back({surface.object, hit.primitive.geometry == scene.geometry.plane_geometry()});
+      met.push_back({surface.object, hit.primitive.geometry == scene.geometry().plane_geometry()});
     origin = offset_origin(surface.point, surface.geometric_normal, direction);
     from = hit.primitive;
   }
@@ -112,6 +113,14 @@ std::vector<std::uint32_t> objects_around_camera(const CompiledScene& scene) {
   return around;
 }
 
+Result<GeometryCache::Found, Failure> accelerator_over(GeometrySet geometry, RenderControl& control,
+                                                       GeometryCache* cache) {
+  if (cache != nullptr) return cache->find_or_build(std::move(geometry), control);
+  auto built = Accelerator::build(std::move(geometry), control);
+  if (!built) return built.error();
+  return GeometryCache::Found{std::move(*built), false};
+}
+
 template <class T>
 std::uint64_t bytes_of(const std::vector<T>& values) {
   return values.capacity() * sizeof(T);
@@ -119,22 +128,25 @@ std::uint64_t bytes_of(const std::vector<T>& values) {
 
 /// `taken`: the scene's own objects, of which meshes may be taken; null: nothing may.
 Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene, std::vector<Object>* taken,
-                                                              RenderControl& control, const Assets& assets) {
+                                                              RenderControl& control, const Assets& assets,
+                                                              GeometryCache* cache) {
   if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled before building"};
   try {
     const Bounds bounds = finite_bounds(scene);
     auto compiled = std::make_shared<CompiledScene>(scene, TraceFrame(bounds));
     if (compiled->needs.bump) read_normal_maps_as_linear(scene.background, compiled->materials, compiled->textures);
-    auto images = texture_images(compiled->textures, scene.assets, assets);
+    auto images = texture_images(compiled->textures, scene.assets, assets, control);
     if (!images) return images.error();
     compiled->images = std::move(*images);
     compiled->background.emplace(scene.background, scene.camera.up, compiled->textures, compiled->images);
     if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled before building"};
-    build_geometry(scene, *compiled, taken);
+    GeometrySet geometry = build_geometry(scene, *compiled, taken, control);
+    if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while placing shapes"};
     for (const Light& light : scene.lights) compiled->lights.push_back(trace_light(light, compiled->frame));
-    auto accelerator = Accelerator::build(compiled->geometry, control);
-    if (!accelerator) return accelerator.error();
-    compiled->accelerator = std::move(*accelerator);
+    auto found = accelerator_over(std::move(geometry), control, cache);
+    if (!found) return found.error();
+    compiled->accelerator = std::move(found->accelerator);
+    compiled->geometry_reused = found->reused;
     if (compiled->exact_needs.refraction) compiled->objects_around_camera = objects_around_camera(*compiled);
     if (scene.accuracy.approximate.shadows == Approximations::Shadows::map)
       compiled->shadow_maps = trace_shadow_maps(*compiled, bounds, control);
@@ -148,24 +160,21 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene
 }  // namespace
 
 Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene, RenderControl& control,
-                                                              const Assets& assets) {
-  return compile(scene, nullptr, control, assets);
+                                                              const Assets& assets, GeometryCache* cache) {
+  return compile(scene, nullptr, control, assets, cache);
 }
 
 Result<std::shared_ptr<const CompiledScene>, Failure> compile_taking_meshes(Scene& scene, RenderControl& control,
-                                                                            const Assets& assets) {
-  return compile(scene, &scene.objects, control, assets);
+                                                                            const Assets& assets,
+                                                                            GeometryCache* cache) {
+  return compile(scene, &scene.objects, control, assets, cache);
 }
+
+bool reused_geometry(const CompiledScene& scene) { return scene.geometry_reused; }
 
 std::uint64_t memory_bytes(const CompiledScene& scene) {
   std::uint64_t bytes = scene.accelerator->memory_bytes() + bytes_of(scene.lights) + bytes_of(scene.materials) +
                         bytes_of(scene.material_of_object) + bytes_of(scene.axes_of_object);
-  for (const SphereGeometry& s : scene.geometry.spheres)
-    bytes += bytes_of(s.x) + bytes_of(s.y) + bytes_of(s.z) + bytes_of(s.radius) + bytes_of(s.object);
-  for (const QuadricGeometry& q : scene.geometry.quadrics) bytes += bytes_of(q.quadrics) + bytes_of(q.object);
-  for (const TriangleGeometry& t : scene.geometry.triangles)
-    bytes += bytes_of(t.positions) + bytes_of(t.triangles) + bytes_of(t.normals) + bytes_of(t.uvs) +
-             bytes_of(t.object_of_triangle);
   for (const ShadowMap& map : scene.shadow_maps)
     for (const ShadowFace& face : map.faces) bytes += bytes_of(face.depth);
   std::set<const ImageMap*> images;  // textures may share one

@@ -50,9 +50,10 @@ class CompiledScene {
   std::vector<std::uint32_t> objects_around_camera;  ///< transmissive solids it is inside of, outermost first
   std::vector<Axes> axes_of_object;  ///< texture coordinates: a sphere's axes; a plane's e0 and e1 are the world
                                      ///< gradients of u and v. Empty without textures
-  GeometrySet geometry;              ///< the accelerator points into it
-  std::unique_ptr<Accelerator> accelerator;
+  std::shared_ptr<const Accelerator> accelerator;  ///< set once it is built
+  bool geometry_reused = false;                    ///< by another scene's compile
 
+  [[nodiscard]] const GeometrySet& geometry() const { return accelerator->geometry(); }
   [[nodiscard]] const Material& material_of(std::uint32_t object) const {
     return materials[material_of_object[object]];
   }

@@ -152,10 +152,20 @@ std::optional<std::int64_t> MemoryJobStore::waiting_before(const std::string& id
 
 std::optional<Claim> MemoryJobStore::claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until,
                                            bool alone) {
+  return claim_of([alone](const Job& job) { return job.suspect == alone; }, boot_id, now, lease_until);
+}
+
+std::optional<Claim> MemoryJobStore::claim_small(const std::string& boot_id, std::int64_t now,
+                                                 std::int64_t lease_until) {
+  return claim_of([](const Job& job) { return !job.suspect && !job.large; }, boot_id, now, lease_until);
+}
+
+std::optional<Claim> MemoryJobStore::claim_of(const std::function<bool(const Job&)>& wanted, const std::string& boot_id,
+                                              std::int64_t now, std::int64_t lease_until) {
   const std::lock_guard lock(mutex_);
   Row* next = nullptr;
   for (auto& [id, row] : rows_) {
-    if (!waits(row.job) || row.job.suspect != alone || (row.job.deadline && *row.job.deadline <= now)) continue;
+    if (!waits(row.job) || !wanted(row.job) || (row.job.deadline && *row.job.deadline <= now)) continue;
     if (next == nullptr || place(row.job, row.rank) < place(next->job, next->rank)) next = &row;
   }
   if (next == nullptr) return std::nullopt;

@@ -3,6 +3,7 @@
 /// the port and passes the same conformance suite. Tests derive from it to make it fail.
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <string>
@@ -25,6 +26,7 @@ class MemoryJobStore : public JobStore {
   std::optional<std::int64_t> waiting_before(const std::string& id, std::int64_t limit) override;
   std::optional<Claim> claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until,
                              bool alone) override;
+  std::optional<Claim> claim_small(const std::string& boot_id, std::int64_t now, std::int64_t lease_until) override;
   std::vector<Lease> renew(const std::vector<Lease>& leases, std::int64_t until) override;
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
                const std::vector<Artifact>& artifacts) override;
@@ -54,6 +56,8 @@ class MemoryJobStore : public JobStore {
     std::int64_t rank = 0;
     std::int64_t lease_until = 0;  ///< while it runs
   };
+  std::optional<Claim> claim_of(const std::function<bool(const Job&)>& wanted, const std::string& boot_id,
+                                std::int64_t now, std::int64_t lease_until);
   static CancelOutcome cancel(Row& row, std::int64_t now);
   static RetryOutcome retry(Row& row, std::int64_t now);
   std::map<std::string, Row>::iterator erase(std::map<std::string, Row>::iterator row);

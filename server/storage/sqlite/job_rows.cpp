@@ -61,14 +61,14 @@ void insert_job(Database& database, const Job& job, const std::string& document)
       "INSERT INTO jobs (id, name, state, created_at, started_at, ended_at, attempt, max_attempts, priority,"
       " cancel_requested, suspect, width, height, owner, run_after, not_before, deadline, expires_in_s, expires_at,"
       " webhook_url, webhook_events, content_key, revision, rank, batch_id, batch_index,"
-      " kind, accuracy)"
-      " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+      " kind, accuracy, large)"
+      " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
       job.id, job.name, std::string(name_of(job.state)), job.created_at, job.started_at, job.ended_at,
       std::int64_t{job.attempt}, std::int64_t{job.max_attempts}, std::int64_t{job.priority},
       std::int64_t{job.cancel_requested}, std::int64_t{job.suspect}, std::int64_t{job.width}, std::int64_t{job.height},
       job.owner, job.run_after, job.not_before, job.deadline, job.expires_in_s, job.expires_at, url, events,
       content_key, job.revision, rank_of(job.created_at, job.run_after, job.priority), batch,
-      std::int64_t{job.batch_index}, std::string(name_of(job.kind)), job.accuracy);
+      std::int64_t{job.batch_index}, std::string(name_of(job.kind)), job.accuracy, std::int64_t{job.large});
   database.change("INSERT INTO documents (job_id, document) VALUES (?, ?)", job.id, Blob{document});
   insert_labels(database, job.id, job.labels);
   std::int64_t position = 0;
@@ -109,7 +109,7 @@ std::optional<Job> read_job(Database& database, const std::string& id) {
       "SELECT name, state, created_at, started_at, ended_at, attempt, max_attempts, priority, cancel_requested,"
       " suspect, width, height, problem_code, problem_detail, owner, run_after, not_before, deadline, expires_in_s,"
       " expires_at, expired, webhook_url, webhook_events, content_key, revision, batch_id,"
-      " batch_index, kind, accuracy FROM jobs WHERE id = ?",
+      " batch_index, kind, accuracy, large FROM jobs WHERE id = ?",
       id);
   if (!row.row()) return std::nullopt;
   Job job;
@@ -141,6 +141,7 @@ std::optional<Job> read_job(Database& database, const std::string& id) {
   job.batch_index = static_cast<int>(row.integer(26));
   job.kind = job_kind(row.text(27)).value();
   job.accuracy = row.text(28);
+  job.large = row.integer(29) != 0;
   read_labels(database, job);
   read_assets(database, job);
   if (job.state == JobState::succeeded) {

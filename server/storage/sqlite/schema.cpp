@@ -192,6 +192,10 @@ ALTER TABLE jobs ADD COLUMN accuracy TEXT NOT NULL DEFAULT '';
 -- Until when whoever claimed a running job has it.
 ALTER TABLE jobs ADD COLUMN lease_until INTEGER;
 CREATE INDEX jobs_leased ON jobs (lease_until) WHERE state = 'running' AND lease_until IS NOT NULL;
+-- Small jobs are found at once, however many large ones wait before them.
+ALTER TABLE jobs ADD COLUMN large INTEGER NOT NULL DEFAULT 0;
+CREATE INDEX small_jobs_waiting ON jobs (suspect, rank, id)
+  WHERE state = 'queued' AND not_before IS NULL AND large = 0;
 )sql"};
 
 std::int64_t user_version(Database& database) {

@@ -52,13 +52,25 @@ std::optional<KeptReply> SqliteJobStore::admit(const Admission& admission, std::
 
 std::optional<Claim> SqliteJobStore::claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until,
                                            bool alone) {
+  return claim_of(alone ? "jobs_waiting WHERE suspect = 1" : "jobs_waiting WHERE suspect = 0", boot_id, now,
+                  lease_until);
+}
+
+std::optional<Claim> SqliteJobStore::claim_small(const std::string& boot_id, std::int64_t now,
+                                                 std::int64_t lease_until) {
+  return claim_of("small_jobs_waiting WHERE suspect = 0 AND large = 0", boot_id, now, lease_until);
+}
+
+std::optional<Claim> SqliteJobStore::claim_of(const char* waiting, const std::string& boot_id, std::int64_t now,
+                                              std::int64_t lease_until) {
   std::optional<Claim> claim = parts_->writer.run([&](Database& database) -> std::optional<Claim> {
     std::string id;
     {
-      Query next = database.query(
-          "SELECT id FROM jobs INDEXED BY jobs_waiting WHERE state = 'queued' AND not_before IS NULL AND suspect = ?"
-          " AND (deadline IS NULL OR deadline > ?) ORDER BY rank, id LIMIT 1",
-          std::int64_t{alone}, now);
+      Query next =
+          database.query("SELECT id FROM jobs INDEXED BY " + std::string(waiting) +
+                             " AND state = 'queued' AND not_before IS NULL AND (deadline IS NULL OR deadline > ?)"
+                             " ORDER BY rank, id LIMIT 1",
+                         now);
       if (!next.row()) return std::nullopt;
       id = next.text(0);
     }

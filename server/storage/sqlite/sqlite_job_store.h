@@ -36,6 +36,7 @@ class SqliteJobStore final : public JobStore {
   std::optional<std::int64_t> waiting_before(const std::string& id, std::int64_t limit) override;
   std::optional<Claim> claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until,
                              bool alone) override;
+  std::optional<Claim> claim_small(const std::string& boot_id, std::int64_t now, std::int64_t lease_until) override;
   std::vector<Lease> renew(const std::vector<Lease>& leases, std::int64_t until) override;
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
                const std::vector<Artifact>& artifacts) override;
@@ -57,6 +58,9 @@ class SqliteJobStore final : public JobStore {
   void probe() override;
 
  private:
+  /// The least of those that `waiting`, an index and what tells jobs within it, holds.
+  std::optional<Claim> claim_of(const char* waiting, const std::string& boot_id, std::int64_t now);
+
   struct Parts;
   std::unique_ptr<Parts> parts_;
 };

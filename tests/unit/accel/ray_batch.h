@@ -63,7 +63,7 @@ class RayBatch {
   std::vector<PrimitiveRef> from_;
 };
 
-inline std::unique_ptr<Accelerator> built(const GeometrySet& set) {
+inline std::shared_ptr<const Accelerator> built(const GeometrySet& set) {
   RenderControl control;
   auto accelerator = Accelerator::build(set, control);
   EXPECT_TRUE(accelerator.has_value());

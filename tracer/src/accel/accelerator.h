@@ -40,7 +40,8 @@ enum class Among { all, opaque, transmissive };
 
 class Accelerator {
  public:
-  static Result<std::unique_ptr<Accelerator>, Failure> build(const GeometrySet& geometry, RenderControl& control);
+  /// Owns what it is built over. Fails with `cancelled`, `out_of_memory` or, where Embree does, `internal`.
+  static Result<std::shared_ptr<const Accelerator>, Failure> build(GeometrySet geometry, RenderControl& control);
   ~Accelerator();
   Accelerator(const Accelerator&) = delete;
   Accelerator& operator=(const Accelerator&) = delete;
@@ -52,13 +53,14 @@ class Accelerator {
   /// blocked[i] = 1 where an opaque surface lies within the ray.
   void occluded(const RaySpan& rays, std::uint8_t* blocked, Coherence coherence) const;
 
-  [[nodiscard]] std::uint64_t memory_bytes() const;
+  [[nodiscard]] const GeometrySet& geometry() const { return geometry_; }
+  [[nodiscard]] std::uint64_t memory_bytes() const;  ///< its geometry's included
 
  private:
   struct Embree;
-  Accelerator(const GeometrySet& geometry, std::unique_ptr<Embree> embree);
+  Accelerator(GeometrySet geometry, std::unique_ptr<Embree> embree);
 
-  const GeometrySet& geometry_;  ///< outlives this
+  const GeometrySet geometry_;  ///< Embree points into it
   std::unique_ptr<Embree> embree_;
 };
 

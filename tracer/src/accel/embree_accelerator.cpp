@@ -186,7 +186,8 @@ struct Accelerator::Embree {
   Embree& operator=(const Embree&) = delete;
 
   template <class Geometry>
-  void add(std::vector<User<Geometry>>& users, const std::vector<Geometry>& geometries, std::uint32_t first);
+  void add(std::vector<User<Geometry>>& users, const std::vector<Geometry>& geometries, std::uint32_t first,
+           const RenderControl& control);
   void for_each_user(void (*visit)(void*)) {
     for (auto& user : spheres) visit(&user);
     for (auto& user : triangles) visit(&user);
@@ -196,7 +197,7 @@ struct Accelerator::Embree {
 
 template <class Geometry>
 void Accelerator::Embree::add(std::vector<User<Geometry>>& users, const std::vector<Geometry>& geometries,
-                              std::uint32_t first) {
+                              std::uint32_t first, const RenderControl& control) {
   users.reserve(geometries.size());  // pointers to these are handed to Embree: they must not move
   for (const Geometry& added : geometries) {
     const auto index = first + static_cast<std::uint32_t>(users.size());
@@ -214,6 +215,8 @@ void Accelerator::Embree::add(std::vector<User<Geometry>>& users, const std::vec
     rtcAttachGeometryByID(scene, geometry, user.index);
     rtcReleaseGeometry(geometry);
     for (std::uint32_t run = 0; run < count; ++run) {
+      constexpr std::uint32_t at_once = 1u << 16;  // about a millisecond
+      if (run % at_once == 0 && control.cancelled()) return;
       RTCBounds bounds;
       run_bounds(user, run, bounds);
       box.include({bounds.lower_x, bounds.lower_y, bounds.lower_z});
@@ -222,31 +225,34 @@ void Accelerator::Embree::add(std::vector<User<Geometry>>& users, const std::vec
   }
 }
 
-Accelerator::Accelerator(const GeometrySet& geometry, std::unique_ptr<Embree> embree)
-    : geometry_(geometry), embree_(std::move(embree)) {}
+Accelerator::Accelerator(GeometrySet geometry, std::unique_ptr<Embree> embree)
+    : geometry_(std::move(geometry)), embree_(std::move(embree)) {}
 Accelerator::~Accelerator() = default;
 
-Result<std::unique_ptr<Accelerator>, Failure> Accelerator::build(const GeometrySet& geometry, RenderControl& control) {
-  auto embree = std::make_unique<Embree>();
-  if (embree->scene == nullptr) return Failure{Failure::Code::internal, "Embree cannot start on this machine"};
-  embree->add(embree->spheres, geometry.spheres, 0);
-  embree->add(embree->triangles, geometry.triangles, geometry.first_triangles());
-  embree->add(embree->quadrics, geometry.quadrics, geometry.first_quadrics());
-  if (!embree->box.empty()) {
+Result<std::shared_ptr<const Accelerator>, Failure> Accelerator::build(GeometrySet geometry, RenderControl& control) {
+  const std::shared_ptr<const Accelerator> made(new Accelerator(std::move(geometry), std::make_unique<Embree>()));
+  const GeometrySet& set = made->geometry_;
+  Embree& embree = *made->embree_;
+  if (embree.scene == nullptr) return Failure{Failure::Code::internal, "Embree cannot start on this machine"};
+  embree.add(embree.spheres, set.spheres, 0, control);
+  embree.add(embree.triangles, set.triangles, set.first_triangles(), control);
+  embree.add(embree.quadrics, set.quadrics, set.first_quadrics(), control);
+  if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled before building"};
+  if (!embree.box.empty()) {
     const Vec3 pad{0x1p-18, 0x1p-18, 0x1p-18};
-    embree->box = {embree->box.low - pad, embree->box.high + pad};
+    embree.box = {embree.box.low - pad, embree.box.high + pad};
   }
-  rtcSetSceneFlags(embree->scene, RTC_SCENE_FLAG_ROBUST);
-  rtcSetSceneProgressMonitorFunction(embree->scene, keep_building, &control);
-  embree->for_each_user(hand_over);
-  rtcCommitScene(embree->scene);
-  embree->for_each_user(take_over);
-  const RTCError error = rtcGetDeviceError(embree->device);
+  rtcSetSceneFlags(embree.scene, RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneProgressMonitorFunction(embree.scene, keep_building, &control);
+  embree.for_each_user(hand_over);
+  rtcCommitScene(embree.scene);
+  embree.for_each_user(take_over);
+  const RTCError error = rtcGetDeviceError(embree.device);
   if (error == RTC_ERROR_CANCELLED) return Failure{Failure::Code::cancelled, "cancelled while building"};
   if (error == RTC_ERROR_OUT_OF_MEMORY) return Failure{Failure::Code::out_of_memory, "no memory for the BVH"};
   if (error != RTC_ERROR_NONE) return Failure{Failure::Code::internal, "Embree could not build the BVH"};
-  rtcSetSceneProgressMonitorFunction(embree->scene, nullptr, nullptr);
-  return std::unique_ptr<Accelerator>(new Accelerator(geometry, std::move(embree)));
+  rtcSetSceneProgressMonitorFunction(embree.scene, nullptr, nullptr);
+  return made;
 }
 
 void Accelerator::closest(const RaySpan& rays, const HitSpan& hits, Coherence coherence, Among among) const {
@@ -290,6 +296,8 @@ void Accelerator::occluded(const RaySpan& rays, std::uint8_t* blocked, Coherence
   }
 }
 
-std::uint64_t Accelerator::memory_bytes() const { return static_cast<std::uint64_t>(embree_->bytes.load()); }
+std::uint64_t Accelerator::memory_bytes() const {
+  return static_cast<std::uint64_t>(embree_->bytes.load()) + tracer::memory_bytes(geometry_);
+}
 
 }  // namespace tracer

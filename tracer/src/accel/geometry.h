@@ -2,6 +2,7 @@
 /// What rays meet, as the accelerator keeps it: structure-of-arrays values in the trace frame. No Embree type here.
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -80,5 +81,11 @@ struct GeometrySet {
     return first_quadrics() + static_cast<std::uint32_t>(quadrics.size());
   }
 };
+
+/// Of equal sets equal; of others rarely.
+std::size_t hash_of(const GeometrySet& set);
+/// Whether rays cannot tell them apart: every bit of every array is the same.
+bool same_bits(const GeometrySet& a, const GeometrySet& b);
+std::uint64_t memory_bytes(const GeometrySet& set);
 
 }  // namespace tracer

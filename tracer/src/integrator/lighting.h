@@ -178,7 +178,7 @@ bool Wavefront<Model>::seems_lit(const LightStep& step, const FacingPacket& pack
   const Vec3 place{packet.x[lane], packet.y[lane], packet.z[lane]};
   if (!scene_.shadow_maps[step.number].lit(place, surface_[hit].geometric_normal)) return false;
   const double short_of_it = arrival_.distance[lane] * (1 - 0x1p-40);  // as shadow rays are
-  return !plane_between(scene_.geometry, origin, to_light, short_of_it, hits_.primitive[hit_ray_[hit]]);
+  return !plane_between(scene_.geometry(), origin, to_light, short_of_it, hits_.primitive[hit_ray_[hit]]);
 }
 
 /// What a place gains of the light that would arrive: all of it where the light casts no shadows, else what its shadow

@@ -88,14 +88,14 @@ class Finder {
 
 std::vector<Scout> scouts(const CompiledScene& scene, std::size_t most) {
   std::size_t things = 0;
-  for (const SphereGeometry& spheres : scene.geometry.spheres) things += spheres.radius.size();
-  for (const QuadricGeometry& quadrics : scene.geometry.quadrics) things += quadrics.quadrics.size();
+  for (const SphereGeometry& spheres : scene.geometry().spheres) things += spheres.radius.size();
+  for (const QuadricGeometry& quadrics : scene.geometry().quadrics) things += quadrics.quadrics.size();
   const std::size_t stride = things / std::max<std::size_t>(1, most) + 1;
   Finder finder(scene, most);
-  for (const SphereGeometry& spheres : scene.geometry.spheres)
+  for (const SphereGeometry& spheres : scene.geometry().spheres)
     for (std::size_t i = 0; i < spheres.radius.size(); i += stride)
       finder.add({{spheres.x[i], spheres.y[i], spheres.z[i]}, {}, spheres.radius[i]});
-  for (const QuadricGeometry& quadrics : scene.geometry.quadrics)
+  for (const QuadricGeometry& quadrics : scene.geometry().quadrics)
     for (std::size_t i = 0; i < quadrics.quadrics.size(); i += stride) finder.add(rod(quadrics.quadrics[i]));
   return finder.take();
 }

@@ -117,7 +117,7 @@ void Wavefront<Model>::gather(const RayQueue& rays, std::uint32_t depth, Coheren
   const bool hides = needs<&Requirements::overlapping_media>() && needs<&Requirements::refraction>();
   for (std::size_t i = 0; i < count; ++i) {
     if (needs<&Requirements::spheres>() && i % lanes == 0)
-      meet_spheres(scene_.geometry, rays.span(), hits_.primitive.data(), hits_.t.data(), i, packet);
+      meet_spheres(scene_.geometry(), rays.span(), hits_.primitive.data(), hits_.t.data(), i, packet);
     Color weight = rays.weight(i);
     if (absorbs) weight = weight * media_.transmittance(rays.media(i), hits_.t[i]);
     if (!hits_.primitive[i].hit()) {
@@ -125,7 +125,7 @@ void Wavefront<Model>::gather(const RayQueue& rays, std::uint32_t depth, Coheren
       continue;
     }
     Surface& surface = surface_.emplace_back();
-    if (hits_.primitive[i].geometry < scene_.geometry.first_triangles()) {
+    if (hits_.primitive[i].geometry < scene_.geometry().first_triangles()) {
       sphere_surface(scene_, hits_.at(i), packet.point(i % lanes), packet.normal(i % lanes), rays.direction(i),
                      surface);
     } else {

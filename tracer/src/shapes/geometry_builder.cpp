@@ -29,10 +29,11 @@ bool keeps_spheres(const Linear& m) {
 /// differ), each mesh by itself.
 class GeometryBuilder {
  public:
-  GeometryBuilder(CompiledScene& compiled, std::vector<Object>* taken)
-      : compiled_(compiled), taken_(taken), trace_from_world_(compiled.frame.affine()) {}
+  GeometryBuilder(CompiledScene& compiled, std::vector<Object>* taken, const RenderControl& control)
+      : compiled_(compiled), taken_(taken), control_(control), trace_from_world_(compiled.frame.affine()) {}
 
   void add(const Placed& placed) {
+    if (control_.cancelled()) return;
     object_ = static_cast<std::uint32_t>(compiled_.material_of_object.size());
     compiled_.material_of_object.push_back(placed.material.index);
     transmissive_ = compiled_.materials[placed.material.index].transmission > 0;
@@ -44,14 +45,14 @@ class GeometryBuilder {
     std::visit(*this, placed.shape);
   }
 
-  void finish() {
-    GeometrySet& set = compiled_.geometry;
+  GeometrySet finish() {
     for (SphereGeometry& spheres : spheres_)
-      if (!spheres.x.empty()) set.spheres.push_back(std::move(spheres));
+      if (!spheres.x.empty()) set_.spheres.push_back(std::move(spheres));
     for (QuadricGeometry& quadrics : quadrics_)
-      if (!quadrics.quadrics.empty()) set.quadrics.push_back(std::move(quadrics));
+      if (!quadrics.quadrics.empty()) set_.quadrics.push_back(std::move(quadrics));
     for (TriangleGeometry& triangles : loose_)
-      if (!triangles.triangles.empty()) set.triangles.push_back(std::move(triangles));
+      if (!triangles.triangles.empty()) set_.triangles.push_back(std::move(triangles));
+    return std::move(set_);
   }
 
   void operator()(const Sphere& sphere) {
@@ -72,7 +73,7 @@ class GeometryBuilder {
   }
 
   void operator()(const Plane& plane) {
-    PlaneGeometry& planes = compiled_.geometry.planes;
+    PlaneGeometry& planes = set_.planes;
     const Vec3 normal = normalize(plane.normal);
     planes.point.push_back(trace_from_object(plane.point));
     planes.normal.push_back(normalize(transformed_normal(world_from_object_.linear, normal)));
@@ -136,15 +137,24 @@ class GeometryBuilder {
       triangles.positions = mesh.positions;
       triangles.triangles = mesh.triangles;
     }
-    for (Vec3& position : triangles.positions) position = trace_from_object(position);
-    if (mirrors())
-      for (auto& [a, b, c] : triangles.triangles) std::swap(b, c);
-    compiled_.geometry.triangles.push_back(std::move(triangles));
+    each(triangles.positions, [&](Vec3& position) { position = trace_from_object(position); });
+    if (mirrors()) each(triangles.triangles, [](auto& corners) { std::swap(corners[1], corners[2]); });
+    set_.triangles.push_back(std::move(triangles));
   }
 
   void operator()(const Instance&) {}  // for_each_placed has resolved them
 
  private:
+  /// Ends early where it is cancelled: a mesh of ten million triangles takes seconds.
+  template <class Values, class Visit>
+  void each(Values& values, const Visit& visit) const {
+    constexpr std::size_t at_once = 1u << 16;  // about a millisecond
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (i % at_once == 0 && control_.cancelled()) return;
+      visit(values[i]);
+    }
+  }
+
   template <class Round>
   Quadric& add_quadric(QuadricKind kind, const Round& shape) {
     QuadricGeometry& quadrics = quadrics_[transmissive_ ? 1 : 0];
@@ -165,7 +175,7 @@ class GeometryBuilder {
 
   void set_normals(TriangleGeometry& triangles, const std::vector<Vec3>& normals) const {
     triangles.normals.reserve(normals.size());
-    for (const Vec3& normal : normals) triangles.normals.push_back(unit_normal(normal));
+    each(normals, [&](const Vec3& normal) { triangles.normals.push_back(unit_normal(normal)); });
   }
 
   [[nodiscard]] std::array<float, 3> unit_normal(const Vec3& normal) const {
@@ -176,6 +186,8 @@ class GeometryBuilder {
   CompiledScene& compiled_;
   std::vector<Object>* taken_;
   Mesh* own_mesh_ = nullptr;  ///< the mesh being added, where its vertices may be taken
+  const RenderControl& control_;
+  GeometrySet set_;
   Affine trace_from_world_, world_from_object_, trace_from_object_;
   std::array<SphereGeometry, 2> spheres_;
   std::array<QuadricGeometry, 2> quadrics_;
@@ -186,10 +198,11 @@ class GeometryBuilder {
 
 }  // namespace
 
-void build_geometry(const Scene& scene, CompiledScene& compiled, std::vector<Object>* taken) {
-  GeometryBuilder builder(compiled, taken);
+GeometrySet build_geometry(const Scene& scene, CompiledScene& compiled, std::vector<Object>* taken,
+                           const RenderControl& control) {
+  GeometryBuilder builder(compiled, taken, control);
   for_each_placed(scene, [&](const Placed& placed) { builder.add(placed); });
-  builder.finish();
+  return builder.finish();
 }
 
 }  // namespace tracer

@@ -117,7 +117,7 @@ Local local_at(const GeometrySet& set, const Hit& hit, const Vec3& on_ray) {
 }
 
 Vec2 uv_at(const CompiledScene& scene, const Hit& hit, const Surface& local) {
-  const GeometrySet& set = scene.geometry;
+  const GeometrySet& set = scene.geometry();
   const auto [geometry, primitive] = hit.primitive;
   switch (family_of(set, geometry)) {
     case Family::sphere:
@@ -144,7 +144,7 @@ void add_uv(const CompiledScene& scene, const Hit& hit, Surface& surface) {
 }  // namespace
 
 std::optional<Corners> corners_at(const CompiledScene& scene, const Hit& hit) {
-  const GeometrySet& set = scene.geometry;
+  const GeometrySet& set = scene.geometry();
   if (family_of(set, hit.primitive.geometry) != Family::triangle) return std::nullopt;
   const TriangleGeometry& mesh = set.triangles[hit.primitive.geometry - set.first_triangles()];
   const auto& vertices = mesh.triangles[hit.primitive.primitive];
@@ -164,7 +164,7 @@ std::optional<Corners> corners_at(const CompiledScene& scene, const Hit& hit) {
 
 Surface surface_at(const CompiledScene& scene, const Hit& hit, const Vec3& origin, const Vec3& direction,
                    Approximations::Shading shading) {
-  const Local local = local_at(scene.geometry, hit, origin + direction * hit.t);
+  const Local local = local_at(scene.geometry(), hit, origin + direction * hit.t);
   Surface surface;
   surface.point = local.point;
   surface.geometric_normal = local.geometric_normal;
@@ -186,7 +186,7 @@ void sphere_surface(const CompiledScene& scene, const Hit& hit, const BoundedPoi
   surface.geometric_normal = normal;
   surface.back = dot(direction, normal) > 0;
   surface.normal = surface.back ? -normal : normal;
-  surface.object = scene.geometry.spheres[hit.primitive.geometry].object[hit.primitive.primitive];
+  surface.object = scene.geometry().spheres[hit.primitive.geometry].object[hit.primitive.primitive];
   surface.material = scene.material_of_object[surface.object];
   add_uv(scene, hit, surface);
 }

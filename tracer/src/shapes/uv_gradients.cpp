@@ -85,7 +85,7 @@ UvGradients sphere_gradients(const Axes& axes, const Vec3& normal, double radius
 }  // namespace
 
 UvGradients uv_gradients_at(const CompiledScene& scene, const Hit& hit, const Surface& surface) {
-  const GeometrySet& set = scene.geometry;
+  const GeometrySet& set = scene.geometry();
   const auto [geometry, primitive] = hit.primitive;
   if (geometry < set.first_triangles()) {
     return sphere_gradients(scene.axes_of_object[surface.object], surface.geometric_normal,

@@ -8,7 +8,7 @@
 namespace tracer {
 
 Result<TextureImages, Failure> texture_images(const std::vector<Texture>& textures, const std::vector<Asset>& assets,
-                                              const Assets& content) {
+                                              const Assets& content, const RenderControl& control) {
   using Key = std::pair<std::uint32_t, std::optional<ColorSpace>>;
   std::map<Key, std::shared_ptr<const ImageMap>> made;
   TextureImages images;
@@ -22,6 +22,7 @@ Result<TextureImages, Failure> texture_images(const std::vector<Texture>& textur
     const std::uint32_t index = picture->file.index;
     std::shared_ptr<const ImageMap>& image = made[{index, picture->color_space}];
     if (!image) {
+      if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while decoding"};
       std::span<const std::uint8_t> bytes;
       if (index < content.bytes.size()) bytes = content.bytes[index];
       auto decoded = decode(bytes, picture->color_space, {});

@@ -12,8 +12,8 @@ namespace tracer {
 using TextureImages = std::vector<std::shared_ptr<const ImageMap>>;
 
 /// One for each texture, null where it is no image; textures of the same file in the same colour space
-/// share one. Fails with `bad_asset`.
+/// share one. Fails with `bad_asset`, and between two files with `cancelled`.
 Result<TextureImages, Failure> texture_images(const std::vector<Texture>& textures, const std::vector<Asset>& assets,
-                                              const Assets& content);
+                                              const Assets& content, const RenderControl& control);
 
 }  // namespace tracer
