@@ -66,7 +66,8 @@ class Previews(OneDaemon):
         numpy.testing.assert_array_equal(early[there][:, :3], picture[there])
 
     def test_goes_through_exposure(self):
-        jobs = [self.running(output={"exposure": exposure}) for exposure in (0, -3)]
+        small = {"image": {"width": 200, "height": 150}, "accuracy": {"samples": [2000, 2000]}}
+        jobs = [self.running(output={"exposure": exposure}, **small) for exposure in (0, -3)]
         def both():
             bright, dark = (read_png(self.first(job_id).body) for job_id in jobs)
             there = (bright[..., 3] == 255) & (dark[..., 3] == 255) & (bright[..., :3].max(axis=2) > 0)

@@ -60,7 +60,7 @@ class Rendering(OneDaemon):
         self.assertEqual((first.headers["Idempotent-Replayed"], again.headers["Idempotent-Replayed"]), (None, "true"))
         self.assertEqual(again.headers["Content-Location"], first.headers["Content-Location"])
         self.assertEqual(again.body, first.body)
-        jobs = json_of(self.daemon.get("/v1/jobs?q=rendered+once"))["items"]
+        jobs = json_of(self.daemon.get("/v1/jobs?q=rendered%20once"))["items"]
         self.assertEqual(len(jobs), 1)
 
     def test_under_the_same_key_waits_for_the_job_that_is_under_way(self):
@@ -74,7 +74,7 @@ class Rendering(OneDaemon):
         for thread in threads:
             thread.join()
         self.assertEqual({(reply.status, reply.body) for reply in replies}, {(200, replies[0].body)})
-        self.assertEqual(len(json_of(self.daemon.get("/v1/jobs?q=under+way"))["items"]), 1)
+        self.assertEqual(len(json_of(self.daemon.get("/v1/jobs?q=under%20way"))["items"]), 1)
         self.assertEqual(sum(reply.headers["Idempotent-Replayed"] == "true" for reply in replies), 3)
 
     def test_another_document_or_format_is_another_request(self):

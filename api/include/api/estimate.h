@@ -18,12 +18,13 @@ std::uint64_t estimated_memory_bytes(const tracer::Scene& scene);
 /// the reference and the pictures that are compared.
 std::uint64_t estimated_measure_memory_bytes(const tracer::Scene& scene);
 
-/// How much there is to trace, in rays: what a machine takes for it, divided by this, is about the same for all scenes
-/// (a factor of three is usual), so that what earlier ones took tells of the next. Each pixel counts the samples that
-/// its accuracy takes: as many as it is told, or 22 at a target of 1 level and a power of 1.26 more below, which is
-/// what the README's table of presets came to. A sample is a ray, one more for each light that casts shadows (a soft
-/// one has 16 points in a pixel at least), all of it half as often again where something mirrors and three times where
-/// it refracts. An object and a triangle are a ray's worth of building. Nothing for a time budget without a target.
+/// How much there is to trace, in rays: times what earlier scenes took for each of theirs it is an order of magnitude
+/// (of 24 renders of example scenes two in three were within a factor of three, those of a few milliseconds up to a
+/// factor of fifty below). Each pixel counts the samples that its accuracy takes: as many as it is told, or 22 at a
+/// target of 1 level and in proportion to the target's power of -1.26, which is what the README's table of presets came
+/// to. A sample is a ray, one more for each light that casts shadows (a soft one has 16 points in a pixel at least),
+/// all of it half as often again where something mirrors and three times where it refracts. An object and a triangle
+/// are a ray's worth of building. Nothing for a time budget without a target.
 std::optional<double> estimated_work(const tracer::Scene& scene);
 
 /// Whether it may keep a core busy for more than some seconds: its samples, where they adapt the most that there may
