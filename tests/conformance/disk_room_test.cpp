@@ -22,13 +22,13 @@ constexpr std::uint64_t disk_bytes = 32u << 20;
 class DiskRoomTest : public testing::Test {
  protected:
   void SetUp() override {
-    mounted_ = mount("whittle-test", folder_.path().c_str(), "tmpfs", 0, "size=32m") == 0;
-    if (!mounted_) GTEST_SKIP() << "no tmpfs can be mounted here";
+    mounted = mount("whittle-test", folder.path().c_str(), "tmpfs", 0, "size=32m") == 0;
+    if (!mounted) GTEST_SKIP() << "no tmpfs can be mounted here";
   }
   void TearDown() override {
-    if (mounted_) umount(folder_.path().c_str());
+    if (mounted) umount(folder.path().c_str());
   }
-  std::string path(const std::string& name) const { return folder_.path() + "/" + name; }
+  std::string path(const std::string& name) const { return folder.path() + "/" + name; }
   /// Leaves so many bytes free, but for what the file system itself needs.
   void fill_but(std::uint64_t bytes) {
     disk().look();
@@ -39,16 +39,16 @@ class DiskRoomTest : public testing::Test {
   }
   void make_room() { std::filesystem::remove(path("filler")); }
   DiskRoom& disk() {
-    if (!disk_) disk_ = std::make_unique<DiskRoom>(path("data"), DiskRoomSettings{}, no_log());
-    return *disk_;
+    if (!room) room = std::make_unique<DiskRoom>(path("data"), DiskRoomSettings{}, no_log());
+    return *room;
   }
   std::uint64_t ballast() const {
     return std::filesystem::exists(path("data/ballast")) ? std::filesystem::file_size(path("data/ballast")) : 0;
   }
 
-  TemporaryFolder folder_;
-  std::unique_ptr<DiskRoom> disk_;
-  bool mounted_ = false;
+  TemporaryFolder folder;
+  std::unique_ptr<DiskRoom> room;
+  bool mounted = false;
 };
 
 }  // namespace
@@ -97,7 +97,7 @@ TEST_F(DiskRoomTest, GivesUpABallastThatADeadDaemonLeftSoThatTheStoreCanOpenAndE
     }
   }
   fill_but(0);
-  disk_.reset();
+  room.reset();
   disk();
   EXPECT_EQ(ballast(), 0u);
   SqliteJobStore store(path("data"));
