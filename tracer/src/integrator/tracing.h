@@ -5,7 +5,7 @@
 #include <new>
 
 #include "tracer/src/integrator/wavefront.h"
-#include "tracer/src/shapes/sphere_packet.h"
+#include "tracer/src/shapes/point_packet.h"
 
 namespace tracer {
 /// Rays waiting at once, over all generations: 2^24 take about 2 GiB. Only a scene whose materials give back more light
@@ -108,16 +108,16 @@ void Wavefront<Model>::trace_queue(const RayQueue& rays, std::uint32_t depth, Ge
 template <class Model>
 void Wavefront<Model>::gather(const RayQueue& rays, std::uint32_t depth, Coherence coherence, Generation& next) {
   const std::size_t count = rays.size();
-  scene_.accelerator->closest(rays.span(), hits_.resized(count), coherence);
-  SpherePacket packet;
+  const HitSpan answers = hits_.resized(count);
+  scene_.accelerator->closest(rays.span(), answers, coherence);
+  PointPacket packet;
   hit_ray_.clear();
   surface_.clear();
   weight_.clear();
   const bool absorbs = needs<&Requirements::absorption>();
   const bool hides = needs<&Requirements::overlapping_media>() && needs<&Requirements::refraction>();
   for (std::size_t i = 0; i < count; ++i) {
-    if (needs<&Requirements::spheres>() && i % lanes == 0)
-      meet_spheres(scene_.geometry(), rays.span(), hits_.primitive.data(), hits_.t.data(), i, packet);
+    if (i % lanes == 0) meet_points(scene_.geometry(), rays.span(), answers, i, packet);
     Color weight = rays.weight(i);
     if (absorbs) weight = weight * media_.transmittance(rays.media(i), hits_.t[i]);
     if (!hits_.primitive[i].hit()) {
@@ -125,9 +125,8 @@ void Wavefront<Model>::gather(const RayQueue& rays, std::uint32_t depth, Coheren
       continue;
     }
     Surface& surface = surface_.emplace_back();
-    if (hits_.primitive[i].geometry < scene_.geometry().first_triangles()) {
-      sphere_surface(scene_, hits_.at(i), packet.point(i % lanes), packet.normal(i % lanes), rays.direction(i),
-                     surface);
+    if (packet.known[i % lanes] > 0) {
+      surface_of(scene_, hits_.at(i), packet.point(i % lanes), packet.normal(i % lanes), rays.direction(i), surface);
     } else {
       surface = surface_at(scene_, hits_.at(i), rays.origin(i), rays.direction(i), approximate().shading);
     }

@@ -1,8 +1,8 @@
 #include "tracer/src/shapes/surface.h"
 
 #include "tracer/src/materials/shading.h"
+#include "tracer/src/shapes/point_packet.h"
 #include "tracer/src/shapes/quadric_surface.h"
-#include "tracer/src/shapes/sphere_packet.h"
 
 namespace tracer {
 namespace {
@@ -17,8 +17,8 @@ struct Local {
 };
 
 Local sphere_at(const SphereGeometry& spheres, std::uint32_t i, const Vec3& on_ray) {
-  const SpherePoint at = sphere_point({spheres.x[i], spheres.y[i], spheres.z[i]}, spheres.radius[i], on_ray);
-  return {{at.position, at.error}, at.normal, at.normal, {}, spheres.object[i]};
+  const PrimitivePoint at = sphere_point({spheres.x[i], spheres.y[i], spheres.z[i]}, spheres.radius[i], on_ray);
+  return {{at.position, at.error}, at.across, at.across, {}, spheres.object[i]};
 }
 
 Local plane_at(const PlaneGeometry& planes, std::uint32_t i, const Vec3& on_ray) {
@@ -46,23 +46,23 @@ Vec3 toward_curved_surface(const TriangleGeometry& mesh, const std::array<std::u
   return offset;
 }
 
-/// Position and error from the barycentric coordinates (PBR 4th ed., sec. 6.8.5).
+std::uint32_t object_of(const TriangleGeometry& mesh, std::uint32_t triangle) {
+  return mesh.object_of_triangle.empty() ? mesh.object : mesh.object_of_triangle[triangle];
+}
+
 Local triangle_at(const TriangleGeometry& mesh, const Hit& hit) {
   const auto& [a, b, c] = mesh.triangles[hit.primitive.primitive];
   const double weight_a = 1 - hit.u - hit.v;
-  const Vec3 pa = mesh.position(a), pb = mesh.position(b), pc = mesh.position(c);
-  const Vec3 position = pa * weight_a + pb * hit.u + pc * hit.v;
-  const Vec3 error = (abs(pa * weight_a) + abs(pb * hit.u) + abs(pc * hit.v)) * rounding_bound(7);
-  const Vec3 face = normalize(cross(pb - pa, pc - pa));
-  Local local{{position, error}, face, face, {}, mesh.object};
-  if (!mesh.object_of_triangle.empty()) local.object = mesh.object_of_triangle[hit.primitive.primitive];
+  const PrimitivePoint at = triangle_point(mesh.position(a), mesh.position(b), mesh.position(c), hit.u, hit.v);
+  const Vec3 face = normalize(at.across);
+  Local local{{at.position, at.error}, face, face, {}, object_of(mesh, hit.primitive.primitive)};
   if (!mesh.normals.empty()) {
     const Vec3 sum = wide(mesh.normals[a]) * weight_a + wide(mesh.normals[b]) * hit.u + wide(mesh.normals[c]) * hit.v;
     // A vertex without a normal of its own, or normals that cancel: the face's.
     if (dot(sum, sum) > 0x1p-40) {
       local.shading_normal = normalize(sum);
       local.shadow_offset = toward_curved_surface(mesh, mesh.triangles[hit.primitive.primitive],
-                                                  {weight_a, hit.u, hit.v}, position, face);
+                                                  {weight_a, hit.u, hit.v}, at.position, face);
     }
     if (dot(local.shading_normal, face) < 0) local.shading_normal = -local.shading_normal;
   }
@@ -180,13 +180,17 @@ Surface surface_at(const CompiledScene& scene, const Hit& hit, const Vec3& origi
   return surface;
 }
 
-void sphere_surface(const CompiledScene& scene, const Hit& hit, const BoundedPoint& point, const Vec3& normal,
-                    const Vec3& direction, Surface& surface) {
+void surface_of(const CompiledScene& scene, const Hit& hit, const BoundedPoint& point, const Vec3& normal,
+                const Vec3& direction, Surface& surface) {
+  const GeometrySet& set = scene.geometry;
+  const auto [geometry, primitive] = hit.primitive;
   surface.point = point;
   surface.geometric_normal = normal;
   surface.back = dot(direction, normal) > 0;
   surface.normal = surface.back ? -normal : normal;
-  surface.object = scene.geometry().spheres[hit.primitive.geometry].object[hit.primitive.primitive];
+  surface.object = geometry < set.first_triangles()
+                       ? set.spheres[geometry].object[primitive]
+                       : object_of(set.triangles[geometry - set.first_triangles()], primitive);
   surface.material = scene.material_of_object[surface.object];
   add_uv(scene, hit, surface);
 }

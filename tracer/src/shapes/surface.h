@@ -41,9 +41,9 @@ std::optional<Corners> corners_at(const CompiledScene& scene, const Hit& hit);
 Surface surface_at(const CompiledScene& scene, const Hit& hit, const Vec3& origin, const Vec3& direction,
                    Approximations::Shading shading = Approximations::Shading::exact);
 
-/// The same, into a fresh `surface`, for a hit on a sphere whose point and outward unit normal there are known (see
-/// sphere_packet.h).
-void sphere_surface(const CompiledScene& scene, const Hit& hit, const BoundedPoint& point, const Vec3& normal,
-                    const Vec3& direction, Surface& surface);
+/// The same, into a fresh `surface`, for a hit on a sphere or a flat triangle whose point and outward unit normal there
+/// are known (point_packet.h).
+void surface_of(const CompiledScene& scene, const Hit& hit, const BoundedPoint& point, const Vec3& normal,
+                const Vec3& direction, Surface& surface);
 
 }  // namespace tracer
