@@ -182,7 +182,7 @@ Surface surface_at(const CompiledScene& scene, const Hit& hit, const Vec3& origi
 
 void surface_of(const CompiledScene& scene, const Hit& hit, const BoundedPoint& point, const Vec3& normal,
                 const Vec3& direction, Surface& surface) {
-  const GeometrySet& set = scene.geometry;
+  const GeometrySet& set = scene.geometry();
   const auto [geometry, primitive] = hit.primitive;
   surface.point = point;
   surface.geometric_normal = normal;
