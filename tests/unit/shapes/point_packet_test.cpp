@@ -67,7 +67,7 @@ TEST(PointPacket, HoldsTheSurfacesOfSpheresAndFlatTrianglesToTheLastBit) {
     }
     PointPacket packet;
     for (std::size_t i = 0; i < expected.size(); ++i) {
-      if (i % lanes == 0) meet_points(scene->geometry, seen.rays(), seen.hits(), i, packet);
+      if (i % lanes == 0) meet_points(scene->geometry(), seen.rays(), seen.hits(), i, packet);
       if (!(packet.known[i % lanes] > 0)) {
         unknown += seen.primitive[i].hit() ? 1 : 0;
         continue;
