@@ -20,6 +20,10 @@ struct alignas(64) Arrival {
 
   int lane[lanes];  ///< those that gain anything, ascending
   int count;
+
+  [[nodiscard]] Vec3 to_light(int i) const { return {to_x[i], to_y[i], to_z[i]}; }
+  [[nodiscard]] Vec3 origin(int i) const { return {origin_x[i], origin_y[i], origin_z[i]}; }
+  [[nodiscard]] Color color(int i) const { return {r[i], g[i], b[i]}; }
 };
 
 /// Works out `arrival` for a `share` of `light`. Distances of the trace frame times `world_per_trace` are the world's.

@@ -146,12 +146,21 @@ void Wavefront<Model>::place_light(const LightStep& step, const RayQueue& rays, 
 template <class Model>
 void Wavefront<Model>::shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence) {
   shadow_.clear();
+  // Together: a place in a scene without any of them pays one test.
+  const bool sorts_out =
+      !step.light.shadows || may_spare_shadows() || approximate().nearest_lights != 0 || needs<&Requirements::bump>();
   if (!step.light.soft()) place_light(step, rays, nullptr);
   for (std::size_t i = 0; i < facings_.packets(); ++i) {
     const FacingPacket& packet = facings_.packet(i);
     if (step.light.soft()) place_light(step, rays, &packet);
     arrive(packet, step.light, scene_.frame.world_from_trace(1.0), 1.0 / step.points, arrival_);
-    for (int arrived = 0; arrived < arrival_.count; ++arrived) gain(rays, step, packet, arrival_.lane[arrived]);
+    for (int arrived = 0; arrived < arrival_.count; ++arrived) {
+      const int lane = arrival_.lane[arrived];
+      if (sorts_out && !asks_for_shadow(rays, step, packet, lane)) continue;
+      const std::uint32_t ray = hit_ray_[packet.hit[lane]];
+      shadow_.push(arrival_.origin(lane), arrival_.to_light(lane), arrival_.distance[lane], arrival_.color(lane),
+                   rays.sample(ray), hits_.primitive[ray], rays.media(ray));
+    }
   }
   statistics_.rays.shadow += shadow_.size();
   shadow_.add_to(radiance_, media_, coherence);
@@ -181,30 +190,21 @@ bool Wavefront<Model>::seems_lit(const LightStep& step, const FacingPacket& pack
   return !plane_between(scene_.geometry(), origin, to_light, short_of_it, hits_.primitive[hit_ray_[hit]]);
 }
 
-/// What a place gains of the light that would arrive: all of it where the light casts no shadows, else what its shadow
-/// ray finds. Nothing of lights that do not count, nor of one behind the surface that a bent normal faces.
+/// Whether a shadow ray must tell what a place gains of the light that would arrive. False: it gains all of it, where
+/// the light casts no shadows or an approximation says so, or nothing: of lights that do not count, of too little
+/// light, of light from behind the surface that a bent normal faces. Out of line, for scenes without any of these.
 template <class Model>
-void Wavefront<Model>::gain(const RayQueue& rays, const LightStep& step, const FacingPacket& packet, int lane) {
+__attribute__((noinline)) bool Wavefront<Model>::asks_for_shadow(const RayQueue& rays, const LightStep& step,
+                                                                 const FacingPacket& packet, int lane) {
   const std::size_t hit = packet.hit[lane];
-  const std::uint32_t ray = hit_ray_[hit];
-  const Vec3 to_light{arrival_.to_x[lane], arrival_.to_y[lane], arrival_.to_z[lane]};
-  if (approximate().nearest_lights != 0 && !nearest_.count(hit, step.number)) return;
-  if (needs<&Requirements::bump>() && dot(unbent_[hit], to_light) < 0) return;
-  const Color contribution{arrival_.r[lane], arrival_.g[lane], arrival_.b[lane]};
-  if (!step.light.shadows) {
-    radiance_[rays.sample(ray)] += contribution;
-    return;
-  }
-  const Vec3 origin{arrival_.origin_x[lane], arrival_.origin_y[lane], arrival_.origin_z[lane]};
-  if (may_spare_shadows()) {
-    if (approximate().shadows != Approximations::Shadows::exact) {
-      if (seems_lit(step, packet, lane, to_light, origin)) radiance_[rays.sample(ray)] += contribution;
-      return;
-    }
-    if (spares(rays, hit, step, contribution)) return;
-  }
-  shadow_.push(origin, to_light, arrival_.distance[lane], contribution, rays.sample(ray), hits_.primitive[ray],
-               rays.media(ray));
+  const Vec3 to_light = arrival_.to_light(lane);
+  if (approximate().nearest_lights != 0 && !nearest_.count(hit, step.number)) return false;
+  if (needs<&Requirements::bump>() && dot(unbent_[hit], to_light) < 0) return false;
+  const bool exact = approximate().shadows == Approximations::Shadows::exact;
+  if (step.light.shadows && exact) return !may_spare_shadows() || !spares(rays, hit, step, arrival_.color(lane));
+  if (!step.light.shadows || seems_lit(step, packet, lane, to_light, arrival_.origin(lane)))
+    radiance_[rays.sample(hit_ray_[hit])] += arrival_.color(lane);
+  return false;
 }
 
 }  // namespace tracer

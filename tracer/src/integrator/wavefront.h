@@ -129,7 +129,7 @@ class Wavefront {
   void face(std::size_t hit, const BoundedPoint& point, const Vec3& normal, const Vec3& to_eye, double share);
   bool face_at_corners(const RayQueue& rays, std::size_t hit);
   void place_light(const LightStep& step, const RayQueue& rays, const FacingPacket* packet);
-  void gain(const RayQueue& rays, const LightStep& step, const FacingPacket& packet, int lane);
+  bool asks_for_shadow(const RayQueue& rays, const LightStep& step, const FacingPacket& packet, int lane);
   [[nodiscard]] bool seems_lit(const LightStep& step, const FacingPacket& packet, int lane, const Vec3& to_light,
                                const Vec3& origin) const;
   bool spares(const RayQueue& rays, std::size_t hit, const LightStep& step, const Color& contribution);
