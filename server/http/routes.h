@@ -42,11 +42,11 @@ struct Front {
   std::function<std::string(std::string_view)> sha256;  ///< of bytes, as 64 hex digits
   /// What was sent, and is owed, to those who want to hear of a job's end, oldest first.
   std::function<std::vector<jobs::Delivery>(const std::string& job_id)> deliveries;
+  jobs::RoomNow room = [] { return jobs::Room{}; };         ///< the disk's
   std::uint64_t job_memory_bytes = 16ull << 30;             ///< scenes that are estimated to take more are refused
   std::chrono::milliseconds render_wait{60'000};            ///< see the option render_wait_s
   std::function<bool()> draining;                           ///< true: new work is refused, reads are answered
   std::function<std::optional<double>()> seconds_per_work;  ///< see api::write_valid
-  jobs::RoomNow room = [] { return jobs::Room{}; };         ///< the disk's
   std::vector<std::pair<std::string, std::uint64_t>> told_limits;  ///< what GET /v1/version tells, by option name
   std::function<std::string()> sandbox{};                          ///< what holds the worker; empty: not known yet
   const keys::KeyRing* keys = nullptr;                             ///< null: this machine's users need none

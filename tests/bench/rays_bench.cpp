@@ -111,7 +111,7 @@ int main(int argc, char** argv) {
   auto compiled = tracer::compile(scene, control);
   if (!compiled) return 1;
   const Rays rays = depth_zero_rays(**compiled);
-  const bench::BareEmbree bare((*compiled)->geometry);
+  const bench::BareEmbree bare((*compiled)->geometry());
   const auto camera = rays.camera.span();
   const auto shadow = rays.shadow.span(rays.shadow_distance.data());
   std::vector<tracer::PrimitiveRef> primitive(camera.count);

@@ -45,13 +45,13 @@ TEST_P(JobStoreConformance, ClaimsTheFirstSmallJobHoweverManyLargeOnesWaitBefore
   EXPECT_TRUE(find(first).large);
   EXPECT_FALSE(find(small).large);
   for (const std::string& expected : {small, low}) {
-    const std::optional<Claim> claimed = store().claim_small("boot", now);
+    const std::optional<Claim> claimed = store().claim_small("boot", now, lease_end);
     ASSERT_TRUE(claimed);
     EXPECT_EQ(claimed->job.id, expected);
     EXPECT_EQ(claimed->job.state, JobState::running);
     EXPECT_EQ(claimed->job.attempt, 1);
   }
-  EXPECT_FALSE(store().claim_small("boot", now));
+  EXPECT_FALSE(store().claim_small("boot", now, lease_end));
   for (const std::string& expected : {first, last}) EXPECT_EQ(claim().job.id, expected);
 }
 

@@ -17,7 +17,7 @@ TriangleGeometry compiled(const Mesh& mesh) {
   Scene scene = scenes::empty(1);
   scenes::add(scene, mesh, scenes::matte({1, 1, 1}));
   RenderControl control;
-  return (*compile(scene, control))->geometry.triangles[0];
+  return (*compile(scene, control))->geometry().triangles[0];
 }
 
 struct Case {

@@ -39,6 +39,7 @@ class RecordingRunner final : public Runner {
  public:
   void wake(bool) noexcept override { ++wakes; }
   void cancel(const std::string&) noexcept override {}
+  void look(const std::string&, std::uint32_t) noexcept override {}
   void lost(const Lease& lease) noexcept override { lost_leases.push_back(lease); }
   std::string not_ready() override { return ""; }
   int wakes = 0;

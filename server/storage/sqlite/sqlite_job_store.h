@@ -59,7 +59,8 @@ class SqliteJobStore final : public JobStore {
 
  private:
   /// The least of those that `waiting`, an index and what tells jobs within it, holds.
-  std::optional<Claim> claim_of(const char* waiting, const std::string& boot_id, std::int64_t now);
+  std::optional<Claim> claim_of(const char* waiting, const std::string& boot_id, std::int64_t now,
+                                std::int64_t lease_until);
 
   struct Parts;
   std::unique_ptr<Parts> parts_;

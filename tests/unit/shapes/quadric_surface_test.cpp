@@ -78,7 +78,7 @@ TEST(ClosedShapes, LetNoRayOutFromWithinAtTheirRimsEdgesCornersAndApex) {
   std::uint64_t rays = 0, leaks = 0;
   for (std::uint32_t i = 0; i < effort::cases(1500); ++i) {
     const auto c = compiled(checkered(closed_shape(random, i), random_transform(random)));
-    const Quadric& q = c->geometry.quadrics.at(0).quadrics.at(0);
+    const Quadric& q = c->geometry().quadrics.at(0).quadrics.at(0);
     for (int ray = 0; ray < 70; ++ray) {
       const double low = q.kind == QuadricKind::ellipsoid ? -0.5 : 0.05;
       const Vec3 inside =
@@ -99,7 +99,7 @@ TEST(ClosedShapes, AreLeftAsOftenAsTheyAreEnteredByRaysThatPassTheirRimsByALittl
   std::uint64_t rays = 0, odd = 0, crossed = 0;
   for (std::uint32_t i = 0; i < effort::cases(1000); ++i) {
     const auto c = compiled(checkered(closed_shape(random, i), random_transform(random)));
-    const Quadric& q = c->geometry.quadrics.at(0).quadrics.at(0);
+    const Quadric& q = c->geometry().quadrics.at(0).quadrics.at(0);
     for (int ray = 0; ray < 100; ++ray) {
       // Nearer than 1e-9 to a cone's apex, or 1e-11 to a rim, where a ray goes in and out is within the points' error.
       const Vec beside = edge_of(random, q) + static_cast<Real>(random.spread(1e-8, 1e-2)) * random.direction();
@@ -184,7 +184,7 @@ TEST(QuadricSurface, PointsAreWithinTheirErrorNormalsAreOutwardAndRaysThatLeaveN
     const auto transform = random.chance(0.7) ? std::optional(random_transform(random)) : std::nullopt;
     if (!transform && i % 6 == 4) continue;  // that sphere is no quadric
     const auto c = compiled(checkered(any_shape(random, i), transform));
-    const Quadric& q = c->geometry.quadrics.at(0).quadrics.at(0);
+    const Quadric& q = c->geometry().quadrics.at(0).quadrics.at(0);
     for (int ray = 0; ray < 100; ++ray) {
       const Vec3 inside = q.origin + q.trace_from_shape * Vec3{random.in(0, 0.6), random.in(0, 0.6), random.in(0, 1)};
       const Real distance = random.chance(0.2) ? 1e4 : random.chance(0.3) ? 0 : 2;

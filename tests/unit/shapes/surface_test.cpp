@@ -47,7 +47,7 @@ TEST(SphereSurface, PointIsWithinItsErrorOfTheSphereAndRaysFromItNeverMeetItAgai
     // Others hold the frame at one unit, far from the rays.
     for (const double corner : {-4.0, 4.0}) scenes::add(scene, Sphere{{corner, corner, corner}, 1e-3}, MaterialId{0});
     const auto c = compiled(scene);
-    const SphereGeometry& geometry = c->geometry.spheres[0];
+    const SphereGeometry& geometry = c->geometry().spheres[0];
     const Vec center(geometry.x[0], geometry.y[0], geometry.z[0]);
     const Real r = geometry.radius[0];
     for (int ray = 0; ray < 100; ++ray) {
@@ -99,7 +99,7 @@ TEST(SphereSurface, TextureCoordinatesAreLongitudeAndLatitudeAboutAxisAndMeridia
     Sphere sphere{random.vector(1), 1, random.vector(5), random.vector(5)};
     if (i % 3 == 0) sphere.axis = {0, 1, 0}, sphere.meridian = {1, 0, 0};
     const auto c = compiled(checkered(sphere));
-    const Vec center(c->geometry.spheres[0].x[0], c->geometry.spheres[0].y[0], c->geometry.spheres[0].z[0]);
+    const Vec center(c->geometry().spheres[0].x[0], c->geometry().spheres[0].y[0], c->geometry().spheres[0].z[0]);
     const Vec pole = unit(sphere.axis), e0 = unit(Vec(sphere.meridian) - dot(Vec(sphere.meridian), pole) * pole);
     const Vec e1 = cross(pole, e0);
     for (int ray = 0; ray < 50; ++ray) {
@@ -125,7 +125,7 @@ TEST(SphereSurface, TextureCoordinatesAreLongitudeAndLatitudeAboutAxisAndMeridia
 
 TEST(SphereSurface, AtThePolesTakesLongitudeNought) {
   const auto c = compiled(checkered(Sphere{{0, 0, 0}, 1}));
-  const Vec3 center{c->geometry.spheres[0].x[0], c->geometry.spheres[0].y[0], c->geometry.spheres[0].z[0]};
+  const Vec3 center{c->geometry().spheres[0].x[0], c->geometry().spheres[0].y[0], c->geometry().spheres[0].z[0]};
   const Look north = look(*c, center + Vec3{0, 2, 0}, {0, -1, 0}), south = look(*c, center - Vec3{0, 2, 0}, {0, 1, 0});
   EXPECT_EQ(north.surface.uv, (Vec2{0, 1}));
   EXPECT_EQ(south.surface.uv, (Vec2{0, 0}));
@@ -142,7 +142,7 @@ TEST(PlaneSurface, PointIsWithinItsErrorOfThePlaneFromNearFarAndGrazing) {
     const Vec3 normal = random.chance(0.3) ? axes[random.below(3)] : random.vector(7);
     scenes::add(scene, Plane{random.vector(random.spread(1e-3, 1e9)), normal, {}}, scenes::matte({1, 1, 1}));
     const auto c = compiled(scene);
-    const Vec n = c->geometry.planes.normal[0], point = c->geometry.planes.point[0];
+    const Vec n = c->geometry().planes.normal[0], point = c->geometry().planes.point[0];
     ASSERT_LE(length(n - unit(normal)), 4 * 0x1p-53L);
     for (int ray = 0; ray < 100; ++ray) {
       const Vec direction = random.chance(0.5)
@@ -158,7 +158,7 @@ TEST(PlaneSurface, PointIsWithinItsErrorOfThePlaneFromNearFarAndGrazing) {
       ASSERT_EQ(at.surface.back, dot(Vec(rounded(direction)), n) > 0);
       ASSERT_LE(dot(Vec(at.surface.normal), direction), 1e-15L);
       const Vec3 away = rounded(random.direction());
-      const Real side = dot(away, c->geometry.planes.normal[0]) < 0 ? -1 : 1;
+      const Real side = dot(away, c->geometry().planes.normal[0]) < 0 ? -1 : 1;
       const Vec start = offset_origin(at.surface.point, at.surface.geometric_normal, away);
       ASSERT_GE(side * dot(n, start - point), 0) << "on the wrong side";
     }
@@ -181,7 +181,7 @@ TEST(PlaneSurface, TextureCoordinatesRunAlongTheWorldsXAxisOrZWhereTheNormalIsAl
                         {{0, 1, 0}, Vec3{-1, 0, 0}, {-1, 0, 0}, {0, 0, 1}}};
   for (const Case& k : cases) {
     const auto c = compiled(checkered(Plane{{10, 20, 30}, k.normal, k.u_axis}));
-    const Vec3 point = c->geometry.planes.point[0], n = c->geometry.planes.normal[0];
+    const Vec3 point = c->geometry().planes.point[0], n = c->geometry().planes.normal[0];
     for (const auto& [u, v] : {std::pair{0.0, 0.0}, {3.0, 0.0}, {0.0, -4.5}, {-1e6, 2e6}}) {
       const Vec3 at = point + k.e0 * u + k.e1 * v;
       const Look hit = look(*c, at + n, -n);
@@ -219,7 +219,7 @@ TEST(TriangleSurface, PointIsWithinItsErrorOfTheTriangleAndInterpolatesNormalsAn
     triangle.normals = normals;
     triangle.uvs = std::array<Vec2, 3>{Vec2{random.in(-5, 5), 0}, Vec2{0, random.in(-5, 5)}, Vec2{1e6, 1}};
     const auto c = compiled(checkered(triangle));
-    const TriangleGeometry& g = c->geometry.triangles[0];
+    const TriangleGeometry& g = c->geometry().triangles[0];
     const Vec a = g.position(0), b = g.position(1), d = g.position(2);
     const Vec area = cross(b - a, d - a);
     if (length(area) < 1e-3L) continue;
@@ -259,18 +259,18 @@ TEST(MeshSurface, SmoothNormalsAreWeightedByTheAreaOfTheFacesAround) {
   mesh.triangles = {{0, 1, 2}, {0, 6, 5}};  // twice the areas: 1 up, 4 along -x
   mesh.smooth = true;
   const auto c = compiled(checkered(mesh));
-  const auto& normal = c->geometry.triangles[0].normals[0];
+  const auto& normal = c->geometry().triangles[0].normals[0];
   const Vec expected = unit(Vec(cross(Vec(1, 0, 0), Vec(0, 0, -1)) + cross(Vec(0, 0, 2), Vec(0, 2, 0))));
   EXPECT_NEAR(normal[0], static_cast<double>(expected.x), 1e-7);
   EXPECT_NEAR(normal[1], static_cast<double>(expected.y), 1e-7);
   EXPECT_NEAR(normal[2], static_cast<double>(expected.z), 1e-7);
   // A position that no face uses, and one whose faces cancel, fall back to the face's normal: zero means that.
-  EXPECT_EQ(c->geometry.triangles[0].normals[3], (std::array<float, 3>{0, 0, 0}));
+  EXPECT_EQ(c->geometry().triangles[0].normals[3], (std::array<float, 3>{0, 0, 0}));
 }
 
 TEST(MeshSurface, SmoothNormalsOfAnIcosphereAreRadial) {
   const auto c = compiled(checkered(scenes::icosphere(3, true)));
-  const TriangleGeometry& g = c->geometry.triangles[0];
+  const TriangleGeometry& g = c->geometry().triangles[0];
   const Mesh mesh = scenes::icosphere(3, true);
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
     const Vec n(g.normals[i][0], g.normals[i][1], g.normals[i][2]);
