@@ -68,12 +68,13 @@ bool has_mesh_files(const tracer::Scene& scene) {
 }
 
 bool takes_many_samples(const tracer::Scene& scene) {
-  constexpr std::uint64_t few_samples = 1u << 21;
+  constexpr double few_samples = 1u << 21;
   constexpr double short_time_ms = 2000;
   const std::optional<tracer::Adaptive>& adaptive = scene.accuracy.adaptive;
   if (adaptive && adaptive->time_budget_ms && *adaptive->time_budget_ms <= short_time_ms) return false;
-  const std::uint64_t each = adaptive ? adaptive->samples_max : scene.accuracy.samples;
-  return scene.image.window().pixels() * each > few_samples;
+  const std::optional<double> expected = expected_samples(scene.accuracy);
+  const double each = expected ? *expected : adaptive->samples_max;  // nothing is expected of time budgets alone
+  return static_cast<double>(scene.image.window().pixels()) * each > few_samples;
 }
 
 }  // namespace

@@ -97,6 +97,19 @@ TEST(IsLarge, ByTheMostSamplesThereMayBeWhereTheyAdaptUnlessTimeEndsThemSoon) {
   EXPECT_FALSE(api::is_large(scene));
 }
 
+TEST(IsLarge, ByTheSamplesThatItsErrorIsExpectedToTake) {
+  const auto large = [](std::uint32_t width, std::uint32_t height, double target) {
+    tracer::Scene scene = scene_of(width, height, 1);
+    scene.accuracy.adaptive = tracer::Adaptive{};
+    scene.accuracy.adaptive->target_error = target;
+    return api::is_large(scene);
+  };
+  EXPECT_FALSE(large(308, 309, 1)) << "22 samples in a pixel";
+  EXPECT_TRUE(large(309, 309, 1));
+  EXPECT_TRUE(large(308, 309, 0.5));
+  EXPECT_FALSE(large(309, 309, 2));
+}
+
 TEST(IsLarge, ByItsMemory) {
   tracer::Scene scene = scene_of(16, 16, 1);
   tracer::Mesh mesh;

@@ -27,10 +27,11 @@ std::uint64_t estimated_measure_memory_bytes(const tracer::Scene& scene);
 /// are a ray's worth of building. Nothing for a time budget without a target.
 std::optional<double> estimated_work(const tracer::Scene& scene);
 
-/// Whether it may keep a core busy for more than some seconds: its samples, where they adapt the most that there may
-/// be, are more than 2^21 (1920 x 1080 pixels once), unless a time budget of 2 s ends them; or it is estimated to take
-/// more than 256 MiB, to build which takes a second; or it has meshes of files, which may be of any size. What lies
-/// between, as mirrors facing each other, no one knows before it is traced.
+/// Whether it may keep a core busy for more than some seconds: its samples, for a target error those that
+/// estimated_work expects and else the most that there may be, are more than 2^21 (1920 x 1080 pixels once), unless a
+/// time budget of 2 s ends them; or it is estimated to take more than 256 MiB, to build which takes a second; or it has
+/// meshes of files, which may be of any size. What lies between, as mirrors facing each other, no one knows before it
+/// is traced.
 bool is_large(const tracer::Scene& scene);
 
 }  // namespace api
