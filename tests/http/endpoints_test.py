@@ -310,7 +310,8 @@ class HealthListener(OneDaemon):
         with Daemon("--jobs", "1") as daemon:
             cached = scene(job={"cache": "use"})
             daemon.wait_for_end(daemon.submit(cached))
-            rays = figure('whittle_rays_total{kind="camera"}')
+            # Counted by the worker's thread once the job's end is told.
+            rays = wait_until(lambda: figure('whittle_rays_total{kind="camera"}'), "the rays of the render")
             self.assertEqual((daemon.request("POST", "/v1/jobs", cached).status, figure("whittle_jobs_from_cache_total")), (200, 1))
             self.assertEqual(figure('whittle_rays_total{kind="camera"}'), rays, "traced once")
             long = daemon.submit(long_scene())
