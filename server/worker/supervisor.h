@@ -51,9 +51,12 @@ struct SupervisorSettings {
   std::chrono::milliseconds start_timeout{60'000};
   /// A job that is cancelled, or whose time is over, is told as ended after this, whether the worker has obeyed or not
   /// (100 ms are promised, a commit fits into the rest). The tracer stops within some rays; a large file or BVH may
-  /// take a second or two. A worker that has no other job then is replaced at once, by a spare one that waits ...
-  std::chrono::milliseconds cancel_answer{30};
-  /// ... and one that has others, whose work would be lost, after this.
+  /// take a second or two.
+  std::chrono::milliseconds cancel_answer{10};
+  /// A worker that has not stopped it after this, has no other job and can be replaced at once, since a spare one is
+  /// ready, is killed ...
+  std::chrono::milliseconds cancel_replace{50};
+  /// ... and one that has others, whose work would be lost, or no spare one behind it, after this.
   std::chrono::milliseconds cancel_grace{5'000};
   /// Pause before a worker that died is started again; doubles with each death until one finishes a job.
   std::chrono::milliseconds restart_pause{50};

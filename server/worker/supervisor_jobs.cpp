@@ -146,6 +146,7 @@ void Supervisor::Loop::lose_job(const jobs::Lease& lease) {
 void Supervisor::Loop::stop(const std::string& id, Running& job) {
   job.answer_at = Clock::now() + settings_.cancel_answer;
   if (job.kill_at) return;  // it has been told
+  job.replace_at = Clock::now() + settings_.cancel_replace;
   job.kill_at = Clock::now() + settings_.cancel_grace;
   if (life_ == Life::ready) worker_->process.send(pack(Cancel{id}));
 }

@@ -171,10 +171,12 @@ void Supervisor::Loop::mourn(const std::string& how, bool excused, const char* c
   restart_pause_ = std::min(2 * restart_pause_, settings_.restart_pause_max);
 }
 
-/// Then a worker that has not stopped them is of no use to anybody: another one is, at once.
-bool Supervisor::Loop::only_stopped_jobs() const {
-  return !running_.empty() &&
-         std::all_of(running_.begin(), running_.end(), [](const auto& entry) { return entry.second.answered; });
+/// When it has nothing but jobs that it has not stopped. Without a spare one the start of the next would take longer
+/// than to wait for it.
+bool Supervisor::Loop::may_be_replaced(Time now) const {
+  if (running_.empty() || spare_ == nullptr || !spare_->hello) return false;
+  return std::all_of(running_.begin(), running_.end(),
+                     [now](const auto& entry) { return entry.second.answered && now >= entry.second.replace_at; });
 }
 
 std::string Supervisor::Loop::list_of_jobs() const {

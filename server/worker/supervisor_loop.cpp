@@ -127,6 +127,7 @@ Supervisor::Loop::Time Supervisor::Loop::next_deadline() const {
   if (draining_ && !gave_up_) consider(drain_deadline_);
   for (const auto& [id, job] : running_) {
     if (job.answer_at) consider(*job.answer_at);
+    if (job.answered && job.replace_at > Clock::now()) consider(job.replace_at);
     if (job.stop_at && life_ == Life::ready) consider(*job.stop_at);
     if (job.kill_at && life_ == Life::ready) consider(*job.kill_at);
   }
@@ -155,7 +156,7 @@ void Supervisor::Loop::keep_times(Time now) {
   const bool disobeyed = std::any_of(running_.begin(), running_.end(), [&](const auto& entry) {
     return entry.second.kill_at && now >= *entry.second.kill_at;
   });
-  if (life_ == Life::ready && (disobeyed || only_stopped_jobs())) end_worker("did not stop a job", true);
+  if (life_ == Life::ready && (disobeyed || may_be_replaced(now))) end_worker("did not stop a job", true);
 }
 
 void Supervisor::Loop::keep_draining(Time now) {

@@ -64,6 +64,7 @@ class Supervisor::Loop final : public jobs::Runner {
     jobs::Problem overdue;
     std::optional<Time> answer_at;  ///< then the job is told as stopped, whatever the worker does
     bool answered = false;          ///< it was told: nobody waits for it any more
+    Time replace_at{};              ///< of one that was answered: then the worker may be replaced
     std::optional<Time> kill_at;    ///< then the worker has disobeyed
   };
 
@@ -96,7 +97,7 @@ class Supervisor::Loop final : public jobs::Runner {
   void watch_memory(std::uint64_t kept_bytes);
   void worker_ended();
   void mourn(const std::string& how, bool excused, const char* code);
-  [[nodiscard]] bool only_stopped_jobs() const;
+  [[nodiscard]] bool may_be_replaced(Time now) const;
   void keep_spare(Time now);
   void read_spare();
   std::string list_of_jobs() const;

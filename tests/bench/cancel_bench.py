@@ -4,7 +4,7 @@
 Starts whittled (from $WHITTLE_BIN) on free ports with an empty data folder and one place for jobs. Jobs of several kinds,
 each long in another stage, are cancelled at random moments between their start and their end while another job waits.
 Told for each kind and stage, in milliseconds from the request to cancel on: until it was answered, until the job's state
-was `cancelled`, until the job that waited had begun. Of a kind's stage it is known what an undisturbed run spent in it:
+was `cancelled`, until the job that waited had begun. A spare worker is ready each time, but with --storm. Of a kind's stage it is known what an undisturbed run spent in it:
 a moment's stage is that in which the run was then. `killed` counts workers that were replaced because they did not stop.
 """
 import argparse
@@ -21,7 +21,7 @@ import zlib
 from datetime import datetime
 
 sys.path.insert(0, str(pathlib.Path(__file__).parents[2]))
-from tests.http.daemon import Daemon, scene  # pylint: disable=wrong-import-position
+from tests.http.daemon import Daemon, scene, wait_until  # pylint: disable=wrong-import-position
 
 STAGES = ("parse", "build", "trace", "encode")
 
@@ -182,6 +182,12 @@ def workers_killed(daemon):
     return sum(row["event"] == "worker_ended" for row in daemon.log_rows())
 
 
+def spare_is_ready(daemon):
+    """Workers are held by seccomp from the moment on that they are ready."""
+    states = [pathlib.Path(f"/proc/{pid}/status").read_text("ascii") for pid in daemon.worker_pids()]
+    return len(states) == 2 and all("Seccomp:\t2" in state for state in states)
+
+
 def undisturbed(daemon, body):
     """The job of a run to the end, or to where nobody waits longer."""
     job = daemon.wait_for_end(daemon.submit(body))
@@ -203,6 +209,7 @@ def main():
     parser.add_argument("--size", type=float, default=1)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--kinds", nargs="*")
+    parser.add_argument("--storm", action="store_true")
     options, of_the_daemon = parser.parse_known_args()
     chance = random.Random(options.seed)
     print(f"{options.rounds} rounds of each kind, load {os.getloadavg()[0]:.1f}; milliseconds, p50 p99 max of each")
@@ -218,6 +225,8 @@ def main():
             killed, stages = workers_killed(daemon), collections.defaultdict(list)
             for _ in range(options.rounds):
                 elapsed_s = chance.uniform(0, length_s)
+                if not options.storm:
+                    wait_until(lambda: spare_is_ready(daemon), "a spare worker")
                 row = cancel_once(daemon, body, elapsed_s)
                 if row:
                     stages[stage_at(job["report"], 1000 * elapsed_s)].append(row)

@@ -75,7 +75,7 @@ TEST_F(SupervisorTest, StopsAnAttemptThatTakesTooLong) {
 TEST_F(SupervisorTest, AnOverdueJobThatDoesNotStopCostsItsAttemptsAndAWorkerForEach) {
   auto hurried = impatient();
   hurried.wall_time = std::chrono::milliseconds(50);
-  start(hurried);
+  start(hurried);  // each of its workers has a spare one behind it
   const std::string id = submit("deaf " + path("never"), 2);
   ASSERT_TRUE(reaches(id, JobState::failed));
   EXPECT_EQ(problem_code(id), "timed_out");
