@@ -114,7 +114,9 @@ TEST_F(SupervisorTest, ReplacesAWorkerThatDoesNotStopAnOverdueJobAndChargesNobod
 }
 
 TEST_F(SupervisorTest, AJobTriedAgainWhileItsLastAttemptHasNotStoppedWaitsForThat) {
-  start(impatient());
+  auto with_places = impatient();
+  with_places.slots = 3;
+  start(with_places);
   submit("wait " + path("never"));  // for whose sake the worker is kept
   const std::string id = submit("deaf " + path("go"));
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
