@@ -198,7 +198,7 @@ bool serve(const config::Config& config, keys::KeyRing* ring, const telemetry::L
   const std::chrono::days asset_age(static_cast<int>(config.asset_days));
   const jobs::AssetCollector collector(uploads, store, jobs::system_clock(), queue_log, {.age = asset_age});
 
-  jobs::SqliteDeliveryStore deliveries(config.data);
+  jobs::SqliteDeliveryStore deliveries(config.data, &disk_health);
   const webhooks::Poster poster(poster_settings(config));
   std::optional<webhooks::Webhooks> webhooks;
   if (limits.webhooks) {

@@ -78,6 +78,18 @@ bool may_be_retried(const jobs::Job& job) {
   return jobs::ended(job.state) && jobs::may_move(job.state, jobs::JobState::queued) && !job.expired;
 }
 
+/// Null where the job has no artifact of that name, or not yet.
+Json link_to(const jobs::Job& job, const std::string& name) {
+  for (const jobs::Artifact& artifact : job.artifacts) {
+    if (artifact.name == name) return "/v1/jobs/" + job.id + "/" + name;
+  }
+  return nullptr;
+}
+
+Json first_picture(const jobs::Job& job) {
+  return job.artifacts.empty() ? Json(nullptr) : link_to(job, job.artifacts.front().name);
+}
+
 Json job_json(const jobs::JobView& view, std::int64_t now_ms) {
   const jobs::Job& job = view.job;
   const std::string self = "/v1/jobs/" + job.id;
@@ -89,7 +101,6 @@ Json job_json(const jobs::JobView& view, std::int64_t now_ms) {
                          {"sha256", artifact.sha256},
                          {"url", self + "/" + artifact.name}});
   }
-  Json image = job.artifacts.empty() ? Json(nullptr) : Json(self + "/" + job.artifacts.front().name);
   const bool measured = job.kind == jobs::JobKind::measure;
   Json labels = Json::object();
   for (const auto& [name, value] : job.labels) labels[name] = value;
@@ -126,7 +137,8 @@ Json job_json(const jobs::JobView& view, std::int64_t now_ms) {
             {"retry", may_be_retried(job) ? Json(self + "/retry") : Json(nullptr)},
             {"events", self + "/events"},
             {"preview", self + "/preview"},
-            {"image", std::move(image)}}}};
+            {"image", measured ? link_to(job, "measure.png") : first_picture(job)},
+            {"measurement", measured ? link_to(job, "measure.json") : Json(nullptr)}}}};
 }
 
 /// To a thousandth: more digits say nothing.

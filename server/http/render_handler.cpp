@@ -65,6 +65,7 @@ Reply reply_for(const Waiting& waiting, const jobs::JobView& view, const Front& 
   }
   if (view.job.state == jobs::JobState::succeeded) return finished_picture(view.job, waiting.format, front);
   if (jobs::ended(view.job.state)) return problem_reply(problem_of(view.job), waiting.request_id);
+  front.jobs.make_durable(view.job.id);  // it is accepted now
   return job_reply(202, view, front);
 }
 
@@ -99,6 +100,7 @@ Answer render(Request& request, const Front& front) {
   auto idempotency = idempotency_of(request, scene->document, front);
   if (!idempotency) return problem_reply(idempotency.error(), request.id);
   jobs::Submission submission = submission_of(request, std::move(*scene), front);
+  submission.durable = false;  // who sees the connection break asks again
   do_once(submission, std::move(*idempotency), front);
   const auto submitted = front.jobs.submit(std::move(submission));
   if (!submitted) return problem_reply(problem_of(submitted.error()), request.id);

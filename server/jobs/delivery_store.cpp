@@ -1,5 +1,7 @@
 #include "server/jobs/delivery_store.h"
 
+#include <algorithm>
+
 namespace jobs {
 
 const char* name_of(DeliveryState state) {
@@ -12,6 +14,15 @@ const char* name_of(DeliveryState state) {
       break;
   }
   return "given_up";
+}
+
+std::string receiver_of(const std::string& url) {
+  const std::size_t scheme_end = url.find("://");
+  const std::size_t begin = scheme_end == std::string::npos ? 0 : scheme_end + 3;
+  std::string receiver = url.substr(begin, url.find_first_of("/?#", begin) - begin);
+  std::transform(receiver.begin(), receiver.end(), receiver.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return receiver;
 }
 
 }  // namespace jobs

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,9 @@ struct Delivery {
   std::vector<DeliveryAttempt> attempts;
 };
 
+/// Who gets what is sent to `url`, an http or https one without user: host and port, in lower case.
+std::string receiver_of(const std::string& url);
+
 class DeliveryStore {
  public:
   virtual ~DeliveryStore() = default;
@@ -52,7 +56,9 @@ class DeliveryStore {
   /// Takes the place of its job's subscription. Precondition: pending, without attempts, with a new id.
   virtual void owe(const Delivery& delivery) = 0;
 
-  virtual std::optional<Delivery> next() = 0;  ///< the pending one whose next attempt is earliest
+  /// The pending one whose next attempt is earliest, of those to receivers that are none of `busy`. However many are
+  /// owed to these it takes no longer.
+  virtual std::optional<Delivery> next(const std::set<std::string>& busy) = 0;
   /// Notes what became of an attempt. Without `next_attempt_at` the delivery is not pending any more.
   virtual void attempted(const std::string& id, const DeliveryAttempt& attempt, DeliveryState state,
                          std::optional<std::int64_t> next_attempt_at) = 0;

@@ -53,6 +53,9 @@ class JobService {
   virtual void cancel_batch(const std::string& id) = 0;  ///< as cancel, of those that have not ended
   virtual int retry_batch(const std::string& id) = 0;    ///< as JobStore::retry_batch; how many
 
+  /// A job that was submitted without being durable is from now on.
+  virtual void make_durable(const std::string& id) = 0;
+
   virtual std::unique_ptr<ArtifactReader> open(const Artifact& artifact) = 0;
 
   /// Calls `done` once, from any thread, when the job has ended (at once, from this thread, if it has or does not

@@ -1,7 +1,9 @@
 #pragma once
 /// Where jobs live. Every call that answers without an exception is durable when it returns: it survives kill -9 and
-/// power loss (adapters for tests say what they do not keep). Thread-safe. Failures of the environment (disk full, I/O)
-/// are thrown as StoreFailure and nothing of the call has happened; after a broken disk a new opening tells whether.
+/// power loss (adapters for tests say what they do not keep). Only claims, leases and what is not to be `durable` wait
+/// for no disk: they survive kill -9, and power loss with the next call that is durable. Thread-safe. Failures of the
+/// environment (disk full, I/O) are thrown as StoreFailure and nothing of the call has happened; after a broken disk a
+/// new opening tells whether.
 
 #include <optional>
 #include <stdexcept>
@@ -76,6 +78,7 @@ struct Admission {
   std::vector<NewJob> jobs;
   std::optional<Batch> batch;  ///< whose jobs they are
   std::optional<KeptReply> reply;
+  bool durable = true;  ///< false: nobody was promised that they survive power loss; they do with the next call that is
 };
 
 /// What an owner may change of a job. Unset: stays.
@@ -163,7 +166,8 @@ class JobStore {
 
   /// The next job to run: least rank (rank_of), then oldest, of those without not_before (keep_house unsets it in time)
   /// whose deadline is later than `now`; attempt + 1, state running, owned by `boot_id` until `lease_until`. `alone`:
-  /// only suspects when true, never suspects when false.
+  /// only suspects when true, never suspects when false. A power cut may undo it: then the job is queued, as it is
+  /// after any end of the daemon that claimed it.
   virtual std::optional<Claim> claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until,
                                      bool alone) = 0;
   /// As claim without `alone`, of the jobs that are not large; however many large ones wait before them.
@@ -176,7 +180,7 @@ class JobStore {
   /// Ends a running job. False when `fence` is not the latest or the job is not running. A job whose cancel was
   /// requested may still succeed or fail here if the worker was faster; that is told as it is.
   virtual bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
-                       const std::vector<Artifact>& artifacts) = 0;
+                       const std::vector<Artifact>& artifacts, bool durable = true) = 0;
   virtual bool fail(const std::string& id, std::int64_t fence, std::int64_t now, const Problem& problem) = 0;
   virtual bool finish_cancel(const std::string& id, std::int64_t fence, std::int64_t now) = 0;
 

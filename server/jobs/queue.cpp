@@ -85,6 +85,18 @@ RemoveOutcome Queue::remove(const std::string& id) {
   return removal.outcome;
 }
 
+bool Queue::is_durable(const std::string& id) {
+  const std::lock_guard lock(live_mutex_);
+  return !not_durable_.contains(id);
+}
+
+void Queue::make_durable(const std::string& id) {
+  if (is_durable(id)) return;
+  store_.probe();  // a durable write brings all before it along
+  const std::lock_guard lock(live_mutex_);
+  not_durable_.erase(id);
+}
+
 std::unique_ptr<ArtifactReader> Queue::open(const Artifact& artifact) { return artifacts_.open(artifact.sha256); }
 
 std::uint64_t Queue::when_ended(const std::string& id, std::function<void()> done) {
@@ -130,6 +142,7 @@ void Queue::job_ended(const std::string& id) {
   {
     const std::lock_guard lock(live_mutex_);
     progress_.erase(id);
+    not_durable_.erase(id);
     const auto [first, last] = waiting_for_.equal_range(id);
     for (auto entry = first; entry != last; ++entry) {
       calls.push_back(std::move(waiters_.extract(entry->second).mapped().done));
@@ -263,7 +276,7 @@ bool Queue::succeed(const std::string& id, std::int64_t fence, const std::string
     const ArtifactStore::Stored stored = pinned.put(picture.fd);
     artifacts.push_back({picture.name, picture.media_type, stored.sha256, stored.bytes});
   }
-  const bool moved = store_.succeed(id, fence, clock_(), report, artifacts);
+  const bool moved = store_.succeed(id, fence, clock_(), report, artifacts, is_durable(id));
   let_go(id, fence);
   if (moved) note_end();
   if (moved) tell(id, JobState::succeeded);

@@ -73,6 +73,7 @@ class Queue final : public JobService {
   std::optional<BatchState> find_batch(const std::string& id) override;
   void cancel_batch(const std::string& id) override;
   int retry_batch(const std::string& id) override;
+  void make_durable(const std::string& id) override;
   std::unique_ptr<ArtifactReader> open(const Artifact& artifact) override;
   std::uint64_t when_ended(const std::string& id, std::function<void()> done) override;
   void forget(std::uint64_t token) override;
@@ -141,6 +142,7 @@ class Queue final : public JobService {
   void tell_arrived(const Job& job);
   void tell(const std::string& id, JobState to);
   void note_end();
+  bool is_durable(const std::string& id);
   void let_go(const std::string& id, std::int64_t fence);
   void wake_runner(bool for_suspects = false);
 
@@ -182,6 +184,7 @@ class Queue final : public JobService {
   std::mutex live_mutex_;  ///< progress and waiters; never held over a call of the store or of a waiter
   std::unordered_map<std::string, double> progress_;
   std::unordered_map<std::string, std::int64_t> leases_;  ///< of jobs claimed here: id to fence
+  std::unordered_set<std::string> not_durable_;           ///< as submitted; they have not ended
   struct Waiter {
     std::string id;
     std::function<void()> done;

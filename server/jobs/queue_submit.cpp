@@ -158,6 +158,7 @@ tracer::Result<Submitted, Refused> Queue::submit(Submission submission) {
   const auto write_reply = std::move(submission.write_reply);
   ArtifactPins::Pinned pinned(pins_);
   Admission admission;
+  admission.durable = submission.durable || idempotency;
   const Job& job = admission.jobs.emplace_back(new_job(std::move(submission), pinned)).job;
   const bool from_cache = job.state == JobState::succeeded;
   const JobView made{job, from_cache ? 1.0 : 0.0};
@@ -166,8 +167,18 @@ tracer::Result<Submitted, Refused> Queue::submit(Submission submission) {
                                 job.created_at + settings_.reply_kept_ms};
   }
   expect_webhook(job);
+  if (!admission.durable) {
+    const std::lock_guard lock(live_mutex_);
+    not_durable_.insert(job.id);
+  }
   const Arrival arrival(*this, from_cache ? std::vector<std::string>{} : std::vector{job.id});
-  if (const auto earlier = store_.admit(admission, job.created_at)) return replay<Submitted>(*earlier, *idempotency);
+  try {
+    if (const auto earlier = store_.admit(admission, job.created_at)) return replay<Submitted>(*earlier, *idempotency);
+  } catch (...) {
+    const std::lock_guard lock(live_mutex_);
+    not_durable_.erase(job.id);
+    throw;
+  }
   tell_arrived(made.job);
   if (!from_cache) wake_runner();
   return Submitted{made, from_cache, std::nullopt};

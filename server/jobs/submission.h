@@ -52,6 +52,9 @@ struct Submission {
   /// has nothing to do with it.
   std::string content_key = {};
   std::optional<Idempotency> idempotency = std::nullopt;
+  /// False: its submitter waits for the pictures and was promised nothing else. Then the job survives the death of the
+  /// daemon, but power loss only from JobService::make_durable, or the next durable write of any job, on.
+  bool durable = true;
   /// Called before the job is stored when there is `idempotency`: both are stored together.
   std::function<FirstReply(const JobView& view, bool from_cache)> write_reply = nullptr;
 };

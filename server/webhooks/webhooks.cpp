@@ -33,6 +33,7 @@ Webhooks::Webhooks(jobs::DeliveryStore& store, FindJob find, Send send, jobs::Cl
     }
   }
   to_look_at_ = expected_;
+  for (int i = 0; i < settings_.senders; ++i) senders_.emplace_back([this] { run_sender(); });
   thread_ = std::thread([this] { run(); });
 }
 
@@ -42,7 +43,9 @@ Webhooks::~Webhooks() {
     stopping_ = true;
   }
   changed_.notify_all();
+  handed_out_.notify_all();
   thread_.join();
+  for (std::thread& sender : senders_) sender.join();
 }
 
 void Webhooks::expect(const std::string& id, const api::Webhook& webhook) {
@@ -71,7 +74,7 @@ void Webhooks::run() {
       log_(jobs::LogLevel::warning, "webhooks_held_up", {{"detail", failure.what()}});
     }
     std::unique_lock lock(mutex_);
-    changed_.wait_for(lock, pause, [&] { return stopping_ || (!failed && !to_look_at_.empty()); });
+    changed_.wait_for(lock, pause, [&] { return stopping_ || (!failed && (!to_look_at_.empty() || freed_)); });
     if (stopping_) return;
   }
 }
@@ -93,7 +96,7 @@ Webhooks::Pause Webhooks::work() {
       throw;
     }
   }
-  return send_what_is_due();
+  return hand_out_what_is_due();
 }
 
 /// Makes the message of a job that has ended, or strikes one that nobody wants to hear of.
@@ -124,17 +127,52 @@ void Webhooks::settle(const std::string& id) {
   expected_.erase(id);
 }
 
-Webhooks::Pause Webhooks::send_what_is_due() {
-  while (!stopping_) {
-    const auto delivery = store_.next();
+/// Ends when there is nothing more, when nobody is free to send it, or when a job has ended: new messages stand before
+/// old ones' next attempts.
+Webhooks::Pause Webhooks::hand_out_what_is_due() {
+  for (;;) {
+    std::set<std::string> busy;
+    {
+      const std::lock_guard lock(mutex_);
+      if (stopping_ || !to_look_at_.empty()) return Pause(0);
+      freed_ = false;
+      if (busy_.size() >= senders_.size()) return longest_sleep;
+      busy = busy_;
+    }
+    auto delivery = store_.next(busy);
     if (!delivery) return longest_sleep;
     const Pause left(*delivery->next_attempt_at - clock_());
     if (left > Pause(0)) return std::min(left, longest_sleep);
-    attempt(*delivery);
     const std::lock_guard lock(mutex_);
-    if (!to_look_at_.empty()) return Pause(0);  // new messages stand before old ones' next attempts
+    busy_.insert(jobs::receiver_of(delivery->url));
+    to_send_.push_back(*std::move(delivery));
+    handed_out_.notify_one();
   }
-  return Pause(0);
+}
+
+/// A sender's thread.
+void Webhooks::run_sender() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    handed_out_.wait(lock, [&] { return stopping_ || !to_send_.empty(); });
+    if (stopping_) return;
+    const jobs::Delivery delivery = std::move(to_send_.front());
+    to_send_.pop_front();
+    lock.unlock();
+    bool noted = false;
+    try {
+      attempt(delivery);
+      noted = true;
+    } catch (const std::exception& failure) {
+      log_(jobs::LogLevel::warning, "webhooks_held_up", {{"detail", failure.what()}});
+    }
+    lock.lock();
+    // What could not be noted is due as before: the receiver gets it again, but not at once.
+    if (!noted) handed_out_.wait_for(lock, settings_.store_pause, [&] { return stopping_.load(); });
+    busy_.erase(jobs::receiver_of(delivery.url));
+    freed_ = true;
+    changed_.notify_all();
+  }
 }
 
 void Webhooks::attempt(const jobs::Delivery& delivery) {

@@ -13,6 +13,7 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <deque>
 #include <functional>
 #include <mutex>
 #include <optional>
@@ -42,19 +43,23 @@ struct WebhookSettings {
   std::vector<Secret> secrets;                               ///< at least one
   std::chrono::milliseconds log_age{std::chrono::days(30)};  ///< deliveries that are over are forgotten then
   std::chrono::milliseconds store_pause{1'000};              ///< before a store that failed is asked again
+  /// Receivers that are sent to at once. One that hangs keeps a thread waiting for some seconds (PosterSettings) and
+  /// nobody else; so many that hang at once are somebody's malice.
+  int senders = 16;
 };
 
 using FindJob = std::function<std::optional<jobs::JobView>(const std::string& id)>;
 using Send = std::function<Answer(const std::string& url, const Poster::Headers& headers, const std::string& body,
                                   const std::atomic<bool>& stop)>;
 
-/// One thread, which sends one message at a time: slow receivers hold up others (10 s each), but no render.
+/// One thread looks at what has ended and hands out what is due; others send it. A receiver gets one message at a time,
+/// in the order in which they are due.
 class Webhooks final : public jobs::EndListener {
  public:
   /// The store, and `ids`, must outlive it. Throws StoreFailure.
   Webhooks(jobs::DeliveryStore& store, FindJob find, Send send, jobs::Clock clock, jobs::IdSource& ids, jobs::Log log,
            WebhookSettings settings);
-  ~Webhooks() override;  ///< cuts a request in progress short; it is an attempt that is not counted
+  ~Webhooks() override;  ///< cuts requests in progress short; they are attempts that are not counted
   Webhooks(const Webhooks&) = delete;
   Webhooks& operator=(const Webhooks&) = delete;
 
@@ -67,7 +72,8 @@ class Webhooks final : public jobs::EndListener {
   void run();
   Pause work();
   void settle(const std::string& id);
-  Pause send_what_is_due();
+  Pause hand_out_what_is_due();
+  void run_sender();
   void attempt(const jobs::Delivery& delivery);
   [[nodiscard]] Poster::Headers headers_of(const jobs::Delivery& delivery, std::int64_t now) const;
 
@@ -84,7 +90,12 @@ class Webhooks final : public jobs::EndListener {
   std::condition_variable changed_;
   std::set<std::string> expected_;    ///< jobs somebody wants to hear of
   std::set<std::string> to_look_at_;  ///< those that may have ended
-  std::thread thread_;                ///< last: starts when the rest is there
+  std::condition_variable handed_out_;
+  std::deque<jobs::Delivery> to_send_;
+  std::set<std::string> busy_;  ///< receivers that something is handed out for or on its way to
+  bool freed_ = false;          ///< one of them is not any more
+  std::vector<std::thread> senders_;
+  std::thread thread_;  ///< last: starts when the rest is there
 };
 
 }  // namespace webhooks

@@ -15,6 +15,7 @@ struct Casualty {
   std::int64_t fence = 0;
   int attempt = 1, max_attempts = 1;
   bool cancel_requested = false;
+  bool answered = false;  ///< its end was told before: it may be the killer, but nothing is left to settle
 };
 
 struct Verdict {

@@ -50,14 +50,17 @@ api::Limits reading_limits(const FileSettings& files) {
   return limits;
 }
 
-tracer::Assets load_files(tracer::Scene& scene, const FileSettings& settings) {
+tracer::Assets load_files(tracer::Scene& scene, const FileSettings& settings, const tracer::RenderControl& control) {
   if (scene.assets.empty()) return {};
   tracer::Limits limits = no_limits().scene;
   limits.objects = settings.objects;
   limits.triangles = settings.triangles;
   const SceneFiles files(settings);
-  auto assets = api::load_assets(
-      scene, [&](const std::string& name) { return files.read(name); }, limits);
+  const auto read = [&](const std::string& name) {
+    stop_if_cancelled(control);
+    return files.read(name);
+  };
+  auto assets = api::load_assets(scene, read, limits);
   if (!assets) throw Stop{problem_of_files(std::move(assets.error()))};
   return std::move(*assets);
 }

@@ -13,6 +13,7 @@
 #include "server/worker/protocol.h"
 #include "tracer/assets.h"
 #include "tracer/compile.h"
+#include "tracer/control.h"
 #include "tracer/result.h"
 
 namespace worker {
@@ -31,8 +32,14 @@ Outcome outcome_of(const std::string& job_id, std::int64_t fence, const std::fun
 /// The document's limits were checked by whoever accepted it, and are not checked again: they may have changed since.
 api::Limits reading_limits(const FileSettings& files);
 
-/// The files that `scene` names. Stops as "bad_asset" with all issues where they cannot be rendered with.
-tracer::Assets load_files(tracer::Scene& scene, const FileSettings& files);
+/// Leaves the stage where the job was cancelled.
+inline void stop_if_cancelled(const tracer::RenderControl& control) {
+  if (control.cancelled()) throw Stop{};
+}
+
+/// The files that `scene` names. Stops as "bad_asset" with all issues where they cannot be rendered with, and between
+/// files where the job was cancelled.
+tracer::Assets load_files(tracer::Scene& scene, const FileSettings& files, const tracer::RenderControl& control);
 
 [[noreturn]] void stop_for(const api::Refusal& refusal);  ///< "bad_scene"
 [[noreturn]] void stop_for(const tracer::Failure& failure);

@@ -47,7 +47,7 @@ Finished measure(const Assign& job, const FileSettings& files, JobControl& contr
   auto request = api::parse_measure(job.document, reading_limits(files));
   if (!request) stop_for(request.error());
   tracer::Scene& scene = request->document.scene;
-  const tracer::Assets assets = load_files(scene, files);
+  const tracer::Assets assets = load_files(scene, files, control.tracing);
   if (tracer::settings(scene, request->knobs).empty()) {
     throw Stop{
         jobs::Problem{"bad_scene",

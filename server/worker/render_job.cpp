@@ -57,7 +57,8 @@ class Rendering {
 
   /// With its files, whose bytes are not needed afterwards, nor are the scene's meshes.
   std::shared_ptr<const tracer::CompiledScene> compile(tracer::Scene& scene) {
-    const tracer::Assets assets = load_files(scene, files_);
+    stop_if_cancelled(control_.tracing);
+    const tracer::Assets assets = load_files(scene, files_, control_.tracing);
     times_.parse += watch_.lap();
     auto compiled = value_of(tracer::compile_taking_meshes(scene, control_.tracing, assets, geometry_));
     times_.build = watch_.lap();
@@ -78,7 +79,7 @@ class Rendering {
   std::vector<Picture> encode(const tracer::Image& image, const tracer::Output& output) {
     std::vector<Picture> pictures;
     for (const tracer::Format format : output.formats) {
-      if (control_.tracing.cancelled()) throw Stop{};
+      stop_if_cancelled(control_.tracing);
       const auto encoded = tracer::encode(image, format, output);
       if (!encoded) throw Stop{jobs::Problem{"internal", encoded.error(), {}}};
       memory_bytes_ += encoded->size();

@@ -13,6 +13,9 @@
 /// signal named. Of several in flight none is blamed: they become suspects, wait until the worker is empty and run one
 /// at a time, before all others, so the killer is found. A worker that had to be killed because a cancelled job did not
 /// stop, or that is stopped by drain, costs no attempt at all.
+///
+/// Beside the worker in use a spare one is kept ready: when one ends nobody waits for the start of the next, nor for
+/// the system to take back what the last one had.
 
 #include <chrono>
 #include <cstdint>
@@ -46,11 +49,14 @@ struct SupervisorSettings {
   std::chrono::milliseconds heartbeat_timeout{10'000};
   /// From start to ready: loading Embree and the image library takes 0.2 s, on a cold disk seconds.
   std::chrono::milliseconds start_timeout{60'000};
-  /// A cancelled job is told as cancelled after this, whether the worker has obeyed or not (100 ms are promised, a
-  /// commit fits into the rest) ...
-  std::chrono::milliseconds cancel_answer{30};
-  /// ... and a worker that has not stopped it after this is replaced. The tracer stops within a tile; a BVH build may
+  /// A job that is cancelled, or whose time is over, is told as ended after this, whether the worker has obeyed or not
+  /// (100 ms are promised, a commit fits into the rest). The tracer stops within some rays; a large file or BVH may
   /// take a second or two.
+  std::chrono::milliseconds cancel_answer{10};
+  /// A worker that has not stopped it after this, has no other job and can be replaced at once, since a spare one is
+  /// ready, is killed ...
+  std::chrono::milliseconds cancel_replace{50};
+  /// ... and one that has others, whose work would be lost, or no spare one behind it, after this.
   std::chrono::milliseconds cancel_grace{5'000};
   /// Pause before a worker that died is started again; doubles with each death until one finishes a job.
   std::chrono::milliseconds restart_pause{50};

@@ -92,7 +92,7 @@ void Supervisor::Loop::claimed(const std::shared_ptr<Claimed>& result) {
       give_back(job.id, fence, false, job.suspect, settings_.retry.pause);
     } else {
       running_.emplace(job.id, running_job(*result->claim));
-      process_->send(std::move(result->assignment));
+      worker_->process.send(std::move(result->assignment));
       log_(LogLevel::debug, "job_assigned", {{"job_id", job.id}, {"attempt", std::to_string(job.attempt)}});
     }
   } else if (!result->failed) {
@@ -146,8 +146,9 @@ void Supervisor::Loop::lose_job(const jobs::Lease& lease) {
 void Supervisor::Loop::stop(const std::string& id, Running& job) {
   job.answer_at = Clock::now() + settings_.cancel_answer;
   if (job.kill_at) return;  // it has been told
+  job.replace_at = Clock::now() + settings_.cancel_replace;
   job.kill_at = Clock::now() + settings_.cancel_grace;
-  if (life_ == Life::ready) process_->send(pack(Cancel{id}));
+  if (life_ == Life::ready) worker_->process.send(pack(Cancel{id}));
 }
 
 void Supervisor::Loop::answer_stopped(const std::string& id, const Running& job) {
@@ -178,7 +179,7 @@ void Supervisor::Loop::hear(Progress& message) {
 }
 
 void Supervisor::Loop::look_at(const std::string& id, std::uint32_t side) {
-  if (life_ == Life::ready && running_.contains(id)) process_->send(pack(Look{id, side}));
+  if (life_ == Life::ready && running_.contains(id)) worker_->process.send(pack(Look{id, side}));
 }
 
 void Supervisor::Loop::hear(Looked& message) {
@@ -222,9 +223,11 @@ void Supervisor::Loop::hear(Cancelled& message) {
   attempt_failed(message.job_id, job, {"internal", "The worker stopped the job without being asked to.", {}});
 }
 
-void Supervisor::Loop::settle(const std::vector<Casualty>& casualties, const std::vector<Verdict>& verdicts) {
+void Supervisor::Loop::settle(const std::vector<Casualty>& casualties, const std::vector<Verdict>& verdicts,
+                              const std::string& code) {
   for (std::size_t i = 0; i < casualties.size(); ++i) {
-    const auto& [id, fence, attempt, max_attempts, cancel_requested] = casualties[i];
+    const auto& [id, fence, attempt, max_attempts, cancel_requested, answered] = casualties[i];
+    if (answered) continue;
     switch (verdicts[i].action) {
       case Verdict::Action::give_back:
         give_back(id, fence, false, false, {});
@@ -234,7 +237,7 @@ void Supervisor::Loop::settle(const std::vector<Casualty>& casualties, const std
         break;
       case Verdict::Action::count_attempt:
         give_back(id, fence, true, true,
-                  retry_pause(end_code_, attempt, max_attempts, settings_.retry).value_or(settings_.retry.pause_max));
+                  retry_pause(code, attempt, max_attempts, settings_.retry).value_or(settings_.retry.pause_max));
         break;
       case Verdict::Action::fail:
         fail(id, fence, verdicts[i].problem);

@@ -25,12 +25,16 @@ std::uint64_t resident_bytes(int pid) {
 
 }  // namespace
 
+std::unique_ptr<Supervisor::Loop::Worker> Supervisor::Loop::new_worker() {
+  return std::make_unique<Worker>(
+      settings_.executable,
+      Options{settings_.slots, settings_.threads, settings_.job_memory_bytes, settings_.geometry_cache_bytes,
+              static_cast<std::uint64_t>(settings_.geometry_idle.count()), settings_.files});
+}
+
 void Supervisor::Loop::start_worker(Time now) {
   try {
-    process_ = std::make_unique<Process>(
-        settings_.executable,
-        arguments_of({settings_.slots, settings_.threads, settings_.job_memory_bytes, settings_.geometry_cache_bytes,
-                      static_cast<std::uint64_t>(settings_.geometry_idle.count()), settings_.files}));
+    worker_ = spare_ != nullptr ? std::move(spare_) : new_worker();
   } catch (const std::exception& failure) {
     log_(LogLevel::error, "worker_not_started", {{"detail", failure.what()}});
     say_status(std::string("worker: ") + failure.what());
@@ -38,29 +42,66 @@ void Supervisor::Loop::start_worker(Time now) {
     return;
   }
   life_ = Life::starting;
-  started_at_ = last_heard_ = now;
-  end_reason_.clear();
-  end_code_ = "worker_crashed";
-  end_excused_ = false;
-  pid_ = process_->pid();
+  last_heard_ = now;
+  pid_ = worker_->process.pid();
   log_(LogLevel::info, "worker_started", {{"pid", std::to_string(pid_)}, {"slots", std::to_string(settings_.slots)}});
+  if (worker_->hello) welcome();
 }
 
 void Supervisor::Loop::hear(Hello& message) {
-  if (life_ == Life::starting) life_ = Life::ready;
+  worker_->hello = std::move(message);
+  if (life_ == Life::starting) welcome();
+}
+
+void Supervisor::Loop::welcome() {
+  life_ = Life::ready;
   idle_memory_bytes_ = resident_bytes(pid_);
   say_status("");
   {
     const std::lock_guard lock(status_mutex_);
-    sandbox_ = message.sandbox;
+    sandbox_ = worker_->hello->sandbox;
   }
-  const auto start_ms = std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - started_at_).count();
+  const auto start_ms = std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - worker_->started_at);
   log_(LogLevel::info, "worker_ready",
        {{"pid", std::to_string(pid_)},
-        {"build", message.build},
-        {"sandbox", message.sandbox},
-        {"start_ms", std::to_string(start_ms)}});
+        {"build", worker_->hello->build},
+        {"sandbox", worker_->hello->sandbox},
+        {"start_ms", std::to_string(start_ms.count())}});
 }
+
+// ---- the next one
+// ----------------------------------------------------------------------------------------------------
+
+/// Once there is one that works: a program that cannot start at all is not started twice.
+void Supervisor::Loop::keep_spare(Time now) {
+  if (draining_) return spare_.reset();
+  if (life_ != Life::ready || spare_ != nullptr || now < spare_at_) return;
+  try {
+    spare_ = new_worker();
+  } catch (const std::exception& failure) {
+    log_(LogLevel::warning, "spare_not_started", {{"detail", failure.what()}});
+    spare_at_ = now + settings_.restart_pause_max;
+  }
+}
+
+/// It only tells that it is ready and alive. One that dies, of a lack of memory, is not missed soon.
+void Supervisor::Loop::read_spare() {
+  for (;;) {
+    Received received = spare_->process.receive();
+    if (std::holds_alternative<Nothing>(received)) return;
+    auto* message = std::get_if<Message>(&received);
+    auto* hello = message == nullptr ? nullptr : std::get_if<Hello>(message);
+    if (hello != nullptr) spare_->hello = std::move(*hello);
+    if (message != nullptr && (hello != nullptr || std::holds_alternative<Heartbeat>(*message))) continue;
+    log_(LogLevel::warning, "spare_ended", {{"pid", std::to_string(spare_->process.pid())}});
+    spare_.reset();
+    spare_at_ = Clock::now() + settings_.restart_pause_max;
+    return;
+  }
+}
+
+// ---- heard, ended, mourned
+// -------------------------------------------------------------------------------------------
 
 void Supervisor::Loop::watch_memory(std::uint64_t kept_bytes) {
   if (running_.empty() || life_ != Life::ready) return;
@@ -76,24 +117,24 @@ void Supervisor::Loop::watch_memory(std::uint64_t kept_bytes) {
 void Supervisor::Loop::read_worker() {
   // A flood must not keep us from the rest; what is left is read in the next round.
   for (int messages = 0; messages < 256 && (life_ == Life::starting || life_ == Life::ready); ++messages) {
-    Received received = process_->receive();
+    Received received = worker_->process.receive();
     if (std::holds_alternative<Nothing>(received)) return;
     last_heard_ = Clock::now();
     if (auto* message = std::get_if<Message>(&received)) std::visit([this](auto& kind) { hear(kind); }, *message);
     if (auto* malformed = std::get_if<Malformed>(&received)) end_worker("sent " + malformed->detail, false);
     if (std::holds_alternative<Lost>(received)) end_worker("sent what this process had no descriptors for", true);
-    if (std::holds_alternative<Closed>(received)) end_worker("", false);
+    if (std::holds_alternative<Closed>(received)) {
+      life_ = Life::ending;  // its process tells how; who has no socket any more is past changing that
+      worker_->process.kill();
+    }
   }
 }
 
-/// Its end is then told by its pid descriptor. Without a reason the way it ended is the reason: a socket at its end
-/// means that the process is past changing it.
+/// Killed, and gone as far as jobs are concerned: the next one need not wait for the system to take gigabytes back.
 void Supervisor::Loop::end_worker(const std::string& why, bool excused, const char* code) {
-  life_ = Life::ending;
-  end_reason_ = why;
-  end_code_ = code;
-  end_excused_ = excused;
-  process_->kill();
+  worker_->process.kill();
+  ended_.push_back(std::move(worker_));
+  mourn(why, excused, code);
 }
 
 void Supervisor::Loop::worker_ended() {
@@ -103,27 +144,39 @@ void Supervisor::Loop::worker_ended() {
     read_worker();
     if (last_heard_ == heard_before) break;
   }
-  const std::string end = process_->reap();
-  const std::string how = end_reason_.empty() ? end : end_reason_;
-  log_(end_excused_ ? LogLevel::info : LogLevel::error, "worker_ended",
+  if (worker_ == nullptr) return;  // its last words were none of ours
+  const std::string how = worker_->process.reap();
+  worker_.reset();
+  mourn(how, false, "worker_crashed");
+}
+
+void Supervisor::Loop::mourn(const std::string& how, bool excused, const char* code) {
+  log_(excused ? LogLevel::info : LogLevel::error, "worker_ended",
        {{"pid", std::to_string(pid_)}, {"how", how}, {"job_ids", list_of_jobs()}});
 
   std::vector<Casualty> casualties;
   for (const auto& [id, job] : running_) {
-    casualties.push_back({id, job.fence, job.attempt, job.max_attempts, job.cancel_requested});
+    casualties.push_back({id, job.fence, job.attempt, job.max_attempts, job.cancel_requested, job.answered});
+    if (draining_ && !job.answered) all_ended_ = false;
   }
   running_.clear();
-  if (draining_ && !casualties.empty()) all_ended_ = false;
-  settle(casualties, judge(casualties, how, end_excused_, end_code_));
+  settle(casualties, judge(casualties, how, excused, code), code);
 
-  process_.reset();
   pid_ = 0;
   life_ = Life::absent;
   say_status("worker: restarting");
   restart_at_ = Clock::now();
-  if (end_excused_) return;
+  if (excused) return;
   restart_at_ += restart_pause_;
   restart_pause_ = std::min(2 * restart_pause_, settings_.restart_pause_max);
+}
+
+/// When it has nothing but jobs that it has not stopped. Without a spare one the start of the next would take longer
+/// than to wait for it.
+bool Supervisor::Loop::may_be_replaced(Time now) const {
+  if (running_.empty() || spare_ == nullptr || !spare_->hello) return false;
+  return std::all_of(running_.begin(), running_.end(),
+                     [now](const auto& entry) { return entry.second.answered && now >= entry.second.replace_at; });
 }
 
 std::string Supervisor::Loop::list_of_jobs() const {

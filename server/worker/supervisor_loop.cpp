@@ -3,9 +3,9 @@
 #include <poll.h>
 
 #include <algorithm>
-#include <array>
 #include <thread>
 #include <utility>
+#include <vector>
 
 namespace worker {
 namespace {
@@ -85,28 +85,34 @@ void Supervisor::Loop::run() {
     if (draining_) keep_draining(now);
     if (draining_ && idle() && life_ == Life::absent) return;
     if (life_ == Life::absent && !draining_ && now >= restart_at_) start_worker(now);
+    keep_spare(now);
     claim_jobs(now);
     running_count_ = static_cast<int>(running_.size());
     wait(next_deadline());
     mailbox_.run_posted();
     if (life_ == Life::starting || life_ == Life::ready) read_worker();
+    if (spare_ != nullptr) read_spare();
     keep_times(Clock::now());  // after reading: what waited in the socket while we slept counts as heard
   }
 }
 
 void Supervisor::Loop::wait(Time until) {
-  std::array<pollfd, 3> descriptors{{{mailbox_.descriptor(), POLLIN, 0}, {-1, 0, 0}, {-1, POLLIN, 0}}};
-  if (process_ != nullptr) {
-    // One that is being ended is only waited for: its socket is at its end, and would wake us at once.
-    const int unsent = process_->has_unsent() ? POLLOUT : 0;
-    if (life_ != Life::ending) {
-      descriptors[1] = {process_->socket(), static_cast<short>(POLLIN | unsent), 0};
-    }
-    descriptors[2].fd = process_->pid_descriptor();
-  }
+  // One whose socket is at its end is only waited for: it would wake us at once.
+  const bool listens = worker_ != nullptr && life_ != Life::ending;
+  const int unsent = listens && worker_->process.has_unsent() ? POLLOUT : 0;
+  std::vector<pollfd> descriptors{
+      {mailbox_.descriptor(), POLLIN, 0},
+      {listens ? worker_->process.socket() : -1, static_cast<short>(POLLIN | unsent), 0},
+      {worker_ != nullptr ? worker_->process.pid_descriptor() : -1, POLLIN, 0},
+      {spare_ != nullptr ? spare_->process.socket() : -1, POLLIN, 0},
+  };
+  for (const auto& ended : ended_) descriptors.push_back({ended->process.pid_descriptor(), POLLIN, 0});
   const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - Clock::now()).count();
   poll(descriptors.data(), descriptors.size(), static_cast<int>(std::clamp<decltype(left)>(left, 0, 60'000)));
-  if ((descriptors[1].revents & POLLOUT) != 0) process_->flush();
+  for (std::size_t i = ended_.size(); i > 0; --i) {
+    if ((descriptors[3 + i].revents & POLLIN) != 0) ended_.erase(ended_.begin() + static_cast<std::ptrdiff_t>(i) - 1);
+  }
+  if ((descriptors[1].revents & POLLOUT) != 0) worker_->process.flush();
   if ((descriptors[2].revents & POLLIN) != 0) worker_ended();
 }
 
@@ -114,12 +120,14 @@ Supervisor::Loop::Time Supervisor::Loop::next_deadline() const {
   Time next = Clock::now() + std::chrono::minutes(1);
   const auto consider = [&next](Time time) { next = std::min(next, time); };
   if (life_ == Life::absent && !draining_) consider(restart_at_);
-  if (life_ == Life::starting) consider(started_at_ + settings_.start_timeout);
+  if (life_ == Life::starting) consider(worker_->started_at + settings_.start_timeout);
   if (life_ == Life::ready) consider(last_heard_ + settings_.heartbeat_timeout);
+  if (life_ == Life::ready && spare_ == nullptr && !draining_) consider(spare_at_);
   if (claims_paused_until_ > Clock::now()) consider(claims_paused_until_);
   if (draining_ && !gave_up_) consider(drain_deadline_);
   for (const auto& [id, job] : running_) {
     if (job.answer_at) consider(*job.answer_at);
+    if (job.answered && job.replace_at > Clock::now()) consider(job.replace_at);
     if (job.stop_at && life_ == Life::ready) consider(*job.stop_at);
     if (job.kill_at && life_ == Life::ready) consider(*job.kill_at);
   }
@@ -135,10 +143,11 @@ void Supervisor::Loop::keep_times(Time now) {
     }
     if (job.answer_at && now >= *job.answer_at) {
       job.answer_at.reset();
+      job.answered = true;
       answer_stopped(id, job);
     }
   }
-  if (life_ == Life::starting && now >= started_at_ + settings_.start_timeout) {
+  if (life_ == Life::starting && now >= worker_->started_at + settings_.start_timeout) {
     end_worker("was not ready within the start timeout", false);
   }
   if (life_ == Life::ready && now >= last_heard_ + settings_.heartbeat_timeout) {
@@ -147,7 +156,7 @@ void Supervisor::Loop::keep_times(Time now) {
   const bool disobeyed = std::any_of(running_.begin(), running_.end(), [&](const auto& entry) {
     return entry.second.kill_at && now >= *entry.second.kill_at;
   });
-  if (life_ == Life::ready && disobeyed) end_worker("did not stop a job", true);
+  if (life_ == Life::ready && (disobeyed || may_be_replaced(now))) end_worker("did not stop a job", true);
 }
 
 void Supervisor::Loop::keep_draining(Time now) {

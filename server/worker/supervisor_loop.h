@@ -41,7 +41,16 @@ class Supervisor::Loop final : public jobs::Runner {
   using Clock = std::chrono::steady_clock;
   using Time = Clock::time_point;
 
+  /// Of the worker: `ending` when its socket is at its end and its process not yet.
   enum class Life { absent, starting, ready, ending };
+
+  /// A worker's process, in use or not yet.
+  struct Worker {
+    Worker(const std::string& executable, const Options& options) : process(executable, arguments_of(options)) {}
+    Process process;
+    Time started_at = Clock::now();
+    std::optional<Hello> hello;  ///< it is ready
+  };
 
   /// A job in the worker.
   struct Running {
@@ -54,6 +63,8 @@ class Supervisor::Loop final : public jobs::Runner {
     std::optional<Time> stop_at;               ///< then its deadline has passed or its time is over: `overdue`
     jobs::Problem overdue;
     std::optional<Time> answer_at;  ///< then the job is told as stopped, whatever the worker does
+    bool answered = false;          ///< it was told: nobody waits for it any more
+    Time replace_at{};              ///< of one that was answered: then the worker may be replaced
     std::optional<Time> kill_at;    ///< then the worker has disobeyed
   };
 
@@ -78,11 +89,17 @@ class Supervisor::Loop final : public jobs::Runner {
   void say_status(std::string status);
 
   // The worker's life (supervisor_life.cpp).
+  std::unique_ptr<Worker> new_worker();
   void start_worker(Time now);
+  void welcome();
   void read_worker();
   void end_worker(const std::string& why, bool excused, const char* code = "worker_crashed");
   void watch_memory(std::uint64_t kept_bytes);
   void worker_ended();
+  void mourn(const std::string& how, bool excused, const char* code);
+  [[nodiscard]] bool may_be_replaced(Time now) const;
+  void keep_spare(Time now);
+  void read_spare();
   std::string list_of_jobs() const;
 
   // Jobs (supervisor_jobs.cpp).
@@ -96,7 +113,7 @@ class Supervisor::Loop final : public jobs::Runner {
   Running running_job(const jobs::Claim& claim) const;
   void stop(const std::string& id, Running& job);
   void answer_stopped(const std::string& id, const Running& job);
-  void settle(const std::vector<Casualty>& casualties, const std::vector<Verdict>& verdicts);
+  void settle(const std::vector<Casualty>& casualties, const std::vector<Verdict>& verdicts, const std::string& code);
   void give_back(const std::string& id, std::int64_t fence, bool counts, bool suspect, std::chrono::milliseconds pause);
   void attempt_failed(const std::string& id, const Running& job, const jobs::Problem& problem);
   void finish_cancel(const std::string& id, std::int64_t fence);
@@ -132,14 +149,14 @@ class Supervisor::Loop final : public jobs::Runner {
   std::mutex drain_mutex_;
 
   // The loop's thread alone.
-  std::unique_ptr<Process> process_;
+  std::unique_ptr<Worker> worker_;
   Life life_ = Life::absent;
-  Time started_at_, last_heard_, restart_at_{};
+  Time last_heard_, restart_at_{};
   std::chrono::milliseconds restart_pause_;
-  std::string end_reason_;  ///< why we ended it; empty: it died by itself
-  std::string end_code_;    ///< what that is to a job
-  bool end_excused_ = false;
-  std::uint64_t idle_memory_bytes_ = 0;  ///< of the worker before its first job
+  std::uint64_t idle_memory_bytes_ = 0;         ///< of the worker before its first job
+  std::unique_ptr<Worker> spare_;               ///< takes the worker's place at once when that is ended
+  Time spare_at_{};                             ///< none is started before
+  std::vector<std::unique_ptr<Worker>> ended_;  ///< killed; a large process takes its time to be gone
 
   std::map<std::string, Running> running_;
   std::size_t claiming_ = 0;             ///< claims at the store threads

@@ -14,6 +14,7 @@
 #include "server/jobs/disk_health.h"
 #include "server/storage/files/file_artifact_store.h"
 #include "server/storage/files/file_asset_store.h"
+#include "server/storage/sqlite/sqlite_delivery_store.h"
 #include "server/storage/sqlite/sqlite_job_store.h"
 #include "tests/conformance/memory_file.h"
 #include "tests/conformance/temporary_folder.h"
@@ -72,11 +73,30 @@ TEST(SqliteJobStore, SyncsBeforeItAnswersAndRefusesWhatCouldNotBeSynced) {
   EXPECT_EQ(store.claim("boot", 1, 9000, false)->job.id, "kept");
 }
 
+TEST(SqliteJobStore, ClaimsAndWhatIsNotToBeDurableWaitForNoSyncAndAreSyncedWithTheNextWrite) {
+  const TemporaryFolder folder;
+  SqliteJobStore store(folder.path());
+  store.submit(job_named("a"), "a");
+  const int before = syncs_asked;
+  const Claim first = store.claim("boot", 1, 9000, false).value();
+  store.renew({{"a", first.fence}}, 10'000);
+  store.admit({{{job_named("b"), "b"}}, {}, {}, false}, 1);
+  const Claim second = store.claim_small("boot", 1, 9000).value();
+  EXPECT_TRUE(store.succeed("b", second.fence, 2, "{}", {}, false));
+  EXPECT_EQ(syncs_asked, before);
+  store.probe();
+  const int probed = syncs_asked;
+  EXPECT_GT(probed, before);
+  EXPECT_TRUE(store.succeed("a", first.fence, 2, "{}", {}));
+  EXPECT_GT(syncs_asked, probed);
+}
+
 TEST(DiskHealth, ItsFirstBrokenWriteIsToldOnceAndIsTheLastOfAllStores) {
   const TemporaryFolder folder;
   std::vector<std::string> told;
   DiskHealth health([&](const std::string& what) { told.push_back(what); });
   SqliteJobStore jobs(folder.path(), {.health = &health});
+  SqliteDeliveryStore deliveries(folder.path(), &health);
   FileArtifactStore artifacts(folder.path(), &health);
   FileAssetStore uploads(
       folder.path() + "/uploads", [] { return 1; }, UINT64_MAX, &health);
@@ -88,7 +108,11 @@ TEST(DiskHealth, ItsFirstBrokenWriteIsToldOnceAndIsTheLastOfAllStores) {
   EXPECT_NE(told[0].find("cannot sync"), std::string::npos) << told[0];
   const int syncs = syncs_asked;
   for (const auto& write : std::vector<std::function<void()>>{
-           [&] { jobs.submit(job_named("a"), "a"); }, [&] { artifacts.put(MemoryFile("def").fd()); },
+           [&] { jobs.submit(job_named("a"), "a"); },
+           [&] {
+             deliveries.subscribe({"a", "http://a/", {"failed"}});
+           },
+           [&] { artifacts.put(MemoryFile("def").fd()); },
            [&] { uploads.put(kept, [](std::uint64_t, char*, std::size_t) -> std::size_t { return 0; }); }}) {
     try {
       write();
@@ -101,6 +125,25 @@ TEST(DiskHealth, ItsFirstBrokenWriteIsToldOnceAndIsTheLastOfAllStores) {
   EXPECT_EQ(told.size(), 1u);
   EXPECT_NE(artifacts.open(kept), nullptr) << "reading goes on";
   EXPECT_FALSE(jobs.find("a"));
+}
+
+TEST(SqliteDeliveryStore, ASyncThatFailsIsToldAndIsItsLastWrite) {
+  const TemporaryFolder folder;
+  int told = 0;
+  DiskHealth health([&](const std::string&) { ++told; });
+  {
+    SqliteDeliveryStore store(folder.path(), &health);
+    store.subscribe({"kept", "http://a/", {"failed"}});
+    sync_fails = true;
+    EXPECT_THROW(store.subscribe({"refused", "http://a/", {"failed"}}), StoreFailure);
+    sync_fails = false;
+    EXPECT_EQ(told, 1);
+    const int syncs = syncs_asked;
+    EXPECT_THROW(store.unsubscribe("kept"), StoreFailure);
+    EXPECT_EQ(syncs_asked, syncs);
+  }
+  SqliteDeliveryStore store(folder.path());
+  EXPECT_TRUE(store.subscription("kept"));
 }
 
 TEST(FileArtifactStore, SyncsBytesAndFolderBeforeItAnswersAndKeepsNothingThatCouldNotBeSynced) {

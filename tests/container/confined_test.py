@@ -59,9 +59,11 @@ class ConfinedContainer(unittest.TestCase):
 
     def test_holds_its_worker_further(self):
         self.assertIn(sandbox_of(self.container), ("seccomp", "seccomp, landlock"))
-        (worker,) = self.container.worker_pids()
-        # The engine's filter is the daemon's too; the worker's own comes on top.
-        self.assertEqual(int(status_of(worker)["Seccomp_filters"]), int(status_of(self.container.pid)["Seccomp_filters"]) + 1)
+        workers = wait_until(self.container.worker_pids, "the worker")
+        # The engine's filter is the daemon's too; the worker's own comes on top, of the spare one as well once it is ready.
+        filters = int(status_of(self.container.pid)["Seccomp_filters"])
+        for worker in workers:
+            wait_until(lambda pid=worker: int(status_of(pid)["Seccomp_filters"]) == filters + 1, "its filter")
 
     def test_writes_to_its_data_and_nowhere_else(self):
         self.assertTrue(self.container.can_write("/var/lib/whittle"))

@@ -184,7 +184,13 @@ class Daemon(Served):
     def threads(self):
         return pathlib.Path(f"/proc/{self.process.pid}/task").iterdir()
 
+    def worker(self):
+        """The process of the worker in use, by the log; None before the first."""
+        started = [row["pid"] for row in self.log_rows() if row["event"] == "worker_started"]
+        return int(started[-1]) if started else None
+
     def worker_pids(self):
+        """Of the worker in use and the spare one."""
         children = [pid for task in self.threads() for pid in (task / "children").read_text().split()]
         return [int(pid) for pid in children]
 

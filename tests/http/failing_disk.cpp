@@ -1,6 +1,6 @@
 /// failing_disk.so, for LD_PRELOAD: a disk that fails at a step that a test chooses, as the daemon sees it.
 ///
-/// Steps are calls that change the disk, on files below the folder $FAILING_DISK_FOLDER: writes, syncs, renames,
+/// Steps are calls that change the disk, on files whose paths begin with $FAILING_DISK_PREFIX: writes, syncs, renames,
 /// truncations, creations and deletions, counted from 1 by all threads together. The test steers them by the file
 /// $FAILING_DISK_CONTROL, mapped by both sides: struct Control, little-endian.
 
@@ -33,10 +33,10 @@ struct Control {
   std::atomic<std::int64_t> failed;  ///< how many have
 };
 
-const std::string& folder() {
+const std::string& prefix() {
   static const std::string value = [] {
-    const char* path = std::getenv("FAILING_DISK_FOLDER");
-    return path == nullptr ? std::string() : std::string(path) + "/";
+    const char* path = std::getenv("FAILING_DISK_PREFIX");
+    return path == nullptr ? std::string() : std::string(path);
   }();
   return value;
 }
@@ -54,21 +54,21 @@ Control* control() {
   return value;
 }
 
-bool is_below(const char* path) { return !folder().empty() && std::string_view(path).starts_with(folder()); }
+bool is_meant(const char* path) { return !prefix().empty() && std::string_view(path).starts_with(prefix()); }
 
-bool is_below(int fd) {
-  if (folder().empty()) return false;
+bool is_meant(int fd) {
+  if (prefix().empty()) return false;
   std::array<char, 64> link{};
   std::snprintf(link.data(), link.size(), "/proc/self/fd/%d", fd);
   std::array<char, 4096> path{};
   const ssize_t size = readlink(link.data(), path.data(), path.size() - 1);
-  return size > 0 && is_below(path.data());
+  return size > 0 && is_meant(path.data());
 }
 
 /// True, with errno, when this step is one that fails.
 template <class File>
 bool fails(const File& file) {
-  if (control() == nullptr || !is_below(file)) return false;
+  if (control() == nullptr || !is_meant(file)) return false;
   const std::int64_t step = ++control()->steps;
   const std::int64_t first = control()->first;
   if (first == 0 || step < first || step > control()->last) return false;

@@ -18,6 +18,7 @@ import struct
 import tempfile
 import unittest
 
+from tests.http import webhooks_test
 from tests.http.daemon import BIN, PATIENCE_S, SANITIZED, Daemon, json_of, scene, wait_until
 
 UPLOAD = b"solid none\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n"
@@ -50,12 +51,13 @@ class Control:
 class FailingDisk:
     """A daemon on a disk that fails when told to, and what it answered."""
 
-    def __init__(self, folder):
+    def __init__(self, folder, files="", *options):
+        """`files` of the data folder, all by default, are what fails."""
         self.control = Control(pathlib.Path(folder) / "control")
         data = pathlib.Path(folder) / "data"
-        environment = {"LD_PRELOAD": str(BIN / "failing_disk.so"), "FAILING_DISK_FOLDER": str(data),
+        environment = {"LD_PRELOAD": str(BIN / "failing_disk.so"), "FAILING_DISK_PREFIX": f"{data}/{files}",
                        "FAILING_DISK_CONTROL": str(pathlib.Path(folder) / "control")}
-        self.daemon = Daemon("--jobs", "1", data=data, environment=environment)
+        self.daemon = Daemon("--jobs", "1", *options, data=data, environment=environment)
         self.answered = {}  # key: (document, body)
         self.statuses = collections.Counter()
         self.deaths = 0
@@ -199,6 +201,46 @@ class EachStepInTurn(unittest.TestCase):
     def test_of_a_disk_that_breaks(self):
         disk = self.try_each(errno.EIO, 1)
         self.assertGreater(disk.deaths, 0, "the daemon begins anew")
+
+
+@unittest.skipIf(SANITIZED, "a sanitizer's library wants to be the first")
+class TheFileOfTheWebhooks(unittest.TestCase):
+    def test_that_breaks_ends_the_daemon_which_afterwards_tells_all_the_same(self):
+        receiver = webhooks_test.Receiver()
+        self.addCleanup(receiver.server_close)
+        self.addCleanup(receiver.shutdown)
+        with tempfile.TemporaryDirectory(prefix="whittle-disk-") as folder:
+            secret = pathlib.Path(folder) / "secret"
+            secret.write_text(webhooks_test.SECRET_TEXT, "ascii")
+            disk = FailingDisk(folder, "webhooks.db", "--webhook-secret-file", secret, "--webhook-networks", "127.0.0.0/8")
+            with disk.daemon:
+                for step in range(1, 13):
+                    self.break_at(disk, step, scene(job={"webhook": {"url": receiver.url(f"/{step}")}}))
+                self.assertGreater(disk.deaths, 8, "most steps are met before the message is out and noted")
+                self.assertEqual(len(disk.answered), 12)
+                for _, body in disk.answered.values():
+                    path = f"/v1/jobs/{json.loads(body)['id']}/deliveries"
+                    wait_until(lambda path=path: [item["state"] for item in json_of(disk.daemon.get(path))["items"]]
+                               == ["delivered"], path)
+            self.assertEqual({path for path, _, _ in receiver.seen}, {f"/{step}" for step in range(1, 13)})
+
+    def break_at(self, disk, step, document):
+        """A job with its message, of whose writes one fails, and again where it was not accepted."""
+        disk.control.fail(step, step, errno.EIO)
+        disk.submit(f"step-{step}", document)
+        if f"step-{step}" in disk.answered:
+            path = f"/v1/jobs/{json.loads(disk.answered[f'step-{step}'][1])['id']}/deliveries"
+
+            def over():
+                reply = None if disk.control.get("failed") else disk.request("GET", path)
+                return reply is None or reply.status != 200 or [item["state"] for item in json_of(reply)["items"]] == ["delivered"]
+            wait_until(over, "the message or the failure")
+        broken = disk.control.get("failed") > 0
+        disk.control.heal()
+        if broken:
+            wait_until(lambda: "disk_broken" in disk.daemon.log(), "the failure to be told")
+            disk.alive_again()
+        disk.submit(f"step-{step}", document)
 
 
 if __name__ == "__main__":

@@ -88,7 +88,10 @@ class Measuring(OneDaemon):
                          [i in job["measurement"]["front"] for i in range(len(points))])
         root = xml.etree.ElementTree.fromstring(self.artifact(job, "measure.svg"))
         self.assertEqual(root.tag, "{http://www.w3.org/2000/svg}svg")
-        self.assertEqual(job["links"]["image"], job["artifacts"][0]["url"])
+        chart = self.daemon.get(job["links"]["image"])
+        self.assertEqual((chart.headers["Content-Type"], chart.body), ("image/png", self.artifact(job, "measure.png")))
+        told = self.daemon.get(job["links"]["measurement"])
+        self.assertEqual((told.headers["Content-Type"], told.body), ("application/json", self.artifact(job, "measure.json")))
 
     def test_the_chart_has_letters_though_the_worker_may_read_no_font(self):
         chart = read_png(self.artifact(self.measured({"scene": edges(), "settings": EXACT}), "measure.png"))

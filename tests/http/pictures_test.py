@@ -106,6 +106,7 @@ class Picture(OneDaemon):
         job_id = cls.daemon.submit(scene(64, 48, output={"formats": ["png"]}))
         cls.job = cls.daemon.wait_for_end(job_id)
         cls.path = cls.job["links"]["image"]
+        assert cls.job["links"]["measurement"] is None, cls.job["links"]
         cls.whole = cls.daemon.get(cls.path).body
 
     def test_is_named_by_the_sha256_of_its_bytes_and_never_changes(self):

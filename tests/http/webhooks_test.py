@@ -149,6 +149,25 @@ class Telling(WithReceiver):
         self.assertEqual([attempt["status"] for attempt in delivery["attempts"]], [500, 204])
 
 
+    def test_goes_on_beside_a_receiver_that_hangs(self):
+        quick, hanging = self.receiver(), self.receiver()
+        go, came = threading.Event(), threading.Event()
+        self.addCleanup(go.set)
+
+        def hang(_):
+            came.set()
+            go.wait(600)
+        hanging.RequestHandlerClass = type("Hanging", (Handler,), {"do_POST": hang})
+        daemon = self.daemon()
+        # One after the other, each cut off after 10 s, these take longer than anybody waits below.
+        for _ in range(20):
+            daemon.wait_for_end(self.submit(daemon, hanging.url()))
+        self.assertTrue(came.wait(120))
+        told = self.submit(daemon, quick.url("/told"))
+        self.assertEqual(self.wait_for_attempt(daemon, told)["state"], "delivered")
+        self.assertEqual([path for path, _, _ in quick.seen], ["/told"])
+
+
 class Guard(WithReceiver):
     def assert_not_reached(self, daemon, receiver, url):
         delivery = self.wait_for_attempt(daemon, self.submit(daemon, url))

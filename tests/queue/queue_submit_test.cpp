@@ -14,6 +14,25 @@ using namespace jobs;
 
 namespace {
 
+/// Notes what it is asked to make durable.
+class NotingStore final : public MemoryJobStore {
+ public:
+  std::optional<KeptReply> admit(const Admission& admission, std::int64_t at) override {
+    if (fails) throw StoreFailure(StoreFailure::Kind::full, "disk full");
+    durable.push_back(admission.durable);
+    return MemoryJobStore::admit(admission, at);
+  }
+  bool succeed(const std::string& id, std::int64_t fence, std::int64_t at, const std::string& report,
+               const std::vector<Artifact>& pictures, bool is_durable) override {
+    durable.push_back(is_durable);
+    return MemoryJobStore::succeed(id, fence, at, report, pictures, is_durable);
+  }
+  void probe() override { ++probes; }
+  std::vector<bool> durable;
+  int probes = 0;
+  bool fails = false;
+};
+
 class SubmitTest : public testing::Test {
  protected:
   static Submission submission(const std::string& content_key = "", const std::string& owner = "") {
@@ -31,7 +50,7 @@ class SubmitTest : public testing::Test {
   }
 
   std::atomic<std::int64_t> now = 1'700'000'000'000;
-  MemoryJobStore store;
+  NotingStore store;
   MemoryArtifactStore artifacts;
   IdSource ids{[this] { return now.load(); }, system_random()};
   QueueSettings settings{.queued_limit = 100,
@@ -145,4 +164,40 @@ TEST_F(SubmitTest, ABatchThatDoesNotFitIsRefusedWhole) {
   batch.jobs.resize(4);
   EXPECT_EQ(queue.submit_batch(std::move(batch)).error().why, Refused::Why::owner_queued_jobs);
   EXPECT_EQ(store.count(JobState::queued), 0);
+}
+
+TEST_F(SubmitTest, AJobThatNobodyWasPromisedWaitsForNoDisk) {
+  Submission waited_for = submission();
+  waited_for.durable = false;
+  EXPECT_TRUE(queue.submit(waited_for));
+  run_one("a");
+  EXPECT_TRUE(queue.submit(submission()));
+  run_one("b");
+  waited_for.idempotency = Idempotency{"POST /v1/render", "key", "sha"};
+  waited_for.write_reply = [](const JobView&, bool) { return FirstReply{}; };
+  EXPECT_TRUE(queue.submit(waited_for));  // whoever has a key may ask what became of it
+  run_one("c");
+  EXPECT_EQ(store.durable, (std::vector<bool>{false, false, true, true, true, true}));
+  EXPECT_EQ(store.probes, 0);
+}
+
+TEST_F(SubmitTest, AJobIsDurableFromThePromiseOn) {
+  Submission waited_for = submission();
+  waited_for.durable = false;
+  const std::string id = queue.submit(waited_for)->view.job.id;
+  for (int i = 0; i < 2; ++i) queue.make_durable(id);
+  EXPECT_EQ(store.probes, 1) << "what is durable stays so";
+  run_one("a");
+  EXPECT_EQ(store.durable, (std::vector<bool>{false, true}));
+  queue.make_durable("unknown");
+  EXPECT_EQ(store.probes, 1);
+}
+
+TEST_F(SubmitTest, AJobThatWasNotStoredIsForgotten) {
+  Submission waited_for = submission();
+  waited_for.durable = false;
+  store.fails = true;
+  EXPECT_THROW(queue.submit(waited_for), StoreFailure);
+  store.fails = false;
+  EXPECT_TRUE(queue.submit(waited_for)) << "and its place in the bounds is free";
 }

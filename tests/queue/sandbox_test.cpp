@@ -94,7 +94,12 @@ TEST_F(SandboxTest, HasNoNetwork) {
 
 TEST_F(SandboxTest, StartsNeitherProgramsNorProcesses) {
   EXPECT_EQ(result_of(folders, [] { return error_of(execl("/bin/true", "true", nullptr)); }), EPERM);
+  EXPECT_EQ(result_of(folders, [] { return error_of(syscall(SYS_execveat, AT_FDCWD, "/bin/true", 0, 0, 0)); }), EPERM);
   EXPECT_EQ(result_of(folders, [] { return error_of(fork()); }), EPERM);
+#ifdef SYS_fork
+  EXPECT_EQ(result_of(folders, [] { return error_of(syscall(SYS_fork)); }), EPERM);
+  EXPECT_EQ(result_of(folders, [] { return error_of(syscall(SYS_vfork)); }), EPERM);
+#endif
   EXPECT_EQ(result_of(folders, [] { return error_of(syscall(SYS_clone, SIGCHLD, 0, 0, 0, 0)); }), EPERM);
   EXPECT_EQ(result_of(folders, [] { return error_of(syscall(SYS_clone3, nullptr, 0)); }), ENOSYS);
 }

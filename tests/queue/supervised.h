@@ -53,11 +53,18 @@ class SupervisorTest : public testing::Test {
     result.executable = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "fake_worker";
     result.slots = slots;
     result.heartbeat_timeout = std::chrono::seconds(30);  // only shortened by tests of silence
-    result.cancel_grace = std::chrono::seconds(30);
+    result.cancel_answer = result.cancel_replace = result.cancel_grace = std::chrono::seconds(30);
     result.restart_pause = std::chrono::milliseconds(1);
     result.restart_pause_max = std::chrono::milliseconds(20);
     result.store_pause = std::chrono::milliseconds(1);
     result.retry = {std::chrono::milliseconds(1), std::chrono::milliseconds(20)};
+    return result;
+  }
+  /// Does not wait for a worker to obey.
+  static worker::SupervisorSettings impatient() {
+    worker::SupervisorSettings result = settings();
+    result.cancel_answer = result.cancel_replace = std::chrono::milliseconds(1);
+    result.cancel_grace = std::chrono::hours(1);
     return result;
   }
   void start(const worker::SupervisorSettings& with = settings()) {

@@ -72,6 +72,18 @@ TEST_F(SupervisorTest, StopsAnAttemptThatTakesTooLong) {
   EXPECT_EQ(log.count("worker_started"), 1) << "it obeyed";
 }
 
+TEST_F(SupervisorTest, AnOverdueJobThatDoesNotStopCostsItsAttemptsAndAWorkerForEach) {
+  auto hurried = impatient();
+  hurried.wall_time = std::chrono::milliseconds(50);
+  start(hurried);  // each of its workers has a spare one behind it
+  const std::string id = submit("deaf " + path("never"), 2);
+  ASSERT_TRUE(reaches(id, JobState::failed));
+  EXPECT_EQ(problem_code(id), "timed_out");
+  EXPECT_EQ(find(id).attempt, 2);
+  EXPECT_TRUE(eventually([&] { return log.count("worker_ended") == 2; }));
+  EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
+}
+
 TEST_F(SupervisorTest, StopsAJobAtItsDeadlineAndDoesNotTryAgain) {
   start();
   jobs::Submission submission;
@@ -86,10 +98,10 @@ TEST_F(SupervisorTest, StopsAJobAtItsDeadlineAndDoesNotTryAgain) {
 }
 
 TEST_F(SupervisorTest, ReplacesAWorkerThatDoesNotStopAnOverdueJobAndChargesNobodyElse) {
-  auto impatient = settings();
-  impatient.wall_time = std::chrono::milliseconds(400);
-  impatient.cancel_grace = std::chrono::milliseconds(50);
-  start(impatient);
+  auto hurried = impatient();
+  hurried.wall_time = std::chrono::milliseconds(400);
+  hurried.cancel_grace = std::chrono::milliseconds(50);
+  start(hurried);
   const std::string deaf = submit("deaf " + path("never"), 1);
   ASSERT_TRUE(reaches(deaf, JobState::running));
   std::this_thread::sleep_for(std::chrono::milliseconds(200));
@@ -102,14 +114,17 @@ TEST_F(SupervisorTest, ReplacesAWorkerThatDoesNotStopAnOverdueJobAndChargesNobod
 }
 
 TEST_F(SupervisorTest, AJobTriedAgainWhileItsLastAttemptHasNotStoppedWaitsForThat) {
-  start();
+  auto with_places = impatient();
+  with_places.slots = 3;
+  start(with_places);
+  submit("wait " + path("never"));  // for whose sake the worker is kept
   const std::string id = submit("deaf " + path("go"));
-  ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
+  ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
   queue.cancel(id);
   ASSERT_TRUE(reaches(id, JobState::cancelled));
   EXPECT_EQ(queue.retry(id), jobs::RetryOutcome::queued);
   ASSERT_TRUE(eventually([&] { return log.count("job_given_back") >= 2; }));
-  EXPECT_EQ(supervisor->running(), 1);
+  EXPECT_EQ(supervisor->running(), 2);
   create("go");
   ASSERT_TRUE(reaches(id, JobState::succeeded));
   EXPECT_EQ(find(id).attempt, 1);

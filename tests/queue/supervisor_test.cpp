@@ -5,10 +5,31 @@
 
 #include <csignal>
 #include <set>
+#include <sstream>
 
 #include "tests/queue/supervised.h"
 
 using jobs::JobState;
+
+namespace {
+
+/// Processes that this one has started and not buried yet.
+std::set<int> children() {
+  std::set<int> found;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
+    std::ifstream file(entry.path() / "stat");
+    std::string line;
+    if (!std::getline(file, line)) continue;
+    std::istringstream after_name(line.substr(line.rfind(')') + 1));  // "pid (name) state parent ..."
+    std::string state;
+    int parent = 0;
+    after_name >> state >> parent;
+    if (parent == getpid()) found.insert(std::stoi(line));
+  }
+  return found;
+}
+
+}  // namespace
 
 TEST_F(SupervisorTest, AJobComesBackWithItsReportAndItsPicture) {
   start();
@@ -133,22 +154,102 @@ TEST_F(SupervisorTest, CancelsWheneverItIsAskedBetweenClaimAndEnd) {
 }
 
 TEST_F(SupervisorTest, TellsACancelEvenWhenTheWorkerDoesNotListen) {
-  start();
+  start(impatient());
+  const std::string other = submit("wait " + path("other"));
   const std::string id = submit("deaf " + path("go"));
-  ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
+  ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
   queue.cancel(id);
   EXPECT_TRUE(reaches(id, JobState::cancelled));
-  EXPECT_EQ(supervisor->running(), 1) << "told, although it still runs";
+  EXPECT_EQ(supervisor->running(), 2) << "told, although it still runs";
   create("go");
-  EXPECT_TRUE(eventually([&] { return supervisor->running() == 0; }));
+  EXPECT_TRUE(eventually([&] { return supervisor->running() == 1; }));
   EXPECT_EQ(state(id), JobState::cancelled) << "its result came too late";
   EXPECT_TRUE(find(id).artifacts.empty());
+  create("other");
+  EXPECT_TRUE(reaches(other, JobState::succeeded));
+  EXPECT_EQ(find(other).attempt, 1);
+  EXPECT_EQ(log.count("worker_started"), 1);
+}
+
+TEST_F(SupervisorTest, AWorkerThatDoesNotStopItsOnlyJobIsReplacedAtOnce) {
+  start(impatient());
+  for (int round = 1; round <= 3; ++round) {
+    const std::string id = submit("deaf " + path("never"));
+    ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
+    queue.cancel(id);
+    EXPECT_TRUE(reaches(id, JobState::cancelled));
+    EXPECT_TRUE(reaches(submit(""), JobState::succeeded))
+        << "long before the grace for workers with other jobs is over";
+    EXPECT_EQ(log.count("worker_ended"), round);
+    EXPECT_EQ(state(id), JobState::cancelled);
+  }
+}
+
+TEST_F(SupervisorTest, AWorkerIsReplacedWhenTheOthersOfAJobThatDoesNotStopHaveEnded) {
+  start(impatient());
+  const std::string other = submit("wait " + path("other"));
+  const std::string deaf = submit("deaf " + path("never"));
+  ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
+  queue.cancel(deaf);
+  ASSERT_TRUE(reaches(deaf, JobState::cancelled));
+  EXPECT_EQ(log.count("worker_ended"), 0);
+  create("other");
+  EXPECT_TRUE(reaches(other, JobState::succeeded));
+  EXPECT_TRUE(eventually([&] { return log.count("worker_ended") == 1; }));
+  EXPECT_EQ(find(other).attempt, 1);
+}
+
+TEST_F(SupervisorTest, ASpareWorkerWaitsAndTakesThePlaceOfOneThatEnds) {
+  start();
+  ASSERT_TRUE(eventually([&] { return children().size() == 2; }));
+  const int first = supervisor->worker_pid();
+  std::set<int> spare = children();
+  spare.erase(first);
+  kill(first, SIGKILL);
+  ASSERT_TRUE(eventually([&] { return supervisor->worker_pid() != first && supervisor->worker_pid() != 0; }));
+  EXPECT_EQ(supervisor->worker_pid(), *spare.begin());
+  EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
+  EXPECT_TRUE(eventually([&] { return children().size() == 2; })) << "and there is a new one";
+  supervisor->drain(std::chrono::milliseconds(0));
+  supervisor.reset();
+  EXPECT_TRUE(children().empty());
+}
+
+TEST_F(SupervisorTest, ASpareWorkerThatDiesHarmsNobody) {
+  auto quick = settings();
+  quick.restart_pause_max = std::chrono::milliseconds(1);
+  start(quick);
+  const std::string id = submit("wait " + path("go"));
+  ASSERT_TRUE(eventually([&] { return supervisor->running() == 1 && children().size() == 2; }));
+  std::set<int> spare = children();
+  spare.erase(supervisor->worker_pid());
+  kill(*spare.begin(), SIGKILL);
+  ASSERT_TRUE(eventually([&] { return children().size() == 2 && !children().contains(*spare.begin()); }));
+  EXPECT_EQ(log.count("spare_ended"), 1);
+  create("go");
+  EXPECT_TRUE(reaches(id, JobState::succeeded));
+  EXPECT_EQ(find(id).attempt, 1);
+}
+
+TEST_F(SupervisorTest, AJobThatWasToldAsCancelledAndThenKillsTheWorkerIsNotBlamedOnTheOther) {
+  start(impatient());
+  const std::string other = submit("wait " + path("other"), 1);
+  const std::string killer = submit("deaf " + path("go") + "\ncrash");
+  ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
+  queue.cancel(killer);
+  ASSERT_TRUE(reaches(killer, JobState::cancelled));
+  create("go");
+  ASSERT_TRUE(eventually([&] { return log.count("worker_ended") == 1; }));
+  create("other");
+  EXPECT_TRUE(reaches(other, JobState::succeeded));
+  EXPECT_EQ(find(other).attempt, 1);
+  EXPECT_EQ(state(killer), JobState::cancelled);
 }
 
 TEST_F(SupervisorTest, ReplacesAWorkerThatDoesNotStopACancelledJobAndChargesNobody) {
-  auto impatient = settings();
-  impatient.cancel_grace = std::chrono::milliseconds(100);
-  start(impatient);
+  auto without_patience = impatient();
+  without_patience.cancel_grace = std::chrono::milliseconds(100);
+  start(without_patience);
   const std::string hanging = submit("deaf " + path("never"));
   const std::string innocent = submit("wait " + path("go"));
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "server/jobs/job_store.h"
+#include "server/storage/sqlite/database.h"
 #include "server/storage/sqlite/sqlite_delivery_store.h"
 #include "tests/conformance/temporary_folder.h"
 
@@ -24,8 +25,13 @@ class DeliveryStoreTest : public testing::Test {
     store().owe(delivery);
     return delivery;
   }
-  std::string next_id() {
-    const auto delivery = store().next();
+  Delivery owe_to(const std::string& url, const std::string& id, std::int64_t at) {
+    Delivery delivery{id, "job", "job.failed", url, "{}", DeliveryState::pending, at, at, {}};
+    store().owe(delivery);
+    return delivery;
+  }
+  std::string next_id(const std::set<std::string>& busy = {}) {
+    const auto delivery = store().next(busy);
     return delivery ? delivery->id : "none";
   }
 
@@ -56,7 +62,7 @@ TEST_F(DeliveryStoreTest, ADeliveryTakesThePlaceOfItsSubscription) {
   const Delivery owed = owe("1", "a", 1000);
   reopen();
   EXPECT_FALSE(store().subscription("a"));
-  const Delivery found = store().next().value();
+  const Delivery found = store().next({}).value();
   EXPECT_EQ(found.id + found.job_id + found.event + found.url + found.body,
             owed.id + owed.job_id + owed.event + owed.url + owed.body);
   EXPECT_EQ(found.state, DeliveryState::pending);
@@ -115,4 +121,58 @@ TEST_F(DeliveryStoreTest, AFailedCallChangesNothing) {
   EXPECT_THROW(owe("1", "a", 100), std::logic_error) << "the id is there";
   EXPECT_TRUE(store().subscription("a"));
   EXPECT_EQ(next_id(), "1");
+}
+
+TEST_F(DeliveryStoreTest, PassesOverReceiversThatAreBusy) {
+  owe_to("http://Slow:81/a", "1", 100);
+  owe_to("http://slow:81/b?c", "2", 101);
+  owe_to("http://slow/", "3", 300);
+  owe_to("https://quick/", "4", 200);
+  owe_to("https://quick/", "5", 150);
+  EXPECT_EQ(next_id(), "1");
+  EXPECT_EQ(next_id({"slow:81"}), "5");
+  EXPECT_EQ(next_id({"slow:81", "quick"}), "3");
+  EXPECT_EQ(next_id({"slow:81", "quick", "slow"}), "none");
+  store().attempted("5", {150, 1, 200, ""}, DeliveryState::delivered, std::nullopt);
+  EXPECT_EQ(next_id({"slow:81"}), "4");
+}
+
+TEST(ReceiverOf, IsHostAndPortWhateverFollows) {
+  EXPECT_EQ(receiver_of("http://Example.COM/a"), "example.com");
+  EXPECT_EQ(receiver_of("https://example.com:8443?a=/b"), "example.com:8443");
+  EXPECT_EQ(receiver_of("http://[::1]:80"), "[::1]:80");
+  EXPECT_EQ(receiver_of("http://h#/x"), "h");
+}
+
+TEST(DeliveryStoreUpgrade, AFileOfTheFirstVersionKeepsWhatIsOwedAndToWhom) {
+  const TemporaryFolder folder;
+  {
+    sqlite::Database database(folder.path() + "/webhooks.db", sqlite::Database::Access::read_write);
+    database.script(R"sql(
+      CREATE TABLE subscriptions (job_id TEXT NOT NULL PRIMARY KEY, url TEXT NOT NULL, events TEXT NOT NULL)
+        STRICT, WITHOUT ROWID;
+      CREATE TABLE deliveries (id TEXT NOT NULL PRIMARY KEY, job_id TEXT NOT NULL, event TEXT NOT NULL,
+        url TEXT NOT NULL, body TEXT NOT NULL, state TEXT NOT NULL, created_at INTEGER NOT NULL,
+        next_attempt_at INTEGER) STRICT, WITHOUT ROWID;
+      CREATE INDEX deliveries_due ON deliveries (next_attempt_at) WHERE state = 'pending';
+      CREATE TABLE attempts (delivery_id TEXT NOT NULL REFERENCES deliveries ON DELETE CASCADE,
+        number INTEGER NOT NULL, at INTEGER NOT NULL, duration_ms INTEGER NOT NULL, status INTEGER NOT NULL,
+        detail TEXT NOT NULL, PRIMARY KEY (delivery_id, number)) STRICT, WITHOUT ROWID;
+      INSERT INTO subscriptions VALUES ('c', 'http://c/', 'failed');
+      INSERT INTO deliveries VALUES ('1', 'a', 'job.failed', 'http://a/1', '{}', 'pending', 1, 5),
+                                    ('2', 'b', 'job.failed', 'http://b/2', '{}', 'pending', 1, 7),
+                                    ('3', 'b', 'job.failed', 'http://b/2', '{}', 'delivered', 1, NULL);
+      INSERT INTO attempts VALUES ('1', 0, 2, 3, 500, 'no');
+      PRAGMA user_version = 1;
+    )sql");
+  }
+  for (int opened = 0; opened < 2; ++opened) {  // the second time there is nothing to do
+    SqliteDeliveryStore store(folder.path());
+    EXPECT_EQ(store.subscribed_jobs(), std::vector<std::string>{"c"});
+    EXPECT_EQ(store.next({})->id, "1");
+    EXPECT_EQ(store.next({})->attempts.size(), 1u);
+    EXPECT_EQ(store.next({"a"})->id, "2");
+    EXPECT_FALSE(store.next({"a", "b"}));
+    EXPECT_EQ(store.of_job("b").size(), 2u);
+  }
 }

@@ -5,9 +5,11 @@
 
 #include <gtest/gtest.h>
 
+#include <condition_variable>
 #include <deque>
 #include <map>
 #include <memory>
+#include <set>
 
 #include "server/storage/sqlite/sqlite_delivery_store.h"
 #include "tests/conformance/temporary_folder.h"
@@ -27,14 +29,15 @@ class WebhooksTest : public testing::Test {
     std::map<std::string, std::string> headers;
   };
 
-  void start() {
+  void start(int senders = 4) {
     WebhookSettings settings;
+    settings.senders = senders;
     settings.secrets = *read_secrets("whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw");
     settings.store_pause = std::chrono::milliseconds(1);
     webhooks_.emplace(
         *store_, [this](const std::string& id) { return find(id); },
-        [this](const auto& url, const auto& headers, const auto& body, const auto&) {
-          return receive(url, headers, body);
+        [this](const auto& url, const auto& headers, const auto& body, const auto& stop) {
+          return receive(url, headers, body, stop);
         },
         [this] { return now.load(); }, ids_, jobs::no_log(), settings);
   }
@@ -44,9 +47,25 @@ class WebhooksTest : public testing::Test {
     const std::lock_guard lock(mutex_);
     jobs_[id] = state;
   }
-  void submit(const std::string& id, std::vector<std::string> events = {"succeeded", "failed", "cancelled"}) {
-    webhooks_->expect(id, {"http://receiver/" + id, std::move(events)});
+  void submit(const std::string& id, std::vector<std::string> events = {"succeeded", "failed", "cancelled"},
+              const std::string& receiver = "receiver") {
+    webhooks_->expect(id, {"http://" + receiver + "/" + id, std::move(events)});
     place(id, JobState::queued);
+  }
+  /// Ended, and to be told to `receiver`.
+  void tell(const std::string& id, const std::string& receiver) {
+    submit(id, {"failed"}, receiver);
+    end(id, JobState::failed);
+  }
+  /// Receivers of this name do not answer until they are let.
+  void hang(const std::string& receiver, bool hangs) {
+    const std::lock_guard lock(mutex_);
+    if (hangs) {
+      hanging_.insert(receiver);
+    } else {
+      hanging_.erase(receiver);
+    }
+    let_.notify_all();
   }
   void end(const std::string& id, JobState state) {
     place(id, state);
@@ -69,6 +88,8 @@ class WebhooksTest : public testing::Test {
   }
 
   std::atomic<std::int64_t> now = 1'700'000'000'000;
+  int most_at_once = 0;            ///< messages on their way to one receiver
+  std::size_t most_receivers = 0;  ///< that were sent to at once
 
  private:
   std::optional<jobs::JobView> find(const std::string& id) {
@@ -80,9 +101,17 @@ class WebhooksTest : public testing::Test {
     view.job.state = found->second;
     return view;
   }
-  Answer receive(const std::string& url, const Poster::Headers& headers, const std::string& body) {
-    const std::lock_guard lock(mutex_);
+  Answer receive(const std::string& url, const Poster::Headers& headers, const std::string& body,
+                 const std::atomic<bool>& stop) {
+    std::unique_lock lock(mutex_);
     sent_.push_back({url, body, {headers.begin(), headers.end()}});
+    const std::string receiver = jobs::receiver_of(url);
+    most_at_once = std::max(most_at_once, ++at_once_[receiver]);
+    most_receivers = std::max(most_receivers, at_once_.size());
+    // As the real one, it looks whether it is to stop.
+    while (hanging_.contains(receiver) && !stop) let_.wait_for(lock, std::chrono::milliseconds(1));
+    if (--at_once_[receiver] == 0) at_once_.erase(receiver);
+    if (stop) return {0, "stopped"};
     int status = 200;
     if (!answers_.empty()) {
       status = answers_.front();
@@ -97,6 +126,9 @@ class WebhooksTest : public testing::Test {
   std::map<std::string, JobState> jobs_;
   std::deque<int> answers_;
   std::vector<Sent> sent_;
+  std::set<std::string> hanging_;
+  std::map<std::string, int> at_once_;
+  std::condition_variable let_;
 
  protected:
   std::unique_ptr<jobs::SqliteDeliveryStore> store_ = std::make_unique<jobs::SqliteDeliveryStore>(folder_.path());
@@ -207,4 +239,71 @@ TEST_F(WebhooksTest, AJobThatIsRemovedIsNotToldOf) {
   ASSERT_TRUE(eventually([&] { return store_->subscribed_jobs().empty(); }));
   EXPECT_TRUE(store_->of_job("a").empty());
   EXPECT_TRUE(sent().empty());
+}
+
+TEST_F(WebhooksTest, AReceiverThatHangsHoldsUpNobodyElse) {
+  start();
+  hang("slow", true);
+  for (const char* id : {"s1", "s2", "s3"}) tell(id, "slow");
+  wait_for_attempts(1);
+  for (const char* id : {"q1", "q2"}) tell(id, "quick");
+  tell("o", "other");
+  for (const char* id : {"q1", "q2", "o"}) {
+    EXPECT_TRUE(eventually([&] { return delivery(id).state == DeliveryState::delivered; })) << id;
+  }
+  EXPECT_EQ(delivery("s1").attempts.size() + delivery("s2").attempts.size(), 0u);
+  hang("slow", false);
+  EXPECT_TRUE(eventually([&] { return delivery("s3").state == DeliveryState::delivered; }));
+}
+
+TEST_F(WebhooksTest, AReceiverGetsOneMessageAtATimeInTheirOrder) {
+  start();
+  hang("slow", true);
+  std::vector<std::string> urls;
+  for (int i = 10; i < 30; ++i) {
+    const std::string id = std::to_string(i);
+    tell(id, "slow");
+    ASSERT_TRUE(eventually([&] { return store_->of_job(id).size() == 1; }));
+    urls.push_back("http://slow/" + id);
+    ++now;
+  }
+  hang("slow", false);
+  ASSERT_TRUE(eventually([&] { return delivery("29").state == DeliveryState::delivered; }));
+  std::vector<std::string> got;
+  for (const Sent& one : sent()) got.push_back(one.url);
+  EXPECT_EQ(got, urls);
+  EXPECT_EQ(most_at_once, 1);
+}
+
+TEST_F(WebhooksTest, NoMoreReceiversAreSentToAtOnceThanThereAreSenders) {
+  start(2);
+  for (const char* receiver : {"a", "b", "c", "d"}) hang(receiver, true);
+  for (const char* receiver : {"a", "b", "c", "d"}) tell(receiver, receiver);
+  wait_for_attempts(2);
+  for (const char* receiver : {"a", "b", "c", "d"}) {
+    ASSERT_TRUE(eventually([&] { return store_->of_job(receiver).size() == 1; })) << "it is owed all the same";
+  }
+  EXPECT_EQ(sent().size(), 2u);
+  for (const char* receiver : {"a", "b", "c", "d"}) hang(receiver, false);
+  for (const char* receiver : {"a", "b", "c", "d"}) {
+    EXPECT_TRUE(eventually([&] { return delivery(receiver).state == DeliveryState::delivered; })) << receiver;
+  }
+  EXPECT_EQ(most_receivers, 2u);
+}
+
+TEST_F(WebhooksTest, WhatWasOnItsWayToHangingReceiversAtTheEndIsOwedAndCountsNoAttempt) {
+  start();
+  for (const char* receiver : {"a", "b"}) hang(receiver, true);
+  for (const char* receiver : {"a", "b"}) tell(receiver, receiver);
+  wait_for_attempts(2);
+  stop();
+  for (const char* receiver : {"a", "b"}) {
+    EXPECT_EQ(delivery(receiver).state, DeliveryState::pending);
+    EXPECT_TRUE(delivery(receiver).attempts.empty());
+    hang(receiver, false);
+  }
+  start();
+  for (const char* receiver : {"a", "b"}) {
+    EXPECT_TRUE(eventually([&] { return delivery(receiver).state == DeliveryState::delivered; })) << receiver;
+  }
 }

@@ -198,7 +198,7 @@ std::vector<Lease> MemoryJobStore::renew(const std::vector<Lease>& leases, std::
 }
 
 bool MemoryJobStore::succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
-                             const std::vector<Artifact>& artifacts) {
+                             const std::vector<Artifact>& artifacts, bool /*durable*/) {
   const std::lock_guard lock(mutex_);
   Row* row = running(id, fence);
   if (row == nullptr) return false;

@@ -29,7 +29,7 @@ class MemoryJobStore : public JobStore {
   std::optional<Claim> claim_small(const std::string& boot_id, std::int64_t now, std::int64_t lease_until) override;
   std::vector<Lease> renew(const std::vector<Lease>& leases, std::int64_t until) override;
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
-               const std::vector<Artifact>& artifacts) override;
+               const std::vector<Artifact>& artifacts, bool durable = true) override;
   bool fail(const std::string& id, std::int64_t fence, std::int64_t now, const Problem& problem) override;
   bool finish_cancel(const std::string& id, std::int64_t fence, std::int64_t now) override;
   bool release(const std::string& id, std::int64_t fence, std::int64_t now, const Release& how) override;

@@ -103,6 +103,12 @@ Database::Database(const std::string& path, Access access) {
   }
 }
 
+void Database::sync_commits(bool wait) {
+  if (commits_wait_ == wait) return;
+  script(wait ? "PRAGMA synchronous = FULL" : "PRAGMA synchronous = NORMAL");
+  commits_wait_ = wait;
+}
+
 void Database::keep_log() { sqlite3_db_config(connection_.get(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr); }
 
 Database::~Database() { statements_.clear(); }

@@ -80,6 +80,9 @@ class Database {
   /// for ever.
   void checkpoint_at(int pages_wanted, int pages_max);
 
+  /// Whether commits from now on wait for the disk (synchronous = FULL, NORMAL). Not within a transaction.
+  void sync_commits(bool wait);
+
   /// Closing leaves the log and the file as they are, instead of bringing the one into the other.
   void keep_log();
 
@@ -97,6 +100,7 @@ class Database {
   };
   std::unique_ptr<sqlite3, Close> connection_;
   std::map<std::string, std::unique_ptr<sqlite3_stmt, Finalize>> statements_;
+  std::optional<bool> commits_wait_;
   int checkpoint_pages_wanted_ = 0, checkpoint_pages_max_ = 0;
 };
 

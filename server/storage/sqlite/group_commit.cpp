@@ -59,6 +59,8 @@ void GroupCommit::commit(const std::vector<Operation*>& group) {
   bool alive = true;
   try {
     health_.check();  // again: these may have come before the last group failed
+    database_->sync_commits(std::any_of(group.begin(), group.end(),
+                                        [](const Operation* operation) { return operation->synced == Synced::now; }));
     database_->script("BEGIN IMMEDIATE");
     for (Operation* operation : group) {
       operation->failure = nullptr;

@@ -17,18 +17,26 @@
 
 namespace jobs::sqlite {
 
+/// When a change survives power loss. Either way it survives the death of the process once it is answered; WAL keeps
+/// the order of commits, so that a synced one brings all before it along.
+enum class Synced {
+  now,        ///< before it is answered
+  with_next,  ///< with the next one that is synced: a power cut may undo it
+};
+
 class GroupCommit {
  public:
   /// `health` is that of the disk and must outlive this.
   GroupCommit(std::unique_ptr<Database> database, DiskHealth& health);
   ~GroupCommit();  ///< no call may be in progress
 
-  /// Runs `work(database)` inside a transaction and returns its value once that is durable. What `work` throws undoes
-  /// its own writes alone and is thrown here. `work` may run a second time, after everything it did was undone.
+  /// Runs `work(database)` inside a transaction and returns its value once that is committed, and synced as asked. What
+  /// `work` throws undoes its own writes alone and is thrown here. `work` may run a second time, after everything it
+  /// did was undone.
   template <class Work>
-  auto run(Work work) {
+  auto run(Work work, Synced synced = Synced::now) {
     std::optional<std::invoke_result_t<Work, Database&>> result;
-    Operation operation{[&](Database& database) { result = work(database); }, nullptr, false, {}};
+    Operation operation{[&](Database& database) { result = work(database); }, synced, nullptr, false, {}};
     health_.run([&] { wait_for(operation); });
     return *std::move(result);
   }
@@ -36,6 +44,7 @@ class GroupCommit {
  private:
   struct Operation {
     std::function<void(Database&)> work;
+    Synced synced = Synced::now;
     std::exception_ptr failure;
     bool answered = false;
     std::condition_variable answer;

@@ -1,9 +1,12 @@
 #include "server/storage/sqlite/sqlite_delivery_store.h"
 
+#include <algorithm>
+#include <array>
 #include <utility>
 
 #include "server/jobs/job_store.h"
 #include "server/storage/sqlite/database.h"
+#include "server/storage/sqlite/group_commit.h"
 
 namespace jobs {
 
@@ -12,8 +15,9 @@ using sqlite::Query;
 
 namespace {
 
-constexpr std::int64_t version = 1;
-constexpr const char* tables = R"sql(
+constexpr std::int64_t version = 2;
+/// Step n brings a file from version n to n + 1. A step that was released is never changed; a new one is added.
+constexpr std::array<const char*, version> steps = {R"sql(
 CREATE TABLE subscriptions (
   job_id TEXT NOT NULL PRIMARY KEY,
   url TEXT NOT NULL,
@@ -41,10 +45,27 @@ CREATE TABLE attempts (
   detail TEXT NOT NULL,
   PRIMARY KEY (delivery_id, number)
 ) STRICT, WITHOUT ROWID;
-)sql";
+)sql",
+                                                    R"sql(
+ALTER TABLE deliveries ADD COLUMN receiver TEXT NOT NULL DEFAULT '';  -- receiver_of(url)
+DROP INDEX deliveries_due;
+CREATE INDEX deliveries_due ON deliveries (receiver, next_attempt_at, id) WHERE state = 'pending';
+)sql"};
 
 constexpr const char* columns =
     "SELECT id, job_id, event, url, body, state, created_at, next_attempt_at FROM deliveries";
+
+/// Those that are owed since before receivers were noted.
+void note_receivers(Database& database) {
+  std::vector<std::pair<std::string, std::string>> owed;
+  {
+    Query row = database.query("SELECT id, url FROM deliveries WHERE state = 'pending'");
+    while (row.row()) owed.emplace_back(row.text(0), row.text(1));
+  }
+  for (const auto& [id, url] : owed) {
+    database.change("UPDATE deliveries SET receiver = ? WHERE id = ?", receiver_of(url), id);
+  }
+}
 
 std::unique_ptr<Database> opened(const std::string& path) {
   auto database = std::make_unique<Database>(path, Database::Access::read_write);
@@ -60,24 +81,12 @@ std::unique_ptr<Database> opened(const std::string& path) {
                            ", this one knows " + std::to_string(version));
   }
   database->script("PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON;");
-  if (found == 0) {
-    database->script("BEGIN IMMEDIATE;" + std::string(tables) + "PRAGMA user_version = " + std::to_string(version) +
-                     "; COMMIT;");
-  }
+  if (found == version) return database;
+  database->script("BEGIN IMMEDIATE");  // a failure closes the connection, and nothing has happened
+  for (std::int64_t next = found; next < version; ++next) database->script(steps[static_cast<std::size_t>(next)]);
+  note_receivers(*database);
+  database->script("PRAGMA user_version = " + std::to_string(version) + "; COMMIT");
   return database;
-}
-
-/// Everything `work` does, or nothing.
-template <class Work>
-void in_transaction(Database& database, Work work) {
-  database.script("BEGIN IMMEDIATE");
-  try {
-    work();
-    database.script("COMMIT");
-  } catch (...) {
-    if (database.in_transaction()) database.script("ROLLBACK");
-    throw;
-  }
 }
 
 std::string joined(const std::vector<std::string>& words) {
@@ -120,90 +129,111 @@ void read_attempts(Database& database, Delivery& delivery) {
 
 }  // namespace
 
-SqliteDeliveryStore::SqliteDeliveryStore(const std::string& folder) : database_(opened(folder + "/webhooks.db")) {}
+SqliteDeliveryStore::SqliteDeliveryStore(const std::string& folder, DiskHealth* health)
+    : commits_(std::make_unique<sqlite::GroupCommit>(opened(folder + "/webhooks.db"),
+                                                     health == nullptr ? own_health_ : *health)) {}
 SqliteDeliveryStore::~SqliteDeliveryStore() = default;
 
 void SqliteDeliveryStore::subscribe(const Subscription& subscription) {
-  const std::lock_guard lock(mutex_);
-  database_->change("INSERT OR REPLACE INTO subscriptions (job_id, url, events) VALUES (?, ?, ?)", subscription.job_id,
-                    subscription.url, joined(subscription.events));
-}
-
-std::optional<Subscription> SqliteDeliveryStore::subscription(const std::string& job_id) {
-  const std::lock_guard lock(mutex_);
-  Query row = database_->query("SELECT url, events FROM subscriptions WHERE job_id = ?", job_id);
-  if (!row.row()) return std::nullopt;
-  return Subscription{job_id, row.text(0), split(row.text(1))};
-}
-
-std::vector<std::string> SqliteDeliveryStore::subscribed_jobs() {
-  const std::lock_guard lock(mutex_);
-  std::vector<std::string> ids;
-  Query row = database_->query("SELECT job_id FROM subscriptions ORDER BY job_id");
-  while (row.row()) ids.push_back(row.text(0));
-  return ids;
-}
-
-void SqliteDeliveryStore::unsubscribe(const std::string& job_id) {
-  const std::lock_guard lock(mutex_);
-  database_->change("DELETE FROM subscriptions WHERE job_id = ?", job_id);
-}
-
-void SqliteDeliveryStore::owe(const Delivery& delivery) {
-  const std::lock_guard lock(mutex_);
-  in_transaction(*database_, [&] {
-    database_->change("DELETE FROM subscriptions WHERE job_id = ?", delivery.job_id);
-    database_->change(
-        "INSERT INTO deliveries (id, job_id, event, url, body, state, created_at, next_attempt_at)"
-        " VALUES (?, ?, ?, ?, ?, 'pending', ?, ?)",
-        delivery.id, delivery.job_id, delivery.event, delivery.url, delivery.body, delivery.created_at,
-        delivery.next_attempt_at.value_or(delivery.created_at));
+  commits_->run([&](Database& database) {
+    return database.change("INSERT OR REPLACE INTO subscriptions (job_id, url, events) VALUES (?, ?, ?)",
+                           subscription.job_id, subscription.url, joined(subscription.events));
   });
 }
 
-std::optional<Delivery> SqliteDeliveryStore::next() {
-  const std::lock_guard lock(mutex_);
-  std::optional<Delivery> delivery;
-  {
-    Query row =
-        database_->query(std::string(columns) + " WHERE state = 'pending' ORDER BY next_attempt_at, id LIMIT 1");
-    if (row.row()) delivery = read_delivery(row);
-  }
-  if (delivery) read_attempts(*database_, *delivery);
-  return delivery;
+std::optional<Subscription> SqliteDeliveryStore::subscription(const std::string& job_id) {
+  return commits_->run([&](Database& database) -> std::optional<Subscription> {
+    Query row = database.query("SELECT url, events FROM subscriptions WHERE job_id = ?", job_id);
+    if (!row.row()) return std::nullopt;
+    return Subscription{job_id, row.text(0), split(row.text(1))};
+  });
+}
+
+std::vector<std::string> SqliteDeliveryStore::subscribed_jobs() {
+  return commits_->run([](Database& database) {
+    std::vector<std::string> ids;
+    Query row = database.query("SELECT job_id FROM subscriptions ORDER BY job_id");
+    while (row.row()) ids.push_back(row.text(0));
+    return ids;
+  });
+}
+
+void SqliteDeliveryStore::unsubscribe(const std::string& job_id) {
+  commits_->run(
+      [&](Database& database) { return database.change("DELETE FROM subscriptions WHERE job_id = ?", job_id); });
+}
+
+void SqliteDeliveryStore::owe(const Delivery& delivery) {
+  commits_->run([&](Database& database) {
+    database.change("DELETE FROM subscriptions WHERE job_id = ?", delivery.job_id);
+    return database.change(
+        "INSERT INTO deliveries (id, job_id, event, url, body, state, created_at, next_attempt_at, receiver)"
+        " VALUES (?, ?, ?, ?, ?, 'pending', ?, ?, ?)",
+        delivery.id, delivery.job_id, delivery.event, delivery.url, delivery.body, delivery.created_at,
+        delivery.next_attempt_at.value_or(delivery.created_at), receiver_of(delivery.url));
+  });
+}
+
+std::optional<Delivery> SqliteDeliveryStore::next(const std::set<std::string>& busy) {
+  return commits_->run([&](Database& database) -> std::optional<Delivery> {
+    std::pair<std::int64_t, std::string> earliest;
+    {
+      // The first of each receiver, by stepping from one to the next in the index.
+      Query first = database.query(
+          "WITH RECURSIVE receivers (name) AS (SELECT min(receiver) FROM deliveries WHERE state = 'pending'"
+          " UNION ALL SELECT (SELECT min(receiver) FROM deliveries WHERE state = 'pending' AND receiver > name)"
+          " FROM receivers WHERE name IS NOT NULL)"
+          " SELECT name, next_attempt_at, id FROM receivers JOIN deliveries ON id = (SELECT id FROM deliveries"
+          " WHERE state = 'pending' AND receiver = name ORDER BY next_attempt_at, id LIMIT 1) WHERE name IS NOT NULL");
+      while (first.row()) {
+        if (busy.contains(first.text(0))) continue;
+        const std::pair candidate{first.integer(1), first.text(2)};
+        if (earliest.second.empty() || candidate < earliest) earliest = candidate;
+      }
+    }
+    if (earliest.second.empty()) return std::nullopt;
+    std::optional<Delivery> delivery;
+    {
+      Query row = database.query(std::string(columns) + " WHERE id = ?", earliest.second);
+      row.row();
+      delivery = read_delivery(row);
+    }
+    read_attempts(database, *delivery);
+    return delivery;
+  });
 }
 
 void SqliteDeliveryStore::attempted(const std::string& id, const DeliveryAttempt& attempt, DeliveryState state,
                                     std::optional<std::int64_t> next_attempt_at) {
-  const std::lock_guard lock(mutex_);
-  in_transaction(*database_, [&] {
-    database_->change(
+  commits_->run([&](Database& database) {
+    database.change(
         "INSERT INTO attempts (delivery_id, number, at, duration_ms, status, detail)"
         " VALUES (?1, (SELECT count(*) FROM attempts WHERE delivery_id = ?1), ?2, ?3, ?4, ?5)",
         id, attempt.at, attempt.duration_ms, std::int64_t{attempt.status}, attempt.detail);
     if (next_attempt_at) {
-      database_->change("UPDATE deliveries SET next_attempt_at = ? WHERE id = ?", *next_attempt_at, id);
-    } else {
-      database_->change("UPDATE deliveries SET state = ?, next_attempt_at = NULL WHERE id = ?",
-                        std::string(name_of(state)), id);
+      return database.change("UPDATE deliveries SET next_attempt_at = ? WHERE id = ?", *next_attempt_at, id);
     }
+    return database.change("UPDATE deliveries SET state = ?, next_attempt_at = NULL WHERE id = ?",
+                           std::string(name_of(state)), id);
   });
 }
 
 std::vector<Delivery> SqliteDeliveryStore::of_job(const std::string& job_id) {
-  const std::lock_guard lock(mutex_);
-  std::vector<Delivery> deliveries;
-  {
-    Query row = database_->query(std::string(columns) + " WHERE job_id = ? ORDER BY id", job_id);
-    while (row.row()) deliveries.push_back(read_delivery(row));
-  }
-  for (Delivery& delivery : deliveries) read_attempts(*database_, delivery);
-  return deliveries;
+  return commits_->run([&](Database& database) {
+    std::vector<Delivery> deliveries;
+    {
+      Query row = database.query(std::string(columns) + " WHERE job_id = ? ORDER BY id", job_id);
+      while (row.row()) deliveries.push_back(read_delivery(row));
+    }
+    for (Delivery& delivery : deliveries) read_attempts(database, delivery);
+    return deliveries;
+  });
 }
 
 void SqliteDeliveryStore::forget_before(std::int64_t then) {
-  const std::lock_guard lock(mutex_);
-  database_->change("DELETE FROM deliveries WHERE state <> 'pending' AND created_at < ?", then);
+  commits_->run([&](Database& database) {
+    return database.change("DELETE FROM deliveries WHERE state <> 'pending' AND created_at < ?", then);
+  });
 }
 
 }  // namespace jobs

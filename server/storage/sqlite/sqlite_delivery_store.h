@@ -3,23 +3,25 @@
 /// holds up the queue's commits.
 
 #include <memory>
-#include <mutex>
+#include <set>
 #include <string>
 
 #include "server/jobs/delivery_store.h"
+#include "server/jobs/disk_health.h"
 
 namespace jobs {
 
 namespace sqlite {
-class Database;
+class GroupCommit;
 }
 
-/// WAL with synchronous = FULL over a single connection, a call at a time: an end of a job costs it two commits.
+/// WAL with synchronous = FULL over a single connection; calls that wait at once share a commit.
 class SqliteDeliveryStore final : public DeliveryStore {
  public:
-  /// Creates the file where missing. The folder is one process's (SqliteJobStore's lock). Throws StoreFailure, also for
-  /// a file that a newer program wrote.
-  explicit SqliteDeliveryStore(const std::string& folder);
+  /// Creates the file where missing, brings an older one up to date. The folder is one process's (SqliteJobStore's
+  /// lock). Throws StoreFailure, also for a file that a newer program wrote. `health` is that of the disk; null: nobody
+  /// else is to know.
+  explicit SqliteDeliveryStore(const std::string& folder, DiskHealth* health = nullptr);
   ~SqliteDeliveryStore() override;
 
   void subscribe(const Subscription& subscription) override;
@@ -27,15 +29,15 @@ class SqliteDeliveryStore final : public DeliveryStore {
   std::vector<std::string> subscribed_jobs() override;
   void unsubscribe(const std::string& job_id) override;
   void owe(const Delivery& delivery) override;
-  std::optional<Delivery> next() override;
+  std::optional<Delivery> next(const std::set<std::string>& busy) override;
   void attempted(const std::string& id, const DeliveryAttempt& attempt, DeliveryState state,
                  std::optional<std::int64_t> next_attempt_at) override;
   std::vector<Delivery> of_job(const std::string& job_id) override;
   void forget_before(std::int64_t then) override;
 
  private:
-  std::mutex mutex_;
-  std::unique_ptr<sqlite::Database> database_;
+  DiskHealth own_health_;
+  std::unique_ptr<sqlite::GroupCommit> commits_;
 };
 
 }  // namespace jobs

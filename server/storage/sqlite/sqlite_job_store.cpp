@@ -16,8 +16,11 @@ namespace jobs {
 
 using sqlite::Database;
 using sqlite::Query;
+using sqlite::Synced;
 
 namespace {
+
+Synced synced(bool durable) { return durable ? Synced::now : Synced::with_next; }
 
 /// Moves a job that runs under `fence` to an end; false when there is none such.
 bool end(Database& database, const std::string& id, std::int64_t fence, std::int64_t now, JobState state) {
@@ -36,7 +39,7 @@ SqliteJobStore::SqliteJobStore(const std::string& folder, SqliteSettings setting
 SqliteJobStore::~SqliteJobStore() = default;
 
 std::optional<KeptReply> SqliteJobStore::admit(const Admission& admission, std::int64_t now) {
-  return parts_->writer.run([&](Database& database) -> std::optional<KeptReply> {
+  const auto work = [&](Database& database) -> std::optional<KeptReply> {
     if (admission.reply) {
       if (auto earlier = sqlite::read_reply(database, admission.reply->key, now)) return earlier;
       sqlite::insert_reply(database, *admission.reply);
@@ -47,7 +50,8 @@ std::optional<KeptReply> SqliteJobStore::admit(const Admission& admission, std::
       sqlite::insert_job(database, job, document);
     }
     return std::nullopt;
-  });
+  };
+  return parts_->writer.run(work, synced(admission.durable));
 }
 
 std::optional<Claim> SqliteJobStore::claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until,
@@ -63,7 +67,7 @@ std::optional<Claim> SqliteJobStore::claim_small(const std::string& boot_id, std
 
 std::optional<Claim> SqliteJobStore::claim_of(const char* waiting, const std::string& boot_id, std::int64_t now,
                                               std::int64_t lease_until) {
-  std::optional<Claim> claim = parts_->writer.run([&](Database& database) -> std::optional<Claim> {
+  const auto work = [&](Database& database) -> std::optional<Claim> {
     std::string id;
     {
       Query next =
@@ -81,7 +85,8 @@ std::optional<Claim> SqliteJobStore::claim_of(const char* waiting, const std::st
     Query fence = database.query("SELECT fence FROM jobs WHERE id = ?", id);
     fence.row();
     return Claim{sqlite::read_job(database, id).value(), {}, fence.integer(0)};
-  });
+  };
+  std::optional<Claim> claim = parts_->writer.run(work, Synced::with_next);
   // Read outside the writer, which a large document would hold up: it cannot go while its job runs.
   if (claim) {
     try {
@@ -95,7 +100,7 @@ std::optional<Claim> SqliteJobStore::claim_of(const char* waiting, const std::st
 }
 
 std::vector<Lease> SqliteJobStore::renew(const std::vector<Lease>& leases, std::int64_t until) {
-  return parts_->writer.run([&](Database& database) {
+  const auto work = [&](Database& database) {
     std::vector<Lease> lost;
     for (const Lease& lease : leases) {
       const int renewed =
@@ -104,17 +109,19 @@ std::vector<Lease> SqliteJobStore::renew(const std::vector<Lease>& leases, std::
       if (renewed == 0) lost.push_back(lease);
     }
     return lost;
-  });
+  };
+  return parts_->writer.run(work, Synced::with_next);
 }
 
 bool SqliteJobStore::succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
-                             const std::vector<Artifact>& artifacts) {
-  return parts_->writer.run([&](Database& database) {
+                             const std::vector<Artifact>& artifacts, bool durable) {
+  const auto work = [&](Database& database) {
     if (!end(database, id, fence, now, JobState::succeeded)) return false;
     sqlite::insert_report(database, id, report);
     sqlite::insert_artifacts(database, id, artifacts);
     return true;
-  });
+  };
+  return parts_->writer.run(work, synced(durable));
 }
 
 bool SqliteJobStore::fail(const std::string& id, std::int64_t fence, std::int64_t now, const Problem& problem) {

@@ -1,0 +1,52 @@
+"""Cancels of running jobs, at random moments of renders of many kinds: each is cancelled or was done before, and what waits
+behind it runs at once and at no cost, also where the worker hears nothing.
+"""
+import os
+import random
+import signal
+import unittest
+
+from tests.bench.cancel_bench import kinds, uploader
+from tests.http.daemon import Daemon, long_scene, scene, wait_until
+
+
+class Cancelling(unittest.TestCase):
+    def test_ends_any_render_at_any_moment_and_nothing_else(self):
+        chance = random.Random(7)
+        with Daemon("--jobs", "2") as daemon:
+            bodies = [body_of() for body_of in kinds(uploader(daemon), 0.1).values()]
+            ends = {"cancelled": 0, "succeeded": 0}
+            for _ in range(4):
+                for body in bodies:
+                    neighbour = daemon.submit(scene(name="neighbour"))
+                    job_id = daemon.submit(body)
+                    wait_until(lambda job_id=job_id: daemon.job(job_id)["state"] != "queued", "its start")
+                    wait_until(lambda: chance.random() < 0.5, "luck")
+                    status = daemon.request("POST", f"/v1/jobs/{job_id}/cancel").status
+                    job = daemon.wait_for_end(job_id)
+                    ends[job["state"]] += 1
+                    self.assertIn((status, job["state"]), ((202, "cancelled"), (202, "succeeded"), (409, "succeeded")))
+                    self.assertEqual(bool(job["artifacts"]), job["state"] == "succeeded")
+                    neighbour = daemon.wait_for_end(neighbour)
+                    self.assertEqual((neighbour["state"], neighbour["attempt"]), ("succeeded", 1))
+            self.assertGreater(ends["cancelled"], 0, ends)
+
+    def test_does_not_wait_for_a_worker_that_hears_nothing_and_a_spare_one_goes_on(self):
+        with Daemon("--jobs", "1") as daemon:
+            for _ in range(3):
+                running = daemon.submit(long_scene())
+                waiting = daemon.submit(scene())
+                daemon.wait_for_state(running, "running")
+                worker = wait_until(daemon.worker, "the worker")
+                os.kill(worker, signal.SIGSTOP)
+                self.assertEqual(daemon.request("POST", f"/v1/jobs/{running}/cancel").status, 202)
+                self.assertEqual(daemon.wait_for_end(running)["state"], "cancelled")
+                job = daemon.wait_for_end(waiting)
+                self.assertEqual((job["state"], job["attempt"]), ("succeeded", 1))
+                self.assertNotEqual(daemon.worker(), worker)
+            ends = [row["how"] for row in daemon.log_rows() if row["event"] == "worker_ended"]
+            self.assertEqual(ends, ["did not stop a job"] * 3)
+
+
+if __name__ == "__main__":
+    unittest.main()
