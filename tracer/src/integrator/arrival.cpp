@@ -1,9 +1,11 @@
 #include "tracer/src/integrator/arrival.h"
 
+#include <bit>
 #include <limits>
 
 #include "tracer/src/lights/attenuation.h"
 #include "tracer/src/materials/local_model.h"
+#include "tracer/src/math/power.h"
 
 namespace tracer {
 namespace {
@@ -66,8 +68,8 @@ WHITTLE_INLINE void meet_halfway(const FacingPacket& f, Arrival& a) {
 }
 
 WHITTLE_INLINE void shine(const FacingPacket& f, Arrival& a) {
-  for (int i = 0; i < lanes; ++i)
-    a.highlight[i] = f.shines[i] != 0 && a.cosine[i] > 0 ? highlight(a.highlight[i], f.shininess[i]) : 0;
+  for (int i = 0; i < lanes; ++i) a.highlight[i] = power_of(a.highlight[i], f.shininess[i]);
+  for (int i = 0; i < lanes; ++i) a.highlight[i] = (f.shines[i] != 0) & (a.cosine[i] > 0) ? a.highlight[i] : 0;
 }
 
 WHITTLE_INLINE void reflect(const FacingPacket& f, const Color& radiance, Arrival& a) {
@@ -100,12 +102,14 @@ WHITTLE_INLINE void start_shadow_rays(const FacingPacket& f, Arrival& a) {
 }
 
 WHITTLE_INLINE void list_lanes(const FacingPacket& f, Arrival& a) {
-  a.count = 0;
-  for (int i = 0; i < f.count; ++i) {
+  unsigned gaining = 0;
+  for (int i = 0; i < lanes; ++i) {
     const bool black = (a.r[i] == 0) & (a.g[i] == 0) & (a.b[i] == 0);
-    a.lane[a.count] = i;
-    a.count += (a.cosine[i] > 0) & !black ? 1 : 0;
+    gaining |= (a.cosine[i] > 0) & !black ? 1u << i : 0u;
   }
+  gaining &= (2u << (f.count - 1)) - 1;
+  a.count = 0;
+  for (; gaining != 0; gaining &= gaining - 1) a.lane[a.count++] = std::countr_zero(gaining);
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ struct alignas(64) Arrival {
   double origin_x[lanes], origin_y[lanes], origin_z[lanes];  ///< where the shadow ray starts
   double r[lanes], g[lanes], b[lanes];                       ///< what the sample gains
 
-  int lane[lanes];  ///< those that gain anything, ascending
+  int lane[lanes] = {};  ///< those that gain anything, ascending; behind them some lanes
   int count;
 
   [[nodiscard]] Vec3 to_light(int i) const { return {to_x[i], to_y[i], to_z[i]}; }
