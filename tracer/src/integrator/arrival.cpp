@@ -1,6 +1,5 @@
 #include "tracer/src/integrator/arrival.h"
 
-#include <bit>
 #include <limits>
 
 #include "tracer/src/lights/attenuation.h"
@@ -101,15 +100,13 @@ WHITTLE_INLINE void start_shadow_rays(const FacingPacket& f, Arrival& a) {
   }
 }
 
-WHITTLE_INLINE void list_lanes(const FacingPacket& f, Arrival& a) {
-  unsigned gaining = 0;
+WHITTLE_INLINE void find_gaining(const FacingPacket& f, Arrival& a) {
+  LaneMask gaining = 0;
   for (int i = 0; i < lanes; ++i) {
     const bool black = (a.r[i] == 0) & (a.g[i] == 0) & (a.b[i] == 0);
-    gaining |= (a.cosine[i] > 0) & !black ? 1u << i : 0u;
+    gaining |= (a.cosine[i] > 0) & !black ? LaneMask{1} << i : 0;
   }
-  gaining &= (2u << (f.count - 1)) - 1;
-  a.count = 0;
-  for (; gaining != 0; gaining &= gaining - 1) a.lane[a.count++] = std::countr_zero(gaining);
+  a.gaining = gaining & first_lanes(f.count);
 }
 
 }  // namespace
@@ -134,7 +131,7 @@ WHITTLE_WIDE void arrive(const FacingPacket& facings, const TraceLight& light, d
   } else {
     reflect(facings, light.radiance, arrival);
   }
-  list_lanes(facings, arrival);
+  find_gaining(facings, arrival);
   if (light.shadows) start_shadow_rays(facings, arrival);
 }
 

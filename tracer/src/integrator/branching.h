@@ -9,7 +9,7 @@ namespace tracer {
 
 template <class Model>
 void Wavefront<Model>::branch(const RayQueue& rays, const FacingPacket& facing, Generation& next) {
-  const bool only_mirrors = !hit_.any_branches && !needs<&Requirements::filtered_textures>() &&
+  const bool only_mirrors = !hit_.terms.any_branches && !needs<&Requirements::filtered_textures>() &&
                             approximate().reflections != Approximations::Reflections::environment;
   if (only_mirrors) return mirror_packet(facing, next);
   // Lane by lane: of hits of one sample the order in which their branches are queued must not depend on the packet.
@@ -24,28 +24,28 @@ template <class Model>
 void Wavefront<Model>::mirror_packet(const FacingPacket& facing, Generation& next) {
   mirror(hit_, facing, mirrored_);
   const double cutoff = scene_.accuracy.cutoff;
-  int lane[lanes] = {}, count = 0;
-  for (int i = 0; i < hit_.count; ++i) {
-    if (is_black(terms_of_lane(i).mirror)) continue;
+  LaneMask going_on = 0;
+  for_each_lane(hit_.terms.mirrors & first_lanes(hit_.count), [&](int i) {
     const double largest = mirrored_.largest[i];
     if (largest < cutoff || largest == 0) {
       const double survival = survives(largest, facing.sample[i], std::uint64_t{hit_.path[i]} * 2);
-      if (!(survival > 0)) continue;
+      if (!(survival > 0)) return;
       const double stands_for = 1 / survival;
       mirrored_.r[i] *= stands_for;
       mirrored_.g[i] *= stands_for;
       mirrored_.b[i] *= stands_for;
     }
-    lane[count++] = i;
-  }
+    going_on |= LaneMask{1} << i;
+  });
   if (next.depth > scene_.accuracy.max_depth) {
-    for (int i = 0; i < count; ++i)
-      truncate(std::max({mirrored_.r[lane[i]], mirrored_.g[lane[i]], mirrored_.b[lane[i]]}), facing.sample[lane[i]]);
-  } else if (count > 0) {
+    for_each_lane(going_on, [&](int i) {
+      truncate(std::max({mirrored_.r[i], mirrored_.g[i], mirrored_.b[i]}), facing.sample[i]);
+    });
+  } else if (going_on != 0) {
     const MirroredPacket& m = mirrored_;
     next.reflection.append(
-        {m.ox, m.oy, m.oz, m.dx, m.dy, m.dz, m.r, m.g, m.b, facing.sample, facing.from, m.path, facing.media}, lane,
-        count);
+        {m.ox, m.oy, m.oz, m.dx, m.dy, m.dz, m.r, m.g, m.b, facing.sample, facing.from, m.path, facing.media},
+        going_on);
   }
 }
 

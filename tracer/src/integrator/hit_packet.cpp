@@ -8,7 +8,11 @@ namespace {
 
 template <class Value>
 WHITTLE_INLINE void pick(const Value* __restrict from, const int* __restrict index, Value* __restrict to) {
-  for (int i = 0; i < lanes; ++i) to[i] = from[index[i]];
+  if (index[lanes - 1] - index[0] == lanes - 1) {  // ascending, so next to each other
+    for (int i = 0; i < lanes; ++i) to[i] = from[index[0] + i];
+  } else {
+    for (int i = 0; i < lanes; ++i) to[i] = from[index[i]];
+  }
 }
 
 /// Where the rays' arithmetic has the hits.
@@ -25,13 +29,6 @@ WHITTLE_INLINE void step_along(const RaySpan& rays, const double* t, HitPacket& 
   }
 }
 
-/// The terms of a packet's materials.
-struct alignas(64) TermPacket {
-  double own[3][lanes], diffuse[3][lanes], specular[3][lanes], mirror[3][lanes];
-  double shininess[lanes];
-  int halfway[lanes];
-};
-
 WHITTLE_INLINE void put(const Color& color, int i, double (&to)[3][lanes]) {
   to[0][i] = color.r;
   to[1][i] = color.g;
@@ -47,22 +44,29 @@ WHITTLE_INLINE void put(const MaterialTerms& terms, int i, TermPacket& to) {
   to.halfway[i] = terms.halfway ? 1 : 0;
 }
 
-WHITTLE_INLINE void note(const MaterialTerms& terms, HitPacket& packet, FacingPacket& facing) {
+WHITTLE_INLINE void note(const MaterialTerms& terms, int i, TermPacket& to) {
   const bool shines = !is_black(terms.specular);
-  facing.any_shines |= shines;
-  facing.any_halfway |= shines && terms.halfway;
-  packet.any_own |= !is_black(terms.own);
-  packet.any_mirror |= !is_black(terms.mirror);
-  packet.any_branches |= terms.branches;
-  packet.any_textured |= terms.textured;
-  packet.any_bends |= terms.bends;
+  to.any_shines |= shines;
+  to.any_halfway |= shines && terms.halfway;
+  to.any_own |= terms.textured || !is_black(terms.own);
+  to.any_branches |= terms.branches;
+  to.any_textured |= terms.textured;
+  to.any_bends |= terms.bends;
+  to.mirrors |= is_black(terms.mirror) ? 0 : LaneMask{1} << i;
+}
+
+WHITTLE_INLINE bool differ(const std::uint32_t* a, const std::uint32_t* b) {
+  std::uint32_t difference = 0;
+  for (int i = 0; i < lanes; ++i) difference |= a[i] ^ b[i];
+  return difference != 0;
 }
 
 WHITTLE_INLINE void times(const double* __restrict weight, const double* __restrict factor, double* __restrict to) {
   for (int i = 0; i < lanes; ++i) to[i] = weight[i] * factor[i];
 }
 
-WHITTLE_WIDE void weigh(const TermPacket& terms, HitPacket& p, FacingPacket& f) {
+WHITTLE_WIDE void weigh(HitPacket& p, FacingPacket& f) {
+  const TermPacket& terms = p.terms;
   times(p.weight_r, terms.diffuse[0], f.diffuse_r);
   times(p.weight_g, terms.diffuse[1], f.diffuse_g);
   times(p.weight_b, terms.diffuse[2], f.diffuse_b);
@@ -80,10 +84,6 @@ WHITTLE_WIDE void weigh(const TermPacket& terms, HitPacket& p, FacingPacket& f) 
   times(p.weight_r, terms.own[0], p.own_r);
   times(p.weight_g, terms.own[1], p.own_g);
   times(p.weight_b, terms.own[2], p.own_b);
-  if (!p.any_mirror) return;
-  times(p.weight_r, terms.mirror[0], p.mirror_r);
-  times(p.weight_g, terms.mirror[1], p.mirror_g);
-  times(p.weight_b, terms.mirror[2], p.mirror_b);
 }
 
 /// Reflected in the normal that the ray sees, and once more in the face.
@@ -178,14 +178,21 @@ WHITTLE_WIDE void face(HitPacket& packet, FacingPacket& f) {
 }
 
 void take_materials(const std::vector<MaterialTerms>& terms, HitPacket& packet, FacingPacket& facing) {
-  packet.any_own = packet.any_mirror = packet.any_branches = packet.any_textured = packet.any_bends = false;
-  TermPacket taken;
-  for (int i = 0; i < lanes; ++i) {
-    const MaterialTerms& of = terms[packet.material[i]];
-    put(of, i, taken);
-    note(of, packet, facing);
+  TermPacket& taken = packet.terms;
+  if (differ(packet.material, taken.material)) {
+    taken.any_shines = taken.any_halfway = taken.any_own = false;
+    taken.any_branches = taken.any_textured = taken.any_bends = false;
+    taken.mirrors = 0;
+    for (int i = 0; i < lanes; ++i) {
+      const MaterialTerms& of = terms[packet.material[i]];
+      put(of, i, taken);
+      note(of, i, taken);
+    }
+    std::copy_n(packet.material, lanes, taken.material);
   }
-  weigh(taken, packet, facing);
+  facing.any_shines = taken.any_shines;
+  facing.any_halfway = taken.any_halfway;
+  weigh(packet, facing);
 }
 
 void take_color(const Color& own, const Color& diffuse, int lane, HitPacket& packet, FacingPacket& facing) {
@@ -193,7 +200,6 @@ void take_color(const Color& own, const Color& diffuse, int lane, HitPacket& pac
   packet.own_r[lane] = own_here.r;
   packet.own_g[lane] = own_here.g;
   packet.own_b[lane] = own_here.b;
-  packet.any_own = true;
   facing.diffuse_r[lane] = diffuse_here.r;
   facing.diffuse_g[lane] = diffuse_here.g;
   facing.diffuse_b[lane] = diffuse_here.b;
@@ -211,7 +217,9 @@ WHITTLE_WIDE void mirror(const HitPacket& __restrict packet, const FacingPacket&
     to.oz[i] = origin.z;
   }
   for (int i = 0; i < lanes; ++i) {
-    const double r = packet.mirror_r[i], g = packet.mirror_g[i], b = packet.mirror_b[i];
+    const double r = packet.weight_r[i] * packet.terms.mirror[0][i];
+    const double g = packet.weight_g[i] * packet.terms.mirror[1][i];
+    const double b = packet.weight_b[i] * packet.terms.mirror[2][i];
     const double larger = r > g ? r : g;
     to.r[i] = r;
     to.g[i] = g;

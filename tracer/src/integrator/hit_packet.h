@@ -9,6 +9,21 @@
 
 namespace tracer {
 
+/// The terms of a packet's materials. They stay while the materials do: neighbours mostly meet the same.
+struct alignas(64) TermPacket {
+  std::uint32_t material[lanes];
+  double own[3][lanes], diffuse[3][lanes], specular[3][lanes], mirror[3][lanes];
+  double shininess[lanes];
+  int halfway[lanes];
+  LaneMask mirrors;  ///< those whose mirror is not black
+  bool any_own, any_shines, any_halfway, any_branches, any_textured, any_bends;
+
+  TermPacket() { std::fill_n(material, lanes, none); }
+
+ private:
+  static constexpr std::uint32_t none = 0xffffffffu;
+};
+
 /// All lanes hold a hit: beyond `count` it is the first once more, which is of no use.
 struct alignas(64) HitPacket {
   int count;
@@ -21,12 +36,9 @@ struct alignas(64) HitPacket {
   PointPacket points;
   double behind[lanes];  ///< 1: the ray meets the back
 
-  // Of the materials.
   std::uint32_t material[lanes];
-  double own_r[lanes], own_g[lanes], own_b[lanes];
-  double mirror_r[lanes], mirror_g[lanes], mirror_b[lanes];
-  bool any_own, any_mirror;  ///< among all lanes
-  bool any_branches, any_textured, any_bends;
+  TermPacket terms;                                 ///< of these
+  double own_r[lanes], own_g[lanes], own_b[lanes];  ///< what the samples gain by the surfaces' own light
 
   [[nodiscard]] Color weight(int i) const { return {weight_r[i], weight_g[i], weight_b[i]}; }
 };
@@ -47,7 +59,7 @@ void load(const RayQueue& rays, const HitSpan& hits, const std::uint32_t* ray, i
 /// From the points on: places, normals and directions of `facing`, and `behind`.
 void face(HitPacket& packet, FacingPacket& facing);
 
-/// What the materials make of light at the hits, into both packets.
+/// What the materials make of light at the hits, into both packets. `terms` are the same for all of a packet's life.
 void take_materials(const std::vector<MaterialTerms>& terms, HitPacket& packet, FacingPacket& facing);
 
 /// One more time for a lane whose colour is known only at its hit; `terms` are those of its material there.

@@ -68,13 +68,11 @@ void Wavefront<Model>::light_packet(const RayQueue& rays, const LightStep& step,
   // Together: a packet in a scene without any of them pays one test.
   const bool sorts_out =
       !step.light.shadows || may_spare_shadows() || approximate().nearest_lights != 0 || needs<&Requirements::bump>();
-  if (sorts_out) {
-    int asking = 0;
-    for (int arrived = 0; arrived < arrival_.count; ++arrived)
-      if (asks_for_shadow(rays, step, packet, arrival_.lane[arrived])) arrival_.lane[asking++] = arrival_.lane[arrived];
-    arrival_.count = asking;
-  }
-  if (arrival_.count > 0) shadow_.append(packet, arrival_);
+  if (sorts_out)
+    for_each_lane(arrival_.gaining, [&](int lane) {
+      if (!asks_for_shadow(rays, step, packet, lane)) arrival_.gaining &= ~(LaneMask{1} << lane);
+    });
+  if (arrival_.gaining != 0) shadow_.append(packet, arrival_);
 }
 
 /// Whether what the light gives, if nothing is in the way, is too little to ask. Lights share what may be missing of a

@@ -8,7 +8,7 @@
 
 #include "tracer/src/accel/accelerator.h"
 #include "tracer/src/integrator/ray_cone.h"
-#include "tracer/src/math/wide.h"
+#include "tracer/src/math/compress.h"
 
 namespace tracer {
 
@@ -33,39 +33,15 @@ class RayQueue {
     ++size_;
   }
 
-  /// Rays beside each other, to be appended; `path` and `media` null: all 0.
+  /// Rays beside each other, to be appended; `path` null: all 0.
   struct Lanes {
     const double *ox, *oy, *oz, *dx, *dy, *dz, *r, *g, *b;
     const std::uint32_t* sample;
     const PrimitiveRef* from;
     const std::uint32_t *path, *media;
   };
-  /// The first `count` of the lanes that `lane` names, in that order. All `lanes` of its entries name some lane.
-  void append(const Lanes& rays, const int* lane, int count) {
-    // Whole packets are written, so there is room for one whatever the count.
-    if (size_ + lanes > sample_.size()) grow(2 * size_ + lanes);
-    const auto pick = [&](const auto* component, auto& to) {
-      for (int i = 0; i < lanes; ++i) to[size_ + static_cast<std::size_t>(i)] = component[lane[i]];
-    };
-    pick(rays.ox, ox_);
-    pick(rays.oy, oy_);
-    pick(rays.oz, oz_);
-    pick(rays.dx, dx_);
-    pick(rays.dy, dy_);
-    pick(rays.dz, dz_);
-    pick(rays.r, r_);
-    pick(rays.g, g_);
-    pick(rays.b, b_);
-    pick(rays.sample, sample_);
-    pick(rays.from, from_);
-    const auto pick_or_0 = [&](const std::uint32_t* component, std::vector<std::uint32_t>& to) {
-      if (component != nullptr) return pick(component, to);
-      std::fill_n(to.begin() + static_cast<std::ptrdiff_t>(size_), lanes, 0u);
-    };
-    pick_or_0(rays.path, path_);
-    pick_or_0(rays.media, media_);
-    size_ += static_cast<std::size_t>(count);
-  }
+  /// The lanes of the mask, in their order.
+  void append(const Lanes& rays, LaneMask mask);
 
   void push(const RayQueue& other, std::size_t i) {
     push(other.origin(i), other.direction(i), other.weight(i), other.sample_[i], other.from_[i], other.path_[i],

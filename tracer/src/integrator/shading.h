@@ -33,14 +33,14 @@ void Wavefront<Model>::shade_hits(const RayQueue& rays, std::uint32_t depth, Gen
     if (needs<&Requirements::smooth_normals>() && hit_.points.smooth) flatten();
     face(hit_, facing);
     take_materials(scene_.terms, hit_, facing);
-    if (needs<&Requirements::textures>() && hit_.any_textured) find_colors(rays, facing);
-    if (needs<&Requirements::bump>() && hit_.any_bends) bend_normals(rays, facing);
-    if (hit_.any_own)
+    if (needs<&Requirements::textures>() && hit_.terms.any_textured) find_colors(rays, facing);
+    if (needs<&Requirements::bump>() && hit_.terms.any_bends) bend_normals(rays, facing);
+    if (hit_.terms.any_own)
       for (int i = 0; i < count; ++i) radiance_[facing.sample[i]] += Color{hit_.own_r[i], hit_.own_g[i], hit_.own_b[i]};
     if (notes) note_first_hits(rays, facing);
     if (approximate().nearest_lights != 0)
       for (int i = 0; i < count; ++i) position_.push_back({hit_.points.x[i], hit_.points.y[i], hit_.points.z[i]});
-    if (goes_on && (hit_.any_mirror || hit_.any_branches)) branch(rays, facing, next);
+    if (goes_on && (hit_.terms.mirrors != 0 || hit_.terms.any_branches)) branch(rays, facing, next);
     if (needs<&Requirements::gouraud>()) face_from_corners(rays, facing);
   }
 }

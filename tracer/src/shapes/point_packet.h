@@ -2,7 +2,7 @@
 /// Where rays meet surfaces, sixteen at a time: the same bits as shape_hit's, for every kind of shape.
 
 #include "tracer/src/accel/geometry.h"
-#include "tracer/src/math/wide.h"
+#include "tracer/src/shapes/face_packet.h"
 
 namespace tracer {
 
@@ -13,11 +13,8 @@ struct alignas(64) MetPacket {
   PrimitiveRef primitive[lanes];
 };
 
-/// Beside them.
-struct alignas(64) PointPacket {
-  double x[lanes], y[lanes], z[lanes];
-  double error_x[lanes], error_y[lanes], error_z[lanes];
-  double face_x[lanes], face_y[lanes], face_z[lanes];  ///< unit geometric normal, outward
+/// Beside them: points and faces, whose they are, and how they are shaded.
+struct alignas(64) PointPacket : FacePacket {
   std::uint32_t object[lanes];
 
   bool smooth;  ///< some normals are not their faces'; otherwise what follows means nothing
