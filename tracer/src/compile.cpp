@@ -177,7 +177,7 @@ bool reused_geometry(const CompiledScene& scene) { return scene.geometry_reused;
 
 std::uint64_t memory_bytes(const CompiledScene& scene) {
   std::uint64_t bytes = scene.accelerator->memory_bytes() + bytes_of(scene.lights) + bytes_of(scene.materials) +
-                        bytes_of(scene.material_of_object) + bytes_of(scene.axes_of_object);
+                        bytes_of(scene.terms) + bytes_of(scene.material_of_object) + bytes_of(scene.axes_of_object);
   for (const ShadowMap& map : scene.shadow_maps)
     for (const ShadowFace& face : map.faces) bytes += bytes_of(face.depth);
   std::set<const ImageMap*> images;  // textures may share one

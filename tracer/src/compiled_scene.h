@@ -10,6 +10,7 @@
 #include "tracer/src/cameras/camera.h"
 #include "tracer/src/lights/light.h"
 #include "tracer/src/lights/shadow_map.h"
+#include "tracer/src/materials/terms.h"
 #include "tracer/src/scene/trace_frame.h"
 #include "tracer/src/textures/background.h"
 #include "tracer/src/textures/image_map.h"
@@ -29,6 +30,7 @@ class CompiledScene {
         output(scene.output),
         ambient(scene.ambient),
         materials(scene.materials),
+        terms(terms_of(scene.materials, scene.ambient)),
         textures(scene.textures) {}
 
   TraceFrame frame;
@@ -42,6 +44,7 @@ class CompiledScene {
   Output output;
   Color ambient;
   std::vector<Material> materials;
+  std::vector<MaterialTerms> terms;  ///< beside them
   std::vector<Texture> textures;
   std::vector<std::shared_ptr<const ImageMap>> images;  ///< beside textures; null where the texture is no image
   std::vector<TraceLight> lights;

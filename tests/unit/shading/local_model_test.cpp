@@ -3,8 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
-
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
 #include "tracer/src/integrator/arrival.h"
@@ -27,30 +25,7 @@ double specular_factor(Material::Model model, double shininess, const Vec3& n, c
                 .halfway = model == blinn_phong});
   Arrival arrival;
   arrive(facings.packet(0), {.kind = TraceLight::Kind::directional, .axis = l, .radiance = {1, 1, 1}}, 1, 1, arrival);
-  return arrival.count == 0 ? 0 : arrival.r[0];
-}
-
-TEST(Highlight, IsThePowerToItsLastBitsForEveryExponent) {
-  Random random(1);
-  for (std::uint64_t i = 0; i < effort::cases(100'000); ++i) {
-    const double c = random.chance(0.5)   ? random.in(0, 1)
-                     : random.chance(0.5) ? random.spread(1e-300, 1)
-                                          : 1 - random.spread(1e-16, 1);
-    const double n = random.chance(0.5) ? random.in(0, 100) : random.spread(1e-3, 1e308);
-    const Real expected = std::pow(Real(c), Real(n));
-    ASSERT_LE(std::fabs(highlight(c, n) - expected), 4e-16L * expected + std::numeric_limits<double>::denorm_min())
-        << c << "^" << n;
-  }
-}
-
-TEST(Highlight, HasItsLimits) {
-  EXPECT_EQ(highlight(0, 0), 1) << "0^0";
-  EXPECT_EQ(highlight(-0.5, 0), 1);
-  EXPECT_EQ(highlight(0, 1e-300), 0);
-  EXPECT_EQ(highlight(-0.5, 2), 0) << "clamped, not squared";
-  EXPECT_EQ(highlight(1, 1e308), 1);
-  EXPECT_EQ(highlight(1 + 1e-15, 1e308), 1) << "a cosine that rounding put above one";
-  EXPECT_EQ(highlight(1 - 1e-15, 1e308), 0);
+  return arrival.gaining == 0 ? 0 : arrival.r[0];
 }
 
 TEST(SpecularFactor, IsTheDefinitionsForRandomDirections) {

@@ -13,99 +13,116 @@ namespace {
 
 using oracle::Random;
 
-struct Seen {
-  std::vector<double> ox, oy, oz, dx, dy, dz, t, u, v;
-  std::vector<PrimitiveRef> primitive;
-
-  void add(const Vec3& origin, const Vec3& direction, const Hit& hit) {
-    ox.push_back(origin.x);
-    oy.push_back(origin.y);
-    oz.push_back(origin.z);
-    dx.push_back(direction.x);
-    dy.push_back(direction.y);
-    dz.push_back(direction.z);
-    t.push_back(hit.t);
-    u.push_back(hit.u);
-    v.push_back(hit.v);
-    primitive.push_back(hit.primitive);
+MetPacket met_by(const Look* looks, const Vec3* origins, const Vec3* directions) {
+  MetPacket met;
+  for (int i = 0; i < lanes; ++i) {
+    const Vec3 on_ray = origins[i] + directions[i] * looks[i].hit.t;
+    met.on_x[i] = on_ray.x;
+    met.on_y[i] = on_ray.y;
+    met.on_z[i] = on_ray.z;
+    met.u[i] = looks[i].hit.u;
+    met.v[i] = looks[i].hit.v;
+    met.primitive[i] = looks[i].hit.primitive;
   }
-  [[nodiscard]] RaySpan rays() const {
-    return {ox.data(), oy.data(), oz.data(), dx.data(), dy.data(), dz.data(), nullptr, nullptr, t.size()};
-  }
-  [[nodiscard]] HitSpan hits() { return {primitive.data(), t.data(), u.data(), v.data()}; }
-};
+  return met;
+}
 
-/// Spheres, flat triangles, smooth ones and a box, one of each textured, so that no packet is of one kind.
-Scene mixed(Random& random) {
+enum class Variety { mixed, balls, flat_triangles, smooth_triangles, quadrics, planes };
+
+/// Of one kind, or of all, so that no packet is of one.
+Scene scene_of(Random& random, Variety variety) {
   Scene scene = scenes::empty(1);
-  scene.textures.push_back({CheckerTexture{}, {1, 1}, {0, 0}, ""});
-  Material textured = scenes::matte({1, 1, 1});
-  textured.color = TextureId{0};
-  const MaterialId materials[] = {scenes::add(scene, textured), scenes::add(scene, scenes::matte({1, 1, 1}))};
-  for (const MaterialId material : materials) {
-    for (int i = 0; i < 20; ++i) scenes::add(scene, Sphere{random.vector(1), random.in(0.03, 0.3)}, material);
-    scenes::add(scene, scenes::placed(scenes::icosphere(1), 0.3, random.vector(1)), material);
-    scenes::add(scene, scenes::placed(scenes::icosphere(1, true), 0.3, random.vector(1)), material);
-    scenes::add(scene, Box{random.vector(0.1), {0.4, 0.4, 0.4}}, material);
+  const MaterialId material = scenes::add(scene, scenes::matte({1, 1, 1}));
+  const auto wanted = [&](Variety kind) { return variety == Variety::mixed || variety == kind; };
+  for (int i = 0; i < 10; ++i) {
+    if (wanted(Variety::balls)) scenes::add(scene, Sphere{random.vector(1), random.in(0.03, 0.3)}, material);
+    if (wanted(Variety::flat_triangles))
+      scenes::add(scene, scenes::placed(scenes::icosphere(1), 0.3, random.vector(1)), material);
+    if (wanted(Variety::smooth_triangles))
+      scenes::add(scene, scenes::placed(scenes::icosphere(1, true), 0.3, random.vector(1)), material);
+    if (wanted(Variety::quadrics)) {
+      scenes::add(scene, Box{random.vector(0.1), {0.4, 0.4, 0.4}}, material);
+      scenes::add(scene, Cylinder{.from = random.vector(1), .to = random.vector(1), .radius = 0.1, .u_axis = {}},
+                  material);
+      scenes::add(
+          scene, Cylinder{.from = random.vector(1), .to = random.vector(1), .radius = 0.2, .caps = false, .u_axis = {}},
+          material);
+      scenes::add(scene, Cone{.apex = random.vector(1), .base = random.vector(1), .radius = 0.3, .u_axis = {}},
+                  material);
+      scenes::add(scene, Disc{.center = random.vector(1), .normal = random.vector(1), .radius = 0.3, .u_axis = {}},
+                  material);
+      scenes::add(scene, Sphere{random.vector(1), random.in(0.03, 0.3)}, material);
+      scene.objects.back().transform = Transform{{{{1, 0, 0, 0}, {0, -2, 0.5, 0}, {0, 0, 0.5, 0}}}};
+    }
+    if (wanted(Variety::planes))
+      scenes::add(scene, Plane{.point = random.vector(1), .normal = random.vector(1), .u_axis = {}}, material);
   }
   return scene;
 }
 
-TEST(PointPacket, HoldsTheSurfacesOfSpheresAndFlatTrianglesToTheLastBit) {
-  Random random(3);
-  std::uint64_t known = 0, unknown = 0;
-  for (std::uint64_t round = 0; round < effort::cases(20); ++round) {
-    const auto scene = compiled(mixed(random));
-    Seen seen;
-    std::vector<Surface> expected;
-    while (expected.size() < 1003) {
-      const Vec3 origin = random.vector(1), direction = rounded(random.direction());
-      const Look at = look(*scene, origin, direction);
-      if (!at.found && random.chance(0.9)) continue;
-      seen.add(origin, direction, at.hit);
-      expected.push_back(at.surface);
-    }
-    PointPacket packet;
-    for (std::size_t i = 0; i < expected.size(); ++i) {
-      if (i % lanes == 0) meet_points(scene->geometry(), seen.rays(), seen.hits(), i, packet);
-      if (!(packet.known[i % lanes] > 0)) {
-        unknown += seen.primitive[i].hit() ? 1 : 0;
-        continue;
-      }
-      ++known;
-      Surface surface;
-      surface_of(*scene, {seen.primitive[i], seen.t[i], seen.u[i], seen.v[i]}, packet.point(i % lanes),
-                 packet.normal(i % lanes), {seen.dx[i], seen.dy[i], seen.dz[i]}, surface);
-      ASSERT_EQ(surface.point.position, expected[i].point.position);
-      ASSERT_EQ(surface.point.error, expected[i].point.error);
-      ASSERT_EQ(surface.geometric_normal, expected[i].geometric_normal);
-      ASSERT_EQ(surface.normal, expected[i].normal);
-      ASSERT_EQ(surface.shadow_offset, expected[i].shadow_offset);
-      ASSERT_EQ(surface.back, expected[i].back);
-      ASSERT_EQ(surface.material, expected[i].material);
-      ASSERT_EQ(surface.object, expected[i].object);
-      ASSERT_EQ(surface.uv, expected[i].uv);
-    }
+void expect_same(const ShapeHit& expected, const PointPacket& points, int i) {
+  const auto at = [i](const double* x, const double* y, const double* z) { return Vec3{x[i], y[i], z[i]}; };
+  ASSERT_EQ(at(points.x, points.y, points.z), expected.point.position);
+  ASSERT_EQ(at(points.error_x, points.error_y, points.error_z), expected.point.error);
+  ASSERT_EQ(at(points.face_x, points.face_y, points.face_z), expected.geometric_normal);
+  ASSERT_EQ(points.object[i], expected.object);
+  if (points.smooth) {
+    ASSERT_EQ(at(points.normal_x, points.normal_y, points.normal_z), expected.shading_normal);
+    ASSERT_EQ(at(points.offset_x, points.offset_y, points.offset_z), expected.shadow_offset);
+  } else {
+    ASSERT_EQ(expected.shading_normal, expected.geometric_normal);
+    ASSERT_EQ(expected.shadow_offset, Vec3{});
   }
-  EXPECT_GT(known, effort::cases(20) * 100);
-  EXPECT_GT(unknown, effort::cases(20) * 10) << "smooth triangles and boxes";
+}
+
+TEST(PointPacket, HoldsTheHitsOfEveryKindOfShapeToTheLastBit) {
+  Random random(3);
+  for (const auto variety : {Variety::mixed, Variety::balls, Variety::flat_triangles, Variety::smooth_triangles,
+                             Variety::quadrics, Variety::planes})
+    for (std::uint64_t round = 0; round < effort::cases(10); ++round) {
+      const auto scene = compiled(scene_of(random, variety));
+      for (int packets = 0; packets < 40; ++packets) {
+        Look looks[lanes];
+        Vec3 origins[lanes], directions[lanes];
+        for (int i = 0; i < lanes; ++i) {
+          do {
+            origins[i] = random.vector(1);
+            directions[i] = rounded(random.direction());
+            looks[i] = look(*scene, origins[i], directions[i]);
+          } while (!looks[i].found);
+        }
+        const MetPacket met = met_by(looks, origins, directions);
+        PointPacket points;
+        meet_points(scene->geometry(), met, points);
+        for (int i = 0; i < lanes; ++i) {
+          const ShapeHit expected = shape_hit(scene->geometry(), looks[i].hit, {met.on_x[i], met.on_y[i], met.on_z[i]});
+          expect_same(expected, points, i);
+          if (HasFatalFailure()) return;
+        }
+      }
+    }
 }
 
 /// Their normals need normalize()'s care.
-TEST(PointPacket, LeavesATriangleWhoseEdgesMultiplyToNextToNothingToOthers) {
+TEST(PointPacket, TakesCareOfTrianglesWhoseEdgesMultiplyToNextToNothing) {
   TriangleGeometry tiny;
   tiny.positions = {{0, 0, 0}, {1e-60, 0, 0}, {0, 1e-60, 0}};
   tiny.triangles = {{0, 1, 2}};
   GeometrySet set;
   set.triangles = {tiny, tiny};
   for (Vec3& position : set.triangles[1].positions) position = position * 1e60;
-  Seen seen;
-  for (const std::uint32_t mesh : {0u, 1u, 0u, 1u, 0u, 1u}) seen.add({0, 0, 1}, {0, 0, -1}, {{mesh, 0}, 1, 0.25, 0.25});
-  PointPacket packet;
-  meet_points(set, seen.rays(), seen.hits(), 0, packet);
-  EXPECT_EQ(packet.known[0], 0);
-  EXPECT_EQ(packet.known[1], 1);
-  EXPECT_EQ(packet.normal(1), (Vec3{0, 0, 1}));
+  MetPacket met{};
+  for (int i = 0; i < lanes; ++i) {
+    met.primitive[i] = {i % 2 == 0 ? 0u : 1u, 0};
+    met.u[i] = met.v[i] = 0.25;
+  }
+  PointPacket points;
+  meet_points(set, met, points);
+  for (int i = 0; i < lanes; ++i) {
+    EXPECT_EQ(points.face_x[i], 0) << i;
+    EXPECT_EQ(points.face_y[i], 0) << i;
+    EXPECT_EQ(points.face_z[i], 1) << i;
+  }
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include "tracer/src/lights/attenuation.h"
 #include "tracer/src/materials/local_model.h"
+#include "tracer/src/math/power.h"
 
 namespace tracer {
 namespace {
@@ -46,9 +47,13 @@ WHITTLE_INLINE void narrow_to_cone(const TraceLight& light, Arrival& a) {
     a.strength[i] *= spot_factor(-(a.to_x[i] * axis.x + a.to_y[i] * axis.y + a.to_z[i] * axis.z), inner, outer);
 }
 
-WHITTLE_INLINE void meet_normals(const FacingPacket& f, Arrival& a) {
+/// The lanes that face the light.
+WHITTLE_INLINE LaneMask meet_normals(const FacingPacket& f, Arrival& a) {
   for (int i = 0; i < lanes; ++i)
     a.cosine[i] = f.normal_x[i] * a.to_x[i] + f.normal_y[i] * a.to_y[i] + f.normal_z[i] * a.to_z[i];
+  LaneMask facing = 0;
+  for (int i = 0; i < lanes; ++i) facing |= a.cosine[i] > 0 ? LaneMask{1} << i : 0;
+  return facing & first_lanes(f.count);
 }
 
 WHITTLE_INLINE void mirror_into_eyes(const FacingPacket& f, Arrival& a) {
@@ -66,8 +71,8 @@ WHITTLE_INLINE void meet_halfway(const FacingPacket& f, Arrival& a) {
 }
 
 WHITTLE_INLINE void shine(const FacingPacket& f, Arrival& a) {
-  for (int i = 0; i < lanes; ++i)
-    a.highlight[i] = f.shines[i] != 0 && a.cosine[i] > 0 ? highlight(a.highlight[i], f.shininess[i]) : 0;
+  for (int i = 0; i < lanes; ++i) a.highlight[i] = power_of(a.highlight[i], f.shininess[i]);
+  for (int i = 0; i < lanes; ++i) a.highlight[i] = (f.shines[i] != 0) & (a.cosine[i] > 0) ? a.highlight[i] : 0;
 }
 
 WHITTLE_INLINE void reflect(const FacingPacket& f, const Color& radiance, Arrival& a) {
@@ -99,13 +104,10 @@ WHITTLE_INLINE void start_shadow_rays(const FacingPacket& f, Arrival& a) {
   }
 }
 
-WHITTLE_INLINE void list_lanes(const FacingPacket& f, Arrival& a) {
-  a.count = 0;
-  for (int i = 0; i < f.count; ++i) {
-    const bool black = (a.r[i] == 0) & (a.g[i] == 0) & (a.b[i] == 0);
-    a.lane[a.count] = i;
-    a.count += (a.cosine[i] > 0) & !black ? 1 : 0;
-  }
+WHITTLE_INLINE LaneMask black_lanes(const Arrival& a) {
+  LaneMask black = 0;
+  for (int i = 0; i < lanes; ++i) black |= (a.r[i] == 0) & (a.g[i] == 0) & (a.b[i] == 0) ? LaneMask{1} << i : 0;
+  return black;
 }
 
 }  // namespace
@@ -121,7 +123,8 @@ WHITTLE_WIDE void arrive(const FacingPacket& facings, const TraceLight& light, d
     if (light.attenuation.kind == Attenuation::Kind::inverse_square) fade_by_square(world_per_trace, arrival);
     if (light.kind == TraceLight::Kind::spot) narrow_to_cone(light, arrival);
   }
-  meet_normals(facings, arrival);
+  arrival.gaining = meet_normals(facings, arrival);
+  if (arrival.gaining == 0) return;  // of neighbours often all look away
   if (facings.any_shines) {
     mirror_into_eyes(facings, arrival);
     if (facings.any_halfway) meet_halfway(facings, arrival);
@@ -130,7 +133,7 @@ WHITTLE_WIDE void arrive(const FacingPacket& facings, const TraceLight& light, d
   } else {
     reflect(facings, light.radiance, arrival);
   }
-  list_lanes(facings, arrival);
+  arrival.gaining &= ~black_lanes(arrival);
   if (light.shadows) start_shadow_rays(facings, arrival);
 }
 

@@ -3,6 +3,7 @@
 
 #include "tracer/src/integrator/facings.h"
 #include "tracer/src/lights/light.h"
+#include "tracer/src/math/compress.h"
 
 namespace tracer {
 
@@ -18,8 +19,7 @@ struct alignas(64) Arrival {
   double origin_x[lanes], origin_y[lanes], origin_z[lanes];  ///< where the shadow ray starts
   double r[lanes], g[lanes], b[lanes];                       ///< what the sample gains
 
-  int lane[lanes];  ///< those that gain anything, ascending
-  int count;
+  LaneMask gaining;  ///< those that gain anything. Where none does, what stands above from `highlight` on means nothing
 
   [[nodiscard]] Vec3 to_light(int i) const { return {to_x[i], to_y[i], to_z[i]}; }
   [[nodiscard]] Vec3 origin(int i) const { return {origin_x[i], origin_y[i], origin_z[i]}; }

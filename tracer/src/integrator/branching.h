@@ -8,19 +8,52 @@
 namespace tracer {
 
 template <class Model>
-void Wavefront<Model>::branch(const RayQueue& rays, Generation& next) {
-  for (std::size_t i = 0; i < hit_ray_.size(); ++i) {
-    const Material& material = scene_.materials[surface_[i].material];
-    if (material.reflection > 0 || material.transmission > 0) branch_at(rays, i, next);
+void Wavefront<Model>::branch(const RayQueue& rays, const FacingPacket& facing, Generation& next) {
+  const bool only_mirrors = !hit_.terms.any_branches && !needs<&Requirements::filtered_textures>() &&
+                            approximate().reflections != Approximations::Reflections::environment;
+  if (only_mirrors) return mirror_packet(facing, next);
+  // Lane by lane: of hits of one sample the order in which their branches are queued must not depend on the packet.
+  for (int lane = 0; lane < hit_.count; ++lane) {
+    const MaterialTerms& terms = terms_of_lane(lane);
+    if (terms.branches || !is_black(terms.mirror)) branch_at(rays, surface_of_lane(facing, lane), lane, next);
+  }
+}
+
+/// The same bits as branch_at's.
+template <class Model>
+void Wavefront<Model>::mirror_packet(const FacingPacket& facing, Generation& next) {
+  mirror(hit_, facing, mirrored_);
+  const double cutoff = scene_.accuracy.cutoff;
+  LaneMask going_on = 0;
+  for_each_lane(hit_.terms.mirrors & first_lanes(hit_.count), [&](int i) {
+    const double largest = mirrored_.largest[i];
+    if (largest < cutoff || largest == 0) {
+      const double survival = survives(largest, facing.sample[i], std::uint64_t{hit_.path[i]} * 2);
+      if (!(survival > 0)) return;
+      const double stands_for = 1 / survival;
+      mirrored_.r[i] *= stands_for;
+      mirrored_.g[i] *= stands_for;
+      mirrored_.b[i] *= stands_for;
+    }
+    going_on |= LaneMask{1} << i;
+  });
+  if (next.depth > scene_.accuracy.max_depth) {
+    for_each_lane(going_on, [&](int i) {
+      truncate(std::max({mirrored_.r[i], mirrored_.g[i], mirrored_.b[i]}), facing.sample[i]);
+    });
+  } else if (going_on != 0) {
+    const MirroredPacket& m = mirrored_;
+    next.reflection.append(
+        {m.ox, m.oy, m.oz, m.dx, m.dy, m.dz, m.r, m.g, m.b, facing.sample, facing.from, m.path, facing.media},
+        going_on);
   }
 }
 
 template <class Model>
-void Wavefront<Model>::branch_at(const RayQueue& rays, std::size_t hit, Generation& next) {
+void Wavefront<Model>::branch_at(const RayQueue& rays, const Surface& surface, int lane, Generation& next) {
   using Transparency = Material::Transparency;
-  const Surface& surface = surface_[hit];
   const Material& material = scene_.materials[surface.material];
-  const std::uint32_t ray = hit_ray_[hit];
+  const auto ray = static_cast<std::size_t>(hit_.ray[lane]);
   const Vec3 direction = rays.direction(ray);
   const Vec3 outward = surface.back ? -surface.geometric_normal : surface.geometric_normal;
   // An interpolated normal may face away from the ray; the face's never does.
@@ -68,19 +101,18 @@ void Wavefront<Model>::branch_at(const RayQueue& rays, std::size_t hit, Generati
     }
   }
   if (!is_black(transmitted_weight))
-    emit(next, &Generation::refraction, rays, hit, onward, transmitted_weight, after, onward_cone);
+    emit(next, &Generation::refraction, rays, surface, lane, onward, transmitted_weight, after, onward_cone);
   if (is_black(reflected_weight)) return;
   Vec3 mirrored = unit(reflected(direction, normal));
   // Mirrored in an interpolated normal, a grazing ray can end up inside: mirror it once more in the face.
   if (dot(mirrored, outward) < 0) mirrored = unit(reflected(mirrored, outward));
-  emit(next, &Generation::reflection, rays, hit, mirrored, reflected_weight, before, mirrored_cone);
+  emit(next, &Generation::reflection, rays, surface, lane, mirrored, reflected_weight, before, mirrored_cone);
 }
 
 /// The probability with which a branch of less weight than `cutoff` was kept; 0: it was not. Kept ones stand for those
 /// that were not, and nothing is missing in the mean (Arvo & Kirk 1990, "Particle Transport and Image Synthesis").
 template <class Model>
-double Wavefront<Model>::survives(const Color& weight, std::uint32_t sample, std::uint64_t bounce) {
-  const double most = max_component(weight);
+double Wavefront<Model>::survives(double most, std::uint32_t sample, std::uint64_t bounce) {
   if (scene_.accuracy.cutoff_by_chance && most > 0) {
     const Batch::Sample& choices = samples_[sample];
     const std::uint64_t chance = mix(mix(choices.key ^ mix(choices.index)) ^ mix(~bounce));
@@ -93,24 +125,27 @@ double Wavefront<Model>::survives(const Color& weight, std::uint32_t sample, std
   return 0;
 }
 
+/// A branch that `max_depth` ends.
 template <class Model>
-void Wavefront<Model>::emit(Generation& next, RayQueue Generation::*kind, const RayQueue& rays, std::size_t hit,
-                            const Vec3& direction, const Color& factor, Media::List media, const RayCone& cone) {
-  const std::uint32_t ray = hit_ray_[hit];
-  const Surface& surface = surface_[hit];
+void Wavefront<Model>::truncate(double largest, std::uint32_t sample) {
+  ++statistics_.truncated_branches;
+  missing_[sample].depth += static_cast<float>(largest);
+}
+
+template <class Model>
+void Wavefront<Model>::emit(Generation& next, RayQueue Generation::*kind, const RayQueue& rays, const Surface& surface,
+                            int lane, const Vec3& direction, const Color& factor, Media::List media,
+                            const RayCone& cone) {
+  const auto ray = static_cast<std::size_t>(hit_.ray[lane]);
   // Reflections and refractions of one ray must not make the same random choices.
   const std::uint64_t bounce = std::uint64_t{rays.path(ray)} * 2 + (kind == &Generation::reflection ? 0 : 1);
-  Color weight = weight_[hit] * factor;
+  Color weight = hit_.weight(lane) * factor;
   if (max_component(weight) < scene_.accuracy.cutoff || is_black(weight)) {
-    const double survival = survives(weight, rays.sample(ray), bounce);
+    const double survival = survives(max_component(weight), rays.sample(ray), bounce);
     if (!(survival > 0)) return;
     weight = weight * (1 / survival);
   }
-  if (next.depth > scene_.accuracy.max_depth) {
-    ++statistics_.truncated_branches;
-    missing_[rays.sample(ray)].depth += static_cast<float>(max_component(weight));
-    return;
-  }
+  if (next.depth > scene_.accuracy.max_depth) return truncate(max_component(weight), rays.sample(ray));
   if (approximate().reflections == Approximations::Reflections::environment) {
     radiance_[rays.sample(ray)] += weight * scene_.background->radiance(direction, std::abs(cone.spread));
     return;

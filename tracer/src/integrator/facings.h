@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "tracer/src/accel/geometry.h"
 #include "tracer/src/math/rounding.h"
 #include "tracer/src/math/wide.h"
 
@@ -21,6 +22,10 @@ struct Facing {
   double shininess = 0;
   bool halfway = false;   ///< the highlight is Blinn's; else Phong's
   std::uint32_t hit = 0;  ///< whose place it is
+
+  // What shadow rays take over from the ray that met it.
+  std::uint32_t sample = 0, media = 0;
+  PrimitiveRef from{};
 };
 
 /// Sixteen of them.
@@ -36,6 +41,8 @@ struct alignas(64) FacingPacket {
   int shines[lanes];   ///< it has a highlight
   int halfway[lanes];  ///< and that is Blinn's
   std::uint32_t hit[lanes];
+  std::uint32_t sample[lanes], media[lanes];
+  PrimitiveRef from[lanes];
   int count;         ///< lanes in use; the others hold what they held before
   bool any_shines;   ///< of those in use
   bool any_halfway;  ///< likewise
@@ -44,14 +51,21 @@ struct alignas(64) FacingPacket {
 class Facings {
  public:
   /// Keeps the memory for the next ones.
-  void clear() { size_ = 0; }
+  void clear() { packets_in_use_ = 0; }
 
-  __attribute__((always_inline)) void push(const Facing& facing) {
-    const std::size_t number = size_ / lanes, lane = size_ % lanes;
-    if (number == packets_.size()) packets_.emplace_back();
-    FacingPacket& packet = packets_[number];
-    if (lane == 0) packet.any_shines = packet.any_halfway = false;
-    packet.count = static_cast<int>(lane) + 1;
+  /// An empty packet behind the others.
+  FacingPacket& fresh() {
+    if (packets_in_use_ == packets_.size()) packets_.emplace_back();
+    FacingPacket& packet = packets_[packets_in_use_++];
+    packet.count = 0;
+    packet.any_shines = packet.any_halfway = false;
+    return packet;
+  }
+
+  void push(const Facing& facing) {
+    const bool full = packets_in_use_ == 0 || packets_[packets_in_use_ - 1].count == lanes;
+    FacingPacket& packet = full ? fresh() : packets_[packets_in_use_ - 1];
+    const auto lane = static_cast<std::size_t>(packet.count++);
     packet.clearance[lane] = clearance(facing.point, facing.face);
     put(facing.point.position, packet.x, packet.y, packet.z, lane);
     put(facing.face, packet.face_x, packet.face_y, packet.face_z, lane);
@@ -66,10 +80,12 @@ class Facings {
     packet.hit[lane] = facing.hit;
     packet.any_shines |= shines;
     packet.any_halfway |= shines && facing.halfway;
-    ++size_;
+    packet.sample[lane] = facing.sample;
+    packet.media[lane] = facing.media;
+    packet.from[lane] = facing.from;
   }
 
-  [[nodiscard]] std::size_t packets() const { return (size_ + lanes - 1) / lanes; }
+  [[nodiscard]] std::size_t packets() const { return packets_in_use_; }
   [[nodiscard]] const FacingPacket& packet(std::size_t i) const { return packets_[i]; }
 
  private:
@@ -85,7 +101,7 @@ class Facings {
   }
 
   std::vector<FacingPacket> packets_;
-  std::size_t size_ = 0;
+  std::size_t packets_in_use_ = 0;
 };
 
 }  // namespace tracer

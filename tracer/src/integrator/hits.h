@@ -17,8 +17,9 @@ struct Hits {
     t.resize(count);
     u.resize(count);
     v.resize(count);
-    return {primitive.data(), t.data(), u.data(), v.data()};
+    return span();
   }
+  [[nodiscard]] HitSpan span() { return {primitive.data(), t.data(), u.data(), v.data()}; }
   [[nodiscard]] Hit at(std::size_t i) const { return {primitive[i], t[i], u[i], v[i]}; }
 };
 

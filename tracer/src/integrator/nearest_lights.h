@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "tracer/src/lights/light.h"
-#include "tracer/src/shapes/surface.h"
+#include "tracer/src/math/vec.h"
 
 namespace tracer {
 
@@ -16,13 +16,12 @@ class NearestLights {
  public:
   /// Chooses `wanted` lights, at least one, for each hit. Directional ones are everywhere: they are not among those
   /// counted. A soft light is where its middle is; of two at equal distance the first of the scene is nearer.
-  void choose(const std::vector<TraceLight>& lights, const std::vector<Surface>& hits, std::uint32_t wanted) {
+  void choose(const std::vector<TraceLight>& lights, const std::vector<Vec3>& hits, std::uint32_t wanted) {
     directional_.clear();
     for (const TraceLight& light : lights) directional_.push_back(light.kind == TraceLight::Kind::directional ? 1 : 0);
     middles_.clear();
     for (const TraceLight& light : lights) middles_.push_back(light_middle(light));
-    position_.clear();
-    for (const Surface& hit : hits) position_.push_back(hit.point.position);
+    position_ = hits;
     farthest_.clear();
     for (const Vec3& position : position_) farthest_.push_back(farthest(position, wanted));
   }

@@ -6,6 +6,19 @@
 
 namespace tracer {
 
+void ShadowRays::append(const FacingPacket& packet, const Arrival& a) {
+  const std::size_t first = rays_.size();
+  rays_.append({a.origin_x, a.origin_y, a.origin_z, a.to_x, a.to_y, a.to_z, a.r, a.g, a.b, packet.sample, packet.from,
+                nullptr, packet.media},
+               a.gaining);
+  if (distance_.size() < first + lanes) distance_.resize(2 * first + lanes);
+  // Short of the light by more than the rounding of its distance, so that what a light sits on does not hide it.
+  double short_of_it[lanes];
+  for (int i = 0; i < lanes; ++i) short_of_it[i] = a.distance[i] * (1 - 0x1p-40);
+  const Compressed distances{short_of_it, &distance_[first]};
+  compress_eights(&distances, 1, a.gaining);
+}
+
 void ShadowRays::add_to(std::vector<Color>& radiance, Media& media, Coherence coherence) {
   if (rays_.empty()) return;
   blocked_.resize(rays_.size());

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "tracer/src/integrator/arrival.h"
 #include "tracer/src/integrator/hits.h"
 #include "tracer/src/integrator/media.h"
 #include "tracer/src/integrator/ray_queue.h"
@@ -14,17 +15,9 @@ class ShadowRays {
   ShadowRays(const CompiledScene& scene, const RenderControl& control, const Requirements& needs)
       : scene_(scene), control_(control), needs_(needs) {}
 
-  void clear() {
-    rays_.clear();
-    distance_.clear();
-  }
-  /// `light` is what `sample` gains if nothing is in the way.
-  void push(const Vec3& origin, const Vec3& direction, double distance, const Color& light, std::uint32_t sample,
-            PrimitiveRef from, Media::List media) {
-    rays_.push(origin, direction, light, sample, from, 0, media);
-    // Short of the light by more than the rounding of its distance, so that what a light sits on does not hide it.
-    distance_.push_back(distance * (1 - 0x1p-40));
-  }
+  void clear() { rays_.clear(); }
+  /// The lanes of `packet` at which light arrives.
+  void append(const FacingPacket& packet, const Arrival& a);
   [[nodiscard]] std::size_t size() const { return rays_.size(); }
 
   /// Traces them all and adds what arrives, in the order they were pushed.
@@ -38,7 +31,7 @@ class ShadowRays {
   const RenderControl& control_;
   const Requirements& needs_;
   RayQueue rays_;
-  std::vector<double> distance_;
+  std::vector<double> distance_;  ///< beside rays_, and some more
   std::vector<std::uint8_t> blocked_;
   std::vector<Color> visible_;  ///< S_i: product over the surfaces crossed
 

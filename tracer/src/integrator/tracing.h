@@ -5,7 +5,6 @@
 #include <new>
 
 #include "tracer/src/integrator/wavefront.h"
-#include "tracer/src/shapes/point_packet.h"
 
 namespace tracer {
 /// Rays waiting at once, over all generations: 2^24 take about 2 GiB. Only a scene whose materials give back more light
@@ -96,70 +95,57 @@ void Wavefront<Model>::trace_generation(const Generation& generation, Generation
 template <class Model>
 void Wavefront<Model>::trace_queue(const RayQueue& rays, std::uint32_t depth, Generation& next) {
   const Coherence coherence = depth == 0 ? Coherence::coherent : Coherence::incoherent;
-  gather(rays, depth, coherence, next);
-  if (needs<&Requirements::bump>()) bend_normals(rays);
-  shade_own_light(rays);
-  if (notes_first_hits() && depth == 0) note_first_hits(rays);
+  meet(rays, depth, coherence, next);
+  shade_hits(rays, depth, next);
   shade_lights(rays, depth, coherence);
-  const bool sees_environment = approximate().reflections == Approximations::Reflections::environment;
-  if (needs<&Requirements::reflection>() || needs<&Requirements::refraction>() || sees_environment) branch(rays, next);
 }
 
 template <class Model>
-void Wavefront<Model>::gather(const RayQueue& rays, std::uint32_t depth, Coherence coherence, Generation& next) {
+void Wavefront<Model>::meet(const RayQueue& rays, std::uint32_t depth, Coherence coherence, Generation& next) {
   const std::size_t count = rays.size();
   const HitSpan answers = hits_.resized(count);
   scene_.accelerator->closest(rays.span(), answers, coherence);
-  PointPacket packet;
-  hit_ray_.clear();
-  surface_.clear();
-  weight_.clear();
-  const bool absorbs = needs<&Requirements::absorption>();
-  const bool hides = needs<&Requirements::overlapping_media>() && needs<&Requirements::refraction>();
+  hit_ray_.resize(count);
+  missed_.resize(count);
+  std::size_t hits = 0, missed = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    if (i % lanes == 0) meet_points(scene_.geometry(), rays.span(), answers, i, packet);
-    Color weight = rays.weight(i);
-    if (absorbs) weight = weight * media_.transmittance(rays.media(i), hits_.t[i]);
-    if (!hits_.primitive[i].hit()) {
-      see_background(rays, i, weight, depth);
-      continue;
-    }
-    Surface& surface = surface_.emplace_back();
-    if (packet.known[i % lanes] > 0) {
-      surface_of(scene_, hits_.at(i), packet.point(i % lanes), packet.normal(i % lanes), rays.direction(i), surface);
-    } else {
-      surface = surface_at(scene_, hits_.at(i), rays.origin(i), rays.direction(i), approximate().shading);
-    }
-    if (hides && pass_hidden(rays, i, surface, weight, next)) {
-      surface_.pop_back();
-      continue;
-    }
-    hit_ray_.push_back(static_cast<std::uint32_t>(i));
-    weight_.push_back(weight);
+    const bool hit = answers.primitive[i].hit();
+    hit_ray_[hits] = missed_[missed] = static_cast<std::uint32_t>(i);
+    hits += hit ? 1 : 0;
+    missed += hit ? 0 : 1;
   }
+  hit_ray_.resize(hits);
+  missed_.resize(missed);
+  if (!missed_.empty()) see_background(rays, depth);
+  if (notes_first_hits() && depth == 0) note_depths(rays);
+  if (needs<&Requirements::overlapping_media>() && needs<&Requirements::refraction>()) drop_hidden(rays, next);
+}
+
+/// The weight that is left of a ray where it ends.
+template <class Model>
+Color Wavefront<Model>::arriving_weight(const RayQueue& rays, std::size_t ray) const {
+  const Color weight = rays.weight(ray);
+  return needs<&Requirements::absorption>() ? weight * media_.transmittance(rays.media(ray), hits_.t[ray]) : weight;
 }
 
 template <class Model>
-void Wavefront<Model>::see_background(const RayQueue& rays, std::size_t ray, const Color& weight, std::uint32_t depth) {
+void Wavefront<Model>::see_background(const RayQueue& rays, std::uint32_t depth) {
   if (depth == 0 && scene_.output.alpha) return;  // transparent
+  const Color* plain = scene_.background->plain();
+  if (plain != nullptr && is_black(*plain)) return;
   const bool looks_up = needs<&Requirements::environment>() && needs<&Requirements::filtered_textures>();
-  const double spread = looks_up ? std::abs(rays.cone(ray).spread) : 0;
-  radiance_[rays.sample(ray)] += weight * scene_.background->radiance(rays.direction(ray), spread);
+  for (const std::uint32_t ray : missed_) {
+    const double spread = looks_up ? std::abs(rays.cone(ray).spread) : 0;
+    const Color seen = plain != nullptr ? *plain : scene_.background->radiance(rays.direction(ray), spread);
+    radiance_[rays.sample(ray)] += arriving_weight(rays, ray) * seen;
+  }
 }
 
 template <class Model>
-void Wavefront<Model>::note_first_hits(const RayQueue& rays) {
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    if (!hits_.primitive[i].hit()) continue;
-    first_hits_.depth[rays.sample(i)] =
-        scene_.frame.world_from_trace(scene_.camera.depth(rays.direction(i), hits_.t[i]));
-  }
-  for (std::size_t hit = 0; hit < hit_ray_.size(); ++hit) {
-    const std::uint32_t sample = rays.sample(hit_ray_[hit]);
-    first_hits_.normal[sample] = surface_[hit].normal;
-    first_hits_.albedo[sample] = color_[hit];
-    first_hits_.object[sample] = surface_[hit].object;
-  }
+void Wavefront<Model>::note_depths(const RayQueue& rays) {
+  for (const std::uint32_t ray : hit_ray_)
+    first_hits_.depth[rays.sample(ray)] =
+        scene_.frame.world_from_trace(scene_.camera.depth(rays.direction(ray), hits_.t[ray]));
 }
 
 template <class Model>
@@ -171,20 +157,29 @@ void Wavefront<Model>::apply_depth_cue() {
   }
 }
 
-/// A surface of a solid that does not fill the place on either side is not there: the ray goes straight on.
+/// A surface of a solid that does not fill the place on either side is not there: the ray goes straight on. Who is in
+/// no solid meets no such surface.
 template <class Model>
-bool Wavefront<Model>::pass_hidden(const RayQueue& rays, std::size_t ray, const Surface& surface, const Color& weight,
-                                   Generation& next) {
-  if (!(scene_.materials[surface.material].transmission > 0)) return false;
+void Wavefront<Model>::drop_hidden(const RayQueue& rays, Generation& next) {
+  const auto hidden = [&](std::uint32_t ray) {
+    return rays.media(ray) != Media::outside && pass_hidden(rays, ray, next);
+  };
+  hit_ray_.erase(std::remove_if(hit_ray_.begin(), hit_ray_.end(), hidden), hit_ray_.end());
+}
+
+template <class Model>
+bool Wavefront<Model>::pass_hidden(const RayQueue& rays, std::size_t ray, Generation& next) {
+  const Vec3 direction = rays.direction(ray);
+  const Surface surface = surface_at(scene_, hits_.at(ray), rays.origin(ray), direction);
+  if (!scene_.terms[surface.material].transmits) return false;
   const Media::List before = rays.media(ray);
   const Media::List after = surface.back ? media_.leave(before, surface.object) : media_.enter(before, surface.object);
   if (after == before || media_.filling(before) != media_.filling(after)) return false;
+  const Color weight = arriving_weight(rays, ray);
   if (next.depth > scene_.accuracy.max_depth) {
-    ++statistics_.truncated_branches;
-    missing_[rays.sample(ray)].depth += static_cast<float>(max_component(weight));
+    truncate(max_component(weight), rays.sample(ray));
     return true;
   }
-  const Vec3 direction = rays.direction(ray);
   next.refraction.push(offset_origin(surface.point, surface.geometric_normal, direction), direction, weight,
                        rays.sample(ray), hits_.primitive[ray], rays.path(ray), after);
   if (needs<&Requirements::filtered_textures>())

@@ -5,6 +5,7 @@
 #include "tracer/src/integrator/bending.h"
 #include "tracer/src/integrator/branching.h"
 #include "tracer/src/integrator/lighting.h"
+#include "tracer/src/integrator/shading.h"
 #include "tracer/src/integrator/tracing.h"
 
 namespace tracer {

@@ -9,6 +9,7 @@
 #include "tracer/src/integrator/arrival.h"
 #include "tracer/src/integrator/first_hits.h"
 #include "tracer/src/integrator/generation.h"
+#include "tracer/src/integrator/hit_packet.h"
 #include "tracer/src/integrator/model.h"
 #include "tracer/src/integrator/nearest_lights.h"
 #include "tracer/src/integrator/shadow_rays.h"
@@ -110,44 +111,55 @@ class Wavefront {
   void spend(Generation generation);
   void trace_generation(const Generation& generation, Generation& next);
   void trace_queue(const RayQueue& rays, std::uint32_t depth, Generation& next);
-  void gather(const RayQueue& rays, std::uint32_t depth, Coherence coherence, Generation& next);
-  bool pass_hidden(const RayQueue& rays, std::size_t ray, const Surface& surface, const Color& weight,
-                   Generation& next);
-
-  void note_first_hits(const RayQueue& rays);
-  void see_background(const RayQueue& rays, std::size_t ray, const Color& weight, std::uint32_t depth);
+  void meet(const RayQueue& rays, std::uint32_t depth, Coherence coherence, Generation& next);
+  [[nodiscard]] Color arriving_weight(const RayQueue& rays, std::size_t ray) const;
+  void see_background(const RayQueue& rays, std::uint32_t depth);
+  void drop_hidden(const RayQueue& rays, Generation& next);
+  bool pass_hidden(const RayQueue& rays, std::size_t ray, Generation& next);
+  void note_depths(const RayQueue& rays);
   void apply_depth_cue();
 
-  // bending.h: bump and normal maps
-  void bend_normals(const RayQueue& rays);
-
-  // lighting.h: the local model
-  void shade_own_light(const RayQueue& rays);
-  void shade_lights(const RayQueue& rays, std::uint32_t depth, Coherence coherence);
-  void shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence);
-  void face_lights(const RayQueue& rays);
-  void face(std::size_t hit, const BoundedPoint& point, const Vec3& normal, const Vec3& to_eye, double share);
-  bool face_at_corners(const RayQueue& rays, std::size_t hit);
-  void place_light(const LightStep& step, const RayQueue& rays, const FacingPacket* packet);
-  bool asks_for_shadow(const RayQueue& rays, const LightStep& step, const FacingPacket& packet, int lane);
-  [[nodiscard]] bool seems_lit(const LightStep& step, const FacingPacket& packet, int lane, const Vec3& to_light,
-                               const Vec3& origin) const;
-  bool spares(const RayQueue& rays, std::size_t hit, const LightStep& step, const Color& contribution);
-  [[nodiscard]] Color color_at(const RayQueue& rays, std::size_t hit) const;
+  // shading.h: hits, packet by packet
+  void shade_hits(const RayQueue& rays, std::uint32_t depth, Generation& next);
+  void absorb(const RayQueue& rays);
+  void flatten();
+  void find_colors(const RayQueue& rays, FacingPacket& facing);
+  void note_first_hits(const RayQueue& rays, const FacingPacket& facing);
+  void face_from_corners(const RayQueue& rays, FacingPacket& facing);
+  [[nodiscard]] bool face_at_corners(const RayQueue& rays, const FacingPacket& facing, int lane);
+  [[nodiscard]] const MaterialTerms& terms_of_lane(int lane) const { return scene_.terms[hit_.material[lane]]; }
+  [[nodiscard]] Surface surface_of_lane(const FacingPacket& facing, int lane) const;
+  [[nodiscard]] Color color_of_lane(const RayQueue& rays, const FacingPacket& facing, int lane) const;
   struct TextureOf {
     const Texture& texture;
     const ImageMap* image;
   };
   [[nodiscard]] TextureOf texture_of(TextureId id) const;
-  [[nodiscard]] Vec2 covered_of(const RayQueue& rays, std::size_t hit, const Texture& texture) const;
+  [[nodiscard]] Vec2 covered_of(const RayQueue& rays, std::size_t ray, const Surface& surface,
+                                const Texture& texture) const;
+
+  // bending.h: bump and normal maps
+  void bend_normals(const RayQueue& rays, FacingPacket& facing);
+
+  // lighting.h: the local model
+  void shade_lights(const RayQueue& rays, std::uint32_t depth, Coherence coherence);
+  void shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence);
+  void light_packet(const RayQueue& rays, const LightStep& step, const FacingPacket& packet);
+  void place_light(const LightStep& step, const RayQueue& rays, const FacingPacket* packet);
+  bool asks_for_shadow(const RayQueue& rays, const LightStep& step, const FacingPacket& packet, int lane);
+  [[nodiscard]] bool seems_lit(const LightStep& step, const FacingPacket& packet, int lane, const Vec3& to_light,
+                               const Vec3& origin) const;
+  bool spares(const RayQueue& rays, std::size_t hit, const LightStep& step, const Color& contribution);
   [[nodiscard]] Vec3 soft_point_of(const LightStep& step, const RayQueue& rays, std::size_t ray) const;
 
   // branching.h: mirrors and glass
-  void branch(const RayQueue& rays, Generation& next);
-  double survives(const Color& weight, std::uint32_t sample, std::uint64_t bounce);
-  void branch_at(const RayQueue& rays, std::size_t hit, Generation& next);
-  void emit(Generation& next, RayQueue Generation::*kind, const RayQueue& rays, std::size_t hit, const Vec3& direction,
-            const Color& factor, Media::List media, const RayCone& cone);
+  void branch(const RayQueue& rays, const FacingPacket& facing, Generation& next);
+  void mirror_packet(const FacingPacket& facing, Generation& next);
+  double survives(double largest, std::uint32_t sample, std::uint64_t bounce);
+  void truncate(double largest, std::uint32_t sample);
+  void branch_at(const RayQueue& rays, const Surface& surface, int lane, Generation& next);
+  void emit(Generation& next, RayQueue Generation::*kind, const RayQueue& rays, const Surface& surface, int lane,
+            const Vec3& direction, const Color& factor, Media::List media, const RayCone& cone);
 
   const CompiledScene& scene_;
   const RenderControl& control_;
@@ -162,18 +174,20 @@ class Wavefront {
   FirstHits first_hits_;
   Media media_;
 
-  // Hits of the queue being shaded. What hides within a solid of higher priority is not among the last four.
+  // Answers of the queue being shaded. What hides within a solid of higher priority is in neither list.
   Hits hits_;                           ///< one per ray
-  std::vector<std::uint32_t> hit_ray_;  ///< which ray of the queue
-  std::vector<Surface> surface_;        ///< beside hit_ray_
-  std::vector<Color> weight_;           ///< the ray's when it arrives, beside hit_ray_
-  std::vector<Color> color_;            ///< C at the surface, beside hit_ray_
+  std::vector<std::uint32_t> hit_ray_;  ///< which rays of the queue hit something
+  std::vector<std::uint32_t> missed_;   ///< and which nothing
   std::vector<double> spared_;          ///< light whose shadow rays were spared, beside hit_ray_; for many lights
   std::vector<Vec3> unbent_;            ///< empty in scenes without bent normals; beside hit_ray_, zero where not bent
+  std::vector<Vec3> position_;          ///< beside hit_ray_, where not all lights count
 
-  NearestLights nearest_;  ///< of each hit, where not all lights count
-  Facings facings_;        ///< the hits' places
-  Arrival arrival_;        ///< of one light at one packet of them
+  HitPacket hit_;            ///< the packet of hits being shaded
+  MirroredPacket mirrored_;  ///< what mirrors make of it
+  NearestLights nearest_;    ///< of each hit, where not all lights count
+  Facings facings_;          ///< the hits' places, packet by packet
+  Facings corners_;          ///< of triangles that are lit at their corners instead, three for a hit
+  Arrival arrival_;          ///< of one light at one packet of them
 
   ShadowRays shadow_;
   std::vector<Generation> spent_;  ///< traced ones, for the memory that they hold

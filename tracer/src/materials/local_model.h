@@ -1,7 +1,6 @@
 #pragma once
 /// The highlights of the local illumination models.
 
-#include <algorithm>
 #include <cmath>
 
 #include "tracer/src/math/vec.h"
@@ -9,13 +8,9 @@
 
 namespace tracer {
 
-/// c^n for c clamped to [0,1] and n >= 0, with 0^0 = 1. std::pow is right to its last bit for every exponent: what it
-/// is given, c, has all its digits; exp(n log1p(c-1)) would lose those of a small one.
-inline double highlight(double c, double n) { return std::pow(std::clamp(c, 0.0, 1.0), n); }
-
-/// What the highlight of the material's model is the power of, at unit normal n, unit directions l to the light and v
-/// to the eye, n.l > 0; not clamped. phong: r.v with r = 2(n.l)n - l (Phong 1975). blinn_phong: n.h with h =
-/// (l+v)/|l+v| (Blinn 1977), 0 where there is no h.
+/// What the highlight of the material's model is the power of (math/power.h), at unit normal n, unit directions l to
+/// the light and v to the eye, n.l > 0; not clamped. phong: r.v with r = 2(n.l)n - l (Phong 1975). blinn_phong: n.h
+/// with h = (l+v)/|l+v| (Blinn 1977), 0 where there is no h.
 WHITTLE_INLINE double phong_cosine(const Vec3& n, const Vec3& l, const Vec3& v) {
   const double twice = 2 * (n.x * l.x + n.y * l.y + n.z * l.z);
   return (n.x * twice - l.x) * v.x + (n.y * twice - l.y) * v.y + (n.z * twice - l.z) * v.z;

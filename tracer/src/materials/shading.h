@@ -1,11 +1,11 @@
 #pragma once
-/// How a surface of a material is shaded.
+/// How a surface is shaded.
 
 #include "tracer/scene.h"
 
 namespace tracer {
 
-inline Material::Shading shading_of(const Material& material, Approximations::Shading approximate) {
+inline Material::Shading shading_of(Material::Shading own, Approximations::Shading approximate) {
   switch (approximate) {
     case Approximations::Shading::gouraud:
       return Material::Shading::gouraud;
@@ -14,7 +14,7 @@ inline Material::Shading shading_of(const Material& material, Approximations::Sh
     case Approximations::Shading::exact:
       break;
   }
-  return material.shading;
+  return own;
 }
 
 }  // namespace tracer

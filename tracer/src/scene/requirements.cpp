@@ -96,7 +96,7 @@ class Finder {
     need(&Requirements::absorption, transmits && !(material.absorption == Color{}), where);
     need(&Requirements::overlapping_media,
          (branches || exact_shadows()) && transmits && std::exchange(solid_seen_, true), where);
-    need(&Requirements::gouraud, shading_of(material, approximate_.shading) == Material::Shading::gouraud,
+    need(&Requirements::gouraud, shading_of(material.shading, approximate_.shading) == Material::Shading::gouraud,
          approximate_.shading == Approximations::Shading::exact ? where : "/accuracy/approximate/shading");
     if (const auto* texture = std::get_if<TextureId>(&material.color))
       look_at(&Requirements::textures, *texture, where);

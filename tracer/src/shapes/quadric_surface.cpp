@@ -2,13 +2,10 @@
 
 #include <numbers>
 
+#include "tracer/src/shapes/quadric_point.h"
+
 namespace tracer {
 namespace {
-
-/// In the shape's own space; the normal need not be unit.
-struct ShapePoint {
-  Vec3 position, normal;
-};
 
 /// In [0,1): just below the seam, where adding one would round up to the next turn, it is the largest number below one.
 double turns(double y, double x) {
@@ -16,39 +13,10 @@ double turns(double y, double x) {
   return t < 0 ? std::min(t + 1, 1 - 0x1p-53) : t;
 }
 
-ShapePoint on_side(const Quadric& q, const Vec3& p) {
-  const double z = std::clamp(p.z, 0.0, 1.0);
-  const double slope = q.radius_1 - q.radius_0;
-  const double radius = q.radius_0 + slope * z;
-  const double r = std::hypot(p.x, p.y);
-  // The apex has no normal of its own: it looks along the axis.
-  if (!(r > 0) || !(radius > 0)) return {{0, 0, z}, {0, 0, slope < 0 ? 1.0 : -1.0}};
-  const Vec3 round{p.x / r, p.y / r, 0};
-  return {{round.x * radius, round.y * radius, z}, {round.x, round.y, -slope}};
-}
-
-ShapePoint on_box(QuadricPart part, const Vec3& p) {
-  const Vec3 inside{std::clamp(p.x, 0.0, 1.0), std::clamp(p.y, 0.0, 1.0), std::clamp(p.z, 0.0, 1.0)};
-  switch (part) {
-    case QuadricPart::x_0:
-      return {{0, inside.y, inside.z}, {-1, 0, 0}};
-    case QuadricPart::x_1:
-      return {{1, inside.y, inside.z}, {1, 0, 0}};
-    case QuadricPart::y_0:
-      return {{inside.x, 0, inside.z}, {0, -1, 0}};
-    case QuadricPart::y_1:
-      return {{inside.x, 1, inside.z}, {0, 1, 0}};
-    case QuadricPart::z_0:
-      return {{inside.x, inside.y, 0}, {0, 0, -1}};
-    default:
-      return {{inside.x, inside.y, 1}, {0, 0, 1}};
-  }
-}
-
 ShapePoint shape_point(const Quadric& q, QuadricPart part, const Vec3& p) {
   switch (q.kind) {
     case QuadricKind::ellipsoid: {
-      const Vec3 n = normalize(p);
+      const Vec3 n = on_ball(p);
       return {n, n};
     }
     case QuadricKind::disc:
@@ -56,9 +24,11 @@ ShapePoint shape_point(const Quadric& q, QuadricPart part, const Vec3& p) {
     case QuadricKind::frustum:
       if (part == QuadricPart::cap_0) return {{p.x, p.y, 0}, {0, 0, -1}};
       if (part == QuadricPart::cap_1) return {{p.x, p.y, 1}, {0, 0, 1}};
-      return on_side(q, p);
-    case QuadricKind::box:
-      return on_box(part, p);
+      return on_side(q.radius_0, q.radius_1, p);
+    case QuadricKind::box: {
+      const Vec3 out = out_of_box(static_cast<double>(part));
+      return {{on_box(out.x, p.x), on_box(out.y, p.y), on_box(out.z, p.z)}, out};
+    }
   }
   return {};
 }
@@ -85,8 +55,6 @@ Vec2 box_uv(QuadricPart part, const Vec3& p) {
   }
 }
 
-Linear absolute(const Linear& m) { return {abs(m.x), abs(m.y), abs(m.z)}; }
-
 }  // namespace
 
 Vec2 spherical_uv(const Vec3& n) {
@@ -95,16 +63,9 @@ Vec2 spherical_uv(const Vec3& n) {
 
 QuadricPoint quadric_point(const Quadric& quadric, QuadricPart part, const Vec3& on_ray) {
   const ShapePoint local = shape_point(quadric, part, quadric.shape_from_trace * (on_ray - quadric.origin));
-  const Vec3 arm = quadric.trace_from_shape * local.position;
-  const Vec3 position = quadric.origin + arm;
-  // What mapping the point there and its next ray back can be wrong by: both maps with their absolute entries. Side and
-  // caps reach beyond their rim by rim_slack: a ray that leaves one must start clear of the other.
-  const bool has_rims = quadric.kind == QuadricKind::frustum && quadric.caps;
-  const double bound = rounding_bound(16) + (has_rims ? 2 * rim_slack : 0);
-  const Vec3 reach = absolute(quadric.shape_from_trace) * abs(arm) + Vec3{1, 1, 1};
-  const Vec3 error =
-      absolute(quadric.trace_from_shape) * reach * bound + (abs(position) + abs(quadric.origin)) * rounding_bound(2);
-  return {{position, error}, normalize(transformed_normal(quadric.trace_from_shape, local.normal))};
+  const PrimitivePoint at =
+      placed(local, rims_of(quadric), quadric.origin, quadric.shape_from_trace, quadric.trace_from_shape);
+  return {{at.position, at.error}, normalize(at.across)};
 }
 
 Vec2 quadric_uv(const Quadric& quadric, QuadricPart part, const Vec3& position) {

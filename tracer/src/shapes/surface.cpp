@@ -1,70 +1,41 @@
 #include "tracer/src/shapes/surface.h"
 
 #include "tracer/src/materials/shading.h"
-#include "tracer/src/shapes/point_packet.h"
+#include "tracer/src/shapes/primitive_point.h"
 #include "tracer/src/shapes/quadric_surface.h"
 
 namespace tracer {
 namespace {
 
-/// What one shape knows of a hit; the rest is common.
-struct Local {
-  BoundedPoint point;
-  Vec3 geometric_normal;
-  Vec3 shading_normal;  ///< on the outward side
-  Vec3 shadow_offset{};
-  std::uint32_t object = 0;
-};
-
-Local sphere_at(const SphereGeometry& spheres, std::uint32_t i, const Vec3& on_ray) {
+ShapeHit sphere_at(const SphereGeometry& spheres, std::uint32_t i, const Vec3& on_ray) {
   const PrimitivePoint at = sphere_point({spheres.x[i], spheres.y[i], spheres.z[i]}, spheres.radius[i], on_ray);
   return {{at.position, at.error}, at.across, at.across, {}, spheres.object[i]};
 }
 
-Local plane_at(const PlaneGeometry& planes, std::uint32_t i, const Vec3& on_ray) {
-  const Vec3 normal = planes.normal[i];
-  const Vec3 position = on_ray - normal * dot(on_ray - planes.point[i], normal);
-  const Vec3 error = (abs(position) + abs(planes.point[i])) * rounding_bound(8);
-  return {{position, error}, normal, normal, {}, planes.object[i]};
+ShapeHit plane_at(const PlaneGeometry& planes, std::uint32_t i, const Vec3& on_ray) {
+  const PrimitivePoint at = plane_point(planes.point[i], planes.normal[i], on_ray);
+  return {{at.position, at.error}, at.across, at.across, {}, planes.object[i]};
 }
 
 Vec3 wide(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
-
-/// From a point of a triangle to the curved surface that its vertex normals suggest: the mean of its projections onto
-/// the vertices' tangent planes, where these lie outside. Shadow rays start there, or a coarse mesh's facets would
-/// shadow each other where its normals say that they are lit (Hanika 2021, "Hacking the Shadow Terminator", Ray Tracing
-/// Gems II, ch. 4).
-Vec3 toward_curved_surface(const TriangleGeometry& mesh, const std::array<std::uint32_t, 3>& corners,
-                           const std::array<double, 3>& weights, const Vec3& position, const Vec3& face) {
-  Vec3 offset;
-  for (std::size_t i = 0; i < 3; ++i) {
-    Vec3 normal = wide(mesh.normals[corners[i]]);
-    if (dot(normal, face) < 0) normal = -normal;
-    const double height = dot(position - mesh.position(corners[i]), normal);
-    offset += normal * (-std::min(height, 0.0) * weights[i]);
-  }
-  return offset;
-}
 
 std::uint32_t object_of(const TriangleGeometry& mesh, std::uint32_t triangle) {
   return mesh.object_of_triangle.empty() ? mesh.object : mesh.object_of_triangle[triangle];
 }
 
-Local triangle_at(const TriangleGeometry& mesh, const Hit& hit) {
+ShapeHit triangle_at(const TriangleGeometry& mesh, const Hit& hit) {
   const auto& [a, b, c] = mesh.triangles[hit.primitive.primitive];
   const double weight_a = 1 - hit.u - hit.v;
   const PrimitivePoint at = triangle_point(mesh.position(a), mesh.position(b), mesh.position(c), hit.u, hit.v);
   const Vec3 face = normalize(at.across);
-  Local local{{at.position, at.error}, face, face, {}, object_of(mesh, hit.primitive.primitive)};
+  ShapeHit local{{at.position, at.error}, face, face, {}, object_of(mesh, hit.primitive.primitive)};
   if (!mesh.normals.empty()) {
-    const Vec3 sum = wide(mesh.normals[a]) * weight_a + wide(mesh.normals[b]) * hit.u + wide(mesh.normals[c]) * hit.v;
-    // A vertex without a normal of its own, or normals that cancel: the face's.
-    if (dot(sum, sum) > 0x1p-40) {
-      local.shading_normal = normalize(sum);
-      local.shadow_offset = toward_curved_surface(mesh, mesh.triangles[hit.primitive.primitive],
-                                                  {weight_a, hit.u, hit.v}, at.position, face);
-    }
-    if (dot(local.shading_normal, face) < 0) local.shading_normal = -local.shading_normal;
+    const auto vertex = [&mesh](std::uint32_t i, double weight) {
+      return SmoothVertex{mesh.position(i), wide(mesh.normals[i]), weight};
+    };
+    const SmoothPoint smooth = smooth_point(vertex(a, weight_a), vertex(b, hit.u), vertex(c, hit.v), at.position, face);
+    local.shading_normal = smooth.normal;
+    local.shadow_offset = smooth.shadow_offset;
   }
   return local;
 }
@@ -86,7 +57,7 @@ Vec2 plane_uv(const CompiledScene& scene, const Axes& axes, const Vec3& from_poi
           scene.frame.world_from_trace(dot(from_point, axes.e1))};
 }
 
-Local quadric_at(const QuadricGeometry& set, const Hit& hit, const Vec3& on_ray) {
+ShapeHit quadric_at(const QuadricGeometry& set, const Hit& hit, const Vec3& on_ray) {
   const std::uint32_t i = hit.primitive.primitive;
   const QuadricPoint met = quadric_point(set.quadrics[i], static_cast<QuadricPart>(hit.u), on_ray);
   return {met.point, met.normal, met.normal, {}, set.object[i]};
@@ -101,7 +72,9 @@ Family family_of(const GeometrySet& set, std::uint32_t geometry) {
   return geometry < set.plane_geometry() ? Family::quadric : Family::plane;
 }
 
-Local local_at(const GeometrySet& set, const Hit& hit, const Vec3& on_ray) {
+}  // namespace
+
+ShapeHit shape_hit(const GeometrySet& set, const Hit& hit, const Vec3& on_ray) {
   const auto [geometry, primitive] = hit.primitive;
   switch (family_of(set, geometry)) {
     case Family::sphere:
@@ -116,32 +89,26 @@ Local local_at(const GeometrySet& set, const Hit& hit, const Vec3& on_ray) {
   return plane_at(set.planes, primitive, on_ray);
 }
 
-Vec2 uv_at(const CompiledScene& scene, const Hit& hit, const Surface& local) {
+Vec2 uv_at(const CompiledScene& scene, const Hit& hit, const Surface& surface) {
   const GeometrySet& set = scene.geometry();
   const auto [geometry, primitive] = hit.primitive;
   switch (family_of(set, geometry)) {
     case Family::sphere:
-      return sphere_uv(scene.axes_of_object[local.object], local.geometric_normal);
+      return sphere_uv(scene.axes_of_object[surface.object], surface.geometric_normal);
     case Family::triangle:
       return triangle_uv(set.triangles[geometry - set.first_triangles()], hit);
     case Family::quadric:
       return quadric_uv(set.quadrics[geometry - set.first_quadrics()].quadrics[primitive],
-                        static_cast<QuadricPart>(hit.u), local.point.position);
+                        static_cast<QuadricPart>(hit.u), surface.point.position);
     case Family::plane:
       break;
   }
-  return plane_uv(scene, scene.axes_of_object[local.object], local.point.position - set.planes.point[primitive]);
+  return plane_uv(scene, scene.axes_of_object[surface.object], surface.point.position - set.planes.point[primitive]);
 }
 
 bool is_textured(const Material& material) {
   return std::holds_alternative<TextureId>(material.color) || material.bump || material.normal_map;
 }
-
-void add_uv(const CompiledScene& scene, const Hit& hit, Surface& surface) {
-  if (scene.needs.textures && is_textured(scene.materials[surface.material])) surface.uv = uv_at(scene, hit, surface);
-}
-
-}  // namespace
 
 std::optional<Corners> corners_at(const CompiledScene& scene, const Hit& hit) {
   const GeometrySet& set = scene.geometry();
@@ -164,35 +131,20 @@ std::optional<Corners> corners_at(const CompiledScene& scene, const Hit& hit) {
 
 Surface surface_at(const CompiledScene& scene, const Hit& hit, const Vec3& origin, const Vec3& direction,
                    Approximations::Shading shading) {
-  const Local local = local_at(scene.geometry(), hit, origin + direction * hit.t);
+  const ShapeHit local = shape_hit(scene.geometry(), hit, origin + direction * hit.t);
   Surface surface;
   surface.point = local.point;
   surface.geometric_normal = local.geometric_normal;
   surface.back = dot(direction, local.geometric_normal) > 0;
   surface.object = local.object;
   surface.material = scene.material_of_object[local.object];
-  const bool flat = shading_of(scene.materials[surface.material], shading) == Material::Shading::flat;
+  const bool flat = shading_of(scene.materials[surface.material].shading, shading) == Material::Shading::flat;
   const Vec3& outward = flat ? local.geometric_normal : local.shading_normal;
   surface.normal = surface.back ? -outward : outward;
   // Seen from behind the curved surface is on the other side of the facet: nothing to correct there.
   if (!flat && !surface.back) surface.shadow_offset = local.shadow_offset;
-  add_uv(scene, hit, surface);
+  if (scene.needs.textures && is_textured(scene.materials[surface.material])) surface.uv = uv_at(scene, hit, surface);
   return surface;
-}
-
-void surface_of(const CompiledScene& scene, const Hit& hit, const BoundedPoint& point, const Vec3& normal,
-                const Vec3& direction, Surface& surface) {
-  const GeometrySet& set = scene.geometry();
-  const auto [geometry, primitive] = hit.primitive;
-  surface.point = point;
-  surface.geometric_normal = normal;
-  surface.back = dot(direction, normal) > 0;
-  surface.normal = surface.back ? -normal : normal;
-  surface.object = geometry < set.first_triangles()
-                       ? set.spheres[geometry].object[primitive]
-                       : object_of(set.triangles[geometry - set.first_triangles()], primitive);
-  surface.material = scene.material_of_object[surface.object];
-  add_uv(scene, hit, surface);
 }
 
 }  // namespace tracer

@@ -41,9 +41,21 @@ std::optional<Corners> corners_at(const CompiledScene& scene, const Hit& hit);
 Surface surface_at(const CompiledScene& scene, const Hit& hit, const Vec3& origin, const Vec3& direction,
                    Approximations::Shading shading = Approximations::Shading::exact);
 
-/// The same, into a fresh `surface`, for a hit on a sphere or a flat triangle whose point and outward unit normal there
-/// are known (point_packet.h).
-void surface_of(const CompiledScene& scene, const Hit& hit, const BoundedPoint& point, const Vec3& normal,
-                const Vec3& direction, Surface& surface);
+/// What one shape knows of a hit.
+struct ShapeHit {
+  BoundedPoint point;
+  Vec3 geometric_normal;  ///< unit, outward
+  Vec3 shading_normal;    ///< unit, on the same side
+  Vec3 shadow_offset{};   ///< as the surface's, seen from outside
+  std::uint32_t object = 0;
+};
+
+/// `on_ray` is where the ray's arithmetic has the hit.
+ShapeHit shape_hit(const GeometrySet& set, const Hit& hit, const Vec3& on_ray);
+
+bool is_textured(const Material& material);
+
+/// Texture coordinates of a hit of which all else is known. Precondition: the scene needs textures.
+Vec2 uv_at(const CompiledScene& scene, const Hit& hit, const Surface& surface);
 
 }  // namespace tracer

@@ -24,6 +24,8 @@ class TraceBackground {
     }
     return kind_ == Kind::environment ? environment(direction, spread) : cube(direction, spread);
   }
+  /// What every direction sees, or null.
+  [[nodiscard]] const Color* plain() const { return kind_ == Kind::color ? &color_ : nullptr; }
   /// The largest channel that any direction can see.
   [[nodiscard]] double bound() const;
 

@@ -1,0 +1,232 @@
+#include "tracer/src/integrator/hit_packet.h"
+
+#include "tracer/src/math/optics.h"
+#include "tracer/src/math/sampling.h"
+
+namespace tracer {
+namespace {
+
+template <class Value>
+WHITTLE_INLINE void pick(const Value* __restrict from, const int* __restrict index, Value* __restrict to) {
+  if (index[lanes - 1] - index[0] == lanes - 1) {  // ascending, so next to each other
+    for (int i = 0; i < lanes; ++i) to[i] = from[index[0] + i];
+  } else {
+    for (int i = 0; i < lanes; ++i) to[i] = from[index[i]];
+  }
+}
+
+/// Where the rays' arithmetic has the hits.
+WHITTLE_INLINE void step_along(const RaySpan& rays, const double* t, HitPacket& p) {
+  alignas(64) double x[lanes], y[lanes], z[lanes], distance[lanes];
+  pick(rays.ox, p.ray, x);
+  pick(rays.oy, p.ray, y);
+  pick(rays.oz, p.ray, z);
+  pick(t, p.ray, distance);
+  for (int i = 0; i < lanes; ++i) {
+    p.met.on_x[i] = x[i] + p.direction_x[i] * distance[i];
+    p.met.on_y[i] = y[i] + p.direction_y[i] * distance[i];
+    p.met.on_z[i] = z[i] + p.direction_z[i] * distance[i];
+  }
+}
+
+WHITTLE_INLINE void put(const Color& color, int i, double (&to)[3][lanes]) {
+  to[0][i] = color.r;
+  to[1][i] = color.g;
+  to[2][i] = color.b;
+}
+
+WHITTLE_INLINE void put(const MaterialTerms& terms, int i, TermPacket& to) {
+  put(terms.own, i, to.own);
+  put(terms.diffuse, i, to.diffuse);
+  put(terms.specular, i, to.specular);
+  put(terms.mirror, i, to.mirror);
+  to.shininess[i] = terms.shininess;
+  to.halfway[i] = terms.halfway ? 1 : 0;
+}
+
+WHITTLE_INLINE void note(const MaterialTerms& terms, int i, TermPacket& to) {
+  const bool shines = !is_black(terms.specular);
+  to.any_shines |= shines;
+  to.any_halfway |= shines && terms.halfway;
+  to.any_own |= terms.textured || !is_black(terms.own);
+  to.any_branches |= terms.branches;
+  to.any_textured |= terms.textured;
+  to.any_bends |= terms.bends;
+  to.mirrors |= is_black(terms.mirror) ? 0 : LaneMask{1} << i;
+}
+
+WHITTLE_INLINE bool differ(const std::uint32_t* a, const std::uint32_t* b) {
+  std::uint32_t difference = 0;
+  for (int i = 0; i < lanes; ++i) difference |= a[i] ^ b[i];
+  return difference != 0;
+}
+
+WHITTLE_INLINE void times(const double* __restrict weight, const double* __restrict factor, double* __restrict to) {
+  for (int i = 0; i < lanes; ++i) to[i] = weight[i] * factor[i];
+}
+
+WHITTLE_WIDE void weigh(HitPacket& p, FacingPacket& f) {
+  const TermPacket& terms = p.terms;
+  times(p.weight_r, terms.diffuse[0], f.diffuse_r);
+  times(p.weight_g, terms.diffuse[1], f.diffuse_g);
+  times(p.weight_b, terms.diffuse[2], f.diffuse_b);
+  if (f.any_shines) {
+    times(p.weight_r, terms.specular[0], f.specular_r);
+    times(p.weight_g, terms.specular[1], f.specular_g);
+    times(p.weight_b, terms.specular[2], f.specular_b);
+    for (int i = 0; i < lanes; ++i) {
+      f.shininess[i] = terms.shininess[i];
+      f.halfway[i] = terms.halfway[i];
+      const bool black = (f.specular_r[i] == 0) & (f.specular_g[i] == 0) & (f.specular_b[i] == 0);
+      f.shines[i] = black ? 0 : 1;
+    }
+  }
+  times(p.weight_r, terms.own[0], p.own_r);
+  times(p.weight_g, terms.own[1], p.own_g);
+  times(p.weight_b, terms.own[2], p.own_b);
+}
+
+/// Reflected in the normal that the ray sees, and once more in the face.
+WHITTLE_INLINE void reflect(const HitPacket& __restrict packet, const FacingPacket& __restrict f,
+                            MirroredPacket& __restrict to) {
+  const PointPacket& p = packet.points;
+  alignas(64) double once_x[lanes], once_y[lanes], once_z[lanes];
+  for (int i = 0; i < lanes; ++i) {
+    const double turned = 1 - 2 * packet.behind[i];
+    const Vec3 d{packet.direction_x[i], packet.direction_y[i], packet.direction_z[i]};
+    const Vec3 outward{p.face_x[i] * turned, p.face_y[i] * turned, p.face_z[i] * turned};
+    // An interpolated normal may face away from the ray; the face's never does.
+    const bool seen = d.x * f.normal_x[i] + d.y * f.normal_y[i] + d.z * f.normal_z[i] < 0;
+    const Vec3 normal{seen ? f.normal_x[i] : outward.x, seen ? f.normal_y[i] : outward.y,
+                      seen ? f.normal_z[i] : outward.z};
+    const Vec3 once = unit(reflected(d, normal));
+    once_x[i] = once.x;
+    once_y[i] = once.y;
+    once_z[i] = once.z;
+  }
+  for (int i = 0; i < lanes; ++i) {
+    const double turned = 1 - 2 * packet.behind[i];
+    const Vec3 once{once_x[i], once_y[i], once_z[i]};
+    const Vec3 outward{p.face_x[i] * turned, p.face_y[i] * turned, p.face_z[i] * turned};
+    const Vec3 twice = unit(reflected(once, outward));
+    const bool inside = once.x * outward.x + once.y * outward.y + once.z * outward.z < 0;
+    to.dx[i] = inside ? twice.x : once.x;
+    to.dy[i] = inside ? twice.y : once.y;
+    to.dz[i] = inside ? twice.z : once.z;
+  }
+}
+
+}  // namespace
+
+WHITTLE_WIDE void load(const RayQueue& rays, const HitSpan& hits, const std::uint32_t* ray, int count, HitPacket& p,
+                       FacingPacket& f) {
+  p.count = f.count = count;
+  for (int i = 0; i < lanes; ++i) p.ray[i] = static_cast<int>(ray[i < count ? i : 0]);
+  const RaySpan span = rays.span();
+  const RayQueue::Carried carried = rays.carried();
+  pick(span.dx, p.ray, p.direction_x);
+  pick(span.dy, p.ray, p.direction_y);
+  pick(span.dz, p.ray, p.direction_z);
+  step_along(span, hits.t, p);
+  pick(hits.u, p.ray, p.met.u);
+  pick(hits.v, p.ray, p.met.v);
+  pick(hits.primitive, p.ray, p.met.primitive);
+  pick(hits.primitive, p.ray, f.from);
+  pick(carried.r, p.ray, p.weight_r);
+  pick(carried.g, p.ray, p.weight_g);
+  pick(carried.b, p.ray, p.weight_b);
+  pick(carried.path, p.ray, p.path);
+  pick(carried.sample, p.ray, f.sample);
+  pick(carried.media, p.ray, f.media);
+}
+
+WHITTLE_WIDE void face(HitPacket& packet, FacingPacket& f) {
+  const PointPacket& p = packet.points;
+  for (int i = 0; i < lanes; ++i) {
+    const double x = packet.direction_x[i], y = packet.direction_y[i], z = packet.direction_z[i];
+    const double turned = x * p.face_x[i] + y * p.face_y[i] + z * p.face_z[i] > 0 ? -1 : 1;
+    packet.behind[i] = turned < 0 ? 1 : 0;
+    f.face_x[i] = p.face_x[i];
+    f.face_y[i] = p.face_y[i];
+    f.face_z[i] = p.face_z[i];
+    f.normal_x[i] = p.face_x[i] * turned;
+    f.normal_y[i] = p.face_y[i] * turned;
+    f.normal_z[i] = p.face_z[i] * turned;
+    f.eye_x[i] = -x;
+    f.eye_y[i] = -y;
+    f.eye_z[i] = -z;
+  }
+  for (int i = 0; i < lanes; ++i) {
+    f.x[i] = p.x[i];
+    f.y[i] = p.y[i];
+    f.z[i] = p.z[i];
+    f.clearance[i] = std::abs(p.face_x[i]) * p.error_x[i] + std::abs(p.face_y[i]) * p.error_y[i] +
+                     std::abs(p.face_z[i]) * p.error_z[i];
+  }
+  if (!p.smooth) return;
+  for (int i = 0; i < lanes; ++i) {
+    const bool front = packet.behind[i] == 0;
+    const double turned = front ? 1 : -1;
+    f.normal_x[i] = p.normal_x[i] * turned;
+    f.normal_y[i] = p.normal_y[i] * turned;
+    f.normal_z[i] = p.normal_z[i] * turned;
+    // Seen from behind the curved surface is on the other side of the facet: nothing to correct there.
+    f.x[i] = front ? p.x[i] + p.offset_x[i] : p.x[i];
+    f.y[i] = front ? p.y[i] + p.offset_y[i] : p.y[i];
+    f.z[i] = front ? p.z[i] + p.offset_z[i] : p.z[i];
+  }
+}
+
+void take_materials(const std::vector<MaterialTerms>& terms, HitPacket& packet, FacingPacket& facing) {
+  TermPacket& taken = packet.terms;
+  if (differ(packet.material, taken.material)) {
+    taken.any_shines = taken.any_halfway = taken.any_own = false;
+    taken.any_branches = taken.any_textured = taken.any_bends = false;
+    taken.mirrors = 0;
+    for (int i = 0; i < lanes; ++i) {
+      const MaterialTerms& of = terms[packet.material[i]];
+      put(of, i, taken);
+      note(of, i, taken);
+    }
+    std::copy_n(packet.material, lanes, taken.material);
+  }
+  facing.any_shines = taken.any_shines;
+  facing.any_halfway = taken.any_halfway;
+  weigh(packet, facing);
+}
+
+void take_color(const Color& own, const Color& diffuse, int lane, HitPacket& packet, FacingPacket& facing) {
+  const Color weight = packet.weight(lane), own_here = weight * own, diffuse_here = weight * diffuse;
+  packet.own_r[lane] = own_here.r;
+  packet.own_g[lane] = own_here.g;
+  packet.own_b[lane] = own_here.b;
+  facing.diffuse_r[lane] = diffuse_here.r;
+  facing.diffuse_g[lane] = diffuse_here.g;
+  facing.diffuse_b[lane] = diffuse_here.b;
+}
+
+WHITTLE_WIDE void mirror(const HitPacket& __restrict packet, const FacingPacket& __restrict f,
+                         MirroredPacket& __restrict to) {
+  reflect(packet, f, to);
+  const PointPacket& p = packet.points;
+  for (int i = 0; i < lanes; ++i) {
+    const Vec3 origin = clear_of({p.x[i], p.y[i], p.z[i]}, {p.face_x[i], p.face_y[i], p.face_z[i]}, f.clearance[i],
+                                 {to.dx[i], to.dy[i], to.dz[i]});
+    to.ox[i] = origin.x;
+    to.oy[i] = origin.y;
+    to.oz[i] = origin.z;
+  }
+  for (int i = 0; i < lanes; ++i) {
+    const double r = packet.weight_r[i] * packet.terms.mirror[0][i];
+    const double g = packet.weight_g[i] * packet.terms.mirror[1][i];
+    const double b = packet.weight_b[i] * packet.terms.mirror[2][i];
+    const double larger = r > g ? r : g;
+    to.r[i] = r;
+    to.g[i] = g;
+    to.b[i] = b;
+    to.largest[i] = larger > b ? larger : b;
+  }
+  for (int i = 0; i < lanes; ++i) to.path[i] = static_cast<std::uint32_t>(mix(std::uint64_t{packet.path[i]} * 2));
+}
+
+}  // namespace tracer

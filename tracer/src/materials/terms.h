@@ -1,0 +1,63 @@
+#pragma once
+/// What of a material's light is the same at every hit, worked out once a scene.
+
+#include <vector>
+
+#include "tracer/src/math/vec.h"
+
+namespace tracer {
+
+/// What is left of the ambient and diffuse light of a surface that interpolates it with what is behind.
+inline double body(const Material& material) {
+  return material.transparency == Material::Transparency::interpolated ? 1 - material.transmission : 1;
+}
+
+/// What a material of colour C gives by itself, and what it makes of light.
+inline Color own_light(const Material& material, const Color& color, const Color& ambient) {
+  return material.emission + ambient * color * (material.ambient * body(material));
+}
+inline Color diffuse_share(const Material& material, const Color& color) {
+  return color * (material.diffuse * body(material));
+}
+
+/// Where a texture is the colour, `own` and `diffuse` are those of black.
+struct MaterialTerms {
+  Color own;       ///< emission and ambient light
+  Color diffuse;   ///< what N.L is multiplied by
+  Color specular;  ///< what the highlight is multiplied by; black: there is none
+  Color mirror;    ///< K_r C_r, where that is all that goes on from here; else black
+  double shininess = 0;
+  bool halfway = false;    ///< the highlight is Blinn's; else Phong's
+  bool branches = false;   ///< light goes on from here in other ways than by `mirror`
+  bool textured = false;   ///< its colour is a texture's
+  bool bends = false;      ///< textures bend its normals
+  bool transmits = false;  ///< it lets light through
+  Material::Shading shading = Material::Shading::smooth;
+};
+
+inline MaterialTerms terms_of(const Material& material, const Color& ambient) {
+  const auto* plain = std::get_if<Color>(&material.color);
+  const Color color = plain != nullptr ? *plain : Color{};
+  const bool shines = material.model != Material::Model::lambert && material.specular > 0;
+  const bool mirrors = material.reflection > 0 && !(material.transmission > 0) && !material.fresnel;
+  return {.own = own_light(material, color, ambient),
+          .diffuse = diffuse_share(material, color),
+          .specular = shines ? material.specular_color * material.specular : Color{},
+          .mirror = mirrors ? material.reflection_color * material.reflection : Color{},
+          .shininess = material.shininess,
+          .halfway = material.model == Material::Model::blinn_phong,
+          .branches = !mirrors && (material.reflection > 0 || material.transmission > 0),
+          .textured = plain == nullptr,
+          .bends = material.bump || material.normal_map,
+          .transmits = material.transmission > 0,
+          .shading = material.shading};
+}
+
+inline std::vector<MaterialTerms> terms_of(const std::vector<Material>& materials, const Color& ambient) {
+  std::vector<MaterialTerms> terms;
+  terms.reserve(materials.size());
+  for (const Material& material : materials) terms.push_back(terms_of(material, ambient));
+  return terms;
+}
+
+}  // namespace tracer

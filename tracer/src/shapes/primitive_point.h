@@ -1,0 +1,82 @@
+#pragma once
+/// Where rays meet the simplest primitives, and which way these face there: formulas that are the same bits one by one
+/// and sixteen at a time.
+
+#include "tracer/src/math/rounding.h"
+#include "tracer/src/math/wide.h"
+
+namespace tracer {
+
+/// A point on a primitive, how far it may be from it, and the outward direction across it there.
+struct PrimitivePoint {
+  Vec3 position, error;
+  Vec3 across;  ///< a sphere's is unit
+};
+
+/// The point of a sphere next to `on_ray`. The ray's own arithmetic loses digits with its length, so the point is
+/// pulled back onto the sphere; what is left is the rounding of that and of the quadratic's constant term, which
+/// sixteen operations cover.
+WHITTLE_INLINE PrimitivePoint sphere_point(const Vec3& center, double radius, const Vec3& on_ray) {
+  const Vec3 scaled = (on_ray - center) / radius;
+  const double distance = length(scaled);  // 0 where a ray from 10^16 radii away has no digit left for the surface
+  const double stretch = distance > 0 ? 1 / distance : 0;
+  const Vec3 normal = scaled * stretch;
+  const Vec3 arm = normal * radius;
+  const Vec3 position = center + arm;
+  // By components: copied as a whole it would keep the loop from becoming vector code.
+  return {position,
+          abs(arm) * rounding_bound(16) + (abs(position) + abs(center)) * rounding_bound(2),
+          {normal.x, normal.y, normal.z}};
+}
+
+/// Position and error from the barycentric coordinates (PBR 4th ed., sec. 6.8.5).
+WHITTLE_INLINE PrimitivePoint triangle_point(const Vec3& a, const Vec3& b, const Vec3& c, double u, double v) {
+  const Vec3 from_a = a * (1 - u - v), from_b = b * u, from_c = c * v;
+  return {from_a + from_b + from_c, (abs(from_a) + abs(from_b) + abs(from_c)) * rounding_bound(7), cross(b - a, c - a)};
+}
+
+/// The point of a plane next to `on_ray`.
+WHITTLE_INLINE PrimitivePoint plane_point(const Vec3& point, const Vec3& normal, const Vec3& on_ray) {
+  const Vec3 position = on_ray - normal * dot(on_ray - point, normal);
+  return {position, (abs(position) + abs(point)) * rounding_bound(8), {normal.x, normal.y, normal.z}};
+}
+
+/// A vertex of a triangle, and its share of the point that was met.
+struct SmoothVertex {
+  Vec3 position, normal;
+  double weight;
+};
+
+/// From a point of a triangle towards the curved surface that its vertex normals suggest: the mean of its projections
+/// onto the vertices' tangent planes, where these lie outside, of which this is one vertex's part. Shadow rays start
+/// there, or a coarse mesh's facets would shadow each other where its normals say that they are lit (Hanika 2021,
+/// "Hacking the Shadow Terminator", Ray Tracing Gems II, ch. 4).
+WHITTLE_INLINE Vec3 toward_tangent_plane(const SmoothVertex& vertex, const Vec3& position, const Vec3& face) {
+  const double side = dot(vertex.normal, face) < 0 ? -1.0 : 1.0;
+  const Vec3 normal = vertex.normal * side;
+  const double height = dot(position - vertex.position, normal);
+  return normal * (-(height < 0 ? height : 0.0) * vertex.weight);
+}
+
+/// What vertex normals make of a triangle that faces `face`.
+struct SmoothPoint {
+  Vec3 normal;         ///< unit, on the side of `face`
+  Vec3 shadow_offset;  ///< to the curved surface
+};
+
+/// A vertex without a normal of its own has the zero vector. Where the normals cancel the face's is taken.
+WHITTLE_INLINE SmoothPoint smooth_point(const SmoothVertex& a, const SmoothVertex& b, const SmoothVertex& c,
+                                        const Vec3& position, const Vec3& face) {
+  const Vec3 sum = a.normal * a.weight + b.normal * b.weight + c.normal * c.weight;
+  const double squared = dot(sum, sum);
+  const double curved = squared > 0x1p-40 ? 1.0 : 0.0;
+  const double side = dot(sum, face) < 0 ? -1.0 : 1.0;
+  const double size = std::sqrt(squared);
+  const Vec3 offset = toward_tangent_plane(a, position, face) + toward_tangent_plane(b, position, face) +
+                      toward_tangent_plane(c, position, face);
+  return {{curved > 0 ? sum.x / size * side : face.x, curved > 0 ? sum.y / size * side : face.y,
+           curved > 0 ? sum.z / size * side : face.z},
+          {offset.x * curved, offset.y * curved, offset.z * curved}};
+}
+
+}  // namespace tracer
