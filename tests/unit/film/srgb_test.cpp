@@ -17,8 +17,8 @@ long double curve(long double linear) {
 }
 
 /// Half up; no float in [0,1] but 0 and 1 makes the curve reach a half exactly.
-int nearest_code(float linear) {
-  return static_cast<int>(std::floor(255.0L * curve(static_cast<long double>(linear)) + 0.5L));
+int nearest_code(float linear, long double code_max = 255.0L) {
+  return static_cast<int>(std::floor(code_max * curve(static_cast<long double>(linear)) + 0.5L));
 }
 
 TEST(SrgbCode, IsTheNearestToTheCurveForAHundredThousandFloatsSpreadOverAllScales) {
@@ -79,6 +79,52 @@ TEST(SrgbCode, IsTheSameForARowAsForEachOfItsValues) {
   std::vector<std::uint8_t> codes(row.size());
   tracer::srgb8_from_linear(row, codes);
   for (std::size_t i = 0; i < row.size(); ++i) EXPECT_EQ(codes[i], tracer::srgb8_from_linear(row[i])) << row[i];
+}
+
+/// Of 16 bits, in a row of its own: no neighbour decides how it is found.
+int code16(float linear) {
+  std::uint16_t code = 0;
+  tracer::srgb16_from_linear({&linear, 1}, {&code, 1});
+  return code;
+}
+
+TEST(SrgbCode16, OfARowIsTheNearestToTheCurveForAHundredThousandFloatsSpreadOverAllScales) {
+  std::mt19937 random(2);  // NOLINT: the same floats every time
+  std::uniform_int_distribution<std::uint32_t> bits(0, std::bit_cast<std::uint32_t>(1.0F));
+  std::uniform_real_distribution<float> unit(0, 1);
+  std::vector<float> row;
+  for (int i = 0; i < 50'000; ++i) row.insert(row.end(), {std::bit_cast<float>(bits(random)), unit(random)});
+  std::vector<std::uint16_t> codes(row.size());
+  tracer::srgb16_from_linear(row, codes);
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    ASSERT_EQ(codes[i], nearest_code(row[i], 65535.0L)) << "linear " << std::hexfloat << row[i];
+    ASSERT_EQ(code16(row[i]), codes[i]) << "linear " << std::hexfloat << row[i];
+  }
+}
+
+TEST(SrgbCode16, OfARowChangesExactlyWhereTheCurvePassesAHalf) {
+  const auto middle = [](int code) {
+    const long double encoded = (code - 0.5L) / 65535;
+    return encoded <= 0.04045L ? encoded / 12.92L : std::pow((encoded + 0.055L) / 1.055L, 2.4L);
+  };
+  for (int code = 1; code <= 65535; ++code) {
+    const auto nearest = std::bit_cast<std::uint32_t>(static_cast<float>(middle(code)));
+    for (std::uint32_t bits = nearest - 2; bits <= nearest + 2; ++bits) {
+      const auto linear = std::bit_cast<float>(bits);
+      ASSERT_EQ(code16(linear), nearest_code(linear, 65535.0L)) << "linear " << std::hexfloat << linear;
+    }
+  }
+}
+
+TEST(SrgbCode16, OfARowIsThatOfEachOfItsValuesBeyondBlackAndWhiteToo) {
+  constexpr float infinity = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
+  std::vector<float> row = {nan, -nan, infinity, -infinity, -1.0F, -0.0F, 1e-40F, 1e30F, 1.0F, 1.0000001F};
+  for (int i = -20; i < 1100; ++i) row.push_back(static_cast<float>(i) / 1000);
+  std::vector<std::uint16_t> codes(row.size());
+  tracer::srgb16_from_linear(row, codes);
+  for (std::size_t i = 0; i < row.size(); ++i) EXPECT_EQ(codes[i], tracer::srgb16_from_linear(row[i])) << row[i];
+  EXPECT_EQ(codes[0], 0) << "not a number";
+  EXPECT_EQ(codes[2], 65535) << "infinite";
 }
 
 TEST(SrgbCurve, AgreesWithLongDoubleToAFewUnitsInTheLastPlace) {

@@ -1,10 +1,13 @@
 #include "tracer/src/film/srgb.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cassert>
 #include <cmath>
 #include <cstddef>
+
+#include "tracer/src/math/wide.h"
 
 namespace tracer {
 namespace {
@@ -49,6 +52,54 @@ std::uint8_t look_up(const Codes& table, float linear) {
   return static_cast<std::uint8_t>(code + (linear >= table.begin[code + std::size_t{1}] ? 1 : 0));
 }
 
+// 16 bits have too many codes for such a table. There the curve's power, 5/12, is that of the float's exponent, looked
+// up, times that of its mantissa, from the binomial series about the octave's middle: what follows its last term is
+// less than 4e-5 codes. Where that could decide between two codes, the power itself does.
+constexpr int series_degree = 14;
+constexpr double doubt = 1e-4;                // codes from where the next begins
+constexpr std::size_t doubted_together = 64;  // numbers; one in 5000 is in doubt
+constexpr int curve_exponent_min = -9;        // of 0.0031308, where the power begins
+constexpr double code_max = 65535;
+
+struct Series {
+  double term[series_degree + 1];         // of (1.5 + t)^(5/12)
+  double octave[1 - curve_exponent_min];  // the curve's factor times 2^(5/12 exponent), in codes
+
+  Series() {
+    term[0] = std::pow(1.5, 5.0 / 12);
+    for (int k = 1; k <= series_degree; ++k) term[k] = term[k - 1] * (5.0 / 12 - (k - 1)) / (k * 1.5);
+    for (int exponent = curve_exponent_min; exponent <= 0; ++exponent)
+      octave[exponent - curve_exponent_min] = code_max * 1.055 * std::exp2(5.0 / 12 * exponent);
+  }
+};
+
+const Series& series() {
+  static const Series all;
+  return all;
+}
+
+/// Codes of the numbers; how many of them are in doubt.
+WHITTLE_WIDE int encode_wide(const Series& s, const float* linear, std::size_t count, std::uint16_t* __restrict codes) {
+  const double* const octave = s.octave;  // looked up in the structure, the loop is no vector code
+  int doubts = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const float lit = linear[i] > 0 ? linear[i] : 0;  // NaN too
+    const float x = lit < 1 ? lit : 1;
+    const auto bits = std::bit_cast<std::int32_t>(x);
+    const int exponent = (bits >> 23) - 127 - curve_exponent_min;
+    const double t = static_cast<double>(std::bit_cast<float>((bits & 0x7fffff) | 0x3f800000)) - 1.5;
+    double power = s.term[series_degree];
+    for (int k = series_degree - 1; k >= 0; --k) power = power * t + s.term[k];
+    const double curved = octave[exponent > 0 ? exponent : 0] * power - code_max * 0.055;
+    const double code = (static_cast<double>(x) <= 0.0031308 ? code_max * 12.92 * x : curved) + 0.5;
+    const int whole = static_cast<int>(code);
+    const double part = code - whole;
+    doubts += part < doubt || part > 1 - doubt ? 1 : 0;
+    codes[i] = static_cast<std::uint16_t>(whole);
+  }
+  return doubts;
+}
+
 }  // namespace
 
 double srgb_from_linear(double linear) {
@@ -71,6 +122,16 @@ void srgb8_from_linear(std::span<const float> linear, std::span<std::uint8_t> in
   assert(linear.size() == into.size());
   const Codes& table = codes();
   for (std::size_t i = 0; i < linear.size(); ++i) into[i] = look_up(table, linear[i]);
+}
+
+void srgb16_from_linear(std::span<const float> linear, std::span<std::uint16_t> into) {
+  assert(linear.size() == into.size());
+  const Series& table = series();
+  for (std::size_t first = 0; first < linear.size(); first += doubted_together) {
+    const auto some = linear.subspan(first, std::min(doubted_together, linear.size() - first));
+    if (encode_wide(table, some.data(), some.size(), into.data() + first) == 0) continue;
+    for (std::size_t i = 0; i < some.size(); ++i) into[first + i] = srgb16_from_linear(some[i]);
+  }
 }
 
 }  // namespace tracer

@@ -20,5 +20,6 @@ std::uint16_t srgb16_from_linear(float linear);
 
 /// The same for a whole row or picture. Precondition: equal sizes.
 void srgb8_from_linear(std::span<const float> linear, std::span<std::uint8_t> codes);
+void srgb16_from_linear(std::span<const float> linear, std::span<std::uint16_t> codes);
 
 }  // namespace tracer

@@ -30,10 +30,12 @@ std::vector<Code> codes_of(const std::vector<float>& linear) {
   std::vector<Code> codes(linear.size());
   for_each_tile((linear.size() + piece - 1) / piece, 0, [&](std::uint64_t index) {
     const std::size_t first = index * piece, count = std::min(piece, linear.size() - first);
+    const auto from = std::span(linear).subspan(first, count);
+    const auto into = std::span(codes).subspan(first, count);
     if constexpr (sizeof(Code) == 1) {
-      srgb8_from_linear(std::span(linear).subspan(first, count), std::span(codes).subspan(first, count));
+      srgb8_from_linear(from, into);
     } else {
-      for (std::size_t i = first; i < first + count; ++i) codes[i] = srgb16_from_linear(linear[i]);
+      srgb16_from_linear(from, into);
     }
   });
   return codes;

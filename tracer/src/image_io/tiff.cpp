@@ -1,5 +1,6 @@
 #include "tracer/src/image_io/tiff.h"
 
+#include <bit>
 #include <utility>
 
 namespace tracer {
@@ -64,7 +65,12 @@ std::vector<std::uint8_t> tiff16(std::uint32_t width, std::uint32_t height, std:
   for (std::uint16_t channel = 0; channel < channels; ++channel) writer.put16(16);
   writer.put32(1);
   writer.put32(1);
-  for (const std::uint16_t code : codes) writer.put16(code);
+  if constexpr (std::endian::native == std::endian::little) {
+    const auto* const pixels = reinterpret_cast<const std::uint8_t*>(codes.data());
+    writer.bytes.insert(writer.bytes.end(), pixels, pixels + codes.size_bytes());
+  } else {
+    for (const std::uint16_t code : codes) writer.put16(code);
+  }
   return std::move(writer.bytes);
 }
 

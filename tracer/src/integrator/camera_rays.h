@@ -1,6 +1,9 @@
 #pragma once
 /// Samples of pixels, as a batch holds them.
 
+#include <span>
+
+#include "tracer/src/integrator/tiles.h"
 #include "tracer/src/integrator/wavefront.h"
 #include "tracer/src/math/sampling.h"
 
@@ -28,18 +31,48 @@ inline std::uint64_t pixel_index(const CompiledScene& scene, std::uint32_t x, st
   return static_cast<std::uint64_t>(y) * scene.image.width + x;
 }
 
+/// What each of `count` samples of a pixel covers of its width.
+inline double uniform_share(std::uint32_t count) { return 1 / std::sqrt(static_cast<double>(count)); }
+
 /// Sample `index` of `count` that a pixel has of one sequence: the first few of them are stratified, whatever their
 /// number. One alone sits in the centre.
 inline Sample uniform_sample(const CompiledScene& scene, std::uint32_t x, std::uint32_t y, std::uint32_t index,
                              std::uint32_t count) {
-  const std::uint64_t pixel = pixel_index(scene, x, y), seed = scene.accuracy.seed;
-  const std::uint64_t key = pixel_key(pixel, seed);
+  const std::uint64_t key = pixel_key(pixel_index(scene, x, y), scene.accuracy.seed);
   return {x,
           y,
-          pixel_sample(pixel, index, count, seed),
+          pixel_sample(key, index, count),
           scene.needs.lens ? lens_sample(key, index, count) : Vec2{0.5, 0.5},
-          1 / std::sqrt(static_cast<double>(count)),
+          uniform_share(count),
           {key, index}};
+}
+
+/// The samples [first, last) of `count` of these pixels, the first one of all pixels first: each as uniform_sample has
+/// it. In one go, for this is most of what a picture of one sample a pixel needs beside its rays.
+inline Batch uniform_batch(const CompiledScene& scene, std::span<const Pixel> pixels, std::uint32_t first,
+                           std::uint32_t last, std::uint32_t count) {
+  Batch batch;
+  const std::size_t size = pixels.size() * (last - first);
+  const std::uint64_t seed = scene.accuracy.seed;
+  const bool lens = scene.needs.lens;
+  batch.samples.resize(size);
+  batch.x.resize(size);
+  batch.y.resize(size);
+  if (lens) batch.lens.resize(size);
+  if (scene.needs.filtered_textures) batch.share.assign(size, uniform_share(count));
+  std::size_t at = 0;
+  for (std::uint32_t index = first; index < last; ++index) {
+    for (const Pixel& pixel : pixels) {
+      const std::uint64_t key = pixel_key(pixel_index(scene, pixel.x, pixel.y), seed);
+      const Vec2 place = pixel_sample(key, index, count);
+      batch.samples[at] = {key, index};
+      batch.x[at] = pixel.x + place.x;
+      batch.y[at] = pixel.y + place.y;
+      if (lens) batch.lens[at] = lens_sample(key, index, count);
+      ++at;
+    }
+  }
+  return batch;
 }
 
 /// Sample `index` of the stream `stream` of a pixel, independent of all other streams and of uniform_sample. The first

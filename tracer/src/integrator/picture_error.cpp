@@ -6,6 +6,12 @@
 #include "tracer/src/accuracy/radiance_bound.h"
 
 namespace tracer {
+namespace {
+
+/// From a squared error, the channels added up, to the root mean square of the channels.
+float error_of(double squared) { return static_cast<float>(std::sqrt(squared / 3)); }
+
+}  // namespace
 
 double brightest_if_needed(const CompiledScene& scene, std::span<const float> rgb) {
   const bool needed = scene.output.overflow == Output::Overflow::scale || !radiance_bound(scene);
@@ -27,38 +33,57 @@ void add(MissingError& sums, const float* rgb, const MissingLight& missing, cons
 float pixel_error(double variance, const float* rgb, const MissingLight& missing, const Judging& judging) {
   MissingError lacks;
   add(lacks, rgb, missing, judging);
-  return static_cast<float>(std::sqrt((variance + lacks.both) / 3));
+  return error_of(variance + lacks.both);
 }
 
-UniformAccount account_for(Image& image, const UniformPixels& pixels, std::span<const MissingLight> missing,
-                           const Judging& judging, const InParallel& in_parallel) {
-  struct Part {
-    SummedErrors sampled;
-    MissingError missing;
-  };
+namespace {
+
+SampledError account_for_samples(Image& image, const UniformPixels& pixels, const Judging& judging,
+                                 const InParallel& in_parallel) {
   const Blocks blocks(pixels.rgb.size() / 3, pixels.width);
-  std::vector<Part> parts(blocks.count());
+  std::vector<SummedErrors> parts(blocks.count());
   in_parallel(blocks.count(), [&](std::uint64_t block) {
     UniformVariance variances(pixels, judging.levels);
-    Part part;
+    SummedErrors part;
     for (std::size_t y = blocks.first_row(block); y < blocks.first_row(block + 1); ++y) {
       const std::span<const float> variance = variances.row(y);
-      for (std::size_t x = 0, place = y * pixels.width; x < pixels.width; ++x, ++place) {
-        const float* rgb = pixels.rgb.data() + 3 * place;
-        const MissingLight lacks = missing.empty() ? MissingLight{} : missing[place];
-        part.sampled.add(variance[x]);
-        add(part.missing, rgb, lacks, judging);
-        if (!image.layers.error.empty()) image.layers.error[place] = pixel_error(variance[x], rgb, lacks, judging);
-      }
+      for (const float one : variance) part.add(one);
+      if (image.layers.error.empty()) continue;
+      float* const error = image.layers.error.data() + y * pixels.width;
+      for (std::size_t x = 0; x < variance.size(); ++x) error[x] = error_of(variance[x]);
     }
     parts[block] = part;
   });
-  Part whole;
-  for (const Part& part : parts) {
-    whole.sampled.add(part.sampled);
-    whole.missing.add(part.missing);
-  }
-  return {whole.sampled.known(), whole.missing};
+  SummedErrors whole;
+  for (const SummedErrors& part : parts) whole.add(part);
+  return whole.known();
+}
+
+/// After the samples: adds to what the layer `error` has of them.
+MissingError account_for_lacks(Image& image, std::span<const std::vector<Lack>> lacks, const Judging& judging,
+                               const InParallel& in_parallel) {
+  std::vector<MissingError> parts(lacks.size());
+  in_parallel(lacks.size(), [&](std::uint64_t tile) {
+    for (const Lack& lack : lacks[tile]) {
+      MissingError one;
+      add(one, image.rgb.data() + 3 * std::size_t{lack.place}, lack.missing, judging);
+      parts[tile].add(one);
+      if (image.layers.error.empty()) continue;
+      float& error = image.layers.error[lack.place];
+      error = error_of(3.0 * error * error + one.both);
+    }
+  });
+  MissingError whole;
+  for (const MissingError& part : parts) whole.add(part);
+  return whole;
+}
+
+}  // namespace
+
+UniformAccount account_for(Image& image, const UniformPixels& pixels, std::span<const std::vector<Lack>> lacks,
+                           const Judging& judging, const InParallel& in_parallel) {
+  const SampledError sampled = account_for_samples(image, pixels, judging, in_parallel);
+  return {sampled, account_for_lacks(image, lacks, judging, in_parallel)};
 }
 
 }  // namespace tracer

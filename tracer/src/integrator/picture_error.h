@@ -1,7 +1,9 @@
 #pragma once
 /// From pixels to the error told of their picture.
 
+#include <cstdint>
 #include <span>
+#include <vector>
 
 #include "tracer/render.h"
 #include "tracer/src/accuracy/account.h"
@@ -34,13 +36,19 @@ void add(MissingError& sums, const float* rgb, const MissingLight& missing, cons
 /// One pixel's in the layer `error`, from the variance of its mean and what it lacks.
 float pixel_error(double variance, const float* rgb, const MissingLight& missing, const Judging& judging);
 
+/// A pixel that lacks something; most of most pictures lack nothing.
+struct Lack {
+  std::uint32_t place;   ///< pictures end at 2^26 pixels
+  MissingLight missing;  ///< the mean of its samples'
+};
+
 /// What is known of a picture of equal samples; the same for any number of threads. Also writes the layer `error` where
-/// `image` has one. `pixels` are those of `image`; `missing`: the means of what each lacks, empty: nothing.
+/// `image` has one. `pixels` are those of `image`; `lacks`: by tile, no pixel twice.
 struct UniformAccount {
   SampledError sampled;
   MissingError missing;
 };
-UniformAccount account_for(Image& image, const UniformPixels& pixels, std::span<const MissingLight> missing,
+UniformAccount account_for(Image& image, const UniformPixels& pixels, std::span<const std::vector<Lack>> lacks,
                            const Judging& judging, const InParallel& in_parallel);
 
 }  // namespace tracer

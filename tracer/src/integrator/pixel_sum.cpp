@@ -3,10 +3,6 @@
 #include <algorithm>
 
 namespace tracer {
-float film_value(double value) {
-  return static_cast<float>(std::min<double>(value, std::numeric_limits<float>::max()));
-}
-
 namespace {
 
 void write3(std::vector<float>& layer, std::size_t index, double x, double y, double z) {
@@ -38,14 +34,6 @@ void allocate(Image& image, const PixelWindow& window, const Output& output) {
   if (asked(Layer::object_id)) image.layers.object_id.resize(pixels);
   if (asked(Layer::samples)) image.layers.samples.resize(pixels);
   if (asked(Layer::error)) image.layers.error.resize(pixels);
-}
-
-void write_color(Image& image, std::size_t index, const Color& mean) {
-  write3(image.rgb, index, mean.r, mean.g, mean.b);
-}
-
-void PixelSum::write(Image& image, std::size_t index) const {
-  write_color(image, index, count_ > 0 ? sum_ * (1.0 / count_) : Color{});
 }
 
 void PixelSum::write_spread(const Color& squares, float* spread) const {

@@ -1,6 +1,9 @@
 #pragma once
 /// From the samples of a pixel to its place in the picture.
 
+#include <algorithm>
+#include <limits>
+
 #include "tracer/image.h"
 #include "tracer/src/integrator/first_hits.h"
 
@@ -10,10 +13,9 @@ namespace tracer {
 void allocate(Image& image, const PixelWindow& window, const Output& output);
 
 /// The film holds floats: what is brighter than the largest is that one, never infinite.
-float film_value(double value);
-
-/// One pixel's mean, into the pixel `index` of the picture.
-void write_color(Image& image, std::size_t index, const Color& mean);
+inline float film_value(double value) {
+  return static_cast<float>(std::min<double>(value, std::numeric_limits<float>::max()));
+}
 
 /// Sum of one pixel's finite samples.
 class PixelSum {
@@ -22,8 +24,13 @@ class PixelSum {
     sum_ += radiance;
     ++count_;
   }
-  /// Means, into the pixel `index` of the picture.
-  void write(Image& image, std::size_t index) const;
+  /// Means, into three channels. In line: it is most of what a picture of one sample a pixel needs beside its rays.
+  void write(float* rgb) const {
+    const Color mean = count_ > 0 ? sum_ * (1.0 / count_) : Color{};
+    rgb[0] = film_value(mean.r);
+    rgb[1] = film_value(mean.g);
+    rgb[2] = film_value(mean.b);
+  }
   /// The variance of the samples, whose squares sum up to `squares`, into three channels.
   void write_spread(const Color& squares, float* spread) const;
 

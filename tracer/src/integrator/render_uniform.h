@@ -1,6 +1,9 @@
 #pragma once
 /// Exactly so many samples in every pixel.
 
+#include <array>
+#include <span>
+
 #include "tracer/src/integrator/audit.h"
 #include "tracer/src/integrator/camera_rays.h"
 #include "tracer/src/integrator/picture_error.h"
@@ -31,8 +34,7 @@ class UniformRender {
     image_ = &image;
     allocate(image, scene_.image.window(), scene_.output);
     if (samples_ > 1) spread_.resize(image.rgb.size());
-    if (scene_.needs.reflection || scene_.needs.refraction || scene_.needs.many_lights)
-      missing_.resize(image.rgb.size() / 3);
+    lacks_.resize(tiles_.count());
     control_.begin(tiles_.count());
     trace(image);
     if (control_.tiles_done() < tiles_.count()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
@@ -57,70 +59,99 @@ class UniformRender {
   }
 
   /// Camera rays traced together: enough to fill packets after most have missed, few enough to stay in the
-  /// second-level cache.
-  static constexpr std::uint32_t batch_rays = 4096;
+  /// second-level cache. Of one batch are all samples of some pixels, or some of as many pixels as a packet has rays.
+  static constexpr std::uint32_t batch_rays = 4096, batch_pixels_min = lanes;
   /// A penumbra of 16 stratified points a pixel has a standard error of some 3 % of the light at worst.
   static constexpr std::uint32_t light_points_min = 16;
 
-  /// What a tile collects of each of its pixels.
+  /// What is collected of each pixel, but for its layers: few scenes have any.
   struct Sums {
     PixelSum sum;
     Color squares;
     MissingLight missing;
-    LayerSum layers;
   };
 
-  /// False: cancelled.
+  /// False: cancelled. Nobody looks at a tile that was not locked yet: it is, once there is all of it to see.
   bool trace_tile(std::uint64_t index, Wavefront<Model>& wavefront, Image& image) {
     const std::vector<Pixel> pixels = tiles_.pixels(index);
-    std::vector<Sums> sums(pixels.size());
-    const std::uint32_t at_once = std::max(1u, batch_rays / static_cast<std::uint32_t>(pixels.size()));
-    for (std::uint32_t first = 0; first < samples_; first += std::min(at_once, samples_ - first)) {
-      const std::uint32_t last = first + std::min(at_once, samples_ - first);
-      if (!wavefront.trace(batch(pixels, first, last))) return false;
-      for (std::size_t i = 0; i < wavefront.radiance().size(); ++i) collect(wavefront, i, sums[i % pixels.size()]);
-    }
+    const std::size_t at_once = std::max(batch_pixels_min, batch_rays / samples_);
+    std::vector<Lack> lacks;
+    for (std::span<const Pixel> left = pixels; !left.empty(); left = left.subspan(std::min(at_once, left.size())))
+      if (!trace_pixels(left.first(std::min(at_once, left.size())), wavefront, image, lacks)) return false;
+    lacks_[index] = std::vector<Lack>(lacks.begin(), lacks.end());  // no larger than it needs to be
     PreviewTiles::Tile tile(shown_, index);
     const std::lock_guard lock(tile);
-    for (std::size_t i = 0; i < pixels.size(); ++i) write(sums[i], tiles_.place(pixels[i]), image);
     return true;
   }
 
-  Batch batch(const std::vector<Pixel>& pixels, std::uint32_t first, std::uint32_t last) const {
-    Batch batch;
-    batch.samples.reserve(pixels.size() * (last - first));
-    batch.light_points = (light_points_min + samples_ - 1) / samples_;
-    for (std::uint32_t index = first; index < last; ++index)
-      for (const Pixel& pixel : pixels) push(batch, scene_, uniform_sample(scene_, pixel.x, pixel.y, index, samples_));
-    return batch;
+  bool trace_pixels(std::span<const Pixel> pixels, Wavefront<Model>& wavefront, Image& image,
+                    std::vector<Lack>& lacks) {
+    std::array<Sums, batch_pixels_min> begun;  // of pixels that have more samples than a batch
+    std::array<LayerSum, batch_pixels_min> begun_layers;
+    const std::uint32_t at_once = std::max(1u, batch_rays / static_cast<std::uint32_t>(pixels.size()));
+    for (std::uint32_t first = 0, last = 0; first < samples_; first = last) {
+      last = first + std::min(at_once, samples_ - first);
+      Batch batch = uniform_batch(scene_, pixels, first, last, samples_);
+      batch.light_points = (light_points_min + samples_ - 1) / samples_;
+      if (!wavefront.trace(std::move(batch))) return false;
+      const Part part{pixels.size(), first == 0, last == samples_};
+      sum_up(part, wavefront, begun,
+             [&](std::size_t i, const Sums& sums) { write(sums, tiles_.place(pixels[i]), image, lacks); });
+      if (scene_.needs.layers)
+        sum_up(part, wavefront, begun_layers,
+               [&](std::size_t i, const LayerSum& sums) { sums.write(image, tiles_.place(pixels[i])); });
+    }
+    return true;
   }
 
+  /// Of the samples of so many pixels, all first ones first.
+  struct Part {
+    std::size_t pixels;
+    bool first, last;
+  };
+  /// Sums up what the batch has of each pixel; of the last part calls write(i, sums).
+  template <class Sum, class Write>
+  void sum_up(const Part& part, const Wavefront<Model>& wavefront, std::array<Sum, batch_pixels_min>& begun,
+              const Write& write) const {
+    const std::size_t samples = wavefront.radiance().size();
+    for (std::size_t i = 0; i < part.pixels; ++i) {
+      Sum sums;
+      if (!part.first) sums = begun[i];
+      for (std::size_t sample = i; sample < samples; sample += part.pixels)
+        if (finite(wavefront.radiance()[sample])) collect(wavefront, sample, sums);  // others it has counted
+      if (part.last) {
+        write(i, sums);
+      } else {
+        begun[i] = sums;
+      }
+    }
+  }
+
+  void collect(const Wavefront<Model>& wavefront, std::size_t sample, LayerSum& sums) const {
+    sums.add(wavefront.first_hits(), sample);
+  }
   void collect(const Wavefront<Model>& wavefront, std::size_t sample, Sums& sums) const {
     const Color& radiance = wavefront.radiance()[sample];
-    if (!finite(radiance)) return;  // counted by the wavefront
     sums.sum.add(radiance);
-    sums.squares += radiance * radiance;
-    if (!missing_.empty()) {
-      const MissingLight& missing = wavefront.missing()[sample];
-      sums.missing.depth += missing.depth;
-      sums.missing.cutoff += missing.cutoff;
-      sums.missing.spared += missing.spared;
-    }
-    if (scene_.needs.layers) sums.layers.add(wavefront.first_hits(), sample);
+    if (!spread_.empty()) sums.squares += radiance * radiance;
+    if (wavefront.missing().empty()) return;
+    const MissingLight& missing = wavefront.missing()[sample];
+    sums.missing.depth += missing.depth;
+    sums.missing.cutoff += missing.cutoff;
+    sums.missing.spared += missing.spared;
   }
 
-  void write(const Sums& sums, std::size_t at, Image& image) {
-    sums.sum.write(image, at);
+  void write(const Sums& sums, std::size_t at, Image& image, std::vector<Lack>& lacks) {
+    sums.sum.write(image.rgb.data() + 3 * at);
     if (!spread_.empty()) sums.sum.write_spread(sums.squares, spread_.data() + 3 * at);
-    if (!missing_.empty()) {
-      const float share = 1.0f / static_cast<float>(samples_);
-      missing_[at] = {sums.missing.depth * share, sums.missing.cutoff * share, sums.missing.spared * share};
-    }
-    if (scene_.needs.layers) sums.layers.write(image, at);
+    const auto [depth, cutoff, spared] = sums.missing;
+    if (!(depth + cutoff + spared > 0)) return;
+    const float share = 1.0f / static_cast<float>(samples_);
+    lacks.push_back({static_cast<std::uint32_t>(at), {depth * share, cutoff * share, spared * share}});
   }
 
   ErrorEstimate account(Image& image, const Judging& judging) const {
-    const UniformAccount known = account_for(image, {image.rgb, spread_, samples_, image.width}, missing_, judging,
+    const UniformAccount known = account_for(image, {image.rgb, spread_, samples_, image.width}, lacks_, judging,
                                              [&](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
                                                for_each_tile(count, settings_.threads, work);
                                              });
@@ -143,8 +174,8 @@ class UniformRender {
   PreviewTiles shown_;
   WavefrontPool<Model> pool_;
   std::uint32_t samples_;
-  std::vector<float> spread_;          ///< variance of each pixel's samples, three channels
-  std::vector<MissingLight> missing_;  ///< means
+  std::vector<float> spread_;             ///< variance of each pixel's samples, three channels
+  std::vector<std::vector<Lack>> lacks_;  ///< of each tile's pixels
 };
 
 }  // namespace tracer

@@ -63,8 +63,11 @@ inline std::uint64_t pixel_key(std::uint64_t pixel, std::uint64_t seed) { return
 
 /// Position of sample `index` of `count` in its pixel's unit square, in [0,1)^2. One sample sits in the centre; more
 /// are the first `count` points of the pixel's own sequence, so a larger count keeps the smaller one's points.
+inline Vec2 pixel_sample(std::uint64_t key_of_pixel, std::uint32_t index, std::uint32_t count) {
+  return count == 1 ? Vec2{0.5, 0.5} : sequence_point(index, key_of_pixel);
+}
 inline Vec2 pixel_sample(std::uint64_t pixel, std::uint32_t index, std::uint32_t count, std::uint64_t seed) {
-  return count == 1 ? Vec2{0.5, 0.5} : sequence_point(index, pixel_key(pixel, seed));
+  return pixel_sample(pixel_key(pixel, seed), index, count);
 }
 
 /// Point of the lens for the same sample, in [0,1)^2: the centre when it is the only one. The sequence's points in an
