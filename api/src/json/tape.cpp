@@ -6,9 +6,6 @@
 #include <set>
 #include <utility>
 
-#include "api/src/json/quick_reader.h"
-#include "api/src/json/tape_writer.h"
-
 namespace api::json {
 namespace {
 
@@ -18,24 +15,38 @@ using Parser = nlohmann::json;
 /// over with a zero, and the document parsed again. This often; a document with more of them is refused as a whole.
 constexpr std::size_t overflows_max = 16;
 
-/// Has what nlohmann's parser reads written.
-class Listener final : public Parser::json_sax_t {
+/// Listens to nlohmann's parser and writes the tape; stops it at a limit, before memory is spent.
+class Writer final : public Parser::json_sax_t {
  public:
-  Listener(std::string_view bytes, const DocumentLimits& limits, const std::set<std::size_t>& overflowing)
-      : writer(bytes.size(), limits), bytes_(bytes), limits_(limits), overflowing_(overflowing) {}
+  Writer(std::string_view bytes, const DocumentLimits& limits, const std::set<std::size_t>& overflowing)
+      : bytes_(bytes), limits_(limits), overflowing_(overflowing) {
+    // A value takes at least a character and a comma or bracket, and no string is longer than its text, so neither is
+    // ever outgrown; pages that are not touched cost nothing.
+    tape.nodes.reserve(std::min(limits.values, bytes.size() / 2 + limits.depth + 1));
+    tape.text.reserve(bytes.size());
+  }
 
-  bool null() override { return writer.null(); }
-  bool boolean(bool value) override { return writer.boolean(value); }
+  bool null() override { return push(Kind::null) != nullptr; }
+  bool boolean(bool value) override {
+    Node* const node = push(Kind::boolean);
+    if (node != nullptr) node->truth = value;
+    return node != nullptr;
+  }
   bool number_integer(std::int64_t value) override { return number(static_cast<double>(value)); }
   bool number_unsigned(std::uint64_t value) override { return number(static_cast<double>(value)); }
   bool number_float(double value, const std::string& text) override {
-    if (text.size() > limits_.number_chars) return writer.over("number_chars", limits_.number_chars, text.size());
+    if (text.size() > limits_.number_chars) return over("number_chars", limits_.number_chars, text.size());
     return number(value);
   }
-  bool string(std::string& value) override { return writer.string(value); }
-  bool key(std::string& value) override { return writer.key(value); }
-  bool start_object(std::size_t /*unknown*/) override { return writer.open(Kind::object); }
-  bool start_array(std::size_t /*unknown*/) override { return writer.open(Kind::array); }
+  bool string(std::string& value) override {
+    return text(value, limits_.string_bytes, "string_bytes") && count_element();
+  }
+  bool key(std::string& value) override {
+    ++tape.nodes[open_.back()].size;
+    return text(value, limits_.key_bytes, "key_bytes");
+  }
+  bool start_object(std::size_t /*unknown*/) override { return open(Kind::object); }
+  bool start_array(std::size_t /*unknown*/) override { return open(Kind::array); }
   bool end_object() override { return close(); }
   bool end_array() override { return close(); }
   bool binary(Parser::binary_t& /*never in text*/) override { return false; }
@@ -48,26 +59,77 @@ class Listener final : public Parser::json_sax_t {
       overflow_at = end - std::min(end, token.size());
       overflow_size = token.size();
     }
-    writer.error = {false, end - std::min<std::size_t>(end, position > bytes_.size() ? 0 : 1), failure.what()};
+    error = {false, end - std::min<std::size_t>(end, position > bytes_.size() ? 0 : 1), failure.what()};
     return false;
   }
 
-  TapeWriter writer;
+  Tape tape;
+  Error error;
   std::size_t numbers = 0;
   std::size_t overflow_at = 0, overflow_size = 0;  ///< the number that ended the parse; size 0: none did
 
  private:
-  bool number(double value) {
-    return writer.number(overflowing_.contains(numbers++) ? std::numeric_limits<double>::infinity() : value);
+  Node* push(Kind kind) {
+    if (tape.nodes.size() >= limits_.values) {
+      over("values", limits_.values, tape.nodes.size() + 1);
+      return nullptr;
+    }
+    if (kind != Kind::string) count_element();
+    Node& node = tape.nodes.emplace_back();
+    node.kind = kind;
+    return &node;
   }
-  bool close() {
-    writer.close();
+
+  /// Objects count their keys instead.
+  bool count_element() {
+    if (!open_.empty() && tape.nodes[open_.back()].kind == Kind::array) ++tape.nodes[open_.back()].size;
     return true;
+  }
+
+  bool number(double value) {
+    Node* const node = push(Kind::number);
+    if (node == nullptr) return false;
+    node->number = overflowing_.contains(numbers) ? std::numeric_limits<double>::infinity() : value;
+    ++numbers;
+    return true;
+  }
+
+  bool text(const std::string& value, std::size_t bytes_max, const char* limit) {
+    if (value.size() > bytes_max) return over(limit, bytes_max, value.size());
+    Node* const node = push(Kind::string);
+    if (node == nullptr) return false;
+    node->text = tape.text.data() + tape.text.size();
+    node->size = static_cast<std::uint32_t>(value.size());
+    tape.text.insert(tape.text.end(), value.begin(), value.end());
+    return true;
+  }
+
+  bool open(Kind kind) {
+    if (open_.size() >= limits_.depth) return over("depth", limits_.depth, open_.size() + 1);
+    Node* const node = push(kind);
+    if (node == nullptr) return false;
+    node->end = 0;
+    open_.push_back(static_cast<std::uint32_t>(tape.nodes.size() - 1));
+    return true;
+  }
+
+  bool close() {
+    tape.nodes[open_.back()].end = static_cast<std::uint32_t>(tape.nodes.size());
+    open_.pop_back();
+    return true;
+  }
+
+  bool over(const char* limit, std::size_t bound, std::size_t seen) {
+    error = {true, 0,
+             std::string("the limit ") + limit + " is " + std::to_string(bound) + ", the document has " +
+                 std::to_string(seen)};
+    return false;
   }
 
   std::string_view bytes_;
   const DocumentLimits& limits_;
   const std::set<std::size_t>& overflowing_;  ///< which numbers, counted from 0, are beyond doubles
+  std::vector<std::uint32_t> open_;           ///< the arrays and objects around the value, outermost first
 };
 
 /// What stands there, for a sentence: the word or number, or the byte where it cannot be shown.
@@ -100,42 +162,34 @@ Error not_json(std::size_t offset, std::string detail) { return {false, offset, 
 
 }  // namespace
 
-tracer::Result<Tape, Error> parse_by_library(std::string_view bytes, const DocumentLimits& limits) {
-  std::set<std::size_t> overflowing;
-  std::string rewritten;
-  for (;;) {
-    Listener listener(bytes, limits, overflowing);
-    if (Parser::sax_parse(bytes.begin(), bytes.end(), &listener)) return std::move(listener.writer.tape);
-    Error& error = listener.writer.error;
-    if (listener.overflow_size == 0) {
-      if (!error.limit) error.detail = sentence(error.detail, bytes, error.offset);
-      return std::move(error);
-    }
-    if (listener.overflow_size > limits.number_chars) {
-      listener.writer.over("number_chars", limits.number_chars, listener.overflow_size);
-      return std::move(error);
-    }
-    if (overflowing.size() == overflows_max)
-      return not_json(listener.overflow_at, "more than " + std::to_string(overflows_max) +
-                                                " numbers are too large for a double, found " +
-                                                found(bytes, listener.overflow_at));
-    overflowing.insert(listener.numbers);
-    if (rewritten.empty()) rewritten = bytes;
-    rewritten.replace(listener.overflow_at, listener.overflow_size, "0" + std::string(listener.overflow_size - 1, ' '));
-    bytes = rewritten;
-  }
-}
-
 tracer::Result<Tape, Error> parse(std::string_view bytes, const DocumentLimits& limits) {
   if (bytes.starts_with("\xFF\xFE") || bytes.starts_with("\xFE\xFF") || bytes.substr(0, 2).find('\0') != bytes.npos)
     return not_json(0, "the document looks like UTF-16 or UTF-32; it must be UTF-8");
-  // The parsers would take it for the end.
+  // The parser would take it for the end.
   if (const std::size_t nul = bytes.find('\0'); nul != bytes.npos) return not_json(nul, "a NUL byte, found byte 0x00");
-  {
-    TapeWriter writer(bytes.size(), limits);
-    if (read_quickly(bytes, limits, writer)) return std::move(writer.tape);
+  std::set<std::size_t> overflowing;
+  std::string rewritten;
+  for (;;) {
+    Writer writer(bytes, limits, overflowing);
+    if (Parser::sax_parse(bytes.begin(), bytes.end(), &writer)) return std::move(writer.tape);
+    if (writer.overflow_size == 0) {
+      if (!writer.error.limit) writer.error.detail = sentence(writer.error.detail, bytes, writer.error.offset);
+      return std::move(writer.error);
+    }
+    if (writer.overflow_size > limits.number_chars) {
+      return Error{true, 0,
+                   "the limit number_chars is " + std::to_string(limits.number_chars) + ", the document has " +
+                       std::to_string(writer.overflow_size)};
+    }
+    if (overflowing.size() == overflows_max)
+      return not_json(writer.overflow_at, "more than " + std::to_string(overflows_max) +
+                                              " numbers are too large for a double, found " +
+                                              found(bytes, writer.overflow_at));
+    overflowing.insert(writer.numbers);
+    if (rewritten.empty()) rewritten = bytes;
+    rewritten.replace(writer.overflow_at, writer.overflow_size, "0" + std::string(writer.overflow_size - 1, ' '));
+    bytes = rewritten;
   }
-  return parse_by_library(bytes, limits);
 }
 
 }  // namespace api::json

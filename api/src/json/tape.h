@@ -1,7 +1,7 @@
 #pragma once
 /// JSON (RFC 8259) as a flat sequence of nodes in document order: 16 bytes a value, no tree of allocations, nothing
-/// recursive. A quick reader of our own reads what is as it should be; of everything else nlohmann-json says what is
-/// wrong with it. Its own tree takes many times the document's size and cannot be stopped at a limit.
+/// recursive. nlohmann-json parses; what it reads is written down here instead of in its own tree, which takes many
+/// times the document's size and cannot be stopped at a limit.
 
 #include <cstddef>
 #include <cstdint>
@@ -51,9 +51,5 @@ struct Error {
 /// kept: telling them is the reader's part. A number too large for a double is infinite. Time linear in `bytes`; memory
 /// at most 16 bytes for each value and key kept plus three for each byte of the document.
 tracer::Result<Tape, Error> parse(std::string_view bytes, const DocumentLimits& limits);
-
-/// The same by nlohmann's parser alone: the judge of what is JSON, to which the quick reader is held by tests.
-/// Precondition: no byte is NUL.
-tracer::Result<Tape, Error> parse_by_library(std::string_view bytes, const DocumentLimits& limits);
 
 }  // namespace api::json
