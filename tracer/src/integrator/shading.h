@@ -30,7 +30,7 @@ void Wavefront<Model>::shade_hits(const RayQueue& rays, std::uint32_t depth, Gen
       facing.hit[i] = static_cast<std::uint32_t>(first) + i;
       hit_.material[i] = scene_.material_of_object[hit_.points.object[i]];
     }
-    if (needs<&Requirements::smooth_normals>() && hit_.points.smooth) flatten();
+    if (hit_.points.smooth) flatten();
     face(hit_, facing);
     take_materials(scene_.terms, hit_, facing);
     if (needs<&Requirements::textures>() && hit_.terms.any_textured) find_colors(rays, facing);

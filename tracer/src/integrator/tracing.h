@@ -133,6 +133,10 @@ void Wavefront<Model>::see_background(const RayQueue& rays, std::uint32_t depth)
   if (depth == 0 && scene_.output.alpha) return;  // transparent
   const Color* plain = scene_.background->plain();
   if (plain != nullptr && is_black(*plain)) return;
+  if (plain != nullptr && !needs<&Requirements::absorption>()) {
+    for (const std::uint32_t ray : missed_) radiance_[rays.sample(ray)] += rays.weight(ray) * *plain;
+    return;
+  }
   const bool looks_up = needs<&Requirements::environment>() && needs<&Requirements::filtered_textures>();
   for (const std::uint32_t ray : missed_) {
     const double spread = looks_up ? std::abs(rays.cone(ray).spread) : 0;
