@@ -34,7 +34,7 @@ COMPILER = re.compile(r"immintrin\.h|sanitizer/\w+\.h")
 # Folder, and the only folders of ours its files may include from. The first folder that fits a file decides.
 DIRECTIONS = [
     ("tracer/include/", ["tracer/include/"]),
-    ("tracer/src/film/", ["tracer/include/", "tracer/src/film/"]),
+    ("tracer/src/film/", ["tracer/include/", "tracer/src/film/", "tracer/src/math/"]),
     ("tracer/src/plot/", ["tracer/include/", "tracer/src/plot/"]),
     ("tracer/src/", ["tracer/include/", "tracer/src/"]),
     ("tracer/cli/", ["tracer/include/", "tracer/cli/", "api/include/"]),
