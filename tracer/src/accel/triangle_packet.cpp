@@ -17,9 +17,8 @@ struct alignas(64) SeenLanes {
 template <class RayOf>
 WHITTLE_INLINE void see(Asked asked, const int* valid, const TriangleTest& triangle, SeenLanes& lanes_see,
                         const RayOf& ray_of) {
-  const int first = first_lane(asked);
   for_lanes(
-      asked, [&](int i) __attribute__((always_inline)) {
+      asked, [&](int i, int k) __attribute__((always_inline)) {
         const SeenAlong ray = ray_of(i);
         const SeenTriangle s = seen(ray, triangle);
         lanes_see.at_a[i] = s.at_a;
@@ -29,7 +28,7 @@ WHITTLE_INLINE void see(Asked asked, const int* valid, const TriangleTest& trian
         lanes_see.depth_b[i] = s.depth_b;
         lanes_see.depth_c[i] = s.depth_c;
         lanes_see.along[i] = ray.dz;
-        lanes_see.inside[i] = s.inside ? valid[i - first] : 0;
+        lanes_see.inside[i] = s.inside ? valid[k] : 0;
       });
 }
 
@@ -62,7 +61,7 @@ WHITTLE_INLINE bool any_sees(const Packet& p, Asked asked, const int* valid, con
   }
   int met = 0;
   for_lanes(
-      asked, [&](int i) __attribute__((always_inline)) { met |= lanes_see.inside[i]; });
+      asked, [&](int i, int /*place*/) __attribute__((always_inline)) { met |= lanes_see.inside[i]; });
   return met != 0;
 }
 
@@ -79,13 +78,12 @@ TriangleHit lane_hit(const Packet& p, unsigned i, const TriangleTest& triangle) 
 
 }  // namespace
 
-WHITTLE_WIDE void closest(Packet& packet, Asked asked, const int* valid, float* tfar, const TriangleGeometry& geometry,
-                          PrimitiveRef self) {
+WHITTLE_WIDE void closest(Packet& packet, Asked asked, const int* valid, float* __restrict tfar,
+                          const TriangleGeometry& geometry, PrimitiveRef self) {
   SeenLanes lanes_see;
   if (!any_sees(packet, asked, valid, triangle_test(geometry, self.primitive), lanes_see)) return;
-  const int first = first_lane(asked);
   for_lanes(
-      asked, [&](int i) __attribute__((always_inline)) {
+      asked, [&](int i, int k) __attribute__((always_inline)) {
         const TriangleHit hit = hit_of(lanes_see, i);
         const bool nearer = !starts_on(packet, static_cast<unsigned>(i), self) &
                             wins(hit.t, self, packet.t[i], packet.geometry[i], packet.primitive[i]);
@@ -94,20 +92,19 @@ WHITTLE_WIDE void closest(Packet& packet, Asked asked, const int* valid, float* 
         packet.v[i] = nearer ? hit.v : packet.v[i];
         packet.geometry[i] = nearer ? self.geometry : packet.geometry[i];
         packet.primitive[i] = nearer ? self.primitive : packet.primitive[i];
-        tfar[i - first] = nearer ? reach_of(hit.t, packet.start[i]) : tfar[i - first];
+        tfar[k] = nearer ? reach_of(hit.t, packet.start[i]) : tfar[k];
       });
 }
 
-WHITTLE_WIDE void occluded(const Packet& packet, Asked asked, const int* valid, float* tfar,
+WHITTLE_WIDE void occluded(const Packet& packet, Asked asked, const int* valid, float* __restrict tfar,
                            const TriangleGeometry& geometry, PrimitiveRef self) {
   SeenLanes lanes_see;
   if (!any_sees(packet, asked, valid, triangle_test(geometry, self.primitive), lanes_see)) return;
-  const int first = first_lane(asked);
   for_lanes(
-      asked, [&](int i) __attribute__((always_inline)) {
+      asked, [&](int i, int k) __attribute__((always_inline)) {
         const TriangleHit hit = hit_of(lanes_see, i);
         const bool blocked = !starts_on(packet, static_cast<unsigned>(i), self) & (hit.t < packet.t[i]);
-        tfar[i - first] = blocked ? -std::numeric_limits<float>::infinity() : tfar[i - first];
+        tfar[k] = blocked ? -std::numeric_limits<float>::infinity() : tfar[k];
       });
 }
 
