@@ -40,18 +40,17 @@ enum class LeadingAxis { x, y, z, mixed };
 /// Embree asks about whole packets, or about halves where its vectors hold eight floats.
 inline constexpr int half_packet = packet_size / 2;
 enum class Asked { whole, first_half, second_half };
-WHITTLE_INLINE int first_lane(Asked asked) { return asked == Asked::second_half ? half_packet : 0; }
 
 /// Runs `loop(lane, place)` over the lanes asked about, `place` counted from the first of these. Trip count and places
 /// are plain either way, or it becomes no vector code.
 template <class Loop>
 WHITTLE_INLINE void for_lanes(Asked asked, const Loop& loop) {
-  if (asked == Asked::whole) {
+  if (asked == Asked::whole)
     for (int i = 0; i < packet_size; ++i) loop(i, i);
-  } else {
-    const int first = first_lane(asked);
-    for (int i = 0; i < half_packet; ++i) loop(first + i, i);
-  }
+  else if (asked == Asked::first_half)
+    for (int i = 0; i < half_packet; ++i) loop(i, i);
+  else
+    for (int i = 0; i < half_packet; ++i) loop(half_packet + i, i);
 }
 
 struct alignas(64) Packet {
