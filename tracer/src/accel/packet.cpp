@@ -48,31 +48,17 @@ WHITTLE_INLINE double sphere_distance(const SphereLine& line) {
   return t > 0 ? t : nothing;
 }
 
-/// The lanes' SphereLine.
-struct alignas(64) SphereLines {
-  double b[packet_size], c[packet_size], discriminant[packet_size];
-  int met[packet_size];  ///< and the lane is valid
-};
-
-/// Whether any of the lanes that count meets the sphere: only these pay for root and quotient.
-WHITTLE_INLINE bool any_meets(const Packet& p, Asked asked, const int* valid, const SphereTest& sphere,
-                              SphereLines& lines) {
-  int met = 0;
-  for_lanes(
-      asked, [&](int i, int k) __attribute__((always_inline)) {
-        const SphereLine line = sphere_line(p.ox[i], p.oy[i], p.oz[i], p.dx[i], p.dy[i], p.dz[i], sphere);
-        lines.b[i] = line.b;
-        lines.c[i] = line.c;
-        lines.discriminant[i] = line.discriminant;
-        lines.met[i] = meets(line) ? valid[k] : 0;
-        met |= lines.met[i];
-      });
-  return met != 0;
+WHITTLE_INLINE SphereLine lane_line(const Packet& p, int i, const SphereTest& sphere) {
+  return sphere_line(p.ox[i], p.oy[i], p.oz[i], p.dx[i], p.dy[i], p.dz[i], sphere);
 }
 
-/// Of a lane that meets the sphere; of others anything.
-WHITTLE_INLINE double distance_of(const SphereLines& lines, int i) {
-  return sphere_distance({lines.b[i], lines.c[i], lines.discriminant[i]});
+/// Whether any of the lanes that count meets the sphere: only these pay for root and quotient.
+WHITTLE_INLINE bool any_meets(const Packet& p, Asked asked, const int* valid, const SphereTest& sphere) {
+  int met = 0;
+  for_lanes(
+      asked, [&](int i, int k)
+                 __attribute__((always_inline)) { met |= meets(lane_line(p, i, sphere)) ? valid[k] : 0; });
+  return met != 0;
 }
 
 struct PlaneTest {
@@ -151,17 +137,17 @@ WHITTLE_WIDE void load(Packet& packet, const RaySpan& rays, std::size_t first, c
 }
 
 WHITTLE_WIDE void find_leading(Packet& packet) {
-  int along_x = 0, along_y = 0, active = 0;
+  constexpr int x = 1, y = 2, z = 4;
+  int axes = 0;
   for (int i = 0; i < packet_size; ++i) {
-    const bool x = x_leads(packet.dx[i], packet.dy[i], packet.dz[i]);
-    along_x += x ? packet.active[i] : 0;
-    along_y += !x & y_leads(packet.dy[i], packet.dz[i]) ? packet.active[i] : 0;
-    active += packet.active[i];
+    const bool along_x = x_leads(packet.dx[i], packet.dy[i], packet.dz[i]);
+    const int axis = along_x ? x : (y_leads(packet.dy[i], packet.dz[i]) ? y : z);
+    axes |= packet.active[i] & axis;
   }
-  packet.leading = along_x == active        ? LeadingAxis::x
-                   : along_y == active      ? LeadingAxis::y
-                   : along_x + along_y == 0 ? LeadingAxis::z
-                                            : LeadingAxis::mixed;
+  packet.leading = axes == x   ? LeadingAxis::x
+                   : axes == y ? LeadingAxis::y
+                   : axes == z ? LeadingAxis::z
+                               : LeadingAxis::mixed;
 }
 
 WHITTLE_WIDE void write_rays(const Packet& packet, RTCRay16& ray) {
@@ -192,12 +178,14 @@ WHITTLE_WIDE void write_blocked(const Packet& packet, const RTCRay16& ray, std::
 
 WHITTLE_WIDE void closest(Packet& packet, Asked asked, const int* valid, float* __restrict tfar,
                           const SphereGeometry& geometry, PrimitiveRef self) {
-  SphereLines lines;
-  if (!any_meets(packet, asked, valid, sphere_test(geometry, self.primitive), lines)) return;
+  const SphereTest sphere = sphere_test(geometry, self.primitive);
+  if (!any_meets(packet, asked, valid, sphere)) return;
   for_lanes(
       asked, [&](int i, int k) __attribute__((always_inline)) {
-        const double t = distance_of(lines, i);
-        const bool nearer = (lines.met[i] != 0) & wins(t, self, packet.t[i], packet.geometry[i], packet.primitive[i]);
+        const SphereLine line = lane_line(packet, i, sphere);
+        const double t = sphere_distance(line);
+        const bool nearer =
+            meets(line) & (valid[k] != 0) & wins(t, self, packet.t[i], packet.geometry[i], packet.primitive[i]);
         packet.t[i] = nearer ? t : packet.t[i];
         packet.geometry[i] = nearer ? self.geometry : packet.geometry[i];
         packet.primitive[i] = nearer ? self.primitive : packet.primitive[i];
@@ -207,11 +195,12 @@ WHITTLE_WIDE void closest(Packet& packet, Asked asked, const int* valid, float* 
 
 WHITTLE_WIDE void occluded(const Packet& packet, Asked asked, const int* valid, float* __restrict tfar,
                            const SphereGeometry& geometry, PrimitiveRef self) {
-  SphereLines lines;
-  if (!any_meets(packet, asked, valid, sphere_test(geometry, self.primitive), lines)) return;
+  const SphereTest sphere = sphere_test(geometry, self.primitive);
+  if (!any_meets(packet, asked, valid, sphere)) return;
   for_lanes(
       asked, [&](int i, int k) __attribute__((always_inline)) {
-        const bool blocked = (lines.met[i] != 0) & (distance_of(lines, i) < packet.t[i]);
+        const SphereLine line = lane_line(packet, i, sphere);
+        const bool blocked = meets(line) & (valid[k] != 0) & (sphere_distance(line) < packet.t[i]);
         tfar[k] = blocked ? -std::numeric_limits<float>::infinity() : tfar[k];
       });
 }
