@@ -87,5 +87,9 @@ std::size_t hash_of(const GeometrySet& set);
 /// Whether rays cannot tell them apart: every bit of every array is the same.
 bool same_bits(const GeometrySet& a, const GeometrySet& b);
 std::uint64_t memory_bytes(const GeometrySet& set);
+/// More transmissive surfaces than a straight line crosses: each of the primitives is convex and crossed twice at most,
+/// and twice that leaves room for rounding. A ray that goes on after so many is caught where a solid is thinner than
+/// the last bit of its place, as a cone of 10^19 times its radius is, and would never come out.
+std::uint64_t crossings_max(const GeometrySet& set);
 
 }  // namespace tracer
