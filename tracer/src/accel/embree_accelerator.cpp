@@ -49,7 +49,8 @@ struct User {
 
 /// Box in float that surely holds [low, high] as Embree's float rays see it. They are wrong by some 2^-24 of the
 /// scene's box (about one) wherever they are, so the pad is absolute: relative to a primitive near 0 it would be
-/// nothing. Embree's own box tests round too, and its robust mode does not reach user geometry.
+/// nothing. Eight times that: a ray starts up to a box's width before the box, its direction is rounded over two of
+/// these, and Embree's own box tests round too (its robust mode does not reach user geometry).
 void write_bounds(const Vec3& low, const Vec3& high, RTCBounds& bounds) {
   constexpr double pad = 0x1p-21;
   bounds.lower_x = static_cast<float>(low.x - pad);

@@ -24,10 +24,9 @@ class PrimitiveRuns {
 };
 
 /// Two triangles that follow each other, share an edge and fill a box, as the halves of a polygon and neighbours in a
-/// strip do.
-/// On terrains of 10^5, 10^6 and 4 10^6 triangles (an AVX-512 core, processor time) pairs built in 0.6, 0.56 and 0.4 of
-/// the time that single triangles took, traced in 0.93, 0.87 and 0.86, and the tree had 0.6 of the bytes; runs of four
-/// built faster still, but small scenes traced slower.
+/// strip do. On terrains of 10^5, 10^6 and 4 10^6 triangles (an AVX-512 core, processor time) pairs built in 0.6, 0.56
+/// and 0.4 of the time that single triangles took, traced in 0.93, 0.87 and 0.86, and the tree had 0.6 of the bytes;
+/// runs of four built faster still, but small scenes traced slower.
 template <>
 class PrimitiveRuns<TriangleGeometry> {
  public:
