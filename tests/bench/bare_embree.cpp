@@ -2,121 +2,138 @@
 
 #include <embree3/rtcore.h>
 
-#include <chrono>
 #include <cmath>
+#include <ctime>
 #include <limits>
+
+#include "tests/bench/bare_shapes.h"
 
 namespace bench {
 namespace {
 
+using tracer::QuadricGeometry;
 using tracer::SphereGeometry;
 
 constexpr unsigned width = 16;
+constexpr unsigned mask_opaque = 1, mask_transmissive = 2;
 
-void sphere_bounds(const RTCBoundsFunctionArguments* args) {
-  const auto& g = *static_cast<const SphereGeometry*>(args->geometryUserPtr);
-  const unsigned i = args->primID;
-  const auto low = [&](double c) { return std::nextafter(static_cast<float>(c - g.radius[i]), -HUGE_VALF); };
-  const auto high = [&](double c) { return std::nextafter(static_cast<float>(c + g.radius[i]), HUGE_VALF); };
-  *args->bounds_o = {low(g.x[i]), low(g.y[i]), low(g.z[i]), 0, high(g.x[i]), high(g.y[i]), high(g.z[i]), 0};
+template <class Geometry>
+void shape_bounds(const RTCBoundsFunctionArguments* args) {
+  const auto [middle, extent] = bounds_of(*static_cast<const Geometry*>(args->geometryUserPtr), args->primID);
+  const auto low = [](double c) { return std::nextafter(static_cast<float>(c), -HUGE_VALF); };
+  const auto high = [](double c) { return std::nextafter(static_cast<float>(c), HUGE_VALF); };
+  const tracer::Vec3 from = middle - extent, to = middle + extent;
+  *args->bounds_o = {low(from.x), low(from.y), low(from.z), 0, high(to.x), high(to.y), high(to.z), 0};
 }
 
-/// The textbook callback in double, over the lanes of a packet without branches. `Store` gets (lane, t, hit).
-template <class Store>
-inline __attribute__((always_inline)) void sphere_lanes(const SphereGeometry& g, unsigned primitive,
-                                                        const RTCRay16& ray, const Store& store) {
-  const double x = g.x[primitive], y = g.y[primitive], z = g.z[primitive];
-  const double squared = g.radius[primitive] * g.radius[primitive];
-  for (unsigned i = 0; i < width; ++i) {
-    const double fx = ray.org_x[i] - x, fy = ray.org_y[i] - y, fz = ray.org_z[i] - z;
-    const double dx = ray.dir_x[i], dy = ray.dir_y[i], dz = ray.dir_z[i];
-    const double a = dx * dx + dy * dy + dz * dz;
-    const double b = -(fx * dx + fy * dy + fz * dz);
-    const double c = fx * fx + fy * fy + fz * fz - squared;
-    const double discriminant = b * b - a * c;
-    const double root = std::sqrt(discriminant > 0 ? discriminant : 0);
-    const double near = (b - root) / a, far = (b + root) / a;
-    const double t = near > ray.tnear[i] ? near : far;
-    store(i, t, (discriminant >= 0) & (t > ray.tnear[i]) & (t < ray.tfar[i]));
+/// Over the lanes of a packet without branches; the distances by themselves, or the loop becomes no vector code.
+/// `Store` gets (lane, distance, hit).
+template <class Geometry, class Store>
+inline __attribute__((always_inline)) void each_lane(const Geometry& g, unsigned primitive, const RTCRay16& ray,
+                                                     const Store& store) {
+  alignas(64) double t[width];
+  with_shape(
+      g, primitive, [&](const auto& distance) __attribute__((always_inline)) {
+        for (unsigned i = 0; i < width; ++i)
+          t[i] = distance(
+              {ray.org_x[i], ray.org_y[i], ray.org_z[i], ray.dir_x[i], ray.dir_y[i], ray.dir_z[i], ray.tnear[i]});
+      });
+  for (unsigned i = 0; i < width; ++i) store(i, t[i], t[i] < ray.tfar[i]);
+}
+
+template <class Geometry>
+inline __attribute__((always_inline)) void closest_lanes(const Geometry& g, const RTCIntersectFunctionNArguments& args,
+                                                         const int* valid, RTCRayHit16& rayhit) {
+  const unsigned geometry = args.geomID, primitive = args.primID;
+  each_lane(
+      g, primitive, rayhit.ray, [&](unsigned i, double t, bool hit) __attribute__((always_inline)) {
+        const bool taken = hit & (valid[i] != 0);
+        rayhit.ray.tfar[i] = taken ? static_cast<float>(t) : rayhit.ray.tfar[i];
+        rayhit.hit.geomID[i] = taken ? geometry : rayhit.hit.geomID[i];
+        rayhit.hit.primID[i] = taken ? primitive : rayhit.hit.primID[i];
+      });
+}
+
+template <class Geometry>
+inline __attribute__((always_inline)) void occluded_lanes(const Geometry& g, unsigned primitive, const int* valid,
+                                                          RTCRay16& ray) {
+  each_lane(
+      g, primitive, ray, [&](unsigned i, double /*t*/, bool hit) __attribute__((always_inline)) {
+        ray.tfar[i] = hit & (valid[i] != 0) ? -std::numeric_limits<float>::infinity() : ray.tfar[i];
+      });
+}
+
+/// Lanes of what Embree asks about where that is less than a packet: copied into one, and back.
+RTCRay16 gathered(RTCRayN* rays, unsigned count) {
+  RTCRay16 packet{};
+  for (unsigned i = 0; i < count; ++i) {
+    const RTCRay one = rtcGetRayFromRayN(rays, count, i);
+    packet.org_x[i] = one.org_x;
+    packet.org_y[i] = one.org_y;
+    packet.org_z[i] = one.org_z;
+    packet.dir_x[i] = one.dir_x;
+    packet.dir_y[i] = one.dir_y;
+    packet.dir_z[i] = one.dir_z;
+    packet.tnear[i] = one.tnear;
+    packet.tfar[i] = one.tfar;
   }
+  return packet;
 }
 
-__attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default"))) void closest_lanes(
-    const SphereGeometry& g, unsigned primitive, unsigned geometry, const int* valid, RTCRayHit16& rayhit) {
-  sphere_lanes(g, primitive, rayhit.ray, [&](unsigned i, double t, bool hit) {
-    const bool taken = hit & (valid[i] != 0);
-    rayhit.ray.tfar[i] = taken ? static_cast<float>(t) : rayhit.ray.tfar[i];
-    rayhit.hit.geomID[i] = taken ? geometry : rayhit.hit.geomID[i];
-    rayhit.hit.primID[i] = taken ? primitive : rayhit.hit.primID[i];
-  });
+#define BARE_WIDE __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+
+BARE_WIDE void closest(const SphereGeometry& g, const RTCIntersectFunctionNArguments& args, const int* valid,
+                       RTCRayHit16& rayhit) {
+  closest_lanes(g, args, valid, rayhit);
+}
+BARE_WIDE void closest(const QuadricGeometry& g, const RTCIntersectFunctionNArguments& args, const int* valid,
+                       RTCRayHit16& rayhit) {
+  closest_lanes(g, args, valid, rayhit);
+}
+BARE_WIDE void occluded(const SphereGeometry& g, unsigned primitive, const int* valid, RTCRay16& ray) {
+  occluded_lanes(g, primitive, valid, ray);
+}
+BARE_WIDE void occluded(const QuadricGeometry& g, unsigned primitive, const int* valid, RTCRay16& ray) {
+  occluded_lanes(g, primitive, valid, ray);
 }
 
-__attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default"))) void occluded_lanes(
-    const SphereGeometry& g, unsigned primitive, const int* valid, RTCRay16& ray) {
-  sphere_lanes(g, primitive, ray, [&](unsigned i, double /*t*/, bool hit) {
-    ray.tfar[i] = hit & (valid[i] != 0) ? -std::numeric_limits<float>::infinity() : ray.tfar[i];
-  });
-}
-
-void sphere_intersect(const RTCIntersectFunctionNArguments* args) {
-  const auto& g = *static_cast<const SphereGeometry*>(args->geometryUserPtr);
+template <class Geometry>
+void shape_intersect(const RTCIntersectFunctionNArguments* args) {
+  const auto& g = *static_cast<const Geometry*>(args->geometryUserPtr);
   if (args->N == width) {
-    closest_lanes(g, args->primID, args->geomID, args->valid, *reinterpret_cast<RTCRayHit16*>(args->rayhit));
+    closest(g, *args, args->valid, *reinterpret_cast<RTCRayHit16*>(args->rayhit));
     return;
   }
+  RTCRayN* rays = RTCRayHitN_RayN(args->rayhit, args->N);
+  RTCRayHit16 packet;
+  packet.ray = gathered(rays, args->N);
+  int valid[width] = {};
+  for (unsigned i = 0; i < args->N; ++i) valid[i] = args->valid[i];
+  for (unsigned& id : packet.hit.geomID) id = RTC_INVALID_GEOMETRY_ID;
+  closest(g, *args, valid, packet);
   for (unsigned i = 0; i < args->N; ++i) {
-    if (args->valid[i] == 0) continue;
-    RTCRayHit16 one;
-    int valid[width] = {-1};
-    RTCRayHit single = rtcGetRayHitFromRayHitN(args->rayhit, args->N, i);
-    for (unsigned k = 0; k < width; ++k) {
-      one.ray.org_x[k] = single.ray.org_x;
-      one.ray.org_y[k] = single.ray.org_y;
-      one.ray.org_z[k] = single.ray.org_z;
-      one.ray.dir_x[k] = single.ray.dir_x;
-      one.ray.dir_y[k] = single.ray.dir_y;
-      one.ray.dir_z[k] = single.ray.dir_z;
-      one.ray.tnear[k] = single.ray.tnear;
-      one.ray.tfar[k] = single.ray.tfar;
-    }
-    one.hit.geomID[0] = RTC_INVALID_GEOMETRY_ID;
-    closest_lanes(g, args->primID, args->geomID, valid, one);
-    if (one.hit.geomID[0] == RTC_INVALID_GEOMETRY_ID) continue;
-    single.ray.tfar = one.ray.tfar[0];
-    single.hit.geomID = args->geomID;
-    single.hit.primID = args->primID;
-    rtcCopyHitToHitN(RTCRayHitN_HitN(args->rayhit, args->N), &single.hit, args->N, i);
-    RTCRayN_tfar(RTCRayHitN_RayN(args->rayhit, args->N), args->N, i) = single.ray.tfar;
+    if (packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
+    RTCRayN_tfar(rays, args->N, i) = packet.ray.tfar[i];
+    RTCHitN_geomID(RTCRayHitN_HitN(args->rayhit, args->N), args->N, i) = args->geomID;
+    RTCHitN_primID(RTCRayHitN_HitN(args->rayhit, args->N), args->N, i) = args->primID;
   }
 }
 
-void sphere_occluded(const RTCOccludedFunctionNArguments* args) {
-  const auto& g = *static_cast<const SphereGeometry*>(args->geometryUserPtr);
+template <class Geometry>
+void shape_occluded(const RTCOccludedFunctionNArguments* args) {
+  const auto& g = *static_cast<const Geometry*>(args->geometryUserPtr);
   if (args->N == width) {
-    occluded_lanes(g, args->primID, args->valid, *reinterpret_cast<RTCRay16*>(args->ray));
+    occluded(g, args->primID, args->valid, *reinterpret_cast<RTCRay16*>(args->ray));
     return;
   }
-  for (unsigned i = 0; i < args->N; ++i) {
-    if (args->valid[i] == 0) continue;
-    const RTCRay single = rtcGetRayFromRayN(args->ray, args->N, i);
-    RTCRay16 one;
-    int valid[width] = {-1};
-    for (unsigned k = 0; k < width; ++k) {
-      one.org_x[k] = single.org_x;
-      one.org_y[k] = single.org_y;
-      one.org_z[k] = single.org_z;
-      one.dir_x[k] = single.dir_x;
-      one.dir_y[k] = single.dir_y;
-      one.dir_z[k] = single.dir_z;
-      one.tnear[k] = single.tnear;
-      one.tfar[k] = single.tfar;
-    }
-    occluded_lanes(g, args->primID, valid, one);
-    RTCRayN_tfar(args->ray, args->N, i) = one.tfar[0];
-  }
+  RTCRay16 packet = gathered(args->ray, args->N);
+  int valid[width] = {};
+  for (unsigned i = 0; i < args->N; ++i) valid[i] = args->valid[i];
+  occluded(g, args->primID, valid, packet);
+  for (unsigned i = 0; i < args->N; ++i) RTCRayN_tfar(args->ray, args->N, i) = packet.tfar[i];
 }
 
-RTCRay16 packet(const tracer::RaySpan& rays, std::size_t first) {
+RTCRay16 packet(const tracer::RaySpan& rays, std::size_t first, unsigned mask) {
   RTCRay16 ray;
   for (std::size_t i = 0; i < width; ++i) {
     const std::size_t k = std::min(first + i, rays.count - 1);
@@ -129,18 +146,20 @@ RTCRay16 packet(const tracer::RaySpan& rays, std::size_t first) {
     ray.tnear[i] = 1e-5f;
     ray.tfar[i] = rays.t_max != nullptr ? static_cast<float>(rays.t_max[k]) : HUGE_VALF;
     ray.time[i] = 0;
-    ray.mask[i] = ~0u;
+    ray.mask[i] = mask;
     ray.id[i] = static_cast<unsigned>(i);
     ray.flags[i] = 0;
   }
   return ray;
 }
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 }  // namespace
+
+double processor_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
+}
 
 struct BareEmbree::Content {
   RTCDevice device = rtcNewDevice(nullptr);
@@ -152,23 +171,27 @@ struct BareEmbree::Content {
     rtcReleaseScene(scene);
     rtcReleaseDevice(device);
   }
-  void attach(RTCGeometry geometry) const {
+  void attach(RTCGeometry geometry, bool transmissive) const {
+    rtcSetGeometryMask(geometry, transmissive ? mask_transmissive : mask_opaque);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene, geometry);
     rtcReleaseGeometry(geometry);
   }
+  template <class Geometry>
+  void attach_shapes(const Geometry& shapes) const {
+    RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
+    rtcSetGeometryUserPrimitiveCount(g, static_cast<unsigned>(shapes.object.size()));
+    rtcSetGeometryUserData(g, const_cast<Geometry*>(&shapes));
+    rtcSetGeometryBoundsFunction(g, shape_bounds<Geometry>, nullptr);
+    rtcSetGeometryIntersectFunction(g, shape_intersect<Geometry>);
+    rtcSetGeometryOccludedFunction(g, shape_occluded<Geometry>);
+    attach(g, shapes.transmissive);
+  }
 };
 
 BareEmbree::BareEmbree(const tracer::GeometrySet& geometry) : content_(std::make_unique<Content>()) {
-  for (const SphereGeometry& spheres : geometry.spheres) {
-    RTCGeometry g = rtcNewGeometry(content_->device, RTC_GEOMETRY_TYPE_USER);
-    rtcSetGeometryUserPrimitiveCount(g, static_cast<unsigned>(spheres.x.size()));
-    rtcSetGeometryUserData(g, const_cast<SphereGeometry*>(&spheres));
-    rtcSetGeometryBoundsFunction(g, sphere_bounds, nullptr);
-    rtcSetGeometryIntersectFunction(g, sphere_intersect);
-    rtcSetGeometryOccludedFunction(g, sphere_occluded);
-    content_->attach(g);
-  }
+  for (const SphereGeometry& spheres : geometry.spheres) content_->attach_shapes(spheres);
+  for (const QuadricGeometry& quadrics : geometry.quadrics) content_->attach_shapes(quadrics);
   for (const tracer::TriangleGeometry& mesh : geometry.triangles) {
     RTCGeometry g = rtcNewGeometry(content_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
@@ -177,7 +200,7 @@ BareEmbree::BareEmbree(const tracer::GeometrySet& geometry) : content_(std::make
       for (const double coordinate : {p.x, p.y, p.z}) *vertices++ = static_cast<float>(coordinate);
     rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.triangles.data(), 0,
                                3 * sizeof(std::uint32_t), mesh.triangles.size());
-    content_->attach(g);
+    content_->attach(g, mesh.transmissive);
   }
   rtcCommitScene(content_->scene);
 }
@@ -187,7 +210,7 @@ BareEmbree::~BareEmbree() = default;
 BareEmbree::Timing BareEmbree::closest(const tracer::RaySpan& rays) const {
   std::vector<RTCRayHit16> packets((rays.count + width - 1) / width);
   for (std::size_t p = 0; p < packets.size(); ++p) {
-    packets[p].ray = packet(rays, p * width);
+    packets[p].ray = packet(rays, p * width, mask_opaque | mask_transmissive);
     for (unsigned& id : packets[p].hit.geomID) id = RTC_INVALID_GEOMETRY_ID;
   }
   const int valid[width] = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
@@ -195,9 +218,9 @@ BareEmbree::Timing BareEmbree::closest(const tracer::RaySpan& rays) const {
   rtcInitIntersectContext(&context);
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   Timing timing{.rays = rays.count};
-  const auto start = std::chrono::steady_clock::now();
+  const double start = processor_seconds();
   for (RTCRayHit16& p : packets) rtcIntersect16(valid, content_->scene, &context, &p);
-  timing.seconds = seconds_since(start);
+  timing.seconds = processor_seconds() - start;
   for (std::size_t i = 0; i < rays.count; ++i)
     timing.hits += packets[i / width].hit.geomID[i % width] != RTC_INVALID_GEOMETRY_ID ? 1 : 0;
   return timing;
@@ -205,15 +228,15 @@ BareEmbree::Timing BareEmbree::closest(const tracer::RaySpan& rays) const {
 
 BareEmbree::Timing BareEmbree::occluded(const tracer::RaySpan& rays) const {
   std::vector<RTCRay16> packets((rays.count + width - 1) / width);
-  for (std::size_t p = 0; p < packets.size(); ++p) packets[p] = packet(rays, p * width);
+  for (std::size_t p = 0; p < packets.size(); ++p) packets[p] = packet(rays, p * width, mask_opaque);
   const int valid[width] = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
   Timing timing{.rays = rays.count};
-  const auto start = std::chrono::steady_clock::now();
+  const double start = processor_seconds();
   for (RTCRay16& p : packets) rtcOccluded16(valid, content_->scene, &context, &p);
-  timing.seconds = seconds_since(start);
+  timing.seconds = processor_seconds() - start;
   for (std::size_t i = 0; i < rays.count; ++i) timing.hits += packets[i / width].tfar[i % width] < 0 ? 1 : 0;
   return timing;
 }

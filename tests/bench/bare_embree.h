@@ -1,13 +1,16 @@
 #pragma once
 /// The yardstick: Embree and nothing else, tracing given rays against a compiled scene's geometry. No shading, no
-/// queues, no refinement in double beyond the spheres' own roots. What it cannot do and the tracer does: planes, exact
-/// hits, scenes far from the origin.
+/// queues, Embree's own triangles, textbook callbacks for the other shapes (bare_shapes.h). What it cannot do and the
+/// tracer does: planes, exact hits, scenes far from the origin.
 
 #include <memory>
 
 #include "tracer/src/accel/accelerator.h"
 
 namespace bench {
+
+/// Of all threads of this process since it began.
+double processor_seconds();
 
 class BareEmbree {
  public:

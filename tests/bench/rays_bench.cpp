@@ -1,11 +1,10 @@
 /// Rays per second of a scene's camera and shadow rays, one thread: the whole tracer (rays made, traced, shaded,
-/// summed), its accelerator alone, and bare Embree on exactly the same rays. Ratios are taken within one run, round by
-/// round.
+/// summed), its accelerator alone, and bare Embree on exactly the same rays. Seconds are the processor's, so that the
+/// machine may do other work beside; ratios are taken within one run, round by round.
 ///
 ///     rays_bench scenes/sphereflake.json [width height rounds]
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -29,8 +28,11 @@ struct Rays {
   std::vector<double> shadow_distance;
 };
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+template <class Work>
+double seconds_of(const Work& work) {
+  const double start = bench::processor_seconds();
+  work();
+  return bench::processor_seconds() - start;
 }
 
 void add_shadow_rays(const tracer::CompiledScene& scene, const RayQueue& camera, Rays& rays) {
@@ -119,21 +121,20 @@ int main(int argc, char** argv) {
   std::vector<std::uint8_t> blocked(shadow.count);
 
   std::vector<double> whole, own_camera, own_shadow, bare_camera, bare_shadow, bare_both;
+  bool rendered = true;
   for (int round = 0; round < rounds; ++round) {
     bare_camera.push_back(bare.closest(camera).seconds);
     bare_shadow.push_back(bare.occluded(shadow).seconds);
     bare_both.push_back(bare_camera.back() + bare_shadow.back());
-    auto start = std::chrono::steady_clock::now();
-    (*compiled)->accelerator->closest(camera, {primitive.data(), t.data(), u.data(), v.data()},
-                                      tracer::Coherence::coherent);
-    own_camera.push_back(seconds_since(start));
-    start = std::chrono::steady_clock::now();
-    (*compiled)->accelerator->occluded(shadow, blocked.data(), tracer::Coherence::coherent);
-    own_shadow.push_back(seconds_since(start));
-    start = std::chrono::steady_clock::now();
-    if (!tracer::render(**compiled, {.threads = 1}, control)) return 1;
-    whole.push_back(seconds_since(start));
+    own_camera.push_back(seconds_of([&] {
+      (*compiled)->accelerator->closest(camera, {primitive.data(), t.data(), u.data(), v.data()},
+                                        tracer::Coherence::coherent);
+    }));
+    own_shadow.push_back(
+        seconds_of([&] { (*compiled)->accelerator->occluded(shadow, blocked.data(), tracer::Coherence::coherent); }));
+    whole.push_back(seconds_of([&] { rendered = rendered && tracer::render(**compiled, {.threads = 1}, control); }));
   }
+  if (!rendered) return 1;
   std::printf("%s %ux%u, 1 thread, medians of %d rounds\n", argv[1], scene.image.width, scene.image.height, rounds);
   print("camera rays, bare Embree", camera.count, bare_camera, bare_camera);
   print("camera rays, accelerator", camera.count, own_camera, bare_camera);

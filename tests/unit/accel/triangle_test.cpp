@@ -211,6 +211,8 @@ TriangleGeometry shuffled(Random& random, TriangleGeometry geometry, std::vector
 
 TEST(PrimitiveRuns, AreTwoTrianglesThatFollowEachOtherAndShareAnEdge) {
   TriangleGeometry geometry;
+  geometry.positions = {{0, 2, 0}, {1, 2, 0}, {1, 1, 0}, {0, 0, 0}, {0, 1, 0}, {1, 0, 0},
+                        {2, 1, 0}, {2, 0, 0}, {5, 5, 0}, {6, 5, 0}, {5, 6, 0}};
   geometry.triangles = {{0, 1, 2}, {3, 4, 2}, {3, 2, 5}, {2, 5, 6}, {6, 5, 7}, {8, 9, 10}};
   const PrimitiveRuns<TriangleGeometry> runs(geometry);
   std::vector<std::uint32_t> begins;
@@ -219,6 +221,16 @@ TEST(PrimitiveRuns, AreTwoTrianglesThatFollowEachOtherAndShareAnEdge) {
     EXPECT_EQ(runs.end(run), run + 1 < runs.count() ? runs.begin(run + 1) : 6u) << "every triangle is in one run";
   }
   EXPECT_EQ(begins, (std::vector<std::uint32_t>{0, 1, 3, 5}));
+}
+
+TEST(PrimitiveRuns, AreNotTwoTrianglesAroundACornerWhoseBoxIsMostlyEmpty) {
+  TriangleGeometry geometry;
+  geometry.positions = {{0, 0, 0}, {1, 0, 0}, {1, 0.1, 0}, {1, 0, 0.3}};
+  geometry.triangles = {{0, 1, 2}, {1, 2, 3}};
+  EXPECT_EQ(PrimitiveRuns<TriangleGeometry>(geometry).count(), 2u);
+  geometry.positions[3] = {0, 0.1, 0};  // folded open: the face's other half
+  geometry.triangles[1] = {0, 2, 3};
+  EXPECT_EQ(PrimitiveRuns<TriangleGeometry>(geometry).count(), 1u);
 }
 
 TEST(PrimitiveRuns, AreNoneOfNoTriangles) { EXPECT_EQ(PrimitiveRuns<TriangleGeometry>({}).count(), 0u); }

@@ -1,6 +1,7 @@
 #include <atomic>
 #include <optional>
 
+#include "tracer/src/accel/last_rays.h"
 #include "tracer/src/accel/packet.h"
 #include "tracer/src/accel/primitive_runs.h"
 
@@ -48,9 +49,10 @@ struct User {
 
 /// Box in float that surely holds [low, high] as Embree's float rays see it. They are wrong by some 2^-24 of the
 /// scene's box (about one) wherever they are, so the pad is absolute: relative to a primitive near 0 it would be
-/// nothing. Embree's own box tests round too, and its robust mode does not reach user geometry.
+/// nothing. Eight times that: a ray starts up to a box's width before the box, its direction is rounded over two of
+/// these, and Embree's own box tests round too (its robust mode does not reach user geometry).
 void write_bounds(const Vec3& low, const Vec3& high, RTCBounds& bounds) {
-  constexpr double pad = 0x1p-22;
+  constexpr double pad = 0x1p-21;
   bounds.lower_x = static_cast<float>(low.x - pad);
   bounds.lower_y = static_cast<float>(low.y - pad);
   bounds.lower_z = static_cast<float>(low.z - pad);
@@ -168,6 +170,7 @@ struct Accelerator::Embree {
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
   Bounds box;
+  Ball ball{{}, -std::numeric_limits<double>::infinity()};
   std::vector<User<SphereGeometry>> spheres;
   std::vector<User<TriangleGeometry>> triangles;
   std::vector<User<QuadricGeometry>> quadrics;
@@ -238,10 +241,8 @@ Result<std::shared_ptr<const Accelerator>, Failure> Accelerator::build(GeometryS
   embree.add(embree.triangles, set.triangles, set.first_triangles(), control);
   embree.add(embree.quadrics, set.quadrics, set.first_quadrics(), control);
   if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled before building"};
-  if (!embree.box.empty()) {
-    const Vec3 pad{0x1p-18, 0x1p-18, 0x1p-18};
-    embree.box = {embree.box.low - pad, embree.box.high + pad};
-  }
+  if (const Bounds& box = embree.box; !box.empty())
+    embree.ball = {(box.low + box.high) * 0.5, length(box.high - box.low) * 0.5 + 0x1p-18};
   rtcSetSceneFlags(embree.scene, RTC_SCENE_FLAG_ROBUST);
   rtcSetSceneProgressMonitorFunction(embree.scene, keep_building, &control);
   embree.for_each_user(hand_over);
@@ -258,42 +259,43 @@ Result<std::shared_ptr<const Accelerator>, Failure> Accelerator::build(GeometryS
 void Accelerator::closest(const RaySpan& rays, const HitSpan& hits, Coherence coherence, Among among) const {
   Packet packet;
   RTCRayHit16 rayhit;
-  for (std::size_t first = 0; first < rays.count; first += packet_size) {
-    const int count = static_cast<int>(std::min<std::size_t>(packet_size, rays.count - first));
-    load(packet, rays, first, count, embree_->box);
-    closest_planes(packet, count, geometry_.planes, geometry_.plane_geometry(), among);
-    write_rays(packet, mask_of(among), rayhit.ray);
-    std::fill_n(rayhit.hit.geomID, packet_size, RTC_INVALID_GEOMETRY_ID);
-    rtcInitIntersectContext(&packet.context);
-    packet.context.flags =
-        coherence == Coherence::coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  begin(packet, rays, coherence, mask_of(among), rayhit.ray);
+  std::fill_n(rayhit.hit.geomID, packet_size, RTC_INVALID_GEOMETRY_ID);
+  const auto trace = [&](const RaySpan& span, const HitSpan& answers, std::size_t first) {
+    load(packet, span, first, embree_->ball);
+    closest_planes(packet, geometry_.planes, geometry_.plane_geometry(), among);
+    if (!geometry_.triangles.empty()) find_leading(packet);
+    write_rays(packet, rayhit.ray);
     rtcIntersect16(packet.active, embree_->scene, &packet.context, &rayhit);
-    for (int i = 0; i < count; ++i) {
-      hits.primitive[first + i] = {packet.geometry[i], packet.primitive[i]};
-      hits.t[first + i] = packet.t[i];
-      hits.u[first + i] = packet.u[i];
-      hits.v[first + i] = packet.v[i];
-    }
-  }
+    write_hits(packet, answers, first);
+  };
+  std::size_t first = 0;
+  for (; first + packet_size <= rays.count; first += packet_size) trace(rays, hits, first);
+  if (first == rays.count) return;
+  LastRays last(rays, first);
+  trace(last.rays(), last.hits(), 0);
+  last.write(hits, first);
 }
 
 void Accelerator::occluded(const RaySpan& rays, std::uint8_t* blocked, Coherence coherence) const {
   Packet packet;
   RTCRay16 ray;
-  for (std::size_t first = 0; first < rays.count; first += packet_size) {
-    const int count = static_cast<int>(std::min<std::size_t>(packet_size, rays.count - first));
-    load(packet, rays, first, count, embree_->box);
-    std::uint8_t* answer = blocked + first;
-    std::fill_n(answer, count, std::uint8_t{0});
-    occluded_planes(packet, count, geometry_.planes, geometry_.plane_geometry(), answer);
-    for (int i = 0; i < count; ++i) packet.active[i] = answer[i] != 0 ? 0 : packet.active[i];
-    write_rays(packet, mask_opaque, ray);
-    rtcInitIntersectContext(&packet.context);
-    packet.context.flags =
-        coherence == Coherence::coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  begin(packet, rays, coherence, mask_opaque, ray);
+  const auto trace = [&](const RaySpan& span, std::uint8_t* answers, std::size_t first) {
+    load(packet, span, first, embree_->ball);
+    occluded_planes(packet, geometry_.planes, geometry_.plane_geometry());
+    if (!geometry_.triangles.empty()) find_leading(packet);
+    write_rays(packet, ray);
     rtcOccluded16(packet.active, embree_->scene, &packet.context, &ray);
-    for (int i = 0; i < count; ++i) answer[i] |= static_cast<std::uint8_t>(packet.active[i] != 0 && ray.tfar[i] < 0);
-  }
+    write_blocked(packet, ray, answers + first);
+  };
+  std::size_t first = 0;
+  for (; first + packet_size <= rays.count; first += packet_size) trace(rays, blocked, first);
+  if (first == rays.count) return;
+  LastRays last(rays, first);
+  std::uint8_t answers[packet_size];
+  trace(last.rays(), answers, 0);
+  std::copy_n(answers, rays.count - first, blocked + first);
 }
 
 std::uint64_t Accelerator::memory_bytes() const {

@@ -1,5 +1,6 @@
 #include "tracer/src/accel/packet.h"
 
+#include <cstring>
 #include <limits>
 
 #include "tracer/src/accel/leading_axis.h"
@@ -17,83 +18,139 @@ SphereTest sphere_test(const SphereGeometry& g, std::uint32_t primitive) {
   return {g.x[primitive], g.y[primitive], g.z[primitive], g.radius[primitive]};
 }
 
-/// Nearest distance > 0 at which a unit ray meets the sphere, or `nothing`. The discriminant is R^2 minus the squared
-/// distance of the line from the centre, and the roots come as c/q and q: neither cancels
+/// What decides whether a unit ray meets a sphere, before any root or quotient. The discriminant is R^2 minus the
+/// squared distance of the line from the centre, and the roots come as c/q and q: neither cancels
 /// (Press et al. 2007, sec. 5.6; Haines et al., Ray Tracing Gems 2019, ch. 7).
-WHITTLE_INLINE double sphere_distance(double ox, double oy, double oz, double dx, double dy, double dz,
+struct SphereLine {
+  double b;  ///< distance to the place nearest to the centre
+  double c, discriminant;
+};
+
+WHITTLE_INLINE SphereLine sphere_line(double ox, double oy, double oz, double dx, double dy, double dz,
                                       const SphereTest& s) {
   const double fx = ox - s.x, fy = oy - s.y, fz = oz - s.z;
   const double b = -(fx * dx + fy * dy + fz * dz);
   const double lx = fx + b * dx, ly = fy + b * dy, lz = fz + b * dz;
-  const double discriminant = s.radius * s.radius - (lx * lx + ly * ly + lz * lz);
-  const double c = fx * fx + fy * fy + fz * fz - s.radius * s.radius;
-  const double root = std::sqrt(discriminant > 0 ? discriminant : 0);
-  const double q = b >= 0 ? b + root : b - root;
-  const double other = c / q;
+  return {b, fx * fx + fy * fy + fz * fz - s.radius * s.radius, s.radius * s.radius - (lx * lx + ly * ly + lz * lz)};
+}
+
+/// Whether the line meets the sphere, and not only behind the ray's origin: exactly when a root is positive.
+WHITTLE_INLINE bool meets(const SphereLine& line) { return (line.discriminant >= 0) & ((line.b >= 0) | (line.c < 0)); }
+
+/// Nearest distance > 0, or `nothing`, of a line that meets the sphere.
+WHITTLE_INLINE double sphere_distance(const SphereLine& line) {
+  const double root = std::sqrt(line.discriminant);
+  const double q = line.b >= 0 ? line.b + root : line.b - root;
+  const double other = line.c / q;
   const double near = other < q ? other : q;
   const double far = other < q ? q : other;
   const double t = near > 0 ? near : far;
-  return (discriminant >= 0) & (t > 0) ? t : nothing;
+  return t > 0 ? t : nothing;
 }
+
+WHITTLE_INLINE SphereLine lane_line(const Packet& p, int i, const SphereTest& sphere) {
+  return sphere_line(p.ox[i], p.oy[i], p.oz[i], p.dx[i], p.dy[i], p.dz[i], sphere);
+}
+
+/// Whether any of the lanes that count meets the sphere: only these pay for root and quotient.
+WHITTLE_INLINE bool any_meets(const Packet& p, Asked asked, const int* valid, const SphereTest& sphere) {
+  int met = 0;
+  for_lanes(
+      asked, [&](int i, int k)
+                 __attribute__((always_inline)) { met |= meets(lane_line(p, i, sphere)) ? valid[k] : 0; });
+  return met != 0;
+}
+
+struct PlaneTest {
+  Vec3 point, normal;
+};
+
+WHITTLE_INLINE double plane_distance(const Packet& p, int i, const PlaneTest& plane) {
+  const auto& [point, normal] = plane;
+  const double height =
+      (point.x - p.ox[i]) * normal.x + (point.y - p.oy[i]) * normal.y + (point.z - p.oz[i]) * normal.z;
+  return height / (p.dx[i] * normal.x + p.dy[i] * normal.y + p.dz[i] * normal.z);
+}
+
+double lane_distance(const Packet& p, unsigned i, const SphereTest& sphere) {
+  const SphereLine line = sphere_line(p.ox[i], p.oy[i], p.oz[i], p.dx[i], p.dy[i], p.dz[i], sphere);
+  return meets(line) ? sphere_distance(line) : nothing;
+}
+
+/// Copied as vectors and not by a call.
+WHITTLE_INLINE void copy_lanes(double* to, const double* from) { std::memcpy(to, from, packet_size * sizeof(double)); }
 
 }  // namespace
 
-WHITTLE_WIDE void load(Packet& packet, const RaySpan& rays, std::size_t first, int count, const Bounds& box) {
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  const std::pair<const double*, double*> components[] = {{rays.ox, packet.ox}, {rays.oy, packet.oy},
-                                                          {rays.oz, packet.oz}, {rays.dx, packet.dx},
-                                                          {rays.dy, packet.dy}, {rays.dz, packet.dz}};
-  for (const auto& [from, to] : components) {
-    std::copy_n(from + first, count, to);
-    // Lanes without a ray are switched off below.
-    std::fill(to + count, to + packet_size, 0.0);
+void begin(Packet& packet, const RaySpan& rays, Coherence coherence, unsigned mask, RTCRay16& ray) {
+  rtcInitIntersectContext(&packet.context);
+  packet.context.flags =
+      coherence == Coherence::coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  if (rays.from == nullptr) {
+    std::fill_n(packet.from_geometry, packet_size, PrimitiveRef::none);
+    std::fill_n(packet.from_primitive, packet_size, PrimitiveRef::none);
   }
-  std::fill_n(packet.t, packet_size, infinity);
-  if (rays.t_max != nullptr) std::copy_n(rays.t_max + first, count, packet.t);
+  for (int i = 0; i < packet_size; ++i) {
+    ray.tnear[i] = 0;
+    ray.time[i] = 0;
+    ray.mask[i] = mask;
+    ray.id[i] = static_cast<unsigned>(i);
+    ray.flags[i] = 0;
+  }
+}
+
+WHITTLE_WIDE void load(Packet& packet, const RaySpan& rays, std::size_t first, const Ball& ball) {
+  const auto [center, radius] = ball;
+  copy_lanes(packet.ox, rays.ox + first);
+  copy_lanes(packet.oy, rays.oy + first);
+  copy_lanes(packet.oz, rays.oz + first);
+  copy_lanes(packet.dx, rays.dx + first);
+  copy_lanes(packet.dy, rays.dy + first);
+  copy_lanes(packet.dz, rays.dz + first);
+  if (rays.t_max != nullptr)
+    copy_lanes(packet.t, rays.t_max + first);
+  else
+    std::fill_n(packet.t, packet_size, std::numeric_limits<double>::infinity());
   std::fill_n(packet.geometry, packet_size, PrimitiveRef::none);
   std::fill_n(packet.primitive, packet_size, PrimitiveRef::none);
-  std::fill_n(packet.from_geometry, packet_size, PrimitiveRef::none);
-  std::fill_n(packet.from_primitive, packet_size, PrimitiveRef::none);
-  for (int i = 0; rays.from != nullptr && i < count; ++i) {
+  std::fill_n(packet.blocked, packet_size, 0);
+  for (int i = 0; rays.from != nullptr && i < packet_size; ++i) {
     packet.from_geometry[i] = rays.from[first + i].geometry;
     packet.from_primitive[i] = rays.from[first + i].primitive;
   }
   for (int i = 0; i < packet_size; ++i) {
-    const double ox = packet.ox[i], oy = packet.oy[i], oz = packet.oz[i];
+    const double fx = center.x - packet.ox[i], fy = center.y - packet.oy[i], fz = center.z - packet.oz[i];
     const double dx = packet.dx[i], dy = packet.dy[i], dz = packet.dz[i];
-    // Slab test (Kay & Kajiya 1986); comparisons are ordered so that 0/0 on a slab's plane is ignored.
-    const double ix = 1 / dx, iy = 1 / dy, iz = 1 / dz;
-    const double ax = (box.low.x - ox) * ix, bx = (box.high.x - ox) * ix;
-    const double ay = (box.low.y - oy) * iy, by = (box.high.y - oy) * iy;
-    const double az = (box.low.z - oz) * iz, bz = (box.high.z - oz) * iz;
-    double enter = 0, leave = packet.t[i];
-    enter = (ax < bx ? ax : bx) > enter ? (ax < bx ? ax : bx) : enter;
-    enter = (ay < by ? ay : by) > enter ? (ay < by ? ay : by) : enter;
-    enter = (az < bz ? az : bz) > enter ? (az < bz ? az : bz) : enter;
-    leave = (ax > bx ? ax : bx) < leave ? (ax > bx ? ax : bx) : leave;
-    leave = (ay > by ? ay : by) < leave ? (ay > by ? ay : by) : leave;
-    leave = (az > bz ? az : bz) < leave ? (az > bz ? az : bz) : leave;
-    const double doubt = float_slack + enter * 0x1p-48;  // the slabs' rounding grows with the distance
-    const double start = enter - doubt;
-    const bool finite = (ox + oy + oz + dx + dy + dz) * 0 == 0;
+    const double nearest = fx * dx + fy * dy + fz * dz;
+    const double lx = fx - nearest * dx, ly = fy - nearest * dy, lz = fz - nearest * dz;
+    // What was rounded above grows with the distance.
+    const double doubt = float_slack + std::abs(nearest) * 0x1p-48;
+    const double enter = nearest - radius > 0 ? nearest - radius : 0;
+    const double beyond = nearest + radius, leave = beyond < packet.t[i] ? beyond : packet.t[i];
+    const double start = enter - doubt, miss = radius + doubt;
     packet.start[i] = start;
     packet.reach[i] = reach_of(leave + doubt, start);
-    packet.active[i] = (i < count) & finite & (start <= leave) & (enter < distance_max) ? -1 : 0;
+    // False for what is not finite: one of the sums then is infinite or NaN.
+    const bool active = (lx * lx + ly * ly + lz * lz <= miss * miss) & (start <= leave) & (nearest < distance_max);
+    packet.active[i] = active ? -1 : 0;
   }
-  int along_x = 0, along_y = 0, active = 0;
-  for (int i = 0; i < packet_size; ++i) {
-    const bool x = x_leads(packet.dx[i], packet.dy[i], packet.dz[i]);
-    along_x += x ? packet.active[i] : 0;
-    along_y += !x & y_leads(packet.dy[i], packet.dz[i]) ? packet.active[i] : 0;
-    active += packet.active[i];
-  }
-  packet.leading = along_x == active        ? LeadingAxis::x
-                   : along_y == active      ? LeadingAxis::y
-                   : along_x + along_y == 0 ? LeadingAxis::z
-                                            : LeadingAxis::mixed;
 }
 
-WHITTLE_WIDE void write_rays(const Packet& packet, unsigned mask, RTCRay16& ray) {
+WHITTLE_WIDE void find_leading(Packet& packet) {
+  constexpr int x = 1, y = 2, z = 4;
+  int axes = 0;
+  for (int i = 0; i < packet_size; ++i) {
+    const bool along_x = x_leads(packet.dx[i], packet.dy[i], packet.dz[i]);
+    const int axis = along_x ? x : (y_leads(packet.dy[i], packet.dz[i]) ? y : z);
+    axes |= packet.active[i] & axis;
+  }
+  packet.leading = axes == x   ? LeadingAxis::x
+                   : axes == y ? LeadingAxis::y
+                   : axes == z ? LeadingAxis::z
+                               : LeadingAxis::mixed;
+}
+
+WHITTLE_WIDE void write_rays(const Packet& packet, RTCRay16& ray) {
   for (int i = 0; i < packet_size; ++i) {
     const bool active = packet.active[i] != 0;
     // Inactive lanes get harmless numbers: this Embree asserts on a NaN even there.
@@ -103,49 +160,53 @@ WHITTLE_WIDE void write_rays(const Packet& packet, unsigned mask, RTCRay16& ray)
     ray.dir_x[i] = active ? static_cast<float>(packet.dx[i]) : 0.0f;
     ray.dir_y[i] = active ? static_cast<float>(packet.dy[i]) : 0.0f;
     ray.dir_z[i] = active ? static_cast<float>(packet.dz[i]) : 1.0f;
-    ray.tnear[i] = 0;
     ray.tfar[i] = active ? packet.reach[i] : 0.0f;
-    ray.time[i] = 0;
-    ray.mask[i] = mask;
-    ray.id[i] = static_cast<unsigned>(i);
-    ray.flags[i] = 0;
   }
 }
 
-WHITTLE_WIDE void closest(Packet& packet, Asked asked, const int* valid, float* tfar, const SphereGeometry& geometry,
-                          PrimitiveRef self) {
+WHITTLE_WIDE void write_hits(const Packet& packet, const HitSpan& hits, std::size_t first) {
+  for (int i = 0; i < packet_size; ++i) hits.primitive[first + i] = {packet.geometry[i], packet.primitive[i]};
+  copy_lanes(hits.t + first, packet.t);
+  copy_lanes(hits.u + first, packet.u);
+  copy_lanes(hits.v + first, packet.v);
+}
+
+WHITTLE_WIDE void write_blocked(const Packet& packet, const RTCRay16& ray, std::uint8_t* blocked) {
+  for (int i = 0; i < packet_size; ++i)
+    blocked[i] = static_cast<std::uint8_t>((packet.blocked[i] != 0) | (ray.tfar[i] < 0));
+}
+
+WHITTLE_WIDE void closest(Packet& packet, Asked asked, const int* valid, float* __restrict tfar,
+                          const SphereGeometry& geometry, PrimitiveRef self) {
   const SphereTest sphere = sphere_test(geometry, self.primitive);
-  const int first = first_lane(asked);
+  if (!any_meets(packet, asked, valid, sphere)) return;
   for_lanes(
-      asked, [&](int i) __attribute__((always_inline)) {
-        const double t =
-            sphere_distance(packet.ox[i], packet.oy[i], packet.oz[i], packet.dx[i], packet.dy[i], packet.dz[i], sphere);
+      asked, [&](int i, int k) __attribute__((always_inline)) {
+        const SphereLine line = lane_line(packet, i, sphere);
+        const double t = sphere_distance(line);
         const bool nearer =
-            (valid[i - first] != 0) & wins(t, self, packet.t[i], packet.geometry[i], packet.primitive[i]);
+            meets(line) & (valid[k] != 0) & wins(t, self, packet.t[i], packet.geometry[i], packet.primitive[i]);
         packet.t[i] = nearer ? t : packet.t[i];
         packet.geometry[i] = nearer ? self.geometry : packet.geometry[i];
         packet.primitive[i] = nearer ? self.primitive : packet.primitive[i];
-        tfar[i - first] = nearer ? reach_of(t, packet.start[i]) : tfar[i - first];
+        tfar[k] = nearer ? reach_of(t, packet.start[i]) : tfar[k];
       });
 }
 
-WHITTLE_WIDE void occluded(const Packet& packet, Asked asked, const int* valid, float* tfar,
+WHITTLE_WIDE void occluded(const Packet& packet, Asked asked, const int* valid, float* __restrict tfar,
                            const SphereGeometry& geometry, PrimitiveRef self) {
   const SphereTest sphere = sphere_test(geometry, self.primitive);
-  const int first = first_lane(asked);
+  if (!any_meets(packet, asked, valid, sphere)) return;
   for_lanes(
-      asked, [&](int i) __attribute__((always_inline)) {
-        const double t =
-            sphere_distance(packet.ox[i], packet.oy[i], packet.oz[i], packet.dx[i], packet.dy[i], packet.dz[i], sphere);
-        const bool blocked = (valid[i - first] != 0) & (t < packet.t[i]);
-        tfar[i - first] = blocked ? -std::numeric_limits<float>::infinity() : tfar[i - first];
+      asked, [&](int i, int k) __attribute__((always_inline)) {
+        const SphereLine line = lane_line(packet, i, sphere);
+        const bool blocked = meets(line) & (valid[k] != 0) & (sphere_distance(line) < packet.t[i]);
+        tfar[k] = blocked ? -std::numeric_limits<float>::infinity() : tfar[k];
       });
 }
 
 void closest_lane(Packet& packet, unsigned lane, float& tfar, const SphereGeometry& geometry, PrimitiveRef self) {
-  const SphereTest sphere = sphere_test(geometry, self.primitive);
-  const double t = sphere_distance(packet.ox[lane], packet.oy[lane], packet.oz[lane], packet.dx[lane], packet.dy[lane],
-                                   packet.dz[lane], sphere);
+  const double t = lane_distance(packet, lane, sphere_test(geometry, self.primitive));
   if (!wins(t, self, packet.t[lane], packet.geometry[lane], packet.primitive[lane])) return;
   packet.t[lane] = t;
   packet.geometry[lane] = self.geometry;
@@ -155,24 +216,18 @@ void closest_lane(Packet& packet, unsigned lane, float& tfar, const SphereGeomet
 
 void occluded_lane(const Packet& packet, unsigned lane, float& tfar, const SphereGeometry& geometry,
                    PrimitiveRef self) {
-  const SphereTest sphere = sphere_test(geometry, self.primitive);
-  const double t = sphere_distance(packet.ox[lane], packet.oy[lane], packet.oz[lane], packet.dx[lane], packet.dy[lane],
-                                   packet.dz[lane], sphere);
+  const double t = lane_distance(packet, lane, sphere_test(geometry, self.primitive));
   if (t < packet.t[lane]) tfar = -std::numeric_limits<float>::infinity();
 }
 
-WHITTLE_WIDE void closest_planes(Packet& packet, int count, const PlaneGeometry& planes, std::uint32_t geometry,
-                                 Among among) {
+WHITTLE_WIDE void closest_planes(Packet& packet, const PlaneGeometry& planes, std::uint32_t geometry, Among among) {
   for (std::size_t k = 0; k < planes.point.size(); ++k) {
     if (among != Among::all && (planes.transmissive[k] != 0) != (among == Among::transmissive)) continue;
-    const Vec3 point = planes.point[k], normal = planes.normal[k];
+    const PlaneTest plane{planes.point[k], planes.normal[k]};
     const PrimitiveRef self{geometry, static_cast<std::uint32_t>(k)};
     for (int i = 0; i < packet_size; ++i) {
-      const double height = (point.x - packet.ox[i]) * normal.x + (point.y - packet.oy[i]) * normal.y +
-                            (point.z - packet.oz[i]) * normal.z;
-      const double slope = packet.dx[i] * normal.x + packet.dy[i] * normal.y + packet.dz[i] * normal.z;
-      const double t = height / slope;
-      const bool nearer = (i < count) & (t > 0) & (t < std::numeric_limits<double>::max()) &
+      const double t = plane_distance(packet, i, plane);
+      const bool nearer = (t > 0) & (t < std::numeric_limits<double>::max()) &
                           !starts_on(packet, static_cast<unsigned>(i), self) &
                           wins(t, self, packet.t[i], packet.geometry[i], packet.primitive[i]);
       packet.t[i] = nearer ? t : packet.t[i];
@@ -186,22 +241,18 @@ WHITTLE_WIDE void closest_planes(Packet& packet, int count, const PlaneGeometry&
   for (int i = 0; i < packet_size; ++i) packet.active[i] = packet.reach[i] < 0 ? 0 : packet.active[i];
 }
 
-WHITTLE_WIDE void occluded_planes(const Packet& packet, int count, const PlaneGeometry& planes, std::uint32_t geometry,
-                                  std::uint8_t* blocked) {
+WHITTLE_WIDE void occluded_planes(Packet& packet, const PlaneGeometry& planes, std::uint32_t geometry) {
   for (std::size_t k = 0; k < planes.point.size(); ++k) {
     if (planes.transmissive[k] != 0) continue;
-    const Vec3 point = planes.point[k], normal = planes.normal[k];
+    const PlaneTest plane{planes.point[k], planes.normal[k]};
     const PrimitiveRef self{geometry, static_cast<std::uint32_t>(k)};
-    std::uint8_t met[packet_size];
     for (int i = 0; i < packet_size; ++i) {
-      const double height = (point.x - packet.ox[i]) * normal.x + (point.y - packet.oy[i]) * normal.y +
-                            (point.z - packet.oz[i]) * normal.z;
-      const double slope = packet.dx[i] * normal.x + packet.dy[i] * normal.y + packet.dz[i] * normal.z;
-      const double t = height / slope;
-      met[i] = !starts_on(packet, static_cast<unsigned>(i), self) & (t > 0) & (t < packet.t[i]) &
-               (t < std::numeric_limits<double>::max());
+      const double t = plane_distance(packet, i, plane);
+      const bool met = !starts_on(packet, static_cast<unsigned>(i), self) & (t > 0) & (t < packet.t[i]) &
+                       (t < std::numeric_limits<double>::max());
+      packet.blocked[i] = met ? -1 : packet.blocked[i];
+      packet.active[i] = met ? 0 : packet.active[i];
     }
-    for (int i = 0; i < count; ++i) blocked[i] |= met[i];
   }
 }
 

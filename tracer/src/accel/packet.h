@@ -2,10 +2,11 @@
 /// Sixteen rays in double beside the sixteen floats that Embree traverses with. Embree only *proposes*: what is a hit,
 /// how far it is and which of two is nearer are decided here, in double, on the rays as they are.
 ///
-/// Embree's float ray does not start at the ray's origin but `start` further on: a little before the place where it
-/// enters the scene's box, or a little behind the origin when that is inside. So its coordinates stay near one however
-/// far away the camera is, and nothing close to the origin is lost to rounding; hits behind the origin are refused in
-/// double.
+/// Embree's float ray does not start at the ray's origin but `start` further on: as far before the place where it comes
+/// nearest to the middle of the scene as the ball around the scene's box has radius, or a little behind the origin when
+/// that is inside. So its coordinates stay near one however far away the camera is, and nothing close to the origin is
+/// lost to rounding; hits behind the origin are refused in double. A ball and not the box, because it takes no
+/// divisions; a ray that misses the box costs Embree one look at the tree's root.
 
 #include <embree3/rtcore.h>
 
@@ -23,7 +24,13 @@ inline constexpr int packet_size = lanes;
 /// (about one), whose floats are wrong by 2^-24; sixteen times that covers origin, direction and box tests together.
 inline constexpr double float_slack = 0x1p-20;
 
-/// How far away, in the same units, a ray may enter the box. From further the last bit of its direction is 2^47 boxes
+/// Around the scene's box.
+struct Ball {
+  Vec3 center;
+  double radius;  ///< minus infinity: holds nothing
+};
+
+/// How far away, in the same units, a ray may enter the ball. From further the last bit of its direction is 2^47 boxes
 /// wide: it meets nothing in the box, and Embree never sees coordinates on which it would end the process.
 inline constexpr double distance_max = 0x1p100;
 
@@ -33,17 +40,17 @@ enum class LeadingAxis { x, y, z, mixed };
 /// Embree asks about whole packets, or about halves where its vectors hold eight floats.
 inline constexpr int half_packet = packet_size / 2;
 enum class Asked { whole, first_half, second_half };
-WHITTLE_INLINE int first_lane(Asked asked) { return asked == Asked::second_half ? half_packet : 0; }
 
-/// Runs `loop(lane)` over the lanes asked about. The trip count is known either way, or it becomes no vector code.
+/// Runs `loop(lane, place)` over the lanes asked about, `place` counted from the first of these. Trip count and places
+/// are plain either way, or it becomes no vector code.
 template <class Loop>
 WHITTLE_INLINE void for_lanes(Asked asked, const Loop& loop) {
-  if (asked == Asked::whole) {
-    for (int i = 0; i < packet_size; ++i) loop(i);
-  } else {
-    const int first = first_lane(asked);
-    for (int i = 0; i < half_packet; ++i) loop(first + i);
-  }
+  if (asked == Asked::whole)
+    for (int i = 0; i < packet_size; ++i) loop(i, i);
+  else if (asked == Asked::first_half)
+    for (int i = 0; i < half_packet; ++i) loop(i, i);
+  else
+    for (int i = 0; i < half_packet; ++i) loop(half_packet + i, i);
 }
 
 struct alignas(64) Packet {
@@ -60,6 +67,7 @@ struct alignas(64) Packet {
   std::uint32_t from_primitive[packet_size];
   alignas(64) float reach[packet_size];  ///< Embree's tfar
   alignas(64) int active[packet_size];   ///< -1 where Embree has something to look for
+  int blocked[packet_size];              ///< -1 where a plane lies within the ray
   LeadingAxis leading;                   ///< of the active rays
 
   static Packet& of(const RTCIntersectContext* context) {
@@ -83,12 +91,21 @@ WHITTLE_INLINE bool starts_on(const Packet& packet, unsigned lane, PrimitiveRef 
   return (packet.from_geometry[lane] == self.geometry) & (packet.from_primitive[lane] == self.primitive);
 }
 
-/// Fills lanes [0, count) from rays[first...]; the others, rays that are not finite and rays that miss `box` are
-/// inactive.
-void load(Packet& packet, const RaySpan& rays, std::size_t first, int count, const Bounds& box);
+/// What of a packet and of Embree's rays is the same for all packets of `rays`.
+void begin(Packet& packet, const RaySpan& rays, Coherence coherence, unsigned mask, RTCRay16& ray);
+
+/// Fills all lanes, from rays[first...]. Rays that are not finite and rays that miss `ball` are inactive.
+void load(Packet& packet, const RaySpan& rays, std::size_t first, const Ball& ball);
+
+/// Sets `leading`, which only triangles ask for.
+void find_leading(Packet& packet);
 
 /// The packet's rays as Embree wants them.
-void write_rays(const Packet& packet, unsigned mask, RTCRay16& ray);
+void write_rays(const Packet& packet, RTCRay16& ray);
+
+/// The packet's answers, to hits[first...] and blocked[0...].
+void write_hits(const Packet& packet, const HitSpan& hits, std::size_t first);
+void write_blocked(const Packet& packet, const RTCRay16& ray, std::uint8_t* blocked);
 
 /// Primitive self.primitive of `geometry`, decided in double. The callers' lanes: those of `valid` (-1) among those
 /// asked about, of which `valid` and `tfar` begin at the first, or one. The part of a quadric that was met goes into
@@ -114,9 +131,8 @@ void occluded_lane(const Packet& packet, unsigned lane, float& tfar, const Quadr
 void occluded_lane(const Packet& packet, unsigned lane, float& tfar, const TriangleGeometry& geometry,
                    PrimitiveRef self);
 
-/// All planes that count against all lanes that are in use.
-void closest_planes(Packet& packet, int count, const PlaneGeometry& planes, std::uint32_t geometry, Among among);
-void occluded_planes(const Packet& packet, int count, const PlaneGeometry& planes, std::uint32_t geometry,
-                     std::uint8_t* blocked);
+/// All planes that count against all lanes.
+void closest_planes(Packet& packet, const PlaneGeometry& planes, std::uint32_t geometry, Among among);
+void occluded_planes(Packet& packet, const PlaneGeometry& planes, std::uint32_t geometry);
 
 }  // namespace tracer

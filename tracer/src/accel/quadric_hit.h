@@ -77,6 +77,21 @@ WHITTLE_INLINE double cone_form(const Vec3& v, const Vec3& w) {
   return whole + ((sum_lost + whole_lost) + ((x.lost + y.lost) - r.lost));
 }
 
+/// False only where the ray's line passes the cone's surface by so much that no rounding, of this or of frustum_hit,
+/// makes them meet: by 2^-19 of the distance, and by the rounding of where the ray starts. A line that misses the
+/// surface misses what it encloses, ends included. A line almost as steep as the surface is not judged.
+WHITTLE_INLINE bool may_meet_frustum(const ShapeRay& r, double radius_0, double radius_1) {
+  const double slope = radius_1 - radius_0;
+  const double radius = radius_0 + slope * r.oz, growth = slope * r.dz;
+  const double turn = r.ox * r.dy - r.oy * r.dx;
+  const double over_x = r.ox * growth - radius * r.dx, over_y = r.oy * growth - radius * r.dy;
+  const double across = r.dx * r.dx + r.dy * r.dy;
+  const double rounding = (1 + r.ox * r.ox + r.oy * r.oy + r.oz * r.oz) * (across + growth * growth) * 0x1p-54;
+  const bool clear = turn * turn > (over_x * over_x + over_y * over_y) * (1 + 0x1p-18) + rounding;
+  const bool flatter = across * (1 - 0x1p-10) > growth * growth;
+  return !(clear & flatter);
+}
+
 /// The cone's equation x^2 + y^2 = (radius_0 + slope z)^2 between its ends; a cylinder has slope 0. Each root is tested
 /// by itself: where the slope is steeper than the ray, one of them lies on the mirror nappe, beyond the apex. A ray
 /// that starts far off is solved from its nearest point to the shape, or the discriminant would drown in the distance.
@@ -84,7 +99,8 @@ WHITTLE_INLINE double cone_form(const Vec3& v, const Vec3& w) {
 /// All coefficients vanish for a ray that starts beside the side, as one that has just left it does, and runs along one
 /// of its straight lines: what is left of them is far below the rounding of their terms, so they are summed exactly.
 /// Plain sums let such rays meet the side that they run 10^-9 beside, or leave a closed cone unseen.
-WHITTLE_INLINE QuadricHit frustum_hit(const ShapeRay& ray, double radius_0, double radius_1, bool caps) {
+template <bool caps>
+WHITTLE_INLINE QuadricHit frustum_hit(const ShapeRay& ray, double radius_0, double radius_1) {
   const double middle = ray.oz - 0.5;
   const bool far = ray.ox * ray.ox + ray.oy * ray.oy + middle * middle > 64;
   const double along =
@@ -117,11 +133,12 @@ WHITTLE_INLINE QuadricHit frustum_hit(const ShapeRay& ray, double radius_0, doub
   consider_side(c / q);
   // From the same shifted origin: side and caps then round alike, and the rim has no gap however far the ray comes
   // from.
+  if (!caps) return hit;
   const auto consider_cap = [&](double end, double cap_radius, QuadricPart part) {
     const double t = (end - r.oz) / r.dz;
     const double x = r.ox + t * r.dx, y = r.oy + t * r.dy;
     const double reach = cap_radius * (1 + rim_slack);
-    consider(hit, t + shift, caps & (cap_radius > 0) & (x * x + y * y <= reach * reach), part);
+    consider(hit, t + shift, (cap_radius > 0) & (x * x + y * y <= reach * reach), part);
   };
   consider_cap(0, radius_0, QuadricPart::cap_0);
   consider_cap(1, radius_1, QuadricPart::cap_1);
@@ -175,7 +192,7 @@ WHITTLE_INLINE QuadricHit quadric_hit(const Quadric& q, const ShapeRay& ray) {
     case QuadricKind::disc:
       return disc_hit(ray, q.radius_0);
     case QuadricKind::frustum:
-      return frustum_hit(ray, q.radius_0, q.radius_1, q.caps);
+      return q.caps ? frustum_hit<true>(ray, q.radius_0, q.radius_1) : frustum_hit<false>(ray, q.radius_0, q.radius_1);
     case QuadricKind::box:
       return box_hit(ray);
   }

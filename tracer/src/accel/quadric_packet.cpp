@@ -4,29 +4,77 @@
 namespace tracer {
 namespace {
 
-/// Runs `take(lane, place in valid and tfar, hit)` over the lanes asked about. The kind is decided once, outside the
-/// loop.
-template <class Take>
-WHITTLE_INLINE void for_each_lane(const Packet& p, Asked asked, const Quadric& quadric, const Take& take) {
-  const auto all = [&](const auto& hit_of) __attribute__((always_inline)) {
-    const int first = first_lane(asked);
-    for_lanes(
-        asked, [&](int i) __attribute__((always_inline)) {
-          take(i, i - first, hit_of(shape_ray(quadric, p.ox[i], p.oy[i], p.oz[i], p.dx[i], p.dy[i], p.dz[i])));
-        });
-  };
+/// The lanes' rays in the shape's space.
+struct alignas(64) ShapeRays {
+  double ox[packet_size], oy[packet_size], oz[packet_size];
+  double dx[packet_size], dy[packet_size], dz[packet_size];
+  [[nodiscard]] WHITTLE_INLINE ShapeRay of(int i) const { return {ox[i], oy[i], oz[i], dx[i], dy[i], dz[i]}; }
+};
+
+/// Whether any of the lanes that count may meet the frustum: only these pay for its exact sums and quotients.
+WHITTLE_INLINE bool any_may_meet(const ShapeRays& rays, Asked asked, const int* valid, const Quadric& quadric) {
+  const double radius_0 = quadric.radius_0, radius_1 = quadric.radius_1;
+  int met = 0;
+  for_lanes(
+      asked, [&](int i, int k) __attribute__((always_inline)) {
+        met |= may_meet_frustum(rays.of(i), radius_0, radius_1) ? valid[k] : 0;
+      });
+  return met != 0;
+}
+
+/// The lanes' QuadricHit.
+struct alignas(64) QuadricHits {
+  double t[packet_size], part[packet_size];
+};
+
+template <class HitOf>
+WHITTLE_INLINE void meet(const ShapeRays& rays, Asked asked, QuadricHits& hits, const HitOf& hit_of) {
+  for_lanes(
+      asked, [&](int i, int /*place*/) __attribute__((always_inline)) {
+        const QuadricHit hit = hit_of(rays.of(i));
+        hits.t[i] = hit.t;
+        hits.part[i] = hit.part;
+      });
+}
+
+/// Fills the hits of the lanes asked about; false where none of those that count meets the quadric. The kind is decided
+/// once, outside the loop.
+WHITTLE_INLINE bool any_meets(const Packet& p, Asked asked, const int* valid, const Quadric& quadric,
+                              QuadricHits& hits) {
+  ShapeRays rays;
+  for_lanes(
+      asked, [&](int i, int /*place*/) __attribute__((always_inline)) {
+        const ShapeRay ray = shape_ray(quadric, p.ox[i], p.oy[i], p.oz[i], p.dx[i], p.dy[i], p.dz[i]);
+        rays.ox[i] = ray.ox;
+        rays.oy[i] = ray.oy;
+        rays.oz[i] = ray.oz;
+        rays.dx[i] = ray.dx;
+        rays.dy[i] = ray.dy;
+        rays.dz[i] = ray.dz;
+      });
+  const double radius_0 = quadric.radius_0, radius_1 = quadric.radius_1;
+  const auto all = [&](const auto& hit_of) __attribute__((always_inline)) { meet(rays, asked, hits, hit_of); };
   switch (quadric.kind) {
     case QuadricKind::ellipsoid:
-      return all([](const ShapeRay& ray) __attribute__((always_inline)) { return ellipsoid_hit(ray); });
+      all([](const ShapeRay& ray) __attribute__((always_inline)) { return ellipsoid_hit(ray); });
+      break;
     case QuadricKind::disc:
-      return all([&](const ShapeRay& ray) __attribute__((always_inline)) { return disc_hit(ray, quadric.radius_0); });
+      all([=](const ShapeRay& ray) __attribute__((always_inline)) { return disc_hit(ray, radius_0); });
+      break;
     case QuadricKind::frustum:
-      return all([&](const ShapeRay& ray) __attribute__((always_inline)) {
-        return frustum_hit(ray, quadric.radius_0, quadric.radius_1, quadric.caps);
-      });
+      if (!any_may_meet(rays, asked, valid, quadric)) return false;
+      if (quadric.caps)
+        all([=](const ShapeRay& ray)
+                __attribute__((always_inline)) { return frustum_hit<true>(ray, radius_0, radius_1); });
+      else
+        all([=](const ShapeRay& ray)
+                __attribute__((always_inline)) { return frustum_hit<false>(ray, radius_0, radius_1); });
+      break;
     case QuadricKind::box:
-      return all([](const ShapeRay& ray) __attribute__((always_inline)) { return box_hit(ray); });
+      all([](const ShapeRay& ray) __attribute__((always_inline)) { return box_hit(ray); });
+      break;
   }
+  return true;
 }
 
 WHITTLE_INLINE QuadricHit lane_hit(const Packet& p, unsigned i, const Quadric& quadric) {
@@ -35,27 +83,30 @@ WHITTLE_INLINE QuadricHit lane_hit(const Packet& p, unsigned i, const Quadric& q
 
 }  // namespace
 
-WHITTLE_WIDE void closest(Packet& packet, Asked asked, const int* valid, float* tfar, const QuadricGeometry& geometry,
-                          PrimitiveRef self) {
-  for_each_lane(
-      packet, asked,
-      geometry.quadrics[self.primitive], [&](int i, int k, const QuadricHit& hit) __attribute__((always_inline)) {
-        const bool nearer = (valid[k] != 0) & (hit.t < std::numeric_limits<double>::infinity()) &
-                            wins(hit.t, self, packet.t[i], packet.geometry[i], packet.primitive[i]);
-        packet.t[i] = nearer ? hit.t : packet.t[i];
-        packet.u[i] = nearer ? hit.part : packet.u[i];
+WHITTLE_WIDE void closest(Packet& packet, Asked asked, const int* valid, float* __restrict tfar,
+                          const QuadricGeometry& geometry, PrimitiveRef self) {
+  QuadricHits hits;
+  if (!any_meets(packet, asked, valid, geometry.quadrics[self.primitive], hits)) return;
+  for_lanes(
+      asked, [&](int i, int k) __attribute__((always_inline)) {
+        const double t = hits.t[i];
+        const bool nearer = (valid[k] != 0) & (t < std::numeric_limits<double>::infinity()) &
+                            wins(t, self, packet.t[i], packet.geometry[i], packet.primitive[i]);
+        packet.t[i] = nearer ? t : packet.t[i];
+        packet.u[i] = nearer ? hits.part[i] : packet.u[i];
         packet.geometry[i] = nearer ? self.geometry : packet.geometry[i];
         packet.primitive[i] = nearer ? self.primitive : packet.primitive[i];
-        tfar[k] = nearer ? reach_of(hit.t, packet.start[i]) : tfar[k];
+        tfar[k] = nearer ? reach_of(t, packet.start[i]) : tfar[k];
       });
 }
 
-WHITTLE_WIDE void occluded(const Packet& packet, Asked asked, const int* valid, float* tfar,
+WHITTLE_WIDE void occluded(const Packet& packet, Asked asked, const int* valid, float* __restrict tfar,
                            const QuadricGeometry& geometry, PrimitiveRef self) {
-  for_each_lane(
-      packet, asked,
-      geometry.quadrics[self.primitive], [&](int i, int k, const QuadricHit& hit) __attribute__((always_inline)) {
-        const bool blocked = (valid[k] != 0) & (hit.t < packet.t[i]);
+  QuadricHits hits;
+  if (!any_meets(packet, asked, valid, geometry.quadrics[self.primitive], hits)) return;
+  for_lanes(
+      asked, [&](int i, int k) __attribute__((always_inline)) {
+        const bool blocked = (valid[k] != 0) & (hits.t[i] < packet.t[i]);
         tfar[k] = blocked ? -std::numeric_limits<float>::infinity() : tfar[k];
       });
 }

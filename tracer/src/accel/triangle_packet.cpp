@@ -6,69 +6,56 @@
 namespace tracer {
 namespace {
 
-/// The lanes' SeenTriangle.
-struct alignas(64) SeenLanes {
-  double at_a[packet_size], at_b[packet_size], at_c[packet_size];
-  double depth_a[packet_size], depth_b[packet_size], depth_c[packet_size];
-  double along[packet_size];  ///< the ray's largest component
-  int inside[packet_size];    ///< and the lane is valid
-};
-
-template <class RayOf>
-WHITTLE_INLINE void see(Asked asked, const int* valid, const TriangleTest& triangle, SeenLanes& lanes_see,
-                        const RayOf& ray_of) {
-  const int first = first_lane(asked);
-  for_lanes(
-      asked, [&](int i) __attribute__((always_inline)) {
-        const SeenAlong ray = ray_of(i);
-        const SeenTriangle s = seen(ray, triangle);
-        lanes_see.at_a[i] = s.at_a;
-        lanes_see.at_b[i] = s.at_b;
-        lanes_see.at_c[i] = s.at_c;
-        lanes_see.depth_a[i] = s.depth_a;
-        lanes_see.depth_b[i] = s.depth_b;
-        lanes_see.depth_c[i] = s.depth_c;
-        lanes_see.along[i] = ray.dz;
-        lanes_see.inside[i] = s.inside ? valid[i - first] : 0;
-      });
-}
-
-/// Whether any of the lanes that count meets the triangle: few of those that Embree proposes do, and only these pay for
-/// divisions.
-WHITTLE_INLINE bool any_sees(const Packet& p, Asked asked, const int* valid, const TriangleTest& triangle,
-                             SeenLanes& lanes_see) {
+/// Runs `with(ray_of)` with the code that fits how the packet's rays go: where all lead along one axis, which is which
+/// is decided once and not by each lane.
+template <class With>
+WHITTLE_INLINE auto by_leading(const Packet& p, const With& with) {
   const auto along = [&](auto along_x, auto along_y) __attribute__((always_inline)) {
-    see(
-        asked, valid, triangle, lanes_see, [&](int i) __attribute__((always_inline)) {
-          return seen_along(p.ox[i], p.oy[i], p.oz[i], p.dx[i], p.dy[i], p.dz[i], along_x.value, along_y.value);
-        });
+    return with([&](int i) __attribute__((always_inline)) {
+      return seen_along(p.ox[i], p.oy[i], p.oz[i], p.dx[i], p.dy[i], p.dz[i], along_x.value, along_y.value);
+    });
   };
   switch (p.leading) {
     case LeadingAxis::x:
-      along(std::true_type{}, std::false_type{});
-      break;
+      return along(std::true_type{}, std::false_type{});
     case LeadingAxis::y:
-      along(std::false_type{}, std::true_type{});
-      break;
+      return along(std::false_type{}, std::true_type{});
     case LeadingAxis::z:
-      along(std::false_type{}, std::false_type{});
-      break;
+      return along(std::false_type{}, std::false_type{});
     case LeadingAxis::mixed:
-      see(
-          asked, valid, triangle, lanes_see, [&](int i) __attribute__((always_inline)) {
-            return seen_along(p.ox[i], p.oy[i], p.oz[i], p.dx[i], p.dy[i], p.dz[i]);
-          });
       break;
   }
+  return with([&](int i) __attribute__((always_inline)) {
+    return seen_along(p.ox[i], p.oy[i], p.oz[i], p.dx[i], p.dy[i], p.dz[i]);
+  });
+}
+
+/// Whether any of the lanes that count meets the triangle. Few of those that Embree proposes do: all is computed anew
+/// for these, which takes less than to store for each what it may need.
+template <class RayOf>
+WHITTLE_INLINE bool any_sees(Asked asked, const int* valid, const TriangleTest& triangle, const RayOf& ray_of) {
   int met = 0;
   for_lanes(
-      asked, [&](int i) __attribute__((always_inline)) { met |= lanes_see.inside[i]; });
+      asked, [&](int i, int k)
+                 __attribute__((always_inline)) { met |= seen(ray_of(i), triangle).inside ? valid[k] : 0; });
   return met != 0;
 }
 
-WHITTLE_INLINE TriangleHit hit_of(const SeenLanes& s, int i) {
-  return watertight_hit({s.at_a[i], s.at_b[i], s.at_c[i], s.depth_a[i], s.depth_b[i], s.depth_c[i], s.inside[i] != 0},
-                        s.along[i]);
+/// Runs `take(lane, place, hit)` over the lanes asked about, when any of those that count meets the triangle.
+template <class Take>
+WHITTLE_INLINE void for_each_hit(const Packet& p, Asked asked, const int* valid, const TriangleTest& triangle,
+                                 const Take& take) {
+  by_leading(
+      p, [&](const auto& ray_of) __attribute__((always_inline)) {
+        if (!any_sees(asked, valid, triangle, ray_of)) return;
+        for_lanes(
+            asked, [&](int i, int k) __attribute__((always_inline)) {
+              const SeenAlong ray = ray_of(i);
+              SeenTriangle s = seen(ray, triangle);
+              s.inside = s.inside & (valid[k] != 0);
+              take(i, k, watertight_hit(s, ray.dz));
+            });
+      });
 }
 
 TriangleHit lane_hit(const Packet& p, unsigned i, const TriangleTest& triangle) {
@@ -79,14 +66,11 @@ TriangleHit lane_hit(const Packet& p, unsigned i, const TriangleTest& triangle) 
 
 }  // namespace
 
-WHITTLE_WIDE void closest(Packet& packet, Asked asked, const int* valid, float* tfar, const TriangleGeometry& geometry,
-                          PrimitiveRef self) {
-  SeenLanes lanes_see;
-  if (!any_sees(packet, asked, valid, triangle_test(geometry, self.primitive), lanes_see)) return;
-  const int first = first_lane(asked);
-  for_lanes(
-      asked, [&](int i) __attribute__((always_inline)) {
-        const TriangleHit hit = hit_of(lanes_see, i);
+WHITTLE_WIDE void closest(Packet& packet, Asked asked, const int* valid, float* __restrict tfar,
+                          const TriangleGeometry& geometry, PrimitiveRef self) {
+  for_each_hit(
+      packet, asked, valid, triangle_test(geometry, self.primitive),
+      [&](int i, int k, const TriangleHit& hit) __attribute__((always_inline)) {
         const bool nearer = !starts_on(packet, static_cast<unsigned>(i), self) &
                             wins(hit.t, self, packet.t[i], packet.geometry[i], packet.primitive[i]);
         packet.t[i] = nearer ? hit.t : packet.t[i];
@@ -94,20 +78,17 @@ WHITTLE_WIDE void closest(Packet& packet, Asked asked, const int* valid, float* 
         packet.v[i] = nearer ? hit.v : packet.v[i];
         packet.geometry[i] = nearer ? self.geometry : packet.geometry[i];
         packet.primitive[i] = nearer ? self.primitive : packet.primitive[i];
-        tfar[i - first] = nearer ? reach_of(hit.t, packet.start[i]) : tfar[i - first];
+        tfar[k] = nearer ? reach_of(hit.t, packet.start[i]) : tfar[k];
       });
 }
 
-WHITTLE_WIDE void occluded(const Packet& packet, Asked asked, const int* valid, float* tfar,
+WHITTLE_WIDE void occluded(const Packet& packet, Asked asked, const int* valid, float* __restrict tfar,
                            const TriangleGeometry& geometry, PrimitiveRef self) {
-  SeenLanes lanes_see;
-  if (!any_sees(packet, asked, valid, triangle_test(geometry, self.primitive), lanes_see)) return;
-  const int first = first_lane(asked);
-  for_lanes(
-      asked, [&](int i) __attribute__((always_inline)) {
-        const TriangleHit hit = hit_of(lanes_see, i);
+  for_each_hit(
+      packet, asked, valid, triangle_test(geometry, self.primitive),
+      [&](int i, int k, const TriangleHit& hit) __attribute__((always_inline)) {
         const bool blocked = !starts_on(packet, static_cast<unsigned>(i), self) & (hit.t < packet.t[i]);
-        tfar[i - first] = blocked ? -std::numeric_limits<float>::infinity() : tfar[i - first];
+        tfar[k] = blocked ? -std::numeric_limits<float>::infinity() : tfar[k];
       });
 }
 
