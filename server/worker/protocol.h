@@ -50,7 +50,7 @@ struct Hello {
 };
 /// From a thread of its own, every second: the process is alive, whatever its jobs do.
 struct Heartbeat {
-  std::uint64_t geometry_bytes = 0;  ///< kept for later jobs
+  std::uint64_t geometry_bytes = 0, picture_bytes = 0;  ///< kept for later jobs
 };
 struct Progress {
   std::string job_id;

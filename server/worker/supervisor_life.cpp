@@ -29,8 +29,8 @@ void Supervisor::Loop::start_worker(Time now) {
   try {
     process_ = std::make_unique<Process>(
         settings_.executable,
-        arguments_of({settings_.slots, settings_.threads, settings_.job_memory_bytes, settings_.geometry_cache_bytes,
-                      static_cast<std::uint64_t>(settings_.geometry_idle.count()), settings_.files}));
+        arguments_of({settings_.slots, settings_.threads, settings_.job_memory_bytes, settings_.scene_cache_bytes,
+                      static_cast<std::uint64_t>(settings_.cache_idle.count()), settings_.files}));
   } catch (const std::exception& failure) {
     log_(LogLevel::error, "worker_not_started", {{"detail", failure.what()}});
     say_status(std::string("worker: ") + failure.what());
@@ -62,9 +62,16 @@ void Supervisor::Loop::hear(Hello& message) {
         {"start_ms", std::to_string(start_ms)}});
 }
 
-void Supervisor::Loop::watch_memory(std::uint64_t kept_bytes) {
+void Supervisor::Loop::hear(Heartbeat& message) {
+  kept_geometry_bytes_ = message.geometry_bytes;
+  kept_picture_bytes_ = message.picture_bytes;
+  watch_memory();
+}
+
+void Supervisor::Loop::watch_memory() {
   if (running_.empty() || life_ != Life::ready) return;
-  const std::uint64_t limit = idle_memory_bytes_ + std::min(kept_bytes, settings_.geometry_cache_bytes) +
+  const std::uint64_t kept = kept_geometry_bytes_ + kept_picture_bytes_;
+  const std::uint64_t limit = idle_memory_bytes_ + std::min(kept, settings_.scene_cache_bytes) +
                               running_.size() * settings_.job_memory_bytes;
   const std::uint64_t seen = resident_bytes(pid_);
   if (seen <= limit) return;
@@ -118,6 +125,7 @@ void Supervisor::Loop::worker_ended() {
 
   process_.reset();
   pid_ = 0;
+  kept_geometry_bytes_ = kept_picture_bytes_ = 0;
   life_ = Life::absent;
   say_status("worker: restarting");
   restart_at_ = Clock::now();

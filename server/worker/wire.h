@@ -19,7 +19,7 @@ namespace worker {
 inline auto fields(Assign& m) { return std::tie(m.job_id, m.fence, m.queue_ms, m.document, m.kind); }
 inline auto fields(Cancel& m) { return std::tie(m.job_id); }
 inline auto fields(Hello& m) { return std::tie(m.build, m.sandbox); }
-inline auto fields(Heartbeat& m) { return std::tie(m.geometry_bytes); }
+inline auto fields(Heartbeat& m) { return std::tie(m.geometry_bytes, m.picture_bytes); }
 inline auto fields(Progress& m) { return std::tie(m.job_id, m.tiles_done, m.tiles_total); }
 inline auto fields(Look& m) { return std::tie(m.job_id, m.side); }
 inline auto fields(Looked& m) { return std::tie(m.job_id, m.side, m.png); }

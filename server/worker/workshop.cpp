@@ -36,7 +36,7 @@ std::string preview_png(JobControl& control, std::uint32_t side) {
 }  // namespace
 
 Workshop::Workshop(int socket, const Options& options)
-    : socket_(socket), options_(options), geometry_(options.geometry_cache_bytes) {
+    : socket_(socket), options_(options), cache_(options.scene_cache_bytes) {
   for (int i = 0; i < options.slots; ++i) threads_.emplace_back([this] { work(); });
   threads_.emplace_back([this] { pulse(); });
 }
@@ -70,7 +70,7 @@ void Workshop::look(const Look& wish) {
 Outcome Workshop::done(Assign assigned, JobControl& control) {
   const auto kind = jobs::job_kind(assigned.kind);
   if (kind == jobs::JobKind::measure) return measure_job(assigned, options_.files, control);
-  return render_job(std::move(assigned), options_.files, control, &geometry_);
+  return render_job(std::move(assigned), options_.files, control, &cache_);
 }
 
 void Workshop::work() {
@@ -86,7 +86,7 @@ void Workshop::work() {
 
     Outcome outcome = arena.execute([&] { return done(std::move(assigned), job->control); });
     const auto* failed = std::get_if<Failed>(&outcome);
-    if (failed != nullptr && failed->problem.code == "out_of_memory") geometry_.clear();  // the next attempt has it
+    if (failed != nullptr && failed->problem.code == "out_of_memory") cache_.clear();  // the next attempt has it
 
     lock.lock();
     jobs_.erase(id);
@@ -102,7 +102,8 @@ void Workshop::pulse() {
   for (;;) {
     const auto now = std::chrono::steady_clock::now();
     if (now >= next_heartbeat) {
-      say(Heartbeat{geometry_.memory_bytes()});
+      const tracer::SceneCache::Bytes kept = cache_.memory_bytes();
+      say(Heartbeat{kept.geometry, kept.pictures});
       next_heartbeat = now + heartbeat_interval;
       give_memory_back(now);
     }
@@ -120,9 +121,9 @@ void Workshop::pulse() {
 void Workshop::give_memory_back(std::chrono::steady_clock::time_point now) {
   {
     const std::lock_guard lock(mutex_);
-    const bool forgets = jobs_.empty() && now - idle_since_ >= std::chrono::milliseconds(options_.geometry_idle_ms) &&
-                         geometry_.memory_bytes() > 0;
-    if (forgets) geometry_.clear();
+    const bool forgets = jobs_.empty() && now - idle_since_ >= std::chrono::milliseconds(options_.cache_idle_ms) &&
+                         cache_.memory_bytes().all() > 0;
+    if (forgets) cache_.clear();
     if (!std::exchange(untidy_, false) && !forgets) return;
   }
   malloc_trim(0);

@@ -17,7 +17,7 @@
 #include "server/worker/job_stages.h"
 #include "server/worker/options.h"
 #include "server/worker/protocol.h"
-#include "tracer/geometry_cache.h"
+#include "tracer/scene_cache.h"
 
 namespace worker {
 
@@ -49,7 +49,7 @@ class Workshop {
 
   int socket_;
   Options options_;
-  tracer::GeometryCache geometry_;
+  tracer::SceneCache cache_;
   std::mutex mutex_;
   std::condition_variable job_came_;
   std::condition_variable busy_;

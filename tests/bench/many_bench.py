@@ -77,7 +77,7 @@ def worker_seconds(daemon):
 
 def sweep(mesh, frames, cache_bytes):
     """The sha256 of each picture."""
-    with Daemon("--log-level", "warning", "--geometry-cache-bytes", str(cache_bytes)) as daemon:
+    with Daemon("--log-level", "warning", "--scene-cache-bytes", str(cache_bytes)) as daemon:
         daemon.wait_for_end(daemon.submit(scene()))
         idle = worker_mib(daemon)
         sha256 = hashlib.sha256(mesh).hexdigest()
@@ -136,7 +136,7 @@ def cancels(mesh, moments):
     of_mesh = orbit(sha256, 1)
     documents = {"mesh": {**of_mesh["scene"], **of_mesh["frames"][0]},
                  "picture": scene(6000, 4000, output={"formats": ["png", "exr"]})}
-    with Daemon("--log-level", "warning", "--jobs", "1", "--geometry-cache-bytes", "0") as daemon:
+    with Daemon("--log-level", "warning", "--jobs", "1", "--scene-cache-bytes", "0") as daemon:
         daemon.request("PUT", f"/v1/assets/{sha256}", mesh, {"Content-Type": "application/octet-stream"})
         for name, document in documents.items():
             whole = daemon.wait_for_end(daemon.submit(document))["report"]["time_ms"]

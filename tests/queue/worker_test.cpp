@@ -136,7 +136,7 @@ TEST_F(WorkerTest, FramesOfOneSceneBuildItsGeometryOnceAndLookAsIfEachHad) {
   EXPECT_FALSE(reused(render(20)));
   const jobs::Job second = render(30);
   EXPECT_TRUE(reused(second));
-  with.geometry_cache_bytes = 0;
+  with.scene_cache_bytes = 0;
   supervisor.reset();
   start(with);
   const jobs::Job alone = render(30);
@@ -148,7 +148,7 @@ TEST_F(WorkerTest, FramesOfOneSceneBuildItsGeometryOnceAndLookAsIfEachHad) {
 TEST_F(WorkerTest, ForgetsGeometryOnceItHasBeenIdle) {
   auto with = settings();
   with.executable = worker::worker_beside_this_program();
-  with.geometry_idle = std::chrono::milliseconds(100);
+  with.cache_idle = std::chrono::milliseconds(100);
   start(with);
   const auto built_again = [&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(1'500));  // it looks at each heartbeat
