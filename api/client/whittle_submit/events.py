@@ -6,7 +6,11 @@ SILENCE_S = 40  # the service says something every 15 s
 
 
 class StreamEnded(Exception):
-    """The stream broke, was cut because we were slow, or is none: what happens meanwhile must be asked for."""
+    """The stream broke, or was cut because we were slow."""
+
+
+class NoStream(Exception):
+    """The service gives none, for now."""
 
 
 class Events:
@@ -18,7 +22,7 @@ class Events:
         self.last_id = None
 
     def open(self):
-        """Whether nothing was missed since the last event that was seen."""
+        """Whether it goes on after the last event that was seen. Throws NoStream, StreamEnded."""
         self.close()
         headers = {**self.headers, "Accept": "text/event-stream"}
         if self.last_id is not None:
@@ -29,7 +33,8 @@ class Events:
             self.response = self.connection.getresponse()
             kind = self.response.headers.get("Content-Type", "")
             if self.response.status != 200 or not kind.startswith("text/event-stream"):
-                raise StreamEnded(f"status {self.response.status}, {kind}")
+                self.response.read(1 << 16)
+                raise NoStream(f"status {self.response.status}, {kind}")
         except (OSError, http.client.HTTPException) as trouble:
             raise StreamEnded(str(trouble)) from trouble
         return self.last_id is not None
@@ -40,7 +45,8 @@ class Events:
         self.connection = self.response = None
 
     def next(self):
-        """(kind, data) of the next event: "state", "progress", "done", or "reset" where events were missed."""
+        """(kind, data) of the next event: "state", "progress", "done", or "reset" where events were missed. Throws
+        StreamEnded."""
         fields = {}
         try:
             while line := self.response.readline(1 << 16).decode():

@@ -96,7 +96,7 @@ class Run:
                 self.fail(frame, f"{why} (before; --retry-failed tries again)")
             else:
                 if why:
-                    self.state.begin(frame)
+                    self.state.forget(frame)
                 to_do.append(frame)
         files = {digest: path for frame in to_do for digest, path in frame.files.items()}
         if files:

@@ -15,7 +15,7 @@ class StateTrouble(Exception):
 class State:
     """The journal of one folder. Entries: {"run"}, then of frames by name {"frame", "digest", "attempt"} (about to be
     submitted; with "batch": [a name, how many] where that is together with others), {"frame", "job"},
-    {"frame", "refused"}, {"frame", "ended", "pictures"}."""
+    {"frame", "refused"}, {"frame", "ended", "pictures"}, {"frame", "forgotten"}."""
 
     def __init__(self, folder):
         folder.mkdir(parents=True, exist_ok=True)
@@ -53,6 +53,8 @@ class State:
             self.run = entry["run"]
         elif "digest" in entry:  # begins anew
             self.frames[entry["frame"]] = dict(entry)
+        elif "forgotten" in entry:
+            self.frames[entry["frame"]] = {"attempt": self.frames[entry["frame"]]["attempt"]}
         else:
             self.frames[entry["frame"]].update(entry)
 
@@ -78,6 +80,10 @@ class State:
             for entry in entries:
                 entry["batch"] = [batch, len(frames)]
         self.write(*entries)
+
+    def forget(self, frame):
+        """What is known of it, but for how often it was begun."""
+        self.write({"frame": frame.name, "forgotten": True})
 
     def next_attempt(self, frame):
         return self.frames.get(frame.name, {}).get("attempt", 0) + 1

@@ -40,14 +40,15 @@ class Submitter:
 
     def submit(self, frames):
         """Gives each of `frames` a job, unless it is refused."""
-        frames = [frame for frame in frames if not self.has_job(frame)]
-        if frames and not self.state.is_new:
-            self.find_jobs(frames)
-        frames = [frame for frame in frames if not self.has_job(frame)]
-        for batch in self.whole_batches(frames):  # a death between asking and noting the answer
+        if not self.state.is_new and self.without_job(frames):
+            self.find_jobs(self.without_job(frames))
+        # A death between asking and noting the answer: asked again in the same words it is the same request.
+        for batch in self.begun_together(self.without_job(frames)):
             self.submit_together(batch)
-        frames = [frame for frame in frames if not self.has_job(frame) and not self.is_refused(frame)]
-        for batch in submissions(frames):
+        for frame in self.without_job(frames):
+            if self.is_begun_alone(frame):
+                self.submit_alone(frame)
+        for batch in submissions(self.without_job(frames)):
             if len(batch) == 1:
                 self.submit_alone(batch[0])
             else:
@@ -55,10 +56,13 @@ class Submitter:
                 self.submit_together(batch)
 
     def has_job(self, frame):
-        return bool(self.state.of(frame).get("job"))
+        return "job" in self.state.of(frame)
 
-    def is_refused(self, frame):
-        return bool(self.state.of(frame).get("refused"))
+    def without_job(self, frames):
+        return [frame for frame in frames if not self.has_job(frame) and "refused" not in self.state.of(frame)]
+
+    def is_begun_alone(self, frame):
+        return bool(self.state.of(frame)) and "batch" not in self.state.of(frame)
 
     def find_jobs(self, frames):
         """Notes the jobs that the server has of frames which we know none of."""
@@ -72,8 +76,8 @@ class Submitter:
         if entries:
             self.state.write(*entries)
 
-    def whole_batches(self, frames):
-        """Those that were begun together and are as they were: sent again they are the same request."""
+    def begun_together(self, frames):
+        """The batches among `frames` that are as they were begun."""
         batches = {}
         for frame in frames:
             name, size = self.state.of(frame).get("batch", (None, 0))
@@ -106,8 +110,7 @@ class Submitter:
 
     def submit_alone(self, frame):
         """The job's id, or None where the frame is refused."""
-        known = self.state.of(frame)
-        if not known or known.get("job") or known.get("batch"):
+        if self.has_job(frame) or not self.is_begun_alone(frame):
             self.state.begin(frame)
         try:
             document = self.labelled_document(frame)

@@ -1,7 +1,7 @@
 """Waits for the jobs of frames: listens to the service while that can be had, asks it while not."""
 import time
 
-from whittle_submit.events import Events, StreamEnded
+from whittle_submit.events import Events, NoStream, StreamEnded
 
 PAUSE_S, LONGEST_PAUSE_S = 0.25, 4   # between two looks at all jobs, growing while nothing happens
 WITHOUT_STREAM_S = 30                # then it is tried again
@@ -26,7 +26,9 @@ class Watch:
                 try:
                     self.listen()
                 except StreamEnded:
-                    self.ask()
+                    self.ask(0)
+                except NoStream:
+                    self.ask(WITHOUT_STREAM_S)
         finally:
             self.events.close()
 
@@ -44,15 +46,17 @@ class Watch:
                 elif kind == "progress":
                     self.running(self.waiting[job_id], event["progress"])
 
-    def ask(self):
-        """For a while, after which a stream may be had again."""
+    def ask(self, seconds):
+        """For so long, at least once."""
         pause = PAUSE_S
-        until = time.monotonic() + (WITHOUT_STREAM_S if self.events.last_id is None else 0)
+        until = time.monotonic() + seconds
         while True:
             pause = PAUSE_S if self.look_at_all() else min(2 * pause, LONGEST_PAUSE_S)
-            if not self.waiting or time.monotonic() >= until:
+            if not self.waiting:
                 return
             time.sleep(pause)
+            if time.monotonic() >= until:
+                return
 
     def look_at_all(self):
         """Whether some had ended."""

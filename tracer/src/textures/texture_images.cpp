@@ -18,7 +18,7 @@ Result<Picture, Failure> picture_of(const ImageTexture& texture, std::span<const
   if (claim != nullptr) {
     auto mine = claim->picture(texture, control);
     if (!mine) return mine.error();
-    if (*mine) turn.emplace(**std::move(mine));
+    if (*mine) turn.emplace(std::move(**mine));
   }
   if (turn && turn->found()) {
     ++reuse.pictures;
