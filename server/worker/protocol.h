@@ -29,6 +29,7 @@ struct Assign {
   double queue_ms = 0;     ///< how long the job waited, for its report
   std::string document;
   std::string kind{"render"};  ///< a jobs::JobKind's name
+  bool large = false;          ///< see jobs::Job
 };
 /// Cancelled follows soon, or Finished or Failed when the worker was faster. Unknown jobs are ignored.
 struct Cancel {
