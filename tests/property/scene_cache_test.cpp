@@ -313,7 +313,9 @@ TEST(SceneCache, SparesMeshesThatInstancesPlaceTheReadingOfTheirFiles) {
   whole.objects.push_back({Instance{{0}, {}}, {}, placed(1)});
   Scene unread = whole;
   unread.assets = {{"vase.ply", "/prototypes/vase/0/file"}};
-  unread.prototypes[0].objects[0].shape = Mesh{.file = AssetId{0}};
+  Mesh of_file;
+  of_file.file = AssetId{0};
+  unread.prototypes[0].objects[0].shape = of_file;
   RenderControl control;
   {
     Scene first = unread;
