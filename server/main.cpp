@@ -251,7 +251,10 @@ bool serve(const config::Config& config, keys::KeyRing* ring, const telemetry::L
                             .event_listeners = [&events] { return events.listeners(); },
                             .connections = [&gate] { return gate.connections(); },
                             .worker_pid = [&supervisor] { return supervisor.worker_pid(); },
-                            .kept_bytes = [&supervisor] { return http::KeptBytes{supervisor.kept().geometry, supervisor.kept().pictures}; },
+                            .kept_bytes =
+                                [&supervisor] {
+                                  return http::KeptBytes{supervisor.kept().geometry, supervisor.kept().pictures};
+                                },
                             .oldest_at = [&store] { return store.depth().oldest_at; },
                             .room = room,
                             .upload_bytes = [&uploads] { return uploads.bytes(); },

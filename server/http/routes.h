@@ -65,7 +65,7 @@ struct Health {
   std::function<std::int64_t(jobs::JobState)> job_count;  ///< may throw StoreFailure
   std::function<std::size_t()> event_listeners;
   std::function<std::size_t()> connections;
-  std::function<int()> worker_pid;                         ///< 0: there is none now
+  std::function<int()> worker_pid;  ///< 0: there is none now
   std::function<KeptBytes()> kept_bytes;
   std::function<std::optional<std::int64_t>()> oldest_at;  ///< since when the job that waits longest does
   jobs::RoomNow room;                                      ///< the disk's

@@ -25,7 +25,8 @@ std::vector<Family> JobMetrics::families() {
           {cached, "Jobs that had their pictures from the result cache; they neither waited nor ran."},
           {rays, "Rays of jobs that succeeded, by kind."},
           {targets, "Jobs that succeeded and had asked for an error, by whether it was met."},
-          {error_ratio, "Claimed error over the one asked for, of jobs that succeeded and had asked for one.",
+          {error_ratio,
+           "Claimed error over the one asked for, of jobs that succeeded and had asked for one.",
            {0.125, 0.25, 0.5, 0.7, 0.8, 0.9, 0.95, 1, 1.5, 2, 4, 8}},
           {geometry, "Jobs that succeeded, by whether an earlier job's geometry served them."},
           {pictures, "Files of textures in jobs that succeeded, by whether an earlier job had decoded them."}};

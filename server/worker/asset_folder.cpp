@@ -92,9 +92,9 @@ std::string AssetFolder::stamp(const std::string& name) const {
   const std::int64_t changed = std::max(nanoseconds(status.st_mtim), nanoseconds(status.st_ctim));
   if (nanoseconds(now) - changed < settled_ns) return {};
   std::string stamp = "file";
-  for (const auto part : {static_cast<std::int64_t>(status.st_dev), static_cast<std::int64_t>(status.st_ino),
-                          static_cast<std::int64_t>(status.st_size), nanoseconds(status.st_mtim),
-                          nanoseconds(status.st_ctim)}) {
+  for (const auto part :
+       {static_cast<std::int64_t>(status.st_dev), static_cast<std::int64_t>(status.st_ino),
+        static_cast<std::int64_t>(status.st_size), nanoseconds(status.st_mtim), nanoseconds(status.st_ctim)}) {
     stamp += ":" + std::to_string(part);
   }
   return stamp;

@@ -103,8 +103,7 @@ class Rendering {
 
 }  // namespace
 
-Outcome render_job(Assign job, const FileSettings& files, JobControl& control,
-                   tracer::SceneCache* cache) noexcept {
+Outcome render_job(Assign job, const FileSettings& files, JobControl& control, tracer::SceneCache* cache) noexcept {
   const std::string id = job.job_id;
   const std::int64_t fence = job.fence;
   return outcome_of(id, fence, [&] { return Rendering(std::move(job), files, control, cache).run(); });

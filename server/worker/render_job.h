@@ -13,7 +13,6 @@ namespace worker {
 /// "internal".
 /// Those of `files` hold for scenes with meshes of files, the other objects counted with theirs.
 /// `cache` may be null.
-Outcome render_job(Assign job, const FileSettings& files, JobControl& control,
-                   tracer::SceneCache* cache) noexcept;
+Outcome render_job(Assign job, const FileSettings& files, JobControl& control, tracer::SceneCache* cache) noexcept;
 
 }  // namespace worker

@@ -71,8 +71,8 @@ void Supervisor::Loop::hear(Heartbeat& message) {
 void Supervisor::Loop::watch_memory() {
   if (running_.empty() || life_ != Life::ready) return;
   const std::uint64_t kept = kept_geometry_bytes_ + kept_picture_bytes_;
-  const std::uint64_t limit = idle_memory_bytes_ + std::min(kept, settings_.scene_cache_bytes) +
-                              running_.size() * settings_.job_memory_bytes;
+  const std::uint64_t limit =
+      idle_memory_bytes_ + std::min(kept, settings_.scene_cache_bytes) + running_.size() * settings_.job_memory_bytes;
   const std::uint64_t seen = resident_bytes(pid_);
   if (seen <= limit) return;
   end_worker("had " + std::to_string(seen) + " bytes of memory, above the limit job_memory_bytes of " +

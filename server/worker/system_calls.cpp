@@ -5,8 +5,8 @@
 #include <linux/prctl.h>
 #include <linux/seccomp.h>
 #include <sched.h>
-#include <sys/resource.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 

@@ -30,8 +30,7 @@ struct Failure {
 /// thread's oneTBB arena.
 /// With a `claim` (scene_cache.h), of this scene, what an earlier one left is taken, and kept what there was not.
 Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene, RenderControl& control,
-                                                              const Assets& assets = {},
-                                                              SceneClaim* claim = nullptr);
+                                                              const Assets& assets = {}, SceneClaim* claim = nullptr);
 
 /// The same, but the meshes of `scene.objects` become the compiled scene's: they have no vertices and triangles
 /// afterwards, whatever comes of it. Twice as much would lie in memory while the BVH is built. The rest of `scene`
@@ -42,7 +41,7 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile_taking_meshes(Scen
 
 /// What an earlier scene left for this one.
 struct Reuse {
-  bool geometry = false;  ///< shapes, their meshes' files and the BVH
+  bool geometry = false;                             ///< shapes, their meshes' files and the BVH
   std::uint32_t pictures = 0, decoded_pictures = 0;  ///< those that were there, and the others
 };
 Reuse reuse(const CompiledScene& scene);

@@ -68,8 +68,7 @@ void Digest::compress(bool last) {
   if (last) v[14] = ~v[14];
   for (std::size_t round = 0; round < rounds; ++round) {
     const auto& s = order[round % order.size()];
-    for (std::size_t i = 0; i < 4; ++i)
-      mix(v, i, 4 + i, 8 + i, 12 + i, message[s[2 * i]], message[s[2 * i + 1]]);
+    for (std::size_t i = 0; i < 4; ++i) mix(v, i, 4 + i, 8 + i, 12 + i, message[s[2 * i]], message[s[2 * i + 1]]);
     for (std::size_t i = 0; i < 4; ++i)
       mix(v, i, 4 + (i + 1) % 4, 8 + (i + 2) % 4, 12 + (i + 3) % 4, message[s[8 + 2 * i]], message[s[9 + 2 * i]]);
   }

@@ -125,8 +125,8 @@ std::optional<std::string> geometry_name(const Scene& scene, const std::vector<s
   Description description(scene, contents);
   description.objects(scene.objects);
   for (const Prototype& prototype : scene.prototypes) description.objects(prototype.objects);
-  const bool may_be_much = description.has_files() || !scene.prototypes.empty() ||
-                           description.bytes() >= SceneCache::worthwhile_bytes;
+  const bool may_be_much =
+      description.has_files() || !scene.prototypes.empty() || description.bytes() >= SceneCache::worthwhile_bytes;
   if (!description.is_known() || !may_be_much) return std::nullopt;
   return description.end();
 }
