@@ -21,7 +21,7 @@ class Shelf : public std::enable_shared_from_this<Shelf> {
   struct Name {
     Kind kind = Kind::geometry;
     std::string content;
-    auto operator<=>(const Name&) const = default;
+    auto operator<=>(const Name&) const = default;  // NOLINT(modernize-use-nullptr): of what the compiler writes
   };
   /// What it is goes by its name's kind.
   using Thing = std::shared_ptr<const void>;
