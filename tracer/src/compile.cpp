@@ -79,32 +79,34 @@ struct MetFromBehind {
   bool plane = false;
 };
 
-std::vector<MetFromBehind> met_from_behind(const CompiledScene& scene, Vec3 origin, const Vec3& direction) {
+std::vector<MetFromBehind> met_from_behind(const CompiledScene& scene, const RenderControl& control, Vec3 origin,
+                                           const Vec3& direction) {
   std::vector<MetFromBehind> met;
   std::set<std::uint32_t> seen;
   PrimitiveRef from;
-  for (;;) {
+  for (std::uint64_t crossing = 0; crossing < scene.crossings_max && !control.cancelled(); ++crossing) {
     Hit hit;
     scene.accelerator->closest(
         {&origin.x, &origin.y, &origin.z, &direction.x, &direction.y, &direction.z, nullptr, &from, 1},
         {&hit.primitive, &hit.t, &hit.u, &hit.v}, Coherence::incoherent, Among::transmissive);
-    if (!hit.primitive.hit()) return met;
+    if (!hit.primitive.hit()) break;
     const Surface surface = surface_at(scene, hit, origin, direction);
     if (seen.insert(surface.object).second && surface.back)
       met.push_back({surface.object, hit.primitive.geometry == scene.geometry().plane_geometry()});
     origin = offset_origin(surface.point, surface.geometric_normal, direction);
     from = hit.primitive;
   }
+  return met;
 }
 
 /// Transmissive solids that hold the camera, outermost first: those met from behind both ahead and behind the camera; a
 /// disc or a hollow turned inside out is so on one side at most. A plane has one side only. For an orthographic window
 /// or a lens that a solid holds a part of, its centre decides.
-std::vector<std::uint32_t> objects_around_camera(const CompiledScene& scene) {
+std::vector<std::uint32_t> objects_around_camera(const CompiledScene& scene, const RenderControl& control) {
   const auto [origin, ahead] = scene.camera.aim(0.5 * scene.image.width, 0.5 * scene.image.height);
-  std::vector<MetFromBehind> outermost_first = met_from_behind(scene, origin, ahead);
+  std::vector<MetFromBehind> outermost_first = met_from_behind(scene, control, origin, ahead);
   std::reverse(outermost_first.begin(), outermost_first.end());
-  const std::vector<MetFromBehind> after = met_from_behind(scene, origin, -ahead);
+  const std::vector<MetFromBehind> after = met_from_behind(scene, control, origin, -ahead);
   std::vector<std::uint32_t> around;
   for (const MetFromBehind& met : outermost_first) {
     const auto same = [&](const MetFromBehind& other) { return other.object == met.object; };
@@ -150,7 +152,8 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene
     auto accelerator = accelerator_over(std::move(geometry), bounds, control, claim);
     if (!accelerator) return accelerator.error();
     compiled->accelerator = *std::move(accelerator);
-    if (compiled->exact_needs.refraction) compiled->objects_around_camera = objects_around_camera(*compiled);
+    compiled->crossings_max = crossings_max(compiled->geometry());
+    if (compiled->exact_needs.refraction) compiled->objects_around_camera = objects_around_camera(*compiled, control);
     if (scene.accuracy.approximate.shadows == Approximations::Shadows::map)
       compiled->shadow_maps = trace_shadow_maps(*compiled, bounds, control);
     if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while building"};

@@ -51,6 +51,7 @@ class CompiledScene {
   std::vector<Axes> axes_of_object;  ///< texture coordinates: a sphere's axes; a plane's e0 and e1 are the world
                                      ///< gradients of u and v. Empty without textures
   std::shared_ptr<const Accelerator> accelerator;  ///< set once it is built
+  std::uint64_t crossings_max = 0;                 ///< of its geometry
   Reuse reuse;
 
   [[nodiscard]] const GeometrySet& geometry() const { return accelerator->geometry(); }

@@ -83,5 +83,9 @@ struct GeometrySet {
 };
 
 std::uint64_t memory_bytes(const GeometrySet& set);
+/// More transmissive surfaces than a straight line crosses: each of the primitives is convex and crossed twice at most,
+/// and twice that leaves room for rounding. A ray that goes on after so many is caught where a solid is thinner than
+/// the last bit of its place, as a cone of 10^19 times its radius is, and would never come out.
+std::uint64_t crossings_max(const GeometrySet& set);
 
 }  // namespace tracer

@@ -30,7 +30,8 @@ void ShadowRays::cross_transmissive(Media& media) {
                    rays_.media(i));
     crossing_distance_.push_back(distance_[i]);
   }
-  while (!crossing_.empty() && !control_.cancelled()) {
+  for (std::uint64_t crossings = 0; !crossing_.empty(); ++crossings) {
+    if (crossings > scene_.crossings_max || control_.cancelled()) break;
     scene_.accelerator->closest(crossing_.span(crossing_distance_.data()), crossed_.resized(crossing_.size()),
                                 Coherence::coherent, Among::transmissive);
     next_.clear();

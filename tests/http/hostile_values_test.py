@@ -1,0 +1,112 @@
+"""Every field of the format with values that break programs: NaN, infinities, the ends of the numbers, null, the empty."""
+import copy
+import http.client
+import json
+import os
+import pathlib
+import unittest
+
+from tests.http.daemon import PATIENCE_S, SANITIZED, OneDaemon
+
+SOURCE = pathlib.Path(os.environ["WHITTLE_SOURCE"])
+NOT_JSON = ("NaN", "Infinity", "-Infinity")
+VALUES = NOT_JSON + ("1e308", "-1e308", "1e309", "5e-324", "-0", "-0.0", "4294967296", "9223372036854775807",
+                     "9223372036854775808", "-9223372036854775809", "18446744073709551616", "null", "true", '""',
+                     '"\\u0000"', "[]", "{}")
+# Under a sanitizer each is many times slower: a part of them, all fields and all values among it.
+STEP = 7 if SANITIZED else 1
+HERE = "the place of the value"
+
+
+def every_field():
+    """Documents of which each field is somewhere in one."""
+    for path in sorted((SOURCE / "tests/reader").glob("every_field*.json")):
+        yield path.name, json.loads(path.read_text("utf-8"))
+
+
+def drawable(document):
+    """A small one of the same fields, but for those of files, which are not there, and of when it may run."""
+    document = copy.deepcopy(document)
+    textures = document.get("textures", {})
+    gone = [name for name, texture in textures.items() if "file" in texture]
+    if not document.get("objects") or json.dumps(document).count('"file"') != len(gone):
+        return None
+    for name in gone:
+        del textures[name]
+    for material in document["materials"].values():
+        material.pop("normal_map", None)
+    document["job"] = {"cache": "off"}
+    document["image"] = {"width": 8, "height": 6}
+    document["accuracy"] = {"samples": [1, 2], "max_depth": 3, "cutoff": 0.01}
+    document["output"] = {"formats": ["png"], "overflow": "clamp", "exposure": 0.5}
+    return document
+
+
+def pointers(node, path=()):
+    """Of every value in a document but itself."""
+    for key, value in node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ():
+        yield path + (key,)
+        yield from pointers(value, path + (key,))
+
+
+def with_value(document, pointer, value):
+    changed = copy.deepcopy(document)
+    node = changed
+    for key in pointer[:-1]:
+        node = node[key]
+    node[pointer[-1]] = HERE
+    return json.dumps(changed).replace(json.dumps(HERE), value).encode()
+
+
+def changes(document):
+    """(where and what, its bytes) of every change of one value of a document."""
+    every = [(pointer, value) for pointer in pointers(document) for value in VALUES]
+    return ((f"#/{'/'.join(map(str, pointer))} = {value}", value, with_value(document, pointer, value))
+            for pointer, value in every[::STEP])
+
+
+class HostileValues(OneDaemon):
+    def setUp(self):
+        self.kept = http.client.HTTPConnection("127.0.0.1", self.daemon.port, timeout=PATIENCE_S)
+        self.addCleanup(self.kept.close)
+
+    def post(self, path, body):
+        self.kept.request("POST", path, body=body, headers={"Content-Type": "application/json", "Prefer": "wait=20"})
+        response = self.kept.getresponse()
+        return response.status, response.headers, response.read()
+
+    def test_in_any_field_are_taken_or_told_where_they_stand(self):
+        tried = 0
+        for name, document in every_field():
+            for what, value, body in changes(document):
+                status, _, answer = self.post("/v1/jobs/validate", body)
+                answer = json.loads(answer)
+                tried += 1
+                if value in NOT_JSON:
+                    self.assertEqual((status, answer["status"]), (400, 400), f"{name}: {what}")
+                    continue
+                self.assertEqual(status, 200, f"{name}: {what}: {answer}")
+                if not answer["valid"]:
+                    self.assertTrue(all(error["pointer"].startswith("#") and error["detail"]
+                                        for error in answer["errors"]), f"{name}: {what}: {answer}")
+        self.assertGreater(tried, 8000 / STEP)
+
+    def test_that_are_taken_are_drawn_or_refused_and_end_no_worker(self):
+        drawn = 0
+        for name, document in every_field():
+            document = drawable(document)
+            for what, value, body in changes(document) if document else ():
+                if value in NOT_JSON:
+                    continue
+                status, headers, answer = self.post("/v1/render", body)
+                self.assertIn(status, (200, 202, 400, 413, 422), f"{name}: {what}: {answer[:500]}")
+                drawn += status == 200
+                if status == 202:
+                    self.daemon.request("POST", headers["Location"] + "/cancel")
+        self.assertGreater(drawn, 500 / STEP)
+        started = [row for row in self.daemon.log_rows() if row["event"] == "worker_started"]
+        self.assertEqual(len(started), 1)
+
+
+if __name__ == "__main__":
+    unittest.main()
