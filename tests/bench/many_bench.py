@@ -164,7 +164,7 @@ def cancels(mesh, environment, moments):
             told, free = [], []
             for moment in range(moments):
                 job = daemon.submit(document)
-                daemon.wait_for_state(job, "running")
+                daemon.wait_for_state(job, "running", "succeeded")  # a small one may have ended
                 time.sleep(sum(whole[stage] for stage in ("parse", "build", "trace", "encode")) / 1000 * moment / moments)
                 start = time.monotonic()
                 if daemon.request("POST", f"/v1/jobs/{job}/cancel").status != 202:

@@ -2,6 +2,7 @@
 
 #include <poll.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
 #include <array>
 #include <csignal>
@@ -243,6 +244,12 @@ TEST_F(WorkerTest, ThreadsOfLargeJobsGiveWayToThoseOfSmallOnes) {
   EXPECT_GT(levels.count(*levels.begin()), 2u) << "who listens, who tells, and the small place";
   ASSERT_TRUE(reaches(submit(scene(16, 1, R"("png")")), JobState::succeeded));
   queue.cancel(large);
+}
+
+TEST_F(WorkerTest, HasASessionOfItsOwn) {
+  start_real_worker();
+  ASSERT_TRUE(reaches(submit(scene(16, 1, R"("png")")), JobState::succeeded));
+  EXPECT_EQ(getsid(supervisor->worker_pid()), supervisor->worker_pid());
 }
 
 TEST_F(WorkerTest, ForgetsGeometryOnceItHasBeenIdle) {
