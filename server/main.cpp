@@ -215,7 +215,7 @@ bool serve(const config::Config& config, keys::KeyRing* ring, const telemetry::L
   worker_settings.wall_time = std::chrono::seconds(config.wall_time_s);
   worker_settings.job_memory_bytes = config.job_memory_bytes;
   worker_settings.threads = static_cast<int>(config.threads);
-  worker_settings.geometry_cache_bytes = config.geometry_cache_bytes;
+  worker_settings.scene_cache_bytes = config.scene_cache_bytes;
   worker::Supervisor supervisor(queue, worker_settings, queue_log);
 
   const std::string spool_folder = config.data + "/spool";
@@ -251,6 +251,10 @@ bool serve(const config::Config& config, keys::KeyRing* ring, const telemetry::L
                             .event_listeners = [&events] { return events.listeners(); },
                             .connections = [&gate] { return gate.connections(); },
                             .worker_pid = [&supervisor] { return supervisor.worker_pid(); },
+                            .kept_bytes =
+                                [&supervisor] {
+                                  return http::KeptBytes{supervisor.kept().geometry, supervisor.kept().pictures};
+                                },
                             .oldest_at = [&store] { return store.depth().oldest_at; },
                             .room = room,
                             .upload_bytes = [&uploads] { return uploads.bytes(); },

@@ -115,7 +115,7 @@ std::vector<std::pair<std::string, std::uint64_t>> told_limits(const config::Con
           {"key_artifact_bytes", config.key_artifact_bytes},
           {"wall_time_s", config.wall_time_s},
           {"job_memory_bytes", config.job_memory_bytes},
-          {"geometry_cache_bytes", config.geometry_cache_bytes},
+          {"scene_cache_bytes", config.scene_cache_bytes},
           {"connections", config.connections},
           {"connections_per_address", config.connections_per_address},
           {"streams", config.streams},

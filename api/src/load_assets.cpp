@@ -10,14 +10,25 @@ namespace {
 
 constexpr std::size_t told_max = 1000;  // as of the other kinds of issues
 
-/// Files of meshes are meshes by now, and may be most of what there is in memory.
-void keep_pictures(const tracer::Scene& scene, tracer::Assets& assets) {
-  std::vector<bool> is_picture(assets.bytes.size());
+using PerAsset = std::vector<bool>;
+
+PerAsset pictures_of(const tracer::Scene& scene) {
+  PerAsset pictures(scene.assets.size());
   for (const tracer::Texture& texture : scene.textures)
-    if (const auto* picture = std::get_if<tracer::ImageTexture>(&texture.pattern))
-      is_picture[picture->file.index] = true;
+    if (const auto* picture = std::get_if<tracer::ImageTexture>(&texture.pattern)) pictures[picture->file.index] = true;
+  return pictures;
+}
+
+void add_mesh_files(const std::vector<tracer::Object>& objects, PerAsset& named) {
+  for (const tracer::Object& object : objects)
+    if (const auto* mesh = std::get_if<tracer::Mesh>(&object.shape); mesh != nullptr && mesh->file)
+      named[mesh->file->index] = true;
+}
+
+/// Files of meshes are meshes by now, and may be most of what there is in memory.
+void keep_pictures(const PerAsset& pictures, tracer::Assets& assets) {
   for (std::size_t i = 0; i < assets.bytes.size(); ++i)
-    if (!is_picture[i]) std::vector<std::uint8_t>().swap(assets.bytes[i]);
+    if (!pictures[i]) std::vector<std::uint8_t>().swap(assets.bytes[i]);
 }
 
 }  // namespace
@@ -40,8 +51,16 @@ std::vector<tracer::Issue> check_assets(const tracer::Scene& scene, const Refuse
 
 tracer::Result<tracer::Assets, std::vector<tracer::Issue>> load_assets(tracer::Scene& scene, const ReadAsset& read,
                                                                        const tracer::Limits& limits) {
+  const PerAsset pictures = pictures_of(scene);
+  PerAsset named = pictures;
+  add_mesh_files(scene.objects, named);
+  for (const tracer::Prototype& prototype : scene.prototypes) add_mesh_files(prototype.objects, named);
   tracer::Assets assets;
   std::vector<tracer::Issue> issues = check_assets(scene, [&](const std::string& name) {
+    if (!named[assets.bytes.size()]) {
+      assets.bytes.emplace_back();
+      return std::string();
+    }
     AssetBytes bytes = read(name);
     if (!bytes) return bytes.error();
     assets.bytes.push_back(std::move(*bytes));
@@ -49,7 +68,7 @@ tracer::Result<tracer::Assets, std::vector<tracer::Issue>> load_assets(tracer::S
   });
   if (issues.empty()) issues = load_meshes(scene, assets, limits);
   if (!issues.empty()) return issues;
-  keep_pictures(scene, assets);
+  keep_pictures(pictures, assets);
   return assets;
 }
 

@@ -50,7 +50,8 @@ std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate
         {"build", times.build},
         {"trace", times.trace},
         {"encode", times.encode}}},
-      {"geometry_reused", times.geometry_reused},
+      {"geometry_reused", times.reuse.geometry},
+      {"pictures", {{"reused", times.reuse.pictures}, {"decoded", times.reuse.decoded_pictures}}},
       {"estimated_work", work ? Json(*work) : Json(nullptr)},
       {"memory_bytes", memory_bytes},
       {"non_finite", statistics.non_finite},
@@ -67,9 +68,16 @@ std::optional<ReportFigures> read_report(const std::string& report) {
   const Json& rays = json["rays"];
   figures.rays = {rays.value("camera", std::uint64_t{0}), rays.value("shadow", std::uint64_t{0}),
                   rays.value("reflection", std::uint64_t{0}), rays.value("refraction", std::uint64_t{0})};
-  figures.geometry_reused = json.value("geometry_reused", false);
+  figures.reuse.geometry = json.value("geometry_reused", false);
+  if (json.contains("pictures")) {
+    figures.reuse.pictures = json["pictures"].value("reused", 0u);
+    figures.reuse.decoded_pictures = json["pictures"].value("decoded", 0u);
+  }
   const Json& error = json["error"];
-  if (error.contains("target") && error["target"].is_number()) figures.target_met = error.value("met", false);
+  if (error.contains("target") && error["target"].is_number()) {
+    figures.target_met = error.value("met", false);
+    figures.error_to_target = error.value("estimate", 0.0) / error["target"].get<double>();
+  }
   if (json.contains("estimated_work") && json["estimated_work"].is_number() && json.contains("time_ms")) {
     const Json& time_ms = json["time_ms"];
     const double ms = time_ms.value("build", 0.0) + time_ms.value("trace", 0.0) + time_ms.value("encode", 0.0);

@@ -30,7 +30,7 @@ struct Config {
 
   std::string webhook_secret_file, webhook_networks;  ///< empty: none
 
-  std::uint64_t jobs = 0, threads = 0, geometry_cache_bytes = 0;
+  std::uint64_t jobs = 0, threads = 0, scene_cache_bytes = 0;
 
   std::uint64_t body_bytes = 0, pixels = 0, samples_times_pixels = 0, objects = 0, triangles = 0, lights = 0;
   std::uint64_t queued_jobs = 0, key_queued_jobs = 0, key_artifact_bytes = 0;

@@ -46,9 +46,10 @@ constexpr std::array table{
     Option{"threads", "0", Count{&Config::threads, 0, 1024},
            "threads that trace a job that runs by itself; several share all but one each. 0 is as many as there are "
            "cores"},
-    Option{"geometry_cache_bytes", "536870912", Count{&Config::geometry_cache_bytes, 0, 1ull << 50},
-           "memory for the shapes of recent jobs, so that frames of one scene build their BVH once; 512 MiB are three "
-           "million triangles, 0 keeps none. Goes after a minute without jobs"},
+    Option{"scene_cache_bytes", "536870912", Count{&Config::scene_cache_bytes, 0, 1ull << 50},
+           "memory for the shapes and pictures of recent jobs together, so that frames of one scene read their meshes, "
+           "build their BVH and decode their textures once; 512 MiB are three million triangles or 33 Mpx, 0 keeps "
+           "none. Goes after a minute without jobs"},
     Option{"body_bytes", "67108864", Count{&Config::body_bytes, 1024, 1ull << 30},
            "largest request body; 64 MiB is a million inline triangles"},
     Option{"pixels", "67108864", Count{&Config::pixels, 1, 1ull << 32}, "largest picture; 64 Mpx is 8K twice over"},

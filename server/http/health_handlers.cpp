@@ -46,6 +46,14 @@ std::string memory(const Health& health) {
   return text;
 }
 
+std::string kept(const Health& health) {
+  constexpr std::string_view name = "whittle_cache_bytes";
+  const KeptBytes kept = health.kept_bytes();
+  return metric_head(name, "Memory that the worker keeps for later jobs, up to scene_cache_bytes together.", "gauge") +
+         metric_line(name, {{"kind", "geometry"}}, static_cast<double>(kept.geometry)) +
+         metric_line(name, {{"kind", "pictures"}}, static_cast<double>(kept.pictures));
+}
+
 std::string queue_age(const Health& health) {
   const auto oldest_at = health.oldest_at();
   const std::int64_t age_ms = oldest_at ? std::max<std::int64_t>(health.clock() - *oldest_at, 0) : 0;
@@ -102,7 +110,7 @@ Answer get_metrics(Request&, const Health& health) {
       job_counts(health) + queue_age(health) + disk(health) +
       gauge("whittle_connections", "Open connections of clients.", static_cast<double>(health.connections())) +
       gauge("whittle_event_listeners", "Event streams and long polls.", static_cast<double>(health.event_listeners())) +
-      memory(health) + health.figures();
+      memory(health) + kept(health) + health.figures();
   return reply;
 }
 

@@ -53,6 +53,11 @@ struct Front {
 };
 std::vector<Route> client_routes(const Front& front);
 
+/// What the worker keeps for later jobs.
+struct KeptBytes {
+  std::uint64_t geometry = 0, pictures = 0;
+};
+
 /// What the health routes need; the same rules.
 struct Health {
   std::function<std::string()> not_ready;  ///< empty: ready; else the reason. Asked at most once a second
@@ -60,7 +65,8 @@ struct Health {
   std::function<std::int64_t(jobs::JobState)> job_count;  ///< may throw StoreFailure
   std::function<std::size_t()> event_listeners;
   std::function<std::size_t()> connections;
-  std::function<int()> worker_pid;                         ///< 0: there is none now
+  std::function<int()> worker_pid;  ///< 0: there is none now
+  std::function<KeptBytes()> kept_bytes;
   std::function<std::optional<std::int64_t>()> oldest_at;  ///< since when the job that waits longest does
   jobs::RoomNow room;                                      ///< the disk's
   std::function<std::uint64_t()> upload_bytes;

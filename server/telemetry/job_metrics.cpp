@@ -10,7 +10,8 @@ namespace {
 constexpr std::string_view submitted = "whittle_jobs_submitted_total", ended = "whittle_jobs_ended_total",
                            waited = "whittle_job_wait_seconds", ran = "whittle_job_run_seconds",
                            rays = "whittle_rays_total", cached = "whittle_jobs_from_cache_total",
-                           targets = "whittle_error_targets_total", geometry = "whittle_geometry_total";
+                           targets = "whittle_error_targets_total", geometry = "whittle_geometry_total",
+                           pictures = "whittle_pictures_total", error_ratio = "whittle_error_to_target_ratio";
 
 double seconds(std::int64_t milliseconds) { return static_cast<double>(milliseconds) / 1000; }
 
@@ -24,7 +25,11 @@ std::vector<Family> JobMetrics::families() {
           {cached, "Jobs that had their pictures from the result cache; they neither waited nor ran."},
           {rays, "Rays of jobs that succeeded, by kind."},
           {targets, "Jobs that succeeded and had asked for an error, by whether it was met."},
-          {geometry, "Jobs that succeeded, by whether an earlier job's geometry served them."}};
+          {error_ratio,
+           "Claimed error over the one asked for, of jobs that succeeded and had asked for one.",
+           {0.125, 0.25, 0.5, 0.7, 0.8, 0.9, 0.95, 1, 1.5, 2, 4, 8}},
+          {geometry, "Jobs that succeeded, by whether an earlier job's geometry served them."},
+          {pictures, "Files of textures in jobs that succeeded, by whether an earlier job had decoded them."}};
 }
 
 void JobMetrics::moved(const std::string& id, jobs::JobState to) noexcept {
@@ -52,7 +57,10 @@ void JobMetrics::count_end(const jobs::Job& job) {
   metrics_.add(rays, {{"kind", "shadow"}}, static_cast<double>(figures->rays.shadow));
   metrics_.add(rays, {{"kind", "reflection"}}, static_cast<double>(figures->rays.reflection));
   metrics_.add(rays, {{"kind", "refraction"}}, static_cast<double>(figures->rays.refraction));
-  metrics_.add(geometry, {{"reused", figures->geometry_reused ? "yes" : "no"}});
+  metrics_.add(geometry, {{"reused", figures->reuse.geometry ? "yes" : "no"}});
+  metrics_.add(pictures, {{"reused", "yes"}}, figures->reuse.pictures);
+  metrics_.add(pictures, {{"reused", "no"}}, figures->reuse.decoded_pictures);
+  if (figures->error_to_target) metrics_.observe(error_ratio, {}, *figures->error_to_target);
   if (figures->target_met) metrics_.add(targets, {{"met", *figures->target_met ? "yes" : "no"}});
 }
 

@@ -6,7 +6,9 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <ctime>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -49,6 +51,8 @@ tracer::Result<std::size_t, std::string> size_of(const Descriptor& file) {
   return "the limit asset_bytes_max is " + std::to_string(api::asset_bytes_max) + ", it has " + std::to_string(size);
 }
 
+std::int64_t nanoseconds(const timespec& time) { return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec; }
+
 /// Up to `size` bytes: a file that is cut short meanwhile is as long as it is then.
 api::AssetBytes content_of(const Descriptor& file, std::size_t size) {
   std::vector<std::uint8_t> bytes(size);
@@ -76,6 +80,24 @@ std::string AssetFolder::refusal(const std::string& name) const {
   if (!file) return reason(errno);
   const auto size = size_of(file);
   return size ? std::string() : size.error();
+}
+
+std::string AssetFolder::stamp(const std::string& name) const {
+  constexpr std::int64_t settled_ns = 2'000'000'000;  // FAT's clock ticks in two seconds
+  const Descriptor file = open_beneath(folder_, name, O_PATH);
+  if (!file || !size_of(file)) return {};
+  struct stat status {};
+  timespec now{};
+  if (fstat(file.get(), &status) != 0 || clock_gettime(CLOCK_REALTIME, &now) != 0) return {};
+  const std::int64_t changed = std::max(nanoseconds(status.st_mtim), nanoseconds(status.st_ctim));
+  if (nanoseconds(now) - changed < settled_ns) return {};
+  std::string stamp = "file";
+  for (const auto part :
+       {static_cast<std::int64_t>(status.st_dev), static_cast<std::int64_t>(status.st_ino),
+        static_cast<std::int64_t>(status.st_size), nanoseconds(status.st_mtim), nanoseconds(status.st_ctim)}) {
+    stamp += ":" + std::to_string(part);
+  }
+  return stamp;
 }
 
 api::AssetBytes AssetFolder::read(const std::string& name) const {

@@ -26,6 +26,11 @@ class AssetFolder {
   /// The content, under the same conditions. Neither pipes nor devices keep it waiting.
   [[nodiscard]] api::AssetBytes read(const std::string& name) const;
 
+  /// Changes whenever the file's content does: which file it is, its size, and when it was last changed. Empty where
+  /// that is no two seconds ago, for the clock of files is coarse and it may change again within one tick; and where
+  /// `refusal` would say something. Opens nothing for reading.
+  [[nodiscard]] std::string stamp(const std::string& name) const;
+
  private:
   Descriptor folder_;
 };

@@ -2,7 +2,6 @@
 
 #include <limits>
 #include <new>
-#include <vector>
 
 #include "api/load_assets.h"
 #include "server/worker/scene_files.h"
@@ -48,6 +47,14 @@ api::Limits reading_limits(const FileSettings& files) {
   if (!files.folder.empty()) limits.files = api::Files::below_a_folder;
   limits.uploads = !files.uploads.empty();
   return limits;
+}
+
+std::vector<std::string> content_names(const tracer::Scene& scene, const FileSettings& settings) {
+  std::vector<std::string> names;
+  if (scene.assets.empty()) return names;
+  const SceneFiles files(settings);
+  for (const tracer::Asset& asset : scene.assets) names.push_back(files.content_name(asset.name));
+  return names;
 }
 
 tracer::Assets load_files(tracer::Scene& scene, const FileSettings& settings, const tracer::RenderControl& control) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "api/document.h"
 #include "server/worker/options.h"
@@ -31,6 +32,9 @@ Outcome outcome_of(const std::string& job_id, std::int64_t fence, const std::fun
 
 /// The document's limits were checked by whoever accepted it, and are not checked again: they may have changed since.
 api::Limits reading_limits(const FileSettings& files);
+
+/// Names for the content of the files that `scene` names, beside them, for tracer::SceneCache.
+std::vector<std::string> content_names(const tracer::Scene& scene, const FileSettings& files);
 
 /// Leaves the stage where the job was cancelled.
 inline void stop_if_cancelled(const tracer::RenderControl& control) {

@@ -17,8 +17,8 @@ bool read(std::string_view name, std::string_view text, Options& options) {
   if (name == "--slots") return read(text, options.slots) && options.slots >= 1 && options.slots <= slots_max;
   if (name == "--job-memory-bytes") return read(text, options.job_memory_bytes);
   if (name == "--threads") return read(text, options.threads) && options.threads >= 0 && options.threads <= threads_max;
-  if (name == "--geometry-cache") return read(text, options.geometry_cache_bytes);
-  if (name == "--geometry-idle-ms") return read(text, options.geometry_idle_ms);
+  if (name == "--scene-cache") return read(text, options.scene_cache_bytes);
+  if (name == "--cache-idle-ms") return read(text, options.cache_idle_ms);
   if (name == "--objects") return read(text, options.files.objects);
   if (name == "--triangles") return read(text, options.files.triangles);
   if (name == "--uploads") {
@@ -40,10 +40,10 @@ std::vector<std::string> arguments_of(const Options& options) {
           std::to_string(options.job_memory_bytes),
           "--threads",
           std::to_string(options.threads),
-          "--geometry-cache",
-          std::to_string(options.geometry_cache_bytes),
-          "--geometry-idle-ms",
-          std::to_string(options.geometry_idle_ms),
+          "--scene-cache",
+          std::to_string(options.scene_cache_bytes),
+          "--cache-idle-ms",
+          std::to_string(options.cache_idle_ms),
           "--assets",
           files.folder,
           "--uploads",

@@ -25,8 +25,8 @@ struct Options {
   int threads = 0;  ///< that trace a job which runs by itself, 0..1024; several share all but one each. 0: as many
                     ///< as the machine has
   std::uint64_t job_memory_bytes = 16ull << 30;  ///< most of each job
-  std::uint64_t geometry_cache_bytes = 0;        ///< tracer::GeometryCache's bytes_max
-  std::uint64_t geometry_idle_ms = 60'000;       ///< without a job for so long, what it keeps goes: the sitting is over
+  std::uint64_t scene_cache_bytes = 0;           ///< tracer::SceneCache's bytes_max
+  std::uint64_t cache_idle_ms = 60'000;          ///< without a job for so long, what it keeps goes: the sitting is over
   FileSettings files;
   bool operator==(const Options&) const = default;
 };

@@ -29,6 +29,7 @@ struct Assign {
   double queue_ms = 0;     ///< how long the job waited, for its report
   std::string document;
   std::string kind{"render"};  ///< a jobs::JobKind's name
+  bool large = false;          ///< see jobs::Job
 };
 /// Cancelled follows soon, or Finished or Failed when the worker was faster. Unknown jobs are ignored.
 struct Cancel {
@@ -50,7 +51,7 @@ struct Hello {
 };
 /// From a thread of its own, every second: the process is alive, whatever its jobs do.
 struct Heartbeat {
-  std::uint64_t geometry_bytes = 0;  ///< kept for later jobs
+  std::uint64_t geometry_bytes = 0, picture_bytes = 0;  ///< kept for later jobs
 };
 struct Progress {
   std::string job_id;

@@ -30,8 +30,8 @@ class Stopwatch {
 
 class Rendering {
  public:
-  Rendering(Assign job, const FileSettings& files, JobControl& control, tracer::GeometryCache* geometry)
-      : job_(std::move(job)), files_(files), control_(control), geometry_(geometry) {
+  Rendering(Assign job, const FileSettings& files, JobControl& control, tracer::SceneCache* cache)
+      : job_(std::move(job)), files_(files), control_(control), cache_(cache) {
     times_.queue = job_.queue_ms;
   }
 
@@ -58,11 +58,13 @@ class Rendering {
   /// With its files, whose bytes are not needed afterwards, nor are the scene's meshes.
   std::shared_ptr<const tracer::CompiledScene> compile(tracer::Scene& scene) {
     stop_if_cancelled(control_.tracing);
+    std::shared_ptr<tracer::SceneClaim> claim;
+    if (cache_ != nullptr) claim = value_of(cache_->claim(scene, content_names(scene, files_), control_.tracing));
     const tracer::Assets assets = load_files(scene, files_, control_.tracing);
     times_.parse += watch_.lap();
-    auto compiled = value_of(tracer::compile_taking_meshes(scene, control_.tracing, assets, geometry_));
+    auto compiled = value_of(tracer::compile_taking_meshes(scene, control_.tracing, assets, claim.get()));
     times_.build = watch_.lap();
-    times_.geometry_reused = tracer::reused_geometry(*compiled);
+    times_.reuse = tracer::reuse(*compiled);
     return compiled;
   }
 
@@ -94,7 +96,7 @@ class Rendering {
   Assign job_;
   const FileSettings& files_;
   JobControl& control_;
-  tracer::GeometryCache* geometry_;
+  tracer::SceneCache* cache_;
   Stopwatch watch_;
   api::StageTimes times_;
   std::uint64_t memory_bytes_ = 0;  ///< what was largest at its time: the compiled scene, the picture, the files
@@ -102,11 +104,10 @@ class Rendering {
 
 }  // namespace
 
-Outcome render_job(Assign job, const FileSettings& files, JobControl& control,
-                   tracer::GeometryCache* geometry) noexcept {
+Outcome render_job(Assign job, const FileSettings& files, JobControl& control, tracer::SceneCache* cache) noexcept {
   const std::string id = job.job_id;
   const std::int64_t fence = job.fence;
-  return outcome_of(id, fence, [&] { return Rendering(std::move(job), files, control, geometry).run(); });
+  return outcome_of(id, fence, [&] { return Rendering(std::move(job), files, control, cache).run(); });
 }
 
 }  // namespace worker

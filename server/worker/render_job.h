@@ -3,7 +3,7 @@
 
 #include "server/worker/job_control.h"
 #include "server/worker/job_stages.h"
-#include "tracer/geometry_cache.h"
+#include "tracer/scene_cache.h"
 
 namespace worker {
 
@@ -12,8 +12,7 @@ namespace worker {
 /// read "bad_scene", files that cannot be rendered with "bad_asset" with all issues, everything else that goes wrong
 /// "internal".
 /// Those of `files` hold for scenes with meshes of files, the other objects counted with theirs.
-/// `geometry` may be null.
-Outcome render_job(Assign job, const FileSettings& files, JobControl& control,
-                   tracer::GeometryCache* geometry) noexcept;
+/// `cache` may be null.
+Outcome render_job(Assign job, const FileSettings& files, JobControl& control, tracer::SceneCache* cache) noexcept;
 
 }  // namespace worker

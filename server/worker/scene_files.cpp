@@ -17,4 +17,9 @@ api::AssetBytes SceneFiles::read(const std::string& name) const {
   return folder->read(is_upload ? jobs::asset_path(name.substr(api::upload_prefix.size())) : name);
 }
 
+std::string SceneFiles::content_name(const std::string& name) const {
+  if (name.starts_with(api::upload_prefix)) return uploads_ ? name : std::string();
+  return folder_ ? folder_->stamp(name) : std::string();
+}
+
 }  // namespace worker

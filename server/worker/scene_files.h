@@ -18,6 +18,10 @@ class SceneFiles {
   /// The content of what a document calls `name`, or why it cannot be had. Throws as AssetFolder::read.
   [[nodiscard]] api::AssetBytes read(const std::string& name) const;
 
+  /// A name for that content, before it is read: equal only where the bytes are. Of an upload it is its own name, of
+  /// another file what AssetFolder::stamp says. Empty where it is not known. Throws as AssetFolder::read.
+  [[nodiscard]] std::string content_name(const std::string& name) const;
+
  private:
   std::optional<AssetFolder> folder_, uploads_;
 };

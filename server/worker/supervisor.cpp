@@ -25,6 +25,7 @@ Supervisor::~Supervisor() {
 bool Supervisor::drain(std::chrono::milliseconds patience) { return loop_->drain(patience); }
 int Supervisor::worker_pid() const { return loop_->pid(); }
 int Supervisor::running() const { return loop_->running(); }
+Supervisor::Kept Supervisor::kept() const { return loop_->kept(); }
 std::string Supervisor::sandbox() const { return loop_->sandbox(); }
 
 }  // namespace worker

@@ -37,9 +37,9 @@ struct SupervisorSettings {
   int slots = 0;
   int threads = 0;  ///< see Options
   FileSettings files;
-  /// What a worker keeps of jobs' geometry for the next jobs, beside job_memory_bytes.
-  std::uint64_t geometry_cache_bytes = 512u << 20;
-  std::chrono::milliseconds geometry_idle{60'000};  ///< see Options
+  /// What a worker keeps of jobs' geometry and pictures for the next jobs, beside job_memory_bytes.
+  std::uint64_t scene_cache_bytes = 512u << 20;
+  std::chrono::milliseconds cache_idle{60'000};  ///< see Options
   /// Threads that claim jobs and store results, each waiting for the disk most of its time. A result takes three syncs
   /// in a row (file, folder, row), which the disk shares among all who wait: so there are many, that a disk of 10 ms a
   /// sync does not hold small jobs up. 0: 16, or slots where that is more.
@@ -68,8 +68,8 @@ struct SupervisorSettings {
   RetrySettings retry;
   /// An attempt that takes longer is stopped and has failed as "timed_out". A day: whatever takes longer hangs.
   std::chrono::milliseconds wall_time{std::chrono::hours(24)};
-  /// A worker that has more than this for each of its jobs, beyond what it had before the first and what it may keep of
-  /// geometry, is killed, and they have failed as "out_of_memory"; looked at with each of its heartbeats.
+  /// A worker that has more than this for each of its jobs, beyond what it had before the first and what it keeps for
+  /// the next ones, is killed, and they have failed as "out_of_memory"; looked at with each of its heartbeats.
   std::uint64_t job_memory_bytes = 16ull << 30;
 };
 
@@ -91,6 +91,11 @@ class Supervisor {
 
   [[nodiscard]] int worker_pid() const;  ///< 0 while there is none; for the log, metrics and tests
   [[nodiscard]] int running() const;     ///< jobs in the worker now
+  /// Bytes that the worker keeps for later jobs, as it told last; none while there is no worker.
+  struct Kept {
+    std::uint64_t geometry = 0, pictures = 0;
+  };
+  [[nodiscard]] Kept kept() const;
   /// What the latest worker was held by ("seccomp, landlock"); empty until the first is ready.
   [[nodiscard]] std::string sandbox() const;
 

@@ -65,8 +65,9 @@ void Supervisor::Loop::claim(ClaimOf of) {
       if (result->claim) {
         const jobs::Job& job = result->claim->job;
         const auto queue_ms = static_cast<double>(std::max<std::int64_t>(*job.started_at - job.created_at, 0));
-        result->assignment = pack(Assign{job.id, result->claim->fence, queue_ms,
-                                         std::exchange(result->claim->document, {}), jobs::name_of(job.kind)});
+        result->assignment =
+            pack(Assign{job.id, result->claim->fence, queue_ms, std::exchange(result->claim->document, {}),
+                        jobs::name_of(job.kind), job.large});
       }
     } catch (const std::exception& failure) {
       result->failed = true;

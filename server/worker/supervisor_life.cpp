@@ -28,8 +28,8 @@ std::uint64_t resident_bytes(int pid) {
 std::unique_ptr<Supervisor::Loop::Worker> Supervisor::Loop::new_worker() {
   return std::make_unique<Worker>(
       settings_.executable,
-      Options{settings_.slots, settings_.threads, settings_.job_memory_bytes, settings_.geometry_cache_bytes,
-              static_cast<std::uint64_t>(settings_.geometry_idle.count()), settings_.files});
+      Options{settings_.slots, settings_.threads, settings_.job_memory_bytes, settings_.scene_cache_bytes,
+              static_cast<std::uint64_t>(settings_.cache_idle.count()), settings_.files});
 }
 
 void Supervisor::Loop::start_worker(Time now) {
@@ -103,10 +103,17 @@ void Supervisor::Loop::read_spare() {
 // ---- heard, ended, mourned
 // -------------------------------------------------------------------------------------------
 
-void Supervisor::Loop::watch_memory(std::uint64_t kept_bytes) {
+void Supervisor::Loop::hear(Heartbeat& message) {
+  kept_geometry_bytes_ = message.geometry_bytes;
+  kept_picture_bytes_ = message.picture_bytes;
+  watch_memory();
+}
+
+void Supervisor::Loop::watch_memory() {
   if (running_.empty() || life_ != Life::ready) return;
-  const std::uint64_t limit = idle_memory_bytes_ + std::min(kept_bytes, settings_.geometry_cache_bytes) +
-                              running_.size() * settings_.job_memory_bytes;
+  const std::uint64_t kept = kept_geometry_bytes_ + kept_picture_bytes_;
+  const std::uint64_t limit =
+      idle_memory_bytes_ + std::min(kept, settings_.scene_cache_bytes) + running_.size() * settings_.job_memory_bytes;
   const std::uint64_t seen = resident_bytes(pid_);
   if (seen <= limit) return;
   end_worker("had " + std::to_string(seen) + " bytes of memory, above the limit job_memory_bytes of " +
@@ -163,6 +170,7 @@ void Supervisor::Loop::mourn(const std::string& how, bool excused, const char* c
   settle(casualties, judge(casualties, how, excused, code), code);
 
   pid_ = 0;
+  kept_geometry_bytes_ = kept_picture_bytes_ = 0;
   life_ = Life::absent;
   say_status("worker: restarting");
   restart_at_ = Clock::now();

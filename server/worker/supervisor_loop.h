@@ -36,6 +36,7 @@ class Supervisor::Loop final : public jobs::Runner {
   bool drain(std::chrono::milliseconds patience);
   [[nodiscard]] int pid() const { return pid_; }
   [[nodiscard]] int running() const { return running_count_; }
+  [[nodiscard]] Kept kept() const { return {kept_geometry_bytes_, kept_picture_bytes_}; }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -94,7 +95,7 @@ class Supervisor::Loop final : public jobs::Runner {
   void welcome();
   void read_worker();
   void end_worker(const std::string& why, bool excused, const char* code = "worker_crashed");
-  void watch_memory(std::uint64_t kept_bytes);
+  void watch_memory();
   void worker_ended();
   void mourn(const std::string& how, bool excused, const char* code);
   [[nodiscard]] bool may_be_replaced(Time now) const;
@@ -123,7 +124,7 @@ class Supervisor::Loop final : public jobs::Runner {
   void log_end(const char* event, const std::string& id, bool moved, jobs::LogFields more = {});
 
   void hear(Hello& message);
-  void hear(Heartbeat& message) { watch_memory(message.geometry_bytes); }
+  void hear(Heartbeat& message);
   void hear(Progress& message);
   void hear(Looked& message);
   void hear(Finished& message);
@@ -143,6 +144,7 @@ class Supervisor::Loop final : public jobs::Runner {
   std::atomic<bool> suspects_came_{false};
   std::atomic<int> pid_{0};
   std::atomic<int> running_count_{0};
+  std::atomic<std::uint64_t> kept_geometry_bytes_{0}, kept_picture_bytes_{0};
   std::mutex status_mutex_;
   std::string status_ = "worker: starting";
   std::string sandbox_;  ///< what the latest worker told

@@ -6,6 +6,7 @@
 #include <linux/seccomp.h>
 #include <sched.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -111,13 +112,11 @@ class Filter {
   void allow_equal(long call, int argument, std::uint32_t value) { judge(call, argument, BPF_JEQ, value, true); }
   /// Only while both halves of the argument are 0: a null pointer.
   void allow_null(long call, int argument) {
-    unless_it_is(call, 6);
-    load(offset_of_argument(argument));
-    code_.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 0, 0, 3));
-    load(offset_of_argument(argument) + 4);
-    code_.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 0, 0, 1));
-    answer(SECCOMP_RET_ALLOW);
-    answer(refused);
+    allow_zeros(call, offset_of_argument(argument), offset_of_argument(argument) + 4);
+  }
+  /// Only while the lower halves of both arguments are 0.
+  void allow_zero(long call, int argument, int other) {
+    allow_zeros(call, offset_of_argument(argument), offset_of_argument(other));
   }
 
   std::vector<sock_filter> finished() {
@@ -127,6 +126,16 @@ class Filter {
 
  private:
   static constexpr std::uint32_t refused = SECCOMP_RET_ERRNO | EPERM;
+
+  void allow_zeros(long call, std::size_t word, std::size_t other) {
+    unless_it_is(call, 6);
+    load(word);
+    code_.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 0, 0, 3));
+    load(other);
+    code_.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 0, 0, 1));
+    answer(SECCOMP_RET_ALLOW);
+    answer(refused);
+  }
 
   void load(std::size_t offset) {
     code_.push_back(BPF_STMT(BPF_LD | BPF_W | BPF_ABS, static_cast<std::uint32_t>(offset)));
@@ -158,6 +167,8 @@ std::vector<sock_filter> system_call_filter(bool opens_files) {
   filter.allow_equal(SYS_prctl, 0, PR_SET_NAME);
   filter.allow_equal(SYS_tgkill, 0, static_cast<std::uint32_t>(::getpid()));  // abort
   filter.allow_null(SYS_prlimit64, 2);                                        // asks, changes nothing
+  static_assert(PRIO_PROCESS == 0);
+  filter.allow_zero(SYS_setpriority, 0, 1);  // the calling thread's
   if (opens_files) {
     filter.allow_without(SYS_openat, 2, O_WRONLY | O_RDWR | O_CREAT | O_TRUNC);
     filter.allow(SYS_openat2);

@@ -16,10 +16,10 @@
 namespace worker {
 
 // The fields of each, in the order they travel. A change here is a new protocol_version.
-inline auto fields(Assign& m) { return std::tie(m.job_id, m.fence, m.queue_ms, m.document, m.kind); }
+inline auto fields(Assign& m) { return std::tie(m.job_id, m.fence, m.queue_ms, m.document, m.kind, m.large); }
 inline auto fields(Cancel& m) { return std::tie(m.job_id); }
 inline auto fields(Hello& m) { return std::tie(m.build, m.sandbox); }
-inline auto fields(Heartbeat& m) { return std::tie(m.geometry_bytes); }
+inline auto fields(Heartbeat& m) { return std::tie(m.geometry_bytes, m.picture_bytes); }
 inline auto fields(Progress& m) { return std::tie(m.job_id, m.tiles_done, m.tiles_total); }
 inline auto fields(Look& m) { return std::tie(m.job_id, m.side); }
 inline auto fields(Looked& m) { return std::tie(m.job_id, m.side, m.png); }
@@ -77,6 +77,12 @@ class BodyReader {
     } else {
       return std::apply([&](auto&... field) { return (read(field) && ...); }, fields(value));
     }
+  }
+  [[nodiscard]] bool read(bool& value) {
+    std::uint8_t byte = 0;
+    if (!read(byte) || byte > 1) return false;
+    value = byte == 1;
+    return true;
   }
   [[nodiscard]] bool read(std::string& text) {
     std::uint64_t size = 0;

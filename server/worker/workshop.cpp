@@ -2,6 +2,8 @@
 
 #include <malloc.h>
 #include <oneapi/tbb/task_arena.h>
+#include <oneapi/tbb/task_scheduler_observer.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <new>
@@ -20,6 +22,8 @@ namespace {
 constexpr std::chrono::milliseconds heartbeat_interval{1000};
 /// Often enough for a smooth bar, seldom enough to cost nothing.
 constexpr std::chrono::milliseconds progress_interval{50};
+/// Of threads that large jobs run on; the worker's others have 5 (main.cpp).
+constexpr int large_nice = 10;
 
 /// Empty while there is nothing to see, or no memory for it.
 std::string preview_png(JobControl& control, std::uint32_t side) {
@@ -33,11 +37,25 @@ std::string preview_png(JobControl& control, std::uint32_t side) {
   }
 }
 
+/// Threads that work for an arena have less of the processors from then on: those in whose way a small job would be.
+/// On the fair scheduler 5 steps are a third. It cannot be taken back without privileges, and need not be.
+class StepBack : public oneapi::tbb::task_scheduler_observer {
+ public:
+  explicit StepBack(oneapi::tbb::task_arena& arena) : task_scheduler_observer(arena) { observe(true); }
+  ~StepBack() override { observe(false); }
+  StepBack(const StepBack&) = delete;
+  StepBack& operator=(const StepBack&) = delete;
+  void on_scheduler_entry(bool) override { setpriority(PRIO_PROCESS, 0, large_nice); }
+};
+
 }  // namespace
 
 Workshop::Workshop(int socket, const Options& options)
-    : socket_(socket), options_(options), geometry_(options.geometry_cache_bytes) {
-  for (int i = 0; i < options.slots; ++i) threads_.emplace_back([this] { work(); });
+    : socket_(socket), options_(options), cache_(options.scene_cache_bytes) {
+  for (int i = 0; i < options.slots; ++i) {
+    const Place place = i == 0 && options.slots > 1 ? Place::small : Place::any;
+    threads_.emplace_back([this, place] { work(place); });
+  }
   threads_.emplace_back([this] { pulse(); });
 }
 
@@ -48,7 +66,7 @@ void Workshop::assign(Assign job) {
     for (const auto& [id, other] : jobs_) other->control.alone = false;
   }
   waiting_.push_back(std::move(job));
-  job_came_.notify_one();
+  job_came_.notify_all();
   busy_.notify_one();
 }
 
@@ -70,23 +88,38 @@ void Workshop::look(const Look& wish) {
 Outcome Workshop::done(Assign assigned, JobControl& control) {
   const auto kind = jobs::job_kind(assigned.kind);
   if (kind == jobs::JobKind::measure) return measure_job(assigned, options_.files, control);
-  return render_job(std::move(assigned), options_.files, control, &geometry_);
+  return render_job(std::move(assigned), options_.files, control, &cache_);
 }
 
-void Workshop::work() {
+/// The oldest that may run there; the end: none. Small ones are left to the small place while it is free.
+std::deque<Assign>::iterator Workshop::next_for(Place place) {
+  return std::find_if(waiting_.begin(), waiting_.end(), [&](const Assign& job) {
+    return place == Place::small ? !job.large : job.large || !small_place_free_;
+  });
+}
+
+void Workshop::work(Place place) {
   oneapi::tbb::task_arena arena(options_.threads > 0 ? options_.threads : oneapi::tbb::task_arena::automatic);
+  std::optional<StepBack> step_back;
+  if (place == Place::any && options_.slots > 1) step_back.emplace(arena);
   for (;;) {
     std::unique_lock lock(mutex_);
-    job_came_.wait(lock, [&] { return !waiting_.empty(); });
-    Assign assigned = std::move(waiting_.front());
-    waiting_.pop_front();
+    if (place == Place::small) small_place_free_ = true;
+    job_came_.wait(lock, [&] { return next_for(place) != waiting_.end(); });
+    const auto next = next_for(place);
+    Assign assigned = std::move(*next);
+    waiting_.erase(next);
+    if (place == Place::small) {
+      small_place_free_ = false;
+      job_came_.notify_all();  // who left more of them to it
+    }
     const std::string id = assigned.job_id;
     const std::shared_ptr<Job> job = jobs_.at(id);
     lock.unlock();
 
     Outcome outcome = arena.execute([&] { return done(std::move(assigned), job->control); });
     const auto* failed = std::get_if<Failed>(&outcome);
-    if (failed != nullptr && failed->problem.code == "out_of_memory") geometry_.clear();  // the next attempt has it
+    if (failed != nullptr && failed->problem.code == "out_of_memory") cache_.clear();  // the next attempt has it
 
     lock.lock();
     jobs_.erase(id);
@@ -102,7 +135,8 @@ void Workshop::pulse() {
   for (;;) {
     const auto now = std::chrono::steady_clock::now();
     if (now >= next_heartbeat) {
-      say(Heartbeat{geometry_.memory_bytes()});
+      const tracer::SceneCache::Bytes kept = cache_.memory_bytes();
+      say(Heartbeat{kept.geometry, kept.pictures});
       next_heartbeat = now + heartbeat_interval;
       give_memory_back(now);
     }
@@ -120,9 +154,9 @@ void Workshop::pulse() {
 void Workshop::give_memory_back(std::chrono::steady_clock::time_point now) {
   {
     const std::lock_guard lock(mutex_);
-    const bool forgets = jobs_.empty() && now - idle_since_ >= std::chrono::milliseconds(options_.geometry_idle_ms) &&
-                         geometry_.memory_bytes() > 0;
-    if (forgets) geometry_.clear();
+    const bool forgets = jobs_.empty() && now - idle_since_ >= std::chrono::milliseconds(options_.cache_idle_ms) &&
+                         cache_.memory_bytes().all() > 0;
+    if (forgets) cache_.clear();
     if (!std::exchange(untidy_, false) && !forgets) return;
   }
   malloc_trim(0);

@@ -17,7 +17,7 @@
 #include "server/worker/job_stages.h"
 #include "server/worker/options.h"
 #include "server/worker/protocol.h"
-#include "tracer/geometry_cache.h"
+#include "tracer/scene_cache.h"
 
 namespace worker {
 
@@ -33,6 +33,8 @@ class Workshop {
   void look(const Look& wish);
 
  private:
+  /// One is for small jobs alone, where there are several: however many large ones run, its thread goes before theirs.
+  enum class Place { small, any };
   struct Job {
     JobControl control;
     std::uint64_t told = 0;         ///< of its tiles or steps
@@ -40,7 +42,8 @@ class Workshop {
   };
 
   [[nodiscard]] Outcome done(Assign assigned, JobControl& control);
-  void work();
+  void work(Place place);
+  [[nodiscard]] std::deque<Assign>::iterator next_for(Place place);
   void pulse();
   void give_memory_back(std::chrono::steady_clock::time_point now);
   void tell_progress();
@@ -49,11 +52,12 @@ class Workshop {
 
   int socket_;
   Options options_;
-  tracer::GeometryCache geometry_;
+  tracer::SceneCache cache_;
   std::mutex mutex_;
   std::condition_variable job_came_;
   std::condition_variable busy_;
   std::deque<Assign> waiting_;
+  bool small_place_free_ = false;
   std::map<std::string, std::shared_ptr<Job>> jobs_;  ///< waiting and running
   bool untidy_ = false;                               ///< a job has ended since memory was given back
   std::chrono::steady_clock::time_point idle_since_;  ///< without jobs, or when the latest came

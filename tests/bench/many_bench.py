@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""many_bench.py [--triangles 1000000] [--frames 60] [--small 300]: many renders of one scene, and small jobs beside large.
+"""many_bench.py [--triangles 1000000] [--frames 60] [--side 1024] [--small 300]: many renders of one scene, and small jobs beside large.
 
 Starts whittled (from $WHITTLE_BIN) on free ports with empty data folders. Told are
-- a batch of frames of one camera around an uploaded mesh, with and without the cache of geometry: seconds for all,
-  milliseconds of building and tracing of a frame, and whether the pictures are the same bytes;
+- a batch of frames of one camera around an uploaded mesh (binary PLY) before an uploaded picture (PNG), with and without
+  the cache of scenes: seconds for all, milliseconds of a frame's stages, and whether the pictures are the same bytes;
 - the worker's resident memory before, with the cache full, and after it gave it back;
 - how soon a cancelled job lets the next one begin, whatever it was doing;
 - the latency of 16 x 16 pictures, one after the other, on an idle daemon and while more large renders run and wait than
@@ -16,9 +16,11 @@ import json
 import math
 import os
 import pathlib
+import random
 import struct
 import sys
 import time
+import zlib
 
 sys.path.insert(0, str(pathlib.Path(__file__).parents[2]))
 from tests.http.daemon import Daemon, json_of, long_scene, scene  # pylint: disable=wrong-import-position
@@ -42,11 +44,25 @@ def terrain(triangles):
     return header.encode() + bytes(body)
 
 
-def orbit(asset, frames):
+def picture(side):
+    """A PNG around the world of twice as many by so many pixels, as hard to decode as a photograph."""
+    rows = bytearray()
+    generator = random.Random(1)
+    for _ in range(side):
+        rows += b"\0" + generator.randbytes(3 * 2 * side)
+
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", 2 * side, side, 8, 2, 0, 0, 0))
+            + chunk(b"IDAT", zlib.compress(bytes(rows), 1)) + chunk(b"IEND", b""))
+
+
+def orbit(mesh, environment, frames):
     document = {"version": 1, "image": {"width": 320, "height": 240}, "accuracy": {"samples": [1, 1]},
                 "camera": {"position": [0, 0, 0], "look_at": [0, 0, 0]},
                 "lights": [{"type": "directional", "direction": [-1, -1, -0.5]}], "job": {"cache": "off"},
-                "objects": [{"type": "mesh", "file": "sha256:" + asset, "material": {"color": 0.7}}]}
+                "objects": [{"type": "mesh", "file": "sha256:" + mesh, "material": {"color": 0.7}}],
+                "background": {"environment": {"file": "sha256:" + environment}}}
     angles = [2 * math.pi * frame / frames for frame in range(frames)]
     return {"scene": document,
             "frames": [{"camera": {"position": [2 * math.cos(angle), 1.2, 2 * math.sin(angle)], "look_at": [0, 0, 0]}} for angle in angles]}
@@ -75,15 +91,20 @@ def worker_seconds(daemon):
     return sum(int(of[11]) + int(of[12]) for of in fields) / os.sysconf("SC_CLK_TCK")
 
 
-def sweep(mesh, frames, cache_bytes):
+def uploaded(daemon, content):
+    sha256 = hashlib.sha256(content).hexdigest()
+    daemon.request("PUT", f"/v1/assets/{sha256}", content, {"Content-Type": "application/octet-stream"})
+    return sha256
+
+
+def sweep(mesh, environment, frames, cache_bytes):
     """The sha256 of each picture."""
-    with Daemon("--log-level", "warning", "--geometry-cache-bytes", str(cache_bytes)) as daemon:
+    with Daemon("--log-level", "warning", "--scene-cache-bytes", str(cache_bytes)) as daemon:
         daemon.wait_for_end(daemon.submit(scene()))
         idle = worker_mib(daemon)
-        sha256 = hashlib.sha256(mesh).hexdigest()
-        daemon.request("PUT", f"/v1/assets/{sha256}", mesh, {"Content-Type": "application/octet-stream"})
+        body = orbit(uploaded(daemon, mesh), uploaded(daemon, environment), frames)
         start, worked = time.monotonic(), worker_seconds(daemon)
-        reply = daemon.request("POST", "/v1/batches", orbit(sha256, frames))
+        reply = daemon.request("POST", "/v1/batches", body)
         if reply.status != 202:
             sys.exit(f"the batch answered {reply.status}: {reply.body.decode()}")
         jobs = jobs_of(daemon, json_of(reply)["id"])
@@ -96,7 +117,9 @@ def sweep(mesh, frames, cache_bytes):
     mean = {stage: sum(job["report"]["time_ms"][stage] for job in jobs) / frames
             for stage in ("parse", "build", "trace", "encode")}
     reused = sum(job["report"]["geometry_reused"] for job in jobs)
-    print(f"cache {cache_bytes >> 20:4} MiB  {frames} frames in {seconds:.2f} s ({worked:.2f} s of processors), {reused} reused; "
+    decoded = sum(job["report"]["pictures"]["decoded"] for job in jobs)
+    print(f"cache {cache_bytes >> 20:4} MiB  {frames} frames in {seconds:.2f} s ({worked:.2f} s of processors), geometry reused by {reused}, "
+          f"pictures decoded by {decoded}; "
           "ms of a frame: "
           + ", ".join(f"{stage} {ms:.1f}" for stage, ms in mean.items()))
     print(f"                worker resident: {idle:.0f} MiB idle, {full:.0f} at the end, {after:.0f} two seconds later")
@@ -130,20 +153,18 @@ def beside_large_ones(count):
                 daemon.request("POST", f"/v1/jobs/{job}/cancel")
 
 
-def cancels(mesh, moments):
+def cancels(mesh, environment, moments):
     """Cancels a job at so many moments of its life. Told: until the client is, and until the place is free."""
-    sha256 = hashlib.sha256(mesh).hexdigest()
-    of_mesh = orbit(sha256, 1)
-    documents = {"mesh": {**of_mesh["scene"], **of_mesh["frames"][0]},
-                 "picture": scene(6000, 4000, output={"formats": ["png", "exr"]})}
-    with Daemon("--log-level", "warning", "--jobs", "1", "--geometry-cache-bytes", "0") as daemon:
-        daemon.request("PUT", f"/v1/assets/{sha256}", mesh, {"Content-Type": "application/octet-stream"})
+    with Daemon("--log-level", "warning", "--jobs", "1", "--scene-cache-bytes", "0") as daemon:
+        of_mesh = orbit(uploaded(daemon, mesh), uploaded(daemon, environment), 1)
+        documents = {"mesh": {**of_mesh["scene"], **of_mesh["frames"][0]},
+                     "picture": scene(6000, 4000, output={"formats": ["png", "exr"]})}
         for name, document in documents.items():
             whole = daemon.wait_for_end(daemon.submit(document))["report"]["time_ms"]
             told, free = [], []
             for moment in range(moments):
                 job = daemon.submit(document)
-                daemon.wait_for_state(job, "running")
+                daemon.wait_for_state(job, "running", "succeeded")  # a small one may have ended
                 time.sleep(sum(whole[stage] for stage in ("parse", "build", "trace", "encode")) / 1000 * moment / moments)
                 start = time.monotonic()
                 if daemon.request("POST", f"/v1/jobs/{job}/cancel").status != 202:
@@ -162,13 +183,15 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--triangles", type=int, default=1_000_000)
     parser.add_argument("--frames", type=int, default=60)
+    parser.add_argument("--side", type=int, default=1024, help="of the picture: it has twice as many columns")
     parser.add_argument("--small", type=int, default=300)
     options = parser.parse_args()
-    mesh = terrain(options.triangles)
-    same = sweep(mesh, options.frames, 0) == sweep(mesh, options.frames, 512 << 20)
+    mesh, environment = terrain(options.triangles), picture(options.side)
+    print(f"a mesh of {len(mesh) >> 20} MiB, a picture of {len(environment) >> 20} MiB")
+    same = sweep(mesh, environment, options.frames, 0) == sweep(mesh, environment, options.frames, 512 << 20)
     print("the same pictures" if same else "OTHER PICTURES")
     beside_large_ones(options.small)
-    cancels(mesh, 20)
+    cancels(mesh, environment, 20)
     sys.exit(0 if same else 1)
 
 

@@ -331,7 +331,7 @@ class HealthListener(OneDaemon):
             text = daemon.health("/metrics").body.decode()
             figures = dict(line.rsplit(" ", 1) for line in text.splitlines() if not line.startswith("#"))
             for name, value in (('whittle_jobs_ended_total{state="succeeded"}', 2), ("whittle_jobs_submitted_total", 2),
-                                ('whittle_error_targets_total{met="yes"}', 1), ("whittle_job_wait_seconds_count", 2),
+                                ('whittle_error_targets_total{met="yes"}', 1), ("whittle_error_to_target_ratio_count", 1), ("whittle_job_wait_seconds_count", 2),
                                 ('whittle_job_run_seconds_bucket{state="succeeded",le="+Inf"}', 2), ('whittle_geometry_total{reused="no"}', 2),
                                 ("whittle_event_listeners", 0),
                                 ('whittle_requests_total{method="POST",route="/v1/jobs",status="202"}', 2),

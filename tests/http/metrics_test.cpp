@@ -55,8 +55,9 @@ TEST(JobMetrics, TellWaitsRunsRaysAndTargets) {
   job.created_at = 1000;
   job.started_at = 3000;
   job.ended_at = 3500;
-  job.report = R"({"rays":{"camera":7,"shadow":5,"reflection":3,"refraction":2},"error":{"target":1,"met":true},
-                   "geometry_reused":true,"estimated_work":1000,
+  job.report =
+      R"({"rays":{"camera":7,"shadow":5,"reflection":3,"refraction":2},"error":{"target":0.5,"estimate":0.375,"met":true},
+                   "geometry_reused":true,"pictures":{"reused":3,"decoded":2},"estimated_work":1000,
                    "time_ms":{"queue":7,"parse":7,"build":100,"trace":1500,"encode":400}})";
   telemetry::RenderPace pace;
   job.attempt = 1;
@@ -64,7 +65,7 @@ TEST(JobMetrics, TellWaitsRunsRaysAndTargets) {
       metrics, pace, [&](const std::string&) { return job; }, next);
   observed.moved("a", jobs::JobState::queued);
   observed.moved("a", jobs::JobState::succeeded);
-  job.report = R"({"rays":{"camera":1},"error":{"target":2,"met":false}})";
+  job.report = R"({"rays":{"camera":1},"error":{"target":2,"estimate":6,"met":false}})";
   observed.moved("b", jobs::JobState::succeeded);
   job.report = R"({"rays":{"camera":1},"error":{"target":null,"met":true}})";
   observed.moved("c", jobs::JobState::succeeded);
@@ -75,13 +76,26 @@ TEST(JobMetrics, TellWaitsRunsRaysAndTargets) {
   EXPECT_DOUBLE_EQ(pace.seconds_per_work().value_or(0), 2.0 / 1000) << "of those that tell it";
   EXPECT_EQ(next.told, 7) << "everything is passed on";
   const std::string text = metrics.text();
-  for (const char* line :
-       {"whittle_jobs_submitted_total 1", "whittle_jobs_ended_total{state=\"succeeded\"} 4",
-        "whittle_jobs_from_cache_total 1", "whittle_job_wait_seconds_sum 6",
-        "whittle_job_run_seconds_sum{state=\"succeeded\"} 1.5", "whittle_rays_total{kind=\"camera\"} 9",
-        "whittle_rays_total{kind=\"shadow\"} 5", "whittle_rays_total{kind=\"refraction\"} 2",
-        "whittle_error_targets_total{met=\"yes\"} 1", "whittle_error_targets_total{met=\"no\"} 1",
-        "whittle_geometry_total{reused=\"yes\"} 1", "whittle_geometry_total{reused=\"no\"} 2"}) {
+  for (const char* line : {"whittle_jobs_submitted_total 1",
+                           "whittle_jobs_ended_total{state=\"succeeded\"} 4",
+                           "whittle_jobs_from_cache_total 1",
+                           "whittle_job_wait_seconds_sum 6",
+                           "whittle_job_run_seconds_sum{state=\"succeeded\"} 1.5",
+                           "whittle_rays_total{kind=\"camera\"} 9",
+                           "whittle_rays_total{kind=\"shadow\"} 5",
+                           "whittle_rays_total{kind=\"refraction\"} 2",
+                           "whittle_error_targets_total{met=\"yes\"} 1",
+                           "whittle_error_targets_total{met=\"no\"} 1",
+                           "whittle_geometry_total{reused=\"yes\"} 1",
+                           "whittle_geometry_total{reused=\"no\"} 2",
+                           "whittle_pictures_total{reused=\"yes\"} 3",
+                           "whittle_pictures_total{reused=\"no\"} 2",
+                           "whittle_error_to_target_ratio_bucket{le=\"0.7\"} 0",
+                           "whittle_error_to_target_ratio_bucket{le=\"0.8\"} 1",
+                           "whittle_error_to_target_ratio_bucket{le=\"2\"} 1",
+                           "whittle_error_to_target_ratio_bucket{le=\"4\"} 2",
+                           "whittle_error_to_target_ratio_sum 3.75",
+                           "whittle_error_to_target_ratio_count 2"}) {
     expect_line(text, line);
   }
 }

@@ -1,8 +1,10 @@
-"""Parts of whittle-submit alone: what values a --set means, and what it sends to a service, which is a stub here."""
+"""Parts of whittle-submit alone: what values a --set means, which frames go together, and what it sends to a service,
+which is a stub here."""
 import http.server
 import json
 import os
 import pathlib
+import random
 import subprocess
 import sys
 import tempfile
@@ -12,6 +14,8 @@ import unittest
 from tests.support.whittle import SOURCE
 
 sys.path.insert(0, str(SOURCE / "api/client"))
+from whittle_submit.batches import NoPatch, batch_request, merge_patch, submissions  # pylint: disable=wrong-import-position
+from whittle_submit.frames import Frame  # pylint: disable=wrong-import-position
 from whittle_submit.sweep import BadSweep, read_sweep, with_value  # pylint: disable=wrong-import-position
 
 SCRIPT = SOURCE / "api/client/whittle-submit"
@@ -60,6 +64,69 @@ class Sweeps(unittest.TestCase):
         for path in (("objects", "2", "radius"), ("objects", "x"), ("camera", "fov", "deep")):
             with self.assertRaises(KeyError):
                 with_value(scene, path, 1)
+
+
+def patched(target, patch):
+    """RFC 7396, section 2, as it is written there."""
+    if not isinstance(patch, dict):
+        return patch
+    target = dict(target) if isinstance(target, dict) else {}
+    for name, value in patch.items():
+        if value is None:
+            target.pop(name, None)
+        else:
+            target[name] = patched(target.get(name), value)
+    return target
+
+
+class Patches(unittest.TestCase):
+    def documents(self):
+        generator = random.Random(1)
+
+        def value(depth):
+            kind = generator.randrange(8 if depth < 4 else 5)
+            if kind >= 6:
+                return {generator.choice("abcd"): value(depth + 1) for _ in range(generator.randrange(4))}
+            if kind == 5:
+                return [value(depth + 1) for _ in range(generator.randrange(3))]
+            return generator.choice([0, 1, 1.0, True, False, "a", "", None])
+
+        for _ in range(4000):
+            yield {name: value(0) for name in "abc"}, {name: value(0) for name in "bcd"}
+
+    def test_make_of_a_document_the_other_unless_a_null_says_what_they_cannot(self):
+        told = 0
+        for base, document in self.documents():
+            try:
+                patch = merge_patch(base, document)
+            except NoPatch:
+                self.assertIn("null", json.dumps(document))
+                continue
+            self.assertEqual(json.dumps(patched(base, patch), sort_keys=True), json.dumps(document, sort_keys=True))
+            told += 1
+        self.assertGreater(told, 500)
+
+    def test_say_nothing_of_what_is_the_same(self):
+        base = {"a": {"b": 1, "c": [1, 2]}, "d": {}}
+        self.assertEqual(merge_patch(base, {"a": {"b": 2, "c": [1, 2]}, "d": {}}), {"a": {"b": 2}})
+
+    def frames(self, count, batch="orbit", **document):
+        return [Frame(f"{batch}-{i}", batch, {**document, "i": i}, str(i), {}) for i in range(count)]
+
+    def test_of_one_scene_go_together_up_to_what_a_request_holds(self):
+        orbit, alone = self.frames(2500), self.frames(1, "alone")
+        self.assertEqual([len(batch) for batch in submissions(orbit + alone + self.frames(2, "zoom"))], [1000, 1000, 500, 1, 2])
+        self.assertEqual([frame for batch in submissions(orbit) for frame in batch], orbit)
+        heavy = self.frames(70, text="x" * (1 << 20))
+        self.assertEqual([len(batch) for batch in submissions(heavy)], [63, 7], "of 64 MiB as documents")
+        self.assertEqual([len(batch) for batch in submissions([*orbit[:2], Frame("n", "orbit", {"i": None}, "n", {}), *orbit[2:4]])],
+                         [2, 3], "a null begins anew")
+
+    def test_are_in_a_request_that_means_the_documents(self):
+        documents = [{"camera": {"fov": fov}, "objects": [1, 2]} for fov in (30, 40, 50)]
+        body = batch_request("orbit", documents)
+        self.assertEqual([patched(body["scene"], patch) for patch in body["frames"]], documents)
+        self.assertEqual(body["frames"], [{}, {"camera": {"fov": 40}}, {"camera": {"fov": 50}}])
 
 
 class Stub(http.server.ThreadingHTTPServer):
@@ -115,7 +182,8 @@ class Requests(unittest.TestCase):
             done, seen = self.submit(*arguments, environment=environment)
             self.assertEqual(done.returncode, 1, done.stderr)
             self.assertEqual({headers.get("Authorization") for _, _, headers, _ in seen}, {key})
-            self.assertEqual([path for _, path, _, _ in seen], ["/prefix/v1/jobs", f"/prefix/v1/jobs/{JOB_ID}"])
+            self.assertEqual([path.partition("?")[0] for _, path, _, _ in seen],
+                             ["/prefix/v1/jobs", "/prefix/v1/events", "/prefix/v1/jobs", f"/prefix/v1/jobs/{JOB_ID}"])
             self.assertNotIn("from-", done.stderr + done.stdout)
 
     def test_of_a_submission_carry_one_idempotency_key_however_often_they_are_repeated(self):

@@ -1,4 +1,5 @@
 """whittle-submit against the real daemon: what it makes of scenes, and that no death makes it submit anything twice."""
+import collections
 import json
 import os
 import pathlib
@@ -10,6 +11,7 @@ import time
 import unittest
 
 from tests.http.daemon import PATIENCE_S, Daemon, OneDaemon, json_of, long_scene, scene, wait_until
+from tests.http.events_test import Stream
 from tests.http.relay import Relay
 from tests.support.whittle import SCENES, SOURCE, whittle
 
@@ -104,6 +106,38 @@ class Submitting(WithScript):
         self.assertEqual(self.pictures(), after)
         self.assertEqual(len(self.jobs()), 1)
 
+    def requests(self, method, path):
+        """Those of this test's script, for no other runs: how many, by their status."""
+        rows = [row for row in self.daemon.log_rows() if row.get("method") == method and row.get("path", "").startswith(path)]
+        return collections.Counter(row["status"] for row in rows)
+
+    def test_submits_a_sweep_in_one_request_and_listens_instead_of_asking(self):
+        posts = self.requests("POST", "/v1/")
+        asked = self.requests("GET", "/v1/jobs?")
+        path = self.write("a.json", scene(100, 80, samples=16))
+        done = self.submit(path, "--set", "camera.fov=21..50", "--set", "accuracy.seed=1,2")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(self.requests("POST", "/v1/") - posts, {202: 1})
+        jobs = self.jobs()
+        self.assertEqual(len({job["batch"] for job in jobs}), 1)
+        self.assertEqual(len({job["labels"]["frame"] for job in jobs}), 60)
+        looks = sum((self.requests("GET", "/v1/jobs?") - asked).values()) - 1  # ours just now
+        self.assertLessEqual(looks, 4, "one after the batch was accepted, one when the stream began, few where it broke")
+
+    def test_brings_pictures_while_there_is_no_stream_to_listen_to(self):
+        with Daemon("--streams", "1") as daemon, Stream(daemon, "/v1/events"):
+            path = self.write("a.json", scene())
+            done = self.submit(path, "--set", "camera.fov=30,40", url=f"http://127.0.0.1:{daemon.port}")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(len(self.pictures()), 2)
+
+    def test_values_that_no_merge_patch_can_say_come_alone(self):
+        path = self.write("a.json", scene())
+        done = self.submit(path, "--set", 'background={"color": 0.1},null,{"color": 0.5}')
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertRegex(done.stderr, r"a-background=null: refused: #/background wrong_type: ")
+        self.assertEqual(sorted(self.pictures()), ["a-background=0000.png", "a-background=0002.png"])
+
     def test_uploads_each_file_once_and_names_it_by_its_hash(self):
         (self.folder / "shots").mkdir()
         for name in "ab":
@@ -128,7 +162,7 @@ class Submitting(WithScript):
         done = self.submit(path, "--set", "camera.fov=1..3", "--dry-run", url="http://127.0.0.1:1")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("a-fov=2 ", done.stdout)
-        self.assertIn("3 jobs; nothing was sent", done.stdout)
+        self.assertIn("3 jobs in 1 request; nothing was sent", done.stdout)
         self.assertFalse(self.out.exists())
 
     def test_on_a_terminal_shows_a_bar_for_each_batch(self):
@@ -171,6 +205,23 @@ class Outcomes(WithScript):
         self.write("bad.json", scene())
         self.assertEqual(self.submit(*command).returncode, 0, "both were mended")
         self.assertEqual(len(self.jobs()), 4)
+
+    def test_refused_values_of_a_sweep_do_not_hold_up_others(self):
+        path = self.write("a.json", scene())
+        command = (path, "--set", "camera.fov=30,999,40")
+        done = self.submit(*command)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertRegex(done.stderr, r"a-fov=999: refused: #/camera/fov out_of_range: ")
+        self.assertEqual(sorted(self.pictures()), ["a-fov=30.png", "a-fov=40.png"])
+        self.assertIn("--retry-failed", self.submit(*command).stderr)
+        self.assertEqual(len(self.jobs()), 2)
+
+    def test_more_at_once_than_the_queue_takes_come_one_after_the_other(self):
+        with Daemon("--queued-jobs", "2", "--jobs", "1") as daemon:
+            path = self.write("a.json", scene())
+            done = self.submit(path, "--set", "camera.fov=31..40", url=f"http://127.0.0.1:{daemon.port}")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(len(self.pictures()), 10)
 
     def test_cancelled_job_counts_as_failed_until_it_is_retried(self):
         path = self.write("a.json", scene(3000, 3000, samples=4))
@@ -278,12 +329,26 @@ class Deaths(WithScript):
         self.assertIn("waiting for http://", said)
         self.assert_all_there_and_none_twice()
 
-    def test_of_the_connection_while_a_job_is_accepted_make_no_second_one(self):
+    def test_of_the_connection_while_jobs_are_accepted_make_no_second_ones(self):
         with Relay(lambda: self.daemon.port) as relay:
-            relay.replies_to_lose = 5
-            done = subprocess.run(self.command_of_a_sweep(relay.url), capture_output=True, text=True, check=False,
+            relay.replies_to_lose = 3  # of the batch, and of two that come alone
+            command = self.command_of_a_sweep(relay.url)
+            alone = [self.write(f"{name}.json", scene()) for name in "ab"]
+            done = subprocess.run([*command[:-2], *alone, *command[-2:]], capture_output=True, text=True, check=False,
                                   timeout=PATIENCE_S)
             self.assertEqual((done.returncode, relay.replies_to_lose), (0, 0), done.stderr)
+        self.assertEqual(len({job["labels"]["frame"] for job in self.jobs()}), len(self.jobs()))
+        self.assertEqual(len(self.jobs()), len(self.pictures()))
+
+    def test_of_the_stream_are_resumed_or_asked_around(self):
+        with Relay(lambda: self.daemon.port) as relay:
+            with subprocess.Popen(self.command_of_a_sweep(relay.url, samples=64), stderr=subprocess.PIPE, text=True) as process:
+                while process.poll() is None:
+                    relay.cut()
+                    time.sleep(0.1)
+                said = process.stderr.read()
+        self.assertEqual(process.returncode, 0, said)
+        self.assertGreater(relay.cuts, 1)
         self.assert_all_there_and_none_twice()
 
     def test_of_the_script_before_it_notes_the_servers_answer_make_no_second_job(self):

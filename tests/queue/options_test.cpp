@@ -23,7 +23,7 @@ TEST(WorkerOptions, AreNothingElse) {
        {Arguments{}, Arguments{"--slots"}, Arguments{"--slots", "0"}, Arguments{"--slots", "4097"},
         Arguments{"--slots", "-1"}, Arguments{"--slots", "2x"}, Arguments{"--slots", ""}, Arguments{"--help", "2"},
         Arguments{"--slots", "2", "--assets"}, Arguments{"--objects", "-1"}, Arguments{"--triangles", "1e6"},
-        Arguments{"--threads", "-1"}, Arguments{"--threads", "1025"}, Arguments{"--geometry-cache", "1.5"}}) {
+        Arguments{"--threads", "-1"}, Arguments{"--threads", "1025"}, Arguments{"--scene-cache", "1.5"}}) {
     EXPECT_EQ(parse_options(arguments), std::nullopt) << testing::PrintToString(arguments);
   }
 }

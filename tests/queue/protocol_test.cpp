@@ -67,6 +67,8 @@ TEST_F(Protocol, BringsEveryMessageAsItWasSent) {
   EXPECT_EQ(assign.queue_ms, 2.5);
   EXPECT_EQ(assign.document, std::string("a\0b", 3));
   EXPECT_EQ(assign.kind, "render");
+  EXPECT_FALSE(assign.large);
+  EXPECT_TRUE(there_and_back<Assign>(Assign{"job", 1, 0, "{}", "render", true}).large);
   EXPECT_EQ(there_and_back<Assign>(Assign{"job", 1, 0, "{}", "measure"}).kind, "measure");
   EXPECT_EQ(there_and_back<Look>(Look{"job", 512}).side, 512u);
   const auto looked = there_and_back<Looked>(Looked{"job", 64, std::string(100'000, 'p')});

@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "tests/conformance/temporary_folder.h"
+#include "tests/queue/eventually.h"
 
 using worker::SceneFiles;
 
@@ -37,6 +38,23 @@ TEST(SceneFiles, LieInTheFolderThatTheirNameIsOf) {
   EXPECT_EQ(content(settings, "sha256:" + hash), "an upload");
   EXPECT_EQ(content(settings, "ba/" + hash), "no such file") << "uploads are reached by their hash alone";
   EXPECT_EQ(content(settings, "sha256:" + std::string(64, '0')), "no such file");
+}
+
+TEST(SceneFiles, OfUploadsAreKnownByTheirHashAndOthersByWhenTheyWereChanged) {
+  const TemporaryFolder folder, uploads;
+  write(folder.path() + "/tile.png", "a tile");
+  const SceneFiles files({folder.path(), uploads.path()});
+  EXPECT_EQ(files.content_name("sha256:" + hash), "sha256:" + hash) << "unread";
+  EXPECT_EQ(files.content_name("tile.png"), "") << "it may change again within a tick of the clock";
+  EXPECT_EQ(files.content_name("nothing.png"), "");
+  ASSERT_TRUE(eventually([&] { return !files.content_name("tile.png").empty(); }));
+  const std::string settled = files.content_name("tile.png");
+  EXPECT_EQ(files.content_name("tile.png"), settled);
+  EXPECT_FALSE(settled.starts_with("sha256:"));
+  write(folder.path() + "/tile.png", "a till");
+  EXPECT_EQ(files.content_name("tile.png"), "");
+  ASSERT_TRUE(eventually([&] { return !files.content_name("tile.png").empty(); }));
+  EXPECT_NE(files.content_name("tile.png"), settled) << "of the same size";
 }
 
 TEST(SceneFiles, AreNotThereWhereTheirFolderIsNotGiven) {

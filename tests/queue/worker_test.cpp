@@ -2,12 +2,18 @@
 
 #include <poll.h>
 #include <sys/socket.h>
+#include <unistd.h>
 
 #include <array>
 #include <csignal>
+#include <cstdlib>
+#include <filesystem>
 #include <fstream>
+#include <set>
+#include <sstream>
 #include <thread>
 
+#include "server/jobs/asset_store.h"
 #include "server/worker/process.h"
 #include "tests/queue/supervised.h"
 
@@ -136,7 +142,7 @@ TEST_F(WorkerTest, FramesOfOneSceneBuildItsGeometryOnceAndLookAsIfEachHad) {
   EXPECT_FALSE(reused(render(20)));
   const jobs::Job second = render(30);
   EXPECT_TRUE(reused(second));
-  with.geometry_cache_bytes = 0;
+  with.scene_cache_bytes = 0;
   supervisor.reset();
   start(with);
   const jobs::Job alone = render(30);
@@ -145,10 +151,111 @@ TEST_F(WorkerTest, FramesOfOneSceneBuildItsGeometryOnceAndLookAsIfEachHad) {
   EXPECT_FALSE(reused(render(20))) << "without a cache";
 }
 
+/// A ridged sheet as an OBJ file.
+std::string sheet_file() {
+  std::string positions, faces;
+  for (int j = 0; j <= 50; ++j) {
+    for (int i = 0; i <= 50; ++i) {
+      positions += "v " + std::to_string(i) + " " + std::to_string(i * j % 7) + " " + std::to_string(j) + "\n";
+      positions += "vt " + std::to_string(i / 50.0) + " " + std::to_string(j / 50.0) + "\n";
+      const int at = j * 51 + i + 1;
+      if (i == 50 || j == 50) continue;
+      faces += "f";
+      for (const int corner : {at, at + 51, at + 52, at + 1})
+        faces += " " + std::to_string(corner) + "/" + std::to_string(corner);
+      faces += "\n";
+    }
+  }
+  return positions + faces;
+}
+
+TEST_F(WorkerTest, FramesOfOneSceneReadItsMeshFileAndDecodeItsPictureOnce) {
+  const std::string mesh(64, 'a'), picture(64, 'b');
+  const auto upload = [&](const std::string& sha256, const std::string& bytes) {
+    const std::filesystem::path place = path("uploads/" + jobs::asset_path(sha256));
+    std::filesystem::create_directories(place.parent_path());
+    std::ofstream(place, std::ios::binary) << bytes;
+  };
+  upload(mesh, sheet_file());
+  auto with = settings();
+  with.executable = worker::worker_beside_this_program();
+  with.files.uploads = path("uploads");
+  start(with);
+  const auto render = [&](const std::string& document) {
+    const std::string id = submit(document);
+    EXPECT_TRUE(reaches(id, JobState::succeeded)) << problem_code(id);
+    return find(id);
+  };
+  upload(picture, bytes_of(render(scene(128, 1, R"("png")")).artifacts.at(0)));
+  const auto frame = [&](int height) {
+    return R"({"version": 1, "image": {"width": 32, "height": 32}, "camera": {"position": [25, )" +
+           std::to_string(height) + R"(, 80], "look_at": [25, 0, 25]},
+             "lights": [{"type": "point", "position": [2, 50, 5]}], "output": {"formats": ["png"]},
+             "objects": [{"type": "mesh", "file": "sha256:)" +
+           mesh + R"(", "material": {"color": {"file": "sha256:)" + picture + R"("}}}]})";
+  };
+  const auto says = [](const jobs::Job& job, const std::string& words) {
+    return job.report.find(words) != std::string::npos;
+  };
+  const jobs::Job first = render(frame(20));
+  EXPECT_TRUE(says(first, R"("geometry_reused":false,"pictures":{"reused":0,"decoded":1})")) << first.report;
+  std::filesystem::remove(path("uploads/" + jobs::asset_path(mesh)));
+  const jobs::Job second = render(frame(30));
+  EXPECT_TRUE(says(second, R"("geometry_reused":true,"pictures":{"reused":1,"decoded":0})")) << second.report;
+  EXPECT_TRUE(eventually([&] { return supervisor->kept().geometry > 0 && supervisor->kept().pictures > 0; }));
+
+  upload(mesh, sheet_file());
+  with.scene_cache_bytes = 0;
+  supervisor.reset();
+  start(with);
+  const jobs::Job alone = render(frame(30));
+  EXPECT_TRUE(says(alone, R"("geometry_reused":false,"pictures":{"reused":0,"decoded":1})")) << alone.report;
+  EXPECT_EQ(alone.artifacts.at(0).sha256, second.artifacts.at(0).sha256);
+  EXPECT_EQ(supervisor->kept().geometry, 0u);
+}
+
+/// How much it gives way, of each thread of a process.
+std::multiset<int> nice_levels(int pid) {
+  std::multiset<int> levels;
+  for (const auto& task : std::filesystem::directory_iterator("/proc/" + std::to_string(pid) + "/task")) {
+    std::ifstream file(task.path() / "stat");
+    std::string text, field;
+    std::getline(file, text);
+    std::istringstream rest(text.substr(text.rfind(')') + 1));  // its name may have blanks
+    for (int i = 3; i <= 19; ++i) rest >> field;                // proc(5)
+    levels.insert(std::atoi(field.c_str()));
+  }
+  return levels;
+}
+
+TEST_F(WorkerTest, ThreadsOfLargeJobsGiveWayToThoseOfSmallOnes) {
+  auto with = settings();
+  with.executable = worker::worker_beside_this_program();
+  with.slots = 3;
+  with.threads = 2;
+  start(with);
+  for (int i = 0; i < 4; ++i) ASSERT_TRUE(reaches(submit(scene(16, 1, R"("png")")), JobState::succeeded));
+  const auto before = nice_levels(supervisor->worker_pid());
+  EXPECT_EQ(before.count(*before.begin()), before.size()) << "one small job after the other has the small place";
+  const std::string large = submit_large(scene(2000, 1000, R"("png")"));
+  ASSERT_TRUE(eventually([&] { return queue.progress(large) > 0; }));
+  const auto levels = nice_levels(supervisor->worker_pid());
+  EXPECT_GT(levels.count(*levels.begin() + 5), 0u);
+  EXPECT_GT(levels.count(*levels.begin()), 2u) << "who listens, who tells, and the small place";
+  ASSERT_TRUE(reaches(submit(scene(16, 1, R"("png")")), JobState::succeeded));
+  queue.cancel(large);
+}
+
+TEST_F(WorkerTest, HasASessionOfItsOwn) {
+  start_real_worker();
+  ASSERT_TRUE(reaches(submit(scene(16, 1, R"("png")")), JobState::succeeded));
+  EXPECT_EQ(getsid(supervisor->worker_pid()), supervisor->worker_pid());
+}
+
 TEST_F(WorkerTest, ForgetsGeometryOnceItHasBeenIdle) {
   auto with = settings();
   with.executable = worker::worker_beside_this_program();
-  with.geometry_idle = std::chrono::milliseconds(100);
+  with.cache_idle = std::chrono::milliseconds(100);
   start(with);
   const auto built_again = [&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(1'500));  // it looks at each heartbeat

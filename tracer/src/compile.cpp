@@ -6,7 +6,7 @@
 #include <numbers>
 #include <set>
 
-#include "tracer/geometry_cache.h"
+#include "tracer/src/cache/scene_claim.h"
 #include "tracer/src/lights/trace_shadow_maps.h"
 #include "tracer/src/shapes/geometry_builder.h"
 #include "tracer/src/shapes/surface.h"
@@ -115,12 +115,13 @@ std::vector<std::uint32_t> objects_around_camera(const CompiledScene& scene, con
   return around;
 }
 
-Result<GeometryCache::Found, Failure> accelerator_over(GeometrySet geometry, RenderControl& control,
-                                                       GeometryCache* cache) {
-  if (cache != nullptr) return cache->find_or_build(std::move(geometry), control);
+/// `geometry` is built over, unless an earlier scene's accelerator is there: then it is of what it was.
+Result<std::shared_ptr<const Accelerator>, Failure> accelerator_over(GeometrySet geometry, const Bounds& bounds,
+                                                                     RenderControl& control, SceneClaim* claim) {
+  if (claim != nullptr && claim->geometry() != nullptr) return claim->geometry()->accelerator;
   auto built = Accelerator::build(std::move(geometry), control);
-  if (!built) return built.error();
-  return GeometryCache::Found{std::move(*built), false};
+  if (built && claim != nullptr) claim->keep({*built, bounds});
+  return built;
 }
 
 template <class T>
@@ -131,24 +132,26 @@ std::uint64_t bytes_of(const std::vector<T>& values) {
 /// `taken`: the scene's own objects, of which meshes may be taken; null: nothing may.
 Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene, std::vector<Object>* taken,
                                                               RenderControl& control, const Assets& assets,
-                                                              GeometryCache* cache) {
+                                                              SceneClaim* claim) {
   if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled before building"};
   try {
-    const Bounds bounds = finite_bounds(scene);
+    const KeptGeometry* const kept = claim != nullptr ? claim->geometry() : nullptr;
+    const Bounds bounds = kept != nullptr ? kept->bounds : finite_bounds(scene);
     auto compiled = std::make_shared<CompiledScene>(scene, TraceFrame(bounds));
     if (compiled->needs.bump) read_normal_maps_as_linear(scene.background, compiled->materials, compiled->textures);
-    auto images = texture_images(compiled->textures, scene.assets, assets, control);
+    compiled->reuse.geometry = kept != nullptr;
+    auto images = texture_images(compiled->textures, scene.assets, assets, control, claim, compiled->reuse);
     if (!images) return images.error();
     compiled->images = std::move(*images);
     compiled->background.emplace(scene.background, scene.camera.up, compiled->textures, compiled->images);
     if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled before building"};
+    // Where it was there already, for what comes with it: which material an object has, and which axes.
     GeometrySet geometry = build_geometry(scene, *compiled, taken, control);
     if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while placing shapes"};
     for (const Light& light : scene.lights) compiled->lights.push_back(trace_light(light, compiled->frame));
-    auto found = accelerator_over(std::move(geometry), control, cache);
-    if (!found) return found.error();
-    compiled->accelerator = std::move(found->accelerator);
-    compiled->geometry_reused = found->reused;
+    auto accelerator = accelerator_over(std::move(geometry), bounds, control, claim);
+    if (!accelerator) return accelerator.error();
+    compiled->accelerator = *std::move(accelerator);
     compiled->crossings_max = crossings_max(compiled->geometry());
     if (compiled->exact_needs.refraction) compiled->objects_around_camera = objects_around_camera(*compiled, control);
     if (scene.accuracy.approximate.shadows == Approximations::Shadows::map)
@@ -163,17 +166,16 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene
 }  // namespace
 
 Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene, RenderControl& control,
-                                                              const Assets& assets, GeometryCache* cache) {
-  return compile(scene, nullptr, control, assets, cache);
+                                                              const Assets& assets, SceneClaim* claim) {
+  return compile(scene, nullptr, control, assets, claim);
 }
 
 Result<std::shared_ptr<const CompiledScene>, Failure> compile_taking_meshes(Scene& scene, RenderControl& control,
-                                                                            const Assets& assets,
-                                                                            GeometryCache* cache) {
-  return compile(scene, &scene.objects, control, assets, cache);
+                                                                            const Assets& assets, SceneClaim* claim) {
+  return compile(scene, &scene.objects, control, assets, claim);
 }
 
-bool reused_geometry(const CompiledScene& scene) { return scene.geometry_reused; }
+Reuse reuse(const CompiledScene& scene) { return scene.reuse; }
 
 std::uint64_t memory_bytes(const CompiledScene& scene) {
   std::uint64_t bytes = scene.accelerator->memory_bytes() + bytes_of(scene.lights) + bytes_of(scene.materials) +

@@ -55,7 +55,7 @@ class CompiledScene {
                                      ///< gradients of u and v. Empty without textures
   std::shared_ptr<const Accelerator> accelerator;  ///< set once it is built
   std::uint64_t crossings_max = 0;                 ///< of its geometry
-  bool geometry_reused = false;                    ///< by another scene's compile
+  Reuse reuse;
 
   [[nodiscard]] const GeometrySet& geometry() const { return accelerator->geometry(); }
   [[nodiscard]] const Material& material_of(std::uint32_t object) const {

@@ -10,6 +10,8 @@ TIMEOUT_S = 90        # of one reply; the service answers any of ours in seconds
 FIRST_PAUSE_S = 0.2
 LONGEST_PAUSE_S = 10
 HASHES_MAX = 10_000   # of one question
+PAGE = 200            # jobs of one answer
+QUEUE_FULL = "urn:whittle:problem:queue_full"
 
 
 class ServerTrouble(Exception):
@@ -27,6 +29,10 @@ class Refused(ServerTrouble):
         self.status = status
         errors = [f"{error['pointer']} {error['code']}: {error['detail']}" for error in problem.get("errors", [])]
         super().__init__("; ".join(errors) or problem.get("detail") or f"status {status}")
+
+
+def labels_query(labels):
+    return [("label", f"{name}:{value}") for name, value in labels.items()]
 
 
 def problem_of(body):
@@ -48,18 +54,19 @@ class Server:
 
     # ---- one request, with patience
 
-    def connect(self):
+    def connect(self, timeout_s=TIMEOUT_S):
         kind = http.client.HTTPSConnection if self.url.scheme == "https" else http.client.HTTPConnection
-        return kind(self.url.hostname, self.url.port, timeout=TIMEOUT_S)
+        return kind(self.url.hostname, self.url.port, timeout=timeout_s)
 
     def close(self):
         if self.connection:
             self.connection.close()
         self.connection = None
 
-    def request(self, method, path, body=None, headers=None, into=None, once=False):
+    def request(self, method, path, body=None, headers=None, into=None, once=False, now_or_never=False):
         """The reply's bytes or, with `into`, none: it takes them piece by piece, after a call with None. `body` is
-        bytes, or a function that opens a file to be sent. Repeated until the server has answered, unless `once`."""
+        bytes, or a function that opens a file to be sent. Repeated until the server has answered, unless `once`; with
+        `now_or_never` it is refused where there is no room for it now."""
         start = pause = None
         while True:
             wait = None
@@ -73,9 +80,11 @@ class Server:
                 content = response.read()
                 if accepted:
                     return content
-                if response.status not in (408, 429, 502, 503, 504):
-                    raise Refused(response.status, problem_of(content))
-                why = problem_of(content).get("detail") or f"status {response.status}"
+                problem = problem_of(content)
+                no_room = response.status == 429 or problem.get("type") == QUEUE_FULL
+                if response.status not in (408, 429, 502, 503, 504) or (now_or_never and no_room):
+                    raise Refused(response.status, problem)
+                why = problem.get("detail") or f"status {response.status}"
                 wait = response.headers.get("Retry-After", "")
             except (OSError, http.client.HTTPException) as trouble:
                 self.close()
@@ -117,11 +126,11 @@ class Server:
         if expected is not None and received != expected:
             raise http.client.IncompleteRead(b"", expected - received)
 
-    def ask_json(self, method, path, body=None, headers=None, once=False):
+    def ask_json(self, method, path, body=None, headers=None, **how):
         if body is not None:
             headers = {"Content-Type": "application/json", **(headers or {})}
             body = json.dumps(body).encode()
-        content = self.request(method, path, body, headers, once=once)
+        content = self.request(method, path, body, headers, **how)
         try:
             return json.loads(content)
         except ValueError as trouble:
@@ -142,16 +151,17 @@ class Server:
                 except Refused as refusal:
                     raise ServerTrouble(f"{files[digest]}: {refusal}") from refusal
 
-    def submit(self, document, key, find):
-        """The job of `document`. Where a reply is lost `find()` looks for the job before it is asked for again, so that
-        there are no two even if the service knows no Idempotency-Key."""
+    def submit(self, path, body, key, find, now_or_never=False):
+        """The reply: a job or a batch. Where it is lost `find()` looks for what it told before it is asked for again,
+        so that there are no two even if the service knows no Idempotency-Key."""
         start = time.monotonic()
         while True:
             try:
-                return self.ask_json("POST", "/v1/jobs", document, {"Idempotency-Key": key}, once=True)
+                return self.ask_json("POST", path, body, {"Idempotency-Key": key}, once=True,
+                                     now_or_never=now_or_never)
             except LostReply as lost:
-                if job := find():  # waits until the server answers
-                    return job
+                if found := find():  # waits until the server answers
+                    return found
                 if time.monotonic() - start > self.patience_s:
                     raise ServerTrouble(f"{self.url.geturl()} takes no jobs: {lost}") from lost
 
@@ -166,10 +176,22 @@ class Server:
 
     def labelled(self, labels):
         """The newest job with all these labels, or None."""
-        query = urllib.parse.urlencode([("label", f"{name}:{value}") for name, value in labels.items()] + [("limit", 1)],
-                                       quote_via=urllib.parse.quote)
-        items = self.ask_json("GET", f"/v1/jobs?{query}")["items"]
-        return items[0] if items else None
+        return next(self.jobs_where(labels_query(labels), 1), None)
+
+    def all_labelled(self, labels):
+        return self.jobs_where(labels_query(labels))
+
+    def jobs_of_batch(self, batch_id):
+        return self.jobs_where([("batch", batch_id)])
+
+    def jobs_where(self, query, limit=PAGE):
+        """Jobs, the newest first, page by page."""
+        cursor = []
+        while cursor is not None:
+            fields = urllib.parse.urlencode([*query, ("limit", limit), *cursor], quote_via=urllib.parse.quote)
+            page = self.ask_json("GET", f"/v1/jobs?{fields}")
+            yield from page["items"]
+            cursor = [("cursor", page["next_cursor"])] if page["next_cursor"] else None
 
     def download(self, artifact, path):
         """To `path`, whole and on the disk or not at all. False when the server has it no more."""

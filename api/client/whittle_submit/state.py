@@ -14,7 +14,8 @@ class StateTrouble(Exception):
 
 class State:
     """The journal of one folder. Entries: {"run"}, then of frames by name {"frame", "digest", "attempt"} (about to be
-    submitted), {"frame", "job"}, {"frame", "refused"}, {"frame", "ended", "pictures"}."""
+    submitted; with "batch": [a name, how many] where that is together with others), {"frame", "job"},
+    {"frame", "refused"}, {"frame", "ended", "pictures"}, {"frame", "forgotten"}."""
 
     def __init__(self, folder):
         folder.mkdir(parents=True, exist_ok=True)
@@ -27,7 +28,8 @@ class State:
         self.run = None
         self.frames = {}  # name -> the members of its entries, the last of each
         self.load()
-        if self.run is None:
+        self.is_new = self.run is None
+        if self.is_new:
             self.write({"run": str(uuid.uuid4())})
             descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
             os.fsync(descriptor)
@@ -51,23 +53,37 @@ class State:
             self.run = entry["run"]
         elif "digest" in entry:  # begins anew
             self.frames[entry["frame"]] = dict(entry)
+        elif "forgotten" in entry:
+            self.frames[entry["frame"]] = {"attempt": self.frames[entry["frame"]]["attempt"]}
         else:
             self.frames[entry["frame"]].update(entry)
 
-    def write(self, entry):
-        """On the disk when it returns."""
-        self.file.write(json.dumps(entry).encode() + b"\n")
+    def write(self, *entries):
+        """On the disk when it returns, in this order."""
+        for entry in entries:
+            self.file.write(json.dumps(entry).encode() + b"\n")
         self.file.flush()
         os.fsync(self.file.fileno())
-        self.take(entry)
+        for entry in entries:
+            self.take(entry)
 
     def of(self, frame):
         """What is known of the frame as it is now; {} when that is nothing, or of another document."""
         known = self.frames.get(frame.name, {})
         return known if known.get("digest") == frame.digest else {}
 
-    def begin(self, frame):
-        """A new attempt at the frame; its entry."""
-        attempt = self.frames.get(frame.name, {}).get("attempt", 0) + 1
-        self.write({"frame": frame.name, "digest": frame.digest, "attempt": attempt})
-        return self.of(frame)
+    def begin(self, *frames):
+        """A new attempt at each of the frames, which are submitted together where there are several."""
+        entries = [{"frame": frame.name, "digest": frame.digest, "attempt": self.next_attempt(frame)} for frame in frames]
+        if len(frames) > 1:
+            batch = str(uuid.uuid4())
+            for entry in entries:
+                entry["batch"] = [batch, len(frames)]
+        self.write(*entries)
+
+    def forget(self, frame):
+        """What is known of it, but for how often it was begun."""
+        self.write({"frame": frame.name, "forgotten": True})
+
+    def next_attempt(self, frame):
+        return self.frames.get(frame.name, {}).get("attempt", 0) + 1

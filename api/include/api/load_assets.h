@@ -29,10 +29,10 @@ std::vector<tracer::Issue> check_assets(const tracer::Scene& scene, const Refuse
 using AssetBytes = tracer::Result<std::vector<std::uint8_t>, std::string>;
 using ReadAsset = std::function<AssetBytes(const std::string& name)>;
 
-/// Asks `read` for each of `scene.assets`, then does what load_meshes.h says with `limits`. What comes back is for
-/// tracer::compile: pictures alone, for files of meshes are meshes by then. Otherwise everything that is wrong: what
-/// check_assets says of files that cannot be had, or else what load_meshes says; the scene is then good for nothing.
-/// Precondition: `validate` found nothing in `scene`. Throws only what `read` throws.
+/// Asks `read` for each of `scene.assets` that a texture or a mesh still names, then does what load_meshes.h says with
+/// `limits`. What comes back is for tracer::compile: pictures alone, for files of meshes are meshes by then. Otherwise
+/// everything that is wrong: what check_assets says of files that cannot be had, or else what load_meshes says; the
+/// scene is then good for nothing. Precondition: `validate` found nothing in `scene`. Throws only what `read` throws.
 tracer::Result<tracer::Assets, std::vector<tracer::Issue>> load_assets(tracer::Scene& scene, const ReadAsset& read,
                                                                        const tracer::Limits& limits);
 

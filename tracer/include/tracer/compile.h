@@ -14,7 +14,7 @@ namespace tracer {
 
 /// Immutable; any number of renders on any threads may share one. Opaque: its content is the tracer's business.
 class CompiledScene;
-class GeometryCache;
+class SceneClaim;
 
 /// Why a compile or render gave nothing.
 struct Failure {
@@ -28,20 +28,23 @@ struct Failure {
 /// to `scene`. Fails with `cancelled` when `control` says so, `out_of_memory` when Embree or the heap do, `bad_asset`
 /// when the bytes of one are no picture within the bounds that limits.h gives texture images. Runs on the calling
 /// thread's oneTBB arena.
-/// With a `cache` (geometry_cache.h) the BVH of an earlier scene is taken where it is the same.
+/// With a `claim` (scene_cache.h), of this scene, what an earlier one left is taken, and kept what there was not.
 Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene, RenderControl& control,
-                                                              const Assets& assets = {},
-                                                              GeometryCache* cache = nullptr);
+                                                              const Assets& assets = {}, SceneClaim* claim = nullptr);
 
 /// The same, but the meshes of `scene.objects` become the compiled scene's: they have no vertices and triangles
 /// afterwards, whatever comes of it. Twice as much would lie in memory while the BVH is built. The rest of `scene`
 /// stays as it is.
 Result<std::shared_ptr<const CompiledScene>, Failure> compile_taking_meshes(Scene& scene, RenderControl& control,
                                                                             const Assets& assets = {},
-                                                                            GeometryCache* cache = nullptr);
+                                                                            SceneClaim* claim = nullptr);
 
-/// Whether its BVH was there already.
-bool reused_geometry(const CompiledScene& scene);
+/// What an earlier scene left for this one.
+struct Reuse {
+  bool geometry = false;                             ///< shapes, their meshes' files and the BVH
+  std::uint32_t pictures = 0, decoded_pictures = 0;  ///< those that were there, and the others
+};
+Reuse reuse(const CompiledScene& scene);
 
 /// Bytes held by the compiled scene, BVH included; also what it shares with others.
 std::uint64_t memory_bytes(const CompiledScene& scene);

@@ -82,10 +82,6 @@ struct GeometrySet {
   }
 };
 
-/// Of equal sets equal; of others rarely.
-std::size_t hash_of(const GeometrySet& set);
-/// Whether rays cannot tell them apart: every bit of every array is the same.
-bool same_bits(const GeometrySet& a, const GeometrySet& b);
 std::uint64_t memory_bytes(const GeometrySet& set);
 /// More transmissive surfaces than a straight line crosses: each of the primitives is convex and crossed twice at most,
 /// and twice that leaves room for rounding. A ray that goes on after so many is caught where a solid is thinner than

@@ -246,8 +246,10 @@ class AdaptiveRender {
     const std::vector<AuditChoice> choices = choose_audits(film_.pixels(), size, round_, scene_.accuracy.seed);
     const auto expected = [&](std::size_t place) { return double{film_.pixel(place).variance}; };
     const Levels levels = film_.levels();
-    const AuditFindings found =
-        audit_.measure({.mean = mean_, .choices = choices, .stream = round_, .expected = expected}, levels);
+    const AuditFindings found = [&] {
+      const PreviewTiles::Open open(shown_);  // tiles are read alone
+      return audit_.measure({.mean = mean_, .choices = choices, .stream = round_, .expected = expected}, levels);
+    }();
     for (std::size_t i = 0; i < choices.size(); ++i) film_.suspect(choices[i].place, found.errors[i]);
     sampled_ = joined(sampled_, found.picture);
     estimate(levels);

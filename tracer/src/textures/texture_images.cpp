@@ -6,11 +6,39 @@
 #include "tracer/src/image_io/decode.h"
 
 namespace tracer {
+namespace {
+
+using Picture = std::shared_ptr<const ImageMap>;
+
+/// From an earlier scene, or decoded.
+Result<Picture, Failure> picture_of(const ImageTexture& texture, std::span<const std::uint8_t> bytes,
+                                    const std::string& name, const std::string& path, const RenderControl& control,
+                                    SceneClaim* claim, Reuse& reuse) {
+  std::optional<Shelf::Turn> turn;
+  if (claim != nullptr) {
+    auto mine = claim->picture(texture, control);
+    if (!mine) return mine.error();
+    if (*mine) turn.emplace(std::move(**mine));
+  }
+  if (turn && turn->found()) {
+    ++reuse.pictures;
+    return std::static_pointer_cast<const ImageMap>(turn->found());
+  }
+  auto decoded = decode(bytes, texture.color_space, {});
+  if (!decoded) return Failure{Failure::Code::bad_asset, name + ": " + decoded.error(), path + "/file"};
+  auto made = std::make_shared<const ImageMap>(std::move(*decoded));
+  ++reuse.decoded_pictures;
+  if (turn) SceneClaim::keep(*std::move(turn), made);
+  return made;
+}
+
+}  // namespace
 
 Result<TextureImages, Failure> texture_images(const std::vector<Texture>& textures, const std::vector<Asset>& assets,
-                                              const Assets& content, const RenderControl& control) {
+                                              const Assets& content, const RenderControl& control, SceneClaim* claim,
+                                              Reuse& reuse) {
   using Key = std::pair<std::uint32_t, std::optional<ColorSpace>>;
-  std::map<Key, std::shared_ptr<const ImageMap>> made;
+  std::map<Key, Picture> made;
   TextureImages images;
   images.reserve(textures.size());
   for (const Texture& texture : textures) {
@@ -20,16 +48,14 @@ Result<TextureImages, Failure> texture_images(const std::vector<Texture>& textur
       continue;
     }
     const std::uint32_t index = picture->file.index;
-    std::shared_ptr<const ImageMap>& image = made[{index, picture->color_space}];
+    Picture& image = made[{index, picture->color_space}];
     if (!image) {
       if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while decoding"};
       std::span<const std::uint8_t> bytes;
       if (index < content.bytes.size()) bytes = content.bytes[index];
-      auto decoded = decode(bytes, picture->color_space, {});
-      if (!decoded) {
-        return Failure{Failure::Code::bad_asset, assets[index].name + ": " + decoded.error(), texture.path + "/file"};
-      }
-      image = std::make_shared<const ImageMap>(std::move(*decoded));
+      auto found = picture_of(*picture, bytes, assets[index].name, texture.path, control, claim, reuse);
+      if (!found) return found.error();
+      image = *std::move(found);
     }
     images.push_back(image);
   }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tracer/compile.h"
+#include "tracer/src/cache/scene_claim.h"
 #include "tracer/src/textures/image_map.h"
 
 namespace tracer {
@@ -12,8 +13,10 @@ namespace tracer {
 using TextureImages = std::vector<std::shared_ptr<const ImageMap>>;
 
 /// One for each texture, null where it is no image; textures of the same file in the same colour space
-/// share one. Fails with `bad_asset`, and between two files with `cancelled`.
+/// share one. Those that an earlier scene left are taken where `claim` is not null; `reuse` counts them and the others.
+/// Fails with `bad_asset`, and between two files with `cancelled`.
 Result<TextureImages, Failure> texture_images(const std::vector<Texture>& textures, const std::vector<Asset>& assets,
-                                              const Assets& content, const RenderControl& control);
+                                              const Assets& content, const RenderControl& control, SceneClaim* claim,
+                                              Reuse& reuse);
 
 }  // namespace tracer

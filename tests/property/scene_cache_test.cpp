@@ -1,5 +1,5 @@
-// Compiled geometry kept between scenes: who shares it, who must not, and what threads, cancels and budgets do to it.
-#include "tracer/geometry_cache.h"
+// Geometry kept between scenes: who shares it, who must not, and what threads, cancels and budgets do to it.
+#include "tracer/scene_cache.h"
 
 #include <gtest/gtest.h>
 
@@ -8,46 +8,18 @@
 #include <functional>
 #include <thread>
 
-#include "tests/support/scenes.h"
+#include "tests/property/still_life.h"
 
 namespace {
 
-using namespace tracer;
-
-constexpr std::uint64_t plenty = 1u << 30;
-
-using Compiled = std::shared_ptr<const CompiledScene>;
-
-Compiled compiled(const Scene& scene, GeometryCache* cache) {
-  RenderControl control;
-  auto result = compile(scene, control, {}, cache);
-  EXPECT_TRUE(result.has_value());
-  return *result;
-}
-
-bool reuses(const Scene& scene, GeometryCache& cache) { return reused_geometry(*compiled(scene, &cache)); }
-
-/// A mesh, glass, quadrics, loose triangles and a plane: something of everything.
-Scene still_life(double size = 1) {
-  Scene scene = scenes::empty(40);
-  scene.camera = {{0, 1, 5}, {0, 0, 0}, {0, 1, 0}, 40};
-  scene.lights = {scenes::point_light({3, 5, 4})};
-  scenes::add(scene, scenes::placed(scenes::icosphere(4, true), size, {-0.5, 0, 0}), scenes::matte({0.8, 0.5, 0.2}));
-  scenes::add(scene, Sphere{{0.9, 0, 0.5}, 0.5}, scenes::glass());
-  scenes::add(scene, Cylinder{{1, -1, -1}, {1, 1, -1}, 0.3, true, {}}, scenes::mirror());
-  scenes::add(scene, Cone{}, scenes::matte({0.1, 0.4, 0.9}));
-  scenes::add(scene, Triangle{{Vec3{-2, -1, 0}, Vec3{-1, -1, 1}, Vec3{-2, 1, 0}}, {}, {}}, scenes::mirror(0.5));
-  scenes::add(scene, Plane{{0, -1, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
-  scene.accuracy.max_depth = 4;
-  return scene;
-}
+using namespace still_life_tests;
 
 struct Change {
   const char* name;
   std::function<void(Scene&)> make;
 };
 
-TEST(GeometryCache, ServesScenesThatDifferInAllButShapesWithThePictureTheyHaveWithoutIt) {
+TEST(SceneCache, ServesScenesThatDifferInAllButShapesWithThePictureTheyHaveWithoutIt) {
   const std::vector<Change> changes = {
       {"nothing", [](Scene&) {}},
       {"camera",
@@ -78,13 +50,13 @@ TEST(GeometryCache, ServesScenesThatDifferInAllButShapesWithThePictureTheyHaveWi
        }},
       {"flat shading", [](Scene& s) { s.materials[0].shading = Material::Shading::flat; }},
   };
-  GeometryCache cache(plenty);
+  SceneCache cache(plenty);
   EXPECT_FALSE(reuses(still_life(), cache)) << "the first must build";
   for (const Change& change : changes) {
     Scene scene = still_life();
     change.make(scene);
     const Compiled shared = compiled(scene, &cache);
-    EXPECT_TRUE(reused_geometry(*shared)) << change.name;
+    EXPECT_TRUE(reuse(*shared).geometry) << change.name;
     RenderControl control;
     const Rendered with = *render(*shared, {.threads = 1}, control);
     const Rendered without = scenes::render(scene);
@@ -94,9 +66,7 @@ TEST(GeometryCache, ServesScenesThatDifferInAllButShapesWithThePictureTheyHaveWi
   }
 }
 
-Mesh& mesh_of(Scene& scene) { return std::get<Mesh>(scene.objects[0].shape); }
-
-TEST(GeometryCache, BuildsAgainWhereARayCouldTell) {
+TEST(SceneCache, BuildsAgainWhereARayCouldTell) {
   const std::vector<Change> changes = {
       {"a vertex, by its last bit",
        [](Scene& s) {
@@ -112,6 +82,11 @@ TEST(GeometryCache, BuildsAgainWhereARayCouldTell) {
       {"a loose triangle", [](Scene& s) { std::get<Triangle>(s.objects[4].shape).vertices[0].z = 0.125; }},
       {"a plane", [](Scene& s) { std::get<Plane>(s.objects[5].shape).point.y = -1.5; }},
       {"what is transmissive", [](Scene& s) { s.materials[0].transmission = 0.5; }},
+      {"an instance more",
+       [](Scene& s) {
+         s.prototypes.push_back({{{Sphere{}, {0}, {}}}, "/prototypes/ball"});
+         s.objects.push_back({Instance{{0}, {}}, {}, {}});
+       }},
       {"one object less", [](Scene& s) { s.objects.erase(s.objects.begin() + 4); }},
       {"the frame",
        [](Scene& s) {
@@ -122,7 +97,7 @@ TEST(GeometryCache, BuildsAgainWhereARayCouldTell) {
          s.objects[0].transform = Transform{{{{1, 0, 0, 0.5}, {0, 1, 0, 0}, {0, 0, 1, 0}}}};
        }},
   };
-  GeometryCache cache(plenty);
+  SceneCache cache(plenty);
   EXPECT_FALSE(reuses(still_life(), cache));
   for (const Change& change : changes) {
     Scene scene = still_life();
@@ -132,69 +107,69 @@ TEST(GeometryCache, BuildsAgainWhereARayCouldTell) {
   }
 }
 
-TEST(GeometryCache, KeepsWithinItsBudgetWhatWasUsedLast) {
-  GeometryCache big(plenty);
+TEST(SceneCache, KeepsWithinItsBudgetWhatWasUsedLast) {
+  SceneCache big(plenty);
   reuses(still_life(), big);
-  const std::uint64_t each = big.memory_bytes();
-  ASSERT_GT(each, GeometryCache::worthwhile_bytes);
+  const std::uint64_t each = big.memory_bytes().all();
+  ASSERT_GT(each, SceneCache::worthwhile_bytes);
 
-  GeometryCache cache(2 * each + each / 2);
+  SceneCache cache(2 * each + each / 2);
   const Scene a = still_life(1), b = still_life(0.5), c = still_life(0.25);
   EXPECT_FALSE(reuses(a, cache));
   EXPECT_FALSE(reuses(b, cache));
   EXPECT_TRUE(reuses(a, cache));
   EXPECT_FALSE(reuses(c, cache)) << "and b, used least lately, goes";
-  EXPECT_LE(cache.memory_bytes(), 2 * each + each / 2);
+  EXPECT_LE(cache.memory_bytes().all(), 2 * each + each / 2);
   EXPECT_TRUE(reuses(a, cache));
   EXPECT_TRUE(reuses(c, cache));
   EXPECT_FALSE(reuses(b, cache));
 }
 
-TEST(GeometryCache, KeepsNeitherWhatIsLargerThanItsBudgetNorWhatIsBuiltAtOnce) {
-  GeometryCache none(0);
+TEST(SceneCache, KeepsNeitherWhatIsLargerThanItsBudgetNorWhatIsBuiltAtOnce) {
+  SceneCache none(0);
   EXPECT_FALSE(reuses(still_life(), none));
   EXPECT_FALSE(reuses(still_life(), none));
-  EXPECT_EQ(none.memory_bytes(), 0u);
+  EXPECT_EQ(none.memory_bytes().all(), 0u);
 
   Scene small = scenes::empty(8);
   scenes::add(small, Sphere{}, scenes::mirror());
-  GeometryCache cache(plenty);
+  SceneCache cache(plenty);
   EXPECT_FALSE(reuses(small, cache));
   EXPECT_FALSE(reuses(small, cache));
-  EXPECT_EQ(cache.memory_bytes(), 0u);
+  EXPECT_EQ(cache.memory_bytes().all(), 0u);
 }
 
-TEST(GeometryCache, ClearedKeepsNothingAndWhatWasCompiledStays) {
-  auto cache = std::make_unique<GeometryCache>(plenty);
+TEST(SceneCache, ClearedKeepsNothingAndWhatWasCompiledStays) {
+  auto cache = std::make_unique<SceneCache>(plenty);
   const Compiled scene = compiled(still_life(), cache.get());
   cache->clear();
-  EXPECT_EQ(cache->memory_bytes(), 0u);
+  EXPECT_EQ(cache->memory_bytes().all(), 0u);
   EXPECT_FALSE(reuses(still_life(), *cache));
   cache.reset();
   RenderControl control;
   EXPECT_EQ(render(*scene, {.threads = 1}, control)->image.rgb, scenes::render(still_life()).image.rgb);
 }
 
-TEST(GeometryCache, HasOneOfManyAtOnceBuild) {
-  GeometryCache cache(plenty);
+TEST(SceneCache, HasOneOfManyAtOnceBuild) {
+  SceneCache cache(plenty);
   const Scene scene = still_life();
   std::vector<Compiled> results(8);
   std::vector<std::thread> threads;
   for (Compiled& result : results) threads.emplace_back([&] { result = compiled(scene, &cache); });
   for (std::thread& thread : threads) thread.join();
-  const auto built = [](const Compiled& result) { return !reused_geometry(*result); };
+  const auto built = [](const Compiled& result) { return !reuse(*result).geometry; };
   EXPECT_EQ(std::count_if(results.begin(), results.end(), built), 1);
 }
 
 /// Whoever builds is among those that are cancelled at any moment.
-TEST(GeometryCache, DoesNotTakeOthersAlongWhenOneIsCancelled) {
+TEST(SceneCache, DoesNotTakeOthersAlongWhenOneIsCancelled) {
   const Scene scene = still_life();
   int cancelled = 0;
   for (int round = 0; round < 40; ++round) {
-    GeometryCache cache(plenty);
+    SceneCache cache(plenty);
     RenderControl given_up;
     Compiled wanted;
-    std::thread first([&] { cancelled += compile(scene, given_up, {}, &cache).has_value() ? 0 : 1; });
+    std::thread first([&] { cancelled += compiled(scene, &cache, given_up) ? 0 : 1; });
     std::thread second([&] { wanted = compiled(scene, &cache); });
     std::thread someone([&] {
       std::this_thread::sleep_for(std::chrono::microseconds(100 * round));
