@@ -116,6 +116,11 @@ TEST(ImageDecoder, SaysWhatIsWrong) {
   EXPECT_NE(refusal("bad_no_picture.txt").find("no PNG, JPEG, OpenEXR or Radiance HDR"), std::string::npos);
   EXPECT_NE(refusal("bad_other_reader.tif").find("no PNG, JPEG, OpenEXR or Radiance HDR"), std::string::npos);
   EXPECT_NE(refusal("bad_7000_x_9000.png").find("the limit bytes is 256000000"), std::string::npos);
+  EXPECT_NE(refusal("bad_attribute_beyond_the_file.exr").find("has an attribute of 1879048191 bytes"),
+            std::string::npos);
+  EXPECT_NE(refusal("bad_1_x_1048576.exr").find("bytes for 65536 chunks"), std::string::npos);
+  EXPECT_NE(refusal("bad_million_tiles.exr").find("bytes for 1048576 chunks"), std::string::npos);
+  EXPECT_NE(refusal("bad_100000_x_100000.exr").find("it has 100000 x 100000"), std::string::npos);
   EXPECT_NE(refusal("bad_nine_channels.exr").find("the limit channels is 8, it has 9"), std::string::npos);
   EXPECT_NE(refusal("bad_truncated_rgb.jpg").find("truncated"), std::string::npos);
   EXPECT_NE(refusal("bad_nan.exr").find("not finite at pixel (2, 1)"), std::string::npos);

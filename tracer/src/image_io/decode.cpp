@@ -1,5 +1,6 @@
 #include "tracer/src/image_io/decode.h"
 
+#include "tracer/src/image_io/exr_header.h"
 #include "tracer/src/image_io/file_marks.h"
 #include "tracer/src/image_io/open_image_io.h"
 
@@ -13,6 +14,9 @@ Decoded decode_as(PictureKind kind, std::span<const std::uint8_t> bytes, ColorSp
     return std::string("is truncated: its last chunk is not within the file");
   if (kind == PictureKind::webp && webp_pixels(bytes) > limits.pixels)
     return "the limit pixels is " + std::to_string(limits.pixels) + ", it has " + std::to_string(webp_pixels(bytes));
+  if (kind == PictureKind::openexr) {
+    if (std::string refused = exr_refusal(bytes, limits); !refused.empty()) return refused;
+  }
   const auto library = open_image_io();
   if (!library) return library.error();
   return (*library)->read(kind, bytes, color_space, limits);
