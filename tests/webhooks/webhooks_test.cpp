@@ -34,14 +34,14 @@ class WebhooksTest : public testing::Test {
     settings.senders = senders;
     settings.secrets = *read_secrets("whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw");
     settings.store_pause = std::chrono::milliseconds(1);
-    webhooks_.emplace(
-        *store_, [this](const std::string& id) { return find(id); },
+    telling.emplace(
+        *store, [this](const std::string& id) { return find(id); },
         [this](const auto& url, const auto& headers, const auto& body, const auto& stop) {
           return receive(url, headers, body, stop);
         },
         [this] { return now.load(); }, ids_, jobs::no_log(), settings);
   }
-  void stop() { webhooks_.reset(); }
+  void stop() { telling.reset(); }
 
   void place(const std::string& id, JobState state) {
     const std::lock_guard lock(mutex_);
@@ -49,7 +49,7 @@ class WebhooksTest : public testing::Test {
   }
   void submit(const std::string& id, std::vector<std::string> events = {"succeeded", "failed", "cancelled"},
               const std::string& receiver = "receiver") {
-    webhooks_->expect(id, {"http://" + receiver + "/" + id, std::move(events)});
+    telling->expect(id, {"http://" + receiver + "/" + id, std::move(events)});
     place(id, JobState::queued);
   }
   /// Ended, and to be told to `receiver`.
@@ -69,7 +69,7 @@ class WebhooksTest : public testing::Test {
   }
   void end(const std::string& id, JobState state) {
     place(id, state);
-    webhooks_->ended(id);
+    telling->ended(id);
   }
   void answer_next(std::deque<int> statuses) {
     const std::lock_guard lock(mutex_);
@@ -83,7 +83,7 @@ class WebhooksTest : public testing::Test {
     ASSERT_TRUE(eventually([&] { return sent().size() >= count; }));
   }
   Delivery delivery(const std::string& job_id) {
-    const std::vector<Delivery> all = store_->of_job(job_id);
+    const std::vector<Delivery> all = store->of_job(job_id);
     return all.size() == 1 ? all.front() : Delivery{};
   }
 
@@ -131,8 +131,8 @@ class WebhooksTest : public testing::Test {
   std::condition_variable let_;
 
  protected:
-  std::unique_ptr<jobs::SqliteDeliveryStore> store_ = std::make_unique<jobs::SqliteDeliveryStore>(folder_.path());
-  std::optional<Webhooks> webhooks_;  ///< last: goes first
+  std::unique_ptr<jobs::SqliteDeliveryStore> store = std::make_unique<jobs::SqliteDeliveryStore>(folder_.path());
+  std::optional<Webhooks> telling;  ///< last: goes first
 };
 
 }  // namespace
@@ -152,7 +152,7 @@ TEST_F(WebhooksTest, AnEndIsToldOnceSignedAndWithTheJob) {
   EXPECT_EQ(all[0].headers.at("webhook-timestamp"), "1700000000");
   EXPECT_EQ(all[0].headers.at("webhook-signature"), signature(*read_secrets("whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw"),
                                                               delivery("a").id, 1'700'000'000, all[0].body));
-  EXPECT_TRUE(store_->subscribed_jobs().empty());
+  EXPECT_TRUE(store->subscribed_jobs().empty());
 }
 
 TEST_F(WebhooksTest, EndsThatNobodyAskedForAreNotTold) {
@@ -163,9 +163,9 @@ TEST_F(WebhooksTest, EndsThatNobodyAskedForAreNotTold) {
   end("unknown", JobState::failed);
   end("b", JobState::cancelled);
   ASSERT_TRUE(eventually([&] { return delivery("b").state == DeliveryState::delivered; }));
-  ASSERT_TRUE(eventually([&] { return store_->subscribed_jobs().empty(); }));
+  ASSERT_TRUE(eventually([&] { return store->subscribed_jobs().empty(); }));
   EXPECT_EQ(sent().size(), 1u);
-  EXPECT_TRUE(store_->of_job("a").empty());
+  EXPECT_TRUE(store->of_job("a").empty());
 }
 
 TEST_F(WebhooksTest, AFailedAttemptIsRepeatedAfterGrowingPausesWithTheSameMessageAndThenGivenUp) {
@@ -180,7 +180,7 @@ TEST_F(WebhooksTest, AFailedAttemptIsRepeatedAfterGrowingPausesWithTheSameMessag
     EXPECT_EQ(delivery("a").state, DeliveryState::pending);
     EXPECT_EQ(delivery("a").next_attempt_at, now + pause.count());
     now += pause.count();
-    webhooks_->expect("wakes", {"http://x/", {"failed"}});
+    telling->expect("wakes", {"http://x/", {"failed"}});
     end("wakes", JobState::succeeded);  // the clock was turned; nobody else tells the thread
     ++attempts;
   }
@@ -220,24 +220,24 @@ TEST_F(WebhooksTest, WhatIsOwedSurvivesARestart) {
   start();
   ASSERT_TRUE(eventually([&] { return delivery("a").state == DeliveryState::delivered; }));
   ASSERT_TRUE(eventually([&] { return delivery("b").state == DeliveryState::delivered; }));
-  EXPECT_TRUE(store_->of_job("c").empty());
+  EXPECT_TRUE(store->of_job("c").empty());
   end("c", JobState::cancelled);
   ASSERT_TRUE(eventually([&] { return delivery("c").state == DeliveryState::delivered; }));
-  EXPECT_EQ(store_->subscribed_jobs(), std::vector<std::string>{"waits"});
+  EXPECT_EQ(store->subscribed_jobs(), std::vector<std::string>{"waits"});
 }
 
 TEST_F(WebhooksTest, AWishWhoseJobWasNeverStoredIsStruckAtTheNextStart) {
-  store_->subscribe({"never", "http://x/", {"failed"}});
+  store->subscribe({"never", "http://x/", {"failed"}});
   start();
-  EXPECT_TRUE(store_->subscribed_jobs().empty());
+  EXPECT_TRUE(store->subscribed_jobs().empty());
 }
 
 TEST_F(WebhooksTest, AJobThatIsRemovedIsNotToldOf) {
   start();
-  webhooks_->expect("a", {"http://x/", {"failed"}});
-  webhooks_->ended("a");
-  ASSERT_TRUE(eventually([&] { return store_->subscribed_jobs().empty(); }));
-  EXPECT_TRUE(store_->of_job("a").empty());
+  telling->expect("a", {"http://x/", {"failed"}});
+  telling->ended("a");
+  ASSERT_TRUE(eventually([&] { return store->subscribed_jobs().empty(); }));
+  EXPECT_TRUE(store->of_job("a").empty());
   EXPECT_TRUE(sent().empty());
 }
 
@@ -263,7 +263,7 @@ TEST_F(WebhooksTest, AReceiverGetsOneMessageAtATimeInTheirOrder) {
   for (int i = 10; i < 30; ++i) {
     const std::string id = std::to_string(i);
     tell(id, "slow");
-    ASSERT_TRUE(eventually([&] { return store_->of_job(id).size() == 1; }));
+    ASSERT_TRUE(eventually([&] { return store->of_job(id).size() == 1; }));
     urls.push_back("http://slow/" + id);
     ++now;
   }
@@ -281,7 +281,7 @@ TEST_F(WebhooksTest, NoMoreReceiversAreSentToAtOnceThanThereAreSenders) {
   for (const char* receiver : {"a", "b", "c", "d"}) tell(receiver, receiver);
   wait_for_attempts(2);
   for (const char* receiver : {"a", "b", "c", "d"}) {
-    ASSERT_TRUE(eventually([&] { return store_->of_job(receiver).size() == 1; })) << "it is owed all the same";
+    ASSERT_TRUE(eventually([&] { return store->of_job(receiver).size() == 1; })) << "it is owed all the same";
   }
   EXPECT_EQ(sent().size(), 2u);
   for (const char* receiver : {"a", "b", "c", "d"}) hang(receiver, false);
