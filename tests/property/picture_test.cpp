@@ -50,6 +50,26 @@ TEST(Crop, IsThatWindowOfTheFullPictureBitForBit) {
   }
 }
 
+TEST(Crop, OfOnePixelHasTheSamplesItHasBesideOthersHoweverManyAreTracedTogether) {
+  Scene scene = scenes::random(2, 6);
+  scene.accuracy.samples = 700;  // of one pixel at once; of six times six, in several goes
+  scene.accuracy.cutoff = 0.05;
+  scene.output.layers = {Layer::depth, Layer::albedo, Layer::samples};
+  const Image full = scenes::render(scene).image;
+  for (std::uint32_t y = 0; y < 6; ++y) {
+    for (std::uint32_t x = 0; x < 6; ++x) {
+      scene.image.crop = PixelWindow{x, y, x + 1, y + 1};
+      const Image alone = scenes::render(scene).image;
+      const std::size_t place = 6 * y + x;
+      EXPECT_TRUE(std::equal(alone.rgb.begin(), alone.rgb.end(), full.pixel(x, y))) << x << ' ' << y;
+      EXPECT_EQ(alone.layers.depth[0], full.layers.depth[place]) << x << ' ' << y;
+      EXPECT_EQ(alone.layers.albedo[0], full.layers.albedo[3 * place]) << x << ' ' << y;
+      EXPECT_EQ(alone.layers.samples[0], 700u);
+      EXPECT_EQ(full.layers.samples[place], 700u) << x << ' ' << y;
+    }
+  }
+}
+
 /// Two meshes of its own, one mirrored and with normals, and one placed twice.
 Scene mesh_scene() {
   Scene scene = ball_scene();
