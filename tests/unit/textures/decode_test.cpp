@@ -120,6 +120,7 @@ TEST(ImageDecoder, SaysWhatIsWrong) {
             std::string::npos);
   EXPECT_NE(refusal("bad_1_x_1048576.exr").find("bytes for 65536 chunks"), std::string::npos);
   EXPECT_NE(refusal("bad_million_tiles.exr").find("bytes for 1048576 chunks"), std::string::npos);
+  EXPECT_NE(refusal("bad_giant_tiles.exr").find("it has tiles of 262144 x 262160"), std::string::npos);
   EXPECT_NE(refusal("bad_100000_x_100000.exr").find("it has 100000 x 100000"), std::string::npos);
   EXPECT_NE(refusal("bad_nine_channels.exr").find("the limit channels is 8, it has 9"), std::string::npos);
   EXPECT_NE(refusal("bad_truncated_rgb.jpg").find("truncated"), std::string::npos);

@@ -106,6 +106,9 @@ class Header {
   void tiles() {
     part_.tile_width = number();
     part_.tile_height = number();
+    if (part_.tile_width * part_.tile_height > limits_.pixels)  // the product of two numbers of 32 bits
+      refuse("the limit pixels is " + std::to_string(limits_.pixels) + ", it has tiles of " +
+             std::to_string(part_.tile_width) + " x " + std::to_string(part_.tile_height));
   }
 
   std::span<const std::uint8_t> left_;
