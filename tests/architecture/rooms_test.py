@@ -18,7 +18,7 @@ ROOMS = [
     ("nlohmann-json", r"nlohmann/.*", ["api/src/"]),
     ("cpp-httplib", r"httplib\.h", ["server/http/"]),
     ("SQLite", r"sqlite3(ext)?\.h", ["server/storage/sqlite/"]),
-    ("OpenSSL", r"openssl/.*", ["server/storage/files/", "server/webhooks/"]),
+    ("OpenSSL", r"openssl/.*", ["server/storage/files/", "server/webhooks/", "tracer/src/cache/"]),
     ("libcurl", r"curl/.*", ["server/webhooks/"]),
     ("spdlog", r"(spdlog|fmt)/.*", ["server/telemetry/"]),
     ("GoogleTest", r"g(test|mock)/.*", ["tests/"]),
