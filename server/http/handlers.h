@@ -82,7 +82,6 @@ Answer get_readiness(Request& request, Readiness& readiness);
 Answer get_metrics(Request& request, const Health& health);
 
 // ---- shared
-// ----------------------------------------------------------------------------------------------------------
 
 /// A document as it came and as it was understood.
 struct Scene {

@@ -29,7 +29,6 @@ Queue::Queue(JobStore& store, ArtifactStore& artifacts, IdSource& ids, Clock clo
 }
 
 // ---- for the HTTP room
-// -----------------------------------------------------------------------------------------------
 
 void Queue::wake_runner(bool for_suspects) {
   const std::lock_guard lock(runner_mutex_);
@@ -166,7 +165,6 @@ std::string Queue::not_ready() {
 }
 
 // ---- for whoever runs jobs
-// -------------------------------------------------------------------------------------------
 
 void Queue::attach(Runner* runner) {
   const std::lock_guard lock(runner_mutex_);

@@ -96,7 +96,6 @@ void Queue::stop_where_too_many_failed(const std::string& job_id) {
 }
 
 // ---- for whoever keeps house
-// -----------------------------------------------------------------------------------------
 
 bool Queue::keep_house() {
   const Upkeep upkeep = store_.keep_house(clock_(), settings_.expired_kept_ms, upkeep_step);

@@ -167,7 +167,7 @@ tracer::Result<Submitted, Refused> Queue::submit(Submission submission) {
                                 job.created_at + settings_.reply_kept_ms};
   }
   expect_webhook(job);
-  if (!admission.durable) {
+  if (!admission.durable && !from_cache) {  // what has ended is forgotten here
     const std::lock_guard lock(live_mutex_);
     not_durable_.insert(job.id);
   }

@@ -25,7 +25,6 @@ struct Header {
 };
 
 // ---- receiving
-// -------------------------------------------------------------------------------------------------------
 
 struct RawPacket {
   std::array<char, sizeof(Header) + inline_body_limit> bytes;

@@ -21,7 +21,6 @@
 namespace worker {
 
 // ---- daemon to worker
-// ------------------------------------------------------------------------------------------------
 
 struct Assign {
   std::string job_id;
@@ -43,7 +42,6 @@ struct Look {
 };
 
 // ---- worker to daemon
-// ------------------------------------------------------------------------------------------------
 
 struct Hello {
   std::string build;      ///< tracer::build()
@@ -86,7 +84,6 @@ struct Cancelled {
 using Message = std::variant<Assign, Cancel, Hello, Heartbeat, Progress, Finished, Failed, Cancelled, Look, Looked>;
 
 // ---- packets
-// ---------------------------------------------------------------------------------------------------------
 
 /// A message ready to be sent, as often as it takes.
 struct Packet {

@@ -29,7 +29,6 @@ std::string for_the_owner(const jobs::StoreFailure& failure) {
 }  // namespace
 
 // ---- into the worker
-// -------------------------------------------------------------------------------------------------
 
 void Supervisor::Loop::claim_jobs(Time now) {
   if (life_ != Life::ready || draining_ || now < claims_paused_until_) return;
@@ -159,7 +158,6 @@ void Supervisor::Loop::answer_stopped(const std::string& id, const Running& job)
 }
 
 // ---- out of the worker
-// -----------------------------------------------------------------------------------------------
 
 /// False for what is no longer the worker's: it was given back or is not known at all.
 bool Supervisor::Loop::take(const std::string& id, std::int64_t fence, Running& job) {
@@ -248,7 +246,6 @@ void Supervisor::Loop::settle(const std::vector<Casualty>& casualties, const std
 }
 
 // ---- to the store
-// ----------------------------------------------------------------------------------------------------
 
 void Supervisor::Loop::store(std::function<void()> task) {
   ++storing_;

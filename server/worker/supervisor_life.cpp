@@ -70,7 +70,6 @@ void Supervisor::Loop::welcome() {
 }
 
 // ---- the next one
-// ----------------------------------------------------------------------------------------------------
 
 /// Once there is one that works: a program that cannot start at all is not started twice.
 void Supervisor::Loop::keep_spare(Time now) {
@@ -101,7 +100,6 @@ void Supervisor::Loop::read_spare() {
 }
 
 // ---- heard, ended, mourned
-// -------------------------------------------------------------------------------------------
 
 void Supervisor::Loop::hear(Heartbeat& message) {
   kept_geometry_bytes_ = message.geometry_bytes;

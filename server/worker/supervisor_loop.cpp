@@ -77,7 +77,6 @@ bool Supervisor::Loop::drain(std::chrono::milliseconds patience) {
 }
 
 // ---- the thread
-// ------------------------------------------------------------------------------------------------------
 
 void Supervisor::Loop::run() {
   for (;;) {

@@ -31,7 +31,6 @@ namespace {
 }  // namespace
 
 // ---- Query
-// -----------------------------------------------------------------------------------------------------------
 
 Query::~Query() {
   sqlite3_reset(statement_);  // repeats the error of the last step, which has been thrown already
@@ -77,7 +76,6 @@ std::string Query::text(int column) const {
 }
 
 // ---- Database
-// --------------------------------------------------------------------------------------------------------
 
 void Database::Close::operator()(sqlite3* connection) const { sqlite3_close_v2(connection); }
 void Database::Finalize::operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
