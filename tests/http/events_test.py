@@ -198,7 +198,7 @@ class OfAll(unittest.TestCase):
     def test_drain_ends_streams_after_the_jobs_have(self):
         options = ("--jobs", "1", "--drain-s", "600")  # however slow the machine: a job not done by then goes back
         with Daemon(*options) as daemon, Stream(daemon, "/v1/events") as stream:
-            daemon.submit(scene(600, 400, samples=4))
+            daemon.submit(scene(2000, 1500, samples=4))  # long enough to tell of
             stream.until(lambda event: event["event"] == "progress")  # a job no worker has begun goes back to the queue
             daemon.process.terminate()
             events = list(stream.events())
