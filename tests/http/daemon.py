@@ -16,7 +16,8 @@ import tempfile
 import time
 import unittest
 
-BIN = pathlib.Path(os.environ["WHITTLE_BIN"])
+from tests.support.whittle import BIN
+
 SANITIZED = os.environ.get("WHITTLE_SANITIZED", "")
 PATIENCE_S = 600 if SANITIZED else 120
 

@@ -2,13 +2,11 @@
 import copy
 import http.client
 import json
-import os
-import pathlib
 import unittest
 
 from tests.http.daemon import PATIENCE_S, SANITIZED, OneDaemon
+from tests.support.whittle import SOURCE
 
-SOURCE = pathlib.Path(os.environ["WHITTLE_SOURCE"])
 NOT_JSON = ("NaN", "Infinity", "-Infinity")
 VALUES = NOT_JSON + ("1e308", "-1e308", "1e309", "5e-324", "-0", "-0.0", "4294967296", "9223372036854775807",
                      "9223372036854775808", "-9223372036854775809", "18446744073709551616", "null", "true", '""',

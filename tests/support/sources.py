@@ -3,7 +3,7 @@ import os
 import pathlib
 import subprocess
 
-SOURCE = pathlib.Path(os.environ["WHITTLE_SOURCE"])
+SOURCE = pathlib.Path(os.environ.get("WHITTLE_SOURCE") or pathlib.Path(__file__).resolve().parents[2])
 
 
 def tracked(*suffixes):

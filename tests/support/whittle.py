@@ -4,8 +4,9 @@ import os
 import pathlib
 import subprocess
 
-SOURCE = pathlib.Path(os.environ["WHITTLE_SOURCE"])
-BIN = pathlib.Path(os.environ["WHITTLE_BIN"])
+# As ctest says; by hand, what was built for release.
+SOURCE = pathlib.Path(os.environ.get("WHITTLE_SOURCE") or pathlib.Path(__file__).resolve().parents[2])
+BIN = pathlib.Path(os.environ.get("WHITTLE_BIN") or SOURCE / "build/release/bin")
 SCENES = SOURCE / "scenes"
 
 
