@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <mutex>
 #include <thread>
 
 #include "server/jobs/queue.h"
@@ -19,18 +20,25 @@ class NotingStore final : public MemoryJobStore {
  public:
   std::optional<KeptReply> admit(const Admission& admission, std::int64_t at) override {
     if (fails) throw StoreFailure(StoreFailure::Kind::full, "disk full");
-    durable.push_back(admission.durable);
+    note(admission.durable);
     return MemoryJobStore::admit(admission, at);
   }
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t at, const std::string& report,
                const std::vector<Artifact>& pictures, bool is_durable) override {
-    durable.push_back(is_durable);
+    note(is_durable);
     return MemoryJobStore::succeed(id, fence, at, report, pictures, is_durable);
   }
   void probe() override { ++probes; }
   std::vector<bool> durable;
-  int probes = 0;
+  std::atomic<int> probes = 0;
   bool fails = false;
+
+ private:
+  void note(bool is_durable) {
+    const std::lock_guard lock(mutex_);  // some tests submit from several threads
+    durable.push_back(is_durable);
+  }
+  std::mutex mutex_;
 };
 
 class SubmitTest : public testing::Test {
