@@ -1,112 +1,96 @@
 #pragma once
-/// Wavefront, mirrors and glass: what goes on from a hit.
+/// Wavefront, mirrors and glass: what goes on from a packet of hits.
 
 #include "tracer/src/integrator/wavefront.h"
-#include "tracer/src/math/optics.h"
-#include "tracer/src/math/sampling.h"
 
 namespace tracer {
 
+/// What lies beyond surfaces that let light through or divide it, before anything is shaded: hits on what is hidden
+/// lose their weight, and with it all that they would give.
+template <class Model>
+void Wavefront<Model>::cross_media(const FacingPacket& facing) {
+  for_each_lane(hit_.terms.parts & first_lanes(hit_.count), [&](int i) {
+    const MaterialTerms& terms = terms_of_lane(i);
+    const bool back = hit_.behind[i] > 0;
+    const Media::List before = facing.media[i];
+    if (!terms.transmits) {
+      interfaces_.n_from[i] = media_.ior(media_.filling(before));
+      interfaces_.n_to[i] = terms.ior;
+      return;
+    }
+    const Media::Crossing crossing = media_.cross(before, hit_.points.object[i], back);
+    beyond_[i] = crossing.after;
+    // From behind, of a surface that was never entered: it has no inside, and its back counts as one.
+    const bool never_entered = terms.refracts && back && crossing.after == before;
+    interfaces_.n_from[i] = never_entered ? terms.ior : media_.ior(crossing.near);
+    interfaces_.n_to[i] = terms.refracts ? media_.ior(crossing.far) : terms.ior;
+    if (crossing.hidden && needs<&Requirements::overlapping_media>() && needs<&Requirements::refraction>())
+      hidden_ |= LaneMask{1} << i;
+  });
+  for_each_lane(hidden_, [&](int i) { hit_.weight_r[i] = hit_.weight_g[i] = hit_.weight_b[i] = 0; });
+}
+
 template <class Model>
 void Wavefront<Model>::branch(const RayQueue& rays, const FacingPacket& facing, Generation& next) {
-  const bool only_mirrors = !hit_.terms.any_branches && !needs<&Requirements::filtered_textures>() &&
-                            approximate().reflections != Approximations::Reflections::environment;
-  if (only_mirrors) return mirror_packet(facing, next);
-  // Lane by lane: of hits of one sample the order in which their branches are queued must not depend on the packet.
-  for (int lane = 0; lane < hit_.count; ++lane) {
-    const MaterialTerms& terms = terms_of_lane(lane);
-    if (terms.branches || !is_black(terms.mirror)) branch_at(rays, surface_of_lane(facing, lane), lane, next);
+  through_.going = 0;
+  if (hit_.terms.parts == 0) {
+    mirror(hit_, facing, mirrored_);
+  } else {
+    part(hit_, facing, interfaces_, needs<&Requirements::bump>(), mirrored_, through_);
+    mirrored_.going &= ~hidden_;
+    through_.going &= ~hidden_;
   }
-}
-
-/// The same bits as branch_at's.
-template <class Model>
-void Wavefront<Model>::mirror_packet(const FacingPacket& facing, Generation& next) {
-  mirror(hit_, facing, mirrored_);
+  // Lane by lane: of hits of one sample the order in which something is added must not depend on the packet.
   const double cutoff = scene_.accuracy.cutoff;
-  LaneMask going_on = 0;
-  for_each_lane(hit_.terms.mirrors & first_lanes(hit_.count), [&](int i) {
-    const double largest = mirrored_.largest[i];
-    if (largest < cutoff || largest == 0) {
-      const double survival = survives(largest, facing.sample[i], std::uint64_t{hit_.path[i]} * 2);
-      if (!(survival > 0)) return;
-      const double stands_for = 1 / survival;
-      mirrored_.r[i] *= stands_for;
-      mirrored_.g[i] *= stands_for;
-      mirrored_.b[i] *= stands_for;
-    }
-    going_on |= LaneMask{1} << i;
+  for_each_lane(faint(mirrored_, cutoff) | faint(through_, cutoff), [&](int i) {
+    cut(through_, 1, facing, i);
+    cut(mirrored_, 0, facing, i);
   });
+  if (hidden_ != 0) pass_hidden(rays);
+  const LaneMask going = mirrored_.going | through_.going;
+  if (going == 0) return;
   if (next.depth > scene_.accuracy.max_depth) {
-    for_each_lane(going_on, [&](int i) {
-      truncate(std::max({mirrored_.r[i], mirrored_.g[i], mirrored_.b[i]}), facing.sample[i]);
+    for_each_lane(going, [&](int i) {
+      for (const BranchPacket* branches : {&through_, &mirrored_})
+        if ((branches->going >> i & 1) != 0) truncate(branches->largest[i], facing.sample[i]);
     });
-  } else if (going_on != 0) {
-    const MirroredPacket& m = mirrored_;
-    next.reflection.append(
-        {m.ox, m.oy, m.oz, m.dx, m.dy, m.dz, m.r, m.g, m.b, facing.sample, facing.from, m.path, facing.media},
-        going_on);
+  } else if (approximate().reflections == Approximations::Reflections::environment) {
+    for_each_lane(going, [&](int i) {
+      for (const BranchPacket* branches : {&through_, &mirrored_})
+        if ((branches->going >> i & 1) != 0) see_environment(rays, *branches, i, facing.sample[i]);
+    });
+  } else {
+    send(rays, through_, facing, beyond_, next.refraction);
+    send(rays, mirrored_, facing, facing.media, next.reflection);
   }
 }
 
+/// A surface of a solid that does not fill the place on either side is not there: the ray goes straight on.
 template <class Model>
-void Wavefront<Model>::branch_at(const RayQueue& rays, const Surface& surface, int lane, Generation& next) {
-  using Transparency = Material::Transparency;
-  const Material& material = scene_.materials[surface.material];
-  const auto ray = static_cast<std::size_t>(hit_.ray[lane]);
-  const Vec3 direction = rays.direction(ray);
-  const Vec3 outward = surface.back ? -surface.geometric_normal : surface.geometric_normal;
-  // An interpolated normal may face away from the ray; the face's never does.
-  const Vec3 normal = dot(direction, surface.normal) < 0 ? surface.normal : outward;
-  const double cos_i = std::min(1.0, -dot(direction, normal));
-  const bool transmits = material.transmission > 0;
-  const bool refracts = transmits && material.transparency == Transparency::refract;
-  const Media::List before = rays.media(ray);
-  Media::List after = before;
-  double n_from = media_.ior(media_.filling(before)), n_to = material.ior;
-  if (transmits) {
-    after = surface.back ? media_.leave(before, surface.object) : media_.enter(before, surface.object);
-    if (refracts) n_to = media_.ior(media_.filling(after));
-    // From behind, of a surface that was never entered: it has no inside, and its back counts as one.
-    if (refracts && surface.back && after == before) n_from = material.ior;
+void Wavefront<Model>::pass_hidden(const RayQueue& rays) {
+  const PointPacket& p = hit_.points;
+  for_each_lane(hidden_, [&](int i) {
+    const Vec3 direction{hit_.direction_x[i], hit_.direction_y[i], hit_.direction_z[i]};
+    const Vec3 origin = offset_origin({{p.x[i], p.y[i], p.z[i]}, {p.error_x[i], p.error_y[i], p.error_z[i]}},
+                                      {p.face_x[i], p.face_y[i], p.face_z[i]}, direction);
+    through_.put(i, origin, direction, arriving_weight(rays, static_cast<std::size_t>(hit_.ray[i])), hit_.path[i]);
+  });
+  through_.going |= hidden_;
+}
+
+/// Drops a lane that is too faint, or gives it the weight that it stands for.
+template <class Model>
+void Wavefront<Model>::cut(BranchPacket& branches, std::uint64_t which, const FacingPacket& facing, int lane) {
+  const LaneMask bit = LaneMask{1} << lane;
+  const double largest = branches.largest[lane];
+  if ((branches.going & bit) == 0 || !(largest < scene_.accuracy.cutoff || largest == 0)) return;
+  const double survival = survives(largest, facing.sample[lane], std::uint64_t{hit_.path[lane]} * 2 + which);
+  if (!(survival > 0)) {
+    branches.going &= ~bit;
+    return;
   }
-  Color reflected_weight = material.reflection_color * material.reflection;
-  Color transmitted_weight = Color{1, 1, 1} * material.transmission;
-  if (material.transparency != Transparency::interpolated)
-    transmitted_weight = transmitted_weight * material.transmission_color;
-  Vec3 onward = direction;
-  const double curvature = needs<&Requirements::filtered_textures>()
-                               ? (surface.back ? -1 : 1) * curvature_at(scene_, hits_.primitive[ray])
-                               : 0;
-  RayCone onward_cone, mirrored_cone;
-  if (needs<&Requirements::filtered_textures>()) {
-    onward_cone =
-        tracer::refracted(rays.cone(ray), hits_.t[ray], refracts ? curvature : 0, refracts ? n_from / n_to : 1);
-    mirrored_cone = tracer::mirrored(rays.cone(ray), hits_.t[ray], curvature);
-  }
-  if (refracts || material.fresnel) {
-    const Interface interface = dielectric_interface(cos_i, n_from, n_to);
-    if (material.fresnel) {
-      reflected_weight = reflected_weight * interface.reflectance;
-      transmitted_weight = transmitted_weight * (1 - interface.reflectance);
-    } else if (interface.total_internal_reflection) {
-      reflected_weight += transmitted_weight;
-    }
-    if (interface.total_internal_reflection) {
-      transmitted_weight = {};
-    } else if (refracts) {
-      onward = refracted(direction, normal, cos_i, interface.cos_t, n_from, n_to);
-      // Refracted by a bent normal, a grazing ray can stay on its side: mirror it in the face too.
-      if (needs<&Requirements::bump>() && dot(onward, outward) > 0) onward = unit(reflected(onward, outward));
-    }
-  }
-  if (!is_black(transmitted_weight))
-    emit(next, &Generation::refraction, rays, surface, lane, onward, transmitted_weight, after, onward_cone);
-  if (is_black(reflected_weight)) return;
-  Vec3 mirrored = unit(reflected(direction, normal));
-  // Mirrored in an interpolated normal, a grazing ray can end up inside: mirror it once more in the face.
-  if (dot(mirrored, outward) < 0) mirrored = unit(reflected(mirrored, outward));
-  emit(next, &Generation::reflection, rays, surface, lane, mirrored, reflected_weight, before, mirrored_cone);
+  const double stands_for = 1 / survival;
+  for (double* channel : {branches.r, branches.g, branches.b, branches.largest}) channel[lane] *= stands_for;
 }
 
 /// The probability with which a branch of less weight than `cutoff` was kept; 0: it was not. Kept ones stand for those
@@ -132,28 +116,32 @@ void Wavefront<Model>::truncate(double largest, std::uint32_t sample) {
   missing_[sample].depth += static_cast<float>(largest);
 }
 
+/// In place of tracing a branch.
 template <class Model>
-void Wavefront<Model>::emit(Generation& next, RayQueue Generation::*kind, const RayQueue& rays, const Surface& surface,
-                            int lane, const Vec3& direction, const Color& factor, Media::List media,
-                            const RayCone& cone) {
+void Wavefront<Model>::see_environment(const RayQueue& rays, const BranchPacket& branches, int lane,
+                                       std::uint32_t sample) {
+  const double spread = needs<&Requirements::filtered_textures>() ? cone_of(rays, branches, lane).spread : 0;
+  radiance_[sample] += branches.weight(lane) * scene_.background->radiance(branches.direction(lane), std::abs(spread));
+}
+
+template <class Model>
+RayCone Wavefront<Model>::cone_of(const RayQueue& rays, const BranchPacket& branches, int lane) const {
   const auto ray = static_cast<std::size_t>(hit_.ray[lane]);
-  // Reflections and refractions of one ray must not make the same random choices.
-  const std::uint64_t bounce = std::uint64_t{rays.path(ray)} * 2 + (kind == &Generation::reflection ? 0 : 1);
-  Color weight = hit_.weight(lane) * factor;
-  if (max_component(weight) < scene_.accuracy.cutoff || is_black(weight)) {
-    const double survival = survives(max_component(weight), rays.sample(ray), bounce);
-    if (!(survival > 0)) return;
-    weight = weight * (1 / survival);
-  }
-  if (next.depth > scene_.accuracy.max_depth) return truncate(max_component(weight), rays.sample(ray));
-  if (approximate().reflections == Approximations::Reflections::environment) {
-    radiance_[rays.sample(ray)] += weight * scene_.background->radiance(direction, std::abs(cone.spread));
-    return;
-  }
-  (next.*kind)
-      .push(offset_origin(surface.point, surface.geometric_normal, direction), direction, weight, rays.sample(ray),
-            hits_.primitive[ray], static_cast<std::uint32_t>(mix(bounce)), media);
-  if (needs<&Requirements::filtered_textures>()) (next.*kind).widen(cone);
+  const double curvature = (hit_.behind[lane] > 0 ? -1 : 1) * curvature_at(scene_, hits_.primitive[ray]);
+  if (&branches == &mirrored_) return tracer::mirrored(rays.cone(ray), hits_.t[ray], curvature);
+  const bool refracts = hit_.terms.refracts[lane] > 0 && (hidden_ >> lane & 1) == 0;
+  const double n = interfaces_.n_from[lane] / interfaces_.n_to[lane];
+  return tracer::refracted(rays.cone(ray), hits_.t[ray], refracts ? curvature : 0, refracts ? n : 1);
+}
+
+template <class Model>
+void Wavefront<Model>::send(const RayQueue& rays, const BranchPacket& b, const FacingPacket& facing,
+                            const Media::List* media, RayQueue& to) {
+  if (b.going == 0) return;
+  std::size_t sent = to.size();
+  to.append({b.ox, b.oy, b.oz, b.dx, b.dy, b.dz, b.r, b.g, b.b, facing.sample, facing.from, b.path, media}, b.going);
+  if (needs<&Requirements::filtered_textures>())
+    for_each_lane(b.going, [&](int i) { to.widen(sent++, cone_of(rays, b, i)); });
 }
 
 }  // namespace tracer

@@ -1,8 +1,5 @@
 #include "tracer/src/integrator/hit_packet.h"
 
-#include "tracer/src/math/optics.h"
-#include "tracer/src/math/sampling.h"
-
 namespace tracer {
 namespace {
 
@@ -16,7 +13,7 @@ WHITTLE_INLINE void pick(const Value* __restrict from, const int* __restrict ind
 }
 
 /// Where the rays' arithmetic has the hits.
-WHITTLE_INLINE void step_along(const RaySpan& rays, const double* t, HitPacket& p) {
+WHITTLE_INLINE void step_along(const RaySpan& rays, const double* t, PlacePacket& p) {
   alignas(64) double x[lanes], y[lanes], z[lanes], distance[lanes];
   pick(rays.ox, p.ray, x);
   pick(rays.oy, p.ray, y);
@@ -27,6 +24,19 @@ WHITTLE_INLINE void step_along(const RaySpan& rays, const double* t, HitPacket& 
     p.met.on_y[i] = y[i] + p.direction_y[i] * distance[i];
     p.met.on_z[i] = z[i] + p.direction_z[i] * distance[i];
   }
+}
+
+WHITTLE_INLINE void load_places(const RaySpan& rays, const HitSpan& hits, const std::uint32_t* ray, int count,
+                                PlacePacket& p) {
+  p.count = count;
+  for (int i = 0; i < lanes; ++i) p.ray[i] = static_cast<int>(ray[i < count ? i : 0]);
+  pick(rays.dx, p.ray, p.direction_x);
+  pick(rays.dy, p.ray, p.direction_y);
+  pick(rays.dz, p.ray, p.direction_z);
+  step_along(rays, hits.t, p);
+  pick(hits.u, p.ray, p.met.u);
+  pick(hits.v, p.ray, p.met.v);
+  pick(hits.primitive, p.ray, p.met.primitive);
 }
 
 WHITTLE_INLINE void put(const Color& color, int i, double (&to)[3][lanes]) {
@@ -44,15 +54,21 @@ WHITTLE_INLINE void put(const MaterialTerms& terms, int i, TermPacket& to) {
   to.halfway[i] = terms.halfway ? 1 : 0;
 }
 
+WHITTLE_INLINE void put_parting(const MaterialTerms& terms, int i, TermPacket& to) {
+  put(terms.through, i, to.through);
+  to.refracts[i] = terms.refracts ? 1 : 0;
+  to.fresnel[i] = terms.fresnel ? 1 : 0;
+}
+
 WHITTLE_INLINE void note(const MaterialTerms& terms, int i, TermPacket& to) {
   const bool shines = !is_black(terms.specular);
   to.any_shines |= shines;
   to.any_halfway |= shines && terms.halfway;
   to.any_own |= terms.textured || !is_black(terms.own);
-  to.any_branches |= terms.branches;
   to.any_textured |= terms.textured;
   to.any_bends |= terms.bends;
   to.mirrors |= is_black(terms.mirror) ? 0 : LaneMask{1} << i;
+  to.parts |= terms.transmits || terms.fresnel ? LaneMask{1} << i : 0;
 }
 
 WHITTLE_INLINE bool differ(const std::uint32_t* a, const std::uint32_t* b) {
@@ -65,72 +81,18 @@ WHITTLE_INLINE void times(const double* __restrict weight, const double* __restr
   for (int i = 0; i < lanes; ++i) to[i] = weight[i] * factor[i];
 }
 
-WHITTLE_WIDE void weigh(HitPacket& p, FacingPacket& f) {
-  const TermPacket& terms = p.terms;
-  times(p.weight_r, terms.diffuse[0], f.diffuse_r);
-  times(p.weight_g, terms.diffuse[1], f.diffuse_g);
-  times(p.weight_b, terms.diffuse[2], f.diffuse_b);
-  if (f.any_shines) {
-    times(p.weight_r, terms.specular[0], f.specular_r);
-    times(p.weight_g, terms.specular[1], f.specular_g);
-    times(p.weight_b, terms.specular[2], f.specular_b);
-    for (int i = 0; i < lanes; ++i) {
-      f.shininess[i] = terms.shininess[i];
-      f.halfway[i] = terms.halfway[i];
-      const bool black = (f.specular_r[i] == 0) & (f.specular_g[i] == 0) & (f.specular_b[i] == 0);
-      f.shines[i] = black ? 0 : 1;
-    }
-  }
-  times(p.weight_r, terms.own[0], p.own_r);
-  times(p.weight_g, terms.own[1], p.own_g);
-  times(p.weight_b, terms.own[2], p.own_b);
-}
-
-/// Reflected in the normal that the ray sees, and once more in the face.
-WHITTLE_INLINE void reflect(const HitPacket& __restrict packet, const FacingPacket& __restrict f,
-                            MirroredPacket& __restrict to) {
-  const PointPacket& p = packet.points;
-  alignas(64) double once_x[lanes], once_y[lanes], once_z[lanes];
-  for (int i = 0; i < lanes; ++i) {
-    const double turned = 1 - 2 * packet.behind[i];
-    const Vec3 d{packet.direction_x[i], packet.direction_y[i], packet.direction_z[i]};
-    const Vec3 outward{p.face_x[i] * turned, p.face_y[i] * turned, p.face_z[i] * turned};
-    // An interpolated normal may face away from the ray; the face's never does.
-    const bool seen = d.x * f.normal_x[i] + d.y * f.normal_y[i] + d.z * f.normal_z[i] < 0;
-    const Vec3 normal{seen ? f.normal_x[i] : outward.x, seen ? f.normal_y[i] : outward.y,
-                      seen ? f.normal_z[i] : outward.z};
-    const Vec3 once = unit(reflected(d, normal));
-    once_x[i] = once.x;
-    once_y[i] = once.y;
-    once_z[i] = once.z;
-  }
-  for (int i = 0; i < lanes; ++i) {
-    const double turned = 1 - 2 * packet.behind[i];
-    const Vec3 once{once_x[i], once_y[i], once_z[i]};
-    const Vec3 outward{p.face_x[i] * turned, p.face_y[i] * turned, p.face_z[i] * turned};
-    const Vec3 twice = unit(reflected(once, outward));
-    const bool inside = once.x * outward.x + once.y * outward.y + once.z * outward.z < 0;
-    to.dx[i] = inside ? twice.x : once.x;
-    to.dy[i] = inside ? twice.y : once.y;
-    to.dz[i] = inside ? twice.z : once.z;
-  }
-}
-
 }  // namespace
+
+WHITTLE_WIDE void load(const RayQueue& rays, const HitSpan& hits, const std::uint32_t* ray, int count,
+                       PlacePacket& packet) {
+  load_places(rays.span(), hits, ray, count, packet);
+}
 
 WHITTLE_WIDE void load(const RayQueue& rays, const HitSpan& hits, const std::uint32_t* ray, int count, HitPacket& p,
                        FacingPacket& f) {
-  p.count = f.count = count;
-  for (int i = 0; i < lanes; ++i) p.ray[i] = static_cast<int>(ray[i < count ? i : 0]);
-  const RaySpan span = rays.span();
+  load_places(rays.span(), hits, ray, count, p);
+  f.count = count;
   const RayQueue::Carried carried = rays.carried();
-  pick(span.dx, p.ray, p.direction_x);
-  pick(span.dy, p.ray, p.direction_y);
-  pick(span.dz, p.ray, p.direction_z);
-  step_along(span, hits.t, p);
-  pick(hits.u, p.ray, p.met.u);
-  pick(hits.v, p.ray, p.met.v);
-  pick(hits.primitive, p.ray, p.met.primitive);
   pick(hits.primitive, p.ray, f.from);
   pick(carried.r, p.ray, p.weight_r);
   pick(carried.g, p.ray, p.weight_g);
@@ -177,22 +139,42 @@ WHITTLE_WIDE void face(HitPacket& packet, FacingPacket& f) {
   }
 }
 
-void take_materials(const std::vector<MaterialTerms>& terms, HitPacket& packet, FacingPacket& facing) {
+void take_materials(const std::vector<MaterialTerms>& terms, HitPacket& packet) {
   TermPacket& taken = packet.terms;
-  if (differ(packet.material, taken.material)) {
-    taken.any_shines = taken.any_halfway = taken.any_own = false;
-    taken.any_branches = taken.any_textured = taken.any_bends = false;
-    taken.mirrors = 0;
-    for (int i = 0; i < lanes; ++i) {
-      const MaterialTerms& of = terms[packet.material[i]];
-      put(of, i, taken);
-      note(of, i, taken);
-    }
-    std::copy_n(packet.material, lanes, taken.material);
+  if (!differ(packet.material, taken.material)) return;
+  taken.any_shines = taken.any_halfway = taken.any_own = false;
+  taken.any_textured = taken.any_bends = false;
+  taken.mirrors = taken.parts = 0;
+  for (int i = 0; i < lanes; ++i) {
+    const MaterialTerms& of = terms[packet.material[i]];
+    put(of, i, taken);
+    note(of, i, taken);
   }
-  facing.any_shines = taken.any_shines;
-  facing.any_halfway = taken.any_halfway;
-  weigh(packet, facing);
+  for (int i = 0; taken.parts != 0 && i < lanes; ++i) put_parting(terms[packet.material[i]], i, taken);
+  std::copy_n(packet.material, lanes, taken.material);
+}
+
+WHITTLE_WIDE void weigh(HitPacket& p, FacingPacket& f) {
+  const TermPacket& terms = p.terms;
+  f.any_shines = terms.any_shines;
+  f.any_halfway = terms.any_halfway;
+  times(p.weight_r, terms.diffuse[0], f.diffuse_r);
+  times(p.weight_g, terms.diffuse[1], f.diffuse_g);
+  times(p.weight_b, terms.diffuse[2], f.diffuse_b);
+  if (f.any_shines) {
+    times(p.weight_r, terms.specular[0], f.specular_r);
+    times(p.weight_g, terms.specular[1], f.specular_g);
+    times(p.weight_b, terms.specular[2], f.specular_b);
+    for (int i = 0; i < lanes; ++i) {
+      f.shininess[i] = terms.shininess[i];
+      f.halfway[i] = terms.halfway[i];
+      const bool black = (f.specular_r[i] == 0) & (f.specular_g[i] == 0) & (f.specular_b[i] == 0);
+      f.shines[i] = black ? 0 : 1;
+    }
+  }
+  times(p.weight_r, terms.own[0], p.own_r);
+  times(p.weight_g, terms.own[1], p.own_g);
+  times(p.weight_b, terms.own[2], p.own_b);
 }
 
 void take_color(const Color& own, const Color& diffuse, int lane, HitPacket& packet, FacingPacket& facing) {
@@ -203,30 +185,6 @@ void take_color(const Color& own, const Color& diffuse, int lane, HitPacket& pac
   facing.diffuse_r[lane] = diffuse_here.r;
   facing.diffuse_g[lane] = diffuse_here.g;
   facing.diffuse_b[lane] = diffuse_here.b;
-}
-
-WHITTLE_WIDE void mirror(const HitPacket& __restrict packet, const FacingPacket& __restrict f,
-                         MirroredPacket& __restrict to) {
-  reflect(packet, f, to);
-  const PointPacket& p = packet.points;
-  for (int i = 0; i < lanes; ++i) {
-    const Vec3 origin = clear_of({p.x[i], p.y[i], p.z[i]}, {p.face_x[i], p.face_y[i], p.face_z[i]}, f.clearance[i],
-                                 {to.dx[i], to.dy[i], to.dz[i]});
-    to.ox[i] = origin.x;
-    to.oy[i] = origin.y;
-    to.oz[i] = origin.z;
-  }
-  for (int i = 0; i < lanes; ++i) {
-    const double r = packet.weight_r[i] * packet.terms.mirror[0][i];
-    const double g = packet.weight_g[i] * packet.terms.mirror[1][i];
-    const double b = packet.weight_b[i] * packet.terms.mirror[2][i];
-    const double larger = r > g ? r : g;
-    to.r[i] = r;
-    to.g[i] = g;
-    to.b[i] = b;
-    to.largest[i] = larger > b ? larger : b;
-  }
-  for (int i = 0; i < lanes; ++i) to.path[i] = static_cast<std::uint32_t>(mix(std::uint64_t{packet.path[i]} * 2));
 }
 
 }  // namespace tracer

@@ -16,7 +16,12 @@ struct alignas(64) TermPacket {
   double shininess[lanes];
   int halfway[lanes];
   LaneMask mirrors;  ///< those whose mirror is not black
-  bool any_own, any_shines, any_halfway, any_branches, any_textured, any_bends;
+  LaneMask parts;    ///< those that let light through, or whose light Fresnel divides
+  bool any_own, any_shines, any_halfway, any_textured, any_bends;
+
+  // Where `parts` is not empty.
+  double through[3][lanes];
+  double refracts[lanes], fresnel[lanes];  ///< 1: it does
 
   TermPacket() { std::fill_n(material, lanes, none); }
 
@@ -24,17 +29,20 @@ struct alignas(64) TermPacket {
   static constexpr std::uint32_t none = 0xffffffffu;
 };
 
-/// All lanes hold a hit: beyond `count` it is the first once more, which is of no use.
-struct alignas(64) HitPacket {
+/// Where rays meet surfaces. All lanes hold a hit: beyond `count` it is the first once more, which is of no use.
+struct alignas(64) PlacePacket {
   int count;
   int ray[lanes];  ///< which of the queue
   MetPacket met;
   double direction_x[lanes], direction_y[lanes], direction_z[lanes];  ///< the ray's
-  double weight_r[lanes], weight_g[lanes], weight_b[lanes];           ///< the ray's when it arrives
-  std::uint32_t path[lanes];                                          ///< the ray's
-
   PointPacket points;
   double behind[lanes];  ///< 1: the ray meets the back
+};
+
+/// What shading makes of them.
+struct alignas(64) HitPacket : PlacePacket {
+  double weight_r[lanes], weight_g[lanes], weight_b[lanes];  ///< the ray's when it arrives
+  std::uint32_t path[lanes];                                 ///< the ray's
 
   std::uint32_t material[lanes];
   TermPacket terms;                                 ///< of these
@@ -43,30 +51,21 @@ struct alignas(64) HitPacket {
   [[nodiscard]] Color weight(int i) const { return {weight_r[i], weight_g[i], weight_b[i]}; }
 };
 
-/// Rays that mirrors send on, beside the hits.
-struct alignas(64) MirroredPacket {
-  double ox[lanes], oy[lanes], oz[lanes];
-  double dx[lanes], dy[lanes], dz[lanes];
-  double r[lanes], g[lanes], b[lanes];  ///< weights
-  double largest[lanes];                ///< of these
-  std::uint32_t path[lanes];
-};
-
-/// The rays `ray[0..count)` of the queue and what they met. The rest of a hit is none of this function's.
+/// The rays `ray[0..count)` of the queue and what they met. `points` and what follows them is none of this function's.
+void load(const RayQueue& rays, const HitSpan& hits, const std::uint32_t* ray, int count, PlacePacket& packet);
 void load(const RayQueue& rays, const HitSpan& hits, const std::uint32_t* ray, int count, HitPacket& packet,
           FacingPacket& facing);
 
 /// From the points on: places, normals and directions of `facing`, and `behind`.
 void face(HitPacket& packet, FacingPacket& facing);
 
-/// What the materials make of light at the hits, into both packets. `terms` are the same for all of a packet's life.
-void take_materials(const std::vector<MaterialTerms>& terms, HitPacket& packet, FacingPacket& facing);
+/// The materials' terms. `terms` are the same for all of a packet's life.
+void take_materials(const std::vector<MaterialTerms>& terms, HitPacket& packet);
+
+/// What they make of light at the hits, into both packets.
+void weigh(HitPacket& packet, FacingPacket& facing);
 
 /// One more time for a lane whose colour is known only at its hit; `terms` are those of its material there.
 void take_color(const Color& own, const Color& diffuse, int lane, HitPacket& packet, FacingPacket& facing);
-
-/// What mirrors send on: reflected in the normal as seen by the ray, and once more in the face where an interpolated or
-/// bent normal let a grazing ray end up inside.
-void mirror(const HitPacket& packet, const FacingPacket& facing, MirroredPacket& mirrored);
 
 }  // namespace tracer

@@ -16,6 +16,13 @@ class Media {
   static constexpr List outside = 0;
   static constexpr std::uint32_t nothing = 0xffffffffu;
 
+  /// A surface on the way of a ray.
+  struct Crossing {
+    List after = outside;                         ///< the list beyond it
+    std::uint32_t near = nothing, far = nothing;  ///< objects that fill the place on this side of it and on the other
+    bool hidden = false;  ///< nothing is met: what hides within a solid of higher priority is not there
+  };
+
   explicit Media(const CompiledScene& scene) : scene_(scene) { reset(); }
 
   /// Forgets all lists but the camera's.
@@ -25,9 +32,23 @@ class Media {
     for (const std::uint32_t object : scene_.objects_around_camera) list = enter(list, object);
   }
   /// The list of camera rays, in every Media of the scene.
-  static List camera(const CompiledScene& scene) { return static_cast<List>(scene.objects_around_camera.size()); }
+  static List camera(const CompiledScene& scene) {
+    const auto& around = scene.objects_around_camera;
+    return around.size() == 1 ? alone(around[0]) : static_cast<List>(std::max<std::size_t>(around.size(), 1) - 1);
+  }
+
+  /// Through a surface of `object`, which is met from behind or not.
+  [[nodiscard]] Crossing cross(List before, std::uint32_t object, bool back) {
+    // Nearly all are of one solid at a time.
+    if (!back && before == outside) return {alone(object), nothing, object, false};
+    if (back && before == alone(object)) return {outside, object, nothing, false};
+    const List after = back ? leave(before, object) : enter(before, object);
+    const std::uint32_t near = filling(before), far = filling(after);
+    return {after, near, far, after != before && near == far};
+  }
 
   [[nodiscard]] List enter(List list, std::uint32_t object) {
+    if (list == outside) return alone(object);
     nodes_.push_back({list, object});
     return static_cast<List>(nodes_.size() - 1);
   }
@@ -48,8 +69,8 @@ class Media {
   /// The object whose substance is there: the highest priority, among equals the latest entered; or `nothing`.
   [[nodiscard]] std::uint32_t filling(List list) const {
     std::uint32_t best = nothing;
-    for (; list != outside; list = nodes_[list].below) {
-      const std::uint32_t object = nodes_[list].object;
+    for (; list != outside; list = node(list).below) {
+      const std::uint32_t object = node(list).object;
       if (best == nothing || scene_.material_of(object).priority > scene_.material_of(best).priority) best = object;
     }
     return best;
@@ -79,17 +100,24 @@ class Media {
     std::uint32_t object;
   };
 
+  /// The list of one object alone needs no node: it is the object.
+  static constexpr List alone_bit = 0x80000000u;
+  static constexpr List alone(std::uint32_t object) { return object | alone_bit; }
+  [[nodiscard]] Node node(List list) const {
+    return (list & alone_bit) != 0 ? Node{outside, list & ~alone_bit} : nodes_[list];
+  }
+
   template <class Sought>
   [[nodiscard]] List latest(List list, const Sought& sought) const {
-    while (list != outside && !sought(nodes_[list].object)) list = nodes_[list].below;
+    while (list != outside && !sought(node(list).object)) list = node(list).below;
     return list;
   }
 
   /// What is above the removed one is entered again, in its order.
   [[nodiscard]] List without(List list, List removed) {
     std::vector<std::uint32_t> above;
-    for (; list != removed; list = nodes_[list].below) above.push_back(nodes_[list].object);
-    List result = nodes_[removed].below;
+    for (; list != removed; list = node(list).below) above.push_back(node(list).object);
+    List result = node(removed).below;
     std::reverse(above.begin(), above.end());
     for (const std::uint32_t object : above) result = enter(result, object);
     return result;

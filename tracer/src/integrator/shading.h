@@ -32,7 +32,10 @@ void Wavefront<Model>::shade_hits(const RayQueue& rays, std::uint32_t depth, Gen
     }
     if (hit_.points.smooth) flatten();
     face(hit_, facing);
-    take_materials(scene_.terms, hit_, facing);
+    take_materials(scene_.terms, hit_);
+    hidden_ = 0;
+    if (goes_on && hit_.terms.parts != 0) cross_media(facing);
+    weigh(hit_, facing);
     if (needs<&Requirements::textures>() && hit_.terms.any_textured) find_colors(rays, facing);
     if (needs<&Requirements::bump>() && hit_.terms.any_bends) bend_normals(rays, facing);
     if (hit_.terms.any_own)
@@ -40,7 +43,7 @@ void Wavefront<Model>::shade_hits(const RayQueue& rays, std::uint32_t depth, Gen
     if (notes) note_first_hits(rays, facing);
     if (approximate().nearest_lights != 0)
       for (int i = 0; i < count; ++i) position_.push_back({hit_.points.x[i], hit_.points.y[i], hit_.points.z[i]});
-    if (goes_on && (hit_.terms.mirrors != 0 || hit_.terms.any_branches)) branch(rays, facing, next);
+    if (goes_on && (hit_.terms.mirrors | hit_.terms.parts) != 0) branch(rays, facing, next);
     if (needs<&Requirements::gouraud>()) face_from_corners(rays, facing);
   }
 }
@@ -122,12 +125,12 @@ Vec2 Wavefront<Model>::covered_of(const RayQueue& rays, std::size_t ray, const S
 
 template <class Model>
 void Wavefront<Model>::note_first_hits(const RayQueue& rays, const FacingPacket& facing) {
-  for (int i = 0; i < hit_.count; ++i) {
+  for_each_lane(first_lanes(hit_.count) & ~hidden_, [&](int i) {
     const std::uint32_t sample = facing.sample[i];
     first_hits_.normal[sample] = {facing.normal_x[i], facing.normal_y[i], facing.normal_z[i]};
     first_hits_.albedo[sample] = color_of_lane(rays, facing, i);
     first_hits_.object[sample] = hit_.points.object[i];
-  }
+  });
 }
 
 /// What is shaded after Gouraud is lit at the corners of its triangle, and nowhere else.

@@ -95,13 +95,13 @@ void Wavefront<Model>::trace_generation(const Generation& generation, Generation
 template <class Model>
 void Wavefront<Model>::trace_queue(const RayQueue& rays, std::uint32_t depth, Generation& next) {
   const Coherence coherence = depth == 0 ? Coherence::coherent : Coherence::incoherent;
-  meet(rays, depth, coherence, next);
+  meet(rays, depth, coherence);
   shade_hits(rays, depth, next);
   shade_lights(rays, depth, coherence);
 }
 
 template <class Model>
-void Wavefront<Model>::meet(const RayQueue& rays, std::uint32_t depth, Coherence coherence, Generation& next) {
+void Wavefront<Model>::meet(const RayQueue& rays, std::uint32_t depth, Coherence coherence) {
   const std::size_t count = rays.size();
   const HitSpan answers = hits_.resized(count);
   scene_.accelerator->closest(rays.span(), answers, coherence);
@@ -118,7 +118,6 @@ void Wavefront<Model>::meet(const RayQueue& rays, std::uint32_t depth, Coherence
   missed_.resize(missed);
   if (!missed_.empty()) see_background(rays, depth);
   if (notes_first_hits() && depth == 0) note_depths(rays);
-  if (needs<&Requirements::overlapping_media>() && needs<&Requirements::refraction>()) drop_hidden(rays, next);
 }
 
 /// The weight that is left of a ray where it ends.
@@ -159,36 +158,6 @@ void Wavefront<Model>::apply_depth_cue() {
     const double scale = depth_cue_scale(*scene_.depth_cue, first_hits_.depth[sample]);
     radiance_[sample] = radiance_[sample] * scale + scene_.depth_cue->color * (1 - scale);
   }
-}
-
-/// A surface of a solid that does not fill the place on either side is not there: the ray goes straight on. Who is in
-/// no solid meets no such surface.
-template <class Model>
-void Wavefront<Model>::drop_hidden(const RayQueue& rays, Generation& next) {
-  const auto hidden = [&](std::uint32_t ray) {
-    return rays.media(ray) != Media::outside && pass_hidden(rays, ray, next);
-  };
-  hit_ray_.erase(std::remove_if(hit_ray_.begin(), hit_ray_.end(), hidden), hit_ray_.end());
-}
-
-template <class Model>
-bool Wavefront<Model>::pass_hidden(const RayQueue& rays, std::size_t ray, Generation& next) {
-  const Vec3 direction = rays.direction(ray);
-  const Surface surface = surface_at(scene_, hits_.at(ray), rays.origin(ray), direction);
-  if (!scene_.terms[surface.material].transmits) return false;
-  const Media::List before = rays.media(ray);
-  const Media::List after = surface.back ? media_.leave(before, surface.object) : media_.enter(before, surface.object);
-  if (after == before || media_.filling(before) != media_.filling(after)) return false;
-  const Color weight = arriving_weight(rays, ray);
-  if (next.depth > scene_.accuracy.max_depth) {
-    truncate(max_component(weight), rays.sample(ray));
-    return true;
-  }
-  next.refraction.push(offset_origin(surface.point, surface.geometric_normal, direction), direction, weight,
-                       rays.sample(ray), hits_.primitive[ray], rays.path(ray), after);
-  if (needs<&Requirements::filtered_textures>())
-    next.refraction.widen({rays.cone(ray).width_at(hits_.t[ray]), rays.cone(ray).spread});
-  return true;
 }
 
 }  // namespace tracer

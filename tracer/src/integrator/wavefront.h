@@ -7,9 +7,9 @@
 
 #include "tracer/render.h"
 #include "tracer/src/integrator/arrival.h"
+#include "tracer/src/integrator/branch_packet.h"
 #include "tracer/src/integrator/first_hits.h"
 #include "tracer/src/integrator/generation.h"
-#include "tracer/src/integrator/hit_packet.h"
 #include "tracer/src/integrator/model.h"
 #include "tracer/src/integrator/nearest_lights.h"
 #include "tracer/src/integrator/shadow_rays.h"
@@ -111,11 +111,9 @@ class Wavefront {
   void spend(Generation generation);
   void trace_generation(const Generation& generation, Generation& next);
   void trace_queue(const RayQueue& rays, std::uint32_t depth, Generation& next);
-  void meet(const RayQueue& rays, std::uint32_t depth, Coherence coherence, Generation& next);
+  void meet(const RayQueue& rays, std::uint32_t depth, Coherence coherence);
   [[nodiscard]] Color arriving_weight(const RayQueue& rays, std::size_t ray) const;
   void see_background(const RayQueue& rays, std::uint32_t depth);
-  void drop_hidden(const RayQueue& rays, Generation& next);
-  bool pass_hidden(const RayQueue& rays, std::size_t ray, Generation& next);
   void note_depths(const RayQueue& rays);
   void apply_depth_cue();
 
@@ -153,13 +151,16 @@ class Wavefront {
   [[nodiscard]] Vec3 soft_point_of(const LightStep& step, const RayQueue& rays, std::size_t ray) const;
 
   // branching.h: mirrors and glass
+  void cross_media(const FacingPacket& facing);
   void branch(const RayQueue& rays, const FacingPacket& facing, Generation& next);
-  void mirror_packet(const FacingPacket& facing, Generation& next);
+  void pass_hidden(const RayQueue& rays);
+  void cut(BranchPacket& branches, std::uint64_t which, const FacingPacket& facing, int lane);
   double survives(double largest, std::uint32_t sample, std::uint64_t bounce);
   void truncate(double largest, std::uint32_t sample);
-  void branch_at(const RayQueue& rays, const Surface& surface, int lane, Generation& next);
-  void emit(Generation& next, RayQueue Generation::*kind, const RayQueue& rays, const Surface& surface, int lane,
-            const Vec3& direction, const Color& factor, Media::List media, const RayCone& cone);
+  void see_environment(const RayQueue& rays, const BranchPacket& branches, int lane, std::uint32_t sample);
+  [[nodiscard]] RayCone cone_of(const RayQueue& rays, const BranchPacket& branches, int lane) const;
+  void send(const RayQueue& rays, const BranchPacket& branches, const FacingPacket& facing, const Media::List* media,
+            RayQueue& to);
 
   const CompiledScene& scene_;
   const RenderControl& control_;
@@ -174,7 +175,7 @@ class Wavefront {
   FirstHits first_hits_;
   Media media_;
 
-  // Answers of the queue being shaded. What hides within a solid of higher priority is in neither list.
+  // Answers of the queue being shaded.
   Hits hits_;                           ///< one per ray
   std::vector<std::uint32_t> hit_ray_;  ///< which rays of the queue hit something
   std::vector<std::uint32_t> missed_;   ///< and which nothing
@@ -182,12 +183,15 @@ class Wavefront {
   std::vector<Vec3> unbent_;            ///< empty in scenes without bent normals; beside hit_ray_, zero where not bent
   std::vector<Vec3> position_;          ///< beside hit_ray_, where not all lights count
 
-  HitPacket hit_;            ///< the packet of hits being shaded
-  MirroredPacket mirrored_;  ///< what mirrors make of it
-  NearestLights nearest_;    ///< of each hit, where not all lights count
-  Facings facings_;          ///< the hits' places, packet by packet
-  Facings corners_;          ///< of triangles that are lit at their corners instead, three for a hit
-  Arrival arrival_;          ///< of one light at one packet of them
+  HitPacket hit_;                    ///< the packet of hits being shaded
+  LaneMask hidden_ = 0;              ///< its lanes that hide within a solid of higher priority, and weigh nothing
+  Media::List beyond_[lanes] = {};   ///< the solids beyond the surfaces that let light through
+  InterfacePacket interfaces_;       ///< and the indices there
+  BranchPacket mirrored_, through_;  ///< what goes on from the packet
+  NearestLights nearest_;            ///< of each hit, where not all lights count
+  Facings facings_;                  ///< the hits' places, packet by packet
+  Facings corners_;                  ///< of triangles that are lit at their corners instead, three for a hit
+  Arrival arrival_;                  ///< of one light at one packet of them
 
   ShadowRays shadow_;
   std::vector<Generation> spent_;  ///< traced ones, for the memory that they hold

@@ -25,10 +25,13 @@ struct MaterialTerms {
   Color own;       ///< emission and ambient light
   Color diffuse;   ///< what N.L is multiplied by
   Color specular;  ///< what the highlight is multiplied by; black: there is none
-  Color mirror;    ///< K_r C_r, where that is all that goes on from here; else black
+  Color mirror;    ///< K_r C_r: what goes on mirrored, before Fresnel's share
+  Color through;   ///< what goes on through the surface, likewise: K_t C_t, or K_t where it interpolates
   double shininess = 0;
+  double ior = 1;
   bool halfway = false;    ///< the highlight is Blinn's; else Phong's
-  bool branches = false;   ///< light goes on from here in other ways than by `mirror`
+  bool refracts = false;   ///< it bends what it lets through
+  bool fresnel = false;    ///< Fresnel divides what goes on
   bool textured = false;   ///< its colour is a texture's
   bool bends = false;      ///< textures bend its normals
   bool transmits = false;  ///< it lets light through
@@ -39,17 +42,22 @@ inline MaterialTerms terms_of(const Material& material, const Color& ambient) {
   const auto* plain = std::get_if<Color>(&material.color);
   const Color color = plain != nullptr ? *plain : Color{};
   const bool shines = material.model != Material::Model::lambert && material.specular > 0;
-  const bool mirrors = material.reflection > 0 && !(material.transmission > 0) && !material.fresnel;
+  const bool transmits = material.transmission > 0;
+  const bool interpolates = material.transparency == Material::Transparency::interpolated;
+  const Color through = Color{1, 1, 1} * material.transmission;
   return {.own = own_light(material, color, ambient),
           .diffuse = diffuse_share(material, color),
           .specular = shines ? material.specular_color * material.specular : Color{},
-          .mirror = mirrors ? material.reflection_color * material.reflection : Color{},
+          .mirror = material.reflection_color * material.reflection,
+          .through = interpolates ? through : through * material.transmission_color,
           .shininess = material.shininess,
+          .ior = material.ior,
           .halfway = material.model == Material::Model::blinn_phong,
-          .branches = !mirrors && (material.reflection > 0 || material.transmission > 0),
+          .refracts = transmits && material.transparency == Material::Transparency::refract,
+          .fresnel = material.fresnel && (transmits || material.reflection > 0),
           .textured = plain == nullptr,
           .bends = material.bump || material.normal_map,
-          .transmits = material.transmission > 0,
+          .transmits = transmits,
           .shading = material.shading};
 }
 
