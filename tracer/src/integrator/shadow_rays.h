@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "tracer/src/integrator/arrival.h"
-#include "tracer/src/integrator/hits.h"
+#include "tracer/src/integrator/hit_packet.h"
 #include "tracer/src/integrator/media.h"
 #include "tracer/src/integrator/ray_queue.h"
 
@@ -24,8 +24,16 @@ class ShadowRays {
   void add_to(std::vector<Color>& radiance, Media& media, Coherence coherence);
 
  private:
+  /// Rays on their way, and the shadow rays' numbers.
+  struct OnTheWay {
+    const RayQueue& rays;
+    const double* distance;
+    const std::uint32_t* number;
+  };
+
   void cross_transmissive(Media& media);
-  void cross(std::size_t i, const Hit& hit, Media& media);
+  void cross_one_each(const OnTheWay& from, Media& media);
+  void cross_packet(const OnTheWay& from, Media& media);
 
   const CompiledScene& scene_;
   const RenderControl& control_;
@@ -33,12 +41,15 @@ class ShadowRays {
   RayQueue rays_;
   std::vector<double> distance_;  ///< beside rays_, and some more
   std::vector<std::uint8_t> blocked_;
-  std::vector<Color> visible_;  ///< S_i: product over the surfaces crossed
+  std::vector<Color> visible_;         ///< S_i: product over the surfaces crossed
+  std::vector<std::uint32_t> number_;  ///< 0, 1, ...
 
-  // Those on their way through transmissive surfaces, and the next step's.
+  // Those that crossed a transmissive surface and go on, and the next step's.
   RayQueue crossing_, next_;  ///< `sample` is the shadow ray's number
   std::vector<double> crossing_distance_, next_distance_;
   Hits crossed_;
+  std::vector<std::uint32_t> met_;  ///< which of the rays crossed something
+  PlacePacket places_;              ///< a packet of these
 };
 
 }  // namespace tracer
