@@ -7,16 +7,17 @@
 
 namespace tracer {
 
-/// Answers of the accelerator, one per ray of a span.
+/// Answers of the accelerator, one per ray of a span, and room for more.
 struct Hits {
   std::vector<PrimitiveRef> primitive;
   std::vector<double> t, u, v;
 
-  HitSpan resized(std::size_t count) {
-    primitive.resize(count);
-    t.resize(count);
-    u.resize(count);
-    v.resize(count);
+  /// Only ever grows: what is added to a vector is written twice.
+  HitSpan room_for(std::size_t count) {
+    if (primitive.size() < count) {
+      primitive.resize(count);
+      for (auto* values : {&t, &u, &v}) values->resize(count);
+    }
     return span();
   }
   [[nodiscard]] HitSpan span() { return {primitive.data(), t.data(), u.data(), v.data()}; }

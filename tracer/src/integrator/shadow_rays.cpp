@@ -89,15 +89,14 @@ void ShadowRays::cross_transmissive(Media& media) {
 /// Up to the first transmissive surface of each and through it; `next_` are those that go on from there.
 void ShadowRays::cross_one_each(const OnTheWay& from, Media& media) {
   const std::size_t count = from.rays.size();
-  scene_.accelerator->closest(from.rays.span(from.distance), crossed_.resized(count), Coherence::coherent,
+  scene_.accelerator->closest(from.rays.span(from.distance), crossed_.room_for(count), Coherence::coherent,
                               Among::transmissive);
-  met_.resize(count);
+  if (met_.size() < count) met_.resize(count);
   std::size_t met = 0;
   for (std::size_t i = 0; i < count; ++i) {
     met_[met] = static_cast<std::uint32_t>(i);
     met += crossed_.primitive[i].hit() ? 1 : 0;
   }
-  met_.resize(met);
   for (std::size_t i = 0; needs_.absorption && i < count; ++i) {
     Color& visible = visible_[from.number[i]];
     const double length = crossed_.primitive[i].hit() ? crossed_.t[i] : from.distance[i];

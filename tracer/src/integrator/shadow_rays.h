@@ -48,7 +48,7 @@ class ShadowRays {
   RayQueue crossing_, next_;  ///< `sample` is the shadow ray's number
   std::vector<double> crossing_distance_, next_distance_;
   Hits crossed_;
-  std::vector<std::uint32_t> met_;  ///< which of the rays crossed something
+  std::vector<std::uint32_t> met_;  ///< which of the rays crossed something, and some more
   PlacePacket places_;              ///< a packet of these
 };
 

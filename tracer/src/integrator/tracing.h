@@ -103,7 +103,7 @@ void Wavefront<Model>::trace_queue(const RayQueue& rays, std::uint32_t depth, Ge
 template <class Model>
 void Wavefront<Model>::meet(const RayQueue& rays, std::uint32_t depth, Coherence coherence) {
   const std::size_t count = rays.size();
-  const HitSpan answers = hits_.resized(count);
+  const HitSpan answers = hits_.room_for(count);
   scene_.accelerator->closest(rays.span(), answers, coherence);
   hit_ray_.resize(count);
   missed_.resize(count);

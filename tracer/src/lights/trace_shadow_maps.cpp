@@ -93,7 +93,7 @@ void trace_row(const CompiledScene& scene, const TraceLight& light, const Ball& 
     rays.push(ray.origin + ray.step * start[column], ray.step / step[column], {}, column, {}, 0, 0);
   }
   Hits hits;
-  scene.accelerator->closest(rays.span(), hits.resized(rays.size()), Coherence::coherent, Among::opaque);
+  scene.accelerator->closest(rays.span(), hits.room_for(rays.size()), Coherence::coherent, Among::opaque);
   for (std::uint32_t column = 0; column < face.side; ++column) {
     const double depth = start[column] + hits.t[column] / step[column] - face.base;
     face.depth[std::size_t{row} * face.side + column] =
