@@ -7,7 +7,7 @@ namespace {
 
 template <class Value>
 WHITTLE_INLINE void pick(const Value* __restrict from, const int* __restrict index, Value* __restrict to) {
-  if (index[lanes - 1] - index[0] == lanes - 1) {  // ascending, so next to each other
+  if (index[lanes - 1] - index[0] == lanes - 1) {             // ascending, so next to each other
     std::memcpy(to, from + index[0], lanes * sizeof(Value));  // as vectors; of a loop a call would be made
   } else {
     for (int i = 0; i < lanes; ++i) to[i] = from[index[i]];
@@ -67,7 +67,7 @@ WHITTLE_INLINE void note(const MaterialTerms& terms, int i, TermPacket& to) {
   to.any_shines |= shines;
   to.any_halfway |= shines && terms.halfway;
   to.any_own |= terms.textured || !is_black(terms.own);
-  to.any_textured |= terms.textured;
+  to.textured |= terms.textured ? LaneMask{1} << i : 0;
   to.any_bends |= terms.bends;
   to.mirrors |= is_black(terms.mirror) ? 0 : LaneMask{1} << i;
   to.parts |= terms.transmits || terms.fresnel ? LaneMask{1} << i : 0;
@@ -145,8 +145,8 @@ void take_materials(const std::vector<MaterialTerms>& terms, HitPacket& packet) 
   TermPacket& taken = packet.terms;
   if (!differ(packet.material, taken.material)) return;
   taken.any_shines = taken.any_halfway = taken.any_own = false;
-  taken.any_textured = taken.any_bends = false;
-  taken.mirrors = taken.parts = 0;
+  taken.any_bends = false;
+  taken.mirrors = taken.parts = taken.textured = 0;
   for (int i = 0; i < lanes; ++i) {
     const MaterialTerms& of = terms[packet.material[i]];
     put(of, i, taken);

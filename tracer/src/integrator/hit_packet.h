@@ -16,8 +16,9 @@ struct alignas(64) TermPacket {
   double shininess[lanes];
   int halfway[lanes];
   LaneMask mirrors;  ///< those whose mirror is not black
-  LaneMask parts;    ///< those that let light through, or whose light Fresnel divides
-  bool any_own, any_shines, any_halfway, any_textured, any_bends;
+  LaneMask textured;
+  LaneMask parts;  ///< those that let light through, or whose light Fresnel divides
+  bool any_own, any_shines, any_halfway, any_bends;
 
   // Where `parts` is not empty.
   double through[3][lanes];

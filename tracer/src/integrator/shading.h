@@ -36,11 +36,11 @@ void Wavefront<Model>::shade_hits(const RayQueue& rays, std::uint32_t depth, Gen
     hidden_ = 0;
     if (goes_on && hit_.terms.parts != 0) cross_media(facing);
     weigh(hit_, facing);
-    if (needs<&Requirements::textures>() && hit_.terms.any_textured) find_colors(rays, facing);
+    if (needs<&Requirements::textures>() && hit_.terms.textured != 0) find_colors(rays, facing);
     if (needs<&Requirements::bump>() && hit_.terms.any_bends) bend_normals(rays, facing);
     if (hit_.terms.any_own)
       for (int i = 0; i < count; ++i) radiance_[facing.sample[i]] += Color{hit_.own_r[i], hit_.own_g[i], hit_.own_b[i]};
-    if (notes) note_first_hits(rays, facing);
+    if (notes) note_first_hits(facing);
     if (approximate().nearest_lights != 0)
       for (int i = 0; i < count; ++i) position_.push_back({hit_.points.x[i], hit_.points.y[i], hit_.points.z[i]});
     if (goes_on && (hit_.terms.mirrors | hit_.terms.parts) != 0) branch(rays, facing, next);
@@ -74,12 +74,21 @@ void Wavefront<Model>::flatten() {
 
 template <class Model>
 void Wavefront<Model>::find_colors(const RayQueue& rays, FacingPacket& facing) {
-  for (int i = 0; i < hit_.count; ++i) {
-    if (!terms_of_lane(i).textured) continue;
-    const Color color = color_of_lane(rays, facing, i);
+  const LaneMask textured = hit_.terms.textured & first_lanes(hit_.count);
+  for_each_lane(textured, [&](int i) {
+    const Surface surface = surface_of_lane(facing, i);
+    uv_[i] = surface.uv;
+    if (!needs<&Requirements::filtered_textures>()) return;
+    const auto ray = static_cast<std::size_t>(hit_.ray[i]);
+    covered_.put(i, uv_gradients_at(scene_, hits_.at(ray), surface), rays.direction(ray),
+                 rays.cone(ray).width_at(hits_.t[ray]));
+  });
+  if (needs<&Requirements::filtered_textures>()) find_covered(hit_.points, covered_);
+  for_each_lane(textured, [&](int i) {
+    const Color color = color_of_lane(i);
     const Material& material = scene_.materials[hit_.material[i]];
     take_color(own_light(material, color, scene_.ambient), diffuse_share(material, color), i, hit_, facing);
-  }
+  });
 }
 
 template <class Model>
@@ -98,15 +107,16 @@ Surface Wavefront<Model>::surface_of_lane(const FacingPacket& f, int i) const {
   return surface;
 }
 
+/// C of the material there. Precondition: find_colors was asked where textures are.
 template <class Model>
-Color Wavefront<Model>::color_of_lane(const RayQueue& rays, const FacingPacket& facing, int lane) const {
+Color Wavefront<Model>::color_of_lane(int lane) const {
   const ColorOrTexture& color = scene_.materials[hit_.material[lane]].color;
   const auto* id = std::get_if<TextureId>(&color);
   if (id == nullptr) return std::get<Color>(color);
   const auto [texture, image] = texture_of(*id);
-  const Surface surface = surface_of_lane(facing, lane);
-  return texture_color(texture, surface.uv,
-                       covered_of(rays, static_cast<std::size_t>(hit_.ray[lane]), surface, texture), image);
+  const bool filtered = texture.filter == Texture::Filter::mipmap;
+  const Vec2 covered = filtered ? Vec2{covered_.u[lane], covered_.v[lane]} : Vec2{};
+  return texture_color(texture, uv_[lane], covered, image);
 }
 
 template <class Model>
@@ -124,11 +134,11 @@ Vec2 Wavefront<Model>::covered_of(const RayQueue& rays, std::size_t ray, const S
 }
 
 template <class Model>
-void Wavefront<Model>::note_first_hits(const RayQueue& rays, const FacingPacket& facing) {
+void Wavefront<Model>::note_first_hits(const FacingPacket& facing) {
   for_each_lane(first_lanes(hit_.count) & ~hidden_, [&](int i) {
     const std::uint32_t sample = facing.sample[i];
     first_hits_.normal[sample] = {facing.normal_x[i], facing.normal_y[i], facing.normal_z[i]};
-    first_hits_.albedo[sample] = color_of_lane(rays, facing, i);
+    first_hits_.albedo[sample] = color_of_lane(i);
     first_hits_.object[sample] = hit_.points.object[i];
   });
 }

@@ -13,6 +13,7 @@
 #include "tracer/src/integrator/model.h"
 #include "tracer/src/integrator/nearest_lights.h"
 #include "tracer/src/integrator/shadow_rays.h"
+#include "tracer/src/shapes/uv_gradients.h"
 
 namespace tracer {
 
@@ -122,12 +123,12 @@ class Wavefront {
   void absorb(const RayQueue& rays);
   void flatten();
   void find_colors(const RayQueue& rays, FacingPacket& facing);
-  void note_first_hits(const RayQueue& rays, const FacingPacket& facing);
+  void note_first_hits(const FacingPacket& facing);
   void face_from_corners(const RayQueue& rays, FacingPacket& facing);
   [[nodiscard]] bool face_at_corners(const RayQueue& rays, const FacingPacket& facing, int lane);
   [[nodiscard]] const MaterialTerms& terms_of_lane(int lane) const { return scene_.terms[hit_.material[lane]]; }
   [[nodiscard]] Surface surface_of_lane(const FacingPacket& facing, int lane) const;
-  [[nodiscard]] Color color_of_lane(const RayQueue& rays, const FacingPacket& facing, int lane) const;
+  [[nodiscard]] Color color_of_lane(int lane) const;
   struct TextureOf {
     const Texture& texture;
     const ImageMap* image;
@@ -184,6 +185,8 @@ class Wavefront {
   std::vector<Vec3> position_;          ///< beside hit_ray_, where not all lights count
 
   HitPacket hit_;                    ///< the packet of hits being shaded
+  Vec2 uv_[lanes] = {};              ///< where it is textured
+  CoveredPacket covered_ = {};       ///< and filtered
   LaneMask hidden_ = 0;              ///< its lanes that hide within a solid of higher priority, and weigh nothing
   Media::List beyond_[lanes] = {};   ///< the solids beyond the surfaces that let light through
   InterfacePacket interfaces_;       ///< and the indices there

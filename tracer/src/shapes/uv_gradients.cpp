@@ -76,6 +76,38 @@ UvGradients triangle_gradients(const TriangleGeometry& mesh, std::uint32_t trian
   return {gradient(0), gradient(1)};
 }
 
+/// Some unit direction across unit `n` (Duff, Burgess, Christensen, Hery, Kensler, Liani, Villemin 2017, "Building an
+/// Orthonormal Basis, Revisited", JCGT 6(1)).
+WHITTLE_INLINE Vec3 any_across(const Vec3& n) {
+  const double side = n.z < 0 ? -1.0 : 1.0, a = -1 / (side + n.z);
+  return {1 + side * (n.x * n.x * a), side * (n.x * n.y * a), -side * n.x};
+}
+
+/// A parallelogram's projection on an axis is two boxes, one after the other: their variances add. No guard: what
+/// overflows covers all there is, as what nearly does.
+WHITTLE_INLINE double projected(const Vec3& gradient, const Vec3& along, const Vec3& across, double length,
+                                double width) {
+  const double a = dot(gradient, along) * length, b = dot(gradient, across) * width;
+  return std::sqrt(a * a + b * b);
+}
+
+/// The beam's square stands across the surface's tilt: one side stays, the other is stretched by 1 / cos
+/// (Akenine-Moeller, Crassin, Boksansky, Belcour, Panteleev, Wright 2021, "Improved Shader and Texture Level of Detail
+/// Using Ray Cones", JCGT 10(1), sec. 3).
+WHITTLE_INLINE Vec2 covered(const UvGradients& gradients, const Vec3& normal, const Vec3& direction, double width) {
+  const double cosine = dot(direction, normal);
+  const Vec3 down = direction - normal * cosine;
+  const double sine = std::sqrt(dot(down, down));
+  const bool straight = !(sine > 1e-8);  // then any direction across will do
+  const Vec3 any = any_across(normal);
+  const Vec3 along{straight ? any.x : down.x / sine, straight ? any.y : down.y / sine,
+                   straight ? any.z : down.z / sine};
+  const Vec3 across = cross(normal, along);
+  const double steep = std::abs(cosine), stretched = width / (steep < 1e-30 ? 1e-30 : steep);
+  return {projected(gradients.u, along, across, stretched, width),
+          projected(gradients.v, along, across, stretched, width)};
+}
+
 UvGradients sphere_gradients(const Axes& axes, const Vec3& normal, double radius) {
   const Vec3 p{dot(normal, axes.e0), dot(normal, axes.e1), dot(normal, axes.n)};
   const auto back = [&](const Vec3& g) { return (axes.e0 * g.x + axes.e1 * g.y + axes.n * g.z) / radius; };
@@ -103,22 +135,33 @@ UvGradients uv_gradients_at(const CompiledScene& scene, const Hit& hit, const Su
   return {axes.e0 * world, axes.e1 * world};
 }
 
-/// The beam's square stands across the surface's tilt: one side stays, the other is stretched by 1 / cos
-/// (Akenine-Moeller, Crassin, Boksansky, Belcour, Panteleev, Wright 2021, "Improved Shader and Texture Level of Detail
-/// Using Ray Cones", JCGT 10(1), sec. 3). A parallelogram's projection on an axis is two boxes, one after the other:
-/// their variances add.
+void CoveredPacket::put(int i, const UvGradients& gradients, const Vec3& direction, double width_there) {
+  direction_x[i] = direction.x;
+  direction_y[i] = direction.y;
+  direction_z[i] = direction.z;
+  width[i] = width_there;
+  const auto& [along_u, along_v] = gradients;
+  gradient_u[0][i] = along_u.x;
+  gradient_u[1][i] = along_u.y;
+  gradient_u[2][i] = along_u.z;
+  gradient_v[0][i] = along_v.x;
+  gradient_v[1][i] = along_v.y;
+  gradient_v[2][i] = along_v.z;
+}
+
 Vec2 covered_uv(const UvGradients& gradients, const Vec3& normal, const Vec3& direction, double width) {
-  const double cosine = dot(direction, normal);
-  const Vec3 down = direction - normal * cosine;
-  const double sine = length(down);
-  // Straight on, any direction across will do.
-  const Vec3 along = sine > 1e-8 ? down / sine : axes_across(normal, {1, 0, 0}).e0;
-  const Vec3 across = cross(normal, along);
-  const double stretched = width / std::max(std::abs(cosine), 1e-30);
-  const auto covered = [&](const Vec3& gradient) {
-    return std::hypot(dot(gradient, along) * stretched, dot(gradient, across) * width);
-  };
-  return {covered(gradients.u), covered(gradients.v)};
+  return covered(gradients, normal, direction, width);
+}
+
+WHITTLE_WIDE void find_covered(const FacePacket& __restrict faces, CoveredPacket& __restrict p) {
+  for (int i = 0; i < lanes; ++i) {
+    const UvGradients gradients{{p.gradient_u[0][i], p.gradient_u[1][i], p.gradient_u[2][i]},
+                                {p.gradient_v[0][i], p.gradient_v[1][i], p.gradient_v[2][i]}};
+    const Vec2 found = covered(gradients, {faces.face_x[i], faces.face_y[i], faces.face_z[i]},
+                               {p.direction_x[i], p.direction_y[i], p.direction_z[i]}, p.width[i]);
+    p.u[i] = found.x;
+    p.v[i] = found.y;
+  }
 }
 
 }  // namespace tracer
