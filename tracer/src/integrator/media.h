@@ -31,7 +31,7 @@ class Media {
     List list = outside;
     for (const std::uint32_t object : scene_.objects_around_camera) list = enter(list, object);
   }
-  /// The list of camera rays, in every Media of the scene.
+  /// The list of camera rays, in every Media of the scene: each object but the outermost has a node.
   static List camera(const CompiledScene& scene) {
     const auto& around = scene.objects_around_camera;
     return around.size() == 1 ? alone(around[0]) : static_cast<List>(std::max<std::size_t>(around.size(), 1) - 1);
@@ -45,25 +45,6 @@ class Media {
     const List after = back ? leave(before, object) : enter(before, object);
     const std::uint32_t near = filling(before), far = filling(after);
     return {after, near, far, after != before && near == far};
-  }
-
-  [[nodiscard]] List enter(List list, std::uint32_t object) {
-    if (list == outside) return alone(object);
-    nodes_.push_back({list, object});
-    return static_cast<List>(nodes_.size() - 1);
-  }
-
-  /// Without the latest entry of `object`; of one that was never entered, without the latest of its material: a hollow
-  /// may be another object, turned inside out, of the same glass. The same list when there is neither (a surface
-  /// without an inside).
-  [[nodiscard]] List leave(List list, std::uint32_t object) {
-    const std::uint32_t material = scene_.material_of_object[object];
-    if (const List place = latest(list, [&](std::uint32_t other) { return other == object; }))
-      return without(list, place);
-    if (const List place =
-            latest(list, [&](std::uint32_t other) { return scene_.material_of_object[other] == material; }))
-      return without(list, place);
-    return list;
   }
 
   /// The object whose substance is there: the highest priority, among equals the latest entered; or `nothing`.
@@ -105,6 +86,25 @@ class Media {
   static constexpr List alone(std::uint32_t object) { return object | alone_bit; }
   [[nodiscard]] Node node(List list) const {
     return (list & alone_bit) != 0 ? Node{outside, list & ~alone_bit} : nodes_[list];
+  }
+
+  [[nodiscard]] List enter(List list, std::uint32_t object) {
+    if (list == outside) return alone(object);
+    nodes_.push_back({list, object});
+    return static_cast<List>(nodes_.size() - 1);
+  }
+
+  /// Without the latest entry of `object`; of one that was never entered, without the latest of its material: a hollow
+  /// may be another object, turned inside out, of the same glass. The same list when there is neither (a surface
+  /// without an inside).
+  [[nodiscard]] List leave(List list, std::uint32_t object) {
+    const std::uint32_t material = scene_.material_of_object[object];
+    if (const List place = latest(list, [&](std::uint32_t other) { return other == object; }))
+      return without(list, place);
+    if (const List place =
+            latest(list, [&](std::uint32_t other) { return scene_.material_of_object[other] == material; }))
+      return without(list, place);
+    return list;
   }
 
   template <class Sought>

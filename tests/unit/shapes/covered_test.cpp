@@ -1,0 +1,75 @@
+// What a beam covers of a texture: sixteen at a time, and one by one.
+#include <gtest/gtest.h>
+
+#include "tests/support/effort.h"
+#include "tests/support/random.h"
+#include "tracer/src/shapes/uv_gradients.h"
+
+namespace tracer {
+namespace {
+
+using oracle::Random;
+using oracle::Vec;
+
+struct Beam {
+  UvGradients gradients;
+  Vec3 normal, direction;
+  double width = 0;
+};
+
+Beam random_beam(Random& random) {
+  const Vec3 normal = rounded(random.direction());
+  const Vec3 direction = random.chance(0.2) ? normal * random.sign() : rounded(random.direction());
+  return {{random.vector(10), random.vector(0.1)}, normal, direction, random.spread(1e-6, 1)};
+}
+
+/// In long double, about axes along the tilt and across it.
+Vec2 covered(const Beam& beam) {
+  const Vec n = beam.normal, d = beam.direction;
+  const Vec down = d - dot(d, n) * n;
+  const Vec along = length(down) > 1e-8L
+                        ? unit(down)
+                        : unit(cross(n, std::abs(beam.normal.x) < 0.5 ? Vec(Vec3{1, 0, 0}) : Vec(Vec3{0, 1, 0})));
+  const Vec across = cross(n, along);
+  const auto width = [&](const Vec& gradient) {
+    return static_cast<double>(
+        std::hypot(dot(gradient, along) * beam.width / std::fabs(dot(d, n)), dot(gradient, across) * beam.width));
+  };
+  return {width(beam.gradients.u), width(beam.gradients.v)};
+}
+
+TEST(WhatABeamCovers, IsItsSquareStretchedAlongTheTilt) {
+  Random random(21);
+  for (std::uint64_t i = 0; i < effort::cases(20'000); ++i) {
+    const Beam beam = random_beam(random);
+    if (std::abs(dot(beam.normal, beam.direction)) < 1e-3) continue;
+    const Vec2 found = covered_uv(beam.gradients, beam.normal, beam.direction, beam.width), expected = covered(beam);
+    ASSERT_NEAR(found.x, expected.x, 1e-9 * (expected.x + beam.width)) << i;
+    ASSERT_NEAR(found.y, expected.y, 1e-9 * (expected.y + beam.width)) << i;
+  }
+}
+
+TEST(WhatABeamCovers, IsTheSameBitsSixteenAtATime) {
+  Random random(22);
+  for (std::uint64_t round = 0; round < effort::cases(1'000); ++round) {
+    Beam beams[lanes];
+    FacePacket faces{};
+    CoveredPacket packet{};
+    for (int i = 0; i < lanes; ++i) {
+      const Beam& beam = beams[i] = random_beam(random);
+      faces.face_x[i] = beam.normal.x;
+      faces.face_y[i] = beam.normal.y;
+      faces.face_z[i] = beam.normal.z;
+      packet.put(i, beam.gradients, beam.direction, beam.width);
+    }
+    find_covered(faces, packet);
+    for (int i = 0; i < lanes; ++i) {
+      const Vec2 alone = covered_uv(beams[i].gradients, beams[i].normal, beams[i].direction, beams[i].width);
+      ASSERT_EQ(packet.u[i], alone.x);
+      ASSERT_EQ(packet.v[i], alone.y);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tracer
