@@ -5,6 +5,7 @@
 
 #include "tracer/src/accuracy/contrast.h"
 #include "tracer/src/math/vec.h"
+#include "tracer/src/math/wide.h"
 
 namespace tracer {
 namespace {
@@ -203,6 +204,22 @@ class Settlement {
 };
 
 }  // namespace
+
+WHITTLE_WIDE SummedErrors summed(std::span<const float> squared_errors) {
+  double squared[lanes] = {}, spread[lanes] = {};
+  const float* const errors = squared_errors.data();
+  const std::size_t whole = squared_errors.size() / lanes * lanes;
+  for (std::size_t first = 0; first < whole; first += lanes)
+    for (int i = 0; i < lanes; ++i) {
+      const double error = errors[first + static_cast<std::size_t>(i)];
+      squared[i] += error;
+      spread[i] += error * error;
+    }
+  SummedErrors sum;
+  for (int i = 0; i < lanes; ++i) sum.add({squared[i], spread[i]});
+  for (std::size_t i = whole; i < squared_errors.size(); ++i) sum.add(errors[i]);
+  return sum;
+}
 
 SampledError SummedErrors::known() const { return {squared, std::max(0.0, squared + deviations * std::sqrt(spread))}; }
 
