@@ -248,9 +248,10 @@ void MissingError::add(double mean, double missing_depth, double missing_cutoff,
     const double apart = light > 0 ? levels.level(mean + light) - seen : 0;
     return apart * apart;
   };
-  depth += squared(missing_depth);
-  cutoff += squared(missing_cutoff);
-  both += squared(missing_depth + missing_cutoff);
+  const double by_depth = squared(missing_depth), by_cutoff = squared(missing_cutoff);
+  depth += by_depth;
+  cutoff += by_cutoff;
+  both += missing_cutoff == 0 ? by_depth : missing_depth == 0 ? by_cutoff : squared(missing_depth + missing_cutoff);
 }
 
 void MissingError::add(const MissingError& part) {

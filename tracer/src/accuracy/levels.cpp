@@ -10,47 +10,11 @@
 namespace tracer {
 namespace {
 
-constexpr int steps = 4096;
-
-template <class Curve>
-std::vector<float> tabulated(const Curve& curve) {
-  std::vector<float> table(steps + 1);
-  for (int i = 0; i <= steps; ++i) {
-    const double root = static_cast<double>(i) / steps;
-    table[static_cast<std::size_t>(i)] = static_cast<float>(curve(root * root));
-  }
-  return table;
-}
-
-const std::vector<float>& level_table() {
-  static const std::vector<float> table = tabulated([](double x) { return 255 * srgb_from_linear(x); });
-  return table;
-}
-
-/// The derivative of the curve (IEC 61966-2-1:1999, clause 5.2).
-const std::vector<float>& slope_table() {
-  static const std::vector<float> table =
-      tabulated([](double x) { return 255 * (x <= 0.0031308 ? 12.92 : 1.055 / 2.4 * std::pow(x, 1 / 2.4 - 1)); });
-  return table;
-}
-
-WHITTLE_INLINE double shown_of(double radiance, double gain, bool reinhard) {
-  const double exposed = (radiance > 0 ? radiance : 0) * gain;
-  return reinhard ? exposed / (1 + exposed) : exposed < 1 ? exposed : 1.0;
-}
-
-/// Between the table's entries on a line.
-WHITTLE_INLINE double read(const float* table, double displayed) {
-  const double at = std::sqrt(displayed) * steps;
-  const int whole = static_cast<int>(at), index = whole < steps ? whole : steps - 1;
-  const double part = at - index;
-  return table[index] + (table[index + 1] - table[index]) * part;
-}
-
 struct Scale {
   float gain;
   bool reinhard;
   const float* table;
+  int steps;
 };
 
 constexpr float all_white = 1e30f;  // to any curve, and to divide by
@@ -63,13 +27,35 @@ WHITTLE_WIDE void show_plane(const float* radiance, std::size_t count, const Sca
     const float light = (radiance[3 * i] > 0 ? radiance[3 * i] : 0) * s.gain;
     const float exposed = light < all_white ? light : all_white;
     const float clamped = exposed < 1 ? exposed : 1.0f;
-    const float at = std::sqrt(s.reinhard ? exposed / (1 + exposed) : clamped) * steps;
-    const int whole = static_cast<int>(at), index = whole < steps ? whole : steps - 1;
+    const float at = std::sqrt(s.reinhard ? exposed / (1 + exposed) : clamped) * static_cast<float>(s.steps);
+    const int whole = static_cast<int>(at), index = whole < s.steps ? whole : s.steps - 1;
     shown[i] = s.table[index] + (s.table[index + 1] - s.table[index]) * (at - static_cast<float>(index));
   }
 }
 
 }  // namespace
+
+template <class Curve>
+std::vector<float> Levels::tabulated(const Curve& curve) {
+  std::vector<float> table(steps + 1);
+  for (int i = 0; i <= steps; ++i) {
+    const double root = static_cast<double>(i) / steps;
+    table[static_cast<std::size_t>(i)] = static_cast<float>(curve(root * root));
+  }
+  return table;
+}
+
+const std::vector<float>& Levels::level_table() {
+  static const std::vector<float> table = tabulated([](double x) { return 255 * srgb_from_linear(x); });
+  return table;
+}
+
+/// The derivative of the curve (IEC 61966-2-1:1999, clause 5.2).
+const std::vector<float>& Levels::slope_table() {
+  static const std::vector<float> table =
+      tabulated([](double x) { return 255 * (x <= 0.0031308 ? 12.92 : 1.055 / 2.4 * std::pow(x, 1 / 2.4 - 1)); });
+  return table;
+}
 
 Levels::Levels(const Output& output, double brightest)
     : reinhard_(output.overflow == Output::Overflow::reinhard),
@@ -93,14 +79,10 @@ double Levels::slope_between(double a, double b) const {
   return (level(a) - level(b)) / (a - b);
 }
 
-double Levels::displayed(double radiance) const { return shown_of(radiance, gain_, reinhard_); }
-
-double Levels::of(const std::vector<float>& table, double displayed) { return read(table.data(), displayed); }
-
 void Levels::show(std::span<const float> rgb, std::array<std::vector<float>, 3>& planes) const {
   for (std::size_t channel = 0; channel < 3; ++channel)
     show_plane(rgb.data() + channel, rgb.size() / 3,
-               {static_cast<float>(std::min<double>(gain_, all_white)), reinhard_, level_.data()},
+               {static_cast<float>(std::min<double>(gain_, all_white)), reinhard_, level_.data(), steps},
                planes[channel].data());
 }
 
