@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <vector>
 
-
 namespace telemetry {
 
 void RenderPace::learn(const std::string& report) {

@@ -22,10 +22,10 @@ void check(int error, const std::string& what) {
   if (error != 0) throw std::system_error(error, std::generic_category(), what);
 }
 
-/// What the child gets of ours: descriptor 3, and 1 and 2 to be heard by, SIGINT and SIGTERM blocked until it ignores them. It has a
-/// session of its own, for where the scheduler groups by session (autogroup, sched(7)) renders would use up the
-/// daemon's share of the processors, however they step back: beside 8 large jobs on a busy machine small ones took 150
-/// ms at p99, and half of that since.
+/// What the child gets of ours: descriptor 3, 1 and 2 to be heard by, and SIGINT and SIGTERM blocked until it ignores
+/// them. It has a session of its own, for where the scheduler groups by session (autogroup, sched(7)) renders would use
+/// up the daemon's share of the processors, however they step back: beside 8 large jobs on a busy machine small ones
+/// took 150 ms at p99, and half of that since.
 class SpawnRules {
  public:
   SpawnRules(int socket, int output) {
