@@ -162,6 +162,14 @@ bool count_memory(void* total, ssize_t bytes, bool /*post*/) {
   return true;
 }
 
+/// How many primitives, or pairs of triangles, lie in one leaf of the tree at most: a leaf's box is tested once for all
+/// of them. A frustum's test costs more than a box of its own. Whole pictures at depth 5, an AVX-512 core, processor
+/// time with two to one: spheres 0.97 to 0.99, meshes 0.93 to 1.02, a lattice of cylinders 1.06; with four: 0.96 to
+/// 1.06, and 1.09.
+const char* device_settings(const GeometrySet& set) {
+  return set.quadrics.empty() ? "object_accel_max_leaf_size=2" : "object_accel_max_leaf_size=1";
+}
+
 bool keep_building(void* control, double /*fraction*/) { return !static_cast<RenderControl*>(control)->cancelled(); }
 
 }  // namespace
@@ -176,7 +184,7 @@ struct Accelerator::Embree {
   std::vector<User<QuadricGeometry>> quadrics;
   std::atomic<std::int64_t> bytes{0};
 
-  Embree() : device(rtcNewDevice(nullptr)) {
+  explicit Embree(const GeometrySet& set) : device(rtcNewDevice(device_settings(set))) {
     if (device == nullptr) return;
     rtcSetDeviceMemoryMonitorFunction(device, count_memory, &bytes);
     scene = rtcNewScene(device);
@@ -233,7 +241,8 @@ Accelerator::Accelerator(GeometrySet geometry, std::unique_ptr<Embree> embree)
 Accelerator::~Accelerator() = default;
 
 Result<std::shared_ptr<const Accelerator>, Failure> Accelerator::build(GeometrySet geometry, RenderControl& control) {
-  const std::shared_ptr<const Accelerator> made(new Accelerator(std::move(geometry), std::make_unique<Embree>()));
+  auto embree_for_it = std::make_unique<Embree>(geometry);
+  const std::shared_ptr<const Accelerator> made(new Accelerator(std::move(geometry), std::move(embree_for_it)));
   const GeometrySet& set = made->geometry_;
   Embree& embree = *made->embree_;
   if (embree.scene == nullptr) return Failure{Failure::Code::internal, "Embree cannot start on this machine"};
