@@ -118,43 +118,47 @@ std::optional<Asked> asked_about(RTCRayN* rays, unsigned count) {
   return RTCRayN_id(rays, count, 0) == 0 ? Asked::first_half : Asked::second_half;
 }
 
+/// What is one to Embree, as the test of whole packets takes it.
 template <class Geometry>
-void intersect_primitive(const RTCIntersectFunctionNArguments* args, const Geometry& geometry, PrimitiveRef self) {
-  Packet& packet = Packet::of(args->context);
-  RTCRayN* rays = RTCRayHitN_RayN(args->rayhit, args->N);
-  if (const std::optional<Asked> asked = asked_about(rays, args->N)) {
-    closest(packet, *asked, args->valid, &RTCRayN_tfar(rays, args->N, 0), geometry, self);
-    return;
-  }
-  for (unsigned i = 0; i < args->N; ++i)
-    if (args->valid[i] != 0)
-      closest_lane(packet, RTCRayN_id(rays, args->N, i), RTCRayN_tfar(rays, args->N, i), geometry, self);
+PrimitiveRef taken_at_once(const User<Geometry>& user, std::uint32_t run) {
+  return {user.index, user.runs.begin(run)};
+}
+TriangleRun taken_at_once(const User<TriangleGeometry>& user, std::uint32_t run) {
+  const std::uint32_t first = user.runs.begin(run);
+  return {{user.index, first}, user.runs.end(run) - first == 2};
 }
 
 template <class Geometry>
 void intersect_callback(const RTCIntersectFunctionNArguments* args) {
   const auto& user = *static_cast<const User<Geometry>*>(args->geometryUserPtr);
-  for (std::uint32_t i = user.runs.begin(args->primID); i < user.runs.end(args->primID); ++i)
-    intersect_primitive(args, *user.geometry, {user.index, i});
-}
-
-template <class Geometry>
-void occlude_primitive(const RTCOccludedFunctionNArguments* args, const Geometry& geometry, PrimitiveRef self) {
-  const Packet& packet = Packet::of(args->context);
-  if (const std::optional<Asked> asked = asked_about(args->ray, args->N)) {
-    occluded(packet, *asked, args->valid, &RTCRayN_tfar(args->ray, args->N, 0), geometry, self);
+  Packet& packet = Packet::of(args->context);
+  RTCRayN* rays = RTCRayHitN_RayN(args->rayhit, args->N);
+  if (const std::optional<Asked> asked = asked_about(rays, args->N)) {
+    closest(packet, *asked, args->valid, &RTCRayN_tfar(rays, args->N, 0), *user.geometry,
+            taken_at_once(user, args->primID));
     return;
   }
-  for (unsigned i = 0; i < args->N; ++i)
-    if (args->valid[i] != 0)
-      occluded_lane(packet, RTCRayN_id(args->ray, args->N, i), RTCRayN_tfar(args->ray, args->N, i), geometry, self);
+  for (std::uint32_t primitive = user.runs.begin(args->primID); primitive < user.runs.end(args->primID); ++primitive)
+    for (unsigned i = 0; i < args->N; ++i)
+      if (args->valid[i] != 0)
+        closest_lane(packet, RTCRayN_id(rays, args->N, i), RTCRayN_tfar(rays, args->N, i), *user.geometry,
+                     {user.index, primitive});
 }
 
 template <class Geometry>
 void occluded_callback(const RTCOccludedFunctionNArguments* args) {
   const auto& user = *static_cast<const User<Geometry>*>(args->geometryUserPtr);
-  for (std::uint32_t i = user.runs.begin(args->primID); i < user.runs.end(args->primID); ++i)
-    occlude_primitive(args, *user.geometry, {user.index, i});
+  const Packet& packet = Packet::of(args->context);
+  if (const std::optional<Asked> asked = asked_about(args->ray, args->N)) {
+    occluded(packet, *asked, args->valid, &RTCRayN_tfar(args->ray, args->N, 0), *user.geometry,
+             taken_at_once(user, args->primID));
+    return;
+  }
+  for (std::uint32_t primitive = user.runs.begin(args->primID); primitive < user.runs.end(args->primID); ++primitive)
+    for (unsigned i = 0; i < args->N; ++i)
+      if (args->valid[i] != 0)
+        occluded_lane(packet, RTCRayN_id(args->ray, args->N, i), RTCRayN_tfar(args->ray, args->N, i), *user.geometry,
+                      {user.index, primitive});
 }
 
 bool count_memory(void* total, ssize_t bytes, bool /*post*/) {
