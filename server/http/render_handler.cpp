@@ -69,8 +69,19 @@ Reply reply_for(const Waiting& waiting, const jobs::JobView& view, const Front& 
   return job_reply(202, view, front);
 }
 
+Answer look_at(const Waiting& waiting, const Front& front, bool timed_out);
+
 /// Answers when the job has ended, or has not by then.
-Answer wait_for(const Waiting& waiting, const Front& front, bool timed_out = false) {
+Answer wait_for(const Waiting& waiting, const Front& front) {
+  const auto watch = [front, id = waiting.id](std::function<void()> wake) -> std::function<void()> {
+    const std::uint64_t token = front.jobs.when_ended(id, std::move(wake));
+    return [front, token] { front.jobs.forget(token); };
+  };
+  const auto resume = [waiting, front](bool late) { return look_at(waiting, front, late); };
+  return Parked{waiting.deadline, watch, resume};
+}
+
+Answer look_at(const Waiting& waiting, const Front& front, bool timed_out) {
   const auto view = front.jobs.find(waiting.id);
   if (!view) return problem_reply(no_such_job(waiting.id), waiting.request_id);
   if (timed_out || jobs::ended(view->job.state)) {
@@ -78,12 +89,7 @@ Answer wait_for(const Waiting& waiting, const Front& front, bool timed_out = fal
     if (waiting.replayed) reply.headers.emplace_back("Idempotent-Replayed", "true");
     return reply;
   }
-  const auto watch = [front, id = waiting.id](std::function<void()> wake) -> std::function<void()> {
-    const std::uint64_t token = front.jobs.when_ended(id, std::move(wake));
-    return [front, token] { front.jobs.forget(token); };
-  };
-  const auto resume = [waiting, front](bool late) { return wait_for(waiting, front, late); };
-  return Parked{waiting.deadline, watch, resume};
+  return wait_for(waiting, front);
 }
 
 }  // namespace
@@ -107,7 +113,7 @@ Answer render(Request& request, const Front& front) {
   const Deadline deadline = std::chrono::steady_clock::now() + front.render_wait;
   if (submitted->replayed) {
     const std::string id = submitted->replayed->location.substr(std::string_view("/v1/jobs/").size());
-    return wait_for({id, *format, deadline, request.id, true}, front);
+    return look_at({id, *format, deadline, request.id, true}, front, false);
   }
   if (submitted->from_cache) {
     Reply reply = finished_picture(submitted->view.job, *format, front);

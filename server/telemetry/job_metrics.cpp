@@ -50,9 +50,9 @@ void JobMetrics::count_end(const jobs::Job& job) {
   if (job.state == jobs::JobState::succeeded && job.attempt == 0) return metrics_.add(cached, {});
   metrics_.observe(waited, {}, seconds(*job.started_at - job.created_at));
   metrics_.observe(ran, {{"state", jobs::name_of(job.state)}}, seconds(*job.ended_at - *job.started_at));
-  pace_.learn(job.report);
   const auto figures = api::read_report(job.report);
   if (!figures) return;
+  pace_.learn(*figures);
   metrics_.add(rays, {{"kind", "camera"}}, static_cast<double>(figures->rays.camera));
   metrics_.add(rays, {{"kind", "shadow"}}, static_cast<double>(figures->rays.shadow));
   metrics_.add(rays, {{"kind", "reflection"}}, static_cast<double>(figures->rays.reflection));

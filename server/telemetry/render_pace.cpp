@@ -3,15 +3,16 @@
 #include <algorithm>
 #include <vector>
 
-#include "api/report.h"
-
 namespace telemetry {
 
 void RenderPace::learn(const std::string& report) {
-  const auto figures = api::read_report(report);
-  if (!figures || !figures->seconds_per_work) return;
+  if (const auto figures = api::read_report(report)) learn(*figures);
+}
+
+void RenderPace::learn(const api::ReportFigures& figures) {
+  if (!figures.seconds_per_work) return;
   const std::lock_guard lock(mutex_);
-  seconds_per_work_.push_back(*figures->seconds_per_work);
+  seconds_per_work_.push_back(*figures.seconds_per_work);
   if (seconds_per_work_.size() > renders_max) seconds_per_work_.pop_front();
 }
 

@@ -6,6 +6,8 @@
 #include <optional>
 #include <string>
 
+#include "api/report.h"
+
 namespace telemetry {
 
 /// Thread-safe.
@@ -13,6 +15,7 @@ class RenderPace {
  public:
   /// Of a job that succeeded; what is no report of a render is left out.
   void learn(const std::string& report);
+  void learn(const api::ReportFigures& figures);
   /// For api::estimated_work: the median of the latest renders, so that one in a hundred that is quite otherwise counts
   /// for little. Nothing before the first.
   [[nodiscard]] std::optional<double> seconds_per_work() const;

@@ -22,17 +22,19 @@ void check(int error, const std::string& what) {
   if (error != 0) throw std::system_error(error, std::generic_category(), what);
 }
 
-/// What the child gets of ours: file descriptors 0..3, and SIGINT and SIGTERM blocked until it ignores them. It has a
-/// session of its own, for where the scheduler groups by session (autogroup, sched(7)) renders would use up the
-/// daemon's share of the processors, however they step back: beside 8 large jobs on a busy machine small ones took 150
-/// ms at p99, and half of that since.
+/// What the child gets of ours: descriptor 3, 1 and 2 to be heard by, and SIGINT and SIGTERM blocked until it ignores
+/// them. It has a session of its own, for where the scheduler groups by session (autogroup, sched(7)) renders would use
+/// up the daemon's share of the processors, however they step back: beside 8 large jobs on a busy machine small ones
+/// took 150 ms at p99, and half of that since.
 class SpawnRules {
  public:
-  explicit SpawnRules(int socket) {
+  SpawnRules(int socket, int output) {
     posix_spawn_file_actions_init(&actions_);
     posix_spawnattr_init(&attributes_);
     check(posix_spawn_file_actions_addopen(&actions_, STDIN_FILENO, "/dev/null", O_RDONLY, 0), "spawn rules");
-    check(posix_spawn_file_actions_adddup2(&actions_, STDERR_FILENO, STDOUT_FILENO), "spawn rules");
+    for (const int theirs : {STDOUT_FILENO, STDERR_FILENO}) {
+      check(posix_spawn_file_actions_adddup2(&actions_, output, theirs), "spawn rules");
+    }
     check(posix_spawn_file_actions_adddup2(&actions_, socket, worker_socket), "spawn rules");
     check(posix_spawn_file_actions_addclosefrom_np(&actions_, worker_socket + 1), "spawn rules");
     sigset_t blocked, reset;
@@ -86,7 +88,13 @@ Process::Process(const std::string& executable, std::vector<std::string> argumen
   const Descriptor theirs(ends[1]);
   if (fcntl(socket_.get(), F_SETFL, O_NONBLOCK) != 0) check(errno, "fcntl");
 
-  const SpawnRules rules(theirs.get());
+  std::array<int, 2> pipe{};
+  if (pipe2(pipe.data(), O_CLOEXEC) != 0) check(errno, "pipe");
+  spoken_ = SpokenLines(Descriptor(pipe[0]));
+  const Descriptor output(pipe[1]);
+  if (fcntl(pipe[0], F_SETFL, O_NONBLOCK) != 0) check(errno, "fcntl");
+
+  const SpawnRules rules(theirs.get(), output.get());
   arguments.insert(arguments.begin(), executable);
   const std::vector<char*> argument_pointers = pointers_to(arguments);
   const std::vector<char*> environment = environment_without_our_settings();

@@ -9,14 +9,15 @@
 
 #include "server/worker/descriptor.h"
 #include "server/worker/protocol.h"
+#include "server/worker/spoken_lines.h"
 
 namespace worker {
 
 /// Used by one thread. The process is killed and reaped when this goes.
 class Process {
  public:
-  /// Starts `executable` with these arguments, the socket as descriptor 3, standard input and output closed to it
-  /// (errors stay ours), and without WHITTLE_* in its environment: the daemon's secrets are not its. SIGINT and SIGTERM
+  /// Starts `executable` with these arguments, the socket as descriptor 3, an empty standard input, what it says going
+  /// to `spoken`, and without WHITTLE_* in its environment: the daemon's secrets are not its. SIGINT and SIGTERM
   /// do not reach it: the daemon decides. Throws std::system_error.
   Process(const std::string& executable, std::vector<std::string> arguments);
   ~Process();
@@ -35,12 +36,16 @@ class Process {
   [[nodiscard]] bool has_unsent() const { return !unsent_.empty(); }
   Received receive() { return worker::receive(socket_.get(), worker_body_limit); }
 
+  /// What it says on its standard output and error.
+  [[nodiscard]] SpokenLines& spoken() { return spoken_; }
+
   void kill();
   /// Waits for the process's end; says how it came: "was killed by signal 11 (SIGSEGV)", "exited with status 1".
   std::string reap();
 
  private:
   Descriptor socket_;
+  SpokenLines spoken_{Descriptor()};
   Descriptor pid_descriptor_;
   pid_t pid_ = 0;
   bool reaped_ = false;

@@ -43,6 +43,8 @@ void Supervisor::Loop::claim_jobs(Time now) {
 
 bool Supervisor::Loop::place_for(ClaimOf of) const {
   const auto slots = static_cast<std::size_t>(settings_.slots);
+  // As many claims at once as the last ones found jobs: one job that comes alone is not searched for by all places.
+  if (claiming_ >= std::max<std::size_t>(1, found_in_a_row_)) return false;
   // Finished pictures wait in memory for the store: when it is slower than the worker, the worker waits.
   const std::size_t storing_limit = slots + static_cast<std::size_t>(settings_.store_threads);
   if (running_.size() + claiming_ >= slots || storing_ >= storing_limit) return false;
@@ -80,6 +82,7 @@ void Supervisor::Loop::claimed(const std::shared_ptr<Claimed>& result) {
   --claiming_;
   if (result->of == ClaimOf::any) --claiming_any_;
   if (result->failed) claims_paused_until_ = Clock::now() + settings_.store_pause;
+  if (!result->failed) found_in_a_row_ = result->claim ? found_in_a_row_ + 1 : 0;
   if (result->claim) {
     const jobs::Job& job = result->claim->job;
     const std::int64_t fence = result->claim->fence;

@@ -92,6 +92,7 @@ void Supervisor::Loop::read_spare() {
     auto* hello = message == nullptr ? nullptr : std::get_if<Hello>(message);
     if (hello != nullptr) spare_->hello = std::move(*hello);
     if (message != nullptr && (hello != nullptr || std::holds_alternative<Heartbeat>(*message))) continue;
+    log_spoken(spare_->process);
     log_(LogLevel::warning, "spare_ended", {{"pid", std::to_string(spare_->process.pid())}});
     spare_.reset();
     spare_at_ = Clock::now() + settings_.restart_pause_max;
@@ -150,6 +151,7 @@ void Supervisor::Loop::worker_ended() {
     if (last_heard_ == heard_before) break;
   }
   if (worker_ == nullptr) return;  // its last words were none of ours
+  log_spoken(worker_->process);
   const std::string how = worker_->process.reap();
   worker_.reset();
   mourn(how, false, "worker_crashed");
@@ -175,6 +177,15 @@ void Supervisor::Loop::mourn(const std::string& how, bool excused, const char* c
   if (excused) return;
   restart_at_ += restart_pause_;
   restart_pause_ = std::min(2 * restart_pause_, settings_.restart_pause_max);
+}
+
+/// What is not said in messages is nothing we know: libraries' words, mostly.
+void Supervisor::Loop::log_spoken(Process& process) {
+  process.spoken().read(Clock::now(), [&](const std::string& text, std::uint64_t left_out) {
+    jobs::LogFields fields{{"worker", std::to_string(process.pid())}, {"text", text}};
+    if (left_out > 0) fields.emplace_back("left_out", std::to_string(left_out));
+    log_(LogLevel::warning, "worker_said", fields);
+  });
 }
 
 /// When it has nothing but jobs that it has not stopped. Without a spare one the start of the next would take longer

@@ -104,13 +104,20 @@ void Supervisor::Loop::wait(Time until) {
       {listens ? worker_->process.socket() : -1, static_cast<short>(POLLIN | unsent), 0},
       {worker_ != nullptr ? worker_->process.pid_descriptor() : -1, POLLIN, 0},
       {spare_ != nullptr ? spare_->process.socket() : -1, POLLIN, 0},
+      {worker_ != nullptr ? worker_->process.spoken().descriptor() : -1, POLLIN, 0},
+      {spare_ != nullptr ? spare_->process.spoken().descriptor() : -1, POLLIN, 0},
   };
+  const std::size_t others = descriptors.size();
   for (const auto& ended : ended_) descriptors.push_back({ended->process.pid_descriptor(), POLLIN, 0});
   const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - Clock::now()).count();
   poll(descriptors.data(), descriptors.size(), static_cast<int>(std::clamp<decltype(left)>(left, 0, 60'000)));
-  for (std::size_t i = ended_.size(); i > 0; --i) {
-    if ((descriptors[3 + i].revents & POLLIN) != 0) ended_.erase(ended_.begin() + static_cast<std::ptrdiff_t>(i) - 1);
+  for (std::size_t i = ended_.size(); i-- > 0;) {
+    if ((descriptors[others + i].revents & POLLIN) == 0) continue;
+    log_spoken(ended_[i]->process);
+    ended_.erase(ended_.begin() + static_cast<std::ptrdiff_t>(i));
   }
+  if (descriptors[4].revents != 0) log_spoken(worker_->process);
+  if (descriptors[5].revents != 0) log_spoken(spare_->process);
   if ((descriptors[1].revents & POLLOUT) != 0) worker_->process.flush();
   if ((descriptors[2].revents & POLLIN) != 0) worker_ended();
 }

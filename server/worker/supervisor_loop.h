@@ -102,6 +102,7 @@ class Supervisor::Loop final : public jobs::Runner {
   void keep_spare(Time now);
   void read_spare();
   std::string list_of_jobs() const;
+  void log_spoken(Process& process);
 
   // Jobs (supervisor_jobs.cpp).
   void claim_jobs(Time now);
@@ -163,6 +164,7 @@ class Supervisor::Loop final : public jobs::Runner {
   std::map<std::string, Running> running_;
   std::size_t claiming_ = 0;             ///< claims at the store threads
   std::size_t claiming_any_ = 0;         ///< of those, perhaps of large jobs
+  std::size_t found_in_a_row_ = 0;       ///< jobs, by the last claims
   std::size_t storing_ = 0;              ///< other tasks there
   std::set<std::string> early_cancels_;  ///< cancelled while claims are under way: perhaps one of those
   /// Values of wakes_ at which a claim found nothing to run, and nothing small.

@@ -5,9 +5,12 @@ for a small picture waits, and how much of that is neither building, tracing nor
 Starts whittled (from $WHITTLE_BIN) on free ports with an empty data folder. One client with one kept connection asks, turn
 by turn, by POST /v1/render until the first byte of the picture, and by POST /v1/jobs and GET ?wait until the job has ended.
 The job's own report tells what the worker was busy with: `service` is all the rest, HTTP, durable queue, both processes'
-messages, store. Beside it stands how long this machine takes to make 4 KiB last, for every job waits for that some times.
+messages, store. Each time the camera stands elsewhere: no picture is there already. Beside it stand how long the same
+client waits for GET /v1/version, which is the HTTP and its own share, and how long this machine takes to make 4 KiB last, for
+every job waits for that some times.
 """
 import argparse
+import itertools
 import json
 import os
 import pathlib
@@ -92,10 +95,21 @@ def tell(what, rows):
         print(f"  {name:20} " + " ".join(f"{value:8.2f}" for value in (*at, values[0])))
 
 
-def measure(connection, document, rounds, way):
+def documents(scene):
+    """Of pictures that differ, without end."""
+    for step in itertools.count():
+        position = [scene["camera"]["position"][0] + 1e-3 * step, *scene["camera"]["position"][1:]]
+        yield json.dumps({**scene, "camera": {**scene["camera"], "position": position}}).encode()
+
+
+def version_ms(connection, rounds):
+    return statistics.median(1000 * expect(200, connection.ask("GET", "/v1/version"))[3] for _ in range(rounds))
+
+
+def measure(connection, frames, rounds, way):
     rows = []
     for _ in range(rounds):
-        total, path = way(connection, document)
+        total, path = way(connection, next(frames))
         stages = stages_of(connection, path)
         service = total - sum(stages[name] for name in ("build", "trace", "encode"))
         rows.append({"total": total, **stages, "service": service})
@@ -111,15 +125,16 @@ def main():
     scene = json.loads(pathlib.Path(options.scene).read_bytes())
     scene["image"] = {"width": options.size, "height": options.size}
     scene["job"] = {**scene.get("job", {}), "cache": "off"}  # each is rendered
-    document = json.dumps(scene).encode()
-    print(f"{pathlib.Path(options.scene).name} {options.size} x {options.size}, {len(document)} bytes, {options.rounds} rounds, "
+    frames = documents(scene)
+    print(f"{pathlib.Path(options.scene).name} {options.size} x {options.size}, {len(next(frames))} bytes, {options.rounds} rounds, "
           f"load {os.getloadavg()[0]:.1f}; milliseconds")
     with Daemon("--log-level", "warning", *of_the_daemon) as daemon:
         connection = Connection(daemon.port)
         for way in (by_render, by_waiting):
-            measure(connection, document, 10, way)  # warm
-        tell("POST /v1/render", measure(connection, document, options.rounds, by_render))
-        tell("POST /v1/jobs, wait", measure(connection, document, options.rounds, by_waiting))
+            measure(connection, frames, 10, way)  # warm
+        tell("POST /v1/render", measure(connection, frames, options.rounds, by_render))
+        tell("POST /v1/jobs, wait", measure(connection, frames, options.rounds, by_waiting))
+        print(f"GET /v1/version: {version_ms(connection, options.rounds):.2f}")
     with tempfile.TemporaryDirectory() as folder:
         print(f"fsync of 4 KiB here: {fsync_ms(folder, 50):.2f}")
 

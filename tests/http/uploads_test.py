@@ -42,6 +42,23 @@ def age(daemon, content, days):
     os.utime(daemon.data / "uploads" / name[:2] / name, (then, then))
 
 
+class BrokenPictures(unittest.TestCase):
+    def test_make_a_library_speak_and_that_is_a_record_of_the_log(self):
+        data = TILE.index(b"IDAT") + 4
+        broken = TILE[:data + 20] + bytes([TILE[data + 20] ^ 1]) + TILE[data + 21:]  # its checksum is another
+        with Daemon() as daemon:
+            daemon.worker_may_speak = True
+            put(daemon, broken)
+            job = daemon.wait_for_end(daemon.submit(textured(broken)))
+            self.assertEqual((job["state"], job["problem"]["code"]), ("failed", "bad_asset"))
+
+            def records():
+                return [row for row in daemon.log_rows() if row["event"] == "worker_said"]
+            said = wait_until(records, "what libpng says")[0]
+            self.assertEqual((said["level"], said["worker"]), ("warning", str(daemon.worker())))
+            self.assertIn("libpng", said["text"])
+
+
 class Uploads(OneDaemon):
     def missing(self, *hashes):
         reply = self.daemon.request("POST", "/v1/assets/missing", {"sha256": list(hashes)})

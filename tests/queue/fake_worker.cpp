@@ -16,6 +16,7 @@
 ///   unsealed            sends a picture that is no sealed memory
 ///   stale               sends a Finished with the fence before this one
 ///   silent              stops the heartbeat, and waits for ever
+///   say COUNT TEXT      writes that many numbered lines to its standard error
 ///   badname             sends a picture whose name breaks a header
 
 #include <fcntl.h>
@@ -26,6 +27,7 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <cstdio>
 #include <fstream>
 #include <map>
 #include <memory>
@@ -130,6 +132,13 @@ bool obey(const std::string& line, const Assign& job, const std::atomic<bool>& c
   }
   if (command == "badname") {
     say(Finished{job.job_id, job.fence, "{}", one_picture("a\r\nSet-Cookie: b", sealed_memory("x"))});
+  }
+  if (command == "say") {
+    std::istringstream arguments(argument);
+    int count = 0;
+    std::string text;
+    std::getline(arguments >> count >> std::ws, text);
+    for (int i = 0; i < count; ++i) std::fprintf(stderr, "%d %s\n", i, text.c_str());
   }
   if (command == "stale") say(Finished{job.job_id, job.fence - 1, "stale", {}});
   if (command == "silent") {

@@ -84,6 +84,16 @@ class SupervisorTest : public testing::Test {
     submission.parsed.scene.accuracy.samples = 1000;
     return queue.submit(std::move(submission))->view.job.id;
   }
+  /// Failed at its deadline, but had begun: one that had not, on a busy machine, is followed by another with more time.
+  std::string overrun(const std::string& document) {
+    for (std::int64_t time_ms = 300;; time_ms *= 4) {
+      jobs::Submission submission;
+      submission.document = document;
+      submission.parsed.job.deadline = jobs::system_clock()() + time_ms;
+      const std::string id = queue.submit(std::move(submission))->view.job.id;
+      if (!reaches(id, jobs::JobState::failed) || find(id).attempt > 0) return id;
+    }
+  }
   jobs::Job find(const std::string& id) { return queue.find(id).value().job; }
   jobs::JobState state(const std::string& id) { return find(id).state; }
   bool reaches(const std::string& id, jobs::JobState wanted) {

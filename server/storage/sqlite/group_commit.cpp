@@ -19,43 +19,30 @@ bool is_broken(const std::exception_ptr& failure) {
 
 }  // namespace
 
-GroupCommit::GroupCommit(std::unique_ptr<Database> database, DiskHealth& health)
-    : database_(std::move(database)), health_(health), thread_([this] { run_groups(); }) {}
-
-GroupCommit::~GroupCommit() {
-  {
-    const std::lock_guard lock(mutex_);
-    stopping_ = true;
-  }
-  work_waits_.notify_one();
-  thread_.join();
-}
-
 void GroupCommit::wait_for(Operation& operation) {
   std::unique_lock lock(mutex_);
   waiting_.push_back(&operation);
-  work_waits_.notify_one();
-  operation.answer.wait(lock, [&] { return operation.answered; });
+  operation.turn.wait(lock, [&] { return operation.answered || !led_; });
+  if (!operation.answered) lead(lock);
   if (operation.failure) std::rethrow_exception(operation.failure);
 }
 
-void GroupCommit::run_groups() {
-  std::unique_lock lock(mutex_);
-  for (;;) {
-    work_waits_.wait(lock, [&] { return stopping_ || !waiting_.empty(); });
-    if (waiting_.empty()) return;
-    const std::vector<Operation*> group = std::exchange(waiting_, {});
-    lock.unlock();
-    commit(group);
-    lock.lock();
-    for (Operation* operation : group) {
-      operation->answered = true;
-      operation->answer.notify_one();  // under the lock: the operation is gone as soon as its caller sees the answer
-    }
+/// Commits all that waits, the caller's among them, and leaves what came meanwhile to the first of those.
+void GroupCommit::lead(std::unique_lock<std::mutex>& lock) {
+  led_ = true;
+  const std::vector<Operation*> group = std::exchange(waiting_, {});
+  lock.unlock();
+  commit(group);
+  lock.lock();
+  led_ = false;
+  for (Operation* operation : group) {
+    operation->answered = true;
+    operation->turn.notify_one();  // under the lock: the operation is gone as soon as its caller sees the answer
   }
+  if (!waiting_.empty()) waiting_.front()->turn.notify_one();
 }
 
-void GroupCommit::commit(const std::vector<Operation*>& group) {
+void GroupCommit::commit(const std::vector<Operation*>& group) noexcept {
   bool alive = true;
   try {
     health_.check();  // again: these may have come before the last group failed

@@ -1,6 +1,7 @@
 #pragma once
-/// All writes of the process through one connection and one thread. What waits when the thread is free is committed
-/// together: one sync of the disk answers many callers. Private to this folder.
+/// All writes of the process through one connection. Whoever finds nobody writing does so at once, on the own thread:
+/// a hand-over there and back costs more than most commits. What comes meanwhile waits and is committed together by one
+/// of those who wait: one sync of the disk answers many callers. Private to this folder.
 
 #include <condition_variable>
 #include <exception>
@@ -8,8 +9,8 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <thread>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "server/jobs/disk_health.h"
@@ -27,8 +28,9 @@ enum class Synced {
 class GroupCommit {
  public:
   /// `health` is that of the disk and must outlive this.
-  GroupCommit(std::unique_ptr<Database> database, DiskHealth& health);
-  ~GroupCommit();  ///< no call may be in progress
+  /// No call may be in progress when it goes.
+  GroupCommit(std::unique_ptr<Database> database, DiskHealth& health)
+      : database_(std::move(database)), health_(health) {}
 
   /// Runs `work(database)` inside a transaction and returns its value once that is committed, and synced as asked. What
   /// `work` throws undoes its own writes alone and is thrown here. `work` may run a second time, after everything it
@@ -47,22 +49,20 @@ class GroupCommit {
     Synced synced = Synced::now;
     std::exception_ptr failure;
     bool answered = false;
-    std::condition_variable answer;
+    std::condition_variable turn;  ///< it was answered, or may lead
   };
 
   void wait_for(Operation& operation);
-  void run_groups();
-  void commit(const std::vector<Operation*>& group);
+  void lead(std::unique_lock<std::mutex>& lock);
+  void commit(const std::vector<Operation*>& group) noexcept;
   bool run_in_savepoint(Operation& operation);
   void undo() noexcept;
 
-  std::unique_ptr<Database> database_;
+  std::unique_ptr<Database> database_;  ///< the leader's
   DiskHealth& health_;
   std::mutex mutex_;
-  std::condition_variable work_waits_;
   std::vector<Operation*> waiting_;
-  bool stopping_ = false;
-  std::thread thread_;  ///< last: starts when the rest is there
+  bool led_ = false;  ///< somebody commits
 };
 
 }  // namespace jobs::sqlite

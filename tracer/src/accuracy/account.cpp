@@ -5,6 +5,7 @@
 
 #include "tracer/src/accuracy/contrast.h"
 #include "tracer/src/math/vec.h"
+#include "tracer/src/math/wide.h"
 
 namespace tracer {
 namespace {
@@ -204,6 +205,22 @@ class Settlement {
 
 }  // namespace
 
+WHITTLE_WIDE SummedErrors summed(std::span<const float> squared_errors) {
+  double squared[lanes] = {}, spread[lanes] = {};
+  const float* const errors = squared_errors.data();
+  const std::size_t whole = squared_errors.size() / lanes * lanes;
+  for (std::size_t first = 0; first < whole; first += lanes)
+    for (int i = 0; i < lanes; ++i) {
+      const double error = errors[first + static_cast<std::size_t>(i)];
+      squared[i] += error;
+      spread[i] += error * error;
+    }
+  SummedErrors sum;
+  for (int i = 0; i < lanes; ++i) sum.add({squared[i], spread[i]});
+  for (std::size_t i = whole; i < squared_errors.size(); ++i) sum.add(errors[i]);
+  return sum;
+}
+
 SampledError SummedErrors::known() const { return {squared, std::max(0.0, squared + deviations * std::sqrt(spread))}; }
 
 SampledError SummedErrors::known_by_audit() const {
@@ -231,9 +248,10 @@ void MissingError::add(double mean, double missing_depth, double missing_cutoff,
     const double apart = light > 0 ? levels.level(mean + light) - seen : 0;
     return apart * apart;
   };
-  depth += squared(missing_depth);
-  cutoff += squared(missing_cutoff);
-  both += squared(missing_depth + missing_cutoff);
+  const double by_depth = squared(missing_depth), by_cutoff = squared(missing_cutoff);
+  depth += by_depth;
+  cutoff += by_cutoff;
+  both += missing_cutoff == 0 ? by_depth : missing_depth == 0 ? by_cutoff : squared(missing_depth + missing_cutoff);
 }
 
 void MissingError::add(const MissingError& part) {

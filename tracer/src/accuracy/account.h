@@ -29,6 +29,9 @@ struct SummedErrors {
   [[nodiscard]] SampledError known_by_audit() const;
 };
 
+/// Of many.
+SummedErrors summed(std::span<const float> squared_errors);
+
 /// Squared errors of pixels chosen at random, which stand for more.
 class AuditedError {
  public:

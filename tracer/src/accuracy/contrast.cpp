@@ -10,8 +10,8 @@ namespace {
 
 constexpr std::size_t no_row = std::numeric_limits<std::size_t>::max();
 
-WHITTLE_INLINE double squared_bend(double before, double at, double after) {
-  const double bend = before - 2.0 * at + after;
+WHITTLE_INLINE float squared_bend(float before, float at, float after) {
+  const float bend = before - 2 * at + after;
   return bend * bend;
 }
 
@@ -23,10 +23,9 @@ WHITTLE_WIDE void raise(const ShownRow& before, const ShownRow& at, const ShownR
   const float *const r1 = at[0].data(), *const g1 = at[1].data(), *const b1 = at[2].data();
   const float *const r2 = after[0].data(), *const g2 = after[1].data(), *const b2 = after[2].data();
   for (std::ptrdiff_t x = first; x < last; ++x) {
-    const double bends = squared_bend(r0[x - step], r1[x], r2[x + step]) +
-                         squared_bend(g0[x - step], g1[x], g2[x + step]) +
-                         squared_bend(b0[x - step], b1[x], b2[x + step]);
-    const auto bent = static_cast<float>(bends);
+    const float bent = squared_bend(r0[x - step], r1[x], r2[x + step]) +
+                       squared_bend(g0[x - step], g1[x], g2[x + step]) +
+                       squared_bend(b0[x - step], b1[x], b2[x + step]);
     contrast[x] = contrast[x] < bent ? bent : contrast[x];
   }
 }

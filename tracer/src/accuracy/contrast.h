@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "tracer/src/math/wide.h"
+
 namespace tracer {
 
 /// The levels of a row of pixels, a plane for each channel.
@@ -38,7 +40,7 @@ class ContrastRows {
 /// The variance to expect of one sample in a pixel of that contrast, before anything was measured. An edge anywhere in
 /// the pixel, of height h, puts the centre's sample off by h^2 / 12 in the mean. What is fainter is more likely a
 /// curve, whose centre is off by 1/24 of its second difference in each direction; twice that is expected.
-inline double expected_variance(double contrast) {
+WHITTLE_INLINE double expected_variance(double contrast) {
   constexpr double edge = 3 * 6 * 6;  // six levels in each channel: below, shading bends as much
   return contrast >= edge ? contrast / 12 : contrast / 144;
 }

@@ -10,10 +10,33 @@
 namespace tracer {
 namespace {
 
-constexpr int steps = 4096;
+struct Scale {
+  float gain;
+  bool reinhard;
+  const float* table;
+  int steps;
+};
+
+constexpr float all_white = 1e30f;  // to any curve, and to divide by
+
+/// Every third number, from the first on, in floats: twice as many at a time. Off by 1e-4 levels at most, for the
+/// table's steps are 0.1 levels apart at most, and a float knows its place to 2^-11 of a step.
+WHITTLE_WIDE void show_plane(const float* radiance, std::size_t count, const Scale& scale, float* __restrict shown) {
+  const Scale s = scale;
+  for (std::size_t i = 0; i < count; ++i) {
+    const float light = (radiance[3 * i] > 0 ? radiance[3 * i] : 0) * s.gain;
+    const float exposed = light < all_white ? light : all_white;
+    const float clamped = exposed < 1 ? exposed : 1.0f;
+    const float at = std::sqrt(s.reinhard ? exposed / (1 + exposed) : clamped) * static_cast<float>(s.steps);
+    const int whole = static_cast<int>(at), index = whole < s.steps ? whole : s.steps - 1;
+    shown[i] = s.table[index] + (s.table[index + 1] - s.table[index]) * (at - static_cast<float>(index));
+  }
+}
+
+}  // namespace
 
 template <class Curve>
-std::vector<float> tabulated(const Curve& curve) {
+std::vector<float> Levels::tabulated(const Curve& curve) {
   std::vector<float> table(steps + 1);
   for (int i = 0; i <= steps; ++i) {
     const double root = static_cast<double>(i) / steps;
@@ -22,45 +45,17 @@ std::vector<float> tabulated(const Curve& curve) {
   return table;
 }
 
-const std::vector<float>& level_table() {
+const std::vector<float>& Levels::level_table() {
   static const std::vector<float> table = tabulated([](double x) { return 255 * srgb_from_linear(x); });
   return table;
 }
 
 /// The derivative of the curve (IEC 61966-2-1:1999, clause 5.2).
-const std::vector<float>& slope_table() {
+const std::vector<float>& Levels::slope_table() {
   static const std::vector<float> table =
       tabulated([](double x) { return 255 * (x <= 0.0031308 ? 12.92 : 1.055 / 2.4 * std::pow(x, 1 / 2.4 - 1)); });
   return table;
 }
-
-WHITTLE_INLINE double shown_of(double radiance, double gain, bool reinhard) {
-  const double exposed = (radiance > 0 ? radiance : 0) * gain;
-  return reinhard ? exposed / (1 + exposed) : exposed < 1 ? exposed : 1.0;
-}
-
-/// Between the table's entries on a line.
-WHITTLE_INLINE double read(const float* table, double displayed) {
-  const double at = std::sqrt(displayed) * steps;
-  const int whole = static_cast<int>(at), index = whole < steps ? whole : steps - 1;
-  const double part = at - index;
-  return table[index] + (table[index + 1] - table[index]) * part;
-}
-
-struct Scale {
-  double gain;
-  bool reinhard;
-  const float* table;
-};
-
-/// Every third number, from the first on.
-WHITTLE_WIDE void show_plane(const float* radiance, std::size_t count, const Scale& scale, float* __restrict shown) {
-  const Scale s = scale;
-  for (std::size_t i = 0; i < count; ++i)
-    shown[i] = static_cast<float>(read(s.table, shown_of(radiance[3 * i], s.gain, s.reinhard)));
-}
-
-}  // namespace
 
 Levels::Levels(const Output& output, double brightest)
     : reinhard_(output.overflow == Output::Overflow::reinhard),
@@ -84,13 +79,11 @@ double Levels::slope_between(double a, double b) const {
   return (level(a) - level(b)) / (a - b);
 }
 
-double Levels::displayed(double radiance) const { return shown_of(radiance, gain_, reinhard_); }
-
-double Levels::of(const std::vector<float>& table, double displayed) { return read(table.data(), displayed); }
-
 void Levels::show(std::span<const float> rgb, std::array<std::vector<float>, 3>& planes) const {
   for (std::size_t channel = 0; channel < 3; ++channel)
-    show_plane(rgb.data() + channel, rgb.size() / 3, {gain_, reinhard_, level_.data()}, planes[channel].data());
+    show_plane(rgb.data() + channel, rgb.size() / 3,
+               {static_cast<float>(std::min<double>(gain_, all_white)), reinhard_, level_.data(), steps},
+               planes[channel].data());
 }
 
 }  // namespace tracer

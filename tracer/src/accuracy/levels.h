@@ -2,10 +2,12 @@
 /// The scale on which errors are told: what a display is to show, in steps of an 8-bit code, not rounded.
 
 #include <array>
+#include <cmath>
 #include <span>
 #include <vector>
 
 #include "tracer/scene.h"
+#include "tracer/src/math/wide.h"
 
 namespace tracer {
 
@@ -27,8 +29,23 @@ class Levels {
   [[nodiscard]] double white() const { return white_; }
 
  private:
-  [[nodiscard]] double displayed(double radiance) const;
-  [[nodiscard]] static double of(const std::vector<float>& table, double displayed);
+  static constexpr int steps = 4096;  ///< of the tables, over the square root of what is displayed
+
+  [[nodiscard]] WHITTLE_INLINE double displayed(double radiance) const {
+    const double exposed = (radiance > 0 ? radiance : 0) * gain_;
+    return reinhard_ ? exposed / (1 + exposed) : exposed < 1 ? exposed : 1.0;
+  }
+  /// Between the table's entries on a line.
+  [[nodiscard]] WHITTLE_INLINE static double of(const std::vector<float>& table, double displayed) {
+    const double at = std::sqrt(displayed) * steps;
+    const int whole = static_cast<int>(at), index = whole < steps ? whole : steps - 1;
+    const float* const entry = table.data() + index;
+    return entry[0] + (entry[1] - entry[0]) * (at - index);
+  }
+  template <class Curve>
+  static std::vector<float> tabulated(const Curve& curve);
+  static const std::vector<float>& level_table();
+  static const std::vector<float>& slope_table();
 
   bool reinhard_ = false;
   double gain_ = 1, white_ = 1;

@@ -1,6 +1,15 @@
 #include "tracer/src/accuracy/uniform_error.h"
 
+#include "tracer/src/math/wide.h"
+
 namespace tracer {
+namespace {
+
+WHITTLE_WIDE void expect(const float* contrast, std::size_t count, std::uint32_t samples, float* __restrict variance) {
+  for (std::size_t x = 0; x < count; ++x) variance[x] = static_cast<float>(expected_variance(contrast[x]) / samples);
+}
+
+}  // namespace
 
 UniformVariance::UniformVariance(const UniformPixels& pixels, const Levels& levels)
     : pixels_(pixels),
@@ -14,11 +23,14 @@ UniformVariance::UniformVariance(const UniformPixels& pixels, const Levels& leve
 std::span<const float> UniformVariance::row(std::size_t y) {
   constexpr double prior_weight = 2;
   const std::span<const float> contrast = contrasts_.row(y);
+  if (pixels_.spread.empty()) {
+    expect(contrast.data(), contrast.size(), pixels_.samples, variance_.data());
+    return variance_;
+  }
   const std::uint32_t others = pixels_.samples - 1;
   for (std::size_t x = 0; x < pixels_.width; ++x) {
-    double one = expected_variance(contrast[x]);
-    if (!pixels_.spread.empty())
-      one = (own_variance(y * pixels_.width + x) * others + one * prior_weight) / (others + prior_weight);
+    const double own = own_variance(y * pixels_.width + x), expected = expected_variance(contrast[x]);
+    const double one = (own * others + expected * prior_weight) / (others + prior_weight);
     variance_[x] = static_cast<float>(one / pixels_.samples);
   }
   return variance_;

@@ -47,7 +47,7 @@ SampledError account_for_samples(Image& image, const UniformPixels& pixels, cons
     SummedErrors part;
     for (std::size_t y = blocks.first_row(block); y < blocks.first_row(block + 1); ++y) {
       const std::span<const float> variance = variances.row(y);
-      for (const float one : variance) part.add(one);
+      part.add(summed(variance));
       if (image.layers.error.empty()) continue;
       float* const error = image.layers.error.data() + y * pixels.width;
       for (std::size_t x = 0; x < variance.size(); ++x) error[x] = error_of(variance[x]);

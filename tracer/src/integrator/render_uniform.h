@@ -94,14 +94,32 @@ class UniformRender {
       Batch batch = uniform_batch(scene_, pixels, first, last, samples_);
       batch.light_points = (light_points_min + samples_ - 1) / samples_;
       if (!wavefront.trace(std::move(batch))) return false;
+      if (samples_ == 1) write_each(pixels, wavefront, image, lacks);
       const Part part{pixels.size(), first == 0, last == samples_};
-      sum_up(part, wavefront, begun,
-             [&](std::size_t i, const Sums& sums) { write(sums, tiles_.place(pixels[i]), image, lacks); });
+      if (samples_ > 1)
+        sum_up(part, wavefront, begun,
+               [&](std::size_t i, const Sums& sums) { write(sums, tiles_.place(pixels[i]), image, lacks); });
       if (scene_.needs.layers)
         sum_up(part, wavefront, begun_layers,
                [&](std::size_t i, const LayerSum& sums) { sums.write(image, tiles_.place(pixels[i])); });
     }
     return true;
+  }
+
+  /// Pixels of one sample each: there is nothing to sum up.
+  void write_each(std::span<const Pixel> pixels, const Wavefront<Model>& wavefront, Image& image,
+                  std::vector<Lack>& lacks) const {
+    const std::vector<Color>& radiance = wavefront.radiance();
+    const std::vector<MissingLight>& missing = wavefront.missing();
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      if (!finite(radiance[i])) continue;  // it is counted, and stays black
+      float* const rgb = image.rgb.data() + 3 * tiles_.place(pixels[i]);
+      rgb[0] = film_value(radiance[i].r);
+      rgb[1] = film_value(radiance[i].g);
+      rgb[2] = film_value(radiance[i].b);
+    }
+    for (std::size_t i = 0; i < missing.size(); ++i)
+      if (finite(radiance[i])) note(missing[i], tiles_.place(pixels[i]), lacks);
   }
 
   /// Of the samples of so many pixels, all first ones first.
@@ -145,9 +163,12 @@ class UniformRender {
     sums.sum.write(image.rgb.data() + 3 * at);
     if (!spread_.empty()) sums.sum.write_spread(sums.squares, spread_.data() + 3 * at);
     const auto [depth, cutoff, spared] = sums.missing;
-    if (!(depth + cutoff + spared > 0)) return;
     const float share = 1.0f / static_cast<float>(samples_);
-    lacks.push_back({static_cast<std::uint32_t>(at), {depth * share, cutoff * share, spared * share}});
+    note({depth * share, cutoff * share, spared * share}, at, lacks);
+  }
+
+  static void note(const MissingLight& missing, std::size_t at, std::vector<Lack>& lacks) {
+    if (missing.depth + missing.cutoff + missing.spared > 0) lacks.push_back({static_cast<std::uint32_t>(at), missing});
   }
 
   ErrorEstimate account(Image& image, const Judging& judging) const {
