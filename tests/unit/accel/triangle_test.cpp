@@ -181,6 +181,22 @@ TEST(TriangleHits, AreNotTheTriangleThatTheRayLeavesNorTheEdgeOfItsNeighbour) {
   EXPECT_EQ(wrong, 0u) << "of " << rays.size();
 }
 
+TEST(TriangleHits, AreFoundBesideATriangleThatHasACornerTwice) {
+  // Two of its three corners are the next one's, and yet they share no edge.
+  TriangleGeometry geometry;
+  geometry.positions = {{0, 0, 0}, {0.4, 0, 0}, {0, 0.4, 0}, {0.3, 0.3, 0}, {-0.1, -0.1, 0}};
+  for (const std::array<std::uint32_t, 3>& twice : {std::array{4u, 4u, 3u}, std::array{3u, 4u, 4u}})
+    for (const bool first : {true, false}) {
+      const std::array<std::uint32_t, 3> whole{4, 2, 1};
+      geometry.triangles = first ? std::vector{twice, whole} : std::vector{whole, twice};
+      GeometrySet set;
+      set.triangles.push_back(geometry);
+      const RayBatch batch({TestRay{{0.1, 0.1, 1}, {0, 0, -1}}});
+      ASSERT_EQ(batch.closest(*built(set), Coherence::coherent)[0].primitive, (PrimitiveRef{0, first ? 1u : 0u}));
+      ASSERT_TRUE(batch.occluded(*built(set), Coherence::coherent)[0]);
+    }
+}
+
 /// A rough sheet of 2 * side * side triangles over the unit square, each cell's halves next to each other.
 TriangleGeometry sheet(Random& random, std::uint32_t side) {
   TriangleGeometry geometry;

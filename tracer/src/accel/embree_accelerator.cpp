@@ -118,48 +118,60 @@ std::optional<Asked> asked_about(RTCRayN* rays, unsigned count) {
   return RTCRayN_id(rays, count, 0) == 0 ? Asked::first_half : Asked::second_half;
 }
 
+/// What is one to Embree, as the test of whole packets takes it.
 template <class Geometry>
-void intersect_primitive(const RTCIntersectFunctionNArguments* args, const Geometry& geometry, PrimitiveRef self) {
-  Packet& packet = Packet::of(args->context);
-  RTCRayN* rays = RTCRayHitN_RayN(args->rayhit, args->N);
-  if (const std::optional<Asked> asked = asked_about(rays, args->N)) {
-    closest(packet, *asked, args->valid, &RTCRayN_tfar(rays, args->N, 0), geometry, self);
-    return;
-  }
-  for (unsigned i = 0; i < args->N; ++i)
-    if (args->valid[i] != 0)
-      closest_lane(packet, RTCRayN_id(rays, args->N, i), RTCRayN_tfar(rays, args->N, i), geometry, self);
+PrimitiveRef taken_at_once(const User<Geometry>& user, std::uint32_t run) {
+  return {user.index, user.runs.begin(run)};
+}
+TriangleRun taken_at_once(const User<TriangleGeometry>& user, std::uint32_t run) {
+  const std::uint32_t first = user.runs.begin(run);
+  return {{user.index, first}, user.runs.end(run) - first == 2};
 }
 
 template <class Geometry>
 void intersect_callback(const RTCIntersectFunctionNArguments* args) {
   const auto& user = *static_cast<const User<Geometry>*>(args->geometryUserPtr);
-  for (std::uint32_t i = user.runs.begin(args->primID); i < user.runs.end(args->primID); ++i)
-    intersect_primitive(args, *user.geometry, {user.index, i});
-}
-
-template <class Geometry>
-void occlude_primitive(const RTCOccludedFunctionNArguments* args, const Geometry& geometry, PrimitiveRef self) {
-  const Packet& packet = Packet::of(args->context);
-  if (const std::optional<Asked> asked = asked_about(args->ray, args->N)) {
-    occluded(packet, *asked, args->valid, &RTCRayN_tfar(args->ray, args->N, 0), geometry, self);
+  Packet& packet = Packet::of(args->context);
+  RTCRayN* rays = RTCRayHitN_RayN(args->rayhit, args->N);
+  if (const std::optional<Asked> asked = asked_about(rays, args->N)) {
+    closest(packet, *asked, args->valid, &RTCRayN_tfar(rays, args->N, 0), *user.geometry,
+            taken_at_once(user, args->primID));
     return;
   }
-  for (unsigned i = 0; i < args->N; ++i)
-    if (args->valid[i] != 0)
-      occluded_lane(packet, RTCRayN_id(args->ray, args->N, i), RTCRayN_tfar(args->ray, args->N, i), geometry, self);
+  for (std::uint32_t primitive = user.runs.begin(args->primID); primitive < user.runs.end(args->primID); ++primitive)
+    for (unsigned i = 0; i < args->N; ++i)
+      if (args->valid[i] != 0)
+        closest_lane(packet, RTCRayN_id(rays, args->N, i), RTCRayN_tfar(rays, args->N, i), *user.geometry,
+                     {user.index, primitive});
 }
 
 template <class Geometry>
 void occluded_callback(const RTCOccludedFunctionNArguments* args) {
   const auto& user = *static_cast<const User<Geometry>*>(args->geometryUserPtr);
-  for (std::uint32_t i = user.runs.begin(args->primID); i < user.runs.end(args->primID); ++i)
-    occlude_primitive(args, *user.geometry, {user.index, i});
+  const Packet& packet = Packet::of(args->context);
+  if (const std::optional<Asked> asked = asked_about(args->ray, args->N)) {
+    occluded(packet, *asked, args->valid, &RTCRayN_tfar(args->ray, args->N, 0), *user.geometry,
+             taken_at_once(user, args->primID));
+    return;
+  }
+  for (std::uint32_t primitive = user.runs.begin(args->primID); primitive < user.runs.end(args->primID); ++primitive)
+    for (unsigned i = 0; i < args->N; ++i)
+      if (args->valid[i] != 0)
+        occluded_lane(packet, RTCRayN_id(args->ray, args->N, i), RTCRayN_tfar(args->ray, args->N, i), *user.geometry,
+                      {user.index, primitive});
 }
 
 bool count_memory(void* total, ssize_t bytes, bool /*post*/) {
   static_cast<std::atomic<std::int64_t>*>(total)->fetch_add(bytes, std::memory_order_relaxed);
   return true;
+}
+
+/// How many primitives, or pairs of triangles, lie in one leaf of the tree at most: a leaf's box is tested once for all
+/// of them. A frustum's test costs more than a box of its own. Whole pictures at depth 5, an AVX-512 core, processor
+/// time with two to one: spheres 0.97 to 0.99, meshes 0.93 to 1.02, a lattice of cylinders 1.06; with four: 0.96 to
+/// 1.06, and 1.09.
+const char* device_settings(const GeometrySet& set) {
+  return set.quadrics.empty() ? "object_accel_max_leaf_size=2" : "object_accel_max_leaf_size=1";
 }
 
 bool keep_building(void* control, double /*fraction*/) { return !static_cast<RenderControl*>(control)->cancelled(); }
@@ -176,7 +188,7 @@ struct Accelerator::Embree {
   std::vector<User<QuadricGeometry>> quadrics;
   std::atomic<std::int64_t> bytes{0};
 
-  Embree() : device(rtcNewDevice(nullptr)) {
+  explicit Embree(const GeometrySet& set) : device(rtcNewDevice(device_settings(set))) {
     if (device == nullptr) return;
     rtcSetDeviceMemoryMonitorFunction(device, count_memory, &bytes);
     scene = rtcNewScene(device);
@@ -233,7 +245,8 @@ Accelerator::Accelerator(GeometrySet geometry, std::unique_ptr<Embree> embree)
 Accelerator::~Accelerator() = default;
 
 Result<std::shared_ptr<const Accelerator>, Failure> Accelerator::build(GeometrySet geometry, RenderControl& control) {
-  const std::shared_ptr<const Accelerator> made(new Accelerator(std::move(geometry), std::make_unique<Embree>()));
+  auto embree_for_it = std::make_unique<Embree>(geometry);
+  const std::shared_ptr<const Accelerator> made(new Accelerator(std::move(geometry), std::move(embree_for_it)));
   const GeometrySet& set = made->geometry_;
   Embree& embree = *made->embree_;
   if (embree.scene == nullptr) return Failure{Failure::Code::internal, "Embree cannot start on this machine"};

@@ -107,21 +107,29 @@ void write_rays(const Packet& packet, RTCRay16& ray);
 void write_hits(const Packet& packet, const HitSpan& hits, std::size_t first);
 void write_blocked(const Packet& packet, const RTCRay16& ray, std::uint8_t* blocked);
 
-/// Primitive self.primitive of `geometry`, decided in double. The callers' lanes: those of `valid` (-1) among those
-/// asked about, of which `valid` and `tfar` begin at the first, or one. The part of a quadric that was met goes into
-/// the packet's `u`. Spheres and quadrics do not know where a ray starts: it may meet the one it leaves again.
+/// One triangle, or the two that share an edge and are one to Embree.
+struct TriangleRun {
+  PrimitiveRef first;
+  bool pair;
+  [[nodiscard]] PrimitiveRef second() const { return {first.geometry, first.primitive + 1}; }
+};
+
+/// Primitive self.primitive of `geometry`, or the triangles of `run`, decided in double. The callers' lanes: those of
+/// `valid` (-1) among those asked about, of which `valid` and `tfar` begin at the first, or one. The part of a quadric
+/// that was met goes into the packet's `u`. Spheres and quadrics do not know where a ray starts: it may meet the one it
+/// leaves again.
 void closest(Packet& packet, Asked asked, const int* valid, float* tfar, const SphereGeometry& geometry,
              PrimitiveRef self);
 void closest(Packet& packet, Asked asked, const int* valid, float* tfar, const QuadricGeometry& geometry,
              PrimitiveRef self);
 void closest(Packet& packet, Asked asked, const int* valid, float* tfar, const TriangleGeometry& geometry,
-             PrimitiveRef self);
+             TriangleRun run);
 void occluded(const Packet& packet, Asked asked, const int* valid, float* tfar, const SphereGeometry& geometry,
               PrimitiveRef self);
 void occluded(const Packet& packet, Asked asked, const int* valid, float* tfar, const QuadricGeometry& geometry,
               PrimitiveRef self);
 void occluded(const Packet& packet, Asked asked, const int* valid, float* tfar, const TriangleGeometry& geometry,
-              PrimitiveRef self);
+              TriangleRun run);
 void closest_lane(Packet& packet, unsigned lane, float& tfar, const SphereGeometry& geometry, PrimitiveRef self);
 void closest_lane(Packet& packet, unsigned lane, float& tfar, const QuadricGeometry& geometry, PrimitiveRef self);
 void closest_lane(Packet& packet, unsigned lane, float& tfar, const TriangleGeometry& geometry, PrimitiveRef self);

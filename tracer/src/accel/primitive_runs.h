@@ -49,9 +49,11 @@ class PrimitiveRuns<TriangleGeometry> {
  private:
   using Corners = std::array<std::uint32_t, 3>;
   static bool share_edge(const Corners& a, const Corners& b) {
+    if (!distinct(a) || !distinct(b)) return false;
     const auto among_b = [&](std::uint32_t corner) { return std::find(b.begin(), b.end(), corner) != b.end(); };
     return std::count_if(a.begin(), a.end(), among_b) >= 2;
   }
+  static bool distinct(const Corners& t) { return t[0] != t[1] && t[1] != t[2] && t[2] != t[0]; }
   /// Whether the box around triangle `i` and the next is met no more often than theirs are together: boxes are met as
   /// often as their areas say (Goldsmith, Salmon 1987, "Automatic creation of object hierarchies for ray tracing", IEEE
   /// CG&A 7(5)). The halves of a face pass, a face and its thin neighbour around a corner do not: with those as pairs

@@ -30,24 +30,49 @@ WHITTLE_INLINE auto by_leading(const Packet& p, const With& with) {
   });
 }
 
-/// Whether any of the lanes that count meets the triangle. Few of those that Embree proposes do: all is computed anew
-/// for these, which takes less than to store for each what it may need.
+/// Which triangles of a run any of the lanes that count meets.
+struct Met {
+  bool first, second;
+};
+
 template <class RayOf>
-WHITTLE_INLINE bool any_sees(Asked asked, const int* valid, const TriangleTest& triangle, const RayOf& ray_of) {
+WHITTLE_INLINE Met any_sees(Asked asked, const int* valid, const TriangleTest& triangle, const RayOf& ray_of) {
   int met = 0;
   for_lanes(
       asked, [&](int i, int k)
                  __attribute__((always_inline)) { met |= seen(ray_of(i), triangle).inside ? valid[k] : 0; });
-  return met != 0;
+  return {met != 0, false};
 }
 
-/// Runs `take(lane, place, hit)` over the lanes asked about, when any of those that count meets the triangle.
+template <class RayOf>
+WHITTLE_INLINE Met any_sees(Asked asked, const int* valid, const PairTest& pair, const RayOf& ray_of) {
+  int first = 0, second = 0;
+  for_lanes(
+      asked, [&](int i, int k) __attribute__((always_inline)) {
+        const SeenPair met = seen(ray_of(i), pair);
+        const int counts = valid[k];
+        first |= met.first >= 0 ? counts : 0;
+        second |= met.second >= 0 ? counts : 0;
+      });
+  return {first != 0, second != 0};
+}
+
+WHITTLE_INLINE Met any_sees(const Packet& p, Asked asked, const int* valid, const TriangleGeometry& geometry,
+                            TriangleRun run) {
+  const auto sees = [&](const auto& test) __attribute__((always_inline)) {
+    return by_leading(
+        p, [&](const auto& ray_of) __attribute__((always_inline)) { return any_sees(asked, valid, test, ray_of); });
+  };
+  const std::uint32_t first = run.first.primitive;
+  return run.pair ? sees(pair_test(geometry, first)) : sees(triangle_test(geometry, first));
+}
+
+/// Runs `take(lane, place, hit)` over the lanes asked about.
 template <class Take>
 WHITTLE_INLINE void for_each_hit(const Packet& p, Asked asked, const int* valid, const TriangleTest& triangle,
                                  const Take& take) {
   by_leading(
       p, [&](const auto& ray_of) __attribute__((always_inline)) {
-        if (!any_sees(asked, valid, triangle, ray_of)) return;
         for_lanes(
             asked, [&](int i, int k) __attribute__((always_inline)) {
               const SeenAlong ray = ray_of(i);
@@ -64,10 +89,10 @@ TriangleHit lane_hit(const Packet& p, unsigned i, const TriangleTest& triangle) 
   return s.inside ? watertight_hit(s, ray.dz) : TriangleHit{};
 }
 
-}  // namespace
+// Functions of their own: where the compiler sees two triangles at once it makes no vector code of these loops.
 
-WHITTLE_WIDE void closest(Packet& packet, Asked asked, const int* valid, float* __restrict tfar,
-                          const TriangleGeometry& geometry, PrimitiveRef self) {
+WHITTLE_WIDE void take_closest(Packet& packet, Asked asked, const int* valid, float* __restrict tfar,
+                               const TriangleGeometry& geometry, PrimitiveRef self) {
   for_each_hit(
       packet, asked, valid, triangle_test(geometry, self.primitive),
       [&](int i, int k, const TriangleHit& hit) __attribute__((always_inline)) {
@@ -82,14 +107,33 @@ WHITTLE_WIDE void closest(Packet& packet, Asked asked, const int* valid, float* 
       });
 }
 
-WHITTLE_WIDE void occluded(const Packet& packet, Asked asked, const int* valid, float* __restrict tfar,
-                           const TriangleGeometry& geometry, PrimitiveRef self) {
+WHITTLE_WIDE void take_blocked(const Packet& packet, Asked asked, const int* valid, float* __restrict tfar,
+                               const TriangleGeometry& geometry, PrimitiveRef self) {
   for_each_hit(
       packet, asked, valid, triangle_test(geometry, self.primitive),
       [&](int i, int k, const TriangleHit& hit) __attribute__((always_inline)) {
         const bool blocked = !starts_on(packet, static_cast<unsigned>(i), self) & (hit.t < packet.t[i]);
         tfar[k] = blocked ? -std::numeric_limits<float>::infinity() : tfar[k];
       });
+}
+
+}  // namespace
+
+// Few of the triangles that Embree proposes are met: all is computed anew for these, which takes less than to store for
+// each what it may need.
+
+WHITTLE_WIDE void closest(Packet& packet, Asked asked, const int* valid, float* tfar, const TriangleGeometry& geometry,
+                          TriangleRun run) {
+  const Met met = any_sees(packet, asked, valid, geometry, run);
+  if (met.first) take_closest(packet, asked, valid, tfar, geometry, run.first);
+  if (met.second) take_closest(packet, asked, valid, tfar, geometry, run.second());
+}
+
+WHITTLE_WIDE void occluded(const Packet& packet, Asked asked, const int* valid, float* tfar,
+                           const TriangleGeometry& geometry, TriangleRun run) {
+  const Met met = any_sees(packet, asked, valid, geometry, run);
+  if (met.first) take_blocked(packet, asked, valid, tfar, geometry, run.first);
+  if (met.second) take_blocked(packet, asked, valid, tfar, geometry, run.second());
 }
 
 void closest_lane(Packet& packet, unsigned lane, float& tfar, const TriangleGeometry& geometry, PrimitiveRef self) {
