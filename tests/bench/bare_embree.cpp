@@ -2,6 +2,7 @@
 
 #include <embree3/rtcore.h>
 
+#include <atomic>
 #include <cmath>
 #include <ctime>
 #include <limits>
@@ -162,9 +163,18 @@ double processor_seconds() {
 }
 
 struct BareEmbree::Content {
+  std::atomic<std::int64_t> bytes{0};  ///< that Embree holds
   RTCDevice device = rtcNewDevice(nullptr);
-  RTCScene scene = rtcNewScene(device);
-  Content() = default;
+  RTCScene scene = nullptr;
+  std::uint64_t shared_bytes = 0;  ///< of the geometry, that Embree does not hold
+  Content() {
+    const auto count = [](void* total, ssize_t more, bool /*post*/) {
+      *static_cast<std::atomic<std::int64_t>*>(total) += more;
+      return true;
+    };
+    rtcSetDeviceMemoryMonitorFunction(device, count, &bytes);
+    scene = rtcNewScene(device);
+  }
   Content(const Content&) = delete;
   Content& operator=(const Content&) = delete;
   ~Content() {
@@ -190,12 +200,14 @@ struct BareEmbree::Content {
 };
 
 BareEmbree::BareEmbree(const tracer::GeometrySet& geometry) : content_(std::make_unique<Content>()) {
+  content_->shared_bytes = tracer::memory_bytes(geometry);
   for (const SphereGeometry& spheres : geometry.spheres) content_->attach_shapes(spheres);
   for (const QuadricGeometry& quadrics : geometry.quadrics) content_->attach_shapes(quadrics);
   for (const tracer::TriangleGeometry& mesh : geometry.triangles) {
     RTCGeometry g = rtcNewGeometry(content_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                                                  3 * sizeof(float), mesh.positions.size()));
+    content_->shared_bytes -= mesh.positions.capacity() * sizeof(tracer::Vec3);
     for (const tracer::Vec3& p : mesh.positions)
       for (const double coordinate : {p.x, p.y, p.z}) *vertices++ = static_cast<float>(coordinate);
     rtcSetSharedGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh.triangles.data(), 0,
@@ -206,6 +218,10 @@ BareEmbree::BareEmbree(const tracer::GeometrySet& geometry) : content_(std::make
 }
 
 BareEmbree::~BareEmbree() = default;
+
+std::uint64_t BareEmbree::memory_bytes() const {
+  return static_cast<std::uint64_t>(content_->bytes.load()) + content_->shared_bytes;
+}
 
 BareEmbree::Timing BareEmbree::closest(const tracer::RaySpan& rays) const {
   std::vector<RTCRayHit16> packets((rays.count + width - 1) / width);

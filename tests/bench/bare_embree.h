@@ -3,6 +3,7 @@
 /// queues, Embree's own triangles, textbook callbacks for the other shapes (bare_shapes.h). What it cannot do and the
 /// tracer does: planes, exact hits, scenes far from the origin.
 
+#include <cstdint>
 #include <memory>
 
 #include "tracer/src/accel/accelerator.h"
@@ -25,6 +26,8 @@ class BareEmbree {
   /// Packets of 16 filled beforehand; only the calls to Embree are timed. Coherent flag set.
   [[nodiscard]] Timing closest(const tracer::RaySpan& rays) const;
   [[nodiscard]] Timing occluded(const tracer::RaySpan& rays) const;
+  /// Its tree, and the geometry as given: vertices as floats.
+  [[nodiscard]] std::uint64_t memory_bytes() const;
 
  private:
   struct Content;

@@ -141,5 +141,9 @@ int main(int argc, char** argv) {
   print("shadow rays, bare Embree", shadow.count, bare_shadow, bare_shadow);
   print("shadow rays, accelerator", shadow.count, own_shadow, bare_shadow);
   print("camera + shadow, whole tracer", camera.count + shadow.count, whole, bare_both);
+  const auto own_bytes = static_cast<double>((*compiled)->accelerator->memory_bytes());
+  const auto bare_bytes = static_cast<double>(bare.memory_bytes());
+  std::printf("%-34s %9.1f MB, bare Embree %.1f MB %13s ratio %5.2f\n", "memory, tree and geometry", own_bytes / 1e6,
+              bare_bytes / 1e6, "", own_bytes / bare_bytes);
   return 0;
 }
