@@ -10,7 +10,7 @@ class StreamEnded(Exception):
 
 
 class NoStream(Exception):
-    """The service gives none, for now."""
+    """The service gives none at the moment."""
 
 
 class Events:
