@@ -143,6 +143,16 @@ TEST(SqliteJobStore, RefusesAFolderThatIsInUse) {
   }
 }
 
+TEST(SqliteJobStore, TakesAFolderThatIsLetGoOfWithinMoments) {
+  const TemporaryFolder folder;
+  auto first = std::make_unique<SqliteJobStore>(folder.path());
+  std::jthread soon([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    first.reset();
+  });
+  EXPECT_NO_THROW(SqliteJobStore(folder.path()));
+}
+
 TEST(SqliteJobStore, RefusesAFileOfANewerProgramAndLeavesItAlone) {
   const TemporaryFolder folder;
   const std::string path = folder.path() + "/whittle.db";

@@ -8,6 +8,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <thread>
 
 #include "server/jobs/job_store.h"
 
@@ -25,6 +26,18 @@ std::string holder(int fd) {
   return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : "unknown";
 }
 
+/// A daemon that was killed while it started a worker leaves the lock to that until it is a process of its own. On a
+/// busy machine such a worker waits for its turn.
+bool lock_soon(int fd) {
+  constexpr std::chrono::milliseconds pause(10);
+  const auto end = std::chrono::steady_clock::now() + FolderLock::patience;
+  while (flock(fd, LOCK_EX | LOCK_NB) < 0) {
+    if (errno != EWOULDBLOCK || std::chrono::steady_clock::now() >= end) return false;
+    std::this_thread::sleep_for(pause);
+  }
+  return true;
+}
+
 }  // namespace
 
 FolderLock::FolderLock(const std::string& folder) {
@@ -32,7 +45,7 @@ FolderLock::FolderLock(const std::string& folder) {
   const std::string path = folder + "/lock";
   fd_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0640);
   if (fd_ < 0) fail("cannot open " + path);
-  if (flock(fd_, LOCK_EX | LOCK_NB) < 0) {
+  if (!lock_soon(fd_)) {
     const int error = errno;
     const std::string process = holder(fd_);
     close(fd_);

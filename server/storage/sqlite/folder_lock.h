@@ -1,6 +1,7 @@
 #pragma once
 /// Keeps a second daemon out of a data folder.
 
+#include <chrono>
 #include <string>
 
 namespace jobs::sqlite {
@@ -9,6 +10,9 @@ namespace jobs::sqlite {
 /// process ends in whatever way.
 class FolderLock {
  public:
+  /// How long a lock that another process holds is waited for: after a daemon was killed it may take a moment to go.
+  static constexpr std::chrono::seconds patience{3};
+
   /// Creates the folder where missing. Throws StoreFailure; when another process holds the lock, it says which.
   explicit FolderLock(const std::string& folder);
   ~FolderLock();
