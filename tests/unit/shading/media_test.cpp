@@ -65,7 +65,8 @@ TEST(TheMediaOfARay, AreThoseOfAPlainListWhateverIsCrossed) {
   const auto scene = balls();
   Random random(8);
   std::uint64_t hidden = 0, uncrossed = 0;
-  for (std::uint64_t walk = 0; walk < effort::cases(1'000); ++walk) {
+  const std::uint64_t walks = effort::cases(1'000);
+  for (std::uint64_t walk = 0; walk < walks; ++walk) {
     Media media(*scene);
     Media::List list = Media::camera(*scene);
     PlainList plain;
@@ -86,8 +87,8 @@ TEST(TheMediaOfARay, AreThoseOfAPlainListWhateverIsCrossed) {
       list = found.after;
     }
   }
-  EXPECT_GT(hidden, 1000u);
-  EXPECT_GT(uncrossed, 1000u);
+  EXPECT_GT(hidden, walks);
+  EXPECT_GT(uncrossed, walks);
 }
 
 }  // namespace
