@@ -3,6 +3,8 @@
 #include <bit>
 #include <utility>
 
+#include "tracer/src/large_pages.h"
+
 namespace tracer {
 namespace {
 
@@ -43,7 +45,7 @@ std::vector<std::uint8_t> tiff16(std::uint32_t width, std::uint32_t height, std:
   const std::uint32_t strip = resolution + 8;                // and the pixels
   const auto strip_bytes = static_cast<std::uint32_t>(2 * codes.size());
   Writer writer;
-  writer.bytes.reserve(strip + strip_bytes);
+  reserve_in_large_pages(writer.bytes, strip + strip_bytes);
   writer.bytes = {'I', 'I', 42, 0};
   writer.put32(header);  // where the directory is
   writer.put16(entries);
