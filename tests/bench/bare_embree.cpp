@@ -176,14 +176,20 @@ void ask(const int* valid, RTCScene scene, RTCIntersectContext& context, RTCRayH
   rtcIntersect16(valid, scene, &context, &rayhit);
 }
 
+struct Scenes {
+  RTCScene all = nullptr;
+  RTCScene transmissive = nullptr;  ///< once more what lets light through
+};
+
 /// Asks with all of them; `Rays` is RTCRay16 or RTCRayHit16.
 template <class Rays>
 BareEmbree::Timing trace_all(std::span<const Query> queries, Query::Kind kind, BareEmbree::Flags flags,
-                             RTCScene scene) {
+                             const Scenes& scenes) {
   struct Packet {
     Rays rays;
     alignas(64) int valid[width];
     tracer::Coherence coherence;
+    RTCScene scene;
   };
   std::vector<Packet> packets;
   for (const Query& query : queries) {
@@ -192,6 +198,7 @@ BareEmbree::Timing trace_all(std::span<const Query> queries, Query::Kind kind, B
     for (std::size_t first = 0; first < rays.count; first += width) {
       Packet& filled = packets.emplace_back();
       put(packet(rays, first, mask_of(query.among)), filled.rays);
+      filled.scene = query.among == tracer::Among::transmissive ? scenes.transmissive : scenes.all;
       for (std::size_t i = 0; i < width; ++i)
         filled.valid[i] = first + i < rays.count && Query::is_ray(rays, first + i) ? -1 : 0;
       filled.coherence = flags == BareEmbree::Flags::as_asked ? query.coherence : tracer::Coherence::coherent;
@@ -205,7 +212,7 @@ BareEmbree::Timing trace_all(std::span<const Query> queries, Query::Kind kind, B
   BareEmbree::Timing timing;
   const double start = processor_seconds();
   for (Packet& asked : packets)
-    ask(asked.valid, scene, asked.coherence == tracer::Coherence::coherent ? coherent : incoherent, asked.rays);
+    ask(asked.valid, asked.scene, asked.coherence == tracer::Coherence::coherent ? coherent : incoherent, asked.rays);
   timing.seconds = processor_seconds() - start;
   for (const Packet& asked : packets)
     for (unsigned i = 0; i < width; ++i) timing.hits += asked.valid[i] != 0 && is_hit(asked.rays, i) ? 1 : 0;
@@ -223,7 +230,7 @@ double processor_seconds() {
 struct BareEmbree::Content {
   std::atomic<std::int64_t> bytes{0};  ///< that Embree holds
   RTCDevice device = rtcNewDevice(nullptr);
-  RTCScene scene = nullptr;
+  Scenes scenes;
   std::uint64_t shared_bytes = 0;  ///< of the geometry, that Embree does not hold
   Content() {
     const auto count = [](void* total, ssize_t more, bool /*post*/) {
@@ -231,18 +238,20 @@ struct BareEmbree::Content {
       return true;
     };
     rtcSetDeviceMemoryMonitorFunction(device, count, &bytes);
-    scene = rtcNewScene(device);
+    scenes = {rtcNewScene(device), rtcNewScene(device)};
   }
   Content(const Content&) = delete;
   Content& operator=(const Content&) = delete;
   ~Content() {
-    rtcReleaseScene(scene);
+    rtcReleaseScene(scenes.transmissive);
+    rtcReleaseScene(scenes.all);
     rtcReleaseDevice(device);
   }
-  void attach(RTCGeometry geometry, bool transmissive) const {
-    rtcSetGeometryMask(geometry, transmissive ? mask_transmissive : mask_opaque);
+  void attach(RTCGeometry geometry, bool lets_through) const {
+    rtcSetGeometryMask(geometry, lets_through ? mask_transmissive : mask_opaque);
     rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene, geometry);
+    rtcAttachGeometry(scenes.all, geometry);
+    if (lets_through) rtcAttachGeometry(scenes.transmissive, geometry);
     rtcReleaseGeometry(geometry);
   }
   /// Two triangles that reach so far that who sees their end sees a horizon.
@@ -291,7 +300,8 @@ BareEmbree::BareEmbree(const tracer::GeometrySet& geometry) : content_(std::make
   const tracer::PlaneGeometry& planes = geometry.planes;
   for (std::size_t i = 0; i < planes.point.size(); ++i)
     content_->attach_plane(planes.point[i], planes.normal[i], planes.transmissive[i] != 0);
-  rtcCommitScene(content_->scene);
+  rtcCommitScene(content_->scenes.all);
+  rtcCommitScene(content_->scenes.transmissive);
 }
 
 BareEmbree::~BareEmbree() = default;
@@ -301,8 +311,8 @@ std::uint64_t BareEmbree::memory_bytes() const {
 }
 
 BareEmbree::Timing BareEmbree::trace(std::span<const Query> queries, Query::Kind kind, Flags flags) const {
-  return kind == Query::Kind::closest ? trace_all<RTCRayHit16>(queries, kind, flags, content_->scene)
-                                      : trace_all<RTCRay16>(queries, kind, flags, content_->scene);
+  return kind == Query::Kind::closest ? trace_all<RTCRayHit16>(queries, kind, flags, content_->scenes)
+                                      : trace_all<RTCRay16>(queries, kind, flags, content_->scenes);
 }
 
 }  // namespace bench
