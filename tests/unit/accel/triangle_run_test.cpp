@@ -73,13 +73,15 @@ TriangleGeometry random_pair(Random& random) {
   return geometry;
 }
 
-/// Through a corner or an edge to a bit or a few, or past it by any share of the triangle's size; from near and far.
+/// Through a corner or an edge to a bit or a few, past it by any share of the triangle's size, or past a dot by much;
+/// from near and far.
 Line random_line(Random& random, const TriangleGeometry& geometry, double far) {
   const auto& corners = geometry.triangles[random.below(2)];
   const Vec p = geometry.position(corners[0]), q = geometry.position(corners[1]), r = geometry.position(corners[2]);
   const Real along = random.chance(0.3) ? 0 : random.in(0, 1);
   Vec target = p + along * (q - p);
   if (random.chance(0.7)) target = target + Real(random.sign() * std::exp2(random.in(-56, 0))) * (r - p);
+  if (random.chance(0.2)) target = target + Real(random.spread(1e-6, 0.2)) * random.direction();
   Vec direction = random.direction();
   if (random.chance(0.3))  // almost in the plane
     direction = unit(q - p + Real(random.in(-1, 1)) * (r - p) + Real(std::exp2(random.in(-60, -2))) * direction);
