@@ -20,8 +20,10 @@
 /// ray_doubt() is above their sum.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "tracer/src/accel/geometry.h"
 #include "tracer/src/math/wide.h"
@@ -30,6 +32,7 @@ namespace tracer {
 
 struct FloatVec {
   float x, y, z;
+  bool operator==(const FloatVec&) const = default;
 };
 
 WHITTLE_INLINE float dot(const FloatVec& a, const FloatVec& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
@@ -44,6 +47,7 @@ struct alignas(64) TriangleRun {
   float longest;    ///< edge that ends in a, not rounded down
   std::uint32_t geometry, first, count;
   [[nodiscard]] bool pair() const { return count == 2; }
+  bool operator==(const TriangleRun&) const = default;
 };
 static_assert(sizeof(TriangleRun) == 64);
 
@@ -54,11 +58,13 @@ inline TriangleRun triangle_run(const TriangleGeometry& geometry, std::uint32_t 
   auto [a, b, c] = geometry.triangles[first];
   std::uint32_t other = c;
   if (count == 2) {
-    const auto& [d, e, f] = geometry.triangles[first + 1];
-    const auto in_second = [&](std::uint32_t corner) { return (corner == d) | (corner == e) | (corner == f); };
+    const std::array<std::uint32_t, 3>& second = geometry.triangles[first + 1];
+    const auto in_second = [&](std::uint32_t corner) {
+      return std::find(second.begin(), second.end(), corner) != second.end();
+    };
     if (!in_second(a)) std::swap(a, c);
     if (!in_second(b)) std::swap(b, c);
-    other = d ^ e ^ f ^ a ^ b;  // what is left of the three
+    other = second[0] ^ second[1] ^ second[2] ^ a ^ b;  // what is left of the three
   }
   const Vec3& corner = geometry.position(a);
   const auto single = [](const Vec3& v) {
