@@ -89,8 +89,9 @@ TEST(TriangleHits, AreTheOraclesForRaysFromAnywhere) {
     const auto blocked = batch.occluded(*accelerator, Coherence::coherent);
     for (std::size_t i = 0; i < rays.size(); ++i) {
       const Expected e = expected_for(set.triangles[0], rays[i]);
-      // Vertices as the ray sees them: a subtraction, two products and another, of numbers no larger than the distance.
-      const Real doubt = 8 * 0x1p-53L * (1 + length(Vec(rays[i].origin)));
+      // Vertices as the ray sees them, two of each edge: a subtraction, two products and another, of numbers no larger
+      // than the distance.
+      const Real doubt = 16 * 0x1p-53L * (1 + length(Vec(rays[i].origin)));
       const Real t_doubt = doubt * (2 + e.slimness / e.sine);
       ++tried;
       if (!(std::fabs(e.inside) * e.sine > doubt) || std::fabs(e.t - rays[i].t_max) <= t_doubt) continue;
