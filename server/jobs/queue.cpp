@@ -20,8 +20,7 @@ Queue::Queue(JobStore& store, ArtifactStore& artifacts, IdSource& ids, Clock clo
       clock_(std::move(clock)),
       settings_(settings),
       boot_id_(ids.next()),
-      artifacts_(artifacts),
-      pins_(store, artifacts, log),
+      pins_(store, artifacts, settings.small_picture_bytes, log),
       previews_(clock_) {
   const int recovered = store_.recover(boot_id_, clock_());
   for (const std::string& batch : store_.failing_batches()) cancel_batch(batch);
@@ -96,7 +95,7 @@ void Queue::make_durable(const std::string& id) {
   not_durable_.erase(id);
 }
 
-std::unique_ptr<ArtifactReader> Queue::open(const Artifact& artifact) { return artifacts_.open(artifact.sha256); }
+std::unique_ptr<ArtifactReader> Queue::open(const Artifact& artifact) { return pins_.open(artifact.sha256); }
 
 std::uint64_t Queue::when_ended(const std::string& id, std::function<void()> done) {
   std::uint64_t token = 0;
@@ -270,11 +269,13 @@ bool Queue::succeed(const std::string& id, std::int64_t fence, const std::string
                     const std::vector<Picture>& pictures) {
   ArtifactPins::Pinned pinned(pins_);
   std::vector<Artifact> artifacts;
+  std::vector<SmallPicture> small;
   for (const Picture& picture : pictures) {
-    const ArtifactStore::Stored stored = pinned.put(picture.fd);
+    ArtifactStore::Stored stored = pinned.put(picture.fd);
     artifacts.push_back({picture.name, picture.media_type, stored.sha256, stored.bytes});
+    if (stored.small) small.push_back({stored.sha256, *std::move(stored.small)});
   }
-  const bool moved = store_.succeed(id, fence, clock_(), report, artifacts, is_durable(id));
+  const bool moved = store_.succeed(id, fence, clock_(), report, artifacts, is_durable(id), small);
   let_go(id, fence);
   if (moved) note_end();
   if (moved) tell(id, JobState::succeeded);

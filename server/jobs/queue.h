@@ -52,6 +52,10 @@ struct QueueSettings {
   /// How long a claimed job stays this daemon's without a renewal (LeaseKeeper): a disk that hangs is forgiven, and
   /// other daemons on the same store wait no longer than a client's patience.
   std::int64_t lease_ms = 30'000;
+  /// Pictures up to this are stored in the transaction that ends their job, which then syncs once instead of three
+  /// times and makes no file; larger ones would hold the one writer up. SQLite reads and writes blobs faster than files
+  /// up to about 100 KB (sqlite.org/intern-v-extern-blob.html).
+  std::size_t small_picture_bytes = 32u << 10;
 };
 
 /// Thread-safe. The stores, and `ids`, must outlive it. Every call may throw StoreFailure where the stores do.
@@ -114,8 +118,8 @@ class Queue final : public JobService {
     std::string media_type;  ///< "image/png"
     int fd = -1;             ///< its bytes, read from offset 0; stays the caller's
   };
-  /// Bytes first, row second: when the row is there, so are the pictures. False as JobStore::succeed; then nothing of
-  /// the pictures stays that no other job names.
+  /// Bytes first or with the row: when the row is there, so are the pictures. False as JobStore::succeed; then nothing
+  /// of the pictures stays that no other job names.
   bool succeed(const std::string& id, std::int64_t fence, const std::string& report,
                const std::vector<Picture>& pictures);
 
@@ -165,7 +169,6 @@ class Queue final : public JobService {
   Clock clock_;
   QueueSettings settings_;
   std::string boot_id_;
-  ArtifactStore& artifacts_;
   ArtifactPins pins_;
   Previews previews_;
 

@@ -54,9 +54,9 @@ class FailingStore : public MemoryJobStore {
     return MemoryJobStore::admit(admission, now);
   }
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
-               const std::vector<Artifact>& artifacts, bool durable) override {
+               const std::vector<Artifact>& artifacts, bool durable, const std::vector<SmallPicture>& small) override {
     fail_if_told();
-    return MemoryJobStore::succeed(id, fence, now, report, artifacts, durable);
+    return MemoryJobStore::succeed(id, fence, now, report, artifacts, durable, small);
   }
   void probe() override { fail_if_told(); }
   std::atomic<bool> failing = false;
