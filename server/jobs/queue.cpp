@@ -30,7 +30,7 @@ Queue::Queue(JobStore& store, ArtifactStore& artifacts, IdSource& ids, Clock clo
 // ---- for the HTTP room
 
 void Queue::wake_runner(bool for_suspects) {
-  const std::lock_guard lock(runner_mutex_);
+  const std::shared_lock lock(runner_mutex_);
   if (runner_ != nullptr) runner_->wake(for_suspects);
 }
 
@@ -67,7 +67,7 @@ CancelOutcome Queue::cancel(const std::string& id) {
     job_ended(id);
   }
   if (outcome == CancelOutcome::cancelling) {
-    const std::lock_guard lock(runner_mutex_);
+    const std::shared_lock lock(runner_mutex_);
     if (runner_ != nullptr) runner_->cancel(id);
   }
   return outcome;
@@ -159,7 +159,7 @@ std::string Queue::not_ready() {
   } catch (const StoreFailure& failure) {
     return std::string("store: ") + failure.what();
   }
-  const std::lock_guard lock(runner_mutex_);
+  const std::shared_lock lock(runner_mutex_);
   return runner_ == nullptr ? "worker: not started" : runner_->not_ready();
 }
 
@@ -210,7 +210,7 @@ void Queue::renew_leases() {
   if (held.empty()) return;
   for (const Lease& lost : store_.renew(held, clock_() + settings_.lease_ms)) {
     let_go(lost.job_id, lost.fence);
-    const std::lock_guard lock(runner_mutex_);
+    const std::shared_lock lock(runner_mutex_);
     if (runner_ != nullptr) runner_->lost(lost);
   }
 }
@@ -285,7 +285,7 @@ bool Queue::succeed(const std::string& id, std::int64_t fence, const std::string
 
 std::uint64_t Queue::look(const std::string& id, std::uint32_t side, std::function<void()> done) {
   const Previews::Wish wish = previews_.wish(id, side, std::move(done));
-  const std::lock_guard lock(runner_mutex_);
+  const std::shared_lock lock(runner_mutex_);
   if (wish.is_new && runner_ != nullptr) runner_->look(id, side);
   return wish.token;
 }

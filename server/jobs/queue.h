@@ -18,6 +18,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <shared_mutex>
 #include <string>
 #include <unordered_map>
 #include <unordered_set>
@@ -177,7 +178,7 @@ class Queue final : public JobService {
 
   std::atomic<EndListener*> listener_ = nullptr;
 
-  std::mutex runner_mutex_;
+  std::shared_mutex runner_mutex_;  ///< alone: who attaches, so that no call is in progress
   Runner* runner_ = nullptr;
   Observer* observer_ = nullptr;
   RoomNow room_;

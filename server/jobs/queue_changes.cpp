@@ -60,7 +60,7 @@ void Queue::cancel_batch(const std::string& id) {
     tell(job, JobState::cancelled);
     job_ended(job);
   }
-  const std::lock_guard lock(runner_mutex_);
+  const std::shared_lock lock(runner_mutex_);
   if (runner_ == nullptr) return;
   for (const std::string& job : changed.cancelling) runner_->cancel(job);
 }

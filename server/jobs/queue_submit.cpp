@@ -180,7 +180,9 @@ tracer::Result<Submitted, Refused> Queue::submit(Submission submission) {
     throw;
   }
   tell_arrived(made.job);
-  if (!from_cache) wake_runner();
+  const bool may_be_claimed = !from_cache && !job.not_before;  // else the housekeeper tells
+  const std::shared_lock lock(runner_mutex_);
+  if (may_be_claimed && runner_ != nullptr) runner_->job_came();
   return Submitted{made, from_cache, std::nullopt};
 }
 
