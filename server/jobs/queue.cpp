@@ -63,8 +63,7 @@ double Queue::progress(const std::string& id) {
 CancelOutcome Queue::cancel(const std::string& id) {
   const CancelOutcome outcome = store_.cancel(id, clock_());
   if (outcome == CancelOutcome::cancelled) {
-    tell(id, JobState::cancelled);
-    job_ended(id);
+    tell_end(id, JobState::cancelled);
   }
   if (outcome == CancelOutcome::cancelling) {
     const std::shared_lock lock(runner_mutex_);
@@ -128,6 +127,12 @@ void Queue::forget(std::uint64_t token) {
 void Queue::tell(const std::string& id, JobState to) {
   tell_queued(id);
   if (observer_ != nullptr) observer_->moved(id, to);
+}
+
+void Queue::tell_end(const std::string& id, JobState state) {
+  tell(id, state);
+  job_ended(id);
+  if (observer_ != nullptr) observer_->settled(id);
 }
 
 void Queue::tell_queued(const std::string& id) {
@@ -220,8 +225,7 @@ bool Queue::fail(const std::string& id, std::int64_t fence, const Problem& probl
   let_go(id, fence);
   if (!moved) return false;
   note_end();
-  tell(id, JobState::failed);
-  job_ended(id);
+  tell_end(id, JobState::failed);
   stop_where_too_many_failed(id);
   return true;
 }
@@ -229,8 +233,7 @@ bool Queue::fail(const std::string& id, std::int64_t fence, const Problem& probl
 bool Queue::finish_cancel(const std::string& id, std::int64_t fence) {
   const bool moved = store_.finish_cancel(id, fence, clock_());
   let_go(id, fence);
-  if (moved) tell(id, JobState::cancelled);
-  if (moved) job_ended(id);
+  if (moved) tell_end(id, JobState::cancelled);
   return moved;
 }
 
@@ -261,7 +264,7 @@ void Queue::tell_given_back(const std::string& id, std::optional<Arrival>& arriv
   const std::optional<Job> job = store_.find(id);
   if (job && !ended(job->state)) return tell_queued(id);
   arrival.reset();
-  if (job) tell(id, job->state);
+  if (job) return tell_end(id, job->state);
   job_ended(id);
 }
 
@@ -278,8 +281,7 @@ bool Queue::succeed(const std::string& id, std::int64_t fence, const std::string
   const bool moved = store_.succeed(id, fence, clock_(), report, artifacts, is_durable(id), small);
   let_go(id, fence);
   if (moved) note_end();
-  if (moved) tell(id, JobState::succeeded);
-  if (moved) job_ended(id);
+  if (moved) tell_end(id, JobState::succeeded);
   return moved;
 }
 

@@ -146,6 +146,7 @@ class Queue final : public JobService {
   void expect_webhook(const Job& job);
   void tell_arrived(const Job& job);
   void tell(const std::string& id, JobState to);
+  void tell_end(const std::string& id, JobState state);
   void note_end();
   bool is_durable(const std::string& id);
   void let_go(const std::string& id, std::int64_t fence);

@@ -142,8 +142,7 @@ void Queue::expect_webhook(const Job& job) {
 /// After it was stored: it waits, or had its pictures already.
 void Queue::tell_arrived(const Job& job) {
   if (!ended(job.state)) return tell_queued(job.id);
-  tell(job.id, job.state);
-  job_ended(job.id);
+  tell_end(job.id, job.state);
 }
 
 tracer::Result<Submitted, Refused> Queue::submit(Submission submission) {
