@@ -27,7 +27,7 @@ class Backup(unittest.TestCase):
         with Daemon() as daemon:
             done = daemon.submit(scene(150, 150, job={"name": "done", "labels": {"shot": "1"}}, output={"formats": ["png", "exr"]}))
             daemon.wait_for_end(done)
-            pictures = {name: daemon.get(f"/v1/jobs/{done}/{name}").body for name in ("image.png", "image.exr")}
+            pictures = {file: daemon.get(f"/v1/jobs/{done}/{file}").body for file in ("image.png", "image.exr")}
             self.assertLess(len(pictures["image.png"]), SMALL, "beside the rows")
             self.assertGreater(len(pictures["image.exr"]), SMALL, "a file")
             running = daemon.submit(long_scene())
@@ -39,8 +39,8 @@ class Backup(unittest.TestCase):
             self.assertEqual(daemon.job(running)["state"], "running")
             after = daemon.submit(scene(name="after the backup"))
         with Daemon(data=self.into) as restored:
-            for name, picture in pictures.items():
-                self.assertEqual(restored.get(f"/v1/jobs/{done}/{name}").body, picture)
+            for file, picture in pictures.items():
+                self.assertEqual(restored.get(f"/v1/jobs/{done}/{file}").body, picture)
             self.assertEqual(restored.job(done)["labels"], {"shot": "1"})
             self.assertEqual(restored.get(f"/v1/assets/{name}").body, asset)
             self.assertEqual(restored.get(f"/v1/jobs/{after}").status, 404)
