@@ -134,6 +134,12 @@ void shape_occluded(const RTCOccludedFunctionNArguments* args) {
   for (unsigned i = 0; i < args->N; ++i) RTCRayN_tfar(args->ray, args->N, i) = packet.tfar[i];
 }
 
+unsigned mask_of(tracer::Among among) {
+  return (among != tracer::Among::transmissive ? mask_opaque : 0) |
+         (among != tracer::Among::opaque ? mask_transmissive : 0);
+}
+
+/// Rays as Embree wants them; lanes beyond the last hold that one again.
 RTCRay16 packet(const tracer::RaySpan& rays, std::size_t first, unsigned mask) {
   RTCRay16 ray;
   for (std::size_t i = 0; i < width; ++i) {
@@ -154,6 +160,65 @@ RTCRay16 packet(const tracer::RaySpan& rays, std::size_t first, unsigned mask) {
   return ray;
 }
 
+bool is_hit(const RTCRay16& ray, unsigned lane) { return ray.tfar[lane] < 0; }
+bool is_hit(const RTCRayHit16& rayhit, unsigned lane) { return rayhit.hit.geomID[lane] != RTC_INVALID_GEOMETRY_ID; }
+
+void put(const RTCRay16& ray, RTCRay16& into) { into = ray; }
+void put(const RTCRay16& ray, RTCRayHit16& into) {
+  into.ray = ray;
+  for (unsigned& id : into.hit.geomID) id = RTC_INVALID_GEOMETRY_ID;
+}
+
+void ask(const int* valid, RTCScene scene, RTCIntersectContext& context, RTCRay16& ray) {
+  rtcOccluded16(valid, scene, &context, &ray);
+}
+void ask(const int* valid, RTCScene scene, RTCIntersectContext& context, RTCRayHit16& rayhit) {
+  rtcIntersect16(valid, scene, &context, &rayhit);
+}
+
+struct Scenes {
+  RTCScene all = nullptr;
+  RTCScene transmissive = nullptr;  ///< once more what lets light through
+};
+
+/// Asks with all of them; `Rays` is RTCRay16 or RTCRayHit16.
+template <class Rays>
+BareEmbree::Timing trace_all(std::span<const Query> queries, Query::Kind kind, BareEmbree::Flags flags,
+                             const Scenes& scenes) {
+  struct Packet {
+    Rays rays;
+    alignas(64) int valid[width];
+    tracer::Coherence coherence;
+    RTCScene scene;
+  };
+  std::vector<Packet> packets;
+  for (const Query& query : queries) {
+    if (query.kind != kind) continue;
+    const tracer::RaySpan rays = query.rays();
+    for (std::size_t first = 0; first < rays.count; first += width) {
+      Packet& filled = packets.emplace_back();
+      put(packet(rays, first, mask_of(query.among)), filled.rays);
+      filled.scene = query.among == tracer::Among::transmissive ? scenes.transmissive : scenes.all;
+      for (std::size_t i = 0; i < width; ++i)
+        filled.valid[i] = first + i < rays.count && Query::is_ray(rays, first + i) ? -1 : 0;
+      filled.coherence = flags == BareEmbree::Flags::as_asked ? query.coherence : tracer::Coherence::coherent;
+    }
+  }
+  RTCIntersectContext coherent, incoherent;
+  rtcInitIntersectContext(&coherent);
+  rtcInitIntersectContext(&incoherent);
+  coherent.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  incoherent.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  BareEmbree::Timing timing;
+  const double start = processor_seconds();
+  for (Packet& asked : packets)
+    ask(asked.valid, asked.scene, asked.coherence == tracer::Coherence::coherent ? coherent : incoherent, asked.rays);
+  timing.seconds = processor_seconds() - start;
+  for (const Packet& asked : packets)
+    for (unsigned i = 0; i < width; ++i) timing.hits += asked.valid[i] != 0 && is_hit(asked.rays, i) ? 1 : 0;
+  return timing;
+}
+
 }  // namespace
 
 double processor_seconds() {
@@ -165,7 +230,7 @@ double processor_seconds() {
 struct BareEmbree::Content {
   std::atomic<std::int64_t> bytes{0};  ///< that Embree holds
   RTCDevice device = rtcNewDevice(nullptr);
-  RTCScene scene = nullptr;
+  Scenes scenes;
   std::uint64_t shared_bytes = 0;  ///< of the geometry, that Embree does not hold
   Content() {
     const auto count = [](void* total, ssize_t more, bool /*post*/) {
@@ -173,19 +238,37 @@ struct BareEmbree::Content {
       return true;
     };
     rtcSetDeviceMemoryMonitorFunction(device, count, &bytes);
-    scene = rtcNewScene(device);
+    scenes = {rtcNewScene(device), rtcNewScene(device)};
   }
   Content(const Content&) = delete;
   Content& operator=(const Content&) = delete;
   ~Content() {
-    rtcReleaseScene(scene);
+    rtcReleaseScene(scenes.transmissive);
+    rtcReleaseScene(scenes.all);
     rtcReleaseDevice(device);
   }
-  void attach(RTCGeometry geometry, bool transmissive) const {
-    rtcSetGeometryMask(geometry, transmissive ? mask_transmissive : mask_opaque);
+  void attach(RTCGeometry geometry, bool lets_through) const {
+    rtcSetGeometryMask(geometry, lets_through ? mask_transmissive : mask_opaque);
     rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene, geometry);
+    rtcAttachGeometry(scenes.all, geometry);
+    if (lets_through) rtcAttachGeometry(scenes.transmissive, geometry);
     rtcReleaseGeometry(geometry);
+  }
+  /// Two triangles that reach so far that who sees their end sees a horizon.
+  void attach_plane(const tracer::Vec3& point, const tracer::Vec3& normal, bool transmissive) const {
+    constexpr double far = 50;  // the scene's box is about one
+    const tracer::Axes axes = tracer::axes_across(normal, {0, 1, 0});
+    RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* vertices = static_cast<float*>(
+        rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), 4));
+    for (const auto& [along, across] : {std::pair{-far, -far}, {far, -far}, {far, far}, {-far, far}}) {
+      const tracer::Vec3 corner = point + axes.e0 * along + axes.e1 * across;
+      for (const double coordinate : {corner.x, corner.y, corner.z}) *vertices++ = static_cast<float>(coordinate);
+    }
+    auto* indices = static_cast<unsigned*>(
+        rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), 2));
+    for (const unsigned index : {0u, 1u, 2u, 0u, 2u, 3u}) *indices++ = index;
+    attach(g, transmissive);
   }
   template <class Geometry>
   void attach_shapes(const Geometry& shapes) const {
@@ -214,7 +297,11 @@ BareEmbree::BareEmbree(const tracer::GeometrySet& geometry) : content_(std::make
                                3 * sizeof(std::uint32_t), mesh.triangles.size());
     content_->attach(g, mesh.transmissive);
   }
-  rtcCommitScene(content_->scene);
+  const tracer::PlaneGeometry& planes = geometry.planes;
+  for (std::size_t i = 0; i < planes.point.size(); ++i)
+    content_->attach_plane(planes.point[i], planes.normal[i], planes.transmissive[i] != 0);
+  rtcCommitScene(content_->scenes.all);
+  rtcCommitScene(content_->scenes.transmissive);
 }
 
 BareEmbree::~BareEmbree() = default;
@@ -223,38 +310,9 @@ std::uint64_t BareEmbree::memory_bytes() const {
   return static_cast<std::uint64_t>(content_->bytes.load()) + content_->shared_bytes;
 }
 
-BareEmbree::Timing BareEmbree::closest(const tracer::RaySpan& rays) const {
-  std::vector<RTCRayHit16> packets((rays.count + width - 1) / width);
-  for (std::size_t p = 0; p < packets.size(); ++p) {
-    packets[p].ray = packet(rays, p * width, mask_opaque | mask_transmissive);
-    for (unsigned& id : packets[p].hit.geomID) id = RTC_INVALID_GEOMETRY_ID;
-  }
-  const int valid[width] = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  Timing timing{.rays = rays.count};
-  const double start = processor_seconds();
-  for (RTCRayHit16& p : packets) rtcIntersect16(valid, content_->scene, &context, &p);
-  timing.seconds = processor_seconds() - start;
-  for (std::size_t i = 0; i < rays.count; ++i)
-    timing.hits += packets[i / width].hit.geomID[i % width] != RTC_INVALID_GEOMETRY_ID ? 1 : 0;
-  return timing;
-}
-
-BareEmbree::Timing BareEmbree::occluded(const tracer::RaySpan& rays) const {
-  std::vector<RTCRay16> packets((rays.count + width - 1) / width);
-  for (std::size_t p = 0; p < packets.size(); ++p) packets[p] = packet(rays, p * width, mask_opaque);
-  const int valid[width] = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  Timing timing{.rays = rays.count};
-  const double start = processor_seconds();
-  for (RTCRay16& p : packets) rtcOccluded16(valid, content_->scene, &context, &p);
-  timing.seconds = processor_seconds() - start;
-  for (std::size_t i = 0; i < rays.count; ++i) timing.hits += packets[i / width].tfar[i % width] < 0 ? 1 : 0;
-  return timing;
+BareEmbree::Timing BareEmbree::trace(std::span<const Query> queries, Query::Kind kind, Flags flags) const {
+  return kind == Query::Kind::closest ? trace_all<RTCRayHit16>(queries, kind, flags, content_->scenes)
+                                      : trace_all<RTCRay16>(queries, kind, flags, content_->scenes);
 }
 
 }  // namespace bench

@@ -1,12 +1,13 @@
 #pragma once
 /// The yardstick: Embree and nothing else, tracing given rays against a compiled scene's geometry. No shading, no
 /// queues, Embree's own triangles, textbook callbacks for the other shapes (bare_shapes.h). What it cannot do and the
-/// tracer does: planes, exact hits, scenes far from the origin.
+/// tracer does: exact hits, scenes far from the origin, planes without an end.
 
 #include <cstdint>
 #include <memory>
+#include <span>
 
-#include "tracer/src/accel/accelerator.h"
+#include "tests/bench/recorded_rays.h"
 
 namespace bench {
 
@@ -21,11 +22,12 @@ class BareEmbree {
 
   struct Timing {
     double seconds = 0;
-    std::size_t rays = 0, hits = 0;
+    std::size_t hits = 0;
   };
-  /// Packets of 16 filled beforehand; only the calls to Embree are timed. Coherent flag set.
-  [[nodiscard]] Timing closest(const tracer::RaySpan& rays) const;
-  [[nodiscard]] Timing occluded(const tracer::RaySpan& rays) const;
+  enum class Flags { as_asked, coherent };
+  /// The rays of all queries of that kind, each query's in packets of 16 of their own. The packets are filled
+  /// beforehand: only the calls to Embree are timed.
+  [[nodiscard]] Timing trace(std::span<const Query> queries, Query::Kind kind, Flags flags) const;
   /// Its tree, and the geometry as given: vertices as floats.
   [[nodiscard]] std::uint64_t memory_bytes() const;
 

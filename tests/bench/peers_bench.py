@@ -9,9 +9,8 @@ at 64 MB: molecule=900000 and waves=600000 are the largest. One sample a pixel, 
 processors. Each round runs all programs, one after the other, and medians are told, so that a machine with other work
 is unfair to all alike; `CPU of pixels` is what other work disturbs least: the CPU seconds of the whole process, all
 threads, less those of the same with 16 x 12 pixels. POV-Ray is timed with +BM1 and with +BM2; the one that takes less
-of that counts. `x bare` is Embree and nothing else tracing the same camera and shadow rays, by rays_bench: what
-tracing, shading and queues cost together over it, one thread, without reflections. Scenes of shapes that it does not
-have are without.
+of that counts. `x bare` is how many times the seconds, one thread, of Embree and nothing else tracing exactly the same
+rays: rays_bench records all that we trace.
 """
 import argparse
 import math
@@ -46,10 +45,7 @@ def geometric_mean(values):
 
 
 def times_bare(scene, folder, rounds):
-    """How many times as long as bare Embree the whole tracer takes for the camera's rays and their shadows; None for
-    scenes of shapes that bare_embree.h does not have."""
-    if any(thing["type"] not in ("sphere", "mesh") for thing in scene["objects"]):
-        return None
+    """How many times as long as bare Embree on the same rays the whole tracer takes."""
     size = scene["image"].values()
     done = subprocess.run([programs.BIN / "rays_bench", folder / "scene.json", *map(str, size), str(rounds)], check=True,
                           capture_output=True, text=True)

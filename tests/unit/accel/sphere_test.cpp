@@ -148,32 +148,42 @@ struct Ball {
   double radius;
 };
 
-/// Every second ball lets light through: seen by closest, not by occluded. Rays whose answer rounding decides are left
-/// out; returns how many were not.
-std::uint64_t expect_nearest(const std::vector<Ball>& balls, const std::vector<TestRay>& rays) {
+/// Every `share`th ball lets light through: seen by closest, not by occluded, and alone among what does. Rays whose
+/// answer rounding decides are left out; returns how many were not.
+std::uint64_t expect_nearest(const std::vector<Ball>& balls, const std::vector<TestRay>& rays, std::uint32_t share) {
   GeometrySet set;
   set.spheres.resize(2);
   set.spheres[1].transmissive = true;
-  for (std::size_t i = 0; i < balls.size(); ++i) add_sphere(set.spheres[i % 2], balls[i].center, balls[i].radius);
+  std::vector<PrimitiveRef> refs;
+  for (std::uint32_t i = 0; i < balls.size(); ++i) {
+    const std::uint32_t geometry = i % share == share - 1 ? 1 : 0;
+    refs.push_back({geometry, static_cast<std::uint32_t>(set.spheres[geometry].x.size())});
+    add_sphere(set.spheres[geometry], balls[i].center, balls[i].radius);
+  }
   const auto accelerator = built(set);
   const RayBatch batch(rays);
   std::uint64_t checked = 0;
   for (const Coherence coherence : {Coherence::coherent, Coherence::incoherent}) {
     const auto found = batch.closest(*accelerator, coherence);
+    const auto through = batch.closest(*accelerator, coherence, Among::transmissive);
     const auto blocked = batch.occluded(*accelerator, coherence);
     for (std::size_t i = 0; i < rays.size(); ++i) {
-      Real nearest = HUGE_VALL;
-      PrimitiveRef who;
+      Real nearest = HUGE_VALL, nearest_through = HUGE_VALL;
+      PrimitiveRef who, who_through;
       bool certain = true, opaque = false;
       for (std::uint32_t s = 0; s < balls.size(); ++s) {
         const Expected e = expected_for({balls[s].center, balls[s].radius, rays[i]});
+        const bool transmissive = refs[s].geometry == 1;
         certain &= e.certain && !(e.hit && std::fabs(e.t - nearest) <= e.tolerance);
-        opaque |= e.hit && s % 2 == 0;
-        if (e.hit && e.t < nearest) nearest = e.t, who = {s % 2, s / 2};
+        certain &= !(e.hit && transmissive && std::fabs(e.t - nearest_through) <= e.tolerance);
+        opaque |= e.hit && !transmissive;
+        if (e.hit && e.t < nearest) nearest = e.t, who = refs[s];
+        if (e.hit && transmissive && e.t < nearest_through) nearest_through = e.t, who_through = refs[s];
       }
       if (!certain) continue;
       ++checked;
       EXPECT_EQ(found[i].primitive, who) << "ray " << i << " at " << nearest;
+      EXPECT_EQ(through[i].primitive, who_through) << "ray " << i << " at " << nearest_through;
       EXPECT_EQ(blocked[i], opaque) << "ray " << i;
       if (testing::Test::HasFailure()) return checked;
     }
@@ -200,7 +210,18 @@ TEST(SphereHits, AreTheNearestOfManySpheresForEveryRay) {
     const double radius = random.spread(1e-9, 0.1);
     balls.push_back({random.vector(0.5 - radius), radius});
   }
-  EXPECT_GT(expect_nearest(balls, rays_at(random, balls, 300, 1.1)), effort::cases(20'000));
+  EXPECT_GT(expect_nearest(balls, rays_at(random, balls, 300, 1.1), 2), effort::cases(20'000));
+}
+
+TEST(SphereHits, AreTheSameWhereFewSpheresLetLightThrough) {
+  // They then have a tree of their own.
+  Random random(5);
+  std::vector<Ball> balls;
+  for (int i = 0; i < 100; ++i) {
+    const double radius = random.spread(1e-4, 0.1);
+    balls.push_back({random.vector(0.5 - radius), radius});
+  }
+  EXPECT_GT(expect_nearest(balls, rays_at(random, balls, 100, 1.1), 10), effort::cases(20'000));
 }
 
 TEST(SphereHits, AreNotLostOnSpheresOfABillionthOfTheSceneAtItsVeryMiddle) {
@@ -212,7 +233,7 @@ TEST(SphereHits, AreNotLostOnSpheresOfABillionthOfTheSceneAtItsVeryMiddle) {
     const Ball ball{random.vector(0.4), 0.03};
     if (length(Vec(ball.center)) > 0.1L) balls.push_back(ball);
   }
-  EXPECT_GT(expect_nearest(balls, rays_at(random, balls, 8, 0.9)), effort::cases(20'000));
+  EXPECT_GT(expect_nearest(balls, rays_at(random, balls, 8, 0.9), 2), effort::cases(20'000));
 }
 
 TEST(SphereHits, AtEqualDistanceAreTheLowestPrimitivesWhateverTheOrderOfTheTree) {

@@ -174,15 +174,44 @@ const char* device_settings(const GeometrySet& set) {
   return set.quadrics.empty() ? "object_accel_max_leaf_size=2" : "object_accel_max_leaf_size=1";
 }
 
+std::size_t size(const SphereGeometry& spheres) { return spheres.x.size(); }
+std::size_t size(const TriangleGeometry& mesh) { return mesh.triangles.size(); }
+std::size_t size(const QuadricGeometry& quadrics) { return quadrics.quadrics.size(); }
+
+/// Less than half of the primitives: more would cost more memory than the time is worth.
+bool transmissive_is_small_part(const GeometrySet& set) {
+  std::size_t all = 0, transmissive = 0;
+  const auto count = [&](const auto& geometries) {
+    for (const auto& geometry : geometries) {
+      all += size(geometry);
+      transmissive += geometry.transmissive ? size(geometry) : 0;
+    }
+  };
+  count(set.spheres);
+  count(set.triangles);
+  count(set.quadrics);
+  return transmissive > 0 && 2 * transmissive < all;
+}
+
 bool keep_building(void* control, double /*fraction*/) { return !static_cast<RenderControl*>(control)->cancelled(); }
 
 }  // namespace
 
 struct Accelerator::Embree {
+  struct Tree {
+    RTCScene scene = nullptr;
+    Bounds box;
+    Ball ball{{}, -std::numeric_limits<double>::infinity()};
+    void close_ball() {
+      if (!box.empty()) ball = {(box.low + box.high) * 0.5, length(box.high - box.low) * 0.5 + 0x1p-18};
+    }
+  };
+
   RTCDevice device = nullptr;
-  RTCScene scene = nullptr;
-  Bounds box;
-  Ball ball{{}, -std::numeric_limits<double>::infinity()};
+  Tree all;
+  /// What lets light through: shadow rays that nothing opaque stops ask for it alone, and most meet none of it. A tree
+  /// of its own where it is a small part, else that of all.
+  Tree transmissive;
   std::vector<User<SphereGeometry>> spheres;
   std::vector<User<TriangleGeometry>> triangles;
   std::vector<User<QuadricGeometry>> quadrics;
@@ -191,18 +220,23 @@ struct Accelerator::Embree {
   explicit Embree(const GeometrySet& set) : device(rtcNewDevice(device_settings(set))) {
     if (device == nullptr) return;
     rtcSetDeviceMemoryMonitorFunction(device, count_memory, &bytes);
-    scene = rtcNewScene(device);
+    all.scene = rtcNewScene(device);
+    transmissive.scene = transmissive_is_small_part(set) ? rtcNewScene(device) : all.scene;
   }
   ~Embree() {
-    if (scene != nullptr) rtcReleaseScene(scene);
+    if (own_transmissive()) rtcReleaseScene(transmissive.scene);
+    if (all.scene != nullptr) rtcReleaseScene(all.scene);
     if (device != nullptr) rtcReleaseDevice(device);
   }
   Embree(const Embree&) = delete;
   Embree& operator=(const Embree&) = delete;
 
+  [[nodiscard]] bool own_transmissive() const { return transmissive.scene != all.scene; }
+  [[nodiscard]] const Tree& tree_for(Among among) const { return among == Among::transmissive ? transmissive : all; }
   template <class Geometry>
   void add(std::vector<User<Geometry>>& users, const std::vector<Geometry>& geometries, std::uint32_t first,
            const RenderControl& control);
+  void build(RenderControl& control);
   void for_each_user(void (*visit)(void*)) {
     for (auto& user : spheres) visit(&user);
     for (auto& user : triangles) visit(&user);
@@ -227,16 +261,35 @@ void Accelerator::Embree::add(std::vector<User<Geometry>>& users, const std::vec
     rtcSetGeometryOccludedFunction(geometry, occluded_callback<Geometry>);
     rtcSetGeometryMask(geometry, added.transmissive ? mask_transmissive : mask_opaque);
     rtcCommitGeometry(geometry);
-    rtcAttachGeometryByID(scene, geometry, user.index);
+    rtcAttachGeometryByID(all.scene, geometry, user.index);
+    if (added.transmissive && own_transmissive()) rtcAttachGeometryByID(transmissive.scene, geometry, user.index);
     rtcReleaseGeometry(geometry);
     for (std::uint32_t run = 0; run < count; ++run) {
       constexpr std::uint32_t at_once = 1u << 16;  // about a millisecond
       if (run % at_once == 0 && control.cancelled()) return;
       RTCBounds bounds;
       run_bounds(user, run, bounds);
-      box.include({bounds.lower_x, bounds.lower_y, bounds.lower_z});
-      box.include({bounds.upper_x, bounds.upper_y, bounds.upper_z});
+      all.box.include({bounds.lower_x, bounds.lower_y, bounds.lower_z});
+      all.box.include({bounds.upper_x, bounds.upper_y, bounds.upper_z});
+      if (!added.transmissive) continue;
+      transmissive.box.include({bounds.lower_x, bounds.lower_y, bounds.lower_z});
+      transmissive.box.include({bounds.upper_x, bounds.upper_y, bounds.upper_z});
     }
+  }
+  all.close_ball();
+  transmissive.close_ball();
+}
+
+/// Commits the trees. What went wrong the device knows.
+void Accelerator::Embree::build(RenderControl& control) {
+  for (const Tree* tree : {&all, &transmissive}) {
+    if (control.cancelled() || (tree == &transmissive && !own_transmissive())) continue;
+    rtcSetSceneFlags(tree->scene, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneProgressMonitorFunction(tree->scene, keep_building, &control);
+    for_each_user(hand_over);
+    rtcCommitScene(tree->scene);
+    for_each_user(take_over);
+    rtcSetSceneProgressMonitorFunction(tree->scene, nullptr, nullptr);
   }
 }
 
@@ -249,23 +302,17 @@ Result<std::shared_ptr<const Accelerator>, Failure> Accelerator::build(GeometryS
   const std::shared_ptr<const Accelerator> made(new Accelerator(std::move(geometry), std::move(embree_for_it)));
   const GeometrySet& set = made->geometry_;
   Embree& embree = *made->embree_;
-  if (embree.scene == nullptr) return Failure{Failure::Code::internal, "Embree cannot start on this machine"};
+  if (embree.all.scene == nullptr) return Failure{Failure::Code::internal, "Embree cannot start on this machine"};
   embree.add(embree.spheres, set.spheres, 0, control);
   embree.add(embree.triangles, set.triangles, set.first_triangles(), control);
   embree.add(embree.quadrics, set.quadrics, set.first_quadrics(), control);
   if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled before building"};
-  if (const Bounds& box = embree.box; !box.empty())
-    embree.ball = {(box.low + box.high) * 0.5, length(box.high - box.low) * 0.5 + 0x1p-18};
-  rtcSetSceneFlags(embree.scene, RTC_SCENE_FLAG_ROBUST);
-  rtcSetSceneProgressMonitorFunction(embree.scene, keep_building, &control);
-  embree.for_each_user(hand_over);
-  rtcCommitScene(embree.scene);
-  embree.for_each_user(take_over);
+  embree.build(control);
   const RTCError error = rtcGetDeviceError(embree.device);
-  if (error == RTC_ERROR_CANCELLED) return Failure{Failure::Code::cancelled, "cancelled while building"};
+  if (error == RTC_ERROR_CANCELLED || control.cancelled())
+    return Failure{Failure::Code::cancelled, "cancelled while building"};
   if (error == RTC_ERROR_OUT_OF_MEMORY) return Failure{Failure::Code::out_of_memory, "no memory for the BVH"};
   if (error != RTC_ERROR_NONE) return Failure{Failure::Code::internal, "Embree could not build the BVH"};
-  rtcSetSceneProgressMonitorFunction(embree.scene, nullptr, nullptr);
   return made;
 }
 
@@ -274,12 +321,15 @@ void Accelerator::closest(const RaySpan& rays, const HitSpan& hits, Coherence co
   RTCRayHit16 rayhit;
   begin(packet, rays, coherence, mask_of(among), rayhit.ray);
   std::fill_n(rayhit.hit.geomID, packet_size, RTC_INVALID_GEOMETRY_ID);
+  const Embree::Tree& tree = embree_->tree_for(among);
   const auto trace = [&](const RaySpan& span, const HitSpan& answers, std::size_t first) {
-    load(packet, span, first, embree_->ball);
+    load(packet, span, first, tree.ball);
     closest_planes(packet, geometry_.planes, geometry_.plane_geometry(), among);
-    if (!geometry_.triangles.empty()) find_leading(packet);
-    write_rays(packet, rayhit.ray);
-    rtcIntersect16(packet.active, embree_->scene, &packet.context, &rayhit);
+    if (any_active(packet)) {
+      if (!geometry_.triangles.empty()) find_leading(packet);
+      write_rays(packet, rayhit.ray);
+      rtcIntersect16(packet.active, tree.scene, &packet.context, &rayhit);
+    }
     write_hits(packet, answers, first);
   };
   std::size_t first = 0;
@@ -295,11 +345,11 @@ void Accelerator::occluded(const RaySpan& rays, std::uint8_t* blocked, Coherence
   RTCRay16 ray;
   begin(packet, rays, coherence, mask_opaque, ray);
   const auto trace = [&](const RaySpan& span, std::uint8_t* answers, std::size_t first) {
-    load(packet, span, first, embree_->ball);
+    load(packet, span, first, embree_->all.ball);
     occluded_planes(packet, geometry_.planes, geometry_.plane_geometry());
     if (!geometry_.triangles.empty()) find_leading(packet);
     write_rays(packet, ray);
-    rtcOccluded16(packet.active, embree_->scene, &packet.context, &ray);
+    rtcOccluded16(packet.active, embree_->all.scene, &packet.context, &ray);
     write_blocked(packet, ray, answers + first);
   };
   std::size_t first = 0;

@@ -80,6 +80,13 @@ static_assert(std::is_standard_layout_v<Packet>);
 /// Embree's tfar for a hit at t: beyond it by the slack, so that nothing nearer is culled by rounding.
 inline float reach_of(double t, double start) { return static_cast<float>((t - start) * (1 + 0x1p-22) + float_slack); }
 
+/// Whether Embree has anything to look for.
+WHITTLE_INLINE bool any_active(const Packet& packet) {
+  int any = 0;
+  for (const int active : packet.active) any |= active;
+  return any != 0;
+}
+
 /// Does a hit at t on `self` replace the nearest so far? Of equal distances the lowest primitive wins.
 inline bool wins(double t, PrimitiveRef self, double best, std::uint32_t geometry, std::uint32_t primitive) {
   const bool first = (self.geometry < geometry) | ((self.geometry == geometry) & (self.primitive < primitive));

@@ -59,11 +59,17 @@ void add_alpha(Shown<Code>& shown, const std::vector<float>& alpha) {
 
 enum class Alpha { straight, over_black };
 
+/// Whether the codes are those of the radiances as they stand.
+bool shown_as_it_is(const Image& image, const Output& output, Alpha alpha) {
+  const bool with_alpha = alpha == Alpha::straight && !image.alpha.empty();
+  return !with_alpha && output.exposure == 0 && output.overflow == Output::Overflow::clamp;
+}
+
 template <class Code>
 Shown<Code> shown(const Image& image, const Output& output, Alpha alpha = Alpha::straight, std::uint32_t colors = 0) {
   Shown<Code> result;
   const bool with_alpha = alpha == Alpha::straight && !image.alpha.empty();
-  if (!with_alpha && output.exposure == 0 && output.overflow == Output::Overflow::clamp) {
+  if (shown_as_it_is(image, output, alpha)) {
     result.codes = codes_of<Code>(image.rgb);
   } else {
     std::vector<float> linear = with_alpha ? straight_color(image) : image.rgb;
@@ -82,6 +88,20 @@ Encoded encode_png(const Image& image, const Shown<Code>& picture) {
   return png_file(image.width, image.height, picture.channels, sizeof(Code) == 1 ? 8 : 16, picture.codes.data());
 }
 
+Encoded encode_tiff(const Image& image, const Output& output) {
+  if (shown_as_it_is(image, output, Alpha::straight)) {
+    return tiff16(image.width, image.height, {3, [&](std::size_t first, std::span<std::uint16_t> into) {
+                                                srgb16_from_linear(std::span(image.rgb).subspan(first, into.size()),
+                                                                   into);
+                                              }});
+  }
+  const auto picture = shown<std::uint16_t>(image, output);
+  return tiff16(image.width, image.height,
+                {static_cast<std::uint16_t>(picture.channels), [&](std::size_t first, std::span<std::uint16_t> into) {
+                   std::copy_n(&picture.codes[first], into.size(), into.begin());
+                 }});
+}
+
 }  // namespace
 
 Encoded encode(const Image& image, Format format, const Output& output) {
@@ -90,7 +110,7 @@ Encoded encode(const Image& image, Format format, const Output& output) {
   if (format == Format::png)
     return encode_png(image, shown<std::uint8_t>(image, output, Alpha::straight, output.palette));
   if (format == Format::png16) return encode_png(image, shown<std::uint16_t>(image, output));
-  if (format == Format::tiff) return tiff16(image.width, image.height, shown<std::uint16_t>(image, output).codes);
+  if (format == Format::tiff) return encode_tiff(image, output);
   const auto library = open_image_io();
   if (!library) return library.error();
   if (format == Format::exr) return (*library)->exr(image);

@@ -1,7 +1,13 @@
 #include "tracer/src/image_io/tiff.h"
 
+#include <algorithm>
+#include <array>
 #include <bit>
+#include <cstring>
 #include <utility>
+
+#include "tracer/src/large_pages.h"
+#include "tracer/src/parallel.h"
 
 namespace tracer {
 namespace {
@@ -31,19 +37,32 @@ class Writer {
   std::vector<std::uint8_t> bytes;
 };
 
+/// The codes [first, first + count), where they belong among the pixels.
+void put_codes(const TiffCodes& codes, std::size_t first, std::size_t count, std::uint8_t* pixels) {
+  std::array<std::uint16_t, 4096> some;
+  for (std::size_t done = 0; done < count; done += some.size()) {
+    const std::span now = std::span(some).first(std::min(some.size(), count - done));
+    codes.write(first + done, now);
+    if constexpr (std::endian::native == std::endian::big)
+      for (std::uint16_t& code : now) code = static_cast<std::uint16_t>(code << 8 | code >> 8);
+    std::memcpy(pixels + 2 * (first + done), now.data(), now.size_bytes());
+  }
+}
+
 }  // namespace
 
-std::vector<std::uint8_t> tiff16(std::uint32_t width, std::uint32_t height, std::span<const std::uint16_t> codes) {
-  const auto channels = static_cast<std::uint16_t>(codes.size() / (std::size_t{width} * height));
+std::vector<std::uint8_t> tiff16(std::uint32_t width, std::uint32_t height, const TiffCodes& codes) {
+  const std::uint16_t channels = codes.channels;
   const bool alpha = channels == 4;
   const std::uint16_t entries = alpha ? 14 : 13;
   constexpr std::uint32_t header = 8;
   const std::uint32_t bits = header + 2 + 12 * entries + 4;  // behind the directory: bits of each channel,
   const std::uint32_t resolution = bits + 2 * channels;      // one pixel a unit,
   const std::uint32_t strip = resolution + 8;                // and the pixels
-  const auto strip_bytes = static_cast<std::uint32_t>(2 * codes.size());
+  const std::size_t count = std::size_t{width} * height * channels;
+  const auto strip_bytes = static_cast<std::uint32_t>(2 * count);
   Writer writer;
-  writer.bytes.reserve(strip + strip_bytes);
+  reserve_in_large_pages(writer.bytes, strip + strip_bytes);
   writer.bytes = {'I', 'I', 42, 0};
   writer.put32(header);  // where the directory is
   writer.put16(entries);
@@ -65,12 +84,13 @@ std::vector<std::uint8_t> tiff16(std::uint32_t width, std::uint32_t height, std:
   for (std::uint16_t channel = 0; channel < channels; ++channel) writer.put16(16);
   writer.put32(1);
   writer.put32(1);
-  if constexpr (std::endian::native == std::endian::little) {
-    const auto* const pixels = reinterpret_cast<const std::uint8_t*>(codes.data());
-    writer.bytes.insert(writer.bytes.end(), pixels, pixels + codes.size_bytes());
-  } else {
-    for (const std::uint16_t code : codes) writer.put16(code);
-  }
+  writer.bytes.resize(strip + std::size_t{strip_bytes});
+  std::uint8_t* const pixels = writer.bytes.data() + strip;
+  constexpr std::size_t piece = std::size_t{1} << 16;
+  for_each_tile((count + piece - 1) / piece, 0, [&](std::uint64_t index) {
+    const std::size_t first = index * piece;
+    put_codes(codes, first, std::min(piece, count - first), pixels);
+  });
   return std::move(writer.bytes);
 }
 

@@ -3,13 +3,21 @@
 /// written to memory its EXIF directory lands on the picture's own.
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
 namespace tracer {
 
-/// Not compressed, little-endian, one strip, row 0 on top. Three 16-bit codes a pixel, or four: then the last is
-/// straight alpha. Precondition: the codes are `width` x `height` pixels and take less than 4 GiB.
-std::vector<std::uint8_t> tiff16(std::uint32_t width, std::uint32_t height, std::span<const std::uint16_t> codes);
+/// A picture's 16-bit codes, row 0 on top: three a pixel, or four, then the last is straight alpha.
+struct TiffCodes {
+  std::uint16_t channels;
+  /// Writes so many of them, from the one numbered `first` on. Any thread; no two pieces overlap.
+  std::function<void(std::size_t first, std::span<std::uint16_t> into)> write;
+};
+
+/// Not compressed, little-endian, one strip. Precondition: the codes take less than 4 GiB. The file's bytes are the
+/// only room of the picture's size that it takes.
+std::vector<std::uint8_t> tiff16(std::uint32_t width, std::uint32_t height, const TiffCodes& codes);
 
 }  // namespace tracer

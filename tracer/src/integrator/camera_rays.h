@@ -47,14 +47,36 @@ inline Sample uniform_sample(const CompiledScene& scene, std::uint32_t x, std::u
           {key, index}};
 }
 
+/// Whether anything is derived from a sample's choices beside where it sits and what of the lens it sees.
+inline bool takes_chances(const CompiledScene& scene) {
+  const bool branches = scene.needs.reflection || scene.needs.refraction;
+  return scene.needs.soft_lights || (branches && scene.accuracy.cutoff_by_chance && scene.accuracy.cutoff > 0);
+}
+
+/// Of pixels of one sample each that nothing is left to chance in: their keys stay 0. Most of what a simple picture
+/// needs beside its rays would be to find them.
+inline Batch centered_batch(const CompiledScene& scene, std::span<const Pixel> pixels) {
+  Batch batch;
+  batch.samples.resize(pixels.size());
+  batch.x.resize(pixels.size());
+  batch.y.resize(pixels.size());
+  if (scene.needs.filtered_textures) batch.share.assign(pixels.size(), uniform_share(1));
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    batch.x[i] = pixels[i].x + 0.5;
+    batch.y[i] = pixels[i].y + 0.5;
+  }
+  return batch;
+}
+
 /// The samples [first, last) of `count` of these pixels, the first one of all pixels first: each as uniform_sample has
-/// it. In one go, for this is most of what a picture of one sample a pixel needs beside its rays.
+/// it, but for keys that nothing asks for.
 inline Batch uniform_batch(const CompiledScene& scene, std::span<const Pixel> pixels, std::uint32_t first,
                            std::uint32_t last, std::uint32_t count) {
+  const bool lens = scene.needs.lens;
+  if (count == 1 && !lens && !takes_chances(scene)) return centered_batch(scene, pixels);
   Batch batch;
   const std::size_t size = pixels.size() * (last - first);
   const std::uint64_t seed = scene.accuracy.seed;
-  const bool lens = scene.needs.lens;
   batch.samples.resize(size);
   batch.x.resize(size);
   batch.y.resize(size);
