@@ -16,34 +16,34 @@ class Pool {
   explicit Pool(int count) {
     for (int number = 0; number < count; ++number) {
       threads_.emplace_back([this, number] {
-        std::unique_lock lock(mutex);
+        std::unique_lock lock(mutex_);
         ++waiting_;
-        idle.wait(lock);
-        called.push_back(number);
+        idle_.wait(lock);
+        called_.push_back(number);
       });
       EXPECT_TRUE(eventually([&] {
-        const std::lock_guard lock(mutex);
+        const std::lock_guard lock(mutex_);
         return waiting_ == number + 1;
       }));
     }
   }
   void call(void (jobs::IdleThreads::*which)()) {
-    const std::lock_guard lock(mutex);
-    (idle.*which)();
+    const std::lock_guard lock(mutex_);
+    (idle_.*which)();
   }
   std::vector<int> called_when(std::size_t count) {
     EXPECT_TRUE(eventually([&] {
-      const std::lock_guard lock(mutex);
-      return called.size() == count;
+      const std::lock_guard lock(mutex_);
+      return called_.size() == count;
     }));
-    const std::lock_guard lock(mutex);
-    return called;
+    const std::lock_guard lock(mutex_);
+    return called_;
   }
 
  private:
-  std::mutex mutex;
-  jobs::IdleThreads idle;
-  std::vector<int> called;
+  std::mutex mutex_;
+  jobs::IdleThreads idle_;
+  std::vector<int> called_;
   int waiting_ = 0;
   std::vector<std::jthread> threads_;
 };

@@ -16,7 +16,7 @@ class WatchedStore final : public jobs::MemoryJobStore {
                                    bool alone) override {
     ++claims;
     auto claim = MemoryJobStore::claim(boot, now, lease_until, alone);
-    if (claim && std::this_thread::get_id() == test_thread) {
+    if (claim && std::this_thread::get_id() == test_thread_) {
       ++own_claims;
       in_between(claim->job.id);
     }
@@ -26,7 +26,7 @@ class WatchedStore final : public jobs::MemoryJobStore {
   std::function<void(const std::string& id)> in_between = [](const std::string&) {};
 
  private:
-  const std::thread::id test_thread = std::this_thread::get_id();
+  const std::thread::id test_thread_ = std::this_thread::get_id();
 };
 
 /// On a thread of its own: the test's is in the middle of a call.
