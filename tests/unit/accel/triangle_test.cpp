@@ -230,7 +230,7 @@ TEST(PrimitiveRuns, AreTwoTrianglesThatFollowEachOtherAndShareAnEdge) {
   geometry.positions = {{0, 2, 0}, {1, 2, 0}, {1, 1, 0}, {0, 0, 0}, {0, 1, 0}, {1, 0, 0},
                         {2, 1, 0}, {2, 0, 0}, {5, 5, 0}, {6, 5, 0}, {5, 6, 0}};
   geometry.triangles = {{0, 1, 2}, {3, 4, 2}, {3, 2, 5}, {2, 5, 6}, {6, 5, 7}, {8, 9, 10}};
-  const PrimitiveRuns<TriangleGeometry> runs(geometry);
+  const PrimitiveRuns<TriangleGeometry> runs(geometry, 0);
   std::vector<std::uint32_t> begins;
   for (std::uint32_t run = 0; run < runs.count(); ++run) {
     begins.push_back(runs.begin(run));
@@ -243,13 +243,43 @@ TEST(PrimitiveRuns, AreNotTwoTrianglesAroundACornerWhoseBoxIsMostlyEmpty) {
   TriangleGeometry geometry;
   geometry.positions = {{0, 0, 0}, {1, 0, 0}, {1, 0.1, 0}, {1, 0, 0.3}};
   geometry.triangles = {{0, 1, 2}, {1, 2, 3}};
-  EXPECT_EQ(PrimitiveRuns<TriangleGeometry>(geometry).count(), 2u);
+  EXPECT_EQ(PrimitiveRuns<TriangleGeometry>(geometry, 0).count(), 2u);
   geometry.positions[3] = {0, 0.1, 0};  // folded open: the face's other half
   geometry.triangles[1] = {0, 2, 3};
-  EXPECT_EQ(PrimitiveRuns<TriangleGeometry>(geometry).count(), 1u);
+  EXPECT_EQ(PrimitiveRuns<TriangleGeometry>(geometry, 0).count(), 1u);
 }
 
-TEST(PrimitiveRuns, AreNoneOfNoTriangles) { EXPECT_EQ(PrimitiveRuns<TriangleGeometry>({}).count(), 0u); }
+TEST(PrimitiveRuns, AreNoneOfNoTriangles) { EXPECT_EQ(PrimitiveRuns<TriangleGeometry>({}, 0).count(), 0u); }
+
+TEST(PrimitiveRuns, AreMetByRaysThatLeaveTheirOtherTriangle) {
+  TriangleGeometry valley;
+  valley.positions = {{0, 0, 0}, {0, 0, 0.4}, {0.3, 0.3, 0.2}, {-0.3, 0.3, 0.2}};
+  valley.triangles = {{0, 1, 2}, {1, 0, 3}};
+  ASSERT_EQ(PrimitiveRuns<TriangleGeometry>(valley, 0).count(), 1u);
+  GeometrySet set;
+  set.triangles.push_back(valley);
+  const auto accelerator = built(set);
+  Random random(6);
+  std::vector<TestRay> rays;
+  std::vector<std::uint32_t> to;
+  const auto on_side = [&](std::uint32_t side) {
+    const Real v = random.in(0.1, 0.9), along = random.in(0.1, 0.9);
+    const Vec bottom(0, 0, 0.4L * along), corner = valley.position(2 + side);
+    return (1 - v) * bottom + v * corner;
+  };
+  for (std::uint64_t i = 0; i < effort::cases(20'000); ++i) {
+    const std::uint32_t from = random.below(2);
+    const Vec start = on_side(from), end = on_side(1 - from);
+    rays.push_back({rounded(start), rounded(unit(end - start)), HUGE_VAL, {0, from}});
+    to.push_back(1 - from);
+  }
+  const auto hits = RayBatch(rays).closest(*accelerator, Coherence::incoherent);
+  const auto blocked = RayBatch(rays).occluded(*accelerator, Coherence::coherent);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    ASSERT_EQ(hits[i].primitive, (PrimitiveRef{0, to[i]}));
+    ASSERT_TRUE(blocked[i]);
+  }
+}
 
 TEST(PrimitiveRuns, ChangeNoHit) {
   Random random(5);
@@ -257,8 +287,8 @@ TEST(PrimitiveRuns, ChangeNoHit) {
   std::vector<std::uint32_t> was;
   ordered.triangles.push_back(sheet(random, 40));
   mixed.triangles.push_back(shuffled(random, ordered.triangles[0], was));
-  EXPECT_EQ(PrimitiveRuns<TriangleGeometry>(ordered.triangles[0]).count(), 1600u);
-  EXPECT_GT(PrimitiveRuns<TriangleGeometry>(mixed.triangles[0]).count(), 3000u);
+  EXPECT_EQ(PrimitiveRuns<TriangleGeometry>(ordered.triangles[0], 0).count(), 1600u);
+  EXPECT_GT(PrimitiveRuns<TriangleGeometry>(mixed.triangles[0], 0).count(), 3000u);
   std::vector<TestRay> rays;
   while (rays.size() < effort::cases(40'000)) {
     const Vec d = random.direction(), target = random.vector(0.5);

@@ -118,14 +118,30 @@ std::optional<Asked> asked_about(RTCRayN* rays, unsigned count) {
   return RTCRayN_id(rays, count, 0) == 0 ? Asked::first_half : Asked::second_half;
 }
 
-/// What is one to Embree, as the test of whole packets takes it.
+/// What is one to Embree, against whole packets or halves of them.
 template <class Geometry>
-PrimitiveRef taken_at_once(const User<Geometry>& user, std::uint32_t run) {
-  return {user.index, user.runs.begin(run)};
+void closest_of(const User<Geometry>& user, Packet& packet, Asked asked, const int* valid, RTCRayN* rays,
+                std::uint32_t run) {
+  const unsigned count = asked == Asked::whole ? packet_size : half_packet;
+  closest(packet, asked, valid, &RTCRayN_tfar(rays, count, 0), *user.geometry,
+          PrimitiveRef{user.index, user.runs.begin(run)});
 }
-TriangleRun taken_at_once(const User<TriangleGeometry>& user, std::uint32_t run) {
-  const std::uint32_t first = user.runs.begin(run);
-  return {{user.index, first}, user.runs.end(run) - first == 2};
+void closest_of(const User<TriangleGeometry>& user, Packet& packet, Asked asked, const int* valid, RTCRayN* rays,
+                std::uint32_t run) {
+  TriangleRun room;
+  closest(packet, asked, valid, rays, *user.geometry, user.runs.in_floats(run, room));
+}
+template <class Geometry>
+void occluded_of(const User<Geometry>& user, const Packet& packet, Asked asked, const int* valid, RTCRayN* rays,
+                 std::uint32_t run) {
+  const unsigned count = asked == Asked::whole ? packet_size : half_packet;
+  occluded(packet, asked, valid, &RTCRayN_tfar(rays, count, 0), *user.geometry,
+           PrimitiveRef{user.index, user.runs.begin(run)});
+}
+void occluded_of(const User<TriangleGeometry>& user, const Packet& packet, Asked asked, const int* valid, RTCRayN* rays,
+                 std::uint32_t run) {
+  TriangleRun room;
+  occluded(packet, asked, valid, rays, *user.geometry, user.runs.in_floats(run, room));
 }
 
 template <class Geometry>
@@ -134,8 +150,7 @@ void intersect_callback(const RTCIntersectFunctionNArguments* args) {
   Packet& packet = Packet::of(args->context);
   RTCRayN* rays = RTCRayHitN_RayN(args->rayhit, args->N);
   if (const std::optional<Asked> asked = asked_about(rays, args->N)) {
-    closest(packet, *asked, args->valid, &RTCRayN_tfar(rays, args->N, 0), *user.geometry,
-            taken_at_once(user, args->primID));
+    closest_of(user, packet, *asked, args->valid, rays, args->primID);
     return;
   }
   for (std::uint32_t primitive = user.runs.begin(args->primID); primitive < user.runs.end(args->primID); ++primitive)
@@ -150,8 +165,7 @@ void occluded_callback(const RTCOccludedFunctionNArguments* args) {
   const auto& user = *static_cast<const User<Geometry>*>(args->geometryUserPtr);
   const Packet& packet = Packet::of(args->context);
   if (const std::optional<Asked> asked = asked_about(args->ray, args->N)) {
-    occluded(packet, *asked, args->valid, &RTCRayN_tfar(args->ray, args->N, 0), *user.geometry,
-             taken_at_once(user, args->primID));
+    occluded_of(user, packet, *asked, args->valid, args->ray, args->primID);
     return;
   }
   for (std::uint32_t primitive = user.runs.begin(args->primID); primitive < user.runs.end(args->primID); ++primitive)
@@ -203,7 +217,9 @@ struct Accelerator::Embree {
     Bounds box;
     Ball ball{{}, -std::numeric_limits<double>::infinity()};
     void close_ball() {
-      if (!box.empty()) ball = {(box.low + box.high) * 0.5, length(box.high - box.low) * 0.5 + 0x1p-18};
+      if (box.empty()) return;
+      const Vec3 center = (box.low + box.high) * 0.5;
+      ball = {center, length(box.high - box.low) * 0.5 + 0x1p-18, length(center)};
     }
   };
 
@@ -250,7 +266,7 @@ void Accelerator::Embree::add(std::vector<User<Geometry>>& users, const std::vec
   users.reserve(geometries.size());  // pointers to these are handed to Embree: they must not move
   for (const Geometry& added : geometries) {
     const auto index = first + static_cast<std::uint32_t>(users.size());
-    User<Geometry>& user = users.emplace_back(User<Geometry>{&added, index, PrimitiveRuns<Geometry>(added)});
+    User<Geometry>& user = users.emplace_back(User<Geometry>{&added, index, PrimitiveRuns<Geometry>(added, index)});
     const std::uint32_t count = user.runs.count();
     bytes.fetch_add(static_cast<std::int64_t>(user.runs.memory_bytes()), std::memory_order_relaxed);
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
@@ -326,7 +342,7 @@ void Accelerator::closest(const RaySpan& rays, const HitSpan& hits, Coherence co
     load(packet, span, first, tree.ball);
     closest_planes(packet, geometry_.planes, geometry_.plane_geometry(), among);
     if (any_active(packet)) {
-      if (!geometry_.triangles.empty()) find_leading(packet);
+      if (!geometry_.triangles.empty()) load_for_triangles(packet, tree.ball);
       write_rays(packet, rayhit.ray);
       rtcIntersect16(packet.active, tree.scene, &packet.context, &rayhit);
     }
@@ -347,7 +363,7 @@ void Accelerator::occluded(const RaySpan& rays, std::uint8_t* blocked, Coherence
   const auto trace = [&](const RaySpan& span, std::uint8_t* answers, std::size_t first) {
     load(packet, span, first, embree_->all.ball);
     occluded_planes(packet, geometry_.planes, geometry_.plane_geometry());
-    if (!geometry_.triangles.empty()) find_leading(packet);
+    if (!geometry_.triangles.empty()) load_for_triangles(packet, embree_->all.ball);
     write_rays(packet, ray);
     rtcOccluded16(packet.active, embree_->all.scene, &packet.context, &ray);
     write_blocked(packet, ray, answers + first);

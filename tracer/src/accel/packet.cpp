@@ -100,7 +100,8 @@ void begin(Packet& packet, const RaySpan& rays, Coherence coherence, unsigned ma
 }
 
 WHITTLE_WIDE void load(Packet& packet, const RaySpan& rays, std::size_t first, const Ball& ball) {
-  const auto [center, radius] = ball;
+  const Vec3 center = ball.center;
+  const double radius = ball.radius;
   copy_lanes(packet.ox, rays.ox + first);
   copy_lanes(packet.oy, rays.oy + first);
   copy_lanes(packet.oz, rays.oz + first);
@@ -136,7 +137,9 @@ WHITTLE_WIDE void load(Packet& packet, const RaySpan& rays, std::size_t first, c
   }
 }
 
-WHITTLE_WIDE void find_leading(Packet& packet) {
+WHITTLE_WIDE void load_for_triangles(Packet& packet, const Ball& ball) {
+  packet.blur = triangle_blur(ball.away, ball.radius);
+  for (int i = 0; i < packet_size; ++i) packet.doubt[i] = ray_doubt(packet.start[i], ball.away, ball.radius);
   constexpr int x = 1, y = 2, z = 4;
   int axes = 0;
   for (int i = 0; i < packet_size; ++i) {

@@ -13,6 +13,7 @@
 #include <cstdint>
 
 #include "tracer/src/accel/accelerator.h"
+#include "tracer/src/accel/triangle_run.h"
 #include "tracer/src/math/wide.h"
 #include "tracer/src/scene/trace_frame.h"
 
@@ -27,7 +28,8 @@ inline constexpr double float_slack = 0x1p-20;
 /// Around the scene's box.
 struct Ball {
   Vec3 center;
-  double radius;  ///< minus infinity: holds nothing
+  double radius;    ///< minus infinity: holds nothing
+  double away = 0;  ///< of the centre from 0
 };
 
 /// How far away, in the same units, a ray may enter the ball. From further the last bit of its direction is 2^47 boxes
@@ -68,6 +70,8 @@ struct alignas(64) Packet {
   alignas(64) float reach[packet_size];  ///< Embree's tfar
   alignas(64) int active[packet_size];   ///< -1 where Embree has something to look for
   int blocked[packet_size];              ///< -1 where a plane lies within the ray
+  alignas(64) float doubt[packet_size];  ///< ray_doubt()
+  float blur;                            ///< triangle_blur()
   LeadingAxis leading;                   ///< of the active rays
 
   static Packet& of(const RTCIntersectContext* context) {
@@ -104,8 +108,8 @@ void begin(Packet& packet, const RaySpan& rays, Coherence coherence, unsigned ma
 /// Fills all lanes, from rays[first...]. Rays that are not finite and rays that miss `ball` are inactive.
 void load(Packet& packet, const RaySpan& rays, std::size_t first, const Ball& ball);
 
-/// Sets `leading`, which only triangles ask for.
-void find_leading(Packet& packet);
+/// Sets `leading`, `doubt` and `blur`, which only triangles ask for.
+void load_for_triangles(Packet& packet, const Ball& ball);
 
 /// The packet's rays as Embree wants them.
 void write_rays(const Packet& packet, RTCRay16& ray);
@@ -114,29 +118,22 @@ void write_rays(const Packet& packet, RTCRay16& ray);
 void write_hits(const Packet& packet, const HitSpan& hits, std::size_t first);
 void write_blocked(const Packet& packet, const RTCRay16& ray, std::uint8_t* blocked);
 
-/// One triangle, or the two that share an edge and are one to Embree.
-struct TriangleRun {
-  PrimitiveRef first;
-  bool pair;
-  [[nodiscard]] PrimitiveRef second() const { return {first.geometry, first.primitive + 1}; }
-};
-
 /// Primitive self.primitive of `geometry`, or the triangles of `run`, decided in double. The callers' lanes: those of
-/// `valid` (-1) among those asked about, of which `valid` and `tfar` begin at the first, or one. The part of a quadric
-/// that was met goes into the packet's `u`. Spheres and quadrics do not know where a ray starts: it may meet the one it
-/// leaves again.
+/// `valid` (-1) among those asked about, of which `valid`, `tfar` and Embree's `rays` begin at the first, or one. The
+/// part of a quadric that was met goes into the packet's `u`. Spheres and quadrics do not know where a ray starts: it
+/// may meet the one it leaves again.
 void closest(Packet& packet, Asked asked, const int* valid, float* tfar, const SphereGeometry& geometry,
              PrimitiveRef self);
 void closest(Packet& packet, Asked asked, const int* valid, float* tfar, const QuadricGeometry& geometry,
              PrimitiveRef self);
-void closest(Packet& packet, Asked asked, const int* valid, float* tfar, const TriangleGeometry& geometry,
-             TriangleRun run);
+void closest(Packet& packet, Asked asked, const int* valid, RTCRayN* rays, const TriangleGeometry& geometry,
+             const TriangleRun& run);
 void occluded(const Packet& packet, Asked asked, const int* valid, float* tfar, const SphereGeometry& geometry,
               PrimitiveRef self);
 void occluded(const Packet& packet, Asked asked, const int* valid, float* tfar, const QuadricGeometry& geometry,
               PrimitiveRef self);
-void occluded(const Packet& packet, Asked asked, const int* valid, float* tfar, const TriangleGeometry& geometry,
-              TriangleRun run);
+void occluded(const Packet& packet, Asked asked, const int* valid, RTCRayN* rays, const TriangleGeometry& geometry,
+              const TriangleRun& run);
 void closest_lane(Packet& packet, unsigned lane, float& tfar, const SphereGeometry& geometry, PrimitiveRef self);
 void closest_lane(Packet& packet, unsigned lane, float& tfar, const QuadricGeometry& geometry, PrimitiveRef self);
 void closest_lane(Packet& packet, unsigned lane, float& tfar, const TriangleGeometry& geometry, PrimitiveRef self);

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "tracer/src/accel/geometry.h"
+#include "tracer/src/accel/triangle_run.h"
 #include "tracer/src/scene/trace_frame.h"
 
 namespace tracer {
@@ -13,7 +14,8 @@ namespace tracer {
 template <class Geometry>
 class PrimitiveRuns {
  public:
-  explicit PrimitiveRuns(const Geometry& geometry) : count_(static_cast<std::uint32_t>(geometry.object.size())) {}
+  PrimitiveRuns(const Geometry& geometry, std::uint32_t /*index*/)
+      : count_(static_cast<std::uint32_t>(geometry.object.size())) {}
   [[nodiscard]] std::uint32_t count() const { return count_; }
   [[nodiscard]] static std::uint32_t begin(std::uint32_t run) { return run; }
   [[nodiscard]] static std::uint32_t end(std::uint32_t run) { return run + 1; }
@@ -30,7 +32,8 @@ class PrimitiveRuns {
 template <>
 class PrimitiveRuns<TriangleGeometry> {
  public:
-  explicit PrimitiveRuns(const TriangleGeometry& geometry) {
+  /// `index`: what rays know the geometry by.
+  PrimitiveRuns(const TriangleGeometry& geometry, std::uint32_t index) : geometry_(&geometry), index_(index) {
     const auto& triangles = geometry.triangles;
     const auto count = static_cast<std::uint32_t>(triangles.size());
     first_.reserve(count + std::size_t{1});
@@ -40,13 +43,31 @@ class PrimitiveRuns<TriangleGeometry> {
     }
     first_.push_back(count);
     first_.shrink_to_fit();
+    if (!worth_keeping(this->count(), count)) return;
+    kept_.reserve(this->count());
+    for (std::uint32_t run = 0; run < this->count(); ++run) kept_.push_back(made(run));
   }
   [[nodiscard]] std::uint32_t count() const { return static_cast<std::uint32_t>(first_.size() - 1); }
   [[nodiscard]] std::uint32_t begin(std::uint32_t run) const { return first_[run]; }
   [[nodiscard]] std::uint32_t end(std::uint32_t run) const { return first_[run + 1]; }
-  [[nodiscard]] std::uint64_t memory_bytes() const { return first_.capacity() * sizeof(std::uint32_t); }
+  /// Where it is kept; else it is made, in `room`.
+  [[nodiscard]] const TriangleRun& in_floats(std::uint32_t run, TriangleRun& room) const {
+    return kept_.empty() ? room = made(run) : kept_[run];
+  }
+  [[nodiscard]] std::uint64_t memory_bytes() const {
+    return first_.capacity() * sizeof(std::uint32_t) + kept_.capacity() * sizeof(TriangleRun);
+  }
 
  private:
+  /// Runs in floats take 32 bytes a triangle where all are in pairs, 64 where none is; a tree and its geometry 65
+  /// and 85. So large meshes of few pairs make them anew for each packet that Embree asks about.
+  static bool worth_keeping(std::uint32_t runs, std::uint32_t triangles) {
+    constexpr std::uint32_t small = 1u << 20;
+    return triangles <= small || runs <= triangles / 4 * 3;
+  }
+  [[nodiscard]] TriangleRun made(std::uint32_t run) const {
+    return triangle_run(*geometry_, index_, begin(run), end(run) - begin(run));
+  }
   using Corners = std::array<std::uint32_t, 3>;
   static bool share_edge(const Corners& a, const Corners& b) {
     if (!distinct(a) || !distinct(b)) return false;
@@ -72,7 +93,10 @@ class PrimitiveRuns<TriangleGeometry> {
     return side.x * side.y + side.y * side.z + side.z * side.x;
   }
 
+  const TriangleGeometry* geometry_;
+  std::uint32_t index_;
   std::vector<std::uint32_t> first_;  ///< of each run, and one past the last triangle
+  std::vector<TriangleRun> kept_;     ///< or nothing
 };
 
 }  // namespace tracer

@@ -77,45 +77,6 @@ WHITTLE_INLINE SeenTriangle seen(const SeenAlong& ray, const TriangleTest& trian
   return {at_a, at_b, at_c, a.z, b.z, c.z, inside};
 }
 
-/// Two triangles that share an edge. Which corner is which does not matter to whether a ray meets them: the edges'
-/// functions are the same numbers, or all of them are the negatives.
-struct PairTest {
-  Vec3 shared_0, shared_1;
-  Vec3 first, second;  ///< the third corner of the first triangle, and of the second
-};
-
-/// Precondition: two corners are the same, and none of a triangle's is twice in it.
-inline PairTest pair_test(const TriangleGeometry& geometry, std::uint32_t primitive) {
-  const auto& [a, b, c] = geometry.triangles[primitive];
-  const auto& [d, e, f] = geometry.triangles[primitive + 1];
-  const bool has_d = (d == a) | (d == b) | (d == c), has_e = (e == a) | (e == b) | (e == c);
-  const std::uint32_t second = has_d ? (has_e ? f : e) : d;
-  const std::uint32_t shared_0 = has_d ? d : e, shared_1 = has_d & has_e ? e : f;
-  const std::uint32_t first = a ^ b ^ c ^ shared_0 ^ shared_1;  // what is left of the three
-  return {geometry.position(shared_0), geometry.position(shared_1), geometry.position(first),
-          geometry.position(second)};
-}
-
-/// Not less than 0 where the three have one sign or are 0. By least and greatest, not by six comparisons: those that
-/// two triangles share would become jumps and the loop no vector code.
-WHITTLE_INLINE double one_sign(double a, double b, double c) {
-  const double least = a < b ? a : b, greatest = a < b ? b : a;
-  const double low = least < c ? least : c, high = greatest < c ? c : greatest;
-  return low > -high ? low : -high;
-}
-
-/// SeenTriangle::inside of both, for four vertices instead of six and five edges: where not less than 0.
-struct SeenPair {
-  double first, second;
-};
-
-WHITTLE_INLINE SeenPair seen(const SeenAlong& ray, const PairTest& pair) {
-  const SeenVertex a = seen(ray, pair.shared_0), b = seen(ray, pair.shared_1);
-  const SeenVertex c = seen(ray, pair.first), d = seen(ray, pair.second);
-  const double shared = edge(a, b);
-  return {one_sign(shared, edge(b, c), edge(c, a)), one_sign(shared, edge(b, d), edge(d, a))};
-}
-
 /// `dz` is the ray's largest component.
 WHITTLE_INLINE TriangleHit watertight_hit(const SeenTriangle& s, double dz) {
   const double whole = s.at_a + s.at_b + s.at_c;  // of one sign: nothing cancels, and it is zero only edge-on

@@ -30,41 +30,36 @@ WHITTLE_INLINE auto by_leading(const Packet& p, const With& with) {
   });
 }
 
-/// Which triangles of a run any of the lanes that count meets.
-struct Met {
-  bool first, second;
-};
-
-template <class RayOf>
-WHITTLE_INLINE Met any_sees(Asked asked, const int* valid, const TriangleTest& triangle, const RayOf& ray_of) {
+/// Which triangles of a run any of the lanes that count may meet, and does not start on.
+template <bool pair, int count>
+WHITTLE_INLINE int any_may_meet(const Packet& p, int first_lane, const int* valid, RTCRayN* rays,
+                                const TriangleRun& run) {
+  const float *ox = &RTCRayN_org_x(rays, count, 0), *dx = &RTCRayN_dir_x(rays, count, 0);
+  const float *oy = &RTCRayN_org_y(rays, count, 0), *dy = &RTCRayN_dir_y(rays, count, 0);
+  const float *oz = &RTCRayN_org_z(rays, count, 0), *dz = &RTCRayN_dir_z(rays, count, 0);
+  const float* doubt = p.doubt + first_lane;
+  const std::uint32_t* from_geometry = p.from_geometry + first_lane;
+  const std::uint32_t* from_primitive = p.from_primitive + first_lane;
+  const TriangleRun triangles = run;
+  const float blur = run.longest * p.blur;
   int met = 0;
-  for_lanes(
-      asked, [&](int i, int k)
-                 __attribute__((always_inline)) { met |= seen(ray_of(i), triangle).inside ? valid[k] : 0; });
-  return {met != 0, false};
+  for (int k = 0; k < count; ++k) {
+    const int may = may_meet<pair>(triangles, {ox[k], oy[k], oz[k]}, {dx[k], dy[k], dz[k]}, blur + doubt[k]);
+    const bool on_first = (from_geometry[k] == triangles.geometry) & (from_primitive[k] == triangles.first);
+    const bool on_second = (from_geometry[k] == triangles.geometry) & (from_primitive[k] == triangles.first + 1);
+    met |= may & (on_first ? ~first_triangle : ~0) & (on_second ? ~second_triangle : ~0) & valid[k];
+  }
+  return met;
 }
 
-template <class RayOf>
-WHITTLE_INLINE Met any_sees(Asked asked, const int* valid, const PairTest& pair, const RayOf& ray_of) {
-  int first = 0, second = 0;
-  for_lanes(
-      asked, [&](int i, int k) __attribute__((always_inline)) {
-        const SeenPair met = seen(ray_of(i), pair);
-        const int counts = valid[k];
-        first |= met.first >= 0 ? counts : 0;
-        second |= met.second >= 0 ? counts : 0;
-      });
-  return {first != 0, second != 0};
+template <bool pair>
+WHITTLE_INLINE int any_may_meet(const Packet& p, Asked asked, const int* valid, RTCRayN* rays, const TriangleRun& run) {
+  if (asked == Asked::whole) return any_may_meet<pair, packet_size>(p, 0, valid, rays, run);
+  return any_may_meet<pair, half_packet>(p, asked == Asked::first_half ? 0 : half_packet, valid, rays, run);
 }
 
-WHITTLE_INLINE Met any_sees(const Packet& p, Asked asked, const int* valid, const TriangleGeometry& geometry,
-                            TriangleRun run) {
-  const auto sees = [&](const auto& test) __attribute__((always_inline)) {
-    return by_leading(
-        p, [&](const auto& ray_of) __attribute__((always_inline)) { return any_sees(asked, valid, test, ray_of); });
-  };
-  const std::uint32_t first = run.first.primitive;
-  return run.pair ? sees(pair_test(geometry, first)) : sees(triangle_test(geometry, first));
+WHITTLE_INLINE int any_may_meet(const Packet& p, Asked asked, const int* valid, RTCRayN* rays, const TriangleRun& run) {
+  return run.pair() ? any_may_meet<true>(p, asked, valid, rays, run) : any_may_meet<false>(p, asked, valid, rays, run);
 }
 
 /// Runs `take(lane, place, hit)` over the lanes asked about.
@@ -117,23 +112,30 @@ WHITTLE_WIDE void take_blocked(const Packet& packet, Asked asked, const int* val
       });
 }
 
-}  // namespace
-
-// Few of the triangles that Embree proposes are met: all is computed anew for these, which takes less than to store for
-// each what it may need.
-
-WHITTLE_WIDE void closest(Packet& packet, Asked asked, const int* valid, float* tfar, const TriangleGeometry& geometry,
-                          TriangleRun run) {
-  const Met met = any_sees(packet, asked, valid, geometry, run);
-  if (met.first) take_closest(packet, asked, valid, tfar, geometry, run.first);
-  if (met.second) take_closest(packet, asked, valid, tfar, geometry, run.second());
+float* tfar_of(RTCRayN* rays, Asked asked) {
+  return &RTCRayN_tfar(rays, asked == Asked::whole ? packet_size : half_packet, 0);
 }
 
-WHITTLE_WIDE void occluded(const Packet& packet, Asked asked, const int* valid, float* tfar,
-                           const TriangleGeometry& geometry, TriangleRun run) {
-  const Met met = any_sees(packet, asked, valid, geometry, run);
-  if (met.first) take_blocked(packet, asked, valid, tfar, geometry, run.first);
-  if (met.second) take_blocked(packet, asked, valid, tfar, geometry, run.second());
+}  // namespace
+
+WHITTLE_WIDE void closest(Packet& packet, Asked asked, const int* valid, RTCRayN* rays,
+                          const TriangleGeometry& geometry, const TriangleRun& run) {
+  const int met = any_may_meet(packet, asked, valid, rays, run);
+  if (met == 0) [[likely]]
+    return;
+  const PrimitiveRef first{run.geometry, run.first}, second{run.geometry, run.first + 1};
+  if ((met & first_triangle) != 0) take_closest(packet, asked, valid, tfar_of(rays, asked), geometry, first);
+  if ((met & second_triangle) != 0) take_closest(packet, asked, valid, tfar_of(rays, asked), geometry, second);
+}
+
+WHITTLE_WIDE void occluded(const Packet& packet, Asked asked, const int* valid, RTCRayN* rays,
+                           const TriangleGeometry& geometry, const TriangleRun& run) {
+  const int met = any_may_meet(packet, asked, valid, rays, run);
+  if (met == 0) [[likely]]
+    return;
+  const PrimitiveRef first{run.geometry, run.first}, second{run.geometry, run.first + 1};
+  if ((met & first_triangle) != 0) take_blocked(packet, asked, valid, tfar_of(rays, asked), geometry, first);
+  if ((met & second_triangle) != 0) take_blocked(packet, asked, valid, tfar_of(rays, asked), geometry, second);
 }
 
 void closest_lane(Packet& packet, unsigned lane, float& tfar, const TriangleGeometry& geometry, PrimitiveRef self) {

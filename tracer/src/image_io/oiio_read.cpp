@@ -64,6 +64,27 @@ std::vector<float> decoding_table(ColorSpace space) {
   return table;
 }
 
+/// A file's bytes. OpenImageIO 2.4's own reader of memory believes what a file says of where its tiles are, and reads
+/// before the first byte or far behind the last.
+class FileInMemory final : public OIIO::Filesystem::IOMemReader {
+ public:
+  /// They must outlive it, and are only read.
+  explicit FileInMemory(std::span<const std::uint8_t> bytes)
+      : IOMemReader(const_cast<std::uint8_t*>(bytes.data()), bytes.size()), bytes_(bytes) {}
+
+  /// All other ways to read come here.
+  std::size_t pread(void* into, std::size_t size, std::int64_t offset) override {
+    const auto first = static_cast<std::uint64_t>(offset);  // what is before the file is far behind it
+    if (first >= bytes_.size()) return 0;
+    const std::size_t count = std::min<std::size_t>(size, bytes_.size() - first);
+    std::copy_n(bytes_.data() + first, count, static_cast<std::uint8_t*>(into));
+    return count;
+  }
+
+ private:
+  std::span<const std::uint8_t> bytes_;
+};
+
 /// One file being read, strip by strip.
 class Reading {
  public:
@@ -142,7 +163,7 @@ class Reading {
 
 Decoded oiio_read(PictureKind kind, std::span<const std::uint8_t> bytes, ColorSpace space,
                   const TextureImageLimits& limits) {
-  OIIO::Filesystem::IOMemReader memory(const_cast<std::uint8_t*>(bytes.data()), bytes.size());  // it only reads
+  FileInMemory memory(bytes);
   const std::string name = reader_name(kind);
   const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(name);
   if (!input || input->format_name() != name) return "there is no reader for " + name + ": " + OIIO::geterror();
