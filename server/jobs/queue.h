@@ -151,6 +151,7 @@ class Queue final : public JobService {
   bool is_durable(const std::string& id);
   void let_go(const std::string& id, std::int64_t fence);
   void wake_runner(bool for_suspects = false);
+  void tell_runner_of_one();
 
   /// A job that is about to be queued. Whoever first knows that it was, its submitter or someone who has claimed it
   /// already, tells so: then no one hears that it runs before hearing that it waits.

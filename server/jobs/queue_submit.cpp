@@ -145,6 +145,11 @@ void Queue::tell_arrived(const Job& job) {
   tell_end(job.id, job.state);
 }
 
+void Queue::tell_runner_of_one() {
+  const std::shared_lock lock(runner_mutex_);
+  if (runner_ != nullptr) runner_->job_came();
+}
+
 tracer::Result<Submitted, Refused> Queue::submit(Submission submission) {
   const std::optional<Idempotency> idempotency = std::move(submission.idempotency);
   const ReplyKey key = key_of(submission.owner, idempotency);
@@ -179,13 +184,10 @@ tracer::Result<Submitted, Refused> Queue::submit(Submission submission) {
     throw;
   }
   tell_arrived(made.job);
-  if (from_cache) return Submitted{made, from_cache, std::nullopt};
-  const std::shared_lock lock(runner_mutex_);
-  if (runner_ != nullptr) {
-    // Of a job for later the housekeeper tells in time. That it wakes the runner, too, only spreads submissions out, so
-    // that more of them share a sync: on a busy machine an eighth more a second.
-    job.not_before ? runner_->wake(false) : runner_->job_came();
-  }
+  // Of a job for later the housekeeper tells in time. That it wakes the runner, too, only spreads submissions out, so
+  // that more of them share a sync: on a busy machine an eighth more a second.
+  if (!from_cache && job.not_before) wake_runner();
+  if (!from_cache && !job.not_before) tell_runner_of_one();
   return Submitted{made, from_cache, std::nullopt};
 }
 
