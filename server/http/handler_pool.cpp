@@ -18,27 +18,23 @@ HandlerPool::~HandlerPool() {
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
+    idle_.call_all();
   }
-  work_.notify_all();
   for (std::thread& thread : threads_) thread.join();
 }
 
 bool HandlerPool::submit(Task task, bool heavy) {
-  {
-    const std::lock_guard lock(mutex_);
-    if (light_.size() + heavy_.size() >= waiting_max_) return false;
-    (heavy ? heavy_ : light_).push_back(std::move(task));
-  }
-  work_.notify_one();
+  const std::lock_guard lock(mutex_);
+  if (light_.size() + heavy_.size() >= waiting_max_) return false;
+  (heavy ? heavy_ : light_).push_back(std::move(task));
+  idle_.call_one();
   return true;
 }
 
 void HandlerPool::resume(Task task) {
-  {
-    const std::lock_guard lock(mutex_);
-    light_.push_front(std::move(task));
-  }
-  work_.notify_one();
+  const std::lock_guard lock(mutex_);
+  light_.push_front(std::move(task));
+  idle_.call_one();
 }
 
 void HandlerPool::run(const std::vector<Route>& routes, const telemetry::Log& log) {
@@ -47,7 +43,7 @@ void HandlerPool::run(const std::vector<Route>& routes, const telemetry::Log& lo
   for (;;) {
     const auto heavy_may_run = [&] { return !heavy_.empty() && heavy_running_ < heavy_max_; };
     const auto all_taken = [&] { return light_.empty() && heavy_.empty(); };
-    work_.wait(lock, [&] { return !light_.empty() || heavy_may_run() || (stopping_ && all_taken()); });
+    while (light_.empty() && !heavy_may_run() && !(stopping_ && all_taken())) idle_.wait(lock);
     if (all_taken()) return;
     const bool heavy = heavy_may_run();
     std::deque<Task>& queue = heavy ? heavy_ : light_;
@@ -59,7 +55,7 @@ void HandlerPool::run(const std::vector<Route>& routes, const telemetry::Log& lo
     if (heavy) malloc_trim(0);  // parsing 64 MiB of JSON leaves many times that in freed pieces
     lock.lock();
     heavy_running_ -= heavy ? 1 : 0;
-    if (stopping_) work_.notify_all();
+    if (stopping_) idle_.call_all();
   }
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 /// The few threads that handle requests, each with its own router, behind a bounded queue.
 
-#include <condition_variable>
 #include <cstddef>
 #include <deque>
 #include <functional>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "server/http/router.h"
+#include "server/jobs/idle_threads.h"
 
 namespace http {
 
@@ -35,7 +35,7 @@ class HandlerPool {
 
   const std::size_t heavy_max_, waiting_max_;
   std::mutex mutex_;
-  std::condition_variable work_;
+  jobs::IdleThreads idle_;
   std::deque<Task> light_, heavy_;
   std::size_t heavy_running_ = 0;
   bool stopping_ = false;

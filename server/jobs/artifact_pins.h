@@ -1,6 +1,8 @@
 #pragma once
 /// Keeps removal from deleting bytes that a finishing job is about to name: equal pictures share one artifact, so the
-/// last job that named it may be removed while another one is between storing the same bytes and its own row.
+/// last job that named it may be removed while another one is between storing the same bytes and its own row. And knows
+/// both places where pictures are: small ones in the JobStore, stored by their job's end itself, the others in the
+/// ArtifactStore.
 
 #include <map>
 #include <mutex>
@@ -16,8 +18,10 @@ namespace jobs {
 /// Thread-safe. Must outlive its Pinned.
 class ArtifactPins {
  public:
-  ArtifactPins(JobStore& store, ArtifactStore& artifacts, Log log)
-      : store_(store), artifacts_(artifacts), log_(std::move(log)) {}
+  ArtifactPins(JobStore& store, ArtifactStore& artifacts, std::size_t small_bytes, Log log)
+      : store_(store), artifacts_(artifacts), small_bytes_(small_bytes), log_(std::move(log)) {}
+
+  std::unique_ptr<ArtifactReader> open(const std::string& sha256);  ///< null when not there
 
   /// Deletes the bytes unless a job names them or they are pinned. Never throws: what cannot be deleted now only costs
   /// space, and is logged.
@@ -31,7 +35,8 @@ class ArtifactPins {
     Pinned(const Pinned&) = delete;
     Pinned& operator=(const Pinned&) = delete;
 
-    /// As ArtifactStore::put, and there when it returns, whoever removes the same bytes meanwhile.
+    /// As ArtifactStore::put, and there when it returns, whoever removes the same bytes meanwhile, unless it is small:
+    /// then it comes with the rows.
     ArtifactStore::Stored put(int fd);
 
     /// Keeps an artifact that is there already; false where it is not.
@@ -45,6 +50,7 @@ class ArtifactPins {
  private:
   JobStore& store_;
   ArtifactStore& artifacts_;
+  const std::size_t small_bytes_;
   Log log_;
   std::mutex mutex_;  ///< held over "does a job name it?" and the deletion, so that no pin falls between
   std::map<std::string, int> pins_;

@@ -73,6 +73,12 @@ struct NewJob {
   Job job;  ///< queued, or succeeded with the report and artifacts of an equal one
   std::string document;
 };
+/// A picture that stands beside the rows which name it: stored with them in one go, in no file of its own.
+struct SmallPicture {
+  std::string sha256;
+  std::string bytes;
+};
+
 /// What is stored together or not at all.
 struct Admission {
   std::vector<NewJob> jobs;
@@ -178,9 +184,11 @@ class JobStore {
   virtual std::vector<Lease> renew(const std::vector<Lease>& leases, std::int64_t until) = 0;
 
   /// Ends a running job. False when `fence` is not the latest or the job is not running. A job whose cancel was
-  /// requested may still succeed or fail here if the worker was faster; that is told as it is.
+  /// requested may still succeed or fail here if the worker was faster; that is told as it is. `small`: the bytes of
+  /// those `artifacts` that are in no ArtifactStore; equal ones are kept once for all jobs.
   virtual bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
-                       const std::vector<Artifact>& artifacts, bool durable = true) = 0;
+                       const std::vector<Artifact>& artifacts, bool durable = true,
+                       const std::vector<SmallPicture>& small = {}) = 0;
   virtual bool fail(const std::string& id, std::int64_t fence, std::int64_t now, const Problem& problem) = 0;
   virtual bool finish_cancel(const std::string& id, std::int64_t fence, std::int64_t now) = 0;
 
@@ -219,6 +227,11 @@ class JobStore {
 
   /// Is this sha256 named by any job's artifacts? Used before an artifact's bytes are deleted.
   virtual bool references(const std::string& sha256) = 0;
+
+  /// The bytes of a small picture; nothing where there is none of this name.
+  virtual std::optional<std::string> small_picture(const std::string& sha256) = 0;
+  /// Deletes them unless a job names them. May be undone by a power cut.
+  virtual void forget_small_picture(const std::string& sha256) = 0;
 
   /// Is this upload named by any job? Used before an asset's bytes are deleted.
   virtual bool names_asset(const std::string& sha256) = 0;

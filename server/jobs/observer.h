@@ -12,6 +12,8 @@ class Observer {
  public:
   virtual ~Observer() = default;
   virtual void moved(const std::string& id, JobState to) noexcept = 0;  ///< also into the queue, when it is new
+  /// After moved to an end, when all who waited for it have been called: the time for what takes longer.
+  virtual void settled(const std::string& /*id*/) noexcept {}
   virtual void progressed(const std::string& id, double fraction) noexcept = 0;
   virtual void removed(const std::string& id) noexcept = 0;
 };

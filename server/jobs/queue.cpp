@@ -20,8 +20,7 @@ Queue::Queue(JobStore& store, ArtifactStore& artifacts, IdSource& ids, Clock clo
       clock_(std::move(clock)),
       settings_(settings),
       boot_id_(ids.next()),
-      artifacts_(artifacts),
-      pins_(store, artifacts, log),
+      pins_(store, artifacts, settings.small_picture_bytes, log),
       previews_(clock_) {
   const int recovered = store_.recover(boot_id_, clock_());
   for (const std::string& batch : store_.failing_batches()) cancel_batch(batch);
@@ -31,7 +30,7 @@ Queue::Queue(JobStore& store, ArtifactStore& artifacts, IdSource& ids, Clock clo
 // ---- for the HTTP room
 
 void Queue::wake_runner(bool for_suspects) {
-  const std::lock_guard lock(runner_mutex_);
+  const std::shared_lock lock(runner_mutex_);
   if (runner_ != nullptr) runner_->wake(for_suspects);
 }
 
@@ -64,11 +63,10 @@ double Queue::progress(const std::string& id) {
 CancelOutcome Queue::cancel(const std::string& id) {
   const CancelOutcome outcome = store_.cancel(id, clock_());
   if (outcome == CancelOutcome::cancelled) {
-    tell(id, JobState::cancelled);
-    job_ended(id);
+    tell_end(id, JobState::cancelled);
   }
   if (outcome == CancelOutcome::cancelling) {
-    const std::lock_guard lock(runner_mutex_);
+    const std::shared_lock lock(runner_mutex_);
     if (runner_ != nullptr) runner_->cancel(id);
   }
   return outcome;
@@ -96,7 +94,7 @@ void Queue::make_durable(const std::string& id) {
   not_durable_.erase(id);
 }
 
-std::unique_ptr<ArtifactReader> Queue::open(const Artifact& artifact) { return artifacts_.open(artifact.sha256); }
+std::unique_ptr<ArtifactReader> Queue::open(const Artifact& artifact) { return pins_.open(artifact.sha256); }
 
 std::uint64_t Queue::when_ended(const std::string& id, std::function<void()> done) {
   std::uint64_t token = 0;
@@ -131,6 +129,12 @@ void Queue::tell(const std::string& id, JobState to) {
   if (observer_ != nullptr) observer_->moved(id, to);
 }
 
+void Queue::tell_end(const std::string& id, JobState state) {
+  tell(id, state);
+  job_ended(id);
+  if (observer_ != nullptr) observer_->settled(id);
+}
+
 void Queue::tell_queued(const std::string& id) {
   const std::lock_guard lock(arrivals_mutex_);
   if (arrivals_.erase(id) > 0 && observer_ != nullptr) observer_->moved(id, JobState::queued);
@@ -160,7 +164,7 @@ std::string Queue::not_ready() {
   } catch (const StoreFailure& failure) {
     return std::string("store: ") + failure.what();
   }
-  const std::lock_guard lock(runner_mutex_);
+  const std::shared_lock lock(runner_mutex_);
   return runner_ == nullptr ? "worker: not started" : runner_->not_ready();
 }
 
@@ -211,7 +215,7 @@ void Queue::renew_leases() {
   if (held.empty()) return;
   for (const Lease& lost : store_.renew(held, clock_() + settings_.lease_ms)) {
     let_go(lost.job_id, lost.fence);
-    const std::lock_guard lock(runner_mutex_);
+    const std::shared_lock lock(runner_mutex_);
     if (runner_ != nullptr) runner_->lost(lost);
   }
 }
@@ -221,8 +225,7 @@ bool Queue::fail(const std::string& id, std::int64_t fence, const Problem& probl
   let_go(id, fence);
   if (!moved) return false;
   note_end();
-  tell(id, JobState::failed);
-  job_ended(id);
+  tell_end(id, JobState::failed);
   stop_where_too_many_failed(id);
   return true;
 }
@@ -230,8 +233,7 @@ bool Queue::fail(const std::string& id, std::int64_t fence, const Problem& probl
 bool Queue::finish_cancel(const std::string& id, std::int64_t fence) {
   const bool moved = store_.finish_cancel(id, fence, clock_());
   let_go(id, fence);
-  if (moved) tell(id, JobState::cancelled);
-  if (moved) job_ended(id);
+  if (moved) tell_end(id, JobState::cancelled);
   return moved;
 }
 
@@ -262,7 +264,7 @@ void Queue::tell_given_back(const std::string& id, std::optional<Arrival>& arriv
   const std::optional<Job> job = store_.find(id);
   if (job && !ended(job->state)) return tell_queued(id);
   arrival.reset();
-  if (job) tell(id, job->state);
+  if (job) return tell_end(id, job->state);
   job_ended(id);
 }
 
@@ -270,21 +272,22 @@ bool Queue::succeed(const std::string& id, std::int64_t fence, const std::string
                     const std::vector<Picture>& pictures) {
   ArtifactPins::Pinned pinned(pins_);
   std::vector<Artifact> artifacts;
+  std::vector<SmallPicture> small;
   for (const Picture& picture : pictures) {
-    const ArtifactStore::Stored stored = pinned.put(picture.fd);
+    ArtifactStore::Stored stored = pinned.put(picture.fd);
     artifacts.push_back({picture.name, picture.media_type, stored.sha256, stored.bytes});
+    if (stored.small) small.push_back({stored.sha256, *std::move(stored.small)});
   }
-  const bool moved = store_.succeed(id, fence, clock_(), report, artifacts, is_durable(id));
+  const bool moved = store_.succeed(id, fence, clock_(), report, artifacts, is_durable(id), small);
   let_go(id, fence);
   if (moved) note_end();
-  if (moved) tell(id, JobState::succeeded);
-  if (moved) job_ended(id);
+  if (moved) tell_end(id, JobState::succeeded);
   return moved;
 }
 
 std::uint64_t Queue::look(const std::string& id, std::uint32_t side, std::function<void()> done) {
   const Previews::Wish wish = previews_.wish(id, side, std::move(done));
-  const std::lock_guard lock(runner_mutex_);
+  const std::shared_lock lock(runner_mutex_);
   if (wish.is_new && runner_ != nullptr) runner_->look(id, side);
   return wish.token;
 }

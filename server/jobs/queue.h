@@ -18,6 +18,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <shared_mutex>
 #include <string>
 #include <unordered_map>
 #include <unordered_set>
@@ -52,6 +53,10 @@ struct QueueSettings {
   /// How long a claimed job stays this daemon's without a renewal (LeaseKeeper): a disk that hangs is forgiven, and
   /// other daemons on the same store wait no longer than a client's patience.
   std::int64_t lease_ms = 30'000;
+  /// Pictures up to this are stored in the transaction that ends their job, which then syncs once instead of three
+  /// times and makes no file; larger ones would hold the one writer up. SQLite reads and writes blobs faster than files
+  /// up to about 100 KB (sqlite.org/intern-v-extern-blob.html).
+  std::size_t small_picture_bytes = 32u << 10;
 };
 
 /// Thread-safe. The stores, and `ids`, must outlive it. Every call may throw StoreFailure where the stores do.
@@ -114,8 +119,8 @@ class Queue final : public JobService {
     std::string media_type;  ///< "image/png"
     int fd = -1;             ///< its bytes, read from offset 0; stays the caller's
   };
-  /// Bytes first, row second: when the row is there, so are the pictures. False as JobStore::succeed; then nothing of
-  /// the pictures stays that no other job names.
+  /// Bytes first or with the row: when the row is there, so are the pictures. False as JobStore::succeed; then nothing
+  /// of the pictures stays that no other job names.
   bool succeed(const std::string& id, std::int64_t fence, const std::string& report,
                const std::vector<Picture>& pictures);
 
@@ -141,10 +146,12 @@ class Queue final : public JobService {
   void expect_webhook(const Job& job);
   void tell_arrived(const Job& job);
   void tell(const std::string& id, JobState to);
+  void tell_end(const std::string& id, JobState state);
   void note_end();
   bool is_durable(const std::string& id);
   void let_go(const std::string& id, std::int64_t fence);
   void wake_runner(bool for_suspects = false);
+  void tell_runner_of_one();
 
   /// A job that is about to be queued. Whoever first knows that it was, its submitter or someone who has claimed it
   /// already, tells so: then no one hears that it runs before hearing that it waits.
@@ -165,7 +172,6 @@ class Queue final : public JobService {
   Clock clock_;
   QueueSettings settings_;
   std::string boot_id_;
-  ArtifactStore& artifacts_;
   ArtifactPins pins_;
   Previews previews_;
 
@@ -174,7 +180,7 @@ class Queue final : public JobService {
 
   std::atomic<EndListener*> listener_ = nullptr;
 
-  std::mutex runner_mutex_;
+  std::shared_mutex runner_mutex_;  ///< alone: who attaches, so that no call is in progress
   Runner* runner_ = nullptr;
   Observer* observer_ = nullptr;
   RoomNow room_;

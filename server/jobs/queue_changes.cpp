@@ -57,10 +57,9 @@ std::optional<BatchState> Queue::find_batch(const std::string& id) { return stor
 void Queue::cancel_batch(const std::string& id) {
   const BatchCancel changed = store_.cancel_batch(id, clock_());
   for (const std::string& job : changed.cancelled) {
-    tell(job, JobState::cancelled);
-    job_ended(job);
+    tell_end(job, JobState::cancelled);
   }
-  const std::lock_guard lock(runner_mutex_);
+  const std::shared_lock lock(runner_mutex_);
   if (runner_ == nullptr) return;
   for (const std::string& job : changed.cancelling) runner_->cancel(job);
 }
@@ -108,8 +107,7 @@ bool Queue::keep_house() {
     tell_given_back(id, arrival);
   }
   for (const std::string& id : upkeep.overdue) {
-    tell(id, JobState::failed);
-    job_ended(id);
+    tell_end(id, JobState::failed);
   }
   for (const std::string& id : upkeep.overdue) stop_where_too_many_failed(id);
   for (const Artifact& artifact : upkeep.artifacts) pins_.collect(artifact.sha256);

@@ -142,8 +142,12 @@ void Queue::expect_webhook(const Job& job) {
 /// After it was stored: it waits, or had its pictures already.
 void Queue::tell_arrived(const Job& job) {
   if (!ended(job.state)) return tell_queued(job.id);
-  tell(job.id, job.state);
-  job_ended(job.id);
+  tell_end(job.id, job.state);
+}
+
+void Queue::tell_runner_of_one() {
+  const std::shared_lock lock(runner_mutex_);
+  if (runner_ != nullptr) runner_->job_came();
 }
 
 tracer::Result<Submitted, Refused> Queue::submit(Submission submission) {
@@ -180,7 +184,10 @@ tracer::Result<Submitted, Refused> Queue::submit(Submission submission) {
     throw;
   }
   tell_arrived(made.job);
-  if (!from_cache) wake_runner();
+  // Of a job for later the housekeeper tells in time. That it wakes the runner, too, only spreads submissions out, so
+  // that more of them share a sync: on a busy machine an eighth more a second.
+  if (!from_cache && job.not_before) wake_runner();
+  if (!from_cache && !job.not_before) tell_runner_of_one();
   return Submitted{made, from_cache, std::nullopt};
 }
 

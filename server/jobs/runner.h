@@ -1,6 +1,6 @@
 #pragma once
-/// Who runs jobs, as the queue sees it. The calls are made from any thread, return at once and must not call the queue
-/// back from within.
+/// Who runs jobs, as the queue sees it. The calls are made from any thread, several at once, and return at once; from
+/// within none but job_came may call the queue back, and that only to claim.
 
 #include <cstdint>
 #include <string>
@@ -12,7 +12,9 @@ namespace jobs {
 class Runner {
  public:
   virtual ~Runner() = default;
-  virtual void wake(bool for_suspects) noexcept = 0;        ///< there may be something to claim; suspects, too
+  virtual void wake(bool for_suspects) noexcept = 0;  ///< there may be something to claim; suspects, too
+  /// One job has come that may be claimed: a runner with a place for it may do so at once, on the submitter's thread.
+  virtual void job_came() noexcept { wake(false); }
   virtual void cancel(const std::string& id) noexcept = 0;  ///< this running job is to stop; unknown ids are ignored
   /// Somebody wants to see how far this running job is: Queue::previewed follows, perhaps; unknown ids are ignored.
   virtual void look(const std::string& id, std::uint32_t side) noexcept = 0;

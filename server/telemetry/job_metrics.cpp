@@ -7,7 +7,7 @@
 namespace telemetry {
 namespace {
 
-constexpr std::string_view submitted = "whittle_jobs_submitted_total", ended = "whittle_jobs_ended_total",
+constexpr std::string_view submitted = "whittle_jobs_submitted_total", ends = "whittle_jobs_ended_total",
                            waited = "whittle_job_wait_seconds", ran = "whittle_job_run_seconds",
                            rays = "whittle_rays_total", cached = "whittle_jobs_from_cache_total",
                            targets = "whittle_error_targets_total", geometry = "whittle_geometry_total",
@@ -19,7 +19,7 @@ double seconds(std::int64_t milliseconds) { return static_cast<double>(milliseco
 
 std::vector<Family> JobMetrics::families() {
   return {{submitted, "Jobs that came into the queue, those that came back to it among them."},
-          {ended, "Jobs that ended, by state."},
+          {ends, "Jobs that ended, by state."},
           {waited, "From a job's creation to the start of its last attempt.", waiting_seconds()},
           {ran, "From the start of a job's last attempt to its end, by state.", waiting_seconds()},
           {cached, "Jobs that had their pictures from the result cache; they neither waited nor ran."},
@@ -35,14 +35,20 @@ std::vector<Family> JobMetrics::families() {
 void JobMetrics::moved(const std::string& id, jobs::JobState to) noexcept {
   try {
     if (to == jobs::JobState::queued) metrics_.add(submitted, {});
-    if (jobs::ended(to)) {
-      metrics_.add(ended, {{"state", jobs::name_of(to)}});
-      if (const auto job = find_(id)) count_end(*job);
-    }
+    if (jobs::ended(to)) metrics_.add(ends, {{"state", jobs::name_of(to)}});
   } catch (const std::exception&) {
-    // The store is away or memory is short: a figure is the least of what is missed then.
+    // Memory is short: a figure is the least of what is missed then.
   }
   next_.moved(id, to);
+}
+
+void JobMetrics::settled(const std::string& id) noexcept {
+  try {
+    if (const auto job = find_(id)) count_end(*job);
+  } catch (const std::exception&) {
+    // So here, or the store is away.
+  }
+  next_.settled(id);
 }
 
 void JobMetrics::count_end(const jobs::Job& job) {

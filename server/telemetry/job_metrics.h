@@ -21,6 +21,7 @@ class JobMetrics final : public jobs::Observer {
       : metrics_(metrics), pace_(pace), find_(std::move(find)), next_(next) {}
 
   void moved(const std::string& id, jobs::JobState to) noexcept override;
+  void settled(const std::string& id) noexcept override;
   void progressed(const std::string& id, double fraction) noexcept override { next_.progressed(id, fraction); }
   void removed(const std::string& id) noexcept override { next_.removed(id); }
 

@@ -13,22 +13,24 @@ StoreThreads::~StoreThreads() {
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
+    idle_.call_all();
   }
-  task_came_.notify_all();
   for (std::thread& thread : threads_) thread.join();
 }
 
 void StoreThreads::run(std::function<void()> task) {
   const std::lock_guard lock(mutex_);
   tasks_.push_back(std::move(task));
-  task_came_.notify_one();
+  idle_.call_one();
 }
 
 void StoreThreads::work() {
   std::unique_lock lock(mutex_);
   for (;;) {
-    task_came_.wait(lock, [&] { return stopping_ || !tasks_.empty(); });
-    if (tasks_.empty()) return;
+    while (tasks_.empty()) {
+      if (stopping_) return;
+      idle_.wait(lock);
+    }
     const std::function<void()> task = std::move(tasks_.front());
     tasks_.pop_front();
     lock.unlock();

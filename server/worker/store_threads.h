@@ -12,6 +12,7 @@
 #include <thread>
 #include <vector>
 
+#include "server/jobs/idle_threads.h"
 #include "server/jobs/job_store.h"
 #include "server/jobs/log.h"
 
@@ -40,7 +41,7 @@ class StoreThreads {
   std::chrono::milliseconds pause_;
   jobs::Log log_;
   std::mutex mutex_;
-  std::condition_variable task_came_;
+  jobs::IdleThreads idle_;
   std::condition_variable gave_up_;
   std::deque<std::function<void()>> tasks_;
   bool stopping_ = false;

@@ -40,9 +40,9 @@ struct SupervisorSettings {
   /// What a worker keeps of jobs' geometry and pictures for the next jobs, beside job_memory_bytes.
   std::uint64_t scene_cache_bytes = 512u << 20;
   std::chrono::milliseconds cache_idle{60'000};  ///< see Options
-  /// Threads that claim jobs and store results, each waiting for the disk most of its time. A result takes three syncs
-  /// in a row (file, folder, row), which the disk shares among all who wait: so there are many, that a disk of 10 ms a
-  /// sync does not hold small jobs up. 0: 16, or slots where that is more.
+  /// Threads that claim jobs and store results, each waiting for the disk most of its time. A result takes one sync, a
+  /// large picture two before it (file, folder), which the disk shares among all who wait: so there are many, that a
+  /// disk of 10 ms a sync does not hold small jobs up. 0: 16, or slots where that is more.
   int store_threads = 0;
   /// A worker from which nothing came for this long is killed. It beats every second from a thread of its own, so only
   /// a stopped process or a machine that swaps is silent this long.

@@ -57,32 +57,46 @@ bool Supervisor::Loop::place_for(ClaimOf of) const {
 void Supervisor::Loop::claim(ClaimOf of) {
   ++claiming_;
   if (of == ClaimOf::any) ++claiming_any_;
-  store_threads_->run([this, of, wakes_seen = wakes_.load()] {
-    const auto result = std::make_shared<Claimed>();
-    result->of = of;
-    result->wakes_seen = wakes_seen;
-    try {
-      result->claim = of == ClaimOf::small ? queue_.claim_small() : queue_.claim(of == ClaimOf::suspect);
-      if (result->claim) {
-        const jobs::Job& job = result->claim->job;
-        const auto queue_ms = static_cast<double>(std::max<std::int64_t>(*job.started_at - job.created_at, 0));
-        result->assignment =
-            pack(Assign{job.id, result->claim->fence, queue_ms, std::exchange(result->claim->document, {}),
-                        jobs::name_of(job.kind), job.large});
-      }
-    } catch (const std::exception& failure) {
-      result->failed = true;
-      log_(LogLevel::error, "store_failure", {{"during", "claim"}, {"detail", failure.what()}});
+  store_threads_->run([this, of, wakes_seen = wakes_.load()] { ask({.of = of, .wakes_seen = wakes_seen}); });
+}
+
+/// Any thread, on behalf of a claim that is counted or offered.
+void Supervisor::Loop::ask(Claimed result) noexcept {
+  try {
+    result.claim = result.of == ClaimOf::small ? queue_.claim_small() : queue_.claim(result.of == ClaimOf::suspect);
+    if (result.claim) {
+      const jobs::Job& job = result.claim->job;
+      const auto queue_ms = static_cast<double>(std::max<std::int64_t>(*job.started_at - job.created_at, 0));
+      result.assignment = pack(Assign{job.id, result.claim->fence, queue_ms, std::exchange(result.claim->document, {}),
+                                      jobs::name_of(job.kind), job.large});
     }
-    mailbox_.post([this, result] { claimed(result); });
-  });
+  } catch (const std::exception& failure) {
+    result.failed = true;
+    log_(LogLevel::error, "store_failure", {{"during", "claim"}, {"detail", failure.what()}});
+  }
+  mailbox_.post([this, shared = std::make_shared<Claimed>(std::move(result))] { claimed(shared); });
+}
+
+/// One claim to whoever submits the next job, while nothing waits.
+void Supervisor::Loop::offer_claim(Time now) {
+  const bool nothing_waits = found_nothing_ && found_nothing_ == found_nothing_small_ && found_nothing_ == wakes_;
+  const bool may_claim = life_ == Life::ready && !draining_ && now >= claims_paused_until_ && !suspects_first_;
+  offered_ = nothing_waits && may_claim && claiming_ == 0 && place_for(ClaimOf::any);
+  if (offered_) offer_ = *found_nothing_;
+}
+
+void Supervisor::Loop::end_offer() {
+  if (!std::exchange(offered_, false) || offer_.exchange(no_offer) != no_offer) return;
+  ++claiming_;  // it was taken
+  ++claiming_any_;
 }
 
 void Supervisor::Loop::claimed(const std::shared_ptr<Claimed>& result) {
   --claiming_;
   if (result->of == ClaimOf::any) --claiming_any_;
   if (result->failed) claims_paused_until_ = Clock::now() + settings_.store_pause;
-  if (!result->failed) found_in_a_row_ = result->claim ? found_in_a_row_ + 1 : 0;
+  if (!result->failed) found_in_a_row_ = result->claim && !result->took_last ? found_in_a_row_ + 1 : 0;
+  if (result->claim && result->took_last) found_nothing_ = found_nothing_small_ = result->wakes_seen;
   if (result->claim) {
     const jobs::Job& job = result->claim->job;
     const std::int64_t fence = result->claim->fence;

@@ -35,6 +35,14 @@ void Supervisor::Loop::wake(bool for_suspects) noexcept {
   mailbox_.wake();
 }
 
+/// Two threads fewer stand between a submitter and the worker where the submitter claims.
+void Supervisor::Loop::job_came() noexcept {
+  const std::uint64_t wakes = ++wakes_;
+  const std::uint64_t offered = offer_.exchange(no_offer);
+  if (offered == no_offer) return mailbox_.wake();
+  ask({.wakes_seen = wakes, .took_last = wakes == offered + 1});
+}
+
 void Supervisor::Loop::cancel(const std::string& id) noexcept {
   mailbox_.post([this, id] { cancel_job(id); });
 }
@@ -87,7 +95,9 @@ void Supervisor::Loop::run() {
     keep_spare(now);
     claim_jobs(now);
     running_count_ = static_cast<int>(running_.size());
+    offer_claim(now);
     wait(next_deadline());
+    end_offer();
     mailbox_.run_posted();
     if (life_ == Life::starting || life_ == Life::ready) read_worker();
     if (spare_ != nullptr) read_spare();

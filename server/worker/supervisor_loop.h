@@ -27,6 +27,7 @@ class Supervisor::Loop final : public jobs::Runner {
   ~Loop() override;
 
   void wake(bool for_suspects) noexcept override;
+  void job_came() noexcept override;
   void cancel(const std::string& id) noexcept override;
   void look(const std::string& id, std::uint32_t side) noexcept override;
   void lost(const jobs::Lease& lease) noexcept override;
@@ -71,12 +72,13 @@ class Supervisor::Loop final : public jobs::Runner {
 
   enum class ClaimOf { any, small, suspect };
 
-  /// What a store thread brings back from a claim.
+  /// What a store thread, or a submitter's, brings back from a claim.
   struct Claimed {
     ClaimOf of = ClaimOf::any;
     std::uint64_t wakes_seen = 0;  ///< when it was asked for
-    std::optional<jobs::Claim> claim;
-    Packet assignment;
+    bool took_last = false;        ///< where it found a job, that was the only one
+    std::optional<jobs::Claim> claim{};
+    Packet assignment{};
     bool failed = false;
   };
 
@@ -108,6 +110,9 @@ class Supervisor::Loop final : public jobs::Runner {
   void claim_jobs(Time now);
   [[nodiscard]] bool place_for(ClaimOf of) const;
   void claim(ClaimOf of);
+  void ask(Claimed result) noexcept;
+  void offer_claim(Time now);
+  void end_offer();
   void claimed(const std::shared_ptr<Claimed>& result);
   void cancel_job(const std::string& id);
   void look_at(const std::string& id, std::uint32_t side);
@@ -143,6 +148,9 @@ class Supervisor::Loop final : public jobs::Runner {
   // Any thread.
   std::atomic<std::uint64_t> wakes_{0};
   std::atomic<bool> suspects_came_{false};
+  /// While the thread sleeps and nothing waits, though a place is free: the value of wakes_ at which that is so.
+  static constexpr std::uint64_t no_offer = UINT64_MAX;
+  std::atomic<std::uint64_t> offer_{no_offer};
   std::atomic<int> pid_{0};
   std::atomic<int> running_count_{0};
   std::atomic<std::uint64_t> kept_geometry_bytes_{0}, kept_picture_bytes_{0};
@@ -171,6 +179,7 @@ class Supervisor::Loop final : public jobs::Runner {
   std::optional<std::uint64_t> found_nothing_, found_nothing_small_;
   bool suspects_first_ = true;  ///< there may be suspects, also from before a restart: they run before all others
   Time claims_paused_until_{};
+  bool offered_ = false;  ///< offer_ was made, and not looked at since
 
   bool draining_ = false;
   bool gave_up_ = false;

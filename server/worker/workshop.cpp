@@ -65,8 +65,8 @@ void Workshop::assign(Assign job) {
   if (jobs_.size() > 1) {
     for (const auto& [id, other] : jobs_) other->control.alone = false;
   }
+  (small_place_free_ && !job.large ? small_came_ : job_came_).notify_one();
   waiting_.push_back(std::move(job));
-  job_came_.notify_all();
   busy_.notify_one();
 }
 
@@ -105,13 +105,13 @@ void Workshop::work(Place place) {
   for (;;) {
     std::unique_lock lock(mutex_);
     if (place == Place::small) small_place_free_ = true;
-    job_came_.wait(lock, [&] { return next_for(place) != waiting_.end(); });
+    (place == Place::small ? small_came_ : job_came_).wait(lock, [&] { return next_for(place) != waiting_.end(); });
     const auto next = next_for(place);
     Assign assigned = std::move(*next);
     waiting_.erase(next);
     if (place == Place::small) {
       small_place_free_ = false;
-      job_came_.notify_all();  // who left more of them to it
+      if (!waiting_.empty()) job_came_.notify_all();  // who left more of them to it
     }
     const std::string id = assigned.job_id;
     const std::shared_ptr<Job> job = jobs_.at(id);

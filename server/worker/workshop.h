@@ -54,7 +54,7 @@ class Workshop {
   Options options_;
   tracer::SceneCache cache_;
   std::mutex mutex_;
-  std::condition_variable job_came_;
+  std::condition_variable small_came_, job_came_;  ///< for the place for small ones, and for the others
   std::condition_variable busy_;
   std::deque<Assign> waiting_;
   bool small_place_free_ = false;

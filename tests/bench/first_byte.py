@@ -7,7 +7,7 @@ by turn, by POST /v1/render until the first byte of the picture, and by POST /v1
 The job's own report tells what the worker was busy with: `service` is all the rest, HTTP, durable queue, both processes'
 messages, store. Each time the camera stands elsewhere: no picture is there already. Beside it stand how long the same
 client waits for GET /v1/version, which is the HTTP and its own share, and how long this machine takes to make 4 KiB last, for
-every job waits for that some times.
+which POST /v1/jobs waits twice, and POST /v1/render for no picture up to 32 KiB.
 """
 import argparse
 import itertools

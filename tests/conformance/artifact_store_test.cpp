@@ -103,6 +103,18 @@ TEST_P(ArtifactStoreConformance, StoringTheSameBytesTwiceIsOneArtifact) {
   EXPECT_EQ(get(sha256), "abc");
 }
 
+TEST_P(ArtifactStoreConformance, WhatIsSmallIsNamedAndGivenBackAndNotStored) {
+  const ArtifactStore::Stored small = store().put(MemoryFile("abc").fd(), 3);
+  EXPECT_EQ(small.sha256, sha256_of("abc"));
+  EXPECT_EQ(small.bytes, 3u);
+  EXPECT_EQ(small.small, "abc");
+  EXPECT_FALSE(get(small.sha256));
+  const ArtifactStore::Stored larger = store().put(MemoryFile("abcd").fd(), 3);
+  EXPECT_FALSE(larger.small);
+  EXPECT_EQ(get(larger.sha256), "abcd");
+  EXPECT_THROW(store().put(-1, 3), StoreFailure);
+}
+
 TEST_P(ArtifactStoreConformance, AnOpenReaderOutlivesTheRemoval) {
   const std::string sha256 = put("abc");
   const std::unique_ptr<ArtifactReader> reader = store().open(sha256);

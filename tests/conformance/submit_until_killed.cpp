@@ -1,5 +1,6 @@
-/// submit_until_killed FOLDER ROUND: submits jobs from four threads to a SqliteJobStore, and stores an artifact for
-/// each in a FileArtifactStore, and writes "ID SHA256\n" to standard output once both are acknowledged. For ever.
+/// submit_until_killed FOLDER ROUND: four threads submit jobs to a SqliteJobStore, claim one each time and end it with
+/// a picture, small or in a FileArtifactStore, and write "ID SHA256\n" to standard output once all is acknowledged. For
+/// ever.
 
 #include <unistd.h>
 
@@ -22,10 +23,17 @@ int main(int, char** arguments) {
         jobs::Job job;
         job.id = round + "-" + std::to_string(thread) + "-" + std::to_string(i);
         job.labels = {{"round", round}};
-        const std::string bytes = "picture of " + job.id + std::string(static_cast<std::size_t>(i % 7) * 9999, 'p');
-        const std::string sha256 = artifacts.put(MemoryFile(bytes).fd()).sha256;
         store.submit(job, "document of " + job.id);
-        const std::string line = job.id + " " + sha256 + "\n";
+        const auto claim = store.claim(round, 1, 2, false);
+        if (!claim) continue;
+        const std::string& id = claim->job.id;
+        const std::string bytes = "picture of " + id + std::string(static_cast<std::size_t>(i % 7) * 9999, 'p');
+        const auto stored = artifacts.put(MemoryFile(bytes).fd(), 32u << 10);
+        std::vector<jobs::SmallPicture> small;
+        if (stored.small) small.push_back({stored.sha256, *stored.small});
+        store.succeed(id, claim->fence, 1, "{}", {{"image.png", "image/png", stored.sha256, stored.bytes}}, true,
+                      small);
+        const std::string line = id + " " + stored.sha256 + "\n";
         if (write(STDOUT_FILENO, line.data(), line.size()) < 0) _exit(1);  // shorter than PIPE_BUF: whole lines
       }
     });

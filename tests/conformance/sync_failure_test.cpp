@@ -91,6 +91,28 @@ TEST(SqliteJobStore, ClaimsAndWhatIsNotToBeDurableWaitForNoSyncAndAreSyncedWithT
   EXPECT_GT(syncs_asked, probed);
 }
 
+TEST(SqliteJobStore, ASmallPictureTakesOneSyncTogetherWithItsJobAndIsNotThereWithoutIt) {
+  const TemporaryFolder folder;
+  SqliteJobStore store(folder.path());
+  store.submit(job_named("a"), "a");
+  store.submit(job_named("b"), "b");
+  const Claim first = store.claim("boot", 1, 9000, false).value(), second = store.claim("boot", 1, 9000, false).value();
+  const int before = syncs_asked;
+  EXPECT_TRUE(store.succeed("a", first.fence, 2, "{}", {{"image.png", "image/png", "aa", 3}}, true, {{"aa", "abc"}}));
+  EXPECT_EQ(syncs_asked, before + 1);
+  EXPECT_EQ(store.small_picture("aa"), "abc");
+  store.remove("a");
+  const int removed = syncs_asked;
+  store.forget_small_picture("aa");
+  EXPECT_EQ(syncs_asked, removed);
+  sync_fails = true;
+  EXPECT_THROW(store.succeed("b", second.fence, 2, "{}", {{"image.png", "image/png", "bb", 3}}, true, {{"bb", "def"}}),
+               StoreFailure);
+  sync_fails = false;
+  EXPECT_FALSE(store.small_picture("bb"));
+  EXPECT_EQ(store.find("b")->state, JobState::running);
+}
+
 TEST(DiskHealth, ItsFirstBrokenWriteIsToldOnceAndIsTheLastOfAllStores) {
   const TemporaryFolder folder;
   std::vector<std::string> told;

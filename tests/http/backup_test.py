@@ -8,6 +8,8 @@ import unittest
 
 from tests.http.daemon import BIN, Daemon, long_scene, scene
 
+SMALL = 32 << 10  # QueueSettings::small_picture_bytes
+
 
 def back_up(data, into):
     return subprocess.run([BIN / "whittled", "--data", data, "--backup", into], capture_output=True, text=True, check=False,
@@ -23,9 +25,11 @@ class Backup(unittest.TestCase):
         asset = b"some bytes that nobody reads"
         name = hashlib.sha256(asset).hexdigest()
         with Daemon() as daemon:
-            done = daemon.submit(scene(job={"name": "done", "labels": {"shot": "1"}}))
+            done = daemon.submit(scene(150, 150, job={"name": "done", "labels": {"shot": "1"}}, output={"formats": ["png", "exr"]}))
             daemon.wait_for_end(done)
-            picture = daemon.get(f"/v1/jobs/{done}/image.png").body
+            pictures = {file: daemon.get(f"/v1/jobs/{done}/{file}").body for file in ("image.png", "image.exr")}
+            self.assertLess(len(pictures["image.png"]), SMALL, "beside the rows")
+            self.assertGreater(len(pictures["image.exr"]), SMALL, "a file")
             running = daemon.submit(long_scene())
             daemon.wait_for_state(running, "running")
             waiting = [daemon.submit(scene(name=f"waiting {i}", job={"priority": 1})) for i in range(20)]
@@ -35,7 +39,8 @@ class Backup(unittest.TestCase):
             self.assertEqual(daemon.job(running)["state"], "running")
             after = daemon.submit(scene(name="after the backup"))
         with Daemon(data=self.into) as restored:
-            self.assertEqual(restored.get(f"/v1/jobs/{done}/image.png").body, picture)
+            for file, picture in pictures.items():
+                self.assertEqual(restored.get(f"/v1/jobs/{done}/{file}").body, picture)
             self.assertEqual(restored.job(done)["labels"], {"shot": "1"})
             self.assertEqual(restored.get(f"/v1/assets/{name}").body, asset)
             self.assertEqual(restored.get(f"/v1/jobs/{after}").status, 404)
@@ -80,7 +85,7 @@ class Backup(unittest.TestCase):
 
     def test_finds_a_damaged_picture(self):
         with Daemon() as daemon:
-            job = daemon.wait_for_end(daemon.submit(scene()))
+            job = daemon.wait_for_end(daemon.submit(scene(150, 150, output={"formats": ["exr"]})))
             sha256 = job["artifacts"][0]["sha256"]
             picture = daemon.data / sha256[:2] / sha256
             picture.write_bytes(picture.read_bytes()[:-1] + b"?")

@@ -92,9 +92,10 @@ class FailingDisk:
             self.answered[key] = (document, reply.body)
 
     def live(self, key, picture_seed):
-        """All that is written: an upload, a job with its picture, a job that is cancelled, one that is removed."""
+        """All that is written: an upload, a job with a small picture and a large one, a job that is cancelled, one that is
+        removed."""
         self.request("PUT", f"/v1/assets/{hashlib.sha256(UPLOAD + key.encode()).hexdigest()}", UPLOAD + key.encode())
-        self.submit(key, scene(accuracy={"samples": [1, 1], "seed": picture_seed}))
+        self.submit(key, scene(150, 150, accuracy={"samples": [1, 1], "seed": picture_seed}, output={"formats": ["png", "exr"]}))
         self.submit(key + "-later", scene(job={"run_after": "2999-01-01T00:00:00Z"}))
         if key + "-later" in self.answered:
             job_id = json.loads(self.answered[key + "-later"][1])["id"]
@@ -159,9 +160,10 @@ class EachStepInTurn(unittest.TestCase):
             job = daemon.wait_for_end(job["id"])
             self.assertEqual(job["state"], "succeeded", job["problem"])
             states[job["state"]] += 1
-            reply = daemon.get(job["artifacts"][0]["url"])
-            self.assertEqual(hashlib.sha256(reply.body).hexdigest(), job["artifacts"][0]["sha256"])
-            pictures.add(job["artifacts"][0]["sha256"])
+            self.assertEqual(len(job["artifacts"]), 2)
+            for artifact in job["artifacts"]:
+                self.assertEqual(hashlib.sha256(daemon.get(artifact["url"]).body).hexdigest(), artifact["sha256"])
+                pictures.add(artifact["sha256"])
         self.assertGreater(states["succeeded"], 0)
         known = {json.loads(body)["id"] for _, body in disk.answered.values()}
         listed, cursor = set(), ""

@@ -37,7 +37,8 @@ class Client(threading.Thread):
         if self.random.random() < 0.2:
             job["expires_in"] = 1
         seed = self.random.randrange(5)
-        return scene(side, side, job=job, name="killed", accuracy={"samples": [4, 4], "seed": seed})
+        formats = ["png", "exr"] if side == 200 else ["png"]  # a small picture, and one that is a file
+        return scene(side, side, job=job, name="killed", accuracy={"samples": [4, 4], "seed": seed}, output={"formats": formats})
 
     def submit(self, key, document):
         return self.daemon_process.request("POST", "/v1/jobs", document, {"Idempotency-Key": key})
@@ -132,7 +133,7 @@ class KillSuite(unittest.TestCase):
                 continue
             self.assertEqual(reply.status, 200, reply.body)
             self.assertEqual(hashlib.sha256(reply.body).hexdigest(), artifact["sha256"])
-            said = json.dumps({**document, "job": None}, sort_keys=True)
+            said = json.dumps([artifact["name"], {**document, "job": None}], sort_keys=True)
             pictures[said].add(artifact["sha256"])
 
     def check_files(self, daemon):

@@ -38,6 +38,7 @@ TEST(Metrics, LabelsAreEscaped) {
 class Nobody final : public jobs::Observer {
  public:
   void moved(const std::string&, jobs::JobState) noexcept override { ++told; }
+  void settled(const std::string&) noexcept override { ++told; }
   void progressed(const std::string&, double) noexcept override { ++told; }
   void removed(const std::string&) noexcept override { ++told; }
   int told = 0;
@@ -63,18 +64,22 @@ TEST(JobMetrics, TellWaitsRunsRaysAndTargets) {
   job.attempt = 1;
   telemetry::JobMetrics observed(
       metrics, pace, [&](const std::string&) { return job; }, next);
+  const auto succeeded = [&](const std::string& id) {
+    observed.moved(id, jobs::JobState::succeeded);
+    observed.settled(id);
+  };
   observed.moved("a", jobs::JobState::queued);
-  observed.moved("a", jobs::JobState::succeeded);
+  succeeded("a");
   job.report = R"({"rays":{"camera":1},"error":{"target":2,"estimate":6,"met":false}})";
-  observed.moved("b", jobs::JobState::succeeded);
+  succeeded("b");
   job.report = R"({"rays":{"camera":1},"error":{"target":null,"met":true}})";
-  observed.moved("c", jobs::JobState::succeeded);
+  succeeded("c");
   job.attempt = 0;  // from the cache: neither its wait nor its rays are told again
-  observed.moved("d", jobs::JobState::succeeded);
+  succeeded("d");
   observed.progressed("a", 0.5);
   observed.removed("a");
   EXPECT_DOUBLE_EQ(pace.seconds_per_work().value_or(0), 2.0 / 1000) << "of those that tell it";
-  EXPECT_EQ(next.told, 7) << "everything is passed on";
+  EXPECT_EQ(next.told, 11) << "everything is passed on";
   const std::string text = metrics.text();
   for (const char* line : {"whittle_jobs_submitted_total 1",
                            "whittle_jobs_ended_total{state=\"succeeded\"} 4",
@@ -127,8 +132,9 @@ TEST(JobMetrics, AJobThatCannotBeLookedUpIsStillAnEnd) {
       },
       next);
   observed.moved("a", jobs::JobState::failed);
+  observed.settled("a");
   expect_line(metrics.text(), "whittle_jobs_ended_total{state=\"failed\"} 1");
-  EXPECT_EQ(next.told, 1);
+  EXPECT_EQ(next.told, 2);
 }
 
 }  // namespace

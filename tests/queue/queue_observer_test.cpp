@@ -19,6 +19,7 @@ class RecordingObserver final : public Observer {
   void moved(const std::string&, JobState to) noexcept override { told += std::string(name_of(to)) + ' '; }
   void progressed(const std::string&, double fraction) noexcept override { told += std::to_string(fraction) + ' '; }
   void removed(const std::string&) noexcept override { told += "removed "; }
+  void settled(const std::string&) noexcept override { told += "settled "; }
   std::string told;
 };
 
@@ -51,7 +52,15 @@ TEST_F(QueueObserverTest, TellsEveryMoveToItsObserver) {
   claim = *queue.claim(false);
   queue.fail(claim.job.id, claim.fence, {"internal", "", {}});
   EXPECT_EQ(observer.told,
-            "queued running 0.500000 queued running succeeded removed queued cancelled queued running failed ");
+            "queued running 0.500000 queued running succeeded settled removed queued cancelled settled queued running "
+            "failed settled ");
+}
+
+TEST_F(QueueObserverTest, WhoWaitsForAnEndIsCalledBetweenItsNewsAndTheTimeForWhatTakesLonger) {
+  queue.observe(&observer);
+  queue.when_ended(submit(), [&] { observer.told += "waiter "; });
+  EXPECT_TRUE(succeed(*queue.claim(false), "picture"));
+  EXPECT_EQ(observer.told, "queued running succeeded waiter settled ");
 }
 
 /// A store whose admit, and release, returns only after another thread has claimed the job.
@@ -93,7 +102,7 @@ TEST_F(QueueObserverTest, TellsOfACancelThatAReleaseCarriesOut) {
   queue.cancel(claim.job.id);
   queue.observe(&observer);
   EXPECT_TRUE(queue.release(claim.job.id, claim.fence, false, false));
-  EXPECT_EQ(observer.told, "cancelled ");
+  EXPECT_EQ(observer.told, "cancelled settled ");
 }
 
 TEST_F(QueueObserverTest, TellsNothingThatDidNotHappen) {

@@ -24,9 +24,10 @@ class NotingStore final : public MemoryJobStore {
     return MemoryJobStore::admit(admission, at);
   }
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t at, const std::string& report,
-               const std::vector<Artifact>& pictures, bool is_durable) override {
+               const std::vector<Artifact>& pictures, bool is_durable,
+               const std::vector<SmallPicture>& small) override {
     note(is_durable);
-    return MemoryJobStore::succeed(id, fence, at, report, pictures, is_durable);
+    return MemoryJobStore::succeed(id, fence, at, report, pictures, is_durable, small);
   }
   void probe() override { ++probes; }
   std::vector<bool> durable;

@@ -142,9 +142,10 @@ namespace {
 class StubbornStore final : public jobs::MemoryJobStore {
  public:
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
-               const std::vector<jobs::Artifact>& artifacts, bool durable) override {
+               const std::vector<jobs::Artifact>& artifacts, bool durable,
+               const std::vector<jobs::SmallPicture>& small) override {
     if (refusals-- > 0) throw jobs::StoreFailure(jobs::StoreFailure::Kind::full, "disk full");
-    return MemoryJobStore::succeed(id, fence, now, report, artifacts, durable);
+    return MemoryJobStore::succeed(id, fence, now, report, artifacts, durable, small);
   }
   std::optional<jobs::Claim> claim(const std::string& boot, std::int64_t now, std::int64_t lease_until,
                                    bool alone) override {

@@ -19,7 +19,7 @@ class FileArtifactStore final : public ArtifactStore {
   /// `health` is that of the disk; null: nobody else is to know.
   explicit FileArtifactStore(std::string folder, DiskHealth* health = nullptr);
 
-  Stored put(int fd) override;
+  Stored put(int fd, std::size_t small_bytes = 0) override;
   std::unique_ptr<ArtifactReader> open(const std::string& sha256) override;  ///< null for what is no sha256, too
   void remove(const std::string& sha256) override;
 

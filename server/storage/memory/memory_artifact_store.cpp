@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "server/storage/files/sha256.h"
-#include "server/storage/memory/memory_reader.h"
 
 namespace jobs {
 namespace {
@@ -27,11 +26,15 @@ std::string read_all(int fd) {
 
 }  // namespace
 
-ArtifactStore::Stored MemoryArtifactStore::put(int fd) {
+ArtifactStore::Stored MemoryArtifactStore::put(int fd, std::size_t small_bytes) {
   auto bytes = std::make_shared<const std::string>(read_all(fd));
   Sha256 hash;
   hash.add(bytes->data(), bytes->size());
   Stored stored{hash.hex(), bytes->size()};
+  if (bytes->size() <= small_bytes && small_bytes > 0) {
+    stored.small = *bytes;
+    return stored;
+  }
   const std::lock_guard lock(mutex_);
   artifacts_.try_emplace(stored.sha256, std::move(bytes));
   return stored;
@@ -41,7 +44,7 @@ std::unique_ptr<ArtifactReader> MemoryArtifactStore::open(const std::string& sha
   const std::lock_guard lock(mutex_);
   const auto found = artifacts_.find(sha256);
   if (found == artifacts_.end()) return nullptr;
-  return std::make_unique<MemoryReader>(found->second);
+  return std::make_unique<BytesReader>(found->second);
 }
 
 void MemoryArtifactStore::remove(const std::string& sha256) {

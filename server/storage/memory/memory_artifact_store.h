@@ -13,7 +13,7 @@ namespace jobs {
 
 class MemoryArtifactStore final : public ArtifactStore {
  public:
-  Stored put(int fd) override;
+  Stored put(int fd, std::size_t small_bytes = 0) override;
   std::unique_ptr<ArtifactReader> open(const std::string& sha256) override;
   void remove(const std::string& sha256) override;
 

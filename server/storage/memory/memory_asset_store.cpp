@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "server/storage/files/sha256.h"
-#include "server/storage/memory/memory_reader.h"
 
 namespace jobs {
 namespace {
@@ -49,7 +48,7 @@ std::unique_ptr<ArtifactReader> MemoryAssetStore::open(const std::string& sha256
   const std::lock_guard lock(mutex_);
   const auto found = assets_.find(sha256);
   if (found == assets_.end()) return nullptr;
-  return std::make_unique<MemoryReader>(found->second.bytes);
+  return std::make_unique<BytesReader>(found->second.bytes);
 }
 
 std::vector<std::string> MemoryAssetStore::unused_since(int part, std::int64_t then) {

@@ -198,7 +198,8 @@ std::vector<Lease> MemoryJobStore::renew(const std::vector<Lease>& leases, std::
 }
 
 bool MemoryJobStore::succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
-                             const std::vector<Artifact>& artifacts, bool /*durable*/) {
+                             const std::vector<Artifact>& artifacts, bool /*durable*/,
+                             const std::vector<SmallPicture>& small) {
   const std::lock_guard lock(mutex_);
   Row* row = running(id, fence);
   if (row == nullptr) return false;
@@ -206,6 +207,7 @@ bool MemoryJobStore::succeed(const std::string& id, std::int64_t fence, std::int
   end(row->job, JobState::succeeded, now);
   row->job.report = report;
   row->job.artifacts = artifacts;
+  for (const auto& [sha256, bytes] : small) small_pictures_.try_emplace(sha256, bytes);
   return true;
 }
 
@@ -278,6 +280,21 @@ int MemoryJobStore::recover(const std::string& boot_id, std::int64_t now) {
 
 bool MemoryJobStore::references(const std::string& sha256) {
   const std::lock_guard lock(mutex_);
+  return is_named(sha256);
+}
+
+std::optional<std::string> MemoryJobStore::small_picture(const std::string& sha256) {
+  const std::lock_guard lock(mutex_);
+  const auto found = small_pictures_.find(sha256);
+  return found == small_pictures_.end() ? std::nullopt : std::optional(found->second);
+}
+
+void MemoryJobStore::forget_small_picture(const std::string& sha256) {
+  const std::lock_guard lock(mutex_);
+  if (!is_named(sha256)) small_pictures_.erase(sha256);
+}
+
+bool MemoryJobStore::is_named(const std::string& sha256) const {
   return std::any_of(rows_.begin(), rows_.end(), [&](const auto& row) {
     const auto& artifacts = row.second.job.artifacts;
     return std::any_of(artifacts.begin(), artifacts.end(), [&](const Artifact& a) { return a.sha256 == sha256; });

@@ -29,7 +29,8 @@ class MemoryJobStore : public JobStore {
   std::optional<Claim> claim_small(const std::string& boot_id, std::int64_t now, std::int64_t lease_until) override;
   std::vector<Lease> renew(const std::vector<Lease>& leases, std::int64_t until) override;
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
-               const std::vector<Artifact>& artifacts, bool durable = true) override;
+               const std::vector<Artifact>& artifacts, bool durable = true,
+               const std::vector<SmallPicture>& small = {}) override;
   bool fail(const std::string& id, std::int64_t fence, std::int64_t now, const Problem& problem) override;
   bool finish_cancel(const std::string& id, std::int64_t fence, std::int64_t now) override;
   bool release(const std::string& id, std::int64_t fence, std::int64_t now, const Release& how) override;
@@ -44,6 +45,8 @@ class MemoryJobStore : public JobStore {
   Upkeep keep_house(std::int64_t now, std::int64_t expired_kept_ms, int limit) override;
   int recover(const std::string& boot_id, std::int64_t now) override;
   bool references(const std::string& sha256) override;
+  std::optional<std::string> small_picture(const std::string& sha256) override;
+  void forget_small_picture(const std::string& sha256) override;
   bool names_asset(const std::string& sha256) override;
   void probe() override {}
 
@@ -63,6 +66,7 @@ class MemoryJobStore : public JobStore {
   std::map<std::string, Row>::iterator erase(std::map<std::string, Row>::iterator row);
   std::optional<BatchState> state_of_batch(const std::string& id) const;
   static void give_back(Job& job, std::int64_t now, const Release& how);
+  bool is_named(const std::string& sha256) const;
   Row* running(const std::string& id, std::int64_t fence);
   std::optional<KeptReply> kept(const ReplyKey& key, std::int64_t now) const;
   void take_back_abandoned(std::int64_t now, std::size_t limit, Upkeep& upkeep);
@@ -72,7 +76,8 @@ class MemoryJobStore : public JobStore {
   void forget(std::int64_t now, std::int64_t expired_kept_ms, std::size_t limit, Upkeep& upkeep);
 
   std::mutex mutex_;
-  std::map<std::string, Row> rows_;  ///< by id, so by creation
+  std::map<std::string, Row> rows_;                    ///< by id, so by creation
+  std::map<std::string, std::string> small_pictures_;  ///< by sha256
   std::map<ReplyKey, KeptReply> replies_;
   std::map<std::string, Batch> batches_;
 };

@@ -48,13 +48,17 @@ void GroupCommit::commit(const std::vector<Operation*>& group) noexcept {
     health_.check();  // again: these may have come before the last group failed
     database_->sync_commits(std::any_of(group.begin(), group.end(),
                                         [](const Operation* operation) { return operation->synced == Synced::now; }));
-    database_->script("BEGIN IMMEDIATE");
+    database_->change("BEGIN IMMEDIATE");
     for (Operation* operation : group) {
       operation->failure = nullptr;
-      alive = run_in_savepoint(*operation);
+      if (group.size() == 1) {
+        operation->work(*database_);  // what it throws undoes the transaction, and so its own writes alone
+      } else {
+        alive = run_in_savepoint(*operation);
+      }
       if (!alive) break;
     }
-    if (alive) database_->script("COMMIT");
+    if (alive) database_->change("COMMIT");
   } catch (...) {
     alive = false;
     for (Operation* operation : group) operation->failure = std::current_exception();

@@ -196,6 +196,10 @@ CREATE INDEX jobs_leased ON jobs (lease_until) WHERE state = 'running' AND lease
 ALTER TABLE jobs ADD COLUMN large INTEGER NOT NULL DEFAULT 0;
 CREATE INDEX small_jobs_waiting ON jobs (suspect, rank, id)
   WHERE state = 'queued' AND not_before IS NULL AND large = 0;
+)sql",
+                                                           R"sql(
+-- Pictures too small for a file of their own, named by `artifacts`. With rowids: large rows, appended.
+CREATE TABLE small_pictures (sha256 TEXT NOT NULL PRIMARY KEY, bytes BLOB NOT NULL) STRICT;
 )sql"};
 
 std::int64_t user_version(Database& database) {

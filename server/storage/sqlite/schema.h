@@ -8,7 +8,7 @@
 
 namespace jobs::sqlite {
 
-inline constexpr std::int64_t schema_version = 5;
+inline constexpr std::int64_t schema_version = 6;
 
 /// Sets the writing connection up (WAL, synchronous = FULL) and brings the file to `version`, each step in a
 /// transaction: to an older one only where a test makes an old file. Refuses, as StoreFailure, a file that a newer

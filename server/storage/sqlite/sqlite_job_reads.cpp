@@ -53,6 +53,14 @@ bool SqliteJobStore::references(const std::string& sha256) {
   });
 }
 
+std::optional<std::string> SqliteJobStore::small_picture(const std::string& sha256) {
+  return parts_->picture_reader.run([&](Database& database) -> std::optional<std::string> {
+    Query picture = database.query("SELECT bytes FROM small_pictures WHERE sha256 = ?", sha256);
+    if (!picture.row()) return std::nullopt;
+    return picture.text(0);
+  });
+}
+
 OwnerUse SqliteJobStore::use_of(const std::string& owner) {
   return parts_->reader.run([&](Database& database) {
     Query row = database.query("SELECT queued_jobs, artifact_bytes FROM owner_use WHERE owner = ?", owner);

@@ -114,11 +114,15 @@ std::vector<Lease> SqliteJobStore::renew(const std::vector<Lease>& leases, std::
 }
 
 bool SqliteJobStore::succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
-                             const std::vector<Artifact>& artifacts, bool durable) {
+                             const std::vector<Artifact>& artifacts, bool durable,
+                             const std::vector<SmallPicture>& small) {
   const auto work = [&](Database& database) {
     if (!end(database, id, fence, now, JobState::succeeded)) return false;
     sqlite::insert_report(database, id, report);
     sqlite::insert_artifacts(database, id, artifacts);
+    for (const auto& [sha256, bytes] : small) {
+      database.change("INSERT INTO small_pictures VALUES (?, ?) ON CONFLICT DO NOTHING", sha256, sqlite::Blob{bytes});
+    }
     return true;
   };
   return parts_->writer.run(work, synced(durable));
@@ -159,6 +163,16 @@ Removal SqliteJobStore::remove(const std::string& id) {
     const bool running = database.query("SELECT 1 FROM jobs WHERE id = ?", id).row();
     return {running ? RemoveOutcome::running : RemoveOutcome::unknown, {}};
   });
+}
+
+void SqliteJobStore::forget_small_picture(const std::string& sha256) {
+  if (!small_picture(sha256)) return;  // a look costs less than a write
+  const auto work = [&](Database& database) {
+    return database.change(
+        "DELETE FROM small_pictures WHERE sha256 = ?1 AND NOT EXISTS (SELECT 1 FROM artifacts WHERE sha256 = ?1)",
+        sha256);
+  };
+  parts_->writer.run(work, Synced::with_next);
 }
 
 int SqliteJobStore::recover(const std::string& boot_id, std::int64_t now) {

@@ -39,7 +39,8 @@ class SqliteJobStore final : public JobStore {
   std::optional<Claim> claim_small(const std::string& boot_id, std::int64_t now, std::int64_t lease_until) override;
   std::vector<Lease> renew(const std::vector<Lease>& leases, std::int64_t until) override;
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
-               const std::vector<Artifact>& artifacts, bool durable = true) override;
+               const std::vector<Artifact>& artifacts, bool durable = true,
+               const std::vector<SmallPicture>& small = {}) override;
   bool fail(const std::string& id, std::int64_t fence, std::int64_t now, const Problem& problem) override;
   bool finish_cancel(const std::string& id, std::int64_t fence, std::int64_t now) override;
   bool release(const std::string& id, std::int64_t fence, std::int64_t now, const Release& how) override;
@@ -54,6 +55,8 @@ class SqliteJobStore final : public JobStore {
   Upkeep keep_house(std::int64_t now, std::int64_t expired_kept_ms, int limit) override;
   int recover(const std::string& boot_id, std::int64_t now) override;
   bool references(const std::string& sha256) override;
+  std::optional<std::string> small_picture(const std::string& sha256) override;
+  void forget_small_picture(const std::string& sha256) override;
   bool names_asset(const std::string& sha256) override;
   void probe() override;
 

@@ -28,11 +28,14 @@ struct SqliteJobStore::Parts {
   Parts(const std::string& folder, const std::string& path, const SqliteSettings& settings)
       : lock(folder),
         writer(sqlite::open_for_writing(path), settings.health == nullptr ? own_health : *settings.health),
-        reader(path, settings.read_connections) {}
+        reader(path, settings.read_connections),
+        picture_reader(path, 1) {}
   sqlite::FolderLock lock;
   DiskHealth own_health;
   sqlite::GroupCommit writer;
   sqlite::ReadPool reader;
+  /// Of small pictures alone, some microseconds each: who streams them waits for no text search.
+  sqlite::ReadPool picture_reader;
 };
 
 }  // namespace jobs
