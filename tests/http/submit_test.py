@@ -48,7 +48,8 @@ class WithScript(OneDaemon):
         return items
 
     def pictures(self):
-        return {path.name: path.read_bytes() for path in self.out.glob("*") if path.suffix != ".state"}
+        """Those that are whole: what is being written has another name, and may be gone before it is read."""
+        return {path.name: path.read_bytes() for path in self.out.glob("[!.]*") if path.suffix != ".state"}
 
     def rendered(self, document):
         """The picture that the command line makes of it."""
