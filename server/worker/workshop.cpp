@@ -102,9 +102,9 @@ void Workshop::work(Place place) {
   oneapi::tbb::task_arena arena(options_.threads > 0 ? options_.threads : oneapi::tbb::task_arena::automatic);
   std::optional<StepBack> step_back;
   if (place == Place::any && options_.slots > 1) step_back.emplace(arena);
+  std::unique_lock lock(mutex_);
+  if (place == Place::small) small_place_free_ = true;
   for (;;) {
-    std::unique_lock lock(mutex_);
-    if (place == Place::small) small_place_free_ = true;
     (place == Place::small ? small_came_ : job_came_).wait(lock, [&] { return next_for(place) != waiting_.end(); });
     const auto next = next_for(place);
     Assign assigned = std::move(*next);
@@ -125,8 +125,10 @@ void Workshop::work(Place place) {
     jobs_.erase(id);
     untidy_ = true;
     idle_since_ = std::chrono::steady_clock::now();
+    if (place == Place::small) small_place_free_ = true;  // before anyone hears of the end and sends the next
     lock.unlock();
     std::visit([this](auto& answer) { say(std::move(answer)); }, outcome);
+    lock.lock();
   }
 }
 
