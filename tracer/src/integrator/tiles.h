@@ -16,7 +16,10 @@ struct Pixel {
 class Tiles {
  public:
   explicit Tiles(const PixelWindow& window)
-      : window_(window), columns_((window.width() + side - 1) / side), rows_((window.height() + side - 1) / side) {}
+      : window_(window),
+        width_(std::max(1u, window.width())),
+        columns_((window.width() + side - 1) / side),
+        rows_((window.height() + side - 1) / side) {}
 
   [[nodiscard]] std::uint64_t count() const { return std::uint64_t{columns_} * rows_; }
 
@@ -47,8 +50,8 @@ class Tiles {
 
   /// The pixel at a place in the window, row by row; and where a pixel is.
   [[nodiscard]] Pixel pixel(std::size_t place) const {
-    return {window_.x0 + static_cast<std::uint32_t>(place % window_.width()),
-            window_.y0 + static_cast<std::uint32_t>(place / window_.width())};
+    return {window_.x0 + static_cast<std::uint32_t>(place % width_),
+            window_.y0 + static_cast<std::uint32_t>(place / width_)};
   }
   [[nodiscard]] std::size_t place(const Pixel& pixel) const {
     return static_cast<std::size_t>(pixel.y - window_.y0) * window_.width() + (pixel.x - window_.x0);
@@ -63,6 +66,7 @@ class Tiles {
   }
 
   PixelWindow window_;
+  std::uint32_t width_;  ///< its own, or 1 where that is nothing: to divide by
   std::uint32_t columns_, rows_;
 };
 
