@@ -52,6 +52,7 @@ class StepBack : public oneapi::tbb::task_scheduler_observer {
 
 Workshop::Workshop(int socket, const Options& options)
     : socket_(socket), options_(options), cache_(options.scene_cache_bytes) {
+  small_place_free_ = options.slots > 1;  // now: the first job may come before its thread
   for (int i = 0; i < options.slots; ++i) {
     const Place place = i == 0 && options.slots > 1 ? Place::small : Place::any;
     threads_.emplace_back([this, place] { work(place); });
@@ -103,7 +104,6 @@ void Workshop::work(Place place) {
   std::optional<StepBack> step_back;
   if (place == Place::any && options_.slots > 1) step_back.emplace(arena);
   std::unique_lock lock(mutex_);
-  if (place == Place::small) small_place_free_ = true;
   for (;;) {
     (place == Place::small ? small_came_ : job_came_).wait(lock, [&] { return next_for(place) != waiting_.end(); });
     const auto next = next_for(place);
