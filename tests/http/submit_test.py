@@ -343,13 +343,13 @@ class Deaths(WithScript):
 
     def test_of_the_stream_are_resumed_or_asked_around(self):
         with Relay(lambda: self.daemon.port) as relay:
-            with subprocess.Popen(self.command_of_a_sweep(relay.url, samples=64), stderr=subprocess.PIPE, text=True) as process:
+            with subprocess.Popen(self.command_of_a_sweep(relay.url, samples=128), stderr=subprocess.PIPE, text=True) as process:
                 while process.poll() is None:
                     relay.cut()
                     time.sleep(0.1)
                 said = process.stderr.read()
         self.assertEqual(process.returncode, 0, said)
-        self.assertGreater(relay.cuts, 1)
+        self.assertGreater(relay.cuts, 0)
         self.assert_all_there_and_none_twice()
 
     def test_of_the_script_before_it_notes_the_servers_answer_make_no_second_job(self):
