@@ -203,24 +203,26 @@ std::vector<TestRay> rays_at(Random& random, const std::vector<Ball>& balls, std
   return rays;
 }
 
-TEST(SphereHits, AreTheNearestOfManySpheresForEveryRay) {
-  Random random(2);
+/// In the scene's box, of radii from `least` to a tenth of it.
+std::vector<Ball> random_balls(Random& random, std::size_t count, double least) {
   std::vector<Ball> balls;
-  for (int i = 0; i < 300; ++i) {
-    const double radius = random.spread(1e-9, 0.1);
+  while (balls.size() < count) {
+    const double radius = random.spread(least, 0.1);
     balls.push_back({random.vector(0.5 - radius), radius});
   }
+  return balls;
+}
+
+TEST(SphereHits, AreTheNearestOfManySpheresForEveryRay) {
+  Random random(2);
+  const std::vector<Ball> balls = random_balls(random, 300, 1e-9);
   EXPECT_GT(expect_nearest(balls, rays_at(random, balls, 300, 1.1), 2), effort::cases(20'000));
 }
 
 TEST(SphereHits, AreTheSameWhereFewSpheresLetLightThrough) {
   // They then have a tree of their own.
   Random random(5);
-  std::vector<Ball> balls;
-  for (int i = 0; i < 100; ++i) {
-    const double radius = random.spread(1e-4, 0.1);
-    balls.push_back({random.vector(0.5 - radius), radius});
-  }
+  const std::vector<Ball> balls = random_balls(random, 100, 1e-4);
   EXPECT_GT(expect_nearest(balls, rays_at(random, balls, 100, 1.1), 10), effort::cases(20'000));
 }
 
