@@ -11,12 +11,16 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
-#include <sstream>
+#include <iterator>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "api/document.h"
+#include "api/load_assets.h"
 #include "tests/bench/bare_embree.h"
 #include "tracer/render.h"
 #include "tracer/src/compiled_scene.h"
@@ -72,6 +76,30 @@ class Answers {
   std::vector<std::uint8_t> blocked_;
 };
 
+template <class Bytes>
+Bytes content_of(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  return Bytes(std::istreambuf_iterator<char>(stream), {});
+}
+
+struct Loaded {
+  api::Document document;
+  tracer::Assets assets;
+};
+
+std::optional<Loaded> load(const std::filesystem::path& path) {
+  api::Limits limits;
+  limits.files = api::Files::anywhere;
+  auto document = api::parse_scene(content_of<std::string>(path), limits);
+  if (!document) return std::nullopt;
+  const auto read = [&](const std::string& name) -> api::AssetBytes {
+    return content_of<std::vector<std::uint8_t>>(path.parent_path() / name);
+  };
+  auto assets = api::load_assets(document->scene, read, limits.scene);
+  if (!assets) return std::nullopt;
+  return Loaded{std::move(*document), std::move(*assets)};
+}
+
 double median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   return values[values.size() / 2];
@@ -91,14 +119,12 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: rays_bench scene.json [width height rounds]\n");
     return 2;
   }
-  std::stringstream bytes;
-  bytes << std::ifstream(argv[1]).rdbuf();
-  auto document = api::parse_scene(bytes.str(), {});
-  if (!document) {
+  std::optional<Loaded> loaded = load(argv[1]);
+  if (!loaded) {
     std::fprintf(stderr, "%s: not a scene; `whittle check` tells why\n", argv[1]);
     return 1;
   }
-  tracer::Scene& scene = document->scene;
+  tracer::Scene& scene = loaded->document.scene;
   scene.image.width = argc > 3 ? static_cast<std::uint32_t>(std::atoi(argv[2])) : 1920;
   scene.image.height = argc > 3 ? static_cast<std::uint32_t>(std::atoi(argv[3])) : 1080;
   scene.accuracy.samples = 1;
@@ -106,7 +132,7 @@ int main(int argc, char** argv) {
   if (argc > 5) scene.accuracy.max_depth = static_cast<std::uint32_t>(std::atoi(argv[5]));
 
   tracer::RenderControl control;
-  auto compiled = tracer::compile(scene, control);
+  auto compiled = tracer::compile_taking_meshes(scene, control, loaded->assets);
   if (!compiled) return 1;
   std::vector<Query> queries;
   bool rendered = false;

@@ -4,7 +4,6 @@
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
 #include "tests/unit/accel/ray_batch.h"
-#include "tracer/src/accel/primitive_runs.h"
 
 namespace tracer {
 namespace {
@@ -196,123 +195,6 @@ TEST(TriangleHits, AreFoundBesideATriangleThatHasACornerTwice) {
       ASSERT_EQ(batch.closest(*built(set), Coherence::coherent)[0].primitive, (PrimitiveRef{0, first ? 1u : 0u}));
       ASSERT_TRUE(batch.occluded(*built(set), Coherence::coherent)[0]);
     }
-}
-
-/// A rough sheet of 2 * side * side triangles over the unit square, each cell's halves next to each other.
-TriangleGeometry sheet(Random& random, std::uint32_t side) {
-  TriangleGeometry geometry;
-  for (std::uint32_t j = 0; j <= side; ++j)
-    for (std::uint32_t i = 0; i <= side; ++i)
-      geometry.positions.push_back(
-          {i / static_cast<double>(side) - 0.5, random.in(-0.05, 0.05), j / static_cast<double>(side) - 0.5});
-  for (std::uint32_t j = 0; j < side; ++j)
-    for (std::uint32_t i = 0; i < side; ++i) {
-      const std::uint32_t a = j * (side + 1) + i, b = a + 1, c = a + side + 1, d = c + 1;
-      geometry.triangles.push_back({a, c, b});
-      geometry.triangles.push_back({d, b, c});
-    }
-  return geometry;
-}
-
-/// Its triangles in a list where hardly any is beside one that shares its edge; `was` are their places before.
-TriangleGeometry shuffled(Random& random, TriangleGeometry geometry, std::vector<std::uint32_t>& was) {
-  const auto count = static_cast<std::uint32_t>(geometry.triangles.size());
-  for (std::uint32_t i = 0; i < count; ++i) was.push_back(i);
-  for (std::uint32_t i = count - 1; i > 0; --i) {
-    const std::uint32_t other = random.below(i + 1);
-    std::swap(geometry.triangles[i], geometry.triangles[other]);
-    std::swap(was[i], was[other]);
-  }
-  return geometry;
-}
-
-TEST(PrimitiveRuns, AreTwoTrianglesThatFollowEachOtherAndShareAnEdge) {
-  TriangleGeometry geometry;
-  geometry.positions = {{0, 2, 0}, {1, 2, 0}, {1, 1, 0}, {0, 0, 0}, {0, 1, 0}, {1, 0, 0},
-                        {2, 1, 0}, {2, 0, 0}, {5, 5, 0}, {6, 5, 0}, {5, 6, 0}};
-  geometry.triangles = {{0, 1, 2}, {3, 4, 2}, {3, 2, 5}, {2, 5, 6}, {6, 5, 7}, {8, 9, 10}};
-  const PrimitiveRuns<TriangleGeometry> runs(geometry, 0);
-  std::vector<std::uint32_t> begins;
-  for (std::uint32_t run = 0; run < runs.count(); ++run) {
-    begins.push_back(runs.begin(run));
-    EXPECT_EQ(runs.end(run), run + 1 < runs.count() ? runs.begin(run + 1) : 6u) << "every triangle is in one run";
-  }
-  EXPECT_EQ(begins, (std::vector<std::uint32_t>{0, 1, 3, 5}));
-}
-
-TEST(PrimitiveRuns, AreNotTwoTrianglesAroundACornerWhoseBoxIsMostlyEmpty) {
-  TriangleGeometry geometry;
-  geometry.positions = {{0, 0, 0}, {1, 0, 0}, {1, 0.1, 0}, {1, 0, 0.3}};
-  geometry.triangles = {{0, 1, 2}, {1, 2, 3}};
-  EXPECT_EQ(PrimitiveRuns<TriangleGeometry>(geometry, 0).count(), 2u);
-  geometry.positions[3] = {0, 0.1, 0};  // folded open: the face's other half
-  geometry.triangles[1] = {0, 2, 3};
-  EXPECT_EQ(PrimitiveRuns<TriangleGeometry>(geometry, 0).count(), 1u);
-}
-
-TEST(PrimitiveRuns, AreNoneOfNoTriangles) { EXPECT_EQ(PrimitiveRuns<TriangleGeometry>({}, 0).count(), 0u); }
-
-TEST(PrimitiveRuns, AreMetByRaysThatLeaveTheirOtherTriangle) {
-  TriangleGeometry valley;
-  valley.positions = {{0, 0, 0}, {0, 0, 0.4}, {0.3, 0.3, 0.2}, {-0.3, 0.3, 0.2}};
-  valley.triangles = {{0, 1, 2}, {1, 0, 3}};
-  ASSERT_EQ(PrimitiveRuns<TriangleGeometry>(valley, 0).count(), 1u);
-  GeometrySet set;
-  set.triangles.push_back(valley);
-  const auto accelerator = built(set);
-  Random random(6);
-  std::vector<TestRay> rays;
-  std::vector<std::uint32_t> to;
-  const auto on_side = [&](std::uint32_t side) {
-    const Real v = random.in(0.1, 0.9), along = random.in(0.1, 0.9);
-    const Vec bottom(0, 0, 0.4L * along), corner = valley.position(2 + side);
-    return (1 - v) * bottom + v * corner;
-  };
-  for (std::uint64_t i = 0; i < effort::cases(20'000); ++i) {
-    const std::uint32_t from = random.below(2);
-    const Vec start = on_side(from), end = on_side(1 - from);
-    rays.push_back({rounded(start), rounded(unit(end - start)), HUGE_VAL, {0, from}});
-    to.push_back(1 - from);
-  }
-  const auto hits = RayBatch(rays).closest(*accelerator, Coherence::incoherent);
-  const auto blocked = RayBatch(rays).occluded(*accelerator, Coherence::coherent);
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    ASSERT_EQ(hits[i].primitive, (PrimitiveRef{0, to[i]}));
-    ASSERT_TRUE(blocked[i]);
-  }
-}
-
-TEST(PrimitiveRuns, ChangeNoHit) {
-  Random random(5);
-  GeometrySet ordered, mixed;
-  std::vector<std::uint32_t> was;
-  ordered.triangles.push_back(sheet(random, 40));
-  mixed.triangles.push_back(shuffled(random, ordered.triangles[0], was));
-  EXPECT_EQ(PrimitiveRuns<TriangleGeometry>(ordered.triangles[0], 0).count(), 1600u);
-  EXPECT_GT(PrimitiveRuns<TriangleGeometry>(mixed.triangles[0], 0).count(), 3000u);
-  std::vector<TestRay> rays;
-  while (rays.size() < effort::cases(40'000)) {
-    const Vec d = random.direction(), target = random.vector(0.5);
-    TestRay ray{rounded(Vec(target.x, 0, target.z) - static_cast<Real>(random.in(0, 2)) * d), rounded(d)};
-    if (random.chance(0.3)) ray.t_max = random.in(0, 3);
-    rays.push_back(ray);
-  }
-  const auto in_order = built(ordered), in_disorder = built(mixed);
-  const RayBatch batch(rays);
-  std::uint64_t met = 0;
-  for (const Coherence coherence : {Coherence::coherent, Coherence::incoherent}) {
-    const auto expected = batch.closest(*in_order, coherence), found = batch.closest(*in_disorder, coherence);
-    EXPECT_EQ(batch.occluded(*in_order, coherence), batch.occluded(*in_disorder, coherence));
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      ASSERT_EQ(found[i].primitive.hit(), expected[i].primitive.hit());
-      if (!found[i].primitive.hit()) continue;
-      ++met;
-      ASSERT_EQ(found[i].t, expected[i].t);
-      ASSERT_EQ(was[found[i].primitive.primitive], expected[i].primitive.primitive);
-      ASSERT_EQ(found[i].u, expected[i].u);
-    }
-  }
-  EXPECT_GT(met, rays.size() / 2);
 }
 
 }  // namespace

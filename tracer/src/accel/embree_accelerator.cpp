@@ -99,8 +99,7 @@ void include_primitive(Bounds& bounds, const QuadricGeometry& geometry, std::uin
 template <class Geometry>
 void run_bounds(const User<Geometry>& user, std::uint32_t run, RTCBounds& written) {
   Bounds bounds;
-  for (std::uint32_t i = user.runs.begin(run); i < user.runs.end(run); ++i)
-    include_primitive(bounds, *user.geometry, i);
+  user.runs.for_each(run, [&](std::uint32_t primitive) { include_primitive(bounds, *user.geometry, primitive); });
   write_bounds(bounds.low, bounds.high, written);
 }
 
@@ -123,8 +122,7 @@ template <class Geometry>
 void closest_of(const User<Geometry>& user, Packet& packet, Asked asked, const int* valid, RTCRayN* rays,
                 std::uint32_t run) {
   const unsigned count = asked == Asked::whole ? packet_size : half_packet;
-  closest(packet, asked, valid, &RTCRayN_tfar(rays, count, 0), *user.geometry,
-          PrimitiveRef{user.index, user.runs.begin(run)});
+  closest(packet, asked, valid, &RTCRayN_tfar(rays, count, 0), *user.geometry, PrimitiveRef{user.index, run});
 }
 void closest_of(const User<TriangleGeometry>& user, Packet& packet, Asked asked, const int* valid, RTCRayN* rays,
                 std::uint32_t run) {
@@ -135,8 +133,7 @@ template <class Geometry>
 void occluded_of(const User<Geometry>& user, const Packet& packet, Asked asked, const int* valid, RTCRayN* rays,
                  std::uint32_t run) {
   const unsigned count = asked == Asked::whole ? packet_size : half_packet;
-  occluded(packet, asked, valid, &RTCRayN_tfar(rays, count, 0), *user.geometry,
-           PrimitiveRef{user.index, user.runs.begin(run)});
+  occluded(packet, asked, valid, &RTCRayN_tfar(rays, count, 0), *user.geometry, PrimitiveRef{user.index, run});
 }
 void occluded_of(const User<TriangleGeometry>& user, const Packet& packet, Asked asked, const int* valid, RTCRayN* rays,
                  std::uint32_t run) {
@@ -153,11 +150,12 @@ void intersect_callback(const RTCIntersectFunctionNArguments* args) {
     closest_of(user, packet, *asked, args->valid, rays, args->primID);
     return;
   }
-  for (std::uint32_t primitive = user.runs.begin(args->primID); primitive < user.runs.end(args->primID); ++primitive)
+  user.runs.for_each(args->primID, [&](std::uint32_t primitive) {
     for (unsigned i = 0; i < args->N; ++i)
       if (args->valid[i] != 0)
         closest_lane(packet, RTCRayN_id(rays, args->N, i), RTCRayN_tfar(rays, args->N, i), *user.geometry,
                      {user.index, primitive});
+  });
 }
 
 template <class Geometry>
@@ -168,11 +166,12 @@ void occluded_callback(const RTCOccludedFunctionNArguments* args) {
     occluded_of(user, packet, *asked, args->valid, args->ray, args->primID);
     return;
   }
-  for (std::uint32_t primitive = user.runs.begin(args->primID); primitive < user.runs.end(args->primID); ++primitive)
+  user.runs.for_each(args->primID, [&](std::uint32_t primitive) {
     for (unsigned i = 0; i < args->N; ++i)
       if (args->valid[i] != 0)
         occluded_lane(packet, RTCRayN_id(args->ray, args->N, i), RTCRayN_tfar(args->ray, args->N, i), *user.geometry,
                       {user.index, primitive});
+  });
 }
 
 bool count_memory(void* total, ssize_t bytes, bool /*post*/) {

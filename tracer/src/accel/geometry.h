@@ -31,7 +31,7 @@ struct SphereGeometry {
 /// decided in double on these positions (triangle_hit.h), so needles and meshes that are small in their scene are as
 /// right as any, and nothing leaks. There is no choice of Embree's own float triangles for some meshes, because it pays
 /// in no case. Open terrains without needles, where they could be chosen, a sunlit picture of 1280 x 720, seconds of
-/// one AVX-512 core to build and to trace, in pairs (primitive_runs.h) and as Embree's own with its robust flag:
+/// one AVX-512 core to build and to trace, in pairs (triangle_pairs.h) and as Embree's own with its robust flag:
 ///
 ///        97,000 triangles   0.03 + 0.13    0.03 + 0.13
 ///       980,000             0.25 + 0.22    0.25 + 0.20

@@ -40,13 +40,13 @@ WHITTLE_INLINE int any_may_meet(const Packet& p, int first_lane, const int* vali
   const float* doubt = p.doubt + first_lane;
   const std::uint32_t* from_geometry = p.from_geometry + first_lane;
   const std::uint32_t* from_primitive = p.from_primitive + first_lane;
-  const TriangleRun triangles = run;
+  const TriangleRun corners = run;
   const float blur = run.longest * p.blur;
   int met = 0;
   for (int k = 0; k < count; ++k) {
-    const int may = may_meet<pair>(triangles, {ox[k], oy[k], oz[k]}, {dx[k], dy[k], dz[k]}, blur + doubt[k]);
-    const bool on_first = (from_geometry[k] == triangles.geometry) & (from_primitive[k] == triangles.first);
-    const bool on_second = (from_geometry[k] == triangles.geometry) & (from_primitive[k] == triangles.first + 1);
+    const int may = may_meet<pair>(corners, {ox[k], oy[k], oz[k]}, {dx[k], dy[k], dz[k]}, blur + doubt[k]);
+    const bool on_first = (from_geometry[k] == corners.geometry) & (from_primitive[k] == corners.triangles.first);
+    const bool on_second = (from_geometry[k] == corners.geometry) & (from_primitive[k] == corners.triangles.second);
     met |= may & (on_first ? ~first_triangle : ~0) & (on_second ? ~second_triangle : ~0) & valid[k];
   }
   return met;
@@ -123,7 +123,7 @@ WHITTLE_WIDE void closest(Packet& packet, Asked asked, const int* valid, RTCRayN
   const int met = any_may_meet(packet, asked, valid, rays, run);
   if (met == 0) [[likely]]
     return;
-  const PrimitiveRef first{run.geometry, run.first}, second{run.geometry, run.first + 1};
+  const PrimitiveRef first{run.geometry, run.triangles.first}, second{run.geometry, run.triangles.second};
   if ((met & first_triangle) != 0) take_closest(packet, asked, valid, tfar_of(rays, asked), geometry, first);
   if ((met & second_triangle) != 0) take_closest(packet, asked, valid, tfar_of(rays, asked), geometry, second);
 }
@@ -133,7 +133,7 @@ WHITTLE_WIDE void occluded(const Packet& packet, Asked asked, const int* valid, 
   const int met = any_may_meet(packet, asked, valid, rays, run);
   if (met == 0) [[likely]]
     return;
-  const PrimitiveRef first{run.geometry, run.first}, second{run.geometry, run.first + 1};
+  const PrimitiveRef first{run.geometry, run.triangles.first}, second{run.geometry, run.triangles.second};
   if ((met & first_triangle) != 0) take_blocked(packet, asked, valid, tfar_of(rays, asked), geometry, first);
   if ((met & second_triangle) != 0) take_blocked(packet, asked, valid, tfar_of(rays, asked), geometry, second);
 }

@@ -25,7 +25,7 @@
 #include <limits>
 #include <utility>
 
-#include "tracer/src/accel/geometry.h"
+#include "tracer/src/accel/triangle_pairs.h"
 #include "tracer/src/math/wide.h"
 
 namespace tracer {
@@ -45,20 +45,20 @@ struct alignas(64) TriangleRun {
   FloatVec a, a_to_b, c_to_a;
   FloatVec d_to_a;  ///< of a single triangle: the product (b - a) x (a - c)
   float longest;    ///< edge that ends in a, not rounded down
-  std::uint32_t geometry, first, count;
-  [[nodiscard]] bool pair() const { return count == 2; }
+  std::uint32_t geometry;
+  TrianglePair triangles;
+  [[nodiscard]] bool pair() const { return triangles.pair(); }
   bool operator==(const TriangleRun&) const = default;
 };
 static_assert(sizeof(TriangleRun) == 64);
 
-/// Of the `count` triangles from `first`, of the geometry that rays know as `index`. Precondition: two corners of a
-/// pair are the same, and none of a triangle's is twice in it.
-inline TriangleRun triangle_run(const TriangleGeometry& geometry, std::uint32_t index, std::uint32_t first,
-                                std::uint32_t count) {
-  auto [a, b, c] = geometry.triangles[first];
+/// Of triangles of the geometry that rays know as `index`. Precondition: two corners of a pair are the same, and none
+/// of a triangle's is twice in it.
+inline TriangleRun triangle_run(const TriangleGeometry& geometry, std::uint32_t index, TrianglePair triangles) {
+  auto [a, b, c] = geometry.triangles[triangles.first];
   std::uint32_t other = c;
-  if (count == 2) {
-    const std::array<std::uint32_t, 3>& second = geometry.triangles[first + 1];
+  if (triangles.pair()) {
+    const std::array<std::uint32_t, 3>& second = geometry.triangles[triangles.second];
     const auto in_second = [&](std::uint32_t corner) {
       return std::find(second.begin(), second.end(), corner) != second.end();
     };
@@ -77,11 +77,10 @@ inline TriangleRun triangle_run(const TriangleGeometry& geometry, std::uint32_t 
   return {single(corner),
           a_to_b,
           c_to_a,
-          count == 2 ? single(from_d) : cross(a_to_b, c_to_a),
+          triangles.pair() ? single(from_d) : cross(a_to_b, c_to_a),
           static_cast<float>(longest * (1 + 0x1p-22)),
           index,
-          first,
-          count};
+          triangles};
 }
 
 /// What floats are wrong by, for each unit of a triangle's longest edge.
