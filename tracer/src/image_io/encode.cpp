@@ -12,7 +12,6 @@
 #include "tracer/src/image_io/open_image_io.h"
 #include "tracer/src/image_io/png_file.h"
 #include "tracer/src/image_io/tiff.h"
-#include "tracer/src/large_pages.h"
 #include "tracer/src/parallel.h"
 
 namespace tracer {
@@ -28,9 +27,7 @@ struct Shown {
 template <class Code>
 std::vector<Code> codes_of(const std::vector<float>& linear) {
   constexpr std::size_t piece = std::size_t{1} << 17;
-  std::vector<Code> codes;
-  reserve_in_large_pages(codes, linear.size());
-  codes.resize(linear.size());
+  std::vector<Code> codes(linear.size());
   for_each_tile((linear.size() + piece - 1) / piece, 0, [&](std::uint64_t index) {
     const std::size_t first = index * piece, count = std::min(piece, linear.size() - first);
     const auto from = std::span(linear).subspan(first, count);

@@ -6,7 +6,6 @@
 #include <cstring>
 #include <utility>
 
-#include "tracer/src/large_pages.h"
 #include "tracer/src/parallel.h"
 
 namespace tracer {
@@ -62,7 +61,7 @@ std::vector<std::uint8_t> tiff16(std::uint32_t width, std::uint32_t height, cons
   const std::size_t count = std::size_t{width} * height * channels;
   const auto strip_bytes = static_cast<std::uint32_t>(2 * count);
   Writer writer;
-  reserve_in_large_pages(writer.bytes, strip + strip_bytes);
+  writer.bytes.reserve(strip + strip_bytes);
   writer.bytes = {'I', 'I', 42, 0};
   writer.put32(header);  // where the directory is
   writer.put16(entries);

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "tracer/src/large_pages.h"
-
 namespace tracer {
 namespace {
 
@@ -25,7 +23,6 @@ void allocate(Image& image, const PixelWindow& window, const Output& output) {
   image.width = window.width();
   image.height = window.height();
   const std::size_t pixels = window.pixels();
-  reserve_in_large_pages(image.rgb, 3 * pixels);
   image.rgb.resize(3 * pixels);
   if (output.alpha) image.alpha.resize(pixels);
   const auto asked = [&](Layer layer) {
