@@ -81,7 +81,7 @@ class Includes(unittest.TestCase):
 
     def test_look_at_real_sources(self):
         self.assertGreater(len(self.paths), 50)
-        for library, headers, _ in ROOMS[:13]:
+        for library, headers, _ in ROOMS[:14]:
             used = [path for path in self.paths for _, name in includes(path) if re.fullmatch(headers, name)]
             self.assertTrue(used, f"nothing includes {library}: its rule would hold whatever happened")
 

@@ -1,7 +1,7 @@
 #pragma once
-/// JSON (RFC 8259) as a flat sequence of nodes in document order: 16 bytes a value, no tree of allocations, nothing
-/// recursive. nlohmann-json parses; what it reads is written down here instead of in its own tree, which takes many
-/// times the document's size and cannot be stopped at a limit.
+/// JSON (RFC 8259) as a flat sequence of nodes in document order: 16 bytes a value, no tree of allocations. simdjson
+/// and, where something is wrong, nlohmann-json parse; what they read is written down here instead of in their own
+/// trees, which take many times the document's size and cannot be stopped at a limit.
 
 #include <cstddef>
 #include <cstdint>
@@ -49,7 +49,7 @@ struct Error {
 
 /// Strings come out as valid UTF-8 without lone surrogates; a leading byte order mark is skipped. Duplicate keys are
 /// kept: telling them is the reader's part. A number too large for a double is infinite. Time linear in `bytes`; memory
-/// at most 16 bytes for each value and key kept plus three for each byte of the document.
+/// at most 16 bytes for each value and key kept plus three for each byte of the document, and 20 MiB.
 tracer::Result<Tape, Error> parse(std::string_view bytes, const DocumentLimits& limits);
 
 }  // namespace api::json
