@@ -69,10 +69,11 @@ class Audit {
   /// Of the choices at `indices`, into their `errors`.
   void measure_tile(std::span<const std::size_t> indices, Wavefront<Model>& wavefront, const AuditPlan& plan,
                     const Levels& levels, std::vector<double>& errors) {
-    Batch batch;
+    Batch& batch = wavefront.batch();
+    batch.clear();
     batch.light_points = light_points;
     for (const std::size_t index : indices) push_choice(batch, plan.choices[index], plan.stream);
-    if (!wavefront.trace(std::move(batch))) return;
+    if (!wavefront.trace()) return;
     std::size_t next = 0;
     for (const std::size_t index : indices) {
       const AuditChoice& choice = plan.choices[index];

@@ -98,7 +98,7 @@ void Wavefront<Model>::cut(BranchPacket& branches, std::uint64_t which, const Fa
 template <class Model>
 double Wavefront<Model>::survives(double most, std::uint32_t sample, std::uint64_t bounce) {
   if (scene_.accuracy.cutoff_by_chance && most > 0) {
-    const Batch::Sample& choices = samples_[sample];
+    const Batch::Sample& choices = batch_.samples[sample];
     const std::uint64_t chance = mix(mix(choices.key ^ mix(choices.index)) ^ mix(~bounce));
     const double survival = most / scene_.accuracy.cutoff;
     if (static_cast<double>(chance >> 11) * 0x1p-53 < survival) return survival;

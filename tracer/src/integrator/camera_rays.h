@@ -53,48 +53,47 @@ inline bool takes_chances(const CompiledScene& scene) {
   return scene.needs.soft_lights || (branches && scene.accuracy.cutoff_by_chance && scene.accuracy.cutoff > 0);
 }
 
-/// Of pixels of one sample each that nothing is left to chance in: their keys stay 0. Most of what a simple picture
-/// needs beside its rays would be to find them.
-inline Batch centered_batch(const CompiledScene& scene, std::span<const Pixel> pixels) {
-  Batch batch;
-  batch.samples.resize(pixels.size());
-  batch.x.resize(pixels.size());
-  batch.y.resize(pixels.size());
-  if (scene.needs.filtered_textures) batch.share.assign(pixels.size(), uniform_share(1));
+/// Of samples of pixels of one each that nothing is left to chance in: their keys stay as they are. Most of what a
+/// simple picture needs beside its rays would be to find them.
+inline void fill_centered(Batch& batch, std::span<const Pixel> pixels) {
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     batch.x[i] = pixels[i].x + 0.5;
     batch.y[i] = pixels[i].y + 0.5;
   }
-  return batch;
 }
 
-/// The samples [first, last) of `count` of these pixels, the first one of all pixels first: each as uniform_sample has
-/// it, but for keys that nothing asks for.
-inline Batch uniform_batch(const CompiledScene& scene, std::span<const Pixel> pixels, std::uint32_t first,
-                           std::uint32_t last, std::uint32_t count) {
+/// Some of the samples that each pixel has `of`: [first, last).
+struct SomeSamples {
+  std::uint32_t first, last, of;
+};
+
+/// Makes the batch these samples of these pixels, the first one of all pixels first: each as uniform_sample has it, but
+/// for keys that nothing asks for.
+inline void fill(Batch& batch, const CompiledScene& scene, std::span<const Pixel> pixels, const SomeSamples& some) {
   const bool lens = scene.needs.lens;
-  if (count == 1 && !lens && !takes_chances(scene)) return centered_batch(scene, pixels);
-  Batch batch;
-  const std::size_t size = pixels.size() * (last - first);
-  const std::uint64_t seed = scene.accuracy.seed;
+  const std::size_t size = pixels.size() * (some.last - some.first);
   batch.samples.resize(size);
   batch.x.resize(size);
   batch.y.resize(size);
   if (lens) batch.lens.resize(size);
-  if (scene.needs.filtered_textures) batch.share.assign(size, uniform_share(count));
+  if (scene.needs.filtered_textures) batch.share.assign(size, uniform_share(some.of));
+  if (some.of == 1 && !lens && !takes_chances(scene)) {
+    fill_centered(batch, pixels);
+    return;
+  }
+  const std::uint64_t seed = scene.accuracy.seed;
   std::size_t at = 0;
-  for (std::uint32_t index = first; index < last; ++index) {
+  for (std::uint32_t index = some.first; index < some.last; ++index) {
     for (const Pixel& pixel : pixels) {
       const std::uint64_t key = pixel_key(pixel_index(scene, pixel.x, pixel.y), seed);
-      const Vec2 place = pixel_sample(key, index, count);
+      const Vec2 place = pixel_sample(key, index, some.of);
       batch.samples[at] = {key, index};
       batch.x[at] = pixel.x + place.x;
       batch.y[at] = pixel.y + place.y;
-      if (lens) batch.lens[at] = lens_sample(key, index, count);
+      if (lens) batch.lens[at] = lens_sample(key, index, some.of);
       ++at;
     }
   }
-  return batch;
 }
 
 /// Sample `index` of the stream `stream` of a pixel, independent of all other streams and of uniform_sample. The first

@@ -11,7 +11,7 @@ namespace tracer {
 /// A soft light is known to what camera rays hit by the batch's number of points; after a bounce, by one.
 template <class Model>
 void Wavefront<Model>::shade_lights(const RayQueue& rays, std::uint32_t depth, Coherence coherence) {
-  const std::uint32_t soft_points = depth == 0 ? light_points_ : 1;
+  const std::uint32_t soft_points = depth == 0 ? batch_.light_points : 1;
   const double spare =
       needs<&Requirements::many_lights>() ? scene_.accuracy.cutoff / static_cast<double>(scene_.lights.size()) : 0;
   spared_.assign(needs<&Requirements::many_lights>() ? hit_ray_.size() : 0, 0);
@@ -34,7 +34,7 @@ void Wavefront<Model>::shade_lights(const RayQueue& rays, std::uint32_t depth, C
 /// shuffled, since the same index chose the place in the pixel.
 template <class Model>
 Vec3 Wavefront<Model>::soft_point_of(const LightStep& step, const RayQueue& rays, std::size_t ray) const {
-  const Batch::Sample& sample = samples_[rays.sample(ray)];
+  const Batch::Sample& sample = batch_.samples[rays.sample(ray)];
   const std::uint64_t choice = (std::uint64_t{rays.path(ray)} << 32) | (step.number + 1);
   return light_point(step.light,
                      shuffled_point(sample.index * step.points + step.point, mix(sample.key ^ mix(choice))));

@@ -55,7 +55,8 @@ class Pilots {
     const std::vector<Pixel> pixels = tiles_.pixels(tile);
     const bool must = tile == 0 && finest_[tile] == unsampled;
     if (!must && deadline_.over_before(static_cast<double>(pixels.size()) / (stride * stride))) return;
-    Batch batch;
+    Batch& batch = wavefront.batch();
+    batch.clear();
     std::vector<std::size_t> places;
     batch.light_points = light_points;
     for (const Pixel& pixel : pixels) {
@@ -65,7 +66,7 @@ class Pilots {
       places.push_back(place);
     }
     const std::uint64_t before = wavefront.statistics().rays.total();
-    if (!wavefront.trace(std::move(batch))) return;
+    if (!wavefront.trace()) return;
     PreviewTiles::Tile shown(shown_, tile);
     const std::lock_guard lock(shown);
     for (std::size_t i = 0; i < places.size(); ++i) {

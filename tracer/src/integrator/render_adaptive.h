@@ -118,7 +118,8 @@ class AdaptiveRender {
     const Levels levels = film_.levels();
     each_tile([&](std::uint64_t tile, Wavefront<Model>& wavefront) {
       if (of_tile[tile].empty() || deadline_.over()) return;
-      Batch batch;
+      Batch& batch = wavefront.batch();
+      batch.clear();
       batch.light_points = fresh_light_points;
       for (const Scout& scout : of_tile[tile]) {
         Sample sample = uniform_sample(scene_, scout.x, scout.y, 0, 1);
@@ -126,7 +127,7 @@ class AdaptiveRender {
         sample.share = fresh_share;
         push(batch, scene_, sample);
       }
-      if (!wavefront.trace(std::move(batch))) return;
+      if (!wavefront.trace()) return;
       for (std::size_t i = 0; i < of_tile[tile].size(); ++i) {
         const Scout& scout = of_tile[tile][i];
         const Color& radiance = wavefront.radiance()[i];
@@ -138,7 +139,8 @@ class AdaptiveRender {
   void trace_round(const RoundPlan& plan) {
     const std::size_t at_once = deadline_.set() ? hurried_batch_rays : batch_rays;
     each_tile([&](std::uint64_t tile, Wavefront<Model>& wavefront) {
-      Batch batch;
+      Batch& batch = wavefront.batch();
+      batch.clear();
       std::vector<Aim> aims;
       PreviewTiles::Tile shown(shown_, tile);
       std::unique_lock lock(shown);
@@ -146,11 +148,10 @@ class AdaptiveRender {
         batch.light_points = fresh_light_points;
         lock.unlock();
         const bool traced = !aims.empty() && !control_.cancelled() &&
-                            !deadline_.over_before(static_cast<double>(aims.size())) &&
-                            wavefront.trace(std::move(batch));
+                            !deadline_.over_before(static_cast<double>(aims.size())) && wavefront.trace();
         lock.lock();
         if (traced) collect(wavefront, aims);
-        batch = {};
+        batch.clear();
         aims.clear();
       };
       for (const Pixel& pixel : tiles_.pixels(tile)) {

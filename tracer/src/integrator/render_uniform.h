@@ -91,9 +91,9 @@ class UniformRender {
     const std::uint32_t at_once = std::max(1u, batch_rays / static_cast<std::uint32_t>(pixels.size()));
     for (std::uint32_t first = 0, last = 0; first < samples_; first = last) {
       last = first + std::min(at_once, samples_ - first);
-      Batch batch = uniform_batch(scene_, pixels, first, last, samples_);
-      batch.light_points = (light_points_min + samples_ - 1) / samples_;
-      if (!wavefront.trace(std::move(batch))) return false;
+      fill(wavefront.batch(), scene_, pixels, {first, last, samples_});
+      wavefront.batch().light_points = (light_points_min + samples_ - 1) / samples_;
+      if (!wavefront.trace()) return false;
       if (samples_ == 1) write_each(pixels, wavefront, image, lacks);
       const Part part{pixels.size(), first == 0, last == samples_};
       if (samples_ > 1)
@@ -111,12 +111,15 @@ class UniformRender {
                   std::vector<Lack>& lacks) const {
     const std::vector<Color>& radiance = wavefront.radiance();
     const std::vector<MissingLight>& missing = wavefront.missing();
+    const Tiles tiles = tiles_;
+    float* const film = image.rgb.data();
     for (std::size_t i = 0; i < pixels.size(); ++i) {
-      if (!finite(radiance[i])) continue;  // it is counted, and stays black
-      float* const rgb = image.rgb.data() + 3 * tiles_.place(pixels[i]);
-      rgb[0] = film_value(radiance[i].r);
-      rgb[1] = film_value(radiance[i].g);
-      rgb[2] = film_value(radiance[i].b);
+      const Color& seen = radiance[i];
+      if (!finite(seen)) continue;  // it is counted, and stays black
+      float* const rgb = film + 3 * tiles.place(pixels[i]);
+      rgb[0] = film_value(seen.r);
+      rgb[1] = film_value(seen.g);
+      rgb[2] = film_value(seen.b);
     }
     for (std::size_t i = 0; i < missing.size(); ++i)
       if (finite(radiance[i])) note(missing[i], tiles_.place(pixels[i]), lacks);

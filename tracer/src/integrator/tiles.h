@@ -26,12 +26,12 @@ class Tiles {
   /// Pixels of the full picture, in blocks of 4 x 4: a packet of 16 camera rays then covers a square.
   [[nodiscard]] std::vector<Pixel> pixels(std::uint64_t index) const {
     const auto [x0, y0, x1, y1] = tile(index);
-    std::vector<Pixel> pixels;
-    pixels.reserve(static_cast<std::size_t>(x1 - x0) * (y1 - y0));
+    std::vector<Pixel> pixels(static_cast<std::size_t>(x1 - x0) * (y1 - y0));
+    Pixel* next = pixels.data();
     for (std::uint32_t by = y0; by < y1; by += 4)
       for (std::uint32_t bx = x0; bx < x1; bx += 4)
-        for (std::uint32_t y = by; y < std::min(by + 4, y1); ++y)
-          for (std::uint32_t x = bx; x < std::min(bx + 4, x1); ++x) pixels.push_back({x, y});
+        for (std::uint32_t y = by, bottom = std::min(by + 4, y1); y < bottom; ++y)
+          for (std::uint32_t x = bx, right = std::min(bx + 4, x1); x < right; ++x) *next++ = {x, y};
     return pixels;
   }
 

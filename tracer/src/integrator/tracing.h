@@ -12,19 +12,18 @@ namespace tracer {
 inline constexpr std::size_t pending_max = std::size_t{1} << 24;
 
 template <class Model>
-bool Wavefront<Model>::trace(Batch batch) {
-  samples_ = std::move(batch.samples);
-  light_points_ = batch.light_points;
-  radiance_.resize(samples_.size());
+bool Wavefront<Model>::trace() {
+  const std::size_t count = batch_.samples.size();
+  radiance_.resize(count);
   std::fill(radiance_.begin(), radiance_.end(), Color{});  // its loop is inline, assign's is not always
-  if (may_miss_light()) missing_.assign(samples_.size(), {});
+  if (may_miss_light()) missing_.assign(count, {});
   media_.reset();
-  if (notes_first_hits()) first_hits_.reset(samples_.size());
-  statistics_.samples += samples_.size();
+  if (notes_first_hits()) first_hits_.reset(count);
+  statistics_.samples += count;
   std::vector<Generation> pending;
   pending.push_back(fresh_generation(0));
-  aim_camera_rays(batch, pending.back().camera);
-  std::size_t pending_rays = samples_.size();
+  aim_camera_rays(pending.back().camera);
+  std::size_t pending_rays = count;
   while (!pending.empty()) {
     if (control_.cancelled()) return false;
     Generation generation = std::move(pending.back());
@@ -71,16 +70,17 @@ void Wavefront<Model>::spend(Generation generation) {
 }
 
 template <class Model>
-void Wavefront<Model>::aim_camera_rays(const Batch& batch, RayQueue& rays) const {
-  const std::size_t count = samples_.size();
+void Wavefront<Model>::aim_camera_rays(RayQueue& rays) const {
+  const auto& [samples, x, y, lens, share, light_points] = batch_;
+  const std::size_t count = samples.size();
   const TraceCamera::AimSpan to = rays.start_over(count, Media::camera(scene_));
   if (needs<&Requirements::lens>()) {
-    for (std::size_t i = 0; i < count; ++i) to.put(i, scene_.camera.aim(batch.x[i], batch.y[i], batch.lens[i]));
+    for (std::size_t i = 0; i < count; ++i) to.put(i, scene_.camera.aim(x[i], y[i], lens[i]));
   } else {
-    scene_.camera.aim_each(batch.x.data(), batch.y.data(), count, to);
+    scene_.camera.aim_each(x.data(), y.data(), count, to);
   }
   if (needs<&Requirements::filtered_textures>())
-    for (std::size_t i = 0; i < count; ++i) rays.widen(i, camera_cone(scene_, rays.direction(i), batch.share[i]));
+    for (std::size_t i = 0; i < count; ++i) rays.widen(i, camera_cone(scene_, rays.direction(i), share[i]));
 }
 
 template <class Model>

@@ -29,6 +29,16 @@ struct Batch {
   std::vector<Vec2> lens;          ///< beside samples: where on the lens, in [0,1)^2; empty in scenes without one
   std::vector<double> share;       ///< beside samples: of the pixel's width; empty where no texture is filtered
   std::uint32_t light_points = 1;  ///< by which a soft light is known to what a camera ray hits; after a bounce, one
+
+  /// Keeps the memory for the next samples.
+  void clear() {
+    samples.clear();
+    x.clear();
+    y.clear();
+    lens.clear();
+    share.clear();
+    light_points = 1;
+  }
 };
 
 /// What a sample lacks, largest channel.
@@ -61,8 +71,10 @@ class Wavefront {
         media_(scene),
         shadow_(scene, control, needs_) {}
 
-  /// Traces a batch to the end. False: cancelled; then the radiances mean nothing. Throws std::bad_alloc.
-  bool trace(Batch batch);
+  /// What to trace next, for the caller to fill. It is as the caller left it, samples traced or not.
+  [[nodiscard]] Batch& batch() { return batch_; }
+  /// Traces the batch to the end. False: cancelled; then the radiances mean nothing. Throws std::bad_alloc.
+  bool trace();
 
   /// Radiance of each sample of the last batch. May hold non-finite values.
   [[nodiscard]] const std::vector<Color>& radiance() const { return radiance_; }
@@ -107,7 +119,7 @@ class Wavefront {
   }
 
   // tracing.h
-  void aim_camera_rays(const Batch& batch, RayQueue& rays) const;
+  void aim_camera_rays(RayQueue& rays) const;
   [[nodiscard]] Generation fresh_generation(std::uint32_t depth);
   void spend(Generation generation);
   void trace_generation(const Generation& generation, Generation& next);
@@ -171,8 +183,7 @@ class Wavefront {
   RenderStatistics statistics_;
   std::vector<Color> radiance_;
   std::vector<MissingLight> missing_;
-  std::vector<Batch::Sample> samples_;
-  std::uint32_t light_points_ = 1;
+  Batch batch_;
   FirstHits first_hits_;
   Media media_;
 
