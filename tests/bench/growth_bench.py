@@ -6,13 +6,17 @@
 WHAT is any of triangles, spheres, lights, depth, pixels, threads; all by default. --most bounds triangles (10000000 takes
 2 GB and minutes) and spheres (documents end at about a million). Times are the least of the rounds, for other work on the
 machine only adds to them. Peak memory is the process's, with its libraries. `a ray` is tracing time by rays times threads,
-`x first` compares it with the first line's: beside it stands by how much log n grew, which is what a tree allows.
+`x first` compares it with the first line's: beside it stands by how much log n grew, which is what a tree allows while
+neighbouring rays meet the same of it and memory is as near. What it allows when they do not is told by Embree and nothing
+else tracing the same rays on one thread (rays_bench): how many times its time a ray grew, how many times its time and its
+memory, tree and geometry as given, ours are.
 """
 import argparse
 import math
 import os
 import pathlib
 import re
+import subprocess
 import sys
 import tempfile
 
@@ -98,19 +102,34 @@ def stages(run):
     return *map(float, figures.groups()), int(programs.number(r"all +(\d+) rays", run.said))
 
 
+def beside_bare(folder, rounds):
+    """(nanoseconds a ray of bare Embree, times these our whole tracer takes, times its memory ours is)."""
+    done = subprocess.run([programs.BIN / "rays_bench", folder / "scene.json", "400", "300", str(rounds)], check=True,
+                          capture_output=True, text=True)
+    whole = re.search(r"whole tracer +\d+ rays +([\d.]+) M/s.*Embree +([\d.]+)", done.stdout)
+    rate, times = map(float, whole.groups())
+    return 1000 / rate / times, times, programs.number(r"memory, .*ratio +([\d.]+)", done.stdout)
+
+
 def print_growth(what, folder, most, rounds):
+    in_trees = what in ("triangles", "spheres")
     print(f"\n{what:>10} {'parse/ms':>9} {'build/ms':>9} {'trace/ms':>9} {'rays':>10} {'a ray/ns':>9} {'x first':>8} "
-          f"{'x log n':>8} {'peak MB':>8}")
-    first = None
+          f"{'x log n':>8} {'peak MB':>8}" + (f" | {'bare: x first':>13} {'x time':>6} {'x memory':>8}" if in_trees else ""))
+    first = first_bare = None
     for count, scene, options in GROWING[what](folder, most):
         program = programs.Whittle(scene, folder)
         runs = [program.run(**options) for _ in range(rounds)]
         parse, build, trace, rays = (min(column) for column in zip(*map(stages, runs)))
         ray_ns = 1e6 * trace / rays * options.get("threads", os.cpu_count())
         first = first or (ray_ns, count)
-        log = f"{math.log(count) / math.log(first[1]):8.2f}" if what in ("triangles", "spheres") else f"{'-':>8}"
-        print(f"{count:10} {parse:9.1f} {build:9.1f} {trace:9.1f} {rays:10.0f} {ray_ns:9.1f} {ray_ns / first[0]:8.2f} {log} "
-              f"{max(run.memory_mb for run in runs):8.0f}")
+        log = f"{math.log(count) / math.log(first[1]):8.2f}" if in_trees else f"{'-':>8}"
+        line = (f"{count:10} {parse:9.1f} {build:9.1f} {trace:9.1f} {rays:10.0f} {ray_ns:9.1f} {ray_ns / first[0]:8.2f} "
+                f"{log} {max(run.memory_mb for run in runs):8.0f}")
+        if in_trees:
+            bare_ns, times, memory = beside_bare(folder, rounds)
+            first_bare = first_bare or bare_ns
+            line += f" | {bare_ns / first_bare:13.2f} {times:6.2f} {memory:8.2f}"
+        print(line)
 
 
 def main():

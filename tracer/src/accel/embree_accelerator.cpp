@@ -295,7 +295,9 @@ void Accelerator::Embree::add(std::vector<User<Geometry>>& users, const std::vec
   transmissive.close_ball();
 }
 
-/// Commits the trees. What went wrong the device knows.
+/// Commits the trees. What went wrong the device knows. Always of Embree's medium quality, whatever number of rays is
+/// expected: its low one builds in 0.7 to 0.94 of the time and traces in up to 1.1, which no picture is small enough to
+/// gain by; its high one splits no user geometry, and so is the same.
 void Accelerator::Embree::build(RenderControl& control) {
   for (const Tree* tree : {&all, &transmissive}) {
     if (control.cancelled() || (tree == &transmissive && !own_transmissive())) continue;
