@@ -36,7 +36,9 @@ def needed(*programs):
 
 
 def timed(command, folder):
-    """((seconds, CPU seconds, resident MB), output). Standard output and error are one file: no pipe can fill."""
+    """((seconds, CPU seconds, resident MB), output). Standard output and error are one file: no pipe can fill. All starts
+    with nothing left to be written: a program that syncs its picture, as Whittle does, would wait for the others' too."""
+    os.sync()
     launch = [sys.executable, "-I", "-S", pathlib.Path(__file__).with_name("launch.py"), "usage.json"]
     with open(folder / "said", "w+b") as said:
         subprocess.run(list(map(str, launch + command)), cwd=folder, stdin=subprocess.DEVNULL, stdout=said,
