@@ -122,11 +122,8 @@ void pair_across_edges(const TriangleGeometry& geometry, std::vector<TrianglePai
     if (!one.pair()) continue;
     alone[one.first] = alone[one.second] = false;
   }
-  // What became another's second is in no run of its own.
-  std::vector<bool> taken(geometry.triangles.size(), false);
-  for (const TrianglePair& one : pairs)
-    if (one.pair()) taken[one.second] = true;
-  std::erase_if(pairs, [&](const TrianglePair& one) { return taken[one.first]; });
+  // What became another's second is neither alone nor first of a pair.
+  std::erase_if(pairs, [&](const TrianglePair& one) { return !one.pair() && !alone[one.first]; });
 }
 
 }  // namespace

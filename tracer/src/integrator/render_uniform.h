@@ -111,7 +111,7 @@ class UniformRender {
                   std::vector<Lack>& lacks) const {
     const std::vector<Color>& radiance = wavefront.radiance();
     const std::vector<MissingLight>& missing = wavefront.missing();
-    const Tiles tiles = tiles_;
+    const Tiles tiles = tiles_;  // as the film's place, read once and not for each pixel
     float* const film = image.rgb.data();
     for (std::size_t i = 0; i < pixels.size(); ++i) {
       const Color& seen = radiance[i];
