@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-#include "api/src/json/refusal.h"
+#include "api/src/json/parse_error.h"
 #include "api/src/reader/fields.h"
 #include "api/src/reader/issue_order.h"
 
@@ -24,7 +24,7 @@ void read_hash(Reading& reading, const Cursor& at, Hashes& hashes) {
   if (at.node->kind != json::Kind::string) return tell_wrong_type(reading, at, "a sha256 as text");
   const std::string_view hash = at.node->string();
   if (!is_asset_hash(hash)) {
-    return tell(reading, at, "malformed", "must be 64 lower-case hex digits, got " + quoted(hash));
+    return tell(reading, at, "malformed", "must be 64 lower-case hex digits, got " + in_quotes(hash));
   }
   if (hashes.seen.insert(hash).second) hashes.in_order.emplace_back(hash);
 }
@@ -45,7 +45,7 @@ tracer::Result<std::vector<std::string>, Refusal> read(std::string_view bytes, c
       for_each_element(reading, *list, [&](const Cursor& element) { read_hash(reading, element, hashes); });
     }
   } else if (fields) {
-    fields.tell_missing("sha256");
+    fields.report_missing_field("sha256");
   }
   fields.finish();
   if (reading.issues.empty()) return std::move(hashes.in_order);

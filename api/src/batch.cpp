@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "api/src/json/refusal.h"
+#include "api/src/json/parse_error.h"
 #include "api/src/json/tape.h"
 #include "api/src/reader/fields.h"
 #include "api/src/reader/issue_order.h"
@@ -88,10 +88,10 @@ std::vector<Axis> axes_of(const Json& scene, const Json& sweep, Documents& docum
       if (has_parent(scene, axis.pointer)) {
         axes.push_back(std::move(axis));
       } else {
-        documents.tell({place, "unknown_reference", "the scene has nothing around " + api::quoted(text)});
+        documents.tell({place, "unknown_reference", "the scene has nothing around " + api::in_quotes(text)});
       }
     } catch (const Json::exception&) {  // a pointer must begin with a slash, an index be a number
-      documents.tell({place, "malformed", api::quoted(text) + " is no JSON pointer (RFC 6901) into the scene"});
+      documents.tell({place, "malformed", api::in_quotes(text) + " is no JSON pointer (RFC 6901) into the scene"});
     }
   }
   return axes;
@@ -136,7 +136,7 @@ void read_shape(Reading& reading, const Cursor& at, const BatchLimits& limits, B
   int max_failed = 0;
   if (fields.optional("max_failed", Integer<int>{max_failed, 0, limits.jobs})) request.max_failed = max_failed;
   const auto scene = fields.take("scene");
-  if (!scene && fields) fields.tell_missing("scene");
+  if (!scene && fields) fields.report_missing_field("scene");
   if (scene && scene->node->kind != json::Kind::object) tell_wrong_type(reading, *scene, "an object");
   const auto most = static_cast<std::size_t>(limits.jobs);
   const auto frames = fields.take("frames"), sweep = fields.take("sweep");

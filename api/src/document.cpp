@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "api/src/json/canonical.h"
-#include "api/src/json/refusal.h"
+#include "api/src/json/parse_error.h"
 #include "api/src/json/tape.h"
 #include "api/src/reader/issue_order.h"
 #include "api/src/reader/scene_document.h"

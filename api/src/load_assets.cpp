@@ -12,11 +12,11 @@ constexpr std::size_t told_max = 1000;  // as of the other kinds of issues
 
 using PerAsset = std::vector<bool>;
 
-PerAsset pictures_of(const tracer::Scene& scene) {
-  PerAsset pictures(scene.assets.size());
+PerAsset images_of(const tracer::Scene& scene) {
+  PerAsset images(scene.assets.size());
   for (const tracer::Texture& texture : scene.textures)
-    if (const auto* picture = std::get_if<tracer::ImageTexture>(&texture.pattern)) pictures[picture->file.index] = true;
-  return pictures;
+    if (const auto* image = std::get_if<tracer::ImageTexture>(&texture.pattern)) images[image->file.index] = true;
+  return images;
 }
 
 void add_mesh_files(const std::vector<tracer::Object>& objects, PerAsset& named) {
@@ -26,9 +26,9 @@ void add_mesh_files(const std::vector<tracer::Object>& objects, PerAsset& named)
 }
 
 /// Files of meshes are meshes by now, and may be most of what there is in memory.
-void keep_pictures(const PerAsset& pictures, tracer::Assets& assets) {
+void keep_images(const PerAsset& images, tracer::Assets& assets) {
   for (std::size_t i = 0; i < assets.bytes.size(); ++i)
-    if (!pictures[i]) std::vector<std::uint8_t>().swap(assets.bytes[i]);
+    if (!images[i]) std::vector<std::uint8_t>().swap(assets.bytes[i]);
 }
 
 }  // namespace
@@ -51,8 +51,8 @@ std::vector<tracer::Issue> check_assets(const tracer::Scene& scene, const Refuse
 
 tracer::Result<tracer::Assets, std::vector<tracer::Issue>> load_assets(tracer::Scene& scene, const ReadAsset& read,
                                                                        const tracer::Limits& limits) {
-  const PerAsset pictures = pictures_of(scene);
-  PerAsset named = pictures;
+  const PerAsset images = images_of(scene);
+  PerAsset named = images;
   add_mesh_files(scene.objects, named);
   for (const tracer::Prototype& prototype : scene.prototypes) add_mesh_files(prototype.objects, named);
   tracer::Assets assets;
@@ -68,7 +68,7 @@ tracer::Result<tracer::Assets, std::vector<tracer::Issue>> load_assets(tracer::S
   });
   if (issues.empty()) issues = load_meshes(scene, assets, limits);
   if (!issues.empty()) return issues;
-  keep_pictures(pictures, assets);
+  keep_images(images, assets);
   return assets;
 }
 

@@ -5,7 +5,7 @@
 #include <new>
 #include <utility>
 
-#include "api/src/json/refusal.h"
+#include "api/src/json/parse_error.h"
 #include "api/src/reader/fields.h"
 #include "api/src/reader/issue_order.h"
 #include "api/src/reader/scene_document.h"
@@ -25,7 +25,7 @@ void read_knobs(Reading& reading, const Cursor& at, std::vector<std::string>& kn
                                : std::end(tracer::knobs);
     if (known == std::end(tracer::knobs)) return tell_bad_word(reading, element, "settings.knobs", tracer::knobs);
     if (std::find(knobs.begin(), knobs.end(), *known) != knobs.end()) {
-      return tell(reading, element, "duplicate_value", quoted(*known) + " is there already");
+      return tell(reading, element, "duplicate_value", in_quotes(*known) + " is there already");
     }
     knobs.emplace_back(*known);
   });
@@ -47,13 +47,13 @@ json::Node* read_request(Reading& reading, MeasureRequest& request) {
   root.node = reading.tape.root();
   Fields fields(reading, root, "a measurement");
   const auto scene = fields.take("scene");
-  if (!scene && fields) fields.tell_missing("scene");
+  if (!scene && fields) fields.report_missing_field("scene");
   if (const auto settings = fields.take("settings")) read_settings(reading, *settings, request);
   fields.finish();
   return scene ? scene->node : nullptr;
 }
 
-/// A reference too large for the limit that bounds every picture.
+/// A reference too large for the limit that bounds every image.
 std::vector<tracer::Issue> judge_reference(const MeasureRequest& request, const tracer::Limits& limits) {
   const std::uint64_t pixels = request.document.scene.image.window().pixels();
   const std::uint64_t samples = pixels * request.reference_samples;  // 2^26 x 10^6 at most

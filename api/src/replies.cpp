@@ -56,13 +56,13 @@ Json errors_json(const std::vector<tracer::Issue>& errors) {
   return list;
 }
 
-Json eta_json(const jobs::JobView& view, std::int64_t now_ms) {
-  if (view.job.state != jobs::JobState::running || !view.job.started_at || view.progress < 0.01) return nullptr;
+Json eta_json(const queue::JobView& view, std::int64_t now_ms) {
+  if (view.job.state != queue::JobState::running || !view.job.started_at || view.progress < 0.01) return nullptr;
   const double so_far_s = static_cast<double>(std::max<std::int64_t>(now_ms - *view.job.started_at, 0)) / 1000;
   return std::round(so_far_s * (1 - view.progress) / view.progress * 1000) / 1000;
 }
 
-Json job_problem_json(const std::optional<jobs::Problem>& problem) {
+Json job_problem_json(const std::optional<queue::Problem>& problem) {
   if (!problem) return nullptr;
   return {{"code", problem->code}, {"detail", problem->detail}, {"errors", errors_json(problem->errors)}};
 }
@@ -74,40 +74,40 @@ Json kept_json(const std::string& kept) {
   return json.is_discarded() ? Json(nullptr) : json;
 }
 
-bool may_be_retried(const jobs::Job& job) {
-  return jobs::ended(job.state) && jobs::may_move(job.state, jobs::JobState::queued) && !job.expired;
+bool may_be_retried(const queue::Job& job) {
+  return queue::ended(job.state) && queue::may_move(job.state, queue::JobState::queued) && !job.expired;
 }
 
 /// Null where the job has no artifact of that name, or not yet.
-Json link_to(const jobs::Job& job, const std::string& name) {
-  for (const jobs::Artifact& artifact : job.artifacts) {
+Json link_to(const queue::Job& job, const std::string& name) {
+  for (const queue::Artifact& artifact : job.artifacts) {
     if (artifact.name == name) return "/v1/jobs/" + job.id + "/" + name;
   }
   return nullptr;
 }
 
-Json first_picture(const jobs::Job& job) {
+Json first_image(const queue::Job& job) {
   return job.artifacts.empty() ? Json(nullptr) : link_to(job, job.artifacts.front().name);
 }
 
-Json job_json(const jobs::JobView& view, std::int64_t now_ms) {
-  const jobs::Job& job = view.job;
+Json job_json(const queue::JobView& view, std::int64_t now_ms) {
+  const queue::Job& job = view.job;
   const std::string self = "/v1/jobs/" + job.id;
   Json artifacts = Json::array();
-  for (const jobs::Artifact& artifact : job.artifacts) {
+  for (const queue::Artifact& artifact : job.artifacts) {
     artifacts.push_back({{"name", artifact.name},
                          {"media_type", artifact.media_type},
                          {"bytes", artifact.bytes},
                          {"sha256", artifact.sha256},
                          {"url", self + "/" + artifact.name}});
   }
-  const bool measured = job.kind == jobs::JobKind::measure;
+  const bool measured = job.kind == queue::JobKind::measure;
   Json labels = Json::object();
   for (const auto& [name, value] : job.labels) labels[name] = value;
   return {{"id", job.id},
-          {"kind", jobs::name_of(job.kind)},
+          {"kind", queue::name_of(job.kind)},
           {"name", job.name},
-          {"state", jobs::name_of(job.state)},
+          {"state", queue::name_of(job.state)},
           {"progress", view.progress},
           {"eta_s", eta_json(view, now_ms)},
           {"queue_position", view.queue_position ? Json(*view.queue_position) : Json(nullptr)},
@@ -133,11 +133,11 @@ Json job_json(const jobs::JobView& view, std::int64_t now_ms) {
           {"artifacts", std::move(artifacts)},
           {"links",
            {{"self", self},
-            {"cancel", jobs::ended(job.state) ? Json(nullptr) : Json(self + "/cancel")},
+            {"cancel", queue::ended(job.state) ? Json(nullptr) : Json(self + "/cancel")},
             {"retry", may_be_retried(job) ? Json(self + "/retry") : Json(nullptr)},
             {"events", self + "/events"},
             {"preview", self + "/preview"},
-            {"image", measured ? link_to(job, "measure.png") : first_picture(job)},
+            {"image", measured ? link_to(job, "measure.png") : first_image(job)},
             {"measurement", measured ? link_to(job, "measure.json") : Json(nullptr)}}}};
 }
 
@@ -155,17 +155,17 @@ Json seconds_json(const tracer::Scene& scene, std::optional<double> seconds_per_
 
 }  // namespace
 
-std::string write_job(const jobs::JobView& view, std::int64_t now_ms) { return text_of(job_json(view, now_ms)); }
+std::string write_job(const queue::JobView& view, std::int64_t now_ms) { return text_of(job_json(view, now_ms)); }
 
-std::string write_event(std::string_view event, const jobs::JobView& view, std::int64_t now_ms) {
+std::string write_event(std::string_view event, const queue::JobView& view, std::int64_t now_ms) {
   return text_of({{"type", event}, {"timestamp", time_json(now_ms)}, {"data", job_json(view, now_ms)}});
 }
 
-std::string write_deliveries(const std::vector<jobs::Delivery>& deliveries) {
+std::string write_deliveries(const std::vector<queue::Delivery>& deliveries) {
   Json items = Json::array();
-  for (const jobs::Delivery& delivery : deliveries) {
+  for (const queue::Delivery& delivery : deliveries) {
     Json attempts = Json::array();
-    for (const jobs::DeliveryAttempt& attempt : delivery.attempts) {
+    for (const queue::DeliveryAttempt& attempt : delivery.attempts) {
       attempts.push_back({{"at", time_json(attempt.at)},
                           {"duration_ms", attempt.duration_ms},
                           {"status", attempt.status == 0 ? Json(nullptr) : Json(attempt.status)},
@@ -174,7 +174,7 @@ std::string write_deliveries(const std::vector<jobs::Delivery>& deliveries) {
     items.push_back({{"id", delivery.id},
                      {"event", delivery.event},
                      {"url", delivery.url},
-                     {"state", jobs::name_of(delivery.state)},
+                     {"state", queue::name_of(delivery.state)},
                      {"created_at", time_json(delivery.created_at)},
                      {"next_attempt_at", time_json(delivery.next_attempt_at)},
                      {"attempts", std::move(attempts)}});
@@ -182,42 +182,42 @@ std::string write_deliveries(const std::vector<jobs::Delivery>& deliveries) {
   return text_of({{"items", std::move(items)}});
 }
 
-std::string write_job_list(const std::vector<jobs::JobView>& views, const std::string& next_cursor,
+std::string write_job_list(const std::vector<queue::JobView>& views, const std::string& next_cursor,
                            std::int64_t now_ms) {
   Json items = Json::array();
-  for (const jobs::JobView& view : views) items.push_back(job_json(view, now_ms));
+  for (const queue::JobView& view : views) items.push_back(job_json(view, now_ms));
   Json cursor = next_cursor.empty() ? Json(nullptr) : Json(next_cursor);
   return text_of({{"items", std::move(items)}, {"next_cursor", std::move(cursor)}});
 }
 
-std::string write_event(const jobs::JobEvent& event) {
+std::string write_event(const queue::JobEvent& event) {
   return text_of(
       {{"id", event.job_id}, {"state", event.state}, {"progress", event.progress}, {"at", time_json(event.at)}});
 }
 
-std::string write_batch(const jobs::BatchState& state) {
-  using enum jobs::JobState;
-  const auto count = [&](jobs::JobState which) {
+std::string write_batch(const queue::BatchState& state) {
+  using enum queue::JobState;
+  const auto count = [&](queue::JobState which) {
     const auto found = state.jobs.find(which);
     return found == state.jobs.end() ? 0 : found->second;
   };
   Json by_state = Json::object();
   std::int64_t all = 0, ended = 0;
-  for (const jobs::JobState which : jobs::all_job_states) {
-    by_state[jobs::name_of(which)] = count(which);
+  for (const queue::JobState which : queue::all_job_states) {
+    by_state[queue::name_of(which)] = count(which);
     all += count(which);
-    if (jobs::ended(which)) ended += count(which);
+    if (queue::ended(which)) ended += count(which);
   }
-  const jobs::JobState verdict = ended < all            ? (count(queued) == all ? queued : running)
-                                 : count(failed) > 0    ? failed
-                                 : count(cancelled) > 0 ? cancelled
-                                                        : succeeded;
-  const jobs::Batch& batch = state.batch;
+  const queue::JobState verdict = ended < all            ? (count(queued) == all ? queued : running)
+                                  : count(failed) > 0    ? failed
+                                  : count(cancelled) > 0 ? cancelled
+                                                         : succeeded;
+  const queue::Batch& batch = state.batch;
   const std::string self = "/v1/batches/" + batch.id;
   const bool may_retry = count(failed) + count(cancelled) > 0;
   return text_of({{"id", batch.id},
                   {"name", batch.name},
-                  {"state", jobs::name_of(verdict)},
+                  {"state", queue::name_of(verdict)},
                   {"progress", all == 0 ? 1.0 : static_cast<double>(ended) / static_cast<double>(all)},
                   {"created_at", time_json(batch.created_at)},
                   {"size", batch.size},
@@ -231,14 +231,14 @@ std::string write_batch(const jobs::BatchState& state) {
                     {"artifacts", count(succeeded) > 0 ? Json(self + "/artifacts.tar") : Json(nullptr)}}}});
 }
 
-std::string write_queue(const jobs::QueueState& state) {
+std::string write_queue(const queue::QueueState& state) {
   Json by_state = Json::object(), by_priority = Json::object();
-  for (const auto& [which, count] : state.jobs) by_state[jobs::name_of(which)] = count;
+  for (const auto& [which, count] : state.jobs) by_state[queue::name_of(which)] = count;
   for (const auto& [priority, count] : state.depth.queued_by_priority) by_priority[std::to_string(priority)] = count;
   return text_of({{"jobs", std::move(by_state)},
                   {"queued_by_priority", std::move(by_priority)},
                   {"delayed", state.depth.delayed},
-                  {"running", state.jobs.at(jobs::JobState::running)},
+                  {"running", state.jobs.at(queue::JobState::running)},
                   {"oldest_age_s", state.oldest_age_s ? Json(*state.oldest_age_s) : Json(nullptr)},
                   {"eta_s", state.eta_s ? Json(*state.eta_s) : Json(nullptr)}});
 }

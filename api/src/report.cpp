@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Those that are in the picture.
+/// Those that are in the image.
 Json write_samples(const tracer::Scene& scene, const tracer::RenderStatistics& statistics) {
   const auto pixels = static_cast<double>(scene.image.window().pixels());
   return {{"min", statistics.samples_min},
@@ -22,9 +22,9 @@ Json write_samples(const tracer::Scene& scene, const tracer::RenderStatistics& s
 }
 
 /// What a sample misses at most because of shadow rays that were spared, as a mean over all.
-double spared_light(const tracer::Scene& scene, const tracer::RenderStatistics& statistics) {
+double culled_radiance(const tracer::Scene& scene, const tracer::RenderStatistics& statistics) {
   if (statistics.samples == 0) return 0;
-  return static_cast<double>(statistics.spared_light) * 0x1p-20 * scene.accuracy.cutoff /
+  return static_cast<double>(statistics.culled_radiance) * 0x1p-20 * scene.accuracy.cutoff /
          static_cast<double>(statistics.samples);
 }
 
@@ -43,15 +43,15 @@ std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate
       {"samples", write_samples(scene, statistics)},
       {"audit_samples", statistics.audit_samples},
       {"rays", rays_json(statistics.rays)},
-      {"spared_shadows", {{"rays", statistics.spared_shadow_rays}, {"light", spared_light(scene, statistics)}}},
+      {"spared_shadows", {{"rays", statistics.culled_shadow_rays}, {"light", culled_radiance(scene, statistics)}}},
       {"time_ms",
        {{"queue", times.queue},
         {"parse", times.parse},
         {"build", times.build},
         {"trace", times.trace},
         {"encode", times.encode}}},
-      {"geometry_reused", times.reuse.geometry},
-      {"pictures", {{"reused", times.reuse.pictures}, {"decoded", times.reuse.decoded_pictures}}},
+      {"geometry_reused", times.cache_hits.geometry},
+      {"images", {{"reused", times.cache_hits.images}, {"decoded", times.cache_hits.decoded_images}}},
       {"estimated_work", work ? Json(*work) : Json(nullptr)},
       {"memory_bytes", memory_bytes},
       {"non_finite", statistics.non_finite},
@@ -68,10 +68,10 @@ std::optional<ReportFigures> read_report(const std::string& report) {
   const Json& rays = json["rays"];
   figures.rays = {rays.value("camera", std::uint64_t{0}), rays.value("shadow", std::uint64_t{0}),
                   rays.value("reflection", std::uint64_t{0}), rays.value("refraction", std::uint64_t{0})};
-  figures.reuse.geometry = json.value("geometry_reused", false);
-  if (json.contains("pictures")) {
-    figures.reuse.pictures = json["pictures"].value("reused", 0u);
-    figures.reuse.decoded_pictures = json["pictures"].value("decoded", 0u);
+  figures.cache_hits.geometry = json.value("geometry_reused", false);
+  if (json.contains("images")) {
+    figures.cache_hits.images = json["images"].value("reused", 0u);
+    figures.cache_hits.decoded_images = json["images"].value("decoded", 0u);
   }
   const Json& error = json["error"];
   if (error.contains("target") && error["target"].is_number()) {

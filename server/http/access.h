@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "server/http/exchange.h"
+#include "server/http/pending_request.h"
 #include "server/keys/key_ring.h"
 
 namespace http {

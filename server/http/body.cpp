@@ -13,10 +13,10 @@ namespace http {
 namespace {
 
 /// A file without a name: gone with its descriptor, however the process ends.
-int open_nameless(const std::string& folder) {
-  const int fd = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+int open_unlinked(const std::string& directory) {
+  const int fd = ::open(directory.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
   if (fd >= 0) return fd;
-  std::string path = folder + "/body-XXXXXX";  // not every file system knows O_TMPFILE
+  std::string path = directory + "/body-XXXXXX";  // not every file system knows O_TMPFILE
   const int named = ::mkostemp(path.data(), O_CLOEXEC);
   if (named >= 0) ::unlink(path.c_str());
   return named;
@@ -83,7 +83,7 @@ bool Body::append(std::string_view bytes) {
 }
 
 bool Body::spool() {
-  fd_ = open_nameless(budget_->folder);
+  fd_ = open_unlinked(budget_->directory);
   if (fd_ < 0) return false;
   budget_->memory_used -= size_;
   budget_->file_used += size_;

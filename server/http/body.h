@@ -11,7 +11,7 @@ namespace http {
 
 /// Shared by all bodies of a gate; must outlive them. Thread-safe.
 struct BodyBudget {
-  std::string folder;                          ///< where spooled bodies live, nameless
+  std::string directory;                       ///< where spooled bodies live, nameless
   std::uint64_t body_memory_bytes = 1u << 20;  ///< of one body; what is longer goes to a file. Few scenes are longer
   std::uint64_t memory_bytes = 64u << 20;      ///< of all bodies; then even short ones go to files
   std::uint64_t file_bytes = 2ull << 30;       ///< of all spooled bodies: 32 of the largest at once

@@ -17,7 +17,7 @@ constexpr std::uint64_t turn_bytes = 1u << 20;
 
 }  // namespace
 
-Connection::Connection(int fd, std::string remote, const HeadLimits& limits, const HeadJudge& judge,
+Connection::Connection(int fd, std::string remote, const HeadLimits& limits, const HeadFilter& judge,
                        const ConnectionTimes& times, BodyBudget& budget, Time now)
     : fd_(fd),
       remote_(std::move(remote)),

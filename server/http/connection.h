@@ -16,7 +16,7 @@
 #include <string>
 
 #include "server/http/body.h"
-#include "server/http/exchange.h"
+#include "server/http/pending_request.h"
 #include "server/http/request_head.h"
 
 namespace http {
@@ -34,15 +34,15 @@ struct ConnectionTimes {
 };
 
 /// What is wrong with a request whose head has come, its body not yet; asked from the loop, so it must be quick.
-using HeadJudge = std::function<std::optional<Problem>(const RequestHead&)>;
+using HeadFilter = std::function<std::optional<Problem>(const RequestHead&)>;
 
 class Connection {
  public:
   enum class State { reading_head, reading_body, handling, writing, streaming, lingering, closed };
 
   /// Owns `fd`, a connected non-blocking socket. The references must outlive it.
-  Connection(int fd, std::string remote, const HeadLimits& limits, const HeadJudge& judge, const ConnectionTimes& times,
-             BodyBudget& budget, Time now);
+  Connection(int fd, std::string remote, const HeadLimits& limits, const HeadFilter& judge,
+             const ConnectionTimes& times, BodyBudget& budget, Time now);
   Connection(const Connection&) = delete;
   ~Connection();
 
@@ -96,7 +96,7 @@ class Connection {
   State state_ = State::reading_head;
   std::string remote_;
   const HeadLimits& limits_;
-  const HeadJudge& judge_;
+  const HeadFilter& judge_;
   const ConnectionTimes& times_;
   BodyBudget& budget_;
   Time deadline_;

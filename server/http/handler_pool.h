@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "server/http/router.h"
-#include "server/jobs/idle_threads.h"
+#include "server/queue/idle_threads.h"
 
 namespace http {
 
@@ -35,7 +35,7 @@ class HandlerPool {
 
   const std::size_t heavy_max_, waiting_max_;
   std::mutex mutex_;
-  jobs::IdleThreads idle_;
+  queue::IdleThreads idle_;
   std::deque<Task> light_, heavy_;
   std::size_t heavy_running_ = 0;
   bool stopping_ = false;

@@ -98,7 +98,7 @@ std::optional<Listener::Accepted> Listener::accept(bool& exhausted) {
   peer.size = sizeof peer.storage;
   const int fd = ::accept4(fd_, raw(peer), &peer.size, SOCK_NONBLOCK | SOCK_CLOEXEC);
   exhausted = fd < 0 && (errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM);
-  if (exhausted) turn_away();
+  if (exhausted) reject_connection();
   if (fd < 0) return std::nullopt;
   const int on = 1;
   ::setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on,
@@ -106,7 +106,7 @@ std::optional<Listener::Accepted> Listener::accept(bool& exhausted) {
   return Accepted{fd, host_of(peer.storage)};
 }
 
-void Listener::turn_away() {
+void Listener::reject_connection() {
   if (spare_fd_ >= 0) ::close(spare_fd_);
   const int fd = ::accept4(fd_, nullptr, nullptr, SOCK_CLOEXEC);
   if (fd >= 0) ::close(fd);

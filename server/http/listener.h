@@ -29,7 +29,7 @@ class Listener {
   void close();  ///< later clients are refused by the kernel
 
  private:
-  void turn_away();
+  void reject_connection();
 
   int fd_ = -1;
   int spare_fd_ = -1;  ///< given up for a moment to accept and close a client when there are no others

@@ -33,7 +33,7 @@ constexpr std::array rules{
     FailureRule{Failure::bad_header, "bad_header", 400, "A header is not understood", Level::info, 0},
     FailureRule{Failure::not_found, "not_found", 404, "There is nothing here", Level::info, 0},
     FailureRule{Failure::job_not_found, "job_not_found", 404, "There is no such job", Level::info, 0},
-    FailureRule{Failure::picture_not_found, "picture_not_found", 404, "There is no such picture yet", Level::info, 0},
+    FailureRule{Failure::image_not_found, "image_not_found", 404, "There is no such image yet", Level::info, 0},
     FailureRule{Failure::asset_not_found, "asset_not_found", 404, "There is no such asset", Level::info, 0},
     FailureRule{Failure::method_not_allowed, "method_not_allowed", 405, "The method is not allowed here", Level::info,
                 0},
@@ -51,12 +51,12 @@ constexpr std::array rules{
     FailureRule{Failure::key_reused, "key_reused", 422, "The Idempotency-Key was used before", Level::info, 0},
     FailureRule{Failure::quota_exceeded, "quota_exceeded", 429, "The quota is used up", Level::info, 60},
     FailureRule{Failure::job_cancelled, "job_cancelled", 409, "The job was cancelled", Level::info, 0},
-    FailureRule{Failure::range_not_satisfiable, "range_not_satisfiable", 416, "The range is outside the picture",
+    FailureRule{Failure::range_not_satisfiable, "range_not_satisfiable", 416, "The range is outside the image",
                 Level::info, 0},
     FailureRule{Failure::unsupported_media_type, "unsupported_media_type", 415, "The body must be application/json",
                 Level::info, 0},
     FailureRule{Failure::bad_scene, "bad_scene", 422, "The scene cannot be rendered", Level::info, 0},
-    FailureRule{Failure::bad_question, "bad_question", 422, "The question is not understood", Level::info, 0},
+    FailureRule{Failure::invalid_request, "invalid_request", 422, "The question is not understood", Level::info, 0},
     FailureRule{Failure::asset_mismatch, "asset_mismatch", 422, "The bytes are not those of that name", Level::info, 0},
     FailureRule{Failure::queue_full, "queue_full", 503, "The queue is full", Level::warning, 5},
     FailureRule{Failure::too_many_streams, "too_many_streams", 503, "Too many listen to events", Level::warning, 5},
@@ -98,12 +98,12 @@ Problem problem_of(const api::Refusal& refusal) {
           refusal.issues};
 }
 
-Problem problem_of(const jobs::StoreFailure& failure) {
+Problem problem_of(const queue::StoreFailure& failure) {
   // What exactly went wrong is the operator's business (the log has it); the client learns what it can rely on.
-  if (failure.kind == jobs::StoreFailure::Kind::full) {
+  if (failure.kind == queue::StoreFailure::Kind::full) {
     return {Failure::disk_full, "the disk is full; nothing was stored", {}};
   }
-  if (failure.kind == jobs::StoreFailure::Kind::broken) {
+  if (failure.kind == queue::StoreFailure::Kind::broken) {
     return {Failure::store_unavailable,
             "the disk failed; whether this was stored is known when the daemon is back: ask again, and under the same "
             "Idempotency-Key if there was one",
@@ -112,12 +112,12 @@ Problem problem_of(const jobs::StoreFailure& failure) {
   return {Failure::store_unavailable, "the store is not available; nothing was stored", {}};
 }
 
-Problem disk_full(const jobs::Room& room) {
-  return {Failure::disk_full, jobs::shortage(room) + "; nothing was stored", {}};
+Problem disk_full(const queue::DiskSpace& room) {
+  return {Failure::disk_full, queue::describe(room) + "; nothing was stored", {}};
 }
 
-Problem problem_of(const jobs::Refused& refused) {
-  using Why = jobs::Refused::Why;
+Problem problem_of(const queue::Refused& refused) {
+  using Why = queue::Refused::Why;
   const std::string seen = std::to_string(refused.seen);
   const std::string limit = std::to_string(refused.limit) + "; nothing was stored";
   switch (refused.why) {
@@ -127,10 +127,10 @@ Problem problem_of(const jobs::Refused& refused) {
       return {Failure::quota_exceeded, seen + " jobs of yours wait, the limit key_queued_jobs is " + limit, {}};
     case Why::owner_artifact_bytes:
       return {Failure::quota_exceeded,
-              "your pictures have " + seen + " bytes, the limit key_artifact_bytes is " + limit + "; delete some",
+              "your images have " + seen + " bytes, the limit key_artifact_bytes is " + limit + "; delete some",
               {}};
     case Why::disk_full:
-      return disk_full({jobs::Room::State::scarce, static_cast<std::uint64_t>(refused.seen),
+      return disk_full({queue::DiskSpace::State::scarce, static_cast<std::uint64_t>(refused.seen),
                         static_cast<std::uint64_t>(refused.limit)});
     case Why::key_reused:
       break;
@@ -138,10 +138,10 @@ Problem problem_of(const jobs::Refused& refused) {
   return {Failure::key_reused, "this Idempotency-Key came with another request in the last 24 hours", {}};
 }
 
-Problem problem_of(const jobs::Job& job) {
-  assert(job.state == jobs::JobState::failed || job.state == jobs::JobState::cancelled);
-  if (job.state == jobs::JobState::cancelled) {
-    return {Failure::job_cancelled, "job " + job.id + " was cancelled before its picture was finished", {}};
+Problem problem_of(const queue::Job& job) {
+  assert(job.state == queue::JobState::failed || job.state == queue::JobState::cancelled);
+  if (job.state == queue::JobState::cancelled) {
+    return {Failure::job_cancelled, "job " + job.id + " was cancelled before its image was finished", {}};
   }
   if (!job.problem) return {Failure::job_failed, "job " + job.id + " failed", {}};
   const bool submitters = job.problem->code == "bad_scene" || job.problem->code == "bad_asset";

@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "api/document.h"
-#include "server/jobs/job.h"
-#include "server/jobs/job_service.h"
-#include "server/jobs/job_store.h"
-#include "server/jobs/room.h"
-#include "server/telemetry/log.h"
+#include "server/queue/disk_space.h"
+#include "server/queue/job.h"
+#include "server/queue/job_service.h"
+#include "server/queue/job_store.h"
+#include "server/telemetry/json_log.h"
 #include "tracer/validate.h"
 
 namespace http {
@@ -41,7 +41,7 @@ enum class Failure {
   bad_header,
   not_found,
   job_not_found,
-  picture_not_found,
+  image_not_found,
   asset_not_found,
   method_not_allowed,
   not_acceptable,
@@ -61,7 +61,7 @@ enum class Failure {
   range_not_satisfiable,
   unsupported_media_type,
   bad_scene,
-  bad_question,
+  invalid_request,
   asset_mismatch,
   queue_full,
   too_many_streams,
@@ -93,11 +93,11 @@ struct Problem {
 };
 
 Problem problem_of(const api::Refusal& refusal);
-Problem problem_of(const jobs::StoreFailure& failure);
-Problem problem_of(const jobs::Refused& refused);
-Problem disk_full(const jobs::Room& room);  ///< precondition: not enough
-/// Why a job that ended without a picture has none. Precondition: failed or cancelled.
-Problem problem_of(const jobs::Job& job);
+Problem problem_of(const queue::StoreFailure& failure);
+Problem problem_of(const queue::Refused& refused);
+Problem disk_full(const queue::DiskSpace& room);  ///< precondition: not enough
+/// Why a job that ended without an image has none. Precondition: failed or cancelled.
+Problem problem_of(const queue::Job& job);
 
 /// The level of the log line of a request: `failure` decides when there is one; reads that went well are `debug`,
 /// changes `info`.

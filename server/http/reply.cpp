@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "api/replies.h"
-#include "server/http/exchange.h"
+#include "server/http/pending_request.h"
 
 namespace http {
 namespace {

@@ -71,7 +71,7 @@ template <class Call>
 Answer guarded(const Call& call, const Request& request, const telemetry::Log& log) {
   try {
     return call();
-  } catch (const jobs::StoreFailure& failure) {
+  } catch (const queue::StoreFailure& failure) {
     log.write(telemetry::Level::error, "store_failure",
               {{"request_id", request.id}, {"detail", std::string_view(failure.what())}});
     return problem_reply(problem_of(failure), request.id);
@@ -160,19 +160,19 @@ Answer Router::answer(Request& request) {
   return guarded([&] { return library_->answer(request); }, request, log_);
 }
 
-std::optional<Reply> Router::start_watch(const Parked& parked, const std::function<void()>& wake,
+std::optional<Reply> Router::start_watch(const DeferredReply& parked, const std::function<void()>& wake,
                                          std::function<void()>& stop_watching, const Request& request) {
   Answer started = guarded(
       [&]() -> Answer {
         stop_watching = parked.watch(wake);
-        return Parked{};
+        return DeferredReply{};
       },
       request, log_);
-  if (std::holds_alternative<Parked>(started)) return std::nullopt;
+  if (std::holds_alternative<DeferredReply>(started)) return std::nullopt;
   return std::get<Reply>(std::move(started));
 }
 
-Answer Router::resume(const Parked& parked, bool timed_out, const Request& request) {
+Answer Router::resume(const DeferredReply& parked, bool timed_out, const Request& request) {
   return guarded([&] { return parked.resume(timed_out); }, request, log_);
 }
 

@@ -9,8 +9,8 @@
 #include <optional>
 #include <vector>
 
-#include "server/http/exchange.h"
-#include "server/telemetry/log.h"
+#include "server/http/pending_request.h"
+#include "server/telemetry/json_log.h"
 
 namespace http {
 
@@ -23,11 +23,11 @@ class Router {
   Answer answer(Request& request);
 
   /// Lets a parked request's watch begin. Sets `stop_watching`, or answers the problem that keeps it from beginning.
-  std::optional<Reply> start_watch(const Parked& parked, const std::function<void()>& wake,
+  std::optional<Reply> start_watch(const DeferredReply& parked, const std::function<void()>& wake,
                                    std::function<void()>& stop_watching, const Request& request);
 
   /// Answers a parked request, with the same care for exceptions.
-  Answer resume(const Parked& parked, bool timed_out, const Request& request);
+  Answer resume(const DeferredReply& parked, bool timed_out, const Request& request);
 
  private:
   class Library;

@@ -1,17 +1,17 @@
 #include "server/http/routes.h"
 
 #include "server/http/access.h"
-#include "server/http/handlers.h"
+#include "server/http/handlers/handlers.h"
 #include "tracer/encode.h"
 
 namespace http {
 
-std::vector<Route> client_routes(const Front& front) {
-  const auto with_front = [&](Answer (*handler)(Request&, const Front&)) -> Handler {
+std::vector<Route> client_routes(const ApiContext& front) {
+  const auto with_front = [&](Answer (*handler)(Request&, const ApiContext&)) -> Handler {
     return [front, handler](Request& request) { return handler(request, front); };
   };
-  const auto picture = [&](const std::string& name) -> Handler {
-    return [front, name](Request& request) { return get_picture(request, front, name); };
+  const auto image = [&](const std::string& name) -> Handler {
+    return [front, name](Request& request) { return get_image(request, front, name); };
   };
   std::vector<Route> routes{
       {"GET", "/", get_root, {}},
@@ -44,10 +44,10 @@ std::vector<Route> client_routes(const Front& front) {
   };
   for (const tracer::Format format : tracer::all_formats) {
     const std::string name = "image." + std::string(tracer::extension(format));
-    routes.push_back({"GET", "/v1/jobs/{id}/" + name, picture(name), {}});
+    routes.push_back({"GET", "/v1/jobs/{id}/" + name, image(name), {}});
   }
   for (const char* const name : {"measure.json", "measure.csv", "measure.svg", "measure.png"}) {
-    routes.push_back({"GET", std::string("/v1/jobs/{id}/") + name, picture(name), {}});
+    routes.push_back({"GET", std::string("/v1/jobs/{id}/") + name, image(name), {}});
   }
   for (Route& route : routes) route.handler = with_access(route.handler, front.keys);
   return routes;

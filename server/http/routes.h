@@ -14,14 +14,14 @@
 
 #include "api/batch.h"
 #include "api/document.h"
-#include "server/http/exchange.h"
-#include "server/jobs/asset_store.h"
-#include "server/jobs/clock.h"
-#include "server/jobs/delivery_store.h"
-#include "server/jobs/events.h"
-#include "server/jobs/job_service.h"
-#include "server/jobs/room.h"
+#include "server/http/pending_request.h"
 #include "server/keys/key_ring.h"
+#include "server/queue/asset_store.h"
+#include "server/queue/clock.h"
+#include "server/queue/delivery_store.h"
+#include "server/queue/disk_space.h"
+#include "server/queue/events.h"
+#include "server/queue/job_service.h"
 
 namespace http {
 
@@ -29,11 +29,11 @@ namespace http {
 constexpr std::chrono::seconds wait_max{60};
 
 /// What the client routes need. The functions and the service are thread-safe and outlive the gate.
-struct Front {
-  jobs::JobService& jobs;
-  jobs::Events& events;
-  jobs::AssetStore& assets;
-  jobs::Clock clock;
+struct ApiContext {
+  queue::JobService& jobs;
+  queue::Events& events;
+  queue::AssetStore& assets;
+  queue::Clock clock;
   api::Limits limits;
   api::BatchLimits batch_limits;  ///< their `document` is `limits`
   /// An issue for each file that the scene names and that is not there to be read; uploaded ones are used now. Unset:
@@ -41,36 +41,36 @@ struct Front {
   std::function<std::vector<tracer::Issue>(const tracer::Scene&)> missing_files;
   std::function<std::string(std::string_view)> sha256;  ///< of bytes, as 64 hex digits
   /// What was sent, and is owed, to those who want to hear of a job's end, oldest first.
-  std::function<std::vector<jobs::Delivery>(const std::string& job_id)> deliveries;
-  jobs::RoomNow room = [] { return jobs::Room{}; };         ///< the disk's
+  std::function<std::vector<queue::Delivery>(const std::string& job_id)> deliveries;
+  queue::DiskSpaceProbe room = [] { return queue::DiskSpace{}; };  ///< the disk's
   std::uint64_t job_memory_bytes = 16ull << 30;             ///< scenes that are estimated to take more are refused
   std::chrono::milliseconds render_wait{60'000};            ///< see the option render_wait_s
   std::function<bool()> draining;                           ///< true: new work is refused, reads are answered
   std::function<std::optional<double>()> seconds_per_work;  ///< see api::write_valid
-  std::vector<std::pair<std::string, std::uint64_t>> told_limits;  ///< what GET /v1/version tells, by option name
-  std::function<std::string()> sandbox{};                          ///< what holds the worker; empty: not known yet
-  const keys::KeyRing* keys = nullptr;                             ///< null: this machine's users need none
+  std::vector<std::pair<std::string, std::uint64_t>> effective_limits;  ///< what GET /v1/version tells, by option name
+  std::function<std::string()> sandbox{};                               ///< what holds the worker; empty: not known yet
+  const keys::KeyRing* keys = nullptr;                                  ///< null: this machine's users need none
 };
-std::vector<Route> client_routes(const Front& front);
+std::vector<Route> client_routes(const ApiContext& front);
 
 /// What the worker keeps for later jobs.
 struct KeptBytes {
-  std::uint64_t geometry = 0, pictures = 0;
+  std::uint64_t geometry = 0, images = 0;
 };
 
 /// What the health routes need; the same rules.
 struct Health {
   std::function<std::string()> not_ready;  ///< empty: ready; else the reason. Asked at most once a second
   std::function<bool()> draining;          ///< true: not ready, whatever not_ready said a moment ago
-  std::function<std::int64_t(jobs::JobState)> job_count;  ///< may throw StoreFailure
+  std::function<std::int64_t(queue::JobState)> job_count;  ///< may throw StoreFailure
   std::function<std::size_t()> event_listeners;
   std::function<std::size_t()> connections;
   std::function<int()> worker_pid;  ///< 0: there is none now
   std::function<KeptBytes()> kept_bytes;
   std::function<std::optional<std::int64_t>()> oldest_at;  ///< since when the job that waits longest does
-  jobs::RoomNow room;                                      ///< the disk's
+  queue::DiskSpaceProbe room;                              ///< the disk's
   std::function<std::uint64_t()> upload_bytes;
-  jobs::Clock clock;
+  queue::Clock clock;
   std::function<std::string()> figures;  ///< what grows, as Prometheus text
 };
 std::vector<Route> health_routes(const Health& health);

@@ -89,7 +89,7 @@ class Archive {
     return count;
   }
 
-  jobs::ArtifactReader& reader_of(std::size_t index) {
+  queue::ArtifactReader& reader_of(std::size_t index) {
     if (reader_ == nullptr || opened_ != index) {
       reader_ = open_(entries_[index].artifact);
       opened_ = index;
@@ -102,7 +102,7 @@ class Archive {
   std::vector<std::uint64_t> begins_;  ///< of each entry's header
   std::uint64_t size_ = 0;
   OpenArtifact open_;
-  std::unique_ptr<jobs::ArtifactReader> reader_;
+  std::unique_ptr<queue::ArtifactReader> reader_;
   std::size_t opened_ = 0;
 };
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "server/http/exchange.h"
-#include "server/jobs/artifact_store.h"
+#include "server/http/pending_request.h"
+#include "server/queue/artifact_store.h"
 
 namespace http {
 
@@ -17,10 +17,10 @@ struct TarEntry {
   std::string name;           ///< at most 100 bytes
   std::uint64_t bytes = 0;    ///< below 8 GiB, which is what the format can say
   std::int64_t modified = 0;  ///< ms since 1970 UTC
-  jobs::Artifact artifact;
+  queue::Artifact artifact;
 };
 
-using OpenArtifact = std::function<std::unique_ptr<jobs::ArtifactReader>(const jobs::Artifact&)>;
+using OpenArtifact = std::function<std::unique_ptr<queue::ArtifactReader>(const queue::Artifact&)>;
 
 /// One artifact is open at a time. An artifact that is gone when its turn comes cuts the reply short.
 BodySource tar_of(std::vector<TarEntry> entries, OpenArtifact open);

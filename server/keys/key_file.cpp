@@ -49,7 +49,7 @@ Made make(const std::string& name, const std::vector<Scope>& scopes) {
   for (const Scope scope : scopes) {
     made.line.append(made.line.back() == ' ' ? "" : ",").append(name_of(scope));
   }
-  jobs::Sha256 hash;
+  queue::Sha256 hash;
   hash.add(made.token.data(), made.token.size());
   made.line += ' ' + hash.hex();
   return made;

@@ -28,13 +28,13 @@ std::string read_line(std::string_view line, Key& key) {
   if (!is_name(name)) return "the name must be 1 to 64 of A-Z a-z 0-9 . _ -";
   const auto read = parse_scopes(scopes);
   if (!read) return "scopes are jobs:read, jobs:write and admin, got \"" + std::string(scopes) + "\"";
-  if (!jobs::is_sha256(sha256)) return "the hash must be 64 lower-case hex digits";
+  if (!queue::is_sha256(sha256)) return "the hash must be 64 lower-case hex digits";
   key = {std::string(name), *read, std::string(sha256)};
   return {};
 }
 
 std::string sha256_of(std::string_view text) {
-  jobs::Sha256 hash;
+  queue::Sha256 hash;
   hash.add(text.data(), text.size());
   return hash.hex();
 }
@@ -82,7 +82,7 @@ std::optional<std::vector<Scope>> parse_scopes(std::string_view text) {
 
 tracer::Result<std::vector<Key>, std::vector<std::string>> parse(std::string_view text) {
   std::vector<Key> keys;
-  std::vector<std::string> mistakes;
+  std::vector<std::string> errors;
   for (int number = 1; !text.empty(); ++number) {
     std::string_view line = text.substr(0, text.find('\n'));
     text.remove_prefix(std::min(text.size(), line.size() + 1));
@@ -97,11 +97,11 @@ tracer::Result<std::vector<Key>, std::vector<std::string>> parse(std::string_vie
     if (mistake.empty()) {
       keys.push_back(std::move(key));
     } else {
-      mistakes.push_back(std::to_string(number) + ": " + mistake);
+      errors.push_back(std::to_string(number) + ": " + mistake);
     }
   }
-  if (keys.empty() && mistakes.empty()) mistakes.emplace_back("1: there is no key in it");
-  if (!mistakes.empty()) return mistakes;
+  if (keys.empty() && errors.empty()) errors.emplace_back("1: there is no key in it");
+  if (!errors.empty()) return errors;
   return keys;
 }
 

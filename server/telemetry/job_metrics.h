@@ -5,23 +5,23 @@
 #include <functional>
 #include <optional>
 
-#include "server/jobs/observer.h"
-#include "server/telemetry/metrics.h"
-#include "server/telemetry/render_pace.h"
+#include "server/queue/job_observer.h"
+#include "server/telemetry/metric_registry.h"
+#include "server/telemetry/throughput_estimate.h"
 
 namespace telemetry {
 
-class JobMetrics final : public jobs::Observer {
+class JobMetrics final : public queue::Observer {
  public:
   /// The job as it is stored; may throw: then this job is not counted. Called from any thread.
-  using Find = std::function<std::optional<jobs::Job>(const std::string& id)>;
+  using Find = std::function<std::optional<queue::Job>(const std::string& id)>;
 
   /// `next` is told everything as well. All must outlive this.
-  JobMetrics(Metrics& metrics, RenderPace& pace, Find find, jobs::Observer& next)
+  JobMetrics(Metrics& metrics, ThroughputEstimate& pace, Find find, queue::Observer& next)
       : metrics_(metrics), pace_(pace), find_(std::move(find)), next_(next) {}
 
-  void moved(const std::string& id, jobs::JobState to) noexcept override;
-  void settled(const std::string& id) noexcept override;
+  void on_state_changed(const std::string& id, queue::JobState to) noexcept override;
+  void on_waiters_notified(const std::string& id) noexcept override;
   void progressed(const std::string& id, double fraction) noexcept override { next_.progressed(id, fraction); }
   void removed(const std::string& id) noexcept override { next_.removed(id); }
 
@@ -29,12 +29,12 @@ class JobMetrics final : public jobs::Observer {
   static std::vector<Family> families();
 
  private:
-  void count_end(const jobs::Job& job);
+  void count_end(const queue::Job& job);
 
   Metrics& metrics_;
-  RenderPace& pace_;
+  ThroughputEstimate& pace_;
   const Find find_;
-  jobs::Observer& next_;
+  queue::Observer& next_;
 };
 
 }  // namespace telemetry

@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <ctime>
 
-#include "server/telemetry/log.h"
+#include "server/telemetry/json_log.h"
 
 namespace telemetry {
 namespace {

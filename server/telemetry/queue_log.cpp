@@ -5,15 +5,15 @@
 namespace telemetry {
 namespace {
 
-Level level_of(jobs::LogLevel level) {
+Level level_of(queue::LogLevel level) {
   switch (level) {
-    case jobs::LogLevel::debug:
+    case queue::LogLevel::debug:
       return Level::debug;
-    case jobs::LogLevel::info:
+    case queue::LogLevel::info:
       return Level::info;
-    case jobs::LogLevel::warning:
+    case queue::LogLevel::warning:
       return Level::warning;
-    case jobs::LogLevel::error:
+    case queue::LogLevel::error:
       return Level::error;
   }
   return Level::error;
@@ -21,8 +21,8 @@ Level level_of(jobs::LogLevel level) {
 
 }  // namespace
 
-jobs::Log queue_log(const Log& log) {
-  return [log](jobs::LogLevel level, std::string_view event, const jobs::LogFields& fields) {
+queue::Log queue_log(const Log& log) {
+  return [log](queue::LogLevel level, std::string_view event, const queue::LogFields& fields) {
     std::vector<Field> typed;
     typed.reserve(fields.size());
     for (const auto& [name, value] : fields) typed.push_back({name, std::string_view(value)});

@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "server/telemetry/metrics.h"
+#include "server/telemetry/metric_registry.h"
 
 namespace telemetry {
 

@@ -49,7 +49,7 @@ struct FreeList {
 };
 using List = std::unique_ptr<curl_slist, FreeList>;
 
-List list_of(const Poster::Headers& headers) {
+List list_of(const WebhookSender::Headers& headers) {
   List list;
   for (const auto& [name, value] : headers) {
     const std::string line = std::string(name).append(": ").append(value);
@@ -97,13 +97,13 @@ std::string why(CURLcode code, const Call& call, const std::array<char, CURL_ERR
 
 }  // namespace
 
-Poster::Poster(PosterSettings settings) : settings_(std::move(settings)) {
+WebhookSender::WebhookSender(PosterSettings settings) : settings_(std::move(settings)) {
   if (curl_global_init(CURL_GLOBAL_DEFAULT) != CURLE_OK) throw std::bad_alloc();
 }
-Poster::~Poster() { curl_global_cleanup(); }
+WebhookSender::~WebhookSender() { curl_global_cleanup(); }
 
-Answer Poster::post(const std::string& url, const Headers& headers, const std::string& body,
-                    const std::atomic<bool>& stop) const {
+Answer WebhookSender::post(const std::string& url, const Headers& headers, const std::string& body,
+                           const std::atomic<bool>& stop) const {
   const std::unique_ptr<CURL, FreeEasy> easy(curl_easy_init());
   if (easy == nullptr) throw std::bad_alloc();
   Call call{settings_, stop, 0, {}};

@@ -25,12 +25,12 @@ struct Answer {
   std::string detail;  ///< then why, in words
 };
 
-class Poster {
+class WebhookSender {
  public:
-  explicit Poster(PosterSettings settings);
-  ~Poster();
-  Poster(const Poster&) = delete;
-  Poster& operator=(const Poster&) = delete;
+  explicit WebhookSender(PosterSettings settings);
+  ~WebhookSender();
+  WebhookSender(const WebhookSender&) = delete;
+  WebhookSender& operator=(const WebhookSender&) = delete;
 
   using Headers = std::vector<std::pair<std::string, std::string>>;
   /// `url` is http or https. The address that is connected to is the one that was checked, whatever the name means a

@@ -15,8 +15,8 @@ bool is_success(int status) { return status >= 200 && status <= 299; }
 
 }  // namespace
 
-Webhooks::Webhooks(jobs::DeliveryStore& store, FindJob find, Send send, jobs::Clock clock, jobs::IdSource& ids,
-                   jobs::Log log, WebhookSettings settings)
+Webhooks::Webhooks(queue::DeliveryStore& store, FindJob find, Send send, queue::Clock clock, queue::IdSource& ids,
+                   queue::Log log, WebhookSettings settings)
     : store_(store),
       find_(std::move(find)),
       send_(std::move(send)),
@@ -71,7 +71,7 @@ void Webhooks::run() {
       pause = work();
     } catch (const std::exception& failure) {
       failed = true;
-      log_(jobs::LogLevel::warning, "webhooks_held_up", {{"detail", failure.what()}});
+      log_(queue::LogLevel::warning, "webhook_store_error", {{"detail", failure.what()}});
     }
     std::unique_lock lock(mutex_);
     changed_.wait_for(lock, pause, [&] { return stopping_ || (!failed && (!to_look_at_.empty() || freed_)); });
@@ -89,37 +89,37 @@ Webhooks::Pause Webhooks::work() {
       id = to_look_at_.extract(to_look_at_.begin()).value();  // before it is looked at: it may end just then
     }
     try {
-      settle(id);
+      update_variances(id);
     } catch (...) {
       const std::lock_guard lock(mutex_);
       to_look_at_.insert(id);
       throw;
     }
   }
-  return hand_out_what_is_due();
+  return dispatch_due();
 }
 
 /// Makes the message of a job that has ended, or strikes one that nobody wants to hear of.
-void Webhooks::settle(const std::string& id) {
+void Webhooks::update_variances(const std::string& id) {
   const auto view = find_(id);
-  if (view && !jobs::ended(view->job.state)) return;
+  if (view && !queue::ended(view->job.state)) return;
   const auto subscription = store_.subscription(id);
-  const std::string state = view ? jobs::name_of(view->job.state) : "";
+  const std::string state = view ? queue::name_of(view->job.state) : "";
   const bool wanted = subscription && std::find(subscription->events.begin(), subscription->events.end(), state) !=
                                           subscription->events.end();
   if (wanted) {
     const std::int64_t now = clock_();
     const std::string event = "job." + state;
-    store_.owe({ids_.next(),
-                id,
-                event,
-                subscription->url,
-                api::write_event(event, *view, now),
-                jobs::DeliveryState::pending,
-                now,
-                now,
-                {}});
-    store_.forget_before(now - settings_.log_age.count());
+    store_.enqueue({ids_.next(),
+                    id,
+                    event,
+                    subscription->url,
+                    api::write_event(event, *view, now),
+                    queue::DeliveryState::pending,
+                    now,
+                    now,
+                    {}});
+    store_.delete_before(now - settings_.log_age.count());
   } else {
     store_.unsubscribe(id);
   }
@@ -129,7 +129,7 @@ void Webhooks::settle(const std::string& id) {
 
 /// Ends when there is nothing more, when nobody is free to send it, or when a job has ended: new messages stand before
 /// old ones' next attempts.
-Webhooks::Pause Webhooks::hand_out_what_is_due() {
+Webhooks::Pause Webhooks::dispatch_due() {
   for (;;) {
     std::set<std::string> busy;
     {
@@ -144,7 +144,7 @@ Webhooks::Pause Webhooks::hand_out_what_is_due() {
     const Pause left(*delivery->next_attempt_at - clock_());
     if (left > Pause(0)) return std::min(left, longest_sleep);
     const std::lock_guard lock(mutex_);
-    busy_.insert(jobs::receiver_of(delivery->url));
+    busy_.insert(queue::host_of(delivery->url));
     to_send_.push_back(*std::move(delivery));
     handed_out_.notify_one();
   }
@@ -156,7 +156,7 @@ void Webhooks::run_sender() {
   for (;;) {
     handed_out_.wait(lock, [&] { return stopping_ || !to_send_.empty(); });
     if (stopping_) return;
-    const jobs::Delivery delivery = std::move(to_send_.front());
+    const queue::Delivery delivery = std::move(to_send_.front());
     to_send_.pop_front();
     lock.unlock();
     bool noted = false;
@@ -164,39 +164,39 @@ void Webhooks::run_sender() {
       attempt(delivery);
       noted = true;
     } catch (const std::exception& failure) {
-      log_(jobs::LogLevel::warning, "webhooks_held_up", {{"detail", failure.what()}});
+      log_(queue::LogLevel::warning, "webhook_store_error", {{"detail", failure.what()}});
     }
     lock.lock();
     // What could not be noted is due as before: the receiver gets it again, but not at once.
     if (!noted) handed_out_.wait_for(lock, settings_.store_pause, [&] { return stopping_.load(); });
-    busy_.erase(jobs::receiver_of(delivery.url));
+    busy_.erase(queue::host_of(delivery.url));
     freed_ = true;
     changed_.notify_all();
   }
 }
 
-void Webhooks::attempt(const jobs::Delivery& delivery) {
+void Webhooks::attempt(const queue::Delivery& delivery) {
   const std::int64_t start = clock_();
   const Answer answer = send_(delivery.url, headers_of(delivery, start), delivery.body, stopping_);
   if (stopping_ && answer.status == 0) return;  // it was we who ended it
   const std::int64_t end = clock_();
-  jobs::DeliveryAttempt attempt{start, end - start, answer.status, answer.detail};
-  const jobs::LogFields fields{{"job_id", delivery.job_id}, {"delivery_id", delivery.id}};
+  queue::DeliveryAttempt attempt{start, end - start, answer.status, answer.detail};
+  const queue::LogFields fields{{"job_id", delivery.job_id}, {"delivery_id", delivery.id}};
   if (is_success(answer.status)) {
-    store_.attempted(delivery.id, attempt, jobs::DeliveryState::delivered, std::nullopt);
-    return log_(jobs::LogLevel::info, "webhook_delivered", fields);
+    store_.record_attempt(delivery.id, attempt, queue::DeliveryState::delivered, std::nullopt);
+    return log_(queue::LogLevel::info, "webhook_delivered", fields);
   }
   if (attempt.detail.empty()) attempt.detail = "the receiver answered " + std::to_string(answer.status);
   const std::size_t failures = delivery.attempts.size();
   if (answer.status == gone || failures >= retry_pauses.size()) {
-    store_.attempted(delivery.id, attempt, jobs::DeliveryState::given_up, std::nullopt);
-    return log_(jobs::LogLevel::warning, "webhook_given_up", fields);
+    store_.record_attempt(delivery.id, attempt, queue::DeliveryState::given_up, std::nullopt);
+    return log_(queue::LogLevel::warning, "webhook_abandoned", fields);
   }
-  store_.attempted(delivery.id, attempt, jobs::DeliveryState::pending, end + retry_pauses[failures].count());
-  log_(jobs::LogLevel::info, "webhook_failed", fields);
+  store_.record_attempt(delivery.id, attempt, queue::DeliveryState::pending, end + retry_pauses[failures].count());
+  log_(queue::LogLevel::info, "webhook_failed", fields);
 }
 
-Poster::Headers Webhooks::headers_of(const jobs::Delivery& delivery, std::int64_t now) const {
+WebhookSender::Headers Webhooks::headers_of(const queue::Delivery& delivery, std::int64_t now) const {
   const std::int64_t timestamp_s = now / 1000;
   return {{"Content-Type", "application/json"},
           {"User-Agent", "whittle"},

@@ -1,9 +1,9 @@
 #pragma once
 /// Tells whoever asked that a job has ended: signed, again and again until the receiver has it, over restarts.
 ///
-///   jobs::SqliteDeliveryStore deliveries(folder);   // server/storage/sqlite/sqlite_delivery_store.h
+///   queue::SqliteDeliveryStore deliveries(directory);   // server/storage/sqlite/sqlite_delivery_store.h
 ///   webhooks::Webhooks webhooks(deliveries, find, send, clock, ids, log, settings);
-///   queue.tell_ends(&webhooks);                     // before anything is submitted or run
+///   queue.set_completion_listener(&webhooks);                     // before anything is submitted or run
 ///
 /// A wish is stored before its job, and becomes a message in one commit when the job has ended; so a message that is
 /// owed survives kill -9. The receiver may get it twice, with the same webhook-id. A job that is removed before its end
@@ -22,12 +22,12 @@
 #include <thread>
 #include <vector>
 
-#include "server/jobs/clock.h"
-#include "server/jobs/delivery_store.h"
-#include "server/jobs/end_listener.h"
-#include "server/jobs/id.h"
-#include "server/jobs/job_service.h"
-#include "server/jobs/log.h"
+#include "server/queue/clock.h"
+#include "server/queue/completion_listener.h"
+#include "server/queue/delivery_store.h"
+#include "server/queue/event_log.h"
+#include "server/queue/job_id.h"
+#include "server/queue/job_service.h"
 #include "server/webhooks/poster.h"
 #include "server/webhooks/signature.h"
 
@@ -48,17 +48,17 @@ struct WebhookSettings {
   int senders = 16;
 };
 
-using FindJob = std::function<std::optional<jobs::JobView>(const std::string& id)>;
-using Send = std::function<Answer(const std::string& url, const Poster::Headers& headers, const std::string& body,
-                                  const std::atomic<bool>& stop)>;
+using FindJob = std::function<std::optional<queue::JobView>(const std::string& id)>;
+using Send = std::function<Answer(const std::string& url, const WebhookSender::Headers& headers,
+                                  const std::string& body, const std::atomic<bool>& stop)>;
 
 /// One thread looks at what has ended and hands out what is due; others send it. A receiver gets one message at a time,
 /// in the order in which they are due.
-class Webhooks final : public jobs::EndListener {
+class Webhooks final : public queue::CompletionListener {
  public:
   /// The store, and `ids`, must outlive it. Throws StoreFailure.
-  Webhooks(jobs::DeliveryStore& store, FindJob find, Send send, jobs::Clock clock, jobs::IdSource& ids, jobs::Log log,
-           WebhookSettings settings);
+  Webhooks(queue::DeliveryStore& store, FindJob find, Send send, queue::Clock clock, queue::IdSource& ids,
+           queue::Log log, WebhookSettings settings);
   ~Webhooks() override;  ///< cuts requests in progress short; they are attempts that are not counted
   Webhooks(const Webhooks&) = delete;
   Webhooks& operator=(const Webhooks&) = delete;
@@ -71,18 +71,18 @@ class Webhooks final : public jobs::EndListener {
 
   void run();
   Pause work();
-  void settle(const std::string& id);
-  Pause hand_out_what_is_due();
+  void update_variances(const std::string& id);
+  Pause dispatch_due();
   void run_sender();
-  void attempt(const jobs::Delivery& delivery);
-  [[nodiscard]] Poster::Headers headers_of(const jobs::Delivery& delivery, std::int64_t now) const;
+  void attempt(const queue::Delivery& delivery);
+  [[nodiscard]] WebhookSender::Headers headers_of(const queue::Delivery& delivery, std::int64_t now) const;
 
-  jobs::DeliveryStore& store_;
+  queue::DeliveryStore& store_;
   FindJob find_;
   Send send_;
-  jobs::Clock clock_;
-  jobs::IdSource& ids_;
-  jobs::Log log_;
+  queue::Clock clock_;
+  queue::IdSource& ids_;
+  queue::Log log_;
   WebhookSettings settings_;
 
   std::atomic<bool> stopping_ = false;
@@ -91,7 +91,7 @@ class Webhooks final : public jobs::EndListener {
   std::set<std::string> expected_;    ///< jobs somebody wants to hear of
   std::set<std::string> to_look_at_;  ///< those that may have ended
   std::condition_variable handed_out_;
-  std::deque<jobs::Delivery> to_send_;
+  std::deque<queue::Delivery> to_send_;
   std::set<std::string> busy_;  ///< receivers that something is handed out for or on its way to
   bool freed_ = false;          ///< one of them is not any more
   std::vector<std::thread> senders_;

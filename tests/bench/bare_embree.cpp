@@ -83,12 +83,12 @@ RTCRay16 gathered(RTCRayN* rays, unsigned count) {
 
 #define BARE_WIDE __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 
-BARE_WIDE void closest(const SphereGeometry& g, const RTCIntersectFunctionNArguments& args, const int* valid,
-                       RTCRayHit16& rayhit) {
+BARE_WIDE void intersect(const SphereGeometry& g, const RTCIntersectFunctionNArguments& args, const int* valid,
+                         RTCRayHit16& rayhit) {
   closest_lanes(g, args, valid, rayhit);
 }
-BARE_WIDE void closest(const QuadricGeometry& g, const RTCIntersectFunctionNArguments& args, const int* valid,
-                       RTCRayHit16& rayhit) {
+BARE_WIDE void intersect(const QuadricGeometry& g, const RTCIntersectFunctionNArguments& args, const int* valid,
+                         RTCRayHit16& rayhit) {
   closest_lanes(g, args, valid, rayhit);
 }
 BARE_WIDE void occluded(const SphereGeometry& g, unsigned primitive, const int* valid, RTCRay16& ray) {
@@ -102,7 +102,7 @@ template <class Geometry>
 void shape_intersect(const RTCIntersectFunctionNArguments* args) {
   const auto& g = *static_cast<const Geometry*>(args->geometryUserPtr);
   if (args->N == width) {
-    closest(g, *args, args->valid, *reinterpret_cast<RTCRayHit16*>(args->rayhit));
+    intersect(g, *args, args->valid, *reinterpret_cast<RTCRayHit16*>(args->rayhit));
     return;
   }
   RTCRayN* rays = RTCRayHitN_RayN(args->rayhit, args->N);
@@ -111,7 +111,7 @@ void shape_intersect(const RTCIntersectFunctionNArguments* args) {
   int valid[width] = {};
   for (unsigned i = 0; i < args->N; ++i) valid[i] = args->valid[i];
   for (unsigned& id : packet.hit.geomID) id = RTC_INVALID_GEOMETRY_ID;
-  closest(g, *args, valid, packet);
+  intersect(g, *args, valid, packet);
   for (unsigned i = 0; i < args->N; ++i) {
     if (packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
     RTCRayN_tfar(rays, args->N, i) = packet.ray.tfar[i];
@@ -134,9 +134,9 @@ void shape_occluded(const RTCOccludedFunctionNArguments* args) {
   for (unsigned i = 0; i < args->N; ++i) RTCRayN_tfar(args->ray, args->N, i) = packet.tfar[i];
 }
 
-unsigned mask_of(tracer::Among among) {
-  return (among != tracer::Among::transmissive ? mask_opaque : 0) |
-         (among != tracer::Among::opaque ? mask_transmissive : 0);
+unsigned mask_of(tracer::GeometryMask mask) {
+  return (mask != tracer::GeometryMask::transmissive ? mask_opaque : 0) |
+         (mask != tracer::GeometryMask::opaque ? mask_transmissive : 0);
 }
 
 /// Rays as Embree wants them; lanes beyond the last hold that one again.
@@ -197,8 +197,8 @@ BareEmbree::Timing trace_all(std::span<const Query> queries, Query::Kind kind, B
     const tracer::RaySpan rays = query.rays();
     for (std::size_t first = 0; first < rays.count; first += width) {
       Packet& filled = packets.emplace_back();
-      put(packet(rays, first, mask_of(query.among)), filled.rays);
-      filled.scene = query.among == tracer::Among::transmissive ? scenes.transmissive : scenes.all;
+      put(packet(rays, first, mask_of(query.mask)), filled.rays);
+      filled.scene = query.mask == tracer::GeometryMask::transmissive ? scenes.transmissive : scenes.all;
       for (std::size_t i = 0; i < width; ++i)
         filled.valid[i] = first + i < rays.count && Query::is_ray(rays, first + i) ? -1 : 0;
       filled.coherence = flags == BareEmbree::Flags::as_asked ? query.coherence : tracer::Coherence::coherent;
@@ -311,8 +311,8 @@ std::uint64_t BareEmbree::memory_bytes() const {
 }
 
 BareEmbree::Timing BareEmbree::trace(std::span<const Query> queries, Query::Kind kind, Flags flags) const {
-  return kind == Query::Kind::closest ? trace_all<RTCRayHit16>(queries, kind, flags, content_->scenes)
-                                      : trace_all<RTCRay16>(queries, kind, flags, content_->scenes);
+  return kind == Query::Kind::intersect ? trace_all<RTCRayHit16>(queries, kind, flags, content_->scenes)
+                                        : trace_all<RTCRay16>(queries, kind, flags, content_->scenes);
 }
 
 }  // namespace bench

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "tracer/src/accel/geometry.h"
-#include "tracer/src/scene/trace_frame.h"
+#include "tracer/src/scene/render_space.h"
 
 namespace bench {
 

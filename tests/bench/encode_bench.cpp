@@ -1,7 +1,7 @@
-/// How long a picture of 1920x1080 takes to become a file, and how large the file is.
+/// How long an image of 1920x1080 takes to become a file, and how large the file is.
 ///
 ///     encode_bench scenes/sphereflake.json
-/// The picture is traced once, with one sample a pixel: the hardest to pack, for no edge is smoothed.
+/// The image is traced once, with one sample a pixel: the hardest to pack, for no edge is smoothed.
 
 #include <benchmark/benchmark.h>
 

@@ -1,5 +1,5 @@
 /// Rays per second of a scene, one thread: the whole tracer (rays made, traced, shaded, summed), its accelerator alone,
-/// and bare Embree, all on exactly the same rays, which are recorded while the tracer traces the picture: camera's,
+/// and bare Embree, all on exactly the same rays, which are recorded while the tracer traces the image: camera's,
 /// reflected, refracted and shadow rays. Bare Embree has them once with the flags of coherence that the tracer gives
 /// and once all as coherent: what takes less counts. Seconds are the processor's, so that the machine may do other work
 /// beside; ratios are taken within one run, round by round.
@@ -23,7 +23,7 @@
 #include "api/load_assets.h"
 #include "tests/bench/bare_embree.h"
 #include "tracer/render.h"
-#include "tracer/src/compiled_scene.h"
+#include "tracer/src/compiled/compiled_scene.h"
 
 namespace {
 
@@ -63,8 +63,8 @@ class Answers {
       if (kind == Query::Kind::occluded) {
         accelerator.occluded(query.rays(), blocked_.data(), query.coherence);
       } else {
-        accelerator.closest(query.rays(), {primitive_.data(), t_.data(), u_.data(), v_.data()}, query.coherence,
-                            query.among);
+        accelerator.intersect(query.rays(), {primitive_.data(), t_.data(), u_.data(), v_.data()}, query.coherence,
+                              query.mask);
       }
     }
   }
@@ -145,7 +145,7 @@ int main(int argc, char** argv) {
   Answers answers(queries);
 
   // In each round one after the other, so that all suffer alike from what the machine does beside.
-  constexpr Query::Kind kinds[] = {Query::Kind::closest, Query::Kind::occluded};
+  constexpr Query::Kind kinds[] = {Query::Kind::intersect, Query::Kind::occluded};
   std::vector<double> whole, own[2], bare_alone[2], bare_both;
   for (int round = 0; round < rounds; ++round) {
     for (int kind = 0; kind < 2; ++kind) {

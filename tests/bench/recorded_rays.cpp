@@ -15,16 +15,16 @@ const Value* given(const std::vector<Value>& values) {
   return values.empty() ? nullptr : values.data();
 }
 
-void note(Query::Kind kind, const tracer::RaySpan& rays, tracer::Coherence coherence, tracer::Among among) {
-  if (recording != nullptr && rays.count != 0) recording->queries.emplace_back(kind, rays, coherence, among);
+void note(Query::Kind kind, const tracer::RaySpan& rays, tracer::Coherence coherence, tracer::GeometryMask mask) {
+  if (recording != nullptr && rays.count != 0) recording->queries.emplace_back(kind, rays, coherence, mask);
 }
 
 }  // namespace
 
-Query::Query(Kind asked, const tracer::RaySpan& rays, tracer::Coherence neighbours, tracer::Among seen)
+Query::Query(Kind asked, const tracer::RaySpan& rays, tracer::Coherence neighbours, tracer::GeometryMask seen)
     : kind(asked),
       coherence(neighbours),
-      among(seen),
+      mask(seen),
       component_{copied(rays.ox, rays.count), copied(rays.oy, rays.count), copied(rays.oz, rays.count),
                  copied(rays.dx, rays.count), copied(rays.dy, rays.count), copied(rays.dz, rays.count)},
       t_max_(copied(rays.t_max, rays.count)),
@@ -46,28 +46,24 @@ Recording::~Recording() { recording = nullptr; }
 
 using tracer::Accelerator;
 
-void closest_itself(
-    const Accelerator*, const tracer::RaySpan&, const tracer::HitSpan&, tracer::Coherence,
-    tracer::
-        Among) __asm__("__real__ZNK6tracer11Accelerator7closestERKNS_7RaySpanERKNS_7HitSpanENS_9CoherenceENS_5AmongE");
+void closest_itself(const Accelerator*, const tracer::RaySpan&, const tracer::HitSpan&, tracer::Coherence, tracer::GeometryMask) __asm__(
+    "__real__ZNK6tracer11Accelerator9intersectERKNS_7RaySpanERKNS_7HitSpanENS_9CoherenceENS_12GeometryMaskE");
 void occluded_itself(const Accelerator*, const tracer::RaySpan&, std::uint8_t*, tracer::Coherence) __asm__(
     "__real__ZNK6tracer11Accelerator8occludedERKNS_7RaySpanEPhNS_9CoherenceE");
 
-void closest_recorded(
-    const Accelerator*, const tracer::RaySpan&, const tracer::HitSpan&, tracer::Coherence,
-    tracer::
-        Among) __asm__("__wrap__ZNK6tracer11Accelerator7closestERKNS_7RaySpanERKNS_7HitSpanENS_9CoherenceENS_5AmongE");
+void closest_recorded(const Accelerator*, const tracer::RaySpan&, const tracer::HitSpan&, tracer::Coherence, tracer::GeometryMask) __asm__(
+    "__wrap__ZNK6tracer11Accelerator9intersectERKNS_7RaySpanERKNS_7HitSpanENS_9CoherenceENS_12GeometryMaskE");
 void occluded_recorded(const Accelerator*, const tracer::RaySpan&, std::uint8_t*, tracer::Coherence) __asm__(
     "__wrap__ZNK6tracer11Accelerator8occludedERKNS_7RaySpanEPhNS_9CoherenceE");
 
 void closest_recorded(const Accelerator* self, const tracer::RaySpan& rays, const tracer::HitSpan& hits,
-                      tracer::Coherence coherence, tracer::Among among) {
-  bench::note(bench::Query::Kind::closest, rays, coherence, among);
-  closest_itself(self, rays, hits, coherence, among);
+                      tracer::Coherence coherence, tracer::GeometryMask mask) {
+  bench::note(bench::Query::Kind::intersect, rays, coherence, mask);
+  closest_itself(self, rays, hits, coherence, mask);
 }
 
 void occluded_recorded(const Accelerator* self, const tracer::RaySpan& rays, std::uint8_t* blocked,
                        tracer::Coherence coherence) {
-  bench::note(bench::Query::Kind::occluded, rays, coherence, tracer::Among::opaque);
+  bench::note(bench::Query::Kind::occluded, rays, coherence, tracer::GeometryMask::opaque);
   occluded_itself(self, rays, blocked, coherence);
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// What the tracer asked its accelerator, ray by ray: the work of a picture, to be done again by others. Only in
+/// What the tracer asked its accelerator, ray by ray: the work of an image, to be done again by others. Only in
 /// programs that are linked with the wrapping of Accelerator's two queries (CMakeLists.txt).
 
 #include <cmath>
@@ -12,9 +12,9 @@ namespace bench {
 /// One call, with a copy of its rays.
 class Query {
  public:
-  enum class Kind { closest, occluded };
+  enum class Kind { intersect, occluded };
 
-  Query(Kind kind, const tracer::RaySpan& rays, tracer::Coherence coherence, tracer::Among among);
+  Query(Kind kind, const tracer::RaySpan& rays, tracer::Coherence coherence, tracer::GeometryMask mask);
   [[nodiscard]] tracer::RaySpan rays() const;
   /// Some are only in the span to keep their place: their end is not a number.
   [[nodiscard]] static bool is_ray(const tracer::RaySpan& rays, std::size_t ray) {
@@ -23,7 +23,7 @@ class Query {
 
   Kind kind;
   tracer::Coherence coherence;
-  tracer::Among among;  ///< of an occluded query: opaque
+  tracer::GeometryMask mask;  ///< of an occluded query: opaque
 
  private:
   std::vector<double> component_[6], t_max_;

@@ -11,8 +11,8 @@
 
 #include "api/document.h"
 #include "tracer/render.h"
-#include "tracer/src/compiled_scene.h"
-#include "tracer/src/integrator/model.h"
+#include "tracer/src/compiled/compiled_scene.h"
+#include "tracer/src/integrators/feature_set.h"
 
 namespace {
 
@@ -40,7 +40,7 @@ int main(int argc, char** argv) {
   const bool full = std::string_view(argv[1]) == "full";
   for (int i = 2; i < argc; ++i) {
     if (trace(argv[i], full)) continue;
-    std::fprintf(stderr, "%s: no picture of it\n", argv[i]);
+    std::fprintf(stderr, "%s: no image of it\n", argv[i]);
     return 1;
   }
   return 0;

@@ -14,14 +14,14 @@
 #include "server/storage/files/sha256.h"
 #include "server/storage/memory/memory_artifact_store.h"
 #include "tests/conformance/memory_file.h"
-#include "tests/conformance/temporary_folder.h"
+#include "tests/conformance/temporary_directory.h"
 
-using namespace jobs;
+using namespace queue;
 
 namespace {
 
 struct ArtifactsUnderTest {
-  std::unique_ptr<TemporaryFolder> folder;
+  std::unique_ptr<TemporaryDirectory> directory;
   std::unique_ptr<ArtifactStore> store;
 };
 
@@ -31,9 +31,9 @@ struct ArtifactStoreKind {
 };
 
 ArtifactsUnderTest make_files() {
-  auto folder = std::make_unique<TemporaryFolder>();
-  auto store = std::make_unique<FileArtifactStore>(folder->path() + "/artifacts");
-  return {std::move(folder), std::move(store)};
+  auto directory = std::make_unique<TemporaryDirectory>();
+  auto store = std::make_unique<FileArtifactStore>(directory->path() + "/artifacts");
+  return {std::move(directory), std::move(store)};
 }
 
 class ArtifactStoreConformance : public testing::TestWithParam<ArtifactStoreKind> {
@@ -54,7 +54,7 @@ class ArtifactStoreConformance : public testing::TestWithParam<ArtifactStoreKind
   ArtifactsUnderTest under_test_ = GetParam().make();
 };
 
-std::string large_picture() {
+std::string large_image() {
   std::string bytes;
   for (std::uint32_t i = 0; i < 1'500'000; ++i) bytes.push_back(static_cast<char>(i * 2654435761u >> 24));
   return bytes;
@@ -71,7 +71,7 @@ TEST_P(ArtifactStoreConformance, NamesBytesByTheirSha256) {
 }
 
 TEST_P(ArtifactStoreConformance, GivesBackWhatWasPut) {
-  for (const std::string& bytes : {std::string(), std::string("abc"), std::string(1 << 18, 'x'), large_picture()}) {
+  for (const std::string& bytes : {std::string(), std::string("abc"), std::string(1 << 18, 'x'), large_image()}) {
     const ArtifactStore::Stored stored = store().put(MemoryFile(bytes).fd());
     EXPECT_EQ(stored.bytes, bytes.size());
     EXPECT_EQ(get(stored.sha256), bytes) << bytes.size() << " bytes";
@@ -85,7 +85,7 @@ TEST_P(ArtifactStoreConformance, ReadsFromTheStartWhateverThePositionOfTheDescri
 }
 
 TEST_P(ArtifactStoreConformance, ReadsAnyRangeAndFewerBytesOnlyAtTheEnd) {
-  const std::string bytes = large_picture();
+  const std::string bytes = large_image();
   const std::unique_ptr<ArtifactReader> reader = store().open(put(bytes));
   for (const std::uint64_t offset : {0ul, 1ul, 262'143ul, 1'499'990ul, 1'500'000ul, 9'000'000'000ul}) {
     std::string part(500'000, '?');
@@ -166,8 +166,8 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& kind) { return kind.param.name; });
 
 TEST(FileArtifactStore, KeepsArtifactsOverARestartAndDeletesWhatWasHalfWritten) {
-  const TemporaryFolder folder;
-  const std::string artifacts = folder.path() + "/artifacts";
+  const TemporaryDirectory directory;
+  const std::string artifacts = directory.path() + "/artifacts";
   const std::string sha256 = FileArtifactStore(artifacts).put(MemoryFile("abc").fd()).sha256;
   std::ofstream(artifacts + "/tmp/17") << "half";
   FileArtifactStore store(artifacts);
@@ -176,18 +176,18 @@ TEST(FileArtifactStore, KeepsArtifactsOverARestartAndDeletesWhatWasHalfWritten) 
 }
 
 TEST(FileArtifactStore, LeavesNothingTemporaryBehindAPut) {
-  const TemporaryFolder folder;
-  FileArtifactStore store(folder.path());
+  const TemporaryDirectory directory;
+  FileArtifactStore store(directory.path());
   store.put(MemoryFile("abc").fd());
   store.put(MemoryFile("abc").fd());
   EXPECT_THROW(store.put(-1), StoreFailure);
-  EXPECT_TRUE(std::filesystem::is_empty(folder.path() + "/tmp"));
+  EXPECT_TRUE(std::filesystem::is_empty(directory.path() + "/tmp"));
 }
 
 TEST(FileArtifactStore, SaysWhereItCannotWrite) {
   try {
     const FileArtifactStore store("/proc/whittle");
-    FAIL() << "made a folder in /proc";
+    FAIL() << "made a directory in /proc";
   } catch (const StoreFailure& failure) {
     EXPECT_EQ(failure.kind, StoreFailure::Kind::unavailable);
     EXPECT_NE(std::string(failure.what()).find("/proc/whittle"), std::string::npos) << failure.what();

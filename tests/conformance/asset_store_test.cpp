@@ -12,21 +12,21 @@
 #include <thread>
 #include <vector>
 
-#include "server/jobs/asset_collector.h"
+#include "server/queue/asset_collector.h"
 #include "server/storage/files/file_asset_store.h"
 #include "server/storage/files/sha256.h"
 #include "server/storage/memory/memory_asset_store.h"
 #include "server/storage/memory/memory_job_store.h"
-#include "tests/conformance/temporary_folder.h"
+#include "tests/conformance/temporary_directory.h"
 
-using namespace jobs;
+using namespace queue;
 using Put = AssetStore::Put;
 
 namespace {
 
 struct AssetStoreKind {
   std::string name;
-  std::function<std::unique_ptr<AssetStore>(const std::string& folder, Clock clock)> make;
+  std::function<std::unique_ptr<AssetStore>(const std::string& directory, Clock clock)> make;
 };
 
 std::string hash_of(const std::string& bytes) {
@@ -64,13 +64,13 @@ class AssetStoreConformance : public testing::TestWithParam<AssetStoreKind> {
     std::sort(all.begin(), all.end());
     return all;
   }
-  [[nodiscard]] const std::string& folder() const { return folder_.path(); }
+  [[nodiscard]] const std::string& directory() const { return directory_.path(); }
 
   std::atomic<std::int64_t> now = 1'700'000'000'123;
 
  private:
-  TemporaryFolder folder_;
-  std::unique_ptr<AssetStore> store_ = GetParam().make(folder_.path() + "/uploads", [this] { return now.load(); });
+  TemporaryDirectory directory_;
+  std::unique_ptr<AssetStore> store_ = GetParam().make(directory_.path() + "/uploads", [this] { return now.load(); });
 };
 
 std::string large_file() {
@@ -246,15 +246,15 @@ INSTANTIATE_TEST_SUITE_P(Stores, AssetStoreConformance,
                                                           return std::make_unique<MemoryAssetStore>(std::move(clock));
                                                         }},
                                          AssetStoreKind{"Files",
-                                                        [](const std::string& folder, Clock clock) {
-                                                          return std::make_unique<FileAssetStore>(folder,
+                                                        [](const std::string& directory, Clock clock) {
+                                                          return std::make_unique<FileAssetStore>(directory,
                                                                                                   std::move(clock));
                                                         }}),
                          [](const auto& kind) { return kind.param.name; });
 
 TEST(FileAssetStore, KeepsAssetsAndTheirLastUseOverARestartAndDeletesWhatWasHalfWritten) {
-  const TemporaryFolder folder;
-  const std::string uploads = folder.path() + "/uploads", bytes = "abc", sha256 = hash_of(bytes);
+  const TemporaryDirectory directory;
+  const std::string uploads = directory.path() + "/uploads", bytes = "abc", sha256 = hash_of(bytes);
   ASSERT_EQ(FileAssetStore(uploads, [] { return 5'000; }).put(sha256, reading(bytes)), Put::stored);
   std::ofstream(uploads + "/tmp/17") << "half";
   FileAssetStore store(uploads, [] { return 9'000; });
@@ -266,19 +266,19 @@ TEST(FileAssetStore, KeepsAssetsAndTheirLastUseOverARestartAndDeletesWhatWasHalf
 }
 
 TEST(FileAssetStore, LeavesNothingTemporaryBehindARefusedOrBrokenUpload) {
-  const TemporaryFolder folder;
-  FileAssetStore store(folder.path(), [] { return 1; });
+  const TemporaryDirectory directory;
+  FileAssetStore store(directory.path(), [] { return 1; });
   const std::string bytes = "abc";
   store.put(hash_of("other"), reading(bytes));
   const auto fails = [](std::uint64_t, char*, std::size_t) -> std::size_t { throw std::runtime_error("gone"); };
   EXPECT_THROW(store.put(hash_of("other"), fails), std::runtime_error);
-  EXPECT_TRUE(std::filesystem::is_empty(folder.path() + "/tmp"));
+  EXPECT_TRUE(std::filesystem::is_empty(directory.path() + "/tmp"));
 }
 
 TEST(AssetStoreBound, NoPutTakesAllAssetsTogetherAboveItAndRemovalsMakeRoom) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory directory;
   FileAssetStore in_files(
-      folder.path(), [] { return 1; }, 10);
+      directory.path(), [] { return 1; }, 10);
   MemoryAssetStore in_memory([] { return 1; }, 10);
   for (AssetStore* store : std::vector<AssetStore*>{&in_files, &in_memory}) {
     const auto put = [&](const std::string& bytes) { return store->put(hash_of(bytes), reading(bytes)); };
@@ -293,18 +293,18 @@ TEST(AssetStoreBound, NoPutTakesAllAssetsTogetherAboveItAndRemovalsMakeRoom) {
     EXPECT_EQ(store->bytes(), 6u);
     EXPECT_EQ(put("x"), Put::stored);
   }
-  EXPECT_TRUE(std::filesystem::is_empty(folder.path() + "/tmp"));
+  EXPECT_TRUE(std::filesystem::is_empty(directory.path() + "/tmp"));
 }
 
 TEST(AssetStoreBound, HoldsOverARestartAndWhileManyPutAtOnce) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory directory;
   {
-    FileAssetStore store(folder.path(), [] { return 1; });
+    FileAssetStore store(directory.path(), [] { return 1; });
     const std::string bytes(100, 'a');
     store.put(hash_of(bytes), reading(bytes));
   }
   FileAssetStore store(
-      folder.path(), [] { return 1; }, 1000);
+      directory.path(), [] { return 1; }, 1000);
   EXPECT_EQ(store.bytes(), 100u);
   std::vector<std::thread> threads;
   std::atomic<int> stored = 0;
@@ -319,7 +319,7 @@ TEST(AssetStoreBound, HoldsOverARestartAndWhileManyPutAtOnce) {
   }
   for (std::thread& thread : threads) thread.join();
   std::uint64_t on_the_disk = 0;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder.path())) {
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(directory.path())) {
     if (entry.is_regular_file()) on_the_disk += entry.file_size();
   }
   EXPECT_EQ(store.bytes(), on_the_disk);

@@ -2,7 +2,7 @@
 
 #include "tests/conformance/job_store_conformance.h"
 
-using namespace jobs;
+using namespace queue;
 
 namespace {
 
@@ -10,8 +10,8 @@ std::string id_of(int number) { return "0190a5b0-0000-7000-8000-00000000010" + s
 const std::string batch_id = "0190a5b0-0000-7000-8000-0000000000b0";
 
 /// A batch of `count` queued jobs.
-Admission batch_of(int count, std::optional<int> max_failed = {}) {
-  Admission admission;
+InsertRequest batch_of(int count, std::optional<int> max_failed = {}) {
+  InsertRequest admission;
   admission.batch = Batch{batch_id, "ann", "orbit", 1000, max_failed, count};
   for (int i = 0; i < count; ++i) {
     Job job;
@@ -30,7 +30,7 @@ std::map<JobState, std::int64_t> counts(JobStore& store) { return store.find_bat
 
 TEST_P(JobStoreConformance, FindsABatchAndItsJobsInOrder) {
   submit();
-  store().admit(batch_of(3, 7), now);
+  store().insert_job(batch_of(3, 7), now);
   reopen();
   const BatchState state = store().find_batch(batch_id).value();
   EXPECT_EQ(state.batch.owner, "ann");
@@ -51,18 +51,18 @@ TEST_P(JobStoreConformance, FindsABatchAndItsJobsInOrder) {
 }
 
 TEST_P(JobStoreConformance, ABatchUnderAKeyThatIsTakenLeavesNothing) {
-  Admission admission = batch_of(2);
+  InsertRequest admission = batch_of(2);
   const KeptReply reply{{"ann", "POST /v1/batches", "k"}, "hash", {202, "", "{}"}, now + 10};
-  store().admit({{}, {}, reply}, now);
+  store().insert_job({{}, {}, reply}, now);
   admission.reply = reply;
-  EXPECT_TRUE(store().admit(admission, now));
+  EXPECT_TRUE(store().insert_job(admission, now));
   EXPECT_FALSE(store().find_batch(batch_id));
   EXPECT_FALSE(store().find(id_of(0)));
 }
 
 TEST_P(JobStoreConformance, CancellingABatchCancelsWhatHasNotEndedAndNothingElse) {
   const std::string other = submit([](Job& job) { job.priority = 0; });
-  store().admit(batch_of(3), now);
+  store().insert_job(batch_of(3), now);
   const Claim done = claim();
   store().succeed(done.job.id, done.fence, now, "{}", {});
   const Claim running = claim();
@@ -77,7 +77,7 @@ TEST_P(JobStoreConformance, CancellingABatchCancelsWhatHasNotEndedAndNothingElse
 }
 
 TEST_P(JobStoreConformance, RetryingABatchQueuesWhatFailedOrWasCancelled) {
-  store().admit(batch_of(3), now);
+  store().insert_job(batch_of(3), now);
   const Claim done = claim(), failed = claim();
   store().succeed(done.job.id, done.fence, now, "{}", {});
   store().fail(failed.job.id, failed.fence, now, {"internal", "x", {}});
@@ -96,7 +96,7 @@ TEST_P(JobStoreConformance, RetryingABatchQueuesWhatFailedOrWasCancelled) {
 }
 
 TEST_P(JobStoreConformance, TellsBatchesInWhichTooManyFailedWhileOthersWait) {
-  store().admit(batch_of(3, 1), now);
+  store().insert_job(batch_of(3, 1), now);
   EXPECT_TRUE(store().failing_batches().empty());
   for (int i = 0; i < 2; ++i) {
     EXPECT_TRUE(store().failing_batches().empty());
@@ -109,7 +109,7 @@ TEST_P(JobStoreConformance, TellsBatchesInWhichTooManyFailedWhileOthersWait) {
 }
 
 TEST_P(JobStoreConformance, ABatchGoesWithTheLastOfItsJobs) {
-  store().admit(batch_of(2), now);
+  store().insert_job(batch_of(2), now);
   store().remove(id_of(0));
   EXPECT_EQ(counts(store()), (std::map<JobState, std::int64_t>{{JobState::queued, 1}}));
   EXPECT_EQ(store().find_batch(batch_id)->batch.size, 2);

@@ -14,9 +14,9 @@
 #include "server/storage/sqlite/sqlite_job_store.h"
 #include "tests/conformance/file_size_limit.h"
 #include "tests/conformance/memory_file.h"
-#include "tests/conformance/temporary_folder.h"
+#include "tests/conformance/temporary_directory.h"
 
-using namespace jobs;
+using namespace queue;
 
 namespace {
 
@@ -39,8 +39,8 @@ std::optional<StoreFailure::Kind> failure_of(const std::function<void()>& call) 
 }  // namespace
 
 TEST(SqliteJobStore, OnAFullDiskSubmitsNothingAndIsWellAgainWithRoom) {
-  const TemporaryFolder folder;
-  SqliteJobStore store(folder.path());
+  const TemporaryDirectory directory;
+  SqliteJobStore store(directory.path());
   store.submit(job_named("before"), "before");
   {
     const FileSizeLimit full(1 << 20);
@@ -55,11 +55,11 @@ TEST(SqliteJobStore, OnAFullDiskSubmitsNothingAndIsWellAgainWithRoom) {
 }
 
 TEST(SqliteJobStore, EverythingAcknowledgedWhileTheDiskFillsIsThereAfterAReopen) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory directory;
   std::vector<std::string> acknowledged;
   int refused = 0;
   {
-    SqliteJobStore store(folder.path());
+    SqliteJobStore store(directory.path());
     const FileSizeLimit full(3 << 20);
     for (int i = 0; i < 100; ++i) {
       const std::string id = "job-" + std::to_string(i);
@@ -70,14 +70,14 @@ TEST(SqliteJobStore, EverythingAcknowledgedWhileTheDiskFillsIsThereAfterAReopen)
   }
   EXPECT_GT(acknowledged.size(), 0u);
   EXPECT_GT(refused, 0);
-  SqliteJobStore store(folder.path());
+  SqliteJobStore store(directory.path());
   for (const std::string& id : acknowledged) EXPECT_TRUE(store.find(id)) << id;
   EXPECT_EQ(store.count(JobState::queued), static_cast<std::int64_t>(acknowledged.size()));
 }
 
 TEST(SqliteJobStore, ASubmitThatDoesNotFitDoesNotTakeOthersOfItsGroupWithIt) {
-  const TemporaryFolder folder;
-  SqliteJobStore store(folder.path());
+  const TemporaryDirectory directory;
+  SqliteJobStore store(directory.path());
   for (int i = 0; i < 20; ++i) store.submit(job_named("warm-" + std::to_string(i)), "{}");
   const FileSizeLimit full(8 << 20);
   std::atomic<int> small_refused = 0, large_accepted = 0;
@@ -99,20 +99,20 @@ TEST(SqliteJobStore, ASubmitThatDoesNotFitDoesNotTakeOthersOfItsGroupWithIt) {
 }
 
 TEST(FileArtifactStore, OnAFullDiskStoresNothingAndIsWellAgainWithRoom) {
-  const TemporaryFolder folder;
-  FileArtifactStore store(folder.path());
-  const MemoryFile picture(std::string(1 << 20, 'x'));
+  const TemporaryDirectory directory;
+  FileArtifactStore store(directory.path());
+  const MemoryFile image(std::string(1 << 20, 'x'));
   {
     const FileSizeLimit full(1 << 19);
-    EXPECT_EQ(failure_of([&] { store.put(picture.fd()); }), StoreFailure::Kind::full);
+    EXPECT_EQ(failure_of([&] { store.put(image.fd()); }), StoreFailure::Kind::full);
   }
-  EXPECT_TRUE(std::filesystem::is_empty(folder.path() + "/tmp"));
-  EXPECT_NE(store.open(store.put(picture.fd()).sha256), nullptr);
+  EXPECT_TRUE(std::filesystem::is_empty(directory.path() + "/tmp"));
+  EXPECT_NE(store.open(store.put(image.fd()).sha256), nullptr);
 }
 
 TEST(FileAssetStore, OnAFullDiskStoresNothingAndIsWellAgainWithRoom) {
-  const TemporaryFolder folder;
-  FileAssetStore store(folder.path(), [] { return 1; });
+  const TemporaryDirectory directory;
+  FileAssetStore store(directory.path(), [] { return 1; });
   const std::string bytes(1 << 20, 'x');
   const auto read = [&](std::uint64_t offset, char* into, std::size_t size) {
     return offset < bytes.size() ? bytes.copy(into, size, offset) : 0;
@@ -124,39 +124,39 @@ TEST(FileAssetStore, OnAFullDiskStoresNothingAndIsWellAgainWithRoom) {
     const FileSizeLimit full(1 << 19);
     EXPECT_EQ(failure_of([&] { store.put(sha256, read); }), StoreFailure::Kind::full);
   }
-  EXPECT_TRUE(std::filesystem::is_empty(folder.path() + "/tmp"));
+  EXPECT_TRUE(std::filesystem::is_empty(directory.path() + "/tmp"));
   EXPECT_FALSE(store.use(sha256));
   EXPECT_EQ(store.put(sha256, read), AssetStore::Put::stored);
 }
 
-TEST(SqliteJobStore, RefusesAFolderThatIsInUse) {
-  const TemporaryFolder folder;
-  const SqliteJobStore first(folder.path());
+TEST(SqliteJobStore, RefusesADirectoryThatIsInUse) {
+  const TemporaryDirectory directory;
+  const SqliteJobStore first(directory.path());
   try {
-    SqliteJobStore second(folder.path());
-    FAIL() << "two stores share a folder";
+    SqliteJobStore second(directory.path());
+    FAIL() << "two stores share a directory";
   } catch (const StoreFailure& failure) {
     EXPECT_EQ(failure.kind, StoreFailure::Kind::unavailable);
     const std::string what = failure.what();
-    EXPECT_NE(what.find(folder.path()), std::string::npos) << what;
+    EXPECT_NE(what.find(directory.path()), std::string::npos) << what;
     EXPECT_NE(what.find("in use by process " + std::to_string(getpid())), std::string::npos) << what;
   }
 }
 
-TEST(SqliteJobStore, TakesAFolderThatIsLetGoOfWithinMoments) {
-  const TemporaryFolder folder;
-  auto first = std::make_unique<SqliteJobStore>(folder.path());
+TEST(SqliteJobStore, TakesADirectoryThatIsLetGoOfWithinMoments) {
+  const TemporaryDirectory directory;
+  auto first = std::make_unique<SqliteJobStore>(directory.path());
   std::jthread soon([&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
     first.reset();
   });
-  EXPECT_NO_THROW(SqliteJobStore(folder.path()));
+  EXPECT_NO_THROW(SqliteJobStore(directory.path()));
 }
 
 TEST(SqliteJobStore, RefusesAFileOfANewerProgramAndLeavesItAlone) {
-  const TemporaryFolder folder;
-  const std::string path = folder.path() + "/whittle.db";
-  { const SqliteJobStore store(folder.path()); }
+  const TemporaryDirectory directory;
+  const std::string path = directory.path() + "/whittle.db";
+  { const SqliteJobStore store(directory.path()); }
   {
     // Byte 60..63 of the header is user_version, big-endian (SQLite file format, section 1.3).
     std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
@@ -164,7 +164,7 @@ TEST(SqliteJobStore, RefusesAFileOfANewerProgramAndLeavesItAlone) {
     file.write("\0\0\0\x63", 4);
   }
   try {
-    SqliteJobStore store(folder.path());
+    SqliteJobStore store(directory.path());
     FAIL() << "opened a file of version 99";
   } catch (const StoreFailure& failure) {
     EXPECT_NE(std::string(failure.what()).find("newer program"), std::string::npos) << failure.what();
@@ -173,14 +173,14 @@ TEST(SqliteJobStore, RefusesAFileOfANewerProgramAndLeavesItAlone) {
 }
 
 TEST(SqliteJobStore, RefusesAFileThatIsNoDatabase) {
-  const TemporaryFolder folder;
-  std::ofstream(folder.path() + "/whittle.db") << std::string(8192, 'x');
-  EXPECT_EQ(failure_of([&] { SqliteJobStore store(folder.path()); }), StoreFailure::Kind::unavailable);
+  const TemporaryDirectory directory;
+  std::ofstream(directory.path() + "/whittle.db") << std::string(8192, 'x');
+  EXPECT_EQ(failure_of([&] { SqliteJobStore store(directory.path()); }), StoreFailure::Kind::unavailable);
 }
 
 TEST(SqliteJobStore, ItsLogStaysBoundedUnderSteadyReading) {
-  const TemporaryFolder folder;
-  SqliteJobStore store(folder.path());
+  const TemporaryDirectory directory;
+  SqliteJobStore store(directory.path());
   std::atomic<bool> stop = false;
   std::vector<std::thread> readers;
   for (int thread = 0; thread < 4; ++thread) {
@@ -191,7 +191,7 @@ TEST(SqliteJobStore, ItsLogStaysBoundedUnderSteadyReading) {
   std::uintmax_t largest = 0;
   for (int i = 0; i < 250; ++i) {
     store.submit(job_named("job-" + std::to_string(i)), std::string(500'000, 'x'));
-    largest = std::max(largest, std::filesystem::file_size(folder.path() + "/whittle.db-wal"));
+    largest = std::max(largest, std::filesystem::file_size(directory.path() + "/whittle.db-wal"));
   }
   stop = true;
   for (std::thread& reader : readers) reader.join();

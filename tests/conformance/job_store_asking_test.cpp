@@ -2,7 +2,7 @@
 
 #include "tests/conformance/job_store_conformance.h"
 
-using namespace jobs;
+using namespace queue;
 
 namespace {
 
@@ -55,7 +55,7 @@ TEST_P(JobStoreConformance, WhoRunsLaterWaitsSinceThen) {
   now += 30'000;
   const std::string later = submit();
   now += 40'000;
-  store().keep_house(now, kept_ms, 10);
+  store().run_maintenance(now, kept_ms, 10);
   EXPECT_EQ(claim().job.id, later) << "it has waited for 40 s, the other one for 10";
   EXPECT_EQ(claim().job.id, delayed);
 }
@@ -64,16 +64,16 @@ TEST_P(JobStoreConformance, ClaimsNoJobBeforeItsTime) {
   const std::string id = submit([&](Job& job) { job.run_after = job.not_before = now + 10; });
   now += 9;
   EXPECT_FALSE(store().claim("boot", now, lease_end, false));
-  EXPECT_FALSE(store().keep_house(now, kept_ms, 10).due);
+  EXPECT_FALSE(store().run_maintenance(now, kept_ms, 10).due);
   now += 1;
-  const Upkeep step = store().keep_house(now, kept_ms, 10);
+  const MaintenanceResult step = store().run_maintenance(now, kept_ms, 10);
   EXPECT_TRUE(step.due);
   EXPECT_FALSE(step.suspects_due);
   const Claim claimed = claim();
   EXPECT_EQ(claimed.job.id, id);
   EXPECT_EQ(claimed.job.not_before, std::nullopt);
   EXPECT_EQ(claimed.job.run_after, now) << "what was asked for stays";
-  EXPECT_FALSE(store().keep_house(now, kept_ms, 10).due);
+  EXPECT_FALSE(store().run_maintenance(now, kept_ms, 10).due);
 }
 
 TEST_P(JobStoreConformance, AJobReleasedWithAPauseIsClaimedAfterItAlsoByTheNextDaemon) {
@@ -81,10 +81,10 @@ TEST_P(JobStoreConformance, AJobReleasedWithAPauseIsClaimedAfterItAlsoByTheNextD
   store().release(job.id, job.fence, now, {.counts = true, .suspect = true, .not_before = now + 5});
   reopen();
   EXPECT_EQ(find(job.id).not_before, now + 5);
-  EXPECT_FALSE(store().keep_house(now + 4, kept_ms, 10).due);
+  EXPECT_FALSE(store().run_maintenance(now + 4, kept_ms, 10).due);
   EXPECT_FALSE(store().claim("boot", now + 4, lease_end, true));
   now += 5;
-  EXPECT_TRUE(store().keep_house(now, kept_ms, 10).suspects_due);
+  EXPECT_TRUE(store().run_maintenance(now, kept_ms, 10).suspects_due);
   EXPECT_EQ(claim(true).job.id, job.id);
 }
 
@@ -92,7 +92,7 @@ TEST_P(JobStoreConformance, ADelayedJobCanBeCancelled) {
   const std::string id = submit([&](Job& job) { job.not_before = now + 10; });
   EXPECT_EQ(store().cancel(id, now), CancelOutcome::cancelled);
   EXPECT_EQ(find(id).not_before, std::nullopt);
-  EXPECT_FALSE(store().keep_house(now + 10, kept_ms, 10).due);
+  EXPECT_FALSE(store().run_maintenance(now + 10, kept_ms, 10).due);
 }
 
 TEST_P(JobStoreConformance, AQueuedJobWhoseDeadlinePassesFails) {
@@ -102,16 +102,16 @@ TEST_P(JobStoreConformance, AQueuedJobWhoseDeadlinePassesFails) {
   EXPECT_EQ(claim().job.id, running);
   const std::string late = submit([&](Job& job) { job.deadline = now + 11, job.expires_in_s = 2; });
   const std::string overdue = submit(with_deadline);
-  EXPECT_TRUE(store().keep_house(now + 9, kept_ms, 10).overdue.empty());
+  EXPECT_TRUE(store().run_maintenance(now + 9, kept_ms, 10).overdue.empty());
   EXPECT_EQ(store().claim("boot", now + 10, lease_end, false)->job.id, late) << "an overdue one is not begun";
   store().release(late, 1, now, {});
-  EXPECT_EQ(store().keep_house(now + 10, kept_ms, 10).overdue, std::vector<std::string>{overdue});
+  EXPECT_EQ(store().run_maintenance(now + 10, kept_ms, 10).overdue, std::vector<std::string>{overdue});
   const Job failed = find(overdue);
   EXPECT_EQ(failed.state, JobState::failed);
   EXPECT_EQ(failed.problem->code, "deadline_exceeded");
   EXPECT_EQ(failed.ended_at, now + 10);
   EXPECT_EQ(find(running).state, JobState::running) << "whoever runs it stops it";
-  EXPECT_EQ(store().keep_house(now + 11, kept_ms, 10).overdue, std::vector<std::string>{late});
+  EXPECT_EQ(store().run_maintenance(now + 11, kept_ms, 10).overdue, std::vector<std::string>{late});
   EXPECT_EQ(find(late).expires_at, now + 11 + 2000);
   EXPECT_EQ(store().count(JobState::queued), 0);
 }
@@ -120,20 +120,20 @@ TEST_P(JobStoreConformance, OfManyThatAreDueTheEarliestMayRunFirst) {
   const std::string later = submit([&](Job& job) { job.not_before = now + 2; });
   const std::string earlier = submit([&](Job& job) { job.not_before = now + 1; });
   now += 3;
-  EXPECT_TRUE(store().keep_house(now, kept_ms, 1).more);
+  EXPECT_TRUE(store().run_maintenance(now, kept_ms, 1).more);
   EXPECT_EQ(claim().job.id, earlier);
   EXPECT_FALSE(store().claim("boot", now, lease_end, false));
-  store().keep_house(now, kept_ms, 1);
+  store().run_maintenance(now, kept_ms, 1);
   EXPECT_EQ(claim().job.id, later);
 }
 
 TEST_P(JobStoreConformance, HouseIsKeptInStepsAndSaysWhenThereIsMore) {
   for (int i = 0; i < 5; ++i) submit([&](Job& job) { job.deadline = now; });
-  const Upkeep first = store().keep_house(now, kept_ms, 3);
+  const MaintenanceResult first = store().run_maintenance(now, kept_ms, 3);
   EXPECT_EQ(first.overdue.size(), 3u);
   EXPECT_TRUE(first.more);
-  EXPECT_EQ(store().keep_house(now, kept_ms, 3).overdue.size(), 2u);
-  const Upkeep last = store().keep_house(now, kept_ms, 3);
+  EXPECT_EQ(store().run_maintenance(now, kept_ms, 3).overdue.size(), 2u);
+  const MaintenanceResult last = store().run_maintenance(now, kept_ms, 3);
   EXPECT_TRUE(last.overdue.empty());
   EXPECT_FALSE(last.more);
 }
@@ -168,12 +168,12 @@ TEST_P(JobStoreConformance, ExpiryIsReckonedFromEveryEnd) {
   }
 }
 
-TEST_P(JobStoreConformance, AnExpiredJobLosesItsDocumentAndPicturesAndIsForgottenLater) {
+TEST_P(JobStoreConformance, AnExpiredJobLosesItsDocumentAndImagesAndIsForgottenLater) {
   const std::string sha256(64, 'a');
   const std::string id = submit([](Job& job) { job.expires_in_s = 1; });
   store().succeed(id, claim().fence, now, "{}", {{"image.png", "image/png", sha256, 5}});
-  EXPECT_EQ(store().keep_house(now + 999, kept_ms, 10).expired, 0);
-  const Upkeep step = store().keep_house(now + 1000, kept_ms, 10);
+  EXPECT_EQ(store().run_maintenance(now + 999, kept_ms, 10).expired, 0);
+  const MaintenanceResult step = store().run_maintenance(now + 1000, kept_ms, 10);
   EXPECT_EQ(step.expired, 1);
   ASSERT_EQ(step.artifacts.size(), 1u);
   EXPECT_EQ(step.artifacts[0].sha256, sha256);
@@ -184,9 +184,9 @@ TEST_P(JobStoreConformance, AnExpiredJobLosesItsDocumentAndPicturesAndIsForgotte
   EXPECT_TRUE(find(id).artifacts.empty());
   EXPECT_FALSE(store().document(id));
   EXPECT_FALSE(store().references(sha256));
-  EXPECT_EQ(store().use_of("").artifact_bytes, 0);
-  EXPECT_EQ(store().keep_house(now + 1999, kept_ms, 10).forgotten, 0);
-  EXPECT_EQ(store().keep_house(now + 2000, kept_ms, 10).forgotten, 1);
+  EXPECT_EQ(store().owner_usage("").artifact_bytes, 0);
+  EXPECT_EQ(store().run_maintenance(now + 1999, kept_ms, 10).forgotten, 0);
+  EXPECT_EQ(store().run_maintenance(now + 2000, kept_ms, 10).forgotten, 1);
   EXPECT_FALSE(store().find(id));
   EXPECT_EQ(store().count(JobState::succeeded), 0);
 }
@@ -195,7 +195,7 @@ TEST_P(JobStoreConformance, NothingThatHasNotEndedExpires) {
   const std::string waiting = submit([&](Job& job) { job.expires_at = now; });
   const std::string running = submit([&](Job& job) { job.expires_at = now, job.priority = 60; });
   EXPECT_EQ(claim().job.id, running);
-  EXPECT_EQ(store().keep_house(now + 1, kept_ms, 10).expired, 0);
+  EXPECT_EQ(store().run_maintenance(now + 1, kept_ms, 10).expired, 0);
   EXPECT_TRUE(store().document(waiting));
   EXPECT_TRUE(store().document(running));
 }

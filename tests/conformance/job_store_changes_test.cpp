@@ -5,7 +5,7 @@
 
 #include "tests/conformance/job_store_conformance.h"
 
-using namespace jobs;
+using namespace queue;
 
 namespace {
 
@@ -71,7 +71,7 @@ TEST_P(JobStoreConformance, AJobThatKilledTheWorkerRunsAloneAlsoWhenItIsTriedAga
 TEST_P(JobStoreConformance, AnExpiredJobIsNotTriedAgain) {
   const std::string id = submit([](Job& job) { job.expires_in_s = 1; });
   store().cancel(id, now);
-  store().keep_house(now + 1000, 1000, 10);
+  store().run_maintenance(now + 1000, 1000, 10);
   EXPECT_EQ(store().retry(id, now + 1000), RetryOutcome::expired);
 }
 
@@ -153,14 +153,14 @@ TEST_P(JobStoreConformance, SaysHowManyRunBeforeAJob) {
   EXPECT_EQ(suspect.id, normal);
   store().release(normal, 1, now, {.counts = true, .suspect = true});
   const std::string high = submit([](Job& job) { job.priority = 90; });
-  EXPECT_EQ(store().waiting_before(normal, 100), 0) << "suspects run first";
-  EXPECT_EQ(store().waiting_before(high, 100), 1);
-  EXPECT_EQ(store().waiting_before(low, 100), 2);
-  EXPECT_EQ(store().waiting_before(low, 1), 1) << "counted no further";
-  EXPECT_EQ(store().waiting_before(delayed, 100), std::nullopt);
-  EXPECT_EQ(store().waiting_before("nobody", 100), std::nullopt);
+  EXPECT_EQ(store().queue_position(normal, 100), 0) << "suspects run first";
+  EXPECT_EQ(store().queue_position(high, 100), 1);
+  EXPECT_EQ(store().queue_position(low, 100), 2);
+  EXPECT_EQ(store().queue_position(low, 1), 1) << "counted no further";
+  EXPECT_EQ(store().queue_position(delayed, 100), std::nullopt);
+  EXPECT_EQ(store().queue_position("nobody", 100), std::nullopt);
   EXPECT_EQ(claim().job.id, high);
-  EXPECT_EQ(store().waiting_before(high, 100), std::nullopt);
+  EXPECT_EQ(store().queue_position(high, 100), std::nullopt);
 }
 
 TEST_P(JobStoreConformance, SaysHowDeepTheQueueIsAndSinceWhenTheOldestWaits) {
@@ -179,7 +179,7 @@ TEST_P(JobStoreConformance, SaysHowDeepTheQueueIsAndSinceWhenTheOldestWaits) {
   store().remove(oldest);
   claim();
   now += 20;
-  store().keep_house(now, 1000, 10);
+  store().run_maintenance(now, 1000, 10);
   depth = store().depth();
   EXPECT_EQ(depth.queued_by_priority, (std::map<int, std::int64_t>{{50, 1}}));
   EXPECT_EQ(depth.delayed, 0);
@@ -191,24 +191,24 @@ TEST_P(JobStoreConformance, CountsWhatEachOwnerUses) {
   const std::string first = submit(of("ann"));
   submit(of("ann"));
   submit(of("bob"));
-  EXPECT_EQ(store().use_of("ann").queued_jobs, 2);
-  EXPECT_EQ(store().use_of("bob").queued_jobs, 1);
-  EXPECT_EQ(store().use_of("nobody").queued_jobs, 0);
-  const std::vector<Artifact> pictures = {{"image.png", "image/png", "a", 70}, {"image.exr", "image/x-exr", "b", 7}};
-  store().succeed(first, claim().fence, now, "{}", pictures);
+  EXPECT_EQ(store().owner_usage("ann").queued_jobs, 2);
+  EXPECT_EQ(store().owner_usage("bob").queued_jobs, 1);
+  EXPECT_EQ(store().owner_usage("nobody").queued_jobs, 0);
+  const std::vector<Artifact> images = {{"image.png", "image/png", "a", 70}, {"image.exr", "image/x-exr", "b", 7}};
+  store().succeed(first, claim().fence, now, "{}", images);
   reopen();
-  EXPECT_EQ(store().use_of("ann").queued_jobs, 1);
-  EXPECT_EQ(store().use_of("ann").artifact_bytes, 77);
-  EXPECT_EQ(store().use_of("bob").artifact_bytes, 0);
+  EXPECT_EQ(store().owner_usage("ann").queued_jobs, 1);
+  EXPECT_EQ(store().owner_usage("ann").artifact_bytes, 77);
+  EXPECT_EQ(store().owner_usage("bob").artifact_bytes, 0);
   store().remove(first);
-  EXPECT_EQ(store().use_of("ann").artifact_bytes, 0);
+  EXPECT_EQ(store().owner_usage("ann").artifact_bytes, 0);
 }
 
 TEST_P(JobStoreConformance, KeepsAReplyWithItsJobUntilItExpires) {
   Job job;
   job.id = "0190a5b0-0000-7000-8000-0000000000aa";
   const KeptReply reply = reply_of("ann", "k", now + 10);
-  EXPECT_FALSE(store().admit({{{job, "{}"}}, {}, reply}, now));
+  EXPECT_FALSE(store().insert_job({{{job, "{}"}}, {}, reply}, now));
   reopen();
   const auto kept = store().reply(reply.key, now + 9);
   ASSERT_TRUE(kept);
@@ -219,7 +219,7 @@ TEST_P(JobStoreConformance, KeepsAReplyWithItsJobUntilItExpires) {
   store().remove(job.id);
   EXPECT_TRUE(store().reply(reply.key, now)) << "the same answer, also when the job is gone";
   EXPECT_FALSE(store().reply(reply.key, now + 10));
-  EXPECT_EQ(store().keep_house(now + 10, 1000, 10).forgotten, 1);
+  EXPECT_EQ(store().run_maintenance(now + 10, 1000, 10).forgotten, 1);
 }
 
 TEST_P(JobStoreConformance, StoresNothingUnderAKeyThatIsTakenUntilItHasExpired) {
@@ -228,13 +228,13 @@ TEST_P(JobStoreConformance, StoresNothingUnderAKeyThatIsTakenUntilItHasExpired) 
   second.id = "0190a5b0-0000-7000-8000-0000000000a2";
   third.id = "0190a5b0-0000-7000-8000-0000000000a3";
   KeptReply reply = reply_of("ann", "k", now + 10);
-  store().admit({{{first, "{}"}}, {}, reply}, now);
+  store().insert_job({{{first, "{}"}}, {}, reply}, now);
   reply.reply.body = "another";
-  const auto earlier = store().admit({{{second, "{}"}}, {}, reply}, now + 9);
+  const auto earlier = store().insert_job({{{second, "{}"}}, {}, reply}, now + 9);
   ASSERT_TRUE(earlier);
   EXPECT_NE(earlier->reply.body, "another");
   EXPECT_FALSE(store().find(second.id));
-  EXPECT_FALSE(store().admit({{{third, "{}"}}, {}, reply}, now + 10));
+  EXPECT_FALSE(store().insert_job({{{third, "{}"}}, {}, reply}, now + 10));
   EXPECT_TRUE(store().find(third.id));
 }
 
@@ -245,7 +245,7 @@ TEST_P(JobStoreConformance, OfManyAtOnceUnderOneKeyOneIsStored) {
     threads.emplace_back([&, i] {
       Job job;
       job.id = "0190a5b0-0000-7000-8000-00000000000" + std::to_string(i);
-      stored += store().admit({{{job, "{}"}}, {}, reply_of("ann", "k", now + 10)}, now) ? 0 : 1;
+      stored += store().insert_job({{{job, "{}"}}, {}, reply_of("ann", "k", now + 10)}, now) ? 0 : 1;
     });
   }
   for (std::thread& thread : threads) thread.join();
@@ -256,16 +256,16 @@ TEST_P(JobStoreConformance, OfManyAtOnceUnderOneKeyOneIsStored) {
 TEST_P(JobStoreConformance, FindsTheNewestResultOfAContent) {
   const auto with_key = [](Job& job) { job.content_key = "key"; };
   const std::string older = submit(with_key), newer = submit(with_key);
-  EXPECT_FALSE(store().finished_as("key", now));
+  EXPECT_FALSE(store().find_by_content_key("key", now));
   store().succeed(older, claim().fence, now, "first", {{"image.png", "image/png", "a", 1}});
-  EXPECT_EQ(store().finished_as("key", now)->id, older) << "the newer one has not finished";
+  EXPECT_EQ(store().find_by_content_key("key", now)->id, older) << "the newer one has not finished";
   store().succeed(newer, claim().fence, now, "second", {{"image.png", "image/png", "a", 1}});
   reopen();
-  EXPECT_EQ(store().finished_as("key", now)->report, "second");
-  EXPECT_FALSE(store().finished_as("other", now));
+  EXPECT_EQ(store().find_by_content_key("key", now)->report, "second");
+  EXPECT_FALSE(store().find_by_content_key("other", now));
   store().change(newer, {{}, {}, {}, {{now + 10}}}, std::nullopt);
-  EXPECT_EQ(store().finished_as("key", now + 9)->id, newer);
-  EXPECT_EQ(store().finished_as("key", now + 10)->id, older);
+  EXPECT_EQ(store().find_by_content_key("key", now + 9)->id, newer);
+  EXPECT_EQ(store().find_by_content_key("key", now + 10)->id, older);
 }
 
 TEST_P(JobStoreConformance, TakesAJobThatHasSucceededAlready) {
@@ -275,13 +275,13 @@ TEST_P(JobStoreConformance, TakesAJobThatHasSucceededAlready) {
   job.started_at = job.ended_at = now;
   job.report = "{}";
   job.artifacts = {{"image.png", "image/png", std::string(64, 'a'), 5}};
-  store().admit({{{job, "{}"}}, {}, {}}, now);
+  store().insert_job({{{job, "{}"}}, {}, {}}, now);
   const Job kept = find(job.id);
   EXPECT_EQ(kept.state, JobState::succeeded);
   EXPECT_EQ(kept.report, "{}");
   EXPECT_EQ(kept.ended_at, now);
   ASSERT_EQ(kept.artifacts.size(), 1u);
   EXPECT_TRUE(store().references(std::string(64, 'a')));
-  EXPECT_EQ(store().use_of("").artifact_bytes, 5);
+  EXPECT_EQ(store().owner_usage("").artifact_bytes, 5);
   EXPECT_FALSE(store().claim("boot", now, lease_end, false));
 }

@@ -9,24 +9,24 @@ namespace {
 
 class Memory final : public StoreUnderTest {
  public:
-  jobs::JobStore& store() override { return store_; }
+  queue::JobStore& store() override { return store_; }
   void reopen() override {}
 
  private:
-  jobs::MemoryJobStore store_;
+  queue::MemoryJobStore store_;
 };
 
 class Sqlite final : public StoreUnderTest {
  public:
-  jobs::JobStore& store() override { return *store_; }
+  queue::JobStore& store() override { return *store_; }
   void reopen() override {
     store_.reset();
-    store_ = std::make_unique<jobs::SqliteJobStore>(folder_.path());
+    store_ = std::make_unique<queue::SqliteJobStore>(directory_.path());
   }
 
  private:
-  TemporaryFolder folder_;
-  std::unique_ptr<jobs::JobStore> store_ = std::make_unique<jobs::SqliteJobStore>(folder_.path());
+  TemporaryDirectory directory_;
+  std::unique_ptr<queue::JobStore> store_ = std::make_unique<queue::SqliteJobStore>(directory_.path());
 };
 
 }  // namespace
@@ -35,8 +35,8 @@ std::vector<StoreKind> store_kinds() {
   return {{"Memory", [] { return std::make_unique<Memory>(); }}, {"Sqlite", [] { return std::make_unique<Sqlite>(); }}};
 }
 
-std::string JobStoreConformance::submit(const std::function<void(jobs::Job&)>& change, const std::string& document) {
-  jobs::Job job;
+std::string JobStoreConformance::submit(const std::function<void(queue::Job&)>& change, const std::string& document) {
+  queue::Job job;
   std::array<char, 40> id{};
   std::snprintf(id.data(), id.size(), "0190a5b0-0000-7000-8000-%012d", ++submitted_);
   job.id = id.data();
@@ -46,39 +46,39 @@ std::string JobStoreConformance::submit(const std::function<void(jobs::Job&)>& c
   return job.id;
 }
 
-jobs::Claim JobStoreConformance::claim(bool alone) {
-  std::optional<jobs::Claim> claim = store().claim("boot", now, lease_end, alone);
+queue::Claim JobStoreConformance::claim(bool alone) {
+  std::optional<queue::Claim> claim = store().claim("boot", now, lease_end, alone);
   if (!claim) throw std::runtime_error("nothing to claim");
   return *std::move(claim);
 }
 
-jobs::Job JobStoreConformance::find(const std::string& id) {
-  std::optional<jobs::Job> job = store().find(id);
+queue::Job JobStoreConformance::find(const std::string& id) {
+  std::optional<queue::Job> job = store().find(id);
   if (!job) throw std::runtime_error("no job " + id);
   return *std::move(job);
 }
 
-std::vector<std::string> JobStoreConformance::list(const jobs::JobFilter& filter, int limit) {
+std::vector<std::string> JobStoreConformance::list(const queue::JobFilter& filter, int limit) {
   std::vector<std::string> ids;
   std::string cursor;
   do {
-    const jobs::JobPage page = store().list(filter, cursor, limit);
+    const queue::JobPage page = store().list(filter, cursor, limit);
     EXPECT_LE(page.items.size(), static_cast<std::size_t>(limit));
-    for (const jobs::Job& job : page.items) ids.push_back(job.id);
+    for (const queue::Job& job : page.items) ids.push_back(job.id);
     cursor = page.next_cursor;
   } while (!cursor.empty());
   return ids;
 }
 
-JobStoreConformance::Placed JobStoreConformance::place(jobs::JobState state) {
-  using enum jobs::JobState;
+JobStoreConformance::Placed JobStoreConformance::place(queue::JobState state) {
+  using enum queue::JobState;
   Placed placed{submit(), 0};
   if (state == queued) return placed;
   if (state == cancelled) {
     store().cancel(placed.id, now);
     return placed;
   }
-  const jobs::Claim claimed = claim();
+  const queue::Claim claimed = claim();
   EXPECT_EQ(claimed.job.id, placed.id) << "place() needs an otherwise empty queue";
   placed.fence = claimed.fence;
   if (state == succeeded) store().succeed(placed.id, placed.fence, now, "{}", {});

@@ -8,14 +8,14 @@
 #include <string>
 #include <vector>
 
-#include "server/jobs/job_store.h"
-#include "tests/conformance/temporary_folder.h"
+#include "server/queue/job_store.h"
+#include "tests/conformance/temporary_directory.h"
 
 /// One kind of store with a place for its data.
 class StoreUnderTest {
  public:
   virtual ~StoreUnderTest() = default;
-  virtual jobs::JobStore& store() = 0;
+  virtual queue::JobStore& store() = 0;
   /// As a daemon that ends and starts again. The store in memory stays as it is: it keeps nothing.
   virtual void reopen() = 0;
 };
@@ -28,21 +28,21 @@ std::vector<StoreKind> store_kinds();
 
 class JobStoreConformance : public testing::TestWithParam<StoreKind> {
  protected:
-  jobs::JobStore& store() { return under_test_->store(); }
+  queue::JobStore& store() { return under_test_->store(); }
   void reopen() { under_test_->reopen(); }
 
   /// Submits a job that shows only what matters here; returns its id. Ids grow with every call.
-  std::string submit(const std::function<void(jobs::Job&)>& change = {}, const std::string& document = "{}");
-  jobs::Claim claim(bool alone = false);  ///< under boot id "boot" at time `now`
-  jobs::Job find(const std::string& id);
-  std::vector<std::string> list(const jobs::JobFilter& filter = {}, int limit = 100);
+  std::string submit(const std::function<void(queue::Job&)>& change = {}, const std::string& document = "{}");
+  queue::Claim claim(bool alone = false);  ///< under boot id "boot" at time `now`
+  queue::Job find(const std::string& id);
+  std::vector<std::string> list(const queue::JobFilter& filter = {}, int limit = 100);
 
   /// A job brought to a state: running ones with the claim that runs them.
   struct Placed {
     std::string id;
     std::int64_t fence = 0;
   };
-  Placed place(jobs::JobState state);
+  Placed place(queue::JobState state);
 
   std::int64_t now = 1'000'000;
   const std::int64_t lease_end = 5'000'000;  ///< of every claim

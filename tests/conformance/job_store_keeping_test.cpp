@@ -2,7 +2,7 @@
 
 #include "tests/conformance/job_store_conformance.h"
 
-using namespace jobs;
+using namespace queue;
 
 TEST_P(JobStoreConformance, FindsASubmittedJobWithAllItsFields) {
   const std::string id = submit([](Job& job) {
@@ -40,14 +40,14 @@ TEST_P(JobStoreConformance, NamesTheUploadsOfAJobUntilItIsRemoved) {
   const std::string second = submit([&](Job& job) { job.assets = {tile}; });
   EXPECT_EQ(find(first).assets, (std::vector<std::string>{vase, tile}));
   reopen();
-  EXPECT_TRUE(store().names_asset(tile));
-  EXPECT_TRUE(store().names_asset(vase));
-  EXPECT_FALSE(store().names_asset(std::string(64, 'c')));
+  EXPECT_TRUE(store().is_asset_referenced(tile));
+  EXPECT_TRUE(store().is_asset_referenced(vase));
+  EXPECT_FALSE(store().is_asset_referenced(std::string(64, 'c')));
   store().remove(first);
-  EXPECT_TRUE(store().names_asset(tile)) << "by the other";
-  EXPECT_FALSE(store().names_asset(vase));
+  EXPECT_TRUE(store().is_asset_referenced(tile)) << "by the other";
+  EXPECT_FALSE(store().is_asset_referenced(vase));
   store().remove(second);
-  EXPECT_FALSE(store().names_asset(tile));
+  EXPECT_FALSE(store().is_asset_referenced(tile));
 }
 
 TEST_P(JobStoreConformance, KeepsTheDocumentVerbatimWhateverItsBytes) {
@@ -100,7 +100,7 @@ TEST_P(JobStoreConformance, KeepsTheProblemWithAllItsErrorsInOrder) {
   const Problem problem{"bad_scene",
                         "2 things are wrong.",
                         {{"/objects/1/radius", "out_of_range", "must be > 0, got -1"},
-                         {"/camera", "degenerate", "position and look_at are the same point"}}};
+                         {"/camera", "degenerate", "position and forward_preview_request are the same point"}}};
   EXPECT_TRUE(store().fail(job.id, job.fence, now, problem));
   reopen();
   const Job found = find(job.id);

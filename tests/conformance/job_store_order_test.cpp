@@ -8,7 +8,7 @@
 
 #include "tests/conformance/job_store_conformance.h"
 
-using namespace jobs;
+using namespace queue;
 
 namespace {
 

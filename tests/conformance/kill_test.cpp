@@ -12,22 +12,22 @@
 #include "server/storage/files/file_artifact_store.h"
 #include "server/storage/files/sha256.h"
 #include "server/storage/sqlite/sqlite_job_store.h"
-#include "tests/conformance/temporary_folder.h"
+#include "tests/conformance/temporary_directory.h"
 
-using namespace jobs;
+using namespace queue;
 
 namespace {
 
 /// Runs the program until it has acknowledged `lines` jobs, kills it, and returns all it acknowledged.
-std::string acknowledged_before_kill(const std::string& folder, int round, int lines) {
+std::string acknowledged_before_kill(const std::string& directory, int round, int lines) {
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error("pipe2");
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
   std::string program = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "submit_until_killed";
-  std::string folder_argument = folder, round_argument = std::to_string(round);
-  char* arguments[] = {program.data(), folder_argument.data(), round_argument.data(), nullptr};
+  std::string directory_argument = directory, round_argument = std::to_string(round);
+  char* arguments[] = {program.data(), directory_argument.data(), round_argument.data(), nullptr};
   pid_t child = -1;
   const int error = posix_spawn(&child, program.c_str(), &actions, nullptr, arguments, environ);
   posix_spawn_file_actions_destroy(&actions);
@@ -53,9 +53,9 @@ std::string acknowledged_before_kill(const std::string& folder, int round, int l
   return text;
 }
 
-/// Of a picture, wherever it is; empty where it is not.
+/// Of an image, wherever it is; empty where it is not.
 std::string bytes_of(const std::string& sha256, JobStore& store, ArtifactStore& artifacts) {
-  if (auto small = store.small_picture(sha256)) return *small;
+  if (auto small = store.small_image(sha256)) return *small;
   const auto reader = artifacts.open(sha256);
   if (!reader) return {};
   std::string bytes(reader->size_bytes(), '\0');
@@ -66,17 +66,17 @@ std::string bytes_of(const std::string& sha256, JobStore& store, ArtifactStore& 
 }  // namespace
 
 TEST(KillNine, LosesNoAcknowledgedJobAndNoArtifactInFortyRounds) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory directory;
   int checked = 0, small = 0;
   for (int round = 0; round < 40; ++round) {
-    std::istringstream acknowledged(acknowledged_before_kill(folder.path(), round, 1 + round * 37 % 60));
-    SqliteJobStore store(folder.path());
-    FileArtifactStore artifacts(folder.path() + "/artifacts");
+    std::istringstream acknowledged(acknowledged_before_kill(directory.path(), round, 1 + round * 37 % 60));
+    SqliteJobStore store(directory.path());
+    FileArtifactStore artifacts(directory.path() + "/artifacts");
     for (std::string id, sha256; acknowledged >> id >> sha256; ++checked) {
       ASSERT_EQ(store.document(id), "document of " + id) << "round " << round;
       ASSERT_EQ(store.find(id)->artifacts.at(0).sha256, sha256) << id << " in round " << round;
       ASSERT_EQ(sha256_of(bytes_of(sha256, store, artifacts)), sha256) << id << " in round " << round;
-      small += store.small_picture(sha256) ? 1 : 0;
+      small += store.small_image(sha256) ? 1 : 0;
     }
     const JobFilter of_round{.state = {}, .labels = {{"round", std::to_string(round)}}, .batch = {}, .text = {}};
     const JobPage page = store.list(of_round, "", 100'000);

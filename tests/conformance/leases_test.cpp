@@ -2,7 +2,7 @@
 
 #include "tests/conformance/job_store_conformance.h"
 
-using namespace jobs;
+using namespace queue;
 
 namespace {
 
@@ -13,14 +13,14 @@ constexpr std::int64_t kept = 1'000'000'000;  // how long expired jobs are kept:
 TEST_P(JobStoreConformance, AJobStaysWhoseClaimedItUntilItsLeaseEnds) {
   const std::string id = submit();
   claim();
-  EXPECT_TRUE(store().keep_house(lease_end - 1, kept, 10).abandoned.empty());
+  EXPECT_TRUE(store().run_maintenance(lease_end - 1, kept, 10).abandoned.empty());
   EXPECT_EQ(find(id).state, JobState::running);
 }
 
 TEST_P(JobStoreConformance, AJobWhoseLeaseEndedIsClaimedAgainUnderANewFenceAtNoCost) {
   const std::string id = submit();
   const Claim first = claim();
-  EXPECT_EQ(store().keep_house(lease_end, kept, 10).abandoned, std::vector{id});
+  EXPECT_EQ(store().run_maintenance(lease_end, kept, 10).abandoned, std::vector{id});
   EXPECT_EQ(find(id).state, JobState::queued);
   EXPECT_EQ(find(id).attempt, 0);
   const Claim second = claim();
@@ -37,7 +37,7 @@ TEST_P(JobStoreConformance, ALateAnswerToAnEndedLeaseCountsWhileNobodyHasTakenTh
   const std::string id = submit();
   const Claim late = claim();
   EXPECT_TRUE(store().succeed(id, late.fence, lease_end + 5, "{}", {}));
-  EXPECT_TRUE(store().keep_house(lease_end + 5, kept, 10).abandoned.empty());
+  EXPECT_TRUE(store().run_maintenance(lease_end + 5, kept, 10).abandoned.empty());
   EXPECT_EQ(find(id).state, JobState::succeeded);
 }
 
@@ -46,15 +46,15 @@ TEST_P(JobStoreConformance, RenewedLeasesHoldUntilTheirNewEnd) {
   submit();
   const Claim renewed = claim(), left = claim();
   EXPECT_TRUE(store().renew({{renewed.job.id, renewed.fence}}, lease_end + 100).empty());
-  EXPECT_EQ(store().keep_house(lease_end + 99, kept, 10).abandoned, std::vector{left.job.id});
-  EXPECT_EQ(store().keep_house(lease_end + 100, kept, 10).abandoned, std::vector{renewed.job.id});
+  EXPECT_EQ(store().run_maintenance(lease_end + 99, kept, 10).abandoned, std::vector{left.job.id});
+  EXPECT_EQ(store().run_maintenance(lease_end + 100, kept, 10).abandoned, std::vector{renewed.job.id});
 }
 
 TEST_P(JobStoreConformance, AnEndedLeaseIsRenewedWhileNobodyHasTakenTheJobBack) {
   const std::string id = submit();
   const Claim late = claim();
   EXPECT_TRUE(store().renew({{id, late.fence}}, lease_end + 200).empty());
-  EXPECT_TRUE(store().keep_house(lease_end + 100, kept, 10).abandoned.empty());
+  EXPECT_TRUE(store().run_maintenance(lease_end + 100, kept, 10).abandoned.empty());
 }
 
 TEST_P(JobStoreConformance, RenewingTellsWhichLeasesAreLost) {
@@ -73,7 +73,8 @@ TEST_P(JobStoreConformance, RenewingTellsWhichLeasesAreLost) {
   store().finish_cancel(removed, leases[3].fence, now);
   store().remove(removed);
   EXPECT_EQ(store().renew(leases, lease_end + 100), leases);
-  EXPECT_EQ(store().keep_house(lease_end, kept, 10).abandoned, std::vector{again}) << "the new lease was not renewed";
+  EXPECT_EQ(store().run_maintenance(lease_end, kept, 10).abandoned, std::vector{again})
+      << "the new lease was not renewed";
 }
 
 TEST_P(JobStoreConformance, RenewingIsNoChangeThatAnyoneWaitsFor) {
@@ -87,7 +88,7 @@ TEST_P(JobStoreConformance, AJobWhoseCancelWasRequestedIsCancelledAtTheEndOfItsL
   const std::string id = submit();
   claim();
   store().cancel(id, now);
-  EXPECT_EQ(store().keep_house(lease_end + 7, kept, 10).abandoned, std::vector{id});
+  EXPECT_EQ(store().run_maintenance(lease_end + 7, kept, 10).abandoned, std::vector{id});
   EXPECT_EQ(find(id).state, JobState::cancelled);
   EXPECT_EQ(find(id).ended_at, lease_end + 7);
 }
@@ -95,9 +96,9 @@ TEST_P(JobStoreConformance, AJobWhoseCancelWasRequestedIsCancelledAtTheEndOfItsL
 TEST_P(JobStoreConformance, EndedLeasesAreTakenBackInSteps) {
   for (int i = 0; i < 5; ++i) submit();
   for (int i = 0; i < 5; ++i) claim();
-  const Upkeep first = store().keep_house(lease_end, kept, 3);
+  const MaintenanceResult first = store().run_maintenance(lease_end, kept, 3);
   EXPECT_EQ(first.abandoned.size(), 3u);
   EXPECT_TRUE(first.more);
-  EXPECT_EQ(store().keep_house(lease_end, kept, 3).abandoned.size(), 2u);
+  EXPECT_EQ(store().run_maintenance(lease_end, kept, 3).abandoned.size(), 2u);
   EXPECT_EQ(store().count(JobState::queued), 5);
 }

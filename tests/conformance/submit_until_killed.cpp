@@ -1,6 +1,6 @@
-/// submit_until_killed FOLDER ROUND: four threads submit jobs to a SqliteJobStore, claim one each time and end it with
-/// a picture, small or in a FileArtifactStore, and write "ID SHA256\n" to standard output once all is acknowledged. For
-/// ever.
+/// submit_until_killed DIRECTORY ROUND: four threads submit jobs to a SqliteJobStore, claim one each time and end it
+/// with an image, small or in a FileArtifactStore, and write "ID SHA256\n" to standard output once all is acknowledged.
+/// For ever.
 
 #include <unistd.h>
 
@@ -13,23 +13,23 @@
 #include "tests/conformance/memory_file.h"
 
 int main(int, char** arguments) {
-  const std::string folder = arguments[1], round = arguments[2];
-  jobs::SqliteJobStore store(folder);
-  jobs::FileArtifactStore artifacts(folder + "/artifacts");
+  const std::string directory = arguments[1], round = arguments[2];
+  queue::SqliteJobStore store(directory);
+  queue::FileArtifactStore artifacts(directory + "/artifacts");
   std::vector<std::thread> threads;
   for (int thread = 0; thread < 4; ++thread) {
     threads.emplace_back([&, thread] {
       for (int i = 0;; ++i) {
-        jobs::Job job;
+        queue::Job job;
         job.id = round + "-" + std::to_string(thread) + "-" + std::to_string(i);
         job.labels = {{"round", round}};
         store.submit(job, "document of " + job.id);
         const auto claim = store.claim(round, 1, 2, false);
         if (!claim) continue;
         const std::string& id = claim->job.id;
-        const std::string bytes = "picture of " + id + std::string(static_cast<std::size_t>(i % 7) * 9999, 'p');
+        const std::string bytes = "image of " + id + std::string(static_cast<std::size_t>(i % 7) * 9999, 'p');
         const auto stored = artifacts.put(MemoryFile(bytes).fd(), 32u << 10);
-        std::vector<jobs::SmallPicture> small;
+        std::vector<queue::SmallImage> small;
         if (stored.small) small.push_back({stored.sha256, *stored.small});
         store.succeed(id, claim->fence, 1, "{}", {{"image.png", "image/png", stored.sha256, stored.bytes}}, true,
                       small);

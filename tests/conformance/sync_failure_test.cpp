@@ -11,15 +11,15 @@
 #include <string>
 #include <vector>
 
-#include "server/jobs/disk_health.h"
+#include "server/queue/disk_health.h"
 #include "server/storage/files/file_artifact_store.h"
 #include "server/storage/files/file_asset_store.h"
 #include "server/storage/sqlite/sqlite_delivery_store.h"
 #include "server/storage/sqlite/sqlite_job_store.h"
 #include "tests/conformance/memory_file.h"
-#include "tests/conformance/temporary_folder.h"
+#include "tests/conformance/temporary_directory.h"
 
-using namespace jobs;
+using namespace queue;
 
 namespace {
 
@@ -48,9 +48,9 @@ extern "C" int fsync(int fd) { return sync_unless_failing(SYS_fsync, fd); }
 extern "C" int fdatasync(int fd) { return sync_unless_failing(SYS_fdatasync, fd); }
 
 TEST(SqliteJobStore, SyncsBeforeItAnswersAndRefusesWhatCouldNotBeSynced) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory directory;
   {
-    SqliteJobStore store(folder.path());
+    SqliteJobStore store(directory.path());
     const int before = syncs_asked;
     store.submit(job_named("kept"), "kept");
     EXPECT_GT(syncs_asked, before);
@@ -65,7 +65,7 @@ TEST(SqliteJobStore, SyncsBeforeItAnswersAndRefusesWhatCouldNotBeSynced) {
     EXPECT_THROW(store.claim("boot", 1, 9000, false), StoreFailure);
     EXPECT_EQ(syncs_asked, syncs);
   }
-  SqliteJobStore store(folder.path());
+  SqliteJobStore store(directory.path());
   if (store.find("refused")) {
     EXPECT_EQ(store.document("refused"), "refused") << "what the disk kept of it is whole";
   }
@@ -74,13 +74,13 @@ TEST(SqliteJobStore, SyncsBeforeItAnswersAndRefusesWhatCouldNotBeSynced) {
 }
 
 TEST(SqliteJobStore, ClaimsAndWhatIsNotToBeDurableWaitForNoSyncAndAreSyncedWithTheNextWrite) {
-  const TemporaryFolder folder;
-  SqliteJobStore store(folder.path());
+  const TemporaryDirectory directory;
+  SqliteJobStore store(directory.path());
   store.submit(job_named("a"), "a");
   const int before = syncs_asked;
   const Claim first = store.claim("boot", 1, 9000, false).value();
   store.renew({{"a", first.fence}}, 10'000);
-  store.admit({{{job_named("b"), "b"}}, {}, {}, false}, 1);
+  store.insert_job({{{job_named("b"), "b"}}, {}, {}, false}, 1);
   const Claim second = store.claim_small("boot", 1, 9000).value();
   EXPECT_TRUE(store.succeed("b", second.fence, 2, "{}", {}, false));
   EXPECT_EQ(syncs_asked, before);
@@ -91,37 +91,37 @@ TEST(SqliteJobStore, ClaimsAndWhatIsNotToBeDurableWaitForNoSyncAndAreSyncedWithT
   EXPECT_GT(syncs_asked, probed);
 }
 
-TEST(SqliteJobStore, ASmallPictureTakesOneSyncTogetherWithItsJobAndIsNotThereWithoutIt) {
-  const TemporaryFolder folder;
-  SqliteJobStore store(folder.path());
+TEST(SqliteJobStore, ASmallImageTakesOneSyncTogetherWithItsJobAndIsNotThereWithoutIt) {
+  const TemporaryDirectory directory;
+  SqliteJobStore store(directory.path());
   store.submit(job_named("a"), "a");
   store.submit(job_named("b"), "b");
   const Claim first = store.claim("boot", 1, 9000, false).value(), second = store.claim("boot", 1, 9000, false).value();
   const int before = syncs_asked;
   EXPECT_TRUE(store.succeed("a", first.fence, 2, "{}", {{"image.png", "image/png", "aa", 3}}, true, {{"aa", "abc"}}));
   EXPECT_EQ(syncs_asked, before + 1);
-  EXPECT_EQ(store.small_picture("aa"), "abc");
+  EXPECT_EQ(store.small_image("aa"), "abc");
   store.remove("a");
   const int removed = syncs_asked;
-  store.forget_small_picture("aa");
+  store.forget_small_image("aa");
   EXPECT_EQ(syncs_asked, removed);
   sync_fails = true;
   EXPECT_THROW(store.succeed("b", second.fence, 2, "{}", {{"image.png", "image/png", "bb", 3}}, true, {{"bb", "def"}}),
                StoreFailure);
   sync_fails = false;
-  EXPECT_FALSE(store.small_picture("bb"));
+  EXPECT_FALSE(store.small_image("bb"));
   EXPECT_EQ(store.find("b")->state, JobState::running);
 }
 
 TEST(DiskHealth, ItsFirstBrokenWriteIsToldOnceAndIsTheLastOfAllStores) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory directory;
   std::vector<std::string> told;
   DiskHealth health([&](const std::string& what) { told.push_back(what); });
-  SqliteJobStore jobs(folder.path(), {.health = &health});
-  SqliteDeliveryStore deliveries(folder.path(), &health);
-  FileArtifactStore artifacts(folder.path(), &health);
+  SqliteJobStore jobs(directory.path(), {.health = &health});
+  SqliteDeliveryStore deliveries(directory.path(), &health);
+  FileArtifactStore artifacts(directory.path(), &health);
   FileAssetStore uploads(
-      folder.path() + "/uploads", [] { return 1; }, UINT64_MAX, &health);
+      directory.path() + "/uploads", [] { return 1; }, UINT64_MAX, &health);
   const std::string kept = artifacts.put(MemoryFile("abc").fd()).sha256;
   sync_fails = true;
   EXPECT_THROW(artifacts.put(MemoryFile("def").fd()), StoreFailure);
@@ -150,11 +150,11 @@ TEST(DiskHealth, ItsFirstBrokenWriteIsToldOnceAndIsTheLastOfAllStores) {
 }
 
 TEST(SqliteDeliveryStore, ASyncThatFailsIsToldAndIsItsLastWrite) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory directory;
   int told = 0;
   DiskHealth health([&](const std::string&) { ++told; });
   {
-    SqliteDeliveryStore store(folder.path(), &health);
+    SqliteDeliveryStore store(directory.path(), &health);
     store.subscribe({"kept", "http://a/", {"failed"}});
     sync_fails = true;
     EXPECT_THROW(store.subscribe({"refused", "http://a/", {"failed"}}), StoreFailure);
@@ -164,13 +164,13 @@ TEST(SqliteDeliveryStore, ASyncThatFailsIsToldAndIsItsLastWrite) {
     EXPECT_THROW(store.unsubscribe("kept"), StoreFailure);
     EXPECT_EQ(syncs_asked, syncs);
   }
-  SqliteDeliveryStore store(folder.path());
+  SqliteDeliveryStore store(directory.path());
   EXPECT_TRUE(store.subscription("kept"));
 }
 
-TEST(FileArtifactStore, SyncsBytesAndFolderBeforeItAnswersAndKeepsNothingThatCouldNotBeSynced) {
-  const TemporaryFolder folder;
-  FileArtifactStore first(folder.path());
+TEST(FileArtifactStore, SyncsBytesAndDirectoryBeforeItAnswersAndKeepsNothingThatCouldNotBeSynced) {
+  const TemporaryDirectory directory;
+  FileArtifactStore first(directory.path());
   const int before = syncs_asked;
   const std::string sha256 = first.put(MemoryFile("abc").fd()).sha256;
   EXPECT_GE(syncs_asked, before + 2);
@@ -178,16 +178,16 @@ TEST(FileArtifactStore, SyncsBytesAndFolderBeforeItAnswersAndKeepsNothingThatCou
   sync_fails = true;
   EXPECT_THROW(first.put(MemoryFile("abc").fd()), StoreFailure);
   sync_fails = false;
-  FileArtifactStore store(folder.path());
+  FileArtifactStore store(directory.path());
   EXPECT_EQ(store.open(sha256), nullptr);
-  EXPECT_TRUE(std::filesystem::is_empty(folder.path() + "/tmp"));
+  EXPECT_TRUE(std::filesystem::is_empty(directory.path() + "/tmp"));
   EXPECT_EQ(store.put(MemoryFile("abc").fd()).sha256, sha256);
   EXPECT_NE(store.open(sha256), nullptr);
 }
 
-TEST(FileAssetStore, SyncsBytesAndFolderBeforeItAnswersAndKeepsNothingThatCouldNotBeSynced) {
-  const TemporaryFolder folder;
-  FileAssetStore first(folder.path(), [] { return 1; });
+TEST(FileAssetStore, SyncsBytesAndDirectoryBeforeItAnswersAndKeepsNothingThatCouldNotBeSynced) {
+  const TemporaryDirectory directory;
+  FileAssetStore first(directory.path(), [] { return 1; });
   const std::string sha256 = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";  // FIPS 180-4: "abc"
   const auto read = [](std::uint64_t offset, char* into, std::size_t size) {
     return offset < 3 ? std::string("abc").copy(into, size, offset) : 0;
@@ -195,9 +195,9 @@ TEST(FileAssetStore, SyncsBytesAndFolderBeforeItAnswersAndKeepsNothingThatCouldN
   sync_fails = true;
   EXPECT_THROW(first.put(sha256, read), StoreFailure);
   sync_fails = false;
-  FileAssetStore store(folder.path(), [] { return 1; });
+  FileAssetStore store(directory.path(), [] { return 1; });
   EXPECT_FALSE(store.use(sha256));
-  EXPECT_TRUE(std::filesystem::is_empty(folder.path() + "/tmp"));
+  EXPECT_TRUE(std::filesystem::is_empty(directory.path() + "/tmp"));
   const int before = syncs_asked;
   EXPECT_EQ(store.put(sha256, read), AssetStore::Put::stored);
   EXPECT_GE(syncs_asked, before + 2);

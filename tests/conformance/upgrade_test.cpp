@@ -1,13 +1,13 @@
-/// Data folders of older programs are brought up to date in place.
+/// Data directories of older programs are brought up to date in place.
 
 #include <gtest/gtest.h>
 
 #include "server/storage/sqlite/database.h"
 #include "server/storage/sqlite/schema.h"
 #include "server/storage/sqlite/sqlite_job_store.h"
-#include "tests/conformance/temporary_folder.h"
+#include "tests/conformance/temporary_directory.h"
 
-using namespace jobs;
+using namespace queue;
 
 namespace {
 
@@ -31,13 +31,13 @@ void write_first_version(const std::string& path) {
 }  // namespace
 
 TEST(Upgrade, KeepsEveryJobOfTheFirstVersionAndItsPlace) {
-  const TemporaryFolder folder;
-  write_first_version(folder.path() + "/whittle.db");
+  const TemporaryDirectory directory;
+  write_first_version(directory.path() + "/whittle.db");
   for (int opened = 0; opened < 2; ++opened) {  // the second time there is nothing to do
-    SqliteJobStore store(folder.path());
+    SqliteJobStore store(directory.path());
     EXPECT_EQ(store.count(JobState::queued), 2);
-    EXPECT_EQ(store.use_of("").queued_jobs, 2);
-    EXPECT_EQ(store.use_of("").artifact_bytes, 70);
+    EXPECT_EQ(store.owner_usage("").queued_jobs, 2);
+    EXPECT_EQ(store.owner_usage("").artifact_bytes, 70);
     EXPECT_EQ(store.depth().queued_by_priority, (std::map<int, std::int64_t>{{40, 1}, {90, 1}}));
     const Job done = store.find("job-3").value();
     EXPECT_EQ(done.report, "{\"rays\": 1}");
@@ -49,12 +49,12 @@ TEST(Upgrade, KeepsEveryJobOfTheFirstVersionAndItsPlace) {
     EXPECT_EQ(done.revision, 1);
     EXPECT_FALSE(done.expired);
   }
-  SqliteJobStore store(folder.path());
+  SqliteJobStore store(directory.path());
   const Claim high = store.claim("boot", 5000, 9000, false).value();
   EXPECT_EQ(high.job.id, "job-2");
   EXPECT_EQ(high.document, "two");
   EXPECT_EQ(high.job.attempt, 2);
   EXPECT_EQ(store.claim("boot", 5000, 9000, false)->job.id, "job-1");
   store.remove("job-3");
-  EXPECT_EQ(store.use_of("").artifact_bytes, 0);
+  EXPECT_EQ(store.owner_usage("").artifact_bytes, 0);
 }

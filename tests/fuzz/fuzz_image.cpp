@@ -1,4 +1,4 @@
-/// Any bytes at all as a texture's picture, and as one to compare: they must neither crash nor hang, and what comes out
+/// Any bytes at all as a texture's image, and as one to compare: they must neither crash nor hang, and what comes out
 /// is whole and within its range.
 
 #include <cmath>
@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "tracer/shown.h"
+#include "tracer/display_image.h"
 #include "tracer/src/image_io/decode.h"
 
 namespace {
@@ -25,18 +25,18 @@ constexpr tracer::TextureImageLimits limits{.pixels = 1 << 16, .channels = 8, .b
 void decode(const std::vector<std::uint8_t>& bytes) {
   const auto image = tracer::decode(bytes, std::nullopt, limits);
   if (!image) return require(!image.error().empty(), "a refusal has a sentence");
-  require(image->width > 0 && image->height > 0, "a picture has pixels");
-  require(image->rgb.size() == std::size_t{3} * image->width * image->height, "a picture has all of them");
+  require(image->width > 0 && image->height > 0, "an image has pixels");
+  require(image->rgb.size() == std::size_t{3} * image->width * image->height, "an image has all of them");
   for (const float value : image->rgb) require(std::isfinite(value) && value >= 0, "values are finite and >= 0");
 }
 
-void read_picture(const std::vector<std::uint8_t>& bytes) {
-  const auto file = tracer::read_picture(bytes, limits);
+void read_image(const std::vector<std::uint8_t>& bytes) {
+  const auto file = tracer::read_image(bytes, limits);
   if (!file) return require(!file.error().empty(), "a refusal has a sentence");
-  const tracer::ShownPicture& picture = file->picture;
-  require(picture.width > 0 && picture.height > 0, "a picture has pixels");
-  require(picture.codes.size() == std::size_t{3} * picture.width * picture.height, "a picture has all of them");
-  for (const float code : picture.codes) require(code >= 0 && code <= 65535, "codes are from 0 to 65535");
+  const tracer::DisplayImage& image = file->image;
+  require(image.width > 0 && image.height > 0, "an image has pixels");
+  require(image.codes.size() == std::size_t{3} * image.width * image.height, "an image has all of them");
+  for (const float code : image.codes) require(code >= 0 && code <= 65535, "codes are from 0 to 65535");
 }
 
 }  // namespace
@@ -45,6 +45,6 @@ void read_picture(const std::vector<std::uint8_t>& bytes) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::vector<std::uint8_t> bytes(data, data + size);  // of exactly this size: reading beyond its end is seen
   decode(bytes);
-  read_picture(bytes);
+  read_image(bytes);
   return 0;
 }

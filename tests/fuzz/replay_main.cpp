@@ -1,4 +1,4 @@
-/// Gives each file named, and each file of each folder named, to the fuzz target once: what a fuzzer has found stays
+/// Gives each file named, and each file of each directory named, to the fuzz target once: what a fuzzer has found stays
 /// found, in every build and without libFuzzer.
 
 #include <cstddef>

@@ -18,15 +18,15 @@ using namespace honesty;
 
 constexpr const char* usage =
     R"(budget_table REFERENCES [options]: what adaptive samples cost beside uniform ones, and time budgets.
-REFERENCES is a folder to keep references in; "none": errors are not judged, and only budgets are looked at.
-  --scale N        enlarges the pictures, of 48 x 36 pixels mostly, in each direction; default 1. Of larger pictures the
+REFERENCES is a directory to keep references in; "none": errors are not judged, and only budgets are looked at.
+  --scale N        enlarges the images, of 48 x 36 pixels mostly, in each direction; default 1. Of larger images the
                    references are coarser: their own error is taken out of what is measured
   --scenes a,b     only these, by the names that honesty_table --list has
   --targets 4,1    levels; default 4,2,1,0.5,0.25; "none" for none
   --budgets 50,200 milliseconds; default 50,200,1000; "none" for none
   --repeats N      of every budget; default 1
-  --threads N      of pictures with a budget; default 1, whose clock stands still while others have the processor
-  --size W,H       pixels of every picture, in place of a scale
+  --threads N      of images with a budget; default 1, whose clock stands still while others have the processor
+  --size W,H       pixels of every image, in place of a scale
 )";
 
 struct Options {
@@ -52,7 +52,7 @@ std::vector<double> numbers(const std::string& text) {
 
 /// Throws std::invalid_argument.
 Options parse(const std::vector<std::string>& arguments) {
-  if (arguments.empty()) throw std::invalid_argument("give a folder for references");
+  if (arguments.empty()) throw std::invalid_argument("give a directory for references");
   Options options;
   options.references = arguments[0];
   for (std::size_t i = 1; i < arguments.size(); i += 2) {
@@ -160,10 +160,10 @@ class Table {
   std::size_t allowed_ = 0, covered_ = 0, judged_ = 0, budgets_ = 0;
 };
 
-/// What a reference must be for the size: that of small pictures as honesty_table has it.
+/// What a reference must be for the size: that of small images as honesty_table has it.
 ReferenceEffort effort_for(const Options& options) {
   if (options.scale == 1 && options.width == 0) return {};
-  return {.samples = 256, .pictures_min = 3, .pictures_max = 6, .error_wanted = 0.1};
+  return {.samples = 256, .images_min = 3, .images_max = 6, .error_wanted = 0.1};
 }
 
 void run(const Options& options) {

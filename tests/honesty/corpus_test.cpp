@@ -32,7 +32,7 @@ TEST(HonestyCorpus, HoldsScenesThatAreValidAndOfAFewThousandPixels) {
 
 TEST(HonestyCorpus, NeedsEverythingThatASceneCanNeed) {
   for (const RequirementName& requirement : requirement_names) {
-    if (requirement.needed == &Requirements::approximations) continue;  // the promise is about the exact picture
+    if (requirement.needed == &Requirements::approximations) continue;  // the promise is about the exact image
     bool needed = false;
     for (const Case& scene : corpus()) needed |= requirements(scene.scene).*requirement.needed;
     EXPECT_TRUE(needed) << requirement.name;

@@ -2,7 +2,7 @@
 /// What adaptive samples cost beside as many in every pixel, at equal true error.
 ///
 /// Uniform samples have a curve of cost over error of their own, measured at powers of two; what they cost for an error
-/// that adaptive ones left is read off it, on logarithmic scales. Neither side is charged for what it claims: a picture
+/// that adaptive ones left is read off it, on logarithmic scales. Neither side is charged for what it claims: an image
 /// that turned out better than was asked is compared with a uniform one that is as good.
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace honesty {
 
-/// A picture's cost and what it bought.
+/// An image's cost and what it bought.
 struct Purchase {
   double seconds = 0;     ///< of this process's processors, building and tracing: others hardly disturb it
   double elapsed_ms = 0;  ///< by the clock that a budget goes by: the same time on one thread, the wall's on more
@@ -24,7 +24,7 @@ struct Purchase {
 };
 
 /// The case rendered with `accuracy`, and judged where there is a standard. Throws std::runtime_error where there is no
-/// picture.
+/// image.
 Purchase bought(const Case& scene, const Standard* standard, const tracer::Accuracy& accuracy,
                 std::uint32_t threads = 1);
 

@@ -1,4 +1,4 @@
-// Whether the tracer keeps its promises about error: pictures of many scenes asked for with several targets, each held
+// Whether the tracer keeps its promises about error: images of many scenes asked for with several targets, each held
 // against a converged reference; one table, and exit code 1 where a criterion is broken.
 #include <algorithm>
 #include <fstream>
@@ -14,14 +14,14 @@ namespace {
 using namespace honesty;
 
 constexpr std::string_view usage =
-    R"(honesty_table [options]: claimed against true error of adaptive pictures.
+    R"(honesty_table [options]: claimed against true error of adaptive images.
   --scenes a,b     only these; --list prints all names
   --targets 4,1    levels; default 4,2,1,0.5,0.25
-  --seeds N        pictures of each target, default 3
+  --seeds N        images of each target, default 3
   --fast           targets 4,1 and one seed, no seeded bias
   --json FILE      every trial
-  --references DIR where references are kept; default honesty-references beside the folder of this program
-  --pictures DIR   also writes each reference as PNG there
+  --references DIR where references are kept; default honesty-references beside the directory of this program
+  --images DIR   also writes each reference as PNG there
   --threads N      default: all
 )";
 
@@ -30,7 +30,7 @@ struct Options {
   std::vector<double> targets{4, 2, 1, 0.5, 0.25};
   std::uint64_t seeds = 3;
   bool bias = true;
-  std::filesystem::path json, references, pictures;
+  std::filesystem::path json, references, images;
   std::uint32_t threads = 0;
 };
 
@@ -69,8 +69,8 @@ Options parse(const std::vector<std::string>& arguments) {
       options.json = value();
     } else if (name == "--references") {
       options.references = value();
-    } else if (name == "--pictures") {
-      options.pictures = value();
+    } else if (name == "--images") {
+      options.images = value();
     } else if (name == "--threads") {
       options.threads = static_cast<std::uint32_t>(std::stoul(value()));
     } else {
@@ -84,22 +84,22 @@ Options parse(const std::vector<std::string>& arguments) {
   return options;
 }
 
-void write_picture(const Case& scene, const Reference& reference, const std::filesystem::path& folder) {
+void write_image(const Case& scene, const Reference& reference, const std::filesystem::path& directory) {
   const tracer::PixelWindow window = scene.scene.image.window();
   const tracer::Image image{window.width(), window.height(), {reference.linear.begin(), reference.linear.end()}};
   const auto bytes = tracer::encode(image, tracer::Format::png, scene.scene.output);
   if (!bytes) throw std::runtime_error(bytes.error());
-  std::filesystem::create_directories(folder);
-  std::ofstream(folder / (scene.name + ".png"), std::ios::binary)
+  std::filesystem::create_directories(directory);
+  std::ofstream(directory / (scene.name + ".png"), std::ios::binary)
       .write(reinterpret_cast<const char*>(bytes->data()), static_cast<std::streamsize>(bytes->size()));
 }
 
 Outcome outcome_of(const Case& scene, const Options& options) {
   const ReferenceEffort effort{.threads = options.threads};
   const Standard standard{reference_of(scene, effort, options.references), strata_of(scene, options.threads)};
-  if (!options.pictures.empty()) write_picture(scene, standard.reference, options.pictures);
+  if (!options.images.empty()) write_image(scene, standard.reference, options.images);
   Outcome outcome{scene.name, {}, {}};
-  std::uint64_t seed = 0;  // another one for each picture, so that chance strikes each by itself
+  std::uint64_t seed = 0;  // another one for each image, so that chance strikes each by itself
   for (const double target : options.targets)
     for (std::uint64_t i = 0; i < options.seeds; ++i) {
       tracer::Rendered rendered = rendered_to(scene, target, ++seed, options.threads);

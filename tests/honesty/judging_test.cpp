@@ -7,7 +7,7 @@
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
 #include "tests/support/reference_tracer.h"
-#include "tracer/src/film/srgb.h"
+#include "tracer/src/display/srgb.h"
 
 namespace {
 
@@ -45,14 +45,14 @@ TEST(Coverage, IsRejectedFromTheCountThatIsRarerThanAThousandth) {
   EXPECT_FALSE((Coverage{}.rejected(0.95)));
 }
 
-TEST(Levels, AreTheCurveThatTheTracerEncodesWith) {
+TEST(DisplayTransform, AreTheCurveThatTheTracerEncodesWith) {
   const Output plain;
   for (const double linear : {0.0, 1e-4, 0.0031308, 0.02, 0.5, 1.0})
     EXPECT_NEAR(level_of(linear, 1, plain), 255 * srgb_from_linear(linear), 1e-4);
   EXPECT_DOUBLE_EQ(level_of(7, 1, plain), 255);
 }
 
-TEST(Levels, TakeExposureAndOverflowBeforeTheCurve) {
+TEST(DisplayTransform, TakeExposureAndOverflowBeforeTheCurve) {
   Output output;
   output.exposure = 1;
   EXPECT_EQ(levels_of({0.1}, output), levels_of({0.2}, Output{}));
@@ -68,7 +68,7 @@ TEST(Levels, TakeExposureAndOverflowBeforeTheCurve) {
 void expect_second_tracer_agrees(const Case& scene) {
   SCOPED_TRACE(scene.name);
   constexpr int side = 6, grids = 10;
-  const Reference reference = reference_of(scene, {.samples = 256, .pictures_min = 8, .pictures_max = 8});
+  const Reference reference = reference_of(scene, {.samples = 256, .images_min = 8, .images_max = 8});
   const Scene exact = exact_scene(scene.scene, 1, 0);
   const oracle::ReferenceTracer second(exact);
   oracle::Random draw(5);
@@ -112,11 +112,11 @@ TEST(Reference, IsWhatASecondTracerConvergesTo) {
 }
 
 TEST(Reference, KnowsHowFarItIsFromConverged) {
-  // Four pictures against the mean of sixty others. (The first four of the latter are the former: they are a fifteenth
+  // Four images against the mean of sixty others. (The first four of the latter are the former: they are a fifteenth
   // of it.)
   for (const char* name : {"star", "wide_penumbra"}) {
-    const Reference coarse = reference_of(*find(name), {.samples = 16, .pictures_min = 4, .pictures_max = 4});
-    const Reference fine = reference_of(*find(name), {.samples = 16, .pictures_min = 60, .pictures_max = 60});
+    const Reference coarse = reference_of(*find(name), {.samples = 16, .images_min = 4, .images_max = 4});
+    const Reference fine = reference_of(*find(name), {.samples = 16, .images_min = 60, .images_max = 60});
     double squares = 0;
     for (std::size_t i = 0; i < fine.levels.size(); ++i)
       squares += std::pow(coarse.levels[i] - fine.levels[i], 2) / static_cast<double>(fine.levels.size());
@@ -126,43 +126,42 @@ TEST(Reference, KnowsHowFarItIsFromConverged) {
 }
 
 TEST(Reference, IsTakenUpFromItsFileAndContinued) {
-  const std::filesystem::path folder =
+  const std::filesystem::path directory =
       testing::TempDir() + "honesty-" + std::to_string(testing::UnitTest::GetInstance()->random_seed());
-  std::filesystem::remove_all(folder);
+  std::filesystem::remove_all(directory);
   const Case& scene = *find("ball");
-  ReferenceEffort few{.samples = 4, .pictures_min = 2, .pictures_max = 2};
-  const Reference first = reference_of(scene, few, folder);
-  EXPECT_EQ(reference_of(scene, few, folder).linear, first.linear);
-  few.pictures_min = few.pictures_max = 3;
-  const Reference continued = reference_of(scene, few, folder);
-  EXPECT_EQ(continued.pictures, 3u);
+  ReferenceEffort few{.samples = 4, .images_min = 2, .images_max = 2};
+  const Reference first = reference_of(scene, few, directory);
+  EXPECT_EQ(reference_of(scene, few, directory).linear, first.linear);
+  few.images_min = few.images_max = 3;
+  const Reference continued = reference_of(scene, few, directory);
+  EXPECT_EQ(continued.images, 3u);
   EXPECT_EQ(continued.linear, reference_of(scene, few).linear);
   EXPECT_EQ(continued.variance, reference_of(scene, few).variance);
-  std::filesystem::remove_all(folder);
+  std::filesystem::remove_all(directory);
 }
 
-/// Pictures of fixed samples, whose error is claimed to be `claimed` times what it is in the mean over many.
+/// Images of fixed samples, whose error is claimed to be `claimed` times what it is in the mean over many.
 Outcome fixed_outcome(const Case& scene, double claimed, bool biased) {
-  const Standard standard{reference_of(scene, {.samples = 256, .pictures_min = 8, .pictures_max = 8}),
-                          strata_of(scene)};
+  const Standard standard{reference_of(scene, {.samples = 256, .images_min = 8, .images_max = 8}), strata_of(scene)};
   Outcome outcome{scene.name, {}, {}};
   for (const std::uint32_t samples : {4u, 16u}) {
-    std::vector<Rendered> pictures;
+    std::vector<Rendered> images;
     double squares = 0;
     constexpr std::uint64_t seeds = 6;
     for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
-      pictures.push_back(scenes::render(exact_scene(scene.scene, samples, seed)));
-      squares += std::pow(judged(scene, standard, pictures.back(), 1, seed).truth, 2);
+      images.push_back(scenes::render(exact_scene(scene.scene, samples, seed)));
+      squares += std::pow(judged(scene, standard, images.back(), 1, seed).truth, 2);
     }
     const double truth = std::sqrt(squares / seeds);
     for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
-      Rendered& picture = pictures[seed - 1];
+      Rendered& image = images[seed - 1];
       if (biased)
-        seed_bias(picture.image, scenes::render(exact_scene(without_light(scene).scene, samples, seed)).image, seed);
-      picture.error.estimate = claimed * truth;
-      picture.error.target = samples == 4 ? 100 : 50;  // generous: what is claimed is what matters here
-      picture.image.layers.error.assign(standard.strata.size(), 255);
-      outcome.trials.push_back(judged(scene, standard, picture, *picture.error.target, seed));
+        seed_bias(image.image, scenes::render(exact_scene(without_light(scene).scene, samples, seed)).image, seed);
+      image.error.estimate = claimed * truth;
+      image.error.target = samples == 4 ? 100 : 50;  // generous: what is claimed is what matters here
+      image.image.layers.error.assign(standard.strata.size(), 255);
+      outcome.trials.push_back(judged(scene, standard, image, *image.error.target, seed));
     }
   }
   return outcome;
@@ -176,20 +175,20 @@ TEST(Verdict, AcceptsClaimsThatHold) {
 
 TEST(Verdict, RejectsClaimsOfHalfTheError) {
   const Verdict verdict = verdict_on({fixed_outcome(*find("ball"), 0.5, false)});
-  EXPECT_TRUE(verdict.pictures.rejected(0.95));
+  EXPECT_TRUE(verdict.images.rejected(0.95));
   EXPECT_FALSE(verdict.broken.empty());
 }
 
 TEST(Verdict, RejectsClaimsOfTenTimesTheError) {
   const Verdict verdict = verdict_on({fixed_outcome(*find("ball"), 10, false)});
-  EXPECT_FALSE(verdict.pictures.rejected(0.95));
+  EXPECT_FALSE(verdict.images.rejected(0.95));
   EXPECT_EQ(verdict.close, 0u);
   EXPECT_FALSE(verdict.broken.empty());
 }
 
-TEST(Verdict, RejectsAPictureInWhichOnePixelOfAHundredLacksALight) {
+TEST(Verdict, RejectsAnImageInWhichOnePixelOfAHundredLacksALight) {
   const Verdict verdict = verdict_on({fixed_outcome(*find("ball"), 1.2, true)});
-  EXPECT_TRUE(verdict.pictures.rejected(0.95));
+  EXPECT_TRUE(verdict.images.rejected(0.95));
 }
 
 TEST(Verdict, FindsAnErrorThatGrowsWhenLessIsAskedFor) {

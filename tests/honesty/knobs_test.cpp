@@ -1,4 +1,4 @@
-// Every accuracy knob, turned: the error that is measured against a converged picture and the rays it costs move as the
+// Every accuracy knob, turned: the error that is measured against a converged image and the rays it costs move as the
 // documentation says. What is claimed of the error is other tests' business, and no clock runs here.
 #include <gtest/gtest.h>
 
@@ -46,12 +46,12 @@ Scene corridor() {
   return scene;
 }
 
-ShownPicture converged(const Scene& scene) {
+DisplayImage converged(const Scene& scene) {
   constexpr std::uint32_t samples = 1024;
   Reference reference = empty_reference(scene, samples);
-  while (reference.pictures * reference.picture_samples < samples)
+  while (reference.images * reference.image_samples < samples)
     add(reference, scenes::render(reference_scene(scene, reference), 2).image);
-  return shown(reference, scene.output);
+  return to_display(reference, scene.output);
 }
 
 struct Point {
@@ -59,19 +59,19 @@ struct Point {
   RayCounts rays;
 };
 
-Point measured(const Rendered& rendered, const ShownPicture& truth) {
-  return {compare(truth, shown(rendered.image))->rmse, rendered.statistics.rays};
+Point measured(const Rendered& rendered, const DisplayImage& truth) {
+  return {compare(truth, to_display(rendered.image))->rmse, rendered.statistics.rays};
 }
 
 /// Found once: most knobs are turned on it.
-const ShownPicture& converged_still_life() {
-  static const ShownPicture truth = converged(still_life());
+const DisplayImage& converged_still_life() {
+  static const DisplayImage truth = converged(still_life());
   return truth;
 }
 
 /// One point for each value that `turn` sets, in their order.
 template <class Values, class Turn>
-std::vector<Point> curve(const Scene& scene, const ShownPicture& truth, const Values& values, const Turn& turn) {
+std::vector<Point> curve(const Scene& scene, const DisplayImage& truth, const Values& values, const Turn& turn) {
   std::vector<Point> points;
   for (const auto& value : values) {
     Scene turned = scene;

@@ -5,9 +5,9 @@
 
 namespace honesty {
 
-Picture picture_of(const tracer::Image& image) { return {image.rgb.begin(), image.rgb.end()}; }
+Image image_of(const tracer::Image& image) { return {image.rgb.begin(), image.rgb.end()}; }
 
-double gain_of(const Picture& linear, const tracer::Output& output) {
+double gain_of(const Image& linear, const tracer::Output& output) {
   const double gain = std::pow(2.0, output.exposure);
   if (output.overflow != tracer::Output::Overflow::scale || linear.empty()) return gain;
   const double brightest = *std::max_element(linear.begin(), linear.end());
@@ -15,15 +15,15 @@ double gain_of(const Picture& linear, const tracer::Output& output) {
 }
 
 double level_of(double linear, double gain, const tracer::Output& output) {
-  double shown = linear * gain;
-  if (output.overflow == tracer::Output::Overflow::reinhard) shown /= 1 + shown;
-  shown = std::clamp(shown, 0.0, 1.0);
-  return 255 * (shown <= 0.0031308 ? 12.92 * shown : 1.055 * std::pow(shown, 1 / 2.4) - 0.055);
+  double to_display = linear * gain;
+  if (output.overflow == tracer::Output::Overflow::reinhard) to_display /= 1 + to_display;
+  to_display = std::clamp(to_display, 0.0, 1.0);
+  return 255 * (to_display <= 0.0031308 ? 12.92 * to_display : 1.055 * std::pow(to_display, 1 / 2.4) - 0.055);
 }
 
-Picture levels_of(const Picture& linear, const tracer::Output& output) {
+Image levels_of(const Image& linear, const tracer::Output& output) {
   const double gain = gain_of(linear, output);
-  Picture levels(linear.size());
+  Image levels(linear.size());
   std::transform(linear.begin(), linear.end(), levels.begin(), [&](double v) { return level_of(v, gain, output); });
   return levels;
 }

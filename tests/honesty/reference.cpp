@@ -17,12 +17,12 @@ namespace {
 
 constexpr double cutoff = 1e-9;
 constexpr std::uint32_t max_depth = 2000;
-/// Far from any seed that a picture to be judged is rendered with.
+/// Far from any seed that an image to be judged is rendered with.
 constexpr std::uint64_t first_seed = 1ull << 40;
 
 struct Sums {
-  Picture sum, squares;
-  std::uint64_t pictures = 0;
+  Image sum, squares;
+  std::uint64_t images = 0;
 
   void add(const Image& image) {
     sum.resize(image.rgb.size());
@@ -32,12 +32,12 @@ struct Sums {
       sum[i] += value;
       squares[i] += value * value;
     }
-    ++pictures;
+    ++images;
   }
 };
 
 /// FNV-1a (Fowler, Noll, Vo) over what the scene looks like with a few samples: a scene or a tracer that gives other
-/// pictures has another reference, whoever built it.
+/// images has another reference, whoever built it.
 std::uint64_t fingerprint(const Case& scene, const ReferenceEffort& effort) {
   const Image look = scenes::render(exact_scene(scene.scene, 16, 1), effort.threads, scene.assets).image;
   std::uint64_t hash = 0xcbf29ce484222325u;
@@ -47,19 +47,20 @@ std::uint64_t fingerprint(const Case& scene, const ReferenceEffort& effort) {
   return hash;
 }
 
-std::filesystem::path file_of(const Case& scene, const ReferenceEffort& effort, const std::filesystem::path& folder) {
+std::filesystem::path file_of(const Case& scene, const ReferenceEffort& effort,
+                              const std::filesystem::path& directory) {
   std::ostringstream name;
   name << scene.name << "-" << std::hex << fingerprint(scene, effort) << ".sums";
-  return folder / name.str();
+  return directory / name.str();
 }
 
 /// Nothing where there is no such file or it is not whole: then the work is done again.
 Sums read(const std::filesystem::path& file, std::size_t values) {
-  Sums sums{Picture(values), Picture(values), 0};
+  Sums sums{Image(values), Image(values), 0};
   std::ifstream in(file, std::ios::binary);
-  for (Picture* const part : {&sums.sum, &sums.squares})
+  for (Image* const part : {&sums.sum, &sums.squares})
     in.read(reinterpret_cast<char*>(part->data()), static_cast<std::streamsize>(values * sizeof(double)));
-  in.read(reinterpret_cast<char*>(&sums.pictures), sizeof sums.pictures);
+  in.read(reinterpret_cast<char*>(&sums.images), sizeof sums.images);
   return in ? sums : Sums{};
 }
 
@@ -68,16 +69,16 @@ void write(const std::filesystem::path& file, const Sums& sums) {
   std::filesystem::create_directories(file.parent_path());
   const std::filesystem::path draft = file.string() + "." + std::to_string(getpid());
   std::ofstream out(draft, std::ios::binary);
-  for (const Picture* const part : {&sums.sum, &sums.squares})
+  for (const Image* const part : {&sums.sum, &sums.squares})
     out.write(reinterpret_cast<const char*>(part->data()), static_cast<std::streamsize>(part->size() * sizeof(double)));
-  out.write(reinterpret_cast<const char*>(&sums.pictures), sizeof sums.pictures);
+  out.write(reinterpret_cast<const char*>(&sums.images), sizeof sums.images);
   out.close();
   if (out) std::filesystem::rename(draft, file);
 }
 
 Reference reference_from(const Sums& sums, const Output& output) {
   Reference reference;
-  const auto count = static_cast<double>(sums.pictures);
+  const auto count = static_cast<double>(sums.images);
   for (const double sum : sums.sum) reference.linear.push_back(sum / count);
   reference.levels = levels_of(reference.linear, output);
   const double gain = gain_of(reference.linear, output);
@@ -89,7 +90,7 @@ Reference reference_from(const Sums& sums, const Output& output) {
         (level_of(mean + error, gain, output) - level_of(std::max(0.0, mean - error), gain, output)) / 2;
     reference.variance.push_back(levels * levels);
   }
-  reference.pictures = static_cast<std::uint32_t>(sums.pictures);
+  reference.images = static_cast<std::uint32_t>(sums.images);
   return reference;
 }
 
@@ -111,21 +112,20 @@ Scene exact_scene(const Scene& scene, std::uint32_t samples, std::uint64_t seed)
   return exact;
 }
 
-Reference reference_of(const Case& scene, const ReferenceEffort& effort, const std::filesystem::path& folder) {
-  const std::filesystem::path file = folder.empty() ? folder : file_of(scene, effort, folder);
+Reference reference_of(const Case& scene, const ReferenceEffort& effort, const std::filesystem::path& directory) {
+  const std::filesystem::path file = directory.empty() ? directory : file_of(scene, effort, directory);
   Sums sums;
-  if (!folder.empty()) sums = read(file, 3 * scene.scene.image.window().pixels());
+  if (!directory.empty()) sums = read(file, 3 * scene.scene.image.window().pixels());
   const auto done = [&] {
-    if (sums.pictures < effort.pictures_min) return false;
-    return sums.pictures >= effort.pictures_max ||
-           reference_from(sums, scene.scene.output).error() <= effort.error_wanted;
+    if (sums.images < effort.images_min) return false;
+    return sums.images >= effort.images_max || reference_from(sums, scene.scene.output).error() <= effort.error_wanted;
   };
-  const std::uint64_t known = sums.pictures;
+  const std::uint64_t known = sums.images;
   while (!done())
-    sums.add(scenes::render(exact_scene(scene.scene, effort.samples, first_seed + sums.pictures), effort.threads,
-                            scene.assets)
-                 .image);
-  if (!folder.empty() && sums.pictures > known) write(file, sums);
+    sums.add(
+        scenes::render(exact_scene(scene.scene, effort.samples, first_seed + sums.images), effort.threads, scene.assets)
+            .image);
+  if (!directory.empty() && sums.images > known) write(file, sums);
   return reference_from(sums, scene.scene.output);
 }
 

@@ -110,14 +110,14 @@ Case many_lights() {
 }
 
 Case clipped() {
-  Case c = under("clipped", "light far brighter than white: most of the picture is clamped", PointLight{{-2, 3, 3}});
+  Case c = under("clipped", "light far brighter than white: most of the image is clamped", PointLight{{-2, 3, 3}});
   c.scene.lights[0].intensity = 6;
   c.scene.lights[0].attenuation = {Attenuation::Kind::polynomial, {0, 0, 0.2}};
   return c;
 }
 
 Case dark() {
-  Case c = under("dark", "a picture of a few levels, where the sRGB curve is steepest", PointLight{{-2, 3, 3}});
+  Case c = under("dark", "an image of a few levels, where the sRGB curve is steepest", PointLight{{-2, 3, 3}});
   c.scene.lights[0].intensity = 0.01;
   c.scene.background.color = c.scene.ambient = {0.0005, 0.0005, 0.001};
   return c;

@@ -48,8 +48,8 @@ Case gradients() {
   return c;
 }
 
-/// A picture of 64 x 64 texels that has detail at every scale, as the bytes of a PNG.
-std::vector<std::uint8_t> picture_bytes() {
+/// An image of 64 x 64 texels that has detail at every scale, as the bytes of a PNG.
+std::vector<std::uint8_t> image_bytes() {
   Image image{64, 64, std::vector<float>(64 * 64 * 3)};
   for (std::uint32_t y = 0; y < 64; ++y)
     for (std::uint32_t x = 0; x < 64; ++x) {
@@ -62,10 +62,10 @@ std::vector<std::uint8_t> picture_bytes() {
   return *bytes;
 }
 
-Texture picture(Case& c, Texture::Filter filter) {
+Texture image(Case& c, Texture::Filter filter) {
   if (c.scene.assets.empty()) {
-    c.scene.assets = {{"picture.png", "/textures/picture/file"}};
-    c.assets.bytes = {picture_bytes()};
+    c.scene.assets = {{"image.png", "/textures/image/file"}};
+    c.assets.bytes = {image_bytes()};
   }
   Texture texture;
   texture.pattern = ImageTexture{{0}, {}};
@@ -73,15 +73,15 @@ Texture picture(Case& c, Texture::Filter filter) {
   return texture;
 }
 
-Case pictures() {
-  Case c = lit("pictures", "a picture file through each filter, near and to the horizon");
+Case images() {
+  Case c = lit("images", "an image file through each filter, near and to the horizon");
   const Texture::Filter filters[] = {Texture::Filter::nearest, Texture::Filter::bilinear, Texture::Filter::mipmap};
   for (int i = 0; i < 3; ++i) {
     scenes::add(c.scene, Box{{-2.2 + 1.6 * i, 0, 0}, {-1.0 + 1.6 * i, 1.2, 1}},
-                textured(c.scene, picture(c, filters[i])));
+                textured(c.scene, image(c, filters[i])));
     scenes::add(c.scene, Sphere{{-1.6 + 1.6 * i, 1.6, 0.3}, 0.4}, c.scene.objects.back().material);
   }
-  Texture far = picture(c, Texture::Filter::mipmap);
+  Texture far = image(c, Texture::Filter::mipmap);
   far.scale = {0.3, 0.3};
   c.scene.objects[0].material = scenes::add(c.scene, textured(c.scene, far));
   return c;
@@ -101,8 +101,8 @@ Case bumps() {
 }
 
 Case normal_map() {
-  Case c = lit("normal_map", "normals of a picture file, under a mirror's coat");
-  c.scene.textures.push_back(picture(c, Texture::Filter::mipmap));
+  Case c = lit("normal_map", "normals of an image file, under a mirror's coat");
+  c.scene.textures.push_back(image(c, Texture::Filter::mipmap));
   Material wall = phong({0.5, 0.6, 0.7}, 0.4, 40);
   wall.normal_map = TextureId{0};
   wall.reflection = 0.3;
@@ -130,7 +130,7 @@ std::vector<Case> texture_cases() {
       fine_checker(),
       floor_of("noise_to_horizon", "six octaves of noise to the horizon", noise(0.7, 6)),
       gradients(),
-      pictures(),
+      images(),
       bumps(),
       normal_map(),
       cloth()};

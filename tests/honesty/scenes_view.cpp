@@ -1,4 +1,4 @@
-// Cameras, worlds, and what becomes of the picture.
+// Cameras, worlds, and what becomes of the image.
 #include "tests/honesty/corpus.h"
 
 namespace honesty {
@@ -106,7 +106,7 @@ Case transparent() {
 }
 
 Case cropped() {
-  Case c = row("cropped", "a window of a larger picture, at an odd place");
+  Case c = row("cropped", "a window of a larger image, at an odd place");
   c.scene.image = {160, 120, PixelWindow{37, 51, 87, 86}};
   return c;
 }

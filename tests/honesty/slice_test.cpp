@@ -1,4 +1,4 @@
-// A small slice of honesty_table, the same one every time: pictures asked for with a target error keep their promise.
+// A small slice of honesty_table, the same one every time: images asked for with a target error keep their promise.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -20,8 +20,7 @@ TEST(Honesty, HoldsForASliceOfTheCorpus) {
   print_heading(std::cout);
   for (std::size_t i = 0; i < effort::cases(std::size(slice)); ++i) {
     const Case& scene = *find(slice[i % std::size(slice)]);
-    const Standard standard{reference_of(scene, {.samples = 1024, .pictures_min = 3, .pictures_max = 3}),
-                            strata_of(scene)};
+    const Standard standard{reference_of(scene, {.samples = 1024, .images_min = 3, .images_max = 3}), strata_of(scene)};
     Outcome outcome{scene.name, {}, {}};
     std::uint64_t seed = 1000 * i;
     for (const double target : {4.0, 2.0})

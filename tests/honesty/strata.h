@@ -18,7 +18,7 @@ enum class Stratum {
 
 inline constexpr std::array<std::string_view, 4> stratum_names{"edge", "specular", "penumbra", "smooth"};
 
-/// Each pixel's, row 0 on top. Judged from 16 points of each pixel: their first hits, and what becomes of the picture
+/// Each pixel's, row 0 on top. Judged from 16 points of each pixel: their first hits, and what becomes of the image
 /// without bounces and without shadows.
 std::vector<Stratum> strata_of(const Case& scene, std::uint32_t threads = 0);
 

@@ -50,7 +50,7 @@ Rendered rendered_to(const Case& scene, double target, std::uint64_t seed, std::
 Trial judged(const Case& scene, const Standard& standard, const Rendered& rendered, double target, std::uint64_t seed) {
   const Image& image = rendered.image;
   const Reference& reference = standard.reference;
-  const Picture levels = levels_of(picture_of(image), scene.scene.output);
+  const Image levels = levels_of(image_of(image), scene.scene.output);
   Difference whole;
   std::array<Difference, stratum_names.size()> parts;
   std::array<double, stratum_names.size()> claimed{};
@@ -70,11 +70,11 @@ Trial judged(const Case& scene, const Standard& standard, const Rendered& render
   return trial;
 }
 
-void seed_bias(Image& picture, const Image& without_light, std::uint64_t seed) {
-  for (std::size_t pixel = 0; pixel < picture.rgb.size() / 3; ++pixel)
+void seed_bias(Image& image, const Image& without_light, std::uint64_t seed) {
+  for (std::size_t pixel = 0; pixel < image.rgb.size() / 3; ++pixel)
     if (hashed(pixel ^ hashed(seed)) % 100 == 0)
       std::copy_n(without_light.rgb.begin() + static_cast<std::ptrdiff_t>(3 * pixel), 3,
-                  picture.rgb.begin() + static_cast<std::ptrdiff_t>(3 * pixel));
+                  image.rgb.begin() + static_cast<std::ptrdiff_t>(3 * pixel));
 }
 
 Case without_light(const Case& scene) {

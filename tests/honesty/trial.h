@@ -1,5 +1,5 @@
 #pragma once
-/// One picture that was asked for with a target error, held against the reference.
+/// One image that was asked for with a target error, held against the reference.
 
 #include <array>
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace honesty {
 
-/// What pictures of a case are judged by.
+/// What images of a case are judged by.
 struct Standard {
   Reference reference;
   std::vector<Stratum> strata;
@@ -31,7 +31,7 @@ struct Trial {
   /// Levels: root mean square of the difference from the reference, less what the reference itself contributes to it.
   double truth = 0;
   double reference_error = 0;
-  double samples_per_pixel = 0;  ///< in the picture's means, and those that only estimate the error
+  double samples_per_pixel = 0;  ///< in the image's means, and those that only estimate the error
   std::array<Share, stratum_names.size()> strata{};
 
   /// The reference is too coarse to judge this claim sharply: then its error is granted to the claim.
@@ -43,16 +43,16 @@ struct Trial {
   [[nodiscard]] bool close() const { return ratio() >= 0.4 && ratio() <= 1.05; }
 };
 
-/// The picture of `target` levels and `seed`, as a document asks for it that says no more, with the layer `error`.
+/// The image of `target` levels and `seed`, as a document asks for it that says no more, with the layer `error`.
 tracer::Rendered rendered_to(const Case& scene, double target, std::uint64_t seed, std::uint32_t threads);
 
-/// Any picture of the case against its standard.
+/// Any image of the case against its standard.
 Trial judged(const Case& scene, const Standard& standard, const tracer::Rendered& rendered, double target,
              std::uint64_t seed);
 
-/// A tracer with a bug that few pixels show: in one pixel of a hundred, chosen by a hash, `picture` is given what
+/// A tracer with a bug that few pixels show: in one pixel of a hundred, chosen by a hash, `image` is given what
 /// `without_light` has there.
-void seed_bias(tracer::Image& picture, const tracer::Image& without_light, std::uint64_t seed);
+void seed_bias(tracer::Image& image, const tracer::Image& without_light, std::uint64_t seed);
 
 /// The case without its first light. Precondition: it has one.
 Case without_light(const Case& scene);

@@ -30,7 +30,7 @@ void judge(const Outcome& outcome, Verdict& verdict, StratumRatios& ratios) {
   for (const Trial& trial : outcome.trials) {
     verdict.confidence = std::min(verdict.confidence, trial.error.confidence);
     coverage.add(trial.covered());
-    verdict.pictures.add(trial.covered());
+    verdict.images.add(trial.covered());
     ++verdict.trials;
     verdict.close += trial.close() ? 1 : 0;
     verdict.met += trial.error.met ? 1 : 0;
@@ -120,8 +120,8 @@ Verdict verdict_on(const std::vector<Outcome>& outcomes, double close_wanted) {
     return all == 0 ? 0 : static_cast<double>(some) / static_cast<double>(all);
   };
   if (verdict.trials == 0) verdict.broken.emplace_back("nothing was tried");
-  if (verdict.pictures.rejected(verdict.confidence))
-    verdict.broken.push_back("pictures: " + percent(part(verdict.pictures.misses, verdict.pictures.trials)) +
+  if (verdict.images.rejected(verdict.confidence))
+    verdict.broken.push_back("images: " + percent(part(verdict.images.misses, verdict.images.trials)) +
                              " of the claims do not hold");
   for (std::size_t s = 0; s < stratum_names.size(); ++s)
     if (verdict.strata[s].rejected(verdict.confidence))

@@ -14,7 +14,7 @@ namespace honesty {
 struct Outcome {
   std::string scene;
   std::vector<Trial> trials;
-  /// Likewise, of pictures in which one light is missing from a pixel of a hundred; empty: the scene has no light.
+  /// Likewise, of images in which one light is missing from a pixel of a hundred; empty: the scene has no light.
   std::vector<Trial> biased;
 };
 
@@ -35,15 +35,15 @@ std::vector<Row> rows_of(const Outcome& outcome);
 /// of the difference, from the relative spread over the seeds of all targets. Nothing is said of fewer than 3 seeds.
 std::vector<std::string> growths(const std::vector<Row>& rows);
 
-/// A stratum's claims and those of the whole pictures differ in one thing: few pixels of a stratum may by chance all
+/// A stratum's claims and those of the whole images differ in one thing: few pixels of a stratum may by chance all
 /// be worse than claimed. Strata of fewer pixels in a scene are not judged there.
 inline constexpr std::size_t stratum_pixels_min = 30;
 
 struct Verdict {
-  Coverage pictures;  ///< over all scenes
+  Coverage images;  ///< over all scenes
   std::array<Coverage, stratum_names.size()> strata;
   std::array<double, stratum_names.size()> strata_ratio{};  ///< geometric mean of true/claimed
-  Coverage biased;                                          ///< of the pictures with the seeded bias
+  Coverage biased;                                          ///< of the images with the seeded bias
   std::uint64_t biased_scenes = 0, caught_scenes = 0;
   std::uint64_t trials = 0, close = 0;  ///< with true/claimed in [0.4, 1.05]
   std::uint64_t met = 0, coarse = 0;

@@ -49,7 +49,7 @@ void print(std::ostream& out, const Outcome& outcome) {
 void print(std::ostream& out, const Verdict& verdict) {
   out << "\nat a confidence of " << std::defaultfloat << verdict.confidence
       << ", a count rejected where it is rarer than " << static_cast<double>(significance) << ":\n";
-  print(out, "pictures", verdict.pictures, verdict.confidence);
+  print(out, "images", verdict.images, verdict.confidence);
   for (std::size_t s = 0; s < stratum_names.size(); ++s)
     print(out, stratum_names[s], verdict.strata[s], verdict.confidence, verdict.strata_ratio[s]);
   if (verdict.biased.trials > 0) {

@@ -9,7 +9,7 @@ namespace {
 class BodyTest : public testing::Test {
  protected:
   BodyTest() {
-    budget.folder = testing::TempDir();
+    budget.directory = testing::TempDir();
     budget.body_memory_bytes = 8;
     budget.memory_bytes = 12;
     budget.file_bytes = 40;
@@ -64,7 +64,7 @@ TEST_F(BodyTest, AreRefusedWhenTheFilesOfAllAreFull) {
 }
 
 TEST_F(BodyTest, AreRefusedWhereNoFileCanBeMade) {
-  budget.folder = "/nonexistent";
+  budget.directory = "/nonexistent";
   http::Body body(budget);
   EXPECT_FALSE(body.append(std::string(9, 'a')));
 }

@@ -1,4 +1,4 @@
-#include "server/config/config.h"
+#include "server/daemon/config.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -8,9 +8,9 @@
 
 namespace {
 
-using config::Environment;
-using config::Mistake;
-using config::Task;
+using whittled::ConfigError;
+using whittled::Environment;
+using whittled::Task;
 
 /// A file that is gone with the test.
 class TemporaryFile {
@@ -25,8 +25,8 @@ class TemporaryFile {
   std::string path_;
 };
 
-config::Config accepted(const std::vector<std::string>& arguments, const Environment& environment = {}) {
-  const auto command = config::read_command(arguments, environment);
+whittled::Config accepted(const std::vector<std::string>& arguments, const Environment& environment = {}) {
+  const auto command = whittled::read_command(arguments, environment);
   if (!command) {
     for (const auto& [where, sentence] : command.error()) ADD_FAILURE() << where << ": " << sentence;
     return {};
@@ -34,8 +34,8 @@ config::Config accepted(const std::vector<std::string>& arguments, const Environ
   return command->config;
 }
 
-std::vector<Mistake> mistakes(const std::vector<std::string>& arguments, const Environment& environment = {}) {
-  const auto command = config::read_command(arguments, environment);
+std::vector<ConfigError> errors(const std::vector<std::string>& arguments, const Environment& environment = {}) {
+  const auto command = whittled::read_command(arguments, environment);
   if (command) {
     ADD_FAILURE() << "accepted";
     return {};
@@ -43,14 +43,14 @@ std::vector<Mistake> mistakes(const std::vector<std::string>& arguments, const E
   return command.error();
 }
 
-std::string places(const std::vector<Mistake>& all) {
+std::string places(const std::vector<ConfigError>& all) {
   std::string text;
-  for (const Mistake& mistake : all) text += mistake.where + ' ';
+  for (const ConfigError& mistake : all) text += mistake.where + ' ';
   return text;
 }
 
 void expect_mistake(const std::vector<std::string>& arguments, const std::string& where, const std::string& part) {
-  const auto all = mistakes(arguments);
+  const auto all = errors(arguments);
   ASSERT_EQ(all.size(), 1U) << places(all);
   EXPECT_EQ(all[0].where, where);
   EXPECT_NE(all[0].sentence.find(part), std::string::npos) << all[0].sentence;
@@ -58,8 +58,8 @@ void expect_mistake(const std::vector<std::string>& arguments, const std::string
 
 TEST(Config, HasItsDefaultsWithoutAnything) {
   const auto config = accepted({});
-  EXPECT_EQ(config.listen, (config::Address{"127.0.0.1", 8080}));
-  EXPECT_EQ(config.health_listen, (config::Address{"127.0.0.1", 8081}));
+  EXPECT_EQ(config.listen, (whittled::Address{"127.0.0.1", 8080}));
+  EXPECT_EQ(config.health_listen, (whittled::Address{"127.0.0.1", 8081}));
   EXPECT_EQ(config.data, "./data");
   EXPECT_EQ(config.assets, "");
   EXPECT_EQ(config.render_wait_s, 60U);
@@ -81,7 +81,7 @@ TEST(Config, TakesFlagsWithDashesUnderscoresAndEqualsSigns) {
   EXPECT_EQ(accepted({"--data=/tmp/a=b"}).data, "/tmp/a=b");
 }
 
-TEST(Config, TakesAnEmptyAssetFolderForNone) {
+TEST(Config, TakesAnEmptyAssetDirectoryForNone) {
   EXPECT_EQ(accepted({"--assets", "/srv/assets"}).assets, "/srv/assets");
   EXPECT_EQ(accepted({"--assets="}, {{"WHITTLE_ASSETS", "/srv/assets"}}).assets, "");
 }
@@ -91,7 +91,7 @@ TEST(Config, TellsAllMistakesOfAllSourcesWithTheirPlaces) {
   const Environment environment{{"WHITTLE_LIGHTS", "-1"}};
   const std::string& at = file.path();
   const auto all =
-      mistakes({"--config", at, "--listen", "0.0.0.0:1", "--bogus", "--log-level", "loud", "--drain-s"}, environment);
+      errors({"--config", at, "--listen", "0.0.0.0:1", "--bogus", "--log-level", "loud", "--drain-s"}, environment);
   EXPECT_EQ(places(all), "--bogus --drain-s " + at + ":2 " + at + ":3 " + at + ":4 " + at +
                              ":1 WHITTLE_LIGHTS --log-level --listen ");
 }
@@ -104,14 +104,14 @@ TEST(Config, RefusesAddressesThatOthersCouldReach) {
 }
 
 TEST(Config, TakesAddressesThatOthersReachWhereThereAreKeys) {
-  EXPECT_EQ(accepted({"--listen", "0.0.0.0:80", "--keys", "file"}).listen, (config::Address{"0.0.0.0", 80}));
-  EXPECT_EQ(accepted({"--health-listen", "[::]:80", "--keys", "file"}).health_listen, (config::Address{"::", 80}));
+  EXPECT_EQ(accepted({"--listen", "0.0.0.0:80", "--keys", "file"}).listen, (whittled::Address{"0.0.0.0", 80}));
+  EXPECT_EQ(accepted({"--health-listen", "[::]:80", "--keys", "file"}).health_listen, (whittled::Address{"::", 80}));
 }
 
 TEST(Config, TakesEveryLoopbackAddress) {
-  EXPECT_EQ(accepted({"--listen", "127.5.6.7:0"}).listen, (config::Address{"127.5.6.7", 0}));
-  EXPECT_EQ(accepted({"--listen", "[::1]:80"}).listen, (config::Address{"::1", 80}));
-  EXPECT_EQ(accepted({"--listen", "localhost:80"}).listen, (config::Address{"127.0.0.1", 80}));
+  EXPECT_EQ(accepted({"--listen", "127.5.6.7:0"}).listen, (whittled::Address{"127.5.6.7", 0}));
+  EXPECT_EQ(accepted({"--listen", "[::1]:80"}).listen, (whittled::Address{"::1", 80}));
+  EXPECT_EQ(accepted({"--listen", "localhost:80"}).listen, (whittled::Address{"127.0.0.1", 80}));
 }
 
 TEST(Config, RefusesAddressesItCannotRead) {
@@ -149,34 +149,34 @@ TEST(Config, RefusesAFileThatIsNoConfiguration) {
 
 TEST(Config, AnswersHelpAndVersionWhateverElseIsWrong) {
   for (const auto& [flag, task] : {std::pair("--help", Task::help), std::pair("--version", Task::version)}) {
-    const auto command = config::read_command({"--bogus", flag}, {{"WHITTLE_NOTHING", "1"}});
+    const auto command = whittled::read_command({"--bogus", flag}, {{"WHITTLE_NOTHING", "1"}});
     ASSERT_TRUE(command);
     EXPECT_EQ(command->task, task);
   }
 }
 
 TEST(Config, TellsVariablesThatAreNoOptionButIgnoresThem) {
-  const auto command = config::read_command({}, {{"WHITTLE_PORT", "tcp://10.0.0.1:80"}, {"WHITTLE_JOBS", "3"}});
+  const auto command = whittled::read_command({}, {{"WHITTLE_PORT", "tcp://10.0.0.1:80"}, {"WHITTLE_JOBS", "3"}});
   ASSERT_TRUE(command);
   EXPECT_EQ(command->ignored_variables, std::vector<std::string>{"WHITTLE_PORT"});
   EXPECT_EQ(command->config.jobs, 3U);
 }
 
 TEST(Config, ChecksWithoutRunning) {
-  const auto command = config::read_command({"--check-config", "--jobs", "3"}, {});
+  const auto command = whittled::read_command({"--check-config", "--jobs", "3"}, {});
   ASSERT_TRUE(command);
   EXPECT_EQ(command->task, Task::check);
   EXPECT_EQ(command->config.jobs, 3U);
 }
 
-TEST(Config, BacksUpIntoANamedFolderWhereverTheDaemonListens) {
-  const auto command = config::read_command({"--listen", "0.0.0.0:80", "--data", "here", "--backup", "there"}, {});
+TEST(Config, BacksUpIntoANamedDirectoryWhereverTheDaemonListens) {
+  const auto command = whittled::read_command({"--listen", "0.0.0.0:80", "--data", "here", "--backup", "there"}, {});
   ASSERT_TRUE(command);
   EXPECT_EQ(command->task, Task::backup);
   EXPECT_EQ(command->config.data, "here");
-  EXPECT_EQ(command->backup_folder, "there");
+  EXPECT_EQ(command->backup_directory, "there");
 
-  const auto nameless = config::read_command({"--backup", ""}, {});
+  const auto nameless = whittled::read_command({"--backup", ""}, {});
   ASSERT_FALSE(nameless);
   EXPECT_EQ(nameless.error().size(), 1U);
   EXPECT_EQ(nameless.error().front().where, "--backup");
@@ -185,16 +185,16 @@ TEST(Config, BacksUpIntoANamedFolderWhereverTheDaemonListens) {
 TEST(Config, PrintsSettingsThatReadBackAsThemselves) {
   const auto before = accepted({"--listen", "[::1]:81", "--jobs", "7", "--log-level", "debug"});
   std::vector<std::string> arguments;
-  for (const auto& [name, value] : config::settings(before)) {
+  for (const auto& [name, value] : whittled::settings(before)) {
     arguments.push_back("--" + name);
     arguments.push_back(value);
   }
-  EXPECT_EQ(config::settings(accepted(arguments)), config::settings(before));
+  EXPECT_EQ(whittled::settings(accepted(arguments)), whittled::settings(before));
 }
 
 TEST(Config, HelpNamesEveryOptionWithItsDefault) {
-  const std::string help = config::help_text();
-  for (const auto& [name, value] : config::settings(accepted({}))) {
+  const std::string help = whittled::help_text();
+  for (const auto& [name, value] : whittled::settings(accepted({}))) {
     std::string flag = "--" + name;
     for (char& c : flag) c = c == '_' ? '-' : c;
     EXPECT_NE(help.find(flag + " "), std::string::npos) << flag;

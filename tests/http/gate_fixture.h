@@ -15,7 +15,7 @@
 #include <mutex>
 #include <thread>
 
-#include "server/http/gate.h"
+#include "server/http/http_server.h"
 
 namespace gate_test {
 
@@ -119,8 +119,8 @@ class GateTest : public testing::Test {
   void serve(const std::vector<std::pair<std::string, http::Handler>>& handlers) {
     std::vector<http::Route> routes{{"GET", "/", [](Request&) -> Answer { return text("root"); }, {}}};
     for (const auto& [path, handler] : handlers) routes.push_back({"GET", path, handler, {}});
-    settings.spool_folder = testing::TempDir();
-    gate = std::make_unique<http::Gate>(
+    settings.spool_directory = testing::TempDir();
+    gate = std::make_unique<http::HttpServer>(
         settings, routes, [this] { return std::to_string(++request_count); }, telemetry::Log(telemetry::Level::error));
   }
   Client client() const { return Client(gate->port()); }
@@ -134,7 +134,7 @@ class GateTest : public testing::Test {
 
   http::GateSettings settings;
   std::atomic<int> request_count = 0;
-  std::unique_ptr<http::Gate> gate;
+  std::unique_ptr<http::HttpServer> gate;
 };
 
 }  // namespace gate_test

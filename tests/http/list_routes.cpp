@@ -4,7 +4,7 @@
 #include <cstdio>
 
 #include "server/http/routes.h"
-#include "server/jobs/queue.h"
+#include "server/queue/queue.h"
 #include "server/storage/memory/memory_artifact_store.h"
 #include "server/storage/memory/memory_asset_store.h"
 #include "server/storage/memory/memory_job_store.h"
@@ -22,16 +22,16 @@ void print(const std::vector<http::Route>& routes) {
 }  // namespace
 
 int main() {
-  jobs::MemoryJobStore store;
-  jobs::MemoryArtifactStore artifacts;
-  jobs::MemoryAssetStore assets(jobs::system_clock());
-  jobs::IdSource ids(jobs::system_clock(), jobs::system_random());
-  jobs::Queue queue(store, artifacts, ids, jobs::system_clock(), jobs::no_log(), {});
-  jobs::Events events([](const jobs::JobEvent&) { return std::string(); }, jobs::system_clock());
+  queue::MemoryJobStore store;
+  queue::MemoryArtifactStore artifacts;
+  queue::MemoryAssetStore assets(queue::system_clock());
+  queue::IdSource ids(queue::system_clock(), queue::system_random());
+  queue::Queue queue(store, artifacts, ids, queue::system_clock(), queue::no_log(), {});
+  queue::Events events([](const queue::JobEvent&) { return std::string(); }, queue::system_clock());
   print(http::client_routes({.jobs = queue,
                              .events = events,
                              .assets = assets,
-                             .clock = jobs::system_clock(),
+                             .clock = queue::system_clock(),
                              .limits = {},
                              .batch_limits = {},
                              .missing_files = {},
@@ -40,6 +40,6 @@ int main() {
                              .job_memory_bytes = 0,
                              .draining = [] { return false; },
                              .seconds_per_work = {},
-                             .told_limits = {}}));
+                             .effective_limits = {}}));
   print(http::health_routes({}));  // whose functions nobody calls here
 }

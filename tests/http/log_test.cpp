@@ -1,8 +1,8 @@
-#include "server/telemetry/log.h"
-
 #include <gtest/gtest.h>
 
 #include <limits>
+
+#include "server/telemetry/json_log.h"
 
 namespace {
 

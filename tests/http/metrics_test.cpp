@@ -1,11 +1,10 @@
-#include "server/telemetry/metrics.h"
-
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "server/jobs/job_store.h"
+#include "server/queue/job_store.h"
 #include "server/telemetry/job_metrics.h"
+#include "server/telemetry/metric_registry.h"
 
 namespace {
 
@@ -35,9 +34,9 @@ TEST(Metrics, LabelsAreEscaped) {
   EXPECT_EQ(telemetry::metric_line("a", {}, std::numeric_limits<double>::infinity()), "a +Inf\n");
 }
 
-class Nobody final : public jobs::Observer {
+class Nobody final : public queue::Observer {
  public:
-  void moved(const std::string&, jobs::JobState) noexcept override { ++told; }
+  void moved(const std::string&, queue::JobState) noexcept override { ++told; }
   void settled(const std::string&) noexcept override { ++told; }
   void progressed(const std::string&, double) noexcept override { ++told; }
   void removed(const std::string&) noexcept override { ++told; }
@@ -51,24 +50,24 @@ void expect_line(const std::string& text, const std::string& line) {
 TEST(JobMetrics, TellWaitsRunsRaysAndTargets) {
   Metrics metrics(telemetry::JobMetrics::families());
   Nobody next;
-  jobs::Job job;
-  job.state = jobs::JobState::succeeded;
+  queue::Job job;
+  job.state = queue::JobState::succeeded;
   job.created_at = 1000;
   job.started_at = 3000;
   job.ended_at = 3500;
   job.report =
       R"({"rays":{"camera":7,"shadow":5,"reflection":3,"refraction":2},"error":{"target":0.5,"estimate":0.375,"met":true},
-                   "geometry_reused":true,"pictures":{"reused":3,"decoded":2},"estimated_work":1000,
+                   "geometry_reused":true,"images":{"reused":3,"decoded":2},"estimated_work":1000,
                    "time_ms":{"queue":7,"parse":7,"build":100,"trace":1500,"encode":400}})";
-  telemetry::RenderPace pace;
+  telemetry::ThroughputEstimate pace;
   job.attempt = 1;
   telemetry::JobMetrics observed(
       metrics, pace, [&](const std::string&) { return job; }, next);
   const auto succeeded = [&](const std::string& id) {
-    observed.moved(id, jobs::JobState::succeeded);
+    observed.moved(id, queue::JobState::succeeded);
     observed.settled(id);
   };
-  observed.moved("a", jobs::JobState::queued);
+  observed.moved("a", queue::JobState::queued);
   succeeded("a");
   job.report = R"({"rays":{"camera":1},"error":{"target":2,"estimate":6,"met":false}})";
   succeeded("b");
@@ -93,8 +92,8 @@ TEST(JobMetrics, TellWaitsRunsRaysAndTargets) {
                            "whittle_error_targets_total{met=\"no\"} 1",
                            "whittle_geometry_total{reused=\"yes\"} 1",
                            "whittle_geometry_total{reused=\"no\"} 2",
-                           "whittle_pictures_total{reused=\"yes\"} 3",
-                           "whittle_pictures_total{reused=\"no\"} 2",
+                           "whittle_images_total{reused=\"yes\"} 3",
+                           "whittle_images_total{reused=\"no\"} 2",
                            "whittle_error_to_target_ratio_bucket{le=\"0.7\"} 0",
                            "whittle_error_to_target_ratio_bucket{le=\"0.8\"} 1",
                            "whittle_error_to_target_ratio_bucket{le=\"2\"} 1",
@@ -105,8 +104,8 @@ TEST(JobMetrics, TellWaitsRunsRaysAndTargets) {
   }
 }
 
-TEST(RenderPace, IsTheMedianOfTheLatestRenders) {
-  telemetry::RenderPace pace;
+TEST(ThroughputEstimate, IsTheMedianOfTheLatestRenders) {
+  telemetry::ThroughputEstimate pace;
   const auto learn = [&](double trace_ms) {
     pace.learn(R"({"rays":{},"error":{},"estimated_work":1000,"time_ms":{"trace":)" + std::to_string(trace_ms) + "}}");
   };
@@ -117,21 +116,21 @@ TEST(RenderPace, IsTheMedianOfTheLatestRenders) {
   EXPECT_EQ(pace.seconds_per_work(), std::nullopt) << "none of them is of a render";
   for (const double ms : {1000.0, 3000.0, 900'000.0}) learn(ms);
   EXPECT_DOUBLE_EQ(*pace.seconds_per_work(), 3.0 / 1000);
-  for (std::size_t i = 0; i < telemetry::RenderPace::renders_max; ++i) learn(7000);
+  for (std::size_t i = 0; i < telemetry::ThroughputEstimate::renders_max; ++i) learn(7000);
   EXPECT_DOUBLE_EQ(*pace.seconds_per_work(), 7.0 / 1000) << "those before are forgotten";
 }
 
 TEST(JobMetrics, AJobThatCannotBeLookedUpIsStillAnEnd) {
   Metrics metrics(telemetry::JobMetrics::families());
   Nobody next;
-  telemetry::RenderPace pace;
+  telemetry::ThroughputEstimate pace;
   telemetry::JobMetrics observed(
       metrics, pace,
-      [](const std::string&) -> std::optional<jobs::Job> {
-        throw jobs::StoreFailure(jobs::StoreFailure::Kind::unavailable, "gone");
+      [](const std::string&) -> std::optional<queue::Job> {
+        throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, "gone");
       },
       next);
-  observed.moved("a", jobs::JobState::failed);
+  observed.moved("a", queue::JobState::failed);
   observed.settled("a");
   expect_line(metrics.text(), "whittle_jobs_ended_total{state=\"failed\"} 1");
   EXPECT_EQ(next.told, 2);

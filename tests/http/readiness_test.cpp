@@ -2,7 +2,7 @@
 
 #include <thread>
 
-#include "server/http/handlers.h"
+#include "server/http/handlers/handlers.h"
 
 namespace {
 

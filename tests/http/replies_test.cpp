@@ -4,11 +4,11 @@
 
 namespace {
 
-jobs::JobView running_view() {
-  jobs::JobView view;
+queue::JobView running_view() {
+  queue::JobView view;
   view.job.id = "0190a000-0000-7000-8000-000000000001";
   view.job.name = "spheres";
-  view.job.state = jobs::JobState::running;
+  view.job.state = queue::JobState::running;
   view.job.created_at = 1'700'000'000'123;
   view.job.started_at = 1'700'000'001'000;
   view.job.attempt = 1;
@@ -30,19 +30,19 @@ TEST(JobReply, TellsTimesInRfc3339AndTheEtaFromTheTimeSoFar) {
 }
 
 TEST(JobReply, HasNoEtaWhileNothingIsKnown) {
-  jobs::JobView view = running_view();
+  queue::JobView view = running_view();
   view.progress = 0;
   expect_part(api::write_job(view, 1'700'000'003'000), R"("eta_s":null)");
   view.progress = 0.5;
-  view.job.state = jobs::JobState::queued;
+  view.job.state = queue::JobState::queued;
   expect_part(api::write_job(view, 1'700'000'003'000), R"("eta_s":null)");
 }
 
-TEST(JobReply, LinksPicturesAndEmbedsTheReportOnceThereAreSome) {
-  jobs::JobView view = running_view();
+TEST(JobReply, LinksImagesAndEmbedsTheReportOnceThereAreSome) {
+  queue::JobView view = running_view();
   expect_part(api::write_job(view, 0),
               R"("accuracy":null,"report":null,"measurement":null,"problem":null,"artifacts":[])");
-  view.job.state = jobs::JobState::succeeded;
+  view.job.state = queue::JobState::succeeded;
   view.job.report = R"({"non_finite":0})";
   view.job.artifacts = {{"image.exr", "image/x-exr", std::string(64, 'a'), 12}};
   const std::string text = api::write_job(view, 0);
@@ -54,12 +54,12 @@ TEST(JobReply, LinksPicturesAndEmbedsTheReportOnceThereAreSome) {
 }
 
 TEST(JobReply, OfAMeasurementHasWhatWasMeasuredInPlaceOfAReport) {
-  jobs::JobView view = running_view();
+  queue::JobView view = running_view();
   expect_part(api::write_job(view, 0), R"("kind":"render")");
-  view.job.kind = jobs::JobKind::measure;
+  view.job.kind = queue::JobKind::measure;
   view.job.accuracy = R"({"target_error":2.0})";
   expect_part(api::write_job(view, 0), R"("accuracy":{"target_error":2.0},"report":null,"measurement":null)");
-  view.job.state = jobs::JobState::succeeded;
+  view.job.state = queue::JobState::succeeded;
   view.job.report = R"({"points":[]})";
   const std::string text = api::write_job(view, 0);
   expect_part(text, R"("kind":"measure")");
@@ -67,19 +67,19 @@ TEST(JobReply, OfAMeasurementHasWhatWasMeasuredInPlaceOfAReport) {
 }
 
 TEST(JobReply, LinksARetryOfWhatFailedOrWasCancelledUntilItExpires) {
-  jobs::JobView view = running_view();
+  queue::JobView view = running_view();
   expect_part(api::write_job(view, 0), R"("retry":null)");
-  view.job.state = jobs::JobState::failed;
+  view.job.state = queue::JobState::failed;
   expect_part(api::write_job(view, 0), R"("cancel":null,"retry":"/v1/jobs/)" + view.job.id + "/retry\"");
   view.job.expired = true;
   expect_part(api::write_job(view, 0), R"("retry":null)");
 }
 
 TEST(BatchReply, IsWhatBecameOfItsJobs) {
-  using enum jobs::JobState;
-  jobs::BatchState state;
+  using enum queue::JobState;
+  queue::BatchState state;
   state.batch = {"0190a000-0000-7000-8000-0000000000b0", "", "orbit", 0, 2, 4};
-  const std::vector<std::pair<std::map<jobs::JobState, std::int64_t>, std::string>> table = {
+  const std::vector<std::pair<std::map<queue::JobState, std::int64_t>, std::string>> table = {
       {{{queued, 4}}, R"("state":"queued","progress":0.0)"},
       {{{queued, 2}, {succeeded, 2}}, R"("state":"running","progress":0.5)"},
       {{{running, 1}, {failed, 3}}, R"("state":"running","progress":0.75)"},
@@ -95,7 +95,7 @@ TEST(BatchReply, IsWhatBecameOfItsJobs) {
 }
 
 TEST(JobReply, MendsTextThatIsNotUtf8) {
-  jobs::JobView view = running_view();
+  queue::JobView view = running_view();
   view.job.name = "a\xff";
   expect_part(api::write_job(view, 0), "\"name\":\"a\xef\xbf\xbd\"");
 }

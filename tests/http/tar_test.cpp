@@ -11,7 +11,7 @@
 namespace {
 
 /// Bytes in memory as an artifact; a short one promises more than it has.
-class Bytes final : public jobs::ArtifactReader {
+class Bytes final : public queue::ArtifactReader {
  public:
   explicit Bytes(std::string bytes) : bytes_(std::move(bytes)) {}
   std::uint64_t size_bytes() const override { return bytes_.size(); }
@@ -24,7 +24,7 @@ class Bytes final : public jobs::ArtifactReader {
   std::string bytes_;
 };
 
-std::unique_ptr<jobs::ArtifactReader> open(const jobs::Artifact& artifact) {
+std::unique_ptr<queue::ArtifactReader> open(const queue::Artifact& artifact) {
   if (artifact.sha256 == "gone") return nullptr;
   return std::make_unique<Bytes>(artifact.sha256);  // its name is its content here
 }

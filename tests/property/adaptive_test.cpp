@@ -1,4 +1,4 @@
-// Samples that go where the error is: what is promised of the picture, of its samples and of the time.
+// Samples that go where the error is: what is promised of the image, of its samples and of the time.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -66,7 +66,7 @@ void expect_same(const Rendered& one, const Rendered& other) {
   EXPECT_EQ(one.error.approximation, other.error.approximation);
 }
 
-TEST(AnAdaptivePicture, IsBitIdenticalForAnyNumberOfThreads) {
+TEST(AnAdaptiveImage, IsBitIdenticalForAnyNumberOfThreads) {
   std::vector<Scene> scenes{adapting(still_life(40), until(2))};
   Scene approximate = scenes[0];
   approximate.accuracy.approximate.shadows = Approximations::Shadows::none;
@@ -82,7 +82,7 @@ TEST(AnAdaptivePicture, IsBitIdenticalForAnyNumberOfThreads) {
   EXPECT_GE(refined, 2u) << "there was nothing to do";
 }
 
-TEST(AnAdaptivePicture, HasTheSamplesThatWereAskedForAndThatAreReported) {
+TEST(AnAdaptiveImage, HasTheSamplesThatWereAskedForAndThatAreReported) {
   struct Asked {
     std::uint32_t min, max;
     double target;
@@ -99,13 +99,13 @@ TEST(AnAdaptivePicture, HasTheSamplesThatWereAskedForAndThatAreReported) {
     EXPECT_LE(*most, asked.max);
     EXPECT_EQ(*least, rendered.statistics.samples_min);
     EXPECT_EQ(*most, rendered.statistics.samples_max);
-    const auto in_picture = std::accumulate(samples.begin(), samples.end(), std::uint64_t{0});
-    EXPECT_LE(in_picture, rendered.statistics.samples - rendered.statistics.audit_samples);
+    const auto in_image = std::accumulate(samples.begin(), samples.end(), std::uint64_t{0});
+    EXPECT_LE(in_image, rendered.statistics.samples - rendered.statistics.audit_samples);
     EXPECT_EQ(rendered.statistics.samples, rendered.statistics.rays.camera);
   }
 }
 
-TEST(AnAdaptivePicture, MeetsItsTargetOrSaysThatItDoesNot) {
+TEST(AnAdaptiveImage, MeetsItsTargetOrSaysThatItDoesNot) {
   for (const double target : {0.5, 2.0, 16.0}) {
     for (const std::uint32_t samples_max : {4u, 4096u}) {
       Adaptive adaptive = until(target);
@@ -129,7 +129,7 @@ double root_mean_square(const std::vector<float>& values) {
   return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-TEST(AnAdaptivePicture, IsNoWorseAndTakesNoFewerSamplesForASmallerTarget) {
+TEST(AnAdaptiveImage, IsNoWorseAndTakesNoFewerSamplesForASmallerTarget) {
   double estimate = std::numeric_limits<double>::infinity(), layer = estimate;
   std::uint64_t samples = 0;
   for (const double target : {16.0, 4.0, 1.0}) {
@@ -143,7 +143,7 @@ TEST(AnAdaptivePicture, IsNoWorseAndTakesNoFewerSamplesForASmallerTarget) {
   }
 }
 
-TEST(AnAdaptivePicture, WithNothingToRefineTakesOneSampleAPixel) {
+TEST(AnAdaptiveImage, WithNothingToRefineTakesOneSampleAPixel) {
   Scene scene = scenes::empty(128);
   scene.camera = {{0, 5, 0}, {0, 0, 0}, {0, 0, 1}, 40};
   scene.lights = {scenes::directional_light({0, -1, 0.5})};
@@ -194,7 +194,7 @@ Rendered within(double budget_ms, FakeClock& clock, std::uint32_t side = 64) {
   return std::move(*rendered);
 }
 
-TEST(ATimeBudget, GivesAWholePictureWheneverItEnds) {
+TEST(ATimeBudget, GivesAWholeImageWheneverItEnds) {
   for (const double budget_ms : {1e-6, 1.0, 5.0, 20.0, 40.0, 60.0, 100.0, 150.0}) {
     FakeClock clock;
     const Rendered rendered = within(budget_ms, clock);
@@ -214,7 +214,7 @@ TEST(ATimeBudget, OfNextToNothingTracesNextToNothing) {
   EXPECT_EQ(rendered.statistics.samples_min, 0u);
 }
 
-TEST(ATimeBudget, ThatIsEnoughSamplesEveryPixelWhateverTheSizeOfThePicture) {
+TEST(ATimeBudget, ThatIsEnoughSamplesEveryPixelWhateverTheSizeOfTheImage) {
   for (const auto& [width, height] : {std::pair{1u, 1u}, {33u, 1u}, {33u, 65u}, {2u, 95u}, {48u, 36u}}) {
     Scene scene = bright(64);
     scene.image = {width, height};
@@ -233,12 +233,12 @@ TEST(ATimeBudget, OfASketchIsToldWithAnErrorThatHolds) {
   const Scene scene = bright(128);
   Scene converged = scene;
   converged.accuracy.samples = 16;
-  const ShownPicture truth = shown(scenes::render(converged).image);
+  const DisplayImage truth = to_display(scenes::render(converged).image);
   for (const double budget_ms : {1e-6, 10.0, 30.0, 60.0}) {
     FakeClock clock;
     const Rendered rendered = within(budget_ms, clock, 128);
     ASSERT_EQ(rendered.statistics.samples_min, 0u) << budget_ms;
-    EXPECT_LE(compare(truth, shown(rendered.image))->rmse, rendered.error.estimate) << budget_ms;
+    EXPECT_LE(compare(truth, to_display(rendered.image))->rmse, rendered.error.estimate) << budget_ms;
   }
 }
 
@@ -274,7 +274,7 @@ TEST(ATimeBudget, IsNoneWithoutAClockOrBehindATargetThatIsMetSooner) {
   expect_same(scenes::render(hurried), scenes::render(scene));
 }
 
-TEST(CancellingAnAdaptiveRender, StopsItAtAnyMomentWithoutAPicture) {
+TEST(CancellingAnAdaptiveRender, StopsItAtAnyMomentWithoutAnImage) {
   Adaptive adaptive;
   adaptive.time_budget_ms = 1e9;
   adaptive.samples_max = 64;
@@ -284,10 +284,10 @@ TEST(CancellingAnAdaptiveRender, StopsItAtAnyMomentWithoutAPicture) {
     FakeClock clock;
     clock.moment = moment;
     clock.then = [&] { control.cancel(); };
-    const auto picture = render(*scene, clock.settings(2), control);
+    const auto image = render(*scene, clock.settings(2), control);
     ASSERT_GE(clock.asked, moment);
-    ASSERT_FALSE(picture.has_value()) << moment;
-    EXPECT_EQ(picture.error().code, Failure::Code::cancelled);
+    ASSERT_FALSE(image.has_value()) << moment;
+    EXPECT_EQ(image.error().code, Failure::Code::cancelled);
     EXPECT_LT(clock.asked, moment + 20) << "no more than a tile of each thread";
   }
 }
@@ -308,7 +308,7 @@ Scene corridor(double cutoff) {
   return scene;
 }
 
-TEST(CutoffByChance, HasTheMeanOfThePictureWithoutACutoffWhereThePlainOneLacksItsTail) {
+TEST(CutoffByChance, HasTheMeanOfTheImageWithoutACutoffWhereThePlainOneLacksItsTail) {
   const double whole = emission / (1 - reflection);
   Scene scene = corridor(0.1);
   const Rendered plain = scenes::render(scene);
@@ -348,7 +348,7 @@ TEST(TheErrorOfAnApproximation, IsMeasuredAndToldAsItsOwnPart) {
   shadowless.accuracy.approximate.shadows = Approximations::Shadows::none;
   const auto converged = [](Scene scene) {
     scene.accuracy.samples = 64;
-    return shown(scenes::render(scene, 2).image);
+    return to_display(scenes::render(scene, 2).image);
   };
   const double apart = compare(converged(exact), converged(shadowless))->rmse;
   ASSERT_GT(apart, 4) << "there was nothing to leave out";

@@ -7,7 +7,7 @@
 #include "tests/support/effort.h"
 #include "tests/support/pixel_ray.h"
 #include "tests/support/scenes.h"
-#include "tracer/src/compiled_scene.h"
+#include "tracer/src/compiled/compiled_scene.h"
 
 namespace {
 
@@ -64,8 +64,8 @@ TEST(WithoutShadows, NoLightIsSpared) {
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
   for (int i = 0; i < 70; ++i) scene.lights.push_back(scenes::point_light({0.1 * i, 1, 0}, {1e-3, 1e-3, 1e-3}));
   const Rendered exact = scenes::render(scene), seen = scenes::approximated(scene, no_shadows);
-  EXPECT_GT(exact.statistics.spared_shadow_rays, 0u);
-  EXPECT_EQ(seen.statistics.spared_shadow_rays, 0u);
+  EXPECT_GT(exact.statistics.culled_shadow_rays, 0u);
+  EXPECT_EQ(seen.statistics.culled_shadow_rays, 0u);
   EXPECT_GT(*seen.image.pixel(4, 4), *exact.image.pixel(4, 4));
 }
 

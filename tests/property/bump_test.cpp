@@ -128,7 +128,7 @@ TEST(Bump, IsMirroredOnTheBackSide) {
   EXPECT_NEAR(brightness(scene), dot(-front, light), 1e-6);
 }
 
-TEST(Bump, PicturesAreTheSameBitForBitAtAnyPowerOfTwo) {
+TEST(Bump, ImagesAreTheSameBitForBitAtAnyPowerOfTwo) {
   for (const int exponent : {-40, 13, 50}) {
     const double k = std::ldexp(1, exponent);
     const auto at_scale = [](double factor) {
@@ -198,7 +198,7 @@ TEST(NormalMap, IsBentOnByABump) {
   EXPECT_NEAR(brightness(scene), dot(normalize({0, 1, 0.5}), light), 1e-6);
 }
 
-TEST(NormalMap, PicturesAreLinearUnlessTheySayOtherwise) {
+TEST(NormalMap, ImagesAreLinearUnlessTheySayOtherwise) {
   Image image;
   image.width = image.height = 1;
   image.rgb = {0.5F, 0.25F, 0.75F};

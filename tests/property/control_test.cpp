@@ -35,13 +35,13 @@ TEST(Cancelling, BeforeItStartsAnswersAtOnceAndTracesNothing) {
   const auto nothing = compile(endless(), control);
   ASSERT_FALSE(nothing.has_value());
   EXPECT_EQ(nothing.error().code, Failure::Code::cancelled);
-  const auto picture = render(*compiled(endless()), {.threads = 2}, control);
-  ASSERT_FALSE(picture.has_value());
-  EXPECT_EQ(picture.error().code, Failure::Code::cancelled);
+  const auto image = render(*compiled(endless()), {.threads = 2}, control);
+  ASSERT_FALSE(image.has_value());
+  EXPECT_EQ(image.error().code, Failure::Code::cancelled);
   EXPECT_EQ(control.tiles_done(), 0u);
 }
 
-TEST(Cancelling, WhileItRunsStopsWithoutAPicture) {
+TEST(Cancelling, WhileItRunsStopsWithoutAnImage) {
   const auto scene = compiled(endless());
   for (const std::uint32_t threads : {1u, 2u, 0u}) {
     RenderControl control;
@@ -49,10 +49,10 @@ TEST(Cancelling, WhileItRunsStopsWithoutAPicture) {
       while (control.tiles_total() == 0) std::this_thread::yield();
       control.cancel();
     });
-    const auto picture = render(*scene, {.threads = threads}, control);
+    const auto image = render(*scene, {.threads = threads}, control);
     someone.join();
-    ASSERT_FALSE(picture.has_value());
-    EXPECT_EQ(picture.error().code, Failure::Code::cancelled);
+    ASSERT_FALSE(image.has_value());
+    EXPECT_EQ(image.error().code, Failure::Code::cancelled);
     EXPECT_LT(control.tiles_done(), control.tiles_total());
   }
 }
@@ -102,33 +102,33 @@ TEST(Progress, OnlyGrowsAndReachesItsTotal) {
       last = done;
     }
   });
-  const auto picture = render(*prepared, {.threads = 2}, control);
+  const auto image = render(*prepared, {.threads = 2}, control);
   ended = true;
   watcher.join();
-  ASSERT_TRUE(picture.has_value());
+  ASSERT_TRUE(image.has_value());
   EXPECT_EQ(fell, 0u);
   EXPECT_GT(control.tiles_total(), 1u);
   EXPECT_EQ(control.tiles_done(), control.tiles_total());
 }
 
-TEST(ManyRenders, OfOneCompiledSceneAtTheSameTimeGiveTheSamePicture) {
+TEST(ManyRenders, OfOneCompiledSceneAtTheSameTimeGiveTheSameImage) {
   const auto scene = compiled(scenes::random(6, 64));
   RenderControl control;
   const auto expected = render(*scene, {.threads = 1}, control);
-  std::vector<std::vector<float>> pictures(4);
+  std::vector<std::vector<float>> images(4);
   std::vector<std::thread> threads;
-  for (auto& picture : pictures)
+  for (auto& image : images)
     threads.emplace_back([&] {
       RenderControl own;
-      picture = render(*scene, {.threads = 0}, own)->image.rgb;
+      image = render(*scene, {.threads = 0}, own)->image.rgb;
     });
   for (std::thread& thread : threads) thread.join();
-  for (const auto& picture : pictures) EXPECT_EQ(picture, expected->image.rgb);
+  for (const auto& image : images) EXPECT_EQ(image, expected->image.rgb);
 }
 
 // ---- counts --------------------------------------------------------------------------------------------------------
 
-/// A floor that fills the picture.
+/// A floor that fills the image.
 Scene floor_scene(const Material& material) {
   Scene scene = scenes::empty(20);
   scene.camera = {{0, 5, 0}, {0, 0, 0}, {0, 0, 1}, 40};

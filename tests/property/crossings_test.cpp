@@ -7,7 +7,7 @@
 #include "tests/support/leaks.h"
 #include "tests/support/random.h"
 #include "tests/support/scenes.h"
-#include "tracer/src/shapes/surface.h"
+#include "tracer/src/interaction/surface.h"
 
 namespace {
 
@@ -23,7 +23,7 @@ bool crosses_evenly(const CompiledScene& scene, Vec3 origin, const Vec3& directi
   bool inside = false;
   for (int met = 0; met < 20; ++met) {
     Hit hit;
-    scene.accelerator->closest(
+    scene.accelerator->intersect(
         {&origin.x, &origin.y, &origin.z, &direction.x, &direction.y, &direction.z, nullptr, &from, 1},
         {&hit.primitive, &hit.t, &hit.u, &hit.v}, Coherence::incoherent);
     if (!hit.primitive.hit()) return !inside;
@@ -108,7 +108,7 @@ TEST(Crossings, OfClosedShapesAreEvenAndInAndOutByTurnsCloseToApexesRimsAndEdges
       const bool smooth = !(length(edge.along) > 0);
       const Vec aside = smooth ? random.across(direction) : random.sign() * unit(cross(direction, edge.along));
       const Vec start = edge.point + beside * aside - distance * direction;
-      const Vec3 origin = (*compiled)->frame.trace_from_world(rounded(start));
+      const Vec3 origin = (*compiled)->frame.render_from_world(rounded(start));
       wrong += crosses_evenly(**compiled, origin, rounded(direction), crossings) ? 0 : 1;
     }
     std::cout << name << ": " << wrong << " of " << rays << " lines with " << crossings << " crossings are wrong\n";

@@ -22,7 +22,7 @@ Rendered rendered(const Scene& scene, const Assets& assets) {
   return std::move(*result);
 }
 
-Texture pictured(Texture::Filter filter) {
+Texture imaged(Texture::Filter filter) {
   Texture texture;
   texture.pattern = ImageTexture{};
   texture.path = "/background/environment";
@@ -51,7 +51,7 @@ TEST(Environment, GivesBackThePanoramaThatItWasMadeOfBitForBit) {
     ASSERT_TRUE(file);
     for (const auto filter : {Texture::Filter::nearest, Texture::Filter::bilinear, Texture::Filter::mipmap}) {
       Scene again = panorama(up, ahead);
-      again.textures = {pictured(filter)};
+      again.textures = {imaged(filter)};
       again.assets = {{"world.exr", "/background/environment/file"}};
       again.background.environment = Environment{};
       const Image back = rendered(again, {{*file}}).image;
@@ -68,7 +68,7 @@ TEST(Environment, GivesBackThePanoramaThatItWasMadeOfBitForBit) {
 }
 
 TEST(Environment, TurnsThePanoramaByItsRotation) {
-  Texture picture = pictured(Texture::Filter::nearest);
+  Texture texels = imaged(Texture::Filter::nearest);
   Image image;
   image.width = 128;
   image.height = 64;
@@ -78,12 +78,12 @@ TEST(Environment, TurnsThePanoramaByItsRotation) {
   }
   const auto file = encode(image, Format::exr);
   Scene scene = panorama({0, 1, 0}, {0, 0, -1});
-  scene.textures = {picture};
+  scene.textures = {texels};
   scene.assets = {{"numbers.exr", "/background/environment/file"}};
   scene.background.environment = Environment{{0}, 90};
   const Image turned = rendered(scene, {{*file}}).image;
   for (std::uint32_t x = 0; x < 128; ++x) {
-    EXPECT_EQ(turned.pixel(x, 20)[0], static_cast<float>((x + 32) % 128)) << "a quarter of the picture to the left";
+    EXPECT_EQ(turned.pixel(x, 20)[0], static_cast<float>((x + 32) % 128)) << "a quarter of the texels to the left";
     EXPECT_EQ(turned.pixel(x, 20)[1], 20);
   }
 }
@@ -161,9 +161,9 @@ TEST(Cube, ShowsACameraItsSixColours) {
   }
 }
 
-TEST(Environment, WhoseFileIsNoPictureIsABadAssetWithItsPlace) {
+TEST(Environment, WhoseFileIsNoImageIsABadAssetWithItsPlace) {
   Scene scene = panorama({0, 1, 0}, {0, 0, -1});
-  scene.textures = {pictured(Texture::Filter::mipmap)};
+  scene.textures = {imaged(Texture::Filter::mipmap)};
   scene.assets = {{"sky.txt", "/background/environment/file"}};
   scene.background.environment = Environment{};
   RenderControl control;

@@ -7,7 +7,7 @@
 
 #include "tests/support/effort.h"
 #include "tests/support/scenes.h"
-#include "tracer/src/compiled_scene.h"
+#include "tracer/src/compiled/compiled_scene.h"
 
 namespace {
 
@@ -33,11 +33,12 @@ TEST(Leaks, AreNoneOfRaysAimedAtEdgesAndVerticesOfClosedMeshes) {
                         {"lathe of 3 x 5000", leaks::lathe(3, 5000)}};
   leaks::Count total;
   for (const auto& [name, mesh] : cases)
-    for (const leaks::Aim aim : {leaks::Aim::vertices, leaks::Aim::edges}) {
+    for (const leaks::CameraRay generate_ray : {leaks::CameraRay::vertices, leaks::CameraRay::edges}) {
       const TriangleGeometry geometry = compiled(mesh);
-      const leaks::Count found = leaks::count(geometry, aim, effort::cases(40'000), 1);
+      const leaks::Count found = leaks::count(geometry, generate_ray, effort::cases(40'000), 1);
       std::cout << found.leaked << " of " << found.rays << " rays aimed at "
-                << (aim == leaks::Aim::vertices ? "vertices" : "edges") << " of the " << name << " leaked\n";
+                << (generate_ray == leaks::CameraRay::vertices ? "vertices" : "edges") << " of the " << name
+                << " leaked\n";
       total += found;
     }
   EXPECT_EQ(total.leaked, 0u) << "of " << total.rays;

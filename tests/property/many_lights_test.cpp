@@ -31,8 +31,8 @@ Scene hall(std::size_t lamps, double cutoff) {
 TEST(ManyLights, SpareRaysThatCouldNotMatterAndMissNoMoreThanTheyAccountFor) {
   const double cutoff = 1e-2;
   const Rendered all = scenes::render(hall(2000, 0)), some = scenes::render(hall(2000, cutoff));
-  EXPECT_EQ(all.statistics.spared_shadow_rays, 0u);
-  EXPECT_EQ(some.statistics.rays.shadow + some.statistics.spared_shadow_rays, all.statistics.rays.shadow);
+  EXPECT_EQ(all.statistics.culled_shadow_rays, 0u);
+  EXPECT_EQ(some.statistics.rays.shadow + some.statistics.culled_shadow_rays, all.statistics.rays.shadow);
   EXPECT_LT(some.statistics.rays.shadow * 5, all.statistics.rays.shadow) << "nine in ten lamps are far away";
   double missing = 0;
   for (std::size_t i = 0; i < all.image.rgb.size(); ++i) {
@@ -41,7 +41,7 @@ TEST(ManyLights, SpareRaysThatCouldNotMatterAndMissNoMoreThanTheyAccountFor) {
     EXPECT_LE(lost, 2 * cutoff) << "a pixel sees two hits at most";
     missing += lost;
   }
-  const auto told = static_cast<double>(some.statistics.spared_light) * 0x1p-20 * cutoff;
+  const auto told = static_cast<double>(some.statistics.culled_radiance) * 0x1p-20 * cutoff;
   EXPECT_GT(missing, 0);
   EXPECT_LE(missing / 3, told);
 }
@@ -50,7 +50,7 @@ TEST(ManyLights, AreNotJudgedWhereThereAreFew) {
   const Rendered few = scenes::render(hall(64, 1e-2));
   EXPECT_FALSE(requirements(hall(64, 1e-2)).many_lights);
   EXPECT_TRUE(requirements(hall(65, 1e-2)).many_lights);
-  EXPECT_EQ(few.statistics.spared_shadow_rays, 0u);
+  EXPECT_EQ(few.statistics.culled_shadow_rays, 0u);
   EXPECT_EQ(few.image.rgb, scenes::render(hall(64, 0)).image.rgb);
 }
 

@@ -1,11 +1,11 @@
-// Model only what a scene requires: the picture does not tell which integrator made it, and rays are exactly those that
+// Model only what a scene requires: the image does not tell which integrator made it, and rays are exactly those that
 // the scene asks for.
 #include <gtest/gtest.h>
 
 #include "tests/support/effort.h"
 #include "tests/support/scenes.h"
-#include "tracer/src/compiled_scene.h"
-#include "tracer/src/integrator/model.h"
+#include "tracer/src/compiled/compiled_scene.h"
+#include "tracer/src/integrators/feature_set.h"
 
 namespace {
 
@@ -21,7 +21,7 @@ Rendered rendered(const CompiledScene& scene) {
   return *render(scene, {}, control);
 }
 
-/// Needs everything that can be modelled in vain; a lens and many lights are other pictures.
+/// Needs everything that can be modelled in vain; a lens and many lights are other images.
 void require_everything(CompiledScene& scene) {
   for (const RequirementName& name : requirement_names)
     if (name.needed != &Requirements::lens && name.needed != &Requirements::many_lights)

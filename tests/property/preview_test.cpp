@@ -1,4 +1,4 @@
-/// Looking at a picture while it is traced: it shows what there is, and changes nothing.
+/// Looking at an rendered while it is traced: it shows what there is, and changes nothing.
 
 #include "tracer/preview.h"
 
@@ -62,7 +62,7 @@ TEST(Preview, ShowsNothingWhereNoRenderIs) {
   EXPECT_FALSE(preview.look(64));
 }
 
-TEST(Preview, LookingChangesNoBitOfThePicture) {
+TEST(Preview, LookingChangesNoBitOfTheImage) {
   for (const Scene& scene : {exact(4), adaptive()}) {
     const Rendered alone = scenes::render(scene, 2);
     const Rendered watched = render_watched(scene, 64, [](const Image&) {});
@@ -72,9 +72,9 @@ TEST(Preview, LookingChangesNoBitOfThePicture) {
   }
 }
 
-TEST(Preview, OfExactSamplesWhatIsKnownIsThePictureItself) {
+TEST(Preview, OfExactSamplesWhatIsKnownIsTheImageItself) {
   const Scene scene = exact(24);
-  const Rendered picture = scenes::render(scene, 2);
+  const Rendered rendered = scenes::render(scene, 2);
   std::size_t looks = 0, last = 0;
   render_watched(scene, side, [&](const Image& image) {
     ++looks;
@@ -84,7 +84,7 @@ TEST(Preview, OfExactSamplesWhatIsKnownIsThePictureItself) {
     last = known(image);
     for (std::size_t at = 0; at < image.alpha.size(); ++at) {
       if (image.alpha[at] == 0) continue;
-      for (std::size_t i = 3 * at; i < 3 * at + 3; ++i) ASSERT_EQ(image.rgb[i], picture.image.rgb[i]);
+      for (std::size_t i = 3 * at; i < 3 * at + 3; ++i) ASSERT_EQ(image.rgb[i], rendered.image.rgb[i]);
     }
   });
   EXPECT_GT(looks, 0u);
@@ -94,7 +94,7 @@ TEST(Preview, OfExactSamplesWhatIsKnownIsThePictureItself) {
 TEST(Preview, IsTheMeanOfWhatAPixelStandsFor) {
   Scene scene = exact(32);
   scene.image.width = 2 * side;
-  const Rendered picture = scenes::render(scene, 2);
+  const Rendered rendered = scenes::render(scene, 2);
   std::size_t compared = 0;
   render_watched(scene, side, [&](const Image& image) {
     ASSERT_EQ(image.width, side);
@@ -102,8 +102,8 @@ TEST(Preview, IsTheMeanOfWhatAPixelStandsFor) {
     for (std::uint32_t y = 0; y < image.height; ++y)
       for (std::uint32_t x = 0; x < image.width; ++x) {
         if (image.alpha[std::size_t{y} * image.width + x] == 0) continue;
-        const float* const one = picture.image.pixel(2 * x, 2 * y);
-        const float* const below = picture.image.pixel(2 * x, 2 * y + 1);
+        const float* const one = rendered.image.pixel(2 * x, 2 * y);
+        const float* const below = rendered.image.pixel(2 * x, 2 * y + 1);
         const float mean = (one[0] + one[3] + below[0] + below[3]) / 4;
         ASSERT_NEAR(image.pixel(x, y)[0], mean, 1e-6f * std::abs(mean));
         ++compared;
@@ -112,17 +112,17 @@ TEST(Preview, IsTheMeanOfWhatAPixelStandsFor) {
   EXPECT_GT(compared, 0u);
 }
 
-TEST(Preview, OfAdaptiveSamplesComesCloserToThePicture) {
+TEST(Preview, OfAdaptiveSamplesComesCloserToTheImage) {
   Scene scene = adaptive();
   scene.accuracy.adaptive->target_error = 0.15;
-  const Rendered picture = scenes::render(scene, 2);
+  const Rendered rendered = scenes::render(scene, 2);
   double first = -1, last = -1;
   render_watched(scene, side, [&](const Image& image) {
     if (known(image) < image.alpha.size()) return;
     double squares = 0;
     for (std::size_t i = 0; i < image.rgb.size(); ++i) {
       ASSERT_TRUE(std::isfinite(image.rgb[i]));
-      squares += std::pow(std::min(1.0f, image.rgb[i]) - std::min(1.0f, picture.image.rgb[i]), 2);
+      squares += std::pow(std::min(1.0f, image.rgb[i]) - std::min(1.0f, rendered.image.rgb[i]), 2);
     }
     last = squares;
     if (first < 0) first = squares;

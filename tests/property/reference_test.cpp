@@ -1,4 +1,4 @@
-// Whole pictures against the second tracer: equal to the float's last bit, but where a path passes an edge so near that
+// Whole images against the second tracer: equal to the float's last bit, but where a path passes an edge so near that
 // rounding decides.
 #include <gtest/gtest.h>
 
@@ -51,7 +51,7 @@ Difference compare(const tracer::Image& ours, const std::vector<oracle::Sample>&
 /// Counts agree exactly where no path is near an edge. Returns the pixels that differ at one.
 std::uint64_t expect_reference(const tracer::Scene& scene, const Tolerance& tolerance = {}) {
   tracer::RenderStatistics counted;
-  const std::vector<oracle::Sample> theirs = oracle::ReferenceTracer(scene).picture(counted);
+  const std::vector<oracle::Sample> theirs = oracle::ReferenceTracer(scene).image(counted);
   const tracer::Rendered ours = scenes::render(scene);
   const Difference difference = compare(ours.image, theirs, tolerance);
   EXPECT_EQ(difference.wrong, 0u);
@@ -69,7 +69,7 @@ std::uint64_t expect_reference(const tracer::Scene& scene, const Tolerance& tole
   return difference.edges;
 }
 
-TEST(Picture, EqualsTheReferenceInEveryPixelAndRayCountOfRandomScenes) {
+TEST(Image, EqualsTheReferenceInEveryPixelAndRayCountOfRandomScenes) {
   std::uint64_t edges = 0;
   const std::uint64_t count = effort::cases(300);
   for (std::uint64_t seed = 1; seed <= count && !HasFailure(); ++seed) {
@@ -108,10 +108,10 @@ tracer::Scene glass_scene(double ior, bool fresnel) {
   return scene;
 }
 
-TEST(Picture, OfGlassSlabsSpheresAndBubblesEqualsTheReferenceWithAndWithoutFresnel) {
+TEST(Image, OfGlassSlabsSpheresAndBubblesEqualsTheReferenceWithAndWithoutFresnel) {
   for (const double ior : {1.5, 0.7, 1.0 + 1e-9, 2.4, 1e6})
     for (const bool fresnel : {true, false}) {
-      // Light that leaves such glass takes a millionth of its angle inside: no double holds the picture, but Fresnel
+      // Light that leaves such glass takes a millionth of its angle inside: no double holds the image, but Fresnel
       // lets hardly any out.
       if (ior == 1e6 && !fresnel) continue;
       SCOPED_TRACE("ior " + std::to_string(ior) + (fresnel ? " fresnel" : ""));
@@ -119,7 +119,7 @@ TEST(Picture, OfGlassSlabsSpheresAndBubblesEqualsTheReferenceWithAndWithoutFresn
     }
 }
 
-TEST(Picture, OfSolidsWithinAndAcrossEachOtherEqualsTheReferenceByPriority) {
+TEST(Image, OfSolidsWithinAndAcrossEachOtherEqualsTheReferenceByPriority) {
   for (const int first : {0, 1, 2, 3}) {
     SCOPED_TRACE(first);
     tracer::Scene scene = glass_scene(1.5, true);
@@ -140,7 +140,7 @@ TEST(Picture, OfSolidsWithinAndAcrossEachOtherEqualsTheReferenceByPriority) {
   }
 }
 
-TEST(Picture, WhoseRaysBranchTwoToTheSixteenthTimesEqualsTheReference) {
+TEST(Image, WhoseRaysBranchTwoToTheSixteenthTimesEqualsTheReference) {
   // Shells that split every ray in two, inside a mirror that lets none out: generations far larger than are traced at
   // once.
   tracer::Scene scene = scenes::empty(effort::cases(100) < 100 ? 1 : 2);
@@ -159,7 +159,7 @@ TEST(Picture, WhoseRaysBranchTwoToTheSixteenthTimesEqualsTheReference) {
   EXPECT_LE(expect_reference(scene, {0x1p-24L, 1e-6L, 1e-9L}), 1u);
 }
 
-TEST(Picture, IsTheMeanOfTheReferenceOverTheSamplePositions) {
+TEST(Image, IsTheMeanOfTheReferenceOverTheSamplePositions) {
   for (std::uint64_t seed = 5; seed < 5 + effort::cases(10); ++seed) {
     tracer::Scene scene = scenes::random(seed, 16);
     scene.accuracy.samples = 16;
@@ -186,7 +186,7 @@ TEST(Picture, IsTheMeanOfTheReferenceOverTheSamplePositions) {
   }
 }
 
-TEST(Picture, OfMeshesEqualsTheReferenceToTheFloatsTheirCornersAreKeptIn) {
+TEST(Image, OfMeshesEqualsTheReferenceToTheFloatsTheirCornersAreKeptIn) {
   for (const bool smooth : {false, true})
     for (int material = 0; material < 3; ++material) {
       SCOPED_TRACE(std::to_string(material) + (smooth ? " smooth" : " flat"));

@@ -36,7 +36,7 @@ Frame frame(Scene unread, const Scene& whole, const std::string& content, SceneC
   return frame;
 }
 
-TEST(SceneCache, SparesFramesTheReadingOfMeshFilesAndTheirPicturesAreTheSame) {
+TEST(SceneCache, SparesFramesTheReadingOfMeshFilesAndTheirImagesAreTheSame) {
   for (const bool file_has_normals : {true, false}) {
     SceneCache cache(plenty);
     Scene whole = still_life();
@@ -47,7 +47,7 @@ TEST(SceneCache, SparesFramesTheReadingOfMeshFilesAndTheirPicturesAreTheSame) {
     moved.camera.position = {2, 2, 4};
     const Frame second = frame(with_file(moved), moved, "a", cache);
     EXPECT_FALSE(second.reads_file);
-    EXPECT_TRUE(reuse(*second.compiled).geometry);
+    EXPECT_TRUE(cache_hits(*second.compiled).geometry);
     RenderControl control;
     const Rendered with = *render(*second.compiled, {.threads = 1}, control);
     const Rendered without = scenes::render(moved);
@@ -111,8 +111,8 @@ TEST(SceneCache, SparesMeshesThatInstancesPlaceTheReadingOfTheirFiles) {
   EXPECT_EQ(with.image.rgb, scenes::render(whole).image.rgb);
 }
 
-/// A floor with a picture that is read as `space`.
-Scene floor_with_picture(std::optional<ColorSpace> space = {}) {
+/// A floor with an image that is read as `space`.
+Scene floor_with_image(std::optional<ColorSpace> space = {}) {
   Scene scene = scenes::empty(32);
   scene.camera = {{0, 1, 3}, {0, 0, 0}, {0, 1, 0}, 50};
   scene.lights = {scenes::point_light({1, 4, 2})};
@@ -126,54 +126,54 @@ Scene floor_with_picture(std::optional<ColorSpace> space = {}) {
   return scene;
 }
 
-Assets picture_file(std::uint32_t side, float light) {
+Assets image_file(std::uint32_t side, float light) {
   Image image{side, side, std::vector<float>(std::size_t{3} * side * side), {}, {}};
   for (std::size_t i = 0; i < image.rgb.size(); ++i) image.rgb[i] = light * static_cast<float>(i % 7) / 7;
   return {{*encode(image, Format::png, {})}};
 }
 
-struct Pictures {
+struct Images {
   std::uint32_t reused, decoded;
-  bool operator==(const Pictures&) const = default;
+  bool operator==(const Images&) const = default;
 };
-Pictures pictures(Scene scene, const Assets& files, const std::string& content, SceneCache& cache) {
+Images images(Scene scene, const Assets& files, const std::string& content, SceneCache& cache) {
   RenderControl control;
   auto claim = *cache.claim(scene, {content}, control);
   const Compiled compiled = *compile(scene, control, files, claim.get());
   EXPECT_EQ(render(*compiled, {.threads = 1}, control)->image.rgb, scenes::render(scene, 1, files).image.rgb);
-  return {reuse(*compiled).pictures, reuse(*compiled).decoded_pictures};
+  return {cache_hits(*compiled).images, cache_hits(*compiled).decoded_images};
 }
 
-TEST(SceneCache, DecodesAPictureOnceForEachColorSpace) {
+TEST(SceneCache, DecodesAnImageOnceForEachColorSpace) {
   SceneCache cache(plenty);
-  const Assets file = picture_file(128, 1), other = picture_file(128, 0.5f);
-  EXPECT_EQ(pictures(floor_with_picture(), file, "a", cache), (Pictures{0, 1}));
+  const Assets file = image_file(128, 1), other = image_file(128, 0.5f);
+  EXPECT_EQ(images(floor_with_image(), file, "a", cache), (Images{0, 1}));
   EXPECT_EQ(cache.memory_bytes().geometry, 0u);
-  EXPECT_GE(cache.memory_bytes().pictures, 128u * 128 * 3 * sizeof(float));
-  EXPECT_EQ(pictures(floor_with_picture(), file, "a", cache), (Pictures{1, 0}));
-  EXPECT_EQ(pictures(floor_with_picture(ColorSpace::linear), file, "a", cache), (Pictures{0, 1}));
-  EXPECT_EQ(pictures(floor_with_picture(ColorSpace::srgb), file, "a", cache), (Pictures{0, 1}));
-  EXPECT_EQ(pictures(floor_with_picture(), other, "b", cache), (Pictures{0, 1}));
-  EXPECT_EQ(pictures(floor_with_picture(), file, "a", cache), (Pictures{1, 0}));
-  EXPECT_EQ(pictures(floor_with_picture(), file, "", cache), (Pictures{0, 1})) << "its content is not known";
+  EXPECT_GE(cache.memory_bytes().images, 128u * 128 * 3 * sizeof(float));
+  EXPECT_EQ(images(floor_with_image(), file, "a", cache), (Images{1, 0}));
+  EXPECT_EQ(images(floor_with_image(ColorSpace::linear), file, "a", cache), (Images{0, 1}));
+  EXPECT_EQ(images(floor_with_image(ColorSpace::srgb), file, "a", cache), (Images{0, 1}));
+  EXPECT_EQ(images(floor_with_image(), other, "b", cache), (Images{0, 1}));
+  EXPECT_EQ(images(floor_with_image(), file, "a", cache), (Images{1, 0}));
+  EXPECT_EQ(images(floor_with_image(), file, "", cache), (Images{0, 1})) << "its content is not known";
 }
 
-TEST(SceneCache, HoldsPicturesAndGeometryToOneBudget) {
+TEST(SceneCache, HoldsImagesAndGeometryToOneBudget) {
   SceneCache measured(plenty);
-  const Assets file = picture_file(256, 1);
-  pictures(floor_with_picture(), file, "a", measured);
-  const std::uint64_t picture = measured.memory_bytes().pictures;
+  const Assets file = image_file(256, 1);
+  images(floor_with_image(), file, "a", measured);
+  const std::uint64_t image = measured.memory_bytes().images;
   reuses(still_life(), measured);
   const std::uint64_t geometry = measured.memory_bytes().geometry;
-  SceneCache cache(picture + geometry - 1);
-  pictures(floor_with_picture(), file, "a", cache);
-  EXPECT_EQ(cache.memory_bytes().all(), picture);
+  SceneCache cache(image + geometry - 1);
+  images(floor_with_image(), file, "a", cache);
+  EXPECT_EQ(cache.memory_bytes().all(), image);
   reuses(still_life(), cache);
-  EXPECT_EQ(cache.memory_bytes().pictures, 0u) << "used least lately";
+  EXPECT_EQ(cache.memory_bytes().images, 0u) << "used least lately";
   EXPECT_EQ(cache.memory_bytes().geometry, geometry);
-  const Assets small = picture_file(32, 1);
-  EXPECT_EQ(pictures(floor_with_picture(), small, "s", cache), (Pictures{0, 1}));
-  EXPECT_EQ(pictures(floor_with_picture(), small, "s", cache), (Pictures{0, 1})) << "decoded at once";
+  const Assets small = image_file(32, 1);
+  EXPECT_EQ(images(floor_with_image(), small, "s", cache), (Images{0, 1}));
+  EXPECT_EQ(images(floor_with_image(), small, "s", cache), (Images{0, 1})) << "decoded at once";
 }
 
 }  // namespace

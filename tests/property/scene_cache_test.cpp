@@ -19,7 +19,7 @@ struct Change {
   std::function<void(Scene&)> make;
 };
 
-TEST(SceneCache, ServesScenesThatDifferInAllButShapesWithThePictureTheyHaveWithoutIt) {
+TEST(SceneCache, ServesScenesThatDifferInAllButShapesWithTheImageTheyHaveWithoutIt) {
   const std::vector<Change> changes = {
       {"nothing", [](Scene&) {}},
       {"camera",
@@ -56,7 +56,7 @@ TEST(SceneCache, ServesScenesThatDifferInAllButShapesWithThePictureTheyHaveWitho
     Scene scene = still_life();
     change.make(scene);
     const Compiled shared = compiled(scene, &cache);
-    EXPECT_TRUE(reuse(*shared).geometry) << change.name;
+    EXPECT_TRUE(cache_hits(*shared).geometry) << change.name;
     RenderControl control;
     const Rendered with = *render(*shared, {.threads = 1}, control);
     const Rendered without = scenes::render(scene);
@@ -157,7 +157,7 @@ TEST(SceneCache, HasOneOfManyAtOnceBuild) {
   std::vector<std::thread> threads;
   for (Compiled& result : results) threads.emplace_back([&] { result = compiled(scene, &cache); });
   for (std::thread& thread : threads) thread.join();
-  const auto built = [](const Compiled& result) { return !reuse(*result).geometry; };
+  const auto built = [](const Compiled& result) { return !cache_hits(*result).geometry; };
   EXPECT_EQ(std::count_if(results.begin(), results.end(), built), 1);
 }
 

@@ -187,7 +187,7 @@ TEST(AShadowMap, IsTheSameOnAnyNumberOfThreads) {
   EXPECT_EQ(mapped(scene, 1).image.rgb, mapped(scene, 3).image.rgb);
 }
 
-TEST(AShadowMap, OfACropIsThatOfThePicture) {
+TEST(AShadowMap, OfACropIsThatOfTheImage) {
   Scene scene = ball_over_floor(scenes::point_light({3, 8, 2}));
   const Rendered whole = mapped(scene);
   scene.image.crop = PixelWindow{60, 70, 120, 100};

@@ -19,7 +19,7 @@ using Compiled = std::shared_ptr<const CompiledScene>;
 
 /// Of a scene without files; null where it was cancelled.
 inline Compiled compiled(Scene scene, SceneCache* cache, RenderControl& control) {
-  std::shared_ptr<SceneClaim> claim;
+  std::shared_ptr<SceneCacheEntry> claim;
   if (cache != nullptr) {
     auto claimed = cache->claim(scene, {}, control);
     if (!claimed) return nullptr;
@@ -36,7 +36,7 @@ inline Compiled compiled(const Scene& scene, SceneCache* cache) {
   return result;
 }
 
-inline bool reuses(const Scene& scene, SceneCache& cache) { return reuse(*compiled(scene, &cache)).geometry; }
+inline bool reuses(const Scene& scene, SceneCache& cache) { return cache_hits(*compiled(scene, &cache)).geometry; }
 
 /// A mesh, glass, quadrics, loose triangles and a plane: something of everything.
 inline Scene still_life(double size = 1) {

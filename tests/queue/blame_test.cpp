@@ -1,15 +1,15 @@
-#include "server/worker/blame.h"
-
 #include <gtest/gtest.h>
 
+#include "server/worker/supervisor/crash_policy.h"
+
 using namespace worker;
-using Action = Verdict::Action;
+using Action = CrashDecision::Action;
 
 namespace {
 
-std::vector<Action> actions(const std::vector<Casualty>& casualties, bool excused = false) {
+std::vector<Action> actions(const std::vector<InFlightJob>& casualties, bool planned_shutdown = false) {
   std::vector<Action> result;
-  for (const Verdict& verdict : judge(casualties, "was killed by signal 11 (SIGSEGV)", excused)) {
+  for (const CrashDecision& verdict : decide(casualties, "was killed by signal 11 (SIGSEGV)", planned_shutdown)) {
     result.push_back(verdict.action);
   }
   return result;
@@ -25,7 +25,7 @@ TEST(Blame, AJobThatRanAlonePaysAnAttempt) {
 }
 
 TEST(Blame, AJobThatRanAloneInItsLastAttemptFailsAndTheSignalIsNamed) {
-  const auto verdicts = judge({{"a", 1, 3, 3, false}}, "was killed by signal 11 (SIGSEGV)", false);
+  const auto verdicts = decide({{"a", 1, 3, 3, false}}, "was killed by signal 11 (SIGSEGV)", false);
   ASSERT_EQ(verdicts.size(), 1u);
   EXPECT_EQ(verdicts[0].action, Action::fail);
   EXPECT_EQ(verdicts[0].problem.code, "worker_crashed");

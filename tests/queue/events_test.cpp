@@ -1,4 +1,4 @@
-#include "server/jobs/events.h"
+#include "server/queue/events.h"
 
 #include <gtest/gtest.h>
 
@@ -8,13 +8,13 @@
 
 namespace {
 
-using jobs::Events;
-using jobs::JobState;
+using queue::Events;
+using queue::JobState;
 
 constexpr std::int64_t start_ms = 1'000;
 
 /// "queued 3 " for event 3 of those that follow the beginning of the clock.
-std::string written(const jobs::JobEvent& event) {
+std::string written(const queue::JobEvent& event) {
   return event.job_id + ':' + event.state + '#' + std::to_string(event.number - start_ms * 1000) + ' ';
 }
 
@@ -27,8 +27,8 @@ class EventsTest : public testing::Test {
 
 TEST_F(EventsTest, TellsEachListenerWhatItAskedFor) {
   const auto of_a = events.listen("a", {}), of_all = events.listen({}, {});
-  events.moved("a", JobState::queued);
-  events.moved("b", JobState::queued);
+  events.on_state_changed("a", JobState::queued);
+  events.on_state_changed("b", JobState::queued);
   EXPECT_EQ(of_a->take(1000).text, "a:queued#1 ");
   EXPECT_EQ(of_all->take(1000).text, "a:queued#1 b:queued#2 ");
   EXPECT_EQ(of_all->take(1000).text, "");
@@ -37,20 +37,20 @@ TEST_F(EventsTest, TellsEachListenerWhatItAskedFor) {
 TEST_F(EventsTest, WakesOnceUntilAllIsTaken) {
   int wakes = 0;
   const auto listener = events.listen({}, {});
-  events.moved("a", JobState::queued);
+  events.on_state_changed("a", JobState::queued);
   listener->on_news([&] { ++wakes; });
   EXPECT_EQ(wakes, 1) << "something was there already";
-  events.moved("a", JobState::running);
+  events.on_state_changed("a", JobState::running);
   EXPECT_EQ(wakes, 1);
   EXPECT_EQ(listener->take(1).text, "a:queued#1 ") << "at least one, however few bytes";
   EXPECT_EQ(listener->take(1000).text, "a:running#2 ");
-  events.moved("a", JobState::succeeded);
+  events.on_state_changed("a", JobState::succeeded);
   EXPECT_EQ(wakes, 2);
 }
 
 TEST_F(EventsTest, IsOverForAJobsListenerWithTheJobsEnd) {
   const auto of_a = events.listen("a", {}), of_all = events.listen({}, {}), of_b = events.listen("b", {});
-  events.moved("a", JobState::failed);
+  events.on_state_changed("a", JobState::failed);
   events.removed("b");
   EXPECT_TRUE(of_a->take(1000).over);
   EXPECT_TRUE(of_b->take(1000).over);
@@ -59,7 +59,7 @@ TEST_F(EventsTest, IsOverForAJobsListenerWithTheJobsEnd) {
 
 TEST_F(EventsTest, KeepsOnlyTheLatestUntakenProgressAndTellsItSeldom) {
   const auto listener = events.listen("a", {});
-  events.moved("a", JobState::running);
+  events.on_state_changed("a", JobState::running);
   for (int i = 1; i <= 1000; ++i) {
     events.progressed("a", i / 1000.0);
     ++now;
@@ -76,7 +76,7 @@ TEST_F(EventsTest, CostsNothingForProgressThatNobodyListensTo) {
 TEST_F(EventsTest, EndsForAListenerThatIsTooSlowAndNoOther) {
   const auto slow = events.listen({}, {}), quick = events.listen({}, {});
   for (int i = 0; i < 4; ++i) {
-    events.moved("a", JobState::queued);
+    events.on_state_changed("a", JobState::queued);
     EXPECT_FALSE(quick->take(1000).over);
   }
   const Events::Batch batch = slow->take(1000);
@@ -85,7 +85,7 @@ TEST_F(EventsTest, EndsForAListenerThatIsTooSlowAndNoOther) {
 }
 
 TEST_F(EventsTest, GoesOnAfterAnEventThatIsKept) {
-  for (const char* id : {"a", "b", "a"}) events.moved(id, JobState::queued);
+  for (const char* id : {"a", "b", "a"}) events.on_state_changed(id, JobState::queued);
   const auto listener = events.listen("a", number(1));
   EXPECT_FALSE(listener->missed());
   EXPECT_EQ(listener->take(1000).text, "a:queued#3 ");
@@ -93,7 +93,7 @@ TEST_F(EventsTest, GoesOnAfterAnEventThatIsKept) {
 }
 
 TEST_F(EventsTest, SaysThatSomethingIsMissedAfterWhatIsNotKeptOrNotKnown) {
-  for (int i = 0; i < 6; ++i) events.moved("a", JobState::queued);  // two more than are kept
+  for (int i = 0; i < 6; ++i) events.on_state_changed("a", JobState::queued);  // two more than are kept
   EXPECT_TRUE(events.listen({}, number(1))->missed());
   EXPECT_FALSE(events.listen({}, number(2))->missed());
   EXPECT_TRUE(events.listen({}, number(7))->missed());
@@ -102,15 +102,15 @@ TEST_F(EventsTest, SaysThatSomethingIsMissedAfterWhatIsNotKeptOrNotKnown) {
 }
 
 TEST_F(EventsTest, WhatAListenerMissedDoesNotCountAsSlowness) {
-  for (int i = 0; i < 4; ++i) events.moved("a", JobState::queued);
+  for (int i = 0; i < 4; ++i) events.on_state_changed("a", JobState::queued);
   const auto listener = events.listen({}, number(0));
-  events.moved("a", JobState::running);
+  events.on_state_changed("a", JobState::running);
   EXPECT_FALSE(listener->take(1).over);
 }
 
 TEST_F(EventsTest, KnowsWhichEndWasSeen) {
-  events.moved("a", JobState::succeeded);
-  events.moved("b", JobState::queued);
+  events.on_state_changed("a", JobState::succeeded);
+  events.on_state_changed("b", JobState::queued);
   EXPECT_FALSE(events.ended_by("a", number(0)));
   EXPECT_TRUE(events.ended_by("a", number(1)));
   EXPECT_TRUE(events.ended_by("a", number(2)));
@@ -131,7 +131,7 @@ TEST(Events, ThreadsTellAndListenAtOnceAndNothingIsLostOrTwice) {
       threads.emplace_back([&, id = std::to_string(teller)] {
         for (int i = 0; i < each; ++i) {
           const auto passing = events.listen(id, {});
-          events.moved(id, JobState::queued);
+          events.on_state_changed(id, JobState::queued);
           if (passing->take(1000).text.starts_with(id + ":queued#")) ++heard;
         }
       });
@@ -152,7 +152,7 @@ TEST_F(EventsTest, BoundsListenersAndFreesTheirPlaces) {
   first.reset();
   EXPECT_EQ(events.listeners(), 2U);
   EXPECT_NE(events.listen("b", {}), nullptr);
-  events.moved("a", JobState::queued);
+  events.on_state_changed("a", JobState::queued);
   EXPECT_EQ(second->take(1000).text, "a:queued#1 ");
 }
 

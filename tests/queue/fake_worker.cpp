@@ -1,6 +1,6 @@
 /// fake_worker --slots N: speaks the worker's protocol, and does what each document says, one command a line:
 ///
-///   finish TEXT         answers Finished with TEXT as picture and report (also what an empty document does)
+///   finish TEXT         answers Finished with TEXT as image and report (also what an empty document does)
 ///   finish_and_crash TEXT   the same, and dies of SIGSEGV at once
 ///   fail CODE           answers Failed
 ///   progress DONE TOTAL
@@ -13,11 +13,11 @@
 ///   fill BYTES FILE     takes that much memory, and waits as wait FILE does
 ///   garbage             sends bytes that are no message
 ///   large_garbage       sends a message that promises more than there is
-///   unsealed            sends a picture that is no sealed memory
+///   unsealed            sends an image that is no sealed memory
 ///   stale               sends a Finished with the fence before this one
 ///   silent              stops the heartbeat, and waits for ever
 ///   say COUNT TEXT      writes that many numbered lines to its standard error
-///   badname             sends a picture whose name breaks a header
+///   badname             sends an image whose name breaks a header
 
 #include <fcntl.h>
 #include <sys/socket.h>
@@ -36,7 +36,7 @@
 #include <string>
 #include <thread>
 
-#include "server/worker/protocol.h"
+#include "server/worker/protocol/protocol.h"
 
 using namespace worker;
 
@@ -58,10 +58,10 @@ void die() {
   raise(SIGSEGV);
 }
 
-std::vector<Picture> one_picture(const std::string& name, Descriptor bytes) {
-  std::vector<Picture> pictures;
-  pictures.push_back({name, "image/png", std::move(bytes)});
-  return pictures;
+std::vector<Image> one_image(const std::string& name, Descriptor bytes) {
+  std::vector<Image> images;
+  images.push_back({name, "image/png", std::move(bytes)});
+  return images;
 }
 
 Descriptor unsealed_file() {
@@ -77,7 +77,7 @@ bool obey(const std::string& line, const Assign& job, const std::atomic<bool>& c
   std::getline(words >> std::ws, argument);
   const auto pause = [] { std::this_thread::sleep_for(std::chrono::milliseconds(1)); };
   if (command == "finish" || command == "finish_and_crash") {
-    say(Finished{job.job_id, job.fence, argument, one_picture("image.png", sealed_memory(argument))});
+    say(Finished{job.job_id, job.fence, argument, one_image("image.png", sealed_memory(argument))});
     if (command == "finish_and_crash") die();
     return false;
   }
@@ -128,10 +128,10 @@ bool obey(const std::string& line, const Assign& job, const std::atomic<bool>& c
     say_raw(packet.bytes);
   }
   if (command == "unsealed") {
-    say(Finished{job.job_id, job.fence, "{}", one_picture("image.png", unsealed_file())});
+    say(Finished{job.job_id, job.fence, "{}", one_image("image.png", unsealed_file())});
   }
   if (command == "badname") {
-    say(Finished{job.job_id, job.fence, "{}", one_picture("a\r\nSet-Cookie: b", sealed_memory("x"))});
+    say(Finished{job.job_id, job.fence, "{}", one_image("a\r\nSet-Cookie: b", sealed_memory("x"))});
   }
   if (command == "say") {
     std::istringstream arguments(argument);

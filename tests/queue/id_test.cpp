@@ -1,5 +1,3 @@
-#include "server/jobs/id.h"
-
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -8,7 +6,9 @@
 #include <set>
 #include <thread>
 
-using namespace jobs;
+#include "server/queue/job_id.h"
+
+using namespace queue;
 
 TEST(IdSource, WritesTheExampleOfTheStandard) {
   // RFC 9562, appendix A.6: 2022-02-22 14:22:22.000, rand_a = 0xCC3, rand_b = 0x18C4DC0C0C07398F. Our counter starts in

@@ -1,6 +1,6 @@
 /// Of idle threads the last one goes first.
 
-#include "server/jobs/idle_threads.h"
+#include "server/queue/idle_threads.h"
 
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ class Pool {
       }));
     }
   }
-  void call(void (jobs::IdleThreads::*which)()) {
+  void call(void (queue::IdleThreads::*which)()) {
     const std::lock_guard lock(mutex_);
     (idle_.*which)();
   }
@@ -42,7 +42,7 @@ class Pool {
 
  private:
   std::mutex mutex_;
-  jobs::IdleThreads idle_;
+  queue::IdleThreads idle_;
   std::vector<int> called_;
   int waiting_ = 0;
   std::vector<std::jthread> threads_;
@@ -52,19 +52,19 @@ class Pool {
 
 TEST(IdleThreads, TheLastToGoIdleIsCalledFirst) {
   Pool pool(3);
-  pool.call(&jobs::IdleThreads::call_one);
+  pool.call(&queue::IdleThreads::call_one);
   EXPECT_EQ(pool.called_when(1), std::vector{2});
-  pool.call(&jobs::IdleThreads::call_one);
+  pool.call(&queue::IdleThreads::call_one);
   EXPECT_EQ(pool.called_when(2), (std::vector{2, 1}));
-  pool.call(&jobs::IdleThreads::call_one);
+  pool.call(&queue::IdleThreads::call_one);
   EXPECT_EQ(pool.called_when(3), (std::vector{2, 1, 0}));
 }
 
 TEST(IdleThreads, ACallReachesAllWhoAreIdleAndNobodyElse) {
-  jobs::IdleThreads nobody;
+  queue::IdleThreads nobody;
   nobody.call_one();
   nobody.call_all();
   Pool pool(3);
-  pool.call(&jobs::IdleThreads::call_all);
+  pool.call(&queue::IdleThreads::call_all);
   EXPECT_EQ(pool.called_when(3).size(), 3u);
 }

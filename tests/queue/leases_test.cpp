@@ -3,7 +3,7 @@
 
 #include "tests/queue/supervised.h"
 
-using namespace jobs;
+using namespace queue;
 
 namespace {
 
@@ -35,7 +35,7 @@ class CountingStore final : public MemoryJobStore {
   std::size_t largest = 0;
 };
 
-class RecordingRunner final : public Runner {
+class RecordingRunner final : public JobRunner {
  public:
   void wake(bool) noexcept override { ++wakes; }
   void cancel(const std::string&) noexcept override {}
@@ -53,7 +53,7 @@ TEST_F(LeaseTest, AJobWhoseLeaseIsRenewedRunsOn) {
   for (int round = 0; round < 10; ++round) {
     now += lease_ms - 1;
     queue.renew_leases();
-    queue.keep_house();
+    queue.run_maintenance();
     ASSERT_EQ(state(claim), JobState::running) << "round " << round;
   }
 }
@@ -65,7 +65,7 @@ TEST_F(LeaseTest, WithoutRenewalItIsQueuedAgainAndItsOldAnswerIsRefused) {
   queue.progressed(first.job.id, 0.5);
   const int wakes = runner.wakes;
   now += lease_ms;
-  queue.keep_house();
+  queue.run_maintenance();
   EXPECT_EQ(state(first), JobState::queued);
   EXPECT_EQ(queue.progress(first.job.id), 0);
   EXPECT_GT(runner.wakes, wakes) << "somebody is to claim it";
@@ -80,7 +80,7 @@ TEST_F(LeaseTest, TheRunnerIsToldOnceOfALeaseThatWasTakenBack) {
   queue.attach(&runner);
   const Claim claim = run_one();
   now += lease_ms;
-  store.keep_house(now, 1, 10);  // another daemon on the same store
+  store.run_maintenance(now, 1, 10);  // another daemon on the same store
   queue.renew_leases();
   queue.renew_leases();
   EXPECT_EQ(runner.lost_leases, (std::vector<Lease>{{claim.job.id, claim.fence}}));
@@ -92,7 +92,7 @@ TEST_F(LeaseTest, WaitersLearnOfACancelThatTheEndOfTheLeaseCarriesOut) {
   queue.when_ended(claim.job.id, [&] { ended = true; });
   queue.cancel(claim.job.id);
   now += lease_ms;
-  queue.keep_house();
+  queue.run_maintenance();
   EXPECT_TRUE(ended);
   EXPECT_EQ(state(claim), JobState::cancelled);
 }
@@ -125,7 +125,7 @@ TEST_F(SupervisorTest, AJobThatTheStoreTookBackIsStoppedAndRunsAgainAtNoCost) {
   const std::string id = submit("wait " + path("go"));
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
   const std::int64_t after_the_lease = system_clock()() + 1'000'000;
-  ASSERT_EQ(store.keep_house(after_the_lease, after_the_lease, 10).abandoned, std::vector{id});
+  ASSERT_EQ(store.run_maintenance(after_the_lease, after_the_lease, 10).abandoned, std::vector{id});
   queue.renew_leases();
   ASSERT_TRUE(eventually([&] { return log.count("lease_lost") == 1 && state(id) == JobState::running; }));
   create("go");
@@ -136,8 +136,8 @@ TEST_F(SupervisorTest, AJobThatTheStoreTookBackIsStoppedAndRunsAgainAtNoCost) {
 
 TEST_F(SupervisorTest, JobsThatRunLongerThanTheirLeaseKeepItWhileTheLeaseKeeperLives) {
   Queue brief(store, artifacts, ids, system_clock(), log.log(), {.lease_ms = 300});
-  const Housekeeper keeps_house(brief, log.log(), {std::chrono::milliseconds(2), std::chrono::milliseconds(1)});
-  const LeaseKeeper keeps_leases(brief, log.log(), std::chrono::milliseconds(20));
+  const QueueMaintainer keeps_house(brief, log.log(), {std::chrono::milliseconds(2), std::chrono::milliseconds(1)});
+  const LeaseRenewer keeps_leases(brief, log.log(), std::chrono::milliseconds(20));
   const worker::Supervisor over(brief, settings(), log.log());
   const std::string id = brief.submit({.document = "wait " + path("go")})->view.job.id;
   ASSERT_TRUE(eventually([&] { return state(id) == JobState::running; }));

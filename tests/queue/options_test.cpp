@@ -1,8 +1,8 @@
 /// The worker's command line, as the daemon writes it and the worker reads it.
 
-#include "server/worker/options.h"
-
 #include <gtest/gtest.h>
+
+#include "server/worker/protocol/worker_options.h"
 
 using worker::arguments_of;
 using worker::Options;
@@ -10,7 +10,7 @@ using worker::parse_options;
 
 TEST(WorkerOptions, ComeOutAsTheyWentIn) {
   const Options options{7,          3,      1ull << 41,
-                        1ull << 42, 12'345, {"/a folder/with = and --slots", "/uploads", 123, 1ull << 40}};
+                        1ull << 42, 12'345, {"/a directory/with = and --slots", "/uploads", 123, 1ull << 40}};
   const std::vector<std::string> arguments = arguments_of(options);
   EXPECT_EQ(parse_options({arguments.begin(), arguments.end()}), options);
   const std::vector<std::string> plain = arguments_of({});

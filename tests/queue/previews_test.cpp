@@ -1,10 +1,10 @@
-/// Pictures of running jobs, as the queue keeps them for who looks.
+/// Images of running jobs, as the queue keeps them for who looks.
 
-#include "server/jobs/previews.h"
+#include "server/queue/previews.h"
 
 #include <gtest/gtest.h>
 
-using namespace jobs;
+using namespace queue;
 
 namespace {
 
@@ -33,30 +33,30 @@ TEST_F(PreviewsTest, OneWishIsEnoughForAllWhoWaitForTheSame) {
   EXPECT_FALSE(wish("a").is_new);
   EXPECT_TRUE(wish("a", 64).is_new) << "another size";
   EXPECT_TRUE(wish("b").is_new);
-  came("a", 512, "picture");
+  came("a", 512, "image");
   EXPECT_EQ(told, 2);
   EXPECT_TRUE(wish("a").is_new) << "for the next one";
 }
 
-TEST_F(PreviewsTest, APictureIsFreshForHalfASecond) {
-  came("a", 512, "picture");
+TEST_F(PreviewsTest, AnImageIsFreshForHalfASecond) {
+  came("a", 512, "image");
   EXPECT_TRUE(previews.latest("a", 512).fresh);
   now += Previews::fresh_ms;
   EXPECT_TRUE(previews.latest("a", 512).fresh);
   now += 1;
   EXPECT_FALSE(previews.latest("a", 512).fresh);
-  EXPECT_EQ(latest("a"), "picture") << "it is still the latest";
+  EXPECT_EQ(latest("a"), "image") << "it is still the latest";
 }
 
 TEST_F(PreviewsTest, WhoForgetsIsNotTold) {
   previews.forget(wish("a").token);
-  came("a", 512, "picture");
+  came("a", 512, "image");
   EXPECT_EQ(told, 0);
   previews.forget(12345);  // nobody's
 }
 
 TEST_F(PreviewsTest, NothingStaysOfAJobThatEndedAndItsWaitersAreTold) {
-  came("a", 512, "picture");
+  came("a", 512, "image");
   came("ab", 512, "another's");
   wish("a");
   wish("a", 64);
@@ -69,11 +69,11 @@ TEST_F(PreviewsTest, NothingStaysOfAJobThatEndedAndItsWaitersAreTold) {
 
 TEST_F(PreviewsTest, KeepsAFewSizesOfAJobAndLetsTheOldestGo) {
   for (std::uint32_t side = 1; side <= Previews::sides_max + 1; ++side) {
-    came("a", side, "picture");
+    came("a", side, "image");
     ++now;
   }
   EXPECT_EQ(latest("a", 1), "");
-  for (std::uint32_t side = 2; side <= Previews::sides_max + 1; ++side) EXPECT_EQ(latest("a", side), "picture");
+  for (std::uint32_t side = 2; side <= Previews::sides_max + 1; ++side) EXPECT_EQ(latest("a", side), "image");
   came("a", 2, "newer");  // in its own place
-  EXPECT_EQ(latest("a", 3), "picture");
+  EXPECT_EQ(latest("a", 3), "image");
 }

@@ -1,6 +1,6 @@
 /// Messages there and back, and everything a broken worker could send.
 
-#include "server/worker/protocol.h"
+#include "server/worker/protocol/protocol.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 #include <cstring>
 #include <random>
 
-#include "server/worker/wire.h"
+#include "server/worker/protocol/serialization.h"
 
 using namespace worker;
 
@@ -51,10 +51,10 @@ std::string text_of(const Descriptor& file) {
   return text;
 }
 
-Finished finished_with_two_pictures(const std::string& report) {
+Finished finished_with_two_images(const std::string& report) {
   Finished finished{"job", 42, report, {}};
-  finished.pictures.push_back({"image.png", "image/png", sealed_memory("png bytes")});
-  finished.pictures.push_back({"image.exr", "image/x-exr", sealed_memory(std::string(1 << 20, 'e'))});
+  finished.images.push_back({"image.png", "image/png", sealed_memory("png bytes")});
+  finished.images.push_back({"image.exr", "image/x-exr", sealed_memory(std::string(1 << 20, 'e'))});
   return finished;
 }
 
@@ -89,15 +89,15 @@ TEST_F(Protocol, BringsEveryMessageAsItWasSent) {
   EXPECT_EQ(failed.problem.errors, (std::vector<tracer::Issue>{{"/p", "c", "d"}, {"", "", ""}}));
 }
 
-TEST_F(Protocol, HandsPicturesOverWithSmallAndWithLargeReports) {
+TEST_F(Protocol, HandsImagesOverWithSmallAndWithLargeReports) {
   for (const std::size_t report_bytes : {0u, 10u, 4000u, 4096u, 5000u, 3u << 20}) {
-    const auto finished = there_and_back<Finished>(finished_with_two_pictures(std::string(report_bytes, 'r')));
+    const auto finished = there_and_back<Finished>(finished_with_two_images(std::string(report_bytes, 'r')));
     EXPECT_EQ(finished.report, std::string(report_bytes, 'r'));
-    ASSERT_EQ(finished.pictures.size(), 2u);
-    EXPECT_EQ(finished.pictures[0].name, "image.png");
-    EXPECT_EQ(finished.pictures[1].media_type, "image/x-exr");
-    EXPECT_EQ(text_of(finished.pictures[0].bytes), "png bytes");
-    EXPECT_EQ(text_of(finished.pictures[1].bytes), std::string(1 << 20, 'e'));
+    ASSERT_EQ(finished.images.size(), 2u);
+    EXPECT_EQ(finished.images[0].name, "image.png");
+    EXPECT_EQ(finished.images[1].media_type, "image/x-exr");
+    EXPECT_EQ(text_of(finished.images[0].bytes), "png bytes");
+    EXPECT_EQ(text_of(finished.images[1].bytes), std::string(1 << 20, 'e'));
   }
 }
 
@@ -110,8 +110,8 @@ TEST_F(Protocol, CarriesADocumentOf64MiB) {
 }
 
 TEST_F(Protocol, ReceivedDescriptorsAreNotInherited) {
-  const auto finished = there_and_back<Finished>(finished_with_two_pictures("{}"));
-  for (const Picture& picture : finished.pictures) EXPECT_EQ(fcntl(picture.bytes.get(), F_GETFD), FD_CLOEXEC);
+  const auto finished = there_and_back<Finished>(finished_with_two_images("{}"));
+  for (const Image& image : finished.images) EXPECT_EQ(fcntl(image.bytes.get(), F_GETFD), FD_CLOEXEC);
 }
 
 TEST_F(Protocol, TellsNothingToReadFromTheOtherEndGone) {
@@ -171,7 +171,7 @@ TEST_F(Protocol, RefusesDescriptorsTooManyTooFewOrUnsealed) {
     return files;
   };
   EXPECT_NE(verdict(heartbeat, one(sealed_memory("x"))).find("broken body"), std::string::npos);
-  EXPECT_NE(verdict(pack(finished_with_two_pictures("{}")).bytes).find("broken body"), std::string::npos);
+  EXPECT_NE(verdict(pack(finished_with_two_images("{}")).bytes).find("broken body"), std::string::npos);
   EXPECT_EQ(verdict(heartbeat, one(Descriptor(memfd_create("open", MFD_CLOEXEC)))),
             "a descriptor that is no sealed memory");
   EXPECT_EQ(verdict(heartbeat, one(Descriptor(open("/dev/zero", O_RDONLY | O_CLOEXEC)))),

@@ -1,4 +1,4 @@
-/// What the queue makes of a submission: bounds by owner, one job for each key, pictures that exist already.
+/// What the queue makes of a submission: bounds by owner, one job for each key, images that exist already.
 
 #include <gtest/gtest.h>
 
@@ -6,28 +6,27 @@
 #include <mutex>
 #include <thread>
 
-#include "server/jobs/queue.h"
+#include "server/queue/queue.h"
 #include "server/storage/memory/memory_artifact_store.h"
 #include "server/storage/memory/memory_job_store.h"
 #include "tests/conformance/memory_file.h"
 
-using namespace jobs;
+using namespace queue;
 
 namespace {
 
 /// Notes what it is asked to make durable.
 class NotingStore final : public MemoryJobStore {
  public:
-  std::optional<KeptReply> admit(const Admission& admission, std::int64_t at) override {
+  std::optional<KeptReply> insert_job(const InsertRequest& admission, std::int64_t at) override {
     if (fails) throw StoreFailure(StoreFailure::Kind::full, "disk full");
     note(admission.durable);
-    return MemoryJobStore::admit(admission, at);
+    return MemoryJobStore::insert_job(admission, at);
   }
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t at, const std::string& report,
-               const std::vector<Artifact>& pictures, bool is_durable,
-               const std::vector<SmallPicture>& small) override {
+               const std::vector<Artifact>& images, bool is_durable, const std::vector<SmallImage>& small) override {
     note(is_durable);
-    return MemoryJobStore::succeed(id, fence, at, report, pictures, is_durable, small);
+    return MemoryJobStore::succeed(id, fence, at, report, images, is_durable, small);
   }
   void probe() override { ++probes; }
   std::vector<bool> durable;
@@ -51,10 +50,10 @@ class SubmitTest : public testing::Test {
     result.owner = owner;
     return result;
   }
-  bool run_one(const std::string& picture) {
+  bool run_one(const std::string& image) {
     const auto claim = queue.claim(false);
     if (!claim) return false;
-    const MemoryFile file(picture);
+    const MemoryFile file(image);
     return queue.succeed(claim->job.id, claim->fence, "{}", {{"image.png", "image/png", file.fd()}});
   }
 
@@ -86,7 +85,7 @@ TEST_F(SubmitTest, HoldsEachOwnerToItsOwnBounds) {
   EXPECT_EQ(full.error().seen, 10);
 }
 
-TEST_F(SubmitTest, AHitHasTheReportAndThePicturesAndIsNotRun) {
+TEST_F(SubmitTest, AHitHasTheReportAndTheImagesAndIsNotRun) {
   EXPECT_FALSE(queue.submit(submission("key"))->from_cache);
   EXPECT_FALSE(queue.submit(submission("key"))->from_cache) << "the first one has not finished";
   EXPECT_TRUE(run_one("abc"));
@@ -100,7 +99,7 @@ TEST_F(SubmitTest, AHitHasTheReportAndThePicturesAndIsNotRun) {
   EXPECT_FALSE(queue.submit(submission(""))->from_cache);
 }
 
-TEST_F(SubmitTest, PicturesOfAHitStayWhenTheJobThatMadeThemGoesMeanwhile) {
+TEST_F(SubmitTest, ImagesOfAHitStayWhenTheJobThatMadeThemGoesMeanwhile) {
   std::atomic<int> hits = 0, missing = 0;
   std::atomic<bool> stop = false;
   const auto work = [&] {
@@ -137,7 +136,7 @@ TEST_F(SubmitTest, AKeyIsForgottenAfterItsTime) {
   EXPECT_FALSE(submit("b")->replayed);
 }
 
-TEST_F(SubmitTest, KeepingHouseDeletesExpiredPicturesThatNoOtherJobNames) {
+TEST_F(SubmitTest, KeepingHouseDeletesExpiredImagesThatNoOtherJobNames) {
   Submission kept = submission("key"), expiring = submission("key");
   expiring.parsed.job.expires_in_s = 1;
   expiring.parsed.job.cache = api::CacheUse::off;
@@ -145,13 +144,13 @@ TEST_F(SubmitTest, KeepingHouseDeletesExpiredPicturesThatNoOtherJobNames) {
   EXPECT_TRUE(run_one("abc"));
   const std::string second = queue.submit(std::move(expiring))->view.job.id;
   EXPECT_TRUE(run_one("abc"));
-  const Artifact picture = queue.find(first)->job.artifacts.at(0);
+  const Artifact image = queue.find(first)->job.artifacts.at(0);
   now += 1000;
-  EXPECT_FALSE(queue.keep_house());
+  EXPECT_FALSE(queue.run_maintenance());
   EXPECT_TRUE(queue.find(second)->job.expired);
-  EXPECT_NE(queue.open(picture), nullptr) << "the first job still has it";
+  EXPECT_NE(queue.open(image), nullptr) << "the first job still has it";
   EXPECT_EQ(queue.remove(first), RemoveOutcome::removed);
-  EXPECT_EQ(queue.open(picture), nullptr);
+  EXPECT_EQ(queue.open(image), nullptr);
 }
 
 TEST_F(SubmitTest, ABatchIsStoppedWhenTooManyOfItsJobsFail) {

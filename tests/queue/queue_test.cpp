@@ -1,6 +1,6 @@
 /// The queue over stores in memory.
 
-#include "server/jobs/queue.h"
+#include "server/queue/queue.h"
 
 #include <gtest/gtest.h>
 
@@ -13,11 +13,11 @@
 #include "server/storage/memory/memory_job_store.h"
 #include "tests/conformance/memory_file.h"
 
-using namespace jobs;
+using namespace queue;
 
 namespace {
 
-class RecordingRunner final : public Runner {
+class RecordingRunner final : public JobRunner {
  public:
   void wake(bool) noexcept override { ++wakes; }
   void cancel(const std::string& id) noexcept override { cancelled.push_back(id); }
@@ -33,7 +33,7 @@ class RecordingRunner final : public Runner {
 };
 
 /// Notes what it hears, and whether the job was stored already.
-class RecordingListener final : public EndListener {
+class RecordingListener final : public CompletionListener {
  public:
   explicit RecordingListener(JobStore& jobs) : store(jobs) {}
   void expect(const std::string& id, const api::Webhook& webhook) override {
@@ -49,12 +49,12 @@ class RecordingListener final : public EndListener {
 /// A store that can be told to fail.
 class FailingStore : public MemoryJobStore {
  public:
-  std::optional<KeptReply> admit(const Admission& admission, std::int64_t now) override {
+  std::optional<KeptReply> insert_job(const InsertRequest& admission, std::int64_t now) override {
     fail_if_told();
-    return MemoryJobStore::admit(admission, now);
+    return MemoryJobStore::insert_job(admission, now);
   }
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
-               const std::vector<Artifact>& artifacts, bool durable, const std::vector<SmallPicture>& small) override {
+               const std::vector<Artifact>& artifacts, bool durable, const std::vector<SmallImage>& small) override {
     fail_if_told();
     return MemoryJobStore::succeed(id, fence, now, report, artifacts, durable, small);
   }
@@ -77,8 +77,8 @@ class QueueTest : public testing::Test {
     submission.parsed.job.name = name;
     return queue.submit(std::move(submission))->view.job.id;
   }
-  bool succeed(const Claim& claim, const std::string& picture) {
-    const MemoryFile file(picture);
+  bool succeed(const Claim& claim, const std::string& image) {
+    const MemoryFile file(image);
     return queue.succeed(claim.job.id, claim.fence, "{}", {{"image.png", "image/png", file.fd()}});
   }
   JobView find(const std::string& id) { return queue.find(id).value(); }
@@ -99,11 +99,11 @@ TEST_F(QueueTest, OneLookIsEnoughForAllWhoWaitAndNothingIsKeptOfJobsThatDoNotRun
   int told = 0;
   for (int i = 0; i < 2; ++i) queue.look(id, 64, [&] { ++told; });
   const std::uint64_t token = queue.look(id, 64, [&] { ADD_FAILURE() << "stopped looking"; });
-  queue.stop_looking(token);
+  queue.cancel_preview(token);
   EXPECT_EQ(runner.looked, std::vector<std::string>{id + " 64"});
-  queue.previewed(id, 64, "picture");
+  queue.previewed(id, 64, "image");
   EXPECT_EQ(told, 2);
-  EXPECT_EQ(*queue.preview(id, 64).png, "picture");
+  EXPECT_EQ(*queue.preview(id, 64).png, "image");
   queue.look(id, 64, [&] { ++told; });
   EXPECT_TRUE(queue.release(id, claim->fence, false, false));
   EXPECT_EQ(told, 3) << "it waits again";
@@ -147,17 +147,17 @@ TEST_F(QueueTest, ASubmittedJobCarriesWhatTheDocumentAskedFor) {
 
 TEST_F(QueueTest, AWebhookIsExpectedBeforeItsJobIsStoredAndEveryEndIsTold) {
   RecordingListener listener(store);
-  queue.tell_ends(&listener);
+  queue.set_completion_listener(&listener);
   api::Document parsed;
   parsed.job.webhook = api::Webhook{"http://a/"};
   const std::string first = queue.submit({.document = "{}", .parsed = parsed})->view.job.id, second = submit();
-  succeed(*queue.claim(false), "picture");
+  succeed(*queue.claim(false), "image");
   queue.cancel(second);
   EXPECT_EQ(listener.heard, (std::vector<std::string>{"expect http://a/", "ended " + first, "ended " + second}));
   listener.failing = true;
   EXPECT_THROW((void)queue.submit({.document = "{}", .parsed = parsed}), StoreFailure);
   EXPECT_EQ(store.count(JobState::queued), 0) << "nobody would be told of it";
-  queue.tell_ends(nullptr);
+  queue.set_completion_listener(nullptr);
   EXPECT_TRUE(queue.submit({.document = "{}", .parsed = parsed}));
 }
 

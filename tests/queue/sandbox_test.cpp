@@ -1,6 +1,6 @@
 /// What a worker that was taken over can still do. Each attempt is made by a child process.
 
-#include "server/worker/sandbox.h"
+#include "server/worker/process/sandbox.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@
 #include <functional>
 #include <thread>
 
-#include "tests/conformance/temporary_folder.h"
+#include "tests/conformance/temporary_directory.h"
 
 #ifndef WHITTLE_SANITIZED
 
@@ -35,12 +35,12 @@ int error_of(long result) { return result < 0 ? errno : 0; }
 constexpr int could_not_enter = 255;
 
 /// How a child ends that enters the sandbox and makes the attempt: its exit status is the attempt's result.
-int status_of(const std::vector<std::string>& folders, const Attempt& attempt) {
+int status_of(const std::vector<std::string>& directories, const Attempt& attempt) {
   const pid_t child = fork();
   if (child == 0) {
     try {
-      worker::restrict_files(folders);
-      worker::restrict_calls(!folders.empty());
+      worker::restrict_files(directories);
+      worker::restrict_calls(!directories.empty());
     } catch (...) {
       _exit(could_not_enter);
     }
@@ -51,8 +51,8 @@ int status_of(const std::vector<std::string>& folders, const Attempt& attempt) {
   return status;
 }
 
-int result_of(const std::vector<std::string>& folders, const Attempt& attempt) {
-  const int status = status_of(folders, attempt);
+int result_of(const std::vector<std::string>& directories, const Attempt& attempt) {
+  const int status = status_of(directories, attempt);
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
@@ -76,40 +76,41 @@ class SandboxTest : public testing::Test {
     std::ofstream(inside) << "inside";
     std::ofstream(outside) << "outside";
   }
-  TemporaryFolder folder, other;
-  std::string inside = folder.path() + "/file", outside = other.path() + "/file";
-  std::vector<std::string> folders{folder.path()};
+  TemporaryDirectory directory, other;
+  std::string inside = directory.path() + "/file", outside = other.path() + "/file";
+  std::vector<std::string> directories{directory.path()};
 };
 
 }  // namespace
 
 TEST_F(SandboxTest, HasNoNetwork) {
   for (const int family : {AF_INET, AF_INET6, AF_UNIX, AF_NETLINK}) {
-    EXPECT_EQ(result_of(folders, [&] { return error_of(socket(family, SOCK_STREAM, 0)); }), EPERM) << family;
+    EXPECT_EQ(result_of(directories, [&] { return error_of(socket(family, SOCK_STREAM, 0)); }), EPERM) << family;
   }
-  EXPECT_EQ(result_of(folders, [] { return error_of(connect(0, nullptr, 0)); }), EPERM);
+  EXPECT_EQ(result_of(directories, [] { return error_of(connect(0, nullptr, 0)); }), EPERM);
   int pair[2];
-  EXPECT_EQ(result_of(folders, [&] { return error_of(socketpair(AF_UNIX, SOCK_STREAM, 0, pair)); }), EPERM);
+  EXPECT_EQ(result_of(directories, [&] { return error_of(socketpair(AF_UNIX, SOCK_STREAM, 0, pair)); }), EPERM);
 }
 
 TEST_F(SandboxTest, StartsNeitherProgramsNorProcesses) {
-  EXPECT_EQ(result_of(folders, [] { return error_of(execl("/bin/true", "true", nullptr)); }), EPERM);
-  EXPECT_EQ(result_of(folders, [] { return error_of(syscall(SYS_execveat, AT_FDCWD, "/bin/true", 0, 0, 0)); }), EPERM);
-  EXPECT_EQ(result_of(folders, [] { return error_of(fork()); }), EPERM);
+  EXPECT_EQ(result_of(directories, [] { return error_of(execl("/bin/true", "true", nullptr)); }), EPERM);
+  EXPECT_EQ(result_of(directories, [] { return error_of(syscall(SYS_execveat, AT_FDCWD, "/bin/true", 0, 0, 0)); }),
+            EPERM);
+  EXPECT_EQ(result_of(directories, [] { return error_of(fork()); }), EPERM);
 #ifdef SYS_fork
-  EXPECT_EQ(result_of(folders, [] { return error_of(syscall(SYS_fork)); }), EPERM);
-  EXPECT_EQ(result_of(folders, [] { return error_of(syscall(SYS_vfork)); }), EPERM);
+  EXPECT_EQ(result_of(directories, [] { return error_of(syscall(SYS_fork)); }), EPERM);
+  EXPECT_EQ(result_of(directories, [] { return error_of(syscall(SYS_vfork)); }), EPERM);
 #endif
-  EXPECT_EQ(result_of(folders, [] { return error_of(syscall(SYS_clone, SIGCHLD, 0, 0, 0, 0)); }), EPERM);
-  EXPECT_EQ(result_of(folders, [] { return error_of(syscall(SYS_clone3, nullptr, 0)); }), ENOSYS);
+  EXPECT_EQ(result_of(directories, [] { return error_of(syscall(SYS_clone, SIGCHLD, 0, 0, 0, 0)); }), EPERM);
+  EXPECT_EQ(result_of(directories, [] { return error_of(syscall(SYS_clone3, nullptr, 0)); }), ENOSYS);
 }
 
 TEST_F(SandboxTest, TouchesNoOtherProcess) {
   const pid_t parent = getpid();
-  EXPECT_EQ(result_of(folders, [&] { return error_of(kill(parent, 0)); }), EPERM);
-  EXPECT_EQ(result_of(folders, [&] { return error_of(syscall(SYS_tgkill, parent, parent, 0)); }), EPERM);
-  EXPECT_EQ(result_of(folders, [&] { return error_of(ptrace(PTRACE_ATTACH, parent, 0, 0)); }), EPERM);
-  EXPECT_EQ(result_of(folders,
+  EXPECT_EQ(result_of(directories, [&] { return error_of(kill(parent, 0)); }), EPERM);
+  EXPECT_EQ(result_of(directories, [&] { return error_of(syscall(SYS_tgkill, parent, parent, 0)); }), EPERM);
+  EXPECT_EQ(result_of(directories, [&] { return error_of(ptrace(PTRACE_ATTACH, parent, 0, 0)); }), EPERM);
+  EXPECT_EQ(result_of(directories,
                       [&] {
                         const rlimit limit{1, 1};
                         return error_of(prlimit(parent, RLIMIT_NOFILE, &limit, nullptr));
@@ -121,34 +122,34 @@ TEST_F(SandboxTest, MakesNoCode) {
   const auto map = [](int protection) {
     return mmap(nullptr, 4096, protection, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0) == MAP_FAILED ? errno : 0;
   };
-  EXPECT_EQ(result_of(folders, [&] { return map(PROT_READ | PROT_WRITE); }), 0);
-  EXPECT_EQ(result_of(folders, [&] { return map(PROT_READ | PROT_EXEC); }), EPERM);
+  EXPECT_EQ(result_of(directories, [&] { return map(PROT_READ | PROT_WRITE); }), 0);
+  EXPECT_EQ(result_of(directories, [&] { return map(PROT_READ | PROT_EXEC); }), EPERM);
 }
 
-TEST_F(SandboxTest, ReadsWhatIsInItsFolderAndWritesNothing) {
-  EXPECT_EQ(result_of(folders, [&] { return error_of(open(inside.c_str(), O_RDONLY)); }), 0);
-  EXPECT_EQ(result_of(folders, [&] { return open_beneath_nothing(inside); }), 0);
+TEST_F(SandboxTest, ReadsWhatIsInItsDirectoryAndWritesNothing) {
+  EXPECT_EQ(result_of(directories, [&] { return error_of(open(inside.c_str(), O_RDONLY)); }), 0);
+  EXPECT_EQ(result_of(directories, [&] { return open_beneath_nothing(inside); }), 0);
   for (const int flags : {O_WRONLY, O_RDWR, O_RDONLY | O_CREAT, O_RDONLY | O_TRUNC}) {
-    EXPECT_EQ(result_of(folders, [&] { return error_of(open(inside.c_str(), flags, 0600)); }), EPERM) << flags;
+    EXPECT_EQ(result_of(directories, [&] { return error_of(open(inside.c_str(), flags, 0600)); }), EPERM) << flags;
   }
-  EXPECT_EQ(result_of(folders, [&] { return error_of(unlink(inside.c_str())); }), EPERM);
-  EXPECT_EQ(result_of(folders, [&] { return error_of(rename(inside.c_str(), outside.c_str())); }), EPERM);
-  EXPECT_EQ(result_of(folders, [&] { return error_of(chmod(inside.c_str(), 0777)); }), EPERM);
-  EXPECT_EQ(result_of(folders, [&] { return error_of(mkdir((folder.path() + "/new").c_str(), 0700)); }), EPERM);
+  EXPECT_EQ(result_of(directories, [&] { return error_of(unlink(inside.c_str())); }), EPERM);
+  EXPECT_EQ(result_of(directories, [&] { return error_of(rename(inside.c_str(), outside.c_str())); }), EPERM);
+  EXPECT_EQ(result_of(directories, [&] { return error_of(chmod(inside.c_str(), 0777)); }), EPERM);
+  EXPECT_EQ(result_of(directories, [&] { return error_of(mkdir((directory.path() + "/new").c_str(), 0700)); }), EPERM);
 }
 
-TEST_F(SandboxTest, OpensNoFileOutsideItsFolder) {
+TEST_F(SandboxTest, OpensNoFileOutsideItsDirectory) {
   if (!kernel_has_landlock()) GTEST_SKIP() << "this kernel has no Landlock";
   for (const std::string& path : {outside, std::string("/etc/passwd"), std::string("/proc/self/environ")}) {
-    EXPECT_EQ(result_of(folders, [&] { return error_of(open(path.c_str(), O_RDONLY)); }), EACCES) << path;
-    EXPECT_EQ(result_of(folders, [&] { return open_beneath_nothing(path); }), EACCES) << path;
+    EXPECT_EQ(result_of(directories, [&] { return error_of(open(path.c_str(), O_RDONLY)); }), EACCES) << path;
+    EXPECT_EQ(result_of(directories, [&] { return open_beneath_nothing(path); }), EACCES) << path;
   }
-  const std::string link = folder.path() + "/link";
+  const std::string link = directory.path() + "/link";
   ASSERT_EQ(symlink(outside.c_str(), link.c_str()), 0);
-  EXPECT_EQ(result_of(folders, [&] { return error_of(open(link.c_str(), O_RDONLY)); }), EACCES);
+  EXPECT_EQ(result_of(directories, [&] { return error_of(open(link.c_str(), O_RDONLY)); }), EACCES);
 }
 
-TEST_F(SandboxTest, OpensNothingAtAllWithoutFolders) {
+TEST_F(SandboxTest, OpensNothingAtAllWithoutDirectories) {
   EXPECT_EQ(result_of({}, [&] { return error_of(open(inside.c_str(), O_RDONLY)); }), EPERM);
   EXPECT_EQ(result_of({}, [&] { return open_beneath_nothing(inside); }), EPERM);
 }
@@ -163,7 +164,7 @@ TEST_F(SandboxTest, HasThreadsAndMemoryToHandOver) {
             0);
   EXPECT_EQ(result_of({},
                       [] {
-                        const int memory = memfd_create("picture", MFD_ALLOW_SEALING);
+                        const int memory = memfd_create("image", MFD_ALLOW_SEALING);
                         return memory >= 0 && write(memory, "x", 1) == 1
                                    ? error_of(fcntl(memory, F_ADD_SEALS, F_SEAL_WRITE))
                                    : 1;
@@ -196,9 +197,10 @@ TEST_F(SandboxTest, HoldsThreadsThatWereThereBefore) {
   EXPECT_EQ(WEXITSTATUS(status), EPERM);
 }
 
-TEST_F(SandboxTest, AFolderThatIsNotThereOpensNothing) {
+TEST_F(SandboxTest, ADirectoryThatIsNotThereOpensNothing) {
   if (!kernel_has_landlock()) GTEST_SKIP() << "this kernel has no Landlock";
-  EXPECT_EQ(result_of({folder.path() + "/absent"}, [&] { return error_of(open(inside.c_str(), O_RDONLY)); }), EACCES);
+  EXPECT_EQ(result_of({directory.path() + "/absent"}, [&] { return error_of(open(inside.c_str(), O_RDONLY)); }),
+            EACCES);
 }
 
 #endif

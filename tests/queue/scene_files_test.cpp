@@ -1,6 +1,6 @@
-/// Where a name leads that a document gives a file: to the asset folder or to the uploads.
+/// Where a name leads that a document gives a file: to the asset directory or to the uploads.
 
-#include "server/worker/scene_files.h"
+#include "server/worker/protocol/scene_files.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <fstream>
 #include <system_error>
 
-#include "tests/conformance/temporary_folder.h"
+#include "tests/conformance/temporary_directory.h"
 #include "tests/queue/eventually.h"
 
 using worker::SceneFiles;
@@ -29,11 +29,11 @@ void write(const std::string& path, const std::string& text) {
 
 }  // namespace
 
-TEST(SceneFiles, LieInTheFolderThatTheirNameIsOf) {
-  const TemporaryFolder folder, uploads;
-  write(folder.path() + "/tile.png", "a tile");
+TEST(SceneFiles, LieInTheDirectoryThatTheirNameIsOf) {
+  const TemporaryDirectory directory, uploads;
+  write(directory.path() + "/tile.png", "a tile");
   write(uploads.path() + "/ba/" + hash, "an upload");
-  const worker::FileSettings settings{folder.path(), uploads.path()};
+  const worker::FileSettings settings{directory.path(), uploads.path()};
   EXPECT_EQ(content(settings, "tile.png"), "a tile");
   EXPECT_EQ(content(settings, "sha256:" + hash), "an upload");
   EXPECT_EQ(content(settings, "ba/" + hash), "no such file") << "uploads are reached by their hash alone";
@@ -41,27 +41,27 @@ TEST(SceneFiles, LieInTheFolderThatTheirNameIsOf) {
 }
 
 TEST(SceneFiles, OfUploadsAreKnownByTheirHashAndOthersByWhenTheyWereChanged) {
-  const TemporaryFolder folder, uploads;
-  write(folder.path() + "/tile.png", "a tile");
-  const SceneFiles files({folder.path(), uploads.path()});
+  const TemporaryDirectory directory, uploads;
+  write(directory.path() + "/tile.png", "a tile");
+  const SceneFiles files({directory.path(), uploads.path()});
   EXPECT_EQ(files.content_name("sha256:" + hash), "sha256:" + hash) << "unread";
   EXPECT_EQ(files.content_name("tile.png"), "") << "it may change again within a tick of the clock";
   EXPECT_EQ(files.content_name("nothing.png"), "");
   ASSERT_TRUE(eventually([&] { return !files.content_name("tile.png").empty(); }));
-  const std::string settled = files.content_name("tile.png");
-  EXPECT_EQ(files.content_name("tile.png"), settled);
-  EXPECT_FALSE(settled.starts_with("sha256:"));
-  write(folder.path() + "/tile.png", "a till");
+  const std::string on_waiters_notified = files.content_name("tile.png");
+  EXPECT_EQ(files.content_name("tile.png"), on_waiters_notified);
+  EXPECT_FALSE(on_waiters_notified.starts_with("sha256:"));
+  write(directory.path() + "/tile.png", "a till");
   EXPECT_EQ(files.content_name("tile.png"), "");
   ASSERT_TRUE(eventually([&] { return !files.content_name("tile.png").empty(); }));
-  EXPECT_NE(files.content_name("tile.png"), settled) << "of the same size";
+  EXPECT_NE(files.content_name("tile.png"), on_waiters_notified) << "of the same size";
 }
 
-TEST(SceneFiles, AreNotThereWhereTheirFolderIsNotGiven) {
-  const TemporaryFolder folder;
-  write(folder.path() + "/tile.png", "a tile");
-  EXPECT_EQ(content({folder.path(), ""}, "tile.png"), "a tile");
-  EXPECT_NE(content({folder.path(), ""}, "sha256:" + hash).find("no folder"), std::string::npos);
-  EXPECT_NE(content({"", folder.path()}, "tile.png").find("no folder"), std::string::npos);
-  EXPECT_THROW(SceneFiles({"", folder.path() + "/nowhere"}), std::system_error);
+TEST(SceneFiles, AreNotThereWhereTheirDirectoryIsNotGiven) {
+  const TemporaryDirectory directory;
+  write(directory.path() + "/tile.png", "a tile");
+  EXPECT_EQ(content({directory.path(), ""}, "tile.png"), "a tile");
+  EXPECT_NE(content({directory.path(), ""}, "sha256:" + hash).find("no directory"), std::string::npos);
+  EXPECT_NE(content({"", directory.path()}, "tile.png").find("no directory"), std::string::npos);
+  EXPECT_THROW(SceneFiles({"", directory.path() + "/nowhere"}), std::system_error);
 }

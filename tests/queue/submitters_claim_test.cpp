@@ -5,15 +5,15 @@
 
 #include "tests/queue/supervised.h"
 
-using jobs::JobState;
+using queue::JobState;
 
 namespace {
 
 /// Tells which threads claim jobs, and can hold up the one of the test.
-class WatchedStore final : public jobs::MemoryJobStore {
+class WatchedStore final : public queue::MemoryJobStore {
  public:
-  std::optional<jobs::Claim> claim(const std::string& boot, std::int64_t now, std::int64_t lease_until,
-                                   bool alone) override {
+  std::optional<queue::Claim> claim(const std::string& boot, std::int64_t now, std::int64_t lease_until,
+                                    bool alone) override {
     ++claims;
     auto claim = MemoryJobStore::claim(boot, now, lease_until, alone);
     if (claim && std::this_thread::get_id() == test_thread_) {
@@ -51,7 +51,7 @@ class SubmittersClaimTest : public SupervisorTest {
     return id;
   }
   WatchedStore watched;
-  jobs::Queue watched_queue{watched, artifacts, ids, jobs::system_clock(), log.log(), {}};
+  queue::Queue watched_queue{watched, artifacts, ids, queue::system_clock(), log.log(), {}};
 };
 
 }  // namespace
@@ -83,7 +83,7 @@ TEST_F(SubmittersClaimTest, AllJobsOfManySubmittersAtOnceRunOnce) {
   }
   submitters.clear();
   EXPECT_TRUE(eventually([&] { return watched.count(JobState::succeeded) == 400; }));
-  for (const jobs::Job& job : watched_queue.list({}, "", 1000).items) EXPECT_EQ(job.attempt, 1);
+  for (const queue::Job& job : watched_queue.list({}, "", 1000).items) EXPECT_EQ(job.attempt, 1);
 }
 
 TEST_F(SubmittersClaimTest, AJobCancelledWhileItsSubmitterClaimsItDoesNotRun) {

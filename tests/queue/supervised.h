@@ -12,19 +12,19 @@
 #include <string>
 #include <vector>
 
-#include "server/jobs/housekeeper.h"
-#include "server/jobs/queue.h"
+#include "server/queue/queue.h"
+#include "server/queue/queue_maintainer.h"
 #include "server/storage/memory/memory_artifact_store.h"
 #include "server/storage/memory/memory_job_store.h"
-#include "server/worker/supervisor.h"
-#include "tests/conformance/temporary_folder.h"
+#include "server/worker/supervisor/supervisor.h"
+#include "tests/conformance/temporary_directory.h"
 #include "tests/queue/eventually.h"
 
 /// Events of the log, counted by name.
 class RecordedLog {
  public:
-  jobs::Log log() {
-    return [this](jobs::LogLevel, std::string_view event, const jobs::LogFields& fields) {
+  queue::Log log() {
+    return [this](queue::LogLevel, std::string_view event, const queue::LogFields& fields) {
       const std::lock_guard lock(mutex_);
       std::string& lines = lines_[std::string(event)];
       for (const auto& [key, value] : fields) lines.append(key).append("=").append(value).append(" ");
@@ -72,14 +72,14 @@ class SupervisorTest : public testing::Test {
   }
 
   std::string submit(const std::string& document, int max_attempts = 3) {
-    jobs::Submission submission;
+    queue::Submission submission;
     submission.document = document;
     submission.parsed.job.max_attempts = max_attempts;
     return queue.submit(std::move(submission))->view.job.id;
   }
   /// One that api::is_large.
   std::string submit_large(const std::string& document) {
-    jobs::Submission submission;
+    queue::Submission submission;
     submission.document = document;
     submission.parsed.scene.accuracy.samples = 1000;
     return queue.submit(std::move(submission))->view.job.id;
@@ -87,30 +87,30 @@ class SupervisorTest : public testing::Test {
   /// Failed at its deadline, but had begun: one that had not, on a busy machine, is followed by another with more time.
   std::string overrun(const std::string& document) {
     for (std::int64_t time_ms = 300;; time_ms *= 4) {
-      jobs::Submission submission;
+      queue::Submission submission;
       submission.document = document;
-      submission.parsed.job.deadline = jobs::system_clock()() + time_ms;
+      submission.parsed.job.deadline = queue::system_clock()() + time_ms;
       const std::string id = queue.submit(std::move(submission))->view.job.id;
-      if (!reaches(id, jobs::JobState::failed) || find(id).attempt > 0) return id;
+      if (!reaches(id, queue::JobState::failed) || find(id).attempt > 0) return id;
     }
   }
-  jobs::Job find(const std::string& id) { return queue.find(id).value().job; }
-  jobs::JobState state(const std::string& id) { return find(id).state; }
-  bool reaches(const std::string& id, jobs::JobState wanted) {
+  queue::Job find(const std::string& id) { return queue.find(id).value().job; }
+  queue::JobState state(const std::string& id) { return find(id).state; }
+  bool reaches(const std::string& id, queue::JobState wanted) {
     return eventually([&] { return state(id) == wanted; });
   }
-  std::string problem_code(const std::string& id) { return find(id).problem.value_or(jobs::Problem{}).code; }
+  std::string problem_code(const std::string& id) { return find(id).problem.value_or(queue::Problem{}).code; }
 
-  std::string path(const std::string& name) const { return folder.path() + "/" + name; }
+  std::string path(const std::string& name) const { return directory.path() + "/" + name; }
   void create(const std::string& name) const { std::ofstream(path(name)) << "."; }
 
-  TemporaryFolder folder;
+  TemporaryDirectory directory;
   RecordedLog log;
-  jobs::MemoryJobStore store;
-  jobs::MemoryArtifactStore artifacts;
-  jobs::IdSource ids{jobs::system_clock(), jobs::system_random()};
-  jobs::Queue queue{store, artifacts, ids, jobs::system_clock(), log.log(), {}};
-  jobs::Housekeeper housekeeper{queue, log.log(), {std::chrono::milliseconds(2), std::chrono::milliseconds(1)}};
-  jobs::LeaseKeeper lease_keeper{queue, log.log()};
+  queue::MemoryJobStore store;
+  queue::MemoryArtifactStore artifacts;
+  queue::IdSource ids{queue::system_clock(), queue::system_random()};
+  queue::Queue queue{store, artifacts, ids, queue::system_clock(), log.log(), {}};
+  queue::QueueMaintainer housekeeper{queue, log.log(), {std::chrono::milliseconds(2), std::chrono::milliseconds(1)}};
+  queue::LeaseRenewer lease_keeper{queue, log.log()};
   std::unique_ptr<worker::Supervisor> supervisor;
 };

@@ -4,13 +4,13 @@
 
 #include "tests/queue/supervised.h"
 
-using jobs::JobState;
+using queue::JobState;
 
 TEST_F(SupervisorTest, AJobThatCrashesTheWorkerEveryTimeFailsAfterItsAttemptsAndTheSignalIsNamed) {
   start();
   const std::string id = submit("crash", 3);
   ASSERT_TRUE(reaches(id, JobState::failed));
-  const jobs::Job job = find(id);
+  const queue::Job job = find(id);
   EXPECT_EQ(job.attempt, 3);
   EXPECT_EQ(job.problem->code, "worker_crashed");
   EXPECT_NE(job.problem->detail.find("signal 11 (SIGSEGV)"), std::string::npos) << job.problem->detail;
@@ -67,7 +67,7 @@ TEST_F(SupervisorTest, SuspectsRunOneAtATimeBeforeAllOthers) {
 
 TEST_F(SupervisorTest, SuspectsOfAnEarlierDaemonRunAlone) {
   const std::string suspect = submit("wait " + path("go"));
-  const jobs::Claim claim = *queue.claim(false);
+  const queue::Claim claim = *queue.claim(false);
   queue.release(suspect, claim.fence, false, true);
   const std::string other = submit("");
   start();
@@ -139,17 +139,17 @@ TEST_F(SupervisorTest, AResultSentRightBeforeTheDeathCounts) {
 namespace {
 
 /// Refuses to end jobs while told so.
-class StubbornStore final : public jobs::MemoryJobStore {
+class StubbornStore final : public queue::MemoryJobStore {
  public:
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
-               const std::vector<jobs::Artifact>& artifacts, bool durable,
-               const std::vector<jobs::SmallPicture>& small) override {
-    if (refusals-- > 0) throw jobs::StoreFailure(jobs::StoreFailure::Kind::full, "disk full");
+               const std::vector<queue::Artifact>& artifacts, bool durable,
+               const std::vector<queue::SmallImage>& small) override {
+    if (refusals-- > 0) throw queue::StoreFailure(queue::StoreFailure::Kind::full, "disk full");
     return MemoryJobStore::succeed(id, fence, now, report, artifacts, durable, small);
   }
-  std::optional<jobs::Claim> claim(const std::string& boot, std::int64_t now, std::int64_t lease_until,
-                                   bool alone) override {
-    if (claim_refusals-- > 0) throw jobs::StoreFailure(jobs::StoreFailure::Kind::unavailable, "I/O error");
+  std::optional<queue::Claim> claim(const std::string& boot, std::int64_t now, std::int64_t lease_until,
+                                    bool alone) override {
+    if (claim_refusals-- > 0) throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, "I/O error");
     return MemoryJobStore::claim(boot, now, lease_until, alone);
   }
   std::atomic<int> refusals = 0, claim_refusals = 0;
@@ -163,7 +163,7 @@ class SupervisorStoreTest : public SupervisorTest {
     return id;
   }
   StubbornStore stubborn;
-  jobs::Queue stubborn_queue{stubborn, artifacts, ids, jobs::system_clock(), log.log(), {}};
+  queue::Queue stubborn_queue{stubborn, artifacts, ids, queue::system_clock(), log.log(), {}};
 };
 
 }  // namespace
@@ -180,20 +180,20 @@ TEST_F(SupervisorStoreTest, AResultIsStoredOnceTheStoreIsWellAgain) {
 
 TEST_F(SupervisorStoreTest, AResultThatWasNotStoredIsMadeAgain) {
   stubborn.refusals = 15;  // ten tries of the first, five of the second
-  const jobs::Housekeeper keeps_house(stubborn_queue, log.log(),
-                                      {std::chrono::milliseconds(2), std::chrono::milliseconds(1)});
+  const queue::QueueMaintainer keeps_house(stubborn_queue, log.log(),
+                                           {std::chrono::milliseconds(2), std::chrono::milliseconds(1)});
   const worker::Supervisor over(stubborn_queue, settings(), log.log());
-  const jobs::Job job = stubborn_queue.find(run("finish again"))->job;
+  const queue::Job job = stubborn_queue.find(run("finish again"))->job;
   EXPECT_EQ(job.state, JobState::succeeded);
   EXPECT_EQ(job.attempt, 2);
 }
 
 TEST_F(SupervisorStoreTest, AResultThatCannotBeStoredFailsTheJobAfterItsAttemptsAndSaysSo) {
   stubborn.refusals = 1'000'000;
-  const jobs::Housekeeper keeps_house(stubborn_queue, log.log(),
-                                      {std::chrono::milliseconds(2), std::chrono::milliseconds(1)});
+  const queue::QueueMaintainer keeps_house(stubborn_queue, log.log(),
+                                           {std::chrono::milliseconds(2), std::chrono::milliseconds(1)});
   const worker::Supervisor over(stubborn_queue, settings(), log.log());
-  const jobs::Job job = stubborn_queue.find(run("finish lost"))->job;
+  const queue::Job job = stubborn_queue.find(run("finish lost"))->job;
   EXPECT_EQ(job.state, JobState::failed);
   EXPECT_EQ(job.attempt, 3);
   EXPECT_EQ(job.problem->code, "storage_failure");

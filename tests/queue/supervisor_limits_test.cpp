@@ -2,7 +2,7 @@
 
 #include "tests/queue/supervised.h"
 
-using jobs::JobState;
+using queue::JobState;
 
 namespace {
 
@@ -114,7 +114,7 @@ TEST_F(SupervisorTest, AJobTriedAgainWhileItsLastAttemptHasNotStoppedWaitsForTha
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
   queue.cancel(id);
   ASSERT_TRUE(reaches(id, JobState::cancelled));
-  EXPECT_EQ(queue.retry(id), jobs::RetryOutcome::queued);
+  EXPECT_EQ(queue.retry(id), queue::RetryOutcome::queued);
   ASSERT_TRUE(eventually([&] { return log.count("job_given_back") >= 2; }));
   EXPECT_EQ(supervisor->running(), 2);
   create("go");

@@ -9,7 +9,7 @@
 
 #include "tests/queue/supervised.h"
 
-using jobs::JobState;
+using queue::JobState;
 
 namespace {
 
@@ -31,18 +31,18 @@ std::set<int> children() {
 
 }  // namespace
 
-TEST_F(SupervisorTest, AJobComesBackWithItsReportAndItsPicture) {
+TEST_F(SupervisorTest, AJobComesBackWithItsReportAndItsImage) {
   start();
   const std::string id = submit("progress 1 2\nfinish hello");
   ASSERT_TRUE(reaches(id, JobState::succeeded));
-  const jobs::Job job = find(id);
+  const queue::Job job = find(id);
   EXPECT_EQ(job.report, "hello");
   ASSERT_EQ(job.artifacts.size(), 1u);
   EXPECT_EQ(job.artifacts[0].name, "image.png");
-  const auto picture = queue.open(job.artifacts[0]);
-  ASSERT_NE(picture, nullptr);
-  std::string bytes(picture->size_bytes(), '?');
-  picture->read(0, bytes.data(), bytes.size());
+  const auto image = queue.open(job.artifacts[0]);
+  ASSERT_NE(image, nullptr);
+  std::string bytes(image->size_bytes(), '?');
+  image->read(0, bytes.data(), bytes.size());
   EXPECT_EQ(bytes, "hello");
   EXPECT_EQ(job.attempt, 1);
 }
@@ -135,7 +135,7 @@ TEST_F(SupervisorTest, CancelsARunningJobAndTheWorkerLives) {
   const std::string id = submit("wait " + path("never"));
   ASSERT_TRUE(reaches(id, JobState::running));
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
-  EXPECT_EQ(queue.cancel(id), jobs::CancelOutcome::cancelling);
+  EXPECT_EQ(queue.cancel(id), queue::CancelOutcome::cancelling);
   EXPECT_TRUE(reaches(id, JobState::cancelled));
   EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
   EXPECT_EQ(log.count("worker_started"), 1);
@@ -146,8 +146,8 @@ TEST_F(SupervisorTest, CancelsWheneverItIsAskedBetweenClaimAndEnd) {
   for (int round = 0; round < 100; ++round) {
     const std::string id = submit("wait " + path("never"));
     if (round % 2 == 0) std::this_thread::sleep_for(std::chrono::microseconds(20 * round));
-    const jobs::CancelOutcome outcome = queue.cancel(id);
-    ASSERT_TRUE(outcome == jobs::CancelOutcome::cancelled || outcome == jobs::CancelOutcome::cancelling);
+    const queue::CancelOutcome outcome = queue.cancel(id);
+    ASSERT_TRUE(outcome == queue::CancelOutcome::cancelled || outcome == queue::CancelOutcome::cancelling);
     ASSERT_TRUE(reaches(id, JobState::cancelled)) << "round " << round;
   }
   EXPECT_TRUE(eventually([&] { return supervisor->running() == 0; }));
@@ -203,11 +203,11 @@ TEST_F(SupervisorTest, ASpareWorkerWaitsAndTakesThePlaceOfOneThatEnds) {
   start();
   ASSERT_TRUE(eventually([&] { return children().size() == 2; }));
   const int first = supervisor->worker_pid();
-  std::set<int> spare = children();
-  spare.erase(first);
+  std::set<int> budget = children();
+  budget.erase(first);
   kill(first, SIGKILL);
   ASSERT_TRUE(eventually([&] { return supervisor->worker_pid() != first && supervisor->worker_pid() != 0; }));
-  EXPECT_EQ(supervisor->worker_pid(), *spare.begin());
+  EXPECT_EQ(supervisor->worker_pid(), *budget.begin());
   EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
   EXPECT_TRUE(eventually([&] { return children().size() == 2; })) << "and there is a new one";
   supervisor->drain(std::chrono::milliseconds(0));
@@ -221,10 +221,10 @@ TEST_F(SupervisorTest, ASpareWorkerThatDiesHarmsNobody) {
   start(quick);
   const std::string id = submit("wait " + path("go"));
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 1 && children().size() == 2; }));
-  std::set<int> spare = children();
-  spare.erase(supervisor->worker_pid());
-  kill(*spare.begin(), SIGKILL);
-  ASSERT_TRUE(eventually([&] { return children().size() == 2 && !children().contains(*spare.begin()); }));
+  std::set<int> budget = children();
+  budget.erase(supervisor->worker_pid());
+  kill(*budget.begin(), SIGKILL);
+  ASSERT_TRUE(eventually([&] { return children().size() == 2 && !children().contains(*budget.begin()); }));
   EXPECT_EQ(log.count("spare_ended"), 1);
   create("go");
   EXPECT_TRUE(reaches(id, JobState::succeeded));

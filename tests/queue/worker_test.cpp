@@ -13,11 +13,11 @@
 #include <sstream>
 #include <thread>
 
-#include "server/jobs/asset_store.h"
-#include "server/worker/process.h"
+#include "server/queue/asset_store.h"
+#include "server/worker/supervisor/child_process.h"
 #include "tests/queue/supervised.h"
 
-using jobs::JobState;
+using queue::JobState;
 
 namespace {
 
@@ -28,7 +28,7 @@ class WorkerTest : public SupervisorTest {
     with.executable = worker::worker_beside_this_program();
     start(with);
   }
-  std::string bytes_of(const jobs::Artifact& artifact) {
+  std::string bytes_of(const queue::Artifact& artifact) {
     const auto reader = queue.open(artifact);
     if (reader == nullptr) return "";
     std::string bytes(reader->size_bytes(), '\0');
@@ -39,7 +39,7 @@ class WorkerTest : public SupervisorTest {
 
 std::string scene(int side, int samples, const std::string& formats) {
   return R"({"version": 1, "image": {"width": )" + std::to_string(side) + R"(, "height": )" + std::to_string(side) +
-         R"(}, "camera": {"position": [0, 1, 5], "look_at": [0, 0, 0]},
+         R"(}, "camera": {"position": [0, 1, 5], "forward_preview_request": [0, 0, 0]},
              "lights": [{"type": "point", "position": [2, 5, 5]}],
              "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {"reflection": 0.3}},
                          {"type": "plane", "point": [0, -1, 0], "normal": [0, 1, 0], "material": {}}],
@@ -53,7 +53,7 @@ TEST_F(WorkerTest, RendersASceneIntoEachFormatWithAReport) {
   start_real_worker();
   const std::string id = submit(scene(16, 1, R"("png", "exr")"));
   ASSERT_TRUE(reaches(id, JobState::succeeded));
-  const jobs::Job job = find(id);
+  const queue::Job job = find(id);
   ASSERT_EQ(job.artifacts.size(), 2u);
   EXPECT_EQ(job.artifacts[0].name, "image.png");
   EXPECT_EQ(job.artifacts[0].media_type, "image/png");
@@ -121,7 +121,7 @@ std::string sheet(double height) {
     }
   }
   return R"({"version": 1, "image": {"width": 32, "height": 32}, "camera": {"position": [25, )" +
-         std::to_string(height) + R"(, 80], "look_at": [25, 0, 25]},
+         std::to_string(height) + R"(, 80], "forward_preview_request": [25, 0, 25]},
              "lights": [{"type": "point", "position": [2, 50, 5]}], "output": {"formats": ["png"]},
              "objects": [{"type": "mesh", "material": {}, "positions": [)" +
          positions + R"(], "triangles": [)" + triangles + "]}]}";
@@ -135,17 +135,17 @@ TEST_F(WorkerTest, FramesOfOneSceneBuildItsGeometryOnceAndLookAsIfEachHad) {
     EXPECT_TRUE(reaches(id, JobState::succeeded));
     return find(id);
   };
-  const auto reused = [](const jobs::Job& job) {
+  const auto reused = [](const queue::Job& job) {
     return job.report.find("\"geometry_reused\":true") != std::string::npos;
   };
   start(with);
   EXPECT_FALSE(reused(render(20)));
-  const jobs::Job second = render(30);
+  const queue::Job second = render(30);
   EXPECT_TRUE(reused(second));
   with.scene_cache_bytes = 0;
   supervisor.reset();
   start(with);
-  const jobs::Job alone = render(30);
+  const queue::Job alone = render(30);
   EXPECT_FALSE(reused(alone));
   EXPECT_EQ(alone.artifacts.at(0).sha256, second.artifacts.at(0).sha256);
   EXPECT_FALSE(reused(render(20))) << "without a cache";
@@ -169,10 +169,10 @@ std::string sheet_file() {
   return positions + faces;
 }
 
-TEST_F(WorkerTest, FramesOfOneSceneReadItsMeshFileAndDecodeItsPictureOnce) {
-  const std::string mesh(64, 'a'), picture(64, 'b');
+TEST_F(WorkerTest, FramesOfOneSceneReadItsMeshFileAndDecodeItsImageOnce) {
+  const std::string mesh(64, 'a'), image(64, 'b');
   const auto upload = [&](const std::string& sha256, const std::string& bytes) {
-    const std::filesystem::path place = path("uploads/" + jobs::asset_path(sha256));
+    const std::filesystem::path place = path("uploads/" + queue::asset_path(sha256));
     std::filesystem::create_directories(place.parent_path());
     std::ofstream(place, std::ios::binary) << bytes;
   };
@@ -186,30 +186,30 @@ TEST_F(WorkerTest, FramesOfOneSceneReadItsMeshFileAndDecodeItsPictureOnce) {
     EXPECT_TRUE(reaches(id, JobState::succeeded)) << problem_code(id);
     return find(id);
   };
-  upload(picture, bytes_of(render(scene(128, 1, R"("png")")).artifacts.at(0)));
+  upload(image, bytes_of(render(scene(128, 1, R"("png")")).artifacts.at(0)));
   const auto frame = [&](int height) {
     return R"({"version": 1, "image": {"width": 32, "height": 32}, "camera": {"position": [25, )" +
-           std::to_string(height) + R"(, 80], "look_at": [25, 0, 25]},
+           std::to_string(height) + R"(, 80], "forward_preview_request": [25, 0, 25]},
              "lights": [{"type": "point", "position": [2, 50, 5]}], "output": {"formats": ["png"]},
              "objects": [{"type": "mesh", "file": "sha256:)" +
-           mesh + R"(", "material": {"color": {"file": "sha256:)" + picture + R"("}}}]})";
+           mesh + R"(", "material": {"color": {"file": "sha256:)" + image + R"("}}}]})";
   };
-  const auto says = [](const jobs::Job& job, const std::string& words) {
+  const auto says = [](const queue::Job& job, const std::string& words) {
     return job.report.find(words) != std::string::npos;
   };
-  const jobs::Job first = render(frame(20));
-  EXPECT_TRUE(says(first, R"("geometry_reused":false,"pictures":{"reused":0,"decoded":1})")) << first.report;
-  std::filesystem::remove(path("uploads/" + jobs::asset_path(mesh)));
-  const jobs::Job second = render(frame(30));
-  EXPECT_TRUE(says(second, R"("geometry_reused":true,"pictures":{"reused":1,"decoded":0})")) << second.report;
-  EXPECT_TRUE(eventually([&] { return supervisor->kept().geometry > 0 && supervisor->kept().pictures > 0; }));
+  const queue::Job first = render(frame(20));
+  EXPECT_TRUE(says(first, R"("geometry_reused":false,"images":{"reused":0,"decoded":1})")) << first.report;
+  std::filesystem::remove(path("uploads/" + queue::asset_path(mesh)));
+  const queue::Job second = render(frame(30));
+  EXPECT_TRUE(says(second, R"("geometry_reused":true,"images":{"reused":1,"decoded":0})")) << second.report;
+  EXPECT_TRUE(eventually([&] { return supervisor->kept().geometry > 0 && supervisor->kept().images > 0; }));
 
   upload(mesh, sheet_file());
   with.scene_cache_bytes = 0;
   supervisor.reset();
   start(with);
-  const jobs::Job alone = render(frame(30));
-  EXPECT_TRUE(says(alone, R"("geometry_reused":false,"pictures":{"reused":0,"decoded":1})")) << alone.report;
+  const queue::Job alone = render(frame(30));
+  EXPECT_TRUE(says(alone, R"("geometry_reused":false,"images":{"reused":0,"decoded":1})")) << alone.report;
   EXPECT_EQ(alone.artifacts.at(0).sha256, second.artifacts.at(0).sha256);
   EXPECT_EQ(supervisor->kept().geometry, 0u);
 }
@@ -298,7 +298,7 @@ TEST_F(WorkerTest, TerminalAndServiceSignalsDoNotEndIt) {
   EXPECT_EQ(log.count("worker_ended"), 0);
 }
 
-TEST_F(WorkerTest, AKilledRenderIsDoneAgainWithTheSamePicture) {
+TEST_F(WorkerTest, AKilledRenderIsDoneAgainWithTheSameImage) {
   start_real_worker();
   const std::string undisturbed = submit(scene(300, 16, R"("png")"));
   ASSERT_TRUE(reaches(undisturbed, JobState::succeeded));

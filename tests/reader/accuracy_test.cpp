@@ -73,8 +73,7 @@ TEST(AccuracyOfADocument, OfExactSamplesDoesNotAdaptAndOnlyReportsTheTarget) {
 
 TEST(AccuracyOfADocument, ReadsEveryFieldOfWhatAdapts) {
   const Accuracy accuracy =
-      accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field_of_pictures.json"))
-          .scene.accuracy;
+      accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field_of_images.json")).scene.accuracy;
   EXPECT_EQ(told(accuracy), "target 2.5, budget 1500.5, samples 3..300");
   EXPECT_EQ(accuracy.approximate.shadows, Approximations::Shadows::map);
   EXPECT_EQ(accuracy.approximate.reflections, Approximations::Reflections::environment);
@@ -109,7 +108,7 @@ TEST(AccuracyOfADocument, SaysWhatWasMeantOrWouldBeRight) {
             "\"reflection\" is not a field of the approximations; did you mean \"reflections\"?");
 }
 
-TEST(AccuracyOfADocument, TakesSamplesFromThePictureRatherThanRefuseItForTheirMaximum) {
+TEST(AccuracyOfADocument, TakesSamplesFromTheImageRatherThanRefuseItForTheirMaximum) {
   const auto samples = [](const std::string& accuracy) {
     const auto scene =
         accepted(document_with(R"("image": {"width": 8192, "height": 8192}, "accuracy": {)" + accuracy + "}")).scene;

@@ -26,12 +26,12 @@ Issues verdict(const std::string& name, api::Files files) {
   return outcome(textures_of({name}), limits);
 }
 
-TEST(AssetNames, BelowAFolderAreMadeOfPlainNamesBetweenSlashes) {
+TEST(AssetNames, BelowADirectoryAreMadeOfPlainNamesBetweenSlashes) {
   for (const char* name : {"a", "a.png", "a/b c/d", "...", "..a/b..", ".hidden", "caf\xc3\xa9.png", "a:b"})
-    EXPECT_EQ(verdict(name, api::Files::below_a_folder), Issues{"accepted"}) << name;
+    EXPECT_EQ(verdict(name, api::Files::below_a_directory), Issues{"accepted"}) << name;
   for (const char* name : {"..", ".", "/", "/a", "a/", "a//b", "../a", "a/..", "a/../b", "./a", "a/./b", "a/.",
                            R"(a\\b)", R"(..\\a)", R"(\u002e\u002e/a)", R"(a\u0000)", ""})
-    EXPECT_EQ(verdict(name, api::Files::below_a_folder), Issues{"/textures/0/file malformed"}) << name;
+    EXPECT_EQ(verdict(name, api::Files::below_a_directory), Issues{"/textures/0/file malformed"}) << name;
 }
 
 TEST(AssetNames, OfTheCommandLineLeadAnywhere) {
@@ -40,7 +40,7 @@ TEST(AssetNames, OfTheCommandLineLeadAnywhere) {
 }
 
 TEST(AssetNames, HaveALongestLength) {
-  for (const api::Files files : {api::Files::anywhere, api::Files::below_a_folder}) {
+  for (const api::Files files : {api::Files::anywhere, api::Files::below_a_directory}) {
     EXPECT_EQ(verdict(std::string(4096, 'a'), files), Issues{"accepted"});
     EXPECT_EQ(verdict(std::string(4097, 'a'), files), Issues{"/textures/0/file limit_exceeded"});
   }
@@ -48,7 +48,7 @@ TEST(AssetNames, HaveALongestLength) {
 
 TEST(AssetNames, OfUploadsAre64LowerCaseHexDigitsWhereThereAreUploads) {
   const std::string hash = "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef";
-  for (const api::Files files : {api::Files::none, api::Files::anywhere, api::Files::below_a_folder}) {
+  for (const api::Files files : {api::Files::none, api::Files::anywhere, api::Files::below_a_directory}) {
     api::Limits limits;
     limits.files = files;
     EXPECT_EQ(outcome(textures_of({"sha256:" + hash}), limits), Issues{"/textures/0/file unsupported"});

@@ -33,9 +33,9 @@ TEST(EveryField, OfImageCameraAndBackgroundIsRead) {
   EXPECT_EQ(scene.ambient, (Color{0.125, 0.125, 0.125}));
 }
 
-TEST(EveryField, OfThePicturesWindowCameraAndAirIsRead) {
+TEST(EveryField, OfTheImagesWindowCameraAndAirIsRead) {
   const tracer::Scene scene =
-      accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field_of_pictures.json")).scene;
+      accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field_of_images.json")).scene;
   EXPECT_EQ(scene.image.crop, (tracer::PixelWindow{3, 2, 20, 10}));
   EXPECT_EQ(scene.camera.type, tracer::Camera::Type::orthographic);
   EXPECT_EQ(scene.camera.height, 6);
@@ -51,11 +51,11 @@ TEST(EveryField, OfThePicturesWindowCameraAndAirIsRead) {
   EXPECT_EQ(scene.depth_cue->color, (Color{0.5, 0.25, 1}));
 }
 
-TEST(EveryField, OfThePicturesFilesIsRead) {
+TEST(EveryField, OfTheImagesFilesIsRead) {
   using enum tracer::Format;
   using tracer::Layer;
   const tracer::Output output =
-      accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field_of_pictures.json")).scene.output;
+      accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field_of_images.json")).scene.output;
   EXPECT_EQ(output.formats, (std::vector{png16, jpg, tiff, hdr, exr, webp, png}));
   EXPECT_EQ(output.exposure, -1.5);
   EXPECT_EQ(output.overflow, tracer::Output::Overflow::reinhard);
@@ -161,7 +161,7 @@ TEST(EveryField, OfTexturesAndMaterialsIsRead) {
   EXPECT_EQ(std::get<tracer::TextureId>(scene.materials[3].color).index, 5u);
 }
 
-TEST(EveryField, OfPatternsAndPicturesIsRead) {
+TEST(EveryField, OfPatternsAndImagesIsRead) {
   using tracer::Texture;
   const tracer::Scene scene = every_field();
   ASSERT_EQ(scene.textures.size(), 6u);

@@ -15,11 +15,11 @@ namespace {
 using reader_tests::file_bytes;
 using reader_tests::outcome;
 
-const std::string folder = WHITTLE_SOURCE_DIR "/scenes/invalid/";
+const std::string directory = WHITTLE_SOURCE_DIR "/scenes/invalid/";
 
 std::map<std::string, std::vector<std::string>> expectations() {
   std::map<std::string, std::vector<std::string>> expected;
-  std::istringstream lines(file_bytes(folder + "expected.txt"));
+  std::istringstream lines(file_bytes(directory + "expected.txt"));
   for (std::string line; std::getline(lines, line);) {
     if (line.starts_with('#')) continue;
     std::istringstream words(line);
@@ -32,13 +32,13 @@ std::map<std::string, std::vector<std::string>> expectations() {
 }
 
 TEST(InvalidScenes, GiveExactlyTheIssuesExpectedInOrder) {
-  for (const auto& [file, issues] : expectations()) EXPECT_EQ(outcome(file_bytes(folder + file)), issues) << file;
+  for (const auto& [file, issues] : expectations()) EXPECT_EQ(outcome(file_bytes(directory + file)), issues) << file;
 }
 
 TEST(InvalidScenes, AreAllExpectedAndExpectationsAllHaveAFile) {
   const auto expected = expectations();
   std::size_t files = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+  for (const auto& entry : std::filesystem::directory_iterator(directory)) {
     const std::string name = entry.path().filename();
     if (!name.ends_with(".json")) continue;
     ++files;

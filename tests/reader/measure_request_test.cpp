@@ -68,7 +68,7 @@ TEST(MeasureRequest, OfAnotherShapeIsRefused) {
   EXPECT_EQ(not_json.error().line, 2u);
 }
 
-TEST(MeasureRequest, TheReferenceIsWithinTheSamplesOfAPicture) {
+TEST(MeasureRequest, TheReferenceIsWithinTheSamplesOfAnImage) {
   api::Limits limits;
   const std::string scene = document_with(R"("image": {"width": 10, "height": 10})");
   limits.scene.samples_times_pixels = 1600;

@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
-#include "api/src/json/quick.h"
-#include "api/src/json/thorough.h"
+#include "api/src/json/nlohmann_parser.h"
+#include "api/src/json/simdjson_parser.h"
 
 namespace reader_tests {
 

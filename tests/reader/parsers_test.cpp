@@ -19,9 +19,9 @@ namespace {
 using reader_tests::disagreement;
 using namespace std::string_literals;
 
-std::vector<std::string> files_below(const std::filesystem::path& folder) {
+std::vector<std::string> files_below(const std::filesystem::path& directory) {
   std::vector<std::string> contents;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(directory)) {
     if (entry.path().extension() != ".json") continue;
     std::ifstream file(entry.path(), std::ios::binary);
     contents.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());

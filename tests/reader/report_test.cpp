@@ -8,7 +8,7 @@
 
 namespace {
 
-TEST(Report, OfAPictureWithoutATargetHasNone) {
+TEST(Report, OfAnImageWithoutATargetHasNone) {
   tracer::Scene scene;
   scene.image = {4, 2};
   const std::string report = api::write_report(scene, {}, {}, {}, 0);
@@ -30,8 +30,8 @@ TEST(Report, HasEveryMemberOfTheContract) {
   statistics.samples_max = 23;
   statistics.audit_samples = 8;
   statistics.non_finite = 3;
-  statistics.spared_shadow_rays = 144;
-  statistics.spared_light = 80 << 19;  // half of the cutoff in every sample
+  statistics.culled_shadow_rays = 144;
+  statistics.culled_radiance = 80 << 19;  // half of the cutoff in every sample
   tracer::ErrorEstimate error;
   error.estimate = 1.5;
   error.confidence = 0.75;
@@ -52,7 +52,7 @@ TEST(Report, HasEveryMemberOfTheContract) {
       R"("error":{"estimate":1.5,"confidence":0.75,"target":1.0,"met":false,"bounded":false,)"
       R"("parts":{"sampling":0.5,"depth":0.25,"cutoff":0.125,"approximation":0.0625}},)"
       R"("samples":{"min":2,"mean":9.0,"max":23},"audit_samples":8,"rays":{"camera":72,"shadow":10,"reflection":20,"refraction":30},"spared_shadows":{"rays":144,"light":0.0005},)"
-      R"("time_ms":{"queue":0.5,"parse":1.0,"build":2.0,"trace":3.0,"encode":4.0},"geometry_reused":true,"pictures":{"reused":5,"decoded":6},"estimated_work":97.0,"memory_bytes":12345678901,"non_finite":3,)"
+      R"("time_ms":{"queue":0.5,"parse":1.0,"build":2.0,"trace":3.0,"encode":4.0},"geometry_reused":true,"images":{"reused":5,"decoded":6},"estimated_work":97.0,"memory_bytes":12345678901,"non_finite":3,)"
       R"("build":")" +
       std::string(tracer::build()) + "\"}";
   EXPECT_EQ(api::write_report(scene, error, statistics, {0.5, 1, 2, 3, 4, {true, 5, 6}}, 12345678901), expected);

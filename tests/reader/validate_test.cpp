@@ -139,7 +139,7 @@ TEST(Validate, FindsCamerasWithoutADirection) {
   EXPECT_EQ(issues_of(scene), Lines{});
 }
 
-TEST(Validate, FindsWhatNoPictureCanBe) {
+TEST(Validate, FindsWhatNoImageCanBe) {
   Scene scene = valid_scene();
   scene.image = {0, 0};
   scene.accuracy.samples = 0;

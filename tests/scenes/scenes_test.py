@@ -47,7 +47,7 @@ class ExampleScenes(unittest.TestCase):
 class Gallery(unittest.TestCase):
     def test_shows_what_the_scenes_give(self):
         with tempfile.TemporaryDirectory() as folder:
-            for shown in sorted((SCENES / "pictures").glob("*.png")):
+            for shown in sorted((SCENES / "images").glob("*.png")):
                 done = whittle("render", SCENES / f"{shown.stem}.json", "-o", f"{folder}/{shown.name}")
                 self.assertEqual(done.returncode, 0, done.stderr)
                 now = pictures.read_png((pathlib.Path(folder) / shown.name).read_bytes()).astype(float)
@@ -56,7 +56,7 @@ class Gallery(unittest.TestCase):
                 self.assertLess(numpy.sqrt(numpy.mean((now - kept) ** 2)), 1.0, f"{shown.name}: draw it again")
 
     def test_shows_every_scene_but_the_tiny_one_in_at_most_300_kilobytes(self):
-        shown = {path.stem: path.stat().st_size for path in (SCENES / "pictures").glob("*.png")}
+        shown = {path.stem: path.stat().st_size for path in (SCENES / "images").glob("*.png")}
         self.assertEqual(sorted(shown), sorted(set(NAMES) - {"tiny"}))
         self.assertLessEqual(max(shown.values()), 300_000)
 

@@ -32,8 +32,8 @@ struct Standing {
 
   /// How far along the world ray the shape is met; negative where it is not.
   [[nodiscard]] Real distance(const Vec& origin, const Vec& direction) const {
-    const Look at = look(*scene, scene->frame.trace_from_world(rounded(origin)), rounded(direction));
-    return at.found ? scene->frame.world_from_trace(at.hit.t) : -1.0L;
+    const Look at = look(*scene, scene->frame.render_from_world(rounded(origin)), rounded(direction));
+    return at.found ? scene->frame.world_from_render(at.hit.t) : -1.0L;
   }
 };
 

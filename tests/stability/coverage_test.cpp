@@ -25,8 +25,8 @@ TEST(ADistantSphere, IsMetByTheRaysThatPassItsCentreByLessThanItsRadius) {
     Scene scene = scenes::empty(1);
     scenes::add(scene, Sphere{{0, 0, 0}, radius}, scenes::matte({1, 1, 1}));
     const auto made = compiled(scene);
-    const Vec center = made->frame.trace_from_world(Vec3{0, 0, 0});
-    const Real r = made->frame.trace_from_world(radius), distance = 1e6L * r;
+    const Vec center = made->frame.render_from_world(Vec3{0, 0, 0});
+    const Real r = made->frame.render_from_world(radius), distance = 1e6L * r;
     std::uint64_t hits = 0;
     const std::uint64_t rays = effort::cases(150'000);
     // Uniform in the cone of half-angle b around the centre: 1 - cos is uniform. 2 sin^2(x/2) keeps its digits.
@@ -72,7 +72,7 @@ Shape slat(int kind, double width, double turn) {
 }
 
 TEST(SlatsThinnerThanAPixel, CoverWhatTheirAreaSays) {
-  Row row(27, "1 to 1/1000 px wide: light is the area, to 5 sigma of the samples", Oracle::closed_form, "pictures");
+  Row row(27, "1 to 1/1000 px wide: light is the area, to 5 sigma of the samples", Oracle::closed_form, "images");
   const auto samples = static_cast<std::uint32_t>(effort::cases(256));
   double largest = 0;
   for (const int kind : {0, 1, 2})

@@ -174,7 +174,7 @@ TEST(RaysThatLeaveAShape, MeetItAgainInwardsOnlyHoweverSmallItIsInItsScene) {
         const Vec3 at{0.3, -0.2, 0.1};
         const auto scene = compiled_shape(closed_shapes(size, at)[which], at, 1);
         leave(row, random, *scene, effort::cases(2'000), inwards,
-              {scene->frame.trace_from_world(at), Real(scene->frame.trace_from_world(size))});
+              {scene->frame.render_from_world(at), Real(scene->frame.render_from_world(size))});
       }
     }
 }

@@ -37,7 +37,7 @@ Scene half_spaces(const std::vector<Layer>& layers, const Vec3& eye, const Vec3&
   return scene;
 }
 
-/// The picture against the closed form; `indices` from the eye's on, towards the side that `down` says.
+/// The image against the closed form; `indices` from the eye's on, towards the side that `down` says.
 void compare(Row& row, const Scene& scene, const std::vector<Real>& indices, bool down, const std::string& what) {
   const Image image = stability::render(scene).image;
   for (std::uint32_t y = 0; y < image.height; ++y)
@@ -121,7 +121,7 @@ void compare_layers(Row& row, std::vector<Layer> layers, const std::vector<Real>
   }
 }
 
-TEST(LayersOfGlass, ShowOnePictureHoweverThinTheGapOrTheOverlap) {
+TEST(LayersOfGlass, ShowOneImageHoweverThinTheGapOrTheOverlap) {
   Row row(15, "nested, hidden, parted, overlapping by 1 .. 1e-14: the limit's", Oracle::closed_form, "pixels");
   for (const double gap : {1.0, 1e-3, 1e-6, 1e-9, 1e-12, 1e-14}) {
     std::ostringstream text;
@@ -135,7 +135,7 @@ TEST(LayersOfGlass, ShowOnePictureHoweverThinTheGapOrTheOverlap) {
 }
 
 TEST(LayersOfGlass, InExactlyOnePlaceAreTheFirstOfThemAlone) {
-  Row row(15, "borders in exactly one place: the first one's picture", Oracle::closed_form, "pixels");
+  Row row(15, "borders in exactly one place: the first one's image", Oracle::closed_form, "pixels");
   row.note("not the limit's: no ray gets between them, so solids that touch must overlap by 1e-14 to be two");
   compare(row, half_spaces({{0, 1.5}, {0, 1.33, 1}}, {0, 2, 0}, {0.5, 0, 0}, 60), {1, 1.5}, true, "1.5 first");
   compare(row, half_spaces({{0, 1.33, 1}, {0, 1.5}}, {0, 2, 0}, {0.5, 0, 0}, 60), {1, 1.33}, true, "1.33 first");

@@ -86,7 +86,7 @@ TEST(FormFactors, OfAClosedBoxAddUpToOneAndAreThoseOfTheirAreas) {
                         sides[(k + 2) % 3] * random.in(0, 1));
       const Vec3 d = rounded(unit(Vec(at(k, up, r * std::cos(turn), r * std::sin(turn)))));
       // A step inwards: which of the two triangles the ray starts on is nothing it knows.
-      const Vec3 start = made->frame.trace_from_world(o) + d * 0x1p-40;
+      const Vec3 start = made->frame.render_from_world(o) + d * 0x1p-40;
       const Look met = look(*made, start, d);
       rows.expect(met.found && met.surface.object != from);
       if (met.found) counted[from][met.surface.object] += 1 / static_cast<Real>(rays);

@@ -83,7 +83,7 @@ TEST(MirrorCorridor, TakesNoMemoryByItsDepth) {
 
 // ---- beyond all reason ---------------------------------------------------------------------------------------------
 
-/// The pixels of a picture without a value that is not finite, or is below 0.
+/// The pixels of an image without a value that is not finite, or is below 0.
 void expect_finite(Row& row, const Rendered& rendered) {
   EXPECT_EQ(rendered.statistics.non_finite, 0u);
   for (std::size_t i = 0; i < rendered.image.rgb.size(); i += 3) {
@@ -93,7 +93,7 @@ void expect_finite(Row& row, const Rendered& rendered) {
   }
 }
 
-TEST(Extremes, OfDistanceEndNoProcessAndGiveFinitePictures) {
+TEST(Extremes, OfDistanceEndNoProcessAndGiveFiniteImages) {
   Row row(0, "cameras, lamps and balls up to 1e60 apart: finite", Oracle::conservation, "pixels");
   for (double distance = 1e3; distance < 1e60; distance *= 1e4)
     for (const double size : {1.0, 1e-55}) {
@@ -198,7 +198,7 @@ TEST(HugeSphere, IsTheSecondTracersToTheLastBitOfAFloat) {
     scenes::add(scene, Sphere{{0, -radius, 0}, radius}, scenes::matte({1, 1, 1}));
     const Image image = stability::render(scene).image;
     RenderStatistics ignored;
-    const std::vector<oracle::Sample> expected = oracle::ReferenceTracer(scene).picture(ignored);
+    const std::vector<oracle::Sample> expected = oracle::ReferenceTracer(scene).image(ignored);
     for (std::size_t i = 0; i < expected.size(); ++i) {
       const oracle::Real e = expected[i].radiance.r;
       const bool right = std::fabs(image.rgb[3 * i] - e) <= 0x1p-24L * e + 1e-7L;

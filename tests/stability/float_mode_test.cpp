@@ -1,4 +1,4 @@
-// A caller whose processor flushes denormal numbers to zero gets the same picture.
+// A caller whose processor flushes denormal numbers to zero gets the same image.
 #include <gtest/gtest.h>
 #include <immintrin.h>
 
@@ -38,7 +38,7 @@ Scene fading(std::uint64_t seed, double size) {
   return scene;
 }
 
-TEST(FlushingDenormals, ChangesNoBitOfAPicture) {
+TEST(FlushingDenormals, ChangesNoBitOfAnImage) {
   Row row(20, "denormals flushed to zero, or not: the same bits", Oracle::invariance, "pixels");
   for (std::uint64_t seed = 1; seed <= effort::cases(10); ++seed)
     for (const double size : {1e-50, 1.0, 1e50})

@@ -34,7 +34,7 @@ TEST(Exponents, OfNoughtToTheLargestDoubleAreThePowerInEveryPixel) {
         const Scene scene = shining(model, shininess, lamp);
         const Image image = stability::render(scene).image;
         RenderStatistics ignored;
-        const auto expected = oracle::ReferenceTracer(scene).picture(ignored);
+        const auto expected = oracle::ReferenceTracer(scene).image(ignored);
         for (std::size_t i = 0; i < expected.size(); ++i) {
           const Real e = expected[i].radiance.r;
           // A cosine of 1 - c that is off by a few roundings is off n times as much in the power, but where that has

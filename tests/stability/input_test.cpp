@@ -247,8 +247,7 @@ TEST(EveryNumberOfAScene, ThatIsNaNOrInfiniteIsRefusedByItsName) {
 
 TEST(EveryNumberOfAScene, ThatIsHugeIsRefusedByItsNameAndDenormalIsThatOrHarmless) {
   Row huge(19, "1e308, -1e308 in every number: refused by name", Oracle::closed_form, "numbers");
-  Row denormal(19, "5e-324, -0.0 in every number: refused by name, or a finite picture", Oracle::conservation,
-               "numbers");
+  Row denormal(19, "5e-324, -0.0 in every number: refused by name, or a finite image", Oracle::conservation, "numbers");
   huge.note("shininess has no upper bound");
   Everything everything;
   for (const auto& [pointer, value] : everything.numbers)

@@ -45,8 +45,9 @@ TEST(TheCriticalAngle, IsPassedContinuouslyBitByBit) {
     double before = 1;
     for (int ulp = -40; ulp <= 40; ++ulp, cos_i = std::nextafter(cos_i, 1)) {
       const Interface found = dielectric_interface(cos_i, n1, n2);
-      const Real doubt = 16 * 0x1p-53L * (n1 / n2) * (n1 / n2);
-      const Real high = reflectance_near(cos_i, n1, n2, -doubt), low = reflectance_near(cos_i, n1, n2, doubt);
+      const Real error_bound = 16 * 0x1p-53L * (n1 / n2) * (n1 / n2);
+      const Real high = reflectance_near(cos_i, n1, n2, -error_bound),
+                 low = reflectance_near(cos_i, n1, n2, error_bound);
       // Continuous: no step is larger than that of the closed form over the doubt.
       reflectance.expect(found.reflectance <= high + 4e-16L && found.reflectance >= low - 4e-16L &&
                          std::fabs(found.reflectance - before) <= 2 * (high - low) + 4e-16L + (ulp == -40 ? 1 : 0));

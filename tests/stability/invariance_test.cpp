@@ -1,4 +1,4 @@
-// What must not change a picture: threads, the order of objects, where the world's origin is, its unit, its axes.
+// What must not change an image: threads, the order of objects, where the world's origin is, its unit, its axes.
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
@@ -113,7 +113,7 @@ void compare_bits(Row& row, const Image& image, const Image& expected, std::uint
 
 constexpr std::string_view near_edge = "the path passes an edge by less than 2^-20, and mesh corners are floats";
 
-TEST(APicture, AndItsStatisticsAreTheSameBitsOnOneTwoAndSevenThreads) {
+TEST(AnImage, AndItsStatisticsAreTheSameBitsOnOneTwoAndSevenThreads) {
   // Seven also where there are fewer cores.
   const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 8);
   Row row(26, "1, 2, 7 and all threads", Oracle::invariance, "pixels");
@@ -130,7 +130,7 @@ TEST(APicture, AndItsStatisticsAreTheSameBitsOnOneTwoAndSevenThreads) {
   }
 }
 
-TEST(APicture, DoesNotChangeWithTheOrderOfItsObjects) {
+TEST(AnImage, DoesNotChangeWithTheOrderOfItsObjects) {
   Row row(14, "objects in any order", Oracle::invariance, "pixels");
   for (std::uint64_t seed = 1; seed <= effort::cases(12); ++seed) {
     Scene scene = varied(seed, 64);
@@ -143,7 +143,7 @@ TEST(APicture, DoesNotChangeWithTheOrderOfItsObjects) {
   }
 }
 
-TEST(APicture, OfSixteenSamplesIsTheSameBitsEachTimeAndDependsOnTheSeed) {
+TEST(AnImage, OfSixteenSamplesIsTheSameBitsEachTimeAndDependsOnTheSeed) {
   Scene scene = varied(3, 40);
   scene.accuracy.samples = 16;
   const auto image = stability::render(scene, 2).image.rgb;
@@ -152,7 +152,7 @@ TEST(APicture, OfSixteenSamplesIsTheSameBitsEachTimeAndDependsOnTheSeed) {
   EXPECT_NE(stability::render(scene, 2).image.rgb, image);
 }
 
-TEST(APicture, IsTheSameBitsForAWorldInUnitsOfAnyPowerOfTwo) {
+TEST(AnImage, IsTheSameBitsForAWorldInUnitsOfAnyPowerOfTwo) {
   Row row(1, "scaled by 2^-60 .. 2^60: the same bits", Oracle::invariance, "pixels");
   for (std::uint64_t seed = 1; seed <= effort::cases(12); ++seed) {
     Scene scene = varied(seed, 48);
@@ -169,7 +169,7 @@ TEST(APicture, IsTheSameBitsForAWorldInUnitsOfAnyPowerOfTwo) {
   }
 }
 
-TEST(APicture, IsTheSameToACodeForAWorldInAnyUnit) {
+TEST(AnImage, IsTheSameToACodeForAWorldInAnyUnit) {
   Row row(1, "scaled by 1e-9 .. 1e9: the same to 1 code value", Oracle::invariance, "pixels");
   row.bound(near_edge, 1e-4);
   for (std::uint64_t seed = 1; seed <= effort::cases(12); ++seed) {
@@ -191,7 +191,7 @@ Scene coarse(Scene scene, double grain) {
   return scene;
 }
 
-TEST(APicture, IsTheSameBitsWhereverTheWorldIsMoved) {
+TEST(AnImage, IsTheSameBitsWhereverTheWorldIsMoved) {
   Row near(2, "moved by up to 1e9, in multiples of 2^-20", Oracle::invariance, "pixels");
   Row far(2, "moved by up to 1e12, in multiples of 2^-12 as doubles have", Oracle::invariance, "pixels");
   for (std::uint64_t seed = 1; seed <= effort::cases(12); ++seed) {
@@ -209,7 +209,7 @@ TEST(APicture, IsTheSameBitsWhereverTheWorldIsMoved) {
   }
 }
 
-TEST(APicture, IsTheSameForAll48SymmetriesOfTheAxesAndMirroredWhereTheyMirror) {
+TEST(AnImage, IsTheSameForAll48SymmetriesOfTheAxesAndMirroredWhereTheyMirror) {
   Row row(3, "the 48 symmetries of the axes", Oracle::invariance, "pixels");
   row.bound(near_edge, 1e-3);
   Scene scene = varied(6, 48);
@@ -251,8 +251,8 @@ TEST(APicture, IsTheSameForAll48SymmetriesOfTheAxesAndMirroredWhereTheyMirror) {
   } while (std::next_permutation(order.begin(), order.end()));
 }
 
-TEST(APicture, IsMadeOfTheSameBitsInAnyTilesAndBatches) {
-  Row row(26, "windows of the picture: other tiles, other batches", Oracle::invariance, "pixels");
+TEST(AnImage, IsMadeOfTheSameBitsInAnyTilesAndBatches) {
+  Row row(26, "windows of the image: other tiles, other batches", Oracle::invariance, "pixels");
   for (std::uint64_t seed = 1; seed <= effort::cases(4); ++seed) {
     Scene scene = varied(seed, 70);
     scene.accuracy.samples = 40;

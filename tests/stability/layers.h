@@ -1,5 +1,5 @@
 #pragma once
-/// Light through parallel layers of glass, in long double: what a Whitted picture of half-spaces must show.
+/// Light through parallel layers of glass, in long double: what a Whitted image of half-spaces must show.
 
 #include <vector>
 

@@ -59,8 +59,8 @@ TEST(Energy, InAClosedRoomOfAmbientLightEverySurfaceHasItsOwnColour) {
     row.expect(image.rgb[i] == 0.25F && image.rgb[i + 1] == 0.125F && image.rgb[i + 2] == 0.0625F);
 }
 
-TEST(Light, OfTwoLampsIsTheSumOfTheirPictures) {
-  Row row(24, "two lamps: the sum of their pictures", Oracle::conservation, "pixels");
+TEST(Light, OfTwoLampsIsTheSumOfTheirImages) {
+  Row row(24, "two lamps: the sum of their images", Oracle::conservation, "pixels");
   for (std::uint64_t seed = 1; seed <= effort::cases(20); ++seed) {
     Scene both = scenes::random(seed, 32);
     both.ambient = {};
@@ -108,7 +108,7 @@ TEST(Light, IsLinearInIntensityAndBitForBitInPowersOfTwo) {
 }
 
 /// What a lamp along `lamp` makes a surface at the origin show an eye along `eye`.
-float shown(const Material& material, const Vec& lamp, const Vec& eye) {
+float to_display(const Material& material, const Vec& lamp, const Vec& eye) {
   Scene scene = scenes::empty(1);
   scene.camera = {rounded(5 * eye), {0, 0, 0}, rounded(cross(eye, Vec(0.6L, 0.1L, 0.7L))), 1e-3};
   scene.lights = {scenes::directional_light(rounded(-lamp))};
@@ -127,15 +127,15 @@ TEST(TheLocalModels, AreTheSameWhenEyeAndLampChangePlaces) {
     lamp = unit(lamp);
     eye = unit(eye);
     Material material = scenes::matte({0.7, 0.7, 0.7});
-    Real there = shown(material, lamp, eye) / lamp.z, back = shown(material, eye, lamp) / eye.z;
+    Real there = to_display(material, lamp, eye) / lamp.z, back = to_display(material, eye, lamp) / eye.z;
     row.expect(there > 0 && std::fabs(there - back) <= 1e-6L * there);
     for (const auto model : {Material::Model::phong, Material::Model::blinn_phong}) {
       material.model = model;
       material.diffuse = 0;
       material.specular = 1;
       material.shininess = 20;
-      there = shown(material, lamp, eye);
-      back = shown(material, eye, lamp);
+      there = to_display(material, lamp, eye);
+      back = to_display(material, eye, lamp);
       row.expect(std::fabs(there - back) <= 1e-6L * there + 1e-30L);
     }
   }

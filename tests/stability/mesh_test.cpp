@@ -49,7 +49,7 @@ std::array<Vec3, 3> corners_of(Random& random, Kind kind) {
 /// What Cramer's rule says of one triangle: the distance, and how far inside its edges the ray passes, over what double
 /// precision can know of that.
 struct Meeting {
-  Real t = -1, inside = -1, doubt = 0;
+  Real t = -1, inside = -1, error_bound = 0;
 };
 
 Meeting meeting(const std::array<Vec3, 3>& corners, const Vec& o, const Vec& d) {
@@ -103,15 +103,15 @@ TEST(NeedlesSliversAndLines, AreMetWhereCramersRuleSaysAndNowhereElse) {
       std::uint32_t who = PrimitiveRef::none;
       for (std::uint32_t i = 0; i < 30; ++i) {
         const Meeting met = meeting(corners_at(i), o, d);
-        if (met.t < -1e-12L || met.doubt == 0) continue;
-        certain &= std::fabs(met.inside) > met.doubt && std::fabs(met.t) > 1e-12L;
+        if (met.t < -1e-12L || met.error_bound == 0) continue;
+        certain &= std::fabs(met.inside) > met.error_bound && std::fabs(met.t) > 1e-12L;
         if (met.inside < 0 || i == 9) continue;  // the first stands for its double
         second = std::fmin(second, std::fmax(nearest, met.t));
         if (met.t < nearest) nearest = met.t, who = i;
       }
       certain &= !(second - nearest < 1e-9L);
       if (!certain) row.undecided();
-      const Look at = look(*made, made->frame.trace_from_world(o), d);
+      const Look at = look(*made, made->frame.render_from_world(o), d);
       row.expect(!certain || (at.found ? at.hit.primitive.primitive : PrimitiveRef::none) == who);
     }
   }

@@ -113,7 +113,7 @@ TEST(SelfHits, AreNoneInsideAConvexRoomLitFromInside) {
 // ---- leaks ---------------------------------------------------------------------------------------------------------
 
 TEST(Leaks, AreNoneInAMillionRaysFromInsideClosedMeshes) {
-  Row row(6, "leaks in pictures from inside closed meshes", Oracle::conservation, "rays");
+  Row row(6, "leaks in images from inside closed meshes", Oracle::conservation, "rays");
   for (const int shape : {0, 1, 2})
     for (const Vec3& towards :
          {Vec3{1, 0, 0}, Vec3{-1, 0.1, 0}, Vec3{0, 1, 0.2}, Vec3{0.1, -1, 0}, Vec3{0, 0.1, 1}, Vec3{0.1, 0, -1}}) {
@@ -146,7 +146,7 @@ TEST(Leaks, AreNoneAmongRaysAimedAtCornersAndEdges) {
       const Mesh mesh = snapped(shape == 5 ? scenes::torus(90, 40) : scenes::icosphere(shape));
       scenes::add(scene, mesh, scenes::matte({1, 1, 1}));
       const auto scene_compiled = compiled(scene);
-      const auto traced = [&](const Vec3& p) { return oracle::Vec(scene_compiled->frame.trace_from_world(p)); };
+      const auto traced = [&](const Vec3& p) { return oracle::Vec(scene_compiled->frame.render_from_world(p)); };
       // Around the middle of a ball, or of a torus's tube.
       for (std::uint64_t i = 0; i < effort::cases(65'000); ++i) {
         const auto& triangle = mesh.triangles[random.below(static_cast<std::uint32_t>(mesh.triangles.size()))];

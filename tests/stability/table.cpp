@@ -58,7 +58,7 @@ class Table : public testing::Environment {
  public:
   void TearDown() override {
     if (samples().tried > 0) {
-      Row row(0, "no sample that is not finite, no such value in a picture", Oracle::conservation, "samples");
+      Row row(0, "no sample that is not finite, no such value in an image", Oracle::conservation, "samples");
       row.count(samples().tried, samples().wrong);
     }
     auto& all = lines();

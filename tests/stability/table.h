@@ -52,8 +52,8 @@ class Row {
   double largest_part_ = 0;
 };
 
-/// The scene's picture. Every sample that is not finite is wrong in the table's last line, and so is every value of the
-/// picture that is not finite or is below 0.
+/// The scene's image. Every sample that is not finite is wrong in the table's last line, and so is every value of the
+/// image that is not finite or is below 0.
 tracer::Rendered render(const tracer::Scene& scene, std::uint32_t threads = 1);
 
 }  // namespace stability

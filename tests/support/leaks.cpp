@@ -35,10 +35,10 @@ struct Target {
   std::vector<std::uint32_t> triangles;  ///< that meet there
 };
 
-Target random_target(const TriangleGeometry& mesh, const Around& around, Aim aim, Random& random) {
+Target random_target(const TriangleGeometry& mesh, const Around& around, CameraRay generate_ray, Random& random) {
   const auto& corners = mesh.triangles[random.below(static_cast<std::uint32_t>(mesh.triangles.size()))];
   const std::uint32_t first = random.below(3), a = corners[first], b = corners[(first + 1) % 3];
-  if (aim == Aim::vertices) return {mesh.position(a), around[a]};
+  if (generate_ray == CameraRay::vertices) return {mesh.position(a), around[a]};
   Target target{Vec(mesh.position(a)) + Real(random.in(0, 1)) * (Vec(mesh.position(b)) - mesh.position(a)), {}};
   for (const std::uint32_t t : around[a])
     for (const std::uint32_t vertex : mesh.triangles[t])
@@ -72,8 +72,8 @@ struct Batch {
     const std::size_t count = reach.size();
     std::vector<tracer::PrimitiveRef> primitive(count);
     std::vector<double> t(count), u(count), v(count);
-    accelerator.closest({ox.data(), oy.data(), oz.data(), dx.data(), dy.data(), dz.data(), nullptr, nullptr, count},
-                        {primitive.data(), t.data(), u.data(), v.data()}, tracer::Coherence::incoherent);
+    accelerator.intersect({ox.data(), oy.data(), oz.data(), dx.data(), dy.data(), dz.data(), nullptr, nullptr, count},
+                          {primitive.data(), t.data(), u.data(), v.data()}, tracer::Coherence::incoherent);
     std::uint64_t through = 0;
     // What is met a thousandth of the box behind the target is something else.
     for (std::size_t i = 0; i < count; ++i) through += primitive[i].hit() && t[i] <= reach[i] + 1e-3L ? 0 : 1;
@@ -81,9 +81,10 @@ struct Batch {
   }
 };
 
-void push_random(const TriangleGeometry& mesh, const Around& around, Aim aim, Random& random, Batch& batch) {
+void push_random(const TriangleGeometry& mesh, const Around& around, CameraRay generate_ray, Random& random,
+                 Batch& batch) {
   for (;;) {
-    const Target target = random_target(mesh, around, aim, random);
+    const Target target = random_target(mesh, around, generate_ray, random);
     const Real distance = random.chance(0.1) ? random.spread(1, 1e6) : random.spread(1e-2, 2);
     const Vec3 origin = rounded(target.point + distance * random.direction());
     const Vec direction = unit(target.point - Vec(origin));
@@ -95,7 +96,7 @@ void push_random(const TriangleGeometry& mesh, const Around& around, Aim aim, Ra
 
 }  // namespace
 
-Count count(const TriangleGeometry& mesh, Aim aim, std::uint64_t rays, std::uint64_t seed) {
+Count count(const TriangleGeometry& mesh, CameraRay generate_ray, std::uint64_t rays, std::uint64_t seed) {
   tracer::GeometrySet set;
   set.triangles.push_back(mesh);
   tracer::RenderControl control;
@@ -106,7 +107,7 @@ Count count(const TriangleGeometry& mesh, Aim aim, std::uint64_t rays, std::uint
   Count total;
   while (total.rays < rays) {
     Batch batch;
-    for (int i = 0; i < 4096; ++i) push_random(mesh, around, aim, random, batch);
+    for (int i = 0; i < 4096; ++i) push_random(mesh, around, generate_ray, random, batch);
     total += {batch.reach.size(), batch.leaked(**accelerator)};
   }
   return total;

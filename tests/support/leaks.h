@@ -8,7 +8,7 @@
 namespace leaks {
 
 /// Where rays are aimed: exactly at vertices, or at points of edges as exactly as doubles can.
-enum class Aim { vertices, edges };
+enum class CameraRay { vertices, edges };
 
 struct Count {
   std::uint64_t rays = 0;
@@ -23,7 +23,7 @@ struct Count {
 /// Rays from anywhere, near and far, inside and outside, at a vertex or edge whose triangles all turn the same side to
 /// the ray: it can't pass there. Precondition: `mesh` is closed and in a frame of about one unit, as compiled scenes'
 /// are.
-Count count(const tracer::TriangleGeometry& mesh, Aim aim, std::uint64_t rays, std::uint64_t seed);
+Count count(const tracer::TriangleGeometry& mesh, CameraRay generate_ray, std::uint64_t rays, std::uint64_t seed);
 
 /// A profile of `rings` radii along z, round an axis in `around` steps, closed at both ends by a fan: of many steps and
 /// few rings or the other way round it is made of needles. Fronts outside; fits the unit cube around 0.

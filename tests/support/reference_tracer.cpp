@@ -64,7 +64,7 @@ ReferenceTracer::Inside ReferenceTracer::beyond(Inside inside, const Point& poin
 }
 
 /// Null: the outside.
-const ReferenceTracer::Body* ReferenceTracer::filling(const Inside& inside) {
+const ReferenceTracer::Body* ReferenceTracer::current_medium(const Inside& inside) {
   const Body* best = nullptr;
   for (const Body* body : inside)
     if (best == nullptr || body->material->priority >= best->material->priority) best = body;
@@ -133,7 +133,7 @@ Sample ReferenceTracer::sample(Real x, Real y, tracer::RenderStatistics& counted
   return {radiance, path.margin};
 }
 
-/// Those that a ray through the picture's middle meets from behind before it meets them from the front, outermost
+/// Those that a ray through the image's middle meets from behind before it meets them from the front, outermost
 /// first.
 ReferenceTracer::Inside ReferenceTracer::around_camera(Path& path) const {
   Inside inside;
@@ -151,7 +151,7 @@ ReferenceTracer::Inside ReferenceTracer::around_camera(Path& path) const {
   return inside;
 }
 
-std::vector<Sample> ReferenceTracer::picture(tracer::RenderStatistics& counted) const {
+std::vector<Sample> ReferenceTracer::image(tracer::RenderStatistics& counted) const {
   std::vector<Sample> pixels;
   for (std::uint32_t y = 0; y < scene_.image.height; ++y)
     for (std::uint32_t x = 0; x < scene_.image.width; ++x) pixels.push_back(sample(x + 0.5L, y + 0.5L, counted));
@@ -268,7 +268,7 @@ Light3 ReferenceTracer::trace(const Ray& ray, const Light3& weight, std::uint32_
   if (hit.body == nullptr) return scene_.background.color;
   const Point point = point_at(ray, hit);
   const Inside after = beyond(ray.inside, point);
-  if (after != ray.inside && filling(after) == filling(ray.inside)) {  // hidden within another: not there
+  if (after != ray.inside && current_medium(after) == current_medium(ray.inside)) {  // hidden within another: not there
     if (depth >= scene_.accuracy.max_depth) {
       ++path.counted.truncated_branches;
       return {};
@@ -318,7 +318,7 @@ Light3 ReferenceTracer::visible(const Inside& around, const Point& point, const 
     const tracer::Material& material = *hit.body->material;
     if (material.transmission == 0) return {};
     const Inside after = beyond(ray.inside, point_at(ray, hit));
-    const bool hidden = after != ray.inside && filling(after) == filling(ray.inside);
+    const bool hidden = after != ray.inside && current_medium(after) == current_medium(ray.inside);
     if (!hidden) through = material.transmission * (through * Light3(material.transmission_color));
     ray = {ray.origin + hit.t * to_light, to_light, hit.body, hit.face, ray.end - hit.t, after};
   }
@@ -334,9 +334,9 @@ Light3 ReferenceTracer::bounced(const Ray& ray, const Point& point, const Light3
   const Real cos_i = -dot(d, n);
   const auto index = [](const Body* body) -> Real { return body != nullptr ? body->material->ior : 1; };
   const Inside after = beyond(ray.inside, point);
-  Real n_from = index(filling(ray.inside)), n_to = material.ior;
+  Real n_from = index(current_medium(ray.inside)), n_to = material.ior;
   if (material.transmission > 0) {
-    n_to = index(filling(after));
+    n_to = index(current_medium(after));
     if (point.back && after == ray.inside) n_from = material.ior;  // the back of what was never entered
   }
   // Snell's law by the part of d along the surface: sin_t / sin_i = n_from / n_to.

@@ -31,7 +31,7 @@ class ReferenceTracer {
   [[nodiscard]] Sample sample(Real x, Real y, tracer::RenderStatistics& counted) const;
 
   /// Every pixel's centre, row 0 on top.
-  [[nodiscard]] std::vector<Sample> picture(tracer::RenderStatistics& counted) const;
+  [[nodiscard]] std::vector<Sample> image(tracer::RenderStatistics& counted) const;
 
  private:
   struct Ray;
@@ -52,7 +52,7 @@ class ReferenceTracer {
   };
 
   [[nodiscard]] static Inside beyond(Inside inside, const Point& point);
-  [[nodiscard]] static const Body* filling(const Inside& inside);
+  [[nodiscard]] static const Body* current_medium(const Inside& inside);
   [[nodiscard]] Inside around_camera(Path& path) const;
   [[nodiscard]] Hit nearest(const Ray& ray, Path& path) const;
   [[nodiscard]] Point point_at(const Ray& ray, const Hit& hit) const;

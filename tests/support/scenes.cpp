@@ -8,7 +8,7 @@
 
 #include "tests/support/random.h"
 #include "tracer/compile.h"
-#include "tracer/src/film/srgb.h"
+#include "tracer/src/display/srgb.h"
 #include "tracer/validate.h"
 
 namespace scenes {
@@ -216,18 +216,18 @@ Rendered approximated(Scene scene, const Approximations& approximations, const A
   const RenderStatistics audited = render(scene).statistics;
   scene.accuracy.approximate = approximations;
   Rendered rendered = render(scene);
-  RenderStatistics& of_picture = rendered.statistics;
-  of_picture.rays.camera -= audited.rays.camera - exact.rays.camera;
-  of_picture.rays.shadow -= audited.rays.shadow - exact.rays.shadow;
-  of_picture.rays.reflection -= audited.rays.reflection - exact.rays.reflection;
-  of_picture.rays.refraction -= audited.rays.refraction - exact.rays.refraction;
-  of_picture.samples -= audited.samples - exact.samples;
-  of_picture.audit_samples -= audited.audit_samples;
-  of_picture.non_finite -= audited.non_finite - exact.non_finite;
-  of_picture.spared_shadow_rays -= audited.spared_shadow_rays - exact.spared_shadow_rays;
-  of_picture.spared_light -= audited.spared_light - exact.spared_light;
-  of_picture.cut_branches -= audited.cut_branches - exact.cut_branches;
-  of_picture.truncated_branches -= audited.truncated_branches - exact.truncated_branches;
+  RenderStatistics& of_image = rendered.statistics;
+  of_image.rays.camera -= audited.rays.camera - exact.rays.camera;
+  of_image.rays.shadow -= audited.rays.shadow - exact.rays.shadow;
+  of_image.rays.reflection -= audited.rays.reflection - exact.rays.reflection;
+  of_image.rays.refraction -= audited.rays.refraction - exact.rays.refraction;
+  of_image.samples -= audited.samples - exact.samples;
+  of_image.audit_samples -= audited.audit_samples;
+  of_image.non_finite -= audited.non_finite - exact.non_finite;
+  of_image.culled_shadow_rays -= audited.culled_shadow_rays - exact.culled_shadow_rays;
+  of_image.culled_radiance -= audited.culled_radiance - exact.culled_radiance;
+  of_image.cut_branches -= audited.cut_branches - exact.cut_branches;
+  of_image.truncated_branches -= audited.truncated_branches - exact.truncated_branches;
   return rendered;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Scenes in a few lines, and their pictures through the tracer's public mouth.
+/// Scenes in a few lines, and their images through the tracer's public mouth.
 
 #include <cstdint>
 #include <string>
@@ -37,10 +37,10 @@ tracer::Mesh placed(tracer::Mesh mesh, double scale, const tracer::Vec3& offset)
 /// light, attenuation, checkers, mirrors, glass with and without Fresnel, transmissive shadows, cutoff and depth.
 tracer::Scene random(std::uint64_t seed, std::uint32_t side);
 
-/// Everything below throws std::runtime_error, with the reason, where there is no picture.
+/// Everything below throws std::runtime_error, with the reason, where there is no image.
 tracer::Rendered render(const tracer::Scene& scene, std::uint32_t threads = 1, const tracer::Assets& assets = {});
 
-/// The picture of `scene` with approximations. Its statistics are of the picture alone: without the exact samples that
+/// The image of `scene` with approximations. Its statistics are of the image alone: without the exact samples that
 /// tell what the approximations cost. These are the same for all, so what is traced more for `harmless` tells them: an
 /// approximation that changes nothing here, by default of scenes without meshes.
 tracer::Rendered approximated(tracer::Scene scene, const tracer::Approximations& approximations,

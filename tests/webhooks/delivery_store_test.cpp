@@ -4,12 +4,12 @@
 
 #include <memory>
 
-#include "server/jobs/job_store.h"
+#include "server/queue/job_store.h"
 #include "server/storage/sqlite/database.h"
 #include "server/storage/sqlite/sqlite_delivery_store.h"
-#include "tests/conformance/temporary_folder.h"
+#include "tests/conformance/temporary_directory.h"
 
-using namespace jobs;
+using namespace queue;
 
 namespace {
 
@@ -18,16 +18,16 @@ class DeliveryStoreTest : public testing::Test {
   DeliveryStore& store() { return *store_; }
   void reopen() {
     store_.reset();
-    store_ = std::make_unique<SqliteDeliveryStore>(folder_.path());
+    store_ = std::make_unique<SqliteDeliveryStore>(directory_.path());
   }
-  Delivery owe(const std::string& id, const std::string& job_id, std::int64_t at) {
+  Delivery enqueue(const std::string& id, const std::string& job_id, std::int64_t at) {
     Delivery delivery{id, job_id, "job.failed", "https://example.com/", "{}", DeliveryState::pending, at, at, {}};
-    store().owe(delivery);
+    store().enqueue(delivery);
     return delivery;
   }
   Delivery owe_to(const std::string& url, const std::string& id, std::int64_t at) {
     Delivery delivery{id, "job", "job.failed", url, "{}", DeliveryState::pending, at, at, {}};
-    store().owe(delivery);
+    store().enqueue(delivery);
     return delivery;
   }
   std::string next_id(const std::set<std::string>& busy = {}) {
@@ -36,8 +36,8 @@ class DeliveryStoreTest : public testing::Test {
   }
 
  private:
-  TemporaryFolder folder_;
-  std::unique_ptr<DeliveryStore> store_ = std::make_unique<SqliteDeliveryStore>(folder_.path());
+  TemporaryDirectory directory_;
+  std::unique_ptr<DeliveryStore> store_ = std::make_unique<SqliteDeliveryStore>(directory_.path());
 };
 
 }  // namespace
@@ -59,7 +59,7 @@ TEST_F(DeliveryStoreTest, KeepsSubscriptionsUntilTheyAreEnded) {
 
 TEST_F(DeliveryStoreTest, ADeliveryTakesThePlaceOfItsSubscription) {
   store().subscribe({"a", "http://a/", {"failed"}});
-  const Delivery owed = owe("1", "a", 1000);
+  const Delivery owed = enqueue("1", "a", 1000);
   reopen();
   EXPECT_FALSE(store().subscription("a"));
   const Delivery found = store().next({}).value();
@@ -73,23 +73,23 @@ TEST_F(DeliveryStoreTest, ADeliveryTakesThePlaceOfItsSubscription) {
 
 TEST_F(DeliveryStoreTest, GivesTheEarliestFirstAndNoneThatIsOver) {
   EXPECT_EQ(next_id(), "none");
-  owe("1", "a", 300);
-  owe("2", "b", 100);
-  owe("3", "c", 200);
+  enqueue("1", "a", 300);
+  enqueue("2", "b", 100);
+  enqueue("3", "c", 200);
   EXPECT_EQ(next_id(), "2");
-  store().attempted("2", {101, 7, 0, "no route"}, DeliveryState::pending, 250);
+  store().record_attempt("2", {101, 7, 0, "no route"}, DeliveryState::pending, 250);
   EXPECT_EQ(next_id(), "3");
-  store().attempted("3", {102, 7, 200, ""}, DeliveryState::delivered, std::nullopt);
+  store().record_attempt("3", {102, 7, 200, ""}, DeliveryState::delivered, std::nullopt);
   EXPECT_EQ(next_id(), "2");
-  store().attempted("2", {251, 7, 410, "gone"}, DeliveryState::given_up, std::nullopt);
+  store().record_attempt("2", {251, 7, 410, "gone"}, DeliveryState::given_up, std::nullopt);
   EXPECT_EQ(next_id(), "1");
 }
 
 TEST_F(DeliveryStoreTest, KeepsTheLogOfEveryAttempt) {
-  owe("1", "a", 100);
-  store().attempted("1", {100, 5000, 0, "timed out"}, DeliveryState::pending, 200);
-  store().attempted("1", {200, 12, 503, "the receiver answered 503"}, DeliveryState::pending, 300);
-  store().attempted("1", {300, 9, 204, ""}, DeliveryState::delivered, std::nullopt);
+  enqueue("1", "a", 100);
+  store().record_attempt("1", {100, 5000, 0, "timed out"}, DeliveryState::pending, 200);
+  store().record_attempt("1", {200, 12, 503, "the receiver answered 503"}, DeliveryState::pending, 300);
+  store().record_attempt("1", {300, 9, 204, ""}, DeliveryState::delivered, std::nullopt);
   reopen();
   const std::vector<Delivery> deliveries = store().of_job("a");
   ASSERT_EQ(deliveries.size(), 1u);
@@ -104,12 +104,12 @@ TEST_F(DeliveryStoreTest, KeepsTheLogOfEveryAttempt) {
 }
 
 TEST_F(DeliveryStoreTest, ForgetsWhatIsOldAndOverWithItsLog) {
-  for (const char* id : {"1", "2", "3"}) owe(id, "a", 100);
-  owe("4", "a", 200);
-  store().attempted("1", {100, 1, 200, ""}, DeliveryState::delivered, std::nullopt);
-  store().attempted("2", {100, 1, 0, "?"}, DeliveryState::given_up, std::nullopt);
-  store().attempted("4", {100, 1, 200, ""}, DeliveryState::delivered, std::nullopt);
-  store().forget_before(200);
+  for (const char* id : {"1", "2", "3"}) enqueue(id, "a", 100);
+  enqueue("4", "a", 200);
+  store().record_attempt("1", {100, 1, 200, ""}, DeliveryState::delivered, std::nullopt);
+  store().record_attempt("2", {100, 1, 0, "?"}, DeliveryState::given_up, std::nullopt);
+  store().record_attempt("4", {100, 1, 200, ""}, DeliveryState::delivered, std::nullopt);
+  store().delete_before(200);
   std::string left;
   for (const Delivery& delivery : store().of_job("a")) left += delivery.id;
   EXPECT_EQ(left, "34");
@@ -117,8 +117,8 @@ TEST_F(DeliveryStoreTest, ForgetsWhatIsOldAndOverWithItsLog) {
 
 TEST_F(DeliveryStoreTest, AFailedCallChangesNothing) {
   store().subscribe({"a", "http://a/", {"failed"}});
-  owe("1", "b", 100);
-  EXPECT_THROW(owe("1", "a", 100), std::logic_error) << "the id is there";
+  enqueue("1", "b", 100);
+  EXPECT_THROW(enqueue("1", "a", 100), std::logic_error) << "the id is there";
   EXPECT_TRUE(store().subscription("a"));
   EXPECT_EQ(next_id(), "1");
 }
@@ -133,21 +133,21 @@ TEST_F(DeliveryStoreTest, PassesOverReceiversThatAreBusy) {
   EXPECT_EQ(next_id({"slow:81"}), "5");
   EXPECT_EQ(next_id({"slow:81", "quick"}), "3");
   EXPECT_EQ(next_id({"slow:81", "quick", "slow"}), "none");
-  store().attempted("5", {150, 1, 200, ""}, DeliveryState::delivered, std::nullopt);
+  store().record_attempt("5", {150, 1, 200, ""}, DeliveryState::delivered, std::nullopt);
   EXPECT_EQ(next_id({"slow:81"}), "4");
 }
 
 TEST(ReceiverOf, IsHostAndPortWhateverFollows) {
-  EXPECT_EQ(receiver_of("http://Example.COM/a"), "example.com");
-  EXPECT_EQ(receiver_of("https://example.com:8443?a=/b"), "example.com:8443");
-  EXPECT_EQ(receiver_of("http://[::1]:80"), "[::1]:80");
-  EXPECT_EQ(receiver_of("http://h#/x"), "h");
+  EXPECT_EQ(host_of("http://Example.COM/a"), "example.com");
+  EXPECT_EQ(host_of("https://example.com:8443?a=/b"), "example.com:8443");
+  EXPECT_EQ(host_of("http://[::1]:80"), "[::1]:80");
+  EXPECT_EQ(host_of("http://h#/x"), "h");
 }
 
 TEST(DeliveryStoreUpgrade, AFileOfTheFirstVersionKeepsWhatIsOwedAndToWhom) {
-  const TemporaryFolder folder;
+  const TemporaryDirectory directory;
   {
-    sqlite::Database database(folder.path() + "/webhooks.db", sqlite::Database::Access::read_write);
+    sqlite::Database database(directory.path() + "/webhooks.db", sqlite::Database::Access::read_write);
     database.script(R"sql(
       CREATE TABLE subscriptions (job_id TEXT NOT NULL PRIMARY KEY, url TEXT NOT NULL, events TEXT NOT NULL)
         STRICT, WITHOUT ROWID;
@@ -167,7 +167,7 @@ TEST(DeliveryStoreUpgrade, AFileOfTheFirstVersionKeepsWhatIsOwedAndToWhom) {
     )sql");
   }
   for (int opened = 0; opened < 2; ++opened) {  // the second time there is nothing to do
-    SqliteDeliveryStore store(folder.path());
+    SqliteDeliveryStore store(directory.path());
     EXPECT_EQ(store.subscribed_jobs(), std::vector<std::string>{"c"});
     EXPECT_EQ(store.next({})->id, "1");
     EXPECT_EQ(store.next({})->attempts.size(), 1u);

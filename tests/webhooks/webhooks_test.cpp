@@ -12,13 +12,13 @@
 #include <set>
 
 #include "server/storage/sqlite/sqlite_delivery_store.h"
-#include "tests/conformance/temporary_folder.h"
+#include "tests/conformance/temporary_directory.h"
 #include "tests/queue/eventually.h"
 
 using namespace webhooks;
-using jobs::Delivery;
-using jobs::DeliveryState;
-using jobs::JobState;
+using queue::Delivery;
+using queue::DeliveryState;
+using queue::JobState;
 
 namespace {
 
@@ -39,7 +39,7 @@ class WebhooksTest : public testing::Test {
         [this](const auto& url, const auto& headers, const auto& body, const auto& stop) {
           return receive(url, headers, body, stop);
         },
-        [this] { return now.load(); }, ids_, jobs::no_log(), settings);
+        [this] { return now.load(); }, ids_, queue::no_log(), settings);
   }
   void stop() { telling.reset(); }
 
@@ -92,20 +92,20 @@ class WebhooksTest : public testing::Test {
   std::size_t most_receivers = 0;  ///< that were sent to at once
 
  private:
-  std::optional<jobs::JobView> find(const std::string& id) {
+  std::optional<queue::JobView> find(const std::string& id) {
     const std::lock_guard lock(mutex_);
     const auto found = jobs_.find(id);
     if (found == jobs_.end()) return std::nullopt;
-    jobs::JobView view;
+    queue::JobView view;
     view.job.id = id;
     view.job.state = found->second;
     return view;
   }
-  Answer receive(const std::string& url, const Poster::Headers& headers, const std::string& body,
+  Answer receive(const std::string& url, const WebhookSender::Headers& headers, const std::string& body,
                  const std::atomic<bool>& stop) {
     std::unique_lock lock(mutex_);
     sent_.push_back({url, body, {headers.begin(), headers.end()}});
-    const std::string receiver = jobs::receiver_of(url);
+    const std::string receiver = queue::host_of(url);
     most_at_once = std::max(most_at_once, ++at_once_[receiver]);
     most_receivers = std::max(most_receivers, at_once_.size());
     // As the real one, it looks whether it is to stop.
@@ -120,8 +120,8 @@ class WebhooksTest : public testing::Test {
     return {status, status == 0 ? "no route" : ""};
   }
 
-  TemporaryFolder folder_;
-  jobs::IdSource ids_{jobs::system_clock(), jobs::system_random()};
+  TemporaryDirectory directory_;
+  queue::IdSource ids_{queue::system_clock(), queue::system_random()};
   std::mutex mutex_;
   std::map<std::string, JobState> jobs_;
   std::deque<int> answers_;
@@ -131,7 +131,7 @@ class WebhooksTest : public testing::Test {
   std::condition_variable let_;
 
  protected:
-  std::unique_ptr<jobs::SqliteDeliveryStore> store = std::make_unique<jobs::SqliteDeliveryStore>(folder_.path());
+  std::unique_ptr<queue::SqliteDeliveryStore> store = std::make_unique<queue::SqliteDeliveryStore>(directory_.path());
   std::optional<Webhooks> telling;  ///< last: goes first
 };
 

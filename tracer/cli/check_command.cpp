@@ -2,7 +2,7 @@
 #include <string>
 
 #include "api/replies.h"
-#include "tracer/cli/assets.h"
+#include "tracer/cli/asset_directory_files.h"
 #include "tracer/cli/commands.h"
 #include "tracer/cli/files.h"
 #include "tracer/cli/issues.h"
@@ -47,7 +47,7 @@ ExitCode check(const Options& options) {
     std::fprintf(stderr, "whittle: %s\n", bytes.error().sentence.c_str());
     return bad_environment;
   }
-  const auto loaded = load(*bytes, options.scene_path, options.uploads_folder);
+  const auto loaded = load(*bytes, options.scene_path, options.uploads_directory);
   if (options.json) {
     std::fputs(verdict(loaded).c_str(), stdout);
   } else if (loaded) {

@@ -8,31 +8,31 @@
 #include "tracer/cli/commands.h"
 #include "tracer/cli/files.h"
 #include "tracer/compare.h"
+#include "tracer/display_image.h"
 #include "tracer/encode.h"
-#include "tracer/shown.h"
 
 namespace cli {
 namespace {
 
-constexpr std::size_t file_bytes_max = 1'000'000'000;  // the largest picture there is, 64 Mpx of floats, not compressed
+constexpr std::size_t file_bytes_max = 1'000'000'000;  // the largest image there is, 64 Mpx of floats, not compressed
 
 ExitCode complain(const std::string& sentence, ExitCode code) {
   std::fprintf(stderr, "whittle: %s\n", sentence.c_str());
   return code;
 }
 
-tracer::Result<tracer::PictureFile, std::string> read(const std::string& path) {
+tracer::Result<tracer::ImageFile, std::string> read(const std::string& path) {
   const auto bytes = read_all(path, file_bytes_max);
   if (!bytes) return bytes.error().sentence;
   if (bytes->size() > file_bytes_max)
     return path + " is larger than file_bytes_max, " + std::to_string(file_bytes_max) + " bytes";
-  auto file = tracer::read_picture({reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size()});
+  auto file = tracer::read_image({reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size()});
   if (!file) return path + " " + file.error();
   return std::move(*file);
 }
 
 /// Nothing when all went well.
-std::optional<ExitCode> write_heat_map(const tracer::ShownPicture& a, const tracer::ShownPicture& b, double white,
+std::optional<ExitCode> write_heat_map(const tracer::DisplayImage& a, const tracer::DisplayImage& b, double white,
                                        const std::string& path) {
   auto file = PendingFile::create(path);
   if (!file) return complain(file.error().sentence, bad_environment);
@@ -49,7 +49,7 @@ void print_pixel(const tracer::PixelDifference& pixel) {
 }
 
 void print_figures(const tracer::Comparison& found, const std::array<std::string, 2>& names,
-                   const std::array<tracer::PictureKind, 2>& kinds) {
+                   const std::array<tracer::ImageFormat, 2>& kinds) {
   for (std::size_t i = 0; i < 2; ++i) {
     std::printf("%c          %s (%s, %s)\n", i == 0 ? 'a' : 'b', names[i].c_str(), tracer::name(kinds[i]),
                 tracer::is_linear(kinds[i]) ? "linear: exposure 0, clamped, encoded as sRGB" : "sRGB");
@@ -62,7 +62,7 @@ void print_figures(const tracer::Comparison& found, const std::array<std::string
   if (std::isfinite(found.psnr_db)) {
     std::printf("psnr       %.2f dB\n", found.psnr_db);
   } else {
-    std::puts("psnr       infinite: the pictures are equal");
+    std::puts("psnr       infinite: the images are equal");
   }
   if (found.ssim) {
     std::printf("ssim       %.6f, of the luma\n", *found.ssim);
@@ -78,15 +78,15 @@ void print_figures(const tracer::Comparison& found, const std::array<std::string
 }  // namespace
 
 ExitCode diff(const DiffOptions& options) {
-  auto a = read(options.pictures[0]);
+  auto a = read(options.images[0]);
   if (!a) return complain(a.error(), incomparable);
-  auto b = read(options.pictures[1]);
+  auto b = read(options.images[1]);
   if (!b) return complain(b.error(), incomparable);
-  const auto found = tracer::compare(a->picture, b->picture, options.worst);
+  const auto found = tracer::compare(a->image, b->image, options.worst);
   if (!found) return complain(found.error(), incomparable);
   const double white = options.heat_white.value_or(tracer::heat_scale(*found));
   if (options.heat_path) {
-    if (const auto failed = write_heat_map(a->picture, b->picture, white, *options.heat_path)) return *failed;
+    if (const auto failed = write_heat_map(a->image, b->image, white, *options.heat_path)) return *failed;
   }
   const bool too_far = options.tolerance && found->rmse > *options.tolerance;
   if (options.json) {
@@ -96,7 +96,7 @@ ExitCode diff(const DiffOptions& options) {
             .c_str(),
         stdout);
   } else {
-    print_figures(*found, options.pictures, {a->kind, b->kind});
+    print_figures(*found, options.images, {a->kind, b->kind});
     if (options.heat_path)
       std::printf("heat map   %s: black 0, white %g levels or more\n", options.heat_path->c_str(), white);
     if (options.tolerance)

@@ -60,15 +60,15 @@ Failure take_option(std::string_view option, std::span<const char* const>& rest,
   return take_value(option, value, options);
 }
 
-Failure take_picture(std::string_view path, DiffOptions& options) {
-  if (path.empty()) return "a picture's name is empty"s;
-  for (std::string& picture : options.pictures) {
-    if (picture == "-" && path == "-") return "only one of the pictures can be standard input"s;
-    if (!picture.empty()) continue;
-    picture = path;
+Failure take_image(std::string_view path, DiffOptions& options) {
+  if (path.empty()) return "an image's name is empty"s;
+  for (std::string& image : options.images) {
+    if (image == "-" && path == "-") return "only one of the images can be standard input"s;
+    if (!image.empty()) continue;
+    image = path;
     return std::nullopt;
   }
-  return "two pictures at a time: "s.append(path) + " is one too many";
+  return "two images at a time: "s.append(path) + " is one too many";
 }
 
 }  // namespace
@@ -79,13 +79,13 @@ tracer::Result<DiffOptions, std::string> parse_diff_options(std::span<const char
     const std::string_view argument = rest.front();
     rest = rest.subspan(1);
     const bool is_option = argument.starts_with('-') && argument != "-";
-    Failure failure = is_option ? take_option(argument, rest, options) : take_picture(argument, options);
+    Failure failure = is_option ? take_option(argument, rest, options) : take_image(argument, options);
     if (failure) return *std::move(failure);
   }
-  if (options.pictures[1].empty()) return "which pictures? Give two files"s;
+  if (options.images[1].empty()) return "which images? Give two files"s;
   if (options.heat_white && !options.heat_path) return "--heat-white is for the heat map: give --heat too"s;
-  if (options.heat_path == options.pictures[0] || options.heat_path == options.pictures[1])
-    return "--heat would replace a picture that is compared"s;
+  if (options.heat_path == options.images[0] || options.heat_path == options.images[1])
+    return "--heat would replace an image that is compared"s;
   return options;
 }
 

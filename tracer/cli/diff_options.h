@@ -12,7 +12,7 @@
 namespace cli {
 
 struct DiffOptions {
-  std::array<std::string, 2> pictures;   ///< files, the reference first; at most one is "-", standard input
+  std::array<std::string, 2> images;     ///< files, the reference first; at most one is "-", standard input
   std::optional<std::string> heat_path;  ///< of the heat map, a PNG
   std::optional<double> heat_white;      ///< levels; unset: as tracer::heat_scale finds
   std::optional<double> tolerance;       ///< levels of root mean square error

@@ -17,7 +17,7 @@ FileFailure failure(const char* doing, const std::string& path, int error) {
   return {std::string("cannot ") + doing + " " + path + ": " + std::strerror(error)};
 }
 
-std::string folder_of(const std::string& path) {
+std::string directory_of(const std::string& path) {
   const auto slash = path.rfind('/');
   if (slash == std::string::npos) return ".";
   return slash == 0 ? "/" : path.substr(0, slash);
@@ -88,7 +88,7 @@ PendingFile::~PendingFile() {
 tracer::Result<PendingFile, FileFailure> PendingFile::create(const std::string& path) {
   struct stat existing {};
   if (::stat(path.c_str(), &existing) == 0 && S_ISDIR(existing.st_mode)) return failure("write", path, EISDIR);
-  const int nameless = ::open(folder_of(path).c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
+  const int nameless = ::open(directory_of(path).c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
   if (nameless >= 0) return PendingFile(path, nameless, "");
   if (!means_no_nameless_files(errno)) return failure("write", path, errno);
   std::string temporary = path + ".whittle-XXXXXX";

@@ -1,5 +1,5 @@
 #pragma once
-/// Reading a scene and writing pictures: every failure of the environment becomes one sentence here.
+/// Reading a scene and writing images: every failure of the environment becomes one sentence here.
 
 #include <cstddef>
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace cli {
 
-/// "cannot write /pictures/a.png: No space left on device"
+/// "cannot write /images/a.png: No space left on device"
 struct FileFailure {
   std::string sentence;
 };
@@ -23,7 +23,7 @@ using Done = tracer::Result<std::monostate, FileFailure>;
 tracer::Result<std::string, FileFailure> read_all(const std::string& path, std::size_t limit);
 tracer::Result<std::vector<std::uint8_t>, FileFailure> read_all_bytes(const std::string& path, std::size_t limit);
 
-/// A file that is being written under no name, in the folder where it will appear. Destroyed before `publish`, or
+/// A file that is being written under no name, in the directory where it will appear. Destroyed before `publish`, or
 /// killed with its process, it leaves nothing behind. Two exceptions, which only SIGKILL or power loss shows: the
 /// moment between linking and renaming when an old file is replaced, and file systems that cannot hold nameless files.
 /// There it has a passing name, its path + ".whittle-" + a few characters.

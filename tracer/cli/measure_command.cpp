@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "api/document.h"
-#include "tracer/cli/assets.h"
+#include "tracer/cli/asset_directory_files.h"
 #include "tracer/cli/commands.h"
 #include "tracer/cli/files.h"
 #include "tracer/cli/issues.h"
@@ -42,7 +42,7 @@ double steady_seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// The same picture with other pixels; a crop is that part of it that it was.
+/// The same image with other pixels; a crop is that part of it that it was.
 void resize(tracer::ImageSize& image, std::uint32_t width, std::uint32_t height) {
   if (image.crop) {
     tracer::PixelWindow& crop = *image.crop;
@@ -66,9 +66,9 @@ void resize(tracer::ImageSize& image, const MeasureOptions& options) {
 }
 
 /// One step, and what it came to, on the disk. Nothing when all went well.
-std::optional<ExitCode> take_step(tracer::Measuring& measuring, const MeasureOptions& options, const std::string& key,
-                                  tracer::RenderControl& control) {
-  const std::uint32_t pictures = measuring.reference().pictures;
+std::optional<ExitCode> take_step(tracer::MeasurementRun& measuring, const MeasureOptions& options,
+                                  const std::string& key, tracer::RenderControl& control) {
+  const std::uint32_t images = measuring.reference().images;
   const bool was_complete = measuring.reference().complete;
   std::optional<tracer::Failure> failure;
   {
@@ -77,7 +77,7 @@ std::optional<ExitCode> take_step(tracer::Measuring& measuring, const MeasureOpt
     failure = measuring.step(control);
   }
   const tracer::Reference& reference = measuring.reference();
-  if (reference.pictures != pictures || reference.complete != was_complete)
+  if (reference.images != images || reference.complete != was_complete)
     if (const auto written = write_reference(options.name, key, reference); !written)
       return complain(written.error().sentence);
   if (failure) return complain(*failure, options.name);
@@ -87,7 +87,7 @@ std::optional<ExitCode> take_step(tracer::Measuring& measuring, const MeasureOpt
 }
 
 /// To the end, from what earlier runs left.
-ExitCode measure_all(tracer::Measuring& measuring, const MeasureOptions& options, const std::string& key) {
+ExitCode measure_all(tracer::MeasurementRun& measuring, const MeasureOptions& options, const std::string& key) {
   auto earlier = read_earlier(options.name, key);
   if (!earlier) return complain(earlier.error().sentence);
   if (earlier->is_other && !options.quiet)
@@ -113,7 +113,7 @@ ExitCode measure_all(tracer::Measuring& measuring, const MeasureOptions& options
 ExitCode measure(const MeasureOptions& options) {
   const auto bytes = read_all(options.scene_path, api::DocumentLimits{}.bytes);
   if (!bytes) return complain(bytes.error().sentence);
-  auto loaded = load(*bytes, options.scene_path, options.uploads_folder);
+  auto loaded = load(*bytes, options.scene_path, options.uploads_directory);
   if (!loaded) {
     print_issues(stderr, loaded.error());
     return bad_scene;
@@ -127,11 +127,11 @@ ExitCode measure(const MeasureOptions& options) {
   // The scene's build uses whatever pool there is; this bounds it as --threads says.
   std::optional<tbb::global_control> bound;
   if (options.threads != 0) bound.emplace(tbb::global_control::max_allowed_parallelism, options.threads);
-  tracer::Measuring measuring(scene, loaded->assets,
-                              {.knobs = options.knobs,
-                               .reference_samples = options.reference_samples,
-                               .threads = options.threads,
-                               .seconds = steady_seconds});
+  tracer::MeasurementRun measuring(scene, loaded->assets,
+                                   {.knobs = options.knobs,
+                                    .reference_samples = options.reference_samples,
+                                    .threads = options.threads,
+                                    .seconds = steady_seconds});
   return measure_all(measuring, options, fingerprint(*bytes, loaded->assets, options));
 }
 

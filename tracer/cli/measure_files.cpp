@@ -9,7 +9,7 @@
 #include <sstream>
 #include <utility>
 
-#include "api/measurement.h"
+#include "api/measurement_json.h"
 #include "tracer/limits.h"
 #include "tracer/plot.h"
 #include "tracer/version.h"
@@ -57,8 +57,8 @@ std::size_t sum_bytes(const tracer::Reference& reference) {
 
 std::string head_of(const tracer::Reference& reference, const std::string& key) {
   std::ostringstream head;
-  head << mark << ' ' << key << ' ' << reference.width << ' ' << reference.height << ' ' << reference.picture_samples
-       << ' ' << reference.pictures << ' ' << reference.complete << '\n';
+  head << mark << ' ' << key << ' ' << reference.width << ' ' << reference.height << ' ' << reference.image_samples
+       << ' ' << reference.images << ' ' << reference.complete << '\n';
   return std::move(head).str();
 }
 
@@ -69,8 +69,8 @@ std::optional<tracer::Reference> reference_of(std::string_view bytes, const std:
   std::istringstream head{std::string(bytes.substr(0, end))};
   std::string seen_mark, seen_key;
   tracer::Reference reference;
-  head >> seen_mark >> seen_key >> reference.width >> reference.height >> reference.picture_samples >>
-      reference.pictures >> reference.complete;
+  head >> seen_mark >> seen_key >> reference.width >> reference.height >> reference.image_samples >> reference.images >>
+      reference.complete;
   bytes.remove_prefix(end + 1);
   const std::size_t size = sum_bytes(reference);
   if (!head || seen_mark != mark || seen_key != key || bytes.size() != 2 * size || size == 0) return std::nullopt;

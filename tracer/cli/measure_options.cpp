@@ -70,7 +70,7 @@ Failure take_name(std::string_view text, MeasureOptions& options) {
 Failure take_value(std::string_view option, std::string_view value, MeasureOptions& options) {
   if (option == "-o") return take_name(value, options);
   if (option == "--assets") {
-    options.uploads_folder = value;
+    options.uploads_directory = value;
     return std::nullopt;
   }
   if (option == "--size") return take_size(value, options);
@@ -102,7 +102,7 @@ Failure take_scene(std::string_view path, MeasureOptions& options) {
   return std::nullopt;
 }
 
-/// "whitted.measure", in the working folder, for scenes/whitted.json.
+/// "whitted.measure", in the working directory, for scenes/whitted.json.
 std::string usual_name(std::string_view scene_path) {
   if (scene_path == "-") return "scene.measure";
   std::string_view stem = scene_path.substr(scene_path.rfind('/') + 1);  // npos + 1 is 0

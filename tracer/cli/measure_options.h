@@ -15,7 +15,7 @@ namespace cli {
 
 struct MeasureOptions {
   std::string scene_path;                                       ///< "-" is standard input
-  std::string uploads_folder;                                   ///< of files named by their sha256; empty: none
+  std::string uploads_directory;                                ///< of files named by their sha256; empty: none
   std::string name;                                             ///< of the files, without their endings
   std::optional<std::pair<std::uint32_t, std::uint32_t>> size;  ///< pixels; in place of the document's
   std::optional<double> scale;                                  ///< of the document's size

@@ -7,7 +7,7 @@
 namespace cli {
 
 void print_table(std::FILE* into, const tracer::Measurement& measurement) {
-  std::fprintf(into, "picture    %" PRIu32 " x %" PRIu32 "\n", measurement.width, measurement.height);
+  std::fprintf(into, "image    %" PRIu32 " x %" PRIu32 "\n", measurement.width, measurement.height);
   std::fprintf(into, "reference  %" PRIu32 " samples a pixel, standard error %.4f levels\n",
                measurement.reference_samples, measurement.reference_error);
   std::fprintf(into, "\n  %-34s %9s %9s %9s %9s\n", "setting (* nothing is better)", "seconds", "error", "claimed",

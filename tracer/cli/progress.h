@@ -1,5 +1,5 @@
 #pragma once
-/// The bar a person watches while a picture is traced, and the key that stops it.
+/// The bar a person watches while an image is traced, and the key that stops it.
 
 #include <array>
 #include <condition_variable>

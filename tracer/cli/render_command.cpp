@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "api/document.h"
-#include "tracer/cli/assets.h"
+#include "tracer/cli/asset_directory_files.h"
 #include "tracer/cli/commands.h"
-#include "tracer/cli/figures.h"
 #include "tracer/cli/files.h"
 #include "tracer/cli/issues.h"
 #include "tracer/cli/progress.h"
+#include "tracer/cli/render_summary.h"
 #include "tracer/compile.h"
 #include "tracer/encode.h"
 #include "tracer/render.h"
@@ -53,7 +53,7 @@ ExitCode complain(const tracer::Failure& failure) {
   return complain(failure.detail);
 }
 
-/// The picture, with build and trace times in `figures`. Takes the scene's meshes.
+/// The image, with build and trace times in `figures`. Takes the scene's meshes.
 tracer::Result<tracer::Rendered, tracer::Failure> trace(tracer::Scene& scene, const tracer::Assets& assets,
                                                         const Options& options, tracer::RenderControl& control,
                                                         Figures& figures) {
@@ -69,7 +69,7 @@ tracer::Result<tracer::Rendered, tracer::Failure> trace(tracer::Scene& scene, co
   return rendered;
 }
 
-/// Writes all of them, then gives all of them their names: a full disk leaves the old pictures, not a mixture.
+/// Writes all of them, then gives all of them their names: a full disk leaves the old images, not a mixture.
 std::optional<ExitCode> write_all(const tracer::Image& image, const tracer::Output& settings,
                                   const std::vector<Output>& outputs, std::vector<PendingFile>& files,
                                   const tracer::RenderControl& control, Figures& figures) {
@@ -95,7 +95,7 @@ ExitCode render(const Options& options) {
   Stopwatch watch;
   const auto bytes = read_all(options.scene_path, api::DocumentLimits{}.bytes);
   if (!bytes) return complain(bytes.error().sentence);
-  auto loaded = load(*bytes, options.scene_path, options.uploads_folder);
+  auto loaded = load(*bytes, options.scene_path, options.uploads_directory);
   if (!loaded) {
     print_issues(stderr, loaded.error());
     return bad_scene;

@@ -1,6 +1,6 @@
 /// Large blocks of memory in pages of 2 MiB: linked into the programs that read scenes and trace them, whose every
 /// vector of some size gains by it. The kernel meets small pages one by one at about a microsecond each, which was a
-/// fifth of the time of a document of 10 MB and a tenth of that of simple pictures. The price is memory: of a block
+/// fifth of the time of a document of 10 MB and a tenth of that of simple images. The price is memory: of a block
 /// that is not used to its end, up to one such page more. Sanitizers keep their own.
 
 #if !defined(WHITTLE_SANITIZED)

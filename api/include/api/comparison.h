@@ -1,5 +1,5 @@
 #pragma once
-/// Writes the comparison of two pictures as JSON.
+/// Writes the comparison of two images as JSON.
 
 #include <array>
 #include <optional>
@@ -18,7 +18,7 @@ struct ComparedAs {
 
 /// {formats[2], width, height, rmse, rmse_channel[3], bias, greatest, psnr_db, ssim, differing, worst[{x, y,
 /// difference, a[3], b[3]}], tolerance, within_tolerance, heat_white}: tracer::Comparison by its names and in its
-/// units, and whether `rmse` is at most the tolerance. Null: `psnr_db` of equal pictures, `ssim` of small ones, and
+/// units, and whether `rmse` is at most the tolerance. Null: `psnr_db` of equal images, `ssim` of small ones, and
 /// what was not asked for.
 std::string write_comparison(const tracer::Comparison& comparison, const ComparedAs& how);
 

@@ -34,8 +34,8 @@ struct DocumentLimits {
 /// The files that a document may name. Whoever lets it name any loads them afterwards (api/load_assets.h).
 enum class Files {
   none,
-  anywhere,        ///< any path: for the command line, whose user may read what it reads
-  below_a_folder,  ///< plain names between slashes: none is empty, "." or "..", and there are no backslashes
+  anywhere,           ///< any path: for the command line, whose user may read what it reads
+  below_a_directory,  ///< plain names between slashes: none is empty, "." or "..", and there are no backslashes
 };
 
 /// How a document begins the name of an uploaded file; its sha256 follows, as 64 lower-case hex digits.
@@ -56,7 +56,7 @@ struct Webhook {
   bool operator==(const Webhook&) const = default;
 };
 
-/// Whether a picture that was made of the same scene before will do.
+/// Whether an image that was made of the same scene before will do.
 enum class CacheUse {
   use,      ///< it will
   refresh,  ///< it will not, but the new one will do for others
@@ -72,7 +72,7 @@ struct JobRequest {
   int max_attempts = 3;                      ///< 1..10
   std::optional<std::int64_t> run_after;     ///< does not start earlier
   std::optional<std::int64_t> deadline;      ///< fails when it has not ended by then; later than run_after
-  std::optional<std::int64_t> expires_in_s;  ///< its pictures go this long after its end, 1 s to 10 years
+  std::optional<std::int64_t> expires_in_s;  ///< its images go this long after its end, 1 s to 10 years
   CacheUse cache = CacheUse::use;
   std::optional<Webhook> webhook;
 };
@@ -101,7 +101,7 @@ struct Refusal {
 /// calls share nothing.
 ///
 /// Where `canonical` is given and the document is good, it becomes the canonical text: equal for documents that say the
-/// same of the picture in another order, with other blanks, escapes or spellings of numbers. The member "job" is left
+/// same of the image in another order, with other blanks, escapes or spellings of numbers. The member "job" is left
 /// out, the members of objects are sorted by their names' bytes, numbers are the shortest decimals that read back the
 /// same double.
 tracer::Result<Document, Refusal> parse_scene(std::string_view bytes, const Limits& limits,

@@ -15,7 +15,7 @@ namespace api {
 /// nothing.
 std::uint64_t estimated_memory_bytes(const tracer::Scene& scene);
 /// The same while it is measured: its samples adapt then, whatever it asks for, and 150 a pixel more are for sums of
-/// the reference and the pictures that are compared.
+/// the reference and the images that are compared.
 std::uint64_t estimated_measure_memory_bytes(const tracer::Scene& scene);
 
 /// How much there is to trace, in rays: times what earlier scenes took for each of theirs it is an order of magnitude

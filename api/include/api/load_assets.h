@@ -16,7 +16,7 @@
 
 namespace api {
 
-/// Of one file, 256 MB: what the largest picture that is taken needs uncompressed. For readers to keep to.
+/// Of one file, 256 MB: what the largest image that is taken needs uncompressed. For readers to keep to.
 inline constexpr std::size_t asset_bytes_max = 256'000'000;
 
 /// Asks for each of `scene.assets`, once and in order, why it cannot be had: the end of a sentence, "no such file", or
@@ -30,7 +30,7 @@ using AssetBytes = tracer::Result<std::vector<std::uint8_t>, std::string>;
 using ReadAsset = std::function<AssetBytes(const std::string& name)>;
 
 /// Asks `read` for each of `scene.assets` that a texture or a mesh still names, then does what load_meshes.h says with
-/// `limits`. What comes back is for tracer::compile: pictures alone, for files of meshes are meshes by then. Otherwise
+/// `limits`. What comes back is for tracer::compile: images alone, for files of meshes are meshes by then. Otherwise
 /// everything that is wrong: what check_assets says of files that cannot be had, or else what load_meshes says; the
 /// scene is then good for nothing. Precondition: `validate` found nothing in `scene`. Throws only what `read` throws.
 tracer::Result<tracer::Assets, std::vector<tracer::Issue>> load_assets(tracer::Scene& scene, const ReadAsset& read,

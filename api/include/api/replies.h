@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "api/document.h"
-#include "server/jobs/delivery_store.h"
-#include "server/jobs/events.h"
-#include "server/jobs/job.h"
-#include "server/jobs/job_service.h"
+#include "server/queue/delivery_store.h"
+#include "server/queue/events.h"
+#include "server/queue/job.h"
+#include "server/queue/job_service.h"
 #include "tracer/requirements.h"
 #include "tracer/scene.h"
 #include "tracer/validate.h"
@@ -22,27 +22,27 @@ namespace api {
 
 /// `now_ms` (since 1970 UTC) is what eta_s is reckoned from: the time so far, stretched by the tiles still to do; null
 /// until a hundredth of them is done.
-std::string write_job(const jobs::JobView& view, std::int64_t now_ms);
+std::string write_job(const queue::JobView& view, std::int64_t now_ms);
 
 /// What a webhook tells: {type, timestamp, data: the job}. `event` is "job.succeeded" or the like.
-std::string write_event(std::string_view event, const jobs::JobView& view, std::int64_t now_ms);
+std::string write_event(std::string_view event, const queue::JobView& view, std::int64_t now_ms);
 
 /// {items: [{id, event, url, state, created_at, next_attempt_at, attempts: [{at, duration_ms, status, detail}]}]}
-std::string write_deliveries(const std::vector<jobs::Delivery>& deliveries);
+std::string write_deliveries(const std::vector<queue::Delivery>& deliveries);
 
 /// {items, next_cursor}; an empty cursor is written as null.
-std::string write_job_list(const std::vector<jobs::JobView>& views, const std::string& next_cursor,
+std::string write_job_list(const std::vector<queue::JobView>& views, const std::string& next_cursor,
                            std::int64_t now_ms);
 
 /// {id, state, progress, at}, one line: the data of an event.
-std::string write_event(const jobs::JobEvent& event);
+std::string write_event(const queue::JobEvent& event);
 
 /// {id, name, state, progress, created_at, size, jobs{state: count}, max_failed, links}. The state is queued or running
 /// while a job has not ended, else failed or cancelled where one is, else succeeded; progress is the share that ended.
-std::string write_batch(const jobs::BatchState& state);
+std::string write_batch(const queue::BatchState& state);
 
 /// {jobs{state: count}, queued_by_priority{priority: count}, delayed, running, oldest_age_s, eta_s}
-std::string write_queue(const jobs::QueueState& state);
+std::string write_queue(const queue::QueueState& state);
 
 /// RFC 9457. `errors` is left out where there are none.
 struct ProblemReply {

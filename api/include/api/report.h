@@ -15,13 +15,13 @@ namespace api {
 /// Times are wall-clock milliseconds of each stage. `queue` is added by whoever knows it (0 on the command line).
 struct StageTimes {
   double queue = 0, parse = 0, build = 0, trace = 0, encode = 0;
-  tracer::Reuse reuse{};  ///< what earlier jobs left: `parse` and `build` were short
+  tracer::CacheHits cache_hits{};  ///< what earlier jobs left: `parse` and `build` were short
 };
 
 /// {requirements, reasons, error{estimate, confidence, target, met, bounded, parts{sampling, depth, cutoff,
 /// approximation}}, samples{min,mean,max}, audit_samples, rays{camera,shadow,reflection,refraction}, time_ms{...},
-/// geometry_reused, pictures{reused,decoded}, estimated_work, memory_bytes, non_finite, build}. `target` is null where
-/// none was asked for; `samples` are those that the picture is the mean of, `audit_samples` the others. Precondition:
+/// geometry_reused, images{reused,decoded}, estimated_work, memory_bytes, non_finite, build}. `target` is null where
+/// none was asked for; `samples` are those that the image is the mean of, `audit_samples` the others. Precondition:
 /// `scene` passes tracer::validate. Throws std::bad_alloc only.
 std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate& error,
                          const tracer::RenderStatistics& statistics, const StageTimes& times,
@@ -37,7 +37,7 @@ struct ReportFigures {
   std::optional<bool> target_met;          ///< nothing where no error was asked for
   std::optional<double> seconds_per_work;  ///< of building, tracing and encoding, by estimated_work (api/estimate.h)
   std::optional<double> error_to_target;   ///< the error that is claimed over the one asked for; likewise
-  tracer::Reuse reuse;
+  tracer::CacheHits cache_hits;
 };
 /// Nothing where it is none.
 std::optional<ReportFigures> read_report(const std::string& report);

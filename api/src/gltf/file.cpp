@@ -66,7 +66,7 @@ bool File::optional_integer(const Cursor& at, std::string_view name, std::uint64
 
 bool File::required_integer(const Cursor& at, std::string_view name, std::uint64_t most, std::uint64_t& value) {
   const auto field = member(at, name);
-  return field ? integer(*field, most, value) : refuse(at, "must have " + quoted(name));
+  return field ? integer(*field, most, value) : refuse(at, "must have " + in_quotes(name));
 }
 
 bool File::numbers(const Cursor& at, std::span<double> values) {

@@ -19,7 +19,7 @@ constexpr DocumentLimits json_limits{.bytes = 256'000'000, .depth = 64, .string_
 
 /// Without those, the mesh would be another than its author made. Extensions of materials, textures and lights change
 /// nothing that is read here; quantised attributes are read as any others.
-bool can_do_without(std::string_view extension) {
+bool is_optional_extension(std::string_view extension) {
   for (const std::string_view prefix :
        {"KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "KHR_mesh_quantization"})
     if (extension.starts_with(prefix)) return true;
@@ -36,7 +36,7 @@ bool check_version_and_extensions(File& file) {
   if (!file.list("extensionsRequired", required)) return false;
   for (const Cursor& at : required.elements) {
     const std::string_view name = at.node->kind == json::Kind::string ? at.node->string() : "";
-    if (!can_do_without(name)) return file.refuse(at, "the file needs the extension " + quoted(name));
+    if (!is_optional_extension(name)) return file.refuse(at, "the file needs the extension " + in_quotes(name));
   }
   return true;
 }

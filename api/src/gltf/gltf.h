@@ -16,7 +16,7 @@ namespace api::gltf {
 bool is_gltf(std::span<const std::uint8_t> bytes);
 
 /// All triangles of the file's scene (else of all nodes, else of all meshes), where its nodes put them, in one mesh:
-/// positions, normals, and the first texture coordinates, turned so that v = 0 is the lower edge of a picture (in glTF
+/// positions, normals, and the first texture coordinates, turned so that v = 0 is the lower edge of an image (in glTF
 /// it is the upper). It keeps what `validate` asks of meshes. Parts without normals get those of their faces where
 /// other parts have them. Left out: points and lines, materials, colours, animations; skins and morph targets rest.
 /// Buffers are the GLB's own chunk or base64 in `data:` URIs: no other file is opened.

@@ -4,7 +4,7 @@
 #include <array>
 #include <span>
 
-#include "api/src/composed.h"
+#include "api/src/reader/transform_product.h"
 
 namespace api::gltf {
 namespace {

@@ -140,7 +140,7 @@ bool append_vertex(const Primitive& primitive, std::size_t row, const Placing& p
     well &= within(written, limits.coordinate_max) && within(mesh.normals.back(), 1);
   }
   if (primitive.uvs != nullptr) {
-    // Section 3.8.2: v runs down from the picture's upper edge.
+    // Section 3.8.2: v runs down from the image's upper edge.
     mesh.uvs.push_back({primitive.uvs->value(row, 0), 1 - primitive.uvs->value(row, 1)});
     well &= within({mesh.uvs.back().x, mesh.uvs.back().y, 0}, limits.value_max);
   }

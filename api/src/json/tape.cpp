@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "api/src/json/quick.h"
-#include "api/src/json/thorough.h"
+#include "api/src/json/nlohmann_parser.h"
+#include "api/src/json/simdjson_parser.h"
 
 namespace api::json {
 

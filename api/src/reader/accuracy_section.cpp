@@ -1,4 +1,4 @@
-/// How accurate the picture is to be: what the document wishes, then what that means together.
+/// How accurate the image is to be: what the document wishes, then what that means together.
 
 #include <array>
 #include <charconv>
@@ -24,7 +24,7 @@ constexpr Word<Approximations::Shading>::Meaning shading_words[] = {{"gouraud", 
                                                                     {"flat", Approximations::Shading::flat}};
 
 /// What the document says; nothing, or the default, where it is silent or cannot be understood.
-struct Wish {
+struct RequestedAccuracy {
   std::optional<Preset> preset;
   std::optional<double> target_error, time_budget_ms;
   std::array<std::uint32_t, 2> samples{tracer::Adaptive{}.samples_min, tracer::Adaptive{}.samples_max};
@@ -44,7 +44,7 @@ void read_samples(Reading& reading, const Cursor& at, std::array<std::uint32_t, 
 }
 
 /// Exact samples take the time they take, so that no scene holds their budget to be validated.
-void read_time_budget(Reading& reading, const Cursor& at, Wish& wish) {
+void read_time_budget(Reading& reading, const Cursor& at, RequestedAccuracy& wish) {
   double& budget = wish.time_budget_ms.emplace();
   if (read(reading, at, budget) && wish.exact() && budget <= 0)
     tell(reading, at, "out_of_range", "must be > 0, got " + number_text(budget));
@@ -63,7 +63,7 @@ void read_nearest_lights(Reading& reading, const Cursor& at, std::uint32_t& coun
   }
   count = 0;
   tell(reading, at, "unknown_value",
-       "must be \"nearest-1\" to \"nearest-" + std::to_string(tracer::nearest_lights_max) + "\", got " + quoted(text));
+       "must be \"nearest-1\" to \"nearest-" + std::to_string(tracer::nearest_lights_max) + "\", got " + in_quotes(text));
 }
 
 void read_approximations(Reading& reading, const Cursor& at, Approximations& approximate) {
@@ -78,8 +78,8 @@ void read_approximations(Reading& reading, const Cursor& at, Approximations& app
   fields.finish();
 }
 
-Wish read_wish(Reading& reading, const Cursor& at) {
-  Wish wish;
+RequestedAccuracy read_wish(Reading& reading, const Cursor& at) {
+  RequestedAccuracy wish;
   Accuracy& accuracy = reading.scene().accuracy;
   Fields fields(reading, at, "the accuracy");
   if (const auto preset = fields.take("preset")) {
@@ -100,14 +100,14 @@ Wish read_wish(Reading& reading, const Cursor& at) {
 }
 
 /// The target that is asked for: by number, else by name; "standard" where nothing else says when to stop.
-std::optional<double> target_of(const Wish& wish) {
+std::optional<double> target_of(const RequestedAccuracy& wish) {
   if (wish.target_error) return wish.target_error;
   if (wish.preset) return target_error_of(*wish.preset);
   if (wish.exact() || wish.time_budget_ms) return std::nullopt;
   return target_error_of(Preset::standard);
 }
 
-/// Most samples in a pixel: no more of them in the whole picture than `limit`, but the least that is asked for.
+/// Most samples in a pixel: no more of them in the whole image than `limit`, but the least that is asked for.
 std::uint32_t bounded(std::uint32_t most, std::uint32_t least, std::uint64_t pixels, std::uint64_t limit) {
   const std::uint64_t bound = std::max<std::uint64_t>(least, limit / std::max<std::uint64_t>(pixels, 1));
   return static_cast<std::uint32_t>(std::min<std::uint64_t>(most, bound));
@@ -116,7 +116,7 @@ std::uint32_t bounded(std::uint32_t most, std::uint32_t least, std::uint64_t pix
 }  // namespace
 
 void read_accuracy(Reading& reading, const std::optional<Cursor>& at) {
-  const Wish wish = at ? read_wish(reading, *at) : Wish();
+  const RequestedAccuracy wish = at ? read_wish(reading, *at) : RequestedAccuracy();
   const tracer::Scene& scene = reading.scene();
   Accuracy& accuracy = reading.scene().accuracy;
   const std::optional<double> target = target_of(wish);
@@ -129,7 +129,7 @@ void read_accuracy(Reading& reading, const std::optional<Cursor>& at) {
     adaptive.time_budget_ms = wish.time_budget_ms;
     adaptive.samples_min = wish.samples.front();
     adaptive.samples_max = wish.samples.back();
-    // Not the limit in force: the picture depends on the document, not on where it is rendered.
+    // Not the limit in force: the image depends on the document, not on where it is rendered.
     if (adaptive.samples_min <= adaptive.samples_max)
       adaptive.samples_max = bounded(adaptive.samples_max, adaptive.samples_min, scene.image.window().pixels(),
                                      tracer::Limits{}.samples_times_pixels);

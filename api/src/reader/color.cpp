@@ -2,8 +2,8 @@
 
 #include <cmath>
 
+#include "api/src/reader/field_values.h"
 #include "api/src/reader/fields.h"
-#include "api/src/reader/values.h"
 
 namespace api {
 namespace {
@@ -46,7 +46,7 @@ bool read_hex(Reading& reading, const Cursor& at, tracer::Color& color) {
     channels[i] = (high * 16 + low) / 255.0;
   }
   if (!well) {
-    tell(reading, at, "malformed", "a colour as text must be \"#rrggbb\", got " + quoted(text));
+    tell(reading, at, "malformed", "a colour as text must be \"#rrggbb\", got " + in_quotes(text));
     return false;
   }
   color = linear_from_srgb(tracer::Color{channels[0], channels[1], channels[2]});
@@ -72,7 +72,7 @@ bool read_hsb(Reading& reading, const Cursor& at, tracer::Color& color) {
       well = saturation && brightness;
     }
   } else {
-    fields.tell_missing("hsb");
+    fields.report_missing_field("hsb");
   }
   fields.finish();
   if (well) color = linear_from_srgb(srgb_from_hsb(hsb[0], hsb[1], hsb[2]));

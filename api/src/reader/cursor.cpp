@@ -60,7 +60,7 @@ void tell_wrong_type(Reading& reading, const Cursor& at, std::string_view expect
       {pointer(at), "wrong_type", "must be " + std::string(expected) + ", got " + shown(*at.node)});
 }
 
-std::string quoted(std::string_view text) {
+std::string in_quotes(std::string_view text) {
   constexpr std::size_t bytes_max = 64;
   std::string result = "\"";
   std::size_t size = text.size();
@@ -81,7 +81,7 @@ std::string shown(const json::Node& node) {
     case json::Kind::number:
       return "the number " + number_text(node.number);
     case json::Kind::string:
-      return "the string " + quoted(node.string());
+      return "the string " + in_quotes(node.string());
     case json::Kind::array:
       return "an array of " + std::to_string(node.size);
     case json::Kind::object:

@@ -62,7 +62,7 @@ bool for_each_element(Reading& reading, const Cursor& at, ReadElement read);
 void tell(Reading& reading, const Cursor& at, std::string_view code, std::string detail);
 void tell_wrong_type(Reading& reading, const Cursor& at, std::string_view expected);  ///< "must be <expected>, got ..."
 
-std::string quoted(std::string_view text);  ///< in double quotes, at most 64 bytes of it, valid UTF-8
+std::string in_quotes(std::string_view text);  ///< in double quotes, at most 64 bytes of it, valid UTF-8
 std::string shown(const json::Node& node);  ///< "the string \"red\"", "the number 3", "an array of 3", ...
 std::string number_text(double value);      ///< shortest that reads back the same
 

@@ -10,7 +10,7 @@ namespace {
 bool read_version(Reading& reading, Fields& fields) {
   const auto field = fields.take("version");
   if (!field) {
-    fields.tell_missing("version");
+    fields.report_missing_field("version");
     return true;
   }
   double version = 0;
@@ -32,7 +32,7 @@ bool read_document(Reading& reading, const Cursor& at) {
   if (!fields || !read_version(reading, fields)) return false;
   fields.optional("name", Name{reading.scene().name});
   section("image", read_image);
-  if (!section("camera", read_camera)) fields.tell_missing("camera");
+  if (!section("camera", read_camera)) fields.report_missing_field("camera");
   section("depth_cue", read_depth_cue);
   fields.optional("ambient", reading.scene().ambient);
   section("lights", read_lights);

@@ -34,16 +34,16 @@ bool has_member(Reading& reading, const Cursor& at, std::string_view name) {
   return false;
 }
 
-void Fields::tell_missing(std::string_view name) {
+void Fields::report_missing_field(std::string_view name) {
   if (!reading_.has_room()) return;
   reading_.issues.push_back(
-      {pointer_to_member(at_, name), "missing_field", std::string(what_) + " must have " + quoted(name)});
+      {pointer_to_member(at_, name), "missing_field", std::string(what_) + " must have " + in_quotes(name)});
 }
 
 void Fields::tell_missing_one_of(std::span<const std::string_view> names) {
   if (!reading_.has_room()) return;
   std::string all;
-  for (const std::string_view name : names) all += (all.empty() ? "" : ", ") + quoted(name);
+  for (const std::string_view name : names) all += (all.empty() ? "" : ", ") + in_quotes(name);
   reading_.issues.push_back(
       {pointer_to_member(at_, names.front()), "missing_field", std::string(what_) + " must have one of " + all});
 }
@@ -62,9 +62,9 @@ void Fields::tell_leftover(std::string_view name) {
   std::string detail;
   if (std::find(known.begin(), known.end(), name) != known.end()) {
     code = "duplicate_key";
-    detail = quoted(name) + " is written twice";
+    detail = in_quotes(name) + " is written twice";
   } else {
-    detail = quoted(name) + " is not a field of " + std::string(what_) + did_you_mean(name, known);
+    detail = in_quotes(name) + " is not a field of " + std::string(what_) + did_you_mean(name, known);
   }
   reading_.issues.push_back({pointer_to_member(at_, name), std::move(code), std::move(detail)});
 }

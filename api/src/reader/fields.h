@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "api/src/reader/cursor.h"
-#include "api/src/reader/values.h"
+#include "api/src/reader/field_values.h"
 
 namespace api {
 
@@ -23,7 +23,7 @@ class Fields {
   Fields(Reading& reading, const Cursor& at, std::string_view what);
 
   explicit operator bool() const { return is_object_; }
-  void call_it(std::string_view what) { what_ = what; }
+  void set_kind(std::string_view what) { what_ = what; }
 
   /// The member's value; marks its name as known.
   std::optional<Cursor> take(std::string_view name);
@@ -42,7 +42,7 @@ class Fields {
     if (field) return read(reading_, *field, std::forward<T>(value));
     if (is_object_) {
       spoil(value);
-      tell_missing(name);
+      report_missing_field(name);
     }
     return false;
   }
@@ -50,7 +50,7 @@ class Fields {
   /// Whether a member has this name, known or not.
   [[nodiscard]] bool has(std::string_view name) const { return has_member(reading_, at_, name); }
 
-  void tell_missing(std::string_view name);
+  void report_missing_field(std::string_view name);
   void tell_missing_one_of(std::span<const std::string_view> names);  ///< of the first name; the sentence has them all
 
   /// Tells of members that were not taken: unknown (with the likely name), not rendered by this build, or duplicates.

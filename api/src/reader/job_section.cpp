@@ -12,7 +12,7 @@ void read_labels(Reading& reading, const Cursor& at, std::map<std::string, std::
   for_each_member(reading, at, [&](const Cursor& member) {
     const auto [place, is_new] = labels.emplace(member.key, std::string());
     if (!is_new) {
-      tell(reading, member, "duplicate_key", quoted(member.key) + " is written twice");
+      tell(reading, member, "duplicate_key", in_quotes(member.key) + " is written twice");
     } else if (has_control_characters(member.key)) {
       tell(reading, member, "malformed", "a label must not have control characters");
     } else {

@@ -50,7 +50,7 @@ void read_target(Reading& reading, const Cursor& at, tracer::SpotLight& spot) {
 
 /// The axis is given by `direction` or by `target`, a point on it.
 void read_spot(Reading& reading, Fields& fields, tracer::SpotLight& spot) {
-  fields.call_it("a spot light");
+  fields.set_kind("a spot light");
   fields.required("position", spot.position);
   if (const auto field = fields.take("target")) {
     if (fields.has("direction")) {
@@ -67,27 +67,27 @@ void read_spot(Reading& reading, Fields& fields, tracer::SpotLight& spot) {
 }
 
 void read_line(Fields& fields, tracer::LineLight& line) {
-  fields.call_it("a line light");
+  fields.set_kind("a line light");
   fields.required("from", line.from);
   fields.required("to", line.to);
 }
 
 void read_rect(Fields& fields, tracer::RectLight& rect) {
-  fields.call_it("a rect light");
+  fields.set_kind("a rect light");
   fields.required("corner", rect.corner);
   fields.required("edge_u", rect.edge_u);
   fields.required("edge_v", rect.edge_v);
 }
 
 void read_disc(Fields& fields, tracer::DiscLight& disc) {
-  fields.call_it("a disc light");
+  fields.set_kind("a disc light");
   fields.required("center", disc.center);
   fields.required("normal", disc.normal);
   fields.required("radius", disc.radius);
 }
 
 void read_sphere(Fields& fields, tracer::SphereLight& sphere) {
-  fields.call_it("a sphere light");
+  fields.set_kind("a sphere light");
   fields.required("center", sphere.center);
   fields.required("radius", sphere.radius);
 }
@@ -95,11 +95,11 @@ void read_sphere(Fields& fields, tracer::SphereLight& sphere) {
 void read_source(Reading& reading, Fields& fields, LightType type, tracer::LightSource& source) {
   switch (type) {
     case LightType::point:
-      fields.call_it("a point light");
+      fields.set_kind("a point light");
       fields.required("position", source.emplace<tracer::PointLight>().position);
       break;
     case LightType::directional:
-      fields.call_it("a directional light");
+      fields.set_kind("a directional light");
       fields.required("direction", source.emplace<tracer::DirectionalLight>().direction);
       break;
     case LightType::spot:

@@ -42,7 +42,7 @@ void read_bump(Reading& reading, const Cursor& at, std::optional<tracer::Bump>& 
   if (const auto texture = fields.take("texture")) {
     bump->texture = read_texture_reference(reading, *texture);
   } else {
-    fields.tell_missing("texture");
+    fields.report_missing_field("texture");
   }
   fields.optional("scale", bump->scale);
   fields.finish();

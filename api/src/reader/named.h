@@ -30,7 +30,7 @@ void read_named(Reading& reading, const Cursor& at, Names<Id>& names, Id (*add)(
     if (is_new) {
       place->second = add(reading, member);
     } else {
-      tell(reading, member, "duplicate_key", quoted(member.key) + " is defined twice");
+      tell(reading, member, "duplicate_key", in_quotes(member.key) + " is defined twice");
     }
   });
 }

@@ -18,7 +18,7 @@ constexpr Word<ObjectType>::Meaning object_types[] = {
 bool is_along_x(const tracer::Vec3& v) { return v.y == 0 && v.z == 0; }
 
 void read_sphere(Fields& fields, tracer::Sphere& sphere) {
-  fields.call_it("a sphere");
+  fields.set_kind("a sphere");
   fields.required("center", sphere.center);
   fields.required("radius", sphere.radius);
   fields.optional("axis", sphere.axis);
@@ -32,14 +32,14 @@ void read_u_axis(Fields& fields, std::optional<tracer::Vec3>& u_axis) {
 }
 
 void read_plane(Fields& fields, tracer::Plane& plane) {
-  fields.call_it("a plane");
+  fields.set_kind("a plane");
   fields.required("point", plane.point);
   fields.required("normal", plane.normal);
   read_u_axis(fields, plane.u_axis);
 }
 
 void read_disc(Fields& fields, tracer::Disc& disc) {
-  fields.call_it("a disc");
+  fields.set_kind("a disc");
   fields.required("center", disc.center);
   fields.required("normal", disc.normal);
   fields.required("radius", disc.radius);
@@ -48,7 +48,7 @@ void read_disc(Fields& fields, tracer::Disc& disc) {
 }
 
 void read_cylinder(Fields& fields, tracer::Cylinder& cylinder) {
-  fields.call_it("a cylinder");
+  fields.set_kind("a cylinder");
   fields.required("from", cylinder.from);
   fields.required("to", cylinder.to);
   fields.required("radius", cylinder.radius);
@@ -57,7 +57,7 @@ void read_cylinder(Fields& fields, tracer::Cylinder& cylinder) {
 }
 
 void read_cone(Fields& fields, tracer::Cone& cone) {
-  fields.call_it("a cone");
+  fields.set_kind("a cone");
   fields.required("apex", cone.apex);
   fields.required("base", cone.base);
   fields.required("radius", cone.radius);
@@ -67,13 +67,13 @@ void read_cone(Fields& fields, tracer::Cone& cone) {
 }
 
 void read_box(Fields& fields, tracer::Box& box) {
-  fields.call_it("a box");
+  fields.set_kind("a box");
   fields.required("min", box.min);
   fields.required("max", box.max);
 }
 
 void read_triangle(Fields& fields, tracer::Triangle& triangle) {
-  fields.call_it("a triangle");
+  fields.set_kind("a triangle");
   fields.required("vertices", triangle.vertices);
   if (fields.has("normals")) fields.optional("normals", triangle.normals.emplace());
   if (fields.has("uvs")) fields.optional("uvs", triangle.uvs.emplace());
@@ -81,11 +81,11 @@ void read_triangle(Fields& fields, tracer::Triangle& triangle) {
 
 /// `of` names a prototype, whether it stands before or after this.
 void read_instance(Reading& reading, Fields& fields, tracer::Instance& instance) {
-  fields.call_it("an instance");
+  fields.set_kind("an instance");
   if (const auto of = fields.take("of")) {
     instance.of = read_prototype_reference(reading, *of);
   } else {
-    fields.tell_missing("of");
+    fields.report_missing_field("of");
   }
   if (const auto material = fields.take("material")) instance.material = read_material_reference(reading, *material);
 }
@@ -107,7 +107,7 @@ void read_shape(Reading& reading, Fields& fields, ObjectType type, tracer::Shape
     case ObjectType::triangle:
       return read_triangle(fields, shape.emplace<tracer::Triangle>());
     case ObjectType::mesh:
-      fields.call_it("a mesh");
+      fields.set_kind("a mesh");
       return read_mesh(reading, fields, shape);
     case ObjectType::instance:
       return read_instance(reading, fields, shape.emplace<tracer::Instance>());
@@ -126,7 +126,7 @@ void read_object(Reading& reading, const Cursor& at, std::vector<tracer::Object>
     if (const auto material = fields.take("material")) {
       object.material = read_material_reference(reading, *material);
     } else {
-      fields.tell_missing("material");
+      fields.report_missing_field("material");
     }
   }
   if (const auto transform = fields.take("transform")) read_transform(reading, *transform, object.transform);
@@ -160,7 +160,7 @@ void read_prototypes(Reading& reading, const Cursor& at) {
     const tracer::PrototypeId id{static_cast<std::uint32_t>(prototypes.size())};
     prototypes.push_back({{}, pointer(member)});
     if (!reading.prototypes.ids.emplace(member.key, id).second)
-      tell(reading, member, "duplicate_key", quoted(member.key) + " is defined twice");
+      tell(reading, member, "duplicate_key", in_quotes(member.key) + " is defined twice");
   });
   if (!reading.prototypes.complete) return;
   std::size_t index = 0;

@@ -24,7 +24,7 @@ void tell_unknown(Reading& reading, const Cursor& at, const Names<Id>& names, st
     if (candidates.size() == suggestion_names_max) break;
     candidates.push_back(name);
   }
-  std::string detail = quoted(at.node->string()) + " is not defined";
+  std::string detail = in_quotes(at.node->string()) + " is not defined";
   if (candidates.empty()) detail.append(": there are no named ").append(kind);
   detail += did_you_mean(at.node->string(), candidates);
   reading.issues.push_back({pointer(at), "unknown_reference", std::move(detail)});

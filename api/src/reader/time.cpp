@@ -3,7 +3,7 @@
 #include <chrono>
 #include <optional>
 
-#include "api/src/reader/values.h"
+#include "api/src/reader/field_values.h"
 
 namespace api {
 namespace {
@@ -93,7 +93,7 @@ bool read(Reading& reading, const Cursor& at, Time time) {
   time.value = unix_ms_of(at.node->string());
   if (time.value) return true;
   tell(reading, at, "malformed",
-       "must be a time such as \"2030-01-31T18:00:00Z\" (RFC 3339, 1970 to 9999), got " + quoted(at.node->string()));
+       "must be a time such as \"2030-01-31T18:00:00Z\" (RFC 3339, 1970 to 9999), got " + in_quotes(at.node->string()));
   return false;
 }
 

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "api/src/composed.h"
 #include "api/src/reader/fields.h"
 #include "api/src/reader/sections.h"
+#include "api/src/reader/transform_product.h"
 
 namespace api {
 namespace {

@@ -31,7 +31,7 @@ void read_url(Reading& reading, const Cursor& at, std::string& url) {
          "the limit url_bytes_max is " + std::to_string(url_bytes_max) + ", got " + std::to_string(text.size()));
   } else if (!is_web_address(text)) {
     tell(reading, at, "malformed",
-         "must be an http or https URL without user, password or fragment, got " + quoted(text));
+         "must be an http or https URL without user, password or fragment, got " + in_quotes(text));
   } else {
     url = text;
   }
@@ -45,7 +45,7 @@ void read_events(Reading& reading, const Cursor& at, std::vector<std::string>& e
     std::string_view event;
     if (!read(reading, element, Word<std::string_view>{event, "events", states})) return;
     if (std::find(events.begin(), events.end(), event) != events.end()) {
-      return tell(reading, element, "duplicate_value", quoted(event) + " is written twice");
+      return tell(reading, element, "duplicate_value", in_quotes(event) + " is written twice");
     }
     events.emplace_back(event);
   });
@@ -64,7 +64,7 @@ void read_webhook(Reading& reading, const Cursor& at, std::optional<Webhook>& we
   if (const auto url = fields.take("url")) {
     read_url(reading, *url, read.url);
   } else if (fields) {
-    fields.tell_missing("url");
+    fields.report_missing_field("url");
   }
   if (const auto events = fields.take("events")) read_events(reading, *events, read.events);
   fields.finish();

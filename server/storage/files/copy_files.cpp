@@ -7,11 +7,11 @@
 #include <cerrno>
 #include <filesystem>
 
-#include "server/jobs/artifact_store.h"
+#include "server/queue/artifact_store.h"
 #include "server/storage/files/durable_file.h"
 #include "server/storage/files/sha256.h"
 
-namespace jobs {
+namespace queue {
 namespace {
 
 void copy_file(const std::string& from, const std::string& sha256, const std::string& into) {
@@ -19,7 +19,7 @@ void copy_file(const std::string& from, const std::string& sha256, const std::st
   if (source.fd() < 0 && errno == ENOENT) return;
   struct stat status {};
   if (source.fd() < 0 || fstat(source.fd(), &status) < 0) files::fail("cannot open", from);
-  files::Temporary copy(into + "/tmp/" + sha256);
+  files::TemporaryFile copy(into + "/tmp/" + sha256);
   const auto stored = copy.copy([&](std::uint64_t offset, char* bytes, std::size_t size) {
     return files::read_at(source.fd(), offset, bytes, size, from);
   });
@@ -33,10 +33,10 @@ void copy_file(const std::string& from, const std::string& sha256, const std::st
 
 }  // namespace
 
-void copy_files(const std::string& folder, const std::string& into) {
-  files::prepare_folder(into);
+void copy_files(const std::string& directory, const std::string& into) {
+  files::create_directories(into);
   for (const auto& part : std::filesystem::directory_iterator(into)) {
-    const std::string source = folder + "/" + part.path().filename().string();
+    const std::string source = directory + "/" + part.path().filename().string();
     if (part.path().filename().string().size() != 2 || !std::filesystem::is_directory(source)) continue;
     for (const auto& file : std::filesystem::directory_iterator(source)) {
       const std::string sha256 = file.path().filename();
@@ -46,8 +46,8 @@ void copy_files(const std::string& folder, const std::string& into) {
 }
 
 void sync_disk(const std::string& path) {
-  const files::File folder(path, O_RDONLY | O_DIRECTORY);
-  if (folder.fd() < 0 || syncfs(folder.fd()) < 0) files::fail("cannot sync", path);
+  const files::File directory(path, O_RDONLY | O_DIRECTORY);
+  if (directory.fd() < 0 || syncfs(directory.fd()) < 0) files::fail("cannot sync", path);
 }
 
-}  // namespace jobs
+}  // namespace queue

@@ -1,15 +1,15 @@
 #pragma once
-/// Copies of files named by their sha256, from a folder that another process goes on with.
+/// Copies of files named by their sha256, from a directory that another process goes on with.
 
 #include <string>
 
-namespace jobs {
+namespace queue {
 
-/// Every file FOLDER/ab/abcdef... to the same place below `into`, with the time of its last change; what is removed
+/// Every file DIRECTORY/ab/abcdef... to the same place below `into`, with the time of its last change; what is removed
 /// meanwhile is left out. Not synced. Throws StoreFailure, also when the bytes of one are not those of its name.
-void copy_files(const std::string& folder, const std::string& into);
+void copy_files(const std::string& directory, const std::string& into);
 
 /// Everything written so far to the file system that holds `path`.
 void sync_disk(const std::string& path);
 
-}  // namespace jobs
+}  // namespace queue

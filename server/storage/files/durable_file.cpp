@@ -13,7 +13,7 @@
 
 #include "server/storage/files/sha256.h"
 
-namespace jobs::files {
+namespace queue::files {
 namespace {
 
 /// Repeats a system call that a signal interrupted.
@@ -52,24 +52,24 @@ class FileReader final : public ArtifactReader {
   std::uint64_t size_bytes_ = 0;
 };
 
-void create_folder(const std::string& path) {
+void create_directory(const std::string& path) {
   if (mkdir(path.c_str(), 0750) < 0 && errno != EEXIST) fail("cannot create", path);
 }
 
-/// All 256 now and synced once, so that storing has only its own folder to sync.
-void create_subfolders(const std::string& folder) {
+/// All 256 now and synced once, so that storing has only its own directory to sync.
+void create_subdirectories(const std::string& directory) {
   constexpr std::string_view digits = "0123456789abcdef";
   for (const char high : digits) {
-    for (const char low : digits) create_folder(folder + "/" + high + low);
+    for (const char low : digits) create_directory(directory + "/" + high + low);
   }
 }
 
-void delete_leftovers(const std::string& folder) {
+void delete_leftovers(const std::string& directory) {
   std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+  for (const auto& entry : std::filesystem::directory_iterator(directory, error)) {
     if (unlink(entry.path().c_str()) < 0) fail("cannot delete", entry.path());
   }
-  if (error) throw StoreFailure(StoreFailure::Kind::unavailable, "cannot list " + folder + ": " + error.message());
+  if (error) throw StoreFailure(StoreFailure::Kind::unavailable, "cannot list " + directory + ": " + error.message());
 }
 
 }  // namespace
@@ -114,59 +114,59 @@ ArtifactStore::Stored hash_of(const ReadAt& read, const Take& take) {
   }
 }
 
-Temporary::Temporary(std::string path) : path_(std::move(path)), file_(path_, O_WRONLY | O_CREAT | O_EXCL) {
+TemporaryFile::TemporaryFile(std::string path) : path_(std::move(path)), file_(path_, O_WRONLY | O_CREAT | O_EXCL) {
   if (file_.fd() < 0) fail("cannot create", path_);
 }
 
-Temporary::~Temporary() {
+TemporaryFile::~TemporaryFile() {
   if (!renamed_) unlink(path_.c_str());
 }
 
-ArtifactStore::Stored Temporary::copy(const ReadAt& read) {
+ArtifactStore::Stored TemporaryFile::copy(const ReadAt& read) {
   return hash_of(read, [this](const char* bytes, std::size_t size) { write_all(file_.fd(), bytes, size, path_); });
 }
 
-void Temporary::set_time(std::int64_t unix_ms) {
+void TemporaryFile::set_time(std::int64_t unix_ms) {
   const timespec time{unix_ms / 1000, unix_ms % 1000 * 1'000'000};
   const std::array<timespec, 2> times{time, time};
   if (futimens(file_.fd(), times.data()) < 0) fail("cannot set the time of", path_);
 }
 
-void Temporary::sync() {
+void TemporaryFile::sync() {
   if (retry([&] { return fsync(file_.fd()); }) < 0) fail("cannot sync", path_);
 }
 
-void Temporary::rename_to(const std::string& target) {
+void TemporaryFile::rename_to(const std::string& target) {
   if (rename(path_.c_str(), target.c_str()) < 0) fail("cannot rename to", target);
   renamed_ = true;
 }
 
-void sync_folder(const std::string& path) {
-  const File folder(path, O_RDONLY | O_DIRECTORY);
-  if (folder.fd() < 0) fail("cannot open", path);
-  if (retry([&] { return fsync(folder.fd()); }) < 0) fail("cannot sync", path);
+void sync_directory(const std::string& path) {
+  const File directory(path, O_RDONLY | O_DIRECTORY);
+  if (directory.fd() < 0) fail("cannot open", path);
+  if (retry([&] { return fsync(directory.fd()); }) < 0) fail("cannot sync", path);
 }
 
-void prepare_folder(const std::string& folder) {
-  create_folder(folder);
-  create_folder(folder + "/tmp");
-  create_subfolders(folder);
-  sync_folder(folder);
-  sync_folder(folder + "/..");
-  delete_leftovers(folder + "/tmp");
+void create_directories(const std::string& directory) {
+  create_directory(directory);
+  create_directory(directory + "/tmp");
+  create_subdirectories(directory);
+  sync_directory(directory);
+  sync_directory(directory + "/..");
+  delete_leftovers(directory + "/tmp");
 }
 
-std::string subfolder(const std::string& folder, const std::string& sha256) {
-  return folder + "/" + sha256.substr(0, 2);
+std::string subdirectory(const std::string& directory, const std::string& sha256) {
+  return directory + "/" + sha256.substr(0, 2);
 }
 
-std::string path_of(const std::string& folder, const std::string& sha256) {
-  return subfolder(folder, sha256) + "/" + sha256;
+std::string path_of(const std::string& directory, const std::string& sha256) {
+  return subdirectory(directory, sha256) + "/" + sha256;
 }
 
-std::unique_ptr<ArtifactReader> open_reader(const std::string& folder, const std::string& sha256) {
+std::unique_ptr<ArtifactReader> open_reader(const std::string& directory, const std::string& sha256) {
   if (!is_sha256(sha256)) return nullptr;
-  const std::string path = path_of(folder, sha256);
+  const std::string path = path_of(directory, sha256);
   auto file = std::make_unique<File>(path, O_RDONLY | O_NOFOLLOW);
   if (file->fd() < 0) {
     if (errno == ENOENT) return nullptr;
@@ -175,4 +175,4 @@ std::unique_ptr<ArtifactReader> open_reader(const std::string& folder, const std
   return std::make_unique<FileReader>(path, std::move(file));
 }
 
-}  // namespace jobs::files
+}  // namespace queue::files

@@ -1,6 +1,7 @@
 #pragma once
-/// Files that appear whole and durable under the sha256 of their bytes, or not at all: FOLDER/ab/abcdef..., written to
-/// FOLDER/tmp, synced, then renamed. Private to this folder. Every failure is a StoreFailure that names the path.
+/// Files that appear whole and durable under the sha256 of their bytes, or not at all: DIRECTORY/ab/abcdef..., written
+/// to DIRECTORY/tmp, synced, then renamed. Private to this directory. Every failure is a StoreFailure that names the
+/// path.
 
 #include <cstddef>
 #include <cstdint>
@@ -8,9 +9,9 @@
 #include <memory>
 #include <string>
 
-#include "server/jobs/artifact_store.h"
+#include "server/queue/artifact_store.h"
 
-namespace jobs::files {
+namespace queue::files {
 
 /// Throws what errno says about `what` at `path`.
 [[noreturn]] void fail(const std::string& what, const std::string& path);
@@ -39,12 +40,12 @@ using Take = std::function<void(const char* bytes, std::size_t size)>;
 ArtifactStore::Stored hash_of(const ReadAt& read, const Take& take);
 
 /// A new file that is deleted again unless it was renamed.
-class Temporary {
+class TemporaryFile {
  public:
-  explicit Temporary(std::string path);
-  ~Temporary();
-  Temporary(const Temporary&) = delete;
-  Temporary& operator=(const Temporary&) = delete;
+  explicit TemporaryFile(std::string path);
+  ~TemporaryFile();
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
 
   ArtifactStore::Stored copy(const ReadAt& read);
   void set_time(std::int64_t unix_ms);  ///< of the last change
@@ -57,15 +58,16 @@ class Temporary {
   bool renamed_ = false;
 };
 
-/// FOLDER with its 256 folders and tmp, made where missing and synced; what a dead process left in tmp is deleted.
-void prepare_folder(const std::string& folder);
-void sync_folder(const std::string& path);
+/// DIRECTORY with its 256 directories and tmp, made where missing and synced; what a dead process left in tmp is
+/// deleted.
+void create_directories(const std::string& directory);
+void sync_directory(const std::string& path);
 
-/// FOLDER/ab and FOLDER/ab/abcdef... Precondition: `sha256` is one.
-std::string subfolder(const std::string& folder, const std::string& sha256);
-std::string path_of(const std::string& folder, const std::string& sha256);
+/// DIRECTORY/ab and DIRECTORY/ab/abcdef... Precondition: `sha256` is one.
+std::string subdirectory(const std::string& directory, const std::string& sha256);
+std::string path_of(const std::string& directory, const std::string& sha256);
 
 /// Null when there is no such file, or `sha256` is none.
-std::unique_ptr<ArtifactReader> open_reader(const std::string& folder, const std::string& sha256);
+std::unique_ptr<ArtifactReader> open_reader(const std::string& directory, const std::string& sha256);
 
-}  // namespace jobs::files
+}  // namespace queue::files

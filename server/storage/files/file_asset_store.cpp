@@ -13,7 +13,7 @@
 #include "server/storage/files/durable_file.h"
 #include "server/storage/files/sha256.h"
 
-namespace jobs {
+namespace queue {
 namespace {
 
 struct Entry {
@@ -40,26 +40,26 @@ std::string name_of_part(int part) {
 
 /// Calls `each(name, entry)` for the assets of one part.
 template <class Each>
-void walk(const std::string& folder, const Each& each) {
+void walk(const std::string& directory, const Each& each) {
   std::error_code error;
-  for (const auto& file : std::filesystem::directory_iterator(folder, error)) {
+  for (const auto& file : std::filesystem::directory_iterator(directory, error)) {
     const std::string name = file.path().filename();
     const auto entry = entry_at(file.path());
     if (is_sha256(name) && entry) each(name, *entry);
   }
-  if (error) throw StoreFailure(StoreFailure::Kind::unavailable, "cannot list " + folder + ": " + error.message());
+  if (error) throw StoreFailure(StoreFailure::Kind::unavailable, "cannot list " + directory + ": " + error.message());
 }
 
 }  // namespace
 
-FileAssetStore::FileAssetStore(std::string folder, Clock clock, std::uint64_t bytes_max, DiskHealth* health)
-    : folder_(std::move(folder)),
+FileAssetStore::FileAssetStore(std::string directory, Clock clock, std::uint64_t bytes_max, DiskHealth* health)
+    : directory_(std::move(directory)),
       clock_(std::move(clock)),
       bytes_max_(bytes_max),
       health_(health == nullptr ? own_health_ : *health) {
-  files::prepare_folder(folder_);
+  files::create_directories(directory_);
   for (int part = 0; part < parts; ++part) {
-    walk(folder_ + "/" + name_of_part(part), [&](const std::string&, const Entry& entry) { bytes_ += entry.bytes; });
+    walk(directory_ + "/" + name_of_part(part), [&](const std::string&, const Entry& entry) { bytes_ += entry.bytes; });
   }
 }
 
@@ -69,24 +69,24 @@ AssetStore::Put FileAssetStore::put(const std::string& sha256, const Read& read)
 
 AssetStore::Put FileAssetStore::store(const std::string& sha256, const Read& read) {
   if (!is_sha256(sha256)) return Put::other_bytes;
-  const std::string folder = files::subfolder(folder_, sha256);
+  const std::string directory = files::subdirectory(directory_, sha256);
   if (use(sha256)) {  // read all the same: whoever sends other bytes under this name has to know
     if (files::hash_of(read, {}).sha256 != sha256) return Put::other_bytes;
-    files::sync_folder(folder);  // another put may stand between its rename and this
+    files::sync_directory(directory);  // another put may stand between its rename and this
     return Put::was_there;
   }
-  files::Temporary temporary(folder_ + "/tmp/" + std::to_string(temporary_count_++));
+  files::TemporaryFile temporary(directory_ + "/tmp/" + std::to_string(temporary_count_++));
   const ArtifactStore::Stored stored = temporary.copy(read);
   if (stored.sha256 != sha256) return Put::other_bytes;
   temporary.set_time(clock_());
   temporary.sync();
   const Put put = name(temporary, stored);
-  if (put == Put::stored) files::sync_folder(folder);
+  if (put == Put::stored) files::sync_directory(directory);
   return put;
 }
 
-AssetStore::Put FileAssetStore::name(files::Temporary& temporary, const ArtifactStore::Stored& stored) {
-  const std::string path = files::path_of(folder_, stored.sha256);
+AssetStore::Put FileAssetStore::name(files::TemporaryFile& temporary, const ArtifactStore::Stored& stored) {
+  const std::string path = files::path_of(directory_, stored.sha256);
   const std::lock_guard lock(mutex_);
   const bool is_new = !entry_at(path);  // else another put was faster
   if (is_new && (bytes_ > bytes_max_ || stored.bytes > bytes_max_ - bytes_)) return Put::no_room;
@@ -97,7 +97,7 @@ AssetStore::Put FileAssetStore::name(files::Temporary& temporary, const Artifact
 
 bool FileAssetStore::use(const std::string& sha256) {
   if (!is_sha256(sha256)) return false;
-  const std::string path = files::path_of(folder_, sha256);
+  const std::string path = files::path_of(directory_, sha256);
   const std::int64_t now = clock_();
   const timespec time{now / 1000, now % 1000 * 1'000'000};
   const std::array<timespec, 2> times{time, time};
@@ -108,13 +108,13 @@ bool FileAssetStore::use(const std::string& sha256) {
 }
 
 std::unique_ptr<ArtifactReader> FileAssetStore::open(const std::string& sha256) {
-  return files::open_reader(folder_, sha256);
+  return files::open_reader(directory_, sha256);
 }
 
 std::vector<std::string> FileAssetStore::unused_since(int part, std::int64_t then) {
-  const std::string folder = folder_ + "/" + name_of_part(part);
+  const std::string directory = directory_ + "/" + name_of_part(part);
   std::vector<std::string> names;
-  walk(folder, [&](const std::string& name, const Entry& entry) {
+  walk(directory, [&](const std::string& name, const Entry& entry) {
     if (entry.used < then) names.push_back(name);
   });
   return names;
@@ -122,7 +122,7 @@ std::vector<std::string> FileAssetStore::unused_since(int part, std::int64_t the
 
 bool FileAssetStore::remove_unused_since(const std::string& sha256, std::int64_t then) {
   if (!is_sha256(sha256)) return false;
-  const std::string path = files::path_of(folder_, sha256);
+  const std::string path = files::path_of(directory_, sha256);
   const std::lock_guard lock(mutex_);
   const auto entry = entry_at(path);
   if (!entry || entry->used >= then) return false;
@@ -134,4 +134,4 @@ bool FileAssetStore::remove_unused_since(const std::string& sha256, std::int64_t
   return false;
 }
 
-}  // namespace jobs
+}  // namespace queue

@@ -1,20 +1,20 @@
 #pragma once
-/// Uploaded assets as files named by their sha256: FOLDER/ab/abcdef... (jobs::asset_path). The time of a file's last
-/// change is that of its last use.
+/// Uploaded assets as files named by their sha256: DIRECTORY/ab/abcdef... (queue::asset_path). The time of a file's
+/// last change is that of its last use.
 
 #include <atomic>
 #include <cstdint>
 #include <mutex>
 #include <string>
 
-#include "server/jobs/asset_store.h"
-#include "server/jobs/clock.h"
-#include "server/jobs/disk_health.h"
+#include "server/queue/asset_store.h"
+#include "server/queue/clock.h"
+#include "server/queue/disk_health.h"
 
-namespace jobs {
+namespace queue {
 
 namespace files {
-class Temporary;
+class TemporaryFile;
 }
 
 /// One process at a time, as FileArtifactStore. What put answered survives kill -9 and power loss. Uses and removals
@@ -22,9 +22,10 @@ class Temporary;
 /// bring one back that nobody names.
 class FileAssetStore final : public AssetStore {
  public:
-  /// Creates the folders where missing and deletes what a dead process left half-written. Throws StoreFailure.
+  /// Creates the directories where missing and deletes what a dead process left half-written. Throws StoreFailure.
   /// `bytes_max`: of all assets together. `health` is that of the disk; null: nobody else is to know.
-  FileAssetStore(std::string folder, Clock clock, std::uint64_t bytes_max = UINT64_MAX, DiskHealth* health = nullptr);
+  FileAssetStore(std::string directory, Clock clock, std::uint64_t bytes_max = UINT64_MAX,
+                 DiskHealth* health = nullptr);
 
   Put put(const std::string& sha256, const Read& read) override;
   std::uint64_t bytes() override { return bytes_; }
@@ -35,9 +36,9 @@ class FileAssetStore final : public AssetStore {
 
  private:
   Put store(const std::string& sha256, const Read& read);
-  Put name(files::Temporary& temporary, const ArtifactStore::Stored& stored);
+  Put name(files::TemporaryFile& temporary, const ArtifactStore::Stored& stored);
 
-  std::string folder_;
+  std::string directory_;
   Clock clock_;
   const std::uint64_t bytes_max_;
   std::atomic<std::uint64_t> bytes_{0};
@@ -49,4 +50,4 @@ class FileAssetStore final : public AssetStore {
   std::mutex mutex_;
 };
 
-}  // namespace jobs
+}  // namespace queue

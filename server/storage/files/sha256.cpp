@@ -6,7 +6,7 @@
 #include <array>
 #include <new>
 
-namespace jobs {
+namespace queue {
 
 void Sha256::Free::operator()(evp_md_ctx_st* context) const { EVP_MD_CTX_free(context); }
 
@@ -42,4 +42,4 @@ bool is_sha256(std::string_view name) {
          std::all_of(name.begin(), name.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
 }
 
-}  // namespace jobs
+}  // namespace queue

@@ -8,7 +8,7 @@
 
 struct evp_md_ctx_st;
 
-namespace jobs {
+namespace queue {
 
 class Sha256 {
  public:
@@ -30,4 +30,4 @@ std::string sha256_of(std::string_view bytes);
 /// Is this what `hex` gives? Nothing else may become a path.
 bool is_sha256(std::string_view name);
 
-}  // namespace jobs
+}  // namespace queue

@@ -10,7 +10,7 @@
 
 #include "server/storage/files/sha256.h"
 
-namespace jobs {
+namespace queue {
 namespace {
 
 std::string read_all(int fd) {
@@ -52,4 +52,4 @@ void MemoryArtifactStore::remove(const std::string& sha256) {
   artifacts_.erase(sha256);
 }
 
-}  // namespace jobs
+}  // namespace queue

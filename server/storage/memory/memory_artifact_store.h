@@ -7,9 +7,9 @@
 #include <mutex>
 #include <string>
 
-#include "server/jobs/artifact_store.h"
+#include "server/queue/artifact_store.h"
 
-namespace jobs {
+namespace queue {
 
 class MemoryArtifactStore final : public ArtifactStore {
  public:
@@ -22,4 +22,4 @@ class MemoryArtifactStore final : public ArtifactStore {
   std::map<std::string, std::shared_ptr<const std::string>> artifacts_;
 };
 
-}  // namespace jobs
+}  // namespace queue

@@ -5,7 +5,7 @@
 
 #include "server/storage/files/sha256.h"
 
-namespace jobs {
+namespace queue {
 namespace {
 
 std::string read_all(const AssetStore::Read& read) {
@@ -69,4 +69,4 @@ bool MemoryAssetStore::remove_unused_since(const std::string& sha256, std::int64
   return true;
 }
 
-}  // namespace jobs
+}  // namespace queue

@@ -8,10 +8,10 @@
 #include <mutex>
 #include <string>
 
-#include "server/jobs/asset_store.h"
-#include "server/jobs/clock.h"
+#include "server/queue/asset_store.h"
+#include "server/queue/clock.h"
 
-namespace jobs {
+namespace queue {
 
 class MemoryAssetStore final : public AssetStore {
  public:
@@ -37,4 +37,4 @@ class MemoryAssetStore final : public AssetStore {
   std::uint64_t bytes_ = 0;
 };
 
-}  // namespace jobs
+}  // namespace queue

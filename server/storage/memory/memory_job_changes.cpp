@@ -6,7 +6,7 @@
 
 #include "server/storage/memory/memory_job_store.h"
 
-namespace jobs {
+namespace queue {
 
 RetryOutcome MemoryJobStore::retry(const std::string& id, std::int64_t now) {
   const std::lock_guard lock(mutex_);
@@ -113,9 +113,9 @@ std::vector<std::string> MemoryJobStore::failing_batches() {
   return ids;
 }
 
-Upkeep MemoryJobStore::keep_house(std::int64_t now, std::int64_t expired_kept_ms, int limit) {
+MaintenanceResult MemoryJobStore::run_maintenance(std::int64_t now, std::int64_t expired_kept_ms, int limit) {
   const std::lock_guard lock(mutex_);
-  Upkeep upkeep;
+  MaintenanceResult upkeep;
   const auto most = static_cast<std::size_t>(limit);
   take_back_abandoned(now, most, upkeep);
   let_due_jobs_run(now, most, upkeep);
@@ -125,7 +125,7 @@ Upkeep MemoryJobStore::keep_house(std::int64_t now, std::int64_t expired_kept_ms
   return upkeep;
 }
 
-void MemoryJobStore::take_back_abandoned(std::int64_t now, std::size_t limit, Upkeep& upkeep) {
+void MemoryJobStore::take_back_abandoned(std::int64_t now, std::size_t limit, MaintenanceResult& upkeep) {
   for (auto& [id, row] : rows_) {
     if (row.job.state != JobState::running || row.lease_until > now) continue;
     if (upkeep.abandoned.size() == limit) return void(upkeep.more = true);
@@ -134,7 +134,7 @@ void MemoryJobStore::take_back_abandoned(std::int64_t now, std::size_t limit, Up
   }
 }
 
-void MemoryJobStore::let_due_jobs_run(std::int64_t now, std::size_t limit, Upkeep& upkeep) {
+void MemoryJobStore::let_due_jobs_run(std::int64_t now, std::size_t limit, MaintenanceResult& upkeep) {
   std::multimap<std::int64_t, Job*> due;
   for (auto& [id, row] : rows_) {
     if (row.job.not_before && *row.job.not_before <= now) due.emplace(*row.job.not_before, &row.job);
@@ -148,7 +148,7 @@ void MemoryJobStore::let_due_jobs_run(std::int64_t now, std::size_t limit, Upkee
   }
 }
 
-void MemoryJobStore::fail_overdue(std::int64_t now, std::size_t limit, Upkeep& upkeep) {
+void MemoryJobStore::fail_overdue(std::int64_t now, std::size_t limit, MaintenanceResult& upkeep) {
   for (auto& [id, row] : rows_) {
     Job& job = row.job;
     if (job.state != JobState::queued || !job.deadline || *job.deadline > now) continue;
@@ -160,7 +160,7 @@ void MemoryJobStore::fail_overdue(std::int64_t now, std::size_t limit, Upkeep& u
   }
 }
 
-void MemoryJobStore::expire(std::int64_t now, std::size_t limit, Upkeep& upkeep) {
+void MemoryJobStore::expire(std::int64_t now, std::size_t limit, MaintenanceResult& upkeep) {
   std::size_t done = 0;
   for (auto& [id, row] : rows_) {
     Job& job = row.job;
@@ -175,7 +175,8 @@ void MemoryJobStore::expire(std::int64_t now, std::size_t limit, Upkeep& upkeep)
   }
 }
 
-void MemoryJobStore::forget(std::int64_t now, std::int64_t expired_kept_ms, std::size_t limit, Upkeep& upkeep) {
+void MemoryJobStore::forget(std::int64_t now, std::int64_t expired_kept_ms, std::size_t limit,
+                            MaintenanceResult& upkeep) {
   const auto most = static_cast<int>(limit);
   for (auto row = rows_.begin(); row != rows_.end() && upkeep.forgotten < most;) {
     const Job& job = row->second.job;
@@ -191,4 +192,4 @@ void MemoryJobStore::forget(std::int64_t now, std::int64_t expired_kept_ms, std:
   upkeep.more = upkeep.more || upkeep.forgotten == most;
 }
 
-}  // namespace jobs
+}  // namespace queue

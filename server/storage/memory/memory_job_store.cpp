@@ -5,7 +5,7 @@
 #include <string_view>
 #include <tuple>
 
-namespace jobs {
+namespace queue {
 namespace {
 
 bool matches(const Job& job, const JobFilter& filter) {
@@ -42,7 +42,7 @@ std::optional<KeptReply> MemoryJobStore::kept(const ReplyKey& key, std::int64_t 
   return found->second;
 }
 
-std::optional<KeptReply> MemoryJobStore::admit(const Admission& admission, std::int64_t now) {
+std::optional<KeptReply> MemoryJobStore::insert_job(const InsertRequest& admission, std::int64_t now) {
   const std::lock_guard lock(mutex_);
   if (admission.reply) {
     if (auto earlier = kept(admission.reply->key, now)) return earlier;
@@ -63,7 +63,7 @@ std::optional<KeptReply> MemoryJobStore::reply(const ReplyKey& key, std::int64_t
   return kept(key, now);
 }
 
-std::optional<Job> MemoryJobStore::finished_as(const std::string& content_key, std::int64_t expires_after) {
+std::optional<Job> MemoryJobStore::find_by_content_key(const std::string& content_key, std::int64_t expires_after) {
   const std::lock_guard lock(mutex_);
   const auto newest = std::find_if(rows_.rbegin(), rows_.rend(), [&](const auto& row) {
     const Job& job = row.second.job;
@@ -108,7 +108,7 @@ std::int64_t MemoryJobStore::count(JobState state) {
   return std::count_if(rows_.begin(), rows_.end(), [&](const auto& row) { return row.second.job.state == state; });
 }
 
-OwnerUse MemoryJobStore::use_of(const std::string& owner) {
+OwnerUse MemoryJobStore::owner_usage(const std::string& owner) {
   const std::lock_guard lock(mutex_);
   OwnerUse use;
   for (const auto& [id, row] : rows_) {
@@ -136,7 +136,7 @@ QueueDepth MemoryJobStore::depth() {
   return depth;
 }
 
-std::optional<std::int64_t> MemoryJobStore::waiting_before(const std::string& id, std::int64_t limit) {
+std::optional<std::int64_t> MemoryJobStore::queue_position(const std::string& id, std::int64_t limit) {
   const std::lock_guard lock(mutex_);
   const auto found = rows_.find(id);
   if (found == rows_.end() || !waits(found->second.job)) {
@@ -199,7 +199,7 @@ std::vector<Lease> MemoryJobStore::renew(const std::vector<Lease>& leases, std::
 
 bool MemoryJobStore::succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
                              const std::vector<Artifact>& artifacts, bool /*durable*/,
-                             const std::vector<SmallPicture>& small) {
+                             const std::vector<SmallImage>& small) {
   const std::lock_guard lock(mutex_);
   Row* row = running(id, fence);
   if (row == nullptr) return false;
@@ -207,7 +207,7 @@ bool MemoryJobStore::succeed(const std::string& id, std::int64_t fence, std::int
   end(row->job, JobState::succeeded, now);
   row->job.report = report;
   row->job.artifacts = artifacts;
-  for (const auto& [sha256, bytes] : small) small_pictures_.try_emplace(sha256, bytes);
+  for (const auto& [sha256, bytes] : small) small_images_.try_emplace(sha256, bytes);
   return true;
 }
 
@@ -283,15 +283,15 @@ bool MemoryJobStore::references(const std::string& sha256) {
   return is_named(sha256);
 }
 
-std::optional<std::string> MemoryJobStore::small_picture(const std::string& sha256) {
+std::optional<std::string> MemoryJobStore::small_image(const std::string& sha256) {
   const std::lock_guard lock(mutex_);
-  const auto found = small_pictures_.find(sha256);
-  return found == small_pictures_.end() ? std::nullopt : std::optional(found->second);
+  const auto found = small_images_.find(sha256);
+  return found == small_images_.end() ? std::nullopt : std::optional(found->second);
 }
 
-void MemoryJobStore::forget_small_picture(const std::string& sha256) {
+void MemoryJobStore::forget_small_image(const std::string& sha256) {
   const std::lock_guard lock(mutex_);
-  if (!is_named(sha256)) small_pictures_.erase(sha256);
+  if (!is_named(sha256)) small_images_.erase(sha256);
 }
 
 bool MemoryJobStore::is_named(const std::string& sha256) const {
@@ -301,7 +301,7 @@ bool MemoryJobStore::is_named(const std::string& sha256) const {
   });
 }
 
-bool MemoryJobStore::names_asset(const std::string& sha256) {
+bool MemoryJobStore::is_asset_referenced(const std::string& sha256) {
   const std::lock_guard lock(mutex_);
   return std::any_of(rows_.begin(), rows_.end(), [&](const auto& row) {
     const auto& assets = row.second.job.assets;
@@ -309,4 +309,4 @@ bool MemoryJobStore::names_asset(const std::string& sha256) {
   });
 }
 
-}  // namespace jobs
+}  // namespace queue

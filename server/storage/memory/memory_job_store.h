@@ -8,29 +8,29 @@
 #include <mutex>
 #include <string>
 
-#include "server/jobs/job_store.h"
+#include "server/queue/job_store.h"
 
-namespace jobs {
+namespace queue {
 
 class MemoryJobStore : public JobStore {
  public:
-  std::optional<KeptReply> admit(const Admission& admission, std::int64_t now) override;
+  std::optional<KeptReply> insert_job(const InsertRequest& admission, std::int64_t now) override;
   std::optional<KeptReply> reply(const ReplyKey& key, std::int64_t now) override;
-  std::optional<Job> finished_as(const std::string& content_key, std::int64_t expires_after) override;
+  std::optional<Job> find_by_content_key(const std::string& content_key, std::int64_t expires_after) override;
   std::optional<Job> find(const std::string& id) override;
   std::optional<std::string> document(const std::string& id) override;
   JobPage list(const JobFilter& filter, const std::string& cursor, int limit) override;
   std::int64_t count(JobState state) override;
-  OwnerUse use_of(const std::string& owner) override;
+  OwnerUse owner_usage(const std::string& owner) override;
   QueueDepth depth() override;
-  std::optional<std::int64_t> waiting_before(const std::string& id, std::int64_t limit) override;
+  std::optional<std::int64_t> queue_position(const std::string& id, std::int64_t limit) override;
   std::optional<Claim> claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until,
                              bool alone) override;
   std::optional<Claim> claim_small(const std::string& boot_id, std::int64_t now, std::int64_t lease_until) override;
   std::vector<Lease> renew(const std::vector<Lease>& leases, std::int64_t until) override;
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
                const std::vector<Artifact>& artifacts, bool durable = true,
-               const std::vector<SmallPicture>& small = {}) override;
+               const std::vector<SmallImage>& small = {}) override;
   bool fail(const std::string& id, std::int64_t fence, std::int64_t now, const Problem& problem) override;
   bool finish_cancel(const std::string& id, std::int64_t fence, std::int64_t now) override;
   bool release(const std::string& id, std::int64_t fence, std::int64_t now, const Release& how) override;
@@ -42,12 +42,12 @@ class MemoryJobStore : public JobStore {
   BatchCancel cancel_batch(const std::string& id, std::int64_t now) override;
   BatchRetry retry_batch(const std::string& id, std::int64_t now) override;
   std::vector<std::string> failing_batches() override;
-  Upkeep keep_house(std::int64_t now, std::int64_t expired_kept_ms, int limit) override;
+  MaintenanceResult run_maintenance(std::int64_t now, std::int64_t expired_kept_ms, int limit) override;
   int recover(const std::string& boot_id, std::int64_t now) override;
   bool references(const std::string& sha256) override;
-  std::optional<std::string> small_picture(const std::string& sha256) override;
-  void forget_small_picture(const std::string& sha256) override;
-  bool names_asset(const std::string& sha256) override;
+  std::optional<std::string> small_image(const std::string& sha256) override;
+  void forget_small_image(const std::string& sha256) override;
+  bool is_asset_referenced(const std::string& sha256) override;
   void probe() override {}
 
  private:
@@ -69,17 +69,17 @@ class MemoryJobStore : public JobStore {
   bool is_named(const std::string& sha256) const;
   Row* running(const std::string& id, std::int64_t fence);
   std::optional<KeptReply> kept(const ReplyKey& key, std::int64_t now) const;
-  void take_back_abandoned(std::int64_t now, std::size_t limit, Upkeep& upkeep);
-  void let_due_jobs_run(std::int64_t now, std::size_t limit, Upkeep& upkeep);
-  void fail_overdue(std::int64_t now, std::size_t limit, Upkeep& upkeep);
-  void expire(std::int64_t now, std::size_t limit, Upkeep& upkeep);
-  void forget(std::int64_t now, std::int64_t expired_kept_ms, std::size_t limit, Upkeep& upkeep);
+  void take_back_abandoned(std::int64_t now, std::size_t limit, MaintenanceResult& upkeep);
+  void let_due_jobs_run(std::int64_t now, std::size_t limit, MaintenanceResult& upkeep);
+  void fail_overdue(std::int64_t now, std::size_t limit, MaintenanceResult& upkeep);
+  void expire(std::int64_t now, std::size_t limit, MaintenanceResult& upkeep);
+  void forget(std::int64_t now, std::int64_t expired_kept_ms, std::size_t limit, MaintenanceResult& upkeep);
 
   std::mutex mutex_;
-  std::map<std::string, Row> rows_;                    ///< by id, so by creation
-  std::map<std::string, std::string> small_pictures_;  ///< by sha256
+  std::map<std::string, Row> rows_;                  ///< by id, so by creation
+  std::map<std::string, std::string> small_images_;  ///< by sha256
   std::map<ReplyKey, KeptReply> replies_;
   std::map<std::string, Batch> batches_;
 };
 
-}  // namespace jobs
+}  // namespace queue

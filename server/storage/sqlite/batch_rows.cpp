@@ -1,6 +1,6 @@
 #include "server/storage/sqlite/batch_rows.h"
 
-namespace jobs::sqlite {
+namespace queue::sqlite {
 
 void insert_batch(Database& database, const Batch& batch) {
   std::optional<std::int64_t> max_failed;
@@ -20,4 +20,4 @@ std::optional<BatchState> read_batch(Database& database, const std::string& id) 
   return state;
 }
 
-}  // namespace jobs::sqlite
+}  // namespace queue::sqlite

@@ -2,10 +2,10 @@
 
 #include <filesystem>
 
-#include "server/jobs/job_store.h"
+#include "server/queue/job_store.h"
 #include "server/storage/sqlite/database.h"
 
-namespace jobs {
+namespace queue {
 namespace {
 
 /// A reader among others: it neither writes the log nor brings it into the file.
@@ -15,10 +15,10 @@ void copy(const std::string& from, const std::string& to) {
 
 }  // namespace
 
-void copy_databases(const std::string& folder, const std::string& into) {
-  copy(folder + "/whittle.db", into + "/whittle.db");
+void copy_databases(const std::string& directory, const std::string& into) {
+  copy(directory + "/whittle.db", into + "/whittle.db");
   const std::string deliveries = "/webhooks.db";
-  if (std::filesystem::exists(folder + deliveries)) copy(folder + deliveries, into + deliveries);
+  if (std::filesystem::exists(directory + deliveries)) copy(directory + deliveries, into + deliveries);
 }
 
-}  // namespace jobs
+}  // namespace queue

@@ -1,12 +1,12 @@
 #pragma once
-/// Copies of a data folder's databases as they were at one moment each, whoever uses them.
+/// Copies of a data directory's databases as they were at one moment each, whoever uses them.
 
 #include <string>
 
-namespace jobs {
+namespace queue {
 
-/// FOLDER's whittle.db, then webhooks.db where there is one: who wants to hear of a job is stored before the job, so
+/// DIRECTORY's whittle.db, then webhooks.db where there is one: who wants to hear of a job is stored before the job, so
 /// each job that is copied has its subscriptions. Neither is synced. Throws StoreFailure.
-void copy_databases(const std::string& folder, const std::string& into);
+void copy_databases(const std::string& directory, const std::string& into);
 
-}  // namespace jobs
+}  // namespace queue

@@ -6,9 +6,9 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "server/jobs/job_store.h"
+#include "server/queue/job_store.h"
 
-namespace jobs::sqlite {
+namespace queue::sqlite {
 namespace {
 
 [[noreturn]] void fail(sqlite3* connection, int result) {
@@ -145,4 +145,4 @@ sqlite3_stmt* Database::prepared(const std::string& sql) {
 int Database::changes() const { return sqlite3_changes(connection_.get()); }
 bool Database::in_transaction() const { return sqlite3_get_autocommit(connection_.get()) == 0; }
 
-}  // namespace jobs::sqlite
+}  // namespace queue::sqlite

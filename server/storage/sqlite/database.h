@@ -1,5 +1,5 @@
 #pragma once
-/// One SQLite connection and its statements, as values that clean up after themselves. Private to this folder.
+/// One SQLite connection and its statements, as values that clean up after themselves. Private to this directory.
 
 #include <cstdint>
 #include <map>
@@ -11,7 +11,7 @@
 struct sqlite3;
 struct sqlite3_stmt;
 
-namespace jobs::sqlite {
+namespace queue::sqlite {
 
 /// Bytes bound as a BLOB without a copy: they must stay until the query is gone.
 struct Blob {
@@ -104,4 +104,4 @@ class Database {
   int checkpoint_pages_wanted_ = 0, checkpoint_pages_max_ = 0;
 };
 
-}  // namespace jobs::sqlite
+}  // namespace queue::sqlite

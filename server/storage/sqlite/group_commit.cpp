@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace jobs::sqlite {
+namespace queue::sqlite {
 namespace {
 
 bool is_broken(const std::exception_ptr& failure) {
@@ -102,4 +102,4 @@ void GroupCommit::undo() noexcept {
   }
 }
 
-}  // namespace jobs::sqlite
+}  // namespace queue::sqlite

@@ -1,7 +1,7 @@
 #pragma once
 /// All writes of the process through one connection. Whoever finds nobody writing does so at once, on the own thread:
 /// a hand-over there and back costs more than most commits. What comes meanwhile waits and is committed together by one
-/// of those who wait: one sync of the disk answers many callers. Private to this folder.
+/// of those who wait: one sync of the disk answers many callers. Private to this directory.
 
 #include <condition_variable>
 #include <exception>
@@ -13,10 +13,10 @@
 #include <utility>
 #include <vector>
 
-#include "server/jobs/disk_health.h"
+#include "server/queue/disk_health.h"
 #include "server/storage/sqlite/database.h"
 
-namespace jobs::sqlite {
+namespace queue::sqlite {
 
 /// When a change survives power loss. Either way it survives the death of the process once it is answered; WAL keeps
 /// the order of commits, so that a synced one brings all before it along.
@@ -65,4 +65,4 @@ class GroupCommit {
   bool led_ = false;  ///< somebody commits
 };
 
-}  // namespace jobs::sqlite
+}  // namespace queue::sqlite

@@ -4,7 +4,7 @@
 
 #include "server/storage/sqlite/job_rows.h"
 
-namespace jobs::sqlite {
+namespace queue::sqlite {
 
 CancelOutcome cancel_job(Database& database, const std::string& id, std::int64_t now) {
   if (database.change("UPDATE jobs SET state = 'cancelled', ended_at = ?1, not_before = NULL,"
@@ -38,4 +38,4 @@ RetryOutcome retry_job(Database& database, const std::string& id, std::int64_t n
   return RetryOutcome::queued;
 }
 
-}  // namespace jobs::sqlite
+}  // namespace queue::sqlite

@@ -1,14 +1,14 @@
 #pragma once
 /// Moves of a job inside a transaction: those that its owner asks for, of one job or of all of a batch, and the way
-/// back into the queue. Private to this folder.
+/// back into the queue. Private to this directory.
 
 #include <cstdint>
 #include <string>
 
-#include "server/jobs/job_store.h"
+#include "server/queue/job_store.h"
 #include "server/storage/sqlite/database.h"
 
-namespace jobs::sqlite {
+namespace queue::sqlite {
 
 CancelOutcome cancel_job(Database& database, const std::string& id, std::int64_t now);
 /// The columns of a running job that goes back to the queue, or is cancelled where that was asked for; ?1 is now. The
@@ -20,4 +20,4 @@ inline constexpr const char* given_back =
 
 RetryOutcome retry_job(Database& database, const std::string& id, std::int64_t now);
 
-}  // namespace jobs::sqlite
+}  // namespace queue::sqlite

@@ -3,7 +3,7 @@
 #include <sstream>
 #include <utility>
 
-namespace jobs::sqlite {
+namespace queue::sqlite {
 namespace {
 
 std::string joined(const std::vector<std::string>& words) {
@@ -161,4 +161,4 @@ std::vector<Artifact> read_artifacts(Database& database, const std::string& id) 
   return artifacts;
 }
 
-}  // namespace jobs::sqlite
+}  // namespace queue::sqlite

@@ -1,14 +1,14 @@
 #pragma once
-/// Jobs to rows and back. Private to this folder.
+/// Jobs to rows and back. Private to this directory.
 
 #include <map>
 #include <string>
 #include <vector>
 
-#include "server/jobs/job.h"
+#include "server/queue/job.h"
 #include "server/storage/sqlite/database.h"
 
-namespace jobs::sqlite {
+namespace queue::sqlite {
 
 void insert_job(Database& database, const Job& job, const std::string& document);
 void insert_labels(Database& database, const std::string& id, const std::map<std::string, std::string>& labels);
@@ -20,4 +20,4 @@ void insert_artifacts(Database& database, const std::string& id, const std::vect
 std::optional<Job> read_job(Database& database, const std::string& id);
 std::vector<Artifact> read_artifacts(Database& database, const std::string& id);
 
-}  // namespace jobs::sqlite
+}  // namespace queue::sqlite

@@ -5,7 +5,7 @@
 #include <map>
 #include <utility>
 
-namespace jobs::sqlite {
+namespace queue::sqlite {
 namespace {
 
 /// Longer walks than this are all alike: counting stops here.
@@ -104,4 +104,4 @@ std::int64_t count_jobs(Database& database, JobState state) {
   return query.integer(0);
 }
 
-}  // namespace jobs::sqlite
+}  // namespace queue::sqlite

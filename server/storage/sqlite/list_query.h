@@ -1,17 +1,17 @@
 #pragma once
-/// Pages of jobs, newest first, over 100,000 jobs in milliseconds. Private to this folder.
+/// Pages of jobs, newest first, over 100,000 jobs in milliseconds. Private to this directory.
 
 #include <string>
 #include <vector>
 
-#include "server/jobs/job_store.h"
+#include "server/queue/job_store.h"
 #include "server/storage/sqlite/database.h"
 
-namespace jobs::sqlite {
+namespace queue::sqlite {
 
 /// Ids of at most `limit` matching jobs older than `cursor` (empty: from the newest), newest first.
 std::vector<std::string> list_ids(Database& database, const JobFilter& filter, const std::string& cursor, int limit);
 
 std::int64_t count_jobs(Database& database, JobState state);
 
-}  // namespace jobs::sqlite
+}  // namespace queue::sqlite

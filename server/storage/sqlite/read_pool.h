@@ -1,5 +1,5 @@
 #pragma once
-/// A few read-only connections, lent to one caller at a time. Private to this folder.
+/// A few read-only connections, lent to one caller at a time. Private to this directory.
 
 #include <condition_variable>
 #include <memory>
@@ -9,7 +9,7 @@
 
 #include "server/storage/sqlite/database.h"
 
-namespace jobs::sqlite {
+namespace queue::sqlite {
 
 class ReadPool {
  public:
@@ -57,4 +57,4 @@ class ReadPool {
   std::vector<std::unique_ptr<Database>> idle_;
 };
 
-}  // namespace jobs::sqlite
+}  // namespace queue::sqlite

@@ -1,6 +1,6 @@
 #include "server/storage/sqlite/reply_rows.h"
 
-namespace jobs::sqlite {
+namespace queue::sqlite {
 
 void insert_reply(Database& database, const KeptReply& kept) {
   database.change(
@@ -20,4 +20,4 @@ std::optional<KeptReply> read_reply(Database& database, const ReplyKey& key, std
   return KeptReply{key, row.text(0), reply, row.integer(4)};
 }
 
-}  // namespace jobs::sqlite
+}  // namespace queue::sqlite

@@ -2,9 +2,9 @@
 
 #include <array>
 
-#include "server/jobs/job_store.h"
+#include "server/queue/job_store.h"
 
-namespace jobs::sqlite {
+namespace queue::sqlite {
 namespace {
 
 /// Step n brings a file from version n to n + 1. A step that was released is never changed; a new one is added.
@@ -71,7 +71,7 @@ CREATE TABLE problem_errors (
 -- Kept by triggers, so that the bound on waiting jobs is checked without counting them.
 CREATE TABLE job_counts (state TEXT NOT NULL PRIMARY KEY, jobs INTEGER NOT NULL) STRICT, WITHOUT ROWID;
 INSERT INTO job_counts VALUES ('queued', 0), ('running', 0), ('succeeded', 0), ('failed', 0), ('cancelled', 0);
-CREATE TRIGGER job_came AFTER INSERT ON jobs BEGIN
+CREATE TRIGGER on_job_available AFTER INSERT ON jobs BEGIN
   UPDATE job_counts SET jobs = jobs + 1 WHERE state = new.state;
 END;
 CREATE TRIGGER job_moved AFTER UPDATE OF state ON jobs WHEN old.state <> new.state BEGIN
@@ -98,7 +98,7 @@ ALTER TABLE jobs ADD COLUMN webhook_url TEXT;
 ALTER TABLE jobs ADD COLUMN webhook_events TEXT;  -- with blanks between
 ALTER TABLE jobs ADD COLUMN content_key TEXT;
 ALTER TABLE jobs ADD COLUMN revision INTEGER NOT NULL DEFAULT 1;
-ALTER TABLE jobs ADD COLUMN rank INTEGER NOT NULL DEFAULT 0;  -- jobs::rank_of
+ALTER TABLE jobs ADD COLUMN rank INTEGER NOT NULL DEFAULT 0;  -- queue::rank_of
 UPDATE jobs SET rank = created_at - 60000 * priority;
 
 DROP INDEX jobs_waiting;
@@ -198,8 +198,8 @@ CREATE INDEX small_jobs_waiting ON jobs (suspect, rank, id)
   WHERE state = 'queued' AND not_before IS NULL AND large = 0;
 )sql",
                                                            R"sql(
--- Pictures too small for a file of their own, named by `artifacts`. With rowids: large rows, appended.
-CREATE TABLE small_pictures (sha256 TEXT NOT NULL PRIMARY KEY, bytes BLOB NOT NULL) STRICT;
+-- Images too small for a file of their own, named by `artifacts`. With rowids: large rows, appended.
+CREATE TABLE small_images (sha256 TEXT NOT NULL PRIMARY KEY, bytes BLOB NOT NULL) STRICT;
 )sql"};
 
 std::int64_t user_version(Database& database) {
@@ -229,4 +229,4 @@ void prepare_file(Database& database, const std::string& path, std::int64_t vers
   }
 }
 
-}  // namespace jobs::sqlite
+}  // namespace queue::sqlite

@@ -1,12 +1,12 @@
 #pragma once
-/// The tables, and how an older file becomes a current one. Private to this folder.
+/// The tables, and how an older file becomes a current one. Private to this directory.
 
 #include <cstdint>
 #include <string>
 
 #include "server/storage/sqlite/database.h"
 
-namespace jobs::sqlite {
+namespace queue::sqlite {
 
 inline constexpr std::int64_t schema_version = 6;
 
@@ -15,4 +15,4 @@ inline constexpr std::int64_t schema_version = 6;
 /// program wrote: it would not be understood.
 void prepare_file(Database& database, const std::string& path, std::int64_t version = schema_version);
 
-}  // namespace jobs::sqlite
+}  // namespace queue::sqlite

@@ -3,10 +3,10 @@
 #include <vector>
 
 #include "server/storage/sqlite/batch_rows.h"
+#include "server/storage/sqlite/connections.h"
 #include "server/storage/sqlite/job_moves.h"
-#include "server/storage/sqlite/store_parts.h"
 
-namespace jobs {
+namespace queue {
 
 using sqlite::Database;
 using sqlite::Query;
@@ -66,4 +66,4 @@ std::vector<std::string> SqliteJobStore::failing_batches() {
   });
 }
 
-}  // namespace jobs
+}  // namespace queue

@@ -4,11 +4,11 @@
 #include <array>
 #include <utility>
 
-#include "server/jobs/job_store.h"
+#include "server/queue/job_store.h"
 #include "server/storage/sqlite/database.h"
 #include "server/storage/sqlite/group_commit.h"
 
-namespace jobs {
+namespace queue {
 
 using sqlite::Database;
 using sqlite::Query;
@@ -47,7 +47,7 @@ CREATE TABLE attempts (
 ) STRICT, WITHOUT ROWID;
 )sql",
                                                     R"sql(
-ALTER TABLE deliveries ADD COLUMN receiver TEXT NOT NULL DEFAULT '';  -- receiver_of(url)
+ALTER TABLE deliveries ADD COLUMN receiver TEXT NOT NULL DEFAULT '';  -- host_of(url)
 DROP INDEX deliveries_due;
 CREATE INDEX deliveries_due ON deliveries (receiver, next_attempt_at, id) WHERE state = 'pending';
 )sql"};
@@ -63,7 +63,7 @@ void note_receivers(Database& database) {
     while (row.row()) owed.emplace_back(row.text(0), row.text(1));
   }
   for (const auto& [id, url] : owed) {
-    database.change("UPDATE deliveries SET receiver = ? WHERE id = ?", receiver_of(url), id);
+    database.change("UPDATE deliveries SET receiver = ? WHERE id = ?", host_of(url), id);
   }
 }
 
@@ -129,8 +129,8 @@ void read_attempts(Database& database, Delivery& delivery) {
 
 }  // namespace
 
-SqliteDeliveryStore::SqliteDeliveryStore(const std::string& folder, DiskHealth* health)
-    : commits_(std::make_unique<sqlite::GroupCommit>(opened(folder + "/webhooks.db"),
+SqliteDeliveryStore::SqliteDeliveryStore(const std::string& directory, DiskHealth* health)
+    : commits_(std::make_unique<sqlite::GroupCommit>(opened(directory + "/webhooks.db"),
                                                      health == nullptr ? own_health_ : *health)) {}
 SqliteDeliveryStore::~SqliteDeliveryStore() = default;
 
@@ -163,14 +163,14 @@ void SqliteDeliveryStore::unsubscribe(const std::string& job_id) {
       [&](Database& database) { return database.change("DELETE FROM subscriptions WHERE job_id = ?", job_id); });
 }
 
-void SqliteDeliveryStore::owe(const Delivery& delivery) {
+void SqliteDeliveryStore::enqueue(const Delivery& delivery) {
   commits_->run([&](Database& database) {
     database.change("DELETE FROM subscriptions WHERE job_id = ?", delivery.job_id);
     return database.change(
         "INSERT INTO deliveries (id, job_id, event, url, body, state, created_at, next_attempt_at, receiver)"
         " VALUES (?, ?, ?, ?, ?, 'pending', ?, ?, ?)",
         delivery.id, delivery.job_id, delivery.event, delivery.url, delivery.body, delivery.created_at,
-        delivery.next_attempt_at.value_or(delivery.created_at), receiver_of(delivery.url));
+        delivery.next_attempt_at.value_or(delivery.created_at), host_of(delivery.url));
   });
 }
 
@@ -203,8 +203,8 @@ std::optional<Delivery> SqliteDeliveryStore::next(const std::set<std::string>& b
   });
 }
 
-void SqliteDeliveryStore::attempted(const std::string& id, const DeliveryAttempt& attempt, DeliveryState state,
-                                    std::optional<std::int64_t> next_attempt_at) {
+void SqliteDeliveryStore::record_attempt(const std::string& id, const DeliveryAttempt& attempt, DeliveryState state,
+                                         std::optional<std::int64_t> next_attempt_at) {
   commits_->run([&](Database& database) {
     database.change(
         "INSERT INTO attempts (delivery_id, number, at, duration_ms, status, detail)"
@@ -230,10 +230,10 @@ std::vector<Delivery> SqliteDeliveryStore::of_job(const std::string& job_id) {
   });
 }
 
-void SqliteDeliveryStore::forget_before(std::int64_t then) {
+void SqliteDeliveryStore::delete_before(std::int64_t then) {
   commits_->run([&](Database& database) {
     return database.change("DELETE FROM deliveries WHERE state <> 'pending' AND created_at < ?", then);
   });
 }
 
-}  // namespace jobs
+}  // namespace queue

@@ -3,11 +3,11 @@
 #include <cassert>
 #include <vector>
 
+#include "server/storage/sqlite/connections.h"
 #include "server/storage/sqlite/job_moves.h"
 #include "server/storage/sqlite/job_rows.h"
-#include "server/storage/sqlite/store_parts.h"
 
-namespace jobs {
+namespace queue {
 
 using sqlite::Database;
 using sqlite::Query;
@@ -20,7 +20,7 @@ std::vector<std::string> ids_of(Query query) {
   return ids;
 }
 
-bool anything_to_do(Database& database, std::int64_t now, std::int64_t forget_before) {
+bool anything_to_do(Database& database, std::int64_t now, std::int64_t delete_before) {
   Query any = database.query(
       "SELECT EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_delayed WHERE not_before <= ?1)"
       " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_by_deadline WHERE state = 'queued' AND deadline <= ?1)"
@@ -29,12 +29,12 @@ bool anything_to_do(Database& database, std::int64_t now, std::int64_t forget_be
       "   WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at <= ?1)"
       " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_expired WHERE expired = 1 AND expires_at <= ?2)"
       " OR EXISTS (SELECT 1 FROM replies WHERE expires_at <= ?1)",
-      now, forget_before);
+      now, delete_before);
   any.row();
   return any.integer(0) != 0;
 }
 
-void take_back_abandoned(Database& database, std::int64_t now, std::int64_t limit, Upkeep& upkeep) {
+void take_back_abandoned(Database& database, std::int64_t now, std::int64_t limit, MaintenanceResult& upkeep) {
   upkeep.abandoned = ids_of(database.query(
       "SELECT id FROM jobs INDEXED BY jobs_leased WHERE state = 'running' AND lease_until <= ? LIMIT ?", now, limit));
   for (const std::string& id : upkeep.abandoned) {
@@ -42,7 +42,7 @@ void take_back_abandoned(Database& database, std::int64_t now, std::int64_t limi
   }
 }
 
-void let_due_jobs_run(Database& database, std::int64_t now, std::int64_t limit, Upkeep& upkeep) {
+void let_due_jobs_run(Database& database, std::int64_t now, std::int64_t limit, MaintenanceResult& upkeep) {
   Query due = database.query(
       "SELECT id, suspect FROM jobs INDEXED BY jobs_delayed WHERE not_before <= ? ORDER BY not_before LIMIT ?", now,
       limit);
@@ -57,7 +57,7 @@ void let_due_jobs_run(Database& database, std::int64_t now, std::int64_t limit, 
   upkeep.due = !ids.empty();
 }
 
-void fail_overdue(Database& database, std::int64_t now, std::int64_t limit, Upkeep& upkeep) {
+void fail_overdue(Database& database, std::int64_t now, std::int64_t limit, MaintenanceResult& upkeep) {
   upkeep.overdue = ids_of(database.query(
       "SELECT id FROM jobs INDEXED BY jobs_by_deadline WHERE state = 'queued' AND deadline <= ? LIMIT ?", now, limit));
   for (const std::string& id : upkeep.overdue) {
@@ -70,7 +70,7 @@ void fail_overdue(Database& database, std::int64_t now, std::int64_t limit, Upke
   }
 }
 
-void expire(Database& database, std::int64_t now, std::int64_t limit, Upkeep& upkeep) {
+void expire(Database& database, std::int64_t now, std::int64_t limit, MaintenanceResult& upkeep) {
   const std::vector<std::string> ids =
       ids_of(database.query("SELECT id FROM jobs INDEXED BY jobs_expiring"
                             " WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at <= ? LIMIT ?",
@@ -85,11 +85,12 @@ void expire(Database& database, std::int64_t now, std::int64_t limit, Upkeep& up
   upkeep.expired = static_cast<int>(ids.size());
 }
 
-void forget(Database& database, std::int64_t now, std::int64_t forget_before, std::int64_t limit, Upkeep& upkeep) {
+void forget(Database& database, std::int64_t now, std::int64_t delete_before, std::int64_t limit,
+            MaintenanceResult& upkeep) {
   upkeep.forgotten = database.change(
       "DELETE FROM jobs WHERE id IN (SELECT id FROM jobs INDEXED BY jobs_expired"
       " WHERE expired = 1 AND expires_at <= ? LIMIT ?)",
-      forget_before, limit);
+      delete_before, limit);
   upkeep.forgotten += database.change(
       "DELETE FROM replies WHERE (owner, route, key) IN (SELECT owner, route, key FROM replies WHERE expires_at <= ?"
       " LIMIT ?)",
@@ -124,21 +125,21 @@ ChangeOutcome SqliteJobStore::change(const std::string& id, const JobChange& cha
   });
 }
 
-Upkeep SqliteJobStore::keep_house(std::int64_t now, std::int64_t expired_kept_ms, int limit) {
-  const std::int64_t forget_before = now - expired_kept_ms;
+MaintenanceResult SqliteJobStore::run_maintenance(std::int64_t now, std::int64_t expired_kept_ms, int limit) {
+  const std::int64_t delete_before = now - expired_kept_ms;
   const bool anything =
-      parts_->reader.run([&](Database& database) { return anything_to_do(database, now, forget_before); });
+      parts_->reader.run([&](Database& database) { return anything_to_do(database, now, delete_before); });
   if (!anything) return {};
   return parts_->writer.run([&](Database& database) {
-    Upkeep step;
+    MaintenanceResult step;
     take_back_abandoned(database, now, limit, step);
     let_due_jobs_run(database, now, limit, step);
     fail_overdue(database, now, limit, step);
     expire(database, now, limit, step);
-    forget(database, now, forget_before, limit, step);
-    step.more = anything_to_do(database, now, forget_before);
+    forget(database, now, delete_before, limit, step);
+    step.more = anything_to_do(database, now, delete_before);
     return step;
   });
 }
 
-}  // namespace jobs
+}  // namespace queue

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 
+#include "server/storage/sqlite/connections.h"
 #include "server/storage/sqlite/job_rows.h"
 #include "server/storage/sqlite/list_query.h"
 #include "server/storage/sqlite/reply_rows.h"
-#include "server/storage/sqlite/store_parts.h"
 
-namespace jobs {
+namespace queue {
 
 using sqlite::Database;
 using sqlite::Query;
@@ -41,7 +41,7 @@ std::int64_t SqliteJobStore::count(JobState state) {
   return parts_->reader.run([&](Database& database) { return sqlite::count_jobs(database, state); });
 }
 
-bool SqliteJobStore::names_asset(const std::string& sha256) {
+bool SqliteJobStore::is_asset_referenced(const std::string& sha256) {
   return parts_->reader.run([&](Database& database) {
     return database.query("SELECT 1 FROM job_assets WHERE sha256 = ? LIMIT 1", sha256).row();
   });
@@ -53,15 +53,15 @@ bool SqliteJobStore::references(const std::string& sha256) {
   });
 }
 
-std::optional<std::string> SqliteJobStore::small_picture(const std::string& sha256) {
-  return parts_->picture_reader.run([&](Database& database) -> std::optional<std::string> {
-    Query picture = database.query("SELECT bytes FROM small_pictures WHERE sha256 = ?", sha256);
-    if (!picture.row()) return std::nullopt;
-    return picture.text(0);
+std::optional<std::string> SqliteJobStore::small_image(const std::string& sha256) {
+  return parts_->image_reader.run([&](Database& database) -> std::optional<std::string> {
+    Query image = database.query("SELECT bytes FROM small_images WHERE sha256 = ?", sha256);
+    if (!image.row()) return std::nullopt;
+    return image.text(0);
   });
 }
 
-OwnerUse SqliteJobStore::use_of(const std::string& owner) {
+OwnerUse SqliteJobStore::owner_usage(const std::string& owner) {
   return parts_->reader.run([&](Database& database) {
     Query row = database.query("SELECT queued_jobs, artifact_bytes FROM owner_use WHERE owner = ?", owner);
     return row.row() ? OwnerUse{row.integer(0), row.integer(1)} : OwnerUse{};
@@ -85,7 +85,7 @@ QueueDepth SqliteJobStore::depth() {
   });
 }
 
-std::optional<std::int64_t> SqliteJobStore::waiting_before(const std::string& id, std::int64_t limit) {
+std::optional<std::int64_t> SqliteJobStore::queue_position(const std::string& id, std::int64_t limit) {
   return parts_->reader.run([&](Database& database) -> std::optional<std::int64_t> {
     Query job =
         database.query("SELECT suspect, rank FROM jobs WHERE id = ? AND state = 'queued' AND not_before IS NULL", id);
@@ -106,7 +106,7 @@ std::optional<KeptReply> SqliteJobStore::reply(const ReplyKey& key, std::int64_t
   return parts_->reader.run([&](Database& database) { return sqlite::read_reply(database, key, now); });
 }
 
-std::optional<Job> SqliteJobStore::finished_as(const std::string& content_key, std::int64_t expires_after) {
+std::optional<Job> SqliteJobStore::find_by_content_key(const std::string& content_key, std::int64_t expires_after) {
   return parts_->reader.run([&](Database& database) -> std::optional<Job> {
     Query newest = database.query(
         "SELECT id FROM jobs INDEXED BY jobs_by_content WHERE content_key = ? AND state = 'succeeded' AND expired = 0"
@@ -117,4 +117,4 @@ std::optional<Job> SqliteJobStore::finished_as(const std::string& content_key, s
   });
 }
 
-}  // namespace jobs
+}  // namespace queue

@@ -7,12 +7,12 @@
 #include <utility>
 
 #include "server/storage/sqlite/batch_rows.h"
+#include "server/storage/sqlite/connections.h"
 #include "server/storage/sqlite/job_moves.h"
 #include "server/storage/sqlite/job_rows.h"
 #include "server/storage/sqlite/reply_rows.h"
-#include "server/storage/sqlite/store_parts.h"
 
-namespace jobs {
+namespace queue {
 
 using sqlite::Database;
 using sqlite::Query;
@@ -34,11 +34,11 @@ bool end(Database& database, const std::string& id, std::int64_t fence, std::int
 
 }  // namespace
 
-SqliteJobStore::SqliteJobStore(const std::string& folder, SqliteSettings settings)
-    : parts_(std::make_unique<Parts>(folder, folder + "/whittle.db", settings)) {}
+SqliteJobStore::SqliteJobStore(const std::string& directory, SqliteSettings settings)
+    : parts_(std::make_unique<Connections>(directory, directory + "/whittle.db", settings)) {}
 SqliteJobStore::~SqliteJobStore() = default;
 
-std::optional<KeptReply> SqliteJobStore::admit(const Admission& admission, std::int64_t now) {
+std::optional<KeptReply> SqliteJobStore::insert_job(const InsertRequest& admission, std::int64_t now) {
   const auto work = [&](Database& database) -> std::optional<KeptReply> {
     if (admission.reply) {
       if (auto earlier = sqlite::read_reply(database, admission.reply->key, now)) return earlier;
@@ -115,13 +115,13 @@ std::vector<Lease> SqliteJobStore::renew(const std::vector<Lease>& leases, std::
 
 bool SqliteJobStore::succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
                              const std::vector<Artifact>& artifacts, bool durable,
-                             const std::vector<SmallPicture>& small) {
+                             const std::vector<SmallImage>& small) {
   const auto work = [&](Database& database) {
     if (!end(database, id, fence, now, JobState::succeeded)) return false;
     sqlite::insert_report(database, id, report);
     sqlite::insert_artifacts(database, id, artifacts);
     for (const auto& [sha256, bytes] : small) {
-      database.change("INSERT INTO small_pictures VALUES (?, ?) ON CONFLICT DO NOTHING", sha256, sqlite::Blob{bytes});
+      database.change("INSERT INTO small_images VALUES (?, ?) ON CONFLICT DO NOTHING", sha256, sqlite::Blob{bytes});
     }
     return true;
   };
@@ -165,11 +165,11 @@ Removal SqliteJobStore::remove(const std::string& id) {
   });
 }
 
-void SqliteJobStore::forget_small_picture(const std::string& sha256) {
-  if (!small_picture(sha256)) return;  // a look costs less than a write
+void SqliteJobStore::forget_small_image(const std::string& sha256) {
+  if (!small_image(sha256)) return;  // a look costs less than a write
   const auto work = [&](Database& database) {
     return database.change(
-        "DELETE FROM small_pictures WHERE sha256 = ?1 AND NOT EXISTS (SELECT 1 FROM artifacts WHERE sha256 = ?1)",
+        "DELETE FROM small_images WHERE sha256 = ?1 AND NOT EXISTS (SELECT 1 FROM artifacts WHERE sha256 = ?1)",
         sha256);
   };
   parts_->writer.run(work, Synced::with_next);
@@ -187,4 +187,4 @@ void SqliteJobStore::probe() {
   parts_->writer.run([](Database& database) { return database.change("UPDATE probe SET writes = writes + 1"); });
 }
 
-}  // namespace jobs
+}  // namespace queue

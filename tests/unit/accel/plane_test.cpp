@@ -20,12 +20,14 @@ Expected expected_for(const Vec3& point, const Vec3& normal, const TestRay& ray)
   const Vec n = normal, d = ray.direction, offset = Vec(point) - Vec(ray.origin);
   const Real slope = dot(n, d), t = dot(n, offset) / slope;
   // Three products and two sums each, of terms no larger than the lengths.
-  const Real doubt = 8 * unit_roundoff;
+  const Real error_bound = 8 * unit_roundoff;
   Expected e;
   e.t = t;
-  e.tolerance = (doubt * (length(Vec(point)) + length(Vec(ray.origin))) + std::fabs(t) * doubt) / std::fabs(slope) +
-                doubt * std::fabs(t);
-  e.certain = std::fabs(slope) > 100 * doubt && std::fabs(t) > e.tolerance && std::fabs(t - ray.t_max) > e.tolerance;
+  e.tolerance =
+      (error_bound * (length(Vec(point)) + length(Vec(ray.origin))) + std::fabs(t) * error_bound) / std::fabs(slope) +
+      error_bound * std::fabs(t);
+  e.certain =
+      std::fabs(slope) > 100 * error_bound && std::fabs(t) > e.tolerance && std::fabs(t - ray.t_max) > e.tolerance;
   e.hit = t > 0 && t < ray.t_max;
   return e;
 }
@@ -61,7 +63,7 @@ TEST(PlaneHits, AreWhereTheRayMeetsTheNearestOfThem) {
     std::vector<TestRay> rays;
     for (int i = 0; i < 301; ++i) rays.push_back(random_ray(random, set.planes.normal[random.below(count)]));
     const RayBatch batch(rays);
-    const auto found = batch.closest(*accelerator, Coherence::incoherent);
+    const auto found = batch.intersect(*accelerator, Coherence::incoherent);
     const auto blocked = batch.occluded(*accelerator, Coherence::incoherent);
     for (std::size_t i = 0; i < rays.size(); ++i) {
       Expected nearest;
@@ -99,7 +101,7 @@ TEST(PlaneHits, AreNoneForRaysThatRunAlongThePlaneOrStartOnIt) {
       {{0, 1, 0}, {0, 1, 0}},                  // away
       {{0, 1, 0}, {0, -1, 0}, 0.5},            // too short
   };
-  for (const TestHit& hit : RayBatch(rays).closest(*accelerator, Coherence::coherent))
+  for (const TestHit& hit : RayBatch(rays).intersect(*accelerator, Coherence::coherent))
     EXPECT_FALSE(hit.primitive.hit());
   for (const bool blocked : RayBatch(rays).occluded(*accelerator, Coherence::coherent)) EXPECT_FALSE(blocked);
 }
@@ -108,7 +110,7 @@ TEST(PlaneHits, AtEqualDistanceAreTheLowestPlanes) {
   GeometrySet set;
   for (int i = 0; i < 3; ++i) add_plane(set.planes, {0, 0, 0}, {0, 1, 0});
   const auto accelerator = built(set);
-  const auto hits = RayBatch({TestRay{{0, 1, 0}, {0, -1, 0}}}).closest(*accelerator, Coherence::coherent);
+  const auto hits = RayBatch({TestRay{{0, 1, 0}, {0, -1, 0}}}).intersect(*accelerator, Coherence::coherent);
   EXPECT_EQ(hits[0].primitive, (PrimitiveRef{set.plane_geometry(), 0}));
 }
 
@@ -125,7 +127,7 @@ TEST(PlaneHits, DoNotHideASphereInFrontOfThem) {
     const Vec target(random.in(-0.15, 0.15), random.in(-0.15, 0.15), 0);
     rays.push_back({rounded(origin), rounded(unit(target - origin))});
   }
-  const auto hits = RayBatch(rays).closest(*accelerator, Coherence::incoherent);
+  const auto hits = RayBatch(rays).intersect(*accelerator, Coherence::incoherent);
   // The sphere surrounds the part of the plane that is aimed at, and so comes first.
   for (const TestHit& hit : hits) ASSERT_EQ(hit.primitive.geometry, 0u);
 }

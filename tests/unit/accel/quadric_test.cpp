@@ -110,20 +110,20 @@ void compare(const Quadric& q, const std::vector<TestRay>& rays, Counts& counts)
   const RayBatch batch(rays);
   const Map map({q.trace_from_shape, q.origin});
   for (const Coherence coherence : {Coherence::coherent, Coherence::incoherent}) {
-    const auto found = batch.closest(*accelerator, coherence);
+    const auto found = batch.intersect(*accelerator, coherence);
     const auto blocked = batch.occluded(*accelerator, coherence);
     for (std::size_t i = 0; i < rays.size(); ++i) {
       const Line line{map.shape_point(rays[i].origin), map.shape_direction(rays[i].direction)};
       const Crossings crossings = crossings_of(q, line);
       // What the shape's space cannot tell apart in double: its coordinates there, and what the map loses.
       const Real reach = length(Vec(rays[i].origin) - Vec(q.origin));
-      const Real doubt = 64 * 0x1p-53L * (1 + length(line.o) + map.growth() * reach);
+      const Real error_bound = 64 * 0x1p-53L * (1 + length(line.o) + map.growth() * reach);
       Real nearest = infinity, second = infinity, margin = crossings.margin, steepness = 1;
       QuadricPart part{};
       bool starts_on_it = false;
       for (const Crossing& crossing : crossings.all) {
         margin = std::fmin(margin, crossing.margin);
-        starts_on_it |= std::fabs(crossing.t) * length(line.d) * crossing.steepness < 4 * doubt;
+        starts_on_it |= std::fabs(crossing.t) * length(line.d) * crossing.steepness < 4 * error_bound;
         if (crossing.t <= 0) continue;
         if (crossing.t < nearest) {
           second = nearest;
@@ -136,15 +136,15 @@ void compare(const Quadric& q, const std::vector<TestRay>& rays, Counts& counts)
       }
       ++counts.tried;
       const bool expected = nearest < rays[i].t_max;
-      const Real slack = 2 * doubt / (steepness * length(line.d));
+      const Real slack = 2 * error_bound / (steepness * length(line.d));
       const bool at_its_end = std::fabs(nearest - rays[i].t_max) < slack;
       // Whether a nearest crossing is one must be certain; those behind it do not matter, so this asks too much.
-      if (margin < 4 * doubt || starts_on_it || at_its_end) continue;
+      if (margin < 4 * error_bound || starts_on_it || at_its_end) continue;
       ++counts.certain;
       counts.hits += expected ? 1 : 0;
       ASSERT_EQ(found[i].primitive.hit(), expected)
           << "kind " << static_cast<int>(q.kind) << " radii " << q.radius_0 << " " << q.radius_1 << " t "
-          << static_cast<double>(nearest) << " margin " << static_cast<double>(margin / doubt) << " from ("
+          << static_cast<double>(nearest) << " margin " << static_cast<double>(margin / error_bound) << " from ("
           << static_cast<double>(line.o.x) << " " << static_cast<double>(line.o.y) << " "
           << static_cast<double>(line.o.z) << ") along (" << static_cast<double>(line.d.x) << " "
           << static_cast<double>(line.d.y) << " " << static_cast<double>(line.d.z) << ")";
@@ -201,7 +201,7 @@ TestHit single(const Quadric& q, const Vec3& origin, const Vec3& direction) {
   set.quadrics.emplace_back();
   set.quadrics[0].quadrics.push_back(q);
   set.quadrics[0].object.push_back(0);
-  const auto hits = RayBatch({{origin, direction}}).closest(*built(set), Coherence::incoherent);
+  const auto hits = RayBatch({{origin, direction}}).intersect(*built(set), Coherence::incoherent);
   return hits[0];
 }
 

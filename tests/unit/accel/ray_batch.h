@@ -35,12 +35,12 @@ class RayBatch {
     }
   }
 
-  [[nodiscard]] std::vector<TestHit> closest(const Accelerator& accelerator, Coherence coherence,
-                                             Among among = Among::all) const {
+  [[nodiscard]] std::vector<TestHit> intersect(const Accelerator& accelerator, Coherence coherence,
+                                               GeometryMask mask = GeometryMask::all) const {
     const std::size_t count = t_max_.size();
     std::vector<PrimitiveRef> primitive(count);
     std::vector<double> t(count), u(count), v(count);
-    accelerator.closest(span(), {primitive.data(), t.data(), u.data(), v.data()}, coherence, among);
+    accelerator.intersect(span(), {primitive.data(), t.data(), u.data(), v.data()}, coherence, mask);
     std::vector<TestHit> hits;
     for (std::size_t i = 0; i < count; ++i) hits.push_back({primitive[i], t[i], u[i], v[i]});
     return hits;

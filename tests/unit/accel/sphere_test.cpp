@@ -78,19 +78,19 @@ Expected expected_for(const Case& c) {
   constexpr Real unit_roundoff = 0x1p-53L;
   const Vec f = Vec(c.ray.origin) - Vec(c.center), d = c.ray.direction;
   const Real r = c.radius, a = dot(d, d), b = -dot(f, d) / a;
-  const Real doubt = 16 * unit_roundoff * (length(f) + r);
+  const Real error_bound = 16 * unit_roundoff * (length(f) + r);
   const Real miss = length(f + b * d);
   const Real discriminant = (r - miss) * (r + miss);
   Expected e;
-  if (discriminant < 0) return {false, miss - r > doubt, 0, 0};
+  if (discriminant < 0) return {false, miss - r > error_bound, 0, 0};
   const Real root = std::sqrt(discriminant / a);
   const bool outside = length(f) > r;
   e.t = outside ? b - root : b + root;
   e.hit = e.t > 0 && e.t < c.ray.t_max;
-  e.tolerance = doubt * (2 + 2 * r / std::fmax(root, std::sqrt(2 * r * doubt)));
+  e.tolerance = error_bound * (2 + 2 * r / std::fmax(root, std::sqrt(2 * r * error_bound)));
   // Uncertain: at the silhouette, on the surface, at the ray's end.
-  e.certain = r - miss > doubt && std::fabs(length(f) - r) > doubt && std::fabs(e.t - c.ray.t_max) > e.tolerance &&
-              std::fabs(e.t) > e.tolerance;
+  e.certain = r - miss > error_bound && std::fabs(length(f) - r) > error_bound &&
+              std::fabs(e.t - c.ray.t_max) > e.tolerance && std::fabs(e.t) > e.tolerance;
   return e;
 }
 
@@ -121,7 +121,7 @@ TEST(SphereHits, AreTheQuadraticsRootsForRaysFromAnywhereAtSpheresOfAnySize) {
     const auto accelerator = built(set);
     const RayBatch batch(rays);
     for (const Coherence coherence : {Coherence::coherent, Coherence::incoherent}) {
-      const auto found = batch.closest(*accelerator, coherence);
+      const auto found = batch.intersect(*accelerator, coherence);
       const auto blocked = batch.occluded(*accelerator, coherence);
       for (std::size_t i = 0; i < cases.size(); ++i) {
         const Expected e = expected_for(cases[i]);
@@ -143,14 +143,15 @@ TEST(SphereHits, AreTheQuadraticsRootsForRaysFromAnywhereAtSpheresOfAnySize) {
   EXPECT_GT(hits, certain / 5);
 }
 
-struct Ball {
+struct BoundingSphere {
   Vec3 center;
   double radius;
 };
 
 /// Every `share`th ball lets light through: seen by closest, not by occluded, and alone among what does. Rays whose
 /// answer rounding decides are left out; returns how many were not.
-std::uint64_t expect_nearest(const std::vector<Ball>& balls, const std::vector<TestRay>& rays, std::uint32_t share) {
+std::uint64_t expect_nearest(const std::vector<BoundingSphere>& balls, const std::vector<TestRay>& rays,
+                             std::uint32_t share) {
   GeometrySet set;
   set.spheres.resize(2);
   set.spheres[1].transmissive = true;
@@ -164,8 +165,8 @@ std::uint64_t expect_nearest(const std::vector<Ball>& balls, const std::vector<T
   const RayBatch batch(rays);
   std::uint64_t checked = 0;
   for (const Coherence coherence : {Coherence::coherent, Coherence::incoherent}) {
-    const auto found = batch.closest(*accelerator, coherence);
-    const auto through = batch.closest(*accelerator, coherence, Among::transmissive);
+    const auto found = batch.intersect(*accelerator, coherence);
+    const auto through = batch.intersect(*accelerator, coherence, GeometryMask::transmissive);
     const auto blocked = batch.occluded(*accelerator, coherence);
     for (std::size_t i = 0; i < rays.size(); ++i) {
       Real nearest = HUGE_VALL, nearest_through = HUGE_VALL;
@@ -192,11 +193,12 @@ std::uint64_t expect_nearest(const std::vector<Ball>& balls, const std::vector<T
 }
 
 /// Rays at points within `reach` radii of the middle of some ball of the first `aims`.
-std::vector<TestRay> rays_at(Random& random, const std::vector<Ball>& balls, std::uint32_t aims, double reach) {
+std::vector<TestRay> rays_at(Random& random, const std::vector<BoundingSphere>& balls, std::uint32_t aims,
+                             double reach) {
   std::vector<TestRay> rays;
   for (std::uint64_t i = 0; i < effort::cases(20'000) + 5; ++i) {
     const Vec origin = random.chance(0.3) ? Vec(random.vector(0.5)) : 3 * random.direction();
-    const Ball& ball = balls[random.below(aims)];
+    const BoundingSphere& ball = balls[random.below(aims)];
     const Vec target = Vec(ball.center) + random.in(0, reach) * static_cast<Real>(ball.radius) * random.direction();
     rays.push_back({rounded(origin), rounded(unit(target - origin))});
   }
@@ -204,8 +206,8 @@ std::vector<TestRay> rays_at(Random& random, const std::vector<Ball>& balls, std
 }
 
 /// In the scene's box, of radii from `least` to a tenth of it.
-std::vector<Ball> random_balls(Random& random, std::size_t count, double least) {
-  std::vector<Ball> balls;
+std::vector<BoundingSphere> random_balls(Random& random, std::size_t count, double least) {
+  std::vector<BoundingSphere> balls;
   while (balls.size() < count) {
     const double radius = random.spread(least, 0.1);
     balls.push_back({random.vector(0.5 - radius), radius});
@@ -215,24 +217,24 @@ std::vector<Ball> random_balls(Random& random, std::size_t count, double least) 
 
 TEST(SphereHits, AreTheNearestOfManySpheresForEveryRay) {
   Random random(2);
-  const std::vector<Ball> balls = random_balls(random, 300, 1e-9);
+  const std::vector<BoundingSphere> balls = random_balls(random, 300, 1e-9);
   EXPECT_GT(expect_nearest(balls, rays_at(random, balls, 300, 1.1), 2), effort::cases(20'000));
 }
 
 TEST(SphereHits, AreTheSameWhereFewSpheresLetLightThrough) {
   // They then have a tree of their own.
   Random random(5);
-  const std::vector<Ball> balls = random_balls(random, 100, 1e-4);
+  const std::vector<BoundingSphere> balls = random_balls(random, 100, 1e-4);
   EXPECT_GT(expect_nearest(balls, rays_at(random, balls, 100, 1.1), 10), effort::cases(20'000));
 }
 
 TEST(SphereHits, AreNotLostOnSpheresOfABillionthOfTheSceneAtItsVeryMiddle) {
   // There floats have more digits than the ray that Embree sees: boxes must be padded by what the ray lacks.
   Random random(4);
-  std::vector<Ball> balls;
+  std::vector<BoundingSphere> balls;
   for (int i = 0; i < 8; ++i) balls.push_back({random.vector(1e-8), random.spread(1e-9, 1e-8)});
   while (balls.size() < 60) {
-    const Ball ball{random.vector(0.4), 0.03};
+    const BoundingSphere ball{random.vector(0.4), 0.03};
     if (length(Vec(ball.center)) > 0.1L) balls.push_back(ball);
   }
   EXPECT_GT(expect_nearest(balls, rays_at(random, balls, 8, 0.9), 2), effort::cases(20'000));
@@ -249,7 +251,7 @@ TEST(SphereHits, AtEqualDistanceAreTheLowestPrimitivesWhateverTheOrderOfTheTree)
     const Vec origin = 2 * random.direction();
     rays.push_back({rounded(origin), rounded(unit(Vec(0.1, 0.2, 0.3) - origin))});
   }
-  for (const TestHit& hit : RayBatch(rays).closest(*accelerator, Coherence::incoherent))
+  for (const TestHit& hit : RayBatch(rays).intersect(*accelerator, Coherence::incoherent))
     ASSERT_EQ(hit.primitive, (PrimitiveRef{0, 0}));
 }
 
@@ -268,7 +270,7 @@ TEST(SphereHits, NeverComeFromRaysThatAreNotNumbersAndTheirNeighboursInThePacket
         *at[component] = bad;
       }
       const RayBatch batch(rays);
-      const auto hits = batch.closest(*accelerator, Coherence::coherent);
+      const auto hits = batch.intersect(*accelerator, Coherence::coherent);
       const auto blocked = batch.occluded(*accelerator, Coherence::coherent);
       for (std::size_t i = 0; i < rays.size(); ++i) {
         const bool good = i != 0 && i != 7 && i != 18;
@@ -288,7 +290,7 @@ TEST(SphereHits, FromDistancesBeyondAllFloatsNeverEndTheProcess) {
   const auto accelerator = built(set);
   for (double distance = 1; distance < 1e300; distance *= 1e3) {
     const std::vector<TestRay> rays(3, TestRay{{0, 0, distance}, {0, 0, -1}});
-    const auto hits = RayBatch(rays).closest(*accelerator, Coherence::coherent);
+    const auto hits = RayBatch(rays).intersect(*accelerator, Coherence::coherent);
     const auto blocked = RayBatch(rays).occluded(*accelerator, Coherence::incoherent);
     if (distance < 1e15) {
       EXPECT_TRUE(hits[2].primitive.hit() && blocked[2]) << distance;
@@ -300,7 +302,7 @@ TEST(AnEmptyScene, IsMissedByEveryRay) {
   const GeometrySet set;
   const auto accelerator = built(set);
   const RayBatch batch(std::vector<TestRay>(33, TestRay{{1e30, 0, 0}, {0, 1, 0}}));
-  for (const TestHit& hit : batch.closest(*accelerator, Coherence::coherent)) EXPECT_FALSE(hit.primitive.hit());
+  for (const TestHit& hit : batch.intersect(*accelerator, Coherence::coherent)) EXPECT_FALSE(hit.primitive.hit());
   for (const bool blocked : batch.occluded(*accelerator, Coherence::coherent)) EXPECT_FALSE(blocked);
 }
 

@@ -151,7 +151,7 @@ TEST(TrianglePairs, AreMetByRaysThatLeaveTheirOtherTriangle) {
     rays.push_back({rounded(start), rounded(unit(end - start)), HUGE_VAL, {0, from}});
     to.push_back(1 - from);
   }
-  const auto hits = RayBatch(rays).closest(*accelerator, Coherence::incoherent);
+  const auto hits = RayBatch(rays).intersect(*accelerator, Coherence::incoherent);
   const auto blocked = RayBatch(rays).occluded(*accelerator, Coherence::coherent);
   for (std::size_t i = 0; i < rays.size(); ++i) {
     ASSERT_EQ(hits[i].primitive, (PrimitiveRef{0, to[i]}));
@@ -180,7 +180,7 @@ TEST(TrianglePairs, ChangeNoHit) {
   const RayBatch batch(rays);
   std::uint64_t met = 0;
   for (const Coherence coherence : {Coherence::coherent, Coherence::incoherent}) {
-    const auto expected = batch.closest(*in_order, coherence), found = batch.closest(*in_disorder, coherence);
+    const auto expected = batch.intersect(*in_order, coherence), found = batch.intersect(*in_disorder, coherence);
     EXPECT_EQ(batch.occluded(*in_order, coherence), batch.occluded(*in_disorder, coherence));
     for (std::size_t i = 0; i < rays.size(); ++i) {
       ASSERT_EQ(found[i].primitive.hit(), expected[i].primitive.hit());

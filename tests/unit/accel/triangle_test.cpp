@@ -84,16 +84,16 @@ TEST(TriangleHits, AreTheOraclesForRaysFromAnywhere) {
     std::vector<TestRay> rays;
     for (int i = 0; i < 401; ++i) rays.push_back(random_ray(random, corners));
     const RayBatch batch(rays);
-    const auto found = batch.closest(*accelerator, Coherence::incoherent);
+    const auto found = batch.intersect(*accelerator, Coherence::incoherent);
     const auto blocked = batch.occluded(*accelerator, Coherence::coherent);
     for (std::size_t i = 0; i < rays.size(); ++i) {
       const Expected e = expected_for(set.triangles[0], rays[i]);
       // Vertices as the ray sees them, two of each edge: a subtraction, two products and another, of numbers no larger
       // than the distance.
-      const Real doubt = 16 * 0x1p-53L * (1 + length(Vec(rays[i].origin)));
-      const Real t_doubt = doubt * (2 + e.slimness / e.sine);
+      const Real error_bound = 16 * 0x1p-53L * (1 + length(Vec(rays[i].origin)));
+      const Real t_doubt = error_bound * (2 + e.slimness / e.sine);
       ++tried;
-      if (!(std::fabs(e.inside) * e.sine > doubt) || std::fabs(e.t - rays[i].t_max) <= t_doubt) continue;
+      if (!(std::fabs(e.inside) * e.sine > error_bound) || std::fabs(e.t - rays[i].t_max) <= t_doubt) continue;
       ++certain;
       const bool expected = e.inside > 0 && e.t < rays[i].t_max;
       hit_count += expected ? 1 : 0;
@@ -103,7 +103,7 @@ TEST(TriangleHits, AreTheOraclesForRaysFromAnywhere) {
       if (!expected) continue;
       ASSERT_LE(std::fabs(found[i].t - e.t), t_doubt);
       const Real longest = std::fmax(length(corners[1] - corners[0]), length(corners[2] - corners[0]));
-      const Real weight_doubt = doubt * e.slimness / (e.sine * longest);
+      const Real weight_doubt = error_bound * e.slimness / (e.sine * longest);
       ASSERT_LE(std::fabs(found[i].u - e.u), weight_doubt);
       ASSERT_LE(std::fabs(found[i].v - e.v), weight_doubt);
     }
@@ -127,8 +127,8 @@ TEST(TriangleHits, TellBarycentricCoordinatesOfTheSecondAndThirdCorner) {
     const Vec a = set.triangles[0].position(0), b = set.triangles[0].position(1), c = set.triangles[0].position(2);
     const Vec target = (1 - u - v) * a + u * b + v * c;
     const Vec origin = target + random.sign() * unit(n) + Real(0.3) * random.across(unit(n));
-    const auto hits =
-        RayBatch({TestRay{rounded(origin), rounded(unit(target - origin))}}).closest(*accelerator, Coherence::coherent);
+    const auto hits = RayBatch({TestRay{rounded(origin), rounded(unit(target - origin))}})
+                          .intersect(*accelerator, Coherence::coherent);
     ASSERT_TRUE(hits[0].primitive.hit());
     ASSERT_NEAR(hits[0].u, static_cast<double>(u), 1e-12);
     ASSERT_NEAR(hits[0].v, static_cast<double>(v), 1e-12);
@@ -147,7 +147,7 @@ TEST(TriangleHits, OfCoincidentTrianglesAreTheLowest) {
     rays.push_back({rounded(origin), rounded(unit(random.in(0, 0.1) * random.direction() - origin))});
   }
   int hit_count = 0;
-  for (const TestHit& hit : RayBatch(rays).closest(*accelerator, Coherence::incoherent)) {
+  for (const TestHit& hit : RayBatch(rays).intersect(*accelerator, Coherence::incoherent)) {
     if (!hit.primitive.hit()) continue;
     ++hit_count;
     ASSERT_EQ(hit.primitive.geometry, 0u);
@@ -174,7 +174,7 @@ TEST(TriangleHits, AreNotTheTriangleThatTheRayLeavesNorTheEdgeOfItsNeighbour) {
     if (direction.y < 0.4L * std::fabs(direction.x)) continue;  // into the other side's half space: not over the ridge
     rays.push_back({rounded(start + 1e-16L * n), rounded(direction), HUGE_VAL, {0, 0}});
   }
-  const auto hits = RayBatch(rays).closest(*accelerator, Coherence::incoherent);
+  const auto hits = RayBatch(rays).intersect(*accelerator, Coherence::incoherent);
   const auto blocked = RayBatch(rays).occluded(*accelerator, Coherence::coherent);
   std::uint64_t wrong = 0;
   for (std::size_t i = 0; i < rays.size(); ++i) wrong += hits[i].primitive.hit() || blocked[i] ? 1 : 0;
@@ -192,7 +192,7 @@ TEST(TriangleHits, AreFoundBesideATriangleThatHasACornerTwice) {
       GeometrySet set;
       set.triangles.push_back(geometry);
       const RayBatch batch({TestRay{{0.1, 0.1, 1}, {0, 0, -1}}});
-      ASSERT_EQ(batch.closest(*built(set), Coherence::coherent)[0].primitive, (PrimitiveRef{0, first ? 1u : 0u}));
+      ASSERT_EQ(batch.intersect(*built(set), Coherence::coherent)[0].primitive, (PrimitiveRef{0, first ? 1u : 0u}));
       ASSERT_TRUE(batch.occluded(*built(set), Coherence::coherent)[0]);
     }
 }

@@ -5,12 +5,12 @@
 
 #include <cmath>
 
-#include "tests/unit/compare/made_pictures.h"
+#include "tests/unit/compare/made_images.h"
 
 namespace tracer {
 namespace {
 
-Comparison compared(const ShownPicture& a, const ShownPicture& b, std::size_t worst_count = 5) {
+Comparison compared(const DisplayImage& a, const DisplayImage& b, std::size_t worst_count = 5) {
   auto found = compare(a, b, worst_count);
   EXPECT_TRUE(found) << found.error();
   return *std::move(found);
@@ -33,9 +33,9 @@ TEST(Comparison, OfBlackAndWhiteIsTheWholeRange) {
   EXPECT_EQ(found.psnr_db, 0);
 }
 
-TEST(Comparison, OfAPictureWithItselfFindsNothing) {
-  const ShownPicture picture = noise(40, 30, 1);
-  const Comparison found = compared(picture, picture);
+TEST(Comparison, OfAnImageWithItselfFindsNothing) {
+  const DisplayImage image = noise(40, 30, 1);
+  const Comparison found = compared(image, image);
   EXPECT_EQ(found.rmse, 0);
   EXPECT_EQ(found.rmse_channel, (std::array<double, 3>{}));
   EXPECT_EQ(found.bias, 0);
@@ -64,7 +64,7 @@ TEST(Comparison, OfARampIsTheRootMeanSquareOfItsSteps) {
 }
 
 TEST(Comparison, IsTheSameBothWaysButForTheSignOfItsBias) {
-  const ShownPicture a = noise(31, 23, 2), b = noise(31, 23, 3);
+  const DisplayImage a = noise(31, 23, 2), b = noise(31, 23, 3);
   const Comparison forth = compared(a, b), back = compared(b, a);
   EXPECT_EQ(forth.rmse, back.rmse);
   EXPECT_EQ(forth.rmse_channel, back.rmse_channel);
@@ -77,7 +77,7 @@ TEST(Comparison, IsTheSameBothWaysButForTheSignOfItsBias) {
 }
 
 TEST(Comparison, OfNoiseIsWhatLongDoublesSumTo) {
-  const ShownPicture a = noise(61, 47, 4), b = noise(61, 47, 5);
+  const DisplayImage a = noise(61, 47, 4), b = noise(61, 47, 5);
   long double squares = 0, sum = 0;
   for (std::size_t i = 0; i < a.codes.size(); ++i) {
     const long double difference = (static_cast<long double>(b.codes[i]) - a.codes[i]) / 257;
@@ -90,7 +90,7 @@ TEST(Comparison, OfNoiseIsWhatLongDoublesSumTo) {
 }
 
 TEST(DifferingPixels, AreThoseMoreThanALevelApartAndNotThoseExactlyALevelApart) {
-  ShownPicture a = constant(200, 10, 10), b = a;
+  DisplayImage a = constant(200, 10, 10), b = a;
   const std::size_t pixels[] = {5, 17, 42};
   for (const std::size_t pixel : pixels) b.codes[3 * pixel + 1] += 257;
   EXPECT_EQ(compared(a, b).differing, 0);
@@ -99,9 +99,9 @@ TEST(DifferingPixels, AreThoseMoreThanALevelApartAndNotThoseExactlyALevelApart) 
   EXPECT_DOUBLE_EQ(compared(a, b).differing, 0.02);
 }
 
-TEST(WorstPixels, FallAndComeInTheOrderOfThePictureWhereTheyAreEqual) {
-  const ShownPicture a = constant(100, 9, 8);
-  ShownPicture b = a;
+TEST(WorstPixels, FallAndComeInTheOrderOfTheImageWhereTheyAreEqual) {
+  const DisplayImage a = constant(100, 9, 8);
+  DisplayImage b = a;
   const auto change = [&](std::uint32_t x, std::uint32_t y, int channel, double levels) {
     b.codes[3 * (y * 9 + x) + channel] += static_cast<float>(levels * codes_per_level);
   };
@@ -125,7 +125,7 @@ TEST(WorstPixels, FallAndComeInTheOrderOfThePictureWhereTheyAreEqual) {
 }
 
 TEST(WorstPixels, AreTheWorstOfAllForNoise) {
-  const ShownPicture a = noise(50, 40, 6), b = noise(50, 40, 7);
+  const DisplayImage a = noise(50, 40, 6), b = noise(50, 40, 7);
   const Comparison some = compared(a, b, 20), all = compared(a, b, 2000);
   for (std::size_t i = 0; i < 20; ++i) {
     EXPECT_EQ(some.worst[i].x, all.worst[i].x);
@@ -135,7 +135,7 @@ TEST(WorstPixels, AreTheWorstOfAllForNoise) {
   for (std::size_t i = 1; i < all.worst.size(); ++i) EXPECT_GE(all.worst[i - 1].difference, all.worst[i].difference);
 }
 
-TEST(Comparison, OfPicturesOfDifferentSizesOrOfNoneIsRefused) {
+TEST(Comparison, OfImagesOfDifferentSizesOrOfNoneIsRefused) {
   const auto sizes = compare(constant(0, 4, 3), constant(0, 3, 4));
   ASSERT_FALSE(sizes);
   EXPECT_EQ(sizes.error(), "the sizes differ: 4 x 3 and 3 x 4 pixels");

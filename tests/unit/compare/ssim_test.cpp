@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "tests/unit/compare/made_pictures.h"
+#include "tests/unit/compare/made_images.h"
 #include "tracer/compare.h"
 
 namespace tracer {
@@ -13,14 +13,14 @@ using Long = long double;
 
 constexpr Long c1 = 0.01L * 255 * 0.01L * 255, c2 = 0.03L * 255 * 0.03L * 255;
 
-double ssim(const ShownPicture& a, const ShownPicture& b) {
+double ssim(const DisplayImage& a, const DisplayImage& b) {
   const auto found = compare(a, b);
   EXPECT_TRUE(found && found->ssim);
   return *found->ssim;
 }
 
-Long luma(const ShownPicture& picture, std::size_t x, std::size_t y) {
-  const float* codes = &picture.codes[3 * (y * picture.width + x)];
+Long luma(const DisplayImage& image, std::size_t x, std::size_t y) {
+  const float* codes = &image.codes[3 * (y * image.width + x)];
   return (0.2126L * codes[0] + 0.7152L * codes[1] + 0.0722L * codes[2]) / 257;
 }
 
@@ -38,10 +38,10 @@ Long window_mean(std::size_t left, std::size_t top, const Value& of) {
   return sum / weights;
 }
 
-Long window_ssim(const ShownPicture& a, const ShownPicture& b, std::size_t left, std::size_t top) {
+Long window_ssim(const DisplayImage& a, const DisplayImage& b, std::size_t left, std::size_t top) {
   const Long mean_a = window_mean(left, top, [&](auto x, auto y) { return luma(a, x, y); });
   const Long mean_b = window_mean(left, top, [&](auto x, auto y) { return luma(b, x, y); });
-  const auto moment = [&](const ShownPicture& p, Long mean_p, const ShownPicture& q, Long mean_q) {
+  const auto moment = [&](const DisplayImage& p, Long mean_p, const DisplayImage& q, Long mean_q) {
     return window_mean(left, top, [&](auto x, auto y) { return (luma(p, x, y) - mean_p) * (luma(q, x, y) - mean_q); });
   };
   const Long variances = moment(a, mean_a, a, mean_a) + moment(b, mean_b, b, mean_b);
@@ -49,9 +49,9 @@ Long window_ssim(const ShownPicture& a, const ShownPicture& b, std::size_t left,
          ((mean_a * mean_a + mean_b * mean_b + c1) * (variances + c2));
 }
 
-TEST(Ssim, IsTheMeanOverTheWindowsWithinThePicture) {
-  const ShownPicture a = noise(19, 14, 1);
-  const ShownPicture b = made(19, 14, [&](std::uint32_t x, std::uint32_t y, int channel) {
+TEST(Ssim, IsTheMeanOverTheWindowsWithinTheImage) {
+  const DisplayImage a = noise(19, 14, 1);
+  const DisplayImage b = made(19, 14, [&](std::uint32_t x, std::uint32_t y, int channel) {
     return 0.8 * a.codes[3 * (y * 19 + x) + channel] / codes_per_level + 3.0 * x + 5 * (y % 3);
   });
   Long sum = 0;
@@ -75,11 +75,11 @@ TEST(Ssim, OfAPatternUpsideDownIsNegative) {
   EXPECT_EQ(ssim(pattern(1), pattern(1)), 1);
 }
 
-TEST(Ssim, FallsAsAPictureIsBlurredWithMoreNoise) {
-  const ShownPicture flat = constant(120, 40, 40), grain = noise(40, 40, 3);
+TEST(Ssim, FallsAsAnImageIsBlurredWithMoreNoise) {
+  const DisplayImage flat = constant(120, 40, 40), grain = noise(40, 40, 3);
   double last = 1;
   for (const double amount : {0.02, 0.05, 0.1, 0.3, 1.0}) {
-    const ShownPicture noisy = made(40, 40, [&](std::uint32_t x, std::uint32_t y, int channel) {
+    const DisplayImage noisy = made(40, 40, [&](std::uint32_t x, std::uint32_t y, int channel) {
       return 120 + amount * (grain.codes[3 * (y * 40 + x) + channel] / codes_per_level - 127.5) / 2;
     });
     const double now = ssim(flat, noisy);

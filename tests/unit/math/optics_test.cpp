@@ -32,17 +32,17 @@ Amplitudes fresnel(Real c, Real n1, Real n2) {
 bool total(Real c, Real n1, Real n2) { return (n1 / n2) * (n1 / n2) * (1 - c) * (1 + c) >= 1; }
 
 /// A unit direction that arrives on the normal's side, from head-on to grazing.
-struct Arrival {
+struct LightSamplePacket {
   Vec3 d, n;
   double cos_i;
 };
 
-Arrival arrival(Random& random) {
+LightSamplePacket arrival(Random& random) {
   const Vec n = random.direction(), across = random.across(n);
   const Real c = random.chance(0.3)   ? random.spread(1e-8, 1)
                  : random.chance(0.5) ? 1 - random.spread(1e-16, 1)
                                       : random.in(0.001, 1);
-  Arrival a{rounded(unit(std::sqrt((1 - c) * (1 + c)) * across - c * n)), rounded(n), 0};
+  LightSamplePacket a{rounded(unit(std::sqrt((1 - c) * (1 + c)) * across - c * n)), rounded(n), 0};
   a.cos_i = std::min(1.0, -dot(a.d, a.n));
   return a;
 }
@@ -50,7 +50,7 @@ Arrival arrival(Random& random) {
 TEST(Reflection, HasEqualAnglesInThePlaneOfIncidence) {
   Random random(1);
   for (std::uint64_t i = 0; i < effort::cases(100'000); ++i) {
-    const Arrival a = arrival(random);
+    const LightSamplePacket a = arrival(random);
     const Vec r = reflected(a.d, a.n), d = a.d, n = a.n;
     ASSERT_LE(std::fabs(dot(r, n) + dot(d, n)), 8 * unit_roundoff);
     ASSERT_LE(length((r - dot(r, n) * n) - (d - dot(d, n) * n)), 8 * unit_roundoff);
@@ -61,7 +61,7 @@ TEST(Refraction, FollowsSnellInThePlaneOfIncidence) {
   Random random(2);
   std::uint64_t refracted_count = 0;
   for (std::uint64_t i = 0; i < effort::cases(100'000); ++i) {
-    const Arrival a = arrival(random);
+    const LightSamplePacket a = arrival(random);
     const double n1 = random.spread(0.1, 10), n2 = random.chance(0.1) ? n1 : random.spread(0.1, 10);
     const Interface interface = dielectric_interface(a.cos_i, n1, n2);
     if (interface.total_internal_reflection) continue;
@@ -82,7 +82,7 @@ TEST(Refraction, FollowsSnellInThePlaneOfIncidence) {
 TEST(Refraction, IsUndoneByGoingBack) {
   Random random(3);
   for (std::uint64_t i = 0; i < effort::cases(100'000); ++i) {
-    const Arrival a = arrival(random);
+    const LightSamplePacket a = arrival(random);
     const double n1 = random.spread(0.3, 3), n2 = random.spread(0.3, 3);
     const Interface there = dielectric_interface(a.cos_i, n1, n2);
     if (there.total_internal_reflection || there.cos_t < 1e-3 || a.cos_i < 1e-3) continue;

@@ -1,4 +1,4 @@
-// The reference's own error, against pictures whose spread is known.
+// The reference's own error, against images whose spread is known.
 #include "tracer/reference.h"
 
 #include <gtest/gtest.h>
@@ -28,13 +28,13 @@ tracer::Image flat(double level) {
   return image;
 }
 
-TEST(Reference, HasAStandardErrorOfItsPicturesSpreadOverTheRootOfTheirNumber) {
+TEST(Reference, HasAStandardErrorOfItsImagesSpreadOverTheRootOfTheirNumber) {
   tracer::Reference reference = tracer::empty_reference(small_scene(), 64);
   for (const double level : {99.0, 101.0, 99.0, 101.0}) add(reference, flat(level));
   EXPECT_NEAR(standard_error(reference, {}), std::sqrt(4.0 / 3) / 2, 1e-3);  // variance 4/3 of the four, over 4
 }
 
-TEST(Reference, OfEqualPicturesHasNoError) {
+TEST(Reference, OfEqualImagesHasNoError) {
   tracer::Reference reference = tracer::empty_reference(small_scene(), 64);
   for (int i = 0; i < 7; ++i) add(reference, flat(77.7));
   EXPECT_EQ(standard_error(reference, {}), 0);
@@ -44,10 +44,10 @@ TEST(Reference, ShowsTheMeanOfTheLightNotOfTheCodes) {
   tracer::Reference reference = tracer::empty_reference(small_scene(), 64);
   add(reference, flat(0));
   add(reference, flat(255));
-  EXPECT_NEAR(shown(reference, {}).codes[0] / tracer::codes_per_level, 187.516, 1e-2);  // sRGB of one half
+  EXPECT_NEAR(to_display(reference, {}).codes[0] / tracer::codes_per_level, 187.516, 1e-2);  // sRGB of one half
 }
 
-TEST(Reference, IsMadeOfPicturesThatDifferFromEachOtherAndFromTheSceneInTheirSeed) {
+TEST(Reference, IsMadeOfImagesThatDifferFromEachOtherAndFromTheSceneInTheirSeed) {
   tracer::Scene scene = small_scene();
   scene.accuracy.seed = 7;
   tracer::Reference reference = tracer::empty_reference(scene, 64);

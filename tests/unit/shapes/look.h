@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tracer/compile.h"
-#include "tracer/src/shapes/surface.h"
+#include "tracer/src/interaction/surface.h"
 
 namespace tracer {
 
@@ -26,7 +26,7 @@ inline Look look(const CompiledScene& scene, const Vec3& o, const Vec3& d, Primi
   Look result;
   const RaySpan ray{&o.x, &o.y, &o.z, &d.x, &d.y, &d.z, nullptr, &from, 1};
   Hit& hit = result.hit;
-  scene.accelerator->closest(ray, {&hit.primitive, &hit.t, &hit.u, &hit.v}, Coherence::incoherent);
+  scene.accelerator->intersect(ray, {&hit.primitive, &hit.t, &hit.u, &hit.v}, Coherence::incoherent);
   result.found = hit.primitive.hit();
   if (result.found) result.surface = surface_at(scene, hit, o, d);
   return result;

@@ -8,7 +8,7 @@
 #include "tests/support/random.h"
 #include "tests/support/scenes.h"
 #include "tests/unit/shapes/look.h"
-#include "tracer/src/scene/placement.h"
+#include "tracer/src/scene/instancing.h"
 
 namespace tracer {
 namespace {
@@ -231,7 +231,7 @@ struct Expected {
 void expect_at(const Shape& shape, const std::vector<Expected>& all) {
   const auto c = compiled(checkered(shape));
   for (const auto& [place, normal, uv] : all) {
-    const Look at = look(*c, c->frame.trace_from_world(place) + normalize(normal), -normalize(normal));
+    const Look at = look(*c, c->frame.render_from_world(place) + normalize(normal), -normalize(normal));
     ASSERT_TRUE(at.found) << place.x << " " << place.y << " " << place.z;
     EXPECT_NEAR(at.surface.uv.x, uv.x, 1e-13) << "u at " << place.x << " " << place.y << " " << place.z;
     EXPECT_NEAR(at.surface.uv.y, uv.y, 1e-13) << "v at " << place.x << " " << place.y << " " << place.z;
@@ -287,10 +287,10 @@ TEST(TextureCoordinates, StayOnTheShapeUnderATransform) {
     const auto plain = compiled(checkered(shape)), moved = compiled(checkered(shape, transform));
     for (int ray = 0; ray < 20; ++ray) {
       const Vec3 origin = random.vector(4), direction = rounded(random.direction());
-      const Look before = look(*plain, plain->frame.trace_from_world(origin), direction);
+      const Look before = look(*plain, plain->frame.render_from_world(origin), direction);
       if (!before.found || std::fabs(dot(before.surface.geometric_normal, direction)) < 1e-3) continue;
       const Affine map = affine(transform);
-      const Vec3 there = moved->frame.trace_from_world(map.point(origin));
+      const Vec3 there = moved->frame.render_from_world(map.point(origin));
       const Look after = look(*moved, there, normalize(map.direction(direction)));
       ASSERT_TRUE(after.found);
       const double seam = std::fabs(after.surface.uv.x - before.surface.uv.x);

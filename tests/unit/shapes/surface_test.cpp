@@ -1,5 +1,5 @@
 // What shading is told of a hit: the point within its error, normals, sides, texture coordinates.
-#include "tracer/src/shapes/surface.h"
+#include "tracer/src/interaction/surface.h"
 
 #include <gtest/gtest.h>
 
@@ -280,7 +280,7 @@ TEST(MeshSurface, SmoothNormalsOfAnIcosphereAreRadial) {
 
 TEST(MeshSurface, WithoutNormalsIsFlatAndWithoutCoordinatesBarycentric) {
   const auto c = compiled(checkered(scenes::icosphere(1)));
-  const Look at = look(*c, c->frame.trace_from_world(Vec3{0.1, 0.2, 3}), {0, 0, -1});
+  const Look at = look(*c, c->frame.render_from_world(Vec3{0.1, 0.2, 3}), {0, 0, -1});
   ASSERT_TRUE(at.found);
   EXPECT_EQ(at.surface.normal, at.surface.geometric_normal);
   EXPECT_EQ(at.surface.uv, (Vec2{at.hit.u, at.hit.v}));

@@ -9,20 +9,20 @@ namespace {
 
 using tracer::Background;
 using tracer::Color;
+using tracer::CompiledBackground;
 using tracer::Environment;
 using tracer::GradientTexture;
 using tracer::Image;
 using tracer::ImageMap;
 using tracer::normalize;
 using tracer::Texture;
-using tracer::TraceBackground;
 using tracer::Vec3;
 using Images = std::vector<std::shared_ptr<const ImageMap>>;
 
 constexpr double pi = std::numbers::pi;
 constexpr Vec3 up{0, 1, 0};
 
-Image picture(std::uint32_t width, std::uint32_t height, Color (*color_at)(std::uint32_t x, std::uint32_t y)) {
+Image make_image(std::uint32_t width, std::uint32_t height, Color (*color_at)(std::uint32_t x, std::uint32_t y)) {
   Image image;
   image.width = width;
   image.height = height;
@@ -34,14 +34,14 @@ Image picture(std::uint32_t width, std::uint32_t height, Color (*color_at)(std::
   return image;
 }
 
-TraceBackground around(const Texture& texture, double rotation_deg = 0, const Vec3& world_up = up,
-                       std::shared_ptr<const ImageMap> image = nullptr) {
+CompiledBackground around(const Texture& texture, double rotation_deg = 0, const Vec3& world_up = up,
+                          std::shared_ptr<const ImageMap> image = nullptr) {
   Background background;
   background.environment = Environment{{0}, rotation_deg};
   return {background, world_up, {texture}, Images{std::move(image)}};
 }
 
-Texture pictured(Texture::Filter filter = Texture::Filter::mipmap) {
+Texture imaged(Texture::Filter filter = Texture::Filter::mipmap) {
   Texture texture;
   texture.pattern = tracer::ImageTexture{};
   texture.filter = filter;
@@ -49,11 +49,11 @@ Texture pictured(Texture::Filter filter = Texture::Filter::mipmap) {
 }
 
 /// Red is the column, green the row, in whole numbers.
-TraceBackground numbered(double rotation_deg = 0, const Vec3& world_up = up) {
-  static const auto image = std::make_shared<const ImageMap>(picture(8, 4, [](std::uint32_t x, std::uint32_t y) {
+CompiledBackground numbered(double rotation_deg = 0, const Vec3& world_up = up) {
+  static const auto image = std::make_shared<const ImageMap>(make_image(8, 4, [](std::uint32_t x, std::uint32_t y) {
     return Color{static_cast<double>(x), static_cast<double>(y), 0};
   }));
-  return around(pictured(Texture::Filter::nearest), rotation_deg, world_up, image);
+  return around(imaged(Texture::Filter::nearest), rotation_deg, world_up, image);
 }
 
 /// Longitude to the right of -z, latitude towards +y.
@@ -62,7 +62,7 @@ Vec3 towards(double longitude, double latitude) {
 }
 
 TEST(EnvironmentBackground, HasItsMiddleAtMinusZItsRightHalfToTheRightAndItsTopRowAbove) {
-  const TraceBackground sky = numbered();
+  const CompiledBackground sky = numbered();
   const double little = 0.01;
   EXPECT_EQ(sky.radiance(towards(little, little), 0), (Color{4, 1, 0}));
   EXPECT_EQ(sky.radiance(towards(-little, -little), 0), (Color{3, 2, 0}));
@@ -73,14 +73,14 @@ TEST(EnvironmentBackground, HasItsMiddleAtMinusZItsRightHalfToTheRightAndItsTopR
 
 TEST(EnvironmentBackground, TurnsWithItsRotationCounterClockwiseSeenFromAbove) {
   for (const double turns : {0.0, 1.0, -3.0, 1e6}) {
-    const TraceBackground sky = numbered(90 + 360 * turns);
+    const CompiledBackground sky = numbered(90 + 360 * turns);
     EXPECT_EQ(sky.radiance(normalize({-1, 0.1, -0.01}), 0), (Color{4, 1, 0})) << "what was at -z is at -x";
     EXPECT_EQ(sky.radiance(normalize({0.01, 0.1, -1}), 0), (Color{6, 1, 0})) << "and what was at +x at -z";
   }
 }
 
 TEST(EnvironmentBackground, StandsOnTheCamerasUp) {
-  const TraceBackground sky = numbered(0, {0, 0, 5});
+  const CompiledBackground sky = numbered(0, {0, 0, 5});
   EXPECT_EQ(sky.radiance(normalize({1, -0.01, 0.1}), 0), (Color{4, 1, 0})) << "+x where up is along z, -y to the right";
   EXPECT_EQ(sky.radiance(normalize({1, -0.01, 20}), 0), (Color{4, 0, 0}));
 }
@@ -88,7 +88,7 @@ TEST(EnvironmentBackground, StandsOnTheCamerasUp) {
 TEST(EnvironmentBackground, OfAGradientIsItsSecondColourAboveAndItsFirstBelow) {
   Texture gradient;
   gradient.pattern = GradientTexture{{Color{1, 0, 0}, Color{0, 0, 1}}};
-  const TraceBackground sky = around(gradient);
+  const CompiledBackground sky = around(gradient);
   for (const double spread : {0.0, 1e-9, 0.01}) {
     for (const double latitude : {-pi / 2, -1.0, 0.0, 0.5, pi / 2}) {
       const double t = 0.5 + latitude / pi;
@@ -101,10 +101,10 @@ TEST(EnvironmentBackground, OfAGradientIsItsSecondColourAboveAndItsFirstBelow) {
 
 TEST(EnvironmentBackground, OfOneColourIsThatColourWhateverIsCovered) {
   const Color color{0.25, 3, 7};
-  const auto image = std::make_shared<const ImageMap>(picture(16, 8, [](std::uint32_t, std::uint32_t) {
+  const auto image = std::make_shared<const ImageMap>(make_image(16, 8, [](std::uint32_t, std::uint32_t) {
     return Color{0.25, 3, 7};
   }));
-  const TraceBackground sky = around(pictured(), 33, up, image);
+  const CompiledBackground sky = around(imaged(), 33, up, image);
   for (const double spread : {0.0, 1e-12, 0.01, 1.0, 100.0})
     for (const double latitude : {-pi / 2, -1.5, 0.0, 1.57, pi / 2}) {
       const Color seen = sky.radiance(towards(3.1, latitude), spread);
@@ -114,17 +114,17 @@ TEST(EnvironmentBackground, OfOneColourIsThatColourWhateverIsCovered) {
     }
 }
 
-/// A smooth picture whose left edge goes on at its right: the seam must change no more than any other column.
+/// A smooth image whose left edge goes on at its right: the seam must change no more than any other column.
 TEST(EnvironmentBackground, HasNoLineAtItsSeam) {
-  const auto image = std::make_shared<const ImageMap>(picture(64, 32, [](std::uint32_t x, std::uint32_t) {
+  const auto image = std::make_shared<const ImageMap>(make_image(64, 32, [](std::uint32_t x, std::uint32_t) {
     const double value = 0.5 + 0.5 * std::sin((x + 0.5) / 64 * 2 * pi);
     return Color{value, value, value};
   }));
   for (const auto filter : {Texture::Filter::bilinear, Texture::Filter::mipmap}) {
     for (const auto wrap : {Texture::Wrap::repeat, Texture::Wrap::clamp, Texture::Wrap::mirror}) {
-      Texture texture = pictured(filter);
+      Texture texture = imaged(filter);
       texture.wrap = wrap;
-      const TraceBackground sky = around(texture, 0, up, image);
+      const CompiledBackground sky = around(texture, 0, up, image);
       for (const double spread : {0.001, 0.05, 0.3}) {
         for (int i = -50; i <= 50; ++i) {
           const double longitude = pi + 0.002 * i;
@@ -138,10 +138,10 @@ TEST(EnvironmentBackground, HasNoLineAtItsSeam) {
 
 /// The mean of what lies under a small circle around the pole is that of the top rows, whatever the columns hold.
 TEST(EnvironmentBackground, MixesAllColumnsAtAPoleAndNoneOfTheRowsBelow) {
-  const auto image = std::make_shared<const ImageMap>(picture(256, 128, [](std::uint32_t x, std::uint32_t y) {
+  const auto image = std::make_shared<const ImageMap>(make_image(256, 128, [](std::uint32_t x, std::uint32_t y) {
     return y < 8 ? Color{x % 2 == 0 ? 2.0 : 0.0, 0, 0} : Color{0, 1, 0};
   }));
-  const TraceBackground sky = around(pictured(), 0, up, image);
+  const CompiledBackground sky = around(imaged(), 0, up, image);
   const Color pole = sky.radiance(up, 0.01);
   EXPECT_NEAR(pole.r, 1, 1e-6);
   EXPECT_EQ(pole.g, 0);
@@ -150,10 +150,10 @@ TEST(EnvironmentBackground, MixesAllColumnsAtAPoleAndNoneOfTheRowsBelow) {
 
 /// Columns of one texel, seen by a beam of three: their mean along the row, though the pyramid's levels are square.
 TEST(EnvironmentBackground, CoversAsManyColumnsAsTheLatitudeWants) {
-  const auto image = std::make_shared<const ImageMap>(picture(512, 256, [](std::uint32_t x, std::uint32_t y) {
+  const auto image = std::make_shared<const ImageMap>(make_image(512, 256, [](std::uint32_t x, std::uint32_t y) {
     return Color{x % 2 == 0 ? 2.0 : 0.0, y < 40 ? 1.0 : 0.0, 0};
   }));
-  const TraceBackground sky = around(pictured(), 0, up, image);
+  const CompiledBackground sky = around(imaged(), 0, up, image);
   const double latitude = pi / 2 - 20.0 / 256 * pi;
   for (int i = 0; i < 50; ++i) {
     const Color seen = sky.radiance(towards(0.1 * i, latitude), pi / 256);
@@ -164,10 +164,10 @@ TEST(EnvironmentBackground, CoversAsManyColumnsAsTheLatitudeWants) {
 
 TEST(CubeBackground, ShowsEachDirectionItsFaceRightWayUp) {
   // Each face 4 x 4: red is the face, green the column, blue the row.
-  std::vector<Texture> textures(6, pictured(Texture::Filter::nearest));
+  std::vector<Texture> textures(6, imaged(Texture::Filter::nearest));
   Images images;
   for (int face = 0; face < 6; ++face) {
-    Image image = picture(4, 4, [](std::uint32_t x, std::uint32_t y) {
+    Image image = make_image(4, 4, [](std::uint32_t x, std::uint32_t y) {
       return Color{0, static_cast<double>(x), static_cast<double>(y)};
     });
     for (std::size_t i = 0; i < image.rgb.size(); i += 3) image.rgb[i] = static_cast<float>(face);
@@ -186,11 +186,11 @@ TEST(CubeBackground, ShowsEachDirectionItsFaceRightWayUp) {
   const Seen z_up[] = {{{1, 0, 0}, {0, -1, 0}, {0, 0, 1}},  {{-1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
                        {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}},   {{0, -1, 0}, {-1, 0, 0}, {0, 0, 1}},
                        {{0, 0, 1}, {0, -1, 0}, {-1, 0, 0}}, {{0, 0, -1}, {0, -1, 0}, {1, 0, 0}}};
-  const TraceBackground upright(background, {0.3, 2, 0.4}, textures, images);
-  const TraceBackground turned(background, {0, 0, 1}, textures, images);
+  const CompiledBackground upright(background, {0.3, 2, 0.4}, textures, images);
+  const CompiledBackground turned(background, {0, 0, 1}, textures, images);
   for (int face = 0; face < 6; ++face) {
     for (const auto& view : {std::pair{&upright, y_up[face]}, std::pair{&turned, z_up[face]}}) {
-      const TraceBackground* sky = view.first;
+      const CompiledBackground* sky = view.first;
       const Seen& seen = view.second;
       const auto look = [&](double right, double above) {
         return sky->radiance(normalize(seen.ahead + seen.right * right + seen.up * above), 0);
@@ -204,12 +204,12 @@ TEST(CubeBackground, ShowsEachDirectionItsFaceRightWayUp) {
 }
 
 TEST(CubeBackground, IsFilteredByWhatTheRayCovers) {
-  const auto fine = std::make_shared<const ImageMap>(picture(64, 64, [](std::uint32_t x, std::uint32_t y) {
+  const auto fine = std::make_shared<const ImageMap>(make_image(64, 64, [](std::uint32_t x, std::uint32_t y) {
     return Color{(x + y) % 2 == 0 ? 2.0 : 0.0, 0, 0};
   }));
   Background background;
   background.cube.emplace();
-  const TraceBackground sky(background, up, {pictured()}, {fine});
+  const CompiledBackground sky(background, up, {imaged()}, {fine});
   EXPECT_NEAR(sky.radiance(normalize({0.3, 0.2, -1}), 4.0 / 64).r, 1, 1e-6) << "two texels wide: their mean";
   const double at_texel = (2 * 40.5 / 64) - 1;
   EXPECT_NEAR(std::abs(sky.radiance(normalize({at_texel, at_texel, -1}), 1e-6).r - 1), 1, 1e-3) << "one texel";

@@ -1,4 +1,4 @@
-// Picture files of any bytes: the good give their pixels, the bad a sentence, and neither takes time or memory.
+// Image files of any bytes: the good give their pixels, the bad a sentence, and neither takes time or memory.
 #include "tracer/src/image_io/decode.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ std::vector<std::uint8_t> bytes_of(const fs::path& path) {
   return {text.begin(), text.end()};
 }
 
-Image picture(const std::string& name, std::optional<ColorSpace> space = {}) {
+Image image_file(const std::string& name, std::optional<ColorSpace> space = {}) {
   auto image = decode(bytes_of(corpus / name), space, {});
   EXPECT_TRUE(image) << name << ": " << image.error();
   return image ? *std::move(image) : Image{1, 1, {0, 0, 0}};
@@ -38,7 +38,7 @@ double linear(double encoded) {
   return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
 }
 
-/// The pictures of the corpus are 8 x 4: red grows with x, green with y from the top, blue is a quarter.
+/// The images of the corpus are 8 x 4: red grows with x, green with y from the top, blue is a quarter.
 void expect_ramp(const Image& image, bool srgb, double tolerance) {
   ASSERT_EQ(image.width, 8u);
   ASSERT_EQ(image.height, 4u);
@@ -52,24 +52,24 @@ void expect_ramp(const Image& image, bool srgb, double tolerance) {
 }
 
 TEST(ImageDecoder, GivesLinearPixelsOfEveryKindOfFile) {
-  expect_ramp(picture("good_rgb.png"), true, 0.005);
-  expect_ramp(picture("good_16_bit.png"), true, 2e-5);
-  expect_ramp(picture("good_half.exr"), false, 3e-4);
-  expect_ramp(picture("good_tiled.exr"), false, 1e-7);
-  expect_ramp(picture("good_rgb.hdr"), false, 0.01);
-  expect_ramp(picture("good_rgb.jpg"), true, 0.35);  // a block of sixteen pixels shares its hue
+  expect_ramp(image_file("good_rgb.png"), true, 0.005);
+  expect_ramp(image_file("good_16_bit.png"), true, 2e-5);
+  expect_ramp(image_file("good_half.exr"), false, 3e-4);
+  expect_ramp(image_file("good_tiled.exr"), false, 1e-7);
+  expect_ramp(image_file("good_rgb.hdr"), false, 0.01);
+  expect_ramp(image_file("good_rgb.jpg"), true, 0.35);  // a block of sixteen pixels shares its hue
 }
 
 TEST(ImageDecoder, TakesTheColourSpaceThatTheSceneSays) {
-  expect_ramp(picture("good_16_bit.png", ColorSpace::linear), false, 2e-5);
-  expect_ramp(picture("good_tiled.exr", ColorSpace::srgb), true, 1e-6);
+  expect_ramp(image_file("good_16_bit.png", ColorSpace::linear), false, 2e-5);
+  expect_ramp(image_file("good_tiled.exr", ColorSpace::srgb), true, 1e-6);
 }
 
-TEST(ImageDecoder, LeavesAlphaOutAndColoursAsTheyAre) { expect_ramp(picture("good_rgba.png"), true, 0.005); }
+TEST(ImageDecoder, LeavesAlphaOutAndColoursAsTheyAre) { expect_ramp(image_file("good_rgba.png"), true, 0.005); }
 
 TEST(ImageDecoder, MakesThreeEqualChannelsOfGrey) {
   for (const char* name : {"good_grey.png", "good_grey_alpha.png", "good_grey.jpg"}) {
-    const Image image = picture(name);
+    const Image image = image_file(name);
     EXPECT_NEAR(image.pixel(7, 0)[0], 1, 0.05) << name;
     for (std::size_t i = 0; i < image.rgb.size(); i += 3) {
       EXPECT_EQ(image.rgb[i], image.rgb[i + 1]) << name;
@@ -79,14 +79,14 @@ TEST(ImageDecoder, MakesThreeEqualChannelsOfGrey) {
 }
 
 TEST(ImageDecoder, LooksColoursOfAPaletteUp) {
-  const Image image = picture("good_palette.png");
+  const Image image = image_file("good_palette.png");
   EXPECT_EQ(image.pixel(0, 0)[0], 1);
   EXPECT_EQ(image.pixel(1, 0)[0], 0);
   EXPECT_EQ(image.pixel(1, 0)[2], 1);
 }
 
 TEST(ImageDecoder, TurnsFourInksIntoThreeChannels) {
-  const Image image = picture("good_cmyk.jpg");
+  const Image image = image_file("good_cmyk.jpg");
   EXPECT_EQ(image.rgb.size(), 96u);
   EXPECT_NE(image.pixel(0, 0)[0], image.pixel(7, 0)[0]);
 }
@@ -97,7 +97,7 @@ TEST(ImageDecoder, RefusesEveryBadFileWithASentenceAndIn256MiB) {
     const std::string name = entry.path().filename();
     if (!name.starts_with("bad_")) continue;
     ++files;
-    EXPECT_NE(refusal(name), "") << name << " was taken for a picture";
+    EXPECT_NE(refusal(name), "") << name << " was taken for an image_file";
   }
   EXPECT_GE(files, 20u);
 #ifndef WHITTLE_SANITIZED
@@ -113,7 +113,7 @@ TEST(ImageDecoder, TakesNoTextureOfAKindThatOnlyComparisonsRead) {
 }
 
 TEST(ImageDecoder, SaysWhatIsWrong) {
-  EXPECT_NE(refusal("bad_no_picture.txt").find("no PNG, JPEG, OpenEXR or Radiance HDR"), std::string::npos);
+  EXPECT_NE(refusal("bad_no_image.txt").find("no PNG, JPEG, OpenEXR or Radiance HDR"), std::string::npos);
   EXPECT_NE(refusal("bad_other_reader.tif").find("no PNG, JPEG, OpenEXR or Radiance HDR"), std::string::npos);
   EXPECT_NE(refusal("bad_7000_x_9000.png").find("the limit bytes is 256000000"), std::string::npos);
   EXPECT_NE(refusal("bad_attribute_beyond_the_file.exr").find("has an attribute of 1879048191 bytes"),

@@ -41,7 +41,7 @@ TEST(Filtering, OfACheckerToTheHorizonWithOneSampleIsCloseToTheMeanOfMany) {
   EXPECT_GT(unfiltered, 3 * filtered) << "filtered " << filtered;
 }
 
-TEST(Filtering, NarrowsWithSamplesSoThatTheConvergedPictureIsTheUnfilteredOne) {
+TEST(Filtering, NarrowsWithSamplesSoThatTheConvergedImageIsTheUnfilteredOne) {
   const Image filtered = scenes::render(checkered_plain(1024, Texture::Filter::mipmap)).image;
   const Image mean = scenes::render(checkered_plain(1024, Texture::Filter::nearest)).image;
   EXPECT_LT(rms_difference(filtered, mean), 0.006);

@@ -1,4 +1,4 @@
-// Pictures as textures: texels, wraps, interpolation, the pyramid.
+// Images as textures: texels, wraps, interpolation, the pyramid.
 #include "tracer/src/textures/image_map.h"
 
 #include <gtest/gtest.h>
@@ -13,14 +13,14 @@ using oracle::Random;
 using oracle::Real;
 using Wrap = Texture::Wrap;
 
-Image picture(std::uint32_t width, std::uint32_t height, std::uint64_t seed) {
+Image make_image(std::uint32_t width, std::uint32_t height, std::uint64_t seed) {
   Random random(seed);
   Image image{width, height, {}};
   for (std::uint32_t i = 0; i < 3 * width * height; ++i) image.rgb.push_back(static_cast<float>(random.in(0, 1)));
   return image;
 }
 
-/// Index of the texel of the picture continued over the plane, the slow way.
+/// Index of the texel of the image continued over the plane, the slow way.
 std::uint32_t continued(Wrap wrap, long index, long n) {
   if (wrap == Wrap::clamp) return static_cast<std::uint32_t>(std::clamp(index, 0L, n - 1));
   const long period = wrap == Wrap::repeat ? n : 2 * n;
@@ -50,7 +50,7 @@ TEST(ImageMap, HasVNoughtAtTheBottomRow) {
 
 TEST(ImageMap, InterpolatesBetweenTexelCentresUnderEveryWrap) {
   Random random(1);
-  const Image image = picture(7, 5, 2);
+  const Image image = make_image(7, 5, 2);
   const ImageMap map(image);
   for (std::uint64_t i = 0; i < effort::cases(50'000); ++i) {
     const Wraps wraps{static_cast<Wrap>(random.below(3)), static_cast<Wrap>(random.below(3))};
@@ -64,7 +64,7 @@ TEST(ImageMap, InterpolatesBetweenTexelCentresUnderEveryWrap) {
 }
 
 TEST(ImageMap, TakesAnyCoordinate) {
-  const ImageMap map(picture(7, 5, 3));
+  const ImageMap map(make_image(7, 5, 3));
   for (const Wrap wrap : {Wrap::repeat, Wrap::clamp, Wrap::mirror})
     for (double x = 1e-300; x < 1e300; x *= 1e7)
       for (const double u : {x, -x}) {
@@ -76,7 +76,7 @@ TEST(ImageMap, TakesAnyCoordinate) {
 
 TEST(ImageMap, HasTheSameMeanOnEveryLevelWhateverItsSize) {
   for (const auto& [width, height] : {std::pair{64u, 64u}, {37u, 53u}, {1u, 17u}, {100u, 1u}, {5u, 2u}}) {
-    const ImageMap map(picture(width, height, width));
+    const ImageMap map(make_image(width, height, width));
     std::vector<double> means;
     for (const Image& level : map.levels()) {
       double sum = 0;
@@ -90,12 +90,12 @@ TEST(ImageMap, HasTheSameMeanOnEveryLevelWhateverItsSize) {
 }
 
 TEST(ImageMap, GoesThroughItsLevelsAsTheWidthGrows) {
-  const ImageMap map(picture(16, 16, 4));
+  const ImageMap map(make_image(16, 16, 4));
   const Vec2 at{0.3, 0.6};
   EXPECT_EQ(map.trilinear(at, {}, {}), map.bilinear(at, {}));
   EXPECT_EQ(map.trilinear(at, {1.0 / 16, 0}, {}), map.bilinear(at, {}));
   const Color whole = map.trilinear(at, {1, 1}, {});
-  EXPECT_EQ(whole.r, map.levels().back().rgb[0]) << "the whole picture: its mean";
+  EXPECT_EQ(whole.r, map.levels().back().rgb[0]) << "the whole make_image: its mean";
   EXPECT_EQ(map.trilinear(at, {50, 0}, {}), whole);
   const ImageMap half(map.levels()[1]);
   EXPECT_EQ(map.trilinear(at, {2.0 / 16, 0}, {}), half.bilinear(at, {}));

@@ -1,9 +1,9 @@
 #pragma once
-/// How accurate a picture is to be, and how accurate it became.
+/// How accurate an image is to be, and how accurate it became.
 ///
 /// Errors are in levels: the root mean square, over all pixels and channels, of the difference from the converged
-/// picture of the same scene, after exposure, overflow and the sRGB curve, in units of 1/255. What is transparent
-/// counts as black. The converged picture is the mean over each pixel's square, lens and lights, without `max_depth`,
+/// image of the same scene, after exposure, overflow and the sRGB curve, in units of 1/255. What is transparent
+/// counts as black. The converged image is the mean over each pixel's square, lens and lights, without `max_depth`,
 /// `cutoff` or approximations.
 
 #include <cstdint>
@@ -39,7 +39,7 @@ struct Approximations {
 struct Adaptive {
   std::optional<double> target_error;  ///< levels, > 0
   /// Of building and tracing, > 0. Where there is no time for a sample in every pixel and to go on from there, the
-  /// picture is a sketch: samples of a grid of pixels, each standing for a block of them, at the least one for all. Its
+  /// image is a sketch: samples of a grid of pixels, each standing for a block of them, at the least one for all. Its
   /// error is what fresh samples in a few of the pixels tell; the least number of samples in a pixel is then 0.
   std::optional<double> time_budget_ms;
   std::uint32_t samples_min = 1;  ///< in each pixel
@@ -59,7 +59,7 @@ struct Accuracy {
   /// Where it does not adapt: exactly this many in every pixel. 1 is the pixel's centre; more are stratified over the
   /// pixel's square. Default 4: the smallest count that smooths an edge.
   std::uint32_t samples = 4;
-  /// Where it does not adapt: levels that the estimate is compared with in the end. Changes nothing in the picture.
+  /// Where it does not adapt: levels that the estimate is compared with in the end. Changes nothing in the image.
   std::optional<double> target_error;
   std::optional<Adaptive> adaptive;
   std::uint32_t max_depth = 64;  ///< secondary bounces; the safety net behind `cutoff`
@@ -78,7 +78,7 @@ struct Accuracy {
   [[nodiscard]] std::optional<double> target() const { return adaptive ? adaptive->target_error : target_error; }
 };
 
-/// What is known of the error of a rendered picture. All errors in levels.
+/// What is known of the error of a rendered image. All errors in levels.
 struct ErrorEstimate {
   /// At the stated confidence the true error is at most this.
   double estimate = 0;

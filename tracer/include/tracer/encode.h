@@ -1,5 +1,5 @@
 #pragma once
-/// Turns a picture into the bytes of a file, in memory.
+/// Turns an image into the bytes of a file, in memory.
 
 #include <cstdint>
 #include <string>
@@ -19,7 +19,7 @@ namespace tracer {
 ///   exr: 32-bit float, ZIP compressed; layers are channels Z, normal.X .Y .Z, albedo.R .G .B, object_id and samples
 ///   (both 32-bit integers). hdr: 8-bit mantissas with a common exponent, no alpha: over black.
 /// Alpha is straight, but for EXR, where the colour is premultiplied by it.
-/// Equal pictures give equal bytes: no time stamp, no machine name, whatever the number of threads, which are those of
+/// Equal images give equal bytes: no time stamp, no machine name, whatever the number of threads, which are those of
 /// the calling thread's oneTBB arena. Fails with a sentence when the encoder does.
 Result<std::vector<std::uint8_t>, std::string> encode(const Image& image, Format format, const Output& output = {});
 

@@ -1,5 +1,5 @@
 #pragma once
-/// A rendered picture: linear RGB, 32-bit float, and what else the scene's output asks for.
+/// A rendered image: linear RGB, 32-bit float, and what else the scene's output asks for.
 
 #include <cstddef>
 #include <cstdint>

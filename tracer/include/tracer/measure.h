@@ -1,5 +1,5 @@
 #pragma once
-/// Renders a scene along its knobs, each picture timed and compared with a reference.
+/// Renders a scene along its knobs, each image timed and compared with a reference.
 /// Times are those of the machine at hand; all else is the same for equal scenes and builds. The tracer reads no clock:
 /// one is passed in.
 
@@ -22,7 +22,7 @@ namespace tracer {
 /// Renders one setting and compares it with a reference of that standard error. `seconds` is any clock that does not go
 /// back. Fails as `compile` and `render` do.
 Result<MeasuredPoint, Failure> measure(const Scene& scene, const Assets& assets, const Setting& setting,
-                                       const ShownPicture& reference, double reference_error,
+                                       const DisplayImage& reference, double reference_error,
                                        const std::function<double()>& seconds, std::uint32_t threads,
                                        RenderControl& control);
 
@@ -36,12 +36,12 @@ struct MeasureSettings {
 };
 
 /// The whole of it, a step at a time, so that whoever drives it can keep what there is and go on from it later: first
-/// the reference grows a picture at a time, until its standard error is a tenth of the error of the finest setting or
+/// the reference grows an image at a time, until its standard error is a tenth of the error of the finest setting or
 /// it has all its samples; then each setting is measured. One thread at a time.
-class Measuring {
+class MeasurementRun {
  public:
   /// Keeps references to `scene` and `assets`. Preconditions: those of `compile`; `settings.seconds` is set.
-  Measuring(const Scene& scene, const Assets& assets, MeasureSettings settings);
+  MeasurementRun(const Scene& scene, const Assets& assets, MeasureSettings settings);
 
   /// What an earlier run of the same scene, build and settings came to. Points of settings that are none of this run's
   /// are left out; so is a reference of another size or of other parts.
@@ -72,8 +72,8 @@ class Measuring {
   std::vector<Setting> settings_;
   std::vector<std::optional<MeasuredPoint>> points_;  ///< one for each setting
   Reference reference_;
-  std::optional<ShownPicture> finest_;  ///< the picture that the reference must be better than
-  std::optional<ShownPicture> shown_;   ///< the reference, once it is complete
+  std::optional<DisplayImage> finest_;  ///< the image that the reference must be better than
+  std::optional<DisplayImage> shown_;   ///< the reference, once it is complete
 };
 
 }  // namespace tracer

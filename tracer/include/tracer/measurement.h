@@ -48,7 +48,7 @@ std::string title(const Setting& setting);
 struct MeasuredPoint {
   Setting setting;
   double seconds = 0;  ///< wall clock of building and tracing; the least of a few runs where that is short
-  /// Levels; root mean square of the difference from the converged picture: that from the reference without the
+  /// Levels; root mean square of the difference from the converged image: that from the reference without the
   /// reference's own part. 0 where the reference is too coarse to tell.
   double error = 0;
   ErrorEstimate claimed{};    ///< what the render said of itself

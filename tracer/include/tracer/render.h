@@ -1,5 +1,5 @@
 #pragma once
-/// Traces a compiled scene into a picture.
+/// Traces a compiled scene into an image.
 
 #include <cstdint>
 #include <functional>
@@ -32,10 +32,10 @@ struct RenderStatistics {
   std::uint64_t non_finite = 0;  ///< samples that came out NaN or infinite; left out of their pixel's mean. Must be 0
   /// Shadow rays not traced because what their lights could give, together with the others left out at the same hit, is
   /// within `cutoff`; only of scenes with many lights.
-  std::uint64_t spared_shadow_rays = 0;
+  std::uint64_t culled_shadow_rays = 0;
   /// What is missing for that at most, summed over all samples: the largest channel, in 2^-20 of `cutoff`, each hit's
   /// rounded up. (Whole numbers, so that the order of the sum does not matter.)
-  std::uint64_t spared_light = 0;
+  std::uint64_t culled_radiance = 0;
   std::uint64_t cut_branches = 0;        ///< branches not traced because of `cutoff`
   std::uint64_t truncated_branches = 0;  ///< branches not traced because of `max_depth`
   bool operator==(const RenderStatistics&) const = default;
@@ -48,17 +48,17 @@ struct Rendered {
 };
 
 struct RenderSettings {
-  /// Milliseconds since the work on this picture began, its build included; any thread may ask. Needed by a time
+  /// Milliseconds since the work on this image began, its build included; any thread may ask. Needed by a time
   /// budget, which is none without it: the tracer has no clock of its own.
   std::function<double()> elapsed_ms{};
-  /// Threads to use; 0: those of the calling thread's oneTBB arena. The picture and the statistics are bit-identical
+  /// Threads to use; 0: those of the calling thread's oneTBB arena. The image and the statistics are bit-identical
   /// for any number.
   std::uint32_t threads = 0;
-  Preview* preview = nullptr;  ///< who may look on; null: nobody. Changes nothing of the picture.
+  Preview* preview = nullptr;  ///< who may look on; null: nobody. Changes nothing of the image.
 };
 
 /// May run many times, on any threads. Fails with `cancelled` within one tile's time of `control.cancel()`,
-/// with `out_of_memory` when the heap does. Equal scenes give bit-identical pictures, but for a time budget.
+/// with `out_of_memory` when the heap does. Equal scenes give bit-identical images, but for a time budget.
 Result<Rendered, Failure> render(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control);
 
 }  // namespace tracer

@@ -36,20 +36,20 @@ struct PixelWindow {
 
 struct ImageSize {
   std::uint32_t width = 640, height = 480;  ///< pixels; row 0 is on top, sample (x,y) covers [x,x+1) x [y,y+1)
-  std::optional<PixelWindow> crop{};        ///< the part that is rendered, bit for bit that of the full picture
+  std::optional<PixelWindow> crop{};        ///< the part that is rendered, bit for bit that of the full image
 
-  /// What is rendered; the picture has its size.
+  /// What is rendered; the image has its size.
   [[nodiscard]] PixelWindow window() const { return crop.value_or(PixelWindow{0, 0, width, height}); }
 };
 
 struct Camera {
   Vec3 position{};
-  Vec3 look_at{};  ///< in the middle of the picture
+  Vec3 look_at{};  ///< in the middle of the image
   Vec3 up{0, 1, 0};
   double fov_deg = 45;  ///< perspective: full vertical angle, 0 < fov_deg < 180
   /// perspective: rays from `position` through a window that spans `fov_deg`; pixels are square. orthographic: parallel
   /// rays from a window of `height` around `position`, nothing behind it is seen; pixels are square. panorama:
-  /// equirectangular, 360 degrees to the right across the picture and 180 down, whatever its proportions.
+  /// equirectangular, 360 degrees to the right across the image and 180 down, whatever its proportions.
   enum class Type { perspective, orthographic, panorama };
   Type type = Type::perspective;
   double height = 1;  ///< orthographic: of the window, world; the document must say it
@@ -178,7 +178,7 @@ struct NoiseTexture {
 
 enum class ColorSpace { linear, srgb };
 
-/// A picture file over the unit square: v = 0 is the lower edge of its bottom row. Its first three channels are red,
+/// An image file over the unit square: v = 0 is the lower edge of its bottom row. Its first three channels are red,
 /// green and blue; one or two are grey; alpha is left out.
 struct ImageTexture {
   AssetId file{};
@@ -196,7 +196,7 @@ struct Texture {
   Wrap wrap = Wrap::repeat;
   /// nearest: the texel, or the pattern at the point itself. bilinear: between four texels; patterns as nearest.
   /// mipmap: the mean over what the sample covers of the surface. A sample covers 1 / sqrt(samples) of its pixel's
-  /// width, so filtering narrows as samples take its place and does not bias the converged picture.
+  /// width, so filtering narrows as samples take its place and does not bias the converged image.
   enum class Filter { nearest, bilinear, mipmap };
   Filter filter = Filter::mipmap;
 };
@@ -242,7 +242,7 @@ struct Material {
   enum class Shading { smooth, flat, gouraud };
   Shading shading = Shading::smooth;
   /// Normals in the surface's own frame: (red, green, blue) = n/2 + 1/2 with n.x along dp/du, n.y along dp/dv and n.z
-  /// out of the front. A picture that tells no colour space is linear here, whatever its kind.
+  /// out of the front. An image that tells no colour space is linear here, whatever its kind.
   std::optional<TextureId> normal_map{};
   std::optional<Bump> bump{};  ///< of the normal map's normals where there is one too
   /// K_r is multiplied by F and K_t by 1-F, F the exact unpolarised dielectric reflectance. The document's default is
@@ -356,8 +356,8 @@ enum class Layer { depth, normal, albedo, object_id, samples, error };
 /// Exposure, overflow and palette are of the formats for display: exr and hdr hold the radiance as it is.
 struct Output {
   std::vector<Format> formats{Format::png};
-  double exposure = 0;  ///< stops: the picture times 2^exposure
-  /// What becomes of what is brighter than a display. clamp: 1. scale: the picture divided by its brightest channel
+  double exposure = 0;  ///< stops: the image times 2^exposure
+  /// What becomes of what is brighter than a display. clamp: 1. scale: the image divided by its brightest channel
   /// where that is above 1. reinhard: c / (1 + c) in each channel (Reinhard et al. 2002, eq. 3).
   enum class Overflow { clamp, scale, reinhard };
   Overflow overflow = Overflow::clamp;

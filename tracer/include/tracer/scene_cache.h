@@ -1,5 +1,5 @@
 #pragma once
-/// What scenes leave for the next ones: shapes with their BVH, and decoded pictures. The frames of a camera sweep read
+/// What scenes leave for the next ones: shapes with their BVH, and decoded images. The frames of a camera sweep read
 /// their meshes, build and decode once.
 ///
 ///   tracer::SceneCache cache(512u << 20);                                // bytes
@@ -11,7 +11,7 @@
 /// and the contents of its mesh files, each bit of them, as a digest that nobody can find a second scene for
 /// (src/cache/digest.h). So scenes share it that differ in camera, image, lights, background, accuracy, output, or
 /// materials, as long as none becomes transmissive or ceases to be (opaque and transmissive surfaces are kept apart),
-/// and their pictures are bit for bit what they are without a cache. Pictures are known by the content of their file
+/// and their images are bit for bit what they are without a cache. Images are known by the content of their file
 /// and the colour space that it is read in, and kept with their mip maps.
 
 #include <cstdint>
@@ -26,16 +26,16 @@
 
 namespace tracer {
 
-class Shelf;
+class LruCache;
 
 /// Thread-safe. Claims and compiled scenes may outlive it: they hold what they have of it themselves.
 class SceneCache {
  public:
-  /// Geometry with less, its BVH not counted, and pictures with less are not kept: they are made in about a
+  /// Geometry with less, its BVH not counted, and images with less are not kept: they are made in about a
   /// millisecond.
   static constexpr std::uint64_t worthwhile_bytes = 64u << 10;
 
-  /// Keeps at most `bytes_max`, geometry and pictures together, those used last. What compiled scenes still hold counts
+  /// Keeps at most `bytes_max`, geometry and images together, those used last. What compiled scenes still hold counts
   /// no more once it had to go. 0: nothing is kept or shared.
   explicit SceneCache(std::uint64_t bytes_max);
   ~SceneCache();
@@ -46,8 +46,8 @@ class SceneCache {
   void clear();
 
   struct Bytes {
-    std::uint64_t geometry = 0, pictures = 0;
-    [[nodiscard]] std::uint64_t all() const { return geometry + pictures; }
+    std::uint64_t geometry = 0, images = 0;
+    [[nodiscard]] std::uint64_t all() const { return geometry + images; }
   };
   [[nodiscard]] Bytes memory_bytes() const;  ///< of all that is kept
 
@@ -58,11 +58,11 @@ class SceneCache {
   /// `cancelled`.
   /// `contents` are names for what is in the files of `scene.assets`, beside them: equal only where the bytes are.
   /// Empty, or missing at the end: not known, so that nothing is kept of it. Throws std::bad_alloc.
-  Result<std::shared_ptr<SceneClaim>, Failure> claim(Scene& scene, std::vector<std::string> contents,
-                                                     const RenderControl& control);
+  Result<std::shared_ptr<SceneCacheEntry>, Failure> claim(Scene& scene, std::vector<std::string> contents,
+                                                          const RenderControl& control);
 
  private:
-  std::shared_ptr<Shelf> shelf_;
+  std::shared_ptr<LruCache> shelf_;
 };
 
 }  // namespace tracer

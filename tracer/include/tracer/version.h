@@ -1,5 +1,5 @@
 #pragma once
-/// Which program this is. Pictures are comparable byte for byte between equal builds only.
+/// Which program this is. Images are comparable byte for byte between equal builds only.
 
 #include <string_view>
 

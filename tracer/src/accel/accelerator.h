@@ -36,7 +36,7 @@ struct HitSpan {
 enum class Coherence { coherent, incoherent };
 
 /// Which surfaces a query sees.
-enum class Among { all, opaque, transmissive };
+enum class GeometryMask { all, opaque, transmissive };
 
 class Accelerator {
  public:
@@ -46,9 +46,10 @@ class Accelerator {
   Accelerator(const Accelerator&) = delete;
   Accelerator& operator=(const Accelerator&) = delete;
 
-  /// The nearest hit of every ray. Of hits at equal distance the lowest (geometry, primitive) wins, so the picture does
+  /// The nearest hit of every ray. Of hits at equal distance the lowest (geometry, primitive) wins, so the image does
   /// not depend on how the BVH was built.
-  void closest(const RaySpan& rays, const HitSpan& hits, Coherence coherence, Among among = Among::all) const;
+  void intersect(const RaySpan& rays, const HitSpan& hits, Coherence coherence,
+                 GeometryMask mask = GeometryMask::all) const;
 
   /// blocked[i] = 1 where an opaque surface lies within the ray.
   void occluded(const RaySpan& rays, std::uint8_t* blocked, Coherence coherence) const;

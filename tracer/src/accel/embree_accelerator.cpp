@@ -1,9 +1,9 @@
 #include <atomic>
 #include <optional>
 
-#include "tracer/src/accel/last_rays.h"
 #include "tracer/src/accel/packet.h"
-#include "tracer/src/accel/primitive_runs.h"
+#include "tracer/src/accel/partial_packet.h"
+#include "tracer/src/accel/primitive_groups.h"
 
 #if defined(__SANITIZE_THREAD__)
 #include <sanitizer/tsan_interface.h>
@@ -27,13 +27,13 @@ void take_over([[maybe_unused]] void* what) {
 
 constexpr unsigned mask_opaque = 1, mask_transmissive = 2, mask_all = 3;
 
-unsigned mask_of(Among among) {
-  switch (among) {
-    case Among::opaque:
+unsigned mask_of(GeometryMask mask) {
+  switch (mask) {
+    case GeometryMask::opaque:
       return mask_opaque;
-    case Among::transmissive:
+    case GeometryMask::transmissive:
       return mask_transmissive;
-    case Among::all:
+    case GeometryMask::all:
       break;
   }
   return mask_all;
@@ -44,7 +44,7 @@ template <class Geometry>
 struct User {
   const Geometry* geometry;
   std::uint32_t index;
-  PrimitiveRuns<Geometry> runs;
+  PrimitiveGroups<Geometry> runs;
 };
 
 /// Box in float that surely holds [low, high] as Embree's float rays see it. They are wrong by some 2^-24 of the
@@ -122,12 +122,12 @@ template <class Geometry>
 void closest_of(const User<Geometry>& user, Packet& packet, Asked asked, const int* valid, RTCRayN* rays,
                 std::uint32_t run) {
   const unsigned count = asked == Asked::whole ? packet_size : half_packet;
-  closest(packet, asked, valid, &RTCRayN_tfar(rays, count, 0), *user.geometry, PrimitiveRef{user.index, run});
+  intersect(packet, asked, valid, &RTCRayN_tfar(rays, count, 0), *user.geometry, PrimitiveRef{user.index, run});
 }
 void closest_of(const User<TriangleGeometry>& user, Packet& packet, Asked asked, const int* valid, RTCRayN* rays,
                 std::uint32_t run) {
-  TriangleRun room;
-  closest(packet, asked, valid, rays, *user.geometry, user.runs.in_floats(run, room));
+  TrianglePairBounds room;
+  intersect(packet, asked, valid, rays, *user.geometry, user.runs.in_floats(run, room));
 }
 template <class Geometry>
 void occluded_of(const User<Geometry>& user, const Packet& packet, Asked asked, const int* valid, RTCRayN* rays,
@@ -137,7 +137,7 @@ void occluded_of(const User<Geometry>& user, const Packet& packet, Asked asked, 
 }
 void occluded_of(const User<TriangleGeometry>& user, const Packet& packet, Asked asked, const int* valid, RTCRayN* rays,
                  std::uint32_t run) {
-  TriangleRun room;
+  TrianglePairBounds room;
   occluded(packet, asked, valid, rays, *user.geometry, user.runs.in_floats(run, room));
 }
 
@@ -180,7 +180,7 @@ bool count_memory(void* total, ssize_t bytes, bool /*post*/) {
 }
 
 /// How many primitives, or pairs of triangles, lie in one leaf of the tree at most: a leaf's box is tested once for all
-/// of them. A frustum's test costs more than a box of its own. Whole pictures at depth 5, an AVX-512 core, processor
+/// of them. A frustum's test costs more than a box of its own. Whole images at depth 5, an AVX-512 core, processor
 /// time with two to one: spheres 0.97 to 0.99, meshes 0.93 to 1.02, a lattice of cylinders 1.06; with four: 0.96 to
 /// 1.06, and 1.09.
 const char* device_settings(const GeometrySet& set) {
@@ -214,7 +214,7 @@ struct Accelerator::Embree {
   struct Tree {
     RTCScene scene = nullptr;
     Bounds box;
-    Ball ball{{}, -std::numeric_limits<double>::infinity()};
+    BoundingSphere ball{{}, -std::numeric_limits<double>::infinity()};
     void close_ball() {
       if (box.empty()) return;
       const Vec3 center = (box.low + box.high) * 0.5;
@@ -247,7 +247,9 @@ struct Accelerator::Embree {
   Embree& operator=(const Embree&) = delete;
 
   [[nodiscard]] bool own_transmissive() const { return transmissive.scene != all.scene; }
-  [[nodiscard]] const Tree& tree_for(Among among) const { return among == Among::transmissive ? transmissive : all; }
+  [[nodiscard]] const Tree& tree_for(GeometryMask mask) const {
+    return mask == GeometryMask::transmissive ? transmissive : all;
+  }
   template <class Geometry>
   void add(std::vector<User<Geometry>>& users, const std::vector<Geometry>& geometries, std::uint32_t first,
            const RenderControl& control);
@@ -265,7 +267,7 @@ void Accelerator::Embree::add(std::vector<User<Geometry>>& users, const std::vec
   users.reserve(geometries.size());  // pointers to these are handed to Embree: they must not move
   for (const Geometry& added : geometries) {
     const auto index = first + static_cast<std::uint32_t>(users.size());
-    User<Geometry>& user = users.emplace_back(User<Geometry>{&added, index, PrimitiveRuns<Geometry>(added, index)});
+    User<Geometry>& user = users.emplace_back(User<Geometry>{&added, index, PrimitiveGroups<Geometry>(added, index)});
     const std::uint32_t count = user.runs.count();
     bytes.fetch_add(static_cast<std::int64_t>(user.runs.memory_bytes()), std::memory_order_relaxed);
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
@@ -296,7 +298,7 @@ void Accelerator::Embree::add(std::vector<User<Geometry>>& users, const std::vec
 }
 
 /// Commits the trees. What went wrong the device knows. Always of Embree's medium quality, whatever number of rays is
-/// expected: its low one builds in 0.7 to 0.94 of the time and traces in up to 1.1, which no picture is small enough to
+/// expected: its low one builds in 0.7 to 0.94 of the time and traces in up to 1.1, which no image is small enough to
 /// gain by; its high one splits no user geometry, and so is the same.
 void Accelerator::Embree::build(RenderControl& control) {
   for (const Tree* tree : {&all, &transmissive}) {
@@ -333,15 +335,15 @@ Result<std::shared_ptr<const Accelerator>, Failure> Accelerator::build(GeometryS
   return made;
 }
 
-void Accelerator::closest(const RaySpan& rays, const HitSpan& hits, Coherence coherence, Among among) const {
+void Accelerator::intersect(const RaySpan& rays, const HitSpan& hits, Coherence coherence, GeometryMask mask) const {
   Packet packet;
   RTCRayHit16 rayhit;
-  begin(packet, rays, coherence, mask_of(among), rayhit.ray);
+  begin(packet, rays, coherence, mask_of(mask), rayhit.ray);
   std::fill_n(rayhit.hit.geomID, packet_size, RTC_INVALID_GEOMETRY_ID);
-  const Embree::Tree& tree = embree_->tree_for(among);
+  const Embree::Tree& tree = embree_->tree_for(mask);
   const auto trace = [&](const RaySpan& span, const HitSpan& answers, std::size_t first) {
     load(packet, span, first, tree.ball);
-    closest_planes(packet, geometry_.planes, geometry_.plane_geometry(), among);
+    closest_planes(packet, geometry_.planes, geometry_.plane_geometry(), mask);
     if (any_active(packet)) {
       if (!geometry_.triangles.empty()) load_for_triangles(packet, tree.ball);
       write_rays(packet, rayhit.ray);
@@ -352,7 +354,7 @@ void Accelerator::closest(const RaySpan& rays, const HitSpan& hits, Coherence co
   std::size_t first = 0;
   for (; first + packet_size <= rays.count; first += packet_size) trace(rays, hits, first);
   if (first == rays.count) return;
-  LastRays last(rays, first);
+  PartialPacket last(rays, first);
   trace(last.rays(), last.hits(), 0);
   last.write(hits, first);
 }
@@ -372,7 +374,7 @@ void Accelerator::occluded(const RaySpan& rays, std::uint8_t* blocked, Coherence
   std::size_t first = 0;
   for (; first + packet_size <= rays.count; first += packet_size) trace(rays, blocked, first);
   if (first == rays.count) return;
-  LastRays last(rays, first);
+  PartialPacket last(rays, first);
   std::uint8_t answers[packet_size];
   trace(last.rays(), answers, 0);
   std::copy_n(answers, rays.count - first, blocked + first);

@@ -21,7 +21,7 @@ std::uint64_t memory_bytes(const GeometrySet& set) {
   return bytes;
 }
 
-std::uint64_t crossings_max(const GeometrySet& set) {
+std::uint64_t max_transmissive_hits(const GeometrySet& set) {
   std::uint64_t primitives = 0;
   for (const SphereGeometry& s : set.spheres) primitives += s.transmissive ? s.x.size() : 0;
   for (const TriangleGeometry& t : set.triangles) primitives += t.transmissive ? t.triangles.size() : 0;

@@ -30,7 +30,7 @@ struct SphereGeometry {
 /// Triangles that share vertices. All are double-precision user geometry: Embree sees padded boxes and what is a hit is
 /// decided in double on these positions (triangle_hit.h), so needles and meshes that are small in their scene are as
 /// right as any, and nothing leaks. There is no choice of Embree's own float triangles for some meshes, because it pays
-/// in no case. Open terrains without needles, where they could be chosen, a sunlit picture of 1280 x 720, seconds of
+/// in no case. Open terrains without needles, where they could be chosen, a sunlit image of 1280 x 720, seconds of
 /// one AVX-512 core to build and to trace, in pairs (triangle_pairs.h) and as Embree's own with its robust flag:
 ///
 ///        97,000 triangles   0.03 + 0.13    0.03 + 0.13
@@ -38,7 +38,7 @@ struct SphereGeometry {
 ///     3,920,000             0.92 + 0.37    1.07 + 0.30
 ///
 /// For that tenth of the time closed meshes would leak (10^-3 of the rays aimed at vertices, and still 10^-6 when each
-/// triangle is grown by far more than its rounding), and pictures would depend on the machine: which of two triangles a
+/// triangle is grown by far more than its rounding), and images would depend on the machine: which of two triangles a
 /// ray meets near their edge is up to Embree's instruction set, one pixel of each of these.
 struct TriangleGeometry {
   std::vector<Vec3> positions;
@@ -86,6 +86,6 @@ std::uint64_t memory_bytes(const GeometrySet& set);
 /// More transmissive surfaces than a straight line crosses: each of the primitives is convex and crossed twice at most,
 /// and twice that leaves room for rounding. A ray that goes on after so many is caught where a solid is thinner than
 /// the last bit of its place, as a cone of 10^19 times its radius is, and would never come out.
-std::uint64_t crossings_max(const GeometrySet& set);
+std::uint64_t max_transmissive_hits(const GeometrySet& set);
 
 }  // namespace tracer

@@ -3,7 +3,7 @@
 #include <cstring>
 #include <limits>
 
-#include "tracer/src/accel/leading_axis.h"
+#include "tracer/src/accel/dominant_axis.h"
 
 namespace tracer {
 namespace {
@@ -21,13 +21,13 @@ SphereTest sphere_test(const SphereGeometry& g, std::uint32_t primitive) {
 /// What decides whether a unit ray meets a sphere, before any root or quotient. The discriminant is R^2 minus the
 /// squared distance of the line from the centre, and the roots come as c/q and q: neither cancels
 /// (Press et al. 2007, sec. 5.6; Haines et al., Ray Tracing Gems 2019, ch. 7).
-struct SphereLine {
+struct SphereQuadratic {
   double b;  ///< distance to the place nearest to the centre
   double c, discriminant;
 };
 
-WHITTLE_INLINE SphereLine sphere_line(double ox, double oy, double oz, double dx, double dy, double dz,
-                                      const SphereTest& s) {
+WHITTLE_INLINE SphereQuadratic sphere_line(double ox, double oy, double oz, double dx, double dy, double dz,
+                                           const SphereTest& s) {
   const double fx = ox - s.x, fy = oy - s.y, fz = oz - s.z;
   const double b = -(fx * dx + fy * dy + fz * dz);
   const double lx = fx + b * dx, ly = fy + b * dy, lz = fz + b * dz;
@@ -35,10 +35,12 @@ WHITTLE_INLINE SphereLine sphere_line(double ox, double oy, double oz, double dx
 }
 
 /// Whether the line meets the sphere, and not only behind the ray's origin: exactly when a root is positive.
-WHITTLE_INLINE bool meets(const SphereLine& line) { return (line.discriminant >= 0) & ((line.b >= 0) | (line.c < 0)); }
+WHITTLE_INLINE bool meets(const SphereQuadratic& line) {
+  return (line.discriminant >= 0) & ((line.b >= 0) | (line.c < 0));
+}
 
 /// Nearest distance > 0, or `nothing`, of a line that meets the sphere.
-WHITTLE_INLINE double sphere_distance(const SphereLine& line) {
+WHITTLE_INLINE double sphere_distance(const SphereQuadratic& line) {
   const double root = std::sqrt(line.discriminant);
   const double q = line.b >= 0 ? line.b + root : line.b - root;
   const double other = line.c / q;
@@ -48,12 +50,12 @@ WHITTLE_INLINE double sphere_distance(const SphereLine& line) {
   return t > 0 ? t : nothing;
 }
 
-WHITTLE_INLINE SphereLine lane_line(const Packet& p, int i, const SphereTest& sphere) {
+WHITTLE_INLINE SphereQuadratic lane_line(const Packet& p, int i, const SphereTest& sphere) {
   return sphere_line(p.ox[i], p.oy[i], p.oz[i], p.dx[i], p.dy[i], p.dz[i], sphere);
 }
 
 /// Whether any of the lanes that count meets the sphere: only these pay for root and quotient.
-WHITTLE_INLINE bool any_meets(const Packet& p, Asked asked, const int* valid, const SphereTest& sphere) {
+WHITTLE_INLINE bool any_hit(const Packet& p, Asked asked, const int* valid, const SphereTest& sphere) {
   int met = 0;
   for_lanes(
       asked, [&](int i, int k)
@@ -73,7 +75,7 @@ WHITTLE_INLINE double plane_distance(const Packet& p, int i, const PlaneTest& pl
 }
 
 double lane_distance(const Packet& p, unsigned i, const SphereTest& sphere) {
-  const SphereLine line = sphere_line(p.ox[i], p.oy[i], p.oz[i], p.dx[i], p.dy[i], p.dz[i], sphere);
+  const SphereQuadratic line = sphere_line(p.ox[i], p.oy[i], p.oz[i], p.dx[i], p.dy[i], p.dz[i], sphere);
   return meets(line) ? sphere_distance(line) : nothing;
 }
 
@@ -99,7 +101,7 @@ void begin(Packet& packet, const RaySpan& rays, Coherence coherence, unsigned ma
   }
 }
 
-WHITTLE_WIDE void load(Packet& packet, const RaySpan& rays, std::size_t first, const Ball& ball) {
+WHITTLE_WIDE void load(Packet& packet, const RaySpan& rays, std::size_t first, const BoundingSphere& ball) {
   const Vec3 center = ball.center;
   const double radius = ball.radius;
   copy_lanes(packet.ox, rays.ox + first);
@@ -125,32 +127,33 @@ WHITTLE_WIDE void load(Packet& packet, const RaySpan& rays, std::size_t first, c
     const double nearest = fx * dx + fy * dy + fz * dz;
     const double lx = fx - nearest * dx, ly = fy - nearest * dy, lz = fz - nearest * dz;
     // What was rounded above grows with the distance.
-    const double doubt = float_slack + std::abs(nearest) * 0x1p-48;
+    const double error_bound = float_slack + std::abs(nearest) * 0x1p-48;
     const double enter = nearest - radius > 0 ? nearest - radius : 0;
     const double beyond = nearest + radius, leave = beyond < packet.t[i] ? beyond : packet.t[i];
-    const double start = enter - doubt, miss = radius + doubt;
+    const double start = enter - error_bound, miss = radius + error_bound;
     packet.start[i] = start;
-    packet.reach[i] = reach_of(leave + doubt, start);
+    packet.reach[i] = reach_of(leave + error_bound, start);
     // False for what is not finite: one of the sums then is infinite or NaN.
     const bool active = (lx * lx + ly * ly + lz * lz <= miss * miss) & (start <= leave) & (nearest < distance_max);
     packet.active[i] = active ? -1 : 0;
   }
 }
 
-WHITTLE_WIDE void load_for_triangles(Packet& packet, const Ball& ball) {
-  packet.blur = triangle_blur(ball.away, ball.radius);
-  for (int i = 0; i < packet_size; ++i) packet.doubt[i] = ray_doubt(packet.start[i], ball.away, ball.radius);
+WHITTLE_WIDE void load_for_triangles(Packet& packet, const BoundingSphere& ball) {
+  packet.float_bound = float_error_bound(ball.away, ball.radius);
+  for (int i = 0; i < packet_size; ++i)
+    packet.error_bound[i] = double_error_bound(packet.start[i], ball.away, ball.radius);
   constexpr int x = 1, y = 2, z = 4;
   int axes = 0;
   for (int i = 0; i < packet_size; ++i) {
-    const bool along_x = x_leads(packet.dx[i], packet.dy[i], packet.dz[i]);
+    const bool along_x = x_is_dominant(packet.dx[i], packet.dy[i], packet.dz[i]);
     const int axis = along_x ? x : (y_leads(packet.dy[i], packet.dz[i]) ? y : z);
     axes |= packet.active[i] & axis;
   }
-  packet.leading = axes == x   ? LeadingAxis::x
-                   : axes == y ? LeadingAxis::y
-                   : axes == z ? LeadingAxis::z
-                               : LeadingAxis::mixed;
+  packet.leading = axes == x   ? DominantAxis::x
+                   : axes == y ? DominantAxis::y
+                   : axes == z ? DominantAxis::z
+                               : DominantAxis::mixed;
 }
 
 WHITTLE_WIDE void write_rays(const Packet& packet, RTCRay16& ray) {
@@ -179,13 +182,13 @@ WHITTLE_WIDE void write_blocked(const Packet& packet, const RTCRay16& ray, std::
     blocked[i] = static_cast<std::uint8_t>((packet.blocked[i] != 0) | (ray.tfar[i] < 0));
 }
 
-WHITTLE_WIDE void closest(Packet& packet, Asked asked, const int* valid, float* __restrict tfar,
-                          const SphereGeometry& geometry, PrimitiveRef self) {
+WHITTLE_WIDE void intersect(Packet& packet, Asked asked, const int* valid, float* __restrict tfar,
+                            const SphereGeometry& geometry, PrimitiveRef self) {
   const SphereTest sphere = sphere_test(geometry, self.primitive);
-  if (!any_meets(packet, asked, valid, sphere)) return;
+  if (!any_hit(packet, asked, valid, sphere)) return;
   for_lanes(
       asked, [&](int i, int k) __attribute__((always_inline)) {
-        const SphereLine line = lane_line(packet, i, sphere);
+        const SphereQuadratic line = lane_line(packet, i, sphere);
         const double t = sphere_distance(line);
         const bool nearer =
             meets(line) & (valid[k] != 0) & wins(t, self, packet.t[i], packet.geometry[i], packet.primitive[i]);
@@ -199,10 +202,10 @@ WHITTLE_WIDE void closest(Packet& packet, Asked asked, const int* valid, float* 
 WHITTLE_WIDE void occluded(const Packet& packet, Asked asked, const int* valid, float* __restrict tfar,
                            const SphereGeometry& geometry, PrimitiveRef self) {
   const SphereTest sphere = sphere_test(geometry, self.primitive);
-  if (!any_meets(packet, asked, valid, sphere)) return;
+  if (!any_hit(packet, asked, valid, sphere)) return;
   for_lanes(
       asked, [&](int i, int k) __attribute__((always_inline)) {
-        const SphereLine line = lane_line(packet, i, sphere);
+        const SphereQuadratic line = lane_line(packet, i, sphere);
         const bool blocked = meets(line) & (valid[k] != 0) & (sphere_distance(line) < packet.t[i]);
         tfar[k] = blocked ? -std::numeric_limits<float>::infinity() : tfar[k];
       });
@@ -223,9 +226,10 @@ void occluded_lane(const Packet& packet, unsigned lane, float& tfar, const Spher
   if (t < packet.t[lane]) tfar = -std::numeric_limits<float>::infinity();
 }
 
-WHITTLE_WIDE void closest_planes(Packet& packet, const PlaneGeometry& planes, std::uint32_t geometry, Among among) {
+WHITTLE_WIDE void closest_planes(Packet& packet, const PlaneGeometry& planes, std::uint32_t geometry,
+                                 GeometryMask mask) {
   for (std::size_t k = 0; k < planes.point.size(); ++k) {
-    if (among != Among::all && (planes.transmissive[k] != 0) != (among == Among::transmissive)) continue;
+    if (mask != GeometryMask::all && (planes.transmissive[k] != 0) != (mask == GeometryMask::transmissive)) continue;
     const PlaneTest plane{planes.point[k], planes.normal[k]};
     const PrimitiveRef self{geometry, static_cast<std::uint32_t>(k)};
     for (int i = 0; i < packet_size; ++i) {

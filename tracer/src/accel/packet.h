@@ -13,9 +13,9 @@
 #include <cstdint>
 
 #include "tracer/src/accel/accelerator.h"
-#include "tracer/src/accel/triangle_run.h"
+#include "tracer/src/accel/triangle_pair_bounds.h"
 #include "tracer/src/math/wide.h"
-#include "tracer/src/scene/trace_frame.h"
+#include "tracer/src/scene/render_space.h"
 
 namespace tracer {
 
@@ -26,7 +26,7 @@ inline constexpr int packet_size = lanes;
 inline constexpr double float_slack = 0x1p-20;
 
 /// Around the scene's box.
-struct Ball {
+struct BoundingSphere {
   Vec3 center;
   double radius;    ///< minus infinity: holds nothing
   double away = 0;  ///< of the centre from 0
@@ -37,7 +37,7 @@ struct Ball {
 inline constexpr double distance_max = 0x1p100;
 
 /// Along which axis rays go most, whichever way; `mixed`: not all of them along the same.
-enum class LeadingAxis { x, y, z, mixed };
+enum class DominantAxis { x, y, z, mixed };
 
 /// Embree asks about whole packets, or about halves where its vectors hold eight floats.
 inline constexpr int half_packet = packet_size / 2;
@@ -67,12 +67,12 @@ struct alignas(64) Packet {
   std::uint32_t primitive[packet_size];
   std::uint32_t from_geometry[packet_size];  ///< the primitive the ray starts on
   std::uint32_t from_primitive[packet_size];
-  alignas(64) float reach[packet_size];  ///< Embree's tfar
-  alignas(64) int active[packet_size];   ///< -1 where Embree has something to look for
-  int blocked[packet_size];              ///< -1 where a plane lies within the ray
-  alignas(64) float doubt[packet_size];  ///< ray_doubt()
-  float blur;                            ///< triangle_blur()
-  LeadingAxis leading;                   ///< of the active rays
+  alignas(64) float reach[packet_size];        ///< Embree's tfar
+  alignas(64) int active[packet_size];         ///< -1 where Embree has something to look for
+  int blocked[packet_size];                    ///< -1 where a plane lies within the ray
+  alignas(64) float error_bound[packet_size];  ///< double_error_bound()
+  float float_bound;                           ///< float_error_bound()
+  DominantAxis leading;                        ///< of the active rays
 
   static Packet& of(const RTCIntersectContext* context) {
     // The context is the first member of a standard-layout struct.
@@ -106,10 +106,10 @@ WHITTLE_INLINE bool starts_on(const Packet& packet, unsigned lane, PrimitiveRef 
 void begin(Packet& packet, const RaySpan& rays, Coherence coherence, unsigned mask, RTCRay16& ray);
 
 /// Fills all lanes, from rays[first...]. Rays that are not finite and rays that miss `ball` are inactive.
-void load(Packet& packet, const RaySpan& rays, std::size_t first, const Ball& ball);
+void load(Packet& packet, const RaySpan& rays, std::size_t first, const BoundingSphere& ball);
 
 /// Sets `leading`, `doubt` and `blur`, which only triangles ask for.
-void load_for_triangles(Packet& packet, const Ball& ball);
+void load_for_triangles(Packet& packet, const BoundingSphere& ball);
 
 /// The packet's rays as Embree wants them.
 void write_rays(const Packet& packet, RTCRay16& ray);
@@ -122,18 +122,18 @@ void write_blocked(const Packet& packet, const RTCRay16& ray, std::uint8_t* bloc
 /// `valid` (-1) among those asked about, of which `valid`, `tfar` and Embree's `rays` begin at the first, or one. The
 /// part of a quadric that was met goes into the packet's `u`. Spheres and quadrics do not know where a ray starts: it
 /// may meet the one it leaves again.
-void closest(Packet& packet, Asked asked, const int* valid, float* tfar, const SphereGeometry& geometry,
-             PrimitiveRef self);
-void closest(Packet& packet, Asked asked, const int* valid, float* tfar, const QuadricGeometry& geometry,
-             PrimitiveRef self);
-void closest(Packet& packet, Asked asked, const int* valid, RTCRayN* rays, const TriangleGeometry& geometry,
-             const TriangleRun& run);
+void intersect(Packet& packet, Asked asked, const int* valid, float* tfar, const SphereGeometry& geometry,
+               PrimitiveRef self);
+void intersect(Packet& packet, Asked asked, const int* valid, float* tfar, const QuadricGeometry& geometry,
+               PrimitiveRef self);
+void intersect(Packet& packet, Asked asked, const int* valid, RTCRayN* rays, const TriangleGeometry& geometry,
+               const TrianglePairBounds& run);
 void occluded(const Packet& packet, Asked asked, const int* valid, float* tfar, const SphereGeometry& geometry,
               PrimitiveRef self);
 void occluded(const Packet& packet, Asked asked, const int* valid, float* tfar, const QuadricGeometry& geometry,
               PrimitiveRef self);
 void occluded(const Packet& packet, Asked asked, const int* valid, RTCRayN* rays, const TriangleGeometry& geometry,
-              const TriangleRun& run);
+              const TrianglePairBounds& run);
 void closest_lane(Packet& packet, unsigned lane, float& tfar, const SphereGeometry& geometry, PrimitiveRef self);
 void closest_lane(Packet& packet, unsigned lane, float& tfar, const QuadricGeometry& geometry, PrimitiveRef self);
 void closest_lane(Packet& packet, unsigned lane, float& tfar, const TriangleGeometry& geometry, PrimitiveRef self);
@@ -144,7 +144,7 @@ void occluded_lane(const Packet& packet, unsigned lane, float& tfar, const Trian
                    PrimitiveRef self);
 
 /// All planes that count against all lanes.
-void closest_planes(Packet& packet, const PlaneGeometry& planes, std::uint32_t geometry, Among among);
+void closest_planes(Packet& packet, const PlaneGeometry& planes, std::uint32_t geometry, GeometryMask mask);
 void occluded_planes(Packet& packet, const PlaneGeometry& planes, std::uint32_t geometry);
 
 }  // namespace tracer

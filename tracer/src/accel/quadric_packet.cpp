@@ -12,7 +12,7 @@ struct alignas(64) ShapeRays {
 };
 
 /// Whether any of the lanes that count may meet the frustum: only these pay for its exact sums and quotients.
-WHITTLE_INLINE bool any_may_meet(const ShapeRays& rays, Asked asked, const int* valid, const Quadric& quadric) {
+WHITTLE_INLINE bool any_may_hit(const ShapeRays& rays, Asked asked, const int* valid, const Quadric& quadric) {
   const double radius_0 = quadric.radius_0, radius_1 = quadric.radius_1;
   int met = 0;
   for_lanes(
@@ -39,8 +39,7 @@ WHITTLE_INLINE void meet(const ShapeRays& rays, Asked asked, QuadricHits& hits, 
 
 /// Fills the hits of the lanes asked about; false where none of those that count meets the quadric. The kind is decided
 /// once, outside the loop.
-WHITTLE_INLINE bool any_meets(const Packet& p, Asked asked, const int* valid, const Quadric& quadric,
-                              QuadricHits& hits) {
+WHITTLE_INLINE bool any_hit(const Packet& p, Asked asked, const int* valid, const Quadric& quadric, QuadricHits& hits) {
   ShapeRays rays;
   for_lanes(
       asked, [&](int i, int /*place*/) __attribute__((always_inline)) {
@@ -62,7 +61,7 @@ WHITTLE_INLINE bool any_meets(const Packet& p, Asked asked, const int* valid, co
       all([=](const ShapeRay& ray) __attribute__((always_inline)) { return disc_hit(ray, radius_0); });
       break;
     case QuadricKind::frustum:
-      if (!any_may_meet(rays, asked, valid, quadric)) return false;
+      if (!any_may_hit(rays, asked, valid, quadric)) return false;
       if (quadric.caps)
         all([=](const ShapeRay& ray)
                 __attribute__((always_inline)) { return frustum_hit<true>(ray, radius_0, radius_1); });
@@ -121,15 +120,15 @@ WHITTLE_WIDE void occluded_lane(const Packet& packet, unsigned lane, float& tfar
     tfar = -std::numeric_limits<float>::infinity();
 }
 
-WHITTLE_WIDE void closest(Packet& packet, Asked asked, const int* valid, float* __restrict tfar,
-                          const QuadricGeometry& geometry, PrimitiveRef self) {
+WHITTLE_WIDE void intersect(Packet& packet, Asked asked, const int* valid, float* __restrict tfar,
+                            const QuadricGeometry& geometry, PrimitiveRef self) {
   if (const int only = only_place(asked, valid); only >= 0) {
     const int lane = asked == Asked::second_half ? half_packet + only : only;
     take_closest(packet, static_cast<unsigned>(lane), tfar[only], geometry, self);
     return;
   }
   QuadricHits hits;
-  if (!any_meets(packet, asked, valid, geometry.quadrics[self.primitive], hits)) return;
+  if (!any_hit(packet, asked, valid, geometry.quadrics[self.primitive], hits)) return;
   for_lanes(
       asked, [&](int i, int k) __attribute__((always_inline)) {
         const double t = hits.t[i];
@@ -146,7 +145,7 @@ WHITTLE_WIDE void closest(Packet& packet, Asked asked, const int* valid, float* 
 WHITTLE_WIDE void occluded(const Packet& packet, Asked asked, const int* valid, float* __restrict tfar,
                            const QuadricGeometry& geometry, PrimitiveRef self) {
   QuadricHits hits;
-  if (!any_meets(packet, asked, valid, geometry.quadrics[self.primitive], hits)) return;
+  if (!any_hit(packet, asked, valid, geometry.quadrics[self.primitive], hits)) return;
   for_lanes(
       asked, [&](int i, int k) __attribute__((always_inline)) {
         const bool blocked = (valid[k] != 0) & (hits.t[i] < packet.t[i]);

@@ -11,8 +11,8 @@
 
 #include <limits>
 
+#include "tracer/src/accel/dominant_axis.h"
 #include "tracer/src/accel/geometry.h"
-#include "tracer/src/accel/leading_axis.h"
 #include "tracer/src/math/wide.h"
 
 namespace tracer {
@@ -33,28 +33,28 @@ inline TriangleTest triangle_test(const TriangleGeometry& geometry, std::uint32_
 }
 
 /// A vertex as the ray sees it: across it in x and y, along it in z, each times the ray's largest component.
-struct SeenVertex {
+struct ShearedVertex {
   double x, y, z;
 };
 
 /// Swaps the ray's largest component into z: projecting along it loses no digits. Which axes are swapped decides no
 /// hit, since both sides of a triangle count. Instead of shearing by d.x / d.z all is multiplied by d.z: no division.
-struct SeenAlong {
+struct RayShear {
   double ox, oy, oz, dx, dy, dz;
   bool along_x, along_y;
 };
 
-WHITTLE_INLINE SeenAlong seen_along(double ox, double oy, double oz, double dx, double dy, double dz, bool along_x,
-                                    bool along_y) {
+WHITTLE_INLINE RayShear seen_along(double ox, double oy, double oz, double dx, double dy, double dz, bool along_x,
+                                   bool along_y) {
   return {ox, oy, oz, along_x ? dz : dx, along_y ? dz : dy, along_x ? dx : (along_y ? dy : dz), along_x, along_y};
 }
 
-WHITTLE_INLINE SeenAlong seen_along(double ox, double oy, double oz, double dx, double dy, double dz) {
-  const bool along_x = x_leads(dx, dy, dz);
+WHITTLE_INLINE RayShear seen_along(double ox, double oy, double oz, double dx, double dy, double dz) {
+  const bool along_x = x_is_dominant(dx, dy, dz);
   return seen_along(ox, oy, oz, dx, dy, dz, along_x, !along_x & y_leads(dy, dz));
 }
 
-WHITTLE_INLINE SeenVertex seen(const SeenAlong& ray, const Vec3& vertex) {
+WHITTLE_INLINE ShearedVertex seen(const RayShear& ray, const Vec3& vertex) {
   const double x = vertex.x - ray.ox, y = vertex.y - ray.oy, z = vertex.z - ray.oz;
   const double across_x = ray.along_x ? z : x, across_y = ray.along_y ? z : y;
   const double along = ray.along_x ? x : (ray.along_y ? y : z);
@@ -62,23 +62,23 @@ WHITTLE_INLINE SeenVertex seen(const SeenAlong& ray, const Vec3& vertex) {
 }
 
 /// What the edges say: each function is the share, of their sum, of the vertex across it.
-struct SeenTriangle {
+struct ShearedTriangle {
   double at_a, at_b, at_c;
   double depth_a, depth_b, depth_c;
   bool inside;
 };
 
-WHITTLE_INLINE double edge(const SeenVertex& from, const SeenVertex& to) { return to.x * from.y - to.y * from.x; }
+WHITTLE_INLINE double edge(const ShearedVertex& from, const ShearedVertex& to) { return to.x * from.y - to.y * from.x; }
 
-WHITTLE_INLINE SeenTriangle seen(const SeenAlong& ray, const TriangleTest& triangle) {
-  const SeenVertex a = seen(ray, triangle.a), b = seen(ray, triangle.b), c = seen(ray, triangle.c);
+WHITTLE_INLINE ShearedTriangle seen(const RayShear& ray, const TriangleTest& triangle) {
+  const ShearedVertex a = seen(ray, triangle.a), b = seen(ray, triangle.b), c = seen(ray, triangle.c);
   const double at_a = edge(b, c), at_b = edge(c, a), at_c = edge(a, b);
   const bool inside = ((at_a >= 0) & (at_b >= 0) & (at_c >= 0)) | ((at_a <= 0) & (at_b <= 0) & (at_c <= 0));
   return {at_a, at_b, at_c, a.z, b.z, c.z, inside};
 }
 
 /// `dz` is the ray's largest component.
-WHITTLE_INLINE TriangleHit watertight_hit(const SeenTriangle& s, double dz) {
+WHITTLE_INLINE TriangleHit watertight_hit(const ShearedTriangle& s, double dz) {
   const double whole = s.at_a + s.at_b + s.at_c;  // of one sign: nothing cancels, and it is zero only edge-on
   const double share = 1 / whole;
   const double u = s.at_b * share, v = s.at_c * share;

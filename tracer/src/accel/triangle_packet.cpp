@@ -16,13 +16,13 @@ WHITTLE_INLINE auto by_leading(const Packet& p, const With& with) {
     });
   };
   switch (p.leading) {
-    case LeadingAxis::x:
+    case DominantAxis::x:
       return along(std::true_type{}, std::false_type{});
-    case LeadingAxis::y:
+    case DominantAxis::y:
       return along(std::false_type{}, std::true_type{});
-    case LeadingAxis::z:
+    case DominantAxis::z:
       return along(std::false_type{}, std::false_type{});
-    case LeadingAxis::mixed:
+    case DominantAxis::mixed:
       break;
   }
   return with([&](int i) __attribute__((always_inline)) {
@@ -32,19 +32,19 @@ WHITTLE_INLINE auto by_leading(const Packet& p, const With& with) {
 
 /// Which triangles of a run any of the lanes that count may meet, and does not start on.
 template <bool pair, int count>
-WHITTLE_INLINE int any_may_meet(const Packet& p, int first_lane, const int* valid, RTCRayN* rays,
-                                const TriangleRun& run) {
+WHITTLE_INLINE int any_may_hit(const Packet& p, int first_lane, const int* valid, RTCRayN* rays,
+                               const TrianglePairBounds& run) {
   const float *ox = &RTCRayN_org_x(rays, count, 0), *dx = &RTCRayN_dir_x(rays, count, 0);
   const float *oy = &RTCRayN_org_y(rays, count, 0), *dy = &RTCRayN_dir_y(rays, count, 0);
   const float *oz = &RTCRayN_org_z(rays, count, 0), *dz = &RTCRayN_dir_z(rays, count, 0);
-  const float* doubt = p.doubt + first_lane;
+  const float* error_bound = p.error_bound + first_lane;
   const std::uint32_t* from_geometry = p.from_geometry + first_lane;
   const std::uint32_t* from_primitive = p.from_primitive + first_lane;
-  const TriangleRun corners = run;
-  const float blur = run.longest * p.blur;
+  const TrianglePairBounds corners = run;
+  const float float_bound = run.longest * p.float_bound;
   int met = 0;
   for (int k = 0; k < count; ++k) {
-    const int may = may_meet<pair>(corners, {ox[k], oy[k], oz[k]}, {dx[k], dy[k], dz[k]}, blur + doubt[k]);
+    const int may = may_hit<pair>(corners, {ox[k], oy[k], oz[k]}, {dx[k], dy[k], dz[k]}, float_bound + error_bound[k]);
     const bool on_first = (from_geometry[k] == corners.geometry) & (from_primitive[k] == corners.triangles.first);
     const bool on_second = (from_geometry[k] == corners.geometry) & (from_primitive[k] == corners.triangles.second);
     met |= may & (on_first ? ~first_triangle : ~0) & (on_second ? ~second_triangle : ~0) & valid[k];
@@ -53,13 +53,15 @@ WHITTLE_INLINE int any_may_meet(const Packet& p, int first_lane, const int* vali
 }
 
 template <bool pair>
-WHITTLE_INLINE int any_may_meet(const Packet& p, Asked asked, const int* valid, RTCRayN* rays, const TriangleRun& run) {
-  if (asked == Asked::whole) return any_may_meet<pair, packet_size>(p, 0, valid, rays, run);
-  return any_may_meet<pair, half_packet>(p, asked == Asked::first_half ? 0 : half_packet, valid, rays, run);
+WHITTLE_INLINE int any_may_hit(const Packet& p, Asked asked, const int* valid, RTCRayN* rays,
+                               const TrianglePairBounds& run) {
+  if (asked == Asked::whole) return any_may_hit<pair, packet_size>(p, 0, valid, rays, run);
+  return any_may_hit<pair, half_packet>(p, asked == Asked::first_half ? 0 : half_packet, valid, rays, run);
 }
 
-WHITTLE_INLINE int any_may_meet(const Packet& p, Asked asked, const int* valid, RTCRayN* rays, const TriangleRun& run) {
-  return run.pair() ? any_may_meet<true>(p, asked, valid, rays, run) : any_may_meet<false>(p, asked, valid, rays, run);
+WHITTLE_INLINE int any_may_hit(const Packet& p, Asked asked, const int* valid, RTCRayN* rays,
+                               const TrianglePairBounds& run) {
+  return run.pair() ? any_may_hit<true>(p, asked, valid, rays, run) : any_may_hit<false>(p, asked, valid, rays, run);
 }
 
 /// Runs `take(lane, place, hit)` over the lanes asked about.
@@ -70,8 +72,8 @@ WHITTLE_INLINE void for_each_hit(const Packet& p, Asked asked, const int* valid,
       p, [&](const auto& ray_of) __attribute__((always_inline)) {
         for_lanes(
             asked, [&](int i, int k) __attribute__((always_inline)) {
-              const SeenAlong ray = ray_of(i);
-              SeenTriangle s = seen(ray, triangle);
+              const RayShear ray = ray_of(i);
+              ShearedTriangle s = seen(ray, triangle);
               s.inside = s.inside & (valid[k] != 0);
               take(i, k, watertight_hit(s, ray.dz));
             });
@@ -79,8 +81,8 @@ WHITTLE_INLINE void for_each_hit(const Packet& p, Asked asked, const int* valid,
 }
 
 TriangleHit lane_hit(const Packet& p, unsigned i, const TriangleTest& triangle) {
-  const SeenAlong ray = seen_along(p.ox[i], p.oy[i], p.oz[i], p.dx[i], p.dy[i], p.dz[i]);
-  const SeenTriangle s = seen(ray, triangle);
+  const RayShear ray = seen_along(p.ox[i], p.oy[i], p.oz[i], p.dx[i], p.dy[i], p.dz[i]);
+  const ShearedTriangle s = seen(ray, triangle);
   return s.inside ? watertight_hit(s, ray.dz) : TriangleHit{};
 }
 
@@ -118,9 +120,9 @@ float* tfar_of(RTCRayN* rays, Asked asked) {
 
 }  // namespace
 
-WHITTLE_WIDE void closest(Packet& packet, Asked asked, const int* valid, RTCRayN* rays,
-                          const TriangleGeometry& geometry, const TriangleRun& run) {
-  const int met = any_may_meet(packet, asked, valid, rays, run);
+WHITTLE_WIDE void intersect(Packet& packet, Asked asked, const int* valid, RTCRayN* rays,
+                            const TriangleGeometry& geometry, const TrianglePairBounds& run) {
+  const int met = any_may_hit(packet, asked, valid, rays, run);
   if (met == 0) [[likely]]
     return;
   const PrimitiveRef first{run.geometry, run.triangles.first}, second{run.geometry, run.triangles.second};
@@ -129,8 +131,8 @@ WHITTLE_WIDE void closest(Packet& packet, Asked asked, const int* valid, RTCRayN
 }
 
 WHITTLE_WIDE void occluded(const Packet& packet, Asked asked, const int* valid, RTCRayN* rays,
-                           const TriangleGeometry& geometry, const TriangleRun& run) {
-  const int met = any_may_meet(packet, asked, valid, rays, run);
+                           const TriangleGeometry& geometry, const TrianglePairBounds& run) {
+  const int met = any_may_hit(packet, asked, valid, rays, run);
   if (met == 0) [[likely]]
     return;
   const PrimitiveRef first{run.geometry, run.triangles.first}, second{run.geometry, run.triangles.second};

@@ -4,7 +4,7 @@
 #include <array>
 #include <span>
 
-#include "tracer/src/scene/trace_frame.h"
+#include "tracer/src/scene/render_space.h"
 
 namespace tracer {
 namespace {

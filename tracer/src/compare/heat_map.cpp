@@ -4,7 +4,7 @@
 
 #include "tracer/compare.h"
 #include "tracer/src/compare/pixels.h"
-#include "tracer/src/film/srgb.h"
+#include "tracer/src/display/srgb.h"
 
 namespace tracer {
 namespace {
@@ -28,7 +28,7 @@ double heat_scale(const Comparison& comparison) {
   return levels;
 }
 
-Image heat_map(const ShownPicture& a, const ShownPicture& b, double white) {
+Image heat_map(const DisplayImage& a, const DisplayImage& b, double white) {
   Image image{.width = a.width, .height = a.height, .rgb = {}};
   image.rgb.reserve(a.codes.size());
   for (std::uint32_t y = 0; y < a.height; ++y)

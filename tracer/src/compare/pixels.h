@@ -1,5 +1,5 @@
 #pragma once
-/// Looking at one pixel of two pictures of the same size; in codes.
+/// Looking at one pixel of two images of the same size; in codes.
 
 #include <algorithm>
 #include <cmath>
@@ -10,12 +10,12 @@
 
 namespace tracer {
 
-inline double code_at(const ShownPicture& picture, std::uint32_t x, std::uint32_t y, std::size_t channel) {
-  return picture.codes[3 * (static_cast<std::size_t>(y) * picture.width + x) + channel];
+inline double code_at(const DisplayImage& image, std::uint32_t x, std::uint32_t y, std::size_t channel) {
+  return image.codes[3 * (static_cast<std::size_t>(y) * image.width + x) + channel];
 }
 
 /// Of the three channels.
-inline double greatest_difference(const ShownPicture& a, const ShownPicture& b, std::uint32_t x, std::uint32_t y) {
+inline double greatest_difference(const DisplayImage& a, const DisplayImage& b, std::uint32_t x, std::uint32_t y) {
   double greatest = 0;
   for (std::size_t channel = 0; channel < 3; ++channel)
     greatest = std::max(greatest, std::abs(code_at(a, x, y, channel) - code_at(b, x, y, channel)));

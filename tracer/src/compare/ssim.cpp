@@ -47,16 +47,16 @@ double similarity(const Moments& mean) {
          ((mean.a * mean.a + mean.b * mean.b + c1) * (variance_a + variance_b + c2));
 }
 
-double luma(const ShownPicture& picture, std::uint32_t x, std::uint32_t y) {
+double luma(const DisplayImage& image, std::uint32_t x, std::uint32_t y) {
   const double codes =
-      0.2126 * code_at(picture, x, y, 0) + 0.7152 * code_at(picture, x, y, 1) + 0.0722 * code_at(picture, x, y, 2);
+      0.2126 * code_at(image, x, y, 0) + 0.7152 * code_at(image, x, y, 1) + 0.0722 * code_at(image, x, y, 2);
   return codes / codes_per_level;
 }
 
 using Row = std::vector<Moments>;
 
-/// Row y of both pictures, each window that lies within it.
-Row filtered_row(const ShownPicture& a, const ShownPicture& b, std::uint32_t y,
+/// Row y of both images, each window that lies within it.
+Row filtered_row(const DisplayImage& a, const DisplayImage& b, std::uint32_t y,
                  const std::array<double, side>& weights) {
   Row products(a.width);
   for (std::uint32_t x = 0; x < a.width; ++x) {
@@ -71,7 +71,7 @@ Row filtered_row(const ShownPicture& a, const ShownPicture& b, std::uint32_t y,
 
 }  // namespace
 
-std::optional<double> structural_similarity(const ShownPicture& a, const ShownPicture& b) {
+std::optional<double> structural_similarity(const DisplayImage& a, const DisplayImage& b) {
   if (a.width < side || a.height < side) return std::nullopt;
   const auto weights = gaussian();
   std::array<Row, side> rows;  // the last ones, row y at y % side

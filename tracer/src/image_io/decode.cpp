@@ -1,20 +1,20 @@
 #include "tracer/src/image_io/decode.h"
 
 #include "tracer/src/image_io/exr_header.h"
-#include "tracer/src/image_io/file_marks.h"
-#include "tracer/src/image_io/open_image_io.h"
+#include "tracer/src/image_io/image_signature.h"
+#include "tracer/src/image_io/oiio_loader.h"
 
 namespace tracer {
 
-Decoded decode_as(PictureKind kind, std::span<const std::uint8_t> bytes, ColorSpace color_space,
+Decoded decode_as(ImageFormat kind, std::span<const std::uint8_t> bytes, ColorSpace color_space,
                   const TextureImageLimits& limits) try {
-  if (kind == PictureKind::jpeg && !ends_as_jpeg(bytes))
+  if (kind == ImageFormat::jpeg && !ends_as_jpeg(bytes))
     return std::string("is truncated: it does not end as a JPEG does");
-  if (kind == PictureKind::png && !ends_as_png(bytes))
+  if (kind == ImageFormat::png && !has_png_trailer(bytes))
     return std::string("is truncated: its last chunk is not within the file");
-  if (kind == PictureKind::webp && webp_pixels(bytes) > limits.pixels)
+  if (kind == ImageFormat::webp && webp_pixels(bytes) > limits.pixels)
     return "the limit pixels is " + std::to_string(limits.pixels) + ", it has " + std::to_string(webp_pixels(bytes));
-  if (kind == PictureKind::openexr) {
+  if (kind == ImageFormat::openexr) {
     if (std::string refused = exr_refusal(bytes, limits); !refused.empty()) return refused;
   }
   const auto library = open_image_io();
@@ -29,8 +29,8 @@ Decoded decode_as(PictureKind kind, std::span<const std::uint8_t> bytes, ColorSp
 Decoded decode(std::span<const std::uint8_t> bytes, std::optional<ColorSpace> color_space,
                const TextureImageLimits& limits) {
   if (bytes.empty()) return std::string("is empty");
-  const std::optional<PictureKind> kind = picture_kind(bytes);
-  if (!kind || *kind == PictureKind::tiff || *kind == PictureKind::webp)
+  const std::optional<ImageFormat> kind = image_kind(bytes);
+  if (!kind || *kind == ImageFormat::tiff || *kind == ImageFormat::webp)
     return std::string("is no PNG, JPEG, OpenEXR or Radiance HDR file: its first bytes are none of theirs");
   return decode_as(*kind, bytes, color_space.value_or(is_linear(*kind) ? ColorSpace::linear : ColorSpace::srgb),
                    limits);

@@ -6,20 +6,20 @@
 #include <span>
 #include <utility>
 
-#include "tracer/src/film/palette.h"
-#include "tracer/src/film/srgb.h"
-#include "tracer/src/film/tone.h"
-#include "tracer/src/image_io/open_image_io.h"
+#include "tracer/src/display/palette.h"
+#include "tracer/src/display/srgb.h"
+#include "tracer/src/display/tone_mapping.h"
+#include "tracer/src/image_io/oiio_loader.h"
 #include "tracer/src/image_io/png_file.h"
 #include "tracer/src/image_io/tiff.h"
-#include "tracer/src/parallel.h"
+#include "tracer/src/parallel/parallel_for.h"
 
 namespace tracer {
 namespace {
 
 /// Codes of 8 or 16 bits, three or four a pixel.
 template <class Code>
-struct Shown {
+struct DisplayCodes {
   int channels = 3;
   std::vector<Code> codes;
 };
@@ -43,30 +43,31 @@ std::vector<Code> codes_of(const std::vector<float>& linear) {
 
 /// Alpha is coverage, not light: no curve.
 template <class Code>
-void add_alpha(Shown<Code>& shown, const std::vector<float>& alpha) {
+void add_alpha(DisplayCodes<Code>& display, const std::vector<float>& alpha) {
   constexpr float most = std::numeric_limits<Code>::max();
   std::vector<Code> codes;
   codes.reserve(4 * alpha.size());
   for (std::size_t pixel = 0; pixel < alpha.size(); ++pixel) {
-    codes.insert(codes.end(), {shown.codes[3 * pixel], shown.codes[3 * pixel + 1], shown.codes[3 * pixel + 2],
+    codes.insert(codes.end(), {display.codes[3 * pixel], display.codes[3 * pixel + 1], display.codes[3 * pixel + 2],
                                static_cast<Code>(std::lround(alpha[pixel] * most))});
   }
-  shown = {4, std::move(codes)};
+  display = {4, std::move(codes)};
 }
 
 enum class Alpha { straight, over_black };
 
 /// Whether the codes are those of the radiances as they stand.
-bool shown_as_it_is(const Image& image, const Output& output, Alpha alpha) {
+bool is_displayed_unchanged(const Image& image, const Output& output, Alpha alpha) {
   const bool with_alpha = alpha == Alpha::straight && !image.alpha.empty();
   return !with_alpha && output.exposure == 0 && output.overflow == Output::Overflow::clamp;
 }
 
 template <class Code>
-Shown<Code> shown(const Image& image, const Output& output, Alpha alpha = Alpha::straight, std::uint32_t colors = 0) {
-  Shown<Code> result;
+DisplayCodes<Code> to_display(const Image& image, const Output& output, Alpha alpha = Alpha::straight,
+                              std::uint32_t colors = 0) {
+  DisplayCodes<Code> result;
   const bool with_alpha = alpha == Alpha::straight && !image.alpha.empty();
-  if (shown_as_it_is(image, output, alpha)) {
+  if (is_displayed_unchanged(image, output, alpha)) {
     result.codes = codes_of<Code>(image.rgb);
   } else {
     std::vector<float> linear = with_alpha ? straight_color(image) : image.rgb;
@@ -81,21 +82,21 @@ Shown<Code> shown(const Image& image, const Output& output, Alpha alpha = Alpha:
 }
 
 template <class Code>
-Encoded encode_png(const Image& image, const Shown<Code>& picture) {
-  return png_file(image.width, image.height, picture.channels, sizeof(Code) == 1 ? 8 : 16, picture.codes.data());
+Encoded encode_png(const Image& image, const DisplayCodes<Code>& display) {
+  return png_file(image.width, image.height, display.channels, sizeof(Code) == 1 ? 8 : 16, display.codes.data());
 }
 
 Encoded encode_tiff(const Image& image, const Output& output) {
-  if (shown_as_it_is(image, output, Alpha::straight)) {
+  if (is_displayed_unchanged(image, output, Alpha::straight)) {
     return tiff16(image.width, image.height, {3, [&](std::size_t first, std::span<std::uint16_t> into) {
                                                 srgb16_from_linear(std::span(image.rgb).subspan(first, into.size()),
                                                                    into);
                                               }});
   }
-  const auto picture = shown<std::uint16_t>(image, output);
+  const auto display = to_display<std::uint16_t>(image, output);
   return tiff16(image.width, image.height,
-                {static_cast<std::uint16_t>(picture.channels), [&](std::size_t first, std::span<std::uint16_t> into) {
-                   std::copy_n(&picture.codes[first], into.size(), into.begin());
+                {static_cast<std::uint16_t>(display.channels), [&](std::size_t first, std::span<std::uint16_t> into) {
+                   std::copy_n(&display.codes[first], into.size(), into.begin());
                  }});
 }
 
@@ -103,17 +104,17 @@ Encoded encode_tiff(const Image& image, const Output& output) {
 
 Encoded encode(const Image& image, Format format, const Output& output) {
   // Not every encoder refuses that: the JPEG one does not survive it.
-  if (image.width == 0 || image.height == 0) return std::string(name(format)) + " encoder: the picture has no pixels";
+  if (image.width == 0 || image.height == 0) return std::string(name(format)) + " encoder: the image has no pixels";
   if (format == Format::png)
-    return encode_png(image, shown<std::uint8_t>(image, output, Alpha::straight, output.palette));
-  if (format == Format::png16) return encode_png(image, shown<std::uint16_t>(image, output));
+    return encode_png(image, to_display<std::uint8_t>(image, output, Alpha::straight, output.palette));
+  if (format == Format::png16) return encode_png(image, to_display<std::uint16_t>(image, output));
   if (format == Format::tiff) return encode_tiff(image, output);
   const auto library = open_image_io();
   if (!library) return library.error();
   if (format == Format::exr) return (*library)->exr(image);
   if (format == Format::hdr) return (*library)->hdr(image);
-  const auto picture = shown<std::uint8_t>(image, output, Alpha::over_black);
-  return format == Format::jpg ? (*library)->jpeg(image, picture.codes) : (*library)->webp(image, picture.codes);
+  const auto display = to_display<std::uint8_t>(image, output, Alpha::over_black);
+  return format == Format::jpg ? (*library)->jpeg(image, display.codes) : (*library)->webp(image, display.codes);
 }
 
 }  // namespace tracer

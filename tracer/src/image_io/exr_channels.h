@@ -1,5 +1,5 @@
 #pragma once
-/// The channels of an EXR: the picture, then what else was kept of it.
+/// The channels of an EXR: the image, then what else was kept of it.
 
 #include <cstdint>
 #include <string>

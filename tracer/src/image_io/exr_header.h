@@ -1,6 +1,6 @@
 #pragma once
 /// What the header of an OpenEXR file claims, before OpenEXR believes it: that makes room for an attribute of two
-/// gigabytes, or for the table of a picture of 2^31 rows, in a file of four hundred bytes.
+/// gigabytes, or for the table of an image of 2^31 rows, in a file of four hundred bytes.
 
 #include <cstdint>
 #include <span>
@@ -11,7 +11,7 @@
 namespace tracer {
 
 /// Empty when all that the header claims is in the file and within the limits; else what is wrong. Precondition:
-/// picture_kind(bytes) is openexr. (OpenEXR File Layout, openexr.com: a version, headers of attributes, and for each
+/// image_kind(bytes) is openexr. (OpenEXR File Layout, openexr.com: a version, headers of attributes, and for each
 /// a table of eight bytes for every chunk.)
 std::string exr_refusal(std::span<const std::uint8_t> bytes, const TextureImageLimits& limits);
 

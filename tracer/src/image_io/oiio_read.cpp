@@ -8,27 +8,27 @@
 #include <utility>
 #include <vector>
 
-#include "tracer/src/film/srgb.h"
-#include "tracer/src/image_io/oiio_module.h"
+#include "tracer/src/display/srgb.h"
+#include "tracer/src/image_io/oiio_plugin.h"
 
 namespace tracer {
 namespace {
 
 constexpr int rows_at_once = 64;  // JPEG and EXR blocks are 16 to 32 rows high
 
-const char* reader_name(PictureKind kind) {
+const char* reader_name(ImageFormat kind) {
   switch (kind) {
-    case PictureKind::png:
+    case ImageFormat::png:
       return "png";
-    case PictureKind::jpeg:
+    case ImageFormat::jpeg:
       return "jpeg";
-    case PictureKind::openexr:
+    case ImageFormat::openexr:
       return "openexr";
-    case PictureKind::hdr:
+    case ImageFormat::hdr:
       return "hdr";
-    case PictureKind::tiff:
+    case ImageFormat::tiff:
       return "tiff";
-    case PictureKind::webp:
+    case ImageFormat::webp:
       return "webp";
   }
   return "";
@@ -88,7 +88,7 @@ class FileInMemory final : public OIIO::Filesystem::IOMemReader {
 /// One file being read, strip by strip.
 class Reading {
  public:
-  Reading(OIIO::ImageInput& input, PictureKind kind, ColorSpace space)
+  Reading(OIIO::ImageInput& input, ImageFormat kind, ColorSpace space)
       : input_(input), spec_(input.spec()), space_(space), coded_(!is_linear(kind)) {
     if (coded_) table_ = decoding_table(space);
     channels_ = std::min(spec_.nchannels, spec_.nchannels < 3 ? 1 : 3);
@@ -161,7 +161,7 @@ class Reading {
 
 }  // namespace
 
-Decoded oiio_read(PictureKind kind, std::span<const std::uint8_t> bytes, ColorSpace space,
+Decoded oiio_read(ImageFormat kind, std::span<const std::uint8_t> bytes, ColorSpace space,
                   const TextureImageLimits& limits) {
   FileInMemory memory(bytes);
   const std::string name = reader_name(kind);
@@ -173,7 +173,7 @@ Decoded oiio_read(PictureKind kind, std::span<const std::uint8_t> bytes, ColorSp
     return "cannot be read as " + name + ": " + input->geterror();
   }
   if (std::string refused = refusal(input->spec(), limits); !refused.empty()) return refused;
-  if (kind == PictureKind::tiff && input->spec().format.is_floating_point())
+  if (kind == ImageFormat::tiff && input->spec().format.is_floating_point())
     return std::string("holds floating-point numbers, and TIFF does not say what light they are; OpenEXR does");
   return Reading(*input, kind, space).run();
 }

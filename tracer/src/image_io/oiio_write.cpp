@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "tracer/src/image_io/exr_channels.h"
-#include "tracer/src/image_io/oiio_module.h"
+#include "tracer/src/image_io/oiio_plugin.h"
 
 namespace tracer {
 namespace {

@@ -7,14 +7,14 @@
 #include <bit>
 #include <new>
 
-#include "tracer/src/parallel.h"
+#include "tracer/src/parallel/parallel_for.h"
 
 namespace tracer {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// Rows of a picture, packed by themselves: what follows needs nothing of them but the sum.
+/// Rows of an image, packed by themselves: what follows needs nothing of them but the sum.
 struct Strip {
   std::uint32_t first = 0, last = 0;
   Bytes deflated;
@@ -22,7 +22,7 @@ struct Strip {
   std::size_t filtered_bytes = 0;
 };
 
-struct Picture {
+struct Image {
   std::uint32_t width, height;
   int channels, bits;
   const std::uint8_t* codes;
@@ -32,12 +32,12 @@ struct Picture {
 };
 
 /// Strips of about so many bytes: enough to be worth a task, and the same whatever the number of threads.
-std::vector<Strip> strips_of(const Picture& picture) {
+std::vector<Strip> strips_of(const Image& image) {
   constexpr std::size_t strip_bytes = std::size_t{1} << 17;
-  const auto rows = static_cast<std::uint32_t>(std::max<std::size_t>(1, strip_bytes / picture.row_bytes()));
+  const auto rows = static_cast<std::uint32_t>(std::max<std::size_t>(1, strip_bytes / image.row_bytes()));
   std::vector<Strip> strips;
-  for (std::uint32_t first = 0; first < picture.height; first += std::min(rows, picture.height - first))
-    strips.push_back({first, first + std::min(rows, picture.height - first), {}, 0, 0});
+  for (std::uint32_t first = 0; first < image.height; first += std::min(rows, image.height - first))
+    strips.push_back({first, first + std::min(rows, image.height - first), {}, 0, 0});
   return strips;
 }
 
@@ -52,15 +52,15 @@ void filter_up(const std::uint8_t* row, const std::uint8_t* above, std::size_t c
 
 /// The strip's rows, each behind the number of its filter (PNG specification, 3rd ed., 9.2). Nothing is above the
 /// first.
-Bytes filtered(const Picture& picture, const Strip& strip) {
+Bytes filtered(const Image& image, const Strip& strip) {
   constexpr std::uint8_t up = 2;
-  const std::size_t row_bytes = picture.row_bytes();
-  const bool swapped = picture.bits == 16 && std::endian::native == std::endian::little;
+  const std::size_t row_bytes = image.row_bytes();
+  const bool swapped = image.bits == 16 && std::endian::native == std::endian::little;
   const Bytes nothing(strip.first == 0 ? row_bytes : 0);
   Bytes bytes((strip.last - strip.first) * (row_bytes + 1));
   std::uint8_t* out = bytes.data();
   for (std::uint32_t y = strip.first; y < strip.last; ++y, out += row_bytes + 1) {
-    const std::uint8_t* const row = picture.codes + y * row_bytes;
+    const std::uint8_t* const row = image.codes + y * row_bytes;
     const std::uint8_t* const above = y == 0 ? nothing.data() : row - row_bytes;
     *out = up;
     swapped ? filter_up<true>(row, above, row_bytes, out + 1) : filter_up<false>(row, above, row_bytes, out + 1);
@@ -71,11 +71,11 @@ Bytes filtered(const Picture& picture, const Strip& strip) {
 /// Packs the strip: a part of one zlib stream (RFC 1950, 1951) without its header, which ends at a byte's end. Throws
 /// std::bad_alloc.
 ///
-/// Measured on traced pictures of 1920x1080, one thread: 19-34 ms, where the library's defaults take 62-188; the files
+/// Measured on traced images of 1920x1080, one thread: 19-34 ms, where the library's defaults take 62-188; the files
 /// are 11-59 % larger for it. Run lengths look no further back than a byte: strips cost next to nothing.
-void deflate(const Picture& picture, Strip& strip) {
+void deflate(const Image& image, Strip& strip) {
   constexpr int raw_window_bits = -15, memory_level = 8, level = 1;
-  Bytes bytes = filtered(picture, strip);
+  Bytes bytes = filtered(image, strip);
   strip.filtered_bytes = bytes.size();
   strip.adler = adler32_z(adler32_z(0, nullptr, 0), bytes.data(), bytes.size());
   z_stream stream{};
@@ -91,7 +91,7 @@ void deflate(const Picture& picture, Strip& strip) {
   stream.avail_in = static_cast<uInt>(bytes.size());
   stream.next_out = strip.deflated.data();
   stream.avail_out = static_cast<uInt>(strip.deflated.size());
-  ::deflate(&stream, strip.last == picture.height ? Z_FINISH : Z_SYNC_FLUSH);
+  ::deflate(&stream, strip.last == image.height ? Z_FINISH : Z_SYNC_FLUSH);
   strip.deflated.resize(stream.total_out);
   deflateEnd(&stream);
 }
@@ -134,11 +134,11 @@ void append(png_structp png, png_bytep data, std::size_t size) {
 void ignore(png_structp /*png*/, const char* /*warning*/) {}
 
 /// Nothing with a destructor lives in here: libpng's failures jump over it.
-bool write(png_structp png, png_infop info, const Picture& picture, const std::vector<Strip>& strips) {
+bool write(png_structp png, png_infop info, const Image& image, const std::vector<Strip>& strips) {
   if (setjmp(png_jmpbuf(png)) != 0) return false;
   png_set_user_limits(png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
-  png_set_IHDR(png, info, picture.width, picture.height, picture.bits,
-               picture.channels == 4 ? PNG_COLOR_TYPE_RGBA : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
+  png_set_IHDR(png, info, image.width, image.height, image.bits,
+               image.channels == 4 ? PNG_COLOR_TYPE_RGBA : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
                PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_set_sRGB_gAMA_and_cHRM(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
   png_write_info(png, info);
@@ -148,7 +148,7 @@ bool write(png_structp png, png_infop info, const Picture& picture, const std::v
   return true;
 }
 
-Result<Bytes, std::string> file_of(const Picture& picture, const std::vector<Strip>& strips) {
+Result<Bytes, std::string> file_of(const Image& image, const std::vector<Strip>& strips) {
   Writing result;
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &result, fail, ignore);
   png_infop info = png == nullptr ? nullptr : png_create_info_struct(png);
@@ -157,7 +157,7 @@ Result<Bytes, std::string> file_of(const Picture& picture, const std::vector<Str
     return std::string("png encoder: not enough memory");
   }
   png_set_write_fn(png, &result, append, nullptr);
-  const bool written = write(png, info, picture, strips);
+  const bool written = write(png, info, image, strips);
   png_destroy_write_struct(&png, &info);
   if (!written) return result.failure;
   return std::move(result.bytes);
@@ -167,11 +167,11 @@ Result<Bytes, std::string> file_of(const Picture& picture, const std::vector<Str
 
 Result<std::vector<std::uint8_t>, std::string> png_file(std::uint32_t width, std::uint32_t height, int channels,
                                                         int bits, const void* codes) try {
-  const Picture picture{width, height, channels, bits, static_cast<const std::uint8_t*>(codes)};
-  std::vector<Strip> strips = strips_of(picture);
-  for_each_tile(strips.size(), 0, [&](std::uint64_t index) { deflate(picture, strips[index]); });
+  const Image image{width, height, channels, bits, static_cast<const std::uint8_t*>(codes)};
+  std::vector<Strip> strips = strips_of(image);
+  for_each_tile(strips.size(), 0, [&](std::uint64_t index) { deflate(image, strips[index]); });
   join(strips);
-  return file_of(picture, strips);
+  return file_of(image, strips);
 } catch (const std::bad_alloc&) {
   return std::string("png encoder: not enough memory");
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// PNG by libpng and zlib themselves: most pictures need nothing else, and OpenImageIO takes longer to load than many
+/// PNG by libpng and zlib themselves: most images need nothing else, and OpenImageIO takes longer to load than many
 /// to trace.
 
 #include <cstdint>

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <utility>
 
-#include "tracer/src/parallel.h"
+#include "tracer/src/parallel/parallel_for.h"
 
 namespace tracer {
 namespace {
@@ -79,7 +79,7 @@ std::vector<std::uint8_t> tiff16(std::uint32_t width, std::uint32_t height, cons
   writer.entry(284, type_short, 1, 1);             // channels side by side
   writer.entry(296, type_short, 1, 1);             // no unit of length
   if (alpha) writer.entry(338, type_short, 1, 2);  // straight
-  writer.put32(0);                                 // no further picture
+  writer.put32(0);                                 // no further image
   for (std::uint16_t channel = 0; channel < channels; ++channel) writer.put16(16);
   writer.put32(1);
   writer.put32(1);

@@ -1,6 +1,6 @@
 #pragma once
 /// Baseline TIFF of our own (Adobe 1992, "TIFF Revision 6.0", part 1): OpenImageIO 2.4 writes it to files alone;
-/// written to memory its EXIF directory lands on the picture's own.
+/// written to memory its EXIF directory lands on the image's own.
 
 #include <cstdint>
 #include <functional>
@@ -9,7 +9,7 @@
 
 namespace tracer {
 
-/// A picture's 16-bit codes, row 0 on top: three a pixel, or four, then the last is straight alpha.
+/// An image's 16-bit codes, row 0 on top: three a pixel, or four, then the last is straight alpha.
 struct TiffCodes {
   std::uint16_t channels;
   /// Writes so many of them, from the one numbered `first` on. Any thread; no two pieces overlap.
@@ -17,7 +17,7 @@ struct TiffCodes {
 };
 
 /// Not compressed, little-endian, one strip. Precondition: the codes take less than 4 GiB. The file's bytes are the
-/// only room of the picture's size that it takes.
+/// only room of the image's size that it takes.
 std::vector<std::uint8_t> tiff16(std::uint32_t width, std::uint32_t height, const TiffCodes& codes);
 
 }  // namespace tracer

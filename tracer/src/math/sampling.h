@@ -1,5 +1,5 @@
 #pragma once
-/// Sample positions from a hash of (pixel, sample, seed): no state, so the picture does not depend on who traces what.
+/// Sample positions from a hash of (pixel, sample, seed): no state, so the image does not depend on who traces what.
 
 #include <cstdint>
 

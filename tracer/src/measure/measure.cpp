@@ -12,11 +12,11 @@
 namespace tracer {
 namespace {
 
-constexpr std::uint32_t pictures_least = 4;  // before their spread is believed
-constexpr double reference_share = 0.1;      // of the finest error
-constexpr double seconds_enough = 0.1;       // a shorter run is repeated: caches and clocks decide it
+constexpr std::uint32_t images_least = 4;  // before their spread is believed
+constexpr double reference_share = 0.1;    // of the finest error
+constexpr double seconds_enough = 0.1;     // a shorter run is repeated: caches and clocks decide it
 constexpr int runs_most = 5;
-const Failure no_memory{Failure::Code::out_of_memory, "no memory for the pictures to compare"};
+const Failure no_memory{Failure::Code::out_of_memory, "no memory for the images to compare"};
 
 struct Timed {
   Rendered rendered;
@@ -34,10 +34,10 @@ Result<Timed, Failure> render_timed(const Scene& scene, const Assets& assets, co
   return Timed{std::move(*rendered), seconds() - start};
 }
 
-/// Reference and picture are independent, so the mean of the squared difference is the sum of both squared errors: what
+/// Reference and image are independent, so the mean of the squared difference is the sum of both squared errors: what
 /// is the reference's is taken off. Precondition: equal sizes.
-double error_of(const ShownPicture& reference, double reference_error, const ShownPicture& picture) {
-  const auto comparison = compare(reference, picture, 0);
+double error_of(const DisplayImage& reference, double reference_error, const DisplayImage& image) {
+  const auto comparison = compare(reference, image, 0);
   assert(comparison.has_value());
   const double difference = comparison->rmse;
   return std::sqrt(std::max(0.0, (difference - reference_error) * (difference + reference_error)));
@@ -55,7 +55,7 @@ const Setting& finest(const std::vector<Setting>& settings) {
 }  // namespace
 
 Result<MeasuredPoint, Failure> measure(const Scene& scene, const Assets& assets, const Setting& setting,
-                                       const ShownPicture& reference, double reference_error,
+                                       const DisplayImage& reference, double reference_error,
                                        const std::function<double()>& seconds, std::uint32_t threads,
                                        RenderControl& control) {
   Scene turned = scene;
@@ -68,7 +68,7 @@ Result<MeasuredPoint, Failure> measure(const Scene& scene, const Assets& assets,
   point.samples_mean = static_cast<double>(statistics.samples - statistics.audit_samples) /
                        static_cast<double>(scene.image.window().pixels());
   point.rays = statistics.rays;
-  point.error = error_of(reference, reference_error, shown(timed->rendered.image, turned.output));
+  point.error = error_of(reference, reference_error, to_display(timed->rendered.image, turned.output));
   double spent = timed->seconds;
   for (int run = 1; run < runs_most && spent < seconds_enough; ++run) {
     const auto again = render_timed(turned, assets, seconds, threads, control);
@@ -79,7 +79,7 @@ Result<MeasuredPoint, Failure> measure(const Scene& scene, const Assets& assets,
   return point;
 }
 
-Measuring::Measuring(const Scene& scene, const Assets& assets, MeasureSettings settings)
+MeasurementRun::MeasurementRun(const Scene& scene, const Assets& assets, MeasureSettings settings)
     : scene_(scene),
       assets_(assets),
       wanted_(std::move(settings)),
@@ -87,17 +87,17 @@ Measuring::Measuring(const Scene& scene, const Assets& assets, MeasureSettings s
       points_(settings_.size()),
       reference_(empty_reference(scene, wanted_.reference_samples)) {}
 
-void Measuring::resume(Reference reference) {
+void MeasurementRun::resume(Reference reference) {
   const auto same_size = [&](const std::vector<double>& sums) { return sums.size() == reference_.light.size(); };
   if (reference.width != reference_.width || reference.height != reference_.height ||
-      reference.picture_samples != reference_.picture_samples || !same_size(reference.light) ||
-      !same_size(reference.squares) || (reference.complete && reference.pictures == 0))
+      reference.image_samples != reference_.image_samples || !same_size(reference.light) ||
+      !same_size(reference.squares) || (reference.complete && reference.images == 0))
     return;
   reference_ = std::move(reference);
   shown_.reset();
 }
 
-void Measuring::resume(std::vector<MeasuredPoint> points) {
+void MeasurementRun::resume(std::vector<MeasuredPoint> points) {
   for (MeasuredPoint& point : points)
     for (std::size_t i = 0; i < settings_.size(); ++i)
       if (settings_[i].knob == point.setting.knob && settings_[i].value == point.setting.value) {
@@ -106,37 +106,37 @@ void Measuring::resume(std::vector<MeasuredPoint> points) {
       }
 }
 
-std::size_t Measuring::next_setting() const {
+std::size_t MeasurementRun::next_setting() const {
   const auto missing = std::find_if(points_.begin(), points_.end(), [](const auto& point) { return !point; });
   return static_cast<std::size_t>(missing - points_.begin());
 }
 
-bool Measuring::done() const { return reference_.complete && next_setting() == settings_.size(); }
+bool MeasurementRun::done() const { return reference_.complete && next_setting() == settings_.size(); }
 
-std::string Measuring::next() const {
+std::string MeasurementRun::next() const {
   assert(!done());
   if (reference_.complete) return title(settings_[next_setting()]);
-  return "reference, " + std::to_string(std::uint64_t{reference_.pictures} * reference_.picture_samples) +
-         " of at most " + std::to_string(wanted_.reference_samples) + " samples";
+  return "reference, " + std::to_string(std::uint64_t{reference_.images} * reference_.image_samples) + " of at most " +
+         std::to_string(wanted_.reference_samples) + " samples";
 }
 
-std::size_t Measuring::steps_done() const {
+std::size_t MeasurementRun::steps_done() const {
   const auto measured =
       std::count_if(points_.begin(), points_.end(), [](const auto& point) { return point.has_value(); });
-  const std::size_t pictures =
-      reference_.complete ? wanted_.reference_samples / reference_.picture_samples : reference_.pictures;
-  return pictures + static_cast<std::size_t>(measured);
+  const std::size_t images =
+      reference_.complete ? wanted_.reference_samples / reference_.image_samples : reference_.images;
+  return images + static_cast<std::size_t>(measured);
 }
 
-std::size_t Measuring::steps() const {
-  return wanted_.reference_samples / reference_.picture_samples + settings_.size();
+std::size_t MeasurementRun::steps() const {
+  return wanted_.reference_samples / reference_.image_samples + settings_.size();
 }
 
-std::optional<Failure> Measuring::step(RenderControl& control) {
+std::optional<Failure> MeasurementRun::step(RenderControl& control) {
   assert(!done());
   try {
     if (!reference_.complete) return grow_reference(control);
-    if (!shown_) shown_ = shown(reference_, scene_.output);
+    if (!shown_) shown_ = to_display(reference_, scene_.output);
     const std::size_t index = next_setting();
     auto point = measure(scene_, assets_, settings_[index], *shown_, standard_error(reference_, scene_.output),
                          wanted_.seconds, wanted_.threads, control);
@@ -148,8 +148,8 @@ std::optional<Failure> Measuring::step(RenderControl& control) {
   }
 }
 
-std::optional<Failure> Measuring::grow_reference(RenderControl& control) {
-  if (reference_.pictures < wanted_.reference_samples / reference_.picture_samples) {
+std::optional<Failure> MeasurementRun::grow_reference(RenderControl& control) {
+  if (reference_.images < wanted_.reference_samples / reference_.image_samples) {
     auto timed = render_timed(reference_scene(scene_, reference_), assets_, wanted_.seconds, wanted_.threads, control);
     if (!timed) return std::move(timed.error());
     add(reference_, timed->rendered.image);
@@ -158,28 +158,28 @@ std::optional<Failure> Measuring::grow_reference(RenderControl& control) {
 }
 
 /// Whether it is good enough.
-std::optional<Failure> Measuring::judge_reference(RenderControl& control) {
-  if (reference_.pictures >= wanted_.reference_samples / reference_.picture_samples) {
+std::optional<Failure> MeasurementRun::judge_reference(RenderControl& control) {
+  if (reference_.images >= wanted_.reference_samples / reference_.image_samples) {
     reference_.complete = true;
     return std::nullopt;
   }
-  if (reference_.pictures < pictures_least || settings_.empty()) return std::nullopt;
+  if (reference_.images < images_least || settings_.empty()) return std::nullopt;
   if (!finest_) {
     Scene turned = scene_;
     turned.accuracy = finest(settings_).accuracy;
     auto timed = render_timed(turned, assets_, wanted_.seconds, wanted_.threads, control);
     if (!timed) return std::move(timed.error());
-    finest_ = shown(timed->rendered.image, scene_.output);
+    finest_ = to_display(timed->rendered.image, scene_.output);
   }
   const double own = standard_error(reference_, scene_.output);
-  reference_.complete = own <= reference_share * error_of(shown(reference_, scene_.output), own, *finest_);
+  reference_.complete = own <= reference_share * error_of(to_display(reference_, scene_.output), own, *finest_);
   return std::nullopt;
 }
 
-Measurement Measuring::measurement() const {
+Measurement MeasurementRun::measurement() const {
   Measurement found{.name = scene_.name, .width = reference_.width, .height = reference_.height};
-  found.reference_samples = reference_.pictures * reference_.picture_samples;
-  if (reference_.pictures > 1) found.reference_error = standard_error(reference_, scene_.output);
+  found.reference_samples = reference_.images * reference_.image_samples;
+  if (reference_.images > 1) found.reference_error = standard_error(reference_, scene_.output);
   for (const auto& point : points_)
     if (point) found.points.push_back(*point);
   return found;

@@ -6,26 +6,26 @@
 namespace tracer {
 namespace {
 
-constexpr std::uint32_t picture_samples_most = 256;  // enough that a picture's build is little of its time
-constexpr std::uint32_t pictures_least = 8;          // a spread of fewer is a guess
+constexpr std::uint32_t image_samples_most = 256;  // enough that an image's build is little of its time
+constexpr std::uint32_t images_least = 8;          // a spread of fewer is a guess
 constexpr double cutoff = 1e-3;  // by chance: any is right in the mean, small ones cost 1 / cutoff rays in glass
 constexpr std::uint32_t depth = 200;
 
 /// The mean light and so many of its standard deviations.
-ShownPicture shown_beside(const Reference& reference, const Output& output, double deviations) {
-  const double count = reference.pictures;
+DisplayImage shown_beside(const Reference& reference, const Output& output, double deviations) {
+  const double count = reference.images;
   Image image;
   image.width = reference.width;
   image.height = reference.height;
   image.rgb.reserve(reference.light.size());
   for (std::size_t i = 0; i < reference.light.size(); ++i) {
     const double light = reference.light[i];
-    // Light is of floats: the squares of pictures that are equal sum exactly.
+    // Light is of floats: the squares of images that are equal sum exactly.
     const double variance = std::max(0.0, reference.squares[i] - light * light / count) / (count - 1) / count;
     const double beside = deviations == 0 ? 0 : deviations * std::sqrt(variance);
     image.rgb.push_back(static_cast<float>(light / count + beside));
   }
-  return shown(image, output);
+  return to_display(image, output);
 }
 
 }  // namespace
@@ -33,7 +33,7 @@ ShownPicture shown_beside(const Reference& reference, const Output& output, doub
 Reference empty_reference(const Scene& scene, std::uint32_t samples) {
   const PixelWindow window = scene.image.window();
   Reference reference{.width = window.width(), .height = window.height()};
-  reference.picture_samples = std::clamp(samples / pictures_least, 2u, picture_samples_most);
+  reference.image_samples = std::clamp(samples / images_least, 2u, image_samples_most);
   const auto values = static_cast<std::size_t>(3 * window.pixels());
   for (std::vector<double>* sums : {&reference.light, &reference.squares}) sums->resize(values);
   return reference;
@@ -43,12 +43,12 @@ Scene reference_scene(const Scene& scene, const Reference& reference) {
   Scene independent = scene;
   Accuracy& accuracy = independent.accuracy;
   accuracy = Accuracy();
-  accuracy.samples = reference.picture_samples;
+  accuracy.samples = reference.image_samples;
   accuracy.max_depth = depth;
   accuracy.cutoff = cutoff;
   accuracy.cutoff_by_chance = true;
-  // An odd factor, so that no number of pictures comes back to the seed of the pictures that are measured.
-  accuracy.seed = scene.accuracy.seed + 0x9e3779b97f4a7c15u * (std::uint64_t{reference.pictures} + 1);
+  // An odd factor, so that no number of images comes back to the seed of the images that are measured.
+  accuracy.seed = scene.accuracy.seed + 0x9e3779b97f4a7c15u * (std::uint64_t{reference.images} + 1);
   for (Texture& texture : independent.textures)
     if (texture.filter == Texture::Filter::mipmap) texture.filter = Texture::Filter::bilinear;
   independent.output.layers.clear();
@@ -61,11 +61,11 @@ void add(Reference& reference, const Image& image) {
     reference.light[i] += light;
     reference.squares[i] += light * light;
   }
-  ++reference.pictures;
+  ++reference.images;
 }
 
 double standard_error(const Reference& reference, const Output& output) {
-  const ShownPicture below = shown_beside(reference, output, -1), above = shown_beside(reference, output, 1);
+  const DisplayImage below = shown_beside(reference, output, -1), above = shown_beside(reference, output, 1);
   double sum = 0;
   const std::size_t row = 3 * std::size_t{reference.width};
   for (std::size_t first = 0; first < above.codes.size(); first += row) {
@@ -79,6 +79,6 @@ double standard_error(const Reference& reference, const Output& output) {
   return std::sqrt(sum / static_cast<double>(above.codes.size())) / codes_per_level;
 }
 
-ShownPicture shown(const Reference& reference, const Output& output) { return shown_beside(reference, output, 0); }
+DisplayImage to_display(const Reference& reference, const Output& output) { return shown_beside(reference, output, 0); }
 
 }  // namespace tracer

@@ -8,9 +8,9 @@
 #include "tracer/mesh_file.h"
 #include "tracer/src/math/vec.h"
 #include "tracer/src/mesh_io/formats.h"
-#include "tracer/src/mesh_io/values.h"
+#include "tracer/src/mesh_io/parse_numbers.h"
+#include "tracer/src/mesh_io/tokenizer.h"
 #include "tracer/src/mesh_io/weld.h"
-#include "tracer/src/mesh_io/words.h"
 
 namespace tracer::mesh_io {
 namespace {
@@ -59,14 +59,14 @@ class ObjReader {
 
   /// Of this line; empty where a comment begins.
   std::string_view next_word() {
-    const std::string_view word = words_.word_of_joined_lines();
+    const std::string_view word = words_.next_token_across_continuations();
     return word.starts_with('#') ? std::string_view() : word;
   }
 
   bool read_number(double& number) {
     const std::string_view word = next_word();
     if (parse_number(word, number)) return true;
-    return refuse(word.empty() ? "a number is missing" : quoted(word) + " is no number");
+    return refuse(word.empty() ? "a number is missing" : in_quotes(word) + " is no number");
   }
 
   /// What follows (weight, colour) is not read.
@@ -79,7 +79,7 @@ class ObjReader {
     Vec2& uv = uvs_.emplace_back();
     if (!read_number(uv.x)) return false;
     const std::string_view second = next_word();  // v is 0 where it is not given
-    if (!second.empty() && !parse_number(second, uv.y)) return refuse(quoted(second) + " is no number");
+    if (!second.empty() && !parse_number(second, uv.y)) return refuse(in_quotes(second) + " is no number");
     return refuse(refusal_of(uv, limits_));
   }
 
@@ -89,9 +89,9 @@ class ObjReader {
     for (std::string_view word; !(word = next_word()).empty();) {
       Corner corner;
       if (!read_corner(word, corner)) return false;
-      polygon_.push_back(static_cast<std::uint32_t>(corners_.size()));
+      polygon_.push_back(static_cast<std::uint32_t>(corner_points_.size()));
       polygon_positions_.push_back(positions_[corner.position]);
-      corners_.push_back(corner);
+      corner_points_.push_back(corner);
       has_uvs_ |= corner.uv != none;
       has_normals_ |= corner.normal != none;
     }
@@ -108,7 +108,7 @@ class ObjReader {
       return part;
     };
     const std::string_view position = next_part(), uv = next_part(), normal = next_part();
-    if (!word.empty()) return refuse(quoted(whole) + " is no corner of a face");
+    if (!word.empty()) return refuse(in_quotes(whole) + " is no corner of a face");
     return read_index(position, positions_.size(), "positions", corner.position) &&
            (uv.empty() || read_index(uv, uvs_.size(), "texture coordinates", corner.uv)) &&
            (normal.empty() || read_index(normal, normals_.size(), "normals", corner.normal));
@@ -118,11 +118,11 @@ class ObjReader {
   bool read_index(std::string_view word, std::size_t count, const char* of, std::uint32_t& index) {
     double number = 0;
     const auto most = static_cast<double>(count);
-    if (!parse_number(word, number) || number != std::trunc(number)) return refuse(quoted(word) + " is no index");
+    if (!parse_number(word, number) || number != std::trunc(number)) return refuse(in_quotes(word) + " is no index");
     if (number < 0) number += most + 1;
     if (!(number >= 1 && number <= most)) {
       return refuse("must be the index of one of the " + std::to_string(count) + " " + of + " so far, got " +
-                    quoted(word));
+                    in_quotes(word));
     }
     index = static_cast<std::uint32_t>(number) - 1;
     return true;
@@ -133,22 +133,22 @@ class ObjReader {
   void add_smooth_normals() {
     normals_.assign(positions_.size(), {});
     for (const auto& triangle : mesh_.triangles) {
-      const auto position = [&](std::size_t i) { return corners_[triangle[i]].position; };
+      const auto position = [&](std::size_t i) { return corner_points_[triangle[i]].position; };
       const Vec3 a = positions_[position(0)];
       const Vec3 weighted = cross(positions_[position(1)] - a, positions_[position(2)] - a);
       for (std::size_t i = 0; i < 3; ++i) normals_[position(i)] += weighted;
     }
     for (Vec3& normal : normals_) normal = normalize(normal);
-    for (Corner& corner : corners_) corner.normal = corner.position;
+    for (Corner& corner : corner_points_) corner.normal = corner.position;
     has_normals_ = true;
   }
 
   void make_vertices() {
-    const Welded welded = weld(corners_);
+    const Welded welded = weld(corner_points_);
     for (auto& triangle : mesh_.triangles)
       for (std::uint32_t& corner : triangle) corner = welded.vertex[corner];
     for (const std::uint32_t first : welded.first) {
-      const Corner& corner = corners_[first];
+      const Corner& corner = corner_points_[first];
       mesh_.positions.push_back(positions_[corner.position]);
       if (has_uvs_) mesh_.uvs.push_back(corner.uv == none ? Vec2{} : uvs_[corner.uv]);
       if (has_normals_) mesh_.normals.push_back(corner.normal == none ? Vec3{} : normals_[corner.normal]);
@@ -161,7 +161,7 @@ class ObjReader {
   std::string refusal_;
   std::vector<Vec3> positions_, normals_;
   std::vector<Vec2> uvs_;
-  std::vector<Corner> corners_;  ///< of all faces; the mesh's triangles point at them until they are welded
+  std::vector<Corner> corner_points_;  ///< of all faces; the mesh's triangles point at them until they are welded
   std::vector<std::uint32_t> polygon_;
   std::vector<Vec3> polygon_positions_;
   bool has_uvs_ = false, has_normals_ = false;

@@ -6,8 +6,8 @@
 
 #include "tracer/mesh_file.h"
 #include "tracer/src/mesh_io/formats.h"
+#include "tracer/src/mesh_io/parse_numbers.h"
 #include "tracer/src/mesh_io/ply_values.h"
-#include "tracer/src/mesh_io/values.h"
 
 namespace tracer::mesh_io {
 namespace {
@@ -61,7 +61,7 @@ class PlyReader {
   bool read_element(const Element& element) {
     if (!values_.has_room_for(element)) {
       return refuse("the file is too short for the " + std::to_string(element.count) + " elements " +
-                    quoted(element.name) + " that its header declares");
+                    in_quotes(element.name) + " that its header declares");
     }
     if (element.name == "vertex") return read_vertices(element);
     if (element.name == "face") return read_faces(element);
@@ -82,10 +82,10 @@ class PlyReader {
     double number = 0;
     if (!next(*list.count, number)) return false;
     if (!(number >= 0 && number <= max_index && number == std::trunc(number)))
-      return refuse("the length of the list " + quoted(list.name) + " must be an integer >= 0");
+      return refuse("the length of the list " + in_quotes(list.name) + " must be an integer >= 0");
     length = static_cast<std::uint64_t>(number);
     return values_.has_room_for(list.type, length) ||
-           refuse("the file is too short for the list " + quoted(list.name) + " of " + std::to_string(length));
+           refuse("the file is too short for the list " + in_quotes(list.name) + " of " + std::to_string(length));
   }
 
   bool read_vertices(const Element& element) {
@@ -146,13 +146,13 @@ class PlyReader {
       if (is_triangle) {
         triangle[i] = static_cast<std::uint32_t>(index);
       } else {
-        corners_.push_back(static_cast<std::uint32_t>(index));
+        corner_points_.push_back(static_cast<std::uint32_t>(index));
       }
     }
     if (is_triangle) {
       faces_.push_back(triangle);
     } else {
-      ends_.push_back(corners_.size());
+      ends_.push_back(corner_points_.size());
     }
     return true;
   }
@@ -222,7 +222,7 @@ class PlyReader {
     std::vector<Vec3> positions;
     std::size_t begin = 0;
     for (const std::size_t end : ends_) {
-      const std::span<const std::uint32_t> polygon(corners_.data() + begin, end - begin);
+      const std::span<const std::uint32_t> polygon(corner_points_.data() + begin, end - begin);
       positions.clear();
       for (const std::uint32_t corner : polygon) {
         if (!is_vertex(corner)) return false;
@@ -264,8 +264,8 @@ class PlyReader {
   ply::Values values_;
   std::string refusal_;
   std::vector<std::array<std::uint32_t, 3>> faces_;  ///< that are triangles, up to the first that is none
-  std::vector<std::uint32_t> corners_;               ///< of all other faces, one behind the other
-  std::vector<std::size_t> ends_;                    ///< of each of these, in `corners_`
+  std::vector<std::uint32_t> corner_points_;         ///< of all other faces, one behind the other
+  std::vector<std::size_t> ends_;                    ///< of each of these, in `corner_points_`
   std::size_t face_ = 0;                             ///< counted from 0, as they are in the file
   Mesh mesh_;
 };

@@ -51,7 +51,7 @@ class HeaderReader {
     if (!has_format_) return at_line(line, "the header has no format");
     for (const Element& element : header_.elements)
       if (element.properties.empty() && element.count > 0)
-        return at_line(line, "the element " + quoted(element.name) + " has no properties");
+        return at_line(line, "the element " + in_quotes(element.name) + " has no properties");
     words_.next_line();
     return std::move(header_);
   }
@@ -61,7 +61,7 @@ class HeaderReader {
     if (keyword == "format") return read_format();
     if (keyword == "element") return read_element();
     if (keyword == "property") return read_property();
-    return refuse(quoted(keyword) + " has no place in a header");
+    return refuse(in_quotes(keyword) + " has no place in a header");
   }
 
   bool read_format() {
@@ -72,7 +72,7 @@ class HeaderReader {
       has_format_ = true;
       return true;
     }
-    return refuse("the format must be ascii, binary_little_endian or binary_big_endian, got " + quoted(name));
+    return refuse("the format must be ascii, binary_little_endian or binary_big_endian, got " + in_quotes(name));
   }
 
   bool read_element() {
@@ -81,10 +81,10 @@ class HeaderReader {
     const std::string_view count = words_.word();
     const auto [end, error] = std::from_chars(count.data(), count.data() + count.size(), element.count);
     if (error != std::errc() || end != count.data() + count.size())
-      return refuse("must be the number of the elements " + quoted(element.name) + ", got " + quoted(count));
+      return refuse("must be the number of the elements " + in_quotes(element.name) + ", got " + in_quotes(count));
     const auto same = [&](const Element& other) { return other.name == element.name; };
     if (std::any_of(header_.elements.begin(), header_.elements.end(), same))
-      return refuse("the element " + quoted(element.name) + " is declared twice");
+      return refuse("the element " + in_quotes(element.name) + " is declared twice");
     if (header_.elements.size() == elements_max)
       return refuse("the limit elements_max is " + std::to_string(elements_max));
     header_.elements.push_back(std::move(element));
@@ -98,7 +98,7 @@ class HeaderReader {
       type = meaning;
       return true;
     }
-    return refuse(quoted(name) + " is no type");
+    return refuse(in_quotes(name) + " is no type");
   }
 
   bool read_property() {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "tracer/result.h"
-#include "tracer/src/mesh_io/words.h"
+#include "tracer/src/mesh_io/tokenizer.h"
 
 namespace tracer::mesh_io::ply {
 

@@ -59,7 +59,7 @@ bool Values::next(Type type, double& value) {
 bool Values::next_word(double& value) {
   const std::string_view word = words_.word_of_any_line();
   if (parse_number(word, value)) return true;
-  refusal_ = word.empty() ? "the file ends within its data" : quoted(word) + " is no number";
+  refusal_ = word.empty() ? "the file ends within its data" : in_quotes(word) + " is no number";
   return false;
 }
 

@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "tracer/src/mesh_io/formats.h"
-#include "tracer/src/mesh_io/values.h"
+#include "tracer/src/mesh_io/parse_numbers.h"
+#include "tracer/src/mesh_io/tokenizer.h"
 #include "tracer/src/mesh_io/weld.h"
-#include "tracer/src/mesh_io/words.h"
 
 namespace tracer::mesh_io {
 namespace {
@@ -60,13 +60,13 @@ class AsciiStlReader {
       }
     }
     if (!ended_) return at_line(words_.line(), "the file ends before \"endsolid\"");
-    if (corners_.empty()) return std::string("has no facets");
-    return welded_mesh(corners_);
+    if (corner_points_.empty()) return std::string("has no facets");
+    return welded_mesh(corner_points_);
   }
 
  private:
   bool refuse(std::string_view found, const char* expected) {
-    refusal_ = std::string("expected ") + expected + ", found " + (found.empty() ? "the end" : quoted(found));
+    refusal_ = std::string("expected ") + expected + ", found " + (found.empty() ? "the end" : in_quotes(found));
     return false;
   }
 
@@ -83,14 +83,14 @@ class AsciiStlReader {
   bool read_vector(Vec3& v) { return read_number(v.x) && read_number(v.y) && read_number(v.z); }
 
   bool read_corner() {
-    Vec3& corner = corners_.emplace_back();
+    Vec3& corner = corner_points_.emplace_back();
     if (!expect("vertex") || !read_vector(corner)) return false;
     refusal_ = refusal_of(corner, limits_);
     return refusal_.empty();
   }
 
   bool read_facet() {
-    refusal_ = refusal_of_triangle_count(corners_.size() / 3 + 1, limits_);
+    refusal_ = refusal_of_triangle_count(corner_points_.size() / 3 + 1, limits_);
     Vec3 normal;
     return refusal_.empty() && expect("normal") && read_vector(normal) && expect("outer") && expect("loop") &&
            read_corner() && read_corner() && read_corner() && expect("endloop") && expect("endfacet");
@@ -100,7 +100,7 @@ class AsciiStlReader {
   const Limits& limits_;
   std::string refusal_;
   bool ended_ = false;
-  std::vector<Vec3> corners_;
+  std::vector<Vec3> corner_points_;
 };
 
 }  // namespace

@@ -104,7 +104,8 @@ class Layout {
     bottom_ = drawing_.height - edge;
     std::string text = drawable(plot_.note);
     if (left_out_ > 0) {
-      text += (text.empty() ? "" : " ") + ("Not shown: " + std::to_string(left_out_));
+      text += text.empty() ? "Not shown: " : " Not shown: ";
+      text += std::to_string(left_out_);
       text += left_out_ == 1 ? " point that has" : " points that have";
       text += " no place on these axes.";
     }
@@ -200,7 +201,8 @@ class Layout {
       const std::string name = drawable(plot_.series[i].name);
       if (name.empty() || shown_[i].empty()) continue;
       const PlotPoint &first = shown_[i].front(), &last = shown_[i].back();
-      text += " " + name + ": " + std::to_string(shown_[i].size()) + (shown_[i].size() == 1 ? " point" : " points");
+      text.append(" ").append(name).append(": ");
+      text += std::to_string(shown_[i].size()) + (shown_[i].size() == 1 ? " point" : " points");
       text += ", from (" + brief(first.x) + ", " + brief(first.y) + ") to (" + brief(last.x) + ", " + brief(last.y);
       text += ").";
     }

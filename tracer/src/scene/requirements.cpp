@@ -4,8 +4,8 @@
 #include <optional>
 #include <utility>
 
-#include "tracer/src/materials/shading.h"
-#include "tracer/src/scene/placement.h"
+#include "tracer/src/materials/shading_mode.h"
+#include "tracer/src/scene/instancing.h"
 
 namespace tracer {
 namespace {

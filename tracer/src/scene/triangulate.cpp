@@ -46,21 +46,22 @@ bool is_fan(const std::vector<Vec2>& polygon) {
 class Ring {
  public:
   explicit Ring(std::vector<Vec2> polygon) : points_(std::move(polygon)), size_(points_.size()) {
-    for (std::size_t i = 0; i < size_; ++i) corners_.push_back({(i + size_ - 1) % size_, (i + 1) % size_, false});
-    for (std::size_t i = 0; i < size_; ++i) corners_[i].ear = is_ear(i);
+    for (std::size_t i = 0; i < size_; ++i) corner_points_.push_back({(i + size_ - 1) % size_, (i + 1) % size_, false});
+    for (std::size_t i = 0; i < size_; ++i) corner_points_[i].ear = is_ear(i);
   }
 
   /// Removes an ear and returns its triangle. Where there is none (the polygon meets itself), any corner will do.
   std::array<std::uint32_t, 3> cut() {
     std::size_t corner = somewhere_;
-    for (std::size_t step = 0; step < size_ && !corners_[corner].ear; ++step) corner = corners_[corner].next;
-    const auto [before, after, ear] = corners_[corner];
-    corners_[before].next = after;
-    corners_[after].before = before;
+    for (std::size_t step = 0; step < size_ && !corner_points_[corner].ear; ++step)
+      corner = corner_points_[corner].next;
+    const auto [before, after, ear] = corner_points_[corner];
+    corner_points_[before].next = after;
+    corner_points_[after].before = before;
     --size_;
     somewhere_ = after;
-    corners_[before].ear = is_ear(before);
-    corners_[after].ear = is_ear(after);
+    corner_points_[before].ear = is_ear(before);
+    corner_points_[after].ear = is_ear(after);
     return {static_cast<std::uint32_t>(before), static_cast<std::uint32_t>(corner), static_cast<std::uint32_t>(after)};
   }
 
@@ -71,10 +72,10 @@ class Ring {
   };
 
   [[nodiscard]] bool is_ear(std::size_t corner) const {
-    const std::size_t before = corners_[corner].before, after = corners_[corner].next;
+    const std::size_t before = corner_points_[corner].before, after = corner_points_[corner].next;
     const Vec2 &a = points_[before], &b = points_[corner], &c = points_[after];
     if (area(a, b, c) < 0) return false;
-    for (std::size_t other = corners_[after].next; other != before; other = corners_[other].next) {
+    for (std::size_t other = corner_points_[after].next; other != before; other = corner_points_[other].next) {
       const Vec2& p = points_[other];
       const bool inside = area(a, b, p) >= 0 && area(b, c, p) >= 0 && area(c, a, p) >= 0;
       if (inside && p != a && p != b && p != c) return false;
@@ -83,7 +84,7 @@ class Ring {
   }
 
   std::vector<Vec2> points_;
-  std::vector<Corner> corners_;
+  std::vector<Corner> corner_points_;
   std::size_t size_;
   std::size_t somewhere_ = 0;
 };

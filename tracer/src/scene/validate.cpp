@@ -10,7 +10,7 @@
 namespace tracer {
 namespace {
 
-constexpr double exposure_max = 100;  // stops: 2^100 is value_max, so the darkest and brightest pictures can be shown
+constexpr double exposure_max = 100;  // stops: 2^100 is value_max, so the darkest and brightest images can be shown
 
 bool check_crop(Checks& checks, const Where& where, const ImageSize& image) {
   const PixelWindow& crop = *image.crop;
@@ -276,7 +276,7 @@ void check_adaptive(Checks& checks, const Where& accuracy, const Adaptive& adapt
   }
 }
 
-/// Those that every pixel gets are within the limit; more are an adaptive picture's own affair.
+/// Those that every pixel gets are within the limit; more are an adaptive image's own affair.
 void check_samples(Checks& checks, const Where& where, const Accuracy& accuracy, std::uint64_t pixels) {
   const std::uint32_t samples = accuracy.adaptive ? accuracy.adaptive->samples_min : accuracy.samples;
   if (samples == 0) {

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "tracer/src/scene/checks.h"
-#include "tracer/src/scene/placement.h"
+#include "tracer/src/scene/instancing.h"
 
 namespace tracer {
 namespace {

@@ -5,7 +5,7 @@
 #include <variant>
 
 #include "tracer/src/scene/checks.h"
-#include "tracer/src/scene/placement.h"
+#include "tracer/src/scene/instancing.h"
 
 namespace tracer {
 namespace {

@@ -18,7 +18,7 @@ Vec3 nearest_axis(const Vec3& v) {
   return {std::copysign(1.0, v.x), 0, 0};
 }
 
-/// A picture that goes once around is closed; one that is repeated or moved does as its texture says.
+/// An image that goes once around is closed; one that is repeated or moved does as its texture says.
 Wraps wraps_around(const Texture& texture) {
   const bool to_the_poles = texture.scale.y == 1 && texture.offset.y == 0;
   return {texture.scale.x == 1 ? Texture::Wrap::repeat : texture.wrap,
@@ -41,8 +41,9 @@ double pieces_of_a_turn(const Texture& texture, const ImageMap* image) {
 
 }  // namespace
 
-TraceBackground::TraceBackground(const Background& background, const Vec3& up, const std::vector<Texture>& textures,
-                                 const std::vector<std::shared_ptr<const ImageMap>>& images)
+CompiledBackground::CompiledBackground(const Background& background, const Vec3& up,
+                                       const std::vector<Texture>& textures,
+                                       const std::vector<std::shared_ptr<const ImageMap>>& images)
     : color_(background.color), up_(normalize(up)) {
   const auto add_face = [&](const Vec3& axis, const Vec3& face_up, TextureId id, Wraps (*wraps)(const Texture&)) {
     const Texture& texture = textures[id.index];
@@ -70,8 +71,8 @@ TraceBackground::TraceBackground(const Background& background, const Vec3& up, c
 
 /// Equirectangular, the inverse of the panorama camera. Towards the poles a beam covers more and more columns of the
 /// few rows that it covers, and pyramids have no such texels: it is looked up side by side, so often that each lookup
-/// is square on a picture twice as wide as high. That is 1 / cos(latitude), some 1.6 on the mean over all directions.
-Color TraceBackground::environment(const Vec3& direction, double spread) const {
+/// is square on an image twice as wide as high. That is 1 / cos(latitude), some 1.6 on the mean over all directions.
+Color CompiledBackground::environment(const Vec3& direction, double spread) const {
   const Face& around = faces_.front();
   const double ahead = dot(direction, around.axis), right = dot(direction, around.right);
   const double level = std::hypot(ahead, right);
@@ -96,7 +97,7 @@ Color TraceBackground::environment(const Vec3& direction, double spread) const {
 
 /// By the face that the direction's largest component points at. On it u = (1 + right / ahead) / 2, whose gradient over
 /// directions is sqrt(1 + (right / ahead)^2) / (2 ahead) long; v likewise.
-Color TraceBackground::cube(const Vec3& direction, double spread) const {
+Color CompiledBackground::cube(const Vec3& direction, double spread) const {
   const Face* face = faces_.data();
   for (const Face& other : faces_)
     if (dot(direction, other.axis) > dot(direction, face->axis)) face = &other;
@@ -110,7 +111,7 @@ Color TraceBackground::cube(const Vec3& direction, double spread) const {
                        face->image.get(), face->wraps);
 }
 
-double TraceBackground::bound() const {
+double CompiledBackground::bound() const {
   if (kind_ == Kind::color) return max_component(color_);
   if (kind_ == Kind::gradient) return std::max(max_component(gradient_.zenith), max_component(gradient_.nadir));
   double bound = 0;

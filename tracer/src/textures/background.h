@@ -9,11 +9,11 @@
 
 namespace tracer {
 
-class TraceBackground {
+class CompiledBackground {
  public:
   /// `images` beside `textures`; both may end before a background without textures.
-  TraceBackground(const Background& background, const Vec3& up, const std::vector<Texture>& textures,
-                  const std::vector<std::shared_ptr<const ImageMap>>& images);
+  CompiledBackground(const Background& background, const Vec3& up, const std::vector<Texture>& textures,
+                     const std::vector<std::shared_ptr<const ImageMap>>& images);
 
   /// `direction` is unit; `spread` is the angle, in radians, of what the ray's sample covers.
   [[nodiscard]] Color radiance(const Vec3& direction, double spread) const {

@@ -3,13 +3,13 @@
 namespace tracer {
 namespace {
 
-/// The least step: below it there is only interpolation, whose slope jumps. A picture's is a texel of the level that
+/// The least step: below it there is only interpolation, whose slope jumps. An image's is a texel of the level that
 /// it is looked up in.
 Vec2 finest(const Texture& texture, const Vec2& covered, const ImageMap* image) {
   if (image != nullptr) {
-    const Image& picture = image->levels().front();
-    const double texels = std::max({covered.x * picture.width, covered.y * picture.height, 1.0});
-    return {texels / picture.width, texels / picture.height};
+    const Image& level = image->levels().front();
+    const double texels = std::max({covered.x * level.width, covered.y * level.height, 1.0});
+    return {texels / level.width, texels / level.height};
   }
   const auto* noise = std::get_if<NoiseTexture>(&texture.pattern);
   const double cell = noise != nullptr ? std::ldexp(1.0, 1 - static_cast<int>(noise->octaves)) : 1;

@@ -7,7 +7,7 @@ namespace tracer {
 
 /// Mean of the channels' slopes along u and v of the surface, per unit of them: the difference over what is covered,
 /// which is the slope of the mean over it; where nothing is, over the finest thing that the texture has: one of a
-/// picture's texels, a thousandth of a pattern's smallest cell.
+/// image's texels, a thousandth of a pattern's smallest cell.
 Vec2 height_slope(const Texture& texture, const Vec2& uv, const Vec2& width, const ImageMap* image);
 
 /// What a colour means as a normal, in the frame (dp/du, dp/dv, out). Not unit; zero where it means none.

@@ -44,7 +44,7 @@ Image half_of(const Image& image) {
   return half;
 }
 
-/// Texel indices -1 and n, and those further out, are those of the continued picture.
+/// Texel indices -1 and n, and those further out, are those of the continued image.
 std::uint32_t wrapped_index(Texture::Wrap wrap, double index, std::uint32_t n) {
   const double last = n - 1.0;
   switch (wrap) {
@@ -61,7 +61,7 @@ std::uint32_t wrapped_index(Texture::Wrap wrap, double index, std::uint32_t n) {
   return static_cast<std::uint32_t>(std::clamp(index, 0.0, last));
 }
 
-/// Brings a coordinate near the picture, exactly, so that its fraction of a texel survives the scaling to texels.
+/// Brings a coordinate near the image, exactly, so that its fraction of a texel survives the scaling to texels.
 double brought_near(Texture::Wrap wrap, double x) {
   if (wrap == Texture::Wrap::clamp) return std::clamp(x, -1.0, 2.0);
   return wrap == Texture::Wrap::repeat ? x - std::floor(x) : x - 2 * std::floor(x / 2);

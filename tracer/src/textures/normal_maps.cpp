@@ -27,8 +27,8 @@ void read_normal_maps_as_linear(const Background& background, std::vector<Materi
   for (Material& material : materials) {
     if (!material.normal_map) continue;
     const std::uint32_t index = material.normal_map->index;
-    const auto* picture = std::get_if<ImageTexture>(&textures[index].pattern);
-    if (picture == nullptr || (picture->color_space && !linear.contains(index))) continue;
+    const auto* image = std::get_if<ImageTexture>(&textures[index].pattern);
+    if (image == nullptr || (image->color_space && !linear.contains(index))) continue;
     if (linear.empty()) as_colors = seen_as_colors(background, materials);
     const auto [place, is_new] = linear.try_emplace(index, *material.normal_map);
     if (is_new && as_colors.contains(index)) {

@@ -1,5 +1,5 @@
 #pragma once
-/// Which pictures hold normals.
+/// Which images hold normals.
 
 #include <vector>
 

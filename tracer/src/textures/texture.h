@@ -42,7 +42,7 @@ inline Lookup lookup(const Texture& texture, const Vec2& uv, const Vec2& width) 
   return {at, {near(width.x * std::abs(texture.scale.x)), near(width.y * std::abs(texture.scale.y))}};
 }
 
-/// The mean of what is covered. `image` is an ImageTexture's picture, null for all others; `wraps` the texture's own
+/// The mean of what is covered. `image` is an ImageTexture's image, null for all others; `wraps` the texture's own
 /// unless the caller knows better.
 inline Color texture_color(const Texture& texture, const Lookup& place, const ImageMap* image, const Wraps& wraps) {
   const auto& [at, covered] = place;

@@ -1,0 +1,48 @@
+#pragma once
+/// Where uploaded files live that scenes name by their sha256: immutable bytes, kept while a job names them and for a
+/// while after their last use (asset_collector.h). Thread-safe. Fails with StoreFailure; then nothing has happened.
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/queue/artifact_store.h"
+
+namespace queue {
+
+/// Where a store of files keeps an asset, relative to its directory; the worker, which knows no store, reads it there.
+/// Precondition: `sha256` is 64 hex digits.
+inline std::string asset_path(const std::string& sha256) { return sha256.substr(0, 2) + "/" + sha256; }
+
+class AssetStore {
+ public:
+  virtual ~AssetStore() = default;
+
+  /// Up to `size` bytes at `offset` of what is to be stored; fewer only at the end. What it throws passes through.
+  using Read = std::function<std::size_t(std::uint64_t offset, char* into, std::size_t size)>;
+  enum class Put { stored, was_there, other_bytes, no_room };
+  /// Stores bytes under their name, used now. `other_bytes`, also for what is no sha256: they do not have that name,
+  /// and nothing was stored. `no_room`: all assets together would have more bytes than they may; nothing was stored.
+  /// Otherwise durable when it returns; never visible half-written.
+  virtual Put put(const std::string& sha256, const Read& read) = 0;
+
+  virtual std::uint64_t bytes() = 0;  ///< of all assets together
+
+  /// Is it there? Then it is used now: nobody collects it before it has been unused for as long as any other.
+  virtual bool use(const std::string& sha256) = 0;
+
+  virtual std::unique_ptr<ArtifactReader> open(const std::string& sha256) = 0;  ///< null when not there; is no use
+
+  // ---- for the collector ---------------------------------------------------------------------------------------
+
+  static constexpr int parts = 256;
+  /// Those of one part of all (0 <= `part` < parts) whose last use was before `then`, in any order.
+  virtual std::vector<std::string> unused_since(int part, std::int64_t then) = 0;
+  /// Removes it, unless it is used at or after `then`, even a moment ago. False when it stays or is not there.
+  virtual bool remove_unused_since(const std::string& sha256, std::int64_t then) = 0;
+};
+
+}  // namespace queue

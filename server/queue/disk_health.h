@@ -1,0 +1,58 @@
+#pragma once
+/// After a disk has failed (StoreFailure::Kind::broken) nobody knows what it holds: a sync that failed once may succeed
+/// the next time with the data gone (Rebello et al., "Can Applications Recover from fsync Failures?", USENIX ATC 2020).
+/// So the first such failure is the last write: all further ones are refused, and the program is to begin anew from
+/// what the disk really has.
+
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "server/queue/job_store.h"
+
+namespace queue {
+
+/// One for all stores on a disk; must outlive them. Thread-safe.
+class DiskHealth {
+ public:
+  /// `on_failure` is called once, by the thread that met the failure, before its caller learns of it; must return at
+  /// once.
+  explicit DiskHealth(std::function<void(const std::string& what)> on_failure = {})
+      : on_failure_(std::move(on_failure)) {}
+
+  /// Does `write` unless the disk has failed; what either throws passes through.
+  template <class Write>
+  auto run(Write write) {
+    check();
+    try {
+      return write();
+    } catch (const StoreFailure& failure) {
+      if (failure.kind == StoreFailure::Kind::broken) note(failure);
+      throw;
+    }
+  }
+
+  /// Throws the failure when there was one.
+  void check() const {
+    const std::lock_guard lock(mutex_);
+    if (failure_) throw StoreFailure(*failure_);
+  }
+
+ private:
+  void note(const StoreFailure& failure) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (failure_) return;
+      failure_ = failure;
+    }
+    if (on_failure_) on_failure_(failure.what());
+  }
+
+  const std::function<void(const std::string& what)> on_failure_;
+  mutable std::mutex mutex_;
+  std::optional<StoreFailure> failure_;
+};
+
+}  // namespace queue

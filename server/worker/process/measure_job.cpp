@@ -1,0 +1,73 @@
+#include "server/worker/process/measure_job.h"
+
+#include <chrono>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "api/measure_request.h"
+#include "api/measurement_json.h"
+#include "tracer/measure.h"
+#include "tracer/plot.h"
+
+namespace worker {
+namespace {
+
+double steady_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+Image image(const char* name, const char* media_type, std::string_view bytes) {
+  return {name, media_type, sealed_memory(bytes)};
+}
+
+std::vector<Image> images_of(const tracer::Measurement& measurement, const std::string& job_id) {
+  const tracer::Plot plot = tracer::chart(measurement);
+  const auto png = tracer::plot_png(plot);
+  if (!png) throw Stop{queue::Problem{"internal", png.error(), {}}};
+  const std::string_view png_bytes(reinterpret_cast<const char*>(png->data()), png->size());
+  std::vector<Image> images;
+  images.push_back(image("measure.json", "application/json", api::write_measurement(measurement, {job_id, true})));
+  images.push_back(image("measure.csv", "text/csv", api::write_measurement_csv(measurement)));
+  images.push_back(image("measure.svg", "image/svg+xml", tracer::plot_svg(plot)));
+  images.push_back(image("measure.png", "image/png", png_bytes));
+  return images;
+}
+
+tracer::Measurement measured(tracer::MeasurementRun& measuring, JobControl& control) {
+  control.steps_total = measuring.steps();
+  while (!measuring.done()) {
+    if (const auto failure = measuring.step(control.tracing)) stop_for(*failure);
+    control.steps_done = measuring.steps_done();
+  }
+  return measuring.measurement();
+}
+
+Finished measure(const Assign& job, const FileSettings& files, JobControl& control) {
+  auto request = api::parse_measure(job.document, reading_limits(files));
+  if (!request) stop_for(request.error());
+  tracer::Scene& scene = request->document.scene;
+  const tracer::Assets assets = load_files(scene, files, control.tracing);
+  if (tracer::settings(scene, request->knobs).empty()) {
+    throw Stop{
+        queue::Problem{"bad_scene",
+                       "There is nothing to measure.",
+                       {{"/settings/knobs", "out_of_range", "none of these knobs changes anything in this scene"}}}};
+  }
+  tracer::MeasurementRun measuring(
+      scene, assets,
+      {.knobs = request->knobs, .reference_samples = request->reference_samples, .seconds = steady_seconds});
+  const tracer::Measurement measurement = measured(measuring, control);
+  return {job.job_id, job.fence, api::write_measurement_summary(measurement, control.alone),
+          images_of(measurement, job.job_id)};
+}
+
+}  // namespace
+
+Outcome measure_job(const Assign& job, const FileSettings& files, JobControl& control) noexcept {
+  return outcome_of(job.job_id, job.fence, [&] { return measure(job, files, control); });
+}
+
+bool load_fonts() { return tracer::plot_png(tracer::chart({})).has_value(); }
+
+}  // namespace worker

@@ -1,0 +1,168 @@
+#include "server/worker/protocol/protocol.h"
+
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/uio.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <optional>
+
+#include "server/worker/protocol/serialization.h"
+
+namespace worker {
+namespace {
+
+/// Larger bodies go beside the packet. So small that the socket's buffer (about 200 KiB) holds a packet for each slot.
+constexpr std::size_t inline_body_limit = 4096;
+constexpr std::size_t files_limit = 16;  ///< every format of SCENE.md at once, and the body
+
+struct Header {
+  std::uint32_t version = protocol_version;
+  std::uint32_t kind = 0;  ///< index in Message
+  std::uint64_t body_size = 0;
+};
+
+// ---- receiving
+
+struct RawPacket {
+  std::array<char, sizeof(Header) + inline_body_limit> bytes;
+  std::size_t size = 0;
+  std::vector<Descriptor> files;
+};
+
+std::vector<Descriptor> take_files(msghdr& message) {
+  std::vector<Descriptor> files;
+  for (cmsghdr* control = CMSG_FIRSTHDR(&message); control != nullptr; control = CMSG_NXTHDR(&message, control)) {
+    if (control->cmsg_level != SOL_SOCKET || control->cmsg_type != SCM_RIGHTS) continue;
+    const std::size_t count = (control->cmsg_len - CMSG_LEN(0)) / sizeof(int);
+    for (std::size_t i = 0; i < count; ++i) {
+      int fd = -1;
+      std::memcpy(&fd, CMSG_DATA(control) + i * sizeof fd, sizeof fd);
+      files.emplace_back(fd);
+    }
+  }
+  return files;
+}
+
+std::optional<std::string> read_body(int memory, std::size_t size) {
+  std::string body(size, '\0');
+  std::size_t done = 0;
+  while (done < size) {
+    const ssize_t got = pread(memory, body.data() + done, size - done, static_cast<off_t>(done));
+    if (got == 0 || (got < 0 && errno != EINTR)) return std::nullopt;
+    if (got > 0) done += static_cast<std::size_t>(got);
+  }
+  return body;
+}
+
+template <std::size_t... Kinds>
+bool read_message(std::uint32_t kind, MessageReader& reader, Message& message, std::index_sequence<Kinds...>) {
+  return ((kind == Kinds && reader.read(message.emplace<Kinds>())) || ...);
+}
+
+Received decode(std::uint32_t kind, std::string_view body, std::vector<Descriptor> files) {
+  MessageReader reader(body, std::move(files));
+  Message message;
+  if (!read_message(kind, reader, message, std::make_index_sequence<std::variant_size_v<Message>>{}) ||
+      !reader.at_end()) {
+    return Malformed{"a message of kind " + std::to_string(kind) + " with a broken body"};
+  }
+  return message;
+}
+
+Received decode(RawPacket packet, std::size_t body_limit) {
+  Header header;
+  if (packet.size < sizeof header) return Malformed{"a packet without a header"};
+  std::memcpy(&header, packet.bytes.data(), sizeof header);
+  if (header.version != protocol_version) {
+    return Malformed{"a packet of protocol version " + std::to_string(header.version) + " instead of " +
+                     std::to_string(protocol_version)};
+  }
+  if (header.body_size > body_limit) return Malformed{"a body of " + std::to_string(header.body_size) + " bytes"};
+  for (const Descriptor& file : packet.files) {
+    if (!is_sealed(file.get())) return Malformed{"a descriptor that is no sealed memory"};
+  }
+  const std::string_view body(packet.bytes.data() + sizeof header, packet.size - sizeof header);
+  if (header.body_size <= inline_body_limit) {
+    if (body.size() != header.body_size) return Malformed{"a packet of the wrong size"};
+    return decode(header.kind, body, std::move(packet.files));
+  }
+  struct stat status {};
+  if (!body.empty() || packet.files.empty() || fstat(packet.files.front().get(), &status) != 0 ||
+      static_cast<std::uint64_t>(status.st_size) != header.body_size) {
+    return Malformed{"a large body that is not there"};
+  }
+  const std::optional<std::string> large = read_body(packet.files.front().get(), header.body_size);
+  if (!large) return Malformed{"a large body that cannot be read"};
+  packet.files.erase(packet.files.begin());
+  return decode(header.kind, *large, std::move(packet.files));
+}
+
+}  // namespace
+
+Packet pack(Message message) {
+  MessageWriter writer;
+  std::visit([&](auto& kind) { writer.write(kind); }, message);
+  Packet packet{{}, writer.take_files()};
+  const std::string body = writer.take_bytes();
+  const Header header{protocol_version, static_cast<std::uint32_t>(message.index()), body.size()};
+  packet.bytes.assign(reinterpret_cast<const char*>(&header), sizeof header);
+  if (body.size() <= inline_body_limit) {
+    packet.bytes += body;
+  } else {
+    packet.files.insert(packet.files.begin(), sealed_memory(body));
+  }
+  return packet;
+}
+
+Sent send(int socket, const Packet& packet) {
+  iovec bytes{const_cast<char*>(packet.bytes.data()), packet.bytes.size()};
+  msghdr message{};
+  message.msg_iov = &bytes;
+  message.msg_iovlen = 1;
+  alignas(cmsghdr) std::array<char, CMSG_SPACE(files_limit * sizeof(int))> control{};
+  if (packet.files.size() > files_limit) return Sent::closed;
+  if (!packet.files.empty()) {
+    message.msg_control = control.data();
+    message.msg_controllen = CMSG_SPACE(packet.files.size() * sizeof(int));
+    cmsghdr* rights = CMSG_FIRSTHDR(&message);
+    rights->cmsg_level = SOL_SOCKET;
+    rights->cmsg_type = SCM_RIGHTS;
+    rights->cmsg_len = CMSG_LEN(packet.files.size() * sizeof(int));
+    for (std::size_t i = 0; i < packet.files.size(); ++i) {
+      const int fd = packet.files[i].get();
+      std::memcpy(CMSG_DATA(rights) + i * sizeof fd, &fd, sizeof fd);
+    }
+  }
+  for (;;) {
+    if (sendmsg(socket, &message, MSG_NOSIGNAL) >= 0) return Sent::yes;
+    if (errno == EAGAIN || errno == ENOBUFS || errno == ENOMEM || errno == ETOOMANYREFS) return Sent::later;
+    if (errno != EINTR) return Sent::closed;
+  }
+}
+
+Received receive(int socket, std::size_t body_limit) {
+  RawPacket packet;
+  iovec bytes{packet.bytes.data(), packet.bytes.size()};
+  alignas(cmsghdr) std::array<char, CMSG_SPACE(files_limit * sizeof(int))> control{};
+  msghdr message{};
+  message.msg_iov = &bytes;
+  message.msg_iovlen = 1;
+  message.msg_control = control.data();
+  message.msg_controllen = control.size();
+  ssize_t size = 0;
+  do {
+    size = recvmsg(socket, &message, MSG_CMSG_CLOEXEC);
+  } while (size < 0 && errno == EINTR);
+  if (size < 0 && (errno == EAGAIN || errno == ENOMEM)) return Nothing{};
+  if (size <= 0) return Closed{};
+  packet.size = static_cast<std::size_t>(size);
+  packet.files = take_files(message);
+  if ((message.msg_flags & MSG_TRUNC) != 0) return Malformed{"a packet larger than any of ours"};
+  if ((message.msg_flags & MSG_CTRUNC) != 0) return Lost{};
+  return decode(std::move(packet), body_limit);
+}
+
+}  // namespace worker

@@ -1,0 +1,48 @@
+// The digest that kept geometry is known by.
+#include "tracer/src/compile/hash_writer.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace {
+
+using tracer::HashWriter;
+
+std::string hex(std::string_view bytes) {
+  std::string text;
+  for (const unsigned char byte : bytes) {
+    text += "0123456789abcdef"[byte >> 4];
+    text += "0123456789abcdef"[byte & 15];
+  }
+  return text;
+}
+
+/// hashlib.sha256(bytes) of Python 3.11, of the bytes 0, 1, ... 250, 0, 1 ... around a block's length.
+TEST(HashWriter, IsSha256) {
+  const std::pair<std::size_t, const char*> expected[] = {
+      {0, "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855"},
+      {3, "ae4b3280e56e2faf83f414a6e3dabe9d5fbe18976544c05fed121accb85b53fc"},
+      {127, "92ca0fa6651ee2f97b884b7246a562fa71250fedefe5ebf270d31c546bfea976"},
+      {128, "471fb943aa23c511f6f72f8d1652d9c880cfa392ad80503120547703e56a2be5"},
+      {129, "5099c6a56203f9687f7d33f4bfdf576d31dc91f6b695ecea38b2770c87631135"},
+      {256, "5bc31b283cef0072274e97d74916552954c935794536cab632641e5ea071379d"},
+      {257, "a2c6cad2ffa699b14538231fef914f45d30440389e6f8d79091efba836165a2b"},
+      {1000, "4e4c294b331f7a2099a379bec34b9f9fc03dc46ab465d998f4d683da53487e6d"},
+  };
+  for (const auto& [count, digest] : expected) {
+    std::string bytes(count, '\0');
+    for (std::size_t i = 0; i < count; ++i) bytes[i] = static_cast<char>(i % 251);
+    HashWriter whole, parts;
+    whole.add(bytes.data(), count);
+    for (std::size_t at = 0; at < count; at += 7) parts.add(bytes.data() + at, std::min<std::size_t>(7, count - at));
+    EXPECT_EQ(whole.bytes(), count);
+    EXPECT_EQ(hex(whole.end()), digest) << count << " bytes";
+    EXPECT_EQ(hex(parts.end()), digest) << count << " bytes, 7 at a time";
+  }
+}
+
+}  // namespace

@@ -1,0 +1,101 @@
+/// The directory of scenes' files by itself: the daemon's reader lets no name through that the kernel has to stop, so
+/// here they come unread.
+
+#include "server/worker/protocol/asset_directory.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <system_error>
+
+using worker::AssetDirectory;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+class AssetDirectoryTest : public testing::Test {
+ protected:
+  AssetDirectoryTest() {
+    std::string pattern = testing::TempDir() + "whittle-assets-XXXXXX";
+    outside = mkdtemp(pattern.data());
+    inside = outside / "inside";
+    fs::create_directories(inside / "deep");
+    write(outside / "secret", "secret");
+    write(inside / "file", "content");
+  }
+  ~AssetDirectoryTest() override { fs::remove_all(outside); }
+
+  static void write(const fs::path& path, const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
+
+  /// The content, or why there is none. Both questions must have the same answer.
+  [[nodiscard]] std::string content(const std::string& name) const {
+    const AssetDirectory directory(inside);
+    const std::string refusal = directory.refusal(name);
+    const auto bytes = directory.read(name);
+    EXPECT_EQ(refusal, bytes ? "" : bytes.error());
+    return bytes ? std::string(bytes->begin(), bytes->end()) : bytes.error();
+  }
+
+  fs::path outside, inside;
+};
+
+}  // namespace
+
+TEST_F(AssetDirectoryTest, ReadsWhatLiesInIt) {
+  write(inside / "deep/binary", std::string("\0\xff\n", 3));
+  write(inside / "empty", "");
+  EXPECT_EQ(content("file"), "content");
+  EXPECT_EQ(content("deep/binary"), std::string("\0\xff\n", 3));
+  EXPECT_EQ(content("empty"), "");
+}
+
+TEST_F(AssetDirectoryTest, IsLeftByNoNameAtAll) {
+  fs::create_symlink("../secret", inside / "relative");
+  fs::create_symlink(outside / "secret", inside / "absolute");
+  fs::create_symlink("..", inside / "up");
+  fs::create_symlink("up/secret", inside / "twice");
+  for (const char* name : {"../secret", "deep/../../secret", "relative", "absolute", "up/secret", "twice",
+                           "/etc/passwd", "/", "..", "../inside/file"}) {
+    EXPECT_EQ(content(name), "leads out of the asset directory") << name;
+  }
+  EXPECT_EQ(content((inside / "file").string()), "leads out of the asset directory");
+}
+
+TEST_F(AssetDirectoryTest, FollowsLinksThatStayWithin) {
+  fs::create_symlink("../file", inside / "deep/link");
+  fs::create_symlink("deep/link", inside / "link");
+  EXPECT_EQ(content("link"), "content");
+}
+
+TEST_F(AssetDirectoryTest, TakesOrdinaryFilesAloneAndWaitsForNothing) {
+  ASSERT_EQ(mkfifo((inside / "pipe").c_str(), 0600), 0);
+  EXPECT_EQ(content("pipe"), "is no ordinary file");
+  EXPECT_EQ(content("deep"), "is no ordinary file");
+  EXPECT_EQ(content("."), "is no ordinary file");
+  EXPECT_EQ(content("none"), "no such file");
+  EXPECT_EQ(content("file/none"), "no such file");
+  EXPECT_EQ(content(""), "no such file");
+}
+
+TEST_F(AssetDirectoryTest, TakesFilesUpToTheLimit) {
+  write(inside / "large", "");
+  fs::resize_file(inside / "large", api::asset_bytes_max);
+  EXPECT_EQ(content("large").size(), api::asset_bytes_max);
+  fs::resize_file(inside / "large", api::asset_bytes_max + 1);
+  EXPECT_EQ(content("large"), "the limit asset_bytes_max is 256000000, it has 256000001");
+}
+
+TEST_F(AssetDirectoryTest, ThatIsNoDirectoryIsToldWithItsPath) {
+  for (const fs::path& path : {inside / "none", inside / "file"}) {
+    try {
+      const AssetDirectory directory(path);
+      ADD_FAILURE() << path;
+    } catch (const std::system_error& error) {
+      EXPECT_NE(std::string(error.what()).find("cannot open the asset directory " + path.string()), std::string::npos);
+    }
+  }
+}

@@ -1,0 +1,189 @@
+/// Whether a ray may meet a triangle is judged first, in floats; never against what doubles decide, nor against what is
+/// exact.
+
+#include <gtest/gtest.h>
+
+#include <span>
+
+#include "tests/support/effort.h"
+#include "tests/support/random.h"
+#include "tracer/src/accel/primitive_groups.h"
+#include "tracer/src/accel/triangle_hit.h"
+
+namespace tracer {
+namespace {
+
+using oracle::Random;
+using oracle::Real;
+using oracle::Vec;
+
+constexpr double middle = 0.2, radius = 0.9;  // of a ball that holds the corners
+
+struct Line {
+  Vec3 origin, direction;
+  double start;  ///< where Embree's ray begins
+};
+
+FloatVec single(const Vec3& v) { return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)}; }
+
+/// Which triangles of the run floats do not rule out.
+int may_hit(const TrianglePairBounds& run, const Line& line) {
+  const FloatVec origin = single(line.origin + line.direction * line.start), direction = single(line.direction);
+  const float error_bound =
+      run.longest * float_error_bound(middle, radius) + double_error_bound(line.start, middle, radius);
+  return run.pair() ? may_hit<true>(run, origin, direction, error_bound)
+                    : may_hit<false>(run, origin, direction, error_bound);
+}
+
+bool doubles_meet(const TriangleGeometry& geometry, std::uint32_t primitive, const Line& line) {
+  const auto& [o, d, start] = line;
+  return seen(seen_along(o.x, o.y, o.z, d.x, d.y, d.z), triangle_test(geometry, primitive)).inside;
+}
+
+/// By the edges' functions, in long double: negative outside.
+Real exactly_inside(const TriangleGeometry& geometry, std::uint32_t primitive, const Line& line) {
+  const auto& [a, b, c] = geometry.triangles[primitive];
+  const auto edge = [&](std::uint32_t from, std::uint32_t to) {
+    const Vec p = geometry.position(from);
+    return dot(geometry.position(to) - p, cross(p - Vec(line.origin), Vec(line.direction)));
+  };
+  const Real at_a = edge(b, c), at_b = edge(c, a), at_c = edge(a, b);
+  return std::fmax(std::fmin(at_a, std::fmin(at_b, at_c)), -std::fmax(at_a, std::fmax(at_b, at_c)));
+}
+
+double next_to(Random& random, double value) {
+  for (std::uint32_t i = random.below(3); i > 0; --i) value = std::nextafter(value, random.sign() * HUGE_VAL);
+  return value;
+}
+
+/// Two triangles that share an edge: plump ones, slivers, dots, wherever in the ball; some corners twice.
+TriangleGeometry random_pair(Random& random) {
+  const double size = random.chance(0.5) ? random.spread(1e-12, 1) : 1;
+  const Vec a = random.vector(0.25);
+  const Vec b = a + Real(size) * Vec(random.vector(0.2));
+  TriangleGeometry geometry;
+  geometry.positions = {rounded(a), rounded(b)};
+  for (int side = 0; side < 2; ++side) {
+    const Vec along = a + Real(random.in(-0.2, 1.2)) * (b - a);
+    const Real height = random.chance(0.5) ? random.spread(1e-14, 1e-1) : 0.3;
+    geometry.positions.push_back(rounded(along + Real(size) * height * random.direction()));
+  }
+  std::array<std::uint32_t, 3> first{0, 1, 2}, second{1, 0, 3};
+  std::rotate(first.begin(), first.begin() + random.below(3), first.end());
+  std::rotate(second.begin(), second.begin() + random.below(3), second.end());
+  geometry.triangles = {first, second};
+  return geometry;
+}
+
+/// Through a corner or an edge to a bit or a few, past it by any share of the triangle's size, or past a dot by much;
+/// from near and far.
+Line random_line(Random& random, const TriangleGeometry& geometry, double far) {
+  const auto& corners = geometry.triangles[random.below(2)];
+  const Vec p = geometry.position(corners[0]), q = geometry.position(corners[1]), r = geometry.position(corners[2]);
+  const Real along = random.chance(0.3) ? 0 : random.in(0, 1);
+  Vec target = p + along * (q - p);
+  if (random.chance(0.7)) target = target + Real(random.sign() * std::exp2(random.in(-56, 0))) * (r - p);
+  if (random.chance(0.2)) target = target + Real(random.spread(1e-6, 0.2)) * random.direction();
+  Vec direction = random.direction();
+  if (random.chance(0.3))  // almost in the plane
+    direction = unit(q - p + Real(random.in(-1, 1)) * (r - p) + Real(std::exp2(random.in(-60, -2))) * direction);
+  if (!(length(direction) > 0.5L)) direction = random.direction();
+  const double back = random.spread(1e-6, far);
+  const Vec3 origin = rounded(target - Real(back) * direction);
+  Vec3 aimed = rounded(unit(target - Vec(origin)));
+  aimed = {next_to(random, aimed.x), next_to(random, aimed.y), next_to(random, aimed.z)};
+  return {origin, aimed, back > 2 ? back - random.in(0, 1.5) : -0x1p-20};
+}
+
+TEST(TrianglesInFloats, AreRuledOutOnlyWhereDoublesAndTheExactLinePassBy) {
+  Random random(21);
+  std::uint64_t tried = 0, ruled_out = 0, met = 0;
+  for (std::uint64_t i = 0; i < effort::cases(60'000); ++i) {
+    const TriangleGeometry geometry = random_pair(random);
+    const bool degenerate = !(length(geometry.positions[1] - geometry.positions[0]) > 0);
+    const TrianglePairBounds both = triangle_run(geometry, 0, {0, degenerate ? TrianglePair::none : 1});
+    const TrianglePairBounds alone[] = {triangle_run(geometry, 0, {0}), triangle_run(geometry, 0, {1})};
+    for (int k = 0; k < 30; ++k) {
+      const Line line = random_line(random, geometry, random.chance(0.2) ? 0x1p26 : 3);
+      for (std::uint32_t side = 0; side < 2; ++side) {
+        const bool inside = doubles_meet(geometry, side, line);
+        const bool by_pair = both.pair() && (may_hit(both, line) & (1 << side)) == 0;
+        const bool by_itself = may_hit(alone[side], line) == 0;
+        ++tried;
+        met += inside ? 1 : 0;
+        if (!by_pair && !by_itself) continue;
+        ++ruled_out;
+        ASSERT_FALSE(inside) << "triangle " << side << (by_pair ? " of the pair" : " alone") << ", from " << line.start
+                             << " away";
+        ASSERT_LT(exactly_inside(geometry, side, line), 0);
+      }
+    }
+  }
+  EXPECT_GT(ruled_out, tried / 10) << "it must not shirk";
+  EXPECT_GT(met, tried / 10);
+}
+
+TEST(TrianglesInFloats, AreRuledOutWhereALinePassesByAHundredthOfThem) {
+  Random random(22);
+  for (std::uint64_t i = 0; i < effort::cases(20'000); ++i) {
+    const double size = random.spread(0x1p-8, 0.4), back = random.spread(0.1, 0x1p16);
+    const Vec3 at = random.vector(0.2);
+    TriangleGeometry geometry;
+    geometry.positions = {at, at + Vec3{size, 0, 0}, at + Vec3{0, size, 0}, at + Vec3{size, size, 0}};
+    geometry.triangles = {{0, 1, 2}, {1, 2, 3}};
+    const double along = random.in(0.1, 0.9) * size, out = 0.01 * size;
+    const Vec3 target = at + (random.chance(0.5) ? Vec3{along, -out, 0} : Vec3{-out, along, 0});
+    const Vec3 direction = normalize(random.vector(0.5) + Vec3{0, 0, 1});
+    const Line line{target - direction * back, direction, back > 1 ? back - 1 : 0};
+    ASSERT_EQ(may_hit(triangle_run(geometry, 0, {0, 1}), line), 0) << "size " << size << " from " << back;
+    ASSERT_EQ(may_hit(triangle_run(geometry, 0, {0}), line), 0);
+    const Vec3 inside = at + Vec3{0.3 * size, 0.3 * size, 0};
+    ASSERT_EQ(may_hit(triangle_run(geometry, 0, {0, 1}), {inside - direction * back, direction, line.start}),
+              first_triangle);
+  }
+}
+
+TEST(TrianglesInFloats, AreNeverRuledOutForRaysFromFurtherThanTheirSumsHold) {
+  TriangleGeometry geometry;
+  geometry.positions = {{0, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0}};
+  geometry.triangles = {{0, 1, 2}};
+  const TrianglePairBounds run = triangle_run(geometry, 0, {0});
+  EXPECT_EQ(may_hit(run, {{-0.4, 0, -0x1p26}, {0, 0, 1}, 0x1p26}), 0);
+  EXPECT_EQ(may_hit(run, {{-0.4, 0, -0x1p27}, {0, 0, 1}, 0x1p27}), first_triangle);
+  EXPECT_EQ(may_hit(run, {{-0.4, 0, -0x1p99}, {0, 0, 1}, 0x1p99}), first_triangle);
+}
+
+/// `count` triangles of which those two by two share an edge, or none.
+TriangleGeometry many(std::uint32_t count, bool pairs) {
+  constexpr Vec3 corners[] = {{0, 0, 0}, {0.5, 0, 0}, {0, 0.5, 0}, {0.5, 0.5, 0}};
+  TriangleGeometry geometry;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const auto next = static_cast<std::uint32_t>(geometry.positions.size());
+    const bool second = pairs && i % 2 != 0;
+    for (const Vec3& corner : second ? std::span(corners).last(1) : std::span(corners).first(3))
+      geometry.positions.push_back(corner);
+    geometry.triangles.push_back(second ? std::array{next - 2, next - 1, next} : std::array{next, next + 1, next + 2});
+  }
+  return geometry;
+}
+
+TEST(TrianglesInFloats, AreKeptWhereThatTakesLittleMemoryAndTheSameWhereTheyAreNot) {
+  constexpr std::uint32_t large = (1u << 20) + 2;
+  const auto bytes_each = [](std::uint32_t count, bool pairs) {
+    const TriangleGeometry geometry = many(count, pairs);
+    const PrimitiveGroups<TriangleGeometry> runs(geometry, 7);
+    const std::vector<TrianglePair> triangles = triangle_pairs(geometry);
+    TrianglePairBounds room;
+    for (std::uint32_t run = 0; run < runs.count(); run += runs.count() / 100) {
+      const TrianglePairBounds expected = triangle_run(geometry, 7, triangles[run]);
+      EXPECT_TRUE(runs.in_floats(run, room) == expected);
+    }
+    return static_cast<double>(runs.memory_bytes()) / count;
+  };
+  EXPECT_NEAR(bytes_each(large, true), 32 + 4, 0.1);
+  EXPECT_NEAR(bytes_each(large, false), 8, 0.1) << "not kept";
+  EXPECT_NEAR(bytes_each(1000, false), 64 + 8, 0.1);
+}
+
+}  // namespace
+}  // namespace tracer

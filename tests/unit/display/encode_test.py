@@ -1,0 +1,198 @@
+"""The encoders, through encode_image and the readers of tests/support: what comes out is what went in."""
+import os
+import subprocess
+import unittest
+
+import numpy
+
+from tests.support import pictures
+
+
+def encode(kind, linear, *options, more=b""):
+    height, width, _ = linear.shape
+    program = os.path.join(os.environ["WHITTLE_BIN"], "encode_image")
+    done = subprocess.run([program, kind, str(width), str(height), *options],
+                          input=linear.astype("<f4").tobytes() + more,
+                          capture_output=True, check=False, timeout=300)
+    assert done.returncode == 0, done.stderr.decode()
+    assert done.stderr == b"", done.stderr.decode()
+    return done.stdout
+
+
+def noise(height, width, seed=1):
+    return numpy.random.default_rng(seed).random((height, width, 3), numpy.float32)
+
+
+def srgb_codes(linear, most=255):
+    value = numpy.clip(linear.astype(numpy.float64), 0, 1)
+    curve = numpy.where(value <= 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
+    return numpy.floor(most * curve + 0.5).astype(numpy.uint8 if most == 255 else numpy.uint16)
+
+
+def premultiplied(height, width):
+    """Linear colour with its alpha; some of it fully clear, some opaque."""
+    alpha = numpy.random.default_rng(4).integers(0, 5, (height, width)).astype(numpy.float32) / 4
+    return noise(height, width) * alpha[..., None], alpha
+
+
+def straight_codes(linear, alpha, most):
+    straight = numpy.where(alpha[..., None] > 0, linear / numpy.maximum(alpha, 1e-9)[..., None], 0)
+    codes = srgb_codes(straight.astype(numpy.float32), most)
+    return numpy.dstack([codes, numpy.floor(alpha * most + 0.5).astype(codes.dtype)])
+
+
+class Png(unittest.TestCase):
+    def test_holds_the_srgb_code_of_every_value(self):
+        linear = noise(37, 61)
+        numpy.testing.assert_array_equal(pictures.read_png(encode("png", linear)), srgb_codes(linear))
+
+    def test_holds_pictures_that_are_packed_in_several_strips(self):
+        linear = noise(401, 307)
+        data = [content for kind, content in pictures.png_chunks(encode("png", linear)) if kind == b"IDAT"]
+        self.assertGreater(len(data), 2)
+        numpy.testing.assert_array_equal(pictures.read_png(encode("png", linear)), srgb_codes(linear))
+        numpy.testing.assert_array_equal(pictures.read_png(encode("png16", linear)), srgb_codes(linear, 65535))
+        one_row = noise(1, 50_000)  # wider than a strip is meant to be
+        numpy.testing.assert_array_equal(pictures.read_png(encode("png", one_row)), srgb_codes(one_row))
+
+    def test_keeps_row_0_on_top_and_red_first(self):
+        linear = numpy.zeros((2, 3, 3))
+        linear[0, 0] = [1, 0, 0]
+        linear[1, 2] = [0, 0, 1]
+        picture = pictures.read_png(encode("png", linear))
+        self.assertEqual(picture[0, 0].tolist(), [255, 0, 0])
+        self.assertEqual(picture[1, 2].tolist(), [0, 0, 255])
+        self.assertEqual(int(picture.sum()), 2 * 255)
+
+    def test_clamps_what_a_screen_cannot_show_and_shows_not_a_number_as_black(self):
+        linear = numpy.array([[[-1, 2, numpy.nan], [numpy.inf, -numpy.inf, 1e30]]])
+        self.assertEqual(pictures.read_png(encode("png", linear))[0].tolist(), [[0, 255, 0], [255, 0, 255]])
+
+    def test_says_that_its_codes_are_srgb(self):
+        chunks = dict(pictures.png_chunks(encode("png", noise(2, 2))))
+        self.assertIn(b"sRGB", chunks)
+
+    def test_says_neither_when_nor_where_it_was_made(self):
+        kinds = {kind for kind, _ in pictures.png_chunks(encode("png", noise(2, 2)))}
+        self.assertLessEqual(kinds, {b"IHDR", b"sRGB", b"gAMA", b"cHRM", b"oFFs", b"tEXt", b"IDAT", b"IEND"})
+        texts = [content for kind, content in pictures.png_chunks(encode("png", noise(2, 2))) if kind == b"tEXt"]
+        self.assertLessEqual(set(texts), {b"oiio:ColorSpace\0sRGB"})
+
+
+class Exr(unittest.TestCase):
+    def test_holds_every_float_bit_for_bit(self):
+        linear = numpy.random.default_rng(2).integers(0, 1 << 32, (53, 41, 3), numpy.uint32).view(numpy.float32)
+        back = pictures.read_exr(encode("exr", linear))
+        numpy.testing.assert_array_equal(back.view(numpy.uint32), linear.view(numpy.uint32))
+
+    def test_holds_smooth_pictures_too_where_its_blocks_are_packed(self):
+        y, x = numpy.mgrid[0:70, 0:90].astype(numpy.float32)
+        linear = numpy.stack([x / 90, y / 70, 5 * x * y], axis=-1).astype(numpy.float32)
+        data = encode("exr", linear)
+        self.assertLess(len(data), linear.nbytes)
+        numpy.testing.assert_array_equal(pictures.read_exr(data), linear)
+
+    def test_holds_no_time_of_day(self):
+        attributes, _ = pictures.exr_header(encode("exr", noise(2, 2)))
+        self.assertEqual(attributes.get("capDate", ("string", b""))[1], b"")
+        self.assertLessEqual(set(attributes), {"capDate", "channels", "compression", "dataWindow", "displayWindow",
+                                               "lineOrder", "pixelAspectRatio", "screenWindowCenter",
+                                               "screenWindowWidth"})
+
+
+class Alpha(unittest.TestCase):
+    def test_is_straight_in_png_and_tiff(self):
+        linear, alpha = premultiplied(23, 31)
+        for kind, most, read in (("png", 255, pictures.read_png), ("png16", 65535, pictures.read_png),
+                                 ("tiff", 65535, pictures.read_tiff)):
+            back = read(encode(kind, linear, "alpha", more=alpha.tobytes()))
+            numpy.testing.assert_allclose(back.astype(int), straight_codes(linear, alpha, most).astype(int), atol=1,
+                                          err_msg=kind)
+
+    def test_premultiplies_in_exr(self):
+        linear, alpha = premultiplied(23, 31)
+        channels = pictures.read_exr_channels(encode("exr", linear, "alpha", more=alpha.tobytes()))
+        self.assertEqual(sorted(channels), ["A", "B", "G", "R"])
+        numpy.testing.assert_array_equal(channels["A"], alpha)
+        numpy.testing.assert_array_equal(channels["G"], linear[..., 1])
+
+
+class Layers(unittest.TestCase):
+    def test_are_channels_of_an_exr_beside_the_picture(self):
+        linear, depth, error = noise(19, 33), noise(19, 33)[..., 0], noise(19, 33)[..., 1]
+        depth[3, 4] = numpy.inf
+        ids = numpy.random.default_rng(5).integers(0, 1 << 32, (19, 33), numpy.uint32)
+        more = depth.tobytes() + ids.tobytes() + error.tobytes()
+        channels = pictures.read_exr_channels(encode("exr", linear, "layers", more=more))
+        self.assertEqual(sorted(channels), ["B", "G", "R", "Z", "error", "object_id"])
+        numpy.testing.assert_array_equal(channels["error"], error)
+        numpy.testing.assert_array_equal(channels["Z"], depth)
+        numpy.testing.assert_array_equal(channels["object_id"], ids)
+        numpy.testing.assert_array_equal(channels["R"], linear[..., 0])
+
+
+class OtherFormats(unittest.TestCase):
+    def test_of_16_bits_hold_the_srgb_code_of_every_value(self):
+        linear = noise(37, 61)
+        numpy.testing.assert_array_equal(pictures.read_png(encode("png16", linear)), srgb_codes(linear, 65535))
+
+    def test_radiance_holds_linear_values_to_a_common_exponent(self):
+        linear = noise(37, 61) * 100
+        back, step = pictures.read_hdr(encode("hdr", linear))
+        self.assertLessEqual(float(numpy.max(numpy.abs(back - linear) / step[..., None])), 1.0)
+
+    def test_a_jpeg_says_what_it_is_and_how_large(self):
+        jpeg = encode("jpg", noise(37, 61))
+        self.assertTrue(jpeg.startswith(b"\xff\xd8\xff") and jpeg.endswith(b"\xff\xd9"))
+        frame = jpeg.index(b"\xff\xc0")
+        self.assertEqual(jpeg[frame + 4 : frame + 10], bytes([8, 0, 37, 0, 61, 3]))
+        self.assertEqual(jpeg[frame + 11], 0x11, "no subsampling")
+
+    def test_a_tiff_holds_the_16_bit_code_of_every_value_and_no_time_of_day(self):
+        linear = noise(37, 61)
+        tiff = encode("tiff", linear)
+        numpy.testing.assert_array_equal(pictures.read_tiff(tiff), srgb_codes(linear, 65535))
+        self.assertNotIn(306, pictures.tiff_tags(tiff), "DateTime")
+        self.assertNotIn(305, pictures.tiff_tags(tiff), "Software")
+
+    def test_a_webp_says_what_it_is_and_how_large(self):
+        webp = encode("webp", noise(37, 61))
+        self.assertEqual((webp[:4], webp[8:16]), (b"RIFF", b"WEBPVP8 "))
+        self.assertEqual(int.from_bytes(webp[4:8], "little") + 8, len(webp))
+        self.assertEqual(webp[23:30], b"\x9d\x01\x2a" + bytes([61, 0, 37, 0]), "RFC 6386, section 9.1")
+
+    def test_a_picture_of_one_grey_comes_through_a_webp(self):
+        grey = numpy.full((16, 16, 3), 0.5)
+        self.assertNotEqual(encode("webp", grey), encode("webp", grey / 2))
+        self.assertEqual(encode("webp", grey), encode("webp", grey, "palette"))
+
+    def test_a_palette_leaves_so_many_colours_in_a_png_only(self):
+        linear = noise(40, 40)
+        colors = numpy.unique(pictures.read_png(encode("png", linear, "palette")).reshape(-1, 3), axis=0)
+        self.assertEqual(len(colors), 16)
+        self.assertEqual(encode("png16", linear, "palette"), encode("png16", linear))
+
+
+class Both(unittest.TestCase):
+    def test_take_pictures_of_one_pixel_one_row_and_one_column(self):
+        for shape in [(1, 1, 3), (1, 300, 3), (300, 1, 3), (17, 1, 3)]:
+            with self.subTest(shape=shape):
+                linear = noise(shape[0], shape[1], seed=3)
+                numpy.testing.assert_array_equal(pictures.read_png(encode("png", linear)), srgb_codes(linear))
+                numpy.testing.assert_array_equal(pictures.read_exr(encode("exr", linear)), linear)
+                numpy.testing.assert_array_equal(pictures.read_tiff(encode("tiff", linear)), srgb_codes(linear, 65535))
+
+    def test_give_equal_bytes_for_equal_pictures(self):
+        for kind in ["png", "exr", "png16", "jpg", "hdr", "webp", "tiff"]:
+            self.assertEqual(encode(kind, noise(300, 200)), encode(kind, noise(300, 200)), kind)
+
+    def test_refuse_a_picture_without_pixels_with_a_sentence(self):
+        program = os.path.join(os.environ["WHITTLE_BIN"], "encode_image")
+        for kind in ["png", "exr", "png16", "jpg", "hdr", "webp", "tiff"]:
+            done = subprocess.run([program, kind, "0", "0"], input=b"", capture_output=True, check=False, timeout=300)
+            self.assertEqual(done.returncode, 1, kind)
+            self.assertRegex(done.stderr.decode(), r"encoder: .+")
+
+
+if __name__ == "__main__":
+    unittest.main()

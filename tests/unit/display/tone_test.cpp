@@ -1,0 +1,121 @@
+// Exposure, overflow, straight colour and palettes against their formulas.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "tests/support/random.h"
+#include "tracer/src/display/palette.h"
+#include "tracer/src/display/srgb.h"
+#include "tracer/src/display/tone_mapping.h"
+
+namespace tracer {
+namespace {
+
+using Overflow = Output::Overflow;
+using Code = std::array<std::uint8_t, 3>;
+
+std::vector<float> toned(std::vector<float> linear, double exposure, Overflow overflow) {
+  Output output;
+  output.exposure = exposure;
+  output.overflow = overflow;
+  apply_tone(linear, output);
+  return linear;
+}
+
+TEST(Tone, LeavesTheImageAsItIsByDefault) {
+  const std::vector<float> linear{0, 0.1F, 1, 7, 1e30F, std::numeric_limits<float>::max()};
+  EXPECT_EQ(toned(linear, 0, Overflow::clamp), linear);
+}
+
+TEST(Tone, ExposesByPowersOfTwo) {
+  EXPECT_EQ(toned({0.25F, 3}, 2, Overflow::clamp), (std::vector<float>{1, 12}));
+  EXPECT_EQ(toned({0.25F, 3}, -1, Overflow::clamp), (std::vector<float>{0.125F, 1.5F}));
+  EXPECT_FLOAT_EQ(toned({1}, 0.5, Overflow::clamp)[0], std::sqrt(2.0F));
+  EXPECT_EQ(toned({1e30F}, 100, Overflow::clamp)[0], std::numeric_limits<float>::max());
+}
+
+TEST(Tone, ScalesByTheBrightestChannelOnlyWhereThatIsAboveOne) {
+  EXPECT_EQ(toned({0.5F, 4, 1}, 0, Overflow::scale), (std::vector<float>{0.125F, 1, 0.25F}));
+  EXPECT_EQ(toned({0.5F, 0.25F, 1}, 0, Overflow::scale), (std::vector<float>{0.5F, 0.25F, 1}));
+  EXPECT_EQ(toned({0.25F, 0.5F}, 2, Overflow::scale), (std::vector<float>{0.5F, 1})) << "after exposure";
+  EXPECT_EQ(toned({0, 0}, 5, Overflow::scale), (std::vector<float>{0, 0}));
+}
+
+TEST(Tone, ReinhardsCurveIsEachChannelOverOnePlusItself) {
+  EXPECT_EQ(toned({0, 1, 3, 0.25F}, 0, Overflow::reinhard), (std::vector<float>{0, 0.5F, 0.75F, 0.2F}));
+  EXPECT_EQ(toned({0.5F}, 1, Overflow::reinhard), (std::vector<float>{0.5F}));
+  EXPECT_EQ(toned({std::numeric_limits<float>::max()}, 100, Overflow::reinhard), (std::vector<float>{1}));
+}
+
+TEST(StraightColor, IsThePremultipliedOneWithoutItsAlpha) {
+  const Image image{3, 1, {0.25F, 0.5F, 1, 0.1F, 0.2F, 0.3F, 0, 0, 0}, {0.5F, 1, 0}};
+  EXPECT_EQ(straight_color(image), (std::vector<float>{0.5F, 1, 2, 0.1F, 0.2F, 0.3F, 0, 0, 0}));
+}
+
+TEST(Srgb16, IsTheNearestCodeOfTheCurve) {
+  for (int i = 0; i <= 20000; ++i) {
+    const auto linear = static_cast<float>(i) / 20000;
+    const long double value = linear;
+    const long double encoded = value <= 0.0031308L ? 12.92L * value : 1.055L * std::pow(value, 1 / 2.4L) - 0.055L;
+    EXPECT_NEAR(srgb16_from_linear(linear), static_cast<double>(65535 * encoded), 0.5001);
+  }
+  EXPECT_EQ(srgb16_from_linear(-1), 0);
+  EXPECT_EQ(srgb16_from_linear(std::nanf("")), 0);
+  EXPECT_EQ(srgb16_from_linear(2), 65535);
+}
+
+std::vector<std::uint8_t> random_codes(std::size_t pixels, std::uint32_t colors) {
+  oracle::Random random(9);
+  std::vector<Code> of(colors);
+  for (Code& code : of)
+    for (auto& channel : code) channel = static_cast<std::uint8_t>(random.below(256));
+  std::vector<std::uint8_t> codes;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const Code& code = of[random.below(colors)];
+    for (const std::uint8_t channel : code) codes.push_back(channel);
+  }
+  return codes;
+}
+
+Code at(const std::vector<std::uint8_t>& codes, std::size_t i) { return {codes[i], codes[i + 1], codes[i + 2]}; }
+
+TEST(Palette, KeepsAnImageOfFewColoursAsItIs) {
+  const auto codes = random_codes(5000, 40);
+  auto reduced = codes;
+  reduce_colors(reduced, 40);
+  EXPECT_EQ(reduced, codes);
+}
+
+TEST(Palette, HasAsManyColoursAsAskedEachTheMeanOfItsPixelsInLinearLight) {
+  const auto codes = random_codes(60000, 30000);
+  for (const std::uint32_t colors : {2u, 7u, 16u, 256u}) {
+    auto reduced = codes;
+    reduce_colors(reduced, colors);
+    std::map<Code, std::array<double, 4>> sums;
+    for (std::size_t i = 0; i < codes.size(); i += 3) {
+      auto& sum = sums[at(reduced, i)];
+      for (std::size_t channel = 0; channel < 3; ++channel)
+        sum[channel] += linear_from_srgb(codes[i + channel] / 255.0);
+      sum[3] += 1;
+    }
+    EXPECT_EQ(sums.size(), colors);
+    for (const auto& [color, sum] : sums)
+      for (std::size_t channel = 0; channel < 3; ++channel)
+        EXPECT_EQ(color[channel], srgb8_from_linear(static_cast<float>(sum[channel] / sum[3])));
+  }
+}
+
+TEST(Palette, CutsWhereHalfOfThePixelsLieOnEitherSide) {
+  std::vector<std::uint8_t> codes{0, 5, 5, 10, 5, 5, 20, 5, 5, 200, 5, 5};
+  reduce_colors(codes, 2);
+  EXPECT_EQ(at(codes, 0), at(codes, 3));
+  EXPECT_EQ(at(codes, 6), at(codes, 9));
+  EXPECT_NE(at(codes, 0), at(codes, 9));
+}
+
+}  // namespace
+}  // namespace tracer

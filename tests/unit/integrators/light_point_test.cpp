@@ -1,0 +1,90 @@
+// Points on soft lights are uniform over their length, area or surface: chi-square of what each has a distribution for.
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <numbers>
+
+#include "tests/support/random.h"
+#include "tracer/src/lights/compiled_light.h"
+
+namespace tracer {
+namespace {
+
+using oracle::Random;
+using oracle::Real;
+using oracle::Vec;
+
+constexpr int bins = 32;
+/// 31 degrees of freedom exceed it once in a million (Wilson and Hilferty 1931).
+constexpr double chi_square_max = 84;
+
+/// Chi-square of `share` of the light's points, which must be uniform over [0, 1].
+double chi_square(const CompiledLight& light, const std::function<Real(const Vec&)>& share) {
+  constexpr int points = 100'000;
+  Random random(1);
+  std::array<int, bins> counted{};
+  for (int i = 0; i < points; ++i) {
+    const Real at = share(Vec(light_point(light, {random.in(0, 1), random.in(0, 1)})) - Vec(light.position));
+    EXPECT_TRUE(at >= -1e-12L && at <= 1 + 1e-12L) << "beyond the light";
+    ++counted[static_cast<std::size_t>(std::clamp<Real>(at * bins, 0, bins - 1))];
+  }
+  double sum = 0;
+  for (const int count : counted) sum += (count - points / double{bins}) * (count - points / double{bins});
+  return sum / (points / double{bins});
+}
+
+CompiledLight light_of(CompiledLight::Kind kind) {
+  CompiledLight light;
+  light.kind = kind;
+  light.position = {0.3, -0.2, 0.1};
+  return light;
+}
+
+TEST(LightPoint, OfALineIsUniformAlongIt) {
+  CompiledLight line = light_of(CompiledLight::Kind::line);
+  line.u = {1, 2, -0.5};
+  const Vec u = line.u;
+  EXPECT_LE(chi_square(line, [&](const Vec& p) { return dot(p, u) / dot(u, u); }), chi_square_max);
+}
+
+TEST(LightPoint, OfAParallelogramIsUniformAlongBothEdgesAndItsDiagonal) {
+  CompiledLight rect = light_of(CompiledLight::Kind::parallelogram);
+  rect.u = {1, 0.2, 0};
+  rect.v = {0.3, 0.1, 2};
+  const Vec u = rect.u, v = rect.v, n = cross(u, v);
+  const auto along_u = [&](const Vec& p) { return dot(cross(p, v), n) / dot(n, n); };
+  const auto along_v = [&](const Vec& p) { return dot(cross(u, p), n) / dot(n, n); };
+  EXPECT_LE(chi_square(rect, along_u), chi_square_max);
+  EXPECT_LE(chi_square(rect, along_v), chi_square_max);
+  // Of two that are uniform and independent the sum, without its whole part, is uniform too.
+  const auto both = [&](const Vec& p) {
+    const Real sum = along_u(p) + along_v(p);
+    return sum - std::floor(sum);
+  };
+  EXPECT_LE(chi_square(rect, both), chi_square_max);
+}
+
+TEST(LightPoint, OfADiscIsUniformInAreaAcrossItInAnyDirection) {
+  CompiledLight disc = light_of(CompiledLight::Kind::disc);
+  disc.u = {0.7, 0, 0};
+  disc.v = {0, 0, 0.7};
+  for (const Real turn : {0.0L, 0.7L, 2.0L}) {
+    // The part of a disc on one side of a line at x radii from its middle.
+    const auto segment = [turn](const Vec& p) {
+      const Real x = (p.x * std::cos(turn) + p.z * std::sin(turn)) / 0.7L;
+      const Real c = std::clamp<Real>(x, -1, 1);
+      return 0.5L + (c * std::sqrt(1 - c * c) + std::asin(c)) / std::numbers::pi_v<Real>;
+    };
+    EXPECT_LE(chi_square(disc, segment), chi_square_max);
+  }
+}
+
+TEST(LightPoint, OfASphereIsUniformInHeightAlongAnyAxisAsArchimedesFound) {
+  CompiledLight sphere = light_of(CompiledLight::Kind::sphere);
+  sphere.radius = 1.7;
+  for (const Vec& axis : {Vec(0, 0, 1), Vec(1, 0, 0), unit(Vec(1, -2, 0.5L))})
+    EXPECT_LE(chi_square(sphere, [&](const Vec& p) { return 0.5L + dot(p, axis) / (2 * 1.7L); }), chi_square_max);
+}
+
+}  // namespace
+}  // namespace tracer

@@ -1,0 +1,161 @@
+// The light of one light at packets of places, beside its formulas in long double.
+#include "tracer/src/integrators/whitted/light_samples.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "tests/support/effort.h"
+#include "tests/support/random.h"
+
+namespace tracer {
+namespace {
+
+using oracle::Random;
+using oracle::Real;
+using oracle::Vec;
+using Kind = CompiledLight::Kind;
+
+ShadingPoint random_facing(Random& random) {
+  const Vec3 position{random.in(-1, 1), random.in(-1, 1), random.in(-1, 1)};
+  const double error = random.spread(1e-17, 1e-12);
+  return {.point = {position, {error, 2 * error, 3 * error}},
+          .face = rounded(random.direction()),
+          .normal = rounded(random.direction()),
+          .to_eye = rounded(random.direction()),
+          .diffuse = {random.in(0, 1), random.in(0, 1), 0},
+          .specular = random.chance(0.5) ? Color{} : Color{0, random.in(0, 1), random.in(0, 1)},
+          .shininess = random.in(0, 9),
+          .blinn = random.chance(0.5)};
+}
+
+CompiledLight random_light(Random& random) {
+  const Kind kinds[] = {Kind::point, Kind::spot, Kind::directional};
+  const Attenuation::Kind fades[] = {Attenuation::Kind::none, Attenuation::Kind::polynomial,
+                                     Attenuation::Kind::inverse_square};
+  return {.kind = kinds[random.below(3)],
+          .position = {random.in(-3, 3), random.in(-3, 3), random.in(-3, 3)},
+          .axis = rounded(random.direction()),
+          .cos_inner = 0.4,
+          .cos_outer = -0.3,
+          .radiance = {random.in(0, 2), random.in(0, 2), random.in(0, 2)},
+          .attenuation = {fades[random.below(3)], {0.2, 0.3, 0.1}}};
+}
+
+Real strength(const CompiledLight& light, Real distance, const Vec& to_light) {
+  if (light.kind == Kind::directional) return 1;
+  Real f = 1;
+  const auto& c = light.attenuation.coefficients;
+  if (light.attenuation.kind == Attenuation::Kind::polynomial)
+    f = std::fmin(1 / (c[0] + c[1] * distance + c[2] * distance * distance), 1.0L);
+  if (light.attenuation.kind == Attenuation::Kind::inverse_square) f = 1 / (distance * distance);
+  if (light.kind != Kind::spot) return f;
+  const Real x = (dot(-to_light, Vec(light.axis)) - light.cos_outer) / (Real(light.cos_inner) - light.cos_outer);
+  return f * (x <= 0 ? 0 : x >= 1 ? 1 : x * x * (3 - 2 * x));
+}
+
+Real highlight_of(const ShadingPoint& shading_point, const Vec& to_light) {
+  const Vec n = shading_point.normal, v = shading_point.to_eye;
+  const Real cosine = shading_point.blinn ? dot(n, unit(to_light + v)) : dot(2 * dot(n, to_light) * n - to_light, v);
+  return std::pow(std::clamp(cosine, 0.0L, 1.0L), Real(shading_point.shininess));
+}
+
+TEST(LightSamplePacket, IsTheLocalModelOfEveryKindOfLightInEveryLane) {
+  Random random(11);
+  std::uint64_t lit = 0;
+  for (std::uint64_t round = 0; round < effort::cases(3'000); ++round) {
+    ShadingPointQueue shading_points;
+    std::vector<ShadingPoint> all;
+    for (int i = 0; i < 2 * lanes - 3; ++i) shading_points.push(all.emplace_back(random_facing(random)));
+    const CompiledLight light = random_light(random);
+    const double world_per_trace = random.chance(0.5) ? 1 : 4, share = random.in(0.1, 1);
+    for (std::size_t packet = 0; packet < shading_points.packets(); ++packet) {
+      LightSamplePacket arrival;
+      for (int i = 0; i < lanes; ++i) {
+        arrival.from_x[i] = light.position.x;
+        arrival.from_y[i] = light.position.y;
+        arrival.from_z[i] = light.position.z;
+      }
+      sample_light(shading_points.packet(packet), light, world_per_trace, share, arrival);
+      for (int lane = 0; lane < shading_points.packet(packet).count; ++lane) {
+        const ShadingPoint& shading_point = all[packet * lanes + static_cast<std::size_t>(lane)];
+        const Vec offset = Vec(light.position) - Vec(shading_point.point.position);
+        const Vec to_light = light.kind == Kind::directional ? Vec(light.axis) : unit(offset);
+        const Real cosine = dot(Vec(shading_point.normal), to_light);
+        if (std::fabs(cosine) < 1e-12L) continue;
+        const Real power = share * strength(light, length(offset) * world_per_trace, to_light);
+        const bool gains = (arrival.gaining >> lane & 1) != 0;
+        ASSERT_EQ(gains, cosine > 0 && power > 0) << round << " lane " << lane;
+        if (!gains) continue;
+        ++lit;
+        const Real spec = highlight_of(shading_point, to_light);
+        const auto expect = [&](double got, double diffuse, double specular, double radiance) {
+          const auto expected = static_cast<double>((diffuse * cosine + specular * spec) * power * radiance);
+          EXPECT_NEAR(got, expected, 1e-12 * (expected + static_cast<double>(power))) << round << " lane " << lane;
+        };
+        expect(arrival.r[lane], shading_point.diffuse.r, shading_point.specular.r, light.radiance.r);
+        expect(arrival.g[lane], shading_point.diffuse.g, shading_point.specular.g, light.radiance.g);
+        expect(arrival.b[lane], shading_point.diffuse.b, shading_point.specular.b, light.radiance.b);
+      }
+    }
+  }
+  EXPECT_GT(lit, effort::cases(3'000)) << "some light must arrive";
+}
+
+TEST(LightSamplePacket, StartsShadowRaysWhereRaysThatLeaveTheSurfaceStart) {
+  Random random(12);
+  for (std::uint64_t round = 0; round < effort::cases(1'000); ++round) {
+    ShadingPointQueue shading_points;
+    ShadingPoint shading_point = random_facing(random);
+    const CompiledLight light{.kind = Kind::directional, .axis = rounded(random.direction()), .radiance = {1, 1, 1}};
+    if (dot(shading_point.normal, light.axis) < 0) shading_point.normal = -shading_point.normal;
+    shading_points.push(shading_point);
+    LightSamplePacket arrival;
+    sample_light(shading_points.packet(0), light, 1, 1, arrival);
+    ASSERT_EQ(arrival.gaining, 1u);
+    const Vec3 expected = offset_origin(shading_point.point, shading_point.face, light.axis);
+    ASSERT_EQ((Vec3{arrival.origin_x[0], arrival.origin_y[0], arrival.origin_z[0]}), expected);
+    ASSERT_EQ(arrival.distance[0], std::numeric_limits<double>::infinity());
+  }
+}
+
+TEST(LightSamplePacket, NothingComesFromALightThatTouchesTheSurfaceNorToAPlaceThatReflectsNothing) {
+  ShadingPointQueue shading_points;
+  const ShadingPoint touched{.point = {{1, 2, 3}, {}}, .normal = {0, 0, 1}, .to_eye = {0, 0, 1}, .diffuse = {1, 1, 1}};
+  shading_points.push(touched);
+  ShadingPoint black = touched;
+  black.point.position.z = 2;
+  black.diffuse = {};
+  shading_points.push(black);
+  ShadingPoint below = touched;
+  below.point.position.z = 2;
+  shading_points.push(below);
+  LightSamplePacket arrival;
+  for (int i = 0; i < lanes; ++i) {
+    arrival.from_x[i] = 1;
+    arrival.from_y[i] = 2;
+    arrival.from_z[i] = 3;
+  }
+  sample_light(shading_points.packet(0), {.radiance = {1, 1, 1}}, 1, 1, arrival);
+  ASSERT_EQ(arrival.gaining, LaneMask{1} << 2) << "the place below the light";
+  EXPECT_EQ(arrival.r[2], 1);
+}
+
+TEST(ShadingPointQueue, KeepNothingOfThoseBefore) {
+  ShadingPointQueue shading_points;
+  ShadingPoint shining{.normal = {0, 0, 1}, .specular = {1, 1, 1}, .blinn = true};
+  for (int i = 0; i < lanes + 1; ++i) shading_points.push(shining);
+  EXPECT_EQ(shading_points.packets(), 2u);
+  shading_points.clear();
+  EXPECT_EQ(shading_points.packets(), 0u);
+  shading_points.push({.normal = {0, 0, 1}, .diffuse = {1, 1, 1}, .hit = 7});
+  ASSERT_EQ(shading_points.packets(), 1u);
+  EXPECT_EQ(shading_points.packet(0).count, 1);
+  EXPECT_EQ(shading_points.packet(0).hit[0], 7u);
+  EXPECT_FALSE(shading_points.packet(0).any_shines);
+  EXPECT_FALSE(shading_points.packet(0).any_halfway);
+}
+
+}  // namespace
+}  // namespace tracer

@@ -1,0 +1,199 @@
+// What a packet of surfaces sends on, beside Snell, Fresnel and the mirror in long double.
+#include "tracer/src/integrators/whitted/secondary_ray_packet.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/effort.h"
+#include "tests/support/random.h"
+#include "tests/support/reference_optics.h"
+
+namespace tracer {
+namespace {
+
+using oracle::Random;
+using oracle::Real;
+using oracle::Vec;
+
+/// Mirrors, glass, panes, with and without Fresnel, and what sends nothing on.
+std::vector<Material> materials() {
+  std::vector<Material> all(7);
+  for (Material& material : all) material.reflection_color = {1, 0.5, 0.25};
+  for (Material& material : all) material.transmission_color = {0.5, 1, 0.75};
+  for (const std::size_t i : {1u, 2u, 4u, 6u}) all[i].reflection = 0.3;
+  for (const std::size_t i : {2u, 3u, 4u, 5u}) all[i].transmission = 0.6;
+  for (const std::size_t i : {4u, 5u, 6u}) all[i].fresnel = true;
+  all[5].transparency = Material::Transparency::filtered;
+  return all;
+}
+
+struct Packets {
+  HitPacket hits;
+  ShadingPointPacket shading_points;
+  InterfacePacket interfaces;
+  SecondaryRayPacket mirrored, through;
+};
+
+void put(const Vec3& v, int i, double* x, double* y, double* z) {
+  x[i] = v.x;
+  y[i] = v.y;
+  z[i] = v.z;
+}
+
+Vec3 lane(const double* x, const double* y, const double* z, int i) { return {x[i], y[i], z[i]}; }
+Vec3 outward_of(const HitPacket& hits, int i) {
+  const Vec3 face = lane(hits.points.face_x, hits.points.face_y, hits.points.face_z, i);
+  return hits.behind[i] > 0 ? -face : face;
+}
+Vec3 direction_of(const HitPacket& hits, int i) {
+  return lane(hits.direction_x, hits.direction_y, hits.direction_z, i);
+}
+/// As the ray sees it.
+Vec3 normal_of(const Packets& p, int i) {
+  const Vec3 normal = lane(p.shading_points.normal_x, p.shading_points.normal_y, p.shading_points.normal_z, i);
+  return dot(direction_of(p.hits, i), normal) < 0 ? normal : outward_of(p.hits, i);
+}
+
+void fill(Random& random, const std::vector<CompiledMaterial>& terms, Packets& p) {
+  p.hits.count = p.shading_points.count = lanes - 2;
+  for (int i = 0; i < lanes; ++i) {
+    const Vec face = random.direction();
+    const double behind = random.chance(0.4) ? 1 : 0;
+    const Vec outward = behind > 0 ? -face : face;
+    const Real c = random.chance(0.2) ? random.spread(1e-4, 1) : random.in(0.01, 1);
+    const Vec d = std::sqrt((1 - c) * (1 + c)) * random.across(outward) - c * outward;
+    put(rounded(unit(d)), i, p.hits.direction_x, p.hits.direction_y, p.hits.direction_z);
+    put(rounded(face), i, p.hits.points.face_x, p.hits.points.face_y, p.hits.points.face_z);
+    const Vec bent = random.chance(0.5) ? outward : unit(outward + 0.4L * random.direction());
+    put(rounded(bent), i, p.shading_points.normal_x, p.shading_points.normal_y, p.shading_points.normal_z);
+    put(random.vector(1), i, p.hits.points.x, p.hits.points.y, p.hits.points.z);
+    p.shading_points.clearance[i] = random.spread(1e-17, 1e-12);
+    p.hits.behind[i] = behind;
+    p.hits.weight_r[i] = random.in(0.1, 1);
+    p.hits.weight_g[i] = random.in(0.1, 1);
+    p.hits.weight_b[i] = 0;
+    p.hits.path[i] = random.below(1000);
+    p.hits.material[i] = random.below(static_cast<std::uint32_t>(terms.size()));
+    p.interfaces.n_from[i] = random.chance(0.5) ? 1 : random.in(1, 3);
+    p.interfaces.n_to[i] = random.in(0.5, 2.5);
+  }
+  take_materials(terms, p.hits);
+  part(p.hits, p.shading_points, p.interfaces, false, p.mirrored, p.through);
+}
+
+void expect_weight(const SecondaryRayPacket& found, int i, const HitPacket& hits, const Color& by_color, Real share) {
+  const bool going = share > 0;
+  ASSERT_EQ(found.going >> i & 1, going ? 1u : 0u);
+  if (!going) return;
+  EXPECT_NEAR(found.r[i], static_cast<double>(hits.weight_r[i] * by_color.r * share), 1e-11);
+  EXPECT_NEAR(found.g[i], static_cast<double>(hits.weight_g[i] * by_color.g * share), 1e-11);
+  EXPECT_EQ(found.b[i], 0);
+  EXPECT_EQ(found.largest[i], std::max(found.r[i], found.g[i]));
+}
+
+void expect_snell(const Packets& p, int i, bool refracts) {
+  const Vec d = direction_of(p.hits, i), n = normal_of(p, i);
+  const Vec t = lane(p.through.dx, p.through.dy, p.through.dz, i);
+  const Real eta = refracts ? Real(p.interfaces.n_to[i]) / p.interfaces.n_from[i] : 1;
+  EXPECT_NEAR(static_cast<double>(length(t)), 1, 1e-14);
+  if (!refracts) {
+    EXPECT_EQ(length(t - d), 0) << "straight on";
+    return;
+  }
+  EXPECT_LT(dot(t, n), 0);
+  EXPECT_LE(length(cross(d, n) - eta * cross(t, n)), 1e-12) << i;
+}
+
+void expect_mirror(const Packets& p, int i) {
+  const Vec d = direction_of(p.hits, i), n = normal_of(p, i), outward = outward_of(p.hits, i);
+  Vec expected = unit(d - 2 * dot(d, n) * n);
+  if (std::fabs(dot(expected, outward)) < 1e-12L) return;
+  if (dot(expected, outward) < 0) expected = unit(expected - 2 * dot(expected, outward) * outward);
+  EXPECT_LE(length(Vec(lane(p.mirrored.dx, p.mirrored.dy, p.mirrored.dz, i)) - expected), 1e-14);
+}
+
+void expect_lane(const Packets& p, int i, const Material& material) {
+  const bool transmits = material.transmission > 0;
+  const bool refracts = transmits && material.transparency == Material::Transparency::refract;
+  const Real n_from = p.interfaces.n_from[i], n_to = p.interfaces.n_to[i];
+  const Real cos_i = std::fmin(1.0L, -dot(Vec(direction_of(p.hits, i)), Vec(normal_of(p, i))));
+  const Real cos2_t = 1 - (n_from / n_to) * (n_from / n_to) * (1 - cos_i) * (1 + cos_i);
+  if (std::fabs(cos2_t) < 1e-4L) return;  // what is next to the critical angle, or past it, its rounding decides
+  const bool total = (refracts || material.fresnel) && cos2_t < 0;
+  const Real f = total ? 1 : oracle::reflectance(cos_i, std::sqrt(cos2_t), n_from, n_to);
+  const Real mirrored = material.fresnel ? f : 1, passing = total ? 0 : material.fresnel ? 1 - f : 1;
+  Color back = material.reflection_color * material.reflection;
+  const Color onward = material.transmission_color * material.transmission;
+  if (total && !material.fresnel) back += onward;
+  expect_weight(p.mirrored, i, p.hits, back, is_black(back) ? 0 : mirrored);
+  expect_weight(p.through, i, p.hits, onward, transmits ? passing : 0);
+  if ((p.through.going >> i & 1) != 0) expect_snell(p, i, refracts);
+  if ((p.mirrored.going >> i & 1) != 0) expect_mirror(p, i);
+}
+
+TEST(ABranchPacket, FollowsSnellAndFresnelInEveryLane) {
+  const std::vector<Material> all = materials();
+  const std::vector<CompiledMaterial> terms = compiled_materials(all, {});
+  Random random(3);
+  Packets p;
+  std::uint64_t through = 0;
+  for (std::uint64_t round = 0; round < effort::cases(2'000); ++round) {
+    fill(random, terms, p);
+    for (int i = 0; i < p.hits.count; ++i) expect_lane(p, i, all[p.hits.material[i]]);
+    if (HasFailure()) FAIL() << round;
+    through += static_cast<std::uint64_t>(std::popcount(p.through.going));
+    EXPECT_EQ((p.mirrored.going | p.through.going) >> p.hits.count, 0u) << "lanes of no use";
+  }
+  EXPECT_GT(through, effort::cases(2'000));
+}
+
+TEST(ABranchPacket, GivesPlainMirrorsTheBitsOfAPacketOfMirrors) {
+  const std::vector<CompiledMaterial> terms = compiled_materials(materials(), {});
+  Random random(4);
+  Packets p;
+  SecondaryRayPacket alone;
+  for (std::uint64_t round = 0; round < effort::cases(2'000); ++round) {
+    fill(random, terms, p);
+    mirror(p.hits, p.shading_points, alone);
+    for (int i = 0; i < p.hits.count; ++i) {
+      if (p.hits.material[i] != 1) continue;
+      ASSERT_EQ(p.mirrored.going >> i & 1, alone.going >> i & 1);
+      for (const auto component :
+           {&SecondaryRayPacket::ox, &SecondaryRayPacket::oy, &SecondaryRayPacket::oz, &SecondaryRayPacket::dx,
+            &SecondaryRayPacket::dy, &SecondaryRayPacket::dz, &SecondaryRayPacket::r, &SecondaryRayPacket::g,
+            &SecondaryRayPacket::b, &SecondaryRayPacket::largest})
+        ASSERT_EQ((p.mirrored.*component)[i], (alone.*component)[i]);
+      ASSERT_EQ(p.mirrored.path[i], alone.path[i]);
+    }
+  }
+}
+
+TEST(ABranchPacket, LeavesEachSurfaceOnTheSideThatItsRaysGoTo) {
+  const std::vector<CompiledMaterial> terms = compiled_materials(materials(), {});
+  Random random(5);
+  Packets p;
+  for (std::uint64_t round = 0; round < effort::cases(500); ++round) {
+    fill(random, terms, p);
+    for (const SecondaryRayPacket* branches : {&p.mirrored, &p.through})
+      for_each_lane(branches->going, [&](int i) {
+        const Vec3 face = lane(p.hits.points.face_x, p.hits.points.face_y, p.hits.points.face_z, i);
+        const Vec moved = Vec(lane(branches->ox, branches->oy, branches->oz, i)) -
+                          Vec(lane(p.hits.points.x, p.hits.points.y, p.hits.points.z, i));
+        const double side = dot(branches->direction(i), face) < 0 ? -1 : 1;
+        ASSERT_GE(side * dot(moved, Vec(face)), p.shading_points.clearance[i]);
+      });
+  }
+}
+
+TEST(FaintBranches, AreThoseBelowTheCutoffAndThoseThatWeighNothing) {
+  SecondaryRayPacket branches{};
+  branches.going = 0b1011;
+  branches.largest[0] = 0.1;
+  branches.largest[1] = 0.01;
+  branches.largest[2] = 0.01;  // none of those that go on
+  branches.largest[3] = 0;
+  EXPECT_EQ(faint(branches, 0.05), 0b1010u);
+  EXPECT_EQ(faint(branches, 0), 0b1000u);
+}
+
+}  // namespace
+}  // namespace tracer

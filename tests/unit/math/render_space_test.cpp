@@ -1,0 +1,89 @@
+// The frame that rays are traced in: exact under scaling by powers of two and under translation.
+#include "tracer/src/scene/render_space.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/effort.h"
+#include "tests/support/random.h"
+
+namespace tracer {
+namespace {
+
+using oracle::Random;
+
+/// A multiple of 2^-22 below 8 in size: exact also with 2 10^9 added, to a double's last bit.
+double coarse(Random& random) { return std::floor(random.in(-8, 8) * 0x1p22) * 0x1p-22; }
+Vec3 coarse_vector(Random& random) { return {coarse(random), coarse(random), coarse(random)}; }
+
+Bounds bounds_of(const std::vector<Vec3>& points) {
+  Bounds bounds;
+  for (const Vec3& p : points) bounds.include(p);
+  return bounds;
+}
+
+TEST(RenderSpace, ReachesHalfAUnitFromTheOriginAndTheSceneSpansAtLeastThat) {
+  Random random(1);
+  for (int i = 0; i < 1000; ++i) {
+    const double scale = random.spread(1e-60, 1e60);
+    const std::vector<Vec3> points{random.vector(scale), random.vector(scale), random.vector(scale)};
+    const RenderSpace frame(bounds_of(points));
+    double largest = 0;
+    for (const Vec3& p : points) {
+      const Vec3 q = frame.render_from_world(p);
+      ASSERT_LE(max_component(abs(q)), 0.5 + 1e-15);
+      for (const Vec3& other : points)
+        largest = std::max(largest, max_component(abs(q - frame.render_from_world(other))));
+    }
+    ASSERT_GT(largest, 0.5 - 1e-12);
+  }
+}
+
+TEST(RenderSpace, GivesTheSameBitsForAWorldScaledByAPowerOfTwo) {
+  Random random(2);
+  for (int i = 0; i < 1000; ++i) {
+    const std::vector<Vec3> points{random.vector(3), random.vector(3), random.vector(3)};
+    const RenderSpace frame(bounds_of(points));
+    for (const int k : {-190, -60, -7, 1, 30, 60, 190}) {
+      const double factor = std::ldexp(1.0, k);
+      const RenderSpace scaled(bounds_of({points[0] * factor, points[1] * factor, points[2] * factor}));
+      for (const Vec3& p : points) ASSERT_EQ(scaled.render_from_world(p * factor), frame.render_from_world(p)) << k;
+      ASSERT_EQ(scaled.render_from_world(0.3 * factor), frame.render_from_world(0.3));
+      ASSERT_EQ(scaled.world_from_render(0.3), frame.world_from_render(0.3) * factor);
+    }
+  }
+}
+
+TEST(RenderSpace, GivesTheSameBitsForATranslatedWorldWhoseCoordinatesAreExact) {
+  Random random(3);
+  for (int i = 0; i < 1000; ++i) {
+    const std::vector<Vec3> points{coarse_vector(random), coarse_vector(random), coarse_vector(random)};
+    const RenderSpace frame(bounds_of(points));
+    for (const double far : {1e3, 1e6, 1e9, -1e9}) {
+      const Vec3 by{far, -far, 2 * far};
+      const RenderSpace moved(bounds_of({points[0] + by, points[1] + by, points[2] + by}));
+      for (const Vec3& p : points) ASSERT_EQ(moved.render_from_world(p + by), frame.render_from_world(p)) << far;
+    }
+  }
+}
+
+TEST(RenderSpace, OfNothingFiniteIsAroundTheCamera) {
+  Scene scene;
+  scene.camera.position = {1e9, 2, 3};
+  EXPECT_EQ(RenderSpace(finite_bounds(scene)).render_from_world(scene.camera.position), (Vec3{0, 0, 0}));
+}
+
+TEST(RenderSpace, TakesEveryShapeIntoItsBounds) {
+  Scene scene;
+  scene.objects.push_back({Sphere{{1, 2, 3}, 0.5}, {}, {}});
+  scene.objects.push_back({Plane{{100, 100, 100}, {0, 1, 0}, {}}, {}, {}});  // infinite: not counted
+  scene.objects.push_back({Triangle{{{{-4, 0, 0}, {0, 5, 0}, {0, 0, 1}}}, {}, {}}, {}, {}});
+  Mesh mesh;
+  mesh.positions = {{0, -6, 0}, {7, 0, 0}};
+  scene.objects.push_back({mesh, {}, {}});
+  const Bounds bounds = finite_bounds(scene);
+  EXPECT_EQ(bounds.low, (Vec3{-4, -6, 0}));
+  EXPECT_EQ(bounds.high, (Vec3{7, 5, 3.5}));
+}
+
+}  // namespace
+}  // namespace tracer

@@ -1,0 +1,136 @@
+// Where an image of one sample a pixel is not smooth; what is claimed of an image of equal samples.
+#include "tracer/src/sampling/contrast.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/random.h"
+#include "tracer/src/sampling/uniform_error.h"
+
+namespace tracer {
+namespace {
+
+std::vector<float> image(std::uint32_t width, std::uint32_t height, double (*level)(double x, double y)) {
+  std::vector<float> to_display;
+  for (std::uint32_t y = 0; y < height; ++y)
+    for (std::uint32_t x = 0; x < width; ++x)
+      for (int channel = 0; channel < 3; ++channel) to_display.push_back(static_cast<float>(level(x, y)));
+  return to_display;
+}
+
+/// Of all pixels of an image of such levels, three a pixel.
+std::vector<float> contrasts(const std::vector<float>& to_display, std::size_t columns, bool from_below = false) {
+  const std::size_t rows = to_display.size() / 3 / columns;
+  ContrastRows contrast(columns, rows, [&](std::size_t y, ShownRow& row) {
+    for (std::size_t x = 0; x < columns; ++x)
+      for (std::size_t channel = 0; channel < 3; ++channel)
+        row[channel][x] = to_display[3 * (y * columns + x) + channel];
+  });
+  std::vector<float> all(to_display.size() / 3);
+  for (std::size_t i = 0; i < rows; ++i) {
+    const std::size_t y = from_below ? rows - 1 - i : i;
+    const auto row = contrast.row(y);
+    std::copy(row.begin(), row.end(), all.begin() + static_cast<std::ptrdiff_t>(y * columns));
+  }
+  return all;
+}
+
+/// The definition, pixel by pixel.
+double contrast_at(const std::vector<float>& to_display, std::int64_t columns, std::int64_t rows, std::int64_t x,
+                   std::int64_t y) {
+  double most = 0;
+  for (const auto& [dx, dy] : {std::pair{1, 0}, {0, 1}, {1, 1}, {1, -1}}) {
+    if ((dx != 0 && columns < 3) || (dy != 0 && rows < 3)) continue;
+    const std::int64_t cx = dx != 0 ? std::clamp<std::int64_t>(x, 1, columns - 2) : x;
+    const std::int64_t cy = dy != 0 ? std::clamp<std::int64_t>(y, 1, rows - 2) : y;
+    double sum = 0;
+    for (int channel = 0; channel < 3; ++channel) {
+      const auto level = [&](std::int64_t step) {
+        return double{
+            to_display[static_cast<std::size_t>(3 * ((cy + step * dy) * columns + cx + step * dx) + channel)]};
+      };
+      sum += std::pow(level(-1) - 2 * level(0) + level(1), 2);
+    }
+    most = std::max(most, sum);
+  }
+  return most;
+}
+
+TEST(Contrast, IsTheLargestSecondDifferenceInImagesOfAnyShapeAndOrderOfRows) {
+  oracle::Random random(11);
+  for (const auto& [columns, rows] :
+       {std::pair{1, 1}, {1, 5}, {5, 1}, {2, 2}, {2, 7}, {7, 2}, {3, 3}, {3, 8}, {19, 3}, {37, 11}}) {
+    std::vector<float> to_display(static_cast<std::size_t>(3 * columns * rows));
+    for (float& level : to_display) level = static_cast<float>(random.in(0, 255));
+    const std::vector<float> found = contrasts(to_display, static_cast<std::size_t>(columns));
+    EXPECT_EQ(found, contrasts(to_display, static_cast<std::size_t>(columns), true));
+    for (int i = 0; i < columns * rows; ++i) {
+      const double expected = contrast_at(to_display, columns, rows, i % columns, i / columns);
+      // Floats of up to 255: their second difference is off by 2^-14 at most.
+      EXPECT_NEAR(found[static_cast<std::size_t>(i)], expected, 3 * 0x1p-12 * std::sqrt(expected) + 0x1p-24)
+          << columns << 'x' << rows << " at " << i;
+    }
+  }
+}
+
+TEST(Contrast, IsNoneInAnyGradient) {
+  for (const float contrast : contrasts(image(9, 7, [](double x, double y) { return 8 * x + 16 * y; }), 9))
+    EXPECT_EQ(contrast, 0);
+}
+
+TEST(Contrast, IsTheWholeHeightOnBothSidesOfAnEdgeAndNoneBeyond) {
+  const auto contrast = contrasts(image(10, 4, [](double x, double) { return x < 5 ? 10.0 : 110.0; }), 10);
+  for (std::size_t i = 0; i < contrast.size(); ++i) {
+    const bool beside = i % 10 == 4 || i % 10 == 5;
+    EXPECT_EQ(contrast[i], beside ? 3 * 100 * 100 : 0) << i;
+  }
+}
+
+TEST(Contrast, IsSeenAtTheBorderAndInImagesOfAnyShape) {
+  const auto contrast = contrasts(image(3, 1, [](double x, double) { return x < 1 ? 0.0 : 90.0; }), 3);
+  for (const float one : contrast) EXPECT_EQ(one, 3 * 90 * 90);
+  EXPECT_EQ(contrasts(image(1, 1, [](double, double) { return 7.0; }), 1), std::vector<float>{0});
+  EXPECT_EQ(contrasts(image(2, 2, [](double x, double) { return 7 * x; }), 2), std::vector<float>(4, 0));
+}
+
+TEST(ExpectedVariance, IsThatOfAnEdgeAnywhereInThePixel) {
+  // The centre shows one side; the mean is the share u of the other: the mean square of min(u, 1 - u) over u is 1/12.
+  double sum = 0;
+  constexpr int steps = 100'000;
+  for (int i = 0; i < steps; ++i) {
+    const double u = (i + 0.5) / steps;
+    sum += std::pow(std::min(u, 1 - u), 2) / steps;
+  }
+  EXPECT_NEAR(expected_variance(3 * 100 * 100), 3 * 100 * 100 * sum, 1e-3);
+  EXPECT_LT(expected_variance(3 * 4), 3 * 4 * sum);
+}
+
+std::vector<float> uniform_variance(const UniformPixels& pixels, const DisplayTransform& levels) {
+  UniformVariance variance(pixels, levels);
+  std::vector<float> all;
+  for (std::size_t y = 0; y < pixels.rows(); ++y) {
+    const auto row = variance.row(y);
+    all.insert(all.end(), row.begin(), row.end());
+  }
+  return all;
+}
+
+TEST(UniformVariance, OfOneSampleIsWhatItsContrastLetsExpect) {
+  std::vector<float> rgb(3 * 24, 0.1f);
+  for (std::size_t i = 12 * 3; i < rgb.size(); ++i) rgb[i] = 0.6f;
+  const DisplayTransform levels({}, 1);
+  const auto variance = uniform_variance({rgb, {}, 1, 4}, levels);
+  const double height = levels.level(0.6f) - levels.level(0.1f);
+  EXPECT_NEAR(variance[9] / (3 * height * height / 12), 1, 1e-5);
+  EXPECT_EQ(variance[0], 0);
+}
+
+TEST(UniformVariance, IsThatOfTheSamplesJoinedByTwoThatAreExpected) {
+  const std::vector<float> rgb(3 * 9, 0.25f), spread(3 * 9, 0.01f);
+  const DisplayTransform levels({}, 1);
+  const double slope = levels.slope(0.25);
+  const auto variance = uniform_variance({rgb, spread, 8, 3}, levels);
+  for (const float one : variance) EXPECT_NEAR(one / (3 * slope * slope * 0.01 * 7 / 9 / 8), 1, 1e-5);
+}
+
+}  // namespace
+}  // namespace tracer

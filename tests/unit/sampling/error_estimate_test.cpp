@@ -1,0 +1,165 @@
+// The error of a pixel is estimated without bias, whatever the samples before were, and sums of it are bounded as often
+// as they say.
+#include "tracer/src/sampling/error_estimate.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/random.h"
+
+namespace tracer {
+namespace {
+
+/// A pixel half way between two edges: a sample is `low` or `high`, `high` with the given probability. All near one
+/// place of the curve, so that its slope is one number.
+struct TwoValued {
+  double low = 0.5, high = 0.502, probability = 0.3;
+  [[nodiscard]] double mean() const { return low + (high - low) * probability; }
+  [[nodiscard]] double variance() const { return (high - low) * (high - low) * probability * (1 - probability); }
+  double operator()(oracle::Random& random) const { return random.chance(probability) ? high : low; }
+};
+
+PixelState state(const TwoValued& value, PixelState::Role role, std::uint32_t half, oracle::Random& random) {
+  PixelState pixel;
+  pixel.pilot = {value.low, 0, 0};  // it missed the edge
+  pixel.role = role;
+  pixel.grows = role == PixelState::Role::refined;
+  for (std::size_t h = 0; h < 2; ++h) {
+    for (std::uint32_t i = 0; i < half; ++i) pixel.half[h] += Color{value(random), 0, 0};
+    pixel.half_count[h] = half;
+  }
+  return pixel;
+}
+
+const InParallel one_by_one = [](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
+  for (std::uint64_t i = 0; i < count; ++i) work(i);
+};
+
+TEST(PixelError, OfPilotsThatAllMissedTheEdgeIsUnbiased) {
+  const TwoValued value;
+  const DisplayTransform levels({}, 1);
+  oracle::Random random(3);
+  constexpr int trials = 200'000;
+  const double missed = value.mean() - value.low;
+  for (const std::uint32_t half : {1u, 3u}) {
+    double levels_error = 0, radiance = 0;
+    for (int i = 0; i < trials; ++i) {
+      const PixelState pixel = state(value, PixelState::Role::audited, half, random);
+      levels_error += audited_error(pixel, levels, missed) / trials;
+      radiance += audited_radiance_error(pixel) / trials;
+    }
+    EXPECT_NEAR(radiance / (missed * missed / 3), 1, 0.03) << half;
+    EXPECT_NEAR(levels_error / std::pow(levels.slope(value.mean()) * missed, 2), 1, 0.03) << half;
+  }
+}
+
+TEST(PixelError, OfRefinedPixelsIsUnbiased) {
+  const TwoValued value;
+  const DisplayTransform levels({}, 1);
+  oracle::Random random(5);
+  constexpr int trials = 200'000;
+  for (const std::uint32_t half : {1u, 3u}) {
+    double estimated = 0;
+    for (int i = 0; i < trials; ++i)
+      estimated += refined_error(state(value, PixelState::Role::refined, half, random), levels) / trials;
+    // These halves are independent: their pair tells the variance itself.
+    const double truth = std::pow(levels.slope(value.mean()), 2) * value.variance() / (2 * half);
+    EXPECT_NEAR(estimated / truth, 1, 0.03) << half;
+  }
+}
+
+TEST(PixelError, IsZeroWhereAllSamplesAgree) {
+  PixelState pixel;
+  pixel.pilot = {0.3, 0.2, 0.1};
+  pixel.half = {Color{0.6, 0.4, 0.2}, Color{0.6, 0.4, 0.2}};
+  pixel.half_count = {2, 2};
+  EXPECT_NEAR(audited_error(pixel, DisplayTransform({}, 1), 0.1), 0, 1e-20);
+  EXPECT_NEAR(refined_error(pixel, DisplayTransform({}, 1)), 0, 1e-20);
+}
+
+TEST(PixelError, CountsNothingThatIsClampedAwayAndSomethingThatMayNotBe) {
+  const DisplayTransform levels({}, 9);
+  PixelState pixel;
+  pixel.half_count = {1, 1};
+  pixel.half = {Color{8, 8, 8}, Color{8.5, 8.5, 8.5}};
+  EXPECT_EQ(refined_error(pixel, levels), 0);
+  pixel.half = {Color{0.1, 8, 8}, Color{2.1, 8, 8}};
+  EXPECT_GT(refined_error(pixel, levels), 0);
+}
+
+/// Images of pixels with edges: as often as stated at least, the truth is within the upper bound, and the estimate
+/// itself is right in the mean.
+TEST(Settling, BoundsTheTruthAsOftenAsItSays) {
+  const TwoValued value;
+  const DisplayTransform levels({}, 1);
+  oracle::Random random(4);
+  constexpr int images = 400;
+  constexpr std::size_t count = 256;
+  int covered = 0;
+  double estimated = 0, true_sum = 0;
+  for (int image = 0; image < images; ++image) {
+    std::vector<PixelState> pixels;
+    double truth = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      pixels.push_back(state(value, PixelState::Role::refined, 4, random));
+      truth += std::pow(levels.slope(value.mean()) * (pixels.back().mean().r - value.mean()), 2);
+    }
+    const SampledError error = update_variances(pixels, 16, levels, one_by_one);
+    covered += truth <= error.squared_upper ? 1 : 0;
+    estimated += error.squared;
+    true_sum += truth;
+  }
+  EXPECT_NEAR(estimated / true_sum, 1, 0.03);
+  EXPECT_GE(covered, 0.95 * images - 3 * std::sqrt(0.95 * 0.05 * images));
+}
+
+TEST(Settling, LetsAuditedPixelsStandForTheirLike) {
+  const DisplayTransform levels({}, 1);
+  std::vector<PixelState> pixels(64);
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    pixels[i].pilot = {0.5, 0, 0};
+    pixels[i].variance = 1000;  // what was feared
+    if (i % 4 != 0) continue;
+    pixels[i].role = PixelState::Role::audited;
+    pixels[i].half = {Color{0.501, 0, 0}, Color{0.501, 0, 0}};
+    pixels[i].half_count = {1, 1};
+  }
+  const double each = std::pow(levels.slope(0.5) * 0.001, 2);
+  EXPECT_NEAR(update_variances(pixels, 8, levels, one_by_one).squared / (64 * each), 1, 3e-3);
+  for (const PixelState& pixel : pixels) EXPECT_LT(pixel.variance, 1000);
+}
+
+TEST(Settling, FearsTheWorstWhereNothingWasMeasured) {
+  std::vector<PixelState> pixels(9);
+  for (PixelState& pixel : pixels) pixel.variance = 4;
+  EXPECT_DOUBLE_EQ(update_variances(pixels, 3, DisplayTransform({}, 1), one_by_one).squared, 36);
+}
+
+TEST(OmittedRadiance, CountsWhatItWouldAddToTheImage) {
+  const DisplayTransform levels({}, 1);
+  MissingError missing;
+  missing.add(0.25, 0.01, 0.02, levels);
+  EXPECT_NEAR(std::sqrt(missing.depth), levels.level(0.26) - levels.level(0.25), 1e-9);
+  EXPECT_NEAR(std::sqrt(missing.cutoff), levels.level(0.27) - levels.level(0.25), 1e-9);
+  EXPECT_NEAR(std::sqrt(missing.both), levels.level(0.28) - levels.level(0.25), 1e-9);
+}
+
+TEST(ErrorEstimates, AddVariancesAndSquaredBiases) {
+  const ErrorEstimate error =
+      error_estimate({.squared = 3, .squared_upper = 12}, {.depth = 3, .cutoff = 27, .both = 36}, 4);
+  EXPECT_DOUBLE_EQ(error.sampling, 1);
+  EXPECT_DOUBLE_EQ(error.depth, 0.5);
+  EXPECT_DOUBLE_EQ(error.cutoff, 1.5);
+  EXPECT_DOUBLE_EQ(error.estimate, 2);
+}
+
+TEST(ErrorEstimates, LeaveToApproximationsWhatSamplesDoNotExplain) {
+  ErrorEstimate error = error_estimate({.squared = 12, .squared_upper = 12}, {}, 4);
+  add_approximation(error, {.squared = 60, .squared_upper = 60}, 4);
+  EXPECT_DOUBLE_EQ(error.approximation, 2);
+  EXPECT_DOUBLE_EQ(error.estimate, std::sqrt(5));
+}
+
+}  // namespace
+}  // namespace tracer

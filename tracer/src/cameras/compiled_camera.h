@@ -1,0 +1,151 @@
+#pragma once
+/// Where camera rays start and go.
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <optional>
+
+#include "tracer/src/math/vec.h"
+#include "tracer/src/scene/render_space.h"
+
+namespace tracer {
+
+class CompiledCamera {
+ public:
+  struct CameraRay {
+    Vec3 origin, direction;  ///< trace frame; unit
+  };
+
+  CompiledCamera(const Camera& camera, const ImageSize& image, const RenderSpace& frame)
+      : type_(camera.type), position_(frame.render_from_world(camera.position)) {
+    forward_ = normalize(camera.look_at - camera.position);
+    right_ = normalize(cross(forward_, normalize(camera.up)));
+    up_ = cross(right_, forward_);
+    left_ = -0.5 * image.width;
+    top_ = 0.5 * image.height;
+    if (type_ == Camera::Type::perspective) {
+      pixel_ = 2 * std::tan(camera.fov_deg * (std::numbers::pi / 360)) / image.height;
+    } else if (type_ == Camera::Type::orthographic) {
+      pixel_ = frame.render_from_world(camera.height) / image.height;
+    } else {
+      longitude_ = 2 * std::numbers::pi / image.width;
+      latitude_ = std::numbers::pi / image.height;
+    }
+    lens_radius_ = frame.render_from_world(camera.aperture) / 2;
+    focus_distance_ = frame.render_from_world(camera.focus_distance ? *camera.focus_distance
+                                                                    : length(camera.look_at - camera.position));
+  }
+
+  [[nodiscard]] const Vec3& position() const { return position_; }
+
+  /// The ray through the image position (x, y), in pixels of the full image from its upper left corner, and the
+  /// centre of the lens.
+  [[nodiscard]] CameraRay generate_ray(double x, double y) const {
+    const double across = left_ + x, above = top_ - y;
+    switch (type_) {
+      case Camera::Type::perspective:
+        return {position_, unit(forward_ + right_ * (across * pixel_) + up_ * (above * pixel_))};
+      case Camera::Type::orthographic:
+        return {position_ + right_ * (across * pixel_) + up_ * (above * pixel_), forward_};
+      case Camera::Type::panorama:
+        break;
+    }
+    const double longitude = across * longitude_, latitude = above * latitude_;
+    const Vec3 level = forward_ * std::cos(longitude) + right_ * std::sin(longitude);
+    return {position_, unit(level * std::cos(latitude) + up_ * std::sin(latitude))};
+  }
+
+  /// Where aimed rays go, one array for each component.
+  struct CameraRaySpan {
+    double *ox, *oy, *oz, *dx, *dy, *dz;
+    void put(std::size_t i, const CameraRay& generate_ray) const {
+      ox[i] = generate_ray.origin.x;
+      oy[i] = generate_ray.origin.y;
+      oz[i] = generate_ray.origin.z;
+      dx[i] = generate_ray.direction.x;
+      dy[i] = generate_ray.direction.y;
+      dz[i] = generate_ray.direction.z;
+    }
+  };
+  /// aim(x[i], y[i]) for `count` positions, into `to`.
+  void generate_rays(const double* x, const double* y, std::size_t count, const CameraRaySpan& to) const;
+
+  /// `aim` through the point of the lens that `xi`, in [0,1)^2, stands for; (1/2, 1/2) is its centre. All rays of an
+  /// image position meet where the one through the centre is in focus.
+  [[nodiscard]] CameraRay generate_ray(double x, double y, const Vec2& xi) const {
+    const CameraRay central = generate_ray(x, y);
+    Vec3 right = right_, up = up_;
+    if (type_ == Camera::Type::panorama) {
+      const double longitude = (left_ + x) * longitude_;
+      right = right_ * std::cos(longitude) - forward_ * std::sin(longitude);
+      up = cross(right, central.direction);
+    }
+    const Vec2 point = disc_from_square(xi);
+    const Vec3 offset = right * (point.x * lens_radius_) + up * (point.y * lens_radius_);
+    const Vec3 focus = central.direction * (focus_distance_ / depth(central.direction, 1));
+    return {central.origin + offset, normalize(focus - offset)};
+  }
+
+  /// Where in the image a point of the trace frame is seen through the centre of the lens, as `aim` counts; nothing
+  /// for what lies behind the camera.
+  [[nodiscard]] std::optional<Vec2> seen_at(const Vec3& point) const {
+    const Vec3 offset = point - position_;
+    const double ahead = dot(offset, forward_), right = dot(offset, right_), up = dot(offset, up_);
+    if (type_ == Camera::Type::panorama) {
+      const double longitude = std::atan2(right, ahead), latitude = std::atan2(up, std::hypot(ahead, right));
+      return Vec2{longitude / longitude_ - left_, top_ - latitude / latitude_};
+    }
+    if (!(ahead > 0)) return std::nullopt;
+    const double side = type_ == Camera::Type::perspective ? pixel_ * ahead : pixel_;
+    return Vec2{right / side - left_, top_ - up / side};
+  }
+
+  /// What a pixel covers of a plane across unit `direction`, as the side of a square that begins with `width` (trace
+  /// frame) and grows by `spread` per unit of distance. A panorama's pixels are narrower than high towards the poles:
+  /// the longer side.
+  struct Footprint {
+    double width = 0, spread = 0;
+  };
+  [[nodiscard]] Footprint pixel_footprint(const Vec3& direction) const {
+    switch (type_) {
+      case Camera::Type::perspective:
+        return {0, pixel_ * dot(direction, forward_)};
+      case Camera::Type::orthographic:
+        return {pixel_, 0};
+      case Camera::Type::panorama:
+        break;
+    }
+    const double level = std::sqrt(std::max(0.0, 1 - dot(direction, up_) * dot(direction, up_)));
+    return {0, std::max(latitude_, longitude_ * level)};
+  }
+
+  /// Distance along the viewing axis, of what is met at distance `t` along a camera ray; a panorama's axis turns with
+  /// the ray.
+  [[nodiscard]] double depth(const Vec3& direction, double t) const {
+    return type_ == Camera::Type::panorama ? t : t * dot(direction, forward_);
+  }
+
+ private:
+  /// Equal areas for equal areas, neighbours for neighbours (Shirley & Chiu 1997, "A low distortion map between disk
+  /// and square").
+  static Vec2 disc_from_square(const Vec2& xi) {
+    const double a = 2 * xi.x - 1, b = 2 * xi.y - 1;
+    if (a == 0 && b == 0) return {};
+    const bool wide = std::abs(a) > std::abs(b);
+    const double radius = wide ? a : b;
+    const double eighth = std::numbers::pi / 4;
+    const double angle = wide ? eighth * (b / a) : 2 * eighth - eighth * (a / b);
+    return {radius * std::cos(angle), radius * std::sin(angle)};
+  }
+
+  Camera::Type type_;
+  Vec3 position_, forward_, right_, up_;
+  double left_ = 0, top_ = 0;                    ///< of the image, in pixels from its middle
+  double pixel_ = 0;                             ///< side: perspective, at distance 1; orthographic, trace frame
+  double longitude_ = 0, latitude_ = 0;          ///< panorama: radians a pixel
+  double lens_radius_ = 0, focus_distance_ = 0;  ///< trace frame
+};
+
+}  // namespace tracer

@@ -1,0 +1,42 @@
+#include "tracer/src/cameras/compiled_camera.h"
+#include "tracer/src/math/wide.h"
+
+namespace tracer {
+namespace {
+
+/// A perspective camera's directions: aim's arithmetic in its order.
+struct Window {
+  Vec3 forward, right, up;
+  double left, top, pixel;
+};
+
+WHITTLE_WIDE void rays_through_lens(const Window& w, const double* x, const double* y, std::size_t count, double* dx,
+                                    double* dy, double* dz) {
+  const Vec3 forward = w.forward, right = w.right, up = w.up;
+  const double left = w.left, top = w.top, pixel = w.pixel;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double across = (left + x[i]) * pixel, above = (top - y[i]) * pixel;
+    const double ax = forward.x + right.x * across + up.x * above;
+    const double ay = forward.y + right.y * across + up.y * above;
+    const double az = forward.z + right.z * across + up.z * above;
+    const double scale = 1 / std::sqrt(ax * ax + ay * ay + az * az);
+    dx[i] = ax * scale;
+    dy[i] = ay * scale;
+    dz[i] = az * scale;
+  }
+}
+
+}  // namespace
+
+void CompiledCamera::generate_rays(const double* x, const double* y, std::size_t count, const CameraRaySpan& to) const {
+  if (type_ != Camera::Type::perspective) {
+    for (std::size_t i = 0; i < count; ++i) to.put(i, generate_ray(x[i], y[i]));
+    return;
+  }
+  std::fill_n(to.ox, count, position_.x);
+  std::fill_n(to.oy, count, position_.y);
+  std::fill_n(to.oz, count, position_.z);
+  rays_through_lens({forward_, right_, up_, left_, top_, pixel_}, x, y, count, to.dx, to.dy, to.dz);
+}
+
+}  // namespace tracer

@@ -1,0 +1,192 @@
+#include "tracer/compile.h"
+
+#include <algorithm>
+#include <cmath>
+#include <new>
+#include <numbers>
+#include <set>
+
+#include "tracer/src/compile/geometry_builder.h"
+#include "tracer/src/compile/render_shadow_maps.h"
+#include "tracer/src/compile/scene_cache_entry.h"
+#include "tracer/src/compile/texture_images.h"
+#include "tracer/src/interaction/surface.h"
+#include "tracer/src/textures/normal_maps.h"
+
+namespace tracer {
+namespace {
+
+class LightCompiler {
+ public:
+  LightCompiler(const RenderSpace& frame, CompiledLight& light) : frame_(frame), light_(light) {}
+
+  void operator()(const PointLight& point) { place(CompiledLight::Kind::point, point.position); }
+  void operator()(const DirectionalLight& directional) {
+    light_.kind = CompiledLight::Kind::directional;
+    light_.axis = -normalize(directional.direction);
+  }
+  void operator()(const SpotLight& spot) {
+    place(CompiledLight::Kind::spot, spot.position);
+    light_.axis = normalize(spot.direction);
+    light_.cos_inner = std::cos(spot.inner_angle_deg * (std::numbers::pi / 180));
+    light_.cos_outer = std::cos(spot.outer_angle_deg * (std::numbers::pi / 180));
+  }
+  void operator()(const LineLight& line) {
+    place(CompiledLight::Kind::line, line.from);
+    light_.u = scaled(line.to - line.from);
+  }
+  void operator()(const RectLight& rect) {
+    place(CompiledLight::Kind::parallelogram, rect.corner);
+    light_.u = scaled(rect.edge_u);
+    light_.v = scaled(rect.edge_v);
+  }
+  void operator()(const DiscLight& disc) {
+    place(CompiledLight::Kind::disc, disc.center);
+    const Axes axes = axes_across(normalize(disc.normal), {1, 0, 0});
+    light_.u = scaled(axes.e0 * disc.radius);
+    light_.v = scaled(axes.e1 * disc.radius);
+  }
+  void operator()(const SphereLight& sphere) {
+    place(CompiledLight::Kind::sphere, sphere.center);
+    light_.radius = frame_.render_from_world(sphere.radius);
+  }
+
+ private:
+  void place(CompiledLight::Kind kind, const Vec3& position) {
+    light_.kind = kind;
+    light_.position = frame_.render_from_world(position);
+  }
+  [[nodiscard]] Vec3 scaled(const Vec3& v) const {
+    return {frame_.render_from_world(v.x), frame_.render_from_world(v.y), frame_.render_from_world(v.z)};
+  }
+
+  const RenderSpace& frame_;
+  CompiledLight& light_;
+};
+
+CompiledLight compile_light(const Light& light, const RenderSpace& frame) {
+  CompiledLight traced;
+  traced.radiance = light.color * light.intensity;
+  traced.shadows = light.shadows;
+  traced.attenuation = light.attenuation;
+  std::visit(LightCompiler(frame, traced), light.source);
+  return traced;
+}
+
+/// A transmissive object that a ray from the camera meets from behind before it meets it from the front.
+struct BackFaceHit {
+  std::uint32_t object = 0;
+  bool plane = false;
+};
+
+std::vector<BackFaceHit> find_back_face_hits(const CompiledScene& scene, const RenderControl& control, Vec3 origin,
+                                             const Vec3& direction) {
+  std::vector<BackFaceHit> met;
+  std::set<std::uint32_t> seen;
+  PrimitiveRef from;
+  for (std::uint64_t crossing = 0; crossing < scene.max_transmissive_hits && !control.cancelled(); ++crossing) {
+    Hit hit;
+    scene.accelerator->intersect(
+        {&origin.x, &origin.y, &origin.z, &direction.x, &direction.y, &direction.z, nullptr, &from, 1},
+        {&hit.primitive, &hit.t, &hit.u, &hit.v}, Coherence::incoherent, GeometryMask::transmissive);
+    if (!hit.primitive.hit()) break;
+    const Surface surface = surface_at(scene, hit, origin, direction);
+    if (seen.insert(surface.object).second && surface.back)
+      met.push_back({surface.object, hit.primitive.geometry == scene.geometry().plane_geometry()});
+    origin = offset_origin(surface.point, surface.geometric_normal, direction);
+    from = hit.primitive;
+  }
+  return met;
+}
+
+/// Transmissive solids that hold the camera, outermost first: those met from behind both ahead and behind the camera; a
+/// disc or a hollow turned inside out is so on one side at most. A plane has one side only. For an orthographic window
+/// or a lens that a solid holds a part of, its centre decides.
+std::vector<std::uint32_t> media_enclosing_camera(const CompiledScene& scene, const RenderControl& control) {
+  const auto [origin, ahead] = scene.camera.generate_ray(0.5 * scene.image.width, 0.5 * scene.image.height);
+  std::vector<BackFaceHit> outermost_first = find_back_face_hits(scene, control, origin, ahead);
+  std::reverse(outermost_first.begin(), outermost_first.end());
+  const std::vector<BackFaceHit> after = find_back_face_hits(scene, control, origin, -ahead);
+  std::vector<std::uint32_t> enclosing;
+  for (const BackFaceHit& met : outermost_first) {
+    const auto same = [&](const BackFaceHit& other) { return other.object == met.object; };
+    if (met.plane || std::any_of(after.begin(), after.end(), same)) enclosing.push_back(met.object);
+  }
+  return enclosing;
+}
+
+/// `geometry` is built over, unless an earlier scene's accelerator is there: then it is of what it was.
+Result<std::shared_ptr<const Accelerator>, Failure> accelerator_over(GeometrySet geometry, const Bounds& bounds,
+                                                                     RenderControl& control, SceneCacheEntry* claim) {
+  if (claim != nullptr && claim->geometry() != nullptr) return claim->geometry()->accelerator;
+  auto built = Accelerator::build(std::move(geometry), control);
+  if (built && claim != nullptr) claim->keep({*built, bounds});
+  return built;
+}
+
+template <class T>
+std::uint64_t bytes_of(const std::vector<T>& values) {
+  return values.capacity() * sizeof(T);
+}
+
+/// `taken`: the scene's own objects, of which meshes may be taken; null: nothing may.
+Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene, std::vector<Object>* taken,
+                                                              RenderControl& control, const Assets& assets,
+                                                              SceneCacheEntry* claim) {
+  if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled before building"};
+  try {
+    const KeptGeometry* const kept = claim != nullptr ? claim->geometry() : nullptr;
+    const Bounds bounds = kept != nullptr ? kept->bounds : finite_bounds(scene);
+    auto compiled = std::make_shared<CompiledScene>(scene, RenderSpace(bounds));
+    if (compiled->needs.bump) read_normal_maps_as_linear(scene.background, compiled->materials, compiled->textures);
+    compiled->cache_hits.geometry = kept != nullptr;
+    auto images = texture_images(compiled->textures, scene.assets, assets, control, claim, compiled->cache_hits);
+    if (!images) return images.error();
+    compiled->images = std::move(*images);
+    compiled->background.emplace(scene.background, scene.camera.up, compiled->textures, compiled->images);
+    if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled before building"};
+    // Where it was there already, for what comes with it: which material an object has, and which axes.
+    GeometrySet geometry = build_geometry(scene, *compiled, taken, control);
+    if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while placing shapes"};
+    for (const Light& light : scene.lights) compiled->lights.push_back(compile_light(light, compiled->frame));
+    auto accelerator = accelerator_over(std::move(geometry), bounds, control, claim);
+    if (!accelerator) return accelerator.error();
+    compiled->accelerator = *std::move(accelerator);
+    compiled->max_transmissive_hits = max_transmissive_hits(compiled->geometry());
+    if (compiled->exact_needs.refraction) compiled->media_enclosing_camera = media_enclosing_camera(*compiled, control);
+    if (scene.accuracy.approximate.shadows == Approximations::Shadows::map)
+      compiled->shadow_maps = trace_shadow_maps(*compiled, bounds, control);
+    if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while building"};
+    return std::shared_ptr<const CompiledScene>(std::move(compiled));
+  } catch (const std::bad_alloc&) {
+    return Failure{Failure::Code::out_of_memory, "no memory for the compiled scene"};
+  }
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene, RenderControl& control,
+                                                              const Assets& assets, SceneCacheEntry* claim) {
+  return compile(scene, nullptr, control, assets, claim);
+}
+
+Result<std::shared_ptr<const CompiledScene>, Failure> compile_taking_meshes(Scene& scene, RenderControl& control,
+                                                                            const Assets& assets,
+                                                                            SceneCacheEntry* claim) {
+  return compile(scene, &scene.objects, control, assets, claim);
+}
+
+CacheHits cache_hits(const CompiledScene& scene) { return scene.cache_hits; }
+
+std::uint64_t memory_bytes(const CompiledScene& scene) {
+  std::uint64_t bytes = scene.accelerator->memory_bytes() + bytes_of(scene.lights) + bytes_of(scene.materials) +
+                        bytes_of(scene.terms) + bytes_of(scene.material_of_object) + bytes_of(scene.axes_of_object);
+  for (const ShadowMap& map : scene.shadow_maps)
+    for (const ShadowFace& face : map.faces) bytes += bytes_of(face.depth);
+  std::set<const ImageMap*> images;  // textures may share one
+  for (const auto& image : scene.images)
+    if (image && images.insert(image.get()).second) bytes += image->memory_bytes();
+  return bytes;
+}
+
+}  // namespace tracer

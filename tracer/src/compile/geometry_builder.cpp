@@ -1,0 +1,208 @@
+#include "tracer/src/compile/geometry_builder.h"
+
+#include "tracer/src/scene/instancing.h"
+
+namespace tracer {
+namespace {
+
+/// Area-weighted vertex normals: the cross product of two edges is twice the area times the unit normal
+/// (Gouraud 1971; weights compared by Max 1999). Vertices whose sum vanishes stay zero: shading falls back to the face.
+std::vector<Vec3> area_weighted_normals(const Mesh& mesh) {
+  std::vector<Vec3> normals(mesh.positions.size());
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Vec3 weighted = cross(mesh.positions[b] - mesh.positions[a], mesh.positions[c] - mesh.positions[a]);
+    normals[a] += weighted;
+    normals[b] += weighted;
+    normals[c] += weighted;
+  }
+  return normals;
+}
+
+/// Whether a sphere stays a sphere with the same axes: equal scaling, no rotation. (A rotated one is an ellipsoid of
+/// equal axes: the same image through the more general test.)
+bool keeps_spheres(const Linear& m) {
+  return m.x.y == 0 && m.x.z == 0 && m.y.x == 0 && m.y.z == 0 && m.z.x == 0 && m.z.y == 0 && m.x.x > 0 &&
+         m.x.x == m.y.y && m.x.x == m.z.z;
+}
+
+/// Sorts objects into geometries: spheres, quadrics and loose triangles by whether they let light through (their masks
+/// differ), each mesh by itself.
+class GeometryBuilder {
+ public:
+  GeometryBuilder(CompiledScene& compiled, std::vector<Object>* taken, const RenderControl& control)
+      : compiled_(compiled), taken_(taken), control_(control), trace_from_world_(compiled.frame.affine()) {}
+
+  void add(const Placed& placed) {
+    if (control_.cancelled()) return;
+    object_ = static_cast<std::uint32_t>(compiled_.material_of_object.size());
+    compiled_.material_of_object.push_back(placed.material.index);
+    transmissive_ = compiled_.materials[placed.material.index].transmission > 0;
+    if (compiled_.needs.textures) compiled_.axes_of_object.emplace_back();
+    trace_from_object_ = trace_from_world_ * placed.world_from_object;
+    world_from_object_ = placed.world_from_object;
+    const bool is_own = taken_ != nullptr && placed.group == "/objects";  // and so placed once
+    own_mesh_ = is_own ? std::get_if<Mesh>(&(*taken_)[placed.index].shape) : nullptr;
+    std::visit(*this, placed.shape);
+  }
+
+  GeometrySet finish() {
+    for (SphereGeometry& spheres : spheres_)
+      if (!spheres.x.empty()) set_.spheres.push_back(std::move(spheres));
+    for (QuadricGeometry& quadrics : quadrics_)
+      if (!quadrics.quadrics.empty()) set_.quadrics.push_back(std::move(quadrics));
+    for (TriangleGeometry& triangles : loose_)
+      if (!triangles.triangles.empty()) set_.triangles.push_back(std::move(triangles));
+    return std::move(set_);
+  }
+
+  void operator()(const Sphere& sphere) {
+    if (!keeps_spheres(world_from_object_.linear)) {
+      add_quadric(QuadricKind::ellipsoid, sphere);
+      return;
+    }
+    SphereGeometry& spheres = spheres_[transmissive_ ? 1 : 0];
+    spheres.transmissive = transmissive_;
+    const Vec3 center = trace_from_object(sphere.center);
+    spheres.x.push_back(center.x);
+    spheres.y.push_back(center.y);
+    spheres.z.push_back(center.z);
+    spheres.radius.push_back(compiled_.frame.render_from_world(sphere.radius * world_from_object_.linear.x.x));
+    spheres.object.push_back(object_);
+    if (compiled_.needs.textures)
+      compiled_.axes_of_object.back() = axes_across(normalize(sphere.axis), sphere.meridian);
+  }
+
+  void operator()(const Plane& plane) {
+    PlaneGeometry& planes = set_.planes;
+    const Vec3 normal = normalize(plane.normal);
+    planes.point.push_back(trace_from_object(plane.point));
+    planes.normal.push_back(normalize(transformed_normal(world_from_object_.linear, normal)));
+    planes.object.push_back(object_);
+    planes.transmissive.push_back(transmissive_ ? 1 : 0);
+    if (!compiled_.needs.textures) return;
+    // u and v are linear in the place: their gradients go with the inverse transpose, as normals do.
+    const Axes axes = axes_across(normal, plane.u_axis.value_or(Vec3{1, 0, 0}));
+    const Linear gradients = transposed(inverse(world_from_object_.linear));
+    compiled_.axes_of_object.back() = {gradients * axes.e0, gradients * axes.e1, normal};
+  }
+
+  void operator()(const Disc& disc) { add_quadric(QuadricKind::disc, disc).radius_0 = disc.inner_radius / disc.radius; }
+
+  void operator()(const Cylinder& cylinder) { add_quadric(QuadricKind::frustum, cylinder).caps = cylinder.caps; }
+
+  void operator()(const Cone& cone) {
+    Quadric& added = add_quadric(QuadricKind::frustum, cone);
+    const double widest = std::max(cone.radius, cone.apex_radius);
+    added.radius_0 = cone.radius / widest;
+    added.radius_1 = cone.apex_radius / widest;
+    added.caps = cone.caps;
+  }
+
+  void operator()(const Box& box) { add_quadric(QuadricKind::box, box); }
+
+  void operator()(const Triangle& triangle) {
+    TriangleGeometry& triangles = loose_[transmissive_ ? 1 : 0];
+    triangles.transmissive = transmissive_;
+    const auto first = static_cast<std::uint32_t>(triangles.positions.size());
+    for (const Vec3& vertex : triangle.vertices) triangles.positions.push_back(trace_from_object(vertex));
+    triangles.triangles.push_back(mirrors() ? std::array{first, first + 2, first + 1}
+                                            : std::array{first, first + 1, first + 2});
+    triangles.object_of_triangle.push_back(object_);
+    // Zero normals mean: use the face's.
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      triangles.normals.push_back(unit_normal(triangle.normals ? (*triangle.normals)[corner] : Vec3{}));
+      const Vec2 uv = triangle.uvs ? (*triangle.uvs)[corner] : Vec2{corner == 1 ? 1.0 : 0.0, corner == 2 ? 1.0 : 0.0};
+      triangles.uvs.push_back({uv.x, uv.y});
+    }
+  }
+
+  void operator()(const Mesh& mesh) {
+    TriangleGeometry triangles;
+    triangles.object = object_;
+    triangles.transmissive = transmissive_;
+    if (!mesh.normals.empty()) {
+      set_normals(triangles, mesh.normals);
+    } else if (mesh.smooth) {
+      set_normals(triangles, area_weighted_normals(mesh));
+    }
+    triangles.uvs.reserve(mesh.uvs.size());
+    for (const Vec2& uv : mesh.uvs) triangles.uvs.push_back({uv.x, uv.y});
+    if (own_mesh_ != nullptr) {
+      triangles.positions = std::move(own_mesh_->positions);
+      triangles.triangles = std::move(own_mesh_->triangles);
+      own_mesh_->smooth |= !mesh.normals.empty();
+      own_mesh_->normals = {};
+      own_mesh_->uvs = {};
+    } else {
+      triangles.positions = mesh.positions;
+      triangles.triangles = mesh.triangles;
+    }
+    each(triangles.positions, [&](Vec3& position) { position = trace_from_object(position); });
+    if (mirrors()) each(triangles.triangles, [](auto& corners) { std::swap(corners[1], corners[2]); });
+    set_.triangles.push_back(std::move(triangles));
+  }
+
+  void operator()(const Instance&) {}  // for_each_placed has resolved them
+
+ private:
+  /// Ends early where it is cancelled: a mesh of ten million triangles takes seconds.
+  template <class Values, class Visit>
+  void each(Values& values, const Visit& visit) const {
+    constexpr std::size_t at_once = 1u << 16;  // about a millisecond
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (i % at_once == 0 && control_.cancelled()) return;
+      visit(values[i]);
+    }
+  }
+
+  template <class Round>
+  Quadric& add_quadric(QuadricKind kind, const Round& shape) {
+    QuadricGeometry& quadrics = quadrics_[transmissive_ ? 1 : 0];
+    quadrics.transmissive = transmissive_;
+    quadrics.object.push_back(object_);
+    const Affine standard = object_from_standard(shape);
+    Quadric added = quadric(kind, {trace_from_object_.linear * standard.linear, trace_from_object(standard.offset)});
+    return quadrics.quadrics.emplace_back(added);
+  }
+
+  /// The frame subtracts before it scales: what nothing transforms is as exact as the frame is.
+  [[nodiscard]] Vec3 trace_from_object(const Vec3& p) const {
+    return compiled_.frame.render_from_world(world_from_object_.point(p));
+  }
+
+  /// Under a reflection counter-clockwise becomes clockwise: the front side must stay the front.
+  [[nodiscard]] bool mirrors() const { return determinant(world_from_object_.linear) < 0; }
+
+  void set_normals(TriangleGeometry& triangles, const std::vector<Vec3>& normals) const {
+    triangles.normals.reserve(normals.size());
+    each(normals, [&](const Vec3& normal) { triangles.normals.push_back(unit_normal(normal)); });
+  }
+
+  [[nodiscard]] std::array<float, 3> unit_normal(const Vec3& normal) const {
+    const Vec3 n = normalize(transformed_normal(world_from_object_.linear, normalize(normal)));
+    return {static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)};
+  }
+
+  CompiledScene& compiled_;
+  std::vector<Object>* taken_;
+  Mesh* own_mesh_ = nullptr;  ///< the mesh being added, where its vertices may be taken
+  const RenderControl& control_;
+  GeometrySet set_;
+  Affine trace_from_world_, world_from_object_, trace_from_object_;
+  std::array<SphereGeometry, 2> spheres_;
+  std::array<QuadricGeometry, 2> quadrics_;
+  std::array<TriangleGeometry, 2> loose_;
+  std::uint32_t object_ = 0;
+  bool transmissive_ = false;
+};
+
+}  // namespace
+
+GeometrySet build_geometry(const Scene& scene, CompiledScene& compiled, std::vector<Object>* taken,
+                           const RenderControl& control) {
+  GeometryBuilder builder(compiled, taken, control);
+  for_each_placed(scene, [&](const Placed& placed) { builder.add(placed); });
+  return builder.finish();
+}
+
+}  // namespace tracer

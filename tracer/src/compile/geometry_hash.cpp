@@ -1,0 +1,153 @@
+#include "tracer/src/compile/geometry_hash.h"
+
+#include <set>
+#include <type_traits>
+
+#include "tracer/scene_cache.h"
+#include "tracer/src/compile/hash_writer.h"
+#include "tracer/src/scene/instancing.h"
+
+namespace tracer {
+namespace {
+
+/// Numbers without padding between or behind them: equal where their bytes are.
+template <class T>
+constexpr bool is_plain = std::is_arithmetic_v<T>;
+template <>
+constexpr bool is_plain<Vec2> = sizeof(Vec2) == 2 * sizeof(double);
+template <>
+constexpr bool is_plain<Vec3> = sizeof(Vec3) == 3 * sizeof(double);
+template <class T, std::size_t n>
+constexpr bool is_plain<std::array<T, n>> = is_plain<T>;
+
+/// Bindings name every field, so that one more does not compile until it is among them. What has no fixed length is led
+/// by it: no two scenes give the same bytes.
+class Description {
+ public:
+  Description(const Scene& scene, const std::vector<std::string>& contents) : scene_(scene), contents_(contents) {}
+
+  void objects(const std::vector<Object>& objects) {
+    add(objects.size());
+    for (const Object& object : objects) {
+      const auto& [shape, material, transform] = object;
+      add(shape.index());
+      std::visit(*this, shape);
+      is_transmissive(material);
+      add(transform.has_value());
+      if (transform) add(transform->rows);
+    }
+  }
+
+  void operator()(const Sphere& sphere) {
+    const auto& [center, radius, axis, meridian] = sphere;
+    all(center, radius, axis, meridian);
+  }
+  void operator()(const Plane& plane) {
+    const auto& [point, normal, u_axis] = plane;
+    all(point, normal, u_axis);
+  }
+  void operator()(const Disc& disc) {
+    const auto& [center, normal, radius, inner_radius, u_axis] = disc;
+    all(center, normal, radius, inner_radius, u_axis);
+  }
+  void operator()(const Cylinder& cylinder) {
+    const auto& [from, to, radius, caps, u_axis] = cylinder;
+    all(from, to, radius, caps, u_axis);
+  }
+  void operator()(const Cone& cone) {
+    const auto& [apex, base, radius, apex_radius, caps, u_axis] = cone;
+    all(apex, base, radius, apex_radius, caps, u_axis);
+  }
+  void operator()(const Box& box) {
+    const auto& [min, max] = box;
+    all(min, max);
+  }
+  void operator()(const Triangle& triangle) {
+    const auto& [vertices, normals, uvs] = triangle;
+    all(vertices, normals, uvs);
+  }
+  void operator()(const Mesh& mesh) {
+    const auto& [positions, triangles, normals, uvs, smooth, file] = mesh;
+    all(positions, triangles, normals, uvs, smooth, file.has_value());
+    if (!file) return;
+    has_files_ = true;
+    const std::string content = file->index < contents_.size() ? contents_[file->index] : std::string();
+    is_known_ = is_known_ && !content.empty();
+    add(content.size());
+    digest_.add(content.data(), content.size());
+  }
+  void operator()(const Instance& instance) {
+    const auto& [of, material] = instance;
+    all(of.index, material.has_value());
+    if (material) is_transmissive(*material);
+  }
+
+  [[nodiscard]] bool is_known() const { return is_known_; }
+  [[nodiscard]] bool has_files() const { return has_files_; }
+  [[nodiscard]] std::uint64_t bytes() const { return digest_.bytes(); }
+  std::string end() { return digest_.end(); }
+
+ private:
+  template <class... Values>
+  void all(const Values&... values) {
+    (add(values), ...);
+  }
+  template <class T>
+  void add(const T& value) {
+    static_assert(is_plain<T>);
+    digest_.add(&value, sizeof value);
+  }
+  template <class T>
+  void add(const std::optional<T>& value) {
+    add(value.has_value());
+    if (value) add(*value);
+  }
+  template <class T>
+  void add(const std::vector<T>& values) {
+    static_assert(is_plain<T>);
+    add(values.size());
+    digest_.add(values.data(), values.size() * sizeof(T));
+  }
+  void is_transmissive(MaterialId material) {
+    const bool is_one = material.index < scene_.materials.size();  // an instance's object has none
+    add(is_one && scene_.materials[material.index].transmission > 0);
+  }
+
+  const Scene& scene_;
+  const std::vector<std::string>& contents_;
+  HashWriter digest_;
+  bool is_known_ = true, has_files_ = false;
+};
+
+}  // namespace
+
+std::optional<std::string> geometry_hash(const Scene& scene, const std::vector<std::string>& contents) {
+  Description description(scene, contents);
+  description.objects(scene.objects);
+  for (const Prototype& prototype : scene.prototypes) description.objects(prototype.objects);
+  const bool may_be_much =
+      description.has_files() || !scene.prototypes.empty() || description.bytes() >= SceneCache::worthwhile_bytes;
+  if (!description.is_known() || !may_be_much) return std::nullopt;
+  return description.end();
+}
+
+void stand_in_for_files(Scene& scene, const GeometrySet& geometry) {
+  std::set<const Shape*> with_normals;
+  std::size_t placed_meshes = 0;  // which come first of the geometry's triangles, in this order
+  for_each_placed(scene, [&](const Placed& placed) {
+    if (!std::holds_alternative<Mesh>(placed.shape)) return;
+    if (!geometry.triangles[placed_meshes++].normals.empty()) with_normals.insert(&placed.shape);
+  });
+  const auto stand_in = [&](std::vector<Object>& objects) {
+    for (Object& object : objects) {
+      auto* mesh = std::get_if<Mesh>(&object.shape);
+      if (mesh == nullptr || !mesh->file) continue;
+      mesh->file.reset();
+      mesh->smooth = with_normals.contains(&object.shape);
+    }
+  };
+  stand_in(scene.objects);
+  for (Prototype& prototype : scene.prototypes) stand_in(prototype.objects);
+}
+
+}  // namespace tracer

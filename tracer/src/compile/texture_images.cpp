@@ -1,0 +1,65 @@
+#include "tracer/src/compile/texture_images.h"
+
+#include <map>
+#include <utility>
+
+#include "tracer/src/image_io/decode.h"
+
+namespace tracer {
+namespace {
+
+using SharedImageMap = std::shared_ptr<const ImageMap>;
+
+/// From an earlier scene, or decoded.
+Result<SharedImageMap, Failure> image_of(const ImageTexture& texture, std::span<const std::uint8_t> bytes,
+                                         const std::string& name, const std::string& path, const RenderControl& control,
+                                         SceneCacheEntry* claim, CacheHits& cache_hits) {
+  std::optional<LruCache::Turn> turn;
+  if (claim != nullptr) {
+    auto mine = claim->image(texture, control);
+    if (!mine) return mine.error();
+    if (*mine) turn.emplace(std::move(**mine));
+  }
+  if (turn && turn->found()) {
+    ++cache_hits.images;
+    return std::static_pointer_cast<const ImageMap>(turn->found());
+  }
+  auto decoded = decode(bytes, texture.color_space, {});
+  if (!decoded) return Failure{Failure::Code::bad_asset, name + ": " + decoded.error(), path + "/file"};
+  auto made = std::make_shared<const ImageMap>(std::move(*decoded));
+  ++cache_hits.decoded_images;
+  if (turn) SceneCacheEntry::keep(*std::move(turn), made);
+  return made;
+}
+
+}  // namespace
+
+Result<TextureImages, Failure> texture_images(const std::vector<Texture>& textures, const std::vector<Asset>& assets,
+                                              const Assets& content, const RenderControl& control,
+                                              SceneCacheEntry* claim, CacheHits& cache_hits) {
+  using Key = std::pair<std::uint32_t, std::optional<ColorSpace>>;
+  std::map<Key, SharedImageMap> made;
+  TextureImages images;
+  images.reserve(textures.size());
+  for (const Texture& texture : textures) {
+    const auto* pattern = std::get_if<ImageTexture>(&texture.pattern);
+    if (pattern == nullptr) {
+      images.emplace_back();
+      continue;
+    }
+    const std::uint32_t index = pattern->file.index;
+    SharedImageMap& image = made[{index, pattern->color_space}];
+    if (!image) {
+      if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while decoding"};
+      std::span<const std::uint8_t> bytes;
+      if (index < content.bytes.size()) bytes = content.bytes[index];
+      auto found = image_of(*pattern, bytes, assets[index].name, texture.path, control, claim, cache_hits);
+      if (!found) return found.error();
+      image = *std::move(found);
+    }
+    images.push_back(image);
+  }
+  return images;
+}
+
+}  // namespace tracer

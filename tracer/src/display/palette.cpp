@@ -1,0 +1,116 @@
+#include "tracer/src/display/palette.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <vector>
+
+#include "tracer/src/display/srgb.h"
+
+namespace tracer {
+namespace {
+
+using Code = std::array<std::uint8_t, 3>;
+
+struct Entry {
+  Code code{};
+  std::uint64_t pixels = 0;
+};
+
+/// Entries [begin, end) of the histogram.
+struct Box {
+  std::size_t begin = 0, end = 0;
+  std::uint64_t pixels = 0;
+  [[nodiscard]] std::size_t size() const { return end - begin; }
+};
+
+std::uint32_t key_of(const std::uint8_t* code) {
+  return std::uint32_t{code[0]} << 16 | std::uint32_t{code[1]} << 8 | code[2];
+}
+
+/// In ascending order of the colours, each once.
+std::vector<Entry> histogram_of(std::span<const std::uint8_t> codes) {
+  std::vector<std::uint32_t> keys;
+  keys.reserve(codes.size() / 3);
+  for (std::size_t i = 0; i + 2 < codes.size(); i += 3) keys.push_back(key_of(&codes[i]));
+  std::sort(keys.begin(), keys.end());
+  std::vector<Entry> entries;
+  for (const std::uint32_t key : keys) {
+    const Code code{static_cast<std::uint8_t>(key >> 16), static_cast<std::uint8_t>(key >> 8),
+                    static_cast<std::uint8_t>(key)};
+    if (entries.empty() || entries.back().code != code) entries.push_back({code, 0});
+    ++entries.back().pixels;
+  }
+  return entries;
+}
+
+std::size_t longest_side(std::span<const Entry> entries) {
+  std::size_t longest = 0;
+  int length = -1;
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    const auto [low, high] =
+        std::minmax_element(entries.begin(), entries.end(),
+                            [channel](const Entry& a, const Entry& b) { return a.code[channel] < b.code[channel]; });
+    const int extent = high->code[channel] - low->code[channel];
+    if (extent > length) {
+      length = extent;
+      longest = channel;
+    }
+  }
+  return longest;
+}
+
+/// Precondition: at least two entries. Both parts have one.
+Box cut(std::vector<Entry>& entries, Box& box) {
+  const std::span<Entry> inside(entries.data() + box.begin, box.size());
+  const std::size_t channel = longest_side(inside);
+  // By the channel, then by the whole colour: an order without ties.
+  std::sort(inside.begin(), inside.end(), [channel](const Entry& a, const Entry& b) {
+    return a.code[channel] != b.code[channel] ? a.code[channel] < b.code[channel] : a.code < b.code;
+  });
+  Box first{box.begin, box.begin, 0};
+  while (first.end + 1 < box.end && (first.size() == 0 || 2 * (first.pixels + entries[first.end].pixels) <= box.pixels))
+    first.pixels += entries[first.end++].pixels;
+  const Box second{first.end, box.end, box.pixels - first.pixels};
+  box = first;
+  return second;
+}
+
+Code mean_of(std::span<const Entry> entries) {
+  Code mean{};
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    double sum = 0, pixels = 0;
+    for (const Entry& entry : entries) {
+      sum += linear_from_srgb(entry.code[channel] / 255.0) * static_cast<double>(entry.pixels);
+      pixels += static_cast<double>(entry.pixels);
+    }
+    mean[channel] = srgb8_from_linear(static_cast<float>(sum / pixels));
+  }
+  return mean;
+}
+
+}  // namespace
+
+void reduce_colors(std::span<std::uint8_t> codes, std::uint32_t colors) {
+  std::vector<Entry> entries = histogram_of(codes);
+  if (entries.size() <= colors) return;
+  std::vector<Box> boxes{{0, entries.size(), codes.size() / 3}};
+  while (boxes.size() < colors) {
+    const auto fullest = std::max_element(boxes.begin(), boxes.end(), [](const Box& a, const Box& b) {
+      return (a.size() > 1 ? a.pixels : 0) < (b.size() > 1 ? b.pixels : 0);
+    });
+    boxes.push_back(cut(entries, *fullest));
+  }
+  std::map<std::uint32_t, Code> chosen;
+  for (const Box& box : boxes) {
+    const std::span<const Entry> inside(entries.data() + box.begin, box.size());
+    const Code mean = mean_of(inside);
+    for (const Entry& entry : inside) chosen[key_of(entry.code.data())] = mean;
+  }
+  for (std::size_t i = 0; i + 2 < codes.size(); i += 3) {
+    const Code& color = chosen.at(key_of(&codes[i]));
+    std::copy(color.begin(), color.end(), codes.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+}
+
+}  // namespace tracer

@@ -1,0 +1,150 @@
+#include "tracer/src/interaction/surface.h"
+
+#include "tracer/src/materials/shading_mode.h"
+#include "tracer/src/shapes/primitive_point.h"
+#include "tracer/src/shapes/quadric_surface.h"
+
+namespace tracer {
+namespace {
+
+ShapeHit sphere_at(const SphereGeometry& spheres, std::uint32_t i, const Vec3& on_ray) {
+  const PrimitivePoint at = sphere_point({spheres.x[i], spheres.y[i], spheres.z[i]}, spheres.radius[i], on_ray);
+  return {{at.position, at.error}, at.across, at.across, {}, spheres.object[i]};
+}
+
+ShapeHit plane_at(const PlaneGeometry& planes, std::uint32_t i, const Vec3& on_ray) {
+  const PrimitivePoint at = plane_point(planes.point[i], planes.normal[i], on_ray);
+  return {{at.position, at.error}, at.across, at.across, {}, planes.object[i]};
+}
+
+Vec3 wide(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
+
+std::uint32_t object_of(const TriangleGeometry& mesh, std::uint32_t triangle) {
+  return mesh.object_of_triangle.empty() ? mesh.object : mesh.object_of_triangle[triangle];
+}
+
+ShapeHit triangle_at(const TriangleGeometry& mesh, const Hit& hit) {
+  const auto& [a, b, c] = mesh.triangles[hit.primitive.primitive];
+  const double weight_a = 1 - hit.u - hit.v;
+  const PrimitivePoint at = triangle_point(mesh.position(a), mesh.position(b), mesh.position(c), hit.u, hit.v);
+  const Vec3 face = normalize(at.across);
+  ShapeHit local{{at.position, at.error}, face, face, {}, object_of(mesh, hit.primitive.primitive)};
+  if (!mesh.normals.empty()) {
+    const auto vertex = [&mesh](std::uint32_t i, double weight) {
+      return SmoothVertex{mesh.position(i), wide(mesh.normals[i]), weight};
+    };
+    const SmoothPoint smooth = smooth_point(vertex(a, weight_a), vertex(b, hit.u), vertex(c, hit.v), at.position, face);
+    local.shading_normal = smooth.normal;
+    local.shadow_offset = smooth.shadow_offset;
+  }
+  return local;
+}
+
+Vec2 triangle_uv(const TriangleGeometry& mesh, const Hit& hit) {
+  if (mesh.uvs.empty()) return {hit.u, hit.v};
+  const auto& [a, b, c] = mesh.triangles[hit.primitive.primitive];
+  const double weight_a = 1 - hit.u - hit.v;
+  return {mesh.uvs[a][0] * weight_a + mesh.uvs[b][0] * hit.u + mesh.uvs[c][0] * hit.v,
+          mesh.uvs[a][1] * weight_a + mesh.uvs[b][1] * hit.u + mesh.uvs[c][1] * hit.v};
+}
+
+Vec2 sphere_uv(const Axes& axes, const Vec3& normal) {
+  return spherical_uv({dot(normal, axes.e0), dot(normal, axes.e1), dot(normal, axes.n)});
+}
+
+Vec2 plane_uv(const CompiledScene& scene, const Axes& axes, const Vec3& from_point) {
+  return {scene.frame.world_from_render(dot(from_point, axes.e0)),
+          scene.frame.world_from_render(dot(from_point, axes.e1))};
+}
+
+ShapeHit quadric_at(const QuadricGeometry& set, const Hit& hit, const Vec3& on_ray) {
+  const std::uint32_t i = hit.primitive.primitive;
+  const QuadricPoint met = quadric_point(set.quadrics[i], static_cast<QuadricPart>(hit.u), on_ray);
+  return {met.point, met.normal, met.normal, {}, set.object[i]};
+}
+
+enum class Family { sphere, triangle, quadric, plane };
+
+/// Which of GeometrySet's vectors a geometry is in.
+Family family_of(const GeometrySet& set, std::uint32_t geometry) {
+  if (geometry < set.first_triangles()) return Family::sphere;
+  if (geometry < set.first_quadrics()) return Family::triangle;
+  return geometry < set.plane_geometry() ? Family::quadric : Family::plane;
+}
+
+}  // namespace
+
+ShapeHit shape_hit(const GeometrySet& set, const Hit& hit, const Vec3& on_ray) {
+  const auto [geometry, primitive] = hit.primitive;
+  switch (family_of(set, geometry)) {
+    case Family::sphere:
+      return sphere_at(set.spheres[geometry], primitive, on_ray);
+    case Family::triangle:
+      return triangle_at(set.triangles[geometry - set.first_triangles()], hit);
+    case Family::quadric:
+      return quadric_at(set.quadrics[geometry - set.first_quadrics()], hit, on_ray);
+    case Family::plane:
+      break;
+  }
+  return plane_at(set.planes, primitive, on_ray);
+}
+
+Vec2 uv_at(const CompiledScene& scene, const Hit& hit, const Surface& surface) {
+  const GeometrySet& set = scene.geometry();
+  const auto [geometry, primitive] = hit.primitive;
+  switch (family_of(set, geometry)) {
+    case Family::sphere:
+      return sphere_uv(scene.axes_of_object[surface.object], surface.geometric_normal);
+    case Family::triangle:
+      return triangle_uv(set.triangles[geometry - set.first_triangles()], hit);
+    case Family::quadric:
+      return quadric_uv(set.quadrics[geometry - set.first_quadrics()].quadrics[primitive],
+                        static_cast<QuadricPart>(hit.u), surface.point.position);
+    case Family::plane:
+      break;
+  }
+  return plane_uv(scene, scene.axes_of_object[surface.object], surface.point.position - set.planes.point[primitive]);
+}
+
+bool is_textured(const Material& material) {
+  return std::holds_alternative<TextureId>(material.color) || material.bump || material.normal_map;
+}
+
+std::optional<Corners> corners_at(const CompiledScene& scene, const Hit& hit) {
+  const GeometrySet& set = scene.geometry();
+  if (family_of(set, hit.primitive.geometry) != Family::triangle) return std::nullopt;
+  const TriangleGeometry& mesh = set.triangles[hit.primitive.geometry - set.first_triangles()];
+  const auto& vertices = mesh.triangles[hit.primitive.primitive];
+  const Vec3 origin = mesh.position(vertices[0]);
+  const Vec3 face = normalize(cross(mesh.position(vertices[1]) - origin, mesh.position(vertices[2]) - origin));
+  const std::array<double, 3> weights{1 - hit.u - hit.v, hit.u, hit.v};
+  Corners corners;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3 position = mesh.position(vertices[i]);
+    Vec3 normal = mesh.normals.empty() ? face : wide(mesh.normals[vertices[i]]);
+    if (!(dot(normal, normal) > 0)) normal = face;
+    if (dot(normal, face) < 0) normal = -normal;
+    corners[i] = {{position, abs(position) * rounding_bound(7)}, normal, weights[i]};
+  }
+  return corners;
+}
+
+Surface surface_at(const CompiledScene& scene, const Hit& hit, const Vec3& origin, const Vec3& direction,
+                   Approximations::Shading shading) {
+  const ShapeHit local = shape_hit(scene.geometry(), hit, origin + direction * hit.t);
+  Surface surface;
+  surface.point = local.point;
+  surface.geometric_normal = local.geometric_normal;
+  surface.back = dot(direction, local.geometric_normal) > 0;
+  surface.object = local.object;
+  surface.material = scene.material_of_object[local.object];
+  const bool flat = shading_of(scene.materials[surface.material].shading, shading) == Material::Shading::flat;
+  const Vec3& outward = flat ? local.geometric_normal : local.shading_normal;
+  surface.normal = surface.back ? -outward : outward;
+  // Seen from behind the curved surface is on the other side of the facet: nothing to correct there.
+  if (!flat && !surface.back) surface.shadow_offset = local.shadow_offset;
+  if (scene.needs.textures && is_textured(scene.materials[surface.material])) surface.uv = uv_at(scene, hit, surface);
+  return surface;
+}
+
+}  // namespace tracer

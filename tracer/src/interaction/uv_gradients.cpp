@@ -1,0 +1,167 @@
+#include "tracer/src/interaction/uv_gradients.h"
+
+#include <numbers>
+
+#include "tracer/src/math/affine.h"
+
+namespace tracer {
+namespace {
+
+/// u turns about z, v along the axis or, on a sphere, by angle.
+Vec3 turn_gradient(const Vec3& p) {
+  const double turn = 2 * std::numbers::pi * (p.x * p.x + p.y * p.y);
+  return {-p.y / turn, p.x / turn, 0};
+}
+
+/// Of v = 1 - theta / pi.
+Vec3 height_gradient(const Vec3& p) {
+  const double r = std::hypot(p.x, p.y), scale = std::numbers::pi * dot(p, p);
+  return {-p.z * p.x / (r * scale), -p.z * p.y / (r * scale), r / scale};
+}
+
+UvGradients disc_gradients(double radius) { return {{1 / (2 * radius), 0, 0}, {0, 1 / (2 * radius), 0}}; }
+
+UvGradients box_gradients(QuadricPart part) {
+  switch (part) {
+    case QuadricPart::x_0:
+      return {{0, 0, 1}, {0, 1, 0}};
+    case QuadricPart::x_1:
+      return {{0, 0, -1}, {0, 1, 0}};
+    case QuadricPart::y_0:
+      return {{1, 0, 0}, {0, 0, 1}};
+    case QuadricPart::y_1:
+      return {{1, 0, 0}, {0, 0, -1}};
+    case QuadricPart::z_0:
+      return {{-1, 0, 0}, {0, 1, 0}};
+    default:
+      return {{1, 0, 0}, {0, 1, 0}};
+  }
+}
+
+UvGradients quadric_gradients(const Quadric& quadric, QuadricPart part, const Vec3& position) {
+  const Vec3 p = quadric.shape_from_trace * (position - quadric.origin);
+  UvGradients local;
+  switch (quadric.kind) {
+    case QuadricKind::ellipsoid:
+      local = {turn_gradient(p), height_gradient(p)};
+      break;
+    case QuadricKind::disc:
+      local = disc_gradients(1);
+      break;
+    case QuadricKind::frustum:
+      if (part == QuadricPart::side) {
+        local = {turn_gradient(p), {0, 0, 1}};
+      } else {
+        local = disc_gradients(part == QuadricPart::cap_0 ? quadric.radius_0 : quadric.radius_1);
+      }
+      break;
+    case QuadricKind::box:
+      local = box_gradients(part);
+      break;
+  }
+  const Linear trace_from_local = transposed(quadric.shape_from_trace);
+  return {trace_from_local * local.u, trace_from_local * local.v};
+}
+
+/// Of a function that is linear over the triangle: f_a + u (f_b - f_a) + v (f_c - f_a) for barycentric u and v.
+UvGradients triangle_gradients(const TriangleGeometry& mesh, std::uint32_t triangle) {
+  const auto& [a, b, c] = mesh.triangles[triangle];
+  const Vec3 to_b = mesh.position(b) - mesh.position(a), to_c = mesh.position(c) - mesh.position(a);
+  const Vec3 normal = cross(to_b, to_c);
+  const double area = dot(normal, normal);
+  const Vec3 along_b = cross(to_c, normal) / area, along_c = cross(normal, to_b) / area;
+  if (mesh.uvs.empty()) return {along_b, along_c};
+  const auto &uv_a = mesh.uvs[a], &uv_b = mesh.uvs[b], &uv_c = mesh.uvs[c];
+  const auto gradient = [&](std::size_t i) { return along_b * (uv_b[i] - uv_a[i]) + along_c * (uv_c[i] - uv_a[i]); };
+  return {gradient(0), gradient(1)};
+}
+
+/// Some unit direction across unit `n` (Duff, Burgess, Christensen, Hery, Kensler, Liani, Villemin 2017, "Building an
+/// Orthonormal Basis, Revisited", JCGT 6(1)).
+WHITTLE_INLINE Vec3 any_across(const Vec3& n) {
+  const double side = n.z < 0 ? -1.0 : 1.0, a = -1 / (side + n.z);
+  return {1 + side * (n.x * n.x * a), side * (n.x * n.y * a), -side * n.x};
+}
+
+/// A parallelogram's projection on an axis is two boxes, one after the other: their variances add. No guard: what
+/// overflows covers all there is, as what nearly does.
+WHITTLE_INLINE double projected(const Vec3& gradient, const Vec3& along, const Vec3& across, double length,
+                                double width) {
+  const double a = dot(gradient, along) * length, b = dot(gradient, across) * width;
+  return std::sqrt(a * a + b * b);
+}
+
+/// The beam's square stands across the surface's tilt: one side stays, the other is stretched by 1 / cos
+/// (Akenine-Moeller, Crassin, Boksansky, Belcour, Panteleev, Wright 2021, "Improved Shader and Texture Level of Detail
+/// Using Ray Cones", JCGT 10(1), sec. 3).
+WHITTLE_INLINE Vec2 covered(const UvGradients& gradients, const Vec3& normal, const Vec3& direction, double width) {
+  const double cosine = dot(direction, normal);
+  const Vec3 down = direction - normal * cosine;
+  const double sine = std::sqrt(dot(down, down));
+  const bool straight = !(sine > 1e-8);  // then any direction across will do
+  const Vec3 any = any_across(normal);
+  const Vec3 along{straight ? any.x : down.x / sine, straight ? any.y : down.y / sine,
+                   straight ? any.z : down.z / sine};
+  const Vec3 across = cross(normal, along);
+  const double steep = std::abs(cosine), stretched = width / (steep < 1e-30 ? 1e-30 : steep);
+  return {projected(gradients.u, along, across, stretched, width),
+          projected(gradients.v, along, across, stretched, width)};
+}
+
+UvGradients sphere_gradients(const Axes& axes, const Vec3& normal, double radius) {
+  const Vec3 p{dot(normal, axes.e0), dot(normal, axes.e1), dot(normal, axes.n)};
+  const auto back = [&](const Vec3& g) { return (axes.e0 * g.x + axes.e1 * g.y + axes.n * g.z) / radius; };
+  return {back(turn_gradient(p)), back(height_gradient(p))};
+}
+
+}  // namespace
+
+UvGradients uv_gradients_at(const CompiledScene& scene, const Hit& hit, const Surface& surface) {
+  const GeometrySet& set = scene.geometry();
+  const auto [geometry, primitive] = hit.primitive;
+  if (geometry < set.first_triangles()) {
+    return sphere_gradients(scene.axes_of_object[surface.object], surface.geometric_normal,
+                            set.spheres[geometry].radius[primitive]);
+  }
+  if (geometry < set.first_quadrics()) {
+    return triangle_gradients(set.triangles[geometry - set.first_triangles()], primitive);
+  }
+  if (geometry < set.plane_geometry()) {
+    return quadric_gradients(set.quadrics[geometry - set.first_quadrics()].quadrics[primitive],
+                             static_cast<QuadricPart>(hit.u), surface.point.position);
+  }
+  const Axes& axes = scene.axes_of_object[surface.object];
+  const double world = scene.frame.world_from_render(1);
+  return {axes.e0 * world, axes.e1 * world};
+}
+
+void CoveredPacket::put(int i, const UvGradients& gradients, const Vec3& direction, double width_there) {
+  direction_x[i] = direction.x;
+  direction_y[i] = direction.y;
+  direction_z[i] = direction.z;
+  width[i] = width_there;
+  const auto& [along_u, along_v] = gradients;
+  gradient_u[0][i] = along_u.x;
+  gradient_u[1][i] = along_u.y;
+  gradient_u[2][i] = along_u.z;
+  gradient_v[0][i] = along_v.x;
+  gradient_v[1][i] = along_v.y;
+  gradient_v[2][i] = along_v.z;
+}
+
+Vec2 covered_uv(const UvGradients& gradients, const Vec3& normal, const Vec3& direction, double width) {
+  return covered(gradients, normal, direction, width);
+}
+
+WHITTLE_WIDE void find_covered(const FacePacket& __restrict faces, CoveredPacket& __restrict p) {
+  for (int i = 0; i < lanes; ++i) {
+    const UvGradients gradients{{p.gradient_u[0][i], p.gradient_u[1][i], p.gradient_u[2][i]},
+                                {p.gradient_v[0][i], p.gradient_v[1][i], p.gradient_v[2][i]}};
+    const Vec2 found = covered(gradients, {faces.face_x[i], faces.face_y[i], faces.face_z[i]},
+                               {p.direction_x[i], p.direction_y[i], p.direction_z[i]}, p.width[i]);
+    p.u[i] = found.x;
+    p.v[i] = found.y;
+  }
+}
+
+}  // namespace tracer

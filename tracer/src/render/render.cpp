@@ -1,0 +1,29 @@
+#include "tracer/render.h"
+
+#include <new>
+
+#include "tracer/src/sampling/adaptive_sampler.h"
+#include "tracer/src/sampling/uniform_sampler.h"
+
+namespace tracer {
+namespace {
+
+template <class Model>
+Result<Rendered, Failure> render_with(const CompiledScene& scene, const RenderSettings& settings,
+                                      RenderControl& control) {
+  try {
+    if (scene.accuracy.adaptive) return AdaptiveRender<Model>(scene, settings, control).run();
+    return UniformRender<Model>(scene, settings, control).run();
+  } catch (const std::bad_alloc&) {
+    return Failure{Failure::Code::out_of_memory, "no memory for the image or its rays"};
+  }
+}
+
+}  // namespace
+
+Result<Rendered, Failure> render(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control) {
+  if (suffices<ClassicModel>(scene.needs)) return render_with<ClassicModel>(scene, settings, control);
+  return render_with<FullModel>(scene, settings, control);
+}
+
+}  // namespace tracer

@@ -1,0 +1,74 @@
+#include "tracer/src/sampling/pixel_accumulator.h"
+
+#include <algorithm>
+
+namespace tracer {
+namespace {
+
+void write3(std::vector<float>& layer, std::size_t index, double x, double y, double z) {
+  if (layer.empty()) return;
+  layer[3 * index] = film_value(x);
+  layer[3 * index + 1] = film_value(y);
+  layer[3 * index + 2] = film_value(z);
+}
+
+template <class T>
+void write1(std::vector<T>& layer, std::size_t index, T value) {
+  if (!layer.empty()) layer[index] = value;
+}
+
+}  // namespace
+
+void allocate(Image& image, const PixelWindow& window, const Output& output) {
+  image.width = window.width();
+  image.height = window.height();
+  const std::size_t pixels = window.pixels();
+  image.rgb.resize(3 * pixels);
+  if (output.alpha) image.alpha.resize(pixels);
+  const auto asked = [&](Layer layer) {
+    return std::find(output.layers.begin(), output.layers.end(), layer) != output.layers.end();
+  };
+  if (asked(Layer::depth)) image.layers.depth.resize(pixels);
+  if (asked(Layer::normal)) image.layers.normal.resize(3 * pixels);
+  if (asked(Layer::albedo)) image.layers.albedo.resize(3 * pixels);
+  if (asked(Layer::object_id)) image.layers.object_id.resize(pixels);
+  if (asked(Layer::samples)) image.layers.samples.resize(pixels);
+  if (asked(Layer::error)) image.layers.error.resize(pixels);
+}
+
+void PixelAccumulator::write_spread(const Color& squares, float* spread) const {
+  if (count_ < 2) return;
+  const double mean_share = 1.0 / count_, spread_share = 1.0 / (count_ - 1);
+  const auto variance = [&](double sum, double squared) {
+    return film_value(std::max(0.0, squared - sum * sum * mean_share) * spread_share);
+  };
+  spread[0] = variance(sum_.r, squares.r);
+  spread[1] = variance(sum_.g, squares.g);
+  spread[2] = variance(sum_.b, squares.b);
+}
+
+void LayerAccumulator::add(const GBuffer& hits, std::size_t sample) {
+  ++count_;
+  if (!hits.hit(sample)) return;
+  ++hit_count_;
+  depth_ += hits.depth[sample];
+  normal_ += hits.normal[sample];
+  albedo_ += hits.albedo[sample];
+  if (object_id_ == 0 && hits.object[sample] != GBuffer::no_object) object_id_ = hits.object[sample] + 1;
+}
+
+void LayerAccumulator::write(Image& image, std::size_t index) const {
+  const double share = count_ > 0 ? 1.0 / count_ : 0;
+  const Color albedo = albedo_ * share;
+  const Vec3 normal = normal_ * share;
+  Layers& layers = image.layers;
+  write1(image.alpha, index, static_cast<float>(hit_count_ * share));
+  const float nothing = std::numeric_limits<float>::infinity();
+  write1(layers.depth, index, hit_count_ > 0 ? film_value(depth_ / hit_count_) : nothing);
+  write3(layers.normal, index, normal.x, normal.y, normal.z);
+  write3(layers.albedo, index, albedo.r, albedo.g, albedo.b);
+  write1(layers.object_id, index, object_id_);
+  write1(layers.samples, index, count_);
+}
+
+}  // namespace tracer

@@ -1,0 +1,64 @@
+#include "tracer/src/sampling/radiance_bound.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <variant>
+
+#include "tracer/src/lights/attenuation.h"
+#include "tracer/src/textures/texture.h"
+
+namespace tracer {
+namespace {
+
+constexpr double unbounded = std::numeric_limits<double>::infinity();
+
+/// The largest that any surface point receives from all lights together.
+double light_bound(const CompiledScene& scene) {
+  double sum = 0;
+  for (const CompiledLight& light : scene.lights)
+    sum += max_component(light.radiance) * attenuation_bound(light.attenuation);
+  return sum;
+}
+
+double color_bound(const CompiledScene& scene, const ColorOrTexture& color) {
+  if (const auto* id = std::get_if<TextureId>(&color))
+    return texture_bound(scene.textures[id->index], scene.images[id->index].get());
+  return max_component(std::get<Color>(color));
+}
+
+/// What the material passes on of the light it receives, at most.
+double albedo_bound(const Material& material) {
+  using Transparency = Material::Transparency;
+  const double reflected = material.reflection * max_component(material.reflection_color);
+  double transmitted = material.transmission;
+  if (material.transparency != Transparency::interpolated) transmitted *= max_component(material.transmission_color);
+  // Fresnel's parts add up to one: no more is passed on than by the better of the two.
+  return material.fresnel ? std::max(reflected, transmitted) : reflected + transmitted;
+}
+
+double local_radiance_bound(const CompiledScene& scene, const Material& material, double lights) {
+  const double color = color_bound(scene, material.color);
+  const double diffuse = color * material.diffuse;
+  const double specular = max_component(material.specular_color) * material.specular;
+  return max_component(material.emission) + max_component(scene.ambient) * color * material.ambient +
+         (diffuse + specular > 0 && lights > 0 ? lights * (diffuse + specular) : 0);
+}
+
+}  // namespace
+
+std::optional<double> radiance_bound(const CompiledScene& scene) {
+  double bound = scene.background->bound();
+  const double lights = light_bound(scene);
+  const std::set<std::uint32_t> used(scene.material_of_object.begin(), scene.material_of_object.end());
+  for (const std::uint32_t index : used) {
+    const Material& material = scene.materials[index];
+    const double own = local_radiance_bound(scene, material, lights), passed = albedo_bound(material);
+    if (own > 0) bound = std::max(bound, passed < 1 ? own / (1 - passed) : unbounded);
+    if (passed > 1) bound = unbounded;
+  }
+  return std::isfinite(bound) ? std::optional(bound) : std::nullopt;
+}
+
+}  // namespace tracer

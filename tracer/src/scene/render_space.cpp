@@ -1,0 +1,73 @@
+#include "tracer/src/scene/render_space.h"
+
+#include "tracer/src/scene/instancing.h"
+
+namespace tracer {
+namespace {
+
+/// Corners of the box around an image of a standard shape that itself lies within [low, high].
+void include_box(Bounds& bounds, const Affine& world_from_standard, const Vec3& low, const Vec3& high) {
+  for (int corner = 0; corner < 8; ++corner) {
+    bounds.include(world_from_standard.point(
+        {(corner & 1) != 0 ? high.x : low.x, (corner & 2) != 0 ? high.y : low.y, (corner & 4) != 0 ? high.z : low.z}));
+  }
+}
+
+struct IncludeShape {
+  Bounds& bounds;
+  const Affine& world_from_object;
+
+  void operator()(const Sphere& sphere) const {
+    const Linear& m = world_from_object.linear;
+    const Vec3 center = world_from_object.point(sphere.center);
+    // |row| * radius: what the sphere's image reaches along each axis.
+    const Vec3 reach =
+        Vec3{std::hypot(m.x.x, m.y.x, m.z.x), std::hypot(m.x.y, m.y.y, m.z.y), std::hypot(m.x.z, m.y.z, m.z.z)} *
+        sphere.radius;
+    bounds.include(center - reach);
+    bounds.include(center + reach);
+  }
+  void operator()(const Plane&) const {}
+  void operator()(const Disc& disc) const {
+    include_box(bounds, world_from_object * object_from_standard(disc), {-1, -1, 0}, {1, 1, 0});
+  }
+  void operator()(const Cylinder& cylinder) const {
+    include_box(bounds, world_from_object * object_from_standard(cylinder), {-1, -1, 0}, {1, 1, 1});
+  }
+  void operator()(const Cone& cone) const {
+    include_box(bounds, world_from_object * object_from_standard(cone), {-1, -1, 0}, {1, 1, 1});
+  }
+  void operator()(const Box& box) const {
+    include_box(bounds, world_from_object * object_from_standard(box), {0, 0, 0}, {1, 1, 1});
+  }
+  void operator()(const Triangle& triangle) const {
+    for (const Vec3& vertex : triangle.vertices) bounds.include(world_from_object.point(vertex));
+  }
+  void operator()(const Mesh& mesh) const {
+    for (const Vec3& position : mesh.positions) bounds.include(world_from_object.point(position));
+  }
+  void operator()(const Instance&) const {}  // for_each_placed has resolved them
+};
+
+}  // namespace
+
+Bounds finite_bounds(const Scene& scene) {
+  Bounds bounds;
+  for_each_placed(scene, [&](const Placed& placed) {
+    std::visit(IncludeShape{bounds, placed.world_from_object}, placed.shape);
+  });
+  if (bounds.empty()) bounds.include(scene.camera.position);
+  return bounds;
+}
+
+RenderSpace::RenderSpace(const Bounds& bounds) {
+  const double extent = max_component(bounds.high - bounds.low);
+  // A single point has no extent: any power of two will do, and one keeps lengths as they are.
+  const int exponent = extent > 0 ? std::ilogb(extent) + 1 : 0;
+  const double half = std::ldexp(1.0, exponent - 1);
+  origin_ = extent > 0 ? bounds.low + Vec3{half, half, half} : bounds.low;
+  scale_ = std::ldexp(1.0, -exponent);
+  inverse_scale_ = std::ldexp(1.0, exponent);
+}
+
+}  // namespace tracer

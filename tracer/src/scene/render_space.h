@@ -1,0 +1,42 @@
+#pragma once
+/// The frame rays are traced in: the world moved so that the scene surrounds the origin, and scaled by a power of two
+/// so that it spans about one unit. The scaling is exact, so an image is bit-identical under scaling by 2^k; Embree's
+/// floats then never see a coordinate that is far from the origin or out of the range in which its triangles are right.
+
+#include <cmath>
+
+#include "tracer/src/math/affine.h"
+
+namespace tracer {
+
+struct Bounds {
+  Vec3 low{HUGE_VAL, HUGE_VAL, HUGE_VAL};
+  Vec3 high{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+
+  void include(const Vec3& p) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  [[nodiscard]] bool empty() const { return !(low.x <= high.x); }
+};
+
+/// Bounds of everything finite in the scene; of the camera's position when nothing is.
+Bounds finite_bounds(const Scene& scene);
+
+class RenderSpace {
+ public:
+  /// The origin is low + 2^(e-1) on each axis, 2^e the smallest power of two that holds the extent: adding a power of
+  /// two keeps it exact where a midpoint would round, so that a translated scene equals the pre-subtracted one.
+  explicit RenderSpace(const Bounds& bounds);
+
+  [[nodiscard]] Vec3 render_from_world(const Vec3& p) const { return (p - origin_) * scale_; }
+  [[nodiscard]] Affine affine() const { return {{{scale_, 0, 0}, {0, scale_, 0}, {0, 0, scale_}}, origin_ * -scale_}; }
+  [[nodiscard]] double render_from_world(double distance) const { return distance * scale_; }
+  [[nodiscard]] double world_from_render(double distance) const { return distance * inverse_scale_; }
+
+ private:
+  Vec3 origin_;
+  double scale_ = 1, inverse_scale_ = 1;
+};
+
+}  // namespace tracer
