@@ -5,9 +5,9 @@
 
 namespace honesty {
 
-Image image_of(const tracer::Image& image) { return {image.rgb.begin(), image.rgb.end()}; }
+LevelImage image_of(const tracer::Image& image) { return {image.rgb.begin(), image.rgb.end()}; }
 
-double gain_of(const Image& linear, const tracer::Output& output) {
+double gain_of(const LevelImage& linear, const tracer::Output& output) {
   const double gain = std::pow(2.0, output.exposure);
   if (output.overflow != tracer::Output::Overflow::scale || linear.empty()) return gain;
   const double brightest = *std::max_element(linear.begin(), linear.end());
@@ -21,9 +21,9 @@ double level_of(double linear, double gain, const tracer::Output& output) {
   return 255 * (to_display <= 0.0031308 ? 12.92 * to_display : 1.055 * std::pow(to_display, 1 / 2.4) - 0.055);
 }
 
-Image levels_of(const Image& linear, const tracer::Output& output) {
+LevelImage levels_of(const LevelImage& linear, const tracer::Output& output) {
   const double gain = gain_of(linear, output);
-  Image levels(linear.size());
+  LevelImage levels(linear.size());
   std::transform(linear.begin(), linear.end(), levels.begin(), [&](double v) { return level_of(v, gain, output); });
   return levels;
 }

@@ -10,18 +10,18 @@
 namespace honesty {
 
 /// Three linear values a pixel, as in `Image::rgb`.
-using Image = std::vector<double>;
+using LevelImage = std::vector<double>;
 
-Image image_of(const tracer::Image& image);
+LevelImage image_of(const tracer::Image& image);
 
 /// What the values of `linear` are multiplied by before the curve: the exposure, or where `overflow` is scale and the
 /// brightest would pass 1, what makes it 1.
-double gain_of(const Image& linear, const tracer::Output& output);
+double gain_of(const LevelImage& linear, const tracer::Output& output);
 
 /// One value after gain, overflow, clamping and the sRGB curve (IEC 61966-2-1), times 255, not rounded.
 double level_of(double linear, double gain, const tracer::Output& output);
 
 /// Every value so.
-Image levels_of(const Image& linear, const tracer::Output& output);
+LevelImage levels_of(const LevelImage& linear, const tracer::Output& output);
 
 }  // namespace honesty

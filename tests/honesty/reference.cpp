@@ -21,7 +21,7 @@ constexpr std::uint32_t max_depth = 2000;
 constexpr std::uint64_t first_seed = 1ull << 40;
 
 struct Sums {
-  Image sum, squares;
+  LevelImage sum, squares;
   std::uint64_t images = 0;
 
   void add(const Image& image) {
@@ -56,9 +56,9 @@ std::filesystem::path file_of(const Case& scene, const ReferenceEffort& effort,
 
 /// Nothing where there is no such file or it is not whole: then the work is done again.
 Sums read(const std::filesystem::path& file, std::size_t values) {
-  Sums sums{Image(values), Image(values), 0};
+  Sums sums{LevelImage(values), LevelImage(values), 0};
   std::ifstream in(file, std::ios::binary);
-  for (Image* const part : {&sums.sum, &sums.squares})
+  for (LevelImage* const part : {&sums.sum, &sums.squares})
     in.read(reinterpret_cast<char*>(part->data()), static_cast<std::streamsize>(values * sizeof(double)));
   in.read(reinterpret_cast<char*>(&sums.images), sizeof sums.images);
   return in ? sums : Sums{};
@@ -69,7 +69,7 @@ void write(const std::filesystem::path& file, const Sums& sums) {
   std::filesystem::create_directories(file.parent_path());
   const std::filesystem::path draft = file.string() + "." + std::to_string(getpid());
   std::ofstream out(draft, std::ios::binary);
-  for (const Image* const part : {&sums.sum, &sums.squares})
+  for (const LevelImage* const part : {&sums.sum, &sums.squares})
     out.write(reinterpret_cast<const char*>(part->data()), static_cast<std::streamsize>(part->size() * sizeof(double)));
   out.write(reinterpret_cast<const char*>(&sums.images), sizeof sums.images);
   out.close();

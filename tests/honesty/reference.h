@@ -24,9 +24,9 @@ struct ReferenceEffort {
 };
 
 struct Reference {
-  Image linear;    ///< mean of the images
-  Image levels;    ///< of that
-  Image variance;  ///< of each of `levels`, by the spread of the images
+  LevelImage linear;    ///< mean of the images
+  LevelImage levels;    ///< of that
+  LevelImage variance;  ///< of each of `levels`, by the spread of the images
   std::uint32_t images = 0;
 
   /// Standard error of the whole, levels: root of the mean variance.

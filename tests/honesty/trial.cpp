@@ -50,7 +50,7 @@ Rendered rendered_to(const Case& scene, double target, std::uint64_t seed, std::
 Trial judged(const Case& scene, const Standard& standard, const Rendered& rendered, double target, std::uint64_t seed) {
   const Image& image = rendered.image;
   const Reference& reference = standard.reference;
-  const Image levels = levels_of(image_of(image), scene.scene.output);
+  const LevelImage levels = levels_of(image_of(image), scene.scene.output);
   Difference whole;
   std::array<Difference, stratum_names.size()> parts;
   std::array<double, stratum_names.size()> claimed{};

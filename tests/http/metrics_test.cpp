@@ -36,8 +36,8 @@ TEST(Metrics, LabelsAreEscaped) {
 
 class Nobody final : public queue::Observer {
  public:
-  void moved(const std::string&, queue::JobState) noexcept override { ++told; }
-  void settled(const std::string&) noexcept override { ++told; }
+  void on_state_changed(const std::string&, queue::JobState) noexcept override { ++told; }
+  void on_waiters_notified(const std::string&) noexcept override { ++told; }
   void progressed(const std::string&, double) noexcept override { ++told; }
   void removed(const std::string&) noexcept override { ++told; }
   int told = 0;
@@ -64,10 +64,10 @@ TEST(JobMetrics, TellWaitsRunsRaysAndTargets) {
   telemetry::JobMetrics observed(
       metrics, pace, [&](const std::string&) { return job; }, next);
   const auto succeeded = [&](const std::string& id) {
-    observed.moved(id, queue::JobState::succeeded);
-    observed.settled(id);
+    observed.on_state_changed(id, queue::JobState::succeeded);
+    observed.on_waiters_notified(id);
   };
-  observed.moved("a", queue::JobState::queued);
+  observed.on_state_changed("a", queue::JobState::queued);
   succeeded("a");
   job.report = R"({"rays":{"camera":1},"error":{"target":2,"estimate":6,"met":false}})";
   succeeded("b");
@@ -130,8 +130,8 @@ TEST(JobMetrics, AJobThatCannotBeLookedUpIsStillAnEnd) {
         throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, "gone");
       },
       next);
-  observed.moved("a", queue::JobState::failed);
-  observed.settled("a");
+  observed.on_state_changed("a", queue::JobState::failed);
+  observed.on_waiters_notified("a");
   expect_line(metrics.text(), "whittle_jobs_ended_total{state=\"failed\"} 1");
   EXPECT_EQ(next.told, 2);
 }

@@ -6,7 +6,7 @@
 namespace http {
 namespace {
 
-constexpr std::string_view on_worker_ready =
+constexpr const char* index_text =
     "Whittle renders scenes.\n"
     "\n"
     "  POST /v1/render         a scene document in, its image out\n"
@@ -25,7 +25,7 @@ constexpr std::string_view on_worker_ready =
 Answer get_root(Request&) {
   Reply reply;
   reply.content_type = "text/plain; charset=utf-8";
-  reply.body = on_worker_ready;
+  reply.body.append(index_text);
   return reply;
 }
 

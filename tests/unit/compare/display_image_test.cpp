@@ -62,12 +62,12 @@ TEST(ImageFile, GivesTheCodesOfEightAndSixteenBitsExactly) {
   const Image image = ramp();
   const ImageFile eight = read(image, Format::png), sixteen = read(image, Format::png16),
                   tiff = read(image, Format::tiff);
-  EXPECT_EQ(tiff.display.codes, sixteen.display.codes);
+  EXPECT_EQ(tiff.image.codes, sixteen.image.codes);
   EXPECT_EQ(tiff.kind, ImageFormat::tiff);
   for (std::size_t i = 0; i < image.rgb.size(); ++i) {
     const long double fraction = curve(std::fmin(std::fmax(image.rgb[i], 0.0F), 1.0F));
-    EXPECT_EQ(eight.display.codes[i], 257 * std::floor(255 * fraction + 0.5L));
-    EXPECT_EQ(sixteen.display.codes[i], std::floor(65535 * fraction + 0.5L));
+    EXPECT_EQ(eight.image.codes[i], 257 * std::floor(255 * fraction + 0.5L));
+    EXPECT_EQ(sixteen.image.codes[i], std::floor(65535 * fraction + 0.5L));
   }
 }
 
@@ -75,7 +75,7 @@ TEST(ImageFile, OfLightGetsTheCurve) {
   const Image image = ramp();
   const ImageFile file = read(image, Format::exr);
   EXPECT_EQ(file.kind, ImageFormat::openexr);
-  EXPECT_EQ(file.display.codes, to_display(image).codes);
+  EXPECT_EQ(file.image.codes, to_display(image).codes);
   EXPECT_EQ(read(image, Format::hdr).kind, ImageFormat::hdr);
 }
 
@@ -84,9 +84,9 @@ TEST(ImageFile, OfLossyKindsIsNearTheirImage) {
   for (const auto& [format, kind] : {std::pair{Format::jpg, ImageFormat::jpeg}, {Format::webp, ImageFormat::webp}}) {
     const ImageFile file = read(image, format);
     EXPECT_EQ(file.kind, kind);
-    EXPECT_EQ(file.display.width, 64u);
+    EXPECT_EQ(file.image.width, 64u);
     const float grey = to_display(image).codes[0];
-    for (const float code : file.display.codes) ASSERT_NEAR(code, grey, 2 * 257) << name(format);
+    for (const float code : file.image.codes) ASSERT_NEAR(code, grey, 2 * 257) << name(format);
   }
 }
 
@@ -96,7 +96,7 @@ TEST(ImageFile, WithAllItsLayersCanBeCompared) {
   image.alpha = image.layers.depth = std::vector<float>(256, 1);
   image.layers.normal = image.layers.albedo = three;
   image.layers.object_id = image.layers.samples = std::vector<std::uint32_t>(256, 7);
-  EXPECT_EQ(read(image, Format::exr).display.codes, to_display(ramp()).codes);
+  EXPECT_EQ(read(image, Format::exr).image.codes, to_display(ramp()).codes);
 }
 
 std::string refusal(std::vector<std::uint8_t> bytes, const TextureImageLimits& limits = compared_file_limits) {
