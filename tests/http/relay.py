@@ -1,4 +1,4 @@
-"""A port that stays while daemons behind it come and go, and that loses replies and connections when it is told to."""
+"""TCP relay on a fixed port in front of daemons that are restarted; it can drop responses and cut connections."""
 import contextlib
 import socket
 import threading
@@ -7,13 +7,13 @@ from tests.http.daemon import PATIENCE_S
 
 
 class Relay:
-    """Passes connections on to the port that `target()` gives. Use as a context manager."""
+    """Forwards connections to the port that `target()` returns. Use as a context manager."""
 
     def __init__(self, target):
         self.target = target
-        self.replies_to_lose = 0   # of submissions: the request arrives, its answer does not
-        self.cuts = 0              # connections that were open and are not any more
-        self.streams = []          # of events
+        self.responses_to_lose = 0  # to submissions: the request arrives, its response is dropped
+        self.cuts = 0               # event streams cut while they were open
+        self.streams = []           # open event streams
         self.listener = socket.create_server(("127.0.0.1", 0))
         self.port = self.listener.getsockname()[1]
         self.url = f"http://127.0.0.1:{self.port}"
@@ -26,8 +26,7 @@ class Relay:
         self.listener.shutdown(socket.SHUT_RDWR)
         self.listener.close()
 
-    def cut(self):
-        """All event streams there are."""
+    def cut_streams(self):
         streams, self.streams = self.streams, []
         for client in streams:
             with contextlib.suppress(OSError):
@@ -40,32 +39,32 @@ class Relay:
                 client, _ = self.listener.accept()
             except OSError:
                 return
-            threading.Thread(target=self.serve, args=(client,), daemon=True).start()
+            threading.Thread(target=self.forward, args=(client,), daemon=True).start()
 
-    def serve(self, client):
+    def forward(self, client):
         with client, contextlib.suppress(OSError):
             server = socket.create_connection(("127.0.0.1", self.target()), timeout=PATIENCE_S)
             with server:
                 lost = threading.Event()
-                back = threading.Thread(target=self.pass_back, args=(server, client, lost), daemon=True)
+                back = threading.Thread(target=self.forward_responses, args=(server, client, lost), daemon=True)
                 back.start()
-                while piece := client.recv(65536):
-                    if piece.startswith((b"POST /v1/jobs ", b"POST /v1/batches ")) and self.replies_to_lose > 0:
-                        self.replies_to_lose -= 1
+                while chunk := client.recv(65536):
+                    if chunk.startswith((b"POST /v1/jobs ", b"POST /v1/batches ")) and self.responses_to_lose > 0:
+                        self.responses_to_lose -= 1
                         lost.set()
-                    if piece.startswith(b"GET /v1/events "):
+                    if chunk.startswith(b"GET /v1/events "):
                         self.streams.append(client)
-                    server.sendall(piece)
+                    server.sendall(chunk)
                 server.shutdown(socket.SHUT_WR)
                 back.join()
 
     @staticmethod
-    def pass_back(server, client, lost):
+    def forward_responses(server, client, lost):
         with contextlib.suppress(OSError):
-            while piece := server.recv(65536):
+            while chunk := server.recv(65536):
                 if lost.is_set():
                     break
-                client.sendall(piece)
+                client.sendall(chunk)
         for end in (client, server):
             with contextlib.suppress(OSError):
                 end.shutdown(socket.SHUT_RDWR)

@@ -1,5 +1,4 @@
-"""Parts of whittle-submit alone: what values a --set means, which frames go together, and what it sends to a service,
-which is a stub here."""
+"""Modules of whittle-submit: sweeps, merge patches and batches, and the requests it sends (to a stub server)."""
 import http.server
 import json
 import os
@@ -14,19 +13,18 @@ import unittest
 from tests.support.whittle import SOURCE
 
 sys.path.insert(0, str(SOURCE / "api/client"))
-from whittle_submit.batches import NoPatch, batch_request, merge_patch, submissions  # pylint: disable=wrong-import-position
-from whittle_submit.frames import Frame  # pylint: disable=wrong-import-position
-from whittle_submit.sweep import BadSweep, read_sweep, with_value  # pylint: disable=wrong-import-position
+from whittle_submit.sweep import (  # pylint: disable=wrong-import-position
+    Frame, InputError, NoMergePatch, batch_request, group_frames, merge_patch, parse_sweep, with_value)
 
 SCRIPT = SOURCE / "api/client/whittle-submit"
 JOB_ID = "0190a000-0000-7000-8000-000000000001"
 
 
-class Sweeps(unittest.TestCase):
+class SweepParser(unittest.TestCase):
     def values(self, text):
-        return read_sweep("a=" + text)[1]
+        return parse_sweep("a=" + text)[1]
 
-    def test_of_a_range_have_both_ends_and_exact_steps(self):
+    def test_expands_ranges_with_both_ends_and_exact_steps(self):
         self.assertEqual(self.values("30..60:5"), [30, 35, 40, 45, 50, 55, 60])
         self.assertEqual(self.values("0..1:0.1"), [0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1])
         self.assertEqual(self.values("1..3"), [1, 2, 3])
@@ -36,38 +34,40 @@ class Sweeps(unittest.TestCase):
         self.assertEqual(self.values("5..5"), [5])
         self.assertEqual([type(value) for value in self.values("1..2:0.5")], [int, float, int])
 
-    def test_of_a_list_are_json_or_words(self):
+    def test_reads_lists_of_json_values_and_strings(self):
         self.assertEqual(self.values("1,2.5,-3"), [1, 2.5, -3])
         self.assertEqual(self.values("[0,1,6],[0,2,6]"), [[0, 1, 6], [0, 2, 6]])
         self.assertEqual(self.values("draft,fine"), ["draft", "fine"])
         self.assertEqual(self.values('"#ff0000",#00ff00,0.5,true'), ["#ff0000", "#00ff00", 0.5, True])
         self.assertEqual(self.values("7"), [7])
 
-    def test_that_lead_nowhere_or_too_far_are_refused(self):
+    def test_rejects_invalid_ranges_and_paths(self):
         for text in ("1..3:-1", "3..1:1", "1..2:0", "0..1e6"):
-            with self.assertRaises(BadSweep):
+            with self.assertRaises(InputError):
                 self.values(text)
         for text in ("a", "=1", "a..b=1", ".=1", "a=", "//=1"):
-            with self.assertRaises(BadSweep):
-                read_sweep(text)
+            with self.assertRaises(InputError):
+                parse_sweep(text)
 
-    def test_places_are_keys_with_dots_or_a_json_pointer(self):
-        self.assertEqual(read_sweep("objects.0.radius=1")[0], ("objects", "0", "radius"))
-        self.assertEqual(read_sweep("/materials/a~1b.c/color=1")[0], ("materials", "a/b.c", "color"))
+    def test_reads_paths_as_dotted_keys_or_json_pointers(self):
+        self.assertEqual(parse_sweep("objects.0.radius=1")[0], ("objects", "0", "radius"))
+        self.assertEqual(parse_sweep("/materials/a~1b.c/color=1")[0], ("materials", "a/b.c", "color"))
 
-    def test_are_set_in_a_copy_and_may_add_what_was_not_there(self):
+
+class WithValue(unittest.TestCase):
+    def test_sets_a_value_in_a_copy_and_adds_missing_members(self):
         scene = {"camera": {"fov": 40}, "objects": [{"radius": 1}, {"radius": 2}]}
         self.assertEqual(with_value(scene, ("camera", "fov"), 30), {**scene, "camera": {"fov": 30}})
         self.assertEqual(with_value(scene, ("objects", "1", "radius"), 3)["objects"], [{"radius": 1}, {"radius": 3}])
         self.assertEqual(with_value(scene, ("accuracy", "preset"), "fine")["accuracy"], {"preset": "fine"})
         self.assertEqual(scene, {"camera": {"fov": 40}, "objects": [{"radius": 1}, {"radius": 2}]})
         for path in (("objects", "2", "radius"), ("objects", "x"), ("camera", "fov", "deep")):
-            with self.assertRaises(KeyError):
+            with self.assertRaises(InputError):
                 with_value(scene, path, 1)
 
 
 def patched(target, patch):
-    """RFC 7396, section 2, as it is written there."""
+    """The algorithm of RFC 7396, section 2."""
     if not isinstance(patch, dict):
         return patch
     target = dict(target) if isinstance(target, dict) else {}
@@ -79,7 +79,7 @@ def patched(target, patch):
     return target
 
 
-class Patches(unittest.TestCase):
+class MergePatch(unittest.TestCase):
     def documents(self):
         generator = random.Random(1)
 
@@ -94,35 +94,37 @@ class Patches(unittest.TestCase):
         for _ in range(4000):
             yield {name: value(0) for name in "abc"}, {name: value(0) for name in "bcd"}
 
-    def test_make_of_a_document_the_other_unless_a_null_says_what_they_cannot(self):
-        told = 0
+    def test_produces_the_document_unless_it_assigns_null(self):
+        patches = 0
         for base, document in self.documents():
             try:
                 patch = merge_patch(base, document)
-            except NoPatch:
+            except NoMergePatch:
                 self.assertIn("null", json.dumps(document))
                 continue
             self.assertEqual(json.dumps(patched(base, patch), sort_keys=True), json.dumps(document, sort_keys=True))
-            told += 1
-        self.assertGreater(told, 500)
+            patches += 1
+        self.assertGreater(patches, 500)
 
-    def test_say_nothing_of_what_is_the_same(self):
+    def test_omits_equal_members(self):
         base = {"a": {"b": 1, "c": [1, 2]}, "d": {}}
         self.assertEqual(merge_patch(base, {"a": {"b": 2, "c": [1, 2]}, "d": {}}), {"a": {"b": 2}})
 
-    def frames(self, count, batch="orbit", **document):
-        return [Frame(f"{batch}-{i}", batch, {**document, "i": i}, str(i), {}) for i in range(count)]
 
-    def test_of_one_scene_go_together_up_to_what_a_request_holds(self):
+class Batches(unittest.TestCase):
+    def frames(self, count, scene="orbit", **document):
+        return [Frame(f"{scene}-{i}", scene, {**document, "i": i}, str(i), {}) for i in range(count)]
+
+    def test_hold_consecutive_frames_of_one_scene_up_to_the_limits_of_a_request(self):
         orbit, alone = self.frames(2500), self.frames(1, "alone")
-        self.assertEqual([len(batch) for batch in submissions(orbit + alone + self.frames(2, "zoom"))], [1000, 1000, 500, 1, 2])
-        self.assertEqual([frame for batch in submissions(orbit) for frame in batch], orbit)
+        self.assertEqual([len(batch) for batch in group_frames(orbit + alone + self.frames(2, "zoom"))], [1000, 1000, 500, 1, 2])
+        self.assertEqual([frame for batch in group_frames(orbit) for frame in batch], orbit)
         heavy = self.frames(70, text="x" * (1 << 20))
-        self.assertEqual([len(batch) for batch in submissions(heavy)], [63, 7], "of 64 MiB as documents")
-        self.assertEqual([len(batch) for batch in submissions([*orbit[:2], Frame("n", "orbit", {"i": None}, "n", {}), *orbit[2:4]])],
-                         [2, 3], "a null begins anew")
+        self.assertEqual([len(batch) for batch in group_frames(heavy)], [63, 7], "64 MiB of documents")
+        self.assertEqual([len(batch) for batch in group_frames([*orbit[:2], Frame("n", "orbit", {"i": None}, "n", {}), *orbit[2:4]])],
+                         [2, 3], "a null starts a batch")
 
-    def test_are_in_a_request_that_means_the_documents(self):
+    def test_reproduce_the_documents_from_scene_and_patches(self):
         documents = [{"camera": {"fov": fov}, "objects": [1, 2]} for fov in (30, 40, 50)]
         body = batch_request("orbit", documents)
         self.assertEqual([patched(body["scene"], patch) for patch in body["frames"]], documents)
@@ -130,25 +132,25 @@ class Patches(unittest.TestCase):
 
 
 class Stub(http.server.ThreadingHTTPServer):
-    """A service whose first answers to a submission are these (status, headers), and which then has the job fail."""
+    """A server that responds to the first submissions with the given (status, headers), and whose job then fails."""
 
-    def __init__(self, *answers):
+    def __init__(self, *responses):
         super().__init__(("127.0.0.1", 0), Handler)
-        self.answers = list(answers)
-        self.seen = []  # (method, path, headers, body)
+        self.responses = list(responses)
+        self.requests = []  # (method, path, headers, body)
 
 
 class Handler(http.server.BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
 
-    def answer(self):
+    def respond(self):
         body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
-        self.server.seen.append((self.command, self.path, dict(self.headers), body))
+        self.server.requests.append((self.command, self.path, dict(self.headers), body))
         status, headers = 200, {}
-        if self.command == "POST" and self.server.answers:
-            status, headers = self.server.answers.pop(0)
+        if self.command == "POST" and self.server.responses:
+            status, headers = self.server.responses.pop(0)
         job = {"id": JOB_ID, "state": "failed", "problem": {"code": "internal", "detail": "a stub", "errors": []}}
-        content = json.dumps({"detail": "not now"} if status >= 400 else job).encode()
+        content = json.dumps({"detail": "unavailable"} if status >= 400 else job).encode()
         if "?" in self.path:
             content = b'{"items": [], "next_cursor": null}'
         self.send_response(status)
@@ -157,48 +159,48 @@ class Handler(http.server.BaseHTTPRequestHandler):
         self.end_headers()
         self.wfile.write(content)
 
-    do_GET = do_POST = do_PUT = answer
+    do_GET = do_POST = do_PUT = respond
 
     def log_message(self, *_):
         pass
 
 
 class Requests(unittest.TestCase):
-    def submit(self, *arguments, answers=(), environment=None):
-        with tempfile.TemporaryDirectory() as name, Stub(*answers) as stub:
-            threading.Thread(target=stub.serve_forever, daemon=True).start()
-            folder = pathlib.Path(name)
-            (folder / "a.json").write_text('{"version": 1}', encoding="utf-8")
-            (folder / "key").write_text("from-a-file\n", encoding="utf-8")
+    def submit(self, *arguments, responses=(), environment=None):
+        with tempfile.TemporaryDirectory() as name, Stub(*responses) as stub:
+            threading.Thread(target=stub.serve_forever, args=(0.01,), daemon=True).start()
+            directory = pathlib.Path(name)
+            (directory / "a.json").write_text('{"version": 1}', encoding="utf-8")
+            (directory / "key").write_text("from-a-file\n", encoding="utf-8")
             done = subprocess.run(["/usr/bin/python3", SCRIPT, "a.json", "--server", f"http://127.0.0.1:{stub.server_port}/prefix/",
-                                   *arguments], cwd=folder, capture_output=True, text=True, check=False, timeout=120,
+                                   *arguments], cwd=directory, capture_output=True, text=True, check=False, timeout=120,
                                   env={**os.environ, **(environment or {})})
             stub.shutdown()
-            return done, stub.seen
+            return done, stub.requests
 
-    def test_carry_the_key_of_the_environment_or_the_file_to_below_the_servers_path(self):
+    def test_carry_the_key_of_the_environment_or_file_and_the_path_of_the_server(self):
         for arguments, environment, key in (((), {}, None), ((), {"WHITTLE_KEY": "from-outside"}, "Bearer from-outside"),
                                             (("--key-file", "key"), {"WHITTLE_KEY": "other"}, "Bearer from-a-file")):
-            done, seen = self.submit(*arguments, environment=environment)
+            done, requests = self.submit(*arguments, environment=environment)
             self.assertEqual(done.returncode, 1, done.stderr)
-            self.assertEqual({headers.get("Authorization") for _, _, headers, _ in seen}, {key})
-            self.assertEqual([path.partition("?")[0] for _, path, _, _ in seen],
+            self.assertEqual({headers.get("Authorization") for _, _, headers, _ in requests}, {key})
+            self.assertEqual([path.partition("?")[0] for _, path, _, _ in requests],
                              ["/prefix/v1/jobs", "/prefix/v1/events", "/prefix/v1/jobs", f"/prefix/v1/jobs/{JOB_ID}"])
             self.assertNotIn("from-", done.stderr + done.stdout)
 
-    def test_of_a_submission_carry_one_idempotency_key_however_often_they_are_repeated(self):
-        done, seen = self.submit(answers=[(503, {"Retry-After": "0"}), (429, {}), (502, {}), (202, {})])
-        posts = [(headers["Idempotency-Key"], body) for method, _, headers, body in seen if method == "POST"]
+    def test_repeat_a_submission_with_the_same_idempotency_key(self):
+        done, requests = self.submit(responses=[(503, {"Retry-After": "0"}), (429, {}), (502, {}), (202, {})])
+        posts = [(headers["Idempotency-Key"], body) for method, _, headers, body in requests if method == "POST"]
         self.assertEqual(len(posts), 4)
         self.assertEqual(len(set(posts)), 1)
-        self.assertIn("not now", done.stderr)
+        self.assertIn("unavailable", done.stderr)
         self.assertIn("a: internal: a stub", done.stderr)
 
-    def test_that_are_refused_for_the_key_end_it_without_blaming_the_scene(self):
+    def test_rejected_for_the_key_end_the_run_with_exit_code_3(self):
         for status in (401, 403):
-            done, _ = self.submit(answers=[(status, {})])
+            done, _ = self.submit(responses=[(status, {})])
             self.assertEqual(done.returncode, 3, done.stderr)
-            self.assertIn("does not take jobs from us", done.stderr)
+            self.assertIn("does not accept jobs", done.stderr)
 
 
 if __name__ == "__main__":

@@ -1,8 +1,4 @@
-"""The parts of whittle-submit, in the order of its data:
+"""whittle-submit: submits scenes to a Whittle service and downloads the images. Python 3.11, no packages.
 
-    arguments -> frames (documents, sweeps, files) -> run -> pictures, progress
-                                                    |-> submit (batches) -> state, server
-                                                    |-> watch (events) -> server
-
-Python 3 alone, no packages.
+    cli (options) -> sweep (frames, batches) -> run (state file, submission, waiting) -> server (HTTP, events)
 """

@@ -1,41 +1,52 @@
-"""The service over HTTP. A server that does not answer is waited for; what it refuses is told."""
-import hashlib
+"""HTTP client of the service: requests that are repeated until the server responds, and the stream of job events."""
 import http.client
 import json
 import os
+import shutil
 import time
 import urllib.parse
 
-TIMEOUT_S = 90        # of one reply; the service answers any of ours in seconds
-FIRST_PAUSE_S = 0.2
+from whittle_submit.sweep import file_digest
+
+TIMEOUT_S = 90         # of one response; the service responds to these requests in seconds
+STREAM_TIMEOUT_S = 40  # the service sends a keep-alive every 15 s
+FIRST_PAUSE_S = 0.2    # between attempts, doubled after each
 LONGEST_PAUSE_S = 10
-HASHES_MAX = 10_000   # of one question
-PAGE = 200            # jobs of one answer
+HASHES_MAX = 10_000    # limit of the service for one request
+PAGE_SIZE = 200        # jobs in one response
+CHUNK_BYTES = 1 << 20
 QUEUE_FULL = "urn:whittle:problem:queue_full"
 
 
-class ServerTrouble(Exception):
-    """A sentence that says why the server does not do what it is asked, now or ever."""
+class ServerError(Exception):
+    """The server does not respond or does not do what is requested; the message gives the reason."""
 
 
-class LostReply(Exception):
-    """The connection broke: the server may have done what it was asked, or not."""
-
-
-class Refused(ServerTrouble):
-    """The server understood, and will not: `status`, and its problem as sentences."""
+class Rejected(ServerError):
+    """The server rejected a request with `status`; the message is its problem document as text."""
 
     def __init__(self, status, problem):
         self.status = status
         errors = [f"{error['pointer']} {error['code']}: {error['detail']}" for error in problem.get("errors", [])]
         super().__init__("; ".join(errors) or problem.get("detail") or f"status {status}")
 
+    def is_gone(self):
+        return self.status in (404, 410)
 
-def labels_query(labels):
-    return [("label", f"{name}:{value}") for name, value in labels.items()]
+
+class ResponseLost(Exception):
+    """The connection broke: it is unknown if the server processed the request."""
 
 
-def problem_of(body):
+class StreamClosed(Exception):
+    """The stream broke, or the server closed it because it was read too slowly."""
+
+
+class StreamUnavailable(Exception):
+    """The server does not provide a stream at present."""
+
+
+def parse_problem(body):
     try:
         problem = json.loads(body)
         return problem if isinstance(problem, dict) else {}
@@ -44,183 +55,199 @@ def problem_of(body):
 
 
 class Server:
-    def __init__(self, url, key, patience_s, say):
-        self.url = url
-        self.base = url.path.rstrip("/")
+    """`report(message)` informs the user. A server that does not respond is tried again for `patience_s` seconds."""
+
+    def __init__(self, url, key, patience_s, report):
+        self.url, self.base = url, url.path.rstrip("/")
         self.headers = {"Authorization": f"Bearer {key}"} if key else {}
-        self.patience_s = patience_s
-        self.say = say  # a sentence for the user
+        self.patience_s, self.report = patience_s, report
         self.connection = None
 
-    # ---- one request, with patience
-
     def connect(self, timeout_s=TIMEOUT_S):
-        kind = http.client.HTTPSConnection if self.url.scheme == "https" else http.client.HTTPConnection
-        return kind(self.url.hostname, self.url.port, timeout=timeout_s)
+        scheme = http.client.HTTPSConnection if self.url.scheme == "https" else http.client.HTTPConnection
+        return scheme(self.url.hostname, self.url.port, timeout=timeout_s)
 
     def close(self):
         if self.connection:
             self.connection.close()
         self.connection = None
 
-    def request(self, method, path, body=None, headers=None, into=None, once=False, now_or_never=False):
-        """The reply's bytes or, with `into`, none: it takes them piece by piece, after a call with None. `body` is
-        bytes, or a function that opens a file to be sent. Repeated until the server has answered, unless `once`; with
-        `now_or_never` it is refused where there is no room for it now."""
-        start = pause = None
+    def request(self, method, path, body=None, headers=None, sink=None, repeat=True, wait_for_queue=True):
+        """Returns the response body, or writes it to the file `sink`. `body` is bytes, or a function that opens the file to
+        send. Without `repeat`, a broken connection raises ResponseLost; without `wait_for_queue`, a full queue raises
+        Rejected."""
+        deadline, pause = None, FIRST_PAUSE_S
         while True:
-            wait = None
-            is_fresh = self.connection is None
+            retry_after, is_reused = "", self.connection is not None
             try:
                 response = self.send(method, path, body, headers)
-                accepted = response.status in (200, 201, 202)
-                if into and accepted:
-                    self.receive(response, into)
-                    return b""
-                content = response.read()
-                if accepted:
-                    return content
-                problem = problem_of(content)
-                no_room = response.status == 429 or problem.get("type") == QUEUE_FULL
-                if response.status not in (408, 429, 502, 503, 504) or (now_or_never and no_room):
-                    raise Refused(response.status, problem)
-                why = problem.get("detail") or f"status {response.status}"
-                wait = response.headers.get("Retry-After", "")
-            except (OSError, http.client.HTTPException) as trouble:
+                if response.status in (200, 201, 202):
+                    return self.receive(response, sink) if sink else response.read()
+                problem = parse_problem(response.read())
+                is_full = response.status == 429 or problem.get("type") == QUEUE_FULL
+                if response.status not in (408, 429, 502, 503, 504) or (is_full and not wait_for_queue):
+                    raise Rejected(response.status, problem)
+                reason = problem.get("detail") or f"status {response.status}"
+                retry_after = response.headers.get("Retry-After", "")
+            except (OSError, http.client.HTTPException) as error:
                 self.close()
-                why = str(trouble) or type(trouble).__name__
-                if once:
-                    raise LostReply(why) from trouble
-                if not is_fresh:
-                    continue  # it had been idle, or the server was started anew
+                reason = str(error) or type(error).__name__
+                if not repeat:
+                    raise ResponseLost(reason) from error
+                if is_reused:
+                    continue  # the server closed an idle connection, or was restarted
             now = time.monotonic()
-            if start is None:
-                start, pause = now, FIRST_PAUSE_S
-                self.say(f"waiting for {self.url.geturl()}: {why}")
-            if now - start >= self.patience_s:
-                raise ServerTrouble(f"{self.url.geturl()} does not answer: {why}")
-            time.sleep(min(max(pause, float(wait) if wait and wait.isdecimal() else 0), LONGEST_PAUSE_S))
+            if deadline is None:
+                deadline = now + self.patience_s
+                self.report(f"waiting for {self.url.geturl()}: {reason}")
+            if now >= deadline:
+                raise ServerError(f"{self.url.geturl()} does not respond: {reason}")
+            time.sleep(min(max(pause, float(retry_after) if retry_after.isdecimal() else 0), LONGEST_PAUSE_S))
             pause = min(pause * 2, LONGEST_PAUSE_S)
 
     def send(self, method, path, body, headers):
-        if self.connection is None:
-            self.connection = self.connect()
-        opened = body() if callable(body) else None
+        self.connection = self.connection or self.connect()
+        file = body() if callable(body) else None
         try:
-            length = {"Content-Length": str(os.fstat(opened.fileno()).st_size)} if opened else {}
-            self.connection.request(method, self.base + path, body=opened or body,
+            length = {"Content-Length": str(os.fstat(file.fileno()).st_size)} if file else {}
+            self.connection.request(method, self.base + path, body=file or body,
                                     headers={**self.headers, **(headers or {}), **length})
             return self.connection.getresponse()
         finally:
-            if opened:
-                opened.close()
+            if file:
+                file.close()
 
     @staticmethod
-    def receive(response, into):
-        into(None)
-        expected = response.length
-        received = 0
-        while piece := response.read(1 << 20):
-            into(piece)
-            received += len(piece)
-        if expected is not None and received != expected:
-            raise http.client.IncompleteRead(b"", expected - received)
+    def receive(response, sink):
+        sink.seek(0)  # an earlier attempt may have written a part
+        sink.truncate()
+        shutil.copyfileobj(response, sink, CHUNK_BYTES)
+        if response.length:  # http.client does not report a body that ends early
+            raise http.client.IncompleteRead(b"", response.length)
 
-    def ask_json(self, method, path, body=None, headers=None, **how):
+    def request_json(self, method, path, body=None, headers=None, **options):
         if body is not None:
             headers = {"Content-Type": "application/json", **(headers or {})}
             body = json.dumps(body).encode()
-        content = self.request(method, path, body, headers, **how)
+        content = self.request(method, path, body, headers, **options)
         try:
             return json.loads(content)
-        except ValueError as trouble:
-            raise ServerTrouble(f"{self.url.geturl()}{path} answered no JSON: is this a Whittle service?") from trouble
+        except ValueError as error:
+            raise ServerError(f"{self.url.geturl()}{path}: the response is not JSON: is this a Whittle service?") from error
 
-    # ---- what is asked of it
-
-    def upload(self, files, told):
-        """Brings those of `files` (hash -> path) that are missing; `told(path)` before each."""
-        hashes = list(files)
-        for begin in range(0, len(hashes), HASHES_MAX):
-            reply = self.ask_json("POST", "/v1/assets/missing", {"sha256": hashes[begin:begin + HASHES_MAX]})
+    def upload(self, files):
+        """Uploads those of `files` (SHA-256 -> path) that the server does not have."""
+        digests = list(files)
+        for begin in range(0, len(digests), HASHES_MAX):
+            reply = self.request_json("POST", "/v1/assets/missing", {"sha256": digests[begin:begin + HASHES_MAX]})
             for digest in reply["missing"]:
-                told(files[digest])
+                self.report(f"uploading {files[digest]}")
                 try:
                     self.request("PUT", f"/v1/assets/{digest}", lambda d=digest: open(files[d], "rb"),
                                  {"Content-Type": "application/octet-stream"})
-                except Refused as refusal:
-                    raise ServerTrouble(f"{files[digest]}: {refusal}") from refusal
+                except Rejected as rejection:
+                    raise ServerError(f"{files[digest]}: {rejection}") from rejection
 
-    def submit(self, path, body, key, find, now_or_never=False):
-        """The reply: a job or a batch. Where it is lost `find()` looks for what it told before it is asked for again,
-        so that there are no two even if the service knows no Idempotency-Key."""
-        start = time.monotonic()
+    def submit(self, path, body, key, find, wait_for_queue=True):
+        """Returns the new job or batch. If the response is lost, `find()` searches for it before the request is repeated, so
+        that nothing is submitted twice even if the server ignores Idempotency-Key."""
+        deadline = time.monotonic() + self.patience_s
         while True:
             try:
-                return self.ask_json("POST", path, body, {"Idempotency-Key": key}, once=True,
-                                     now_or_never=now_or_never)
-            except LostReply as lost:
-                if found := find():  # waits until the server answers
+                return self.request_json("POST", path, body, {"Idempotency-Key": key}, repeat=False,
+                                         wait_for_queue=wait_for_queue)
+            except ResponseLost as lost:
+                if found := find():  # waits until the server responds
                     return found
-                if time.monotonic() - start > self.patience_s:
-                    raise ServerTrouble(f"{self.url.geturl()} takes no jobs: {lost}") from lost
+                if time.monotonic() > deadline:
+                    raise ServerError(f"{self.url.geturl()} does not accept jobs: {lost}") from lost
 
     def job(self, job_id):
-        """None when there is no such job any more."""
+        """Returns None if the job no longer exists."""
         try:
-            return self.ask_json("GET", f"/v1/jobs/{job_id}")
-        except Refused as refusal:
-            if refusal.status in (404, 410):
+            return self.request_json("GET", f"/v1/jobs/{job_id}")
+        except Rejected as rejection:
+            if rejection.is_gone():
                 return None
             raise
 
-    def labelled(self, labels):
-        """The newest job with all these labels, or None."""
-        return next(self.jobs_where(labels_query(labels), 1), None)
-
-    def all_labelled(self, labels):
-        return self.jobs_where(labels_query(labels))
-
-    def jobs_of_batch(self, batch_id):
-        return self.jobs_where([("batch", batch_id)])
-
-    def jobs_where(self, query, limit=PAGE):
-        """Jobs, the newest first, page by page."""
+    def jobs(self, labels=None, batch=None, page_size=PAGE_SIZE):
+        """Yields the jobs of a batch or with all of `labels`, newest first."""
+        query = [("batch", batch)] if batch else [("label", f"{name}:{value}") for name, value in labels.items()]
         cursor = []
         while cursor is not None:
-            fields = urllib.parse.urlencode([*query, ("limit", limit), *cursor], quote_via=urllib.parse.quote)
-            page = self.ask_json("GET", f"/v1/jobs?{fields}")
+            fields = urllib.parse.urlencode([*query, ("limit", page_size), *cursor], quote_via=urllib.parse.quote)
+            page = self.request_json("GET", f"/v1/jobs?{fields}")
             yield from page["items"]
             cursor = [("cursor", page["next_cursor"])] if page["next_cursor"] else None
 
-    def download(self, artifact, path):
-        """To `path`, whole and on the disk or not at all. False when the server has it no more."""
-        part = path.with_name(f".{path.name}.part")
-        with open(part, "wb") as file:
-            digest = None
+    def newest_job(self, labels):
+        return next(self.jobs(labels, page_size=1), None)
 
-            def take(piece):
-                nonlocal digest
-                if piece is None:  # from the start, after whatever broke off
-                    file.seek(0)
-                    file.truncate()
-                    digest = hashlib.sha256()
-                else:
-                    file.write(piece)
-                    digest.update(piece)
-            try:
-                self.request("GET", artifact["url"], into=take)
-                if digest.hexdigest() != artifact["sha256"]:
-                    raise ServerTrouble(f"{artifact['url']}: the bytes are not those that the job names")
+    def download(self, artifact, path):
+        """Writes the artifact to `path`, atomically and durably. Returns False if it no longer exists."""
+        part = path.with_name(f".{path.name}.part")
+        try:
+            with open(part, "wb") as file:
+                self.request("GET", artifact["url"], sink=file)
                 file.flush()
                 os.fsync(file.fileno())
-            except Refused as refusal:
-                part.unlink()
-                if refusal.status in (404, 410):
-                    return False
-                raise
-            except BaseException:
-                part.unlink(missing_ok=True)
-                raise
-        os.replace(part, path)
-        return True
+            if file_digest(part) != artifact["sha256"]:
+                raise ServerError(f"{artifact['url']}: the content does not match the SHA-256 of the job")
+            os.replace(part, path)
+            return True
+        except Rejected as rejection:
+            if rejection.is_gone():
+                return False
+            raise
+        finally:
+            part.unlink(missing_ok=True)
+
+
+class EventStream:
+    """Server-sent events of all jobs. A stream that is opened again resumes after the last event received."""
+
+    def __init__(self, server):
+        self.server = server
+        self.connection = self.response = self.last_id = None
+
+    def open(self):
+        """Returns True if the stream resumes. Raises StreamUnavailable, StreamClosed."""
+        self.close()
+        headers = {**self.server.headers, "Accept": "text/event-stream"}
+        if self.last_id is not None:
+            headers["Last-Event-ID"] = self.last_id
+        try:
+            self.connection = self.server.connect(STREAM_TIMEOUT_S)
+            self.connection.request("GET", self.server.base + "/v1/events", headers=headers)
+            self.response = self.connection.getresponse()
+            media_type = self.response.headers.get("Content-Type", "")
+            if self.response.status != 200 or not media_type.startswith("text/event-stream"):
+                self.response.read(1 << 16)  # closing with unread data would reset the connection
+                raise StreamUnavailable(f"status {self.response.status}, {media_type}")
+        except (OSError, http.client.HTTPException) as error:
+            raise StreamClosed(str(error)) from error
+        return self.last_id is not None
+
+    def close(self):
+        if self.connection:
+            self.connection.close()
+        self.connection = self.response = None
+
+    def next(self):
+        """Returns (type, data) of the next event: "state", "progress", "done", or "reset" if events were missed. Raises
+        StreamClosed."""
+        fields = {}
+        try:
+            while line := self.response.readline(1 << 16).decode():
+                if line != "\n":
+                    name, _, value = line.rstrip("\n").partition(": ")
+                    fields[name] = value
+                elif "event" in fields:
+                    self.last_id = fields.get("id", self.last_id)
+                    return fields["event"], json.loads(fields["data"])
+                else:
+                    fields = {}  # keep-alive
+        except (OSError, http.client.HTTPException, ValueError, KeyError) as error:
+            raise StreamClosed(str(error)) from error
+        raise StreamClosed("end of stream")
