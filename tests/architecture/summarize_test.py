@@ -1,4 +1,4 @@
-"""tests/run counts honestly: what its summary makes of what runners really print."""
+"""The summary of tests/run: cases counted in the output of each kind of runner."""
 import contextlib
 import io
 import json
@@ -17,19 +17,19 @@ UNITTEST = "Ran 7 tests in 0.1s\n\nOK (skipped=2)\n"
 UNITTEST_BAD = "Ran 7 tests in 0.1s\n\nFAILED (failures=1, errors=2, unexpected successes=1)\n"
 
 
-class Summary(unittest.TestCase):
+class Summarize(unittest.TestCase):
     def summary(self, *cases, more=()):
-        """Exit code and last line for ctest cases (output, passed?)."""
+        """Returns exit code and last line for ctest cases (output, passed)."""
         with tempfile.TemporaryDirectory() as name:
-            folder = pathlib.Path(name)
+            directory = pathlib.Path(name)
             tests = [{"name": f"t{i}", "properties": [{"name": "LABELS", "value": ["unit"]}]} for i in range(len(cases))]
-            (folder / "release.tests.json").write_text(json.dumps({"tests": tests}), encoding="utf-8")
+            (directory / "release.tests.json").write_text(json.dumps({"tests": tests}), encoding="utf-8")
             body = "".join(f'<testcase name="t{i}" status="{"run" if passed else "fail"}">'
                            f"<system-out>{escape(output)}</system-out></testcase>"
                            for i, (output, passed) in enumerate(cases))
-            (folder / "release.xml").write_text(f"<testsuite>{body}</testsuite>", encoding="utf-8")
+            (directory / "release.xml").write_text(f"<testsuite>{body}</testsuite>", encoding="utf-8")
             for file in more:
-                (folder / file).write_text("", encoding="utf-8")
+                (directory / file).write_text("", encoding="utf-8")
             printed = io.StringIO()
             with mock.patch.object(sys, "argv", ["summarize", name]), contextlib.redirect_stdout(printed):
                 code = summarize.main()
@@ -42,7 +42,7 @@ class Summary(unittest.TestCase):
     def test_counts_failures_errors_and_unexpected_successes(self):
         self.assertEqual(self.summary((GTEST_BAD, False), (UNITTEST_BAD, False)), (1, f"{3 + 3} passed, {1 + 4} failed"))
 
-    def test_counts_a_runner_that_died_as_a_failure_whatever_it_had_printed(self):
+    def test_counts_a_crashed_runner_as_a_failure(self):
         for output in ("", GTEST, UNITTEST, "replayed 3 inputs\n", "Segmentation fault"):
             code, line = self.summary((output, False))
             self.assertEqual(code, 1)
@@ -53,7 +53,7 @@ class Summary(unittest.TestCase):
         for output in (none, "Ran 0 tests in 0.0s\n\nOK\n", "replayed 0 inputs\n"):
             self.assertEqual(self.summary((output, True)), (1, "0 passed, 1 failed"))
 
-    def test_counts_a_build_that_failed_and_a_run_without_tests_as_failures(self):
+    def test_counts_a_failed_build_and_a_run_without_tests_as_failures(self):
         self.assertEqual(self.summary((GTEST, True), more=["tsan.not-built"]), (1, "5 passed, 1 failed"))
         self.assertEqual(self.summary(), (1, "0 passed, 1 failed"))
 

@@ -11,7 +11,7 @@ import unittest
 
 import numpy
 
-from tests.support import pictures
+from tests.support import images
 from tests.support.whittle import BIN, SCENES, scene, whittle
 
 ISSUE_LINE = re.compile(r"^#\S* [a-z_]+ \S.*$")
@@ -36,8 +36,8 @@ class Render(WithFolder):
     def test_writes_the_picture_as_png_and_exr_of_one_tracing(self):
         done = self.render(scene("tiny"), "a.png", "a.exr")
         self.assertEqual(done.returncode, 0, done.stderr)
-        png = pictures.read_png((self.folder / "a.png").read_bytes())
-        exr = pictures.read_exr((self.folder / "a.exr").read_bytes())
+        png = images.read_png((self.folder / "a.png").read_bytes())
+        exr = images.read_exr((self.folder / "a.exr").read_bytes())
         self.assertEqual(png.shape, (16, 16, 3))
         self.assertGreater(len(numpy.unique(png)), 10, "the picture shows next to nothing")
         numpy.testing.assert_array_equal(png, srgb_codes(exr))

@@ -7,7 +7,7 @@ import unittest
 
 import numpy
 
-from tests.support import pictures
+from tests.support import images
 from tests.support.whittle import SOURCE, scene, whittle
 
 CORPUS = SOURCE / "tests" / "fuzz" / "corpus" / "image"
@@ -47,7 +47,7 @@ class Diff(unittest.TestCase):
             outputs = [part for kind in kinds for part in ("-o", cls.folder / f"{name}.{kind}")]
             done = whittle("render", "-", "--quiet", *outputs, document=document)
             assert done.returncode == 0, done.stderr
-        cls.few, cls.many = (pictures.read_png((cls.folder / f"{name}.png").read_bytes()).astype(float)
+        cls.few, cls.many = (images.read_png((cls.folder / f"{name}.png").read_bytes()).astype(float)
                              for name in ("few", "many"))
 
     def diff(self, a, b, *options, **more):
@@ -127,7 +127,7 @@ class Diff(unittest.TestCase):
             found = self.figures("many.png", "few.png", "--heat", self.folder / "heat.png", *options)
             white = found["heat_white"]
             self.assertTrue(8 * found["rmse"] <= white < 16 * found["rmse"] if not options else white == 40, white)
-            heat = pictures.read_png((self.folder / "heat.png").read_bytes())
+            heat = images.read_png((self.folder / "heat.png").read_bytes())
             expected = cubehelix(numpy.minimum(1, abs(self.few - self.many).max(-1) / white))
             self.assertLessEqual(abs(heat - expected).max(), 1, "one code, where rounding falls the other way")
             self.assertLess((heat != expected).mean(), 0.01)

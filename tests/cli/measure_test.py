@@ -11,7 +11,7 @@ import time
 import unittest
 import xml.etree.ElementTree
 
-from tests.support import pictures
+from tests.support import images
 from tests.support.whittle import BIN, SCENES, scene, whittle
 
 TINY = ("--size", "32x24", "--reference-samples", "1024", "--threads", "2")
@@ -47,7 +47,7 @@ class Measure(unittest.TestCase):
     def test_leaves_a_picture_a_drawing_a_table_and_all_of_it_as_json(self):
         self.assertEqual(sorted(path.name for path in self.folder.iterdir()),
                          ["out.csv", "out.json", "out.png", "out.reference", "out.svg"])
-        self.assertEqual(pictures.read_png((self.folder / "out.png").read_bytes()).shape, (760, 1200, 3))
+        self.assertEqual(images.read_png((self.folder / "out.png").read_bytes()).shape, (760, 1200, 3))
         drawing = "".join(xml.etree.ElementTree.parse(self.folder / "out.svg").getroot().itertext())
         for words in ("target_error", "claimed", "nothing better", "for 4 levels: "):
             self.assertIn(words, drawing)

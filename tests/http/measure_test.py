@@ -8,7 +8,7 @@ import unittest
 import xml.etree.ElementTree
 
 from tests.http.daemon import Daemon, OneDaemon, json_of, scene, wait_until
-from tests.support.pictures import read_png
+from tests.support.images import read_png
 
 EXACT = {"knobs": ["samples"], "reference_samples": 16}
 STEPS = 8 + 4  # pictures of the reference, two samples each; 1, 4, 16 and 64 samples

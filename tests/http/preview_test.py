@@ -7,7 +7,7 @@ import unittest
 import numpy
 
 from tests.http.daemon import OneDaemon, json_of, long_scene, scene, wait_until
-from tests.support.pictures import read_png
+from tests.support.images import read_png
 
 NOBODY = "0190a000-0000-7000-8000-000000000001"
 LATER = {"run_after": "2099-01-01T00:00:00Z"}

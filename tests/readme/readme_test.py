@@ -8,7 +8,7 @@ import tempfile
 import unittest
 
 from tests.http.daemon import BIN, Daemon
-from tests.support import pictures
+from tests.support import images
 from tests.support.sources import SOURCE, text
 
 README = text("README.md")
@@ -39,7 +39,7 @@ class Readme(unittest.TestCase):
         return done.stdout
 
     def size_of(self, name):
-        height, width, _ = pictures.read_png((self.folder / name).read_bytes()).shape
+        height, width, _ = images.read_png((self.folder / name).read_bytes()).shape
         return width, height
 
     def test_submits_the_sphereflake_and_fetches_its_picture(self):
@@ -82,7 +82,7 @@ class Readme(unittest.TestCase):
     def test_renders_and_checks_on_the_command_line(self):
         self.assertRegex(self.run_block("whittle check"), r"^valid; needs:\n(  \w+ +#\S+\n)+$")
         self.assertEqual(self.size_of("cornell.png"), (512, 512))
-        self.assertEqual(pictures.read_exr((self.folder / "cornell.exr").read_bytes()).shape, (512, 512, 3))
+        self.assertEqual(images.read_exr((self.folder / "cornell.exr").read_bytes()).shape, (512, 512, 3))
 
     def test_compares_two_pictures(self):
         figures = self.run_block("whittle diff")

@@ -6,7 +6,7 @@ import unittest
 
 import numpy
 
-from tests.support import pictures
+from tests.support import images
 from tests.support.whittle import SCENES, scene, whittle
 
 NAMES = sorted(path.stem for path in SCENES.glob("*.json"))
@@ -50,8 +50,8 @@ class Gallery(unittest.TestCase):
             for shown in sorted((SCENES / "images").glob("*.png")):
                 done = whittle("render", SCENES / f"{shown.stem}.json", "-o", f"{folder}/{shown.name}")
                 self.assertEqual(done.returncode, 0, done.stderr)
-                now = pictures.read_png((pathlib.Path(folder) / shown.name).read_bytes()).astype(float)
-                kept = pictures.read_png(shown.read_bytes()).astype(float)
+                now = images.read_png((pathlib.Path(folder) / shown.name).read_bytes()).astype(float)
+                kept = images.read_png(shown.read_bytes()).astype(float)
                 # Another processor or C library may round another way, and tip single rays over an edge.
                 self.assertLess(numpy.sqrt(numpy.mean((now - kept) ** 2)), 1.0, f"{shown.name}: draw it again")
 

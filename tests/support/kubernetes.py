@@ -1,6 +1,6 @@
-"""The fields of Kubernetes' documents (API reference, 1.27) as far as docker/k8s uses their kinds; unknown ones are told.
+"""Schemas of the Kubernetes documents (API reference, 1.27) that docker/k8s uses; they reject unknown fields.
 
-A field that is mistyped is ignored by the cluster, and a probe or a limit is then not there.
+A cluster ignores a field whose name is misspelt, so that a probe or a limit would silently be missing.
 """
 import jsonschema
 
@@ -10,10 +10,10 @@ COUNT = {"type": "integer", "minimum": 0}
 FLAG = {"type": "boolean"}
 PORT = {"oneOf": [{"type": "integer", "minimum": 1, "maximum": 65535}, NAME]}
 QUANTITY = {"type": "string", "pattern": r"^\d+(\.\d+)?(m|k|M|G|T|Ki|Mi|Gi|Ti)?$"}
-WORDS = {"type": "object", "additionalProperties": {"type": "string"}}
+STRINGS = {"type": "object", "additionalProperties": {"type": "string"}}
 
 
-def some(item):
+def array_of(item):
     return {"type": "array", "items": item, "minItems": 1}
 
 
@@ -25,20 +25,20 @@ def fields(required=(), **known):
     return {"type": "object", "properties": known, "required": list(required), "additionalProperties": False}
 
 
-METADATA = fields(["name"], name=NAME, labels=WORDS, annotations=WORDS, namespace=NAME)
-SELECTOR = fields(["matchLabels"], matchLabels=WORDS)
+METADATA = fields(["name"], name=NAME, labels=STRINGS, annotations=STRINGS, namespace=NAME)
+SELECTOR = fields(["matchLabels"], matchLabels=STRINGS)
 PROBE = fields(["httpGet"], httpGet=fields(["path", "port"], path=TEXT, port=PORT, scheme=one_of("HTTP", "HTTPS")),
                periodSeconds=COUNT, timeoutSeconds=COUNT, failureThreshold=COUNT, initialDelaySeconds=COUNT)
 RESOURCES = fields(requests=fields(cpu=QUANTITY, memory=QUANTITY, storage=QUANTITY),
                    limits=fields(cpu=QUANTITY, memory=QUANTITY, storage=QUANTITY))
 CONTAINER = fields(
     ["name", "image", "resources", "securityContext", "startupProbe", "livenessProbe", "readinessProbe"],
-    name=NAME, image=TEXT, imagePullPolicy=one_of("IfNotPresent", "Always", "Never"), args=some(TEXT),
-    ports=some(fields(["containerPort"], name=NAME, containerPort=PORT, protocol=one_of("TCP", "UDP"))),
+    name=NAME, image=TEXT, imagePullPolicy=one_of("IfNotPresent", "Always", "Never"), args=array_of(TEXT),
+    ports=array_of(fields(["containerPort"], name=NAME, containerPort=PORT, protocol=one_of("TCP", "UDP"))),
     securityContext=fields(allowPrivilegeEscalation=FLAG, readOnlyRootFilesystem=FLAG,
-                           capabilities=fields(["drop"], drop=some(TEXT))),
+                           capabilities=fields(["drop"], drop=array_of(TEXT))),
     resources=RESOURCES, startupProbe=PROBE, livenessProbe=PROBE, readinessProbe=PROBE,
-    volumeMounts=some(fields(["name", "mountPath"], name=NAME, mountPath=TEXT, readOnly=FLAG, subPath=TEXT)))
+    volumeMounts=array_of(fields(["name", "mountPath"], name=NAME, mountPath=TEXT, readOnly=FLAG, subPath=TEXT)))
 VOLUME = fields(["name"], name=NAME, emptyDir=fields(sizeLimit=QUANTITY, medium=TEXT), configMap=fields(["name"], name=NAME),
                 secret=fields(["secretName"], secretName=NAME, optional=FLAG, defaultMode=COUNT),
                 persistentVolumeClaim=fields(["claimName"], claimName=NAME))
@@ -47,32 +47,33 @@ POD = fields(
     securityContext=fields(runAsNonRoot=FLAG, runAsUser=COUNT, runAsGroup=COUNT, fsGroup=COUNT,
                            fsGroupChangePolicy=one_of("Always", "OnRootMismatch"),
                            seccompProfile=fields(["type"], type=one_of("RuntimeDefault", "Localhost"))),
-    containers=some(CONTAINER), volumes=some(VOLUME))
-POLICY_PORTS = some(fields(["port"], port=PORT, protocol=one_of("TCP", "UDP")))
+    containers=array_of(CONTAINER), volumes=array_of(VOLUME))
+POLICY_PORTS = array_of(fields(["port"], port=PORT, protocol=one_of("TCP", "UDP")))
 KINDS = {
-    ("v1", "ConfigMap"): {"data": WORDS},
+    ("v1", "ConfigMap"): {"data": STRINGS},
     ("v1", "PersistentVolumeClaim"): {"spec": fields(
-        ["accessModes", "resources"], accessModes=some(one_of("ReadWriteOnce", "ReadWriteOncePod", "ReadWriteMany")),
+        ["accessModes", "resources"], accessModes=array_of(one_of("ReadWriteOnce", "ReadWriteOncePod", "ReadWriteMany")),
         resources=RESOURCES, storageClassName=NAME)},
     ("v1", "Service"): {"spec": fields(
-        ["selector", "ports"], selector=WORDS, type=one_of("ClusterIP", "NodePort", "LoadBalancer"),
-        ports=some(fields(["port"], name=NAME, port=PORT, targetPort=PORT, protocol=one_of("TCP", "UDP"))))},
+        ["selector", "ports"], selector=STRINGS, type=one_of("ClusterIP", "NodePort", "LoadBalancer"),
+        ports=array_of(fields(["port"], name=NAME, port=PORT, targetPort=PORT, protocol=one_of("TCP", "UDP"))))},
     ("apps/v1", "Deployment"): {"spec": fields(
         ["selector", "template"], replicas=COUNT, strategy=fields(["type"], type=one_of("Recreate", "RollingUpdate")),
-        selector=SELECTOR, template=fields(["metadata", "spec"], metadata=fields(["labels"], labels=WORDS, annotations=WORDS), spec=POD))},
+        selector=SELECTOR,
+        template=fields(["metadata", "spec"], metadata=fields(["labels"], labels=STRINGS, annotations=STRINGS), spec=POD))},
     ("networking.k8s.io/v1", "NetworkPolicy"): {"spec": fields(
-        ["podSelector", "policyTypes"], podSelector=SELECTOR, policyTypes=some(one_of("Ingress", "Egress")),
-        ingress=some(fields(ports=POLICY_PORTS)), egress=some(fields(ports=POLICY_PORTS)))},
+        ["podSelector", "policyTypes"], podSelector=SELECTOR, policyTypes=array_of(one_of("Ingress", "Egress")),
+        ingress=array_of(fields(ports=POLICY_PORTS)), egress=array_of(fields(ports=POLICY_PORTS)))},
     ("kustomize.config.k8s.io/v1beta1", "Kustomization"): {
-        "resources": some(TEXT), "labels": some(fields(["pairs"], pairs=WORDS, includeSelectors=FLAG))},
+        "resources": array_of(TEXT), "labels": array_of(fields(["pairs"], pairs=STRINGS, includeSelectors=FLAG))},
 }
 
 
 def check_document(document):
-    """What is wrong with it, each with where."""
+    """Returns the errors, each with its JSON pointer."""
     kind = (document.get("apiVersion"), document.get("kind"))
     if kind not in KINDS:
-        return [f"/: {kind} is not known here"]
+        return [f"/: {kind} is unknown"]
     metadata = {} if kind[1] == "Kustomization" else {"metadata": METADATA}
     schema = fields(["apiVersion", "kind", *metadata, *KINDS[kind]], apiVersion=TEXT, kind=TEXT, **metadata, **KINDS[kind])
     errors = jsonschema.Draft202012Validator(schema).iter_errors(document)

@@ -1,4 +1,4 @@
-"""The files of the repository, as git knows them."""
+"""Files that git tracks, and their text."""
 import os
 import pathlib
 import subprocess
@@ -7,7 +7,7 @@ SOURCE = pathlib.Path(os.environ.get("WHITTLE_SOURCE") or pathlib.Path(__file__)
 
 
 def tracked(*suffixes):
-    """Paths relative to the top, of the given suffixes (all when none): what a clone would hold."""
+    """Paths of a clone's files, relative to the top directory, with the given suffixes (without any: all files)."""
     listed = subprocess.run(["git", "-C", SOURCE, "-c", f"safe.directory={SOURCE}", "ls-files", "-z"], check=True,
                             capture_output=True, text=True).stdout
     paths = [pathlib.PurePosixPath(name) for name in listed.split("\0") if name and (SOURCE / name).is_file()]

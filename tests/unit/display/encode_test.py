@@ -5,7 +5,7 @@ import unittest
 
 import numpy
 
-from tests.support import pictures
+from tests.support import images
 
 
 def encode(kind, linear, *options, more=b""):
@@ -44,45 +44,45 @@ def straight_codes(linear, alpha, most):
 class Png(unittest.TestCase):
     def test_holds_the_srgb_code_of_every_value(self):
         linear = noise(37, 61)
-        numpy.testing.assert_array_equal(pictures.read_png(encode("png", linear)), srgb_codes(linear))
+        numpy.testing.assert_array_equal(images.read_png(encode("png", linear)), srgb_codes(linear))
 
     def test_holds_pictures_that_are_packed_in_several_strips(self):
         linear = noise(401, 307)
-        data = [content for kind, content in pictures.png_chunks(encode("png", linear)) if kind == b"IDAT"]
+        data = [content for kind, content in images.png_chunks(encode("png", linear)) if kind == b"IDAT"]
         self.assertGreater(len(data), 2)
-        numpy.testing.assert_array_equal(pictures.read_png(encode("png", linear)), srgb_codes(linear))
-        numpy.testing.assert_array_equal(pictures.read_png(encode("png16", linear)), srgb_codes(linear, 65535))
+        numpy.testing.assert_array_equal(images.read_png(encode("png", linear)), srgb_codes(linear))
+        numpy.testing.assert_array_equal(images.read_png(encode("png16", linear)), srgb_codes(linear, 65535))
         one_row = noise(1, 50_000)  # wider than a strip is meant to be
-        numpy.testing.assert_array_equal(pictures.read_png(encode("png", one_row)), srgb_codes(one_row))
+        numpy.testing.assert_array_equal(images.read_png(encode("png", one_row)), srgb_codes(one_row))
 
     def test_keeps_row_0_on_top_and_red_first(self):
         linear = numpy.zeros((2, 3, 3))
         linear[0, 0] = [1, 0, 0]
         linear[1, 2] = [0, 0, 1]
-        picture = pictures.read_png(encode("png", linear))
+        picture = images.read_png(encode("png", linear))
         self.assertEqual(picture[0, 0].tolist(), [255, 0, 0])
         self.assertEqual(picture[1, 2].tolist(), [0, 0, 255])
         self.assertEqual(int(picture.sum()), 2 * 255)
 
     def test_clamps_what_a_screen_cannot_show_and_shows_not_a_number_as_black(self):
         linear = numpy.array([[[-1, 2, numpy.nan], [numpy.inf, -numpy.inf, 1e30]]])
-        self.assertEqual(pictures.read_png(encode("png", linear))[0].tolist(), [[0, 255, 0], [255, 0, 255]])
+        self.assertEqual(images.read_png(encode("png", linear))[0].tolist(), [[0, 255, 0], [255, 0, 255]])
 
     def test_says_that_its_codes_are_srgb(self):
-        chunks = dict(pictures.png_chunks(encode("png", noise(2, 2))))
+        chunks = dict(images.png_chunks(encode("png", noise(2, 2))))
         self.assertIn(b"sRGB", chunks)
 
     def test_says_neither_when_nor_where_it_was_made(self):
-        kinds = {kind for kind, _ in pictures.png_chunks(encode("png", noise(2, 2)))}
+        kinds = {kind for kind, _ in images.png_chunks(encode("png", noise(2, 2)))}
         self.assertLessEqual(kinds, {b"IHDR", b"sRGB", b"gAMA", b"cHRM", b"oFFs", b"tEXt", b"IDAT", b"IEND"})
-        texts = [content for kind, content in pictures.png_chunks(encode("png", noise(2, 2))) if kind == b"tEXt"]
+        texts = [content for kind, content in images.png_chunks(encode("png", noise(2, 2))) if kind == b"tEXt"]
         self.assertLessEqual(set(texts), {b"oiio:ColorSpace\0sRGB"})
 
 
 class Exr(unittest.TestCase):
     def test_holds_every_float_bit_for_bit(self):
         linear = numpy.random.default_rng(2).integers(0, 1 << 32, (53, 41, 3), numpy.uint32).view(numpy.float32)
-        back = pictures.read_exr(encode("exr", linear))
+        back = images.read_exr(encode("exr", linear))
         numpy.testing.assert_array_equal(back.view(numpy.uint32), linear.view(numpy.uint32))
 
     def test_holds_smooth_pictures_too_where_its_blocks_are_packed(self):
@@ -90,10 +90,10 @@ class Exr(unittest.TestCase):
         linear = numpy.stack([x / 90, y / 70, 5 * x * y], axis=-1).astype(numpy.float32)
         data = encode("exr", linear)
         self.assertLess(len(data), linear.nbytes)
-        numpy.testing.assert_array_equal(pictures.read_exr(data), linear)
+        numpy.testing.assert_array_equal(images.read_exr(data), linear)
 
     def test_holds_no_time_of_day(self):
-        attributes, _ = pictures.exr_header(encode("exr", noise(2, 2)))
+        attributes, _ = images.exr_header(encode("exr", noise(2, 2)))
         self.assertEqual(attributes.get("capDate", ("string", b""))[1], b"")
         self.assertLessEqual(set(attributes), {"capDate", "channels", "compression", "dataWindow", "displayWindow",
                                                "lineOrder", "pixelAspectRatio", "screenWindowCenter",
@@ -103,15 +103,15 @@ class Exr(unittest.TestCase):
 class Alpha(unittest.TestCase):
     def test_is_straight_in_png_and_tiff(self):
         linear, alpha = premultiplied(23, 31)
-        for kind, most, read in (("png", 255, pictures.read_png), ("png16", 65535, pictures.read_png),
-                                 ("tiff", 65535, pictures.read_tiff)):
+        for kind, most, read in (("png", 255, images.read_png), ("png16", 65535, images.read_png),
+                                 ("tiff", 65535, images.read_tiff)):
             back = read(encode(kind, linear, "alpha", more=alpha.tobytes()))
             numpy.testing.assert_allclose(back.astype(int), straight_codes(linear, alpha, most).astype(int), atol=1,
                                           err_msg=kind)
 
     def test_premultiplies_in_exr(self):
         linear, alpha = premultiplied(23, 31)
-        channels = pictures.read_exr_channels(encode("exr", linear, "alpha", more=alpha.tobytes()))
+        channels = images.read_exr_channels(encode("exr", linear, "alpha", more=alpha.tobytes()))
         self.assertEqual(sorted(channels), ["A", "B", "G", "R"])
         numpy.testing.assert_array_equal(channels["A"], alpha)
         numpy.testing.assert_array_equal(channels["G"], linear[..., 1])
@@ -123,7 +123,7 @@ class Layers(unittest.TestCase):
         depth[3, 4] = numpy.inf
         ids = numpy.random.default_rng(5).integers(0, 1 << 32, (19, 33), numpy.uint32)
         more = depth.tobytes() + ids.tobytes() + error.tobytes()
-        channels = pictures.read_exr_channels(encode("exr", linear, "layers", more=more))
+        channels = images.read_exr_channels(encode("exr", linear, "layers", more=more))
         self.assertEqual(sorted(channels), ["B", "G", "R", "Z", "error", "object_id"])
         numpy.testing.assert_array_equal(channels["error"], error)
         numpy.testing.assert_array_equal(channels["Z"], depth)
@@ -134,11 +134,11 @@ class Layers(unittest.TestCase):
 class OtherFormats(unittest.TestCase):
     def test_of_16_bits_hold_the_srgb_code_of_every_value(self):
         linear = noise(37, 61)
-        numpy.testing.assert_array_equal(pictures.read_png(encode("png16", linear)), srgb_codes(linear, 65535))
+        numpy.testing.assert_array_equal(images.read_png(encode("png16", linear)), srgb_codes(linear, 65535))
 
     def test_radiance_holds_linear_values_to_a_common_exponent(self):
         linear = noise(37, 61) * 100
-        back, step = pictures.read_hdr(encode("hdr", linear))
+        back, step = images.read_hdr(encode("hdr", linear))
         self.assertLessEqual(float(numpy.max(numpy.abs(back - linear) / step[..., None])), 1.0)
 
     def test_a_jpeg_says_what_it_is_and_how_large(self):
@@ -151,9 +151,9 @@ class OtherFormats(unittest.TestCase):
     def test_a_tiff_holds_the_16_bit_code_of_every_value_and_no_time_of_day(self):
         linear = noise(37, 61)
         tiff = encode("tiff", linear)
-        numpy.testing.assert_array_equal(pictures.read_tiff(tiff), srgb_codes(linear, 65535))
-        self.assertNotIn(306, pictures.tiff_tags(tiff), "DateTime")
-        self.assertNotIn(305, pictures.tiff_tags(tiff), "Software")
+        numpy.testing.assert_array_equal(images.read_tiff(tiff), srgb_codes(linear, 65535))
+        self.assertNotIn(306, images.tiff_tags(tiff), "DateTime")
+        self.assertNotIn(305, images.tiff_tags(tiff), "Software")
 
     def test_a_webp_says_what_it_is_and_how_large(self):
         webp = encode("webp", noise(37, 61))
@@ -168,7 +168,7 @@ class OtherFormats(unittest.TestCase):
 
     def test_a_palette_leaves_so_many_colours_in_a_png_only(self):
         linear = noise(40, 40)
-        colors = numpy.unique(pictures.read_png(encode("png", linear, "palette")).reshape(-1, 3), axis=0)
+        colors = numpy.unique(images.read_png(encode("png", linear, "palette")).reshape(-1, 3), axis=0)
         self.assertEqual(len(colors), 16)
         self.assertEqual(encode("png16", linear, "palette"), encode("png16", linear))
 
@@ -178,9 +178,9 @@ class Both(unittest.TestCase):
         for shape in [(1, 1, 3), (1, 300, 3), (300, 1, 3), (17, 1, 3)]:
             with self.subTest(shape=shape):
                 linear = noise(shape[0], shape[1], seed=3)
-                numpy.testing.assert_array_equal(pictures.read_png(encode("png", linear)), srgb_codes(linear))
-                numpy.testing.assert_array_equal(pictures.read_exr(encode("exr", linear)), linear)
-                numpy.testing.assert_array_equal(pictures.read_tiff(encode("tiff", linear)), srgb_codes(linear, 65535))
+                numpy.testing.assert_array_equal(images.read_png(encode("png", linear)), srgb_codes(linear))
+                numpy.testing.assert_array_equal(images.read_exr(encode("exr", linear)), linear)
+                numpy.testing.assert_array_equal(images.read_tiff(encode("tiff", linear)), srgb_codes(linear, 65535))
 
     def test_give_equal_bytes_for_equal_pictures(self):
         for kind in ["png", "exr", "png16", "jpg", "hdr", "webp", "tiff"]:

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 import numpy
 
-from tests.support import pictures
+from tests.support import images
 
 SVG = "{http://www.w3.org/2000/svg}"
 BLUE, VERMILION = "#0072b2", "#d55e00"
@@ -172,7 +172,7 @@ class Png(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.picture = pictures.read_png(draw("png", *cls.LINES))
+        cls.picture = images.read_png(draw("png", *cls.LINES))
         cls.drawn = Drawn(*cls.LINES)
 
     def color_at(self, place):
@@ -199,10 +199,10 @@ class Png(unittest.TestCase):
     def test_is_drawn_of_any_text_and_without_points(self):
         nasty = b"<&> \xff \x01 \xed\xa0\x80"
         for lines in ([], [("title", nasty), ("x", nasty, "log"), *series(nasty, [(1, 1, nasty), ("nan", 0)])]):
-            self.assertEqual(pictures.read_png(draw("png", *lines)).shape, (640, 960, 3))
+            self.assertEqual(images.read_png(draw("png", *lines)).shape, (640, 960, 3))
 
     def test_has_at_least_320_x_240_pixels_and_at_most_8192_a_side(self):
-        self.assertEqual(pictures.read_png(draw("png", ("size", 0, 1))).shape, (240, 320, 3))
+        self.assertEqual(images.read_png(draw("png", ("size", 0, 1))).shape, (240, 320, 3))
         self.assertEqual(Drawn(("size", 4294967295, 300)).root.get("width"), "8192")
 
     def test_is_the_same_each_time(self):

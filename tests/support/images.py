@@ -1,9 +1,9 @@
-"""Readers for the picture files Whittle writes, independent of the libraries that wrote them.
+"""Readers for the image files that Whittle writes, independent of the libraries that wrote them.
 
 PNG (ISO/IEC 15948): 8- or 16-bit RGB or RGBA, not interlaced. EXR (OpenEXR file layout, 2.0): single-part scan lines,
-float channels, ZIP compression. TIFF (Adobe 1992, Revision 6.0): one strip of 16 bits, not compressed. Whatever else a
-file holds is refused, so a test that reads a picture also checks its kind. All return numpy arrays of shape (height,
-width, channels), row 0 on top.
+float channels, ZIP compression. TIFF (Adobe 1992, Revision 6.0): one strip of 16 bits, not compressed. Any other variant
+is rejected, so a test that reads an image also checks its format. All return numpy arrays of shape (height, width,
+channels), row 0 on top.
 """
 import struct
 import zlib
@@ -12,7 +12,7 @@ import numpy
 
 
 def png_chunks(data):
-    """[(type, content)] with every CRC checked and nothing after IEND."""
+    """Returns [(type, content)]. Checks every CRC, and that nothing follows IEND."""
     if data[:8] != b"\x89PNG\r\n\x1a\n":
         raise ValueError("not a PNG signature")
     chunks, at = [], 8
@@ -40,15 +40,15 @@ def _unfilter(kind, line, above, step):
         corner = int(above[i - step]) if i >= step else 0
         up = int(above[i])
         if kind == 1:
-            guess = left
+            predicted = left
         elif kind == 3:
-            guess = (left + up) // 2
+            predicted = (left + up) // 2
         elif kind == 4:
             p = left + up - corner
-            guess = min((abs(p - left), 0, left), (abs(p - up), 1, up), (abs(p - corner), 2, corner))[2]
+            predicted = min((abs(p - left), 0, left), (abs(p - up), 1, up), (abs(p - corner), 2, corner))[2]
         else:
             raise ValueError(f"filter {kind}")
-        out[i] = (int(line[i]) + guess) & 255
+        out[i] = (int(line[i]) + predicted) & 255
     return out
 
 
@@ -61,16 +61,16 @@ def read_png(data):
     step = channels * bits // 8
     packed = zlib.decompress(b"".join(content for kind, content in chunks if kind == b"IDAT"))
     lines = numpy.frombuffer(packed, numpy.uint8).reshape(height, 1 + step * width)
-    picture = numpy.zeros((height, step * width), numpy.uint8)
+    image = numpy.zeros((height, step * width), numpy.uint8)
     above = numpy.zeros(step * width, numpy.uint8)
     for y in range(height):
-        above = picture[y] = _unfilter(lines[y, 0], lines[y, 1:], above, step)
-    picture = picture if bits == 8 else picture.view(">u2").astype(numpy.uint16)
-    return picture.reshape(height, width, channels)
+        above = image[y] = _unfilter(lines[y, 0], lines[y, 1:], above, step)
+    image = image if bits == 8 else image.view(">u2").astype(numpy.uint16)
+    return image.reshape(height, width, channels)
 
 
 def exr_header(data):
-    """{name: (type, bytes)} and the offset of what follows it."""
+    """Returns {name: (type, bytes)} and the offset of the byte after the header."""
     if struct.unpack_from("<II", data) != (20000630, 2):
         raise ValueError("not a single-part scan line EXR")
     attributes, at = {}, 8
@@ -97,7 +97,7 @@ def _exr_channels(content):
 
 
 def _undo_zip(packed, size):
-    if len(packed) == size:  # a block that would grow is kept as it is
+    if len(packed) == size:  # a block that compression would enlarge is stored uncompressed
         return packed
     deltas = numpy.frombuffer(zlib.decompress(packed), numpy.uint8).astype(numpy.int64)
     deltas[1:] -= 128
@@ -108,7 +108,7 @@ def _undo_zip(packed, size):
 
 
 def read_exr_channels(data):
-    """{name: (height, width) array of float32 or uint32}"""
+    """Returns {name: (height, width) array of float32 or uint32}."""
     attributes, at = exr_header(data)
     if attributes["compression"][1] != b"\x03":
         raise ValueError("not ZIP compressed")
@@ -136,12 +136,12 @@ def read_exr(data):
 
 
 def read_hdr(data):
-    """Radiance RGBE: new run-length coding (Ward 1991, "Real pixels") or flat."""
+    """Radiance RGBE, run-length coded (Ward 1991, "Real Pixels") or flat. Returns the image and its quantisation steps."""
     head, _, body = data.partition(b"\n\n")
     size, _, body = body.partition(b"\n")
     words = size.split()
     if not head.startswith(b"#?R") or words[0] != b"-Y" or words[2] != b"+X":
-        raise ValueError("not a Radiance picture, row 0 on top")
+        raise ValueError("not a Radiance image with row 0 on top")
     height, width, at = int(words[1]), int(words[3]), 0
     codes = numpy.empty((height, 4, width), numpy.uint8)
     for y in range(height):
@@ -166,23 +166,21 @@ def read_hdr(data):
     return numpy.moveaxis(codes[:, :3] * scale[:, None], 1, 2), scale
 
 
-# ---- TIFF (Adobe 1992, Revision 6.0) -------------------------------------------------------------------------------
-
 def tiff_tags(data):
-    """The first directory of a little-endian file: tag -> its values."""
+    """Returns {tag: values} of the first directory of a little-endian file."""
     assert data[:4] == b"II*\0"
     start = struct.unpack_from("<I", data, 4)[0]
     tags = {}
     for entry in range(struct.unpack_from("<H", data, start)[0]):
         tag, kind, count, value = struct.unpack_from("<HHI4s", data, start + 2 + 12 * entry)
         code, size = {3: ("H", 2), 4: ("I", 4), 5: ("II", 8)}[kind]
-        place = value if size * count <= 4 else data[struct.unpack("<I", value)[0]:]
-        tags[tag] = struct.unpack_from("<" + code * count, place)
+        field = value if size * count <= 4 else data[struct.unpack("<I", value)[0]:]
+        tags[tag] = struct.unpack_from("<" + code * count, field)
     return tags
 
 
 def read_tiff(data):
-    """Pixels of an uncompressed RGB or RGBA file of 16 bits a channel: (height, width, channels)."""
+    """Uncompressed RGB or RGBA with 16 bits in a channel and straight alpha."""
     tags = tiff_tags(data)
     (width,), (height,), (channels,) = tags[256], tags[257], tags[277]
     assert list(tags) == sorted(tags), "entries must ascend"
