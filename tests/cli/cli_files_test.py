@@ -1,4 +1,4 @@
-"""What whittle leaves on the disk: the whole picture or nothing, also when the disk or the process fails half-way."""
+"""Files that whittle writes and reads: an image file is complete or absent, also if the disk or the process fails."""
 import json
 import os
 import pathlib
@@ -14,75 +14,75 @@ TINY = SCENES / "tiny.json"
 
 
 def failing(how):
-    """An environment in which file calls fail; see failing_files.cpp. The sanitizers want to be loaded first, and are
-    told that here they are not."""
+    """An environment in which file calls fail; see failing_files.cpp. AddressSanitizer expects to be the first library
+    and must not check that here."""
     asan = os.environ.get("ASAN_OPTIONS", "") + ":verify_asan_link_order=0"
     return {"LD_PRELOAD": str(BIN / "libfailing_files.so"), "FAILING_FILES": how, "ASAN_OPTIONS": asan}
 
 
-class PictureFile(unittest.TestCase):
+class ImageFile(unittest.TestCase):
     def setUp(self):
-        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
-        self.picture = self.folder / "a.png"
+        self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self.image = self.directory / "a.png"
 
     def render(self, *more, how=None):
-        return whittle("render", TINY, "-o", self.picture, *more, environment=failing(how) if how else None)
+        return whittle("render", TINY, "-o", self.image, *more, environment=failing(how) if how else None)
 
     def names(self):
-        return sorted(path.name for path in self.folder.iterdir())
+        return sorted(path.name for path in self.directory.iterdir())
 
-    def test_replaces_what_had_its_name(self):
-        self.picture.write_bytes(b"old")
+    def test_replaces_a_file_of_the_same_name(self):
+        self.image.write_bytes(b"old")
         self.assertEqual(self.render().returncode, 0)
-        self.assertTrue(self.picture.read_bytes().startswith(b"\x89PNG"))
+        self.assertTrue(self.image.read_bytes().startswith(b"\x89PNG"))
         self.assertEqual(self.names(), ["a.png"])
 
-    def test_has_the_permissions_the_user_gives_to_new_files(self):
+    def test_has_the_permissions_of_the_umask(self):
         old_mask = os.umask(0o027)
         self.addCleanup(os.umask, old_mask)
         for how in (None, "no_nameless"):
             with self.subTest(how=how):
                 self.assertEqual(self.render(how=how).returncode, 0)
-                self.assertEqual(stat.S_IMODE(self.picture.stat().st_mode), 0o640)
+                self.assertEqual(stat.S_IMODE(self.image.stat().st_mode), 0o640)
 
-    def test_appears_too_where_the_file_system_knows_no_nameless_files(self):
-        done = self.render("-o", self.folder / "a.exr", how="no_nameless")
+    def test_is_written_on_file_systems_without_o_tmpfile(self):
+        done = self.render("-o", self.directory / "a.exr", how="no_nameless")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(self.names(), ["a.exr", "a.png"])
         again = self.render(how="no_nameless")
         self.assertEqual(again.returncode, 0, again.stderr)
         self.assertEqual(self.names(), ["a.exr", "a.png"])
 
-    def test_keeps_its_old_content_when_the_disk_is_full(self):
-        self.picture.write_bytes(b"old")
-        done = self.render("-o", self.folder / "b.png", how="full")
+    def test_keeps_its_old_content_if_the_disk_is_full(self):
+        self.image.write_bytes(b"old")
+        done = self.render("-o", self.directory / "b.png", how="full")
         self.assertEqual(done.returncode, 3)
         self.assertIn(b"No space left on device", done.stderr)
-        self.assertEqual(self.picture.read_bytes(), b"old")
+        self.assertEqual(self.image.read_bytes(), b"old")
         self.assertEqual(self.names(), ["a.png"])
 
-    def test_is_not_there_when_the_process_is_killed_with_all_of_it_written(self):
+    def test_is_absent_if_the_process_is_killed_before_the_flush(self):
         self.assertEqual(self.render(how="kill_at_flush").returncode, -signal.SIGKILL)
         self.assertEqual(self.names(), [])
 
-    def test_keeps_its_old_content_when_the_process_is_killed_before_the_new_one_has_its_name(self):
-        self.picture.write_bytes(b"old")
+    def test_keeps_its_old_content_if_the_process_is_killed_before_the_rename(self):
+        self.image.write_bytes(b"old")
         self.assertEqual(self.render(how="kill_at_name").returncode, -signal.SIGKILL)
-        self.assertEqual(self.picture.read_bytes(), b"old")
+        self.assertEqual(self.image.read_bytes(), b"old")
 
-    def test_that_cannot_be_written_is_told_with_its_name_before_anything_is_traced(self):
-        (self.folder / "folder.png").mkdir()
-        for path in (self.folder / "none" / "a.png", self.folder / "folder.png", pathlib.Path("/proc/a.png"),
+    def test_that_cannot_be_written_is_reported_by_name_before_the_render(self):
+        (self.directory / "directory.png").mkdir()
+        for path in (self.directory / "none" / "a.png", self.directory / "directory.png", pathlib.Path("/proc/a.png"),
                      pathlib.Path("/dev/null/a.png")):
             with self.subTest(path=path):
-                done = whittle("render", TINY, "-o", path, "-o", self.picture)
+                done = whittle("render", TINY, "-o", path, "-o", self.image)
                 self.assertEqual((done.returncode, done.stdout), (3, b""))
                 self.assertRegex(done.stderr.decode(), rf"^whittle: cannot write {path}: .+\n$")
-        self.assertEqual(self.names(), ["folder.png"])
+        self.assertEqual(self.names(), ["directory.png"])
 
 
 class SceneFile(unittest.TestCase):
-    def test_that_cannot_be_read_is_told_with_its_name(self):
+    def test_that_cannot_be_read_is_reported_by_name(self):
         for path in ("/nowhere/scene.json", str(SCENES)):
             for command in (["check", path], ["render", path, "-o", "a.png"]):
                 with self.subTest(command=command):
@@ -93,26 +93,26 @@ class SceneFile(unittest.TestCase):
 
 class Assets(unittest.TestCase):
     def setUp(self):
-        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
 
     def rendered(self, name):
         document = scene("tiny")
         document["objects"][1]["material"] = {"color": {"file": name}}
-        (self.folder / "scene.json").write_text(json.dumps(document), encoding="utf-8")
-        return whittle("render", self.folder / "scene.json", "-o", self.folder / "out.png", timeout=20)
+        (self.directory / "scene.json").write_text(json.dumps(document), encoding="utf-8")
+        return whittle("render", self.directory / "scene.json", "-o", self.directory / "out.png", timeout=20)
 
-    def test_are_found_beside_the_scene_and_seen_in_the_picture(self):
-        shutil.copy(SCENES / "assets/tile.png", self.folder / "t.png")
+    def test_are_relative_to_the_scene_and_visible_in_the_image(self):
+        shutil.copy(SCENES / "assets/tile.png", self.directory / "t.png")
         done = self.rendered("t.png")
         self.assertEqual(done.returncode, 0, done.stderr)
-        tiled = (self.folder / "out.png").read_bytes()
-        whittle("render", SCENES / "tiny.json", "-o", self.folder / "plain.png")
-        self.assertNotEqual(tiled, (self.folder / "plain.png").read_bytes())
+        tiled = (self.directory / "out.png").read_bytes()
+        whittle("render", SCENES / "tiny.json", "-o", self.directory / "plain.png")
+        self.assertNotEqual(tiled, (self.directory / "plain.png").read_bytes())
 
-    def test_that_cannot_be_read_are_told_with_pointer_file_and_reason(self):
-        (self.folder / "empty.png").write_bytes(b"")
-        (self.folder / "text.png").write_text("no picture", encoding="utf-8")
-        os.mkfifo(self.folder / "pipe.png")
+    def test_that_cannot_be_read_are_reported_with_pointer_file_and_reason(self):
+        (self.directory / "empty.png").write_bytes(b"")
+        (self.directory / "text.png").write_text("no image", encoding="utf-8")
+        os.mkfifo(self.directory / "pipe.png")
         for name, reason in (("missing.png", "no such file"), ("empty.png", "is empty"), ("pipe.png", "no ordinary file"),
                              ("text.png", "no PNG, JPEG, OpenEXR or Radiance HDR file"), (".", "no ordinary file")):
             done = self.rendered(name)
@@ -120,30 +120,30 @@ class Assets(unittest.TestCase):
             line = done.stderr.decode().splitlines()[-1]
             self.assertTrue(line.startswith(f"#/objects/1/material/color/file bad_asset {name}: "), line)
             self.assertIn(reason, line)
-            self.assertFalse((self.folder / "out.png").exists())
+            self.assertFalse((self.directory / "out.png").exists())
 
     def with_mesh(self, command, mesh):
         document = scene("tiny")
         document["objects"].append({"type": "mesh", "material": {"color": [0.2, 0.7, 0.3]}, **mesh})
-        (self.folder / "scene.json").write_text(json.dumps(document), encoding="utf-8")
-        outputs = ["-o", self.folder / "out.png"] if command == "render" else []
-        return whittle(command, self.folder / "scene.json", *outputs, timeout=20)
+        (self.directory / "scene.json").write_text(json.dumps(document), encoding="utf-8")
+        outputs = ["-o", self.directory / "out.png"] if command == "render" else []
+        return whittle(command, self.directory / "scene.json", *outputs, timeout=20)
 
-    def test_that_are_meshes_give_the_picture_of_the_same_mesh_written_in_the_document(self):
-        (self.folder / "sail.obj").write_text("v 0 0.2 1\nv 1.2 0.4 1\nv 0.4 1.6 0.5\nf 1 2 3\n", encoding="utf-8")
+    def test_of_meshes_give_the_image_of_the_same_mesh_in_the_document(self):
+        (self.directory / "sail.obj").write_text("v 0 0.2 1\nv 1.2 0.4 1\nv 0.4 1.6 0.5\nf 1 2 3\n", encoding="utf-8")
         done = self.with_mesh("render", {"file": "sail.obj"})
         self.assertEqual(done.returncode, 0, done.stderr)
-        from_file = (self.folder / "out.png").read_bytes()
+        from_file = (self.directory / "out.png").read_bytes()
         self.with_mesh("render", {"positions": [[0, 0.2, 1], [1.2, 0.4, 1], [0.4, 1.6, 0.5]], "triangles": [[0, 1, 2]]})
-        self.assertEqual(from_file, (self.folder / "out.png").read_bytes())
-        whittle("render", SCENES / "tiny.json", "-o", self.folder / "plain.png")
-        self.assertNotEqual(from_file, (self.folder / "plain.png").read_bytes())
+        self.assertEqual(from_file, (self.directory / "out.png").read_bytes())
+        whittle("render", SCENES / "tiny.json", "-o", self.directory / "plain.png")
+        self.assertNotEqual(from_file, (self.directory / "plain.png").read_bytes())
 
-    def test_that_are_no_meshes_are_told_with_pointer_file_and_place(self):
-        (self.folder / "nan.obj").write_text("v 0 0 nan", encoding="utf-8")
-        (self.folder / "huge.ply").write_text("ply\nformat ascii 1.0\nelement face 999999999\n"
+    def test_that_are_no_meshes_are_reported_with_pointer_file_and_position(self):
+        (self.directory / "nan.obj").write_text("v 0 0 nan", encoding="utf-8")
+        (self.directory / "huge.ply").write_text("ply\nformat ascii 1.0\nelement face 999999999\n"
                                               "property list int int vertex_index\nend_header\n", encoding="utf-8")
-        (self.folder / "far.gltf").write_text('{"asset": {"version": "2.0"}, "buffers": [{"uri": "/etc/passwd"}]}',
+        (self.directory / "far.gltf").write_text('{"asset": {"version": "2.0"}, "buffers": [{"uri": "/etc/passwd"}]}',
                                               encoding="utf-8")
         for name, reason in (("missing.ply", "no such file"), ("nan.obj", "line 1: must be finite"),
                              ("huge.ply", "line 6: the file is too short"), ("far.gltf", "/buffers/0: must have")):

@@ -1,4 +1,4 @@
-"""whittle as a user meets it: what it answers, where it says it, and the exit codes scripts rely on."""
+"""The command line of whittle: output, streams and exit codes."""
 import json
 import os
 import pathlib
@@ -23,42 +23,42 @@ def srgb_codes(linear):
     return numpy.floor(255 * curve + 0.5).astype(numpy.uint8)
 
 
-class WithFolder(unittest.TestCase):
+class WithDirectory(unittest.TestCase):
     def setUp(self):
-        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
 
     def render(self, document, *names, options=()):
-        outputs = [part for name in names for part in ("-o", self.folder / name)]
+        outputs = [part for name in names for part in ("-o", self.directory / name)]
         return whittle("render", "-", *outputs, *options, document=document)
 
 
-class Render(WithFolder):
-    def test_writes_the_picture_as_png_and_exr_of_one_tracing(self):
+class Render(WithDirectory):
+    def test_writes_png_and_exr_of_one_image(self):
         done = self.render(scene("tiny"), "a.png", "a.exr")
         self.assertEqual(done.returncode, 0, done.stderr)
-        png = images.read_png((self.folder / "a.png").read_bytes())
-        exr = images.read_exr((self.folder / "a.exr").read_bytes())
+        png = images.read_png((self.directory / "a.png").read_bytes())
+        exr = images.read_exr((self.directory / "a.exr").read_bytes())
         self.assertEqual(png.shape, (16, 16, 3))
-        self.assertGreater(len(numpy.unique(png)), 10, "the picture shows next to nothing")
+        self.assertGreater(len(numpy.unique(png)), 10, "the image is nearly uniform")
         numpy.testing.assert_array_equal(png, srgb_codes(exr))
 
-    def test_reads_a_file_as_well_as_standard_input(self):
-        from_file = whittle("render", SCENES / "tiny.json", "-o", self.folder / "file.png")
+    def test_reads_a_file_or_standard_input(self):
+        from_file = whittle("render", SCENES / "tiny.json", "-o", self.directory / "file.png")
         self.assertEqual(from_file.returncode, 0, from_file.stderr)
         self.render(scene("tiny"), "input.png")
-        self.assertEqual((self.folder / "file.png").read_bytes(), (self.folder / "input.png").read_bytes())
+        self.assertEqual((self.directory / "file.png").read_bytes(), (self.directory / "input.png").read_bytes())
 
-    def test_gives_the_same_bytes_with_one_thread_two_and_five(self):
+    def test_writes_the_same_bytes_with_1_2_and_5_threads(self):
         document = scene("whitted", image={"width": 96, "height": 72}, accuracy={"samples": [4, 4]})
         bytes_of = {}
         for threads in (1, 2, 5):
             done = self.render(document, f"{threads}.png", f"{threads}.exr", options=("--threads", threads))
             self.assertEqual(done.returncode, 0, done.stderr)
-            bytes_of[threads] = [(self.folder / f"{threads}.{kind}").read_bytes() for kind in ("png", "exr")]
+            bytes_of[threads] = [(self.directory / f"{threads}.{kind}").read_bytes() for kind in ("png", "exr")]
         self.assertEqual(bytes_of[1], bytes_of[2])
         self.assertEqual(bytes_of[1], bytes_of[5])
 
-    def test_tells_its_figures_on_standard_error_and_nothing_on_standard_output(self):
+    def test_prints_the_summary_on_standard_error_and_nothing_on_standard_output(self):
         done = self.render(scene("tiny"), "a.png")
         figures = done.stderr.decode()
         self.assertEqual(done.stdout, b"")
@@ -70,35 +70,35 @@ class Render(WithFolder):
         self.assertEqual(rays["refraction"], 0)
         self.assertEqual(rays["all"], sum(rays.values()) - rays["all"])
         self.assertRegex(figures, r"time +parse [\d.]+ ms, build [\d.]+ ms, trace [\d.]+ ms, encode [\d.]+ ms\n")
-        self.assertIn(f"{self.folder}/a.png, {(self.folder / 'a.png').stat().st_size} bytes", figures)
+        self.assertIn(f"{self.directory}/a.png, {(self.directory / 'a.png').stat().st_size} bytes", figures)
 
-    def test_ends_with_its_time_budget_and_tells_the_error_that_is_left(self):
+    def test_ends_within_its_time_budget_and_prints_the_error(self):
         document = scene("cornell", image={"width": 96, "height": 72}, accuracy={"time_budget_ms": 200})
         done = self.render(document, "a.png")
         self.assertEqual(done.returncode, 0, done.stderr)
         rays = int(re.search(r"^camera +(\d+) rays", done.stderr.decode(), re.MULTILINE).group(1))
         self.assertGreaterEqual(rays, 96 * 72 // 256)
-        self.assertLess(rays, 4096 * 96 * 72 // 4, "that many there are to be had without a budget")
+        self.assertLess(rays, 4096 * 96 * 72 // 4, "a quarter of the samples without a budget")
         self.assertRegex(done.stderr.decode(), r"error +at most [0-9.]+ levels")
 
-    def test_reaches_a_target_and_says_so_or_says_that_it_did_not(self):
+    def test_prints_if_the_target_error_is_reached(self):
         image = {"width": 48, "height": 36}
         reached = self.render(scene("cornell", image=image, accuracy={"target_error": 2}), "a.png")
         self.assertRegex(reached.stderr.decode(), r"error +at most [01]\.[0-9]+ levels \(95 % sure\), 2 asked for\n")
         missed = self.render(scene("cornell", image=image, accuracy={"target_error": 0.1, "samples": [1, 4]}), "a.png")
         self.assertRegex(missed.stderr.decode(), r"0\.1 asked for and not reached")
 
-    def test_says_nothing_at_all_when_quiet(self):
+    def test_prints_nothing_with_quiet(self):
         done = self.render(scene("tiny"), "a.png", options=("--quiet",))
         self.assertEqual((done.returncode, done.stdout, done.stderr), (0, b"", b""))
 
-    def test_draws_no_progress_bar_where_standard_error_is_no_terminal(self):
+    def test_shows_no_progress_bar_without_a_terminal(self):
         done = self.render(scene("sphereflake", image={"width": 256, "height": 256}), "a.png")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertNotIn(b"\r", done.stderr)
         self.assertNotIn(b"\x1b", done.stderr)
 
-    def test_tells_all_issues_of_a_bad_scene_and_writes_nothing(self):
+    def test_prints_all_issues_of_an_invalid_scene_and_writes_nothing(self):
         document = scene("tiny", camera={"position": [0, 0, 0], "look_at": [0, 0, 0], "fov": 400}, colour=1)
         done = self.render(document, "a.png")
         self.assertEqual(done.returncode, 1)
@@ -106,27 +106,27 @@ class Render(WithFolder):
         self.assertGreaterEqual(len(lines), 3)
         for line in lines:
             self.assertRegex(line, ISSUE_LINE)
-        self.assertEqual(list(self.folder.iterdir()), [])
+        self.assertEqual(list(self.directory.iterdir()), [])
 
 
-class Interrupted(WithFolder):
-    """Renders that would take very long are stopped once their progress bar has shown that they are under way."""
+class Interruption(WithDirectory):
+    """Long renders that are stopped once their progress bar shows that they are running."""
 
     def stop_with(self, signal_number):
         document = scene("sphereflake", image={"width": 4096, "height": 2048}, accuracy={"samples": [1024, 1024]})
-        path = self.folder / "long.json"
+        path = self.directory / "long.json"
         path.write_text(json.dumps(document), encoding="utf-8")
-        (self.folder / "out").mkdir()
+        (self.directory / "out").mkdir()
         master, slave = pty.openpty()
-        process = subprocess.Popen([BIN / "whittle", "render", path, "-o", self.folder / "out" / "a.png",
-                                    "-o", self.folder / "out" / "a.exr"], stderr=slave, stdin=subprocess.DEVNULL)
+        process = subprocess.Popen([BIN / "whittle", "render", path, "-o", self.directory / "out" / "a.png",
+                                    "-o", self.directory / "out" / "a.exr"], stderr=slave, stdin=subprocess.DEVNULL)
         os.close(slave)
         shown = b""
         try:
             while b"%" not in shown:
                 shown += os.read(master, 4096)
             process.send_signal(signal_number)
-            while True:  # what is left, until the other side is closed
+            while True:  # the rest, until the process closes the terminal
                 try:
                     more = os.read(master, 4096)
                 except OSError:
@@ -140,23 +140,23 @@ class Interrupted(WithFolder):
             os.close(master)
         return process.returncode, shown.decode()
 
-    def test_by_ctrl_c_or_terminate_says_so_and_leaves_no_file(self):
+    def test_by_sigint_or_sigterm_is_reported_and_leaves_no_file(self):
         for signal_number in (signal.SIGINT, signal.SIGTERM):
-            with self.subTest(signal=signal_number), tempfile.TemporaryDirectory() as folder:
-                self.folder = pathlib.Path(folder)
+            with self.subTest(signal=signal_number), tempfile.TemporaryDirectory() as name:
+                self.directory = pathlib.Path(name)
                 code, shown = self.stop_with(signal_number)
                 self.assertEqual(code, 130, shown)
                 self.assertIn("interrupted; nothing was written", shown)
-                self.assertEqual(list((self.folder / "out").iterdir()), [])
+                self.assertEqual(list((self.directory / "out").iterdir()), [])
 
-    def test_by_kill_leaves_no_file(self):
+    def test_by_sigkill_leaves_no_file(self):
         code, _ = self.stop_with(signal.SIGKILL)
         self.assertEqual(code, -signal.SIGKILL)
-        self.assertEqual(list((self.folder / "out").iterdir()), [])
+        self.assertEqual(list((self.directory / "out").iterdir()), [])
 
 
 class Check(unittest.TestCase):
-    def test_of_a_valid_scene_tells_what_it_needs(self):
+    def test_prints_the_requirements_of_a_valid_scene(self):
         done = whittle("check", SCENES / "tiny.json")
         self.assertEqual((done.returncode, done.stderr), (0, b""))
         first, *needs = done.stdout.decode().splitlines()
@@ -165,7 +165,7 @@ class Check(unittest.TestCase):
                          {"reflection": "#/objects/0/material", "shadows": "#/lights/0", "spheres": "#/objects/0",
                           "planes": "#/objects/1"})
 
-    def test_tells_every_issue_in_a_line_of_pointer_code_and_sentence(self):
+    def test_prints_each_issue_as_a_line_of_pointer_code_and_message(self):
         document = scene("tiny")
         document["objects"][0]["radius"] = -1
         document["objects"][1]["material"] = "glas"
@@ -175,11 +175,11 @@ class Check(unittest.TestCase):
         lines = done.stdout.decode().splitlines()
         for line in lines:
             self.assertRegex(line, ISSUE_LINE)
-        told = {tuple(line.split(" ")[:2]) for line in lines}
-        self.assertEqual(told, {("#/objects/0/radius", "out_of_range"), ("#/lamps", "unknown_field"),
-                                ("#/objects/1/material", "unknown_reference")})
+        issues = {tuple(line.split(" ")[:2]) for line in lines}
+        self.assertEqual(issues, {("#/objects/0/radius", "out_of_range"), ("#/lamps", "unknown_field"),
+                                  ("#/objects/1/material", "unknown_reference")})
 
-    def test_keeps_a_pointer_one_word_and_an_issue_one_harmless_line_whatever_the_names_in_the_document(self):
+    def test_escapes_control_characters_and_spaces_in_pointers(self):
         document = scene("tiny")
         document["materials"] = {"my\nred \x1b[31m": {"ior": -1}}
         done = whittle("check", "-", document=document)
@@ -188,32 +188,32 @@ class Check(unittest.TestCase):
         (line,) = done.stdout.decode().splitlines()
         self.assertTrue(line.startswith("#/materials/my%0Ared%20%1B%5B31m/ior out_of_range "), line)
 
-    def test_tells_line_and_column_of_what_is_not_json(self):
+    def test_prints_line_and_column_of_a_json_error(self):
         done = whittle("check", "-", document='{\n  "version": 1,\n  oops\n}')
         self.assertEqual(done.returncode, 1)
         self.assertRegex(done.stdout.decode(), r"^line 3, column 3 not_json \S.*\n$")
 
-    def test_refuses_a_document_over_the_limit_without_reading_all_of_it(self):
+    def test_rejects_a_document_over_the_size_limit(self):
         done = whittle("check", "-", document=b"[" * ((64 << 20) + 1))
         self.assertEqual(done.returncode, 1)
         self.assertRegex(done.stdout.decode(), r"^# too_large \S.*\n$")
 
-    def test_tells_the_same_as_json_when_asked(self):
+    def test_prints_the_result_as_json_with_the_option_json(self):
         valid = whittle("check", "--json", SCENES / "tiny.json")
         self.assertEqual(valid.returncode, 0)
-        verdict = json.loads(valid.stdout)
-        self.assertEqual((verdict["valid"], verdict["errors"]), (True, []))
-        self.assertTrue(verdict["requirements"]["reflection"])
+        result = json.loads(valid.stdout)
+        self.assertEqual((result["valid"], result["errors"]), (True, []))
+        self.assertTrue(result["requirements"]["reflection"])
         for document, code in [('{"version": 2}', None), ("{", "not_json"), (b"[" * ((64 << 20) + 1), "too_large")]:
             bad = whittle("check", "-", "--json", document=document)
             self.assertEqual(bad.returncode, 1)
-            verdict = json.loads(bad.stdout)
-            self.assertFalse(verdict["valid"])
-            self.assertTrue(all(set(error) == {"pointer", "code", "detail"} for error in verdict["errors"]))
+            result = json.loads(bad.stdout)
+            self.assertFalse(result["valid"])
+            self.assertTrue(all(set(error) == {"pointer", "code", "detail"} for error in result["errors"]))
             if code:
-                self.assertEqual([error["code"] for error in verdict["errors"]], [code])
+                self.assertEqual([error["code"] for error in result["errors"]], [code])
 
-    def test_fails_when_its_answer_cannot_be_told(self):
+    def test_fails_if_its_output_cannot_be_written(self):
         with open("/dev/full", "wb") as full:
             done = subprocess.run([BIN / "whittle", "check", SCENES / "tiny.json"], stdout=full, check=False,
                                   timeout=300)
@@ -221,7 +221,7 @@ class Check(unittest.TestCase):
 
 
 class CommandLine(unittest.TestCase):
-    def test_told_wrongly_is_explained_with_exit_code_2(self):
+    def test_with_an_error_is_explained_with_exit_code_2(self):
         tiny = str(SCENES / "tiny.json")
         for arguments in [[], ["draw"], ["render"], ["render", tiny], ["render", tiny, "-o"], ["render", tiny, "-o", "a"],
                           ["render", tiny, "-o", "a.bmp"], ["render", tiny, "-o", "a.png", "-o", "a.png"],
@@ -235,14 +235,14 @@ class CommandLine(unittest.TestCase):
                 self.assertEqual((done.returncode, done.stdout), (2, b""))
                 self.assertRegex(done.stderr.decode(), r"^whittle: \S.*\nTry: whittle --help\n$")
 
-    def test_help_tells_commands_and_exit_codes_on_standard_output(self):
+    def test_help_prints_commands_and_exit_codes_on_standard_output(self):
         for arguments in (["--help"], ["-h"], ["render", "--help"], ["check", "scene.json", "--help"]):
             done = whittle(*arguments)
             self.assertEqual((done.returncode, done.stderr), (0, b""))
             for word in (b"whittle render", b"whittle check", b"Exit codes"):
                 self.assertIn(word, done.stdout)
 
-    def test_version_tells_the_build(self):
+    def test_version_prints_the_build(self):
         done = whittle("--version")
         self.assertEqual(done.returncode, 0)
         self.assertRegex(done.stdout.decode(), r"^whittle \d+\.\d+\.\d+(\+g[0-9a-f]+(-dirty)?)?\n$")

@@ -1,4 +1,4 @@
-"""whittle diff as a user meets it: figures that numpy finds too, formats, exit codes, and files that are none."""
+"""whittle diff: metrics compared with numpy, formats, exit codes and invalid files."""
 import json
 import math
 import pathlib
@@ -14,7 +14,7 @@ CORPUS = SOURCE / "tests" / "fuzz" / "corpus" / "image"
 
 
 def ssim(a, b):
-    """Wang et al. 2004 with the whole window at once; `a` and `b` are (height, width, 3) codes of 8 bits."""
+    """Wang et al. 2004, with whole windows; `a` and `b` are (height, width, 3) 8-bit code values."""
     weights = numpy.exp(-(numpy.arange(11) - 5.0) ** 2 / (2 * 1.5**2))
     window = numpy.outer(weights, weights) / weights.sum() ** 2
     views = [numpy.lib.stride_tricks.sliding_window_view(p @ [0.2126, 0.7152, 0.0722], (11, 11)) for p in (a, b)]
@@ -27,41 +27,41 @@ def ssim(a, b):
 
 
 def cubehelix(fraction):
-    """Green 2011 with its usual parameters, as codes of 8 bits."""
+    """Green 2011 with default parameters, as 8-bit code values."""
     angle = 2 * math.pi * (0.5 / 3 - 1.5 * fraction)
-    turn = numpy.stack([numpy.cos(angle), numpy.sin(angle)], -1) @ numpy.array(
+    rotation = numpy.stack([numpy.cos(angle), numpy.sin(angle)], -1) @ numpy.array(
         [[-0.14861, -0.29227, 1.97294], [1.78277, -0.90649, 0]])
-    color = fraction[..., None] + (fraction * (1 - fraction) / 2)[..., None] * turn
+    color = fraction[..., None] + (fraction * (1 - fraction) / 2)[..., None] * rotation
     return numpy.floor(255 * numpy.clip(color, 0, 1) + 0.5)
 
 
 class Diff(unittest.TestCase):
-    """A scene of 64 x 48 pixels, once with one sample in a pixel and once with many."""
+    """Two renders of a scene with 64 x 48 pixels: one sample for each pixel, and many."""
 
     @classmethod
     def setUpClass(cls):
-        cls.folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        cls.directory = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
         kinds = ("png", "16.png", "exr", "hdr", "jpg", "webp", "tiff")
         for name, samples in (("few", 1), ("many", 36)):
             document = scene("whitted", image={"width": 64, "height": 48}, accuracy={"samples": [samples, samples]})
-            outputs = [part for kind in kinds for part in ("-o", cls.folder / f"{name}.{kind}")]
+            outputs = [part for kind in kinds for part in ("-o", cls.directory / f"{name}.{kind}")]
             done = whittle("render", "-", "--quiet", *outputs, document=document)
             assert done.returncode == 0, done.stderr
-        cls.few, cls.many = (images.read_png((cls.folder / f"{name}.png").read_bytes()).astype(float)
+        cls.few, cls.many = (images.read_png((cls.directory / f"{name}.png").read_bytes()).astype(float)
                              for name in ("few", "many"))
 
     def diff(self, a, b, *options, **more):
-        return whittle("diff", *(name if name == "-" else self.folder / name for name in (a, b)), *options, **more)
+        return whittle("diff", *(name if name == "-" else self.directory / name for name in (a, b)), *options, **more)
 
     def figures(self, *arguments, code=0):
         done = self.diff(*arguments, "--json")
         self.assertEqual((done.returncode, done.stderr), (code, b""))
         return json.loads(done.stdout)
 
-    def test_finds_the_figures_that_numpy_finds(self):
+    def test_metrics_equal_those_of_numpy(self):
         found = self.figures("many.png", "few.png")
         difference = self.few - self.many
-        self.assertGreater(found["rmse"], 1, "the pictures are too alike to show anything")
+        self.assertGreater(found["rmse"], 1, "the images are too similar for the test")
         self.assertEqual((found["width"], found["height"]), (64, 48))
         self.assertAlmostEqual(found["rmse"], math.sqrt((difference**2).mean()), places=12)
         numpy.testing.assert_allclose(found["rmse_channel"], numpy.sqrt((difference**2).mean((0, 1))), rtol=1e-14)
@@ -71,18 +71,18 @@ class Diff(unittest.TestCase):
         self.assertAlmostEqual(found["ssim"], ssim(self.many, self.few), places=11)
         self.assertEqual(found["differing"], (abs(difference).max(-1) > 1).mean())
 
-    def test_lists_the_worst_pixels_with_their_place_and_values(self):
+    def test_lists_the_worst_pixels_with_position_and_values(self):
         worst = self.figures("many.png", "few.png", "--worst", "7")["worst"]
         most = abs(self.few - self.many).max(-1)
         self.assertEqual([pixel["difference"] for pixel in worst], sorted(most.ravel(), reverse=True)[:7])
         for pixel in worst:
-            place = pixel["y"], pixel["x"]
-            self.assertEqual(pixel["difference"], most[place])
-            self.assertEqual((pixel["a"], pixel["b"]), (self.many[place].tolist(), self.few[place].tolist()))
+            position = pixel["y"], pixel["x"]
+            self.assertEqual(pixel["difference"], most[position])
+            self.assertEqual((pixel["a"], pixel["b"]), (self.many[position].tolist(), self.few[position].tolist()))
         self.assertEqual(self.figures("many.png", "few.png", "--worst", "0")["worst"], [])
         self.assertEqual(len(self.figures("many.png", "few.png")["worst"]), 5)
 
-    def test_says_the_same_in_words(self):
+    def test_text_has_the_same_values_as_json(self):
         done = self.diff("many.png", "few.png", "--worst", "1")
         found = self.figures("many.png", "few.png")
         text, worst = done.stdout.decode(), found["worst"][0]
@@ -94,8 +94,8 @@ class Diff(unittest.TestCase):
         self.assertRegex(text, rf"\n +{worst['x']} +{worst['y']} +{worst['difference']:.2f} ")
         self.assertEqual((done.returncode, done.stderr), (0, b""))
 
-    def test_reads_every_format_that_render_writes_and_says_which_are_linear(self):
-        # What a format loses: rounding to codes, blocks of shared hue, mantissas of eight bits.
+    def test_reads_every_output_format_and_prints_which_are_linear(self):
+        # Losses of the formats: rounding to code values, chroma subsampling, mantissas of eight bits.
         for kind, name, linear, at_most in (("png", "PNG", False, 0.5), ("16.png", "PNG", False, 0.005),
                                             ("exr", "OpenEXR", True, 0), ("hdr", "Radiance HDR", True, 2),
                                             ("jpg", "JPEG", False, 10), ("webp", "WebP", False, 30),
@@ -104,17 +104,17 @@ class Diff(unittest.TestCase):
                 found = self.figures("many.exr", f"many.{kind}")
                 self.assertEqual(found["formats"], ["OpenEXR", name])
                 self.assertLessEqual(found["rmse"], at_most)
-                told = self.diff("many.exr", f"many.{kind}").stdout.decode().splitlines()[1]
+                output = self.diff("many.exr", f"many.{kind}").stdout.decode().splitlines()[1]
                 how = "linear: exposure 0, clamped, encoded as sRGB" if linear else "sRGB"
-                self.assertEqual(told, f"b          {self.folder}/many.{kind} ({name}, {how})")
+                self.assertEqual(output, f"b          {self.directory}/many.{kind} ({name}, {how})")
 
-    def test_of_equal_pictures_says_so(self):
+    def test_reports_equal_images(self):
         found = self.figures("few.png", "few.png", "--tolerance", "0")
         self.assertEqual((found["rmse"], found["psnr_db"], found["ssim"], found["worst"]), (0, None, 1, []))
         self.assertIs(found["within_tolerance"], True)
         self.assertIn(b"psnr       infinite: the pictures are equal\n", self.diff("few.png", "few.png").stdout)
 
-    def test_ends_with_1_only_when_the_error_is_above_the_tolerance(self):
+    def test_exit_code_is_1_only_if_the_error_exceeds_the_tolerance(self):
         rmse = self.figures("many.png", "few.png")["rmse"]
         for tolerance, code in ((repr(rmse), 0), (repr(math.nextafter(rmse, 0)), 1), ("1000", 0), ("0", 1)):
             found = self.figures("many.png", "few.png", "--tolerance", tolerance, code=code)
@@ -122,63 +122,63 @@ class Diff(unittest.TestCase):
         self.assertIn(b"verdict    rmse above the tolerance of 0.5 levels\n",
                       self.diff("many.png", "few.png", "--tolerance", "0.5").stdout)
 
-    def test_draws_the_heat_map_and_says_its_scale(self):
+    def test_writes_the_heat_map_and_prints_its_scale(self):
         for options in ((), ("--heat-white", "40")):
-            found = self.figures("many.png", "few.png", "--heat", self.folder / "heat.png", *options)
+            found = self.figures("many.png", "few.png", "--heat", self.directory / "heat.png", *options)
             white = found["heat_white"]
             self.assertTrue(8 * found["rmse"] <= white < 16 * found["rmse"] if not options else white == 40, white)
-            heat = images.read_png((self.folder / "heat.png").read_bytes())
+            heat = images.read_png((self.directory / "heat.png").read_bytes())
             expected = cubehelix(numpy.minimum(1, abs(self.few - self.many).max(-1) / white))
-            self.assertLessEqual(abs(heat - expected).max(), 1, "one code, where rounding falls the other way")
+            self.assertLessEqual(abs(heat - expected).max(), 1, "rounding differs by one code value at most")
             self.assertLess((heat != expected).mean(), 0.01)
-        told = self.diff("many.png", "few.png", "--heat", self.folder / "heat.png", "--heat-white", "40").stdout
-        self.assertIn(f"heat map   {self.folder}/heat.png: black 0, white 40 levels or more\n".encode(), told)
+        output = self.diff("many.png", "few.png", "--heat", self.directory / "heat.png", "--heat-white", "40").stdout
+        self.assertIn(f"heat map   {self.directory}/heat.png: black 0, white 40 levels or more\n".encode(), output)
 
-    def test_reads_one_of_the_pictures_from_standard_input(self):
-        done = self.diff("-", "few.png", "--json", document=(self.folder / "many.png").read_bytes())
+    def test_reads_one_of_the_images_from_standard_input(self):
+        done = self.diff("-", "few.png", "--json", document=(self.directory / "many.png").read_bytes())
         self.assertEqual(json.loads(done.stdout), self.figures("many.png", "few.png"))
 
-    def test_of_a_picture_too_small_for_the_window_has_no_ssim(self):
+    def test_has_no_ssim_of_images_smaller_than_the_window(self):
         found = self.figures(CORPUS / "good_rgb.png", CORPUS / "good_16_bit.png")
         self.assertIsNone(found["ssim"])
         self.assertIn(b"ssim       none", self.diff(CORPUS / "good_rgb.png", CORPUS / "good_rgb.png").stdout)
 
 
-class Trouble(unittest.TestCase):
+class Errors(unittest.TestCase):
     GOOD = CORPUS / "good_rgb.png"
 
     def setUp(self):
-        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
 
     def expect(self, code, sentence, *arguments, **more):
         done = whittle("diff", *arguments, **more)
         self.assertEqual((done.returncode, done.stdout), (code, b""), done.stderr)
         self.assertRegex(done.stderr.decode(errors="replace"), rf"(?m)^whittle: {sentence}")
 
-    def test_with_a_file_is_told_with_its_name_and_exit_code_2(self):
-        for arguments in ((self.folder / "none.png", self.GOOD), (self.GOOD, self.folder / "none.png")):
-            self.expect(2, rf"cannot read {self.folder}/none.png: No such file or directory\n", *arguments)
-        self.expect(2, rf"cannot read {self.folder}: Is a directory\n", self.folder, self.GOOD)
+    def test_of_a_file_are_reported_by_name_with_exit_code_2(self):
+        for arguments in ((self.directory / "none.png", self.GOOD), (self.GOOD, self.directory / "none.png")):
+            self.expect(2, rf"cannot read {self.directory}/none.png: No such file or directory\n", *arguments)
+        self.expect(2, rf"cannot read {self.directory}: Is a directory\n", self.directory, self.GOOD)
         self.expect(2, "- is no PNG, JPEG, TIFF, WebP, OpenEXR or Radiance HDR file\n", "-", self.GOOD, document=b"")
         text = SOURCE / "README.md"
         self.expect(2, rf"{text} is no PNG, JPEG, TIFF, WebP, OpenEXR or Radiance HDR file\n", text, self.GOOD)
-        cut = self.folder / "cut.png"
+        cut = self.directory / "cut.png"
         cut.write_bytes(self.GOOD.read_bytes()[:-20])
         self.expect(2, rf"{cut} is truncated: its last chunk is not within the file\n", cut, self.GOOD)
 
-    def test_with_any_broken_file_ends_with_exit_code_2_and_a_sentence(self):
-        readable = {"bad_nine_channels.exr", "bad_other_reader.tif"}  # only for textures are they bad
+    def test_of_every_corrupt_file_are_reported_with_exit_code_2(self):
+        readable = {"bad_nine_channels.exr", "bad_other_reader.tif"}  # invalid as textures only
         bad = [path for path in sorted(CORPUS.iterdir()) if path.name.startswith("bad_") and path.name not in readable]
         self.assertGreater(len(bad), 20)
         for path in bad:
             with self.subTest(path=path.name):
                 self.expect(2, rf"{path} \S.*\n", path, self.GOOD)
 
-    def test_with_different_sizes_is_told_with_both(self):
+    def test_of_different_sizes_are_reported_with_both_sizes(self):
         self.expect(2, r"the sizes differ: 8 x 4 and 640 x 480 pixels\n", self.GOOD,
                     SOURCE / "scenes" / "pictures" / "whitted.png")
 
-    def test_with_the_command_line_is_told_with_exit_code_2(self):
+    def test_of_the_command_line_are_reported_with_exit_code_2(self):
         good = str(self.GOOD)
         for sentence, *arguments in (
                 ("which pictures\\? Give two files",), ("which pictures\\? Give two files", good),
@@ -197,7 +197,7 @@ class Trouble(unittest.TestCase):
             with self.subTest(arguments=arguments):
                 self.expect(2, sentence, *arguments)
 
-    def test_with_the_heat_map_is_told_with_exit_code_3(self):
+    def test_of_the_heat_map_are_reported_with_exit_code_3(self):
         self.expect(3, "cannot write /proc/heat.png: ", self.GOOD, self.GOOD, "--heat", "/proc/heat.png")
 
 

@@ -1,4 +1,4 @@
-"""whittle measure as a user meets it: its files, its table, and how it goes on after an interruption."""
+"""whittle measure: files, table, and continuation after an interruption."""
 import csv
 import json
 import os
@@ -17,10 +17,10 @@ from tests.support.whittle import BIN, SCENES, scene, whittle
 TINY = ("--size", "32x24", "--reference-samples", "1024", "--threads", "2")
 
 
-class WithFolder(unittest.TestCase):
+class WithDirectory(unittest.TestCase):
     def setUp(self):
-        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
-        self.name = self.folder / "out"
+        self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self.name = self.directory / "out"
 
     def measure(self, *options, document=None, path="-"):
         return whittle("measure", path, "-o", self.name, *options, document=document)
@@ -30,33 +30,33 @@ class WithFolder(unittest.TestCase):
 
 
 class Measure(unittest.TestCase):
-    """One measurement of a scene that reflects; the tests look at what it left."""
+    """One measurement of a reflecting scene, whose files the tests read."""
 
     @classmethod
     def setUpClass(cls):
-        cls.folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        cls.directory = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
         cls.document = scene("tiny")
-        cls.done = whittle("measure", "-", "-o", cls.folder / "out", *TINY, document=cls.document)
+        cls.done = whittle("measure", "-", "-o", cls.directory / "out", *TINY, document=cls.document)
         assert cls.done.returncode == 0, cls.done.stderr
-        cls.result = json.loads((cls.folder / "out.json").read_text(encoding="utf-8"))
+        cls.result = json.loads((cls.directory / "out.json").read_text(encoding="utf-8"))
         cls.points = {(point["knob"], point["value"]): point for point in cls.result["points"]}
 
     def series(self, knob, what=lambda point: point["error"]):
         return [what(point) for point in self.result["points"] if point["knob"] == knob]
 
-    def test_leaves_a_picture_a_drawing_a_table_and_all_of_it_as_json(self):
-        self.assertEqual(sorted(path.name for path in self.folder.iterdir()),
+    def test_writes_png_svg_csv_and_json(self):
+        self.assertEqual(sorted(path.name for path in self.directory.iterdir()),
                          ["out.csv", "out.json", "out.png", "out.reference", "out.svg"])
-        self.assertEqual(images.read_png((self.folder / "out.png").read_bytes()).shape, (760, 1200, 3))
-        drawing = "".join(xml.etree.ElementTree.parse(self.folder / "out.svg").getroot().itertext())
+        self.assertEqual(images.read_png((self.directory / "out.png").read_bytes()).shape, (760, 1200, 3))
+        drawing = "".join(xml.etree.ElementTree.parse(self.directory / "out.svg").getroot().itertext())
         for words in ("target_error", "claimed", "nothing better", "for 4 levels: "):
             self.assertIn(words, drawing)
 
-    def test_tells_the_same_in_csv_json_and_on_standard_output(self):
-        with open(self.folder / "out.csv", encoding="utf-8", newline="") as file:
+    def test_csv_json_and_standard_output_have_the_same_values(self):
+        with open(self.directory / "out.csv", encoding="utf-8", newline="") as file:
             rows = list(csv.DictReader(file))
         self.assertEqual(len(rows), len(self.result["points"]))
-        told = self.done.stdout.decode()
+        output = self.done.stdout.decode()
         for index, (row, point) in enumerate(zip(rows, self.result["points"])):
             self.assertEqual((row["knob"], row["value"]), (point["knob"], point["value"]))
             for column, value in (("seconds", point["seconds"]), ("error", point["error"]),
@@ -64,11 +64,11 @@ class Measure(unittest.TestCase):
                 self.assertAlmostEqual(float(row[column]), value, delta=1e-8 * abs(value))
             self.assertEqual(int(row["camera"]), point["rays"]["camera"])
             self.assertEqual(row["front"] == "1", index in self.result["front"])
-            self.assertRegex(told, rf"(?m)^[* ] {point['knob']} {re.escape(point['value'])}.* {point['error']:.4f} ")
+            self.assertRegex(output, rf"(?m)^[* ] {point['knob']} {re.escape(point['value'])}.* {point['error']:.4f} ")
         for sentence in self.result["advice"]:
-            self.assertIn(f"- {sentence}\n", told)
+            self.assertIn(f"- {sentence}\n", output)
 
-    def test_turns_every_knob_that_the_scene_has(self):
+    def test_varies_every_parameter_that_the_scene_has(self):
         self.assertEqual(self.series("target_error", lambda point: point["value"]),
                          ["8", "4", "2", "1", "0.5", "0.25"])
         self.assertEqual(self.series("samples", lambda point: point["value"]), ["1", "4", "16", "64"])
@@ -76,7 +76,7 @@ class Measure(unittest.TestCase):
         self.assertIn(("approximate", "shadows: none"), self.points)
         self.assertNotIn(("approximate", "lights: nearest-1"), self.points)
 
-    def test_finds_less_error_and_more_rays_the_finer_a_knob_is_set(self):
+    def test_finer_settings_have_less_error_and_more_rays(self):
         self.assertEqual(self.series("samples"), sorted(self.series("samples"), reverse=True))
         for knob in ("samples", "max_depth", "cutoff"):
             rays = self.series(knob, lambda point: sum(point["rays"].values()))
@@ -84,7 +84,7 @@ class Measure(unittest.TestCase):
         samples = self.series("target_error", lambda point: point["samples"]["mean"])
         self.assertEqual(samples, sorted(samples))
 
-    def test_has_a_front_of_points_that_no_other_beats(self):
+    def test_front_contains_the_points_that_no_other_dominates(self):
         points = self.result["points"]
         front = [points[index] for index in self.result["front"]]
         self.assertGreater(len(front), 1)
@@ -95,49 +95,49 @@ class Measure(unittest.TestCase):
             self.assertTrue([point for point in front
                              if point["seconds"] <= other["seconds"] and point["error"] <= other["error"]])
 
-    def test_tells_settings_that_a_document_renders_the_same_with(self):
+    def test_settings_of_a_point_reproduce_its_render(self):
         for key in (("target_error", "1"), ("cutoff", "0.1"), ("max_depth", "1"), ("approximate", "shadows: none")):
             point = self.points[key]
             document = {**self.document, "image": {"width": 32, "height": 24}, "accuracy": point["settings"]}
-            done = whittle("render", "-", "-o", self.folder.parent / f"{self.folder.name}.png", document=document)
-            (self.folder.parent / f"{self.folder.name}.png").unlink()
+            done = whittle("render", "-", "-o", self.directory.parent / f"{self.directory.name}.png", document=document)
+            (self.directory.parent / f"{self.directory.name}.png").unlink()
             rays = {kind: int(count) for kind, count in re.findall(r"(?m)^(\w+) +(\d+) rays", done.stderr.decode())}
             self.assertEqual({kind: rays[kind] for kind in point["rays"]}, point["rays"], key)
 
-    def test_finds_the_error_that_a_comparison_with_a_converged_picture_finds(self):
+    def test_error_equals_the_difference_from_a_converged_image(self):
         many = {"samples": [1024, 1024], "seed": 99}
-        folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
         for key in (("samples", "1"), ("samples", "4"), ("target_error", "2"), ("approximate", "shadows: none")):
             for name, accuracy in (("few", self.points[key]["settings"]), ("many", many)):
                 document = {**self.document, "image": {"width": 32, "height": 24}, "accuracy": accuracy}
-                done = whittle("render", "-", "-o", folder / f"{name}.exr", "--quiet", document=document)
+                done = whittle("render", "-", "-o", directory / f"{name}.exr", "--quiet", document=document)
                 self.assertEqual(done.returncode, 0, done.stderr)
-            found = json.loads(whittle("diff", folder / "many.exr", folder / "few.exr", "--json").stdout)
+            found = json.loads(whittle("diff", directory / "many.exr", directory / "few.exr", "--json").stdout)
             self.assertAlmostEqual(self.points[key]["error"], found["rmse"], delta=0.1 * found["rmse"], msg=key)
 
-    def test_finds_the_error_that_a_cheaper_model_makes(self):
+    def test_error_includes_that_of_a_cheaper_model(self):
         baseline = self.points["samples", "16"]["error"]
         self.assertGreater(self.points["approximate", "shadows: none"]["error"], 3 * baseline)
         self.assertGreater(self.points["max_depth", "1"]["error"], 0)
 
-    def test_knows_the_error_of_its_reference(self):
+    def test_contains_the_error_of_its_reference(self):
         reference = self.result["reference"]
         self.assertTrue(0 < reference["samples"] <= 1024)
         self.assertTrue(0 < reference["error"] < self.points["samples", "4"]["error"])
 
 
-class GoingOn(WithFolder):
+class Continuation(WithDirectory):
     KNOBS = ("--knobs", "samples,target_error")
 
-    def test_measures_nothing_twice(self):
+    def test_measures_no_point_twice(self):
         self.assertEqual(self.measure(*TINY, "--knobs", "samples", document=scene("tiny")).returncode, 0)
         before = self.result()["points"]
         self.assertEqual(self.measure(*TINY, *self.KNOBS, document=scene("tiny")).returncode, 0)
         after = [point for point in self.result()["points"] if point["knob"] == "samples"]
-        self.assertEqual(after, before, "seconds and all: they were not measured again")
+        self.assertEqual(after, before, "measured again")
         self.assertEqual(len(self.result()["points"]), 10)
 
-    def test_starts_over_for_another_scene_and_says_so(self):
+    def test_restarts_for_another_scene_and_reports_it(self):
         self.measure(*TINY, "--knobs", "samples", document=scene("tiny"))
         before = self.result()
         done = self.measure(*TINY, "--knobs", "samples", document=scene("tiny", ambient=0.9))
@@ -145,8 +145,8 @@ class GoingOn(WithFolder):
         self.assertNotEqual(self.result()["key"], before["key"])
         self.assertNotEqual(self.result()["points"][0]["error"], before["points"][0]["error"])
 
-    def test_after_an_interruption_goes_on_from_what_there_is(self):
-        path = self.folder / "scene.json"
+    def test_continues_after_an_interruption(self):
+        path = self.directory / "scene.json"
         path.write_text(json.dumps(scene("tiny")), encoding="utf-8")
         command = [BIN / "whittle", "measure", path, "-o", self.name, "--size", "96x96", "--reference-samples", "64"]
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
@@ -154,25 +154,25 @@ class GoingOn(WithFolder):
             while process.poll() is None and not (os.path.exists(f"{self.name}.json") and self.result()["points"]):
                 time.sleep(0.002)
             process.send_signal(signal.SIGINT)
-            _, told = process.communicate(timeout=300)
+            _, output = process.communicate(timeout=300)
         finally:
             if process.poll() is None:
                 process.kill()
                 process.wait()
-        self.assertEqual(process.returncode, 130, told)
-        self.assertIn(f"interrupted; the same command goes on from {self.name}.json".encode(), told)
-        left = self.result()
-        self.assertFalse(left["complete"])
+        self.assertEqual(process.returncode, 130, output)
+        self.assertIn(f"interrupted; the same command goes on from {self.name}.json".encode(), output)
+        partial = self.result()
+        self.assertFalse(partial["complete"])
         reference = pathlib.Path(f"{self.name}.reference").read_bytes()
         done = subprocess.run(command, capture_output=True, check=False, timeout=600)
         self.assertEqual(done.returncode, 0, done.stderr)
         whole = self.result()
         self.assertTrue(whole["complete"])
-        self.assertEqual(whole["points"][:len(left["points"])], left["points"])
-        self.assertGreater(len(whole["points"]), len(left["points"]))
+        self.assertEqual(whole["points"][:len(partial["points"])], partial["points"])
+        self.assertGreater(len(whole["points"]), len(partial["points"]))
         self.assertEqual(pathlib.Path(f"{self.name}.reference").read_bytes(), reference)
 
-    def test_makes_a_broken_reference_again(self):
+    def test_replaces_a_corrupt_reference(self):
         self.measure(*TINY, "--knobs", "samples", document=scene("tiny"))
         path = pathlib.Path(f"{self.name}.reference")
         whole = path.read_bytes()
@@ -182,26 +182,26 @@ class GoingOn(WithFolder):
             self.assertEqual(path.read_bytes(), whole)
 
 
-class Trouble(WithFolder):
-    def test_with_the_scene_is_told_with_exit_code_1(self):
+class Errors(WithDirectory):
+    def test_of_the_scene_are_reported_with_exit_code_1(self):
         done = self.measure(document=scene("tiny", colour=1))
         self.assertEqual((done.returncode, done.stdout), (1, b""))
         self.assertIn(b"#/colour unknown_field ", done.stderr)
-        self.assertEqual(list(self.folder.iterdir()), [])
+        self.assertEqual(list(self.directory.iterdir()), [])
 
-    def test_of_replacing_something_else_is_avoided(self):
+    def test_include_an_output_that_is_no_measurement(self):
         pathlib.Path(f"{self.name}.json").write_text(json.dumps(scene("tiny")), encoding="utf-8")
         done = self.measure(*TINY, path=f"{self.name}.json")
         self.assertEqual(done.returncode, 3)
         self.assertIn(b"is no measurement of this version: it would be lost", done.stderr)
         self.assertEqual(self.result(), scene("tiny"))
 
-    def test_with_the_folder_is_told_with_exit_code_3(self):
+    def test_of_the_directory_are_reported_with_exit_code_3(self):
         done = whittle("measure", "-", "-o", "/proc/none/out", *TINY, document=scene("tiny"))
         self.assertEqual(done.returncode, 3)
         self.assertIn(b"whittle: cannot write /proc/none/out.", done.stderr)
 
-    def test_with_the_command_line_is_told_with_exit_code_2(self):
+    def test_of_the_command_line_are_reported_with_exit_code_2(self):
         tiny = str(SCENES / "tiny.json")
         for sentence, *arguments in (
                 ("which scene\\?",), ("one scene at a time: b is one too many", tiny, "b"),

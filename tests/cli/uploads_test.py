@@ -1,4 +1,4 @@
-"""Scenes that name their files by hash, on the command line: found in the folder that --assets gives, or said so."""
+"""Command line: scenes that refer to files by hash, which the directory of --assets holds."""
 import hashlib
 import pathlib
 import shutil
@@ -19,33 +19,33 @@ def document(name):
 
 class Uploads(unittest.TestCase):
     def setUp(self):
-        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self.directory = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
 
     def render(self, name, *options):
-        out = self.folder / "out.png"
+        out = self.directory / "out.png"
         done = whittle("render", "-", "-o", out, *options, document=document(name))
         return done, out.read_bytes() if done.returncode == 0 else None
 
-    def test_lie_under_their_hash_or_as_a_daemon_keeps_them(self):
+    def test_are_named_by_hash_or_stored_as_the_daemon_does(self):
         _, expected = self.render(str(TILE))
-        for place in (self.folder / "plain" / HASH, self.folder / "daemon" / HASH[:2] / HASH):
-            place.parent.mkdir(parents=True)
-            shutil.copy(TILE, place)
-            done, picture = self.render(f"sha256:{HASH}", "--assets", self.folder / place.relative_to(self.folder).parts[0])
+        for path in (self.directory / "plain" / HASH, self.directory / "daemon" / HASH[:2] / HASH):
+            path.parent.mkdir(parents=True)
+            shutil.copy(TILE, path)
+            done, image = self.render(f"sha256:{HASH}", "--assets", self.directory / path.relative_to(self.directory).parts[0])
             self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertEqual(picture, expected)
+            self.assertEqual(image, expected)
 
-    def test_without_the_option_or_the_file_are_told_where_the_document_names_them(self):
-        for options, sentence in (((), b"--assets FOLDER"), (("--assets", self.folder), b"no such file at")):
-            for command in (("render", "-", "-o", self.folder / "a.png"), ("check", "-"),
-                            ("measure", "-", "-o", self.folder / "m")):
+    def test_that_are_missing_are_reported_with_the_pointer_of_their_reference(self):
+        for options, sentence in (((), b"--assets FOLDER"), (("--assets", self.directory), b"no such file at")):
+            for command in (("render", "-", "-o", self.directory / "a.png"), ("check", "-"),
+                            ("measure", "-", "-o", self.directory / "m")):
                 done = whittle(*command, *options, document=document(f"sha256:{HASH}"))
                 self.assertEqual(done.returncode, 1, done.stderr)
-                said = done.stdout + done.stderr
-                self.assertIn(b"/objects/0/material/color/file", said)
-                self.assertIn(sentence, said)
+                output = done.stdout + done.stderr
+                self.assertIn(b"/objects/0/material/color/file", output)
+                self.assertIn(sentence, output)
 
-    def test_option_needs_a_folder(self):
+    def test_option_requires_a_directory(self):
         for command in ("render", "check", "measure"):
             done = whittle(command, "-", "--assets")
             self.assertEqual(done.returncode, 2)
