@@ -1,4 +1,4 @@
-"""The example scenes in scenes/: reproducible, within their bounds, accepted by the program."""
+"""The example scenes: reproducible, valid, of limited size, and equal to their images in the gallery."""
 import pathlib
 import subprocess
 import tempfile
@@ -13,11 +13,11 @@ NAMES = sorted(path.stem for path in SCENES.glob("*.json"))
 
 
 class ExampleScenes(unittest.TestCase):
-    def test_are_what_the_generator_writes_byte_for_byte(self):
-        with tempfile.TemporaryDirectory() as folder:
-            subprocess.run(["/usr/bin/python3", SCENES / "generate.py", folder], check=True, timeout=600)
-            written = {path.stem: path.read_bytes() for path in pathlib.Path(folder).glob("*.json")}
-            assets = {path.name: path.read_bytes() for path in pathlib.Path(folder, "assets").iterdir()}
+    def test_equal_the_output_of_the_generator(self):
+        with tempfile.TemporaryDirectory() as directory:
+            subprocess.run(["/usr/bin/python3", SCENES / "generate.py", directory], check=True, timeout=600)
+            written = {path.stem: path.read_bytes() for path in pathlib.Path(directory).glob("*.json")}
+            assets = {path.name: path.read_bytes() for path in pathlib.Path(directory, "assets").iterdir()}
         self.assertEqual(sorted(assets), sorted(path.name for path in SCENES.glob("assets/*")))
         for name, content in assets.items():
             self.assertTrue(content == (SCENES / "assets" / name).read_bytes(), f"assets/{name} differs")
@@ -25,19 +25,19 @@ class ExampleScenes(unittest.TestCase):
         for name in NAMES:
             self.assertTrue(written[name] == (SCENES / f"{name}.json").read_bytes(), f"{name}.json differs")
 
-    def test_are_accepted(self):
+    def test_are_valid(self):
         for name in NAMES:
             done = whittle("check", SCENES / f"{name}.json")
             self.assertEqual(done.returncode, 0, f"{name}: {done.stdout.decode()}")
 
-    def test_stay_below_eight_megabytes(self):
+    def test_are_smaller_than_8_megabytes(self):
         for name in NAMES:
             self.assertLess((SCENES / f"{name}.json").stat().st_size, 8_000_000, name)
 
-    def test_hold_what_the_documentation_says_of_them(self):
-        kinds = [thing["type"] for thing in scene("sphereflake")["objects"]]
+    def test_contain_the_documented_features(self):
+        kinds = [item["type"] for item in scene("sphereflake")["objects"]]
         self.assertEqual((len(kinds), kinds.count("sphere"), kinds.count("plane")), (7382, 7381, 1))
-        triangles = sum(len(thing.get("triangles", [])) for thing in scene("mountain")["objects"])
+        triangles = sum(len(item.get("triangles", [])) for item in scene("mountain")["objects"])
         self.assertGreaterEqual(triangles, 100_000)
         self.assertEqual(scene("tiny")["image"], {"width": 16, "height": 16})
         models = [material["model"] for material in scene("local_models")["materials"].values()]
@@ -45,29 +45,29 @@ class ExampleScenes(unittest.TestCase):
 
 
 class Gallery(unittest.TestCase):
-    def test_shows_what_the_scenes_give(self):
-        with tempfile.TemporaryDirectory() as folder:
+    def test_images_equal_renders_of_the_scenes(self):
+        with tempfile.TemporaryDirectory() as directory:
             for shown in sorted((SCENES / "images").glob("*.png")):
-                done = whittle("render", SCENES / f"{shown.stem}.json", "-o", f"{folder}/{shown.name}")
+                done = whittle("render", SCENES / f"{shown.stem}.json", "-o", f"{directory}/{shown.name}")
                 self.assertEqual(done.returncode, 0, done.stderr)
-                now = images.read_png((pathlib.Path(folder) / shown.name).read_bytes()).astype(float)
+                now = images.read_png((pathlib.Path(directory) / shown.name).read_bytes()).astype(float)
                 kept = images.read_png(shown.read_bytes()).astype(float)
-                # Another processor or C library may round another way, and tip single rays over an edge.
-                self.assertLess(numpy.sqrt(numpy.mean((now - kept) ** 2)), 1.0, f"{shown.name}: draw it again")
+                # Another processor or C library may round differently, so that single rays pass another side of an edge.
+                self.assertLess(numpy.sqrt(numpy.mean((now - kept) ** 2)), 1.0, f"{shown.name}: render it again")
 
-    def test_shows_every_scene_but_the_tiny_one_in_at_most_300_kilobytes(self):
+    def test_has_an_image_of_at_most_300_kilobytes_of_every_scene_but_tiny(self):
         shown = {path.stem: path.stat().st_size for path in (SCENES / "images").glob("*.png")}
         self.assertEqual(sorted(shown), sorted(set(NAMES) - {"tiny"}))
         self.assertLessEqual(max(shown.values()), 300_000)
 
 
 class Sphereflake(unittest.TestCase):
-    def test_blooms_nine_balls_of_a_third_touching_each_ball_of_the_upper_four_levels(self):
-        balls = [(thing["center"], thing["radius"]) for thing in scene("sphereflake")["objects"][1:]]
-        per_level = [sum(abs(radius - 0.5 / 3**level) < 1e-6 for _, radius in balls) for level in range(5)]
+    def test_each_sphere_of_four_levels_has_nine_touching_spheres_of_a_third_of_its_radius(self):
+        spheres = [(item["center"], item["radius"]) for item in scene("sphereflake")["objects"][1:]]
+        per_level = [sum(abs(radius - 0.5 / 3**level) < 1e-6 for _, radius in spheres) for level in range(5)]
         self.assertEqual(per_level, [1, 9, 81, 729, 6561])
-        root = balls[0][0]
-        for center, _ in (ball for ball in balls if abs(ball[1] - 0.5 / 3) < 1e-6):
+        root = spheres[0][0]
+        for center, _ in (sphere for sphere in spheres if abs(sphere[1] - 0.5 / 3) < 1e-6):
             distance = sum((a - b) ** 2 for a, b in zip(center, root)) ** 0.5
             self.assertAlmostEqual(distance, 0.5 + 0.5 / 3, places=5)
 

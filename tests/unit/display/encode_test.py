@@ -1,4 +1,4 @@
-"""The encoders, through encode_image and the readers of tests/support: what comes out is what went in."""
+"""Encoders of image files: encode_image writes them, the readers of tests/support read them back."""
 import os
 import subprocess
 import unittest
@@ -30,7 +30,7 @@ def srgb_codes(linear, most=255):
 
 
 def premultiplied(height, width):
-    """Linear colour with its alpha; some of it fully clear, some opaque."""
+    """Returns linear colour and alpha, with fully transparent and opaque pixels."""
     alpha = numpy.random.default_rng(4).integers(0, 5, (height, width)).astype(numpy.float32) / 4
     return noise(height, width) * alpha[..., None], alpha
 
@@ -42,37 +42,37 @@ def straight_codes(linear, alpha, most):
 
 
 class Png(unittest.TestCase):
-    def test_holds_the_srgb_code_of_every_value(self):
+    def test_contains_the_srgb_code_of_every_value(self):
         linear = noise(37, 61)
         numpy.testing.assert_array_equal(images.read_png(encode("png", linear)), srgb_codes(linear))
 
-    def test_holds_pictures_that_are_packed_in_several_strips(self):
+    def test_contains_images_that_are_compressed_in_several_strips(self):
         linear = noise(401, 307)
         data = [content for kind, content in images.png_chunks(encode("png", linear)) if kind == b"IDAT"]
         self.assertGreater(len(data), 2)
         numpy.testing.assert_array_equal(images.read_png(encode("png", linear)), srgb_codes(linear))
         numpy.testing.assert_array_equal(images.read_png(encode("png16", linear)), srgb_codes(linear, 65535))
-        one_row = noise(1, 50_000)  # wider than a strip is meant to be
+        one_row = noise(1, 50_000)  # more than one strip holds
         numpy.testing.assert_array_equal(images.read_png(encode("png", one_row)), srgb_codes(one_row))
 
     def test_keeps_row_0_on_top_and_red_first(self):
         linear = numpy.zeros((2, 3, 3))
         linear[0, 0] = [1, 0, 0]
         linear[1, 2] = [0, 0, 1]
-        picture = images.read_png(encode("png", linear))
-        self.assertEqual(picture[0, 0].tolist(), [255, 0, 0])
-        self.assertEqual(picture[1, 2].tolist(), [0, 0, 255])
-        self.assertEqual(int(picture.sum()), 2 * 255)
+        image = images.read_png(encode("png", linear))
+        self.assertEqual(image[0, 0].tolist(), [255, 0, 0])
+        self.assertEqual(image[1, 2].tolist(), [0, 0, 255])
+        self.assertEqual(int(image.sum()), 2 * 255)
 
-    def test_clamps_what_a_screen_cannot_show_and_shows_not_a_number_as_black(self):
+    def test_clamps_to_the_displayable_range_and_maps_nan_to_black(self):
         linear = numpy.array([[[-1, 2, numpy.nan], [numpy.inf, -numpy.inf, 1e30]]])
         self.assertEqual(images.read_png(encode("png", linear))[0].tolist(), [[0, 255, 0], [255, 0, 255]])
 
-    def test_says_that_its_codes_are_srgb(self):
+    def test_declares_srgb(self):
         chunks = dict(images.png_chunks(encode("png", noise(2, 2))))
         self.assertIn(b"sRGB", chunks)
 
-    def test_says_neither_when_nor_where_it_was_made(self):
+    def test_contains_no_time_and_no_host(self):
         kinds = {kind for kind, _ in images.png_chunks(encode("png", noise(2, 2)))}
         self.assertLessEqual(kinds, {b"IHDR", b"sRGB", b"gAMA", b"cHRM", b"oFFs", b"tEXt", b"IDAT", b"IEND"})
         texts = [content for kind, content in images.png_chunks(encode("png", noise(2, 2))) if kind == b"tEXt"]
@@ -80,19 +80,19 @@ class Png(unittest.TestCase):
 
 
 class Exr(unittest.TestCase):
-    def test_holds_every_float_bit_for_bit(self):
+    def test_contains_every_float_bit_by_bit(self):
         linear = numpy.random.default_rng(2).integers(0, 1 << 32, (53, 41, 3), numpy.uint32).view(numpy.float32)
         back = images.read_exr(encode("exr", linear))
         numpy.testing.assert_array_equal(back.view(numpy.uint32), linear.view(numpy.uint32))
 
-    def test_holds_smooth_pictures_too_where_its_blocks_are_packed(self):
+    def test_contains_smooth_images_whose_blocks_are_compressed(self):
         y, x = numpy.mgrid[0:70, 0:90].astype(numpy.float32)
         linear = numpy.stack([x / 90, y / 70, 5 * x * y], axis=-1).astype(numpy.float32)
         data = encode("exr", linear)
         self.assertLess(len(data), linear.nbytes)
         numpy.testing.assert_array_equal(images.read_exr(data), linear)
 
-    def test_holds_no_time_of_day(self):
+    def test_contains_no_time(self):
         attributes, _ = images.exr_header(encode("exr", noise(2, 2)))
         self.assertEqual(attributes.get("capDate", ("string", b""))[1], b"")
         self.assertLessEqual(set(attributes), {"capDate", "channels", "compression", "dataWindow", "displayWindow",
@@ -109,7 +109,7 @@ class Alpha(unittest.TestCase):
             numpy.testing.assert_allclose(back.astype(int), straight_codes(linear, alpha, most).astype(int), atol=1,
                                           err_msg=kind)
 
-    def test_premultiplies_in_exr(self):
+    def test_is_premultiplied_in_exr(self):
         linear, alpha = premultiplied(23, 31)
         channels = images.read_exr_channels(encode("exr", linear, "alpha", more=alpha.tobytes()))
         self.assertEqual(sorted(channels), ["A", "B", "G", "R"])
@@ -118,7 +118,7 @@ class Alpha(unittest.TestCase):
 
 
 class Layers(unittest.TestCase):
-    def test_are_channels_of_an_exr_beside_the_picture(self):
+    def test_are_channels_of_the_exr_file(self):
         linear, depth, error = noise(19, 33), noise(19, 33)[..., 0], noise(19, 33)[..., 1]
         depth[3, 4] = numpy.inf
         ids = numpy.random.default_rng(5).integers(0, 1 << 32, (19, 33), numpy.uint32)
@@ -132,49 +132,49 @@ class Layers(unittest.TestCase):
 
 
 class OtherFormats(unittest.TestCase):
-    def test_of_16_bits_hold_the_srgb_code_of_every_value(self):
+    def test_16_bit_png_contains_the_srgb_code_of_every_value(self):
         linear = noise(37, 61)
         numpy.testing.assert_array_equal(images.read_png(encode("png16", linear)), srgb_codes(linear, 65535))
 
-    def test_radiance_holds_linear_values_to_a_common_exponent(self):
+    def test_radiance_contains_linear_values_with_a_shared_exponent(self):
         linear = noise(37, 61) * 100
         back, step = images.read_hdr(encode("hdr", linear))
         self.assertLessEqual(float(numpy.max(numpy.abs(back - linear) / step[..., None])), 1.0)
 
-    def test_a_jpeg_says_what_it_is_and_how_large(self):
+    def test_jpeg_has_signature_and_size(self):
         jpeg = encode("jpg", noise(37, 61))
         self.assertTrue(jpeg.startswith(b"\xff\xd8\xff") and jpeg.endswith(b"\xff\xd9"))
         frame = jpeg.index(b"\xff\xc0")
         self.assertEqual(jpeg[frame + 4 : frame + 10], bytes([8, 0, 37, 0, 61, 3]))
         self.assertEqual(jpeg[frame + 11], 0x11, "no subsampling")
 
-    def test_a_tiff_holds_the_16_bit_code_of_every_value_and_no_time_of_day(self):
+    def test_tiff_contains_the_16_bit_code_of_every_value_and_no_time(self):
         linear = noise(37, 61)
         tiff = encode("tiff", linear)
         numpy.testing.assert_array_equal(images.read_tiff(tiff), srgb_codes(linear, 65535))
         self.assertNotIn(306, images.tiff_tags(tiff), "DateTime")
         self.assertNotIn(305, images.tiff_tags(tiff), "Software")
 
-    def test_a_webp_says_what_it_is_and_how_large(self):
+    def test_webp_has_signature_and_size(self):
         webp = encode("webp", noise(37, 61))
         self.assertEqual((webp[:4], webp[8:16]), (b"RIFF", b"WEBPVP8 "))
         self.assertEqual(int.from_bytes(webp[4:8], "little") + 8, len(webp))
         self.assertEqual(webp[23:30], b"\x9d\x01\x2a" + bytes([61, 0, 37, 0]), "RFC 6386, section 9.1")
 
-    def test_a_picture_of_one_grey_comes_through_a_webp(self):
+    def test_webp_contains_uniform_images(self):
         grey = numpy.full((16, 16, 3), 0.5)
         self.assertNotEqual(encode("webp", grey), encode("webp", grey / 2))
         self.assertEqual(encode("webp", grey), encode("webp", grey, "palette"))
 
-    def test_a_palette_leaves_so_many_colours_in_a_png_only(self):
+    def test_palette_limits_the_colours_of_8_bit_png_only(self):
         linear = noise(40, 40)
         colors = numpy.unique(images.read_png(encode("png", linear, "palette")).reshape(-1, 3), axis=0)
         self.assertEqual(len(colors), 16)
         self.assertEqual(encode("png16", linear, "palette"), encode("png16", linear))
 
 
-class Both(unittest.TestCase):
-    def test_take_pictures_of_one_pixel_one_row_and_one_column(self):
+class Encoders(unittest.TestCase):
+    def test_accept_images_of_one_pixel_row_or_column(self):
         for shape in [(1, 1, 3), (1, 300, 3), (300, 1, 3), (17, 1, 3)]:
             with self.subTest(shape=shape):
                 linear = noise(shape[0], shape[1], seed=3)
@@ -182,11 +182,11 @@ class Both(unittest.TestCase):
                 numpy.testing.assert_array_equal(images.read_exr(encode("exr", linear)), linear)
                 numpy.testing.assert_array_equal(images.read_tiff(encode("tiff", linear)), srgb_codes(linear, 65535))
 
-    def test_give_equal_bytes_for_equal_pictures(self):
+    def test_write_equal_bytes_for_equal_images(self):
         for kind in ["png", "exr", "png16", "jpg", "hdr", "webp", "tiff"]:
             self.assertEqual(encode(kind, noise(300, 200)), encode(kind, noise(300, 200)), kind)
 
-    def test_refuse_a_picture_without_pixels_with_a_sentence(self):
+    def test_reject_images_without_pixels(self):
         program = os.path.join(os.environ["WHITTLE_BIN"], "encode_image")
         for kind in ["png", "exr", "png16", "jpg", "hdr", "webp", "tiff"]:
             done = subprocess.run([program, kind, "0", "0"], input=b"", capture_output=True, check=False, timeout=300)

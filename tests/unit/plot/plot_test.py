@@ -1,4 +1,4 @@
-"""Plots, through draw_plot: the SVG as an XML parser sees it, the PNG as a reader of our own does."""
+"""Plots of draw_plot: the SVG parsed as XML, the PNG read by tests/support."""
 import math
 import os
 import re
@@ -15,7 +15,7 @@ BLUE, VERMILION = "#0072b2", "#d55e00"
 
 
 def draw(kind, *lines):
-    """Bytes of the plot that draw_plot.cpp's lines describe, each a tuple of words."""
+    """Returns the bytes of the plot; each line is a tuple of words, as draw_plot.cpp reads them."""
     text = b"".join(b"\t".join(w if isinstance(w, bytes) else str(w).encode() for w in line) + b"\n" for line in lines)
     program = os.path.join(os.environ["WHITTLE_BIN"], "draw_plot")
     done = subprocess.run([program, kind], input=text, capture_output=True, check=False, timeout=300)
@@ -28,7 +28,7 @@ def series(name, points, mark="circle", join="none", *dashed):
 
 
 class Drawn:
-    """The SVG of a plot, taken apart."""
+    """The elements of an SVG plot."""
 
     def __init__(self, *lines):
         self.root = ElementTree.fromstring(draw("svg", *lines))
@@ -36,22 +36,22 @@ class Drawn:
         self.words = [element.text for element in self.texts]
 
     def marks(self, color, shape="circle"):
-        """Places of the points' marks, which have tooltips; those of the legend have none."""
+        """Positions of the points' marks. They have tooltips; those of the legend have none."""
         return [(float(use.get("x")), float(use.get("y"))) for use in self.root.iter(SVG + "use")
                 if use.get("fill") == color and use.get("href") == f"#plot-{shape}" and len(use)]
 
-    def hints(self):
+    def tooltips(self):
         return [title.text for use in self.root.iter(SVG + "use") for title in use]
 
     def lines(self, color):
-        """Each path of that colour and the width of series as lists of places."""
+        """Paths with the colour and the width of a series, as lists of positions."""
         paths = [path.get("d") for path in self.root.iter(SVG + "path")
                  if path.get("stroke") == color and path.get("stroke-width") == "2"]
-        return [[[tuple(map(float, place.split(" "))) for place in line.split("L")] for line in path.split("M")[1:]]
+        return [[[tuple(map(float, position.split(" "))) for position in line.split("L")] for line in path.split("M")[1:]]
                 for path in paths]
 
     def tick(self, text, axis):
-        """Where the tick with that text is; ticks of the x axis are centred, those of the y axis end there."""
+        """Position of the tick with the text, which is centred on the x axis and right-aligned on the y axis."""
         anchor = {"x": "middle", "y": "end"}[axis]
         (found,) = [element for element in self.texts if element.text == text and element.get("text-anchor") == anchor]
         # The base line of a y label lies 0.36 of the font's 13 pixels below its tick.
@@ -63,7 +63,7 @@ LOG_AXES = [("x", "time (s)", "log"), ("y", "error (levels)", "log")]
 
 
 class Svg(unittest.TestCase):
-    def test_has_its_size_and_a_title_and_description_for_those_who_cannot_see_it(self):
+    def test_has_size_title_and_description_for_screen_readers(self):
         drawn = Drawn(("title", "Cost"), ("size", 700, 500), *LOG_AXES, *series("measured", POINTS))
         self.assertEqual((drawn.root.tag, drawn.root.get("viewBox")), (SVG + "svg", "0 0 700 500"))
         self.assertEqual(drawn.root.get("role"), "img")
@@ -71,13 +71,13 @@ class Svg(unittest.TestCase):
         self.assertEqual([labels[name] for name in drawn.root.get("aria-labelledby").split()],
                          ["Cost", "error (levels) over time (s). measured: 5 points, from (0.05, 8) to (20, 0.11)."])
 
-    def test_shows_every_text_and_the_name_of_each_series(self):
+    def test_contains_every_text_and_the_name_of_each_series(self):
         drawn = Drawn(("title", "Cost"), ("note", "For 1 level: 4 s."), *LOG_AXES, *series("one", POINTS),
                       *series("two", POINTS, "square"))
         for text in ("Cost", "For 1 level: 4 s.", "time (s)", "error (levels)", "one", "two"):
             self.assertEqual(drawn.words.count(text), 1, text)
 
-    def test_puts_each_point_where_the_ticks_of_logarithmic_axes_say(self):
+    def test_positions_points_on_logarithmic_axes(self):
         drawn = Drawn(*LOG_AXES, *series("measured", POINTS))
         left, right = drawn.tick("0.1", "x"), drawn.tick("10", "x")
         low, high = drawn.tick("0.1", "y"), drawn.tick("1", "y")
@@ -85,7 +85,7 @@ class Svg(unittest.TestCase):
             self.assertAlmostEqual(across, left + (right - left) * (math.log10(x) + 1) / 2, delta=0.02)
             self.assertAlmostEqual(down, low + (high - low) * (math.log10(y) + 1), delta=0.02)
 
-    def test_puts_each_point_where_the_ticks_of_linear_axes_say(self):
+    def test_positions_points_on_linear_axes(self):
         points = [(0, -1), (2.5, 0), (10, 4)]
         drawn = Drawn(("x", "a", "linear"), ("y", "b", "linear"), *series("", points))
         left, right = drawn.tick("0", "x"), drawn.tick("10", "x")
@@ -94,7 +94,7 @@ class Svg(unittest.TestCase):
             self.assertAlmostEqual(across, left + (right - left) * x / 10, delta=0.02)
             self.assertAlmostEqual(down, low + (high - low) * y / 4, delta=0.02)
 
-    def test_joins_points_by_lines_by_steps_and_by_pairs(self):
+    def test_joins_points_by_lines_steps_or_pairs(self):
         points = POINTS[:4]
         for join in ("line", "steps", "pairs"):
             drawn = Drawn(*LOG_AXES, *series("", points, "circle", join))
@@ -105,7 +105,7 @@ class Svg(unittest.TestCase):
             self.assertEqual(drawn.lines(BLUE), [expected[join]], join)
         self.assertEqual(Drawn(*LOG_AXES, *series("", points)).lines(BLUE), [])
 
-    def test_gives_series_colours_and_marks_that_differ(self):
+    def test_series_have_different_colours_and_marks(self):
         drawn = Drawn(*LOG_AXES, *series("one", POINTS), *series("two", POINTS[:2], "triangle", "line", "dashed"))
         self.assertEqual(len(drawn.marks(BLUE, "circle")), 5)
         self.assertEqual(len(drawn.marks(VERMILION, "triangle")), 2)
@@ -113,19 +113,19 @@ class Svg(unittest.TestCase):
         self.assertTrue(dashed)
         self.assertEqual({path.get("stroke") for path in dashed}, {VERMILION})
 
-    def test_tells_the_values_of_a_point_and_its_label_in_the_tooltip(self):
+    def test_tooltip_contains_label_and_values_of_the_point(self):
         drawn = Drawn(*LOG_AXES, *series("runs", [(0.25, 3, "draft"), (1, 2.00004)]))
-        self.assertEqual(drawn.hints(), ["draft: 0.25, 3", "runs: 1, 2"])
+        self.assertEqual(drawn.tooltips(), ["draft: 0.25, 3", "runs: 1, 2"])
         self.assertIn("draft", drawn.words)
 
-    def test_leaves_out_labels_for_which_there_is_no_room_but_not_their_points(self):
+    def test_omits_labels_without_space_but_not_their_points(self):
         crowd = [(1 + i / 1000, 1, f"point {i}") for i in range(50)]
         drawn = Drawn(("x", "", "linear"), ("y", "", "linear"), *series("", [(0, 0), *crowd]))
         shown = [word for word in drawn.words if word and word.startswith("point")]
         self.assertTrue(1 <= len(shown) <= 4, shown)
         self.assertEqual(len(drawn.marks(BLUE)), 51)
 
-    def test_says_how_many_points_have_no_place(self):
+    def test_contains_the_number_of_omitted_points(self):
         lost = [(0, 1), (1, 0), ("nan", 1), (1, "inf"), (-1, 1), (1, "2e300")]
         drawn = Drawn(*LOG_AXES, *series("", [POINTS[0], *lost, POINTS[1]], "circle", "line"))
         self.assertIn("Not shown: 6 points that have no place on these axes.", drawn.words)
@@ -133,24 +133,24 @@ class Svg(unittest.TestCase):
         self.assertEqual(len(drawn.marks(BLUE)), 2)
         self.assertFalse(any("Not shown" in word for word in Drawn(*LOG_AXES, *series("", POINTS)).words))
 
-    def test_stays_well_formed_with_any_text(self):
-        nasty = b"<script>&amp;\"'--> ]]> \x01\x1b \xff\xc0\x80 \xed\xa0\x80 \xef\xbf\xbe"
-        drawn = Drawn(("title", nasty), ("note", nasty), ("x", nasty, "log"), ("y", nasty, "log"),
-                      *series(nasty, [(1, 1, nasty)]))
+    def test_is_well_formed_with_any_text(self):
+        hostile = b"<script>&amp;\"'--> ]]> \x01\x1b \xff\xc0\x80 \xed\xa0\x80 \xef\xbf\xbe"
+        drawn = Drawn(("title", hostile), ("note", hostile), ("x", hostile, "log"), ("y", hostile, "log"),
+                      *series(hostile, [(1, 1, hostile)]))
         self.assertEqual({element.tag.removeprefix(SVG) for element in drawn.root.iter()},
                          {"svg", "title", "desc", "defs", "circle", "path", "rect", "text", "use"})
         title = next(element.text for element in drawn.root if element.get("id") == "plot-title")
         self.assertEqual(title, "<script>&amp;\"'--> ]]> \ufffd\ufffd \ufffd\ufffd\ufffd \ufffd\ufffd\ufffd \ufffd")
 
-    def test_loads_nothing_from_elsewhere(self):
+    def test_refers_to_no_other_resource(self):
         text = draw("svg", *LOG_AXES, *series("", POINTS)).decode()
         self.assertEqual(set(re.findall(r'(?:href|src|url)[="(]+([^")]*)', text)), {"#plot-circle"})
 
-    def test_draws_axes_also_without_points(self):
+    def test_has_axes_without_points(self):
         for kind, ticks in (("log", {"0.1", "1", "10"}), ("linear", {"0", "1"})):
             self.assertLessEqual(ticks, set(Drawn(("x", "", kind), ("y", "", kind)).words))
 
-    def test_leaves_room_for_the_axes_below_a_legend_of_a_hundred_names(self):
+    def test_has_space_for_the_axes_below_a_legend_of_a_hundred_names(self):
         names = [f"series {i}" for i in range(100)]
         drawn = Drawn(("size", 320, 240), *LOG_AXES, *(line for name in names for line in series(name, [(1, 1)])))
         self.assertTrue(1 <= len([word for word in drawn.words if word in names]) < 100)
@@ -158,7 +158,7 @@ class Svg(unittest.TestCase):
         bottom = max(float(text.get("y")) for text in drawn.texts if text.get("text-anchor") == "end")
         self.assertGreater(bottom - top, 40)
 
-    def test_keeps_every_text_on_the_sheet_when_all_are_too_long(self):
+    def test_shortens_texts_that_exceed_the_plot(self):
         long = "long " * 200
         drawn = Drawn(("size", 320, 240), ("title", long), ("note", long), ("x", long, "log"), ("y", long, "log"),
                       *series(long, POINTS))
@@ -172,40 +172,40 @@ class Png(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.picture = images.read_png(draw("png", *cls.LINES))
+        cls.image = images.read_png(draw("png", *cls.LINES))
         cls.drawn = Drawn(*cls.LINES)
 
-    def color_at(self, place):
-        return "#%02x%02x%02x" % tuple(self.picture[int(place[1]), int(place[0])])
+    def color_at(self, position):
+        return "#%02x%02x%02x" % tuple(self.image[int(position[1]), int(position[0])])
 
     def test_has_the_size_of_the_plot_on_white(self):
-        self.assertEqual(self.picture.shape, (500, 700, 3))
+        self.assertEqual(self.image.shape, (500, 700, 3))
         for corner in ((0, 0), (0, -1), (-1, 0), (-1, -1)):
-            self.assertEqual(self.picture[corner].tolist(), [255, 255, 255])
+            self.assertEqual(self.image[corner].tolist(), [255, 255, 255])
 
-    def test_has_marks_and_lines_where_the_svg_has_them(self):
-        for place in self.drawn.marks(BLUE):
-            self.assertEqual(self.color_at(place), BLUE)
+    def test_has_marks_and_lines_at_the_positions_of_the_svg(self):
+        for position in self.drawn.marks(BLUE):
+            self.assertEqual(self.color_at(position), BLUE)
         begin, end = self.drawn.marks(VERMILION, "square")
         for part in (0, 0.3, 0.5, 0.8, 1):
             self.assertEqual(self.color_at([a + part * (b - a) for a, b in zip(begin, end)]), VERMILION)
 
-    def test_has_the_title_in_ink_and_as_wide_as_its_font(self):
-        rows, columns = numpy.nonzero((self.picture[:40] < 100).all(axis=-1))
+    def test_has_a_dark_title_of_the_expected_width(self):
+        rows, columns = numpy.nonzero((self.image[:40] < 100).all(axis=-1))
         self.assertGreater(len(rows), 100)
         self.assertGreaterEqual(columns.min(), 17)
         self.assertTrue(40 < columns.max() - columns.min() < 80, columns.max())
 
-    def test_is_drawn_of_any_text_and_without_points(self):
-        nasty = b"<&> \xff \x01 \xed\xa0\x80"
-        for lines in ([], [("title", nasty), ("x", nasty, "log"), *series(nasty, [(1, 1, nasty), ("nan", 0)])]):
+    def test_is_written_with_any_text_and_without_points(self):
+        hostile = b"<&> \xff \x01 \xed\xa0\x80"
+        for lines in ([], [("title", hostile), ("x", hostile, "log"), *series(hostile, [(1, 1, hostile), ("nan", 0)])]):
             self.assertEqual(images.read_png(draw("png", *lines)).shape, (640, 960, 3))
 
-    def test_has_at_least_320_x_240_pixels_and_at_most_8192_a_side(self):
+    def test_size_is_at_least_320_x_240_and_at_most_8192_on_each_side(self):
         self.assertEqual(images.read_png(draw("png", ("size", 0, 1))).shape, (240, 320, 3))
         self.assertEqual(Drawn(("size", 4294967295, 300)).root.get("width"), "8192")
 
-    def test_is_the_same_each_time(self):
+    def test_is_deterministic(self):
         self.assertEqual(draw("png", *self.LINES), draw("png", *self.LINES))
         self.assertEqual(draw("svg", *self.LINES), draw("svg", *self.LINES))
 
