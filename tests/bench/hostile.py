@@ -2,7 +2,7 @@
 """hostile.py [FOLDER ...] [options of whittled]: how long a daemon and its worker take to refuse what was made to hurt
 them, and how much memory that costs them at most.
 
-Starts whittled (from $WHITTLE_BIN) on free ports with an empty data folder. Documents are those of scenes/invalid, of the
+Starts whittled (from $WHITTLE_BIN) on free ports with an empty data directory. Documents are those of tests/reader/invalid, of the
 reader's corpus and of each FOLDER (*.json), asked for by POST /v1/render; so are scenes with one texture or one mesh of
 the corpora of fuzzers, every file of which called bad_ is broken, a bomb or both. A row tells of one kind: how many there
 were, how many were refused, the slowest refusal and its name, and by how much the most memory that the daemon and its
@@ -22,6 +22,7 @@ import time
 SOURCE = pathlib.Path(__file__).parents[2]
 sys.path.insert(0, str(SOURCE))
 from tests.http.daemon import Daemon  # pylint: disable=wrong-import-position
+from tests.reader import invalid_documents  # pylint: disable=wrong-import-position
 
 CORPUS = SOURCE / "tests/fuzz/corpus"
 
@@ -47,8 +48,8 @@ def peak_bytes(pid):
 
 def requests_by_kind(folders, assets):
     """{kind: [(name, body of a request)]}; files that scenes name are put into `assets`."""
-    kinds = {}
-    for folder in [SOURCE / "scenes/invalid", CORPUS / "reader", *folders]:
+    kinds = {"invalid": [(case.name, case.text) for case in invalid_documents.cases()]}
+    for folder in [CORPUS / "reader", *folders]:
         kinds[folder.name] = [(path.name, path.read_bytes()) for path in sorted(folder.iterdir())
                               if path.suffix != ".txt" and not (path.suffix == ".json" and path.name.startswith("y_"))]
     for kind, scene_with in (("image", textured), ("mesh", with_mesh)):

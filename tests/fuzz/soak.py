@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""soak.py [--minutes 30] [--folder build/fuzz/soak] [FUZZER...]: the fuzzers, each for so many minutes of processor time.
+"""soak.py [--minutes 30] [--directory build/fuzz/soak] [FUZZER...]: runs each fuzzer for that many minutes of processor time.
 
-Needs the preset `fuzz` built. As many run at once as there are processors; each begins with its corpus and with what it
-found when it was run into the same folder before. A row tells how many inputs one ran, how much of the program they
-reached (libFuzzer's `cov`, edges), its most memory, and the findings: inputs that crash, leak, take over 10 s or 2 GiB.
-These are left in the folder, the fuzzer goes on, and the exit code is 1.
+Needs the preset `fuzz` built. One fuzzer runs per processor. Each starts with its seeds and with the inputs that earlier runs
+left in the same directory. A row lists the number of inputs, the edges that they cover (libFuzzer's `cov`), the peak memory and
+the findings: inputs that crash, leak, or take more than 10 s or 2 GiB. Findings are written to the directory, the fuzzer
+continues, and the exit code is 1.
 """
 import argparse
 import concurrent.futures
@@ -18,7 +18,7 @@ import time
 
 SOURCE = pathlib.Path(__file__).parents[2]
 BIN = SOURCE / "build/fuzz/bin"
-SEEDS = {"fuzz_reader": ["tests/fuzz/corpus/reader", "scenes/invalid", "scenes"],
+SEEDS = {"fuzz_reader": ["tests/fuzz/corpus/reader", "scenes"],
          "fuzz_http_request": ["tests/fuzz/corpus/http_request"],
          "fuzz_image": ["tests/fuzz/corpus/image"],
          "fuzz_mesh": ["tests/fuzz/corpus/mesh"]}
@@ -26,22 +26,22 @@ LIMITS = ["-max_len=4096", "-timeout=10", "-rss_limit_mb=2048", "-print_final_st
 
 
 def processor_s(pid):
-    """Of a process that lives or waits to be reaped."""
+    """Processor time of a process that runs or is a zombie."""
     fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def run_once(name, folder, seconds):
-    """Until it found something or took so long; what it printed, and its processor seconds."""
-    found = folder / name
+def run_once(name, directory, seconds):
+    """Runs a fuzzer until its first finding or the time limit; returns its output and its processor seconds."""
+    found = directory / name
     found.mkdir(parents=True, exist_ok=True)
     dictionary = SOURCE / "tests/fuzz" / f"{name.removeprefix('fuzz_')}.dict"
-    command = [BIN / name, *LIMITS, f"-artifact_prefix={folder}/{name}-", found, *(SOURCE / seed for seed in SEEDS[name])]
+    command = [BIN / name, *LIMITS, f"-artifact_prefix={directory}/{name}-", found, *(SOURCE / seed for seed in SEEDS[name])]
     if dictionary.exists():
         command.insert(1, f"-dict={dictionary}")
-    # LeakSanitizer, as the program ends, meets threads of OpenImageIO's that are ending too.
+    # LeakSanitizer crashes at exit when a thread of OpenImageIO ends at the same time.
     environment = dict(os.environ, ASAN_OPTIONS="detect_leaks=0" if name == "fuzz_image" else "")
-    log = folder / f"{name}.log"
+    log = directory / f"{name}.log"
     with log.open("wb") as out, subprocess.Popen(command, stdout=out, stderr=out, env=environment) as running:
         while True:
             ended = os.waitid(os.P_PID, running.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
@@ -56,17 +56,17 @@ def run_once(name, folder, seconds):
     return log.read_text(errors="replace"), took_s
 
 
-def soak(name, folder, minutes):
+def soak(name, directory, minutes):
     inputs, edges, memory_mb, spent_s, idle = 0, 0, 0, 0, 0
     while spent_s < 60 * minutes and idle < 3:
-        told, took_s = run_once(name, folder, 60 * minutes - spent_s)
-        ran = re.search(r"number_of_executed_units:\s+(\d+)", told)
+        output, took_s = run_once(name, directory, 60 * minutes - spent_s)
+        ran = re.search(r"number_of_executed_units:\s+(\d+)", output)
         inputs += int(ran[1]) if ran else 0
-        edges = max([edges, *map(int, re.findall(r" cov: (\d+)", told))])
-        memory_mb = max([memory_mb, *map(int, re.findall(r"peak_rss_mb:\s+(\d+)", told))])
+        edges = max([edges, *map(int, re.findall(r" cov: (\d+)", output))])
+        memory_mb = max([memory_mb, *map(int, re.findall(r"peak_rss_mb:\s+(\d+)", output))])
         spent_s += took_s
-        idle = idle + 1 if took_s < 1 else 0  # it does not even begin
-    findings = sorted(file.name for file in folder.glob(f"{name}-*") if not file.name.startswith(f"{name}-slow-unit"))
+        idle = idle + 1 if took_s < 1 else 0  # it fails at the start
+    findings = sorted(file.name for file in directory.glob(f"{name}-*") if not file.name.startswith(f"{name}-slow-unit"))
     print(f"{name:18}{spent_s / 60:8.1f}{inputs:12}{edges:8}{memory_mb:8}  {', '.join(findings) or 'none'}", flush=True)
     return not findings and idle < 3
 
@@ -74,14 +74,14 @@ def soak(name, folder, minutes):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--minutes", type=float, default=30)
-    parser.add_argument("--folder", type=pathlib.Path, default=SOURCE / "build/fuzz/soak")
+    parser.add_argument("--directory", type=pathlib.Path, default=SOURCE / "build/fuzz/soak")
     parser.add_argument("fuzzers", nargs="*", choices=[*SEEDS, []])
     arguments = parser.parse_args()
-    folder = arguments.folder.resolve()
-    folder.mkdir(parents=True, exist_ok=True)
+    directory = arguments.directory.resolve()
+    directory.mkdir(parents=True, exist_ok=True)
     print(f"{'':18}{'minutes':>8}{'inputs':>12}{'edges':>8}{'MB':>8}  findings")
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        good = list(pool.map(lambda name: soak(name, folder, arguments.minutes), arguments.fuzzers or SEEDS))
+        good = list(pool.map(lambda name: soak(name, directory, arguments.minutes), arguments.fuzzers or SEEDS))
     return 0 if all(good) else 1
 
 

@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cstdio>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 
 namespace reader_tests {
 
@@ -58,6 +61,26 @@ std::string file_bytes(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   EXPECT_TRUE(file) << path;
   return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::vector<InvalidDocument> invalid_documents() {
+  FILE* const pipe = popen("'" WHITTLE_PYTHON "' '" WHITTLE_SOURCE_DIR "/tests/reader/invalid_documents.py'", "r");
+  std::string printed;
+  std::array<char, 65536> chunk{};
+  while (const std::size_t size = std::fread(chunk.data(), 1, chunk.size(), pipe)) printed.append(chunk.data(), size);
+  EXPECT_EQ(pclose(pipe), 0);
+  std::vector<InvalidDocument> documents;
+  std::istringstream stream(printed);
+  InvalidDocument document;
+  std::size_t bytes = 0, lines = 0;
+  while (stream >> document.name >> bytes >> lines && stream.get() == '\n') {
+    document.outcome.resize(lines);
+    for (std::string& line : document.outcome) std::getline(stream, line);
+    document.text.resize(bytes);
+    stream.read(document.text.data(), static_cast<std::streamsize>(bytes));
+    documents.push_back(document);
+  }
+  return documents;
 }
 
 }  // namespace reader_tests

@@ -1,5 +1,5 @@
 #pragma once
-/// What the reader's tests share: documents around one part, and issues as lines of text.
+/// Shared by the reader's tests: documents around one part, issues as lines of text, the tables of invalid documents.
 
 #include <string>
 #include <string_view>
@@ -12,18 +12,27 @@ namespace reader_tests {
 /// A document with a camera and `members` ("\"name\": \"x\"").
 std::string document_with(std::string_view members = {});
 
-/// A document with one object in it, given as its members but for type and material.
+/// A document with one object, given as its members without type and material.
 std::string document_with_object(std::string_view type, std::string_view members);
 
-/// The document of `text`; fails the test and returns an empty one when it is refused.
+/// The document read from `text`; fails the test and returns an empty one when it is rejected.
 api::Document accepted(const std::string& text);
 
 /// "/camera/fov out_of_range" for each issue, in order; "not_json 1:5", "too_large"; "accepted".
 std::vector<std::string> outcome(std::string_view text, const api::Limits& limits = {});
 
-/// The sentence of the only issue; fails the test when there is not exactly one.
+/// The detail of the only issue; fails the test when there is not exactly one.
 std::string only_detail(const std::string& text);
 
 std::string file_bytes(const std::string& path);
+
+struct InvalidDocument {
+  std::string name;                  ///< TABLE.NAME
+  std::string text;                  ///< bytes, not always UTF-8
+  std::vector<std::string> outcome;  ///< as outcome() gives it
+};
+
+/// All cases of tests/reader/invalid and, named TABLE.base, the valid documents that they patch.
+std::vector<InvalidDocument> invalid_documents();
 
 }  // namespace reader_tests
