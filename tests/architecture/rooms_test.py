@@ -24,7 +24,6 @@ ROOMS = [
     ("libcurl", r"curl/.*", ["server/webhooks/"]),
     ("spdlog", r"(spdlog|fmt)/.*", ["server/telemetry/"]),
     ("GoogleTest", r"g(test|mock)/.*", ["tests/"]),
-    ("Google Benchmark", r"benchmark/.*", ["tests/bench/"]),
 ]
 
 # Linux and POSIX are at home everywhere but in the library: it knows no files, processes or sockets.

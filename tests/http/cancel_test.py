@@ -6,7 +6,7 @@ import random
 import signal
 import unittest
 
-from tests.bench.cancel_bench import kinds, uploader
+from tests.http.staged_scenes import staged_scenes, uploader
 from tests.http.daemon import Daemon, long_scene, scene, wait_until
 
 
@@ -14,7 +14,7 @@ class Cancelling(unittest.TestCase):
     def test_ends_any_render_at_any_moment_and_nothing_else(self):
         chance = random.Random(7)
         with Daemon("--jobs", "2") as daemon:
-            bodies = [body_of() for body_of in kinds(uploader(daemon), 0.1).values()]
+            bodies = list(staged_scenes(uploader(daemon)).values())
             ends = {"cancelled": 0, "succeeded": 0}
             for _ in range(4):
                 for body in bodies:
