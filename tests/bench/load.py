@@ -1,169 +1,188 @@
-#!/usr/bin/python3
-"""load.py [--seconds 10] [--clients 8] [--jobs 100000] [PART...]: the daemon under load, from a process of its own.
+#!/usr/bin/env -S /usr/bin/python3 -u
+"""Measures the service under load, for one build or for two builds alternately.
 
-  renders      16 x 16 scenes rendered one after the other by each client: pictures a second, their latency, and how many
-               accepted jobs were lost (0, or the exit code is 1)
-  submissions  durable jobs a second that nobody runs yet, and the latency of each; goal: 500/s, p99 25 ms
-  saturated    the same, a little at a time, beside renders that keep all cores busy
-  history      pages and submissions with --jobs finished jobs in the store, beside those of one with two pages of them;
-               goal: p99 within twice
+    tests/bench/load.py [--bin DIRECTORY] [--against OLD/bin] [--rounds 10] [--seconds 2] [PART ...]
 
-Each part starts whittled (from $WHITTLE_BIN) on free ports with an empty data folder. Clients have a connection each,
-share the machine with the daemon and wait for each reply. Without PART all of them.
+  renders      small images (16 x 16) by POST /v1/render from --clients connections and from one: images per second,
+               latency, CPU time of the daemon and its workers. Every accepted job must succeed.
+  submissions  durable jobs per second, latency and CPU time, from --clients connections; nothing is rendered.
+               Goal: 500/s, p99 25 ms.
+  claims       one small job at a time, submitted and awaited by long polling: time until its end, time in the queue.
+  mixed        small renders, and submissions at a moderate rate, while more large renders run and wait than there are
+               slots.
+  crowd        GET /v1/version over new connections beside idle connections, incomplete request heads and event streams
+               (--idle, --slow, --streams), and the memory of the daemon.
+  history      pages and submissions with --jobs finished jobs in the store. Goal: p99 within twice that of --jobs 100.
+
+Each part starts `whittled` with an empty data directory. A round of --seconds is measured for one build after the other;
+the clients share the machine with the daemon and wait for each response. Without PART all parts run. The lines show the
+median of the rounds with its quartiles, or the medians of both builds and the ratio new / old (see compare.py).
 """
 import argparse
+import contextlib
+import functools
 import json
 import os
 import pathlib
-import socket
+import resource
 import sys
-import threading
 import time
 
-sys.path.insert(0, str(pathlib.Path(__file__).parents[2]))
-from tests.http.daemon import Daemon, json_of, long_scene, scene  # pylint: disable=wrong-import-position
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
+# pylint: disable=wrong-import-position
+from tests.bench.compare import measure_alternately, print_figures
+from tests.bench.crowd import Crowd
+from tests.bench.service import Connection, Service, get, latencies_under_load, percentiles, post, timed
+from tests.http.daemon import json_of, long_scene, scene, wait_until
+from tests.support.whittle import BIN
 
-FEW = 100
-LATER = {"run_after": "2999-01-01T00:00:00Z"}  # stored as any other, and nobody runs it
-
-
-class Client(threading.Thread):
-    """One connection, one request at a time, written out by hand so that it costs next to nothing."""
-
-    def __init__(self, port, request, until, pause_s=0.0):
-        super().__init__()
-        self.stream = socket.create_connection(("127.0.0.1", port), timeout=120).makefile("rwb")
-        self.request, self.until, self.pause_s = request, until, pause_s
-        self.latencies_s, self.refused = [], 0
-
-    def status(self):
-        status = int(self.stream.readline().split()[1])
-        length = 0
-        while (line := self.stream.readline()) not in (b"\r\n", b""):
-            name, _, value = line.partition(b":")
-            if name.lower() == b"content-length":
-                length = int(value)
-        self.stream.read(length)
-        return status
-
-    def run(self):
-        while time.monotonic() < self.until:
-            start = time.monotonic()
-            self.stream.write(self.request)
-            self.stream.flush()
-            if self.status() in (200, 202):
-                self.latencies_s.append(time.monotonic() - start)
-            else:
-                self.refused += 1
-            time.sleep(self.pause_s)
+DEFERRED = scene(job={"run_after": "2999-01-01T00:00:00Z"})  # stored durably and never run
+LARGE_RENDERS = 8
 
 
-def post(path, document):
-    body = json.dumps(document).encode()
-    return (f"POST {path} HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
-            f"Content-Length: {len(body)}\r\n\r\n").encode() + body
+def load_figures(name, service, request, seconds, clients):
+    start_s = service.cpu_seconds()
+    rate, latencies_ms = latencies_under_load(service, request, seconds, clients)
+    cpu_ms = 1000 * (service.cpu_seconds() - start_s) / len(latencies_ms)
+    return {f"{name}, per second": rate, **percentiles(name, latencies_ms), f"{name}, CPU ms each": cpu_ms}
 
 
-def get(path):
-    return f"GET {path} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode()
+# Each part is a context manager that prepares a service and provides a function: seconds -> {figure: value}.
+
+@contextlib.contextmanager
+def renders(service, options):
+    request = post("/v1/render", scene(16, 16))
+
+    def measure(seconds):
+        return {**load_figures(f"images from {options.clients} clients", service, request, seconds / 2, options.clients),
+                **percentiles("image from 1 client", latencies_under_load(service, request, seconds / 2)[1])}
+    yield measure
+
+    def all_succeeded():
+        jobs = json_of(service.get("/v1/queue"))["jobs"]
+        return sum(jobs.values()) == jobs["succeeded"]
+    wait_until(all_succeeded, "success of every accepted job")
 
 
-def load(daemon, request, clients, seconds, pause_s=0.0):
-    """What `clients` were answered in that time: how many a second, and the sorted latencies in ms."""
-    start = time.monotonic()
-    threads = [Client(daemon.port, request, start + seconds, pause_s) for _ in range(clients)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    latencies = sorted(1000 * latency for thread in threads for latency in thread.latencies_s)
-    refused = sum(thread.refused for thread in threads)
-    if refused or not latencies:
-        sys.exit(f"{refused} requests were refused, {len(latencies)} were not")
-    return len(latencies) / (time.monotonic() - start), latencies
+@contextlib.contextmanager
+def submissions(service, options):
+    yield lambda seconds: load_figures(f"submissions from {options.clients} clients", service,
+                                       post("/v1/jobs", DEFERRED), seconds, options.clients)
 
 
-def at(latencies, part):
-    return latencies[min(len(latencies) - 1, int(part * len(latencies)))]
+@contextlib.contextmanager
+def claims(service, _):
+    request = post("/v1/jobs", scene(16, 16))
+
+    def run_job(connection):
+        status, body = connection.exchange(request)
+        if status != 202:
+            sys.exit(f"a submission is rejected: {body.decode()}")
+        job = json.loads(connection.exchange(get(f"/v1/jobs/{json.loads(body)['id']}?wait=60"))[1])
+        if job["state"] != "succeeded":
+            sys.exit(f"a small job is {job['state']}")
+        return job["report"]["time_ms"]["queue"]
+
+    def measure(seconds):
+        connection, end, rows = Connection(service.port), time.monotonic() + seconds, []
+        while time.monotonic() < end:
+            rows.append(timed(lambda: run_job(connection)))
+        connection.close()
+        queue_ms, total_ms = zip(*rows)
+        return {**percentiles("job from submission to end", total_ms),
+                "job in the queue until claimed, mean ms": sum(queue_ms) / len(queue_ms)}
+    yield measure
 
 
-def tell(what, rate, latencies):
-    print(f"{what:<44} {rate:7.0f} /s   p50 {at(latencies, 0.5):6.1f} ms   p99 {at(latencies, 0.99):6.1f} ms   "
-          f"max {latencies[-1]:6.1f} ms", flush=True)
+@contextlib.contextmanager
+def mixed(service, _):
+    def measure(seconds):
+        large = [service.submit(long_scene(name=f"large {index}")) for index in range(LARGE_RENDERS)]
+        service.wait_for_state(large[0], "running")
+        time.sleep(0.5)  # the large renders use all slots that they get
+        name = f"beside {LARGE_RENDERS} large renders"
+        images = latencies_under_load(service, post("/v1/render", scene(16, 16)), seconds / 2)[1]
+        jobs = latencies_under_load(service, post("/v1/jobs", DEFERRED), seconds / 2, clients=4, pause_s=0.02)[1]
+        for job_id in large:
+            service.request("POST", f"/v1/jobs/{job_id}/cancel")
+        for job_id in large:
+            service.wait_for_end(job_id)
+        return {**percentiles(f"small image {name}", images), **percentiles(f"submission {name}", jobs)}
+    yield measure
 
 
-def renders(options):
-    with Daemon("--log-level", "warning") as daemon:
-        idle_bytes = daemon.resident_bytes()
-        rate, latencies = load(daemon, post("/v1/render", scene(16, 16)), options.clients, options.seconds)
-        tell(f"pictures of 16 x 16, {options.clients} clients", rate, latencies)
-        jobs = json_of(daemon.get("/v1/queue"))["jobs"]
-        lost = sum(jobs.values()) - jobs["succeeded"]
-        print(f"{'':<44} {lost} lost of {sum(jobs.values())} accepted; the idle daemon has {idle_bytes / 2**20:.1f} MiB", flush=True)
-        return lost == 0
+@contextlib.contextmanager
+def crowd(service, options):
+    idle_mib = service.resident_mib()
+    with Crowd(service.port, options) as others:
+        def measure(seconds):
+            service.submit(scene())  # its events are sent to every stream
+            taken = latencies_under_load(service, get("/v1/version"), seconds, pause_s=0.002, reconnect=True)[1]
+            return {**percentiles("GET beside the crowd", taken), "memory of the daemon alone, MiB": idle_mib,
+                    "memory of the daemon with the crowd, MiB": service.resident_mib()}
+        yield measure
+        print(f"crowd: {others.summary()}")
 
 
-def submissions(options):
-    with Daemon("--log-level", "warning", "--queued-jobs", "10000000", "--key-queued-jobs", "10000000") as daemon:
-        tell(f"durable submissions, {options.clients} clients",
-             *load(daemon, post("/v1/jobs", scene(job=LATER)), options.clients, options.seconds))
-    return True
+@contextlib.contextmanager
+def history(service, options):
+    finish_jobs(service, options.jobs)
+    requests = {"page of 50": get("/v1/jobs?limit=50"),
+                "page of failed jobs": get("/v1/jobs?limit=50&state=failed"), "submission": post("/v1/jobs", DEFERRED)}
+
+    def measure(seconds):
+        figures = {}
+        for name, request in requests.items():
+            taken = latencies_under_load(service, request, seconds / len(requests), clients=4, pause_s=0.005)[1]
+            figures.update(percentiles(f"{name}, {options.jobs} finished jobs", taken))
+        return figures
+    yield measure
 
 
-def saturated(options):
-    with Daemon("--log-level", "warning") as daemon:
-        count = os.cpu_count()
-        for index in range(count):
-            job_id = daemon.submit(long_scene(name=f"keeps a core busy {index}"))
-            daemon.wait_for_state(job_id, "running")
-        tell("submissions while renders keep all cores busy",
-             *load(daemon, post("/v1/jobs", scene(job=LATER)), 4, options.seconds, pause_s=0.02))
-    return True
-
-
-def history(options):
-    figures = {}
-    for jobs in (FEW, options.jobs):
-        with Daemon("--log-level", "warning", "--queued-jobs", "10000000", "--key-queued-jobs", "10000000") as daemon:
-            finish(daemon, jobs)
-            for what, request in (("pages of 50", get("/v1/jobs?limit=50")),
-                                  ("pages of those that failed", get("/v1/jobs?limit=50&state=failed")),
-                                  ("submissions", post("/v1/jobs", scene(job=LATER)))):
-                rate, latencies = load(daemon, request, 4, options.seconds / 2, pause_s=0.005)
-                tell(f"{what}, {jobs} finished jobs", rate, latencies)
-                figures[what, jobs] = at(latencies, 0.99)
-    for what, jobs in figures:
-        if jobs != FEW:
-            print(f"{what}: p99 with {jobs} finished jobs is {figures[what, jobs] / figures[what, FEW]:.2f} times that with {FEW}")
-    return True
-
-
-def finish(daemon, jobs):
-    """So many jobs that succeeded: one was rendered, the others found its picture in the result cache."""
+def finish_jobs(service, count):
+    """Stores `count` succeeded jobs: the first is rendered, the others get its image from the result cache."""
     document = scene(job={"cache": "use"})
-    daemon.wait_for_end(daemon.submit(document))
-    for begun in range(1, jobs, 10_000):
-        frames = [{"job": {"labels": {"frame": str(index)}}} for index in range(begun, min(begun + 10_000, jobs))]
-        reply = daemon.request("POST", "/v1/batches", {"scene": document, "frames": frames})
+    service.wait_for_end(service.submit(document))
+    for start in range(1, count, 10_000):
+        frames = [{"job": {"labels": {"frame": str(index)}}} for index in range(start, min(start + 10_000, count))]
+        reply = service.request("POST", "/v1/batches", {"scene": document, "frames": frames})
         if reply.status != 202:
             sys.exit(reply.body.decode())
-    finished = json_of(daemon.get("/v1/queue"))["jobs"]
-    if finished["succeeded"] != jobs:
-        sys.exit(f"not all are finished: {finished}")
+    jobs = json_of(service.get("/v1/queue"))["jobs"]
+    if jobs["succeeded"] < count:
+        sys.exit(f"not all jobs succeeded: {jobs}")
 
 
-PARTS = {"renders": renders, "submissions": submissions, "saturated": saturated, "history": history}
+PARTS = {part.__name__: part for part in (renders, submissions, claims, mixed, crowd, history)}
+
+
+def arguments():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--bin", type=pathlib.Path, default=BIN)
+    parser.add_argument("--against", type=pathlib.Path)
+    parser.add_argument("--rounds", type=int, default=10)
+    parser.add_argument("--seconds", type=float, default=2)
+    for name, default in (("clients", 8), ("idle", 2000), ("slow", 500), ("streams", 500), ("jobs", 20_000)):
+        parser.add_argument(f"--{name}", type=int, default=default)
+    parser.add_argument("parts", nargs="*", choices=[*PARTS, []], metavar="PART")
+    return parser.parse_args()
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seconds", type=float, default=10)
-    parser.add_argument("--clients", type=int, default=8)
-    parser.add_argument("--jobs", type=int, default=100_000)
-    parser.add_argument("parts", nargs="*", choices=[*PARTS, []])
-    options = parser.parse_args()
-    print(f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores", flush=True)
-    sys.exit(0 if all([PARTS[part](options) for part in options.parts or PARTS]) else 1)
+    options = arguments()
+    hard = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
+    resource.setrlimit(resource.RLIMIT_NOFILE, (hard, hard))
+    builds = [options.bin] + ([options.against] if options.against else [])
+    print(f"{os.cpu_count()} processors, load {os.getloadavg()[0]:.1f}, {options.rounds} rounds of {options.seconds:g} s"
+          + ("; new, old, new / old" if options.against else ""))
+    for name in options.parts or PARTS:
+        with contextlib.ExitStack() as stack:
+            measures = []
+            for build in builds:
+                service = stack.enter_context(Service(build))
+                service.wait_for_end(service.submit(scene()))  # the worker has started
+                measures.append(functools.partial(stack.enter_context(PARTS[name](service, options)), options.seconds))
+            print_figures(measure_alternately(measures, options.rounds))
 
 
 if __name__ == "__main__":

@@ -1,16 +1,15 @@
 #!/usr/bin/env -S /usr/bin/python3 -u
-"""The same pictures by Whittle, POV-Ray and Tachyon, side by side: time of tracing, time of the whole process, peak
-memory, and how far the pictures are apart, which is the proof that the work was equal.
+"""Compares Whittle, POV-Ray and Tachyon on the same scenes: tracing time, process time, peak memory, and the difference of
+the images, which shows that the work was equal.
 
-    tests/bench/peers_bench.py [SCENE[=SIZE] ...] [--picture 400x300] [--rounds 5] [--keep FOLDER]
+    tests/bench/peers_bench.py [SCENE[=SIZE] ...] [--size 400x300] [--rounds 5] [--keep DIRECTORY]
 
-Scenes and their sizes are those of peers/bench_scenes.py; all, at their usual sizes, when none is named. Documents end
-at 64 MB: molecule=900000 and waves=600000 are the largest. One sample a pixel, five bounces, as many threads as
-processors. Each round runs all programs, one after the other, and medians are told, so that a machine with other work
-is unfair to all alike; `CPU of pixels` is what other work disturbs least: the CPU seconds of the whole process, all
-threads, less those of the same with 16 x 12 pixels. POV-Ray is timed with +BM1 and with +BM2; the one that takes less
-of that counts. `x bare` is how many times the seconds, one thread, of Embree and nothing else tracing exactly the same
-rays: rays_bench records all that we trace.
+Scenes and their sizes are those of peers/bench_scenes.py; by default all of them at their default sizes. Documents are
+limited to 64 MB: molecule=900000 and waves=600000 are the largest. One sample per pixel, five bounces, one thread per
+processor. Each round runs all programs one after the other and the table shows medians, so that other work affects all
+programs alike. `CPU of pixels` is the figure least affected by it: the CPU seconds of the process (all threads) minus
+those of an image of 16 x 12 pixels. POV-Ray is timed with +BM1 and with +BM2; the faster one counts. `x bare` is our time
+relative to Embree alone with the same rays on one thread (rays_bench).
 """
 import argparse
 import math
@@ -29,11 +28,10 @@ FEW_PIXELS = {"width": 16, "height": 12}
 EQUAL_WORK = {"samples": [1, 1], "max_depth": 5, "cutoff": 0}  # Tachyon has no cutoff
 
 NOTES = """\
-Where pictures differ: POV-Ray and Tachyon leave a surface whose smooth normal faces away at its silhouette unlit
-differently (pot, waves); Tachyon sees the background where the depth ends, the others nothing (sphereflake, lattice,
-gears); numbers are 32-bit floats in Tachyon's files. What a program cannot be told is not approximated: it has no row.
-Times: whittle's memory and process time hold its libraries loaded once a process; the daemon has them loaded. All three
-write 16 bits a channel, not compressed."""
+Differences of the images: POV-Ray and Tachyon shade silhouettes whose smooth normal faces away differently (pot, waves);
+at the maximum depth Tachyon returns the background, the others black (sphereflake, lattice, gears); Tachyon reads 32-bit
+floats. An unsupported feature is not approximated: that program has no figures for the scene. The memory and process time
+of whittle include loading its libraries, which the daemon does once. All programs write 16 bits per channel, uncompressed."""
 
 
 def median(runs, field):
@@ -44,24 +42,24 @@ def geometric_mean(values):
     return math.exp(statistics.fmean(map(math.log, values))) if values else math.nan
 
 
-def times_bare(scene, folder, rounds):
-    """How many times as long as bare Embree on the same rays the whole tracer takes."""
+def relative_to_embree(scene, directory, rounds):
+    """The time of the whole tracer relative to bare Embree with the same rays."""
     size = scene["image"].values()
-    done = subprocess.run([programs.BIN / "rays_bench", folder / "scene.json", *map(str, size), str(rounds)], check=True,
+    done = subprocess.run([programs.BIN / "rays_bench", directory / "scene.json", *map(str, size), str(rounds)], check=True,
                           capture_output=True, text=True)
     return float(re.search(r"whole tracer.*Embree +([\d.]+)", done.stdout)[1])
 
 
-def contenders(scene, folder):
-    """{name: program}, and why those that are not there are not."""
-    found, missing = {"whittle": programs.Whittle(scene, folder)}, []
+def programs_for(scene, directory):
+    """({name: program}, the reason for each program that lacks a feature of the scene)"""
+    found, missing = {"whittle": programs.Whittle(scene, directory)}, []
     for name, program, options in (("povray +BM1", programs.PovRay, {"bounding": 1}),
                                    ("povray +BM2", programs.PovRay, {"bounding": 2}), ("tachyon", programs.Tachyon, {})):
-        got = programs.exported(program, scene, folder, **options)
-        if isinstance(got, str):
-            missing.append(f"{name} cannot have {got}")
+        exported = programs.export(program, scene, directory, **options)
+        if isinstance(exported, str):
+            missing.append(f"{name} does not support {exported}")
         else:
-            found[name] = got
+            found[name] = exported
     return found, missing
 
 
@@ -69,7 +67,7 @@ FIELDS = ("trace_s", "pixels_cpu_s", "whole_s", "memory_mb")
 
 
 class Contender:
-    """All that one program did with a scene: the picture, and one of next to no pixels."""
+    """The runs of one program with a scene: the full image, and one of few pixels."""
 
     def __init__(self, program, program_of_few_pixels):
         self.program, self.few_pixels, self.runs, self.idle_runs = program, program_of_few_pixels, [], []
@@ -85,13 +83,13 @@ class Contender:
 
 
 class Row:
-    """What one scene came to; ratios are theirs to ours, more than 1 where we are faster or smaller."""
+    """The figures of one scene. Ratios are theirs / ours: above 1 where we are faster or smaller."""
 
-    def __init__(self, name, scene, folder, rounds):
-        few = folder / "few_pixels"
+    def __init__(self, name, scene, directory, rounds):
+        few = directory / "few_pixels"
         few.mkdir(exist_ok=True)
-        found, self.missing = contenders(scene, folder)
-        idle, _ = contenders({**scene, "image": FEW_PIXELS}, few)
+        found, self.missing = programs_for(scene, directory)
+        idle, _ = programs_for({**scene, "image": FEW_PIXELS}, few)
         all_of = {other: Contender(found[other], idle[other]) for other in found}
         for _ in range(rounds):
             for contender in all_of.values():
@@ -100,28 +98,28 @@ class Row:
         self.pov = min((other for other in all_of if other.startswith("povray")), default=None,
                        key=lambda other: all_of[other].median("pixels_cpu_s"))
         self.theirs = {"povray": all_of.get(self.pov), "tachyon": all_of.get("tachyon")}
-        self.rmse = {other: difference(self.ours, one, folder / f"{other}_heat.png") for other, one in self.theirs.items()
-                     if one}
-        self.bare = times_bare(scene, folder, rounds)
+        self.metrics = {other: difference(self.ours, peer, directory / f"{other}_heat.png")
+                        for other, peer in self.theirs.items() if peer}
+        self.bare = relative_to_embree(scene, directory, rounds)
 
     def ratio(self, other, field):
-        """None where there is no such program, or where the picture took too little to tell."""
-        one, ours = self.theirs[other], self.ours.median(field)
-        return one.median(field) / ours if one and min(ours, one.median(field)) > 0 else None
+        """None if that program is missing, or if the time of the pixels is too short to measure."""
+        peer, ours = self.theirs[other], self.ours.median(field)
+        return peer.median(field) / ours if peer and min(ours, peer.median(field)) > 0 else None
 
     def cells(self):
-        shown = [f"{self.name:12}", f"{1000 * self.ours.median('trace_s'):8.1f}"]
+        cells = [f"{self.name:12}", f"{1000 * self.ours.median('trace_s'):8.1f}"]
         for field in FIELDS:
-            shown += [format_ratio(self.ratio(other, field)) for other in self.theirs]
-        shown.append(format_ratio(self.bare))
+            cells += [format_ratio(self.ratio(other, field)) for other in self.theirs]
+        cells.append(format_ratio(self.bare))
         for other in self.theirs:
-            found = self.rmse.get(other)
-            shown.append(f"{found['rmse']:7.3f} {100 * found['differing']:5.2f}%" if found else f"{'-':>7} {'-':>6}")
-        return " ".join(shown) + f"  {self.pov or ''}"
+            found = self.metrics.get(other)
+            cells.append(f"{found['rmse']:7.3f} {100 * found['differing']:5.2f}%" if found else f"{'-':>7} {'-':>6}")
+        return " ".join(cells) + f"  {self.pov or ''}"
 
 
 def difference(ours, theirs, heat):
-    return programs.difference(ours.runs[0].picture, programs.shown(theirs.runs[0]), heat)
+    return programs.difference(ours.runs[0].image, programs.srgb_image(theirs.runs[0]), heat)
 
 
 def format_ratio(ratio):
@@ -149,27 +147,27 @@ def sum_up(rows):
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", nargs="*", metavar="SCENE[=SIZE]")
-    parser.add_argument("--picture", default="400x300")
+    parser.add_argument("--size", default="400x300")
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--keep", type=pathlib.Path, help="a folder for scenes, pictures and heat maps")
+    parser.add_argument("--keep", type=pathlib.Path, help="a directory for scenes, images and heat maps")
     return parser.parse_args()
 
 
 def main():
-    wanted = arguments()
-    programs.needed("povray", "tachyon")
-    width, height = map(int, wanted.picture.split("x"))
+    options = arguments()
+    programs.require_programs("povray", "tachyon")
+    width, height = map(int, options.size.split("x"))
     print(f"{os.cpu_count()} processors, load {os.getloadavg()[0]:.1f}; {width} x {height} pixels, medians of "
-          f"{wanted.rounds} rounds; ratios are theirs / ours")
+          f"{options.rounds} rounds; ratios are theirs / ours")
     heading()
     rows = []
-    with tempfile.TemporaryDirectory() as passing:
-        for asked in wanted.scenes or bench_scenes.SCENES:
-            name, _, size = asked.partition("=")
-            folder = (wanted.keep or pathlib.Path(passing)) / name
-            folder.mkdir(parents=True, exist_ok=True)
-            scene = bench_scenes.made(name, EQUAL_WORK, int(size) if size else None, width, height)
-            rows.append(Row(name, scene, folder.resolve(), wanted.rounds))
+    with tempfile.TemporaryDirectory() as temporary:
+        for argument in options.scenes or bench_scenes.SCENES:
+            name, _, size = argument.partition("=")
+            directory = (options.keep or pathlib.Path(temporary)) / name
+            directory.mkdir(parents=True, exist_ok=True)
+            scene = bench_scenes.document(name, EQUAL_WORK, int(size) if size else None, width, height)
+            rows.append(Row(name, scene, directory.resolve(), options.rounds))
             print(rows[-1].cells())
     sum_up(rows)
 

@@ -1,9 +1,7 @@
-"""The scenes that ray tracers are compared with: the same bytes every time, of any size, within what POV-Ray and Tachyon
-can be told (document.py).
+"""Generated scenes of any size for comparing ray tracers, limited to the features of POV-Ray and Tachyon (document.py).
 
 After Eric Haines, A proposal for standard graphics environments, IEEE CG&A 7(11), 1987 (the Standard Procedural
-Databases): its kinds of scenes, not its numbers. Each scene is a function of one number, its size, and reads like its
-document.
+Databases): its kinds of scenes, not its parameters. Each scene is a function of one number, its size, and deterministic.
 """
 import math
 import pathlib
@@ -46,34 +44,34 @@ def floor(height=0.0, material="floor"):
 
 
 def ground(corner, along, across):
-    """A floor of two triangles: bare Embree has no planes."""
+    """A floor of two triangles, because bare Embree has no planes."""
     square = quad(corner, along, across)
     del square["uvs"]
     return {**square, "material": "floor"}
 
 
 def sphereflake(levels=4):
-    """9^levels balls that bloom on balls, mirrors all of them."""
-    balls = flake((0, 0, 0), 0.5, (0, 0, 1), levels, flake_buds())
+    """9^levels mirror spheres, recursively placed on spheres."""
+    spheres = flake((0, 0, 0), 0.5, (0, 0, 1), levels, flake_buds())
     return scene("sphereflake", view((2.1, 1.3, 1.7), (0, 0, 0), 45, (0, 0, 1)),
                  [ground((-12, -12, -0.5), (24, 0, 0), (0, 24, 0))]
-                 + [sphere(center, radius, "ball") for center, radius in balls],
-                 {"floor": matte((0.8, 0.6, 0.26)), "ball": shiny((0.5, 0.45, 0.35), 0.5, 0.5, 3.0827)},
+                 + [sphere(center, radius, "mirror") for center, radius in spheres],
+                 {"floor": matte((0.8, 0.6, 0.26)), "mirror": shiny((0.5, 0.45, 0.35), 0.5, 0.5, 3.0827)},
                  [([4, 3, 2], 0.42), ([1, -4, 4], 0.42), ([-3, 1, 5], 0.42)], (0.078, 0.361, 0.753), 0.06)
 
 
 def tetra(levels=6):
-    """A pyramid of 4^levels tetrahedra, each of its own four triangles."""
+    """A pyramid of 4^levels tetrahedra of four triangles each; they share no vertices."""
     corners = [(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]
     positions, triangles = [], []
 
-    def grow(middle, size, left):
+    def grow(center, size, left):
         if left:
             for corner in corners:
-                grow(add(middle, scaled(corner, size / 2)), size / 2, left - 1)
+                grow(add(center, scaled(corner, size / 2)), size / 2, left - 1)
             return
         first = len(positions)
-        positions.extend(list(add(middle, scaled(corner, size))) for corner in corners)
+        positions.extend(list(add(center, scaled(corner, size))) for corner in corners)
         for a, b, c in ((0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)):
             triangles.append([first + a, first + b, first + c])
 
@@ -84,19 +82,19 @@ def tetra(levels=6):
 
 
 def rings(levels=4):
-    """A heap of rings of cylinders with balls in their joints, over a floor that mirrors."""
+    """Rings of cylinders with spheres at their joints above a mirror floor."""
     objects, links = [floor()], 18
     for level in range(levels):
         count = levels - level
         for i in range(count):
             for k in range(count):
-                middle = ((i - (count - 1) / 2) * 2.2, 1 + 1.35 * level, (k - (count - 1) / 2) * 2.2)
+                center = ((i - (count - 1) / 2) * 2.2, 1 + 1.35 * level, (k - (count - 1) / 2) * 2.2)
                 tilt = 0.5 * (i - k) + level
                 joints = []
                 for link in range(links):
                     around = 2 * math.pi * link / links
                     x, y = math.cos(around), math.sin(around) * 0.9
-                    joints.append(add(middle, (x * math.cos(tilt), y, x * math.sin(tilt))))
+                    joints.append(add(center, (x * math.cos(tilt), y, x * math.sin(tilt))))
                 for a, b in zip(joints, joints[1:] + joints[:1]):
                     objects.append(sphere(a, 0.11, "joint"))
                     objects.append({"type": "cylinder", "from": list(a), "to": list(b), "radius": 0.09, "caps": False,
@@ -120,22 +118,22 @@ def height_field(cells, size, height):
 
 
 def mountain(cells=128):
-    """Fractal ground of 2 cells^2 flat triangles, four mirror balls above it."""
+    """A fractal terrain of 2 cells^2 flat triangles below four mirror spheres."""
     rocks = height_field(cells, 6.0, lambda x, z: 1.6 * ridges(0.3 * x + 11.7, 0.3 * z + 4.2) - 0.6)
-    balls = [sphere((x, 1.25, z), 0.45, "ball") for x, z in ((-1, -1), (1, -0.8), (-0.8, 1), (1, 1.1))]
-    return scene("mountain", view((3.6, 3.3, 4.6), (0, 0.35, 0), 40), [{**rocks, "material": "rock"}] + balls,
-                 {"rock": matte((0.55, 0.5, 0.38)), "ball": shiny((0.15, 0.15, 0.2), 0.7, 0.5, 80)})
+    spheres = [sphere((x, 1.25, z), 0.45, "mirror") for x, z in ((-1, -1), (1, -0.8), (-0.8, 1), (1, 1.1))]
+    return scene("mountain", view((3.6, 3.3, 4.6), (0, 0.35, 0), 40), [{**rocks, "material": "rock"}] + spheres,
+                 {"rock": matte((0.55, 0.5, 0.38)), "mirror": shiny((0.15, 0.15, 0.2), 0.7, 0.5, 80)})
 
 
-def gear(middle, teeth, radius, depth, turn, material):
-    """A toothed wheel with its axis along z: an outline of four corners a tooth, its two faces fans about the middle."""
+def gear(center, teeth, radius, depth, turn, material):
+    """A gear with its axis along z: an outline of four corners per tooth, its two faces fans around the center."""
     corners = 4 * teeth
     outline = []
     for i in range(corners):
         angle = turn + 2 * math.pi * i / corners
         reach = radius if i % 4 < 2 else 0.82 * radius
         outline.append((reach * math.cos(angle), reach * math.sin(angle)))
-    positions = [list(add(middle, (x, y, z))) for z in (depth / 2, -depth / 2) for x, y in outline + [(0, 0)]]
+    positions = [list(add(center, (x, y, z))) for z in (depth / 2, -depth / 2) for x, y in outline + [(0, 0)]]
     triangles, back = [], corners + 1
     for i in range(corners):
         j = (i + 1) % corners
@@ -144,13 +142,12 @@ def gear(middle, teeth, radius, depth, turn, material):
 
 
 def gears(count=6):
-    """count^2 wheels between mirrors, every third of clear glass that bends nothing: the tracers that cannot refract
-    can have it too."""
+    """count^2 gears, partly mirrors; every third is clear glass without refraction, which every tracer supports."""
     objects = [ground((-40, -count * 0.95 - 0.2, 40), (80, 0, 0), (0, 0, -80))]
     for i in range(count):
         for k in range(count):
-            middle = (1.75 * (i - (count - 1) / 2), 1.75 * (k - (count - 1) / 2), 0.35 * ((i + 2 * k) % 4))
-            objects.append(gear(middle, 18, 0.97, 0.3, 0.05 * (i - k), ("glass", "brass", "steel")[(i + k) % 3]))
+            center = (1.75 * (i - (count - 1) / 2), 1.75 * (k - (count - 1) / 2), 0.35 * ((i + 2 * k) % 4))
+            objects.append(gear(center, 18, 0.97, 0.3, 0.05 * (i - k), ("glass", "brass", "steel")[(i + k) % 3]))
     glass = {"model": "phong", "color": [0.1, 0.2, 0.2], "diffuse": 0.2, "ambient": 0.2, "specular": 0.5,
              "shininess": 60, "reflection": 0.15, "transmission": 0.75, "transparency": "filtered"}
     return scene("gears", view((3.2, 2.4, 2.2 * count + 4), (0, 0, 0), 38), objects,
@@ -158,14 +155,14 @@ def gears(count=6):
                   "steel": shiny((0.35, 0.38, 0.42), 0.4), "glass": glass})
 
 
-def torus(middle, radius, thickness, around, across):
+def torus(center, radius, thickness, around, across):
     positions, normals, triangles = [], [], []
     for i in range(around):
         c, s = math.cos(2 * math.pi * i / around), math.sin(2 * math.pi * i / around)
         for k in range(across):
             out, up = math.cos(2 * math.pi * k / across), math.sin(2 * math.pi * k / across)
             reach = radius + thickness * out
-            positions.append(list(add(middle, (reach * c, reach * s, thickness * up))))
+            positions.append(list(add(center, (reach * c, reach * s, thickness * up))))
             normals.append([out * c, out * s, up])
             a, b = i * across + k, i * across + (k + 1) % across
             d, e = (i + 1) % around * across + k, (i + 1) % around * across + (k + 1) % across
@@ -174,7 +171,7 @@ def torus(middle, radius, thickness, around, across):
 
 
 def pot(slices=96):
-    """A body turned on a wheel, a ring for its handle, both with smooth normals, on a chequered table of plain tiles."""
+    """A surface of revolution with a torus as its handle, both with smooth normals, on a table of plain tiles."""
     stacks, profile = slices // 2, []
     for i in range(stacks + 1):
         at = math.pi * (i / stacks - 0.5)
@@ -194,7 +191,7 @@ def pot(slices=96):
 
 
 def tree(levels=8):
-    """Branches that fork in two: 2^levels tips, cones with balls in their joints."""
+    """A binary tree with 2^levels tips, of cones with spheres at their joints."""
     objects = [floor()]
 
     def branch(base, direction, length, radius, left):
@@ -215,37 +212,37 @@ def tree(levels=8):
 
 
 def lattice(side=6):
-    """A crystal: balls at the corners of side^3 cubes, rods along the edges, mirrors all of them."""
-    objects, middle = [], (side - 1) / 2
+    """A crystal of mirrors: side^3 spheres on a grid with cylinders along its edges."""
+    objects, offset = [], (side - 1) / 2
     for x in range(side):
         for y in range(side):
             for z in range(side):
-                here = (x - middle, y - middle, z - middle)
-                objects.append(sphere(here, 0.19, "ball"))
+                position = (x - offset, y - offset, z - offset)
+                objects.append(sphere(position, 0.19, "mirror"))
                 for step in ((1, 0, 0), (0, 1, 0), (0, 0, 1)):
                     if max(a + b for a, b in zip((x, y, z), step)) < side:
-                        objects.append({"type": "cylinder", "from": list(here), "to": list(add(here, step)),
+                        objects.append({"type": "cylinder", "from": list(position), "to": list(add(position, step)),
                                         "radius": 0.06, "caps": False, "material": "rod"})
     return scene("lattice", view((1.3 * side, 0.9 * side, 1.7 * side), (0, 0, 0), 36), objects,
-                 {"ball": shiny((0.5, 0.2, 0.15), 0.4), "rod": shiny((0.3, 0.4, 0.5), 0.4)},
+                 {"mirror": shiny((0.5, 0.2, 0.15), 0.4), "rod": shiny((0.3, 0.4, 0.5), 0.4)},
                  [([2 * side, 3 * side, 3 * side], 0.6), ([-2 * side, side, 2 * side], 0.4)])
 
 
-def molecule(balls=20000):
-    """A globe filled with balls of whole coordinates, so that a million of them fit into a document."""
-    chance, reach = random.Random(1), 400
+def molecule(count=20000):
+    """A large sphere filled with spheres at integer coordinates, so that a million of them fit into a document."""
+    generator, reach = random.Random(1), 400
     objects = []
-    while len(objects) < balls:
-        center = [chance.randrange(-reach, reach + 1) for _ in range(3)]
+    while len(objects) < count:
+        center = [generator.randrange(-reach, reach + 1) for _ in range(3)]
         if sum(x * x for x in center) <= reach * reach:
-            objects.append(sphere(center, max(2, round(500 / balls ** (1 / 3))), "cno"[chance.randrange(3)]))
+            objects.append(sphere(center, max(2, round(500 / count ** (1 / 3))), "cno"[generator.randrange(3)]))
     return scene("molecule", view((500, 450, 900), (0, 0, 0), 42), objects,
                  {"c": shiny((0.25, 0.25, 0.28)), "n": shiny((0.15, 0.25, 0.7)), "o": shiny((0.7, 0.12, 0.1))},
                  [([900, 1500, 1400], 0.7), ([-1200, 500, 900], 0.35)])
 
 
 def waves(triangles=200000):
-    """A rolling sea of many small triangles with smooth normals, seen from low above."""
+    """A wave surface of many small triangles with smooth normals, at a grazing view angle."""
     slope = lambda x, z: (0.3 * math.cos(2.1 * x + 0.7 * z), 0.22 * math.cos(2.9 * z - 1.3 * x + 1))
     sea = height_field(max(2, round(math.sqrt(triangles / 2))), 12.0,
                        lambda x, z: 0.3 / 2.1 * math.sin(2.1 * x + 0.7 * z) + 0.22 / 2.9 * math.sin(2.9 * z - 1.3 * x + 1))
@@ -258,12 +255,12 @@ def waves(triangles=200000):
                  {"water": shiny((0.1, 0.3, 0.35), 0.3, 0.5, 90), "buoy": shiny((0.8, 0.2, 0.1))})
 
 
-def glass(balls=4):
-    """Refracting balls over a floor; Tachyon cannot have it."""
+def glass(count=4):
+    """Refracting spheres above a floor; Tachyon does not support refraction."""
     objects = [floor(), floor(9.0, "sky")]
-    for i in range(balls):
-        for k in range(balls):
-            objects.append(sphere((1.5 * (i - (balls - 1) / 2), 0.75, 1.5 * (k - (balls - 1) / 2)), 0.6,
+    for i in range(count):
+        for k in range(count):
+            objects.append(sphere((1.5 * (i - (count - 1) / 2), 0.75, 1.5 * (k - (count - 1) / 2)), 0.6,
                                   "glass" if (i + k) % 2 else "red"))
     clear = {"model": "phong", "color": [0.9, 0.9, 0.9], "ambient": 0, "diffuse": 0.02, "specular": 0.5, "shininess": 90,
              "reflection": 0.1, "transmission": 0.85, "ior": 1.5, "fresnel": False}
@@ -276,8 +273,7 @@ SCENES = {make.__name__: make for make in (sphereflake, tetra, rings, mountain, 
                                            glass)}
 
 
-def made(name, accuracy, size=None, width=512, height=512):
-    """The scene's document with that `accuracy`; the same numbers for every program, and short ones: documents end
-    at 64 MB."""
-    document = SCENES[name](size) if size else SCENES[name]()
-    return rounded({**document, "accuracy": accuracy, "image": {"width": width, "height": height}}, 7)
+def document(name, accuracy, size=None, width=512, height=512):
+    """The document of a scene. Numbers are rounded once, the same for every program; documents are limited to 64 MB."""
+    content = SCENES[name](size) if size else SCENES[name]()
+    return rounded({**content, "accuracy": accuracy, "image": {"width": width, "height": height}}, 7)

@@ -1,18 +1,18 @@
-"""A scene document as other ray tracers can be told it: plain colours, one material a thing, names resolved.
+"""The subset of scene documents that other ray tracers support, with names and defaults resolved.
 
-What no exporter can express faithfully is refused here, by name; what one of them cannot is refused there. Nothing is
-left out silently: a field that is not known here is refused too.
+Features that no exporter supports are rejected here, by name; an exporter rejects those that its program lacks. Unknown
+fields are rejected, too, so that no feature is dropped silently.
 """
 import math
 from typing import NamedTuple
 
 
-class Inexpressible(Exception):
-    """The other program has no equal of this part of the document; the text names it."""
+class Unsupported(Exception):
+    """The other program has no equivalent of a feature of the document; the text names it."""
 
 
 class Material(NamedTuple):
-    """SCENE's local model with all defaults in place. Colours are linear RGB; products of factor and colour are taken."""
+    """A material with all defaults filled in. Colours are linear RGB; factors and their colours are multiplied."""
     model: str              # lambert, phong or blinn_phong
     color: tuple
     ambient: float
@@ -27,13 +27,13 @@ class Material(NamedTuple):
 
 class Light(NamedTuple):
     kind: str               # point or directional
-    place: tuple            # position, or the way the light travels
+    position: tuple         # or, of a directional light, the direction of propagation
     color: tuple            # times intensity
     attenuation: tuple      # c0, c1, c2; (1, 0, 0) is none
 
 
 class Camera(NamedTuple):
-    """Of unit vectors; the picture's plane, at distance 1, is 2 tan_x wide and 2 tan_y high."""
+    """Unit vectors; the image plane at distance 1 is 2 tan_x wide and 2 tan_y high."""
     position: tuple
     forward: tuple
     right: tuple
@@ -50,7 +50,7 @@ class Scene(NamedTuple):
     ambient: tuple
     lights: list
     materials: dict         # Material by name
-    objects: list           # as in the document, "material" being a name
+    objects: list           # as in the document, with "material" as a name
     max_depth: int
     cutoff: float
 
@@ -59,36 +59,36 @@ SHAPE_FIELDS = ("type material point normal center radius inner_radius from to c
                 "positions triangles normals smooth")
 
 
-def of(document):
-    """The Scene of a whole document, or Inexpressible."""
-    known(document, "the document", "version name image camera background ambient lights materials objects accuracy output")
+def portable_scene(document):
+    """The Scene of a document. Raises Unsupported."""
+    check_fields(document, "the document", "version name image camera background ambient lights materials objects accuracy output")
     accuracy = document.get("accuracy", {})
-    known(accuracy, "accuracy", "samples max_depth cutoff target_error preset seed")
+    check_fields(accuracy, "accuracy", "samples max_depth cutoff target_error preset seed")
     materials = {name: material(value) for name, value in document.get("materials", {}).items()}
     objects = []
-    for thing in document["objects"]:
-        if isinstance(thing["material"], dict):
+    for shape in document["objects"]:
+        if isinstance(shape["material"], dict):
             name = f"own_{len(materials)}"
-            materials[name] = material(thing["material"])
-            thing = {**thing, "material": name}
-        known(thing, f"a {thing['type']}", SHAPE_FIELDS)
-        if thing.get("smooth"):
-            raise Inexpressible("smooth of a mesh without normals of its own")
-        objects.append(thing)
+            materials[name] = material(shape["material"])
+            shape = {**shape, "material": name}
+        check_fields(shape, f"a {shape['type']}", SHAPE_FIELDS)
+        if shape.get("smooth"):
+            raise Unsupported("smooth shading of a mesh without normals")
+        objects.append(shape)
     image = document.get("image", {})
-    known(image, "image", "width height")
+    check_fields(image, "image", "width height")
     background = document.get("background", {"color": 0})
-    known(background, "background", "color")
+    check_fields(background, "background", "color")
     width, height = image.get("width", 640), image.get("height", 480)
     return Scene(width, height, camera(document["camera"], width / height), color(background["color"]),
-                 color(document.get("ambient", 0)), [light(one) for one in document.get("lights", [])], materials,
+                 color(document.get("ambient", 0)), [light(value) for value in document.get("lights", [])], materials,
                  objects, accuracy.get("max_depth", 64), accuracy.get("cutoff", 1e-3))
 
 
-def known(part, name, fields):
-    for field in part:
+def check_fields(section, name, fields):
+    for field in section:
         if field not in fields.split():
-            raise Inexpressible(f"{field} of {name}")
+            raise Unsupported(f"{field} of {name}")
 
 
 def color(value):
@@ -99,7 +99,7 @@ def color(value):
     if isinstance(value, str) and value.startswith("#"):
         codes = [int(value[i:i + 2], 16) / 255 for i in (1, 3, 5)]
         return tuple(code / 12.92 if code <= 0.04045 else ((code + 0.055) / 1.055) ** 2.4 for code in codes)
-    raise Inexpressible("a texture, or a colour that is no RGB")
+    raise Unsupported("a texture, or a colour that is not RGB")
 
 
 def times(factor, rgb):
@@ -107,21 +107,21 @@ def times(factor, rgb):
 
 
 def grey(rgb, name):
-    """The one value of a colour whose channels are equal."""
+    """The value of a colour whose channels are equal."""
     if rgb[0] == rgb[1] == rgb[2]:
         return rgb[0]
-    raise Inexpressible(f"{name} that is coloured")
+    raise Unsupported(f"coloured {name}")
 
 
 def material(value):
-    known(value, "a material", "model color ambient diffuse specular shininess reflection reflection_color transmission "
+    check_fields(value, "a material", "model color ambient diffuse specular shininess reflection reflection_color transmission "
                                "transmission_color transparency ior fresnel")
     transmission = grey(times(value.get("transmission", 0), color(value.get("transmission_color", 1))), "transmission")
     transparency = value.get("transparency", "refract") if transmission else "filtered"
     if transparency == "interpolated":
-        raise Inexpressible("interpolated transparency")
+        raise Unsupported("interpolated transparency")
     if value.get("fresnel", transmission > 0 and transparency == "refract"):
-        raise Inexpressible("fresnel")
+        raise Unsupported("fresnel")
     reflection = times(value.get("reflection", 0), color(value.get("reflection_color", 1)))
     return Material(value.get("model", "phong"), color(value.get("color", 0.8)), value.get("ambient", 1),
                     value.get("diffuse", 1), value.get("specular", 0), value.get("shininess", 32), reflection,
@@ -129,21 +129,21 @@ def material(value):
 
 
 def light(value):
-    known(value, f"a {value['type']} light", "type position direction color intensity attenuation")
+    check_fields(value, f"a {value['type']} light", "type position direction color intensity attenuation")
     if value["type"] not in ("point", "directional"):
-        raise Inexpressible(f"a {value['type']} light")
+        raise Unsupported(f"a {value['type']} light")
     attenuation = value.get("attenuation", "none")
     if attenuation == "inverse_square":
-        raise Inexpressible("inverse_square attenuation")
+        raise Unsupported("inverse_square attenuation")
     factors = (1, 0, 0) if attenuation == "none" or value["type"] == "directional" else tuple(attenuation)
-    place = value["position"] if value["type"] == "point" else value["direction"]
-    return Light(value["type"], tuple(place), times(value.get("intensity", 1), color(value.get("color", 1))), factors)
+    position = value["position"] if value["type"] == "point" else value["direction"]
+    return Light(value["type"], tuple(position), times(value.get("intensity", 1), color(value.get("color", 1))), factors)
 
 
 def camera(value, aspect):
-    known(value, "the camera", "type position look_at up fov")
+    check_fields(value, "the camera", "type position look_at up fov")
     if value.get("type", "perspective") != "perspective":
-        raise Inexpressible(f"a camera that is {value['type']}")
+        raise Unsupported(f"a camera of type {value['type']}")
     position = tuple(value["position"])
     forward = unit(tuple(b - a for a, b in zip(position, value["look_at"])))
     right = unit(cross(forward, tuple(value.get("up", (0, 1, 0)))))

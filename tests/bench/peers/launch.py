@@ -1,7 +1,7 @@
-"""launch.py FILE COMMAND...: runs the command and writes {"status", "seconds", "cpu_seconds", "memory_kb"} of it to FILE.
+"""launch.py FILE COMMAND...: runs the command and writes its {"status", "seconds", "cpu_seconds", "memory_kb"} to FILE.
 
-A process of its own, as small as Python gets: Linux counts what a process had before it became another program towards
-that program's peak memory (getrusage(2), ru_maxrss), and the one that makes the scenes is large.
+This is a separate small process, because ru_maxrss (getrusage(2)) of a program includes the memory that its process had
+before exec, and the process that generates the scenes is large.
 """
 import json
 import os

@@ -1,4 +1,4 @@
-"""Runs Whittle, POV-Ray and Tachyon on a scene: what each took, and its picture as sRGB."""
+"""Runs Whittle, POV-Ray and Tachyon on a scene and reports time, memory and the image."""
 import json
 import os
 import pathlib
@@ -9,45 +9,44 @@ import sys
 from typing import NamedTuple
 
 from tests.bench.peers import document, povray, ppm, tachyon
-
-SOURCE = pathlib.Path(__file__).resolve().parents[3]
-BIN = pathlib.Path(os.environ.get("WHITTLE_BIN", SOURCE / "build/release/bin"))
+from tests.support.whittle import BIN
 
 
 class Run(NamedTuple):
-    trace_s: float      # tracing alone, as the program tells it
+    trace_s: float      # tracing alone, as printed by the program
     whole_s: float      # from start to end of the process
-    cpu_s: float        # of the whole process, all threads: what a busy machine disturbs least
-    memory_mb: float    # the most that was resident
-    picture: pathlib.Path
-    said: str           # all that it printed
+    cpu_s: float        # of all threads of the process: the figure least affected by other work
+    memory_mb: float    # peak resident memory
+    image: pathlib.Path
+    output: str         # standard output and error
 
 
 class Failed(Exception):
-    """The program did not end well; the text is the end of what it printed."""
+    """The program failed; the text is the end of its output."""
 
 
-def needed(*programs):
-    """Ends with a sentence where one of them is not installed."""
+def require_programs(*programs):
+    """Exits with a message if one of them is not installed."""
     missing = [program for program in programs if not shutil.which(program)]
     if missing:
-        sys.exit(f"{' and '.join(missing)} not found; they are not among the packages of docker/packages.txt, for only "
-                 f"these comparisons need them: apt-get install {' '.join(missing)}")
+        sys.exit(f"{' and '.join(missing)} not found; docker/packages.txt does not list them, because only this comparison "
+                 f"uses them: apt-get install {' '.join(missing)}")
 
 
-def timed(command, folder):
-    """((seconds, CPU seconds, resident MB), output). Standard output and error are one file: no pipe can fill. All starts
-    with nothing left to be written: a program that syncs its picture, as Whittle does, would wait for the others' too."""
+def timed(command, directory):
+    """((seconds, CPU seconds, resident MB), output). The output goes to a file, because a pipe could fill up.
+
+    Starts with sync(2): a program that syncs its image, like Whittle, would else wait for the writes of the others."""
     os.sync()
     launch = [sys.executable, "-I", "-S", pathlib.Path(__file__).with_name("launch.py"), "usage.json"]
-    with open(folder / "said", "w+b") as said:
-        subprocess.run(list(map(str, launch + command)), cwd=folder, stdin=subprocess.DEVNULL, stdout=said,
+    with open(directory / "output", "w+b") as output:
+        subprocess.run(list(map(str, launch + command)), cwd=directory, stdin=subprocess.DEVNULL, stdout=output,
                        stderr=subprocess.STDOUT, check=True)
-        said.seek(0)
-        text = said.read().decode(errors="replace")
-    usage = json.loads((folder / "usage.json").read_text())
+        output.seek(0)
+        text = output.read().decode(errors="replace")
+    usage = json.loads((directory / "usage.json").read_text())
     if usage["status"] != 0:
-        raise Failed(f"{command[0]} ended with {usage['status']}: {text[-600:]}")
+        raise Failed(f"{command[0]} exited with {usage['status']}: {text[-600:]}")
     return (usage["seconds"], usage["cpu_seconds"], usage["memory_kb"] / 1024), text
 
 
@@ -58,63 +57,62 @@ def number(pattern, text):
 class Whittle:
     name = "whittle"
 
-    def __init__(self, scene, folder):
-        self.folder = folder
-        (folder / "scene.json").write_text(json.dumps(scene, separators=(",", ":")))
+    def __init__(self, scene, directory):
+        self.directory = directory
+        (directory / "scene.json").write_text(json.dumps(scene, separators=(",", ":")))
 
     def run(self, threads=os.cpu_count()):
         costs, text = timed([BIN / "whittle", "render", "scene.json", "-o", "whittle.tiff", "--threads", threads],
-                            self.folder)
-        return Run(number(r"trace ([\d.]+) ms", text) / 1000, *costs, self.folder / "whittle.tiff", text)
+                            self.directory)
+        return Run(number(r"trace ([\d.]+) ms", text) / 1000, *costs, self.directory / "whittle.tiff", text)
 
 
 class PovRay:
-    """`bounding` 1: slabs, its default; 2: a tree that splits space. `sampling`: options of its own; none is one ray
-    through the middle of each pixel."""
+    """`bounding` 1: slabs, its default; 2: a BSP tree. One ray is traced through the center of each pixel."""
     name = "povray"
 
-    def __init__(self, scene, folder, bounding=1):
-        self.folder, self.bounding, self.size = folder, bounding, (scene.width, scene.height)
-        povray.write_scene(scene, folder / "scene.pov")
+    def __init__(self, scene, directory, bounding=1):
+        self.directory, self.bounding, self.size = directory, bounding, (scene.width, scene.height)
+        povray.write_scene(scene, directory / "scene.pov")
 
-    def run(self, threads=os.cpu_count(), sampling=("-A",), scale=1):
-        width, height = (scale * side for side in self.size)
+    def run(self, threads=os.cpu_count()):
+        width, height = self.size
         costs, text = timed(["povray", "+Iscene.pov", "+Opovray.ppm", f"+W{width}", f"+H{height}", "-D", "-V", "+FP16",
-                             "File_Gamma=1", f"+BM{self.bounding}", f"+WT{threads}", *sampling], self.folder)
-        return Run(number(r"Trace Time:.*\(([\d.]+) seconds\)", text), *costs, self.folder / "povray.ppm", text)
+                             "File_Gamma=1", f"+BM{self.bounding}", f"+WT{threads}", "-A"], self.directory)
+        return Run(number(r"Trace Time:.*\(([\d.]+) seconds\)", text), *costs, self.directory / "povray.ppm", text)
 
 
 class Tachyon:
     name = "tachyon"
 
-    def __init__(self, scene, folder):
-        self.folder, self.options = folder, (tachyon.highlights(scene),)
-        tachyon.write_scene(scene, folder / "scene.dat")
+    def __init__(self, scene, directory):
+        self.directory, self.options = directory, (tachyon.highlights(scene),)
+        tachyon.write_scene(scene, directory / "scene.dat")
 
     def run(self, threads=os.cpu_count()):
         costs, text = timed(["tachyon", "scene.dat", "-format", "PPM48", "-o", "tachyon.ppm", "-numthreads", threads,
-                             *self.options], self.folder)
-        return Run(number(r"Ray Tracing Time:\s+([\d.]+)", text), *costs, self.folder / "tachyon.ppm", text)
+                             *self.options], self.directory)
+        return Run(number(r"Ray Tracing Time:\s+([\d.]+)", text), *costs, self.directory / "tachyon.ppm", text)
 
 
-def exported(program, scene, folder, **options):
-    """The program with the scene (a document), or the reason why it cannot have it, as text."""
+def export(program, scene, directory, **options):
+    """The program with the scene (a document), or the name of an unsupported feature."""
     try:
-        return program(document.of(scene), folder, **options)
-    except document.Inexpressible as reason:
+        return program(document.portable_scene(scene), directory, **options)
+    except document.Unsupported as reason:
         return str(reason)
 
 
-def shown(run):
-    """The picture as a PNG of sRGB."""
-    if run.picture.suffix != ".ppm":
-        return run.picture
-    png = run.picture.with_suffix(".png")
-    ppm.write_png(ppm.read(run.picture), png)
+def srgb_image(run):
+    """The image as a file that `whittle diff` reads."""
+    if run.image.suffix != ".ppm":
+        return run.image
+    png = run.image.with_suffix(".png")
+    ppm.write_png(ppm.read(run.image), png)
     return png
 
 
 def difference(a, b, heat=None):
-    """What `whittle diff` says of two PNGs: rmse and the rest, in levels."""
+    """The metrics of `whittle diff` for two images, in levels."""
     command = [BIN / "whittle", "diff", a, b, "--json"] + (["--heat", heat] if heat else [])
     return json.loads(subprocess.run(command, check=True, capture_output=True).stdout)
