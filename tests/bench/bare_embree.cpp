@@ -20,15 +20,15 @@ constexpr unsigned mask_opaque = 1, mask_transmissive = 2;
 
 template <class Geometry>
 void shape_bounds(const RTCBoundsFunctionArguments* args) {
-  const auto [middle, extent] = bounds_of(*static_cast<const Geometry*>(args->geometryUserPtr), args->primID);
+  const auto [center, extent] = bounds_of(*static_cast<const Geometry*>(args->geometryUserPtr), args->primID);
   const auto low = [](double c) { return std::nextafter(static_cast<float>(c), -HUGE_VALF); };
   const auto high = [](double c) { return std::nextafter(static_cast<float>(c), HUGE_VALF); };
-  const tracer::Vec3 from = middle - extent, to = middle + extent;
+  const tracer::Vec3 from = center - extent, to = center + extent;
   *args->bounds_o = {low(from.x), low(from.y), low(from.z), 0, high(to.x), high(to.y), high(to.z), 0};
 }
 
-/// Over the lanes of a packet without branches; the distances by themselves, or the loop becomes no vector code.
-/// `Store` gets (lane, distance, hit).
+/// Calls `store(lane, distance, hit)` for the lanes of a packet. The distances have a loop of their own without
+/// branches, which the compiler vectorizes.
 template <class Geometry, class Store>
 inline __attribute__((always_inline)) void each_lane(const Geometry& g, unsigned primitive, const RTCRay16& ray,
                                                      const Store& store) {
@@ -48,10 +48,10 @@ inline __attribute__((always_inline)) void closest_lanes(const Geometry& g, cons
   const unsigned geometry = args.geomID, primitive = args.primID;
   each_lane(
       g, primitive, rayhit.ray, [&](unsigned i, double t, bool hit) __attribute__((always_inline)) {
-        const bool taken = hit & (valid[i] != 0);
-        rayhit.ray.tfar[i] = taken ? static_cast<float>(t) : rayhit.ray.tfar[i];
-        rayhit.hit.geomID[i] = taken ? geometry : rayhit.hit.geomID[i];
-        rayhit.hit.primID[i] = taken ? primitive : rayhit.hit.primID[i];
+        const bool accepted = hit & (valid[i] != 0);
+        rayhit.ray.tfar[i] = accepted ? static_cast<float>(t) : rayhit.ray.tfar[i];
+        rayhit.hit.geomID[i] = accepted ? geometry : rayhit.hit.geomID[i];
+        rayhit.hit.primID[i] = accepted ? primitive : rayhit.hit.primID[i];
       });
 }
 
@@ -64,19 +64,19 @@ inline __attribute__((always_inline)) void occluded_lanes(const Geometry& g, uns
       });
 }
 
-/// Lanes of what Embree asks about where that is less than a packet: copied into one, and back.
-RTCRay16 gathered(RTCRayN* rays, unsigned count) {
+/// Copies the rays of a partial packet to a full one.
+RTCRay16 full_packet(RTCRayN* rays, unsigned count) {
   RTCRay16 packet{};
   for (unsigned i = 0; i < count; ++i) {
-    const RTCRay one = rtcGetRayFromRayN(rays, count, i);
-    packet.org_x[i] = one.org_x;
-    packet.org_y[i] = one.org_y;
-    packet.org_z[i] = one.org_z;
-    packet.dir_x[i] = one.dir_x;
-    packet.dir_y[i] = one.dir_y;
-    packet.dir_z[i] = one.dir_z;
-    packet.tnear[i] = one.tnear;
-    packet.tfar[i] = one.tfar;
+    const RTCRay ray = rtcGetRayFromRayN(rays, count, i);
+    packet.org_x[i] = ray.org_x;
+    packet.org_y[i] = ray.org_y;
+    packet.org_z[i] = ray.org_z;
+    packet.dir_x[i] = ray.dir_x;
+    packet.dir_y[i] = ray.dir_y;
+    packet.dir_z[i] = ray.dir_z;
+    packet.tnear[i] = ray.tnear;
+    packet.tfar[i] = ray.tfar;
   }
   return packet;
 }
@@ -107,7 +107,7 @@ void shape_intersect(const RTCIntersectFunctionNArguments* args) {
   }
   RTCRayN* rays = RTCRayHitN_RayN(args->rayhit, args->N);
   RTCRayHit16 packet;
-  packet.ray = gathered(rays, args->N);
+  packet.ray = full_packet(rays, args->N);
   int valid[width] = {};
   for (unsigned i = 0; i < args->N; ++i) valid[i] = args->valid[i];
   for (unsigned& id : packet.hit.geomID) id = RTC_INVALID_GEOMETRY_ID;
@@ -127,7 +127,7 @@ void shape_occluded(const RTCOccludedFunctionNArguments* args) {
     occluded(g, args->primID, args->valid, *reinterpret_cast<RTCRay16*>(args->ray));
     return;
   }
-  RTCRay16 packet = gathered(args->ray, args->N);
+  RTCRay16 packet = full_packet(args->ray, args->N);
   int valid[width] = {};
   for (unsigned i = 0; i < args->N; ++i) valid[i] = args->valid[i];
   occluded(g, args->primID, valid, packet);
@@ -139,7 +139,7 @@ unsigned mask_of(tracer::GeometryMask mask) {
          (mask != tracer::GeometryMask::opaque ? mask_transmissive : 0);
 }
 
-/// Rays as Embree wants them; lanes beyond the last hold that one again.
+/// Converts rays to an Embree packet; lanes beyond the last ray repeat it.
 RTCRay16 packet(const tracer::RaySpan& rays, std::size_t first, unsigned mask) {
   RTCRay16 ray;
   for (std::size_t i = 0; i < width; ++i) {
@@ -163,25 +163,25 @@ RTCRay16 packet(const tracer::RaySpan& rays, std::size_t first, unsigned mask) {
 bool is_hit(const RTCRay16& ray, unsigned lane) { return ray.tfar[lane] < 0; }
 bool is_hit(const RTCRayHit16& rayhit, unsigned lane) { return rayhit.hit.geomID[lane] != RTC_INVALID_GEOMETRY_ID; }
 
-void put(const RTCRay16& ray, RTCRay16& into) { into = ray; }
-void put(const RTCRay16& ray, RTCRayHit16& into) {
-  into.ray = ray;
-  for (unsigned& id : into.hit.geomID) id = RTC_INVALID_GEOMETRY_ID;
+void set_rays(const RTCRay16& ray, RTCRay16& target) { target = ray; }
+void set_rays(const RTCRay16& ray, RTCRayHit16& target) {
+  target.ray = ray;
+  for (unsigned& id : target.hit.geomID) id = RTC_INVALID_GEOMETRY_ID;
 }
 
-void ask(const int* valid, RTCScene scene, RTCIntersectContext& context, RTCRay16& ray) {
+void run_query(const int* valid, RTCScene scene, RTCIntersectContext& context, RTCRay16& ray) {
   rtcOccluded16(valid, scene, &context, &ray);
 }
-void ask(const int* valid, RTCScene scene, RTCIntersectContext& context, RTCRayHit16& rayhit) {
+void run_query(const int* valid, RTCScene scene, RTCIntersectContext& context, RTCRayHit16& rayhit) {
   rtcIntersect16(valid, scene, &context, &rayhit);
 }
 
 struct Scenes {
   RTCScene all = nullptr;
-  RTCScene transmissive = nullptr;  ///< once more what lets light through
+  RTCScene transmissive = nullptr;  ///< the transmissive geometry again
 };
 
-/// Asks with all of them; `Rays` is RTCRay16 or RTCRayHit16.
+/// Traces all queries of one kind; `Rays` is RTCRay16 or RTCRayHit16.
 template <class Rays>
 BareEmbree::Timing trace_all(std::span<const Query> queries, Query::Kind kind, BareEmbree::Flags flags,
                              const Scenes& scenes) {
@@ -197,11 +197,11 @@ BareEmbree::Timing trace_all(std::span<const Query> queries, Query::Kind kind, B
     const tracer::RaySpan rays = query.rays();
     for (std::size_t first = 0; first < rays.count; first += width) {
       Packet& filled = packets.emplace_back();
-      put(packet(rays, first, mask_of(query.mask)), filled.rays);
+      set_rays(packet(rays, first, mask_of(query.mask)), filled.rays);
       filled.scene = query.mask == tracer::GeometryMask::transmissive ? scenes.transmissive : scenes.all;
       for (std::size_t i = 0; i < width; ++i)
         filled.valid[i] = first + i < rays.count && Query::is_ray(rays, first + i) ? -1 : 0;
-      filled.coherence = flags == BareEmbree::Flags::as_asked ? query.coherence : tracer::Coherence::coherent;
+      filled.coherence = flags == BareEmbree::Flags::as_recorded ? query.coherence : tracer::Coherence::coherent;
     }
   }
   RTCIntersectContext coherent, incoherent;
@@ -211,11 +211,12 @@ BareEmbree::Timing trace_all(std::span<const Query> queries, Query::Kind kind, B
   incoherent.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
   BareEmbree::Timing timing;
   const double start = processor_seconds();
-  for (Packet& asked : packets)
-    ask(asked.valid, asked.scene, asked.coherence == tracer::Coherence::coherent ? coherent : incoherent, asked.rays);
+  for (Packet& packet : packets)
+    run_query(packet.valid, packet.scene, packet.coherence == tracer::Coherence::coherent ? coherent : incoherent,
+              packet.rays);
   timing.seconds = processor_seconds() - start;
-  for (const Packet& asked : packets)
-    for (unsigned i = 0; i < width; ++i) timing.hits += asked.valid[i] != 0 && is_hit(asked.rays, i) ? 1 : 0;
+  for (const Packet& packet : packets)
+    for (unsigned i = 0; i < width; ++i) timing.hits += packet.valid[i] != 0 && is_hit(packet.rays, i) ? 1 : 0;
   return timing;
 }
 
@@ -228,10 +229,10 @@ double processor_seconds() {
 }
 
 struct BareEmbree::Content {
-  std::atomic<std::int64_t> bytes{0};  ///< that Embree holds
+  std::atomic<std::int64_t> bytes{0};  ///< allocated by Embree
   RTCDevice device = rtcNewDevice(nullptr);
   Scenes scenes;
-  std::uint64_t shared_bytes = 0;  ///< of the geometry, that Embree does not hold
+  std::uint64_t shared_bytes = 0;  ///< geometry that Embree shares
   Content() {
     const auto count = [](void* total, ssize_t more, bool /*post*/) {
       *static_cast<std::atomic<std::int64_t>*>(total) += more;
@@ -247,16 +248,16 @@ struct BareEmbree::Content {
     rtcReleaseScene(scenes.all);
     rtcReleaseDevice(device);
   }
-  void attach(RTCGeometry geometry, bool lets_through) const {
-    rtcSetGeometryMask(geometry, lets_through ? mask_transmissive : mask_opaque);
+  void attach(RTCGeometry geometry, bool transmissive) const {
+    rtcSetGeometryMask(geometry, transmissive ? mask_transmissive : mask_opaque);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scenes.all, geometry);
-    if (lets_through) rtcAttachGeometry(scenes.transmissive, geometry);
+    if (transmissive) rtcAttachGeometry(scenes.transmissive, geometry);
     rtcReleaseGeometry(geometry);
   }
-  /// Two triangles that reach so far that who sees their end sees a horizon.
+  /// Two triangles large enough to look like an infinite plane.
   void attach_plane(const tracer::Vec3& point, const tracer::Vec3& normal, bool transmissive) const {
-    constexpr double far = 50;  // the scene's box is about one
+    constexpr double far = 50;  // the bounds of the scene are about 1
     const tracer::Axes axes = tracer::axes_across(normal, {0, 1, 0});
     RTCGeometry g = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* vertices = static_cast<float*>(

@@ -1,7 +1,7 @@
 #pragma once
-/// The yardstick: Embree and nothing else, tracing given rays against a compiled scene's geometry. No shading, no
-/// queues, Embree's own triangles, textbook callbacks for the other shapes (bare_shapes.h). What it cannot do and the
-/// tracer does: exact hits, scenes far from the origin, planes without an end.
+/// The reference for rays_bench: Embree alone, intersecting given rays with the geometry of a compiled scene. No
+/// shading, no queues, Embree's own triangles, textbook callbacks for the other shapes (bare_shapes.h). Unlike the
+/// tracer it has no double-precision hits, no support for scenes far from the origin and no infinite planes.
 
 #include <cstdint>
 #include <memory>
@@ -11,12 +11,12 @@
 
 namespace bench {
 
-/// Of all threads of this process since it began.
+/// CPU time of all threads of this process so far.
 double processor_seconds();
 
 class BareEmbree {
  public:
-  /// `geometry` outlives this.
+  /// `geometry` must outlive this object.
   explicit BareEmbree(const tracer::GeometrySet& geometry);
   ~BareEmbree();
 
@@ -24,11 +24,11 @@ class BareEmbree {
     double seconds = 0;
     std::size_t hits = 0;
   };
-  enum class Flags { as_asked, coherent };
-  /// The rays of all queries of that kind, each query's in packets of 16 of their own. The packets are filled
-  /// beforehand: only the calls to Embree are timed.
+  enum class Flags { as_recorded, coherent };
+  /// Traces the rays of all queries of `kind`; no packet of 16 holds rays of two queries. The packets are filled in
+  /// advance: only the calls of Embree are timed.
   [[nodiscard]] Timing trace(std::span<const Query> queries, Query::Kind kind, Flags flags) const;
-  /// Its tree, and the geometry as given: vertices as floats.
+  /// Size of the BVH and of the geometry, with float vertices.
   [[nodiscard]] std::uint64_t memory_bytes() const;
 
  private:

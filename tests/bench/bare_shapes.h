@@ -1,6 +1,6 @@
 #pragma once
-/// What a ray meets, as textbooks have it: the yardstick's callbacks, in double and no more careful than that. Each
-/// gives the nearest distance > `near`, or infinity, of a ray whose direction may have any length.
+/// Textbook ray-shape intersections for BareEmbree, in double precision without error bounds. Each returns the smallest
+/// distance > `near`, or infinity; ray directions need not be unit vectors.
 
 #include <cmath>
 
@@ -70,7 +70,7 @@ BARE_INLINE double box_distance(const BareRay& r) {
   return enter <= leave ? first_beyond(r.near, enter, leave) : HUGE_VAL;
 }
 
-/// Calls `all(distance)`, `distance` giving that of a ray in the trace frame: which shape is decided once.
+/// Calls `all(distance)`, where `distance(ray)` intersects a render-space ray. The shape is selected once per call.
 template <class All>
 BARE_INLINE void with_shape(const tracer::SphereGeometry& g, unsigned i, const All& all) {
   const double x = g.x[i], y = g.y[i], z = g.z[i], radius = g.radius[i];
@@ -83,10 +83,10 @@ template <class All>
 BARE_INLINE void with_shape(const tracer::QuadricGeometry& g, unsigned i, const All& all) {
   const tracer::Quadric& q = g.quadrics[i];
   const tracer::Linear m = q.shape_from_trace;
-  const tracer::Vec3 at = q.origin;
+  const tracer::Vec3 origin = q.origin;
   const double radius_0 = q.radius_0, radius_1 = q.radius_1;
-  const auto inside = [=](const BareRay& r) __attribute__((always_inline)) {
-    const double x = r.ox - at.x, y = r.oy - at.y, z = r.oz - at.z;
+  const auto to_shape_space = [=](const BareRay& r) __attribute__((always_inline)) {
+    const double x = r.ox - origin.x, y = r.oy - origin.y, z = r.oz - origin.z;
     return BareRay{m.x.x * x + m.y.x * y + m.z.x * z,
                    m.x.y * x + m.y.y * y + m.z.y * z,
                    m.x.z * x + m.y.z * y + m.z.z * z,
@@ -98,25 +98,27 @@ BARE_INLINE void with_shape(const tracer::QuadricGeometry& g, unsigned i, const 
   using enum tracer::QuadricKind;
   switch (q.kind) {
     case ellipsoid:
-      return all([=](const BareRay& r) __attribute__((always_inline)) { return sphere_distance(inside(r), 1); });
+      return all([=](const BareRay& r)
+                     __attribute__((always_inline)) { return sphere_distance(to_shape_space(r), 1); });
     case disc:
       return all([=](const BareRay& r)
-                     __attribute__((always_inline)) { return disc_distance(inside(r), 0, radius_0, 1); });
+                     __attribute__((always_inline)) { return disc_distance(to_shape_space(r), 0, radius_0, 1); });
     case frustum:
       if (q.caps)
         return all([=](const BareRay& r) __attribute__((always_inline)) {
-          return frustum_distance<true>(inside(r), radius_0, radius_1);
+          return frustum_distance<true>(to_shape_space(r), radius_0, radius_1);
         });
-      return all([=](const BareRay& r)
-                     __attribute__((always_inline)) { return frustum_distance<false>(inside(r), radius_0, radius_1); });
+      return all([=](const BareRay& r) __attribute__((always_inline)) {
+        return frustum_distance<false>(to_shape_space(r), radius_0, radius_1);
+      });
     case box:
-      return all([=](const BareRay& r) __attribute__((always_inline)) { return box_distance(inside(r)); });
+      return all([=](const BareRay& r) __attribute__((always_inline)) { return box_distance(to_shape_space(r)); });
   }
 }
 
-/// What surely holds it, for its box: middle and half extents.
+/// Conservative bounds: center and half extents.
 struct BareBounds {
-  tracer::Vec3 middle, extent;
+  tracer::Vec3 center, extent;
 };
 
 inline BareBounds bounds_of(const tracer::SphereGeometry& g, unsigned i) {
@@ -129,11 +131,11 @@ inline BareBounds bounds_of(const tracer::QuadricGeometry& g, unsigned i) {
   const auto end = [&](double z, double radius) {
     return BareBounds{q.origin + m.z * z, tracer::disc_extent(m) * radius};
   };
-  const auto around = [](const BareBounds& a, const BareBounds& b) {
+  const auto enclose = [](const BareBounds& a, const BareBounds& b) {
     tracer::Bounds both;
-    for (const BareBounds& one : {a, b}) {
-      both.include(one.middle - one.extent);
-      both.include(one.middle + one.extent);
+    for (const BareBounds& bounds : {a, b}) {
+      both.include(bounds.center - bounds.extent);
+      both.include(bounds.center + bounds.extent);
     }
     return BareBounds{(both.low + both.high) * 0.5, (both.high - both.low) * 0.5};
   };
@@ -143,7 +145,7 @@ inline BareBounds bounds_of(const tracer::QuadricGeometry& g, unsigned i) {
     case tracer::QuadricKind::disc:
       return end(0, 1);
     case tracer::QuadricKind::frustum:
-      return around(end(0, q.radius_0), end(1, q.radius_1));
+      return enclose(end(0, q.radius_0), end(1, q.radius_1));
     case tracer::QuadricKind::box:
       break;
   }

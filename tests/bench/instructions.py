@@ -1,15 +1,17 @@
 #!/usr/bin/env -S /usr/bin/python3 -u
 """Instructions per ray of small images: the cost of tracing on one thread, independent of the machine's load.
 
-    tests/bench/instructions.py            counts them and prints them beside instructions.json
-    tests/bench/instructions.py --write    counts them and writes that file (the commit states the reason)
-    tests/bench/instructions.py --general  counts them for the integrator with all features, too: the cost of features
-                                           that are compiled in but not needed
+    tests/bench/instructions.py                    prints them beside instructions.json
+    tests/bench/instructions.py --against OLD/bin  prints them beside those of another build
+    tests/bench/instructions.py --general          prints those of the integrator with all features beside them: the cost
+                                                   of features that are compiled in but not needed
+    tests/bench/instructions.py --write            writes instructions.json (the commit states the reason)
 
 Valgrind counts, and the counts are reproducible: it emulates AVX2 but not AVX-512, which decides the code path of Embree,
 of our kernels and of the C library. They belong to the compiler and libraries of Debian 12. instructions_test.py compares
 them with the file.
 """
+import argparse
 import json
 import pathlib
 import re
@@ -41,46 +43,53 @@ class Count(NamedTuple):
     instructions: int   # of tracer::render alone
 
 
-def count_instructions(paths, model="picked"):
+def count_instructions(paths, model, directory):
     """A Count for each scene. One process renders all: starting it under valgrind takes longer than the images."""
-    with tempfile.TemporaryDirectory() as directory:
+    with tempfile.TemporaryDirectory() as output:
         # Counted inside render(); dumped where compile() of the next scene begins, and at the end.
         command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=out", "--toggle-collect=tracer::render(*",
-                   "--dump-before=tracer::compile(*", BIN / "trace_model", model, *paths]
-        done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=directory)
-        dumps = sorted(pathlib.Path(directory).glob("out.*"), key=lambda path: int(path.suffix[1:]))
+                   "--dump-before=tracer::compile(*", directory / "trace_model", model, *paths]
+        done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=output)
+        dumps = sorted(pathlib.Path(output).glob("out.*"), key=lambda path: int(path.suffix[1:]))
         totals = [int(re.search(r"^totals: (\d+)", path.read_text(), re.MULTILINE)[1])
-                  for path in [*dumps[1:], pathlib.Path(directory) / "out"]]
+                  for path in [*dumps[1:], pathlib.Path(output) / "out"]]
     rays = [int(line.split()[1]) for line in done.stdout.splitlines()]
     if not len(paths) == len(totals) == len(rays):
         raise RuntimeError(f"{len(paths)} scenes, {len(rays)} images, {len(totals)} counts")
     return [Count(*pair) for pair in zip(rays, totals)]
 
 
-def measure(model="picked"):
+def measure(model="picked", directory=BIN):
     """{image: {"rays", "instructions_per_ray"}}"""
-    with tempfile.TemporaryDirectory() as directory:
+    with tempfile.TemporaryDirectory() as scenes:
         paths = []
         for name, (accuracy, _) in IMAGES.items():
-            paths.append(pathlib.Path(directory) / f"{name}.json")
+            paths.append(pathlib.Path(scenes) / f"{name}.json")
             paths[-1].write_text(json.dumps(scene(name, accuracy=accuracy, image=SIZE)))
         return {name: {"rays": count.rays, "instructions_per_ray": round(count.instructions / count.rays, 1)}
-                for name, count in zip(IMAGES, count_instructions(paths, model))}
+                for name, count in zip(IMAGES, count_instructions(paths, model, directory))}
 
 
 def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    choice = parser.add_mutually_exclusive_group()
+    choice.add_argument("--against", type=pathlib.Path)
+    choice.add_argument("--general", action="store_true")
+    choice.add_argument("--write", action="store_true")
+    options = parser.parse_args()
     found = measure()
-    baseline = json.loads(BASELINE.read_text()) if BASELINE.exists() else {}
-    general = measure("full") if sys.argv[1:] == ["--general"] else {}
-    print(f"{'image':14} {'rays':>8} {'baseline':>8} {'instructions/ray':>16} {'baseline':>8} {'change':>8}  exercises")
+    if options.against:
+        others = measure(directory=options.against.resolve())
+    elif options.general:
+        others = measure("full")
+    else:
+        others = json.loads(BASELINE.read_text()) if BASELINE.exists() else found
+    print(f"{'image':14} {'rays':>8} {'other':>8} {'instructions/ray':>16} {'other':>8} {'ratio':>7}  exercises")
     for name, (_, exercises) in IMAGES.items():
-        now, before = found[name], baseline.get(name, found[name])
-        change = now["instructions_per_ray"] / before["instructions_per_ray"] - 1
-        print(f"{name:14} {now['rays']:8} {before['rays']:8} {now['instructions_per_ray']:16.1f} "
-              f"{before['instructions_per_ray']:8.1f} {change:+8.2%}  {exercises}")
-        if general:
-            print(f"{'':14} all features: {general[name]['instructions_per_ray'] / now['instructions_per_ray'] - 1:+.2%}")
-    if sys.argv[1:] == ["--write"]:
+        (rays, per_ray), (other_rays, other_per_ray) = found[name].values(), others.get(name, found[name]).values()
+        print(f"{name:14} {rays:8} {other_rays:8} {per_ray:16.1f} {other_per_ray:8.1f} {per_ray / other_per_ray:7.4f}  "
+              f"{exercises}")
+    if options.write:
         BASELINE.write_text(json.dumps(found, indent=2) + "\n")
 
 

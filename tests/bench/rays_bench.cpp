@@ -1,12 +1,12 @@
-/// Rays per second of a scene, one thread: the whole tracer (rays made, traced, shaded, summed), its accelerator alone,
-/// and bare Embree, all on exactly the same rays, which are recorded while the tracer traces the image: camera's,
-/// reflected, refracted and shadow rays. Bare Embree has them once with the flags of coherence that the tracer gives
-/// and once all as coherent: what takes less counts. Seconds are the processor's, so that the machine may do other work
-/// beside; ratios are taken within one run, round by round.
+/// Rays per second of a scene on one thread: the whole tracer (ray generation, intersection, shading, accumulation),
+/// its accelerator alone, and bare Embree, all with the same camera, reflected, refracted and shadow rays, which are
+/// recorded while the tracer renders the image. Bare Embree runs once with the coherence flags of the tracer and once
+/// with all rays as coherent; the faster run counts. Times are CPU time, so that other processes affect them little;
+/// ratios are computed per round.
 ///
 ///     rays_bench scenes/sphereflake.json [width height rounds [depth]]
 ///
-/// The depth is the document's where none is given. Takes about 300 bytes a ray.
+/// The default depth is the document's. Memory: about 300 bytes per ray.
 
 #include <algorithm>
 #include <cstdio>
@@ -45,23 +45,23 @@ std::size_t count_rays(const std::vector<Query>& queries, Query::Kind kind) {
   return count;
 }
 
-/// The accelerator's answers to queries, one after the other.
-class Answers {
+/// Runs queries on the accelerator, with room for the results of the largest one.
+class Replay {
  public:
-  explicit Answers(const std::vector<Query>& queries) : queries_(queries) {
-    std::size_t most = 0;
-    for (const Query& query : queries) most = std::max(most, query.rays().count);
-    primitive_.resize(most);
-    t_.resize(most);
-    u_.resize(most);
-    v_.resize(most);
-    blocked_.resize(most);
+  explicit Replay(const std::vector<Query>& queries) : queries_(queries) {
+    std::size_t count_max = 0;
+    for (const Query& query : queries) count_max = std::max(count_max, query.rays().count);
+    primitive_.resize(count_max);
+    t_.resize(count_max);
+    u_.resize(count_max);
+    v_.resize(count_max);
+    occluded_.resize(count_max);
   }
-  void ask(const tracer::Accelerator& accelerator, Query::Kind kind) {
+  void run(const tracer::Accelerator& accelerator, Query::Kind kind) {
     for (const Query& query : queries_) {
       if (query.kind != kind) continue;
       if (kind == Query::Kind::occluded) {
-        accelerator.occluded(query.rays(), blocked_.data(), query.coherence);
+        accelerator.occluded(query.rays(), occluded_.data(), query.coherence);
       } else {
         accelerator.intersect(query.rays(), {primitive_.data(), t_.data(), u_.data(), v_.data()}, query.coherence,
                               query.mask);
@@ -73,11 +73,11 @@ class Answers {
   const std::vector<Query>& queries_;
   std::vector<tracer::PrimitiveRef> primitive_;
   std::vector<double> t_, u_, v_;
-  std::vector<std::uint8_t> blocked_;
+  std::vector<std::uint8_t> occluded_;
 };
 
 template <class Bytes>
-Bytes content_of(const std::filesystem::path& file) {
+Bytes read_file(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   return Bytes(std::istreambuf_iterator<char>(stream), {});
 }
@@ -90,10 +90,10 @@ struct Loaded {
 std::optional<Loaded> load(const std::filesystem::path& path) {
   api::Limits limits;
   limits.files = api::Files::anywhere;
-  auto document = api::parse_scene(content_of<std::string>(path), limits);
+  auto document = api::parse_scene(read_file<std::string>(path), limits);
   if (!document) return std::nullopt;
   const auto read = [&](const std::string& name) -> api::AssetBytes {
-    return content_of<std::vector<std::uint8_t>>(path.parent_path() / name);
+    return read_file<std::vector<std::uint8_t>>(path.parent_path() / name);
   };
   auto assets = api::load_assets(document->scene, read, limits.scene);
   if (!assets) return std::nullopt;
@@ -105,10 +105,10 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-void print(const char* what, std::size_t rays, const std::vector<double>& seconds, const std::vector<double>& bare) {
+void print(const char* name, std::size_t rays, const std::vector<double>& seconds, const std::vector<double>& bare) {
   std::vector<double> ratio;
   for (std::size_t i = 0; i < seconds.size(); ++i) ratio.push_back(seconds[i] / bare[i]);
-  std::printf("%-34s %9zu rays %8.1f M/s   time / bare Embree %5.2f\n", what, rays,
+  std::printf("%-34s %9zu rays %8.1f M/s   time / bare Embree %5.2f\n", name, rays,
               static_cast<double>(rays) / median(seconds) / 1e6, median(ratio));
 }
 
@@ -121,7 +121,7 @@ int main(int argc, char** argv) {
   }
   std::optional<Loaded> loaded = load(argv[1]);
   if (!loaded) {
-    std::fprintf(stderr, "%s: not a scene; `whittle check` tells why\n", argv[1]);
+    std::fprintf(stderr, "%s is not a valid scene; `whittle check` prints the reason\n", argv[1]);
     return 1;
   }
   tracer::Scene& scene = loaded->document.scene;
@@ -142,32 +142,31 @@ int main(int argc, char** argv) {
     queries = std::move(recording.queries);
   }
   const bench::BareEmbree bare((*compiled)->geometry());
-  Answers answers(queries);
+  Replay replay(queries);
 
-  // In each round one after the other, so that all suffer alike from what the machine does beside.
+  // Interleaved in each round, so that other load on the machine affects all alike.
   constexpr Query::Kind kinds[] = {Query::Kind::intersect, Query::Kind::occluded};
-  std::vector<double> whole, own[2], bare_alone[2], bare_both;
+  std::vector<double> whole, accelerator[2], embree[2], embree_both;
   for (int round = 0; round < rounds; ++round) {
     for (int kind = 0; kind < 2; ++kind) {
-      bare_alone[kind].push_back(
-          std::min(bare.trace(queries, kinds[kind], bench::BareEmbree::Flags::as_asked).seconds,
-                   bare.trace(queries, kinds[kind], bench::BareEmbree::Flags::coherent).seconds));
-      own[kind].push_back(seconds_of([&] { answers.ask(*(*compiled)->accelerator, kinds[kind]); }));
+      embree[kind].push_back(std::min(bare.trace(queries, kinds[kind], bench::BareEmbree::Flags::as_recorded).seconds,
+                                      bare.trace(queries, kinds[kind], bench::BareEmbree::Flags::coherent).seconds));
+      accelerator[kind].push_back(seconds_of([&] { replay.run(*(*compiled)->accelerator, kinds[kind]); }));
     }
-    bare_both.push_back(bare_alone[0].back() + bare_alone[1].back());
+    embree_both.push_back(embree[0].back() + embree[1].back());
     whole.push_back(seconds_of([&] { rendered = rendered && tracer::render(**compiled, {.threads = 1}, control); }));
   }
   if (!rendered) return 1;
   std::printf("%s %ux%u, 1 thread, medians of %d rounds\n", argv[1], scene.image.width, scene.image.height, rounds);
   const std::size_t nearest = count_rays(queries, kinds[0]), shadows = count_rays(queries, kinds[1]);
-  print("nearest hits, bare Embree", nearest, bare_alone[0], bare_alone[0]);
-  print("nearest hits, accelerator", nearest, own[0], bare_alone[0]);
-  print("shadows, bare Embree", shadows, bare_alone[1], bare_alone[1]);
-  print("shadows, accelerator", shadows, own[1], bare_alone[1]);
-  print("whole tracer", nearest + shadows, whole, bare_both);
-  const auto own_bytes = static_cast<double>((*compiled)->accelerator->memory_bytes());
-  const auto bare_bytes = static_cast<double>(bare.memory_bytes());
-  std::printf("%-34s %9.1f MB, bare Embree %.1f MB %13s ratio %5.2f\n", "memory, tree and geometry", own_bytes / 1e6,
-              bare_bytes / 1e6, "", own_bytes / bare_bytes);
+  print("nearest hits, bare Embree", nearest, embree[0], embree[0]);
+  print("nearest hits, accelerator", nearest, accelerator[0], embree[0]);
+  print("shadows, bare Embree", shadows, embree[1], embree[1]);
+  print("shadows, accelerator", shadows, accelerator[1], embree[1]);
+  print("whole tracer", nearest + shadows, whole, embree_both);
+  const auto accelerator_bytes = static_cast<double>((*compiled)->accelerator->memory_bytes());
+  const auto embree_bytes = static_cast<double>(bare.memory_bytes());
+  std::printf("%-34s %9.1f MB, bare Embree %.1f MB %13s ratio %5.2f\n", "memory, BVH and geometry",
+              accelerator_bytes / 1e6, embree_bytes / 1e6, "", accelerator_bytes / embree_bytes);
   return 0;
 }

@@ -1,6 +1,6 @@
 #pragma once
-/// What the tracer asked its accelerator, ray by ray: the work of an image, to be done again by others. Only in
-/// programs that are linked with the wrapping of Accelerator's two queries (CMakeLists.txt).
+/// Recording of the queries that the tracer sends to its accelerator, for replay. Works only in programs linked with
+/// wrapped Accelerator queries (CMakeLists.txt).
 
 #include <cmath>
 #include <vector>
@@ -9,21 +9,21 @@
 
 namespace bench {
 
-/// One call, with a copy of its rays.
+/// One call and a copy of its rays.
 class Query {
  public:
   enum class Kind { intersect, occluded };
 
   Query(Kind kind, const tracer::RaySpan& rays, tracer::Coherence coherence, tracer::GeometryMask mask);
   [[nodiscard]] tracer::RaySpan rays() const;
-  /// Some are only in the span to keep their place: their end is not a number.
+  /// False for inactive lanes of a span: their t_max is NaN.
   [[nodiscard]] static bool is_ray(const tracer::RaySpan& rays, std::size_t ray) {
     return rays.t_max == nullptr || !std::isnan(rays.t_max[ray]);
   }
 
   Kind kind;
   tracer::Coherence coherence;
-  tracer::GeometryMask mask;  ///< of an occluded query: opaque
+  tracer::GeometryMask mask;  ///< opaque for occluded queries
 
  private:
   std::vector<double> component_[6], t_max_;
@@ -31,7 +31,7 @@ class Query {
   std::size_t count_;
 };
 
-/// While one lives, all that is asked is kept in it, in order. One at a time, and one thread that asks.
+/// Collects all queries in order while the object exists. One recording at a time, and only one rendering thread.
 class Recording {
  public:
   Recording();

@@ -1,5 +1,5 @@
-/// Traces scenes once on one thread, by the integrator that their requirements pick or by the one that holds
-/// everything, and prints which that is and how many rays it took: what instructions.py counts the instructions of.
+/// Renders scenes once on one thread, with the integrator that their requirements select or with the one that has all
+/// features, and prints its name and the number of rays. instructions.py counts its instructions.
 ///
 ///     trace_model picked|full scene.json...
 
@@ -24,7 +24,7 @@ bool trace(const char* path, bool full) {
   tracer::RenderControl control;
   const auto compiled = tracer::compile(document->scene, control);
   if (!compiled) return false;
-  // Picks the full model and is not asked for while rays are traced: code compiled in, not needed.
+  // This selects the full model and changes nothing else: its code is compiled in but not needed.
   if (full) const_cast<tracer::CompiledScene&>(**compiled).needs.soft_lights = true;
   const auto rendered = tracer::render(**compiled, {.threads = 1}, control);
   if (!rendered) return false;
@@ -40,7 +40,7 @@ int main(int argc, char** argv) {
   const bool full = std::string_view(argv[1]) == "full";
   for (int i = 2; i < argc; ++i) {
     if (trace(argv[i], full)) continue;
-    std::fprintf(stderr, "%s: no image of it\n", argv[i]);
+    std::fprintf(stderr, "%s: cannot be rendered\n", argv[i]);
     return 1;
   }
   return 0;
