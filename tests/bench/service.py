@@ -27,7 +27,7 @@ class Service(Served):
             # pylint: disable-next=consider-using-with
             self.process = subprocess.Popen([directory / "whittled", "--listen", "127.0.0.1:0", "--health-listen",
                                              "127.0.0.1:0", "--data", self.data / "data", *OPTIONS],
-                                            stdout=subprocess.PIPE, stderr=log, env=environment)
+                                            stdout=subprocess.PIPE, stderr=log, env=environment, start_new_session=True)
         self.port, self.health_port = self.read_port(), self.read_port()
 
     def read_port(self):
@@ -111,7 +111,11 @@ class Client(threading.Thread):
     def run(self):
         connection = None if self.reconnect else Connection(self.port)
         while time.monotonic() < self.until:
-            (status, _), latency_ms = timed(lambda: self.exchange(connection))
+            try:
+                (status, _), latency_ms = timed(lambda: self.exchange(connection))
+            except (OSError, IndexError):  # the daemon closed the connection
+                self.rejected += 1
+                break
             if status in (200, 202):
                 self.latencies_ms.append(latency_ms)
             else:
