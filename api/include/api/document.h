@@ -22,7 +22,7 @@ namespace api {
 /// parsing at the bound takes under a second and bounded memory.
 struct DocumentLimits {
   std::size_t bytes = 64u << 20;
-  std::size_t depth = 32;           ///< SCENE.md needs 8
+  std::size_t depth = 32;           ///< api/docs/scene.md needs 8
   std::size_t values = 20'000'000;  ///< keys included; 16 bytes each while reading
   std::size_t string_bytes = 1u << 20;
   std::size_t key_bytes = 256;

@@ -1,6 +1,6 @@
 #pragma once
-/// Writes what the service answers, as JSON text with the names of HTTP.md. Times are RFC 3339 UTC with milliseconds;
-/// what is not known is null; text that is not UTF-8 is mended with U+FFFD. Never fails but for memory.
+/// Writes what the service answers, as JSON text with the names of api/docs/http.md. Times are RFC 3339 UTC
+/// with milliseconds; unknown values are null; invalid UTF-8 is replaced by U+FFFD. Fails only for lack of memory.
 
 #include <cstdint>
 #include <optional>

@@ -1,5 +1,5 @@
 #pragma once
-/// The `report` of a finished job (HTTP.md), as JSON text.
+/// The `report` of a finished job (api/docs/http.md), as JSON text.
 
 #include <cstdint>
 #include <optional>
