@@ -1,4 +1,4 @@
-"""The README's commands for containers, as they stand, with podman for docker."""
+"""The container commands of server/README.md, with podman in place of docker."""
 import pathlib
 import re
 import subprocess
@@ -8,10 +8,10 @@ import unittest
 from tests.container import images, machine
 from tests.container.container import Container, Running
 from tests.container.engine import attempt, podman_environment
+from tests.docs.documents import blocks
 from tests.http.daemon import json_of, scene
-from tests.support.sources import text
 
-BLOCKS = [block for block in re.findall(r"^```sh\n(.*?)^```\n", text("README.md"), re.MULTILINE | re.DOTALL) if "docker " in block]
+COMMANDS = [block.code for block in blocks("server/README.md", "console") if "docker run" in block.code]
 
 
 class ContainerCommands(unittest.TestCase):
@@ -23,8 +23,9 @@ class ContainerCommands(unittest.TestCase):
         cls.folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
         cls.addClassCleanup(attempt, "volume", "rm", "--force", "whittle")
         cls.addClassCleanup(attempt, "rm", "--force", "--time", "0", "whittle")
-        cls.start, cls.backup = BLOCKS
-        build, *lines = cls.start.splitlines()
+        start, maintenance = COMMANDS
+        cls.check_config, cls.backup = maintenance.splitlines()
+        build, *lines = start.splitlines()
         assert build == "docker build -f docker/Dockerfile -t whittle .", build  # which tests.container.images did
         said = cls.run_lines("\n".join(lines))
         cls.key = {"Authorization": "Bearer " + re.search(r"^whittle_[0-9a-f]{64}$", said.stderr, re.MULTILINE).group()}
@@ -43,13 +44,9 @@ class ContainerCommands(unittest.TestCase):
         self.assertEqual(self.daemon.request("GET", "/v1/jobs", headers=self.key).status, 200)
 
     def test_check_the_settings_of_another_version(self):
-        started = self.start.splitlines()[-1]
-        self.assertIn("listen = 0.0.0.0:8080\n", self.run_lines(f"{self.checking(started)} --check-config").stdout)
+        self.assertIn("listen = 0.0.0.0:8080\n", self.run_lines(self.check_config).stdout)
         with self.assertRaisesRegex(AssertionError, "whittled: --pixels: "):
-            self.run_lines(f"{self.checking(started)} --check-config --pixels none")
-
-    def checking(self, started):
-        return started.replace("-d --name whittle", "--rm").replace("-p 8080:8080 ", "")
+            self.run_lines(f"{self.check_config} --pixels none")
 
     def test_make_a_backup_that_can_be_restored(self):
         submitted = json_of(self.daemon.request("POST", "/v1/jobs", scene(), {**self.key, "Prefer": "wait=30"}))

@@ -1,0 +1,182 @@
+"""Every command in the documents runs and does what the document says."""
+import json
+import os
+import pathlib
+import re
+import subprocess
+import tempfile
+import unittest
+
+from tests.docs.documents import PAGES, blocks
+from tests.http.daemon import BIN, Daemon
+from tests.support import images
+from tests.support.sources import SOURCE, text
+
+
+def setUpModule():
+    """One daemon on free ports for all pages, patient with slow machines."""
+    global DAEMON  # pylint: disable=global-variable-undefined
+    DAEMON = Daemon("--assets", SOURCE / "scenes", "--render-wait-s", "600")
+    unittest.addModuleCleanup(DAEMON.__exit__)
+
+
+class Page(unittest.TestCase):
+    """Runs the `sh` blocks of a page in order, in a directory that looks like a checkout after server/run."""
+
+    page = None
+
+    @classmethod
+    def setUpClass(cls):
+        if cls.page is None:
+            raise unittest.SkipTest("a page of its own")
+        cls.directory = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        for name in ("api", "docker", "scenes", "server", "tests"):
+            (cls.directory / name).symlink_to(SOURCE / name)
+        (cls.directory / "build" / "release").mkdir(parents=True)
+        (cls.directory / "build" / "release" / "bin").symlink_to(BIN)
+        (cls.directory / "data").symlink_to(DAEMON.data)
+        cls.done = [(block.code, cls.run_commands(block.code)) for block in blocks(cls.page, "sh")]
+
+    @classmethod
+    def run_commands(cls, code):
+        code = code.replace("127.0.0.1:8080", f"127.0.0.1:{DAEMON.port}")
+        code = code.replace("127.0.0.1:8081", f"127.0.0.1:{DAEMON.health_port}")
+        variables = {"no_proxy": "*", "WHITTLE_BIN": str(BIN), "WHITTLE_SERVER": f"http://127.0.0.1:{DAEMON.port}"}
+        return subprocess.run(["bash", "-euo", "pipefail", "-c", code], cwd=cls.directory, check=False, timeout=900,
+                              capture_output=True, text=True, env={**os.environ, **variables})
+
+    def output(self, containing):
+        """Standard output of the one block that contains a string."""
+        (done,) = [done for code, done in self.done if containing in code]
+        return done.stdout
+
+    def size_of(self, name):
+        height, width, _ = images.read_png((self.directory / name).read_bytes()).shape
+        return width, height
+
+    def test_commands_succeed(self):
+        for code, done in self.done:
+            with self.subTest(code=code):
+                self.assertEqual(done.returncode, 0, f"{code}\n{done.stdout}\n{done.stderr}")
+
+
+class Readme(Page):
+    page = "README.md"
+
+    def test_renders_in_one_request(self):
+        self.assertEqual(self.size_of("whitted.png"), (640, 480))
+
+    def test_submits_a_job_and_downloads_its_image(self):
+        job = json.loads(self.output("sphereflake"))
+        self.assertEqual((job["name"], job["state"]), ("sphereflake", "succeeded"))
+        self.assertEqual(self.size_of("sphereflake.png"), (512, 512))
+
+    def test_renders_and_checks_on_the_command_line(self):
+        self.assertRegex(self.output("whittle check"), r"\A.*valid.*\n(  \w+ +#\S+\n)+\Z")
+        self.assertEqual(self.size_of("cornell.png"), (512, 512))
+        self.assertEqual(images.read_exr((self.directory / "cornell.exr").read_bytes()).shape, (512, 512, 3))
+
+    def test_measures(self):
+        self.assertRegex(self.output("whittle measure"), r"(?m)^- for 4 \w")
+        self.assertEqual(self.size_of("tiny.png"), (1200, 760))
+        for kind in ("csv", "json", "svg", "reference"):
+            self.assertTrue((self.directory / f"tiny.{kind}").stat().st_size > 0, kind)
+
+    def test_compares_two_images(self):
+        figures = self.output("whittle diff")
+        (rmse,) = re.findall(r"^rmse +([\d.]+) ", figures, re.MULTILINE)
+        self.assertIn(f"(here with an RMS of {float(rmse):.1f})", text(self.page))
+        self.assertRegex(figures, r"(?m)^verdict +rmse within the tolerance of 2 ")
+        self.assertEqual(self.size_of("heat.png"), (640, 480))
+
+    def test_submits_a_sweep_of_scenes_with_files(self):
+        names = [f"{scene}-fov={fov}.png" for scene in ("mesh_files", "tiny") for fov in (30, 40, 50)]
+        self.assertEqual(sorted(path.name for path in (self.directory / "shots").glob("*.png")), names)
+        self.assertEqual({self.size_of(f"shots/{name}") for name in names}, {(160, 90)})
+
+
+class HttpContract(Page):
+    page = "api/docs/http.md"
+
+    def test_renders(self):
+        self.assertEqual(self.size_of("tiny.png"), (16, 16))
+
+    def test_waits_for_a_job(self):
+        self.assertEqual(json.loads(self.output("?wait=60"))["state"], "succeeded")
+
+    def test_validates(self):
+        self.assertTrue(json.loads(self.output("/v1/jobs/validate"))["valid"])
+
+    def test_lists(self):
+        self.assertLessEqual(len(json.loads(self.output("limit=2"))["items"]), 2)
+
+    def test_reads_a_range(self):
+        self.assertEqual((self.directory / "head.bin").read_bytes(), b"\x89PNG\r\n\x1a\n")
+
+    def test_receives_events_until_the_job_ends(self):
+        received = self.output("curl -sN")
+        self.assertEqual(re.findall(r"^event: (state|done)$", received, re.MULTILINE)[-1], "done")
+        self.assertIn('"state":"succeeded"', received)
+
+    def test_submits_a_batch(self):
+        batch = json.loads(self.output("/v1/batches"))
+        self.assertEqual((batch["size"], batch["links"]["self"]), (3, f"/v1/batches/{batch['id']}"))
+        self.assertGreater((self.directory / "batch.tar").stat().st_size, 1024)
+
+    def test_measures(self):
+        self.assertEqual(self.size_of("measure.png"), (1200, 760))
+
+    def test_uploads_an_asset(self):
+        uploaded, missing = map(json.loads, self.output("/v1/assets/missing").splitlines())
+        self.assertEqual(uploaded["bytes"], (SOURCE / "scenes/assets/tile.png").stat().st_size)
+        self.assertEqual(missing, {"missing": []})
+
+    def test_renders_a_scene_with_files(self):
+        self.assertEqual(self.size_of("mesh_files.png"), (800, 450))
+
+
+class SceneFormat(Page):
+    page = "api/docs/scene.md"
+
+    def test_has_a_first_scene_that_renders(self):
+        self.assertEqual(self.size_of("first.png"), (320, 240))
+
+
+class Operating(Page):
+    page = "server/README.md"
+
+    def test_checks_a_configuration_file(self):
+        self.assertRegex(self.output("whittle.conf"), r"(?m)^assets = scenes$")
+
+    def test_makes_a_key_that_allows_other_addresses(self):
+        output = self.output("--new-key")
+        self.assertRegex(output, r"\Awhittle_[0-9a-f]{64}\n")
+        self.assertIn("\nlisten = 0.0.0.0:8080\n", output)
+
+    def test_reads_readiness_and_metrics(self):
+        self.assertRegex(self.output("/metrics"), r"\Aready\n(?s:.*)\nready\n+\Z")
+
+    def test_makes_a_backup(self):
+        self.assertEqual(self.output("--backup"), "backup/whittle.db\n")
+
+
+class Tests(Page):
+    page = "tests/README.md"
+
+    def test_runs_single_tests(self):
+        self.assertRegex(self.output("gtest_filter"), r"\[  PASSED  \] [1-9]")
+
+    def test_replays_a_corpus(self):
+        self.assertRegex(self.output("fuzz_reader"), r"(?m)^replayed [1-9]\d* inputs?")
+
+
+# Pages without expectations of their own: their commands run.
+for other in set(PAGES) - {page.page for page in Page.__subclasses__()}:
+    if blocks(other, "sh"):
+        name = re.sub(r"\W", "_", other)
+        globals()[name] = type(name, (Page,), {"page": other})
+other = name = None  # pylint: disable=invalid-name
+
+
+if __name__ == "__main__":
+    unittest.main()
