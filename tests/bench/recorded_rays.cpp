@@ -21,10 +21,11 @@ void record(Query::Kind kind, const tracer::RaySpan& rays, tracer::Coherence coh
 
 }  // namespace
 
-Query::Query(Kind query_kind, const tracer::RaySpan& rays, tracer::Coherence ray_coherence, tracer::GeometryMask mask)
+Query::Query(Kind query_kind, const tracer::RaySpan& rays, tracer::Coherence ray_coherence,
+             tracer::GeometryMask geometry_mask)
     : kind(query_kind),
       coherence(ray_coherence),
-      mask(mask),
+      mask(geometry_mask),
       component_{copy_of(rays.ox, rays.count), copy_of(rays.oy, rays.count), copy_of(rays.oz, rays.count),
                  copy_of(rays.dx, rays.count), copy_of(rays.dy, rays.count), copy_of(rays.dz, rays.count)},
       t_max_(copy_of(rays.t_max, rays.count)),
