@@ -52,8 +52,9 @@ def count_test(case):
 def suites(listing):
     """Returns {test: label}."""
     tests = json.loads(listing.read_text(encoding="utf-8"))["tests"]
-    labels = {test["name"]: [p["value"] for p in test["properties"] if p["name"] == "LABELS"] for test in tests}
-    return {name: found[0][0] if found else "unlabelled" for name, found in labels.items()}
+    labels = {test["name"]: [label for p in test["properties"] if p["name"] == "LABELS" for label in p["value"] if label != "all"]
+              for test in tests}
+    return {name: found[0] if found else "unlabelled" for name, found in labels.items()}
 
 
 def summarize(directory):
