@@ -2,8 +2,8 @@
 #include <ctime>
 #include <utility>
 
-#include "api/replies.h"
 #include "server/http/pending_request.h"
+#include "server/resources/problem_json.h"
 
 namespace http {
 namespace {
@@ -62,8 +62,8 @@ Reply problem_reply(const Problem& problem, const std::string& request_id) {
   Reply reply;
   reply.status = rule.status;
   reply.content_type = "application/problem+json";
-  reply.body = api::write_problem({"urn:whittle:problem:" + std::string(rule.name), std::string(rule.title),
-                                   rule.status, problem.detail, request_id, problem.errors});
+  reply.body = resources::write_problem({"urn:whittle:problem:" + std::string(rule.name), std::string(rule.title),
+                                         rule.status, problem.detail, request_id, problem.errors});
   if (rule.retry_after_s > 0) reply.headers.emplace_back("Retry-After", std::to_string(rule.retry_after_s));
   // RFC 6750, section 3
   if (problem.failure == Failure::unauthenticated) reply.headers.emplace_back("WWW-Authenticate", "Bearer");

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "api/replies.h"
+#include "server/resources/job_json.h"
 
 namespace webhooks {
 namespace {
@@ -114,7 +114,7 @@ void Webhooks::update_variances(const std::string& id) {
                     id,
                     event,
                     subscription->url,
-                    api::write_event(event, *view, now),
+                    resources::write_event(event, *view, now),
                     queue::DeliveryState::pending,
                     now,
                     now,

@@ -1,7 +1,7 @@
 #include <cstdio>
 #include <string>
 
-#include "api/replies.h"
+#include "api/validation_json.h"
 #include "tracer/cli/asset_directory_files.h"
 #include "tracer/cli/commands.h"
 #include "tracer/cli/files.h"

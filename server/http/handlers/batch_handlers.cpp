@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "api/estimate.h"
-#include "api/replies.h"
 #include "server/http/handlers/handlers.h"
 #include "server/http/tar.h"
+#include "server/resources/queue_json.h"
 
 namespace http {
 namespace {
@@ -27,7 +27,7 @@ Reply batch_reply(int status, const queue::BatchState& state) {
   Reply reply;
   reply.status = status;
   reply.content_type = "application/json";
-  reply.body = api::write_batch(state);
+  reply.body = resources::write_batch(state);
   if (status == 202) reply.headers.emplace_back("Location", "/v1/batches/" + state.batch.id);
   return reply;
 }
@@ -110,7 +110,7 @@ Answer submit_batch(Request& request, const ApiContext& front) {
   if (!submission) return problem_reply(submission.error(), request.id);
   submission->idempotency = std::move(*idempotency);
   submission->write_reply = [](const queue::BatchState& state) -> queue::FirstReply {
-    return {202, "/v1/batches/" + state.batch.id, api::write_batch(state)};
+    return {202, "/v1/batches/" + state.batch.id, resources::write_batch(state)};
   };
   const auto submitted = front.jobs.submit_batch(std::move(*submission));
   if (!submitted) return problem_reply(problem_of(submitted.error()), request.id);

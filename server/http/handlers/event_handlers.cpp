@@ -3,9 +3,9 @@
 #include <charconv>
 #include <cstdint>
 
-#include "api/replies.h"
 #include "server/http/event_stream_text.h"
 #include "server/http/handlers/handlers.h"
+#include "server/resources/job_json.h"
 
 namespace http {
 namespace {
@@ -53,7 +53,7 @@ std::string event_text(const queue::JobEvent& event) {
   using Kind = queue::JobEvent::Kind;
   const char* const name = event.kind == Kind::done ? "done" : (event.kind == Kind::progress ? "progress" : "state");
   // The data ends with its line.
-  return "id: " + std::to_string(event.number) + "\nevent: " + name + "\ndata: " + api::write_event(event) + '\n';
+  return "id: " + std::to_string(event.number) + "\nevent: " + name + "\ndata: " + resources::write_event(event) + '\n';
 }
 
 Answer get_job_events(Request& request, const ApiContext& front) {

@@ -8,10 +8,10 @@
 #include <utility>
 
 #include "api/estimate.h"
-#include "api/replies.h"
 #include "api/report.h"
 #include "server/http/handlers/handlers.h"
 #include "server/http/negotiation.h"
+#include "server/resources/job_json.h"
 #include "tracer/encode.h"
 #include "tracer/version.h"
 
@@ -112,7 +112,7 @@ tracer::Result<std::optional<queue::Idempotency>, Problem> idempotency_of(const 
 void do_once(queue::Submission& submission, std::optional<queue::Idempotency> idempotency, const ApiContext& front) {
   submission.idempotency = std::move(idempotency);
   submission.write_reply = [&front](const queue::JobView& view, bool from_cache) -> queue::FirstReply {
-    return {from_cache ? 200 : 202, "/v1/jobs/" + view.job.id, api::write_job(view, front.clock())};
+    return {from_cache ? 200 : 202, "/v1/jobs/" + view.job.id, resources::write_job(view, front.clock())};
   };
 }
 
@@ -151,7 +151,7 @@ tracer::Result<queue::JobView, Problem> find_job(const Request& request, const A
 std::string etag_of(queue::JobView view) {
   view.progress = std::floor(view.progress * 100) / 100;
   std::uint64_t hash = 0xcbf29ce484222325;  // FNV-1a, 64 bits: it only tells states of one job apart
-  for (const char c : api::write_job(view, view.job.started_at.value_or(0))) {
+  for (const char c : resources::write_job(view, view.job.started_at.value_or(0))) {
     hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
   }
   std::array<char, 20> text{};
@@ -177,7 +177,7 @@ Reply job_reply(int status, const queue::JobView& view, const ApiContext& front)
   Reply reply;
   reply.status = status;
   reply.content_type = "application/json";
-  reply.body = api::write_job(view, front.clock());
+  reply.body = resources::write_job(view, front.clock());
   reply.job_id = view.job.id;
   if (status == 202) reply.headers.emplace_back("Location", "/v1/jobs/" + view.job.id);
   return reply;

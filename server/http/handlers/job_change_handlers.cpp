@@ -1,8 +1,8 @@
 /// What an owner may change of a job that is there, and what the queue as a whole looks like.
 
 #include "api/job_patch.h"
-#include "api/replies.h"
 #include "server/http/handlers/handlers.h"
+#include "server/resources/queue_json.h"
 
 namespace http {
 namespace {
@@ -123,7 +123,7 @@ Answer retry_job(Request& request, const ApiContext& front) {
 Answer get_queue(Request&, const ApiContext& front) {
   Reply reply;
   reply.content_type = "application/json";
-  reply.body = api::write_queue(front.jobs.state());
+  reply.body = resources::write_queue(front.jobs.state());
   reply.headers.emplace_back("Cache-Control", "no-cache");
   return reply;
 }

@@ -1,9 +1,10 @@
 #include <charconv>
 #include <utility>
 
-#include "api/replies.h"
+#include "api/validation_json.h"
 #include "server/http/handlers/handlers.h"
 #include "server/http/negotiation.h"
+#include "server/resources/job_json.h"
 
 namespace http {
 namespace {
@@ -101,7 +102,7 @@ Answer list_jobs(Request& request, const ApiContext& front) {
   }
   Reply reply;
   reply.content_type = "application/json";
-  reply.body = api::write_job_list(views, page.next_cursor, front.clock());
+  reply.body = resources::write_job_list(views, page.next_cursor, front.clock());
   return reply;
 }
 
@@ -142,7 +143,7 @@ Answer get_deliveries(Request& request, const ApiContext& front) {
   if (!view) return problem_reply(view.error(), request.id);
   Reply reply;
   reply.content_type = "application/json";
-  reply.body = api::write_deliveries(front.deliveries(view->job.id));
+  reply.body = resources::write_deliveries(front.deliveries(view->job.id));
   reply.job_id = view->job.id;
   return reply;
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <charconv>
 
-#include "api/replies.h"
 #include "server/http/handlers/handlers.h"
 #include "server/http/negotiation.h"
 

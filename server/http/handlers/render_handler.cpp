@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "api/replies.h"
+#include "api/validation_json.h"
 #include "server/http/handlers/handlers.h"
 #include "server/http/negotiation.h"
 #include "tracer/encode.h"

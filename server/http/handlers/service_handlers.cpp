@@ -1,6 +1,6 @@
 #include "api/openapi.h"
-#include "api/replies.h"
 #include "server/http/handlers/handlers.h"
+#include "server/resources/problem_json.h"
 #include "tracer/version.h"
 
 namespace http {
@@ -32,7 +32,7 @@ Answer get_root(Request&) {
 Answer get_version(Request&, const ApiContext& front) {
   Reply reply;
   reply.content_type = "application/json";
-  reply.body = api::write_version(tracer::version(), tracer::build(), front.sandbox(), front.effective_limits);
+  reply.body = resources::write_version(tracer::version(), tracer::build(), front.sandbox(), front.effective_limits);
   return reply;
 }
 

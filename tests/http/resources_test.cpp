@@ -1,6 +1,9 @@
-#include "api/replies.h"
-
 #include <gtest/gtest.h>
+
+#include "api/validation_json.h"
+#include "server/resources/job_json.h"
+#include "server/resources/problem_json.h"
+#include "server/resources/queue_json.h"
 
 namespace {
 
@@ -22,30 +25,30 @@ void expect_part(const std::string& text, const std::string& part) {
   EXPECT_NE(text.find(part), std::string::npos) << part << "\nis not in\n" << text;
 }
 
-TEST(JobReply, TellsTimesInRfc3339AndTheEtaFromTheTimeSoFar) {
-  const std::string text = api::write_job(running_view(), 1'700'000'003'000);
+TEST(JobJson, HasTimesInRfc3339AndAnEtaExtrapolatedFromTheElapsedTime) {
+  const std::string text = resources::write_job(running_view(), 1'700'000'003'000);
   expect_part(text,
               R"("created_at":"2023-11-14T22:13:20.123Z","started_at":"2023-11-14T22:13:21.000Z","ended_at":null)");
   expect_part(text, R"("state":"running","progress":0.25,"eta_s":6.0)");
 }
 
-TEST(JobReply, HasNoEtaWhileNothingIsKnown) {
+TEST(JobJson, HasNoEtaBeforeAnyProgress) {
   queue::JobView view = running_view();
   view.progress = 0;
-  expect_part(api::write_job(view, 1'700'000'003'000), R"("eta_s":null)");
+  expect_part(resources::write_job(view, 1'700'000'003'000), R"("eta_s":null)");
   view.progress = 0.5;
   view.job.state = queue::JobState::queued;
-  expect_part(api::write_job(view, 1'700'000'003'000), R"("eta_s":null)");
+  expect_part(resources::write_job(view, 1'700'000'003'000), R"("eta_s":null)");
 }
 
-TEST(JobReply, LinksImagesAndEmbedsTheReportOnceThereAreSome) {
+TEST(JobJson, LinksArtifactsAndEmbedsTheReportOfASucceededJob) {
   queue::JobView view = running_view();
-  expect_part(api::write_job(view, 0),
+  expect_part(resources::write_job(view, 0),
               R"("accuracy":null,"report":null,"measurement":null,"problem":null,"artifacts":[])");
   view.job.state = queue::JobState::succeeded;
   view.job.report = R"({"non_finite":0})";
   view.job.artifacts = {{"image.exr", "image/x-exr", std::string(64, 'a'), 12}};
-  const std::string text = api::write_job(view, 0);
+  const std::string text = resources::write_job(view, 0);
   const std::string url = "/v1/jobs/" + view.job.id + "/image.exr";
   expect_part(text, R"("report":{"non_finite":0})");
   expect_part(text, R"("bytes":12,"sha256":")" + std::string(64, 'a') + R"(","url":")" + url + "\"");
@@ -53,29 +56,29 @@ TEST(JobReply, LinksImagesAndEmbedsTheReportOnceThereAreSome) {
                         R"(/events","preview":"/v1/jobs/)" + view.job.id + R"(/preview","image":")" + url + "\"");
 }
 
-TEST(JobReply, OfAMeasurementHasWhatWasMeasuredInPlaceOfAReport) {
+TEST(JobJson, HasAMeasurementInsteadOfAReportForMeasureJobs) {
   queue::JobView view = running_view();
-  expect_part(api::write_job(view, 0), R"("kind":"render")");
+  expect_part(resources::write_job(view, 0), R"("kind":"render")");
   view.job.kind = queue::JobKind::measure;
   view.job.accuracy = R"({"target_error":2.0})";
-  expect_part(api::write_job(view, 0), R"("accuracy":{"target_error":2.0},"report":null,"measurement":null)");
+  expect_part(resources::write_job(view, 0), R"("accuracy":{"target_error":2.0},"report":null,"measurement":null)");
   view.job.state = queue::JobState::succeeded;
   view.job.report = R"({"points":[]})";
-  const std::string text = api::write_job(view, 0);
+  const std::string text = resources::write_job(view, 0);
   expect_part(text, R"("kind":"measure")");
   expect_part(text, R"("report":null,"measurement":{"points":[]})");
 }
 
-TEST(JobReply, LinksARetryOfWhatFailedOrWasCancelledUntilItExpires) {
+TEST(JobJson, LinksRetryOfAFailedJobUntilItExpires) {
   queue::JobView view = running_view();
-  expect_part(api::write_job(view, 0), R"("retry":null)");
+  expect_part(resources::write_job(view, 0), R"("retry":null)");
   view.job.state = queue::JobState::failed;
-  expect_part(api::write_job(view, 0), R"("cancel":null,"retry":"/v1/jobs/)" + view.job.id + "/retry\"");
+  expect_part(resources::write_job(view, 0), R"("cancel":null,"retry":"/v1/jobs/)" + view.job.id + "/retry\"");
   view.job.expired = true;
-  expect_part(api::write_job(view, 0), R"("retry":null)");
+  expect_part(resources::write_job(view, 0), R"("retry":null)");
 }
 
-TEST(BatchReply, IsWhatBecameOfItsJobs) {
+TEST(BatchJson, DerivesStateAndProgressFromItsJobs) {
   using enum queue::JobState;
   queue::BatchState state;
   state.batch = {"0190a000-0000-7000-8000-0000000000b0", "", "orbit", 0, 2, 4};
@@ -89,36 +92,36 @@ TEST(BatchReply, IsWhatBecameOfItsJobs) {
   };
   for (const auto& [jobs, part] : table) {
     state.jobs = jobs;
-    expect_part(api::write_batch(state), part);
+    expect_part(resources::write_batch(state), part);
   }
-  expect_part(api::write_batch(state), R"("max_failed":2)");
+  expect_part(resources::write_batch(state), R"("max_failed":2)");
 }
 
-TEST(JobReply, MendsTextThatIsNotUtf8) {
+TEST(JobJson, ReplacesInvalidUtf8) {
   queue::JobView view = running_view();
   view.job.name = "a\xff";
-  expect_part(api::write_job(view, 0), "\"name\":\"a\xef\xbf\xbd\"");
+  expect_part(resources::write_job(view, 0), "\"name\":\"a\xef\xbf\xbd\"");
 }
 
-TEST(ProblemReply, WritesPointersAsUriFragments) {
-  const std::string text = api::write_problem({"urn:x",
-                                               "t",
-                                               422,
-                                               "d",
-                                               "r",
-                                               {{"/materials/r\xc3\xa9"
-                                                 "d ^/color",
-                                                 "out_of_range", "must be >= 0, got -1"}}});
+TEST(ProblemJson, WritesPointersAsUriFragments) {
+  const std::string text = resources::write_problem({"urn:x",
+                                                     "t",
+                                                     422,
+                                                     "d",
+                                                     "r",
+                                                     {{"/materials/r\xc3\xa9"
+                                                       "d ^/color",
+                                                       "out_of_range", "must be >= 0, got -1"}}});
   expect_part(text, R"("pointer":"#/materials/r%C3%A9d%20%5E/color","code":"out_of_range")");
 }
 
-TEST(ProblemReply, HasNoErrorsWhereThereAreNone) {
-  EXPECT_EQ(api::write_problem({"urn:x", "t", 404, "d", "r", {}}),
+TEST(ProblemJson, OmitsAnEmptyListOfErrors) {
+  EXPECT_EQ(resources::write_problem({"urn:x", "t", 404, "d", "r", {}}),
             R"({"type":"urn:x","title":"t","status":404,"detail":"d","request_id":"r"})"
             "\n");
 }
 
-TEST(AddedFormat, JoinsTheFormatsOfTheDocumentOrItsDefault) {
+TEST(WithFormat, AppendsToTheFormatsOfTheDocumentOrTheDefault) {
   using tracer::Format;
   EXPECT_EQ(api::with_format(R"({"version":1})", Format::exr), R"({"version":1,"output":{"formats":["png","exr"]}})");
   EXPECT_EQ(api::with_format(R"({"output":{"exposure":1}})", Format::exr),
@@ -127,7 +130,7 @@ TEST(AddedFormat, JoinsTheFormatsOfTheDocumentOrItsDefault) {
             R"({"output":{"formats":["exr","png"]}})");
 }
 
-TEST(AddedFormat, KeepsEveryNumberOfTheDocument) {
+TEST(WithFormat, PreservesEveryNumberOfTheDocument) {
   const std::string numbers =
       "[0.1,1e-300,1.7976931348623157e+308,18446744073709551615,-0.0,5e-324,123456789.123456789]";
   EXPECT_EQ(api::with_format("{\"a\":" + numbers + "}", tracer::Format::exr),
