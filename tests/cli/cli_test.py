@@ -62,7 +62,7 @@ class Render(WithDirectory):
         done = self.render(scene("tiny"), "a.png")
         figures = done.stderr.decode()
         self.assertEqual(done.stdout, b"")
-        self.assertIn("picture    16 x 16, 256 samples\n", figures)
+        self.assertIn("image      16 x 16, 256 samples\n", figures)
         rays = {kind: int(count) for kind, count in re.findall(r"^(\w+) +(\d+) rays +[\d.]+ million/s$", figures, re.M)}
         self.assertEqual(rays["camera"], 256)
         self.assertGreater(rays["shadow"], 0)
@@ -84,9 +84,9 @@ class Render(WithDirectory):
     def test_prints_if_the_target_error_is_reached(self):
         image = {"width": 48, "height": 36}
         reached = self.render(scene("cornell", image=image, accuracy={"target_error": 2}), "a.png")
-        self.assertRegex(reached.stderr.decode(), r"error +at most [01]\.[0-9]+ levels \(95 % sure\), 2 asked for\n")
+        self.assertRegex(reached.stderr.decode(), r"error +at most [01]\.[0-9]+ levels \(95 % confidence\), target 2\n")
         missed = self.render(scene("cornell", image=image, accuracy={"target_error": 0.1, "samples": [1, 4]}), "a.png")
-        self.assertRegex(missed.stderr.decode(), r"0\.1 asked for and not reached")
+        self.assertRegex(missed.stderr.decode(), r"target 0\.1 not reached")
 
     def test_prints_nothing_with_quiet(self):
         done = self.render(scene("tiny"), "a.png", options=("--quiet",))
@@ -160,7 +160,7 @@ class Check(unittest.TestCase):
         done = whittle("check", SCENES / "tiny.json")
         self.assertEqual((done.returncode, done.stderr), (0, b""))
         first, *needs = done.stdout.decode().splitlines()
-        self.assertEqual(first, "valid; needs:")
+        self.assertEqual(first, "valid; requires:")
         self.assertEqual(dict(line.split() for line in needs),
                          {"reflection": "#/objects/0/material", "shadows": "#/lights/0", "spheres": "#/objects/0",
                           "planes": "#/objects/1"})
@@ -235,11 +235,14 @@ class CommandLine(unittest.TestCase):
                 self.assertEqual((done.returncode, done.stdout), (2, b""))
                 self.assertRegex(done.stderr.decode(), r"^whittle: \S.*\nTry: whittle --help\n$")
 
-    def test_help_prints_commands_and_exit_codes_on_standard_output(self):
-        for arguments in (["--help"], ["-h"], ["render", "--help"], ["check", "scene.json", "--help"]):
+    def test_help_lists_commands_options_and_exit_codes_on_standard_output(self):
+        commands = (b"render", b"check", b"diff", b"measure", b"--version", b"Exit codes")
+        for arguments, words in ((["--help"], commands), (["-h"], commands),
+                                 (["render", "--help"], (b"whittle render", b"SCENE", b"--threads", b"Exit codes")),
+                                 (["check", "scene.json", "--help"], (b"whittle check", b"--json", b"Exit codes"))):
             done = whittle(*arguments)
             self.assertEqual((done.returncode, done.stderr), (0, b""))
-            for word in (b"whittle render", b"whittle check", b"Exit codes"):
+            for word in words:
                 self.assertIn(word, done.stdout)
 
     def test_version_prints_the_build(self):

@@ -126,22 +126,22 @@ class Measure(unittest.TestCase):
         self.assertTrue(0 < reference["error"] < self.points["samples", "4"]["error"])
 
 
-class Continuation(WithDirectory):
-    KNOBS = ("--knobs", "samples,target_error")
+class Resume(WithDirectory):
+    KNOBS = ("--parameters", "samples,target_error")
 
-    def test_measures_no_point_twice(self):
-        self.assertEqual(self.measure(*TINY, "--knobs", "samples", document=scene("tiny")).returncode, 0)
+    def test_measures_nothing_twice(self):
+        self.assertEqual(self.measure(*TINY, "--parameters", "samples", document=scene("tiny")).returncode, 0)
         before = self.result()["points"]
         self.assertEqual(self.measure(*TINY, *self.KNOBS, document=scene("tiny")).returncode, 0)
         after = [point for point in self.result()["points"] if point["knob"] == "samples"]
         self.assertEqual(after, before, "measured again")
         self.assertEqual(len(self.result()["points"]), 10)
 
-    def test_restarts_for_another_scene_and_reports_it(self):
-        self.measure(*TINY, "--knobs", "samples", document=scene("tiny"))
+    def test_starts_over_for_another_scene_and_says_so(self):
+        self.measure(*TINY, "--parameters", "samples", document=scene("tiny"))
         before = self.result()
-        done = self.measure(*TINY, "--knobs", "samples", document=scene("tiny", ambient=0.9))
-        self.assertIn(b"out.json is of another scene, size or build: starting over\n", done.stderr)
+        done = self.measure(*TINY, "--parameters", "samples", document=scene("tiny", ambient=0.9))
+        self.assertIn(b"out.json has another scene, size or build: starting again\n", done.stderr)
         self.assertNotEqual(self.result()["key"], before["key"])
         self.assertNotEqual(self.result()["points"][0]["error"], before["points"][0]["error"])
 
@@ -160,7 +160,7 @@ class Continuation(WithDirectory):
                 process.kill()
                 process.wait()
         self.assertEqual(process.returncode, 130, output)
-        self.assertIn(f"interrupted; the same command goes on from {self.name}.json".encode(), output)
+        self.assertIn(f"interrupted; rerun the command to resume from {self.name}.json".encode(), output)
         partial = self.result()
         self.assertFalse(partial["complete"])
         reference = pathlib.Path(f"{self.name}.reference").read_bytes()
@@ -172,13 +172,13 @@ class Continuation(WithDirectory):
         self.assertGreater(len(whole["points"]), len(partial["points"]))
         self.assertEqual(pathlib.Path(f"{self.name}.reference").read_bytes(), reference)
 
-    def test_replaces_a_corrupt_reference(self):
-        self.measure(*TINY, "--knobs", "samples", document=scene("tiny"))
+    def test_makes_a_broken_reference_again(self):
+        self.measure(*TINY, "--parameters", "samples", document=scene("tiny"))
         path = pathlib.Path(f"{self.name}.reference")
         whole = path.read_bytes()
         for broken in (b"", whole[:-1], b"whittle" + whole[10:], whole.replace(b" 32 24 ", b" 24 32 ", 1)):
             path.write_bytes(broken)
-            self.assertEqual(self.measure(*TINY, "--knobs", "samples", document=scene("tiny")).returncode, 0)
+            self.assertEqual(self.measure(*TINY, "--parameters", "samples", document=scene("tiny")).returncode, 0)
             self.assertEqual(path.read_bytes(), whole)
 
 
@@ -193,7 +193,7 @@ class Errors(WithDirectory):
         pathlib.Path(f"{self.name}.json").write_text(json.dumps(scene("tiny")), encoding="utf-8")
         done = self.measure(*TINY, path=f"{self.name}.json")
         self.assertEqual(done.returncode, 3)
-        self.assertIn(b"is no measurement of this version: it would be lost", done.stderr)
+        self.assertIn(b"exists and is not a measurement of this version", done.stderr)
         self.assertEqual(self.result(), scene("tiny"))
 
     def test_of_the_directory_are_reported_with_exit_code_3(self):
@@ -204,18 +204,18 @@ class Errors(WithDirectory):
     def test_of_the_command_line_are_reported_with_exit_code_2(self):
         tiny = str(SCENES / "tiny.json")
         for sentence, *arguments in (
-                ("which scene\\?",), ("one scene at a time: b is one too many", tiny, "b"),
-                ("measure does not know --json", tiny, "--json"), ("-o needs a value", tiny, "-o"),
-                ("-o folder/: give a name for the files", tiny, "-o", "folder/"),
-                ("--size and --scale: one of them is enough", tiny, "--size", "4x4", "--scale", "0.5"),
-                ("--knobs: \"depth\" is none of target_error samples ", tiny, "--knobs", "samples,depth"),
-                ("--knobs: \"\" is none of", tiny, "--knobs", "samples,"),
-                *(("--size must be WIDTHxHEIGHT", tiny, "--size", size) for size in ("4", "4x", "0x4", "4x4x4", "-1x4")),
-                *(("--scale must be a number above 0, at most 1", tiny, "--scale", scale)
+                ("SCENE is required",), ("The following argument was not expected: b", tiny, "b"),
+                ("The following argument was not expected: --json", tiny, "--json"), ("-o: 1 required NAME missing", tiny, "-o"),
+                ("-o: folder/: must be a name for the files", tiny, "-o", "folder/"),
+                ("--size excludes --scale", tiny, "--size", "4x4", "--scale", "0.5"),
+                ("--parameters: depth not in {target_error,samples,", tiny, "--parameters", "samples,depth"),
+                ("--parameters: Samples not in {", tiny, "--parameters", "Samples"),
+                *(("--size: must be WIDTHxHEIGHT", tiny, "--size", size) for size in ("4", "4x", "0x4", "4x4x4", "-1x4")),
+                *(("--scale: must be a number > 0 and <= 1", tiny, "--scale", scale)
                   for scale in ("0", "1.1", "nan", "half")),
-                *(("--reference-samples must be a whole number from 16 to ", tiny, "--reference-samples", count)
+                *(("--reference-samples: must be an integer from 16 to ", tiny, "--reference-samples", count)
                   for count in ("15", "-1", "1e3")),
-                ("--threads must be a whole number from 1 to 1024", tiny, "--threads", "0")):
+                ("--threads: must be an integer from 1 to 1024", tiny, "--threads", "0")):
             with self.subTest(arguments=arguments):
                 done = whittle("measure", *arguments)
                 self.assertEqual((done.returncode, done.stdout), (2, b""))

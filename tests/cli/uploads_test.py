@@ -35,8 +35,8 @@ class Uploads(unittest.TestCase):
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertEqual(image, expected)
 
-    def test_that_are_missing_are_reported_with_the_pointer_of_their_reference(self):
-        for options, sentence in (((), b"--assets FOLDER"), (("--assets", self.directory), b"no such file at")):
+    def test_without_the_option_or_the_file_are_told_where_the_document_names_them(self):
+        for options, sentence in (((), b"--assets DIRECTORY"), (("--assets", self.directory), b"no such file at")):
             for command in (("render", "-", "-o", self.directory / "a.png"), ("check", "-"),
                             ("measure", "-", "-o", self.directory / "m")):
                 done = whittle(*command, *options, document=document(f"sha256:{HASH}"))
@@ -49,7 +49,7 @@ class Uploads(unittest.TestCase):
         for command in ("render", "check", "measure"):
             done = whittle(command, "-", "--assets")
             self.assertEqual(done.returncode, 2)
-            self.assertIn(b"--assets needs", done.stderr)
+            self.assertIn(b"--assets: 1 required DIRECTORY missing", done.stderr)
 
 
 if __name__ == "__main__":

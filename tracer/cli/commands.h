@@ -1,34 +1,25 @@
 #pragma once
-/// The things `whittle` does. Each returns the process's exit code.
+/// The commands of `whittle`. Each returns the process's exit code.
 
-#include "tracer/cli/command_options.h"
-#include "tracer/cli/diff_options.h"
-#include "tracer/cli/measure_options.h"
+#include "tracer/cli/options.h"
 
 namespace cli {
 
-/// Scripts rely on these; `whittle --help` tells them.
-/// `diff` follows the command of that name: 1 is a difference, 2 is trouble with the images.
+/// Scripts rely on these; `whittle --help` lists them. Like diff(1), `whittle diff` uses 1 for a difference and 2 for
+/// trouble.
 enum ExitCode : int {
-  done = 0,
-  bad_scene = 1,
-  too_different = 1,
-  bad_usage = 2,
-  incomparable = 2,
-  bad_environment = 3,
+  success = 0,
+  invalid_scene = 1,
+  images_differ = 1,
+  invalid_usage = 2,
+  incomparable_images = 2,
+  environment_failure = 3,
   interrupted = 130
 };
 
-/// Scene file to image files; figures and complaints go to standard error.
-ExitCode render(const Options& options);
-
-/// All issues, or what a valid scene needs, to standard output.
-ExitCode check(const Options& options);
-
-/// How far two images are apart, to standard output.
-ExitCode diff(const DiffOptions& options);
-
-/// What accuracy costs in a scene: files beside each other, a table to standard output.
-ExitCode measure(const MeasureOptions& options);
+ExitCode render(const RenderOptions& options);    ///< writes image files; summary and errors on standard error
+ExitCode check(const CheckOptions& options);      ///< prints all issues or the requirements of a valid scene
+ExitCode diff(const DiffOptions& options);        ///< prints the metrics of two images
+ExitCode measure(const MeasureOptions& options);  ///< writes the files of a measurement and prints a table
 
 }  // namespace cli

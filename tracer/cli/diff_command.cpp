@@ -7,6 +7,7 @@
 #include "api/comparison.h"
 #include "tracer/cli/commands.h"
 #include "tracer/cli/files.h"
+#include "tracer/cli/messages.h"
 #include "tracer/compare.h"
 #include "tracer/display_image.h"
 #include "tracer/encode.h"
@@ -14,16 +15,11 @@
 namespace cli {
 namespace {
 
-constexpr std::size_t file_bytes_max = 1'000'000'000;  // the largest image there is, 64 Mpx of floats, not compressed
-
-ExitCode complain(const std::string& sentence, ExitCode code) {
-  std::fprintf(stderr, "whittle: %s\n", sentence.c_str());
-  return code;
-}
+constexpr std::size_t file_bytes_max = 1'000'000'000;  // 64 Mpx of uncompressed floats
 
 tracer::Result<tracer::ImageFile, std::string> read(const std::string& path) {
-  const auto bytes = read_all(path, file_bytes_max);
-  if (!bytes) return bytes.error().sentence;
+  const auto bytes = read_text(path, file_bytes_max);
+  if (!bytes) return bytes.error().message;
   if (bytes->size() > file_bytes_max)
     return path + " is larger than file_bytes_max, " + std::to_string(file_bytes_max) + " bytes";
   auto file = tracer::read_image({reinterpret_cast<const std::uint8_t*>(bytes->data()), bytes->size()});
@@ -31,15 +27,15 @@ tracer::Result<tracer::ImageFile, std::string> read(const std::string& path) {
   return std::move(*file);
 }
 
-/// Nothing when all went well.
+/// Returns an exit code on failure only.
 std::optional<ExitCode> write_heat_map(const tracer::DisplayImage& a, const tracer::DisplayImage& b, double white,
                                        const std::string& path) {
   auto file = PendingFile::create(path);
-  if (!file) return complain(file.error().sentence, bad_environment);
+  if (!file) return fail(file.error().message);
   const auto bytes = tracer::encode(tracer::heat_map(a, b, white), tracer::Format::png);
-  if (!bytes) return complain(bytes.error(), bad_environment);
-  if (const auto written = file->write(*bytes); !written) return complain(written.error().sentence, bad_environment);
-  if (const auto published = file->publish(); !published) return complain(published.error().sentence, bad_environment);
+  if (!bytes) return fail(bytes.error());
+  if (const auto written = file->write(*bytes); !written) return fail(written.error().message);
+  if (const auto published = file->publish(); !published) return fail(published.error().message);
   return std::nullopt;
 }
 
@@ -48,7 +44,7 @@ void print_pixel(const tracer::PixelDifference& pixel) {
               pixel.a[0], pixel.a[1], pixel.a[2], pixel.b[0], pixel.b[1], pixel.b[2]);
 }
 
-void print_figures(const tracer::Comparison& found, const std::array<std::string, 2>& names,
+void print_metrics(const tracer::Comparison& found, const std::array<std::string, 2>& names,
                    const std::array<tracer::ImageFormat, 2>& kinds) {
   for (std::size_t i = 0; i < 2; ++i) {
     std::printf("%c          %s (%s, %s)\n", i == 0 ? 'a' : 'b', names[i].c_str(), tracer::name(kinds[i]),
@@ -57,7 +53,7 @@ void print_figures(const tracer::Comparison& found, const std::array<std::string
   std::printf("size       %u x %u\n", found.width, found.height);
   std::printf("rmse       %.4f levels (red %.4f, green %.4f, blue %.4f)\n", found.rmse, found.rmse_channel[0],
               found.rmse_channel[1], found.rmse_channel[2]);
-  std::printf("bias       %+.4f levels, mean of b - a\n", found.bias);
+  std::printf("bias       %+.4f levels (mean of b - a)\n", found.bias);
   std::printf("greatest   %.4f levels\n", found.greatest);
   if (std::isfinite(found.psnr_db)) {
     std::printf("psnr       %.2f dB\n", found.psnr_db);
@@ -65,11 +61,11 @@ void print_figures(const tracer::Comparison& found, const std::array<std::string
     std::puts("psnr       infinite: the images are equal");
   }
   if (found.ssim) {
-    std::printf("ssim       %.6f, of the luma\n", *found.ssim);
+    std::printf("ssim       %.6f of the luma\n", *found.ssim);
   } else {
-    std::puts("ssim       none: its window has 11 x 11 pixels");
+    std::puts("ssim       none: the images are smaller than its window, 11 x 11 pixels");
   }
-  std::printf("differing  %.4f %% of the pixels, by more than one level\n", 100 * found.differing);
+  std::printf("differing  %.4f %% of the pixels by more than one level\n", 100 * found.differing);
   if (found.worst.empty()) return;
   std::puts("worst           x      y difference   a: red   green    blue    b: red   green    blue");
   for (const tracer::PixelDifference& pixel : found.worst) print_pixel(pixel);
@@ -79,16 +75,16 @@ void print_figures(const tracer::Comparison& found, const std::array<std::string
 
 ExitCode diff(const DiffOptions& options) {
   auto a = read(options.images[0]);
-  if (!a) return complain(a.error(), incomparable);
+  if (!a) return fail(a.error(), incomparable_images);
   auto b = read(options.images[1]);
-  if (!b) return complain(b.error(), incomparable);
+  if (!b) return fail(b.error(), incomparable_images);
   const auto found = tracer::compare(a->image, b->image, options.worst);
-  if (!found) return complain(found.error(), incomparable);
+  if (!found) return fail(found.error(), incomparable_images);
   const double white = options.heat_white.value_or(tracer::heat_scale(*found));
   if (options.heat_path) {
     if (const auto failed = write_heat_map(a->image, b->image, white, *options.heat_path)) return *failed;
   }
-  const bool too_far = options.tolerance && found->rmse > *options.tolerance;
+  const bool differ = options.tolerance && found->rmse > *options.tolerance;
   if (options.json) {
     const auto heat_white = options.heat_path ? std::optional(white) : std::nullopt;
     std::fputs(
@@ -96,14 +92,13 @@ ExitCode diff(const DiffOptions& options) {
             .c_str(),
         stdout);
   } else {
-    print_figures(*found, options.images, {a->kind, b->kind});
-    if (options.heat_path)
-      std::printf("heat map   %s: black 0, white %g levels or more\n", options.heat_path->c_str(), white);
+    print_metrics(*found, options.images, {a->kind, b->kind});
+    if (options.heat_path) std::printf("heat map   %s: black 0, white %g levels\n", options.heat_path->c_str(), white);
     if (options.tolerance)
-      std::printf("verdict    rmse %s the tolerance of %g levels\n", too_far ? "above" : "within", *options.tolerance);
+      std::printf("result     rmse %s the tolerance of %g levels\n", differ ? "above" : "within", *options.tolerance);
   }
-  if (std::fflush(stdout) != 0) return bad_environment;
-  return too_far ? too_different : done;
+  if (std::fflush(stdout) != 0) return environment_failure;
+  return differ ? images_differ : success;
 }
 
 }  // namespace cli

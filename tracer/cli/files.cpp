@@ -13,8 +13,8 @@
 namespace cli {
 namespace {
 
-FileFailure failure(const char* doing, const std::string& path, int error) {
-  return {std::string("cannot ") + doing + " " + path + ": " + std::strerror(error)};
+FileError error_of(const char* action, const std::string& path, int error) {
+  return {std::string("cannot ") + action + " " + path + ": " + std::strerror(error)};
 }
 
 std::string directory_of(const std::string& path) {
@@ -23,30 +23,30 @@ std::string directory_of(const std::string& path) {
   return slash == 0 ? "/" : path.substr(0, slash);
 }
 
-/// What open() gives a new file; mkstemp does not.
-mode_t usual_permissions() {
+/// Permissions that open() gives to a new file; mkstemp does not.
+mode_t default_permissions() {
   const mode_t mask = ::umask(0);
   ::umask(mask);
   return 0666U & ~mask;
 }
 
-/// Errno values with which file systems say that they have no nameless files (open(2), O_TMPFILE).
-bool means_no_nameless_files(int error) { return error == EOPNOTSUPP || error == EISDIR || error == ENOENT; }
+/// Errors of file systems without O_TMPFILE (open(2)).
+bool is_tmpfile_unsupported(int error) { return error == EOPNOTSUPP || error == EISDIR || error == ENOENT; }
 
-/// Of a file, what it has; of others a beginning.
-std::size_t expected_bytes(int descriptor) {
-  constexpr std::size_t piece = std::size_t{1} << 20;
+/// Size of a regular file and one byte more, so that one read reaches its end; otherwise a first buffer.
+std::size_t initial_buffer_bytes(int descriptor) {
+  constexpr std::size_t block = std::size_t{1} << 20;
   struct stat status {};
-  if (::fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode)) return piece;
-  return static_cast<std::size_t>(status.st_size) + 1;  // to see its end
+  if (::fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode)) return block;
+  return static_cast<std::size_t>(status.st_size) + 1;
 }
 
 template <class Bytes>
-tracer::Result<Bytes, FileFailure> read_into(const std::string& path, std::size_t limit) {
+tracer::Result<Bytes, FileError> read_into(const std::string& path, std::size_t limit) {
   const bool standard_input = path == "-";
   const int descriptor = standard_input ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) return failure("read", path, errno);
-  Bytes bytes(std::min(expected_bytes(descriptor), limit + 1), {});
+  if (descriptor < 0) return error_of("read", path, errno);
+  Bytes bytes(std::min(initial_buffer_bytes(descriptor), limit + 1), {});
   std::size_t done = 0;
   ssize_t got = 0;
   while (done <= limit) {
@@ -57,18 +57,18 @@ tracer::Result<Bytes, FileFailure> read_into(const std::string& path, std::size_
   }
   const int error = got < 0 ? errno : 0;
   if (!standard_input) ::close(descriptor);
-  if (error != 0) return failure("read", path, error);
+  if (error != 0) return error_of("read", path, error);
   bytes.resize(done);
   return bytes;
 }
 
 }  // namespace
 
-tracer::Result<std::string, FileFailure> read_all(const std::string& path, std::size_t limit) {
+tracer::Result<std::string, FileError> read_text(const std::string& path, std::size_t limit) {
   return read_into<std::string>(path, limit);
 }
 
-tracer::Result<std::vector<std::uint8_t>, FileFailure> read_all_bytes(const std::string& path, std::size_t limit) {
+tracer::Result<std::vector<std::uint8_t>, FileError> read_bytes(const std::string& path, std::size_t limit) {
   return read_into<std::vector<std::uint8_t>>(path, limit);
 }
 
@@ -85,42 +85,42 @@ PendingFile::~PendingFile() {
   if (!temporary_.empty()) ::unlink(temporary_.c_str());
 }
 
-tracer::Result<PendingFile, FileFailure> PendingFile::create(const std::string& path) {
+tracer::Result<PendingFile, FileError> PendingFile::create(const std::string& path) {
   struct stat existing {};
-  if (::stat(path.c_str(), &existing) == 0 && S_ISDIR(existing.st_mode)) return failure("write", path, EISDIR);
-  const int nameless = ::open(directory_of(path).c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
-  if (nameless >= 0) return PendingFile(path, nameless, "");
-  if (!means_no_nameless_files(errno)) return failure("write", path, errno);
+  if (::stat(path.c_str(), &existing) == 0 && S_ISDIR(existing.st_mode)) return error_of("write", path, EISDIR);
+  const int unlinked = ::open(directory_of(path).c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
+  if (unlinked >= 0) return PendingFile(path, unlinked, "");
+  if (!is_tmpfile_unsupported(errno)) return error_of("write", path, errno);
   std::string temporary = path + ".whittle-XXXXXX";
   const int named = ::mkostemp(temporary.data(), O_CLOEXEC);
-  if (named < 0) return failure("write", path, errno);
-  ::fchmod(named, usual_permissions());
+  if (named < 0) return error_of("write", path, errno);
+  ::fchmod(named, default_permissions());
   return PendingFile(path, named, std::move(temporary));
 }
 
-Done PendingFile::write(std::span<const std::uint8_t> bytes) {
+FileResult PendingFile::write(std::span<const std::uint8_t> bytes) {
   while (!bytes.empty()) {
     const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
     if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return failure("write", path_, errno);
+    if (written < 0) return error_of("write", path_, errno);
     bytes = bytes.subspan(static_cast<std::size_t>(written));
   }
-  if (::fsync(descriptor_) != 0) return failure("write", path_, errno);
+  if (::fsync(descriptor_) != 0) return error_of("write", path_, errno);
   return std::monostate{};
 }
 
-Done PendingFile::publish() {
+FileResult PendingFile::publish() {
   if (temporary_.empty()) {
-    const std::string nameless = "/proc/self/fd/" + std::to_string(descriptor_);
+    const std::string unlinked = "/proc/self/fd/" + std::to_string(descriptor_);
     const auto link_as = [&](const std::string& name) {
-      return ::linkat(AT_FDCWD, nameless.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0;
+      return ::linkat(AT_FDCWD, unlinked.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0;
     };
     if (link_as(path_)) return std::monostate{};
-    if (errno != EEXIST) return failure("write", path_, errno);
+    if (errno != EEXIST) return error_of("write", path_, errno);
     temporary_ = path_ + ".whittle-" + std::to_string(::getpid());  // linkat replaces nothing, rename does
-    if (!link_as(temporary_)) return failure("write", std::exchange(temporary_, {}), errno);
+    if (!link_as(temporary_)) return error_of("write", std::exchange(temporary_, {}), errno);
   }
-  if (::rename(temporary_.c_str(), path_.c_str()) != 0) return failure("write", path_, errno);
+  if (::rename(temporary_.c_str(), path_.c_str()) != 0) return error_of("write", path_, errno);
   temporary_.clear();
   return std::monostate{};
 }

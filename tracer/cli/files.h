@@ -1,5 +1,5 @@
 #pragma once
-/// Reading a scene and writing images: every failure of the environment becomes one sentence here.
+/// Reads input files and writes output files atomically; errors of the environment become one message.
 
 #include <cstddef>
 #include <cstdint>
@@ -13,20 +13,18 @@
 namespace cli {
 
 /// "cannot write /images/a.png: No space left on device"
-struct FileFailure {
-  std::string sentence;
+struct FileError {
+  std::string message;
 };
-using Done = tracer::Result<std::monostate, FileFailure>;
+using FileResult = tracer::Result<std::monostate, FileError>;
 
-/// All of `path` ("-": standard input), but at most `limit` + 1 bytes: enough for the reader to see that it is too
-/// large.
-tracer::Result<std::string, FileFailure> read_all(const std::string& path, std::size_t limit);
-tracer::Result<std::vector<std::uint8_t>, FileFailure> read_all_bytes(const std::string& path, std::size_t limit);
+/// Content of `path` ("-": standard input), but at most `limit` + 1 bytes, so that a larger file can be rejected.
+tracer::Result<std::string, FileError> read_text(const std::string& path, std::size_t limit);
+tracer::Result<std::vector<std::uint8_t>, FileError> read_bytes(const std::string& path, std::size_t limit);
 
-/// A file that is being written under no name, in the directory where it will appear. Destroyed before `publish`, or
-/// killed with its process, it leaves nothing behind. Two exceptions, which only SIGKILL or power loss shows: the
-/// moment between linking and renaming when an old file is replaced, and file systems that cannot hold nameless files.
-/// There it has a passing name, its path + ".whittle-" + a few characters.
+/// An unlinked file in the directory of its path until `publish`. It leaves nothing behind when it is destroyed before
+/// or the process is killed. Exceptions, after SIGKILL or power loss only: between linking and renaming when an old
+/// file is replaced, and on file systems without O_TMPFILE, a temporary file PATH.whittle-XXXXXX may remain.
 class PendingFile {
  public:
   PendingFile(PendingFile&& other) noexcept;
@@ -35,20 +33,20 @@ class PendingFile {
   PendingFile& operator=(const PendingFile&) = delete;
   ~PendingFile();
 
-  /// Fails when `path` cannot be written: told before the work, not after it.
-  static tracer::Result<PendingFile, FileFailure> create(const std::string& path);
+  /// Fails when `path` cannot be written.
+  static tracer::Result<PendingFile, FileError> create(const std::string& path);
 
-  /// To the disk, so that a full one is told here. After a failure nothing new is visible.
-  Done write(std::span<const std::uint8_t> bytes);
-  /// Gives the file its name, at once and complete, in place of any file that had it.
-  Done publish();
+  /// Writes and synchronizes to disk, so that a full disk fails here. After a failure the old file is unchanged.
+  FileResult write(std::span<const std::uint8_t> bytes);
+  /// Gives the file its path atomically, replacing any existing file.
+  FileResult publish();
 
  private:
   PendingFile(std::string path, int descriptor, std::string temporary);
 
   std::string path_;
   int descriptor_ = -1;
-  std::string temporary_;  ///< its passing name; empty while it has none
+  std::string temporary_;  ///< path while it is not published; empty: unlinked
 };
 
 }  // namespace cli

@@ -17,13 +17,13 @@
 namespace cli {
 namespace {
 
-constexpr std::size_t json_bytes_max = 64u << 20;  // some 60 points; a million times as many
-constexpr std::string_view mark = "whittle-reference-1";
-constexpr std::size_t head_bytes_max = 256;
+constexpr std::size_t json_bytes_max = 64u << 20;
+constexpr std::string_view signature = "whittle-reference-1";
+constexpr std::size_t header_bytes_max = 256;
 
 class Fnv1a {
  public:
-  /// With its length, so that what follows cannot be taken for a part of it.
+  /// Includes the length, so that concatenations differ.
   void add(std::string_view bytes) {
     add(bytes.size());
     for (const char byte : bytes) add_byte(static_cast<unsigned char>(byte));
@@ -51,29 +51,30 @@ bool exists(const std::string& path) {
   return ::stat(path.c_str(), &status) == 0;
 }
 
-std::size_t sum_bytes(const tracer::Reference& reference) {
+std::size_t array_bytes(const tracer::Reference& reference) {
   return 3 * sizeof(double) * std::size_t{reference.width} * reference.height;
 }
 
-std::string head_of(const tracer::Reference& reference, const std::string& key) {
-  std::ostringstream head;
-  head << mark << ' ' << key << ' ' << reference.width << ' ' << reference.height << ' ' << reference.image_samples
-       << ' ' << reference.images << ' ' << reference.complete << '\n';
-  return std::move(head).str();
+std::string header_of(const tracer::Reference& reference, const std::string& key) {
+  std::ostringstream header;
+  header << signature << ' ' << key << ' ' << reference.width << ' ' << reference.height << ' '
+         << reference.image_samples << ' ' << reference.images << ' ' << reference.complete << '\n';
+  return std::move(header).str();
 }
 
-/// Nothing where it is none, of another key, or cut off: then the reference is made again.
-std::optional<tracer::Reference> reference_of(std::string_view bytes, const std::string& key) {
-  const std::size_t end = bytes.substr(0, head_bytes_max).find('\n');
+/// Returns nothing for a file that is invalid, truncated or of another key; the reference is then computed again.
+std::optional<tracer::Reference> parse_reference(std::string_view bytes, const std::string& key) {
+  const std::size_t end = bytes.substr(0, header_bytes_max).find('\n');
   if (end == std::string_view::npos) return std::nullopt;
-  std::istringstream head{std::string(bytes.substr(0, end))};
-  std::string seen_mark, seen_key;
+  std::istringstream header{std::string(bytes.substr(0, end))};
+  std::string seen_signature, seen_key;
   tracer::Reference reference;
-  head >> seen_mark >> seen_key >> reference.width >> reference.height >> reference.image_samples >> reference.images >>
-      reference.complete;
+  header >> seen_signature >> seen_key >> reference.width >> reference.height >> reference.image_samples >>
+      reference.images >> reference.complete;
   bytes.remove_prefix(end + 1);
-  const std::size_t size = sum_bytes(reference);
-  if (!head || seen_mark != mark || seen_key != key || bytes.size() != 2 * size || size == 0) return std::nullopt;
+  const std::size_t size = array_bytes(reference);
+  if (!header || seen_signature != signature || seen_key != key || bytes.size() != 2 * size || size == 0)
+    return std::nullopt;
   for (std::vector<double>* sums : {&reference.light, &reference.squares}) {
     sums->resize(size / sizeof(double));
     std::memcpy(sums->data(), bytes.data(), size);
@@ -82,7 +83,7 @@ std::optional<tracer::Reference> reference_of(std::string_view bytes, const std:
   return reference;
 }
 
-Done write_file(const std::string& path, std::string_view bytes) {
+FileResult write_file(const std::string& path, std::string_view bytes) {
   auto file = PendingFile::create(path);
   if (!file) return file.error();
   if (auto written = file->write(bytes_of(bytes)); !written) return written;
@@ -107,44 +108,45 @@ std::string fingerprint(std::string_view document, const tracer::Assets& assets,
   return hash.text();
 }
 
-tracer::Result<Earlier, FileFailure> read_earlier(const std::string& name, const std::string& key) {
-  Earlier earlier;
+tracer::Result<SavedMeasurement, FileError> read_saved_measurement(const std::string& name, const std::string& key) {
+  SavedMeasurement saved;
   const std::string json_path = name + ".json", reference_path = name + ".reference";
   if (exists(json_path)) {
-    const auto text = read_all(json_path, json_bytes_max);
+    const auto text = read_text(json_path, json_bytes_max);
     if (!text) return text.error();
-    auto saved = api::read_measurement(*text);
-    if (!saved) return FileFailure{json_path + " is no measurement of this version: it would be lost; give another -o"};
-    if (saved->how.key == key) {
-      earlier.points = std::move(saved->points);
+    auto measurement = api::read_measurement(*text);
+    if (!measurement)
+      return FileError{json_path + " exists and is not a measurement of this version; choose another -o"};
+    if (measurement->how.key == key) {
+      saved.points = std::move(measurement->points);
     } else {
-      earlier.is_other = true;
+      saved.has_other_key = true;
     }
   }
   if (exists(reference_path)) {
-    const auto bytes = read_all(reference_path, 6 * sizeof(double) * tracer::Limits().pixels + head_bytes_max);
+    const auto bytes = read_text(reference_path, 6 * sizeof(double) * tracer::Limits().pixels + header_bytes_max);
     if (!bytes) return bytes.error();
-    earlier.reference = reference_of(*bytes, key);
+    saved.reference = parse_reference(*bytes, key);
   }
-  return earlier;
+  return saved;
 }
 
-Done write_reference(const std::string& name, const std::string& key, const tracer::Reference& reference) {
-  std::string bytes = head_of(reference, key);
+FileResult write_reference(const std::string& name, const std::string& key, const tracer::Reference& reference) {
+  std::string bytes = header_of(reference, key);
   for (const std::vector<double>* sums : {&reference.light, &reference.squares})
     bytes.append(reinterpret_cast<const char*>(sums->data()), sums->size() * sizeof(double));
   return write_file(name + ".reference", bytes);
 }
 
-Done write_points(const std::string& name, const std::string& key, const tracer::Measurement& measurement,
-                  bool complete) {
+FileResult write_points(const std::string& name, const std::string& key, const tracer::Measurement& measurement,
+                        bool complete) {
   return write_file(name + ".json", api::write_measurement(measurement, {key, complete}));
 }
 
-Done write_results(const std::string& name, const tracer::Measurement& measurement) {
+FileResult write_results(const std::string& name, const tracer::Measurement& measurement) {
   const tracer::Plot plot = tracer::chart(measurement);
   const auto png = tracer::plot_png(plot);
-  if (!png) return FileFailure{png.error()};
+  if (!png) return FileError{png.error()};
   const std::array<std::pair<const char*, std::string>, 3> contents{{{".csv", api::write_measurement_csv(measurement)},
                                                                      {".svg", tracer::plot_svg(plot)},
                                                                      {".png", std::string(png->begin(), png->end())}}};

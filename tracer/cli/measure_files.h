@@ -1,5 +1,5 @@
 #pragma once
-/// The files of `whittle measure`: what it came to, and what it goes on from.
+/// The files of `whittle measure`: results, and the state from which an interrupted measurement resumes.
 
 #include <optional>
 #include <string>
@@ -8,32 +8,32 @@
 
 #include "tracer/assets.h"
 #include "tracer/cli/files.h"
-#include "tracer/cli/measure_options.h"
+#include "tracer/cli/options.h"
 #include "tracer/measure.h"
 
 namespace cli {
 
-/// Equal for equal document, files, build and everything that changes a point's figures, the threads included; else
-/// different, but for chance (FNV-1a, 64 bits: Fowler, Noll and Vo 1991). Hexadecimal.
+/// Hexadecimal hash (64-bit FNV-1a: Fowler, Noll and Vo 1991) of document, assets, build and every option that changes
+/// the result of a point, including the number of threads.
 std::string fingerprint(std::string_view document, const tracer::Assets& assets, const MeasureOptions& options);
 
-/// What an earlier run left.
-struct Earlier {
+/// State of an interrupted run.
+struct SavedMeasurement {
   std::vector<tracer::MeasuredPoint> points;
   std::optional<tracer::Reference> reference;
-  bool is_other = false;  ///< there is one, of another scene, size or build: it will be replaced
+  bool has_other_key = false;  ///< one exists for another scene, size or build; it will be replaced
 };
 
-/// Of `name`.json and `name`.reference. Fails where they cannot be read, or `name`.json is something else, which would
-/// be lost.
-tracer::Result<Earlier, FileFailure> read_earlier(const std::string& name, const std::string& key);
+/// Reads `name`.json and `name`.reference. Fails when one cannot be read, or `name`.json is not a measurement and would
+/// be overwritten.
+tracer::Result<SavedMeasurement, FileError> read_saved_measurement(const std::string& name, const std::string& key);
 
-/// `name`.reference: one line of text, then the sums as this machine holds doubles.
-Done write_reference(const std::string& name, const std::string& key, const tracer::Reference& reference);
-/// `name`.json.
-Done write_points(const std::string& name, const std::string& key, const tracer::Measurement& measurement,
-                  bool complete);
-/// `name`.csv, .svg and .png: all or none of them.
-Done write_results(const std::string& name, const tracer::Measurement& measurement);
+/// Writes `name`.reference: one line of text, then the sums as doubles in native byte order.
+FileResult write_reference(const std::string& name, const std::string& key, const tracer::Reference& reference);
+/// Writes `name`.json.
+FileResult write_points(const std::string& name, const std::string& key, const tracer::Measurement& measurement,
+                        bool complete);
+/// Writes `name`.csv, .svg and .png: all or none.
+FileResult write_results(const std::string& name, const tracer::Measurement& measurement);
 
 }  // namespace cli

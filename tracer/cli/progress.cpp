@@ -14,7 +14,7 @@ namespace cli {
 namespace {
 
 constexpr int bar_width = 40, bar_width_behind_label = 20;
-constexpr const char* wipe_line = "\r\x1b[K";
+constexpr const char* erase_line = "\r\x1b[K";
 
 void draw(const tracer::RenderControl& control, const std::string& label, double seconds) {
   const auto done = static_cast<double>(control.tiles_done());
@@ -23,13 +23,13 @@ void draw(const tracer::RenderControl& control, const std::string& label, double
   const int width = label.empty() ? bar_width : bar_width_behind_label;
   const auto filled = static_cast<std::size_t>(width * part);
   const std::string bar = std::string(filled, '=') + std::string(width - filled, ' ');
-  std::fprintf(stderr, "%s%s[%s] %3.0f %%", wipe_line, label.c_str(), bar.c_str(), 100 * part);
-  // Tiles differ in cost: below a twentieth a guess of the rest would only confuse.
+  std::fprintf(stderr, "%s%s[%s] %3.0f %%", erase_line, label.c_str(), bar.c_str(), 100 * part);
+  // Tiles differ in cost: an estimate from less than 5 % is unreliable.
   if (part >= 0.05) std::fprintf(stderr, "  %.0f s left", seconds * (1 - part) / part);
   std::fflush(stderr);
 }
 
-// A signal handler sees nothing but globals: this one is set while a CancelOnSignal lives.
+// A signal handler can use globals only. Set during the lifetime of a CancelOnSignal.
 std::atomic<tracer::RenderControl*> cancelled_by_signal{nullptr};
 static_assert(std::atomic<tracer::RenderControl*>::is_always_lock_free, "a signal handler must not lock");
 
@@ -39,9 +39,9 @@ void cancel(int /*signal*/) {
 
 }  // namespace
 
-ProgressBar::ProgressBar(const tracer::RenderControl& control, bool wanted, std::string label)
+ProgressBar::ProgressBar(const tracer::RenderControl& control, bool enabled, std::string label)
     : control_(control), label_(label.empty() ? "" : std::move(label) + " ") {
-  if (wanted && ::isatty(STDERR_FILENO) != 0) thread_ = std::thread([this] { draw_until_stopped(); });
+  if (enabled && ::isatty(STDERR_FILENO) != 0) thread_ = std::thread([this] { draw_until_stopped(); });
 }
 
 ProgressBar::~ProgressBar() {
@@ -52,7 +52,7 @@ ProgressBar::~ProgressBar() {
   }
   stop_.notify_one();
   thread_.join();
-  std::fputs(wipe_line, stderr);
+  std::fputs(erase_line, stderr);
 }
 
 void ProgressBar::draw_until_stopped() {
@@ -71,13 +71,13 @@ CancelOnSignal::CancelOnSignal(tracer::RenderControl& control) {
   action.sa_handler = cancel;
   action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
   for (std::size_t i = 0; i < signals.size(); ++i) {
-    sigaction(signals[i], nullptr, &before_[i]);
-    if (before_[i].sa_handler != SIG_IGN) sigaction(signals[i], &action, nullptr);
+    sigaction(signals[i], nullptr, &previous_[i]);
+    if (previous_[i].sa_handler != SIG_IGN) sigaction(signals[i], &action, nullptr);
   }
 }
 
 CancelOnSignal::~CancelOnSignal() {
-  for (std::size_t i = 0; i < signals.size(); ++i) sigaction(signals[i], &before_[i], nullptr);
+  for (std::size_t i = 0; i < signals.size(); ++i) sigaction(signals[i], &previous_[i], nullptr);
   cancelled_by_signal = nullptr;
 }
 

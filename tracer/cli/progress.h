@@ -1,5 +1,5 @@
 #pragma once
-/// The bar a person watches while an image is traced, and the key that stops it.
+/// Progress bar on a terminal, and cancellation by signals.
 
 #include <array>
 #include <condition_variable>
@@ -12,11 +12,11 @@
 
 namespace cli {
 
-/// Redraws one line of standard error ten times a second while it lives, and wipes it at the end. Draws nothing where
-/// standard error is no terminal. `control` must outlive it.
+/// Redraws one line of standard error ten times per second during its lifetime and erases it at the end. Draws nothing
+/// if standard error is not a terminal. `control` must outlive it.
 class ProgressBar {
  public:
-  ProgressBar(const tracer::RenderControl& control, bool wanted, std::string label = "");
+  ProgressBar(const tracer::RenderControl& control, bool enabled, std::string label = "");
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
   ~ProgressBar();
@@ -29,11 +29,11 @@ class ProgressBar {
   std::mutex mutex_;
   std::condition_variable stop_;
   bool stopped_ = false;
-  std::thread thread_;  // last: it uses all of the above
+  std::thread thread_;  // last: it uses the other members
 };
 
-/// While it lives, the first SIGINT, SIGTERM or SIGHUP cancels `control`; the next one ends the process. Signals that
-/// were ignored stay so (nohup). One at a time.
+/// During its lifetime the first SIGINT, SIGTERM or SIGHUP cancels `control`; the next one terminates the process.
+/// Ignored signals stay ignored (nohup). At most one instance at a time.
 class CancelOnSignal {
  public:
   explicit CancelOnSignal(tracer::RenderControl& control);
@@ -43,7 +43,7 @@ class CancelOnSignal {
 
  private:
   static constexpr std::array signals{SIGINT, SIGTERM, SIGHUP};
-  std::array<struct sigaction, signals.size()> before_{};
+  std::array<struct sigaction, signals.size()> previous_{};
 };
 
 }  // namespace cli

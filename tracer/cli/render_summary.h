@@ -1,5 +1,5 @@
 #pragma once
-/// What a render took, for the person who asked for it.
+/// Prints a summary of a render: rays, error, times, files.
 
 #include <cstddef>
 #include <cstdio>
@@ -10,7 +10,7 @@
 
 namespace cli {
 
-struct Figures {
+struct RenderSummary {
   struct File {
     std::string path;
     std::size_t bytes = 0;
@@ -19,7 +19,6 @@ struct Figures {
   std::vector<File> files;
 };
 
-/// Image size, rays by kind with their share of the trace time's rate, times by stage, files.
-void print_figures(std::FILE* into, const tracer::Rendered& rendered, const Figures& figures);
+void print_summary(std::FILE* file, const tracer::Rendered& rendered, const RenderSummary& summary);
 
 }  // namespace cli

@@ -1,4 +1,4 @@
-#include "tracer/cli/asset_directory_files.h"
+#include "tracer/cli/load_scene.h"
 
 #include <filesystem>
 #include <system_error>
@@ -12,13 +12,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Why the file is not read; empty when it can be tried. Pipes and devices could keep us waiting for ever.
-std::string refusal(const fs::path& path) {
+/// Reason not to open the file, else empty. Pipes and devices could block forever.
+std::string error_before_open(const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (error && error != std::errc::no_such_file_or_directory) return error.message();
   if (!fs::exists(status)) return "no such file at " + path.string();
-  if (!fs::is_regular_file(status)) return "is no ordinary file";
+  if (!fs::is_regular_file(status)) return "is not a regular file";
   const std::uintmax_t size = fs::file_size(path, error);
   if (error) return error.message();
   if (size <= api::asset_bytes_max) return "";
@@ -26,14 +26,14 @@ std::string refusal(const fs::path& path) {
 }
 
 api::AssetBytes read(const fs::path& path) {
-  if (std::string refused = refusal(path); !refused.empty()) return refused;
-  auto bytes = read_all_bytes(path.string(), api::asset_bytes_max);
-  if (!bytes) return bytes.error().sentence;
+  if (std::string error = error_before_open(path); !error.empty()) return error;
+  auto bytes = read_bytes(path.string(), api::asset_bytes_max);
+  if (!bytes) return bytes.error().message;
   return std::move(*bytes);
 }
 
 api::AssetBytes read_upload(const std::string& directory, const std::string& name) {
-  if (directory.empty()) return std::string("is the name of an upload; --assets DIRECTORY says where those are");
+  if (directory.empty()) return std::string("names an uploaded file: --assets DIRECTORY is required");
   const std::string hash = name.substr(api::upload_prefix.size());
   const fs::path plain = fs::path(directory) / hash;
   return read(fs::exists(plain) ? plain : fs::path(directory) / hash.substr(0, 2) / hash);
@@ -41,19 +41,22 @@ api::AssetBytes read_upload(const std::string& directory, const std::string& nam
 
 }  // namespace
 
-tracer::Result<Loaded, api::Refusal> load(std::string_view text, const std::string& scene_path,
-                                          const std::string& uploads_directory) {
+tracer::Result<std::string, FileError> read_document(const SceneSource& source) {
+  return read_text(source.path, api::DocumentLimits{}.bytes);
+}
+
+tracer::Result<LoadedScene, api::Refusal> load_scene(const std::string& text, const SceneSource& source) {
   api::Limits limits;
   limits.files = api::Files::anywhere;
   limits.uploads = true;
   auto document = api::parse_scene(text, limits);
   if (!document) return std::move(document.error());
-  const fs::path directory = scene_path == "-" ? fs::path() : fs::path(scene_path).parent_path();
+  const fs::path directory = source.path == "-" ? fs::path() : fs::path(source.path).parent_path();
   const auto read_asset = [&](const std::string& name) {
-    return name.starts_with(api::upload_prefix) ? read_upload(uploads_directory, name) : read(directory / name);
+    return name.starts_with(api::upload_prefix) ? read_upload(source.assets_directory, name) : read(directory / name);
   };
   auto assets = api::load_assets(document->scene, read_asset, limits.scene);
-  if (assets) return Loaded{std::move(*document), std::move(*assets)};
+  if (assets) return LoadedScene{std::move(*document), std::move(*assets)};
   api::Refusal refusal;
   refusal.detail = "the scene cannot be rendered with its files";
   refusal.issues = std::move(assets.error());

@@ -1,0 +1,61 @@
+#include "tracer/cli/messages.h"
+
+#include <string_view>
+
+#include "api/validation_json.h"
+
+namespace cli {
+namespace {
+
+std::string printable(std::string_view text) {
+  constexpr std::string_view digits = "0123456789ABCDEF";
+  std::string out;
+  for (const char character : text) {
+    const auto code = static_cast<unsigned char>(character);
+    if (code >= 0x20 && code != 0x7f) {
+      out += character;
+    } else {
+      (out.append("\\x") += digits[code >> 4U]) += digits[code & 15U];
+    }
+  }
+  return out;
+}
+
+void print(std::FILE* file, const std::string& place, const std::string& code, const std::string& rule) {
+  std::fprintf(file, "%s\n", printable(place + " " + code + " " + rule).c_str());
+}
+
+}  // namespace
+
+ExitCode fail(const std::string& message, ExitCode code) {
+  std::fprintf(stderr, "whittle: %s\n", message.c_str());
+  return code;
+}
+
+ExitCode fail(const tracer::Failure& failure, const std::string& if_cancelled) {
+  if (failure.code == tracer::Failure::Code::cancelled) return fail(if_cancelled, interrupted);
+  if (failure.code != tracer::Failure::Code::bad_asset) return fail(failure.detail);
+  print_issue(stderr, {failure.pointer, "bad_asset", failure.detail});
+  return invalid_scene;
+}
+
+void print_issue(std::FILE* file, const tracer::Issue& issue) {
+  print(file, api::uri_fragment(issue.pointer), issue.code, issue.detail);
+}
+
+void print_issues(std::FILE* file, const api::Refusal& refusal) {
+  switch (refusal.kind) {
+    case api::Refusal::Kind::not_json:
+      print(file, "line " + std::to_string(refusal.line) + ", column " + std::to_string(refusal.column), "not_json",
+            refusal.detail);
+      break;
+    case api::Refusal::Kind::too_large:
+      print(file, "#", "too_large", refusal.detail);
+      break;
+    case api::Refusal::Kind::invalid:
+      for (const tracer::Issue& issue : refusal.issues) print_issue(file, issue);
+      break;
+  }
+}
+
+}  // namespace cli

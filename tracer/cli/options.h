@@ -1,0 +1,71 @@
+#pragma once
+/// Command line of `whittle`: arguments in, one plain value out.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "tracer/measure.h"
+#include "tracer/result.h"
+#include "tracer/scene.h"
+
+namespace cli {
+
+/// Input of every command that reads a scene.
+struct SceneSource {
+  std::string path;              ///< "-" is standard input
+  std::string assets_directory;  ///< files named by their SHA-256; empty: none
+};
+
+struct RenderOptions {
+  struct Output {
+    std::string path;
+    tracer::Format format = tracer::Format::png;
+  };
+  SceneSource scene;
+  std::vector<Output> outputs;  ///< at least one
+  std::uint32_t threads = 0;    ///< 0 is one per processor
+  bool quiet = false;           ///< no progress bar, no summary
+};
+
+struct CheckOptions {
+  SceneSource scene;
+  bool json = false;
+};
+
+struct DiffOptions {
+  std::array<std::string, 2> images;     ///< the reference first; at most one is "-", standard input
+  std::optional<std::string> heat_path;  ///< heat map, a PNG
+  std::optional<double> heat_white;      ///< 8-bit code values; unset: tracer::heat_scale
+  std::optional<double> tolerance;       ///< 8-bit code values of root mean square error
+  std::size_t worst = 5;                 ///< number of pixels to list
+  bool json = false;
+};
+
+struct MeasureOptions {
+  SceneSource scene;
+  std::string name;                                             ///< of the files, without extension
+  std::optional<std::pair<std::uint32_t, std::uint32_t>> size;  ///< pixels; replaces the document's
+  std::optional<double> scale;                                  ///< factor of the document's size, in (0, 1]
+  std::vector<std::string> parameters;                          ///< empty: all
+  std::uint32_t reference_samples = tracer::MeasureSettings().reference_samples;
+  std::uint32_t threads = 0;  ///< 0 is one per processor
+  bool quiet = false;         ///< no progress bar, no table
+};
+
+/// Text to print on standard output: the help or the version.
+struct PrintText {
+  std::string text;
+};
+
+using Command = std::variant<PrintText, RenderOptions, CheckOptions, DiffOptions, MeasureOptions>;
+
+/// `arguments` without the program's name. Fails with one line that names the option and the rule.
+tracer::Result<Command, std::string> parse_arguments(std::vector<std::string> arguments);
+
+}  // namespace cli
