@@ -39,7 +39,6 @@
 #include "server/storage/files/disk_space_monitor.h"
 #include "server/storage/files/file_artifact_store.h"
 #include "server/storage/files/file_asset_store.h"
-#include "server/storage/files/sha256.h"
 #include "server/storage/sqlite/sqlite_delivery_store.h"
 #include "server/storage/sqlite/sqlite_job_store.h"
 #include "server/telemetry/job_metrics.h"
@@ -51,6 +50,7 @@
 #include "server/webhooks/webhooks.h"
 #include "server/worker/protocol/asset_directory.h"
 #include "server/worker/supervisor/supervisor.h"
+#include "tracer/sha256.h"
 #include "tracer/version.h"
 
 namespace {
@@ -234,7 +234,7 @@ bool serve(const whittled::Config& config, keys::KeyRing* ring, const telemetry:
       .limits = limits,
       .batch_limits = {limits, static_cast<int>(config.batch_jobs), config.batch_bytes},
       .missing_files = [&](const tracer::Scene& scene) { return missing_files(scene, config.assets, uploads); },
-      .sha256 = queue::sha256_of,
+      .sha256 = tracer::sha256_hex,
       .deliveries = [&deliveries](const std::string& id) { return deliveries.of_job(id); },
       .room = room,
       .job_memory_bytes = config.job_memory_bytes,

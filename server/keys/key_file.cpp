@@ -10,7 +10,7 @@
 #include <system_error>
 
 #include "server/keys/key_ring.h"
-#include "server/storage/files/sha256.h"
+#include "tracer/sha256.h"
 
 namespace keys {
 namespace {
@@ -49,9 +49,7 @@ Made make(const std::string& name, const std::vector<Scope>& scopes) {
   for (const Scope scope : scopes) {
     made.line.append(made.line.back() == ' ' ? "" : ",").append(name_of(scope));
   }
-  queue::Sha256 hash;
-  hash.add(made.token.data(), made.token.size());
-  made.line += ' ' + hash.hex();
+  made.line += ' ' + tracer::sha256_hex(made.token);
   return made;
 }
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <utility>
 
-#include "server/storage/files/sha256.h"
+#include "tracer/sha256.h"
 
 namespace keys {
 namespace {
@@ -28,15 +28,9 @@ std::string read_line(std::string_view line, Key& key) {
   if (!is_name(name)) return "the name must be 1 to 64 of A-Z a-z 0-9 . _ -";
   const auto read = parse_scopes(scopes);
   if (!read) return "scopes are jobs:read, jobs:write and admin, got \"" + std::string(scopes) + "\"";
-  if (!queue::is_sha256(sha256)) return "the hash must be 64 lower-case hex digits";
+  if (!tracer::is_sha256(sha256)) return "the hash must be 64 lower-case hex digits";
   key = {std::string(name), *read, std::string(sha256)};
   return {};
-}
-
-std::string sha256_of(std::string_view text) {
-  queue::Sha256 hash;
-  hash.add(text.data(), text.size());
-  return hash.hex();
 }
 
 /// Precondition: equal sizes. Without a branch on what is compared.
@@ -106,7 +100,7 @@ tracer::Result<std::vector<Key>, std::vector<std::string>> parse(std::string_vie
 }
 
 const Key* find(const std::vector<Key>& keys, std::string_view token) {
-  const std::string hash = sha256_of(token);
+  const std::string hash = tracer::sha256_hex(token);
   const Key* found = nullptr;
   for (const Key& key : keys) {  // all of them, wherever it is
     if (equal_in_constant_time(key.sha256, hash)) found = &key;

@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "server/storage/files/file_artifact_store.h"
-#include "server/storage/files/sha256.h"
 #include "server/storage/memory/memory_artifact_store.h"
 #include "tests/conformance/memory_file.h"
 #include "tests/conformance/temporary_directory.h"
+#include "tracer/sha256.h"
 
 using namespace queue;
 
@@ -105,7 +105,7 @@ TEST_P(ArtifactStoreConformance, StoringTheSameBytesTwiceIsOneArtifact) {
 
 TEST_P(ArtifactStoreConformance, WhatIsSmallIsNamedAndGivenBackAndNotStored) {
   const ArtifactStore::Stored small = store().put(MemoryFile("abc").fd(), 3);
-  EXPECT_EQ(small.sha256, sha256_of("abc"));
+  EXPECT_EQ(small.sha256, tracer::sha256_hex("abc"));
   EXPECT_EQ(small.bytes, 3u);
   EXPECT_EQ(small.small, "abc");
   EXPECT_FALSE(get(small.sha256));

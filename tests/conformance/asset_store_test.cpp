@@ -14,10 +14,10 @@
 
 #include "server/queue/asset_collector.h"
 #include "server/storage/files/file_asset_store.h"
-#include "server/storage/files/sha256.h"
 #include "server/storage/memory/memory_asset_store.h"
 #include "server/storage/memory/memory_job_store.h"
 #include "tests/conformance/temporary_directory.h"
+#include "tracer/sha256.h"
 
 using namespace queue;
 using Put = AssetStore::Put;
@@ -29,12 +29,6 @@ struct AssetStoreKind {
   std::function<std::unique_ptr<AssetStore>(const std::string& directory, Clock clock)> make;
 };
 
-std::string hash_of(const std::string& bytes) {
-  Sha256 hash;
-  hash.add(bytes.data(), bytes.size());
-  return hash.hex();
-}
-
 AssetStore::Read reading(const std::string& bytes) {
   return [&bytes](std::uint64_t offset, char* into, std::size_t size) {
     return offset < bytes.size() ? bytes.copy(into, size, offset) : 0;
@@ -44,10 +38,10 @@ AssetStore::Read reading(const std::string& bytes) {
 class AssetStoreConformance : public testing::TestWithParam<AssetStoreKind> {
  protected:
   AssetStore& store() { return *store_; }
-  Put put(const std::string& bytes) { return store().put(hash_of(bytes), reading(bytes)); }
+  Put put(const std::string& bytes) { return store().put(tracer::sha256_hex(bytes), reading(bytes)); }
   std::string stored(const std::string& bytes) {
     put(bytes);
-    return hash_of(bytes);
+    return tracer::sha256_hex(bytes);
   }
   std::optional<std::string> get(const std::string& sha256) {
     const std::unique_ptr<ArtifactReader> reader = store().open(sha256);
@@ -84,23 +78,23 @@ std::string large_file() {
 TEST_P(AssetStoreConformance, GivesBackWhatWasPutUnderItsName) {
   for (const std::string& bytes : {std::string(), std::string("abc"), std::string(1 << 18, 'x'), large_file()}) {
     EXPECT_EQ(put(bytes), Put::stored);
-    EXPECT_EQ(get(hash_of(bytes)), bytes) << bytes.size() << " bytes";
-    EXPECT_TRUE(store().use(hash_of(bytes)));
+    EXPECT_EQ(get(tracer::sha256_hex(bytes)), bytes) << bytes.size() << " bytes";
+    EXPECT_TRUE(store().use(tracer::sha256_hex(bytes)));
   }
 }
 
 TEST_P(AssetStoreConformance, HasNothingThatWasNotPut) {
-  const std::string name = hash_of("abc");
+  const std::string name = tracer::sha256_hex("abc");
   EXPECT_FALSE(store().use(name));
   EXPECT_EQ(get(name), std::nullopt);
   EXPECT_FALSE(store().remove_unused_since(name, now + 1));
 }
 
 TEST_P(AssetStoreConformance, RefusesBytesOfAnotherNameAndKeepsWhatItHad) {
-  const std::string name = hash_of("abc"), other = "abd";
+  const std::string name = tracer::sha256_hex("abc"), other = "abd";
   EXPECT_EQ(store().put(name, reading(other)), Put::other_bytes);
   EXPECT_EQ(get(name), std::nullopt);
-  EXPECT_EQ(get(hash_of(other)), std::nullopt);
+  EXPECT_EQ(get(tracer::sha256_hex(other)), std::nullopt);
   put("abc");
   EXPECT_EQ(store().put(name, reading(other)), Put::other_bytes);
   EXPECT_EQ(get(name), "abc");
@@ -109,7 +103,7 @@ TEST_P(AssetStoreConformance, RefusesBytesOfAnotherNameAndKeepsWhatItHad) {
 TEST_P(AssetStoreConformance, SaysThatTheSameBytesWereThere) {
   EXPECT_EQ(put("abc"), Put::stored);
   EXPECT_EQ(put("abc"), Put::was_there);
-  EXPECT_EQ(get(hash_of("abc")), "abc");
+  EXPECT_EQ(get(tracer::sha256_hex("abc")), "abc");
 }
 
 TEST_P(AssetStoreConformance, KnowsNothingOfOtherNames) {
@@ -132,8 +126,8 @@ TEST_P(AssetStoreConformance, StoresNothingOfAnUploadThatBreaksOff) {
     if (offset > 500'000) throw std::runtime_error("gone");
     return bytes.copy(into, size, offset);
   };
-  EXPECT_THROW(store().put(hash_of(bytes), breaks_off), std::runtime_error);
-  EXPECT_EQ(get(hash_of(bytes)), std::nullopt);
+  EXPECT_THROW(store().put(tracer::sha256_hex(bytes), breaks_off), std::runtime_error);
+  EXPECT_EQ(get(tracer::sha256_hex(bytes)), std::nullopt);
   EXPECT_EQ(put(bytes), Put::stored);
 }
 
@@ -199,7 +193,7 @@ TEST_P(AssetStoreConformance, TheCollectorNeverTakesFromAJobThatWasAcceptedMeanw
   // Whoever is told that the asset is there stores a job that names it; everything is old at once, and collected again
   // and again.
   MemoryJobStore jobs;
-  const std::string bytes = "shared", sha256 = hash_of(bytes);
+  const std::string bytes = "shared", sha256 = tracer::sha256_hex(bytes);
   const int part = std::stoi(sha256.substr(0, 2), nullptr, 16);
   std::atomic<bool> stop = false;
   std::atomic<int> collected = 0;
@@ -254,7 +248,7 @@ INSTANTIATE_TEST_SUITE_P(Stores, AssetStoreConformance,
 
 TEST(FileAssetStore, KeepsAssetsAndTheirLastUseOverARestartAndDeletesWhatWasHalfWritten) {
   const TemporaryDirectory directory;
-  const std::string uploads = directory.path() + "/uploads", bytes = "abc", sha256 = hash_of(bytes);
+  const std::string uploads = directory.path() + "/uploads", bytes = "abc", sha256 = tracer::sha256_hex(bytes);
   ASSERT_EQ(FileAssetStore(uploads, [] { return 5'000; }).put(sha256, reading(bytes)), Put::stored);
   std::ofstream(uploads + "/tmp/17") << "half";
   FileAssetStore store(uploads, [] { return 9'000; });
@@ -269,9 +263,9 @@ TEST(FileAssetStore, LeavesNothingTemporaryBehindARefusedOrBrokenUpload) {
   const TemporaryDirectory directory;
   FileAssetStore store(directory.path(), [] { return 1; });
   const std::string bytes = "abc";
-  store.put(hash_of("other"), reading(bytes));
+  store.put(tracer::sha256_hex("other"), reading(bytes));
   const auto fails = [](std::uint64_t, char*, std::size_t) -> std::size_t { throw std::runtime_error("gone"); };
-  EXPECT_THROW(store.put(hash_of("other"), fails), std::runtime_error);
+  EXPECT_THROW(store.put(tracer::sha256_hex("other"), fails), std::runtime_error);
   EXPECT_TRUE(std::filesystem::is_empty(directory.path() + "/tmp"));
 }
 
@@ -281,15 +275,15 @@ TEST(AssetStoreBound, NoPutTakesAllAssetsTogetherAboveItAndRemovalsMakeRoom) {
       directory.path(), [] { return 1; }, 10);
   MemoryAssetStore in_memory([] { return 1; }, 10);
   for (AssetStore* store : std::vector<AssetStore*>{&in_files, &in_memory}) {
-    const auto put = [&](const std::string& bytes) { return store->put(hash_of(bytes), reading(bytes)); };
+    const auto put = [&](const std::string& bytes) { return store->put(tracer::sha256_hex(bytes), reading(bytes)); };
     EXPECT_EQ(put("sixsix"), Put::stored);
     EXPECT_EQ(put("fivef"), Put::no_room);
-    EXPECT_FALSE(store->use(hash_of("fivef")));
+    EXPECT_FALSE(store->use(tracer::sha256_hex("fivef")));
     EXPECT_EQ(store->bytes(), 6u);
     EXPECT_EQ(put("four"), Put::stored) << "exactly full";
     EXPECT_EQ(put("sixsix"), Put::was_there) << "what is there needs no room";
     EXPECT_EQ(put("x"), Put::no_room);
-    EXPECT_TRUE(store->remove_unused_since(hash_of("four"), 2));
+    EXPECT_TRUE(store->remove_unused_since(tracer::sha256_hex("four"), 2));
     EXPECT_EQ(store->bytes(), 6u);
     EXPECT_EQ(put("x"), Put::stored);
   }
@@ -301,7 +295,7 @@ TEST(AssetStoreBound, HoldsOverARestartAndWhileManyPutAtOnce) {
   {
     FileAssetStore store(directory.path(), [] { return 1; });
     const std::string bytes(100, 'a');
-    store.put(hash_of(bytes), reading(bytes));
+    store.put(tracer::sha256_hex(bytes), reading(bytes));
   }
   FileAssetStore store(
       directory.path(), [] { return 1; }, 1000);
@@ -312,8 +306,8 @@ TEST(AssetStoreBound, HoldsOverARestartAndWhileManyPutAtOnce) {
     threads.emplace_back([&, thread] {
       for (int i = 0; i < 5; ++i) {
         const std::string bytes(100, static_cast<char>('b' + 5 * thread + i)), same(50, static_cast<char>('A' + i));
-        if (store.put(hash_of(bytes), reading(bytes)) == Put::stored) ++stored;
-        store.put(hash_of(same), reading(same));  // all threads these: counted once
+        if (store.put(tracer::sha256_hex(bytes), reading(bytes)) == Put::stored) ++stored;
+        store.put(tracer::sha256_hex(same), reading(same));  // all threads these: counted once
       }
     });
   }
@@ -332,7 +326,7 @@ TEST(AssetCollector, CollectsFromItsStartOnAndEndsAtOnce) {
   std::atomic<std::int64_t> now = 1'000;
   MemoryAssetStore assets([&] { return now.load(); });
   const std::string bytes = "abc";
-  assets.put(hash_of(bytes), reading(bytes));
+  assets.put(tracer::sha256_hex(bytes), reading(bytes));
   now = 10'000;
   std::atomic<bool> told = false;
   const Log log = [&](LogLevel, std::string_view event, const LogFields&) {
@@ -341,5 +335,5 @@ TEST(AssetCollector, CollectsFromItsStartOnAndEndsAtOnce) {
   const AssetCollector collector(assets, jobs, [&] { return now.load(); }, log,
                                  {.age = std::chrono::milliseconds(8'000), .step_pause = std::chrono::milliseconds(0)});
   while (!told) std::this_thread::yield();
-  EXPECT_FALSE(assets.use(hash_of(bytes)));
+  EXPECT_FALSE(assets.use(tracer::sha256_hex(bytes)));
 }

@@ -10,11 +10,11 @@
 
 #include "server/storage/files/file_artifact_store.h"
 #include "server/storage/files/file_asset_store.h"
-#include "server/storage/files/sha256.h"
 #include "server/storage/sqlite/sqlite_job_store.h"
 #include "tests/conformance/file_size_limit.h"
 #include "tests/conformance/memory_file.h"
 #include "tests/conformance/temporary_directory.h"
+#include "tracer/sha256.h"
 
 using namespace queue;
 
@@ -117,9 +117,7 @@ TEST(FileAssetStore, OnAFullDiskStoresNothingAndIsWellAgainWithRoom) {
   const auto read = [&](std::uint64_t offset, char* into, std::size_t size) {
     return offset < bytes.size() ? bytes.copy(into, size, offset) : 0;
   };
-  Sha256 hash;
-  hash.add(bytes.data(), bytes.size());
-  const std::string sha256 = hash.hex();
+  const std::string sha256 = tracer::sha256_hex(bytes);
   {
     const FileSizeLimit full(1 << 19);
     EXPECT_EQ(failure_of([&] { store.put(sha256, read); }), StoreFailure::Kind::full);

@@ -10,9 +10,9 @@
 #include <sstream>
 
 #include "server/storage/files/file_artifact_store.h"
-#include "server/storage/files/sha256.h"
 #include "server/storage/sqlite/sqlite_job_store.h"
 #include "tests/conformance/temporary_directory.h"
+#include "tracer/sha256.h"
 
 using namespace queue;
 
@@ -75,7 +75,7 @@ TEST(KillNine, LosesNoAcknowledgedJobAndNoArtifactInFortyRounds) {
     for (std::string id, sha256; acknowledged >> id >> sha256; ++checked) {
       ASSERT_EQ(store.document(id), "document of " + id) << "round " << round;
       ASSERT_EQ(store.find(id)->artifacts.at(0).sha256, sha256) << id << " in round " << round;
-      ASSERT_EQ(sha256_of(bytes_of(sha256, store, artifacts)), sha256) << id << " in round " << round;
+      ASSERT_EQ(tracer::sha256_hex(bytes_of(sha256, store, artifacts)), sha256) << id << " in round " << round;
       small += store.small_image(sha256) ? 1 : 0;
     }
     const JobFilter of_round{.state = {}, .labels = {{"round", std::to_string(round)}}, .batch = {}, .text = {}};
@@ -83,7 +83,7 @@ TEST(KillNine, LosesNoAcknowledgedJobAndNoArtifactInFortyRounds) {
     for (const Job& job : page.items) {
       ASSERT_EQ(store.document(job.id), "document of " + job.id);
       for (const Artifact& artifact : job.artifacts) {
-        ASSERT_EQ(sha256_of(bytes_of(artifact.sha256, store, artifacts)), artifact.sha256) << "told or not";
+        ASSERT_EQ(tracer::sha256_hex(bytes_of(artifact.sha256, store, artifacts)), artifact.sha256) << "told or not";
       }
     }
   }

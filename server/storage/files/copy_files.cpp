@@ -9,7 +9,7 @@
 
 #include "server/queue/artifact_store.h"
 #include "server/storage/files/durable_file.h"
-#include "server/storage/files/sha256.h"
+#include "tracer/sha256.h"
 
 namespace queue {
 namespace {
@@ -40,7 +40,7 @@ void copy_files(const std::string& directory, const std::string& into) {
     if (part.path().filename().string().size() != 2 || !std::filesystem::is_directory(source)) continue;
     for (const auto& file : std::filesystem::directory_iterator(source)) {
       const std::string sha256 = file.path().filename();
-      if (is_sha256(sha256)) copy_file(file.path(), sha256, into);
+      if (tracer::is_sha256(sha256)) copy_file(file.path(), sha256, into);
     }
   }
 }

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/storage/files/sha256.h"
+#include "tracer/sha256.h"
 
 namespace queue::files {
 namespace {
@@ -102,7 +102,7 @@ std::size_t read_at(int fd, std::uint64_t offset, char* into, std::size_t size, 
 }
 
 ArtifactStore::Stored hash_of(const ReadAt& read, const Take& take) {
-  Sha256 hash;
+  tracer::Sha256 hash;
   std::uint64_t bytes = 0;
   std::vector<char> chunk(1u << 18);
   for (;;) {
@@ -165,7 +165,7 @@ std::string path_of(const std::string& directory, const std::string& sha256) {
 }
 
 std::unique_ptr<ArtifactReader> open_reader(const std::string& directory, const std::string& sha256) {
-  if (!is_sha256(sha256)) return nullptr;
+  if (!tracer::is_sha256(sha256)) return nullptr;
   const std::string path = path_of(directory, sha256);
   auto file = std::make_unique<File>(path, O_RDONLY | O_NOFOLLOW);
   if (file->fd() < 0) {

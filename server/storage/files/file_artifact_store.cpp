@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "server/storage/files/durable_file.h"
-#include "server/storage/files/sha256.h"
+#include "tracer/sha256.h"
 
 namespace queue {
 
@@ -19,7 +19,7 @@ ArtifactStore::Stored FileArtifactStore::put(int fd, std::size_t small_bytes) {
   if (small_bytes > 0) {
     std::string bytes(small_bytes + 1, '\0');
     bytes.resize(files::read_at(fd, 0, bytes.data(), bytes.size(), "the source"));
-    if (bytes.size() <= small_bytes) return {sha256_of(bytes), bytes.size(), std::move(bytes)};
+    if (bytes.size() <= small_bytes) return {tracer::sha256_hex(bytes), bytes.size(), std::move(bytes)};
   }
   return health_.run([&] { return store(fd); });
 }
@@ -45,7 +45,7 @@ std::unique_ptr<ArtifactReader> FileArtifactStore::open(const std::string& sha25
 }
 
 void FileArtifactStore::remove(const std::string& sha256) {
-  if (!is_sha256(sha256)) return;
+  if (!tracer::is_sha256(sha256)) return;
   const std::string path = files::path_of(directory_, sha256);
   if (unlink(path.c_str()) < 0 && errno != ENOENT) files::fail("cannot delete", path);
 }

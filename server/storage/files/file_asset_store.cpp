@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "server/storage/files/durable_file.h"
-#include "server/storage/files/sha256.h"
+#include "tracer/sha256.h"
 
 namespace queue {
 namespace {
@@ -45,7 +45,7 @@ void walk(const std::string& directory, const Each& each) {
   for (const auto& file : std::filesystem::directory_iterator(directory, error)) {
     const std::string name = file.path().filename();
     const auto entry = entry_at(file.path());
-    if (is_sha256(name) && entry) each(name, *entry);
+    if (tracer::is_sha256(name) && entry) each(name, *entry);
   }
   if (error) throw StoreFailure(StoreFailure::Kind::unavailable, "cannot list " + directory + ": " + error.message());
 }
@@ -68,7 +68,7 @@ AssetStore::Put FileAssetStore::put(const std::string& sha256, const Read& read)
 }
 
 AssetStore::Put FileAssetStore::store(const std::string& sha256, const Read& read) {
-  if (!is_sha256(sha256)) return Put::other_bytes;
+  if (!tracer::is_sha256(sha256)) return Put::other_bytes;
   const std::string directory = files::subdirectory(directory_, sha256);
   if (use(sha256)) {  // read all the same: whoever sends other bytes under this name has to know
     if (files::hash_of(read, {}).sha256 != sha256) return Put::other_bytes;
@@ -96,7 +96,7 @@ AssetStore::Put FileAssetStore::name(files::TemporaryFile& temporary, const Arti
 }
 
 bool FileAssetStore::use(const std::string& sha256) {
-  if (!is_sha256(sha256)) return false;
+  if (!tracer::is_sha256(sha256)) return false;
   const std::string path = files::path_of(directory_, sha256);
   const std::int64_t now = clock_();
   const timespec time{now / 1000, now % 1000 * 1'000'000};
@@ -121,7 +121,7 @@ std::vector<std::string> FileAssetStore::unused_since(int part, std::int64_t the
 }
 
 bool FileAssetStore::remove_unused_since(const std::string& sha256, std::int64_t then) {
-  if (!is_sha256(sha256)) return false;
+  if (!tracer::is_sha256(sha256)) return false;
   const std::string path = files::path_of(directory_, sha256);
   const std::lock_guard lock(mutex_);
   const auto entry = entry_at(path);

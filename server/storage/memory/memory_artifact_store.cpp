@@ -8,7 +8,7 @@
 #include <cstring>
 #include <utility>
 
-#include "server/storage/files/sha256.h"
+#include "tracer/sha256.h"
 
 namespace queue {
 namespace {
@@ -28,9 +28,7 @@ std::string read_all(int fd) {
 
 ArtifactStore::Stored MemoryArtifactStore::put(int fd, std::size_t small_bytes) {
   auto bytes = std::make_shared<const std::string>(read_all(fd));
-  Sha256 hash;
-  hash.add(bytes->data(), bytes->size());
-  Stored stored{hash.hex(), bytes->size()};
+  Stored stored{tracer::sha256_hex(*bytes), bytes->size()};
   if (bytes->size() <= small_bytes && small_bytes > 0) {
     stored.small = *bytes;
     return stored;

@@ -3,7 +3,7 @@
 #include <array>
 #include <utility>
 
-#include "server/storage/files/sha256.h"
+#include "tracer/sha256.h"
 
 namespace queue {
 namespace {
@@ -19,9 +19,7 @@ std::string read_all(const AssetStore::Read& read) {
 
 AssetStore::Put MemoryAssetStore::put(const std::string& sha256, const Read& read) {
   auto bytes = std::make_shared<const std::string>(read_all(read));
-  Sha256 hash;
-  hash.add(bytes->data(), bytes->size());
-  if (hash.hex() != sha256) return Put::other_bytes;
+  if (tracer::sha256_hex(*bytes) != sha256) return Put::other_bytes;
   const std::lock_guard lock(mutex_);
   const std::uint64_t size = bytes->size();
   const bool is_new = !assets_.contains(sha256);

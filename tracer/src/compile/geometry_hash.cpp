@@ -4,7 +4,7 @@
 #include <type_traits>
 
 #include "tracer/scene_cache.h"
-#include "tracer/src/compile/hash_writer.h"
+#include "tracer/sha256.h"
 #include "tracer/src/scene/instancing.h"
 
 namespace tracer {
@@ -74,7 +74,7 @@ class Description {
     const std::string content = file->index < contents_.size() ? contents_[file->index] : std::string();
     is_known_ = is_known_ && !content.empty();
     add(content.size());
-    digest_.add(content.data(), content.size());
+    hash_.add(content.data(), content.size());
   }
   void operator()(const Instance& instance) {
     const auto& [of, material] = instance;
@@ -84,8 +84,8 @@ class Description {
 
   [[nodiscard]] bool is_known() const { return is_known_; }
   [[nodiscard]] bool has_files() const { return has_files_; }
-  [[nodiscard]] std::uint64_t bytes() const { return digest_.bytes(); }
-  std::string end() { return digest_.end(); }
+  [[nodiscard]] std::uint64_t bytes() const { return hash_.size_bytes(); }
+  std::string end() { return hash_.digest(); }
 
  private:
   template <class... Values>
@@ -95,7 +95,7 @@ class Description {
   template <class T>
   void add(const T& value) {
     static_assert(is_plain<T>);
-    digest_.add(&value, sizeof value);
+    hash_.add(&value, sizeof value);
   }
   template <class T>
   void add(const std::optional<T>& value) {
@@ -106,7 +106,7 @@ class Description {
   void add(const std::vector<T>& values) {
     static_assert(is_plain<T>);
     add(values.size());
-    digest_.add(values.data(), values.size() * sizeof(T));
+    hash_.add(values.data(), values.size() * sizeof(T));
   }
   void is_transmissive(MaterialId material) {
     const bool is_one = material.index < scene_.materials.size();  // an instance's object has none
@@ -115,7 +115,7 @@ class Description {
 
   const Scene& scene_;
   const std::vector<std::string>& contents_;
-  HashWriter digest_;
+  Sha256 hash_;
   bool is_known_ = true, has_files_ = false;
 };
 

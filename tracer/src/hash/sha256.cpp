@@ -1,12 +1,11 @@
-#include "server/storage/files/sha256.h"
+#include "tracer/sha256.h"
 
 #include <openssl/evp.h>
 
 #include <algorithm>
-#include <array>
 #include <new>
 
-namespace queue {
+namespace tracer {
 
 void Sha256::Free::operator()(evp_md_ctx_st* context) const { EVP_MD_CTX_free(context); }
 
@@ -14,24 +13,28 @@ Sha256::Sha256() : context_(EVP_MD_CTX_new()) {
   if (context_ == nullptr || EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr) != 1) throw std::bad_alloc();
 }
 
-void Sha256::add(const char* bytes, std::size_t size) {
+void Sha256::add(const void* bytes, std::size_t size) {
   if (EVP_DigestUpdate(context_.get(), bytes, size) != 1) throw std::bad_alloc();
+  size_bytes_ += size;
+}
+
+std::string Sha256::digest() {
+  std::string digest(32, '\0');
+  if (EVP_DigestFinal_ex(context_.get(), reinterpret_cast<unsigned char*>(digest.data()), nullptr) != 1)
+    throw std::bad_alloc();
+  return digest;
 }
 
 std::string Sha256::hex() {
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned int size = 0;
-  if (EVP_DigestFinal_ex(context_.get(), digest.data(), &size) != 1) throw std::bad_alloc();
-  constexpr std::string_view digits = "0123456789abcdef";
   std::string text;
-  for (unsigned int i = 0; i < size; ++i) {
-    text.push_back(digits[digest[i] >> 4]);
-    text.push_back(digits[digest[i] & 0xf]);
+  for (const unsigned char byte : digest()) {
+    text += "0123456789abcdef"[byte >> 4];
+    text += "0123456789abcdef"[byte & 15];
   }
   return text;
 }
 
-std::string sha256_of(std::string_view bytes) {
+std::string sha256_hex(std::string_view bytes) {
   Sha256 hash;
   hash.add(bytes.data(), bytes.size());
   return hash.hex();
@@ -42,4 +45,4 @@ bool is_sha256(std::string_view name) {
          std::all_of(name.begin(), name.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
 }
 
-}  // namespace queue
+}  // namespace tracer

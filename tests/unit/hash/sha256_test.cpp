@@ -1,28 +1,16 @@
-// The digest that kept geometry is known by.
-#include "tracer/src/compile/hash_writer.h"
+#include "tracer/sha256.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <string>
-#include <string_view>
 #include <utility>
 
 namespace {
 
-using tracer::HashWriter;
+using tracer::Sha256;
 
-std::string hex(std::string_view bytes) {
-  std::string text;
-  for (const unsigned char byte : bytes) {
-    text += "0123456789abcdef"[byte >> 4];
-    text += "0123456789abcdef"[byte & 15];
-  }
-  return text;
-}
-
-/// hashlib.sha256(bytes) of Python 3.11, of the bytes 0, 1, ... 250, 0, 1 ... around a block's length.
-TEST(HashWriter, IsSha256) {
+/// Digests of hashlib.sha256 (Python 3.11) over the bytes 0, 1, ... 250, 0, 1 ..., for lengths around one block.
+TEST(Sha256, EqualsTheReferenceDigestForAnySplit) {
   const std::pair<std::size_t, const char*> expected[] = {
       {0, "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855"},
       {3, "ae4b3280e56e2faf83f414a6e3dabe9d5fbe18976544c05fed121accb85b53fc"},
@@ -36,13 +24,25 @@ TEST(HashWriter, IsSha256) {
   for (const auto& [count, digest] : expected) {
     std::string bytes(count, '\0');
     for (std::size_t i = 0; i < count; ++i) bytes[i] = static_cast<char>(i % 251);
-    HashWriter whole, parts;
-    whole.add(bytes.data(), count);
+    Sha256 parts;
     for (std::size_t at = 0; at < count; at += 7) parts.add(bytes.data() + at, std::min<std::size_t>(7, count - at));
-    EXPECT_EQ(whole.bytes(), count);
-    EXPECT_EQ(hex(whole.end()), digest) << count << " bytes";
-    EXPECT_EQ(hex(parts.end()), digest) << count << " bytes, 7 at a time";
+    EXPECT_EQ(parts.size_bytes(), count);
+    EXPECT_EQ(tracer::sha256_hex(bytes), digest) << count << " bytes";
+    EXPECT_EQ(parts.hex(), digest) << count << " bytes, 7 at a time";
   }
+}
+
+TEST(Sha256, WritesTheDigestAsBytesToo) {
+  Sha256 hash;
+  EXPECT_EQ(hash.digest().substr(0, 4), "\xe3\xb0\xc4\x42");
+}
+
+TEST(IsSha256, AcceptsOnlyLowerCaseHexOfFullLength) {
+  const std::string digest = tracer::sha256_hex("");
+  EXPECT_TRUE(tracer::is_sha256(digest));
+  for (const std::string& name :
+       {std::string(), digest + '0', digest.substr(1), 'A' + digest.substr(1), "../" + digest.substr(3)})
+    EXPECT_FALSE(tracer::is_sha256(name)) << name;
 }
 
 }  // namespace
