@@ -18,24 +18,26 @@ namespace {
 
 constexpr const char* reference_pointer = "/settings/reference_samples";
 
-void read_knobs(Reading& reading, const Cursor& at, std::vector<std::string>& knobs) {
+void read_parameters(Reading& reading, const Cursor& at, std::vector<std::string>& parameters) {
   const bool is_list = for_each_element(reading, at, [&](const Cursor& element) {
     const bool is_text = element.node->kind == json::Kind::string;
-    const auto known = is_text ? std::find(std::begin(tracer::knobs), std::end(tracer::knobs), element.node->string())
-                               : std::end(tracer::knobs);
-    if (known == std::end(tracer::knobs)) return tell_bad_word(reading, element, "settings.knobs", tracer::knobs);
-    if (std::find(knobs.begin(), knobs.end(), *known) != knobs.end()) {
+    const auto known =
+        is_text ? std::find(std::begin(tracer::parameters), std::end(tracer::parameters), element.node->string())
+                : std::end(tracer::parameters);
+    if (known == std::end(tracer::parameters))
+      return tell_bad_word(reading, element, "settings.parameters", tracer::parameters);
+    if (std::find(parameters.begin(), parameters.end(), *known) != parameters.end()) {
       return tell(reading, element, "duplicate_value", in_quotes(*known) + " is there already");
     }
-    knobs.emplace_back(*known);
+    parameters.emplace_back(*known);
   });
   if (is_list && at.node->size == 0)
-    tell(reading, at, "wrong_length", "must name at least one knob; leave it out for all");
+    tell(reading, at, "wrong_length", "must name at least one parameter; leave it out for all");
 }
 
 void read_settings(Reading& reading, const Cursor& at, MeasureRequest& request) {
   Fields fields(reading, at, "the settings");
-  if (const auto knobs = fields.take("knobs")) read_knobs(reading, *knobs, request.knobs);
+  if (const auto parameters = fields.take("parameters")) read_parameters(reading, *parameters, request.parameters);
   fields.optional("reference_samples", Integer<std::uint32_t>{request.reference_samples, tracer::reference_samples_min,
                                                               measure_reference_samples_max});
   fields.finish();

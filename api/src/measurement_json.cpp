@@ -18,7 +18,7 @@ constexpr std::string_view kind = "whittle measurement";
 constexpr int version = 1;
 
 Json setting_json(const tracer::Setting& setting) {
-  return {{"knob", setting.knob},
+  return {{"parameter", setting.parameter},
           {"value", setting.value},
           {"preset", setting.preset.empty() ? Json(nullptr) : Json(setting.preset)},
           {"settings", accuracy_json(setting.accuracy)}};
@@ -40,7 +40,7 @@ Json reference_json(const tracer::Measurement& measurement) {
 
 tracer::MeasuredPoint point_of(const Json& json) {
   tracer::MeasuredPoint point;
-  json.at("knob").get_to(point.setting.knob);
+  json.at("parameter").get_to(point.setting.parameter);
   json.at("value").get_to(point.setting.value);
   json.at("seconds").get_to(point.seconds);
   json.at("error").get_to(point.error);
@@ -58,7 +58,7 @@ std::string csv_line(const tracer::MeasuredPoint& point, bool in_front, double r
     return std::string(buffer.data());
   };
   const tracer::ErrorEstimate& claimed = point.claimed;
-  std::string line = point.setting.knob + "," + point.setting.value + "," + point.setting.preset;
+  std::string line = point.setting.parameter + "," + point.setting.value + "," + point.setting.preset;
   for (const double value : {point.seconds, point.error, claimed.estimate, claimed.confidence})
     line += "," + number(value);
   line += claimed.met ? ",1" : ",0";
@@ -85,7 +85,7 @@ std::string write_measurement(const tracer::Measurement& measurement, const Meas
                   {"height", measurement.height},
                   {"reference", reference_json(measurement)},
                   {"points", points},
-                  {"front", tracer::pareto_front(measurement.points)},
+                  {"pareto_front", tracer::pareto_front(measurement.points)},
                   {"advice", tracer::advice(measurement)}};
   return json.dump(1) + '\n';
 }
@@ -104,7 +104,7 @@ std::string write_measurement_summary(const tracer::Measurement& measurement, bo
                   {"alone", alone},
                   {"reference", reference_json(measurement)},
                   {"points", points},
-                  {"front", tracer::pareto_front(measurement.points)},
+                  {"pareto_front", tracer::pareto_front(measurement.points)},
                   {"advice", tracer::advice(measurement)}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -112,8 +112,9 @@ std::string write_measurement_summary(const tracer::Measurement& measurement, bo
 std::string write_measurement_csv(const tracer::Measurement& measurement) {
   const std::vector<std::size_t> front = tracer::pareto_front(measurement.points);
   std::string text =
-      "knob,value,preset,seconds,error,claimed,confidence,met,sampling,depth,cutoff,approximation,samples_mean,camera,"
-      "shadow,reflection,refraction,front,reference_error\n";
+      "parameter,value,preset,seconds,error,claimed,confidence,met,sampling,depth,cutoff,approximation,samples_mean,"
+      "camera,"
+      "shadow,reflection,refraction,pareto_front,reference_error\n";
   for (std::size_t i = 0; i < measurement.points.size(); ++i) {
     const bool in_front = std::find(front.begin(), front.end(), i) != front.end();
     text += csv_line(measurement.points[i], in_front, measurement.reference_error);

@@ -17,7 +17,7 @@ using Json = nlohmann::ordered_json;
 Json write_samples(const tracer::Scene& scene, const tracer::RenderStatistics& statistics) {
   const auto pixels = static_cast<double>(scene.image.window().pixels());
   return {{"min", statistics.samples_min},
-          {"mean", static_cast<double>(statistics.samples - statistics.audit_samples) / pixels},
+          {"mean", static_cast<double>(statistics.samples - statistics.holdout_samples) / pixels},
           {"max", statistics.samples_max}};
 }
 
@@ -41,9 +41,9 @@ std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate
       {"reasons", reasons_json(reasons)},
       {"error", error_json(error)},
       {"samples", write_samples(scene, statistics)},
-      {"audit_samples", statistics.audit_samples},
+      {"holdout_samples", statistics.holdout_samples},
       {"rays", rays_json(statistics.rays)},
-      {"spared_shadows", {{"rays", statistics.culled_shadow_rays}, {"light", culled_radiance(scene, statistics)}}},
+      {"culled_shadows", {{"rays", statistics.culled_shadow_rays}, {"radiance", culled_radiance(scene, statistics)}}},
       {"time_ms",
        {{"queue", times.queue},
         {"parse", times.parse},
@@ -51,7 +51,7 @@ std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate
         {"trace", times.trace},
         {"encode", times.encode}}},
       {"geometry_reused", times.cache_hits.geometry},
-      {"images", {{"reused", times.cache_hits.images}, {"decoded", times.cache_hits.decoded_images}}},
+      {"textures", {{"reused", times.cache_hits.textures}, {"decoded", times.cache_hits.decoded_textures}}},
       {"estimated_work", work ? Json(*work) : Json(nullptr)},
       {"memory_bytes", memory_bytes},
       {"non_finite", statistics.non_finite},
@@ -69,9 +69,9 @@ std::optional<ReportFigures> read_report(const std::string& report) {
   figures.rays = {rays.value("camera", std::uint64_t{0}), rays.value("shadow", std::uint64_t{0}),
                   rays.value("reflection", std::uint64_t{0}), rays.value("refraction", std::uint64_t{0})};
   figures.cache_hits.geometry = json.value("geometry_reused", false);
-  if (json.contains("images")) {
-    figures.cache_hits.images = json["images"].value("reused", 0u);
-    figures.cache_hits.decoded_images = json["images"].value("decoded", 0u);
+  if (json.contains("textures")) {
+    figures.cache_hits.textures = json["textures"].value("reused", 0u);
+    figures.cache_hits.decoded_textures = json["textures"].value("decoded", 0u);
   }
   const Json& error = json["error"];
   if (error.contains("target") && error["target"].is_number()) {

@@ -32,7 +32,7 @@ std::optional<JobState> job_state(const std::string& name);
 /// What its worker is to do with a job's document.
 enum class JobKind {
   render,   ///< a scene document: its images
-  measure,  ///< api::MeasureRequest: the scene rendered along its knobs, as figures and a chart
+  measure,  ///< api::MeasureRequest: the scene rendered along its parameters, as figures and a chart
 };
 inline constexpr std::array all_job_kinds{JobKind::render, JobKind::measure};
 const char* name_of(JobKind kind);

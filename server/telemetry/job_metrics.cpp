@@ -64,8 +64,8 @@ void JobMetrics::count_end(const queue::Job& job) {
   metrics_.add(rays, {{"kind", "reflection"}}, static_cast<double>(figures->rays.reflection));
   metrics_.add(rays, {{"kind", "refraction"}}, static_cast<double>(figures->rays.refraction));
   metrics_.add(geometry, {{"reused", figures->cache_hits.geometry ? "yes" : "no"}});
-  metrics_.add(images, {{"reused", "yes"}}, figures->cache_hits.images);
-  metrics_.add(images, {{"reused", "no"}}, figures->cache_hits.decoded_images);
+  metrics_.add(images, {{"reused", "yes"}}, figures->cache_hits.textures);
+  metrics_.add(images, {{"reused", "no"}}, figures->cache_hits.decoded_textures);
   if (figures->error_to_target) metrics_.observe(error_ratio, {}, *figures->error_to_target);
   if (figures->target_met) metrics_.add(targets, {{"met", *figures->target_met ? "yes" : "no"}});
 }

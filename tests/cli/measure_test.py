@@ -39,10 +39,10 @@ class Measure(unittest.TestCase):
         cls.done = whittle("measure", "-", "-o", cls.directory / "out", *TINY, document=cls.document)
         assert cls.done.returncode == 0, cls.done.stderr
         cls.result = json.loads((cls.directory / "out.json").read_text(encoding="utf-8"))
-        cls.points = {(point["knob"], point["value"]): point for point in cls.result["points"]}
+        cls.points = {(point["parameter"], point["value"]): point for point in cls.result["points"]}
 
-    def series(self, knob, what=lambda point: point["error"]):
-        return [what(point) for point in self.result["points"] if point["knob"] == knob]
+    def series(self, parameter, what=lambda point: point["error"]):
+        return [what(point) for point in self.result["points"] if point["parameter"] == parameter]
 
     def test_writes_png_svg_csv_and_json(self):
         self.assertEqual(sorted(path.name for path in self.directory.iterdir()),
@@ -58,13 +58,13 @@ class Measure(unittest.TestCase):
         self.assertEqual(len(rows), len(self.result["points"]))
         output = self.done.stdout.decode()
         for index, (row, point) in enumerate(zip(rows, self.result["points"])):
-            self.assertEqual((row["knob"], row["value"]), (point["knob"], point["value"]))
+            self.assertEqual((row["parameter"], row["value"]), (point["parameter"], point["value"]))
             for column, value in (("seconds", point["seconds"]), ("error", point["error"]),
                                   ("claimed", point["claimed"]["estimate"])):
                 self.assertAlmostEqual(float(row[column]), value, delta=1e-8 * abs(value))
             self.assertEqual(int(row["camera"]), point["rays"]["camera"])
-            self.assertEqual(row["front"] == "1", index in self.result["front"])
-            self.assertRegex(output, rf"(?m)^[* ] {point['knob']} {re.escape(point['value'])}.* {point['error']:.4f} ")
+            self.assertEqual(row["pareto_front"] == "1", index in self.result["pareto_front"])
+            self.assertRegex(output, rf"(?m)^[* ] {point['parameter']} {re.escape(point['value'])}.* {point['error']:.4f} ")
         for sentence in self.result["advice"]:
             self.assertIn(f"- {sentence}\n", output)
 
@@ -78,15 +78,15 @@ class Measure(unittest.TestCase):
 
     def test_finer_settings_have_less_error_and_more_rays(self):
         self.assertEqual(self.series("samples"), sorted(self.series("samples"), reverse=True))
-        for knob in ("samples", "max_depth", "cutoff"):
-            rays = self.series(knob, lambda point: sum(point["rays"].values()))
-            self.assertEqual(rays, sorted(rays), knob)
+        for parameter in ("samples", "max_depth", "cutoff"):
+            rays = self.series(parameter, lambda point: sum(point["rays"].values()))
+            self.assertEqual(rays, sorted(rays), parameter)
         samples = self.series("target_error", lambda point: point["samples"]["mean"])
         self.assertEqual(samples, sorted(samples))
 
     def test_front_contains_the_points_that_no_other_dominates(self):
         points = self.result["points"]
-        front = [points[index] for index in self.result["front"]]
+        front = [points[index] for index in self.result["pareto_front"]]
         self.assertGreater(len(front), 1)
         for point in front:
             self.assertFalse([other for other in points
@@ -127,13 +127,13 @@ class Measure(unittest.TestCase):
 
 
 class Resume(WithDirectory):
-    KNOBS = ("--parameters", "samples,target_error")
+    PARAMETERS = ("--parameters", "samples,target_error")
 
     def test_measures_nothing_twice(self):
         self.assertEqual(self.measure(*TINY, "--parameters", "samples", document=scene("tiny")).returncode, 0)
         before = self.result()["points"]
-        self.assertEqual(self.measure(*TINY, *self.KNOBS, document=scene("tiny")).returncode, 0)
-        after = [point for point in self.result()["points"] if point["knob"] == "samples"]
+        self.assertEqual(self.measure(*TINY, *self.PARAMETERS, document=scene("tiny")).returncode, 0)
+        after = [point for point in self.result()["points"] if point["parameter"] == "samples"]
         self.assertEqual(after, before, "measured again")
         self.assertEqual(len(self.result()["points"]), 10)
 

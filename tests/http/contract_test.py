@@ -278,7 +278,7 @@ class Contract(unittest.TestCase):
         self.check_artifacts(seen, job)
 
     def check_measurements(self, seen):
-        body = {"scene": scene(), "settings": {"knobs": ["samples"], "reference_samples": 16}}
+        body = {"scene": scene(), "settings": {"parameters": ["samples"], "reference_samples": 16}}
         reply = self.daemon.request("POST", "/v1/measure", body, {"Prefer": "wait=60"})
         self.check(seen, "/v1/measure", reply, "POST")
         self.check_artifacts(seen, self.daemon.wait_for_end(json_of(reply)["id"]))

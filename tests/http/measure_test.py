@@ -10,7 +10,7 @@ import xml.etree.ElementTree
 from tests.http.daemon import Daemon, OneDaemon, json_of, scene, wait_until
 from tests.support.images import read_png
 
-EXACT = {"knobs": ["samples"], "reference_samples": 16}
+EXACT = {"parameters": ["samples"], "reference_samples": 16}
 STEPS = 8 + 4  # pictures of the reference, two samples each; 1, 4, 16 and 64 samples
 
 
@@ -23,7 +23,7 @@ def edges(width=24, height=18, **changes):
 
 def long_measure():
     """Minutes, in small steps."""
-    return {"scene": edges(400, 300), "settings": {"knobs": ["samples"], "reference_samples": 4096}}
+    return {"scene": edges(400, 300), "settings": {"parameters": ["samples"], "reference_samples": 4096}}
 
 
 class Measuring(OneDaemon):
@@ -54,12 +54,12 @@ class Measuring(OneDaemon):
         self.assertEqual((found["width"], found["height"], found["alone"]), (24, 18, True))
         self.assertEqual((job["name"], job["labels"], job["progress"], job["report"]), ("edges", {"shot": "7"}, 1, None))
         points = found["points"]
-        self.assertEqual({point["knob"] for point in points},
+        self.assertEqual({point["parameter"] for point in points},
                          {"target_error", "samples", "max_depth", "cutoff", "approximate"})
         self.assertTrue(all(point["seconds"] > 0 for point in points))
-        by_samples = {point["value"]: point["error"] for point in points if point["knob"] == "samples"}
+        by_samples = {point["value"]: point["error"] for point in points if point["parameter"] == "samples"}
         self.assertGreater(by_samples["1"], 4 * by_samples["64"])
-        front = [points[i] for i in found["front"]]
+        front = [points[i] for i in found["pareto_front"]]
         self.assertEqual([p["seconds"] for p in front], sorted(p["seconds"] for p in front))
         self.assertEqual([p["error"] for p in front], sorted((p["error"] for p in front), reverse=True))
         self.assertLess(found["reference"]["error"], by_samples["16"])
@@ -67,7 +67,7 @@ class Measuring(OneDaemon):
         self.assertLess(len(json.dumps(found)), 20_000)
 
     def test_the_settings_of_a_point_are_the_accuracy_of_a_document(self):
-        job = self.measured({"scene": edges(), "settings": {"knobs": ["target_error", "approximate"], "reference_samples": 16}})
+        job = self.measured({"scene": edges(), "settings": {"parameters": ["target_error", "approximate"], "reference_samples": 16}})
         for point in job["measurement"]["points"]:
             rendered = self.daemon.wait_for_end(self.daemon.submit(edges(accuracy=point["settings"])))
             self.assertEqual(rendered["state"], "succeeded", point)
@@ -84,8 +84,8 @@ class Measuring(OneDaemon):
                          [(p["seconds"], p["error"], p["claimed"]) for p in points])
         rows = list(csv.DictReader(io.StringIO(self.artifact(job, "measure.csv").decode())))
         self.assertEqual([row["value"] for row in rows], [p["value"] for p in points])
-        self.assertEqual([row["front"] == "1" for row in rows],
-                         [i in job["measurement"]["front"] for i in range(len(points))])
+        self.assertEqual([row["pareto_front"] == "1" for row in rows],
+                         [i in job["measurement"]["pareto_front"] for i in range(len(points))])
         root = xml.etree.ElementTree.fromstring(self.artifact(job, "measure.svg"))
         self.assertEqual(root.tag, "{http://www.w3.org/2000/svg}svg")
         chart = self.daemon.get(job["links"]["image"])
@@ -103,10 +103,10 @@ class Measuring(OneDaemon):
         self.assertGreater(len(rows), 8)
 
     def test_refuses_bad_settings_and_bad_scenes_with_their_pointers(self):
-        bad = {"scene": edges(image={"width": 0, "height": 5}), "settings": {"knobs": ["speed"], "reference_samples": 1}}
+        bad = {"scene": edges(image={"width": 0, "height": 5}), "settings": {"parameters": ["speed"], "reference_samples": 1}}
         problem = self.assert_problem(self.post(bad), 422, "bad_scene")
         pointers = {error["pointer"]: error["code"] for error in problem["errors"]}
-        self.assertEqual(pointers, {"#/settings/knobs/0": "unknown_value", "#/settings/reference_samples": "out_of_range",
+        self.assertEqual(pointers, {"#/settings/parameters/0": "unknown_value", "#/settings/reference_samples": "out_of_range",
                                     "#/scene/image/width": "out_of_range"})
         problem = self.assert_problem(self.post({"scene": edges(), "setings": {}}), 422, "bad_scene")
         self.assertIn('"settings"', problem["errors"][0]["detail"])
@@ -116,11 +116,11 @@ class Measuring(OneDaemon):
                          ("#/scene/background/environment/file", "bad_asset"))
         self.assert_problem(self.post(b"{"), 400, "not_json")
 
-    def test_knobs_that_change_nothing_in_the_scene_are_told(self):
-        job = json_of(self.post({"scene": scene(), "settings": {"knobs": ["cutoff"]}}))
+    def test_parameters_that_change_nothing_in_the_scene_are_told(self):
+        job = json_of(self.post({"scene": scene(), "settings": {"parameters": ["cutoff"]}}))
         job = self.daemon.wait_for_end(job["id"])
         self.assertEqual((job["state"], job["attempt"], job["problem"]["code"]), ("failed", 1, "bad_scene"))
-        self.assertEqual(job["problem"]["errors"][0]["pointer"], "#/settings/knobs")
+        self.assertEqual(job["problem"]["errors"][0]["pointer"], "#/settings/parameters")
 
     def test_the_same_request_is_done_once_under_a_key_and_anew_without(self):
         body = {"scene": edges(job={"cache": "use"}), "settings": EXACT}
@@ -185,7 +185,7 @@ class Interrupted(unittest.TestCase):
 
     def test_kill_9_of_the_daemon_or_the_worker_costs_no_measurement(self):
         with Daemon() as daemon:
-            body = {"scene": edges(160, 120), "settings": {"knobs": ["samples"], "reference_samples": 256}}
+            body = {"scene": edges(160, 120), "settings": {"parameters": ["samples"], "reference_samples": 256}}
             job_id = self.begin(daemon, body)
             daemon.kill()
             daemon.start()
@@ -199,7 +199,7 @@ class Interrupted(unittest.TestCase):
 
     def test_tells_when_other_jobs_ran_meanwhile(self):
         with Daemon("--jobs", "2") as daemon:
-            body = {"scene": edges(160, 120), "settings": {"knobs": ["samples"], "reference_samples": 1024}}
+            body = {"scene": edges(160, 120), "settings": {"parameters": ["samples"], "reference_samples": 1024}}
             job_id = self.begin(daemon, body)
             daemon.wait_for_end(daemon.submit(scene()))
             self.assertEqual(daemon.job(job_id)["state"], "running")

@@ -57,7 +57,7 @@ TEST(JobMetrics, TellWaitsRunsRaysAndTargets) {
   job.ended_at = 3500;
   job.report =
       R"({"rays":{"camera":7,"shadow":5,"reflection":3,"refraction":2},"error":{"target":0.5,"estimate":0.375,"met":true},
-                   "geometry_reused":true,"images":{"reused":3,"decoded":2},"estimated_work":1000,
+                   "geometry_reused":true,"textures":{"reused":3,"decoded":2},"estimated_work":1000,
                    "time_ms":{"queue":7,"parse":7,"build":100,"trace":1500,"encode":400}})";
   telemetry::ThroughputEstimate pace;
   job.attempt = 1;

@@ -118,7 +118,7 @@ class Previews(OneDaemon):
         self.assertEqual((reply.status, reply.headers["Location"]), (303, f"/v1/jobs/{job['id']}/image.png"))
         self.assert_problem(self.preview(self.finished(output={"formats": ["exr"]})["id"]), 404, "picture_not_found")
         measured = json_of(self.daemon.request("POST", "/v1/measure", {
-            "scene": scene(), "settings": {"knobs": ["samples"], "reference_samples": 16}}))["id"]
+            "scene": scene(), "settings": {"parameters": ["samples"], "reference_samples": 16}}))["id"]
         self.daemon.wait_for_end(measured)
         self.assertEqual(self.preview(measured).headers["Location"], f"/v1/jobs/{measured}/measure.png")
 

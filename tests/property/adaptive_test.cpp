@@ -100,7 +100,7 @@ TEST(AnAdaptiveImage, HasTheSamplesThatWereAskedForAndThatAreReported) {
     EXPECT_EQ(*least, rendered.statistics.samples_min);
     EXPECT_EQ(*most, rendered.statistics.samples_max);
     const auto in_image = std::accumulate(samples.begin(), samples.end(), std::uint64_t{0});
-    EXPECT_LE(in_image, rendered.statistics.samples - rendered.statistics.audit_samples);
+    EXPECT_LE(in_image, rendered.statistics.samples - rendered.statistics.holdout_samples);
     EXPECT_EQ(rendered.statistics.samples, rendered.statistics.rays.camera);
   }
 }
@@ -151,9 +151,9 @@ TEST(AnAdaptiveImage, WithNothingToRefineTakesOneSampleAPixel) {
   constexpr std::uint64_t pixels = 128 * 128;
   const Rendered rendered = scenes::render(adapting(scene, until(1)));
   EXPECT_EQ(rendered.statistics.samples_max, 1u);
-  EXPECT_EQ(rendered.statistics.samples - rendered.statistics.audit_samples, pixels);
-  EXPECT_GT(rendered.statistics.audit_samples, 0u) << "nobody looked whether that was enough";
-  EXPECT_LT(rendered.statistics.audit_samples, pixels);
+  EXPECT_EQ(rendered.statistics.samples - rendered.statistics.holdout_samples, pixels);
+  EXPECT_GT(rendered.statistics.holdout_samples, 0u) << "nobody looked whether that was enough";
+  EXPECT_LT(rendered.statistics.holdout_samples, pixels);
   EXPECT_LT(rendered.error.estimate, 1e-3);
   scene.accuracy.adaptive.reset();
   EXPECT_EQ(rendered.image.rgb, scenes::render(scene).image.rgb);
@@ -207,7 +207,7 @@ TEST(ATimeBudget, GivesAWholeImageWheneverItEnds) {
 TEST(ATimeBudget, OfNextToNothingTracesNextToNothing) {
   FakeClock clock;
   const Rendered rendered = within(1e-6, clock);
-  const std::uint64_t audited = rendered.statistics.audit_samples;
+  const std::uint64_t audited = rendered.statistics.holdout_samples;
   EXPECT_EQ(rendered.statistics.rays.camera - audited, 1u) << "something to show";
   EXPECT_GT(audited, 0u) << "a claim rests on something";
   EXPECT_LE(audited, 256u);

@@ -198,10 +198,10 @@ TEST_F(WorkerTest, FramesOfOneSceneReadItsMeshFileAndDecodeItsImageOnce) {
     return job.report.find(words) != std::string::npos;
   };
   const queue::Job first = render(frame(20));
-  EXPECT_TRUE(says(first, R"("geometry_reused":false,"images":{"reused":0,"decoded":1})")) << first.report;
+  EXPECT_TRUE(says(first, R"("geometry_reused":false,"textures":{"reused":0,"decoded":1})")) << first.report;
   std::filesystem::remove(path("uploads/" + queue::asset_path(mesh)));
   const queue::Job second = render(frame(30));
-  EXPECT_TRUE(says(second, R"("geometry_reused":true,"images":{"reused":1,"decoded":0})")) << second.report;
+  EXPECT_TRUE(says(second, R"("geometry_reused":true,"textures":{"reused":1,"decoded":0})")) << second.report;
   EXPECT_TRUE(eventually([&] { return supervisor->kept().geometry > 0 && supervisor->kept().images > 0; }));
 
   upload(mesh, sheet_file());
@@ -209,7 +209,7 @@ TEST_F(WorkerTest, FramesOfOneSceneReadItsMeshFileAndDecodeItsImageOnce) {
   supervisor.reset();
   start(with);
   const queue::Job alone = render(frame(30));
-  EXPECT_TRUE(says(alone, R"("geometry_reused":false,"images":{"reused":0,"decoded":1})")) << alone.report;
+  EXPECT_TRUE(says(alone, R"("geometry_reused":false,"textures":{"reused":0,"decoded":1})")) << alone.report;
   EXPECT_EQ(alone.artifacts.at(0).sha256, second.artifacts.at(0).sha256);
   EXPECT_EQ(supervisor->kept().geometry, 0u);
 }

@@ -26,30 +26,30 @@ Lines issues(const std::string& text, const api::Limits& limits = {}) {
 
 }  // namespace
 
-TEST(MeasureRequest, IsASceneAndTurnsEveryKnobByDefault) {
+TEST(MeasureRequest, IsASceneAndTurnsEveryParameterByDefault) {
   const auto parsed = api::parse_measure(request("", document_with(R"("name": "n", "job": {"priority": 7})")), {});
   ASSERT_TRUE(parsed);
   EXPECT_EQ(parsed->document.scene.name, "n");
   EXPECT_EQ(parsed->document.job.priority, 7);
-  EXPECT_TRUE(parsed->knobs.empty());
+  EXPECT_TRUE(parsed->parameters.empty());
   EXPECT_EQ(parsed->reference_samples, tracer::MeasureSettings().reference_samples);
 }
 
-TEST(MeasureRequest, TakesKnobsInTheirOrderAndTheReferencesSamples) {
+TEST(MeasureRequest, TakesParametersInTheirOrderAndTheReferencesSamples) {
   const auto parsed =
-      api::parse_measure(request(R"("settings": {"knobs": ["samples", "cutoff"], "reference_samples": 64})"), {});
+      api::parse_measure(request(R"("settings": {"parameters": ["samples", "cutoff"], "reference_samples": 64})"), {});
   ASSERT_TRUE(parsed);
-  EXPECT_EQ(parsed->knobs, (Lines{"samples", "cutoff"}));
+  EXPECT_EQ(parsed->parameters, (Lines{"samples", "cutoff"}));
   EXPECT_EQ(parsed->reference_samples, 64u);
 }
 
 TEST(MeasureRequest, EveryMistakeIsToldAtOnceWithItsPlace) {
-  EXPECT_EQ(
-      issues(R"({"settings": {"knobs": ["samples", "speed", "samples", 3], "reference_samples": 15, "x": 1},
+  EXPECT_EQ(issues(R"({"settings": {"parameters": ["samples", "speed", "samples", 3], "reference_samples": 15, "x": 1},
                        "scene": {"version": 1, "image": {"width": 0}}, "more": 1})"),
-      (Lines{"/settings/knobs/1 unknown_value", "/settings/knobs/2 duplicate_value", "/settings/knobs/3 wrong_type",
-             "/settings/reference_samples out_of_range", "/settings/x unknown_field", "/more unknown_field",
-             "/scene/camera missing_field", "/scene/image/width out_of_range"}));
+            (Lines{"/settings/parameters/1 unknown_value", "/settings/parameters/2 duplicate_value",
+                   "/settings/parameters/3 wrong_type", "/settings/reference_samples out_of_range",
+                   "/settings/x unknown_field", "/more unknown_field", "/scene/camera missing_field",
+                   "/scene/image/width out_of_range"}));
 }
 
 TEST(MeasureRequest, OfAnotherShapeIsRefused) {
@@ -57,8 +57,8 @@ TEST(MeasureRequest, OfAnotherShapeIsRefused) {
   EXPECT_EQ(issues("{}"), Lines{"/scene missing_field"});
   EXPECT_EQ(issues(R"({"scene": 3})"), Lines{"/scene wrong_type"});
   EXPECT_EQ(issues(request(R"("settings": [])")), Lines{"/settings wrong_type"});
-  EXPECT_EQ(issues(request(R"("settings": {"knobs": []})")), Lines{"/settings/knobs wrong_length"});
-  EXPECT_EQ(issues(request(R"("settings": {"knobs": "samples"})")), Lines{"/settings/knobs wrong_type"});
+  EXPECT_EQ(issues(request(R"("settings": {"parameters": []})")), Lines{"/settings/parameters wrong_length"});
+  EXPECT_EQ(issues(request(R"("settings": {"parameters": "samples"})")), Lines{"/settings/parameters wrong_type"});
   EXPECT_EQ(issues(request(R"("settings": {"reference_samples": 1e9})")),
             Lines{"/settings/reference_samples out_of_range"});
   EXPECT_EQ(issues(request(R"("settings": {}, "settings": {})")), Lines{"/settings duplicate_key"});

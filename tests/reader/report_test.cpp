@@ -28,7 +28,7 @@ TEST(Report, HasEveryMemberOfTheContract) {
   statistics.samples = 80;
   statistics.samples_min = 2;
   statistics.samples_max = 23;
-  statistics.audit_samples = 8;
+  statistics.holdout_samples = 8;
   statistics.non_finite = 3;
   statistics.culled_shadow_rays = 144;
   statistics.culled_radiance = 80 << 19;  // half of the cutoff in every sample
@@ -51,8 +51,8 @@ TEST(Report, HasEveryMemberOfTheContract) {
       R"("spheres":"/objects/0"},)"
       R"("error":{"estimate":1.5,"confidence":0.75,"target":1.0,"met":false,"bounded":false,)"
       R"("parts":{"sampling":0.5,"depth":0.25,"cutoff":0.125,"approximation":0.0625}},)"
-      R"("samples":{"min":2,"mean":9.0,"max":23},"audit_samples":8,"rays":{"camera":72,"shadow":10,"reflection":20,"refraction":30},"spared_shadows":{"rays":144,"light":0.0005},)"
-      R"("time_ms":{"queue":0.5,"parse":1.0,"build":2.0,"trace":3.0,"encode":4.0},"geometry_reused":true,"images":{"reused":5,"decoded":6},"estimated_work":97.0,"memory_bytes":12345678901,"non_finite":3,)"
+      R"("samples":{"min":2,"mean":9.0,"max":23},"holdout_samples":8,"rays":{"camera":72,"shadow":10,"reflection":20,"refraction":30},"culled_shadows":{"rays":144,"radiance":0.0005},)"
+      R"("time_ms":{"queue":0.5,"parse":1.0,"build":2.0,"trace":3.0,"encode":4.0},"geometry_reused":true,"textures":{"reused":5,"decoded":6},"estimated_work":97.0,"memory_bytes":12345678901,"non_finite":3,)"
       R"("build":")" +
       std::string(tracer::build()) + "\"}";
   EXPECT_EQ(api::write_report(scene, error, statistics, {0.5, 1, 2, 3, 4, {true, 5, 6}}, 12345678901), expected);

@@ -222,7 +222,7 @@ Rendered approximated(Scene scene, const Approximations& approximations, const A
   of_image.rays.reflection -= audited.rays.reflection - exact.rays.reflection;
   of_image.rays.refraction -= audited.rays.refraction - exact.rays.refraction;
   of_image.samples -= audited.samples - exact.samples;
-  of_image.audit_samples -= audited.audit_samples;
+  of_image.holdout_samples -= audited.holdout_samples;
   of_image.non_finite -= audited.non_finite - exact.non_finite;
   of_image.culled_shadow_rays -= audited.culled_shadow_rays - exact.culled_shadow_rays;
   of_image.culled_radiance -= audited.culled_radiance - exact.culled_radiance;

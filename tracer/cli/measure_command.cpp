@@ -125,7 +125,7 @@ ExitCode measure(const MeasureOptions& options) {
   std::optional<tbb::global_control> bound;
   if (options.threads != 0) bound.emplace(tbb::global_control::max_allowed_parallelism, options.threads);
   tracer::MeasurementRun run(scene, loaded->assets,
-                             {.knobs = options.parameters,
+                             {.parameters = options.parameters,
                               .reference_samples = options.reference_samples,
                               .threads = options.threads,
                               .seconds = steady_seconds});

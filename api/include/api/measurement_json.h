@@ -17,25 +17,25 @@ struct MeasuredAs {
 };
 
 /// {kind: "whittle measurement", version: 1, build, key, complete, scene, width, height, reference{samples, error},
-/// points[{knob, value, preset, settings, seconds, error, claimed{...}, samples{mean, total}, rays{...}}],
-/// front[index], advice[sentence]}: tracer::Measurement by its names and in its units. `settings` is the "accuracy" of
-/// a document that renders the same; `preset` is null where it has no name; `front` counts the points from 0, fastest
-/// first.
+/// points[{parameter, value, preset, settings, seconds, error, claimed{...}, samples{mean, total}, rays{...}}],
+/// pareto_front[index], advice[sentence]}: tracer::Measurement by its names and in its units. `settings` is the
+/// "accuracy" of a document that renders the same; `preset` is null where it has no name; `pareto_front` counts the
+/// points from 0, fastest first.
 std::string write_measurement(const tracer::Measurement& measurement, const MeasuredAs& how);
 
-/// Comma-separated, a line for each point below one of names; `front` is 1 where no point is better. Lines end in \n,
-/// no value holds a comma or a quote.
+/// Comma-separated, a line for each point below one of names; `pareto_front` is 1 where no point is better. Lines end
+/// in \n, no value holds a comma or a quote.
 std::string write_measurement_csv(const tracer::Measurement& measurement);
 
-/// What a job document tells of it, some kilobytes: {width, height, alone, reference{samples, error}, points[{knob,
-/// value, preset, settings, seconds, error, claimed}], front[index], advice[sentence]} as write_measurement has them;
-/// `claimed` is the estimate alone. `alone`: nothing else was rendered meanwhile by the same process, so that seconds
-/// are those of a machine at hand.
+/// What a job document tells of it, some kilobytes: {width, height, alone, reference{samples, error},
+/// points[{parameter, value, preset, settings, seconds, error, claimed}], pareto_front[index], advice[sentence]} as
+/// write_measurement has them; `claimed` is the estimate alone. `alone`: nothing else was rendered meanwhile by the
+/// same process, so that seconds are those of a machine at hand.
 std::string write_measurement_summary(const tracer::Measurement& measurement, bool alone);
 
 struct SavedMeasurement {
   MeasuredAs how;
-  std::vector<tracer::MeasuredPoint> points;  ///< of their settings only knob and value
+  std::vector<tracer::MeasuredPoint> points;  ///< of their settings only parameter and value
 };
 
 /// Nothing where `text` is none that write_measurement of this version wrote. Throws std::bad_alloc only.

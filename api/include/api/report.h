@@ -19,9 +19,9 @@ struct StageTimes {
 };
 
 /// {requirements, reasons, error{estimate, confidence, target, met, bounded, parts{sampling, depth, cutoff,
-/// approximation}}, samples{min,mean,max}, audit_samples, rays{camera,shadow,reflection,refraction}, time_ms{...},
+/// approximation}}, samples{min,mean,max}, holdout_samples, rays{camera,shadow,reflection,refraction}, time_ms{...},
 /// geometry_reused, images{reused,decoded}, estimated_work, memory_bytes, non_finite, build}. `target` is null where
-/// none was asked for; `samples` are those that the image is the mean of, `audit_samples` the others. Precondition:
+/// none was asked for; `samples` are those that the image is the mean of, `holdout_samples` the others. Precondition:
 /// `scene` passes tracer::validate. Throws std::bad_alloc only.
 std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate& error,
                          const tracer::RenderStatistics& statistics, const StageTimes& times,

@@ -48,15 +48,15 @@ Finished measure(const Assign& job, const FileSettings& files, JobControl& contr
   if (!request) stop_for(request.error());
   tracer::Scene& scene = request->document.scene;
   const tracer::Assets assets = load_files(scene, files, control.tracing);
-  if (tracer::settings(scene, request->knobs).empty()) {
-    throw Stop{
-        queue::Problem{"bad_scene",
-                       "There is nothing to measure.",
-                       {{"/settings/knobs", "out_of_range", "none of these knobs changes anything in this scene"}}}};
+  if (tracer::settings(scene, request->parameters).empty()) {
+    throw Stop{queue::Problem{
+        "bad_scene",
+        "There is nothing to measure.",
+        {{"/settings/parameters", "out_of_range", "none of these parameters changes anything in this scene"}}}};
   }
   tracer::MeasurementRun measuring(
       scene, assets,
-      {.knobs = request->knobs, .reference_samples = request->reference_samples, .seconds = steady_seconds});
+      {.parameters = request->parameters, .reference_samples = request->reference_samples, .seconds = steady_seconds});
   const tracer::Measurement measurement = measured(measuring, control);
   return {job.job_id, job.fence, api::write_measurement_summary(measurement, control.alone),
           images_of(measurement, job.job_id)};

@@ -10,9 +10,9 @@ namespace {
 using tracer::MeasuredPoint;
 using tracer::Measurement;
 
-MeasuredPoint point(const char* knob, const char* value, double seconds, double error, double claimed = 100) {
+MeasuredPoint point(const char* parameter, const char* value, double seconds, double error, double claimed = 100) {
   MeasuredPoint point;
-  point.setting = {knob, value, {}};
+  point.setting = {parameter, value, {}};
   point.seconds = seconds;
   point.error = error;
   point.claimed.estimate = claimed;
@@ -30,9 +30,9 @@ bool says(const Measurement& measurement, const std::string& sentence) {
   return std::find(sentences.begin(), sentences.end(), sentence) != sentences.end();
 }
 
-std::vector<std::string> titles(const tracer::Scene& scene, std::vector<std::string> knobs = {}) {
+std::vector<std::string> titles(const tracer::Scene& scene, std::vector<std::string> parameters = {}) {
   std::vector<std::string> titles;
-  for (const tracer::Setting& setting : tracer::settings(scene, knobs)) titles.push_back(title(setting));
+  for (const tracer::Setting& setting : tracer::settings(scene, parameters)) titles.push_back(title(setting));
   return titles;
 }
 
@@ -83,13 +83,13 @@ TEST(Advice, SaysWhatIsBestWhereNothingIsWithinTheError) {
       << tracer::advice(measured).front();
 }
 
-TEST(Advice, SaysFromWhereAKnobBuysNothing) {
+TEST(Advice, SaysFromWhereAParameterBuysNothing) {
   const auto measured = measurement({point("cutoff", "0.1", 1, 5), point("cutoff", "0.01", 1, 1.04),
                                      point("cutoff", "0.001", 1, 1.01), point("cutoff", "0.0001", 2, 1)});
   EXPECT_TRUE(says(measured, "cutoff below 0.01 buys nothing here"));
 }
 
-TEST(Advice, SaysWhenTheLastTurnOfAKnobStillGains) {
+TEST(Advice, SaysWhenTheLastTurnOfAParameterStillGains) {
   const auto measured = measurement({point("max_depth", "4", 1, 5), point("max_depth", "8", 1, 2)});
   EXPECT_TRUE(says(measured, "max_depth 8 still gains: 2.0 levels instead of 5.0 with 4"));
 }

@@ -42,8 +42,8 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile_taking_meshes(Scen
 
 /// What an earlier scene left for this one.
 struct CacheHits {
-  bool geometry = false;                         ///< shapes, their meshes' files and the BVH
-  std::uint32_t images = 0, decoded_images = 0;  ///< those that were there, and the others
+  bool geometry = false;                             ///< shapes, their meshes' files and the BVH
+  std::uint32_t textures = 0, decoded_textures = 0;  ///< those that were there, and the others
 };
 CacheHits cache_hits(const CompiledScene& scene);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Renders a scene along its knobs, each image timed and compared with a reference.
+/// Renders a scene along its parameters, each image timed and compared with a reference.
 /// Times are those of the machine at hand; all else is the same for equal scenes and builds. The tracer reads no clock:
 /// one is passed in.
 
@@ -27,7 +27,7 @@ Result<MeasuredPoint, Failure> measure(const Scene& scene, const Assets& assets,
                                        RenderControl& control);
 
 struct MeasureSettings {
-  std::vector<std::string> knobs{};  ///< empty: all
+  std::vector<std::string> parameters{};  ///< empty: all
   /// Most samples in each pixel of the reference, at least reference_samples_min. Default: well under a minute
   /// for 320 x 240 pixels of glass.
   std::uint32_t reference_samples = 512;

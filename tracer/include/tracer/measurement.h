@@ -15,29 +15,32 @@
 
 namespace tracer {
 
-// ---- the knobs -----------------------------------------------------------------------------------------------------
+// ---- the parameters
+// -----------------------------------------------------------------------------------------------------
 
 /// One way to render the scene.
 struct Setting {
-  std::string knob;   ///< which of `knobs` is turned
-  std::string value;  ///< to what, for people and as a key: "0.5", "shadows: map"; unique for its knob
+  std::string parameter;  ///< which of `parameters` is turned
+  std::string value;      ///< to what, for people and as a key: "0.5", "shadows: map"; unique for its parameter
   Accuracy accuracy;
   std::string preset{};  ///< the name that documents have for it: "fine"; empty where there is none
 };
 
-/// Every knob, in the order they are turned. target_error: 8 .. 0.25 levels, the presets among them. samples: 1 .. 64,
-/// exactly so many in each pixel. The next three change one thing of the baseline. max_depth: 1 .. 8, and cutoff: 0.1
+/// Every parameter, in the order they are turned. target_error: 8 .. 0.25 levels, the presets among them. samples: 1 ..
+/// 64, exactly so many in each pixel. The next three change one thing of the baseline. max_depth: 1 .. 8, and cutoff:
+/// 0.1
 /// .. 1e-4, of scenes that reflect or refract. approximate: each cheaper model that changes something in the scene.
 /// document: what the scene itself asks for, where that is none of the others.
-inline constexpr std::string_view knobs[] = {"target_error", "samples",     "max_depth",
-                                             "cutoff",       "approximate", "document"};
+inline constexpr std::string_view parameters[] = {"target_error", "samples",     "max_depth",
+                                                  "cutoff",       "approximate", "document"};
 
-/// The baseline is exactly so many samples in each pixel, the defaults otherwise: enough for what a knob costs to be
-/// seen beside the noise.
+/// The baseline is exactly so many samples in each pixel, the defaults otherwise: enough for what a parameter costs to
+/// be seen beside the noise.
 inline constexpr std::uint32_t baseline_samples = 16;
 
-/// Those of `wanted` knobs (all, where it is empty), none twice; with a knob that starts from the baseline the baseline
-/// too. All have the scene's seed. Precondition: `scene` passes `validate`, meshes of files have been read.
+/// Those of `wanted` parameters (all, where it is empty), none twice; with a parameter that starts from the baseline
+/// the baseline too. All have the scene's seed. Precondition: `scene` passes `validate`, meshes of files have been
+/// read.
 std::vector<Setting> settings(const Scene& scene, std::span<const std::string> wanted = {});
 
 /// "target_error 0.5 (fine)"
@@ -70,12 +73,12 @@ struct Measurement {
 std::vector<std::size_t> pareto_front(std::span<const MeasuredPoint> points);
 
 /// What the numbers say, in sentences: the cheapest setting within 4, 1 and 0.5 levels, which claims did not hold,
-/// where a knob buys nothing any more (less than a twentieth of the error), what each approximation saves and costs.
-/// Empty without points.
+/// where a parameter buys nothing any more (less than a twentieth of the error), what each approximation saves and
+/// costs. Empty without points.
 std::vector<std::string> advice(const Measurement& measurement);
 
-/// Seconds against error, both logarithmic: each knob's points, the claimed error above or below the true one, and the
-/// front; the advice is its note.
+/// Seconds against error, both logarithmic: each parameter's points, the claimed error above or below the true one, and
+/// the front; the advice is its note.
 Plot chart(const Measurement& measurement);
 
 }  // namespace tracer

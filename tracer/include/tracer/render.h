@@ -28,7 +28,7 @@ struct RenderStatistics {
   std::uint64_t samples = 0;                       ///< camera samples over all pixels
   std::uint32_t samples_min = 0, samples_max = 0;  ///< in any pixel
   /// Of `samples`, those which only estimate the error and are in no pixel's mean.
-  std::uint64_t audit_samples = 0;
+  std::uint64_t holdout_samples = 0;
   std::uint64_t non_finite = 0;  ///< samples that came out NaN or infinite; left out of their pixel's mean. Must be 0
   /// Shadow rays not traced because what their lights could give, together with the others left out at the same hit, is
   /// within `cutoff`; only of scenes with many lights.

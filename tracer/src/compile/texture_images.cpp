@@ -21,13 +21,13 @@ Result<SharedImageMap, Failure> image_of(const ImageTexture& texture, std::span<
     if (*mine) turn.emplace(std::move(**mine));
   }
   if (turn && turn->found()) {
-    ++cache_hits.images;
+    ++cache_hits.textures;
     return std::static_pointer_cast<const ImageMap>(turn->found());
   }
   auto decoded = decode(bytes, texture.color_space, {});
   if (!decoded) return Failure{Failure::Code::bad_asset, name + ": " + decoded.error(), path + "/file"};
   auto made = std::make_shared<const ImageMap>(std::move(*decoded));
-  ++cache_hits.decoded_images;
+  ++cache_hits.decoded_textures;
   if (turn) SceneCacheEntry::keep(*std::move(turn), made);
   return made;
 }

@@ -31,9 +31,9 @@ std::string levels(double error) { return text(error) + " levels"; }
 
 std::string seconds(double time) { return text(time) + " s"; }
 
-const MeasuredPoint* find(const Measurement& measurement, std::string_view knob, std::string_view value) {
+const MeasuredPoint* find(const Measurement& measurement, std::string_view parameter, std::string_view value) {
   for (const MeasuredPoint& point : measurement.points)
-    if (point.setting.knob == knob && point.setting.value == value) return &point;
+    if (point.setting.parameter == parameter && point.setting.value == value) return &point;
   return nullptr;
 }
 
@@ -56,16 +56,16 @@ std::string cheapest(const Measurement& measurement) {
   return sentence;
 }
 
-/// Where turning a knob of `measurement`, whose values get finer and finer, stops to matter.
-std::optional<std::string> saturation(const Measurement& measurement, std::string_view knob, const char* beyond) {
+/// Where turning a parameter of `measurement`, whose values get finer and finer, stops to matter.
+std::optional<std::string> saturation(const Measurement& measurement, std::string_view parameter, const char* beyond) {
   std::vector<const MeasuredPoint*> series;
   for (const MeasuredPoint& point : measurement.points)
-    if (point.setting.knob == knob) series.push_back(&point);
+    if (point.setting.parameter == parameter) series.push_back(&point);
   if (series.size() < 2) return std::nullopt;
   const MeasuredPoint& last = *series.back();
   std::size_t enough = series.size() - 1;
   while (enough > 0 && series[enough - 1]->error <= (1 + matters) * last.error) --enough;
-  const std::string name(knob);
+  const std::string name(parameter);
   if (enough + 1 == series.size()) {
     const MeasuredPoint& before = *series[series.size() - 2];
     return name + " " + last.setting.value + " still gains: " + levels(last.error) + " instead of " +
@@ -113,7 +113,7 @@ std::vector<std::string> advice(const Measurement& measurement) {
   if (auto cutoff = saturation(measurement, "cutoff", "below")) sentences.push_back(*std::move(cutoff));
   if (const MeasuredPoint* baseline = find(measurement, "samples", std::to_string(baseline_samples)))
     for (const MeasuredPoint& point : measurement.points)
-      if (point.setting.knob == "approximate") sentences.push_back(exchange(point, *baseline));
+      if (point.setting.parameter == "approximate") sentences.push_back(exchange(point, *baseline));
   return sentences;
 }
 

@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::array marks{PlotMark::circle,   PlotMark::square, PlotMark::diamond,
                            PlotMark::triangle, PlotMark::square, PlotMark::diamond};
-static_assert(marks.size() == std::size(knobs));
+static_assert(marks.size() == std::size(parameters));
 constexpr std::uint32_t grey = 0x767676;
 
 std::string reference_text(const Measurement& measurement) {
@@ -44,10 +44,10 @@ Plot chart(const Measurement& measurement) {
   plot.x = {"time to build and trace (s)", true};
   plot.y = {"error (levels, root mean square)", true};
   plot.series = {front(measurement), claims(measurement)};
-  for (std::size_t i = 0; i < std::size(knobs); ++i) {
-    PlotSeries series{.name = std::string(knobs[i]), .points = {}, .mark = marks[i]};
+  for (std::size_t i = 0; i < std::size(parameters); ++i) {
+    PlotSeries series{.name = std::string(parameters[i]), .points = {}, .mark = marks[i]};
     for (const MeasuredPoint& point : measurement.points)
-      if (point.setting.knob == knobs[i])
+      if (point.setting.parameter == parameters[i])
         series.points.push_back(
             {point.seconds, point.error, point.setting.preset.empty() ? point.setting.value : title(point.setting)});
     if (!series.points.empty()) plot.series.push_back(std::move(series));

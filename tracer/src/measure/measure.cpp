@@ -65,7 +65,7 @@ Result<MeasuredPoint, Failure> measure(const Scene& scene, const Assets& assets,
   const RenderStatistics& statistics = timed->rendered.statistics;
   MeasuredPoint point{.setting = setting, .seconds = timed->seconds, .claimed = timed->rendered.error};
   point.samples = statistics.samples;
-  point.samples_mean = static_cast<double>(statistics.samples - statistics.audit_samples) /
+  point.samples_mean = static_cast<double>(statistics.samples - statistics.holdout_samples) /
                        static_cast<double>(scene.image.window().pixels());
   point.rays = statistics.rays;
   point.error = error_of(reference, reference_error, to_display(timed->rendered.image, turned.output));
@@ -83,7 +83,7 @@ MeasurementRun::MeasurementRun(const Scene& scene, const Assets& assets, Measure
     : scene_(scene),
       assets_(assets),
       wanted_(std::move(settings)),
-      settings_(tracer::settings(scene, wanted_.knobs)),
+      settings_(tracer::settings(scene, wanted_.parameters)),
       points_(settings_.size()),
       reference_(empty_reference(scene, wanted_.reference_samples)) {}
 
@@ -100,7 +100,7 @@ void MeasurementRun::resume(Reference reference) {
 void MeasurementRun::resume(std::vector<MeasuredPoint> points) {
   for (MeasuredPoint& point : points)
     for (std::size_t i = 0; i < settings_.size(); ++i)
-      if (settings_[i].knob == point.setting.knob && settings_[i].value == point.setting.value) {
+      if (settings_[i].parameter == point.setting.parameter && settings_[i].value == point.setting.value) {
         point.setting = settings_[i];
         points_[i] = point;
       }

@@ -30,26 +30,26 @@ class Finder {
     baseline_.seed = scene.accuracy.seed;
   }
 
-  void turn(std::string_view knob) {
+  void turn(std::string_view parameter) {
     const bool branches = needs_.reflection || needs_.refraction;
-    if (knob == "target_error") targets();
-    if (knob == "samples") samples({1, 4, 16, 64});
-    if (knob == "max_depth" && branches) depths();
-    if (knob == "cutoff" && branches) cutoffs();
-    if (knob == "approximate") approximations();
-    if (knob == "document" && !has(scene_.accuracy)) push(Setting{"document", "as it is", scene_.accuracy});
+    if (parameter == "target_error") targets();
+    if (parameter == "samples") samples({1, 4, 16, 64});
+    if (parameter == "max_depth" && branches) depths();
+    if (parameter == "cutoff" && branches) cutoffs();
+    if (parameter == "approximate") approximations();
+    if (parameter == "document" && !has(scene_.accuracy)) push(Setting{"document", "as it is", scene_.accuracy});
   }
 
   std::vector<Setting> found() {
     const bool from_baseline =
-        std::any_of(found_.begin(), found_.end(), [](const Setting& setting) { return is_change(setting.knob); });
+        std::any_of(found_.begin(), found_.end(), [](const Setting& setting) { return is_change(setting.parameter); });
     if (from_baseline && !has(baseline_)) samples({baseline_samples});
     return std::move(found_);
   }
 
  private:
-  static bool is_change(std::string_view knob) {
-    return knob == "max_depth" || knob == "cutoff" || knob == "approximate";
+  static bool is_change(std::string_view parameter) {
+    return parameter == "max_depth" || parameter == "cutoff" || parameter == "approximate";
   }
 
   [[nodiscard]] bool has(const Accuracy& accuracy) const {
@@ -142,13 +142,13 @@ class Finder {
 
 std::vector<Setting> settings(const Scene& scene, std::span<const std::string> wanted) {
   Finder finder(scene);
-  for (const std::string_view knob : knobs)
-    if (wanted.empty() || std::find(wanted.begin(), wanted.end(), knob) != wanted.end()) finder.turn(knob);
+  for (const std::string_view parameter : parameters)
+    if (wanted.empty() || std::find(wanted.begin(), wanted.end(), parameter) != wanted.end()) finder.turn(parameter);
   return finder.found();
 }
 
 std::string title(const Setting& setting) {
-  const std::string value = setting.knob + " " + setting.value;
+  const std::string value = setting.parameter + " " + setting.value;
   return setting.preset.empty() ? value : value + " (" + setting.preset + ")";
 }
 

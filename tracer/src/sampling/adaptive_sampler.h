@@ -292,7 +292,7 @@ class AdaptiveRender {
   Rendered finish() {
     Rendered rendered;
     rendered.statistics = pool_.statistics();
-    rendered.statistics.audit_samples = audit_.samples();
+    rendered.statistics.holdout_samples = audit_.samples();
     film_.write(rendered, sampled_, pilots_.whole());
     rendered.error = error_;
     rendered.error.bounded = (error_.depth == 0 && error_.cutoff == 0) || hideable(scene_, 0).bounded;

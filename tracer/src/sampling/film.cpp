@@ -183,7 +183,7 @@ void Film::count(RenderStatistics& statistics) const {
     statistics.samples_min = std::min(statistics.samples_min, samples);
     statistics.samples_max = std::max(statistics.samples_max, samples);
   }
-  statistics.audit_samples = statistics.samples - in_means;
+  statistics.holdout_samples = statistics.samples - in_means;
 }
 
 void Film::write(Rendered& rendered, const SampledError& sampled, bool whole) {

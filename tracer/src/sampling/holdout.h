@@ -141,7 +141,7 @@ void account_for_approximations(const CompiledScene& scene, const RenderSettings
   const SampledError whole =
       exact.measure({.mean = mean, .choices = choices, .stream = 0, .expected = {}}, levels).image;
   add(rendered.statistics, pool.statistics());
-  rendered.statistics.audit_samples += exact.samples();
+  rendered.statistics.holdout_samples += exact.samples();
   add_approximation(rendered.error, whole, pixels);
   rendered.error.met = !rendered.error.target || rendered.error.estimate <= *rendered.error.target;
 }

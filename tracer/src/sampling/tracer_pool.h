@@ -16,7 +16,7 @@ inline void add(RenderStatistics& total, const RenderStatistics& part) {
   total.rays.reflection += part.rays.reflection;
   total.rays.refraction += part.rays.refraction;
   total.samples += part.samples;
-  total.audit_samples += part.audit_samples;
+  total.holdout_samples += part.holdout_samples;
   total.non_finite += part.non_finite;
   total.culled_shadow_rays += part.culled_shadow_rays;
   total.culled_radiance += part.culled_radiance;
