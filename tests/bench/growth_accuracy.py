@@ -25,7 +25,7 @@ TABLE = re.compile(r"(<!-- presets[^\n]*-->\n\n).*?(\n<!-- end of presets -->\n)
 
 def measure(scene, directory, options):
     """{target error: point} of a scene's curve."""
-    subprocess.run([BIN / "whittle", "measure", SCENES / f"{scene}.json", "--knobs", "target_error", "--size", options.size,
+    subprocess.run([BIN / "whittle", "measure", SCENES / f"{scene}.json", "--parameters", "target_error", "--size", options.size,
                     "--reference-samples", str(options.reference_samples), "-o", directory / scene, "--quiet"],
                    check=True, stdout=subprocess.DEVNULL)
     measurement = json.loads((directory / f"{scene}.json").read_text())
