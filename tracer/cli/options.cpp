@@ -187,12 +187,12 @@ CLI::App* add_measure(CLI::App& app, MeasureOptions& options) {
       *command, "--scale", options.scale, [](double value) { return value > 0 && value <= 1; }, "> 0 and <= 1",
       "FACTOR", "Factor of the document's size");
   size->excludes(command->get_option("--scale"));
-  std::vector<std::string> parameters(std::begin(tracer::knobs), std::end(tracer::knobs));
+  const std::vector<std::string> names(std::begin(tracer::parameters), std::end(tracer::parameters));
   command->add_option("--parameters", options.parameters, "Settings to vary (default: all)")
       ->type_name("P,P...")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(CLI::IsMember(parameters));
+      ->check(CLI::IsMember(names));
   add_integer(*command, "--reference-samples", options.reference_samples, tracer::reference_samples_min,
               reference_samples_max, "Maximum samples per pixel of the reference (default 512)");
   add_threads(*command, options.threads);
