@@ -46,10 +46,7 @@ double shadow_rays(const tracer::Scene& scene, double samples) {
   const double points = std::max(1.0, points_least / samples);
   double rays = 0;
   for (const tracer::Light& light : scene.lights) {
-    const bool soft = !std::holds_alternative<tracer::PointLight>(light.source) &&
-                      !std::holds_alternative<tracer::DirectionalLight>(light.source) &&
-                      !std::holds_alternative<tracer::SpotLight>(light.source);
-    if (light.shadows) rays += soft ? points : 1;
+    if (light.shadows) rays += tracer::is_area_light(light.source) ? points : 1;
   }
   return std::min(rays, lights_most);
 }

@@ -6,6 +6,7 @@
 
 #include "tracer/src/accel/geometry.h"
 #include "tracer/src/scene/render_space.h"
+#include "tracer/src/shapes/registry.h"
 
 namespace bench {
 
@@ -95,15 +96,14 @@ BARE_INLINE void with_shape(const tracer::QuadricGeometry& g, unsigned i, const 
                    m.x.z * r.dx + m.y.z * r.dy + m.z.z * r.dz,
                    r.near};
   };
-  using enum tracer::QuadricKind;
   switch (q.kind) {
-    case ellipsoid:
+    case tracer::kind_of<tracer::UnitSphere>:
       return all([=](const BareRay& r)
                      __attribute__((always_inline)) { return sphere_distance(to_shape_space(r), 1); });
-    case disc:
+    case tracer::kind_of<tracer::UnitDisc>:
       return all([=](const BareRay& r)
                      __attribute__((always_inline)) { return disc_distance(to_shape_space(r), 0, radius_0, 1); });
-    case frustum:
+    case tracer::kind_of<tracer::Frustum>:
       if (q.caps)
         return all([=](const BareRay& r) __attribute__((always_inline)) {
           return frustum_distance<true>(to_shape_space(r), radius_0, radius_1);
@@ -111,8 +111,10 @@ BARE_INLINE void with_shape(const tracer::QuadricGeometry& g, unsigned i, const 
       return all([=](const BareRay& r) __attribute__((always_inline)) {
         return frustum_distance<false>(to_shape_space(r), radius_0, radius_1);
       });
-    case box:
+    case tracer::kind_of<tracer::UnitCube>:
       return all([=](const BareRay& r) __attribute__((always_inline)) { return box_distance(to_shape_space(r)); });
+    default:  // the benches' scenes have no torus
+      return all([](const BareRay&) { return HUGE_VAL; });
   }
 }
 
@@ -140,13 +142,13 @@ inline BareBounds bounds_of(const tracer::QuadricGeometry& g, unsigned i) {
     return BareBounds{(both.low + both.high) * 0.5, (both.high - both.low) * 0.5};
   };
   switch (q.kind) {
-    case tracer::QuadricKind::ellipsoid:
+    case tracer::kind_of<tracer::UnitSphere>:
       return {q.origin, tracer::ellipsoid_extent(m)};
-    case tracer::QuadricKind::disc:
+    case tracer::kind_of<tracer::UnitDisc>:
       return end(0, 1);
-    case tracer::QuadricKind::frustum:
+    case tracer::kind_of<tracer::Frustum>:
       return enclose(end(0, q.radius_0), end(1, q.radius_1));
-    case tracer::QuadricKind::box:
+    case tracer::kind_of<tracer::UnitCube>:
       break;
   }
   return {q.origin + (m.x + m.y + m.z) * 0.5, (abs(m.x) + abs(m.y) + abs(m.z)) * 0.5};

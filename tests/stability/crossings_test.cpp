@@ -78,7 +78,7 @@ std::optional<Vec> straight_line(const CompiledScene& scene, const Look& at) {
   const auto [geometry, primitive] = at.hit.primitive;
   if (geometry < set.first_quadrics() || geometry >= set.plane_geometry()) return std::nullopt;
   const Quadric& q = set.quadrics[geometry - set.first_quadrics()].quadrics[primitive];
-  if (q.kind != QuadricKind::frustum || at.hit.u != static_cast<double>(QuadricPart::side)) return std::nullopt;
+  if (q.kind != kind_of<Frustum> || at.hit.u != static_cast<double>(QuadricPart::side)) return std::nullopt;
   const Vec3 p = q.shape_from_trace * (at.surface.point.position - q.origin);
   const double widening = (q.radius_1 - q.radius_0) / std::hypot(p.x, p.y);
   return unit(Vec(q.trace_from_shape * Vec3{p.x * widening, p.y * widening, 1}));

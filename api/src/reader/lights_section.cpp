@@ -3,18 +3,14 @@
 
 #include "api/src/reader/fields.h"
 #include "api/src/reader/sections.h"
+#include "api/src/reader/variants.h"
 
 namespace api {
 namespace {
 
-enum class LightType { point, directional, spot, line, rect, disc, sphere };
 using AttenuationKind = tracer::Attenuation::Kind;
 
-constexpr Word<LightType>::Meaning light_types[] = {
-    {"point", LightType::point},  {"directional", LightType::directional},
-    {"spot", LightType::spot},    {"line", LightType::line},
-    {"rect", LightType::rect},    {"disc", LightType::disc},
-    {"sphere", LightType::sphere}};
+constexpr auto light_types = type_words(static_cast<const tracer::LightSource*>(nullptr));
 constexpr Word<AttenuationKind>::Meaning attenuations[] = {{"none", AttenuationKind::none},
                                                            {"inverse_square", AttenuationKind::inverse_square}};
 
@@ -48,84 +44,41 @@ void read_target(Reading& reading, const Cursor& at, tracer::SpotLight& spot) {
   }
 }
 
+template <class Source>
+void read_source(Reading& /*reading*/, Fields& fields, Source& source) {
+  read_all_fields(fields, source);
+}
+
 /// The axis is given by `direction` or by `target`, a point on it.
-void read_spot(Reading& reading, Fields& fields, tracer::SpotLight& spot) {
-  fields.set_kind("a spot light");
-  fields.required("position", spot.position);
-  if (const auto field = fields.take("target")) {
-    if (fields.has("direction")) {
-      tell(reading, *field, "conflict", "must not stand beside `direction`: either gives the axis");
-      fields.take("direction");
-    } else {
-      read_target(reading, *field, spot);
-    }
+void read_source(Reading& reading, Fields& fields, tracer::SpotLight& spot) {
+  const auto target = fields.take("target");
+  const bool has_direction = fields.has("direction");
+  tracer::for_each_field<tracer::SpotLight>([&](const auto& field) {
+    if (field.name != "direction" || !target) read_field(fields, field, spot);
+  });
+  if (!target) return;
+  if (has_direction) {
+    tell(reading, *target, "conflict", "must not stand beside `direction`: either gives the axis");
+    fields.take("direction");
   } else {
-    fields.required("direction", spot.direction);
-  }
-  fields.required("inner_angle", spot.inner_angle_deg);
-  fields.required("outer_angle", spot.outer_angle_deg);
-}
-
-void read_line(Fields& fields, tracer::LineLight& line) {
-  fields.set_kind("a line light");
-  fields.required("from", line.from);
-  fields.required("to", line.to);
-}
-
-void read_rect(Fields& fields, tracer::RectLight& rect) {
-  fields.set_kind("a rect light");
-  fields.required("corner", rect.corner);
-  fields.required("edge_u", rect.edge_u);
-  fields.required("edge_v", rect.edge_v);
-}
-
-void read_disc(Fields& fields, tracer::DiscLight& disc) {
-  fields.set_kind("a disc light");
-  fields.required("center", disc.center);
-  fields.required("normal", disc.normal);
-  fields.required("radius", disc.radius);
-}
-
-void read_sphere(Fields& fields, tracer::SphereLight& sphere) {
-  fields.set_kind("a sphere light");
-  fields.required("center", sphere.center);
-  fields.required("radius", sphere.radius);
-}
-
-void read_source(Reading& reading, Fields& fields, LightType type, tracer::LightSource& source) {
-  switch (type) {
-    case LightType::point:
-      fields.set_kind("a point light");
-      fields.required("position", source.emplace<tracer::PointLight>().position);
-      break;
-    case LightType::directional:
-      fields.set_kind("a directional light");
-      fields.required("direction", source.emplace<tracer::DirectionalLight>().direction);
-      break;
-    case LightType::spot:
-      return read_spot(reading, fields, source.emplace<tracer::SpotLight>());
-    case LightType::line:
-      return read_line(fields, source.emplace<tracer::LineLight>());
-    case LightType::rect:
-      return read_rect(fields, source.emplace<tracer::RectLight>());
-    case LightType::disc:
-      return read_disc(fields, source.emplace<tracer::DiscLight>());
-    case LightType::sphere:
-      return read_sphere(fields, source.emplace<tracer::SphereLight>());
+    read_target(reading, *target, spot);
   }
 }
 
 void read_light(Reading& reading, const Cursor& at) {
   tracer::Light& light = reading.scene().lights.emplace_back();
   Fields fields(reading, at, "a light");
-  LightType type{};
-  const bool type_known = fields.required("type", Word<LightType>{type, "light.type", light_types});
+  std::size_t type = 0;
+  const bool type_known = fields.required("type", Word<std::size_t>{type, "light.type", light_types});
   fields.optional("color", light.color);
   fields.optional("intensity", light.intensity);
   fields.optional("shadows", light.shadows);
   if (const auto attenuation = fields.take("attenuation")) read_attenuation(reading, *attenuation, light.attenuation);
   if (!type_known) return;  // which other fields it may have is unknown
-  read_source(reading, fields, type, light.source);
+  read_alternative(light.source, type, [&](auto& source) {
+    fields.set_kind(source.noun);
+    read_source(reading, fields, source);
+  });
   fields.finish();
 }
 

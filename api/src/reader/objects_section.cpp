@@ -4,84 +4,27 @@
 #include "api/src/reader/fields.h"
 #include "api/src/reader/references.h"
 #include "api/src/reader/sections.h"
+#include "api/src/reader/variants.h"
 
 namespace api {
 namespace {
 
-enum class ObjectType { sphere, plane, disc, cylinder, cone, box, triangle, mesh, instance };
+constexpr auto object_types = type_words(static_cast<const tracer::Shape*>(nullptr));
 
-constexpr Word<ObjectType>::Meaning object_types[] = {
-    {"sphere", ObjectType::sphere},     {"plane", ObjectType::plane}, {"disc", ObjectType::disc},
-    {"cylinder", ObjectType::cylinder}, {"cone", ObjectType::cone},   {"box", ObjectType::box},
-    {"triangle", ObjectType::triangle}, {"mesh", ObjectType::mesh},   {"instance", ObjectType::instance}};
-
-bool is_along_x(const tracer::Vec3& v) { return v.y == 0 && v.z == 0; }
-
-void read_sphere(Fields& fields, tracer::Sphere& sphere) {
-  fields.set_kind("a sphere");
-  fields.required("center", sphere.center);
-  fields.required("radius", sphere.radius);
-  fields.optional("axis", sphere.axis);
-  if (!fields.optional("meridian", sphere.meridian) && !fields.has("meridian") && is_along_x(sphere.axis)) {
-    sphere.meridian = {0, 0, 1};  // the default +x is the pole then; z as for every other first axis
-  }
+/// Alternatives with fields of their own kind are below.
+template <tracer::HasFields Shape>
+void read_shape(Reading& /*reading*/, Fields& fields, Shape& shape) {
+  read_all_fields(fields, shape);
 }
 
-void read_u_axis(Fields& fields, std::optional<tracer::Vec3>& u_axis) {
-  if (fields.has("u_axis")) fields.optional("u_axis", u_axis.emplace());
-}
-
-void read_plane(Fields& fields, tracer::Plane& plane) {
-  fields.set_kind("a plane");
-  fields.required("point", plane.point);
-  fields.required("normal", plane.normal);
-  read_u_axis(fields, plane.u_axis);
-}
-
-void read_disc(Fields& fields, tracer::Disc& disc) {
-  fields.set_kind("a disc");
-  fields.required("center", disc.center);
-  fields.required("normal", disc.normal);
-  fields.required("radius", disc.radius);
-  fields.optional("inner_radius", disc.inner_radius);
-  read_u_axis(fields, disc.u_axis);
-}
-
-void read_cylinder(Fields& fields, tracer::Cylinder& cylinder) {
-  fields.set_kind("a cylinder");
-  fields.required("from", cylinder.from);
-  fields.required("to", cylinder.to);
-  fields.required("radius", cylinder.radius);
-  fields.optional("caps", cylinder.caps);
-  read_u_axis(fields, cylinder.u_axis);
-}
-
-void read_cone(Fields& fields, tracer::Cone& cone) {
-  fields.set_kind("a cone");
-  fields.required("apex", cone.apex);
-  fields.required("base", cone.base);
-  fields.required("radius", cone.radius);
-  fields.optional("apex_radius", cone.apex_radius);
-  fields.optional("caps", cone.caps);
-  read_u_axis(fields, cone.u_axis);
-}
-
-void read_box(Fields& fields, tracer::Box& box) {
-  fields.set_kind("a box");
-  fields.required("min", box.min);
-  fields.required("max", box.max);
-}
-
-void read_triangle(Fields& fields, tracer::Triangle& triangle) {
-  fields.set_kind("a triangle");
-  fields.required("vertices", triangle.vertices);
-  if (fields.has("normals")) fields.optional("normals", triangle.normals.emplace());
-  if (fields.has("uvs")) fields.optional("uvs", triangle.uvs.emplace());
+void read_shape(Reading& /*reading*/, Fields& fields, tracer::Sphere& sphere) {
+  read_all_fields(fields, sphere);
+  // The default +x of the meridian is the pole then; z as for every other first axis.
+  if (!fields.has("meridian") && sphere.axis.y == 0 && sphere.axis.z == 0) sphere.meridian = {0, 0, 1};
 }
 
 /// `of` names a prototype, whether it stands before or after this.
-void read_instance(Reading& reading, Fields& fields, tracer::Instance& instance) {
-  fields.set_kind("an instance");
+void read_shape(Reading& reading, Fields& fields, tracer::Instance& instance) {
   if (const auto of = fields.take("of")) {
     instance.of = read_prototype_reference(reading, *of);
   } else {
@@ -90,39 +33,15 @@ void read_instance(Reading& reading, Fields& fields, tracer::Instance& instance)
   if (const auto material = fields.take("material")) instance.material = read_material_reference(reading, *material);
 }
 
-void read_shape(Reading& reading, Fields& fields, ObjectType type, tracer::Shape& shape) {
-  switch (type) {
-    case ObjectType::sphere:
-      return read_sphere(fields, shape.emplace<tracer::Sphere>());
-    case ObjectType::plane:
-      return read_plane(fields, shape.emplace<tracer::Plane>());
-    case ObjectType::disc:
-      return read_disc(fields, shape.emplace<tracer::Disc>());
-    case ObjectType::cylinder:
-      return read_cylinder(fields, shape.emplace<tracer::Cylinder>());
-    case ObjectType::cone:
-      return read_cone(fields, shape.emplace<tracer::Cone>());
-    case ObjectType::box:
-      return read_box(fields, shape.emplace<tracer::Box>());
-    case ObjectType::triangle:
-      return read_triangle(fields, shape.emplace<tracer::Triangle>());
-    case ObjectType::mesh:
-      fields.set_kind("a mesh");
-      return read_mesh(reading, fields, shape);
-    case ObjectType::instance:
-      return read_instance(reading, fields, shape.emplace<tracer::Instance>());
-  }
-}
-
 void read_object(Reading& reading, const Cursor& at, std::vector<tracer::Object>& objects) {
   // Kept even when it is bad, so that the next ones have the document's index.
   tracer::Object& object = objects.emplace_back();
   object.material.index = nothing;
   Fields fields(reading, at, "an object");
   if (!fields) return;
-  ObjectType type{};
-  const bool type_known = fields.required("type", Word<ObjectType>{type, "object.type", object_types});
-  if (!type_known || type != ObjectType::instance) {
+  std::size_t type = 0;
+  const bool type_known = fields.required("type", Word<std::size_t>{type, "object.type", object_types});
+  if (!type_known || object_types[type].first != tracer::Instance::type) {
     if (const auto material = fields.take("material")) {
       object.material = read_material_reference(reading, *material);
     } else {
@@ -131,7 +50,14 @@ void read_object(Reading& reading, const Cursor& at, std::vector<tracer::Object>
   }
   if (const auto transform = fields.take("transform")) read_transform(reading, *transform, object.transform);
   if (!type_known) return;  // which other fields it may have is unknown
-  read_shape(reading, fields, type, object.shape);
+  read_alternative(object.shape, type, [&](auto& shape) {
+    fields.set_kind(shape.noun);
+    if constexpr (std::is_same_v<std::decay_t<decltype(shape)>, tracer::Mesh>) {
+      read_mesh(reading, fields, object.shape);
+    } else {
+      read_shape(reading, fields, shape);
+    }
+  });
   fields.finish();
 }
 

@@ -1,10 +1,11 @@
 /// Whether a line may meet a cylinder or cone is judged first, cheaply; never against what then is computed with care.
 
+#include "tracer/src/shapes/frustum.h"
+
 #include <gtest/gtest.h>
 
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
-#include "tracer/src/accel/quadric_hit.h"
 
 namespace tracer {
 namespace {
@@ -45,7 +46,7 @@ TEST(MayMeetFrustum, IsTrueOfEveryLineThatMeetsIt) {
     const QuadricHit closed = frustum_hit<true>(line.ray, line.radius_0, line.radius_1);
     if (!(open.t < HUGE_VAL) && !(closed.t < HUGE_VAL)) continue;
     ++met;
-    ASSERT_TRUE(may_meet_frustum(line.ray, line.radius_0, line.radius_1))
+    ASSERT_TRUE(may_hit_frustum(line.ray, line.radius_0, line.radius_1))
         << line.ray.ox << ' ' << line.ray.oy << ' ' << line.ray.oz << " along " << line.ray.dx << ' ' << line.ray.dy
         << ' ' << line.ray.dz << ", radius " << line.radius_1 << " at the end";
   }
@@ -59,7 +60,7 @@ TEST(MayMeetFrustum, IsFalseOfLinesThatPassByAThousandthOfItsRadius) {
     const Vec3 outward{std::cos(angle), std::sin(angle), 0};
     const Vec3 direction = normalize(Vec3{-outward.y, outward.x, slant});
     const Vec3 origin = outward * 1.001 + Vec3{0, 0, random.in(0, 1)} - direction * back;
-    EXPECT_FALSE(may_meet_frustum({origin.x, origin.y, origin.z, direction.x, direction.y, direction.z}, 1, 1));
+    EXPECT_FALSE(may_hit_frustum({origin.x, origin.y, origin.z, direction.x, direction.y, direction.z}, 1, 1));
   }
 }
 

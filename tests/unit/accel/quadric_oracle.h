@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "tests/support/long_vec.h"
-#include "tracer/src/accel/quadric.h"
+#include "tracer/src/shapes/registry.h"
 
 namespace tracer {
 
@@ -114,11 +114,11 @@ inline Crossings crossings_of(const Quadric& q, const Line& line) {
   const Vec &o = line.o, &d = line.d;
   const Real speed = length(d);
   // From the point nearest to the shape's middle, so that distance costs no digits here either.
-  const Vec middle = q.kind == QuadricKind::ellipsoid ? Vec{} : Vec(0, 0, 0.5L);
+  const Vec middle = q.kind == kind_of<UnitSphere> ? Vec{} : Vec(0, 0, 0.5L);
   const Real shift = -dot(o - middle, d) / dot(d, d);
   const Vec n = o + shift * d;
   switch (q.kind) {
-    case QuadricKind::ellipsoid: {
+    case kind_of<UnitSphere>: {
       const Real miss = length(n);
       if (miss > 1) {
         found.margin = miss - 1;
@@ -129,10 +129,10 @@ inline Crossings crossings_of(const Quadric& q, const Line& line) {
         found.all.push_back({t, 1 - miss, half * speed, QuadricPart::side});
       break;
     }
-    case QuadricKind::disc:
+    case kind_of<UnitDisc>:
       disc_crossings(line, 0, q.radius_0, 1, QuadricPart::cap_1, found);
       break;
-    case QuadricKind::frustum: {
+    case kind_of<Frustum>: {
       const Real slope = Real(q.radius_1) - q.radius_0, w = q.radius_0 + slope * n.z, dw = slope * d.z;
       const Real a = d.x * d.x + d.y * d.y - dw * dw, b = -(n.x * d.x + n.y * d.y - w * dw);
       const Real c = n.x * n.x + n.y * n.y - w * w;
@@ -156,7 +156,7 @@ inline Crossings crossings_of(const Quadric& q, const Line& line) {
         if (crossing.part != QuadricPart::side) crossing.t += shift;
       break;
     }
-    case QuadricKind::box: {
+    case kind_of<UnitCube>: {
       const std::array<Real, 3> on{n.x, n.y, n.z}, dd{d.x, d.y, d.z};
       for (std::size_t axis = 0; axis < 3; ++axis)
         for (const int side : {0, 1}) {

@@ -28,8 +28,8 @@ Quadric random_quadric(Random& random, QuadricKind kind, bool mapped) {
     } while (std::abs(determinant({normalize(map.linear.x), normalize(map.linear.y), normalize(map.linear.z)})) < 0.02);
   }
   Quadric q = quadric(kind, map);
-  if (kind == QuadricKind::disc) q.radius_0 = random.chance(0.5) ? 0 : random.in(0.05, 0.95);
-  if (kind == QuadricKind::frustum) {
+  if (kind == kind_of<UnitDisc>) q.radius_0 = random.chance(0.5) ? 0 : random.in(0.05, 0.95);
+  if (kind == kind_of<Frustum>) {
     q.caps = random.chance(0.7);
     if (random.chance(0.7))
       (random.chance(0.5) ? q.radius_0 : q.radius_1) = random.chance(0.5) ? 0 : random.in(0.01, 1);
@@ -43,19 +43,19 @@ Vec around(Random& random) { return random.direction(); }
 Vec target_of(Random& random, const Quadric& q) {
   const Real turn = 6.2831853071795864769L * random.in(0, 1), x = std::cos(turn), y = std::sin(turn);
   switch (q.kind) {
-    case QuadricKind::ellipsoid:
+    case kind_of<UnitSphere>:
       return random.chance(0.5) ? around(random) : random.in(0, 1.2) * around(random);
-    case QuadricKind::disc: {
+    case kind_of<UnitDisc>: {
       const Real r = random.chance(0.3) ? 1 : random.chance(0.3) ? q.radius_0 : random.in(0, 1.2);
       return {r * x, r * y, 0};
     }
-    case QuadricKind::frustum: {
+    case kind_of<Frustum>: {
       const Real z = random.chance(0.3) ? random.below(2) : random.in(-0.2, 1.2);
       const Real rim = q.radius_0 + (q.radius_1 - q.radius_0) * z;
       const Real r = random.chance(0.6) ? rim : random.chance(0.2) ? 0 : random.in(0, 1) * rim;
       return {r * x, r * y, z};
     }
-    case QuadricKind::box: {
+    case kind_of<UnitCube>: {
       const auto coordinate = [&]() -> Real { return random.chance(0.35) ? random.below(2) : random.in(-0.1, 1.1); };
       return {coordinate(), coordinate(), coordinate()};
     }
@@ -76,7 +76,7 @@ Line random_line(Random& random, const Quadric& q) {
       break;
     case 1: {  // along the side, or nearly
       const Real r = std::hypot(target.x, target.y);
-      if (r > 0 && q.kind == QuadricKind::frustum) {
+      if (r > 0 && q.kind == kind_of<Frustum>) {
         const Real slope = Real(q.radius_1) - q.radius_0;
         line.d = Vec(target.x / r * slope, target.y / r * slope, 1) +
                  static_cast<Real>(random.chance(0.5) ? 0 : random.spread(1e-15, 1e-3)) * around(random);
@@ -185,14 +185,14 @@ void try_kind(QuadricKind kind, bool mapped, std::uint64_t seed) {
   EXPECT_LT(counts.hits, counts.certain);
 }
 
-TEST(EllipsoidHits, AreTheOraclesForRaysFromAnywhere) { try_kind(QuadricKind::ellipsoid, false, 1); }
-TEST(EllipsoidHits, AreTheOraclesUnderAnyNonSingularMap) { try_kind(QuadricKind::ellipsoid, true, 2); }
-TEST(DiscHits, AreTheOraclesForRaysFromAnywhere) { try_kind(QuadricKind::disc, false, 3); }
-TEST(DiscHits, AreTheOraclesUnderAnyNonSingularMap) { try_kind(QuadricKind::disc, true, 4); }
-TEST(CylinderAndConeHits, AreTheOraclesForRaysFromAnywhere) { try_kind(QuadricKind::frustum, false, 5); }
-TEST(CylinderAndConeHits, AreTheOraclesUnderAnyNonSingularMap) { try_kind(QuadricKind::frustum, true, 6); }
-TEST(BoxHits, AreTheOraclesForRaysFromAnywhere) { try_kind(QuadricKind::box, false, 7); }
-TEST(BoxHits, AreTheOraclesUnderAnyNonSingularMap) { try_kind(QuadricKind::box, true, 8); }
+TEST(EllipsoidHits, AreTheOraclesForRaysFromAnywhere) { try_kind(kind_of<UnitSphere>, false, 1); }
+TEST(EllipsoidHits, AreTheOraclesUnderAnyNonSingularMap) { try_kind(kind_of<UnitSphere>, true, 2); }
+TEST(DiscHits, AreTheOraclesForRaysFromAnywhere) { try_kind(kind_of<UnitDisc>, false, 3); }
+TEST(DiscHits, AreTheOraclesUnderAnyNonSingularMap) { try_kind(kind_of<UnitDisc>, true, 4); }
+TEST(CylinderAndConeHits, AreTheOraclesForRaysFromAnywhere) { try_kind(kind_of<Frustum>, false, 5); }
+TEST(CylinderAndConeHits, AreTheOraclesUnderAnyNonSingularMap) { try_kind(kind_of<Frustum>, true, 6); }
+TEST(BoxHits, AreTheOraclesForRaysFromAnywhere) { try_kind(kind_of<UnitCube>, false, 7); }
+TEST(BoxHits, AreTheOraclesUnderAnyNonSingularMap) { try_kind(kind_of<UnitCube>, true, 8); }
 
 // ---- what an oracle's margins leave out ----------------------------------------------------------------------------
 
@@ -208,7 +208,7 @@ TestHit single(const Quadric& q, const Vec3& origin, const Vec3& direction) {
 Quadric standard(QuadricKind kind) { return quadric(kind, {}); }
 
 TEST(BoxHits, OfRaysAlongTheAxesWhateverTheSignOfTheirZeros) {
-  const Quadric box = standard(QuadricKind::box);
+  const Quadric box = standard(kind_of<UnitCube>);
   for (const double zero : {0.0, -0.0})
     for (const double other : {0.0, -0.0})
       for (const double y : {0.0, 0.25, 1.0}) {
@@ -221,7 +221,7 @@ TEST(BoxHits, OfRaysAlongTheAxesWhateverTheSignOfTheirZeros) {
 }
 
 TEST(CylinderAndConeHits, OfRaysAlongTheAxisAreTheCaps) {
-  Quadric cone = standard(QuadricKind::frustum);
+  Quadric cone = standard(kind_of<Frustum>);
   EXPECT_EQ(single(cone, {0, 0, -2}, {0, 0, 1}).t, 2);
   EXPECT_EQ(single(cone, {1, 0, -2}, {0, 0, 1}).t, 2) << "the rim is closed";
   EXPECT_EQ(single(cone, {0.5, 0, 0.5}, {0, 0, 1}).t, 0.5) << "from inside";
@@ -239,7 +239,7 @@ TEST(CylinderAndConeHits, OfRaysAlongTheAxisAreTheCaps) {
 TEST(CylinderAndConeHits, OfRaysBesideATangentPlaneAreNoneOutsideAndOneInside) {
   Random random(11);
   for (std::uint64_t tries = 0; tries < effort::cases(20'000); ++tries) {
-    Quadric q = standard(QuadricKind::frustum);
+    Quadric q = standard(kind_of<Frustum>);
     q.radius_1 = random.chance(0.3) ? 0 : random.in(0.05, 1);
     const Real slope = Real(q.radius_1) - q.radius_0, z = random.in(0.05, 0.9), turn = random.in(0, 7);
     const Vec round(std::cos(turn), std::sin(turn), 0), line = unit(slope * round + Vec(0, 0, 1));
@@ -259,7 +259,7 @@ TEST(CylinderAndConeHits, OfRaysBesideATangentPlaneAreNoneOutsideAndOneInside) {
 }
 
 TEST(DiscHits, LeaveTheHoleAndKeepBothRims) {
-  Quadric disc = standard(QuadricKind::disc);
+  Quadric disc = standard(kind_of<UnitDisc>);
   disc.radius_0 = 0.5;
   EXPECT_FALSE(single(disc, {0.25, 0, 1}, {0, 0, -1}).primitive.hit());
   EXPECT_TRUE(single(disc, {0.5, 0, 1}, {0, 0, -1}).primitive.hit());

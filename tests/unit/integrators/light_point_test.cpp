@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "tests/support/random.h"
-#include "tracer/src/lights/compiled_light.h"
+#include "tracer/src/lights/registry.h"
 
 namespace tracer {
 namespace {
@@ -33,7 +33,7 @@ double chi_square(const CompiledLight& light, const std::function<Real(const Vec
   return sum / (points / double{bins});
 }
 
-CompiledLight light_of(CompiledLight::Kind kind) {
+CompiledLight light_of(std::uint8_t kind) {
   CompiledLight light;
   light.kind = kind;
   light.position = {0.3, -0.2, 0.1};
@@ -41,14 +41,14 @@ CompiledLight light_of(CompiledLight::Kind kind) {
 }
 
 TEST(LightPoint, OfALineIsUniformAlongIt) {
-  CompiledLight line = light_of(CompiledLight::Kind::line);
+  CompiledLight line = light_of(light_kind<LineLight>);
   line.u = {1, 2, -0.5};
   const Vec u = line.u;
   EXPECT_LE(chi_square(line, [&](const Vec& p) { return dot(p, u) / dot(u, u); }), chi_square_max);
 }
 
 TEST(LightPoint, OfAParallelogramIsUniformAlongBothEdgesAndItsDiagonal) {
-  CompiledLight rect = light_of(CompiledLight::Kind::parallelogram);
+  CompiledLight rect = light_of(light_kind<RectLight>);
   rect.u = {1, 0.2, 0};
   rect.v = {0.3, 0.1, 2};
   const Vec u = rect.u, v = rect.v, n = cross(u, v);
@@ -65,7 +65,7 @@ TEST(LightPoint, OfAParallelogramIsUniformAlongBothEdgesAndItsDiagonal) {
 }
 
 TEST(LightPoint, OfADiscIsUniformInAreaAcrossItInAnyDirection) {
-  CompiledLight disc = light_of(CompiledLight::Kind::disc);
+  CompiledLight disc = light_of(light_kind<DiscLight>);
   disc.u = {0.7, 0, 0};
   disc.v = {0, 0, 0.7};
   for (const Real turn : {0.0L, 0.7L, 2.0L}) {
@@ -80,7 +80,7 @@ TEST(LightPoint, OfADiscIsUniformInAreaAcrossItInAnyDirection) {
 }
 
 TEST(LightPoint, OfASphereIsUniformInHeightAlongAnyAxisAsArchimedesFound) {
-  CompiledLight sphere = light_of(CompiledLight::Kind::sphere);
+  CompiledLight sphere = light_of(light_kind<SphereLight>);
   sphere.radius = 1.7;
   for (const Vec& axis : {Vec(0, 0, 1), Vec(1, 0, 0), unit(Vec(1, -2, 0.5L))})
     EXPECT_LE(chi_square(sphere, [&](const Vec& p) { return 0.5L + dot(p, axis) / (2 * 1.7L); }), chi_square_max);

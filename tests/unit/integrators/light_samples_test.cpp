@@ -15,7 +15,6 @@ namespace {
 using oracle::Random;
 using oracle::Real;
 using oracle::Vec;
-using Kind = CompiledLight::Kind;
 
 ShadingPoint random_facing(Random& random) {
   const Vec3 position{random.in(-1, 1), random.in(-1, 1), random.in(-1, 1)};
@@ -31,7 +30,7 @@ ShadingPoint random_facing(Random& random) {
 }
 
 CompiledLight random_light(Random& random) {
-  const Kind kinds[] = {Kind::point, Kind::spot, Kind::directional};
+  const std::uint8_t kinds[] = {light_kind<PointLight>, light_kind<SpotLight>, light_kind<DirectionalLight>};
   const Attenuation::Kind fades[] = {Attenuation::Kind::none, Attenuation::Kind::polynomial,
                                      Attenuation::Kind::inverse_square};
   return {.kind = kinds[random.below(3)],
@@ -44,13 +43,13 @@ CompiledLight random_light(Random& random) {
 }
 
 Real strength(const CompiledLight& light, Real distance, const Vec& to_light) {
-  if (light.kind == Kind::directional) return 1;
+  if (light.kind == light_kind<DirectionalLight>) return 1;
   Real f = 1;
   const auto& c = light.attenuation.coefficients;
   if (light.attenuation.kind == Attenuation::Kind::polynomial)
     f = std::fmin(1 / (c[0] + c[1] * distance + c[2] * distance * distance), 1.0L);
   if (light.attenuation.kind == Attenuation::Kind::inverse_square) f = 1 / (distance * distance);
-  if (light.kind != Kind::spot) return f;
+  if (light.kind != light_kind<SpotLight>) return f;
   const Real x = (dot(-to_light, Vec(light.axis)) - light.cos_outer) / (Real(light.cos_inner) - light.cos_outer);
   return f * (x <= 0 ? 0 : x >= 1 ? 1 : x * x * (3 - 2 * x));
 }
@@ -81,7 +80,7 @@ TEST(LightSamplePacket, IsTheLocalModelOfEveryKindOfLightInEveryLane) {
       for (int lane = 0; lane < shading_points.packet(packet).count; ++lane) {
         const ShadingPoint& shading_point = all[packet * lanes + static_cast<std::size_t>(lane)];
         const Vec offset = Vec(light.position) - Vec(shading_point.point.position);
-        const Vec to_light = light.kind == Kind::directional ? Vec(light.axis) : unit(offset);
+        const Vec to_light = light.kind == light_kind<DirectionalLight> ? Vec(light.axis) : unit(offset);
         const Real cosine = dot(Vec(shading_point.normal), to_light);
         if (std::fabs(cosine) < 1e-12L) continue;
         const Real power = share * strength(light, length(offset) * world_per_trace, to_light);
@@ -108,7 +107,8 @@ TEST(LightSamplePacket, StartsShadowRaysWhereRaysThatLeaveTheSurfaceStart) {
   for (std::uint64_t round = 0; round < effort::cases(1'000); ++round) {
     ShadingPointQueue shading_points;
     ShadingPoint shading_point = random_facing(random);
-    const CompiledLight light{.kind = Kind::directional, .axis = rounded(random.direction()), .radiance = {1, 1, 1}};
+    const CompiledLight light{
+        .kind = light_kind<DirectionalLight>, .axis = rounded(random.direction()), .radiance = {1, 1, 1}};
     if (dot(shading_point.normal, light.axis) < 0) shading_point.normal = -shading_point.normal;
     shading_points.push(shading_point);
     LightSamplePacket arrival;

@@ -24,8 +24,8 @@ double specular_factor(Material::Model model, double shininess, const Vec3& n, c
                        .shininess = shininess,
                        .blinn = model == blinn_phong});
   LightSamplePacket arrival;
-  sample_light(shading_points.packet(0), {.kind = CompiledLight::Kind::directional, .axis = l, .radiance = {1, 1, 1}},
-               1, 1, arrival);
+  sample_light(shading_points.packet(0), {.kind = light_kind<DirectionalLight>, .axis = l, .radiance = {1, 1, 1}}, 1, 1,
+               arrival);
   return arrival.gaining == 0 ? 0 : arrival.r[0];
 }
 

@@ -9,6 +9,7 @@
 #include "tests/support/scenes.h"
 #include "tests/unit/shapes/look.h"
 #include "tracer/src/scene/instancing.h"
+#include "tracer/src/shapes/registry.h"
 
 namespace tracer {
 namespace {
@@ -62,13 +63,13 @@ Shape closed_shape(Random& random, std::uint32_t which) {
 Vec edge_of(Random& random, const Quadric& q) {
   const Real turn = 2 * pi * random.in(0, 1);
   const Real z = random.below(2);
-  if (q.kind == QuadricKind::box) {
+  if (q.kind == kind_of<UnitCube>) {
     std::array<Real, 3> p{static_cast<Real>(random.below(2)), static_cast<Real>(random.below(2)),
                           static_cast<Real>(random.below(2))};
     if (random.chance(0.7)) p[random.below(3)] = random.in(0, 1);
     return {p[0], p[1], p[2]};
   }
-  if (q.kind == QuadricKind::ellipsoid) return random.direction();
+  if (q.kind == kind_of<UnitSphere>) return random.direction();
   const Real r = z > 0 ? q.radius_1 : q.radius_0;
   return {r * std::cos(turn), r * std::sin(turn), z};
 }
@@ -80,11 +81,11 @@ TEST(ClosedShapes, LetNoRayOutFromWithinAtTheirRimsEdgesCornersAndApex) {
     const auto c = compiled(checkered(closed_shape(random, i), random_transform(random)));
     const Quadric& q = c->geometry().quadrics.at(0).quadrics.at(0);
     for (int ray = 0; ray < 70; ++ray) {
-      const double low = q.kind == QuadricKind::ellipsoid ? -0.5 : 0.05;
+      const double low = q.kind == kind_of<UnitSphere> ? -0.5 : 0.05;
       const Vec3 inside =
           q.origin + q.trace_from_shape * Vec3{random.in(0.01, 0.03), random.in(0.01, 0.03), random.in(low, 0.5)};
       const Vec3 target = q.origin + q.trace_from_shape * rounded(edge_of(random, q));
-      const bool well_inside = q.kind != QuadricKind::frustum || std::min(q.radius_0, q.radius_1 * 2 + 0.1) > 0.1;
+      const bool well_inside = q.kind != kind_of<Frustum> || std::min(q.radius_0, q.radius_1 * 2 + 0.1) > 0.1;
       if (!well_inside) continue;
       ++rays;
       leaks += look(*c, inside, normalize(target - inside)).found ? 0 : 1;
@@ -133,14 +134,14 @@ struct Beyond {
 Beyond beyond(const Quadric& q, QuadricPart part, const Vec& p) {
   switch (part) {
     case QuadricPart::side: {
-      if (q.kind == QuadricKind::ellipsoid) return {length(p) - 1, unit(p)};
+      if (q.kind == kind_of<UnitSphere>) return {length(p) - 1, unit(p)};
       const Real slope = Real(q.radius_1) - q.radius_0, r = std::hypot(p.x, p.y);
       return {r - (q.radius_0 + slope * p.z), Vec(p.x / r, p.y / r, -slope)};
     }
     case QuadricPart::cap_0:
       return {-p.z, {0, 0, -1}};
     case QuadricPart::cap_1:
-      return q.kind == QuadricKind::disc ? Beyond{p.z, {0, 0, 1}} : Beyond{p.z - 1, {0, 0, 1}};
+      return q.kind == kind_of<UnitDisc> ? Beyond{p.z, {0, 0, 1}} : Beyond{p.z - 1, {0, 0, 1}};
     case QuadricPart::x_0:
       return {-p.x, {-1, 0, 0}};
     case QuadricPart::x_1:
@@ -206,7 +207,7 @@ TEST(QuadricSurface, PointsAreWithinTheirErrorNormalsAreOutwardAndRaysThatLeaveN
       }
       ASSERT_EQ(at.surface.back, dot(direction, at.surface.geometric_normal) > 0);
       const Real lean = std::fabs(dot(normal, Vec(direction)));
-      if (q.kind != QuadricKind::disc && lean > 1e-6L && distance == 2) {
+      if (q.kind != kind_of<UnitDisc> && lean > 1e-6L && distance == 2) {
         ASSERT_EQ(at.surface.back, dot(Vec(direction), normal) > 0);
       }
       // A ray that leaves the outside of a convex shape, in any direction, along it too.

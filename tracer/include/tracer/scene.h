@@ -13,6 +13,8 @@
 #include <vector>
 
 #include "tracer/accuracy.h"
+#include "tracer/lights.h"
+#include "tracer/shapes.h"
 #include "tracer/values.h"
 
 namespace tracer {
@@ -106,47 +108,6 @@ struct Attenuation {
   Kind kind = Kind::none;
   std::array<double, 3> coefficients{1, 0, 0};
 };
-
-struct PointLight {
-  Vec3 position{};
-};
-
-struct DirectionalLight {
-  Vec3 direction{0, -1, 0};  ///< the way the light travels; any length > 0
-};
-
-/// Full inside `inner_angle_deg` of its axis, nothing outside `outer_angle_deg` (half angles), between them the
-/// smoothstep of the cosine.
-struct SpotLight {
-  Vec3 position{};
-  Vec3 direction{0, -1, 0};  ///< the axis; any length > 0
-  double inner_angle_deg = 15, outer_angle_deg = 30;
-};
-
-// The lights below shine as the mean of point lights spread uniformly over their length, area or surface; what hides a
-// part of them takes that part from the mean, so their shadows are soft.
-
-struct LineLight {
-  Vec3 from{}, to{1, 0, 0};
-};
-
-struct RectLight {
-  Vec3 corner{};
-  Vec3 edge_u{1, 0, 0}, edge_v{0, 0, 1};  ///< a parallelogram; need not be at right angles
-};
-
-struct DiscLight {
-  Vec3 center{};
-  Vec3 normal{0, -1, 0};
-  double radius = 1;
-};
-
-struct SphereLight {
-  Vec3 center{};
-  double radius = 1;
-};
-
-using LightSource = std::variant<PointLight, DirectionalLight, SpotLight, LineLight, RectLight, DiscLight, SphereLight>;
 
 struct Light {
   LightSource source{};
@@ -253,80 +214,6 @@ struct Material {
 };
 
 // ---- objects -------------------------------------------------------------------------------------------------------
-
-struct Sphere {
-  Vec3 center{};
-  double radius = 1;
-  Vec3 axis{0, 1, 0};      ///< pole, v = 1
-  Vec3 meridian{1, 0, 0};  ///< phi = 0; projected across the axis
-};
-
-/// Infinite plane. u, v run along e0 and e1 = n x e0 from `point`, in scene units; e0 is `u_axis` projected across n.
-/// Unset: the world x axis, or z where n is along x.
-struct Plane {
-  Vec3 point{};
-  Vec3 normal{0, 1, 0};
-  std::optional<Vec3> u_axis;
-};
-
-/// Flat and round, with a hole of `inner_radius`. u, v = d.e0/2R + 1/2, d.e1/2R + 1/2; e0 as the plane's.
-struct Disc {
-  Vec3 center{};
-  Vec3 normal{0, 1, 0};
-  double radius = 1;
-  double inner_radius = 0;
-  std::optional<Vec3> u_axis;
-};
-
-/// u = phi/2pi about the axis from e0, v = z/length from `from` to `to`; caps as discs about the same e0 and e1.
-struct Cylinder {
-  Vec3 from{}, to{0, 1, 0};
-  double radius = 1;
-  bool caps = true;
-  std::optional<Vec3> u_axis;
-};
-
-/// A cone, or a truncated one where `apex_radius` > 0. u as the cylinder's about the axis from base to apex, v = 0 at
-/// the base and 1 at the apex.
-struct Cone {
-  Vec3 apex{0, 1, 0}, base{};
-  double radius = 1;  ///< at the base
-  double apex_radius = 0;
-  bool caps = true;
-  std::optional<Vec3> u_axis;
-};
-
-/// Axis-parallel. u, v in [0,1] on each face: seen from outside, u to the right and v up, up being y (on the top face
-/// -z, on the bottom face z).
-struct Box {
-  Vec3 min{}, max{1, 1, 1};
-};
-
-/// Front side: counter-clockwise. Texture coordinates are barycentric of `uvs` (0,0 / 1,0 / 0,1 when unset).
-struct Triangle {
-  std::array<Vec3, 3> vertices{};
-  std::optional<std::array<Vec3, 3>> normals;
-  std::optional<std::array<Vec2, 3>> uvs;
-};
-
-/// Indexed triangles, counter-clockwise seen from the front. `normals` and `uvs` are per position or empty.
-/// A mesh of a `file` has nothing else but `smooth` until the file is read into it; `compile` wants that done before.
-struct Mesh {
-  std::vector<Vec3> positions;
-  std::vector<std::array<std::uint32_t, 3>> triangles;
-  std::vector<Vec3> normals;
-  std::vector<Vec2> uvs;
-  bool smooth = false;  ///< area-weighted vertex normals where `normals` is empty
-  std::optional<AssetId> file{};
-};
-
-/// The objects of a prototype, placed once more.
-struct Instance {
-  PrototypeId of{};
-  std::optional<MaterialId> material;  ///< takes the place of all of theirs; unset: they keep their own
-};
-
-using Shape = std::variant<Sphere, Plane, Disc, Cylinder, Cone, Box, Triangle, Mesh, Instance>;
 
 /// world_from_object, affine: a point p goes to (rows[i] . (p, 1)) for i = x, y, z.
 struct Transform {

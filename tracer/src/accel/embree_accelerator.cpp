@@ -4,6 +4,7 @@
 #include "tracer/src/accel/packet.h"
 #include "tracer/src/accel/partial_packet.h"
 #include "tracer/src/accel/primitive_groups.h"
+#include "tracer/src/shapes/registry.h"
 
 #if defined(__SANITIZE_THREAD__)
 #include <sanitizer/tsan_interface.h>
@@ -63,8 +64,7 @@ void write_bounds(const Vec3& low, const Vec3& high, RTCBounds& bounds) {
 
 void include_primitive(Bounds& bounds, const SphereGeometry& g, std::uint32_t i) {
   const Vec3 center{g.x[i], g.y[i], g.z[i]}, r{g.radius[i], g.radius[i], g.radius[i]};
-  bounds.include(center - r);
-  bounds.include(center + r);
+  bounds.include(center, r);
 }
 
 void include_primitive(Bounds& bounds, const TriangleGeometry& geometry, std::uint32_t primitive) {
@@ -73,27 +73,7 @@ void include_primitive(Bounds& bounds, const TriangleGeometry& geometry, std::ui
 
 void include_primitive(Bounds& bounds, const QuadricGeometry& geometry, std::uint32_t primitive) {
   const Quadric& q = geometry.quadrics[primitive];
-  const auto include = [&](const Vec3& shape_center, const Vec3& extent) {
-    const Vec3 center = q.origin + q.trace_from_shape * shape_center;
-    bounds.include(center - extent);
-    bounds.include(center + extent);
-  };
-  const Linear& m = q.trace_from_shape;
-  switch (q.kind) {
-    case QuadricKind::ellipsoid:
-      include({}, ellipsoid_extent(m));
-      break;
-    case QuadricKind::disc:
-      include({}, disc_extent(m));
-      break;
-    case QuadricKind::frustum:
-      include({}, disc_extent(m) * q.radius_0);
-      include({0, 0, 1}, disc_extent(m) * q.radius_1);
-      break;
-    case QuadricKind::box:
-      include({0.5, 0.5, 0.5}, (abs(m.x) + abs(m.y) + abs(m.z)) * 0.5);
-      break;
-  }
+  visit_kind(q.kind, [&](auto standard) { standard.include(bounds, q); });
 }
 
 template <class Geometry>

@@ -1,5 +1,7 @@
 #include "tracer/src/accel/geometry.h"
 
+#include "tracer/src/shapes/registry.h"
+
 namespace tracer {
 namespace {
 
@@ -22,12 +24,15 @@ std::uint64_t memory_bytes(const GeometrySet& set) {
 }
 
 std::uint64_t max_transmissive_hits(const GeometrySet& set) {
-  std::uint64_t primitives = 0;
-  for (const SphereGeometry& s : set.spheres) primitives += s.transmissive ? s.x.size() : 0;
-  for (const TriangleGeometry& t : set.triangles) primitives += t.transmissive ? t.triangles.size() : 0;
-  for (const QuadricGeometry& q : set.quadrics) primitives += q.transmissive ? q.quadrics.size() : 0;
-  for (const std::uint8_t transmissive : set.planes.transmissive) primitives += transmissive;
-  return 4 * primitives;
+  constexpr std::uint64_t convex = StandardShape::max_hits;
+  std::uint64_t hits = 0;
+  for (const SphereGeometry& g : set.spheres) hits += g.transmissive ? convex * g.x.size() : 0;
+  for (const TriangleGeometry& g : set.triangles) hits += g.transmissive ? convex * g.triangles.size() : 0;
+  for (const QuadricGeometry& g : set.quadrics)
+    for (std::size_t i = 0; g.transmissive && i < g.quadrics.size(); ++i)
+      visit_kind(g.quadrics[i].kind, [&](auto standard) { hits += standard.max_hits; });
+  for (const std::uint8_t transmissive : set.planes.transmissive) hits += convex * transmissive;
+  return 2 * hits;
 }
 
 }  // namespace tracer

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "tracer/src/accel/quadric.h"
+#include "tracer/src/shapes/analytic_shape.h"
 
 namespace tracer {
 
@@ -52,7 +52,8 @@ struct TriangleGeometry {
   [[nodiscard]] const Vec3& position(std::uint32_t vertex) const { return positions[vertex]; }
 };
 
-/// Discs, cylinders, cones, boxes, and spheres that a transform made ellipsoids; either all opaque or all transmissive.
+/// Analytic shapes other than the spheres above, which a transform may have made ellipsoids; either all opaque or all
+/// transmissive.
 struct QuadricGeometry {
   std::vector<Quadric> quadrics;
   std::vector<std::uint32_t> object;
@@ -83,9 +84,9 @@ struct GeometrySet {
 };
 
 std::uint64_t memory_bytes(const GeometrySet& set);
-/// More transmissive surfaces than a straight line crosses: each of the primitives is convex and crossed twice at most,
-/// and twice that leaves room for rounding. A ray that goes on after so many is caught where a solid is thinner than
-/// the last bit of its place, as a cone of 10^19 times its radius is, and would never come out.
+/// Upper bound of the transmissive surfaces that a straight line crosses: twice the hits of each primitive, which
+/// leaves room for rounding. A ray that continues after so many is trapped where a solid is thinner than the last bit
+/// of its coordinates, as a cone with a height of 10^19 times its radius is, and would never leave.
 std::uint64_t max_transmissive_hits(const GeometrySet& set);
 
 }  // namespace tracer

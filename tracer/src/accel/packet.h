@@ -14,8 +14,8 @@
 
 #include "tracer/src/accel/accelerator.h"
 #include "tracer/src/accel/triangle_pair_bounds.h"
+#include "tracer/src/math/bounds.h"
 #include "tracer/src/math/wide.h"
-#include "tracer/src/scene/render_space.h"
 
 namespace tracer {
 

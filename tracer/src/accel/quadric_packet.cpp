@@ -1,5 +1,5 @@
 #include "tracer/src/accel/packet.h"
-#include "tracer/src/accel/quadric_hit.h"
+#include "tracer/src/shapes/registry.h"
 
 namespace tracer {
 namespace {
@@ -11,34 +11,36 @@ struct alignas(64) ShapeRays {
   [[nodiscard]] WHITTLE_INLINE ShapeRay of(int i) const { return {ox[i], oy[i], oz[i], dx[i], dy[i], dz[i]}; }
 };
 
-/// Whether any of the lanes that count may meet the frustum: only these pay for its exact sums and quotients.
+/// Whether any valid lane may hit the shape: only these pay for exact sums and quotients.
+template <class Standard>
 WHITTLE_INLINE bool any_may_hit(const ShapeRays& rays, Asked asked, const int* valid, const Quadric& quadric) {
   const double radius_0 = quadric.radius_0, radius_1 = quadric.radius_1;
-  int met = 0;
+  int may = 0;
   for_lanes(
       asked, [&](int i, int k) __attribute__((always_inline)) {
-        met |= may_meet_frustum(rays.of(i), radius_0, radius_1) ? valid[k] : 0;
+        may |= Standard::may_hit(rays.of(i), radius_0, radius_1) ? valid[k] : 0;
       });
-  return met != 0;
+  return may != 0;
 }
 
-/// The lanes' QuadricHit.
+/// QuadricHit of each lane.
 struct alignas(64) QuadricHits {
   double t[packet_size], part[packet_size];
 };
 
-template <class HitOf>
-WHITTLE_INLINE void meet(const ShapeRays& rays, Asked asked, QuadricHits& hits, const HitOf& hit_of) {
+template <bool scalar, class HitOf>
+WHITTLE_INLINE void intersect_lanes(const ShapeRays& rays, Asked asked, const int* valid, QuadricHits& hits,
+                                    const HitOf& hit_of) {
   for_lanes(
-      asked, [&](int i, int /*place*/) __attribute__((always_inline)) {
-        const QuadricHit hit = hit_of(rays.of(i));
+      asked, [&](int i, int k) __attribute__((always_inline)) {
+        const QuadricHit hit = scalar && valid[k] == 0 ? QuadricHit{} : hit_of(rays.of(i));
         hits.t[i] = hit.t;
         hits.part[i] = hit.part;
       });
 }
 
-/// Fills the hits of the lanes asked about; false where none of those that count meets the quadric. The kind is decided
-/// once, outside the loop.
+/// Fills the hits of the requested lanes; false where no valid lane hits the shape. The kind is decided once, outside
+/// the loop.
 WHITTLE_INLINE bool any_hit(const Packet& p, Asked asked, const int* valid, const Quadric& quadric, QuadricHits& hits) {
   ShapeRays rays;
   for_lanes(
@@ -51,29 +53,20 @@ WHITTLE_INLINE bool any_hit(const Packet& p, Asked asked, const int* valid, cons
         rays.dy[i] = ray.dy;
         rays.dz[i] = ray.dz;
       });
-  const double radius_0 = quadric.radius_0, radius_1 = quadric.radius_1;
-  const auto all = [&](const auto& hit_of) __attribute__((always_inline)) { meet(rays, asked, hits, hit_of); };
-  switch (quadric.kind) {
-    case QuadricKind::ellipsoid:
-      all([](const ShapeRay& ray) __attribute__((always_inline)) { return ellipsoid_hit(ray); });
-      break;
-    case QuadricKind::disc:
-      all([=](const ShapeRay& ray) __attribute__((always_inline)) { return disc_hit(ray, radius_0); });
-      break;
-    case QuadricKind::frustum:
-      if (!any_may_hit(rays, asked, valid, quadric)) return false;
-      if (quadric.caps)
-        all([=](const ShapeRay& ray)
-                __attribute__((always_inline)) { return frustum_hit<true>(ray, radius_0, radius_1); });
-      else
-        all([=](const ShapeRay& ray)
-                __attribute__((always_inline)) { return frustum_hit<false>(ray, radius_0, radius_1); });
-      break;
-    case QuadricKind::box:
-      all([](const ShapeRay& ray) __attribute__((always_inline)) { return box_hit(ray); });
-      break;
-  }
-  return true;
+  bool any = true;
+  visit_kind(
+      quadric.kind, [&](auto standard) __attribute__((always_inline)) {
+        using Standard = decltype(standard);
+        if constexpr (Standard::culls) {
+          any = any_may_hit<Standard>(rays, asked, valid, quadric);
+          if (!any) return;
+        }
+        Standard::with_hit(
+            quadric, [&](const auto& hit_of) __attribute__((always_inline)) {
+              intersect_lanes<Standard::scalar>(rays, asked, valid, hits, hit_of);
+            });
+      });
+  return any;
 }
 
 /// The place of the one lane that counts, or less than 0 where there are more. Embree goes on with rays one by one

@@ -4,7 +4,7 @@
 #include <array>
 #include <span>
 
-#include "tracer/src/scene/render_space.h"
+#include "tracer/src/math/bounds.h"
 
 namespace tracer {
 namespace {

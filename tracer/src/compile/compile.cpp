@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
-#include <numbers>
 #include <set>
 
 #include "tracer/src/compile/geometry_builder.h"
@@ -11,67 +10,11 @@
 #include "tracer/src/compile/scene_cache_entry.h"
 #include "tracer/src/compile/texture_images.h"
 #include "tracer/src/interaction/surface.h"
+#include "tracer/src/lights/registry.h"
 #include "tracer/src/textures/normal_maps.h"
 
 namespace tracer {
 namespace {
-
-class LightCompiler {
- public:
-  LightCompiler(const RenderSpace& frame, CompiledLight& light) : frame_(frame), light_(light) {}
-
-  void operator()(const PointLight& point) { place(CompiledLight::Kind::point, point.position); }
-  void operator()(const DirectionalLight& directional) {
-    light_.kind = CompiledLight::Kind::directional;
-    light_.axis = -normalize(directional.direction);
-  }
-  void operator()(const SpotLight& spot) {
-    place(CompiledLight::Kind::spot, spot.position);
-    light_.axis = normalize(spot.direction);
-    light_.cos_inner = std::cos(spot.inner_angle_deg * (std::numbers::pi / 180));
-    light_.cos_outer = std::cos(spot.outer_angle_deg * (std::numbers::pi / 180));
-  }
-  void operator()(const LineLight& line) {
-    place(CompiledLight::Kind::line, line.from);
-    light_.u = scaled(line.to - line.from);
-  }
-  void operator()(const RectLight& rect) {
-    place(CompiledLight::Kind::parallelogram, rect.corner);
-    light_.u = scaled(rect.edge_u);
-    light_.v = scaled(rect.edge_v);
-  }
-  void operator()(const DiscLight& disc) {
-    place(CompiledLight::Kind::disc, disc.center);
-    const Axes axes = axes_across(normalize(disc.normal), {1, 0, 0});
-    light_.u = scaled(axes.e0 * disc.radius);
-    light_.v = scaled(axes.e1 * disc.radius);
-  }
-  void operator()(const SphereLight& sphere) {
-    place(CompiledLight::Kind::sphere, sphere.center);
-    light_.radius = frame_.render_from_world(sphere.radius);
-  }
-
- private:
-  void place(CompiledLight::Kind kind, const Vec3& position) {
-    light_.kind = kind;
-    light_.position = frame_.render_from_world(position);
-  }
-  [[nodiscard]] Vec3 scaled(const Vec3& v) const {
-    return {frame_.render_from_world(v.x), frame_.render_from_world(v.y), frame_.render_from_world(v.z)};
-  }
-
-  const RenderSpace& frame_;
-  CompiledLight& light_;
-};
-
-CompiledLight compile_light(const Light& light, const RenderSpace& frame) {
-  CompiledLight traced;
-  traced.radiance = light.color * light.intensity;
-  traced.shadows = light.shadows;
-  traced.attenuation = light.attenuation;
-  std::visit(LightCompiler(frame, traced), light.source);
-  return traced;
-}
 
 /// A transmissive object that a ray from the camera meets from behind before it meets it from the front.
 struct BackFaceHit {

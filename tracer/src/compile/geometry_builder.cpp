@@ -1,6 +1,7 @@
 #include "tracer/src/compile/geometry_builder.h"
 
 #include "tracer/src/scene/instancing.h"
+#include "tracer/src/shapes/registry.h"
 
 namespace tracer {
 namespace {
@@ -57,7 +58,7 @@ class GeometryBuilder {
 
   void operator()(const Sphere& sphere) {
     if (!keeps_spheres(world_from_object_.linear)) {
-      add_quadric(QuadricKind::ellipsoid, sphere);
+      add_quadric(sphere);
       return;
     }
     SphereGeometry& spheres = spheres_[transmissive_ ? 1 : 0];
@@ -86,19 +87,10 @@ class GeometryBuilder {
     compiled_.axes_of_object.back() = {gradients * axes.e0, gradients * axes.e1, normal};
   }
 
-  void operator()(const Disc& disc) { add_quadric(QuadricKind::disc, disc).radius_0 = disc.inner_radius / disc.radius; }
-
-  void operator()(const Cylinder& cylinder) { add_quadric(QuadricKind::frustum, cylinder).caps = cylinder.caps; }
-
-  void operator()(const Cone& cone) {
-    Quadric& added = add_quadric(QuadricKind::frustum, cone);
-    const double widest = std::max(cone.radius, cone.apex_radius);
-    added.radius_0 = cone.radius / widest;
-    added.radius_1 = cone.apex_radius / widest;
-    added.caps = cone.caps;
+  template <Analytic S>
+  void operator()(const S& shape) {
+    add_quadric(shape);
   }
-
-  void operator()(const Box& box) { add_quadric(QuadricKind::box, box); }
 
   void operator()(const Triangle& triangle) {
     TriangleGeometry& triangles = loose_[transmissive_ ? 1 : 0];
@@ -155,14 +147,14 @@ class GeometryBuilder {
     }
   }
 
-  template <class Round>
-  Quadric& add_quadric(QuadricKind kind, const Round& shape) {
+  template <Analytic S>
+  void add_quadric(const S& shape) {
     QuadricGeometry& quadrics = quadrics_[transmissive_ ? 1 : 0];
     quadrics.transmissive = transmissive_;
     quadrics.object.push_back(object_);
-    const Affine standard = object_from_standard(shape);
-    Quadric added = quadric(kind, {trace_from_object_.linear * standard.linear, trace_from_object(standard.offset)});
-    return quadrics.quadrics.emplace_back(added);
+    const auto image = standard_image(shape);
+    const auto& [linear, offset] = image.object_from_standard;
+    quadrics.quadrics.push_back(quadric(image, {trace_from_object_.linear * linear, trace_from_object(offset)}));
   }
 
   /// The frame subtracts before it scales: what nothing transforms is as exact as the frame is.

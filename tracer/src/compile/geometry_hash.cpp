@@ -38,33 +38,9 @@ class Description {
     }
   }
 
-  void operator()(const Sphere& sphere) {
-    const auto& [center, radius, axis, meridian] = sphere;
-    all(center, radius, axis, meridian);
-  }
-  void operator()(const Plane& plane) {
-    const auto& [point, normal, u_axis] = plane;
-    all(point, normal, u_axis);
-  }
-  void operator()(const Disc& disc) {
-    const auto& [center, normal, radius, inner_radius, u_axis] = disc;
-    all(center, normal, radius, inner_radius, u_axis);
-  }
-  void operator()(const Cylinder& cylinder) {
-    const auto& [from, to, radius, caps, u_axis] = cylinder;
-    all(from, to, radius, caps, u_axis);
-  }
-  void operator()(const Cone& cone) {
-    const auto& [apex, base, radius, apex_radius, caps, u_axis] = cone;
-    all(apex, base, radius, apex_radius, caps, u_axis);
-  }
-  void operator()(const Box& box) {
-    const auto& [min, max] = box;
-    all(min, max);
-  }
-  void operator()(const Triangle& triangle) {
-    const auto& [vertices, normals, uvs] = triangle;
-    all(vertices, normals, uvs);
+  template <HasFields S>
+  void operator()(const S& shape) {
+    for_each_field<S>([&](const auto& field) { add(shape.*field.member); });
   }
   void operator()(const Mesh& mesh) {
     const auto& [positions, triangles, normals, uvs, smooth, file] = mesh;

@@ -6,6 +6,7 @@
 
 #include "tracer/src/integrators/hits.h"
 #include "tracer/src/integrators/ray_queue.h"
+#include "tracer/src/lights/registry.h"
 #include "tracer/src/parallel/parallel_for.h"
 
 namespace tracer {
@@ -72,7 +73,7 @@ std::vector<ShadowFace> cube_around(const Vec3& light) {
 
 std::vector<ShadowFace> faces_of(const CompiledLight& light, const BoundingSphere& ball) {
   if (!(ball.radius > 0) || !light.shadows) return {};
-  if (light.kind == CompiledLight::Kind::directional) return {parallel_face(-light.axis, ball)};
+  if (light.kind == light_kind<DirectionalLight>) return {parallel_face(-light.axis, ball)};
   const Vec3 middle = light_center(light);
   // At one and a half radii the window is 84 degrees wide; much nearer, six of 90 see more sharply.
   if (length(ball.center - middle) > 1.5 * ball.radius + light.radius) return {face_towards(middle, ball)};

@@ -10,7 +10,8 @@ struct alignas(64) QuadricPacket {
   double x[lanes], y[lanes], z[lanes];
   double to_shape[9][lanes], from_shape[9][lanes];  ///< by columns
   double kind[lanes], part[lanes];                  ///< numbers: loops over doubles compare them
-  double radius_0[lanes], radius_1[lanes], rims[lanes];
+  double radius_0[lanes], radius_1[lanes], error[lanes];
+  unsigned kinds;  ///< bits of the kinds that lanes have
 };
 
 void gather(const Quadric& from, double part, int lane, QuadricPacket& to);

@@ -1,5 +1,7 @@
 #include "tracer/src/interaction/ray_cone.h"
 
+#include "tracer/src/shapes/registry.h"
+
 namespace tracer {
 
 double curvature_at(const CompiledScene& scene, const PrimitiveRef& primitive) {
@@ -7,16 +9,7 @@ double curvature_at(const CompiledScene& scene, const PrimitiveRef& primitive) {
   if (primitive.geometry < set.first_triangles())
     return 1 / set.spheres[primitive.geometry].radius[primitive.primitive];
   if (primitive.geometry < set.first_quadrics() || primitive.geometry >= set.plane_geometry()) return 0;
-  const Quadric& quadric = set.quadrics[primitive.geometry - set.first_quadrics()].quadrics[primitive.primitive];
-  const Linear& m = quadric.trace_from_shape;
-  switch (quadric.kind) {
-    case QuadricKind::ellipsoid:
-      return 1 / std::min({length(m.x), length(m.y), length(m.z)});
-    case QuadricKind::frustum:
-      return 1 / (std::min(length(m.x), length(m.y)) * std::max(quadric.radius_0, quadric.radius_1));
-    default:
-      return 0;
-  }
+  return curvature(set.quadrics[primitive.geometry - set.first_quadrics()].quadrics[primitive.primitive]);
 }
 
 }  // namespace tracer

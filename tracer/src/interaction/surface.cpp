@@ -1,8 +1,7 @@
 #include "tracer/src/interaction/surface.h"
 
 #include "tracer/src/materials/shading_mode.h"
-#include "tracer/src/shapes/primitive_point.h"
-#include "tracer/src/shapes/quadric_surface.h"
+#include "tracer/src/shapes/registry.h"
 
 namespace tracer {
 namespace {

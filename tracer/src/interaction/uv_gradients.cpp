@@ -1,67 +1,9 @@
 #include "tracer/src/interaction/uv_gradients.h"
 
-#include <numbers>
-
-#include "tracer/src/math/affine.h"
+#include "tracer/src/shapes/registry.h"
 
 namespace tracer {
 namespace {
-
-/// u turns about z, v along the axis or, on a sphere, by angle.
-Vec3 turn_gradient(const Vec3& p) {
-  const double turn = 2 * std::numbers::pi * (p.x * p.x + p.y * p.y);
-  return {-p.y / turn, p.x / turn, 0};
-}
-
-/// Of v = 1 - theta / pi.
-Vec3 height_gradient(const Vec3& p) {
-  const double r = std::hypot(p.x, p.y), scale = std::numbers::pi * dot(p, p);
-  return {-p.z * p.x / (r * scale), -p.z * p.y / (r * scale), r / scale};
-}
-
-UvGradients disc_gradients(double radius) { return {{1 / (2 * radius), 0, 0}, {0, 1 / (2 * radius), 0}}; }
-
-UvGradients box_gradients(QuadricPart part) {
-  switch (part) {
-    case QuadricPart::x_0:
-      return {{0, 0, 1}, {0, 1, 0}};
-    case QuadricPart::x_1:
-      return {{0, 0, -1}, {0, 1, 0}};
-    case QuadricPart::y_0:
-      return {{1, 0, 0}, {0, 0, 1}};
-    case QuadricPart::y_1:
-      return {{1, 0, 0}, {0, 0, -1}};
-    case QuadricPart::z_0:
-      return {{-1, 0, 0}, {0, 1, 0}};
-    default:
-      return {{1, 0, 0}, {0, 1, 0}};
-  }
-}
-
-UvGradients quadric_gradients(const Quadric& quadric, QuadricPart part, const Vec3& position) {
-  const Vec3 p = quadric.shape_from_trace * (position - quadric.origin);
-  UvGradients local;
-  switch (quadric.kind) {
-    case QuadricKind::ellipsoid:
-      local = {turn_gradient(p), height_gradient(p)};
-      break;
-    case QuadricKind::disc:
-      local = disc_gradients(1);
-      break;
-    case QuadricKind::frustum:
-      if (part == QuadricPart::side) {
-        local = {turn_gradient(p), {0, 0, 1}};
-      } else {
-        local = disc_gradients(part == QuadricPart::cap_0 ? quadric.radius_0 : quadric.radius_1);
-      }
-      break;
-    case QuadricKind::box:
-      local = box_gradients(part);
-      break;
-  }
-  const Linear trace_from_local = transposed(quadric.shape_from_trace);
-  return {trace_from_local * local.u, trace_from_local * local.v};
-}
 
 /// Of a function that is linear over the triangle: f_a + u (f_b - f_a) + v (f_c - f_a) for barycentric u and v.
 UvGradients triangle_gradients(const TriangleGeometry& mesh, std::uint32_t triangle) {
@@ -111,7 +53,8 @@ WHITTLE_INLINE Vec2 covered(const UvGradients& gradients, const Vec3& normal, co
 UvGradients sphere_gradients(const Axes& axes, const Vec3& normal, double radius) {
   const Vec3 p{dot(normal, axes.e0), dot(normal, axes.e1), dot(normal, axes.n)};
   const auto back = [&](const Vec3& g) { return (axes.e0 * g.x + axes.e1 * g.y + axes.n * g.z) / radius; };
-  return {back(turn_gradient(p)), back(height_gradient(p))};
+  const UvGradients local = spherical_gradients(p);
+  return {back(local.u), back(local.v)};
 }
 
 }  // namespace

@@ -6,12 +6,7 @@
 
 namespace tracer {
 
-/// Trace frame, per unit of length there. What they hold across the surface means nothing.
-struct UvGradients {
-  Vec3 u, v;
-};
-
-/// Precondition: the scene needs textures.
+/// Render space, per unit of length there. Precondition: the scene needs textures.
 UvGradients uv_gradients_at(const CompiledScene& scene, const Hit& hit, const Surface& surface);
 
 /// The part of the texture that a square beam of side `width` along unit `direction` covers of a surface with unit

@@ -1,6 +1,8 @@
 #pragma once
-/// Lights in the trace frame, and points on them.
+/// Lights in render space. A light is its document fields (tracer/lights.h), a header that defines LightTraits for it,
+/// and an include in registry.h.
 
+#include <cstdint>
 #include <numbers>
 
 #include "tracer/src/math/affine.h"
@@ -8,57 +10,54 @@
 
 namespace tracer {
 
+/// Position of a light's struct among the alternatives of LightSource.
+template <class Source, class Sources = LightSource>
+inline constexpr std::uint8_t light_kind = 0;
+template <class Source, class First, class... Others>
+inline constexpr std::uint8_t light_kind<Source, std::variant<First, Others...>> =
+    std::is_same_v<Source, First> ? 0 : 1 + light_kind<Source, std::variant<Others...>>;
+template <class Source>
+inline constexpr std::uint8_t light_kind<Source, std::variant<>> = 0;
+
+template <class... Sources>
+constexpr bool is_area_light_kind(std::uint8_t kind, const std::variant<Sources...>* /*list*/) {
+  return ((kind == light_kind<Sources> && Sources::is_area_light) || ...);
+}
+
 struct CompiledLight {
-  enum class Kind { point, directional, spot, line, parallelogram, disc, sphere };
-  Kind kind = Kind::point;
+  std::uint8_t kind = light_kind<PointLight>;
   Vec3 position{};                      ///< of the point or spot; one end, corner or centre of the others
-  Vec3 u{}, v{};                        ///< line: u spans it; parallelogram: edges; disc: radii at right angles
+  Vec3 u{}, v{};                        ///< line: u spans it; rect: edges; disc: radii at right angles
   double radius = 0;                    ///< of the sphere
-  Vec3 axis{};                          ///< unit. directional: towards the light; spot: the way it shines
+  Vec3 axis{};                          ///< unit. directional: towards the light; spot: direction of its axis
   double cos_inner = 1, cos_outer = 0;  ///< spot
   Color radiance{};                     ///< color * intensity
   bool shadows = true;
   Attenuation attenuation{};  ///< of world distances
 
-  /// Spread over a length, area or surface, so that it takes several points to know it.
-  [[nodiscard]] bool soft() const { return kind >= Kind::line; }
+  [[nodiscard]] bool is_area_light() const {
+    return is_area_light_kind(kind, static_cast<const LightSource*>(nullptr));
+  }
 };
 
-/// The point of the light that `xi`, uniform in [0,1)^2, stands for: uniform over its length, area or surface.
-/// Precondition: not directional.
-inline Vec3 light_point(const CompiledLight& light, const Vec2& xi) {
-  const double phi = 2 * std::numbers::pi * xi.y;
-  switch (light.kind) {
-    case CompiledLight::Kind::line:
-      return light.position + light.u * xi.x;
-    case CompiledLight::Kind::parallelogram:
-      return light.position + light.u * xi.x + light.v * xi.y;
-    case CompiledLight::Kind::disc: {
-      const double r = std::sqrt(xi.x);  // equal areas for equal steps of xi.x
-      return light.position + light.u * (r * std::cos(phi)) + light.v * (r * std::sin(phi));
-    }
-    case CompiledLight::Kind::sphere: {
-      const double z = 1 - 2 * xi.x;  // Archimedes: equal areas for equal heights
-      const double r = std::sqrt(std::max(0.0, 1 - z * z));
-      return light.position + Vec3{r * std::cos(phi), r * std::sin(phi), z} * light.radius;
-    }
-    default:
-      return light.position;
+/// Defaults of LightTraits<Source>, which also has compile(source, render_space, light).
+struct PointTraits {
+  /// The point of the light for `xi`, uniform in [0,1)^2: uniform over its length, area or surface.
+  static Vec3 point(const CompiledLight& light, const Vec2& /*xi*/) { return light.position; }
+  /// Middle of its length, area or body.
+  static Vec3 center(const CompiledLight& light) { return light.position; }
+  /// Rules between its fields.
+  template <class Checks, class Source>
+  static void check(Checks& /*checks*/, const Source& /*source*/) {}
+
+ protected:
+  template <class Space>
+  static Vec3 scaled(const Space& space, const Vec3& v) {
+    return {space.render_from_world(v.x), space.render_from_world(v.y), space.render_from_world(v.z)};
   }
-}
+};
 
-/// The middle of its length, area or body; of a directional light nothing that means anything.
-inline Vec3 light_center(const CompiledLight& light) {
-  const bool spanned = light.kind == CompiledLight::Kind::line || light.kind == CompiledLight::Kind::parallelogram;
-  return spanned ? light.position + (light.u + light.v) * 0.5 : light.position;
-}
-
-/// How much of a spot's light goes along a direction at the angle of cosine `c` to its axis: all within the inner cone,
-/// none outside the outer one.
-WHITTLE_INLINE double spot_factor(double c, double cos_inner, double cos_outer) {
-  const double x = (c - cos_outer) / (cos_inner - cos_outer);
-  const double between = x * x * (3 - 2 * x);
-  return c >= cos_inner ? 1 : (c <= cos_outer ? 0 : between);
-}
+template <class Source>
+struct LightTraits;
 
 }  // namespace tracer

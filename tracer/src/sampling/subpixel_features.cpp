@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "tracer/src/shapes/registry.h"
+
 namespace tracer {
 namespace {
 
@@ -16,18 +18,10 @@ struct Capsule {
 
 Capsule rod(const Quadric& quadric) {
   const Linear& m = quadric.trace_from_shape;
-  std::array<Vec3, 3> half{m.x, m.y, m.z};
-  Vec3 center = quadric.origin;
-  if (quadric.kind == QuadricKind::disc) half[2] = {};
-  if (quadric.kind == QuadricKind::frustum) {
-    const double widest = std::max(quadric.radius_0, quadric.radius_1);
-    half = {m.x * widest, m.y * widest, m.z * 0.5};
-    center = center + half[2];
-  }
-  if (quadric.kind == QuadricKind::box) {
-    for (Vec3& side : half) side = side * 0.5;
-    center = center + half[0] + half[1] + half[2];
-  }
+  const Bounds box = local_box(quadric);
+  const Vec3 extent = (box.high - box.low) * 0.5, middle = (box.low + box.high) * 0.5;
+  std::array<Vec3, 3> half{m.x * extent.x, m.y * extent.y, m.z * extent.z};
+  const Vec3 center = quadric.origin + m.x * middle.x + m.y * middle.y + m.z * middle.z;
   std::sort(half.begin(), half.end(), [](const Vec3& a, const Vec3& b) { return dot(a, a) > dot(b, b); });
   return {center, half[0], length(half[1])};
 }

@@ -125,8 +125,6 @@ bool Checks::count(const Where& where, std::uint64_t value, std::uint64_t bound,
   return value <= bound || over(where, limit, std::to_string(bound), std::to_string(value));
 }
 
-double largest_component(const Vec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
-
 namespace {
 
 /// A length of about 1, so that products neither overflow nor vanish.
@@ -146,6 +144,66 @@ bool parallel(const Vec3& a, const Vec3& b) {
   return largest_component(cross) < 1e-15;  // the sine of their angle; rounding alone leaves up to 3e-16
 }
 
-Vec3 difference(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+bool FieldChecks::is_position(const Vec3& v) const {
+  return largest_component(v) <= checks_.limits.coordinate_max && !std::isnan(v.x + v.y + v.z);
+}
+
+bool FieldChecks::is_direction(const Vec3& v) const {
+  return tracer::finite(v) && largest_component(v) >= checks_.limits.length_min;
+}
+
+void FieldChecks::not_parallel(std::string_view field, const Vec3& value, const Vec3& axis, std::string_view sentence) {
+  if (is_direction(value) && is_direction(axis) && parallel(axis, value))
+    checks_.tell({owner_, field}, "degenerate", std::string(sentence));
+}
+
+bool FieldChecks::apart(std::string_view field, const Vec3& value, const Vec3& other, std::string_view sentence) {
+  if (!is_position(value) || !is_position(other)) return false;
+  return largest_component(value - other) >= checks_.limits.length_min ||
+         checks_.tell({owner_, field}, "degenerate", std::string(sentence));
+}
+
+void FieldChecks::all_greater(std::string_view field, const Vec3& value, const Vec3& other, std::string_view sentence) {
+  if (!is_position(value) || !is_position(other)) return;
+  const Vec3 size = value - other;
+  if (std::min({size.x, size.y, size.z}) < checks_.limits.length_min)
+    checks_.tell({owner_, field}, "degenerate", std::string(sentence));
+}
+
+void FieldChecks::has_area(std::string_view field, const Vec3& corner, const Vec3& edge, const Vec3& other_edge,
+                           std::string_view sentence) {
+  if (!is_position(corner) || !tracer::finite(edge) || !tracer::finite(other_edge)) return;
+  const double shortest = checks_.limits.length_min * checks_.limits.length_min;
+  const bool long_enough = dot(edge, edge) >= shortest && dot(other_edge, other_edge) >= shortest;
+  if (!long_enough || parallel(edge, other_edge)) checks_.tell({owner_, field}, "degenerate", std::string(sentence));
+}
+
+void FieldChecks::less(std::string_view field, double value, std::string_view bound_name, double bound) {
+  const bool valid = value >= 0 && bound >= checks_.limits.length_min && bound <= checks_.limits.coordinate_max;
+  if (valid && value >= bound && value <= checks_.limits.coordinate_max)
+    checks_.tell({owner_, field}, "out_of_range",
+                 "must be < " + std::string(bound_name) + " " + text_of(bound) + ", got " + text_of(value));
+}
+
+void FieldChecks::at_least(std::string_view field, double value, std::string_view bound_name, double bound) {
+  if (value >= 0 && value < bound && bound <= 180)
+    checks_.tell({owner_, field}, "out_of_range",
+                 "must be >= " + std::string(bound_name) + " " + text_of(bound) + ", got " + text_of(value));
+}
+
+bool FieldChecks::range(const Where& where, FieldRange range, const Vec3& value) {
+  return range == FieldRange::direction ? checks_.direction(where, value) : checks_.position(where, value);
+}
+
+bool FieldChecks::range(const Where& where, FieldRange /*range*/, const Vec2& value) {
+  return checks_.vec2(where, value);
+}
+
+bool FieldChecks::range(const Where& where, FieldRange range, double value) {
+  if (range == FieldRange::length) return checks_.length(where, value);
+  if (range == FieldRange::angle_deg) return checks_.within(where, value, 0, 180);
+  return checks_.coordinate(where, value) &&
+         (value >= 0 || checks_.tell(where, "out_of_range", "must be >= 0, got " + text_of(value)));
+}
 
 }  // namespace tracer

@@ -2,15 +2,18 @@
 /// The rules that values of a scene must keep, each told as an issue with its place. Used by the files
 /// validate*.cpp only.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "tracer/limits.h"
 #include "tracer/scene.h"
+#include "tracer/src/math/bounds.h"
 #include "tracer/validate.h"
 
 namespace tracer {
@@ -61,11 +64,55 @@ class Checks {
   std::uint64_t untold_ = 0;
 };
 
-double largest_component(const Vec3& v);  ///< the largest magnitude
 /// Precondition: neither is zero. Whether two directions are the same or opposite to within the last few bits, so that
 /// they span no plane.
 bool parallel(const Vec3& a, const Vec3& b);
-Vec3 difference(const Vec3& a, const Vec3& b);
+
+/// Rules between the fields of one shape or light. They apply to values within their own ranges only; other values have
+/// issues of their own.
+class FieldChecks {
+ public:
+  FieldChecks(Checks& checks, const Where& owner) : checks_(checks), owner_(owner) {}
+
+  /// Ranges of all fields.
+  template <HasFields Owner>
+  void ranges(const Owner& owner) {
+    for_each_field<Owner>([&](const auto& field) { range({owner_, field.name}, field.range, owner.*field.member); });
+  }
+
+  void not_parallel(std::string_view field, const Vec3& value, const Vec3& axis, std::string_view sentence);
+  void not_parallel(std::string_view field, const std::optional<Vec3>& value, const Vec3& axis,
+                    std::string_view sentence) {
+    if (value) not_parallel(field, *value, axis, sentence);
+  }
+  bool apart(std::string_view field, const Vec3& value, const Vec3& other, std::string_view sentence);
+  void all_greater(std::string_view field, const Vec3& value, const Vec3& other, std::string_view sentence);
+  void has_area(std::string_view field, const Vec3& corner, const Vec3& edge, const Vec3& other_edge,
+                std::string_view sentence);
+  void less(std::string_view field, double value, std::string_view bound_name, double bound);
+  void at_least(std::string_view field, double value, std::string_view bound_name, double bound);
+
+ private:
+  bool range(const Where& where, FieldRange range, const Vec3& value);
+  bool range(const Where& where, FieldRange range, const Vec2& value);
+  bool range(const Where& where, FieldRange range, double value);
+  static bool range(const Where&, FieldRange, bool) { return true; }
+  template <class T>
+  bool range(const Where& where, FieldRange kind, const std::optional<T>& value) {
+    return !value || range(where, kind, *value);
+  }
+  template <class T, std::size_t n>
+  bool range(const Where& where, FieldRange kind, const std::array<T, n>& values) {
+    bool all_valid = true;
+    for (std::size_t i = 0; i < n; ++i) all_valid &= range({where, i}, kind, values[i]);
+    return all_valid;
+  }
+  [[nodiscard]] bool is_position(const Vec3& v) const;
+  [[nodiscard]] bool is_direction(const Vec3& v) const;
+
+  Checks& checks_;
+  const Where& owner_;
+};
 
 /// The shapes, materials and transforms of one list, `where` being its place (validate_objects.cpp). False: a transform
 /// is wrong, so that what it makes of its object need not be asked.

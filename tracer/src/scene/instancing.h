@@ -47,12 +47,4 @@ void for_each_placed(const Scene& scene, const Visit& visit) {
   for_each_placed(scene, scene.objects, "/objects", Affine{}, std::nullopt, visit);
 }
 
-/// The standard shape that a sphere, disc, cylinder, cone or box is an affine image of (accel/quadric.h), and the map.
-/// Columns of the map: the shape's axes; for round shapes e0, e1 and the axis, as texture coordinates want them.
-Affine object_from_standard(const Sphere& sphere);
-Affine object_from_standard(const Disc& disc);
-Affine object_from_standard(const Cylinder& cylinder);
-Affine object_from_standard(const Cone& cone);
-Affine object_from_standard(const Box& box);
-
 }  // namespace tracer

@@ -1,6 +1,7 @@
 #include "tracer/src/scene/render_space.h"
 
 #include "tracer/src/scene/instancing.h"
+#include "tracer/src/shapes/registry.h"
 
 namespace tracer {
 namespace {
@@ -20,26 +21,15 @@ struct IncludeShape {
   void operator()(const Sphere& sphere) const {
     const Linear& m = world_from_object.linear;
     const Vec3 center = world_from_object.point(sphere.center);
-    // |row| * radius: what the sphere's image reaches along each axis.
-    const Vec3 reach =
-        Vec3{std::hypot(m.x.x, m.y.x, m.z.x), std::hypot(m.x.y, m.y.y, m.z.y), std::hypot(m.x.z, m.y.z, m.z.z)} *
-        sphere.radius;
-    bounds.include(center - reach);
-    bounds.include(center + reach);
+    bounds.include(center, ellipsoid_extent(m) * sphere.radius);
+  }
+  template <Analytic S>
+  void operator()(const S& shape) const {
+    const auto image = standard_image(shape);
+    const Bounds box = local_box(quadric(image, {}));
+    include_box(bounds, world_from_object * image.object_from_standard, box.low, box.high);
   }
   void operator()(const Plane&) const {}
-  void operator()(const Disc& disc) const {
-    include_box(bounds, world_from_object * object_from_standard(disc), {-1, -1, 0}, {1, 1, 0});
-  }
-  void operator()(const Cylinder& cylinder) const {
-    include_box(bounds, world_from_object * object_from_standard(cylinder), {-1, -1, 0}, {1, 1, 1});
-  }
-  void operator()(const Cone& cone) const {
-    include_box(bounds, world_from_object * object_from_standard(cone), {-1, -1, 0}, {1, 1, 1});
-  }
-  void operator()(const Box& box) const {
-    include_box(bounds, world_from_object * object_from_standard(box), {0, 0, 0}, {1, 1, 1});
-  }
   void operator()(const Triangle& triangle) const {
     for (const Vec3& vertex : triangle.vertices) bounds.include(world_from_object.point(vertex));
   }

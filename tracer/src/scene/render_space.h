@@ -3,22 +3,9 @@
 /// so that it spans about one unit. The scaling is exact, so an image is bit-identical under scaling by 2^k; Embree's
 /// floats then never see a coordinate that is far from the origin or out of the range in which its triangles are right.
 
-#include <cmath>
-
-#include "tracer/src/math/affine.h"
+#include "tracer/src/math/bounds.h"
 
 namespace tracer {
-
-struct Bounds {
-  Vec3 low{HUGE_VAL, HUGE_VAL, HUGE_VAL};
-  Vec3 high{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
-
-  void include(const Vec3& p) {
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-  }
-  [[nodiscard]] bool empty() const { return !(low.x <= high.x); }
-};
 
 /// Bounds of everything finite in the scene; of the camera's position when nothing is.
 Bounds finite_bounds(const Scene& scene);

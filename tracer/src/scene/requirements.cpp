@@ -6,6 +6,7 @@
 
 #include "tracer/src/materials/shading_mode.h"
 #include "tracer/src/scene/instancing.h"
+#include "tracer/src/shapes/registry.h"
 
 namespace tracer {
 namespace {
@@ -14,16 +15,6 @@ bool has_normals(const Shape& shape) {
   if (const auto* mesh = std::get_if<Mesh>(&shape)) return mesh->smooth || !mesh->normals.empty();
   if (const auto* triangle = std::get_if<Triangle>(&shape)) return triangle->normals.has_value();
   return false;
-}
-
-bool is_quadric(const Shape& shape) {
-  return std::holds_alternative<Disc>(shape) || std::holds_alternative<Cylinder>(shape) ||
-         std::holds_alternative<Cone>(shape) || std::holds_alternative<Box>(shape);
-}
-
-bool is_soft(const LightSource& source) {
-  return !std::holds_alternative<PointLight>(source) && !std::holds_alternative<DirectionalLight>(source) &&
-         !std::holds_alternative<SpotLight>(source);
 }
 
 /// Collects needs and the first reason for each.
@@ -42,7 +33,7 @@ class Finder {
     look_at(scene_.background);
     for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
       if (exact_shadows() && scene_.lights[i].shadows && !caster_) caster_ = i;
-      need(&Requirements::soft_lights, is_soft(scene_.lights[i].source), "/lights/", i);
+      need(&Requirements::soft_lights, is_area_light(scene_.lights[i].source), "/lights/", i);
     }
     const std::size_t nearest = approximate_.nearest_lights;
     const std::size_t asked = nearest == 0 ? scene_.lights.size() : std::min(nearest, scene_.lights.size());
@@ -117,7 +108,8 @@ class Finder {
     because(&Requirements::spheres, std::holds_alternative<Sphere>(shape));
     because(&Requirements::planes, std::holds_alternative<Plane>(shape));
     because(&Requirements::triangles, std::holds_alternative<Triangle>(shape) || std::holds_alternative<Mesh>(shape));
-    because(&Requirements::quadrics, is_quadric(shape));
+    const bool is_analytic = std::visit([](const auto& any) { return Analytic<std::decay_t<decltype(any)>>; }, shape);
+    because(&Requirements::quadrics, is_analytic && !std::holds_alternative<Sphere>(shape));
   }
 
   const Scene& scene_;

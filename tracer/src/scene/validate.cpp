@@ -5,6 +5,7 @@
 #include <type_traits>
 #include <variant>
 
+#include "tracer/src/lights/registry.h"
 #include "tracer/src/scene/checks.h"
 
 namespace tracer {
@@ -47,7 +48,7 @@ void check_camera(Checks& checks, const Camera& camera) {
   const bool position = checks.position({where, "position"}, camera.position);
   const bool look_at = checks.position({where, "look_at"}, camera.look_at);
   const bool up = checks.direction({where, "up"}, camera.up);
-  const Vec3 view = difference(camera.look_at, camera.position);
+  const Vec3 view = camera.look_at - camera.position;
   if (position && look_at) {
     if (largest_component(view) < checks.limits.length_min) {
       checks.tell({where, "look_at"}, "degenerate", "must not be the position: the camera has no direction");
@@ -113,59 +114,18 @@ void check_attenuation(Checks& checks, const Where& where, const Attenuation& at
   }
 }
 
-void check_source(Checks& checks, const Where& light, const PointLight& point) {
-  checks.position({light, "position"}, point.position);
-}
-
-void check_source(Checks& checks, const Where& light, const DirectionalLight& directional) {
-  checks.direction({light, "direction"}, directional.direction);
-}
-
-void check_source(Checks& checks, const Where& light, const SpotLight& spot) {
-  checks.position({light, "position"}, spot.position);
-  checks.direction({light, "direction"}, spot.direction);
-  const Where outer(light, "outer_angle");
-  const bool inner_well = checks.within({light, "inner_angle"}, spot.inner_angle_deg, 0, 180);
-  if (checks.within(outer, spot.outer_angle_deg, 0, 180) && inner_well && spot.outer_angle_deg < spot.inner_angle_deg) {
-    checks.tell(outer, "out_of_range",
-                "must be >= inner_angle " + text_of(spot.inner_angle_deg) + ", got " + text_of(spot.outer_angle_deg));
-  }
-}
-
-void check_source(Checks& checks, const Where& light, const LineLight& line) {
-  const bool from = checks.position({light, "from"}, line.from);
-  const bool to = checks.position({light, "to"}, line.to);
-  if (from && to && largest_component(difference(line.to, line.from)) < checks.limits.length_min) {
-    checks.tell({light, "to"}, "degenerate", "must not be where `from` is: the line has no length");
-  }
-}
-
-void check_source(Checks& checks, const Where& light, const RectLight& rect) {
-  checks.position({light, "corner"}, rect.corner);
-  const bool u = checks.direction({light, "edge_u"}, rect.edge_u);
-  const bool v = checks.direction({light, "edge_v"}, rect.edge_v);
-  if (u && v && parallel(rect.edge_u, rect.edge_v)) {
-    checks.tell({light, "edge_v"}, "degenerate", "must not be parallel to edge_u: the light has no area");
-  }
-}
-
-void check_source(Checks& checks, const Where& light, const DiscLight& disc) {
-  checks.position({light, "center"}, disc.center);
-  checks.direction({light, "normal"}, disc.normal);
-  checks.length({light, "radius"}, disc.radius);
-}
-
-void check_source(Checks& checks, const Where& light, const SphereLight& sphere) {
-  checks.position({light, "center"}, sphere.center);
-  checks.length({light, "radius"}, sphere.radius);
-}
-
 void check_lights(Checks& checks, const std::vector<Light>& lights) {
   const Where where("/lights");
   checks.count(where, lights.size(), checks.limits.lights, "lights");
   for (std::size_t i = 0; i < lights.size(); ++i) {
     const Where light(where, i);
-    std::visit([&](const auto& source) { check_source(checks, light, source); }, lights[i].source);
+    FieldChecks fields(checks, light);
+    std::visit(
+        [&](const auto& source) {
+          fields.ranges(source);
+          LightTraits<std::decay_t<decltype(source)>>::check(fields, source);
+        },
+        lights[i].source);
     checks.color({light, "color"}, lights[i].color);
     checks.not_negative({light, "intensity"}, lights[i].intensity);
     check_attenuation(checks, {light, "attenuation"}, lights[i].attenuation);

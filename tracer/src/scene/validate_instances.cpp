@@ -8,6 +8,8 @@
 
 #include "tracer/src/scene/checks.h"
 #include "tracer/src/scene/instancing.h"
+#include "tracer/src/shapes/registry.h"
+#include "tracer/src/shapes/triangle.h"
 
 namespace tracer {
 namespace {
@@ -38,29 +40,6 @@ bool flattens(const Scene& scene, const Object& object, const Linear& world_from
   const std::vector<Object>& placed = scene.prototypes[instance->of.index].objects;
   return std::any_of(placed.begin(), placed.end(), [&](const Object& inner) { return flattens(scene, inner, m); });
 }
-
-struct Reach {
-  double operator()(const Sphere& s) const { return largest_component(s.center) + s.radius; }
-  double operator()(const Plane& p) const { return largest_component(p.point); }
-  double operator()(const Disc& d) const { return largest_component(d.center) + d.radius; }
-  double operator()(const Cylinder& c) const {
-    return std::max(largest_component(c.from), largest_component(c.to)) + c.radius;
-  }
-  double operator()(const Cone& c) const {
-    return std::max(largest_component(c.apex), largest_component(c.base)) + std::max(c.radius, c.apex_radius);
-  }
-  double operator()(const Box& b) const { return std::max(largest_component(b.min), largest_component(b.max)); }
-  double operator()(const Triangle& t) const {
-    return std::max(
-        {largest_component(t.vertices[0]), largest_component(t.vertices[1]), largest_component(t.vertices[2])});
-  }
-  double operator()(const Mesh& mesh) const {
-    double reach = 0;
-    for (const Vec3& position : mesh.positions) reach = std::max(reach, largest_component(position));
-    return reach;
-  }
-  double operator()(const Instance&) const { return 0; }
-};
 
 class Counting {
  public:
@@ -106,7 +85,8 @@ class Counting {
     const bool triangle = std::holds_alternative<Triangle>(shape);
     return {.objects = 1,
             .triangles = mesh != nullptr ? static_cast<double>(mesh->triangles.size()) : (triangle ? 1.0 : 0.0),
-            .reach = std::min(std::visit(Reach{}, shape), checks_.limits.coordinate_max)};
+            .reach = std::min(std::visit([](const auto& any) { return tracer::reach(any); }, shape),
+                              checks_.limits.coordinate_max)};
   }
 
   static void add(const Object& object, Extent part, Extent& total) {

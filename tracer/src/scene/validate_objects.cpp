@@ -6,112 +6,17 @@
 
 #include "tracer/src/scene/checks.h"
 #include "tracer/src/scene/instancing.h"
+#include "tracer/src/shapes/registry.h"
+#include "tracer/src/shapes/triangle.h"
 
 namespace tracer {
 namespace {
 
-void check_shape(Checks& checks, const Where& object, const Sphere& sphere) {
-  checks.position({object, "center"}, sphere.center);
-  checks.length({object, "radius"}, sphere.radius);
-  const bool axis = checks.direction({object, "axis"}, sphere.axis);
-  const bool meridian = checks.direction({object, "meridian"}, sphere.meridian);
-  if (axis && meridian && parallel(sphere.axis, sphere.meridian)) {
-    checks.tell({object, "meridian"}, "degenerate", "must not be parallel to the axis: phi = 0 would be nowhere");
-  }
-}
-
-void check_u_axis(Checks& checks, const Where& object, const std::optional<Vec3>& u_axis, const Vec3& axis,
-                  bool axis_is_well, std::string_view name) {
-  if (u_axis && checks.direction({object, "u_axis"}, *u_axis) && axis_is_well && parallel(axis, *u_axis)) {
-    checks.tell({object, "u_axis"}, "degenerate", "must not be parallel to the " + std::string(name));
-  }
-}
-
-void check_shape(Checks& checks, const Where& object, const Plane& plane) {
-  checks.position({object, "point"}, plane.point);
-  const bool normal = checks.direction({object, "normal"}, plane.normal);
-  check_u_axis(checks, object, plane.u_axis, plane.normal, normal, "normal");
-}
-
-void check_shape(Checks& checks, const Where& object, const Disc& disc) {
-  checks.position({object, "center"}, disc.center);
-  const bool normal = checks.direction({object, "normal"}, disc.normal);
-  const bool radius = checks.length({object, "radius"}, disc.radius);
-  const Where inner(object, "inner_radius");
-  if (checks.coordinate(inner, disc.inner_radius)) {
-    if (disc.inner_radius < 0) {
-      checks.tell(inner, "out_of_range", "must be >= 0, got " + text_of(disc.inner_radius));
-    } else if (radius && disc.inner_radius >= disc.radius) {
-      checks.tell(inner, "out_of_range",
-                  "must be < the radius " + text_of(disc.radius) + ", got " + text_of(disc.inner_radius));
-    }
-  }
-  check_u_axis(checks, object, disc.u_axis, disc.normal, normal, "normal");
-}
-
-/// The axis between two ends; false when there is none.
-bool check_axis(Checks& checks, const Where& from, const Vec3& start, const Where& to, const Vec3& end,
-                const char* sentence) {
-  const bool starts = checks.position(from, start);
-  const bool ends = checks.position(to, end);
-  if (!starts || !ends) return false;
-  if (largest_component(difference(end, start)) >= checks.limits.length_min) return true;
-  return checks.tell(to, "degenerate", sentence);
-}
-
-void check_shape(Checks& checks, const Where& object, const Cylinder& cylinder) {
-  const bool axis = check_axis(checks, {object, "from"}, cylinder.from, {object, "to"}, cylinder.to,
-                               "must not be where `from` is: the cylinder has no length");
-  checks.length({object, "radius"}, cylinder.radius);
-  check_u_axis(checks, object, cylinder.u_axis, difference(cylinder.to, cylinder.from), axis, "axis");
-}
-
-void check_shape(Checks& checks, const Where& object, const Cone& cone) {
-  const bool axis = check_axis(checks, {object, "base"}, cone.base, {object, "apex"}, cone.apex,
-                               "must not be where the base is: the cone has no height");
-  const Where apex_radius(object, "apex_radius");
-  checks.length({object, "radius"}, cone.radius);
-  if (checks.coordinate(apex_radius, cone.apex_radius) && cone.apex_radius < 0) {
-    checks.tell(apex_radius, "out_of_range", "must be >= 0, got " + text_of(cone.apex_radius));
-  }
-  check_u_axis(checks, object, cone.u_axis, difference(cone.apex, cone.base), axis, "axis");
-}
-
-void check_shape(Checks& checks, const Where& object, const Box& box) {
-  const bool min = checks.position({object, "min"}, box.min);
-  const bool max = checks.position({object, "max"}, box.max);
-  if (!min || !max) return;
-  const Vec3 size = difference(box.max, box.min);
-  const double least = std::min({size.x, size.y, size.z});
-  if (least < checks.limits.length_min) {
-    checks.tell({object, "max"}, "degenerate", "every coordinate must be greater than that of `min`");
-  }
-}
-
-/// Precondition: the corners are coordinates.
-bool has_area(const std::array<Vec3, 3>& corners, const Limits& limits) {
-  const Vec3 edges[2] = {difference(corners[1], corners[0]), difference(corners[2], corners[0])};
-  for (const Vec3& edge : edges) {
-    const bool long_enough =
-        edge.x * edge.x + edge.y * edge.y + edge.z * edge.z >= limits.length_min * limits.length_min;
-    if (!long_enough) return false;
-  }
-  return !parallel(edges[0], edges[1]);
-}
-
-void check_shape(Checks& checks, const Where& object, const Triangle& triangle) {
-  const Where vertices(object, "vertices");
-  bool all_well = true;
-  for (std::size_t i = 0; i < 3; ++i) all_well &= checks.position({vertices, i}, triangle.vertices[i]);
-  if (all_well && !has_area(triangle.vertices, checks.limits)) {
-    checks.tell(vertices, "degenerate", "the three vertices are on one line: the triangle has no area");
-  }
-  const Where normals(object, "normals");
-  const Where uvs(object, "uvs");
-  for (std::size_t i = 0; i < 3; ++i) {
-    if (triangle.normals) checks.direction({normals, i}, (*triangle.normals)[i]);
-    if (triangle.uvs) checks.vec2({uvs, i}, (*triangle.uvs)[i]);
-  }
+template <HasFields S>
+void check_shape(Checks& checks, const Where& object, const S& shape) {
+  FieldChecks fields(checks, object);
+  fields.ranges(shape);
+  check(fields, shape);
 }
 
 void check_indices(Checks& checks, const Where& triangles, const Mesh& mesh) {

@@ -19,7 +19,7 @@ void Wavefront<Model>::shade_lights(const RayQueue& rays, std::uint32_t depth, C
   if (nearest != 0) nearest_.choose(scene_.lights, position_, nearest);
   for (std::uint32_t number = 0; number < scene_.lights.size(); ++number) {
     const CompiledLight& light = scene_.lights[number];
-    const std::uint32_t points = light.soft() ? soft_points : 1;
+    const std::uint32_t points = light.is_area_light() ? soft_points : 1;
     for (std::uint32_t point = 0; point < points; ++point) {
       if (control_.cancelled()) return;
       const double so_far = number + (point + 1.0) / points;
@@ -55,7 +55,7 @@ void Wavefront<Model>::place_light(const LightStep& step, const RayQueue& rays, 
 template <class Model>
 void Wavefront<Model>::shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence) {
   shadow_.clear();
-  if (!step.light.soft()) place_light(step, rays, nullptr);
+  if (!step.light.is_area_light()) place_light(step, rays, nullptr);
   for (const ShadingPointQueue* places : {&shading_points_, &corner_points_})
     for (std::size_t i = 0; i < places->packets(); ++i) light_packet(rays, step, places->packet(i));
   statistics_.rays.shadow += shadow_.size();
@@ -64,7 +64,7 @@ void Wavefront<Model>::shade_light(const RayQueue& rays, const LightStep& step, 
 
 template <class Model>
 void Wavefront<Model>::light_packet(const RayQueue& rays, const LightStep& step, const ShadingPointPacket& packet) {
-  if (step.light.soft()) place_light(step, rays, &packet);
+  if (step.light.is_area_light()) place_light(step, rays, &packet);
   sample_light(packet, step.light, scene_.frame.world_from_render(1.0), 1.0 / step.points, light_sample_);
   // Together: a packet in a scene without any of them pays one test.
   const bool sorts_out = !step.light.shadows || may_cull_shadow_rays() || approximate().nearest_lights != 0 ||

@@ -114,14 +114,14 @@ WHITTLE_INLINE LaneMask black_lanes(const LightSamplePacket& a) {
 
 WHITTLE_WIDE void sample_light(const ShadingPointPacket& shading_points, const CompiledLight& light,
                                double world_per_trace, double share, LightSamplePacket& arrival) {
-  if (light.kind == CompiledLight::Kind::directional) {
+  if (light.kind == light_kind<DirectionalLight>) {
     come_along(light.axis, share, arrival);
   } else {
     directions_to_points(shading_points, share, arrival);
     if (light.attenuation.kind == Attenuation::Kind::polynomial)
       fade_by_polynomial(light.attenuation.coefficients, world_per_trace, arrival);
     if (light.attenuation.kind == Attenuation::Kind::inverse_square) fade_by_square(world_per_trace, arrival);
-    if (light.kind == CompiledLight::Kind::spot) narrow_to_cone(light, arrival);
+    if (light.kind == light_kind<SpotLight>) narrow_to_cone(light, arrival);
   }
   arrival.gaining = eval_cosine(shading_points, arrival);
   if (arrival.gaining == 0) return;  // of neighbours often all look away

@@ -2,7 +2,7 @@
 /// The light of one light at a packet of places, if nothing is in the way.
 
 #include "tracer/src/interaction/shading_points.h"
-#include "tracer/src/lights/compiled_light.h"
+#include "tracer/src/lights/registry.h"
 #include "tracer/src/math/compress.h"
 
 namespace tracer {

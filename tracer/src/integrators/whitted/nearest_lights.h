@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "tracer/src/lights/compiled_light.h"
+#include "tracer/src/lights/registry.h"
 #include "tracer/src/math/vec.h"
 
 namespace tracer {
@@ -19,7 +19,7 @@ class NearestLights {
   void choose(const std::vector<CompiledLight>& lights, const std::vector<Vec3>& hits, std::uint32_t wanted) {
     directional_.clear();
     for (const CompiledLight& light : lights)
-      directional_.push_back(light.kind == CompiledLight::Kind::directional ? 1 : 0);
+      directional_.push_back(light.kind == light_kind<DirectionalLight> ? 1 : 0);
     middles_.clear();
     for (const CompiledLight& light : lights) middles_.push_back(light_center(light));
     position_ = hits;
