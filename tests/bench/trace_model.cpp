@@ -28,7 +28,7 @@ bool trace(const char* path, bool full) {
   if (full) const_cast<tracer::CompiledScene&>(**compiled).needs.soft_lights = true;
   const auto rendered = tracer::render(**compiled, {.threads = 1}, control);
   if (!rendered) return false;
-  std::printf("%s %" PRIu64 "\n", tracer::suffices<tracer::ClassicModel>((*compiled)->needs) ? "classic" : "full",
+  std::printf("%s %" PRIu64 "\n", tracer::supports<tracer::WhittedFeatures>((*compiled)->needs) ? "classic" : "full",
               rendered->statistics.rays.total());
   return true;
 }

@@ -45,8 +45,8 @@ TEST(AnIntegrator, ThatModelsEverythingGivesTheBitsOfTheOneThatTheSceneRequires)
     const auto required = compiled(scene), everything = compiled(scene);
     // compile made it, and no one else looks at it.
     require_everything(const_cast<CompiledScene&>(*everything));
-    ++(suffices<ClassicModel>(required->needs) ? classic : full);
-    ASSERT_FALSE(suffices<ClassicModel>(everything->needs));
+    ++(supports<WhittedFeatures>(required->needs) ? classic : full);
+    ASSERT_FALSE(supports<WhittedFeatures>(everything->needs));
     const Rendered one = rendered(*required), other = rendered(*everything);
     ASSERT_EQ(one.image.rgb, other.image.rgb) << seed;
     ASSERT_EQ(one.statistics, other.statistics) << seed;
@@ -58,9 +58,9 @@ TEST(AnIntegrator, ThatModelsEverythingGivesTheBitsOfTheOneThatTheSceneRequires)
 TEST(AnIntegrator, IsTheClassicOneForWhittedsSceneWithoutItsTextureAndTheFullOneOtherwise) {
   Scene scene = scenes::empty(4);
   scenes::add(scene, Sphere{{0, 0, 0}, 1}, scenes::glass());
-  EXPECT_TRUE(suffices<ClassicModel>(requirements(scene)));
+  EXPECT_TRUE(supports<WhittedFeatures>(requirements(scene)));
   scene.output.alpha = true;
-  EXPECT_FALSE(suffices<ClassicModel>(requirements(scene)));
+  EXPECT_FALSE(supports<WhittedFeatures>(requirements(scene)));
 }
 
 TEST(RequirementNames, AreAllThereAre) {

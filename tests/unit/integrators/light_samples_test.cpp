@@ -68,7 +68,7 @@ TEST(LightSamplePacket, IsTheLocalModelOfEveryKindOfLightInEveryLane) {
     std::vector<ShadingPoint> all;
     for (int i = 0; i < 2 * lanes - 3; ++i) shading_points.push(all.emplace_back(random_facing(random)));
     const CompiledLight light = random_light(random);
-    const double world_per_trace = random.chance(0.5) ? 1 : 4, share = random.in(0.1, 1);
+    const double world_per_render = random.chance(0.5) ? 1 : 4, share = random.in(0.1, 1);
     for (std::size_t packet = 0; packet < shading_points.packets(); ++packet) {
       LightSamplePacket arrival;
       for (int i = 0; i < lanes; ++i) {
@@ -76,15 +76,15 @@ TEST(LightSamplePacket, IsTheLocalModelOfEveryKindOfLightInEveryLane) {
         arrival.from_y[i] = light.position.y;
         arrival.from_z[i] = light.position.z;
       }
-      sample_light(shading_points.packet(packet), light, world_per_trace, share, arrival);
+      sample_light(shading_points.packet(packet), light, world_per_render, share, arrival);
       for (int lane = 0; lane < shading_points.packet(packet).count; ++lane) {
         const ShadingPoint& shading_point = all[packet * lanes + static_cast<std::size_t>(lane)];
         const Vec offset = Vec(light.position) - Vec(shading_point.point.position);
         const Vec to_light = light.kind == light_kind<DirectionalLight> ? Vec(light.axis) : unit(offset);
         const Real cosine = dot(Vec(shading_point.normal), to_light);
         if (std::fabs(cosine) < 1e-12L) continue;
-        const Real power = share * strength(light, length(offset) * world_per_trace, to_light);
-        const bool gains = (arrival.gaining >> lane & 1) != 0;
+        const Real power = share * strength(light, length(offset) * world_per_render, to_light);
+        const bool gains = (arrival.lit >> lane & 1) != 0;
         ASSERT_EQ(gains, cosine > 0 && power > 0) << round << " lane " << lane;
         if (!gains) continue;
         ++lit;
@@ -113,7 +113,7 @@ TEST(LightSamplePacket, StartsShadowRaysWhereRaysThatLeaveTheSurfaceStart) {
     shading_points.push(shading_point);
     LightSamplePacket arrival;
     sample_light(shading_points.packet(0), light, 1, 1, arrival);
-    ASSERT_EQ(arrival.gaining, 1u);
+    ASSERT_EQ(arrival.lit, 1u);
     const Vec3 expected = offset_origin(shading_point.point, shading_point.face, light.axis);
     ASSERT_EQ((Vec3{arrival.origin_x[0], arrival.origin_y[0], arrival.origin_z[0]}), expected);
     ASSERT_EQ(arrival.distance[0], std::numeric_limits<double>::infinity());
@@ -138,7 +138,7 @@ TEST(LightSamplePacket, NothingComesFromALightThatTouchesTheSurfaceNorToAPlaceTh
     arrival.from_z[i] = 3;
   }
   sample_light(shading_points.packet(0), {.radiance = {1, 1, 1}}, 1, 1, arrival);
-  ASSERT_EQ(arrival.gaining, LaneMask{1} << 2) << "the place below the light";
+  ASSERT_EQ(arrival.lit, LaneMask{1} << 2) << "the place below the light";
   EXPECT_EQ(arrival.r[2], 1);
 }
 
@@ -153,8 +153,8 @@ TEST(ShadingPointQueue, KeepNothingOfThoseBefore) {
   ASSERT_EQ(shading_points.packets(), 1u);
   EXPECT_EQ(shading_points.packet(0).count, 1);
   EXPECT_EQ(shading_points.packet(0).hit[0], 7u);
-  EXPECT_FALSE(shading_points.packet(0).any_shines);
-  EXPECT_FALSE(shading_points.packet(0).any_halfway);
+  EXPECT_FALSE(shading_points.packet(0).any_specular);
+  EXPECT_FALSE(shading_points.packet(0).any_blinn);
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ double specular_factor(Material::Model model, double shininess, const Vec3& n, c
   LightSamplePacket arrival;
   sample_light(shading_points.packet(0), {.kind = light_kind<DirectionalLight>, .axis = l, .radiance = {1, 1, 1}}, 1, 1,
                arrival);
-  return arrival.gaining == 0 ? 0 : arrival.r[0];
+  return arrival.lit == 0 ? 0 : arrival.r[0];
 }
 
 TEST(SpecularFactor, IsTheDefinitionsForRandomDirections) {

@@ -1,4 +1,4 @@
-// What a packet of surfaces sends on, beside Snell, Fresnel and the mirror in long double.
+// What a packet of surfaces sends on, beside Snell, Fresnel and the spawn_reflection in long double.
 #include "tracer/src/integrators/whitted/secondary_ray_packet.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ struct Packets {
   HitPacket hits;
   ShadingPointPacket shading_points;
   InterfacePacket interfaces;
-  SecondaryRayPacket mirrored, through;
+  SecondaryRayPacket reflection, transmission;
 };
 
 void put(const Vec3& v, int i, double* x, double* y, double* z) {
@@ -42,7 +42,7 @@ void put(const Vec3& v, int i, double* x, double* y, double* z) {
 Vec3 lane(const double* x, const double* y, const double* z, int i) { return {x[i], y[i], z[i]}; }
 Vec3 outward_of(const HitPacket& hits, int i) {
   const Vec3 face = lane(hits.points.face_x, hits.points.face_y, hits.points.face_z, i);
-  return hits.behind[i] > 0 ? -face : face;
+  return hits.back_face[i] > 0 ? -face : face;
 }
 Vec3 direction_of(const HitPacket& hits, int i) {
   return lane(hits.direction_x, hits.direction_y, hits.direction_z, i);
@@ -57,42 +57,43 @@ void fill(Random& random, const std::vector<CompiledMaterial>& terms, Packets& p
   p.hits.count = p.shading_points.count = lanes - 2;
   for (int i = 0; i < lanes; ++i) {
     const Vec face = random.direction();
-    const double behind = random.chance(0.4) ? 1 : 0;
-    const Vec outward = behind > 0 ? -face : face;
+    const double back_face = random.chance(0.4) ? 1 : 0;
+    const Vec outward = back_face > 0 ? -face : face;
     const Real c = random.chance(0.2) ? random.spread(1e-4, 1) : random.in(0.01, 1);
     const Vec d = std::sqrt((1 - c) * (1 + c)) * random.across(outward) - c * outward;
     put(rounded(unit(d)), i, p.hits.direction_x, p.hits.direction_y, p.hits.direction_z);
     put(rounded(face), i, p.hits.points.face_x, p.hits.points.face_y, p.hits.points.face_z);
-    const Vec bent = random.chance(0.5) ? outward : unit(outward + 0.4L * random.direction());
-    put(rounded(bent), i, p.shading_points.normal_x, p.shading_points.normal_y, p.shading_points.normal_z);
+    const Vec normal = random.chance(0.5) ? outward : unit(outward + 0.4L * random.direction());
+    put(rounded(normal), i, p.shading_points.normal_x, p.shading_points.normal_y, p.shading_points.normal_z);
     put(random.vector(1), i, p.hits.points.x, p.hits.points.y, p.hits.points.z);
     p.shading_points.clearance[i] = random.spread(1e-17, 1e-12);
-    p.hits.behind[i] = behind;
-    p.hits.weight_r[i] = random.in(0.1, 1);
-    p.hits.weight_g[i] = random.in(0.1, 1);
-    p.hits.weight_b[i] = 0;
+    p.hits.back_face[i] = back_face;
+    p.hits.throughput_r[i] = random.in(0.1, 1);
+    p.hits.throughput_g[i] = random.in(0.1, 1);
+    p.hits.throughput_b[i] = 0;
     p.hits.path[i] = random.below(1000);
     p.hits.material[i] = random.below(static_cast<std::uint32_t>(terms.size()));
     p.interfaces.n_from[i] = random.chance(0.5) ? 1 : random.in(1, 3);
     p.interfaces.n_to[i] = random.in(0.5, 2.5);
   }
-  take_materials(terms, p.hits);
-  part(p.hits, p.shading_points, p.interfaces, false, p.mirrored, p.through);
+  gather_coefficients(terms, p.hits);
+  spawn_dielectric(p.hits, p.shading_points, p.interfaces, false, p.reflection, p.transmission);
 }
 
-void expect_weight(const SecondaryRayPacket& found, int i, const HitPacket& hits, const Color& by_color, Real share) {
+void expect_throughput(const SecondaryRayPacket& found, int i, const HitPacket& hits, const Color& by_color,
+                       Real share) {
   const bool going = share > 0;
   ASSERT_EQ(found.going >> i & 1, going ? 1u : 0u);
   if (!going) return;
-  EXPECT_NEAR(found.r[i], static_cast<double>(hits.weight_r[i] * by_color.r * share), 1e-11);
-  EXPECT_NEAR(found.g[i], static_cast<double>(hits.weight_g[i] * by_color.g * share), 1e-11);
+  EXPECT_NEAR(found.r[i], static_cast<double>(hits.throughput_r[i] * by_color.r * share), 1e-11);
+  EXPECT_NEAR(found.g[i], static_cast<double>(hits.throughput_g[i] * by_color.g * share), 1e-11);
   EXPECT_EQ(found.b[i], 0);
   EXPECT_EQ(found.largest[i], std::max(found.r[i], found.g[i]));
 }
 
 void expect_snell(const Packets& p, int i, bool refracts) {
   const Vec d = direction_of(p.hits, i), n = normal_of(p, i);
-  const Vec t = lane(p.through.dx, p.through.dy, p.through.dz, i);
+  const Vec t = lane(p.transmission.dx, p.transmission.dy, p.transmission.dz, i);
   const Real eta = refracts ? Real(p.interfaces.n_to[i]) / p.interfaces.n_from[i] : 1;
   EXPECT_NEAR(static_cast<double>(length(t)), 1, 1e-14);
   if (!refracts) {
@@ -108,7 +109,7 @@ void expect_mirror(const Packets& p, int i) {
   Vec expected = unit(d - 2 * dot(d, n) * n);
   if (std::fabs(dot(expected, outward)) < 1e-12L) return;
   if (dot(expected, outward) < 0) expected = unit(expected - 2 * dot(expected, outward) * outward);
-  EXPECT_LE(length(Vec(lane(p.mirrored.dx, p.mirrored.dy, p.mirrored.dz, i)) - expected), 1e-14);
+  EXPECT_LE(length(Vec(lane(p.reflection.dx, p.reflection.dy, p.reflection.dz, i)) - expected), 1e-14);
 }
 
 void expect_lane(const Packets& p, int i, const Material& material) {
@@ -120,79 +121,79 @@ void expect_lane(const Packets& p, int i, const Material& material) {
   if (std::fabs(cos2_t) < 1e-4L) return;  // what is next to the critical angle, or past it, its rounding decides
   const bool total = (refracts || material.fresnel) && cos2_t < 0;
   const Real f = total ? 1 : oracle::reflectance(cos_i, std::sqrt(cos2_t), n_from, n_to);
-  const Real mirrored = material.fresnel ? f : 1, passing = total ? 0 : material.fresnel ? 1 - f : 1;
-  Color back = material.reflection_color * material.reflection;
-  const Color onward = material.transmission_color * material.transmission;
-  if (total && !material.fresnel) back += onward;
-  expect_weight(p.mirrored, i, p.hits, back, is_black(back) ? 0 : mirrored);
-  expect_weight(p.through, i, p.hits, onward, transmits ? passing : 0);
-  if ((p.through.going >> i & 1) != 0) expect_snell(p, i, refracts);
-  if ((p.mirrored.going >> i & 1) != 0) expect_mirror(p, i);
+  const Real reflection = material.fresnel ? f : 1, transmittance = total ? 0 : material.fresnel ? 1 - f : 1;
+  Color reflected = material.reflection_color * material.reflection;
+  const Color transmitted = material.transmission_color * material.transmission;
+  if (total && !material.fresnel) reflected += transmitted;
+  expect_throughput(p.reflection, i, p.hits, reflected, is_black(reflected) ? 0 : reflection);
+  expect_throughput(p.transmission, i, p.hits, transmitted, transmits ? transmittance : 0);
+  if ((p.transmission.going >> i & 1) != 0) expect_snell(p, i, refracts);
+  if ((p.reflection.going >> i & 1) != 0) expect_mirror(p, i);
 }
 
-TEST(ABranchPacket, FollowsSnellAndFresnelInEveryLane) {
+TEST(SecondaryRayPacket, FollowsSnellAndFresnelInEveryLane) {
   const std::vector<Material> all = materials();
   const std::vector<CompiledMaterial> terms = compiled_materials(all, {});
   Random random(3);
   Packets p;
-  std::uint64_t through = 0;
+  std::uint64_t transmission = 0;
   for (std::uint64_t round = 0; round < effort::cases(2'000); ++round) {
     fill(random, terms, p);
     for (int i = 0; i < p.hits.count; ++i) expect_lane(p, i, all[p.hits.material[i]]);
     if (HasFailure()) FAIL() << round;
-    through += static_cast<std::uint64_t>(std::popcount(p.through.going));
-    EXPECT_EQ((p.mirrored.going | p.through.going) >> p.hits.count, 0u) << "lanes of no use";
+    transmission += static_cast<std::uint64_t>(std::popcount(p.transmission.going));
+    EXPECT_EQ((p.reflection.going | p.transmission.going) >> p.hits.count, 0u) << "lanes of no use";
   }
-  EXPECT_GT(through, effort::cases(2'000));
+  EXPECT_GT(transmission, effort::cases(2'000));
 }
 
-TEST(ABranchPacket, GivesPlainMirrorsTheBitsOfAPacketOfMirrors) {
+TEST(SecondaryRayPacket, GivesPlainMirrorsTheBitsOfAPacketOfMirrors) {
   const std::vector<CompiledMaterial> terms = compiled_materials(materials(), {});
   Random random(4);
   Packets p;
-  SecondaryRayPacket alone;
+  SecondaryRayPacket plain;
   for (std::uint64_t round = 0; round < effort::cases(2'000); ++round) {
     fill(random, terms, p);
-    mirror(p.hits, p.shading_points, alone);
+    spawn_reflection(p.hits, p.shading_points, plain);
     for (int i = 0; i < p.hits.count; ++i) {
       if (p.hits.material[i] != 1) continue;
-      ASSERT_EQ(p.mirrored.going >> i & 1, alone.going >> i & 1);
+      ASSERT_EQ(p.reflection.going >> i & 1, plain.going >> i & 1);
       for (const auto component :
            {&SecondaryRayPacket::ox, &SecondaryRayPacket::oy, &SecondaryRayPacket::oz, &SecondaryRayPacket::dx,
             &SecondaryRayPacket::dy, &SecondaryRayPacket::dz, &SecondaryRayPacket::r, &SecondaryRayPacket::g,
             &SecondaryRayPacket::b, &SecondaryRayPacket::largest})
-        ASSERT_EQ((p.mirrored.*component)[i], (alone.*component)[i]);
-      ASSERT_EQ(p.mirrored.path[i], alone.path[i]);
+        ASSERT_EQ((p.reflection.*component)[i], (plain.*component)[i]);
+      ASSERT_EQ(p.reflection.path[i], plain.path[i]);
     }
   }
 }
 
-TEST(ABranchPacket, LeavesEachSurfaceOnTheSideThatItsRaysGoTo) {
+TEST(SecondaryRayPacket, LeavesEachSurfaceOnTheSideThatItsRaysGoTo) {
   const std::vector<CompiledMaterial> terms = compiled_materials(materials(), {});
   Random random(5);
   Packets p;
   for (std::uint64_t round = 0; round < effort::cases(500); ++round) {
     fill(random, terms, p);
-    for (const SecondaryRayPacket* branches : {&p.mirrored, &p.through})
-      for_each_lane(branches->going, [&](int i) {
+    for (const SecondaryRayPacket* rays : {&p.reflection, &p.transmission})
+      for_each_lane(rays->going, [&](int i) {
         const Vec3 face = lane(p.hits.points.face_x, p.hits.points.face_y, p.hits.points.face_z, i);
-        const Vec moved = Vec(lane(branches->ox, branches->oy, branches->oz, i)) -
+        const Vec moved = Vec(lane(rays->ox, rays->oy, rays->oz, i)) -
                           Vec(lane(p.hits.points.x, p.hits.points.y, p.hits.points.z, i));
-        const double side = dot(branches->direction(i), face) < 0 ? -1 : 1;
+        const double side = dot(rays->direction(i), face) < 0 ? -1 : 1;
         ASSERT_GE(side * dot(moved, Vec(face)), p.shading_points.clearance[i]);
       });
   }
 }
 
-TEST(FaintBranches, AreThoseBelowTheCutoffAndThoseThatWeighNothing) {
-  SecondaryRayPacket branches{};
-  branches.going = 0b1011;
-  branches.largest[0] = 0.1;
-  branches.largest[1] = 0.01;
-  branches.largest[2] = 0.01;  // none of those that go on
-  branches.largest[3] = 0;
-  EXPECT_EQ(faint(branches, 0.05), 0b1010u);
-  EXPECT_EQ(faint(branches, 0), 0b1000u);
+TEST(BelowCutoff, AreThoseBelowTheCutoffAndThoseThatWeighNothing) {
+  SecondaryRayPacket rays{};
+  rays.going = 0b1011;
+  rays.largest[0] = 0.1;
+  rays.largest[1] = 0.01;
+  rays.largest[2] = 0.01;  // none of those that go on
+  rays.largest[3] = 0;
+  EXPECT_EQ(below_cutoff(rays, 0.05), 0b1010u);
+  EXPECT_EQ(below_cutoff(rays, 0), 0b1000u);
 }
 
 }  // namespace

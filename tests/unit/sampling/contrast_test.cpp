@@ -1,4 +1,4 @@
-// Where an image of one sample a pixel is not smooth; what is claimed of an image of equal samples.
+// Contrast of an image, and the error estimate of images with equally many samples per pixel.
 #include "tracer/src/sampling/contrast.h"
 
 #include <gtest/gtest.h>
@@ -10,24 +10,23 @@ namespace tracer {
 namespace {
 
 std::vector<float> image(std::uint32_t width, std::uint32_t height, double (*level)(double x, double y)) {
-  std::vector<float> to_display;
+  std::vector<float> codes;
   for (std::uint32_t y = 0; y < height; ++y)
     for (std::uint32_t x = 0; x < width; ++x)
-      for (int channel = 0; channel < 3; ++channel) to_display.push_back(static_cast<float>(level(x, y)));
-  return to_display;
+      for (int channel = 0; channel < 3; ++channel) codes.push_back(static_cast<float>(level(x, y)));
+  return codes;
 }
 
-/// Of all pixels of an image of such levels, three a pixel.
-std::vector<float> contrasts(const std::vector<float>& to_display, std::size_t columns, bool from_below = false) {
-  const std::size_t rows = to_display.size() / 3 / columns;
-  ContrastRows contrast(columns, rows, [&](std::size_t y, ShownRow& row) {
+/// Contrasts of all pixels; `codes`: three code values per pixel.
+std::vector<float> contrasts(const std::vector<float>& codes, std::size_t columns, bool descending = false) {
+  const std::size_t rows = codes.size() / 3 / columns;
+  ContrastRows contrast(columns, rows, [&](std::size_t y, CodeValueRow& row) {
     for (std::size_t x = 0; x < columns; ++x)
-      for (std::size_t channel = 0; channel < 3; ++channel)
-        row[channel][x] = to_display[3 * (y * columns + x) + channel];
+      for (std::size_t channel = 0; channel < 3; ++channel) row[channel][x] = codes[3 * (y * columns + x) + channel];
   });
-  std::vector<float> all(to_display.size() / 3);
+  std::vector<float> all(codes.size() / 3);
   for (std::size_t i = 0; i < rows; ++i) {
-    const std::size_t y = from_below ? rows - 1 - i : i;
+    const std::size_t y = descending ? rows - 1 - i : i;
     const auto row = contrast.row(y);
     std::copy(row.begin(), row.end(), all.begin() + static_cast<std::ptrdiff_t>(y * columns));
   }
@@ -35,7 +34,7 @@ std::vector<float> contrasts(const std::vector<float>& to_display, std::size_t c
 }
 
 /// The definition, pixel by pixel.
-double contrast_at(const std::vector<float>& to_display, std::int64_t columns, std::int64_t rows, std::int64_t x,
+double contrast_at(const std::vector<float>& codes, std::int64_t columns, std::int64_t rows, std::int64_t x,
                    std::int64_t y) {
   double most = 0;
   for (const auto& [dx, dy] : {std::pair{1, 0}, {0, 1}, {1, 1}, {1, -1}}) {
@@ -45,8 +44,7 @@ double contrast_at(const std::vector<float>& to_display, std::int64_t columns, s
     double sum = 0;
     for (int channel = 0; channel < 3; ++channel) {
       const auto level = [&](std::int64_t step) {
-        return double{
-            to_display[static_cast<std::size_t>(3 * ((cy + step * dy) * columns + cx + step * dx) + channel)]};
+        return double{codes[static_cast<std::size_t>(3 * ((cy + step * dy) * columns + cx + step * dx) + channel)]};
       };
       sum += std::pow(level(-1) - 2 * level(0) + level(1), 2);
     }
@@ -59,25 +57,25 @@ TEST(Contrast, IsTheLargestSecondDifferenceInImagesOfAnyShapeAndOrderOfRows) {
   oracle::Random random(11);
   for (const auto& [columns, rows] :
        {std::pair{1, 1}, {1, 5}, {5, 1}, {2, 2}, {2, 7}, {7, 2}, {3, 3}, {3, 8}, {19, 3}, {37, 11}}) {
-    std::vector<float> to_display(static_cast<std::size_t>(3 * columns * rows));
-    for (float& level : to_display) level = static_cast<float>(random.in(0, 255));
-    const std::vector<float> found = contrasts(to_display, static_cast<std::size_t>(columns));
-    EXPECT_EQ(found, contrasts(to_display, static_cast<std::size_t>(columns), true));
+    std::vector<float> codes(static_cast<std::size_t>(3 * columns * rows));
+    for (float& level : codes) level = static_cast<float>(random.in(0, 255));
+    const std::vector<float> found = contrasts(codes, static_cast<std::size_t>(columns));
+    EXPECT_EQ(found, contrasts(codes, static_cast<std::size_t>(columns), true));
     for (int i = 0; i < columns * rows; ++i) {
-      const double expected = contrast_at(to_display, columns, rows, i % columns, i / columns);
-      // Floats of up to 255: their second difference is off by 2^-14 at most.
-      EXPECT_NEAR(found[static_cast<std::size_t>(i)], expected, 3 * 0x1p-12 * std::sqrt(expected) + 0x1p-24)
+      const double predicted = contrast_at(codes, columns, rows, i % columns, i / columns);
+      // Floats up to 255: the error of their second difference is at most 2^-14.
+      EXPECT_NEAR(found[static_cast<std::size_t>(i)], predicted, 3 * 0x1p-12 * std::sqrt(predicted) + 0x1p-24)
           << columns << 'x' << rows << " at " << i;
     }
   }
 }
 
-TEST(Contrast, IsNoneInAnyGradient) {
+TEST(Contrast, IsZeroInGradients) {
   for (const float contrast : contrasts(image(9, 7, [](double x, double y) { return 8 * x + 16 * y; }), 9))
     EXPECT_EQ(contrast, 0);
 }
 
-TEST(Contrast, IsTheWholeHeightOnBothSidesOfAnEdgeAndNoneBeyond) {
+TEST(Contrast, IsTheHeightOfAnEdgeOnBothSidesAndZeroBeyond) {
   const auto contrast = contrasts(image(10, 4, [](double x, double) { return x < 5 ? 10.0 : 110.0; }), 10);
   for (std::size_t i = 0; i < contrast.size(); ++i) {
     const bool beside = i % 10 == 4 || i % 10 == 5;
@@ -85,27 +83,27 @@ TEST(Contrast, IsTheWholeHeightOnBothSidesOfAnEdgeAndNoneBeyond) {
   }
 }
 
-TEST(Contrast, IsSeenAtTheBorderAndInImagesOfAnyShape) {
+TEST(Contrast, IsDefinedAtTheBorderAndInImagesOfAnyShape) {
   const auto contrast = contrasts(image(3, 1, [](double x, double) { return x < 1 ? 0.0 : 90.0; }), 3);
   for (const float one : contrast) EXPECT_EQ(one, 3 * 90 * 90);
   EXPECT_EQ(contrasts(image(1, 1, [](double, double) { return 7.0; }), 1), std::vector<float>{0});
   EXPECT_EQ(contrasts(image(2, 2, [](double x, double) { return 7 * x; }), 2), std::vector<float>(4, 0));
 }
 
-TEST(ExpectedVariance, IsThatOfAnEdgeAnywhereInThePixel) {
-  // The centre shows one side; the mean is the share u of the other: the mean square of min(u, 1 - u) over u is 1/12.
+TEST(PredictedVariance, IsThatOfAnEdgeAtARandomPosition) {
+  // The center has the value of one side, the mean a fraction u of the other: the mean of min(u, 1 - u)^2 is 1/12.
   double sum = 0;
   constexpr int steps = 100'000;
   for (int i = 0; i < steps; ++i) {
     const double u = (i + 0.5) / steps;
     sum += std::pow(std::min(u, 1 - u), 2) / steps;
   }
-  EXPECT_NEAR(expected_variance(3 * 100 * 100), 3 * 100 * 100 * sum, 1e-3);
-  EXPECT_LT(expected_variance(3 * 4), 3 * 4 * sum);
+  EXPECT_NEAR(predicted_variance(3 * 100 * 100), 3 * 100 * 100 * sum, 1e-3);
+  EXPECT_LT(predicted_variance(3 * 4), 3 * 4 * sum);
 }
 
-std::vector<float> uniform_variance(const UniformPixels& pixels, const DisplayTransform& levels) {
-  UniformVariance variance(pixels, levels);
+std::vector<float> uniform_variance(const UniformPixels& pixels, const DisplayTransform& display) {
+  UniformVariance variance(pixels, display);
   std::vector<float> all;
   for (std::size_t y = 0; y < pixels.rows(); ++y) {
     const auto row = variance.row(y);
@@ -114,21 +112,21 @@ std::vector<float> uniform_variance(const UniformPixels& pixels, const DisplayTr
   return all;
 }
 
-TEST(UniformVariance, OfOneSampleIsWhatItsContrastLetsExpect) {
+TEST(UniformVariance, OfOneSampleIsPredictedFromTheContrast) {
   std::vector<float> rgb(3 * 24, 0.1f);
   for (std::size_t i = 12 * 3; i < rgb.size(); ++i) rgb[i] = 0.6f;
-  const DisplayTransform levels({}, 1);
-  const auto variance = uniform_variance({rgb, {}, 1, 4}, levels);
-  const double height = levels.level(0.6f) - levels.level(0.1f);
+  const DisplayTransform display({}, 1);
+  const auto variance = uniform_variance({rgb, {}, 1, 4}, display);
+  const double height = display.level(0.6f) - display.level(0.1f);
   EXPECT_NEAR(variance[9] / (3 * height * height / 12), 1, 1e-5);
   EXPECT_EQ(variance[0], 0);
 }
 
-TEST(UniformVariance, IsThatOfTheSamplesJoinedByTwoThatAreExpected) {
+TEST(UniformVariance, AveragesTheSamplesWithTwoPredictedOnes) {
   const std::vector<float> rgb(3 * 9, 0.25f), spread(3 * 9, 0.01f);
-  const DisplayTransform levels({}, 1);
-  const double slope = levels.slope(0.25);
-  const auto variance = uniform_variance({rgb, spread, 8, 3}, levels);
+  const DisplayTransform display({}, 1);
+  const double slope = display.slope(0.25);
+  const auto variance = uniform_variance({rgb, spread, 8, 3}, display);
   for (const float one : variance) EXPECT_NEAR(one / (3 * slope * slope * 0.01 * 7 / 9 / 8), 1, 1e-5);
 }
 

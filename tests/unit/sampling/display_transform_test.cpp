@@ -27,15 +27,15 @@ Output output(double exposure, Output::Overflow overflow) {
 TEST(DisplayTransform, FollowExposureClampAndTheCurve) {
   oracle::Random random(1);
   for (const double exposure : {0.0, 1.5, -3.0}) {
-    const DisplayTransform levels(output(exposure, Output::Overflow::clamp), 7);
+    const DisplayTransform display(output(exposure, Output::Overflow::clamp), 7);
     for (int i = 0; i < 20'000; ++i) {
       const double x = random.chance(0.5) ? random.in(0, 2) : random.spread(1e-9, 1e3);
-      ASSERT_NEAR(levels.level(x), static_cast<double>(encoded(x * std::exp2(static_cast<long double>(exposure)))),
+      ASSERT_NEAR(display.level(x), static_cast<double>(encoded(x * std::exp2(static_cast<long double>(exposure)))),
                   1e-3)
           << x;
     }
-    EXPECT_EQ(levels.level(0), 0);
-    EXPECT_NEAR(levels.level(1e300), 255, 1e-4);
+    EXPECT_EQ(display.level(0), 0);
+    EXPECT_NEAR(display.level(1e300), 255, 1e-4);
   }
 }
 
@@ -62,12 +62,12 @@ TEST(DisplayTransform, AreTheSameOfRowsAsOfSinglePixels) {
                                            {Output::Overflow::reinhard, 0.5},
                                            {Output::Overflow::clamp, 100.0},
                                            {Output::Overflow::reinhard, 100.0}}) {
-    const DisplayTransform levels(output(exposure, overflow), 7);
+    const DisplayTransform display(output(exposure, overflow), 7);
     std::array<std::vector<float>, 3> planes;
     planes.fill(std::vector<float>(77));
-    levels.show(rgb, planes);
+    display.show(rgb, planes);
     for (std::size_t i = 0; i < rgb.size(); ++i)
-      ASSERT_NEAR(planes[i % 3][i / 3], levels.level(rgb[i]), 1e-3) << rgb[i];
+      ASSERT_NEAR(planes[i % 3][i / 3], display.level(rgb[i]), 1e-3) << rgb[i];
   }
 }
 
@@ -79,15 +79,15 @@ TEST(DisplayTransform, DivideByTheBrightestWhereThatIsAboveOne) {
 }
 
 TEST(DisplayTransform, FollowReinhard) {
-  const DisplayTransform levels(output(1, Output::Overflow::reinhard), 100);
+  const DisplayTransform display(output(1, Output::Overflow::reinhard), 100);
   for (const double x : {0.001, 0.1, 1.0, 30.0, 1e6})
-    EXPECT_NEAR(levels.level(x), static_cast<double>(encoded(2.0L * x / (1 + 2.0L * x))), 1e-3) << x;
+    EXPECT_NEAR(display.level(x), static_cast<double>(encoded(2.0L * x / (1 + 2.0L * x))), 1e-3) << x;
 }
 
 TEST(DisplayTransform, SlopeIsTheDerivative) {
   oracle::Random random(2);
   for (const auto overflow : {Output::Overflow::clamp, Output::Overflow::reinhard}) {
-    const DisplayTransform levels(output(0.5, overflow), 1);
+    const DisplayTransform display(output(0.5, overflow), 1);
     for (int i = 0; i < 10'000; ++i) {
       const double x = random.spread(1e-4, 0.69), gain = std::exp2(0.5);
       const auto to_display = [&](long double at) {
@@ -96,7 +96,7 @@ TEST(DisplayTransform, SlopeIsTheDerivative) {
       };
       const long double step = 1e-6L * x;
       const auto derivative = static_cast<double>((to_display(x + step) - to_display(x - step)) / (2 * step));
-      ASSERT_NEAR(levels.slope(x) / derivative, 1, 2e-2) << x;
+      ASSERT_NEAR(display.slope(x) / derivative, 1, 2e-2) << x;
     }
   }
 }

@@ -1,5 +1,4 @@
-// The error of a pixel is estimated without bias, whatever the samples before were, and sums of it are bounded as often
-// as they say.
+// Estimates of a pixel's error are unbiased for any pilot, and the bounds of their sums hold at the stated confidence.
 #include "tracer/src/sampling/error_estimate.h"
 
 #include <gtest/gtest.h>
@@ -11,8 +10,8 @@
 namespace tracer {
 namespace {
 
-/// A pixel half way between two edges: a sample is `low` or `high`, `high` with the given probability. All near one
-/// place of the curve, so that its slope is one number.
+/// A pixel with an edge: a sample is `high` with the given probability, else `low`. Both are close, so that the slope
+/// of the display transform is one number.
 struct TwoValued {
   double low = 0.5, high = 0.502, probability = 0.3;
   [[nodiscard]] double mean() const { return low + (high - low) * probability; }
@@ -38,33 +37,33 @@ const InParallel one_by_one = [](std::uint64_t count, const std::function<void(s
 
 TEST(PixelError, OfPilotsThatAllMissedTheEdgeIsUnbiased) {
   const TwoValued value;
-  const DisplayTransform levels({}, 1);
+  const DisplayTransform display({}, 1);
   oracle::Random random(3);
   constexpr int trials = 200'000;
   const double missed = value.mean() - value.low;
   for (const std::uint32_t half : {1u, 3u}) {
-    double levels_error = 0, radiance = 0;
+    double error = 0, radiance = 0;
     for (int i = 0; i < trials; ++i) {
-      const PixelState pixel = state(value, PixelState::Role::audited, half, random);
-      levels_error += audited_error(pixel, levels, missed) / trials;
-      radiance += audited_radiance_error(pixel) / trials;
+      const PixelState pixel = state(value, PixelState::Role::holdout, half, random);
+      error += holdout_error(pixel, display, missed) / trials;
+      radiance += holdout_radiance_error(pixel) / trials;
     }
     EXPECT_NEAR(radiance / (missed * missed / 3), 1, 0.03) << half;
-    EXPECT_NEAR(levels_error / std::pow(levels.slope(value.mean()) * missed, 2), 1, 0.03) << half;
+    EXPECT_NEAR(error / std::pow(display.slope(value.mean()) * missed, 2), 1, 0.03) << half;
   }
 }
 
 TEST(PixelError, OfRefinedPixelsIsUnbiased) {
   const TwoValued value;
-  const DisplayTransform levels({}, 1);
+  const DisplayTransform display({}, 1);
   oracle::Random random(5);
   constexpr int trials = 200'000;
   for (const std::uint32_t half : {1u, 3u}) {
     double estimated = 0;
     for (int i = 0; i < trials; ++i)
-      estimated += refined_error(state(value, PixelState::Role::refined, half, random), levels) / trials;
-    // These halves are independent: their pair tells the variance itself.
-    const double truth = std::pow(levels.slope(value.mean()), 2) * value.variance() / (2 * half);
+      estimated += refined_error(state(value, PixelState::Role::refined, half, random), display) / trials;
+    // The halves are independent, so the estimate is that of the variance.
+    const double truth = std::pow(display.slope(value.mean()), 2) * value.variance() / (2 * half);
     EXPECT_NEAR(estimated / truth, 1, 0.03) << half;
   }
 }
@@ -74,25 +73,25 @@ TEST(PixelError, IsZeroWhereAllSamplesAgree) {
   pixel.pilot = {0.3, 0.2, 0.1};
   pixel.half = {Color{0.6, 0.4, 0.2}, Color{0.6, 0.4, 0.2}};
   pixel.half_count = {2, 2};
-  EXPECT_NEAR(audited_error(pixel, DisplayTransform({}, 1), 0.1), 0, 1e-20);
+  EXPECT_NEAR(holdout_error(pixel, DisplayTransform({}, 1), 0.1), 0, 1e-20);
   EXPECT_NEAR(refined_error(pixel, DisplayTransform({}, 1)), 0, 1e-20);
 }
 
-TEST(PixelError, CountsNothingThatIsClampedAwayAndSomethingThatMayNotBe) {
-  const DisplayTransform levels({}, 9);
+TEST(PixelError, IgnoresClampedRadianceOnly) {
+  const DisplayTransform display({}, 9);
   PixelState pixel;
   pixel.half_count = {1, 1};
   pixel.half = {Color{8, 8, 8}, Color{8.5, 8.5, 8.5}};
-  EXPECT_EQ(refined_error(pixel, levels), 0);
+  EXPECT_EQ(refined_error(pixel, display), 0);
   pixel.half = {Color{0.1, 8, 8}, Color{2.1, 8, 8}};
-  EXPECT_GT(refined_error(pixel, levels), 0);
+  EXPECT_GT(refined_error(pixel, display), 0);
 }
 
-/// Images of pixels with edges: as often as stated at least, the truth is within the upper bound, and the estimate
-/// itself is right in the mean.
-TEST(Settling, BoundsTheTruthAsOftenAsItSays) {
+/// Images of pixels with edges: the true error is below the upper bound at the stated confidence, and the estimate is
+/// unbiased.
+TEST(VarianceUpdate, BoundsTheErrorAtTheStatedConfidence) {
   const TwoValued value;
-  const DisplayTransform levels({}, 1);
+  const DisplayTransform display({}, 1);
   oracle::Random random(4);
   constexpr int images = 400;
   constexpr std::size_t count = 256;
@@ -103,9 +102,9 @@ TEST(Settling, BoundsTheTruthAsOftenAsItSays) {
     double truth = 0;
     for (std::size_t i = 0; i < count; ++i) {
       pixels.push_back(state(value, PixelState::Role::refined, 4, random));
-      truth += std::pow(levels.slope(value.mean()) * (pixels.back().mean().r - value.mean()), 2);
+      truth += std::pow(display.slope(value.mean()) * (pixels.back().mean().r - value.mean()), 2);
     }
-    const SampledError error = update_variances(pixels, 16, levels, one_by_one);
+    const SampledError error = update_variances(pixels, 16, display, one_by_one);
     covered += truth <= error.squared_upper ? 1 : 0;
     estimated += error.squared;
     true_sum += truth;
@@ -114,38 +113,38 @@ TEST(Settling, BoundsTheTruthAsOftenAsItSays) {
   EXPECT_GE(covered, 0.95 * images - 3 * std::sqrt(0.95 * 0.05 * images));
 }
 
-TEST(Settling, LetsAuditedPixelsStandForTheirLike) {
-  const DisplayTransform levels({}, 1);
+TEST(VarianceUpdate, ExtrapolatesHoldoutPixels) {
+  const DisplayTransform display({}, 1);
   std::vector<PixelState> pixels(64);
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     pixels[i].pilot = {0.5, 0, 0};
-    pixels[i].variance = 1000;  // what was feared
+    pixels[i].variance = 1000;  // predicted
     if (i % 4 != 0) continue;
-    pixels[i].role = PixelState::Role::audited;
+    pixels[i].role = PixelState::Role::holdout;
     pixels[i].half = {Color{0.501, 0, 0}, Color{0.501, 0, 0}};
     pixels[i].half_count = {1, 1};
   }
-  const double each = std::pow(levels.slope(0.5) * 0.001, 2);
-  EXPECT_NEAR(update_variances(pixels, 8, levels, one_by_one).squared / (64 * each), 1, 3e-3);
+  const double each = std::pow(display.slope(0.5) * 0.001, 2);
+  EXPECT_NEAR(update_variances(pixels, 8, display, one_by_one).squared / (64 * each), 1, 3e-3);
   for (const PixelState& pixel : pixels) EXPECT_LT(pixel.variance, 1000);
 }
 
-TEST(Settling, FearsTheWorstWhereNothingWasMeasured) {
+TEST(VarianceUpdate, KeepsPredictionsWithoutMeasurements) {
   std::vector<PixelState> pixels(9);
   for (PixelState& pixel : pixels) pixel.variance = 4;
   EXPECT_DOUBLE_EQ(update_variances(pixels, 3, DisplayTransform({}, 1), one_by_one).squared, 36);
 }
 
-TEST(OmittedRadiance, CountsWhatItWouldAddToTheImage) {
-  const DisplayTransform levels({}, 1);
-  MissingError missing;
-  missing.add(0.25, 0.01, 0.02, levels);
-  EXPECT_NEAR(std::sqrt(missing.depth), levels.level(0.26) - levels.level(0.25), 1e-9);
-  EXPECT_NEAR(std::sqrt(missing.cutoff), levels.level(0.27) - levels.level(0.25), 1e-9);
-  EXPECT_NEAR(std::sqrt(missing.both), levels.level(0.28) - levels.level(0.25), 1e-9);
+TEST(OmittedError, IsTheChangeOfTheDisplayedImage) {
+  const DisplayTransform display({}, 1);
+  OmittedError omitted;
+  omitted.add(0.25, 0.01, 0.02, display);
+  EXPECT_NEAR(std::sqrt(omitted.depth), display.level(0.26) - display.level(0.25), 1e-9);
+  EXPECT_NEAR(std::sqrt(omitted.cutoff), display.level(0.27) - display.level(0.25), 1e-9);
+  EXPECT_NEAR(std::sqrt(omitted.both), display.level(0.28) - display.level(0.25), 1e-9);
 }
 
-TEST(ErrorEstimates, AddVariancesAndSquaredBiases) {
+TEST(ErrorEstimate, AddsVariancesAndSquaredBiases) {
   const ErrorEstimate error =
       error_estimate({.squared = 3, .squared_upper = 12}, {.depth = 3, .cutoff = 27, .both = 36}, 4);
   EXPECT_DOUBLE_EQ(error.sampling, 1);
@@ -154,7 +153,7 @@ TEST(ErrorEstimates, AddVariancesAndSquaredBiases) {
   EXPECT_DOUBLE_EQ(error.estimate, 2);
 }
 
-TEST(ErrorEstimates, LeaveToApproximationsWhatSamplesDoNotExplain) {
+TEST(ErrorEstimate, AttributesTheUnexplainedErrorToApproximations) {
   ErrorEstimate error = error_estimate({.squared = 12, .squared_upper = 12}, {}, 4);
   add_approximation(error, {.squared = 60, .squared_upper = 60}, 4);
   EXPECT_DOUBLE_EQ(error.approximation, 2);

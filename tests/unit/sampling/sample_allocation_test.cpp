@@ -1,4 +1,4 @@
-// Samples go where they lower the error most for their cost, and no further than is asked.
+// Sample allocation: samples go where they lower the error most for their cost, up to the goal.
 #include "tracer/src/sampling/sample_allocation.h"
 
 #include <gtest/gtest.h>
@@ -13,8 +13,8 @@ namespace {
 
 constexpr double any_cost = std::numeric_limits<double>::infinity();
 
-/// Refined to so many samples.
-void has(PixelState& pixel, std::uint32_t count) {
+/// Makes the pixel refined, with `count` samples.
+void refine(PixelState& pixel, std::uint32_t count) {
   pixel.role = PixelState::Role::refined;
   pixel.half_count = {count / 2, count / 2};
 }
@@ -23,7 +23,7 @@ std::vector<PixelState> pixels_of(std::initializer_list<double> variances, std::
   std::vector<PixelState> pixels;
   for (const double variance : variances) {
     PixelState& pixel = pixels.emplace_back();
-    has(pixel, count);
+    refine(pixel, count);
     pixel.variance = static_cast<float>(variance);
   }
   return pixels;
@@ -36,117 +36,119 @@ Adaptive within(std::uint32_t least, std::uint32_t most) {
   return limits;
 }
 
-double expected_after(const std::vector<PixelState>& pixels, const SampleAllocation& plan) {
+double predicted_error(const std::vector<PixelState>& pixels, const SampleAllocation& allocation) {
   double sum = 0;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
-    const std::uint32_t then = std::max(2 * plan.half[i], pixels[i].count());
+    const std::uint32_t then = std::max(2 * allocation.half[i], pixels[i].count());
     sum += variance_of_one(pixels[i].variance, pixels[i].count()) / variance_of_one(1, then);
   }
   return sum;
 }
 
-TEST(Plan, GivesSamplesInProportionToVarianceOverCostToItsPower) {
+TEST(SampleAllocation, IsProportionalToAPowerOfVarianceOverCost) {
   // Four times the variance, an octave of samples more or less where p = variance_power: 4^(1 / (1 + p)), rounded to
   // powers of two, over many pixels.
   std::vector<PixelState> pixels(2000);
   std::vector<float> cost;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
-    has(pixels[i], 64);
+    refine(pixels[i], 64);
     pixels[i].variance = static_cast<float>(std::exp2(static_cast<double>(i % 100) / 25) * (i < 1000 ? 1 : 4));
     cost.push_back(1);
   }
-  const SampleAllocation plan =
-      plan_round(pixels, cost, {.squared_error = 2500, .cost = any_cost}, within(1, 1u << 20), 1, 0);
+  const SampleAllocation allocation =
+      allocate_samples(pixels, cost, {.squared_error = 2500, .cost = any_cost}, within(1, 1u << 20), 1, 0);
   double less = 0, more = 0;
   for (std::size_t i = 0; i < 1000; ++i) {
-    less += std::log2(2.0 * plan.half[i]) / 1000;
-    more += std::log2(2.0 * plan.half[i + 1000]) / 1000;
+    less += std::log2(2.0 * allocation.half[i]) / 1000;
+    more += std::log2(2.0 * allocation.half[i + 1000]) / 1000;
   }
   EXPECT_NEAR(more - less, 2 / (1 + variance_power), 0.1);
 }
 
-TEST(Plan, ReachesItsGoalAndHardlyMore) {
+TEST(SampleAllocation, ReachesTheGoalAndLittleMore) {
   oracle::Random random(1);
   for (int round = 0; round < 50; ++round) {
     std::vector<PixelState> pixels(500);
     double sum = 0;
     for (PixelState& pixel : pixels) {
-      has(pixel, 64);
+      refine(pixel, 64);
       pixel.variance = static_cast<float>(random.spread(0.1, 10));
       sum += pixel.variance;
     }
     const std::vector<float> cost(pixels.size(), 3);
     const double goal = sum * random.in(0.3, 0.8);
-    const SampleAllocation plan =
-        plan_round(pixels, cost, {.squared_error = goal, .cost = any_cost}, within(1, 4096), 1, 0);
-    EXPECT_LE(expected_after(pixels, plan), goal * 1.001);
-    EXPECT_GE(expected_after(pixels, plan), goal * 0.93);
+    const SampleAllocation allocation =
+        allocate_samples(pixels, cost, {.squared_error = goal, .cost = any_cost}, within(1, 4096), 1, 0);
+    EXPECT_LE(predicted_error(pixels, allocation), goal * 1.001);
+    EXPECT_GE(predicted_error(pixels, allocation), goal * 0.93);
   }
 }
 
-TEST(Plan, LeavesPixelsAloneThatAreGoodEnough) {
+TEST(SampleAllocation, SkipsPixelsThatMeetTheGoal) {
   auto pixels = pixels_of({0, 0, 900, 0}, 4);
   const std::vector<float> cost(4, 1);
-  const SampleAllocation plan =
-      plan_round(pixels, cost, {.squared_error = 500, .cost = any_cost}, within(1, 4096), 1, 0);
-  EXPECT_EQ(plan.half, (std::vector<std::uint32_t>{0, 0, 4, 0}));
+  const SampleAllocation allocation =
+      allocate_samples(pixels, cost, {.squared_error = 500, .cost = any_cost}, within(1, 4096), 1, 0);
+  EXPECT_EQ(allocation.half, (std::vector<std::uint32_t>{0, 0, 4, 0}));
   EXPECT_TRUE(pixels[2].grows);
   EXPECT_FALSE(pixels[0].grows);
 }
 
-TEST(Plan, KeepsToItsCost) {
+TEST(SampleAllocation, StaysWithinTheCost) {
   oracle::Random random(2);
   std::vector<PixelState> pixels(2000);
   std::vector<float> cost;
   for (PixelState& pixel : pixels) {
-    has(pixel, 16);
+    refine(pixel, 16);
     pixel.variance = static_cast<float>(random.spread(1, 100));
     cost.push_back(static_cast<float>(random.spread(1, 30)));
   }
-  const SampleAllocation plan = plan_round(pixels, cost, {.squared_error = 0, .cost = 50'000}, {}, 1, 0);
+  const SampleAllocation allocation = allocate_samples(pixels, cost, {.squared_error = 0, .cost = 50'000}, {}, 1, 0);
   double spent = 0;
-  for (std::size_t i = 0; i < pixels.size(); ++i) spent += plan.half[i] > 0 ? (2.0 * plan.half[i] - 16) * cost[i] : 0;
+  for (std::size_t i = 0; i < pixels.size(); ++i)
+    spent += allocation.half[i] > 0 ? (2.0 * allocation.half[i] - 16) * cost[i] : 0;
   EXPECT_LE(spent, 50'000);
   EXPECT_GE(spent, 0.8 * 50'000);
 }
 
-TEST(Plan, KeepsToTheSamplesThatAreAllowed) {
+TEST(SampleAllocation, StaysWithinTheSampleLimits) {
   const std::vector<float> cost(3, 1);
-  const AllocationGoal everything{.squared_error = 1e-9, .cost = any_cost};
+  const AllocationGoal low_error{.squared_error = 1e-9, .cost = any_cost};
   auto pixels = pixels_of({1e9, 1e9, 0}, 4);
-  SampleAllocation plan = plan_round(pixels, cost, everything, within(9, 30), 1, 0);
-  EXPECT_EQ(plan.half[0], 8u);
-  EXPECT_EQ(plan.half[2], 8u);
+  SampleAllocation allocation = allocate_samples(pixels, cost, low_error, within(9, 30), 1, 0);
+  EXPECT_EQ(allocation.half[0], 8u);
+  EXPECT_EQ(allocation.half[2], 8u);
   pixels = pixels_of({1e9, 1e9, 0}, 2);
-  plan = plan_round(pixels, cost, everything, within(5, 7), 1, 0);  // no power of two there
-  EXPECT_EQ(plan.half[0], 3u);
-  EXPECT_EQ(plan.half[2], 3u);
+  allocation = allocate_samples(pixels, cost, low_error, within(5, 7), 1, 0);  // no power of two in range
+  EXPECT_EQ(allocation.half[0], 3u);
+  EXPECT_EQ(allocation.half[2], 3u);
   pixels = pixels_of({1e9, 1e9, 0}, 2);
-  EXPECT_TRUE(plan_round(pixels, cost, everything, within(1, 3), 1, 0).empty);
+  EXPECT_TRUE(allocate_samples(pixels, cost, low_error, within(1, 3), 1, 0).empty);
 }
 
-TEST(Plan, LetsNoPixelGrowMoreThanWhatIsKnownOfIt) {
+TEST(SampleAllocation, LimitsTheGrowthOfAPixel) {
   auto pixels = pixels_of({1e9}, 2);
   const std::vector<float> cost(1, 1);
-  EXPECT_EQ(plan_round(pixels, cost, {.squared_error = 1e-9, .cost = any_cost}, within(1, 4096), 1, 0).half[0], 8u);
+  EXPECT_EQ(allocate_samples(pixels, cost, {.squared_error = 1e-9, .cost = any_cost}, within(1, 4096), 1, 0).half[0],
+            8u);
 }
 
-TEST(Plan, AuditsSomeOfThePixelsThatWereNeverRefinedAndOthersEachRound) {
+TEST(SampleAllocation, SelectsDifferentHoldoutPixelsEachRound) {
   std::vector<PixelState> pixels(4096);
   const std::vector<float> cost(pixels.size(), 1);
   std::size_t both = 0;
-  const auto audited = [&](std::uint32_t round) {
-    for (PixelState& pixel : pixels) pixel.forget_audit();
-    return plan_round(pixels, cost, {.squared_error = 1, .cost = any_cost}, within(1, 4096), round, 7).half;
+  const auto holdout = [&](std::uint32_t round) {
+    for (PixelState& pixel : pixels) pixel.discard_holdout();
+    return allocate_samples(pixels, cost, {.squared_error = 1, .cost = any_cost}, within(1, 4096), round, 7).half;
   };
-  const auto first = audited(1);
-  const auto second = audited(2);
-  std::size_t audits = 0;
+  const auto first = holdout(1);
+  const auto second = holdout(2);
+  std::size_t selected = 0;
   for (std::size_t i = 0; i < first.size(); ++i) {
-    audits += first[i] > 0 ? 1 : 0;
+    selected += first[i] > 0 ? 1 : 0;
     both += first[i] > 0 && second[i] > 0 ? 1 : 0;
   }
-  EXPECT_NEAR(static_cast<double>(audits), 256, 60);
+  EXPECT_NEAR(static_cast<double>(selected), 256, 60);
   EXPECT_NEAR(static_cast<double>(both), 16, 14);
 }
 

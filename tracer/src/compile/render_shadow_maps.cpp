@@ -45,7 +45,7 @@ ShadowFace parallel_face(const Vec3& forward, const BoundingSphere& ball) {
   return face;
 }
 
-/// From outside a window that holds the ball is enough: behind it, beside the ball, nothing finite is in the way.
+/// From outside a window that holds the ball is enough: back_face it, beside the ball, nothing finite is in the way.
 ShadowFace face_towards(const Vec3& light, const BoundingSphere& ball) {
   const Vec3 offset = ball.center - light;
   const double distance = length(offset);
@@ -94,7 +94,7 @@ void trace_row(const CompiledScene& scene, const CompiledLight& light, const Bou
     rays.push(ray.origin + ray.step * start[column], ray.step / step[column], {}, column, {}, 0, 0);
   }
   Hits hits;
-  scene.accelerator->intersect(rays.span(), hits.room_for(rays.size()), Coherence::coherent, GeometryMask::opaque);
+  scene.accelerator->intersect(rays.span(), hits.resize_to_fit(rays.size()), Coherence::coherent, GeometryMask::opaque);
   for (std::uint32_t column = 0; column < face.side; ++column) {
     const double depth = start[column] + hits.t[column] / step[column] - face.base;
     face.depth[std::size_t{row} * face.side + column] =

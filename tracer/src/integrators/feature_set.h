@@ -1,6 +1,6 @@
 #pragma once
-/// What an instantiation of the integrator can model. It is compiled without the rest, which then costs nothing; of
-/// what it holds, the scene's requirements decide at run time. Images are the same bits whichever is chosen.
+/// Feature sets of an integrator. An instantiation is compiled for the features of its set; the scene's requirements
+/// select among these at run time. Images are bit-identical for every set that supports the scene.
 
 #include <algorithm>
 #include <iterator>
@@ -9,27 +9,27 @@
 
 namespace tracer {
 
-/// Everything.
-struct FullModel {
-  static constexpr bool holds(bool Requirements::* /*need*/) { return true; }
+struct AllFeatures {
+  static constexpr bool includes(bool Requirements::* /*feature*/) { return true; }
 };
 
-/// Whitted's own: mirrors, glass, sharp shadows, the local models on untextured surfaces.
-struct ClassicModel {
-  static constexpr bool holds(bool Requirements::*need) {
+/// Features of Whitted 1980: mirrors, glass, hard shadows and local shading models on untextured surfaces.
+struct WhittedFeatures {
+  static constexpr bool includes(bool Requirements::*feature) {
     using R = Requirements;
-    for (bool R::*held : {&R::reflection, &R::refraction, &R::fresnel, &R::shadows, &R::transmissive_shadows,
-                          &R::smooth_normals, &R::triangles, &R::spheres, &R::quadrics, &R::planes})
-      if (need == held) return true;
+    for (bool R::*included : {&R::reflection, &R::refraction, &R::fresnel, &R::shadows, &R::transmissive_shadows,
+                              &R::smooth_normals, &R::triangles, &R::spheres, &R::quadrics, &R::planes})
+      if (feature == included) return true;
     return false;
   }
 };
 
-/// Whether the model has all that is needed.
-template <class Model>
-bool suffices(const Requirements& needs) {
-  return std::all_of(std::begin(requirement_names), std::end(requirement_names),
-                     [&](const RequirementName& name) { return !(needs.*name.needed) || Model::holds(name.needed); });
+/// True if the set includes every required feature.
+template <class Features>
+bool supports(const Requirements& needs) {
+  return std::all_of(std::begin(requirement_names), std::end(requirement_names), [&](const RequirementName& name) {
+    return !(needs.*name.needed) || Features::includes(name.needed);
+  });
 }
 
 }  // namespace tracer

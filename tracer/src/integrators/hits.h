@@ -1,5 +1,5 @@
 #pragma once
-/// What the accelerator answered for a queue of rays.
+/// Intersections of a queue of rays.
 
 #include <vector>
 
@@ -7,13 +7,13 @@
 
 namespace tracer {
 
-/// Answers of the accelerator, one per ray of a span, and room for more.
+/// One intersection per ray, in arrays.
 struct Hits {
   std::vector<PrimitiveRef> primitive;
   std::vector<double> t, u, v;
 
-  /// Only ever grows: what is added to a vector is written twice.
-  HitSpan room_for(std::size_t count) {
+  /// Never shrinks: elements added to a vector are initialized first.
+  HitSpan resize_to_fit(std::size_t count) {
     if (primitive.size() < count) {
       primitive.resize(count);
       for (auto* values : {&t, &u, &v}) values->resize(count);

@@ -3,7 +3,7 @@
 namespace tracer {
 
 void RayQueue::append(const Lanes& rays, LaneMask mask) {
-  // Whole packets are written, so there is room for one whatever the mask.
+  // Whole packets are written, whatever the mask.
   if (size_ + lanes > sample_.size()) grow(2 * size_ + lanes);
   const std::size_t end = size_;
   const Compressed eights[] = {

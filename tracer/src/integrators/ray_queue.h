@@ -1,6 +1,6 @@
 #pragma once
-/// Rays of one kind waiting to be traced, as arrays. The order of a queue is the order of its samples' contributions,
-/// so it must never depend on anything but the scene.
+/// Rays of one kind waiting to be traced, as arrays. Their order is the order of the contributions to a sample, so it
+/// must depend on the scene only.
 
 #include <algorithm>
 #include <numeric>
@@ -33,31 +33,31 @@ class RayQueue {
     ++size_;
   }
 
-  /// Rays beside each other, to be appended; `path` null: all 0.
+  /// A packet of rays to append; if `path` is null, all paths are 0.
   struct Lanes {
     const double *ox, *oy, *oz, *dx, *dy, *dz, *r, *g, *b;
     const std::uint32_t* sample;
     const PrimitiveRef* from;
     const std::uint32_t *path, *media;
   };
-  /// The lanes of the mask, in their order.
+  /// Appends the lanes of the mask, in their order.
   void append(const Lanes& rays, LaneMask mask);
 
   void push(const RayQueue& other, std::size_t i) {
     push(other.origin(i), other.direction(i), other.throughput(i), other.sample_[i], other.from_[i], other.path_[i],
          other.media_[i]);
-    if (!other.cone_.empty()) widen(other.cone_[i]);
+    if (!other.cone_.empty()) set_cone(other.cone_[i]);
   }
 
-  /// Gives ray `i`, or the one pushed last, its cone. Queues in which no ray has one hold none.
-  void widen(std::size_t i, const RayCone& cone) {
+  /// Sets the cone of ray `i`, or of the last ray. A queue without cones stores none.
+  void set_cone(std::size_t i, const RayCone& cone) {
     if (cone_.size() < sample_.size()) cone_.resize(sample_.size());
     cone_[i] = cone;
   }
-  void widen(const RayCone& cone) { widen(size_ - 1, cone); }
+  void set_cone(const RayCone& cone) { set_cone(size_ - 1, cone); }
 
-  /// Makes these `count` camera rays, one for each sample; where they start and go is to be written to what it returns.
-  CompiledCamera::CameraRaySpan start_over(std::size_t count, std::uint32_t media) {
+  /// Resets the queue to `count` camera rays, one per sample. The caller writes origins and directions to the result.
+  CompiledCamera::CameraRaySpan reset_to_camera_rays(std::size_t count, std::uint32_t media) {
     if (sample_.size() < count) grow(count);
     size_ = count;
     for (auto* channel : {&r_, &g_, &b_}) std::fill_n(channel->begin(), count, 1.0);
@@ -68,7 +68,7 @@ class RayQueue {
     return {ox_.data(), oy_.data(), oz_.data(), dx_.data(), dy_.data(), dz_.data()};
   }
 
-  /// Keeps the memory for the next rays.
+  /// Empties the queue and keeps its memory.
   void clear() { size_ = 0; }
 
   [[nodiscard]] std::size_t size() const { return size_; }
@@ -81,26 +81,27 @@ class RayQueue {
   [[nodiscard]] std::uint32_t path(std::size_t i) const { return path_[i]; }
   [[nodiscard]] std::uint32_t media(std::size_t i) const { return media_[i]; }
 
-  /// What shading gathers of many rays at once.
-  struct Carried {
+  /// The arrays that packets are gathered from.
+  struct Payload {
     const double *r, *g, *b;
     const std::uint32_t *sample, *path, *media;
   };
-  [[nodiscard]] Carried carried() const {
+  [[nodiscard]] Payload payload() const {
     return {r_.data(), g_.data(), b_.data(), sample_.data(), path_.data(), media_.data()};
   }
 
-  [[nodiscard]] const RayCone& cone(std::size_t i) const { return cone_[i]; }  ///< precondition: it was given one
+  /// Precondition: set_cone() was called for the ray.
+  [[nodiscard]] const RayCone& cone(std::size_t i) const { return cone_[i]; }
 
-  /// `t_max` null or one per ray.
+  /// `t_max`: null, or one value per ray.
   [[nodiscard]] RaySpan span(const double* t_max = nullptr) const {
     return {ox_.data(), oy_.data(), oz_.data(), dx_.data(), dy_.data(), dz_.data(), t_max, from_.data(), size_};
   }
 
  private:
-  /// Rare. In line it would cost every push the registers that it saves.
-  __attribute__((noinline)) void grow(std::size_t wanted) {
-    const std::size_t capacity = std::max<std::size_t>(64, wanted);
+  /// noinline: the growth path is rare and inlining it makes push() spill registers.
+  __attribute__((noinline)) void grow(std::size_t count) {
+    const std::size_t capacity = std::max<std::size_t>(64, count);
     for (auto* component : {&ox_, &oy_, &oz_, &dx_, &dy_, &dz_, &r_, &g_, &b_}) component->resize(capacity);
     sample_.resize(capacity);
     from_.resize(capacity);
@@ -108,15 +109,15 @@ class RayQueue {
     media_.resize(capacity);
   }
 
-  // Of equal length, the capacity; the first size_ are in use. One check then serves all.
+  // Vectors of equal length; the first size_ elements are in use. One capacity check serves all.
   std::size_t size_ = 0;
   std::vector<double> ox_, oy_, oz_, dx_, dy_, dz_;
-  std::vector<double> r_, g_, b_;      ///< throughput: what a unit of radiance along the ray adds to its sample
+  std::vector<double> r_, g_, b_;      ///< throughput: radiance added to the sample per unit of radiance along the ray
   std::vector<std::uint32_t> sample_;  ///< index in the batch
   std::vector<PrimitiveRef> from_;
-  std::vector<std::uint32_t> path_;   ///< hash of the bounces that led here: random choices on different paths differ
-  std::vector<std::uint32_t> media_;  ///< the solids it is inside of: a Media::List
-  std::vector<RayCone> cone_;         ///< empty, or of equal length too
+  std::vector<std::uint32_t> path_;   ///< hash of the bounces so far: random choices on different paths differ
+  std::vector<std::uint32_t> media_;  ///< MediumStack::List of the solids that enclose the origin
+  std::vector<RayCone> cone_;         ///< empty, or of equal length
 };
 
 }  // namespace tracer

@@ -1,6 +1,6 @@
 #pragma once
-/// Places on surfaces as the local model sees them, as arrays: what does not change from light to light is worked out
-/// once. Most hits face the lights at one place; a triangle shaded after Gouraud does at its three corners.
+/// Shading points in SoA packets of 16: position, normals and BRDF coefficients that do not depend on the light. A hit
+/// has one shading point; on a Gouraud-shaded triangle it has three, the vertices.
 
 #include <cstdint>
 #include <vector>
@@ -11,60 +11,57 @@
 
 namespace tracer {
 
-/// Where light may arrive, by what normal, and what becomes of it on its way to the eye.
 struct ShadingPoint {
   BoundedPoint point{};
-  Vec3 face{};       ///< unit geometric normal: shadow rays start clear of it
-  Vec3 normal{};     ///< unit, on the ray's side
+  Vec3 face{};       ///< unit geometric normal; shadow rays are offset along it
+  Vec3 normal{};     ///< unit, on the incident side
   Vec3 to_eye{};     ///< unit
-  Color diffuse{};   ///< what N.L is multiplied by: the path's weight times K_d C
-  Color specular{};  ///< what the highlight is multiplied by: the path's weight times K_s C_s
+  Color diffuse{};   ///< factor of N.L: throughput times K_d C
+  Color specular{};  ///< factor of the highlight: throughput times K_s C_s
   double shininess = 0;
-  bool blinn = false;     ///< the highlight is Blinn's; else Phong's
-  std::uint32_t hit = 0;  ///< whose place it is
+  bool blinn = false;     ///< Blinn's highlight instead of Phong's
+  std::uint32_t hit = 0;  ///< index of the hit
 
-  // What shadow rays take over from the ray that met it.
+  // Copied from the ray to the shadow rays.
   std::uint32_t sample = 0, media = 0;
   PrimitiveRef from{};
 };
 
-/// Sixteen of them.
 struct alignas(64) ShadingPointPacket {
   double x[lanes], y[lanes], z[lanes];
-  double clearance[lanes];  ///< how far from there, along the geometric normal, the point's error reaches
+  double clearance[lanes];  ///< error of the position along the geometric normal
   double face_x[lanes], face_y[lanes], face_z[lanes];
   double normal_x[lanes], normal_y[lanes], normal_z[lanes];
   double eye_x[lanes], eye_y[lanes], eye_z[lanes];
   double diffuse_r[lanes], diffuse_g[lanes], diffuse_b[lanes];
   double specular_r[lanes], specular_g[lanes], specular_b[lanes];
   double shininess[lanes];
-  int has_specular[lanes];  ///< it has a highlight
-  int blinn[lanes];         ///< and that is Blinn's
+  int has_specular[lanes];  ///< 0 or 1
+  int blinn[lanes];         ///< 0 or 1
   std::uint32_t hit[lanes];
   std::uint32_t sample[lanes], media[lanes];
   PrimitiveRef from[lanes];
-  int count;         ///< lanes in use; the others hold what they held before
-  bool any_shines;   ///< of those in use
-  bool any_halfway;  ///< likewise
+  int count;                     ///< lanes in use; the others are unspecified
+  bool any_specular, any_blinn;  ///< over the lanes in use
 };
 
 class ShadingPointQueue {
  public:
-  /// Keeps the memory for the next ones.
+  /// Empties the queue and keeps its memory.
   void clear() { packets_in_use_ = 0; }
 
-  /// An empty packet behind the others.
-  ShadingPointPacket& fresh() {
+  /// Appends an empty packet.
+  ShadingPointPacket& append_packet() {
     if (packets_in_use_ == packets_.size()) packets_.emplace_back();
     ShadingPointPacket& packet = packets_[packets_in_use_++];
     packet.count = 0;
-    packet.any_shines = packet.any_halfway = false;
+    packet.any_specular = packet.any_blinn = false;
     return packet;
   }
 
   void push(const ShadingPoint& shading_point) {
     const bool full = packets_in_use_ == 0 || packets_[packets_in_use_ - 1].count == lanes;
-    ShadingPointPacket& packet = full ? fresh() : packets_[packets_in_use_ - 1];
+    ShadingPointPacket& packet = full ? append_packet() : packets_[packets_in_use_ - 1];
     const auto lane = static_cast<std::size_t>(packet.count++);
     packet.clearance[lane] = clearance(shading_point.point, shading_point.face);
     put(shading_point.point.position, packet.x, packet.y, packet.z, lane);
@@ -78,8 +75,8 @@ class ShadingPointQueue {
     packet.has_specular[lane] = has_specular ? 1 : 0;
     packet.blinn[lane] = shading_point.blinn ? 1 : 0;
     packet.hit[lane] = shading_point.hit;
-    packet.any_shines |= has_specular;
-    packet.any_halfway |= has_specular && shading_point.blinn;
+    packet.any_specular |= has_specular;
+    packet.any_blinn |= has_specular && shading_point.blinn;
     packet.sample[lane] = shading_point.sample;
     packet.media[lane] = shading_point.media;
     packet.from[lane] = shading_point.from;

@@ -2,18 +2,19 @@
 
 #include <new>
 
+#include "tracer/src/integrators/whitted/wavefront.h"
 #include "tracer/src/sampling/adaptive_sampler.h"
 #include "tracer/src/sampling/uniform_sampler.h"
 
 namespace tracer {
 namespace {
 
-template <class Model>
+template <Tracer T>
 Result<Rendered, Failure> render_with(const CompiledScene& scene, const RenderSettings& settings,
                                       RenderControl& control) {
   try {
-    if (scene.accuracy.adaptive) return AdaptiveRender<Model>(scene, settings, control).run();
-    return UniformRender<Model>(scene, settings, control).run();
+    if (scene.accuracy.adaptive) return AdaptiveSampler<T>(scene, settings, control).run();
+    return UniformSampler<T>(scene, settings, control).run();
   } catch (const std::bad_alloc&) {
     return Failure{Failure::Code::out_of_memory, "no memory for the image or its rays"};
   }
@@ -22,8 +23,8 @@ Result<Rendered, Failure> render_with(const CompiledScene& scene, const RenderSe
 }  // namespace
 
 Result<Rendered, Failure> render(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control) {
-  if (suffices<ClassicModel>(scene.needs)) return render_with<ClassicModel>(scene, settings, control);
-  return render_with<FullModel>(scene, settings, control);
+  if (supports<WhittedFeatures>(scene.needs)) return render_with<Wavefront<WhittedFeatures>>(scene, settings, control);
+  return render_with<Wavefront<AllFeatures>>(scene, settings, control);
 }
 
 }  // namespace tracer

@@ -1,6 +1,7 @@
 #pragma once
-/// Samples where they lower the error most, until it is low enough or the time is over. Each round decides from all
-/// samples so far, traces fresh ones, and estimates from these what error is left (accuracy/pixel_state.h).
+/// Takes samples where they lower the error most, until the target error is reached or the time budget is used up. Each
+/// round allocates samples from all samples so far, traces fresh ones and estimates the remaining error from them; see
+/// sampling/pixel_state.h.
 
 #include <bit>
 
@@ -16,38 +17,37 @@
 
 namespace tracer {
 
-template <class Model>
-class AdaptiveRender {
+template <Tracer T>
+class AdaptiveSampler {
  public:
-  AdaptiveRender(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control)
+  AdaptiveSampler(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control)
       : scene_(scene),
         settings_(settings),
         control_(control),
-        wanted_(*scene.accuracy.adaptive),
-        deadline_(settings, wanted_, concurrency(settings.threads)),
+        target_(*scene.accuracy.adaptive),
+        deadline_(settings, target_, concurrency(settings.threads)),
         tiles_(scene.image.window()),
         film_(scene, in_parallel_),
-        shown_(settings.preview, tiles_, scene.image.window(), mean_),
-        pilots_(scene, film_, tiles_, deadline_, shown_),
+        preview_(settings.preview, tiles_, scene.image.window(), mean_),
+        pilots_(scene, film_, tiles_, deadline_, preview_),
         pool_(scene, control, scene.accuracy.approximate),
-        audit_(scene, settings, control, pool_) {}
+        holdout_(scene, settings, control, pool_) {}
 
   /// Throws std::bad_alloc.
   Result<Rendered, Failure> run() {
     control_.begin(progress_parts);
-    deadline_.keep_time_to_write();
+    deadline_.reserve_time_to_write();
     trace_pilots();
-    const double book_keeping_ms = book_keeping_ms_per_pixel * static_cast<double>(film_.size());
-    if (pilots_.whole() && deadline_.leaves(book_keeping_ms)) {
+    if (pilots_.complete() && deadline_.leaves(round_overhead_ms_per_pixel * static_cast<double>(film_.size()))) {
       refine();
     } else if (!control_.cancelled()) {
-      tell_sketch();
+      estimate_pilots();
     }
     if (control_.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
     control_.reach(progress_parts);
-    const DisplayTransform levels = film_.levels();
+    const DisplayTransform display = film_.display();
     Rendered rendered = finish();
-    account_for_approximations<Model>(scene_, settings_, control_, levels, rendered);
+    estimate_approximation_error<T>(scene_, settings_, control_, display, rendered);
     if (control_.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
     return rendered;
   }
@@ -55,21 +55,23 @@ class AdaptiveRender {
  private:
   static constexpr std::uint32_t rounds_max = 24;  // at eightfold growth each, far more than any pixel may grow
   static constexpr std::uint64_t progress_parts = 1000;
-  static constexpr std::uint32_t batch_rays = 4096, hurried_batch_rays = 1024;
-  /// What it takes to begin rounds, and half as much again: with less than that left, the pilots are the image.
-  static constexpr double book_keeping_ms_per_pixel = 150e-6;
-  static constexpr std::uint32_t fresh_light_points = 1;  ///< by which camera rays know a soft light; see pilot.h
+  static constexpr std::uint32_t batch_rays = 4096, batch_rays_with_deadline = 1024;
+  /// 1.5 times the overhead of the first round; with less time left, the pilots are the image.
+  static constexpr double round_overhead_ms_per_pixel = 150e-6;
+  static constexpr std::uint32_t fresh_light_points = 1;  ///< points per area light of fresh samples; see pilot.h
+  /// Fresh samples are point samples: the effect of filtering textures over the pixel is an error that they measure.
+  static constexpr double fresh_share = 0;
 
-  /// Where the samples of a batch belong.
-  struct CameraRay {
+  /// The pixel and half that a sample of a batch is added to.
+  struct SampleTarget {
     std::size_t place;
     std::uint8_t half;
   };
 
   void trace_pilots() {
     for (const std::uint32_t stride : pilot_strides(deadline_.set())) {
-      each_tile([&](std::uint64_t tile, Wavefront<Model>& wavefront) { pilots_.trace(tile, stride, wavefront); });
-      deadline_.learn(pool_.statistics().samples);
+      each_tile([&](std::uint64_t tile, T& tracer) { pilots_.trace(tile, stride, tracer); });
+      deadline_.measure_rate(pool_.statistics().samples);
       if (deadline_.over()) break;
     }
     if (!control_.cancelled()) pilots_.fill_tiles();
@@ -78,19 +80,26 @@ class AdaptiveRender {
   void refine() {
     film_.begin();
     set_costs();
-    if (!control_.cancelled() && !deadline_.over()) find_subpixel_features();
-    deadline_.keep_time_for([&] { expect(); });
-    bool sure = false;
+    if (!control_.cancelled() && !deadline_.over()) sample_features();
+    deadline_.reserve_time_for([&] {
+      film_.predict_variance(film_.display());
+      update_estimate();
+    });
+    bool validated = false;
     for (round_ = 1; round_ <= rounds_max && !control_.cancelled() && !deadline_.over(); ++round_) {
-      sure = enough() && holds();
-      if (sure) break;
-      const SampleAllocation plan = plan_round(film_.pixels(), cost_, goal(), wanted_, round_, scene_.accuracy.seed);
-      if (plan.empty) break;
-      trace_round(plan);
-      deadline_.learn(pool_.statistics().samples);
-      deadline_.keep_time_for([&] { learn(); });
+      validated = target_reached() && validate_estimate();
+      if (validated) break;
+      const SampleAllocation allocation =
+          allocate_samples(film_.pixels(), cost_, goal(), target_, round_, scene_.accuracy.seed);
+      if (allocation.empty) break;
+      trace_round(allocation);
+      deadline_.measure_rate(pool_.statistics().samples);
+      deadline_.reserve_time_for([&] {
+        update_estimate();
+        for (PixelState& pixel : film_.pixels()) pixel.discard_holdout();
+      });
     }
-    if (!sure && !control_.cancelled()) holds();
+    if (!validated && !control_.cancelled()) validate_estimate();
   }
 
   void set_costs() {
@@ -99,191 +108,180 @@ class AdaptiveRender {
       for (const Pixel& pixel : tiles_.pixels(tile)) cost_[tiles_.place(pixel)] = pilots_.cost(tile);
   }
 
-  /// What is known of an image that there was no time to go on with: what fresh samples say alone.
-  void tell_sketch() {
-    constexpr double looks_least = 64, looks_most = 2048;
-    const double looks = std::clamp(deadline_.audit_samples() / 4, looks_least, looks_most);
-    const DisplayTransform levels = film_.levels();
-    const auto choices = choose_audits(film_.size(), static_cast<std::size_t>(looks), 0, scene_.accuracy.seed);
-    const auto nothing = [](std::size_t) { return 0.0; };  // is expected: rather too much is told than too little
-    sampled_ = audit_.measure({.mean = mean_, .choices = choices, .stream = 0, .expected = nothing}, levels).image;
-    estimate(levels);
+  /// Estimates the error of an image without rounds from holdout samples alone.
+  void estimate_pilots() {
+    constexpr double count_min = 64, count_max = 2048;
+    const double count = std::clamp(deadline_.holdout_samples() / 4, count_min, count_max);
+    const DisplayTransform display = film_.display();
+    const auto pixels = select_holdout_pixels(film_.size(), static_cast<std::size_t>(count), 0, scene_.accuracy.seed);
+    const auto zero = [](std::size_t) { return 0.0; };  // no prediction, so that the error is rather overestimated
+    sampled_ = holdout_.measure({.mean = mean_, .pixels = pixels, .stream = 0, .predicted = zero}, display).image;
+    estimate(display);
   }
 
-  /// Looks at what is too small for the pilot, and notes what there is to see.
-  void find_subpixel_features() {
+  /// Samples features that are too small for the pilots, and adds what is visible to the film.
+  void sample_features() {
     std::vector<std::vector<SubpixelFeature>> of_tile(tiles_.count());
-    for (const SubpixelFeature& scout : subpixel_features(scene_, 2 * film_.size() + 4096))
-      of_tile[tiles_.index({scout.x, scout.y})].push_back(scout);
-    const DisplayTransform levels = film_.levels();
-    each_tile([&](std::uint64_t tile, Wavefront<Model>& wavefront) {
+    for (const SubpixelFeature& feature : find_subpixel_features(scene_, 2 * film_.size() + 4096))
+      of_tile[tiles_.index({feature.x, feature.y})].push_back(feature);
+    const DisplayTransform display = film_.display();
+    each_tile([&](std::uint64_t tile, T& tracer) {
       if (of_tile[tile].empty() || deadline_.over()) return;
-      Batch& batch = wavefront.batch();
+      Batch& batch = tracer.batch();
       batch.clear();
       batch.light_points = fresh_light_points;
-      for (const SubpixelFeature& scout : of_tile[tile]) {
-        Sample sample = uniform_sample(scene_, scout.x, scout.y, 0, 1);
-        sample.at = scout.at;
+      for (const SubpixelFeature& feature : of_tile[tile]) {
+        Sample sample = uniform_sample(scene_, feature.x, feature.y, 0, 1);
+        sample.at = feature.at;
         sample.share = fresh_share;
         push(batch, scene_, sample);
       }
-      if (!wavefront.trace()) return;
+      if (!tracer.trace()) return;
       for (std::size_t i = 0; i < of_tile[tile].size(); ++i) {
-        const SubpixelFeature& scout = of_tile[tile][i];
-        const Color& radiance = wavefront.radiance()[i];
-        if (finite(radiance)) film_.note(tiles_.place({scout.x, scout.y}), scout, radiance, levels);
+        const SubpixelFeature& feature = of_tile[tile][i];
+        const Color& radiance = tracer.radiance()[i];
+        if (finite(radiance)) film_.add_feature(tiles_.place({feature.x, feature.y}), feature, radiance, display);
       }
     });
   }
 
-  void trace_round(const SampleAllocation& plan) {
-    const std::size_t at_once = deadline_.set() ? hurried_batch_rays : batch_rays;
-    each_tile([&](std::uint64_t tile, Wavefront<Model>& wavefront) {
-      Batch& batch = wavefront.batch();
+  void trace_round(const SampleAllocation& allocation) {
+    const std::size_t at_once = deadline_.set() ? batch_rays_with_deadline : batch_rays;
+    each_tile([&](std::uint64_t tile, T& tracer) {
+      Batch& batch = tracer.batch();
       batch.clear();
-      std::vector<CameraRay> aims;
-      PreviewTiles::Tile to_display(shown_, tile);
-      std::unique_lock lock(to_display);
+      std::vector<SampleTarget> targets;
+      PreviewTiles::Tile preview(preview_, tile);
+      std::unique_lock lock(preview);
       const auto trace = [&] {
         batch.light_points = fresh_light_points;
         lock.unlock();
-        const bool traced = !aims.empty() && !control_.cancelled() &&
-                            !deadline_.over_before(static_cast<double>(aims.size())) && wavefront.trace();
+        const bool traced = !targets.empty() && !control_.cancelled() &&
+                            !deadline_.over_before(static_cast<double>(targets.size())) && tracer.trace();
         lock.lock();
-        if (traced) collect(wavefront, aims);
+        if (traced) add_samples(tracer, targets);
         batch.clear();
-        aims.clear();
+        targets.clear();
       };
       for (const Pixel& pixel : tiles_.pixels(tile)) {
         const std::size_t place = tiles_.place(pixel);
-        if (film_.pixel(place).role == PixelState::Role::audited) {
-          push_audit(batch, aims, pixel, plan.half[place]);
-        } else if (plan.half[place] > 0) {
-          push_more(batch, aims, pixel, 2 * plan.half[place]);
+        if (film_.pixel(place).role == PixelState::Role::holdout) {
+          push_holdout(batch, targets, pixel, allocation.half[place]);
+        } else if (allocation.half[place] > 0) {
+          push_refinement(batch, targets, pixel, 2 * allocation.half[place]);
         }
-        if (aims.size() >= at_once) trace();
+        if (targets.size() >= at_once) trace();
       }
       trace();
     });
   }
 
-  /// Fresh samples cover nothing but their point: what filtering textures over the pixel does to the image is an
-  /// error that they are to tell.
-  static constexpr double fresh_share = 0;
-
-  void push_audit(Batch& batch, std::vector<CameraRay>& aims, const Pixel& pixel, std::uint32_t half_count) {
+  void push_holdout(Batch& batch, std::vector<SampleTarget>& targets, const Pixel& pixel, std::uint32_t half_count) {
     for (std::uint8_t half = 0; half < 2; ++half) {
       for (std::uint32_t index = 0; index < half_count; ++index) {
         Sample sample = mirrored_sample(scene_, pixel.x, pixel.y, index, 2 * std::uint64_t{round_} + half);
         sample.share = fresh_share;
         push(batch, scene_, sample);
-        aims.push_back({tiles_.place(pixel), half});
+        targets.push_back({tiles_.place(pixel), half});
       }
     }
   }
 
-  /// What the pixel's sequence lacks of `count` samples.
-  void push_more(Batch& batch, std::vector<CameraRay>& aims, const Pixel& pixel, std::uint32_t count) {
+  /// Continues the pixel's sequence up to `count` samples.
+  void push_refinement(Batch& batch, std::vector<SampleTarget>& targets, const Pixel& pixel, std::uint32_t count) {
     const std::size_t place = tiles_.place(pixel);
     PixelState& state = film_.pixel(place);
-    if (state.half_count[0] == 0) film_.forget(place);  // the pilot
+    if (state.half_count[0] == 0) film_.discard_samples(place);  // the pilot
     state.grow();
     for (std::uint32_t index = state.half_count[0]; index < count; ++index) {
       Sample sample = fresh_sample(scene_, pixel.x, pixel.y, index, 0);
       sample.share = fresh_share;
       push(batch, scene_, sample);
-      aims.push_back({place, static_cast<std::uint8_t>(index < count / 2 ? 0 : 1)});
+      targets.push_back({place, static_cast<std::uint8_t>(index < count / 2 ? 0 : 1)});
     }
   }
 
-  /// Pixels belong to one tile, and so to one thread at a time.
-  void collect(const Wavefront<Model>& wavefront, const std::vector<CameraRay>& aims) {
-    for (std::size_t i = 0; i < aims.size(); ++i) {
-      const Color& radiance = wavefront.radiance()[i];
-      if (!finite(radiance)) continue;  // counted by the wavefront
-      PixelState& pixel = film_.pixel(aims[i].place);
-      pixel.half[aims[i].half] += radiance;
-      ++pixel.half_count[aims[i].half];
-      if (pixel.role == PixelState::Role::audited) continue;
-      film_.note(aims[i].place, wavefront.omitted(), wavefront.gbuffer(), i);
+  /// A pixel belongs to one tile, and so to one thread at a time.
+  void add_samples(const T& tracer, const std::vector<SampleTarget>& targets) {
+    for (std::size_t i = 0; i < targets.size(); ++i) {
+      const Color& radiance = tracer.radiance()[i];
+      if (!finite(radiance)) continue;  // counted by the tracer
+      PixelState& pixel = film_.pixel(targets[i].place);
+      pixel.half[targets[i].half] += radiance;
+      ++pixel.half_count[targets[i].half];
+      if (pixel.role == PixelState::Role::holdout) continue;
+      film_.add_sample(targets[i].place, tracer.omitted(), tracer.gbuffer(), i);
     }
   }
 
-  void expect() {
-    const DisplayTransform levels = film_.levels();
-    film_.expect(levels);
-    sampled_ = update_variances(film_.pixels(), film_.width(), levels, in_parallel_);
-    estimate(levels);
+  void update_estimate() {
+    const DisplayTransform display = film_.display();
+    sampled_ = update_variances(film_.pixels(), film_.width(), display, in_parallel_);
+    estimate(display);
   }
 
-  void learn() {
-    const DisplayTransform levels = film_.levels();
-    sampled_ = update_variances(film_.pixels(), film_.width(), levels, in_parallel_);
-    for (PixelState& pixel : film_.pixels()) pixel.forget_audit();
-    estimate(levels);
-  }
-
-  void estimate(const DisplayTransform& levels) {
-    const MissingError omitted = film_.missing_error(levels);
-    missing_squared_ = omitted.both;
+  void estimate(const DisplayTransform& display) {
+    const OmittedError omitted = film_.omitted_error(display);
+    omitted_squared_ = omitted.both;
     error_ = error_estimate(sampled_, omitted, film_.size());
     first_error_ = std::max(first_error_, error_.estimate);
     control_.reach(static_cast<std::uint64_t>(progress() * progress_parts));
   }
 
-  /// On a scale where each halving of the error is as long as the one before, or of time.
+  /// Fraction of the time budget, or of the way to the target error on a logarithmic scale.
   [[nodiscard]] double progress() const {
-    if (deadline_.set()) return deadline_.part_gone();
-    if (!wanted_.target_error || !(error_.estimate > *wanted_.target_error)) return 0;
-    return std::log(first_error_ / error_.estimate) / std::log(first_error_ / *wanted_.target_error);
+    if (deadline_.set()) return deadline_.fraction_elapsed();
+    if (!target_.target_error || !(error_.estimate > *target_.target_error)) return 0;
+    return std::log(first_error_ / error_.estimate) / std::log(first_error_ / *target_.target_error);
   }
 
-  /// Whether samples that decided nothing say so, too: with a target, rounds go on until they please. Else learns from
-  /// what they found.
-  bool holds() {
-    const double affordable = deadline_.audit_samples();
-    const AuditSize size =
-        std::isinf(affordable) ? thorough_audit(film_.size()) : audit_within(film_.pixels(), affordable);
-    const std::vector<HoldoutPixel> choices = choose_audits(film_.pixels(), size, round_, scene_.accuracy.seed);
-    const auto expected = [&](std::size_t place) { return double{film_.pixel(place).variance}; };
-    const DisplayTransform levels = film_.levels();
-    const HoldoutResult found = [&] {
-      const PreviewTiles::Open open(shown_);  // tiles are read alone
-      return audit_.measure({.mean = mean_, .choices = choices, .stream = round_, .expected = expected}, levels);
+  /// Validates the estimate with holdout samples. Returns true when the target error is still met; otherwise updates
+  /// the variances.
+  bool validate_estimate() {
+    const double affordable = deadline_.holdout_samples();
+    const HoldoutBudget budget =
+        std::isinf(affordable) ? full_holdout_budget(film_.size()) : holdout_budget_within(film_.pixels(), affordable);
+    const std::vector<HoldoutPixel> pixels =
+        select_holdout_pixels(film_.pixels(), budget, round_, scene_.accuracy.seed);
+    const auto predicted = [&](std::size_t place) { return double{film_.pixel(place).variance}; };
+    const DisplayTransform display = film_.display();
+    const HoldoutResult result = [&] {
+      const PreviewTiles::Open open(preview_);  // tiles are only read
+      return holdout_.measure({.mean = mean_, .pixels = pixels, .stream = round_, .predicted = predicted}, display);
     }();
-    for (std::size_t i = 0; i < choices.size(); ++i) film_.suspect(choices[i].place, found.errors[i]);
-    sampled_ = joined(sampled_, found.image);
-    estimate(levels);
-    return wanted_.target_error && error_.estimate <= *wanted_.target_error;
+    for (std::size_t i = 0; i < pixels.size(); ++i) film_.raise_variance(pixels[i].place, result.errors[i]);
+    sampled_ = upper_bound(sampled_, result.image);
+    estimate(display);
+    return target_.target_error && error_.estimate <= *target_.target_error;
   }
 
-  /// Nothing is enough before fresh samples have said so.
-  [[nodiscard]] bool enough() const {
-    return round_ > 1 && wanted_.target_error && error_.estimate <= *wanted_.target_error;
+  /// The first round never ends sampling: its estimate has not been validated.
+  [[nodiscard]] bool target_reached() const {
+    return round_ > 1 && target_.target_error && error_.estimate <= *target_.target_error;
   }
 
   [[nodiscard]] AllocationGoal goal() {
     AllocationGoal goal{0, deadline_.affordable(rays())};
-    if (!wanted_.target_error) return goal;
-    const double wanted = 3 * static_cast<double>(film_.size()) * *wanted_.target_error * *wanted_.target_error;
-    // What must be left of it for chance, as this round's samples tell; and for what was predicted too low.
-    const double chance = std::clamp(sampled_.squared / std::max(sampled_.squared_upper, 1e-300), 0.5, 0.95);
+    if (!target_.target_error) return goal;
+    const double squared_target = 3 * static_cast<double>(film_.size()) * *target_.target_error * *target_.target_error;
+    // Margins for the uncertainty of the estimate and for predictions that were too low.
+    const double margin = std::clamp(sampled_.squared / std::max(sampled_.squared_upper, 1e-300), 0.5, 0.95);
     double predicted = 0;
     for (const PixelState& pixel : film_.pixels()) predicted += pixel.variance;
-    const double surprise = sampled_.squared > predicted ? predicted / sampled_.squared : 1;
-    goal.squared_error = std::max(wanted - missing_squared_, 0.1 * wanted) * chance * surprise;
+    const double correction = sampled_.squared > predicted ? predicted / sampled_.squared : 1;
+    goal.squared_error = std::max(squared_target - omitted_squared_, 0.1 * squared_target) * margin * correction;
     return goal;
   }
 
-  /// Tiles in an order that says nothing about where they are: what the time did not suffice for is spread evenly.
+  /// Visits the tiles in a scattered order, so that those left out at the deadline are spread over the image.
   template <class Work>
   void each_tile(const Work& work) {
     const std::uint64_t count = tiles_.count();
-    const PreviewTiles::Open open(shown_);
+    const PreviewTiles::Open open(preview_);
     for_each_tile(count, settings_.threads, [&](std::uint64_t index) {
       if (control_.cancelled()) return;
-      typename WavefrontPool<Model>::Lease wavefront(pool_);
-      work(scattered(index, count), *wavefront);
+      typename TracerPool<T>::Lease tracer(pool_);
+      work(scattered(index, count), *tracer);
     });
   }
 
@@ -292,19 +290,19 @@ class AdaptiveRender {
   Rendered finish() {
     Rendered rendered;
     rendered.statistics = pool_.statistics();
-    rendered.statistics.holdout_samples = audit_.samples();
-    film_.write(rendered, sampled_, pilots_.whole());
+    rendered.statistics.holdout_samples = holdout_.samples();
+    film_.write(rendered, sampled_, pilots_.complete());
     rendered.error = error_;
-    rendered.error.bounded = (error_.depth == 0 && error_.cutoff == 0) || hideable(scene_, 0).bounded;
-    rendered.error.target = wanted_.target_error;
-    rendered.error.met = !wanted_.target_error || error_.estimate <= *wanted_.target_error;
+    rendered.error.bounded = (error_.depth == 0 && error_.cutoff == 0) || bound_omitted_radiance(scene_, 0).bounded;
+    rendered.error.target = target_.target_error;
+    rendered.error.met = !target_.target_error || error_.estimate <= *target_.target_error;
     return rendered;
   }
 
   const CompiledScene& scene_;
   const RenderSettings& settings_;
   RenderControl& control_;
-  const Adaptive& wanted_;
+  const Adaptive& target_;
   Deadline deadline_;
   Tiles tiles_;
   const InParallel in_parallel_ = [this](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
@@ -312,14 +310,14 @@ class AdaptiveRender {
   };
   Film film_;
   const std::function<Color(std::size_t)> mean_ = [this](std::size_t place) { return film_.mean(place); };
-  PreviewTiles shown_;
-  Pilots<Model> pilots_;
-  std::vector<float> cost_;  ///< rays of a sample, as the pilots of its tile had
-  WavefrontPool<Model> pool_;
-  HoldoutEstimator<Model> audit_;
+  PreviewTiles preview_;
+  Pilots<T> pilots_;
+  std::vector<float> cost_;  ///< rays per sample of each pixel, measured by the pilots of its tile
+  TracerPool<T> pool_;
+  HoldoutEstimator<T> holdout_;
   std::uint32_t round_ = 0;
   SampledError sampled_;
-  double missing_squared_ = 0, first_error_ = 0;
+  double omitted_squared_ = 0, first_error_ = 0;
   ErrorEstimate error_;
 };
 

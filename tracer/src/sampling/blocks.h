@@ -1,6 +1,6 @@
 #pragma once
-/// An image's rows in blocks that are worked on at the same time. Blocks are the same whatever the number of threads,
-/// and so are sums that are taken of each and added up in their order.
+/// Blocks of image rows that are processed in parallel. Blocks do not depend on the number of threads, and neither do
+/// sums over blocks in their order.
 
 #include <algorithm>
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace tracer {
 
-/// Calls a function with every number below `count`, on as many threads as it likes; returns when all is done.
+/// Calls a function with every number below `count`, in parallel; returns when all calls have returned.
 using InParallel = std::function<void(std::uint64_t count, const std::function<void(std::uint64_t)>& work)>;
 
 class Blocks {
@@ -17,11 +17,11 @@ class Blocks {
   Blocks(std::size_t pixels, std::uint32_t width)
       : width_(std::max(1u, width)),
         rows_(pixels / width_),
-        rows_each_(std::max({std::size_t{1}, enough / width_, rows_ / many})) {}
+        rows_each_(std::max({std::size_t{1}, block_pixels_min / width_, rows_ / blocks_max})) {}
 
   [[nodiscard]] std::uint64_t count() const { return (rows_ + rows_each_ - 1) / rows_each_; }
 
-  /// Of the block, or one past the last row where there is no such block.
+  /// First row of the block; for count(), one past the last row.
   [[nodiscard]] std::size_t first_row(std::uint64_t block) const { return std::min(rows_, block * rows_each_); }
 
   /// Calls work(place, x, y) for each pixel of the block, in order.
@@ -33,8 +33,8 @@ class Blocks {
   }
 
  private:
-  static constexpr std::size_t enough = 8192;  ///< pixels, to be worth a task
-  static constexpr std::size_t many = 64;      ///< blocks, beyond which they grow: their first rows look at those above
+  static constexpr std::size_t block_pixels_min = 8192;  ///< worth a task
+  static constexpr std::size_t blocks_max = 64;          ///< about; the first row of a block reads the rows above it
   std::size_t width_, rows_, rows_each_;
 };
 

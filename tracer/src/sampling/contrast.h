@@ -1,5 +1,5 @@
 #pragma once
-/// Where an image is not smooth.
+/// Local contrast of an image: where it is not smooth.
 
 #include <array>
 #include <cstdint>
@@ -11,37 +11,38 @@
 
 namespace tracer {
 
-/// The levels of a row of pixels, a plane for each channel.
-using ShownRow = std::array<std::vector<float>, 3>;
+/// 8-bit code values of a row of pixels, one plane per channel.
+using CodeValueRow = std::array<std::vector<float>, 3>;
 
-/// Of every pixel the largest second difference over the four directions through it, squared, the channels added up.
-/// Gradients have none, whatever their slope: the pixel's centre is then its mean. An edge has its full height on both
-/// sides. At the image's border: of the nearest three pixels in a row that it has.
+/// The contrast of a pixel: its largest squared second difference over the four directions through it, summed over the
+/// channels. Linear gradients have none, whatever their slope: the center of the pixel is then its mean. An edge has
+/// its full height on both sides. At the border: the contrast of the nearest three pixels in a row.
 ///
-/// Row by row, for it asks each row's levels once when rows come in ascending order, and keeps three. One thread.
+/// If rows are requested in ascending order, the code values of each row are computed once and three rows are kept. One
+/// thread.
 class ContrastRows {
  public:
-  /// `show` writes the levels of a row, of as many columns as there are.
-  ContrastRows(std::size_t columns, std::size_t rows, std::function<void(std::size_t y, ShownRow&)> show);
+  /// `write_row` writes the code values of row y.
+  ContrastRows(std::size_t columns, std::size_t rows, std::function<void(std::size_t y, CodeValueRow&)> write_row);
 
-  /// Of each pixel of row y; until the next call.
+  /// Contrasts of row y; valid until the next call.
   std::span<const float> row(std::size_t y);
 
  private:
-  const ShownRow& to_display(std::size_t y);
+  const CodeValueRow& code_values(std::size_t y);
 
   std::size_t columns_, rows_;
-  std::function<void(std::size_t, ShownRow&)> show_;
-  std::array<ShownRow, 3> kept_;
+  std::function<void(std::size_t, CodeValueRow&)> write_row_;
+  std::array<CodeValueRow, 3> kept_;
   std::array<std::size_t, 3> kept_row_;
   std::vector<float> contrast_;
 };
 
-/// The variance to expect of one sample in a pixel of that contrast, before anything was measured. An edge anywhere in
-/// the pixel, of height h, puts the centre's sample off by h^2 / 12 in the mean. What is fainter is more likely a
-/// curve, whose centre is off by 1/24 of its second difference in each direction; twice that is expected.
-WHITTLE_INLINE double expected_variance(double contrast) {
-  constexpr double edge = 3 * 6 * 6;  // six levels in each channel: below, shading bends as much
+/// Variance predicted from the contrast for one sample of a pixel. An edge of height h at a random position in the
+/// pixel gives the center sample a squared error of h^2 / 12 in the mean. A fainter contrast is more likely a curve,
+/// whose center is off by 1/24 of its second difference in each direction; twice that is predicted.
+WHITTLE_INLINE double predicted_variance(double contrast) {
+  constexpr double edge = 3 * 6 * 6;  // six code values in each channel; smooth shading may reach that
   return contrast >= edge ? contrast / 12 : contrast / 144;
 }
 

@@ -10,48 +10,47 @@
 namespace tracer {
 namespace {
 
-/// One-sided 95 % of a normal distribution is 1.645 of its deviations. The truth is a sum of squares by chance as much
-/// as its estimate is, and independent of it, which makes 2.33 of the estimate's own. That sums of squares lean to the
-/// right is left to the audit that has to confirm it.
+/// One-sided 95 % of a normal distribution is 1.645 deviations. The true error is a random sum of squares like its
+/// estimate and independent of it, which makes that 2.33 deviations of the estimate. The skew of sums of squares is
+/// left to the holdout samples that validate the estimate.
 constexpr double deviations = 2.33;
-constexpr double audit_deviations = 1.645;
+constexpr double holdout_deviations = 1.645;
 constexpr double confidence = 0.95;
 
-/// What audits tell of the pixels that have only their pilot, by how much contrast these have.
-class Audits {
+/// Errors of pilots, measured by holdout samples and classified by contrast.
+class HoldoutClasses {
  public:
   void add(const PixelState& pixel) {
     Class& one = of(pixel.contrast);
-    one.radiance += audited_radiance_error(pixel);
+    one.radiance += holdout_radiance_error(pixel);
     ++one.count;
   }
-  /// Those of another part of the image.
-  void add(const Audits& part) {
+  void add(const HoldoutClasses& part) {
     for (std::size_t i = 0; i < classes_.size(); ++i) {
       classes_[i].radiance += part.classes_[i].radiance;
       classes_[i].count += part.classes_[i].count;
     }
   }
-  /// Of a pixel that was added, once all are.
-  [[nodiscard]] double error(const PixelState& pixel, const DisplayTransform& levels) const {
+  /// Error of an added pixel. Precondition: all pixels are added.
+  [[nodiscard]] double error(const PixelState& pixel, const DisplayTransform& display) const {
     const Class& one = classes_[index(pixel.contrast)];
-    return audited_error(pixel, levels, std::sqrt(std::max(0.0, one.radiance / one.count)));
+    return holdout_error(pixel, display, std::sqrt(std::max(0.0, one.radiance / one.count)));
   }
-  /// Call with the error of every pixel that was added, in the same order for the same sums.
-  void learn(const PixelState& pixel, double error) { of(pixel.contrast).error += error; }
-  /// Of any pixel, then. With as much weight for what was expected as two audits have, so that a few do not tell tall
-  /// tales.
-  [[nodiscard]] double expected(const PixelState& pixel) const {
+  /// To be called with the error of every added pixel, in a fixed order, so that the sums are deterministic.
+  void add_error(const PixelState& pixel, double error) { of(pixel.contrast).error += error; }
+  /// Prediction for any pixel. The prediction from the contrast has the weight of two holdout pixels, which damps small
+  /// counts.
+  [[nodiscard]] double predicted(const PixelState& pixel) const {
     constexpr double prior_weight = 2;
     const Class& one = classes_[index(pixel.contrast)];
-    return std::max(0.0, (one.error + prior_weight * expected_variance(pixel.contrast)) / (one.count + prior_weight));
+    return std::max(0.0, (one.error + prior_weight * predicted_variance(pixel.contrast)) / (one.count + prior_weight));
   }
 
  private:
   struct Class {
     double radiance = 0, error = 0, count = 0;
   };
-  /// An octave of contrast each, from 2^-16 squared levels.
+  /// One class per octave of contrast, from 2^-16 squared code values.
   static std::size_t index(double contrast) {
     return contrast > 0 ? static_cast<std::size_t>(std::clamp(std::ilogb(contrast) + 17, 1, 40)) : 0;
   }
@@ -59,18 +58,18 @@ class Audits {
   std::array<Class, 41> classes_{};
 };
 
-/// Mean of `per_sample` over the pixel and its neighbours, where it was measured; negative: nowhere.
+/// Sums of `per_sample` over a pixel and its neighbors; NaN values are not measured.
 class Neighborhood {
  public:
   Neighborhood(std::span<const float> per_sample, std::uint32_t width)
       : per_sample_(per_sample), columns_(width), rows_(per_sample.size() / width) {}
 
-  struct Around {
+  struct Neighbors {
     double sum = 0, count = 0;
     [[nodiscard]] double mean() const { return count > 0 ? sum / count : 0; }
   };
-  [[nodiscard]] Around around(std::size_t x, std::size_t y) const {
-    Around result;
+  [[nodiscard]] Neighbors neighbors(std::size_t x, std::size_t y) const {
+    Neighbors result;
     for (std::size_t ny = y - std::min<std::size_t>(y, 1); ny <= std::min(rows_ - 1, y + 1); ++ny) {
       for (std::size_t nx = x - std::min<std::size_t>(x, 1); nx <= std::min(columns_ - 1, x + 1); ++nx) {
         const float value = per_sample_[ny * columns_ + nx];
@@ -87,54 +86,53 @@ class Neighborhood {
   std::size_t columns_, rows_;
 };
 
-/// What there is in a refined pixel may go on in one beside it, with this probability: a pilot that saw nothing of it
-/// has not been there.
-constexpr double seen_beside = 1.0 / 16;
+/// Probability that the cause of a refined pixel's variance continues in a neighbor whose pilot missed it.
+constexpr double neighbor_share = 1.0 / 16;
 
-/// A refined pixel's variance: its own estimate has few degrees of freedom, so its neighbours have a say in it, and
-/// what was expected before; the sum of their estimates, each as of one sample.
-float learned_variance(const PixelState& pixel, double own, double expected, const Neighborhood::Around& around) {
-  constexpr double own_weight = 4;  // the neighbours include the pixel itself
-  const double sum = (own_weight - 1) * own + around.sum + expected;
-  const double of_one = std::max(0.0, sum) / (own_weight + around.count);
-  return static_cast<float>(std::max(of_one / variance_of_one(1, pixel.count()), pixel.unseen()));
+/// Variance of a refined pixel: its own estimate has few degrees of freedom, so it is averaged with its neighbors and
+/// the prediction, each converted to one sample.
+float averaged_variance(const PixelState& pixel, double own, double predicted,
+                        const Neighborhood::Neighbors& neighbors) {
+  constexpr double own_weight = 4;  // the neighbors include the pixel itself
+  const double sum = (own_weight - 1) * own + neighbors.sum + predicted;
+  const double of_one = std::max(0.0, sum) / (own_weight + neighbors.count);
+  return static_cast<float>(std::max(of_one / variance_of_one(1, pixel.count()), pixel.undetected()));
 }
 
-/// One round's account, block by block.
+/// Update of one round, block by block.
 class VarianceUpdate {
  public:
-  VarianceUpdate(std::span<PixelState> pixels, std::uint32_t width, const DisplayTransform& levels,
+  VarianceUpdate(std::span<PixelState> pixels, std::uint32_t width, const DisplayTransform& display,
                  const InParallel& in_parallel)
       : pixels_(pixels),
-        levels_(levels),
+        display_(display),
         in_parallel_(in_parallel),
         blocks_(pixels.size(), width),
         of_one_(pixels.size()),
-        neighbourhood_(of_one_, width) {}
+        neighborhood_(of_one_, width) {}
 
-  SampledError update_variances() {
-    std::vector<Audits> audits(blocks_.count());
+  SampledError run() {
+    std::vector<HoldoutClasses> block_classes(blocks_.count());
     each_pixel([&](std::uint64_t block, const PixelState& pixel) {
-      if (!pixel.refined() && pixel.measured() && pixel.hidden == 0) audits[block].add(pixel);
+      if (!pixel.refined() && pixel.measured() && pixel.hidden == 0) block_classes[block].add(pixel);
     });
-    for (const Audits& part : audits) audits_.add(part);
+    for (const HoldoutClasses& part : block_classes) holdout_classes_.add(part);
     std::vector<Part> parts(blocks_.count());
     in_parallel_(blocks_.count(), [&](std::uint64_t block) {
-      blocks_.each_pixel(block, [&](std::size_t place, std::size_t, std::size_t) { tell(place, parts[block]); });
+      blocks_.each_pixel(block, [&](std::size_t place, std::size_t, std::size_t) { measure(place, parts[block]); });
     });
     const SampledError error = sum_up(parts);
     in_parallel_(blocks_.count(), [&](std::uint64_t block) {
-      blocks_.each_pixel(block, [&](std::size_t place, std::size_t x, std::size_t y) { learn(place, x, y); });
+      blocks_.each_pixel(block, [&](std::size_t place, std::size_t x, std::size_t y) { update(place, x, y); });
     });
     return error;
   }
 
  private:
-  /// What a block's pixels tell.
   struct Part {
     SummedErrors sums, pilots;
     std::size_t pilot_count = 0;
-    std::vector<std::pair<std::size_t, double>> audited;  ///< places and errors
+    std::vector<std::pair<std::size_t, double>> holdout;  ///< places and errors
   };
 
   template <class Work>
@@ -144,64 +142,64 @@ class VarianceUpdate {
     });
   }
 
-  void tell(std::size_t place, Part& part) {
+  void measure(std::size_t place, Part& part) {
     const PixelState& pixel = pixels_[place];
     of_one_[place] = std::numeric_limits<float>::quiet_NaN();
     if (pixel.refined()) {
-      if (!pixel.measured()) {  // there was no time for what was planned
+      if (!pixel.measured()) {  // the deadline was over
         part.sums.add(pixel.variance);
         return;
       }
-      const double error = refined_error(pixel, levels_);
+      const double error = refined_error(pixel, display_);
       of_one_[place] = static_cast<float>(variance_of_one(error, pixel.count()));
-      // A pixel that was left alone may have been for looking better than it is: its neighbours have a say.
-      part.sums.add(pixel.grows ? std::max(error, pixel.unseen()) : pixel.variance);
+      // Pixels that are not sampled again are selected for low estimates: the averaged variance has no such bias.
+      part.sums.add(pixel.grows ? std::max(error, pixel.undetected()) : pixel.variance);
     } else if (pixel.hidden > 0) {
-      part.sums.add(std::max(double{pixel.variance}, pixel.unseen()));
+      part.sums.add(std::max(double{pixel.variance}, pixel.undetected()));
     } else {
       part.pilots.add(pixel.variance);
       ++part.pilot_count;
-      if (pixel.measured()) part.audited.emplace_back(place, audits_.error(pixel, levels_));
+      if (pixel.measured()) part.holdout.emplace_back(place, holdout_classes_.error(pixel, display_));
     }
   }
 
   SampledError sum_up(const std::vector<Part>& parts) {
     SummedErrors sums, pilots;
     std::size_t pilot_count = 0;
-    AuditedError audited;
+    HoldoutError holdout;
     for (const Part& part : parts) {
       sums.add(part.sums);
       pilots.add(part.pilots);
       pilot_count += part.pilot_count;
-      for (const auto& [place, error] : part.audited) {
-        audits_.learn(pixels_[place], error);
-        audited.add(error);
+      for (const auto& [place, error] : part.holdout) {
+        holdout_classes_.add_error(pixels_[place], error);
+        holdout.add(error);
       }
     }
-    any_audited_ = audited.count() > 0;
-    sums.add(any_audited_ ? audited.of(pilot_count) : pilots);
-    return sums.known();
+    any_holdout_ = holdout.count() > 0;
+    sums.add(any_holdout_ ? holdout.of(pilot_count) : pilots);
+    return sums.estimated();
   }
 
-  void learn(std::size_t place, std::size_t x, std::size_t y) {
+  void update(std::size_t place, std::size_t x, std::size_t y) {
     PixelState& pixel = pixels_[place];
     if (!std::isnan(of_one_[place])) {
       pixel.variance =
-          learned_variance(pixel, of_one_[place], expected_variance(pixel.contrast), neighbourhood_.around(x, y));
-    } else if (any_audited_) {
-      const double beside = neighbourhood_.around(x, y).mean() * seen_beside;
-      pixel.variance = static_cast<float>(std::max({audits_.expected(pixel), beside, pixel.unseen()}));
+          averaged_variance(pixel, of_one_[place], predicted_variance(pixel.contrast), neighborhood_.neighbors(x, y));
+    } else if (any_holdout_) {
+      const double continued = neighborhood_.neighbors(x, y).mean() * neighbor_share;
+      pixel.variance = static_cast<float>(std::max({holdout_classes_.predicted(pixel), continued, pixel.undetected()}));
     }
   }
 
   std::span<PixelState> pixels_;
-  const DisplayTransform& levels_;
+  const DisplayTransform& display_;
   const InParallel& in_parallel_;
   Blocks blocks_;
-  std::vector<float> of_one_;  ///< a refined pixel's own variance of one sample; else not a number
-  Neighborhood neighbourhood_;
-  Audits audits_;
-  bool any_audited_ = false;
+  std::vector<float> of_one_;  ///< variance of one sample of a refined pixel, by itself; else NaN
+  Neighborhood neighborhood_;
+  HoldoutClasses holdout_classes_;
+  bool any_holdout_ = false;
 };
 
 }  // namespace
@@ -209,8 +207,8 @@ class VarianceUpdate {
 WHITTLE_WIDE SummedErrors summed(std::span<const float> squared_errors) {
   double squared[lanes] = {}, spread[lanes] = {};
   const float* const errors = squared_errors.data();
-  const std::size_t whole = squared_errors.size() / lanes * lanes;
-  for (std::size_t first = 0; first < whole; first += lanes)
+  const std::size_t complete = squared_errors.size() / lanes * lanes;
+  for (std::size_t first = 0; first < complete; first += lanes)
     for (int i = 0; i < lanes; ++i) {
       const double error = errors[first + static_cast<std::size_t>(i)];
       squared[i] += error;
@@ -218,50 +216,52 @@ WHITTLE_WIDE SummedErrors summed(std::span<const float> squared_errors) {
     }
   SummedErrors sum;
   for (int i = 0; i < lanes; ++i) sum.add({squared[i], spread[i]});
-  for (std::size_t i = whole; i < squared_errors.size(); ++i) sum.add(errors[i]);
+  for (std::size_t i = complete; i < squared_errors.size(); ++i) sum.add(errors[i]);
   return sum;
 }
 
-SampledError SummedErrors::known() const { return {squared, std::max(0.0, squared + deviations * std::sqrt(spread))}; }
-
-SampledError SummedErrors::known_by_audit() const {
-  return {squared, std::max(0.0, squared + audit_deviations * std::sqrt(spread))};
+SampledError SummedErrors::estimated() const {
+  return {squared, std::max(0.0, squared + deviations * std::sqrt(spread))};
 }
 
-SummedErrors AuditedError::of(std::size_t pixels) const {
+SampledError SummedErrors::validated() const {
+  return {squared, std::max(0.0, squared + holdout_deviations * std::sqrt(spread))};
+}
+
+SummedErrors HoldoutError::of(std::size_t pixels) const {
   if (count_ == 0) return {};
   const double each = static_cast<double>(pixels) / static_cast<double>(count_);
   return {sum_.squared * each, sum_.spread * each * each};
 }
 
-SampledError update_variances(std::span<PixelState> pixels, std::uint32_t width, const DisplayTransform& levels,
+SampledError update_variances(std::span<PixelState> pixels, std::uint32_t width, const DisplayTransform& display,
                               const InParallel& in_parallel) {
-  return VarianceUpdate(pixels, width, levels, in_parallel).update_variances();
+  return VarianceUpdate(pixels, width, display, in_parallel).run();
 }
 
-SampledError joined(const SampledError& own, const SampledError& audit) {
-  return {std::max(own.squared, audit.squared), std::max(own.squared_upper, audit.squared_upper)};
+SampledError upper_bound(const SampledError& own, const SampledError& holdout) {
+  return {std::max(own.squared, holdout.squared), std::max(own.squared_upper, holdout.squared_upper)};
 }
 
-void MissingError::add(double mean, double missing_depth, double missing_cutoff, const DisplayTransform& levels) {
-  const double seen = levels.level(mean);
-  const auto squared = [&](double light) {
-    const double apart = light > 0 ? levels.level(mean + light) - seen : 0;
-    return apart * apart;
+void OmittedError::add(double mean, double omitted_depth, double omitted_cutoff, const DisplayTransform& display) {
+  const double code = display.level(mean);
+  const auto squared = [&](double radiance) {
+    const double difference = radiance > 0 ? display.level(mean + radiance) - code : 0;
+    return difference * difference;
   };
-  const double by_depth = squared(missing_depth), by_cutoff = squared(missing_cutoff);
+  const double by_depth = squared(omitted_depth), by_cutoff = squared(omitted_cutoff);
   depth += by_depth;
   cutoff += by_cutoff;
-  both += missing_cutoff == 0 ? by_depth : missing_depth == 0 ? by_cutoff : squared(missing_depth + missing_cutoff);
+  both += omitted_cutoff == 0 ? by_depth : omitted_depth == 0 ? by_cutoff : squared(omitted_depth + omitted_cutoff);
 }
 
-void MissingError::add(const MissingError& part) {
+void OmittedError::add(const OmittedError& part) {
   depth += part.depth;
   cutoff += part.cutoff;
   both += part.both;
 }
 
-ErrorEstimate error_estimate(const SampledError& sampled, const MissingError& omitted, std::size_t pixels) {
+ErrorEstimate error_estimate(const SampledError& sampled, const OmittedError& omitted, std::size_t pixels) {
   const double channels = 3 * static_cast<double>(std::max<std::size_t>(1, pixels));
   ErrorEstimate error;
   error.confidence = confidence;
@@ -274,10 +274,10 @@ ErrorEstimate error_estimate(const SampledError& sampled, const MissingError& om
 
 void add_approximation(ErrorEstimate& error, const SampledError& exact, std::size_t pixels) {
   const double channels = 3 * static_cast<double>(std::max<std::size_t>(1, pixels));
-  const double whole = exact.squared_upper / channels;
-  const double known = error.estimate * error.estimate;
-  error.approximation = std::sqrt(std::max(0.0, whole - error.sampling * error.sampling));
-  error.estimate = std::sqrt(std::max(known, whole - error.sampling * error.sampling + known));
+  const double total = exact.squared_upper / channels;
+  const double estimated = error.estimate * error.estimate;
+  error.approximation = std::sqrt(std::max(0.0, total - error.sampling * error.sampling));
+  error.estimate = std::sqrt(std::max(estimated, total - error.sampling * error.sampling + estimated));
 }
 
 }  // namespace tracer

@@ -1,5 +1,5 @@
 #pragma once
-/// The error of a whole image, from what each round of samples tells of its pixels.
+/// Error estimate of an image, from the samples of each round.
 
 #include <span>
 
@@ -9,13 +9,13 @@
 
 namespace tracer {
 
-/// Sum of the pixels' squared errors, and how well it is known.
+/// Sum of squared errors in 8-bit code values over pixels and channels.
 struct SampledError {
-  double squared = 0;        ///< in squared levels, over pixels and channels; may be negative by chance
-  double squared_upper = 0;  ///< what it is at most, at the stated confidence
+  double squared = 0;        ///< estimate; may be negative by chance
+  double squared_upper = 0;  ///< upper bound at the stated confidence
 };
 
-/// Sums of squared errors, and of their squares, which tell how well the sum is known.
+/// Sum of squared errors and sum of their squares, from which the uncertainty follows.
 struct SummedErrors {
   double squared = 0, spread = 0;
   void add(double squared_error) { add(SummedErrors{squared_error, squared_error * squared_error}); }
@@ -23,28 +23,23 @@ struct SummedErrors {
     squared += part.squared;
     spread += part.spread;
   }
-  /// Where the sum had a part in deciding when to stop.
-  [[nodiscard]] SampledError known() const;
-  /// Where it had none.
-  [[nodiscard]] SampledError known_by_audit() const;
+  /// Estimate from samples that took part in the decision to stop.
+  [[nodiscard]] SampledError estimated() const;
+  /// Estimate from holdout samples.
+  [[nodiscard]] SampledError validated() const;
 };
 
-/// Of many.
 SummedErrors summed(std::span<const float> squared_errors);
 
-/// Squared errors of pixels chosen at random, which stand for more.
-class AuditedError {
+/// Squared errors of randomly selected pixels that represent more pixels.
+class HoldoutError {
  public:
   void add(double squared_error) {
     sum_.add(squared_error);
     ++count_;
   }
-  void add(const AuditedError& other) {
-    sum_.add(other.sum_);
-    count_ += other.count_;
-  }
   [[nodiscard]] std::size_t count() const { return count_; }
-  /// Of `pixels` of which these were chosen; nothing where none was.
+  /// Extrapolates to `pixels`; zero if none was selected.
   [[nodiscard]] SummedErrors of(std::size_t pixels) const;
 
  private:
@@ -52,26 +47,26 @@ class AuditedError {
   std::size_t count_ = 0;
 };
 
-/// The pixels that have only their pilot count as those of them that were audited; where none was, what was predicted
-/// for them counts. Also learns: sets `variance` of every pixel to what is now to be expected of it.
-SampledError update_variances(std::span<PixelState> pixels, std::uint32_t width, const DisplayTransform& levels,
+/// Estimates the error of the image and sets the predicted `variance` of every pixel. Pixels that have only their pilot
+/// are represented by the holdout pixels among them; without any, by their predictions.
+SampledError update_variances(std::span<PixelState> pixels, std::uint32_t width, const DisplayTransform& display,
                               const InParallel& in_parallel);
 
-/// What is known of an image from its own samples and from an audit of it: the greater.
-SampledError joined(const SampledError& own, const SampledError& audit);
+/// The greater of the estimates from the image's own samples and from holdout samples.
+SampledError upper_bound(const SampledError& own, const SampledError& holdout);
 
-/// Sums over the image, in squared levels, of the light that is missing at most.
-struct MissingError {
+/// Upper bound of the squared error by omitted radiance, in 8-bit code values, summed over the image.
+struct OmittedError {
   double depth = 0, cutoff = 0, both = 0;
-  /// `mean` of one channel of a pixel, and what it lacks.
-  void add(double mean, double missing_depth, double missing_cutoff, const DisplayTransform& levels);
-  void add(const MissingError& part);
+  /// Adds one channel of a pixel with this mean.
+  void add(double mean, double omitted_depth, double omitted_cutoff, const DisplayTransform& display);
+  void add(const OmittedError& part);
 };
 
-/// sampling^2 + missing^2, over `pixels`, as an estimate that holds at its stated confidence.
-ErrorEstimate error_estimate(const SampledError& sampled, const MissingError& omitted, std::size_t pixels);
+/// Root of the mean of sampling^2 + omitted^2 over `pixels`, at the stated confidence.
+ErrorEstimate error_estimate(const SampledError& sampled, const OmittedError& omitted, std::size_t pixels);
 
-/// Adds what an image's approximations cost, `exact` being the whole of its error as exact samples tell it.
+/// Adds the error of approximations; `exact` is the whole error of the image against exact samples.
 void add_approximation(ErrorEstimate& error, const SampledError& exact, std::size_t pixels);
 
 }  // namespace tracer

@@ -26,24 +26,24 @@ Film::Film(const CompiledScene& scene, const InParallel& in_parallel)
   if (scene.needs.reflection || scene.needs.refraction || scene.needs.many_lights) omitted_.resize(size());
 }
 
-void Film::sketch(std::size_t place, std::uint32_t side, const Color& radiance,
-                  const std::vector<OmittedRadiance>& omitted, const GBuffer& hits, std::size_t sample) {
-  forget(place);
-  note(place, omitted, hits, sample);
+void Film::set_preview_block(std::size_t place, std::uint32_t side, const Color& radiance,
+                             const std::vector<OmittedRadiance>& omitted, const GBuffer& gbuffer, std::size_t sample) {
+  discard_samples(place);
+  add_sample(place, omitted, gbuffer, sample);
   rgb_[3 * place] = film_value(radiance.r);
   rgb_[3 * place + 1] = film_value(radiance.g);
   rgb_[3 * place + 2] = film_value(radiance.b);
   if (side > 1) fill_block(place, side, place);
 }
 
-void Film::fill_block(std::size_t place, std::uint32_t side, std::size_t like) {
-  const std::array<float, 3> color{rgb_[3 * like], rgb_[3 * like + 1], rgb_[3 * like + 2]};
+void Film::fill_block(std::size_t place, std::uint32_t side, std::size_t source) {
+  const std::array<float, 3> color{rgb_[3 * source], rgb_[3 * source + 1], rgb_[3 * source + 2]};
   const std::size_t columns = std::min<std::size_t>(side, width_ - place % width_);
   for (std::size_t row = place; row < std::min(size_, place + std::size_t{side} * width_); row += width_) {
     for (std::size_t at = row; at < row + columns; ++at) {
       std::copy(color.begin(), color.end(), rgb_.begin() + static_cast<std::ptrdiff_t>(3 * at));
-      if (!omitted_.empty()) omitted_[at] = omitted_[like];
-      if (!layers_.empty()) layers_[at] = layers_[like];
+      if (!omitted_.empty()) omitted_[at] = omitted_[source];
+      if (!layers_.empty()) layers_[at] = layers_[source];
     }
   }
 }
@@ -53,71 +53,67 @@ void Film::begin() {
   each_pixel([&](std::size_t i) { pixels_[i].pilot = {rgb_[3 * i], rgb_[3 * i + 1], rgb_[3 * i + 2]}; });
 }
 
-void Film::note(std::size_t place, const std::vector<OmittedRadiance>& omitted, const GBuffer& hits,
-                std::size_t sample) {
-  if (!omitted_.empty()) {
-    omitted_[place].depth += omitted[sample].depth;
-    omitted_[place].cutoff += omitted[sample].cutoff;
-    omitted_[place].culled += omitted[sample].culled;
-  }
-  if (!layers_.empty()) layers_[place].add(hits, sample);
+void Film::add_sample(std::size_t place, const std::vector<OmittedRadiance>& omitted, const GBuffer& gbuffer,
+                      std::size_t sample) {
+  if (!omitted_.empty()) omitted_[place] += omitted[sample];
+  if (!layers_.empty()) layers_[place].add(gbuffer, sample);
 }
 
-void Film::forget(std::size_t place) {
+void Film::discard_samples(std::size_t place) {
   if (!omitted_.empty()) omitted_[place] = {};
   if (!layers_.empty()) layers_[place] = {};
 }
 
-void Film::note(std::size_t place, const SubpixelFeature& scout, const Color& radiance,
-                const DisplayTransform& levels) {
+void Film::add_feature(std::size_t place, const SubpixelFeature& feature, const Color& radiance,
+                       const DisplayTransform& display) {
   PixelState& pixel = pixels_[place];
-  double apart = 0, missed = 0;
+  double difference = 0, missed = 0;
   for (const auto channel : {&Color::r, &Color::g, &Color::b}) {
-    const double pilot = pixel.pilot.*channel, there = radiance.*channel, to_display = levels.level(pilot);
-    const double mean = pilot + (there - pilot) * scout.share;
-    apart += (levels.level(there) - to_display) * (levels.level(there) - to_display);
-    missed += (levels.level(mean) - to_display) * (levels.level(mean) - to_display);
+    const double pilot = pixel.pilot.*channel, found = radiance.*channel, pilot_code = display.level(pilot);
+    const double mean = pilot + (found - pilot) * feature.share;
+    difference += (display.level(found) - pilot_code) * (display.level(found) - pilot_code);
+    missed += (display.level(mean) - pilot_code) * (display.level(mean) - pilot_code);
   }
-  if (!(apart > 0)) return;
-  pixel.hidden += static_cast<float>(apart * scout.share * (1 - scout.share));
+  if (!(difference > 0)) return;
+  pixel.hidden += static_cast<float>(difference * feature.share * (1 - feature.share));
   pixel.missed += static_cast<float>(missed);
-  pixel.hidden_share = std::min(pixel.hidden_share, scout.share);
+  pixel.hidden_share = std::min(pixel.hidden_share, feature.share);
 }
 
-void Film::expect(const DisplayTransform& levels) {
+void Film::predict_variance(const DisplayTransform& display) {
   const Blocks blocks(size_, width_);
   in_parallel_(blocks.count(), [&](std::uint64_t block) {
-    ContrastRows contrasts(width_, size_ / width_, [&](std::size_t y, ShownRow& row) {
-      levels.show(std::span(rgb_).subspan(3 * y * width_, 3 * std::size_t{width_}), row);
+    ContrastRows contrasts(width_, size_ / width_, [&](std::size_t y, CodeValueRow& row) {
+      display.show(std::span(rgb_).subspan(3 * y * width_, 3 * std::size_t{width_}), row);
     });
     for (std::size_t y = blocks.first_row(block); y < blocks.first_row(block + 1); ++y) {
       PixelState* pixel = pixels_.data() + y * width_;
       for (const float contrast : contrasts.row(y)) {
         pixel->contrast = contrast;
-        pixel->variance = static_cast<float>(std::max(expected_variance(contrast), pixel->unseen()));
+        pixel->variance = static_cast<float>(std::max(predicted_variance(contrast), pixel->undetected()));
         ++pixel;
       }
     }
   });
 }
 
-void Film::suspect(std::size_t place, double error) {
-  constexpr double caught = 16, beside = 1.0 / 4;
-  if (!(error > caught * pixels_[place].variance)) return;
+void Film::raise_variance(std::size_t place, double error) {
+  constexpr double surprise = 16, neighbor_share = 1.0 / 4;
+  if (!(error > surprise * pixels_[place].variance)) return;
   const std::size_t x = place % width_, y = place / width_, rows = size_ / width_;
   for (std::size_t ny = y - std::min<std::size_t>(y, 1); ny <= std::min(y + 1, rows - 1); ++ny)
     for (std::size_t nx = x - std::min<std::size_t>(x, 1); nx <= std::min<std::size_t>(x + 1, width_ - 1); ++nx) {
       PixelState& pixel = pixels_[ny * width_ + nx];
-      if (!pixel.refined()) pixel.variance = std::max(pixel.variance, static_cast<float>(error * beside));
+      if (!pixel.refined()) pixel.variance = std::max(pixel.variance, static_cast<float>(error * neighbor_share));
     }
   pixels_[place].variance = static_cast<float>(error);
 }
 
-DisplayTransform Film::levels() const {
-  double most = 0;
+DisplayTransform Film::display() const {
+  double brightest = 0;
   if (scene_.output.overflow == Output::Overflow::scale)
-    for (std::size_t i = 0; i < size(); ++i) most = std::max(most, max_component(mean(i)));
-  return {scene_.output, most};
+    for (std::size_t i = 0; i < size(); ++i) brightest = std::max(brightest, max_component(mean(i)));
+  return {scene_.output, brightest};
 }
 
 Color Film::mean(std::size_t place) const {
@@ -125,27 +121,27 @@ Color Film::mean(std::size_t place) const {
   return {rgb_[3 * place], rgb_[3 * place + 1], rgb_[3 * place + 2]};
 }
 
-MissingError Film::missing_error(const DisplayTransform& levels) {
+OmittedError Film::omitted_error(const DisplayTransform& display) {
   if (omitted_.empty()) return {};
-  take_means();
-  const ErrorContext judging{levels, most_hideable()};
+  update_means();
+  const ErrorContext context{display, omitted_bound()};
   const Blocks blocks(size_, width_);
-  std::vector<MissingError> parts(blocks.count());
+  std::vector<OmittedError> block_sums(blocks.count());
   in_parallel_(blocks.count(), [&](std::uint64_t block) {
-    MissingError part;
+    OmittedError block_sum;
     blocks.each_pixel(block, [&](std::size_t i, std::size_t, std::size_t) {
-      add(part, rgb_.data() + 3 * i, missing_of_one(i), judging);
+      add(block_sum, rgb_.data() + 3 * i, mean_omitted(i), context);
     });
-    parts[block] = part;
+    block_sums[block] = block_sum;
   });
-  MissingError whole;
-  for (const MissingError& part : parts) whole.add(part);
-  return whole;
+  OmittedError sum;
+  for (const OmittedError& block_sum : block_sums) sum.add(block_sum);
+  return sum;
 }
 
-RadianceBound Film::most_hideable() const { return hideable(scene_, brightest_if_needed(scene_, rgb_)); }
+RadianceBound Film::omitted_bound() const { return bound_omitted_radiance(scene_, brightest_if_needed(scene_, rgb_)); }
 
-void Film::take_means() {
+void Film::update_means() {
   if (pixels_.empty()) return;
   each_pixel([&](std::size_t i) {
     if (!pixels_[i].refined()) return;
@@ -156,21 +152,21 @@ void Film::take_means() {
   });
 }
 
-OmittedRadiance Film::missing_of_one(std::size_t place) const {
+OmittedRadiance Film::mean_omitted(std::size_t place) const {
   if (omitted_.empty()) return {};
   const float share = pixels_.empty() ? 1 : 1.0f / static_cast<float>(pixels_[place].count());
-  return {omitted_[place].depth * share, omitted_[place].cutoff * share, omitted_[place].culled * share};
+  return omitted_[place] * share;
 }
 
 void Film::write_errors(std::vector<float>& error, const Image& image, const SampledError& sampled,
-                        const ErrorContext& judging) const {
-  const double each = sampled.squared_upper / static_cast<double>(size_);  // of a sketch
+                        const ErrorContext& context) const {
+  const double each = sampled.squared_upper / static_cast<double>(size_);  // without rounds
   double sum = 0;
   for (const PixelState& pixel : pixels_) sum += pixel.variance;
   const double factor = sum > 0 ? std::max(1.0, sampled.squared_upper / sum) : 1;
   each_pixel([&](std::size_t i) {
     const double variance = pixels_.empty() ? each : pixels_[i].variance * factor;
-    error[i] = pixel_error(variance, image.rgb.data() + 3 * i, missing_of_one(i), judging);
+    error[i] = pixel_error(variance, image.rgb.data() + 3 * i, mean_omitted(i), context);
   });
 }
 
@@ -186,20 +182,20 @@ void Film::count(RenderStatistics& statistics) const {
   statistics.holdout_samples = statistics.samples - in_means;
 }
 
-void Film::write(Rendered& rendered, const SampledError& sampled, bool whole) {
+void Film::write(Rendered& rendered, const SampledError& sampled, bool complete) {
   if (pixels_.empty()) {
-    rendered.statistics.samples_min = whole ? 1 : 0;
+    rendered.statistics.samples_min = complete ? 1 : 0;
     rendered.statistics.samples_max = 1;
   } else {
     count(rendered.statistics);
-    take_means();
+    update_means();
   }
   Image& image = rendered.image;
-  const ErrorContext judging{levels(), most_hideable()};
+  const ErrorContext context{display(), omitted_bound()};
   image.rgb = std::move(rgb_);
   allocate(image, scene_.image.window(), scene_.output);
   if (!layers_.empty()) each_pixel([&](std::size_t i) { layers_[i].write(image, i); });
-  if (!image.layers.error.empty()) write_errors(image.layers.error, image, sampled, judging);
+  if (!image.layers.error.empty()) write_errors(image.layers.error, image, sampled, context);
 }
 
 }  // namespace tracer

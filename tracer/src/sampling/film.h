@@ -1,5 +1,5 @@
 #pragma once
-/// An image while samples are being added to it in rounds: what is known of its pixels, and what is kept beside.
+/// The image during adaptive sampling: the state of its pixels, their layers and their omitted radiance.
 
 #include <span>
 #include <vector>
@@ -12,12 +12,11 @@
 
 namespace tracer {
 
-/// Places are those of the window's pixels, row by row. One thread at a time for each place; the rest when no other is
-/// at work.
+/// A place is the index of a pixel in the window, row by row. Functions of one place may run concurrently for different
+/// places; all others exclude each other.
 ///
-/// It begins as a sketch: the samples of a grid of pixels, each standing for a block of them, and finer ones over it.
-/// Little is kept of that, so that it may be all there is time for. Once every pixel has its sample, `begin` makes room
-/// for rounds.
+/// First the film holds preview blocks: samples of a grid of pixels, each standing for a block of them. This takes
+/// little memory and time, since it may be the final image. begin() prepares it for rounds.
 class Film {
  public:
   Film(const CompiledScene& scene, const InParallel& in_parallel);
@@ -25,46 +24,45 @@ class Film {
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] std::uint32_t width() const { return width_; }
 
-  /// A pilot, and what it lacks and hits. Stands for the `side` x `side` pixels from `place` on, to the right and down.
-  void sketch(std::size_t place, std::uint32_t side, const Color& radiance, const std::vector<OmittedRadiance>& omitted,
-              const GBuffer& hits, std::size_t sample);
+  /// Stores a pilot sample for the `side` x `side` pixels right of and below `place`.
+  void set_preview_block(std::size_t place, std::uint32_t side, const Color& radiance,
+                         const std::vector<OmittedRadiance>& omitted, const GBuffer& gbuffer, std::size_t sample);
+  /// Fills a block with the pixel at `source`.
+  void fill_block(std::size_t place, std::uint32_t side, std::size_t source);
 
-  /// Makes such a block look like the pixel at `like`.
-  void fill_block(std::size_t place, std::uint32_t side, std::size_t like);
-
-  /// Makes pixels of the sketch; only after it does any of what follows here know of pixels.
+  /// Creates the states of the pixels from their pilots. Precondition of the functions on pixels below.
   void begin();
   [[nodiscard]] std::span<PixelState> pixels() { return pixels_; }
   [[nodiscard]] PixelState& pixel(std::size_t place) { return pixels_[place]; }
-  /// What a sample that counts lacks and hits.
-  void note(std::size_t place, const std::vector<OmittedRadiance>& omitted, const GBuffer& hits, std::size_t sample);
-  /// Forgets what was noted of the place's samples.
-  void forget(std::size_t place);
-  /// What a scout saw in the pixel at `place`.
-  void note(std::size_t place, const SubpixelFeature& scout, const Color& radiance, const DisplayTransform& levels);
-  /// Sets what the pilots let expect of every pixel, before anything is measured.
-  void expect(const DisplayTransform& levels);
+  /// Adds the omitted radiance and the layers of a sample that is in the pixel's mean.
+  void add_sample(std::size_t place, const std::vector<OmittedRadiance>& omitted, const GBuffer& gbuffer,
+                  std::size_t sample);
+  /// Discards the sums of add_sample().
+  void discard_samples(std::size_t place);
+  /// Adds the radiance of a subpixel feature at `place`.
+  void add_feature(std::size_t place, const SubpixelFeature& feature, const Color& radiance,
+                   const DisplayTransform& display);
+  /// Predicts the variance of every pixel from the pilots.
+  void predict_variance(const DisplayTransform& display);
+  /// Raises the variance to a squared error that holdout samples found, in the neighbors as well if it is far above the
+  /// prediction: its cause may continue there.
+  void raise_variance(std::size_t place, double error);
 
-  /// An audit found that squared error in a pixel. What it has and nobody expected may go on in those beside it.
-  void suspect(std::size_t place, double error);
-
-  [[nodiscard]] DisplayTransform levels() const;
+  [[nodiscard]] DisplayTransform display() const;
   [[nodiscard]] Color mean(std::size_t place) const;
-  [[nodiscard]] MissingError missing_error(const DisplayTransform& levels);
+  [[nodiscard]] OmittedError omitted_error(const DisplayTransform& display);
 
-  /// The image and what was asked for beside it, into `rendered`, with the counts of its samples; `sampled` is what
-  /// is claimed of it. `rendered.statistics.samples` counts all samples. `whole`: every pixel has a sample. Ends the
-  /// film.
-  void write(Rendered& rendered, const SampledError& sampled, bool whole);
+  /// Moves the image and its layers into `rendered` and counts its samples; ends the film. `sampled` is the estimate,
+  /// `rendered.statistics.samples` the number of all samples. `complete`: every pixel has a sample of its own.
+  void write(Rendered& rendered, const SampledError& sampled, bool complete);
 
  private:
-  /// The sums that were noted at a place, as of one sample.
-  [[nodiscard]] OmittedRadiance missing_of_one(std::size_t place) const;
-  /// The layer, from the pixels' variances, made to add up to what is claimed of the image. A sketch's are all alike.
+  [[nodiscard]] OmittedRadiance mean_omitted(std::size_t place) const;
+  /// Writes the layer `error`: the pixels' variances, scaled up to the estimate of the image. Without rounds, uniform.
   void write_errors(std::vector<float>& error, const Image& image, const SampledError& sampled,
-                    const ErrorContext& judging) const;
-  [[nodiscard]] RadianceBound most_hideable() const;
-  void take_means();  ///< of refined pixels, into `rgb_`
+                    const ErrorContext& context) const;
+  [[nodiscard]] RadianceBound omitted_bound() const;
+  void update_means();  ///< writes the means of refined pixels to `rgb_`
   void count(RenderStatistics& statistics) const;
 
   template <class Work>
@@ -74,10 +72,10 @@ class Film {
   const InParallel& in_parallel_;
   std::uint32_t width_;
   std::size_t size_;
-  std::vector<float> rgb_;  ///< the image, three channels a pixel; behind the pixels' means in between
+  std::vector<float> rgb_;  ///< three channels per pixel; older than the pixels' means between updates
   std::vector<PixelState> pixels_;
-  std::vector<LayerAccumulator> layers_;  ///< empty where none is asked for
-  std::vector<OmittedRadiance> omitted_;  ///< sums; empty where nothing can be missing
+  std::vector<LayerAccumulator> layers_;  ///< empty in scenes without layers
+  std::vector<OmittedRadiance> omitted_;  ///< sums; empty in scenes that cannot omit radiance
 };
 
 }  // namespace tracer

@@ -1,5 +1,5 @@
 #pragma once
-/// Which pixels the closing audit of an image looks at, and how closely.
+/// Selects the pixels of an image that holdout samples validate, and the number of their samples.
 
 #include <cstdint>
 #include <span>
@@ -9,39 +9,38 @@
 
 namespace tracer {
 
-/// A pixel chosen by chance to tell the error of an image.
+/// A randomly selected pixel.
 struct HoldoutPixel {
   std::size_t place = 0;
   std::uint32_t half = 0;  ///< fresh samples in each of two halves
-  double stands_for = 0;   ///< how many pixels' errors its own counts as
+  double stands_for = 0;   ///< weight of its error: the number of pixels that it represents
 };
 
-/// How much an audit looks at.
-struct AuditSize {
-  /// Pixels that have only their pilot would be looked at so many times, were all like that.
-  double looks = 0;
-  /// Refined pixels are drawn so often beside that. 256: what the confidence wants, however large the image is.
+struct HoldoutBudget {
+  /// Expected number of selected pixels, if all pixels had only their pilot.
+  double pixels = 0;
+  /// Draws of refined pixels beside that. 256: enough for the stated confidence, however large the image is.
   std::uint32_t draws = 256;
 };
 
-/// What an image with a target is audited by: one look for 32 pixels, or 2048 of them, so that of a small image all
-/// are looked at: a single pixel may be what is wrong with it.
-AuditSize thorough_audit(std::size_t pixels);
-/// The same as far as it costs no more than so many samples; and little even if that is none.
-AuditSize audit_within(std::span<const PixelState> pixels, double samples_most);
+/// Budget of an image with a target: one pixel in 32, and at least 2048, so that every pixel of a small image is
+/// validated: its whole error may be in a single pixel.
+HoldoutBudget full_holdout_budget(std::size_t pixels);
+/// The same, reduced to a number of samples, but never to nothing.
+HoldoutBudget holdout_budget_within(std::span<const PixelState> pixels, double samples_max);
 
-/// Every pixel is looked at with a chance that spends equally many samples on each in the mean: those that have cost
-/// much are known better, and to look at them costs more. That finds what nobody expects. What is expected is told best
-/// where it is: refined pixels are also drawn with a chance in proportion to the error that is expected of them
-/// (importance sampling: Cochran 1977, "Sampling Techniques", sec. 9A), one draw in each of as many equal parts of it.
-/// What a choice stands for makes the sum unbiased, whatever was expected.
+/// Selects every pixel with a probability that spends equally many samples on each in the mean: pixels that cost much
+/// have smaller errors and cost more to validate. This finds errors that were not predicted. For predicted errors,
+/// refined pixels are also drawn in proportion to the predicted error (importance sampling: Cochran 1977, "Sampling
+/// Techniques", sec. 9A), with one draw in each of as many equal strata. `stands_for` makes the sum unbiased for any
+/// prediction.
 ///
 /// Ascending, each pixel once. Deterministic in `stream` and `seed`.
-std::vector<HoldoutPixel> choose_audits(std::span<const PixelState> pixels, const AuditSize& size, std::uint64_t stream,
-                                        std::uint64_t seed);
+std::vector<HoldoutPixel> select_holdout_pixels(std::span<const PixelState> pixels, const HoldoutBudget& budget,
+                                                std::uint64_t stream, std::uint64_t seed);
 
-/// Of so many pixels of which nothing is known, `count` at most: one in each of as many equal parts.
-std::vector<HoldoutPixel> choose_audits(std::size_t pixels, std::size_t count, std::uint64_t stream,
-                                        std::uint64_t seed);
+/// Selects at most `count` of `pixels` without predictions, one in each of as many equal strata.
+std::vector<HoldoutPixel> select_holdout_pixels(std::size_t pixels, std::size_t count, std::uint64_t stream,
+                                                std::uint64_t seed);
 
 }  // namespace tracer

@@ -1,54 +1,54 @@
 #pragma once
-/// From pixels to the error told of their image.
+/// Error of an image from its pixels: sampling and omitted radiance.
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "tracer/render.h"
-#include "tracer/src/integrators/whitted/wavefront.h"
+#include "tracer/src/compiled/compiled_scene.h"
+#include "tracer/src/integrators/batch.h"
 #include "tracer/src/sampling/error_estimate.h"
 #include "tracer/src/sampling/uniform_error.h"
 
 namespace tracer {
 
-/// The brightest channel of the image, where something asks for it: `overflow: scale`, or a scene without a bound of
-/// its radiance. 0 elsewhere.
+/// The brightest channel of the image if `overflow: scale` or a scene without a radiance bound needs it; else 0.
 double brightest_if_needed(const CompiledScene& scene, std::span<const float> rgb);
 
-/// What a unit of weight that was not traced can hide: the scene's bound of radiance, or without one that of the
-/// brightest pixel.
+/// Upper bound of the radiance along an omitted ray: the scene's bound or, without one, the brightest pixel.
 struct RadianceBound {
   double radiance = 0;
   bool bounded = true;
 };
-RadianceBound hideable(const CompiledScene& scene, double brightest_pixel);
+RadianceBound bound_omitted_radiance(const CompiledScene& scene, double brightest_pixel);
 
-/// What pixels are judged by.
+/// Parameters of a pixel's error.
 struct ErrorContext {
-  DisplayTransform levels;
-  RadianceBound hideable;
+  DisplayTransform display;
+  RadianceBound bound;
 };
 
-/// Adds what a pixel lacks; `rgb` is its mean.
-void add(MissingError& sums, const float* rgb, const OmittedRadiance& omitted, const ErrorContext& judging);
+/// Adds the error of a pixel with mean `rgb` by its omitted radiance.
+void add(OmittedError& sums, const float* rgb, const OmittedRadiance& omitted, const ErrorContext& context);
 
-/// One pixel's in the layer `error`, from the variance of its mean and what it lacks.
-float pixel_error(double variance, const float* rgb, const OmittedRadiance& omitted, const ErrorContext& judging);
+/// A pixel of the layer `error`, from the variance of its mean and its omitted radiance.
+float pixel_error(double variance, const float* rgb, const OmittedRadiance& omitted, const ErrorContext& context);
 
-/// A pixel that lacks something; most of most images lack nothing.
+/// A pixel that omits radiance; few pixels do.
 struct OmittedSample {
-  std::uint32_t place;      ///< images end at 2^26 pixels
-  OmittedRadiance omitted;  ///< the mean of its samples'
+  std::uint32_t place;      ///< images have at most 2^26 pixels
+  OmittedRadiance omitted;  ///< mean over the pixel's samples
 };
 
-/// What is known of an image of equal samples; the same for any number of threads. Also writes the layer `error` where
-/// `image` has one. `pixels` are those of `image`; `lacks`: by tile, no pixel twice.
-struct UniformAccount {
+struct UniformErrors {
   SampledError sampled;
-  MissingError omitted;
+  OmittedError omitted;
 };
-UniformAccount account_for(Image& image, const UniformPixels& pixels, std::span<const std::vector<OmittedSample>> lacks,
-                           const ErrorContext& judging, const InParallel& in_parallel);
+/// Measures the error of an image with equally many samples per pixel; deterministic for any number of threads. Also
+/// writes the layer `error` if `image` has one. `omitted`: by tile, each pixel at most once.
+UniformErrors measure_uniform_errors(Image& image, const UniformPixels& pixels,
+                                     std::span<const std::vector<OmittedSample>> omitted, const ErrorContext& context,
+                                     const InParallel& in_parallel);
 
 }  // namespace tracer

@@ -25,18 +25,18 @@ void allocate(Image& image, const PixelWindow& window, const Output& output) {
   const std::size_t pixels = window.pixels();
   image.rgb.resize(3 * pixels);
   if (output.alpha) image.alpha.resize(pixels);
-  const auto asked = [&](Layer layer) {
+  const auto requested = [&](Layer layer) {
     return std::find(output.layers.begin(), output.layers.end(), layer) != output.layers.end();
   };
-  if (asked(Layer::depth)) image.layers.depth.resize(pixels);
-  if (asked(Layer::normal)) image.layers.normal.resize(3 * pixels);
-  if (asked(Layer::albedo)) image.layers.albedo.resize(3 * pixels);
-  if (asked(Layer::object_id)) image.layers.object_id.resize(pixels);
-  if (asked(Layer::samples)) image.layers.samples.resize(pixels);
-  if (asked(Layer::error)) image.layers.error.resize(pixels);
+  if (requested(Layer::depth)) image.layers.depth.resize(pixels);
+  if (requested(Layer::normal)) image.layers.normal.resize(3 * pixels);
+  if (requested(Layer::albedo)) image.layers.albedo.resize(3 * pixels);
+  if (requested(Layer::object_id)) image.layers.object_id.resize(pixels);
+  if (requested(Layer::samples)) image.layers.samples.resize(pixels);
+  if (requested(Layer::error)) image.layers.error.resize(pixels);
 }
 
-void PixelAccumulator::write_spread(const Color& squares, float* spread) const {
+void PixelAccumulator::write_variance(const Color& squares, float* spread) const {
   if (count_ < 2) return;
   const double mean_share = 1.0 / count_, spread_share = 1.0 / (count_ - 1);
   const auto variance = [&](double sum, double squared) {
@@ -47,14 +47,14 @@ void PixelAccumulator::write_spread(const Color& squares, float* spread) const {
   spread[2] = variance(sum_.b, squares.b);
 }
 
-void LayerAccumulator::add(const GBuffer& hits, std::size_t sample) {
+void LayerAccumulator::add(const GBuffer& gbuffer, std::size_t sample) {
   ++count_;
-  if (!hits.hit(sample)) return;
+  if (!gbuffer.hit(sample)) return;
   ++hit_count_;
-  depth_ += hits.depth[sample];
-  normal_ += hits.normal[sample];
-  albedo_ += hits.albedo[sample];
-  if (object_id_ == 0 && hits.object[sample] != GBuffer::no_object) object_id_ = hits.object[sample] + 1;
+  depth_ += gbuffer.depth[sample];
+  normal_ += gbuffer.normal[sample];
+  albedo_ += gbuffer.albedo[sample];
+  if (object_id_ == 0 && gbuffer.object[sample] != GBuffer::no_object) object_id_ = gbuffer.object[sample] + 1;
 }
 
 void LayerAccumulator::write(Image& image, std::size_t index) const {
@@ -63,8 +63,8 @@ void LayerAccumulator::write(Image& image, std::size_t index) const {
   const Vec3 normal = normal_ * share;
   Layers& layers = image.layers;
   write1(image.alpha, index, static_cast<float>(hit_count_ * share));
-  const float nothing = std::numeric_limits<float>::infinity();
-  write1(layers.depth, index, hit_count_ > 0 ? film_value(depth_ / hit_count_) : nothing);
+  const float no_hit = std::numeric_limits<float>::infinity();
+  write1(layers.depth, index, hit_count_ > 0 ? film_value(depth_ / hit_count_) : no_hit);
   write3(layers.normal, index, normal.x, normal.y, normal.z);
   write3(layers.albedo, index, albedo.r, albedo.g, albedo.b);
   write1(layers.object_id, index, object_id_);

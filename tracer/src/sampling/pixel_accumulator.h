@@ -1,5 +1,5 @@
 #pragma once
-/// From the samples of a pixel to its place in the image.
+/// Accumulates the samples of a pixel and writes their means to the image.
 
 #include <algorithm>
 #include <limits>
@@ -9,10 +9,10 @@
 
 namespace tracer {
 
-/// Makes room in `image` for the image and what `output` asks for beside it, all zero.
+/// Allocates the image and the layers of `output`, all zero.
 void allocate(Image& image, const PixelWindow& window, const Output& output);
 
-/// The film holds floats: what is brighter than the largest is that one, never infinite.
+/// Converts to the film's float; larger values become the largest finite one.
 inline float film_value(double value) {
   return static_cast<float>(std::min<double>(value, std::numeric_limits<float>::max()));
 }
@@ -24,26 +24,26 @@ class PixelAccumulator {
     sum_ += radiance;
     ++count_;
   }
-  /// Means, into three channels. In line: it is most of what an image of one sample a pixel needs beside its rays.
+  /// Writes the mean to three channels.
   void write(float* rgb) const {
     const Color mean = count_ > 0 ? sum_ * (1.0 / count_) : Color{};
     rgb[0] = film_value(mean.r);
     rgb[1] = film_value(mean.g);
     rgb[2] = film_value(mean.b);
   }
-  /// The variance of the samples, whose squares sum up to `squares`, into three channels.
-  void write_spread(const Color& squares, float* spread) const;
+  /// Writes the variance of the samples to three channels; `squares` is the sum of their squares.
+  void write_variance(const Color& squares, float* variance) const;
 
  private:
   Color sum_;
   std::uint32_t count_ = 0;
 };
 
-/// The same of what the samples' camera rays hit.
+/// Sums of the first hits of one pixel's samples.
 class LayerAccumulator {
  public:
-  void add(const GBuffer& hits, std::size_t sample);
-  /// Means, into those of the layers that `image` has room for.
+  void add(const GBuffer& gbuffer, std::size_t sample);
+  /// Writes the means to the layers of `image`.
   void write(Image& image, std::size_t index) const;
 
  private:

@@ -21,40 +21,40 @@ double variance_of_one(double variance, std::uint32_t count) {
   return variance * of_power[static_cast<std::size_t>(std::countr_zero(count))];
 }
 
-double refined_error(const PixelState& pixel, const DisplayTransform& levels) {
+double refined_error(const PixelState& pixel, const DisplayTransform& display) {
   const Color first = mean_of(pixel, 0), second = mean_of(pixel, 1);
   double sum = 0;
   for (const auto channel : channels) {
     const double middle = (first.*channel + second.*channel) / 2,
-                 apart = std::abs(first.*channel - second.*channel) / 2;
-    const double slope = levels.slope_between(middle, std::max(0.0, middle - apart));
-    sum += slope * slope * apart * apart;
+                 difference = std::abs(first.*channel - second.*channel) / 2;
+    const double slope = display.slope_between(middle, std::max(0.0, middle - difference));
+    sum += slope * slope * difference * difference;
   }
   return sum;
 }
 
-double audited_error(const PixelState& pixel, const DisplayTransform& levels, double usual) {
+double holdout_error(const PixelState& pixel, const DisplayTransform& display, double usual) {
   const Color first = mean_of(pixel, 0), second = mean_of(pixel, 1);
   double sum = 0;
   for (const auto channel : channels) {
     const double pilot = pixel.pilot.*channel, fresh = (first.*channel + second.*channel) / 2;
-    const double slope = levels.slope_between(pilot, std::max(0.0, pilot + std::copysign(usual, fresh - pilot)));
+    const double slope = display.slope_between(pilot, std::max(0.0, pilot + std::copysign(usual, fresh - pilot)));
     sum += slope * slope * (pilot - first.*channel) * (pilot - second.*channel);
   }
   return sum;
 }
 
-double squared_distance(const PixelState& pixel, const DisplayTransform& levels) {
+double squared_distance(const PixelState& pixel, const DisplayTransform& display) {
   const Color mean = (mean_of(pixel, 0) + mean_of(pixel, 1)) * 0.5;
   double sum = 0;
   for (const auto channel : channels) {
-    const double apart = levels.level(mean.*channel) - levels.level(pixel.pilot.*channel);
-    sum += apart * apart;
+    const double difference = display.level(mean.*channel) - display.level(pixel.pilot.*channel);
+    sum += difference * difference;
   }
   return sum;
 }
 
-double audited_radiance_error(const PixelState& pixel) {
+double holdout_radiance_error(const PixelState& pixel) {
   const Color first = mean_of(pixel, 0), second = mean_of(pixel, 1);
   double sum = 0;
   for (const auto channel : channels)

@@ -12,7 +12,7 @@ namespace tracer {
 std::optional<Image> Preview::look(std::uint32_t side) {
   const std::unique_lock lock(mutex_, std::try_to_lock);
   if (!lock || tiles_ == nullptr) return std::nullopt;
-  return tiles_->look(side);
+  return tiles_->read(side);
 }
 
 PreviewTiles::PreviewTiles(Preview* preview, const Tiles& tiles, const PixelWindow& window, Mean mean)
@@ -41,13 +41,12 @@ void PreviewTiles::lock(std::uint64_t tile) const {
 }
 
 void PreviewTiles::unlock(std::uint64_t tile) const {
-  if (states_ != nullptr) states_[tile].store(to_display, std::memory_order_release);
+  if (states_ != nullptr) states_[tile].store(visible, std::memory_order_release);
 }
 
-/// Of each tile that has something to show every so many pixels are added to that of the small image that they are
-/// in.
-Image PreviewTiles::look(std::uint32_t side) const {
-  constexpr std::uint32_t looks_each_way = 4;
+/// Averages a grid of pixels of the visible tiles into each pixel of the small image.
+Image PreviewTiles::read(std::uint32_t side) const {
+  constexpr std::uint32_t samples_per_axis = 4;
   const std::uint32_t longest = std::max(width_, height_);
   const auto scaled = [&](std::uint32_t length) {
     if (longest <= side) return length;
@@ -59,7 +58,7 @@ Image PreviewTiles::look(std::uint32_t side) const {
   const std::size_t pixels = std::size_t{image.width} * image.height;
   image.rgb.resize(3 * pixels);
   image.alpha.resize(pixels);
-  const std::uint32_t step = std::max(1u, longest / std::max(image.width, image.height) / looks_each_way);
+  const std::uint32_t step = std::max(1u, longest / std::max(image.width, image.height) / samples_per_axis);
   for (std::uint64_t tile = 0; tile < tiles_.count(); ++tile) {
     if (states_[tile].load(std::memory_order_relaxed) == empty) continue;
     lock(tile);

@@ -1,5 +1,5 @@
 #pragma once
-/// What a Preview sees of a render: tiles that are written to, one at a time each, and read in between.
+/// Tiles of a running render for a Preview: each is written by one thread at a time and read in between.
 
 #include <atomic>
 #include <cstdint>
@@ -13,10 +13,10 @@
 
 namespace tracer {
 
-/// Without a preview it does nothing. Nobody looks but while an Open lives.
+/// Without a preview all functions do nothing. A preview reads tiles only while an Open lives.
 class PreviewTiles {
  public:
-  /// The colour of the pixel at a place of the window, read under the lock of its tile.
+  /// The color of the pixel at a place of the window, read under the lock of its tile.
   using Mean = std::function<Color(std::size_t place)>;
   /// `preview` may be null. It and `tiles` must outlive this.
   PreviewTiles(Preview* preview, const Tiles& tiles, const PixelWindow& window, Mean mean);
@@ -24,7 +24,8 @@ class PreviewTiles {
   PreviewTiles(const PreviewTiles&) = delete;
   PreviewTiles& operator=(const PreviewTiles&) = delete;
 
-  /// While it lives tiles are written to under their locks alone. All of one thread, that of the constructor.
+  /// Publishes the tiles: while it lives, they are written under their locks only. To be created and destroyed on the
+  /// thread of the constructor.
   class Open {
    public:
     explicit Open(PreviewTiles& tiles) : tiles_(tiles) { tiles_.open(); }
@@ -36,7 +37,7 @@ class PreviewTiles {
     PreviewTiles& tiles_;
   };
 
-  /// A tile's lock, held for microseconds; whoever holds it has something to show afterwards.
+  /// Lock of a tile, held for microseconds. After the first unlock() the tile is visible.
   class Tile {
    public:
     Tile(PreviewTiles& tiles, std::uint64_t index) : tiles_(tiles), index_(index) {}
@@ -50,19 +51,19 @@ class PreviewTiles {
 
  private:
   friend class Preview;
-  enum State : std::uint8_t { empty, to_display, locked };
+  enum State : std::uint8_t { empty, visible, locked };
 
   void open();
   void close();
   void lock(std::uint64_t tile) const;
   void unlock(std::uint64_t tile) const;
-  [[nodiscard]] Image look(std::uint32_t side) const;
+  [[nodiscard]] Image read(std::uint32_t side) const;
 
   Preview* preview_;
   const Tiles& tiles_;
   std::uint32_t width_, height_;
   Mean mean_;
-  std::unique_ptr<std::atomic<std::uint8_t>[]> states_;  ///< of each tile; null without a preview
+  std::unique_ptr<std::atomic<std::uint8_t>[]> states_;  ///< by tile; null without a preview
   std::unique_lock<std::mutex> closed_;
 };
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double unbounded = std::numeric_limits<double>::infinity();
 
-/// The largest that any surface point receives from all lights together.
+/// Upper bound of the light that a surface point receives from all lights.
 double light_bound(const CompiledScene& scene) {
   double sum = 0;
   for (const CompiledLight& light : scene.lights)
@@ -28,13 +28,13 @@ double color_bound(const CompiledScene& scene, const ColorOrTexture& color) {
   return max_component(std::get<Color>(color));
 }
 
-/// What the material passes on of the light it receives, at most.
+/// Upper bound of the fraction of light that secondary rays receive.
 double albedo_bound(const Material& material) {
   using Transparency = Material::Transparency;
   const double reflected = material.reflection * max_component(material.reflection_color);
   double transmitted = material.transmission;
   if (material.transparency != Transparency::interpolated) transmitted *= max_component(material.transmission_color);
-  // Fresnel's parts add up to one: no more is passed on than by the better of the two.
+  // Fresnel's reflectance and transmittance add up to one.
   return material.fresnel ? std::max(reflected, transmitted) : reflected + transmitted;
 }
 
@@ -54,9 +54,9 @@ std::optional<double> radiance_bound(const CompiledScene& scene) {
   const std::set<std::uint32_t> used(scene.material_of_object.begin(), scene.material_of_object.end());
   for (const std::uint32_t index : used) {
     const Material& material = scene.materials[index];
-    const double own = local_radiance_bound(scene, material, lights), passed = albedo_bound(material);
-    if (own > 0) bound = std::max(bound, passed < 1 ? own / (1 - passed) : unbounded);
-    if (passed > 1) bound = unbounded;
+    const double local = local_radiance_bound(scene, material, lights), albedo = albedo_bound(material);
+    if (local > 0) bound = std::max(bound, albedo < 1 ? local / (1 - albedo) : unbounded);
+    if (albedo > 1) bound = unbounded;
   }
   return std::isfinite(bound) ? std::optional(bound) : std::nullopt;
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// How bright any ray of a scene can be, and so what a branch that is not traced can hide.
+/// Upper bound of the radiance along any ray of a scene, and so of the radiance along an omitted ray.
 
 #include <optional>
 
@@ -7,10 +7,9 @@
 
 namespace tracer {
 
-/// An upper bound of the radiance along any ray, every channel: the least L with L >= L_background and, for every
-/// material m, L >= E_m + rho_m L, where E_m bounds what its local model gives and rho_m what it passes on:
-/// L = max(L_background, max_m E_m / (1 - rho_m)). None where that has no solution: a light whose attenuation is not
-/// bounded shines on something, or a material gives light of its own and passes on all it receives.
+/// The least L with L >= L_background and L >= E_m + rho_m L for every material m, in every channel, where E_m bounds
+/// the local shading and rho_m the albedo for secondary rays: L = max(L_background, max_m E_m / (1 - rho_m)). None if
+/// there is no solution: a light with unbounded attenuation, or an emissive material with albedo 1.
 std::optional<double> radiance_bound(const CompiledScene& scene);
 
 }  // namespace tracer

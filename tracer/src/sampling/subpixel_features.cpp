@@ -10,13 +10,13 @@
 namespace tracer {
 namespace {
 
-/// A thing as a rod: from center - axis to center + axis, `radius` thick.
+/// Bounds of a thin primitive: the points within `radius` of the segment from center - axis to center + axis.
 struct Capsule {
   Vec3 center, axis;
   double radius = 0;
 };
 
-Capsule rod(const Quadric& quadric) {
+Capsule bounding_capsule(const Quadric& quadric) {
   const Linear& m = quadric.trace_from_shape;
   const Bounds box = local_box(quadric);
   const Vec3 extent = (box.high - box.low) * 0.5, middle = (box.low + box.high) * 0.5;
@@ -26,22 +26,23 @@ Capsule rod(const Quadric& quadric) {
   return {center, half[0], length(half[1])};
 }
 
-class Finder {
+class FeatureFinder {
  public:
-  Finder(const CompiledScene& scene, std::size_t most) : scene_(scene), window_(scene.image.window()), most_(most) {}
+  FeatureFinder(const CompiledScene& scene, std::size_t count_max)
+      : scene_(scene), window_(scene.image.window()), count_max_(count_max) {}
 
-  void add(const Capsule& rod) {
-    const double pixels = length(rod.axis) / pixel_side(rod.center);
-    // A long rod is as thick on the image as where it is nearest: looked at step by step.
+  void add(const Capsule& capsule) {
+    const double pixels = length(capsule.axis) / pixel_side(capsule.center);
+    // The projected thickness of a long capsule varies, so it is sampled in steps.
     const double longest = 2.0 * (scene_.image.width + scene_.image.height);
     const auto steps = static_cast<std::uint32_t>(std::clamp(std::ceil(2 * pixels), 1.0, longest));
-    for (std::uint32_t step = 0; step < steps && found_.size() < most_; ++step) {
+    for (std::uint32_t step = 0; step < steps && features_.size() < count_max_; ++step) {
       const double along = (2 * step + 1.0) / steps - 1;
-      add_place(rod.center + rod.axis * along, rod.radius, 2 * length(rod.axis) / steps);
+      add_step(capsule.center + capsule.axis * along, capsule.radius, 2 * length(capsule.axis) / steps);
     }
   }
 
-  std::vector<SubpixelFeature> take() { return std::move(found_); }
+  std::vector<SubpixelFeature> take() { return std::move(features_); }
 
  private:
   [[nodiscard]] double pixel_side(const Vec3& point) const {
@@ -50,47 +51,49 @@ class Finder {
     return footprint.width + std::abs(footprint.spread) * length(offset);
   }
 
-  void add_place(const Vec3& point, double radius, double length_of_step) {
+  void add_step(const Vec3& point, double radius, double step_length) {
     const double side = pixel_side(point);
     if (!(radius < side)) return;
-    const auto seen = scene_.camera.seen_at(point);
-    if (!seen) return;
-    const double thick = radius / side;
-    const double share = std::numbers::pi * thick * std::max(length_of_step / (2 * side), thick);
-    if (thick < 0.1) return add_scout(*seen, share);
-    // It reaches into other pixels: from the middle of each of its quarters.
+    const auto pixel = scene_.camera.seen_at(point);
+    if (!pixel) return;
+    const double thickness = radius / side;
+    const double share = std::numbers::pi * thickness * std::max(step_length / (2 * side), thickness);
+    if (thickness < 0.1) return add_feature(*pixel, share);
+    // It covers several pixels: one feature in the middle of each quarter.
     for (const double dx : {-0.5, 0.5})
-      for (const double dy : {-0.5, 0.5}) add_scout({seen->x + dx * thick, seen->y + dy * thick}, share / 4);
+      for (const double dy : {-0.5, 0.5})
+        add_feature({pixel->x + dx * thickness, pixel->y + dy * thickness}, share / 4);
   }
 
-  void add_scout(const Vec2& seen, double share) {
-    if (!(seen.x >= window_.x0 && seen.x < window_.x1 && seen.y >= window_.y0 && seen.y < window_.y1)) return;
-    const double x = std::floor(seen.x), y = std::floor(seen.y);
-    found_.push_back({static_cast<std::uint32_t>(x),
-                      static_cast<std::uint32_t>(y),
-                      {seen.x - x, seen.y - y},
-                      static_cast<float>(std::min(share, 1.0))});
+  void add_feature(const Vec2& pixel, double share) {
+    if (!(pixel.x >= window_.x0 && pixel.x < window_.x1 && pixel.y >= window_.y0 && pixel.y < window_.y1)) return;
+    const double x = std::floor(pixel.x), y = std::floor(pixel.y);
+    features_.push_back({static_cast<std::uint32_t>(x),
+                         static_cast<std::uint32_t>(y),
+                         {pixel.x - x, pixel.y - y},
+                         static_cast<float>(std::min(share, 1.0))});
   }
 
   const CompiledScene& scene_;
   PixelWindow window_;
-  std::size_t most_;
-  std::vector<SubpixelFeature> found_;
+  std::size_t count_max_;
+  std::vector<SubpixelFeature> features_;
 };
 
 }  // namespace
 
-std::vector<SubpixelFeature> subpixel_features(const CompiledScene& scene, std::size_t most) {
-  std::size_t things = 0;
-  for (const SphereGeometry& spheres : scene.geometry().spheres) things += spheres.radius.size();
-  for (const QuadricGeometry& quadrics : scene.geometry().quadrics) things += quadrics.quadrics.size();
-  const std::size_t stride = things / std::max<std::size_t>(1, most) + 1;
-  Finder finder(scene, most);
+std::vector<SubpixelFeature> find_subpixel_features(const CompiledScene& scene, std::size_t count_max) {
+  std::size_t primitives = 0;
+  for (const SphereGeometry& spheres : scene.geometry().spheres) primitives += spheres.radius.size();
+  for (const QuadricGeometry& quadrics : scene.geometry().quadrics) primitives += quadrics.quadrics.size();
+  const std::size_t stride = primitives / std::max<std::size_t>(1, count_max) + 1;
+  FeatureFinder finder(scene, count_max);
   for (const SphereGeometry& spheres : scene.geometry().spheres)
     for (std::size_t i = 0; i < spheres.radius.size(); i += stride)
       finder.add({{spheres.x[i], spheres.y[i], spheres.z[i]}, {}, spheres.radius[i]});
   for (const QuadricGeometry& quadrics : scene.geometry().quadrics)
-    for (std::size_t i = 0; i < quadrics.quadrics.size(); i += stride) finder.add(rod(quadrics.quadrics[i]));
+    for (std::size_t i = 0; i < quadrics.quadrics.size(); i += stride)
+      finder.add(bounding_capsule(quadrics.quadrics[i]));
   return finder.take();
 }
 

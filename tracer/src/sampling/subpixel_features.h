@@ -1,5 +1,5 @@
 #pragma once
-/// Things too small for a pixel's samples to meet: where they are is known, since the scene is.
+/// Finds primitives thinner than two pixels by projecting their bounds, so that sampling can target them.
 
 #include <vector>
 
@@ -7,16 +7,15 @@
 
 namespace tracer {
 
-/// A place to look at because something is there.
 struct SubpixelFeature {
   std::uint32_t x = 0, y = 0;  ///< pixel of the full image
-  Vec2 at;                     ///< in the pixel
-  float share = 0;             ///< of the pixel that the thing covers, about
+  Vec2 at;                     ///< position in the pixel
+  float share = 0;             ///< approximate fraction of the pixel that the primitive covers
 };
 
-/// One for each sphere or quadric thinner than two pixels, along its length one a pixel; in the image's window.
-/// Whether it can be seen from the camera is for the scout to tell. At most about `most` of them: of more things than
-/// that every so many. Triangles have none: neighbours in a mesh stand in for one another.
-std::vector<SubpixelFeature> subpixel_features(const CompiledScene& scene, std::size_t most);
+/// Features of spheres and quadrics in the image's window, about one per pixel along their length. Visibility is not
+/// tested. If there are more than about `count_max` primitives, every n-th is used. Triangles are left out: the samples
+/// of a mesh also find neighboring triangles.
+std::vector<SubpixelFeature> find_subpixel_features(const CompiledScene& scene, std::size_t count_max);
 
 }  // namespace tracer

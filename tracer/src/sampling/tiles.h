@@ -1,5 +1,5 @@
 #pragma once
-/// The image cut into tiles, each traced by one thread.
+/// Tiles of the image, each traced by one thread.
 
 #include <algorithm>
 #include <cstdint>
@@ -23,7 +23,7 @@ class Tiles {
 
   [[nodiscard]] std::uint64_t count() const { return std::uint64_t{columns_} * rows_; }
 
-  /// Pixels of the full image, in blocks of 4 x 4: a packet of 16 camera rays then covers a square.
+  /// Pixels of the full image, in blocks of 4 x 4, so that a packet of 16 camera rays covers a square.
   [[nodiscard]] std::vector<Pixel> pixels(std::uint64_t index) const {
     const auto [x0, y0, x1, y1] = tile(index);
     std::vector<Pixel> pixels(static_cast<std::size_t>(x1 - x0) * (y1 - y0));
@@ -37,18 +37,18 @@ class Tiles {
 
   static constexpr std::uint32_t side = 32;
 
-  /// Where the tile's first pixel is; see place.
+  /// Place of the tile's first pixel.
   [[nodiscard]] std::size_t first_place(std::uint64_t index) const {
     const PixelWindow window = tile(index);
     return place({window.x0, window.y0});
   }
 
-  /// The tile that the pixel is in.
+  /// Tile of the pixel.
   [[nodiscard]] std::uint64_t index(const Pixel& pixel) const {
     return std::uint64_t{(pixel.y - window_.y0) / side} * columns_ + (pixel.x - window_.x0) / side;
   }
 
-  /// The pixel at a place in the window, row by row; and where a pixel is.
+  /// A place is the index of a pixel in the window, row by row.
   [[nodiscard]] Pixel pixel(std::size_t place) const {
     return {window_.x0 + static_cast<std::uint32_t>(place % width_),
             window_.y0 + static_cast<std::uint32_t>(place / width_)};
@@ -66,7 +66,7 @@ class Tiles {
   }
 
   PixelWindow window_;
-  std::uint32_t width_;  ///< its own, or 1 where that is nothing: to divide by
+  std::uint32_t width_;  ///< width of the window, at least 1: a divisor
   std::uint32_t columns_, rows_;
 };
 

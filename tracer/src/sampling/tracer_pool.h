@@ -1,12 +1,12 @@
 #pragma once
-/// Tracers with their scratch memory, one for each thread that wants one at the same time.
+/// Pool of tracers with their scratch memory, one for each thread that needs one at the same time.
 
 #include <memory>
 #include <mutex>
 #include <utility>
 #include <vector>
 
-#include "tracer/src/integrators/whitted/wavefront.h"
+#include "tracer/src/integrators/tracer_concept.h"
 
 namespace tracer {
 
@@ -24,51 +24,51 @@ inline void add(RenderStatistics& total, const RenderStatistics& part) {
   total.truncated_branches += part.truncated_branches;
 }
 
-template <class Model>
-class WavefrontPool {
+template <Tracer T>
+class TracerPool {
  public:
-  WavefrontPool(const CompiledScene& scene, const RenderControl& control, const Approximations& approximations)
+  TracerPool(const CompiledScene& scene, const RenderControl& control, const Approximations& approximations)
       : scene_(scene), control_(control), approximations_(approximations) {}
 
-  /// A tracer for as long as the lease lives.
+  /// Holds a tracer for its lifetime.
   class Lease {
    public:
-    explicit Lease(WavefrontPool& pool) : pool_(pool), wavefront_(pool.take()) {}
-    ~Lease() { pool_.give_back(std::move(wavefront_)); }
+    explicit Lease(TracerPool& pool) : pool_(pool), tracer_(pool.acquire()) {}
+    ~Lease() { pool_.release(std::move(tracer_)); }
     Lease(const Lease&) = delete;
     Lease& operator=(const Lease&) = delete;
-    Wavefront<Model>& operator*() { return *wavefront_; }
+    T& operator*() { return *tracer_; }
 
    private:
-    WavefrontPool& pool_;
-    std::unique_ptr<Wavefront<Model>> wavefront_;
+    TracerPool& pool_;
+    std::unique_ptr<T> tracer_;
   };
 
-  /// Of all tracers. None may be leased.
+  /// Sums over all tracers. Precondition: no tracer is leased.
   [[nodiscard]] RenderStatistics statistics() const {
     RenderStatistics total;
-    for (const auto& wavefront : idle_) add(total, wavefront->statistics());
+    for (const auto& idle : idle_) add(total, idle->statistics());
     return total;
   }
 
  private:
-  std::unique_ptr<Wavefront<Model>> take() {
+  std::unique_ptr<T> acquire() {
     const std::lock_guard lock(mutex_);
-    if (idle_.empty()) return std::make_unique<Wavefront<Model>>(scene_, control_, approximations_);
-    std::unique_ptr<Wavefront<Model>> wavefront = std::move(idle_.back());
+    if (idle_.empty()) return std::make_unique<T>(scene_, control_, approximations_);
+    std::unique_ptr<T> idle = std::move(idle_.back());
     idle_.pop_back();
-    return wavefront;
+    return idle;
   }
-  void give_back(std::unique_ptr<Wavefront<Model>> wavefront) {
+  void release(std::unique_ptr<T> idle) {
     const std::lock_guard lock(mutex_);
-    idle_.push_back(std::move(wavefront));
+    idle_.push_back(std::move(idle));
   }
 
   const CompiledScene& scene_;
   const RenderControl& control_;
   const Approximations approximations_;
   std::mutex mutex_;
-  std::vector<std::unique_ptr<Wavefront<Model>>> idle_;
+  std::vector<std::unique_ptr<T>> idle_;
 };
 
 }  // namespace tracer

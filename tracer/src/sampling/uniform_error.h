@@ -1,6 +1,6 @@
 #pragma once
-/// The error of an image that has the same number of samples in every pixel, from these samples alone: no ray is
-/// traced for it. It errs on the side of claiming too much.
+/// Error of an image with equally many samples per pixel, estimated from these samples alone without further rays. It
+/// rather overestimates.
 
 #include <cstdint>
 #include <span>
@@ -11,36 +11,36 @@
 
 namespace tracer {
 
-/// Such an image. What it refers to must outlive it.
+/// References must outlive it.
 struct UniformPixels {
-  std::span<const float> rgb;     ///< the pixels' means, three channels each
-  std::span<const float> spread;  ///< the variance of each pixel's samples, likewise; empty where there is one sample
+  std::span<const float> rgb;       ///< means, three channels per pixel
+  std::span<const float> variance;  ///< variances of each pixel's samples, three channels; empty for one sample
   std::uint32_t samples = 1, width = 0;
 
   [[nodiscard]] std::size_t rows() const { return width > 0 ? rgb.size() / 3 / width : 0; }
 };
 
-/// Variance of every pixel's mean, in squared levels, the channels added up; row by row, best in ascending order. One
-/// thread.
+/// Variance of every pixel's mean, in squared code values, summed over the channels; row by row, best in ascending
+/// order. One thread.
 ///
-/// The samples' variance over their number is that of independent ones; stratified ones have less (Owen 1997). It is
-/// joined, with the weight of two samples, by what the contrast to the neighbours lets expect: samples that agree by
-/// chance, an edge having been missed, then do not count as exact.
+/// The variance of the samples divided by their number is that of independent samples; stratified ones have less (Owen
+/// 1997). The prediction from the contrast is added with the weight of two samples, so that samples that agree by
+/// chance, because all missed an edge, do not count as exact.
 class UniformVariance {
  public:
-  /// `levels` must outlive it.
-  UniformVariance(const UniformPixels& pixels, const DisplayTransform& levels);
+  /// `display` must outlive it.
+  UniformVariance(const UniformPixels& pixels, const DisplayTransform& display);
   UniformVariance(const UniformVariance&) = delete;
   UniformVariance& operator=(const UniformVariance&) = delete;
 
-  /// Of each pixel of row y; until the next call.
+  /// Variances of row y; valid until the next call.
   std::span<const float> row(std::size_t y);
 
  private:
-  [[nodiscard]] double own_variance(std::size_t pixel) const;
+  [[nodiscard]] double sample_variance(std::size_t pixel) const;
 
   UniformPixels pixels_;
-  const DisplayTransform& levels_;
+  const DisplayTransform& display_;
   ContrastRows contrasts_;
   std::vector<float> variance_;
 };

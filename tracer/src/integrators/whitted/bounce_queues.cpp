@@ -4,7 +4,7 @@
 
 namespace tracer {
 
-std::pair<BounceQueues, BounceQueues> split(const BounceQueues& whole) {
+std::pair<BounceQueues, BounceQueues> split(const BounceQueues& bounce) {
   std::uint32_t low = std::numeric_limits<std::uint32_t>::max(), high = 0;
   const auto include = [&](const RayQueue& queue) {
     for (std::size_t i = 0; i < queue.size(); ++i) {
@@ -12,21 +12,21 @@ std::pair<BounceQueues, BounceQueues> split(const BounceQueues& whole) {
       high = std::max(high, queue.sample(i));
     }
   };
-  for (const RayQueue* queue : {&whole.camera, &whole.reflection, &whole.refraction}) include(*queue);
+  for (const RayQueue* queue : {&bounce.camera, &bounce.reflection, &bounce.refraction}) include(*queue);
   const std::uint32_t middle = low + (high - low) / 2;
-  std::pair<BounceQueues, BounceQueues> parts;
-  parts.first.depth = parts.second.depth = whole.depth;
+  std::pair<BounceQueues, BounceQueues> halves;
+  halves.first.depth = halves.second.depth = bounce.depth;
   std::size_t order = 0;
   const auto distribute = [&](RayQueue BounceQueues::*queue) {
-    const RayQueue& from = whole.*queue;
+    const RayQueue& from = bounce.*queue;
     for (std::size_t i = 0; i < from.size(); ++i, ++order) {
       const bool first = low == high ? order < bounce_rays_max : from.sample(i) <= middle;
-      ((first ? parts.first : parts.second).*queue).push(from, i);
+      ((first ? halves.first : halves.second).*queue).push(from, i);
     }
   };
   for (const auto queue : {&BounceQueues::camera, &BounceQueues::reflection, &BounceQueues::refraction})
     distribute(queue);
-  return parts;
+  return halves;
 }
 
 }  // namespace tracer

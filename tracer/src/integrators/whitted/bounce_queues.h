@@ -1,5 +1,5 @@
 #pragma once
-/// Rays that are traced together, and what becomes of too many.
+/// Ray queues of one bounce.
 
 #include <cstdint>
 #include <utility>
@@ -18,12 +18,12 @@ struct BounceQueues {
   [[nodiscard]] std::size_t size() const { return camera.size() + reflection.size() + refraction.size(); }
 };
 
-/// A generation larger than this is traced in parts, the first to its end before the second starts: memory then grows
-/// with depth, not with the number of branches.
+/// A larger bounce is split, and its first part traced to the end before the second: memory grows with the depth, not
+/// with the number of rays.
 inline constexpr std::size_t bounce_rays_max = 16384;
 
-/// Splits `whole` in two by samples; a single sample, by the order of its rays. Where a sample is cut depends on that
-/// sample alone: one that shares its generation with others is first separated from them.
-std::pair<BounceQueues, BounceQueues> split(const BounceQueues& whole);
+/// Splits a bounce by samples; one with a single sample, by the order of its rays. The position of that split depends
+/// on the sample alone: samples that share a bounce are separated first.
+std::pair<BounceQueues, BounceQueues> split(const BounceQueues& bounce);
 
 }  // namespace tracer

@@ -1,122 +1,207 @@
 #pragma once
-/// Wavefront, the local model: what lights give the places that hits are lit at.
+/// Direct lighting: evaluates every light at every shading point of a queue and traces the shadow rays.
 
-#include <limits>
+#include <cmath>
 
-#include "tracer/src/integrators/whitted/wavefront.h"
+#include "tracer/src/integrators/whitted/light_samples.h"
+#include "tracer/src/integrators/whitted/nearest_lights.h"
+#include "tracer/src/integrators/whitted/shadow_rays.h"
+#include "tracer/src/integrators/whitted/wavefront_state.h"
+#include "tracer/src/materials/shading_mode.h"
 #include "tracer/src/math/sampling.h"
 
 namespace tracer {
 
-/// A soft light is known to what camera rays hit by the batch's number of points; after a bounce, by one.
-template <class Model>
-void Wavefront<Model>::shade_lights(const RayQueue& rays, std::uint32_t depth, Coherence coherence) {
-  const std::uint32_t soft_points = depth == 0 ? batch_.light_points : 1;
-  const double budget =
-      needs<&Requirements::many_lights>() ? scene_.accuracy.cutoff / static_cast<double>(scene_.lights.size()) : 0;
-  culled_radiance_.assign(needs<&Requirements::many_lights>() ? hit_ray_.size() : 0, 0);
-  const std::uint32_t nearest = approximate().nearest_lights;
-  if (nearest != 0) nearest_.choose(scene_.lights, position_, nearest);
-  for (std::uint32_t number = 0; number < scene_.lights.size(); ++number) {
-    const CompiledLight& light = scene_.lights[number];
-    const std::uint32_t points = light.is_area_light() ? soft_points : 1;
-    for (std::uint32_t point = 0; point < points; ++point) {
-      if (control_.cancelled()) return;
-      const double so_far = number + (point + 1.0) / points;
-      shade_light(rays, {light, number, point, points, budget * so_far}, coherence);
+/// One point of one light, sampled at all shading points.
+struct LightPass {
+  const CompiledLight& light;
+  std::uint32_t number = 0;  ///< index of the light
+  std::uint32_t point = 0, points = 1;
+  double budget = 0;  ///< radiance that may be culled at one hit after lights 0..number; see is_negligible()
+};
+
+template <class Features>
+class DirectLighting {
+ public:
+  explicit DirectLighting(WavefrontState<Features>& state)
+      : state_(state), shadow_(state.scene, state.control, state.requirements) {}
+
+  /// Starts a queue with `state.hit_rays`.
+  void reset() {
+    shading_points_.clear();
+    corner_points_.clear();
+    position_.clear();
+    if (state_.template needs<&Requirements::bump>()) unperturbed_normal_.assign(state_.hit_rays.size(), {});
+  }
+
+  ShadingPointPacket& append_packet() { return shading_points_.append_packet(); }
+
+  /// Normals before bump and normal maps, by hit; zero where they are not perturbed. Empty in scenes without maps.
+  [[nodiscard]] std::vector<Vec3>& unperturbed_normals() { return unperturbed_normal_; }
+
+  /// Stores the positions of the packet's hits if only the nearest lights count.
+  void add_positions() {
+    if (state_.approximate().nearest_lights == 0) return;
+    const PointPacket& p = state_.hit.points;
+    for (int i = 0; i < state_.hit.count; ++i) position_.push_back({p.x[i], p.y[i], p.z[i]});
+  }
+
+  /// Gouraud shading: moves the lanes that need it to the vertices of their triangles.
+  void move_to_vertices(const RayQueue& rays, ShadingPointPacket& shading_points) {
+    if (!state_.template needs<&Requirements::gouraud>()) return;
+    for (int i = 0; i < state_.hit.count; ++i) {
+      if (!push_vertices(rays, shading_points, i)) continue;
+      shading_points.diffuse_r[i] = shading_points.diffuse_g[i] = shading_points.diffuse_b[i] = 0;
+      shading_points.specular_r[i] = shading_points.specular_g[i] = shading_points.specular_b[i] = 0;
     }
   }
-  for (const double culled : culled_radiance_)
-    statistics_.culled_radiance += static_cast<std::uint64_t>(std::ceil(culled / scene_.accuracy.cutoff * 0x1p20));
-}
 
-/// The samples of a pixel share one sequence per light and path, so that their points are stratified together;
-/// shuffled, since the same index chose the place in the pixel.
-template <class Model>
-Vec3 Wavefront<Model>::sample_area_light(const LightStep& step, const RayQueue& rays, std::size_t ray) const {
-  const Batch::Sample& sample = batch_.samples[rays.sample(ray)];
-  const std::uint64_t choice = (std::uint64_t{rays.path(ray)} << 32) | (step.number + 1);
-  return light_point(step.light,
-                     shuffled_point(sample.index * step.points + step.point, mix(sample.key ^ mix(choice))));
-}
-
-/// Where the light is to the places of a packet. One that is not soft is where it was to the packet before.
-template <class Model>
-void Wavefront<Model>::place_light(const LightStep& step, const RayQueue& rays, const ShadingPointPacket* packet) {
-  for (int lane = 0; lane < (packet != nullptr ? packet->count : lanes); ++lane) {
-    const Vec3 from =
-        packet != nullptr ? sample_area_light(step, rays, hit_ray_[packet->hit[lane]]) : step.light.position;
-    light_sample_.from_x[lane] = from.x;
-    light_sample_.from_y[lane] = from.y;
-    light_sample_.from_z[lane] = from.z;
+  /// Adds the light of all lights to the samples. Area lights have the batch's number of points at hits of camera rays
+  /// and one point after a bounce.
+  void shade(const RayQueue& rays, std::uint32_t depth, Coherence coherence) {
+    const CompiledScene& scene = state_.scene;
+    const bool many_lights = state_.template needs<&Requirements::many_lights>();
+    const std::uint32_t light_points = depth == 0 ? state_.batch.light_points : 1;
+    const double budget = many_lights ? scene.accuracy.cutoff / static_cast<double>(scene.lights.size()) : 0;
+    culled_radiance_.assign(many_lights ? state_.hit_rays.size() : 0, 0);
+    const std::uint32_t nearest = state_.approximate().nearest_lights;
+    if (nearest != 0) nearest_.choose(scene.lights, position_, nearest);
+    for (std::uint32_t number = 0; number < scene.lights.size(); ++number) {
+      const CompiledLight& light = scene.lights[number];
+      const std::uint32_t points = light.is_area_light() ? light_points : 1;
+      for (std::uint32_t point = 0; point < points; ++point) {
+        if (state_.control.cancelled()) return;
+        const double lights_done = number + (point + 1.0) / points;
+        shade_light(rays, {light, number, point, points, budget * lights_done}, coherence);
+      }
+    }
+    for (const double culled : culled_radiance_)
+      state_.statistics.culled_radiance +=
+          static_cast<std::uint64_t>(std::ceil(culled / scene.accuracy.cutoff * 0x1p20));
   }
-}
 
-template <class Model>
-void Wavefront<Model>::shade_light(const RayQueue& rays, const LightStep& step, Coherence coherence) {
-  shadow_.clear();
-  if (!step.light.is_area_light()) place_light(step, rays, nullptr);
-  for (const ShadingPointQueue* places : {&shading_points_, &corner_points_})
-    for (std::size_t i = 0; i < places->packets(); ++i) light_packet(rays, step, places->packet(i));
-  statistics_.rays.shadow += shadow_.size();
-  shadow_.add_to(radiance_, media_, coherence);
-}
+ private:
+  /// Returns false unless the lane is Gouraud-shaded.
+  bool push_vertices(const RayQueue& rays, const ShadingPointPacket& shading_points, int lane) {
+    const HitPacket& hit = state_.hit;
+    const CompiledMaterial& material = state_.material_of_lane(lane);
+    if (shading_of(material.shading, state_.approximate().shading) != Material::Shading::gouraud) return false;
+    const auto ray = static_cast<std::size_t>(hit.ray[lane]);
+    const std::optional<Corners> corners = corners_at(state_.scene, state_.hits.at(ray));
+    if (!corners) return false;
+    // Textures do not perturb the normals of vertices.
+    if (state_.template needs<&Requirements::bump>()) unperturbed_normal_[shading_points.hit[lane]] = {};
+    const Color diffuse{shading_points.diffuse_r[lane], shading_points.diffuse_g[lane], shading_points.diffuse_b[lane]};
+    const Color specular = hit.throughput(lane) * material.specular;
+    for (const Corner& corner : *corners)
+      corner_points_.push(
+          {.point = corner.point,
+           .face = {shading_points.face_x[lane], shading_points.face_y[lane], shading_points.face_z[lane]},
+           .normal = hit.back_face[lane] > 0 ? -corner.normal : corner.normal,
+           .to_eye = normalize(rays.origin(ray) - corner.point.position),
+           .diffuse = diffuse * corner.weight,
+           .specular = specular * corner.weight,
+           .shininess = material.shininess,
+           .blinn = material.blinn,
+           .hit = shading_points.hit[lane],
+           .sample = shading_points.sample[lane],
+           .media = shading_points.media[lane],
+           .from = shading_points.from[lane]});
+    return true;
+  }
 
-template <class Model>
-void Wavefront<Model>::light_packet(const RayQueue& rays, const LightStep& step, const ShadingPointPacket& packet) {
-  if (step.light.is_area_light()) place_light(step, rays, &packet);
-  sample_light(packet, step.light, scene_.frame.world_from_render(1.0), 1.0 / step.points, light_sample_);
-  // Together: a packet in a scene without any of them pays one test.
-  const bool sorts_out = !step.light.shadows || may_cull_shadow_rays() || approximate().nearest_lights != 0 ||
-                         needs<&Requirements::bump>();
-  if (sorts_out)
-    for_each_lane(light_sample_.gaining, [&](int lane) {
-      if (!needs_shadow_ray(rays, step, packet, lane)) light_sample_.gaining &= ~(LaneMask{1} << lane);
-    });
-  if (light_sample_.gaining != 0) shadow_.append(packet, light_sample_);
-}
+  void shade_light(const RayQueue& rays, const LightPass& pass, Coherence coherence) {
+    shadow_.clear();
+    if (!pass.light.is_area_light()) set_light_points(lanes, [&](int) { return pass.light.position; });
+    for (const ShadingPointQueue* queue : {&shading_points_, &corner_points_})
+      for (std::size_t i = 0; i < queue->packets(); ++i) shade_packet(rays, pass, queue->packet(i));
+    state_.statistics.rays.shadow += shadow_.size();
+    shadow_.add_unoccluded(state_.radiance, state_.media, coherence);
+  }
 
-/// Whether what the light gives, if nothing is in the way, is too little to ask. Lights share what may be missing of a
-/// hit, `cutoff`: each may leave out its own share and what those before it have not used.
-template <class Model>
-bool Wavefront<Model>::is_negligible(const RayQueue& rays, std::size_t hit, const LightStep& step,
-                                     const Color& contribution) {
-  const double culled = culled_radiance_[hit] + max_component(contribution);
-  if (!(culled <= step.budget)) return false;
-  ++statistics_.culled_shadow_rays;
-  omitted_[rays.sample(hit_ray_[hit])].culled += static_cast<float>(max_component(contribution));
-  culled_radiance_[hit] = culled;
-  return true;
-}
+  void shade_packet(const RayQueue& rays, const LightPass& pass, const ShadingPointPacket& packet) {
+    if (pass.light.is_area_light())
+      set_light_points(packet.count,
+                       [&](int lane) { return sample_area_light(pass, rays, state_.hit_rays[packet.hit[lane]]); });
+    sample_light(packet, pass.light, state_.scene.frame.world_from_render(1.0), 1.0 / pass.points, light_sample_);
+    // One test for a packet in a scene without any of these features.
+    const bool filters = !pass.light.shadows || state_.may_cull_shadow_rays() ||
+                         state_.approximate().nearest_lights != 0 || state_.template needs<&Requirements::bump>();
+    if (filters)
+      for_each_lane(light_sample_.lit, [&](int lane) {
+        if (!needs_shadow_ray(rays, pass, packet, lane)) light_sample_.lit &= ~(LaneMask{1} << lane);
+      });
+    if (light_sample_.lit != 0) shadow_.append(packet, light_sample_);
+  }
 
-/// By approximation: without shadows everything is; a map knows what is finite, and planes are asked themselves.
-template <class Model>
-bool Wavefront<Model>::approximately_visible(const LightStep& step, const ShadingPointPacket& packet, int lane,
-                                             const Vec3& to_light, const Vec3& origin) const {
-  if (approximate().shadows == Approximations::Shadows::none) return true;
-  const Vec3 place{packet.x[lane], packet.y[lane], packet.z[lane]};
-  const Vec3 face{packet.face_x[lane], packet.face_y[lane], packet.face_z[lane]};
-  if (!scene_.shadow_maps[step.number].lit(place, face)) return false;
-  const double short_of_it = light_sample_.distance[lane] * (1 - 0x1p-40);  // as shadow rays are
-  return !plane_between(scene_.geometry(), origin, to_light, short_of_it, packet.from[lane]);
-}
+  /// The points of a light that is not an area light stay from packet to packet.
+  template <class PointOfLane>
+  void set_light_points(int count, const PointOfLane& point_of_lane) {
+    for (int lane = 0; lane < count; ++lane) {
+      const Vec3 from = point_of_lane(lane);
+      light_sample_.from_x[lane] = from.x;
+      light_sample_.from_y[lane] = from.y;
+      light_sample_.from_z[lane] = from.z;
+    }
+  }
 
-/// Whether a shadow ray must tell what a place gains of the light that would arrive. False: it gains all of it, where
-/// the light casts no shadows or an approximation says so, or nothing: of lights that do not count, of too little
-/// light, of light from behind the surface that a bent normal faces. Out of line, for scenes without any of these.
-template <class Model>
-__attribute__((noinline)) bool Wavefront<Model>::needs_shadow_ray(const RayQueue& rays, const LightStep& step,
-                                                                  const ShadingPointPacket& packet, int lane) {
-  const std::size_t hit = packet.hit[lane];
-  const Vec3 to_light = light_sample_.to_light(lane);
-  if (approximate().nearest_lights != 0 && !nearest_.count(hit, step.number)) return false;
-  if (needs<&Requirements::bump>() && dot(unperturbed_normal_[hit], to_light) < 0) return false;
-  const bool exact = approximate().shadows == Approximations::Shadows::exact;
-  if (step.light.shadows && exact)
-    return !may_cull_shadow_rays() || !is_negligible(rays, hit, step, light_sample_.color(lane));
-  if (!step.light.shadows || approximately_visible(step, packet, lane, to_light, light_sample_.origin(lane)))
-    radiance_[packet.sample[lane]] += light_sample_.color(lane);
-  return false;
-}
+  /// The samples of a pixel share one sequence per light and path, so that their points are stratified together. It is
+  /// shuffled, since the same index selected the position in the pixel.
+  [[nodiscard]] Vec3 sample_area_light(const LightPass& pass, const RayQueue& rays, std::size_t ray) const {
+    const Batch::Sample& sample = state_.batch.samples[rays.sample(ray)];
+    const std::uint64_t dimension = (std::uint64_t{rays.path(ray)} << 32) | (pass.number + 1);
+    return light_point(pass.light,
+                       shuffled_point(sample.index * pass.points + pass.point, mix(sample.key ^ mix(dimension))));
+  }
+
+  /// Returns true if a shadow ray decides about the light of this lane. Otherwise the lane receives all of it (a light
+  /// without shadows, or approximately visible) or nothing: a light that is not among the nearest, negligible light, or
+  /// light from behind the unperturbed surface. noinline: most scenes need none of this.
+  __attribute__((noinline)) bool needs_shadow_ray(const RayQueue& rays, const LightPass& pass,
+                                                  const ShadingPointPacket& packet, int lane) {
+    const std::size_t hit = packet.hit[lane];
+    const Vec3 to_light = light_sample_.to_light(lane);
+    if (state_.approximate().nearest_lights != 0 && !nearest_.includes(hit, pass.number)) return false;
+    if (state_.template needs<&Requirements::bump>() && dot(unperturbed_normal_[hit], to_light) < 0) return false;
+    const bool exact = state_.approximate().shadows == Approximations::Shadows::exact;
+    if (pass.light.shadows && exact)
+      return !state_.may_cull_shadow_rays() || !is_negligible(rays, hit, pass, light_sample_.color(lane));
+    if (!pass.light.shadows || approximately_visible(pass, packet, lane, to_light, light_sample_.origin(lane)))
+      state_.radiance[packet.sample[lane]] += light_sample_.color(lane);
+    return false;
+  }
+
+  /// Culls the shadow ray if the unoccluded light is small. The lights share `cutoff` at each hit: each may use its own
+  /// share and what the lights before it did not use.
+  bool is_negligible(const RayQueue& rays, std::size_t hit, const LightPass& pass, const Color& contribution) {
+    const double culled = culled_radiance_[hit] + max_component(contribution);
+    if (!(culled <= pass.budget)) return false;
+    ++state_.statistics.culled_shadow_rays;
+    state_.omitted[rays.sample(state_.hit_rays[hit])].culled += static_cast<float>(max_component(contribution));
+    culled_radiance_[hit] = culled;
+    return true;
+  }
+
+  /// Visibility without shadows, or by the light's shadow map; planes are not in the map and are tested themselves.
+  [[nodiscard]] bool approximately_visible(const LightPass& pass, const ShadingPointPacket& packet, int lane,
+                                           const Vec3& to_light, const Vec3& origin) const {
+    if (state_.approximate().shadows == Approximations::Shadows::none) return true;
+    const Vec3 position{packet.x[lane], packet.y[lane], packet.z[lane]};
+    const Vec3 face{packet.face_x[lane], packet.face_y[lane], packet.face_z[lane]};
+    if (!state_.scene.shadow_maps[pass.number].lit(position, face)) return false;
+    const double t_max = light_sample_.distance[lane] * (1 - 0x1p-40);  // as shadow rays
+    return !plane_between(state_.scene.geometry(), origin, to_light, t_max, packet.from[lane]);
+  }
+
+  WavefrontState<Features>& state_;
+  ShadingPointQueue shading_points_;      ///< the hits, packet by packet
+  ShadingPointQueue corner_points_;       ///< vertices of Gouraud-shaded triangles, three for a hit
+  std::vector<Vec3> unperturbed_normal_;  ///< by hit; empty in scenes without bump and normal maps
+  std::vector<Vec3> position_;            ///< by hit; empty unless only the nearest lights count
+  std::vector<double> culled_radiance_;   ///< by hit; empty unless the scene has many lights
+  NearestLights nearest_;
+  LightSamplePacket light_sample_;  ///< one light at one packet
+  ShadowRays shadow_;
+};
 
 }  // namespace tracer

@@ -1,5 +1,5 @@
 #pragma once
-/// Sixteen hits on their way from the accelerator's answers to the lights and to the next generation.
+/// Packets of 16 hits, from the accelerator's intersections to shading points and secondary rays.
 
 #include "tracer/src/integrators/hits.h"
 #include "tracer/src/integrators/ray_queue.h"
@@ -9,20 +9,20 @@
 
 namespace tracer {
 
-/// The terms of a packet's materials. They stay while the materials do: neighbours mostly meet the same.
+/// Coefficients of a packet's materials. Kept until the materials change: neighboring packets mostly share them.
 struct alignas(64) CoefficientPacket {
   std::uint32_t material[lanes];
-  double own[3][lanes], diffuse[3][lanes], specular[3][lanes], mirror[3][lanes];
+  double emitted_ambient[3][lanes], diffuse[3][lanes], specular[3][lanes], reflectance[3][lanes];
   double shininess[lanes];
   int blinn[lanes];
-  LaneMask mirrors;  ///< those whose mirror is not black
+  LaneMask reflects;  ///< lanes whose reflectance is not black
   LaneMask textured;
-  LaneMask parts;  ///< those that let light through, or whose light Fresnel divides
-  bool any_own, any_shines, any_halfway, any_bends;
+  LaneMask splits;  ///< lanes that transmit light or split it by Fresnel's equations
+  bool any_emitted, any_specular, any_blinn, any_normal_map;
 
-  // Where `parts` is not empty.
-  double through[3][lanes];
-  double refracts[lanes], fresnel[lanes];  ///< 1: it does
+  // Valid if `splits` is not empty.
+  double transmittance[3][lanes];
+  double refracts[lanes], fresnel[lanes];  ///< 0 or 1
 
   CoefficientPacket() { std::fill_n(material, lanes, none); }
 
@@ -30,43 +30,44 @@ struct alignas(64) CoefficientPacket {
   static constexpr std::uint32_t none = 0xffffffffu;
 };
 
-/// Where rays meet surfaces. All lanes hold a hit: beyond `count` it is the first once more, which is of no use.
+/// Intersections of rays with surfaces. All lanes hold a hit: from `count` on, copies of the first.
 struct alignas(64) IntersectionPacket {
   int count;
-  int ray[lanes];  ///< which of the queue
-  RayHitPacket met;
-  double direction_x[lanes], direction_y[lanes], direction_z[lanes];  ///< the ray's
+  int ray[lanes];  ///< index in the queue
+  RayHitPacket ray_hits;
+  double direction_x[lanes], direction_y[lanes], direction_z[lanes];  ///< of the ray
   PointPacket points;
-  double behind[lanes];  ///< 1: the ray meets the back
+  double back_face[lanes];  ///< 1: the ray hits the back; else 0
 };
 
-/// What shading makes of them.
+/// Intersections with everything that shading needs.
 struct alignas(64) HitPacket : IntersectionPacket {
-  double weight_r[lanes], weight_g[lanes], weight_b[lanes];  ///< the ray's when it arrives
-  std::uint32_t path[lanes];                                 ///< the ray's
+  double throughput_r[lanes], throughput_g[lanes], throughput_b[lanes];  ///< of the ray at the hit
+  std::uint32_t path[lanes];                                             ///< of the ray
 
   std::uint32_t material[lanes];
-  CoefficientPacket terms;                          ///< of these
-  double own_r[lanes], own_g[lanes], own_b[lanes];  ///< what the samples gain by the surfaces' own light
+  CoefficientPacket coefficients;
+  double emitted_r[lanes], emitted_g[lanes], emitted_b[lanes];  ///< emission and ambient light, times throughput
 
-  [[nodiscard]] Color throughput(int i) const { return {weight_r[i], weight_g[i], weight_b[i]}; }
+  [[nodiscard]] Color throughput(int i) const { return {throughput_r[i], throughput_g[i], throughput_b[i]}; }
 };
 
-/// The rays `ray[0..count)` of the queue and what they met. `points` and what follows them is none of this function's.
+/// Gathers the rays `ray[0..count)` of the queue and their hits. Sets neither `points` nor the members after it.
 void load(const RayQueue& rays, const HitSpan& hits, const std::uint32_t* ray, int count, IntersectionPacket& packet);
 void load(const RayQueue& rays, const HitSpan& hits, const std::uint32_t* ray, int count, HitPacket& packet,
-          ShadingPointPacket& shading_point);
+          ShadingPointPacket& shading_points);
 
-/// From the points on: places, normals and directions of `facing`, and `behind`.
-void face(HitPacket& packet, ShadingPointPacket& shading_point);
+/// Sets `back_face` and the positions, normals and view directions of the shading points from `points`.
+void orient_normals(HitPacket& packet, ShadingPointPacket& shading_points);
 
-/// The materials' terms. `terms` are the same for all of a packet's life.
-void take_materials(const std::vector<CompiledMaterial>& terms, HitPacket& packet);
+/// Gathers the coefficients of the packet's materials. `materials` must be the same for the packet's lifetime.
+void gather_coefficients(const std::vector<CompiledMaterial>& materials, HitPacket& packet);
 
-/// What they make of light at the hits, into both packets.
-void weigh(HitPacket& packet, ShadingPointPacket& shading_point);
+/// Multiplies the coefficients by the throughput, into both packets.
+void apply_throughput(HitPacket& packet, ShadingPointPacket& shading_points);
 
-/// One more time for a lane whose colour is known only at its hit; `terms` are those of its material there.
-void take_color(const Color& own, const Color& diffuse, int lane, HitPacket& packet, ShadingPointPacket& shading_point);
+/// Replaces a textured lane's emitted and diffuse coefficients; `emitted` and `diffuse` are those at the hit.
+void set_textured_color(const Color& emitted, const Color& diffuse, int lane, HitPacket& packet,
+                        ShadingPointPacket& shading_points);
 
 }  // namespace tracer

@@ -14,7 +14,7 @@ WHITTLE_INLINE void directions_to_points(const ShadingPointPacket& f, double sha
     const double x = a.from_x[i] - f.x[i], y = a.from_y[i] - f.y[i], z = a.from_z[i] - f.z[i];
     const double distance = std::sqrt(x * x + y * y + z * z);
     a.distance[i] = distance;
-    // A light that touches the surface has no direction to shine from: not a number, which lights nothing.
+    // A light on the surface has no direction: NaN, which lights nothing.
     a.to_x[i] = x / distance;
     a.to_y[i] = y / distance;
     a.to_z[i] = z / distance;
@@ -22,7 +22,7 @@ WHITTLE_INLINE void directions_to_points(const ShadingPointPacket& f, double sha
   }
 }
 
-WHITTLE_INLINE void come_along(const Vec3& axis, double share, LightSamplePacket& a) {
+WHITTLE_INLINE void directions_along_axis(const Vec3& axis, double share, LightSamplePacket& a) {
   for (int i = 0; i < lanes; ++i) {
     a.distance[i] = std::numeric_limits<double>::infinity();
     a.to_x[i] = axis.x;
@@ -32,28 +32,29 @@ WHITTLE_INLINE void come_along(const Vec3& axis, double share, LightSamplePacket
   }
 }
 
-WHITTLE_INLINE void fade_by_polynomial(const std::array<double, 3>& c, double world_per_trace, LightSamplePacket& a) {
-  for (int i = 0; i < lanes; ++i) a.strength[i] *= polynomial_attenuation(c, a.distance[i] * world_per_trace);
+WHITTLE_INLINE void attenuate_by_polynomial(const std::array<double, 3>& c, double world_per_render,
+                                            LightSamplePacket& a) {
+  for (int i = 0; i < lanes; ++i) a.strength[i] *= polynomial_attenuation(c, a.distance[i] * world_per_render);
 }
 
-WHITTLE_INLINE void fade_by_square(double world_per_trace, LightSamplePacket& a) {
-  for (int i = 0; i < lanes; ++i) a.strength[i] *= inverse_square_attenuation(a.distance[i] * world_per_trace);
+WHITTLE_INLINE void attenuate_by_square(double world_per_render, LightSamplePacket& a) {
+  for (int i = 0; i < lanes; ++i) a.strength[i] *= inverse_square_attenuation(a.distance[i] * world_per_render);
 }
 
-WHITTLE_INLINE void narrow_to_cone(const CompiledLight& light, LightSamplePacket& a) {
+WHITTLE_INLINE void apply_spot_cone(const CompiledLight& light, LightSamplePacket& a) {
   const Vec3 axis = light.axis;
   const double inner = light.cos_inner, outer = light.cos_outer;
   for (int i = 0; i < lanes; ++i)
     a.strength[i] *= spot_factor(-(a.to_x[i] * axis.x + a.to_y[i] * axis.y + a.to_z[i] * axis.z), inner, outer);
 }
 
-/// The lanes that face the light.
+/// Returns the lanes whose normals point to the side of the light.
 WHITTLE_INLINE LaneMask eval_cosine(const ShadingPointPacket& f, LightSamplePacket& a) {
   for (int i = 0; i < lanes; ++i)
     a.cosine[i] = f.normal_x[i] * a.to_x[i] + f.normal_y[i] * a.to_y[i] + f.normal_z[i] * a.to_z[i];
-  LaneMask shading_point = 0;
-  for (int i = 0; i < lanes; ++i) shading_point |= a.cosine[i] > 0 ? LaneMask{1} << i : 0;
-  return shading_point & first_lanes(f.count);
+  LaneMask front = 0;
+  for (int i = 0; i < lanes; ++i) front |= a.cosine[i] > 0 ? LaneMask{1} << i : 0;
+  return front & first_lanes(f.count);
 }
 
 WHITTLE_INLINE void eval_reflection_vector(const ShadingPointPacket& f, LightSamplePacket& a) {
@@ -70,12 +71,12 @@ WHITTLE_INLINE void eval_half_vector(const ShadingPointPacket& f, LightSamplePac
   }
 }
 
-WHITTLE_INLINE void shine(const ShadingPointPacket& f, LightSamplePacket& a) {
+WHITTLE_INLINE void eval_highlight(const ShadingPointPacket& f, LightSamplePacket& a) {
   for (int i = 0; i < lanes; ++i) a.highlight[i] = power_of(a.highlight[i], f.shininess[i]);
   for (int i = 0; i < lanes; ++i) a.highlight[i] = (f.has_specular[i] != 0) & (a.cosine[i] > 0) ? a.highlight[i] : 0;
 }
 
-WHITTLE_INLINE void reflect(const ShadingPointPacket& f, const Color& radiance, LightSamplePacket& a) {
+WHITTLE_INLINE void eval_diffuse(const ShadingPointPacket& f, const Color& radiance, LightSamplePacket& a) {
   for (int i = 0; i < lanes; ++i) {
     const double cosine = a.cosine[i], strength = a.strength[i];
     a.r[i] = f.diffuse_r[i] * cosine * radiance.r * strength;
@@ -84,7 +85,8 @@ WHITTLE_INLINE void reflect(const ShadingPointPacket& f, const Color& radiance, 
   }
 }
 
-WHITTLE_INLINE void reflect_shining(const ShadingPointPacket& f, const Color& radiance, LightSamplePacket& a) {
+WHITTLE_INLINE void eval_diffuse_and_specular(const ShadingPointPacket& f, const Color& radiance,
+                                              LightSamplePacket& a) {
   for (int i = 0; i < lanes; ++i) {
     const double cosine = a.cosine[i], strength = a.strength[i], spec = a.highlight[i];
     a.r[i] = (f.diffuse_r[i] * cosine + f.specular_r[i] * spec) * radiance.r * strength;
@@ -93,8 +95,8 @@ WHITTLE_INLINE void reflect_shining(const ShadingPointPacket& f, const Color& ra
   }
 }
 
-/// offset_origin, the distance given.
-WHITTLE_INLINE void start_shadow_rays(const ShadingPointPacket& f, LightSamplePacket& a) {
+/// offset_origin() with a given clearance.
+WHITTLE_INLINE void offset_shadow_origins(const ShadingPointPacket& f, LightSamplePacket& a) {
   for (int i = 0; i < lanes; ++i) {
     const Vec3 face{f.face_x[i], f.face_y[i], f.face_z[i]};
     const Vec3 origin = clear_of({f.x[i], f.y[i], f.z[i]}, face, f.clearance[i], {a.to_x[i], a.to_y[i], a.to_z[i]});
@@ -113,28 +115,28 @@ WHITTLE_INLINE LaneMask black_lanes(const LightSamplePacket& a) {
 }  // namespace
 
 WHITTLE_WIDE void sample_light(const ShadingPointPacket& shading_points, const CompiledLight& light,
-                               double world_per_trace, double share, LightSamplePacket& arrival) {
+                               double world_per_render, double share, LightSamplePacket& sample) {
   if (light.kind == light_kind<DirectionalLight>) {
-    come_along(light.axis, share, arrival);
+    directions_along_axis(light.axis, share, sample);
   } else {
-    directions_to_points(shading_points, share, arrival);
+    directions_to_points(shading_points, share, sample);
     if (light.attenuation.kind == Attenuation::Kind::polynomial)
-      fade_by_polynomial(light.attenuation.coefficients, world_per_trace, arrival);
-    if (light.attenuation.kind == Attenuation::Kind::inverse_square) fade_by_square(world_per_trace, arrival);
-    if (light.kind == light_kind<SpotLight>) narrow_to_cone(light, arrival);
+      attenuate_by_polynomial(light.attenuation.coefficients, world_per_render, sample);
+    if (light.attenuation.kind == Attenuation::Kind::inverse_square) attenuate_by_square(world_per_render, sample);
+    if (light.kind == light_kind<SpotLight>) apply_spot_cone(light, sample);
   }
-  arrival.gaining = eval_cosine(shading_points, arrival);
-  if (arrival.gaining == 0) return;  // of neighbours often all look away
-  if (shading_points.any_shines) {
-    eval_reflection_vector(shading_points, arrival);
-    if (shading_points.any_halfway) eval_half_vector(shading_points, arrival);
-    shine(shading_points, arrival);
-    reflect_shining(shading_points, light.radiance, arrival);
+  sample.lit = eval_cosine(shading_points, sample);
+  if (sample.lit == 0) return;  // common: neighbors share their orientation
+  if (shading_points.any_specular) {
+    eval_reflection_vector(shading_points, sample);
+    if (shading_points.any_blinn) eval_half_vector(shading_points, sample);
+    eval_highlight(shading_points, sample);
+    eval_diffuse_and_specular(shading_points, light.radiance, sample);
   } else {
-    reflect(shading_points, light.radiance, arrival);
+    eval_diffuse(shading_points, light.radiance, sample);
   }
-  arrival.gaining &= ~black_lanes(arrival);
-  if (light.shadows) start_shadow_rays(shading_points, arrival);
+  sample.lit &= ~black_lanes(sample);
+  if (light.shadows) offset_shadow_origins(shading_points, sample);
 }
 
 }  // namespace tracer

@@ -1,20 +1,20 @@
 #pragma once
-/// What sixteen surfaces send on: rays that they mirror, and rays that go through them.
+/// Reflected and transmitted rays spawned by 16 hits.
 
 #include "tracer/src/integrators/whitted/intersection_packet.h"
 
 namespace tracer {
 
-/// Rays beside the hits, and which of them there are.
+/// Secondary rays, lane by lane with the hits.
 struct alignas(64) SecondaryRayPacket {
   double ox[lanes], oy[lanes], oz[lanes];
   double dx[lanes], dy[lanes], dz[lanes];
-  double r[lanes], g[lanes], b[lanes];  ///< weights
-  double largest[lanes];                ///< of these
+  double r[lanes], g[lanes], b[lanes];  ///< throughput
+  double largest[lanes];                ///< largest channel of the throughput
   std::uint32_t path[lanes];
-  LaneMask going;
+  LaneMask going;  ///< lanes with a ray
 
-  void put(int i, const Vec3& origin, const Vec3& direction, const Color& throughput, std::uint32_t path_there) {
+  void put(int i, const Vec3& origin, const Vec3& direction, const Color& throughput, std::uint32_t ray_path) {
     ox[i] = origin.x;
     oy[i] = origin.y;
     oz[i] = origin.z;
@@ -25,14 +25,13 @@ struct alignas(64) SecondaryRayPacket {
     g[i] = throughput.g;
     b[i] = throughput.b;
     largest[i] = max_component(throughput);
-    path[i] = path_there;
+    path[i] = ray_path;
   }
   [[nodiscard]] Vec3 direction(int i) const { return {dx[i], dy[i], dz[i]}; }
   [[nodiscard]] Color throughput(int i) const { return {r[i], g[i], b[i]}; }
 };
 
-/// Refractive indices on both sides of the surfaces, as the rays meet them; those that nothing goes through and that
-/// Fresnel does not divide have any above zero.
+/// Refractive indices on the incident and the other side of the surfaces; positive in unused lanes.
 struct alignas(64) InterfacePacket {
   double n_from[lanes], n_to[lanes];
   InterfacePacket() {
@@ -41,16 +40,19 @@ struct alignas(64) InterfacePacket {
   }
 };
 
-/// What goes on where nothing goes through: reflected in the normal as seen by the ray, and once more in the face where
-/// an interpolated or bent normal let a grazing ray end up inside.
-void mirror(const HitPacket& packet, const ShadingPointPacket& shading_point, SecondaryRayPacket& mirrored);
+/// Reflected rays of a packet without splits. A ray that an interpolated or perturbed normal sends below the surface is
+/// reflected once more in the face.
+void spawn_reflection(const HitPacket& packet, const ShadingPointPacket& shading_points,
+                      SecondaryRayPacket& reflection);
 
-/// What goes on elsewhere, by Snell and Fresnel. The lanes of plain mirrors get the same bits as by mirror(). `bent`:
-/// textures bend some normals; what they refract back to the ray's side is mirrored in the face.
-void part(const HitPacket& packet, const ShadingPointPacket& shading_point, const InterfacePacket& interfaces,
-          bool bent, SecondaryRayPacket& mirrored, SecondaryRayPacket& through);
+/// Rays by Snell's law and Fresnel's equations. Lanes without splits get the same bits as by spawn_reflection().
+/// `perturbed`: some normals are perturbed; rays that these refract back to the incident side are reflected in the
+/// face.
+void spawn_dielectric(const HitPacket& packet, const ShadingPointPacket& shading_points,
+                      const InterfacePacket& interfaces, bool perturbed, SecondaryRayPacket& reflection,
+                      SecondaryRayPacket& transmission);
 
-/// Those of `going` that weigh less than `cutoff`, or nothing.
-LaneMask faint(const SecondaryRayPacket& branches, double cutoff);
+/// Lanes of `going` whose throughput is below `cutoff` or zero.
+LaneMask below_cutoff(const SecondaryRayPacket& rays, double cutoff);
 
 }  // namespace tracer

@@ -1,151 +1,182 @@
 #pragma once
-/// Wavefront, mirrors and glass: what goes on from a packet of hits.
+/// Secondary rays: spawns reflected and transmitted rays at a packet of hits, or terminates them.
 
-#include "tracer/src/integrators/whitted/wavefront.h"
+#include "tracer/src/integrators/whitted/bounce_queues.h"
+#include "tracer/src/integrators/whitted/secondary_ray_packet.h"
+#include "tracer/src/integrators/whitted/wavefront_state.h"
 
 namespace tracer {
 
-/// What lies beyond surfaces that let light through or divide it, before anything is shaded: hits on what is hidden
-/// lose their weight, and with it all that they would give.
-template <class Model>
-void Wavefront<Model>::cross_media(const ShadingPointPacket& shading_point) {
-  for_each_lane(hit_.terms.parts & first_lanes(hit_.count), [&](int i) {
-    const CompiledMaterial& terms = compiled_material_of_lane(i);
-    const bool back = hit_.behind[i] > 0;
-    const MediumStack::List before = shading_point.media[i];
-    if (!terms.transmits) {
-      interfaces_.n_from[i] = media_.ior(media_.current_medium(before));
-      interfaces_.n_to[i] = terms.ior;
+template <class Features>
+class SecondaryRays {
+ public:
+  explicit SecondaryRays(WavefrontState<Features>& state) : state_(state) {}
+
+  /// Finds the media on both sides of the surfaces that split light. Hits on nested boundaries lose their throughput,
+  /// so that they are not shaded.
+  void cross_media(const ShadingPointPacket& shading_points) {
+    nested_boundary_ = 0;
+    HitPacket& hit = state_.hit;
+    if (hit.coefficients.splits == 0) return;
+    MediumStack& media = state_.media;
+    for_each_lane(hit.coefficients.splits & first_lanes(hit.count), [&](int i) {
+      const CompiledMaterial& material = state_.material_of_lane(i);
+      const bool back = hit.back_face[i] > 0;
+      const MediumStack::List before = shading_points.media[i];
+      if (!material.transmits) {
+        interfaces_.n_from[i] = media.ior(media.current_medium(before));
+        interfaces_.n_to[i] = material.ior;
+        return;
+      }
+      const MediumStack::Crossing crossing = media.cross(before, hit.points.object[i], back);
+      medium_after_[i] = crossing.after;
+      // A back-face hit on a surface the ray never entered (an open mesh): treat its own medium as the incident one.
+      const bool never_entered = material.refracts && back && crossing.after == before;
+      interfaces_.n_from[i] = never_entered ? material.ior : media.ior(crossing.near);
+      interfaces_.n_to[i] = material.refracts ? media.ior(crossing.far) : material.ior;
+      if (crossing.hidden && state_.template needs<&Requirements::overlapping_media>() &&
+          state_.template needs<&Requirements::refraction>())
+        nested_boundary_ |= LaneMask{1} << i;
+    });
+    for_each_lane(nested_boundary_,
+                  [&](int i) { hit.throughput_r[i] = hit.throughput_g[i] = hit.throughput_b[i] = 0; });
+  }
+
+  /// Lanes on surfaces within a solid of higher priority.
+  [[nodiscard]] LaneMask nested_boundary() const { return nested_boundary_; }
+
+  /// Precondition: cross_media() was called for the packet.
+  void spawn(const RayQueue& rays, const ShadingPointPacket& shading_points, BounceQueues& next) {
+    const HitPacket& hit = state_.hit;
+    transmission_.going = 0;
+    if (hit.coefficients.splits == 0) {
+      spawn_reflection(hit, shading_points, reflection_);
+    } else {
+      spawn_dielectric(hit, shading_points, interfaces_, state_.template needs<&Requirements::bump>(), reflection_,
+                       transmission_);
+      reflection_.going &= ~nested_boundary_;
+      transmission_.going &= ~nested_boundary_;
+    }
+    // Lane by lane: the order of additions to one sample must not depend on the packet.
+    const double cutoff = state_.scene.accuracy.cutoff;
+    for_each_lane(below_cutoff(reflection_, cutoff) | below_cutoff(transmission_, cutoff), [&](int i) {
+      apply_cutoff(transmission_, 1, shading_points, i);
+      apply_cutoff(reflection_, 0, shading_points, i);
+    });
+    if (nested_boundary_ != 0) skip_nested_boundary(rays);
+    const LaneMask going = reflection_.going | transmission_.going;
+    if (going == 0) return;
+    if (next.depth > state_.scene.accuracy.max_depth) {
+      for_each_ray(going, [&](const SecondaryRayPacket& packet, int i) {
+        terminate_at_max_depth(packet.largest[i], shading_points.sample[i]);
+      });
+    } else if (state_.approximate().reflections == Approximations::Reflections::environment) {
+      for_each_ray(going, [&](const SecondaryRayPacket& packet, int i) {
+        add_environment_radiance(rays, packet, i, shading_points.sample[i]);
+      });
+    } else {
+      push_rays(rays, transmission_, shading_points, medium_after_, next.refraction);
+      push_rays(rays, reflection_, shading_points, shading_points.media, next.reflection);
+    }
+  }
+
+ private:
+  template <class Work>
+  void for_each_ray(LaneMask going, const Work& work) {
+    for_each_lane(going, [&](int i) {
+      for (const SecondaryRayPacket* packet : {&transmission_, &reflection_})
+        if ((packet->going >> i & 1) != 0) work(*packet, i);
+    });
+  }
+
+  /// The ray passes straight through a surface whose medium fills neither side.
+  void skip_nested_boundary(const RayQueue& rays) {
+    const HitPacket& hit = state_.hit;
+    const PointPacket& p = hit.points;
+    for_each_lane(nested_boundary_, [&](int i) {
+      const Vec3 direction{hit.direction_x[i], hit.direction_y[i], hit.direction_z[i]};
+      const Vec3 origin = offset_origin({{p.x[i], p.y[i], p.z[i]}, {p.error_x[i], p.error_y[i], p.error_z[i]}},
+                                        {p.face_x[i], p.face_y[i], p.face_z[i]}, direction);
+      const Color throughput = state_.throughput_at_hit(rays, static_cast<std::size_t>(hit.ray[i]));
+      transmission_.put(i, origin, direction, throughput, hit.path[i]);
+    });
+    transmission_.going |= nested_boundary_;
+  }
+
+  /// Drops a ray below the cutoff, or divides its throughput by the probability with which it was kept.
+  void apply_cutoff(SecondaryRayPacket& packet, std::uint64_t kind, const ShadingPointPacket& shading_points,
+                    int lane) {
+    const LaneMask bit = LaneMask{1} << lane;
+    const double largest = packet.largest[lane];
+    if ((packet.going & bit) == 0 || !(largest < state_.scene.accuracy.cutoff || largest == 0)) return;
+    const double probability = russian_roulette_probability(largest, shading_points.sample[lane],
+                                                            std::uint64_t{state_.hit.path[lane]} * 2 + kind);
+    if (!(probability > 0)) {
+      packet.going &= ~bit;
       return;
     }
-    const MediumStack::Crossing crossing = media_.cross(before, hit_.points.object[i], back);
-    medium_after_[i] = crossing.after;
-    // From behind, of a surface that was never entered: it has no inside, and its back counts as one.
-    const bool never_entered = terms.refracts && back && crossing.after == before;
-    interfaces_.n_from[i] = never_entered ? terms.ior : media_.ior(crossing.near);
-    interfaces_.n_to[i] = terms.refracts ? media_.ior(crossing.far) : terms.ior;
-    if (crossing.hidden && needs<&Requirements::overlapping_media>() && needs<&Requirements::refraction>())
-      nested_boundary_ |= LaneMask{1} << i;
-  });
-  for_each_lane(nested_boundary_, [&](int i) { hit_.weight_r[i] = hit_.weight_g[i] = hit_.weight_b[i] = 0; });
-}
-
-template <class Model>
-void Wavefront<Model>::branch(const RayQueue& rays, const ShadingPointPacket& shading_point, BounceQueues& next) {
-  through_.going = 0;
-  if (hit_.terms.parts == 0) {
-    mirror(hit_, shading_point, mirrored_);
-  } else {
-    part(hit_, shading_point, interfaces_, needs<&Requirements::bump>(), mirrored_, through_);
-    mirrored_.going &= ~nested_boundary_;
-    through_.going &= ~nested_boundary_;
+    const double factor = 1 / probability;
+    for (double* channel : {packet.r, packet.g, packet.b, packet.largest}) channel[lane] *= factor;
   }
-  // Lane by lane: of hits of one sample the order in which something is added must not depend on the packet.
-  const double cutoff = scene_.accuracy.cutoff;
-  for_each_lane(faint(mirrored_, cutoff) | faint(through_, cutoff), [&](int i) {
-    cut(through_, 1, shading_point, i);
-    cut(mirrored_, 0, shading_point, i);
-  });
-  if (nested_boundary_ != 0) skip_nested_boundary(rays);
-  const LaneMask going = mirrored_.going | through_.going;
-  if (going == 0) return;
-  if (next.depth > scene_.accuracy.max_depth) {
-    for_each_lane(going, [&](int i) {
-      for (const SecondaryRayPacket* branches : {&through_, &mirrored_})
-        if ((branches->going >> i & 1) != 0) truncate(branches->largest[i], shading_point.sample[i]);
-    });
-  } else if (approximate().reflections == Approximations::Reflections::environment) {
-    for_each_lane(going, [&](int i) {
-      for (const SecondaryRayPacket* branches : {&through_, &mirrored_})
-        if ((branches->going >> i & 1) != 0) add_environment_radiance(rays, *branches, i, shading_point.sample[i]);
-    });
-  } else {
-    send(rays, through_, shading_point, medium_after_, next.refraction);
-    send(rays, mirrored_, shading_point, shading_point.media, next.reflection);
+
+  /// The probability with which a ray below the cutoff was kept, or 0 if it was dropped. Russian roulette is unbiased
+  /// (Arvo & Kirk 1990, "Particle Transport and Image Synthesis"); without it the dropped radiance counts as omitted.
+  double russian_roulette_probability(double largest, std::uint32_t sample, std::uint64_t bounce) {
+    const Accuracy& accuracy = state_.scene.accuracy;
+    if (accuracy.cutoff_by_chance && largest > 0) {
+      const Batch::Sample& seeds = state_.batch.samples[sample];
+      const std::uint64_t random = mix(mix(seeds.key ^ mix(seeds.index)) ^ mix(~bounce));
+      const double probability = largest / accuracy.cutoff;
+      if (static_cast<double>(random >> 11) * 0x1p-53 < probability) return probability;
+    } else {
+      state_.omitted[sample].cutoff += static_cast<float>(largest);
+    }
+    ++state_.statistics.cut_branches;
+    return 0;
   }
-}
 
-/// A surface of a solid that does not fill the place on either side is not there: the ray goes straight on.
-template <class Model>
-void Wavefront<Model>::skip_nested_boundary(const RayQueue& rays) {
-  const PointPacket& p = hit_.points;
-  for_each_lane(nested_boundary_, [&](int i) {
-    const Vec3 direction{hit_.direction_x[i], hit_.direction_y[i], hit_.direction_z[i]};
-    const Vec3 origin = offset_origin({{p.x[i], p.y[i], p.z[i]}, {p.error_x[i], p.error_y[i], p.error_z[i]}},
-                                      {p.face_x[i], p.face_y[i], p.face_z[i]}, direction);
-    through_.put(i, origin, direction, throughput_at_hit(rays, static_cast<std::size_t>(hit_.ray[i])), hit_.path[i]);
-  });
-  through_.going |= nested_boundary_;
-}
-
-/// Drops a lane that is too faint, or gives it the weight that it stands for.
-template <class Model>
-void Wavefront<Model>::cut(SecondaryRayPacket& branches, std::uint64_t which, const ShadingPointPacket& shading_point,
-                           int lane) {
-  const LaneMask bit = LaneMask{1} << lane;
-  const double largest = branches.largest[lane];
-  if ((branches.going & bit) == 0 || !(largest < scene_.accuracy.cutoff || largest == 0)) return;
-  const double survival = survives(largest, shading_point.sample[lane], std::uint64_t{hit_.path[lane]} * 2 + which);
-  if (!(survival > 0)) {
-    branches.going &= ~bit;
-    return;
+  void terminate_at_max_depth(double largest, std::uint32_t sample) {
+    ++state_.statistics.truncated_branches;
+    state_.omitted[sample].depth += static_cast<float>(largest);
   }
-  const double stands_for = 1 / survival;
-  for (double* channel : {branches.r, branches.g, branches.b, branches.largest}) channel[lane] *= stands_for;
-}
 
-/// The probability with which a branch of less weight than `cutoff` was kept; 0: it was not. Kept ones stand for those
-/// that were not, and nothing is missing in the mean (Arvo & Kirk 1990, "Particle Transport and Image Synthesis").
-template <class Model>
-double Wavefront<Model>::survives(double most, std::uint32_t sample, std::uint64_t bounce) {
-  if (scene_.accuracy.cutoff_by_chance && most > 0) {
-    const Batch::Sample& choices = batch_.samples[sample];
-    const std::uint64_t chance = mix(mix(choices.key ^ mix(choices.index)) ^ mix(~bounce));
-    const double survival = most / scene_.accuracy.cutoff;
-    if (static_cast<double>(chance >> 11) * 0x1p-53 < survival) return survival;
-  } else {
-    omitted_[sample].cutoff += static_cast<float>(most);
+  /// Environment mapping: the background replaces the secondary ray.
+  void add_environment_radiance(const RayQueue& rays, const SecondaryRayPacket& packet, int lane,
+                                std::uint32_t sample) {
+    const double spread = has_cones() ? cone_of(rays, packet, lane).spread : 0;
+    state_.radiance[sample] +=
+        packet.throughput(lane) * state_.scene.background->radiance(packet.direction(lane), std::abs(spread));
   }
-  ++statistics_.cut_branches;
-  return 0;
-}
 
-/// A branch that `max_depth` ends.
-template <class Model>
-void Wavefront<Model>::truncate(double largest, std::uint32_t sample) {
-  ++statistics_.truncated_branches;
-  omitted_[sample].depth += static_cast<float>(largest);
-}
+  [[nodiscard]] bool has_cones() const { return state_.template needs<&Requirements::filtered_textures>(); }
 
-/// In place of tracing a branch.
-template <class Model>
-void Wavefront<Model>::add_environment_radiance(const RayQueue& rays, const SecondaryRayPacket& branches, int lane,
-                                                std::uint32_t sample) {
-  const double spread = needs<&Requirements::filtered_textures>() ? cone_of(rays, branches, lane).spread : 0;
-  radiance_[sample] +=
-      branches.throughput(lane) * scene_.background->radiance(branches.direction(lane), std::abs(spread));
-}
+  [[nodiscard]] RayCone cone_of(const RayQueue& rays, const SecondaryRayPacket& packet, int lane) const {
+    const HitPacket& hit = state_.hit;
+    const auto ray = static_cast<std::size_t>(hit.ray[lane]);
+    const double t = state_.hits.t[ray];
+    const double curvature =
+        (hit.back_face[lane] > 0 ? -1 : 1) * curvature_at(state_.scene, state_.hits.primitive[ray]);
+    if (&packet == &reflection_) return tracer::mirrored(rays.cone(ray), t, curvature);
+    const bool refracts = hit.coefficients.refracts[lane] > 0 && (nested_boundary_ >> lane & 1) == 0;
+    const double n = interfaces_.n_from[lane] / interfaces_.n_to[lane];
+    return tracer::refracted(rays.cone(ray), t, refracts ? curvature : 0, refracts ? n : 1);
+  }
 
-template <class Model>
-RayCone Wavefront<Model>::cone_of(const RayQueue& rays, const SecondaryRayPacket& branches, int lane) const {
-  const auto ray = static_cast<std::size_t>(hit_.ray[lane]);
-  const double curvature = (hit_.behind[lane] > 0 ? -1 : 1) * curvature_at(scene_, hits_.primitive[ray]);
-  if (&branches == &mirrored_) return tracer::mirrored(rays.cone(ray), hits_.t[ray], curvature);
-  const bool refracts = hit_.terms.refracts[lane] > 0 && (nested_boundary_ >> lane & 1) == 0;
-  const double n = interfaces_.n_from[lane] / interfaces_.n_to[lane];
-  return tracer::refracted(rays.cone(ray), hits_.t[ray], refracts ? curvature : 0, refracts ? n : 1);
-}
+  void push_rays(const RayQueue& rays, const SecondaryRayPacket& p, const ShadingPointPacket& shading_points,
+                 const MediumStack::List* media, RayQueue& to) {
+    if (p.going == 0) return;
+    std::size_t next = to.size();
+    to.append(
+        {p.ox, p.oy, p.oz, p.dx, p.dy, p.dz, p.r, p.g, p.b, shading_points.sample, shading_points.from, p.path, media},
+        p.going);
+    if (has_cones()) for_each_lane(p.going, [&](int i) { to.set_cone(next++, cone_of(rays, p, i)); });
+  }
 
-template <class Model>
-void Wavefront<Model>::send(const RayQueue& rays, const SecondaryRayPacket& b, const ShadingPointPacket& shading_point,
-                            const MediumStack::List* media, RayQueue& to) {
-  if (b.going == 0) return;
-  std::size_t sent = to.size();
-  to.append(
-      {b.ox, b.oy, b.oz, b.dx, b.dy, b.dz, b.r, b.g, b.b, shading_point.sample, shading_point.from, b.path, media},
-      b.going);
-  if (needs<&Requirements::filtered_textures>())
-    for_each_lane(b.going, [&](int i) { to.widen(sent++, cone_of(rays, b, i)); });
-}
+  WavefrontState<Features>& state_;
+  LaneMask nested_boundary_ = 0;
+  MediumStack::List medium_after_[lanes] = {};  ///< media beyond the surfaces
+  InterfacePacket interfaces_;
+  SecondaryRayPacket reflection_, transmission_;
+};
 
 }  // namespace tracer

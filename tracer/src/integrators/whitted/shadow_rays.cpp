@@ -9,19 +9,19 @@
 namespace tracer {
 namespace {
 
-/// Beside a IntersectionPacket: shadow rays that go on behind transmissive surfaces.
-struct alignas(64) Onward {
+/// Shadow rays that continue behind transmissive surfaces, lane by lane with an IntersectionPacket.
+struct alignas(64) ContinuedRays {
   double ox[lanes], oy[lanes], oz[lanes];
-  double left[lanes];  ///< of the way to the light
+  double left[lanes];  ///< remaining distance to the light
   std::uint32_t number[lanes];
   MediumStack::List media[lanes];
 };
 
-/// Where they start, and which surfaces are met from behind.
-WHITTLE_WIDE void start_behind(IntersectionPacket& __restrict places, Onward& __restrict to) {
-  const PointPacket& p = places.points;
+/// Sets the origins behind the surfaces, and `back_face`.
+WHITTLE_WIDE void offset_origins(IntersectionPacket& __restrict intersections, ContinuedRays& __restrict to) {
+  const PointPacket& p = intersections.points;
   for (int i = 0; i < lanes; ++i) {
-    const Vec3 direction{places.direction_x[i], places.direction_y[i], places.direction_z[i]};
+    const Vec3 direction{intersections.direction_x[i], intersections.direction_y[i], intersections.direction_z[i]};
     const Vec3 face{p.face_x[i], p.face_y[i], p.face_z[i]};
     const double clearance =
         std::abs(face.x) * p.error_x[i] + std::abs(face.y) * p.error_y[i] + std::abs(face.z) * p.error_z[i];
@@ -29,113 +29,114 @@ WHITTLE_WIDE void start_behind(IntersectionPacket& __restrict places, Onward& __
     to.ox[i] = origin.x;
     to.oy[i] = origin.y;
     to.oz[i] = origin.z;
-    places.behind[i] = direction.x * face.x + direction.y * face.y + direction.z * face.z > 0 ? 1 : 0;
+    intersections.back_face[i] = direction.x * face.x + direction.y * face.y + direction.z * face.z > 0 ? 1 : 0;
   }
 }
 
-/// Makes room for `count` behind the first `used`.
-void make_room(std::vector<double>& values, std::size_t used, std::size_t count) {
+/// Grows `values` to at least `used + count` elements.
+void reserve_behind(std::vector<double>& values, std::size_t used, std::size_t count) {
   if (values.size() < used + count) values.resize(2 * used + count);
 }
 
 }  // namespace
 
-void ShadowRays::append(const ShadingPointPacket& packet, const LightSamplePacket& a) {
+void ShadowRays::append(const ShadingPointPacket& packet, const LightSamplePacket& sample) {
   const std::size_t first = rays_.size();
-  rays_.append({a.origin_x, a.origin_y, a.origin_z, a.to_x, a.to_y, a.to_z, a.r, a.g, a.b, packet.sample, packet.from,
-                nullptr, packet.media},
-               a.gaining);
-  make_room(distance_, first, lanes);
-  // Short of the light by more than the rounding of its distance, so that what a light sits on does not hide it.
-  double short_of_it[lanes];
-  for (int i = 0; i < lanes; ++i) short_of_it[i] = a.distance[i] * (1 - 0x1p-40);
-  const Compressed distances{short_of_it, &distance_[first]};
-  compress_eights(&distances, 1, a.gaining);
+  rays_.append({sample.origin_x, sample.origin_y, sample.origin_z, sample.to_x, sample.to_y, sample.to_z, sample.r,
+                sample.g, sample.b, packet.sample, packet.from, nullptr, packet.media},
+               sample.lit);
+  reserve_behind(distance_, first, lanes);
+  // Shorter than the distance by more than its rounding error, so that a surface at the light does not occlude it.
+  double t_max[lanes];
+  for (int i = 0; i < lanes; ++i) t_max[i] = sample.distance[i] * (1 - 0x1p-40);
+  const Compressed distances{t_max, &distance_[first]};
+  compress_eights(&distances, 1, sample.lit);
 }
 
-void ShadowRays::add_to(std::vector<Color>& radiance, MediumStack& media, Coherence coherence) {
+void ShadowRays::add_unoccluded(std::vector<Color>& radiance, MediumStack& media, Coherence coherence) {
   if (rays_.empty()) return;
   blocked_.resize(rays_.size());
   scene_.accelerator->occluded(rays_.span(distance_.data()), blocked_.data(), coherence);
   const bool transmissive = needs_.transmissive_shadows;
-  if (transmissive) cross_transmissive(media);
+  if (transmissive) attenuate_transmissive(media);
   for (std::size_t i = 0; i < rays_.size(); ++i) {
     if (blocked_[i] != 0) continue;
-    radiance[rays_.sample(i)] += transmissive ? rays_.throughput(i) * visible_[i] : rays_.throughput(i);
+    radiance[rays_.sample(i)] += transmissive ? rays_.throughput(i) * transmittance_[i] : rays_.throughput(i);
   }
 }
 
-/// S_i of the rays that no opaque surface blocks: the product of K_t C_t over every surface on the way to the light,
-/// and of the absorption between them, in the order they are crossed.
-void ShadowRays::cross_transmissive(MediumStack& media) {
+/// Computes S_i of the rays that no opaque surface blocks: the product of K_t C_t over all crossed surfaces and of the
+/// absorption between them, in the order of crossing.
+void ShadowRays::attenuate_transmissive(MediumStack& media) {
   const std::size_t count = rays_.size();
-  visible_.assign(count, {1, 1, 1});
+  transmittance_.assign(count, {1, 1, 1});
   if (number_.size() < count) {
     number_.resize(count);
     std::iota(number_.begin(), number_.end(), 0u);
   }
-  // Those that are blocked stay where they are, with an end that lets them meet nothing.
+  // Blocked rays keep their place; a NaN distance lets them hit nothing.
   for (std::size_t i = 0; i < count; ++i)
     distance_[i] = blocked_[i] != 0 ? std::numeric_limits<double>::quiet_NaN() : distance_[i];
-  cross_one_each({rays_, distance_.data(), number_.data()}, media);
+  cross_next_surface({rays_, distance_.data(), number_.data()}, media);
   for (std::uint64_t crossings = 1; !next_.empty(); ++crossings) {
     if (crossings > scene_.max_transmissive_hits || control_.cancelled()) break;
     std::swap(crossing_, next_);
     std::swap(crossing_distance_, next_distance_);
-    cross_one_each({crossing_, crossing_distance_.data(), crossing_.carried().sample}, media);
+    cross_next_surface({crossing_, crossing_distance_.data(), crossing_.payload().sample}, media);
   }
 }
 
-/// Up to the first transmissive surface of each and through it; `next_` are those that go on from there.
-void ShadowRays::cross_one_each(const OnTheWay& from, MediumStack& media) {
+/// Traces each segment to its first transmissive surface and through it; `next_` receives the segments behind.
+void ShadowRays::cross_next_surface(const RaySegments& from, MediumStack& media) {
   const std::size_t count = from.rays.size();
-  scene_.accelerator->intersect(from.rays.span(from.distance), crossed_.room_for(count), Coherence::coherent,
+  scene_.accelerator->intersect(from.rays.span(from.distance), crossed_.resize_to_fit(count), Coherence::coherent,
                                 GeometryMask::transmissive);
-  if (met_.size() < count) met_.resize(count);
-  std::size_t met = 0;
+  if (hit_rays_.size() < count) hit_rays_.resize(count);
+  std::size_t hits = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    met_[met] = static_cast<std::uint32_t>(i);
-    met += crossed_.primitive[i].hit() ? 1 : 0;
+    hit_rays_[hits] = static_cast<std::uint32_t>(i);
+    hits += crossed_.primitive[i].hit() ? 1 : 0;
   }
   for (std::size_t i = 0; needs_.absorption && i < count; ++i) {
-    Color& visible = visible_[from.number[i]];
+    Color& transmittance = transmittance_[from.number[i]];
     const double length = crossed_.primitive[i].hit() ? crossed_.t[i] : from.distance[i];
-    visible = visible * media.transmittance(from.rays.media(i), length);
+    transmittance = transmittance * media.transmittance(from.rays.media(i), length);
   }
   next_.clear();
-  for (std::size_t first = 0; first < met; first += lanes) {
-    load(from.rays, crossed_.span(), met_.data() + first, static_cast<int>(std::min<std::size_t>(lanes, met - first)),
-         places_);
+  for (std::size_t first = 0; first < hits; first += lanes) {
+    load(from.rays, crossed_.span(), hit_rays_.data() + first,
+         static_cast<int>(std::min<std::size_t>(lanes, hits - first)), intersections_);
     cross_packet(from, media);
   }
 }
 
-void ShadowRays::cross_packet(const OnTheWay& from, MediumStack& media) {
-  Onward onward;
-  const PointPacket& points = places_.points;
-  meet_points(scene_.geometry(), places_.met, places_.points);
-  start_behind(places_, onward);
+void ShadowRays::cross_packet(const RaySegments& from, MediumStack& media) {
+  ContinuedRays continued;
+  const PointPacket& points = intersections_.points;
+  meet_points(scene_.geometry(), intersections_.ray_hits, intersections_.points);
+  offset_origins(intersections_, continued);
   LaneMask going = 0;
-  for (int i = 0; i < places_.count; ++i) {
-    const auto ray = static_cast<std::size_t>(places_.ray[i]);
+  for (int i = 0; i < intersections_.count; ++i) {
+    const auto ray = static_cast<std::size_t>(intersections_.ray[i]);
     const std::uint32_t object = points.object[i];
     MediumStack::Crossing crossing{.after = from.rays.media(ray)};
     if (needs_.absorption || needs_.overlapping_media)
-      crossing = media.cross(crossing.after, object, places_.behind[i] > 0);
-    Color& visible = visible_[from.number[ray]];
-    if (!crossing.hidden) visible = visible * scene_.terms[scene_.material_of_object[object]].through;
-    onward.number[i] = from.number[ray];
-    onward.media[i] = crossing.after;
-    onward.left[i] = from.distance[ray] - crossed_.t[ray];
-    if (!is_black(visible) && onward.left[i] > 0) going |= LaneMask{1} << i;
+      crossing = media.cross(crossing.after, object, intersections_.back_face[i] > 0);
+    Color& transmittance = transmittance_[from.number[ray]];
+    if (!crossing.hidden) transmittance = transmittance * scene_.terms[scene_.material_of_object[object]].through;
+    continued.number[i] = from.number[ray];
+    continued.media[i] = crossing.after;
+    continued.left[i] = from.distance[ray] - crossed_.t[ray];
+    if (!is_black(transmittance) && continued.left[i] > 0) going |= LaneMask{1} << i;
   }
   const std::size_t end = next_.size();
-  // Their weights are the shadow rays' own.
-  next_.append({onward.ox, onward.oy, onward.oz, places_.direction_x, places_.direction_y, places_.direction_z,
-                onward.left, onward.left, onward.left, onward.number, places_.met.primitive, nullptr, onward.media},
+  // The throughput is not used: it is the shadow ray's own.
+  next_.append({continued.ox, continued.oy, continued.oz, intersections_.direction_x, intersections_.direction_y,
+                intersections_.direction_z, continued.left, continued.left, continued.left, continued.number,
+                intersections_.ray_hits.primitive, nullptr, continued.media},
                going);
-  make_room(next_distance_, end, lanes);
-  const Compressed distances{onward.left, &next_distance_[end]};
+  reserve_behind(next_distance_, end, lanes);
+  const Compressed distances{continued.left, &next_distance_[end]};
   compress_eights(&distances, 1, going);
 }
 

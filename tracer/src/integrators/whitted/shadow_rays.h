@@ -1,5 +1,5 @@
 #pragma once
-/// Rays from surfaces to one light: which of them arrive, and with how much of their light.
+/// Shadow rays from shading points to one light, and their transmittance.
 
 #include <vector>
 
@@ -16,40 +16,40 @@ class ShadowRays {
       : scene_(scene), control_(control), needs_(needs) {}
 
   void clear() { rays_.clear(); }
-  /// The lanes of `packet` at which light arrives.
-  void append(const ShadingPointPacket& packet, const LightSamplePacket& a);
+  /// Appends the lit lanes of `packet`.
+  void append(const ShadingPointPacket& packet, const LightSamplePacket& sample);
   [[nodiscard]] std::size_t size() const { return rays_.size(); }
 
-  /// Traces them all and adds what arrives, in the order they were pushed.
-  void add_to(std::vector<Color>& radiance, MediumStack& media, Coherence coherence);
+  /// Traces all rays and adds their radiance to the samples, in the order of append().
+  void add_unoccluded(std::vector<Color>& radiance, MediumStack& media, Coherence coherence);
 
  private:
-  /// Rays on their way, and the shadow rays' numbers.
-  struct OnTheWay {
+  /// Remaining parts of shadow rays. `number`: index of the shadow ray.
+  struct RaySegments {
     const RayQueue& rays;
     const double* distance;
     const std::uint32_t* number;
   };
 
-  void cross_transmissive(MediumStack& media);
-  void cross_one_each(const OnTheWay& from, MediumStack& media);
-  void cross_packet(const OnTheWay& from, MediumStack& media);
+  void attenuate_transmissive(MediumStack& media);
+  void cross_next_surface(const RaySegments& from, MediumStack& media);
+  void cross_packet(const RaySegments& from, MediumStack& media);
 
   const CompiledScene& scene_;
   const RenderControl& control_;
   const Requirements& needs_;
   RayQueue rays_;
-  std::vector<double> distance_;  ///< beside rays_, and some more
+  std::vector<double> distance_;  ///< parallel to rays_, possibly longer
   std::vector<std::uint8_t> blocked_;
-  std::vector<Color> visible_;         ///< S_i: product over the surfaces crossed
+  std::vector<Color> transmittance_;   ///< S_i: product over the crossed surfaces
   std::vector<std::uint32_t> number_;  ///< 0, 1, ...
 
-  // Those that crossed a transmissive surface and go on, and the next step's.
+  // Segments behind a transmissive surface, and those of the next step.
   RayQueue crossing_, next_;  ///< `sample` is the shadow ray's number
   std::vector<double> crossing_distance_, next_distance_;
   Hits crossed_;
-  std::vector<std::uint32_t> met_;  ///< which of the rays crossed something, and some more
-  IntersectionPacket places_;       ///< a packet of these
+  std::vector<std::uint32_t> hit_rays_;  ///< rays that crossed a surface; possibly longer
+  IntersectionPacket intersections_;
 };
 
 }  // namespace tracer

@@ -1,16 +1,242 @@
-/// The instantiations of the integrator, each compiled for what its model holds.
+/// Wavefront main loop: intersects each bounce's ray queues, shades their hits and handles rays that escape the scene.
 
 #include "tracer/src/integrators/whitted/wavefront.h"
 
-#include "tracer/src/integrators/whitted/bounce_loop.h"
-#include "tracer/src/integrators/whitted/direct_lighting.h"
-#include "tracer/src/integrators/whitted/normal_mapping.h"
-#include "tracer/src/integrators/whitted/secondary_rays.h"
-#include "tracer/src/integrators/whitted/shading.h"
+#include <algorithm>
+#include <new>
 
 namespace tracer {
+namespace {
 
-template class Wavefront<ClassicModel>;
-template class Wavefront<FullModel>;
+/// Limit of the rays waiting at once, over all bounces: 2^24 rays take about 2 GiB. Only a scene whose materials return
+/// more light than they receive, traced to a great depth, comes near.
+constexpr std::size_t pending_rays_max = std::size_t{1} << 24;
+
+void write_gbuffer_depths(const CompiledScene& scene, const RayQueue& rays, const Hits& hits,
+                          const std::vector<std::uint32_t>& hit_rays, GBuffer& gbuffer) {
+  for (const std::uint32_t ray : hit_rays)
+    gbuffer.depth[rays.sample(ray)] =
+        scene.frame.world_from_render(scene.camera.depth(rays.direction(ray), hits.t[ray]));
+}
+
+void apply_depth_cue(const CompiledScene& scene, const GBuffer& gbuffer, std::vector<Color>& radiance) {
+  const DepthCue& cue = *scene.depth_cue;
+  for (std::size_t sample = 0; sample < radiance.size(); ++sample) {
+    if (!gbuffer.hit(sample) && scene.output.alpha) continue;  // transparent
+    const double scale = depth_cue_scale(cue, gbuffer.depth[sample]);
+    radiance[sample] = radiance[sample] * scale + cue.color * (1 - scale);
+  }
+}
+
+}  // namespace
+
+template <class Features>
+bool Wavefront<Features>::trace() {
+  const std::size_t count = state_.batch.samples.size();
+  state_.radiance.resize(count);
+  std::fill(state_.radiance.begin(), state_.radiance.end(), Color{});  // inlined, unlike some assign()
+  if (state_.may_omit_radiance()) state_.omitted.assign(count, {});
+  state_.media.reset();
+  if (state_.writes_gbuffer()) state_.gbuffer.reset(count);
+  state_.statistics.samples += count;
+  std::vector<BounceQueues> pending;
+  pending.push_back(acquire_queues(0));
+  generate_camera_rays(pending.back().camera);
+  std::size_t pending_rays = count;
+  while (!pending.empty()) {
+    if (state_.control.cancelled()) return false;
+    BounceQueues bounce = std::move(pending.back());
+    pending.pop_back();
+    if (bounce.size() > bounce_rays_max) {
+      auto [first, second] = split(bounce);
+      pending.push_back(std::move(second));
+      pending.push_back(std::move(first));
+      continue;
+    }
+    BounceQueues next = acquire_queues(bounce.depth + 1);
+    trace_bounce(bounce, next);
+    pending_rays += next.size() - bounce.size();
+    if (pending_rays > pending_rays_max) throw std::bad_alloc();
+    release_queues(std::move(bounce));
+    if (next.size() != 0) {
+      pending.push_back(std::move(next));
+    } else {
+      release_queues(std::move(next));
+    }
+  }
+  if (state_.scene.depth_cue) apply_depth_cue(state_.scene, state_.gbuffer, state_.radiance);
+  for (const Color& sample : state_.radiance) state_.statistics.non_finite += finite(sample) ? 0 : 1;
+  return true;
+}
+
+/// Returns empty queues, with the memory of released ones if there are any.
+template <class Features>
+BounceQueues Wavefront<Features>::acquire_queues(std::uint32_t depth) {
+  BounceQueues queues;
+  if (!released_queues_.empty()) {
+    queues = std::move(released_queues_.back());
+    released_queues_.pop_back();
+    queues.clear();
+  }
+  queues.depth = depth;
+  return queues;
+}
+
+/// Two bounces are in use at a time unless bounces are split, which is rare.
+template <class Features>
+void Wavefront<Features>::release_queues(BounceQueues queues) {
+  if (released_queues_.size() < 2) released_queues_.push_back(std::move(queues));
+}
+
+template <class Features>
+void Wavefront<Features>::generate_camera_rays(RayQueue& rays) const {
+  const auto& [samples, x, y, lens, share, light_points] = state_.batch;
+  const CompiledScene& scene = state_.scene;
+  const std::size_t count = samples.size();
+  const CompiledCamera::CameraRaySpan to = rays.reset_to_camera_rays(count, MediumStack::camera(scene));
+  if (state_.template needs<&Requirements::lens>()) {
+    for (std::size_t i = 0; i < count; ++i) to.put(i, scene.camera.generate_ray(x[i], y[i], lens[i]));
+  } else {
+    scene.camera.generate_rays(x.data(), y.data(), count, to);
+  }
+  if (state_.template needs<&Requirements::filtered_textures>())
+    for (std::size_t i = 0; i < count; ++i) rays.set_cone(i, camera_cone(scene, rays.direction(i), share[i]));
+}
+
+template <class Features>
+void Wavefront<Features>::trace_bounce(const BounceQueues& bounce, BounceQueues& next) {
+  RayCounts& counts = state_.statistics.rays;
+  counts.camera += bounce.camera.size();
+  counts.reflection += bounce.reflection.size();
+  counts.refraction += bounce.refraction.size();
+  for (const RayQueue* queue : {&bounce.camera, &bounce.reflection, &bounce.refraction})
+    if (!queue->empty()) process_queue(*queue, bounce.depth, next);
+}
+
+template <class Features>
+void Wavefront<Features>::process_queue(const RayQueue& rays, std::uint32_t depth, BounceQueues& next) {
+  const Coherence coherence = depth == 0 ? Coherence::coherent : Coherence::incoherent;
+  intersect(rays, depth, coherence);
+  shade_hits(rays, depth, next);
+  lighting_.shade(rays, depth, coherence);
+}
+
+template <class Features>
+void Wavefront<Features>::intersect(const RayQueue& rays, std::uint32_t depth, Coherence coherence) {
+  const std::size_t count = rays.size();
+  const HitSpan found = state_.hits.resize_to_fit(count);
+  state_.scene.accelerator->intersect(rays.span(), found, coherence);
+  std::vector<std::uint32_t>& hit_rays = state_.hit_rays;
+  hit_rays.resize(count);
+  escaped_rays_.resize(count);
+  std::size_t hits = 0, escaped = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const bool hit = found.primitive[i].hit();
+    hit_rays[hits] = escaped_rays_[escaped] = static_cast<std::uint32_t>(i);
+    hits += hit ? 1 : 0;
+    escaped += hit ? 0 : 1;
+  }
+  hit_rays.resize(hits);
+  escaped_rays_.resize(escaped);
+  if (!escaped_rays_.empty()) handle_escaped_rays(rays, depth);
+  if (state_.writes_gbuffer() && depth == 0)
+    write_gbuffer_depths(state_.scene, rays, state_.hits, hit_rays, state_.gbuffer);
+}
+
+template <class Features>
+void Wavefront<Features>::handle_escaped_rays(const RayQueue& rays, std::uint32_t depth) {
+  const CompiledScene& scene = state_.scene;
+  if (depth == 0 && scene.output.alpha) return;  // transparent
+  const Color* plain = scene.background->plain();
+  if (plain != nullptr && is_black(*plain)) return;
+  if (plain != nullptr && !state_.template needs<&Requirements::absorption>()) {
+    for (const std::uint32_t ray : escaped_rays_) state_.radiance[rays.sample(ray)] += rays.throughput(ray) * *plain;
+    return;
+  }
+  const bool filtered =
+      state_.template needs<&Requirements::environment>() && state_.template needs<&Requirements::filtered_textures>();
+  for (const std::uint32_t ray : escaped_rays_) {
+    const double spread = filtered ? std::abs(rays.cone(ray).spread) : 0;
+    const Color radiance = plain != nullptr ? *plain : scene.background->radiance(rays.direction(ray), spread);
+    state_.radiance[rays.sample(ray)] += state_.throughput_at_hit(rays, ray) * radiance;
+  }
+}
+
+template <class Features>
+void Wavefront<Features>::shade_hits(const RayQueue& rays, std::uint32_t depth, BounceQueues& next) {
+  const std::vector<std::uint32_t>& hit_rays = state_.hit_rays;
+  HitPacket& hit = state_.hit;
+  const CoefficientPacket& coefficients = hit.coefficients;
+  const bool spawns = state_.spawns_secondary_rays(), writes = state_.writes_gbuffer() && depth == 0;
+  lighting_.reset();
+  for (std::size_t first = 0; first < hit_rays.size(); first += lanes) {
+    ShadingPointPacket& shading_points = lighting_.append_packet();
+    const auto count = static_cast<int>(std::min<std::size_t>(lanes, hit_rays.size() - first));
+    load(rays, state_.hits.span(), hit_rays.data() + first, count, hit, shading_points);
+    if (state_.template needs<&Requirements::absorption>()) apply_absorption(rays);
+    meet_points(state_.scene.geometry(), hit.ray_hits, hit.points);
+    for (std::uint32_t i = 0; i < lanes; ++i) {
+      shading_points.hit[i] = static_cast<std::uint32_t>(first) + i;
+      hit.material[i] = state_.scene.material_of_object[hit.points.object[i]];
+    }
+    if (hit.points.smooth) flatten_normals();
+    orient_normals(hit, shading_points);
+    gather_coefficients(state_.scene.terms, hit);
+    if (spawns) secondary_.cross_media(shading_points);
+    apply_throughput(hit, shading_points);
+    if (state_.template needs<&Requirements::textures>() && coefficients.textured != 0)
+      textures_.apply_colors(rays, shading_points);
+    if (state_.template needs<&Requirements::bump>() && coefficients.any_normal_map)
+      textures_.perturb_normals(rays, shading_points, lighting_.unperturbed_normals());
+    if (coefficients.any_emitted)
+      for (int i = 0; i < count; ++i)
+        state_.radiance[shading_points.sample[i]] += Color{hit.emitted_r[i], hit.emitted_g[i], hit.emitted_b[i]};
+    if (writes) write_gbuffer(shading_points);
+    lighting_.add_positions();
+    if (spawns && (coefficients.reflects | coefficients.splits) != 0) secondary_.spawn(rays, shading_points, next);
+    lighting_.move_to_vertices(rays, shading_points);
+  }
+}
+
+template <class Features>
+void Wavefront<Features>::apply_absorption(const RayQueue& rays) {
+  HitPacket& hit = state_.hit;
+  for (int i = 0; i < lanes; ++i) {
+    const Color throughput = state_.throughput_at_hit(rays, static_cast<std::size_t>(hit.ray[i]));
+    hit.throughput_r[i] = throughput.r;
+    hit.throughput_g[i] = throughput.g;
+    hit.throughput_b[i] = throughput.b;
+  }
+}
+
+/// Flat shading: replaces the normals by those of the faces.
+template <class Features>
+void Wavefront<Features>::flatten_normals() {
+  PointPacket& p = state_.hit.points;
+  const Approximations::Shading shading = state_.approximate().shading;
+  if (shading == Approximations::Shading::flat) p.smooth = false;
+  for (int i = 0; i < lanes; ++i) {
+    if (shading_of(state_.material_of_lane(i).shading, shading) != Material::Shading::flat) continue;
+    p.normal_x[i] = p.face_x[i];
+    p.normal_y[i] = p.face_y[i];
+    p.normal_z[i] = p.face_z[i];
+    p.offset_x[i] = p.offset_y[i] = p.offset_z[i] = 0;
+  }
+}
+
+template <class Features>
+void Wavefront<Features>::write_gbuffer(const ShadingPointPacket& shading_points) {
+  GBuffer& gbuffer = state_.gbuffer;
+  for_each_lane(first_lanes(state_.hit.count) & ~secondary_.nested_boundary(), [&](int i) {
+    const std::uint32_t sample = shading_points.sample[i];
+    gbuffer.normal[sample] = {shading_points.normal_x[i], shading_points.normal_y[i], shading_points.normal_z[i]};
+    gbuffer.albedo[sample] = textures_.color_of_lane(i);
+    gbuffer.object[sample] = state_.hit.points.object[i];
+  });
+}
+
+template class Wavefront<WhittedFeatures>;
+template class Wavefront<AllFeatures>;
+static_assert(Tracer<Wavefront<WhittedFeatures>> && Tracer<Wavefront<AllFeatures>>);
 
 }  // namespace tracer

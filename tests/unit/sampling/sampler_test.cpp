@@ -1,0 +1,146 @@
+// The seam between samplers and integrators: samplers render with any tracer. Images of analytic tracers have means and
+// errors in closed form.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/scenes.h"
+#include "tracer/src/sampling/adaptive_sampler.h"
+#include "tracer/src/sampling/uniform_sampler.h"
+
+namespace tracer {
+namespace {
+
+/// Radiance is a function of the position in the image: no rays, no scene.
+template <double (*radiance_at)(double x, double y)>
+class AnalyticTracer {
+ public:
+  AnalyticTracer(const CompiledScene& /*scene*/, const RenderControl& control, const Approximations& /*none*/)
+      : control_(control) {}
+
+  Batch& batch() { return batch_; }
+  bool trace() {
+    radiance_.clear();
+    for (std::size_t i = 0; i < batch_.samples.size(); ++i) {
+      const double value = radiance_at(batch_.x[i], batch_.y[i]);
+      radiance_.push_back({value, value, value});
+    }
+    statistics_.samples += radiance_.size();
+    statistics_.rays.camera += radiance_.size();
+    return !control_.cancelled();
+  }
+  const std::vector<Color>& radiance() const { return radiance_; }
+  const std::vector<OmittedRadiance>& omitted() const { return omitted_; }
+  const GBuffer& gbuffer() const { return gbuffer_; }
+  const RenderStatistics& statistics() const { return statistics_; }
+
+ private:
+  const RenderControl& control_;
+  Batch batch_;
+  std::vector<Color> radiance_;
+  std::vector<OmittedRadiance> omitted_;
+  GBuffer gbuffer_;
+  RenderStatistics statistics_;
+};
+
+constexpr std::uint32_t side = 48;
+
+double constant(double, double) { return 0.25; }
+double ramp(double x, double y) { return 0.2 + 0.005 * x + 0.003 * y; }
+/// An edge within the pixels of one column: they are 0.1 to the left of it and 0.7 to the right.
+constexpr double edge_x = 20.3;
+double edge(double x, double) { return x < edge_x ? 0.1 : 0.7; }
+/// Mean over a pixel of column `x`.
+double mean_of_edge(double x) {
+  return x + 1 <= edge_x ? 0.1 : x >= edge_x ? 0.7 : 0.1 * (edge_x - x) + 0.7 * (x + 1 - edge_x);
+}
+
+std::shared_ptr<const CompiledScene> compiled(const Scene& scene) {
+  RenderControl control;
+  return *compile(scene, control);
+}
+
+template <template <class> class Sampler, class T>
+Rendered sampled(const CompiledScene& scene) {
+  RenderControl control;
+  return *Sampler<T>(scene, {.threads = 1}, control).run();
+}
+
+Scene uniform_scene(std::uint32_t samples) {
+  Scene scene = scenes::empty(side);
+  scene.accuracy.samples = samples;
+  return scene;
+}
+
+Scene adaptive_scene(double target_error) {
+  Scene scene = scenes::empty(side);
+  scene.accuracy.target_error = target_error;
+  scene.accuracy.adaptive.emplace().target_error = target_error;
+  return scene;
+}
+
+/// Root mean square error in 8-bit code values.
+template <class Mean>
+double rms_error(const Rendered& rendered, const Mean& mean) {
+  const DisplayTransform display({}, 1);
+  double sum = 0;
+  for (std::size_t i = 0; i < rendered.image.rgb.size(); ++i) {
+    const std::size_t place = i / 3;
+    const double expected = mean(static_cast<double>(place % side), static_cast<double>(place / side));
+    sum += std::pow(display.level(rendered.image.rgb[i]) - display.level(expected), 2);
+  }
+  return std::sqrt(sum / static_cast<double>(rendered.image.rgb.size()));
+}
+
+static_assert(Tracer<AnalyticTracer<constant>>);
+
+TEST(UniformSampler, RendersAConstantExactlyWithoutError) {
+  for (const std::uint32_t samples : {1u, 5u}) {
+    const auto scene = compiled(uniform_scene(samples));
+    const Rendered rendered = sampled<UniformSampler, AnalyticTracer<constant>>(*scene);
+    for (const float value : rendered.image.rgb) ASSERT_EQ(value, 0.25f);
+    EXPECT_EQ(rendered.error.estimate, 0);
+    EXPECT_EQ(rendered.statistics.samples, std::uint64_t{samples} * side * side);
+  }
+}
+
+TEST(UniformSampler, RendersARampExactlyFromCenters) {
+  const auto scene = compiled(uniform_scene(1));
+  const Rendered rendered = sampled<UniformSampler, AnalyticTracer<ramp>>(*scene);
+  EXPECT_LT(rms_error(rendered, [](double x, double y) { return ramp(x + 0.5, y + 0.5); }), 1e-4);
+}
+
+TEST(UniformSampler, BoundsTheErrorOfAnEdge) {
+  for (const std::uint32_t samples : {1u, 16u, 64u}) {
+    const auto scene = compiled(uniform_scene(samples));
+    const Rendered rendered = sampled<UniformSampler, AnalyticTracer<edge>>(*scene);
+    const double error = rms_error(rendered, [](double x, double) { return mean_of_edge(x); });
+    EXPECT_LE(error, rendered.error.estimate) << samples;
+    EXPECT_GT(rendered.error.estimate, 0) << samples;
+    EXPECT_EQ(rendered.image.rgb[0], 0.1f);
+    EXPECT_EQ(rendered.image.rgb[3 * side - 1], 0.7f);
+  }
+}
+
+TEST(AdaptiveSampler, RefinesTheEdgeOnlyAndReachesTheTarget) {
+  const double target = 0.4;
+  const auto scene = compiled(adaptive_scene(target));
+  const Rendered rendered = sampled<AdaptiveSampler, AnalyticTracer<edge>>(*scene);
+  const double error = rms_error(rendered, [](double x, double) { return mean_of_edge(x); });
+  EXPECT_TRUE(rendered.error.met);
+  EXPECT_LE(rendered.error.estimate, target);
+  EXPECT_LE(error, target);
+  EXPECT_GT(rendered.statistics.samples_max, 4u);
+  EXPECT_EQ(rendered.statistics.samples_min, 1u);
+}
+
+TEST(AdaptiveSampler, StopsAtTheCentersOfARamp) {
+  const auto scene = compiled(adaptive_scene(0.4));
+  const Rendered rendered = sampled<AdaptiveSampler, AnalyticTracer<ramp>>(*scene);
+  EXPECT_TRUE(rendered.error.met);
+  EXPECT_LT(rms_error(rendered, [](double x, double y) { return ramp(x + 0.5, y + 0.5); }), 1e-2);
+  EXPECT_EQ(rendered.statistics.samples_max, 1u);
+}
+
+}  // namespace
+}  // namespace tracer

@@ -1,0 +1,89 @@
+#pragma once
+/// State of a batch that the stages of the Whitted integrator share: the scene, the results, the queue and the packet
+/// of hits being shaded.
+
+#include <cstdint>
+#include <vector>
+
+#include "tracer/render.h"
+#include "tracer/src/compiled/medium_stack.h"
+#include "tracer/src/integrators/batch.h"
+#include "tracer/src/integrators/feature_set.h"
+#include "tracer/src/integrators/whitted/intersection_packet.h"
+#include "tracer/src/interaction/gbuffer.h"
+
+namespace tracer {
+
+template <class Features>
+struct WavefrontState {
+  WavefrontState(const CompiledScene& compiled_scene, const RenderControl& render_control,
+                 const Approximations& approximations_used)
+      : scene(compiled_scene),
+        control(render_control),
+        approximations(approximations_used),
+        requirements(approximations == scene.accuracy.approximate ? scene.needs : scene.exact_needs),
+        media(scene) {}
+
+  /// True if the scene needs the feature; constant false if `Features` does not include it.
+  template <bool Requirements::*feature>
+  [[nodiscard]] bool needs() const {
+    if constexpr (Features::includes(feature)) {
+      return requirements.*feature;
+    } else {
+      return false;
+    }
+  }
+  [[nodiscard]] Approximations approximate() const {
+    if constexpr (Features::includes(&Requirements::approximations)) {
+      return approximations;
+    } else {
+      return {};
+    }
+  }
+  /// One test for every hit and light: false if each shadow ray must be traced.
+  [[nodiscard]] bool may_cull_shadow_rays() const {
+    if constexpr (Features::includes(&Requirements::approximations) || Features::includes(&Requirements::many_lights)) {
+      return may_cull;
+    } else {
+      return false;
+    }
+  }
+  [[nodiscard]] bool spawns_secondary_rays() const {
+    return needs<&Requirements::reflection>() || needs<&Requirements::refraction>() ||
+           approximate().reflections == Approximations::Reflections::environment;
+  }
+  [[nodiscard]] bool may_omit_radiance() const {
+    return spawns_secondary_rays() || needs<&Requirements::many_lights>();
+  }
+  [[nodiscard]] bool writes_gbuffer() const {
+    return needs<&Requirements::depth_cue>() || needs<&Requirements::layers>();
+  }
+
+  [[nodiscard]] Color throughput_at_hit(const RayQueue& rays, std::size_t ray) const {
+    const Color throughput = rays.throughput(ray);
+    return needs<&Requirements::absorption>() ? throughput * media.transmittance(rays.media(ray), hits.t[ray])
+                                              : throughput;
+  }
+  [[nodiscard]] const CompiledMaterial& material_of_lane(int lane) const { return scene.terms[hit.material[lane]]; }
+
+  const CompiledScene& scene;
+  const RenderControl& control;
+  const Approximations approximations;
+  const Requirements& requirements;
+  const bool may_cull = requirements.many_lights || approximations.shadows != Approximations::Shadows::exact;
+
+  Batch batch;
+  std::vector<Color> radiance;
+  std::vector<OmittedRadiance> omitted;
+  GBuffer gbuffer;
+  RenderStatistics statistics;
+  MediumStack media;
+
+  // The queue being shaded.
+  Hits hits;                            ///< one per ray
+  std::vector<std::uint32_t> hit_rays;  ///< rays that hit a surface
+
+  HitPacket hit;  ///< the packet being shaded
+};
+
+}  // namespace tracer
