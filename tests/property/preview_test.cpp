@@ -45,13 +45,13 @@ Rendered render_watched(const Scene& scene, std::uint32_t look_side, const See& 
   std::atomic<bool> done = false;
   std::thread watcher([&] {
     while (!done) {
-      if (const auto image = preview.look(look_side)) see(*image);
+      if (const auto image = preview.snapshot(look_side)) see(*image);
     }
   });
   auto rendered = render(**compiled, {.threads = 2, .preview = &preview}, control);
   done = true;
   watcher.join();
-  EXPECT_FALSE(preview.look(look_side)) << "it is over";
+  EXPECT_FALSE(preview.snapshot(look_side)) << "it is over";
   return std::move(*rendered);
 }
 
@@ -59,7 +59,7 @@ Rendered render_watched(const Scene& scene, std::uint32_t look_side, const See& 
 
 TEST(Preview, ShowsNothingWhereNoRenderIs) {
   Preview preview;
-  EXPECT_FALSE(preview.look(64));
+  EXPECT_FALSE(preview.snapshot(64));
 }
 
 TEST(Preview, LookingChangesNoBitOfTheImage) {

@@ -28,7 +28,7 @@ struct Frame {
 Frame frame(Scene unread, const Scene& whole, const std::string& content, SceneCache& cache) {
   RenderControl control;
   Frame frame;
-  auto claim = *cache.claim(unread, {content}, control);
+  auto claim = *cache.acquire(unread, {content}, control);
   frame.reads_file = mesh_of(unread).file.has_value();
   if (frame.reads_file) unread.objects[0].shape = whole.objects[0].shape;
   frame.compiled = *compile_taking_meshes(unread, control, {}, claim.get());
@@ -100,10 +100,10 @@ TEST(SceneCache, SparesMeshesThatInstancesPlaceTheReadingOfTheirFiles) {
   RenderControl control;
   {
     Scene first = unread;
-    auto claim = *cache.claim(first, {"a"}, control);
+    auto claim = *cache.acquire(first, {"a"}, control);
     ASSERT_TRUE(compile(whole, control, {}, claim.get()).has_value());
   }
-  auto claim = *cache.claim(unread, {"a"}, control);
+  auto claim = *cache.acquire(unread, {"a"}, control);
   const Mesh& mesh = std::get<Mesh>(unread.prototypes[0].objects[0].shape);
   EXPECT_FALSE(mesh.file.has_value());
   EXPECT_TRUE(mesh.smooth) << "it has normals";
@@ -138,7 +138,7 @@ struct Images {
 };
 Images images(Scene scene, const Assets& files, const std::string& content, SceneCache& cache) {
   RenderControl control;
-  auto claim = *cache.claim(scene, {content}, control);
+  auto claim = *cache.acquire(scene, {content}, control);
   const Compiled compiled = *compile(scene, control, files, claim.get());
   EXPECT_EQ(render(*compiled, {.threads = 1}, control)->image.rgb, scenes::render(scene, 1, files).image.rgb);
   return {cache_hits(*compiled).images, cache_hits(*compiled).decoded_textures};

@@ -21,7 +21,7 @@ using Compiled = std::shared_ptr<const CompiledScene>;
 inline Compiled compiled(Scene scene, SceneCache* cache, RenderControl& control) {
   std::shared_ptr<SceneCacheEntry> claim;
   if (cache != nullptr) {
-    auto claimed = cache->claim(scene, {}, control);
+    auto claimed = cache->acquire(scene, {}, control);
     if (!claimed) return nullptr;
     claim = *std::move(claimed);
   }

@@ -75,7 +75,7 @@ std::optional<tracer::Reference> parse_reference(std::string_view bytes, const s
   const std::size_t size = array_bytes(reference);
   if (!header || seen_signature != signature || seen_key != key || bytes.size() != 2 * size || size == 0)
     return std::nullopt;
-  for (std::vector<double>* sums : {&reference.light, &reference.squares}) {
+  for (std::vector<double>* sums : {&reference.radiance_sum, &reference.squared_sum}) {
     sums->resize(size / sizeof(double));
     std::memcpy(sums->data(), bytes.data(), size);
     bytes.remove_prefix(size);
@@ -133,7 +133,7 @@ tracer::Result<SavedMeasurement, FileError> read_saved_measurement(const std::st
 
 FileResult write_reference(const std::string& name, const std::string& key, const tracer::Reference& reference) {
   std::string bytes = header_of(reference, key);
-  for (const std::vector<double>* sums : {&reference.light, &reference.squares})
+  for (const std::vector<double>* sums : {&reference.radiance_sum, &reference.squared_sum})
     bytes.append(reinterpret_cast<const char*>(sums->data()), sums->size() * sizeof(double));
   return write_file(name + ".reference", bytes);
 }

@@ -73,7 +73,7 @@ bool read_mesh(File& file, const tracer::Limits& limits, tracer::Mesh& mesh) {
   for (const Placement& placement : placements)
     for (const Primitive& part : meshes[placement.mesh].primitives)
       if (!place_primitive(file, part, placement.world_from_node, limits, mesh)) return false;
-  tracer::give_missing_normals(mesh, limits);
+  tracer::add_missing_normals(mesh, limits);
   return true;
 }
 

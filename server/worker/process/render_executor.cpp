@@ -28,7 +28,7 @@ constexpr int large_nice = 10;
 /// Empty while there is nothing to see, or no memory for it.
 std::string preview_png(JobControl& control, std::uint32_t side) {
   try {
-    const std::optional<tracer::Image> image = control.preview.look(side);
+    const std::optional<tracer::Image> image = control.preview.snapshot(side);
     if (!image || std::find(image->alpha.begin(), image->alpha.end(), 1.0f) == image->alpha.end()) return {};
     const auto png = tracer::encode(*image, tracer::Format::png, control.shown_as);
     return png ? std::string(png->begin(), png->end()) : std::string();

@@ -59,7 +59,7 @@ class Rendering {
   std::shared_ptr<const tracer::CompiledScene> compile(tracer::Scene& scene) {
     stop_if_cancelled(control_.tracing);
     std::shared_ptr<tracer::SceneCacheEntry> claim;
-    if (cache_ != nullptr) claim = value_of(cache_->claim(scene, content_names(scene, files_), control_.tracing));
+    if (cache_ != nullptr) claim = value_of(cache_->acquire(scene, content_names(scene, files_), control_.tracing));
     const tracer::Assets assets = load_files(scene, files_, control_.tracing);
     times_.parse += watch_.lap();
     auto compiled = value_of(tracer::compile_taking_meshes(scene, control_.tracing, assets, claim.get()));

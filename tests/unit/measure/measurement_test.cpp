@@ -78,7 +78,7 @@ TEST(Advice, NamesTheCheapestSettingWithinEachError) {
 TEST(Advice, SaysWhatIsBestWhereNothingIsWithinTheError) {
   const auto measured = measurement({point("samples", "1", 0.2, 3), point("samples", "4", 0.8, 1.5)});
   EXPECT_TRUE(says(measured,
-                   "for 4 levels: samples 1, 0.20 s; for 1 level: nothing here, the best is samples 4, 0.80 s and "
+                   "for 4 levels: samples 1, 0.20 s; for 1 level: no setting, the best is samples 4, 0.80 s and "
                    "1.5 levels"))
       << tracer::advice(measured).front();
 }
@@ -86,12 +86,12 @@ TEST(Advice, SaysWhatIsBestWhereNothingIsWithinTheError) {
 TEST(Advice, SaysFromWhereAParameterBuysNothing) {
   const auto measured = measurement({point("cutoff", "0.1", 1, 5), point("cutoff", "0.01", 1, 1.04),
                                      point("cutoff", "0.001", 1, 1.01), point("cutoff", "0.0001", 2, 1)});
-  EXPECT_TRUE(says(measured, "cutoff below 0.01 buys nothing here"));
+  EXPECT_TRUE(says(measured, "cutoff below 0.01 does not reduce the error"));
 }
 
 TEST(Advice, SaysWhenTheLastTurnOfAParameterStillGains) {
   const auto measured = measurement({point("max_depth", "4", 1, 5), point("max_depth", "8", 1, 2)});
-  EXPECT_TRUE(says(measured, "max_depth 8 still gains: 2.0 levels instead of 5.0 with 4"));
+  EXPECT_TRUE(says(measured, "max_depth 8 still reduces the error: 2.0 levels instead of 5.0 with 4"));
 }
 
 TEST(Advice, TellsWhatAnApproximationSavesAndCostsAgainstTheBaseline) {
@@ -99,7 +99,7 @@ TEST(Advice, TellsWhatAnApproximationSavesAndCostsAgainstTheBaseline) {
       measurement({point("samples", "16", 2, 1), point("approximate", "shadows: map", 1.4, 4.1),
                    point("approximate", "shadows: none", 2.5, 1.01), point("approximate", "shading: flat", 1.99, 3)});
   EXPECT_TRUE(says(measured, "shadows: map saves 30 % and costs 3.1 levels"));
-  EXPECT_TRUE(says(measured, "shadows: none takes 25 % longer and costs no accuracy that shows"));
+  EXPECT_TRUE(says(measured, "shadows: none takes 25 % longer and does not increase the error"));
   EXPECT_TRUE(says(measured, "shading: flat saves no time and costs 2.0 levels"));
 }
 
@@ -107,9 +107,10 @@ TEST(Advice, TellsOfClaimsThatDidNotHold) {
   EXPECT_TRUE(says(measurement({point("samples", "1", 1, 2, 2)}),
                    "the true error was within the claimed one in all 1 settings"));
   const auto measured = measurement({point("samples", "1", 1, 6, 5), point("samples", "4", 2, 3, 1.5)});
-  EXPECT_TRUE(says(measured,
-                   "the true error was above the claimed one in 2 of 2 settings, farthest with samples 4: 3.0 "
-                   "levels, claimed 1.5"));
+  EXPECT_TRUE(
+      says(measured,
+           "the true error was above the claimed one in 2 of 2 settings, by the largest factor with samples 4: 3.0 "
+           "levels, claimed 1.5"));
 }
 
 TEST(Settings, TurnDepthAndCutoffOnlyWhereSomethingReflects) {

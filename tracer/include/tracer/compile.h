@@ -1,5 +1,5 @@
 #pragma once
-/// Turns a scene into what rays can be traced against: recentred, scaled by a power of two, with its BVH built.
+/// Compiles a scene for tracing: geometry recentred and scaled by a power of two, its BVH, decoded textures, lights.
 
 #include <cstdint>
 #include <memory>
@@ -12,42 +12,42 @@
 
 namespace tracer {
 
-/// Immutable; any number of renders on any threads may share one. Opaque: its content is the tracer's business.
+/// Immutable and opaque; any number of renders on any threads may share one.
 class CompiledScene;
 class SceneCacheEntry;
 
-/// Why a compile or render gave nothing.
+/// Reason why a compile or render has no result.
 struct Failure {
   enum class Code { cancelled, out_of_memory, bad_asset, internal };
   Code code = Code::internal;
-  std::string detail;     ///< a sentence for people; of a bad asset it begins with its name
-  std::string pointer{};  ///< of a bad asset: the place in the document that names it
+  std::string detail;     ///< a sentence for people; for bad_asset it begins with the asset's name
+  std::string pointer{};  ///< bad_asset: JSON pointer of the field that names the asset
 };
 
-/// Precondition: `validate` found nothing, and meshes of files have been read. Expensive, done once; keeps no reference
-/// to `scene`. Fails with `cancelled` when `control` says so, `out_of_memory` when Embree or the heap do, `bad_asset`
-/// when the bytes of one are no image within the bounds that limits.h gives texture images. Runs on the calling
-/// thread's oneTBB arena.
-/// With a `claim` (scene_cache.h), of this scene, what an earlier one left is taken, and kept what there was not.
+/// Precondition: `validate` returned no issue, and mesh files have been read into `scene`. Expensive; the result may be
+/// rendered many times. Keeps no reference to `scene`. Runs on the calling thread's oneTBB arena. Fails with
+/// `cancelled` after `control.cancel()`, `out_of_memory` if Embree or the heap has none left, `bad_asset` if an asset
+/// is not an image within TextureImageLimits. With `cache_entry` (scene_cache.h, acquired for this scene), cached parts
+/// are reused and new parts are stored.
 Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene, RenderControl& control,
                                                               const Assets& assets = {},
-                                                              SceneCacheEntry* claim = nullptr);
+                                                              SceneCacheEntry* cache_entry = nullptr);
 
-/// The same, but the meshes of `scene.objects` become the compiled scene's: they have no vertices and triangles
-/// afterwards, whatever comes of it. Twice as much would lie in memory while the BVH is built. The rest of `scene`
-/// stays as it is.
+/// Like compile, but moves the meshes out of `scene.objects`, also if it fails: it avoids a second copy of them in
+/// memory while the BVH is built. The rest of `scene` is unchanged.
 Result<std::shared_ptr<const CompiledScene>, Failure> compile_taking_meshes(Scene& scene, RenderControl& control,
                                                                             const Assets& assets = {},
-                                                                            SceneCacheEntry* claim = nullptr);
+                                                                            SceneCacheEntry* cache_entry = nullptr);
 
-/// What an earlier scene left for this one.
+/// Parts of a compiled scene that came from a SceneCache.
 struct CacheHits {
-  bool geometry = false;                             ///< shapes, their meshes' files and the BVH
-  std::uint32_t textures = 0, decoded_textures = 0;  ///< those that were there, and the others
+  bool geometry = false;               ///< shapes, mesh files and BVH
+  std::uint32_t textures = 0;          ///< texture images from the cache
+  std::uint32_t decoded_textures = 0;  ///< texture images decoded for this scene
 };
 CacheHits cache_hits(const CompiledScene& scene);
 
-/// Bytes held by the compiled scene, BVH included; also what it shares with others.
+/// Bytes held by the compiled scene, including the BVH and parts shared with other scenes.
 std::uint64_t memory_bytes(const CompiledScene& scene);
 
 }  // namespace tracer

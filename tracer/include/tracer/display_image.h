@@ -1,5 +1,5 @@
 #pragma once
-/// Images as a screen shows them, rendered or from files: what images are compared by. Pure functions; any thread.
+/// Images after display transform, rendered or read from files: the input of compare(). Pure functions, any thread.
 
 #include <cstdint>
 #include <span>
@@ -13,22 +13,22 @@
 
 namespace tracer {
 
-/// What a screen is told: sRGB codes from 0 to 65535, RGB interleaved, row 0 on top, no padding. Codes of files, of 8
-/// bits as of 16, are whole numbers here and so exact; those of a rendered image are not rounded to any.
+/// sRGB codes from 0 to 65535, RGB interleaved, row 0 on top, no padding. Codes of 8-bit and 16-bit files are whole
+/// numbers here and therefore exact; those of a rendered image are not rounded.
 struct DisplayImage {
   std::uint32_t width = 0, height = 0;
   std::vector<float> codes;
 };
 inline constexpr double codes_per_level = 257;  // 65535 / 255
 
-/// A rendered image after `output`'s exposure and overflow (its palette is not applied); transparent parts over
-/// black. Not-a-number is black.
+/// Applies `output`'s exposure and overflow (not its palette) and composites transparent parts over black. NaN is
+/// black.
 DisplayImage to_display(const Image& image, const Output& output = {});
 
 enum class ImageFormat { png, jpeg, openexr, hdr, tiff, webp };
-/// "PNG", "OpenEXR"
+/// Name for people: "PNG", "OpenEXR".
 const char* name(ImageFormat kind);
-/// Whether files of that kind hold light, not codes.
+/// True if files of this format store linear radiance instead of sRGB codes.
 constexpr bool is_linear(ImageFormat kind) { return kind == ImageFormat::openexr || kind == ImageFormat::hdr; }
 
 struct ImageFile {
@@ -36,14 +36,13 @@ struct ImageFile {
   ImageFormat kind = ImageFormat::png;
 };
 
-/// Of files compared: every image that can be rendered, with all its layers, can be compared.
+/// Limits of files to compare. They admit every image that can be rendered, with all its layers.
 inline constexpr TextureImageLimits compared_file_limits{
     .pixels = Limits{}.pixels, .channels = 16, .bytes = 16 * sizeof(float) * Limits{}.pixels};
 
-/// The bytes of a PNG, JPEG, TIFF or WebP file, whose codes are taken for sRGB; or of an OpenEXR or Radiance HDR file,
-/// whose light gets exposure 0, is clamped, and goes through the sRGB curve. Alpha is left out: colours count as the
-/// file has them, also where they are transparent; so are layers and all images but a file's first. Fails with a
-/// sentence for everything else, for what is truncated or broken, and for what exceeds `limits` (told by the header).
+/// Decodes a PNG, JPEG, TIFF or WebP file (codes are taken as sRGB) or an OpenEXR or Radiance HDR file (exposure 0,
+/// clamped, sRGB curve applied). Ignores alpha, layers and all images of a file but the first. Fails with a sentence
+/// for other formats, truncated or malformed files, and files whose header exceeds `limits`.
 Result<ImageFile, std::string> read_image(std::span<const std::uint8_t> bytes,
                                           const TextureImageLimits& limits = compared_file_limits);
 

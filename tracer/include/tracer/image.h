@@ -1,5 +1,5 @@
 #pragma once
-/// A rendered image: linear RGB, 32-bit float, and what else the scene's output asks for.
+/// A rendered image: linear RGB, 32-bit float, and the layers that the scene's output requests.
 
 #include <cstddef>
 #include <cstdint>
@@ -7,24 +7,24 @@
 
 namespace tracer {
 
-/// Everything here has one element a pixel (three where said), row 0 on top, and is empty when it was not asked for.
-/// Means are over the pixel's samples.
+/// Values at the first hit of camera rays. Row 0 on top, no padding; empty if not requested. Means are over the pixel's
+/// samples.
 struct Layers {
-  std::vector<float> depth;  ///< world, along the viewing axis; mean over the samples that hit; infinity where none did
-  std::vector<float> normal;  ///< xyz, world, towards the camera; mean, 0 for samples that hit nothing
-  std::vector<float> albedo;  ///< RGB, the material's color; likewise
-  /// Of the first sample that hit: 1 for the first of the document's objects, and so on, each object of an instance
-  /// counted by itself; 0: nothing.
+  std::vector<float> depth;  ///< 1 per pixel; world, along the viewing axis; mean over hits, infinity without any
+  std::vector<float>
+      normal;  ///< 3 per pixel; world space, on the camera's side; mean, samples without a hit count as 0
+  std::vector<float> albedo;  ///< 3 per pixel; RGB of the material's color; mean, samples without a hit count as 0
+  /// 1 per pixel; object of the first sample that hit, counted from 1 in document order with each object of an instance
+  /// counted separately; 0: no hit.
   std::vector<std::uint32_t> object_id;
-  std::vector<std::uint32_t> samples;  ///< how many were taken
-  std::vector<float> error;            ///< estimate of the error left, in levels; root mean square of the channels
+  std::vector<std::uint32_t> samples;  ///< 1 per pixel; number of samples
+  std::vector<float> error;            ///< 1 per pixel; error estimate in levels, root mean square of the channels
 };
 
 struct Image {
   std::uint32_t width = 0, height = 0;
   std::vector<float> rgb;      ///< width * height * 3, RGB interleaved, row 0 on top, no padding; linear, unclamped
-  std::vector<float> alpha{};  ///< part of the pixel's samples that hit something, `rgb` being premultiplied by it;
-                               ///< empty: all is opaque
+  std::vector<float> alpha{};  ///< 1 per pixel; share of samples that hit, `rgb` is premultiplied; empty: opaque
   Layers layers{};
 
   [[nodiscard]] const float* pixel(std::uint32_t x, std::uint32_t y) const {

@@ -1,7 +1,6 @@
 #pragma once
-/// Renders a scene along its parameters, each image timed and compared with a reference.
-/// Times are those of the machine at hand; all else is the same for equal scenes and builds. The tracer reads no clock:
-/// one is passed in.
+/// Renders a scene at a range of settings, times each image and compares it with a reference.
+/// Everything but the times is equal for equal scenes and builds. The tracer reads no clock: the caller passes one in.
 
 #include <cstdint>
 #include <functional>
@@ -19,61 +18,59 @@
 
 namespace tracer {
 
-/// Renders one setting and compares it with a reference of that standard error. `seconds` is any clock that does not go
-/// back. Fails as `compile` and `render` do.
+/// Renders one setting and compares it with a reference whose standard error is `reference_error`. `seconds` is a
+/// monotonic clock. Fails as `compile` and `render` do.
 Result<MeasuredPoint, Failure> measure(const Scene& scene, const Assets& assets, const Setting& setting,
                                        const DisplayImage& reference, double reference_error,
                                        const std::function<double()>& seconds, std::uint32_t threads,
                                        RenderControl& control);
 
 struct MeasureSettings {
-  std::vector<std::string> parameters{};  ///< empty: all
-  /// Most samples in each pixel of the reference, at least reference_samples_min. Default: well under a minute
-  /// for 320 x 240 pixels of glass.
+  std::vector<std::string> parameters{};  ///< names of tracer::parameters; empty: all
+  /// Maximum samples per pixel of the reference, at least reference_samples_min. Default: well under a minute for
+  /// 320 x 240 pixels of glass.
   std::uint32_t reference_samples = 512;
-  std::uint32_t threads = 0;  ///< as RenderSettings has them
-  std::function<double()> seconds;
+  std::uint32_t threads = 0;        ///< as in RenderSettings
+  std::function<double()> seconds;  ///< monotonic clock
 };
 
-/// The whole of it, a step at a time, so that whoever drives it can keep what there is and go on from it later: first
-/// the reference grows an image at a time, until its standard error is a tenth of the error of the finest setting or
-/// it has all its samples; then each setting is measured. One thread at a time.
+/// A whole measurement in steps, so that the caller can save intermediate results and resume later. The first steps add
+/// images to the reference until its standard error is a tenth of the error of the finest setting, or it has all its
+/// samples; the next steps measure one setting each. One thread at a time.
 class MeasurementRun {
  public:
   /// Keeps references to `scene` and `assets`. Preconditions: those of `compile`; `settings.seconds` is set.
   MeasurementRun(const Scene& scene, const Assets& assets, MeasureSettings settings);
 
-  /// What an earlier run of the same scene, build and settings came to. Points of settings that are none of this run's
-  /// are left out; so is a reference of another size or of other parts.
+  /// Continues from the results of an earlier run of the same scene, build and settings. Ignores points of other
+  /// settings and a reference of another size or number of samples per image.
   void resume(Reference reference);
   void resume(std::vector<MeasuredPoint> points);
 
   [[nodiscard]] bool done() const;
-  /// "reference, 512 of at most 2048 samples", "cutoff 0.01". Precondition: !done().
+  /// Title of the next step: "reference, 512 of at most 2048 samples", "cutoff 0.01". Precondition: !done().
   [[nodiscard]] std::string next() const;
-  /// Of steps() at most; the reference may do with fewer.
   [[nodiscard]] std::size_t steps_done() const;
-  [[nodiscard]] std::size_t steps() const;
-  /// Precondition: !done(). Where it fails nothing is lost that was found before, and it may be tried again.
+  [[nodiscard]] std::size_t steps() const;  ///< upper bound; the reference may need fewer
+  /// Precondition: !done(). After a failure all earlier results remain and the step may be repeated.
   std::optional<Failure> step(RenderControl& control);
 
   [[nodiscard]] const Reference& reference() const { return reference_; }
-  /// So far.
-  [[nodiscard]] Measurement measurement() const;
+  [[nodiscard]] Measurement measurement() const;  ///< results so far
 
  private:
   [[nodiscard]] std::size_t next_setting() const;
   std::optional<Failure> grow_reference(RenderControl& control);
-  std::optional<Failure> judge_reference(RenderControl& control);
+  std::optional<Failure> check_reference(RenderControl& control);
 
   const Scene& scene_;
   const Assets& assets_;
-  MeasureSettings wanted_;
+  MeasureSettings options_;
   std::vector<Setting> settings_;
   std::vector<std::optional<MeasuredPoint>> points_;  ///< one for each setting
   Reference reference_;
-  std::optional<DisplayImage> finest_;  ///< the image that the reference must be better than
-  std::optional<DisplayImage> shown_;   ///< the reference, once it is complete
+  std::optional<DisplayImage> finest_;             ///< image of the finest setting, for check_reference()
+  std::optional<DisplayImage> reference_display_;  ///< set once the reference is complete
 };
 
 }  // namespace tracer

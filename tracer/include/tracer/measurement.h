@@ -1,6 +1,6 @@
 #pragma once
-/// What accuracy costs in one scene: the settings worth trying, what they came to, and what that says.
-/// Errors are in levels, as in tracer/accuracy.h. Pure functions; any thread.
+/// Cost of accuracy in one scene: the settings to measure, the results, and conclusions from them.
+/// Errors are in levels, as in tracer/accuracy.h. Pure functions, any thread.
 
 #include <cstdint>
 #include <span>
@@ -15,70 +15,67 @@
 
 namespace tracer {
 
-// ---- the parameters
-// -----------------------------------------------------------------------------------------------------
+// ---- parameters ----------------------------------------------------------------------------------------------------
 
-/// One way to render the scene.
+/// One setting to render the scene with.
 struct Setting {
-  std::string parameter;  ///< which of `parameters` is turned
-  std::string value;      ///< to what, for people and as a key: "0.5", "shadows: map"; unique for its parameter
+  std::string parameter;  ///< the one of `parameters` that this setting varies
+  std::string value;      ///< its value, as a text and a key: "0.5", "shadows: map"; unique per parameter
   Accuracy accuracy;
-  std::string preset{};  ///< the name that documents have for it: "fine"; empty where there is none
+  std::string preset{};  ///< preset of the same accuracy: "fine"; empty if there is none
 };
 
-/// Every parameter, in the order they are turned. target_error: 8 .. 0.25 levels, the presets among them. samples: 1 ..
-/// 64, exactly so many in each pixel. The next three change one thing of the baseline. max_depth: 1 .. 8, and cutoff:
-/// 0.1
-/// .. 1e-4, of scenes that reflect or refract. approximate: each cheaper model that changes something in the scene.
-/// document: what the scene itself asks for, where that is none of the others.
+/// Every parameter, in the order of measurement. target_error: 8 .. 0.25 levels, including the presets. samples: 1 ..
+/// 64 per pixel. The next three change one member of the baseline. max_depth: 1 .. 8, and cutoff: 0.1 .. 1e-4, in
+/// scenes that reflect or refract. approximate: each cheaper model that changes the scene. document: the accuracy of
+/// the scene document, if no other setting equals it.
 inline constexpr std::string_view parameters[] = {"target_error", "samples",     "max_depth",
                                                   "cutoff",       "approximate", "document"};
 
-/// The baseline is exactly so many samples in each pixel, the defaults otherwise: enough for what a parameter costs to
-/// be seen beside the noise.
+/// Samples per pixel of the baseline, which has the defaults otherwise. Enough to make the effect of a parameter larger
+/// than the noise.
 inline constexpr std::uint32_t baseline_samples = 16;
 
-/// Those of `wanted` parameters (all, where it is empty), none twice; with a parameter that starts from the baseline
-/// the baseline too. All have the scene's seed. Precondition: `scene` passes `validate`, meshes of files have been
-/// read.
-std::vector<Setting> settings(const Scene& scene, std::span<const std::string> wanted = {});
+/// Settings of the `selected` parameters (empty: all), without duplicates, plus the baseline if one of them varies it.
+/// All have the scene's seed. Precondition: `scene` passes `validate`, mesh files have been read.
+std::vector<Setting> settings(const Scene& scene, std::span<const std::string> selected = {});
 
-/// "target_error 0.5 (fine)"
+/// Title for people: "target_error 0.5 (fine)".
 std::string title(const Setting& setting);
 
-// ---- what is found -------------------------------------------------------------------------------------------------
+// ---- results -------------------------------------------------------------------------------------------------------
 
 struct MeasuredPoint {
   Setting setting;
-  double seconds = 0;  ///< wall clock of building and tracing; the least of a few runs where that is short
-  /// Levels; root mean square of the difference from the converged image: that from the reference without the
-  /// reference's own part. 0 where the reference is too coarse to tell.
+  double seconds = 0;  ///< wall clock of compile() and render(); the minimum of a few runs if they are short
+  /// Levels; root mean square of the difference from the converged image: the difference from the reference minus the
+  /// reference's own error (as variances). 0 if the reference's error is larger.
   double error = 0;
-  ErrorEstimate claimed{};    ///< what the render said of itself
-  double samples_mean = 0;    ///< in a pixel
-  std::uint64_t samples = 0;  ///< in all, those for the estimate included
+  ErrorEstimate claimed{};    ///< error estimate of the render
+  double samples_mean = 0;    ///< per pixel, without holdout samples
+  std::uint64_t samples = 0;  ///< total, with holdout samples
   RayCounts rays{};           ///< of one run
 };
 
 struct Measurement {
-  std::string name;  ///< the scene's
+  std::string name;  ///< of the scene
   std::uint32_t width = 0, height = 0;
-  std::uint32_t reference_samples = 0;  ///< in each pixel of the reference
-  double reference_error = 0;           ///< levels; its own standard error
+  std::uint32_t reference_samples = 0;  ///< per pixel of the reference
+  double reference_error = 0;           ///< levels; standard error of the reference
   std::vector<MeasuredPoint> points{};  ///< in the order of `settings`, once all are measured
 };
 
-/// Indices of the points that no other beats (at least as accurate in at most the time, and better in one of both), by
-/// rising time and so by falling error. Of equal points, the first.
+/// Indices of the Pareto-optimal points (no other point is at least as good in time and error and better in one), by
+/// rising time and therefore falling error. Of equal points, the first.
 std::vector<std::size_t> pareto_front(std::span<const MeasuredPoint> points);
 
-/// What the numbers say, in sentences: the cheapest setting within 4, 1 and 0.5 levels, which claims did not hold,
-/// where a parameter buys nothing any more (less than a twentieth of the error), what each approximation saves and
-/// costs. Empty without points.
+/// Conclusions in sentences: the cheapest setting within 4, 1 and 0.5 levels, claimed errors below the true one, the
+/// value beyond which a parameter changes the error by less than a twentieth, gain and cost of each approximation.
+/// Empty without points.
 std::vector<std::string> advice(const Measurement& measurement);
 
-/// Seconds against error, both logarithmic: each parameter's points, the claimed error above or below the true one, and
-/// the front; the advice is its note.
+/// Seconds against error, both logarithmic: the points of each parameter, the claimed error beside the true one, and
+/// the Pareto front; the advice is its note.
 Plot chart(const Measurement& measurement);
 
 }  // namespace tracer

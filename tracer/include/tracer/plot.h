@@ -1,6 +1,6 @@
 #pragma once
-/// A chart of points and lines over two axes, as the bytes of an SVG or a PNG: seconds against error, for one.
-/// Pure functions of the plot; any thread. Equal plots give equal SVGs, and equal PNGs where the fonts are the same.
+/// Draws a chart of points and lines over two axes as SVG or PNG.
+/// Pure functions, any thread. Equal plots give equal SVGs, and equal PNGs if the installed fonts are equal.
 
 #include <cstdint>
 #include <optional>
@@ -11,37 +11,37 @@
 
 namespace tracer {
 
-/// Texts are UTF-8; what is none, and control characters, are shown as U+FFFD. Too long ones are cut, with "…".
+/// All texts are UTF-8; invalid sequences and control characters are drawn as U+FFFD, long texts are cut with "…".
 struct PlotAxis {
   std::string label;  ///< with its unit: "time (s)"
   bool logarithmic = false;
 };
 
-/// Both finite, at most 1e300 in magnitude, and on a logarithmic axis at least 1e-300. Other points are left out, lines
-/// pass over them, and the plot says how many they are.
+/// Coordinates are finite, at most 1e300 in magnitude, and at least 1e-300 on a logarithmic axis. Other points are
+/// omitted, lines join their neighbors, and the chart states their number.
 struct PlotPoint {
   double x = 0, y = 0;
-  std::string label{};  ///< beside the point where there is room, in its tooltip (SVG) always
+  std::string label{};  ///< drawn at the point if there is space; always in its tooltip (SVG)
 };
 
 enum class PlotMark { none, circle, square, diamond, triangle, cross };
 
-/// How points are joined, in their order: not at all, by straight lines, by steps that keep y until the next x (what
-/// was best so far), or each two of them by a line of its own (the same measurement told twice).
+/// Connection of consecutive points: none, straight lines, steps that keep y until the next x, or one line per pair of
+/// points (0-1, 2-3, ...).
 enum class PlotJoin { none, line, steps, pairs };
 
 struct PlotSeries {
-  std::string name;  ///< in the legend, which takes at most a third of the height; empty: not there
+  std::string name;  ///< in the legend, which takes at most a third of the height; empty: no entry
   std::vector<PlotPoint> points;
   PlotMark mark = PlotMark::circle;
   PlotJoin join = PlotJoin::none;
   bool dashed = false;
-  std::optional<std::uint32_t> color{};  ///< 0xrrggbb; unset: the series' own, see below
+  std::optional<std::uint32_t> color{};  ///< 0xrrggbb; unset: the next palette color, see Plot
 };
 
-/// Axes reach as far as the points, with a little room; linear ones from 0 where no value is negative and the least is
-/// below half of the greatest. Series without a colour take, in turn, those of Okabe and Ito (2008, "Color Universal
-/// Design") that are legible on white, darkest first: they can be told apart with any kind of colour vision.
+/// Axes span the points with a margin; a linear axis starts at 0 if no value is negative and the least is below half of
+/// the greatest. Series without a color take, in turn, those of Okabe and Ito (2008, "Color Universal Design") that are
+/// legible on white, darkest first: they differ for every kind of color vision.
 struct Plot {
   std::string title;
   PlotAxis x{}, y{};
@@ -50,13 +50,12 @@ struct Plot {
   std::uint32_t width = 960, height = 640;  ///< pixels; at least 320 x 240, at most 8192 x 8192
 };
 
-/// Self-contained and small: shapes and text (DejaVu Sans, Verdana or what the reader has), no script, no link; with a
-/// title and a description in words for those who cannot see it, and a tooltip at each mark.
+/// Self-contained SVG: shapes and text (DejaVu Sans, Verdana or the viewer's default), no script, no link; with a
+/// title, a description for screen readers, and a tooltip at each mark.
 std::string plot_svg(const Plot& plot);
 
-/// The same drawing on white, 8 bits, of `width` x `height` pixels. Fails with a sentence when memory or the drawing
-/// library do. Its text is of DejaVu Sans, which the library finds among the system's fonts, or of the nearest there
-/// is.
+/// The same drawing on white, 8 bits, `width` x `height` pixels. Text is drawn in DejaVu Sans or the closest installed
+/// font. Fails with a sentence if there is no memory or Cairo fails.
 Result<std::vector<std::uint8_t>, std::string> plot_png(const Plot& plot);
 
 }  // namespace tracer

@@ -1,7 +1,7 @@
 #pragma once
-/// The image that others are measured by, found by a path of its own: independent images of uniform samples with
-/// other seeds, unfiltered textures, a cutoff by chance alone, which is right in the mean, depth 200, no
-/// approximations; summed in double.
+/// Reference image for measurements, computed independently of the measured settings: independent images of uniform
+/// samples with other seeds, unfiltered textures, cutoff by chance (unbiased), depth 200, no approximations; summed in
+/// double.
 
 #include <cstdint>
 #include <vector>
@@ -12,36 +12,36 @@
 
 namespace tracer {
 
-/// Below that, images would be too few to tell their spread, or of the pixel's centre alone.
+/// Minimum that gives several images of more than the pixel's center, so that their variance can be computed.
 inline constexpr std::uint32_t reference_samples_min = 16;
 
-/// Sums over images; one element a pixel and channel.
+/// Sums over images; one element per pixel and channel.
 struct Reference {
   std::uint32_t width = 0, height = 0;
-  std::uint32_t image_samples = 0;  ///< in each pixel of each image
+  std::uint32_t image_samples = 0;  ///< per pixel of each image
   std::uint32_t images = 0;
-  bool complete = false;          ///< good enough, or as good as was asked for
-  std::vector<double> light{};    ///< linear RGB
-  std::vector<double> squares{};  ///< of it
+  bool complete = false;               ///< accurate enough, or all requested samples are taken
+  std::vector<double> radiance_sum{};  ///< linear RGB
+  std::vector<double> squared_sum{};   ///< squares of linear RGB
 };
 
-/// For at most `samples` in each pixel, of which there are at least reference_samples_min: images of 256, or of
-/// fewer where there would be less than 8 of them.
+/// Empty reference for at most `samples` (>= reference_samples_min) per pixel: images of 256 samples, or of fewer if
+/// that would give less than 8 images.
 Reference empty_reference(const Scene& scene, std::uint32_t samples);
 
-/// What to render as the next of the images.
+/// Scene of the next image.
 Scene reference_scene(const Scene& scene, const Reference& reference);
 
-/// One more image, as rendered of reference_scene.
+/// Adds one image rendered from reference_scene().
 void add(Reference& reference, const Image& image);
 
-/// Of the mean as a screen shows it, in levels, from the spread of the images: root mean square over pixels and
-/// channels. Images of stratified samples are independent of each other, so it needs no model of what they show. A
-/// standard deviation of the mean light is told by half of the way on the screen from one below the mean to one above
-/// it. Precondition: at least 2 images.
+/// Standard error of the displayed mean, in levels, from the variance of the images: root mean square over pixels and
+/// channels. The images are independent, so no model of the scene is needed. The standard deviation of a radiance is
+/// mapped to levels as half of the displayed difference between the mean plus and minus one standard deviation.
+/// Precondition: at least 2 images.
 double standard_error(const Reference& reference, const Output& output);
 
-/// The mean of the light, as a screen shows it. Precondition: there are images.
+/// The mean radiance after display transform. Precondition: at least 1 image.
 DisplayImage to_display(const Reference& reference, const Output& output);
 
 }  // namespace tracer

@@ -1,5 +1,5 @@
 #pragma once
-/// Traces a compiled scene into an image.
+/// Renders a compiled scene.
 
 #include <cstdint>
 #include <functional>
@@ -14,30 +14,29 @@
 
 namespace tracer {
 
-/// Rays by kind, exactly as many as were traced. `shadow` counts each light's ray once, however many surfaces it
-/// crosses. Those of shadow maps are part of the build, and not among them.
+/// Number of rays traced, by kind. `shadow` counts one ray per light sample, regardless of the transmissive surfaces it
+/// passes. Rays of shadow maps belong to compile() and are not counted.
 struct RayCounts {
   std::uint64_t camera = 0, shadow = 0, reflection = 0, refraction = 0;
   [[nodiscard]] std::uint64_t total() const { return camera + shadow + reflection + refraction; }
   bool operator==(const RayCounts&) const = default;
 };
 
-/// What was done, for the report. The tracer reads no clock: times are the caller's.
+/// Counters of one render. The tracer reads no clock: times are measured by the caller.
 struct RenderStatistics {
   RayCounts rays;
   std::uint64_t samples = 0;                       ///< camera samples over all pixels
-  std::uint32_t samples_min = 0, samples_max = 0;  ///< in any pixel
-  /// Of `samples`, those which only estimate the error and are in no pixel's mean.
-  std::uint64_t holdout_samples = 0;
-  std::uint64_t non_finite = 0;  ///< samples that came out NaN or infinite; left out of their pixel's mean. Must be 0
-  /// Shadow rays not traced because what their lights could give, together with the others left out at the same hit, is
-  /// within `cutoff`; only of scenes with many lights.
+  std::uint32_t samples_min = 0, samples_max = 0;  ///< over all pixels
+  std::uint64_t holdout_samples = 0;  ///< part of `samples` that only validates the error estimate, not in any mean
+  std::uint64_t non_finite = 0;  ///< NaN or infinite samples, omitted from their pixel's mean; 0 unless there is a bug
+  /// Shadow rays not traced because the radiance of their lights, summed over the lights culled at the same hit, is
+  /// within `cutoff`. Only in scenes with many lights.
   std::uint64_t culled_shadow_rays = 0;
-  /// What is missing for that at most, summed over all samples: the largest channel, in 2^-20 of `cutoff`, each hit's
-  /// rounded up. (Whole numbers, so that the order of the sum does not matter.)
+  /// Upper bound of the radiance omitted with them, summed over all samples: maximum over RGB, in units of
+  /// 2^-20 `cutoff`, rounded up per hit. An integer, so the order of summation does not matter.
   std::uint64_t culled_radiance = 0;
-  std::uint64_t cut_branches = 0;        ///< branches not traced because of `cutoff`
-  std::uint64_t truncated_branches = 0;  ///< branches not traced because of `max_depth`
+  std::uint64_t cut_branches = 0;        ///< secondary rays not traced because of `cutoff`
+  std::uint64_t truncated_branches = 0;  ///< secondary rays not traced because of `max_depth`
   bool operator==(const RenderStatistics&) const = default;
 };
 
@@ -48,17 +47,17 @@ struct Rendered {
 };
 
 struct RenderSettings {
-  /// Milliseconds since the work on this image began, its build included; any thread may ask. Needed by a time
-  /// budget, which is none without it: the tracer has no clock of its own.
+  /// Milliseconds since the work on this image began, compile() included; called from any thread. A time budget has no
+  /// effect without it.
   std::function<double()> elapsed_ms{};
-  /// Threads to use; 0: those of the calling thread's oneTBB arena. The image and the statistics are bit-identical
-  /// for any number.
+  /// Number of threads; 0: those of the calling thread's oneTBB arena. Image and statistics are bit-identical for any
+  /// number.
   std::uint32_t threads = 0;
-  Preview* preview = nullptr;  ///< who may look on; null: nobody. Changes nothing of the image.
+  Preview* preview = nullptr;  ///< receives the image in progress; null: none. Does not change the image.
 };
 
-/// May run many times, on any threads. Fails with `cancelled` within one tile's time of `control.cancel()`,
-/// with `out_of_memory` when the heap does. Equal scenes give bit-identical images, but for a time budget.
+/// May run many times, on any threads. Equal scenes give bit-identical images, except with a time budget. Fails with
+/// `cancelled` within one tile's time of `control.cancel()`, and with `out_of_memory`.
 Result<Rendered, Failure> render(const CompiledScene& scene, const RenderSettings& settings, RenderControl& control);
 
 }  // namespace tracer

@@ -1,5 +1,5 @@
 #pragma once
-/// What a scene needs, and so what will be modelled: rays of a kind that nothing asks for are never made.
+/// Features that a scene needs. They select the instantiation of the integrator: unused features cost nothing.
 
 #include <string>
 #include <string_view>
@@ -10,38 +10,38 @@
 namespace tracer {
 
 struct Requirements {
-  bool reflection = false;  ///< a material mirrors, or refracts (total internal reflection mirrors too)
+  bool reflection = false;  ///< a material reflects, or refracts (total internal reflection)
   bool refraction = false;  ///< a material transmits
   bool fresnel = false;
-  bool shadows = false;               ///< a light casts them and there is something to shade
-  bool transmissive_shadows = false;  ///< an occluder lets light through
+  bool shadows = false;               ///< a light casts shadows and there is a surface
+  bool transmissive_shadows = false;  ///< an occluder transmits light
   bool soft_lights = false;           ///< a light has a length, an area or a surface
-  bool many_lights = false;           ///< so many that those which cannot matter are worth telling apart
-  bool absorption = false;            ///< a solid takes light on the way through
-  bool overlapping_media = false;     ///< transmissive solids may overlap: their priorities, or more than one, matter
-  bool gouraud = false;               ///< the local model is evaluated at the corners of triangles
+  bool many_lights = false;           ///< so many lights that negligible ones are culled
+  bool absorption = false;            ///< a solid absorbs light
+  bool overlapping_media = false;     ///< transmissive solids may overlap
+  bool gouraud = false;               ///< shading is evaluated at the vertices of triangles
   bool lens = false;                  ///< camera rays start on a lens
   bool depth_cue = false;
-  bool layers = false;             ///< something is kept of what camera rays hit: layers or alpha
-  bool environment = false;        ///< the background is looked up in textures
-  bool textures = false;           ///< of surfaces
-  bool bump = false;               ///< textures bend normals: bump or normal maps
-  bool filtered_textures = false;  ///< one of them is filtered: rays carry the width of what they cover
+  bool layers = false;             ///< the output has layers or alpha
+  bool environment = false;        ///< the background has textures
+  bool textures = false;           ///< a surface has a texture
+  bool bump = false;               ///< a surface has a bump map or a normal map
+  bool filtered_textures = false;  ///< a texture is filtered: rays carry their footprint
   bool smooth_normals = false;
   bool triangles = false;
   bool spheres = false;
   bool quadrics = false;  ///< discs, cylinders, cones, boxes
   bool planes = false;
-  bool approximations = false;  ///< something is modelled more cheaply than it is
+  bool approximations = false;  ///< an approximation changes the image
 };
 
-/// A requirement by the name it has in replies, reports and on the command line.
+/// A requirement and its name in responses, reports and on the command line.
 struct RequirementName {
   std::string_view name;
   bool Requirements::*needed;
 };
 
-/// All of them, in the order they are told.
+/// All requirements, in output order.
 inline constexpr RequirementName requirement_names[] = {
     {"reflection", &Requirements::reflection},
     {"refraction", &Requirements::refraction},
@@ -68,17 +68,17 @@ inline constexpr RequirementName requirement_names[] = {
     {"approximations", &Requirements::approximations},
 };
 
-/// Why a scene needs something.
+/// Reason for a requirement.
 struct RequirementReason {
   bool Requirements::*needed;
-  std::string pointer;  ///< the first part of the document that needs it, e.g. "/materials/glass"
+  std::string pointer;  ///< JSON pointer of the first part of the document that needs it, e.g. "/materials/glass"
 };
 
-/// Never fails. Only what the objects use counts: a glass material that no object has requires nothing; nor does what
-/// the scene's approximations do without. `reasons`, unless null, receives one for each requirement that holds.
+/// Never fails. Unused materials and features disabled by the scene's approximations require nothing. `reasons`, unless
+/// null, receives one entry for each requirement that holds.
 Requirements requirements(const Scene& scene, std::vector<RequirementReason>* reasons = nullptr);
 
-/// What the same scene needs without its approximations.
+/// Requirements of the scene without its approximations.
 Requirements exact_requirements(const Scene& scene);
 
 }  // namespace tracer

@@ -1,6 +1,6 @@
 #pragma once
-/// A value or the reason why there is none. Expected failures (a bad scene, a limit, a cancel) travel in it;
-/// bugs assert, and nothing is thrown across the library's mouth.
+/// A value or an error. Expected failures (invalid scene, limit, cancellation) are returned as errors; bugs assert; no
+/// exception leaves the library except std::bad_alloc where a header names it.
 
 #include <cassert>
 #include <utility>

@@ -1,9 +1,9 @@
 #pragma once
-/// A scene as plain values: what the scene document says, with references resolved to handles.
+/// A scene as plain values: the content of a scene document, with references resolved to handles.
 ///
-/// Frame and units: right-handed world, lengths in scene units, angles in degrees (suffix `_deg`), colours linear RGB.
-/// Every default is the document's default. A Scene owns all its data, can be copied and moved, and is never changed
-/// by the tracer. It may hold anything; `validate` says whether it can be rendered.
+/// Frame and units: right-handed world space, lengths in scene units, angles in degrees (suffix `_deg`), colors linear
+/// RGB. Every default is the document's default. A Scene owns all its data and can be copied and moved. It may hold any
+/// values; `validate` decides if it can be rendered.
 
 #include <array>
 #include <cstdint>
@@ -19,10 +19,10 @@
 
 namespace tracer {
 
-/// A file that the scene names. Its bytes come with the scene (tracer/assets.h): the tracer opens no file.
+/// A file that the scene names. The caller supplies its bytes (tracer/assets.h).
 struct Asset {
-  std::string name;  ///< as the document writes it: "wood.png"
-  std::string path;  ///< where the document first names it, e.g. "/textures/floor/file"
+  std::string name;  ///< as written in the document: "wood.png"
+  std::string path;  ///< JSON pointer of its first use, e.g. "/textures/floor/file"
 };
 
 // ---- image, camera, background ------------------------------------------------------------------------------------
@@ -37,52 +37,52 @@ struct PixelWindow {
 };
 
 struct ImageSize {
-  std::uint32_t width = 640, height = 480;  ///< pixels; row 0 is on top, sample (x,y) covers [x,x+1) x [y,y+1)
-  std::optional<PixelWindow> crop{};        ///< the part that is rendered, bit for bit that of the full image
+  std::uint32_t width = 640, height = 480;  ///< pixels; row 0 is on top, pixel (x,y) covers [x,x+1) x [y,y+1)
+  std::optional<PixelWindow> crop{};        ///< the part to render, bit-identical to that part of the full image
 
-  /// What is rendered; the image has its size.
+  /// The rendered part, and the size of the rendered image.
   [[nodiscard]] PixelWindow window() const { return crop.value_or(PixelWindow{0, 0, width, height}); }
 };
 
 struct Camera {
   Vec3 position{};
-  Vec3 look_at{};  ///< in the middle of the image
+  Vec3 look_at{};  ///< at the center of the image
   Vec3 up{0, 1, 0};
   double fov_deg = 45;  ///< perspective: full vertical angle, 0 < fov_deg < 180
   /// perspective: rays from `position` through a window that spans `fov_deg`; pixels are square. orthographic: parallel
-  /// rays from a window of `height` around `position`, nothing behind it is seen; pixels are square. panorama:
-  /// equirectangular, 360 degrees to the right across the image and 180 down, whatever its proportions.
+  /// rays from a window of `height` centered at `position`, forward only; pixels are square. panorama: equirectangular,
+  /// 360 degrees across the image to the right and 180 down, for any aspect ratio.
   enum class Type { perspective, orthographic, panorama };
   Type type = Type::perspective;
-  double height = 1;  ///< orthographic: of the window, world; the document must say it
-  /// Diameter of a thin lens, world; 0 is a pinhole. What lies on the plane at `focus_distance` along the viewing axis
-  /// is sharp; a panorama's lens turns with the ray, and the sphere of that radius is. One sample a pixel goes through
-  /// the lens's centre.
+  double height = 1;  ///< orthographic: height of the window, world; required in documents
+  /// Diameter of a thin lens, world; 0 is a pinhole. The plane at `focus_distance` along the viewing axis is in focus;
+  /// a panorama's lens is perpendicular to each ray, so the sphere of that radius is. With one sample per pixel all
+  /// rays pass the center of the lens.
   double aperture = 0;
-  std::optional<double> focus_distance{};  ///< unset: that of `look_at`
+  std::optional<double> focus_distance{};  ///< unset: distance of `look_at`
 };
 
-/// nadir where a direction points against the camera's `up`, zenith where along it, linear in the cosine between.
+/// nadir for directions opposite to the camera's `up`, zenith along it, linear in the cosine between.
 struct Gradient {
   Color zenith{}, nadir{};
 };
 
-/// A texture once around the world: u = 1/2 looks along the world's -z projected across the camera's `up` (+x where up
-/// is along z) and grows to the right; v = 0 is straight down, 1 straight up. What a panorama camera sees that looks
-/// that way. Where the texture's scale is 1, u is closed into a circle and v ends at the poles, whatever its `wrap`.
+/// Equirectangular texture of all directions, as a panorama camera renders it: u = 1/2 is world -z projected across the
+/// camera's `up` (+x if up is along z) and grows to the right; v = 0 is straight down, 1 straight up. With a texture
+/// scale of 1, u is periodic and v is clamped at the poles for every `wrap`.
 struct Environment {
   TextureId texture{};
-  double rotation_deg = 0;  ///< about up, counter-clockwise for a viewer to whom it points; any finite angle
+  double rotation_deg = 0;  ///< about up, counter-clockwise seen from the tip of up; any finite angle
 };
 
-/// A texture on each face of a cube around the world, seen from inside with u to the right and v up: on the faces
-/// around, up is the world axis next to the camera's `up`; the faces above and below are seen by leaning back and forth
-/// from the one that faces -z (+x where up is z). Order: +x, -x, +y, -y, +z, -z.
+/// One texture per face of a cube at infinity, seen from inside with u to the right and v up. On the side faces, up is
+/// the world axis closest to the camera's `up`; the top and bottom faces are oriented as seen by pitching up and down
+/// from the -z face (+x if up is z). Order: +x, -x, +y, -y, +z, -z.
 struct CubeMap {
   std::array<TextureId, 6> faces{};
 };
 
-/// What every ray that hits nothing sees: `color`, or the one of the others that is set.
+/// Radiance of rays that hit nothing: `color`, or the one other member that is set.
 struct Background {
   Color color{};
   std::optional<Gradient> gradient{};
@@ -90,9 +90,9 @@ struct Background {
   std::optional<CubeMap> cube{};
 };
 
-/// I' = S I + (1-S) color for what a camera ray sees, by its distance z along the viewing axis (a panorama: along the
-/// ray): S is front_scale up to `front`, back_scale beyond `back` and where nothing is hit, linear between. Where front
-/// and back are one it steps behind them. (Foley, van Dam et al. 1990, sec. 16.1.3.)
+/// I' = S I + (1-S) color for the radiance I of a camera ray. S depends on the distance z of the hit along the viewing
+/// axis (panorama: along the ray): front_scale up to `front`, back_scale beyond `back` and without a hit, linear
+/// between; for front = back a step behind it. (Foley, van Dam et al. 1990, sec. 16.1.3.)
 struct DepthCue {
   double front = 0, back = 0;              ///< world, front <= back
   double front_scale = 1, back_scale = 0;  ///< [0, 1]
@@ -119,7 +119,7 @@ struct Light {
 
 // ---- textures and materials ----------------------------------------------------------------------------------------
 
-/// Unit squares of the looked-up coordinates: colors[0] where floor(u) + floor(v) is even.
+/// Unit squares of the transformed coordinates: colors[0] where floor(u) + floor(v) is even.
 struct CheckerTexture {
   std::array<Color, 2> colors{};
 };
@@ -129,9 +129,9 @@ struct GradientTexture {
   std::array<Color, 2> colors{};
 };
 
-/// Gradient noise n(u, v) in [-1, 1] with a cell of one unit (Perlin 2002): from colors[0] at -1 to colors[1] at 1.
-/// `octaves` of it are summed, each at twice the frequency and half the amplitude of the one before, over the sum of
-/// the amplitudes.
+/// Gradient noise n(u, v) in [-1, 1] with a cell of one unit (Perlin 2002): from colors[0] at -1 to colors[1] at 1. Sum
+/// of `octaves`, each with twice the frequency and half the amplitude of the previous one, divided by the sum of the
+/// amplitudes.
 struct NoiseTexture {
   std::array<Color, 2> colors{};
   std::uint32_t octaves = 1;  ///< 1..32
@@ -139,42 +139,42 @@ struct NoiseTexture {
 
 enum class ColorSpace { linear, srgb };
 
-/// An image file over the unit square: v = 0 is the lower edge of its bottom row. Its first three channels are red,
-/// green and blue; one or two are grey; alpha is left out.
+/// An image file over the unit square: v = 0 is the lower edge of its bottom row. The first three channels are red,
+/// green and blue; one or two channels are gray (and alpha). Alpha is ignored.
 struct ImageTexture {
   AssetId file{};
   std::optional<ColorSpace> color_space;  ///< unset: sRGB for PNG and JPEG, linear for OpenEXR and Radiance HDR
 };
 
-/// Looked up at (u scale.x + offset.x, v scale.y + offset.y).
+/// A pattern evaluated at (u scale.x + offset.x, v scale.y + offset.y).
 struct Texture {
   std::variant<CheckerTexture, GradientTexture, NoiseTexture, ImageTexture> pattern{};
   Vec2 scale{1, 1};
   Vec2 offset{0, 0};
-  std::string path;  ///< where the document defines it, e.g. "/textures/floor"; prefix of issue pointers
-  /// How gradients and images go on beyond [0, 1]. Checkers and noise have no edge: for them all three are the same.
+  std::string path;  ///< JSON pointer of its definition, e.g. "/textures/floor"; prefix of issue pointers
+  /// Continuation of gradients and images beyond [0, 1]. No effect on checkers and noise.
   enum class Wrap { repeat, clamp, mirror };
   Wrap wrap = Wrap::repeat;
-  /// nearest: the texel, or the pattern at the point itself. bilinear: between four texels; patterns as nearest.
-  /// mipmap: the mean over what the sample covers of the surface. A sample covers 1 / sqrt(samples) of its pixel's
-  /// width, so filtering narrows as samples take its place and does not bias the converged image.
+  /// nearest: the texel, or the pattern at the point. bilinear: between four texels; patterns as nearest. mipmap: the
+  /// mean over the sample's footprint on the surface. A sample covers 1 / sqrt(samples) of its pixel's width, so the
+  /// footprint shrinks with more samples and the converged image is unbiased.
   enum class Filter { nearest, bilinear, mipmap };
   Filter filter = Filter::mipmap;
 };
 
 using ColorOrTexture = std::variant<Color, TextureId>;
 
-/// A relief that bends normals and leaves the surface where it is (Blinn 1978, "Simulation of Wrinkled Surfaces"): its
-/// height above the front is `scale`, in scene units, times the mean of the texture's linear red, green and blue.
+/// Bump map (Blinn 1978, "Simulation of Wrinkled Surfaces"): perturbs normals, not the surface. The height above the
+/// front is `scale`, in scene units, times the mean of the texture's linear red, green and blue.
 struct Bump {
   TextureId texture{};
-  double scale = 1;  ///< may be negative: dents for bumps
+  double scale = 1;  ///< negative: inverted relief
 };
 
-/// What a surface does with light (Whitted 1980; Phong 1975; Blinn 1977):
+/// Reflectance and transmittance of a surface (Whitted 1980; Phong 1975; Blinn 1977):
 ///   I_local = emission + K_a C I_a + sum_i f_i S_i I_i [ K_d C max(0,N.L) + K_s C_s spec ],  spec = 0 where N.L <= 0
 ///   I = I_local + K_r C_r I(reflected) + K_t C_t I(transmitted)
-/// N is on the side of the ray: a hit on the back uses -N.
+/// N is on the side of the ray: a back-face hit uses -N.
 struct Material {
   enum class Model { lambert, phong, blinn_phong };
   Model model = Model::phong;
@@ -189,28 +189,28 @@ struct Material {
   Color reflection_color{1, 1, 1};    ///< C_r
   double transmission = 0;            ///< K_t in [0,1]; filtered transparency may have more
   Color transmission_color{1, 1, 1};  ///< C_t
-  /// How K_t > 0 transmits. refract: by Snell's law; total internal reflection adds K_t C_t to the reflected weight.
-  /// interpolated: straight on, I = (1 - K_t)(ambient + diffuse) + specular + emission + K_t I_behind.
-  /// filtered: straight on, I = I_local + K_t C_t I_behind. (Foley, van Dam et al. 1990, sec. 16.5.1.)
+  /// Transmission for K_t > 0. refract: Snell's law; total internal reflection adds K_t C_t to the reflected
+  /// throughput. interpolated: not refracted, I = (1 - K_t)(ambient + diffuse) + specular + emission + K_t I_behind.
+  /// filtered: not refracted, I = I_local + K_t C_t I_behind. (Foley, van Dam et al. 1990, sec. 16.5.1.)
   enum class Transparency { refract, interpolated, filtered };
   Transparency transparency = Transparency::refract;
-  double ior = 1.5;  ///< > 0; the outside has 1
-  /// Where solids overlap, the one of highest priority fills the overlap; among equals, the one entered last.
+  double ior = 1.5;  ///< > 0; relative to the outside
+  /// Nested dielectrics: the overlap of solids has the medium of the highest priority; among equals, the one entered
+  /// last.
   int priority = 0;
-  Color absorption{};  ///< per scene unit: radiance travelling a length s inside is multiplied by exp(-absorption s)
-  /// smooth: interpolated normals where the mesh has them. flat: the face's. gouraud: the local model is evaluated at
-  /// the corners of the mesh's triangles and interpolated; on other shapes the same as smooth.
+  Color absorption{};  ///< per scene unit: radiance is multiplied by exp(-absorption s) along a length s inside
+  /// smooth: interpolated normals if the mesh has them. flat: face normals. gouraud: local shading is evaluated at the
+  /// vertices of the mesh and interpolated; on other shapes the same as smooth.
   enum class Shading { smooth, flat, gouraud };
   Shading shading = Shading::smooth;
-  /// Normals in the surface's own frame: (red, green, blue) = n/2 + 1/2 with n.x along dp/du, n.y along dp/dv and n.z
-  /// out of the front. An image that tells no colour space is linear here, whatever its kind.
+  /// Tangent-space normals: (red, green, blue) = n/2 + 1/2 with n.x along dp/du, n.y along dp/dv and n.z out of the
+  /// front. An image without an explicit color space is linear here, for every format.
   std::optional<TextureId> normal_map{};
-  std::optional<Bump> bump{};  ///< of the normal map's normals where there is one too
-  /// K_r is multiplied by F and K_t by 1-F, F the exact unpolarised dielectric reflectance. The document's default is
-  /// true where transmission > 0 is refracted; the reader resolves it, as it does reflection's default of 1 under
-  /// fresnel.
+  std::optional<Bump> bump{};  ///< applied after the normal map
+  /// K_r is multiplied by F and K_t by 1-F, F the exact unpolarized dielectric reflectance. The document's default is
+  /// true if transmission > 0 is refracted; the reader resolves it, and reflection's default of 1 with fresnel.
   bool fresnel = false;
-  std::string path;  ///< where the document defines it, e.g. "/materials/red"; prefix of issue pointers
+  std::string path;  ///< JSON pointer of its definition, e.g. "/materials/red"; prefix of issue pointers
 };
 
 // ---- objects -------------------------------------------------------------------------------------------------------
@@ -223,34 +223,35 @@ struct Transform {
 
 struct Object {
   Shape shape{};
-  MaterialId material{};  ///< not an instance's: it has its own
+  MaterialId material{};  ///< unused for an Instance, which has its own
   std::optional<Transform> transform{};
 };
 
-/// Objects that instances place; a prototype may hold instances of others, never in a circle.
+/// Objects for instances. A prototype may contain instances of others, without cycles.
 struct Prototype {
   std::vector<Object> objects;
-  std::string path;  ///< where the document defines it, e.g. "/prototypes/tree"; prefix of issue pointers
+  std::string path;  ///< JSON pointer of its definition, e.g. "/prototypes/tree"; prefix of issue pointers
 };
 
-// ---- what the user asks for ----------------------------------------------------------------------------------------
+// ---- output --------------------------------------------------------------------------------------------------------
 
 enum class Format { png, png16, exr, jpg, hdr, webp, tiff };
 
-/// What is measured at the first thing that a camera ray hits, beside its colour: channels of an EXR.
+/// Properties of the first hit of camera rays: channels of an EXR.
 enum class Layer { depth, normal, albedo, object_id, samples, error };
 
-/// Exposure, overflow and palette are of the formats for display: exr and hdr hold the radiance as it is.
+/// Exposure, overflow and palette apply to formats for display; exr and hdr store linear radiance.
 struct Output {
   std::vector<Format> formats{Format::png};
   double exposure = 0;  ///< stops: the image times 2^exposure
-  /// What becomes of what is brighter than a display. clamp: 1. scale: the image divided by its brightest channel
-  /// where that is above 1. reinhard: c / (1 + c) in each channel (Reinhard et al. 2002, eq. 3).
+  /// Tone mapping of values above 1. clamp: 1. scale: the image is divided by its largest channel value if that is
+  /// above
+  /// 1. reinhard: c / (1 + c) in each channel (Reinhard et al. 2002, eq. 3).
   enum class Overflow { clamp, scale, reinhard };
   Overflow overflow = Overflow::clamp;
-  std::uint32_t palette = 0;    ///< png: at most so many colours, 2 .. 256; 0 is all
-  std::vector<Layer> layers{};  ///< of an EXR
-  bool alpha = false;           ///< what camera rays see of the background is transparent
+  std::uint32_t palette = 0;    ///< png: maximum number of colors, 2 .. 256; 0: no palette
+  std::vector<Layer> layers{};  ///< additional channels of an EXR
+  bool alpha = false;           ///< camera rays that hit nothing are transparent
 };
 
 struct Scene {

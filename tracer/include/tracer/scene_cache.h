@@ -1,18 +1,17 @@
 #pragma once
-/// What scenes leave for the next ones: shapes with their BVH, and decoded images. The frames of a camera sweep read
-/// their meshes, build and decode once.
+/// Cache of geometry (shapes with their BVH) and decoded texture images. The frames of a camera sweep read their
+/// meshes, build the BVH and decode once.
 ///
 ///   tracer::SceneCache cache(512u << 20);                                // bytes
-///   auto claim = cache.claim(scene, contents, control);                  // before the files of meshes are read
+///   auto entry = cache.acquire(scene, contents, control);                // before mesh files are read
 ///   ... read the files that `scene` still names ...
-///   auto compiled = tracer::compile(scene, control, assets, claim->get());
+///   auto compiled = tracer::compile(scene, control, assets, entry->get());
 ///
-/// Geometry is known by everything that it is made from: the shapes, transforms, prototypes and instances of the scene
-/// and the contents of its mesh files, each bit of them, as a digest that nobody can find a second scene for
-/// (src/cache/digest.h). So scenes share it that differ in camera, image, lights, background, accuracy, output, or
-/// materials, as long as none becomes transmissive or ceases to be (opaque and transmissive surfaces are kept apart),
-/// and their images are bit for bit what they are without a cache. Images are known by the content of their file
-/// and the colour space that it is read in, and kept with their mip maps.
+/// The key of geometry is the SHA-256 of everything it is made from: shapes, transforms, prototypes and instances of
+/// the scene and the contents of its mesh files. Scenes that differ in camera, image, lights, background, accuracy,
+/// output or materials share it, as long as the same materials are transmissive (opaque and transmissive surfaces are
+/// stored apart). Images are bit-identical with and without a cache. The key of a texture image is the content of its
+/// file and the color space; it is stored with its mip maps.
 
 #include <cstdint>
 #include <memory>
@@ -28,41 +27,39 @@ namespace tracer {
 
 class LruCache;
 
-/// Thread-safe. Claims and compiled scenes may outlive it: they hold what they have of it themselves.
+/// Thread-safe. Entries and compiled scenes share ownership of their parts and may outlive it.
 class SceneCache {
  public:
-  /// Geometry with less, its BVH not counted, and images with less are not kept: they are made in about a
-  /// millisecond.
+  /// Smaller geometry (without its BVH) and smaller images are not stored: they are rebuilt in about a millisecond.
   static constexpr std::uint64_t worthwhile_bytes = 64u << 10;
 
-  /// Keeps at most `bytes_max`, geometry and images together, those used last. What compiled scenes still hold counts
-  /// no more once it had to go. 0: nothing is kept or shared.
+  /// Stores at most `bytes_max` of geometry and images together, least recently used evicted first. Evicted parts that
+  /// compiled scenes still hold are not counted. 0: nothing is stored or shared.
   explicit SceneCache(std::uint64_t bytes_max);
   ~SceneCache();
   SceneCache(const SceneCache&) = delete;
   SceneCache& operator=(const SceneCache&) = delete;
 
-  /// Keeps nothing of what there is; what is being made will be kept.
+  /// Evicts everything; parts under construction are stored later.
   void clear();
 
   struct Bytes {
     std::uint64_t geometry = 0, images = 0;
     [[nodiscard]] std::uint64_t all() const { return geometry + images; }
   };
-  [[nodiscard]] Bytes memory_bytes() const;  ///< of all that is kept
+  [[nodiscard]] Bytes memory_bytes() const;
 
-  /// What there is for `scene`, for its `compile`. Where its geometry is there, the meshes of files need not be read
-  /// and name none any more: `scene` is for `compile` then. Otherwise this caller is who builds it: of several at once
-  /// with the same geometry one gets the turn and the others wait for it, until its claim has gone; where it was
-  /// cancelled or failed, the next of them builds. A caller that waits answers its own `control` within 10 ms, with
-  /// `cancelled`.
-  /// `contents` are names for what is in the files of `scene.assets`, beside them: equal only where the bytes are.
-  /// Empty, or missing at the end: not known, so that nothing is kept of it. Throws std::bad_alloc.
-  Result<std::shared_ptr<SceneCacheEntry>, Failure> claim(Scene& scene, std::vector<std::string> contents,
-                                                          const RenderControl& control);
+  /// Cache entry for compiling `scene`. If its geometry is cached, the meshes in `scene` no longer name their files,
+  /// which need not be read. Otherwise the caller builds it: of several concurrent callers with equal geometry one
+  /// builds, the others wait until its entry is destroyed; if it failed or was cancelled, the next one builds. A
+  /// waiting caller returns `cancelled` within 10 ms of `control.cancel()`. `contents[i]` identifies the content of
+  /// `scene.assets[i]`: equal only for equal bytes. Empty or missing: unknown, and nothing made from that file is
+  /// stored. Throws std::bad_alloc.
+  Result<std::shared_ptr<SceneCacheEntry>, Failure> acquire(Scene& scene, std::vector<std::string> contents,
+                                                            const RenderControl& control);
 
  private:
-  std::shared_ptr<LruCache> shelf_;
+  std::shared_ptr<LruCache> cache_;
 };
 
 }  // namespace tracer

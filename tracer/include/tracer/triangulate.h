@@ -1,5 +1,5 @@
 #pragma once
-/// Cuts a polygon in space into triangles.
+/// Triangulates polygons in space.
 
 #include <array>
 #include <cstddef>
@@ -11,16 +11,14 @@
 
 namespace tracer {
 
-/// Polygons that are not a fan around their first corner may have this many corners: cutting off ears takes time
-/// quadratic in it.
+/// Maximum number of corners of a polygon that is not a fan around its first corner: ear clipping takes quadratic time.
 inline constexpr std::size_t ear_clipping_corners_max = 256;
 
-/// Appends corners.size() - 2 triangles, indices into `corners`, wound as the polygon is. The polygon is seen along its
-/// mean normal (Newell's), so slightly bent ones (quads of real meshes) are fine. A fan around the first corner where
-/// that covers the polygon (every convex one), else ears cut off one by one (Meisters 1975, "Polygons have ears").
-/// A polygon that meets itself gets triangles too, but which is left open. Coordinates that are not finite give
-/// triangles that mean nothing.
-/// Returns false, and appends nothing, for fewer than 3 corners or where it is no fan and has more corners than above.
+/// Appends corners.size() - 2 triangles, indices into `corners`, with the polygon's winding. The polygon is projected
+/// along its mean normal (Newell), so slightly non-planar polygons are valid. Uses a fan around the first corner if
+/// that covers the polygon (every convex one), else ear clipping (Meisters 1975, "Polygons have ears"). The triangles
+/// of a self-intersecting polygon are unspecified, and those of non-finite coordinates meaningless. Returns false and
+/// appends nothing for fewer than 3 corners, or for more than ear_clipping_corners_max without a fan.
 bool triangulate(std::span<const Vec3> corners, std::vector<std::array<std::uint32_t, 3>>& triangles);
 
 }  // namespace tracer

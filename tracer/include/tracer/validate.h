@@ -1,5 +1,5 @@
 #pragma once
-/// Says everything that keeps a Scene from being rendered: ranges, degenerate shapes, dangling handles, limits.
+/// Finds everything that prevents a Scene from being rendered: ranges, degenerate shapes, dangling handles, limits.
 
 #include <functional>
 #include <string>
@@ -10,19 +10,19 @@
 
 namespace tracer {
 
-/// One thing that is wrong.
+/// One violated rule.
 struct Issue {
   std::string pointer;  ///< RFC 6901 from the document root, without '#': "/objects/3/radius"; "" is the whole document
-  std::string code;  ///< stable, for programs: "out_of_range", "degenerate", "unknown_reference", "limit_exceeded", ...
-  std::string detail;  ///< a sentence for people that names the rule and the value seen: "must be > 0, got -1"
+  std::string code;     ///< stable, for programs: "out_of_range", "degenerate", "unknown_reference", ...
+  std::string detail;   ///< a sentence for people with the rule and the value found: "must be > 0, got -1"
   bool operator==(const Issue&) const = default;
 };
 
-/// All issues, in the order of Scene's members; empty when the scene can be rendered. Never fails; time linear in the
-/// scene's size. At most 1000 are told, then one "too_many_issues" that gives the count of the rest.
-/// Issues for which `known` is true are left out: a reader that has told why a number is missing or no number puts NaN
-/// in its place, and leaves out what follows from that.
+/// All issues, in the order of Scene's members; empty if the scene can be rendered. Never fails; time linear in the
+/// scene's size. Returns at most 1000 issues, then one "too_many_issues" with the number of the rest. Omits issues for
+/// which `is_reported` returns true: a reader that has reported a missing or malformed number stores NaN, and filters
+/// out the issues that this NaN causes.
 std::vector<Issue> validate(const Scene& scene, const Limits& limits,
-                            const std::function<bool(const Issue&)>& known = {});
+                            const std::function<bool(const Issue&)>& is_reported = {});
 
 }  // namespace tracer

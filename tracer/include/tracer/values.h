@@ -1,5 +1,5 @@
 #pragma once
-/// What scenes are written in: points, colours and handles. Frame and units are scene.h's.
+/// Value types of scenes: points, colors and handles. Frame and units are defined in scene.h.
 
 #include <cstdint>
 
@@ -21,7 +21,7 @@ struct Color {
   bool operator==(const Color&) const = default;
 };
 
-/// Position in one of Scene's vectors; the tag keeps a material from being used as a texture.
+/// Index into one of Scene's vectors; the tag makes handles of different vectors different types.
 template <class Tag>
 struct Handle {
   std::uint32_t index = 0;

@@ -24,8 +24,8 @@ struct BackFaceHit {
 
 std::vector<BackFaceHit> find_back_face_hits(const CompiledScene& scene, const RenderControl& control, Vec3 origin,
                                              const Vec3& direction) {
-  std::vector<BackFaceHit> met;
-  std::set<std::uint32_t> seen;
+  std::vector<BackFaceHit> hits;
+  std::set<std::uint32_t> visited;
   PrimitiveRef from;
   for (std::uint64_t crossing = 0; crossing < scene.max_transmissive_hits && !control.cancelled(); ++crossing) {
     Hit hit;
@@ -34,36 +34,37 @@ std::vector<BackFaceHit> find_back_face_hits(const CompiledScene& scene, const R
         {&hit.primitive, &hit.t, &hit.u, &hit.v}, Coherence::incoherent, GeometryMask::transmissive);
     if (!hit.primitive.hit()) break;
     const Surface surface = surface_at(scene, hit, origin, direction);
-    if (seen.insert(surface.object).second && surface.back)
-      met.push_back({surface.object, hit.primitive.geometry == scene.geometry().plane_geometry()});
+    if (visited.insert(surface.object).second && surface.back)
+      hits.push_back({surface.object, hit.primitive.geometry == scene.geometry().plane_geometry()});
     origin = offset_origin(surface.point, surface.geometric_normal, direction);
     from = hit.primitive;
   }
-  return met;
+  return hits;
 }
 
-/// Transmissive solids that hold the camera, outermost first: those met from behind both ahead and behind the camera; a
-/// disc or a hollow turned inside out is so on one side at most. A plane has one side only. For an orthographic window
-/// or a lens that a solid holds a part of, its centre decides.
+/// Transmissive solids that contain the camera, outermost first: those with a back-face hit both in front of and behind
+/// the camera; a disc or an inverted hollow has one on one side at most. A plane has one side only. The center of an
+/// orthographic window or of a lens decides for all of it.
 std::vector<std::uint32_t> media_enclosing_camera(const CompiledScene& scene, const RenderControl& control) {
   const auto [origin, ahead] = scene.camera.generate_ray(0.5 * scene.image.width, 0.5 * scene.image.height);
   std::vector<BackFaceHit> outermost_first = find_back_face_hits(scene, control, origin, ahead);
   std::reverse(outermost_first.begin(), outermost_first.end());
   const std::vector<BackFaceHit> after = find_back_face_hits(scene, control, origin, -ahead);
   std::vector<std::uint32_t> enclosing;
-  for (const BackFaceHit& met : outermost_first) {
-    const auto same = [&](const BackFaceHit& other) { return other.object == met.object; };
-    if (met.plane || std::any_of(after.begin(), after.end(), same)) enclosing.push_back(met.object);
+  for (const BackFaceHit& hit : outermost_first) {
+    const auto same = [&](const BackFaceHit& other) { return other.object == hit.object; };
+    if (hit.plane || std::any_of(after.begin(), after.end(), same)) enclosing.push_back(hit.object);
   }
   return enclosing;
 }
 
-/// `geometry` is built over, unless an earlier scene's accelerator is there: then it is of what it was.
+/// Builds the accelerator of `geometry`, or returns the cached one.
 Result<std::shared_ptr<const Accelerator>, Failure> accelerator_over(GeometrySet geometry, const Bounds& bounds,
-                                                                     RenderControl& control, SceneCacheEntry* claim) {
-  if (claim != nullptr && claim->geometry() != nullptr) return claim->geometry()->accelerator;
+                                                                     RenderControl& control,
+                                                                     SceneCacheEntry* cache_entry) {
+  if (cache_entry != nullptr && cache_entry->geometry() != nullptr) return cache_entry->geometry()->accelerator;
   auto built = Accelerator::build(std::move(geometry), control);
-  if (built && claim != nullptr) claim->keep({*built, bounds});
+  if (built && cache_entry != nullptr) cache_entry->store({*built, bounds});
   return built;
 }
 
@@ -72,33 +73,33 @@ std::uint64_t bytes_of(const std::vector<T>& values) {
   return values.capacity() * sizeof(T);
 }
 
-/// `taken`: the scene's own objects, of which meshes may be taken; null: nothing may.
+/// `taken`: the scene's objects, whose meshes may be moved from; null: nothing may.
 Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene, std::vector<Object>* taken,
                                                               RenderControl& control, const Assets& assets,
-                                                              SceneCacheEntry* claim) {
+                                                              SceneCacheEntry* cache_entry) {
   if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled before building"};
   try {
-    const KeptGeometry* const kept = claim != nullptr ? claim->geometry() : nullptr;
-    const Bounds bounds = kept != nullptr ? kept->bounds : finite_bounds(scene);
+    const CachedGeometry* const cached = cache_entry != nullptr ? cache_entry->geometry() : nullptr;
+    const Bounds bounds = cached != nullptr ? cached->bounds : finite_bounds(scene);
     auto compiled = std::make_shared<CompiledScene>(scene, RenderSpace(bounds));
     if (compiled->needs.bump) read_normal_maps_as_linear(scene.background, compiled->materials, compiled->textures);
-    compiled->cache_hits.geometry = kept != nullptr;
-    auto images = texture_images(compiled->textures, scene.assets, assets, control, claim, compiled->cache_hits);
+    compiled->cache_hits.geometry = cached != nullptr;
+    auto images = texture_images(compiled->textures, scene.assets, assets, control, cache_entry, compiled->cache_hits);
     if (!images) return images.error();
     compiled->images = std::move(*images);
     compiled->background.emplace(scene.background, scene.camera.up, compiled->textures, compiled->images);
     if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled before building"};
-    // Where it was there already, for what comes with it: which material an object has, and which axes.
+    // Also needed with a cached accelerator: it assigns the materials and axes of objects.
     GeometrySet geometry = build_geometry(scene, *compiled, taken, control);
     if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while placing shapes"};
     for (const Light& light : scene.lights) compiled->lights.push_back(compile_light(light, compiled->frame));
-    auto accelerator = accelerator_over(std::move(geometry), bounds, control, claim);
+    auto accelerator = accelerator_over(std::move(geometry), bounds, control, cache_entry);
     if (!accelerator) return accelerator.error();
     compiled->accelerator = *std::move(accelerator);
     compiled->max_transmissive_hits = max_transmissive_hits(compiled->geometry());
     if (compiled->exact_needs.refraction) compiled->media_enclosing_camera = media_enclosing_camera(*compiled, control);
     if (scene.accuracy.approximate.shadows == Approximations::Shadows::map)
-      compiled->shadow_maps = trace_shadow_maps(*compiled, bounds, control);
+      compiled->shadow_maps = render_shadow_maps(*compiled, bounds, control);
     if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while building"};
     return std::shared_ptr<const CompiledScene>(std::move(compiled));
   } catch (const std::bad_alloc&) {
@@ -109,14 +110,14 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene
 }  // namespace
 
 Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene, RenderControl& control,
-                                                              const Assets& assets, SceneCacheEntry* claim) {
-  return compile(scene, nullptr, control, assets, claim);
+                                                              const Assets& assets, SceneCacheEntry* cache_entry) {
+  return compile(scene, nullptr, control, assets, cache_entry);
 }
 
 Result<std::shared_ptr<const CompiledScene>, Failure> compile_taking_meshes(Scene& scene, RenderControl& control,
                                                                             const Assets& assets,
-                                                                            SceneCacheEntry* claim) {
-  return compile(scene, &scene.objects, control, assets, claim);
+                                                                            SceneCacheEntry* cache_entry) {
+  return compile(scene, &scene.objects, control, assets, cache_entry);
 }
 
 CacheHits cache_hits(const CompiledScene& scene) { return scene.cache_hits; }

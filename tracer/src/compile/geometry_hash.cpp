@@ -10,7 +10,7 @@
 namespace tracer {
 namespace {
 
-/// Numbers without padding between or behind them: equal where their bytes are.
+/// Types without padding: values are equal if their bytes are.
 template <class T>
 constexpr bool is_plain = std::is_arithmetic_v<T>;
 template <>
@@ -20,11 +20,11 @@ constexpr bool is_plain<Vec3> = sizeof(Vec3) == 3 * sizeof(double);
 template <class T, std::size_t n>
 constexpr bool is_plain<std::array<T, n>> = is_plain<T>;
 
-/// Bindings name every field, so that one more does not compile until it is among them. What has no fixed length is led
-/// by it: no two scenes give the same bytes.
-class Description {
+/// Feeds scenes to the hash. Structured bindings name every field, so a new field does not compile until it is added.
+/// Everything of variable length is preceded by its length: no two scenes give the same bytes.
+class HashWriter {
  public:
-  Description(const Scene& scene, const std::vector<std::string>& contents) : scene_(scene), contents_(contents) {}
+  HashWriter(const Scene& scene, const std::vector<std::string>& contents) : scene_(scene), contents_(contents) {}
 
   void objects(const std::vector<Object>& objects) {
     add(objects.size());
@@ -98,23 +98,23 @@ class Description {
 }  // namespace
 
 std::optional<std::string> geometry_hash(const Scene& scene, const std::vector<std::string>& contents) {
-  Description description(scene, contents);
-  description.objects(scene.objects);
-  for (const Prototype& prototype : scene.prototypes) description.objects(prototype.objects);
+  HashWriter writer(scene, contents);
+  writer.objects(scene.objects);
+  for (const Prototype& prototype : scene.prototypes) writer.objects(prototype.objects);
   const bool may_be_much =
-      description.has_files() || !scene.prototypes.empty() || description.bytes() >= SceneCache::worthwhile_bytes;
-  if (!description.is_known() || !may_be_much) return std::nullopt;
-  return description.end();
+      writer.has_files() || !scene.prototypes.empty() || writer.bytes() >= SceneCache::worthwhile_bytes;
+  if (!writer.is_known() || !may_be_much) return std::nullopt;
+  return writer.end();
 }
 
-void stand_in_for_files(Scene& scene, const GeometrySet& geometry) {
+void replace_file_meshes(Scene& scene, const GeometrySet& geometry) {
   std::set<const Shape*> with_normals;
   std::size_t placed_meshes = 0;  // which come first of the geometry's triangles, in this order
   for_each_placed(scene, [&](const Placed& placed) {
     if (!std::holds_alternative<Mesh>(placed.shape)) return;
     if (!geometry.triangles[placed_meshes++].normals.empty()) with_normals.insert(&placed.shape);
   });
-  const auto stand_in = [&](std::vector<Object>& objects) {
+  const auto replace = [&](std::vector<Object>& objects) {
     for (Object& object : objects) {
       auto* mesh = std::get_if<Mesh>(&object.shape);
       if (mesh == nullptr || !mesh->file) continue;
@@ -122,8 +122,8 @@ void stand_in_for_files(Scene& scene, const GeometrySet& geometry) {
       mesh->smooth = with_normals.contains(&object.shape);
     }
   };
-  stand_in(scene.objects);
-  for (Prototype& prototype : scene.prototypes) stand_in(prototype.objects);
+  replace(scene.objects);
+  for (Prototype& prototype : scene.prototypes) replace(prototype.objects);
 }
 
 }  // namespace tracer

@@ -1,5 +1,5 @@
 #pragma once
-/// What a scene's geometry is known by before it is made.
+/// Cache key of a scene's geometry.
 
 #include <optional>
 #include <string>
@@ -10,13 +10,13 @@
 
 namespace tracer {
 
-/// Equal only for scenes whose shapes rays cannot tell apart: the digest of all objects and prototypes, with the names
-/// of `contents` for files of meshes (tracer/scene_cache.h). Nothing where one of these is not known, or where the
-/// shapes are so few that they are placed sooner than looked up.
+/// SHA-256 of all objects and prototypes, with `contents` (tracer/scene_cache.h) in place of mesh files: equal only for
+/// scenes with the same geometry. Empty if the content of a mesh file is unknown, or if there are so few shapes that
+/// building them is faster than hashing.
 std::optional<std::string> geometry_hash(const Scene& scene, const std::vector<std::string>& contents);
 
-/// The files of meshes need not be read, for `geometry` is what they came to: meshes name none any more. They stay
-/// empty, but `smooth` tells whether they have normals, for `requirements` asks for that.
-void stand_in_for_files(Scene& scene, const GeometrySet& geometry);
+/// Removes the file names of meshes whose triangles are already in `geometry`. The meshes stay empty, and `smooth` is
+/// set to whether they have normals, because `requirements` uses it.
+void replace_file_meshes(Scene& scene, const GeometrySet& geometry);
 
 }  // namespace tracer

@@ -5,48 +5,48 @@
 
 namespace tracer {
 
-LruCache::Turn::~Turn() {
-  if (shelf_ && !found_) shelf_->release_ticket(name_, nullptr, 0);
+LruCache::BuildTicket::~BuildTicket() {
+  if (cache_ && !found_) cache_->release_ticket(key_, nullptr, 0);
 }
 
-void LruCache::Turn::keep(Thing thing, std::uint64_t bytes) {
-  const std::shared_ptr<LruCache> shelf = std::move(shelf_);
-  shelf->release_ticket(name_, std::move(thing), bytes);
+void LruCache::BuildTicket::store(Value value, std::uint64_t bytes) {
+  const std::shared_ptr<LruCache> cache = std::move(cache_);
+  cache->release_ticket(key_, std::move(value), bytes);
 }
 
-Result<LruCache::Turn, Failure> LruCache::turn(const Name& name, const RenderControl& control) {
-  constexpr std::chrono::milliseconds patience{10};  // a control does not call
+Result<LruCache::BuildTicket, Failure> LruCache::acquire(const Key& key, const RenderControl& control) {
+  constexpr std::chrono::milliseconds poll_interval{10};  // RenderControl has no callback
   std::unique_lock lock(mutex_);
   for (;;) {
-    const auto [entry, is_new] = entries_.try_emplace(name);
-    if (is_new) return Turn(shared_from_this(), name, nullptr);
-    if (entry->second.thing) {
+    const auto [entry, is_new] = entries_.try_emplace(key);
+    if (is_new) return BuildTicket(shared_from_this(), key, nullptr);
+    if (entry->second.value) {
       entry->second.used = ++uses_;
-      return Turn(shared_from_this(), name, entry->second.thing);
+      return BuildTicket(shared_from_this(), key, entry->second.value);
     }
-    if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while another one made the same"};
-    turn_ended_.wait_for(lock, patience);
+    if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while another scene built the same"};
+    released_.wait_for(lock, poll_interval);
   }
 }
 
-/// Those who wait look again. Null, or more than may be kept at all: the next of them makes it.
-void LruCache::release_ticket(const Name& name, Thing thing, std::uint64_t bytes) {
+/// A null or too large value is not stored: the next waiting caller builds it.
+void LruCache::release_ticket(const Key& key, Value value, std::uint64_t bytes) {
   const std::lock_guard lock(mutex_);
-  if (thing && bytes <= bytes_max_) {
+  if (value && bytes <= bytes_max_) {
     while (bytes_ > bytes_max_ - bytes) evict_oldest();
-    entries_[name] = {std::move(thing), bytes, ++uses_};
+    entries_[key] = {std::move(value), bytes, ++uses_};
     bytes_ += bytes;
   } else {
-    entries_.erase(name);
+    entries_.erase(key);
   }
-  turn_ended_.notify_all();
+  released_.notify_all();
 }
 
-/// Precondition: there is one, for something takes bytes.
+/// Precondition: bytes_ > 0.
 void LruCache::evict_oldest() {
   auto oldest = entries_.end();
   for (auto entry = entries_.begin(); entry != entries_.end(); ++entry)
-    if (entry->second.thing && (oldest == entries_.end() || entry->second.used < oldest->second.used)) oldest = entry;
+    if (entry->second.value && (oldest == entries_.end() || entry->second.used < oldest->second.used)) oldest = entry;
   bytes_ -= oldest->second.bytes;
   entries_.erase(oldest);
 }
@@ -59,8 +59,8 @@ void LruCache::clear() {
 std::uint64_t LruCache::memory_bytes(Kind kind) const {
   const std::lock_guard lock(mutex_);
   std::uint64_t bytes = 0;
-  for (const auto& [name, entry] : entries_)
-    if (name.kind == kind) bytes += entry.bytes;
+  for (const auto& [key, entry] : entries_)
+    if (key.kind == kind) bytes += entry.bytes;
   return bytes;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Things by name, made once by whoever comes first, kept within a budget of bytes.
+/// LRU cache with a byte budget; concurrent requests for one key build its value once.
 
 #include <condition_variable>
 #include <cstdint>
@@ -18,39 +18,39 @@ namespace tracer {
 class LruCache : public std::enable_shared_from_this<LruCache> {
  public:
   enum class Kind { geometry, image };
-  struct Name {
+  struct Key {
     Kind kind = Kind::geometry;
     std::string content;
-    auto operator<=>(const Name&) const = default;  // NOLINT(modernize-use-nullptr): of what the compiler writes
+    auto operator<=>(const Key&) const = default;  // NOLINT(modernize-use-nullptr): of what the compiler writes
   };
-  /// What it is goes by its name's kind.
-  using Thing = std::shared_ptr<const void>;
+  /// The key's kind determines the type.
+  using Value = std::shared_ptr<const void>;
 
   explicit LruCache(std::uint64_t bytes_max) : bytes_max_(bytes_max) {}
 
-  /// Of several with the same name at once the first has it to make. The others wait until it is kept, or until the
-  /// first one's turn has gone: then it is the next one's.
-  class Turn {
+  /// Result of acquire(): the cached value, or the exclusive permission to build it. Other callers wait until the value
+  /// is stored, or until the ticket is destroyed: then the next of them builds.
+  class BuildTicket {
    public:
-    Turn(Turn&& other) noexcept = default;
-    Turn& operator=(Turn&&) = delete;
-    ~Turn();
-    [[nodiscard]] const Thing& found() const { return found_; }  ///< null: it is the caller's to make
-    /// Precondition: nothing was found, and nothing kept yet. Keeps what is no more than may be kept at all, in place
-    /// of what was not used for longest.
-    void keep(Thing thing, std::uint64_t bytes);
+    BuildTicket(BuildTicket&& other) noexcept = default;
+    BuildTicket& operator=(BuildTicket&&) = delete;
+    ~BuildTicket();
+    [[nodiscard]] const Value& found() const { return found_; }  ///< null: the caller builds the value
+    /// Precondition: nothing was found or stored before. Evicts least recently used values as needed; a value larger
+    /// than the whole budget is not stored.
+    void store(Value value, std::uint64_t bytes);
 
    private:
     friend class LruCache;
-    Turn(std::shared_ptr<LruCache> shelf, Name name, Thing found)
-        : shelf_(std::move(shelf)), name_(std::move(name)), found_(std::move(found)) {}
+    BuildTicket(std::shared_ptr<LruCache> cache, Key key, Value found)
+        : cache_(std::move(cache)), key_(std::move(key)), found_(std::move(found)) {}
 
-    std::shared_ptr<LruCache> shelf_;  ///< null once moved from or kept
-    Name name_;
-    Thing found_;
+    std::shared_ptr<LruCache> cache_;  ///< null once moved from or stored
+    Key key_;
+    Value found_;
   };
-  /// Fails with `cancelled`, while it waits.
-  Result<Turn, Failure> turn(const Name& name, const RenderControl& control);
+  /// Fails with `cancelled` while it waits.
+  Result<BuildTicket, Failure> acquire(const Key& key, const RenderControl& control);
 
   void clear();
   [[nodiscard]] std::uint64_t memory_bytes(Kind kind) const;
@@ -58,17 +58,17 @@ class LruCache : public std::enable_shared_from_this<LruCache> {
 
  private:
   struct Entry {
-    Thing thing;  ///< null while it is being made
+    Value value;  ///< null while under construction
     std::uint64_t bytes = 0;
-    std::uint64_t used = 0;  ///< the higher, the later
+    std::uint64_t used = 0;  ///< number of the last use
   };
-  void release_ticket(const Name& name, Thing thing, std::uint64_t bytes);
+  void release_ticket(const Key& key, Value value, std::uint64_t bytes);
   void evict_oldest();
 
   const std::uint64_t bytes_max_;
   mutable std::mutex mutex_;
-  std::condition_variable turn_ended_;
-  std::map<Name, Entry> entries_;
+  std::condition_variable released_;
+  std::map<Key, Entry> entries_;
   std::uint64_t bytes_ = 0, uses_ = 0;
 };
 

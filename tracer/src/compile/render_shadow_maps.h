@@ -1,5 +1,5 @@
 #pragma once
-/// Makes the maps that stand in for shadow rays.
+/// Renders the depth maps that replace shadow rays (Approximations::Shadows::map).
 
 #include <vector>
 
@@ -7,10 +7,10 @@
 
 namespace tracer {
 
-/// One beside each light; empty where the light casts no shadow. `finite` holds everything finite in the scene, world.
-/// Runs on the calling thread's oneTBB arena; stops early once `control` is cancelled, with maps that mean nothing.
-/// Throws std::bad_alloc.
-std::vector<ShadowMap> trace_shadow_maps(const CompiledScene& scene, const Bounds& finite,
-                                         const RenderControl& control);
+/// One map per light, empty if the light casts no shadow. `finite` are the world-space bounds of all finite shapes.
+/// Runs on the calling thread's oneTBB arena; after cancellation it returns early with meaningless maps. Throws
+/// std::bad_alloc.
+std::vector<ShadowMap> render_shadow_maps(const CompiledScene& scene, const Bounds& finite,
+                                          const RenderControl& control);
 
 }  // namespace tracer

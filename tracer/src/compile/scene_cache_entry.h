@@ -1,5 +1,5 @@
 #pragma once
-/// What a scene has of a cache while it is compiled.
+/// Access of one compilation to a SceneCache.
 
 #include <memory>
 #include <optional>
@@ -15,34 +15,35 @@
 
 namespace tracer {
 
-/// Shapes as rays meet them, and where they lie in the world.
-struct KeptGeometry {
+/// Accelerator and world-space bounds of cached geometry.
+struct CachedGeometry {
   std::shared_ptr<const Accelerator> accelerator;
   Bounds bounds;
 };
 
-/// For the thread that compiles the scene.
+/// Used only by the thread that compiles the scene.
 class SceneCacheEntry {
  public:
-  /// `geometry`: nothing where the scene's is not to be kept.
-  SceneCacheEntry(std::shared_ptr<LruCache> shelf, std::vector<std::string> contents,
-                  std::optional<LruCache::Turn> geometry)
-      : shelf_(std::move(shelf)), contents_(std::move(contents)), geometry_(std::move(geometry)) {}
+  /// `geometry`: empty if the scene's geometry is not cached.
+  SceneCacheEntry(std::shared_ptr<LruCache> cache, std::vector<std::string> contents,
+                  std::optional<LruCache::BuildTicket> geometry)
+      : cache_(std::move(cache)), contents_(std::move(contents)), geometry_(std::move(geometry)) {}
 
-  /// Of an earlier scene, or null.
-  [[nodiscard]] const KeptGeometry* geometry() const;
-  /// Precondition: there was none. Keeps it where that is worth while.
-  void keep(const KeptGeometry& geometry);
+  /// Geometry of an earlier scene, or null.
+  [[nodiscard]] const CachedGeometry* geometry() const;
+  /// Stores geometry of at least SceneCache::worthwhile_bytes. Precondition: geometry() is null.
+  void store(const CachedGeometry& geometry);
 
-  /// Nothing where the content of the file is not known. Fails with `cancelled`.
-  Result<std::optional<LruCache::Turn>, Failure> image(const ImageTexture& texture, const RenderControl& control);
-  /// Where that is worth while.
-  static void keep(LruCache::Turn turn, const std::shared_ptr<const ImageMap>& image);
+  /// Empty if the content of the file is unknown. Fails with `cancelled`.
+  Result<std::optional<LruCache::BuildTicket>, Failure> image(const ImageTexture& texture,
+                                                              const RenderControl& control);
+  /// Stores images of at least SceneCache::worthwhile_bytes.
+  static void store(LruCache::BuildTicket ticket, const std::shared_ptr<const ImageMap>& image);
 
  private:
-  std::shared_ptr<LruCache> shelf_;
+  std::shared_ptr<LruCache> cache_;
   std::vector<std::string> contents_;
-  std::optional<LruCache::Turn> geometry_;
+  std::optional<LruCache::BuildTicket> geometry_;
 };
 
 }  // namespace tracer

@@ -10,25 +10,25 @@ namespace {
 
 using SharedImageMap = std::shared_ptr<const ImageMap>;
 
-/// From an earlier scene, or decoded.
+/// From the cache, or decoded.
 Result<SharedImageMap, Failure> image_of(const ImageTexture& texture, std::span<const std::uint8_t> bytes,
                                          const std::string& name, const std::string& path, const RenderControl& control,
-                                         SceneCacheEntry* claim, CacheHits& cache_hits) {
-  std::optional<LruCache::Turn> turn;
-  if (claim != nullptr) {
-    auto mine = claim->image(texture, control);
+                                         SceneCacheEntry* cache_entry, CacheHits& cache_hits) {
+  std::optional<LruCache::BuildTicket> ticket;
+  if (cache_entry != nullptr) {
+    auto mine = cache_entry->image(texture, control);
     if (!mine) return mine.error();
-    if (*mine) turn.emplace(std::move(**mine));
+    if (*mine) ticket.emplace(std::move(**mine));
   }
-  if (turn && turn->found()) {
+  if (ticket && ticket->found()) {
     ++cache_hits.textures;
-    return std::static_pointer_cast<const ImageMap>(turn->found());
+    return std::static_pointer_cast<const ImageMap>(ticket->found());
   }
   auto decoded = decode(bytes, texture.color_space, {});
   if (!decoded) return Failure{Failure::Code::bad_asset, name + ": " + decoded.error(), path + "/file"};
   auto made = std::make_shared<const ImageMap>(std::move(*decoded));
   ++cache_hits.decoded_textures;
-  if (turn) SceneCacheEntry::keep(*std::move(turn), made);
+  if (ticket) SceneCacheEntry::store(*std::move(ticket), made);
   return made;
 }
 
@@ -36,7 +36,7 @@ Result<SharedImageMap, Failure> image_of(const ImageTexture& texture, std::span<
 
 Result<TextureImages, Failure> texture_images(const std::vector<Texture>& textures, const std::vector<Asset>& assets,
                                               const Assets& content, const RenderControl& control,
-                                              SceneCacheEntry* claim, CacheHits& cache_hits) {
+                                              SceneCacheEntry* cache_entry, CacheHits& cache_hits) {
   using Key = std::pair<std::uint32_t, std::optional<ColorSpace>>;
   std::map<Key, SharedImageMap> made;
   TextureImages images;
@@ -53,7 +53,7 @@ Result<TextureImages, Failure> texture_images(const std::vector<Texture>& textur
       if (control.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while decoding"};
       std::span<const std::uint8_t> bytes;
       if (index < content.bytes.size()) bytes = content.bytes[index];
-      auto found = image_of(*pattern, bytes, assets[index].name, texture.path, control, claim, cache_hits);
+      auto found = image_of(*pattern, bytes, assets[index].name, texture.path, control, cache_entry, cache_hits);
       if (!found) return found.error();
       image = *std::move(found);
     }

@@ -1,5 +1,5 @@
 #pragma once
-/// From a scene's image files to the pyramids that textures are looked up in.
+/// Decodes the image files of a scene's textures to mip maps.
 
 #include <memory>
 #include <vector>
@@ -12,11 +12,11 @@ namespace tracer {
 
 using TextureImages = std::vector<std::shared_ptr<const ImageMap>>;
 
-/// One for each texture, null where it is no image; textures of the same file in the same colour space
-/// share one. Those that an earlier scene left are taken where `claim` is not null; `reuse` counts them and the others.
-/// Fails with `bad_asset`, and between two files with `cancelled`.
+/// One element per texture, null for patterns; textures of the same file in the same color space share one image.
+/// Uses the cache unless `cache_entry` is null, and counts in `cache_hits`. Fails with `bad_asset`, and between two
+/// files with `cancelled`.
 Result<TextureImages, Failure> texture_images(const std::vector<Texture>& textures, const std::vector<Asset>& assets,
                                               const Assets& content, const RenderControl& control,
-                                              SceneCacheEntry* claim, CacheHits& cache_hits);
+                                              SceneCacheEntry* cache_entry, CacheHits& cache_hits);
 
 }  // namespace tracer

@@ -1,4 +1,4 @@
-// From numbers to sentences.
+// Conclusions from a measurement, as sentences.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,15 +10,15 @@
 namespace tracer {
 namespace {
 
-struct Wish {
+struct Goal {
   double error;  ///< levels
   const char* text;
 };
-/// To look whether all is in its place, to show, to keep.
-constexpr std::array wishes{Wish{4, "4 levels"}, Wish{1, "1 level"}, Wish{0.5, "0.5 levels"}};
-constexpr double matters = 0.05;  // of an error or a time: below it, single runs differ by chance
+/// Errors acceptable for layout, for presentation, and for archiving.
+constexpr std::array goals{Goal{4, "4 levels"}, Goal{1, "1 level"}, Goal{0.5, "0.5 levels"}};
+constexpr double significant = 0.05;  // relative; smaller differences of errors or times occur by chance
 
-/// Two digits: single runs are no better known.
+/// Two digits, the accuracy of single runs.
 std::string text(double number) {
   std::array<char, 32> buffer{};
   const double size = std::abs(number);
@@ -37,26 +37,26 @@ const MeasuredPoint* find(const Measurement& measurement, std::string_view param
   return nullptr;
 }
 
-/// "for 4 levels: target_error 4 (draft), 0.12 s; for 1 level: ..." and, of wishes that nothing meets, the best there
-/// is.
+/// "for 4 levels: target_error 4 (draft), 0.12 s; for 1 level: ..."; ends with the best point at the first goal that no
+/// point reaches.
 std::string cheapest(const Measurement& measurement) {
   const std::vector<std::size_t> front = pareto_front(measurement.points);
   std::string sentence;
-  for (const Wish& wish : wishes) {
+  for (const Goal& goal : goals) {
     const auto within = std::find_if(front.begin(), front.end(),
-                                     [&](std::size_t i) { return measurement.points[i].error <= wish.error; });
-    const bool met = within != front.end();
-    const MeasuredPoint& point = measurement.points[met ? *within : front.back()];
-    sentence += (sentence.empty() ? "for " : "; for ") + std::string(wish.text) + ": ";
-    if (!met) sentence += "nothing here, the best is ";
+                                     [&](std::size_t i) { return measurement.points[i].error <= goal.error; });
+    const bool reached = within != front.end();
+    const MeasuredPoint& point = measurement.points[reached ? *within : front.back()];
+    sentence += (sentence.empty() ? "for " : "; for ") + std::string(goal.text) + ": ";
+    if (!reached) sentence += "no setting, the best is ";
     sentence += title(point.setting) + ", " + seconds(point.seconds);
-    if (met) continue;
+    if (reached) continue;
     return sentence + " and " + levels(point.error);
   }
   return sentence;
 }
 
-/// Where turning a parameter of `measurement`, whose values get finer and finer, stops to matter.
+/// Value beyond which a parameter, whose values are ordered from coarse to fine, has no significant effect.
 std::optional<std::string> saturation(const Measurement& measurement, std::string_view parameter, const char* beyond) {
   std::vector<const MeasuredPoint*> series;
   for (const MeasuredPoint& point : measurement.points)
@@ -64,14 +64,14 @@ std::optional<std::string> saturation(const Measurement& measurement, std::strin
   if (series.size() < 2) return std::nullopt;
   const MeasuredPoint& last = *series.back();
   std::size_t enough = series.size() - 1;
-  while (enough > 0 && series[enough - 1]->error <= (1 + matters) * last.error) --enough;
+  while (enough > 0 && series[enough - 1]->error <= (1 + significant) * last.error) --enough;
   const std::string name(parameter);
   if (enough + 1 == series.size()) {
     const MeasuredPoint& before = *series[series.size() - 2];
-    return name + " " + last.setting.value + " still gains: " + levels(last.error) + " instead of " +
+    return name + " " + last.setting.value + " still reduces the error: " + levels(last.error) + " instead of " +
            text(before.error) + " with " + before.setting.value;
   }
-  return name + " " + beyond + " " + series[enough]->setting.value + " buys nothing here";
+  return name + " " + beyond + " " + series[enough]->setting.value + " does not reduce the error";
 }
 
 /// "shadows: map saves 30 % and costs 3.1 levels".
@@ -79,16 +79,17 @@ std::string exchange(const MeasuredPoint& point, const MeasuredPoint& baseline) 
   const double saved = 1 - point.seconds / baseline.seconds;
   const double cost = point.error - baseline.error;
   std::string sentence = point.setting.value;
-  if (saved >= matters) {
+  if (saved >= significant) {
     sentence += " saves " + text(100 * saved) + " %";
   } else {
-    sentence += saved > -matters ? " saves no time" : " takes " + text(-100 * saved) + " % longer";
+    sentence += saved > -significant ? " saves no time" : " takes " + text(-100 * saved) + " % longer";
   }
-  if (cost <= matters * baseline.error) return sentence + " and costs no accuracy that shows";
+  if (cost <= significant * baseline.error) return sentence + " and does not increase the error";
   return sentence + " and costs " + levels(cost);
 }
 
-/// Claims are made at their confidence: a few may fail. Errors below the reference's own are none that it can judge.
+/// Points whose claimed error is below the true one; at the stated confidence there may be a few. The reference cannot
+/// resolve differences below its own error.
 std::string claims(const Measurement& measurement) {
   std::vector<const MeasuredPoint*> broken;
   for (const MeasuredPoint& point : measurement.points)
@@ -100,7 +101,7 @@ std::string claims(const Measurement& measurement) {
   };
   const MeasuredPoint& worst = **std::max_element(broken.begin(), broken.end(), worse);
   return "the true error was above the claimed one in " + std::to_string(broken.size()) + " of " + count +
-         " settings, farthest with " + title(worst.setting) + ": " + levels(worst.error) + ", claimed " +
+         " settings, by the largest factor with " + title(worst.setting) + ": " + levels(worst.error) + ", claimed " +
          text(worst.claimed.estimate);
 }
 

@@ -18,7 +18,7 @@ std::string reference_text(const Measurement& measurement) {
   return text.data();
 }
 
-/// The error that was claimed and the true one, joined.
+/// Pairs of claimed and true error.
 PlotSeries claims(const Measurement& measurement) {
   PlotSeries series{.name = "claimed", .points = {}, .mark = PlotMark::cross, .join = PlotJoin::pairs, .color = grey};
   for (const MeasuredPoint& point : measurement.points) {
@@ -30,7 +30,7 @@ PlotSeries claims(const Measurement& measurement) {
 
 PlotSeries front(const Measurement& measurement) {
   PlotSeries series{
-      .name = "nothing better", .points = {}, .mark = PlotMark::none, .join = PlotJoin::steps, .color = grey};
+      .name = "Pareto front", .points = {}, .mark = PlotMark::none, .join = PlotJoin::steps, .color = grey};
   series.dashed = true;
   for (const std::size_t index : pareto_front(measurement.points))
     series.points.push_back({measurement.points[index].seconds, measurement.points[index].error});

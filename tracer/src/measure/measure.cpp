@@ -1,4 +1,4 @@
-// One setting after another, each timed and compared.
+// Measures the settings one after another.
 #include "tracer/measure.h"
 
 #include <algorithm>
@@ -12,10 +12,10 @@
 namespace tracer {
 namespace {
 
-constexpr std::uint32_t images_least = 4;  // before their spread is believed
-constexpr double reference_share = 0.1;    // of the finest error
-constexpr double seconds_enough = 0.1;     // a shorter run is repeated: caches and clocks decide it
-constexpr int runs_most = 5;
+constexpr std::uint32_t images_min = 4;  // for a usable variance
+constexpr double reference_share = 0.1;  // maximum standard error, relative to the error of the finest setting
+constexpr double seconds_min = 0.1;      // shorter runs are repeated: caches and clock resolution dominate them
+constexpr int runs_max = 5;
 const Failure no_memory{Failure::Code::out_of_memory, "no memory for the images to compare"};
 
 struct Timed {
@@ -34,8 +34,8 @@ Result<Timed, Failure> render_timed(const Scene& scene, const Assets& assets, co
   return Timed{std::move(*rendered), seconds() - start};
 }
 
-/// Reference and image are independent, so the mean of the squared difference is the sum of both squared errors: what
-/// is the reference's is taken off. Precondition: equal sizes.
+/// Reference and image are independent, so the mean of the squared difference is the sum of both squared errors; the
+/// reference's part is subtracted. Precondition: equal sizes.
 double error_of(const DisplayImage& reference, double reference_error, const DisplayImage& image) {
   const auto comparison = compare(reference, image, 0);
   assert(comparison.has_value());
@@ -43,7 +43,7 @@ double error_of(const DisplayImage& reference, double reference_error, const Dis
   return std::sqrt(std::max(0.0, (difference - reference_error) * (difference + reference_error)));
 }
 
-/// The one that is expected to be the most accurate.
+/// The setting with the smallest expected error.
 const Setting& finest(const std::vector<Setting>& settings) {
   const auto coarser = [](const Setting& one, const Setting& other) {
     const double one_target = one.accuracy.target().value_or(1e9), other_target = other.accuracy.target().value_or(1e9);
@@ -58,9 +58,9 @@ Result<MeasuredPoint, Failure> measure(const Scene& scene, const Assets& assets,
                                        const DisplayImage& reference, double reference_error,
                                        const std::function<double()>& seconds, std::uint32_t threads,
                                        RenderControl& control) {
-  Scene turned = scene;
-  turned.accuracy = setting.accuracy;
-  auto timed = render_timed(turned, assets, seconds, threads, control);
+  Scene varied = scene;
+  varied.accuracy = setting.accuracy;
+  auto timed = render_timed(varied, assets, seconds, threads, control);
   if (!timed) return std::move(timed.error());
   const RenderStatistics& statistics = timed->rendered.statistics;
   MeasuredPoint point{.setting = setting, .seconds = timed->seconds, .claimed = timed->rendered.error};
@@ -68,10 +68,10 @@ Result<MeasuredPoint, Failure> measure(const Scene& scene, const Assets& assets,
   point.samples_mean = static_cast<double>(statistics.samples - statistics.holdout_samples) /
                        static_cast<double>(scene.image.window().pixels());
   point.rays = statistics.rays;
-  point.error = error_of(reference, reference_error, to_display(timed->rendered.image, turned.output));
+  point.error = error_of(reference, reference_error, to_display(timed->rendered.image, varied.output));
   double spent = timed->seconds;
-  for (int run = 1; run < runs_most && spent < seconds_enough; ++run) {
-    const auto again = render_timed(turned, assets, seconds, threads, control);
+  for (int run = 1; run < runs_max && spent < seconds_min; ++run) {
+    const auto again = render_timed(varied, assets, seconds, threads, control);
     if (!again) return again.error();
     spent += again->seconds;
     point.seconds = std::min(point.seconds, again->seconds);
@@ -82,19 +82,19 @@ Result<MeasuredPoint, Failure> measure(const Scene& scene, const Assets& assets,
 MeasurementRun::MeasurementRun(const Scene& scene, const Assets& assets, MeasureSettings settings)
     : scene_(scene),
       assets_(assets),
-      wanted_(std::move(settings)),
-      settings_(tracer::settings(scene, wanted_.parameters)),
+      options_(std::move(settings)),
+      settings_(tracer::settings(scene, options_.parameters)),
       points_(settings_.size()),
-      reference_(empty_reference(scene, wanted_.reference_samples)) {}
+      reference_(empty_reference(scene, options_.reference_samples)) {}
 
 void MeasurementRun::resume(Reference reference) {
-  const auto same_size = [&](const std::vector<double>& sums) { return sums.size() == reference_.light.size(); };
+  const auto same_size = [&](const std::vector<double>& sums) { return sums.size() == reference_.radiance_sum.size(); };
   if (reference.width != reference_.width || reference.height != reference_.height ||
-      reference.image_samples != reference_.image_samples || !same_size(reference.light) ||
-      !same_size(reference.squares) || (reference.complete && reference.images == 0))
+      reference.image_samples != reference_.image_samples || !same_size(reference.radiance_sum) ||
+      !same_size(reference.squared_sum) || (reference.complete && reference.images == 0))
     return;
   reference_ = std::move(reference);
-  shown_.reset();
+  reference_display_.reset();
 }
 
 void MeasurementRun::resume(std::vector<MeasuredPoint> points) {
@@ -117,29 +117,29 @@ std::string MeasurementRun::next() const {
   assert(!done());
   if (reference_.complete) return title(settings_[next_setting()]);
   return "reference, " + std::to_string(std::uint64_t{reference_.images} * reference_.image_samples) + " of at most " +
-         std::to_string(wanted_.reference_samples) + " samples";
+         std::to_string(options_.reference_samples) + " samples";
 }
 
 std::size_t MeasurementRun::steps_done() const {
   const auto measured =
       std::count_if(points_.begin(), points_.end(), [](const auto& point) { return point.has_value(); });
   const std::size_t images =
-      reference_.complete ? wanted_.reference_samples / reference_.image_samples : reference_.images;
+      reference_.complete ? options_.reference_samples / reference_.image_samples : reference_.images;
   return images + static_cast<std::size_t>(measured);
 }
 
 std::size_t MeasurementRun::steps() const {
-  return wanted_.reference_samples / reference_.image_samples + settings_.size();
+  return options_.reference_samples / reference_.image_samples + settings_.size();
 }
 
 std::optional<Failure> MeasurementRun::step(RenderControl& control) {
   assert(!done());
   try {
     if (!reference_.complete) return grow_reference(control);
-    if (!shown_) shown_ = to_display(reference_, scene_.output);
+    if (!reference_display_) reference_display_ = to_display(reference_, scene_.output);
     const std::size_t index = next_setting();
-    auto point = measure(scene_, assets_, settings_[index], *shown_, standard_error(reference_, scene_.output),
-                         wanted_.seconds, wanted_.threads, control);
+    auto point = measure(scene_, assets_, settings_[index], *reference_display_,
+                         standard_error(reference_, scene_.output), options_.seconds, options_.threads, control);
     if (!point) return std::move(point.error());
     points_[index] = std::move(*point);
     return std::nullopt;
@@ -149,25 +149,26 @@ std::optional<Failure> MeasurementRun::step(RenderControl& control) {
 }
 
 std::optional<Failure> MeasurementRun::grow_reference(RenderControl& control) {
-  if (reference_.images < wanted_.reference_samples / reference_.image_samples) {
-    auto timed = render_timed(reference_scene(scene_, reference_), assets_, wanted_.seconds, wanted_.threads, control);
+  if (reference_.images < options_.reference_samples / reference_.image_samples) {
+    auto timed =
+        render_timed(reference_scene(scene_, reference_), assets_, options_.seconds, options_.threads, control);
     if (!timed) return std::move(timed.error());
     add(reference_, timed->rendered.image);
   }
-  return judge_reference(control);
+  return check_reference(control);
 }
 
-/// Whether it is good enough.
-std::optional<Failure> MeasurementRun::judge_reference(RenderControl& control) {
-  if (reference_.images >= wanted_.reference_samples / reference_.image_samples) {
+/// Sets `complete` once the reference is accurate enough or has all its samples.
+std::optional<Failure> MeasurementRun::check_reference(RenderControl& control) {
+  if (reference_.images >= options_.reference_samples / reference_.image_samples) {
     reference_.complete = true;
     return std::nullopt;
   }
-  if (reference_.images < images_least || settings_.empty()) return std::nullopt;
+  if (reference_.images < images_min || settings_.empty()) return std::nullopt;
   if (!finest_) {
-    Scene turned = scene_;
-    turned.accuracy = finest(settings_).accuracy;
-    auto timed = render_timed(turned, assets_, wanted_.seconds, wanted_.threads, control);
+    Scene varied = scene_;
+    varied.accuracy = finest(settings_).accuracy;
+    auto timed = render_timed(varied, assets_, options_.seconds, options_.threads, control);
     if (!timed) return std::move(timed.error());
     finest_ = to_display(timed->rendered.image, scene_.output);
   }

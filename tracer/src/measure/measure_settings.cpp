@@ -1,4 +1,4 @@
-// Which ways of rendering a scene are worth measuring.
+// Settings that a measurement of a scene covers.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -16,21 +16,20 @@ constexpr std::array<std::pair<const char*, Preset>, 4> presets{{{"draft", Prese
                                                                  {"fine", Preset::fine},
                                                                  {"reference", Preset::reference}}};
 
-/// All numbers here are short.
 std::string text(double number) {
   std::array<char, 32> buffer{};
   std::snprintf(buffer.data(), buffer.size(), "%g", number);
   return buffer.data();
 }
 
-class Finder {
+class SettingList {
  public:
-  explicit Finder(const Scene& scene) : scene_(scene), needs_(exact_requirements(scene)) {
+  explicit SettingList(const Scene& scene) : scene_(scene), needs_(exact_requirements(scene)) {
     baseline_.samples = baseline_samples;
     baseline_.seed = scene.accuracy.seed;
   }
 
-  void turn(std::string_view parameter) {
+  void add(std::string_view parameter) {
     const bool branches = needs_.reflection || needs_.refraction;
     if (parameter == "target_error") targets();
     if (parameter == "samples") samples({1, 4, 16, 64});
@@ -40,11 +39,11 @@ class Finder {
     if (parameter == "document" && !has(scene_.accuracy)) push(Setting{"document", "as it is", scene_.accuracy});
   }
 
-  std::vector<Setting> found() {
-    const bool from_baseline =
-        std::any_of(found_.begin(), found_.end(), [](const Setting& setting) { return is_change(setting.parameter); });
+  std::vector<Setting> take() {
+    const bool from_baseline = std::any_of(settings_.begin(), settings_.end(),
+                                           [](const Setting& setting) { return is_change(setting.parameter); });
     if (from_baseline && !has(baseline_)) samples({baseline_samples});
-    return std::move(found_);
+    return std::move(settings_);
   }
 
  private:
@@ -53,19 +52,19 @@ class Finder {
   }
 
   [[nodiscard]] bool has(const Accuracy& accuracy) const {
-    return std::any_of(found_.begin(), found_.end(),
+    return std::any_of(settings_.begin(), settings_.end(),
                        [&](const Setting& setting) { return setting.accuracy == accuracy; });
   }
 
-  void push(Setting setting) { found_.push_back(std::move(setting)); }
+  void push(Setting setting) { settings_.push_back(std::move(setting)); }
 
-  /// What a document gets that asks for nothing but this error.
+  /// The accuracy of a document that contains only this target error.
   void targets() {
-    std::vector<double> wanted{8, 4, 2, 1, 0.5, 0.25};
-    for (const auto& [name, preset] : presets) wanted.push_back(target_error_of(preset));
-    std::sort(wanted.begin(), wanted.end(), std::greater<>());
-    wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
-    for (const double target : wanted) {
+    std::vector<double> selected{8, 4, 2, 1, 0.5, 0.25};
+    for (const auto& [name, preset] : presets) selected.push_back(target_error_of(preset));
+    std::sort(selected.begin(), selected.end(), std::greater<>());
+    selected.erase(std::unique(selected.begin(), selected.end()), selected.end());
+    for (const double target : selected) {
       Setting setting{"target_error", text(target), {}};
       setting.accuracy.seed = baseline_.seed;
       setting.accuracy.cutoff_by_chance = true;
@@ -126,7 +125,7 @@ class Finder {
         approximate(("lights: nearest-" + std::to_string(count)).c_str(), {.nearest_lights = count});
   }
 
-  /// Else the background alone is nothing.
+  /// False for a black background, which gives the same image as no reflections.
   [[nodiscard]] bool has_background() const {
     const Background& background = scene_.background;
     return background.gradient || background.environment || background.cube || !(background.color == Color{});
@@ -135,16 +134,17 @@ class Finder {
   const Scene& scene_;
   Requirements needs_;
   Accuracy baseline_;
-  std::vector<Setting> found_;
+  std::vector<Setting> settings_;
 };
 
 }  // namespace
 
-std::vector<Setting> settings(const Scene& scene, std::span<const std::string> wanted) {
-  Finder finder(scene);
+std::vector<Setting> settings(const Scene& scene, std::span<const std::string> selected) {
+  SettingList list(scene);
   for (const std::string_view parameter : parameters)
-    if (wanted.empty() || std::find(wanted.begin(), wanted.end(), parameter) != wanted.end()) finder.turn(parameter);
-  return finder.found();
+    if (selected.empty() || std::find(selected.begin(), selected.end(), parameter) != selected.end())
+      list.add(parameter);
+  return list.take();
 }
 
 std::string title(const Setting& setting) {

@@ -6,24 +6,24 @@
 namespace tracer {
 namespace {
 
-constexpr std::uint32_t image_samples_most = 256;  // enough that an image's build is little of its time
-constexpr std::uint32_t images_least = 8;          // a spread of fewer is a guess
-constexpr double cutoff = 1e-3;  // by chance: any is right in the mean, small ones cost 1 / cutoff rays in glass
+constexpr std::uint32_t image_samples_max = 256;  // makes the time of compile() negligible
+constexpr std::uint32_t images_min = 8;           // the variance of fewer images is too uncertain
+constexpr double cutoff = 1e-3;  // by chance: every value is unbiased, small ones cost 1 / cutoff rays in glass
 constexpr std::uint32_t depth = 200;
 
-/// The mean light and so many of its standard deviations.
-DisplayImage shown_beside(const Reference& reference, const Output& output, double deviations) {
+/// Mean radiance plus `deviations` standard deviations, after display transform.
+DisplayImage displayed_mean(const Reference& reference, const Output& output, double deviations) {
   const double count = reference.images;
   Image image;
   image.width = reference.width;
   image.height = reference.height;
-  image.rgb.reserve(reference.light.size());
-  for (std::size_t i = 0; i < reference.light.size(); ++i) {
-    const double light = reference.light[i];
-    // Light is of floats: the squares of images that are equal sum exactly.
-    const double variance = std::max(0.0, reference.squares[i] - light * light / count) / (count - 1) / count;
+  image.rgb.reserve(reference.radiance_sum.size());
+  for (std::size_t i = 0; i < reference.radiance_sum.size(); ++i) {
+    const double radiance = reference.radiance_sum[i];
+    // The summands are floats: the squares of equal images sum exactly.
+    const double variance = std::max(0.0, reference.squared_sum[i] - radiance * radiance / count) / (count - 1) / count;
     const double beside = deviations == 0 ? 0 : deviations * std::sqrt(variance);
-    image.rgb.push_back(static_cast<float>(light / count + beside));
+    image.rgb.push_back(static_cast<float>(radiance / count + beside));
   }
   return to_display(image, output);
 }
@@ -33,9 +33,9 @@ DisplayImage shown_beside(const Reference& reference, const Output& output, doub
 Reference empty_reference(const Scene& scene, std::uint32_t samples) {
   const PixelWindow window = scene.image.window();
   Reference reference{.width = window.width(), .height = window.height()};
-  reference.image_samples = std::clamp(samples / images_least, 2u, image_samples_most);
+  reference.image_samples = std::clamp(samples / images_min, 2u, image_samples_max);
   const auto values = static_cast<std::size_t>(3 * window.pixels());
-  for (std::vector<double>* sums : {&reference.light, &reference.squares}) sums->resize(values);
+  for (std::vector<double>* sums : {&reference.radiance_sum, &reference.squared_sum}) sums->resize(values);
   return reference;
 }
 
@@ -47,7 +47,7 @@ Scene reference_scene(const Scene& scene, const Reference& reference) {
   accuracy.max_depth = depth;
   accuracy.cutoff = cutoff;
   accuracy.cutoff_by_chance = true;
-  // An odd factor, so that no number of images comes back to the seed of the images that are measured.
+  // The factor is odd, so no number of images repeats the seed of the measured images.
   accuracy.seed = scene.accuracy.seed + 0x9e3779b97f4a7c15u * (std::uint64_t{reference.images} + 1);
   for (Texture& texture : independent.textures)
     if (texture.filter == Texture::Filter::mipmap) texture.filter = Texture::Filter::bilinear;
@@ -56,16 +56,16 @@ Scene reference_scene(const Scene& scene, const Reference& reference) {
 }
 
 void add(Reference& reference, const Image& image) {
-  for (std::size_t i = 0; i < reference.light.size(); ++i) {
-    const double light = image.rgb[i];
-    reference.light[i] += light;
-    reference.squares[i] += light * light;
+  for (std::size_t i = 0; i < reference.radiance_sum.size(); ++i) {
+    const double radiance = image.rgb[i];
+    reference.radiance_sum[i] += radiance;
+    reference.squared_sum[i] += radiance * radiance;
   }
   ++reference.images;
 }
 
 double standard_error(const Reference& reference, const Output& output) {
-  const DisplayImage below = shown_beside(reference, output, -1), above = shown_beside(reference, output, 1);
+  const DisplayImage below = displayed_mean(reference, output, -1), above = displayed_mean(reference, output, 1);
   double sum = 0;
   const std::size_t row = 3 * std::size_t{reference.width};
   for (std::size_t first = 0; first < above.codes.size(); first += row) {
@@ -79,6 +79,8 @@ double standard_error(const Reference& reference, const Output& output) {
   return std::sqrt(sum / static_cast<double>(above.codes.size())) / codes_per_level;
 }
 
-DisplayImage to_display(const Reference& reference, const Output& output) { return shown_beside(reference, output, 0); }
+DisplayImage to_display(const Reference& reference, const Output& output) {
+  return displayed_mean(reference, output, 0);
+}
 
 }  // namespace tracer

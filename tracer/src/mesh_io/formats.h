@@ -1,6 +1,6 @@
 #pragma once
-/// The readers of mesh files, one a format, and how a file is told; see tracer/mesh_file.h for what they keep. Each
-/// fails with a sentence that begins with the place.
+/// One reader per mesh format, and format detection; see tracer/mesh_file.h. Each reader fails with a sentence that
+/// begins with the position.
 
 #include <cstdint>
 #include <span>
@@ -15,8 +15,8 @@ namespace tracer::mesh_io {
 using Bytes = std::span<const std::uint8_t>;
 using MeshOrRefusal = Result<Mesh, std::string>;
 
-/// Wavefront OBJ, "Object Files (.obj)", Advanced Visualizer manual, appendix B1. The first word that is no comment is
-/// a keyword of it.
+/// Wavefront OBJ, "Object Files (.obj)", Advanced Visualizer manual, appendix B1. Detected if the first token outside
+/// of comments is one of its keywords.
 bool is_obj(Bytes bytes);
 MeshOrRefusal read_obj(Bytes bytes, const Limits& limits, bool smooth);
 
@@ -24,8 +24,8 @@ MeshOrRefusal read_obj(Bytes bytes, const Limits& limits, bool smooth);
 bool is_ply(Bytes bytes);
 MeshOrRefusal read_ply(Bytes bytes, const Limits& limits);
 
-/// 3D Systems, StereoLithography interface specification, 1989. Binary files are told by their size, for many begin
-/// with the word of the ASCII ones.
+/// 3D Systems, StereoLithography interface specification, 1989. Binary files are detected by their size, because many
+/// begin with the keyword of ASCII files.
 bool is_binary_stl(Bytes bytes);
 MeshOrRefusal read_binary_stl(Bytes bytes, const Limits& limits);
 bool is_ascii_stl(Bytes bytes);

@@ -32,7 +32,7 @@ Result<Mesh, std::string> read_mesh_file(std::span<const std::uint8_t> bytes, co
   }
 }
 
-void give_missing_normals(Mesh& mesh, const Limits& limits) {
+void add_missing_normals(Mesh& mesh, const Limits& limits) {
   if (mesh.normals.empty()) return;
   std::vector<bool> missing;
   missing.reserve(mesh.normals.size());
@@ -45,11 +45,11 @@ void give_missing_normals(Mesh& mesh, const Limits& limits) {
   for (auto& triangle : mesh.triangles) {
     const Vec3 a = mesh.positions[triangle[0]];
     const Vec3 across = cross(normalize(mesh.positions[triangle[1]] - a), normalize(mesh.positions[triangle[2]] - a));
-    // A face without area is met by no ray: any direction will do.
+    // No ray intersects a degenerate face: any direction is valid.
     const Vec3 normal = max_component(abs(across)) > 0 ? normalize(across) : Vec3{0, 0, 1};
     for (std::uint32_t& corner : triangle) {
       if (corner >= missing.size() || !missing[corner]) continue;
-      if (max_component(abs(mesh.normals[corner])) < limits.length_min) {  // the first face to ask keeps the vertex
+      if (max_component(abs(mesh.normals[corner])) < limits.length_min) {  // the first such face keeps the vertex
         mesh.normals[corner] = normal;
       } else if (mesh.normals[corner] != normal) {
         mesh.positions.push_back(mesh.positions[corner]);

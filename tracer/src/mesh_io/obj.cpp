@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 
-/// Indices from 0; `none` where the file gives none.
+/// Indices from 0; `none` if the file has none.
 struct Corner {
   std::uint32_t position = none, uv = none, normal = none;
   bool operator<(const Corner& other) const {
@@ -31,13 +31,13 @@ class ObjReader {
 
   MeshOrRefusal read() {
     do {
-      const std::size_t line = words_.line();  // that a joined line begins on
+      const std::size_t line = words_.line();  // the first of joined lines
       if (!read_line()) return at_line(line, refusal_);
     } while (words_.next_line());
     if (mesh_.triangles.empty()) return std::string("has no faces");
     if (smooth_ && has_uvs_ && !has_normals_) add_smooth_normals();
     make_vertices();
-    give_missing_normals(mesh_, limits_);
+    add_missing_normals(mesh_, limits_);
     return std::move(mesh_);
   }
 
@@ -47,7 +47,7 @@ class ObjReader {
     return refusal_.empty();
   }
 
-  /// What is not geometry is passed by, materials and the files they name too.
+  /// Skips everything but geometry, including material files.
   bool read_line() {
     const std::string_view keyword = words_.word();
     if (keyword == "v") return read_vector(positions_);
@@ -57,7 +57,7 @@ class ObjReader {
     return true;
   }
 
-  /// Of this line; empty where a comment begins.
+  /// Next token of this line; empty at its end and at a comment.
   std::string_view next_word() {
     const std::string_view word = words_.next_token_across_continuations();
     return word.starts_with('#') ? std::string_view() : word;
@@ -69,7 +69,7 @@ class ObjReader {
     return refuse(word.empty() ? "a number is missing" : in_quotes(word) + " is no number");
   }
 
-  /// What follows (weight, colour) is not read.
+  /// Ignores the rest of the line (weight, color).
   bool read_vector(std::vector<Vec3>& vectors) {
     Vec3& v = vectors.emplace_back();
     return read_number(v.x) && read_number(v.y) && read_number(v.z) && refuse(refusal_of(v, limits_));
@@ -78,7 +78,7 @@ class ObjReader {
   bool read_uv() {
     Vec2& uv = uvs_.emplace_back();
     if (!read_number(uv.x)) return false;
-    const std::string_view second = next_word();  // v is 0 where it is not given
+    const std::string_view second = next_word();  // v is optional, default 0
     if (!second.empty() && !parse_number(second, uv.y)) return refuse(in_quotes(second) + " is no number");
     return refuse(refusal_of(uv, limits_));
   }
@@ -98,7 +98,7 @@ class ObjReader {
     return refuse(add_polygon(polygon_, polygon_positions_, limits_, mesh_.triangles));
   }
 
-  /// v, v/vt, v//vn or v/vt/vn
+  /// Forms: v, v/vt, v//vn, v/vt/vn.
   bool read_corner(std::string_view word, Corner& corner) {
     const std::string_view whole = word;
     const auto next_part = [&word] {
@@ -114,7 +114,7 @@ class ObjReader {
            (normal.empty() || read_index(normal, normals_.size(), "normals", corner.normal));
   }
 
-  /// From 1 on; -1 is the last so far.
+  /// Positive indices count from 1, negative ones back from the last element so far (-1).
   bool read_index(std::string_view word, std::size_t count, const char* of, std::uint32_t& index) {
     double number = 0;
     const auto most = static_cast<double>(count);
@@ -128,8 +128,8 @@ class ObjReader {
     return true;
   }
 
-  /// By position: a vertex that is cut in two for its uvs is still one corner of the surface. Area-weighted, as the
-  /// tracer makes them of meshes without normals.
+  /// Area-weighted normals per position: a vertex that is split at a uv seam is still one point of the surface. The
+  /// same formula as for meshes without normals.
   void add_smooth_normals() {
     normals_.assign(positions_.size(), {});
     for (const auto& triangle : mesh_.triangles) {
@@ -161,7 +161,7 @@ class ObjReader {
   std::string refusal_;
   std::vector<Vec3> positions_, normals_;
   std::vector<Vec2> uvs_;
-  std::vector<Corner> corner_points_;  ///< of all faces; the mesh's triangles point at them until they are welded
+  std::vector<Corner> corner_points_;  ///< of all faces; triangles index them until they are welded
   std::vector<std::uint32_t> polygon_;
   std::vector<Vec3> polygon_positions_;
   bool has_uvs_ = false, has_normals_ = false;

@@ -1,6 +1,6 @@
 #pragma once
-/// What every mesh reader asks of the numbers and polygons it meets. Each answer is the sentence that refuses them, or
-/// empty when all is well.
+/// Checks of numbers and polygons shared by all mesh readers. Each returns a sentence for an invalid value, or an empty
+/// string.
 
 #include <array>
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace tracer::mesh_io {
 std::string refusal_of(const Vec3& vector, const Limits& limits);  ///< positions and normals: |coordinate| in bounds
 std::string refusal_of(const Vec2& uv, const Limits& limits);
 
-/// Appends the triangles of a polygon, each three of `indices`; `corners` are its positions, in the same order.
+/// Appends the triangles of a polygon as elements of `indices`; `corners` are its positions, in the same order.
 std::string add_polygon(std::span<const std::uint32_t> indices, std::span<const Vec3> corners, const Limits& limits,
                         std::vector<std::array<std::uint32_t, 3>>& triangles);
 

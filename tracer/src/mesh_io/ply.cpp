@@ -15,7 +15,7 @@ namespace {
 using ply::Element;
 using ply::Property;
 
-/// The numbers of a vertex that are kept, and the names under which programs write them.
+/// Vertex properties that are read, and their names in files.
 enum Slot : std::size_t { x, y, z, nx, ny, nz, u, v, slots };
 struct SlotName {
   std::string_view name;
@@ -46,7 +46,7 @@ class PlyReader {
     if (!make_triangles()) return "face " + std::to_string(face_) + ": " + refusal_;
     if (mesh_.triangles.empty()) return std::string("has no faces");
     drop_unused_vertices();
-    give_missing_normals(mesh_, limits_);
+    add_missing_normals(mesh_, limits_);
     return std::move(mesh_);
   }
 
@@ -100,7 +100,7 @@ class PlyReader {
     mesh_.positions.reserve(element.count);
     if (has_normals) mesh_.normals.reserve(element.count);
     if (has_uvs) mesh_.uvs.reserve(element.count);
-    std::array<double, slots + 1> row{};  // the last takes what is not kept
+    std::array<double, slots + 1> row{};  // the last slot holds ignored properties
     for (std::uint64_t vertex = 0; vertex < element.count; ++vertex) {
       for (std::size_t i = 0; i < element.properties.size(); ++i) {
         const Property& property = element.properties[i];
@@ -117,7 +117,7 @@ class PlyReader {
     return true;
   }
 
-  /// Kept as they are until all positions are known: the faces may come first.
+  /// Stored until all positions are read: faces may come first.
   bool read_faces(const Element& element) {
     const auto corner_lists = std::count_if(element.properties.begin(), element.properties.end(), is_corner_list);
     if (corner_lists != 1) return refuse("the element \"face\" must have one list vertex_indices");
@@ -164,8 +164,8 @@ class PlyReader {
     return true;
   }
 
-  /// Each index makes a triangle with the two before it, wound the other way every other time; -1 begins anew. Strips
-  /// are joined by repeating indices: what has two alike is no triangle.
+  /// Each index forms a triangle with the two before it, with alternating winding; -1 starts a new strip. Strips may be
+  /// joined by repeated indices, which give no triangle.
   bool read_strip(const Property& list) {
     std::uint64_t length = 0;
     if (!read_length(list, length)) return false;
@@ -200,7 +200,7 @@ class PlyReader {
     return true;
   }
 
-  /// Triangles of strips come first, then the faces in their order.
+  /// Triangles of strips come first, then the faces in file order.
   bool make_triangles() { return take_triangles() && cut_polygons(); }
 
   bool take_triangles() {
@@ -235,7 +235,7 @@ class PlyReader {
     return true;
   }
 
-  /// They are no part of any surface, but would count for the scene's extent and for memory.
+  /// Removes unused positions: they would increase the scene's extent and memory.
   void drop_unused_vertices() {
     std::vector<bool> used(mesh_.positions.size());
     for (const auto& triangle : mesh_.triangles)
@@ -263,10 +263,10 @@ class PlyReader {
   const Limits& limits_;
   ply::Values values_;
   std::string refusal_;
-  std::vector<std::array<std::uint32_t, 3>> faces_;  ///< that are triangles, up to the first that is none
-  std::vector<std::uint32_t> corner_points_;         ///< of all other faces, one behind the other
-  std::vector<std::size_t> ends_;                    ///< of each of these, in `corner_points_`
-  std::size_t face_ = 0;                             ///< counted from 0, as they are in the file
+  std::vector<std::array<std::uint32_t, 3>> faces_;  ///< all faces up to the first that is not a triangle
+  std::vector<std::uint32_t> corner_points_;         ///< of all other faces, concatenated
+  std::vector<std::size_t> ends_;                    ///< end of each of these in `corner_points_`
+  std::size_t face_ = 0;                             ///< index of the current face in the file
   Mesh mesh_;
 };
 

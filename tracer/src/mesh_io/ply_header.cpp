@@ -116,7 +116,7 @@ class HeaderReader {
     return true;
   }
 
-  static constexpr std::size_t elements_max = 1000;  // files have two or three, and each is compared with all
+  static constexpr std::size_t elements_max = 1000;  // files have two or three; name comparison is quadratic
 
   Words& words_;
   Header header_;

@@ -1,5 +1,5 @@
 #pragma once
-/// What the text at the beginning of a PLY file says of the data behind it.
+/// Header of a PLY file.
 
 #include <cstdint>
 #include <optional>
@@ -20,13 +20,13 @@ constexpr std::size_t bytes_of(Type type) {
 struct Property {
   std::string name;
   Type type = Type::float32;
-  std::optional<Type> count{};  ///< of a list: of what type its length is, an integer
+  std::optional<Type> count{};  ///< list: integer type of its length
 };
 
 struct Element {
   std::string name;
-  std::uint64_t count = 0;           ///< as declared; nothing has been held against the file yet
-  std::vector<Property> properties;  ///< at least one where there are any rows
+  std::uint64_t count = 0;           ///< as declared, not checked against the file size
+  std::vector<Property> properties;  ///< at least one if `count` > 0
 };
 
 enum class Encoding : std::uint8_t { ascii, little_endian, big_endian };
@@ -36,7 +36,7 @@ struct Header {
   std::vector<Element> elements;  ///< in the order of the data; no name twice
 };
 
-/// Leaves `words` at the data. Fails with a sentence that begins with the line.
+/// Advances `words` to the data. Fails with a sentence that begins with the line.
 Result<Header, std::string> read_header(Words& words);
 
 }  // namespace tracer::mesh_io::ply

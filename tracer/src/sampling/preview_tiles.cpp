@@ -9,7 +9,7 @@
 
 namespace tracer {
 
-std::optional<Image> Preview::look(std::uint32_t side) {
+std::optional<Image> Preview::snapshot(std::uint32_t side) {
   const std::unique_lock lock(mutex_, std::try_to_lock);
   if (!lock || tiles_ == nullptr) return std::nullopt;
   return tiles_->read(side);

@@ -1,4 +1,4 @@
-/// What an image's accuracy is where its document leaves it open.
+/// Target errors of the presets.
 
 #include "tracer/accuracy.h"
 

@@ -8,7 +8,7 @@
 namespace tracer {
 namespace {
 
-constexpr std::size_t issues_max = 1000;  // more than anyone reads; a broken mesh could have millions
+constexpr std::size_t issues_max = 1000;  // bounds the response: a broken mesh could have millions of issues
 
 }  // namespace
 
@@ -101,7 +101,7 @@ bool Checks::not_negative(const Where& where, double value) {
 bool Checks::color(const Where& where, const Color& value) {
   const double lowest = std::min({value.r, value.g, value.b});
   const double highest = std::max({value.r, value.g, value.b});
-  const double sum = value.r + value.g + value.b;  // NaN hides from min and max
+  const double sum = value.r + value.g + value.b;  // min and max ignore NaN
   if (lowest >= 0 && highest <= limits.value_max && !std::isnan(sum)) return true;
   if (!std::isfinite(value.r) || !std::isfinite(value.g) || !std::isfinite(value.b)) {
     return tell(where, "not_finite", "every channel must be a finite number");
@@ -127,7 +127,7 @@ bool Checks::count(const Where& where, std::uint64_t value, std::uint64_t bound,
 
 namespace {
 
-/// A length of about 1, so that products neither overflow nor vanish.
+/// `v` scaled to a length of about 1, so that products neither overflow nor underflow.
 Vec3 scaled_to_one(const Vec3& value) {
   const double largest = largest_component(value);
   const Vec3 v{value.x / largest, value.y / largest, value.z / largest};

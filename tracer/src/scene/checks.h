@@ -1,6 +1,5 @@
 #pragma once
-/// The rules that values of a scene must keep, each told as an issue with its place. Used by the files
-/// validate*.cpp only.
+/// Rules for the values of a scene. Each violation is reported as an issue with its path. Used by validate*.cpp only.
 
 #include <array>
 #include <cstddef>
@@ -18,8 +17,8 @@
 
 namespace tracer {
 
-/// A place in the document, as a chain on the stack: text is made of it only when there is something to tell.
-/// The outermost one holds a finished pointer ("/objects", "/materials/red").
+/// A path in the document, as a chain on the stack: it is converted to text only for an issue. The outermost element
+/// holds a complete pointer ("/objects", "/materials/red").
 struct Where {
   const Where* parent = nullptr;
   std::string_view name{};
@@ -34,8 +33,8 @@ struct Where {
 /// Shortest text that reads back as the same number.
 std::string text_of(double value);
 
-/// Each check tells what is wrong and answers whether all is well, so that rules between values are asked only of
-/// values that are right in themselves.
+/// Each check reports a violation and returns true if there is none, so that rules between values are checked only for
+/// values that are valid themselves.
 class Checks {
  public:
   Checks(const Limits& scene_limits, const std::function<bool(const Issue&)>& known_issues)
@@ -114,11 +113,11 @@ class FieldChecks {
   const Where& owner_;
 };
 
-/// The shapes, materials and transforms of one list, `where` being its place (validate_objects.cpp). False: a transform
-/// is wrong, so that what it makes of its object need not be asked.
+/// Checks the shapes, materials and transforms of one list at the path `where` (validate_objects.cpp). Returns false if
+/// a transform is invalid, so that the transformed objects cannot be checked.
 bool check_object_list(Checks& checks, const Scene& scene, const Where& where, const std::vector<Object>& objects);
 
-/// Objects, prototypes and what they amount to when instances are counted out (validate_instances.cpp).
+/// Checks objects, prototypes and their totals after instancing (validate_instances.cpp).
 void check_objects(Checks& checks, const Scene& scene);
 
 }  // namespace tracer

@@ -1,5 +1,5 @@
 #pragma once
-/// Objects where instances and transforms put them.
+/// Objects after instancing, with their transforms to world space.
 
 #include <cassert>
 #include <cstddef>
@@ -15,17 +15,17 @@ inline Affine affine(const Transform& t) {
           {r[0][3], r[1][3], r[2][3]}};
 }
 
-/// An object of the scene or of a prototype, as often as it is placed.
+/// One placement of an object of the scene or of a prototype.
 struct Placed {
   const Shape& shape;  ///< never an Instance
   MaterialId material;
-  Affine world_from_object;  ///< exactly the identity where nothing transforms it
-  std::string_view group;    ///< where the document lists it: "/objects", or its prototype
-  std::size_t index;         ///< its place there
+  Affine world_from_object;  ///< exactly the identity without transforms
+  std::string_view group;    ///< JSON pointer of its list: "/objects", or its prototype
+  std::size_t index;         ///< index in that list
 };
 
-/// Calls visit(Placed) for every object, prototypes' objects once for each instance, in the document's order.
-/// Precondition: handles are valid and prototypes are not in a circle; the depth of recursion is that of the instances.
+/// Calls visit(Placed) for every object, prototypes' objects once per instance, in document order. The depth of
+/// recursion is that of the instances. Precondition: handles are valid and prototypes have no cycle.
 template <class Visit>
 void for_each_placed(const Scene& scene, const std::vector<Object>& objects, std::string_view group,
                      const Affine& world_from_group, const std::optional<MaterialId>& material, const Visit& visit) {

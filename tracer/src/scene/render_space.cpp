@@ -6,7 +6,7 @@
 namespace tracer {
 namespace {
 
-/// Corners of the box around an image of a standard shape that itself lies within [low, high].
+/// Corners of the bounding box of a transformed standard shape that itself lies within [low, high].
 void include_box(Bounds& bounds, const Affine& world_from_standard, const Vec3& low, const Vec3& high) {
   for (int corner = 0; corner < 8; ++corner) {
     bounds.include(world_from_standard.point(
@@ -52,7 +52,7 @@ Bounds finite_bounds(const Scene& scene) {
 
 RenderSpace::RenderSpace(const Bounds& bounds) {
   const double extent = max_component(bounds.high - bounds.low);
-  // A single point has no extent: any power of two will do, and one keeps lengths as they are.
+  // A single point has no extent: any power of two is valid, and 1 preserves lengths.
   const int exponent = extent > 0 ? std::ilogb(extent) + 1 : 0;
   const double half = std::ldexp(1.0, exponent - 1);
   origin_ = extent > 0 ? bounds.low + Vec3{half, half, half} : bounds.low;

@@ -1,7 +1,7 @@
 #pragma once
-/// The frame rays are traced in: the world moved so that the scene surrounds the origin, and scaled by a power of two
-/// so that it spans about one unit. The scaling is exact, so an image is bit-identical under scaling by 2^k; Embree's
-/// floats then never see a coordinate that is far from the origin or out of the range in which its triangles are right.
+/// Coordinate system of rays: world space translated so that the scene surrounds the origin, and scaled by a power of
+/// two so that it spans about one unit. The scaling is exact, so an image is bit-identical under scaling by 2^k, and
+/// Embree's float coordinates stay close to the origin and within the range in which its triangle tests are accurate.
 
 #include "tracer/src/math/bounds.h"
 

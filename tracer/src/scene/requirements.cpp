@@ -46,7 +46,7 @@ class Finder {
   }
 
  private:
-  /// Up to this many, a ray to each costs less than finding out which can be spared.
+  /// Up to this number, tracing a shadow ray to each light costs less than culling.
   static constexpr std::size_t few_lights = 64;
 
   [[nodiscard]] bool exact_shadows() const { return approximate_.shadows == Approximations::Shadows::exact; }
@@ -60,7 +60,7 @@ class Finder {
     if (needed && !(needs_.*what)) need(what, true, std::string(list) + std::to_string(index));
   }
 
-  /// A texture that `what` stands for.
+  /// Reports the requirements of the texture of `what`.
   void look_at(bool Requirements::*what, TextureId texture, std::string_view where) {
     need(what, true, where);
     need(&Requirements::filtered_textures, scene_.textures[texture.index].filter == Texture::Filter::mipmap, where);
@@ -80,7 +80,7 @@ class Finder {
     const bool refracts = transmits && material.transparency == Material::Transparency::refract;
     const std::string_view where = material.path;
     need(&Requirements::refraction, branches && transmits, where);
-    // Without Fresnel, total internal reflection still turns transmitted weight into reflected weight.
+    // Without Fresnel, total internal reflection still converts transmitted to reflected throughput.
     need(&Requirements::reflection, branches && (material.reflection > 0 || refracts), where);
     const bool goes_on = approximate_.reflections != Reflections::none && (transmits || material.reflection > 0);
     need(&Requirements::fresnel, material.fresnel && goes_on, where);
@@ -117,7 +117,7 @@ class Finder {
   std::vector<RequirementReason>* reasons_;
   Requirements needs_;
   std::optional<std::size_t> caster_;             ///< the first light that casts shadows
-  std::optional<std::string_view> transmissive_;  ///< the first material that lets light through
+  std::optional<std::string_view> transmissive_;  ///< the first transmissive material
   bool solid_seen_ = false;
 };
 

@@ -11,11 +11,11 @@ double area(const Vec2& a, const Vec2& b, const Vec2& c) {
   return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
-/// The polygon along the axis in which its Newell normal is largest, turned so that it winds to the left.
-/// Sutherland, Sproull, Schumacker 1974, "A characterization of ten hidden-surface algorithms", appendix.
+/// Projection of the polygon along the dominant axis of its Newell normal, oriented counter-clockwise.
+/// (Sutherland, Sproull, Schumacker 1974, "A characterization of ten hidden-surface algorithms", appendix.)
 std::vector<Vec2> flatten(std::span<const Vec3> corners) {
   Vec3 normal;
-  const Vec3& origin = corners[0];  // near the polygon, so that far away from 0 nothing cancels
+  const Vec3& origin = corners[0];  // close to the polygon: avoids cancellation far from 0
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const Vec3& a = corners[i];
     const Vec3& b = corners[(i + 1) % corners.size()];
@@ -42,7 +42,7 @@ bool is_fan(const std::vector<Vec2>& polygon) {
   return true;
 }
 
-/// What is left of a polygon while ears are cut off: a ring of corners that knows which of them are ears.
+/// Remaining polygon during ear clipping: a ring of corners with a flag for ears.
 class Ring {
  public:
   explicit Ring(std::vector<Vec2> polygon) : points_(std::move(polygon)), size_(points_.size()) {
@@ -50,7 +50,7 @@ class Ring {
     for (std::size_t i = 0; i < size_; ++i) corner_points_[i].ear = is_ear(i);
   }
 
-  /// Removes an ear and returns its triangle. Where there is none (the polygon meets itself), any corner will do.
+  /// Removes an ear and returns its triangle; any corner if there is no ear (a self-intersecting polygon).
   std::array<std::uint32_t, 3> cut() {
     std::size_t corner = somewhere_;
     for (std::size_t step = 0; step < size_ && !corner_points_[corner].ear; ++step)

@@ -11,7 +11,7 @@
 namespace tracer {
 namespace {
 
-constexpr double exposure_max = 100;  // stops: 2^100 is value_max, so the darkest and brightest images can be shown
+constexpr double exposure_max = 100;  // stops: 2^100 is value_max, so the darkest and brightest images can be displayed
 
 bool check_crop(Checks& checks, const Where& where, const ImageSize& image) {
   const PixelWindow& crop = *image.crop;
@@ -188,7 +188,7 @@ void check_material(Checks& checks, const Material& material, std::size_t textur
   checks.not_negative({where, "ambient"}, material.ambient);
   checks.not_negative({where, "diffuse"}, material.diffuse);
   checks.not_negative({where, "specular"}, material.specular);
-  const Where shininess(where, "shininess");  // no upper bound: 1e308 is a mirror's highlight
+  const Where shininess(where, "shininess");  // no upper bound
   if (checks.finite(shininess, material.shininess) && material.shininess < 0) {
     checks.tell(shininess, "out_of_range", "must be >= 0, got " + text_of(material.shininess));
   }
@@ -236,7 +236,7 @@ void check_adaptive(Checks& checks, const Where& accuracy, const Adaptive& adapt
   }
 }
 
-/// Those that every pixel gets are within the limit; more are an adaptive image's own affair.
+/// Checks the minimum number of samples of every pixel; adaptive sampling may take more.
 void check_samples(Checks& checks, const Where& where, const Accuracy& accuracy, std::uint64_t pixels) {
   const std::uint32_t samples = accuracy.adaptive ? accuracy.adaptive->samples_min : accuracy.samples;
   if (samples == 0) {

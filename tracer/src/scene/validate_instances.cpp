@@ -1,4 +1,4 @@
-/// Prototypes and their instances: where they lead, and what they amount to when counted out.
+/// Validates prototypes and instances: references, cycles, and totals after instancing.
 
 #include <algorithm>
 #include <cmath>
@@ -14,16 +14,16 @@
 namespace tracer {
 namespace {
 
-/// What a list of objects amounts to. Doubles, so that a tower of instances cannot overflow a count.
+/// Totals of a list of objects. Doubles, so that nested instances cannot overflow a count.
 struct Extent {
   double objects = 0, triangles = 0;
-  double reach = 0;         ///< no coordinate in it is larger
-  double shrink = 1;        ///< no length in it is multiplied by less
-  double condition = 1;     ///< no transform in it, its own and those around it multiplied, has a larger one
-  std::uint32_t depth = 0;  ///< of instances within instances
+  double reach = 0;         ///< upper bound of the coordinates
+  double shrink = 1;        ///< lower bound of the scaling of lengths
+  double condition = 1;     ///< upper bound of the condition numbers of the products of transforms
+  std::uint32_t depth = 0;  ///< nesting of instances
 };
 
-double norm(const Linear& m) {  // of the largest coordinate's growth: the largest row sum
+double norm(const Linear& m) {  // maximum norm: the largest row sum
   return std::max({std::abs(m.x.x) + std::abs(m.y.x) + std::abs(m.z.x),
                    std::abs(m.x.y) + std::abs(m.y.y) + std::abs(m.z.y),
                    std::abs(m.x.z) + std::abs(m.y.z) + std::abs(m.z.z)});
@@ -31,7 +31,7 @@ double norm(const Linear& m) {  // of the largest coordinate's growth: the large
 
 double frobenius(const Linear& m) { return std::hypot(length(m.x), length(m.y), length(m.z)); }
 
-/// Whether a transform on the way to a shape is singular when those around it are applied too.
+/// True if the product of the transforms of a shape is singular.
 bool flattens(const Scene& scene, const Object& object, const Linear& world_from_group) {
   const Linear m = object.transform ? world_from_group * affine(*object.transform).linear : world_from_group;
   if (is_singular(m)) return true;
@@ -46,7 +46,7 @@ class Counting {
   Counting(Checks& checks, const Scene& scene)
       : checks_(checks), scene_(scene), extents_(scene.prototypes.size()), states_(scene.prototypes.size()) {}
 
-  /// False when an instance leads nowhere or round in a circle, or too deep, which has been told.
+  /// False after an invalid reference, a cycle or too deep nesting was reported.
   bool count(const std::vector<Object>& objects, const Where& where, std::uint32_t depth, Extent& total) {
     bool all_well = true;
     for (std::size_t i = 0; i < objects.size(); ++i) {
@@ -66,7 +66,7 @@ class Counting {
     return all_well;
   }
 
-  /// Those that no instance places too: what leads in a circle is a mistake wherever it stands.
+  /// Checks unused prototypes too: a cycle is an error everywhere.
   bool count_prototypes() {
     bool all_well = true;
     for (std::uint32_t index = 0; index < extents_.size(); ++index) {
@@ -79,7 +79,7 @@ class Counting {
  private:
   enum class State : std::uint8_t { unseen, open, counted, bad };
 
-  /// Coordinates beyond the limit before any transform have been told with their shape.
+  /// Coordinates beyond the limit before any transform have been reported with their shape.
   [[nodiscard]] Extent own_extent(const Shape& shape) const {
     const auto* mesh = std::get_if<Mesh>(&shape);
     const bool triangle = std::holds_alternative<Triangle>(shape);
@@ -110,7 +110,7 @@ class Counting {
     if (states_[index] == State::open)
       return checks_.tell(of, "circular_reference", "the prototype holds itself: instances go round in a circle");
     if (states_[index] == State::bad) return false;
-    // Asked before going deeper: the recursion is never deeper than the limit.
+    // Checked before the recursion, so its depth is at most the limit.
     if (depth + extents_[index].depth > checks_.limits.instance_depth)
       return checks_.over(of, "instance_depth", std::to_string(checks_.limits.instance_depth), "more");
     if (states_[index] == State::unseen) {
@@ -147,15 +147,15 @@ void check_objects(Checks& checks, const Scene& scene) {
   };
   const bool few = checks.count(objects, saturated(total.objects), checks.limits.objects, "objects");
   checks.count(objects, saturated(total.triangles), checks.limits.triangles, "triangles");
-  // Shapes within the limits may leave them when transformed. Not-a-number has been told above.
+  // Shapes within the limits may exceed them when transformed. NaN has been reported above.
   if (total.reach > checks.limits.coordinate_max)
     checks.over(objects, "coordinate_max", text_of(checks.limits.coordinate_max),
                 text_of(total.reach) + " with the transforms applied");
   if (total.shrink < checks.limits.length_min)
     checks.over(objects, "length_min", text_of(checks.limits.length_min),
                 text_of(total.shrink) + " with the transforms applied");
-  // Columns of a product span at least the inverse square of its condition, which is at most the factors' product: only
-  // above that need every place be looked at. (NaN: an inverse overflowed.)
+  // Columns of a product span at least the inverse square of its condition number, which is at most the product of the
+  // factors': placements are checked one by one only above that bound. (NaN: an inverse overflowed.)
   if (!few || total.condition <= 0x1p24) return;
   for (std::size_t i = 0; i < scene.objects.size(); ++i)
     if (std::holds_alternative<Instance>(scene.objects[i].shape) && flattens(scene, scene.objects[i], {}))

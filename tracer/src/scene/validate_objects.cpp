@@ -1,4 +1,4 @@
-/// What shapes must be: finite, not degenerate, and pointing at things that exist.
+/// Validates shapes: finite, not degenerate, with valid references.
 
 #include <cstdint>
 #include <string>
@@ -39,9 +39,9 @@ void check_per_position(Checks& checks, const Where& where, const std::vector<At
                   std::to_string(values.size()));
 }
 
-/// Triangles without area are allowed: meshes of the real world have them, and no ray meets them.
+/// Degenerate triangles are valid: many mesh files contain them, and no ray intersects them.
 void check_shape(Checks& checks, const Where& object, const Mesh& mesh) {
-  if (mesh.file) return;  // what is in it is not known yet
+  if (mesh.file) return;  // not read yet
   const Where positions(object, "positions");
   const Where normals(object, "normals");
   const Where uvs(object, "uvs");
@@ -54,7 +54,7 @@ void check_shape(Checks& checks, const Where& object, const Mesh& mesh) {
   if (mesh.triangles.empty()) checks.tell(object, "degenerate", "the mesh has no triangles");
 }
 
-/// Where it leads is checked with all prototypes at once.
+/// The reference is checked with all prototypes at once.
 void check_shape(Checks& checks, const Where& object, const Instance& instance) {
   (void)checks, (void)object, (void)instance;
 }
