@@ -1,5 +1,5 @@
 #pragma once
-/// Where camera rays start and go.
+/// Camera in render space: generates rays and projects points.
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +15,7 @@ namespace tracer {
 class CompiledCamera {
  public:
   struct CameraRay {
-    Vec3 origin, direction;  ///< trace frame; unit
+    Vec3 origin, direction;  ///< render space; unit direction
   };
 
   CompiledCamera(const Camera& camera, const ImageSize& image, const RenderSpace& frame)
@@ -40,8 +40,8 @@ class CompiledCamera {
 
   [[nodiscard]] const Vec3& position() const { return position_; }
 
-  /// The ray through the image position (x, y), in pixels of the full image from its upper left corner, and the
-  /// centre of the lens.
+  /// The ray through the image position (x, y), in pixels of the full image from its upper left corner, and the center
+  /// of the lens.
   [[nodiscard]] CameraRay generate_ray(double x, double y) const {
     const double across = left_ + x, above = top_ - y;
     switch (type_) {
@@ -57,7 +57,7 @@ class CompiledCamera {
     return {position_, unit(level * std::cos(latitude) + up_ * std::sin(latitude))};
   }
 
-  /// Where aimed rays go, one array for each component.
+  /// Output of generate_rays, one array per component.
   struct CameraRaySpan {
     double *ox, *oy, *oz, *dx, *dy, *dz;
     void put(std::size_t i, const CameraRay& generate_ray) const {
@@ -69,11 +69,11 @@ class CompiledCamera {
       dz[i] = generate_ray.direction.z;
     }
   };
-  /// aim(x[i], y[i]) for `count` positions, into `to`.
+  /// generate_ray(x[i], y[i]) for `count` positions.
   void generate_rays(const double* x, const double* y, std::size_t count, const CameraRaySpan& to) const;
 
-  /// `aim` through the point of the lens that `xi`, in [0,1)^2, stands for; (1/2, 1/2) is its centre. All rays of an
-  /// image position meet where the one through the centre is in focus.
+  /// The ray through the point of the lens given by `xi` in [0,1)^2; (1/2, 1/2) is its center. All rays of an image
+  /// position intersect at the focus of the ray through the center.
   [[nodiscard]] CameraRay generate_ray(double x, double y, const Vec2& xi) const {
     const CameraRay central = generate_ray(x, y);
     Vec3 right = right_, up = up_;
@@ -88,9 +88,9 @@ class CompiledCamera {
     return {central.origin + offset, normalize(focus - offset)};
   }
 
-  /// Where in the image a point of the trace frame is seen through the centre of the lens, as `aim` counts; nothing
-  /// for what lies behind the camera.
-  [[nodiscard]] std::optional<Vec2> seen_at(const Vec3& point) const {
+  /// Projects a point in render space through the center of the lens to an image position as in generate_ray; nothing
+  /// for points behind the camera.
+  [[nodiscard]] std::optional<Vec2> project(const Vec3& point) const {
     const Vec3 offset = point - position_;
     const double ahead = dot(offset, forward_), right = dot(offset, right_), up = dot(offset, up_);
     if (type_ == Camera::Type::panorama) {
@@ -102,9 +102,9 @@ class CompiledCamera {
     return Vec2{right / side - left_, top_ - up / side};
   }
 
-  /// What a pixel covers of a plane across unit `direction`, as the side of a square that begins with `width` (trace
-  /// frame) and grows by `spread` per unit of distance. A panorama's pixels are narrower than high towards the poles:
-  /// the longer side.
+  /// Footprint of a pixel on a plane perpendicular to the unit `direction`: side of a square that starts with `width`
+  /// (render space) and grows by `spread` per unit of distance. The longer side for a panorama, whose pixels are
+  /// narrower near the poles.
   struct Footprint {
     double width = 0, spread = 0;
   };
@@ -121,15 +121,14 @@ class CompiledCamera {
     return {0, std::max(latitude_, longitude_ * level)};
   }
 
-  /// Distance along the viewing axis, of what is met at distance `t` along a camera ray; a panorama's axis turns with
-  /// the ray.
+  /// Distance along the viewing axis of the point at distance `t` along a camera ray; for a panorama `t` itself.
   [[nodiscard]] double depth(const Vec3& direction, double t) const {
     return type_ == Camera::Type::panorama ? t : t * dot(direction, forward_);
   }
 
  private:
-  /// Equal areas for equal areas, neighbours for neighbours (Shirley & Chiu 1997, "A low distortion map between disk
-  /// and square").
+  /// Concentric mapping: preserves relative areas and adjacency (Shirley & Chiu 1997, "A low distortion map between
+  /// disk and square").
   static Vec2 disc_from_square(const Vec2& xi) {
     const double a = 2 * xi.x - 1, b = 2 * xi.y - 1;
     if (a == 0 && b == 0) return {};
@@ -142,10 +141,10 @@ class CompiledCamera {
 
   Camera::Type type_;
   Vec3 position_, forward_, right_, up_;
-  double left_ = 0, top_ = 0;                    ///< of the image, in pixels from its middle
-  double pixel_ = 0;                             ///< side: perspective, at distance 1; orthographic, trace frame
-  double longitude_ = 0, latitude_ = 0;          ///< panorama: radians a pixel
-  double lens_radius_ = 0, focus_distance_ = 0;  ///< trace frame
+  double left_ = 0, top_ = 0;            ///< upper left corner in pixels from the image center
+  double pixel_ = 0;                     ///< side of a pixel: perspective, at distance 1; orthographic, render space
+  double longitude_ = 0, latitude_ = 0;  ///< panorama: radians a pixel
+  double lens_radius_ = 0, focus_distance_ = 0;  ///< render space
 };
 
 }  // namespace tracer

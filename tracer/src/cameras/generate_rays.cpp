@@ -4,7 +4,7 @@
 namespace tracer {
 namespace {
 
-/// A perspective camera's directions: aim's arithmetic in its order.
+/// Directions of a perspective camera, with the arithmetic of generate_ray in the same order.
 struct Window {
   Vec3 forward, right, up;
   double left, top, pixel;

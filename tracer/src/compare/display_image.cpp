@@ -17,7 +17,7 @@ float code_of_light(float linear) {
   return linear >= 1 ? 65535 : static_cast<float>(65535 * srgb_from_linear(linear));
 }
 
-/// The decoder gives code / 65535, rounded to a float: the nearest whole number is the code.
+/// The decoder returns code / 65535 as a float: rounding to the nearest integer restores the code.
 float code_of_fraction(float fraction) { return static_cast<float>(std::lround(fraction * 65535.0)); }
 
 }  // namespace

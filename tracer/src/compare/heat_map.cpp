@@ -9,7 +9,7 @@
 namespace tracer {
 namespace {
 
-/// Green 2011, clipped to what a screen has; sRGB codes as fractions. `fraction` is in [0,1].
+/// Color scheme of Green 2011, clipped to the sRGB gamut; codes as fractions. `fraction` is in [0,1].
 std::array<double, 3> cubehelix(double fraction) {
   constexpr double start = 0.5, rotations = -1.5, hue = 1, whole_turn = 6.283185307179586;
   const double angle = whole_turn * (start / 3 + 1 + rotations * fraction);

@@ -1,4 +1,4 @@
-// The figures of a comparison, but for the similarity of structure.
+// All metrics of a comparison except SSIM.
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +9,7 @@
 namespace tracer {
 namespace {
 
-/// Sums over the image, in codes; row by row, so that a row of small differences is not lost in a large sum.
+/// Sums over the image, in codes; row by row, so that small differences are not lost in a large sum.
 struct Sums {
   std::array<double, 3> squares{};
   double difference = 0;
@@ -22,7 +22,7 @@ bool is_worse(const PixelDifference& one, const PixelDifference& other) {
   return one.y != other.y ? one.y < other.y : one.x < other.x;
 }
 
-/// Of all that come, the `most` that are worst.
+/// Collects the `most` worst pixels.
 class Worst {
  public:
   explicit Worst(std::size_t most) : most_(most) {}
@@ -30,7 +30,7 @@ class Worst {
   void offer(const PixelDifference& pixel) {
     if (most_ == 0 || (kept_.size() == most_ && !is_worse(pixel, kept_.front()))) return;
     if (kept_.size() == most_) {
-      std::pop_heap(kept_.begin(), kept_.end(), is_worse);  // the least bad is in front
+      std::pop_heap(kept_.begin(), kept_.end(), is_worse);  // the best of the worst is at the front of the heap
       kept_.pop_back();
     }
     kept_.push_back(pixel);

@@ -1,5 +1,5 @@
 #pragma once
-/// Looking at one pixel of two images of the same size; in codes.
+/// Difference of one pixel of two images of equal size, in codes.
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@ inline double code_at(const DisplayImage& image, std::uint32_t x, std::uint32_t 
   return image.codes[3 * (static_cast<std::size_t>(y) * image.width + x) + channel];
 }
 
-/// Of the three channels.
+/// Maximum over the three channels.
 inline double greatest_difference(const DisplayImage& a, const DisplayImage& b, std::uint32_t x, std::uint32_t y) {
   double greatest = 0;
   for (std::size_t channel = 0; channel < 3; ++channel)

@@ -10,11 +10,11 @@
 namespace tracer {
 namespace {
 
-constexpr std::size_t side = 11;  // of the window
+constexpr std::size_t side = 11;  // window size
 constexpr double sigma = 1.5, range = 255;
 constexpr double c1 = (0.01 * range) * (0.01 * range), c2 = (0.03 * range) * (0.03 * range);
 
-/// The window is a product of two of these, so it is applied to rows first, then to columns. Its sum is 1.
+/// One-dimensional Gaussian with sum 1. The window is separable: it is applied to rows first, then to columns.
 std::array<double, side> gaussian() {
   std::array<double, side> weights{};
   double sum = 0;
@@ -55,7 +55,7 @@ double luma(const DisplayImage& image, std::uint32_t x, std::uint32_t y) {
 
 using Row = std::vector<Moments>;
 
-/// Row y of both images, each window that lies within it.
+/// Row y of both images, filtered horizontally: one element per window.
 Row filtered_row(const DisplayImage& a, const DisplayImage& b, std::uint32_t y,
                  const std::array<double, side>& weights) {
   Row products(a.width);
@@ -74,7 +74,7 @@ Row filtered_row(const DisplayImage& a, const DisplayImage& b, std::uint32_t y,
 std::optional<double> structural_similarity(const DisplayImage& a, const DisplayImage& b) {
   if (a.width < side || a.height < side) return std::nullopt;
   const auto weights = gaussian();
-  std::array<Row, side> rows;  // the last ones, row y at y % side
+  std::array<Row, side> rows;  // ring buffer, row y at y % side
   double sum = 0;
   for (std::uint32_t y = 0; y < a.height; ++y) {
     rows[y % side] = filtered_row(a, b, y, weights);

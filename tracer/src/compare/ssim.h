@@ -1,5 +1,5 @@
 #pragma once
-/// The similarity of structure of two images; see Comparison::ssim.
+/// Structural similarity of two images; see Comparison::ssim.
 
 #include <optional>
 
@@ -7,7 +7,7 @@
 
 namespace tracer {
 
-/// Needs memory for a few rows, not for the image. Precondition: equal sizes.
+/// Allocates memory for a few rows only. Precondition: equal sizes.
 std::optional<double> structural_similarity(const DisplayImage& a, const DisplayImage& b);
 
 }  // namespace tracer

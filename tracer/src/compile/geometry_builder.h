@@ -1,14 +1,13 @@
 #pragma once
-/// Turns placed objects into what rays meet.
+/// Converts instanced scene objects to render-space primitives.
 
 #include "tracer/src/compiled/compiled_scene.h"
 
 namespace tracer {
 
-/// Fills `compiled`'s material_of_object and axes_of_object beside it. Objects are numbered as placed: instances
-/// counted out, in the document's order. `taken`: the scene's own objects, of whose meshes the vertices and triangles
-/// are to become the geometry's; null: they are copied. Precondition: `compiled` has nothing of it yet. Incomplete once
-/// `control` is cancelled.
+/// Also fills `compiled`'s material_of_object and axes_of_object, which must be empty. Objects are numbered after
+/// instancing, in document order. `taken`: the scene's objects, whose meshes are moved into the geometry; null: they
+/// are copied. Incomplete after cancellation.
 GeometrySet build_geometry(const Scene& scene, CompiledScene& compiled, std::vector<Object>* taken,
                            const RenderControl& control);
 

@@ -10,18 +10,18 @@
 namespace tracer {
 namespace {
 
-constexpr float all_white = 1e30f;  // to any curve, and to divide by
+constexpr float all_white = 1e30f;  // white for every curve, and safe as a divisor
 
-/// The sRGB curve above its straight part, in levels, as a polynomial of the number's fourth root, in which it is
-/// nearly one: Chebyshev interpolation of degree 7 over that part, off by 1.3e-4 levels at most in floats. A look-up is
-/// more exact for single numbers, and takes three times as long for many.
+/// The sRGB curve above its linear part, in levels, as a polynomial in the fourth root of the argument: Chebyshev
+/// interpolation of degree 7, with an error of at most 1.3e-4 levels in floats. The table is more accurate, but three
+/// times slower for many numbers.
 WHITTLE_INLINE float curved_levels(float displayed) {
   const float x = std::sqrt(std::sqrt(displayed));
   const float high = ((-17.338027f * x + 91.531325f) * x - 212.61556f) * x + 292.36133f;
   return (((high * x - 285.81657f) * x + 369.81174f) * x + 32.004051f) * x - 14.938329f;
 }
 
-/// Every third number, from the first on.
+/// Every third element, from the first.
 template <bool reinhard>
 WHITTLE_INLINE void show_each(const float* radiance, std::size_t count, float gain, float* __restrict to_display) {
   for (std::size_t i = 0; i < count; ++i) {
@@ -77,7 +77,7 @@ double DisplayTransform::slope(double radiance) const {
 }
 
 double DisplayTransform::slope_between(double a, double b) const {
-  // Nearer than the table is exact, their difference would be noise.
+  // Below the accuracy of the table, the difference would be noise.
   if (std::abs(a - b) * gain_ < 1e-3) return slope(std::min(a, b));
   return (level(a) - level(b)) / (a - b);
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// The scale on which errors are told: what a display is to show, in steps of an 8-bit code, not rounded.
+/// Display values in levels (steps of an 8-bit code, not rounded), the scale of all errors.
 
 #include <array>
 #include <cmath>
@@ -11,31 +11,31 @@
 
 namespace tracer {
 
-/// From linear radiance through exposure, overflow and the sRGB curve to [0, 255]. Read from tables of the curve, exact
-/// to 1e-3 levels: it is asked for every pixel. Any thread.
+/// Maps linear radiance through exposure, overflow and the sRGB curve to [0, 255]. Uses tables of the curve, accurate
+/// to 1e-3 levels, because it is evaluated for every pixel. Any thread.
 class DisplayTransform {
  public:
   /// `brightest`: the image's largest channel, which `overflow: scale` divides by.
   DisplayTransform(const Output& output, double brightest);
 
   [[nodiscard]] double level(double radiance) const { return of(level_, displayed(radiance)); }
-  /// The same of a row of an image, three channels a pixel, into a plane for each, which have room for it.
+  /// The same for a row of RGB pixels, to one plane per channel.
   void show(std::span<const float> rgb, std::array<std::vector<float>, 3>& planes) const;
-  /// Levels per unit of radiance; 0 above what is clamped.
+  /// Derivative: levels per unit of radiance; 0 for clamped radiance.
   [[nodiscard]] double slope(double radiance) const;
-  /// Levels per unit between two radiances, in any order; the slope where they are one.
+  /// Difference quotient between two radiances, in any order; the derivative if they are equal.
   [[nodiscard]] double slope_between(double a, double b) const;
-  /// The radiance from which on everything looks the same; infinite with reinhard.
+  /// Radiance above which the display value is constant; infinite with reinhard.
   [[nodiscard]] double white() const { return white_; }
 
  private:
-  static constexpr int steps = 4096;  ///< of the tables, over the square root of what is displayed
+  static constexpr int steps = 4096;  ///< of the tables, uniform in the square root of the display value
 
   [[nodiscard]] WHITTLE_INLINE double displayed(double radiance) const {
     const double exposed = (radiance > 0 ? radiance : 0) * gain_;
     return reinhard_ ? exposed / (1 + exposed) : exposed < 1 ? exposed : 1.0;
   }
-  /// Between the table's entries on a line.
+  /// Linear interpolation in a table.
   [[nodiscard]] WHITTLE_INLINE static double of(const std::vector<float>& table, double displayed) {
     const double at = std::sqrt(displayed) * steps;
     const int whole = static_cast<int>(at), index = whole < steps ? whole : steps - 1;
@@ -49,7 +49,7 @@ class DisplayTransform {
 
   bool reinhard_ = false;
   double gain_ = 1, white_ = 1;
-  const std::vector<float>&level_, &slope_;  ///< of display values, over their square root
+  const std::vector<float>&level_, &slope_;  ///< tables over the square root of the display value
 };
 
 }  // namespace tracer

@@ -1,4 +1,4 @@
-// The names of the image formats; here and not beside the encoders, so that who only names one needs no OpenImageIO.
+// Names of the image formats, in a library without OpenImageIO.
 #include "tracer/encode.h"
 
 namespace tracer {

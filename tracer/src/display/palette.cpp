@@ -28,7 +28,7 @@ std::uint32_t key_of(const std::uint8_t* code) {
   return std::uint32_t{code[0]} << 16 | std::uint32_t{code[1]} << 8 | code[2];
 }
 
-/// In ascending order of the colours, each once.
+/// Distinct colors in ascending order.
 std::vector<Entry> histogram_of(std::span<const std::uint8_t> codes) {
   std::vector<std::uint32_t> keys;
   keys.reserve(codes.size() / 3);
@@ -60,11 +60,11 @@ std::size_t longest_side(std::span<const Entry> entries) {
   return longest;
 }
 
-/// Precondition: at least two entries. Both parts have one.
+/// Precondition: at least two entries. Both parts have at least one.
 Box cut(std::vector<Entry>& entries, Box& box) {
   const std::span<Entry> inside(entries.data() + box.begin, box.size());
   const std::size_t channel = longest_side(inside);
-  // By the channel, then by the whole colour: an order without ties.
+  // By the channel, then by the whole color: a total order.
   std::sort(inside.begin(), inside.end(), [channel](const Entry& a, const Entry& b) {
     return a.code[channel] != b.code[channel] ? a.code[channel] < b.code[channel] : a.code < b.code;
   });

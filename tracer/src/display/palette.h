@@ -1,16 +1,15 @@
 #pragma once
-/// An image in few colours.
+/// Color quantization.
 
 #include <cstdint>
 #include <span>
 
 namespace tracer {
 
-/// Replaces `codes` (sRGB, 8 bits, three a pixel) by at most `colors` different ones, by median cut (Heckbert 1982,
-/// "Color image quantization for frame buffer display"): the box of colours with the most pixels among those that can
-/// be cut is cut across its longest side where half of its pixels lie on either side, until there are enough. A colour
-/// becomes the mean of its box over the pixels, in linear light. An image of no more colours stays as it is. Equal
-/// images give equal ones.
+/// Reduces `codes` (sRGB, 8 bits, three per pixel) to at most `colors` different colors by median cut (Heckbert 1982,
+/// "Color image quantization for frame buffer display"): the divisible box with the most pixels is cut across its
+/// longest side at the median, until there are enough boxes. Each color becomes the mean of its box over the pixels, in
+/// linear light. An image with no more than `colors` colors is unchanged. Deterministic.
 void reduce_colors(std::span<std::uint8_t> codes, std::uint32_t colors);
 
 }  // namespace tracer

@@ -12,8 +12,8 @@
 namespace tracer {
 namespace {
 
-// Code c begins where the curve reaches (c - 1/2) / 255. A float's leading bits name a bucket so narrow (256 an octave)
-// that at most one code begins in it: one look-up and one comparison replace a power, and the answer stays exact.
+// Code c begins where the curve reaches (c - 1/2) / 255. A float's leading bits select a bucket so narrow (256 per
+// octave) that at most one code begins in it: one table access and one comparison replace a power, exactly.
 constexpr int mantissa_bits_dropped = 15;
 constexpr std::uint32_t first_bits = std::bit_cast<std::uint32_t>(0x1p-13F);  // below: code 0
 constexpr std::uint32_t last_bits = std::bit_cast<std::uint32_t>(1.0F);
@@ -29,7 +29,7 @@ struct Codes {
       const auto nearest = static_cast<float>(exact);
       begin[code] = nearest < exact ? std::nextafter(nearest, 2.0F) : nearest;
     }
-    begin[256] = INFINITY;  // so that 255 may be compared with what follows it
+    begin[256] = INFINITY;  // sentinel after code 255
     std::size_t code = 0;
     for (std::size_t bucket = 0; bucket < bucket_count; ++bucket) {
       const auto bits = static_cast<std::uint32_t>(first_bits + (bucket << mantissa_bits_dropped));
@@ -52,13 +52,13 @@ std::uint8_t look_up(const Codes& table, float linear) {
   return static_cast<std::uint8_t>(code + (linear >= table.begin[code + std::size_t{1}] ? 1 : 0));
 }
 
-// 16 bits have too many codes for such a table. There the curve's power, 5/12, is that of the float's exponent, looked
-// up, times that of its mantissa, from the binomial series about the octave's middle: what follows its last term is
-// less than 4e-5 codes. Where that could decide between two codes, the power itself does.
+// 16 bits have too many codes for such a table. There the power 5/12 is that of the float's exponent, from a table,
+// times that of its mantissa, from the binomial series about the center of the octave, with a truncation error below
+// 4e-5 codes. Values whose code depends on that error are recomputed with the exact power.
 constexpr int series_degree = 14;
-constexpr double error_bound = 1e-4;          // codes from where the next begins
-constexpr std::size_t doubted_together = 64;  // numbers; one in 5000 is in doubt
-constexpr int curve_exponent_min = -9;        // of 0.0031308, where the power begins
+constexpr double error_bound = 1e-4;    // codes from where the next begins
+constexpr std::size_t block_size = 64;  // numbers; one in 5000 is ambiguous
+constexpr int curve_exponent_min = -9;  // of 0.0031308, where the power begins
 constexpr double code_max = 65535;
 
 struct Series {
@@ -78,13 +78,13 @@ const Series& series() {
   return all;
 }
 
-/// Codes of the numbers; how many of them are in doubt.
+/// Computes the codes of the numbers; returns how many of them are ambiguous.
 WHITTLE_WIDE int encode_wide(const Series& s, const float* linear, std::size_t count, std::uint16_t* __restrict codes) {
-  const double* const octave = s.octave;  // looked up in the structure, the loop is no vector code
-  int doubts = 0;
+  const double* const octave = s.octave;  // a member access would prevent vectorization of the loop
+  int ambiguous = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    const float lit = linear[i] > 0 ? linear[i] : 0;  // NaN too
-    const float x = lit < 1 ? lit : 1;
+    const float positive = linear[i] > 0 ? linear[i] : 0;  // NaN too
+    const float x = positive < 1 ? positive : 1;
     const auto bits = std::bit_cast<std::int32_t>(x);
     const int exponent = (bits >> 23) - 127 - curve_exponent_min;
     const double t = static_cast<double>(std::bit_cast<float>((bits & 0x7fffff) | 0x3f800000)) - 1.5;
@@ -94,10 +94,10 @@ WHITTLE_WIDE int encode_wide(const Series& s, const float* linear, std::size_t c
     const double code = (static_cast<double>(x) <= 0.0031308 ? code_max * 12.92 * x : curved) + 0.5;
     const int whole = static_cast<int>(code);
     const double part = code - whole;
-    doubts += part < error_bound || part > 1 - error_bound ? 1 : 0;
+    ambiguous += part < error_bound || part > 1 - error_bound ? 1 : 0;
     codes[i] = static_cast<std::uint16_t>(whole);
   }
-  return doubts;
+  return ambiguous;
 }
 
 }  // namespace
@@ -127,8 +127,8 @@ void srgb8_from_linear(std::span<const float> linear, std::span<std::uint8_t> in
 void srgb16_from_linear(std::span<const float> linear, std::span<std::uint16_t> into) {
   assert(linear.size() == into.size());
   const Series& table = series();
-  for (std::size_t first = 0; first < linear.size(); first += doubted_together) {
-    const auto some = linear.subspan(first, std::min(doubted_together, linear.size() - first));
+  for (std::size_t first = 0; first < linear.size(); first += block_size) {
+    const auto some = linear.subspan(first, std::min(block_size, linear.size() - first));
     if (encode_wide(table, some.data(), some.size(), into.data() + first) == 0) continue;
     for (std::size_t i = 0; i < some.size(); ++i) into[first + i] = srgb16_from_linear(some[i]);
   }

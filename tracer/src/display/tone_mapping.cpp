@@ -9,7 +9,7 @@ namespace {
 
 float float_of(double value) { return static_cast<float>(std::min<double>(value, std::numeric_limits<float>::max())); }
 
-/// What each value is multiplied by, for an image whose brightest channel shall be at most 1.
+/// Factor that scales the largest channel value of the image to at most 1.
 double scale_of(const std::vector<float>& linear, double gain) {
   double brightest = 0;
   for (const float value : linear) brightest = std::max(brightest, static_cast<double>(value));

@@ -1,5 +1,5 @@
 #pragma once
-/// From radiance to what a display is to show, still linear: exposure, then overflow. The sRGB curve comes after.
+/// Tone mapping from radiance to linear display values: exposure, then overflow. The sRGB curve is applied later.
 
 #include <vector>
 
@@ -8,12 +8,11 @@
 
 namespace tracer {
 
-/// The colour without the alpha it is premultiplied by; black where alpha is 0. Three values a pixel, as in
-/// `image.rgb`.
+/// Colors divided by their alpha; black where alpha is 0. Three values per pixel, like `image.rgb`.
 std::vector<float> straight_color(const Image& image);
 
-/// Three values a pixel. Values stay finite and non-negative where `linear` is; what clamp leaves above 1 is the
-/// encoder's to clamp. For neither exposure nor overflow nothing changes, bit for bit.
+/// Three values per pixel. Values stay finite and non-negative if `linear` is; with overflow clamp the encoder clamps
+/// values above 1. Without exposure and overflow the values are bit-identical.
 void apply_tone(std::vector<float>& linear, const Output& output);
 
 }  // namespace tracer

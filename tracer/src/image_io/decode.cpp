@@ -15,7 +15,7 @@ Decoded decode_as(ImageFormat kind, std::span<const std::uint8_t> bytes, ColorSp
   if (kind == ImageFormat::webp && webp_pixels(bytes) > limits.pixels)
     return "the limit pixels is " + std::to_string(limits.pixels) + ", it has " + std::to_string(webp_pixels(bytes));
   if (kind == ImageFormat::openexr) {
-    if (std::string refused = exr_refusal(bytes, limits); !refused.empty()) return refused;
+    if (std::string error = exr_header_error(bytes, limits); !error.empty()) return error;
   }
   const auto library = open_image_io();
   if (!library) return library.error();

@@ -1,5 +1,5 @@
 #pragma once
-/// The bytes of an image file to an image: PNG, JPEG, OpenEXR, Radiance HDR, and for comparing TIFF and WebP.
+/// Decodes image files: PNG, JPEG, OpenEXR, Radiance HDR, and for comparisons TIFF and WebP.
 
 #include <cstdint>
 #include <optional>
@@ -14,17 +14,17 @@
 
 namespace tracer {
 
-/// Linear RGB. Grey becomes three equal channels; alpha, and what comes behind it, is left out, colours are not
-/// multiplied by it. Only the first image of a file is read. `color_space` linear: values as the file has them, codes
-/// as fractions of their greatest. Negative values, which OpenEXR may hold, become 0.
-/// Fails with a sentence: not within `limits` (by its header, before anything else is read), truncated or broken,
-/// values that are not finite, a TIFF of floats (which does not say what light they are). Rows are held as they come,
-/// so a header that promises what does not follow takes no memory; a WebP file is decoded as a whole.
+/// Decodes to linear RGB. Gray becomes three equal channels; alpha and further channels are ignored, and colors are not
+/// multiplied by alpha. Only the first image of a file is read. `color_space` linear: values as stored, codes as
+/// fractions of their maximum. Negative values (OpenEXR) become 0. Fails with a sentence: header exceeds `limits`
+/// (checked before decoding), truncated or malformed file, values that are not finite, TIFF of floats (their color
+/// space is undefined). Memory grows with the decoded rows, so a header with false sizes allocates nothing; a WebP file
+/// is decoded as a whole.
 Result<Image, std::string> decode_as(ImageFormat kind, std::span<const std::uint8_t> bytes, ColorSpace color_space,
                                      const TextureImageLimits& limits);
 
-/// The image of a texture: PNG, JPEG, OpenEXR or Radiance HDR, and nothing else. `color_space` unset: sRGB for PNG
-/// and JPEG, linear for the others.
+/// Decodes a texture image: PNG, JPEG, OpenEXR or Radiance HDR only. `color_space` unset: sRGB for PNG and JPEG, linear
+/// for the others.
 Result<Image, std::string> decode(std::span<const std::uint8_t> bytes, std::optional<ColorSpace> color_space,
                                   const TextureImageLimits& limits);
 

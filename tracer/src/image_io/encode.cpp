@@ -17,7 +17,7 @@
 namespace tracer {
 namespace {
 
-/// Codes of 8 or 16 bits, three or four a pixel.
+/// Codes of 8 or 16 bits, three or four per pixel.
 template <class Code>
 struct DisplayCodes {
   int channels = 3;
@@ -41,7 +41,7 @@ std::vector<Code> codes_of(const std::vector<float>& linear) {
   return codes;
 }
 
-/// Alpha is coverage, not light: no curve.
+/// Alpha is coverage and stays linear.
 template <class Code>
 void add_alpha(DisplayCodes<Code>& display, const std::vector<float>& alpha) {
   constexpr float most = std::numeric_limits<Code>::max();
@@ -56,7 +56,7 @@ void add_alpha(DisplayCodes<Code>& display, const std::vector<float>& alpha) {
 
 enum class Alpha { straight, over_black };
 
-/// Whether the codes are those of the radiances as they stand.
+/// True if neither exposure nor overflow changes the radiances.
 bool is_displayed_unchanged(const Image& image, const Output& output, Alpha alpha) {
   const bool with_alpha = alpha == Alpha::straight && !image.alpha.empty();
   return !with_alpha && output.exposure == 0 && output.overflow == Output::Overflow::clamp;
@@ -103,7 +103,7 @@ Encoded encode_tiff(const Image& image, const Output& output) {
 }  // namespace
 
 Encoded encode(const Image& image, Format format, const Output& output) {
-  // Not every encoder refuses that: the JPEG one does not survive it.
+  // Not every encoder rejects empty images: the JPEG encoder crashes.
   if (image.width == 0 || image.height == 0) return std::string(name(format)) + " encoder: the image has no pixels";
   if (format == Format::png)
     return encode_png(image, to_display<std::uint8_t>(image, output, Alpha::straight, output.palette));

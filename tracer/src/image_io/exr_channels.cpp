@@ -8,7 +8,7 @@
 namespace tracer {
 namespace {
 
-/// A layer of `width` words a pixel.
+/// A layer of `width` 32-bit words per pixel.
 struct Source {
   const void* words = nullptr;
   std::size_t width = 1;

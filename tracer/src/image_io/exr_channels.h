@@ -1,5 +1,5 @@
 #pragma once
-/// The channels of an EXR: the image, then what else was kept of it.
+/// Channels of an EXR: the image, then its layers.
 
 #include <cstdint>
 #include <string>
@@ -9,14 +9,14 @@
 
 namespace tracer {
 
-/// `words` has one of 32 bits a channel, pixel by pixel: a float, or an integer where `is_integer`.
+/// `words` has one 32-bit word per channel, interleaved by pixel: a float, or an integer if `is_integer`.
 struct ExrChannels {
   std::vector<std::string> names;
   std::vector<bool> is_integer;
   std::vector<std::uint32_t> words;
 };
 
-/// R, G, B, A where there is alpha, and the layers that `image` has.
+/// R, G, B, A if there is alpha, and the layers of `image`.
 ExrChannels exr_channels(const Image& image);
 
 }  // namespace tracer

@@ -10,29 +10,29 @@ namespace {
 
 constexpr std::uint32_t flag_multipart = 0x1000;
 
-/// Rows of a chunk by the number of the compression: none, RLE, ZIPS, ZIP, PIZ, PXR24, B44, B44A, DWAA, DWAB.
+/// Rows per chunk, indexed by compression: none, RLE, ZIPS, ZIP, PIZ, PXR24, B44, B44A, DWAA, DWAB.
 constexpr std::array<std::uint64_t, 10> chunk_rows{1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
 
 class Header {
  public:
   Header(std::span<const std::uint8_t> bytes, const TextureImageLimits& limits) : left_(bytes), limits_(limits) {}
 
-  std::string refusal() {
+  std::string check() {
     take(4);
     const bool multipart = (number() & flag_multipart) != 0;
     do {
       part_ = {};
-      while (refused_.empty() && !at_end_of_part()) attribute();
+      while (error_.empty() && !at_end_of_part()) attribute();
       chunks_ += part_.chunks();
-    } while (refused_.empty() && multipart && !at_end_of_part());
-    if (refused_.empty() && chunks_ > left_.size() / 8)
+    } while (error_.empty() && multipart && !at_end_of_part());
+    if (error_.empty() && chunks_ > left_.size() / 8)
       return "is truncated: it has " + std::to_string(left_.size()) + " bytes for " + std::to_string(chunks_) +
              " chunks";
-    return refused_;
+    return error_;
   }
 
  private:
-  /// One header's, as far as they decide how much room OpenEXR makes.
+  /// Attributes of one header that determine how much memory OpenEXR allocates.
   struct Part {
     std::uint64_t width = 0, height = 0, tile_width = 0, tile_height = 0, rows = 1;
 
@@ -42,13 +42,13 @@ class Header {
     }
   };
 
-  void refuse(std::string why) {
-    if (refused_.empty()) refused_ = std::move(why);
+  void fail(std::string why) {
+    if (error_.empty()) error_ = std::move(why);
   }
 
   std::span<const std::uint8_t> take(std::size_t count) {
     if (count > left_.size()) {
-      refuse("is truncated: its header is not within the file");
+      fail("is truncated: its header is not within the file");
       count = left_.size();
     }
     const auto taken = left_.first(count);
@@ -71,7 +71,7 @@ class Header {
     return text;
   }
 
-  /// A zero where a name would begin.
+  /// Reads the zero byte that ends a list of names.
   bool at_end_of_part() {
     if (!left_.empty() && left_.front() != 0) return false;
     take(1);
@@ -82,8 +82,8 @@ class Header {
     const std::string_view name = text(), type = text();
     const std::uint32_t size = number();
     if (size > left_.size())
-      return refuse("is truncated: its header has an attribute of " + std::to_string(size) + " bytes, " +
-                    std::to_string(left_.size()) + " are left");
+      return fail("is truncated: its header has an attribute of " + std::to_string(size) + " bytes, " +
+                  std::to_string(left_.size()) + " are left");
     const auto rest = left_.subspan(size);
     if (name == "dataWindow" && type == "box2i") window();
     if (name == "tiles" && type == "tiledesc") tiles();
@@ -95,33 +95,33 @@ class Header {
     std::array<std::int64_t, 4> edges{};
     for (std::int64_t& edge : edges) edge = static_cast<std::int32_t>(number());
     const auto [left, top, right, bottom] = edges;
-    if (right < left || bottom < top) return refuse("has no pixels");
+    if (right < left || bottom < top) return fail("has no pixels");
     part_.width = static_cast<std::uint64_t>(right - left + 1);
     part_.height = static_cast<std::uint64_t>(bottom - top + 1);
     if (part_.width * part_.height > limits_.pixels)
-      refuse("the limit pixels is " + std::to_string(limits_.pixels) + ", it has " + std::to_string(part_.width) +
-             " x " + std::to_string(part_.height));
+      fail("the limit pixels is " + std::to_string(limits_.pixels) + ", it has " + std::to_string(part_.width) + " x " +
+           std::to_string(part_.height));
   }
 
   void tiles() {
     part_.tile_width = number();
     part_.tile_height = number();
-    if (part_.tile_width * part_.tile_height > limits_.pixels)  // the product of two numbers of 32 bits
-      refuse("the limit pixels is " + std::to_string(limits_.pixels) + ", it has tiles of " +
-             std::to_string(part_.tile_width) + " x " + std::to_string(part_.tile_height));
+    if (part_.tile_width * part_.tile_height > limits_.pixels)  // product of two 32-bit numbers: no overflow
+      fail("the limit pixels is " + std::to_string(limits_.pixels) + ", it has tiles of " +
+           std::to_string(part_.tile_width) + " x " + std::to_string(part_.tile_height));
   }
 
   std::span<const std::uint8_t> left_;
   const TextureImageLimits& limits_;
   Part part_;
   std::uint64_t chunks_ = 0;
-  std::string refused_;
+  std::string error_;
 };
 
 }  // namespace
 
-std::string exr_refusal(std::span<const std::uint8_t> bytes, const TextureImageLimits& limits) {
-  return Header(bytes, limits).refusal();
+std::string exr_header_error(std::span<const std::uint8_t> bytes, const TextureImageLimits& limits) {
+  return Header(bytes, limits).check();
 }
 
 }  // namespace tracer

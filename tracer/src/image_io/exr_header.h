@@ -1,6 +1,6 @@
 #pragma once
-/// What the header of an OpenEXR file claims, before OpenEXR believes it: that makes room for an attribute of two
-/// gigabytes, or for the table of an image of 2^31 rows, in a file of four hundred bytes.
+/// Validation of OpenEXR headers before OpenEXR reads them: the library allocates memory for an attribute of two
+/// gigabytes, or for the chunk table of 2^31 rows, declared in a file of four hundred bytes.
 
 #include <cstdint>
 #include <span>
@@ -10,9 +10,9 @@
 
 namespace tracer {
 
-/// Empty when all that the header claims is in the file and within the limits; else what is wrong. Precondition:
-/// image_kind(bytes) is openexr. (OpenEXR File Layout, openexr.com: a version, headers of attributes, and for each
-/// a table of eight bytes for every chunk.)
-std::string exr_refusal(std::span<const std::uint8_t> bytes, const TextureImageLimits& limits);
+/// Empty if everything that the header declares is in the file and within the limits, else an error sentence.
+/// Precondition: image_kind(bytes) is openexr. (OpenEXR File Layout, openexr.com: a version, headers of attributes, and
+/// for each header a table of eight bytes per chunk.)
+std::string exr_header_error(std::span<const std::uint8_t> bytes, const TextureImageLimits& limits);
 
 }  // namespace tracer

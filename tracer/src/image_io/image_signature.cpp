@@ -9,7 +9,7 @@ std::string_view text_of(std::span<const std::uint8_t> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-/// `count` bytes from `at` on, the lowest first.
+/// Little-endian integer of `count` bytes at `at`.
 std::uint64_t little_endian(std::span<const std::uint8_t> bytes, std::size_t at, std::size_t count) {
   std::uint64_t value = 0;
   for (std::size_t i = count; i-- > 0;) value = value << 8U | bytes[at + i];
@@ -47,7 +47,8 @@ bool has_png_trailer(std::span<const std::uint8_t> bytes) {
   return false;
 }
 
-/// WebP container specification (RFC 9649), sections 2.5-2.7: the first chunk says it, each kind in its way.
+/// WebP container specification (RFC 9649), sections 2.5-2.7: the first chunk contains the size, in one of three
+/// formats.
 std::uint64_t webp_pixels(std::span<const std::uint8_t> bytes) {
   if (bytes.size() < 30) return 0;
   const std::string_view chunk = text_of(bytes.subspan(12, 4));

@@ -9,8 +9,8 @@ namespace tracer {
 namespace {
 
 Result<const OpenImageIo*, std::string> load() {
-  // Seen from the program, in ../lib/whittle; by its whole name, for sanitizers stand between and have no run path of
-  // ours. Never closed: libraries hold on to themselves.
+  // In ../lib/whittle relative to the program; by its full path, because sanitizers intercept dlopen and do not use the
+  // program's run path. Never closed: its libraries cannot be unloaded.
   std::error_code failure;
   const auto program = std::filesystem::read_symlink("/proc/self/exe", failure);
   const auto path = program.parent_path().parent_path() / "lib/whittle/whittle_oiio.so";

@@ -1,5 +1,5 @@
 #pragma once
-/// What the module is made of: OpenImageIO's half of open_image_io.h.
+/// Functions of the plugin behind oiio_loader.h.
 
 #include "tracer/src/image_io/oiio_loader.h"
 

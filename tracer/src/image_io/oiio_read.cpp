@@ -36,8 +36,8 @@ const char* reader_name(ImageFormat kind) {
 
 std::string times(std::uint64_t a, std::uint64_t b) { return std::to_string(a) + " x " + std::to_string(b); }
 
-/// What the header says, against the limits; empty when all is well.
-std::string refusal(const OIIO::ImageSpec& spec, const TextureImageLimits& limits) {
+/// Checks the header against the limits; empty if it is valid.
+std::string limit_error(const OIIO::ImageSpec& spec, const TextureImageLimits& limits) {
   if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0 || spec.depth > 1) return "has no pixels";
   const auto width = static_cast<std::uint64_t>(spec.width), height = static_cast<std::uint64_t>(spec.height);
   if (width * height > limits.pixels) {
@@ -54,7 +54,7 @@ std::string refusal(const OIIO::ImageSpec& spec, const TextureImageLimits& limit
   return "";
 }
 
-/// Codes of 16 bits, which hold those of 8 exactly, to linear light.
+/// Converts 16-bit codes (8-bit codes are exactly representable) to linear values.
 std::vector<float> decoding_table(ColorSpace space) {
   std::vector<float> table(65536);
   for (std::size_t code = 0; code < table.size(); ++code) {
@@ -64,17 +64,17 @@ std::vector<float> decoding_table(ColorSpace space) {
   return table;
 }
 
-/// A file's bytes. OpenImageIO 2.4's own reader of memory believes what a file says of where its tiles are, and reads
-/// before the first byte or far behind the last.
+/// Bounds-checked reader of a file in memory. OpenImageIO 2.4's own memory reader trusts tile offsets in files and
+/// reads out of bounds.
 class FileInMemory final : public OIIO::Filesystem::IOMemReader {
  public:
-  /// They must outlive it, and are only read.
+  /// The bytes must outlive it and are not modified.
   explicit FileInMemory(std::span<const std::uint8_t> bytes)
       : IOMemReader(const_cast<std::uint8_t*>(bytes.data()), bytes.size()), bytes_(bytes) {}
 
-  /// All other ways to read come here.
+  /// All other read functions call this one.
   std::size_t pread(void* into, std::size_t size, std::int64_t offset) override {
-    const auto first = static_cast<std::uint64_t>(offset);  // what is before the file is far behind it
+    const auto first = static_cast<std::uint64_t>(offset);  // negative offsets become too large ones
     if (first >= bytes_.size()) return 0;
     const std::size_t count = std::min<std::size_t>(size, bytes_.size() - first);
     std::copy_n(bytes_.data() + first, count, static_cast<std::uint8_t*>(into));
@@ -85,7 +85,7 @@ class FileInMemory final : public OIIO::Filesystem::IOMemReader {
   std::span<const std::uint8_t> bytes_;
 };
 
-/// One file being read, strip by strip.
+/// Reads a file in strips.
 class Reading {
  public:
   Reading(OIIO::ImageInput& input, ImageFormat kind, ColorSpace space)
@@ -94,7 +94,7 @@ class Reading {
     channels_ = std::min(spec_.nchannels, spec_.nchannels < 3 ? 1 : 3);
     image_.width = static_cast<std::uint32_t>(spec_.width);
     image_.height = static_cast<std::uint32_t>(spec_.height);
-    // Address space, not memory: that is taken as rows arrive.
+    // Reserves address space only: pages are allocated as rows are written.
     image_.rgb.reserve(3 * static_cast<std::size_t>(image_.width) * image_.height);
   }
 
@@ -168,11 +168,11 @@ Decoded oiio_read(ImageFormat kind, std::span<const std::uint8_t> bytes, ColorSp
   const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(name);
   if (!input || input->format_name() != name) return "there is no reader for " + name + ": " + OIIO::geterror();
   OIIO::ImageSpec found, hints;
-  hints.attribute("oiio:UnassociatedAlpha", 1);  // colours as they are in the file
+  hints.attribute("oiio:UnassociatedAlpha", 1);  // colors as stored, not premultiplied
   if (!input->set_ioproxy(&memory) || !input->open(name, found, hints)) {
     return "cannot be read as " + name + ": " + input->geterror();
   }
-  if (std::string refused = refusal(input->spec(), limits); !refused.empty()) return refused;
+  if (std::string error = limit_error(input->spec(), limits); !error.empty()) return error;
   if (kind == ImageFormat::tiff && input->spec().format.is_floating_point())
     return std::string("holds floating-point numbers, and TIFF does not say what light they are; OpenEXR does");
   return Reading(*input, kind, space).run();

@@ -9,11 +9,10 @@
 namespace tracer {
 namespace {
 
-/// Whatever goes wrong on the way is told by the call's result, by has_error() alone (PNG on a failed write), or
-/// thrown.
+/// OpenImageIO reports errors as a result, by has_error() only (PNG on a failed write), or as an exception.
 Encoded write(const char* format, const OIIO::ImageSpec& spec, const OIIO::TypeDesc& type, const void* pixels) try {
   std::vector<std::uint8_t> bytes;
-  OIIO::Filesystem::IOVecOutput memory(bytes);  // outlives the encoder, whose end may still write
+  OIIO::Filesystem::IOVecOutput memory(bytes);  // outlives the encoder, whose destructor may write
   const std::unique_ptr<OIIO::ImageOutput> output = OIIO::ImageOutput::create(format);
   if (!output) return std::string(format) + " encoder: " + OIIO::geterror();
   const bool written = output->set_ioproxy(&memory) && output->open(format, spec) &&
@@ -32,8 +31,8 @@ OIIO::ImageSpec spec_of(const Image& image, int channels, const OIIO::TypeDesc& 
 
 OIIO::ImageSpec exr_spec(const Image& image, int channels) {
   OIIO::ImageSpec spec = spec_of(image, channels, OIIO::TypeFloat, "Linear");
-  // Measured against none, RLE, ZIPS, PIZ and lower levels: of those that really compress traced floats none is clearly
-  // faster, and ZIP is what every reader knows. Level 4 is the library's default.
+  // Compared with none, RLE, ZIPS, PIZ and lower levels: none of those that compress rendered floats is clearly faster,
+  // and every reader supports ZIP. Level 4 is the library's default.
   spec.attribute("compression", "zip");
   spec.attribute("DateTime", "");  // otherwise the library writes the time of day into the file
   return spec;
@@ -58,12 +57,12 @@ Encoded oiio_hdr(const Image& image) {
 Encoded oiio_jpeg(const Image& image, Codes codes) {
   OIIO::ImageSpec spec = spec_of(image, 3, OIIO::TypeUInt8, "sRGB");
   spec.attribute("compression", "jpeg:95");
-  spec.attribute("jpeg:subsampling", "4:4:4");  // edges of saturated colours stay sharp
+  spec.attribute("jpeg:subsampling", "4:4:4");  // keeps edges of saturated colors sharp
   return write("jpeg", spec, OIIO::TypeUInt8, codes.data());
 }
 
-/// Always with colours at half the resolution: the library hands them over so, even where it calls the file lossless.
-/// No alpha: it would divide the colours by it once more.
+/// Chroma has half the resolution, even in files that the library calls lossless. No alpha: the library would divide
+/// the colors by it again.
 Encoded oiio_webp(const Image& image, Codes codes) {
   OIIO::ImageSpec spec = spec_of(image, 3, OIIO::TypeUInt8, "sRGB");
   spec.attribute("compression", "webp:95");

@@ -24,8 +24,8 @@ class Writer {
     put16(static_cast<std::uint16_t>(value & 0xffff));
     put16(static_cast<std::uint16_t>(value >> 16));
   }
-  /// A directory entry; `value` is the offset where the values take more than four bytes. A single short sits in the
-  /// lower half, which is where little-endian numbers have it anyway.
+  /// Writes a directory entry; `value` is the offset of values that take more than four bytes. A single short is in the
+  /// lower half, its position in a little-endian number.
   void entry(std::uint16_t tag, Type type, std::uint32_t count, std::uint32_t value) {
     put16(tag);
     put16(type);
@@ -36,7 +36,7 @@ class Writer {
   std::vector<std::uint8_t> bytes;
 };
 
-/// The codes [first, first + count), where they belong among the pixels.
+/// Destination of the codes [first, first + count).
 void put_codes(const TiffCodes& codes, std::size_t first, std::size_t count, std::uint8_t* pixels) {
   std::array<std::uint16_t, 4096> some;
   for (std::size_t done = 0; done < count; done += some.size()) {
@@ -55,15 +55,15 @@ std::vector<std::uint8_t> tiff16(std::uint32_t width, std::uint32_t height, cons
   const bool alpha = channels == 4;
   const std::uint16_t entries = alpha ? 14 : 13;
   constexpr std::uint32_t header = 8;
-  const std::uint32_t bits = header + 2 + 12 * entries + 4;  // behind the directory: bits of each channel,
-  const std::uint32_t resolution = bits + 2 * channels;      // one pixel a unit,
+  const std::uint32_t bits = header + 2 + 12 * entries + 4;  // after the directory: bits of each channel,
+  const std::uint32_t resolution = bits + 2 * channels;      // one pixel per unit,
   const std::uint32_t strip = resolution + 8;                // and the pixels
   const std::size_t count = std::size_t{width} * height * channels;
   const auto strip_bytes = static_cast<std::uint32_t>(2 * count);
   Writer writer;
   writer.bytes.reserve(strip + strip_bytes);
   writer.bytes = {'I', 'I', 42, 0};
-  writer.put32(header);  // where the directory is
+  writer.put32(header);  // offset of the directory
   writer.put16(entries);
   writer.entry(256, type_long, 1, width);
   writer.entry(257, type_long, 1, height);

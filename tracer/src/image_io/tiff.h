@@ -1,6 +1,6 @@
 #pragma once
-/// Baseline TIFF of our own (Adobe 1992, "TIFF Revision 6.0", part 1): OpenImageIO 2.4 writes it to files alone;
-/// written to memory its EXIF directory lands on the image's own.
+/// Writer of baseline TIFF (Adobe 1992, "TIFF Revision 6.0", part 1). OpenImageIO 2.4 corrupts TIFF files that it
+/// writes to memory: the EXIF directory overwrites the image directory.
 
 #include <cstdint>
 #include <functional>
@@ -9,15 +9,15 @@
 
 namespace tracer {
 
-/// An image's 16-bit codes, row 0 on top: three a pixel, or four, then the last is straight alpha.
+/// 16-bit codes of an image, row 0 on top: three per pixel, or four with straight alpha.
 struct TiffCodes {
   std::uint16_t channels;
-  /// Writes so many of them, from the one numbered `first` on. Any thread; no two pieces overlap.
+  /// Writes `count` codes from index `first`. Any thread, for disjoint ranges.
   std::function<void(std::size_t first, std::span<std::uint16_t> into)> write;
 };
 
-/// Not compressed, little-endian, one strip. Precondition: the codes take less than 4 GiB. The file's bytes are the
-/// only room of the image's size that it takes.
+/// Uncompressed, little-endian, one strip. Allocates only the bytes of the file. Precondition: the codes take less than
+/// 4 GiB.
 std::vector<std::uint8_t> tiff16(std::uint32_t width, std::uint32_t height, const TiffCodes& codes);
 
 }  // namespace tracer

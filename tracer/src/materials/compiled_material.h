@@ -1,5 +1,5 @@
 #pragma once
-/// What of a material's light is the same at every hit, worked out once a scene.
+/// Material coefficients that are constant over the scene, computed once by compile().
 
 #include <vector>
 
@@ -7,34 +7,34 @@
 
 namespace tracer {
 
-/// What is left of the ambient and diffuse light of a surface that interpolates it with what is behind.
-inline double body(const Material& material) {
+/// Factor of the ambient and diffuse terms: 1 - K_t for interpolated transparency, else 1.
+inline double opaque_share(const Material& material) {
   return material.transparency == Material::Transparency::interpolated ? 1 - material.transmission : 1;
 }
 
-/// What a material of colour C gives by itself, and what it makes of light.
-inline Color local_radiance_bound(const Material& material, const Color& color, const Color& ambient) {
-  return material.emission + ambient * color * (material.ambient * body(material));
+/// Coefficients of a material with color C.
+inline Color emitted_ambient(const Material& material, const Color& color, const Color& ambient) {
+  return material.emission + ambient * color * (material.ambient * opaque_share(material));
 }
-inline Color diffuse_share(const Material& material, const Color& color) {
-  return color * (material.diffuse * body(material));
+inline Color diffuse_coefficient(const Material& material, const Color& color) {
+  return color * (material.diffuse * opaque_share(material));
 }
 
-/// Where a texture is the colour, `own` and `diffuse` are those of black.
+/// If the color is a texture, `own` and `diffuse` are those of black.
 struct CompiledMaterial {
-  Color own;       ///< emission and ambient light
-  Color diffuse;   ///< what N.L is multiplied by
-  Color specular;  ///< what the highlight is multiplied by; black: there is none
-  Color mirror;    ///< K_r C_r: what goes on mirrored, before Fresnel's share
-  Color through;   ///< what goes on through the surface, likewise: K_t C_t, or K_t where it interpolates
+  Color own;       ///< emission and ambient term
+  Color diffuse;   ///< factor of N.L
+  Color specular;  ///< factor of the specular term; black: none
+  Color mirror;    ///< reflectance K_r C_r, before the Fresnel factor
+  Color through;   ///< transmittance K_t C_t, or K_t for interpolated transparency, before the Fresnel factor
   double shininess = 0;
   double ior = 1;
-  bool blinn = false;           ///< the highlight is Blinn's; else Phong's
-  bool refracts = false;        ///< it bends what it lets through
-  bool fresnel = false;         ///< Fresnel divides what goes on
-  bool textured = false;        ///< its colour is a texture's
-  bool has_normal_map = false;  ///< textures bend its normals
-  bool transmits = false;       ///< it lets light through
+  bool blinn = false;           ///< specular model of Blinn, else of Phong
+  bool refracts = false;        ///< transmission by Snell's law
+  bool fresnel = false;         ///< reflectance and transmittance are multiplied by the Fresnel factors
+  bool textured = false;        ///< the color is a texture
+  bool has_normal_map = false;  ///< a normal map or bump map perturbs the normals
+  bool transmits = false;
   Material::Shading shading = Material::Shading::smooth;
 };
 
@@ -45,8 +45,8 @@ inline CompiledMaterial compiled_materials(const Material& material, const Color
   const bool transmits = material.transmission > 0;
   const bool interpolates = material.transparency == Material::Transparency::interpolated;
   const Color through = Color{1, 1, 1} * material.transmission;
-  return {.own = local_radiance_bound(material, color, ambient),
-          .diffuse = diffuse_share(material, color),
+  return {.own = emitted_ambient(material, color, ambient),
+          .diffuse = diffuse_coefficient(material, color),
           .specular = has_specular ? material.specular_color * material.specular : Color{},
           .mirror = material.reflection_color * material.reflection,
           .through = interpolates ? through : through * material.transmission_color,

@@ -1,5 +1,5 @@
 #pragma once
-/// The highlights of the local illumination models.
+/// Specular terms of the local illumination models.
 
 #include <cmath>
 
@@ -8,9 +8,9 @@
 
 namespace tracer {
 
-/// What the highlight of the material's model is the power of (math/power.h), at unit normal n, unit directions l to
-/// the light and v to the eye, n.l > 0; not clamped. phong: r.v with r = 2(n.l)n - l (Phong 1975). blinn_phong: n.h
-/// with h = (l+v)/|l+v| (Blinn 1977), 0 where there is no h.
+/// Base of the specular power (math/power.h) at unit normal n, unit directions l to the light and v to the eye, n.l >
+/// 0; not clamped. phong: r.v with r = 2(n.l)n - l (Phong 1975). blinn_phong: n.h with h = (l+v)/|l+v| (Blinn 1977), 0
+/// if l = -v.
 WHITTLE_INLINE double phong_cosine(const Vec3& n, const Vec3& l, const Vec3& v) {
   const double twice = 2 * (n.x * l.x + n.y * l.y + n.z * l.z);
   return (n.x * twice - l.x) * v.x + (n.y * twice - l.y) * v.y + (n.z * twice - l.z) * v.z;

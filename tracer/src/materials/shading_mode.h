@@ -1,5 +1,5 @@
 #pragma once
-/// How a surface is shaded.
+/// Shading mode of a surface.
 
 #include "tracer/scene.h"
 

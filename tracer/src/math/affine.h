@@ -1,5 +1,5 @@
 #pragma once
-/// Linear and affine maps in double. Names say target from source: world_from_object * object_from_shape.
+/// Linear and affine maps in double. Names are target from source: world_from_object * object_from_shape.
 
 #include <array>
 
@@ -26,8 +26,8 @@ inline Linear inverse(const Linear& m) {
   return transposed({cross(m.y, m.z) / d, cross(m.z, m.x) / d, cross(m.x, m.y) / d});
 }
 
-/// Columns that span less than a 2^-48th of the box of their lengths have lost a dimension to rounding: there is no way
-/// back that means anything.
+/// True if the columns span less than 2^-48 of the product of their lengths: rounding has made the map singular, and
+/// its inverse is meaningless.
 inline bool is_singular(const Linear& m) {
   return !(std::abs(determinant({normalize(m.x), normalize(m.y), normalize(m.z)})) > 0x1p-48);
 }
@@ -43,8 +43,8 @@ struct Affine {
 
 inline Affine operator*(const Affine& a, const Affine& b) { return {a.linear * b.linear, a.point(b.offset)}; }
 
-/// A normal goes with the inverse transpose; the sign of the determinant keeps outward outward under reflections.
-/// Not unit.
+/// Transforms a normal by the inverse transpose; the sign of the determinant keeps its side under reflections. The
+/// result is not unit length.
 inline Vec3 transformed_normal(const Linear& target_from_source, const Vec3& n) {
   const Linear& m = target_from_source;
   // The cofactor matrix: inverse transpose times determinant, without dividing.

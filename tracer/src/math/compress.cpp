@@ -28,8 +28,8 @@ void compress_one_by_one(const Compressed* components, int count, LaneMask mask)
 }
 
 #ifdef WHITTLE_COMPRESSES
-// What no loop becomes: an instruction that AVX-512 has for just this. Of two versions the machine's is chosen, as
-// WHITTLE_WIDE's are.
+// AVX-512 has an instruction for this, which compilers do not generate from loops. The version is selected at load time
+// like those of WHITTLE_WIDE.
 #define WHITTLE_COMPRESSING __attribute__((target("arch=x86-64-v4")))
 #define WHITTLE_PLAIN __attribute__((target("default")))
 

@@ -1,6 +1,6 @@
 #pragma once
-/// Mirror and dielectric interfaces. `d` is the unit direction of travel, `n` the unit normal on the ray's side
-/// (d.n <= 0), and cos_i = |d.n|. Formulas: NUMERICS-checked forms of Whitted 1980 and Born & Wolf 1999, sec. 1.5.2.
+/// Reflection and dielectric interfaces. `d` is the unit direction of travel, `n` the unit normal on the ray's side
+/// (d.n <= 0), and cos_i = |d.n|. Formulas: numerically stable forms of Whitted 1980 and Born & Wolf 1999, sec. 1.5.2.
 
 #include <cmath>
 
@@ -11,15 +11,15 @@ namespace tracer {
 
 WHITTLE_INLINE Vec3 reflected(const Vec3& d, const Vec3& n) { return d - n * (2 * dot(d, n)); }
 
-/// What one interface does to a ray that goes from index `n_from` to `n_to`.
+/// Fresnel terms of one interface, for a ray from index `n_from` to `n_to`.
 struct Interface {
   bool total_internal_reflection = false;
   double cos_t = 0;        ///< cosine of the refracted angle; 0 at total internal reflection
-  double reflectance = 1;  ///< unpolarised power reflectance F; the power transmitted is 1 - F
+  double reflectance = 1;  ///< unpolarized power reflectance F; the power transmitted is 1 - F
 };
 
-/// Exact unpolarised Fresnel reflectance for cos_i in [0,1] and indices > 0.
-/// The amplitudes are written with the factor (n-1)(n+1) taken out of their numerators, n = n_to/n_from, s = sin_i:
+/// Exact unpolarized Fresnel reflectance for cos_i in [0,1] and indices > 0.
+/// The numerators of the amplitudes are factored with (n-1)(n+1), n = n_to/n_from, s = sin_i:
 ///   r_s = -(n-1)(n+1) / (c + n c_t)^2,   r_p = (n-1)(n+1) (c^2 n^2 - s^2) / (n^2 c + n c_t)^2
 /// so that nothing cancels as n -> 1 or n -> 0: with (n c_t)^2 = n^2 - s^2 these equal (c - n c_t)/(c + n c_t) and
 /// (n c - c_t)/(n c + c_t) (Born & Wolf, eq. 1.5.21). n - 1 is (n_to - n_from)/n_from, exact when the two are close.
@@ -27,9 +27,10 @@ WHITTLE_INLINE Interface dielectric_interface(double cos_i, double n_from, doubl
   const double n = n_to / n_from;
   const double excess = (n_to - n_from) / n_from * (n + 1);
   const double cos2_i = cos_i * cos_i, sin2_i = (1 - cos_i) * (1 + cos_i);
-  // Twice the same, but n^2 - s^2 cancels at grazing angles for n near one, and the other head-on for n near 0.
+  // Equal expressions, but n^2 - s^2 cancels at grazing angles for n near 1, and the other at normal incidence for n
+  // near 0.
   const double squared = cos2_i < 0.5 ? cos2_i + excess : n * n - sin2_i;
-  const bool total = !(squared > 0);  // no branch: loops over lanes take this in
+  const bool total = !(squared > 0);  // no branch, so that loops over lanes vectorize
   const double n_cos_t = std::sqrt(squared);
   const double s = cos_i + n_cos_t;
   const double p = n * n * cos_i + n_cos_t;

@@ -1,6 +1,6 @@
 #pragma once
-/// Rounding error bounds, and ray origins that respect them. There is no absolute epsilon anywhere: a ray starts as far
-/// from its surface as the hit point may be wrong, and not further.
+/// Rounding error bounds, and ray origins that respect them. There is no absolute epsilon: a ray starts exactly as far
+/// from its surface as the error bound of the hit point requires.
 /// Source: Pharr, Jakob, Humphreys, Physically Based Rendering, 4th ed., sec. 6.8.
 
 #include <cmath>
@@ -17,16 +17,16 @@ constexpr double rounding_bound(int n) {
   return (n * unit) / (1 - n * unit);
 }
 
-/// A point on a surface and how far, per axis, it may be from it.
+/// A point on a surface and the bound of its error per axis.
 struct BoundedPoint {
   Vec3 position;
   Vec3 error;
 };
 
-/// `position` moved by `distance` along the unit `normal`, to the side that `direction` goes to, then rounded outwards.
+/// `position` moved by `distance` along the unit `normal`, to the side of `direction`, then rounded outwards.
 WHITTLE_INLINE Vec3 clear_of(const Vec3& position, const Vec3& normal, double distance, const Vec3& direction) {
   const double side = direction.x * normal.x + direction.y * normal.y + direction.z * normal.z < 0 ? -1.0 : 1.0;
-  // An ulp of the result outwards covers the rounding of the sum; |x| 2^-52 is one or two.
+  // One ulp of the result outwards covers the rounding of the sum; |x| 2^-52 is one or two ulps.
   const auto outwards = [](double coordinate, double shift) __attribute__((always_inline)) {
     const double moved = coordinate + shift;
     return moved + std::copysign(std::abs(moved) * 0x1p-52, shift);
@@ -36,11 +36,11 @@ WHITTLE_INLINE Vec3 clear_of(const Vec3& position, const Vec3& normal, double di
           outwards(position.z, normal.z * step)};
 }
 
-/// How far along the unit `normal` the box of the point's error reaches.
+/// Extent of the point's error box along the unit `normal`.
 inline double clearance(const BoundedPoint& point, const Vec3& normal) { return dot(abs(normal), point.error); }
 
-/// Where a ray leaving `point` along `direction` starts: moved along the unit geometric `normal` beyond the box of the
-/// point's error (PBR 4th ed., sec. 6.8.6).
+/// Origin of a ray that leaves `point` along `direction`: moved along the unit geometric `normal` beyond the point's
+/// error box (PBR 4th ed., sec. 6.8.6).
 inline Vec3 offset_origin(const BoundedPoint& point, const Vec3& normal, const Vec3& direction) {
   return clear_of(point.position, normal, clearance(point, normal), direction);
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// Sample positions from a hash of (pixel, sample, seed): no state, so the image does not depend on who traces what.
+/// Sample positions from a hash of (pixel, sample, seed): stateless, so the image does not depend on the scheduling.
 
 #include <cstdint>
 
@@ -15,7 +15,7 @@ constexpr std::uint32_t reverse_bits(std::uint32_t x) {
   return ((x & 0x55555555u) << 1) | ((x & 0xaaaaaaaau) >> 1);
 }
 
-/// Mixes 64 bits (finaliser of splitmix64: Steele, Lea, Flood 2014).
+/// Mixes 64 bits (finalizer of splitmix64: Steele, Lea, Flood 2014).
 constexpr std::uint64_t mix(std::uint64_t x) {
   x += 0x9e3779b97f4a7c15u;
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -51,18 +51,17 @@ inline Vec2 sequence_point(std::uint32_t index, std::uint64_t key) {
   return {x * 0x1p-32, y * 0x1p-32};
 }
 
-/// The same points in an order of their own: two sequences met at equal indices would be bit for bit dependent,
-/// whatever their scrambling. Aligned blocks of 2^m indices stay blocks, so these stay stratified too (Burley 2020,
-/// sec. 3).
+/// The same points in a scrambled order: two sequences with equal indices would be dependent in every bit, even with
+/// different Owen scrambling. Aligned blocks of 2^m indices stay blocks, so they stay stratified (Burley 2020, sec. 3).
 inline Vec2 shuffled_point(std::uint32_t index, std::uint64_t key) {
   return sequence_point(owen_scrambled(index, static_cast<std::uint32_t>(mix(key))), key);
 }
 
-/// What all random choices of a pixel are derived from.
+/// Hash key from which all random numbers of a pixel are derived.
 inline std::uint64_t pixel_key(std::uint64_t pixel, std::uint64_t seed) { return mix(pixel ^ mix(seed)); }
 
-/// Position of sample `index` of `count` in its pixel's unit square, in [0,1)^2. One sample sits in the centre; more
-/// are the first `count` points of the pixel's own sequence, so a larger count keeps the smaller one's points.
+/// Position of sample `index` of `count` in its pixel's unit square, in [0,1)^2. A single sample is at the center; more
+/// are the first `count` points of the pixel's sequence, so a larger count contains the points of a smaller one.
 inline Vec2 pixel_sample(std::uint64_t key_of_pixel, std::uint32_t index, std::uint32_t count) {
   return count == 1 ? Vec2{0.5, 0.5} : sequence_point(index, key_of_pixel);
 }
@@ -70,12 +69,11 @@ inline Vec2 pixel_sample(std::uint64_t pixel, std::uint32_t index, std::uint32_t
   return pixel_sample(pixel_key(pixel, seed), index, count);
 }
 
-/// Point of the lens for the same sample, in [0,1)^2: the centre when it is the only one. The sequence's points in an
-/// order of their own (Burley 2020, sec. 3: the index is scrambled too), so that where in the pixel a sample lies says
-/// nothing about where on the lens.
+/// Point of the lens for the same sample, in [0,1)^2: the center for a single sample. The order is scrambled (Burley
+/// 2020, sec. 3), so that the positions in the pixel and on the lens are independent.
 inline Vec2 lens_sample(std::uint64_t key_of_pixel, std::uint32_t index, std::uint32_t count) {
   if (count == 1) return {0.5, 0.5};
-  const std::uint64_t key = mix(key_of_pixel ^ mix(0));  // lights mix in numbers from 1
+  const std::uint64_t key = mix(key_of_pixel ^ mix(0));  // 0 is the lens; lights use numbers from 1
   return sequence_point(owen_scrambled(index, static_cast<std::uint32_t>(mix(key))), key);
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Arithmetic of points, directions and colours. Everything in double: see math/rounding.h for why.
+/// Arithmetic of points, directions and colors, in double (math/rounding.h gives the error bounds).
 
 #include <algorithm>
 #include <cmath>
@@ -25,17 +25,18 @@ inline Vec3 abs(const Vec3& a) { return {std::abs(a.x), std::abs(a.y), std::abs(
 inline double max_component(const Vec3& a) { return std::max({a.x, a.y, a.z}); }
 inline bool finite(const Vec3& a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
 
-/// `a` at length one. Divides by the largest component's power of two first, so that no square over- or underflows:
-/// exact for scalings by powers of two. The zero vector stays zero.
+/// `a` at unit length. Divides by the largest component's power of two first, so that no square overflows or
+/// underflows: exact under scaling by powers of two. The zero vector stays zero.
 inline Vec3 normalize(const Vec3& a) {
   const double largest = max_component(abs(a));
-  if (largest > 0x1p-400 && largest < 0x1p400) return a / length(a);  // the same bits: no square leaves the range
+  if (largest > 0x1p-400 && largest < 0x1p400)
+    return a / length(a);  // bit-identical: no square overflows or underflows
   if (!(largest > 0)) return {};
   const Vec3 scaled = a * std::ldexp(1.0, -std::ilogb(largest));
   return scaled / length(scaled);
 }
 
-/// The same for vectors whose length is known to be near one: no guard, and so several times cheaper.
+/// The same for vectors with a length close to one: no range check, and several times faster.
 inline Vec3 unit(const Vec3& a) { return a * (1 / length(a)); }
 
 inline Color operator+(const Color& a, const Color& b) { return {a.r + b.r, a.g + b.g, a.b + b.b}; }
@@ -45,7 +46,8 @@ inline Color operator*(double s, const Color& a) { return a * s; }
 inline Color& operator+=(Color& a, const Color& b) { return a = a + b; }
 inline double max_component(const Color& a) { return std::max({a.r, a.g, a.b}); }
 inline bool is_black(const Color& a) { return a.r == 0 && a.g == 0 && a.b == 0; }
-/// A difference from itself is nothing but of what is infinite or NaN. Without jumps: it is asked of every sample.
+/// True if all components are finite: x - x is 0 except for infinities and NaN. Branch-free, because it runs once per
+/// sample.
 inline bool finite(const Color& a) { return (a.r - a.r) + (a.g - a.g) + (a.b - a.b) == 0; }
 
 /// Right-handed axes with `n` unit: e1 = n x e0.
@@ -53,15 +55,15 @@ struct Axes {
   Vec3 e0, e1, n;
 };
 
-/// e0 is `first` projected across unit `n`; where that vanishes the world's z axis is, and where `n` is along z too, x.
+/// e0 is `first` projected across unit `n`; if that vanishes the world's z axis is used, and if `n` is along z too, x.
 inline Axes axes_across(const Vec3& n, const Vec3& first) {
   Vec3 across{};
   for (const Vec3& candidate : {normalize(first), Vec3{0, 0, 1}, Vec3{1, 0, 0}}) {
     across = candidate - n * dot(candidate, n);
-    // Closer to parallel than a thousand times the rounding of the projection: the direction would be noise.
+    // Nearly parallel, within a thousand times the rounding error of the projection: the direction would be noise.
     if (dot(across, across) > 1e-26) break;
   }
-  // Once more, since what rounding left along n grew with the normalisation.
+  // Projected again, because normalization amplifies the residual component along n.
   const Vec3 once = normalize(across);
   const Vec3 e0 = normalize(once - n * dot(once, n));
   return {e0, cross(n, e0), n};

@@ -1,5 +1,5 @@
 #pragma once
-/// Loops over the lanes of a packet that the compiler makes vector code of.
+/// Vectorized loops over the lanes of a packet.
 
 namespace tracer {
 
@@ -8,11 +8,12 @@ inline constexpr int lanes = 16;
 
 }  // namespace tracer
 
-/// Functions that such a loop must take in whole, or it becomes no vector code.
+/// Marks functions that must be inlined into such a loop to vectorize it.
 #define WHITTLE_INLINE inline __attribute__((always_inline))
 
-/// Functions of such loops. One binary runs on any x86-64-v2 machine and is fast on the newest. No clone may contract
-/// a*b+c (-ffp-contract=off), so all give the same bits. Sanitizers start too late for the resolvers that this needs.
+/// Marks functions with such loops: one clone per instruction set is compiled and selected at load time. The binary
+/// runs on any x86-64-v2 machine. No clone may contract a*b+c (-ffp-contract=off), so all are bit-identical. Disabled
+/// with sanitizers, which start after the resolvers run.
 #if defined(__GNUC__) && !defined(__clang__) && !defined(WHITTLE_SANITIZED)
 #define WHITTLE_WIDE __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else

@@ -13,22 +13,22 @@
 namespace tracer::mesh_io {
 
 using Bytes = std::span<const std::uint8_t>;
-using MeshOrRefusal = Result<Mesh, std::string>;
+using MeshResult = Result<Mesh, std::string>;
 
 /// Wavefront OBJ, "Object Files (.obj)", Advanced Visualizer manual, appendix B1. Detected if the first token outside
 /// of comments is one of its keywords.
 bool is_obj(Bytes bytes);
-MeshOrRefusal read_obj(Bytes bytes, const Limits& limits, bool smooth);
+MeshResult read_obj(Bytes bytes, const Limits& limits, bool smooth);
 
 /// G. Turk, "The PLY polygon file format", 1994.
 bool is_ply(Bytes bytes);
-MeshOrRefusal read_ply(Bytes bytes, const Limits& limits);
+MeshResult read_ply(Bytes bytes, const Limits& limits);
 
 /// 3D Systems, StereoLithography interface specification, 1989. Binary files are detected by their size, because many
 /// begin with the keyword of ASCII files.
 bool is_binary_stl(Bytes bytes);
-MeshOrRefusal read_binary_stl(Bytes bytes, const Limits& limits);
+MeshResult read_binary_stl(Bytes bytes, const Limits& limits);
 bool is_ascii_stl(Bytes bytes);
-MeshOrRefusal read_ascii_stl(Bytes bytes, const Limits& limits);
+MeshResult read_ascii_stl(Bytes bytes, const Limits& limits);
 
 }  // namespace tracer::mesh_io

@@ -10,7 +10,7 @@ namespace {
 
 using mesh_io::Bytes;
 
-mesh_io::MeshOrRefusal read(Bytes bytes, const Limits& limits, bool smooth) {
+mesh_io::MeshResult read(Bytes bytes, const Limits& limits, bool smooth) {
   if (bytes.empty()) return std::string("is empty");
   if (mesh_io::is_ply(bytes)) return mesh_io::read_ply(bytes, limits);
   if (mesh_io::is_binary_stl(bytes)) return mesh_io::read_binary_stl(bytes, limits);

@@ -27,13 +27,13 @@ struct Corner {
 
 class ObjReader {
  public:
-  ObjReader(Bytes bytes, const Limits& limits, bool smooth) : words_(bytes), limits_(limits), smooth_(smooth) {}
+  ObjReader(Bytes bytes, const Limits& limits, bool smooth) : tokens_(bytes), limits_(limits), smooth_(smooth) {}
 
-  MeshOrRefusal read() {
+  MeshResult read() {
     do {
-      const std::size_t line = words_.line();  // the first of joined lines
-      if (!read_line()) return at_line(line, refusal_);
-    } while (words_.next_line());
+      const std::size_t line = tokens_.line();  // the first of joined lines
+      if (!read_line()) return at_line(line, error_);
+    } while (tokens_.next_line());
     if (mesh_.triangles.empty()) return std::string("has no faces");
     if (smooth_ && has_uvs_ && !has_normals_) add_smooth_normals();
     make_vertices();
@@ -42,14 +42,14 @@ class ObjReader {
   }
 
  private:
-  bool refuse(std::string sentence) {
-    refusal_ = std::move(sentence);
-    return refusal_.empty();
+  bool check(std::string sentence) {
+    error_ = std::move(sentence);
+    return error_.empty();
   }
 
   /// Skips everything but geometry, including material files.
   bool read_line() {
-    const std::string_view keyword = words_.word();
+    const std::string_view keyword = tokens_.next_token();
     if (keyword == "v") return read_vector(positions_);
     if (keyword == "vt") return read_uv();
     if (keyword == "vn") return read_vector(normals_);
@@ -58,35 +58,35 @@ class ObjReader {
   }
 
   /// Next token of this line; empty at its end and at a comment.
-  std::string_view next_word() {
-    const std::string_view word = words_.next_token_across_continuations();
+  std::string_view next_token() {
+    const std::string_view word = tokens_.next_token_across_continuations();
     return word.starts_with('#') ? std::string_view() : word;
   }
 
   bool read_number(double& number) {
-    const std::string_view word = next_word();
+    const std::string_view word = next_token();
     if (parse_number(word, number)) return true;
-    return refuse(word.empty() ? "a number is missing" : in_quotes(word) + " is no number");
+    return check(word.empty() ? "a number is missing" : in_quotes(word) + " is no number");
   }
 
   /// Ignores the rest of the line (weight, color).
   bool read_vector(std::vector<Vec3>& vectors) {
     Vec3& v = vectors.emplace_back();
-    return read_number(v.x) && read_number(v.y) && read_number(v.z) && refuse(refusal_of(v, limits_));
+    return read_number(v.x) && read_number(v.y) && read_number(v.z) && check(vector_error(v, limits_));
   }
 
   bool read_uv() {
     Vec2& uv = uvs_.emplace_back();
     if (!read_number(uv.x)) return false;
-    const std::string_view second = next_word();  // v is optional, default 0
-    if (!second.empty() && !parse_number(second, uv.y)) return refuse(in_quotes(second) + " is no number");
-    return refuse(refusal_of(uv, limits_));
+    const std::string_view second = next_token();  // v is optional, default 0
+    if (!second.empty() && !parse_number(second, uv.y)) return check(in_quotes(second) + " is no number");
+    return check(vector_error(uv, limits_));
   }
 
   bool read_face() {
     polygon_.clear();
     polygon_positions_.clear();
-    for (std::string_view word; !(word = next_word()).empty();) {
+    for (std::string_view word; !(word = next_token()).empty();) {
       Corner corner;
       if (!read_corner(word, corner)) return false;
       polygon_.push_back(static_cast<std::uint32_t>(corner_points_.size()));
@@ -95,7 +95,7 @@ class ObjReader {
       has_uvs_ |= corner.uv != none;
       has_normals_ |= corner.normal != none;
     }
-    return refuse(add_polygon(polygon_, polygon_positions_, limits_, mesh_.triangles));
+    return check(add_polygon(polygon_, polygon_positions_, limits_, mesh_.triangles));
   }
 
   /// Forms: v, v/vt, v//vn, v/vt/vn.
@@ -108,7 +108,7 @@ class ObjReader {
       return part;
     };
     const std::string_view position = next_part(), uv = next_part(), normal = next_part();
-    if (!word.empty()) return refuse(in_quotes(whole) + " is no corner of a face");
+    if (!word.empty()) return check(in_quotes(whole) + " is no corner of a face");
     return read_index(position, positions_.size(), "positions", corner.position) &&
            (uv.empty() || read_index(uv, uvs_.size(), "texture coordinates", corner.uv)) &&
            (normal.empty() || read_index(normal, normals_.size(), "normals", corner.normal));
@@ -118,11 +118,11 @@ class ObjReader {
   bool read_index(std::string_view word, std::size_t count, const char* of, std::uint32_t& index) {
     double number = 0;
     const auto most = static_cast<double>(count);
-    if (!parse_number(word, number) || number != std::trunc(number)) return refuse(in_quotes(word) + " is no index");
+    if (!parse_number(word, number) || number != std::trunc(number)) return check(in_quotes(word) + " is no index");
     if (number < 0) number += most + 1;
     if (!(number >= 1 && number <= most)) {
-      return refuse("must be the index of one of the " + std::to_string(count) + " " + of + " so far, got " +
-                    in_quotes(word));
+      return check("must be the index of one of the " + std::to_string(count) + " " + of + " so far, got " +
+                   in_quotes(word));
     }
     index = static_cast<std::uint32_t>(number) - 1;
     return true;
@@ -155,10 +155,10 @@ class ObjReader {
     }
   }
 
-  Words words_;
+  Tokenizer tokens_;
   const Limits& limits_;
   bool smooth_;
-  std::string refusal_;
+  std::string error_;
   std::vector<Vec3> positions_, normals_;
   std::vector<Vec2> uvs_;
   std::vector<Corner> corner_points_;  ///< of all faces; triangles index them until they are welded
@@ -174,17 +174,15 @@ bool is_obj(Bytes bytes) {
   constexpr std::string_view keywords[] = {"v",  "vt",    "vn",       "vp",       "f",      "l",      "p",
                                            "o",  "g",     "s",        "mg",       "mtllib", "usemtl", "usemap",
                                            "fo", "bevel", "c_interp", "d_interp", "lod"};
-  Words words(bytes);
+  Tokenizer tokens(bytes);
   do {
-    const std::string_view word = words.word();
+    const std::string_view word = tokens.next_token();
     if (!word.empty() && !word.starts_with('#'))
       return std::find(std::begin(keywords), std::end(keywords), word) != std::end(keywords);
-  } while (words.next_line());
+  } while (tokens.next_line());
   return false;
 }
 
-MeshOrRefusal read_obj(Bytes bytes, const Limits& limits, bool smooth) {
-  return ObjReader(bytes, limits, smooth).read();
-}
+MeshResult read_obj(Bytes bytes, const Limits& limits, bool smooth) { return ObjReader(bytes, limits, smooth).read(); }
 
 }  // namespace tracer::mesh_io

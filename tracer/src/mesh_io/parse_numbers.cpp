@@ -13,7 +13,7 @@ std::string text_of(double value) {
   return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
 
-std::string refusal_of(std::span<const double> numbers, double most, const char* limit) {
+std::string vector_error(std::span<const double> numbers, double most, const char* limit) {
   for (const double number : numbers) {
     if (std::abs(number) <= most) continue;
     if (!std::isfinite(number)) return "must be finite, got " + text_of(number);
@@ -24,19 +24,19 @@ std::string refusal_of(std::span<const double> numbers, double most, const char*
 
 }  // namespace
 
-std::string refusal_of(const Vec3& vector, const Limits& limits) {
-  return refusal_of(std::array{vector.x, vector.y, vector.z}, limits.coordinate_max, "coordinate_max");
+std::string vector_error(const Vec3& vector, const Limits& limits) {
+  return vector_error(std::array{vector.x, vector.y, vector.z}, limits.coordinate_max, "coordinate_max");
 }
 
-std::string refusal_of(const Vec2& uv, const Limits& limits) {
-  return refusal_of(std::array{uv.x, uv.y}, limits.value_max, "value_max");
+std::string vector_error(const Vec2& uv, const Limits& limits) {
+  return vector_error(std::array{uv.x, uv.y}, limits.value_max, "value_max");
 }
 
 std::string add_polygon(std::span<const std::uint32_t> indices, std::span<const Vec3> corners, const Limits& limits,
                         std::vector<std::array<std::uint32_t, 3>>& triangles) {
   if (indices.size() < 3) return "a face must have at least 3 corners, has " + std::to_string(indices.size());
-  if (auto refused = refusal_of_triangle_count(triangles.size() + indices.size() - 2, limits); !refused.empty())
-    return refused;
+  if (auto failure = triangle_count_error(triangles.size() + indices.size() - 2, limits); !failure.empty())
+    return failure;
   const std::size_t first = triangles.size();
   if (!triangulate(corners, triangles)) {
     return "the limit ear_clipping_corners_max is " + std::to_string(ear_clipping_corners_max) +
@@ -48,7 +48,7 @@ std::string add_polygon(std::span<const std::uint32_t> indices, std::span<const 
   return "";
 }
 
-std::string refusal_of_triangle_count(std::uint64_t count, const Limits& limits) {
+std::string triangle_count_error(std::uint64_t count, const Limits& limits) {
   if (count <= limits.triangles) return "";
   return "the limit triangles is " + std::to_string(limits.triangles) + ", it has at least " + std::to_string(count);
 }

@@ -13,13 +13,13 @@
 
 namespace tracer::mesh_io {
 
-std::string refusal_of(const Vec3& vector, const Limits& limits);  ///< positions and normals: |coordinate| in bounds
-std::string refusal_of(const Vec2& uv, const Limits& limits);
+std::string vector_error(const Vec3& vector, const Limits& limits);  ///< positions and normals: |coordinate| in bounds
+std::string vector_error(const Vec2& uv, const Limits& limits);
 
 /// Appends the triangles of a polygon as elements of `indices`; `corners` are its positions, in the same order.
 std::string add_polygon(std::span<const std::uint32_t> indices, std::span<const Vec3> corners, const Limits& limits,
                         std::vector<std::array<std::uint32_t, 3>>& triangles);
 
-std::string refusal_of_triangle_count(std::uint64_t count, const Limits& limits);
+std::string triangle_count_error(std::uint64_t count, const Limits& limits);
 
 }  // namespace tracer::mesh_io

@@ -36,14 +36,14 @@ bool is_corner_list(const Property& property) {
 
 class PlyReader {
  public:
-  PlyReader(Bytes bytes, const Words& words, const ply::Header& header, const Limits& limits)
-      : header_(header), limits_(limits), values_(bytes, words, header.encoding) {}
+  PlyReader(Bytes bytes, const Tokenizer& tokens, const ply::Header& header, const Limits& limits)
+      : header_(header), limits_(limits), values_(bytes, tokens, header.encoding) {}
 
-  MeshOrRefusal read() {
+  MeshResult read() {
     for (const Element& element : header_.elements)
-      if (!read_element(element)) return values_.place() + ": " + refusal_;
-    if (!check_strips()) return "tristrips: " + refusal_;
-    if (!make_triangles()) return "face " + std::to_string(face_) + ": " + refusal_;
+      if (!read_element(element)) return values_.place() + ": " + error_;
+    if (!check_strips()) return "tristrips: " + error_;
+    if (!make_triangles()) return "face " + std::to_string(face_) + ": " + error_;
     if (mesh_.triangles.empty()) return std::string("has no faces");
     drop_unused_vertices();
     add_missing_normals(mesh_, limits_);
@@ -51,17 +51,17 @@ class PlyReader {
   }
 
  private:
-  bool refuse(std::string sentence) {
-    refusal_ = std::move(sentence);
-    return refusal_.empty();
+  bool check(std::string sentence) {
+    error_ = std::move(sentence);
+    return error_.empty();
   }
 
-  bool next(ply::Type type, double& value) { return values_.next(type, value) || refuse(values_.refusal()); }
+  bool next(ply::Type type, double& value) { return values_.next(type, value) || check(values_.error()); }
 
   bool read_element(const Element& element) {
     if (!values_.has_room_for(element)) {
-      return refuse("the file is too short for the " + std::to_string(element.count) + " elements " +
-                    in_quotes(element.name) + " that its header declares");
+      return check("the file is too short for the " + std::to_string(element.count) + " elements " +
+                   in_quotes(element.name) + " that its header declares");
     }
     if (element.name == "vertex") return read_vertices(element);
     if (element.name == "face") return read_faces(element);
@@ -75,17 +75,17 @@ class PlyReader {
   bool skip(const Property& property) {
     std::uint64_t length = 1;
     if (property.count && !read_length(property, length)) return false;
-    return values_.skip(property.type, length) || refuse(values_.refusal());
+    return values_.skip(property.type, length) || check(values_.error());
   }
 
   bool read_length(const Property& list, std::uint64_t& length) {
     double number = 0;
     if (!next(*list.count, number)) return false;
     if (!(number >= 0 && number <= max_index && number == std::trunc(number)))
-      return refuse("the length of the list " + in_quotes(list.name) + " must be an integer >= 0");
+      return check("the length of the list " + in_quotes(list.name) + " must be an integer >= 0");
     length = static_cast<std::uint64_t>(number);
     return values_.has_room_for(list.type, length) ||
-           refuse("the file is too short for the list " + in_quotes(list.name) + " of " + std::to_string(length));
+           check("the file is too short for the list " + in_quotes(list.name) + " of " + std::to_string(length));
   }
 
   bool read_vertices(const Element& element) {
@@ -95,7 +95,7 @@ class PlyReader {
       slots_of_properties.push_back(slot_of(property));
       has[slots_of_properties.back()] = true;
     }
-    if (!has[x] || !has[y] || !has[z]) return refuse("the element \"vertex\" must have x, y and z");
+    if (!has[x] || !has[y] || !has[z]) return check("the element \"vertex\" must have x, y and z");
     const bool has_normals = has[nx] && has[ny] && has[nz], has_uvs = has[u] && has[v];
     mesh_.positions.reserve(element.count);
     if (has_normals) mesh_.normals.reserve(element.count);
@@ -109,9 +109,9 @@ class PlyReader {
       mesh_.positions.push_back({row[x], row[y], row[z]});
       if (has_normals) mesh_.normals.push_back({row[nx], row[ny], row[nz]});
       if (has_uvs) mesh_.uvs.push_back({row[u], row[v]});
-      if (!refuse(refusal_of(mesh_.positions.back(), limits_)) ||
-          (has_normals && !refuse(refusal_of(mesh_.normals.back(), limits_))) ||
-          (has_uvs && !refuse(refusal_of(mesh_.uvs.back(), limits_))))
+      if (!check(vector_error(mesh_.positions.back(), limits_)) ||
+          (has_normals && !check(vector_error(mesh_.normals.back(), limits_))) ||
+          (has_uvs && !check(vector_error(mesh_.uvs.back(), limits_))))
         return false;
     }
     return true;
@@ -120,7 +120,7 @@ class PlyReader {
   /// Stored until all positions are read: faces may come first.
   bool read_faces(const Element& element) {
     const auto corner_lists = std::count_if(element.properties.begin(), element.properties.end(), is_corner_list);
-    if (corner_lists != 1) return refuse("the element \"face\" must have one list vertex_indices");
+    if (corner_lists != 1) return check("the element \"face\" must have one list vertex_indices");
     faces_.reserve(element.count);
     for (std::uint64_t face = 0; face < element.count; ++face) {
       for (const Property& property : element.properties)
@@ -132,7 +132,7 @@ class PlyReader {
   bool read_index(const Property& list, double least, double& index) {
     if (!next(list.type, index)) return false;
     return (index >= least && index <= max_index && index == std::trunc(index)) ||
-           refuse("the index of a vertex must be an integer >= 0");
+           check("the index of a vertex must be an integer >= 0");
   }
 
   bool read_corners(const Property& list) {
@@ -182,15 +182,15 @@ class PlyReader {
       const auto [a, b, c] = last;
       if (++since_begin < 3 || a == b || b == c || a == c) continue;
       mesh_.triangles.push_back(since_begin % 2 == 1 ? std::array{a, b, c} : std::array{b, a, c});
-      if (!refuse(refusal_of_triangle_count(mesh_.triangles.size(), limits_))) return false;
+      if (!check(triangle_count_error(mesh_.triangles.size(), limits_))) return false;
     }
     return true;
   }
 
   bool is_vertex(std::uint32_t index) {
     return index < mesh_.positions.size() ||
-           refuse("must have the index of one of the " + std::to_string(mesh_.positions.size()) + " vertices, got " +
-                  std::to_string(index));
+           check("must have the index of one of the " + std::to_string(mesh_.positions.size()) + " vertices, got " +
+                 std::to_string(index));
   }
 
   bool check_strips() {
@@ -208,7 +208,7 @@ class PlyReader {
     for (; face_ < faces_.size(); ++face_) {
       const auto& [a, b, c] = faces_[face_];
       if (!is_vertex(a) || !is_vertex(b) || !is_vertex(c)) return false;
-      if (before + face_ >= limits_.triangles) return refuse(refusal_of_triangle_count(before + face_ + 1, limits_));
+      if (before + face_ >= limits_.triangles) return check(triangle_count_error(before + face_ + 1, limits_));
     }
     if (before == 0) {
       mesh_.triangles = std::move(faces_);
@@ -228,7 +228,7 @@ class PlyReader {
         if (!is_vertex(corner)) return false;
         positions.push_back(mesh_.positions[corner]);
       }
-      if (!refuse(add_polygon(polygon, positions, limits_, mesh_.triangles))) return false;
+      if (!check(add_polygon(polygon, positions, limits_, mesh_.triangles))) return false;
       begin = end;
       ++face_;
     }
@@ -262,7 +262,7 @@ class PlyReader {
   const ply::Header& header_;
   const Limits& limits_;
   ply::Values values_;
-  std::string refusal_;
+  std::string error_;
   std::vector<std::array<std::uint32_t, 3>> faces_;  ///< all faces up to the first that is not a triangle
   std::vector<std::uint32_t> corner_points_;         ///< of all other faces, concatenated
   std::vector<std::size_t> ends_;                    ///< end of each of these in `corner_points_`
@@ -272,13 +272,13 @@ class PlyReader {
 
 }  // namespace
 
-bool is_ply(Bytes bytes) { return Words(bytes).word() == "ply"; }
+bool is_ply(Bytes bytes) { return Tokenizer(bytes).word() == "ply"; }
 
-MeshOrRefusal read_ply(Bytes bytes, const Limits& limits) {
-  Words words(bytes);
-  auto header = ply::read_header(words);
+MeshResult read_ply(Bytes bytes, const Limits& limits) {
+  Tokenizer tokens(bytes);
+  auto header = ply::read_header(tokens);
   if (!header) return std::move(header.error());
-  return PlyReader(bytes, words, *header, limits).read();
+  return PlyReader(bytes, tokens, *header, limits).read();
 }
 
 }  // namespace tracer::mesh_io

@@ -29,21 +29,21 @@ constexpr EncodingName encoding_names[] = {{"ascii", Encoding::ascii},
 
 class HeaderReader {
  public:
-  explicit HeaderReader(Words& words) : words_(words) {}
+  explicit HeaderReader(Tokenizer& tokens) : tokens_(tokens) {}
 
   Result<Header, std::string> read() {
-    while (words_.next_line()) {
-      const std::size_t line = words_.line();
-      const std::string_view keyword = words_.word();
+    while (tokens_.next_line()) {
+      const std::size_t line = tokens_.line();
+      const std::string_view keyword = tokens_.next_token();
       if (keyword == "end_header") return finish(line);
-      if (!read_line(keyword)) return at_line(line, refusal_);
+      if (!read_line(keyword)) return at_line(line, error_);
     }
-    return at_line(words_.line(), "the file ends within its header");
+    return at_line(tokens_.line(), "the file ends within its header");
   }
 
  private:
-  bool refuse(std::string sentence) {
-    refusal_ = std::move(sentence);
+  bool fail(std::string sentence) {
+    error_ = std::move(sentence);
     return false;
   }
 
@@ -52,7 +52,7 @@ class HeaderReader {
     for (const Element& element : header_.elements)
       if (element.properties.empty() && element.count > 0)
         return at_line(line, "the element " + in_quotes(element.name) + " has no properties");
-    words_.next_line();
+    tokens_.next_line();
     return std::move(header_);
   }
 
@@ -61,71 +61,71 @@ class HeaderReader {
     if (keyword == "format") return read_format();
     if (keyword == "element") return read_element();
     if (keyword == "property") return read_property();
-    return refuse(in_quotes(keyword) + " has no place in a header");
+    return fail(in_quotes(keyword) + " has no place in a header");
   }
 
   bool read_format() {
-    const std::string_view name = words_.word();
+    const std::string_view name = tokens_.next_token();
     for (const auto& [known, encoding] : encoding_names) {
       if (name != known) continue;
       header_.encoding = encoding;
       has_format_ = true;
       return true;
     }
-    return refuse("the format must be ascii, binary_little_endian or binary_big_endian, got " + in_quotes(name));
+    return fail("the format must be ascii, binary_little_endian or binary_big_endian, got " + in_quotes(name));
   }
 
   bool read_element() {
     Element element;
-    element.name = words_.word();
-    const std::string_view count = words_.word();
+    element.name = tokens_.next_token();
+    const std::string_view count = tokens_.next_token();
     const auto [end, error] = std::from_chars(count.data(), count.data() + count.size(), element.count);
     if (error != std::errc() || end != count.data() + count.size())
-      return refuse("must be the number of the elements " + in_quotes(element.name) + ", got " + in_quotes(count));
+      return fail("must be the number of the elements " + in_quotes(element.name) + ", got " + in_quotes(count));
     const auto same = [&](const Element& other) { return other.name == element.name; };
     if (std::any_of(header_.elements.begin(), header_.elements.end(), same))
-      return refuse("the element " + in_quotes(element.name) + " is declared twice");
+      return fail("the element " + in_quotes(element.name) + " is declared twice");
     if (header_.elements.size() == elements_max)
-      return refuse("the limit elements_max is " + std::to_string(elements_max));
+      return fail("the limit elements_max is " + std::to_string(elements_max));
     header_.elements.push_back(std::move(element));
     return true;
   }
 
   bool read_type(Type& type) {
-    const std::string_view name = words_.word();
+    const std::string_view name = tokens_.next_token();
     for (const auto& [known, meaning] : type_names) {
       if (name != known) continue;
       type = meaning;
       return true;
     }
-    return refuse(in_quotes(name) + " is no type");
+    return fail(in_quotes(name) + " is no type");
   }
 
   bool read_property() {
-    if (header_.elements.empty()) return refuse("a property must follow its element");
+    if (header_.elements.empty()) return fail("a property must follow its element");
     Property property;
-    Words ahead = words_;
+    Tokenizer ahead = tokens_;
     if (ahead.word() == "list") {
-      words_ = ahead;
+      tokens_ = ahead;
       if (!read_type(property.count.emplace())) return false;
-      if (*property.count >= Type::float32) return refuse("the length of a list must be an integer");
+      if (*property.count >= Type::float32) return fail("the length of a list must be an integer");
     }
     if (!read_type(property.type)) return false;
-    property.name = words_.word();
+    property.name = tokens_.next_token();
     header_.elements.back().properties.push_back(std::move(property));
     return true;
   }
 
   static constexpr std::size_t elements_max = 1000;  // files have two or three; name comparison is quadratic
 
-  Words& words_;
+  Tokenizer& tokens_;
   Header header_;
   bool has_format_ = false;
-  std::string refusal_;
+  std::string error_;
 };
 
 }  // namespace
 
-Result<Header, std::string> read_header(Words& words) { return HeaderReader(words).read(); }
+Result<Header, std::string> read_header(Tokenizer& tokens) { return HeaderReader(tokens).read(); }
 
 }  // namespace tracer::mesh_io::ply

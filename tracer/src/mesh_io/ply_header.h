@@ -36,7 +36,7 @@ struct Header {
   std::vector<Element> elements;  ///< in the order of the data; no name twice
 };
 
-/// Advances `words` to the data. Fails with a sentence that begins with the line.
-Result<Header, std::string> read_header(Words& words);
+/// Advances `tokens` to the data. Fails with a sentence that begins with the line.
+Result<Header, std::string> read_header(Tokenizer& tokens);
 
 }  // namespace tracer::mesh_io::ply

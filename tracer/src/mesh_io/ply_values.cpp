@@ -7,7 +7,7 @@
 namespace tracer::mesh_io::ply {
 namespace {
 
-/// A value of type T, whose bytes begin there.
+/// Reads a value of type T from its bytes.
 template <class T>
 double number(const std::uint8_t* at, bool swapped) {
   std::array<std::uint8_t, sizeof(T)> raw;
@@ -40,14 +40,14 @@ double number(Type type, const std::uint8_t* at, bool swapped) {
 
 }  // namespace
 
-Values::Values(std::span<const std::uint8_t> bytes, const Words& words, Encoding encoding)
-    : bytes_(bytes), words_(words), at_(words.offset()), encoding_(encoding) {}
+Values::Values(std::span<const std::uint8_t> bytes, const Tokenizer& tokens, Encoding encoding)
+    : bytes_(bytes), tokens_(tokens), at_(tokens.offset()), encoding_(encoding) {}
 
 bool Values::next(Type type, double& value) {
-  if (encoding_ == Encoding::ascii) return next_word(value);
+  if (encoding_ == Encoding::ascii) return next_token(value);
   const std::size_t size = bytes_of(type);
   if (size > bytes_.size() - at_) {
-    refusal_ = "the file ends within its data";
+    error_ = "the file ends within its data";
     return false;
   }
   constexpr bool little = std::endian::native == std::endian::little;
@@ -56,10 +56,10 @@ bool Values::next(Type type, double& value) {
   return true;
 }
 
-bool Values::next_word(double& value) {
-  const std::string_view word = words_.word_of_any_line();
+bool Values::next_token(double& value) {
+  const std::string_view word = tokens_.next_token_on_any_line();
   if (parse_number(word, value)) return true;
-  refusal_ = word.empty() ? "the file ends within its data" : in_quotes(word) + " is no number";
+  error_ = word.empty() ? "the file ends within its data" : in_quotes(word) + " is no number";
   return false;
 }
 
@@ -75,8 +75,8 @@ std::size_t Values::least_bytes(Type type) const {
 }
 
 std::uint64_t Values::bytes_left() const {
-  // The last word of a text needs no blank behind it.
-  return encoding_ == Encoding::ascii ? bytes_.size() - words_.offset() + 1 : bytes_.size() - at_;
+  // The last token of a text needs no separator after it.
+  return encoding_ == Encoding::ascii ? bytes_.size() - tokens_.offset() + 1 : bytes_.size() - at_;
 }
 
 bool Values::has_room_for(Type type, std::uint64_t count) const { return count <= bytes_left() / least_bytes(type); }
@@ -88,7 +88,7 @@ bool Values::has_room_for(const Element& element) const {
 }
 
 std::string Values::place() const {
-  return encoding_ == Encoding::ascii ? "line " + std::to_string(words_.line()) : "byte " + std::to_string(at_);
+  return encoding_ == Encoding::ascii ? "line " + std::to_string(tokens_.line()) : "byte " + std::to_string(at_);
 }
 
 }  // namespace tracer::mesh_io::ply

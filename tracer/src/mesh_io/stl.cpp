@@ -14,17 +14,17 @@ namespace {
 
 constexpr std::size_t header_bytes = 80;
 constexpr std::size_t first_triangle = header_bytes + 4;
-constexpr std::size_t triangle_bytes = 50;  // normal, three corners, a word that nothing defines
+constexpr std::size_t triangle_bytes = 50;  // normal, three corners, a 16-bit attribute
 constexpr std::size_t normal_bytes = 12;
 
-/// Little-endian, whatever this machine is.
+/// Little-endian on every machine.
 std::uint32_t word_at(Bytes bytes, std::size_t offset) {
   std::uint32_t word = 0;
   for (std::size_t i = 4; i-- > 0;) word = word << 8U | bytes[offset + i];
   return word;
 }
 
-/// Corners, three a triangle, become vertices that neighbours share. -0 is 0: comparison says so, and so does weld.
+/// Welds corners, three per triangle, to vertices that neighbors share. -0 equals 0.
 Mesh welded_mesh(const std::vector<Vec3>& corners) {
   std::vector<std::tuple<double, double, double>> keys;
   keys.reserve(corners.size());
@@ -48,36 +48,36 @@ std::string lower(std::string_view word) {
 
 class AsciiStlReader {
  public:
-  AsciiStlReader(Bytes bytes, const Limits& limits) : words_(bytes), limits_(limits) {}
+  AsciiStlReader(Bytes bytes, const Limits& limits) : tokens_(bytes), limits_(limits) {}
 
-  MeshOrRefusal read() {
-    for (std::string word; !(word = lower(words_.word_of_any_line())).empty();) {
+  MeshResult read() {
+    for (std::string word; !(word = lower(tokens_.next_token_on_any_line())).empty();) {
       if (word == "solid" || word == "endsolid") {
         ended_ = word == "endsolid";
-        if (!words_.next_line()) break;  // a name of any words may follow
-      } else if (!(word == "facet" ? read_facet() : refuse(word, "facet"))) {
-        return at_line(words_.line(), refusal_);
+        if (!tokens_.next_line()) break;  // skips the name
+      } else if (!(word == "facet" ? read_facet() : fail(word, "facet"))) {
+        return at_line(tokens_.line(), error_);
       }
     }
-    if (!ended_) return at_line(words_.line(), "the file ends before \"endsolid\"");
+    if (!ended_) return at_line(tokens_.line(), "the file ends before \"endsolid\"");
     if (corner_points_.empty()) return std::string("has no facets");
     return welded_mesh(corner_points_);
   }
 
  private:
-  bool refuse(std::string_view found, const char* expected) {
-    refusal_ = std::string("expected ") + expected + ", found " + (found.empty() ? "the end" : in_quotes(found));
+  bool fail(std::string_view found, const char* expected) {
+    error_ = std::string("expected ") + expected + ", found " + (found.empty() ? "the end" : in_quotes(found));
     return false;
   }
 
   bool expect(const char* keyword) {
-    const std::string_view word = words_.word_of_any_line();
-    return lower(word) == keyword || refuse(word, keyword);
+    const std::string_view word = tokens_.next_token_on_any_line();
+    return lower(word) == keyword || fail(word, keyword);
   }
 
   bool read_number(double& number) {
-    const std::string_view word = words_.word_of_any_line();
-    return parse_number(word, number) || refuse(word, "a number");
+    const std::string_view word = tokens_.next_token_on_any_line();
+    return parse_number(word, number) || fail(word, "a number");
   }
 
   bool read_vector(Vec3& v) { return read_number(v.x) && read_number(v.y) && read_number(v.z); }
@@ -85,20 +85,20 @@ class AsciiStlReader {
   bool read_corner() {
     Vec3& corner = corner_points_.emplace_back();
     if (!expect("vertex") || !read_vector(corner)) return false;
-    refusal_ = refusal_of(corner, limits_);
-    return refusal_.empty();
+    error_ = vector_error(corner, limits_);
+    return error_.empty();
   }
 
   bool read_facet() {
-    refusal_ = refusal_of_triangle_count(corner_points_.size() / 3 + 1, limits_);
+    error_ = triangle_count_error(corner_points_.size() / 3 + 1, limits_);
     Vec3 normal;
-    return refusal_.empty() && expect("normal") && read_vector(normal) && expect("outer") && expect("loop") &&
+    return error_.empty() && expect("normal") && read_vector(normal) && expect("outer") && expect("loop") &&
            read_corner() && read_corner() && read_corner() && expect("endloop") && expect("endfacet");
   }
 
-  Words words_;
+  Tokenizer tokens_;
   const Limits& limits_;
-  std::string refusal_;
+  std::string error_;
   bool ended_ = false;
   std::vector<Vec3> corner_points_;
 };
@@ -110,9 +110,9 @@ bool is_binary_stl(Bytes bytes) {
          bytes.size() == first_triangle + triangle_bytes * std::uint64_t{word_at(bytes, header_bytes)};
 }
 
-MeshOrRefusal read_binary_stl(Bytes bytes, const Limits& limits) {
+MeshResult read_binary_stl(Bytes bytes, const Limits& limits) {
   const std::uint32_t count = word_at(bytes, header_bytes);
-  if (auto refused = refusal_of_triangle_count(count, limits); !refused.empty()) return refused;
+  if (auto failure = triangle_count_error(count, limits); !failure.empty()) return failure;
   std::vector<Vec3> corners;
   corners.reserve(std::size_t{3} * count);
   for (std::size_t triangle = 0; triangle < count; ++triangle) {
@@ -122,20 +122,20 @@ MeshOrRefusal read_binary_stl(Bytes bytes, const Limits& limits) {
         return double{std::bit_cast<float>(word_at(bytes, offset + 4 * axis))};
       };
       corners.push_back({coordinate(0), coordinate(1), coordinate(2)});
-      if (const auto refused = refusal_of(corners.back(), limits); !refused.empty())
-        return "byte " + std::to_string(offset) + ": " + refused;
+      if (const auto failure = vector_error(corners.back(), limits); !failure.empty())
+        return "byte " + std::to_string(offset) + ": " + failure;
     }
   }
   return welded_mesh(corners);
 }
 
-/// Text has no NUL; the headers of binary files that begin with the same word do.
+/// Text contains no NUL; headers of binary files that begin with "solid" do.
 bool is_ascii_stl(Bytes bytes) {
   const Bytes beginning = bytes.first(std::min(bytes.size(), first_triangle));
   return std::find(beginning.begin(), beginning.end(), 0) == beginning.end() &&
-         lower(Words(bytes).word_of_any_line()) == "solid";
+         lower(Tokenizer(bytes).next_token_on_any_line()) == "solid";
 }
 
-MeshOrRefusal read_ascii_stl(Bytes bytes, const Limits& limits) { return AsciiStlReader(bytes, limits).read(); }
+MeshResult read_ascii_stl(Bytes bytes, const Limits& limits) { return AsciiStlReader(bytes, limits).read(); }
 
 }  // namespace tracer::mesh_io

@@ -12,20 +12,20 @@ bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f'; 
 
 }  // namespace
 
-// A view of the same bytes as characters: what reinterpret_cast is for.
-Words::Words(std::span<const std::uint8_t> bytes) : text_(reinterpret_cast<const char*>(bytes.data()), bytes.size()) {}
+Tokenizer::Tokenizer(std::span<const std::uint8_t> bytes)
+    : text_(reinterpret_cast<const char*>(bytes.data()), bytes.size()) {}
 
-std::string_view Words::word() {
+std::string_view Tokenizer::next_token() {
   while (at_ < text_.size() && is_blank(text_[at_])) ++at_;
   const std::size_t first = at_;
   while (at_ < text_.size() && !is_blank(text_[at_]) && !is_line_end(text_[at_])) ++at_;
   return text_.substr(first, at_ - first);
 }
 
-std::string_view Words::next_token_across_continuations() {
+std::string_view Tokenizer::next_token_across_continuations() {
   for (;;) {
-    std::string_view found = word();
-    const bool joined = found.ends_with('\\') && at_ < text_.size();  // a word ends at a blank or a line's end
+    std::string_view found = next_token();
+    const bool joined = found.ends_with('\\') && at_ < text_.size();  // a token ends at a blank or a line end
     if (!joined || !is_line_end(text_[at_])) return found;
     next_line();
     found.remove_suffix(1);
@@ -33,14 +33,14 @@ std::string_view Words::next_token_across_continuations() {
   }
 }
 
-std::string_view Words::word_of_any_line() {
+std::string_view Tokenizer::next_token_on_any_line() {
   for (;;) {
-    const std::string_view found = word();
+    const std::string_view found = next_token();
     if (!found.empty() || !next_line()) return found;
   }
 }
 
-bool Words::next_line() {
+bool Tokenizer::next_line() {
   while (at_ < text_.size() && !is_line_end(text_[at_])) ++at_;
   if (at_ == text_.size()) return false;
   at_ += text_.substr(at_, 2) == "\r\n" ? 2 : 1;
@@ -52,7 +52,7 @@ bool parse_number(std::string_view word, double& value) {
   if (word.starts_with('+') && !word.starts_with("+-")) word.remove_prefix(1);
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (end != word.data() + word.size() || error == std::errc::invalid_argument) return false;
-  if (error == std::errc::result_out_of_range) {  // says not on which side
+  if (error == std::errc::result_out_of_range) {  // overflow or underflow
     const bool tiny = word.find("e-") != std::string_view::npos || word.find("E-") != std::string_view::npos;
     value = tiny ? 0 : std::numeric_limits<double>::infinity();
   }
@@ -64,10 +64,10 @@ std::string at_line(std::size_t line, const std::string& sentence) {
 }
 
 std::string in_quotes(std::string_view word) {
-  constexpr std::size_t shown_max = 32;
+  constexpr std::size_t length_max = 32;
   std::string text = "\"";
-  for (const char c : word.substr(0, shown_max)) text += c >= ' ' && c <= '~' ? c : '?';
-  return text + (word.size() > shown_max ? "...\"" : "\"");
+  for (const char c : word.substr(0, length_max)) text += c >= ' ' && c <= '~' ? c : '?';
+  return text + (word.size() > length_max ? "...\"" : "\"");
 }
 
 }  // namespace tracer::mesh_io

@@ -1,5 +1,5 @@
 #pragma once
-/// Walks through a text file by lines and words, for mesh formats that are text.
+/// Splits text files into lines and tokens, for mesh formats that are text.
 
 #include <cstddef>
 #include <cstdint>
@@ -9,23 +9,23 @@
 
 namespace tracer::mesh_io {
 
-/// Lines end with LF, CRLF or CR and are counted from 1; words are parted by blanks and tabs. Views point into the
-/// bytes.
-class Words {
+/// Lines end with LF, CRLF or CR and are counted from 1; tokens are separated by blanks and tabs. Returned views point
+/// into the bytes, which must outlive them.
+class Tokenizer {
  public:
-  explicit Words(std::span<const std::uint8_t> bytes);
+  explicit Tokenizer(std::span<const std::uint8_t> bytes);
 
   [[nodiscard]] std::size_t line() const { return line_; }
-  [[nodiscard]] std::size_t offset() const { return at_; }  ///< bytes before the next word or line end
+  [[nodiscard]] std::size_t offset() const { return at_; }  ///< bytes before the next token or line end
   [[nodiscard]] bool at_end() const { return at_ == text_.size(); }
 
-  /// The next word of this line; empty at its end.
-  std::string_view word();
-  /// The same, where a backslash before the line's end joins the next line to it.
+  /// The next token of this line; empty at its end.
+  std::string_view next_token();
+  /// The same, with lines joined by a backslash before the line end.
   std::string_view next_token_across_continuations();
-  /// The next word on whatever line; empty at the end of the file.
-  std::string_view word_of_any_line();
-  /// To the next line's beginning; false when there is none.
+  /// The next token of this or a later line; empty at the end of the file.
+  std::string_view next_token_on_any_line();
+  /// Advances to the next line; false if there is none.
   bool next_line();
 
  private:
@@ -34,13 +34,13 @@ class Words {
   std::size_t line_ = 1;
 };
 
-/// A decimal number: the nearest double, infinite or 0 beyond their range. False when the word is anything else.
+/// Parses a decimal number to the nearest double, infinite or 0 beyond their range. False for other tokens.
 bool parse_number(std::string_view word, double& value);
 
-/// "line 7: what is wrong"
+/// "line 7: `sentence`".
 std::string at_line(std::size_t line, const std::string& sentence);
 
-/// In double quotes, at most 32 bytes of it, control and other than ASCII characters as '?': fit for any terminal.
+/// The token in double quotes, at most 32 bytes of it, with '?' for control and non-ASCII characters.
 std::string in_quotes(std::string_view word);
 
 }  // namespace tracer::mesh_io

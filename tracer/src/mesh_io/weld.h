@@ -1,5 +1,5 @@
 #pragma once
-/// Makes equal things one, by sorting: no hash that a hostile file could fill with collisions.
+/// Welds equal keys by sorting: a hash table would be open to collision attacks.
 
 #include <algorithm>
 #include <cstdint>
@@ -9,11 +9,11 @@
 namespace tracer::mesh_io {
 
 struct Welded {
-  std::vector<std::uint32_t> first;   ///< of each different key, where it first stands; ascending
-  std::vector<std::uint32_t> vertex;  ///< of each key, the place of its like in `first`
+  std::vector<std::uint32_t> first;   ///< index of the first occurrence of each distinct key; ascending
+  std::vector<std::uint32_t> vertex;  ///< for each key, the index in `first` of its equal
 };
 
-/// Keys are ordered by <; fewer than 2^32 of them.
+/// Precondition: fewer than 2^32 keys, ordered by <.
 template <class Key>
 Welded weld(const std::vector<Key>& keys) {
   std::vector<std::pair<Key, std::uint32_t>> sorted;
@@ -26,7 +26,7 @@ Welded weld(const std::vector<Key>& keys) {
     if (sorted[leader].first < sorted[i].first) leader = i;
     welded.vertex[sorted[i].second] = sorted[leader].second;
   }
-  for (std::uint32_t i = 0; i < keys.size(); ++i) {  // a leader comes before those that follow it
+  for (std::uint32_t i = 0; i < keys.size(); ++i) {  // the first of equal keys precedes the others
     const bool leads = welded.vertex[i] == i;
     const std::uint32_t follows = welded.vertex[i];
     welded.vertex[i] = leads ? static_cast<std::uint32_t>(welded.first.size()) : welded.vertex[follows];

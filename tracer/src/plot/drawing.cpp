@@ -3,7 +3,7 @@
 namespace tracer::plotting {
 namespace {
 
-// About as much ink each, so that none looks more important: the areas are within a fifth of the circle's 64 pixels.
+// All marks have about the same weight: the areas are within a fifth of the circle's 64 pixels.
 constexpr Place square[] = {{-4, -4}, {4, -4}, {4, 4}, {-4, 4}};
 constexpr Place diamond[] = {{0, -5.5}, {5.5, 0}, {0, 5.5}, {-5.5, 0}};
 constexpr Place triangle[] = {{0, -6.2}, {5.7, 4.6}, {-5.7, 4.6}};

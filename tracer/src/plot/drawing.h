@@ -1,5 +1,5 @@
 #pragma once
-/// What a plot looks like, in pixels from the upper left corner: plain shapes that both writers draw in their order.
+/// Drawing of a plot as a list of shapes in drawing order, in pixels from the upper left corner, for both writers.
 
 #include <cstdint>
 #include <span>
@@ -18,7 +18,7 @@ struct Place {
   double x = 0, y = 0;
 };
 
-/// Lines of one look, each through its places.
+/// Polylines of one style.
 struct Stroke {
   std::vector<std::vector<Place>> lines;
   Color color = 0;
@@ -26,7 +26,7 @@ struct Stroke {
   bool dashed = false;
 };
 
-/// A filled mark with a white rim, so that marks which overlap can be counted.
+/// A filled mark with a white outline, so that overlapping marks stay distinguishable.
 struct Marker {
   Place at;
   PlotMark mark = PlotMark::circle;
@@ -36,15 +36,15 @@ struct Marker {
 
 enum class Anchor { start, middle, end };
 
-/// One line of text; `at` is on its base line. Valid UTF-8 without control characters.
+/// One line of text with the base line at `at`. Valid UTF-8 without control characters.
 struct Words {
   Place at;
   std::string text;
-  double size = 13;  ///< of the font, pixels
+  double size = 13;  ///< font size, pixels
   Anchor anchor = Anchor::start;
   bool bold = false;
-  bool upwards = false;  ///< turned by a quarter, to be read from the bottom to the top
-  bool haloed = false;   ///< with a white rim: over lines
+  bool upwards = false;  ///< rotated by 90 degrees, reads from bottom to top
+  bool haloed = false;   ///< white outline, for text over lines
 };
 
 using Item = std::variant<Stroke, Marker, Words>;
@@ -56,13 +56,13 @@ struct Drawing {
 };
 
 inline constexpr std::string_view font_family = "DejaVu Sans";
-inline constexpr Color ink = 0x222222;  ///< of all text
+inline constexpr Color ink = 0x222222;  ///< color of all text
 inline constexpr double rim_width = 1;
 inline constexpr double halo_width = 3;
 inline constexpr double dash[] = {6, 4};
 
 inline constexpr double circle_radius = 4.5;
-/// The corners of a mark around (0,0); a circle, and none, have none.
+/// Corners of a mark around (0,0); empty for circle and none.
 std::span<const Place> corners(PlotMark mark);
 
 }  // namespace tracer::plotting

@@ -11,12 +11,12 @@
 namespace tracer::plotting {
 namespace {
 
-constexpr double edge = 18;  // white space at the border
+constexpr double edge = 18;  // margin
 constexpr double title_size = 19, label_size = 15, tick_size = 13, legend_size = 14, note_size = 13;
 constexpr double legend_sample = 34, legend_gap = 26, legend_row = 22;
 constexpr Color frame = 0x666666, grid = 0xd0d0d0, fine_grid = 0xececec;
 
-// Okabe and Ito 2008, less yellow, which white swallows.
+// Okabe and Ito 2008, without yellow, which is illegible on white.
 constexpr Color palette[] = {0x0072b2, 0xd55e00, 0x009e73, 0xcc79a7, 0x000000, 0xe69f00, 0x56b4e9};
 
 Color color_of(const Plot& plot, std::size_t index) {
@@ -37,8 +37,8 @@ class Layout {
     legend();
     note();
     axes();
-    for (std::size_t i = 0; i < shown_.size(); ++i) joined(i);
-    for (std::size_t i = 0; i < shown_.size(); ++i) marks(i);
+    for (std::size_t i = 0; i < drawable_.size(); ++i) joined(i);
+    for (std::size_t i = 0; i < drawable_.size(); ++i) marks(i);
     for (Words& label : point_labels(labelled_, {left_, top_, right_, bottom_})) drawing_.items.emplace_back(label);
     describe();
     return std::move(drawing_);
@@ -48,7 +48,7 @@ class Layout {
   void gather_points() {
     std::vector<double> xs, ys;
     for (const PlotSeries& series : plot_.series) {
-      std::vector<PlotPoint>& kept = shown_.emplace_back();
+      std::vector<PlotPoint>& kept = drawable_.emplace_back();
       for (const PlotPoint& point : series.points) {
         if (!can_show(point.x, plot_.x.logarithmic) || !can_show(point.y, plot_.y.logarithmic)) continue;
         kept.push_back(point);
@@ -74,7 +74,7 @@ class Layout {
     top_ += 8;
   }
 
-  /// From left to right, in as many rows as it takes, but not below the upper third.
+  /// Places the legend from left to right in rows, within the upper third.
   void legend() {
     double x = edge;
     bool any = false;
@@ -99,7 +99,7 @@ class Layout {
     top_ += 10;
   }
 
-  /// The note and what it must say of points without a place, from the bottom upwards; then the label of the x axis.
+  /// Places the note, with the number of omitted points, from the bottom upwards; then the label of the x axis.
   void note() {
     bottom_ = drawing_.height - edge;
     std::string text = drawable(plot_.note);
@@ -171,7 +171,7 @@ class Layout {
   void joined(std::size_t index) {
     const PlotJoin join = plot_.series[index].join;
     std::vector<std::vector<Place>> lines(1);
-    for (const PlotPoint& point : shown_[index]) {
+    for (const PlotPoint& point : drawable_[index]) {
       const Place next = place(point);
       std::vector<Place>& line = lines.back();
       if (join == PlotJoin::steps && !line.empty()) line.push_back({next.x, line.back().y});
@@ -184,7 +184,7 @@ class Layout {
 
   void marks(std::size_t index) {
     const PlotSeries& series = plot_.series[index];
-    for (const PlotPoint& point : shown_[index]) {
+    for (const PlotPoint& point : drawable_[index]) {
       const std::string label = drawable(point.label);
       labelled_.push_back({place(point), series.mark != PlotMark::none, label});
       if (series.mark == PlotMark::none) continue;
@@ -197,12 +197,12 @@ class Layout {
   void describe() {
     std::string& text = drawing_.description;
     text = drawable(plot_.y.label) + " over " + drawable(plot_.x.label) + ".";
-    for (std::size_t i = 0; i < shown_.size(); ++i) {
+    for (std::size_t i = 0; i < drawable_.size(); ++i) {
       const std::string name = drawable(plot_.series[i].name);
-      if (name.empty() || shown_[i].empty()) continue;
-      const PlotPoint &first = shown_[i].front(), &last = shown_[i].back();
+      if (name.empty() || drawable_[i].empty()) continue;
+      const PlotPoint &first = drawable_[i].front(), &last = drawable_[i].back();
       text.append(" ").append(name).append(": ");
-      text += std::to_string(shown_[i].size()) + (shown_[i].size() == 1 ? " point" : " points");
+      text += std::to_string(drawable_[i].size()) + (drawable_[i].size() == 1 ? " point" : " points");
       text += ", from (" + brief(first.x) + ", " + brief(first.y) + ") to (" + brief(last.x) + ", " + brief(last.y);
       text += ").";
     }
@@ -211,11 +211,11 @@ class Layout {
 
   const Plot& plot_;
   Drawing drawing_;
-  std::vector<std::vector<PlotPoint>> shown_;  // of each series, those that have a place
+  std::vector<std::vector<PlotPoint>> drawable_;  // per series, the points that can be drawn
   std::vector<PointToLabel> labelled_;
   std::size_t left_out_ = 0;
   Scale x_, y_;
-  double left_ = 0, top_ = 0, right_ = 0, bottom_ = 0;  // of the room that is left; in the end, of the axes
+  double left_ = 0, top_ = 0, right_ = 0, bottom_ = 0;  // of the remaining area; finally of the axes
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The drawing rasterised by Cairo, which lives in this file alone.
+// Rasterizes the drawing with Cairo.
 #include <cairo.h>
 
 #include <memory>
@@ -77,7 +77,7 @@ void draw(cairo_t* context, const Words& words) {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// Cairo's C code calls this, and no exception may pass through it.
+/// Callback from C: must not throw.
 cairo_status_t append(void* bytes, const unsigned char* piece, unsigned length) try {
   auto* all = static_cast<Bytes*>(bytes);
   all->insert(all->end(), piece, piece + length);
@@ -97,7 +97,7 @@ Result<Bytes, std::string> plot_png(const Plot& plot) {
   use_color(context.get(), white);
   cairo_paint(context.get());
   for (const Item& item : drawing.items) std::visit([&](const auto& shape) { draw(context.get(), shape); }, item);
-  // Cairo remembers the first failure and draws nothing after it.
+  // Cairo stores the first error and draws nothing after it.
   cairo_status_t status = cairo_status(context.get());
   Bytes bytes;
   if (status == CAIRO_STATUS_SUCCESS) status = cairo_surface_write_to_png_stream(surface.get(), append, &bytes);

@@ -26,7 +26,7 @@ struct Try {
   Place offset;
   Anchor anchor;
 };
-// Not straight to a side: lines often leave there.
+// Diagonal positions only: lines often leave horizontally or vertically.
 constexpr std::array<Try, 4> tries{{{{aside, above}, Anchor::start},
                                     {{-aside, below}, Anchor::end},
                                     {{aside, below}, Anchor::start},

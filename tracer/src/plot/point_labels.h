@@ -1,5 +1,5 @@
 #pragma once
-/// Labels beside points, where there is room for them.
+/// Placement of the labels of points.
 
 #include <string>
 #include <vector>
@@ -15,11 +15,11 @@ struct Box {
 struct PointToLabel {
   Place at;
   bool marked = true;   ///< no label may cover it
-  std::string label{};  ///< empty: wants none
+  std::string label{};  ///< empty: none
 };
 
-/// First come, first served: above and right of the point, else in one of the three other corners, within `inside`. A
-/// label that would cover a mark or an earlier label in all four is left out.
+/// Greedy placement in order: above and right of the point, else in one of the three other corners, within `inside`. A
+/// label that would cover a mark or an earlier label in all four is omitted.
 std::vector<Words> point_labels(const std::vector<PointToLabel>& points, const Box& inside);
 
 }  // namespace tracer::plotting

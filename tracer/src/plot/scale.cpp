@@ -11,7 +11,7 @@
 namespace tracer::plotting {
 namespace {
 
-constexpr double greatest = 1e300, least_positive = 1e-300;  // sums and differences of such stay finite
+constexpr double greatest = 1e300, least_positive = 1e-300;  // sums and differences stay finite
 
 double even(double value, bool logarithmic) { return logarithmic ? std::log10(value) : value; }
 
@@ -32,7 +32,7 @@ bool fit(const std::vector<Tick>& labelled, const Scale& scale, const std::funct
   return true;
 }
 
-/// Those of `digits` times each `stride`-th power of ten that lie on the scale.
+/// Products of `digits` and every `stride`-th power of ten that lie on the scale.
 std::vector<Tick> in_decades(const Scale& scale, std::initializer_list<int> digits, int stride) {
   std::vector<Tick> found;
   const int last = floor_exponent(scale.high);
@@ -55,7 +55,7 @@ std::vector<Tick> multiples(const Scale& scale, int factor, int exponent) {
   return found;
 }
 
-/// The finest steps whose labels fit. They get coarser until none or one is left, and that fits.
+/// The finest steps whose labels fit. Terminates because one label always fits.
 std::vector<Tick> linear_labels(const Scale& scale, const std::function<double(const std::string&)>& room) {
   for (int exponent = floor_exponent((scale.high - scale.low) / 100);; ++exponent) {
     for (const int factor : {1, 2, 5}) {
@@ -83,7 +83,7 @@ double Scale::place(double value) const {
 }
 
 bool can_show(double value, bool logarithmic) {
-  return std::abs(value) <= greatest && (!logarithmic || value >= least_positive);  // false for not-a-number
+  return std::abs(value) <= greatest && (!logarithmic || value >= least_positive);  // false for NaN
 }
 
 Scale covering(const std::vector<double>& values, bool logarithmic) {
@@ -91,7 +91,7 @@ Scale covering(const std::vector<double>& values, bool logarithmic) {
   if (values.empty()) return scale;
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
   double low = even(*least, logarithmic), high = even(*most, logarithmic);
-  // A single value gets a neighbourhood; so do values that ticks of nine digits could not tell apart.
+  // Extends the range of a single value, and of values that ticks of nine digits cannot distinguish.
   const double magnitude = std::max(std::abs(low), std::abs(high));
   if (high - low <= std::max(1e-9 * magnitude, least_positive)) {
     const double reach = logarithmic ? 0.5 : magnitude > 1e9 * least_positive ? magnitude / 2 : 1;
@@ -119,7 +119,7 @@ double Tick::value() const {
 std::string Tick::text() const {
   if (digits == 0) return "0";
   std::string figures = std::to_string(std::abs(digits));
-  int power = exponent;  // of the last figure
+  int power = exponent;  // of the last digit
   for (; figures.back() == '0'; ++power) figures.pop_back();
   const int leading = power + static_cast<int>(figures.size()) - 1;
   const std::string sign = digits < 0 ? "−" : "";
@@ -137,7 +137,7 @@ Ticks ticks(const Scale& scale, const std::function<double(const std::string&)>&
   if (!scale.logarithmic) return {linear_labels(scale, room), {}};
   Ticks found{logarithmic_labels(scale, room), {}};
   const double decade = std::abs(scale.to - scale.from) / (std::log10(scale.high) - std::log10(scale.low));
-  if (decade < 6) return found;  // pixels; the lines would run together
+  if (decade < 6) return found;  // pixels; denser lines are illegible
   for (const Tick& tick : decade < 30 ? in_decades(scale, {1}, 1) : in_decades(scale, {2, 3, 4, 5, 6, 7, 8, 9}, 1)) {
     const double value = tick.value();
     const bool labelled = std::any_of(found.labelled.begin(), found.labelled.end(),

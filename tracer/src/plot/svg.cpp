@@ -1,4 +1,4 @@
-// SVG 1.1 (second edition) with the `href` of SVG 2; text in, text out.
+// Writes SVG 1.1 (second edition) with the `href` of SVG 2.
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -11,7 +11,7 @@ namespace {
 
 using namespace plotting;
 
-/// In hundredths of a pixel, without trailing zeros.
+/// Rounds to hundredths of a pixel, without trailing zeros.
 std::string number(double value) {
   const auto hundredths = static_cast<long long>(std::llround(value * 100));
   std::string text = hundredths < 0 ? "-" : "";
@@ -73,7 +73,7 @@ const char* name_of(PlotMark mark) {
   return "";
 }
 
-/// Each shape once; marks refer to it. The prefix keeps apart from the ids of a page that holds the plot.
+/// Defines each mark shape once. The prefix avoids conflicts with ids of a page that embeds the plot.
 std::string definitions() {
   std::string text = "<defs>\n";
   for (const auto& [mark, name] : marks) {
@@ -113,7 +113,7 @@ std::string element(const Words& words) {
   if (words.upwards) placed += attribute("transform", "rotate(-90 " + x + " " + y + ")");
   const std::string end = ">" + escaped(words.text) + "</text>\n";
   if (!words.haloed) return "<text" + placed + end;
-  // An element of its own, because not every reader knows `paint-order`; who listens need not hear it twice.
+  // A separate element, because not every viewer supports `paint-order`; hidden from screen readers.
   return "<text aria-hidden=\"true\" stroke=\"#fff\" stroke-linejoin=\"round\"" +
          attribute("stroke-width", number(halo_width)) + placed + end + "<text" + placed + end;
 }

@@ -12,7 +12,7 @@ constexpr std::string_view replacement = "\xef\xbf\xbd", ellipsis = "…";
 
 bool continues(char byte) { return (static_cast<unsigned char>(byte) & 0xc0U) == 0x80; }
 
-/// Bytes of the character that `text` begins with, and the character; no bytes where it is no UTF-8.
+/// First character of `text` and its number of bytes; 0 bytes for invalid UTF-8.
 struct Character {
   std::size_t bytes = 0;
   std::uint32_t code = 0;
@@ -28,7 +28,7 @@ Character first_character(std::string_view text) {
     if (!continues(byte)) return {};
     code = code << 6U | (static_cast<unsigned char>(byte) & 0x3fU);
   }
-  constexpr std::array<std::uint32_t, 5> least{0, 0, 0x80, 0x800, 0x10000};  // shorter forms are the valid ones
+  constexpr std::array<std::uint32_t, 5> least{0, 0, 0x80, 0x800, 0x10000};  // longer forms are invalid
   const bool surrogate = code >= 0xd800 && code <= 0xdfff;
   return code < least[bytes] || code > 0x10ffff || surrogate ? Character{} : Character{bytes, code};
 }
@@ -38,7 +38,7 @@ bool is_drawable(std::uint32_t code) {
   return !control && code != 0xfffe && code != 0xffff;
 }
 
-/// Em: the advance widths of DejaVu Sans by kind of character, rounded up. Of a character's bytes the first has it all.
+/// Advance widths of DejaVu Sans in em, by class of character, rounded up. Continuation bytes have width 0.
 double advance(char byte) {
   if (continues(byte)) return 0;
   constexpr std::string_view narrow = " ,.;:'|!()[]/fijlrtI", wide = "mwMW@%+=<>~#_";
@@ -47,7 +47,7 @@ double advance(char byte) {
   return byte >= 'A' && byte <= 'Z' ? 0.79 : 0.64;
 }
 
-/// As many whole characters as take at most `width`.
+/// The longest prefix of whole characters of at most `width`.
 std::string_view fitting(std::string_view text, double size, double width) {
   double em = 0;
   for (std::size_t end = 0; end < text.size(); ++end) {
@@ -87,7 +87,7 @@ std::vector<std::string> wrapped(std::string_view text, double size, double widt
   std::vector<std::string> lines;
   while (!text.empty() && lines.size() + 1 < most) {
     const std::string_view line = fitting(text, size, width);
-    // A space that no longer fits ends the line too.
+    // A space that does not fit ends the line too.
     const std::size_t space = line.size() == text.size() ? std::string_view::npos : text.rfind(' ', line.size());
     if (space == std::string_view::npos || space == 0) break;
     lines.emplace_back(text.substr(0, space));

@@ -54,7 +54,7 @@ class FeatureFinder {
   void add_step(const Vec3& point, double radius, double step_length) {
     const double side = pixel_side(point);
     if (!(radius < side)) return;
-    const auto pixel = scene_.camera.seen_at(point);
+    const auto pixel = scene_.camera.project(point);
     if (!pixel) return;
     const double thickness = radius / side;
     const double share = std::numbers::pi * thickness * std::max(step_length / (2 * side), thickness);

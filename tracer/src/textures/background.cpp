@@ -7,10 +7,10 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// What lies ahead in the middle of an environment, before it is rotated.
+/// Direction at the center of an environment texture, before rotation.
 Vec3 middle_of(const Vec3& up) { return axes_across(up, {0, 0, -1}).e0; }
 
-/// The world axis next to `v`; among equals y, then z.
+/// The world axis closest to `v`; among equals y, then z.
 Vec3 nearest_axis(const Vec3& v) {
   const Vec3 size = abs(v);
   if (size.y >= size.x && size.y >= size.z) return {0, std::copysign(1.0, v.y), 0};
@@ -18,7 +18,7 @@ Vec3 nearest_axis(const Vec3& v) {
   return {std::copysign(1.0, v.x), 0, 0};
 }
 
-/// An image that goes once around is closed; one that is repeated or moved does as its texture says.
+/// An image that covers the circle once is periodic; one that is scaled or offset uses its texture's wrap mode.
 Wraps wraps_around(const Texture& texture) {
   const bool to_the_poles = texture.scale.y == 1 && texture.offset.y == 0;
   return {texture.scale.x == 1 ? Texture::Wrap::repeat : texture.wrap,
@@ -30,8 +30,7 @@ Wraps wraps_on_face(const Texture& texture) {
   return whole ? Wraps{Texture::Wrap::clamp, Texture::Wrap::clamp} : Wraps{texture.wrap, texture.wrap};
 }
 
-/// How many pieces of a full turn could be told from each other: more lookups than that are the same mean. The means of
-/// checkers and gradients are exact, however wide.
+/// Maximum number of useful lookups along a full circle. The means of checkers and gradients are exact for every width.
 double pieces_of_a_turn(const Texture& texture, const ImageMap* image) {
   const double turns = std::abs(texture.scale.x);
   if (image != nullptr) return turns * image->levels().front().width;
@@ -69,9 +68,9 @@ CompiledBackground::CompiledBackground(const Background& background, const Vec3&
   }
 }
 
-/// Equirectangular, the inverse of the panorama camera. Towards the poles a beam covers more and more columns of the
-/// few rows that it covers, and pyramids have no such texels: it is looked up side by side, so often that each lookup
-/// is square on an image twice as wide as high. That is 1 / cos(latitude), some 1.6 on the mean over all directions.
+/// Equirectangular mapping, the inverse of the panorama camera. Near the poles the footprint of a ray is much wider
+/// than high, which mip maps cannot represent: several adjacent lookups are averaged, so many that each is square on an
+/// image twice as wide as high. Their number is 1 / cos(latitude), about 1.6 in the mean over all directions.
 Color CompiledBackground::environment(const Vec3& direction, double spread) const {
   const Face& around = faces_.front();
   const double ahead = dot(direction, around.axis), right = dot(direction, around.right);
@@ -84,7 +83,7 @@ Color CompiledBackground::environment(const Vec3& direction, double spread) cons
     return texture_color(texture, lookup(texture, uv, {}), image, around.wraps);
   const double height = std::min(1.0, spread / pi);
   const double width = spread < 2 * pi * level ? spread / (2 * pi * level) : 1;
-  constexpr double lookups_max = 1024;  // finer than 2^-10 of a turn only where a pixel holds a pole
+  constexpr double lookups_max = 1024;  // exceeded only in pixels that contain a pole
   const double wanted = std::min({2 * width / height, width * pieces_of_a_turn(texture, image), lookups_max});
   const auto lookups = static_cast<int>(std::max(1.0, std::nearbyint(wanted)));
   Color sum;
@@ -95,8 +94,8 @@ Color CompiledBackground::environment(const Vec3& direction, double spread) cons
   return sum * (1.0 / lookups);
 }
 
-/// By the face that the direction's largest component points at. On it u = (1 + right / ahead) / 2, whose gradient over
-/// directions is sqrt(1 + (right / ahead)^2) / (2 ahead) long; v likewise.
+/// Uses the face of the direction's largest component. There u = (1 + right / ahead) / 2, whose gradient over
+/// directions has the length sqrt(1 + (right / ahead)^2) / (2 ahead); the same for v.
 Color CompiledBackground::cube(const Vec3& direction, double spread) const {
   const Face* face = faces_.data();
   for (const Face& other : faces_)

@@ -1,5 +1,5 @@
 #pragma once
-/// What rays that hit nothing see.
+/// Background radiance, for rays that hit nothing.
 
 #include <array>
 #include <memory>
@@ -11,11 +11,11 @@ namespace tracer {
 
 class CompiledBackground {
  public:
-  /// `images` beside `textures`; both may end before a background without textures.
+  /// `images[i]` belongs to `textures[i]`. Both may be empty if the background has no textures.
   CompiledBackground(const Background& background, const Vec3& up, const std::vector<Texture>& textures,
                      const std::vector<std::shared_ptr<const ImageMap>>& images);
 
-  /// `direction` is unit; `spread` is the angle, in radians, of what the ray's sample covers.
+  /// `direction` is unit; `spread` is the angular size of the sample's footprint, in radians.
   [[nodiscard]] Color radiance(const Vec3& direction, double spread) const {
     if (kind_ == Kind::color) return color_;
     if (kind_ == Kind::gradient) {
@@ -24,15 +24,15 @@ class CompiledBackground {
     }
     return kind_ == Kind::environment ? environment(direction, spread) : cube(direction, spread);
   }
-  /// What every direction sees, or null.
+  /// Constant radiance of all directions, or null.
   [[nodiscard]] const Color* plain() const { return kind_ == Kind::color ? &color_ : nullptr; }
-  /// The largest channel that any direction can see.
+  /// Upper bound of the radiance over all directions and channels.
   [[nodiscard]] double bound() const;
 
  private:
   enum class Kind { color, gradient, environment, cube };
 
-  /// A texture as seen along an axis of the cube; or around the world, where the axis is straight ahead.
+  /// A texture on one face of the cube, or an environment, with the direction of its center as `ahead`.
   struct Face {
     Vec3 axis, right, up;
     Texture texture;
@@ -47,7 +47,7 @@ class CompiledBackground {
   Color color_;
   Gradient gradient_;
   Vec3 up_;
-  std::vector<Face> faces_;  ///< one around the world, or six in the order of CubeMap
+  std::vector<Face> faces_;  ///< one for an environment, or six in the order of CubeMap
 };
 
 }  // namespace tracer

@@ -1,7 +1,6 @@
 #pragma once
-/// Means of one-dimensional patterns over an interval, in closed form: what a pixel sees of a texture that repeats many
-/// times within it. Intervals are reduced to the nearest whole number first, which is exact, so that neither a huge
-/// coordinate nor a tiny width loses digits to a difference of large antiderivatives.
+/// Box filter: means of one-dimensional patterns over an interval, in closed form. Intervals are first reduced to the
+/// nearest integer, which is exact, so that neither huge coordinates nor tiny widths suffer from cancellation.
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +9,7 @@
 
 namespace tracer {
 
-/// Largest |coordinate| or width that is looked at: beyond 2^53 a double has no fraction left, and no pattern.
+/// Largest |coordinate| or width that is evaluated: beyond 2^53 a double has no fraction.
 inline constexpr double coordinate_reach = 0x1p100;
 
 inline bool is_even(double whole) { return std::floor(whole * 0.5) * 2 == whole; }
@@ -21,13 +20,13 @@ inline double alternating_mean(double x, double width) {
   if (!(width > 0) || low == std::floor(x + width / 2)) return is_even(std::floor(x)) ? 1 : -1;
   const double whole = std::nearbyint(x);
   const double left = x - whole - width / 2, right = x - whole + width / 2;
-  // Antiderivative of the pattern that is 1 on [0,1): the distance to the nearest even number.
+  // Antiderivative of the pattern that is 1 on [0,1): the distance to the nearest even integer.
   const auto area = [](double t) { return std::abs(t - 2 * std::nearbyint(t / 2)); };
   const double mean = (area(right) - area(left)) / width;
   return is_even(whole) ? mean : -mean;
 }
 
-/// x carried into [0,1]: x - floor(x), clamped, or reflected at every whole number.
+/// x mapped to [0,1]: x - floor(x), clamped, or mirrored at every integer.
 inline double wrapped(Texture::Wrap wrap, double x) {
   switch (wrap) {
     case Texture::Wrap::repeat:
@@ -45,7 +44,7 @@ namespace box_filter_detail {
 inline double repeat_mean(double left, double right, double width) {
   const auto area = [](double t) {
     const double whole = std::floor(t), part = t - whole;
-    return whole == -1 ? t + t * t / 2 : whole / 2 + part * part / 2;  // on [-1,0) without cancelling
+    return whole == -1 ? t + t * t / 2 : whole / 2 + part * part / 2;  // on [-1,0) without cancellation
   };
   return (area(right) - area(left)) / width;
 }
@@ -59,7 +58,7 @@ inline double mirror_mean(double left, double right, double width, bool even) {
   return even ? mean : 1 - mean;
 }
 
-/// Towards 1 by symmetry from the side of 0, where nothing cancels.
+/// By symmetry, values near 1 are computed from the side of 0, without cancellation.
 inline double clamp_mean(double x, double width) {
   if (x > 0.5) return 1 - clamp_mean(1 - x, width);
   const auto area = [](double t) { return t < 0 ? 0 : t < 1 ? t * t / 2 : t - 0.5; };
@@ -71,7 +70,7 @@ inline double clamp_mean(double x, double width) {
 /// Mean of wrapped(wrap, t) over [x - width/2, x + width/2].
 inline double wrapped_mean(Texture::Wrap wrap, double x, double width) {
   const double left = x - width / 2, right = x + width / 2;
-  // Linear between whole numbers: the mean is the middle's value.
+  // Linear between integers: the mean is the value at the center.
   if (!(width > 0) || std::floor(left) == std::floor(right)) return wrapped(wrap, x);
   const double whole = std::nearbyint(x), part = x - whole;
   switch (wrap) {

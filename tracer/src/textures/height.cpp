@@ -3,8 +3,8 @@
 namespace tracer {
 namespace {
 
-/// The least step: below it there is only interpolation, whose slope jumps. An image's is a texel of the level that
-/// it is looked up in.
+/// Minimum step of the finite difference: below it there is only interpolation, whose slope is discontinuous. For an
+/// image, a texel of the mip level in use.
 Vec2 finest(const Texture& texture, const Vec2& covered, const ImageMap* image) {
   if (image != nullptr) {
     const Image& level = image->levels().front();
@@ -25,7 +25,7 @@ Vec2 height_slope(const Texture& texture, const Vec2& uv, const Vec2& width, con
     const Color color = texture_color(texture, Lookup{at, here.covered}, image, {texture.wrap, texture.wrap});
     return (color.r + color.g + color.b) / 3;
   };
-  // Over the step as it was rounded; none is left of it beyond 2^53, where textures have no fractions.
+  // Divided by the step after rounding, which is 0 beyond 2^53, where coordinates have no fraction.
   const auto slope = [&](const Vec2& low, const Vec2& high, double step) {
     return step > 0 ? (height(high) - height(low)) / step : 0;
   };

@@ -8,13 +8,13 @@
 namespace tracer {
 namespace {
 
-/// What a texel of a row of half the size is made of: `count` texels from `first`.
+/// Weights of the texels `first` .. `first + count - 1` in a texel of the next mip level.
 struct Taps {
   std::uint32_t first = 0, count = 1;
   std::array<double, 3> weight{1, 0, 0};
 };
 
-/// Texel i of m covers [i n/m, (i+1) n/m) of the n below.
+/// Texel i of m covers [i n/m, (i+1) n/m) of the n texels of the finer level.
 Taps taps(std::uint32_t i, std::uint32_t n, std::uint32_t m) {
   if (n == 1) return {};
   if (n == 2 * m) return {2 * i, 2, {0.5, 0.5, 0}};
@@ -44,7 +44,7 @@ Image half_of(const Image& image) {
   return half;
 }
 
-/// Texel indices -1 and n, and those further out, are those of the continued image.
+/// Maps texel indices outside of [0, n) according to the wrap mode.
 std::uint32_t wrapped_index(Texture::Wrap wrap, double index, std::uint32_t n) {
   const double last = n - 1.0;
   switch (wrap) {
@@ -61,7 +61,7 @@ std::uint32_t wrapped_index(Texture::Wrap wrap, double index, std::uint32_t n) {
   return static_cast<std::uint32_t>(std::clamp(index, 0.0, last));
 }
 
-/// Brings a coordinate near the image, exactly, so that its fraction of a texel survives the scaling to texels.
+/// Reduces a coordinate to the vicinity of the image, exactly, so that scaling to texels keeps its fraction.
 double brought_near(Texture::Wrap wrap, double x) {
   if (wrap == Texture::Wrap::clamp) return std::clamp(x, -1.0, 2.0);
   return wrap == Texture::Wrap::repeat ? x - std::floor(x) : x - 2 * std::floor(x / 2);

@@ -1,5 +1,5 @@
 #pragma once
-/// An image as a texture: its pyramid of halves, and lookups in it.
+/// An image texture: mip maps and filtered lookups.
 
 #include <array>
 #include <cstdint>
@@ -10,26 +10,26 @@
 
 namespace tracer {
 
-/// How a lookup goes on beyond [0,1], per axis.
+/// Wrap modes per axis.
 struct Wraps {
   Texture::Wrap u = Texture::Wrap::repeat, v = Texture::Wrap::repeat;
 };
 
 class ImageMap {
  public:
-  /// Linear light. Each level of the pyramid is the box-filtered one below at half its size, rounded down; where that
-  /// is odd, texels share the ones between them by area, so every level's mean is the image's (Williams 1983,
-  /// "Pyramidal Parametrics"; Guthe, Heckbert 2005 for odd sizes).
+  /// `image` is linear. Each mip level is the box-filtered previous one at half its size, rounded down; for odd sizes
+  /// texels are weighted by area, so every level has the image's mean (Williams 1983, "Pyramidal Parametrics"; Guthe,
+  /// Heckbert 2005 for odd sizes).
   explicit ImageMap(Image image);
 
-  /// The texel that (u, v) is in.
+  /// The texel that contains (u, v).
   [[nodiscard]] Color nearest(const Vec2& uv, const Wraps& wraps) const;
-  /// Between the centres of the four texels around (u, v) of the full image.
+  /// Bilinear interpolation in the full image.
   [[nodiscard]] Color bilinear(const Vec2& uv, const Wraps& wraps) const {
     return bilinear(levels_.front(), uv, wraps);
   }
-  /// Between the two levels whose texels are next in size to `width`, the part of the image that is covered: by the
-  /// larger of its two sides, in texels.
+  /// Trilinear interpolation between the two levels whose texel size is closest to the footprint `width`, selected by
+  /// its larger side in texels.
   [[nodiscard]] Color trilinear(const Vec2& uv, const Vec2& width, const Wraps& wraps) const;
 
   [[nodiscard]] const std::vector<Image>& levels() const { return levels_; }  ///< row 0 on top

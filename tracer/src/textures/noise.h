@@ -1,5 +1,5 @@
 #pragma once
-/// Gradient noise over the plane.
+/// Two-dimensional gradient noise.
 
 #include <algorithm>
 #include <bit>
@@ -11,8 +11,8 @@
 
 namespace tracer {
 
-/// The gradient of a lattice point: one of eight unit directions, by a hash of the coordinates' bits (so that no
-/// coordinate is too large), along which `x`, `y` from the point is measured.
+/// Contribution of a lattice point: its gradient, one of eight unit directions chosen by a hash of the coordinates'
+/// bits (so no coordinate is too large), times the offset (x, y).
 inline double lattice_slope(double i, double j, double x, double y) {
   const auto bits = [](double whole) { return std::bit_cast<std::uint64_t>(whole + 0.0); };  // -0 is 0
   const double diagonal = std::numbers::sqrt2 / 2;
@@ -36,9 +36,9 @@ inline double lattice_slope(double i, double j, double x, double y) {
   }
 }
 
-/// In [-1, 1], 0 at whole coordinates, with continuous second derivatives: slopes of the four lattice points around,
-/// blended by 6t^5 - 15t^4 + 10t^3 (Perlin 2002, "Improving Noise"). Unit gradients reach sqrt(1/2) in two dimensions;
-/// that is scaled to 1.
+/// Noise in [-1, 1], 0 at integer coordinates, with continuous second derivatives: gradients of the four surrounding
+/// lattice points, blended by 6t^5 - 15t^4 + 10t^3 (Perlin 2002, "Improving Noise"). Scaled by sqrt(2), because unit
+/// gradients reach sqrt(1/2) in two dimensions.
 inline double gradient_noise(double x, double y) {
   const double i = std::floor(x), j = std::floor(y);
   const double u = x - i, v = y - j;

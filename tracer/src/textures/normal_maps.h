@@ -1,5 +1,5 @@
 #pragma once
-/// Which images hold normals.
+/// Color space of normal maps.
 
 #include <vector>
 
@@ -7,8 +7,8 @@
 
 namespace tracer {
 
-/// Makes linear the textures that normal maps name and that tell no colour space. One that is also seen as a colour or
-/// a height stays as it is, and its normal maps get a copy behind the others.
+/// Sets the color space of textures used as normal maps to linear if they have none. A texture that is also used as a
+/// color or a height is unchanged, and normal maps use a copy appended to `textures`.
 void read_normal_maps_as_linear(const Background& background, std::vector<Material>& materials,
                                 std::vector<Texture>& textures);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Colours that vary over a surface.
+/// Evaluation of textures.
 
 #include <memory>
 
@@ -9,10 +9,10 @@
 
 namespace tracer {
 
-/// Mean of the pattern over the rectangle `width` around (u, v); no width: its value at the point. floor works on
-/// doubles, so no coordinate overflows it.
+/// Mean of the pattern over the rectangle `width` around (u, v), or its value at the point for zero width. floor works
+/// on doubles, so no coordinate overflows.
 inline Color pattern_color(const CheckerTexture& checker, const Vec2& uv, const Vec2& width, Texture::Wrap) {
-  // The sign is the product of one in u and one in v, and so is its mean over a rectangle.
+  // The sign is separable in u and v, and so is its mean over a rectangle.
   const double sign = alternating_mean(uv.x, width.x) * alternating_mean(uv.y, width.y);
   if (std::abs(sign) == 1) return checker.colors[sign > 0 ? 0 : 1];
   return checker.colors[0] * ((1 + sign) / 2) + checker.colors[1] * ((1 - sign) / 2);
@@ -28,8 +28,7 @@ inline Color pattern_color(const NoiseTexture& noise, const Vec2& uv, const Vec2
   return noise.colors[0] * (1 - t) + noise.colors[1] * t;
 }
 
-/// A place in a texture's own coordinates, and the rectangle around it that is covered: none where the texture is not
-/// filtered.
+/// A point in texture coordinates and the footprint around it; zero width without filtering.
 struct Lookup {
   Vec2 at, covered;
 };
@@ -42,8 +41,8 @@ inline Lookup lookup(const Texture& texture, const Vec2& uv, const Vec2& width) 
   return {at, {near(width.x * std::abs(texture.scale.x)), near(width.y * std::abs(texture.scale.y))}};
 }
 
-/// The mean of what is covered. `image` is an ImageTexture's image, null for all others; `wraps` the texture's own
-/// unless the caller knows better.
+/// Mean over the footprint. `image` is the image of an ImageTexture, null for patterns; `wraps` overrides the texture's
+/// wrap mode.
 inline Color texture_color(const Texture& texture, const Lookup& place, const ImageMap* image, const Wraps& wraps) {
   const auto& [at, covered] = place;
   if (image != nullptr) {
@@ -57,14 +56,13 @@ inline Color texture_color(const Texture& texture, const Lookup& place, const Im
   return pattern_color(std::get<NoiseTexture>(texture.pattern), at, covered, wraps.v);
 }
 
-/// Colour of `texture` at the surface coordinates `uv`, filtered over `width` of them where the texture is filtered at
-/// all.
+/// Color of `texture` at the surface coordinates `uv`, filtered over the footprint `width` if its filter is mipmap.
 inline Color texture_color(const Texture& texture, const Vec2& uv, const Vec2& width = {},
                            const ImageMap* image = nullptr) {
   return texture_color(texture, lookup(texture, uv, width), image, {texture.wrap, texture.wrap});
 }
 
-/// The largest channel that any lookup can give: filtering only averages.
+/// Upper bound of the channels of any lookup: filtering only averages.
 inline double texture_bound(const Texture& texture, const ImageMap* image) {
   if (image != nullptr) {
     const std::vector<float>& texels = image->levels().front().rgb;
