@@ -8,7 +8,7 @@ Json error_json(const tracer::ErrorEstimate& error) {
   return {{"estimate", error.estimate},
           {"confidence", error.confidence},
           {"target", error.target ? Json(*error.target) : Json(nullptr)},
-          {"met", error.met},
+          {"met", error.target_met},
           {"bounded", error.bounded},
           {"parts",
            {{"sampling", error.sampling},
@@ -22,7 +22,7 @@ tracer::ErrorEstimate error_of_json(const Json& json) {
   json.at("estimate").get_to(error.estimate);
   json.at("confidence").get_to(error.confidence);
   if (!json.at("target").is_null()) error.target = json.at("target").get<double>();
-  json.at("met").get_to(error.met);
+  json.at("met").get_to(error.target_met);
   json.at("bounded").get_to(error.bounded);
   const Json& parts = json.at("parts");
   parts.at("sampling").get_to(error.sampling);

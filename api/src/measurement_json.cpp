@@ -61,7 +61,7 @@ std::string csv_line(const tracer::MeasuredPoint& point, bool in_front, double r
   std::string line = point.setting.parameter + "," + point.setting.value + "," + point.setting.preset;
   for (const double value : {point.seconds, point.error, claimed.estimate, claimed.confidence})
     line += "," + number(value);
-  line += claimed.met ? ",1" : ",0";
+  line += claimed.target_met ? ",1" : ",0";
   for (const double value :
        {claimed.sampling, claimed.depth, claimed.cutoff, claimed.approximation, point.samples_mean})
     line += "," + number(value);

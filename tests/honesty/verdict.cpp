@@ -33,14 +33,14 @@ void judge(const Outcome& outcome, Verdict& verdict, StratumRatios& ratios) {
     verdict.images.add(trial.covered());
     ++verdict.trials;
     verdict.close += trial.close() ? 1 : 0;
-    verdict.met += trial.error.met ? 1 : 0;
+    verdict.met += trial.error.target_met ? 1 : 0;
     verdict.coarse += trial.coarse() ? 1 : 0;
     for (std::size_t s = 0; s < trial.strata.size(); ++s)
       if (const Share& share = trial.strata[s]; share.pixels >= stratum_pixels_min) {
         verdict.strata[s].add(share.truth <= share.claimed + (trial.coarse() ? trial.reference_error : 0));
         if (share.truth > 0 && share.claimed > 0) ratios[s].add(share.truth / share.claimed);
       }
-    if (trial.error.met != (!trial.error.target || trial.error.estimate <= *trial.error.target))
+    if (trial.error.target_met != (!trial.error.target || trial.error.estimate <= *trial.error.target))
       verdict.broken.push_back(outcome.scene + ": `met` is not what the estimate says");
   }
   if (coverage.rejected(verdict.confidence))
@@ -79,7 +79,7 @@ std::vector<Row> rows_of(const Outcome& outcome) {
     row.truth += trial.truth * trial.truth;
     row.spread += trial.truth;  // the sum; the deviation once the mean is known
     row.samples_per_pixel += trial.samples_per_pixel;
-    row.met += trial.error.met ? 1 : 0;
+    row.met += trial.error.target_met ? 1 : 0;
     row.coarse |= trial.coarse();
     row.coverage.add(trial.covered());
   }

@@ -73,7 +73,8 @@ void write_json(std::ostream& out, const std::vector<Outcome>& outcomes, const V
         << ", \"target\": " << trial.target << ", \"seed\": " << trial.seed << ", \"claimed\": " << trial.error.estimate
         << ", \"sampling\": " << trial.error.sampling << ", \"depth\": " << trial.error.depth
         << ", \"cutoff\": " << trial.error.cutoff << ", \"true\": " << trial.truth
-        << ", \"reference_error\": " << trial.reference_error << ", \"met\": " << (trial.error.met ? "true" : "false")
+        << ", \"reference_error\": " << trial.reference_error
+        << ", \"met\": " << (trial.error.target_met ? "true" : "false")
         << ", \"samples_per_pixel\": " << trial.samples_per_pixel << ", \"strata\": {";
     for (std::size_t s = 0; s < stratum_names.size(); ++s)
       out << (s > 0 ? ", " : "") << '"' << stratum_names[s] << R"(": {"pixels": )" << trial.strata[s].pixels

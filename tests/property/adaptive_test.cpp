@@ -112,12 +112,12 @@ TEST(AnAdaptiveImage, MeetsItsTargetOrSaysThatItDoesNot) {
       adaptive.samples_max = samples_max;
       const ErrorEstimate error = scenes::render(adapting(still_life(32), adaptive)).error;
       EXPECT_EQ(error.target, target);
-      EXPECT_EQ(error.met, error.estimate <= target);
+      EXPECT_EQ(error.target_met, error.estimate <= target);
       if (samples_max == 4096) {
-        EXPECT_TRUE(error.met) << error.estimate << " of " << target;
+        EXPECT_TRUE(error.target_met) << error.estimate << " of " << target;
       }
       if (samples_max == 4 && target < 1) {
-        EXPECT_FALSE(error.met) << "four samples cannot do that";
+        EXPECT_FALSE(error.target_met) << "four samples cannot do that";
       }
     }
   }
@@ -200,7 +200,7 @@ TEST(ATimeBudget, GivesAWholeImageWheneverItEnds) {
     const Rendered rendered = within(budget_ms, clock);
     EXPECT_GT(*std::min_element(rendered.image.rgb.begin(), rendered.image.rgb.end()), 0) << budget_ms;
     EXPECT_TRUE(std::isfinite(rendered.error.estimate) && rendered.error.estimate > 0) << budget_ms;
-    EXPECT_TRUE(rendered.error.met) << "no target, nothing missed";
+    EXPECT_TRUE(rendered.error.target_met) << "no target, nothing missed";
   }
 }
 
@@ -357,7 +357,7 @@ TEST(TheErrorOfAnApproximation, IsMeasuredAndToldAsItsOwnPart) {
     EXPECT_GE(error.approximation, apart);
     EXPECT_LT(error.approximation, 1.5 * apart);
     EXPECT_GE(error.estimate, error.approximation);
-    EXPECT_FALSE(error.met);
+    EXPECT_FALSE(error.target_met);
   }
   shadowless.accuracy.samples = 16;
   const ErrorEstimate uniform = scenes::render(shadowless).error;

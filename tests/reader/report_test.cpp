@@ -36,7 +36,7 @@ TEST(Report, HasEveryMemberOfTheContract) {
   error.estimate = 1.5;
   error.confidence = 0.75;
   error.target = 1;
-  error.met = false;
+  error.target_met = false;
   error.sampling = 0.5;
   error.depth = 0.25;
   error.cutoff = 0.125;

@@ -30,7 +30,7 @@ struct Standing {
     scene = compiled(made);
   }
 
-  /// How far along the world ray the shape is met; negative where it is not.
+  /// How far along the world ray the shape is hit_distance; negative where it is not.
   [[nodiscard]] Real distance(const Vec& origin, const Vec& direction) const {
     const Look at = look(*scene, scene->frame.render_from_world(rounded(origin)), rounded(direction));
     return at.found ? scene->frame.world_from_render(at.hit.t) : -1.0L;
@@ -39,7 +39,7 @@ struct Standing {
 
 bool near(Real a, Real b) { return std::fabs(a - b) <= 1e-13L * (1 + std::fabs(b)); }
 
-TEST(RaysAlongTheAxis, MeetCapsOrTheSideWhereItsRadiusIsTheirDistance) {
+TEST(RaysAlongTheAxis, HitCapsOrTheSideAtTheirDistanceFromTheAxis) {
   Row row(9, "cylinder, cone, truncated cone: rays along the axis", Oracle::closed_form, "rays");
   Random random(1);
   for (const double top : {1.0, 0.0, 0.4})
@@ -66,7 +66,7 @@ TEST(RaysAlongTheAxis, MeetCapsOrTheSideWhereItsRadiusIsTheirDistance) {
     }
 }
 
-TEST(RaysNextToACone, NeverMeetItsMirrorImageBeyondTheApex) {
+TEST(RaysNextToACone, NeverHitTheMirrorNappe) {
   Row row(9, "cone: the mirror nappe is not there", Oracle::closed_form, "rays");
   Random random(2);
   const Standing cone(0, true);
@@ -81,27 +81,27 @@ TEST(RaysNextToACone, NeverMeetItsMirrorImageBeyondTheApex) {
   }
 }
 
-TEST(RaysThroughTheMirrorImageOfACone, MeetTheConeItselfWhereTheirPlaneSays) {
+TEST(RaysThroughTheMirrorNappe, HitTheConeAtThePlaneSolution) {
   Row row(9, "cone: rays through both nappes", Oracle::closed_form, "rays");
   Random random(3);
   const Standing cone(0, false);
   for (std::uint64_t i = 0; i < effort::cases(30'000); ++i) {
-    // In the half planes of one turn: from inside the mirror image to a point of the side, which is the first met,
+    // In the half planes of one turn: from inside the mirror image to a point of the side, which is the first hit,
     // since a line meets each side of a plane's two once.
     const Real turn = random.in(0, 7), z = random.in(0.05, 0.95), over = random.in(0.05, 2);
     const auto place = [&](Real r, Real height) { return Vec(r * std::cos(turn), r * std::sin(turn), height); };
     const Vec target = place(1 - z, z), origin = place(over * random.in(-0.9, 0.9), 1 + over);
-    // The other side, r = -(1 - z), may be met before.
+    // The other side, r = -(1 - z), may be hit before.
     const Real ro = dot(origin, place(1, 0)), dr = (1 - z) - ro, dz = z - origin.z;
     const Real s = (-(1 - origin.z) - ro) / (dr - dz);  // where ro + s dr = -(1 - (zo + s dz))
-    const Real met = s > 0 && s < 1 && origin.z + s * dz < 1 && origin.z + s * dz > 0 ? s : 1;
+    const Real hit_distance = s > 0 && s < 1 && origin.z + s * dz < 1 && origin.z + s * dz > 0 ? s : 1;
     const Real whole = length(target - origin);
     const Real found = cone.distance(origin, unit(target - origin));
-    row.expect(std::fabs(found - met * whole) <= 1e-11L * whole);
+    row.expect(std::fabs(found - hit_distance * whole) <= 1e-11L * whole);
   }
 }
 
-TEST(RaysAtTheApex, MeetTheApexOrNothingAndFromWithinNeverGetOut) {
+TEST(RaysAtTheApex, HitTheApexOrNothingAndNeverLeaveFromInside) {
   Row row(9, "cone: the apex, from outside and from within", Oracle::closed_form, "rays");
   Random random(4);
   const Standing cone(0, true);
@@ -116,7 +116,7 @@ TEST(RaysAtTheApex, MeetTheApexOrNothingAndFromWithinNeverGetOut) {
   }
 }
 
-TEST(RaysAtARim, NeverGetOutFromWithin) {
+TEST(RaysAtARim, NeverLeaveFromInside) {
   Row row(9, "cylinder, cone, truncated cone: rims, from within", Oracle::conservation, "rays");
   Random random(5);
   for (const double top : {1.0, 0.0, 0.4}) {

@@ -27,7 +27,7 @@ std::vector<Shape> shapes() {
           scenes::placed(scenes::icosphere(2), 0.5, {0.2, -0.6, 1.5})};
 }
 
-/// Every shape `copies` times, each copy of another colour, and balls between them by the seed.
+/// Every shape `copies` times, each copy of another colour, and spheres between them by the seed.
 Scene stacked(int copies, std::uint64_t seed) {
   Random random(seed);
   Scene scene = scenes::empty(64);
@@ -56,23 +56,23 @@ TEST(CoincidentSurfaces, AreTheImageOfTheFirstAlone) {
 
 TEST(CoincidentSurfaces, AreTheSameForAnyThreadsAndAnyTree) {
   const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 8);
-  Row row(14, "coincident shapes: threads, and trees of other balls in other orders", Oracle::invariance, "pixels");
+  Row row(14, "coincident shapes: threads, and trees of other spheres in other orders", Oracle::invariance, "pixels");
   for (std::uint64_t seed = 1; seed <= effort::cases(8); ++seed) {
     Scene scene = stacked(2, seed);
     const Image expected = stability::render(scene, 1).image;
     for (const std::uint32_t threads : {2u, 7u}) compare(row, stability::render(scene, threads).image, expected);
     std::mt19937 shuffle(static_cast<unsigned>(seed));  // NOLINT: the same order every time
     for (int i = 0; i < 3; ++i) {
-      // The balls anywhere among the copies, which keep their order.
-      std::vector<Object> copies, balls;
+      // The spheres anywhere among the copies, which keep their order.
+      std::vector<Object> copies, spheres;
       for (const Object& object : scene.objects) {
-        const auto* ball = std::get_if<Sphere>(&object.shape);
-        (ball != nullptr && ball->radius < 0.3 ? balls : copies).push_back(object);
+        const auto* sphere = std::get_if<Sphere>(&object.shape);
+        (sphere != nullptr && sphere->radius < 0.3 ? spheres : copies).push_back(object);
       }
-      std::shuffle(balls.begin(), balls.end(), shuffle);
+      std::shuffle(spheres.begin(), spheres.end(), shuffle);
       scene.objects.clear();
-      while (!copies.empty() || !balls.empty()) {
-        std::vector<Object>& from = balls.empty() || (!copies.empty() && shuffle() % 4 == 0) ? copies : balls;
+      while (!copies.empty() || !spheres.empty()) {
+        std::vector<Object>& from = spheres.empty() || (!copies.empty() && shuffle() % 4 == 0) ? copies : spheres;
         scene.objects.push_back(from.front());
         from.erase(from.begin());
       }

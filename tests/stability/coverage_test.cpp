@@ -17,7 +17,7 @@ using namespace tracer;
 using stability::Oracle;
 using stability::Row;
 
-TEST(ADistantSphere, IsMetByTheRaysThatPassItsCentreByLessThanItsRadius) {
+TEST(ADistantSphere, IsHitByRaysThatPassItsCenterWithinItsRadius) {
   Row row(8, "sphere at D/R = 1e6: each ray, and the part of a cone that hits", Oracle::closed_form, "rays");
   row.bound("the ray passes the silhouette by less than 1e-9 R", 1e-6);
   Random random(1);
@@ -71,7 +71,7 @@ Shape slat(int kind, double width, double turn) {
   return Triangle{{{at(-h, -10), at(h, -10), at(0, 10)}}, {}, {}};
 }
 
-TEST(SlatsThinnerThanAPixel, CoverWhatTheirAreaSays) {
+TEST(SlatsThinnerThanAPixel, CoverTheirArea) {
   Row row(27, "1 to 1/1000 px wide: light is the area, to 5 sigma of the samples", Oracle::closed_form, "images");
   const auto samples = static_cast<std::uint32_t>(effort::cases(256));
   double largest = 0;

@@ -67,9 +67,9 @@ struct Around {
 Look random_place(Random& random, const CompiledScene& scene, const Around& around, Vec3& direction) {
   const Vec target = around.middle + around.reach * random.direction(), d = random.direction();
   direction = rounded(d);
-  Look met = look(scene, rounded(target - 6 * around.reach * d), direction);
-  met.found = met.found && met.surface.object == 0;
-  return met;
+  Look found = look(scene, rounded(target - 6 * around.reach * d), direction);
+  found.found = found.found && found.surface.object == 0;
+  return found;
 }
 
 /// Along the straight line of a cylinder's or cone's side through a point of it; nothing on other surfaces.
@@ -146,7 +146,7 @@ void leave(Row& row, Random& random, const CompiledScene& scene, std::uint64_t r
 constexpr const char* self_hits = "0 self-hits ";
 constexpr const char* lost_inside = "0 lost inside ";
 
-TEST(RaysThatLeaveAShape, MeetItAgainInwardsOnlyWhateverItsSizeAndPlace) {
+TEST(RaysThatLeaveAShape, HitItAgainInwardsOnlyAtAnySizeAndPosition) {
   Random random(2);
   for (const bool inwards : {false, true})
     for (std::size_t which = 0; which < closed_shapes(1, {}).size(); ++which) {
@@ -162,7 +162,7 @@ TEST(RaysThatLeaveAShape, MeetItAgainInwardsOnlyWhateverItsSizeAndPlace) {
     }
 }
 
-TEST(RaysThatLeaveAShape, MeetItAgainInwardsOnlyHoweverSmallItIsInItsScene) {
+TEST(RaysThatLeaveAShape, HitItAgainInwardsOnlyInScenesOfAnySize) {
   Random random(4);
   for (const bool inwards : {false, true})
     for (std::size_t which = 0; which < closed_shapes(1, {}).size(); ++which) {
@@ -179,7 +179,7 @@ TEST(RaysThatLeaveAShape, MeetItAgainInwardsOnlyHoweverSmallItIsInItsScene) {
     }
 }
 
-TEST(RaysThatLeaveAShape, NeverMeetAFlatOneAgain) {
+TEST(RaysThatLeaveAShape, NeverHitAFlatShapeAgain) {
   Random random(3);
   const std::vector<Named> flat{{"disc", Disc{{0, 0, 0}, {0.3, 1, 0.2}, 1, 0.2, {}}},
                                 {"plane", Plane{{0, 0, 0}, {0.3, 1, 0.2}, {}}},

@@ -55,7 +55,7 @@ void compare(Row& row, const Scene& scene, const std::vector<Real>& indices, boo
     }
 }
 
-TEST(GlassOfExtremeIndex, ReflectsAndTransmitsWhatFresnelSaysFromBothSides) {
+TEST(GlassOfExtremeIndex, ReflectsAndTransmitsByFresnelFromBothSides) {
   Row row(10, "ior 1 +- 1e-15, 1 +- 1e-9, 1e6, 1e-6, both sides", Oracle::closed_form, "pixels");
   for (const double ior : {1 + 1e-15, 1 - 1e-15, 1 + 1e-9, 1 - 1e-9, 1e6, 1e-6})
     for (const double fov : {150.0, 1e-3}) {
@@ -81,7 +81,7 @@ TEST(GlassOfExtremeIndex, IsNotSeenWhereItIsThatOfAir) {
     }
 }
 
-TEST(AnEyeInGlass, SeesWhatFresnelSaysThroughOneBorder) {
+TEST(AnEyeInGlass, ReceivesTheFresnelTransmittanceThroughOneInterface) {
   Row row(12, "eye inside glass: one border, total reflection beyond the angle", Oracle::closed_form, "pixels");
   for (const double ior : {1.5, 2.4, 0.7, 1.0001})
     for (const double height : {1e-9, 1.0, 1e6})
@@ -89,7 +89,7 @@ TEST(AnEyeInGlass, SeesWhatFresnelSaysThroughOneBorder) {
               "ior " + std::to_string(ior));
 }
 
-TEST(AnEyeInGlass, SeesALampAsBrightAsTheLampSeesTheEye) {
+TEST(AnEyeInGlass, IsSymmetricBetweenEyeAndLamp) {
   Row row(12, "reversibility: eye and lamp change places, the same 1 - F", Oracle::conservation, "pairs");
   Random random(1);
   for (std::uint64_t i = 0; i < effort::cases(400); ++i) {

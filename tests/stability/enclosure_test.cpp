@@ -87,9 +87,9 @@ TEST(FormFactors, OfAClosedBoxAddUpToOneAndAreThoseOfTheirAreas) {
       const Vec3 d = rounded(unit(Vec(at(k, up, r * std::cos(turn), r * std::sin(turn)))));
       // A step inwards: which of the two triangles the ray starts on is nothing it knows.
       const Vec3 start = made->frame.render_from_world(o) + d * 0x1p-40;
-      const Look met = look(*made, start, d);
-      rows.expect(met.found && met.surface.object != from);
-      if (met.found) counted[from][met.surface.object] += 1 / static_cast<Real>(rays);
+      const Look hit = look(*made, start, d);
+      rows.expect(hit.found && hit.surface.object != from);
+      if (hit.found) counted[from][hit.surface.object] += 1 / static_cast<Real>(rays);
     }
   }
   for (std::size_t i = 0; i < 6; ++i)

@@ -14,7 +14,7 @@ using namespace tracer;
 using stability::Oracle;
 using stability::Row;
 
-/// A scene with every kind of thing, and a list of all its numbers with the pointers at which they are told.
+/// A scene with every kind of thing, and a list of all its numbers with the pointers at which they are reported.
 class Everything {
  public:
   struct Number {
@@ -237,10 +237,10 @@ TEST(EveryNumberOfAScene, ThatIsNaNOrInfiniteIsRefusedByItsName) {
   for (const auto& [pointer, value] : everything.numbers)
     for (const double bad : {std::nan(""), infinity, -infinity}) {
       const double kept = std::exchange(*value, bad);
-      bool told = false;
+      bool reported = false;
       for (const Issue& issue : validate(everything.scene, {}))
-        told |= issue.pointer == pointer && issue.code == "not_finite";
-      row.expect(told, pointer + " = " + std::to_string(bad));
+        reported |= issue.pointer == pointer && issue.code == "not_finite";
+      row.expect(reported, pointer + " = " + std::to_string(bad));
       *value = kept;
     }
 }
@@ -255,13 +255,13 @@ TEST(EveryNumberOfAScene, ThatIsHugeIsRefusedByItsNameAndDenormalIsThatOrHarmles
       if (pointer == "/materials/glass/shininess" && bad == 1e308) continue;
       const double kept = std::exchange(*value, bad);
       const std::vector<Issue> issues = validate(everything.scene, {});
-      bool told = false;
-      for (const Issue& issue : issues) told |= names(issue, pointer);
+      bool reported = false;
+      for (const Issue& issue : issues) reported |= names(issue, pointer);
       const std::string what = pointer + " = " + std::to_string(bad);
       if (std::abs(bad) > 1) {
-        huge.expect(told, what);
+        huge.expect(reported, what);
       } else if (!issues.empty()) {
-        denormal.expect(told, what);
+        denormal.expect(reported, what);
       } else {
         const Rendered rendered = stability::render(everything.scene);
         bool finite = rendered.statistics.non_finite == 0;

@@ -64,7 +64,7 @@ TEST(TheCriticalAngle, IsPassedContinuouslyBitByBit) {
   }
 }
 
-TEST(ABorder, ReflectsTheSameFromBothSidesAsStokesSays) {
+TEST(ABorder, SatisfiesStokesRelationsFromBothSides) {
   Row row(11, "Stokes: r = -r', tt' = 1 - r^2: R from behind is R", Oracle::conservation, "angles");
   Random random(2);
   for (std::uint64_t i = 0; i < effort::cases(100'000); ++i) {

@@ -48,11 +48,11 @@ std::array<Vec3, 3> corners_of(Random& random, Kind kind) {
 
 /// What Cramer's rule says of one triangle: the distance, and how far inside its edges the ray passes, over what double
 /// precision can know of that.
-struct Meeting {
+struct CramerHit {
   Real t = -1, inside = -1, error_bound = 0;
 };
 
-Meeting meeting(const std::array<Vec3, 3>& corners, const Vec& o, const Vec& d) {
+CramerHit cramer_hit(const std::array<Vec3, 3>& corners, const Vec& o, const Vec& d) {
   const Vec a = corners[0], e1 = Vec(corners[1]) - a, e2 = Vec(corners[2]) - a, s = o - a, n = cross(e1, e2);
   const Real area = length(n), volume = -dot(d, n);
   if (area == 0 || volume == 0) return {};
@@ -63,7 +63,7 @@ Meeting meeting(const std::array<Vec3, 3>& corners, const Vec& o, const Vec& d) 
   return {dot(s, n) / volume, inside * sine, 64 * 0x1p-53L * (1 + length(o))};
 }
 
-TEST(NeedlesSliversAndLines, AreMetWhereCramersRuleSaysAndNowhereElse) {
+TEST(NeedlesSliversAndLines, AreHitExactlyByCramersRule) {
   Row row(5, "needles, slivers, zero area, doubles: hits and misses", Oracle::closed_form, "rays");
   row.bound("the ray passes an edge by less than 64 roundings of a double, or touches two triangles", 0.02);
   Random random(1);
@@ -102,12 +102,12 @@ TEST(NeedlesSliversAndLines, AreMetWhereCramersRuleSaysAndNowhereElse) {
       bool certain = true;
       std::uint32_t who = PrimitiveRef::none;
       for (std::uint32_t i = 0; i < 30; ++i) {
-        const Meeting met = meeting(corners_at(i), o, d);
-        if (met.t < -1e-12L || met.error_bound == 0) continue;
-        certain &= std::fabs(met.inside) > met.error_bound && std::fabs(met.t) > 1e-12L;
-        if (met.inside < 0 || i == 9) continue;  // the first stands for its double
-        second = std::fmin(second, std::fmax(nearest, met.t));
-        if (met.t < nearest) nearest = met.t, who = i;
+        const CramerHit hit = cramer_hit(corners_at(i), o, d);
+        if (hit.t < -1e-12L || hit.error_bound == 0) continue;
+        certain &= std::fabs(hit.inside) > hit.error_bound && std::fabs(hit.t) > 1e-12L;
+        if (hit.inside < 0 || i == 9) continue;  // the first stands for its double
+        second = std::fmin(second, std::fmax(nearest, hit.t));
+        if (hit.t < nearest) nearest = hit.t, who = i;
       }
       certain &= !(second - nearest < 1e-9L);
       if (!certain) row.undecided();

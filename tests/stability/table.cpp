@@ -44,8 +44,8 @@ std::string_view text_of(Oracle oracle) {
   return "PHYS";
 }
 
-std::string line_of(std::string_view number, std::string_view name, std::string_view oracle, std::string_view tried,
-                    std::string_view unit, std::string_view wrong, std::string_view remark) {
+std::string format_line(std::string_view number, std::string_view name, std::string_view oracle, std::string_view tried,
+                        std::string_view unit, std::string_view wrong, std::string_view remark) {
   std::ostringstream text;
   text << std::setw(2) << number << "  " << std::left << std::setw(72) << name << std::setw(6) << oracle << std::right
        << std::setw(11) << tried << " " << std::left << std::setw(10) << unit << std::right << std::setw(6) << wrong
@@ -65,7 +65,7 @@ class Table : public testing::Environment {
     std::stable_sort(all.begin(), all.end(), [](const Line& a, const Line& b) {
       return std::pair(a.number == 0, a.number) < std::pair(b.number == 0, b.number);
     });
-    std::cout << "\n" << line_of("", "extreme", "oracle", "tried", "", "wrong", "") << "\n";
+    std::cout << "\n" << format_line("", "extreme", "oracle", "tried", "", "wrong", "") << "\n";
     std::set<int> seen;
     for (const Line& line : all) {
       std::cout << line.text << "\n";
@@ -105,8 +105,8 @@ Row::~Row() {
   if (!reason_.empty())
     remark << (note_.empty() ? "" : "; ") << undecided_ << " undecided, at most " << largest_part_
            << " of all: " << reason_;
-  lines().push_back({number_, line_of(number_ == 0 ? "-" : std::to_string(number_), name_, text_of(oracle_),
-                                      std::to_string(tried_), unit_, std::to_string(wrong_), remark.str())});
+  lines().push_back({number_, format_line(number_ == 0 ? "-" : std::to_string(number_), name_, text_of(oracle_),
+                                          std::to_string(tried_), unit_, std::to_string(wrong_), remark.str())});
 }
 
 tracer::Rendered render(const tracer::Scene& scene, std::uint32_t threads) {

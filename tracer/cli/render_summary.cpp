@@ -25,7 +25,7 @@ void print_rays(std::FILE* file, const tracer::RayCounts& rays, double trace_ms)
 /// The error estimate and its parts other than sampling.
 void print_error(std::FILE* file, const tracer::ErrorEstimate& error) {
   std::fprintf(file, "error      at most %.3g levels (%.0f %% confidence)", error.estimate, 100 * error.confidence);
-  if (error.target) std::fprintf(file, ", target %.3g%s", *error.target, error.met ? "" : " not reached");
+  if (error.target) std::fprintf(file, ", target %.3g%s", *error.target, error.target_met ? "" : " not reached");
   const std::array<std::pair<const char*, double>, 3> parts{
       {{"depth", error.depth}, {"cutoff", error.cutoff}, {"approximation", error.approximation}}};
   for (const auto& [part, levels] : parts)

@@ -46,7 +46,7 @@ TEST(Comparison, OfAnImageWithItselfFindsNothing) {
   EXPECT_TRUE(found.worst.empty());
 }
 
-TEST(Comparison, TellsEachChannelItsOwnErrorAndAllTheirRootMeanSquare) {
+TEST(Comparison, ReportsErrorsPerChannelAndTheirRootMeanSquare) {
   const auto offset = [](auto, auto, int channel) { return std::array{103.0, 96.0, 100.0}[channel]; };
   const Comparison found = compared(constant(100), made(16, 12, offset));
   EXPECT_EQ(found.rmse_channel, (std::array<double, 3>{3, 4, 0}));
@@ -159,7 +159,7 @@ TEST(HeatMap, IsBlackWhereNothingDiffersAndWhiteWhereTheScaleEnds) {
   }
 }
 
-TEST(HeatMap, GetsBrighterWithTheDifferenceExactlyAsGreenSays) {
+TEST(HeatMap, FollowsTheColorSchemeOfGreen) {
   // By construction 0.30 R + 0.59 G + 0.11 B is the fraction of the scale, where no channel had to be clipped.
   const auto ramp = [](std::uint32_t x, auto, int channel) { return channel == 2 ? 0.25 * x : 0; };
   const Image map = heat_map(constant(0, 1000, 1), made(1000, 1, ramp), 250);

@@ -123,7 +123,7 @@ TEST(ImageFile, IsRefusedForMorePixelsThanTheLimitWhateverItsKind) {
   EXPECT_EQ(refusal(*encode(ramp(), Format::png), {.pixels = 256}), "");
 }
 
-TEST(ImageFile, OfWebpIsRefusedByWhatItsFirstChunkSaysOfItsSize) {
+TEST(ImageFile, RejectsWebpByTheSizeInItsFirstChunk) {
   std::vector<std::uint8_t> extended{'R', 'I', 'F', 'F', 22, 0, 0, 0, 'W', 'E', 'B', 'P', 'V', 'P', '8', 'X'};
   extended.insert(extended.end(), {10, 0, 0, 0, 0, 0, 0, 0, 0xff, 0x3f, 0, 0xff, 0x3f, 0});  // 16384 x 16384
   EXPECT_NE(refusal(extended).find("the limit pixels is 67108864, it has 268435456"), std::string::npos);

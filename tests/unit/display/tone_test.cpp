@@ -90,7 +90,7 @@ TEST(Palette, KeepsAnImageOfFewColoursAsItIs) {
   EXPECT_EQ(reduced, codes);
 }
 
-TEST(Palette, HasAsManyColoursAsAskedEachTheMeanOfItsPixelsInLinearLight) {
+TEST(Palette, HasTheRequestedNumberOfColorsEachTheLinearMeanOfItsPixels) {
   const auto codes = random_codes(60000, 30000);
   for (const std::uint32_t colors : {2u, 7u, 16u, 256u}) {
     auto reduced = codes;

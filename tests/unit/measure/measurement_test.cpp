@@ -25,7 +25,7 @@ Measurement measurement(std::vector<MeasuredPoint> points) {
   return measurement;
 }
 
-bool says(const Measurement& measurement, const std::string& sentence) {
+bool contains(const Measurement& measurement, const std::string& sentence) {
   const auto sentences = tracer::advice(measurement);
   return std::find(sentences.begin(), sentences.end(), sentence) != sentences.end();
 }
@@ -69,48 +69,48 @@ TEST(Advice, OfNothingIsNothing) { EXPECT_TRUE(tracer::advice({}).empty()); }
 TEST(Advice, NamesTheCheapestSettingWithinEachError) {
   const auto measured = measurement({point("target_error", "4", 0.125, 3.5), point("samples", "1", 0.25, 3),
                                      point("target_error", "1", 0.4, 0.99), point("target_error", "0.5", 2, 0.5)});
-  EXPECT_TRUE(says(measured,
-                   "for 4 levels: target_error 4, 0.12 s; for 1 level: target_error 1, 0.40 s; for 0.5 levels: "
-                   "target_error 0.5, 2.0 s"))
+  EXPECT_TRUE(contains(measured,
+                       "for 4 levels: target_error 4, 0.12 s; for 1 level: target_error 1, 0.40 s; for 0.5 levels: "
+                       "target_error 0.5, 2.0 s"))
       << tracer::advice(measured).front();
 }
 
-TEST(Advice, SaysWhatIsBestWhereNothingIsWithinTheError) {
+TEST(Advice, NamesTheBestPointIfNoneIsWithinTheError) {
   const auto measured = measurement({point("samples", "1", 0.2, 3), point("samples", "4", 0.8, 1.5)});
-  EXPECT_TRUE(says(measured,
-                   "for 4 levels: samples 1, 0.20 s; for 1 level: no setting, the best is samples 4, 0.80 s and "
-                   "1.5 levels"))
+  EXPECT_TRUE(contains(measured,
+                       "for 4 levels: samples 1, 0.20 s; for 1 level: no setting, the best is samples 4, 0.80 s and "
+                       "1.5 levels"))
       << tracer::advice(measured).front();
 }
 
-TEST(Advice, SaysFromWhereAParameterBuysNothing) {
+TEST(Advice, NamesTheValueBeyondWhichAParameterHasNoEffect) {
   const auto measured = measurement({point("cutoff", "0.1", 1, 5), point("cutoff", "0.01", 1, 1.04),
                                      point("cutoff", "0.001", 1, 1.01), point("cutoff", "0.0001", 2, 1)});
-  EXPECT_TRUE(says(measured, "cutoff below 0.01 does not reduce the error"));
+  EXPECT_TRUE(contains(measured, "cutoff below 0.01 does not reduce the error"));
 }
 
-TEST(Advice, SaysWhenTheLastTurnOfAParameterStillGains) {
+TEST(Advice, ReportsIfTheLastValueStillReducesTheError) {
   const auto measured = measurement({point("max_depth", "4", 1, 5), point("max_depth", "8", 1, 2)});
-  EXPECT_TRUE(says(measured, "max_depth 8 still reduces the error: 2.0 levels instead of 5.0 with 4"));
+  EXPECT_TRUE(contains(measured, "max_depth 8 still reduces the error: 2.0 levels instead of 5.0 with 4"));
 }
 
-TEST(Advice, TellsWhatAnApproximationSavesAndCostsAgainstTheBaseline) {
+TEST(Advice, ReportsGainAndCostOfApproximations) {
   const auto measured =
       measurement({point("samples", "16", 2, 1), point("approximate", "shadows: map", 1.4, 4.1),
                    point("approximate", "shadows: none", 2.5, 1.01), point("approximate", "shading: flat", 1.99, 3)});
-  EXPECT_TRUE(says(measured, "shadows: map saves 30 % and costs 3.1 levels"));
-  EXPECT_TRUE(says(measured, "shadows: none takes 25 % longer and does not increase the error"));
-  EXPECT_TRUE(says(measured, "shading: flat saves no time and costs 2.0 levels"));
+  EXPECT_TRUE(contains(measured, "shadows: map saves 30 % and costs 3.1 levels"));
+  EXPECT_TRUE(contains(measured, "shadows: none takes 25 % longer and does not increase the error"));
+  EXPECT_TRUE(contains(measured, "shading: flat saves no time and costs 2.0 levels"));
 }
 
-TEST(Advice, TellsOfClaimsThatDidNotHold) {
-  EXPECT_TRUE(says(measurement({point("samples", "1", 1, 2, 2)}),
-                   "the true error was within the claimed one in all 1 settings"));
+TEST(Advice, ReportsClaimedErrorsBelowTheTrueOnes) {
+  EXPECT_TRUE(contains(measurement({point("samples", "1", 1, 2, 2)}),
+                       "the true error was within the claimed one in all 1 settings"));
   const auto measured = measurement({point("samples", "1", 1, 6, 5), point("samples", "4", 2, 3, 1.5)});
   EXPECT_TRUE(
-      says(measured,
-           "the true error was above the claimed one in 2 of 2 settings, by the largest factor with samples 4: 3.0 "
-           "levels, claimed 1.5"));
+      contains(measured,
+               "the true error was above the claimed one in 2 of 2 settings, by the largest factor with samples 4: 3.0 "
+               "levels, claimed 1.5"));
 }
 
 TEST(Settings, TurnDepthAndCutoffOnlyWhereSomethingReflects) {

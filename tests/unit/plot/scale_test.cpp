@@ -33,7 +33,7 @@ TEST(Scale, PutsValuesAtEvenDistancesAndPowersAtEvenDistancesOnALogarithmicOne) 
   for (int power = -2; power <= 2; ++power) EXPECT_NEAR(decades.place(std::pow(10.0, power)), 300 - 100 * power, 1e-10);
 }
 
-TEST(Scale, CoversItsValuesWithATwentiethToSpare) {
+TEST(Scale, CoversItsValuesWithAMarginOfATwentieth) {
   const Scale linear = covering({50, 60, 70}, false);
   EXPECT_DOUBLE_EQ(linear.low, 49);
   EXPECT_DOUBLE_EQ(linear.high, 71);

@@ -127,7 +127,7 @@ TEST(AdaptiveSampler, RefinesTheEdgeOnlyAndReachesTheTarget) {
   const auto scene = compiled(adaptive_scene(target));
   const Rendered rendered = sampled<AdaptiveSampler, AnalyticTracer<edge>>(*scene);
   const double error = rms_error(rendered, [](double x, double) { return mean_of_edge(x); });
-  EXPECT_TRUE(rendered.error.met);
+  EXPECT_TRUE(rendered.error.target_met);
   EXPECT_LE(rendered.error.estimate, target);
   EXPECT_LE(error, target);
   EXPECT_GT(rendered.statistics.samples_max, 4u);
@@ -137,7 +137,7 @@ TEST(AdaptiveSampler, RefinesTheEdgeOnlyAndReachesTheTarget) {
 TEST(AdaptiveSampler, StopsAtTheCentersOfARamp) {
   const auto scene = compiled(adaptive_scene(0.4));
   const Rendered rendered = sampled<AdaptiveSampler, AnalyticTracer<ramp>>(*scene);
-  EXPECT_TRUE(rendered.error.met);
+  EXPECT_TRUE(rendered.error.target_met);
   EXPECT_LT(rms_error(rendered, [](double x, double y) { return ramp(x + 0.5, y + 0.5); }), 1e-2);
   EXPECT_EQ(rendered.statistics.samples_max, 1u);
 }

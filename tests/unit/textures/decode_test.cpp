@@ -60,7 +60,7 @@ TEST(ImageDecoder, GivesLinearPixelsOfEveryKindOfFile) {
   expect_ramp(image_file("good_rgb.jpg"), true, 0.35);  // a block of sixteen pixels shares its hue
 }
 
-TEST(ImageDecoder, TakesTheColourSpaceThatTheSceneSays) {
+TEST(ImageDecoder, UsesTheColorSpaceOfTheScene) {
   expect_ramp(image_file("good_16_bit.png", ColorSpace::linear), false, 2e-5);
   expect_ramp(image_file("good_tiled.exr", ColorSpace::srgb), true, 1e-6);
 }
@@ -112,7 +112,7 @@ TEST(ImageDecoder, TakesNoTextureOfAKindThatOnlyComparisonsRead) {
     EXPECT_NE(refusal(name).find("no PNG, JPEG, OpenEXR or Radiance HDR"), std::string::npos) << name;
 }
 
-TEST(ImageDecoder, SaysWhatIsWrong) {
+TEST(ImageDecoder, DescribesTheError) {
   EXPECT_NE(refusal("bad_no_image.txt").find("no PNG, JPEG, OpenEXR or Radiance HDR"), std::string::npos);
   EXPECT_NE(refusal("bad_other_reader.tif").find("no PNG, JPEG, OpenEXR or Radiance HDR"), std::string::npos);
   EXPECT_NE(refusal("bad_7000_x_9000.png").find("the limit bytes is 256000000"), std::string::npos);

@@ -47,7 +47,7 @@ TEST(Filtering, NarrowsWithSamplesSoThatTheConvergedImageIsTheUnfilteredOne) {
   EXPECT_LT(rms_difference(filtered, mean), 0.006);
 }
 
-TEST(Filtering, IsOffWhereNoTextureAsksForIt) {
+TEST(Filtering, IsDisabledWithoutFilteredTextures) {
   EXPECT_FALSE(requirements(checkered_plain(1, Texture::Filter::nearest)).filtered_textures);
   EXPECT_TRUE(requirements(checkered_plain(1, Texture::Filter::mipmap)).filtered_textures);
 }

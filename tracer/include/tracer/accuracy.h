@@ -81,7 +81,7 @@ struct ErrorEstimate {
   double estimate = 0;  ///< upper bound of the true error at `confidence`
   double confidence = 0.95;
   std::optional<double> target;  ///< as requested
-  bool met = true;               ///< estimate <= target; true without a target
+  bool target_met = true;        ///< estimate <= target; true without a target
   double sampling = 0;           ///< part caused by the finite number of samples
   double depth = 0;              ///< upper bound of the part caused by `max_depth`
   double cutoff = 0;             ///< upper bound of the part caused by `cutoff`: rays not traced, shadow rays culled

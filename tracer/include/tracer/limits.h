@@ -31,7 +31,7 @@ struct Limits {
 struct TextureImageLimits {
   std::uint64_t pixels = 64ull << 20;  ///< 64 Mpx
   std::uint64_t channels = 8;
-  std::uint64_t bytes = 256'000'000;  ///< of linear float RGB in memory: 21 Mpx
+  std::uint64_t bytes = 256'000'000;  ///< linear float RGB in memory: 21 Mpx
 };
 
 }  // namespace tracer

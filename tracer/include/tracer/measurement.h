@@ -54,11 +54,11 @@ struct MeasuredPoint {
   ErrorEstimate claimed{};    ///< error estimate of the render
   double samples_mean = 0;    ///< per pixel, without holdout samples
   std::uint64_t samples = 0;  ///< total, with holdout samples
-  RayCounts rays{};           ///< of one run
+  RayCounts rays{};           ///< counts of one run
 };
 
 struct Measurement {
-  std::string name;  ///< of the scene
+  std::string name;  ///< scene name
   std::uint32_t width = 0, height = 0;
   std::uint32_t reference_samples = 0;  ///< per pixel of the reference
   double reference_error = 0;           ///< levels; standard error of the reference

@@ -29,7 +29,7 @@ class DisplayTransform {
   [[nodiscard]] double white() const { return white_; }
 
  private:
-  static constexpr int steps = 4096;  ///< of the tables, uniform in the square root of the display value
+  static constexpr int steps = 4096;  ///< table size, uniform in the square root of the display value
 
   [[nodiscard]] WHITTLE_INLINE double displayed(double radiance) const {
     const double exposed = (radiance > 0 ? radiance : 0) * gain_;

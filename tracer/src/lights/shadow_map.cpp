@@ -6,7 +6,7 @@
 namespace tracer {
 namespace {
 
-/// Where the point is seen through the window: its depth and, from -1 to 1, the place.
+/// DocumentPath the point is seen through the window: its depth and, from -1 to 1, the place.
 struct Seen {
   double depth = 0, across = 0, above = 0;
   [[nodiscard]] bool inside() const { return std::abs(across) <= 1 && std::abs(above) <= 1; }

@@ -161,7 +161,7 @@ class ObjReader {
   std::string error_;
   std::vector<Vec3> positions_, normals_;
   std::vector<Vec2> uvs_;
-  std::vector<Corner> corner_points_;  ///< of all faces; triangles index them until they are welded
+  std::vector<Corner> corner_points_;  ///< corners of all faces; triangles index them until they are welded
   std::vector<std::uint32_t> polygon_;
   std::vector<Vec3> polygon_positions_;
   bool has_uvs_ = false, has_normals_ = false;

@@ -264,7 +264,7 @@ class PlyReader {
   ply::Values values_;
   std::string error_;
   std::vector<std::array<std::uint32_t, 3>> faces_;  ///< all faces up to the first that is not a triangle
-  std::vector<std::uint32_t> corner_points_;         ///< of all other faces, concatenated
+  std::vector<std::uint32_t> corner_points_;         ///< corners of all other faces, concatenated
   std::vector<std::size_t> ends_;                    ///< end of each of these in `corner_points_`
   std::size_t face_ = 0;                             ///< index of the current face in the file
   Mesh mesh_;

@@ -295,7 +295,7 @@ class AdaptiveSampler {
     rendered.error = error_;
     rendered.error.bounded = (error_.depth == 0 && error_.cutoff == 0) || bound_omitted_radiance(scene_, 0).bounded;
     rendered.error.target = target_.target_error;
-    rendered.error.met = !target_.target_error || error_.estimate <= *target_.target_error;
+    rendered.error.target_met = !target_.target_error || error_.estimate <= *target_.target_error;
     return rendered;
   }
 

@@ -138,7 +138,7 @@ void estimate_approximation_error(const CompiledScene& scene, const RenderSettin
   add(rendered.statistics, pool.statistics());
   rendered.statistics.holdout_samples += exact.samples();
   add_approximation(rendered.error, error, pixels);
-  rendered.error.met = !rendered.error.target || rendered.error.estimate <= *rendered.error.target;
+  rendered.error.target_met = !rendered.error.target || rendered.error.estimate <= *rendered.error.target;
 }
 
 }  // namespace tracer

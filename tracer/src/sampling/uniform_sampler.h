@@ -177,7 +177,7 @@ class UniformSampler {
     ErrorEstimate error = error_estimate(sums.sampled, sums.omitted, image.rgb.size() / 3);
     error.bounded = context.bound.bounded || (error.depth == 0 && error.cutoff == 0);
     error.target = scene_.accuracy.target_error;
-    error.met = !error.target || error.estimate <= *error.target;
+    error.target_met = !error.target || error.estimate <= *error.target;
     return error;
   }
 

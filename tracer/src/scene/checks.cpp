@@ -12,7 +12,7 @@ constexpr std::size_t issues_max = 1000;  // bounds the response: a broken mesh 
 
 }  // namespace
 
-std::string Where::pointer() const {
+std::string DocumentPath::pointer() const {
   if (parent == nullptr) return std::string(name);
   return parent->pointer() + "/" + (name.empty() ? std::to_string(index) : std::string(name));
 }
@@ -32,35 +32,36 @@ std::string channels_of(const Color& color) {
 
 }  // namespace
 
-bool Checks::tell(const Where& where, std::string_view code, const std::string& detail) {
+bool Checks::add_issue(const DocumentPath& where, std::string_view code, const std::string& detail) {
   if (issues_.size() == issues_max) {
-    ++untold_;
+    ++omitted_;
     return false;
   }
   Issue issue{where.pointer(), std::string(code), detail};
-  if (!known_ || !known_(issue)) issues_.push_back(std::move(issue));
+  if (!is_reported_ || !is_reported_(issue)) issues_.push_back(std::move(issue));
   return false;
 }
 
-bool Checks::over(const Where& where, std::string_view limit, const std::string& bound, const std::string& seen) {
-  return tell(where, "limit_exceeded", "the limit " + std::string(limit) + " is " + bound + ", got " + seen);
+bool Checks::over(const DocumentPath& where, std::string_view limit, const std::string& bound,
+                  const std::string& seen) {
+  return add_issue(where, "limit_exceeded", "the limit " + std::string(limit) + " is " + bound + ", got " + seen);
 }
 
 std::vector<Issue> Checks::take() {
-  if (untold_ > 0) issues_.push_back({"", "too_many_issues", "and " + std::to_string(untold_) + " more"});
+  if (omitted_ > 0) issues_.push_back({"", "too_many_issues", "and " + std::to_string(omitted_) + " more"});
   return std::move(issues_);
 }
 
-bool Checks::finite(const Where& where, double value) {
-  return std::isfinite(value) || tell(where, "not_finite", "must be a finite number");
+bool Checks::finite(const DocumentPath& where, double value) {
+  return std::isfinite(value) || add_issue(where, "not_finite", "must be a finite number");
 }
 
-bool Checks::coordinate(const Where& where, double value) {
+bool Checks::coordinate(const DocumentPath& where, double value) {
   if (std::abs(value) <= limits.coordinate_max) return true;
   return finite(where, value) && over(where, "coordinate_max", text_of(limits.coordinate_max), text_of(value));
 }
 
-bool Checks::position(const Where& where, const Vec3& value) {
+bool Checks::position(const DocumentPath& where, const Vec3& value) {
   if (largest_component(value) <= limits.coordinate_max && !std::isnan(value.x + value.y + value.z)) return true;
   const bool x = coordinate({where, std::size_t{0}}, value.x);
   const bool y = coordinate({where, std::size_t{1}}, value.y);
@@ -68,52 +69,53 @@ bool Checks::position(const Where& where, const Vec3& value) {
   return x && y && z;
 }
 
-bool Checks::direction(const Where& where, const Vec3& value) {
+bool Checks::direction(const DocumentPath& where, const Vec3& value) {
   if (!position(where, value)) return false;
   const double largest = largest_component(value);
   if (largest >= limits.length_min) return true;
-  if (largest == 0) return tell(where, "degenerate", "must not be zero: it has no direction");
-  return tell(where, "degenerate",
-              "is too short to have a direction: the limit length_min is " + text_of(limits.length_min) +
-                  ", its largest component is " + text_of(largest));
+  if (largest == 0) return add_issue(where, "degenerate", "must not be zero: it has no direction");
+  return add_issue(where, "degenerate",
+                   "is too short to have a direction: the limit length_min is " + text_of(limits.length_min) +
+                       ", its largest component is " + text_of(largest));
 }
 
-bool Checks::length(const Where& where, double value) {
+bool Checks::length(const DocumentPath& where, double value) {
   if (!finite(where, value)) return false;
-  if (value <= 0) return tell(where, "out_of_range", "must be > 0, got " + text_of(value));
+  if (value <= 0) return add_issue(where, "out_of_range", "must be > 0, got " + text_of(value));
   if (value < limits.length_min) return over(where, "length_min", text_of(limits.length_min), text_of(value));
   return coordinate(where, value);
 }
 
-bool Checks::within(const Where& where, double value, double low, double high) {
+bool Checks::within(const DocumentPath& where, double value, double low, double high) {
   if (value >= low && value <= high) return true;
   return finite(where, value) &&
-         tell(where, "out_of_range", "must be in [" + text_of(low) + ", " + text_of(high) + "], got " + text_of(value));
+         add_issue(where, "out_of_range",
+                   "must be in [" + text_of(low) + ", " + text_of(high) + "], got " + text_of(value));
 }
 
-bool Checks::not_negative(const Where& where, double value) {
+bool Checks::not_negative(const DocumentPath& where, double value) {
   if (value >= 0 && value <= limits.value_max) return true;
   if (!finite(where, value)) return false;
-  if (value < 0) return tell(where, "out_of_range", "must be >= 0, got " + text_of(value));
+  if (value < 0) return add_issue(where, "out_of_range", "must be >= 0, got " + text_of(value));
   return over(where, "value_max", text_of(limits.value_max), text_of(value));
 }
 
-bool Checks::color(const Where& where, const Color& value) {
+bool Checks::color(const DocumentPath& where, const Color& value) {
   const double lowest = std::min({value.r, value.g, value.b});
   const double highest = std::max({value.r, value.g, value.b});
   const double sum = value.r + value.g + value.b;  // min and max ignore NaN
   if (lowest >= 0 && highest <= limits.value_max && !std::isnan(sum)) return true;
   if (!std::isfinite(value.r) || !std::isfinite(value.g) || !std::isfinite(value.b)) {
-    return tell(where, "not_finite", "every channel must be a finite number");
+    return add_issue(where, "not_finite", "every channel must be a finite number");
   }
-  if (lowest < 0) return tell(where, "out_of_range", "every channel must be >= 0, got " + channels_of(value));
+  if (lowest < 0) return add_issue(where, "out_of_range", "every channel must be >= 0, got " + channels_of(value));
   return over(where, "value_max", text_of(limits.value_max), text_of(highest));
 }
 
-bool Checks::vec2(const Where& where, const Vec2& value) {
+bool Checks::vec2(const DocumentPath& where, const Vec2& value) {
   const auto component = [&](std::size_t i, double number) {
     if (std::abs(number) <= limits.value_max) return true;
-    const Where place(where, i);
+    const DocumentPath place(where, i);
     return finite(place, number) && over(place, "value_max", text_of(limits.value_max), text_of(number));
   };
   const bool x = component(0, value.x);
@@ -121,7 +123,7 @@ bool Checks::vec2(const Where& where, const Vec2& value) {
   return x && y;
 }
 
-bool Checks::count(const Where& where, std::uint64_t value, std::uint64_t bound, std::string_view limit) {
+bool Checks::count(const DocumentPath& where, std::uint64_t value, std::uint64_t bound, std::string_view limit) {
   return value <= bound || over(where, limit, std::to_string(bound), std::to_string(value));
 }
 
@@ -154,20 +156,20 @@ bool FieldChecks::is_direction(const Vec3& v) const {
 
 void FieldChecks::not_parallel(std::string_view field, const Vec3& value, const Vec3& axis, std::string_view sentence) {
   if (is_direction(value) && is_direction(axis) && parallel(axis, value))
-    checks_.tell({owner_, field}, "degenerate", std::string(sentence));
+    checks_.add_issue({owner_, field}, "degenerate", std::string(sentence));
 }
 
 bool FieldChecks::apart(std::string_view field, const Vec3& value, const Vec3& other, std::string_view sentence) {
   if (!is_position(value) || !is_position(other)) return false;
   return largest_component(value - other) >= checks_.limits.length_min ||
-         checks_.tell({owner_, field}, "degenerate", std::string(sentence));
+         checks_.add_issue({owner_, field}, "degenerate", std::string(sentence));
 }
 
 void FieldChecks::all_greater(std::string_view field, const Vec3& value, const Vec3& other, std::string_view sentence) {
   if (!is_position(value) || !is_position(other)) return;
   const Vec3 size = value - other;
   if (std::min({size.x, size.y, size.z}) < checks_.limits.length_min)
-    checks_.tell({owner_, field}, "degenerate", std::string(sentence));
+    checks_.add_issue({owner_, field}, "degenerate", std::string(sentence));
 }
 
 void FieldChecks::has_area(std::string_view field, const Vec3& corner, const Vec3& edge, const Vec3& other_edge,
@@ -175,35 +177,35 @@ void FieldChecks::has_area(std::string_view field, const Vec3& corner, const Vec
   if (!is_position(corner) || !tracer::finite(edge) || !tracer::finite(other_edge)) return;
   const double shortest = checks_.limits.length_min * checks_.limits.length_min;
   const bool long_enough = dot(edge, edge) >= shortest && dot(other_edge, other_edge) >= shortest;
-  if (!long_enough || parallel(edge, other_edge)) checks_.tell({owner_, field}, "degenerate", std::string(sentence));
+  if (!long_enough || parallel(edge, other_edge)) checks_.add_issue({owner_, field}, "degenerate", std::string(sentence));
 }
 
 void FieldChecks::less(std::string_view field, double value, std::string_view bound_name, double bound) {
   const bool valid = value >= 0 && bound >= checks_.limits.length_min && bound <= checks_.limits.coordinate_max;
   if (valid && value >= bound && value <= checks_.limits.coordinate_max)
-    checks_.tell({owner_, field}, "out_of_range",
+    checks_.add_issue({owner_, field}, "out_of_range",
                  "must be < " + std::string(bound_name) + " " + text_of(bound) + ", got " + text_of(value));
 }
 
 void FieldChecks::at_least(std::string_view field, double value, std::string_view bound_name, double bound) {
   if (value >= 0 && value < bound && bound <= 180)
-    checks_.tell({owner_, field}, "out_of_range",
+    checks_.add_issue({owner_, field}, "out_of_range",
                  "must be >= " + std::string(bound_name) + " " + text_of(bound) + ", got " + text_of(value));
 }
 
-bool FieldChecks::range(const Where& where, FieldRange range, const Vec3& value) {
+bool FieldChecks::range(const DocumentPath& where, FieldRange range, const Vec3& value) {
   return range == FieldRange::direction ? checks_.direction(where, value) : checks_.position(where, value);
 }
 
-bool FieldChecks::range(const Where& where, FieldRange /*range*/, const Vec2& value) {
+bool FieldChecks::range(const DocumentPath& where, FieldRange /*range*/, const Vec2& value) {
   return checks_.vec2(where, value);
 }
 
-bool FieldChecks::range(const Where& where, FieldRange range, double value) {
+bool FieldChecks::range(const DocumentPath& where, FieldRange range, double value) {
   if (range == FieldRange::length) return checks_.length(where, value);
   if (range == FieldRange::angle_deg) return checks_.within(where, value, 0, 180);
   return checks_.coordinate(where, value) &&
-         (value >= 0 || checks_.tell(where, "out_of_range", "must be >= 0, got " + text_of(value)));
+         (value >= 0 || checks_.add_issue(where, "out_of_range", "must be >= 0, got " + text_of(value)));
 }
 
 }  // namespace tracer

@@ -19,14 +19,14 @@ namespace tracer {
 
 /// A path in the document, as a chain on the stack: it is converted to text only for an issue. The outermost element
 /// holds a complete pointer ("/objects", "/materials/red").
-struct Where {
-  const Where* parent = nullptr;
+struct DocumentPath {
+  const DocumentPath* parent = nullptr;
   std::string_view name{};
   std::size_t index = 0;  ///< when `name` is empty
 
-  explicit Where(std::string_view pointer) : name(pointer) {}
-  Where(const Where& around, std::string_view field) : parent(&around), name(field) {}
-  Where(const Where& around, std::size_t element) : parent(&around), index(element) {}
+  explicit DocumentPath(std::string_view pointer) : name(pointer) {}
+  DocumentPath(const DocumentPath& around, std::string_view field) : parent(&around), name(field) {}
+  DocumentPath(const DocumentPath& around, std::size_t element) : parent(&around), index(element) {}
   [[nodiscard]] std::string pointer() const;
 };
 
@@ -37,30 +37,30 @@ std::string text_of(double value);
 /// values that are valid themselves.
 class Checks {
  public:
-  Checks(const Limits& scene_limits, const std::function<bool(const Issue&)>& known_issues)
-      : limits(scene_limits), known_(known_issues) {}
+  Checks(const Limits& scene_limits, const std::function<bool(const Issue&)>& is_reported)
+      : limits(scene_limits), is_reported_(is_reported) {}
 
-  bool finite(const Where& where, double value);
-  bool coordinate(const Where& where, double value);                       ///< |value| <= coordinate_max
-  bool position(const Where& where, const Vec3& value);                    ///< three coordinates
-  bool direction(const Where& where, const Vec3& value);                   ///< any length > 0
-  bool length(const Where& where, double value);                           ///< > 0
-  bool within(const Where& where, double value, double low, double high);  ///< [low, high]
-  bool not_negative(const Where& where, double value);                     ///< [0, value_max]
-  bool color(const Where& where, const Color& value);
-  bool vec2(const Where& where, const Vec2& value);  ///< |components| <= value_max
-  bool count(const Where& where, std::uint64_t value, std::uint64_t bound, std::string_view limit);
+  bool finite(const DocumentPath& where, double value);
+  bool coordinate(const DocumentPath& where, double value);                       ///< |value| <= coordinate_max
+  bool position(const DocumentPath& where, const Vec3& value);                    ///< three coordinates
+  bool direction(const DocumentPath& where, const Vec3& value);                   ///< any length > 0
+  bool length(const DocumentPath& where, double value);                           ///< > 0
+  bool within(const DocumentPath& where, double value, double low, double high);  ///< [low, high]
+  bool not_negative(const DocumentPath& where, double value);                     ///< [0, value_max]
+  bool color(const DocumentPath& where, const Color& value);
+  bool vec2(const DocumentPath& where, const Vec2& value);  ///< |components| <= value_max
+  bool count(const DocumentPath& where, std::uint64_t value, std::uint64_t bound, std::string_view limit);
 
-  bool tell(const Where& where, std::string_view code, const std::string& detail);  ///< always false
-  bool over(const Where& where, std::string_view limit, const std::string& bound, const std::string& seen);
+  bool add_issue(const DocumentPath& where, std::string_view code, const std::string& detail);  ///< always false
+  bool over(const DocumentPath& where, std::string_view limit, const std::string& bound, const std::string& seen);
   std::vector<Issue> take();
 
   const Limits& limits;
 
  private:
-  const std::function<bool(const Issue&)>& known_;
+  const std::function<bool(const Issue&)>& is_reported_;
   std::vector<Issue> issues_;
-  std::uint64_t untold_ = 0;
+  std::uint64_t omitted_ = 0;
 };
 
 /// Precondition: neither is zero. Whether two directions are the same or opposite to within the last few bits, so that
@@ -71,7 +71,7 @@ bool parallel(const Vec3& a, const Vec3& b);
 /// issues of their own.
 class FieldChecks {
  public:
-  FieldChecks(Checks& checks, const Where& owner) : checks_(checks), owner_(owner) {}
+  FieldChecks(Checks& checks, const DocumentPath& owner) : checks_(checks), owner_(owner) {}
 
   /// Ranges of all fields.
   template <HasFields Owner>
@@ -92,16 +92,16 @@ class FieldChecks {
   void at_least(std::string_view field, double value, std::string_view bound_name, double bound);
 
  private:
-  bool range(const Where& where, FieldRange range, const Vec3& value);
-  bool range(const Where& where, FieldRange range, const Vec2& value);
-  bool range(const Where& where, FieldRange range, double value);
-  static bool range(const Where&, FieldRange, bool) { return true; }
+  bool range(const DocumentPath& where, FieldRange range, const Vec3& value);
+  bool range(const DocumentPath& where, FieldRange range, const Vec2& value);
+  bool range(const DocumentPath& where, FieldRange range, double value);
+  static bool range(const DocumentPath&, FieldRange, bool) { return true; }
   template <class T>
-  bool range(const Where& where, FieldRange kind, const std::optional<T>& value) {
+  bool range(const DocumentPath& where, FieldRange kind, const std::optional<T>& value) {
     return !value || range(where, kind, *value);
   }
   template <class T, std::size_t n>
-  bool range(const Where& where, FieldRange kind, const std::array<T, n>& values) {
+  bool range(const DocumentPath& where, FieldRange kind, const std::array<T, n>& values) {
     bool all_valid = true;
     for (std::size_t i = 0; i < n; ++i) all_valid &= range({where, i}, kind, values[i]);
     return all_valid;
@@ -110,12 +110,13 @@ class FieldChecks {
   [[nodiscard]] bool is_direction(const Vec3& v) const;
 
   Checks& checks_;
-  const Where& owner_;
+  const DocumentPath& owner_;
 };
 
 /// Checks the shapes, materials and transforms of one list at the path `where` (validate_objects.cpp). Returns false if
 /// a transform is invalid, so that the transformed objects cannot be checked.
-bool check_object_list(Checks& checks, const Scene& scene, const Where& where, const std::vector<Object>& objects);
+bool check_object_list(Checks& checks, const Scene& scene, const DocumentPath& where,
+                       const std::vector<Object>& objects);
 
 /// Checks objects, prototypes and their totals after instancing (validate_instances.cpp).
 void check_objects(Checks& checks, const Scene& scene);

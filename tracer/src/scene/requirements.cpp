@@ -30,17 +30,18 @@ class Finder {
     need(&Requirements::depth_cue, scene_.depth_cue.has_value(), "/depth_cue");
     need(&Requirements::layers, !scene_.output.layers.empty(), "/output/layers");
     need(&Requirements::layers, scene_.output.alpha, "/output/alpha");
-    look_at(scene_.background);
+    add(scene_.background);
     for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
       if (exact_shadows() && scene_.lights[i].shadows && !caster_) caster_ = i;
       need(&Requirements::soft_lights, is_area_light(scene_.lights[i].source), "/lights/", i);
     }
     const std::size_t nearest = approximate_.nearest_lights;
-    const std::size_t asked = nearest == 0 ? scene_.lights.size() : std::min(nearest, scene_.lights.size());
-    need(&Requirements::many_lights, exact_shadows() && asked > few_lights && scene_.accuracy.cutoff > 0, "/lights");
+    const std::size_t evaluated = nearest == 0 ? scene_.lights.size() : std::min(nearest, scene_.lights.size());
+    need(&Requirements::many_lights, exact_shadows() && evaluated > few_lights && scene_.accuracy.cutoff > 0,
+         "/lights");
     for_each_placed(scene_, [&](const Placed& placed) {
-      look_at(scene_.materials[placed.material.index]);
-      look_at(placed);
+      add(scene_.materials[placed.material.index]);
+      add(placed);
     });
     return needs_;
   }
@@ -61,19 +62,19 @@ class Finder {
   }
 
   /// Reports the requirements of the texture of `what`.
-  void look_at(bool Requirements::*what, TextureId texture, std::string_view where) {
+  void add(bool Requirements::*what, TextureId texture, std::string_view where) {
     need(what, true, where);
     need(&Requirements::filtered_textures, scene_.textures[texture.index].filter == Texture::Filter::mipmap, where);
   }
 
-  void look_at(const Background& background) {
+  void add(const Background& background) {
     if (background.environment)
-      look_at(&Requirements::environment, background.environment->texture, "/background/environment");
+      add(&Requirements::environment, background.environment->texture, "/background/environment");
     if (!background.cube) return;
-    for (const TextureId face : background.cube->faces) look_at(&Requirements::environment, face, "/background/cube");
+    for (const TextureId face : background.cube->faces) add(&Requirements::environment, face, "/background/cube");
   }
 
-  void look_at(const Material& material) {
+  void add(const Material& material) {
     using Reflections = Approximations::Reflections;
     const bool branches = approximate_.reflections == Reflections::exact;
     const bool transmits = material.transmission > 0;
@@ -89,17 +90,16 @@ class Finder {
          (branches || exact_shadows()) && transmits && std::exchange(solid_seen_, true), where);
     need(&Requirements::gouraud, shading_of(material.shading, approximate_.shading) == Material::Shading::gouraud,
          approximate_.shading == Approximations::Shading::exact ? where : "/accuracy/approximate/shading");
-    if (const auto* texture = std::get_if<TextureId>(&material.color))
-      look_at(&Requirements::textures, *texture, where);
-    if (material.bump) look_at(&Requirements::textures, material.bump->texture, where);
-    if (material.normal_map) look_at(&Requirements::textures, *material.normal_map, where);
+    if (const auto* texture = std::get_if<TextureId>(&material.color)) add(&Requirements::textures, *texture, where);
+    if (material.bump) add(&Requirements::textures, material.bump->texture, where);
+    if (material.normal_map) add(&Requirements::textures, *material.normal_map, where);
     need(&Requirements::bump, material.bump || material.normal_map, where);
     if (caster_) need(&Requirements::shadows, material.diffuse > 0 || material.specular > 0, "/lights/", *caster_);
     if (transmits && !transmissive_) transmissive_ = where;
     need(&Requirements::transmissive_shadows, needs_.shadows && transmissive_, transmissive_.value_or(where));
   }
 
-  void look_at(const Placed& placed) {
+  void add(const Placed& placed) {
     const Shape& shape = placed.shape;
     const auto because = [&](bool Requirements::*what, bool needed) {
       if (needed && !(needs_.*what)) need(what, true, std::string(placed.group) + "/", placed.index);

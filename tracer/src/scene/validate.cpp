@@ -13,15 +13,15 @@ namespace {
 
 constexpr double exposure_max = 100;  // stops: 2^100 is value_max, so the darkest and brightest images can be displayed
 
-bool check_crop(Checks& checks, const Where& where, const ImageSize& image) {
+bool check_crop(Checks& checks, const DocumentPath& where, const ImageSize& image) {
   const PixelWindow& crop = *image.crop;
   const auto span = [&](std::size_t first, std::uint32_t begin, std::uint32_t end, std::uint32_t side) {
     if (end > side) {
-      return checks.tell({where, first + 2}, "out_of_range",
-                         "must be <= " + std::to_string(side) + ", got " + std::to_string(end));
+      return checks.add_issue({where, first + 2}, "out_of_range",
+                              "must be <= " + std::to_string(side) + ", got " + std::to_string(end));
     }
-    return begin < end || checks.tell({where, first + 2}, "out_of_range",
-                                      "must be > " + std::to_string(begin) + ", got " + std::to_string(end));
+    return begin < end || checks.add_issue({where, first + 2}, "out_of_range",
+                                           "must be > " + std::to_string(begin) + ", got " + std::to_string(end));
   };
   const bool columns = span(0, crop.x0, crop.x1, image.width);
   const bool rows = span(1, crop.y0, crop.y1, image.height);
@@ -29,10 +29,10 @@ bool check_crop(Checks& checks, const Where& where, const ImageSize& image) {
 }
 
 void check_image(Checks& checks, const ImageSize& image) {
-  const Where where("/image");
+  const DocumentPath where("/image");
   const auto side = [&](std::string_view name, std::uint32_t pixels) {
-    const Where place(where, name);
-    if (pixels == 0) return checks.tell(place, "out_of_range", "must be >= 1, got 0");
+    const DocumentPath place(where, name);
+    if (pixels == 0) return checks.add_issue(place, "out_of_range", "must be >= 1, got 0");
     return checks.count(place, pixels, checks.limits.image_side, "image_side");
   };
   const bool width = side("width", image.width);
@@ -44,37 +44,37 @@ void check_image(Checks& checks, const ImageSize& image) {
 }
 
 void check_camera(Checks& checks, const Camera& camera) {
-  const Where where("/camera");
+  const DocumentPath where("/camera");
   const bool position = checks.position({where, "position"}, camera.position);
   const bool look_at = checks.position({where, "look_at"}, camera.look_at);
   const bool up = checks.direction({where, "up"}, camera.up);
   const Vec3 view = camera.look_at - camera.position;
   if (position && look_at) {
     if (largest_component(view) < checks.limits.length_min) {
-      checks.tell({where, "look_at"}, "degenerate", "must not be the position: the camera has no direction");
+      checks.add_issue({where, "look_at"}, "degenerate", "must not be the position: the camera has no direction");
     } else if (up && parallel(view, camera.up)) {
-      checks.tell({where, "up"}, "degenerate", "must not be parallel to the view from position to look_at");
+      checks.add_issue({where, "up"}, "degenerate", "must not be parallel to the view from position to look_at");
     }
   }
-  const Where fov(where, "fov");
+  const DocumentPath fov(where, "fov");
   if (checks.finite(fov, camera.fov_deg) && (camera.fov_deg <= 0 || camera.fov_deg >= 180)) {
-    checks.tell(fov, "out_of_range", "must be > 0 and < 180 degrees, got " + text_of(camera.fov_deg));
+    checks.add_issue(fov, "out_of_range", "must be > 0 and < 180 degrees, got " + text_of(camera.fov_deg));
   }
   checks.length({where, "height"}, camera.height);
-  const Where aperture(where, "aperture");
+  const DocumentPath aperture(where, "aperture");
   if (checks.coordinate(aperture, camera.aperture) && camera.aperture < 0) {
-    checks.tell(aperture, "out_of_range", "must be >= 0, got " + text_of(camera.aperture));
+    checks.add_issue(aperture, "out_of_range", "must be >= 0, got " + text_of(camera.aperture));
   }
   if (camera.focus_distance) checks.length({where, "focus_distance"}, *camera.focus_distance);
 }
 
-bool check_texture(Checks& checks, const Where& where, TextureId texture, std::size_t texture_count) {
+bool check_texture(Checks& checks, const DocumentPath& where, TextureId texture, std::size_t texture_count) {
   return texture.index < texture_count ||
-         checks.tell(where, "unknown_reference", "there is no texture " + std::to_string(texture.index));
+         checks.add_issue(where, "unknown_reference", "there is no texture " + std::to_string(texture.index));
 }
 
 void check_background(Checks& checks, const Background& background, std::size_t texture_count) {
-  const Where where("/background");
+  const DocumentPath where("/background");
   checks.color({where, "color"}, background.color);
   if (background.gradient) {
     checks.color({where, "zenith"}, background.gradient->zenith);
@@ -86,39 +86,39 @@ void check_background(Checks& checks, const Background& background, std::size_t 
   }
   if (!background.cube) return;
   constexpr std::string_view faces[] = {"+x", "-x", "+y", "-y", "+z", "-z"};
-  const Where cube(where, "cube");
+  const DocumentPath cube(where, "cube");
   for (std::size_t face = 0; face < 6; ++face) {
     check_texture(checks, {cube, faces[face]}, background.cube->faces[face], texture_count);
   }
 }
 
 void check_depth_cue(Checks& checks, const DepthCue& cue) {
-  const Where where("/depth_cue");
-  const Where back(where, "back");
+  const DocumentPath where("/depth_cue");
+  const DocumentPath back(where, "back");
   const bool front_well = checks.coordinate({where, "front"}, cue.front);
   if (checks.coordinate(back, cue.back) && front_well && cue.back < cue.front) {
-    checks.tell(back, "out_of_range", "must be >= front " + text_of(cue.front) + ", got " + text_of(cue.back));
+    checks.add_issue(back, "out_of_range", "must be >= front " + text_of(cue.front) + ", got " + text_of(cue.back));
   }
   checks.within({where, "front_scale"}, cue.front_scale, 0, 1);
   checks.within({where, "back_scale"}, cue.back_scale, 0, 1);
   checks.color({where, "color"}, cue.color);
 }
 
-void check_attenuation(Checks& checks, const Where& where, const Attenuation& attenuation) {
+void check_attenuation(Checks& checks, const DocumentPath& where, const Attenuation& attenuation) {
   if (attenuation.kind != Attenuation::Kind::polynomial) return;
   bool all_well = true;
   for (std::size_t i = 0; i < 3; ++i) all_well &= checks.not_negative({where, i}, attenuation.coefficients[i]);
   const double sum = attenuation.coefficients[0] + attenuation.coefficients[1] + attenuation.coefficients[2];
   if (all_well && sum < 1 / checks.limits.value_max) {
-    checks.tell(where, "degenerate", "the sum of the coefficients must be > 0, got " + text_of(sum));
+    checks.add_issue(where, "degenerate", "the sum of the coefficients must be > 0, got " + text_of(sum));
   }
 }
 
 void check_lights(Checks& checks, const std::vector<Light>& lights) {
-  const Where where("/lights");
+  const DocumentPath where("/lights");
   checks.count(where, lights.size(), checks.limits.lights, "lights");
   for (std::size_t i = 0; i < lights.size(); ++i) {
-    const Where light(where, i);
+    const DocumentPath light(where, i);
     FieldChecks fields(checks, light);
     std::visit(
         [&](const auto& source) {
@@ -132,39 +132,40 @@ void check_lights(Checks& checks, const std::vector<Light>& lights) {
   }
 }
 
-void check_pair(Checks& checks, const Where& where, const std::array<Color, 2>& colors) {
+void check_pair(Checks& checks, const DocumentPath& where, const std::array<Color, 2>& colors) {
   checks.color({where, std::size_t{0}}, colors[0]);
   checks.color({where, std::size_t{1}}, colors[1]);
 }
 
-void check_pattern(Checks& checks, const Where& where, const CheckerTexture& checker, std::size_t) {
+void check_pattern(Checks& checks, const DocumentPath& where, const CheckerTexture& checker, std::size_t) {
   check_pair(checks, {where, "checker"}, checker.colors);
 }
 
-void check_pattern(Checks& checks, const Where& where, const GradientTexture& gradient, std::size_t) {
+void check_pattern(Checks& checks, const DocumentPath& where, const GradientTexture& gradient, std::size_t) {
   check_pair(checks, {where, "gradient"}, gradient.colors);
 }
 
-void check_pattern(Checks& checks, const Where& where, const NoiseTexture& noise, std::size_t) {
+void check_pattern(Checks& checks, const DocumentPath& where, const NoiseTexture& noise, std::size_t) {
   check_pair(checks, {where, "noise"}, noise.colors);
-  const Where octaves(where, "octaves");
-  if (noise.octaves == 0) checks.tell(octaves, "out_of_range", "must be >= 1, got 0");
+  const DocumentPath octaves(where, "octaves");
+  if (noise.octaves == 0) checks.add_issue(octaves, "out_of_range", "must be >= 1, got 0");
   checks.count(octaves, noise.octaves, checks.limits.octaves, "octaves");
 }
 
-void check_pattern(Checks& checks, const Where& where, const ImageTexture& image, std::size_t asset_count) {
+void check_pattern(Checks& checks, const DocumentPath& where, const ImageTexture& image, std::size_t asset_count) {
   if (image.file.index >= asset_count) {
-    checks.tell({where, "file"}, "unknown_reference", "there is no asset " + std::to_string(image.file.index));
+    checks.add_issue({where, "file"}, "unknown_reference", "there is no asset " + std::to_string(image.file.index));
   }
 }
 
 void check_textures(Checks& checks, const Scene& scene) {
   if (scene.assets.size() > checks.limits.assets) {
-    checks.count(Where(scene.assets[checks.limits.assets].path), scene.assets.size(), checks.limits.assets, "assets");
+    checks.count(DocumentPath(scene.assets[checks.limits.assets].path), scene.assets.size(), checks.limits.assets,
+                 "assets");
   }
-  checks.count(Where("/textures"), scene.textures.size(), checks.limits.textures, "textures");
+  checks.count(DocumentPath("/textures"), scene.textures.size(), checks.limits.textures, "textures");
   for (const Texture& texture : scene.textures) {
-    const Where where(texture.path);
+    const DocumentPath where(texture.path);
     std::visit([&](const auto& pattern) { check_pattern(checks, where, pattern, scene.assets.size()); },
                texture.pattern);
     checks.vec2({where, "scale"}, texture.scale);
@@ -173,7 +174,7 @@ void check_textures(Checks& checks, const Scene& scene) {
 }
 
 void check_material(Checks& checks, const Material& material, std::size_t texture_count) {
-  const Where where(material.path);
+  const DocumentPath where(material.path);
   if (const auto* color = std::get_if<Color>(&material.color)) {
     checks.color({where, "color"}, *color);
   } else {
@@ -181,16 +182,16 @@ void check_material(Checks& checks, const Material& material, std::size_t textur
   }
   if (material.normal_map) check_texture(checks, {where, "normal_map"}, *material.normal_map, texture_count);
   if (material.bump) {
-    const Where bump(where, "bump");
+    const DocumentPath bump(where, "bump");
     check_texture(checks, {bump, "texture"}, material.bump->texture, texture_count);
     checks.coordinate({bump, "scale"}, material.bump->scale);
   }
   checks.not_negative({where, "ambient"}, material.ambient);
   checks.not_negative({where, "diffuse"}, material.diffuse);
   checks.not_negative({where, "specular"}, material.specular);
-  const Where shininess(where, "shininess");  // no upper bound
+  const DocumentPath shininess(where, "shininess");  // no upper bound
   if (checks.finite(shininess, material.shininess) && material.shininess < 0) {
-    checks.tell(shininess, "out_of_range", "must be >= 0, got " + text_of(material.shininess));
+    checks.add_issue(shininess, "out_of_range", "must be >= 0, got " + text_of(material.shininess));
   }
   checks.color({where, "specular_color"}, material.specular_color);
   checks.color({where, "emission"}, material.emission);
@@ -203,11 +204,11 @@ void check_material(Checks& checks, const Material& material, std::size_t textur
   }
   checks.color({where, "absorption"}, material.absorption);
   checks.color({where, "transmission_color"}, material.transmission_color);
-  const Where ior(where, "ior");
+  const DocumentPath ior(where, "ior");
   if (checks.finite(ior, material.ior)) {
     const double bound = checks.limits.value_max;
     if (material.ior <= 0) {
-      checks.tell(ior, "out_of_range", "must be > 0, got " + text_of(material.ior));
+      checks.add_issue(ior, "out_of_range", "must be > 0, got " + text_of(material.ior));
     } else if (material.ior > bound || 1 / material.ior > bound) {
       checks.over(ior, "value_max", text_of(bound), text_of(material.ior));
     }
@@ -215,32 +216,32 @@ void check_material(Checks& checks, const Material& material, std::size_t textur
 }
 
 void check_materials(Checks& checks, const Scene& scene) {
-  checks.count(Where("/materials"), scene.materials.size(), checks.limits.materials, "materials");
+  checks.count(DocumentPath("/materials"), scene.materials.size(), checks.limits.materials, "materials");
   for (const Material& material : scene.materials) check_material(checks, material, scene.textures.size());
 }
 
-void check_target_error(Checks& checks, const Where& where, double target) {
+void check_target_error(Checks& checks, const DocumentPath& where, double target) {
   constexpr double levels_max = 255;  // white for black
   if (checks.finite(where, target) && (target <= 0 || target > levels_max)) {
-    checks.tell(where, "out_of_range", "must be > 0 and <= 255 levels, got " + text_of(target));
+    checks.add_issue(where, "out_of_range", "must be > 0 and <= 255 levels, got " + text_of(target));
   }
 }
 
-void check_adaptive(Checks& checks, const Where& accuracy, const Adaptive& adaptive) {
-  const Where budget(accuracy, "time_budget_ms");
+void check_adaptive(Checks& checks, const DocumentPath& accuracy, const Adaptive& adaptive) {
+  const DocumentPath budget(accuracy, "time_budget_ms");
   if (adaptive.time_budget_ms && checks.finite(budget, *adaptive.time_budget_ms) && *adaptive.time_budget_ms <= 0) {
-    checks.tell(budget, "out_of_range", "must be > 0, got " + text_of(*adaptive.time_budget_ms));
+    checks.add_issue(budget, "out_of_range", "must be > 0, got " + text_of(*adaptive.time_budget_ms));
   }
   if (adaptive.samples_min > adaptive.samples_max) {
-    checks.tell({accuracy, "samples"}, "out_of_range", "the minimum must not be above the maximum");
+    checks.add_issue({accuracy, "samples"}, "out_of_range", "the minimum must not be above the maximum");
   }
 }
 
 /// Checks the minimum number of samples of every pixel; adaptive sampling may take more.
-void check_samples(Checks& checks, const Where& where, const Accuracy& accuracy, std::uint64_t pixels) {
+void check_samples(Checks& checks, const DocumentPath& where, const Accuracy& accuracy, std::uint64_t pixels) {
   const std::uint32_t samples = accuracy.adaptive ? accuracy.adaptive->samples_min : accuracy.samples;
   if (samples == 0) {
-    checks.tell(where, "out_of_range", "must be >= 1, got 0");
+    checks.add_issue(where, "out_of_range", "must be >= 1, got 0");
   } else if (pixels > 0 && samples > checks.limits.samples_times_pixels / pixels) {
     checks.over(where, "samples_times_pixels", std::to_string(checks.limits.samples_times_pixels),
                 std::to_string(samples) + " times " + std::to_string(pixels) + " pixels");
@@ -248,7 +249,7 @@ void check_samples(Checks& checks, const Where& where, const Accuracy& accuracy,
 }
 
 void check_accuracy(Checks& checks, const Accuracy& accuracy, const ImageSize& image) {
-  const Where where("/accuracy");
+  const DocumentPath where("/accuracy");
   if (accuracy.target()) check_target_error(checks, {where, "target_error"}, *accuracy.target());
   if (accuracy.adaptive) check_adaptive(checks, where, *accuracy.adaptive);
   check_samples(checks, {where, "samples"}, accuracy, image.window().pixels());
@@ -256,40 +257,43 @@ void check_accuracy(Checks& checks, const Accuracy& accuracy, const ImageSize& i
   checks.within({where, "cutoff"}, accuracy.cutoff, 0, 1);
   const std::uint32_t nearest = accuracy.approximate.nearest_lights;
   if (nearest > nearest_lights_max) {
-    checks.tell({{where, "approximate"}, "lights"}, "out_of_range",
-                "must be at most nearest-" + std::to_string(nearest_lights_max) + ", got " + std::to_string(nearest));
+    checks.add_issue(
+        {{where, "approximate"}, "lights"}, "out_of_range",
+        "must be at most nearest-" + std::to_string(nearest_lights_max) + ", got " + std::to_string(nearest));
   }
 }
 
 template <class T>
-void check_named_once(Checks& checks, const Where& where, const std::vector<T>& values) {
+void check_named_once(Checks& checks, const DocumentPath& where, const std::vector<T>& values) {
   std::set<T> named;
   for (std::size_t i = 0; i < values.size(); ++i) {
-    if (!named.insert(values[i]).second) checks.tell({where, i}, "duplicate_value", "is named twice");
+    if (!named.insert(values[i]).second) checks.add_issue({where, i}, "duplicate_value", "is named twice");
   }
 }
 
 void check_output(Checks& checks, const Output& output) {
-  const Where where("/output");
-  const Where formats(where, "formats");
-  if (output.formats.empty()) checks.tell(formats, "wrong_length", "must name at least one format");
+  const DocumentPath where("/output");
+  const DocumentPath formats(where, "formats");
+  if (output.formats.empty()) checks.add_issue(formats, "wrong_length", "must name at least one format");
   check_named_once(checks, formats, output.formats);
   checks.within({where, "exposure"}, output.exposure, -exposure_max, exposure_max);
   if (output.palette != 0 && (output.palette < 2 || output.palette > 256)) {
-    checks.tell({where, "palette"}, "out_of_range", "must be from 2 to 256, got " + std::to_string(output.palette));
+    checks.add_issue({where, "palette"}, "out_of_range",
+                     "must be from 2 to 256, got " + std::to_string(output.palette));
   }
   check_named_once(checks, {where, "layers"}, output.layers);
 }
 
 }  // namespace
 
-std::vector<Issue> validate(const Scene& scene, const Limits& limits, const std::function<bool(const Issue&)>& known) {
-  Checks checks(limits, known);
+std::vector<Issue> validate(const Scene& scene, const Limits& limits,
+                            const std::function<bool(const Issue&)>& is_reported) {
+  Checks checks(limits, is_reported);
   check_image(checks, scene.image);
   check_camera(checks, scene.camera);
   check_background(checks, scene.background, scene.textures.size());
   if (scene.depth_cue) check_depth_cue(checks, *scene.depth_cue);
-  checks.color(Where("/ambient"), scene.ambient);
+  checks.color(DocumentPath("/ambient"), scene.ambient);
   check_lights(checks, scene.lights);
   check_textures(checks, scene);
   check_materials(checks, scene);

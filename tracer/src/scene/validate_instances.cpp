@@ -47,7 +47,7 @@ class Counting {
       : checks_(checks), scene_(scene), extents_(scene.prototypes.size()), states_(scene.prototypes.size()) {}
 
   /// False after an invalid reference, a cycle or too deep nesting was reported.
-  bool count(const std::vector<Object>& objects, const Where& where, std::uint32_t depth, Extent& total) {
+  bool count(const std::vector<Object>& objects, const DocumentPath& where, std::uint32_t depth, Extent& total) {
     bool all_well = true;
     for (std::size_t i = 0; i < objects.size(); ++i) {
       Extent part;
@@ -71,7 +71,7 @@ class Counting {
     bool all_well = true;
     for (std::uint32_t index = 0; index < extents_.size(); ++index) {
       Extent unused;
-      all_well &= count_prototype(index, Where(scene_.prototypes[index].path), 0, unused);
+      all_well &= count_prototype(index, DocumentPath(scene_.prototypes[index].path), 0, unused);
     }
     return all_well;
   }
@@ -104,18 +104,18 @@ class Counting {
     total.depth = std::max(total.depth, part.depth);
   }
 
-  bool count_prototype(std::uint32_t index, const Where& of, std::uint32_t depth, Extent& extent) {
+  bool count_prototype(std::uint32_t index, const DocumentPath& of, std::uint32_t depth, Extent& extent) {
     if (index >= extents_.size())
-      return checks_.tell(of, "unknown_reference", "there is no prototype " + std::to_string(index));
+      return checks_.add_issue(of, "unknown_reference", "there is no prototype " + std::to_string(index));
     if (states_[index] == State::open)
-      return checks_.tell(of, "circular_reference", "the prototype holds itself: instances go round in a circle");
+      return checks_.add_issue(of, "circular_reference", "the prototype holds itself: instances go round in a circle");
     if (states_[index] == State::bad) return false;
     // Checked before the recursion, so its depth is at most the limit.
     if (depth + extents_[index].depth > checks_.limits.instance_depth)
       return checks_.over(of, "instance_depth", std::to_string(checks_.limits.instance_depth), "more");
     if (states_[index] == State::unseen) {
       states_[index] = State::open;
-      const Where where(scene_.prototypes[index].path);
+      const DocumentPath where(scene_.prototypes[index].path);
       const bool well = count(scene_.prototypes[index].objects, where, depth, extents_[index]);
       states_[index] = well ? State::counted : State::bad;
       if (!well) return false;
@@ -133,10 +133,10 @@ class Counting {
 }  // namespace
 
 void check_objects(Checks& checks, const Scene& scene) {
-  const Where objects("/objects");
+  const DocumentPath objects("/objects");
   bool transforms_well = check_object_list(checks, scene, objects, scene.objects);
   for (const Prototype& prototype : scene.prototypes)
-    transforms_well &= check_object_list(checks, scene, Where(prototype.path), prototype.objects);
+    transforms_well &= check_object_list(checks, scene, DocumentPath(prototype.path), prototype.objects);
 
   Extent total;
   Counting counting(checks, scene);
@@ -159,9 +159,10 @@ void check_objects(Checks& checks, const Scene& scene) {
   if (!few || total.condition <= 0x1p24) return;
   for (std::size_t i = 0; i < scene.objects.size(); ++i)
     if (std::holds_alternative<Instance>(scene.objects[i].shape) && flattens(scene, scene.objects[i], {}))
-      checks.tell({objects, i}, "degenerate",
-                  "its transform is singular together with one that it places: they flatten space, and there is no way "
-                  "back");
+      checks.add_issue(
+          {objects, i}, "degenerate",
+          "its transform is singular together with one that it places: they flatten space, and there is no way "
+          "back");
 }
 
 }  // namespace tracer
