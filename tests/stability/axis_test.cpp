@@ -15,7 +15,7 @@ using namespace tracer;
 using stability::Oracle;
 using stability::Row;
 
-/// A cylinder or cone of height 1 over the xy plane, radius 1 below and `top` at z = 1, in its own trace frame.
+/// A cylinder or cone of height 1 over the xy plane, radius 1 below and `top` at z = 1, in its own render space.
 struct Standing {
   std::shared_ptr<const CompiledScene> scene;
   Real top;
@@ -30,7 +30,7 @@ struct Standing {
     scene = compiled(made);
   }
 
-  /// How far along the world ray the shape is hit_distance; negative where it is not.
+  /// Distance of the hit along the world-space ray; negative without a hit.
   [[nodiscard]] Real distance(const Vec& origin, const Vec& direction) const {
     const Look at = look(*scene, scene->frame.render_from_world(rounded(origin)), rounded(direction));
     return at.found ? scene->frame.world_from_render(at.hit.t) : -1.0L;
@@ -71,7 +71,7 @@ TEST(RaysNextToACone, NeverHitTheMirrorNappe) {
   Random random(2);
   const Standing cone(0, true);
   for (std::uint64_t i = 0; i < effort::cases(30'000); ++i) {
-    // Across the mirror image, at right angles to the axis or rising from there.
+    // Through the mirror nappe, perpendicular to the axis or rising from there.
     const Real z = 1 + static_cast<Real>(random.spread(1e-6, 1)), turn = random.in(0, 7);
     const Vec target((z - 1) * random.in(-1, 1), (z - 1) * random.in(-1, 1), z);
     const Vec direction =

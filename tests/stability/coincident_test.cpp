@@ -1,4 +1,4 @@
-// Surfaces in the same place: one of them is seen, always the same one.
+// Coincident surfaces: the same one of them is always visible.
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
@@ -27,7 +27,7 @@ std::vector<Shape> shapes() {
           scenes::placed(scenes::icosphere(2), 0.5, {0.2, -0.6, 1.5})};
 }
 
-/// Every shape `copies` times, each copy of another colour, and spheres between them by the seed.
+/// Every shape `copies` times, each copy of another color, and random spheres between them.
 Scene stacked(int copies, std::uint64_t seed) {
   Random random(seed);
   Scene scene = scenes::empty(64);
@@ -63,7 +63,7 @@ TEST(CoincidentSurfaces, AreTheSameForAnyThreadsAndAnyTree) {
     for (const std::uint32_t threads : {2u, 7u}) compare(row, stability::render(scene, threads).image, expected);
     std::mt19937 shuffle(static_cast<unsigned>(seed));  // NOLINT: the same order every time
     for (int i = 0; i < 3; ++i) {
-      // The spheres anywhere among the copies, which keep their order.
+      // Inserts the spheres at random positions among the copies, which keep their order.
       std::vector<Object> copies, spheres;
       for (const Object& object : scene.objects) {
         const auto* sphere = std::get_if<Sphere>(&object.shape);

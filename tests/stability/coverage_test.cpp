@@ -1,4 +1,4 @@
-// Things much smaller than what looks at them: a ball a million radii away, and slats thinner than a pixel.
+// Shapes much smaller than a pixel: a sphere a million radii away, and slats thinner than a pixel.
 #include <gtest/gtest.h>
 
 #include <numbers>
@@ -51,7 +51,7 @@ TEST(ADistantSphere, IsHitByRaysThatPassItsCenterWithinItsRadius) {
   }
 }
 
-/// A glowing shape before black, seen by parallel rays: 32 x 32 pixels of 1 x 1.
+/// An emissive shape in front of black, with parallel rays: 32 x 32 pixels of 1 x 1.
 Scene window(Shape shape, std::uint32_t samples) {
   Scene scene = scenes::empty(32);
   scene.camera = {{0, 0, 50}, {0, 0, 0}, {0, 1, 0}, 45};
@@ -62,7 +62,7 @@ Scene window(Shape shape, std::uint32_t samples) {
   return scene;
 }
 
-/// `width` x 20, turned by `turn` about the middle, which is no pixel's corner.
+/// A rectangle of `width` x 20, rotated by `turn` about its center, which is not the corner of a pixel.
 Shape slat(int kind, double width, double turn) {
   const double c = std::cos(turn), s = std::sin(turn), h = width / 2;
   const auto at = [&](double u, double v) { return Vec3{0.13 + u * c - v * s, 0.29 + u * s + v * c, 0}; };

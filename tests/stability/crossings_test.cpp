@@ -1,4 +1,5 @@
-// Rays that graze closed shapes go in as often as out, and rays that leave a shape do not meet it again, at any scale.
+// Grazing rays enter closed shapes as often as they leave them, and rays that leave a shape do not hit it again, at any
+// scale.
 #include <gtest/gtest.h>
 
 #include <optional>
@@ -38,8 +39,8 @@ std::vector<Named> closed_shapes(double size, const Vec3& at) {
           {"torus mesh", scenes::placed(scenes::torus(40, 20), 0.7 * size, at), false}};
 }
 
-/// The shape is the scene's first object. An ellipsoid is a sphere stretched about its centre, and turned.
-/// `frame` > 0: balls at that distance hold the trace frame.
+/// The shape is the scene's first object. An ellipsoid is a sphere scaled about its center, and rotated.
+/// `frame` > 0: spheres at that distance determine the render space.
 std::shared_ptr<const CompiledScene> compiled_shape(const Named& named, const Vec3& at, double frame = 0) {
   Scene scene = scenes::empty(1);
   scenes::add(scene, named.shape, scenes::matte({1, 1, 1}));
@@ -57,13 +58,13 @@ std::shared_ptr<const CompiledScene> compiled_shape(const Named& named, const Ve
   return compiled(scene);
 }
 
-/// Where the shape is, in the trace frame.
+/// Position of the shape in render space.
 struct Around {
   Vec middle;
   Real reach = 0.45L;
 };
 
-/// A place on the shape that a random line meets, or nothing.
+/// A hit of a random line on the shape, or nothing.
 Look random_place(Random& random, const CompiledScene& scene, const Around& around, Vec3& direction) {
   const Vec target = around.middle + around.reach * random.direction(), d = random.direction();
   direction = rounded(d);
@@ -84,8 +85,8 @@ std::optional<Vec> straight_line(const CompiledScene& scene, const Look& at) {
   return unit(Vec(q.trace_from_shape * Vec3{p.x * widening, p.y * widening, 1}));
 }
 
-/// Within a surface's tangent plane; where it has straight lines, mostly along them or nearly: of such rays the
-/// equation of a cone knows least.
+/// A direction in the tangent plane of a surface; on ruled surfaces mostly along the lines or nearly so, where the
+/// quadratic of a cone is ill-conditioned.
 Vec along_surface(Random& random, const CompiledScene& scene, const Look& at) {
   const Vec any = random.across(Vec(at.surface.geometric_normal));
   const auto line = straight_line(scene, at);
@@ -124,8 +125,8 @@ TEST(GrazingRays, GoIntoClosedShapesAsOftenAsOut) {
   }
 }
 
-/// Rays to all sides, along the surface too, from where a ray has met a convex shape: outwards they are not to meet it
-/// again, inwards they are.
+/// Rays in all directions, along the surface too, from a hit on a convex shape: outward rays must not hit it again,
+/// inward rays must.
 void leave(Row& row, Random& random, const CompiledScene& scene, std::uint64_t rays, bool inwards,
            const Around& around = {}) {
   for (std::uint64_t tries = 0; tries < rays; ++tries) {

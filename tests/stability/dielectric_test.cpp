@@ -1,4 +1,4 @@
-// Glass whose index is that of air or a million, an eye within glass, glass in layers as thin as nothing.
+// Glass with the index of air or a million, a camera inside of glass, glass in layers of zero thickness.
 #include <gtest/gtest.h>
 
 #include <sstream>
@@ -18,7 +18,7 @@ using namespace tracer;
 using stability::Oracle;
 using stability::Row;
 
-/// Half-spaces below the given heights, under a sky that brightens from 0 below to 1 above.
+/// Half-spaces below the given heights, under a gradient background from 0 below to 1 above.
 struct Layer {
   double top, ior;
   int priority = 0;
@@ -37,7 +37,7 @@ Scene half_spaces(const std::vector<Layer>& layers, const Vec3& eye, const Vec3&
   return scene;
 }
 
-/// The image against the closed form; `indices` from the eye's on, towards the side that `down` says.
+/// Compares the image with the closed form; `indices` start with the camera's medium, in the direction of `down`.
 void compare(Row& row, const Scene& scene, const std::vector<Real>& indices, bool down, const std::string& what) {
   const Image image = stability::render(scene).image;
   for (std::uint32_t y = 0; y < image.height; ++y)
@@ -111,7 +111,7 @@ TEST(AnEyeInGlass, IsSymmetricBetweenEyeAndLamp) {
   }
 }
 
-/// The layers in the order given and in the opposite, beside the closed form for `indices`.
+/// Compares the layers in the given and in the reverse order with the closed form for `indices`.
 void compare_layers(Row& row, std::vector<Layer> layers, const std::vector<Real>& indices, const std::string& what) {
   for (const bool backwards : {false, true}) {
     if (backwards) std::reverse(layers.begin(), layers.end());

@@ -1,6 +1,5 @@
-// A closed box: the parts of each face's light that reach the others, and light that mirrors keep.
-//
-// The tracer has no radiosity solver. These are the identities that one rests on, by the tracer's own rays.
+// A closed box: form factors between its faces, and energy conservation between mirrors. These are identities of
+// radiosity, checked with the tracer's rays.
 #include <gtest/gtest.h>
 
 #include <numbers>
@@ -79,13 +78,13 @@ TEST(FormFactors, OfAClosedBoxAddUpToOneAndAreThoseOfTheirAreas) {
   for (std::size_t from = 0; from < 6; ++from) {
     const std::size_t k = from / 2;
     for (std::uint64_t i = 0; i < rays; ++i) {
-      // Uniform over the face, by the cosine over the directions (Malley's way: uniform in the disc below).
+      // Uniform over the face, cosine-weighted directions (Malley's method).
       const double r = std::sqrt(random.in(0, 1)), turn = 2 * std::numbers::pi * random.in(0, 1);
       const double up = std::sqrt(std::max(0.0, 1 - r * r)) * (from % 2 == 0 ? 1 : -1);
       const Vec3 o = at(k, from % 2 == 0 ? 0 : sides[k], sides[(k + 1) % 3] * random.in(0, 1),
                         sides[(k + 2) % 3] * random.in(0, 1));
       const Vec3 d = rounded(unit(Vec(at(k, up, r * std::cos(turn), r * std::sin(turn)))));
-      // A step inwards: which of the two triangles the ray starts on is nothing it knows.
+      // A step inwards, because the ray has no record of the triangle that it starts on.
       const Vec3 start = made->frame.render_from_world(o) + d * 0x1p-40;
       const Look hit = look(*made, start, d);
       rows.expect(hit.found && hit.surface.object != from);

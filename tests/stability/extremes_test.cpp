@@ -1,5 +1,4 @@
-// Where tracers break: sizes and distances beyond all reason, self-hits, leaks, mirrors without end, light without
-// bound.
+// Extreme input: sizes and distances, self-intersection, leaks, infinite reflections, unbounded radiance.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -16,7 +15,7 @@ using namespace tracer;
 using stability::Oracle;
 using stability::Row;
 
-/// Two mirrors that face each other, each glowing, and a pixel that looks from one at the other.
+/// Two parallel emissive mirrors, and one pixel that looks from one at the other.
 Scene corridor(double rho, std::uint32_t depth) {
   Scene scene = scenes::empty(2);
   scene.camera = {{0, 0, 0.25}, {0, 0, 1}, {0, 1, 0}, 1};
@@ -47,7 +46,7 @@ TEST(MirrorCorridor, IsTheGeometricSeriesToAnyDepth) {
     }
 }
 
-/// Largest resident memory this process ever had, in bytes.
+/// Peak resident memory of this process, in bytes.
 std::uint64_t peak_memory() {
   std::ifstream status("/proc/self/status");
   for (std::string word; status >> word;)
@@ -66,7 +65,7 @@ TEST(MirrorCorridor, TakesNoMemoryByItsDepth) {
   stability::render(scene);
   const std::uint64_t before = peak_memory();
 #ifdef WHITTLE_SANITIZED
-  const std::uint64_t bound = 512u << 20;  // sanitizers keep what is freed
+  const std::uint64_t bound = 512u << 20;  // sanitizers do not reuse freed memory
   scene.accuracy.max_depth = 20'000;
 #else
   const std::uint64_t bound = 1u << 20;
@@ -81,9 +80,9 @@ TEST(MirrorCorridor, TakesNoMemoryByItsDepth) {
   row.count(rendered.statistics.rays.reflection, right ? 0 : rendered.statistics.rays.reflection, "its radiance");
 }
 
-// ---- beyond all reason ---------------------------------------------------------------------------------------------
+// ---- extreme values ------------------------------------------------------------------------------------------------
 
-/// The pixels of an image without a value that is not finite, or is below 0.
+/// Number of pixels whose values are finite and not negative.
 void expect_finite(Row& row, const Rendered& rendered) {
   EXPECT_EQ(rendered.statistics.non_finite, 0u);
   for (std::size_t i = 0; i < rendered.image.rgb.size(); i += 3) {
@@ -150,8 +149,8 @@ TEST(Extremes, OfLightAreTheLargestFloatWhereAFloatCannotHoldThem) {
 }
 
 TEST(NonFiniteSamples, AreCountedAndLeftOutOfTheMeanOfTheirPixel) {
-  // Mirrors that give back 1e30 of what they receive: infinite after eleven bounces. A glowing sheet hides the left
-  // half of them, and of the middle pixel.
+  // Mirrors with a reflectance of 1e30: infinite after eleven bounces. An emissive sheet hides the left half of the
+  // image and of the middle pixel.
   Scene scene = corridor(1, 20);
   scene.image = {7, 1};
   scene.camera.fov_deg = 1e-3;

@@ -1,4 +1,4 @@
-// A caller whose processor flushes denormal numbers to zero gets the same image.
+// The image does not depend on the caller's flush-to-zero mode.
 #include <gtest/gtest.h>
 #include <immintrin.h>
 
@@ -11,7 +11,7 @@ using namespace tracer;
 using stability::Oracle;
 using stability::Row;
 
-/// Flushes to zero what is made and what is read (FTZ, DAZ) on this thread, while it lives.
+/// Sets FTZ and DAZ on this thread during its lifetime.
 class Flushing {
  public:
   Flushing() : before_(_mm_getcsr()) { _mm_setcsr(before_ | 0x8040U); }
@@ -23,7 +23,7 @@ class Flushing {
   unsigned before_;
 };
 
-/// In units of `size`, with mirrors that make weights vanish below all doubles.
+/// A scene in units of `size`, with mirrors whose throughput underflows.
 Scene fading(std::uint64_t seed, double size) {
   Scene scene = scenes::random(seed, 40);
   for (Object& object : scene.objects)

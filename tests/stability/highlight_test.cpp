@@ -12,7 +12,7 @@ using namespace tracer;
 using stability::Oracle;
 using stability::Row;
 
-/// A shining ball before the eye; the lamp is the eye's own, or beside it.
+/// A glossy sphere in front of the camera, with the light at the camera or next to it.
 Scene shining(Material::Model model, double shininess, const Vec3& lamp) {
   Scene scene = scenes::empty(33);
   scene.camera = {{0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 30};

@@ -1,4 +1,4 @@
-// Every number of a scene, made NaN, infinite, huge or denormal: refused by its name, or harmless.
+// Every number of a scene, set to NaN, infinite, huge or denormal: rejected with its pointer, or harmless.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,7 +14,7 @@ using namespace tracer;
 using stability::Oracle;
 using stability::Row;
 
-/// A scene with every kind of thing, and a list of all its numbers with the pointers at which they are reported.
+/// A scene with every kind of element, and a list of all its numbers with the pointers of their issues.
 class Everything {
  public:
   struct Number {
@@ -224,7 +224,7 @@ class Everything {
   }
 };
 
-/// One within the other: the issue may be of the field, of the whole that it is part of, or of a part.
+/// True if one pointer is a prefix of the other: an issue may refer to the field, its parent or its part.
 bool names(const Issue& issue, const std::string& pointer) {
   return issue.pointer.starts_with(pointer) || pointer.starts_with(issue.pointer + "/");
 }

@@ -1,4 +1,4 @@
-// The critical angle to the last bit: what is reflected and what goes through are the whole, on both sides of it.
+// The critical angle to the last bit: reflectance and transmittance add up to one on both sides of it.
 #include <gtest/gtest.h>
 
 #include "tests/stability/layers.h"
@@ -15,7 +15,7 @@ using namespace tracer;
 using stability::Oracle;
 using stability::Row;
 
-/// Amplitudes at one border: Born & Wolf 1999, eqs. 1.5.20 and 1.5.21. Precondition: no total reflection.
+/// Amplitudes at one interface: Born & Wolf 1999, eqs. 1.5.20 and 1.5.21. Precondition: no total reflection.
 struct Amplitudes {
   Real r_s, r_p, t_s, t_p;
 };
@@ -25,10 +25,10 @@ Amplitudes amplitudes(Real cos_i, Real cos_t, Real n1, Real n2) {
           2 * n1 * cos_i / (n1 * cos_i + n2 * cos_t), 2 * n1 * cos_i / (n2 * cos_i + n1 * cos_t)};
 }
 
-/// cos^2 of the angle beyond the border; below 0 at total reflection.
+/// cos^2 of the refracted angle; below 0 at total reflection.
 Real cos2_beyond(Real cos_i, Real n1, Real n2) { return 1 - (n1 / n2) * (n1 / n2) * (1 - cos_i) * (1 + cos_i); }
 
-/// Power reflectance where cos^2 beyond the border is moved by `off`, which bounds what double precision knows of it.
+/// Power reflectance for a refracted cos^2 changed by `off`, the bound of its rounding error.
 Real reflectance_near(Real cos_i, Real n1, Real n2, Real off) {
   const Real cos2_t = cos2_beyond(cos_i, n1, n2) + off;
   return cos2_t <= 0 ? 1 : oracle::reflectance(cos_i, std::sqrt(std::fmin(1.0L, cos2_t)), n1, n2);
@@ -48,7 +48,7 @@ TEST(TheCriticalAngle, IsPassedContinuouslyBitByBit) {
       const Real error_bound = 16 * 0x1p-53L * (n1 / n2) * (n1 / n2);
       const Real high = reflectance_near(cos_i, n1, n2, -error_bound),
                  low = reflectance_near(cos_i, n1, n2, error_bound);
-      // Continuous: no step is larger than that of the closed form over the doubt.
+      // Continuous: no step is larger than that of the closed form over the error bound.
       reflectance.expect(found.reflectance <= high + 4e-16L && found.reflectance >= low - 4e-16L &&
                          std::fabs(found.reflectance - before) <= 2 * (high - low) + 4e-16L + (ulp == -40 ? 1 : 0));
       before = found.reflectance;
@@ -70,7 +70,7 @@ TEST(ABorder, SatisfiesStokesRelationsFromBothSides) {
   for (std::uint64_t i = 0; i < effort::cases(100'000); ++i) {
     const double n1 = random.spread(0.3, 3), n2 = random.spread(0.3, 3), cos_i = random.in(0.001, 1);
     const Interface there = dielectric_interface(cos_i, n1, n2);
-    // Near the critical angle the way back is known no better than the square root of a rounding.
+    // Near the critical angle the reverse direction is accurate only to the square root of a rounding error.
     if (there.total_internal_reflection || there.cos_t < 1e-3) continue;
     const Interface back = dielectric_interface(there.cos_t, n2, n1);
     const Real cos_t = std::sqrt(cos2_beyond(cos_i, n1, n2));

@@ -1,4 +1,4 @@
-// What must not change an image: threads, the order of objects, where the world's origin is, its unit, its axes.
+// Invariance of images under threads, the order of objects, and the origin, unit and axes of world space.
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
@@ -16,7 +16,7 @@ using namespace tracer;
 using stability::Oracle;
 using stability::Row;
 
-/// Applies `point` to every place and `direction` to every direction; `length` scales radii and distances.
+/// Applies `point` to every point and `direction` to every direction; `length` scales radii and distances.
 template <class Point, class Direction>
 Scene mapped(Scene scene, const Point& point, const Direction& direction, double length) {
   scene.camera.position = point(scene.camera.position);
@@ -81,9 +81,9 @@ Scene varied(std::uint64_t seed, std::uint32_t side) {
   return scene;
 }
 
-/// Adds the pixels of `image` that are not those of `expected` to within `codes` 8-bit steps. Undecided are those whose
-/// path in `scene` passes an edge so near that the second tracer's margin is below 2^-20: the corners of meshes are
-/// floats of the trace frame.
+/// Adds the pixels of `image` that differ from `expected` by more than `codes` 8-bit steps. Pixels whose path in
+/// `scene` passes an edge with a margin below 2^-20 in the second tracer are undecided: vertices of meshes are floats
+/// in render space.
 void compare(Row& row, const Scene& scene, const Image& image, const Image& expected, int codes) {
   const auto p = scenes::codes(image), q = scenes::codes(expected);
   row.count(p.size() / 3, 0);

@@ -1,5 +1,5 @@
 #pragma once
-/// Light through parallel layers of glass, in long double: what a Whitted image of half-spaces must show.
+/// Reflectance and transmittance of parallel layers of glass, in long double: the expected image of half-spaces.
 
 #include <vector>
 
@@ -9,14 +9,14 @@ namespace stability {
 
 using oracle::Real;
 
-/// What a ray that meets the layers at cos_i is made of: the part that comes back, the part that goes on beyond the
-/// last of them and the cosine there (0 and 0 at total reflection).
+/// Result for a ray at cos_i: the reflected part, the part transmitted through the last layer and the cosine there (0
+/// and 0 at total reflection).
 struct Layered {
   Real back = 1, onward = 0, cos_onward = 0;
 };
 
-/// `indices` from the ray's side on, one at least. Light between two borders goes to and fro for ever: a geometric
-/// series. A border reflects the same part of it from both sides (Stokes 1849).
+/// `indices` start with the ray's medium, at least one. Inter-reflections between two interfaces form a geometric
+/// series; an interface has the same reflectance from both sides (Stokes 1849).
 inline Layered through_layers(Real cos_i, const std::vector<Real>& indices) {
   const Real sine = indices.front() * std::sqrt((1 - cos_i) * (1 + cos_i));
   const auto cosine = [sine](Real n) { return std::sqrt(std::fmax(0.0L, (n - sine) * (n + sine))) / n; };

@@ -107,7 +107,7 @@ TEST(Light, IsLinearInIntensityAndBitForBitInPowersOfTwo) {
   }
 }
 
-/// What a lamp along `lamp` makes a surface at the origin show an eye along `eye`.
+/// Radiance from a surface at the origin towards `eye`, lit from the direction `lamp`.
 float to_display(const Material& material, const Vec& lamp, const Vec& eye) {
   Scene scene = scenes::empty(1);
   scene.camera = {rounded(5 * eye), {0, 0, 0}, rounded(cross(eye, Vec(0.6L, 0.1L, 0.7L))), 1e-3};

@@ -1,4 +1,4 @@
-// A hundred thousand lamps, a hundred thousand copies: the order they come in is nothing.
+// A hundred thousand lights, a hundred thousand instances: the image does not depend on their order.
 #include <gtest/gtest.h>
 
 #include <algorithm>

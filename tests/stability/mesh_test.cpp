@@ -1,5 +1,5 @@
-// Meshes of slivers, needles, lines and doubles beside Cramer's rule in long double; coarse smooth meshes beside the
-// sphere they stand for.
+// Meshes of slivers, needles, lines and duplicates compared with Cramer's rule in long double; coarse smooth meshes
+// compared with the sphere that they approximate.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ using namespace tracer;
 using stability::Oracle;
 using stability::Row;
 
-/// Multiples of 2^-20 within (-1, 1): a trace frame of any precision holds them exactly.
+/// Multiples of 2^-20 within (-1, 1): exact in render space for every precision.
 Vec3 on_grid(const Vec& p) {
   const auto rounded = [](Real c) { return static_cast<double>(std::round(c * 0x1p20L) * 0x1p-20L); };
   return {rounded(p.x), rounded(p.y), rounded(p.z)};
@@ -46,8 +46,8 @@ std::array<Vec3, 3> corners_of(Random& random, Kind kind) {
   return {on_grid(a), on_grid(a), on_grid(a)};
 }
 
-/// What Cramer's rule says of one triangle: the distance, and how far inside its edges the ray passes, over what double
-/// precision can know of that.
+/// Hit of one triangle by Cramer's rule: the distance, the margin to the edges, and its error bound in double
+/// precision.
 struct CramerHit {
   Real t = -1, inside = -1, error_bound = 0;
 };
@@ -117,7 +117,7 @@ TEST(NeedlesSliversAndLines, AreHitExactlyByCramersRule) {
   }
 }
 
-/// A lit ball or the mesh that stands for it, without silhouettes' pixels.
+/// A lit sphere or its mesh, without pixels on silhouettes.
 Scene lit(Shape shape) {
   Scene scene = scenes::empty(128);
   scene.camera = {{0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 20};
@@ -128,7 +128,7 @@ Scene lit(Shape shape) {
 
 constexpr double icosahedron_edge = 1.05;
 
-/// The pixels that lie inside the silhouettes of the ball and of the mesh whose edges are so long.
+/// Pixels inside of the silhouettes of the sphere and of a mesh with edges of this length.
 template <class Visit>
 void for_each_pixel_inside(double edge, const Visit& visit) {
   const double radii_per_pixel = 2 * 5 * std::tan(10 * std::numbers::pi / 180) / 128;
@@ -139,13 +139,13 @@ void for_each_pixel_inside(double edge, const Visit& visit) {
     }
 }
 
-/// With the ball's own normals at its corners, which lie on the ball.
+/// A mesh with vertices on the sphere and the sphere's normals.
 Mesh with_normals(Mesh mesh) {
   mesh.normals = mesh.positions;
   return mesh;
 }
 
-/// Adds the meshes' pixels that are off by more than `constant` times the edge to the power of `order`.
+/// Adds the pixels of the meshes with an error above `constant` times the edge length to the power of `order`.
 void converge(Row& row, double constant, int order, const std::function<Mesh(int)>& mesh_of_level) {
   const Image ball = stability::render(lit(Sphere{{0, 0, 0}, 1})).image;
   double largest = 0;

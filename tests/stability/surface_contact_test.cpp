@@ -1,4 +1,4 @@
-// Rays that leave a surface do not meet it again, and rays inside a closed one do not get out.
+// Rays that leave a surface do not hit it again, and rays inside a closed one do not leave it.
 #include <gtest/gtest.h>
 
 #include "tests/stability/table.h"
@@ -12,7 +12,7 @@ using namespace tracer;
 using stability::Oracle;
 using stability::Row;
 
-/// Pixels that differ between the scene with shadows and the same without.
+/// Number of pixels that differ between the scene with and without shadows.
 std::uint64_t shadowed(Scene scene, std::uint64_t& lit) {
   const auto with = stability::render(scene, 2).image.rgb;
   for (Light& light : scene.lights) light.shadows = false;
@@ -25,7 +25,7 @@ std::uint64_t shadowed(Scene scene, std::uint64_t& lit) {
   return count;
 }
 
-/// A view from outside of something about as large as `size` around `center`, lit from outside.
+/// An outside view of a shape of about `size` around `center`, lit from outside.
 Scene view(const Vec3& center, double size, const Vec3& from) {
   Scene scene = scenes::empty(effort::cases(100) < 100 ? 64 : 256);
   const auto at = [&](const Vec3& v) {
@@ -128,14 +128,14 @@ TEST(Leaks, AreNoneInAMillionRaysFromInsideClosedMeshes) {
     }
 }
 
-/// A mesh whose corners are multiples of 2^-20, so that the trace frame, whatever it keeps them in, holds them exactly.
+/// A mesh whose vertices are multiples of 2^-20, which are exact in render space for every precision.
 Mesh snapped(Mesh mesh) {
   const auto rounded = [](double c) { return std::round(c * 0x1p20) * 0x1p-20; };
   for (Vec3& p : mesh.positions) p = {rounded(p.x), rounded(p.y), rounded(p.z)};
   return mesh;
 }
 
-/// Rays from random places inside closed meshes, exactly at their corners or at points of their edges.
+/// Rays from random points inside closed meshes, exactly at their vertices or at points of their edges.
 TEST(Leaks, AreNoneAmongRaysAimedAtCornersAndEdges) {
   oracle::Random random(1);
   for (const bool corners : {true, false}) {

@@ -53,7 +53,7 @@ std::string format_line(std::string_view number, std::string_view name, std::str
   return text.str();
 }
 
-/// Prints the table after the last test, and misses a row that no test made.
+/// Prints the table after the last test, and reports missing rows.
 class Table : public testing::Environment {
  public:
   void TearDown() override {

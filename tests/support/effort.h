@@ -1,12 +1,12 @@
 #pragma once
-/// How much a test tries: counts are for a default run of seconds.
+/// Number of cases of a randomized test. Counts are for a default run of seconds.
 
 #include <cstdint>
 #include <cstdlib>
 
 namespace effort {
 
-/// `usual` cases; a twentieth under a sanitizer, twenty times as many where WHITTLE_THOROUGH is set in the environment.
+/// `usual` cases; a twentieth under a sanitizer, twenty times as many if WHITTLE_THOROUGH is set in the environment.
 inline std::uint64_t cases(std::uint64_t usual) {
   if (std::getenv("WHITTLE_THOROUGH") != nullptr) return usual * 20;
 #ifdef WHITTLE_SANITIZED

@@ -32,7 +32,7 @@ Vec area(const TriangleGeometry& mesh, std::uint32_t triangle) {
 
 struct Target {
   Vec point;
-  std::vector<std::uint32_t> triangles;  ///< that meet there
+  std::vector<std::uint32_t> triangles;  ///< adjacent triangles
 };
 
 Target random_target(const TriangleGeometry& mesh, const Around& around, CameraRay generate_ray, Random& random) {
@@ -46,7 +46,7 @@ Target random_target(const TriangleGeometry& mesh, const Around& around, CameraR
   return target;
 }
 
-/// Whether all turn the same side to the ray, and none is so nearly edge-on that rounding decides.
+/// True if all triangles have the same orientation towards the ray, and none is edge-on within rounding.
 bool closed_to(const TriangleGeometry& mesh, const Target& target, const Vec& direction) {
   int fronts = 0;
   for (const std::uint32_t t : target.triangles) {
@@ -58,7 +58,7 @@ bool closed_to(const TriangleGeometry& mesh, const Target& target, const Vec& di
   return fronts == 0 || fronts == static_cast<int>(target.triangles.size());
 }
 
-/// Rays for the accelerator, and how far each may go at most.
+/// Rays for the accelerator with their maximum distances.
 struct Batch {
   std::vector<double> ox, oy, oz, dx, dy, dz;
   std::vector<Real> reach;
@@ -75,7 +75,7 @@ struct Batch {
     accelerator.intersect({ox.data(), oy.data(), oz.data(), dx.data(), dy.data(), dz.data(), nullptr, nullptr, count},
                           {primitive.data(), t.data(), u.data(), v.data()}, tracer::Coherence::incoherent);
     std::uint64_t through = 0;
-    // What is met a thousandth of the box behind the target is something else.
+    // A hit more than a thousandth of the box behind the target belongs to another triangle.
     for (std::size_t i = 0; i < count; ++i) through += primitive[i].hit() && t[i] <= reach[i] + 1e-3L ? 0 : 1;
     return through;
   }

@@ -1,5 +1,5 @@
 #pragma once
-/// Vectors in long double: the arithmetic of the oracles. Shares nothing with the tracer's own.
+/// Vectors in long double for the reference implementations, independent of the tracer's.
 
 #include <array>
 #include <cmath>

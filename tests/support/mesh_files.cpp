@@ -16,7 +16,7 @@ std::string vector(const Vec3& v) {
   return text.str();
 }
 
-/// One number after the other, in words or bytes.
+/// Writes numbers one after the other, as text or binary.
 class PlyData {
  public:
   explicit PlyData(PlyEncoding encoding) : encoding_(encoding) {}

@@ -1,5 +1,5 @@
 #pragma once
-/// Small writers of mesh files, the other way round from the readers under test, and what every mesh read must keep.
+/// Writers of mesh files for tests of the readers, and the invariants of every mesh.
 
 #include <array>
 #include <bit>
@@ -43,11 +43,11 @@ struct Corner {
   tracer::Vec2 uv{};
   bool operator==(const Corner&) const = default;
 };
-/// Three for each triangle, in order: the same for meshes that only number their vertices another way.
+/// Positions of the triangles' corners in order: equal for meshes that differ only in the numbering of vertices.
 std::vector<Corner> corners(const tracer::Mesh& mesh);
 
-/// What is wrong with a mesh that a reader gave: an index or a length that does not fit, a number out of bounds, a
-/// position of no triangle; empty when nothing is.
+/// Violated invariant of a mesh: an index or a length that does not fit, a number out of bounds, an unused position;
+/// empty if there is none.
 std::string broken_promise(const tracer::Mesh& mesh, const tracer::Limits& limits);
 
 }  // namespace mesh_files

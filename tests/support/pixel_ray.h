@@ -1,5 +1,5 @@
 #pragma once
-/// The direction in which a pixel looks, in long double.
+/// Camera ray of a pixel, in long double.
 
 #include <numbers>
 
@@ -7,7 +7,7 @@
 
 namespace oracle {
 
-/// Unit direction through the centre of pixel (x, y) of a square image by a pinhole.
+/// Unit direction through the center of pixel (x, y) of a square image of a pinhole camera.
 inline Vec through(const tracer::Scene& scene, std::uint32_t x, std::uint32_t y) {
   const tracer::Camera& camera = scene.camera;
   const Vec forward = unit(Vec(camera.look_at) - Vec(camera.position)), right = unit(cross(forward, camera.up));

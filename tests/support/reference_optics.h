@@ -1,5 +1,5 @@
 #pragma once
-/// The formulas of light that the second tracer uses, in long double.
+/// Optics of the reference tracer, in long double.
 
 #include <cmath>
 

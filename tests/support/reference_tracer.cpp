@@ -13,7 +13,7 @@ namespace {
 constexpr Real pi = std::numbers::pi_v<Real>;
 constexpr Real infinity = std::numeric_limits<Real>::infinity();
 
-/// The two axes across `n`: e0 is `first` without its part along n, or z where that is nothing.
+/// The two axes perpendicular to `n`: e0 is `first` without its part along n, or z if that vanishes.
 std::pair<Vec, Vec> axes(const Vec& n, const Vec& first) {
   Vec e0 = first - dot(first, n) * n;
   if (length(e0) < 1e-13L * length(first)) e0 = Vec(0, 0, 1) - n.z * n;
@@ -47,8 +47,8 @@ struct ReferenceTracer::Point {
   Hit hit;
 };
 
-/// What is around a ray beyond a surface: entered from the front; left from the back, where one of the same material
-/// stands for a body that was never entered.
+/// Media of a ray after it passes a surface: entered from the front, left from the back. An object of the same material
+/// replaces a body that was never entered.
 ReferenceTracer::Inside ReferenceTracer::beyond(Inside inside, const Point& point) {
   const Body* body = point.hit.body;
   if (body->material->transmission == 0) return inside;
@@ -133,8 +133,7 @@ Sample ReferenceTracer::sample(Real x, Real y, tracer::RenderStatistics& counted
   return {radiance, path.margin};
 }
 
-/// Those that a ray through the image's middle meets from behind before it meets them from the front, outermost
-/// first.
+/// Objects whose first hit along a ray through the center of the image is on a back face, outermost first.
 ReferenceTracer::Inside ReferenceTracer::around_camera(Path& path) const {
   Inside inside;
   std::vector<const Body*> seen;
@@ -308,7 +307,7 @@ Light3 ReferenceTracer::local(const Ray& ray, const Point& point, const Light3& 
   return sum;
 }
 
-/// S: the product over every surface on the way.
+/// S: the product over every surface along the shadow ray.
 Light3 ReferenceTracer::visible(const Inside& around, const Point& point, const Vec& to_light, Real distance,
                                 Path& path) const {
   ++path.counted.rays.shadow;

@@ -1,7 +1,7 @@
 #pragma once
-/// A second tracer, to judge the first by: Whitted's recursion as the scene document defines it, in long double, one
-/// ray at a time, every object tried for every ray. It shares no code with the tracer, and works otherwise where it
-/// can: no acceleration, no ray offsets (a ray knows what it starts on and solves for the other root), recursion.
+/// A reference tracer: Whitted's recursion as defined by the scene document, in long double, one ray at a time, without
+/// an accelerator. It shares no code with the tracer and uses different methods where possible: no ray offsets (a ray
+/// records its surface and solves for the other root), recursion.
 ///
 /// Spheres, planes, triangles and meshes; all of a scene's lights, materials and textures. Slow: some 10^5 rays a
 /// second for ten objects. Const calls may run on any thread.
@@ -13,12 +13,12 @@
 
 namespace oracle {
 
-/// What one camera ray brings.
+/// Result of one camera ray.
 struct Sample {
   Light3 radiance;
-  /// How near the path came to taking another turn: the least relative distance of any of its rays from a silhouette, a
-  /// shadow's or a checker's edge, a surface that coincides, the critical angle, or the cutoff. Where it is tiny, a
-  /// tracer that rounds may decide otherwise and be right.
+  /// Margin of the decisions along the path: the minimum relative distance of its rays from a silhouette, a shadow's or
+  /// a checker's edge, a coincident surface, the critical angle, or the cutoff. If it is tiny, a tracer with rounding
+  /// errors may decide differently and be right.
   Real margin = 1;
 };
 
@@ -30,7 +30,7 @@ class ReferenceTracer {
   /// Radiance at the image position (x, y), in pixels from the upper left corner. Adds what was traced to `counted`.
   [[nodiscard]] Sample sample(Real x, Real y, tracer::RenderStatistics& counted) const;
 
-  /// Every pixel's centre, row 0 on top.
+  /// Radiance at every pixel's center, row 0 on top.
   [[nodiscard]] std::vector<Sample> image(tracer::RenderStatistics& counted) const;
 
  private:

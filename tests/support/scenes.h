@@ -1,5 +1,5 @@
 #pragma once
-/// Scenes in a few lines, and their images through the tracer's public mouth.
+/// Builders of test scenes, and their images through the public interface.
 
 #include <cstdint>
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace scenes {
 
-/// A scene of `side` x `side` pixels with one sample at each pixel's centre, a black background and no cutoff.
+/// A scene of `side` x `side` pixels with one sample at each pixel's center, a black background and no cutoff.
 tracer::Scene empty(std::uint32_t side);
 
 /// Adds a material or an object with it. Any material and shape may be given.
@@ -26,7 +26,7 @@ tracer::Material glowing(const tracer::Color& emission);  ///< nothing but emiss
 tracer::Material mirror(double reflection = 1);           ///< nothing but K_r
 tracer::Material glass(double ior = 1.5);                 ///< nothing but fresnel, K_r = K_t = 1
 
-/// An icosahedron's faces cut in four `levels` times, its corners on the unit sphere around 0; fronts outside.
+/// An icosahedron subdivided `levels` times, with vertices on the unit sphere around 0; fronts outside.
 tracer::Mesh icosphere(int levels, bool smooth = false);
 /// Radii 1 and 0.4 around the z axis; fronts outside.
 tracer::Mesh torus(std::uint32_t around, std::uint32_t across);
@@ -37,12 +37,12 @@ tracer::Mesh placed(tracer::Mesh mesh, double scale, const tracer::Vec3& offset)
 /// light, attenuation, checkers, mirrors, glass with and without Fresnel, transmissive shadows, cutoff and depth.
 tracer::Scene random(std::uint64_t seed, std::uint32_t side);
 
-/// Everything below throws std::runtime_error, with the reason, where there is no image.
+/// The functions below throw std::runtime_error with the reason if rendering fails.
 tracer::Rendered render(const tracer::Scene& scene, std::uint32_t threads = 1, const tracer::Assets& assets = {});
 
-/// The image of `scene` with approximations. Its statistics are of the image alone: without the exact samples that
-/// tell what the approximations cost. These are the same for all, so what is traced more for `harmless` tells them: an
-/// approximation that changes nothing here, by default of scenes without meshes.
+/// Renders `scene` with approximations. The statistics exclude the exact samples that measure the approximation error.
+/// Their number is the same for all approximations, so it is determined with `harmless`: an approximation that changes
+/// nothing in this scene (the default for scenes without meshes).
 tracer::Rendered approximated(tracer::Scene scene, const tracer::Approximations& approximations,
                               const tracer::Approximations& harmless = {
                                   .shading = tracer::Approximations::Shading::flat});

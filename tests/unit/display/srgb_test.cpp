@@ -81,7 +81,7 @@ TEST(SrgbCode, IsTheSameForARowAsForEachOfItsValues) {
   for (std::size_t i = 0; i < row.size(); ++i) EXPECT_EQ(codes[i], tracer::srgb8_from_linear(row[i])) << row[i];
 }
 
-/// Of 16 bits, in a row of its own: no neighbour decides how it is found.
+/// 16 bits, in a row of its own: no neighbor decides how it is found.
 int code16(float linear) {
   std::uint16_t code = 0;
   tracer::srgb16_from_linear({&linear, 1}, {&code, 1});

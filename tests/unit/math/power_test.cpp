@@ -34,7 +34,7 @@ TEST(Power, IsWithinItsStatedErrorForEveryBaseAndExponent) {
   EXPECT_GT(normal, effort::cases(300'000) / 4) << "most exponents are huge, not all";
 }
 
-/// Where halves of the logarithm meet: at sqrt(2) and at powers of two, an ulp to each side.
+/// Boundaries of the logarithm's reduction: at sqrt(2) and at powers of two, an ulp to each side.
 TEST(Power, IsSoAtTheSeamsOfItsSeries) {
   for (const double seam : {0.5, std::numbers::sqrt2 / 2, std::numbers::sqrt2 / 4, 0.25, 0x1p-1021, 1.0})
     for (const double c : {std::nextafter(seam, 0.0), seam, std::nextafter(seam, 1.0)})

@@ -19,7 +19,7 @@ std::vector<Vec3> area_weighted_normals(const Mesh& mesh) {
   return normals;
 }
 
-/// Whether a sphere stays a sphere with the same axes: equal scaling, no rotation. (A rotated one is an ellipsoid of
+/// True if a sphere stays a sphere with the same axes: equal scaling, no rotation. (A rotated one is an ellipsoid of
 /// equal axes: the same image through the more general test.)
 bool keeps_spheres(const Linear& m) {
   return m.x.y == 0 && m.x.z == 0 && m.y.x == 0 && m.y.z == 0 && m.z.x == 0 && m.z.y == 0 && m.x.x > 0 &&
