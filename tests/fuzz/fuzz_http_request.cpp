@@ -1,5 +1,5 @@
-/// Any bytes at all through the gate's request checker: it must not crash, must judge the same however the bytes were
-/// cut, and what it lets through must be unambiguous.
+/// Arbitrary bytes through the HTTP request checker: it must not crash, must decide the same however the bytes were
+/// split, and accepted requests must be unambiguous.
 
 #include <algorithm>
 #include <cstddef>
@@ -55,7 +55,7 @@ void check_negotiation(const http::RequestHead& head) {
   require(answer.range.begin < answer.range.end && answer.range.end <= 1000, "a range lies within the bytes");
 }
 
-/// The verdict is reached at the first cut that suffices and stays the same when more comes.
+/// The decision is reached at the first sufficient prefix and does not change with more bytes.
 void check_cuts(std::string_view bytes, const http::HeadLimits& limits) {
   const auto whole = http::read_head(bytes, limits);
   for (std::size_t size = 0; size < bytes.size(); ++size) {

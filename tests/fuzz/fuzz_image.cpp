@@ -1,5 +1,5 @@
-/// Any bytes at all as a texture's image, and as one to compare: they must neither crash nor hang, and what comes out
-/// is whole and within its range.
+/// Arbitrary bytes as a texture image, and as an image to compare: must neither crash nor hang, and the result must be
+/// complete and within its range.
 
 #include <cmath>
 #include <cstddef>
@@ -19,7 +19,7 @@ void require(bool promise, const char* what) {
   std::abort();
 }
 
-// Few pixels: what takes milliseconds takes seconds with AddressSanitizer, as a TIFF of 5,000 strips.
+// Few pixels: AddressSanitizer turns milliseconds into seconds, for example for a TIFF of 5,000 strips.
 constexpr tracer::TextureImageLimits limits{.pixels = 1 << 16, .channels = 8, .bytes = 1 << 22};
 
 void decode(const std::vector<std::uint8_t>& bytes) {

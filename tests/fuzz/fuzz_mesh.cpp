@@ -1,5 +1,5 @@
-/// Any bytes at all as a mesh file: they must neither crash nor hang, and what comes out keeps what the readers
-/// promise.
+/// Arbitrary bytes as a mesh file: must neither crash nor hang, and the result must satisfy the invariants of
+/// meshes.
 
 #include <cstddef>
 #include <cstdint>

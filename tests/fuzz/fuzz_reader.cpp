@@ -1,4 +1,4 @@
-/// Any bytes at all through the reader: it must neither crash nor hang, and what it answers must keep its promises.
+/// Arbitrary bytes through the reader: must neither crash nor hang, and the result must satisfy its postconditions.
 
 #include <cstddef>
 #include <cstdint>
@@ -19,7 +19,7 @@ void require(bool promise, const char* what) {
   std::abort();
 }
 
-/// Over small documents too, so that a fuzzer reaches the limits.
+/// Small limits, so that a fuzzer reaches them with small documents.
 api::Limits narrow_limits() {
   api::Limits limits;
   limits.document.depth = 10;

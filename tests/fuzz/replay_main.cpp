@@ -1,5 +1,5 @@
-/// Gives each file named, and each file of each directory named, to the fuzz target once: what a fuzzer has found stays
-/// found, in every build and without libFuzzer.
+/// Runs the fuzz target once on each given file, and on each file of each given directory: a regression test for
+/// findings in every build, without libFuzzer.
 
 #include <cstddef>
 #include <cstdint>

@@ -17,7 +17,7 @@ using namespace tracer;
 using stability::Oracle;
 using stability::Row;
 
-TEST(ADistantSphere, IsHitByRaysThatPassItsCenterWithinItsRadius) {
+TEST(DistantSphere, IsHitByRaysThatPassItsCenterWithinItsRadius) {
   Row row(8, "sphere at D/R = 1e6: each ray, and the part of a cone that hits", Oracle::closed_form, "rays");
   row.bound("the ray passes the silhouette by less than 1e-9 R", 1e-6);
   Random random(1);

@@ -81,7 +81,7 @@ TEST(GlassOfExtremeIndex, IsNotSeenWhereItIsThatOfAir) {
     }
 }
 
-TEST(AnEyeInGlass, ReceivesTheFresnelTransmittanceThroughOneInterface) {
+TEST(CameraInGlass, ReceivesTheFresnelTransmittanceThroughOneInterface) {
   Row row(12, "eye inside glass: one border, total reflection beyond the angle", Oracle::closed_form, "pixels");
   for (const double ior : {1.5, 2.4, 0.7, 1.0001})
     for (const double height : {1e-9, 1.0, 1e6})
@@ -89,7 +89,7 @@ TEST(AnEyeInGlass, ReceivesTheFresnelTransmittanceThroughOneInterface) {
               "ior " + std::to_string(ior));
 }
 
-TEST(AnEyeInGlass, IsSymmetricBetweenEyeAndLamp) {
+TEST(CameraInGlass, IsSymmetricBetweenEyeAndLamp) {
   Row row(12, "reversibility: eye and lamp change places, the same 1 - F", Oracle::conservation, "pairs");
   Random random(1);
   for (std::uint64_t i = 0; i < effort::cases(400); ++i) {
@@ -134,7 +134,7 @@ TEST(LayersOfGlass, ShowOneImageHoweverThinTheGapOrTheOverlap) {
   }
 }
 
-TEST(LayersOfGlass, InExactlyOnePlaceAreTheFirstOfThemAlone) {
+TEST(LayersOfGlass, AtTheSamePositionEqualTheFirstOne) {
   Row row(15, "borders in exactly one place: the first one's image", Oracle::closed_form, "pixels");
   row.note("not the limit's: no ray gets between them, so solids that touch must overlap by 1e-14 to be two");
   compare(row, half_spaces({{0, 1.5}, {0, 1.33, 1}}, {0, 2, 0}, {0.5, 0, 0}, 60), {1, 1.5}, true, "1.5 first");

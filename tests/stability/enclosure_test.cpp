@@ -105,7 +105,7 @@ TEST(FormFactors, OfAClosedBoxAddUpToOneAndAreThoseOfTheirAreas) {
     }
 }
 
-TEST(AClosedBoxOfGlowingMirrors, HoldsEOverOneMinusRhoEverywhere) {
+TEST(ClosedBoxOfEmissiveMirrors, HoldsEOverOneMinusRhoEverywhere) {
   Row row(25, "closed box of glowing mirrors: B = E / (1 - rho)", Oracle::closed_form, "pixels");
   for (const double rho : {0.0, 0.3, 0.9, 0.99}) {
     Scene scene = scenes::empty(32);

@@ -1,4 +1,4 @@
-// Cameras and lamps on, in and behind surfaces, to the last bit.
+// Cameras and lights on, in and behind surfaces, to the last bit.
 #include <gtest/gtest.h>
 
 #include "tests/stability/table.h"

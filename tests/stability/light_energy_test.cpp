@@ -116,7 +116,7 @@ float to_display(const Material& material, const Vec& lamp, const Vec& eye) {
   return stability::render(scene).image.rgb[0];
 }
 
-TEST(TheLocalModels, AreTheSameWhenEyeAndLampChangePlaces) {
+TEST(LocalModels, AreTheSameWhenEyeAndLampChangePlaces) {
   Row row(24, "reciprocity: Lambert over its cosine, Phong's and Blinn's lobes", Oracle::conservation, "pairs");
   Random random(1);
   for (std::uint64_t i = 0; i < effort::cases(600); ++i) {

@@ -1,4 +1,4 @@
-// The figures of a comparison where they are known on paper.
+// Metrics of comparisons with closed-form results.
 #include "tracer/compare.h"
 
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ TEST(Comparison, OfBlackAndWhiteIsTheWholeRange) {
   EXPECT_EQ(found.psnr_db, 0);
 }
 
-TEST(Comparison, OfAnImageWithItselfFindsNothing) {
+TEST(Comparison, OfAnImageWithItselfIsZero) {
   const DisplayImage image = noise(40, 30, 1);
   const Comparison found = compared(image, image);
   EXPECT_EQ(found.rmse, 0);
@@ -76,7 +76,7 @@ TEST(Comparison, IsTheSameBothWaysButForTheSignOfItsBias) {
   EXPECT_DOUBLE_EQ(*forth.ssim, *back.ssim);
 }
 
-TEST(Comparison, OfNoiseIsWhatLongDoublesSumTo) {
+TEST(Comparison, OfNoiseEqualsTheSumsInLongDouble) {
   const DisplayImage a = noise(61, 47, 4), b = noise(61, 47, 5);
   long double squares = 0, sum = 0;
   for (std::size_t i = 0; i < a.codes.size(); ++i) {
@@ -135,7 +135,7 @@ TEST(WorstPixels, AreTheWorstOfAllForNoise) {
   for (std::size_t i = 1; i < all.worst.size(); ++i) EXPECT_GE(all.worst[i - 1].difference, all.worst[i].difference);
 }
 
-TEST(Comparison, OfImagesOfDifferentSizesOrOfNoneIsRefused) {
+TEST(Comparison, OfDifferentOrEmptySizesIsRejected) {
   const auto sizes = compare(constant(0, 4, 3), constant(0, 3, 4));
   ASSERT_FALSE(sizes);
   EXPECT_EQ(sizes.error(), "the sizes differ: 4 x 3 and 3 x 4 pixels");

@@ -1,4 +1,4 @@
-// Images as a screen shows them: codes of files exactly, codes of light by the curve in long double.
+// Display images: exact codes of files, and codes of radiance compared with the curve in long double.
 #include "tracer/display_image.h"
 
 #include <gtest/gtest.h>
@@ -44,7 +44,7 @@ TEST(DisplayImage, IsExposedFirst) {
   EXPECT_EQ(exposed.codes, to_display(image).codes);
 }
 
-TEST(DisplayImage, OfNotANumberIsBlackAndOfInfinityWhite) {
+TEST(DisplayImage, OfNanIsBlackAndOfInfinityWhite) {
   const float infinity = std::numeric_limits<float>::infinity();
   const DisplayImage display = to_display({.width = 1, .height = 1, .rgb = {std::nanf(""), infinity, -infinity}});
   EXPECT_EQ(display.codes, (std::vector<float>{0, 65535, 0}));
@@ -104,7 +104,7 @@ std::string refusal(std::vector<std::uint8_t> bytes, const TextureImageLimits& l
   return file ? "" : file.error();
 }
 
-TEST(ImageFile, IsRefusedAtEveryLengthShortOfItsOwn) {
+TEST(ImageFile, IsRejectedIfTruncatedAnywhere) {
   Image image{.width = 16, .height = 8, .rgb = {}};
   for (int i = 0; i < 16 * 8 * 3; ++i) image.rgb.push_back(static_cast<float>(i % 97) / 97);
   for (const Format format : all_formats) {
@@ -116,7 +116,7 @@ TEST(ImageFile, IsRefusedAtEveryLengthShortOfItsOwn) {
   }
 }
 
-TEST(ImageFile, IsRefusedForMorePixelsThanTheLimitWhateverItsKind) {
+TEST(ImageFile, IsRejectedAboveThePixelLimitInEveryFormat) {
   for (const Format format : all_formats)
     EXPECT_NE(refusal(*encode(ramp(), format), {.pixels = 255}).find("the limit pixels is 255"), std::string::npos)
         << name(format);

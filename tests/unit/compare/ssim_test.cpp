@@ -1,4 +1,4 @@
-// The similarity of structure against Wang et al. 2004 written out again, window by window, in long double.
+// SSIM compared with Wang et al. 2004, window by window, in long double.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -60,7 +60,7 @@ TEST(Ssim, IsTheMeanOverTheWindowsWithinTheImage) {
   EXPECT_NEAR(ssim(a, b), static_cast<double>(sum / 36), 1e-13);
 }
 
-TEST(Ssim, OfTwoConstantsIsTheirLikenessOfBrightnessAlone) {
+TEST(Ssim, OfTwoConstantsIsTheLuminanceTerm) {
   for (const auto& [p, q] : {std::pair{100.0, 130.0}, {0.0, 255.0}, {7.0, 8.0}})
     EXPECT_NEAR(ssim(constant(p), constant(q)), (2 * p * q + 6.5025) / (p * p + q * q + 6.5025), 1e-12)
         << p << " " << q;
@@ -88,7 +88,7 @@ TEST(Ssim, FallsAsAnImageIsBlurredWithMoreNoise) {
   }
 }
 
-TEST(Ssim, NeedsElevenPixelsAcrossAndDown) {
+TEST(Ssim, IsUnsetBelowElevenPixels) {
   EXPECT_TRUE(compare(constant(1, 11, 11), constant(2, 11, 11))->ssim);
   EXPECT_FALSE(compare(constant(1, 10, 200), constant(2, 10, 200))->ssim);
   EXPECT_FALSE(compare(constant(1, 200, 10), constant(2, 200, 10))->ssim);

@@ -1,4 +1,4 @@
-// The film's codes against IEC 61966-2-1 written out again in long double.
+// sRGB codes compared with IEC 61966-2-1 in long double.
 #include "tracer/src/display/srgb.h"
 
 #include <gtest/gtest.h>
@@ -61,14 +61,14 @@ TEST(SrgbCode, OfTheLinearValueOfACodeIsThatCodeForAll256) {
   }
 }
 
-TEST(SrgbCode, ClampsWhatIsDarkerThanBlackAndBrighterThanWhite) {
+TEST(SrgbCode, ClampsValuesOutsideOfZeroToOne) {
   constexpr float infinity = std::numeric_limits<float>::infinity();
   for (const float dark : {-0.0F, -1e-30F, -1.0F, -1e30F, -infinity}) EXPECT_EQ(tracer::srgb8_from_linear(dark), 0);
   for (const float bright : {1.0F, 1.0000001F, 7.0F, 1e30F, infinity})
     EXPECT_EQ(tracer::srgb8_from_linear(bright), 255);
 }
 
-TEST(SrgbCode, OfNotANumberIsBlack) {
+TEST(SrgbCode, OfNanIsBlack) {
   EXPECT_EQ(tracer::srgb8_from_linear(std::numeric_limits<float>::quiet_NaN()), 0);
   EXPECT_EQ(tracer::srgb8_from_linear(-std::numeric_limits<float>::quiet_NaN()), 0);
 }

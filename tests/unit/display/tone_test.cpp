@@ -1,4 +1,4 @@
-// Exposure, overflow, straight colour and palettes against their formulas.
+// Exposure, overflow, straight color and palettes compared with their formulas.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -1,4 +1,4 @@
-// Lanes brought together, whichever they are.
+// Compaction of lanes, for every mask.
 #include "tracer/src/math/compress.h"
 
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 namespace tracer {
 namespace {
 
-TEST(Compress, BringsTheLanesOfEveryMaskTogetherInTheirOrder) {
+TEST(Compress, CompactsTheLanesOfEveryMaskInOrder) {
   double eights[2][lanes];
   std::uint32_t fours[lanes];
   for (int i = 0; i < lanes; ++i) {
@@ -34,7 +34,7 @@ TEST(Compress, BringsTheLanesOfEveryMaskTogetherInTheirOrder) {
   }
 }
 
-TEST(Compress, WritesNoFurtherThanSixteen) {
+TEST(Compress, WritesAtMostSixteenValues) {
   for (const LaneMask mask : {LaneMask{0}, LaneMask{1}, LaneMask{0x8001}, LaneMask{0x7fff}, all_lanes}) {
     const double from[lanes] = {};
     std::vector<double> to(lanes + 1, 7);
@@ -44,7 +44,7 @@ TEST(Compress, WritesNoFurtherThanSixteen) {
   }
 }
 
-TEST(LaneMask, NamesItsLanesInTheirOrder) {
+TEST(LaneMask, VisitsItsLanesInOrder) {
   std::vector<int> seen;
   for_each_lane(0x8005, [&](int lane) { seen.push_back(lane); });
   EXPECT_EQ(seen, (std::vector<int>{0, 2, 15}));

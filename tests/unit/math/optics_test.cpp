@@ -1,4 +1,4 @@
-// Mirrors and dielectrics beside Snell and Fresnel in long double.
+// Reflection and refraction compared with Snell and Fresnel in long double.
 #include "tracer/src/math/optics.h"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ Amplitudes fresnel(Real c, Real n1, Real n2) {
 
 bool total(Real c, Real n1, Real n2) { return (n1 / n2) * (n1 / n2) * (1 - c) * (1 + c) >= 1; }
 
-/// A unit direction that arrives on the normal's side, from head-on to grazing.
+/// A unit direction on the normal's side, from normal incidence to grazing.
 struct LightSamplePacket {
   Vec3 d, n;
   double cos_i;
@@ -79,7 +79,7 @@ TEST(Refraction, FollowsSnellInThePlaneOfIncidence) {
   EXPECT_GT(refracted_count, effort::cases(100'000) / 3);
 }
 
-TEST(Refraction, IsUndoneByGoingBack) {
+TEST(Refraction, IsReversible) {
   Random random(3);
   for (std::uint64_t i = 0; i < effort::cases(100'000); ++i) {
     const LightSamplePacket a = arrival(random);

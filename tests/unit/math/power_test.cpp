@@ -1,4 +1,4 @@
-// Powers of numbers in [0,1] beside those of long double, within the error that the header states.
+// Powers of numbers in [0,1] compared with long double, within the documented error.
 #include "tracer/src/math/power.h"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ TEST(Power, IsWithinItsStatedErrorForEveryBaseAndExponent) {
 }
 
 /// Boundaries of the logarithm's reduction: at sqrt(2) and at powers of two, an ulp to each side.
-TEST(Power, IsSoAtTheSeamsOfItsSeries) {
+TEST(Power, IsWithinItsErrorAtTheBoundariesOfItsSeries) {
   for (const double seam : {0.5, std::numbers::sqrt2 / 2, std::numbers::sqrt2 / 4, 0.25, 0x1p-1021, 1.0})
     for (const double c : {std::nextafter(seam, 0.0), seam, std::nextafter(seam, 1.0)})
       for (const double n : {0.5, 1.0, 2.0, 31.5, 1e6}) {

@@ -1,4 +1,4 @@
-// The frame that rays are traced in: exact under scaling by powers of two and under translation.
+// Render space: exact under scaling by powers of two and under translation.
 #include "tracer/src/scene/render_space.h"
 
 #include <gtest/gtest.h>
@@ -66,13 +66,13 @@ TEST(RenderSpace, GivesTheSameBitsForATranslatedWorldWhoseCoordinatesAreExact) {
   }
 }
 
-TEST(RenderSpace, OfNothingFiniteIsAroundTheCamera) {
+TEST(RenderSpace, IsCenteredAtTheCameraWithoutFiniteShapes) {
   Scene scene;
   scene.camera.position = {1e9, 2, 3};
   EXPECT_EQ(RenderSpace(finite_bounds(scene)).render_from_world(scene.camera.position), (Vec3{0, 0, 0}));
 }
 
-TEST(RenderSpace, TakesEveryShapeIntoItsBounds) {
+TEST(RenderSpace, ContainsTheBoundsOfEveryShape) {
   Scene scene;
   scene.objects.push_back({Sphere{{1, 2, 3}, 0.5}, {}, {}});
   scene.objects.push_back({Plane{{100, 100, 100}, {0, 1, 0}, {}}, {}, {}});  // infinite: not counted

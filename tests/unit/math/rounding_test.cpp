@@ -1,4 +1,4 @@
-// Ray origins that never lie on the wrong side, however large or small the numbers.
+// Ray origins are on the correct side of the surface at every scale.
 #include "tracer/src/math/rounding.h"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ TEST(OffsetOrigin, LeavesTheWholeBoxOfThePointsErrorOnTheSideOfTheDirection) {
     const Real height = side * dot(moved, n);
     const Real box = std::fabs(n.x) * point.error.x + std::fabs(n.y) * point.error.y + std::fabs(n.z) * point.error.z;
     ASSERT_GE(height, box);
-    // And not much further: that would skip thin things.
+    // The offset is not much larger, which would skip thin shapes.
     const Vec3 size = abs(point.position) + abs(normal) * static_cast<double>(box);
     ASSERT_LE(length(moved), 1.01L * box + 4 * 0x1p-53L * length(Vec(size)));
   }

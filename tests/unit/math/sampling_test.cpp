@@ -1,4 +1,4 @@
-// Sample positions: stratified in every way that a (0,2)-sequence promises, and different in every pixel.
+// Sample positions: stratified like a (0,2)-sequence, and different in every pixel.
 #include "tracer/src/math/sampling.h"
 
 #include <gtest/gtest.h>
@@ -34,11 +34,11 @@ TEST(PixelSamples, FallOneIntoEachElementaryIntervalOfEveryAlignedPowerOfTwo) {
         }
 }
 
-TEST(PixelSamples, AreThePixelsCentreWhereThereIsOne) {
+TEST(PixelSamples, AreThePixelCenterForASingleSample) {
   for (std::uint64_t pixel = 0; pixel < 100; ++pixel) EXPECT_EQ(pixel_sample(pixel, 0, 1, pixel), (Vec2{0.5, 0.5}));
 }
 
-TEST(PixelSamples, KeepTheSmallerCountsPoints) {
+TEST(PixelSamples, ContainThePointsOfSmallerCounts) {
   for (std::uint64_t pixel = 0; pixel < 100; ++pixel)
     for (std::uint32_t count = 2; count < 40; ++count)
       for (std::uint32_t i = 0; i < count; ++i)

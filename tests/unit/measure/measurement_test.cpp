@@ -1,4 +1,4 @@
-// The front and the advice of points that were made up, and the settings of scenes that need few things.
+// Pareto front and advice of synthetic points, and the settings of simple scenes.
 #include "tracer/measurement.h"
 
 #include <gtest/gtest.h>
@@ -51,7 +51,7 @@ tracer::Scene sphere(double reflection) {
   return scene;
 }
 
-TEST(ParetoFront, HasWhatNothingBeatsInBothTimeAndErrorFastestFirst) {
+TEST(ParetoFront, HasTheNonDominatedPointsFastestFirst) {
   const std::vector points{point("a", "slow and exact", 9, 0.1), point("a", "beaten by both", 9.5, 5),
                            point("a", "fast and rough", 1, 8), point("a", "as slow, but rougher", 9, 0.2),
                            point("a", "between", 3, 2)};
@@ -64,7 +64,7 @@ TEST(ParetoFront, OfEqualPointsHasTheFirstAlone) {
   EXPECT_TRUE(tracer::pareto_front({}).empty());
 }
 
-TEST(Advice, OfNothingIsNothing) { EXPECT_TRUE(tracer::advice({}).empty()); }
+TEST(Advice, OfNoPointsIsEmpty) { EXPECT_TRUE(tracer::advice({}).empty()); }
 
 TEST(Advice, NamesTheCheapestSettingWithinEachError) {
   const auto measured = measurement({point("target_error", "4", 0.125, 3.5), point("samples", "1", 0.25, 3),
@@ -113,7 +113,7 @@ TEST(Advice, ReportsClaimedErrorsBelowTheTrueOnes) {
                "levels, claimed 1.5"));
 }
 
-TEST(Settings, TurnDepthAndCutoffOnlyWhereSomethingReflects) {
+TEST(Settings, VaryDepthAndCutoffOnlyWithReflections) {
   EXPECT_FALSE(has(titles(sphere(0)), "cutoff 0.1"));
   EXPECT_FALSE(has(titles(sphere(0)), "max_depth 1"));
   EXPECT_TRUE(has(titles(sphere(0.5)), "cutoff 0.0001"));

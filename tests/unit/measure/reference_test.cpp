@@ -1,4 +1,4 @@
-// The reference's own error, against images whose spread is known.
+// Standard error of the reference for images with known variance.
 #include "tracer/reference.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ tracer::Scene small_scene() {
   return scene;
 }
 
-/// Linear light that a screen shows as `level`.
+/// Linear radiance with the display value `level`.
 float light_of(double level) {
   const double code = level / 255;
   return static_cast<float>(code <= 0.04045 ? code / 12.92 : std::pow((code + 0.055) / 1.055, 2.4));
@@ -59,7 +59,7 @@ TEST(Reference, IsMadeOfImagesThatDifferFromEachOtherAndFromTheSceneInTheirSeed)
   EXPECT_NE(first.seed, second.seed);
 }
 
-TEST(Reference, LooksTexturesUpUnfilteredAndModelsEverythingExactly) {
+TEST(Reference, UsesUnfilteredTexturesAndExactModels) {
   tracer::Scene scene = small_scene();
   scene.textures.resize(2);
   scene.textures[1].filter = tracer::Texture::Filter::nearest;

@@ -43,7 +43,7 @@ std::vector<Bytes> every_format() {
           mesh_files::ply(pyramid(), PlyEncoding::big_endian, true)};
 }
 
-TEST(HostileMeshFile, IsRefusedWithItsPlaceAndReason) {
+TEST(HostileMeshFile, IsRejectedWithPositionAndReason) {
   const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
   const std::pair<std::string, std::string> cases[] = {
       {"", "is empty"},
@@ -101,7 +101,7 @@ TEST(HostileMeshFile, IsRefusedWithItsPlaceAndReason) {
     EXPECT_NE(refusal(text).find(reason), std::string::npos) << text << "\n" << refusal(text);
 }
 
-TEST(HostileMeshFile, WithNumbersThatAreNoneInBinaryIsRefused) {
+TEST(HostileMeshFile, WithNonFiniteBinaryNumbersIsRejected) {
   Bytes stl = mesh_files::binary_stl(pyramid());
   for (std::size_t i = 0; i < 4; ++i) stl[84 + 50 + 12 + i] = 0xff;
   EXPECT_EQ(refusal(stl), "byte 146: must be finite, got -nan");
@@ -114,7 +114,7 @@ TEST(HostileMeshFile, WithNumbersThatAreNoneInBinaryIsRefused) {
             std::string::npos);
 }
 
-TEST(HostileMeshFile, OfMoreTrianglesThanTheLimitIsRefused) {
+TEST(HostileMeshFile, WithMoreTrianglesThanTheLimitIsRejected) {
   for (const Bytes& bytes : every_format()) {
     EXPECT_EQ(refusal(bytes, {.triangles = 6}), "accepted");
     EXPECT_NE(refusal(bytes, {.triangles = 5}).find("the limit triangles is 5"), std::string::npos);
@@ -126,11 +126,11 @@ TEST(HostileMeshFile, OfMoreTrianglesThanTheLimitIsRefused) {
             std::string::npos);
 }
 
-TEST(HostileMeshFile, CutShortAnywhereGivesARefusalOrAWholeMesh) {
+TEST(HostileMeshFile, TruncatedAnywhereGivesAnErrorOrAValidMesh) {
   const std::vector<Bytes> formats = every_format();
   for (std::size_t f = 0; f < formats.size(); ++f)
     for (std::size_t size = 0; size < formats[f].size(); ++size) {
-      // Of exactly this size: reading beyond its end is seen by sanitizers.
+      // Allocated with the exact size, so that sanitizers detect reads beyond its end.
       const Bytes cut(formats[f].begin(), formats[f].begin() + static_cast<std::ptrdiff_t>(size));
       const auto mesh = read_mesh_file(cut, {}, false);
       if (mesh) {
@@ -140,7 +140,7 @@ TEST(HostileMeshFile, CutShortAnywhereGivesARefusalOrAWholeMesh) {
     }
 }
 
-TEST(HostileMeshFile, WithAnyBytesChangedGivesARefusalOrAWholeMesh) {
+TEST(HostileMeshFile, WithAnyBytesChangedGivesAnErrorOrAValidMesh) {
   oracle::Random random(11);
   for (const Bytes& format : every_format())
     for (int i = 0; i < 3000; ++i) {
@@ -153,7 +153,7 @@ TEST(HostileMeshFile, WithAnyBytesChangedGivesARefusalOrAWholeMesh) {
     }
 }
 
-TEST(HostileMeshFile, ThatDeclaresBillionsTakesNoMemory) {
+TEST(HostileMeshFile, ThatDeclaresBillionsAllocatesNoMemory) {
   const std::string xyz = "property float x\nproperty float y\nproperty float z\n";
   const std::array<std::string, 3> elements[] = {{"element vertex ", xyz, "0 0 0\n"},
                                                  {"element face ", "property list uchar int vertex_index\n", "\n"},

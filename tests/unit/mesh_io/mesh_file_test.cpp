@@ -1,4 +1,4 @@
-// Mesh files as programs write them: every writing of one shape gives that shape.
+// Mesh files of one shape in every format and encoding give the same mesh.
 #include "tracer/mesh_file.h"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ Mesh read(const Bytes& bytes, bool smooth = false) {
 
 Mesh read(const std::string& text, bool smooth = false) { return read(bytes_of(text), smooth); }
 
-/// Those of the pyramid; STL knows positions alone.
+/// Corners of the pyramid; STL has positions only.
 std::vector<Corner> expected(bool positions_only = false) {
   std::vector<Corner> all = corners(pyramid());
   if (positions_only)
@@ -58,7 +58,7 @@ TEST(ObjFile, GivesPositionsNormalsAndUvsOfItsCorners) {
   EXPECT_EQ(corners(read(mesh_files::obj(pyramid()))), expected());
 }
 
-TEST(ObjFile, MayEndItsLinesAsAnySystemDoes) {
+TEST(ObjFile, AcceptsEveryLineEnding) {
   for (const char* line_end : {"\r\n", "\r", " \n\n", "\t# a comment\n"})
     EXPECT_EQ(corners(read(with_line_ends(mesh_files::obj(pyramid()), line_end))), expected()) << line_end;
 }
@@ -73,7 +73,7 @@ TEST(ObjFile, MayCountFromTheEndAndJoinLinesAndWriteNumbersInAnyForm) {
   EXPECT_EQ(corners(read("v +0 -0.0 0e5\nv 10e-1 0 0 0.5\nv 1 1.0 .0 1 0 0\nv 0 +1E+0 1e-400\nf 1 2 3 4")), square);
 }
 
-TEST(ObjFile, MakesAVertexOfEachCombinationAndOneOnly) {
+TEST(ObjFile, HasOneVertexPerCombinationOfIndices) {
   const Mesh mesh = read(square_obj("vt 0 0\nvt 1\nvt 1 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4/2\nf 1/1 3/2 4/2\n"));
   EXPECT_EQ(mesh.positions.size(), 5u) << "position 3 is there twice, with uvs 3 and 2";
   EXPECT_EQ(mesh.uvs[1], (Vec2{1, 0})) << "v is 0 where it is not written";
@@ -122,7 +122,7 @@ TEST(PlyFile, GivesTheSameInEveryEncodingAndType) {
           << static_cast<int>(encoding) << wide;
 }
 
-TEST(PlyFile, ReadsWhatItKnowsWhereverItStandsAndSkipsTheRest) {
+TEST(PlyFile, ReadsKnownElementsInAnyOrderAndSkipsOthers) {
   const Mesh mesh = read(
       "ply\r\nformat ascii 1.0\r\nobj_info none\r\nelement face 2\r\nproperty uchar red\r\n"
       "property list uchar float texcoord\r\nproperty list int short vertex_index\r\nelement camera 1\r\n"
@@ -153,7 +153,7 @@ TEST(PlyFile, KeepsTheOrderOfFacesBehindThatOfStrips) {
   EXPECT_EQ(mesh.triangles, expected);
 }
 
-TEST(PlyFile, TakesStripsApartKeepingTheirSide) {
+TEST(PlyFile, SplitsStripsIntoTrianglesWithConsistentWinding) {
   const Mesh mesh = read(
       "ply\nformat ascii 1.0\nelement vertex 6\nproperty int x\nproperty int y\nproperty int z\n"
       "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
@@ -162,7 +162,7 @@ TEST(PlyFile, TakesStripsApartKeepingTheirSide) {
   EXPECT_DOUBLE_EQ(area(mesh), 2) << "and all are wound alike";
 }
 
-TEST(StlFile, GivesItsPositionsInBothWritings) {
+TEST(StlFile, GivesItsPositionsInBothEncodings) {
   EXPECT_EQ(corners(read(mesh_files::ascii_stl(pyramid()))), expected(true));
   EXPECT_EQ(corners(read(mesh_files::binary_stl(pyramid()))), expected(true));
   std::string shouted = mesh_files::ascii_stl(pyramid());

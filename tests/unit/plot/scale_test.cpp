@@ -1,4 +1,4 @@
-// Axes of plots against closed forms, and texts that must survive both writers.
+// Axes of plots compared with closed forms, and sanitizing of texts.
 #include "tracer/src/plot/scale.h"
 
 #include <gtest/gtest.h>
@@ -78,7 +78,7 @@ TEST(Scale, ShowsNoValueThatHasNoPlaceOnIt) {
   }
 }
 
-TEST(Tick, IsWrittenAsPeopleWriteNumbers) {
+TEST(Tick, IsWrittenInUsualDecimalNotation) {
   const std::pair<Tick, const char*> cases[] = {{{0, 5}, "0"},
                                                 {{1, 0}, "1"},
                                                 {{15, 2}, "1500"},
@@ -148,7 +148,7 @@ TEST(Ticks, NeverOverlapAndLieOnTheirAxisForAnyValues) {
   }
 }
 
-TEST(PlotText, KeepsWhatCanBeDrawnAndReplacesTheRest) {
+TEST(PlotText, KeepsValidCharactersAndReplacesOthers) {
   EXPECT_EQ(drawable("a <b> é · 10⁻³ 漢 😀"), "a <b> é · 10⁻³ 漢 😀");
   const std::string bad[] = {"\xff", "\xc0\x80", "\xed\xa0\x80", "\xf4\x90\x80\x80", "\x80",        "\xe2\x82",
                              "\x01", "\n",       "\x7f",         "\xc2\x85",         "\xef\xbf\xbe"};

@@ -1,4 +1,4 @@
-// Environments and cubes, by direction and by what a ray covers of them, against their definitions.
+// Environments and cube maps, by direction and footprint, compared with their definitions.
 #include "tracer/src/textures/background.h"
 
 #include <gtest/gtest.h>
@@ -99,7 +99,7 @@ TEST(EnvironmentBackground, OfAGradientIsItsSecondColourAboveAndItsFirstBelow) {
   }
 }
 
-TEST(EnvironmentBackground, OfOneColourIsThatColourWhateverIsCovered) {
+TEST(EnvironmentBackground, OfOneColorIsThatColorForEveryFootprint) {
   const Color color{0.25, 3, 7};
   const auto image = std::make_shared<const ImageMap>(make_image(16, 8, [](std::uint32_t, std::uint32_t) {
     return Color{0.25, 3, 7};
@@ -149,7 +149,7 @@ TEST(EnvironmentBackground, MixesAllColumnsAtAPoleAndNoneOfTheRowsBelow) {
 }
 
 /// Columns of one texel, seen by a beam of three: their mean along the row, though the pyramid's levels are square.
-TEST(EnvironmentBackground, CoversAsManyColumnsAsTheLatitudeWants) {
+TEST(EnvironmentBackground, CoversColumnsInProportionToTheLatitude) {
   const auto image = std::make_shared<const ImageMap>(make_image(512, 256, [](std::uint32_t x, std::uint32_t y) {
     return Color{x % 2 == 0 ? 2.0 : 0.0, y < 40 ? 1.0 : 0.0, 0};
   }));
@@ -203,7 +203,7 @@ TEST(CubeBackground, ShowsEachDirectionItsFaceRightWayUp) {
   }
 }
 
-TEST(CubeBackground, IsFilteredByWhatTheRayCovers) {
+TEST(CubeBackground, IsFilteredByTheFootprintOfTheRay) {
   const auto fine = std::make_shared<const ImageMap>(make_image(64, 64, [](std::uint32_t x, std::uint32_t y) {
     return Color{(x + y) % 2 == 0 ? 2.0 : 0.0, 0, 0};
   }));

@@ -1,4 +1,4 @@
-// Image files of any bytes: the good give their pixels, the bad a sentence, and neither takes time or memory.
+// Image decoding: valid files give their pixels, invalid files an error, with bounded time and memory.
 #include "tracer/src/image_io/decode.h"
 
 #include <gtest/gtest.h>
@@ -78,20 +78,20 @@ TEST(ImageDecoder, MakesThreeEqualChannelsOfGrey) {
   }
 }
 
-TEST(ImageDecoder, LooksColoursOfAPaletteUp) {
+TEST(ImageDecoder, ExpandsPalettes) {
   const Image image = image_file("good_palette.png");
   EXPECT_EQ(image.pixel(0, 0)[0], 1);
   EXPECT_EQ(image.pixel(1, 0)[0], 0);
   EXPECT_EQ(image.pixel(1, 0)[2], 1);
 }
 
-TEST(ImageDecoder, TurnsFourInksIntoThreeChannels) {
+TEST(ImageDecoder, ConvertsCmykToRgb) {
   const Image image = image_file("good_cmyk.jpg");
   EXPECT_EQ(image.rgb.size(), 96u);
   EXPECT_NE(image.pixel(0, 0)[0], image.pixel(7, 0)[0]);
 }
 
-TEST(ImageDecoder, RefusesEveryBadFileWithASentenceAndIn256MiB) {
+TEST(ImageDecoder, RejectsEveryInvalidFileWithinTimeAndMemory) {
   std::size_t files = 0;
   for (const auto& entry : fs::directory_iterator(corpus)) {
     const std::string name = entry.path().filename();
@@ -107,7 +107,7 @@ TEST(ImageDecoder, RefusesEveryBadFileWithASentenceAndIn256MiB) {
 #endif
 }
 
-TEST(ImageDecoder, TakesNoTextureOfAKindThatOnlyComparisonsRead) {
+TEST(ImageDecoder, RejectsFormatsThatOnlyComparisonsRead) {
   for (const char* name : {"good_16_bit.tiff", "good_rgb.webp"})
     EXPECT_NE(refusal(name).find("no PNG, JPEG, OpenEXR or Radiance HDR"), std::string::npos) << name;
 }

@@ -1,4 +1,4 @@
-// A filtered texture against the mean of many samples.
+// Filtered textures compared with the mean of many samples.
 #include <gtest/gtest.h>
 
 #include <cmath>

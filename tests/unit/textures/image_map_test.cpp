@@ -1,4 +1,4 @@
-// Images as textures: texels, wraps, interpolation, the pyramid.
+// Image textures: texels, wrap modes, interpolation, mip maps.
 #include "tracer/src/textures/image_map.h"
 
 #include <gtest/gtest.h>

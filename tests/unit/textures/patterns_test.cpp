@@ -1,4 +1,4 @@
-// Checker, gradient and noise: values at points, and means over what a sample covers.
+// Checker, gradient and noise: values at points, and means over footprints.
 #include <gtest/gtest.h>
 
 #include "tests/support/effort.h"
@@ -109,7 +109,7 @@ TEST(Noise, StaysWithinOneAndReachesFar) {
   EXPECT_NEAR(sum / static_cast<double>(count), 0, 5 / std::sqrt(static_cast<double>(count)));
 }
 
-TEST(Noise, IsNoughtAtWholeCoordinatesHoweverManyOctaves) {
+TEST(Noise, IsZeroAtIntegerCoordinatesForEveryNumberOfOctaves) {
   for (int i = -20; i < 20; ++i)
     for (int j = -20; j < 20; ++j)
       for (const std::uint32_t octaves : {1u, 3u, 32u}) EXPECT_EQ(octave_noise(i, j, octaves, 0), 0) << i << " " << j;
@@ -135,7 +135,7 @@ TEST(Noise, OfOctavesIsTheirSumOverTheirAmplitudes) {
   }
 }
 
-TEST(Noise, LosesTheOctavesThatASampleCannotSee) {
+TEST(Noise, FadesOutOctavesFinerThanTheFootprint) {
   Random random(6);
   for (int i = 0; i < 1000; ++i) {
     const double x = random.in(-9, 9), y = random.in(-9, 9);
