@@ -43,7 +43,7 @@ TEST(WhatABeamCovers, IsItsSquareStretchedAlongTheTilt) {
   for (std::uint64_t i = 0; i < effort::cases(20'000); ++i) {
     const Beam beam = random_beam(random);
     if (std::abs(dot(beam.normal, beam.direction)) < 1e-3) continue;
-    const Vec2 found = covered_uv(beam.gradients, beam.normal, beam.direction, beam.width), expected = covered(beam);
+    const Vec2 found = uv_footprint(beam.gradients, beam.normal, beam.direction, beam.width), expected = covered(beam);
     ASSERT_NEAR(found.x, expected.x, 1e-9 * (expected.x + beam.width)) << i;
     ASSERT_NEAR(found.y, expected.y, 1e-9 * (expected.y + beam.width)) << i;
   }
@@ -54,7 +54,7 @@ TEST(WhatABeamCovers, IsTheSameBitsSixteenAtATime) {
   for (std::uint64_t round = 0; round < effort::cases(1'000); ++round) {
     Beam beams[lanes];
     FacePacket faces{};
-    CoveredPacket packet{};
+    FootprintPacket packet{};
     for (int i = 0; i < lanes; ++i) {
       const Beam& beam = beams[i] = random_beam(random);
       faces.face_x[i] = beam.normal.x;
@@ -62,9 +62,9 @@ TEST(WhatABeamCovers, IsTheSameBitsSixteenAtATime) {
       faces.face_z[i] = beam.normal.z;
       packet.put(i, beam.gradients, beam.direction, beam.width);
     }
-    find_covered(faces, packet);
+    compute_footprints(faces, packet);
     for (int i = 0; i < lanes; ++i) {
-      const Vec2 alone = covered_uv(beams[i].gradients, beams[i].normal, beams[i].direction, beams[i].width);
+      const Vec2 alone = uv_footprint(beams[i].gradients, beams[i].normal, beams[i].direction, beams[i].width);
       ASSERT_EQ(packet.u[i], alone.x);
       ASSERT_EQ(packet.v[i], alone.y);
     }

@@ -93,7 +93,7 @@ TEST(PointPacket, HoldsTheHitsOfEveryKindOfShapeToTheLastBit) {
         }
         const RayHitPacket met = met_by(looks, origins, directions);
         PointPacket points;
-        meet_points(scene->geometry(), met, points);
+        compute_points(scene->geometry(), met, points);
         for (int i = 0; i < lanes; ++i) {
           const ShapeHit expected = shape_hit(scene->geometry(), looks[i].hit, {met.on_x[i], met.on_y[i], met.on_z[i]});
           expect_same(expected, points, i);
@@ -117,7 +117,7 @@ TEST(PointPacket, TakesCareOfTrianglesWhoseEdgesMultiplyToNextToNothing) {
     met.u[i] = met.v[i] = 0.25;
   }
   PointPacket points;
-  meet_points(set, met, points);
+  compute_points(set, met, points);
   for (int i = 0; i < lanes; ++i) {
     EXPECT_EQ(points.face_x[i], 0) << i;
     EXPECT_EQ(points.face_y[i], 0) << i;

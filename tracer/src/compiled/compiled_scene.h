@@ -1,5 +1,5 @@
 #pragma once
-/// What `compile` makes and `render` reads: everything in the trace frame, nothing that changes.
+/// The immutable scene in render space: result of compile(), input of render().
 
 #include <memory>
 #include <optional>
@@ -35,26 +35,26 @@ class CompiledScene {
 
   RenderSpace frame;
   Requirements needs;
-  Requirements exact_needs;  ///< of samples without approximations, which tell what these cost
+  Requirements exact_needs;  ///< requirements of exact samples, which measure the error of approximations
   CompiledCamera camera;
   ImageSize image;
   Accuracy accuracy;
-  std::optional<CompiledBackground> background;  ///< set once its textures are there
+  std::optional<CompiledBackground> background;  ///< set after its textures
   std::optional<DepthCue> depth_cue;
   Output output;
   Color ambient;
   std::vector<Material> materials;
-  std::vector<CompiledMaterial> terms;  ///< beside them
+  std::vector<CompiledMaterial> terms;  ///< parallel to materials
   std::vector<Texture> textures;
-  std::vector<std::shared_ptr<const ImageMap>> images;  ///< beside textures; null where the texture is no image
+  std::vector<std::shared_ptr<const ImageMap>> images;  ///< parallel to textures; null unless the texture is an image
   std::vector<CompiledLight> lights;
-  std::vector<ShadowMap> shadow_maps;  ///< beside lights; empty unless shadows are approximated by them
+  std::vector<ShadowMap> shadow_maps;  ///< parallel to lights; empty unless they approximate shadows
   std::vector<std::uint32_t> material_of_object;
-  std::vector<std::uint32_t> media_enclosing_camera;  ///< transmissive solids it is inside of, outermost first
+  std::vector<std::uint32_t> media_enclosing_camera;  ///< transmissive solids, outermost first
   std::vector<Axes> axes_of_object;  ///< texture coordinates: a sphere's axes; a plane's e0 and e1 are the world
                                      ///< gradients of u and v. Empty without textures
-  std::shared_ptr<const Accelerator> accelerator;  ///< set once it is built
-  std::uint64_t max_transmissive_hits = 0;         ///< of its geometry
+  std::shared_ptr<const Accelerator> accelerator;  ///< set after it is built
+  std::uint64_t max_transmissive_hits = 0;
   CacheHits cache_hits;
 
   [[nodiscard]] const GeometrySet& geometry() const { return accelerator->geometry(); }

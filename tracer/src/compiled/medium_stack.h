@@ -1,6 +1,6 @@
 #pragma once
-/// Which solids a ray is inside of. Lists share their tails, so a ray carries one number however deep it is nested, and
-/// a scene without solids that let light in carries zeros.
+/// Stacks of the transmissive solids that enclose a ray. Lists share their tails, so that a ray carries one number for
+/// any nesting depth, and 0 in a scene without such solids.
 
 #include <algorithm>
 #include <cstdint>
@@ -16,31 +16,31 @@ class MediumStack {
   static constexpr List outside = 0;
   static constexpr std::uint32_t nothing = 0xffffffffu;
 
-  /// A surface on the way of a ray.
+  /// A ray passing through a surface.
   struct Crossing {
-    List after = outside;                         ///< the list beyond it
-    std::uint32_t near = nothing, far = nothing;  ///< objects that fill the place on this side of it and on the other
-    bool hidden = false;  ///< nothing is met: what hides within a solid of higher priority is not there
+    List after = outside;                         ///< list behind the surface
+    std::uint32_t near = nothing, far = nothing;  ///< media on the incident and the other side
+    bool hidden = false;  ///< nested boundary within a solid of higher priority: no effect on the ray
   };
 
   explicit MediumStack(const CompiledScene& scene) : scene_(scene) { reset(); }
 
-  /// Forgets all lists but the camera's.
+  /// Discards all lists except the camera's.
   void reset() {
     nodes_.assign(1, {outside, nothing});
     List list = outside;
     for (const std::uint32_t object : scene_.media_enclosing_camera) list = enter(list, object);
   }
-  /// The list of camera rays, in every Media of the scene: each object but the outermost has a node.
+  /// List of camera rays, equal in every MediumStack of the scene: each object except the outermost has a node.
   static List camera(const CompiledScene& scene) {
     const auto& enclosing = scene.media_enclosing_camera;
     return enclosing.size() == 1 ? alone(enclosing[0])
                                  : static_cast<List>(std::max<std::size_t>(enclosing.size(), 1) - 1);
   }
 
-  /// Through a surface of `object`, which is met from behind or not.
+  /// Crosses a surface of `object`; `back`: at a back-face hit.
   [[nodiscard]] Crossing cross(List before, std::uint32_t object, bool back) {
-    // Nearly all are of one solid at a time.
+    // Fast path: one solid at a time.
     if (!back && before == outside) return {alone(object), nothing, object, false};
     if (back && before == alone(object)) return {outside, object, nothing, false};
     const List after = back ? leave(before, object) : enter(before, object);
@@ -48,7 +48,7 @@ class MediumStack {
     return {after, near, far, after != before && near == far};
   }
 
-  /// The object whose substance is there: the highest priority, among equals the latest entered; or `nothing`.
+  /// The object with the highest priority, among equals the last entered; or `nothing`.
   [[nodiscard]] std::uint32_t current_medium(List list) const {
     std::uint32_t best = nothing;
     for (; list != outside; list = node(list).below) {
@@ -58,20 +58,20 @@ class MediumStack {
     return best;
   }
 
-  /// Refractive index of what fills the place. Solids that let light straight on do not bend it.
-  [[nodiscard]] double ior(std::uint32_t filling_object) const {
-    if (filling_object == nothing) return 1;
-    const Material& material = scene_.material_of(filling_object);
+  /// Refractive index of a medium; 1 unless it refracts.
+  [[nodiscard]] double ior(std::uint32_t medium) const {
+    if (medium == nothing) return 1;
+    const Material& material = scene_.material_of(medium);
     return material.transparency == Material::Transparency::refract ? material.ior : 1;
   }
 
-  /// exp(-absorption s) over `distance` in the trace frame (Lambert 1760).
+  /// exp(-absorption s) over `distance` in render space (Lambert 1760).
   [[nodiscard]] Color transmittance(List list, double distance) const {
     const std::uint32_t object = current_medium(list);
     if (object == nothing) return {1, 1, 1};
     const Color& a = scene_.material_of(object).absorption;
     const double s = scene_.frame.world_from_render(distance);
-    // 0 times an infinite length is no absorption, not NaN.
+    // Avoids 0 times infinity.
     const auto through = [s](double absorption) { return absorption > 0 ? std::exp(-absorption * s) : 1.0; };
     return {through(a.r), through(a.g), through(a.b)};
   }
@@ -82,7 +82,7 @@ class MediumStack {
     std::uint32_t object;
   };
 
-  /// The list of one object alone needs no node: it is the object.
+  /// A list of one object is the object itself, without a node.
   static constexpr List alone_bit = 0x80000000u;
   static constexpr List alone(std::uint32_t object) { return object | alone_bit; }
   [[nodiscard]] Node node(List list) const {
@@ -95,9 +95,8 @@ class MediumStack {
     return static_cast<List>(nodes_.size() - 1);
   }
 
-  /// Without the latest entry of `object`; of one that was never entered, without the latest of its material: a hollow
-  /// may be another object, turned inside out, of the same glass. The same list when there is neither (a surface
-  /// without an inside).
+  /// Removes the last entry of `object`, or else of its material: a cavity may be another, inverted object of the same
+  /// glass. Returns the same list if there is neither (an open surface).
   [[nodiscard]] List leave(List list, std::uint32_t object) {
     const std::uint32_t material = scene_.material_of_object[object];
     if (const List place = latest(list, [&](std::uint32_t other) { return other == object; }))
@@ -114,7 +113,7 @@ class MediumStack {
     return list;
   }
 
-  /// What is above the removed one is entered again, in its order.
+  /// The objects above the removed one are entered again, in order.
   [[nodiscard]] List without(List list, List removed) {
     std::vector<std::uint32_t> above;
     for (; list != removed; list = node(list).below) above.push_back(node(list).object);
@@ -125,7 +124,7 @@ class MediumStack {
   }
 
   const CompiledScene& scene_;
-  std::vector<Node> nodes_;  ///< nodes_[0] is the outside
+  std::vector<Node> nodes_;  ///< nodes_[0]: outside
 };
 
 }  // namespace tracer

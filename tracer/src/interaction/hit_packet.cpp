@@ -6,65 +6,68 @@
 namespace tracer {
 namespace {
 
-/// All lanes together cost about what so many do one by one.
-constexpr int worthwhile = 3;
+/// From this number of lanes on, a packet costs less than single hits.
+constexpr int packet_lanes_min = 3;
 
-// What the lanes of a kind need to know of their shapes; the other lanes hold anything.
-struct alignas(64) Balls {
+// Shapes of the lanes of one kind; the other lanes are undefined.
+struct alignas(64) Spheres {
   double x[lanes], y[lanes], z[lanes], radius[lanes];
 };
 struct alignas(64) Planes {
   double x[lanes], y[lanes], z[lanes];
   double normal_x[lanes], normal_y[lanes], normal_z[lanes];
 };
-struct alignas(64) Corner3 {
+struct alignas(64) Vertices {
   double ax[lanes], ay[lanes], az[lanes];
   double bx[lanes], by[lanes], bz[lanes];
   double cx[lanes], cy[lanes], cz[lanes];
 };
-WHITTLE_WIDE LaneMask meet(const Balls& __restrict s, const RayHitPacket& __restrict met, FacePacket& __restrict to) {
+WHITTLE_WIDE LaneMask compute_points(const Spheres& __restrict s, const RayHitPacket& __restrict hits,
+                                     FacePacket& __restrict to) {
   for (int i = 0; i < lanes; ++i)
-    put(sphere_point({s.x[i], s.y[i], s.z[i]}, s.radius[i], {met.on_x[i], met.on_y[i], met.on_z[i]}), i, to);
+    put(sphere_point({s.x[i], s.y[i], s.z[i]}, s.radius[i], {hits.on_x[i], hits.on_y[i], hits.on_z[i]}), i, to);
   return all_lanes;
 }
 
-WHITTLE_WIDE LaneMask meet(const Planes& __restrict s, const RayHitPacket& __restrict met, FacePacket& __restrict to) {
+WHITTLE_WIDE LaneMask compute_points(const Planes& __restrict s, const RayHitPacket& __restrict hits,
+                                     FacePacket& __restrict to) {
   for (int i = 0; i < lanes; ++i)
     put(plane_point({s.x[i], s.y[i], s.z[i]}, {s.normal_x[i], s.normal_y[i], s.normal_z[i]},
-                    {met.on_x[i], met.on_y[i], met.on_z[i]}),
+                    {hits.on_x[i], hits.on_y[i], hits.on_z[i]}),
         i, to);
   return all_lanes;
 }
 
-WHITTLE_WIDE LaneMask meet(const Corner3& __restrict s, const RayHitPacket& __restrict met, FacePacket& __restrict to) {
+WHITTLE_WIDE LaneMask compute_points(const Vertices& __restrict s, const RayHitPacket& __restrict hits,
+                                     FacePacket& __restrict to) {
   for (int i = 0; i < lanes; ++i)
-    put(triangle_point({s.ax[i], s.ay[i], s.az[i]}, {s.bx[i], s.by[i], s.bz[i]}, {s.cx[i], s.cy[i], s.cz[i]}, met.u[i],
-                       met.v[i]),
+    put(triangle_point({s.ax[i], s.ay[i], s.az[i]}, {s.bx[i], s.by[i], s.bz[i]}, {s.cx[i], s.cy[i], s.cz[i]}, hits.u[i],
+                       hits.v[i]),
         i, to);
   return normalize(to);
 }
 
-WHITTLE_INLINE void select(const double* __restrict found, LaneMask wanted, double* __restrict to) {
-  for (int i = 0; i < lanes; ++i) to[i] = (wanted >> i & 1) != 0 ? found[i] : to[i];
+WHITTLE_INLINE void select(const double* __restrict found, LaneMask mask, double* __restrict to) {
+  for (int i = 0; i < lanes; ++i) to[i] = (mask >> i & 1) != 0 ? found[i] : to[i];
 }
 
-WHITTLE_WIDE void take(const FacePacket& found, LaneMask wanted, FacePacket& p) {
-  select(found.x, wanted, p.x);
-  select(found.y, wanted, p.y);
-  select(found.z, wanted, p.z);
-  select(found.error_x, wanted, p.error_x);
-  select(found.error_y, wanted, p.error_y);
-  select(found.error_z, wanted, p.error_z);
-  select(found.face_x, wanted, p.face_x);
-  select(found.face_y, wanted, p.face_y);
-  select(found.face_z, wanted, p.face_z);
+WHITTLE_WIDE void copy_lanes(const FacePacket& found, LaneMask mask, FacePacket& p) {
+  select(found.x, mask, p.x);
+  select(found.y, mask, p.y);
+  select(found.z, mask, p.z);
+  select(found.error_x, mask, p.error_x);
+  select(found.error_y, mask, p.error_y);
+  select(found.error_z, mask, p.error_z);
+  select(found.face_x, mask, p.face_x);
+  select(found.face_y, mask, p.face_y);
+  select(found.face_z, mask, p.face_z);
 }
 
-/// What vertex normals make of the lanes wanted; the faces are known.
-WHITTLE_WIDE void smooth(const Corner3& __restrict at, const Corner3& __restrict normals,
-                         const RayHitPacket& __restrict met, LaneMask wanted, PointPacket& __restrict p) {
+/// Interpolates vertex normals in the lanes of the mask. Precondition: the faces are set.
+WHITTLE_WIDE void smooth(const Vertices& __restrict at, const Vertices& __restrict normals,
+                         const RayHitPacket& __restrict hits, LaneMask mask, PointPacket& __restrict p) {
   for (int i = 0; i < lanes; ++i) {
-    const double u = met.u[i], v = met.v[i];
+    const double u = hits.u[i], v = hits.v[i];
     const SmoothPoint smooth =
         smooth_point({{at.ax[i], at.ay[i], at.az[i]}, {normals.ax[i], normals.ay[i], normals.az[i]}, 1 - u - v},
                      {{at.bx[i], at.by[i], at.bz[i]}, {normals.bx[i], normals.by[i], normals.bz[i]}, u},
@@ -78,7 +81,7 @@ WHITTLE_WIDE void smooth(const Corner3& __restrict at, const Corner3& __restrict
     p.offset_z[i] = smooth.shadow_offset.z;
   }
   for (int i = 0; i < lanes; ++i) {
-    const bool flat = (wanted >> i & 1) == 0;
+    const bool flat = (mask >> i & 1) == 0;
     p.normal_x[i] = flat ? p.face_x[i] : p.normal_x[i];
     p.normal_y[i] = flat ? p.face_y[i] : p.normal_y[i];
     p.normal_z[i] = flat ? p.face_z[i] : p.normal_z[i];
@@ -89,7 +92,7 @@ WHITTLE_WIDE void smooth(const Corner3& __restrict at, const Corner3& __restrict
 }
 
 template <class Vertex>
-void gather(const std::array<std::uint32_t, 3>& vertices, const Vertex& vertex, int i, Corner3& to) {
+void gather(const std::array<std::uint32_t, 3>& vertices, const Vertex& vertex, int i, Vertices& to) {
   const Vec3 a = vertex(vertices[0]), b = vertex(vertices[1]), c = vertex(vertices[2]);
   to.ax[i] = a.x;
   to.ay[i] = a.y;
@@ -102,49 +105,49 @@ void gather(const std::array<std::uint32_t, 3>& vertices, const Vertex& vertex, 
   to.cz[i] = c.z;
 }
 
-/// One meeting of a packet with a scene.
-class Meeting {
+/// Computes the points of one packet, by kind of shape.
+class PointComputation {
  public:
-  Meeting(const GeometrySet& geometry, const RayHitPacket& met, PointPacket& points)
-      : geometry_(geometry), met_(met), points_(points) {}
+  PointComputation(const GeometrySet& geometry, const RayHitPacket& hits, PointPacket& points)
+      : geometry_(geometry), hits_(hits), points_(points) {}
 
-  void compute_points() {
+  void run() {
     const std::uint32_t triangles_from = geometry_.first_triangles(), quadrics_from = geometry_.first_quadrics();
     const std::uint32_t planes = geometry_.plane_geometry();
-    LaneMask balls = 0, triangles = 0, quadrics = 0, flat = 0;
+    LaneMask spheres = 0, triangles = 0, quadrics = 0, flat = 0;
     for (int i = 0; i < lanes; ++i) {
-      const std::uint32_t set = met_.primitive[i].geometry;
-      (set < triangles_from  ? balls
+      const std::uint32_t set = hits_.primitive[i].geometry;
+      (set < triangles_from  ? spheres
        : set < quadrics_from ? triangles
        : set < planes        ? quadrics
                              : flat) |= LaneMask{1} << i;
     }
     points_.smooth = false;
-    if (balls != 0) sphere_points(balls);
-    if (quadrics != 0) meet_quadrics(quadrics);
+    if (spheres != 0) sphere_points(spheres);
+    if (quadrics != 0) quadric_points(quadrics);
     if (flat != 0) plane_points(flat);
-    if (triangles != 0) triangle_points(triangles);  // last: where some are smooth, all normals are written
+    if (triangles != 0) triangle_points(triangles);  // last, since smooth lanes write all normals
   }
 
  private:
   void sphere_points(LaneMask mask) {
-    Balls balls{};
+    Spheres spheres{};
     for_each_lane(mask, [&](int i) {
-      const auto [set, sphere] = met_.primitive[i];
+      const auto [set, sphere] = hits_.primitive[i];
       const SphereGeometry& from = geometry_.spheres[set];
-      balls.x[i] = from.x[sphere];
-      balls.y[i] = from.y[sphere];
-      balls.z[i] = from.z[sphere];
-      balls.radius[i] = from.radius[sphere];
+      spheres.x[i] = from.x[sphere];
+      spheres.y[i] = from.y[sphere];
+      spheres.z[i] = from.z[sphere];
+      spheres.radius[i] = from.radius[sphere];
       points_.object[i] = from.object[sphere];
     });
-    answer(mask, balls);
+    compute(mask, spheres);
   }
 
   void plane_points(LaneMask mask) {
     Planes planes{};
     for_each_lane(mask, [&](int i) {
-      const std::uint32_t plane = met_.primitive[i].primitive;
+      const std::uint32_t plane = hits_.primitive[i].primitive;
       const Vec3 &point = geometry_.planes.point[plane], &normal = geometry_.planes.normal[plane];
       planes.x[i] = point.x;
       planes.y[i] = point.y;
@@ -154,25 +157,25 @@ class Meeting {
       planes.normal_z[i] = normal.z;
       points_.object[i] = geometry_.planes.object[plane];
     });
-    answer(mask, planes);
+    compute(mask, planes);
   }
 
-  void meet_quadrics(LaneMask mask) {
+  void quadric_points(LaneMask mask) {
     QuadricPacket quadrics{};
     for_each_lane(mask, [&](int i) {
-      const QuadricGeometry& from = geometry_.quadrics[met_.primitive[i].geometry - geometry_.first_quadrics()];
-      gather(from.quadrics[met_.primitive[i].primitive], met_.u[i], i, quadrics);
-      points_.object[i] = from.object[met_.primitive[i].primitive];
+      const QuadricGeometry& from = geometry_.quadrics[hits_.primitive[i].geometry - geometry_.first_quadrics()];
+      gather(from.quadrics[hits_.primitive[i].primitive], hits_.u[i], i, quadrics);
+      points_.object[i] = from.object[hits_.primitive[i].primitive];
     });
-    answer(mask, quadrics);
+    compute(mask, quadrics);
   }
 
   void triangle_points(LaneMask mask) {
-    Corner3 corners{}, normals{};
+    Vertices corners{}, normals{};
     LaneMask smooth_lanes = 0;
     for_each_lane(mask, [&](int i) {
-      const TriangleGeometry& mesh = geometry_.triangles[met_.primitive[i].geometry - geometry_.first_triangles()];
-      const std::uint32_t triangle = met_.primitive[i].primitive;
+      const TriangleGeometry& mesh = geometry_.triangles[hits_.primitive[i].geometry - geometry_.first_triangles()];
+      const std::uint32_t triangle = hits_.primitive[i].primitive;
       const auto& vertices = mesh.triangles[triangle];
       gather(
           vertices, [&](std::uint32_t vertex) { return mesh.position(vertex); }, i, corners);
@@ -185,28 +188,28 @@ class Meeting {
       };
       gather(vertices, normal, i, normals);
     });
-    answer(mask, corners);
+    compute(mask, corners);
     if (smooth_lanes == 0) return;
     points_.smooth = true;
-    smooth(corners, normals, met_, smooth_lanes, points_);
+    smooth(corners, normals, hits_, smooth_lanes, points_);
   }
 
   template <class Shapes>
-  void answer(LaneMask wanted, const Shapes& shapes) {
-    LaneMask answered = 0;
-    if (wanted == all_lanes) {
-      answered = meet(shapes, met_, points_);
-    } else if (std::popcount(wanted) >= worthwhile) {
+  void compute(LaneMask mask, const Shapes& shapes) {
+    LaneMask computed = 0;
+    if (mask == all_lanes) {
+      computed = compute_points(shapes, hits_, points_);
+    } else if (std::popcount(mask) >= packet_lanes_min) {
       FacePacket found;
-      answered = meet(shapes, met_, found);
-      take(found, wanted, points_);
+      computed = compute_points(shapes, hits_, found);
+      copy_lanes(found, mask, points_);
     }
-    for_each_lane(wanted & ~answered, [this](int i) { answer_alone(i); });
+    for_each_lane(mask & ~computed, [this](int i) { compute_single(i); });
   }
 
-  void answer_alone(int i) {
-    const ShapeHit at =
-        shape_hit(geometry_, {met_.primitive[i], 0, met_.u[i], met_.v[i]}, {met_.on_x[i], met_.on_y[i], met_.on_z[i]});
+  void compute_single(int i) {
+    const ShapeHit at = shape_hit(geometry_, {hits_.primitive[i], 0, hits_.u[i], hits_.v[i]},
+                                  {hits_.on_x[i], hits_.on_y[i], hits_.on_z[i]});
     const auto put = [i](const Vec3& v, double* x, double* y, double* z) {
       x[i] = v.x;
       y[i] = v.y;
@@ -218,14 +221,14 @@ class Meeting {
   }
 
   const GeometrySet& geometry_;
-  const RayHitPacket& met_;
+  const RayHitPacket& hits_;
   PointPacket& points_;
 };
 
 }  // namespace
 
-void meet_points(const GeometrySet& geometry, const RayHitPacket& met, PointPacket& points) {
-  Meeting(geometry, met, points).compute_points();
+void compute_points(const GeometrySet& geometry, const RayHitPacket& hits, PointPacket& points) {
+  PointComputation(geometry, hits, points).run();
 }
 
 }  // namespace tracer

@@ -54,11 +54,11 @@ void gather(const Quadric& from, double part, int i, QuadricPacket& to) {
   to.kinds |= 1u << static_cast<unsigned>(from.kind);
 }
 
-WHITTLE_WIDE LaneMask meet(const QuadricPacket& __restrict s, const RayHitPacket& __restrict met,
-                           FacePacket& __restrict to) {
+WHITTLE_WIDE LaneMask compute_points(const QuadricPacket& __restrict s, const RayHitPacket& __restrict hits,
+                                     FacePacket& __restrict to) {
   ShapePoints p{};
   for (int i = 0; i < lanes; ++i) {
-    const Vec3 on_ray{met.on_x[i], met.on_y[i], met.on_z[i]}, origin{s.x[i], s.y[i], s.z[i]};
+    const Vec3 on_ray{hits.on_x[i], hits.on_y[i], hits.on_z[i]}, origin{s.x[i], s.y[i], s.z[i]};
     const Vec3 on = lane_of(s.to_shape, i) * (on_ray - origin);
     p.on_x[i] = on.x;
     p.on_y[i] = on.y;

@@ -17,6 +17,6 @@ struct alignas(64) QuadricPacket {
 void gather(const Quadric& from, double part, int lane, QuadricPacket& to);
 
 /// All lanes; right are those of the mask it returns.
-LaneMask meet(const QuadricPacket& quadrics, const RayHitPacket& met, FacePacket& to);
+LaneMask compute_points(const QuadricPacket& quadrics, const RayHitPacket& hits, FacePacket& to);
 
 }  // namespace tracer

@@ -58,13 +58,13 @@ Vec2 plane_uv(const CompiledScene& scene, const Axes& axes, const Vec3& from_poi
 
 ShapeHit quadric_at(const QuadricGeometry& set, const Hit& hit, const Vec3& on_ray) {
   const std::uint32_t i = hit.primitive.primitive;
-  const QuadricPoint met = quadric_point(set.quadrics[i], static_cast<QuadricPart>(hit.u), on_ray);
-  return {met.point, met.normal, met.normal, {}, set.object[i]};
+  const QuadricPoint at = quadric_point(set.quadrics[i], static_cast<QuadricPart>(hit.u), on_ray);
+  return {at.point, at.normal, at.normal, {}, set.object[i]};
 }
 
 enum class Family { sphere, triangle, quadric, plane };
 
-/// Which of GeometrySet's vectors a geometry is in.
+/// Vector of GeometrySet that contains the geometry.
 Family family_of(const GeometrySet& set, std::uint32_t geometry) {
   if (geometry < set.first_triangles()) return Family::sphere;
   if (geometry < set.first_quadrics()) return Family::triangle;
@@ -140,7 +140,7 @@ Surface surface_at(const CompiledScene& scene, const Hit& hit, const Vec3& origi
   const bool flat = shading_of(scene.materials[surface.material].shading, shading) == Material::Shading::flat;
   const Vec3& outward = flat ? local.geometric_normal : local.shading_normal;
   surface.normal = surface.back ? -outward : outward;
-  // Seen from behind the curved surface is on the other side of the facet: nothing to correct there.
+  // At a back-face hit the curved surface is on the other side of the facet: no offset is needed.
   if (!flat && !surface.back) surface.shadow_offset = local.shadow_offset;
   if (scene.needs.textures && is_textured(scene.materials[surface.material])) surface.uv = uv_at(scene, hit, surface);
   return surface;

@@ -1,12 +1,12 @@
 #pragma once
-/// Points of sixteen hits and the faces there, as the loops over them write them.
+/// Points and geometric normals of 16 hits.
 
 #include "tracer/src/math/compress.h"
 #include "tracer/src/shapes/primitive_point.h"
 
 namespace tracer {
 
-/// Points, how far they may be from the surface, and unit geometric normals, outward.
+/// Points with error bounds and unit geometric normals, outward.
 struct alignas(64) FacePacket {
   double x[lanes], y[lanes], z[lanes];
   double error_x[lanes], error_y[lanes], error_z[lanes];
@@ -25,9 +25,9 @@ WHITTLE_INLINE void put(const PrimitivePoint& at, int i, FacePacket& to) {
   to.face_z[i] = at.across.z;
 }
 
-/// Makes directions across unit. The lanes where normalize() does nothing else; the others need its care.
+/// Normalizes the faces. Returns the lanes in which this equals normalize(); the others need its special cases.
 WHITTLE_INLINE LaneMask normalize(FacePacket& to) {
-  // Between these the largest component lies where normalize() divides by the length and does nothing else.
+  // Range of the largest component in which normalize() only divides by the length.
   constexpr double plain_min = 0x1p-300, plain_max = 0x1p300;
   LaneMask plain = 0;
   for (int i = 0; i < lanes; ++i) {

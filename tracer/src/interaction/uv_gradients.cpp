@@ -5,7 +5,7 @@
 namespace tracer {
 namespace {
 
-/// Of a function that is linear over the triangle: f_a + u (f_b - f_a) + v (f_c - f_a) for barycentric u and v.
+/// Gradients of a linear function over the triangle: f_a + u (f_b - f_a) + v (f_c - f_a) for barycentric u and v.
 UvGradients triangle_gradients(const TriangleGeometry& mesh, std::uint32_t triangle) {
   const auto& [a, b, c] = mesh.triangles[triangle];
   const Vec3 to_b = mesh.position(b) - mesh.position(a), to_c = mesh.position(c) - mesh.position(a);
@@ -18,30 +18,30 @@ UvGradients triangle_gradients(const TriangleGeometry& mesh, std::uint32_t trian
   return {gradient(0), gradient(1)};
 }
 
-/// Some unit direction across unit `n` (Duff, Burgess, Christensen, Hery, Kensler, Liani, Villemin 2017, "Building an
-/// Orthonormal Basis, Revisited", JCGT 6(1)).
-WHITTLE_INLINE Vec3 any_across(const Vec3& n) {
+/// A unit vector perpendicular to unit `n` (Duff, Burgess, Christensen, Hery, Kensler, Liani, Villemin 2017, "Building
+/// an Orthonormal Basis, Revisited", JCGT 6(1)).
+WHITTLE_INLINE Vec3 perpendicular(const Vec3& n) {
   const double side = n.z < 0 ? -1.0 : 1.0, a = -1 / (side + n.z);
   return {1 + side * (n.x * n.x * a), side * (n.x * n.y * a), -side * n.x};
 }
 
-/// A parallelogram's projection on an axis is two boxes, one after the other: their variances add. No guard: what
-/// overflows covers all there is, as what nearly does.
+/// The projection of a parallelogram on an axis is the convolution of two boxes, whose variances add. Overflow is
+/// harmless: it covers the whole texture.
 WHITTLE_INLINE double projected(const Vec3& gradient, const Vec3& along, const Vec3& across, double length,
                                 double width) {
   const double a = dot(gradient, along) * length, b = dot(gradient, across) * width;
   return std::sqrt(a * a + b * b);
 }
 
-/// The beam's square stands across the surface's tilt: one side stays, the other is stretched by 1 / cos
+/// The projection of the beam on the surface: one side stays, the other is stretched by 1 / cos
 /// (Akenine-Moeller, Crassin, Boksansky, Belcour, Panteleev, Wright 2021, "Improved Shader and Texture Level of Detail
 /// Using Ray Cones", JCGT 10(1), sec. 3).
-WHITTLE_INLINE Vec2 covered(const UvGradients& gradients, const Vec3& normal, const Vec3& direction, double width) {
+WHITTLE_INLINE Vec2 footprint(const UvGradients& gradients, const Vec3& normal, const Vec3& direction, double width) {
   const double cosine = dot(direction, normal);
   const Vec3 down = direction - normal * cosine;
   const double sine = std::sqrt(dot(down, down));
-  const bool straight = !(sine > 1e-8);  // then any direction across will do
-  const Vec3 any = any_across(normal);
+  const bool straight = !(sine > 1e-8);  // any perpendicular direction will do
+  const Vec3 any = perpendicular(normal);
   const Vec3 along{straight ? any.x : down.x / sine, straight ? any.y : down.y / sine,
                    straight ? any.z : down.z / sine};
   const Vec3 across = cross(normal, along);
@@ -78,7 +78,7 @@ UvGradients uv_gradients_at(const CompiledScene& scene, const Hit& hit, const Su
   return {axes.e0 * world, axes.e1 * world};
 }
 
-void CoveredPacket::put(int i, const UvGradients& gradients, const Vec3& direction, double width_there) {
+void FootprintPacket::put(int i, const UvGradients& gradients, const Vec3& direction, double width_there) {
   direction_x[i] = direction.x;
   direction_y[i] = direction.y;
   direction_z[i] = direction.z;
@@ -92,16 +92,16 @@ void CoveredPacket::put(int i, const UvGradients& gradients, const Vec3& directi
   gradient_v[2][i] = along_v.z;
 }
 
-Vec2 covered_uv(const UvGradients& gradients, const Vec3& normal, const Vec3& direction, double width) {
-  return covered(gradients, normal, direction, width);
+Vec2 uv_footprint(const UvGradients& gradients, const Vec3& normal, const Vec3& direction, double width) {
+  return footprint(gradients, normal, direction, width);
 }
 
-WHITTLE_WIDE void find_covered(const FacePacket& __restrict faces, CoveredPacket& __restrict p) {
+WHITTLE_WIDE void compute_footprints(const FacePacket& __restrict faces, FootprintPacket& __restrict p) {
   for (int i = 0; i < lanes; ++i) {
     const UvGradients gradients{{p.gradient_u[0][i], p.gradient_u[1][i], p.gradient_u[2][i]},
                                 {p.gradient_v[0][i], p.gradient_v[1][i], p.gradient_v[2][i]}};
-    const Vec2 found = covered(gradients, {faces.face_x[i], faces.face_y[i], faces.face_z[i]},
-                               {p.direction_x[i], p.direction_y[i], p.direction_z[i]}, p.width[i]);
+    const Vec2 found = footprint(gradients, {faces.face_x[i], faces.face_y[i], faces.face_z[i]},
+                                 {p.direction_x[i], p.direction_y[i], p.direction_z[i]}, p.width[i]);
     p.u[i] = found.x;
     p.v[i] = found.y;
   }

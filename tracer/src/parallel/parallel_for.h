@@ -1,5 +1,5 @@
 #pragma once
-/// Runs tiles on oneTBB. The one place that knows it.
+/// Parallel loop over tiles, on oneTBB.
 
 #include <algorithm>
 #include <cstdint>
@@ -22,15 +22,14 @@ namespace tracer {
 template <class Tile>
 void for_each_tile(std::uint64_t count, std::uint32_t threads, const Tile& tile);
 
-/// How many tiles that traces at the same time, at most.
+/// Maximum number of tiles traced concurrently.
 std::uint32_t concurrency(std::uint32_t threads);
 
 #if defined(__SANITIZE_THREAD__)
 
 inline std::uint32_t concurrency(std::uint32_t threads) { return threads != 0 ? threads : 2; }
 
-/// oneTBB's library is not instrumented: ThreadSanitizer sees none of its fences and takes its every hand-over for a
-/// race. Plain threads stand in for it there, so that what it reports is ours.
+/// The library of oneTBB is not instrumented, so ThreadSanitizer reports false races in it. Plain threads replace it.
 template <class Tile>
 void for_each_tile(std::uint64_t count, std::uint32_t threads, const Tile& tile) {
   std::atomic<std::uint64_t> next{0};

@@ -35,15 +35,15 @@ struct alignas(64) IntersectionPacket {
   int count;
   int ray[lanes];  ///< index in the queue
   RayHitPacket ray_hits;
-  double direction_x[lanes], direction_y[lanes], direction_z[lanes];  ///< of the ray
+  double direction_x[lanes], direction_y[lanes], direction_z[lanes];
   PointPacket points;
   double back_face[lanes];  ///< 1: the ray hits the back; else 0
 };
 
 /// Intersections with everything that shading needs.
 struct alignas(64) HitPacket : IntersectionPacket {
-  double throughput_r[lanes], throughput_g[lanes], throughput_b[lanes];  ///< of the ray at the hit
-  std::uint32_t path[lanes];                                             ///< of the ray
+  double throughput_r[lanes], throughput_g[lanes], throughput_b[lanes];  ///< the ray's throughput at the hit
+  std::uint32_t path[lanes];
 
   std::uint32_t material[lanes];
   CoefficientPacket coefficients;

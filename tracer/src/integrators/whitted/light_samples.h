@@ -16,7 +16,7 @@ struct alignas(64) LightSamplePacket {
   double cosine[lanes];                                      ///< N.L
   double strength[lanes];                                    ///< `share` after attenuation and the spot's cone
   double highlight[lanes];                                   ///< specular cosine, then its power
-  double origin_x[lanes], origin_y[lanes], origin_z[lanes];  ///< of the shadow ray
+  double origin_x[lanes], origin_y[lanes], origin_z[lanes];  ///< origin of the shadow ray
   double r[lanes], g[lanes], b[lanes];                       ///< radiance added to the sample if not occluded
 
   LaneMask lit;  ///< lanes that receive light

@@ -156,10 +156,10 @@ class SecondaryRays {
     const double t = state_.hits.t[ray];
     const double curvature =
         (hit.back_face[lane] > 0 ? -1 : 1) * curvature_at(state_.scene, state_.hits.primitive[ray]);
-    if (&packet == &reflection_) return tracer::mirrored(rays.cone(ray), t, curvature);
+    if (&packet == &reflection_) return reflected_cone(rays.cone(ray), t, curvature);
     const bool refracts = hit.coefficients.refracts[lane] > 0 && (nested_boundary_ >> lane & 1) == 0;
     const double n = interfaces_.n_from[lane] / interfaces_.n_to[lane];
-    return tracer::refracted(rays.cone(ray), t, refracts ? curvature : 0, refracts ? n : 1);
+    return refracted_cone(rays.cone(ray), t, refracts ? curvature : 0, refracts ? n : 1);
   }
 
   void push_rays(const RayQueue& rays, const SecondaryRayPacket& p, const ShadingPointPacket& shading_points,

@@ -113,7 +113,7 @@ void ShadowRays::cross_next_surface(const RaySegments& from, MediumStack& media)
 void ShadowRays::cross_packet(const RaySegments& from, MediumStack& media) {
   ContinuedRays continued;
   const PointPacket& points = intersections_.points;
-  meet_points(scene_.geometry(), intersections_.ray_hits, intersections_.points);
+  compute_points(scene_.geometry(), intersections_.ray_hits, intersections_.points);
   offset_origins(intersections_, continued);
   LaneMask going = 0;
   for (int i = 0; i < intersections_.count; ++i) {

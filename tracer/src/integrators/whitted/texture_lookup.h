@@ -27,7 +27,7 @@ class TextureLookup {
       footprint_.put(i, uv_gradients_at(state_.scene, state_.hits.at(ray), surface), rays.direction(ray),
                      rays.cone(ray).width_at(state_.hits.t[ray]));
     });
-    if (filters()) find_covered(hit.points, footprint_);
+    if (filters()) compute_footprints(hit.points, footprint_);
     for_each_lane(textured, [&](int i) {
       const Color color = color_of_lane(i);
       const Material& material = state_.scene.materials[hit.material[i]];
@@ -108,13 +108,13 @@ class TextureLookup {
   [[nodiscard]] Vec2 footprint_of(const RayQueue& rays, std::size_t ray, const Surface& surface,
                                   const Texture& texture) const {
     if (texture.filter != Texture::Filter::mipmap) return {};
-    return covered_uv(uv_gradients_at(state_.scene, state_.hits.at(ray), surface), surface.geometric_normal,
-                      rays.direction(ray), rays.cone(ray).width_at(state_.hits.t[ray]));
+    return uv_footprint(uv_gradients_at(state_.scene, state_.hits.at(ray), surface), surface.geometric_normal,
+                        rays.direction(ray), rays.cone(ray).width_at(state_.hits.t[ray]));
   }
 
   WavefrontState<Features>& state_;
   Vec2 uv_[lanes] = {};
-  CoveredPacket footprint_ = {};
+  FootprintPacket footprint_ = {};
 };
 
 }  // namespace tracer

@@ -174,7 +174,7 @@ void Wavefront<Features>::shade_hits(const RayQueue& rays, std::uint32_t depth, 
     const auto count = static_cast<int>(std::min<std::size_t>(lanes, hit_rays.size() - first));
     load(rays, state_.hits.span(), hit_rays.data() + first, count, hit, shading_points);
     if (state_.template needs<&Requirements::absorption>()) apply_absorption(rays);
-    meet_points(state_.scene.geometry(), hit.ray_hits, hit.points);
+    compute_points(state_.scene.geometry(), hit.ray_hits, hit.points);
     for (std::uint32_t i = 0; i < lanes; ++i) {
       shading_points.hit[i] = static_cast<std::uint32_t>(first) + i;
       hit.material[i] = state_.scene.material_of_object[hit.points.object[i]];
