@@ -1,4 +1,4 @@
-"""The Dockerfiles, Compose and Kubernetes files hold to their formats, strictly, and to what a server may expect of them."""
+"""The Dockerfiles, Compose and Kubernetes files are valid and confine the service."""
 import json
 import re
 import shlex
@@ -26,17 +26,17 @@ def documents(pattern):
 
 
 def instructions(path):
-    """[(keyword, rest)] of a Dockerfile, continued lines joined, comments gone."""
+    """[(keyword, rest)] of a Dockerfile, with continued lines joined and without comments."""
     lines = [line for line in text(path).splitlines() if not line.lstrip().startswith("#")]
     joined = re.sub(r"\\\n", " ", "\n".join(lines))
     return [tuple(line.split(maxsplit=1)) for line in joined.splitlines() if line.strip()]
 
 
 class Dockerfiles(unittest.TestCase):
-    def test_are_all_seen(self):
+    def test_are_all_checked(self):
         self.assertEqual([str(path) for path in DOCKERFILES], ["docker/Dockerfile", "docker/proxy/Dockerfile"])
 
-    def test_speak_the_language_and_no_outdated_part_of_it(self):
+    def test_use_no_outdated_instruction(self):
         known = {"ARG", "COPY", "ENTRYPOINT", "ENV", "EXPOSE", "FROM", "HEALTHCHECK", "LABEL", "RUN", "STOPSIGNAL", "USER",
                  "VOLUME", "WORKDIR"}  # not ADD, which fetches and unpacks; not MAINTAINER, ONBUILD, SHELL, CMD
         for path in DOCKERFILES:
@@ -54,7 +54,7 @@ class Dockerfiles(unittest.TestCase):
                 if keyword == "COPY" and (source := re.search(r"--from=(\S+)", rest)):
                     self.assertIn(source.group(1), stages, path)
 
-    def test_install_only_what_is_asked_for_and_leave_no_lists_behind(self):
+    def test_install_only_named_packages_and_delete_package_lists(self):
         for path in DOCKERFILES:
             for keyword, rest in instructions(path):
                 self.assertNotRegex(rest, r"apt-get (upgrade|dist-upgrade)|\bsudo\b|\|\s*(ba)?sh\b", path)
@@ -64,13 +64,13 @@ class Dockerfiles(unittest.TestCase):
                     if "apt-get install" in rest:
                         self.assertRegex(rest, r"apt-get install (\S+ )*-y --no-install-recommends")
 
-    def test_run_commands_that_please_shellcheck(self):
+    def test_run_commands_that_pass_shellcheck(self):
         for path in DOCKERFILES:
             script = "\n".join(rest for keyword, rest in instructions(path) if keyword == "RUN")
             done = run("shellcheck", "--shell=sh", "--enable=all", "--exclude=SC2250,SC2312", "-", input=script)
             self.assertEqual(done.returncode, 0, f"{path}\n{done.stdout}")
 
-    def test_end_as_an_ordinary_user_that_can_be_stopped(self):
+    def test_run_as_unprivileged_user_with_stop_signal(self):
         for path in DOCKERFILES:
             steps = instructions(path)
             last = steps[max(i for i, step in enumerate(steps) if step[0] == "FROM"):]
@@ -82,14 +82,14 @@ class Dockerfiles(unittest.TestCase):
                 if keyword in ("ENV", "ARG", "LABEL"):
                     self.assertNotRegex(rest, r"(?i)passw|secret|token|\bkey", path)
 
-    def test_carry_a_health_check_and_their_version(self):
+    def test_have_health_check_and_version(self):
         steps = instructions("docker/Dockerfile")
         self.assertTrue(any(keyword == "HEALTHCHECK" and "--probe" in rest for keyword, rest in steps))
         labels = " ".join(rest for keyword, rest in steps if keyword == "LABEL")
         for name in ("title", "description", "version", "revision"):
             self.assertIn(f"org.opencontainers.image.{name}=", labels)
 
-    def test_name_packages_that_the_one_list_has(self):
+    def test_install_packages_of_the_package_list(self):
         listed = set(run(SOURCE / "docker/install", "--list").stdout.split())
         for _, rest in instructions("docker/proxy/Dockerfile"):
             for command in rest.split("&&"):
@@ -99,18 +99,18 @@ class Dockerfiles(unittest.TestCase):
 
 
 class Yaml(unittest.TestCase):
-    def test_pleases_yamllint(self):
+    def test_passes_yamllint(self):
         self.assertGreaterEqual(len(YAML), 8)
         done = run("yamllint", "--strict", "--config-data", YAML_RULES, *map(str, YAML), cwd=SOURCE)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
 
 class Compose(unittest.TestCase):
-    def test_is_understood(self):
+    def test_is_valid(self):
         done = run("docker-compose", "--file", "docker/compose.yaml", "--profile", "tls", "config", "--quiet", cwd=SOURCE)
         self.assertEqual((done.returncode, done.stdout, done.stderr), (0, "", ""))
 
-    def test_holds_every_service(self):
+    def test_confines_every_service(self):
         services = yaml.safe_load(text("docker/compose.yaml"))["services"]
         for name, service in services.items():
             self.assertTrue(service["read_only"], name)
@@ -120,13 +120,13 @@ class Compose(unittest.TestCase):
             self.assertTrue(service["mem_limit"] and service["pids_limit"], name)
             self.assertEqual(set(service) & {"privileged", "cap_add", "network_mode", "pid", "userns_mode", "devices"}, set())
         (published,) = services["whittle"]["ports"]
-        self.assertTrue(published.startswith("127.0.0.1:"), "others come through the proxy, which has TLS")
+        self.assertTrue(published.startswith("127.0.0.1:"), "remote clients use the proxy, which has TLS")
 
-    def test_gives_jobs_no_more_memory_than_the_daemon_has(self):
+    def test_limits_jobs_to_the_memory_of_the_daemon(self):
         service = yaml.safe_load(text("docker/compose.yaml"))["services"]["whittle"]
-        (told,) = [int(word.partition("=")[2]) for word in service["command"] if word.startswith("--job-memory-bytes=")]
+        (limit,) = [int(word.partition("=")[2]) for word in service["command"] if word.startswith("--job-memory-bytes=")]
         self.assertEqual(service["mem_limit"], "4g")
-        self.assertEqual(told * 4, 3 * 4 * 2**30)
+        self.assertEqual(limit * 4, 3 * 4 * 2**30)
 
 
 class Kubernetes(unittest.TestCase):
@@ -136,7 +136,7 @@ class Kubernetes(unittest.TestCase):
         self.pod = self.one["Deployment"]["spec"]["template"]["spec"]
         (self.container,) = self.pod["containers"]
 
-    def test_has_no_field_that_its_kind_does_not_know(self):
+    def test_has_only_fields_of_its_kind(self):
         for path, document in self.documents:
             self.assertEqual(check_document(document), [], path.name)
 
@@ -144,7 +144,7 @@ class Kubernetes(unittest.TestCase):
         listed = set(self.one["Kustomization"]["resources"])
         self.assertEqual(listed, {path.name for path, _ in self.documents} - {"kustomization.yaml"})
 
-    def test_meets_the_restricted_pod_security_standard(self):
+    def test_satisfies_the_restricted_pod_security_standard(self):
         """Kubernetes, "Pod Security Standards", profile Restricted (and so Baseline)."""
         pod, container = self.pod["securityContext"], self.container["securityContext"]
         self.assertIs(pod["runAsNonRoot"], True)
@@ -158,7 +158,7 @@ class Kubernetes(unittest.TestCase):
                                      "projected", "secret"})
         self.assertNotIn("hostPort", str(self.container["ports"]))
 
-    def test_asks_for_no_more_than_it_uses(self):
+    def test_has_no_unused_privileges(self):
         self.assertIs(self.container["securityContext"]["readOnlyRootFilesystem"], True)
         self.assertIs(self.pod["automountServiceAccountToken"], False)
         mounted = {mount["name"] for mount in self.container["volumeMounts"]}
@@ -170,15 +170,15 @@ class Kubernetes(unittest.TestCase):
         self.assertEqual(user, f"{context['runAsUser']}:{context['runAsGroup']}")
         self.assertEqual(context["fsGroup"], context["runAsGroup"])
 
-    def test_gives_jobs_no_more_memory_than_the_daemon_has(self):
+    def test_limits_jobs_to_the_memory_of_the_daemon(self):
         resources = self.container["resources"]
         self.assertEqual(resources["requests"]["memory"], resources["limits"]["memory"])
         settings = self.one["ConfigMap"]["data"]["whittle.conf"]
-        told = int(re.search(r"^job_memory_bytes = (\d+)$", settings, re.MULTILINE).group(1))
+        limit = int(re.search(r"^job_memory_bytes = (\d+)$", settings, re.MULTILINE).group(1))
         self.assertEqual(resources["limits"]["memory"], "4Gi")
-        self.assertEqual(told * 4, 3 * 4 * 2**30)
+        self.assertEqual(limit * 4, 3 * 4 * 2**30)
 
-    def test_has_names_that_meet(self):
+    def test_has_consistent_names(self):
         labels = self.one["Deployment"]["spec"]["template"]["metadata"]["labels"]
         self.assertEqual(self.one["Deployment"]["spec"]["selector"]["matchLabels"], labels)
         self.assertEqual(self.one["Service"]["spec"]["selector"], labels)

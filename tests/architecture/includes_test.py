@@ -49,7 +49,7 @@ DIRECTIONS = [
     ("server/queue/", ["server/queue/", "server/support/", "tracer/include/", "api/include/"]),
     ("server/storage/sqlite/", ["server/queue/", "server/storage/sqlite/", "server/support/", "tracer/include/"]),
     ("server/storage/files/", ["server/queue/", "server/storage/files/", "server/support/", "tracer/include/"]),
-    ("server/storage/", ["server/queue/", "server/storage/", "server/support/"]),
+    ("server/storage/", ["server/queue/", "server/storage/", "server/support/", "tracer/include/"]),
     ("server/keys/", ["server/keys/", "server/support/", "tracer/include/"]),
     ("server/webhooks/", ["server/queue/", "server/resources/", "server/webhooks/", "server/support/", "tracer/include/", "api/include/"]),
     ("server/telemetry/", ["server/queue/", "server/telemetry/", "server/support/", "api/include/"]),

@@ -1,7 +1,9 @@
 """Sizes and structure: classes, functions, directories, names of files, documents."""
 import collections
 import os
+import pathlib
 import re
+import tempfile
 import unittest
 
 from tests.support import cpp
@@ -146,6 +148,49 @@ class Shape(unittest.TestCase):
 
     def test_repository_is_small(self):
         self.expect_none(large_repository())
+
+
+class ShapeChecks(unittest.TestCase):
+    """The checks themselves, on samples."""
+
+    SAMPLE = """
+    namespace sample {
+    class Store {
+     public:
+      virtual ~Store() = default;
+      virtual int find(int id) const = 0;
+      virtual void insert(int id) = 0;
+      Store(const Store&) = delete;
+      int count() const { return count_; }
+
+     private:
+      static constexpr int limit = 3;
+      int count_ = 0, size_ = 0;
+      std::map<int, std::string> rows_;
+    };
+    int Store::find(int id) const {
+      const auto same = [&](int other) {
+        return other == id;
+      };
+      return same(1);
+    }
+    }
+    """
+
+    def test_count_functions_and_members_of_a_class(self):
+        with tempfile.NamedTemporaryFile("w", suffix=".h") as file:
+            file.write(self.SAMPLE)
+            file.flush()
+            (found,), functions = cpp.outline([file.name])
+        self.assertEqual((found.functions, found.members, found.pure_functions), (3, 3, 2))
+        self.assertIn(("sample::Store::find", 6), [(each.name, each.lines) for each in functions])
+
+    def test_find_cycles_of_directories(self):
+        sources = {"a/one.h": '#include "b/two.h"', "b/two.h": '#include "a/c/three.h"', "a/c/three.h": "#include <map>"}
+        paths = [pathlib.PurePosixPath(name) for name in sources]
+        self.assertEqual(include_cycles(paths, lambda path: sources[str(path)]), [])
+        sources["a/c/three.h"] = '#include "a/one.h"'
+        self.assertEqual(len(include_cycles(paths, lambda path: sources[str(path)])), 3)
 
 
 if __name__ == "__main__":

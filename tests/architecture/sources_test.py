@@ -7,11 +7,11 @@ import unittest
 
 from tests.support.sources import SOURCE, text, tracked
 
-MAX_LINES = 400  # a file that needs more has two reasons to change
+MAX_LINES = 400
 CODE = (".h", ".cpp", ".py")
-# In two halves, so that this file does not hold them.
+# Split, so that this file does not match.
 UNFINISHED = re.compile(r"\b(TO" r"DO|FIX" r"ME|X" r"XX|HA" r"CK)\b")
-PLACES_OF_ONE_MACHINE = re.compile(r"(?<![\w.])/wo" r"rk/|/ho" r"me/\w")
+PATHS_OF_ONE_MACHINE = re.compile(r"(?<![\w.])/wo" r"rk/|/ho" r"me/\w")
 
 
 def scripts():
@@ -23,22 +23,21 @@ def bash_scripts():
 
 
 class EverySourceFile(unittest.TestCase):
-    def test_is_named_by_a_build_file_above_it(self):
+    def test_is_listed_in_a_build_file(self):
+        lists = {path.parent: text(path) for path in tracked(".txt") if path.name == "CMakeLists.txt"}
         for path in tracked(".cpp"):
-            folders = [folder for folder in path.parents if (SOURCE / folder / "CMakeLists.txt").exists()]
-            names = [str(path.relative_to(folder)) for folder in folders]
-            named = any(re.search(rf"(?<![\w/]){re.escape(name)}(?![\w.])", text(folder / "CMakeLists.txt"))
-                        for folder, name in zip(folders, names))
-            if path.stem.startswith("fuzz_"):  # whittle_fuzzer() makes the file's name of the target's
+            named = any(re.search(rf"(?<![\w./]){re.escape(os.path.relpath(path, directory))}(?![\w.])", listed)
+                        for directory, listed in lists.items())
+            if path.stem.startswith("fuzz_"):  # whittle_fuzzer() derives the file name from the target
                 named = f"NAME {path.stem} " in text(path.parent / "CMakeLists.txt")
-            self.assertTrue(named, f"{path} is in no CMakeLists.txt: nothing builds it")
+            self.assertTrue(named, f"{path} is in no CMakeLists.txt")
 
     def test_has_at_most_400_lines(self):
         for path in tracked(*CODE) + bash_scripts():
             lines = text(path).count("\n")
             self.assertLessEqual(lines, MAX_LINES, f"{path} has {lines} lines")
 
-    def test_is_formatted_as_clang_format_wants(self):
+    def test_is_formatted_by_clang_format(self):
         paths = tracked(".h", ".cpp")
         done = subprocess.run(["clang-format", "--dry-run", "--Werror", *paths], cwd=SOURCE, check=False,
                               capture_output=True, text=True)
@@ -46,11 +45,11 @@ class EverySourceFile(unittest.TestCase):
 
 
 class EveryHeader(unittest.TestCase):
-    def test_opens_with_what_it_is_for(self):
+    def test_begins_with_pragma_and_purpose(self):
         for path in tracked(".h"):
             first, second = (text(path).splitlines() + ["", ""])[:2]
             self.assertEqual(first, "#pragma once", path)
-            self.assertRegex(second, r"^/// \S.{15,}", f"{path}: its second line must say what it is for")
+            self.assertRegex(second, r"^/// \S.{15,}", f"{path}: the second line must state the purpose")
 
 
 class EveryFile(unittest.TestCase):
@@ -58,12 +57,12 @@ class EveryFile(unittest.TestCase):
         for path in tracked():
             if path.suffix in (*CODE, ".txt", ".md", ".yaml", ".yml", "") and (SOURCE / path).suffix != ".png":
                 found = UNFINISHED.search(text(path))
-                self.assertIsNone(found, f"{path} holds {found and found.group()}")
+                self.assertIsNone(found, f"{path} contains {found and found.group()}")
 
-    def test_names_no_place_of_one_machine(self):
+    def test_contains_no_path_of_one_machine(self):
         for path in tracked(*CODE, ".txt", ".md", ".yaml", ".json", ""):
-            found = PLACES_OF_ONE_MACHINE.search(text(path))
-            self.assertIsNone(found, f"{path} holds {found and found.group()}")
+            found = PATHS_OF_ONE_MACHINE.search(text(path))
+            self.assertIsNone(found, f"{path} contains {found and found.group()}")
 
     def test_is_small_enough_to_clone(self):
         for path in tracked():
@@ -71,21 +70,21 @@ class EveryFile(unittest.TestCase):
 
 
 class EveryScript(unittest.TestCase):
-    def test_can_be_run(self):
+    def test_is_executable(self):
         self.assertGreaterEqual(len(bash_scripts()), 4)
         for path in scripts():
             self.assertTrue(os.access(SOURCE / path, os.X_OK), f"{path} is not executable")
 
-    def test_is_a_script_when_it_is_executable(self):
+    def test_begins_with_interpreter_if_executable(self):
         for path in tracked():
             if os.access(SOURCE / path, os.X_OK):
                 self.assertIn(path, scripts(), f"{path} is executable without a #! line")
 
-    def test_pleases_shellcheck(self):
+    def test_passes_shellcheck(self):
         done = subprocess.run(["shellcheck", *bash_scripts()], cwd=SOURCE, check=False, capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stdout)
 
-    def test_takes_its_packages_from_the_one_list(self):
+    def test_installs_packages_with_docker_install_only(self):
         for path in bash_scripts():
             if path != pathlib.PurePosixPath("docker/install"):
                 self.assertNotRegex(text(path), r"apt(-get)? install", f"{path}: docker/install does that")
