@@ -21,10 +21,10 @@ struct Hashes {
 };
 
 void read_hash(Reading& reading, const Cursor& at, Hashes& hashes) {
-  if (at.node->kind != json::Kind::string) return tell_wrong_type(reading, at, "a sha256 as text");
+  if (at.node->kind != json::Kind::string) return add_wrong_type(reading, at, "a sha256 as text");
   const std::string_view hash = at.node->string();
   if (!is_asset_hash(hash)) {
-    return tell(reading, at, "malformed", "must be 64 lower-case hex digits, got " + in_quotes(hash));
+    return add_issue(reading, at, "malformed", "must be 64 lower-case hex digits, got " + quoted(hash));
   }
   if (hashes.seen.insert(hash).second) hashes.in_order.emplace_back(hash);
 }
@@ -49,9 +49,9 @@ tracer::Result<std::vector<std::string>, Refusal> read(std::string_view bytes, c
   }
   fields.finish();
   if (reading.issues.empty()) return std::move(hashes.in_order);
-  sort_by_place(reading.issues, *tape);
-  if (reading.untold_issues > 0) {
-    reading.issues.push_back({"", "too_many_issues", "and " + std::to_string(reading.untold_issues) + " more"});
+  sort_by_position(reading.issues, *tape);
+  if (reading.omitted_issues > 0) {
+    reading.issues.push_back({"", "too_many_issues", "and " + std::to_string(reading.omitted_issues) + " more"});
   }
   return invalid(std::move(reading.issues));
 }

@@ -16,7 +16,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Pointer = Json::json_pointer;
 
-constexpr int issues_told = 100;  // of documents that are alike: more would say the same
+constexpr int issues_reported = 100;  // of documents that are alike: more would say the same
 
 /// One pointer of a sweep and its values.
 struct Axis {
@@ -34,20 +34,21 @@ class Documents {
   void add(const Json& document, const std::string& place, const std::string& said) {
     std::string text = document.dump();
     bytes_ += text.size();
-    if (bytes_ > limits_.all_bytes) return tell({place, "limit_exceeded", all_bytes_sentence()});
+    if (bytes_ > limits_.all_bytes) return add_issue({place, "limit_exceeded", all_bytes_sentence()});
     std::string canonical;
     auto parsed = parse_scene(text, limits_.document, &canonical);
     if (parsed && issues_.empty()) return take_(std::move(text), std::move(*parsed), std::move(canonical));
     if (parsed) return;
-    if (parsed.error().kind != Refusal::Kind::invalid) tell({place, "limit_exceeded", parsed.error().detail + said});
+    if (parsed.error().kind != Refusal::Kind::invalid)
+      add_issue({place, "limit_exceeded", parsed.error().detail + said});
     for (tracer::Issue& issue : parsed.error().issues) {
-      tell({place + issue.pointer, std::move(issue.code), issue.detail + said});
+      add_issue({place + issue.pointer, std::move(issue.code), issue.detail + said});
     }
   }
-  void tell(tracer::Issue issue) {
-    if (issues_.size() < issues_told) issues_.push_back(std::move(issue));
+  void add_issue(tracer::Issue issue) {
+    if (issues_.size() < issues_reported) issues_.push_back(std::move(issue));
   }
-  [[nodiscard]] bool full() const { return issues_.size() >= issues_told || bytes_ > limits_.all_bytes; }
+  [[nodiscard]] bool full() const { return issues_.size() >= issues_reported || bytes_ > limits_.all_bytes; }
   std::vector<tracer::Issue> take_issues() { return std::move(issues_); }
 
  private:
@@ -88,10 +89,10 @@ std::vector<Axis> axes_of(const Json& scene, const Json& sweep, Documents& docum
       if (has_parent(scene, axis.pointer)) {
         axes.push_back(std::move(axis));
       } else {
-        documents.tell({place, "unknown_reference", "the scene has nothing around " + api::in_quotes(text)});
+        documents.add_issue({place, "unknown_reference", "the scene has nothing around " + api::quoted(text)});
       }
     } catch (const Json::exception&) {  // a pointer must begin with a slash, an index be a number
-      documents.tell({place, "malformed", api::in_quotes(text) + " is no JSON pointer (RFC 6901) into the scene"});
+      documents.add_issue({place, "malformed", api::quoted(text) + " is no JSON pointer (RFC 6901) into the scene"});
     }
   }
   return axes;
@@ -122,11 +123,11 @@ struct Shape {
 std::size_t combinations(Reading& reading, const Cursor& at, std::size_t most) {
   std::size_t count = 1;
   const bool is_map = for_each_member(reading, at, [&](const Cursor& member) {
-    if (member.node->kind != json::Kind::array) return tell_wrong_type(reading, member, "an array");
-    if (member.node->size == 0) return tell(reading, member, "wrong_length", "must have at least one value");
+    if (member.node->kind != json::Kind::array) return add_wrong_type(reading, member, "an array");
+    if (member.node->size == 0) return add_issue(reading, member, "wrong_length", "must have at least one value");
     count = count > most ? count : count * member.node->size;
   });
-  if (is_map && at.node->size == 0) tell(reading, at, "wrong_length", "must have at least one pointer");
+  if (is_map && at.node->size == 0) add_issue(reading, at, "wrong_length", "must have at least one pointer");
   return count;
 }
 
@@ -137,27 +138,27 @@ void read_shape(Reading& reading, const Cursor& at, const BatchLimits& limits, B
   if (fields.optional("max_failed", Integer<int>{max_failed, 0, limits.jobs})) request.max_failed = max_failed;
   const auto scene = fields.take("scene");
   if (!scene && fields) fields.report_missing_field("scene");
-  if (scene && scene->node->kind != json::Kind::object) tell_wrong_type(reading, *scene, "an object");
+  if (scene && scene->node->kind != json::Kind::object) add_wrong_type(reading, *scene, "an object");
   const auto most = static_cast<std::size_t>(limits.jobs);
   const auto frames = fields.take("frames"), sweep = fields.take("sweep");
-  if (frames && sweep) tell(reading, *sweep, "conflict", "a batch has frames or a sweep, not both");
-  if (!frames && !sweep && fields) fields.tell_missing_one_of(std::vector<std::string_view>{"frames", "sweep"});
+  if (frames && sweep) add_issue(reading, *sweep, "conflict", "a batch has frames or a sweep, not both");
+  if (!frames && !sweep && fields) fields.report_missing_one_of(std::vector<std::string_view>{"frames", "sweep"});
   if (frames) {
     shape.frames = true;
     for_each_element(reading, *frames, [&](const Cursor& frame) {
-      if (frame.node->kind != json::Kind::object) tell_wrong_type(reading, frame, "an object");
+      if (frame.node->kind != json::Kind::object) add_wrong_type(reading, frame, "an object");
     });
     shape.count = frames->node->kind == json::Kind::array ? frames->node->size : 0;
     if (frames->node->kind == json::Kind::array && shape.count == 0) {
-      tell(reading, *frames, "wrong_length", "must have at least one frame");
+      add_issue(reading, *frames, "wrong_length", "must have at least one frame");
     }
   } else if (sweep) {
     shape.count = combinations(reading, *sweep, most);
   }
   if (shape.count > most) {
-    tell(reading, frames ? *frames : *sweep, "limit_exceeded",
-         "the limit batch_jobs is " + std::to_string(most) + ", got " +
-             (frames ? std::to_string(shape.count) : "more combinations"));
+    add_issue(reading, frames ? *frames : *sweep, "limit_exceeded",
+              "the limit batch_jobs is " + std::to_string(most) + ", got " +
+                  (frames ? std::to_string(shape.count) : "more combinations"));
   }
   fields.finish();
 }
@@ -175,7 +176,7 @@ tracer::Result<BatchRequest, Refusal> read(std::string_view bytes, const BatchLi
     root.node = tape->root();
     read_shape(reading, root, limits, request, shape);
     if (!reading.issues.empty()) {
-      sort_by_place(reading.issues, *tape);
+      sort_by_position(reading.issues, *tape);
       return invalid(std::move(reading.issues));
     }
   }

@@ -16,9 +16,9 @@ namespace api {
 namespace {
 
 /// What the reader has told of, to leave out what follows from it.
-class Told {
+class ReportedIssues {
  public:
-  explicit Told(const std::vector<tracer::Issue>& issues) {
+  explicit ReportedIssues(const std::vector<tracer::Issue>& issues) {
     for (const tracer::Issue& issue : issues) pointers_.push_back(issue.pointer);
     std::sort(pointers_.begin(), pointers_.end());
   }
@@ -52,19 +52,19 @@ class Told {
 std::vector<tracer::Issue> all_issues(Reading& reading, json::Node* root, bool understood) {
   std::vector<tracer::Issue> issues = std::move(reading.issues);
   std::vector<tracer::Issue> rest;
-  if (reading.untold_issues > 0) {
-    rest.push_back({"", "too_many_issues", "and " + std::to_string(reading.untold_issues) + " more"});
+  if (reading.omitted_issues > 0) {
+    rest.push_back({"", "too_many_issues", "and " + std::to_string(reading.omitted_issues) + " more"});
   } else if (understood) {
-    const Told told(issues);
+    const ReportedIssues reported(issues);
     std::vector<tracer::Issue> of_meaning = tracer::validate(
-        reading.scene(), reading.limits.scene, [&](const tracer::Issue& issue) { return told.covers(issue); });
+        reading.scene(), reading.limits.scene, [&](const tracer::Issue& issue) { return reported.covers(issue); });
     if (!of_meaning.empty() && of_meaning.back().code == "too_many_issues") {
       rest.push_back(std::move(of_meaning.back()));
       of_meaning.pop_back();
     }
     std::move(of_meaning.begin(), of_meaning.end(), std::back_inserter(issues));
   }
-  sort_by_place(issues, reading.tape, root);
+  sort_by_position(issues, reading.tape, root);
   std::move(rest.begin(), rest.end(), std::back_inserter(issues));
   return issues;
 }

@@ -16,9 +16,9 @@ void read_labels(Reading& reading, const Cursor& at, std::map<std::string, std::
   for_each_member(reading, at, [&](const Cursor& member) {
     const auto [place, is_new] = labels.emplace(member.key, std::nullopt);
     if (!is_new) {
-      tell(reading, member, "duplicate_key", in_quotes(member.key) + " is written twice");
+      add_issue(reading, member, "duplicate_key", quoted(member.key) + " is written twice");
     } else if (has_control_characters(member.key)) {
-      tell(reading, member, "malformed", "a label must not have control characters");
+      add_issue(reading, member, "malformed", "a label must not have control characters");
     } else if (member.node->kind != json::Kind::null) {
       read(reading, member, Name{place->second.emplace()});
     }
@@ -49,7 +49,7 @@ tracer::Result<RequestedChange, Refusal> read(std::string_view bytes, const Limi
   RequestedChange change;
   read_change(reading, root, change);
   if (reading.issues.empty()) return change;
-  sort_by_place(reading.issues, *tape);
+  sort_by_position(reading.issues, *tape);
   return invalid(std::move(reading.issues));
 }
 

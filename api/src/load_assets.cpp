@@ -8,7 +8,7 @@
 namespace api {
 namespace {
 
-constexpr std::size_t told_max = 1000;  // as of the other kinds of issues
+constexpr std::size_t issues_max = 1000;  // as of the other kinds of issues
 
 using PerAsset = std::vector<bool>;
 
@@ -39,7 +39,7 @@ std::vector<tracer::Issue> check_assets(const tracer::Scene& scene, const Refuse
   for (const tracer::Asset& asset : scene.assets) {
     const std::string refusal = refuse(asset.name);
     if (refusal.empty()) continue;
-    if (issues.size() < told_max) {
+    if (issues.size() < issues_max) {
       issues.push_back({asset.path, "bad_asset", asset.name + ": " + refusal});
     } else {
       ++untold;

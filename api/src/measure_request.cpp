@@ -25,14 +25,14 @@ void read_parameters(Reading& reading, const Cursor& at, std::vector<std::string
         is_text ? std::find(std::begin(tracer::parameters), std::end(tracer::parameters), element.node->string())
                 : std::end(tracer::parameters);
     if (known == std::end(tracer::parameters))
-      return tell_bad_word(reading, element, "settings.parameters", tracer::parameters);
+      return add_unknown_word(reading, element, "settings.parameters", tracer::parameters);
     if (std::find(parameters.begin(), parameters.end(), *known) != parameters.end()) {
-      return tell(reading, element, "duplicate_value", in_quotes(*known) + " is there already");
+      return add_issue(reading, element, "duplicate_value", quoted(*known) + " is there already");
     }
     parameters.emplace_back(*known);
   });
   if (is_list && at.node->size == 0)
-    tell(reading, at, "wrong_length", "must name at least one parameter; leave it out for all");
+    add_issue(reading, at, "wrong_length", "must name at least one parameter; leave it out for all");
 }
 
 void read_settings(Reading& reading, const Cursor& at, MeasureRequest& request) {
@@ -73,9 +73,9 @@ tracer::Result<MeasureRequest, Refusal> read(std::string_view bytes, const Limit
   Reading reading(*tape, limits);
   json::Node* const scene = read_request(reading, request);
   std::vector<tracer::Issue> issues = std::move(reading.issues);
-  sort_by_place(issues, *tape);
-  if (reading.untold_issues > 0) {
-    issues.push_back({"", "too_many_issues", "and " + std::to_string(reading.untold_issues) + " more"});
+  sort_by_position(issues, *tape);
+  if (reading.omitted_issues > 0) {
+    issues.push_back({"", "too_many_issues", "and " + std::to_string(reading.omitted_issues) + " more"});
   }
   if (scene != nullptr) {
     auto document = read_scene(*tape, scene, limits);

@@ -34,14 +34,14 @@ inline bool same(const api::json::Node& a, const api::json::Node& b) {
 /// objects or arrays that is right, not too large, without a byte order mark and of numbers that are doubles.
 inline std::string disagreement(std::string_view bytes, const api::DocumentLimits& limits) {
   using api::json::Kind;
-  auto quick = api::json::parse_quickly(bytes, limits);
-  auto thorough = api::json::parse_thoroughly(bytes, limits);
+  auto quick = api::json::parse_with_simdjson(bytes, limits);
+  auto thorough = api::json::parse_with_nlohmann(bytes, limits);
   if (!thorough) return quick ? "the quick one takes what the thorough one refuses: " + thorough.error().detail : "";
   const auto& expected = thorough->nodes;
   if (!quick) {
     if (expected[0].kind != Kind::array && expected[0].kind != Kind::object) return "";
     if (bytes.starts_with("\xEF\xBB\xBF") || limits.depth > 64) return "";
-    if (bytes.size() > api::json::quick_bytes_max) return "";
+    if (bytes.size() > api::json::simdjson_bytes_max) return "";
     for (const api::json::Node& node : expected)
       if (node.kind == Kind::number && std::isinf(node.number)) return "";
     return "the quick one refuses what is right";

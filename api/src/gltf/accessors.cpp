@@ -98,7 +98,8 @@ bool File::read_layout(const Cursor& at, Accessor& accessor) {
   const std::string_view name = type->node->kind == json::Kind::string ? type->node->string() : "";
   const auto* shape =
       std::find_if(std::begin(shapes), std::end(shapes), [&](const Shape& s) { return s.name == name; });
-  if (shape == std::end(shapes)) return refuse(*type, "must be SCALAR, VEC2, VEC3 or VEC4, got " + shown(*type->node));
+  if (shape == std::end(shapes))
+    return refuse(*type, "must be SCALAR, VEC2, VEC3 or VEC4, got " + describe(*type->node));
   accessor.components = shape->components;
   const auto normalized = member(at, "normalized");
   accessor.normalized = normalized && normalized->node->kind == json::Kind::boolean && normalized->node->truth;

@@ -36,7 +36,7 @@ std::optional<Cursor> File::member(const Cursor& at, std::string_view name) {
 }
 
 bool File::elements(const Cursor& array, std::vector<Cursor>& elements) {
-  if (array.node->kind != json::Kind::array) return refuse(array, "must be an array, got " + shown(*array.node));
+  if (array.node->kind != json::Kind::array) return refuse(array, "must be an array, got " + describe(*array.node));
   elements.reserve(array.node->size);
   json::Node* element = array.node + 1;
   for (std::size_t i = 0; i < array.node->size; ++i, element = tape_.next(element))
@@ -53,7 +53,7 @@ bool File::integer(const Cursor& at, std::uint64_t most, std::uint64_t& value) {
   const double number = at.node->kind == json::Kind::number ? at.node->number : -1;
   // 2^53 and beyond a double has gaps.
   if (!(number >= 0 && number < 0x1p53 && number == std::trunc(number) && number <= static_cast<double>(most))) {
-    return refuse(at, "must be an integer from 0 to " + std::to_string(most) + ", got " + shown(*at.node));
+    return refuse(at, "must be an integer from 0 to " + std::to_string(most) + ", got " + describe(*at.node));
   }
   value = static_cast<std::uint64_t>(number);
   return true;
@@ -66,7 +66,7 @@ bool File::optional_integer(const Cursor& at, std::string_view name, std::uint64
 
 bool File::required_integer(const Cursor& at, std::string_view name, std::uint64_t most, std::uint64_t& value) {
   const auto field = member(at, name);
-  return field ? integer(*field, most, value) : refuse(at, "must have " + in_quotes(name));
+  return field ? integer(*field, most, value) : refuse(at, "must have " + quoted(name));
 }
 
 bool File::numbers(const Cursor& at, std::span<double> values) {

@@ -31,12 +31,12 @@ bool check_version_and_extensions(File& file) {
   const auto version = asset ? file.member(*asset, "version") : std::nullopt;
   if (!version) return file.refuse(file.root(), "must be a glTF file, whose \"asset\" has a \"version\"");
   if (version->node->kind != json::Kind::string || !version->node->string().starts_with("2."))
-    return file.refuse(*version, "must be 2.x, got " + shown(*version->node));
+    return file.refuse(*version, "must be 2.x, got " + describe(*version->node));
   List required;
   if (!file.list("extensionsRequired", required)) return false;
   for (const Cursor& at : required.elements) {
     const std::string_view name = at.node->kind == json::Kind::string ? at.node->string() : "";
-    if (!is_optional_extension(name)) return file.refuse(at, "the file needs the extension " + in_quotes(name));
+    if (!is_optional_extension(name)) return file.refuse(at, "the file needs the extension " + quoted(name));
   }
   return true;
 }

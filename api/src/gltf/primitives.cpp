@@ -133,18 +133,18 @@ bool within(const Vec3& v, double most) {  // false for NaN too
 bool append_vertex(const Primitive& primitive, std::size_t row, const Placing& placing, const tracer::Limits& limits,
                    tracer::Mesh& mesh) {
   mesh.positions.push_back(placing.point(vector(*primitive.positions, row)));
-  bool well = within(mesh.positions.back(), limits.coordinate_max);
+  bool valid = within(mesh.positions.back(), limits.coordinate_max);
   if (primitive.normals != nullptr) {
     const Vec3 written = vector(*primitive.normals, row);
     mesh.normals.push_back(placing.normal(written));
-    well &= within(written, limits.coordinate_max) && within(mesh.normals.back(), 1);
+    valid &= within(written, limits.coordinate_max) && within(mesh.normals.back(), 1);
   }
   if (primitive.uvs != nullptr) {
     // Section 3.8.2: v runs down from the image's upper edge.
     mesh.uvs.push_back({primitive.uvs->value(row, 0), 1 - primitive.uvs->value(row, 1)});
-    well &= within({mesh.uvs.back().x, mesh.uvs.back().y, 0}, limits.value_max);
+    valid &= within({mesh.uvs.back().x, mesh.uvs.back().y, 0}, limits.value_max);
   }
-  return well;
+  return valid;
 }
 
 /// Attributes that only some parts have are zero in the others: no normal, the texture's corner.

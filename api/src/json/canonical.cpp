@@ -12,7 +12,7 @@ class Writer {
  public:
   explicit Writer(Tape& tape) : tape_(tape) {}
 
-  void write(Node* node, std::string_view left_out = {}) {
+  void write(Node* node, std::string_view omitted = {}) {
     switch (node->kind) {
       case Kind::null:
         text_ += "null";
@@ -30,7 +30,7 @@ class Writer {
         write_array(node);
         break;
       case Kind::object:
-        write_object(node, left_out);
+        write_object(node, omitted);
         break;
     }
   }
@@ -66,11 +66,11 @@ class Writer {
     text_ += node->size == 0 ? "[]" : "]";
   }
 
-  void write_object(Node* node, std::string_view left_out) {
+  void write_object(Node* node, std::string_view omitted) {
     std::vector<Node*> keys;
     Node* key = node + 1;
     for (std::uint32_t i = 0; i < node->size; ++i, key = tape_.next(key + 1)) {
-      if (left_out.empty() || key->string() != left_out) keys.push_back(key);
+      if (omitted.empty() || key->string() != omitted) keys.push_back(key);
     }
     std::stable_sort(keys.begin(), keys.end(), [](const Node* a, const Node* b) { return a->string() < b->string(); });
     text_ += '{';
@@ -89,9 +89,9 @@ class Writer {
 
 }  // namespace
 
-std::string canonical_text(Tape& tape, std::string_view left_out) {
+std::string canonical_text(Tape& tape, std::string_view omitted) {
   Writer writer(tape);
-  writer.write(tape.root(), left_out);
+  writer.write(tape.root(), omitted);
   return writer.take();
 }
 

@@ -9,8 +9,8 @@
 
 namespace api::json {
 
-/// Of the tape's value without its member `left_out`. Depth is what the parser's limit lets through. Of a name written
+/// Of the tape's value without its member `omitted`. Depth is what the parser's limit lets through. Of a name written
 /// twice both members stay, in their order.
-std::string canonical_text(Tape& tape, std::string_view left_out);
+std::string canonical_text(Tape& tape, std::string_view omitted);
 
 }  // namespace api::json

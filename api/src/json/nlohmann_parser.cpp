@@ -18,9 +18,9 @@ using Parser = nlohmann::json;
 constexpr std::size_t overflows_max = 16;
 
 /// Listens to nlohmann's parser and writes the tape; stops it at a limit, before memory is spent.
-class Listener final : public Parser::json_sax_t {
+class SaxHandler final : public Parser::json_sax_t {
  public:
-  Listener(std::string_view bytes, const DocumentLimits& limits, const std::set<std::size_t>& overflowing)
+  SaxHandler(std::string_view bytes, const DocumentLimits& limits, const std::set<std::size_t>& overflowing)
       : writer(bytes, limits), bytes_(bytes), limits_(limits), overflowing_(overflowing) {}
 
   bool null() override { return writer.null(); }
@@ -95,7 +95,7 @@ Error not_json(std::size_t offset, std::string detail) { return {false, offset, 
 
 }  // namespace
 
-tracer::Result<Tape, Error> parse_thoroughly(std::string_view bytes, const DocumentLimits& limits) {
+tracer::Result<Tape, Error> parse_with_nlohmann(std::string_view bytes, const DocumentLimits& limits) {
   if (bytes.starts_with("\xFF\xFE") || bytes.starts_with("\xFE\xFF") || bytes.substr(0, 2).find('\0') != bytes.npos)
     return not_json(0, "the document looks like UTF-16 or UTF-32; it must be UTF-8");
   // The parser would take it for the end.
@@ -103,7 +103,7 @@ tracer::Result<Tape, Error> parse_thoroughly(std::string_view bytes, const Docum
   std::set<std::size_t> overflowing;
   std::string rewritten;
   for (;;) {
-    Listener listener(bytes, limits, overflowing);
+    SaxHandler listener(bytes, limits, overflowing);
     Error& error = listener.writer.error;
     if (Parser::sax_parse(bytes.begin(), bytes.end(), &listener)) return std::move(listener.writer.tape);
     if (listener.overflow_size == 0) {

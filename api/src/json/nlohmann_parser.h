@@ -7,6 +7,6 @@
 namespace api::json {
 
 /// As parse.
-tracer::Result<Tape, Error> parse_thoroughly(std::string_view bytes, const DocumentLimits& limits);
+tracer::Result<Tape, Error> parse_with_nlohmann(std::string_view bytes, const DocumentLimits& limits);
 
 }  // namespace api::json

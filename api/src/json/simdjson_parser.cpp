@@ -100,8 +100,8 @@ class Reader {
 
 }  // namespace
 
-std::optional<Tape> parse_quickly(std::string_view bytes, const DocumentLimits& limits) {
-  if (bytes.size() > quick_bytes_max) return std::nullopt;
+std::optional<Tape> parse_with_simdjson(std::string_view bytes, const DocumentLimits& limits) {
+  if (bytes.size() > simdjson_bytes_max) return std::nullopt;
   const simdjson::padded_string padded(bytes);
   if (padded.size() != bytes.size()) return std::nullopt;  // no memory
   simdjson::ondemand::parser parser;

@@ -8,8 +8,8 @@
 namespace api::json {
 
 tracer::Result<Tape, Error> parse(std::string_view bytes, const DocumentLimits& limits) {
-  if (std::optional<Tape> tape = parse_quickly(bytes, limits)) return std::move(*tape);
-  return parse_thoroughly(bytes, limits);
+  if (std::optional<Tape> tape = parse_with_simdjson(bytes, limits)) return std::move(*tape);
+  return parse_with_nlohmann(bytes, limits);
 }
 
 }  // namespace api::json

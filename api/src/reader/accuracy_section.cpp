@@ -36,34 +36,35 @@ struct RequestedAccuracy {
 void read_samples(Reading& reading, const Cursor& at, std::array<std::uint32_t, 2>& samples) {
   std::array<std::uint32_t, 2> range{};
   if (!expect_length(reading, at, 2)) return;
-  bool well = true;
+  bool valid = true;
   for_each_element(reading, at, [&](const Cursor& element) {
-    well &= read(reading, element, Integer<std::uint32_t>{range[element.index], 1});
+    valid &= read(reading, element, Integer<std::uint32_t>{range[element.index], 1});
   });
-  if (well) samples = range;
+  if (valid) samples = range;
 }
 
 /// Exact samples take the time they take, so that no scene holds their budget to be validated.
-void read_time_budget(Reading& reading, const Cursor& at, RequestedAccuracy& wish) {
-  double& budget = wish.time_budget_ms.emplace();
-  if (read(reading, at, budget) && wish.exact() && budget <= 0)
-    tell(reading, at, "out_of_range", "must be > 0, got " + number_text(budget));
+void read_time_budget(Reading& reading, const Cursor& at, RequestedAccuracy& requested) {
+  double& budget = requested.time_budget_ms.emplace();
+  if (read(reading, at, budget) && requested.exact() && budget <= 0)
+    add_issue(reading, at, "out_of_range", "must be > 0, got " + number_text(budget));
 }
 
 /// "nearest-8".
 void read_nearest_lights(Reading& reading, const Cursor& at, std::uint32_t& count) {
   constexpr std::string_view prefix = "nearest-";
-  if (at.node->kind != json::Kind::string) return tell_wrong_type(reading, at, "a string");
+  if (at.node->kind != json::Kind::string) return add_wrong_type(reading, at, "a string");
   const std::string_view text = at.node->string();
   if (text.starts_with(prefix)) {
     const std::string_view digits = text.substr(prefix.size());
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), count);
-    const bool well = error == std::errc() && end == digits.data() + digits.size() && digits[0] != '0';
-    if (well && count <= tracer::nearest_lights_max) return;
+    const bool valid = error == std::errc() && end == digits.data() + digits.size() && digits[0] != '0';
+    if (valid && count <= tracer::nearest_lights_max) return;
   }
   count = 0;
-  tell(reading, at, "unknown_value",
-       "must be \"nearest-1\" to \"nearest-" + std::to_string(tracer::nearest_lights_max) + "\", got " + in_quotes(text));
+  add_issue(
+      reading, at, "unknown_value",
+      "must be \"nearest-1\" to \"nearest-" + std::to_string(tracer::nearest_lights_max) + "\", got " + quoted(text));
 }
 
 void read_approximations(Reading& reading, const Cursor& at, Approximations& approximate) {
@@ -78,32 +79,32 @@ void read_approximations(Reading& reading, const Cursor& at, Approximations& app
   fields.finish();
 }
 
-RequestedAccuracy read_wish(Reading& reading, const Cursor& at) {
-  RequestedAccuracy wish;
+RequestedAccuracy read_requested(Reading& reading, const Cursor& at) {
+  RequestedAccuracy requested;
   Accuracy& accuracy = reading.scene().accuracy;
   Fields fields(reading, at, "the accuracy");
   if (const auto preset = fields.take("preset")) {
     Preset value{};
-    if (read(reading, *preset, Word<Preset>{value, "accuracy.preset", presets})) wish.preset = value;
+    if (read(reading, *preset, Word<Preset>{value, "accuracy.preset", presets})) requested.preset = value;
   }
-  if (const auto target = fields.take("target_error")) read(reading, *target, wish.target_error.emplace());
-  if (const auto samples = fields.take("samples")) read_samples(reading, *samples, wish.samples);
-  if (const auto budget = fields.take("time_budget_ms")) read_time_budget(reading, *budget, wish);
+  if (const auto target = fields.take("target_error")) read(reading, *target, requested.target_error.emplace());
+  if (const auto samples = fields.take("samples")) read_samples(reading, *samples, requested.samples);
+  if (const auto budget = fields.take("time_budget_ms")) read_time_budget(reading, *budget, requested);
   fields.optional("max_depth", Integer<std::uint32_t>{accuracy.max_depth});
-  wish.cutoff = fields.has("cutoff");
+  requested.cutoff = fields.has("cutoff");
   fields.optional("cutoff", accuracy.cutoff);
   fields.optional("seed", Integer<std::uint64_t>{accuracy.seed});
   if (const auto approximate = fields.take("approximate"))
     read_approximations(reading, *approximate, accuracy.approximate);
   fields.finish();
-  return wish;
+  return requested;
 }
 
 /// The target that is asked for: by number, else by name; "standard" where nothing else says when to stop.
-std::optional<double> target_of(const RequestedAccuracy& wish) {
-  if (wish.target_error) return wish.target_error;
-  if (wish.preset) return target_error_of(*wish.preset);
-  if (wish.exact() || wish.time_budget_ms) return std::nullopt;
+std::optional<double> target_of(const RequestedAccuracy& requested) {
+  if (requested.target_error) return requested.target_error;
+  if (requested.preset) return target_error_of(*requested.preset);
+  if (requested.exact() || requested.time_budget_ms) return std::nullopt;
   return target_error_of(Preset::standard);
 }
 
@@ -116,25 +117,25 @@ std::uint32_t bounded(std::uint32_t most, std::uint32_t least, std::uint64_t pix
 }  // namespace
 
 void read_accuracy(Reading& reading, const std::optional<Cursor>& at) {
-  const RequestedAccuracy wish = at ? read_wish(reading, *at) : RequestedAccuracy();
+  const RequestedAccuracy requested = at ? read_requested(reading, *at) : RequestedAccuracy();
   const tracer::Scene& scene = reading.scene();
   Accuracy& accuracy = reading.scene().accuracy;
-  const std::optional<double> target = target_of(wish);
-  if (wish.exact()) {
-    accuracy.samples = wish.samples.front();
+  const std::optional<double> target = target_of(requested);
+  if (requested.exact()) {
+    accuracy.samples = requested.samples.front();
     accuracy.target_error = target;
   } else {
     tracer::Adaptive& adaptive = accuracy.adaptive.emplace();
     adaptive.target_error = target;
-    adaptive.time_budget_ms = wish.time_budget_ms;
-    adaptive.samples_min = wish.samples.front();
-    adaptive.samples_max = wish.samples.back();
+    adaptive.time_budget_ms = requested.time_budget_ms;
+    adaptive.samples_min = requested.samples.front();
+    adaptive.samples_max = requested.samples.back();
     // Not the limit in force: the image depends on the document, not on where it is rendered.
     if (adaptive.samples_min <= adaptive.samples_max)
       adaptive.samples_max = bounded(adaptive.samples_max, adaptive.samples_min, scene.image.window().pixels(),
                                      tracer::Limits{}.samples_times_pixels);
   }
-  accuracy.cutoff_by_chance = !wish.cutoff && accuracy.adaptive.has_value();
+  accuracy.cutoff_by_chance = !requested.cutoff && accuracy.adaptive.has_value();
 }
 
 }  // namespace api

@@ -38,15 +38,15 @@ int hex_digit(char c) {
 
 bool read_hex(Reading& reading, const Cursor& at, tracer::Color& color) {
   const std::string_view text = at.node->string();
-  bool well = text.size() == 7 && text[0] == '#';
+  bool valid = text.size() == 7 && text[0] == '#';
   double channels[3] = {};
-  for (std::size_t i = 0; well && i < 3; ++i) {
+  for (std::size_t i = 0; valid && i < 3; ++i) {
     const int high = hex_digit(text[1 + 2 * i]), low = hex_digit(text[2 + 2 * i]);
-    well = high >= 0 && low >= 0;
+    valid = high >= 0 && low >= 0;
     channels[i] = (high * 16 + low) / 255.0;
   }
-  if (!well) {
-    tell(reading, at, "malformed", "a colour as text must be \"#rrggbb\", got " + in_quotes(text));
+  if (!valid) {
+    add_issue(reading, at, "malformed", "a colour as text must be \"#rrggbb\", got " + quoted(text));
     return false;
   }
   color = linear_from_srgb(tracer::Color{channels[0], channels[1], channels[2]});
@@ -55,50 +55,50 @@ bool read_hex(Reading& reading, const Cursor& at, tracer::Color& color) {
 
 bool read_unit(Reading& reading, const Cursor& at, std::string_view what, double value) {
   if (value >= 0 && value <= 1) return true;
-  tell(reading, at, "out_of_range", std::string(what) + " must be in [0, 1], got " + number_text(value));
+  add_issue(reading, at, "out_of_range", std::string(what) + " must be in [0, 1], got " + number_text(value));
   return false;
 }
 
 bool read_hsb(Reading& reading, const Cursor& at, tracer::Color& color) {
   Fields fields(reading, at, "a colour");
   std::array<double, 3> hsb{};
-  bool well = false;
+  bool valid = false;
   if (const auto field = fields.take("hsb")) {
-    well = read(reading, *field, hsb);
-    if (well) {
+    valid = read(reading, *field, hsb);
+    if (valid) {
       json::Node* const numbers = field->node + 1;
       const bool saturation = read_unit(reading, {&*field, {}, 1, false, numbers + 1}, "saturation", hsb[1]);
       const bool brightness = read_unit(reading, {&*field, {}, 2, false, numbers + 2}, "brightness", hsb[2]);
-      well = saturation && brightness;
+      valid = saturation && brightness;
     }
   } else {
     fields.report_missing_field("hsb");
   }
   fields.finish();
-  if (well) color = linear_from_srgb(srgb_from_hsb(hsb[0], hsb[1], hsb[2]));
-  return well;
+  if (valid) color = linear_from_srgb(srgb_from_hsb(hsb[0], hsb[1], hsb[2]));
+  return valid;
 }
 
 bool read_form(Reading& reading, const Cursor& at, tracer::Color& color) {
   switch (at.node->kind) {
     case json::Kind::number: {
       double grey = 0;
-      const bool well = read(reading, at, grey);
+      const bool valid = read(reading, at, grey);
       color = {grey, grey, grey};
-      return well;
+      return valid;
     }
     case json::Kind::array: {
       std::array<double, 3> rgb{};
-      const bool well = read(reading, at, rgb);
+      const bool valid = read(reading, at, rgb);
       color = {rgb[0], rgb[1], rgb[2]};
-      return well;
+      return valid;
     }
     case json::Kind::string:
       return read_hex(reading, at, color);
     case json::Kind::object:
       return read_hsb(reading, at, color);
     default:
-      tell_wrong_type(reading, at, "a colour ([r, g, b], a number, \"#rrggbb\" or {\"hsb\": [h, s, b]})");
+      add_wrong_type(reading, at, "a colour ([r, g, b], a number, \"#rrggbb\" or {\"hsb\": [h, s, b]})");
       return false;
   }
 }
@@ -107,7 +107,7 @@ bool read_form(Reading& reading, const Cursor& at, tracer::Color& color) {
 
 bool read(Reading& reading, const Cursor& at, tracer::Color& value) {
   if (read_form(reading, at, value)) return true;
-  spoil(value);
+  set_nan(value);
   return false;
 }
 

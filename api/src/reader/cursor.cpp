@@ -21,8 +21,8 @@ void append_token(std::string& text, std::string_view key) {
 }
 
 void append_pointer(std::string& text, const Cursor& at) {
-  if (at.around == nullptr) return;  // not deeper than DocumentLimits::depth
-  append_pointer(text, *at.around);
+  if (at.parent == nullptr) return;  // not deeper than DocumentLimits::depth
+  append_pointer(text, *at.parent);
   if (at.is_member) {
     append_token(text, at.key);
   } else {
@@ -44,23 +44,23 @@ std::string pointer_to_member(const Cursor& at, std::string_view key) {
   return text;
 }
 
-bool Reading::has_room() {
+bool Reading::can_add_issue() {
   if (issues.size() < issues_max) return true;
-  ++untold_issues;
+  ++omitted_issues;
   return false;
 }
 
-void tell(Reading& reading, const Cursor& at, std::string_view code, std::string detail) {
-  if (reading.has_room()) reading.issues.push_back({pointer(at), std::string(code), std::move(detail)});
+void add_issue(Reading& reading, const Cursor& at, std::string_view code, std::string detail) {
+  if (reading.can_add_issue()) reading.issues.push_back({pointer(at), std::string(code), std::move(detail)});
 }
 
-void tell_wrong_type(Reading& reading, const Cursor& at, std::string_view expected) {
-  if (!reading.has_room()) return;
+void add_wrong_type(Reading& reading, const Cursor& at, std::string_view expected) {
+  if (!reading.can_add_issue()) return;
   reading.issues.push_back(
-      {pointer(at), "wrong_type", "must be " + std::string(expected) + ", got " + shown(*at.node)});
+      {pointer(at), "wrong_type", "must be " + std::string(expected) + ", got " + describe(*at.node)});
 }
 
-std::string in_quotes(std::string_view text) {
+std::string quoted(std::string_view text) {
   constexpr std::size_t bytes_max = 64;
   std::string result = "\"";
   std::size_t size = text.size();
@@ -72,7 +72,7 @@ std::string in_quotes(std::string_view text) {
   return result + (size < text.size() ? "...\"" : "\"");
 }
 
-std::string shown(const json::Node& node) {
+std::string describe(const json::Node& node) {
   switch (node.kind) {
     case json::Kind::null:
       return "null";
@@ -81,7 +81,7 @@ std::string shown(const json::Node& node) {
     case json::Kind::number:
       return "the number " + number_text(node.number);
     case json::Kind::string:
-      return "the string " + in_quotes(node.string());
+      return "the string " + quoted(node.string());
     case json::Kind::array:
       return "an array of " + std::to_string(node.size);
     case json::Kind::object:

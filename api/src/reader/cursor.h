@@ -16,7 +16,7 @@
 namespace api {
 
 struct Cursor {
-  const Cursor* around = nullptr;
+  const Cursor* parent = nullptr;
   std::string_view key{};  ///< for a member
   std::size_t index = 0;   ///< for an element
   bool is_member = false;
@@ -46,32 +46,32 @@ struct Reading {
   Names<tracer::PrototypeId> prototypes;
   std::set<std::string_view> full;    ///< names of the limits that were reached while reading
   std::vector<tracer::Issue> issues;  ///< the first `issues_max`
-  std::uint64_t untold_issues = 0;
+  std::uint64_t omitted_issues = 0;
 
   static constexpr std::size_t issues_max = 1000;
 
   tracer::Scene& scene() { return document.scene; }
   /// Whether the next issue is still told; counts it when not. A hostile document has millions: no text for those.
-  bool has_room();
+  bool can_add_issue();
 };
 
 /// Calls `read(element)` for each element; an issue and false when it is no array.
 template <class ReadElement>
 bool for_each_element(Reading& reading, const Cursor& at, ReadElement read);
 
-void tell(Reading& reading, const Cursor& at, std::string_view code, std::string detail);
-void tell_wrong_type(Reading& reading, const Cursor& at, std::string_view expected);  ///< "must be <expected>, got ..."
+void add_issue(Reading& reading, const Cursor& at, std::string_view code, std::string detail);
+void add_wrong_type(Reading& reading, const Cursor& at, std::string_view expected);  ///< "must be <expected>, got ..."
 
-std::string in_quotes(std::string_view text);  ///< in double quotes, at most 64 bytes of it, valid UTF-8
-std::string shown(const json::Node& node);  ///< "the string \"red\"", "the number 3", "an array of 3", ...
-std::string number_text(double value);      ///< shortest that reads back the same
+std::string quoted(std::string_view text);     ///< in double quotes, at most 64 bytes of it, valid UTF-8
+std::string describe(const json::Node& node);  ///< "the string \"red\"", "the number 3", "an array of 3", ...
+std::string number_text(double value);         ///< shortest that reads back the same
 
 // ---- implementation ------------------------------------------------------------------------------------------------
 
 template <class ReadElement>
 bool for_each_element(Reading& reading, const Cursor& at, ReadElement read) {
   if (at.node->kind != json::Kind::array) {
-    tell_wrong_type(reading, at, "an array");
+    add_wrong_type(reading, at, "an array");
     return false;
   }
   json::Node* element = at.node + 1;

@@ -15,7 +15,7 @@ bool read_version(Reading& reading, Fields& fields) {
   }
   double version = 0;
   if (!read(reading, *field, version) || version == 1) return true;
-  tell(reading, *field, "out_of_range", "must be 1, the version this build reads; got " + number_text(version));
+  add_issue(reading, *field, "out_of_range", "must be 1, the version this build reads; got " + number_text(version));
   return false;
 }
 

@@ -26,18 +26,18 @@ bool read(Reading& reading, const Cursor& at, double& value) {
     value = at.node->number;
     return true;
   }
-  spoil(value);
+  set_nan(value);
   if (at.node->kind == json::Kind::number) {
-    tell(reading, at, "not_finite", "must be a finite number, got one too large for a double");
+    add_issue(reading, at, "not_finite", "must be a finite number, got one too large for a double");
   } else {
-    tell_wrong_type(reading, at, "a number");
+    add_wrong_type(reading, at, "a number");
   }
   return false;
 }
 
 bool read(Reading& reading, const Cursor& at, bool& value) {
   if (at.node->kind != json::Kind::boolean) {
-    tell_wrong_type(reading, at, "true or false");
+    add_wrong_type(reading, at, "true or false");
     return false;
   }
   value = at.node->truth;
@@ -46,16 +46,16 @@ bool read(Reading& reading, const Cursor& at, bool& value) {
 
 bool read(Reading& reading, const Cursor& at, tracer::Vec2& value) {
   std::array<double, 2> xy{};
-  const bool well = read_plain(at.node, xy) || read<double, 2>(reading, at, xy);
+  const bool valid = read_plain(at.node, xy) || read<double, 2>(reading, at, xy);
   value = {xy[0], xy[1]};
-  return well;
+  return valid;
 }
 
 bool read(Reading& reading, const Cursor& at, tracer::Vec3& value) {
   std::array<double, 3> xyz{};
-  const bool well = read_plain(at.node, xyz) || read<double, 3>(reading, at, xyz);
+  const bool valid = read_plain(at.node, xyz) || read<double, 3>(reading, at, xyz);
   value = {xyz[0], xyz[1], xyz[2]};
-  return well;
+  return valid;
 }
 
 /// Names end up in logs and on terminals.
@@ -68,18 +68,18 @@ bool has_control_characters(std::string_view text) {
 
 bool read(Reading& reading, const Cursor& at, Name name) {
   if (at.node->kind != json::Kind::string) {
-    tell_wrong_type(reading, at, "a string");
+    add_wrong_type(reading, at, "a string");
     return false;
   }
   const std::string_view text = at.node->string();
   const std::size_t bytes_max = reading.limits.document.name_bytes;
   if (text.size() > bytes_max) {
-    tell(reading, at, "limit_exceeded",
-         "the limit name_bytes is " + std::to_string(bytes_max) + ", got " + std::to_string(text.size()));
+    add_issue(reading, at, "limit_exceeded",
+              "the limit name_bytes is " + std::to_string(bytes_max) + ", got " + std::to_string(text.size()));
     return false;
   }
   if (has_control_characters(text)) {
-    tell(reading, at, "malformed", "must not have control characters");
+    add_issue(reading, at, "malformed", "must not have control characters");
     return false;
   }
   name.value = text;
@@ -88,18 +88,18 @@ bool read(Reading& reading, const Cursor& at, Name name) {
 
 bool read_integer(Reading& reading, const Cursor& at, std::int64_t least, std::int64_t most, std::int64_t& value) {
   if (at.node->kind != json::Kind::number) {
-    tell_wrong_type(reading, at, "an integer");
+    add_wrong_type(reading, at, "an integer");
     return false;
   }
   const double number = at.node->number;
   if (std::isinf(number)) {
-    tell(reading, at, "not_finite", "must be an integer, got a number too large for a double");
+    add_issue(reading, at, "not_finite", "must be an integer, got a number too large for a double");
   } else if (number != std::trunc(number)) {
-    tell_wrong_type(reading, at, "an integer");
+    add_wrong_type(reading, at, "an integer");
   } else if (number < static_cast<double>(least)) {
-    tell(reading, at, "out_of_range", "must be >= " + std::to_string(least) + ", got " + number_text(number));
+    add_issue(reading, at, "out_of_range", "must be >= " + std::to_string(least) + ", got " + number_text(number));
   } else if (number > static_cast<double>(most)) {
-    tell(reading, at, "out_of_range", "must be <= " + std::to_string(most) + ", got " + number_text(number));
+    add_issue(reading, at, "out_of_range", "must be <= " + std::to_string(most) + ", got " + number_text(number));
   } else {
     value = static_cast<std::int64_t>(number);
     return true;
@@ -107,33 +107,34 @@ bool read_integer(Reading& reading, const Cursor& at, std::int64_t least, std::i
   return false;
 }
 
-void tell_bad_word(Reading& reading, const Cursor& at, std::string_view scope,
-                   std::span<const std::string_view> words) {
-  if (at.node->kind != json::Kind::string) return tell_wrong_type(reading, at, "a string");
-  if (!reading.has_room()) return;
+void add_unknown_word(Reading& reading, const Cursor& at, std::string_view scope,
+                      std::span<const std::string_view> words) {
+  if (at.node->kind != json::Kind::string) return add_wrong_type(reading, at, "a string");
+  if (!reading.can_add_issue()) return;
   const std::string_view text = at.node->string();
   std::string expected;
-  for (const std::string_view word : words) expected.append(expected.empty() ? "" : ", ").append(in_quotes(word));
+  for (const std::string_view word : words) expected.append(expected.empty() ? "" : ", ").append(quoted(word));
   reading.issues.push_back({pointer(at), scope.ends_with(".type") ? "unknown_type" : "unknown_value",
                             "must be " + (words.size() > 1 ? "one of " + expected : expected) + ", got " +
-                                in_quotes(text) + did_you_mean(text, words)});
+                                quoted(text) + did_you_mean(text, words)});
 }
 
 bool within_limit(Reading& reading, const Cursor& at, std::string_view limit, std::uint64_t bound) {
   if (at.node->kind < json::Kind::array || at.node->size <= bound) return true;
-  tell(reading, at, "limit_exceeded",
-       "the limit " + std::string(limit) + " is " + std::to_string(bound) + ", got " + std::to_string(at.node->size));
+  add_issue(
+      reading, at, "limit_exceeded",
+      "the limit " + std::string(limit) + " is " + std::to_string(bound) + ", got " + std::to_string(at.node->size));
   return false;
 }
 
 bool expect_length(Reading& reading, const Cursor& at, std::size_t length) {
   if (at.node->kind != json::Kind::array) {
-    tell_wrong_type(reading, at, "an array of " + std::to_string(length));
+    add_wrong_type(reading, at, "an array of " + std::to_string(length));
     return false;
   }
   if (at.node->size == length) return true;
-  tell(reading, at, "wrong_length",
-       "must have " + std::to_string(length) + " elements, has " + std::to_string(at.node->size));
+  add_issue(reading, at, "wrong_length",
+            "must have " + std::to_string(length) + " elements, has " + std::to_string(at.node->size));
   return false;
 }
 

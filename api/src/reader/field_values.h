@@ -61,7 +61,8 @@ bool read_integer(Reading& reading, const Cursor& at, std::int64_t least, std::i
 inline constexpr std::int64_t exact_max = (std::int64_t{1} << 53) - 1;
 
 /// Tells that the value is none of `words`: "unknown_type" where `scope` ends with ".type", else "unknown_value".
-void tell_bad_word(Reading& reading, const Cursor& at, std::string_view scope, std::span<const std::string_view> words);
+void add_unknown_word(Reading& reading, const Cursor& at, std::string_view scope,
+                      std::span<const std::string_view> words);
 
 bool has_control_characters(std::string_view text);
 
@@ -72,12 +73,12 @@ bool expect_length(Reading& reading, const Cursor& at, std::size_t length);  ///
 bool within_limit(Reading& reading, const Cursor& at, std::string_view limit, std::uint64_t bound);
 
 /// Puts NaN where a number could not be read.
-inline void spoil(double& value) { value = std::numeric_limits<double>::quiet_NaN(); }
-inline void spoil(tracer::Vec2& value) { spoil(value.x); }
-inline void spoil(tracer::Vec3& value) { spoil(value.x); }
-inline void spoil(tracer::Color& value) { spoil(value.r); }
+inline void set_nan(double& value) { value = std::numeric_limits<double>::quiet_NaN(); }
+inline void set_nan(tracer::Vec2& value) { set_nan(value.x); }
+inline void set_nan(tracer::Vec3& value) { set_nan(value.x); }
+inline void set_nan(tracer::Color& value) { set_nan(value.r); }
 template <class T>
-void spoil(T&&) {}
+void set_nan(T&&) {}
 
 template <class T>
 bool read(Reading& reading, const Cursor& at, Integer<T> integer) {
@@ -98,20 +99,20 @@ bool read(Reading& reading, const Cursor& at, Word<T> word) {
   }
   std::vector<std::string_view> words;
   for (const auto& [text, meaning] : word.words) words.push_back(text);
-  tell_bad_word(reading, at, word.scope, words);
+  add_unknown_word(reading, at, word.scope, words);
   return false;
 }
 
 template <class T, std::size_t N>
 bool read(Reading& reading, const Cursor& at, std::array<T, N>& values) {
   if (!expect_length(reading, at, N)) {
-    for (T& value : values) spoil(value);
+    for (T& value : values) set_nan(value);
     return false;
   }
-  bool all_well = true;
+  bool all_valid = true;
   for_each_element(reading, at,
-                   [&](const Cursor& element) { all_well &= read(reading, element, values[element.index]); });
-  return all_well;
+                   [&](const Cursor& element) { all_valid &= read(reading, element, values[element.index]); });
+  return all_valid;
 }
 
 }  // namespace api

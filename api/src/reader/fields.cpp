@@ -9,7 +9,7 @@ namespace api {
 
 Fields::Fields(Reading& reading, const Cursor& at, std::string_view what)
     : reading_(reading), at_(at), what_(what), is_object_(at.node->kind == json::Kind::object) {
-  if (!is_object_) tell_wrong_type(reading, at, "an object");
+  if (!is_object_) add_wrong_type(reading, at, "an object");
 }
 
 std::optional<Cursor> Fields::take(std::string_view name) {
@@ -35,15 +35,15 @@ bool has_member(Reading& reading, const Cursor& at, std::string_view name) {
 }
 
 void Fields::report_missing_field(std::string_view name) {
-  if (!reading_.has_room()) return;
+  if (!reading_.can_add_issue()) return;
   reading_.issues.push_back(
-      {pointer_to_member(at_, name), "missing_field", std::string(what_) + " must have " + in_quotes(name)});
+      {pointer_to_member(at_, name), "missing_field", std::string(what_) + " must have " + quoted(name)});
 }
 
-void Fields::tell_missing_one_of(std::span<const std::string_view> names) {
-  if (!reading_.has_room()) return;
+void Fields::report_missing_one_of(std::span<const std::string_view> names) {
+  if (!reading_.can_add_issue()) return;
   std::string all;
-  for (const std::string_view name : names) all += (all.empty() ? "" : ", ") + in_quotes(name);
+  for (const std::string_view name : names) all += (all.empty() ? "" : ", ") + quoted(name);
   reading_.issues.push_back(
       {pointer_to_member(at_, names.front()), "missing_field", std::string(what_) + " must have one of " + all});
 }
@@ -52,19 +52,19 @@ void Fields::finish() {
   if (!is_object_) return;
   json::Node* key = at_.node + 1;
   for (std::size_t i = 0; i < at_.node->size; ++i, key = reading_.tape.next(key + 1)) {
-    if (!key->used && reading_.has_room()) tell_leftover(key->string());
+    if (!key->used && reading_.can_add_issue()) report_unread_member(key->string());
   }
 }
 
-void Fields::tell_leftover(std::string_view name) {
+void Fields::report_unread_member(std::string_view name) {
   const std::span<const std::string_view> known(known_.data(), known_count_);
   std::string code = "unknown_field";
   std::string detail;
   if (std::find(known.begin(), known.end(), name) != known.end()) {
     code = "duplicate_key";
-    detail = in_quotes(name) + " is written twice";
+    detail = quoted(name) + " is written twice";
   } else {
-    detail = in_quotes(name) + " is not a field of " + std::string(what_) + did_you_mean(name, known);
+    detail = quoted(name) + " is not a field of " + std::string(what_) + did_you_mean(name, known);
   }
   reading_.issues.push_back({pointer_to_member(at_, name), std::move(code), std::move(detail)});
 }

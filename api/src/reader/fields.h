@@ -41,7 +41,7 @@ class Fields {
     const auto field = take(name);
     if (field) return read(reading_, *field, std::forward<T>(value));
     if (is_object_) {
-      spoil(value);
+      set_nan(value);
       report_missing_field(name);
     }
     return false;
@@ -51,13 +51,14 @@ class Fields {
   [[nodiscard]] bool has(std::string_view name) const { return has_member(reading_, at_, name); }
 
   void report_missing_field(std::string_view name);
-  void tell_missing_one_of(std::span<const std::string_view> names);  ///< of the first name; the sentence has them all
+  void report_missing_one_of(
+      std::span<const std::string_view> names);  ///< of the first name; the sentence has them all
 
   /// Tells of members that were not taken: unknown (with the likely name), not rendered by this build, or duplicates.
   void finish();
 
  private:
-  void tell_leftover(std::string_view name);
+  void report_unread_member(std::string_view name);
 
   Reading& reading_;
   const Cursor& at_;
@@ -72,7 +73,7 @@ class Fields {
 template <class ReadMember>
 bool for_each_member(Reading& reading, const Cursor& at, ReadMember read_member) {
   if (at.node->kind != json::Kind::object) {
-    tell_wrong_type(reading, at, "an object");
+    add_wrong_type(reading, at, "an object");
     return false;
   }
   json::Node* key = at.node + 1;

@@ -36,9 +36,9 @@ void insert(Token& root, std::string_view pointer, std::size_t issue) {
   token->issues.push_back(issue);
 }
 
-class Places {
+class Positions {
  public:
-  Places(json::Tape& tape, std::size_t issue_count) : tape_(tape), place_(issue_count) {}
+  Positions(json::Tape& tape, std::size_t issue_count) : tape_(tape), place_(issue_count) {}
 
   /// Everything at or below `token` is at `node`, or at what is inside it. Not deeper than DocumentLimits::depth.
   void walk(const Token& token, json::Node* node) {
@@ -68,10 +68,10 @@ class Places {
 
 }  // namespace
 
-void sort_by_place(std::vector<tracer::Issue>& issues, json::Tape& tape, json::Node* root) {
+void sort_by_position(std::vector<tracer::Issue>& issues, json::Tape& tape, json::Node* root) {
   Token tokens;
   for (std::size_t i = 0; i < issues.size(); ++i) insert(tokens, issues[i].pointer, i);
-  Places places(tape, issues.size());
+  Positions places(tape, issues.size());
   places.walk(tokens, root);
   std::vector<std::size_t> order(issues.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;

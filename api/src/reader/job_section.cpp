@@ -12,9 +12,9 @@ void read_labels(Reading& reading, const Cursor& at, std::map<std::string, std::
   for_each_member(reading, at, [&](const Cursor& member) {
     const auto [place, is_new] = labels.emplace(member.key, std::string());
     if (!is_new) {
-      tell(reading, member, "duplicate_key", in_quotes(member.key) + " is written twice");
+      add_issue(reading, member, "duplicate_key", quoted(member.key) + " is written twice");
     } else if (has_control_characters(member.key)) {
-      tell(reading, member, "malformed", "a label must not have control characters");
+      add_issue(reading, member, "malformed", "a label must not have control characters");
     } else {
       read(reading, member, Name{place->second});
     }
@@ -38,7 +38,7 @@ void read_job(Reading& reading, const Cursor& at) {
   fields.optional("run_after", Time{job.run_after});
   const auto deadline = fields.take("deadline");
   if (deadline && read(reading, *deadline, Time{job.deadline}) && job.run_after && *job.deadline <= *job.run_after) {
-    tell(reading, *deadline, "conflict", "must be later than run_after");
+    add_issue(reading, *deadline, "conflict", "must be later than run_after");
   }
   std::int64_t expires_in_s = 0;
   if (fields.optional("expires_in", Integer<std::int64_t>{expires_in_s, 1, expires_in_max_s})) {

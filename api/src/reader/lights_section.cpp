@@ -21,7 +21,7 @@ void read_attenuation(Reading& reading, const Cursor& at, tracer::Attenuation& a
     return;
   }
   if (at.node->kind != json::Kind::string) {
-    tell_wrong_type(reading, at, "\"none\", \"inverse_square\" or [c0, c1, c2]");
+    add_wrong_type(reading, at, "\"none\", \"inverse_square\" or [c0, c1, c2]");
     return;
   }
   read(reading, at, Word<AttenuationKind>{attenuation.kind, "light.attenuation", attenuations});
@@ -36,9 +36,9 @@ void read_target(Reading& reading, const Cursor& at, tracer::SpotLight& spot) {
   const double reach = std::max({std::abs(target.x), std::abs(target.y), std::abs(target.z)});
   const double length = std::max({std::abs(axis.x), std::abs(axis.y), std::abs(axis.z)});
   if (const double bound = reading.limits.scene.coordinate_max; reach > bound) {
-    tell(reading, at, "limit_exceeded", "its coordinates are over the limit coordinate_max");
+    add_issue(reading, at, "limit_exceeded", "its coordinates are over the limit coordinate_max");
   } else if (length < reading.limits.scene.length_min) {
-    tell(reading, at, "degenerate", "must not be the position: the spot has no direction");
+    add_issue(reading, at, "degenerate", "must not be the position: the spot has no direction");
   } else if (std::isfinite(axis.x + axis.y + axis.z)) {  // not so where the position is missing or wrong
     spot.direction = axis;
   }
@@ -58,7 +58,7 @@ void read_source(Reading& reading, Fields& fields, tracer::SpotLight& spot) {
   });
   if (!target) return;
   if (has_direction) {
-    tell(reading, *target, "conflict", "must not stand beside `direction`: either gives the axis");
+    add_issue(reading, *target, "conflict", "must not stand beside `direction`: either gives the axis");
     fields.take("direction");
   } else {
     read_target(reading, *target, spot);

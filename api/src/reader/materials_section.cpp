@@ -38,7 +38,7 @@ void read_reflection(Fields& fields, tracer::Material& material) {
 void read_bump(Reading& reading, const Cursor& at, std::optional<tracer::Bump>& bump) {
   Fields fields(reading, at, "a bump");
   if (!fields) return;
-  bump.emplace().texture = {nothing};
+  bump.emplace().texture = {invalid_index};
   if (const auto texture = fields.take("texture")) {
     bump->texture = read_texture_reference(reading, *texture);
   } else {
@@ -50,7 +50,7 @@ void read_bump(Reading& reading, const Cursor& at, std::optional<tracer::Bump>& 
 
 tracer::MaterialId add_material(Reading& reading, const Cursor& at) {
   std::vector<tracer::Material>& materials = reading.scene().materials;
-  if (!has_room(reading, at, materials.size(), "materials", reading.limits.scene.materials)) return {nothing};
+  if (!has_capacity(reading, at, materials.size(), "materials", reading.limits.scene.materials)) return {invalid_index};
   const tracer::MaterialId id{static_cast<std::uint32_t>(materials.size())};
   tracer::Material& material = materials.emplace_back();
   material.path = pointer(at);
@@ -86,8 +86,8 @@ void read_materials(Reading& reading, const Cursor& at) {
 tracer::MaterialId read_material_reference(Reading& reading, const Cursor& at) {
   if (at.node->kind == json::Kind::object) return add_material(reading, at);
   if (at.node->kind == json::Kind::string) return find(reading, at, reading.materials, "materials");
-  tell_wrong_type(reading, at, "a material's name or a material");
-  return {nothing};
+  add_wrong_type(reading, at, "a material's name or a material");
+  return {invalid_index};
 }
 
 }  // namespace api

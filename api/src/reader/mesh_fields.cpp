@@ -59,25 +59,25 @@ void read_triangles(Reading& reading, const Cursor& at, tracer::Mesh& mesh) {
 /// A polygon's indices; false when one of them is wrong, which has been told.
 bool read_polygon(Reading& reading, const Cursor& at, std::size_t position_count, std::vector<std::uint32_t>& polygon) {
   polygon.clear();
-  bool well = for_each_element(reading, at, [](const Cursor&) {});
-  if (well && at.node->size < 3) {
-    tell(reading, at, "wrong_length", "a face must have at least 3 corners, has " + std::to_string(at.node->size));
+  bool valid = for_each_element(reading, at, [](const Cursor&) {});
+  if (valid && at.node->size < 3) {
+    add_issue(reading, at, "wrong_length", "a face must have at least 3 corners, has " + std::to_string(at.node->size));
     return false;
   }
-  if (!well) return false;
+  if (!valid) return false;
   for_each_element(reading, at, [&](const Cursor& corner) {
     std::uint32_t index = 0;
     if (!read_index(reading, corner, index)) {
-      well = false;
+      valid = false;
     } else if (index >= position_count) {
-      well = false;
-      tell(reading, corner, "out_of_range",
-           "must be the index of one of the " + std::to_string(position_count) + " positions, got " +
-               std::to_string(index));
+      valid = false;
+      add_issue(reading, corner, "out_of_range",
+                "must be the index of one of the " + std::to_string(position_count) + " positions, got " +
+                    std::to_string(index));
     }
     polygon.push_back(index);
   });
-  return well;
+  return valid;
 }
 
 void read_faces(Reading& reading, const Cursor& at, tracer::Mesh& mesh) {
@@ -90,10 +90,10 @@ void read_faces(Reading& reading, const Cursor& at, tracer::Mesh& mesh) {
     for (const std::uint32_t index : polygon) corners.push_back(mesh.positions[index]);
     cut.clear();
     if (!tracer::triangulate(corners, cut)) {
-      tell(reading, element, "limit_exceeded",
-           "the limit ear_clipping_corners_max is " + std::to_string(tracer::ear_clipping_corners_max) +
-               " for faces that are no fan around their first corner (convex ones are), this one has " +
-               std::to_string(polygon.size()));
+      add_issue(reading, element, "limit_exceeded",
+                "the limit ear_clipping_corners_max is " + std::to_string(tracer::ear_clipping_corners_max) +
+                    " for faces that are no fan around their first corner (convex ones are), this one has " +
+                    std::to_string(polygon.size()));
       return;
     }
     for (const Corners& triangle : cut) {
@@ -107,7 +107,7 @@ void read_connectivity(Reading& reading, Fields& fields, tracer::Mesh& mesh) {
   const auto faces = fields.take("faces");
   if (triangles) read_triangles(reading, *triangles, mesh);
   if (triangles && faces) {
-    tell(reading, *faces, "conflict", "a mesh has \"triangles\" or \"faces\", not both");
+    add_issue(reading, *faces, "conflict", "a mesh has \"triangles\" or \"faces\", not both");
   } else if (faces) {
     read_faces(reading, *faces, mesh);
   } else if (!triangles) {
@@ -120,7 +120,8 @@ void read_file(Reading& reading, Fields& fields, const Cursor& file, tracer::Mes
   tracer::AssetId asset;
   if (read_asset(reading, file, asset)) mesh.file = asset;
   for (const std::string_view name : {"positions", "triangles", "faces", "normals", "uvs"}) {
-    if (const auto written = fields.take(name)) tell(reading, *written, "conflict", "is what the mesh's file brings");
+    if (const auto written = fields.take(name))
+      add_issue(reading, *written, "conflict", "is what the mesh's file brings");
   }
 }
 

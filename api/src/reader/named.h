@@ -12,12 +12,12 @@ namespace api {
 
 /// Whether one more material or texture may be made of the value; tells so at the first that may not. Those after it
 /// are not read, so that what is too much is never held.
-inline bool has_room(Reading& reading, const Cursor& at, std::size_t count, std::string_view limit,
-                     std::uint64_t bound) {
+inline bool has_capacity(Reading& reading, const Cursor& at, std::size_t count, std::string_view limit,
+                         std::uint64_t bound) {
   if (count < bound) return true;
   if (reading.full.insert(limit).second) {
-    tell(reading, at, "limit_exceeded",
-         "the limit " + std::string(limit) + " is " + std::to_string(bound) + ", those written in place included");
+    add_issue(reading, at, "limit_exceeded",
+              "the limit " + std::string(limit) + " is " + std::to_string(bound) + ", those written in place included");
   }
   return false;
 }
@@ -30,7 +30,7 @@ void read_named(Reading& reading, const Cursor& at, Names<Id>& names, Id (*add)(
     if (is_new) {
       place->second = add(reading, member);
     } else {
-      tell(reading, member, "duplicate_key", in_quotes(member.key) + " is defined twice");
+      add_issue(reading, member, "duplicate_key", quoted(member.key) + " is defined twice");
     }
   });
 }

@@ -36,7 +36,7 @@ void read_shape(Reading& reading, Fields& fields, tracer::Instance& instance) {
 void read_object(Reading& reading, const Cursor& at, std::vector<tracer::Object>& objects) {
   // Kept even when it is bad, so that the next ones have the document's index.
   tracer::Object& object = objects.emplace_back();
-  object.material.index = nothing;
+  object.material.index = invalid_index;
   Fields fields(reading, at, "an object");
   if (!fields) return;
   std::size_t type = 0;
@@ -71,8 +71,8 @@ void read_object_list(Reading& reading, const Cursor& at, std::vector<tracer::Ob
 
 tracer::PrototypeId read_prototype_reference(Reading& reading, const Cursor& at) {
   if (at.node->kind == json::Kind::string) return find(reading, at, reading.prototypes, "prototypes");
-  tell_wrong_type(reading, at, "the name of a prototype");
-  return {nothing};
+  add_wrong_type(reading, at, "the name of a prototype");
+  return {invalid_index};
 }
 
 void read_objects(Reading& reading, const Cursor& at) { read_object_list(reading, at, reading.scene().objects); }
@@ -86,7 +86,7 @@ void read_prototypes(Reading& reading, const Cursor& at) {
     const tracer::PrototypeId id{static_cast<std::uint32_t>(prototypes.size())};
     prototypes.push_back({{}, pointer(member)});
     if (!reading.prototypes.ids.emplace(member.key, id).second)
-      tell(reading, member, "duplicate_key", in_quotes(member.key) + " is defined twice");
+      add_issue(reading, member, "duplicate_key", quoted(member.key) + " is defined twice");
   });
   if (!reading.prototypes.complete) return;
   std::size_t index = 0;

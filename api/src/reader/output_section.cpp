@@ -28,11 +28,11 @@ constexpr Word<Layer>::Meaning layer_words[] = {{"depth", Layer::depth},     {"n
 void read_crop(Reading& reading, const Cursor& at, std::optional<tracer::PixelWindow>& crop) {
   std::uint32_t edges[4] = {};
   if (!expect_length(reading, at, 4)) return;
-  bool well = true;
+  bool valid = true;
   for_each_element(reading, at, [&](const Cursor& element) {
-    well &= read(reading, element, Integer<std::uint32_t>{edges[element.index]});
+    valid &= read(reading, element, Integer<std::uint32_t>{edges[element.index]});
   });
-  if (well) crop = {edges[0], edges[1], edges[2], edges[3]};
+  if (valid) crop = {edges[0], edges[1], edges[2], edges[3]};
 }
 
 /// All six faces; unset where it is no object.
@@ -46,7 +46,7 @@ void read_cube(Reading& reading, const Cursor& at, std::optional<tracer::CubeMap
       cube->faces[face] = read_texture_reference(reading, *field);
     } else {
       fields.report_missing_field(names[face]);
-      cube->faces[face] = {nothing};
+      cube->faces[face] = {invalid_index};
     }
   }
   fields.finish();

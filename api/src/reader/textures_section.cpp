@@ -46,13 +46,13 @@ void read_pattern(Reading& reading, Fields& fields, tracer::Texture& texture) {
       image.color_space = space;
     }
   } else if (fields) {
-    fields.tell_missing_one_of(patterns);
+    fields.report_missing_one_of(patterns);
   }
 }
 
 tracer::TextureId add_texture(Reading& reading, const Cursor& at) {
   std::vector<tracer::Texture>& textures = reading.scene().textures;
-  if (!has_room(reading, at, textures.size(), "textures", reading.limits.scene.textures)) return {nothing};
+  if (!has_capacity(reading, at, textures.size(), "textures", reading.limits.scene.textures)) return {invalid_index};
   const tracer::TextureId id{static_cast<std::uint32_t>(textures.size())};
   tracer::Texture& texture = textures.emplace_back();
   texture.path = pointer(at);
@@ -71,8 +71,8 @@ tracer::TextureId add_texture(Reading& reading, const Cursor& at) {
 tracer::TextureId read_texture_reference(Reading& reading, const Cursor& at) {
   if (at.node->kind == json::Kind::object) return add_texture(reading, at);
   if (at.node->kind == json::Kind::string) return find(reading, at, reading.textures, "textures");
-  tell_wrong_type(reading, at, "a texture's name or a texture");
-  return {nothing};
+  add_wrong_type(reading, at, "a texture's name or a texture");
+  return {invalid_index};
 }
 
 /// A string that does not begin with '#' names a texture, an object without "hsb" is one; all else is a colour.

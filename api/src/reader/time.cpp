@@ -39,16 +39,16 @@ class Scanner {
     for (; next_is("0123456789"); scale /= 10) value += (one_of("0123456789") - '0') * scale;
     return value;
   }
-  [[nodiscard]] bool ended_well() const { return well_ && rest_.empty(); }
+  [[nodiscard]] bool succeeded() const { return valid_ && rest_.empty(); }
 
  private:
   int fail() {
-    well_ = false;
+    valid_ = false;
     rest_ = {};
     return 0;
   }
   std::string_view rest_;
-  bool well_ = true;
+  bool valid_ = true;
 };
 
 std::optional<std::int64_t> unix_ms_of(std::string_view text) {
@@ -76,7 +76,7 @@ std::optional<std::int64_t> unix_ms_of(std::string_view text) {
   }
   const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(static_cast<unsigned>(month)),
                                          std::chrono::day(static_cast<unsigned>(day))};
-  if (!scan.ended_well() || !date.ok()) return std::nullopt;
+  if (!scan.succeeded() || !date.ok()) return std::nullopt;
   const std::int64_t days = std::chrono::sys_days(date).time_since_epoch().count();
   const std::int64_t ms = (((days * 24 + hour) * 60 + minute - offset_min) * 60 + second) * 1000 + millisecond;
   if (ms < 0) return std::nullopt;
@@ -87,13 +87,14 @@ std::optional<std::int64_t> unix_ms_of(std::string_view text) {
 
 bool read(Reading& reading, const Cursor& at, Time time) {
   if (at.node->kind != json::Kind::string) {
-    tell_wrong_type(reading, at, "a string");
+    add_wrong_type(reading, at, "a string");
     return false;
   }
   time.value = unix_ms_of(at.node->string());
   if (time.value) return true;
-  tell(reading, at, "malformed",
-       "must be a time such as \"2030-01-31T18:00:00Z\" (RFC 3339, 1970 to 9999), got " + in_quotes(at.node->string()));
+  add_issue(
+      reading, at, "malformed",
+      "must be a time such as \"2030-01-31T18:00:00Z\" (RFC 3339, 1970 to 9999), got " + quoted(at.node->string()));
   return false;
 }
 

@@ -49,7 +49,7 @@ bool read_rotation(Reading& reading, const Cursor& at, Transform& step) {
   fields.finish();
   if (!has_axis || !has_angle) return false;
   if (axis.x == 0 && axis.y == 0 && axis.z == 0) {
-    if (const auto place = fields.take("axis")) tell(reading, *place, "degenerate", "must not be the zero vector");
+    if (const auto place = fields.take("axis")) add_issue(reading, *place, "degenerate", "must not be the zero vector");
     return false;
   }
   step = rotation(axis, angle);
@@ -73,24 +73,24 @@ bool read_step(Reading& reading, const Cursor& at, Transform& step) {
   Fields fields(reading, at, "a step of a transform");
   if (!fields) return false;
   int named = 0;
-  bool well = false;
+  bool valid = false;
   if (const auto translate = fields.take("translate")) {
     Vec3 by;
-    well = read(reading, *translate, by);
-    if (well) step.rows = {{{1, 0, 0, by.x}, {0, 1, 0, by.y}, {0, 0, 1, by.z}}};
+    valid = read(reading, *translate, by);
+    if (valid) step.rows = {{{1, 0, 0, by.x}, {0, 1, 0, by.y}, {0, 0, 1, by.z}}};
     ++named;
   }
   if (const auto rotate = fields.take("rotate")) {
-    well = read_rotation(reading, *rotate, step);
+    valid = read_rotation(reading, *rotate, step);
     ++named;
   }
   if (const auto scale = fields.take("scale")) {
-    well = read_scale(reading, *scale, step);
+    valid = read_scale(reading, *scale, step);
     ++named;
   }
   fields.finish();
-  if (named == 1) return well;
-  tell(reading, at, named == 0 ? "missing_field" : "conflict", "must hold one of translate, rotate, scale");
+  if (named == 1) return valid;
+  add_issue(reading, at, named == 0 ? "missing_field" : "conflict", "must hold one of translate, rotate, scale");
   return false;
 }
 
@@ -98,7 +98,7 @@ bool read_matrix(Reading& reading, const Cursor& at, Transform& matrix) {
   std::array<Row, 4> rows{};
   if (!read(reading, at, rows)) return false;
   if (rows[3] != Row{0, 0, 0, 1}) {
-    tell(reading, at, "out_of_range", "the last row must be [0, 0, 0, 1]: transforms are affine");
+    add_issue(reading, at, "out_of_range", "the last row must be [0, 0, 0, 1]: transforms are affine");
     return false;
   }
   matrix.rows = {rows[0], rows[1], rows[2]};
@@ -111,21 +111,21 @@ void read_transform(Reading& reading, const Cursor& at, std::optional<Transform>
   Transform product;
   const bool is_list = at.node->kind == json::Kind::array;
   const bool holds_arrays = is_list && at.node->size > 0 && at.node[1].kind == json::Kind::array;
-  bool well = true;
+  bool valid = true;
   if (holds_arrays) {
-    well = read_matrix(reading, at, product);
+    valid = read_matrix(reading, at, product);
   } else if (is_list) {
     for_each_element(reading, at, [&](const Cursor& element) {
       Transform step;
-      const bool step_well = read_step(reading, element, step);
-      well &= step_well;
-      if (step_well) product = composed(step, product);
+      const bool step_valid = read_step(reading, element, step);
+      valid &= step_valid;
+      if (step_valid) product = composed(step, product);
     });
   } else {
-    tell_wrong_type(reading, at, "a 4 x 4 matrix or a list of steps");
-    well = false;
+    add_wrong_type(reading, at, "a 4 x 4 matrix or a list of steps");
+    valid = false;
   }
-  if (well) transform = product;
+  if (valid) transform = product;
 }
 
 }  // namespace api

@@ -24,14 +24,14 @@ bool is_web_address(std::string_view url) {
 }
 
 void read_url(Reading& reading, const Cursor& at, std::string& url) {
-  if (at.node->kind != json::Kind::string) return tell_wrong_type(reading, at, "a URL as text");
+  if (at.node->kind != json::Kind::string) return add_wrong_type(reading, at, "a URL as text");
   const std::string_view text = at.node->string();
   if (text.size() > url_bytes_max) {
-    tell(reading, at, "limit_exceeded",
-         "the limit url_bytes_max is " + std::to_string(url_bytes_max) + ", got " + std::to_string(text.size()));
+    add_issue(reading, at, "limit_exceeded",
+              "the limit url_bytes_max is " + std::to_string(url_bytes_max) + ", got " + std::to_string(text.size()));
   } else if (!is_web_address(text)) {
-    tell(reading, at, "malformed",
-         "must be an http or https URL without user, password or fragment, got " + in_quotes(text));
+    add_issue(reading, at, "malformed",
+              "must be an http or https URL without user, password or fragment, got " + quoted(text));
   } else {
     url = text;
   }
@@ -45,19 +45,19 @@ void read_events(Reading& reading, const Cursor& at, std::vector<std::string>& e
     std::string_view event;
     if (!read(reading, element, Word<std::string_view>{event, "events", states})) return;
     if (std::find(events.begin(), events.end(), event) != events.end()) {
-      return tell(reading, element, "duplicate_value", in_quotes(event) + " is written twice");
+      return add_issue(reading, element, "duplicate_value", quoted(event) + " is written twice");
     }
     events.emplace_back(event);
   });
-  if (is_list && at.node->size == 0) tell(reading, at, "wrong_length", "must name at least one event");
+  if (is_list && at.node->size == 0) add_issue(reading, at, "wrong_length", "must name at least one event");
 }
 
 }  // namespace
 
 void read_webhook(Reading& reading, const Cursor& at, std::optional<Webhook>& webhook) {
   if (!reading.limits.webhooks) {
-    return tell(reading, at, "unsupported",
-                "this service sends no webhooks: it was started without the option --webhook-secret-file");
+    return add_issue(reading, at, "unsupported",
+                     "this service sends no webhooks: it was started without the option --webhook-secret-file");
   }
   Webhook& read = webhook.emplace();
   Fields fields(reading, at, "a webhook");

@@ -6,7 +6,7 @@
 namespace tracer {
 namespace {
 
-/// DocumentPath the point is seen through the window: its depth and, from -1 to 1, the place.
+/// Projection of the point: depth and position in the window, from -1 to 1.
 struct Seen {
   double depth = 0, across = 0, above = 0;
   [[nodiscard]] bool inside() const { return std::abs(across) <= 1 && std::abs(above) <= 1; }

@@ -272,7 +272,7 @@ class PlyReader {
 
 }  // namespace
 
-bool is_ply(Bytes bytes) { return Tokenizer(bytes).word() == "ply"; }
+bool is_ply(Bytes bytes) { return Tokenizer(bytes).next_token() == "ply"; }
 
 MeshResult read_ply(Bytes bytes, const Limits& limits) {
   Tokenizer tokens(bytes);

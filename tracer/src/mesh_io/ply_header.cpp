@@ -105,7 +105,7 @@ class HeaderReader {
     if (header_.elements.empty()) return fail("a property must follow its element");
     Property property;
     Tokenizer ahead = tokens_;
-    if (ahead.word() == "list") {
+    if (ahead.next_token() == "list") {
       tokens_ = ahead;
       if (!read_type(property.count.emplace())) return false;
       if (*property.count >= Type::float32) return fail("the length of a list must be an integer");

@@ -1,5 +1,5 @@
 #pragma once
-/// DocumentPath rays meet the simplest primitives, and which way these face there: formulas that are the same bits one by one
+/// Intersection points and facing of the simplest primitives: formulas that are the same bits one by one
 /// and sixteen at a time.
 
 #include "tracer/src/math/rounding.h"
@@ -64,7 +64,7 @@ struct SmoothPoint {
   Vec3 shadow_offset;  ///< to the curved surface
 };
 
-/// A vertex without a normal of its own has the zero vector. DocumentPath the normals cancel the face's is taken.
+/// A vertex without a normal of its own has the zero vector. If the normals cancel, the normal of the face is used.
 WHITTLE_INLINE SmoothPoint smooth_point(const SmoothVertex& a, const SmoothVertex& b, const SmoothVertex& c,
                                         const Vec3& position, const Vec3& face) {
   const Vec3 sum = a.normal * a.weight + b.normal * b.weight + c.normal * c.weight;

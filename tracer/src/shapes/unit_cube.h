@@ -10,7 +10,7 @@ WHITTLE_INLINE QuadricHit unit_cube_hit(const ShapeRay& r) {
   double enter = -std::numeric_limits<double>::infinity(), leave = std::numeric_limits<double>::infinity();
   double enter_part = 0, leave_part = 0;
   const auto slab = [&](double o, double d, QuadricPart low, QuadricPart high) {
-    // DocumentPath d is 0 the quotients are infinities with the signs that leave the slab unbounded (within it) or empty
+    // If d is 0 the quotients are infinities with the signs that leave the slab unbounded (within it) or empty
     // (outside), once -0 is replaced by 0.
     const double step = d + 0.0;
     const double t0 = -o / step, t1 = (1 - o) / step;
