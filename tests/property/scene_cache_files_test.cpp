@@ -141,7 +141,7 @@ Images images(Scene scene, const Assets& files, const std::string& content, Scen
   auto claim = *cache.acquire(scene, {content}, control);
   const Compiled compiled = *compile(scene, control, files, claim.get());
   EXPECT_EQ(render(*compiled, {.threads = 1}, control)->image.rgb, scenes::render(scene, 1, files).image.rgb);
-  return {cache_hits(*compiled).images, cache_hits(*compiled).decoded_textures};
+  return {cache_hits(*compiled).textures, cache_hits(*compiled).decoded_textures};
 }
 
 TEST(SceneCache, DecodesAnImageOnceForEachColorSpace) {
