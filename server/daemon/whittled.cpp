@@ -40,7 +40,7 @@
 #include "server/storage/files/file_artifact_store.h"
 #include "server/storage/files/file_asset_store.h"
 #include "server/storage/sqlite/sqlite_delivery_store.h"
-#include "server/storage/sqlite/sqlite_job_store.h"
+#include "server/storage/sqlite/sqlite_stores.h"
 #include "server/telemetry/job_metrics.h"
 #include "server/telemetry/json_log.h"
 #include "server/telemetry/metric_registry.h"
@@ -148,10 +148,10 @@ void reload_keys(const std::string& path, keys::KeyRing& ring, const telemetry::
 }
 
 /// From what ended before this start.
-void seed_throughput_estimate(queue::JobStore& store, telemetry::ThroughputEstimate& pace) {
+void seed_throughput_estimate(queue::JobStore& jobs, telemetry::ThroughputEstimate& pace) {
   queue::JobFilter filter;
   filter.state = queue::JobState::succeeded;
-  queue::JobPage page = store.list(filter, {}, telemetry::ThroughputEstimate::renders_max);
+  queue::JobPage page = jobs.list(filter, {}, telemetry::ThroughputEstimate::renders_max);
   std::reverse(page.items.begin(), page.items.end());
   for (const queue::Job& job : page.items) pace.learn(job.report);
 }
@@ -163,50 +163,52 @@ bool serve(const whittled::Config& config, keys::KeyRing* ring, const telemetry:
   check_asset_directory(config);
 
   const queue::Log queue_log = telemetry::queue_log(log);
-  queue::DiskSpaceMonitor disk(config.data, {.reserve_bytes = config.disk_free_bytes}, queue_log);
+  storage::files::DiskSpaceMonitor disk(config.data, {.reserve_bytes = config.disk_free_bytes}, queue_log);
   std::atomic<bool> disk_io_error = false;
   queue::DiskHealth disk_health([&](const std::string& what) {
     log.write(telemetry::Level::error, "disk_io_error", {{"detail", std::string_view(what)}});
     disk_io_error = true;
     ::kill(::getpid(), SIGTERM);  // as anyone would who stops a daemon: the signal is waited for below
   });
-  queue::SqliteJobStore store(config.data, {.health = &disk_health});
-  queue::FileArtifactStore artifacts(config.data, &disk_health);
+  const storage::sqlite::SqliteStores sqlite_stores(config.data, {.health = &disk_health});
+  const queue::Stores stores = sqlite_stores.all();
+  storage::files::FileArtifactStore artifacts(config.data, &disk_health);
   const std::string uploads_directory = config.data + "/uploads";
-  queue::FileAssetStore uploads(uploads_directory, queue::system_clock(), config.uploads_bytes, &disk_health);
+  storage::files::FileAssetStore uploads(uploads_directory, queue::system_clock(), config.uploads_bytes, &disk_health);
   queue::IdSource ids(queue::system_clock(), queue::system_random());
-  queue::Queue queue(store, artifacts, ids, queue::system_clock(), queue_log,
+  const auto disk_space = [&disk] { return disk.now(); };
+  queue::Queue queue(stores, artifacts, ids, queue::system_clock(), queue_log,
                      {.queued_limit = static_cast<std::int64_t>(config.queued_jobs),
                       .owner_queued_limit = static_cast<std::int64_t>(config.key_queued_jobs),
-                      .owner_artifact_bytes_limit = static_cast<std::int64_t>(config.key_artifact_bytes)});
+                      .owner_artifact_bytes_limit = static_cast<std::int64_t>(config.key_artifact_bytes),
+                      .disk_space = disk_space});
   queue::Events events(http::event_text, queue::system_clock(), {.listeners_max = config.streams});
   telemetry::Metrics metrics(telemetry::all_families());
   telemetry::ThroughputEstimate pace;
-  seed_throughput_estimate(store, pace);
+  seed_throughput_estimate(stores.jobs, pace);
   telemetry::JobMetrics job_metrics(
-      metrics, pace, [&store](const std::string& id) { return store.find(id); }, events);
-  queue.observe(&job_metrics);
-  const auto room = [&disk] { return disk.now(); };
-  queue.set_disk_probe(room);
-  const queue::PeriodicTask disk_watch("look_at_disk", queue_log, [&] {
-    if (disk.look()) queue.on_disk_space_available();
+      metrics, pace, [&stores](const std::string& id) { return stores.jobs.find(id); }, events);
+  queue.notifications.observe(&job_metrics);
+  const queue::PeriodicTask disk_task("measure_disk_space", queue_log, [&] {
+    if (disk.measure()) queue.lifecycle.on_disk_space_available();
     return disk_interval;
   });
-  const queue::QueueMaintainer housekeeper(queue, queue_log);
-  const queue::LeaseRenewer lease_keeper(queue, queue_log);
+  const queue::QueueMaintainer maintainer(queue.lifecycle, queue_log);
+  const queue::LeaseRenewer lease_renewer(queue.lifecycle, queue_log);
 
   const api::Limits limits = document_limits(config);
   const std::chrono::days asset_age(static_cast<int>(config.asset_days));
-  const queue::AssetCollector collector(uploads, store, queue::system_clock(), queue_log, {.age = asset_age});
+  const queue::AssetCollector collector(uploads, stores.maintenance, queue::system_clock(), queue_log,
+                                        {.age = asset_age});
 
-  queue::SqliteDeliveryStore deliveries(config.data, &disk_health);
+  storage::sqlite::SqliteDeliveryStore deliveries(config.data, &disk_health);
   const webhooks::WebhookSender webhook_sender(poster_settings(config));
   std::optional<webhooks::Webhooks> webhooks;
   if (limits.webhooks) {
-    const auto find = [&queue](const std::string& id) { return queue.find(id); };
+    const auto find = [&queue](const std::string& id) { return queue.queries.find(id); };
     const auto send = [&webhook_sender](const auto&... arguments) { return webhook_sender.post(arguments...); };
     webhooks.emplace(deliveries, find, send, queue::system_clock(), ids, queue_log, webhook_settings(config));
-    queue.set_completion_listener(&*webhooks);
+    queue.notifications.set_completion_listener(&*webhooks);
   }
 
   worker::SupervisorSettings worker_settings;
@@ -227,7 +229,7 @@ bool serve(const whittled::Config& config, keys::KeyRing* ring, const telemetry:
     telemetry::count_request(metrics, method, route, status, seconds);
   };
   const http::ApiContext front{
-      .jobs = queue,
+      .queue = queue,
       .events = events,
       .assets = uploads,
       .clock = queue::system_clock(),
@@ -236,7 +238,7 @@ bool serve(const whittled::Config& config, keys::KeyRing* ring, const telemetry:
       .missing_files = [&](const tracer::Scene& scene) { return missing_files(scene, config.assets, uploads); },
       .sha256 = tracer::sha256_hex,
       .deliveries = [&deliveries](const std::string& id) { return deliveries.of_job(id); },
-      .room = room,
+      .room = disk_space,
       .job_memory_bytes = config.job_memory_bytes,
       .render_wait = std::chrono::seconds(config.render_wait_s),
       .draining = [&draining] { return draining.load(); },
@@ -246,9 +248,9 @@ bool serve(const whittled::Config& config, keys::KeyRing* ring, const telemetry:
       .keys = ring};
   const auto request_id = [&ids] { return ids.next(); };
   http::HttpServer gate(settings, http::client_routes(front), request_id, log);
-  const http::Health health{.not_ready = [&queue] { return queue.not_ready(); },
+  const http::Health health{.not_ready = [&queue] { return queue.queries.not_ready(); },
                             .draining = [&draining] { return draining.load(); },
-                            .job_count = [&store](queue::JobState state) { return store.count(state); },
+                            .job_count = [&stores](queue::JobState state) { return stores.statistics.count(state); },
                             .event_listeners = [&events] { return events.listeners(); },
                             .connections = [&gate] { return gate.connections(); },
                             .worker_pid = [&supervisor] { return supervisor.worker_pid(); },
@@ -256,8 +258,8 @@ bool serve(const whittled::Config& config, keys::KeyRing* ring, const telemetry:
                                 [&supervisor] {
                                   return http::KeptBytes{supervisor.kept().geometry, supervisor.kept().images};
                                 },
-                            .oldest_at = [&store] { return store.depth().oldest_at; },
-                            .room = room,
+                            .oldest_at = [&stores] { return stores.statistics.depth().oldest_at; },
+                            .room = disk_space,
                             .upload_bytes = [&uploads] { return uploads.bytes(); },
                             .clock = queue::system_clock(),
                             .figures = [&metrics] { return metrics.text(); }};
@@ -326,7 +328,7 @@ int probe_readiness(const whittled::Config& config) {
 
 int write_backup(const whittled::Command& command) {
   try {
-    back_up(command.config.data, command.backup_directory);
+    storage::back_up(command.config.data, command.backup_directory);
     return 0;
   } catch (const std::exception& exception) {
     std::fprintf(stderr, "whittled: --backup: %s\n", exception.what());

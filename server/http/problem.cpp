@@ -116,23 +116,23 @@ Problem disk_full(const queue::DiskSpace& room) {
   return {Failure::disk_full, queue::describe(room) + "; nothing was stored", {}};
 }
 
-Problem problem_of(const queue::Refused& refused) {
-  using Why = queue::Refused::Why;
-  const std::string seen = std::to_string(refused.seen);
+Problem problem_of(const queue::Rejection& refused) {
+  using Reason = queue::Rejection::Reason;
+  const std::string seen = std::to_string(refused.value);
   const std::string limit = std::to_string(refused.limit) + "; nothing was stored";
-  switch (refused.why) {
-    case Why::queue_full:
+  switch (refused.reason) {
+    case Reason::queue_full:
       return {Failure::queue_full, seen + " jobs wait, the limit queued_jobs is " + limit, {}};
-    case Why::owner_queued_jobs:
+    case Reason::owner_queued_jobs:
       return {Failure::quota_exceeded, seen + " jobs of yours wait, the limit key_queued_jobs is " + limit, {}};
-    case Why::owner_artifact_bytes:
+    case Reason::owner_artifact_bytes:
       return {Failure::quota_exceeded,
               "your images have " + seen + " bytes, the limit key_artifact_bytes is " + limit + "; delete some",
               {}};
-    case Why::disk_full:
-      return disk_full({queue::DiskSpace::State::scarce, static_cast<std::uint64_t>(refused.seen),
+    case Reason::disk_full:
+      return disk_full({queue::DiskSpace::State::scarce, static_cast<std::uint64_t>(refused.value),
                         static_cast<std::uint64_t>(refused.limit)});
-    case Why::key_reused:
+    case Reason::key_reused:
       break;
   }
   return {Failure::key_reused, "this Idempotency-Key came with another request in the last 24 hours", {}};

@@ -11,7 +11,7 @@
 #include "api/document.h"
 #include "server/queue/disk_space.h"
 #include "server/queue/job.h"
-#include "server/queue/job_service.h"
+#include "server/queue/queue.h"
 #include "server/queue/job_store.h"
 #include "server/telemetry/json_log.h"
 #include "tracer/validate.h"
@@ -94,7 +94,7 @@ struct Problem {
 
 Problem problem_of(const api::Refusal& refusal);
 Problem problem_of(const queue::StoreFailure& failure);
-Problem problem_of(const queue::Refused& refused);
+Problem problem_of(const queue::Rejection& refused);
 Problem disk_full(const queue::DiskSpace& room);  ///< precondition: not enough
 /// Why a job that ended without an image has none. Precondition: failed or cancelled.
 Problem problem_of(const queue::Job& job);

@@ -21,7 +21,7 @@
 #include "server/queue/delivery_store.h"
 #include "server/queue/disk_space.h"
 #include "server/queue/events.h"
-#include "server/queue/job_service.h"
+#include "server/queue/queue.h"
 
 namespace http {
 
@@ -30,7 +30,7 @@ constexpr std::chrono::seconds wait_max{60};
 
 /// What the client routes need. The functions and the service are thread-safe and outlive the gate.
 struct ApiContext {
-  queue::JobService& jobs;
+  queue::Queue& queue;
   queue::Events& events;
   queue::AssetStore& assets;
   queue::Clock clock;

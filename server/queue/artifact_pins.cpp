@@ -4,40 +4,41 @@
 
 namespace queue {
 
-std::unique_ptr<ArtifactReader> ArtifactPins::open(const std::string& sha256) {
-  if (auto small = store_.small_image(sha256)) {
-    return std::make_unique<BytesReader>(std::make_shared<const std::string>(*std::move(small)));
-  }
-  return artifacts_.open(sha256);
+std::unique_ptr<ArtifactReader> ArtifactPins::open(const Artifact& artifact) {
+  auto reader = artifacts_.open(artifact.sha256);
+  if (reader && reader->size_bytes() != artifact.bytes) return nullptr;
+  return reader;
 }
 
 void ArtifactPins::collect(const std::string& sha256) noexcept {
   const std::lock_guard lock(mutex_);
-  if (pins_.contains(sha256)) return;  // whoever holds the pin collects after it
+  if (pins_.contains(sha256)) return;  // collected at the end of the pin
   try {
-    if (store_.references(sha256)) return;
-    store_.forget_small_image(sha256);
-    artifacts_.remove(sha256);
+    if (!references_.is_artifact_referenced(sha256)) artifacts_.remove(sha256);
   } catch (const std::exception& failure) {
     log_(LogLevel::warning, "artifact_not_collected", {{"sha256", sha256}, {"detail", failure.what()}});
   }
 }
 
-ArtifactStore::Stored ArtifactPins::Pinned::put(int fd) {
-  ArtifactStore::Stored stored = pins_.artifacts_.put(fd, pins_.small_bytes_);
-  if (stored.small) return stored;
-  // A removal may have come between put and pin; from here on none can.
-  if (!hold(stored.sha256)) stored = pins_.artifacts_.put(fd);
-  return stored;
+ArtifactStore::Stored ArtifactPins::Pinned::put(int fd, bool durable) {
+  const ArtifactStore::Stored stored = pins_.artifacts_.put(fd, durable);
+  pin(stored.sha256);
+  if (pins_.artifacts_.open(stored.sha256)) return stored;
+  return pins_.artifacts_.put(fd, durable);  // it was removed between put and pin; the pin prevents a second time
 }
 
-bool ArtifactPins::Pinned::hold(const std::string& sha256) {
-  {
-    const std::lock_guard lock(pins_.mutex_);
-    ++pins_.pins_[sha256];
-  }
-  held_.push_back(sha256);
-  return pins_.open(sha256) != nullptr;
+bool ArtifactPins::Pinned::hold(const Artifact& artifact, bool sync) {
+  const bool is_new = pin(artifact.sha256);
+  if (!pins_.open(artifact)) return false;
+  if (sync && is_new) pins_.artifacts_.sync(artifact.sha256);
+  return true;
+}
+
+bool ArtifactPins::Pinned::pin(const std::string& sha256) {
+  if (!held_.insert(sha256).second) return false;
+  const std::lock_guard lock(pins_.mutex_);
+  ++pins_.pins_[sha256];
+  return true;
 }
 
 ArtifactPins::Pinned::~Pinned() {

@@ -1,13 +1,11 @@
 #pragma once
-/// Keeps removal from deleting bytes that a finishing job is about to name: equal images share one artifact, so the
-/// last job that named it may be removed while another one is between storing the same bytes and its own row. And knows
-/// both places where images are: small ones in the JobStore, stored by their job's end itself, the others in the
-/// ArtifactStore.
+/// Prevents the deletion of bytes that a finishing job is about to name: equal images share one artifact, so the last
+/// job that named it may be removed while another one has stored the same bytes but not yet its own row.
 
 #include <map>
 #include <mutex>
+#include <set>
 #include <string>
-#include <vector>
 
 #include "server/queue/artifact_store.h"
 #include "server/queue/event_log.h"
@@ -18,16 +16,17 @@ namespace queue {
 /// Thread-safe. Must outlive its Pinned.
 class ArtifactPins {
  public:
-  ArtifactPins(JobStore& store, ArtifactStore& artifacts, std::size_t small_bytes, Log log)
-      : store_(store), artifacts_(artifacts), small_bytes_(small_bytes), log_(std::move(log)) {}
+  ArtifactPins(MaintenanceStore& references, ArtifactStore& artifacts, Log log)
+      : references_(references), artifacts_(artifacts), log_(std::move(log)) {}
 
-  std::unique_ptr<ArtifactReader> open(const std::string& sha256);  ///< null when not there
+  /// Null when it does not exist, or has another size because power was lost before it was durable.
+  std::unique_ptr<ArtifactReader> open(const Artifact& artifact);
 
-  /// Deletes the bytes unless a job names them or they are pinned. Never throws: what cannot be deleted now only costs
-  /// space, and is logged.
+  /// Deletes the bytes unless a job names them or they are pinned. Never throws: a failure costs only disk space and
+  /// is logged.
   void collect(const std::string& sha256) noexcept;
 
-  /// The artifacts one job is about to name. Until this is gone they stay; then those that no job names are deleted.
+  /// The artifacts that one job is about to name. They exist at least as long as this; its end collects them.
   class Pinned {
    public:
     explicit Pinned(ArtifactPins& pins) : pins_(pins) {}
@@ -35,24 +34,24 @@ class ArtifactPins {
     Pinned(const Pinned&) = delete;
     Pinned& operator=(const Pinned&) = delete;
 
-    /// As ArtifactStore::put, and there when it returns, whoever removes the same bytes meanwhile, unless it is small:
-    /// then it comes with the rows.
-    ArtifactStore::Stored put(int fd);
+    /// As ArtifactStore::put; the result exists even if the same bytes are removed at the same time.
+    ArtifactStore::Stored put(int fd, bool durable);
 
-    /// Keeps an artifact that is there already; false where it is not.
-    bool hold(const std::string& sha256);
+    /// Pins an existing artifact, which is durable afterwards with `sync`; false where `open` finds none.
+    bool hold(const Artifact& artifact, bool sync = false);
 
    private:
+    bool pin(const std::string& sha256);  ///< false where it was pinned here before
+
     ArtifactPins& pins_;
-    std::vector<std::string> held_;
+    std::set<std::string> held_;
   };
 
  private:
-  JobStore& store_;
+  MaintenanceStore& references_;
   ArtifactStore& artifacts_;
-  const std::size_t small_bytes_;
   Log log_;
-  std::mutex mutex_;  ///< held over "does a job name it?" and the deletion, so that no pin falls between
+  std::mutex mutex_;  ///< held over the check for references and the deletion, so that no pin falls between
   std::map<std::string, int> pins_;
 };
 

@@ -1,13 +1,10 @@
 #pragma once
-/// Where large images live: immutable bytes under their sha256. (Small ones stand beside the rows that name them:
-/// JobStore::succeed.) Thread-safe. Fails with StoreFailure; then nothing is there.
+/// The store of images: immutable bytes under their sha256. Thread-safe. Fails with StoreFailure; then nothing is
+/// stored.
 
 #include <cstdint>
-#include <functional>
 #include <memory>
-#include <optional>
 #include <string>
-#include <utility>
 
 #include "server/queue/job_store.h"
 
@@ -22,19 +19,6 @@ class ArtifactReader {
   virtual std::size_t read(std::uint64_t offset, char* into, std::size_t size) const = 0;
 };
 
-/// Bytes in memory as an artifact.
-class BytesReader final : public ArtifactReader {
- public:
-  explicit BytesReader(std::shared_ptr<const std::string> bytes) : bytes_(std::move(bytes)) {}
-  [[nodiscard]] std::uint64_t size_bytes() const override { return bytes_->size(); }
-  std::size_t read(std::uint64_t offset, char* into, std::size_t size) const override {
-    return offset >= bytes_->size() ? 0 : bytes_->copy(into, size, offset);
-  }
-
- private:
-  std::shared_ptr<const std::string> bytes_;
-};
-
 class ArtifactStore {
  public:
   virtual ~ArtifactStore() = default;
@@ -42,15 +26,16 @@ class ArtifactStore {
   struct Stored {
     std::string sha256;
     std::uint64_t bytes = 0;
-    std::optional<std::string> small{};  ///< the bytes themselves, where put has only named them
   };
-  /// Copies everything readable from `fd` (from offset 0) into the store and returns its name. Durable when it returns;
-  /// never visible half-written. Storing the same bytes twice is one artifact. What has at most `small_bytes`, where
-  /// that is not 0, is named and given back, and not stored.
-  virtual Stored put(int fd, std::size_t small_bytes = 0) = 0;
+  /// Copies everything readable from `fd` (from offset 0) into the store and returns its name. Never visible
+  /// half-written while the machine runs. Storing the same bytes twice is one artifact. Not `durable`: power loss may
+  /// leave nothing, or an artifact of another size (ArtifactPins::open recognises both).
+  virtual Stored put(int fd, bool durable = true) = 0;
 
-  virtual std::unique_ptr<ArtifactReader> open(const std::string& sha256) = 0;  ///< null when not there
-  virtual void remove(const std::string& sha256) = 0;                           ///< nothing when not there
+  virtual void sync(const std::string& sha256) = 0;  ///< makes an existing artifact durable
+
+  virtual std::unique_ptr<ArtifactReader> open(const std::string& sha256) = 0;  ///< null when it does not exist
+  virtual void remove(const std::string& sha256) = 0;                           ///< no effect when it does not exist
 };
 
 }  // namespace queue

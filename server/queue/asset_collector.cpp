@@ -5,26 +5,26 @@
 
 namespace queue {
 
-int collect_assets(AssetStore& assets, JobStore& store, int part, std::int64_t unused_since) {
+int collect_assets(AssetStore& assets, MaintenanceStore& references, int part, std::int64_t unused_since) {
   int removed = 0;
   for (const std::string& sha256 : assets.unused_since(part, unused_since)) {
-    // In this order: a job that comes in between has used the asset first, and then it stays.
-    if (!store.is_asset_referenced(sha256) && assets.remove_unused_since(sha256, unused_since)) ++removed;
+    // In this order: a job that is stored in between has used the asset first, so it is not removed.
+    if (!references.is_asset_referenced(sha256) && assets.remove_unused_since(sha256, unused_since)) ++removed;
   }
   return removed;
 }
 
-AssetCollector::AssetCollector(AssetStore& assets, JobStore& store, Clock clock, const Log& log,
+AssetCollector::AssetCollector(AssetStore& assets, MaintenanceStore& references, Clock clock, const Log& log,
                                CollectorSettings settings)
     : assets_(assets),
-      store_(store),
+      references_(references),
       clock_(std::move(clock)),
       settings_(settings),
       thread_("collect_assets", log, [this, log] { return step(log); }) {}
 
 std::chrono::milliseconds AssetCollector::step(const Log& log) {
   const int part = std::exchange(part_, (part_ + 1) % AssetStore::parts);
-  const int removed = collect_assets(assets_, store_, part, clock_() - settings_.age.count());
+  const int removed = collect_assets(assets_, references_, part, clock_() - settings_.age.count());
   if (removed > 0) log(LogLevel::info, "assets_collected", {{"count", std::to_string(removed)}});
   return part_ == 0 ? settings_.round_pause : settings_.step_pause;
 }

@@ -1,9 +1,9 @@
 #pragma once
-/// Deletes uploaded assets that no job names and nobody has used for a while, a little at a time.
+/// Deletes uploaded assets that no job names and that were not used for some time, a few at a time.
 ///
-/// Whoever accepts a job asks AssetStore::use for what it names, then stores the job with those names. Between the two
-/// an asset is young, afterwards it is named; the collector deletes only what is neither, so it never takes from a job
-/// what that still needs, as long as accepting takes less than the age.
+/// A submission calls AssetStore::use for its assets, then stores the job with their names. Between the two an asset
+/// is young, afterwards it is named; the collector deletes only assets that are neither, so it never deletes one that a
+/// job needs, as long as a submission takes less than the age.
 
 #include <chrono>
 
@@ -15,29 +15,29 @@
 namespace queue {
 
 struct CollectorSettings {
-  std::chrono::milliseconds age{std::chrono::days(30)};  ///< unused for longer, it may go
-  std::chrono::milliseconds step_pause{20};              ///< a part of the store at a time, so a round takes 5 s
-  std::chrono::milliseconds round_pause{std::chrono::hours(1)};  ///< ages are days: nobody misses an hour
+  std::chrono::milliseconds age{std::chrono::days(30)};  ///< assets unused for longer are deleted
+  std::chrono::milliseconds step_pause{20};              ///< one part of the store at a time, so a round takes 5 s
+  std::chrono::milliseconds round_pause{std::chrono::hours(1)};
 };
 
-/// Looks through one part of the store (0 <= `part` < AssetStore::parts); how many it deleted. Throws StoreFailure.
-int collect_assets(AssetStore& assets, JobStore& store, int part, std::int64_t unused_since);
+/// Collects in one part of the store (0 <= `part` < AssetStore::parts); number of deleted assets. Throws StoreFailure.
+int collect_assets(AssetStore& assets, MaintenanceStore& references, int part, std::int64_t unused_since);
 
-/// A thread that does so, round after round from the start on; a part that cannot be looked through is left to the next
-/// round. The stores must outlive it.
+/// A thread that collects round after round; a part that fails is left to the next round. The stores must outlive it.
 class AssetCollector {
  public:
-  AssetCollector(AssetStore& assets, JobStore& store, Clock clock, const Log& log, CollectorSettings settings);
+  AssetCollector(AssetStore& assets, MaintenanceStore& references, Clock clock, const Log& log,
+                 CollectorSettings settings);
 
  private:
   std::chrono::milliseconds step(const Log& log);
 
   AssetStore& assets_;
-  JobStore& store_;
+  MaintenanceStore& references_;
   Clock clock_;
   CollectorSettings settings_;
   int part_ = 0;         ///< the next one
-  PeriodicTask thread_;  ///< last: starts when the rest is there
+  PeriodicTask thread_;  ///< last: it uses all other members
 };
 
 }  // namespace queue

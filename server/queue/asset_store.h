@@ -1,6 +1,7 @@
 #pragma once
-/// Where uploaded files live that scenes name by their sha256: immutable bytes, kept while a job names them and for a
-/// while after their last use (asset_collector.h). Thread-safe. Fails with StoreFailure; then nothing has happened.
+/// The store of uploaded files that scenes name by their sha256: immutable bytes, kept as long as a job names them and
+/// for some time after their last use (asset_collector.h). Thread-safe. Fails with StoreFailure; then the call had no
+/// effect.
 
 #include <cstddef>
 #include <cstdint>
@@ -13,15 +14,15 @@
 
 namespace queue {
 
-/// Where a store of files keeps an asset, relative to its directory; the worker, which knows no store, reads it there.
-/// Precondition: `sha256` is 64 hex digits.
+/// Path of an asset relative to the directory of a store of files; the worker reads it there. Precondition: `sha256` is
+/// 64 hex digits.
 inline std::string asset_path(const std::string& sha256) { return sha256.substr(0, 2) + "/" + sha256; }
 
 class AssetStore {
  public:
   virtual ~AssetStore() = default;
 
-  /// Up to `size` bytes at `offset` of what is to be stored; fewer only at the end. What it throws passes through.
+  /// Reads up to `size` bytes of the source at `offset`; fewer only at the end. Its exceptions pass through.
   using Read = std::function<std::size_t(std::uint64_t offset, char* into, std::size_t size)>;
   enum class Put { stored, was_there, other_bytes, no_room };
   /// Stores bytes under their name, used now. `other_bytes`, also for what is no sha256: they do not have that name,

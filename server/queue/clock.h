@@ -1,5 +1,5 @@
 #pragma once
-/// The time as the queue reads it: milliseconds since 1970 UTC, passed in so that tests can turn it.
+/// The time as the queue reads it: milliseconds since 1970 UTC, passed in so that tests can set it.
 
 #include <cstdint>
 #include <functional>

@@ -1,5 +1,5 @@
 #pragma once
-/// Who wants to be told when jobs end, as the queue sees it: durable wishes, made with the job.
+/// The listener for ends of jobs with a webhook, as the queue sees it.
 
 #include <string>
 
@@ -12,12 +12,12 @@ class CompletionListener {
  public:
   virtual ~CompletionListener() = default;
 
-  /// The job `id` is about to be stored, and its owner asks to be told of its end. Durable when it returns; throws
-  /// StoreFailure, and then the job is not stored.
-  virtual void expect(const std::string& id, const api::Webhook& webhook) = 0;
+  /// Called before the job `id` with this webhook is stored. Durable when it returns; throws StoreFailure, and then the
+  /// job is not stored.
+  virtual void register_webhook(const std::string& id, const api::Webhook& webhook) = 0;
 
-  /// The job has ended, or is gone. Returns at once. After a restart it is the listener that asks which have.
-  virtual void ended(const std::string& id) noexcept = 0;
+  /// The job has ended or was removed. Returns at once. Ends before a restart are not repeated.
+  virtual void on_ended(const std::string& id) noexcept = 0;
 };
 
 }  // namespace queue

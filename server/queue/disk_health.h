@@ -1,8 +1,8 @@
 #pragma once
-/// After a disk has failed (StoreFailure::Kind::broken) nobody knows what it holds: a sync that failed once may succeed
-/// the next time with the data gone (Rebello et al., "Can Applications Recover from fsync Failures?", USENIX ATC 2020).
-/// So the first such failure is the last write: all further ones are refused, and the program is to begin anew from
-/// what the disk really has.
+/// Health of a disk. After an I/O error (StoreFailure::Kind::broken) its content is unknown: a sync that failed once
+/// may succeed the next time with the data lost (Rebello et al., "Can Applications Recover from fsync Failures?",
+/// USENIX ATC 2020). So the first such failure is the last write: later ones are rejected, and the program must restart
+/// from the real content of the disk.
 
 #include <functional>
 #include <mutex>
@@ -17,19 +17,18 @@ namespace queue {
 /// One for all stores on a disk; must outlive them. Thread-safe.
 class DiskHealth {
  public:
-  /// `on_failure` is called once, by the thread that met the failure, before its caller learns of it; must return at
-  /// once.
+  /// `on_failure` is called once, by the thread with the failure, before its caller gets it; must return at once.
   explicit DiskHealth(std::function<void(const std::string& what)> on_failure = {})
       : on_failure_(std::move(on_failure)) {}
 
-  /// Does `write` unless the disk has failed; what either throws passes through.
+  /// Calls `write` unless the disk has failed.
   template <class Write>
   auto run(Write write) {
     check();
     try {
       return write();
     } catch (const StoreFailure& failure) {
-      if (failure.kind == StoreFailure::Kind::broken) note(failure);
+      if (failure.kind == StoreFailure::Kind::broken) set_failed(failure);
       throw;
     }
   }
@@ -41,7 +40,7 @@ class DiskHealth {
   }
 
  private:
-  void note(const StoreFailure& failure) {
+  void set_failed(const StoreFailure& failure) {
     {
       const std::lock_guard lock(mutex_);
       if (failure_) return;

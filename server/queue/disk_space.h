@@ -1,5 +1,5 @@
 #pragma once
-/// The room that the disk has for jobs, images and uploads, as the queue sees it.
+/// Free space of the disk for jobs, images and uploads, as the queue sees it.
 
 #include <cstdint>
 #include <functional>
@@ -10,19 +10,19 @@ namespace queue {
 struct DiskSpace {
   enum class State {
     enough,
-    scarce,  ///< below the reserve: nothing new is accepted, what was accepted runs and ends
-    none,    ///< and nothing is begun: what runs may still end
+    scarce,  ///< below the reserve: no submission is accepted, accepted jobs run and end
+    none,    ///< also no job is claimed; running ones may end
   };
   State state = State::enough;
   std::uint64_t free_bytes = 0;
-  std::uint64_t reserve_bytes = 0;  ///< kept for what was accepted
+  std::uint64_t reserve_bytes = 0;  ///< kept for accepted jobs
 };
 
-using DiskSpaceProbe = std::function<DiskSpace()>;  ///< any thread; at once; must not throw
+using DiskSpaceProbe = std::function<DiskSpace()>;  ///< any thread; returns at once; must not throw
 
-/// For operators and clients alike; of a room that is not enough.
-inline std::string describe(const DiskSpace& room) {
-  return std::to_string(room.free_bytes) + " bytes are free on the disk, " + std::to_string(room.reserve_bytes) +
+/// For operators and clients, of a state other than `enough`.
+inline std::string describe(const DiskSpace& space) {
+  return std::to_string(space.free_bytes) + " bytes are free on the disk, " + std::to_string(space.reserve_bytes) +
          " are kept for jobs that were accepted before";
 }
 

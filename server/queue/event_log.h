@@ -1,5 +1,5 @@
 #pragma once
-/// Where the queue, its stores and the worker's supervisor say what happened; the daemon binds it to its logger.
+/// The log of the queue, its stores and the worker's supervisor; the daemon binds it to its logger.
 
 #include <functional>
 #include <string>
@@ -11,8 +11,8 @@ namespace queue {
 
 enum class LogLevel { debug, info, warning, error };
 
-/// Keys are the names of HTTP.md and the structs ("job_id", "attempt", "signal"). Values are raw: whoever writes them
-/// out escapes them.
+/// Keys are the names of api/docs/http.md and the structs ("job_id", "attempt", "signal"). Values are raw: the
+/// logger escapes them.
 using LogFields = std::vector<std::pair<std::string_view, std::string>>;
 
 /// `event` is a stable name such as "worker_died". Called from any thread, concurrently; must not throw.

@@ -90,9 +90,9 @@ void Events::on_state_changed(const std::string& id, JobState to) noexcept {
         clock_()});
 }
 
-void Events::removed(const std::string& id) noexcept { tell({0, JobEvent::Kind::done, id, "removed", 0, clock_()}); }
+void Events::on_removed(const std::string& id) noexcept { tell({0, JobEvent::Kind::done, id, "removed", 0, clock_()}); }
 
-void Events::progressed(const std::string& id, double fraction) noexcept {
+void Events::on_progress(const std::string& id, double fraction) noexcept {
   const std::int64_t now = clock_();
   {
     const std::lock_guard lock(mutex_);

@@ -47,7 +47,7 @@ struct EventSettings {
   std::chrono::milliseconds progress_interval{200};
 };
 
-class Events final : public Observer {
+class Events final : public JobObserver {
  public:
   /// `write` gives an event the text in which listeners take it; called once for each, so it may be long. Any thread.
   using Writer = std::function<std::string(const JobEvent&)>;
@@ -55,8 +55,8 @@ class Events final : public Observer {
   ~Events() override;
 
   void on_state_changed(const std::string& id, JobState to) noexcept override;
-  void progressed(const std::string& id, double fraction) noexcept override;
-  void removed(const std::string& id) noexcept override;
+  void on_progress(const std::string& id, double fraction) noexcept override;
+  void on_removed(const std::string& id) noexcept override;
 
   struct Batch {
     std::string text;   ///< whole events

@@ -1,6 +1,6 @@
 #pragma once
-/// Who is told what happens to jobs, as the queue sees it. The calls are made from any thread, after the fact is
-/// durable, must return at once and must not call the queue back from within.
+/// An observer of all jobs. Calls come from any thread, after the change is durable; they return at once and do not
+/// call the queue.
 
 #include <string>
 
@@ -8,15 +8,15 @@
 
 namespace queue {
 
-class Observer {
+class JobObserver {
  public:
-  virtual ~Observer() = default;
-  virtual void on_state_changed(const std::string& id,
-                                JobState to) noexcept = 0;  ///< also into the queue, when it is new
-  /// After moved to an end, when all who waited for it have been called: the time for what takes longer.
+  virtual ~JobObserver() = default;
+  /// Also to queued, when the job is new.
+  virtual void on_state_changed(const std::string& id, JobState to) noexcept = 0;
+  /// After on_state_changed to an end, when all waiters for the job were called: the place for slower work.
   virtual void on_waiters_notified(const std::string& /*id*/) noexcept {}
-  virtual void progressed(const std::string& id, double fraction) noexcept = 0;
-  virtual void removed(const std::string& id) noexcept = 0;
+  virtual void on_progress(const std::string& id, double fraction) noexcept = 0;
+  virtual void on_removed(const std::string& id) noexcept = 0;
 };
 
 }  // namespace queue

@@ -1,26 +1,48 @@
 #pragma once
-/// Who runs jobs, as the queue sees it. The calls are made from any thread, several at once, and return at once; from
-/// within none but on_job_available may call the queue back, and that only to claim.
+/// The runner of jobs, as the queue sees it.
 
 #include <cstdint>
+#include <mutex>
+#include <shared_mutex>
 #include <string>
 
 #include "server/queue/job_store.h"
 
 namespace queue {
 
+/// Calls come from any thread, several at once; they return at once and do not call the queue.
 class JobRunner {
  public:
   virtual ~JobRunner() = default;
-  virtual void wake(bool for_suspects) noexcept = 0;  ///< there may be something to claim; suspects, too
-  /// One job has come that may be claimed: a runner with a place for it may do so at once, on the submitter's thread.
-  virtual void on_job_available() noexcept { wake(false); }
-  virtual void cancel(const std::string& id) noexcept = 0;  ///< this running job is to stop; unknown ids are ignored
-  /// Somebody wants to see how far this running job is: Queue::previewed follows, perhaps; unknown ids are ignored.
-  virtual void look(const std::string& id, std::uint32_t side) noexcept = 0;
-  /// This claim is over: its lease ended, and the job may run elsewhere. It is to stop, and nobody asks how it ended.
-  virtual void lost(const Lease& lease) noexcept = 0;
-  virtual std::string not_ready() = 0;  ///< empty when jobs would run now, else why not: "worker: restarting"
+  virtual void notify(bool for_suspects) noexcept = 0;      ///< there may be a job to claim, also suspects
+  virtual void cancel(const std::string& id) noexcept = 0;  ///< stop this running job; unknown ids are ignored
+  /// Make a preview of this running job, for JobWaiters::add_preview; unknown ids are ignored.
+  virtual void request_preview(const std::string& id, std::uint32_t side) noexcept = 0;
+  /// The claim is over: its lease ended, and the job may run elsewhere. Stop it; its end will not be stored.
+  virtual void on_lease_lost(const Lease& lease) noexcept = 0;
+  virtual std::string not_ready() = 0;  ///< empty when jobs would run now, else the reason: "worker: restarting"
+};
+
+/// The attached runner, if there is one. Thread-safe.
+class AttachedRunner {
+ public:
+  /// Replaces the runner by another one or null; no call to the old one is in progress when this returns.
+  void attach(JobRunner* runner) {
+    const std::lock_guard lock(mutex_);
+    runner_ = runner;
+  }
+  template <class Call>
+  void call(Call call) {
+    const std::shared_lock lock(mutex_);
+    if (runner_ != nullptr) call(*runner_);
+  }
+  void notify(bool for_suspects = false) {
+    call([&](JobRunner& runner) { runner.notify(for_suspects); });
+  }
+
+ private:
+  std::shared_mutex mutex_;
+  JobRunner* runner_ = nullptr;
 };
 
 }  // namespace queue

@@ -10,8 +10,8 @@ constexpr PeriodicTask::Pause pause_after_failure{250};
 
 }  // namespace
 
-PeriodicTask::PeriodicTask(std::string what, Log log, std::function<Pause()> step)
-    : what_(std::move(what)), log_(std::move(log)), step_(std::move(step)), thread_([this] { run(); }) {}
+PeriodicTask::PeriodicTask(std::string name, Log log, std::function<Pause()> step)
+    : name_(std::move(name)), log_(std::move(log)), step_(std::move(step)), thread_([this] { run(); }) {}
 
 PeriodicTask::~PeriodicTask() {
   {
@@ -32,7 +32,7 @@ void PeriodicTask::run() {
       pause = step_();
       failing = false;
     } catch (const std::exception& failure) {
-      if (!failing) log_(LogLevel::error, "store_failure", {{"during", what_}, {"detail", failure.what()}});
+      if (!failing) log_(LogLevel::error, "store_failure", {{"during", name_}, {"detail", failure.what()}});
       failing = true;
     }
     lock.lock();

@@ -1,12 +1,12 @@
 #pragma once
-/// Images of running jobs as far as they are, kept in memory while somebody looks. Nothing is made, and nothing kept,
-/// of jobs that nobody watches.
+/// Previews of running jobs, kept in memory while a client asks for them. Jobs without requests cost nothing.
 
 #include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,16 +18,17 @@ namespace queue {
 /// Pixels along the longer side. With alpha and all noise that is 4 MB.
 inline constexpr std::uint32_t preview_side_max = 1024;
 
-/// Thread-safe. A job has at most `sides_max` images here, of different sizes; the oldest goes.
+/// Thread-safe. A job has at most `sides_max` previews of different sizes; the oldest is dropped.
 class Previews {
  public:
   using Png = std::shared_ptr<const std::string>;
   using Calls = std::vector<std::function<void()>>;
   static constexpr std::size_t sides_max = 4;
-  /// An image is good for so long: it is what bounds how often a job is looked at.
-  static constexpr std::int64_t fresh_ms = 500;
+  static constexpr std::int64_t fresh_ms = 500;  ///< bounds how often a preview is made
 
   explicit Previews(Clock clock) : clock_(std::move(clock)) {}
+
+  void begin(const std::string& id);  ///< the job runs: its previews are kept until `end`
 
   struct Latest {
     Png png;             ///< null: there is none
@@ -35,21 +36,21 @@ class Previews {
   };
   [[nodiscard]] Latest latest(const std::string& id, std::uint32_t side) const;
 
-  struct Wish {
-    std::uint64_t token = 0;  ///< for `forget`
-    bool is_new = false;      ///< nobody waits for the same yet: whoever makes it is to be told
+  struct Request {
+    std::uint64_t token = 0;  ///< for `cancel`
+    bool is_new = false;      ///< no earlier request for the same preview is open
   };
-  /// `done` is among the calls of the next `came` of that size, or of `ended`.
-  Wish wish(const std::string& id, std::uint32_t side, std::function<void()> done);
-  void forget(std::uint64_t token);
+  /// `done` is among the calls of the next `add` of that size, or of `end`.
+  Request request(const std::string& id, std::uint32_t side, std::function<void()> done);
+  void cancel(std::uint64_t token);
 
-  /// To be called by the caller, with no lock of its own held.
-  [[nodiscard]] Calls came(const std::string& id, std::uint32_t side, std::string png);
-  [[nodiscard]] Calls ended(const std::string& id);  ///< nothing of the job stays
+  /// The caller makes the returned calls, with no lock of its own held.
+  [[nodiscard]] Calls add(const std::string& id, std::uint32_t side, std::string png);
+  [[nodiscard]] Calls end(const std::string& id);  ///< drops all previews of the job
 
  private:
   using Key = std::pair<std::string, std::uint32_t>;
-  struct Made {
+  struct Entry {
     Png png;
     std::int64_t at = 0;
   };
@@ -58,11 +59,12 @@ class Previews {
     std::function<void()> done;
   };
 
-  void make_room(const std::string& id);
+  void evict_oldest(const std::string& id);
 
   const Clock clock_;
   mutable std::mutex mutex_;
-  std::map<Key, Made> made_;
+  std::set<std::string> running_;
+  std::map<Key, Entry> entries_;
   std::multimap<Key, Waiter> waiters_;
   std::uint64_t last_token_ = 0;
 };

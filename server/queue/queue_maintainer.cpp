@@ -4,13 +4,13 @@
 
 namespace queue {
 
-QueueMaintainer::QueueMaintainer(Queue& queue, Log log, HousekeeperSettings settings)
+QueueMaintainer::QueueMaintainer(JobLifecycle& jobs, Log log, MaintenanceSettings settings)
     : thread_("run_maintenance", std::move(log),
-              [&queue, settings] { return queue.run_maintenance() ? settings.pause : settings.interval; }) {}
+              [&jobs, settings] { return jobs.run_maintenance() ? settings.pause : settings.interval; }) {}
 
-LeaseRenewer::LeaseRenewer(Queue& queue, Log log, std::chrono::milliseconds interval)
-    : thread_("renew_leases", std::move(log), [&queue, interval] {
-        queue.renew_leases();
+LeaseRenewer::LeaseRenewer(JobLifecycle& jobs, Log log, std::chrono::milliseconds interval)
+    : thread_("renew_leases", std::move(log), [&jobs, interval] {
+        jobs.renew_leases();
         return interval;
       }) {}
 

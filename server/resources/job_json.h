@@ -10,7 +10,7 @@
 
 #include "server/queue/delivery_store.h"
 #include "server/queue/events.h"
-#include "server/queue/job_service.h"
+#include "server/queue/submission.h"
 
 namespace resources {
 

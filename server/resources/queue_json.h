@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "server/queue/job_service.h"
+#include "server/queue/job_queries.h"
 
 namespace resources {
 

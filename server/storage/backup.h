@@ -1,10 +1,14 @@
 #pragma once
-/// A copy of a data directory from which a daemon can start, made while another one goes on with the directory itself.
+/// A copy of a data directory that a daemon can start from, made while another daemon uses the directory.
 
 #include <string>
 
-/// Writes `into`, which must not exist yet: under another name (`into`.part), then renamed, so that it appears whole
-/// and durable or not at all. The jobs are those of one moment; images and uploads are copied after it and checked
-/// against their sha256, so only of a job that was removed meanwhile can an image be missing. Throws
-/// queue::StoreFailure or std::filesystem::filesystem_error with what is wrong: no data, no room, a damaged file.
+namespace storage {
+
+/// Writes `into`, which must not exist: first as `into`.part, then renamed, so that it appears whole and durable or not
+/// at all. The jobs are those of one moment; images and uploads are copied after it and checked against their sha256,
+/// so an image can be missing only of a job that was removed meanwhile. Throws queue::StoreFailure or
+/// std::filesystem::filesystem_error with the reason: no data, no space, a damaged file.
 void back_up(const std::string& data, const std::string& into);
+
+}  // namespace storage

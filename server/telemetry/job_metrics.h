@@ -11,19 +11,19 @@
 
 namespace telemetry {
 
-class JobMetrics final : public queue::Observer {
+class JobMetrics final : public queue::JobObserver {
  public:
   /// The job as it is stored; may throw: then this job is not counted. Called from any thread.
   using Find = std::function<std::optional<queue::Job>(const std::string& id)>;
 
   /// `next` is told everything as well. All must outlive this.
-  JobMetrics(Metrics& metrics, ThroughputEstimate& pace, Find find, queue::Observer& next)
+  JobMetrics(Metrics& metrics, ThroughputEstimate& pace, Find find, queue::JobObserver& next)
       : metrics_(metrics), pace_(pace), find_(std::move(find)), next_(next) {}
 
   void on_state_changed(const std::string& id, queue::JobState to) noexcept override;
   void on_waiters_notified(const std::string& id) noexcept override;
-  void progressed(const std::string& id, double fraction) noexcept override { next_.progressed(id, fraction); }
-  void removed(const std::string& id) noexcept override { next_.removed(id); }
+  void on_progress(const std::string& id, double fraction) noexcept override { next_.on_progress(id, fraction); }
+  void on_removed(const std::string& id) noexcept override { next_.on_removed(id); }
 
   /// Those that this adds to.
   static std::vector<Family> families();
@@ -34,7 +34,7 @@ class JobMetrics final : public queue::Observer {
   Metrics& metrics_;
   ThroughputEstimate& pace_;
   const Find find_;
-  queue::Observer& next_;
+  queue::JobObserver& next_;
 };
 
 }  // namespace telemetry

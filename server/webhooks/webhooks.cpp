@@ -48,13 +48,13 @@ Webhooks::~Webhooks() {
   for (std::thread& sender : senders_) sender.join();
 }
 
-void Webhooks::expect(const std::string& id, const api::Webhook& webhook) {
+void Webhooks::register_webhook(const std::string& id, const api::Webhook& webhook) {
   store_.subscribe({id, webhook.url, webhook.events});
   const std::lock_guard lock(mutex_);
   expected_.insert(id);
 }
 
-void Webhooks::ended(const std::string& id) noexcept {
+void Webhooks::on_ended(const std::string& id) noexcept {
   {
     const std::lock_guard lock(mutex_);
     if (!expected_.contains(id)) return;

@@ -1,7 +1,7 @@
 #pragma once
 /// Tells whoever asked that a job has ended: signed, again and again until the receiver has it, over restarts.
 ///
-///   queue::SqliteDeliveryStore deliveries(directory);   // server/storage/sqlite/sqlite_delivery_store.h
+///   storage::sqlite::SqliteDeliveryStore deliveries(directory);   // server/storage/sqlite/sqlite_delivery_store.h
 ///   webhooks::Webhooks webhooks(deliveries, find, send, clock, ids, log, settings);
 ///   queue.set_completion_listener(&webhooks);                     // before anything is submitted or run
 ///
@@ -27,7 +27,7 @@
 #include "server/queue/delivery_store.h"
 #include "server/queue/event_log.h"
 #include "server/queue/job_id.h"
-#include "server/queue/job_service.h"
+#include "server/queue/queue.h"
 #include "server/webhooks/poster.h"
 #include "server/webhooks/signature.h"
 
@@ -63,8 +63,8 @@ class Webhooks final : public queue::CompletionListener {
   Webhooks(const Webhooks&) = delete;
   Webhooks& operator=(const Webhooks&) = delete;
 
-  void expect(const std::string& id, const api::Webhook& webhook) override;
-  void ended(const std::string& id) noexcept override;
+  void register_webhook(const std::string& id, const api::Webhook& webhook) override;
+  void on_ended(const std::string& id) noexcept override;
 
  private:
   using Pause = std::chrono::milliseconds;

@@ -11,12 +11,13 @@
 #include <vector>
 
 #include "server/storage/files/file_artifact_store.h"
-#include "server/storage/memory/memory_artifact_store.h"
 #include "tests/conformance/memory_file.h"
 #include "tests/conformance/temporary_directory.h"
 #include "tracer/sha256.h"
 
 using namespace queue;
+using namespace storage::files;
+using namespace storage::sqlite;
 
 namespace {
 

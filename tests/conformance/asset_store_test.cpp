@@ -14,12 +14,12 @@
 
 #include "server/queue/asset_collector.h"
 #include "server/storage/files/file_asset_store.h"
-#include "server/storage/memory/memory_asset_store.h"
-#include "server/storage/memory/memory_job_store.h"
 #include "tests/conformance/temporary_directory.h"
 #include "tracer/sha256.h"
 
 using namespace queue;
+using namespace storage::files;
+using namespace storage::sqlite;
 using Put = AssetStore::Put;
 
 namespace {

@@ -3,6 +3,8 @@
 #include "tests/conformance/job_store_conformance.h"
 
 using namespace queue;
+using namespace storage::files;
+using namespace storage::sqlite;
 
 namespace {
 
@@ -30,7 +32,7 @@ std::map<JobState, std::int64_t> counts(JobStore& store) { return store.find_bat
 
 TEST_P(JobStoreConformance, FindsABatchAndItsJobsInOrder) {
   submit();
-  store().insert_job(batch_of(3, 7), now);
+  store().insert(batch_of(3, 7), now);
   reopen();
   const BatchState state = store().find_batch(batch_id).value();
   EXPECT_EQ(state.batch.owner, "ann");
@@ -53,16 +55,16 @@ TEST_P(JobStoreConformance, FindsABatchAndItsJobsInOrder) {
 TEST_P(JobStoreConformance, ABatchUnderAKeyThatIsTakenLeavesNothing) {
   InsertRequest admission = batch_of(2);
   const KeptReply reply{{"ann", "POST /v1/batches", "k"}, "hash", {202, "", "{}"}, now + 10};
-  store().insert_job({{}, {}, reply}, now);
+  store().insert({{}, {}, reply}, now);
   admission.reply = reply;
-  EXPECT_TRUE(store().insert_job(admission, now));
+  EXPECT_TRUE(store().insert(admission, now));
   EXPECT_FALSE(store().find_batch(batch_id));
   EXPECT_FALSE(store().find(id_of(0)));
 }
 
 TEST_P(JobStoreConformance, CancellingABatchCancelsWhatHasNotEndedAndNothingElse) {
   const std::string other = submit([](Job& job) { job.priority = 0; });
-  store().insert_job(batch_of(3), now);
+  store().insert(batch_of(3), now);
   const Claim done = claim();
   store().succeed(done.job.id, done.fence, now, "{}", {});
   const Claim running = claim();
@@ -77,7 +79,7 @@ TEST_P(JobStoreConformance, CancellingABatchCancelsWhatHasNotEndedAndNothingElse
 }
 
 TEST_P(JobStoreConformance, RetryingABatchQueuesWhatFailedOrWasCancelled) {
-  store().insert_job(batch_of(3), now);
+  store().insert(batch_of(3), now);
   const Claim done = claim(), failed = claim();
   store().succeed(done.job.id, done.fence, now, "{}", {});
   store().fail(failed.job.id, failed.fence, now, {"internal", "x", {}});
@@ -96,7 +98,7 @@ TEST_P(JobStoreConformance, RetryingABatchQueuesWhatFailedOrWasCancelled) {
 }
 
 TEST_P(JobStoreConformance, TellsBatchesInWhichTooManyFailedWhileOthersWait) {
-  store().insert_job(batch_of(3, 1), now);
+  store().insert(batch_of(3, 1), now);
   EXPECT_TRUE(store().failing_batches().empty());
   for (int i = 0; i < 2; ++i) {
     EXPECT_TRUE(store().failing_batches().empty());
@@ -109,7 +111,7 @@ TEST_P(JobStoreConformance, TellsBatchesInWhichTooManyFailedWhileOthersWait) {
 }
 
 TEST_P(JobStoreConformance, ABatchGoesWithTheLastOfItsJobs) {
-  store().insert_job(batch_of(2), now);
+  store().insert(batch_of(2), now);
   store().remove(id_of(0));
   EXPECT_EQ(counts(store()), (std::map<JobState, std::int64_t>{{JobState::queued, 1}}));
   EXPECT_EQ(store().find_batch(batch_id)->batch.size, 2);

@@ -10,13 +10,15 @@
 
 #include "server/storage/files/file_artifact_store.h"
 #include "server/storage/files/file_asset_store.h"
-#include "server/storage/sqlite/sqlite_job_store.h"
+#include "tests/conformance/test_store.h"
 #include "tests/conformance/file_size_limit.h"
 #include "tests/conformance/memory_file.h"
 #include "tests/conformance/temporary_directory.h"
 #include "tracer/sha256.h"
 
 using namespace queue;
+using namespace storage::files;
+using namespace storage::sqlite;
 
 namespace {
 
@@ -38,9 +40,9 @@ std::optional<StoreFailure::Kind> failure_of(const std::function<void()>& call) 
 
 }  // namespace
 
-TEST(SqliteJobStore, OnAFullDiskSubmitsNothingAndIsWellAgainWithRoom) {
+TEST(SqliteStores, OnAFullDiskSubmitsNothingAndIsWellAgainWithRoom) {
   const TemporaryDirectory directory;
-  SqliteJobStore store(directory.path());
+  TestStore store(directory.path());
   store.submit(job_named("before"), "before");
   {
     const FileSizeLimit full(1 << 20);
@@ -54,12 +56,12 @@ TEST(SqliteJobStore, OnAFullDiskSubmitsNothingAndIsWellAgainWithRoom) {
   EXPECT_EQ(store.count(JobState::queued), 2);
 }
 
-TEST(SqliteJobStore, EverythingAcknowledgedWhileTheDiskFillsIsThereAfterAReopen) {
+TEST(SqliteStores, EverythingAcknowledgedWhileTheDiskFillsIsThereAfterAReopen) {
   const TemporaryDirectory directory;
   std::vector<std::string> acknowledged;
   int refused = 0;
   {
-    SqliteJobStore store(directory.path());
+    TestStore store(directory.path());
     const FileSizeLimit full(3 << 20);
     for (int i = 0; i < 100; ++i) {
       const std::string id = "job-" + std::to_string(i);
@@ -70,14 +72,14 @@ TEST(SqliteJobStore, EverythingAcknowledgedWhileTheDiskFillsIsThereAfterAReopen)
   }
   EXPECT_GT(acknowledged.size(), 0u);
   EXPECT_GT(refused, 0);
-  SqliteJobStore store(directory.path());
+  TestStore store(directory.path());
   for (const std::string& id : acknowledged) EXPECT_TRUE(store.find(id)) << id;
   EXPECT_EQ(store.count(JobState::queued), static_cast<std::int64_t>(acknowledged.size()));
 }
 
-TEST(SqliteJobStore, ASubmitThatDoesNotFitDoesNotTakeOthersOfItsGroupWithIt) {
+TEST(SqliteStores, ASubmitThatDoesNotFitDoesNotTakeOthersOfItsGroupWithIt) {
   const TemporaryDirectory directory;
-  SqliteJobStore store(directory.path());
+  TestStore store(directory.path());
   for (int i = 0; i < 20; ++i) store.submit(job_named("warm-" + std::to_string(i)), "{}");
   const FileSizeLimit full(8 << 20);
   std::atomic<int> small_refused = 0, large_accepted = 0;
@@ -127,11 +129,11 @@ TEST(FileAssetStore, OnAFullDiskStoresNothingAndIsWellAgainWithRoom) {
   EXPECT_EQ(store.put(sha256, read), AssetStore::Put::stored);
 }
 
-TEST(SqliteJobStore, RefusesADirectoryThatIsInUse) {
+TEST(SqliteStores, RefusesADirectoryThatIsInUse) {
   const TemporaryDirectory directory;
-  const SqliteJobStore first(directory.path());
+  const TestStore first(directory.path());
   try {
-    SqliteJobStore second(directory.path());
+    TestStore second(directory.path());
     FAIL() << "two stores share a directory";
   } catch (const StoreFailure& failure) {
     EXPECT_EQ(failure.kind, StoreFailure::Kind::unavailable);
@@ -141,20 +143,20 @@ TEST(SqliteJobStore, RefusesADirectoryThatIsInUse) {
   }
 }
 
-TEST(SqliteJobStore, TakesADirectoryThatIsLetGoOfWithinMoments) {
+TEST(SqliteStores, TakesADirectoryThatIsLetGoOfWithinMoments) {
   const TemporaryDirectory directory;
-  auto first = std::make_unique<SqliteJobStore>(directory.path());
+  auto first = std::make_unique<TestStore>(directory.path());
   std::jthread soon([&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(100));
     first.reset();
   });
-  EXPECT_NO_THROW(SqliteJobStore(directory.path()));
+  EXPECT_NO_THROW(TestStore(directory.path()));
 }
 
-TEST(SqliteJobStore, RefusesAFileOfANewerProgramAndLeavesItAlone) {
+TEST(SqliteStores, RefusesAFileOfANewerProgramAndLeavesItAlone) {
   const TemporaryDirectory directory;
   const std::string path = directory.path() + "/whittle.db";
-  { const SqliteJobStore store(directory.path()); }
+  { const TestStore store(directory.path()); }
   {
     // Byte 60..63 of the header is user_version, big-endian (SQLite file format, section 1.3).
     std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
@@ -162,7 +164,7 @@ TEST(SqliteJobStore, RefusesAFileOfANewerProgramAndLeavesItAlone) {
     file.write("\0\0\0\x63", 4);
   }
   try {
-    SqliteJobStore store(directory.path());
+    TestStore store(directory.path());
     FAIL() << "opened a file of version 99";
   } catch (const StoreFailure& failure) {
     EXPECT_NE(std::string(failure.what()).find("newer program"), std::string::npos) << failure.what();
@@ -170,15 +172,15 @@ TEST(SqliteJobStore, RefusesAFileOfANewerProgramAndLeavesItAlone) {
   }
 }
 
-TEST(SqliteJobStore, RefusesAFileThatIsNoDatabase) {
+TEST(SqliteStores, RefusesAFileThatIsNoDatabase) {
   const TemporaryDirectory directory;
   std::ofstream(directory.path() + "/whittle.db") << std::string(8192, 'x');
-  EXPECT_EQ(failure_of([&] { SqliteJobStore store(directory.path()); }), StoreFailure::Kind::unavailable);
+  EXPECT_EQ(failure_of([&] { TestStore store(directory.path()); }), StoreFailure::Kind::unavailable);
 }
 
-TEST(SqliteJobStore, ItsLogStaysBoundedUnderSteadyReading) {
+TEST(SqliteStores, ItsLogStaysBoundedUnderSteadyReading) {
   const TemporaryDirectory directory;
-  SqliteJobStore store(directory.path());
+  TestStore store(directory.path());
   std::atomic<bool> stop = false;
   std::vector<std::thread> readers;
   for (int thread = 0; thread < 4; ++thread) {

@@ -9,10 +9,12 @@
 #include <fstream>
 #include <memory>
 
-#include "server/storage/sqlite/sqlite_job_store.h"
+#include "tests/conformance/test_store.h"
 #include "tests/conformance/temporary_directory.h"
 
 using namespace queue;
+using namespace storage::files;
+using namespace storage::sqlite;
 using State = DiskSpace::State;
 
 namespace {
@@ -31,7 +33,7 @@ class DiskRoomTest : public testing::Test {
   std::string path(const std::string& name) const { return directory.path() + "/" + name; }
   /// Leaves so many bytes free, but for what the file system itself needs.
   void fill_but(std::uint64_t bytes) {
-    disk().look();
+    disk().measure();
     std::ofstream file(path("filler"), std::ios::binary | std::ios::app);
     const std::uint64_t free = disk().now().free_bytes;
     ASSERT_GT(free, bytes);
@@ -39,7 +41,7 @@ class DiskRoomTest : public testing::Test {
   }
   void make_room() { std::filesystem::remove(path("filler")); }
   DiskSpaceMonitor& disk() {
-    if (!room) room = std::make_unique<DiskSpaceMonitor>(path("data"), DiskRoomSettings{}, no_log());
+    if (!room) room = std::make_unique<DiskSpaceMonitor>(path("data"), DiskSpaceSettings{}, no_log());
     return *room;
   }
   std::uint64_t ballast() const {
@@ -64,32 +66,32 @@ TEST_F(DiskRoomTest, KeepsABallastAndATenthOfASmallDisk) {
 
 TEST_F(DiskRoomTest, IsScarceBelowTheReserveAndKeepsTheBallastThen) {
   fill_but(disk_bytes / 20);
-  EXPECT_FALSE(disk().look());
+  EXPECT_FALSE(disk().measure());
   EXPECT_EQ(disk().now().state, State::scarce);
   EXPECT_EQ(ballast(), disk_bytes / 32);
   make_room();
-  disk().look();
+  disk().measure();
   EXPECT_EQ(disk().now().state, State::enough);
 }
 
 TEST_F(DiskRoomTest, GivesTheBallastUpWhenTheDiskIsFullAndTakesItAgainWithRoom) {
   fill_but(0);
-  EXPECT_FALSE(disk().look());
+  EXPECT_FALSE(disk().measure());
   EXPECT_EQ(disk().now().state, State::none);
   EXPECT_EQ(ballast(), 0u);
-  EXPECT_FALSE(disk().look()) << "what it gave up is not the room it waits for";
+  EXPECT_FALSE(disk().measure()) << "what it gave up is not the room it waits for";
   EXPECT_EQ(ballast(), 0u);
   make_room();
-  EXPECT_TRUE(disk().look());
+  EXPECT_TRUE(disk().measure());
   EXPECT_EQ(disk().now().state, State::enough);
   EXPECT_EQ(ballast(), disk_bytes / 32);
-  EXPECT_FALSE(disk().look());
+  EXPECT_FALSE(disk().measure());
 }
 
 TEST_F(DiskRoomTest, GivesUpABallastThatADeadDaemonLeftSoThatTheStoreCanOpenAndEverythingEnds) {
   disk();
   {
-    SqliteJobStore store(path("data"));
+    TestStore store(path("data"));
     Job job;
     for (const char* id : {"cancelled", "removed", "succeeded"}) {
       job.id = id;
@@ -100,7 +102,7 @@ TEST_F(DiskRoomTest, GivesUpABallastThatADeadDaemonLeftSoThatTheStoreCanOpenAndE
   room.reset();
   disk();
   EXPECT_EQ(ballast(), 0u);
-  SqliteJobStore store(path("data"));
+  TestStore store(path("data"));
   EXPECT_EQ(store.cancel("cancelled", 1), CancelOutcome::cancelled);
   EXPECT_EQ(store.remove("removed").outcome, RemoveOutcome::removed);
   const Claim claim = store.claim("boot", 1, 2, false).value();
@@ -110,5 +112,5 @@ TEST_F(DiskRoomTest, GivesUpABallastThatADeadDaemonLeftSoThatTheStoreCanOpenAndE
 TEST_F(DiskRoomTest, ThrowsWhereTheDiskCannotBeLookedAt) {
   disk();
   std::filesystem::remove_all(path("data"));
-  EXPECT_THROW(disk().look(), StoreFailure);
+  EXPECT_THROW(disk().measure(), StoreFailure);
 }

@@ -3,6 +3,8 @@
 #include "tests/conformance/job_store_conformance.h"
 
 using namespace queue;
+using namespace storage::files;
+using namespace storage::sqlite;
 
 namespace {
 
@@ -183,10 +185,10 @@ TEST_P(JobStoreConformance, AnExpiredJobLosesItsDocumentAndImagesAndIsForgottenL
   EXPECT_EQ(find(id).report, "{}");
   EXPECT_TRUE(find(id).artifacts.empty());
   EXPECT_FALSE(store().document(id));
-  EXPECT_FALSE(store().references(sha256));
+  EXPECT_FALSE(store().is_artifact_referenced(sha256));
   EXPECT_EQ(store().owner_usage("").artifact_bytes, 0);
-  EXPECT_EQ(store().run_maintenance(now + 1999, kept_ms, 10).forgotten, 0);
-  EXPECT_EQ(store().run_maintenance(now + 2000, kept_ms, 10).forgotten, 1);
+  EXPECT_EQ(store().run_maintenance(now + 1999, kept_ms, 10).deleted, 0);
+  EXPECT_EQ(store().run_maintenance(now + 2000, kept_ms, 10).deleted, 1);
   EXPECT_FALSE(store().find(id));
   EXPECT_EQ(store().count(JobState::succeeded), 0);
 }

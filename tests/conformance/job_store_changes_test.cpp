@@ -6,6 +6,8 @@
 #include "tests/conformance/job_store_conformance.h"
 
 using namespace queue;
+using namespace storage::files;
+using namespace storage::sqlite;
 
 namespace {
 
@@ -208,18 +210,18 @@ TEST_P(JobStoreConformance, KeepsAReplyWithItsJobUntilItExpires) {
   Job job;
   job.id = "0190a5b0-0000-7000-8000-0000000000aa";
   const KeptReply reply = reply_of("ann", "k", now + 10);
-  EXPECT_FALSE(store().insert_job({{{job, "{}"}}, {}, reply}, now));
+  EXPECT_FALSE(store().insert({{{job, "{}"}}, {}, reply}, now));
   reopen();
-  const auto kept = store().reply(reply.key, now + 9);
+  const auto kept = store().find_reply(reply.key, now + 9);
   ASSERT_TRUE(kept);
   EXPECT_EQ(kept->reply, reply.reply);
   EXPECT_EQ(kept->request_sha256, reply.request_sha256);
-  EXPECT_FALSE(store().reply({"bob", "POST /v1/jobs", "k"}, now)) << "another's key is another key";
-  EXPECT_FALSE(store().reply({"ann", "POST /v1/batches", "k"}, now));
+  EXPECT_FALSE(store().find_reply({"bob", "POST /v1/jobs", "k"}, now)) << "another's key is another key";
+  EXPECT_FALSE(store().find_reply({"ann", "POST /v1/batches", "k"}, now));
   store().remove(job.id);
-  EXPECT_TRUE(store().reply(reply.key, now)) << "the same answer, also when the job is gone";
-  EXPECT_FALSE(store().reply(reply.key, now + 10));
-  EXPECT_EQ(store().run_maintenance(now + 10, 1000, 10).forgotten, 1);
+  EXPECT_TRUE(store().find_reply(reply.key, now)) << "the same answer, also when the job is gone";
+  EXPECT_FALSE(store().find_reply(reply.key, now + 10));
+  EXPECT_EQ(store().run_maintenance(now + 10, 1000, 10).deleted, 1);
 }
 
 TEST_P(JobStoreConformance, StoresNothingUnderAKeyThatIsTakenUntilItHasExpired) {
@@ -228,13 +230,13 @@ TEST_P(JobStoreConformance, StoresNothingUnderAKeyThatIsTakenUntilItHasExpired) 
   second.id = "0190a5b0-0000-7000-8000-0000000000a2";
   third.id = "0190a5b0-0000-7000-8000-0000000000a3";
   KeptReply reply = reply_of("ann", "k", now + 10);
-  store().insert_job({{{first, "{}"}}, {}, reply}, now);
+  store().insert({{{first, "{}"}}, {}, reply}, now);
   reply.reply.body = "another";
-  const auto earlier = store().insert_job({{{second, "{}"}}, {}, reply}, now + 9);
+  const auto earlier = store().insert({{{second, "{}"}}, {}, reply}, now + 9);
   ASSERT_TRUE(earlier);
   EXPECT_NE(earlier->reply.body, "another");
   EXPECT_FALSE(store().find(second.id));
-  EXPECT_FALSE(store().insert_job({{{third, "{}"}}, {}, reply}, now + 10));
+  EXPECT_FALSE(store().insert({{{third, "{}"}}, {}, reply}, now + 10));
   EXPECT_TRUE(store().find(third.id));
 }
 
@@ -245,7 +247,7 @@ TEST_P(JobStoreConformance, OfManyAtOnceUnderOneKeyOneIsStored) {
     threads.emplace_back([&, i] {
       Job job;
       job.id = "0190a5b0-0000-7000-8000-00000000000" + std::to_string(i);
-      stored += store().insert_job({{{job, "{}"}}, {}, reply_of("ann", "k", now + 10)}, now) ? 0 : 1;
+      stored += store().insert({{{job, "{}"}}, {}, reply_of("ann", "k", now + 10)}, now) ? 0 : 1;
     });
   }
   for (std::thread& thread : threads) thread.join();
@@ -275,13 +277,13 @@ TEST_P(JobStoreConformance, TakesAJobThatHasSucceededAlready) {
   job.started_at = job.ended_at = now;
   job.report = "{}";
   job.artifacts = {{"image.png", "image/png", std::string(64, 'a'), 5}};
-  store().insert_job({{{job, "{}"}}, {}, {}}, now);
+  store().insert({{{job, "{}"}}, {}, {}}, now);
   const Job kept = find(job.id);
   EXPECT_EQ(kept.state, JobState::succeeded);
   EXPECT_EQ(kept.report, "{}");
   EXPECT_EQ(kept.ended_at, now);
   ASSERT_EQ(kept.artifacts.size(), 1u);
-  EXPECT_TRUE(store().references(std::string(64, 'a')));
+  EXPECT_TRUE(store().is_artifact_referenced(std::string(64, 'a')));
   EXPECT_EQ(store().owner_usage("").artifact_bytes, 5);
   EXPECT_FALSE(store().claim("boot", now, lease_end, false));
 }

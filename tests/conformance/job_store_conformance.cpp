@@ -2,14 +2,13 @@
 
 #include <cstdio>
 
-#include "server/storage/memory/memory_job_store.h"
-#include "server/storage/sqlite/sqlite_job_store.h"
+#include "tests/conformance/test_store.h"
 
 namespace {
 
 class Memory final : public StoreUnderTest {
  public:
-  queue::JobStore& store() override { return store_; }
+  TestStore& store() override { return store_; }
   void reopen() override {}
 
  private:
@@ -18,15 +17,15 @@ class Memory final : public StoreUnderTest {
 
 class Sqlite final : public StoreUnderTest {
  public:
-  queue::JobStore& store() override { return *store_; }
+  TestStore& store() override { return *store_; }
   void reopen() override {
     store_.reset();
-    store_ = std::make_unique<queue::SqliteJobStore>(directory_.path());
+    store_ = std::make_unique<storage::sqlite::SqliteStores>(directory_.path());
   }
 
  private:
   TemporaryDirectory directory_;
-  std::unique_ptr<queue::JobStore> store_ = std::make_unique<queue::SqliteJobStore>(directory_.path());
+  std::unique_ptr<queue::JobStore> store_ = std::make_unique<storage::sqlite::SqliteStores>(directory_.path());
 };
 
 }  // namespace

@@ -15,7 +15,7 @@
 class StoreUnderTest {
  public:
   virtual ~StoreUnderTest() = default;
-  virtual queue::JobStore& store() = 0;
+  virtual TestStore& store() = 0;
   /// As a daemon that ends and starts again. The store in memory stays as it is: it keeps nothing.
   virtual void reopen() = 0;
 };
@@ -28,7 +28,7 @@ std::vector<StoreKind> store_kinds();
 
 class JobStoreConformance : public testing::TestWithParam<StoreKind> {
  protected:
-  queue::JobStore& store() { return under_test_->store(); }
+  TestStore& store() { return under_test_->store(); }
   void reopen() { under_test_->reopen(); }
 
   /// Submits a job that shows only what matters here; returns its id. Ids grow with every call.

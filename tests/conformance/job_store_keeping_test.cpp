@@ -3,6 +3,8 @@
 #include "tests/conformance/job_store_conformance.h"
 
 using namespace queue;
+using namespace storage::files;
+using namespace storage::sqlite;
 
 TEST_P(JobStoreConformance, FindsASubmittedJobWithAllItsFields) {
   const std::string id = submit([](Job& job) {
@@ -91,8 +93,8 @@ TEST_P(JobStoreConformance, KeepsTheReportAndTheArtifactsInOrder) {
   EXPECT_EQ(found.artifacts[0].bytes, 12u);
   EXPECT_EQ(found.artifacts[1].name, "image.exr");
   EXPECT_EQ(found.artifacts[1].bytes, 1ull << 40);
-  EXPECT_TRUE(store().references(png));
-  EXPECT_FALSE(store().references(std::string(64, 'c')));
+  EXPECT_TRUE(store().is_artifact_referenced(png));
+  EXPECT_FALSE(store().is_artifact_referenced(std::string(64, 'c')));
 }
 
 TEST_P(JobStoreConformance, KeepsTheProblemWithAllItsErrorsInOrder) {
@@ -143,7 +145,7 @@ TEST_P(JobStoreConformance, SaysWhichArtifactsARemovedJobNamed) {
   const Removal removal = store().remove(job.id);
   ASSERT_EQ(removal.artifacts.size(), 1u);
   EXPECT_EQ(removal.artifacts[0].sha256, sha256);
-  EXPECT_FALSE(store().references(sha256));
+  EXPECT_FALSE(store().is_artifact_referenced(sha256));
 }
 
 TEST_P(JobStoreConformance, DoesNotRemoveARunningJob) {

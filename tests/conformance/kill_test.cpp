@@ -10,11 +10,13 @@
 #include <sstream>
 
 #include "server/storage/files/file_artifact_store.h"
-#include "server/storage/sqlite/sqlite_job_store.h"
+#include "tests/conformance/test_store.h"
 #include "tests/conformance/temporary_directory.h"
 #include "tracer/sha256.h"
 
 using namespace queue;
+using namespace storage::files;
+using namespace storage::sqlite;
 
 namespace {
 
@@ -70,7 +72,7 @@ TEST(KillNine, LosesNoAcknowledgedJobAndNoArtifactInFortyRounds) {
   int checked = 0, small = 0;
   for (int round = 0; round < 40; ++round) {
     std::istringstream acknowledged(acknowledged_before_kill(directory.path(), round, 1 + round * 37 % 60));
-    SqliteJobStore store(directory.path());
+    TestStore store(directory.path());
     FileArtifactStore artifacts(directory.path() + "/artifacts");
     for (std::string id, sha256; acknowledged >> id >> sha256; ++checked) {
       ASSERT_EQ(store.document(id), "document of " + id) << "round " << round;

@@ -1,4 +1,4 @@
-/// submit_until_killed DIRECTORY ROUND: four threads submit jobs to a SqliteJobStore, claim one each time and end it
+/// submit_until_killed DIRECTORY ROUND: four threads submit jobs to a TestStore, claim one each time and end it
 /// with an image, small or in a FileArtifactStore, and write "ID SHA256\n" to standard output once all is acknowledged.
 /// For ever.
 
@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "server/storage/files/file_artifact_store.h"
-#include "server/storage/sqlite/sqlite_job_store.h"
+#include "tests/conformance/test_store.h"
 #include "tests/conformance/memory_file.h"
 
 int main(int, char** arguments) {
   const std::string directory = arguments[1], round = arguments[2];
-  queue::SqliteJobStore store(directory);
-  queue::FileArtifactStore artifacts(directory + "/artifacts");
+  TestStore store(directory);
+  storage::files::FileArtifactStore artifacts(directory + "/artifacts");
   std::vector<std::thread> threads;
   for (int thread = 0; thread < 4; ++thread) {
     threads.emplace_back([&, thread] {

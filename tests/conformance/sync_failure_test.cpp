@@ -15,11 +15,13 @@
 #include "server/storage/files/file_artifact_store.h"
 #include "server/storage/files/file_asset_store.h"
 #include "server/storage/sqlite/sqlite_delivery_store.h"
-#include "server/storage/sqlite/sqlite_job_store.h"
+#include "tests/conformance/test_store.h"
 #include "tests/conformance/memory_file.h"
 #include "tests/conformance/temporary_directory.h"
 
 using namespace queue;
+using namespace storage::files;
+using namespace storage::sqlite;
 
 namespace {
 
@@ -47,10 +49,10 @@ Job job_named(const std::string& id) {
 extern "C" int fsync(int fd) { return sync_unless_failing(SYS_fsync, fd); }
 extern "C" int fdatasync(int fd) { return sync_unless_failing(SYS_fdatasync, fd); }
 
-TEST(SqliteJobStore, SyncsBeforeItAnswersAndRefusesWhatCouldNotBeSynced) {
+TEST(SqliteStores, SyncsBeforeItAnswersAndRefusesWhatCouldNotBeSynced) {
   const TemporaryDirectory directory;
   {
-    SqliteJobStore store(directory.path());
+    TestStore store(directory.path());
     const int before = syncs_asked;
     store.submit(job_named("kept"), "kept");
     EXPECT_GT(syncs_asked, before);
@@ -65,7 +67,7 @@ TEST(SqliteJobStore, SyncsBeforeItAnswersAndRefusesWhatCouldNotBeSynced) {
     EXPECT_THROW(store.claim("boot", 1, 9000, false), StoreFailure);
     EXPECT_EQ(syncs_asked, syncs);
   }
-  SqliteJobStore store(directory.path());
+  TestStore store(directory.path());
   if (store.find("refused")) {
     EXPECT_EQ(store.document("refused"), "refused") << "what the disk kept of it is whole";
   }
@@ -73,14 +75,14 @@ TEST(SqliteJobStore, SyncsBeforeItAnswersAndRefusesWhatCouldNotBeSynced) {
   EXPECT_EQ(store.claim("boot", 1, 9000, false)->job.id, "kept");
 }
 
-TEST(SqliteJobStore, ClaimsAndWhatIsNotToBeDurableWaitForNoSyncAndAreSyncedWithTheNextWrite) {
+TEST(SqliteStores, ClaimsAndWhatIsNotToBeDurableWaitForNoSyncAndAreSyncedWithTheNextWrite) {
   const TemporaryDirectory directory;
-  SqliteJobStore store(directory.path());
+  TestStore store(directory.path());
   store.submit(job_named("a"), "a");
   const int before = syncs_asked;
   const Claim first = store.claim("boot", 1, 9000, false).value();
   store.renew({{"a", first.fence}}, 10'000);
-  store.insert_job({{{job_named("b"), "b"}}, {}, {}, false}, 1);
+  store.insert({{{job_named("b"), "b"}}, {}, {}, false}, 1);
   const Claim second = store.claim_small("boot", 1, 9000).value();
   EXPECT_TRUE(store.succeed("b", second.fence, 2, "{}", {}, false));
   EXPECT_EQ(syncs_asked, before);
@@ -91,9 +93,9 @@ TEST(SqliteJobStore, ClaimsAndWhatIsNotToBeDurableWaitForNoSyncAndAreSyncedWithT
   EXPECT_GT(syncs_asked, probed);
 }
 
-TEST(SqliteJobStore, ASmallImageTakesOneSyncTogetherWithItsJobAndIsNotThereWithoutIt) {
+TEST(SqliteStores, ASmallImageTakesOneSyncTogetherWithItsJobAndIsNotThereWithoutIt) {
   const TemporaryDirectory directory;
-  SqliteJobStore store(directory.path());
+  TestStore store(directory.path());
   store.submit(job_named("a"), "a");
   store.submit(job_named("b"), "b");
   const Claim first = store.claim("boot", 1, 9000, false).value(), second = store.claim("boot", 1, 9000, false).value();
@@ -117,7 +119,7 @@ TEST(DiskHealth, ItsFirstBrokenWriteIsToldOnceAndIsTheLastOfAllStores) {
   const TemporaryDirectory directory;
   std::vector<std::string> told;
   DiskHealth health([&](const std::string& what) { told.push_back(what); });
-  SqliteJobStore jobs(directory.path(), {.health = &health});
+  TestStore jobs(directory.path(), {.health = &health});
   SqliteDeliveryStore deliveries(directory.path(), &health);
   FileArtifactStore artifacts(directory.path(), &health);
   FileAssetStore uploads(

@@ -5,9 +5,8 @@
 
 #include "server/http/routes.h"
 #include "server/queue/queue.h"
-#include "server/storage/memory/memory_artifact_store.h"
-#include "server/storage/memory/memory_asset_store.h"
-#include "server/storage/memory/memory_job_store.h"
+#include "server/storage/files/file_asset_store.h"
+#include "tests/conformance/temporary_stores.h"
 
 namespace {
 
@@ -22,13 +21,12 @@ void print(const std::vector<http::Route>& routes) {
 }  // namespace
 
 int main() {
-  queue::MemoryJobStore store;
-  queue::MemoryArtifactStore artifacts;
-  queue::MemoryAssetStore assets(queue::system_clock());
+  TemporaryStores temporary;
+  storage::files::FileAssetStore assets(temporary.directory.path() + "/uploads", queue::system_clock());
   queue::IdSource ids(queue::system_clock(), queue::system_random());
-  queue::Queue queue(store, artifacts, ids, queue::system_clock(), queue::no_log(), {});
+  queue::Queue queue(temporary.stores, temporary.artifacts, ids, queue::system_clock(), queue::no_log(), {});
   queue::Events events([](const queue::JobEvent&) { return std::string(); }, queue::system_clock());
-  print(http::client_routes({.jobs = queue,
+  print(http::client_routes({.queue = queue,
                              .events = events,
                              .assets = assets,
                              .clock = queue::system_clock(),

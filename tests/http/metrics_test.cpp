@@ -34,12 +34,12 @@ TEST(Metrics, LabelsAreEscaped) {
   EXPECT_EQ(telemetry::metric_line("a", {}, std::numeric_limits<double>::infinity()), "a +Inf\n");
 }
 
-class Nobody final : public queue::Observer {
+class Nobody final : public queue::JobObserver {
  public:
   void on_state_changed(const std::string&, queue::JobState) noexcept override { ++told; }
   void on_waiters_notified(const std::string&) noexcept override { ++told; }
-  void progressed(const std::string&, double) noexcept override { ++told; }
-  void removed(const std::string&) noexcept override { ++told; }
+  void on_progress(const std::string&, double) noexcept override { ++told; }
+  void on_removed(const std::string&) noexcept override { ++told; }
   int told = 0;
 };
 
@@ -75,8 +75,8 @@ TEST(JobMetrics, TellWaitsRunsRaysAndTargets) {
   succeeded("c");
   job.attempt = 0;  // from the cache: neither its wait nor its rays are told again
   succeeded("d");
-  observed.progressed("a", 0.5);
-  observed.removed("a");
+  observed.on_progress("a", 0.5);
+  observed.on_removed("a");
   EXPECT_DOUBLE_EQ(pace.seconds_per_work().value_or(0), 2.0 / 1000) << "of those that tell it";
   EXPECT_EQ(next.told, 11) << "everything is passed on";
   const std::string text = metrics.text();

@@ -49,7 +49,7 @@ class WebhooksTest : public testing::Test {
   }
   void submit(const std::string& id, std::vector<std::string> events = {"succeeded", "failed", "cancelled"},
               const std::string& receiver = "receiver") {
-    telling->expect(id, {"http://" + receiver + "/" + id, std::move(events)});
+    telling->register_webhook(id, {"http://" + receiver + "/" + id, std::move(events)});
     place(id, JobState::queued);
   }
   /// Ended, and to be told to `receiver`.
@@ -131,7 +131,7 @@ class WebhooksTest : public testing::Test {
   std::condition_variable let_;
 
  protected:
-  std::unique_ptr<queue::SqliteDeliveryStore> store = std::make_unique<queue::SqliteDeliveryStore>(directory_.path());
+  std::unique_ptr<storage::sqlite::SqliteDeliveryStore> store = std::make_unique<storage::sqlite::SqliteDeliveryStore>(directory_.path());
   std::optional<Webhooks> telling;  ///< last: goes first
 };
 
@@ -180,7 +180,7 @@ TEST_F(WebhooksTest, AFailedAttemptIsRepeatedAfterGrowingPausesWithTheSameMessag
     EXPECT_EQ(delivery("a").state, DeliveryState::pending);
     EXPECT_EQ(delivery("a").next_attempt_at, now + pause.count());
     now += pause.count();
-    telling->expect("wakes", {"http://x/", {"failed"}});
+    telling->register_webhook("wakes", {"http://x/", {"failed"}});
     end("wakes", JobState::succeeded);  // the clock was turned; nobody else tells the thread
     ++attempts;
   }
@@ -234,7 +234,7 @@ TEST_F(WebhooksTest, AWishWhoseJobWasNeverStoredIsStruckAtTheNextStart) {
 
 TEST_F(WebhooksTest, AJobThatIsRemovedIsNotToldOf) {
   start();
-  telling->expect("a", {"http://x/", {"failed"}});
+  telling->register_webhook("a", {"http://x/", {"failed"}});
   telling->ended("a");
   ASSERT_TRUE(eventually([&] { return store->subscribed_jobs().empty(); }));
   EXPECT_TRUE(store->of_job("a").empty());

@@ -18,7 +18,7 @@ constexpr int page_size = 1000;  // jobs read from the store at once
 tracer::Result<queue::BatchState, Problem> find_batch(const Request& request, const ApiContext& front) {
   const std::string& id = request.path.front();
   if (!is_id(id)) return Problem{Failure::batch_not_found, "that is no batch id; ids are lower-case UUIDs", {}};
-  auto state = front.jobs.find_batch(id);
+  auto state = front.queue.queries.find_batch(id);
   if (!state) return Problem{Failure::batch_not_found, "there is no batch " + id, {}};
   return std::move(*state);
 }
@@ -59,7 +59,7 @@ std::vector<TarEntry> images_of(const std::string& batch, const ApiContext& fron
   filter.state = queue::JobState::succeeded;
   std::string cursor;
   do {
-    const queue::JobPage page = front.jobs.list(filter, cursor, page_size);
+    const queue::JobPage page = front.queue.queries.list(filter, cursor, page_size);
     for (const queue::Job& job : page.items) {
       for (const queue::Artifact& artifact : job.artifacts) {
         entries.push_back({file_name(job, artifact), artifact.bytes, job.ended_at.value_or(0), artifact});
@@ -112,7 +112,7 @@ Answer submit_batch(Request& request, const ApiContext& front) {
   submission->write_reply = [](const queue::BatchState& state) -> queue::FirstReply {
     return {202, "/v1/batches/" + state.batch.id, resources::write_batch(state)};
   };
-  const auto submitted = front.jobs.submit_batch(std::move(*submission));
+  const auto submitted = front.queue.submission.submit_batch(std::move(*submission));
   if (!submitted) return problem_reply(problem_of(submitted.error()), request.id);
   if (submitted->replayed) return replayed_reply(*submitted->replayed);
   return batch_reply(202, submitted->state);
@@ -132,7 +132,7 @@ Answer cancel_batch(Request& request, const ApiContext& front) {
   if (count(*state, queue::JobState::queued) + count(*state, queue::JobState::running) == 0) {
     return problem_reply({Failure::batch_ended, "all jobs of the batch have ended", {}}, request.id);
   }
-  front.jobs.cancel_batch(state->batch.id);
+  front.queue.lifecycle.cancel_batch(state->batch.id);
   return changed_reply(request, front);
 }
 
@@ -142,7 +142,7 @@ Answer retry_batch(Request& request, const ApiContext& front) {
   if (front.draining()) {
     return problem_reply({Failure::draining, "nothing was changed; try again later", {}}, request.id);
   }
-  if (front.jobs.retry_batch(state->batch.id) == 0) {
+  if (front.queue.lifecycle.retry_batch(state->batch.id) == 0) {
     return problem_reply({Failure::batch_not_failed, "no job of the batch failed or was cancelled", {}}, request.id);
   }
   return changed_reply(request, front);
@@ -160,7 +160,8 @@ Answer get_batch_artifacts(Request& request, const ApiContext& front) {
   reply.content_type = "application/x-tar";
   reply.headers.emplace_back("Content-Disposition", "attachment; filename=\"" + id + ".tar\"");
   reply.headers.emplace_back("Cache-Control", "no-cache");
-  reply.source = tar_of(std::move(entries), [&jobs = front.jobs](const queue::Artifact& a) { return jobs.open(a); });
+  reply.source = tar_of(std::move(entries),
+                        [&queries = front.queue.queries](const queue::Artifact& a) { return queries.open(a); });
   return reply;
 }
 

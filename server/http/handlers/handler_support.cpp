@@ -143,7 +143,7 @@ Problem no_such_job(const std::string& id) { return {Failure::job_not_found, "th
 tracer::Result<queue::JobView, Problem> find_job(const Request& request, const ApiContext& front) {
   const std::string& id = request.path.front();
   if (!is_id(id)) return Problem{Failure::job_not_found, "that is no job id; ids are lower-case UUIDs", {}};
-  auto view = front.jobs.find(id);
+  auto view = front.queue.queries.find(id);
   if (!view) return no_such_job(id);
   return std::move(*view);
 }
@@ -184,7 +184,7 @@ Reply job_reply(int status, const queue::JobView& view, const ApiContext& front)
 }
 
 Reply image_reply(const queue::Job& job, const queue::Artifact& artifact, const ApiContext& front) {
-  const std::shared_ptr<const queue::ArtifactReader> reader = front.jobs.open(artifact);
+  const std::shared_ptr<const queue::ArtifactReader> reader = front.queue.queries.open(artifact);
   if (!reader) throw std::runtime_error("the bytes of artifact " + artifact.sha256 + " are gone");
   Reply reply;
   reply.content_type = artifact.media_type;

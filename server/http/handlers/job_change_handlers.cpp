@@ -62,7 +62,7 @@ Answer make_change(const Request& request, const ApiContext& front, const api::R
     const queue::Job& job = view->job;
     const auto change = change_of(job, asked, front);
     if (!change) return problem_reply(change.error(), request.id);
-    const auto outcome = front.jobs.change(job.id, *change, revision.value_or(job.revision));
+    const auto outcome = front.queue.lifecycle.change(job.id, *change, revision.value_or(job.revision));
     if (outcome == queue::ChangeOutcome::changed) break;
     if (outcome == queue::ChangeOutcome::other_revision && !revision && tried < tries_max) continue;
     return problem_reply(problem_of(job, outcome), request.id);
@@ -102,7 +102,7 @@ Answer retry_job(Request& request, const ApiContext& front) {
   if (front.draining())
     return problem_reply({Failure::draining, "nothing was changed; try again later", {}}, request.id);
   const std::string& id = view->job.id;
-  switch (front.jobs.retry(id)) {
+  switch (front.queue.lifecycle.retry(id)) {
     case queue::RetryOutcome::not_ended:
     case queue::RetryOutcome::succeeded:
       return problem_reply({Failure::job_not_failed, "only a job that failed or was cancelled can be tried again", {}},
@@ -115,7 +115,7 @@ Answer retry_job(Request& request, const ApiContext& front) {
     case queue::RetryOutcome::queued:
       break;
   }
-  const auto after = front.jobs.find(id);
+  const auto after = front.queue.queries.find(id);
   if (!after) return problem_reply(no_such_job(id), request.id);
   return job_reply(202, *after, front);
 }
@@ -123,7 +123,7 @@ Answer retry_job(Request& request, const ApiContext& front) {
 Answer get_queue(Request&, const ApiContext& front) {
   Reply reply;
   reply.content_type = "application/json";
-  reply.body = resources::write_queue(front.jobs.state());
+  reply.body = resources::write_queue(front.queue.queries.state());
   reply.headers.emplace_back("Cache-Control", "no-cache");
   return reply;
 }

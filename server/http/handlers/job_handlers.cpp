@@ -70,7 +70,7 @@ Answer submit_job(Request& request, const ApiContext& front) {
   if (!idempotency) return problem_reply(idempotency.error(), request.id);
   queue::Submission submission = submission_of(request, std::move(*scene), front);
   do_once(submission, std::move(*idempotency), front);
-  const auto submitted = front.jobs.submit(std::move(submission));
+  const auto submitted = front.queue.submission.submit(std::move(submission));
   if (!submitted) return problem_reply(problem_of(submitted.error()), request.id);
   return submission_reply(request, *submitted, front);
 }
@@ -93,11 +93,11 @@ Answer list_jobs(Request& request, const ApiContext& front) {
   ListQuery query;
   const std::string errors = read_list_query(request.head.query, query);
   if (!errors.empty()) return problem_reply({Failure::bad_query, errors, {}}, request.id);
-  queue::JobPage page = front.jobs.list(query.filter, query.cursor, query.limit);
+  queue::JobPage page = front.queue.queries.list(query.filter, query.cursor, query.limit);
   std::vector<queue::JobView> views;
   views.reserve(page.items.size());
   for (queue::Job& job : page.items) {
-    const double progress = job.state == queue::JobState::succeeded ? 1 : front.jobs.progress(job.id);
+    const double progress = job.state == queue::JobState::succeeded ? 1 : front.queue.queries.progress(job.id);
     views.push_back({std::move(job), progress});
   }
   Reply reply;
@@ -110,8 +110,8 @@ Answer cancel_job(Request& request, const ApiContext& front) {
   const auto view = find_job(request, front);
   if (!view) return problem_reply(view.error(), request.id);
   const std::string& id = view->job.id;
-  const queue::CancelOutcome outcome = front.jobs.cancel(id);
-  const auto after = front.jobs.find(id);
+  const queue::CancelOutcome outcome = front.queue.lifecycle.cancel(id);
+  const auto after = front.queue.queries.find(id);
   if (outcome == queue::CancelOutcome::unknown || !after) return problem_reply(no_such_job(id), request.id);
   if (outcome == queue::CancelOutcome::already_ended) {
     const std::string state = queue::name_of(after->job.state);
@@ -124,7 +124,7 @@ Answer remove_job(Request& request, const ApiContext& front) {
   const auto view = find_job(request, front);
   if (!view) return problem_reply(view.error(), request.id);
   const std::string& id = view->job.id;
-  switch (front.jobs.remove(id)) {
+  switch (front.queue.lifecycle.remove(id)) {
     case queue::RemoveOutcome::running:
       return problem_reply({Failure::job_running, "job " + id + " is running; cancel it first", {}}, request.id);
     case queue::RemoveOutcome::unknown:

@@ -49,7 +49,7 @@ Answer answer(const Look& look, const queue::JobView& view, bool timed_out, cons
   };
   const auto resume = [look, front](bool late) -> Answer {
     look.listener->take(SIZE_MAX);  // before the job is looked at: what comes later wakes again
-    const auto now = front.jobs.find(look.id);
+    const auto now = front.queue.queries.find(look.id);
     if (!now) return problem_reply(no_such_job(look.id), look.request_id);
     return answer(look, *now, late, front);
   };
@@ -80,11 +80,11 @@ Answer when_ended(const queue::JobView& view, SteadyTime deadline, const std::st
   }
   const std::string id = view.job.id;
   const auto watch = [front, id](std::function<void()> wake) -> std::function<void()> {
-    const std::uint64_t token = front.jobs.when_ended(id, std::move(wake));
-    return [front, token] { front.jobs.forget(token); };
+    const std::uint64_t token = front.queue.waiters.when_ended(id, std::move(wake));
+    return [front, token] { front.queue.waiters.cancel(token); };
   };
   const auto resume = [=](bool late) -> Answer {
-    const auto now = front.jobs.find(id);
+    const auto now = front.queue.queries.find(id);
     if (!now) return problem_reply(no_such_job(id), request_id);
     return when_ended(*now, deadline, applied, request_id, front, late);
   };

@@ -41,7 +41,7 @@ Answer measure(Request& request, const ApiContext& front) {
   submission.document = std::move(*body);
   submission.parsed = std::move(wanted->document);
   do_once(submission, std::move(*idempotency), front);
-  const auto submitted = front.jobs.submit(std::move(submission));
+  const auto submitted = front.queue.submission.submit(std::move(submission));
   if (!submitted) return problem_reply(problem_of(submitted.error()), request.id);
   return submission_reply(request, *submitted, front);
 }

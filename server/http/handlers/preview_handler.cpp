@@ -73,10 +73,10 @@ Reply reply_for_ended(const Asked& asked, const queue::Job& job) {
 }
 
 Reply reply_now(const Asked& asked, const ApiContext& front) {
-  const auto view = front.jobs.find(asked.id);
+  const auto view = front.queue.queries.find(asked.id);
   if (!view) return problem_reply(no_such_job(asked.id), asked.request_id);
   if (queue::ended(view->job.state)) return reply_for_ended(asked, view->job);
-  const queue::Previews::Latest latest = front.jobs.preview(asked.id, asked.side);
+  const queue::Previews::Latest latest = front.queue.waiters.preview(asked.id, asked.side);
   return latest.png ? preview_reply(asked, *latest.png, front) : nothing_yet(asked);
 }
 
@@ -93,11 +93,11 @@ Answer get_preview(Request& request, const ApiContext& front) {
   Asked asked{view->job.id, request.id, {}, *side};
   if (const auto known = request.head.header("if-none-match")) asked.known = *known;
   const bool traced = view->job.state == queue::JobState::running && view->job.kind == queue::JobKind::render;
-  if (!traced || front.jobs.preview(asked.id, asked.side).fresh) return reply_now(asked, front);
+  if (!traced || front.queue.waiters.preview(asked.id, asked.side).fresh) return reply_now(asked, front);
 
   const auto watch = [front, asked](std::function<void()> wake) -> std::function<void()> {
-    const std::uint64_t token = front.jobs.look(asked.id, asked.side, std::move(wake));
-    return [front, token] { front.jobs.cancel_preview(token); };
+    const std::uint64_t token = front.queue.waiters.request_preview(asked.id, asked.side, std::move(wake));
+    return [front, token] { front.queue.waiters.cancel_preview(token); };
   };
   const auto resume = [front, asked](bool) -> Answer { return reply_now(asked, front); };
   return DeferredReply{std::chrono::steady_clock::now() + patience, watch, resume};

@@ -65,25 +65,28 @@ Reply reply_for(const Waiting& waiting, const queue::JobView& view, const ApiCon
   }
   if (view.job.state == queue::JobState::succeeded) return finished_image(view.job, waiting.format, front);
   if (queue::ended(view.job.state)) return problem_reply(problem_of(view.job), waiting.request_id);
-  front.jobs.make_durable(view.job.id);  // it is accepted now
   return job_reply(202, view, front);
 }
 
-Answer forward_preview_request(const Waiting& waiting, const ApiContext& front, bool timed_out);
+Answer forward_preview_request(const Waiting& waiting, const ApiContext& front, bool timed_out, bool durable = false);
 
 /// Answers when the job has ended, or has not by then.
 Answer wait_for(const Waiting& waiting, const ApiContext& front) {
   const auto watch = [front, id = waiting.id](std::function<void()> wake) -> std::function<void()> {
-    const std::uint64_t token = front.jobs.when_ended(id, std::move(wake));
-    return [front, token] { front.jobs.forget(token); };
+    const std::uint64_t token = front.queue.waiters.when_ended(id, std::move(wake));
+    return [front, token] { front.queue.waiters.cancel(token); };
   };
   const auto resume = [waiting, front](bool late) { return forward_preview_request(waiting, front, late); };
   return DeferredReply{waiting.deadline, watch, resume};
 }
 
-Answer forward_preview_request(const Waiting& waiting, const ApiContext& front, bool timed_out) {
-  const auto view = front.jobs.find(waiting.id);
+Answer forward_preview_request(const Waiting& waiting, const ApiContext& front, bool timed_out, bool durable) {
+  const auto view = front.queue.queries.find(waiting.id);
   if (!view) return problem_reply(no_such_job(waiting.id), waiting.request_id);
+  if (timed_out && !durable && !queue::ended(view->job.state)) {
+    front.queue.submission.make_durable(waiting.id);  // the reply 202 accepts the job
+    return forward_preview_request(waiting, front, true, true);
+  }
   if (timed_out || queue::ended(view->job.state)) {
     Reply reply = reply_for(waiting, *view, front);
     if (waiting.replayed) reply.headers.emplace_back("Idempotent-Replayed", "true");
@@ -106,9 +109,9 @@ Answer render(Request& request, const ApiContext& front) {
   auto idempotency = idempotency_of(request, scene->document, front);
   if (!idempotency) return problem_reply(idempotency.error(), request.id);
   queue::Submission submission = submission_of(request, std::move(*scene), front);
-  submission.durable = false;  // who sees the connection break asks again
+  submission.durable = false;  // a client that loses the connection repeats the request
   do_once(submission, std::move(*idempotency), front);
-  const auto submitted = front.jobs.submit(std::move(submission));
+  const auto submitted = front.queue.submission.submit(std::move(submission));
   if (!submitted) return problem_reply(problem_of(submitted.error()), request.id);
   const Deadline deadline = std::chrono::steady_clock::now() + front.render_wait;
   if (submitted->replayed) {

@@ -1,15 +1,15 @@
 #pragma once
-/// Copies of files named by their sha256, from a directory that another process goes on with.
+/// Copies of files named by their sha256, from a directory that another process uses.
 
 #include <string>
 
-namespace queue {
+namespace storage::files {
 
-/// Every file DIRECTORY/ab/abcdef... to the same place below `into`, with the time of its last change; what is removed
-/// meanwhile is left out. Not synced. Throws StoreFailure, also when the bytes of one are not those of its name.
+/// Copies every file DIRECTORY/ab/abcdef... to the same path below `into`, with the time of its last change, except
+/// those removed meanwhile. Not synced. Throws StoreFailure, also when the bytes of a file do not match its name.
 void copy_files(const std::string& directory, const std::string& into);
 
-/// Everything written so far to the file system that holds `path`.
+/// Syncs the whole file system of `path`.
 void sync_disk(const std::string& path);
 
-}  // namespace queue
+}  // namespace storage::files

@@ -11,55 +11,57 @@
 
 #include "server/storage/files/durable_file.h"
 
-namespace queue {
+namespace storage::files {
 namespace {
 
 constexpr std::uint64_t reserve_part = 10, ballast_part = 32;
 
 }  // namespace
 
-DiskSpaceMonitor::DiskSpaceMonitor(const std::string& directory, const DiskRoomSettings& settings, Log log)
+DiskSpaceMonitor::DiskSpaceMonitor(const std::string& directory, const DiskSpaceSettings& settings, queue::Log log)
     : directory_(directory), ballast_(directory + "/ballast"), settings_(settings), log_(std::move(log)) {
-  if (mkdir(directory.c_str(), 0750) < 0 && errno != EEXIST) files::fail("cannot create", directory);
-  look();
+  if (mkdir(directory.c_str(), 0750) < 0 && errno != EEXIST) fail("cannot create", directory);
+  measure();
 }
 
-bool DiskSpaceMonitor::look() {
+bool DiskSpaceMonitor::measure() {
   struct statvfs disk {};
-  if (statvfs(directory_.c_str(), &disk) < 0) files::fail("cannot look at", directory_);
+  if (statvfs(directory_.c_str(), &disk) < 0) fail("cannot measure", directory_);
   const std::uint64_t size = disk.f_blocks * disk.f_frsize, free = disk.f_bavail * disk.f_frsize;
   const std::uint64_t ballast = std::min(settings_.ballast_bytes, size / ballast_part);
   bool has = has_ballast();
   if (has && free < ballast / 4) {
     unlink(ballast_.c_str());
     has = false;
-    log_(LogLevel::error, "disk_full", {{"free_bytes", std::to_string(free)}});
+    log_(queue::LogLevel::error, "disk_full", {{"free_bytes", std::to_string(free)}});
   } else if (!has && free >= 2 * ballast) {
-    has = take_ballast(ballast);
+    has = create_ballast(ballast);
   }
 
   const std::lock_guard lock(mutex_);
-  const DiskSpace::State before = room_.state;
-  room_.free_bytes = free;
-  room_.reserve_bytes = std::min(settings_.reserve_bytes, size / reserve_part);
-  const bool scarce = free < room_.reserve_bytes;
-  room_.state = !has ? DiskSpace::State::none : scarce ? DiskSpace::State::scarce : DiskSpace::State::enough;
-  return before == DiskSpace::State::none && room_.state != DiskSpace::State::none;
+  const queue::DiskSpace::State before = space_.state;
+  space_.free_bytes = free;
+  space_.reserve_bytes = std::min(settings_.reserve_bytes, size / reserve_part);
+  const bool scarce = free < space_.reserve_bytes;
+  space_.state = !has     ? queue::DiskSpace::State::none
+                 : scarce ? queue::DiskSpace::State::scarce
+                          : queue::DiskSpace::State::enough;
+  return before == queue::DiskSpace::State::none && space_.state != queue::DiskSpace::State::none;
 }
 
-DiskSpace DiskSpaceMonitor::now() const {
+queue::DiskSpace DiskSpaceMonitor::now() const {
   const std::lock_guard lock(mutex_);
-  return room_;
+  return space_;
 }
 
 bool DiskSpaceMonitor::has_ballast() const { return access(ballast_.c_str(), F_OK) == 0; }
 
-/// Whole or not at all. Not synced: one that a power cut halves is as good a ballast as its size.
-bool DiskSpaceMonitor::take_ballast(std::uint64_t bytes) {
-  const files::File file(ballast_, O_WRONLY | O_CREAT | O_EXCL);
+/// Whole or not at all. Not synced: after power loss a shorter one still frees its size.
+bool DiskSpaceMonitor::create_ballast(std::uint64_t bytes) {
+  const File file(ballast_, O_WRONLY | O_CREAT | O_EXCL);
   if (file.fd() >= 0 && posix_fallocate(file.fd(), 0, static_cast<off_t>(bytes)) == 0) return true;
   unlink(ballast_.c_str());
   return false;
 }
 
-}  // namespace queue
+}  // namespace storage::files

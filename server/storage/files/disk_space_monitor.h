@@ -1,10 +1,10 @@
 #pragma once
-/// Watches how full the disk is on which the data directory lies, and keeps a ballast there: a file of no use but that
-/// giving it up makes room. On a disk that is really full not even deleting works, for that is a write to the database.
+/// Monitors the free space on the disk of the data directory and keeps a ballast there: a file whose deletion frees
+/// space. On a really full disk not even jobs could be deleted, because that is a write to the database.
 ///
 ///   queue::DiskSpaceMonitor disk(directory, settings, log);    // before the stores: they need room to open
-///   queue.set_disk_probe([&] { return disk.now(); });
-///   ... every half a second: if (disk.look()) queue.on_disk_space_available();
+///   settings.disk_space = [&] { return disk.now(); };          // queue::QueueSettings
+///   ... every half a second: if (disk.measure()) queue.lifecycle.on_disk_space_available();
 
 #include <cstdint>
 #include <mutex>
@@ -13,36 +13,36 @@
 #include "server/queue/disk_space.h"
 #include "server/queue/event_log.h"
 
-namespace queue {
+namespace storage::files {
 
-struct DiskRoomSettings {
-  /// Below this nothing new is accepted; a tenth of the disk where that is less. 10 GiB are a thousand large images.
+struct DiskSpaceSettings {
+  /// With less free space submissions are rejected; at most a tenth of the disk. 10 GiB are a thousand large images.
   std::uint64_t reserve_bytes = 10ull << 30;
-  /// Room for the rows and the images of what runs when the disk is full; a 32nd of the disk where that is less.
+  /// Space for the rows and images of running jobs on a full disk; at most a 32nd of the disk.
   std::uint64_t ballast_bytes = 64ull << 20;
 };
 
 /// Thread-safe.
 class DiskSpaceMonitor {
  public:
-  /// Makes `directory` where missing. Looks at once: takes the ballast, or gives up one that is there.
-  DiskSpaceMonitor(const std::string& directory, const DiskRoomSettings& settings, Log log);
+  /// Creates `directory` where missing and measures: creates the ballast, or deletes an existing one.
+  DiskSpaceMonitor(const std::string& directory, const DiskSpaceSettings& settings, queue::Log log);
 
-  /// Looks at the disk. With less than a quarter of the ballast free that is given up, and with twice of it taken
-  /// again. True when there was no room before and is now. Throws StoreFailure where the disk cannot be looked at.
-  bool look();
+  /// Measures the free space. With less than a quarter of the ballast free the ballast is deleted, and with twice of it
+  /// created again. True when jobs could not be claimed before and can now. Throws StoreFailure.
+  bool measure();
 
-  [[nodiscard]] DiskSpace now() const;  ///< as it was at the last look
+  [[nodiscard]] queue::DiskSpace now() const;  ///< at the last measurement
 
  private:
   [[nodiscard]] bool has_ballast() const;
-  bool take_ballast(std::uint64_t bytes);
+  bool create_ballast(std::uint64_t bytes);
 
   const std::string directory_, ballast_;
-  const DiskRoomSettings settings_;
-  const Log log_;
+  const DiskSpaceSettings settings_;
+  const queue::Log log_;
   mutable std::mutex mutex_;
-  DiskSpace room_;
+  queue::DiskSpace space_;
 };
 
-}  // namespace queue
+}  // namespace storage::files

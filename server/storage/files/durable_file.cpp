@@ -13,7 +13,7 @@
 
 #include "tracer/sha256.h"
 
-namespace queue::files {
+namespace storage::files {
 namespace {
 
 /// Repeats a system call that a signal interrupted.
@@ -34,7 +34,7 @@ void write_all(int fd, const char* bytes, std::size_t size, const std::string& p
   }
 }
 
-class FileReader final : public ArtifactReader {
+class FileReader final : public queue::ArtifactReader {
  public:
   FileReader(std::string path, std::unique_ptr<File> file) : path_(std::move(path)), file_(std::move(file)) {
     struct stat status {};
@@ -56,7 +56,7 @@ void create_directory(const std::string& path) {
   if (mkdir(path.c_str(), 0750) < 0 && errno != EEXIST) fail("cannot create", path);
 }
 
-/// All 256 now and synced once, so that storing has only its own directory to sync.
+/// All 256, so that a later put syncs only its own directory.
 void create_subdirectories(const std::string& directory) {
   constexpr std::string_view digits = "0123456789abcdef";
   for (const char high : digits) {
@@ -69,7 +69,9 @@ void delete_leftovers(const std::string& directory) {
   for (const auto& entry : std::filesystem::directory_iterator(directory, error)) {
     if (unlink(entry.path().c_str()) < 0) fail("cannot delete", entry.path());
   }
-  if (error) throw StoreFailure(StoreFailure::Kind::unavailable, "cannot list " + directory + ": " + error.message());
+  if (error)
+    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
+                              "cannot list " + directory + ": " + error.message());
 }
 
 }  // namespace
@@ -77,11 +79,11 @@ void delete_leftovers(const std::string& directory) {
 void fail(const std::string& what, const std::string& path) {
   const int error = errno;
   const bool full = error == ENOSPC || error == EDQUOT || error == EFBIG;
-  using Kind = StoreFailure::Kind;
-  throw StoreFailure(full           ? Kind::full
-                     : error == EIO ? Kind::broken
-                                    : Kind::unavailable,
-                     what + " " + path + ": " + std::strerror(error));
+  using Kind = queue::StoreFailure::Kind;
+  throw queue::StoreFailure(full           ? Kind::full
+                            : error == EIO ? Kind::broken
+                                           : Kind::unavailable,
+                            what + " " + path + ": " + std::strerror(error));
 }
 
 File::File(const std::string& path, int flags)
@@ -101,7 +103,7 @@ std::size_t read_at(int fd, std::uint64_t offset, char* into, std::size_t size, 
   return done;
 }
 
-ArtifactStore::Stored hash_of(const ReadAt& read, const Take& take) {
+queue::ArtifactStore::Stored hash_of(const ReadAt& read, const Take& take) {
   tracer::Sha256 hash;
   std::uint64_t bytes = 0;
   std::vector<char> chunk(1u << 18);
@@ -122,7 +124,7 @@ TemporaryFile::~TemporaryFile() {
   if (!renamed_) unlink(path_.c_str());
 }
 
-ArtifactStore::Stored TemporaryFile::copy(const ReadAt& read) {
+queue::ArtifactStore::Stored TemporaryFile::copy(const ReadAt& read) {
   return hash_of(read, [this](const char* bytes, std::size_t size) { write_all(file_.fd(), bytes, size, path_); });
 }
 
@@ -141,18 +143,18 @@ void TemporaryFile::rename_to(const std::string& target) {
   renamed_ = true;
 }
 
-void sync_directory(const std::string& path) {
-  const File directory(path, O_RDONLY | O_DIRECTORY);
-  if (directory.fd() < 0) fail("cannot open", path);
-  if (retry([&] { return fsync(directory.fd()); }) < 0) fail("cannot sync", path);
+void sync_path(const std::string& path) {
+  const File file(path, O_RDONLY | O_NOFOLLOW);
+  if (file.fd() < 0) fail("cannot open", path);
+  if (retry([&] { return fsync(file.fd()); }) < 0) fail("cannot sync", path);
 }
 
 void create_directories(const std::string& directory) {
   create_directory(directory);
   create_directory(directory + "/tmp");
   create_subdirectories(directory);
-  sync_directory(directory);
-  sync_directory(directory + "/..");
+  sync_path(directory);
+  sync_path(directory + "/..");
   delete_leftovers(directory + "/tmp");
 }
 
@@ -164,7 +166,7 @@ std::string path_of(const std::string& directory, const std::string& sha256) {
   return subdirectory(directory, sha256) + "/" + sha256;
 }
 
-std::unique_ptr<ArtifactReader> open_reader(const std::string& directory, const std::string& sha256) {
+std::unique_ptr<queue::ArtifactReader> open_reader(const std::string& directory, const std::string& sha256) {
   if (!tracer::is_sha256(sha256)) return nullptr;
   const std::string path = path_of(directory, sha256);
   auto file = std::make_unique<File>(path, O_RDONLY | O_NOFOLLOW);
@@ -175,4 +177,4 @@ std::unique_ptr<ArtifactReader> open_reader(const std::string& directory, const 
   return std::make_unique<FileReader>(path, std::move(file));
 }
 
-}  // namespace queue::files
+}  // namespace storage::files

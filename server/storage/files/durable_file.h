@@ -1,7 +1,7 @@
 #pragma once
-/// Files that appear whole and durable under the sha256 of their bytes, or not at all: DIRECTORY/ab/abcdef..., written
-/// to DIRECTORY/tmp, synced, then renamed. Private to this directory. Every failure is a StoreFailure that names the
-/// path.
+/// Files that appear whole under the sha256 of their bytes, or not at all: DIRECTORY/ab/abcdef..., written to
+/// DIRECTORY/tmp, synced where they must be durable, then renamed. Private to this directory. Every failure is a
+/// StoreFailure that names the path.
 
 #include <cstddef>
 #include <cstdint>
@@ -11,9 +11,9 @@
 
 #include "server/queue/artifact_store.h"
 
-namespace queue::files {
+namespace storage::files {
 
-/// Throws what errno says about `what` at `path`.
+/// Throws a StoreFailure for errno, with `what` and `path`.
 [[noreturn]] void fail(const std::string& what, const std::string& path);
 
 /// An open descriptor; negative, with errno, where the file could not be opened.
@@ -35,11 +35,11 @@ std::size_t read_at(int fd, std::uint64_t offset, char* into, std::size_t size, 
 /// Bytes at an offset, as AssetStore::Read.
 using ReadAt = std::function<std::size_t(std::uint64_t offset, char* into, std::size_t size)>;
 
-/// Reads to the end and names what was read; `take`, where given, sees each piece.
+/// Reads to the end and returns sha256 and size; `take`, where given, receives each piece.
 using Take = std::function<void(const char* bytes, std::size_t size)>;
-ArtifactStore::Stored hash_of(const ReadAt& read, const Take& take);
+queue::ArtifactStore::Stored hash_of(const ReadAt& read, const Take& take);
 
-/// A new file that is deleted again unless it was renamed.
+/// A new file that the destructor deletes unless it was renamed.
 class TemporaryFile {
  public:
   explicit TemporaryFile(std::string path);
@@ -47,7 +47,7 @@ class TemporaryFile {
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
 
-  ArtifactStore::Stored copy(const ReadAt& read);
+  queue::ArtifactStore::Stored copy(const ReadAt& read);
   void set_time(std::int64_t unix_ms);  ///< of the last change
   void sync();
   void rename_to(const std::string& target);
@@ -58,16 +58,15 @@ class TemporaryFile {
   bool renamed_ = false;
 };
 
-/// DIRECTORY with its 256 directories and tmp, made where missing and synced; what a dead process left in tmp is
-/// deleted.
+/// Creates DIRECTORY with its 256 subdirectories and tmp where missing, synced; empties tmp.
 void create_directories(const std::string& directory);
-void sync_directory(const std::string& path);
+void sync_path(const std::string& path);  ///< of an existing file or directory
 
-/// DIRECTORY/ab and DIRECTORY/ab/abcdef... Precondition: `sha256` is one.
+/// DIRECTORY/ab and DIRECTORY/ab/abcdef... Precondition: is_sha256.
 std::string subdirectory(const std::string& directory, const std::string& sha256);
 std::string path_of(const std::string& directory, const std::string& sha256);
 
-/// Null when there is no such file, or `sha256` is none.
-std::unique_ptr<ArtifactReader> open_reader(const std::string& directory, const std::string& sha256);
+/// Null when there is no such file, or not is_sha256.
+std::unique_ptr<queue::ArtifactReader> open_reader(const std::string& directory, const std::string& sha256);
 
-}  // namespace queue::files
+}  // namespace storage::files

@@ -3,51 +3,57 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <filesystem>
 #include <utility>
 
 #include "server/storage/files/durable_file.h"
 #include "tracer/sha256.h"
 
-namespace queue {
+namespace storage::files {
 
-FileArtifactStore::FileArtifactStore(std::string directory, DiskHealth* health)
+FileArtifactStore::FileArtifactStore(std::string directory, queue::DiskHealth* health)
     : directory_(std::move(directory)), health_(health == nullptr ? own_health_ : *health) {
-  files::create_directories(directory_);
+  create_directories(directory_);
 }
 
-ArtifactStore::Stored FileArtifactStore::put(int fd, std::size_t small_bytes) {
-  if (small_bytes > 0) {
-    std::string bytes(small_bytes + 1, '\0');
-    bytes.resize(files::read_at(fd, 0, bytes.data(), bytes.size(), "the source"));
-    if (bytes.size() <= small_bytes) return {tracer::sha256_hex(bytes), bytes.size(), std::move(bytes)};
-  }
-  return health_.run([&] { return store(fd); });
+queue::ArtifactStore::Stored FileArtifactStore::put(int fd, bool durable) {
+  return health_.run([&] { return store(fd, durable); });
 }
 
-ArtifactStore::Stored FileArtifactStore::store(int fd) {
-  files::TemporaryFile temporary(directory_ + "/tmp/" + std::to_string(temporary_count_++));
-  Stored stored = temporary.copy([fd](std::uint64_t offset, char* into, std::size_t size) {
-    return files::read_at(fd, offset, into, size, "the source");
+queue::ArtifactStore::Stored FileArtifactStore::store(int fd, bool durable) {
+  TemporaryFile temporary(directory_ + "/tmp/" + std::to_string(temporary_count_++));
+  const Stored stored = temporary.copy([fd](std::uint64_t offset, char* into, std::size_t size) {
+    return read_at(fd, offset, into, size, "the source");
   });
-  const std::string target = files::path_of(directory_, stored.sha256);
-  // What is there was synced before it got its name. Its directory may not be yet: another put can be at that very
-  // point.
-  if (access(target.c_str(), F_OK) != 0) {
-    temporary.sync();
-    temporary.rename_to(target);
+  const std::string target = path_of(directory_, stored.sha256);
+  std::error_code missing;
+  if (std::filesystem::file_size(target, missing) == stored.bytes && !missing) {
+    if (durable) sync_existing(stored.sha256);
+    return stored;
   }
-  files::sync_directory(files::subdirectory(directory_, stored.sha256));
+  if (durable) temporary.sync();
+  temporary.rename_to(target);  // also over a file that power loss has truncated
+  if (durable) sync_path(subdirectory(directory_, stored.sha256));
   return stored;
 }
 
-std::unique_ptr<ArtifactReader> FileArtifactStore::open(const std::string& sha256) {
-  return files::open_reader(directory_, sha256);
+void FileArtifactStore::sync(const std::string& sha256) {
+  health_.run([&] { sync_existing(sha256); });
+}
+
+void FileArtifactStore::sync_existing(const std::string& sha256) {
+  sync_path(path_of(directory_, sha256));
+  sync_path(subdirectory(directory_, sha256));
+}
+
+std::unique_ptr<queue::ArtifactReader> FileArtifactStore::open(const std::string& sha256) {
+  return open_reader(directory_, sha256);
 }
 
 void FileArtifactStore::remove(const std::string& sha256) {
   if (!tracer::is_sha256(sha256)) return;
-  const std::string path = files::path_of(directory_, sha256);
-  if (unlink(path.c_str()) < 0 && errno != ENOENT) files::fail("cannot delete", path);
+  const std::string path = path_of(directory_, sha256);
+  if (unlink(path.c_str()) < 0 && errno != ENOENT) fail("cannot delete", path);
 }
 
-}  // namespace queue
+}  // namespace storage::files

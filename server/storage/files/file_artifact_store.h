@@ -1,5 +1,5 @@
 #pragma once
-/// Artifacts as files named by their sha256: DIRECTORY/ab/abcdef..., written to DIRECTORY/tmp, synced, then renamed.
+/// Artifacts as files named by their sha256: DIRECTORY/ab/abcdef... (durable_file.h).
 
 #include <atomic>
 #include <cstdint>
@@ -9,27 +9,29 @@
 #include "server/queue/artifact_store.h"
 #include "server/queue/disk_health.h"
 
-namespace queue {
+namespace storage::files {
 
-/// One process at a time (SqliteJobStore's lock on the data directory sees to that). Bytes that put returned for
-/// survive kill -9 and power loss; remove is not synced, so power loss may bring bytes back that nobody names.
-class FileArtifactStore final : public ArtifactStore {
+/// One process at a time (SqliteStores locks the data directory). A removal is not synced, so power loss may restore an
+/// artifact that no job names.
+class FileArtifactStore final : public queue::ArtifactStore {
  public:
-  /// Creates the directories where missing and deletes what a dead process left half-written. Throws StoreFailure.
-  /// `health` is that of the disk; null: nobody else is to know.
-  explicit FileArtifactStore(std::string directory, DiskHealth* health = nullptr);
+  /// Creates the directories where missing and deletes incomplete files. Throws StoreFailure. `health` is that of the
+  /// disk; null: private to this store.
+  explicit FileArtifactStore(std::string directory, queue::DiskHealth* health = nullptr);
 
-  Stored put(int fd, std::size_t small_bytes = 0) override;
-  std::unique_ptr<ArtifactReader> open(const std::string& sha256) override;  ///< null for what is no sha256, too
+  Stored put(int fd, bool durable = true) override;
+  void sync(const std::string& sha256) override;
+  std::unique_ptr<queue::ArtifactReader> open(const std::string& sha256) override;
   void remove(const std::string& sha256) override;
 
  private:
-  Stored store(int fd);
+  Stored store(int fd, bool durable);
+  void sync_existing(const std::string& sha256);
 
   std::string directory_;
-  DiskHealth own_health_;
-  DiskHealth& health_;
+  queue::DiskHealth own_health_;
+  queue::DiskHealth& health_;
   std::atomic<std::uint64_t> temporary_count_{0};
 };
 
-}  // namespace queue
+}  // namespace storage::files

@@ -13,7 +13,7 @@
 #include "server/storage/files/durable_file.h"
 #include "tracer/sha256.h"
 
-namespace queue {
+namespace storage::files {
 namespace {
 
 struct Entry {
@@ -28,7 +28,7 @@ std::optional<Entry> entry_at(const std::string& path) {
     return Entry{status.st_mtim.tv_sec * 1000 + status.st_mtim.tv_nsec / 1'000'000,
                  static_cast<std::uint64_t>(status.st_size)};
   }
-  if (errno != ENOENT) files::fail("cannot stat", path);
+  if (errno != ENOENT) fail("cannot stat", path);
   return std::nullopt;
 }
 
@@ -47,48 +47,51 @@ void walk(const std::string& directory, const Each& each) {
     const auto entry = entry_at(file.path());
     if (tracer::is_sha256(name) && entry) each(name, *entry);
   }
-  if (error) throw StoreFailure(StoreFailure::Kind::unavailable, "cannot list " + directory + ": " + error.message());
+  if (error)
+    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
+                              "cannot list " + directory + ": " + error.message());
 }
 
 }  // namespace
 
-FileAssetStore::FileAssetStore(std::string directory, Clock clock, std::uint64_t bytes_max, DiskHealth* health)
+FileAssetStore::FileAssetStore(std::string directory, queue::Clock clock, std::uint64_t bytes_max,
+                               queue::DiskHealth* health)
     : directory_(std::move(directory)),
       clock_(std::move(clock)),
       bytes_max_(bytes_max),
       health_(health == nullptr ? own_health_ : *health) {
-  files::create_directories(directory_);
+  create_directories(directory_);
   for (int part = 0; part < parts; ++part) {
     walk(directory_ + "/" + name_of_part(part), [&](const std::string&, const Entry& entry) { bytes_ += entry.bytes; });
   }
 }
 
-AssetStore::Put FileAssetStore::put(const std::string& sha256, const Read& read) {
+queue::AssetStore::Put FileAssetStore::put(const std::string& sha256, const Read& read) {
   return health_.run([&] { return store(sha256, read); });
 }
 
-AssetStore::Put FileAssetStore::store(const std::string& sha256, const Read& read) {
+queue::AssetStore::Put FileAssetStore::store(const std::string& sha256, const Read& read) {
   if (!tracer::is_sha256(sha256)) return Put::other_bytes;
-  const std::string directory = files::subdirectory(directory_, sha256);
-  if (use(sha256)) {  // read all the same: whoever sends other bytes under this name has to know
-    if (files::hash_of(read, {}).sha256 != sha256) return Put::other_bytes;
-    files::sync_directory(directory);  // another put may stand between its rename and this
+  const std::string directory = subdirectory(directory_, sha256);
+  if (use(sha256)) {  // read all the same: other bytes under this name are an error
+    if (hash_of(read, {}).sha256 != sha256) return Put::other_bytes;
+    sync_path(directory);  // another put may be between its rename and its sync
     return Put::was_there;
   }
-  files::TemporaryFile temporary(directory_ + "/tmp/" + std::to_string(temporary_count_++));
-  const ArtifactStore::Stored stored = temporary.copy(read);
+  TemporaryFile temporary(directory_ + "/tmp/" + std::to_string(temporary_count_++));
+  const queue::ArtifactStore::Stored stored = temporary.copy(read);
   if (stored.sha256 != sha256) return Put::other_bytes;
   temporary.set_time(clock_());
   temporary.sync();
   const Put put = name(temporary, stored);
-  if (put == Put::stored) files::sync_directory(directory);
+  if (put == Put::stored) sync_path(directory);
   return put;
 }
 
-AssetStore::Put FileAssetStore::name(files::TemporaryFile& temporary, const ArtifactStore::Stored& stored) {
-  const std::string path = files::path_of(directory_, stored.sha256);
+queue::AssetStore::Put FileAssetStore::name(TemporaryFile& temporary, const queue::ArtifactStore::Stored& stored) {
+  const std::string path = path_of(directory_, stored.sha256);
   const std::lock_guard lock(mutex_);
-  const bool is_new = !entry_at(path);  // else another put was faster
+  const bool is_new = !entry_at(path);
   if (is_new && (bytes_ > bytes_max_ || stored.bytes > bytes_max_ - bytes_)) return Put::no_room;
   temporary.rename_to(path);
   if (is_new) bytes_ += stored.bytes;
@@ -97,18 +100,18 @@ AssetStore::Put FileAssetStore::name(files::TemporaryFile& temporary, const Arti
 
 bool FileAssetStore::use(const std::string& sha256) {
   if (!tracer::is_sha256(sha256)) return false;
-  const std::string path = files::path_of(directory_, sha256);
+  const std::string path = path_of(directory_, sha256);
   const std::int64_t now = clock_();
   const timespec time{now / 1000, now % 1000 * 1'000'000};
   const std::array<timespec, 2> times{time, time};
   const std::lock_guard lock(mutex_);
   if (utimensat(AT_FDCWD, path.c_str(), times.data(), AT_SYMLINK_NOFOLLOW) == 0) return true;
-  if (errno != ENOENT) files::fail("cannot use", path);
+  if (errno != ENOENT) fail("cannot use", path);
   return false;
 }
 
-std::unique_ptr<ArtifactReader> FileAssetStore::open(const std::string& sha256) {
-  return files::open_reader(directory_, sha256);
+std::unique_ptr<queue::ArtifactReader> FileAssetStore::open(const std::string& sha256) {
+  return open_reader(directory_, sha256);
 }
 
 std::vector<std::string> FileAssetStore::unused_since(int part, std::int64_t then) {
@@ -122,7 +125,7 @@ std::vector<std::string> FileAssetStore::unused_since(int part, std::int64_t the
 
 bool FileAssetStore::remove_unused_since(const std::string& sha256, std::int64_t then) {
   if (!tracer::is_sha256(sha256)) return false;
-  const std::string path = files::path_of(directory_, sha256);
+  const std::string path = path_of(directory_, sha256);
   const std::lock_guard lock(mutex_);
   const auto entry = entry_at(path);
   if (!entry || entry->used >= then) return false;
@@ -130,8 +133,8 @@ bool FileAssetStore::remove_unused_since(const std::string& sha256, std::int64_t
     bytes_ -= entry->bytes;
     return true;
   }
-  if (errno != ENOENT) files::fail("cannot delete", path);
+  if (errno != ENOENT) fail("cannot delete", path);
   return false;
 }
 
-}  // namespace queue
+}  // namespace storage::files

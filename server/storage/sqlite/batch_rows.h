@@ -1,5 +1,5 @@
 #pragma once
-/// Batches to rows and back. Private to this directory.
+/// Conversion of batches to rows and back. Private to this directory.
 
 #include <optional>
 #include <string>
@@ -7,9 +7,9 @@
 #include "server/queue/job_store.h"
 #include "server/storage/sqlite/database.h"
 
-namespace queue::sqlite {
+namespace storage::sqlite {
 
-void insert_batch(Database& database, const Batch& batch);
-std::optional<BatchState> read_batch(Database& database, const std::string& id);
+void insert_batch(Database& database, const queue::Batch& batch);
+std::optional<queue::BatchState> read_batch(Database& database, const std::string& id);
 
-}  // namespace queue::sqlite
+}  // namespace storage::sqlite

@@ -1,41 +1,31 @@
 #pragma once
-/// What a SqliteJobStore is made of. Private to this directory.
+/// The connections of SqliteStores, which its stores share, and the stores themselves. Private to this directory.
 
 #include <memory>
 #include <string>
 
-#include "server/storage/sqlite/database.h"
+#include "server/queue/disk_health.h"
 #include "server/storage/sqlite/directory_lock.h"
 #include "server/storage/sqlite/group_commit.h"
 #include "server/storage/sqlite/read_pool.h"
-#include "server/storage/sqlite/schema.h"
-#include "server/storage/sqlite/sqlite_job_store.h"
+#include "server/storage/sqlite/sqlite_stores.h"
 
-namespace queue {
+namespace storage::sqlite {
 
-namespace sqlite {
-
-inline std::unique_ptr<Database> open_writer(const std::string& path) {
-  auto database = std::make_unique<Database>(path, Database::Access::read_write);
-  prepare_file(*database, path);
-  return database;
-}
-
-}  // namespace sqlite
-
-/// In the order of dependence: the lock goes last, the readers before the writer, which checkpoints as it closes.
-struct SqliteJobStore::Connections {
-  Connections(const std::string& directory, const std::string& path, const SqliteSettings& settings)
-      : lock(directory),
-        writer(sqlite::open_writer(path), settings.health == nullptr ? own_health : *settings.health),
-        reader(path, settings.read_connections),
-        image_reader(path, 1) {}
-  sqlite::DirectoryLock lock;
-  DiskHealth own_health;
-  sqlite::GroupCommit writer;
-  sqlite::ReadPool reader;
-  /// Of small images alone, some microseconds each: who streams them waits for no text search.
-  sqlite::ReadPool image_reader;
+/// In the order of dependence: the lock is released last, the readers are closed before the writer, which checkpoints.
+struct Connections {
+  Connections(const std::string& directory, const SqliteSettings& settings);
+  DirectoryLock lock;
+  queue::DiskHealth own_health;
+  GroupCommit writer;
+  ReadPool reader;
 };
 
-}  // namespace queue
+/// The connections must outlive the stores.
+std::unique_ptr<queue::JobStore> make_job_store(Connections& connections);
+std::unique_ptr<queue::JobStatistics> make_job_statistics(Connections& connections);
+std::unique_ptr<queue::JobTransitions> make_job_transitions(Connections& connections);
+std::unique_ptr<queue::BatchStore> make_batch_store(Connections& connections);
+std::unique_ptr<queue::MaintenanceStore> make_maintenance_store(Connections& connections);
+
+}  // namespace storage::sqlite

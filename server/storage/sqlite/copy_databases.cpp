@@ -5,12 +5,12 @@
 #include "server/queue/job_store.h"
 #include "server/storage/sqlite/database.h"
 
-namespace queue {
+namespace storage::sqlite {
 namespace {
 
-/// A reader among others: it neither writes the log nor brings it into the file.
+/// A reader: it neither writes the log nor checkpoints it.
 void copy(const std::string& from, const std::string& to) {
-  sqlite::Database(from, sqlite::Database::Access::read_only).change("VACUUM INTO ?", to);
+  Database(from, Database::Access::read_only).change("VACUUM INTO ?", to);
 }
 
 }  // namespace
@@ -21,4 +21,4 @@ void copy_databases(const std::string& directory, const std::string& into) {
   if (std::filesystem::exists(directory + deliveries)) copy(directory + deliveries, into + deliveries);
 }
 
-}  // namespace queue
+}  // namespace storage::sqlite

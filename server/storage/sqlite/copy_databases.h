@@ -1,12 +1,12 @@
 #pragma once
-/// Copies of a data directory's databases as they were at one moment each, whoever uses them.
+/// Copies of the databases of a data directory that may be in use, each of one moment.
 
 #include <string>
 
-namespace queue {
+namespace storage::sqlite {
 
-/// DIRECTORY's whittle.db, then webhooks.db where there is one: who wants to hear of a job is stored before the job, so
-/// each job that is copied has its subscriptions. Neither is synced. Throws StoreFailure.
+/// Copies whittle.db, then webhooks.db where there is one: a subscription is stored before its job, so each copied job
+/// has its subscriptions. Neither copy is synced. Throws StoreFailure.
 void copy_databases(const std::string& directory, const std::string& into);
 
-}  // namespace queue
+}  // namespace storage::sqlite

@@ -8,7 +8,7 @@
 
 #include "server/queue/job_store.h"
 
-namespace queue::sqlite {
+namespace storage::sqlite {
 namespace {
 
 [[noreturn]] void fail(sqlite3* connection, int result) {
@@ -20,12 +20,12 @@ namespace {
   const int primary = result & 0xff;
   if (primary == SQLITE_CONSTRAINT || primary == SQLITE_MISUSE || primary == SQLITE_ERROR) throw std::logic_error(what);
   if (primary == SQLITE_IOERR || primary == SQLITE_CANTOPEN) what += std::string(": ") + std::strerror(system_error);
-  // Only a failed write is FULL to SQLite; a quota, a file size limit or a full disk met at a sync is an I/O error.
+  // Only a failed write is FULL to SQLite; a quota, a file size limit or a full disk at a sync is an I/O error.
   const bool no_room = system_error == ENOSPC || system_error == EDQUOT || system_error == EFBIG;
   const bool full = primary == SQLITE_FULL || (primary == SQLITE_IOERR && no_room);
   const bool broken = primary == SQLITE_IOERR && system_error == EIO;
-  using Kind = StoreFailure::Kind;
-  throw StoreFailure(full ? Kind::full : broken ? Kind::broken : Kind::unavailable, what);
+  using Kind = queue::StoreFailure::Kind;
+  throw queue::StoreFailure(full ? Kind::full : broken ? Kind::broken : Kind::unavailable, what);
 }
 
 }  // namespace
@@ -33,7 +33,7 @@ namespace {
 // ---- Query
 
 Query::~Query() {
-  sqlite3_reset(statement_);  // repeats the error of the last step, which has been thrown already
+  sqlite3_reset(statement_);  // repeats the error of the last step, which was thrown already
   sqlite3_clear_bindings(statement_);
 }
 
@@ -41,6 +41,12 @@ bool Query::row() {
   const int result = sqlite3_step(statement_);
   if (result != SQLITE_ROW && result != SQLITE_DONE) fail(connection_, result);
   return result == SQLITE_ROW;
+}
+
+std::vector<std::string> Query::texts() {
+  std::vector<std::string> values;
+  while (row()) values.push_back(text(0));
+  return values;
 }
 
 void Query::bind(int position, std::int64_t value) {
@@ -80,21 +86,23 @@ std::string Query::text(int column) const {
 void Database::Close::operator()(sqlite3* connection) const { sqlite3_close_v2(connection); }
 void Database::Finalize::operator()(sqlite3_stmt* statement) const { sqlite3_finalize(statement); }
 
-Database::Database(const std::string& path, Access access) {
-  // A connection is used by one thread at a time, which our callers see to, so SQLite's own locks are not needed.
+Database::Database(const std::string& path, Access access, bool synchronous) : synchronous_(synchronous) {
+  // The callers use a connection from one thread at a time, so SQLite's own locks are not needed.
   const int mode = access == Access::read_write ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY;
   sqlite3* connection = nullptr;
   const int result = sqlite3_open_v2(path.c_str(), &connection, mode | SQLITE_OPEN_NOMUTEX, nullptr);
   connection_.reset(connection);
   if (connection == nullptr) throw std::bad_alloc();
   if (result != SQLITE_OK) {
-    throw StoreFailure(StoreFailure::Kind::unavailable, "cannot open " + path + ": " + sqlite3_errmsg(connection));
+    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
+                              "cannot open " + path + ": " + sqlite3_errmsg(connection));
   }
   sqlite3_extended_result_codes(connection, 1);
   sqlite3_busy_timeout(connection, 5000);
-  // SQLite 3.40.1 has the WAL-reset bug, which needs two connections that checkpoint: only the writing one does, and
-  // nothing is mapped.
+  // SQLite 3.40.1 has the WAL-reset bug, which needs two connections that checkpoint: only the writer does, and nothing
+  // is mapped.
   script("PRAGMA mmap_size = 0; PRAGMA temp_store = MEMORY;");
+  if (!synchronous) script("PRAGMA synchronous = OFF;");
   if (access == Access::read_only) {
     script("PRAGMA wal_autocheckpoint = 0;");
     keep_log();
@@ -102,7 +110,7 @@ Database::Database(const std::string& path, Access access) {
 }
 
 void Database::sync_commits(bool wait) {
-  if (commits_wait_ == wait) return;
+  if (!synchronous_ || commits_wait_ == wait) return;
   script(wait ? "PRAGMA synchronous = FULL" : "PRAGMA synchronous = NORMAL");
   commits_wait_ = wait;
 }
@@ -125,7 +133,7 @@ void Database::checkpoint_at(int pages_wanted, int pages_max) {
     const bool wait = pages >= database->checkpoint_pages_max_;
     sqlite3_wal_checkpoint_v2(connection, name, wait ? SQLITE_CHECKPOINT_RESTART : SQLITE_CHECKPOINT_PASSIVE, nullptr,
                               nullptr);
-    return SQLITE_OK;  // the commit stands, whatever became of the checkpoint
+    return SQLITE_OK;  // the commit stands, whatever the result of the checkpoint
   };
   sqlite3_wal_hook(connection_.get(), after_commit, this);
 }
@@ -145,4 +153,4 @@ sqlite3_stmt* Database::prepared(const std::string& sql) {
 int Database::changes() const { return sqlite3_changes(connection_.get()); }
 bool Database::in_transaction() const { return sqlite3_get_autocommit(connection_.get()) == 0; }
 
-}  // namespace queue::sqlite
+}  // namespace storage::sqlite

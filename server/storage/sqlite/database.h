@@ -1,5 +1,5 @@
 #pragma once
-/// One SQLite connection and its statements, as values that clean up after themselves. Private to this directory.
+/// One SQLite connection and its statements, as values that release their resources. Private to this directory.
 
 #include <cstdint>
 #include <map>
@@ -7,19 +7,20 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 struct sqlite3;
 struct sqlite3_stmt;
 
-namespace queue::sqlite {
+namespace storage::sqlite {
 
-/// Bytes bound as a BLOB without a copy: they must stay until the query is gone.
+/// Bytes bound as a BLOB without a copy: they must outlive the query.
 struct Blob {
   std::string_view bytes;
 };
 
-/// A statement being run: step with `row`, then read columns. Resets the statement when it goes. Every failure is a
-/// StoreFailure; a broken constraint is a bug of ours and a std::logic_error.
+/// A running statement: step with `row`, then read columns. The destructor resets the statement. Every failure is a
+/// StoreFailure; a violated constraint is a bug of the caller and a std::logic_error.
 class Query {
  public:
   /// Binds `values` to the statement's parameters, in order.
@@ -33,7 +34,8 @@ class Query {
   Query(const Query&) = delete;
   Query& operator=(const Query&) = delete;
 
-  bool row();  ///< false at the end
+  bool row();                        ///< false at the end
+  std::vector<std::string> texts();  ///< the first column of all remaining rows
 
   void bind(int position, std::int64_t value);
   void bind(int position, const std::string& value);
@@ -57,17 +59,18 @@ class Query {
 class Database {
  public:
   enum class Access { read_write, read_only };
-  Database(const std::string& path, Access access);
+  /// Not `synchronous`: commits never wait for the disk.
+  Database(const std::string& path, Access access, bool synchronous = true);
   ~Database();
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
 
-  /// Prepared once per text and kept, so the texts must be few. Two queries of the same text must not overlap.
+  /// Each text is prepared once and kept, so the texts must be few. Two queries of the same text must not overlap.
   template <class... Values>
   Query query(const std::string& sql, const Values&... values) {
     return Query(connection_.get(), prepared(sql), values...);
   }
-  /// Runs a query that gives no rows; says how many rows it changed.
+  /// Runs a statement without result rows; returns the number of changed rows.
   template <class... Values>
   int change(const std::string& sql, const Values&... values) {
     query(sql, values...).row();
@@ -75,15 +78,14 @@ class Database {
   }
   void script(const std::string& sql);  ///< several statements, unprepared
 
-  /// From now on commits also bring the log's content into the file: as far as readers let them once it has
-  /// `pages_wanted` pages, and waiting for readers once it has `pages_max`, so that steady reading cannot make it grow
-  /// for ever.
+  /// From now on commits also checkpoint the log: as far as readers allow once it has `pages_wanted` pages, and waiting
+  /// for readers once it has `pages_max`, so that steady reading cannot make it grow without bound.
   void checkpoint_at(int pages_wanted, int pages_max);
 
   /// Whether commits from now on wait for the disk (synchronous = FULL, NORMAL). Not within a transaction.
   void sync_commits(bool wait);
 
-  /// Closing leaves the log and the file as they are, instead of bringing the one into the other.
+  /// Closing does not checkpoint the log.
   void keep_log();
 
   [[nodiscard]] bool in_transaction() const;
@@ -100,8 +102,9 @@ class Database {
   };
   std::unique_ptr<sqlite3, Close> connection_;
   std::map<std::string, std::unique_ptr<sqlite3_stmt, Finalize>> statements_;
+  const bool synchronous_;
   std::optional<bool> commits_wait_;
   int checkpoint_pages_wanted_ = 0, checkpoint_pages_max_ = 0;
 };
 
-}  // namespace queue::sqlite
+}  // namespace storage::sqlite

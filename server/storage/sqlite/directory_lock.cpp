@@ -12,12 +12,12 @@
 
 #include "server/queue/job_store.h"
 
-namespace queue::sqlite {
+namespace storage::sqlite {
 namespace {
 
 [[noreturn]] void fail(const std::string& what) {
-  throw StoreFailure(errno == ENOSPC ? StoreFailure::Kind::full : StoreFailure::Kind::unavailable,
-                     what + ": " + std::strerror(errno));
+  throw queue::StoreFailure(errno == ENOSPC ? queue::StoreFailure::Kind::full : queue::StoreFailure::Kind::unavailable,
+                            what + ": " + std::strerror(errno));
 }
 
 std::string holder(int fd) {
@@ -26,8 +26,8 @@ std::string holder(int fd) {
   return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : "unknown";
 }
 
-/// A daemon that was killed while it started a worker leaves the lock to that until it is a process of its own. On a
-/// busy machine such a worker waits for its turn.
+/// A daemon that was killed while it started a worker leaves the lock to the forked process until that executes. On a
+/// busy machine this takes a moment.
 bool lock_soon(int fd) {
   constexpr std::chrono::milliseconds pause(10);
   const auto end = std::chrono::steady_clock::now() + DirectoryLock::patience;
@@ -51,10 +51,10 @@ DirectoryLock::DirectoryLock(const std::string& directory) {
     close(fd_);
     errno = error;
     if (error != EWOULDBLOCK) fail("cannot lock " + path);
-    throw StoreFailure(StoreFailure::Kind::unavailable,
-                       "the data directory " + directory + " is in use by process " + process);
+    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
+                              "the data directory " + directory + " is in use by process " + process);
   }
-  // Only for people; an unwritten one says "unknown".
+  // Only for error messages; a missing one reads "unknown".
   const std::string process = std::to_string(getpid());
   if (ftruncate(fd_, 0) == 0) [[maybe_unused]]
     const ssize_t written = pwrite(fd_, process.data(), process.size(), 0);
@@ -62,4 +62,4 @@ DirectoryLock::DirectoryLock(const std::string& directory) {
 
 DirectoryLock::~DirectoryLock() { close(fd_); }
 
-}  // namespace queue::sqlite
+}  // namespace storage::sqlite

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <string>
 
-namespace queue::sqlite {
+namespace storage::sqlite {
 
 /// Holds an exclusive lock (flock) on DIRECTORY/lock, which tells the holder's process id; the kernel drops it when the
 /// process ends in whatever way.
@@ -23,4 +23,4 @@ class DirectoryLock {
   int fd_ = -1;
 };
 
-}  // namespace queue::sqlite
+}  // namespace storage::sqlite

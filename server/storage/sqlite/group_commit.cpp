@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <utility>
 
-namespace queue::sqlite {
+namespace storage::sqlite {
 namespace {
 
 bool is_broken(const std::exception_ptr& failure) {
   try {
     if (failure) std::rethrow_exception(failure);
-  } catch (const StoreFailure& thrown) {
-    return thrown.kind == StoreFailure::Kind::broken;
+  } catch (const queue::StoreFailure& thrown) {
+    return thrown.kind == queue::StoreFailure::Kind::broken;
   } catch (...) {
     return false;
   }
@@ -22,12 +22,12 @@ bool is_broken(const std::exception_ptr& failure) {
 void GroupCommit::wait_for(Operation& operation) {
   std::unique_lock lock(mutex_);
   waiting_.push_back(&operation);
-  operation.turn.wait(lock, [&] { return operation.answered || !led_; });
-  if (!operation.answered) lead(lock);
+  operation.turn.wait(lock, [&] { return operation.done || !led_; });
+  if (!operation.done) lead(lock);
   if (operation.failure) std::rethrow_exception(operation.failure);
 }
 
-/// Commits all that waits, the caller's among them, and leaves what came meanwhile to the first of those.
+/// Commits all waiting operations, the caller's among them, and leaves later ones to the first of their threads.
 void GroupCommit::lead(std::unique_lock<std::mutex>& lock) {
   led_ = true;
   const std::vector<Operation*> group = std::exchange(waiting_, {});
@@ -36,8 +36,8 @@ void GroupCommit::lead(std::unique_lock<std::mutex>& lock) {
   lock.lock();
   led_ = false;
   for (Operation* operation : group) {
-    operation->answered = true;
-    operation->turn.notify_one();  // under the lock: the operation is gone as soon as its caller sees the answer
+    operation->done = true;
+    operation->turn.notify_one();  // under the lock: the operation is destroyed as soon as its caller returns
   }
   if (!waiting_.empty()) waiting_.front()->turn.notify_one();
 }
@@ -45,14 +45,14 @@ void GroupCommit::lead(std::unique_lock<std::mutex>& lock) {
 void GroupCommit::commit(const std::vector<Operation*>& group) noexcept {
   bool alive = true;
   try {
-    health_.check();  // again: these may have come before the last group failed
+    health_.check();  // again: the last group may have failed meanwhile
     database_->sync_commits(std::any_of(group.begin(), group.end(),
                                         [](const Operation* operation) { return operation->synced == Synced::now; }));
     database_->change("BEGIN IMMEDIATE");
     for (Operation* operation : group) {
       operation->failure = nullptr;
       if (group.size() == 1) {
-        operation->work(*database_);  // what it throws undoes the transaction, and so its own writes alone
+        operation->work(*database_);  // an exception undoes the transaction, and so its own writes alone
       } else {
         alive = run_in_savepoint(*operation);
       }
@@ -69,16 +69,15 @@ void GroupCommit::commit(const std::vector<Operation*>& group) noexcept {
   if (broken != group.end()) {
     for (Operation* operation : group) operation->failure = (*broken)->failure;
     database_->keep_log();
-    return;  // the next start begins with what was committed
+    return;  // the next start begins with the last committed state
   }
   undo();
-  // One that did not fit (a large document on a full disk) must not take the others with it.
+  // One that did not fit (a large document on a full disk) must not fail the others.
   if (group.size() == 1) return;
   for (Operation* operation : group) commit({operation});
 }
 
-/// False when the whole transaction is gone: SQLite rolls all of it back on some failures of the disk, we on a broken
-/// one.
+/// False when the whole transaction is undone: SQLite does so on some failures of the disk, the caller on a broken one.
 bool GroupCommit::run_in_savepoint(Operation& operation) {
   database_->change("SAVEPOINT operation");
   try {
@@ -95,11 +94,11 @@ bool GroupCommit::run_in_savepoint(Operation& operation) {
 void GroupCommit::undo() noexcept {
   try {
     if (database_->in_transaction()) database_->script("ROLLBACK");
-    // Where the disk is full, writes can go on in the log from its start once its content is in the file.
+    // On a full disk, writes can reuse the log from its start after a checkpoint.
     database_->script("PRAGMA wal_checkpoint(PASSIVE)");
   } catch (...) {
-    // A failing disk: the next BEGIN or COMMIT tells.
+    // A failing disk: the next BEGIN or COMMIT throws.
   }
 }
 
-}  // namespace queue::sqlite
+}  // namespace storage::sqlite

@@ -1,7 +1,7 @@
 #pragma once
-/// All writes of the process through one connection. Whoever finds nobody writing does so at once, on the own thread:
-/// a hand-over there and back costs more than most commits. What comes meanwhile waits and is committed together by one
-/// of those who wait: one sync of the disk answers many callers. Private to this directory.
+/// All writes of the process through one connection (group commit). A caller that finds the connection idle commits at
+/// once on its own thread: a hand-over costs more than most commits. Operations that arrive meanwhile wait, and one of
+/// their threads commits all of them with one sync. Private to this directory.
 
 #include <condition_variable>
 #include <exception>
@@ -16,25 +16,26 @@
 #include "server/queue/disk_health.h"
 #include "server/storage/sqlite/database.h"
 
-namespace queue::sqlite {
+namespace storage::sqlite {
 
-/// When a change survives power loss. Either way it survives the death of the process once it is answered; WAL keeps
-/// the order of commits, so that a synced one brings all before it along.
+/// When a change survives power loss. It survives the death of the process in any case; WAL keeps the order of commits,
+/// so a synced one makes all before it durable.
 enum class Synced {
-  now,        ///< before it is answered
-  with_next,  ///< with the next one that is synced: a power cut may undo it
+  now,        ///< before the call returns
+  with_next,  ///< with the next synced one: power loss may undo it
 };
+
+inline Synced synced(bool durable) { return durable ? Synced::now : Synced::with_next; }
 
 class GroupCommit {
  public:
-  /// `health` is that of the disk and must outlive this.
-  /// No call may be in progress when it goes.
-  GroupCommit(std::unique_ptr<Database> database, DiskHealth& health)
+  /// `health` must outlive this. No call may be in progress at the destruction.
+  GroupCommit(std::unique_ptr<Database> database, queue::DiskHealth& health)
       : database_(std::move(database)), health_(health) {}
 
-  /// Runs `work(database)` inside a transaction and returns its value once that is committed, and synced as asked. What
-  /// `work` throws undoes its own writes alone and is thrown here. `work` may run a second time, after everything it
-  /// did was undone.
+  /// Runs `work(database)` inside a transaction and returns its value once that is committed and synced as requested.
+  /// An exception of `work` undoes its own writes alone and is thrown here. `work` may run a second time, after its
+  /// writes were undone.
   template <class Work>
   auto run(Work work, Synced synced = Synced::now) {
     std::optional<std::invoke_result_t<Work, Database&>> result;
@@ -48,8 +49,8 @@ class GroupCommit {
     std::function<void(Database&)> work;
     Synced synced = Synced::now;
     std::exception_ptr failure;
-    bool answered = false;
-    std::condition_variable turn;  ///< it was answered, or may lead
+    bool done = false;
+    std::condition_variable turn;  ///< it is done, or may lead
   };
 
   void wait_for(Operation& operation);
@@ -58,11 +59,11 @@ class GroupCommit {
   bool run_in_savepoint(Operation& operation);
   void undo() noexcept;
 
-  std::unique_ptr<Database> database_;  ///< the leader's
-  DiskHealth& health_;
+  std::unique_ptr<Database> database_;  ///< used by the committing thread
+  queue::DiskHealth& health_;
   std::mutex mutex_;
   std::vector<Operation*> waiting_;
-  bool led_ = false;  ///< somebody commits
+  bool led_ = false;  ///< a thread is committing
 };
 
-}  // namespace queue::sqlite
+}  // namespace storage::sqlite

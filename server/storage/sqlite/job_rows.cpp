@@ -3,7 +3,7 @@
 #include <sstream>
 #include <utility>
 
-namespace queue::sqlite {
+namespace storage::sqlite {
 namespace {
 
 std::string joined(const std::vector<std::string>& words) {
@@ -20,26 +20,26 @@ std::optional<api::Webhook> read_webhook(const Query& row, int url_column) {
   return webhook;
 }
 
-void read_problem(Database& database, Job& job, const Query& row, int code_column) {
+void read_problem(Database& database, queue::Job& job, const Query& row, int code_column) {
   if (row.is_null(code_column)) return;
-  Problem problem{row.text(code_column), row.text(code_column + 1), {}};
+  queue::Problem problem{row.text(code_column), row.text(code_column + 1), {}};
   Query errors =
       database.query("SELECT pointer, code, detail FROM problem_errors WHERE job_id = ? ORDER BY position", job.id);
   while (errors.row()) problem.errors.push_back({errors.text(0), errors.text(1), errors.text(2)});
   job.problem = std::move(problem);
 }
 
-void read_labels(Database& database, Job& job) {
+void read_labels(Database& database, queue::Job& job) {
   Query labels = database.query("SELECT key, value FROM labels WHERE job_id = ?", job.id);
   while (labels.row()) job.labels.emplace(labels.text(0), labels.text(1));
 }
 
-void read_report(Database& database, Job& job) {
+void read_report(Database& database, queue::Job& job) {
   Query report = database.query("SELECT report FROM reports WHERE job_id = ?", job.id);
   if (report.row()) job.report = report.text(0);
 }
 
-void read_assets(Database& database, Job& job) {
+void read_assets(Database& database, queue::Job& job) {
   Query assets = database.query("SELECT sha256 FROM job_assets WHERE job_id = ? ORDER BY position", job.id);
   while (assets.row()) job.assets.push_back(assets.text(0));
 }
@@ -52,7 +52,7 @@ void insert_labels(Database& database, const std::string& id, const std::map<std
   }
 }
 
-void insert_job(Database& database, const Job& job, const std::string& document) {
+void insert_job(Database& database, const queue::Job& job, const std::string& document) {
   std::optional<std::string> url, events, content_key, batch;
   if (job.webhook) url = job.webhook->url, events = joined(job.webhook->events);
   if (!job.content_key.empty()) content_key = job.content_key;
@@ -63,28 +63,28 @@ void insert_job(Database& database, const Job& job, const std::string& document)
       " webhook_url, webhook_events, content_key, revision, rank, batch_id, batch_index,"
       " kind, accuracy, large)"
       " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-      job.id, job.name, std::string(name_of(job.state)), job.created_at, job.started_at, job.ended_at,
+      job.id, job.name, std::string(queue::name_of(job.state)), job.created_at, job.started_at, job.ended_at,
       std::int64_t{job.attempt}, std::int64_t{job.max_attempts}, std::int64_t{job.priority},
       std::int64_t{job.cancel_requested}, std::int64_t{job.suspect}, std::int64_t{job.width}, std::int64_t{job.height},
       job.owner, job.run_after, job.not_before, job.deadline, job.expires_in_s, job.expires_at, url, events,
-      content_key, job.revision, rank_of(job.created_at, job.run_after, job.priority), batch,
-      std::int64_t{job.batch_index}, std::string(name_of(job.kind)), job.accuracy, std::int64_t{job.large});
+      content_key, job.revision, queue::rank_of(job.created_at, job.run_after, job.priority), batch,
+      std::int64_t{job.batch_index}, std::string(queue::name_of(job.kind)), job.accuracy, std::int64_t{job.large});
   database.change("INSERT INTO documents (job_id, document) VALUES (?, ?)", job.id, Blob{document});
   insert_labels(database, job.id, job.labels);
   std::int64_t position = 0;
   for (const std::string& sha256 : job.assets) {
     database.change("INSERT INTO job_assets (job_id, position, sha256) VALUES (?, ?, ?)", job.id, position++, sha256);
   }
-  if (job.state != JobState::succeeded) return;
+  if (job.state != queue::JobState::succeeded) return;
   insert_report(database, job.id, job.report);
-  insert_artifacts(database, job.id, job.artifacts);
+  insert_artifacts(database, job.id, job.artifacts, job.artifacts_synced);
 }
 
 void insert_report(Database& database, const std::string& id, const std::string& report) {
   database.change("INSERT INTO reports (job_id, report) VALUES (?, ?)", id, report);
 }
 
-void insert_problem(Database& database, const std::string& id, const Problem& problem) {
+void insert_problem(Database& database, const std::string& id, const queue::Problem& problem) {
   database.change("UPDATE jobs SET problem_code = ?, problem_detail = ? WHERE id = ?", problem.code, problem.detail,
                   id);
   std::int64_t position = 0;
@@ -94,9 +94,11 @@ void insert_problem(Database& database, const std::string& id, const Problem& pr
   }
 }
 
-void insert_artifacts(Database& database, const std::string& id, const std::vector<Artifact>& artifacts) {
+void insert_artifacts(Database& database, const std::string& id, const std::vector<queue::Artifact>& artifacts,
+                      bool synced) {
+  if (!synced) database.change("UPDATE jobs SET artifacts_synced = 0 WHERE id = ?", id);
   std::int64_t position = 0;
-  for (const Artifact& artifact : artifacts) {
+  for (const queue::Artifact& artifact : artifacts) {
     database.change(
         "INSERT INTO artifacts (job_id, position, name, media_type, sha256, bytes, owner)"
         " SELECT id, ?, ?, ?, ?, ?, owner FROM jobs WHERE id = ?",
@@ -104,18 +106,18 @@ void insert_artifacts(Database& database, const std::string& id, const std::vect
   }
 }
 
-std::optional<Job> read_job(Database& database, const std::string& id) {
+std::optional<queue::Job> read_job(Database& database, const std::string& id) {
   Query row = database.query(
       "SELECT name, state, created_at, started_at, ended_at, attempt, max_attempts, priority, cancel_requested,"
       " suspect, width, height, problem_code, problem_detail, owner, run_after, not_before, deadline, expires_in_s,"
       " expires_at, expired, webhook_url, webhook_events, content_key, revision, batch_id,"
-      " batch_index, kind, accuracy, large FROM jobs WHERE id = ?",
+      " batch_index, kind, accuracy, large, artifacts_synced FROM jobs WHERE id = ?",
       id);
   if (!row.row()) return std::nullopt;
-  Job job;
+  queue::Job job;
   job.id = id;
   job.name = row.text(0);
-  job.state = job_state(row.text(1)).value();
+  job.state = queue::job_state(row.text(1)).value();
   job.created_at = row.integer(2);
   job.started_at = row.optional_integer(3);
   job.ended_at = row.optional_integer(4);
@@ -139,20 +141,27 @@ std::optional<Job> read_job(Database& database, const std::string& id) {
   job.revision = row.integer(24);
   job.batch = row.text(25);
   job.batch_index = static_cast<int>(row.integer(26));
-  job.kind = job_kind(row.text(27)).value();
+  job.kind = queue::job_kind(row.text(27)).value();
   job.accuracy = row.text(28);
   job.large = row.integer(29) != 0;
+  job.artifacts_synced = row.integer(30) != 0;
   read_labels(database, job);
   read_assets(database, job);
-  if (job.state == JobState::succeeded) {
+  if (job.state == queue::JobState::succeeded) {
     read_report(database, job);
     job.artifacts = read_artifacts(database, id);
   }
   return job;
 }
 
-std::vector<Artifact> read_artifacts(Database& database, const std::string& id) {
-  std::vector<Artifact> artifacts;
+std::optional<std::string> read_document(Database& database, const std::string& id) {
+  Query query = database.query("SELECT document FROM documents WHERE job_id = ?", id);
+  if (!query.row()) return std::nullopt;
+  return query.text(0);
+}
+
+std::vector<queue::Artifact> read_artifacts(Database& database, const std::string& id) {
+  std::vector<queue::Artifact> artifacts;
   Query row =
       database.query("SELECT name, media_type, sha256, bytes FROM artifacts WHERE job_id = ? ORDER BY position", id);
   while (row.row()) {
@@ -161,4 +170,4 @@ std::vector<Artifact> read_artifacts(Database& database, const std::string& id) 
   return artifacts;
 }
 
-}  // namespace queue::sqlite
+}  // namespace storage::sqlite

@@ -1,5 +1,5 @@
 #pragma once
-/// Jobs to rows and back. Private to this directory.
+/// Conversion of jobs to rows and back. Private to this directory.
 
 #include <map>
 #include <string>
@@ -8,16 +8,18 @@
 #include "server/queue/job.h"
 #include "server/storage/sqlite/database.h"
 
-namespace queue::sqlite {
+namespace storage::sqlite {
 
-void insert_job(Database& database, const Job& job, const std::string& document);
+void insert_job(Database& database, const queue::Job& job, const std::string& document);
 void insert_labels(Database& database, const std::string& id, const std::map<std::string, std::string>& labels);
 void insert_report(Database& database, const std::string& id, const std::string& report);
-void insert_problem(Database& database, const std::string& id, const Problem& problem);
-/// Of a job whose row is there.
-void insert_artifacts(Database& database, const std::string& id, const std::vector<Artifact>& artifacts);
+void insert_problem(Database& database, const std::string& id, const queue::Problem& problem);
+/// Precondition: the row of the job exists.
+void insert_artifacts(Database& database, const std::string& id, const std::vector<queue::Artifact>& artifacts,
+                      bool synced);
 
-std::optional<Job> read_job(Database& database, const std::string& id);
-std::vector<Artifact> read_artifacts(Database& database, const std::string& id);
+std::optional<queue::Job> read_job(Database& database, const std::string& id);
+std::optional<std::string> read_document(Database& database, const std::string& id);
+std::vector<queue::Artifact> read_artifacts(Database& database, const std::string& id);
 
-}  // namespace queue::sqlite
+}  // namespace storage::sqlite

@@ -5,16 +5,16 @@
 #include <map>
 #include <utility>
 
-namespace queue::sqlite {
+namespace storage::sqlite {
 namespace {
 
-/// Longer walks than this are all alike: counting stops here.
+/// Counting stops here: longer walks cost the same.
 constexpr std::int64_t many = 1000;
 
 using Label = std::pair<std::string, std::string>;
 
-/// Which index the page walks. Each holds the ids in order, so the walk ends when the page is full; the other
-/// conditions are looked up by id.
+/// The index that a page walks. Each holds the ids in order, so the walk ends when the page is full; the other
+/// conditions are checked by id.
 struct Walk {
   enum class Over { jobs, state, label, batch };
   Over over = Over::jobs;
@@ -28,8 +28,8 @@ std::int64_t count_labelled(Database& database, const Label& label) {
   return query.integer(0);
 }
 
-/// The shortest: the rarest label, or the state where that is rarer still.
-Walk choose_walk(Database& database, const JobFilter& filter) {
+/// The shortest walk: the rarest label, or the state where that is rarer.
+Walk choose_walk(Database& database, const queue::JobFilter& filter) {
   Walk walk;
   if (!filter.batch.empty()) return {Walk::Over::batch, {}};
   std::int64_t shortest = std::numeric_limits<std::int64_t>::max();
@@ -43,7 +43,7 @@ Walk choose_walk(Database& database, const JobFilter& filter) {
   return walk;
 }
 
-std::string list_sql(Walk::Over over, std::size_t other_labels, const JobFilter& filter) {
+std::string list_sql(Walk::Over over, std::size_t other_labels, const queue::JobFilter& filter) {
   std::string sql = "SELECT jobs.id FROM ";
   std::string id = "jobs.id";
   switch (over) {
@@ -73,7 +73,8 @@ std::string list_sql(Walk::Over over, std::size_t other_labels, const JobFilter&
 
 }  // namespace
 
-std::vector<std::string> list_ids(Database& database, const JobFilter& filter, const std::string& cursor, int limit) {
+std::vector<std::string> list_ids(Database& database, const queue::JobFilter& filter, const std::string& cursor,
+                                  int limit) {
   const Walk walk = choose_walk(database, filter);
   std::map<std::string, std::string> others = filter.labels;
   if (walk.over == Walk::Over::label) others.erase(walk.label.first);
@@ -86,7 +87,7 @@ std::vector<std::string> list_ids(Database& database, const JobFilter& filter, c
   }
   if (walk.over == Walk::Over::batch) query.bind(++position, filter.batch);
   query.bind(++position, cursor.empty() ? std::string("~") : cursor);  // greater than every id
-  if (filter.state) query.bind(++position, std::string(name_of(*filter.state)));
+  if (filter.state) query.bind(++position, std::string(queue::name_of(*filter.state)));
   for (const auto& [key, value] : others) {
     query.bind(++position, key);
     query.bind(++position, value);
@@ -98,10 +99,10 @@ std::vector<std::string> list_ids(Database& database, const JobFilter& filter, c
   return ids;
 }
 
-std::int64_t count_jobs(Database& database, JobState state) {
-  Query query = database.query("SELECT jobs FROM job_counts WHERE state = ?", std::string(name_of(state)));
+std::int64_t count_jobs(Database& database, queue::JobState state) {
+  Query query = database.query("SELECT jobs FROM job_counts WHERE state = ?", std::string(queue::name_of(state)));
   query.row();
   return query.integer(0);
 }
 
-}  // namespace queue::sqlite
+}  // namespace storage::sqlite

@@ -7,11 +7,12 @@
 #include "server/queue/job_store.h"
 #include "server/storage/sqlite/database.h"
 
-namespace queue::sqlite {
+namespace storage::sqlite {
 
 /// Ids of at most `limit` matching jobs older than `cursor` (empty: from the newest), newest first.
-std::vector<std::string> list_ids(Database& database, const JobFilter& filter, const std::string& cursor, int limit);
+std::vector<std::string> list_ids(Database& database, const queue::JobFilter& filter, const std::string& cursor,
+                                  int limit);
 
-std::int64_t count_jobs(Database& database, JobState state);
+std::int64_t count_jobs(Database& database, queue::JobState state);
 
-}  // namespace queue::sqlite
+}  // namespace storage::sqlite

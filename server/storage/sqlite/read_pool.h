@@ -1,5 +1,5 @@
 #pragma once
-/// A few read-only connections, lent to one caller at a time. Private to this directory.
+/// A few read-only connections, each used by one caller at a time. Private to this directory.
 
 #include <condition_variable>
 #include <memory>
@@ -9,7 +9,7 @@
 
 #include "server/storage/sqlite/database.h"
 
-namespace queue::sqlite {
+namespace storage::sqlite {
 
 class ReadPool {
  public:
@@ -19,8 +19,7 @@ class ReadPool {
     }
   }
 
-  /// `read(database)` sees one state of the file, in which everything answered before is there. Waits while all
-  /// connections are lent.
+  /// `read(database)` reads one state of the file with every write that returned before. Waits for a free connection.
   template <class Read>
   auto run(Read read) {
     Loan loan(*this);
@@ -40,7 +39,7 @@ class ReadPool {
       try {
         if (database->in_transaction()) database->change("COMMIT");
       } catch (...) {
-        // Nothing was written; the next BEGIN tells what is wrong.
+        // Nothing was written; the next BEGIN throws.
       }
       const std::lock_guard lock(pool.mutex_);
       pool.idle_.push_back(std::move(database));
@@ -57,4 +56,4 @@ class ReadPool {
   std::vector<std::unique_ptr<Database>> idle_;
 };
 
-}  // namespace queue::sqlite
+}  // namespace storage::sqlite

@@ -1,5 +1,5 @@
 #pragma once
-/// Replies under idempotency keys to rows and back. Private to this directory.
+/// Conversion of replies under idempotency keys to rows and back. Private to this directory.
 
 #include <cstdint>
 #include <optional>
@@ -7,10 +7,10 @@
 #include "server/queue/job_store.h"
 #include "server/storage/sqlite/database.h"
 
-namespace queue::sqlite {
+namespace storage::sqlite {
 
-/// In place of one that has expired.
-void insert_reply(Database& database, const KeptReply& kept);
-std::optional<KeptReply> read_reply(Database& database, const ReplyKey& key, std::int64_t now);
+/// Replaces an expired one.
+void insert_reply(Database& database, const queue::KeptReply& kept);
+std::optional<queue::KeptReply> read_reply(Database& database, const queue::ReplyKey& key, std::int64_t now);
 
-}  // namespace queue::sqlite
+}  // namespace storage::sqlite

@@ -1,20 +1,21 @@
 #include "server/storage/sqlite/schema.h"
 
-#include <array>
-
 #include "server/queue/job_store.h"
 
-namespace queue::sqlite {
+namespace storage::sqlite {
 namespace {
 
-/// Step n brings a file from version n to n + 1. A step that was released is never changed; a new one is added.
-/// Names are those of HTTP.md and server/jobs/job.h. Times are milliseconds since 1970 UTC.
-constexpr std::array<const char*, schema_version> steps = {R"sql(
--- Small rows clustered by id, which is creation order: pages and text searches read neighbours. What is large or many
--- has its own table.
+/// Names are those of api/docs/http.md and server/queue/job.h. Times are milliseconds since 1970 UTC.
+constexpr const char* jobs_schema = R"sql(
+-- Small rows clustered by id, which is creation order: pages and text searches read neighbours. Large or repeated
+-- values have their own tables.
 CREATE TABLE jobs (
   id TEXT NOT NULL PRIMARY KEY,
+  kind TEXT NOT NULL CHECK (kind IN ('render', 'measure')),
+  owner TEXT NOT NULL,
   name TEXT NOT NULL,
+  batch_id TEXT,
+  batch_index INTEGER NOT NULL,
   state TEXT NOT NULL CHECK (state IN ('queued', 'running', 'succeeded', 'failed', 'cancelled')),
   created_at INTEGER NOT NULL,
   started_at INTEGER,
@@ -22,17 +23,40 @@ CREATE TABLE jobs (
   attempt INTEGER NOT NULL CHECK (attempt >= 0),
   max_attempts INTEGER NOT NULL,
   priority INTEGER NOT NULL,
+  rank INTEGER NOT NULL,             -- queue::rank_of
+  run_after INTEGER,
+  not_before INTEGER,
+  deadline INTEGER,
+  expires_in_s INTEGER,
+  expires_at INTEGER,
+  expired INTEGER NOT NULL DEFAULT 0,
+  webhook_url TEXT,
+  webhook_events TEXT,               -- separated by spaces
   cancel_requested INTEGER NOT NULL,
   suspect INTEGER NOT NULL,
   width INTEGER NOT NULL,
   height INTEGER NOT NULL,
+  accuracy TEXT NOT NULL,
+  large INTEGER NOT NULL,
   problem_code TEXT,
   problem_detail TEXT,
+  artifacts_synced INTEGER NOT NULL DEFAULT 1,
+  content_key TEXT,
+  revision INTEGER NOT NULL,
   fence INTEGER NOT NULL DEFAULT 0,  -- grows with every claim
-  boot_id TEXT                       -- of the daemon that claimed it last
+  boot_id TEXT,                      -- of the daemon with the latest claim
+  lease_until INTEGER                -- end of the latest claim
 ) STRICT, WITHOUT ROWID;
 CREATE INDEX jobs_by_state ON jobs (state, id);
-CREATE INDEX jobs_waiting ON jobs (suspect, priority DESC, id) WHERE state = 'queued';
+CREATE INDEX jobs_waiting ON jobs (suspect, rank, id) WHERE state = 'queued' AND not_before IS NULL;
+CREATE INDEX jobs_delayed ON jobs (not_before) WHERE not_before IS NOT NULL;
+CREATE INDEX jobs_by_deadline ON jobs (deadline) WHERE state = 'queued' AND deadline IS NOT NULL;
+CREATE INDEX jobs_leased ON jobs (lease_until) WHERE state = 'running' AND lease_until IS NOT NULL;
+CREATE INDEX jobs_expiring ON jobs (expires_at) WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at IS NOT NULL;
+CREATE INDEX jobs_expired ON jobs (expires_at) WHERE expired = 1;
+CREATE INDEX jobs_by_content ON jobs (content_key, id)
+  WHERE content_key IS NOT NULL AND state = 'succeeded' AND expired = 0;
+CREATE INDEX jobs_by_batch ON jobs (batch_id, id) WHERE batch_id IS NOT NULL;
 
 CREATE TABLE documents (
   job_id TEXT NOT NULL PRIMARY KEY REFERENCES jobs ON DELETE CASCADE,
@@ -52,6 +76,7 @@ CREATE INDEX labels_of_job ON labels (job_id, key, value);
 CREATE TABLE artifacts (
   job_id TEXT NOT NULL REFERENCES jobs ON DELETE CASCADE,
   position INTEGER NOT NULL,
+  owner TEXT NOT NULL,
   name TEXT NOT NULL,
   media_type TEXT NOT NULL,
   sha256 TEXT NOT NULL,
@@ -67,49 +92,23 @@ CREATE TABLE problem_errors (
   detail TEXT NOT NULL,
   PRIMARY KEY (job_id, position)
 ) STRICT, WITHOUT ROWID;
-
--- Kept by triggers, so that the bound on waiting jobs is checked without counting them.
-CREATE TABLE job_counts (state TEXT NOT NULL PRIMARY KEY, jobs INTEGER NOT NULL) STRICT, WITHOUT ROWID;
-INSERT INTO job_counts VALUES ('queued', 0), ('running', 0), ('succeeded', 0), ('failed', 0), ('cancelled', 0);
-CREATE TRIGGER on_job_available AFTER INSERT ON jobs BEGIN
-  UPDATE job_counts SET jobs = jobs + 1 WHERE state = new.state;
-END;
-CREATE TRIGGER job_moved AFTER UPDATE OF state ON jobs WHEN old.state <> new.state BEGIN
-  UPDATE job_counts SET jobs = jobs - 1 WHERE state = old.state;
-  UPDATE job_counts SET jobs = jobs + 1 WHERE state = new.state;
-END;
-CREATE TRIGGER job_went AFTER DELETE ON jobs BEGIN
-  UPDATE job_counts SET jobs = jobs - 1 WHERE state = old.state;
-END;
-
-CREATE TABLE probe (writes INTEGER NOT NULL) STRICT;
-INSERT INTO probe VALUES (0);
-)sql",
-                                                           R"sql(
--- What a document asks for under "job", owners, expiry, the result cache, replies under idempotency keys.
-ALTER TABLE jobs ADD COLUMN owner TEXT NOT NULL DEFAULT '';
-ALTER TABLE jobs ADD COLUMN run_after INTEGER;
-ALTER TABLE jobs ADD COLUMN not_before INTEGER;
-ALTER TABLE jobs ADD COLUMN deadline INTEGER;
-ALTER TABLE jobs ADD COLUMN expires_in_s INTEGER;
-ALTER TABLE jobs ADD COLUMN expires_at INTEGER;
-ALTER TABLE jobs ADD COLUMN expired INTEGER NOT NULL DEFAULT 0;
-ALTER TABLE jobs ADD COLUMN webhook_url TEXT;
-ALTER TABLE jobs ADD COLUMN webhook_events TEXT;  -- with blanks between
-ALTER TABLE jobs ADD COLUMN content_key TEXT;
-ALTER TABLE jobs ADD COLUMN revision INTEGER NOT NULL DEFAULT 1;
-ALTER TABLE jobs ADD COLUMN rank INTEGER NOT NULL DEFAULT 0;  -- queue::rank_of
-UPDATE jobs SET rank = created_at - 60000 * priority;
-
-DROP INDEX jobs_waiting;
-CREATE INDEX jobs_waiting ON jobs (suspect, rank, id) WHERE state = 'queued' AND not_before IS NULL;
-CREATE INDEX jobs_delayed ON jobs (not_before) WHERE not_before IS NOT NULL;
-CREATE INDEX jobs_by_deadline ON jobs (deadline) WHERE state = 'queued' AND deadline IS NOT NULL;
-CREATE INDEX jobs_expiring ON jobs (expires_at) WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at IS NOT NULL;
-CREATE INDEX jobs_expired ON jobs (expires_at) WHERE expired = 1;
-CREATE INDEX jobs_by_content ON jobs (content_key, id)
-  WHERE content_key IS NOT NULL AND state = 'succeeded' AND expired = 0;
-
+-- The uploads that a document names.
+CREATE TABLE job_assets (
+  job_id TEXT NOT NULL REFERENCES jobs ON DELETE CASCADE,
+  position INTEGER NOT NULL,
+  sha256 TEXT NOT NULL,
+  PRIMARY KEY (job_id, position)
+) STRICT, WITHOUT ROWID;
+CREATE INDEX job_assets_by_sha256 ON job_assets (sha256);
+CREATE TABLE batches (
+  id TEXT NOT NULL PRIMARY KEY,
+  owner TEXT NOT NULL,
+  name TEXT NOT NULL,
+  created_at INTEGER NOT NULL,
+  max_failed INTEGER,
+  size INTEGER NOT NULL
+) STRICT, WITHOUT ROWID;
+-- First replies under idempotency keys.
 CREATE TABLE replies (
   owner TEXT NOT NULL,
   route TEXT NOT NULL,
@@ -123,110 +122,77 @@ CREATE TABLE replies (
 ) STRICT, WITHOUT ROWID;
 CREATE INDEX replies_by_expiry ON replies (expires_at);
 
--- Kept by triggers, as job_counts.
-ALTER TABLE artifacts ADD COLUMN owner TEXT NOT NULL DEFAULT '';
-CREATE TABLE owner_use (
+-- Maintained by triggers, so that limits are checked without counting jobs.
+CREATE TABLE job_counts (state TEXT NOT NULL PRIMARY KEY, jobs INTEGER NOT NULL) STRICT, WITHOUT ROWID;
+INSERT INTO job_counts VALUES ('queued', 0), ('running', 0), ('succeeded', 0), ('failed', 0), ('cancelled', 0);
+CREATE TABLE owner_usage (
   owner TEXT NOT NULL PRIMARY KEY,
   queued_jobs INTEGER NOT NULL,
   artifact_bytes INTEGER NOT NULL
 ) STRICT, WITHOUT ROWID;
-INSERT INTO owner_use SELECT '', (SELECT count(*) FROM jobs WHERE state = 'queued'),
-                             (SELECT coalesce(sum(bytes), 0) FROM artifacts);
 CREATE TABLE queued_by_priority (priority INTEGER NOT NULL PRIMARY KEY, jobs INTEGER NOT NULL) STRICT;
-INSERT INTO queued_by_priority SELECT priority, count(*) FROM jobs WHERE state = 'queued' GROUP BY priority;
-
-CREATE TRIGGER job_came_of AFTER INSERT ON jobs BEGIN
-  INSERT INTO owner_use VALUES (new.owner, new.state = 'queued', 0)
+CREATE TRIGGER job_inserted AFTER INSERT ON jobs BEGIN
+  UPDATE job_counts SET jobs = jobs + 1 WHERE state = new.state;
+  INSERT INTO owner_usage VALUES (new.owner, new.state = 'queued', 0)
     ON CONFLICT DO UPDATE SET queued_jobs = queued_jobs + excluded.queued_jobs;
   INSERT INTO queued_by_priority SELECT new.priority, 1 WHERE new.state = 'queued'
     ON CONFLICT DO UPDATE SET jobs = jobs + 1;
 END;
-CREATE TRIGGER job_moved_of AFTER UPDATE OF state, priority ON jobs
+CREATE TRIGGER job_moved AFTER UPDATE OF state, priority ON jobs
     WHEN old.state <> new.state OR old.priority <> new.priority BEGIN
-  UPDATE owner_use SET queued_jobs = queued_jobs + (new.state = 'queued') - (old.state = 'queued')
+  UPDATE job_counts SET jobs = jobs - 1 WHERE state = old.state;
+  UPDATE job_counts SET jobs = jobs + 1 WHERE state = new.state;
+  UPDATE owner_usage SET queued_jobs = queued_jobs + (new.state = 'queued') - (old.state = 'queued')
     WHERE owner = new.owner;
   UPDATE queued_by_priority SET jobs = jobs - 1 WHERE old.state = 'queued' AND priority = old.priority;
   INSERT INTO queued_by_priority SELECT new.priority, 1 WHERE new.state = 'queued'
     ON CONFLICT DO UPDATE SET jobs = jobs + 1;
 END;
-CREATE TRIGGER job_went_of AFTER DELETE ON jobs WHEN old.state = 'queued' BEGIN
-  UPDATE owner_use SET queued_jobs = queued_jobs - 1 WHERE owner = old.owner;
-  UPDATE queued_by_priority SET jobs = jobs - 1 WHERE priority = old.priority;
+CREATE TRIGGER job_deleted AFTER DELETE ON jobs BEGIN
+  UPDATE job_counts SET jobs = jobs - 1 WHERE state = old.state;
+  UPDATE owner_usage SET queued_jobs = queued_jobs - (old.state = 'queued') WHERE owner = old.owner;
+  UPDATE queued_by_priority SET jobs = jobs - 1 WHERE old.state = 'queued' AND priority = old.priority;
 END;
-CREATE TRIGGER artifact_came AFTER INSERT ON artifacts BEGIN
-  UPDATE owner_use SET artifact_bytes = artifact_bytes + new.bytes WHERE owner = new.owner;
-END;
-CREATE TRIGGER artifact_went AFTER DELETE ON artifacts BEGIN
-  UPDATE owner_use SET artifact_bytes = artifact_bytes - old.bytes WHERE owner = old.owner;
-END;
-)sql",
-                                                           R"sql(
-CREATE TABLE batches (
-  id TEXT NOT NULL PRIMARY KEY,
-  owner TEXT NOT NULL,
-  name TEXT NOT NULL,
-  created_at INTEGER NOT NULL,
-  max_failed INTEGER,
-  size INTEGER NOT NULL
-) STRICT, WITHOUT ROWID;
-ALTER TABLE jobs ADD COLUMN batch_id TEXT;
-ALTER TABLE jobs ADD COLUMN batch_index INTEGER NOT NULL DEFAULT 0;
-CREATE INDEX jobs_by_batch ON jobs (batch_id, id) WHERE batch_id IS NOT NULL;
-CREATE TRIGGER last_of_batch_went AFTER DELETE ON jobs WHEN old.batch_id IS NOT NULL BEGIN
+CREATE TRIGGER last_of_batch_deleted AFTER DELETE ON jobs WHEN old.batch_id IS NOT NULL BEGIN
   DELETE FROM batches WHERE id = old.batch_id AND NOT EXISTS (SELECT 1 FROM jobs WHERE batch_id = old.batch_id);
 END;
-)sql",
-                                                           R"sql(
--- The uploads that a job's document names.
-CREATE TABLE job_assets (
-  job_id TEXT NOT NULL REFERENCES jobs ON DELETE CASCADE,
-  position INTEGER NOT NULL,
-  sha256 TEXT NOT NULL,
-  PRIMARY KEY (job_id, position)
-) STRICT, WITHOUT ROWID;
-CREATE INDEX job_assets_by_sha256 ON job_assets (sha256);
-)sql",
-                                                           R"sql(
-ALTER TABLE jobs ADD COLUMN kind TEXT NOT NULL DEFAULT 'render' CHECK (kind IN ('render', 'measure'));
-ALTER TABLE jobs ADD COLUMN accuracy TEXT NOT NULL DEFAULT '';
--- Until when whoever claimed a running job has it.
-ALTER TABLE jobs ADD COLUMN lease_until INTEGER;
-CREATE INDEX jobs_leased ON jobs (lease_until) WHERE state = 'running' AND lease_until IS NOT NULL;
--- Small jobs are found at once, however many large ones wait before them.
-ALTER TABLE jobs ADD COLUMN large INTEGER NOT NULL DEFAULT 0;
-CREATE INDEX small_jobs_waiting ON jobs (suspect, rank, id)
-  WHERE state = 'queued' AND not_before IS NULL AND large = 0;
-)sql",
-                                                           R"sql(
--- Images too small for a file of their own, named by `artifacts`. With rowids: large rows, appended.
-CREATE TABLE small_images (sha256 TEXT NOT NULL PRIMARY KEY, bytes BLOB NOT NULL) STRICT;
-)sql"};
+CREATE TRIGGER artifact_inserted AFTER INSERT ON artifacts BEGIN
+  UPDATE owner_usage SET artifact_bytes = artifact_bytes + new.bytes WHERE owner = new.owner;
+END;
+CREATE TRIGGER artifact_deleted AFTER DELETE ON artifacts BEGIN
+  UPDATE owner_usage SET artifact_bytes = artifact_bytes - old.bytes WHERE owner = old.owner;
+END;
 
-std::int64_t user_version(Database& database) {
-  Query query = database.query("PRAGMA user_version");
-  query.row();
-  return query.integer(0);
-}
+CREATE TABLE probe (writes INTEGER NOT NULL) STRICT;
+INSERT INTO probe VALUES (0);
+)sql";
 
 }  // namespace
 
-void prepare_file(Database& database, const std::string& path, std::int64_t version) {
-  const std::int64_t found = user_version(database);
-  if (found > schema_version) {
-    throw StoreFailure(StoreFailure::Kind::unavailable,
-                       path + " was written by a newer program: its schema has version " + std::to_string(found) +
-                           ", this one knows " + std::to_string(schema_version));
+void prepare(Database& database, const std::string& path, std::int64_t version, const std::string& schema) {
+  std::int64_t found = 0;
+  {
+    Query query = database.query("PRAGMA user_version");
+    query.row();
+    found = query.integer(0);
   }
-  // FULL: with WAL it is what never lost an acknowledged commit at a power cut. The size limit gives the disk back
-  // after a burst of large documents.
-  database.script(
-      "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON; PRAGMA cache_size = -8000;"
-      "PRAGMA journal_size_limit = 67108864;");
-  database.checkpoint_at(1000, 8000);  // 4 MB as SQLite's default; 32 MB, a few large documents
-  for (std::int64_t next = found; next < version; ++next) {
-    database.script("BEGIN IMMEDIATE;" + std::string(steps[static_cast<std::size_t>(next)]) +
-                    "PRAGMA user_version = " + std::to_string(next + 1) + "; COMMIT;");
+  if (found != 0 && found != version) {
+    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
+                              path + " was written by " + (found > version ? "a newer" : "an older") +
+                                  " program: its schema has version " + std::to_string(found) +
+                                  ", this program supports version " + std::to_string(version) + " only");
   }
+  database.script("PRAGMA journal_mode = WAL; PRAGMA foreign_keys = ON;");
+  database.sync_commits(true);  // FULL: with WAL, no acknowledged commit is lost at power loss
+  if (found == version) return;
+  database.script("BEGIN IMMEDIATE;" + schema + "PRAGMA user_version = " + std::to_string(version) + "; COMMIT;");
 }
 
-}  // namespace queue::sqlite
+void prepare_jobs(Database& database, const std::string& path) {
+  prepare(database, path, jobs_schema_version, jobs_schema);
+  // The size limit returns space to the disk after a burst of large documents.
+  database.script("PRAGMA cache_size = -8000; PRAGMA journal_size_limit = 67108864;");
+  database.checkpoint_at(1000, 8000);  // 4 MB as SQLite's default; 32 MB, a few large documents
+}
+
+}  // namespace storage::sqlite

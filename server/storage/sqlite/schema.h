@@ -1,18 +1,19 @@
 #pragma once
-/// The tables, and how an older file becomes a current one. Private to this directory.
+/// The tables of jobs. Private to this directory.
 
 #include <cstdint>
 #include <string>
 
 #include "server/storage/sqlite/database.h"
 
-namespace queue::sqlite {
+namespace storage::sqlite {
 
-inline constexpr std::int64_t schema_version = 6;
+inline constexpr std::int64_t jobs_schema_version = 7;
 
-/// Sets the writing connection up (WAL, synchronous = FULL) and brings the file to `version`, each step in a
-/// transaction: to an older one only where a test makes an old file. Refuses, as StoreFailure, a file that a newer
-/// program wrote: it would not be understood.
-void prepare_file(Database& database, const std::string& path, std::int64_t version = schema_version);
+/// Sets up the connection (WAL, synchronous = FULL) and creates the tables in an empty file.
+void prepare_jobs(Database& database, const std::string& path);
 
-}  // namespace queue::sqlite
+/// The same for any schema. Throws StoreFailure for a file with another version.
+void prepare(Database& database, const std::string& path, std::int64_t version, const std::string& schema);
+
+}  // namespace storage::sqlite

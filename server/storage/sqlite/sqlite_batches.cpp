@@ -1,69 +1,69 @@
 /// Jobs that were submitted together.
 
-#include <vector>
-
 #include "server/storage/sqlite/batch_rows.h"
 #include "server/storage/sqlite/connections.h"
 #include "server/storage/sqlite/job_moves.h"
 
-namespace queue {
-
-using sqlite::Database;
-using sqlite::Query;
-
+namespace storage::sqlite {
 namespace {
 
-std::vector<std::string> ids_of_batch(Database& database, const std::string& id) {
-  std::vector<std::string> ids;
-  Query jobs = database.query("SELECT id FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ? ORDER BY id", id);
-  while (jobs.row()) ids.push_back(jobs.text(0));
-  return ids;
+std::vector<std::string> jobs_of(Database& database, const std::string& batch) {
+  return database.query("SELECT id FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ? ORDER BY id", batch).texts();
 }
+
+class SqliteBatches final : public queue::BatchStore {
+ public:
+  explicit SqliteBatches(Connections& connections) : connections_(connections) {}
+
+  std::optional<queue::BatchState> find(const std::string& id) override {
+    return connections_.reader.run([&](Database& database) { return read_batch(database, id); });
+  }
+
+  queue::BatchCancel cancel(const std::string& id, std::int64_t now) override {
+    return connections_.writer.run([&](Database& database) {
+      queue::BatchCancel changed;
+      for (const std::string& job : jobs_of(database, id)) {
+        const queue::CancelOutcome outcome = cancel_job(database, job, now);
+        if (outcome == queue::CancelOutcome::cancelled) changed.cancelled.push_back(job);
+        if (outcome == queue::CancelOutcome::cancelling) changed.cancelling.push_back(job);
+      }
+      return changed;
+    });
+  }
+
+  queue::BatchRetry retry(const std::string& id, std::int64_t now) override {
+    return connections_.writer.run([&](Database& database) {
+      queue::BatchRetry retried;
+      for (const std::string& job : jobs_of(database, id)) {
+        if (retry_job(database, job, now) == queue::RetryOutcome::queued) retried.jobs.push_back(job);
+      }
+      Query suspect = database.query(
+          "SELECT 1 FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ? AND suspect = 1 AND state = 'queued' LIMIT 1",
+          id);
+      retried.suspects = suspect.row();
+      return retried;
+    });
+  }
+
+  std::vector<std::string> list_failing() override {
+    return connections_.reader.run([&](Database& database) {
+      return database
+          .query(
+              "SELECT id FROM batches WHERE max_failed IS NOT NULL AND max_failed <"
+              " (SELECT count(*) FROM jobs WHERE batch_id = batches.id AND state = 'failed')"
+              " AND EXISTS (SELECT 1 FROM jobs WHERE batch_id = batches.id AND state IN ('queued', 'running'))")
+          .texts();
+    });
+  }
+
+ private:
+  Connections& connections_;
+};
 
 }  // namespace
 
-std::optional<BatchState> SqliteJobStore::find_batch(const std::string& id) {
-  return parts_->reader.run([&](Database& database) { return sqlite::read_batch(database, id); });
+std::unique_ptr<queue::BatchStore> make_batch_store(Connections& connections) {
+  return std::make_unique<SqliteBatches>(connections);
 }
 
-BatchCancel SqliteJobStore::cancel_batch(const std::string& id, std::int64_t now) {
-  return parts_->writer.run([&](Database& database) {
-    BatchCancel changed;
-    for (const std::string& job : ids_of_batch(database, id)) {
-      const CancelOutcome outcome = sqlite::cancel_job(database, job, now);
-      if (outcome == CancelOutcome::cancelled) changed.cancelled.push_back(job);
-      if (outcome == CancelOutcome::cancelling) changed.cancelling.push_back(job);
-    }
-    return changed;
-  });
-}
-
-BatchRetry SqliteJobStore::retry_batch(const std::string& id, std::int64_t now) {
-  return parts_->writer.run([&](Database& database) {
-    BatchRetry retried;
-    for (const std::string& job : ids_of_batch(database, id)) {
-      if (sqlite::retry_job(database, job, now) == RetryOutcome::queued) retried.jobs.push_back(job);
-    }
-    retried.suspects = database
-                           .query(
-                               "SELECT 1 FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ? AND suspect = 1"
-                               " AND state = 'queued' LIMIT 1",
-                               id)
-                           .row();
-    return retried;
-  });
-}
-
-std::vector<std::string> SqliteJobStore::failing_batches() {
-  return parts_->reader.run([&](Database& database) {
-    std::vector<std::string> ids;
-    Query failing = database.query(
-        "SELECT id FROM batches WHERE max_failed IS NOT NULL AND max_failed <"
-        " (SELECT count(*) FROM jobs WHERE batch_id = batches.id AND state = 'failed')"
-        " AND EXISTS (SELECT 1 FROM jobs WHERE batch_id = batches.id AND state IN ('queued', 'running'))");
-    while (failing.row()) ids.push_back(failing.text(0));
-    return ids;
-  });
-}
-
-}  // namespace queue
+}  // namespace storage::sqlite

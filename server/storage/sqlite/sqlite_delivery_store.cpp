@@ -1,23 +1,19 @@
 #include "server/storage/sqlite/sqlite_delivery_store.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 #include "server/queue/job_store.h"
 #include "server/storage/sqlite/database.h"
 #include "server/storage/sqlite/group_commit.h"
+#include "server/storage/sqlite/schema.h"
 
-namespace queue {
-
-using sqlite::Database;
-using sqlite::Query;
+namespace storage::sqlite {
 
 namespace {
 
-constexpr std::int64_t version = 2;
-/// Step n brings a file from version n to n + 1. A step that was released is never changed; a new one is added.
-constexpr std::array<const char*, version> steps = {R"sql(
+constexpr std::int64_t schema_version = 3;
+constexpr const char* schema = R"sql(
 CREATE TABLE subscriptions (
   job_id TEXT NOT NULL PRIMARY KEY,
   url TEXT NOT NULL,
@@ -28,13 +24,14 @@ CREATE TABLE deliveries (
   job_id TEXT NOT NULL,
   event TEXT NOT NULL,
   url TEXT NOT NULL,
+  host TEXT NOT NULL,  -- queue::host_of(url)
   body TEXT NOT NULL,
   state TEXT NOT NULL CHECK (state IN ('pending', 'delivered', 'given_up')),
   created_at INTEGER NOT NULL,
   next_attempt_at INTEGER CHECK ((next_attempt_at IS NOT NULL) = (state = 'pending'))
 ) STRICT, WITHOUT ROWID;
 CREATE INDEX deliveries_of_job ON deliveries (job_id, id);
-CREATE INDEX deliveries_due ON deliveries (next_attempt_at) WHERE state = 'pending';
+CREATE INDEX deliveries_due ON deliveries (host, next_attempt_at, id) WHERE state = 'pending';
 CREATE INDEX deliveries_by_age ON deliveries (created_at) WHERE state <> 'pending';
 CREATE TABLE attempts (
   delivery_id TEXT NOT NULL REFERENCES deliveries ON DELETE CASCADE,
@@ -45,47 +42,14 @@ CREATE TABLE attempts (
   detail TEXT NOT NULL,
   PRIMARY KEY (delivery_id, number)
 ) STRICT, WITHOUT ROWID;
-)sql",
-                                                    R"sql(
-ALTER TABLE deliveries ADD COLUMN receiver TEXT NOT NULL DEFAULT '';  -- host_of(url)
-DROP INDEX deliveries_due;
-CREATE INDEX deliveries_due ON deliveries (receiver, next_attempt_at, id) WHERE state = 'pending';
-)sql"};
+)sql";
 
 constexpr const char* columns =
     "SELECT id, job_id, event, url, body, state, created_at, next_attempt_at FROM deliveries";
 
-/// Those that are owed since before receivers were noted.
-void note_receivers(Database& database) {
-  std::vector<std::pair<std::string, std::string>> owed;
-  {
-    Query row = database.query("SELECT id, url FROM deliveries WHERE state = 'pending'");
-    while (row.row()) owed.emplace_back(row.text(0), row.text(1));
-  }
-  for (const auto& [id, url] : owed) {
-    database.change("UPDATE deliveries SET receiver = ? WHERE id = ?", host_of(url), id);
-  }
-}
-
-std::unique_ptr<Database> opened(const std::string& path) {
+std::unique_ptr<Database> open(const std::string& path) {
   auto database = std::make_unique<Database>(path, Database::Access::read_write);
-  std::int64_t found = 0;
-  {
-    Query query = database->query("PRAGMA user_version");
-    query.row();
-    found = query.integer(0);
-  }
-  if (found > version) {
-    throw StoreFailure(StoreFailure::Kind::unavailable,
-                       path + " was written by a newer program: its schema has version " + std::to_string(found) +
-                           ", this one knows " + std::to_string(version));
-  }
-  database->script("PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA foreign_keys = ON;");
-  if (found == version) return database;
-  database->script("BEGIN IMMEDIATE");  // a failure closes the connection, and nothing has happened
-  for (std::int64_t next = found; next < version; ++next) database->script(steps[static_cast<std::size_t>(next)]);
-  note_receivers(*database);
-  database->script("PRAGMA user_version = " + std::to_string(version) + "; COMMIT");
+  prepare(*database, path, schema_version, schema);
   return database;
 }
 
@@ -105,21 +69,22 @@ std::vector<std::string> split(const std::string& text) {
   return words;
 }
 
-DeliveryState state_named(const std::string& name) {
-  for (const DeliveryState state : {DeliveryState::pending, DeliveryState::delivered}) {
-    if (name == name_of(state)) return state;
+queue::DeliveryState state_named(const std::string& name) {
+  for (const queue::DeliveryState state : {queue::DeliveryState::pending, queue::DeliveryState::delivered}) {
+    if (name == queue::name_of(state)) return state;
   }
-  return DeliveryState::given_up;
+  return queue::DeliveryState::given_up;
 }
 
-Delivery read_delivery(const Query& row) {
-  Delivery delivery{row.text(0),    row.text(1),  row.text(2), row.text(3), row.text(4), state_named(row.text(5)),
-                    row.integer(6), std::nullopt, {}};
+queue::Delivery read_delivery(const Query& row) {
+  queue::Delivery delivery{row.text(0),    row.text(1),  row.text(2),
+                           row.text(3),    row.text(4),  state_named(row.text(5)),
+                           row.integer(6), std::nullopt, {}};
   if (!row.is_null(7)) delivery.next_attempt_at = row.integer(7);
   return delivery;
 }
 
-void read_attempts(Database& database, Delivery& delivery) {
+void read_attempts(Database& database, queue::Delivery& delivery) {
   Query row = database.query(
       "SELECT at, duration_ms, status, detail FROM attempts WHERE delivery_id = ? ORDER BY number", delivery.id);
   while (row.row()) {
@@ -129,23 +94,23 @@ void read_attempts(Database& database, Delivery& delivery) {
 
 }  // namespace
 
-SqliteDeliveryStore::SqliteDeliveryStore(const std::string& directory, DiskHealth* health)
-    : commits_(std::make_unique<sqlite::GroupCommit>(opened(directory + "/webhooks.db"),
-                                                     health == nullptr ? own_health_ : *health)) {}
+SqliteDeliveryStore::SqliteDeliveryStore(const std::string& directory, queue::DiskHealth* health)
+    : commits_(
+          std::make_unique<GroupCommit>(open(directory + "/webhooks.db"), health == nullptr ? own_health_ : *health)) {}
 SqliteDeliveryStore::~SqliteDeliveryStore() = default;
 
-void SqliteDeliveryStore::subscribe(const Subscription& subscription) {
+void SqliteDeliveryStore::subscribe(const queue::Subscription& subscription) {
   commits_->run([&](Database& database) {
     return database.change("INSERT OR REPLACE INTO subscriptions (job_id, url, events) VALUES (?, ?, ?)",
                            subscription.job_id, subscription.url, joined(subscription.events));
   });
 }
 
-std::optional<Subscription> SqliteDeliveryStore::subscription(const std::string& job_id) {
-  return commits_->run([&](Database& database) -> std::optional<Subscription> {
+std::optional<queue::Subscription> SqliteDeliveryStore::subscription(const std::string& job_id) {
+  return commits_->run([&](Database& database) -> std::optional<queue::Subscription> {
     Query row = database.query("SELECT url, events FROM subscriptions WHERE job_id = ?", job_id);
     if (!row.row()) return std::nullopt;
-    return Subscription{job_id, row.text(0), split(row.text(1))};
+    return queue::Subscription{job_id, row.text(0), split(row.text(1))};
   });
 }
 
@@ -163,28 +128,28 @@ void SqliteDeliveryStore::unsubscribe(const std::string& job_id) {
       [&](Database& database) { return database.change("DELETE FROM subscriptions WHERE job_id = ?", job_id); });
 }
 
-void SqliteDeliveryStore::enqueue(const Delivery& delivery) {
+void SqliteDeliveryStore::enqueue(const queue::Delivery& delivery) {
   commits_->run([&](Database& database) {
     database.change("DELETE FROM subscriptions WHERE job_id = ?", delivery.job_id);
     return database.change(
-        "INSERT INTO deliveries (id, job_id, event, url, body, state, created_at, next_attempt_at, receiver)"
+        "INSERT INTO deliveries (id, job_id, event, url, body, state, created_at, next_attempt_at, host)"
         " VALUES (?, ?, ?, ?, ?, 'pending', ?, ?, ?)",
         delivery.id, delivery.job_id, delivery.event, delivery.url, delivery.body, delivery.created_at,
-        delivery.next_attempt_at.value_or(delivery.created_at), host_of(delivery.url));
+        delivery.next_attempt_at.value_or(delivery.created_at), queue::host_of(delivery.url));
   });
 }
 
-std::optional<Delivery> SqliteDeliveryStore::next(const std::set<std::string>& busy) {
-  return commits_->run([&](Database& database) -> std::optional<Delivery> {
+std::optional<queue::Delivery> SqliteDeliveryStore::next(const std::set<std::string>& busy) {
+  return commits_->run([&](Database& database) -> std::optional<queue::Delivery> {
     std::pair<std::int64_t, std::string> earliest;
     {
-      // The first of each receiver, by stepping from one to the next in the index.
+      // The first of each host, by steps from one host to the next in the index.
       Query first = database.query(
-          "WITH RECURSIVE receivers (name) AS (SELECT min(receiver) FROM deliveries WHERE state = 'pending'"
-          " UNION ALL SELECT (SELECT min(receiver) FROM deliveries WHERE state = 'pending' AND receiver > name)"
-          " FROM receivers WHERE name IS NOT NULL)"
-          " SELECT name, next_attempt_at, id FROM receivers JOIN deliveries ON id = (SELECT id FROM deliveries"
-          " WHERE state = 'pending' AND receiver = name ORDER BY next_attempt_at, id LIMIT 1) WHERE name IS NOT NULL");
+          "WITH RECURSIVE hosts (name) AS (SELECT min(host) FROM deliveries WHERE state = 'pending'"
+          " UNION ALL SELECT (SELECT min(host) FROM deliveries WHERE state = 'pending' AND host > name)"
+          " FROM hosts WHERE name IS NOT NULL)"
+          " SELECT name, next_attempt_at, id FROM hosts JOIN deliveries ON id = (SELECT id FROM deliveries"
+          " WHERE state = 'pending' AND host = name ORDER BY next_attempt_at, id LIMIT 1) WHERE name IS NOT NULL");
       while (first.row()) {
         if (busy.contains(first.text(0))) continue;
         const std::pair candidate{first.integer(1), first.text(2)};
@@ -192,7 +157,7 @@ std::optional<Delivery> SqliteDeliveryStore::next(const std::set<std::string>& b
       }
     }
     if (earliest.second.empty()) return std::nullopt;
-    std::optional<Delivery> delivery;
+    std::optional<queue::Delivery> delivery;
     {
       Query row = database.query(std::string(columns) + " WHERE id = ?", earliest.second);
       row.row();
@@ -203,8 +168,8 @@ std::optional<Delivery> SqliteDeliveryStore::next(const std::set<std::string>& b
   });
 }
 
-void SqliteDeliveryStore::record_attempt(const std::string& id, const DeliveryAttempt& attempt, DeliveryState state,
-                                         std::optional<std::int64_t> next_attempt_at) {
+void SqliteDeliveryStore::record_attempt(const std::string& id, const queue::DeliveryAttempt& attempt,
+                                         queue::DeliveryState state, std::optional<std::int64_t> next_attempt_at) {
   commits_->run([&](Database& database) {
     database.change(
         "INSERT INTO attempts (delivery_id, number, at, duration_ms, status, detail)"
@@ -214,18 +179,18 @@ void SqliteDeliveryStore::record_attempt(const std::string& id, const DeliveryAt
       return database.change("UPDATE deliveries SET next_attempt_at = ? WHERE id = ?", *next_attempt_at, id);
     }
     return database.change("UPDATE deliveries SET state = ?, next_attempt_at = NULL WHERE id = ?",
-                           std::string(name_of(state)), id);
+                           std::string(queue::name_of(state)), id);
   });
 }
 
-std::vector<Delivery> SqliteDeliveryStore::of_job(const std::string& job_id) {
+std::vector<queue::Delivery> SqliteDeliveryStore::of_job(const std::string& job_id) {
   return commits_->run([&](Database& database) {
-    std::vector<Delivery> deliveries;
+    std::vector<queue::Delivery> deliveries;
     {
       Query row = database.query(std::string(columns) + " WHERE job_id = ? ORDER BY id", job_id);
       while (row.row()) deliveries.push_back(read_delivery(row));
     }
-    for (Delivery& delivery : deliveries) read_attempts(database, delivery);
+    for (queue::Delivery& delivery : deliveries) read_attempts(database, delivery);
     return deliveries;
   });
 }
@@ -236,4 +201,4 @@ void SqliteDeliveryStore::delete_before(std::int64_t then) {
   });
 }
 
-}  // namespace queue
+}  // namespace storage::sqlite

@@ -1,190 +1,114 @@
-/// How jobs come, run and end. What is only read stands in sqlite_job_reads.cpp, what owners and the housekeeper change
-/// in sqlite_job_changes.cpp.
-
-#include "server/storage/sqlite/sqlite_job_store.h"
+/// Rows of jobs. Reads have connections of their own, so that writes do not delay them.
 
 #include <cassert>
-#include <utility>
 
 #include "server/storage/sqlite/batch_rows.h"
 #include "server/storage/sqlite/connections.h"
-#include "server/storage/sqlite/job_moves.h"
 #include "server/storage/sqlite/job_rows.h"
+#include "server/storage/sqlite/list_query.h"
 #include "server/storage/sqlite/reply_rows.h"
 
-namespace queue {
-
-using sqlite::Database;
-using sqlite::Query;
-using sqlite::Synced;
-
+namespace storage::sqlite {
 namespace {
 
-Synced synced(bool durable) { return durable ? Synced::now : Synced::with_next; }
+class SqliteJobStore final : public queue::JobStore {
+ public:
+  explicit SqliteJobStore(Connections& connections) : connections_(connections) {}
 
-/// Moves a job that runs under `fence` to an end; false when there is none such.
-bool end(Database& database, const std::string& id, std::int64_t fence, std::int64_t now, JobState state) {
-  assert(may_move(JobState::running, state));
-  return database.change(
-             "UPDATE jobs SET state = ?1, ended_at = ?2, cancel_requested = 0, revision = revision + 1,"
-             " expires_at = coalesce(expires_at, ?2 + 1000 * expires_in_s)"
-             " WHERE id = ?3 AND fence = ?4 AND state = 'running'",
-             std::string(name_of(state)), now, id, fence) == 1;
-}
+  std::optional<queue::KeptReply> insert(const queue::InsertRequest& request, std::int64_t now) override {
+    const auto work = [&](Database& database) -> std::optional<queue::KeptReply> {
+      if (request.reply) {
+        if (auto earlier = read_reply(database, request.reply->key, now)) return earlier;
+        insert_reply(database, *request.reply);
+      }
+      if (request.batch) insert_batch(database, *request.batch);
+      for (const auto& [job, document] : request.jobs) {
+        assert(job.state == queue::JobState::queued || job.state == queue::JobState::succeeded);
+        insert_job(database, job, document);
+      }
+      return std::nullopt;
+    };
+    return connections_.writer.run(work, synced(request.durable));
+  }
+
+  std::optional<queue::KeptReply> find_reply(const queue::ReplyKey& key, std::int64_t now) override {
+    return connections_.reader.run([&](Database& database) { return read_reply(database, key, now); });
+  }
+
+  std::optional<queue::Job> find(const std::string& id) override {
+    return connections_.reader.run([&](Database& database) { return read_job(database, id); });
+  }
+
+  std::optional<queue::Job> find_by_content_key(const std::string& content_key, std::int64_t expires_after) override {
+    return connections_.reader.run([&](Database& database) -> std::optional<queue::Job> {
+      Query newest = database.query(
+          "SELECT id FROM jobs INDEXED BY jobs_by_content WHERE content_key = ? AND state = 'succeeded' AND expired = 0"
+          " AND (expires_at IS NULL OR expires_at > ?) ORDER BY id DESC LIMIT 1",
+          content_key, expires_after);
+      if (!newest.row()) return std::nullopt;
+      return read_job(database, newest.text(0));
+    });
+  }
+
+  std::optional<std::string> document(const std::string& id) override {
+    return connections_.reader.run([&](Database& database) { return read_document(database, id); });
+  }
+
+  queue::JobPage list(const queue::JobFilter& filter, const std::string& cursor, int limit) override {
+    return connections_.reader.run([&](Database& database) {
+      std::vector<std::string> ids = list_ids(database, filter, cursor, limit + 1);
+      queue::JobPage page;
+      if (ids.size() > static_cast<std::size_t>(limit)) {
+        ids.pop_back();
+        page.next_cursor = ids.back();
+      }
+      for (const std::string& id : ids) page.items.push_back(read_job(database, id).value());
+      return page;
+    });
+  }
+
+  queue::ChangeOutcome change(const std::string& id, const queue::JobChange& change,
+                              std::optional<std::int64_t> revision) override {
+    using Outcome = queue::ChangeOutcome;
+    return connections_.writer.run([&](Database& database) {
+      const std::optional<queue::Job> job = read_job(database, id);
+      if (!job) return Outcome::unknown;
+      if (revision && *revision != job->revision) return Outcome::other_revision;
+      if (change.priority && queue::ended(job->state)) return Outcome::ended;
+      if (change.expires_at && job->expired) return Outcome::expired;
+      const int priority = change.priority.value_or(job->priority);
+      const std::int64_t rank_change = queue::rank_of(0, {}, priority) - queue::rank_of(0, {}, job->priority);
+      database.change(
+          "UPDATE jobs SET name = ?, priority = ?, rank = rank + ?, expires_at = ?, revision = revision + 1"
+          " WHERE id = ?",
+          change.name.value_or(job->name), std::int64_t{priority}, rank_change,
+          change.expires_at ? *change.expires_at : job->expires_at, id);
+      if (change.labels) {
+        database.change("DELETE FROM labels WHERE job_id = ?", id);
+        insert_labels(database, id, *change.labels);
+      }
+      return Outcome::changed;
+    });
+  }
+
+  queue::Removal remove(const std::string& id) override {
+    using Outcome = queue::RemoveOutcome;
+    return connections_.writer.run([&](Database& database) -> queue::Removal {
+      queue::Removal removal{Outcome::removed, read_artifacts(database, id)};
+      if (database.change("DELETE FROM jobs WHERE id = ? AND state <> 'running'", id) == 1) return removal;
+      const bool running = database.query("SELECT 1 FROM jobs WHERE id = ?", id).row();
+      return {running ? Outcome::running : Outcome::unknown, {}};
+    });
+  }
+
+ private:
+  Connections& connections_;
+};
 
 }  // namespace
 
-SqliteJobStore::SqliteJobStore(const std::string& directory, SqliteSettings settings)
-    : parts_(std::make_unique<Connections>(directory, directory + "/whittle.db", settings)) {}
-SqliteJobStore::~SqliteJobStore() = default;
-
-std::optional<KeptReply> SqliteJobStore::insert_job(const InsertRequest& admission, std::int64_t now) {
-  const auto work = [&](Database& database) -> std::optional<KeptReply> {
-    if (admission.reply) {
-      if (auto earlier = sqlite::read_reply(database, admission.reply->key, now)) return earlier;
-      sqlite::insert_reply(database, *admission.reply);
-    }
-    if (admission.batch) sqlite::insert_batch(database, *admission.batch);
-    for (const auto& [job, document] : admission.jobs) {
-      assert(job.state == JobState::queued || job.state == JobState::succeeded);
-      sqlite::insert_job(database, job, document);
-    }
-    return std::nullopt;
-  };
-  return parts_->writer.run(work, synced(admission.durable));
+std::unique_ptr<queue::JobStore> make_job_store(Connections& connections) {
+  return std::make_unique<SqliteJobStore>(connections);
 }
 
-std::optional<Claim> SqliteJobStore::claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until,
-                                           bool alone) {
-  return claim_of(alone ? "jobs_waiting WHERE suspect = 1" : "jobs_waiting WHERE suspect = 0", boot_id, now,
-                  lease_until);
-}
-
-std::optional<Claim> SqliteJobStore::claim_small(const std::string& boot_id, std::int64_t now,
-                                                 std::int64_t lease_until) {
-  return claim_of("small_jobs_waiting WHERE suspect = 0 AND large = 0", boot_id, now, lease_until);
-}
-
-std::optional<Claim> SqliteJobStore::claim_of(const char* waiting, const std::string& boot_id, std::int64_t now,
-                                              std::int64_t lease_until) {
-  const auto work = [&](Database& database) -> std::optional<Claim> {
-    std::string id;
-    {
-      Query next =
-          database.query("SELECT id FROM jobs INDEXED BY " + std::string(waiting) +
-                             " AND state = 'queued' AND not_before IS NULL AND (deadline IS NULL OR deadline > ?)"
-                             " ORDER BY rank, id LIMIT 1",
-                         now);
-      if (!next.row()) return std::nullopt;
-      id = next.text(0);
-    }
-    database.change(
-        "UPDATE jobs SET state = 'running', started_at = ?, attempt = attempt + 1, fence = fence + 1, boot_id = ?,"
-        " lease_until = ?, revision = revision + 1 WHERE id = ?",
-        now, boot_id, lease_until, id);
-    Query fence = database.query("SELECT fence FROM jobs WHERE id = ?", id);
-    fence.row();
-    return Claim{sqlite::read_job(database, id).value(), {}, fence.integer(0)};
-  };
-  std::optional<Claim> claim = parts_->writer.run(work, Synced::with_next);
-  // Read outside the writer, which a large document would hold up: it cannot go while its job runs.
-  if (claim) {
-    try {
-      claim->document = document(claim->job.id).value();
-    } catch (...) {
-      release(claim->job.id, claim->fence, now, {});  // nothing of the call has happened
-      throw;
-    }
-  }
-  return claim;
-}
-
-std::vector<Lease> SqliteJobStore::renew(const std::vector<Lease>& leases, std::int64_t until) {
-  const auto work = [&](Database& database) {
-    std::vector<Lease> lost;
-    for (const Lease& lease : leases) {
-      const int renewed =
-          database.change("UPDATE jobs SET lease_until = ? WHERE id = ? AND fence = ? AND state = 'running'", until,
-                          lease.job_id, lease.fence);
-      if (renewed == 0) lost.push_back(lease);
-    }
-    return lost;
-  };
-  return parts_->writer.run(work, Synced::with_next);
-}
-
-bool SqliteJobStore::succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
-                             const std::vector<Artifact>& artifacts, bool durable,
-                             const std::vector<SmallImage>& small) {
-  const auto work = [&](Database& database) {
-    if (!end(database, id, fence, now, JobState::succeeded)) return false;
-    sqlite::insert_report(database, id, report);
-    sqlite::insert_artifacts(database, id, artifacts);
-    for (const auto& [sha256, bytes] : small) {
-      database.change("INSERT INTO small_images VALUES (?, ?) ON CONFLICT DO NOTHING", sha256, sqlite::Blob{bytes});
-    }
-    return true;
-  };
-  return parts_->writer.run(work, synced(durable));
-}
-
-bool SqliteJobStore::fail(const std::string& id, std::int64_t fence, std::int64_t now, const Problem& problem) {
-  return parts_->writer.run([&](Database& database) {
-    if (!end(database, id, fence, now, JobState::failed)) return false;
-    sqlite::insert_problem(database, id, problem);
-    return true;
-  });
-}
-
-bool SqliteJobStore::finish_cancel(const std::string& id, std::int64_t fence, std::int64_t now) {
-  return parts_->writer.run([&](Database& database) { return end(database, id, fence, now, JobState::cancelled); });
-}
-
-bool SqliteJobStore::release(const std::string& id, std::int64_t fence, std::int64_t now, const Release& how) {
-  return parts_->writer.run([&](Database& database) {
-    const int released =
-        database.change(std::string(sqlite::given_back) +
-                            " attempt = attempt - ?2, suspect = max(suspect, ?3),"
-                            " not_before = iif(cancel_requested, NULL, ?4)"
-                            " WHERE id = ?5 AND fence = ?6 AND state = 'running'",
-                        now, std::int64_t{!how.counts}, std::int64_t{how.suspect}, how.not_before, id, fence);
-    return released == 1;
-  });
-}
-
-CancelOutcome SqliteJobStore::cancel(const std::string& id, std::int64_t now) {
-  return parts_->writer.run([&](Database& database) { return sqlite::cancel_job(database, id, now); });
-}
-
-Removal SqliteJobStore::remove(const std::string& id) {
-  return parts_->writer.run([&](Database& database) -> Removal {
-    Removal removal{RemoveOutcome::removed, sqlite::read_artifacts(database, id)};
-    if (database.change("DELETE FROM jobs WHERE id = ? AND state <> 'running'", id) == 1) return removal;
-    const bool running = database.query("SELECT 1 FROM jobs WHERE id = ?", id).row();
-    return {running ? RemoveOutcome::running : RemoveOutcome::unknown, {}};
-  });
-}
-
-void SqliteJobStore::forget_small_image(const std::string& sha256) {
-  if (!small_image(sha256)) return;  // a look costs less than a write
-  const auto work = [&](Database& database) {
-    return database.change(
-        "DELETE FROM small_images WHERE sha256 = ?1 AND NOT EXISTS (SELECT 1 FROM artifacts WHERE sha256 = ?1)",
-        sha256);
-  };
-  parts_->writer.run(work, Synced::with_next);
-}
-
-int SqliteJobStore::recover(const std::string& boot_id, std::int64_t now) {
-  return parts_->writer.run([&](Database& database) {
-    return database.change(
-        std::string(sqlite::given_back) + " attempt = attempt - 1 WHERE state = 'running' AND boot_id <> ?2", now,
-        boot_id);
-  });
-}
-
-void SqliteJobStore::probe() {
-  parts_->writer.run([](Database& database) { return database.change("UPDATE probe SET writes = writes + 1"); });
-}
-
-}  // namespace queue
+}  // namespace storage::sqlite

@@ -63,7 +63,7 @@ void Supervisor::Loop::claim(ClaimOf of) {
 /// Any thread, on behalf of a claim that is counted or offered.
 void Supervisor::Loop::ask(Claimed result) noexcept {
   try {
-    result.claim = result.of == ClaimOf::small ? queue_.claim_small() : queue_.claim(result.of == ClaimOf::suspect);
+    result.claim = queue_.lifecycle.claim(result.of == ClaimOf::suspect);
     if (result.claim) {
       const queue::Job& job = result.claim->job;
       const auto queue_ms = static_cast<double>(std::max<std::int64_t>(*job.started_at - job.created_at, 0));
@@ -191,7 +191,8 @@ bool Supervisor::Loop::take(const std::string& id, std::int64_t fence, Running& 
 
 void Supervisor::Loop::on_message(Progress& message) {
   if (message.tiles_total == 0 || !running_.contains(message.job_id)) return;
-  queue_.progressed(message.job_id, static_cast<double>(message.tiles_done) / static_cast<double>(message.tiles_total));
+  queue_.lifecycle.set_progress(message.job_id,
+                                static_cast<double>(message.tiles_done) / static_cast<double>(message.tiles_total));
 }
 
 void Supervisor::Loop::forward_preview_request(const std::string& id, std::uint32_t side) {
@@ -199,7 +200,8 @@ void Supervisor::Loop::forward_preview_request(const std::string& id, std::uint3
 }
 
 void Supervisor::Loop::on_message(Looked& message) {
-  if (running_.contains(message.job_id)) queue_.previewed(message.job_id, message.side, std::move(message.png));
+  if (running_.contains(message.job_id))
+    queue_.waiters.add_preview(message.job_id, message.side, std::move(message.png));
 }
 
 void Supervisor::Loop::on_message(Finished& message) {
@@ -211,14 +213,14 @@ void Supervisor::Loop::on_message(Finished& message) {
   Running job;
   if (!take(message.job_id, message.fence, job)) return;
   store([this, job, finished = std::make_shared<Finished>(std::move(message))] {
-    std::vector<queue::Queue::Image> images;
+    std::vector<queue::JobLifecycle::Image> images;
     for (const Image& image : finished->images) {
       images.push_back({image.name, image.media_type, image.bytes.get()});
     }
     const std::string& id = finished->job_id;
     const std::int64_t fence = finished->fence;
     const auto failure = store_threads_->run_with_retry(settings_.store_tries, "succeed", [&] {
-      log_end("job_succeeded", id, queue_.succeed(id, fence, finished->report, images));
+      log_end("job_succeeded", id, queue_.lifecycle.succeed(id, fence, finished->report, images));
     });
     // After a broken disk the next start finds the job running, and gives it back at no cost.
     if (!failure || failure->kind == queue::StoreFailure::Kind::broken) return;
@@ -277,7 +279,7 @@ void Supervisor::Loop::give_back(const std::string& id, std::int64_t fence, bool
   if (suspect) suspects_first_ = true;
   store([this, id, fence, counts, suspect, pause] {
     store_threads_->run_with_retry(0, "release", [&] {
-      log_end("job_given_back", id, queue_.release(id, fence, counts, suspect, pause.count()));
+      log_end("job_given_back", id, queue_.lifecycle.release(id, fence, counts, suspect, pause.count()));
     });
     ++wakes_;
   });
@@ -294,14 +296,15 @@ void Supervisor::Loop::attempt_failed(const std::string& id, const Running& job,
 
 void Supervisor::Loop::finish_cancel(const std::string& id, std::int64_t fence) {
   store([this, id, fence] {
-    store_threads_->run_with_retry(0, "cancel", [&] { log_end("job_cancelled", id, queue_.finish_cancel(id, fence)); });
+    store_threads_->run_with_retry(0, "cancel",
+                                   [&] { log_end("job_cancelled", id, queue_.lifecycle.finish_cancel(id, fence)); });
   });
 }
 
 void Supervisor::Loop::fail(const std::string& id, std::int64_t fence, const queue::Problem& problem) {
   store([this, id, fence, problem] {
     store_threads_->run_with_retry(0, "fail", [&] {
-      log_end("job_failed", id, queue_.fail(id, fence, problem), {{"code", problem.code}});
+      log_end("job_failed", id, queue_.lifecycle.fail(id, fence, problem), {{"code", problem.code}});
     });
   });
 }

@@ -13,12 +13,12 @@ std::string worker_beside_this_program() {
 
 Supervisor::Supervisor(queue::Queue& queue, SupervisorSettings settings, queue::Log log)
     : queue_(queue), loop_(std::make_unique<Loop>(queue, std::move(settings), std::move(log))) {
-  queue_.attach(loop_.get());
-  loop_->wake(false);  // for what was submitted in between
+  queue_.runner.attach(loop_.get());
+  loop_->notify(false);  // for what was submitted in between
 }
 
 Supervisor::~Supervisor() {
-  queue_.attach(nullptr);
+  queue_.runner.attach(nullptr);
   loop_->drain(std::chrono::milliseconds(0));
 }
 

@@ -29,29 +29,21 @@ Supervisor::Loop::Loop(queue::Queue& queue, SupervisorSettings settings, queue::
 
 Supervisor::Loop::~Loop() { drain(std::chrono::milliseconds(0)); }
 
-void Supervisor::Loop::wake(bool for_suspects) noexcept {
+void Supervisor::Loop::notify(bool for_suspects) noexcept {
   if (for_suspects) suspects_came_ = true;
   ++wakes_;
   mailbox_.wake();
-}
-
-/// Two threads fewer stand between a submitter and the worker where the submitter claims.
-void Supervisor::Loop::on_job_available() noexcept {
-  const std::uint64_t wakes = ++wakes_;
-  const std::uint64_t offered = offer_.exchange(no_offer);
-  if (offered == no_offer) return mailbox_.wake();
-  ask({.wakes_seen = wakes, .took_last = wakes == offered + 1});
 }
 
 void Supervisor::Loop::cancel(const std::string& id) noexcept {
   mailbox_.post([this, id] { cancel_job(id); });
 }
 
-void Supervisor::Loop::look(const std::string& id, std::uint32_t side) noexcept {
+void Supervisor::Loop::request_preview(const std::string& id, std::uint32_t side) noexcept {
   mailbox_.post([this, id, side] { forward_preview_request(id, side); });
 }
 
-void Supervisor::Loop::lost(const queue::Lease& lease) noexcept {
+void Supervisor::Loop::on_lease_lost(const queue::Lease& lease) noexcept {
   mailbox_.post([this, lease] { lose_job(lease); });
 }
 

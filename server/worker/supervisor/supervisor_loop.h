@@ -26,11 +26,10 @@ class Supervisor::Loop final : public queue::JobRunner {
   Loop(queue::Queue& queue, SupervisorSettings settings, queue::Log log);
   ~Loop() override;
 
-  void wake(bool for_suspects) noexcept override;
-  void on_job_available() noexcept override;
+  void notify(bool for_suspects) noexcept override;
   void cancel(const std::string& id) noexcept override;
-  void look(const std::string& id, std::uint32_t side) noexcept override;
-  void lost(const queue::Lease& lease) noexcept override;
+  void request_preview(const std::string& id, std::uint32_t side) noexcept override;
+  void on_lease_lost(const queue::Lease& lease) noexcept override;
   std::string not_ready() override;
   std::string sandbox();
 

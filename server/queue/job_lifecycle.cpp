@@ -1,0 +1,210 @@
+#include "server/queue/job_lifecycle.h"
+
+#include <utility>
+
+namespace queue {
+namespace {
+
+using Announcement = JobNotifications::PendingAnnouncement;
+
+constexpr int page_jobs = 1000;
+constexpr int maintenance_step = 100;  // jobs of each kind: some milliseconds of the one writer
+
+}  // namespace
+
+JobLifecycle::JobLifecycle(QueueContext& context, const Log& log) : context_(context), boot_id_(context.ids.next()) {
+  const int recovered = context_.stores.maintenance.recover(boot_id_, context_.clock());
+  for (const std::string& batch : context_.stores.batches.list_failing()) cancel_batch(batch);
+  if (recovered > 0) log(LogLevel::info, "jobs_recovered", {{"count", std::to_string(recovered)}});
+}
+
+// ---- for the runner
+
+std::optional<Claim> JobLifecycle::claim(bool suspects) {
+  if (context_.settings.disk_space().state == DiskSpace::State::none) return std::nullopt;
+  const std::int64_t now = context_.clock();
+  auto claim = context_.stores.transitions.claim(boot_id_, now, now + context_.settings.lease_ms, suspects);
+  if (!claim) return std::nullopt;
+  context_.running.begin(claim->job.id, claim->fence);
+  context_.waiters.on_started(claim->job.id);
+  context_.notifications.notify_state(claim->job.id, JobState::running);
+  return claim;
+}
+
+bool JobLifecycle::succeed(const std::string& id, std::int64_t fence, const std::string& report,
+                           const std::vector<Image>& images) {
+  ArtifactPins::Pinned pinned(context_.pins);
+  const bool durable = context_.running.is_durable(id);
+  const std::vector<Artifact> artifacts = store_images(pinned, images, durable);
+  const bool ended = context_.stores.transitions.succeed(id, fence, context_.clock(), report, artifacts, durable);
+  // make_durable was called meanwhile, and its caller may have read the job as running.
+  if (!durable && context_.running.is_durable(id)) store_images(pinned, images, true);
+  context_.running.end_lease(id, fence);
+  if (!ended) return false;
+  context_.running.add_end(context_.clock());
+  context_.notifications.notify_end(id, JobState::succeeded);
+  return true;
+}
+
+std::vector<Artifact> JobLifecycle::store_images(ArtifactPins::Pinned& pinned, const std::vector<Image>& images,
+                                                 bool durable) {
+  std::vector<Artifact> artifacts;
+  for (const Image& image : images) {
+    const ArtifactStore::Stored stored = pinned.put(image.fd, durable);
+    artifacts.push_back({image.name, image.media_type, stored.sha256, stored.bytes});
+  }
+  return artifacts;
+}
+
+bool JobLifecycle::fail(const std::string& id, std::int64_t fence, const Problem& problem) {
+  const bool ended = context_.stores.transitions.fail(id, fence, context_.clock(), problem);
+  context_.running.end_lease(id, fence);
+  if (!ended) return false;
+  context_.running.add_end(context_.clock());
+  context_.notifications.notify_end(id, JobState::failed);
+  cancel_failing_batch(id);
+  return true;
+}
+
+bool JobLifecycle::finish_cancel(const std::string& id, std::int64_t fence) {
+  const bool ended = context_.stores.transitions.finish_cancel(id, fence, context_.clock());
+  context_.running.end_lease(id, fence);
+  if (ended) context_.notifications.notify_end(id, JobState::cancelled);
+  return ended;
+}
+
+bool JobLifecycle::release(const std::string& id, std::int64_t fence, bool counts, bool suspect,
+                           std::int64_t pause_ms) {
+  context_.running.clear_progress(id);
+  context_.waiters.on_stopped(id);
+  const std::int64_t now = context_.clock();
+  Release how{counts, suspect};
+  if (pause_ms > 0) how.not_before = now + pause_ms;
+  const Announcement announcement(context_.notifications, {id});
+  const bool released = context_.stores.transitions.release(id, fence, now, how);
+  context_.running.end_lease(id, fence);
+  if (released) notify_released(id);
+  return released;
+}
+
+/// The job is queued again, or a requested cancel has ended it.
+void JobLifecycle::notify_released(const std::string& id) {
+  const std::optional<Job> job = context_.stores.jobs.find(id);
+  if (!job) return;
+  if (!ended(job->state)) return context_.notifications.notify_queued(id);
+  context_.notifications.notify_end(id, job->state);
+}
+
+void JobLifecycle::set_progress(const std::string& id, double fraction) {
+  const auto progress = context_.running.set_progress(id, fraction);
+  if (progress) context_.notifications.notify_progress(id, *progress);
+}
+
+void JobLifecycle::renew_leases() {
+  const std::vector<Lease> held = context_.running.leases();
+  if (held.empty()) return;
+  const std::int64_t until = context_.clock() + context_.settings.lease_ms;
+  for (const Lease& lost : context_.stores.transitions.renew(held, until)) {
+    context_.running.end_lease(lost.job_id, lost.fence);
+    context_.runner.call([&](JobRunner& runner) { runner.on_lease_lost(lost); });
+  }
+}
+
+// ---- for owners
+
+CancelOutcome JobLifecycle::cancel(const std::string& id) {
+  const CancelOutcome outcome = context_.stores.transitions.cancel(id, context_.clock());
+  if (outcome == CancelOutcome::cancelled) context_.notifications.notify_end(id, JobState::cancelled);
+  if (outcome == CancelOutcome::cancelling) context_.runner.call([&](JobRunner& runner) { runner.cancel(id); });
+  return outcome;
+}
+
+RemoveOutcome JobLifecycle::remove(const std::string& id) {
+  const Removal removal = context_.stores.jobs.remove(id);
+  if (removal.outcome == RemoveOutcome::removed) {
+    context_.notifications.notify_removed(id);
+    for (const Artifact& artifact : removal.artifacts) context_.pins.collect(artifact.sha256);
+  }
+  return removal.outcome;
+}
+
+RetryOutcome JobLifecycle::retry(const std::string& id) {
+  const Announcement announcement(context_.notifications, {id});
+  const RetryOutcome outcome = context_.stores.transitions.retry(id, context_.clock());
+  if (outcome == RetryOutcome::queued) {
+    const std::optional<Job> job = context_.stores.jobs.find(id);
+    context_.notifications.notify_queued(id);
+    context_.runner.notify(job && job->suspect);
+  }
+  return outcome;
+}
+
+ChangeOutcome JobLifecycle::change(const std::string& id, const JobChange& change,
+                                   std::optional<std::int64_t> revision) {
+  const ChangeOutcome outcome = context_.stores.jobs.change(id, change, revision);
+  if (outcome == ChangeOutcome::changed) {
+    // The state is the same, but long polls wait for any change.
+    const std::optional<Job> job = context_.stores.jobs.find(id);
+    if (job && !ended(job->state)) context_.notifications.notify_state(id, job->state);
+  }
+  return outcome;
+}
+
+void JobLifecycle::cancel_batch(const std::string& id) {
+  const BatchCancel changed = context_.stores.batches.cancel(id, context_.clock());
+  for (const std::string& job : changed.cancelled) context_.notifications.notify_end(job, JobState::cancelled);
+  context_.runner.call([&](JobRunner& runner) {
+    for (const std::string& job : changed.cancelling) runner.cancel(job);
+  });
+}
+
+int JobLifecycle::retry_batch(const std::string& id) {
+  std::vector<std::string> candidates;
+  JobFilter filter;
+  filter.batch = id;
+  for (const JobState state : {JobState::failed, JobState::cancelled}) {
+    filter.state = state;
+    std::string cursor;
+    do {
+      const JobPage page = context_.stores.jobs.list(filter, cursor, page_jobs);
+      for (const Job& job : page.items) candidates.push_back(job.id);
+      cursor = page.next_cursor;
+    } while (!cursor.empty());
+  }
+  const Announcement announcement(context_.notifications, std::move(candidates));
+  const BatchRetry retried = context_.stores.batches.retry(id, context_.clock());
+  for (const std::string& job : retried.jobs) context_.notifications.notify_queued(job);
+  if (!retried.jobs.empty()) context_.runner.notify(retried.suspects);
+  return static_cast<int>(retried.jobs.size());
+}
+
+/// Called after the end of a job that failed.
+void JobLifecycle::cancel_failing_batch(const std::string& job_id) {
+  const std::optional<Job> job = context_.stores.jobs.find(job_id);
+  if (!job || job->batch.empty()) return;
+  const std::optional<BatchState> state = context_.stores.batches.find(job->batch);
+  if (!state || !state->batch.max_failed) return;
+  const auto failed = state->jobs.find(JobState::failed);
+  if (failed != state->jobs.end() && failed->second > *state->batch.max_failed) cancel_batch(job->batch);
+}
+
+// ---- for the daemon
+
+bool JobLifecycle::run_maintenance() {
+  const MaintenanceResult result = context_.stores.maintenance.run_maintenance(
+      context_.clock(), context_.settings.expired_kept_ms, maintenance_step);
+  for (const std::string& id : result.abandoned) {
+    context_.running.clear_progress(id);
+    context_.waiters.on_stopped(id);
+    const Announcement announcement(context_.notifications, {id});
+    notify_released(id);
+  }
+  for (const std::string& id : result.overdue) context_.notifications.notify_end(id, JobState::failed);
+  for (const std::string& id : result.overdue) cancel_failing_batch(id);
+  for (const Artifact& artifact : result.artifacts) context_.pins.collect(artifact.sha256);
+  const bool abandoned = !result.abandoned.empty();
+  if (result.due || abandoned) context_.runner.notify(result.suspects_due || abandoned);
+  return result.more;
+}
+
+}  // namespace queue

@@ -1,0 +1,160 @@
+/// Maintenance in time: ended leases, due jobs, deadlines, expiry, recovery.
+
+#include <cassert>
+
+#include "server/storage/sqlite/connections.h"
+#include "server/storage/sqlite/job_moves.h"
+#include "server/storage/sqlite/job_rows.h"
+
+namespace storage::sqlite {
+namespace {
+
+/// One step inside a transaction.
+struct Step {
+  Database& database;
+  const std::int64_t now, delete_before, limit;
+  queue::MaintenanceResult result{};
+
+  static bool is_due(Database& database, std::int64_t now, std::int64_t delete_before) {
+    Query any = database.query(
+        "SELECT EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_delayed WHERE not_before <= ?1)"
+        " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_by_deadline WHERE state = 'queued' AND deadline <= ?1)"
+        " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_leased WHERE state = 'running' AND lease_until <= ?1)"
+        " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_expiring"
+        "   WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at <= ?1)"
+        " OR EXISTS (SELECT 1 FROM jobs INDEXED BY jobs_expired WHERE expired = 1 AND expires_at <= ?2)"
+        " OR EXISTS (SELECT 1 FROM replies WHERE expires_at <= ?1)",
+        now, delete_before);
+    any.row();
+    return any.integer(0) != 0;
+  }
+
+  void release_abandoned() {
+    result.abandoned = database
+                           .query(
+                               "SELECT id FROM jobs INDEXED BY jobs_leased"
+                               " WHERE state = 'running' AND lease_until <= ? LIMIT ?",
+                               now, limit)
+                           .texts();
+    for (const std::string& id : result.abandoned) {
+      database.change(std::string(released_columns) + " attempt = attempt - 1 WHERE id = ?2", now, id);
+    }
+  }
+
+  void clear_not_before() {
+    std::vector<std::string> ids;
+    {
+      Query due = database.query(
+          "SELECT id, suspect FROM jobs INDEXED BY jobs_delayed WHERE not_before <= ? ORDER BY not_before LIMIT ?", now,
+          limit);
+      while (due.row()) {
+        ids.push_back(due.text(0));
+        result.suspects_due = result.suspects_due || due.integer(1) != 0;
+      }
+    }
+    for (const std::string& id : ids) {
+      database.change("UPDATE jobs SET not_before = NULL, revision = revision + 1 WHERE id = ?", id);
+    }
+    result.due = !ids.empty();
+  }
+
+  void fail_overdue() {
+    result.overdue =
+        database
+            .query("SELECT id FROM jobs INDEXED BY jobs_by_deadline WHERE state = 'queued' AND deadline <= ? LIMIT ?",
+                   now, limit)
+            .texts();
+    for (const std::string& id : result.overdue) {
+      assert(queue::may_move(queue::JobState::queued, queue::JobState::failed));
+      database.change(
+          "UPDATE jobs SET state = 'failed', ended_at = ?1, not_before = NULL, revision = revision + 1,"
+          " expires_at = coalesce(expires_at, ?1 + 1000 * expires_in_s) WHERE id = ?2",
+          now, id);
+      insert_problem(database, id, queue::deadline_exceeded());
+    }
+  }
+
+  void expire() {
+    const std::vector<std::string> ids = database
+                                             .query(
+                                                 "SELECT id FROM jobs INDEXED BY jobs_expiring WHERE ended_at IS NOT"
+                                                 " NULL AND expired = 0 AND expires_at <= ? LIMIT ?",
+                                                 now, limit)
+                                             .texts();
+    for (const std::string& id : ids) {
+      const std::vector<queue::Artifact> artifacts = read_artifacts(database, id);
+      result.artifacts.insert(result.artifacts.end(), artifacts.begin(), artifacts.end());
+      database.change("DELETE FROM artifacts WHERE job_id = ?", id);
+      database.change("DELETE FROM documents WHERE job_id = ?", id);
+      database.change("UPDATE jobs SET expired = 1, revision = revision + 1 WHERE id = ?", id);
+    }
+    result.expired = static_cast<int>(ids.size());
+  }
+
+  void delete_expired() {
+    result.deleted = database.change(
+        "DELETE FROM jobs WHERE id IN (SELECT id FROM jobs INDEXED BY jobs_expired"
+        " WHERE expired = 1 AND expires_at <= ? LIMIT ?)",
+        delete_before, limit);
+    result.deleted += database.change(
+        "DELETE FROM replies WHERE (owner, route, key) IN (SELECT owner, route, key FROM replies WHERE expires_at <= ?"
+        " LIMIT ?)",
+        now, limit);
+  }
+};
+
+class SqliteMaintenance final : public queue::MaintenanceStore {
+ public:
+  explicit SqliteMaintenance(Connections& connections) : connections_(connections) {}
+
+  queue::MaintenanceResult run_maintenance(std::int64_t now, std::int64_t expired_kept_ms, int limit) override {
+    const std::int64_t delete_before = now - expired_kept_ms;
+    const auto is_due = [&](Database& database) { return Step::is_due(database, now, delete_before); };
+    if (!connections_.reader.run(is_due)) return {};
+    return connections_.writer.run([&](Database& database) {
+      Step step{database, now, delete_before, limit};
+      step.release_abandoned();
+      step.clear_not_before();
+      step.fail_overdue();
+      step.expire();
+      step.delete_expired();
+      step.result.more = is_due(database);
+      return step.result;
+    });
+  }
+
+  int recover(const std::string& boot_id, std::int64_t now) override {
+    return connections_.writer.run([&](Database& database) {
+      return database.change(
+          std::string(released_columns) + " attempt = attempt - 1 WHERE state = 'running' AND boot_id <> ?2", now,
+          boot_id);
+    });
+  }
+
+  bool is_artifact_referenced(const std::string& sha256) override {
+    return connections_.reader.run([&](Database& database) {
+      return database.query("SELECT 1 FROM artifacts WHERE sha256 = ? LIMIT 1", sha256).row();
+    });
+  }
+
+  bool is_asset_referenced(const std::string& sha256) override {
+    return connections_.reader.run([&](Database& database) {
+      return database.query("SELECT 1 FROM job_assets WHERE sha256 = ? LIMIT 1", sha256).row();
+    });
+  }
+
+  void probe() override {
+    connections_.writer.run([](Database& database) { return database.change("UPDATE probe SET writes = writes + 1"); });
+  }
+
+ private:
+  Connections& connections_;
+};
+
+}  // namespace
+
+std::unique_ptr<queue::MaintenanceStore> make_maintenance_store(Connections& connections) {
+  return std::make_unique<SqliteMaintenance>(connections);
+}
+
+}  // namespace storage::sqlite

@@ -1,0 +1,146 @@
+#pragma once
+/// The calls of all stores of a directory under one name, for tests; and stores that forward to others.
+
+#include <string>
+
+#include "server/storage/sqlite/sqlite_stores.h"
+
+/// As storage::sqlite::SqliteStores, with names that differ where two interfaces have the same.
+class TestStore {
+ public:
+  explicit TestStore(const std::string& directory, storage::sqlite::SqliteSettings settings = {})
+      : sqlite_(directory, settings) {}
+
+  void submit(const queue::Job& job, const std::string& document) { insert({{{job, document}}}, job.created_at); }
+  auto insert(const queue::InsertRequest& request, std::int64_t now) { return all_.jobs.insert(request, now); }
+  auto find_reply(const queue::ReplyKey& key, std::int64_t now) { return all_.jobs.find_reply(key, now); }
+  auto find(const std::string& id) { return all_.jobs.find(id); }
+  auto find_by_content_key(const std::string& key, std::int64_t t) { return all_.jobs.find_by_content_key(key, t); }
+  auto document(const std::string& id) { return all_.jobs.document(id); }
+  auto list(const queue::JobFilter& filter, const std::string& cursor, int limit) {
+    return all_.jobs.list(filter, cursor, limit);
+  }
+  auto change(const std::string& id, const queue::JobChange& change, std::optional<std::int64_t> revision) {
+    return all_.jobs.change(id, change, revision);
+  }
+  auto remove(const std::string& id) { return all_.jobs.remove(id); }
+
+  auto count(queue::JobState state) { return all_.statistics.count(state); }
+  auto owner_usage(const std::string& owner) { return all_.statistics.owner_usage(owner); }
+  auto depth() { return all_.statistics.depth(); }
+  auto queue_position(const std::string& id, std::int64_t limit) { return all_.statistics.queue_position(id, limit); }
+
+  auto claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until, bool suspects) {
+    return all_.transitions.claim(boot_id, now, lease_until, suspects);
+  }
+  auto renew(const std::vector<queue::Lease>& leases, std::int64_t until) {
+    return all_.transitions.renew(leases, until);
+  }
+  bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
+               const std::vector<queue::Artifact>& artifacts, bool durable = true) {
+    return all_.transitions.succeed(id, fence, now, report, artifacts, durable);
+  }
+  bool fail(const std::string& id, std::int64_t fence, std::int64_t now, const queue::Problem& problem) {
+    return all_.transitions.fail(id, fence, now, problem);
+  }
+  bool finish_cancel(const std::string& id, std::int64_t fence, std::int64_t now) {
+    return all_.transitions.finish_cancel(id, fence, now);
+  }
+  bool release(const std::string& id, std::int64_t fence, std::int64_t now, const queue::Release& release) {
+    return all_.transitions.release(id, fence, now, release);
+  }
+  auto cancel(const std::string& id, std::int64_t now) { return all_.transitions.cancel(id, now); }
+  auto retry(const std::string& id, std::int64_t now) { return all_.transitions.retry(id, now); }
+
+  auto find_batch(const std::string& id) { return all_.batches.find(id); }
+  auto cancel_batch(const std::string& id, std::int64_t now) { return all_.batches.cancel(id, now); }
+  auto retry_batch(const std::string& id, std::int64_t now) { return all_.batches.retry(id, now); }
+  auto failing_batches() { return all_.batches.list_failing(); }
+
+  auto run_maintenance(std::int64_t now, std::int64_t expired_kept_ms, int limit) {
+    return all_.maintenance.run_maintenance(now, expired_kept_ms, limit);
+  }
+  int recover(const std::string& boot_id, std::int64_t now) { return all_.maintenance.recover(boot_id, now); }
+  bool is_artifact_referenced(const std::string& sha256) { return all_.maintenance.is_artifact_referenced(sha256); }
+  bool is_asset_referenced(const std::string& sha256) { return all_.maintenance.is_asset_referenced(sha256); }
+  void probe() { all_.maintenance.probe(); }
+
+  [[nodiscard]] const queue::Stores& all() const { return all_; }
+
+ private:
+  storage::sqlite::SqliteStores sqlite_;
+  queue::Stores all_ = sqlite_.all();
+};
+
+/// Forward to another store what a test does not override.
+class ForwardingJobStore : public queue::JobStore {
+ public:
+  explicit ForwardingJobStore(queue::JobStore& target) : target_(target) {}
+  std::optional<queue::KeptReply> insert(const queue::InsertRequest& request, std::int64_t now) override {
+    return target_.insert(request, now);
+  }
+  std::optional<queue::KeptReply> find_reply(const queue::ReplyKey& key, std::int64_t now) override {
+    return target_.find_reply(key, now);
+  }
+  std::optional<queue::Job> find(const std::string& id) override { return target_.find(id); }
+  std::optional<queue::Job> find_by_content_key(const std::string& key, std::int64_t expires_after) override {
+    return target_.find_by_content_key(key, expires_after);
+  }
+  std::optional<std::string> document(const std::string& id) override { return target_.document(id); }
+  queue::JobPage list(const queue::JobFilter& filter, const std::string& cursor, int limit) override {
+    return target_.list(filter, cursor, limit);
+  }
+  queue::ChangeOutcome change(const std::string& id, const queue::JobChange& change,
+                              std::optional<std::int64_t> revision) override {
+    return target_.change(id, change, revision);
+  }
+  queue::Removal remove(const std::string& id) override { return target_.remove(id); }
+
+ private:
+  queue::JobStore& target_;
+};
+
+class ForwardingTransitions : public queue::JobTransitions {
+ public:
+  explicit ForwardingTransitions(queue::JobTransitions& target) : target_(target) {}
+  std::optional<queue::Claim> claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until,
+                                    bool suspects) override {
+    return target_.claim(boot_id, now, lease_until, suspects);
+  }
+  std::vector<queue::Lease> renew(const std::vector<queue::Lease>& leases, std::int64_t until) override {
+    return target_.renew(leases, until);
+  }
+  bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
+               const std::vector<queue::Artifact>& artifacts, bool durable) override {
+    return target_.succeed(id, fence, now, report, artifacts, durable);
+  }
+  bool fail(const std::string& id, std::int64_t fence, std::int64_t now, const queue::Problem& problem) override {
+    return target_.fail(id, fence, now, problem);
+  }
+  bool finish_cancel(const std::string& id, std::int64_t fence, std::int64_t now) override {
+    return target_.finish_cancel(id, fence, now);
+  }
+  bool release(const std::string& id, std::int64_t fence, std::int64_t now, const queue::Release& release) override {
+    return target_.release(id, fence, now, release);
+  }
+  queue::CancelOutcome cancel(const std::string& id, std::int64_t now) override { return target_.cancel(id, now); }
+  queue::RetryOutcome retry(const std::string& id, std::int64_t now) override { return target_.retry(id, now); }
+
+ private:
+  queue::JobTransitions& target_;
+};
+
+class ForwardingMaintenance : public queue::MaintenanceStore {
+ public:
+  explicit ForwardingMaintenance(queue::MaintenanceStore& target) : target_(target) {}
+  queue::MaintenanceResult run_maintenance(std::int64_t now, std::int64_t expired_kept_ms, int limit) override {
+    return target_.run_maintenance(now, expired_kept_ms, limit);
+  }
+  int recover(const std::string& boot_id, std::int64_t now) override { return target_.recover(boot_id, now); }
+  bool is_artifact_referenced(const std::string& sha256) override { return target_.is_artifact_referenced(sha256); }
+  bool is_asset_referenced(const std::string& sha256) override { return target_.is_asset_referenced(sha256); }
+  void probe() override { target_.probe(); }
+
+ private:
+  queue::MaintenanceStore& target_;
+};
