@@ -15,6 +15,7 @@
 #include "server/queue/asset_collector.h"
 #include "server/storage/files/file_asset_store.h"
 #include "tests/conformance/temporary_directory.h"
+#include "tests/conformance/test_store.h"
 #include "tracer/sha256.h"
 
 using namespace queue;
@@ -170,7 +171,8 @@ TEST_P(AssetStoreConformance, AnOpenReaderOutlivesTheRemoval) {
 }
 
 TEST_P(AssetStoreConformance, TheCollectorTakesWhatIsOldAndNamedByNoJob) {
-  MemoryJobStore jobs;
+  const TemporaryDirectory jobs_directory;
+  TestStore jobs(jobs_directory.path(), {.synchronous = false});
   const std::string named = stored("named"), forgotten = stored("forgotten");
   now += 1000;
   const std::string young = stored("young");
@@ -179,26 +181,28 @@ TEST_P(AssetStoreConformance, TheCollectorTakesWhatIsOldAndNamedByNoJob) {
   job.assets = {named};
   jobs.submit(job, "{}");
   int removed = 0;
-  for (int part = 0; part < AssetStore::parts; ++part) removed += collect_assets(store(), jobs, part, now);
+  for (int part = 0; part < AssetStore::parts; ++part)
+    removed += collect_assets(store(), jobs.all().maintenance, part, now);
   EXPECT_EQ(removed, 1);
   EXPECT_EQ(get(forgotten), std::nullopt);
   EXPECT_EQ(get(named), "named");
   EXPECT_EQ(get(young), "young");
   jobs.remove("job");
   const int part = std::stoi(named.substr(0, 2), nullptr, 16);
-  EXPECT_EQ(collect_assets(store(), jobs, part, now), 1);
+  EXPECT_EQ(collect_assets(store(), jobs.all().maintenance, part, now), 1);
 }
 
 TEST_P(AssetStoreConformance, TheCollectorNeverTakesFromAJobThatWasAcceptedMeanwhile) {
   // Whoever is told that the asset is there stores a job that names it; everything is old at once, and collected again
   // and again.
-  MemoryJobStore jobs;
+  const TemporaryDirectory jobs_directory;
+  TestStore jobs(jobs_directory.path(), {.synchronous = false});
   const std::string bytes = "shared", sha256 = tracer::sha256_hex(bytes);
   const int part = std::stoi(sha256.substr(0, 2), nullptr, 16);
   std::atomic<bool> stop = false;
   std::atomic<int> collected = 0;
   std::thread collector([&] {
-    while (!stop) collected += collect_assets(store(), jobs, part, now - 100'000);
+    while (!stop) collected += collect_assets(store(), jobs.all().maintenance, part, now - 100'000);
   });
   for (int round = 0; round < 300; ++round) {
     now += 1'000'000;  // what was used in the round before is old
@@ -235,11 +239,7 @@ TEST_P(AssetStoreConformance, PutsOfTheSameBytesFromManyThreadsAreStoredOnce) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Stores, AssetStoreConformance,
-                         testing::Values(AssetStoreKind{"Memory",
-                                                        [](const std::string&, Clock clock) {
-                                                          return std::make_unique<MemoryAssetStore>(std::move(clock));
-                                                        }},
-                                         AssetStoreKind{"Files",
+                         testing::Values(AssetStoreKind{"Files",
                                                         [](const std::string& directory, Clock clock) {
                                                           return std::make_unique<FileAssetStore>(directory,
                                                                                                   std::move(clock));
@@ -273,8 +273,7 @@ TEST(AssetStoreBound, NoPutTakesAllAssetsTogetherAboveItAndRemovalsMakeRoom) {
   const TemporaryDirectory directory;
   FileAssetStore in_files(
       directory.path(), [] { return 1; }, 10);
-  MemoryAssetStore in_memory([] { return 1; }, 10);
-  for (AssetStore* store : std::vector<AssetStore*>{&in_files, &in_memory}) {
+  for (AssetStore* store : std::vector<AssetStore*>{&in_files}) {
     const auto put = [&](const std::string& bytes) { return store->put(tracer::sha256_hex(bytes), reading(bytes)); };
     EXPECT_EQ(put("sixsix"), Put::stored);
     EXPECT_EQ(put("fivef"), Put::no_room);
@@ -322,9 +321,10 @@ TEST(AssetStoreBound, HoldsOverARestartAndWhileManyPutAtOnce) {
 }
 
 TEST(AssetCollector, CollectsFromItsStartOnAndEndsAtOnce) {
-  MemoryJobStore jobs;
+  const TemporaryDirectory jobs_directory;
+  TestStore jobs(jobs_directory.path(), {.synchronous = false});
   std::atomic<std::int64_t> now = 1'000;
-  MemoryAssetStore assets([&] { return now.load(); });
+  FileAssetStore assets(jobs_directory.path() + "/uploads", [&] { return now.load(); });
   const std::string bytes = "abc";
   assets.put(tracer::sha256_hex(bytes), reading(bytes));
   now = 10'000;
@@ -332,7 +332,7 @@ TEST(AssetCollector, CollectsFromItsStartOnAndEndsAtOnce) {
   const Log log = [&](LogLevel, std::string_view event, const LogFields&) {
     told = told || event == "assets_collected";
   };
-  const AssetCollector collector(assets, jobs, [&] { return now.load(); }, log,
+  const AssetCollector collector(assets, jobs.all().maintenance, [&] { return now.load(); }, log,
                                  {.age = std::chrono::milliseconds(8'000), .step_pause = std::chrono::milliseconds(0)});
   while (!told) std::this_thread::yield();
   EXPECT_FALSE(assets.use(tracer::sha256_hex(bytes)));

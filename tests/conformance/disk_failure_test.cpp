@@ -10,10 +10,10 @@
 
 #include "server/storage/files/file_artifact_store.h"
 #include "server/storage/files/file_asset_store.h"
-#include "tests/conformance/test_store.h"
 #include "tests/conformance/file_size_limit.h"
 #include "tests/conformance/memory_file.h"
 #include "tests/conformance/temporary_directory.h"
+#include "tests/conformance/test_store.h"
 #include "tracer/sha256.h"
 
 using namespace queue;
@@ -153,22 +153,26 @@ TEST(SqliteStores, TakesADirectoryThatIsLetGoOfWithinMoments) {
   EXPECT_NO_THROW(TestStore(directory.path()));
 }
 
-TEST(SqliteStores, RefusesAFileOfANewerProgramAndLeavesItAlone) {
-  const TemporaryDirectory directory;
-  const std::string path = directory.path() + "/whittle.db";
-  { const TestStore store(directory.path()); }
-  {
-    // Byte 60..63 of the header is user_version, big-endian (SQLite file format, section 1.3).
-    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
-    file.seekp(60);
-    file.write("\0\0\0\x63", 4);
-  }
-  try {
-    TestStore store(directory.path());
-    FAIL() << "opened a file of version 99";
-  } catch (const StoreFailure& failure) {
-    EXPECT_NE(std::string(failure.what()).find("newer program"), std::string::npos) << failure.what();
-    EXPECT_NE(std::string(failure.what()).find("99"), std::string::npos) << failure.what();
+TEST(SqliteStores, RefusesAFileWithAnotherSchemaAndLeavesItUnchanged) {
+  for (const auto& [version, program] : {std::pair('\x63', "newer program"), std::pair('\x06', "older program")}) {
+    const TemporaryDirectory directory;
+    const std::string path = directory.path() + "/whittle.db";
+    { const TestStore store(directory.path()); }
+    {
+      // Byte 60..63 of the header is user_version, big-endian (SQLite file format, section 1.3).
+      std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+      file.seekp(63);
+      file.put(version);
+    }
+    try {
+      const TestStore store(directory.path());
+      FAIL() << "opened a file of a " << program;
+    } catch (const StoreFailure& failure) {
+      const std::string what = failure.what();
+      EXPECT_NE(what.find(program), std::string::npos) << what;
+      EXPECT_NE(what.find("version " + std::to_string(version)), std::string::npos) << what;
+      EXPECT_NE(what.find(path), std::string::npos) << what;
+    }
   }
 }
 

@@ -9,8 +9,8 @@
 #include <fstream>
 #include <memory>
 
-#include "tests/conformance/test_store.h"
 #include "tests/conformance/temporary_directory.h"
+#include "tests/conformance/test_store.h"
 
 using namespace queue;
 using namespace storage::files;

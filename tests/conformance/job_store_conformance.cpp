@@ -6,32 +6,25 @@
 
 namespace {
 
-class Memory final : public StoreUnderTest {
- public:
-  TestStore& store() override { return store_; }
-  void reopen() override {}
-
- private:
-  queue::MemoryJobStore store_;
-};
+const storage::sqlite::SqliteSettings no_sync{.synchronous = false};
 
 class Sqlite final : public StoreUnderTest {
  public:
   TestStore& store() override { return *store_; }
   void reopen() override {
     store_.reset();
-    store_ = std::make_unique<storage::sqlite::SqliteStores>(directory_.path());
+    store_ = std::make_unique<TestStore>(directory_.path(), no_sync);
   }
 
  private:
   TemporaryDirectory directory_;
-  std::unique_ptr<queue::JobStore> store_ = std::make_unique<storage::sqlite::SqliteStores>(directory_.path());
+  std::unique_ptr<TestStore> store_ = std::make_unique<TestStore>(directory_.path(), no_sync);
 };
 
 }  // namespace
 
 std::vector<StoreKind> store_kinds() {
-  return {{"Memory", [] { return std::make_unique<Memory>(); }}, {"Sqlite", [] { return std::make_unique<Sqlite>(); }}};
+  return {{"Sqlite", [] { return std::make_unique<Sqlite>(); }}};
 }
 
 std::string JobStoreConformance::submit(const std::function<void(queue::Job&)>& change, const std::string& document) {

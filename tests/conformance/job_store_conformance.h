@@ -1,5 +1,5 @@
 #pragma once
-/// What every JobStore promises, written once and run against each. A new store is one more line in stores().
+/// The contract of the stores of jobs, run against every implementation in store_kinds().
 
 #include <gtest/gtest.h>
 
@@ -8,15 +8,15 @@
 #include <string>
 #include <vector>
 
-#include "server/queue/job_store.h"
 #include "tests/conformance/temporary_directory.h"
+#include "tests/conformance/test_store.h"
 
 /// One kind of store with a place for its data.
 class StoreUnderTest {
  public:
   virtual ~StoreUnderTest() = default;
   virtual TestStore& store() = 0;
-  /// As a daemon that ends and starts again. The store in memory stays as it is: it keeps nothing.
+  /// As a daemon that ends and starts again.
   virtual void reopen() = 0;
 };
 

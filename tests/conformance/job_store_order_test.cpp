@@ -35,28 +35,6 @@ TEST_P(JobStoreConformance, ClaimsTheHighestPriorityFirstThenTheOldest) {
   EXPECT_FALSE(store().claim("boot", now, lease_end, false));
 }
 
-TEST_P(JobStoreConformance, ClaimsTheFirstSmallJobHoweverManyLargeOnesWaitBeforeIt) {
-  const auto large = [](Job& job) { job.large = true; };
-  const std::string first = submit(large);
-  submit([](Job& job) { job.suspect = true; });
-  const std::string low = submit([](Job& job) { job.priority = 0; });
-  const std::string small = submit();
-  submit([&](Job& job) { job.priority = 90, job.not_before = now + 1; });
-  submit([&](Job& job) { job.priority = 90, job.deadline = now; });
-  const std::string last = submit(large);
-  EXPECT_TRUE(find(first).large);
-  EXPECT_FALSE(find(small).large);
-  for (const std::string& expected : {small, low}) {
-    const std::optional<Claim> claimed = store().claim_small("boot", now, lease_end);
-    ASSERT_TRUE(claimed);
-    EXPECT_EQ(claimed->job.id, expected);
-    EXPECT_EQ(claimed->job.state, JobState::running);
-    EXPECT_EQ(claimed->job.attempt, 1);
-  }
-  EXPECT_FALSE(store().claim_small("boot", now, lease_end));
-  for (const std::string& expected : {first, last}) EXPECT_EQ(claim().job.id, expected);
-}
-
 TEST_P(JobStoreConformance, AReleasedJobKeepsItsPlaceInTheQueue) {
   const std::string first = submit();
   submit();

@@ -1,6 +1,5 @@
-/// submit_until_killed DIRECTORY ROUND: four threads submit jobs to a TestStore, claim one each time and end it
-/// with an image, small or in a FileArtifactStore, and write "ID SHA256\n" to standard output once all is acknowledged.
-/// For ever.
+/// submit_until_killed DIRECTORY ROUND: four threads submit jobs, claim one each time and end it
+/// with an image, and write "ID SHA256\n" to standard output once all is acknowledged, without end.
 
 #include <unistd.h>
 
@@ -9,8 +8,8 @@
 #include <vector>
 
 #include "server/storage/files/file_artifact_store.h"
-#include "tests/conformance/test_store.h"
 #include "tests/conformance/memory_file.h"
+#include "tests/conformance/test_store.h"
 
 int main(int, char** arguments) {
   const std::string directory = arguments[1], round = arguments[2];
@@ -28,11 +27,8 @@ int main(int, char** arguments) {
         if (!claim) continue;
         const std::string& id = claim->job.id;
         const std::string bytes = "image of " + id + std::string(static_cast<std::size_t>(i % 7) * 9999, 'p');
-        const auto stored = artifacts.put(MemoryFile(bytes).fd(), 32u << 10);
-        std::vector<queue::SmallImage> small;
-        if (stored.small) small.push_back({stored.sha256, *stored.small});
-        store.succeed(id, claim->fence, 1, "{}", {{"image.png", "image/png", stored.sha256, stored.bytes}}, true,
-                      small);
+        const auto stored = artifacts.put(MemoryFile(bytes).fd());
+        store.succeed(id, claim->fence, 1, "{}", {{"image.png", "image/png", stored.sha256, stored.bytes}});
         const std::string line = id + " " + stored.sha256 + "\n";
         if (write(STDOUT_FILENO, line.data(), line.size()) < 0) _exit(1);  // shorter than PIPE_BUF: whole lines
       }

@@ -15,9 +15,9 @@
 #include "server/storage/files/file_artifact_store.h"
 #include "server/storage/files/file_asset_store.h"
 #include "server/storage/sqlite/sqlite_delivery_store.h"
-#include "tests/conformance/test_store.h"
 #include "tests/conformance/memory_file.h"
 #include "tests/conformance/temporary_directory.h"
+#include "tests/conformance/test_store.h"
 
 using namespace queue;
 using namespace storage::files;
@@ -82,8 +82,8 @@ TEST(SqliteStores, ClaimsAndWhatIsNotToBeDurableWaitForNoSyncAndAreSyncedWithThe
   const int before = syncs_asked;
   const Claim first = store.claim("boot", 1, 9000, false).value();
   store.renew({{"a", first.fence}}, 10'000);
-  store.insert({{{job_named("b"), "b"}}, {}, {}, false}, 1);
-  const Claim second = store.claim_small("boot", 1, 9000).value();
+  store.insert({.jobs = {{job_named("b"), "b"}}, .durable = false}, 1);
+  const Claim second = store.claim("boot", 1, 9000, false).value();
   EXPECT_TRUE(store.succeed("b", second.fence, 2, "{}", {}, false));
   EXPECT_EQ(syncs_asked, before);
   store.probe();
@@ -93,26 +93,17 @@ TEST(SqliteStores, ClaimsAndWhatIsNotToBeDurableWaitForNoSyncAndAreSyncedWithThe
   EXPECT_GT(syncs_asked, probed);
 }
 
-TEST(SqliteStores, ASmallImageTakesOneSyncTogetherWithItsJobAndIsNotThereWithoutIt) {
+TEST(FileArtifactStore, SyncsNothingThatIsNotDurableUntilItIsSyncedOrPutAgain) {
   const TemporaryDirectory directory;
-  TestStore store(directory.path());
-  store.submit(job_named("a"), "a");
-  store.submit(job_named("b"), "b");
-  const Claim first = store.claim("boot", 1, 9000, false).value(), second = store.claim("boot", 1, 9000, false).value();
+  FileArtifactStore store(directory.path());
   const int before = syncs_asked;
-  EXPECT_TRUE(store.succeed("a", first.fence, 2, "{}", {{"image.png", "image/png", "aa", 3}}, true, {{"aa", "abc"}}));
-  EXPECT_EQ(syncs_asked, before + 1);
-  EXPECT_EQ(store.small_image("aa"), "abc");
-  store.remove("a");
-  const int removed = syncs_asked;
-  store.forget_small_image("aa");
-  EXPECT_EQ(syncs_asked, removed);
-  sync_fails = true;
-  EXPECT_THROW(store.succeed("b", second.fence, 2, "{}", {{"image.png", "image/png", "bb", 3}}, true, {{"bb", "def"}}),
-               StoreFailure);
-  sync_fails = false;
-  EXPECT_FALSE(store.small_image("bb"));
-  EXPECT_EQ(store.find("b")->state, JobState::running);
+  const std::string first = store.put(MemoryFile("abc").fd(), false).sha256;
+  store.put(MemoryFile("def").fd(), false);
+  EXPECT_EQ(syncs_asked, before);
+  store.sync(first);
+  EXPECT_EQ(syncs_asked, before + 2) << "file and directory";
+  store.put(MemoryFile("def").fd());
+  EXPECT_EQ(syncs_asked, before + 4) << "of the existing file";
 }
 
 TEST(DiskHealth, ItsFirstBrokenWriteIsToldOnceAndIsTheLastOfAllStores) {

@@ -1,10 +1,8 @@
-/// What the queue does with the room that the disk has: accepts, runs, or waits.
+/// Submissions and claims with little space on the disk.
 
 #include <gtest/gtest.h>
 
 #include "server/queue/queue.h"
-#include "server/storage/memory/memory_artifact_store.h"
-#include "server/storage/memory/memory_job_store.h"
 #include "tests/conformance/memory_file.h"
 #include "tests/queue/supervised.h"
 
@@ -13,11 +11,8 @@ using State = DiskSpace::State;
 
 namespace {
 
-class RoomTest : public testing::Test {
+class DiskSpaceTest : public testing::Test {
  protected:
-  RoomTest() {
-    queue.set_disk_probe([this] { return room; });
-  }
   static Submission keyed() {
     Submission submission;
     submission.document = "{}";
@@ -25,63 +20,67 @@ class RoomTest : public testing::Test {
     submission.write_reply = [](const JobView& view, bool) { return FirstReply{202, "", view.job.id}; };
     return submission;
   }
-  DiskSpace room{State::enough, 900, 100};
-  MemoryJobStore store;
-  MemoryArtifactStore artifacts;
+  DiskSpace space{State::enough, 900, 100};
+  TemporaryStores temporary;
+  TestStore& store = temporary.store;
   IdSource ids{system_clock(), system_random()};
-  Queue queue{store, artifacts, ids, system_clock(), no_log(), {}};
+  Queue queue{
+      store.all(), temporary.artifacts, ids, system_clock(), no_log(), {.disk_space = [this] { return space; }}};
 };
 
 }  // namespace
 
-TEST_F(RoomTest, WithScarceRoomNothingNewIsAcceptedAndWhatWasRunsAndEnds) {
-  ASSERT_TRUE(queue.submit({.document = "{}"}));
-  room = {State::scarce, 99, 100};
-  const auto refused = queue.submit({.document = "{}"});
+TEST_F(DiskSpaceTest, WithScarceRoomNothingNewIsAcceptedAndWhatWasRunsAndEnds) {
+  ASSERT_TRUE(queue.submission.submit({.document = "{}"}));
+  space = {State::scarce, 99, 100};
+  const auto refused = queue.submission.submit({.document = "{}"});
   ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().why, Refused::Why::disk_full);
-  EXPECT_EQ(refused.error().seen, 99);
+  EXPECT_EQ(refused.error().reason, Rejection::Reason::disk_full);
+  EXPECT_EQ(refused.error().value, 99);
   EXPECT_EQ(refused.error().limit, 100);
   BatchSubmission batch;
   batch.jobs.emplace_back();
-  EXPECT_FALSE(queue.submit_batch(std::move(batch)));
+  EXPECT_FALSE(queue.submission.submit_batch(std::move(batch)));
   EXPECT_EQ(store.count(JobState::queued), 1);
-  const Claim claim = queue.claim(false).value();
+  const Claim claim = queue.lifecycle.claim(false).value();
   const MemoryFile image("image");
-  EXPECT_TRUE(queue.succeed(claim.job.id, claim.fence, "{}", {{"image.png", "image/png", image.fd()}}));
+  EXPECT_TRUE(queue.lifecycle.succeed(claim.job.id, claim.fence, "{}", {{"image.png", "image/png", image.fd()}}));
 }
 
-TEST_F(RoomTest, WithoutRoomNothingIsBegunUntilItComes) {
-  ASSERT_TRUE(queue.submit({.document = "{}"}));
-  room.state = State::none;
-  EXPECT_FALSE(queue.claim(false));
-  EXPECT_FALSE(queue.claim(true));
-  room.state = State::scarce;
-  EXPECT_TRUE(queue.claim(false));
+TEST_F(DiskSpaceTest, WithoutRoomNothingIsBegunUntilItComes) {
+  ASSERT_TRUE(queue.submission.submit({.document = "{}"}));
+  space.state = State::none;
+  EXPECT_FALSE(queue.lifecycle.claim(false));
+  EXPECT_FALSE(queue.lifecycle.claim(true));
+  space.state = State::scarce;
+  EXPECT_TRUE(queue.lifecycle.claim(false));
 }
 
-TEST_F(RoomTest, ARequestThatWasAnsweredBeforeIsAnsweredAgainWithoutRoom) {
-  const std::string first = queue.submit(keyed())->view.job.id;
-  room.state = State::none;
-  const auto again = queue.submit(keyed());
+TEST_F(DiskSpaceTest, ARequestThatWasAnsweredBeforeIsAnsweredAgainWithoutRoom) {
+  const std::string first = queue.submission.submit(keyed())->view.job.id;
+  space.state = State::none;
+  const auto again = queue.submission.submit(keyed());
   ASSERT_TRUE(again);
   EXPECT_EQ(again->replayed.value().body, first);
 }
 
-TEST_F(RoomTest, ReadinessTellsHowMuchIsMissing) {
-  room = {State::scarce, 99, 100};
-  EXPECT_EQ(queue.not_ready(), "disk: 99 bytes are free on the disk, 100 are kept for jobs that were accepted before");
+TEST_F(DiskSpaceTest, ReadinessTellsHowMuchIsMissing) {
+  space = {State::scarce, 99, 100};
+  EXPECT_EQ(queue.queries.not_ready(),
+            "disk: 99 bytes are free on the disk, 100 are kept for jobs that were accepted before");
 }
 
-TEST_F(SupervisorTest, JobsThatWaitedForRoomAreBegunWhenItComes) {
+TEST_F(SupervisorTest, ClaimsQueuedJobsOnceTheDiskHasSpace) {
   std::atomic<State> state_of_disk = State::none;
-  const std::string waiting = submit("");
-  queue.set_disk_probe([&] { return DiskSpace{state_of_disk, 0, 1}; });
-  start();
-  ASSERT_TRUE(eventually([&] { return queue.not_ready().starts_with("disk: "); }));
+  Queue limited(store.all(), artifacts, ids, system_clock(), log.log(), {.disk_space = [&] {
+                  return DiskSpace{state_of_disk, 0, 1};
+                }});
+  const std::string queued = submit("");
+  const worker::Supervisor over(limited, settings(), log.log());
+  ASSERT_TRUE(eventually([&] { return limited.queries.not_ready().starts_with("disk: "); }));
   ASSERT_TRUE(eventually([&] { return log.count("worker_ready") == 1; }));
-  EXPECT_EQ(state(waiting), JobState::queued);
+  EXPECT_EQ(state(queued), JobState::queued);
   state_of_disk = State::enough;
-  queue.on_disk_space_available();
-  EXPECT_TRUE(reaches(waiting, JobState::succeeded));
+  limited.lifecycle.on_disk_space_available();
+  EXPECT_TRUE(reaches(queued, JobState::succeeded));
 }

@@ -1,4 +1,4 @@
-/// What the queue tells of what happens to jobs.
+/// Notifications of the observer of the queue.
 
 #include <gtest/gtest.h>
 
@@ -6,114 +6,124 @@
 #include <thread>
 
 #include "server/queue/queue.h"
-#include "server/storage/memory/memory_artifact_store.h"
-#include "server/storage/memory/memory_job_store.h"
 #include "tests/conformance/memory_file.h"
+#include "tests/conformance/temporary_stores.h"
 
 using namespace queue;
 
 namespace {
 
-class RecordingObserver final : public Observer {
+class RecordingObserver final : public JobObserver {
  public:
   void on_state_changed(const std::string&, JobState to) noexcept override { told += std::string(name_of(to)) + ' '; }
-  void progressed(const std::string&, double fraction) noexcept override { told += std::to_string(fraction) + ' '; }
-  void removed(const std::string&) noexcept override { told += "removed "; }
+  void on_progress(const std::string&, double fraction) noexcept override { told += std::to_string(fraction) + ' '; }
+  void on_removed(const std::string&) noexcept override { told += "removed "; }
   void on_waiters_notified(const std::string&) noexcept override { told += "settled "; }
   std::string told;
 };
 
 class QueueObserverTest : public testing::Test {
  protected:
-  std::string submit() { return queue.submit({.document = "{}"})->view.job.id; }
+  std::string submit() { return queue.submission.submit({.document = "{}"})->view.job.id; }
   bool succeed(const Claim& claim, const std::string& image) {
     const MemoryFile file(image);
-    return queue.succeed(claim.job.id, claim.fence, "{}", {{"image.png", "image/png", file.fd()}});
+    return queue.lifecycle.succeed(claim.job.id, claim.fence, "{}", {{"image.png", "image/png", file.fd()}});
   }
 
-  MemoryJobStore store;
-  MemoryArtifactStore artifacts;
+  TemporaryStores temporary;
+  TestStore& store = temporary.store;
   IdSource ids{system_clock(), system_random()};
-  Queue queue{store, artifacts, ids, system_clock(), no_log(), {}};
+  Queue queue{store.all(), temporary.artifacts, ids, system_clock(), no_log(), {}};
   RecordingObserver observer;
 };
 
 TEST_F(QueueObserverTest, TellsEveryMoveToItsObserver) {
-  queue.observe(&observer);
+  queue.notifications.observe(&observer);
   submit();
-  Claim claim = *queue.claim(false);
-  queue.progressed(claim.job.id, 0.5);
-  queue.release(claim.job.id, claim.fence, false, false);
-  claim = *queue.claim(false);
+  Claim claim = *queue.lifecycle.claim(false);
+  queue.lifecycle.set_progress(claim.job.id, 0.5);
+  queue.lifecycle.release(claim.job.id, claim.fence, false, false);
+  claim = *queue.lifecycle.claim(false);
   EXPECT_TRUE(succeed(claim, "image"));
-  queue.remove(claim.job.id);
-  queue.cancel(submit());
+  queue.lifecycle.remove(claim.job.id);
+  queue.lifecycle.cancel(submit());
   submit();
-  claim = *queue.claim(false);
-  queue.fail(claim.job.id, claim.fence, {"internal", "", {}});
+  claim = *queue.lifecycle.claim(false);
+  queue.lifecycle.fail(claim.job.id, claim.fence, {"internal", "", {}});
   EXPECT_EQ(observer.told,
             "queued running 0.500000 queued running succeeded settled removed queued cancelled settled queued running "
             "failed settled ");
 }
 
 TEST_F(QueueObserverTest, WhoWaitsForAnEndIsCalledBetweenItsNewsAndTheTimeForWhatTakesLonger) {
-  queue.observe(&observer);
-  queue.when_ended(submit(), [&] { observer.told += "waiter "; });
-  EXPECT_TRUE(succeed(*queue.claim(false), "image"));
+  queue.notifications.observe(&observer);
+  queue.waiters.when_ended(submit(), [&] { observer.told += "waiter "; });
+  EXPECT_TRUE(succeed(*queue.lifecycle.claim(false), "image"));
   EXPECT_EQ(observer.told, "queued running succeeded waiter settled ");
 }
 
-/// A store whose admit, and release, returns only after another thread has claimed the job.
-class LateStore : public MemoryJobStore {
+/// Stores whose insert and release return only after `between`.
+class LateJobs final : public ForwardingJobStore {
  public:
-  std::optional<KeptReply> insert_job(const InsertRequest& admission, std::int64_t now) override {
-    auto earlier = MemoryJobStore::insert_job(admission, now);
+  LateJobs(JobStore& target, std::function<void()>& call) : ForwardingJobStore(target), between(call) {}
+  std::optional<KeptReply> insert(const InsertRequest& request, std::int64_t now) override {
+    auto earlier = ForwardingJobStore::insert(request, now);
     between();
     return earlier;
   }
+  std::function<void()>& between;
+};
+
+class LateTransitions final : public ForwardingTransitions {
+ public:
+  LateTransitions(JobTransitions& target, std::function<void()>& call) : ForwardingTransitions(target), between(call) {}
   bool release(const std::string& id, std::int64_t fence, std::int64_t now, const Release& how) override {
-    const bool on_state_changed = MemoryJobStore::release(id, fence, now, how);
+    const bool released = ForwardingTransitions::release(id, fence, now, how);
     between();
-    return on_state_changed;
+    return released;
   }
-  std::function<void()> between = [] {};
+  std::function<void()>& between;
 };
 
 TEST(QueueObserver, NobodyHearsThatAJobRunsBeforeHearingThatItWaits) {
-  LateStore store;
-  MemoryArtifactStore artifacts;
+  TemporaryStores temporary;
+  const Stores& all = temporary.store.all();
+  std::function<void()> between = [] {};
+  LateJobs jobs(all.jobs, between);
+  LateTransitions transitions(all.transitions, between);
   IdSource ids(system_clock(), system_random());
-  Queue queue(store, artifacts, ids, system_clock(), no_log(), {});
+  Queue queue({jobs, all.statistics, transitions, all.batches, all.maintenance}, temporary.artifacts, ids,
+              system_clock(), no_log(), {});
   RecordingObserver observer;
-  queue.observe(&observer);
+  queue.notifications.observe(&observer);
   std::optional<Claim> claim;
-  store.between = [&] { std::jthread([&] { claim = queue.claim(false); }); };
-  ASSERT_TRUE(queue.submit({.document = "{}"}));
+  between = [&] { std::jthread([&] { claim = queue.lifecycle.claim(false); }); };
+  ASSERT_TRUE(queue.submission.submit({.document = "{}"}));
   ASSERT_TRUE(claim);
   EXPECT_EQ(observer.told, "queued running ");
   const Claim first = *claim;
-  EXPECT_TRUE(queue.release(first.job.id, first.fence, false, false));
+  EXPECT_TRUE(queue.lifecycle.release(first.job.id, first.fence, false, false));
   EXPECT_EQ(observer.told, "queued running queued running ");
 }
 
 TEST_F(QueueObserverTest, TellsOfACancelThatAReleaseCarriesOut) {
   submit();
-  const Claim claim = *queue.claim(false);
-  queue.cancel(claim.job.id);
-  queue.observe(&observer);
-  EXPECT_TRUE(queue.release(claim.job.id, claim.fence, false, false));
+  const Claim claim = *queue.lifecycle.claim(false);
+  queue.lifecycle.cancel(claim.job.id);
+  queue.notifications.observe(&observer);
+  EXPECT_TRUE(queue.lifecycle.release(claim.job.id, claim.fence, false, false));
   EXPECT_EQ(observer.told, "cancelled settled ");
 }
 
 TEST_F(QueueObserverTest, TellsNothingThatDidNotHappen) {
   submit();
-  const Claim claim = *queue.claim(false);
-  queue.observe(&observer);
-  EXPECT_FALSE(queue.fail(claim.job.id, claim.fence + 1, {"internal", "", {}}));
-  EXPECT_FALSE(queue.finish_cancel(claim.job.id, claim.fence + 1));
-  queue.remove(claim.job.id);  // it runs
-  queue.cancel("nobody");
-  queue.progressed("nobody", 0.5);
+  const Claim claim = *queue.lifecycle.claim(false);
+  queue.notifications.observe(&observer);
+  EXPECT_FALSE(queue.lifecycle.fail(claim.job.id, claim.fence + 1, {"internal", "", {}}));
+  EXPECT_FALSE(queue.lifecycle.finish_cancel(claim.job.id, claim.fence + 1));
+  queue.lifecycle.remove(claim.job.id);  // it runs
+  queue.lifecycle.cancel("nobody");
+  queue.lifecycle.set_progress("nobody", 0.5);
   EXPECT_EQ(observer.told, "");
 }
 

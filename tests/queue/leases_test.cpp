@@ -12,24 +12,25 @@ constexpr std::int64_t lease_ms = 30'000;
 class LeaseTest : public testing::Test {
  protected:
   Claim run_one() {
-    (void)queue.submit({.document = "{}"});
-    return queue.claim(false).value();
+    (void)queue.submission.submit({.document = "{}"});
+    return queue.lifecycle.claim(false).value();
   }
   JobState state(const Claim& claim) { return store.find(claim.job.id)->state; }
 
   std::atomic<std::int64_t> now = 1'700'000'000'000;
-  MemoryJobStore store;
-  MemoryArtifactStore artifacts;
+  TemporaryStores temporary;
+  TestStore& store = temporary.store;
   IdSource ids{[this] { return now.load(); }, system_random()};
-  Queue queue{store, artifacts, ids, [this] { return now.load(); }, no_log(), {.lease_ms = lease_ms}};
+  Queue queue{store.all(), temporary.artifacts, ids, [this] { return now.load(); }, no_log(), {.lease_ms = lease_ms}};
 };
 
-class CountingStore final : public MemoryJobStore {
+class CountingTransitions final : public ForwardingTransitions {
  public:
+  using ForwardingTransitions::ForwardingTransitions;
   std::vector<Lease> renew(const std::vector<Lease>& leases, std::int64_t until) override {
     ++renewals;
     largest = std::max(largest, leases.size());
-    return MemoryJobStore::renew(leases, until);
+    return ForwardingTransitions::renew(leases, until);
   }
   int renewals = 0;
   std::size_t largest = 0;
@@ -37,10 +38,10 @@ class CountingStore final : public MemoryJobStore {
 
 class RecordingRunner final : public JobRunner {
  public:
-  void wake(bool) noexcept override { ++wakes; }
+  void notify(bool) noexcept override { ++wakes; }
   void cancel(const std::string&) noexcept override {}
-  void look(const std::string&, std::uint32_t) noexcept override {}
-  void lost(const Lease& lease) noexcept override { lost_leases.push_back(lease); }
+  void request_preview(const std::string&, std::uint32_t) noexcept override {}
+  void on_lease_lost(const Lease& lease) noexcept override { lost_leases.push_back(lease); }
   std::string not_ready() override { return ""; }
   int wakes = 0;
   std::vector<Lease> lost_leases;
@@ -52,72 +53,74 @@ TEST_F(LeaseTest, AJobWhoseLeaseIsRenewedRunsOn) {
   const Claim claim = run_one();
   for (int round = 0; round < 10; ++round) {
     now += lease_ms - 1;
-    queue.renew_leases();
-    queue.run_maintenance();
+    queue.lifecycle.renew_leases();
+    queue.lifecycle.run_maintenance();
     ASSERT_EQ(state(claim), JobState::running) << "round " << round;
   }
 }
 
 TEST_F(LeaseTest, WithoutRenewalItIsQueuedAgainAndItsOldAnswerIsRefused) {
   RecordingRunner runner;
-  queue.attach(&runner);
+  queue.runner.attach(&runner);
   const Claim first = run_one();
-  queue.progressed(first.job.id, 0.5);
+  queue.lifecycle.set_progress(first.job.id, 0.5);
   const int wakes = runner.wakes;
   now += lease_ms;
-  queue.run_maintenance();
+  queue.lifecycle.run_maintenance();
   EXPECT_EQ(state(first), JobState::queued);
-  EXPECT_EQ(queue.progress(first.job.id), 0);
+  EXPECT_EQ(queue.queries.progress(first.job.id), 0);
   EXPECT_GT(runner.wakes, wakes) << "somebody is to claim it";
-  const Claim second = queue.claim(false).value();
+  const Claim second = queue.lifecycle.claim(false).value();
   EXPECT_EQ(second.job.id, first.job.id);
-  EXPECT_FALSE(queue.succeed(first.job.id, first.fence, "{}", {}));
-  EXPECT_TRUE(queue.succeed(second.job.id, second.fence, "{}", {}));
+  EXPECT_FALSE(queue.lifecycle.succeed(first.job.id, first.fence, "{}", {}));
+  EXPECT_TRUE(queue.lifecycle.succeed(second.job.id, second.fence, "{}", {}));
 }
 
 TEST_F(LeaseTest, TheRunnerIsToldOnceOfALeaseThatWasTakenBack) {
   RecordingRunner runner;
-  queue.attach(&runner);
+  queue.runner.attach(&runner);
   const Claim claim = run_one();
   now += lease_ms;
   store.run_maintenance(now, 1, 10);  // another daemon on the same store
-  queue.renew_leases();
-  queue.renew_leases();
+  queue.lifecycle.renew_leases();
+  queue.lifecycle.renew_leases();
   EXPECT_EQ(runner.lost_leases, (std::vector<Lease>{{claim.job.id, claim.fence}}));
 }
 
 TEST_F(LeaseTest, WaitersLearnOfACancelThatTheEndOfTheLeaseCarriesOut) {
   const Claim claim = run_one();
   bool ended = false;
-  queue.when_ended(claim.job.id, [&] { ended = true; });
-  queue.cancel(claim.job.id);
+  queue.waiters.when_ended(claim.job.id, [&] { ended = true; });
+  queue.lifecycle.cancel(claim.job.id);
   now += lease_ms;
-  queue.run_maintenance();
+  queue.lifecycle.run_maintenance();
   EXPECT_TRUE(ended);
   EXPECT_EQ(state(claim), JobState::cancelled);
 }
 
 TEST(Leases, CostAWriteForAllRunningJobsTogetherAndNoneForThoseThatWait) {
-  CountingStore store;
-  MemoryArtifactStore artifacts;
+  TemporaryStores temporary;
+  const Stores& all = temporary.store.all();
+  CountingTransitions transitions(all.transitions);
   IdSource ids(system_clock(), system_random());
-  Queue queue(store, artifacts, ids, system_clock(), no_log(), {});
-  for (int i = 0; i < 1000; ++i) (void)queue.submit({.document = "{}"});
-  queue.renew_leases();
-  EXPECT_EQ(store.renewals, 0);
+  Queue queue({all.jobs, all.statistics, transitions, all.batches, all.maintenance}, temporary.artifacts, ids,
+              system_clock(), no_log(), {});
+  for (int i = 0; i < 1000; ++i) (void)queue.submission.submit({.document = "{}"});
+  queue.lifecycle.renew_leases();
+  EXPECT_EQ(transitions.renewals, 0);
   std::vector<Claim> claims;
-  for (int i = 0; i < 5; ++i) claims.push_back(queue.claim(false).value());
-  queue.renew_leases();
-  EXPECT_EQ(store.renewals, 1);
-  EXPECT_EQ(store.largest, 5u);
-  queue.succeed(claims[0].job.id, claims[0].fence, "{}", {});
-  queue.fail(claims[1].job.id, claims[1].fence, {"internal", "", {}});
-  queue.release(claims[2].job.id, claims[2].fence, true, false);
-  queue.cancel(claims[3].job.id);
-  queue.finish_cancel(claims[3].job.id, claims[3].fence);
-  queue.release(claims[4].job.id, claims[4].fence, true, false);
-  queue.renew_leases();
-  EXPECT_EQ(store.renewals, 1) << "all have ended or were given back";
+  for (int i = 0; i < 5; ++i) claims.push_back(queue.lifecycle.claim(false).value());
+  queue.lifecycle.renew_leases();
+  EXPECT_EQ(transitions.renewals, 1);
+  EXPECT_EQ(transitions.largest, 5u);
+  queue.lifecycle.succeed(claims[0].job.id, claims[0].fence, "{}", {});
+  queue.lifecycle.fail(claims[1].job.id, claims[1].fence, {"internal", "", {}});
+  queue.lifecycle.release(claims[2].job.id, claims[2].fence, true, false);
+  queue.lifecycle.cancel(claims[3].job.id);
+  queue.lifecycle.finish_cancel(claims[3].job.id, claims[3].fence);
+  queue.lifecycle.release(claims[4].job.id, claims[4].fence, true, false);
+  queue.lifecycle.renew_leases();
+  EXPECT_EQ(transitions.renewals, 1) << "all have ended or were given back";
 }
 
 TEST_F(SupervisorTest, AJobThatTheStoreTookBackIsStoppedAndRunsAgainAtNoCost) {
@@ -126,7 +129,7 @@ TEST_F(SupervisorTest, AJobThatTheStoreTookBackIsStoppedAndRunsAgainAtNoCost) {
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
   const std::int64_t after_the_lease = system_clock()() + 1'000'000;
   ASSERT_EQ(store.run_maintenance(after_the_lease, after_the_lease, 10).abandoned, std::vector{id});
-  queue.renew_leases();
+  queue.lifecycle.renew_leases();
   ASSERT_TRUE(eventually([&] { return log.count("lease_lost") == 1 && state(id) == JobState::running; }));
   create("go");
   ASSERT_TRUE(reaches(id, JobState::succeeded));
@@ -135,11 +138,12 @@ TEST_F(SupervisorTest, AJobThatTheStoreTookBackIsStoppedAndRunsAgainAtNoCost) {
 }
 
 TEST_F(SupervisorTest, JobsThatRunLongerThanTheirLeaseKeepItWhileTheLeaseKeeperLives) {
-  Queue brief(store, artifacts, ids, system_clock(), log.log(), {.lease_ms = 300});
-  const QueueMaintainer keeps_house(brief, log.log(), {std::chrono::milliseconds(2), std::chrono::milliseconds(1)});
-  const LeaseRenewer keeps_leases(brief, log.log(), std::chrono::milliseconds(20));
+  Queue brief(store.all(), artifacts, ids, system_clock(), log.log(), {.lease_ms = 300});
+  const QueueMaintainer maintenance(brief.lifecycle, log.log(),
+                                    {std::chrono::milliseconds(2), std::chrono::milliseconds(1)});
+  const LeaseRenewer renewal(brief.lifecycle, log.log(), std::chrono::milliseconds(20));
   const worker::Supervisor over(brief, settings(), log.log());
-  const std::string id = brief.submit({.document = "wait " + path("go")})->view.job.id;
+  const std::string id = brief.submission.submit({.document = "wait " + path("go")})->view.job.id;
   ASSERT_TRUE(eventually([&] { return state(id) == JobState::running; }));
   const std::int64_t claimed_at = find(id).started_at.value();
   ASSERT_TRUE(eventually([&] { return system_clock()() > claimed_at + 1000; }));

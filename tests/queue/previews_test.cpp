@@ -10,11 +10,12 @@ namespace {
 
 class PreviewsTest : public testing::Test {
  protected:
-  Previews::Wish wish(const std::string& id, std::uint32_t side = 512) {
-    return previews.wish(id, side, [this] { ++told; });
+  Previews::Request request(const std::string& id, std::uint32_t side = 512) {
+    return previews.request(id, side, [this] { ++told; });
   }
-  void came(const std::string& id, std::uint32_t side, const std::string& png) {
-    for (const auto& call : previews.came(id, side, png)) call();
+  void add(const std::string& id, std::uint32_t side, const std::string& png) {
+    previews.begin(id);
+    for (const auto& call : previews.add(id, side, png)) call();
   }
   std::string latest(const std::string& id, std::uint32_t side = 512) {
     const Previews::Latest found = previews.latest(id, side);
@@ -29,17 +30,17 @@ class PreviewsTest : public testing::Test {
 }  // namespace
 
 TEST_F(PreviewsTest, OneWishIsEnoughForAllWhoWaitForTheSame) {
-  EXPECT_TRUE(wish("a").is_new);
-  EXPECT_FALSE(wish("a").is_new);
-  EXPECT_TRUE(wish("a", 64).is_new) << "another size";
-  EXPECT_TRUE(wish("b").is_new);
-  came("a", 512, "image");
+  EXPECT_TRUE(request("a").is_new);
+  EXPECT_FALSE(request("a").is_new);
+  EXPECT_TRUE(request("a", 64).is_new) << "another size";
+  EXPECT_TRUE(request("b").is_new);
+  add("a", 512, "image");
   EXPECT_EQ(told, 2);
-  EXPECT_TRUE(wish("a").is_new) << "for the next one";
+  EXPECT_TRUE(request("a").is_new) << "for the next one";
 }
 
 TEST_F(PreviewsTest, AnImageIsFreshForHalfASecond) {
-  came("a", 512, "image");
+  add("a", 512, "image");
   EXPECT_TRUE(previews.latest("a", 512).fresh);
   now += Previews::fresh_ms;
   EXPECT_TRUE(previews.latest("a", 512).fresh);
@@ -49,19 +50,19 @@ TEST_F(PreviewsTest, AnImageIsFreshForHalfASecond) {
 }
 
 TEST_F(PreviewsTest, WhoForgetsIsNotTold) {
-  previews.forget(wish("a").token);
-  came("a", 512, "image");
+  previews.cancel(request("a").token);
+  add("a", 512, "image");
   EXPECT_EQ(told, 0);
-  previews.forget(12345);  // nobody's
+  previews.cancel(12345);  // nobody's
 }
 
 TEST_F(PreviewsTest, NothingStaysOfAJobThatEndedAndItsWaitersAreTold) {
-  came("a", 512, "image");
-  came("ab", 512, "another's");
-  wish("a");
-  wish("a", 64);
-  wish("ab");
-  for (const auto& call : previews.ended("a")) call();
+  add("a", 512, "image");
+  add("ab", 512, "another's");
+  request("a");
+  request("a", 64);
+  request("ab");
+  for (const auto& call : previews.end("a")) call();
   EXPECT_EQ(told, 2);
   EXPECT_EQ(latest("a"), "");
   EXPECT_EQ(latest("ab"), "another's");
@@ -69,11 +70,11 @@ TEST_F(PreviewsTest, NothingStaysOfAJobThatEndedAndItsWaitersAreTold) {
 
 TEST_F(PreviewsTest, KeepsAFewSizesOfAJobAndLetsTheOldestGo) {
   for (std::uint32_t side = 1; side <= Previews::sides_max + 1; ++side) {
-    came("a", side, "image");
+    add("a", side, "image");
     ++now;
   }
   EXPECT_EQ(latest("a", 1), "");
   for (std::uint32_t side = 2; side <= Previews::sides_max + 1; ++side) EXPECT_EQ(latest("a", side), "image");
-  came("a", 2, "newer");  // in its own place
+  add("a", 2, "newer");  // in its own place
   EXPECT_EQ(latest("a", 3), "image");
 }

@@ -3,42 +3,64 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <filesystem>
 #include <mutex>
 #include <thread>
 
+#include "server/queue/asset_store.h"
 #include "server/queue/queue.h"
-#include "server/storage/memory/memory_artifact_store.h"
-#include "server/storage/memory/memory_job_store.h"
 #include "tests/conformance/memory_file.h"
+#include "tests/conformance/temporary_stores.h"
 
 using namespace queue;
 
 namespace {
 
-/// Notes what it is asked to make durable.
-class NotingStore final : public MemoryJobStore {
- public:
-  std::optional<KeptReply> insert_job(const InsertRequest& admission, std::int64_t at) override {
-    if (fails) throw StoreFailure(StoreFailure::Kind::full, "disk full");
-    note(admission.durable);
-    return MemoryJobStore::insert_job(admission, at);
-  }
-  bool succeed(const std::string& id, std::int64_t fence, std::int64_t at, const std::string& report,
-               const std::vector<Artifact>& images, bool is_durable, const std::vector<SmallImage>& small) override {
-    note(is_durable);
-    return MemoryJobStore::succeed(id, fence, at, report, images, is_durable, small);
-  }
-  void probe() override { ++probes; }
-  std::vector<bool> durable;
-  std::atomic<int> probes = 0;
-  bool fails = false;
-
- private:
-  void note(bool is_durable) {
-    const std::lock_guard lock(mutex_);  // some tests submit from several threads
+/// Durability of all writes, in order.
+struct Writes {
+  void add(bool is_durable) {
+    const std::lock_guard lock(mutex);  // some tests submit from several threads
     durable.push_back(is_durable);
   }
-  std::mutex mutex_;
+  std::vector<bool> durable;
+  std::atomic<int> probes = 0;
+  bool failing = false;
+  std::mutex mutex;
+};
+
+class RecordingJobs final : public ForwardingJobStore {
+ public:
+  RecordingJobs(JobStore& target, Writes& writes) : ForwardingJobStore(target), writes_(writes) {}
+  std::optional<KeptReply> insert(const InsertRequest& request, std::int64_t at) override {
+    if (writes_.failing) throw StoreFailure(StoreFailure::Kind::full, "disk full");
+    writes_.add(request.durable);
+    return ForwardingJobStore::insert(request, at);
+  }
+
+ private:
+  Writes& writes_;
+};
+
+class RecordingTransitions final : public ForwardingTransitions {
+ public:
+  RecordingTransitions(JobTransitions& target, Writes& writes) : ForwardingTransitions(target), writes_(writes) {}
+  bool succeed(const std::string& id, std::int64_t fence, std::int64_t at, const std::string& report,
+               const std::vector<Artifact>& images, bool is_durable) override {
+    writes_.add(is_durable);
+    return ForwardingTransitions::succeed(id, fence, at, report, images, is_durable);
+  }
+
+ private:
+  Writes& writes_;
+};
+
+class RecordingMaintenance final : public ForwardingMaintenance {
+ public:
+  RecordingMaintenance(MaintenanceStore& target, Writes& writes) : ForwardingMaintenance(target), writes_(writes) {}
+  void probe() override { ++writes_.probes; }
+
+ private:
+  Writes& writes_;
 };
 
 class SubmitTest : public testing::Test {
@@ -51,52 +73,57 @@ class SubmitTest : public testing::Test {
     return result;
   }
   bool run_one(const std::string& image) {
-    const auto claim = queue.claim(false);
+    const auto claim = queue.lifecycle.claim(false);
     if (!claim) return false;
     const MemoryFile file(image);
-    return queue.succeed(claim->job.id, claim->fence, "{}", {{"image.png", "image/png", file.fd()}});
+    return queue.lifecycle.succeed(claim->job.id, claim->fence, "{}", {{"image.png", "image/png", file.fd()}});
   }
 
   std::atomic<std::int64_t> now = 1'700'000'000'000;
-  NotingStore store;
-  MemoryArtifactStore artifacts;
+  TemporaryStores temporary;
+  TestStore& store = temporary.store;
+  Writes writes;
+  RecordingJobs jobs{store.all().jobs, writes};
+  RecordingTransitions transitions{store.all().transitions, writes};
+  RecordingMaintenance maintenance{store.all().maintenance, writes};
+  const Stores stores{jobs, store.all().statistics, transitions, store.all().batches, maintenance};
   IdSource ids{[this] { return now.load(); }, system_random()};
   QueueSettings settings{.queued_limit = 100,
                          .owner_queued_limit = 3,
                          .owner_artifact_bytes_limit = 10,
                          .reply_kept_ms = 1000,
                          .expired_kept_ms = 1000};
-  Queue queue{store, artifacts, ids, [this] { return now.load(); }, no_log(), settings};
+  Queue queue{stores, temporary.artifacts, ids, [this] { return now.load(); }, no_log(), settings};
 };
 
 }  // namespace
 
 TEST_F(SubmitTest, HoldsEachOwnerToItsOwnBounds) {
-  for (int i = 0; i < 3; ++i) EXPECT_TRUE(queue.submit(submission("", "ann")));
-  const auto refused = queue.submit(submission("", "ann"));
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(queue.submission.submit(submission("", "ann")));
+  const auto refused = queue.submission.submit(submission("", "ann"));
   ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().why, Refused::Why::owner_queued_jobs);
-  EXPECT_EQ(refused.error().seen, 3);
-  EXPECT_TRUE(queue.submit(submission("", "bob"))) << "another's bound";
+  EXPECT_EQ(refused.error().reason, Rejection::Reason::owner_queued_jobs);
+  EXPECT_EQ(refused.error().value, 3);
+  EXPECT_TRUE(queue.submission.submit(submission("", "bob"))) << "another's bound";
   EXPECT_TRUE(run_one("0123456789"));
-  const auto full = queue.submit(submission("", "ann"));
+  const auto full = queue.submission.submit(submission("", "ann"));
   ASSERT_FALSE(full);
-  EXPECT_EQ(full.error().why, Refused::Why::owner_artifact_bytes);
-  EXPECT_EQ(full.error().seen, 10);
+  EXPECT_EQ(full.error().reason, Rejection::Reason::owner_artifact_bytes);
+  EXPECT_EQ(full.error().value, 10);
 }
 
 TEST_F(SubmitTest, AHitHasTheReportAndTheImagesAndIsNotRun) {
-  EXPECT_FALSE(queue.submit(submission("key"))->from_cache);
-  EXPECT_FALSE(queue.submit(submission("key"))->from_cache) << "the first one has not finished";
+  EXPECT_FALSE(queue.submission.submit(submission("key"))->from_cache);
+  EXPECT_FALSE(queue.submission.submit(submission("key"))->from_cache) << "the first one has not finished";
   EXPECT_TRUE(run_one("abc"));
-  const Submitted hit = *queue.submit(submission("key"));
+  const Submitted hit = *queue.submission.submit(submission("key"));
   EXPECT_TRUE(hit.from_cache);
   EXPECT_EQ(hit.view.progress, 1);
   EXPECT_EQ(hit.view.job.report, "{}");
-  EXPECT_NE(queue.open(hit.view.job.artifacts.at(0)), nullptr);
+  EXPECT_NE(queue.queries.open(hit.view.job.artifacts.at(0)), nullptr);
   EXPECT_EQ(store.count(JobState::queued), 1);
-  EXPECT_FALSE(queue.submit(submission("other"))->from_cache);
-  EXPECT_FALSE(queue.submit(submission(""))->from_cache);
+  EXPECT_FALSE(queue.submission.submit(submission("other"))->from_cache);
+  EXPECT_FALSE(queue.submission.submit(submission(""))->from_cache);
 }
 
 TEST_F(SubmitTest, ImagesOfAHitStayWhenTheJobThatMadeThemGoesMeanwhile) {
@@ -104,16 +131,16 @@ TEST_F(SubmitTest, ImagesOfAHitStayWhenTheJobThatMadeThemGoesMeanwhile) {
   std::atomic<bool> stop = false;
   const auto work = [&] {
     while (!stop) {
-      const auto submitted = queue.submit(submission("key", ids.next()));
+      const auto submitted = queue.submission.submit(submission("key", ids.next()));
       if (!submitted) continue;
       const Job& job = submitted->view.job;
       if (submitted->from_cache) {
-        if (queue.open(job.artifacts.at(0)) == nullptr) ++missing;
+        if (queue.queries.open(job.artifacts.at(0)) == nullptr) ++missing;
         if (++hits >= 2000) stop = true;
       } else {
         run_one("abc");
       }
-      queue.remove(job.id);
+      queue.lifecycle.remove(job.id);
     }
   };
   std::vector<std::thread> threads;
@@ -127,11 +154,11 @@ TEST_F(SubmitTest, AKeyIsForgottenAfterItsTime) {
     Submission keyed = submission();
     keyed.idempotency = Idempotency{"POST /v1/jobs", "k", hash};
     keyed.write_reply = [](const JobView& view, bool) { return FirstReply{202, "", view.job.id}; };
-    return queue.submit(std::move(keyed));
+    return queue.submission.submit(std::move(keyed));
   };
   const std::string first = submit("a")->view.job.id;
   EXPECT_EQ(submit("a")->replayed->body, first);
-  EXPECT_EQ(submit("b").error().why, Refused::Why::key_reused);
+  EXPECT_EQ(submit("b").error().reason, Rejection::Reason::key_reused);
   now += 1000;
   EXPECT_FALSE(submit("b")->replayed);
 }
@@ -140,72 +167,91 @@ TEST_F(SubmitTest, KeepingHouseDeletesExpiredImagesThatNoOtherJobNames) {
   Submission kept = submission("key"), expiring = submission("key");
   expiring.parsed.job.expires_in_s = 1;
   expiring.parsed.job.cache = api::CacheUse::off;
-  const std::string first = queue.submit(std::move(kept))->view.job.id;
+  const std::string first = queue.submission.submit(std::move(kept))->view.job.id;
   EXPECT_TRUE(run_one("abc"));
-  const std::string second = queue.submit(std::move(expiring))->view.job.id;
+  const std::string second = queue.submission.submit(std::move(expiring))->view.job.id;
   EXPECT_TRUE(run_one("abc"));
-  const Artifact image = queue.find(first)->job.artifacts.at(0);
+  const Artifact image = queue.queries.find(first)->job.artifacts.at(0);
   now += 1000;
-  EXPECT_FALSE(queue.run_maintenance());
-  EXPECT_TRUE(queue.find(second)->job.expired);
-  EXPECT_NE(queue.open(image), nullptr) << "the first job still has it";
-  EXPECT_EQ(queue.remove(first), RemoveOutcome::removed);
-  EXPECT_EQ(queue.open(image), nullptr);
+  EXPECT_FALSE(queue.lifecycle.run_maintenance());
+  EXPECT_TRUE(queue.queries.find(second)->job.expired);
+  EXPECT_NE(queue.queries.open(image), nullptr) << "the first job still has it";
+  EXPECT_EQ(queue.lifecycle.remove(first), RemoveOutcome::removed);
+  EXPECT_EQ(queue.queries.open(image), nullptr);
 }
 
 TEST_F(SubmitTest, ABatchIsStoppedWhenTooManyOfItsJobsFail) {
   BatchSubmission batch;
   batch.jobs.resize(3);
   batch.max_failed = 1;
-  const std::string id = queue.submit_batch(std::move(batch))->state.batch.id;
+  const std::string id = queue.submission.submit_batch(std::move(batch))->state.batch.id;
   for (const std::int64_t left : {2, 0}) {
-    const Claim claim = *queue.claim(false);
-    queue.fail(claim.job.id, claim.fence, {"internal", "x", {}});
+    const Claim claim = *queue.lifecycle.claim(false);
+    queue.lifecycle.fail(claim.job.id, claim.fence, {"internal", "x", {}});
     EXPECT_EQ(store.count(JobState::queued), left);
   }
-  EXPECT_EQ(queue.find_batch(id)->jobs,
+  EXPECT_EQ(queue.queries.find_batch(id)->jobs,
             (std::map<JobState, std::int64_t>{{JobState::failed, 2}, {JobState::cancelled, 1}}));
 }
 
 TEST_F(SubmitTest, ABatchThatDoesNotFitIsRefusedWhole) {
   BatchSubmission batch;
   batch.jobs.resize(4);
-  EXPECT_EQ(queue.submit_batch(std::move(batch)).error().why, Refused::Why::owner_queued_jobs);
+  EXPECT_EQ(queue.submission.submit_batch(std::move(batch)).error().reason, Rejection::Reason::owner_queued_jobs);
   EXPECT_EQ(store.count(JobState::queued), 0);
 }
 
 TEST_F(SubmitTest, AJobThatNobodyWasPromisedWaitsForNoDisk) {
   Submission waited_for = submission();
   waited_for.durable = false;
-  EXPECT_TRUE(queue.submit(waited_for));
+  EXPECT_TRUE(queue.submission.submit(waited_for));
   run_one("a");
-  EXPECT_TRUE(queue.submit(submission()));
+  EXPECT_TRUE(queue.submission.submit(submission()));
   run_one("b");
   waited_for.idempotency = Idempotency{"POST /v1/render", "key", "sha"};
   waited_for.write_reply = [](const JobView&, bool) { return FirstReply{}; };
-  EXPECT_TRUE(queue.submit(waited_for));  // whoever has a key may ask what became of it
+  EXPECT_TRUE(queue.submission.submit(waited_for));  // whoever has a key may ask what became of it
   run_one("c");
-  EXPECT_EQ(store.durable, (std::vector<bool>{false, false, true, true, true, true}));
-  EXPECT_EQ(store.probes, 0);
+  EXPECT_EQ(writes.durable, (std::vector<bool>{false, false, true, true, true, true}));
+  EXPECT_EQ(writes.probes, 0);
 }
 
 TEST_F(SubmitTest, AJobIsDurableFromThePromiseOn) {
   Submission waited_for = submission();
   waited_for.durable = false;
-  const std::string id = queue.submit(waited_for)->view.job.id;
-  for (int i = 0; i < 2; ++i) queue.make_durable(id);
-  EXPECT_EQ(store.probes, 1) << "what is durable stays so";
+  const std::string id = queue.submission.submit(waited_for)->view.job.id;
+  for (int i = 0; i < 2; ++i) queue.submission.make_durable(id);
+  EXPECT_EQ(writes.probes, 1) << "what is durable stays so";
   run_one("a");
-  EXPECT_EQ(store.durable, (std::vector<bool>{false, true}));
-  queue.make_durable("unknown");
-  EXPECT_EQ(store.probes, 1);
+  EXPECT_EQ(writes.durable, (std::vector<bool>{false, true}));
+  queue.submission.make_durable("unknown");
+  EXPECT_EQ(writes.probes, 1);
 }
 
 TEST_F(SubmitTest, AJobThatWasNotStoredIsForgotten) {
   Submission waited_for = submission();
   waited_for.durable = false;
-  store.fails = true;
-  EXPECT_THROW(queue.submit(waited_for), StoreFailure);
-  store.fails = false;
-  EXPECT_TRUE(queue.submit(waited_for)) << "and its place in the bounds is free";
+  writes.failing = true;
+  EXPECT_THROW(queue.submission.submit(waited_for), StoreFailure);
+  writes.failing = false;
+  EXPECT_TRUE(queue.submission.submit(waited_for)) << "and its place in the bounds is free";
+}
+
+TEST_F(SubmitTest, ADurableHitSyncsImagesThatWereNotDurable) {
+  Submission first = submission("key");
+  first.durable = false;
+  EXPECT_TRUE(queue.submission.submit(first));
+  run_one("abc");
+  EXPECT_FALSE(store.find_by_content_key("key", now)->artifacts_synced);
+  EXPECT_TRUE(queue.submission.submit(submission("key"))->from_cache);
+  EXPECT_TRUE(store.find_by_content_key("key", now)->artifacts_synced);
+}
+
+TEST_F(SubmitTest, AnImageOfAnotherSizeThanItsRowDoesNotExist) {
+  const std::string id = queue.submission.submit(submission("key"))->view.job.id;
+  run_one("abc");
+  const Artifact image = queue.queries.find(id)->job.artifacts.at(0);
+  std::filesystem::resize_file(temporary.directory.path() + "/" + asset_path(image.sha256), 2);
+  EXPECT_EQ(queue.queries.open(image), nullptr);
+  EXPECT_FALSE(queue.submission.submit(submission("key"))->from_cache);
 }

@@ -1,4 +1,4 @@
-/// The queue over stores in memory.
+/// Submission, life cycle and waiters of the queue.
 
 #include "server/queue/queue.h"
 
@@ -9,9 +9,8 @@
 #include <set>
 #include <thread>
 
-#include "server/storage/memory/memory_artifact_store.h"
-#include "server/storage/memory/memory_job_store.h"
 #include "tests/conformance/memory_file.h"
+#include "tests/conformance/temporary_stores.h"
 
 using namespace queue;
 
@@ -19,12 +18,12 @@ namespace {
 
 class RecordingRunner final : public JobRunner {
  public:
-  void wake(bool) noexcept override { ++wakes; }
+  void notify(bool) noexcept override { ++wakes; }
   void cancel(const std::string& id) noexcept override { cancelled.push_back(id); }
-  void look(const std::string& id, std::uint32_t side) noexcept override {
+  void request_preview(const std::string& id, std::uint32_t side) noexcept override {
     looked.push_back(id + " " + std::to_string(side));
   }
-  void lost(const Lease& lease) noexcept override { lost_leases.push_back(lease); }
+  void on_lease_lost(const Lease& lease) noexcept override { lost_leases.push_back(lease); }
   std::string not_ready() override { return status; }
   int wakes = 0;
   std::vector<std::string> cancelled, looked;
@@ -35,81 +34,83 @@ class RecordingRunner final : public JobRunner {
 /// Notes what it hears, and whether the job was stored already.
 class RecordingListener final : public CompletionListener {
  public:
-  explicit RecordingListener(JobStore& jobs) : store(jobs) {}
-  void expect(const std::string& id, const api::Webhook& webhook) override {
+  explicit RecordingListener(TestStore& jobs) : store(jobs) {}
+  void register_webhook(const std::string& id, const api::Webhook& webhook) override {
     heard.push_back("expect " + webhook.url + (store.find(id) ? ", stored" : ""));
     if (failing) throw StoreFailure(StoreFailure::Kind::full, "disk full");
   }
-  void ended(const std::string& id) noexcept override { heard.push_back("ended " + id); }
-  JobStore& store;
+  void on_ended(const std::string& id) noexcept override { heard.push_back("ended " + id); }
+  TestStore& store;
   std::vector<std::string> heard;
   bool failing = false;
 };
 
-/// A store that can be told to fail.
-class FailingStore : public MemoryJobStore {
+class FailingJobs final : public ForwardingJobStore {
  public:
-  std::optional<KeptReply> insert_job(const InsertRequest& admission, std::int64_t now) override {
-    fail_if_told();
-    return MemoryJobStore::insert_job(admission, now);
+  using ForwardingJobStore::ForwardingJobStore;
+  std::optional<KeptReply> insert(const InsertRequest& request, std::int64_t now) override {
+    if (failing) throw StoreFailure(StoreFailure::Kind::full, "disk full");
+    return ForwardingJobStore::insert(request, now);
   }
-  bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
-               const std::vector<Artifact>& artifacts, bool durable, const std::vector<SmallImage>& small) override {
-    fail_if_told();
-    return MemoryJobStore::succeed(id, fence, now, report, artifacts, durable, small);
-  }
-  void probe() override { fail_if_told(); }
   std::atomic<bool> failing = false;
+};
 
- private:
-  void fail_if_told() {
+class FailingMaintenance final : public ForwardingMaintenance {
+ public:
+  using ForwardingMaintenance::ForwardingMaintenance;
+  void probe() override {
     if (failing) throw StoreFailure(StoreFailure::Kind::full, "disk full");
   }
+  bool failing = false;
 };
 
 class QueueTest : public testing::Test {
  protected:
-  QueueTest() { queue.attach(&runner); }
+  QueueTest() { queue.runner.attach(&runner); }
 
   std::string submit(const std::string& name = "", const std::string& document = "{}") {
     Submission submission;
     submission.document = document;
     submission.parsed.job.name = name;
-    return queue.submit(std::move(submission))->view.job.id;
+    return queue.submission.submit(std::move(submission))->view.job.id;
   }
   bool succeed(const Claim& claim, const std::string& image) {
     const MemoryFile file(image);
-    return queue.succeed(claim.job.id, claim.fence, "{}", {{"image.png", "image/png", file.fd()}});
+    return queue.lifecycle.succeed(claim.job.id, claim.fence, "{}", {{"image.png", "image/png", file.fd()}});
   }
-  JobView find(const std::string& id) { return queue.find(id).value(); }
+  JobView find(const std::string& id) { return queue.queries.find(id).value(); }
 
   std::atomic<std::int64_t> now = 1'700'000'000'000;
-  FailingStore store;
-  MemoryArtifactStore artifacts;
+  TemporaryStores temporary;
+  TestStore& store = temporary.store;
+  FailingJobs jobs{store.all().jobs};
+  FailingMaintenance maintenance{store.all().maintenance};
+  const Stores stores{jobs, store.all().statistics, store.all().transitions, store.all().batches, maintenance};
   IdSource ids{[this] { return now.load(); }, system_random()};
   RecordingRunner runner;
-  Queue queue{store, artifacts, ids, [this] { return now.load(); }, no_log(), QueueSettings{.queued_limit = 10}};
+  Queue queue{
+      stores, temporary.artifacts, ids, [this] { return now.load(); }, no_log(), QueueSettings{.queued_limit = 10}};
 };
 
 }  // namespace
 
 TEST_F(QueueTest, OneLookIsEnoughForAllWhoWaitAndNothingIsKeptOfJobsThatDoNotRun) {
   const std::string id = submit();
-  const auto claim = queue.claim(false);
+  const auto claim = queue.lifecycle.claim(false);
   int told = 0;
-  for (int i = 0; i < 2; ++i) queue.look(id, 64, [&] { ++told; });
-  const std::uint64_t token = queue.look(id, 64, [&] { ADD_FAILURE() << "stopped looking"; });
-  queue.cancel_preview(token);
+  for (int i = 0; i < 2; ++i) queue.waiters.request_preview(id, 64, [&] { ++told; });
+  const std::uint64_t token = queue.waiters.request_preview(id, 64, [&] { ADD_FAILURE() << "stopped looking"; });
+  queue.waiters.cancel_preview(token);
   EXPECT_EQ(runner.looked, std::vector<std::string>{id + " 64"});
-  queue.previewed(id, 64, "image");
+  queue.waiters.add_preview(id, 64, "image");
   EXPECT_EQ(told, 2);
-  EXPECT_EQ(*queue.preview(id, 64).png, "image");
-  queue.look(id, 64, [&] { ++told; });
-  EXPECT_TRUE(queue.release(id, claim->fence, false, false));
+  EXPECT_EQ(*queue.waiters.preview(id, 64).png, "image");
+  queue.waiters.request_preview(id, 64, [&] { ++told; });
+  EXPECT_TRUE(queue.lifecycle.release(id, claim->fence, false, false));
   EXPECT_EQ(told, 3) << "it waits again";
-  EXPECT_EQ(queue.preview(id, 64).png, nullptr);
-  queue.previewed(id, 64, "late");
-  EXPECT_EQ(queue.preview(id, 64).png, nullptr);
+  EXPECT_EQ(queue.waiters.preview(id, 64).png, nullptr);
+  queue.waiters.add_preview(id, 64, "late");
+  EXPECT_EQ(queue.waiters.preview(id, 64).png, nullptr);
 }
 
 TEST_F(QueueTest, ASubmittedJobCarriesWhatTheDocumentAskedFor) {
@@ -119,7 +120,7 @@ TEST_F(QueueTest, ASubmittedJobCarriesWhatTheDocumentAskedFor) {
   parsed.scene.image = {320, 200};
   parsed.scene.assets = {{"tile.png", ""}, {"sha256:" + std::string(64, 'a'), ""}};
   const JobView view =
-      queue
+      queue.submission
           .submit(
               {.kind = JobKind::measure, .document = "verbatim", .parsed = parsed, .accuracy = "{}", .owner = "ann"})
           ->view;
@@ -147,30 +148,31 @@ TEST_F(QueueTest, ASubmittedJobCarriesWhatTheDocumentAskedFor) {
 
 TEST_F(QueueTest, AWebhookIsExpectedBeforeItsJobIsStoredAndEveryEndIsTold) {
   RecordingListener listener(store);
-  queue.set_completion_listener(&listener);
+  queue.notifications.set_completion_listener(&listener);
   api::Document parsed;
   parsed.job.webhook = api::Webhook{"http://a/"};
-  const std::string first = queue.submit({.document = "{}", .parsed = parsed})->view.job.id, second = submit();
-  succeed(*queue.claim(false), "image");
-  queue.cancel(second);
+  const std::string first = queue.submission.submit({.document = "{}", .parsed = parsed})->view.job.id,
+                    second = submit();
+  succeed(*queue.lifecycle.claim(false), "image");
+  queue.lifecycle.cancel(second);
   EXPECT_EQ(listener.heard, (std::vector<std::string>{"expect http://a/", "ended " + first, "ended " + second}));
   listener.failing = true;
-  EXPECT_THROW((void)queue.submit({.document = "{}", .parsed = parsed}), StoreFailure);
+  EXPECT_THROW((void)queue.submission.submit({.document = "{}", .parsed = parsed}), StoreFailure);
   EXPECT_EQ(store.count(JobState::queued), 0) << "nobody would be told of it";
-  queue.set_completion_listener(nullptr);
-  EXPECT_TRUE(queue.submit({.document = "{}", .parsed = parsed}));
+  queue.notifications.set_completion_listener(nullptr);
+  EXPECT_TRUE(queue.submission.submit({.document = "{}", .parsed = parsed}));
 }
 
 TEST_F(QueueTest, RefusesMoreWaitingJobsThanTheLimitAndStoresNothingOfThem) {
   for (int i = 0; i < 10; ++i) submit();
-  const auto refused = queue.submit({.document = "{}"});
+  const auto refused = queue.submission.submit({.document = "{}"});
   ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.error().why, Refused::Why::queue_full);
+  EXPECT_EQ(refused.error().reason, Rejection::Reason::queue_full);
   EXPECT_EQ(refused.error().limit, 10);
-  EXPECT_EQ(refused.error().seen, 10);
+  EXPECT_EQ(refused.error().value, 10);
   EXPECT_EQ(store.count(JobState::queued), 10);
-  queue.claim(false);
-  EXPECT_TRUE(queue.submit({.document = "{}"})) << "a running job does not wait";
+  queue.lifecycle.claim(false);
+  EXPECT_TRUE(queue.submission.submit({.document = "{}"})) << "a running job does not wait";
 }
 
 TEST_F(QueueTest, ManyThreadsTogetherDoNotPassTheLimit) {
@@ -178,7 +180,7 @@ TEST_F(QueueTest, ManyThreadsTogetherDoNotPassTheLimit) {
   std::vector<std::thread> threads;
   for (int i = 0; i < 8; ++i) {
     threads.emplace_back([&] {
-      for (int k = 0; k < 10; ++k) accepted += queue.submit({.document = "{}"}).has_value() ? 1 : 0;
+      for (int k = 0; k < 10; ++k) accepted += queue.submission.submit({.document = "{}"}).has_value() ? 1 : 0;
     });
   }
   for (std::thread& thread : threads) thread.join();
@@ -187,90 +189,90 @@ TEST_F(QueueTest, ManyThreadsTogetherDoNotPassTheLimit) {
 }
 
 TEST_F(QueueTest, AFailedSubmitDoesNotCountAgainstTheLimit) {
-  store.failing = true;
+  jobs.failing = true;
   for (int i = 0; i < 20; ++i) EXPECT_THROW(submit(), StoreFailure);
-  store.failing = false;
-  EXPECT_TRUE(queue.submit({.document = "{}"}));
+  jobs.failing = false;
+  EXPECT_TRUE(queue.submission.submit({.document = "{}"}));
   EXPECT_EQ(store.count(JobState::queued), 1);
 }
 
 TEST_F(QueueTest, ProgressGrowsWhileAJobRunsAndIsOneWhenItSucceeded) {
   const std::string id = submit();
   EXPECT_EQ(find(id).progress, 0);
-  queue.progressed(id, 0.9);
+  queue.lifecycle.set_progress(id, 0.9);
   EXPECT_EQ(find(id).progress, 0) << "it does not run";
-  const Claim claim = *queue.claim(false);
-  queue.progressed(id, 0.5);
-  queue.progressed(id, 0.25);
+  const Claim claim = *queue.lifecycle.claim(false);
+  queue.lifecycle.set_progress(id, 0.5);
+  queue.lifecycle.set_progress(id, 0.25);
   EXPECT_EQ(find(id).progress, 0.5);
-  queue.progressed(id, 7);
-  EXPECT_EQ(queue.progress(id), 1);
+  queue.lifecycle.set_progress(id, 7);
+  EXPECT_EQ(queue.queries.progress(id), 1);
   EXPECT_TRUE(succeed(claim, "abc"));
   EXPECT_EQ(find(id).progress, 1);
 }
 
 TEST_F(QueueTest, AReleasedJobStartsAgainAtProgressZero) {
   const std::string id = submit();
-  const Claim claim = *queue.claim(false);
-  queue.progressed(id, 0.5);
-  queue.release(id, claim.fence, true, false);
+  const Claim claim = *queue.lifecycle.claim(false);
+  queue.lifecycle.set_progress(id, 0.5);
+  queue.lifecycle.release(id, claim.fence, true, false);
   EXPECT_EQ(find(id).progress, 0);
-  queue.claim(false);
+  queue.lifecycle.claim(false);
   EXPECT_EQ(find(id).progress, 0);
 }
 
 TEST_F(QueueTest, CancellingAQueuedJobEndsItAndTellsNobodyElse) {
   const std::string id = submit();
-  EXPECT_EQ(queue.cancel(id), CancelOutcome::cancelled);
+  EXPECT_EQ(queue.lifecycle.cancel(id), CancelOutcome::cancelled);
   EXPECT_EQ(find(id).job.state, JobState::cancelled);
   EXPECT_TRUE(runner.cancelled.empty());
 }
 
 TEST_F(QueueTest, CancellingARunningJobTellsTheRunner) {
   const std::string id = submit();
-  const Claim claim = *queue.claim(false);
-  EXPECT_EQ(queue.cancel(id), CancelOutcome::cancelling);
+  const Claim claim = *queue.lifecycle.claim(false);
+  EXPECT_EQ(queue.lifecycle.cancel(id), CancelOutcome::cancelling);
   EXPECT_EQ(runner.cancelled, std::vector<std::string>{id});
   EXPECT_TRUE(find(id).job.cancel_requested);
-  EXPECT_TRUE(queue.finish_cancel(id, claim.fence));
+  EXPECT_TRUE(queue.lifecycle.finish_cancel(id, claim.fence));
   EXPECT_EQ(find(id).job.state, JobState::cancelled);
 }
 
 TEST_F(QueueTest, CancellingAFinishedOrUnknownJobChangesNothing) {
   const std::string id = submit();
-  succeed(*queue.claim(false), "abc");
-  EXPECT_EQ(queue.cancel(id), CancelOutcome::already_ended);
+  succeed(*queue.lifecycle.claim(false), "abc");
+  EXPECT_EQ(queue.lifecycle.cancel(id), CancelOutcome::already_ended);
   EXPECT_EQ(find(id).job.state, JobState::succeeded);
-  EXPECT_EQ(queue.cancel("nobody"), CancelOutcome::unknown);
+  EXPECT_EQ(queue.lifecycle.cancel("nobody"), CancelOutcome::unknown);
 }
 
 TEST_F(QueueTest, CallsAWaiterOnceForEveryWayAJobEnds) {
   const std::vector<std::pair<std::string, std::function<void(const std::string&)>>> ends = {
-      {"succeed", [&](auto&) { succeed(*queue.claim(false), "abc"); }},
+      {"succeed", [&](auto&) { succeed(*queue.lifecycle.claim(false), "abc"); }},
       {"fail",
        [&](auto& id) {
-         queue.fail(id, queue.claim(false)->fence, {"internal", "x", {}});
+         queue.lifecycle.fail(id, queue.lifecycle.claim(false)->fence, {"internal", "x", {}});
        }},
-      {"cancel queued", [&](auto& id) { queue.cancel(id); }},
-      {"finish_cancel", [&](auto& id) { queue.finish_cancel(id, queue.claim(false)->fence); }},
+      {"cancel queued", [&](auto& id) { queue.lifecycle.cancel(id); }},
+      {"finish_cancel", [&](auto& id) { queue.lifecycle.finish_cancel(id, queue.lifecycle.claim(false)->fence); }},
       {"release of a cancelled one",
        [&](auto& id) {
-         const Claim claim = *queue.claim(false);
-         queue.cancel(id);
-         queue.release(id, claim.fence, false, false);
+         const Claim claim = *queue.lifecycle.claim(false);
+         queue.lifecycle.cancel(id);
+         queue.lifecycle.release(id, claim.fence, false, false);
        }},
-      {"remove", [&](auto& id) { queue.remove(id); }},
+      {"remove", [&](auto& id) { queue.lifecycle.remove(id); }},
   };
   for (const auto& [name, end] : ends) {
     const std::string id = submit();
     int early = 0, late = 0;
-    queue.when_ended(id, [&] { ++early; });
+    queue.waiters.when_ended(id, [&] { ++early; });
     EXPECT_EQ(early, 0) << name;
     end(id);
     EXPECT_EQ(early, 1) << name;
-    queue.when_ended(id, [&] { ++late; });
+    queue.waiters.when_ended(id, [&] { ++late; });
     EXPECT_EQ(late, 1) << name << ": one who comes late is called at once";
-    queue.remove(id);
+    queue.lifecycle.remove(id);
     EXPECT_EQ(early, 1) << name;
   }
 }
@@ -278,27 +280,27 @@ TEST_F(QueueTest, CallsAWaiterOnceForEveryWayAJobEnds) {
 TEST_F(QueueTest, DoesNotCallAWaiterWhenTheJobGoesBackToTheQueue) {
   const std::string id = submit();
   int calls = 0;
-  queue.when_ended(id, [&] { ++calls; });
-  queue.release(id, queue.claim(false)->fence, true, false);
+  queue.waiters.when_ended(id, [&] { ++calls; });
+  queue.lifecycle.release(id, queue.lifecycle.claim(false)->fence, true, false);
   EXPECT_EQ(calls, 0);
 }
 
 TEST_F(QueueTest, CallsAllWaitersButThoseThatWereForgotten) {
   const std::string id = submit();
   std::set<int> called;
-  queue.when_ended(id, [&] { called.insert(1); });
-  const std::uint64_t forgotten = queue.when_ended(id, [&] { called.insert(2); });
-  queue.when_ended(id, [&] { called.insert(3); });
-  queue.when_ended(submit(), [&] { called.insert(4); });
-  queue.forget(forgotten);
-  queue.forget(forgotten);
-  queue.cancel(id);
+  queue.waiters.when_ended(id, [&] { called.insert(1); });
+  const std::uint64_t forgotten = queue.waiters.when_ended(id, [&] { called.insert(2); });
+  queue.waiters.when_ended(id, [&] { called.insert(3); });
+  queue.waiters.when_ended(submit(), [&] { called.insert(4); });
+  queue.waiters.cancel(forgotten);
+  queue.waiters.cancel(forgotten);
+  queue.lifecycle.cancel(id);
   EXPECT_EQ(called, (std::set<int>{1, 3}));
 }
 
 TEST_F(QueueTest, CallsAWaiterForAnUnknownJobAtOnce) {
   int calls = 0;
-  queue.when_ended("nobody", [&] { ++calls; });
+  queue.waiters.when_ended("nobody", [&] { ++calls; });
   EXPECT_EQ(calls, 1);
 }
 
@@ -306,8 +308,8 @@ TEST_F(QueueTest, WaitersAndEndsThatRaceMeetExactlyOnce) {
   for (int round = 0; round < 200; ++round) {
     const std::string id = submit();
     std::atomic<int> calls = 0;
-    std::thread ender([&] { queue.cancel(id); });
-    queue.when_ended(id, [&] { ++calls; });
+    std::thread ender([&] { queue.lifecycle.cancel(id); });
+    queue.waiters.when_ended(id, [&] { ++calls; });
     ender.join();
     EXPECT_EQ(calls, 1);
   }
@@ -316,26 +318,26 @@ TEST_F(QueueTest, WaitersAndEndsThatRaceMeetExactlyOnce) {
 TEST_F(QueueTest, AWaiterMayAskTheQueue) {
   const std::string id = submit();
   JobState seen = JobState::queued;
-  queue.when_ended(id, [&] { seen = find(id).job.state; });
-  queue.cancel(id);
+  queue.waiters.when_ended(id, [&] { seen = find(id).job.state; });
+  queue.lifecycle.cancel(id);
   EXPECT_EQ(seen, JobState::cancelled);
 }
 
 TEST_F(QueueTest, SaysWhyItIsNotReady) {
-  EXPECT_EQ(queue.not_ready(), "");
+  EXPECT_EQ(queue.queries.not_ready(), "");
   runner.status = "worker: restarting";
-  EXPECT_EQ(queue.not_ready(), "worker: restarting");
-  store.failing = true;
-  EXPECT_EQ(queue.not_ready(), "store: disk full");
-  store.failing = false;
-  queue.attach(nullptr);
-  EXPECT_EQ(queue.not_ready(), "worker: not started");
+  EXPECT_EQ(queue.queries.not_ready(), "worker: restarting");
+  maintenance.failing = true;
+  EXPECT_EQ(queue.queries.not_ready(), "store: disk full");
+  maintenance.failing = false;
+  queue.runner.attach(nullptr);
+  EXPECT_EQ(queue.queries.not_ready(), "worker: not started");
 }
 
 TEST_F(QueueTest, ANewQueueTakesOverWhatTheDeadOneLeftRunning) {
   const std::string id = submit();
-  queue.claim(false);
-  Queue next(store, artifacts, ids, system_clock(), no_log(), {});
-  EXPECT_EQ(next.find(id)->job.state, JobState::queued);
-  EXPECT_EQ(next.find(id)->job.attempt, 0);
+  queue.lifecycle.claim(false);
+  Queue next(store.all(), temporary.artifacts, ids, system_clock(), no_log(), {});
+  EXPECT_EQ(next.queries.find(id)->job.state, JobState::queued);
+  EXPECT_EQ(next.queries.find(id)->job.attempt, 0);
 }

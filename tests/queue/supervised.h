@@ -1,5 +1,5 @@
 #pragma once
-/// A queue in memory with a supervisor over the fake worker: documents say what the worker does.
+/// A queue with a supervisor over the fake worker: documents are scripts for the worker.
 
 #include <gtest/gtest.h>
 
@@ -14,10 +14,8 @@
 
 #include "server/queue/queue.h"
 #include "server/queue/queue_maintainer.h"
-#include "server/storage/memory/memory_artifact_store.h"
-#include "server/storage/memory/memory_job_store.h"
 #include "server/worker/supervisor/supervisor.h"
-#include "tests/conformance/temporary_directory.h"
+#include "tests/conformance/temporary_stores.h"
 #include "tests/queue/eventually.h"
 
 /// Events of the log, counted by name.
@@ -75,14 +73,14 @@ class SupervisorTest : public testing::Test {
     queue::Submission submission;
     submission.document = document;
     submission.parsed.job.max_attempts = max_attempts;
-    return queue.submit(std::move(submission))->view.job.id;
+    return queue.submission.submit(std::move(submission))->view.job.id;
   }
   /// One that api::is_large.
   std::string submit_large(const std::string& document) {
     queue::Submission submission;
     submission.document = document;
     submission.parsed.scene.accuracy.samples = 1000;
-    return queue.submit(std::move(submission))->view.job.id;
+    return queue.submission.submit(std::move(submission))->view.job.id;
   }
   /// Failed at its deadline, but had begun: one that had not, on a busy machine, is followed by another with more time.
   std::string overrun(const std::string& document) {
@@ -90,11 +88,11 @@ class SupervisorTest : public testing::Test {
       queue::Submission submission;
       submission.document = document;
       submission.parsed.job.deadline = queue::system_clock()() + time_ms;
-      const std::string id = queue.submit(std::move(submission))->view.job.id;
+      const std::string id = queue.submission.submit(std::move(submission))->view.job.id;
       if (!reaches(id, queue::JobState::failed) || find(id).attempt > 0) return id;
     }
   }
-  queue::Job find(const std::string& id) { return queue.find(id).value().job; }
+  queue::Job find(const std::string& id) { return queue.queries.find(id).value().job; }
   queue::JobState state(const std::string& id) { return find(id).state; }
   bool reaches(const std::string& id, queue::JobState wanted) {
     return eventually([&] { return state(id) == wanted; });
@@ -106,11 +104,13 @@ class SupervisorTest : public testing::Test {
 
   TemporaryDirectory directory;
   RecordedLog log;
-  queue::MemoryJobStore store;
-  queue::MemoryArtifactStore artifacts;
+  TemporaryStores temporary;
+  TestStore& store = temporary.store;
+  storage::files::FileArtifactStore& artifacts = temporary.artifacts;
   queue::IdSource ids{queue::system_clock(), queue::system_random()};
-  queue::Queue queue{store, artifacts, ids, queue::system_clock(), log.log(), {}};
-  queue::QueueMaintainer housekeeper{queue, log.log(), {std::chrono::milliseconds(2), std::chrono::milliseconds(1)}};
-  queue::LeaseRenewer lease_keeper{queue, log.log()};
+  queue::Queue queue{store.all(), artifacts, ids, queue::system_clock(), log.log(), {}};
+  queue::QueueMaintainer maintainer{
+      queue.lifecycle, log.log(), {std::chrono::milliseconds(2), std::chrono::milliseconds(1)}};
+  queue::LeaseRenewer lease_renewer{queue.lifecycle, log.log()};
   std::unique_ptr<worker::Supervisor> supervisor;
 };

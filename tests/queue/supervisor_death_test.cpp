@@ -67,8 +67,8 @@ TEST_F(SupervisorTest, SuspectsRunOneAtATimeBeforeAllOthers) {
 
 TEST_F(SupervisorTest, SuspectsOfAnEarlierDaemonRunAlone) {
   const std::string suspect = submit("wait " + path("go"));
-  const queue::Claim claim = *queue.claim(false);
-  queue.release(suspect, claim.fence, false, true);
+  const queue::Claim claim = *queue.lifecycle.claim(false);
+  queue.lifecycle.release(suspect, claim.fence, false, true);
   const std::string other = submit("");
   start();
   ASSERT_TRUE(reaches(suspect, JobState::running));
@@ -138,62 +138,67 @@ TEST_F(SupervisorTest, AResultSentRightBeforeTheDeathCounts) {
 
 namespace {
 
-/// Refuses to end jobs while told so.
-class StubbornStore final : public queue::MemoryJobStore {
+class FailingTransitions final : public ForwardingTransitions {
  public:
+  using ForwardingTransitions::ForwardingTransitions;
   bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
-               const std::vector<queue::Artifact>& artifacts, bool durable,
-               const std::vector<queue::SmallImage>& small) override {
-    if (refusals-- > 0) throw queue::StoreFailure(queue::StoreFailure::Kind::full, "disk full");
-    return MemoryJobStore::succeed(id, fence, now, report, artifacts, durable, small);
+               const std::vector<queue::Artifact>& artifacts, bool durable) override {
+    if (failures-- > 0) throw queue::StoreFailure(queue::StoreFailure::Kind::full, "disk full");
+    return ForwardingTransitions::succeed(id, fence, now, report, artifacts, durable);
   }
   std::optional<queue::Claim> claim(const std::string& boot, std::int64_t now, std::int64_t lease_until,
-                                    bool alone) override {
-    if (claim_refusals-- > 0) throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, "I/O error");
-    return MemoryJobStore::claim(boot, now, lease_until, alone);
+                                    bool suspects) override {
+    if (claim_failures-- > 0) throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, "I/O error");
+    return ForwardingTransitions::claim(boot, now, lease_until, suspects);
   }
-  std::atomic<int> refusals = 0, claim_refusals = 0;
+  std::atomic<int> failures = 0, claim_failures = 0;
 };
 
 class SupervisorStoreTest : public SupervisorTest {
  protected:
   std::string run(const std::string& document) {
-    std::string id = stubborn_queue.submit({.document = document})->view.job.id;
-    EXPECT_TRUE(eventually([&] { return ended(stubborn_queue.find(id)->job.state); }));
+    std::string id = failing_queue.submission.submit({.document = document})->view.job.id;
+    EXPECT_TRUE(eventually([&] { return ended(failing_queue.queries.find(id)->job.state); }));
     return id;
   }
-  StubbornStore stubborn;
-  queue::Queue stubborn_queue{stubborn, artifacts, ids, queue::system_clock(), log.log(), {}};
+  const queue::Stores& all = store.all();
+  FailingTransitions transitions{all.transitions};
+  queue::Queue failing_queue{{all.jobs, all.statistics, transitions, all.batches, all.maintenance},
+                             artifacts,
+                             ids,
+                             queue::system_clock(),
+                             log.log(),
+                             {}};
 };
 
 }  // namespace
 
 TEST_F(SupervisorStoreTest, AResultIsStoredOnceTheStoreIsWellAgain) {
-  stubborn.refusals = 3;
-  stubborn.claim_refusals = 3;
-  const worker::Supervisor over(stubborn_queue, settings(), log.log());
+  transitions.failures = 3;
+  transitions.claim_failures = 3;
+  const worker::Supervisor over(failing_queue, settings(), log.log());
   const std::string id = run("finish kept");
-  EXPECT_EQ(stubborn_queue.find(id)->job.report, "kept");
-  EXPECT_EQ(stubborn_queue.find(id)->job.attempt, 1);
+  EXPECT_EQ(failing_queue.queries.find(id)->job.report, "kept");
+  EXPECT_EQ(failing_queue.queries.find(id)->job.attempt, 1);
   EXPECT_EQ(log.count("store_failure"), 6);
 }
 
 TEST_F(SupervisorStoreTest, AResultThatWasNotStoredIsMadeAgain) {
-  stubborn.refusals = 15;  // ten tries of the first, five of the second
-  const queue::QueueMaintainer keeps_house(stubborn_queue, log.log(),
+  transitions.failures = 15;  // ten tries of the first, five of the second
+  const queue::QueueMaintainer keeps_house(failing_queue, log.log(),
                                            {std::chrono::milliseconds(2), std::chrono::milliseconds(1)});
-  const worker::Supervisor over(stubborn_queue, settings(), log.log());
-  const queue::Job job = stubborn_queue.find(run("finish again"))->job;
+  const worker::Supervisor over(failing_queue, settings(), log.log());
+  const queue::Job job = failing_queue.queries.find(run("finish again"))->job;
   EXPECT_EQ(job.state, JobState::succeeded);
   EXPECT_EQ(job.attempt, 2);
 }
 
 TEST_F(SupervisorStoreTest, AResultThatCannotBeStoredFailsTheJobAfterItsAttemptsAndSaysSo) {
-  stubborn.refusals = 1'000'000;
-  const queue::QueueMaintainer keeps_house(stubborn_queue, log.log(),
+  transitions.failures = 1'000'000;
+  const queue::QueueMaintainer keeps_house(failing_queue, log.log(),
                                            {std::chrono::milliseconds(2), std::chrono::milliseconds(1)});
-  const worker::Supervisor over(stubborn_queue, settings(), log.log());
-  const queue::Job job = stubborn_queue.find(run("finish lost"))->job;
+  const worker::Supervisor over(failing_queue, settings(), log.log());
+  const queue::Job job = failing_queue.queries.find(run("finish lost"))->job;
   EXPECT_EQ(job.state, JobState::failed);
   EXPECT_EQ(job.attempt, 3);
   EXPECT_EQ(job.problem->code, "storage_failure");

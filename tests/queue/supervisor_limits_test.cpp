@@ -112,9 +112,9 @@ TEST_F(SupervisorTest, AJobTriedAgainWhileItsLastAttemptHasNotStoppedWaitsForTha
   submit("wait " + path("never"));  // for whose sake the worker is kept
   const std::string id = submit("deaf " + path("go"));
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
-  queue.cancel(id);
+  queue.lifecycle.cancel(id);
   ASSERT_TRUE(reaches(id, JobState::cancelled));
-  EXPECT_EQ(queue.retry(id), queue::RetryOutcome::queued);
+  EXPECT_EQ(queue.lifecycle.retry(id), queue::RetryOutcome::queued);
   ASSERT_TRUE(eventually([&] { return log.count("job_given_back") >= 2; }));
   EXPECT_EQ(supervisor->running(), 2);
   create("go");

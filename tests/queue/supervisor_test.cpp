@@ -39,7 +39,7 @@ TEST_F(SupervisorTest, AJobComesBackWithItsReportAndItsImage) {
   EXPECT_EQ(job.report, "hello");
   ASSERT_EQ(job.artifacts.size(), 1u);
   EXPECT_EQ(job.artifacts[0].name, "image.png");
-  const auto image = queue.open(job.artifacts[0]);
+  const auto image = queue.queries.open(job.artifacts[0]);
   ASSERT_NE(image, nullptr);
   std::string bytes(image->size_bytes(), '?');
   image->read(0, bytes.data(), bytes.size());
@@ -124,10 +124,10 @@ TEST_F(SupervisorTest, AFailureKeepsItsProblem) {
 TEST_F(SupervisorTest, ShowsProgressWhileTheJobRuns) {
   start();
   const std::string id = submit("progress 1 4\nprogress 3 4\nprogress 2 4\nprogress 1 0\nwait " + path("go"));
-  EXPECT_TRUE(eventually([&] { return queue.progress(id) == 0.75; }));
+  EXPECT_TRUE(eventually([&] { return queue.queries.progress(id) == 0.75; }));
   create("go");
   ASSERT_TRUE(reaches(id, JobState::succeeded));
-  EXPECT_EQ(queue.find(id)->progress, 1);
+  EXPECT_EQ(queue.queries.find(id)->progress, 1);
 }
 
 TEST_F(SupervisorTest, CancelsARunningJobAndTheWorkerLives) {
@@ -135,7 +135,7 @@ TEST_F(SupervisorTest, CancelsARunningJobAndTheWorkerLives) {
   const std::string id = submit("wait " + path("never"));
   ASSERT_TRUE(reaches(id, JobState::running));
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
-  EXPECT_EQ(queue.cancel(id), queue::CancelOutcome::cancelling);
+  EXPECT_EQ(queue.lifecycle.cancel(id), queue::CancelOutcome::cancelling);
   EXPECT_TRUE(reaches(id, JobState::cancelled));
   EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
   EXPECT_EQ(log.count("worker_started"), 1);
@@ -146,7 +146,7 @@ TEST_F(SupervisorTest, CancelsWheneverItIsAskedBetweenClaimAndEnd) {
   for (int round = 0; round < 100; ++round) {
     const std::string id = submit("wait " + path("never"));
     if (round % 2 == 0) std::this_thread::sleep_for(std::chrono::microseconds(20 * round));
-    const queue::CancelOutcome outcome = queue.cancel(id);
+    const queue::CancelOutcome outcome = queue.lifecycle.cancel(id);
     ASSERT_TRUE(outcome == queue::CancelOutcome::cancelled || outcome == queue::CancelOutcome::cancelling);
     ASSERT_TRUE(reaches(id, JobState::cancelled)) << "round " << round;
   }
@@ -158,7 +158,7 @@ TEST_F(SupervisorTest, TellsACancelEvenWhenTheWorkerDoesNotListen) {
   const std::string other = submit("wait " + path("other"));
   const std::string id = submit("deaf " + path("go"));
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
-  queue.cancel(id);
+  queue.lifecycle.cancel(id);
   EXPECT_TRUE(reaches(id, JobState::cancelled));
   EXPECT_EQ(supervisor->running(), 2) << "told, although it still runs";
   create("go");
@@ -176,7 +176,7 @@ TEST_F(SupervisorTest, AWorkerThatDoesNotStopItsOnlyJobIsReplacedAtOnce) {
   for (int round = 1; round <= 3; ++round) {
     const std::string id = submit("deaf " + path("never"));
     ASSERT_TRUE(eventually([&] { return log.count("job_assigned") == 2 * round - 1; }));  // else it never begins
-    queue.cancel(id);
+    queue.lifecycle.cancel(id);
     EXPECT_TRUE(reaches(id, JobState::cancelled));
     EXPECT_TRUE(reaches(submit(""), JobState::succeeded))
         << "long before the grace for workers with other jobs is over";
@@ -190,7 +190,7 @@ TEST_F(SupervisorTest, AWorkerIsReplacedWhenTheOthersOfAJobThatDoesNotStopHaveEn
   const std::string other = submit("wait " + path("other"));
   const std::string deaf = submit("deaf " + path("never"));
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
-  queue.cancel(deaf);
+  queue.lifecycle.cancel(deaf);
   ASSERT_TRUE(reaches(deaf, JobState::cancelled));
   EXPECT_EQ(log.count("worker_ended"), 0);
   create("other");
@@ -236,7 +236,7 @@ TEST_F(SupervisorTest, AJobThatWasToldAsCancelledAndThenKillsTheWorkerIsNotBlame
   const std::string other = submit("wait " + path("other"), 1);
   const std::string killer = submit("deaf " + path("go") + "\ncrash");
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
-  queue.cancel(killer);
+  queue.lifecycle.cancel(killer);
   ASSERT_TRUE(reaches(killer, JobState::cancelled));
   create("go");
   ASSERT_TRUE(eventually([&] { return log.count("worker_ended") == 1; }));
@@ -254,7 +254,7 @@ TEST_F(SupervisorTest, ReplacesAWorkerThatDoesNotStopACancelledJobAndChargesNobo
   const std::string innocent = submit("wait " + path("go"));
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
   const int first_worker = supervisor->worker_pid();
-  queue.cancel(hanging);
+  queue.lifecycle.cancel(hanging);
   ASSERT_TRUE(eventually([&] { return supervisor->worker_pid() != first_worker && supervisor->worker_pid() != 0; }));
   create("go");
   EXPECT_TRUE(reaches(innocent, JobState::succeeded));
@@ -270,7 +270,7 @@ TEST_F(SupervisorTest, DrainLetsRunningJobsEndAndStartsNoOthers) {
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
   bool all_ended = false;
   std::thread drain([&] { all_ended = supervisor->drain(std::chrono::minutes(1)); });
-  EXPECT_TRUE(eventually([&] { return queue.not_ready() == "draining"; }));
+  EXPECT_TRUE(eventually([&] { return queue.queries.not_ready() == "draining"; }));
   create("go");
   drain.join();
   EXPECT_TRUE(all_ended);
@@ -306,11 +306,11 @@ TEST_F(SupervisorTest, SaysUntilWhenItIsNotReadyAndWhy) {
   wrong.executable = path("no such worker");
   start(wrong);
   EXPECT_TRUE(eventually([&] {
-    return queue.not_ready().find("cannot start " + wrong.executable) != std::string::npos;
-  })) << queue.not_ready();
+    return queue.queries.not_ready().find("cannot start " + wrong.executable) != std::string::npos;
+  })) << queue.queries.not_ready();
   // It is tried again: an executable that appears is started.
   std::filesystem::create_symlink(settings().executable, wrong.executable);
-  EXPECT_TRUE(eventually([&] { return queue.not_ready().empty(); })) << queue.not_ready();
+  EXPECT_TRUE(eventually([&] { return queue.queries.not_ready().empty(); })) << queue.queries.not_ready();
   EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
 }
 

@@ -29,7 +29,7 @@ class WorkerTest : public SupervisorTest {
     start(with);
   }
   std::string bytes_of(const queue::Artifact& artifact) {
-    const auto reader = queue.open(artifact);
+    const auto reader = queue.queries.open(artifact);
     if (reader == nullptr) return "";
     std::string bytes(reader->size_bytes(), '\0');
     reader->read(0, bytes.data(), bytes.size());
@@ -88,9 +88,9 @@ TEST_F(WorkerTest, ADocumentThatCannotBeReadFailsWithItsMistakesAndTheWorkerLive
 TEST_F(WorkerTest, ShowsProgressAndObeysACancelInTheMiddleOfARender) {
   start_real_worker();
   const std::string id = submit(scene(2000, 1000, R"("png")"));
-  ASSERT_TRUE(eventually([&] { return queue.progress(id) > 0; }));
-  EXPECT_LT(queue.progress(id), 1);
-  queue.cancel(id);
+  ASSERT_TRUE(eventually([&] { return queue.queries.progress(id) > 0; }));
+  EXPECT_LT(queue.queries.progress(id), 1);
+  queue.lifecycle.cancel(id);
   ASSERT_TRUE(reaches(id, JobState::cancelled));
   EXPECT_TRUE(eventually([&] { return supervisor->running() == 0; }));
   EXPECT_EQ(log.count("worker_ended"), 0) << "it obeyed";
@@ -102,7 +102,7 @@ TEST_F(WorkerTest, SmallJobsPassALargeOne) {
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
   for (int i = 0; i < 5; ++i) ASSERT_TRUE(reaches(submit(scene(16, 1, R"("png")")), JobState::succeeded));
   EXPECT_EQ(state(large), JobState::running);
-  queue.cancel(large);
+  queue.lifecycle.cancel(large);
 }
 
 /// A curved sheet of 50 x 50 squares, seen from `height`.
@@ -238,12 +238,12 @@ TEST_F(WorkerTest, ThreadsOfLargeJobsGiveWayToThoseOfSmallOnes) {
   const auto before = nice_levels(supervisor->worker_pid());
   EXPECT_EQ(before.count(*before.begin()), before.size()) << "one small job after the other has the small place";
   const std::string large = submit_large(scene(2000, 1000, R"("png")"));
-  ASSERT_TRUE(eventually([&] { return queue.progress(large) > 0; }));
+  ASSERT_TRUE(eventually([&] { return queue.queries.progress(large) > 0; }));
   const auto levels = nice_levels(supervisor->worker_pid());
   EXPECT_GT(levels.count(*levels.begin() + 5), 0u);
   EXPECT_GT(levels.count(*levels.begin()), 2u) << "who listens, who tells, and the small place";
   ASSERT_TRUE(reaches(submit(scene(16, 1, R"("png")")), JobState::succeeded));
-  queue.cancel(large);
+  queue.lifecycle.cancel(large);
 }
 
 TEST_F(WorkerTest, HasASessionOfItsOwn) {
