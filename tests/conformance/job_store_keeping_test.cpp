@@ -102,7 +102,7 @@ TEST_P(JobStoreConformance, KeepsTheProblemWithAllItsErrorsInOrder) {
   const Problem problem{"bad_scene",
                         "2 things are wrong.",
                         {{"/objects/1/radius", "out_of_range", "must be > 0, got -1"},
-                         {"/camera", "degenerate", "position and forward_preview_request are the same point"}}};
+                         {"/camera", "degenerate", "position and look_at are the same point"}}};
   EXPECT_TRUE(store().fail(job.id, job.fence, now, problem));
   reopen();
   const Job found = find(job.id);

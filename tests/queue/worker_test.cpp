@@ -39,7 +39,7 @@ class WorkerTest : public SupervisorTest {
 
 std::string scene(int side, int samples, const std::string& formats) {
   return R"({"version": 1, "image": {"width": )" + std::to_string(side) + R"(, "height": )" + std::to_string(side) +
-         R"(}, "camera": {"position": [0, 1, 5], "forward_preview_request": [0, 0, 0]},
+         R"(}, "camera": {"position": [0, 1, 5], "look_at": [0, 0, 0]},
              "lights": [{"type": "point", "position": [2, 5, 5]}],
              "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {"reflection": 0.3}},
                          {"type": "plane", "point": [0, -1, 0], "normal": [0, 1, 0], "material": {}}],
@@ -121,7 +121,7 @@ std::string sheet(double height) {
     }
   }
   return R"({"version": 1, "image": {"width": 32, "height": 32}, "camera": {"position": [25, )" +
-         std::to_string(height) + R"(, 80], "forward_preview_request": [25, 0, 25]},
+         std::to_string(height) + R"(, 80], "look_at": [25, 0, 25]},
              "lights": [{"type": "point", "position": [2, 50, 5]}], "output": {"formats": ["png"]},
              "objects": [{"type": "mesh", "material": {}, "positions": [)" +
          positions + R"(], "triangles": [)" + triangles + "]}]}";
@@ -189,7 +189,7 @@ TEST_F(WorkerTest, FramesOfOneSceneReadItsMeshFileAndDecodeItsImageOnce) {
   upload(image, bytes_of(render(scene(128, 1, R"("png")")).artifacts.at(0)));
   const auto frame = [&](int height) {
     return R"({"version": 1, "image": {"width": 32, "height": 32}, "camera": {"position": [25, )" +
-           std::to_string(height) + R"(, 80], "forward_preview_request": [25, 0, 25]},
+           std::to_string(height) + R"(, 80], "look_at": [25, 0, 25]},
              "lights": [{"type": "point", "position": [2, 50, 5]}], "output": {"formats": ["png"]},
              "objects": [{"type": "mesh", "file": "sha256:)" +
            mesh + R"(", "material": {"color": {"file": "sha256:)" + image + R"("}}}]})";

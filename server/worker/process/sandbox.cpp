@@ -14,7 +14,7 @@
 #include <system_error>
 
 #include "server/worker/process/system_calls.h"
-#include "server/worker/protocol/descriptor.h"
+#include "server/worker/protocol/sealed_memory.h"
 
 namespace worker {
 #ifdef WHITTLE_SANITIZED

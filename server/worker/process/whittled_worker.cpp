@@ -43,7 +43,7 @@ void lower_priority() { [[maybe_unused]] const int level = ::nice(5); }
 /// Embree's device and the image library take 0.2 s on first use; that is paid before the first job comes.
 bool warm_up() {
   const std::string_view scene = R"({"version": 1, "image": {"width": 4, "height": 4},
-    "camera": {"position": [0, 0, 5], "forward_preview_request": [0, 0, 0]}, "lights": [{"type": "point", "position": [0, 5, 5]}],
+    "camera": {"position": [0, 0, 5], "look_at": [0, 0, 0]}, "lights": [{"type": "point", "position": [0, 5, 5]}],
     "objects": [{"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {}},
                 {"type": "triangle", "vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "material": {}}],
     "output": {"formats": ["png", "exr"]}})";

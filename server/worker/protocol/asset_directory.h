@@ -5,7 +5,7 @@
 #include <string>
 
 #include "api/load_assets.h"
-#include "server/worker/protocol/descriptor.h"
+#include "server/worker/protocol/sealed_memory.h"
 
 namespace worker {
 

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "server/queue/job.h"
-#include "server/worker/protocol/descriptor.h"
+#include "server/worker/protocol/sealed_memory.h"
 
 namespace worker {
 

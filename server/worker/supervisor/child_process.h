@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "server/worker/protocol/descriptor.h"
+#include "server/worker/protocol/sealed_memory.h"
 #include "server/worker/protocol/protocol.h"
 #include "server/worker/supervisor/output_reader.h"
 

@@ -74,7 +74,7 @@ void Supervisor::Loop::ask(Claimed result) noexcept {
     result.failed = true;
     log_(LogLevel::error, "store_failure", {{"during", "claim"}, {"detail", failure.what()}});
   }
-  mailbox_.post([this, shared = std::make_shared<Claimed>(std::move(result))] { claimed(shared); });
+  events_.post([this, shared = std::make_shared<Claimed>(std::move(result))] { claimed(shared); });
 }
 
 /// One claim to whoever submits the next job, while nothing waits.
@@ -225,7 +225,7 @@ void Supervisor::Loop::on_message(Finished& message) {
     // After a broken disk the next start finds the job running, and gives it back at no cost.
     if (!failure || failure->kind == queue::StoreFailure::Kind::broken) return;
     const queue::Problem problem{"storage_failure", for_the_owner(*failure), {}};
-    mailbox_.post([this, id, job, problem] { attempt_failed(id, job, problem); });
+    events_.post([this, id, job, problem] { attempt_failed(id, job, problem); });
   });
 }
 
@@ -270,7 +270,7 @@ void Supervisor::Loop::store(std::function<void()> task) {
   ++storing_;
   store_threads_->run([this, task = std::move(task)] {
     task();
-    mailbox_.post([this] { --storing_; });
+    events_.post([this] { --storing_; });
   });
 }
 

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <utility>
 
-#include "server/worker/protocol/descriptor.h"
+#include "server/worker/protocol/sealed_memory.h"
 
 namespace worker {
 

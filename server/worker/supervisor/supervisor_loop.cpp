@@ -29,22 +29,30 @@ Supervisor::Loop::Loop(queue::Queue& queue, SupervisorSettings settings, queue::
 
 Supervisor::Loop::~Loop() { drain(std::chrono::milliseconds(0)); }
 
-void Supervisor::Loop::notify(bool for_suspects) noexcept {
+void Supervisor::Loop::wake(bool for_suspects) noexcept {
   if (for_suspects) suspects_came_ = true;
   ++wakes_;
-  mailbox_.wake();
+  events_.interrupt();
+}
+
+/// Two threads fewer stand between a submitter and the worker where the submitter claims.
+void Supervisor::Loop::on_job_available() noexcept {
+  const std::uint64_t wakes = ++wakes_;
+  const std::uint64_t offered = offer_.exchange(no_offer);
+  if (offered == no_offer) return events_.interrupt();
+  ask({.wakes_seen = wakes, .took_last = wakes == offered + 1});
 }
 
 void Supervisor::Loop::cancel(const std::string& id) noexcept {
-  mailbox_.post([this, id] { cancel_job(id); });
+  events_.post([this, id] { cancel_job(id); });
 }
 
-void Supervisor::Loop::request_preview(const std::string& id, std::uint32_t side) noexcept {
-  mailbox_.post([this, id, side] { forward_preview_request(id, side); });
+void Supervisor::Loop::look(const std::string& id, std::uint32_t side) noexcept {
+  events_.post([this, id, side] { forward_preview_request(id, side); });
 }
 
-void Supervisor::Loop::on_lease_lost(const queue::Lease& lease) noexcept {
-  mailbox_.post([this, lease] { lose_job(lease); });
+void Supervisor::Loop::lost(const queue::Lease& lease) noexcept {
+  events_.post([this, lease] { lose_job(lease); });
 }
 
 std::string Supervisor::Loop::not_ready() {
@@ -65,7 +73,7 @@ void Supervisor::Loop::say_status(std::string status) {
 bool Supervisor::Loop::drain(std::chrono::milliseconds patience) {
   const std::lock_guard lock(drain_mutex_);
   if (thread_.joinable()) {
-    mailbox_.post([this, patience] {
+    events_.post([this, patience] {
       draining_ = true;
       drain_deadline_ = Clock::now() + patience;
       say_status("draining");
@@ -90,7 +98,7 @@ void Supervisor::Loop::run() {
     offer_claim(now);
     wait(next_deadline());
     end_offer();
-    mailbox_.run_posted();
+    for (const auto& call : events_.take()) call();
     if (life_ == Life::starting || life_ == Life::ready) read_worker();
     if (spare_ != nullptr) read_spare();
     keep_times(Clock::now());  // after reading: what waited in the socket while we slept counts as heard
@@ -102,7 +110,7 @@ void Supervisor::Loop::wait(Time until) {
   const bool listens = worker_ != nullptr && life_ != Life::ending;
   const int unsent = listens && worker_->process.has_unsent() ? POLLOUT : 0;
   std::vector<pollfd> descriptors{
-      {mailbox_.descriptor(), POLLIN, 0},
+      {events_.descriptor(), POLLIN, 0},
       {listens ? worker_->process.socket() : -1, static_cast<short>(POLLIN | unsent), 0},
       {worker_ != nullptr ? worker_->process.pid_descriptor() : -1, POLLIN, 0},
       {spare_ != nullptr ? spare_->process.socket() : -1, POLLIN, 0},

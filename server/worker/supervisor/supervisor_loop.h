@@ -12,12 +12,12 @@
 #include <string>
 #include <thread>
 
+#include "server/support/event_queue.h"
 #include "server/worker/protocol/protocol.h"
 #include "server/worker/supervisor/child_process.h"
 #include "server/worker/supervisor/crash_policy.h"
 #include "server/worker/supervisor/store_executor.h"
 #include "server/worker/supervisor/supervisor.h"
-#include "server/worker/supervisor/worker_mailbox.h"
 
 namespace worker {
 
@@ -143,7 +143,7 @@ class Supervisor::Loop final : public queue::JobRunner {
   queue::Queue& queue_;
   const SupervisorSettings settings_;
   const queue::Log log_;
-  Mailbox mailbox_;
+  support::EventQueue<std::function<void()>> events_;
 
   // Any thread.
   std::atomic<std::uint64_t> wakes_{0};

@@ -1,14 +1,13 @@
 #pragma once
-/// A file descriptor with an owner, and the sealed memory in which large things are handed between processes.
+/// An owned POSIX file descriptor.
 
 #include <unistd.h>
 
-#include <string_view>
 #include <utility>
 
-namespace worker {
+namespace support {
 
-/// Closes it when it goes. -1: none.
+/// Closes its descriptor on destruction; -1 is no descriptor.
 class Descriptor {
  public:
   Descriptor() = default;
@@ -34,10 +33,4 @@ class Descriptor {
   int fd_ = -1;
 };
 
-/// Memory of no process with these bytes, which nobody can change any more. Throws std::system_error.
-Descriptor sealed_memory(std::string_view bytes);
-
-/// Is it such memory? Only then can another process neither change, shrink nor block what we read from it.
-bool is_sealed(int fd);
-
-}  // namespace worker
+}  // namespace support

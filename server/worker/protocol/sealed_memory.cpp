@@ -1,7 +1,8 @@
-#include "server/worker/protocol/descriptor.h"
+#include "server/worker/protocol/sealed_memory.h"
 
 #include <fcntl.h>
 #include <sys/mman.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <system_error>
