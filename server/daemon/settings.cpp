@@ -50,10 +50,10 @@ webhooks::WebhookSettings webhook_settings(const whittled::Config& config) {
   return settings;
 }
 
-webhooks::PosterSettings poster_settings(const whittled::Config& config) {
+webhooks::SenderSettings sender_settings(const whittled::Config& config) {
   auto networks = webhooks::Networks::parse(config.webhook_networks);
   if (!networks) throw std::runtime_error(networks.error());
-  webhooks::PosterSettings settings;
+  webhooks::SenderSettings settings;
   settings.networks = *std::move(networks);
   return settings;
 }
@@ -66,7 +66,7 @@ std::vector<whittled::ConfigError> validate_webhooks(const whittled::Config& con
     errors.push_back({"--webhook-secret-file", failure.what()});
   }
   try {
-    (void)poster_settings(config);
+    (void)sender_settings(config);
   } catch (const std::runtime_error& failure) {
     errors.push_back({"--webhook-networks", failure.what()});
   }

@@ -22,7 +22,7 @@ http::GateSettings health_gate_settings(const whittled::Config& config, const st
 
 /// Both throw with the reason when the options do not make sense together with what is in the file.
 webhooks::WebhookSettings webhook_settings(const whittled::Config& config);
-webhooks::PosterSettings poster_settings(const whittled::Config& config);
+webhooks::SenderSettings sender_settings(const whittled::Config& config);
 /// What either of them would throw, by option.
 std::vector<whittled::ConfigError> validate_webhooks(const whittled::Config& config);
 

@@ -138,8 +138,8 @@ void print_listen_address(const char* what, const std::string& host, int port) {
 void reload_keys(const std::string& path, keys::KeyRing& ring, const telemetry::Log& log) {
   auto read = keys::read(path);
   if (read) {
-    ring.replace(std::move(*read));
-    log.write(telemetry::Level::info, "keys_read", {{"count", static_cast<std::int64_t>(ring.size())}});
+    ring.reload(std::move(*read));
+    log.write(telemetry::Level::info, "keys_reloaded", {{"count", static_cast<std::int64_t>(ring.size())}});
     return;
   }
   for (const std::string& mistake : read.error()) {
@@ -202,7 +202,7 @@ bool serve(const whittled::Config& config, keys::KeyRing* ring, const telemetry:
                                         {.age = asset_age});
 
   storage::sqlite::SqliteDeliveryStore deliveries(config.data, &disk_health);
-  const webhooks::WebhookSender webhook_sender(poster_settings(config));
+  const webhooks::WebhookSender webhook_sender(sender_settings(config));
   std::optional<webhooks::Webhooks> webhooks;
   if (limits.webhooks) {
     const auto find = [&queue](const std::string& id) { return queue.queries.find(id); };
@@ -212,7 +212,7 @@ bool serve(const whittled::Config& config, keys::KeyRing* ring, const telemetry:
   }
 
   worker::SupervisorSettings worker_settings;
-  worker_settings.executable = worker::worker_beside_this_program();
+  worker_settings.executable = worker::default_executable();
   worker_settings.slots = static_cast<int>(config.jobs);
   worker_settings.files = {config.assets, uploads_directory, config.objects, config.triangles};
   worker_settings.wall_time = std::chrono::seconds(config.wall_time_s);
@@ -256,7 +256,7 @@ bool serve(const whittled::Config& config, keys::KeyRing* ring, const telemetry:
                             .worker_pid = [&supervisor] { return supervisor.worker_pid(); },
                             .kept_bytes =
                                 [&supervisor] {
-                                  return http::KeptBytes{supervisor.kept().geometry, supervisor.kept().images};
+                                  return http::KeptBytes{supervisor.cache_bytes().geometry, supervisor.cache_bytes().images};
                                 },
                             .oldest_at = [&stores] { return stores.statistics.depth().oldest_at; },
                             .room = disk_space,
@@ -307,11 +307,11 @@ void print_settings(const whittled::Command& command) {
 /// The key itself goes to stdout, or to stderr where stdout takes the file's line, and nowhere else.
 int make_key(const whittled::Command& command) {
   try {
-    const keys::Made made = keys::make(command.key_name, *keys::parse_scopes(command.key_scopes));
+    const keys::CreatedKey created = keys::create(command.key_name, *keys::parse_scopes(command.key_scopes));
     const bool to_stdout = command.config.keys == "-";
-    if (!to_stdout) keys::append(command.config.keys, made.line);
-    std::printf("%s\n", to_stdout ? made.line.c_str() : made.token.c_str());
-    if (to_stdout) std::fprintf(stderr, "%s\n", made.token.c_str());
+    if (!to_stdout) keys::append(command.config.keys, created.line);
+    std::printf("%s\n", to_stdout ? created.line.c_str() : created.token.c_str());
+    if (to_stdout) std::fprintf(stderr, "%s\n", created.token.c_str());
     std::fprintf(stderr, "whittled: this is the only time the key is shown; a running daemon learns of it by SIGHUP\n");
     return 0;
   } catch (const std::exception& exception) {

@@ -1,4 +1,4 @@
-/// Keys from and to their file, and new ones.
+/// Reads and writes the file of keys, and creates keys.
 
 #include <fcntl.h>
 #include <sys/random.h>
@@ -40,24 +40,24 @@ tracer::Result<std::vector<Key>, std::vector<std::string>> read(const std::strin
   if (size > file_bytes_max) return std::vector<std::string>{"\"" + path + "\" is longer than 1 MiB"};
   auto keys = parse(std::string_view(text).substr(0, size));
   if (keys) return keys;
-  for (std::string& mistake : keys.error()) mistake.insert(0, path + ":");
+  for (std::string& error : keys.error()) error.insert(0, path + ":");
   return keys;
 }
 
-Made make(const std::string& name, const std::vector<Scope>& scopes) {
-  Made made{"whittle_" + random_hex(), name + ' '};
+CreatedKey create(const std::string& name, const std::vector<Scope>& scopes) {
+  CreatedKey created{"whittle_" + random_hex(), name + ' '};
   for (const Scope scope : scopes) {
-    made.line.append(made.line.back() == ' ' ? "" : ",").append(name_of(scope));
+    created.line.append(created.line.back() == ' ' ? "" : ",").append(name_of(scope));
   }
-  made.line += ' ' + tracer::sha256_hex(made.token);
-  return made;
+  created.line += ' ' + tracer::sha256_hex(created.token);
+  return created;
 }
 
 void append(const std::string& path, const std::string& line) {
   const int fd = ::open(path.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0600);
   if (fd < 0) fail("cannot open " + path);
   std::string text = line + '\n';
-  char last = '\n';  // a file whose last line has no end gets one
+  char last = '\n';  // completes a last line without newline
   const off_t size = ::lseek(fd, 0, SEEK_END);
   if (size > 0 && ::pread(fd, &last, 1, size - 1) == 1 && last != '\n') text.insert(0, 1, '\n');
   const bool written = ::write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size()) && ::fsync(fd) == 0;

@@ -12,7 +12,7 @@ namespace {
 constexpr std::array<std::pair<Scope, std::string_view>, 3> scope_names{
     {{Scope::jobs_read, "jobs:read"}, {Scope::jobs_write, "jobs:write"}, {Scope::admin, "admin"}}};
 
-/// The next word of `line`, which is left with the rest.
+/// Removes the next word from `line`.
 std::string_view take_word(std::string_view& line) {
   const std::size_t begin = std::min(line.find_first_not_of(" \t\r"), line.size());
   line.remove_prefix(begin);
@@ -21,7 +21,7 @@ std::string_view take_word(std::string_view& line) {
   return word;
 }
 
-/// What is wrong with the line, or empty.
+/// The error of the line, or empty.
 std::string read_line(std::string_view line, Key& key) {
   const std::string_view name = take_word(line), scopes = take_word(line), sha256 = take_word(line);
   if (sha256.empty() || !take_word(line).empty()) return "must be NAME SCOPE[,SCOPE] SHA256";
@@ -33,7 +33,7 @@ std::string read_line(std::string_view line, Key& key) {
   return {};
 }
 
-/// Precondition: equal sizes. Without a branch on what is compared.
+/// Precondition: equal sizes.
 bool equal_in_constant_time(std::string_view a, std::string_view b) {
   volatile unsigned char difference = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -84,17 +84,17 @@ tracer::Result<std::vector<Key>, std::vector<std::string>> parse(std::string_vie
     std::string_view rest = line;
     if (take_word(rest).empty()) continue;
     Key key;
-    std::string mistake = read_line(line, key);
-    const bool known =
+    std::string error = read_line(line, key);
+    const bool duplicate =
         std::any_of(keys.begin(), keys.end(), [&](const Key& other) { return other.sha256 == key.sha256; });
-    if (mistake.empty() && known) mistake = "the same key is there already";
-    if (mistake.empty()) {
+    if (error.empty() && duplicate) error = "this key exists already";
+    if (error.empty()) {
       keys.push_back(std::move(key));
     } else {
-      errors.push_back(std::to_string(number) + ": " + mistake);
+      errors.push_back(std::to_string(number) + ": " + error);
     }
   }
-  if (keys.empty() && errors.empty()) errors.emplace_back("1: there is no key in it");
+  if (keys.empty() && errors.empty()) errors.emplace_back("1: the file has no keys");
   if (!errors.empty()) return errors;
   return keys;
 }
@@ -102,25 +102,25 @@ tracer::Result<std::vector<Key>, std::vector<std::string>> parse(std::string_vie
 const Key* find(const std::vector<Key>& keys, std::string_view token) {
   const std::string hash = tracer::sha256_hex(token);
   const Key* found = nullptr;
-  for (const Key& key : keys) {  // all of them, wherever it is
+  for (const Key& key : keys) {  // all keys, for constant time
     if (equal_in_constant_time(key.sha256, hash)) found = &key;
   }
   return found;
 }
 
-void KeyRing::replace(std::vector<Key> keys) {
+void KeyRing::reload(std::vector<Key> keys) {
   auto next = std::make_shared<const std::vector<Key>>(std::move(keys));
   const std::lock_guard lock(mutex_);
   keys_ = std::move(next);
 }
 
-std::shared_ptr<const std::vector<Key>> KeyRing::now() const {
+std::shared_ptr<const std::vector<Key>> KeyRing::current() const {
   const std::lock_guard lock(mutex_);
   return keys_;
 }
 
 std::optional<Key> KeyRing::find(std::string_view token) const {
-  const auto keys = now();
+  const auto keys = current();
   const Key* const key = keys::find(*keys, token);
   return key == nullptr ? std::nullopt : std::optional(*key);
 }

@@ -1,9 +1,9 @@
 #pragma once
-/// Who may use the service, and what for: keys by name, kept as hashes only.
+/// The API keys and their scopes, stored as hashes.
 ///
-/// The file has a line for each key, "NAME SCOPE[,SCOPE] SHA256"; '#' begins a comment. A key is 256 random bits, so
-/// that SHA-256 alone hides it: there is nothing to guess faster. Two lines may share a name while one key replaces
-/// another: the name is whose quota and whose jobs they are.
+/// The file has a line for each key, "NAME SCOPE[,SCOPE] SHA256"; '#' begins a comment. A key has 256 random bits, so a
+/// plain SHA-256 is safe against guessing. Two lines may share a name, for rotation; the name identifies the owner of
+/// jobs and quotas.
 
 #include <memory>
 #include <mutex>
@@ -28,41 +28,40 @@ struct Key {
   [[nodiscard]] bool allows(Scope scope) const;
 };
 
-/// The keys of a text, or every mistake with its line: "3: ...". None at all is a mistake, too: it would lock all out.
+/// The keys of a text, or all errors with their line: "3: ...". A text without keys is an error: it would reject every
+/// client.
 tracer::Result<std::vector<Key>, std::vector<std::string>> parse(std::string_view text);
 
-/// As parse, of a file of at most 1 MiB.
+/// Parses a file of at most 1 MiB.
 tracer::Result<std::vector<Key>, std::vector<std::string>> read(const std::string& path);
 
-/// The key whose hash is that of `token`. Takes as long for any token of the same length, and tells no one by its time
-/// how near they came.
+/// The key whose hash is that of `token`. Takes constant time for tokens of the same length.
 const Key* find(const std::vector<Key>& keys, std::string_view token);
 
-/// A key that nobody had before, and its line. Throws std::system_error when the kernel has no random bits.
-struct Made {
-  std::string token;  ///< "whittle_" and 64 hex digits: to be shown once
-  std::string line;   ///< for the file, without its end
+/// A new key and its line. Throws std::system_error without random bits.
+struct CreatedKey {
+  std::string token;  ///< "whittle_" and 64 hex digits
+  std::string line;   ///< for the file, without newline
 };
-Made make(const std::string& name, const std::vector<Scope>& scopes);
+CreatedKey create(const std::string& name, const std::vector<Scope>& scopes);
 
-/// "jobs:read,jobs:write"; nothing where one is no scope.
+/// Parses "jobs:read,jobs:write"; none if a scope is unknown.
 std::optional<std::vector<Scope>> parse_scopes(std::string_view text);
 bool is_name(std::string_view text);
 
-/// Adds the line to the file, which is made, readable by its owner alone, where there is none. Durable when it returns.
-/// Throws std::system_error.
+/// Appends the line to the file, durably; creates a missing file with mode 0600. Throws std::system_error.
 void append(const std::string& path, const std::string& line);
 
-/// The keys in force; any thread.
+/// The current keys. Thread-safe.
 class KeyRing {
  public:
   explicit KeyRing(std::vector<Key> keys) : keys_(std::make_shared<const std::vector<Key>>(std::move(keys))) {}
-  void replace(std::vector<Key> keys);
+  void reload(std::vector<Key> keys);
   [[nodiscard]] std::optional<Key> find(std::string_view token) const;
-  [[nodiscard]] std::size_t size() const { return now()->size(); }
+  [[nodiscard]] std::size_t size() const { return current()->size(); }
 
  private:
-  [[nodiscard]] std::shared_ptr<const std::vector<Key>> now() const;
+  [[nodiscard]] std::shared_ptr<const std::vector<Key>> current() const;
   mutable std::mutex mutex_;
   std::shared_ptr<const std::vector<Key>> keys_;
 };

@@ -10,10 +10,10 @@ const char* name_of(DeliveryState state) {
       return "pending";
     case DeliveryState::delivered:
       return "delivered";
-    case DeliveryState::given_up:
+    case DeliveryState::abandoned:
       break;
   }
-  return "given_up";
+  return "abandoned";
 }
 
 std::string host_of(const std::string& url) {

@@ -25,7 +25,7 @@ struct DeliveryAttempt {
   std::string detail;  ///< why it failed, in words; empty when it was delivered
 };
 
-enum class DeliveryState { pending, delivered, given_up };
+enum class DeliveryState { pending, delivered, abandoned };
 const char* name_of(DeliveryState state);
 
 /// A message that is owed: the same bytes at every attempt.

@@ -14,14 +14,14 @@ namespace {
 constexpr int v4_prefix_bits = 96;
 constexpr Address v4_mapped{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xff, 0xff, 0, 0, 0, 0};
 
-/// In CIDR notation, as the registries write them.
+/// In CIDR notation, from the registries.
 constexpr const char* special[] = {
     "0.0.0.0/8",     "10.0.0.0/8",      "100.64.0.0/10",  "127.0.0.0/8",    "169.254.0.0/16",
     "172.16.0.0/12", "192.0.0.0/24",    "192.0.2.0/24",   "192.88.99.0/24", "192.168.0.0/16",
     "198.18.0.0/15", "198.51.100.0/24", "203.0.113.0/24", "224.0.0.0/4",    "240.0.0.0/4",
     "2001::/23",     "2001:db8::/32",   "2002::/16",      "3fff::/20",
 };
-constexpr const char* global_unicast = "2000::/3";  // all that was given out of IPv6
+constexpr const char* global_unicast = "2000::/3";  // the allocated part of IPv6
 
 bool contains(const Network& network, const Address& address) {
   for (int bit = 0; bit < network.bits; bit += 8) {
@@ -43,20 +43,21 @@ std::optional<Network> read_network(std::string_view text) {
   const std::size_t slash = text.find('/');
   const std::string host(text.substr(0, slash));
   Network network;
-  int most = 128;
+  int bits_max = 128;
   network.address = v4_mapped;
   if (inet_pton(AF_INET, host.c_str(), &network.address[12]) == 1) {
-    most = 32;
+    bits_max = 32;
   } else if (inet_pton(AF_INET6, host.c_str(), network.address.data()) != 1) {
     return std::nullopt;
   }
-  int bits = most;
+  int bits = bits_max;
   if (slash != std::string_view::npos) {
     const std::string_view number = text.substr(slash + 1);
     const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), bits);
-    if (error != std::errc() || end != number.data() + number.size() || bits < 0 || bits > most) return std::nullopt;
+    if (error != std::errc() || end != number.data() + number.size() || bits < 0 || bits > bits_max)
+      return std::nullopt;
   }
-  network.bits = bits + (most == 32 ? v4_prefix_bits : 0);
+  network.bits = bits + (bits_max == 32 ? v4_prefix_bits : 0);
   return network;
 }
 
@@ -102,7 +103,7 @@ tracer::Result<Networks, std::string> Networks::parse(std::string_view text) {
     const std::string_view part = trimmed(text.substr(0, text.find(',')));
     const auto network = read_network(part);
     if (!network)
-      return "must be networks such as 10.0.0.0/8 or fd00::/8 between commas, got \"" + std::string(part) + "\"";
+      return "must be networks such as 10.0.0.0/8 or fd00::/8 separated by commas, got \"" + std::string(part) + "\"";
     networks.networks_.push_back(*network);
     text.remove_prefix(
         std::min(text.size(), text.find(',') == std::string_view::npos ? text.size() : text.find(',') + 1));

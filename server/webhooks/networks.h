@@ -1,6 +1,6 @@
 #pragma once
-/// Which addresses a webhook may reach: those of the open internet, and networks that the operator allows by name.
-/// Otherwise whoever may submit jobs could make the daemon speak to what only it can reach.
+/// The addresses that a webhook may reach: public ones, and networks that the operator allows. Otherwise a client could
+/// make the daemon send requests to internal services (server-side request forgery).
 
 #include <sys/socket.h>
 
@@ -18,16 +18,15 @@ namespace webhooks {
 /// An IPv6 address, or an IPv4 one as ::ffff:a.b.c.d.
 using Address = std::array<std::uint8_t, 16>;
 
-/// The address of a socket; none of another family than IPv4 and IPv6.
+/// The address of an IPv4 or IPv6 socket; none of another family.
 std::optional<Address> address_of(const sockaddr* socket_address, std::size_t size);
 std::string text_of(const Address& address);
 
-/// Whether the registries call it globally reachable unicast (IANA special-purpose address registries, RFC 6890):
-/// not private, shared, loopback, link-local, documentation, benchmarking, multicast, reserved, nor an IPv6 address
-/// that stands for an IPv4 one by translation.
+/// True for globally reachable unicast (IANA special-purpose address registries, RFC 6890): not private, shared,
+/// loopback, link-local, documentation, benchmarking, multicast, reserved, nor IPv6 that translates to IPv4.
 bool is_public(const Address& address);
 
-/// Addresses that begin with the same `bits`.
+/// The addresses that share the first `bits`.
 struct Network {
   Address address{};
   int bits = 128;
@@ -35,10 +34,10 @@ struct Network {
 
 class Networks {
  public:
-  /// "127.0.0.0/8, fd00::/8, 10.1.2.3": empty is none; otherwise a sentence says what is wrong.
+  /// Parses "127.0.0.0/8, fd00::/8, 10.1.2.3"; may be empty. An error is a sentence.
   static tracer::Result<Networks, std::string> parse(std::string_view text);
 
-  /// Public, or in one of these.
+  /// True if the address is public or in one of the networks.
   [[nodiscard]] bool allow(const Address& address) const;
 
  private:

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view prefix = "whsec_";
 constexpr std::string_view white = " \t\r\n";
-constexpr std::size_t bytes_least = 24, bytes_most = 64;
+constexpr std::size_t bytes_min = 24, bytes_max = 64;
 
 const unsigned char* raw(std::string_view text) { return reinterpret_cast<const unsigned char*>(text.data()); }
 
@@ -28,14 +28,14 @@ std::string base64(std::string_view bytes) {
 std::optional<Secret> read_secret(std::string_view text) {
   if (!text.starts_with(prefix)) return std::nullopt;
   text.remove_prefix(prefix.size());
-  if (text.empty() || text.size() % 4 != 0 || text.size() > 4 * bytes_most) return std::nullopt;
+  if (text.empty() || text.size() % 4 != 0 || text.size() > 4 * bytes_max) return std::nullopt;
   Secret secret(text.size() / 4 * 3, '\0');
   if (EVP_DecodeBlock(reinterpret_cast<unsigned char*>(secret.data()), raw(text), static_cast<int>(text.size())) < 0) {
     return std::nullopt;
   }
   secret.resize(secret.size() - static_cast<std::size_t>(std::count(text.end() - 2, text.end(), '=')));
-  // What decodes to the same bytes but is written otherwise would be a trap for whoever compares.
-  if (base64(secret) != text || secret.size() < bytes_least || secret.size() > bytes_most) return std::nullopt;
+  // Only the canonical encoding, so that equal secrets have equal texts.
+  if (base64(secret) != text || secret.size() < bytes_min || secret.size() > bytes_max) return std::nullopt;
   return secret;
 }
 

@@ -1,7 +1,6 @@
 #pragma once
-/// Signs messages as Standard Webhooks 1.0.0 says (standardwebhooks.com, "Signature scheme"): HMAC-SHA256 (RFC 2104)
-/// over "id.timestamp.body", in base64 (RFC 4648), once for each secret, so that secrets can be exchanged without a
-/// gap.
+/// Signs messages according to Standard Webhooks 1.0.0 (standardwebhooks.com, "Signature scheme"): HMAC-SHA256
+/// (RFC 2104) over "id.timestamp.body", in base64 (RFC 4648), once for each secret, so that secrets can be rotated.
 
 #include <cstdint>
 #include <string>
@@ -14,11 +13,11 @@ namespace webhooks {
 
 using Secret = std::string;  ///< bytes
 
-/// Reads "whsec_" and 24 to 64 bytes in base64, one or several between white space; else a sentence that holds nothing
-/// of them.
+/// Parses secrets separated by white space, each "whsec_" and 24 to 64 bytes in base64. An error is a sentence without
+/// any secret.
 tracer::Result<std::vector<Secret>, std::string> read_secrets(std::string_view text);
 
-/// The value of webhook-signature: "v1,..." for each secret, between spaces.
+/// The value of webhook-signature: "v1,..." for each secret, separated by spaces.
 std::string signature(const std::vector<Secret>& secrets, std::string_view id, std::int64_t timestamp_s,
                       std::string_view body);
 

@@ -161,7 +161,7 @@ class Daemon(Served):
             self.kill()
         self.process.stdout.close()
         strange = [line for path in self.folder.glob("log-*") for line in path.read_text("utf-8").splitlines()
-                   if not line.startswith("{") or (json.loads(line)["event"] == "worker_said" and not self.worker_may_speak)]
+                   if not line.startswith("{") or (json.loads(line)["event"] == "worker_output" and not self.worker_may_speak)]
         shutil.rmtree(self.folder)
         if strange:  # a sanitizer's report, an abort's last words
             raise AssertionError("in the daemon's log:\n" + "\n".join(strange))

@@ -8,8 +8,8 @@ using keys::Scope;
 
 const std::string zeros(64, '0');
 
-TEST(Keys, AreFoundByTheirHash) {
-  const keys::Made ann = keys::make("ann", {Scope::jobs_read}), bob = keys::make("bob", {Scope::admin});
+TEST(Keys, FindsAKeyByItsHash) {
+  const keys::CreatedKey ann = keys::create("ann", {Scope::jobs_read}), bob = keys::create("bob", {Scope::admin});
   EXPECT_NE(ann.token, bob.token);
   const auto read = keys::parse(ann.line + "\n# a comment\n\n  " + bob.line + " # another");
   ASSERT_TRUE(read);
@@ -21,14 +21,14 @@ TEST(Keys, AreFoundByTheirHash) {
   EXPECT_EQ(keys::find(*read, read->front().sha256), nullptr) << "the hash is no key";
 }
 
-/// FIPS 180-4's "abc", so that the file could have been made elsewhere.
-TEST(Keys, AreHashedWithSha256) {
+/// The example "abc" of FIPS 180-4.
+TEST(Keys, HashesWithSha256) {
   const auto read = keys::parse("ann admin ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
   ASSERT_TRUE(read);
   EXPECT_NE(keys::find(*read, "abc"), nullptr);
 }
 
-TEST(Keys, AllowWhatTheirScopesSayAndAdminAll) {
+TEST(Keys, AllowsItsScopesAndAdminAll) {
   const keys::Key reader{"r", {Scope::jobs_read}, zeros}, admin{"a", {Scope::admin}, zeros};
   EXPECT_TRUE(reader.allows(Scope::jobs_read));
   EXPECT_FALSE(reader.allows(Scope::jobs_write));
@@ -36,18 +36,18 @@ TEST(Keys, AllowWhatTheirScopesSayAndAdminAll) {
   for (const Scope scope : {Scope::jobs_read, Scope::jobs_write, Scope::admin}) EXPECT_TRUE(admin.allows(scope));
 }
 
-TEST(Keys, ScopesAreReadAsTheyAreWritten) {
+TEST(Keys, ParsesTheNamesOfScopes) {
   EXPECT_EQ(keys::parse_scopes("jobs:read,admin"), (std::vector{Scope::jobs_read, Scope::admin}));
   for (const char* text : {"", "jobs", "jobs:read,", ",admin", "admin admin", "Admin"}) {
     EXPECT_FALSE(keys::parse_scopes(text)) << text;
   }
 }
 
-TEST(Keys, TheRingIsReplacedAsAWhole) {
-  const keys::Made old = keys::make("old", {Scope::admin}), fresh = keys::make("new", {Scope::admin});
+TEST(KeyRing, ReloadsAllKeys) {
+  const keys::CreatedKey old = keys::create("old", {Scope::admin}), fresh = keys::create("new", {Scope::admin});
   keys::KeyRing ring(*keys::parse(old.line));
   EXPECT_TRUE(ring.find(old.token));
-  ring.replace(*keys::parse(fresh.line));
+  ring.reload(*keys::parse(fresh.line));
   EXPECT_FALSE(ring.find(old.token));
   EXPECT_EQ(ring.find(fresh.token)->name, "new");
 }
@@ -69,7 +69,7 @@ TEST(Access, WithoutKeysIsForThisMachinesNamesAlone) {
 }
 
 TEST(Access, TellsHandlersWhoseKeyItIs) {
-  const keys::Made made = keys::make("ann", {Scope::jobs_read});
+  const keys::CreatedKey made = keys::create("ann", {Scope::jobs_read});
   const keys::KeyRing ring(*keys::parse(made.line));
   const http::Handler handler = http::with_access(
       [](http::Request& request) -> http::Answer {

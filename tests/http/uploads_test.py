@@ -53,7 +53,7 @@ class BrokenPictures(unittest.TestCase):
             self.assertEqual((job["state"], job["problem"]["code"]), ("failed", "bad_asset"))
 
             def records():
-                return [row for row in daemon.log_rows() if row["event"] == "worker_said"]
+                return [row for row in daemon.log_rows() if row["event"] == "worker_output"]
             said = wait_until(records, "what libpng says")[0]
             self.assertEqual((said["level"], said["worker"]), ("warning", str(daemon.worker())))
             self.assertIn("libpng", said["text"])

@@ -1,5 +1,4 @@
-/// The directory of scenes' files by itself: the daemon's reader lets no name through that the kernel has to stop, so
-/// here they come unread.
+/// The asset directory without the checks of the reader, which rejects names that lead outside before.
 
 #include "server/worker/protocol/asset_directory.h"
 
@@ -31,7 +30,7 @@ class AssetDirectoryTest : public testing::Test {
 
   static void write(const fs::path& path, const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
 
-  /// The content, or why there is none. Both questions must have the same answer.
+  /// The content, or the reason why there is none, which both functions must return.
   [[nodiscard]] std::string content(const std::string& name) const {
     const AssetDirectory directory(inside);
     const std::string refusal = directory.refusal(name);
@@ -45,7 +44,7 @@ class AssetDirectoryTest : public testing::Test {
 
 }  // namespace
 
-TEST_F(AssetDirectoryTest, ReadsWhatLiesInIt) {
+TEST_F(AssetDirectoryTest, ReadsItsFiles) {
   write(inside / "deep/binary", std::string("\0\xff\n", 3));
   write(inside / "empty", "");
   EXPECT_EQ(content("file"), "content");
@@ -53,7 +52,7 @@ TEST_F(AssetDirectoryTest, ReadsWhatLiesInIt) {
   EXPECT_EQ(content("empty"), "");
 }
 
-TEST_F(AssetDirectoryTest, IsLeftByNoNameAtAll) {
+TEST_F(AssetDirectoryTest, RejectsNamesThatLeadOutside) {
   fs::create_symlink("../secret", inside / "relative");
   fs::create_symlink(outside / "secret", inside / "absolute");
   fs::create_symlink("..", inside / "up");
@@ -65,13 +64,13 @@ TEST_F(AssetDirectoryTest, IsLeftByNoNameAtAll) {
   EXPECT_EQ(content((inside / "file").string()), "leads out of the asset directory");
 }
 
-TEST_F(AssetDirectoryTest, FollowsLinksThatStayWithin) {
+TEST_F(AssetDirectoryTest, FollowsLinksThatStayInside) {
   fs::create_symlink("../file", inside / "deep/link");
   fs::create_symlink("deep/link", inside / "link");
   EXPECT_EQ(content("link"), "content");
 }
 
-TEST_F(AssetDirectoryTest, TakesOrdinaryFilesAloneAndWaitsForNothing) {
+TEST_F(AssetDirectoryTest, RejectsSpecialFilesWithoutBlocking) {
   ASSERT_EQ(mkfifo((inside / "pipe").c_str(), 0600), 0);
   EXPECT_EQ(content("pipe"), "is no ordinary file");
   EXPECT_EQ(content("deep"), "is no ordinary file");
@@ -81,7 +80,7 @@ TEST_F(AssetDirectoryTest, TakesOrdinaryFilesAloneAndWaitsForNothing) {
   EXPECT_EQ(content(""), "no such file");
 }
 
-TEST_F(AssetDirectoryTest, TakesFilesUpToTheLimit) {
+TEST_F(AssetDirectoryTest, RejectsFilesAboveTheLimit) {
   write(inside / "large", "");
   fs::resize_file(inside / "large", api::asset_bytes_max);
   EXPECT_EQ(content("large").size(), api::asset_bytes_max);
@@ -89,7 +88,7 @@ TEST_F(AssetDirectoryTest, TakesFilesUpToTheLimit) {
   EXPECT_EQ(content("large"), "the limit asset_bytes_max is 256000000, it has 256000001");
 }
 
-TEST_F(AssetDirectoryTest, ThatIsNoDirectoryIsToldWithItsPath) {
+TEST_F(AssetDirectoryTest, ReportsThePathOfAMissingDirectory) {
   for (const fs::path& path : {inside / "none", inside / "file"}) {
     try {
       const AssetDirectory directory(path);

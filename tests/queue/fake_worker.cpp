@@ -1,23 +1,23 @@
-/// fake_worker --slots N: speaks the worker's protocol, and does what each document says, one command a line:
+/// fake_worker --slots N: uses the protocol of the worker and executes each document as a script, one command a line:
 ///
 ///   finish TEXT         answers Finished with TEXT as image and report (also what an empty document does)
 ///   finish_and_crash TEXT   the same, and dies of SIGSEGV at once
 ///   fail CODE           answers Failed
 ///   progress DONE TOTAL
-///   wait FILE           waits until FILE exists, or until a Cancel comes, which it obeys
-///   deaf FILE           waits until FILE exists, whatever comes
+///   wait FILE           waits until FILE exists, or stops after a Cancel
+///   hang FILE           waits until FILE exists and ignores Cancel
 ///   crash               dies of SIGSEGV
 ///   exit STATUS
 ///   crash_unless FILE   dies of SIGSEGV unless FILE exists; creates it first
 ///   fail_unless FILE CODE   answers Failed unless FILE exists; creates it first
-///   fill BYTES FILE     takes that much memory, and waits as wait FILE does
-///   garbage             sends bytes that are no message
-///   large_garbage       sends a message that promises more than there is
-///   unsealed            sends an image that is no sealed memory
+///   fill BYTES FILE     allocates memory, and waits as wait FILE
+///   garbage             sends bytes that are not a message
+///   large_garbage       sends a truncated message
+///   unsealed            sends an image that is not in sealed memory
 ///   stale               sends a Finished with the fence before this one
-///   silent              stops the heartbeat, and waits for ever
-///   say COUNT TEXT      writes that many numbered lines to its standard error
-///   badname             sends an image whose name breaks a header
+///   silent              stops the heartbeat and never ends
+///   print COUNT TEXT    writes that many numbered lines to its standard error
+///   badname             sends an image whose name contains a line break
 
 #include <fcntl.h>
 #include <sys/socket.h>
@@ -44,17 +44,17 @@ namespace {
 
 std::atomic<bool> beating = true;
 
-void say(Message message) {
+void send_message(Message message) {
   const Packet packet = pack(std::move(message));
   while (send(worker_socket, packet) == Sent::later) std::this_thread::yield();
 }
 
-void say_raw(const std::string& bytes) { (void)!::send(worker_socket, bytes.data(), bytes.size(), MSG_NOSIGNAL); }
+void send_raw(const std::string& bytes) { (void)!::send(worker_socket, bytes.data(), bytes.size(), MSG_NOSIGNAL); }
 
 bool exists(const std::string& path) { return access(path.c_str(), F_OK) == 0; }
 
-void die() {
-  std::signal(SIGSEGV, SIG_DFL);  // no report of a sanitizer: the signal itself is meant
+void crash() {
+  std::signal(SIGSEGV, SIG_DFL);  // without the report of a sanitizer
   raise(SIGSEGV);
 }
 
@@ -69,40 +69,40 @@ Descriptor unsealed_file() {
   return file;
 }
 
-/// False when the job has answered.
-bool obey(const std::string& line, const Assign& job, const std::atomic<bool>& cancelled) {
+/// False after the answer of the job.
+bool execute(const std::string& line, const Assign& job, const std::atomic<bool>& cancelled) {
   std::istringstream words(line);
   std::string command, argument;
   words >> command;
   std::getline(words >> std::ws, argument);
   const auto pause = [] { std::this_thread::sleep_for(std::chrono::milliseconds(1)); };
   if (command == "finish" || command == "finish_and_crash") {
-    say(Finished{job.job_id, job.fence, argument, one_image("image.png", sealed_memory(argument))});
-    if (command == "finish_and_crash") die();
+    send_message(Finished{job.job_id, job.fence, argument, one_image("image.png", sealed_memory(argument))});
+    if (command == "finish_and_crash") crash();
     return false;
   }
   if (command == "fail") {
-    say(Failed{job.job_id, job.fence, {argument, "As the document said.", {{"/a", "b", "c"}}}});
+    send_message(Failed{job.job_id, job.fence, {argument, "As the document requires.", {{"/a", "b", "c"}}}});
     return false;
   }
   if (command == "progress") {
     std::istringstream numbers(argument);
     Progress progress{job.job_id, 0, 0};
     numbers >> progress.tiles_done >> progress.tiles_total;
-    say(progress);
+    send_message(progress);
   }
-  if (command == "wait" || command == "deaf") {
-    while (!exists(argument) && (command == "deaf" || !cancelled)) pause();
+  if (command == "wait" || command == "hang") {
+    while (!exists(argument) && (command == "hang" || !cancelled)) pause();
     if (command == "wait" && cancelled) {
-      say(Cancelled{job.job_id, job.fence});
+      send_message(Cancelled{job.job_id, job.fence});
       return false;
     }
   }
-  if (command == "crash") die();
+  if (command == "crash") crash();
   if (command == "exit") _exit(std::stoi(argument));
   if (command == "crash_unless" && !exists(argument)) {
     std::ofstream(argument) << "crashed";
-    die();
+    crash();
   }
   if (command == "fail_unless") {
     std::istringstream arguments(argument);
@@ -110,7 +110,7 @@ bool obey(const std::string& line, const Assign& job, const std::atomic<bool>& c
     arguments >> file >> code;
     if (!exists(file)) {
       std::ofstream(file) << "failed";
-      return obey("fail " + code, job, cancelled);
+      return execute("fail " + code, job, cancelled);
     }
   }
   if (command == "fill") {
@@ -119,28 +119,28 @@ bool obey(const std::string& line, const Assign& job, const std::atomic<bool>& c
     std::string file;
     arguments >> bytes >> file;
     const std::vector<char> memory(bytes, 'x');
-    return obey("wait " + file, job, cancelled);
+    return execute("wait " + file, job, cancelled);
   }
-  if (command == "garbage") say_raw("this is no message of ours, and long enough to have a header");
+  if (command == "garbage") send_raw("this is not a message, and long enough to have a header");
   if (command == "large_garbage") {
     Packet packet = pack(Failed{job.job_id, job.fence, {std::string(100, 'x'), "", {}}});
     packet.bytes.resize(packet.bytes.size() - 50);
-    say_raw(packet.bytes);
+    send_raw(packet.bytes);
   }
   if (command == "unsealed") {
-    say(Finished{job.job_id, job.fence, "{}", one_image("image.png", unsealed_file())});
+    send_message(Finished{job.job_id, job.fence, "{}", one_image("image.png", unsealed_file())});
   }
   if (command == "badname") {
-    say(Finished{job.job_id, job.fence, "{}", one_image("a\r\nSet-Cookie: b", sealed_memory("x"))});
+    send_message(Finished{job.job_id, job.fence, "{}", one_image("a\r\nSet-Cookie: b", sealed_memory("x"))});
   }
-  if (command == "say") {
+  if (command == "print") {
     std::istringstream arguments(argument);
     int count = 0;
     std::string text;
     std::getline(arguments >> count >> std::ws, text);
     for (int i = 0; i < count; ++i) std::fprintf(stderr, "%d %s\n", i, text.c_str());
   }
-  if (command == "stale") say(Finished{job.job_id, job.fence - 1, "stale", {}});
+  if (command == "stale") send_message(Finished{job.job_id, job.fence - 1, "stale", {}});
   if (command == "silent") {
     beating = false;
     for (;;) pause();
@@ -151,9 +151,9 @@ bool obey(const std::string& line, const Assign& job, const std::atomic<bool>& c
 void run(const Assign& job, const std::shared_ptr<std::atomic<bool>>& cancelled) {
   std::istringstream lines(job.document);
   for (std::string line; std::getline(lines, line);) {
-    if (!obey(line, job, *cancelled)) return;
+    if (!execute(line, job, *cancelled)) return;
   }
-  obey("finish nothing", job, *cancelled);
+  execute("finish nothing", job, *cancelled);
 }
 
 }  // namespace
@@ -161,10 +161,10 @@ void run(const Assign& job, const std::shared_ptr<std::atomic<bool>>& cancelled)
 int main() {
   std::signal(SIGINT, SIG_IGN);
   std::signal(SIGTERM, SIG_IGN);
-  say(Hello{"fake"});
+  send_message(Ready{"fake"});
   std::thread([] {
     while (true) {
-      if (beating) say(Heartbeat{});
+      if (beating) send_message(Heartbeat{});
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
   }).detach();

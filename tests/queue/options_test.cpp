@@ -1,4 +1,4 @@
-/// The worker's command line, as the daemon writes it and the worker reads it.
+/// The command line of the worker, written by the daemon and parsed by the worker.
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@ using worker::arguments_of;
 using worker::Options;
 using worker::parse_options;
 
-TEST(WorkerOptions, ComeOutAsTheyWentIn) {
+TEST(WorkerOptions, RoundTrip) {
   const Options options{7,          3,      1ull << 41,
                         1ull << 42, 12'345, {"/a directory/with = and --slots", "/uploads", 123, 1ull << 40}};
   const std::vector<std::string> arguments = arguments_of(options);
@@ -17,7 +17,7 @@ TEST(WorkerOptions, ComeOutAsTheyWentIn) {
   EXPECT_EQ(parse_options({plain.begin(), plain.end()}), Options{});
 }
 
-TEST(WorkerOptions, AreNothingElse) {
+TEST(WorkerOptions, RejectsInvalidArguments) {
   using Arguments = std::vector<std::string_view>;
   for (const Arguments& arguments :
        {Arguments{}, Arguments{"--slots"}, Arguments{"--slots", "0"}, Arguments{"--slots", "4097"},

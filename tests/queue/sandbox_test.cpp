@@ -1,4 +1,4 @@
-/// What a worker that was taken over can still do. Each attempt is made by a child process.
+/// The restrictions of a compromised worker. Each attempt is made by a child process.
 
 #include "server/worker/process/sandbox.h"
 
@@ -27,14 +27,14 @@
 
 namespace {
 
-/// An attempt's result as the kernel tells it: 0 or the error.
+/// The result of an attempt: 0 or errno.
 using Attempt = std::function<int()>;
 
 int error_of(long result) { return result < 0 ? errno : 0; }
 
 constexpr int could_not_enter = 255;
 
-/// How a child ends that enters the sandbox and makes the attempt: its exit status is the attempt's result.
+/// The end of a child that enters the sandbox and makes the attempt; its exit status is the result.
 int status_of(const std::vector<std::string>& directories, const Attempt& attempt) {
   const pid_t child = fork();
   if (child == 0) {
@@ -83,7 +83,7 @@ class SandboxTest : public testing::Test {
 
 }  // namespace
 
-TEST_F(SandboxTest, HasNoNetwork) {
+TEST_F(SandboxTest, PreventsSockets) {
   for (const int family : {AF_INET, AF_INET6, AF_UNIX, AF_NETLINK}) {
     EXPECT_EQ(result_of(directories, [&] { return error_of(socket(family, SOCK_STREAM, 0)); }), EPERM) << family;
   }
@@ -92,7 +92,7 @@ TEST_F(SandboxTest, HasNoNetwork) {
   EXPECT_EQ(result_of(directories, [&] { return error_of(socketpair(AF_UNIX, SOCK_STREAM, 0, pair)); }), EPERM);
 }
 
-TEST_F(SandboxTest, StartsNeitherProgramsNorProcesses) {
+TEST_F(SandboxTest, PreventsProgramsAndProcesses) {
   EXPECT_EQ(result_of(directories, [] { return error_of(execl("/bin/true", "true", nullptr)); }), EPERM);
   EXPECT_EQ(result_of(directories, [] { return error_of(syscall(SYS_execveat, AT_FDCWD, "/bin/true", 0, 0, 0)); }),
             EPERM);
@@ -105,7 +105,7 @@ TEST_F(SandboxTest, StartsNeitherProgramsNorProcesses) {
   EXPECT_EQ(result_of(directories, [] { return error_of(syscall(SYS_clone3, nullptr, 0)); }), ENOSYS);
 }
 
-TEST_F(SandboxTest, TouchesNoOtherProcess) {
+TEST_F(SandboxTest, PreventsAccessToOtherProcesses) {
   const pid_t parent = getpid();
   EXPECT_EQ(result_of(directories, [&] { return error_of(kill(parent, 0)); }), EPERM);
   EXPECT_EQ(result_of(directories, [&] { return error_of(syscall(SYS_tgkill, parent, parent, 0)); }), EPERM);
@@ -118,7 +118,7 @@ TEST_F(SandboxTest, TouchesNoOtherProcess) {
             EPERM);
 }
 
-TEST_F(SandboxTest, MakesNoCode) {
+TEST_F(SandboxTest, PreventsExecutableMemory) {
   const auto map = [](int protection) {
     return mmap(nullptr, 4096, protection, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0) == MAP_FAILED ? errno : 0;
   };
@@ -126,7 +126,7 @@ TEST_F(SandboxTest, MakesNoCode) {
   EXPECT_EQ(result_of(directories, [&] { return map(PROT_READ | PROT_EXEC); }), EPERM);
 }
 
-TEST_F(SandboxTest, ReadsWhatIsInItsDirectoryAndWritesNothing) {
+TEST_F(SandboxTest, AllowsReadingInItsDirectoryOnly) {
   EXPECT_EQ(result_of(directories, [&] { return error_of(open(inside.c_str(), O_RDONLY)); }), 0);
   EXPECT_EQ(result_of(directories, [&] { return open_beneath_nothing(inside); }), 0);
   for (const int flags : {O_WRONLY, O_RDWR, O_RDONLY | O_CREAT, O_RDONLY | O_TRUNC}) {
@@ -138,7 +138,7 @@ TEST_F(SandboxTest, ReadsWhatIsInItsDirectoryAndWritesNothing) {
   EXPECT_EQ(result_of(directories, [&] { return error_of(mkdir((directory.path() + "/new").c_str(), 0700)); }), EPERM);
 }
 
-TEST_F(SandboxTest, OpensNoFileOutsideItsDirectory) {
+TEST_F(SandboxTest, PreventsOpeningFilesOutsideItsDirectory) {
   if (!kernel_has_landlock()) GTEST_SKIP() << "this kernel has no Landlock";
   for (const std::string& path : {outside, std::string("/etc/passwd"), std::string("/proc/self/environ")}) {
     EXPECT_EQ(result_of(directories, [&] { return error_of(open(path.c_str(), O_RDONLY)); }), EACCES) << path;
@@ -149,12 +149,12 @@ TEST_F(SandboxTest, OpensNoFileOutsideItsDirectory) {
   EXPECT_EQ(result_of(directories, [&] { return error_of(open(link.c_str(), O_RDONLY)); }), EACCES);
 }
 
-TEST_F(SandboxTest, OpensNothingAtAllWithoutDirectories) {
+TEST_F(SandboxTest, PreventsOpeningFilesWithoutDirectories) {
   EXPECT_EQ(result_of({}, [&] { return error_of(open(inside.c_str(), O_RDONLY)); }), EPERM);
   EXPECT_EQ(result_of({}, [&] { return open_beneath_nothing(inside); }), EPERM);
 }
 
-TEST_F(SandboxTest, HasThreadsAndMemoryToHandOver) {
+TEST_F(SandboxTest, AllowsThreadsAndSharedMemory) {
   EXPECT_EQ(result_of({},
                       [] {
                         int seen = 1;
@@ -172,12 +172,12 @@ TEST_F(SandboxTest, HasThreadsAndMemoryToHandOver) {
             0);
 }
 
-TEST_F(SandboxTest, EndsByAbortAsAnyProcess) {
+TEST_F(SandboxTest, AllowsAbort) {
   const int status = status_of({}, []() -> int { abort(); });
   EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGABRT && !WCOREDUMP(status)) << status;
 }
 
-TEST_F(SandboxTest, HoldsThreadsThatWereThereBefore) {
+TEST_F(SandboxTest, RestrictsExistingThreads) {
   const pid_t child = fork();
   if (child == 0) {
     worker::restrict_files({});
@@ -197,7 +197,7 @@ TEST_F(SandboxTest, HoldsThreadsThatWereThereBefore) {
   EXPECT_EQ(WEXITSTATUS(status), EPERM);
 }
 
-TEST_F(SandboxTest, ADirectoryThatIsNotThereOpensNothing) {
+TEST_F(SandboxTest, IgnoresADirectoryThatDoesNotExist) {
   if (!kernel_has_landlock()) GTEST_SKIP() << "this kernel has no Landlock";
   EXPECT_EQ(result_of({directory.path() + "/absent"}, [&] { return error_of(open(inside.c_str(), O_RDONLY)); }),
             EACCES);

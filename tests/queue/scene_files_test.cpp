@@ -1,4 +1,4 @@
-/// Where a name leads that a document gives a file: to the asset directory or to the uploads.
+/// File names of documents refer to the asset directory or to the uploads.
 
 #include "server/worker/protocol/scene_files.h"
 
@@ -29,7 +29,7 @@ void write(const std::string& path, const std::string& text) {
 
 }  // namespace
 
-TEST(SceneFiles, LieInTheDirectoryThatTheirNameIsOf) {
+TEST(SceneFiles, ReadsFromTheDirectoryOfTheName) {
   const TemporaryDirectory directory, uploads;
   write(directory.path() + "/tile.png", "a tile");
   write(uploads.path() + "/ba/" + hash, "an upload");
@@ -40,7 +40,7 @@ TEST(SceneFiles, LieInTheDirectoryThatTheirNameIsOf) {
   EXPECT_EQ(content(settings, "sha256:" + std::string(64, '0')), "no such file");
 }
 
-TEST(SceneFiles, OfUploadsAreKnownByTheirHashAndOthersByWhenTheyWereChanged) {
+TEST(SceneFiles, IdentifiesUploadsByHashAndOtherFilesByStamp) {
   const TemporaryDirectory directory, uploads;
   write(directory.path() + "/tile.png", "a tile");
   const SceneFiles files({directory.path(), uploads.path()});
@@ -57,7 +57,7 @@ TEST(SceneFiles, OfUploadsAreKnownByTheirHashAndOthersByWhenTheyWereChanged) {
   EXPECT_NE(files.content_name("tile.png"), on_waiters_notified) << "of the same size";
 }
 
-TEST(SceneFiles, AreNotThereWhereTheirDirectoryIsNotGiven) {
+TEST(SceneFiles, ReadsNothingWithoutADirectory) {
   const TemporaryDirectory directory;
   write(directory.path() + "/tile.png", "a tile");
   EXPECT_EQ(content({directory.path(), ""}, "tile.png"), "a tile");

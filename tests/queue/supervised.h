@@ -1,5 +1,5 @@
 #pragma once
-/// A queue with a supervisor over the fake worker: documents are scripts for the worker.
+/// A queue in memory with a supervisor of the fake worker, which executes documents as scripts.
 
 #include <gtest/gtest.h>
 
@@ -50,7 +50,7 @@ class SupervisorTest : public testing::Test {
     worker::SupervisorSettings result;
     result.executable = std::filesystem::read_symlink("/proc/self/exe").parent_path() / "fake_worker";
     result.slots = slots;
-    result.heartbeat_timeout = std::chrono::seconds(30);  // only shortened by tests of silence
+    result.heartbeat_timeout = std::chrono::seconds(30);  // shortened by tests of the heartbeat
     result.cancel_answer = result.cancel_replace = result.cancel_grace = std::chrono::seconds(30);
     result.restart_pause = std::chrono::milliseconds(1);
     result.restart_pause_max = std::chrono::milliseconds(20);
@@ -58,7 +58,7 @@ class SupervisorTest : public testing::Test {
     result.retry = {std::chrono::milliseconds(1), std::chrono::milliseconds(20)};
     return result;
   }
-  /// Does not wait for a worker to obey.
+  /// Reports a cancel without waiting for the worker.
   static worker::SupervisorSettings impatient() {
     worker::SupervisorSettings result = settings();
     result.cancel_answer = result.cancel_replace = std::chrono::milliseconds(1);

@@ -1,4 +1,4 @@
-/// Workers that die, hang, lie: no job is lost, the one to blame is found, no other pays.
+/// Workers that crash, hang or violate the protocol: no job is lost, the cause is found, no other job is charged.
 
 #include <csignal>
 
@@ -6,7 +6,7 @@
 
 using queue::JobState;
 
-TEST_F(SupervisorTest, AJobThatCrashesTheWorkerEveryTimeFailsAfterItsAttemptsAndTheSignalIsNamed) {
+TEST_F(SupervisorTest, FailsAJobThatAlwaysCrashesTheWorkerWithTheSignal) {
   start();
   const std::string id = submit("crash", 3);
   ASSERT_TRUE(reaches(id, JobState::failed));
@@ -18,54 +18,55 @@ TEST_F(SupervisorTest, AJobThatCrashesTheWorkerEveryTimeFailsAfterItsAttemptsAnd
   EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
 }
 
-TEST_F(SupervisorTest, AJobThatCrashedOnceIsTriedAgainAndPaysOneAttempt) {
+TEST_F(SupervisorTest, RetriesAJobThatCrashedOnce) {
   start();
   const std::string id = submit("crash_unless " + path("crashed"));
   ASSERT_TRUE(reaches(id, JobState::succeeded));
   EXPECT_EQ(find(id).attempt, 2);
 }
 
-TEST_F(SupervisorTest, NamesTheStatusOfAWorkerThatExits) {
+TEST_F(SupervisorTest, ReportsTheExitStatusOfAWorker) {
   start();
   const std::string id = submit("exit 3", 1);
   ASSERT_TRUE(reaches(id, JobState::failed));
   EXPECT_NE(find(id).problem->detail.find("exited with status 3"), std::string::npos) << find(id).problem->detail;
 }
 
-TEST_F(SupervisorTest, OfSeveralInFlightTheKillerIsFoundAndTheOthersPayNothing) {
+TEST_F(SupervisorTest, FindsTheCrashingJobAmongSeveralAtNoCostOfTheOthers) {
   start(settings(4));
   std::vector<std::string> innocent;
   for (int i = 0; i < 3; ++i) innocent.push_back(submit("wait " + path("go")));
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 3; }));
-  const std::string killer = submit("crash", 2);
+  const std::string crashing = submit("crash", 2);
   ASSERT_TRUE(eventually([&] { return log.count("worker_ended") >= 1; }));
   create("go");
-  ASSERT_TRUE(reaches(killer, JobState::failed));
-  EXPECT_EQ(problem_code(killer), "worker_crashed");
-  EXPECT_EQ(find(killer).attempt, 2);
+  ASSERT_TRUE(reaches(crashing, JobState::failed));
+  EXPECT_EQ(problem_code(crashing), "worker_crashed");
+  EXPECT_EQ(find(crashing).attempt, 2);
   for (const std::string& id : innocent) {
     ASSERT_TRUE(reaches(id, JobState::succeeded));
-    EXPECT_EQ(find(id).attempt, 1) << "the shared death cost it nothing";
+    EXPECT_EQ(find(id).attempt, 1) << "the crash is not counted";
     EXPECT_TRUE(find(id).suspect);
   }
-  EXPECT_EQ(log.count("worker_ended"), 3) << "once with all in flight, twice with the killer alone";
+  EXPECT_EQ(log.count("worker_ended"), 3) << "once with all in flight, twice with the crashing alone";
 }
 
-TEST_F(SupervisorTest, SuspectsRunOneAtATimeBeforeAllOthers) {
+TEST_F(SupervisorTest, RunsSuspectsOneAtATimeBeforeAllOthers) {
   start(settings(3));
   std::vector<std::string> suspects;
   for (int i = 0; i < 2; ++i) suspects.push_back(submit("wait " + path("go")));
-  const std::string killer = submit("crash_unless " + path("crashed"));
+  const std::string crashing = submit("crash_unless " + path("crashed"));
   ASSERT_TRUE(eventually([&] { return log.count("worker_ended") == 1; }));
   const std::string later = submit("");
   ASSERT_TRUE(eventually([&] { return log.count("worker_ready") == 2 && supervisor->running() == 1; }));
   EXPECT_EQ(store.count(JobState::running), 1) << "with two slots free";
   EXPECT_EQ(state(later), JobState::queued);
   create("go");
-  for (const std::string& id : {suspects[0], suspects[1], killer, later}) EXPECT_TRUE(reaches(id, JobState::succeeded));
+  for (const std::string& id : {suspects[0], suspects[1], crashing, later})
+    EXPECT_TRUE(reaches(id, JobState::succeeded));
 }
 
-TEST_F(SupervisorTest, SuspectsOfAnEarlierDaemonRunAlone) {
+TEST_F(SupervisorTest, RunsSuspectsOfAnEarlierDaemonAlone) {
   const std::string suspect = submit("wait " + path("go"));
   const queue::Claim claim = *queue.lifecycle.claim(false);
   queue.lifecycle.release(suspect, claim.fence, false, true);
@@ -77,27 +78,27 @@ TEST_F(SupervisorTest, SuspectsOfAnEarlierDaemonRunAlone) {
   EXPECT_TRUE(reaches(other, JobState::succeeded));
 }
 
-TEST_F(SupervisorTest, AWorkerThatIsKilledBetweenJobsIsReplaced) {
+TEST_F(SupervisorTest, ReplacesAWorkerThatIsKilledBetweenJobs) {
   start();
   ASSERT_TRUE(reaches(submit(""), JobState::succeeded));
   kill(supervisor->worker_pid(), SIGKILL);
   EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
 }
 
-TEST_F(SupervisorTest, AWorkerWithoutHeartbeatIsReplaced) {
-  auto impatient = settings();
-  impatient.heartbeat_timeout = std::chrono::seconds(3);
-  start(impatient);
+TEST_F(SupervisorTest, ReplacesAWorkerWithoutHeartbeat) {
+  auto short_timeout = settings();
+  short_timeout.heartbeat_timeout = std::chrono::seconds(3);
+  start(short_timeout);
   const std::string id = submit("silent", 1);
   ASSERT_TRUE(reaches(id, JobState::failed));
-  EXPECT_NE(find(id).problem->detail.find("gave no sign of life"), std::string::npos) << find(id).problem->detail;
+  EXPECT_NE(find(id).problem->detail.find("sent no heartbeat"), std::string::npos) << find(id).problem->detail;
   EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
 }
 
-TEST_F(SupervisorTest, AStoppedWorkerIsReplaced) {
-  auto impatient = settings();
-  impatient.heartbeat_timeout = std::chrono::seconds(3);
-  start(impatient);
+TEST_F(SupervisorTest, ReplacesAStoppedWorker) {
+  auto short_timeout = settings();
+  short_timeout.heartbeat_timeout = std::chrono::seconds(3);
+  start(short_timeout);
   const std::string id = submit("wait " + path("go"));
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
   kill(supervisor->worker_pid(), SIGSTOP);
@@ -107,18 +108,18 @@ TEST_F(SupervisorTest, AStoppedWorkerIsReplaced) {
   EXPECT_EQ(find(id).attempt, 2);
 }
 
-TEST_F(SupervisorTest, AWorkerThatSpeaksNonsenseIsReplaced) {
+TEST_F(SupervisorTest, ReplacesAWorkerThatViolatesTheProtocol) {
   start();
-  for (const std::string nonsense : {"garbage", "large_garbage", "unsealed", "badname"}) {
-    const std::string id = submit(nonsense + "\nwait " + path("never"), 1);
-    ASSERT_TRUE(reaches(id, JobState::failed)) << nonsense;
-    EXPECT_EQ(problem_code(id), "worker_crashed") << nonsense;
+  for (const std::string violation : {"garbage", "large_garbage", "unsealed", "badname"}) {
+    const std::string id = submit(violation + "\nwait " + path("never"), 1);
+    ASSERT_TRUE(reaches(id, JobState::failed)) << violation;
+    EXPECT_EQ(problem_code(id), "worker_crashed") << violation;
     EXPECT_NE(find(id).problem->detail.find(" sent a "), std::string::npos) << find(id).problem->detail;
   }
   EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
 }
 
-TEST_F(SupervisorTest, AResultWithAnOldFenceIsNotBelieved) {
+TEST_F(SupervisorTest, IgnoresAResultWithAnOldFence) {
   start();
   const std::string id = submit("stale\nfinish fresh");
   ASSERT_TRUE(reaches(id, JobState::succeeded));
@@ -126,10 +127,10 @@ TEST_F(SupervisorTest, AResultWithAnOldFenceIsNotBelieved) {
   EXPECT_EQ(log.count("stale_result"), 1);
 }
 
-TEST_F(SupervisorTest, AResultSentRightBeforeTheDeathCounts) {
+TEST_F(SupervisorTest, StoresAResultSentRightBeforeACrash) {
   start();
   for (int i = 1; i <= 10; ++i) {
-    const std::string id = submit("finish_and_crash last words");
+    const std::string id = submit("finish_and_crash last result");
     ASSERT_TRUE(reaches(id, JobState::succeeded));
     EXPECT_EQ(find(id).attempt, 1);
     ASSERT_TRUE(eventually([&] { return log.count("worker_ended") == i; }));

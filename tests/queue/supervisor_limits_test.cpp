@@ -1,4 +1,4 @@
-/// Attempts that fail, take too long or too much: tried again where that may help, stopped in time, told why.
+/// Attempts that fail, take too long or use too much memory: retries, stops and problems.
 
 #include "tests/queue/supervised.h"
 
@@ -18,31 +18,31 @@ std::vector<std::int64_t> pauses_ms(const std::string& code, int max_attempts) {
 
 }  // namespace
 
-TEST(RetryRules, PausesGrowFourfoldUpToTheirMost) {
+TEST(RetryRules, PausesGrowFourfoldUpToTheMaximum) {
   for (const char* code : {"out_of_memory", "timed_out", "worker_crashed", "internal"}) {
     EXPECT_EQ(pauses_ms(code, 5), (std::vector<std::int64_t>{10, 40, 100, 100})) << code;
     EXPECT_TRUE(pauses_ms(code, 1).empty()) << code;
   }
 }
 
-TEST(RetryRules, WhatIsTheJobsOwnFaultIsNotTriedAgain) {
+TEST(RetryRules, DoesNotRetryFailuresThatTheJobCauses) {
   for (const char* code : {"bad_scene", "bad_asset", "deadline_exceeded", ""}) {
     EXPECT_TRUE(pauses_ms(code, 5).empty()) << code;
   }
 }
 
-TEST_F(SupervisorTest, AFailureThatMayPassIsFollowedByAnotherAttempt) {
+TEST_F(SupervisorTest, RetriesTransientFailures) {
   start();
   for (const std::string code : {"internal", "out_of_memory"}) {
     const std::string id = submit("fail_unless " + path(code) + " " + code + "\nfinish done");
     ASSERT_TRUE(reaches(id, JobState::succeeded)) << code;
     EXPECT_EQ(find(id).attempt, 2) << code;
-    EXPECT_EQ(find(id).suspect, code == "out_of_memory") << "it runs alone then";
+    EXPECT_EQ(find(id).suspect, code == "out_of_memory") << "it runs alone";
   }
   EXPECT_EQ(log.count("attempt_failed"), 2);
 }
 
-TEST_F(SupervisorTest, AFailureThatComesEveryTimeIsToldAfterTheLastAttempt) {
+TEST_F(SupervisorTest, FailsAfterTheLastAttempt) {
   start();
   const std::string id = submit("fail internal", 3);
   ASSERT_TRUE(reaches(id, JobState::failed));
@@ -69,14 +69,14 @@ TEST_F(SupervisorTest, StopsAnAttemptThatTakesTooLong) {
   ASSERT_TRUE(reaches(id, JobState::failed));
   EXPECT_EQ(problem_code(id), "timed_out");
   EXPECT_EQ(find(id).attempt, 2);
-  EXPECT_EQ(log.count("worker_started"), 1) << "it obeyed";
+  EXPECT_EQ(log.count("worker_started"), 1) << "it stopped";
 }
 
-TEST_F(SupervisorTest, AnOverdueJobThatDoesNotStopCostsItsAttemptsAndAWorkerForEach) {
+TEST_F(SupervisorTest, ReplacesTheWorkerInEachAttemptOfAHangingJob) {
   auto hurried = impatient();
   hurried.wall_time = std::chrono::milliseconds(50);
-  start(hurried);  // each of its workers has a spare one behind it
-  const std::string id = submit("deaf " + path("never"), 2);
+  start(hurried);  // each worker has a standby
+  const std::string id = submit("hang " + path("never"), 2);
   ASSERT_TRUE(reaches(id, JobState::failed));
   EXPECT_EQ(problem_code(id), "timed_out");
   EXPECT_EQ(find(id).attempt, 2);
@@ -84,7 +84,7 @@ TEST_F(SupervisorTest, AnOverdueJobThatDoesNotStopCostsItsAttemptsAndAWorkerForE
   EXPECT_TRUE(reaches(submit("", 100), JobState::succeeded));
 }
 
-TEST_F(SupervisorTest, StopsAJobAtItsDeadlineAndDoesNotTryAgain) {
+TEST_F(SupervisorTest, StopsAJobAtItsDeadlineWithoutRetry) {
   start();
   const std::string id = overrun("wait " + path("never"));
   EXPECT_EQ(problem_code(id), "deadline_exceeded");
@@ -92,25 +92,25 @@ TEST_F(SupervisorTest, StopsAJobAtItsDeadlineAndDoesNotTryAgain) {
   EXPECT_GE(*find(id).ended_at, *find(id).deadline);
 }
 
-TEST_F(SupervisorTest, ReplacesAWorkerThatDoesNotStopAnOverdueJobAndChargesNobodyElse) {
+TEST_F(SupervisorTest, ReplacesAWorkerThatDoesNotStopAnOverdueJobAtNoCostOfOthers) {
   auto hurried = impatient();
   hurried.cancel_grace = std::chrono::milliseconds(50);
   start(hurried);
   const std::string innocent = submit("wait " + path("go"), 1);
   ASSERT_TRUE(reaches(innocent, JobState::running));
-  const std::string deaf = overrun("deaf " + path("never"));
+  const std::string hang = overrun("hang " + path("never"));
   ASSERT_TRUE(eventually([&] { return log.count("worker_ended") >= 1; }));
   create("go");
   EXPECT_TRUE(reaches(innocent, JobState::succeeded));
-  EXPECT_EQ(problem_code(deaf), "deadline_exceeded");
+  EXPECT_EQ(problem_code(hang), "deadline_exceeded");
 }
 
-TEST_F(SupervisorTest, AJobTriedAgainWhileItsLastAttemptHasNotStoppedWaitsForThat) {
-  auto with_places = impatient();
-  with_places.slots = 3;
-  start(with_places);
-  submit("wait " + path("never"));  // for whose sake the worker is kept
-  const std::string id = submit("deaf " + path("go"));
+TEST_F(SupervisorTest, DelaysARetryUntilTheLastAttemptHasStopped) {
+  auto with_slots = impatient();
+  with_slots.slots = 3;
+  start(with_slots);
+  submit("wait " + path("never"));  // keeps the worker alive
+  const std::string id = submit("hang " + path("go"));
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
   queue.lifecycle.cancel(id);
   ASSERT_TRUE(reaches(id, JobState::cancelled));
@@ -122,7 +122,7 @@ TEST_F(SupervisorTest, AJobTriedAgainWhileItsLastAttemptHasNotStoppedWaitsForTha
   EXPECT_EQ(find(id).attempt, 1);
 }
 
-TEST_F(SupervisorTest, AJobThatTakesTooMuchMemoryIsFoundAndFailsAsThat) {
+TEST_F(SupervisorTest, FailsTheJobThatUsesTooMuchMemory) {
   auto small = settings();
   small.job_memory_bytes = 64u << 20;
   start(small);

@@ -1,4 +1,4 @@
-/// Jobs through a worker that behaves, and cancel and drain.
+/// Jobs of a correct worker, cancel and drain.
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -13,7 +13,7 @@ using queue::JobState;
 
 namespace {
 
-/// Processes that this one has started and not buried yet.
+/// Child processes that are not reaped.
 std::set<int> children() {
   std::set<int> found;
   for (const auto& entry : std::filesystem::directory_iterator("/proc")) {
@@ -31,7 +31,7 @@ std::set<int> children() {
 
 }  // namespace
 
-TEST_F(SupervisorTest, AJobComesBackWithItsReportAndItsImage) {
+TEST_F(SupervisorTest, StoresReportAndImageOfAJob) {
   start();
   const std::string id = submit("progress 1 2\nfinish hello");
   ASSERT_TRUE(reaches(id, JobState::succeeded));
@@ -47,7 +47,7 @@ TEST_F(SupervisorTest, AJobComesBackWithItsReportAndItsImage) {
   EXPECT_EQ(job.attempt, 1);
 }
 
-TEST_F(SupervisorTest, RunsWhatWasQueuedBeforeItStarted) {
+TEST_F(SupervisorTest, RunsJobsThatWereQueuedBeforeItsStart) {
   const std::string id = submit("");
   start();
   EXPECT_TRUE(reaches(id, JobState::succeeded));
@@ -74,7 +74,7 @@ TEST_F(SupervisorTest, CarriesALargeDocument) {
   EXPECT_EQ(find(id).report, "large");
 }
 
-TEST_F(SupervisorTest, NeverRunsMoreJobsAtOnceThanItHasSlots) {
+TEST_F(SupervisorTest, RunsNoMoreJobsAtOnceThanSlots) {
   start(settings(3));
   std::vector<std::string> ids_of_jobs;
   for (int i = 0; i < 8; ++i) ids_of_jobs.push_back(submit("wait " + path("go")));
@@ -84,11 +84,11 @@ TEST_F(SupervisorTest, NeverRunsMoreJobsAtOnceThanItHasSlots) {
   for (const std::string& id : ids_of_jobs) EXPECT_TRUE(reaches(id, JobState::succeeded));
 }
 
-TEST_F(SupervisorTest, SmallJobsEndWhileLargeOnesRunAndWait) {
+TEST_F(SupervisorTest, RunsSmallJobsWhileLargeOnesRunAndWait) {
   start(settings(3));
   std::vector<std::string> large;
   for (int i = 0; i < 6; ++i) large.push_back(submit_large("wait " + path("go")));
-  ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; })) << "the last place is kept";
+  ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; })) << "one slot is left to small jobs";
   for (int i = 0; i < 20; ++i) EXPECT_TRUE(reaches(submit("finish small"), JobState::succeeded));
   EXPECT_EQ(store.count(JobState::running), 2);
   EXPECT_EQ(store.count(JobState::queued), 4);
@@ -96,7 +96,7 @@ TEST_F(SupervisorTest, SmallJobsEndWhileLargeOnesRunAndWait) {
   for (const std::string& id : large) EXPECT_TRUE(reaches(id, JobState::succeeded));
 }
 
-TEST_F(SupervisorTest, SmallJobsTakeEveryPlaceThatNoLargeOneHas) {
+TEST_F(SupervisorTest, RunsSmallJobsInEveryFreeSlot) {
   start(settings(3));
   for (int i = 0; i < 5; ++i) submit("wait " + path("go"));
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 3; }));
@@ -105,23 +105,23 @@ TEST_F(SupervisorTest, SmallJobsTakeEveryPlaceThatNoLargeOneHas) {
   EXPECT_TRUE(reaches(large, JobState::succeeded));
 }
 
-TEST_F(SupervisorTest, WithASinglePlaceLargeJobsHaveItToo) {
+TEST_F(SupervisorTest, RunsLargeJobsInASingleSlot) {
   start(settings(1));
   const std::string large = submit_large("finish large"), small = submit("finish small");
   EXPECT_TRUE(reaches(large, JobState::succeeded));
   EXPECT_TRUE(reaches(small, JobState::succeeded));
 }
 
-TEST_F(SupervisorTest, AFailureKeepsItsProblem) {
+TEST_F(SupervisorTest, StoresTheProblemOfAFailure) {
   start();
   const std::string id = submit("fail bad_scene");
   ASSERT_TRUE(reaches(id, JobState::failed));
   EXPECT_EQ(problem_code(id), "bad_scene");
   EXPECT_EQ(find(id).problem->errors, (std::vector<tracer::Issue>{{"/a", "b", "c"}}));
-  EXPECT_EQ(find(id).attempt, 1) << "a scene that is bad once is bad for ever";
+  EXPECT_EQ(find(id).attempt, 1) << "another attempt cannot succeed";
 }
 
-TEST_F(SupervisorTest, ShowsProgressWhileTheJobRuns) {
+TEST_F(SupervisorTest, ReportsProgress) {
   start();
   const std::string id = submit("progress 1 4\nprogress 3 4\nprogress 2 4\nprogress 1 0\nwait " + path("go"));
   EXPECT_TRUE(eventually([&] { return queue.queries.progress(id) == 0.75; }));
@@ -130,7 +130,7 @@ TEST_F(SupervisorTest, ShowsProgressWhileTheJobRuns) {
   EXPECT_EQ(queue.queries.find(id)->progress, 1);
 }
 
-TEST_F(SupervisorTest, CancelsARunningJobAndTheWorkerLives) {
+TEST_F(SupervisorTest, CancelsARunningJobWithoutEndingTheWorker) {
   start();
   const std::string id = submit("wait " + path("never"));
   ASSERT_TRUE(reaches(id, JobState::running));
@@ -141,7 +141,7 @@ TEST_F(SupervisorTest, CancelsARunningJobAndTheWorkerLives) {
   EXPECT_EQ(log.count("worker_started"), 1);
 }
 
-TEST_F(SupervisorTest, CancelsWheneverItIsAskedBetweenClaimAndEnd) {
+TEST_F(SupervisorTest, CancelsAtAnyTimeBetweenClaimAndEnd) {
   start();
   for (int round = 0; round < 100; ++round) {
     const std::string id = submit("wait " + path("never"));
@@ -153,17 +153,17 @@ TEST_F(SupervisorTest, CancelsWheneverItIsAskedBetweenClaimAndEnd) {
   EXPECT_TRUE(eventually([&] { return supervisor->running() == 0; }));
 }
 
-TEST_F(SupervisorTest, TellsACancelEvenWhenTheWorkerDoesNotListen) {
+TEST_F(SupervisorTest, ReportsACancelThatTheWorkerIgnores) {
   start(impatient());
   const std::string other = submit("wait " + path("other"));
-  const std::string id = submit("deaf " + path("go"));
+  const std::string id = submit("hang " + path("go"));
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
   queue.lifecycle.cancel(id);
   EXPECT_TRUE(reaches(id, JobState::cancelled));
-  EXPECT_EQ(supervisor->running(), 2) << "told, although it still runs";
+  EXPECT_EQ(supervisor->running(), 2) << "reported, although it still runs";
   create("go");
   EXPECT_TRUE(eventually([&] { return supervisor->running() == 1; }));
-  EXPECT_EQ(state(id), JobState::cancelled) << "its result came too late";
+  EXPECT_EQ(state(id), JobState::cancelled) << "its result is late";
   EXPECT_TRUE(find(id).artifacts.empty());
   create("other");
   EXPECT_TRUE(reaches(other, JobState::succeeded));
@@ -171,24 +171,23 @@ TEST_F(SupervisorTest, TellsACancelEvenWhenTheWorkerDoesNotListen) {
   EXPECT_EQ(log.count("worker_started"), 1);
 }
 
-TEST_F(SupervisorTest, AWorkerThatDoesNotStopItsOnlyJobIsReplacedAtOnce) {
+TEST_F(SupervisorTest, ReplacesAWorkerThatDoesNotStopItsOnlyJob) {
   start(impatient());
   for (int round = 1; round <= 3; ++round) {
     const std::string id = submit("deaf " + path("never"));
     ASSERT_TRUE(eventually([&] { return log.count("job_assigned") == 2 * round - 1; }));  // else it never begins
     queue.lifecycle.cancel(id);
     EXPECT_TRUE(reaches(id, JobState::cancelled));
-    EXPECT_TRUE(reaches(submit(""), JobState::succeeded))
-        << "long before the grace for workers with other jobs is over";
-    EXPECT_TRUE(eventually([&] { return log.count("worker_ended") == round; }));  // it may have run the other beside it
+    EXPECT_TRUE(reaches(submit(""), JobState::succeeded)) << "long before cancel_grace";
+    EXPECT_TRUE(eventually([&] { return log.count("worker_ended") == round; }));  // it may have run the other job, too
     EXPECT_EQ(state(id), JobState::cancelled);
   }
 }
 
-TEST_F(SupervisorTest, AWorkerIsReplacedWhenTheOthersOfAJobThatDoesNotStopHaveEnded) {
+TEST_F(SupervisorTest, ReplacesAWorkerOnceOnlyAHangingJobIsLeft) {
   start(impatient());
   const std::string other = submit("wait " + path("other"));
-  const std::string deaf = submit("deaf " + path("never"));
+  const std::string hang = submit("hang " + path("never"));
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
   queue.lifecycle.cancel(deaf);
   ASSERT_TRUE(reaches(deaf, JobState::cancelled));
@@ -199,42 +198,42 @@ TEST_F(SupervisorTest, AWorkerIsReplacedWhenTheOthersOfAJobThatDoesNotStopHaveEn
   EXPECT_EQ(find(other).attempt, 1);
 }
 
-TEST_F(SupervisorTest, ASpareWorkerWaitsAndTakesThePlaceOfOneThatEnds) {
+TEST_F(SupervisorTest, ReplacesAWorkerByItsStandby) {
   start();
   ASSERT_TRUE(eventually([&] { return children().size() == 2; }));
   const int first = supervisor->worker_pid();
-  std::set<int> budget = children();
-  budget.erase(first);
+  std::set<int> standby = children();
+  standby.erase(first);
   kill(first, SIGKILL);
   ASSERT_TRUE(eventually([&] { return supervisor->worker_pid() != first && supervisor->worker_pid() != 0; }));
-  EXPECT_EQ(supervisor->worker_pid(), *budget.begin());
+  EXPECT_EQ(supervisor->worker_pid(), *standby.begin());
   EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
-  EXPECT_TRUE(eventually([&] { return children().size() == 2; })) << "and there is a new one";
+  EXPECT_TRUE(eventually([&] { return children().size() == 2; })) << "a new standby is started";
   supervisor->drain(std::chrono::milliseconds(0));
   supervisor.reset();
   EXPECT_TRUE(children().empty());
 }
 
-TEST_F(SupervisorTest, ASpareWorkerThatDiesHarmsNobody) {
+TEST_F(SupervisorTest, ReplacesAStandbyThatDies) {
   auto quick = settings();
   quick.restart_pause_max = std::chrono::milliseconds(1);
   start(quick);
   const std::string id = submit("wait " + path("go"));
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 1 && children().size() == 2; }));
-  std::set<int> budget = children();
-  budget.erase(supervisor->worker_pid());
-  kill(*budget.begin(), SIGKILL);
-  ASSERT_TRUE(eventually([&] { return children().size() == 2 && !children().contains(*budget.begin()); }));
-  EXPECT_EQ(log.count("spare_ended"), 1);
+  std::set<int> standby = children();
+  standby.erase(supervisor->worker_pid());
+  kill(*standby.begin(), SIGKILL);
+  ASSERT_TRUE(eventually([&] { return children().size() == 2 && !children().contains(*standby.begin()); }));
+  EXPECT_EQ(log.count("standby_ended"), 1);
   create("go");
   EXPECT_TRUE(reaches(id, JobState::succeeded));
   EXPECT_EQ(find(id).attempt, 1);
 }
 
-TEST_F(SupervisorTest, AJobThatWasToldAsCancelledAndThenKillsTheWorkerIsNotBlamedOnTheOther) {
+TEST_F(SupervisorTest, DoesNotBlameAnotherJobForACrashOfACancelledOne) {
   start(impatient());
   const std::string other = submit("wait " + path("other"), 1);
-  const std::string killer = submit("deaf " + path("go") + "\ncrash");
+  const std::string killer = submit("hang " + path("go") + "\ncrash");
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
   queue.lifecycle.cancel(killer);
   ASSERT_TRUE(reaches(killer, JobState::cancelled));
@@ -246,11 +245,11 @@ TEST_F(SupervisorTest, AJobThatWasToldAsCancelledAndThenKillsTheWorkerIsNotBlame
   EXPECT_EQ(state(killer), JobState::cancelled);
 }
 
-TEST_F(SupervisorTest, ReplacesAWorkerThatDoesNotStopACancelledJobAndChargesNobody) {
+TEST_F(SupervisorTest, ReplacesAWorkerThatDoesNotStopACancelledJobAtNoCost) {
   auto without_patience = impatient();
   without_patience.cancel_grace = std::chrono::milliseconds(100);
   start(without_patience);
-  const std::string hanging = submit("deaf " + path("never"));
+  const std::string hanging = submit("hang " + path("never"));
   const std::string innocent = submit("wait " + path("go"));
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
   const int first_worker = supervisor->worker_pid();
@@ -258,12 +257,12 @@ TEST_F(SupervisorTest, ReplacesAWorkerThatDoesNotStopACancelledJobAndChargesNobo
   ASSERT_TRUE(eventually([&] { return supervisor->worker_pid() != first_worker && supervisor->worker_pid() != 0; }));
   create("go");
   EXPECT_TRUE(reaches(innocent, JobState::succeeded));
-  EXPECT_EQ(find(innocent).attempt, 1) << "given back";
+  EXPECT_EQ(find(innocent).attempt, 1) << "released";
   EXPECT_FALSE(find(innocent).suspect);
   EXPECT_EQ(state(hanging), JobState::cancelled);
 }
 
-TEST_F(SupervisorTest, DrainLetsRunningJobsEndAndStartsNoOthers) {
+TEST_F(SupervisorTest, DrainWaitsForRunningJobsAndStartsNoOthers) {
   start();
   const std::string first = submit("wait " + path("go")), second = submit("wait " + path("go"));
   const std::string waiting = submit("");
@@ -280,9 +279,9 @@ TEST_F(SupervisorTest, DrainLetsRunningJobsEndAndStartsNoOthers) {
   EXPECT_EQ(supervisor->worker_pid(), 0);
 }
 
-TEST_F(SupervisorTest, DrainGivesBackWhatDoesNotEndInTimeAtNoCost) {
+TEST_F(SupervisorTest, DrainReleasesJobsAtItsEndAtNoCost) {
   start();
-  const std::string slow = submit("wait " + path("never")), cancelled = submit("deaf " + path("never"));
+  const std::string slow = submit("wait " + path("never")), cancelled = submit("hang " + path("never"));
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
   store.cancel(cancelled, 1);
   EXPECT_FALSE(supervisor->drain(std::chrono::milliseconds(10)));
@@ -292,7 +291,7 @@ TEST_F(SupervisorTest, DrainGivesBackWhatDoesNotEndInTimeAtNoCost) {
   EXPECT_EQ(state(cancelled), JobState::cancelled);
 }
 
-TEST_F(SupervisorTest, EndingItEndsTheWorkerProcess) {
+TEST_F(SupervisorTest, DestructionEndsTheWorkerProcess) {
   start();
   ASSERT_TRUE(eventually([&] { return supervisor->worker_pid() != 0; }));
   const int pid = supervisor->worker_pid();
@@ -301,7 +300,7 @@ TEST_F(SupervisorTest, EndingItEndsTheWorkerProcess) {
   EXPECT_EQ(errno, ESRCH);
 }
 
-TEST_F(SupervisorTest, SaysUntilWhenItIsNotReadyAndWhy) {
+TEST_F(SupervisorTest, ReportsWhyItIsNotReady) {
   auto wrong = settings();
   wrong.executable = path("no such worker");
   start(wrong);
@@ -314,7 +313,7 @@ TEST_F(SupervisorTest, SaysUntilWhenItIsNotReadyAndWhy) {
   EXPECT_TRUE(reaches(submit(""), JobState::succeeded));
 }
 
-TEST_F(SupervisorTest, GivesTheWorkerNoDescriptorButItsSocketAndNoneOfOurSettings) {
+TEST_F(SupervisorTest, PassesOnlyTheSocketAndNoSettingsToTheWorker) {
   const int leaky = open(path("leak").c_str(), O_RDWR | O_CREAT, 0600);  // without O_CLOEXEC, on purpose
   setenv("WHITTLE_SECRET", "secret", 1);
   start();

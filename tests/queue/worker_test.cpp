@@ -1,4 +1,4 @@
-/// The worker that really renders, under the supervisor.
+/// The rendering worker, run by the supervisor.
 
 #include <poll.h>
 #include <sys/socket.h>
@@ -25,7 +25,7 @@ class WorkerTest : public SupervisorTest {
  protected:
   void start_real_worker() {
     auto with = settings();
-    with.executable = worker::worker_beside_this_program();
+    with.executable = worker::default_executable();
     start(with);
   }
   std::string bytes_of(const queue::Artifact& artifact) {
@@ -64,7 +64,7 @@ TEST_F(WorkerTest, RendersASceneIntoEachFormatWithAReport) {
   EXPECT_NE(job.report.find("\"encode\""), std::string::npos) << job.report;
 }
 
-TEST_F(WorkerTest, EqualDocumentsGiveOneArtifact) {
+TEST_F(WorkerTest, StoresOneArtifactForEqualDocuments) {
   start_real_worker();
   const std::string first = submit(scene(32, 4, R"("png")")), second = submit(scene(32, 4, R"("png")"));
   ASSERT_TRUE(reaches(first, JobState::succeeded));
@@ -72,7 +72,7 @@ TEST_F(WorkerTest, EqualDocumentsGiveOneArtifact) {
   EXPECT_EQ(find(first).artifacts.at(0).sha256, find(second).artifacts.at(0).sha256);
 }
 
-TEST_F(WorkerTest, ADocumentThatCannotBeReadFailsWithItsMistakesAndTheWorkerLives) {
+TEST_F(WorkerTest, FailsInvalidDocumentsWithTheirErrors) {
   start_real_worker();
   const std::string id = submit(R"({"version": 1, "objects": [{"type": "sphere", "radius": -1, "material": "glas"}]})");
   const std::string broken = submit("{");
@@ -85,7 +85,7 @@ TEST_F(WorkerTest, ADocumentThatCannotBeReadFailsWithItsMistakesAndTheWorkerLive
   EXPECT_EQ(log.count("worker_ended"), 0);
 }
 
-TEST_F(WorkerTest, ShowsProgressAndObeysACancelInTheMiddleOfARender) {
+TEST_F(WorkerTest, ReportsProgressAndStopsARenderOnCancel) {
   start_real_worker();
   const std::string id = submit(scene(2000, 1000, R"("png")"));
   ASSERT_TRUE(eventually([&] { return queue.queries.progress(id) > 0; }));
@@ -93,10 +93,10 @@ TEST_F(WorkerTest, ShowsProgressAndObeysACancelInTheMiddleOfARender) {
   queue.lifecycle.cancel(id);
   ASSERT_TRUE(reaches(id, JobState::cancelled));
   EXPECT_TRUE(eventually([&] { return supervisor->running() == 0; }));
-  EXPECT_EQ(log.count("worker_ended"), 0) << "it obeyed";
+  EXPECT_EQ(log.count("worker_ended"), 0) << "it stopped";
 }
 
-TEST_F(WorkerTest, SmallJobsPassALargeOne) {
+TEST_F(WorkerTest, RunsSmallJobsBesideALargeOne) {
   start_real_worker();
   const std::string large = submit(scene(2000, 1000, R"("png")"));
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
@@ -127,9 +127,9 @@ std::string sheet(double height) {
          positions + R"(], "triangles": [)" + triangles + "]}]}";
 }
 
-TEST_F(WorkerTest, FramesOfOneSceneBuildItsGeometryOnceAndLookAsIfEachHad) {
+TEST_F(WorkerTest, BuildsTheGeometryOfSeveralFramesOnce) {
   auto with = settings();
-  with.executable = worker::worker_beside_this_program();
+  with.executable = worker::default_executable();
   const auto render = [&](double height) {
     const std::string id = submit(sheet(height));
     EXPECT_TRUE(reaches(id, JobState::succeeded));
@@ -169,7 +169,7 @@ std::string sheet_file() {
   return positions + faces;
 }
 
-TEST_F(WorkerTest, FramesOfOneSceneReadItsMeshFileAndDecodeItsImageOnce) {
+TEST_F(WorkerTest, ReadsMeshAndImageFilesOfSeveralFramesOnce) {
   const std::string mesh(64, 'a'), image(64, 'b');
   const auto upload = [&](const std::string& sha256, const std::string& bytes) {
     const std::filesystem::path place = path("uploads/" + queue::asset_path(sha256));
@@ -178,7 +178,7 @@ TEST_F(WorkerTest, FramesOfOneSceneReadItsMeshFileAndDecodeItsImageOnce) {
   };
   upload(mesh, sheet_file());
   auto with = settings();
-  with.executable = worker::worker_beside_this_program();
+  with.executable = worker::default_executable();
   with.files.uploads = path("uploads");
   start(with);
   const auto render = [&](const std::string& document) {
@@ -202,7 +202,8 @@ TEST_F(WorkerTest, FramesOfOneSceneReadItsMeshFileAndDecodeItsImageOnce) {
   std::filesystem::remove(path("uploads/" + queue::asset_path(mesh)));
   const queue::Job second = render(frame(30));
   EXPECT_TRUE(says(second, R"("geometry_reused":true,"textures":{"reused":1,"decoded":0})")) << second.report;
-  EXPECT_TRUE(eventually([&] { return supervisor->kept().geometry > 0 && supervisor->kept().images > 0; }));
+  EXPECT_TRUE(
+      eventually([&] { return supervisor->cache_bytes().geometry > 0 && supervisor->cache_bytes().images > 0; }));
 
   upload(mesh, sheet_file());
   with.scene_cache_bytes = 0;
@@ -211,10 +212,10 @@ TEST_F(WorkerTest, FramesOfOneSceneReadItsMeshFileAndDecodeItsImageOnce) {
   const queue::Job alone = render(frame(30));
   EXPECT_TRUE(says(alone, R"("geometry_reused":false,"textures":{"reused":0,"decoded":1})")) << alone.report;
   EXPECT_EQ(alone.artifacts.at(0).sha256, second.artifacts.at(0).sha256);
-  EXPECT_EQ(supervisor->kept().geometry, 0u);
+  EXPECT_EQ(supervisor->cache_bytes().geometry, 0u);
 }
 
-/// How much it gives way, of each thread of a process.
+/// The nice level of each thread of a process.
 std::multiset<int> nice_levels(int pid) {
   std::multiset<int> levels;
   for (const auto& task : std::filesystem::directory_iterator("/proc/" + std::to_string(pid) + "/task")) {
@@ -228,37 +229,37 @@ std::multiset<int> nice_levels(int pid) {
   return levels;
 }
 
-TEST_F(WorkerTest, ThreadsOfLargeJobsGiveWayToThoseOfSmallOnes) {
+TEST_F(WorkerTest, LowersThePriorityOfThreadsOfLargeJobs) {
   auto with = settings();
-  with.executable = worker::worker_beside_this_program();
+  with.executable = worker::default_executable();
   with.slots = 3;
   with.threads = 2;
   start(with);
   for (int i = 0; i < 4; ++i) ASSERT_TRUE(reaches(submit(scene(16, 1, R"("png")")), JobState::succeeded));
   const auto before = nice_levels(supervisor->worker_pid());
-  EXPECT_EQ(before.count(*before.begin()), before.size()) << "one small job after the other has the small place";
+  EXPECT_EQ(before.count(*before.begin()), before.size()) << "small jobs keep the priority";
   const std::string large = submit_large(scene(2000, 1000, R"("png")"));
   ASSERT_TRUE(eventually([&] { return queue.queries.progress(large) > 0; }));
   const auto levels = nice_levels(supervisor->worker_pid());
   EXPECT_GT(levels.count(*levels.begin() + 5), 0u);
-  EXPECT_GT(levels.count(*levels.begin()), 2u) << "who listens, who tells, and the small place";
+  EXPECT_GT(levels.count(*levels.begin()), 2u) << "threads without a large job";
   ASSERT_TRUE(reaches(submit(scene(16, 1, R"("png")")), JobState::succeeded));
   queue.lifecycle.cancel(large);
 }
 
-TEST_F(WorkerTest, HasASessionOfItsOwn) {
+TEST_F(WorkerTest, HasItsOwnSession) {
   start_real_worker();
   ASSERT_TRUE(reaches(submit(scene(16, 1, R"("png")")), JobState::succeeded));
   EXPECT_EQ(getsid(supervisor->worker_pid()), supervisor->worker_pid());
 }
 
-TEST_F(WorkerTest, ForgetsGeometryOnceItHasBeenIdle) {
+TEST_F(WorkerTest, ClearsTheCacheWhenIdle) {
   auto with = settings();
-  with.executable = worker::worker_beside_this_program();
+  with.executable = worker::default_executable();
   with.cache_idle = std::chrono::milliseconds(100);
   start(with);
   const auto built_again = [&] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1'500));  // it looks at each heartbeat
+    std::this_thread::sleep_for(std::chrono::milliseconds(1'500));  // checked at each heartbeat
     const std::string id = submit(sheet(20));
     EXPECT_TRUE(reaches(id, JobState::succeeded));
     return find(id).report.find("\"geometry_reused\":false") != std::string::npos;
@@ -275,9 +276,9 @@ std::uint64_t memory_mib(int pid, const std::string& field) {
   return 0;
 }
 
-TEST_F(WorkerTest, GivesTheMemoryOfALargeJobBack) {
+TEST_F(WorkerTest, ReturnsTheMemoryOfALargeJob) {
 #ifdef WHITTLE_SANITIZED
-  GTEST_SKIP() << "a sanitizer keeps what is freed, to see whether it is used";
+  GTEST_SKIP() << "a sanitizer keeps freed memory";
 #endif
   start_real_worker();
   ASSERT_TRUE(reaches(submit(scene(16, 1, R"("png")")), JobState::succeeded));
@@ -289,7 +290,7 @@ TEST_F(WorkerTest, GivesTheMemoryOfALargeJobBack) {
   EXPECT_EQ(supervisor->worker_pid(), pid);
 }
 
-TEST_F(WorkerTest, TerminalAndServiceSignalsDoNotEndIt) {
+TEST_F(WorkerTest, IgnoresSigintAndSigterm) {
   start_real_worker();
   ASSERT_TRUE(eventually([&] { return log.count("worker_ready") == 1; }));
   kill(supervisor->worker_pid(), SIGTERM);
@@ -298,7 +299,7 @@ TEST_F(WorkerTest, TerminalAndServiceSignalsDoNotEndIt) {
   EXPECT_EQ(log.count("worker_ended"), 0);
 }
 
-TEST_F(WorkerTest, AKilledRenderIsDoneAgainWithTheSameImage) {
+TEST_F(WorkerTest, RendersTheSameImageAfterBeingKilled) {
   start_real_worker();
   const std::string undisturbed = submit(scene(300, 16, R"("png")"));
   ASSERT_TRUE(reaches(undisturbed, JobState::succeeded));
@@ -309,22 +310,22 @@ TEST_F(WorkerTest, AKilledRenderIsDoneAgainWithTheSameImage) {
   EXPECT_EQ(find(id).artifacts.at(0).sha256, find(undisturbed).artifacts.at(0).sha256);
 }
 
-TEST(Worker, EndsByItselfWhenTheDaemonsEndOfTheSocketIsGoneEvenInTheMiddleOfARender) {
-  worker::Process process(worker::worker_beside_this_program(), {"--slots", "1"});
+TEST(Worker, ExitsWhenTheDaemonClosesTheSocket) {
+  worker::ChildProcess process(worker::default_executable(), {"--slots", "1"});
   const auto ends = [&](int descriptor) {
     pollfd wanted{descriptor, POLLIN, 0};
     return poll(&wanted, 1, 60'000) == 1;
   };
   ASSERT_TRUE(ends(process.socket()));
   const worker::Received hello = process.receive();
-  ASSERT_TRUE(std::holds_alternative<worker::Hello>(std::get<worker::Message>(hello)));
+  ASSERT_TRUE(std::holds_alternative<worker::Ready>(std::get<worker::Message>(hello)));
   process.send(worker::pack(worker::Assign{"job", 1, 0, scene(2000, 1000, R"("png")")}));
   shutdown(process.socket(), SHUT_RDWR);
   ASSERT_TRUE(ends(process.pid_descriptor()));
   EXPECT_EQ(process.reap(), "exited with status 0");
 }
 
-TEST(Worker, RefusesToRunWithoutADaemon) {
-  const std::string command = worker::worker_beside_this_program() + " --slots 2 2>/dev/null 3>/dev/null";
+TEST(Worker, RejectsAStartWithoutADaemon) {
+  const std::string command = worker::default_executable() + " --slots 2 2>/dev/null 3>/dev/null";
   EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 2);
 }

@@ -1,4 +1,4 @@
-/// What a DeliveryStore promises, and that its file keeps it.
+/// The contract of DeliveryStore, and its persistence.
 
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ class DeliveryStoreTest : public testing::Test {
     store().enqueue(delivery);
     return delivery;
   }
-  Delivery owe_to(const std::string& url, const std::string& id, std::int64_t at) {
+  Delivery enqueue_to(const std::string& url, const std::string& id, std::int64_t at) {
     Delivery delivery{id, "job", "job.failed", url, "{}", DeliveryState::pending, at, at, {}};
     store().enqueue(delivery);
     return delivery;
@@ -42,7 +42,7 @@ class DeliveryStoreTest : public testing::Test {
 
 }  // namespace
 
-TEST_F(DeliveryStoreTest, KeepsSubscriptionsUntilTheyAreEnded) {
+TEST_F(DeliveryStoreTest, KeepsSubscriptionsUntilUnsubscribe) {
   store().subscribe({"a", "https://example.com/a?b=c", {"failed", "succeeded"}});
   store().subscribe({"b", "http://b/", {"failed"}});
   store().subscribe({"b", "http://c/", {"cancelled"}});
@@ -57,7 +57,7 @@ TEST_F(DeliveryStoreTest, KeepsSubscriptionsUntilTheyAreEnded) {
   EXPECT_EQ(store().subscribed_jobs(), std::vector<std::string>{"b"});
 }
 
-TEST_F(DeliveryStoreTest, ADeliveryTakesThePlaceOfItsSubscription) {
+TEST_F(DeliveryStoreTest, ReplacesASubscriptionByItsDelivery) {
   store().subscribe({"a", "http://a/", {"failed"}});
   const Delivery owed = enqueue("1", "a", 1000);
   reopen();
@@ -71,7 +71,7 @@ TEST_F(DeliveryStoreTest, ADeliveryTakesThePlaceOfItsSubscription) {
   EXPECT_TRUE(found.attempts.empty());
 }
 
-TEST_F(DeliveryStoreTest, GivesTheEarliestFirstAndNoneThatIsOver) {
+TEST_F(DeliveryStoreTest, ReturnsTheEarliestPendingDelivery) {
   EXPECT_EQ(next_id(), "none");
   enqueue("1", "a", 300);
   enqueue("2", "b", 100);
@@ -81,11 +81,11 @@ TEST_F(DeliveryStoreTest, GivesTheEarliestFirstAndNoneThatIsOver) {
   EXPECT_EQ(next_id(), "3");
   store().record_attempt("3", {102, 7, 200, ""}, DeliveryState::delivered, std::nullopt);
   EXPECT_EQ(next_id(), "2");
-  store().record_attempt("2", {251, 7, 410, "gone"}, DeliveryState::given_up, std::nullopt);
+  store().record_attempt("2", {251, 7, 410, "gone"}, DeliveryState::abandoned, std::nullopt);
   EXPECT_EQ(next_id(), "1");
 }
 
-TEST_F(DeliveryStoreTest, KeepsTheLogOfEveryAttempt) {
+TEST_F(DeliveryStoreTest, RecordsEveryAttempt) {
   enqueue("1", "a", 100);
   store().record_attempt("1", {100, 5000, 0, "timed out"}, DeliveryState::pending, 200);
   store().record_attempt("1", {200, 12, 503, "the receiver answered 503"}, DeliveryState::pending, 300);
@@ -103,11 +103,11 @@ TEST_F(DeliveryStoreTest, KeepsTheLogOfEveryAttempt) {
   EXPECT_TRUE(store().of_job("b").empty());
 }
 
-TEST_F(DeliveryStoreTest, ForgetsWhatIsOldAndOverWithItsLog) {
+TEST_F(DeliveryStoreTest, DeletesOldCompletedDeliveriesWithTheirAttempts) {
   for (const char* id : {"1", "2", "3"}) enqueue(id, "a", 100);
   enqueue("4", "a", 200);
   store().record_attempt("1", {100, 1, 200, ""}, DeliveryState::delivered, std::nullopt);
-  store().record_attempt("2", {100, 1, 0, "?"}, DeliveryState::given_up, std::nullopt);
+  store().record_attempt("2", {100, 1, 0, "?"}, DeliveryState::abandoned, std::nullopt);
   store().record_attempt("4", {100, 1, 200, ""}, DeliveryState::delivered, std::nullopt);
   store().delete_before(200);
   std::string left;
@@ -115,7 +115,7 @@ TEST_F(DeliveryStoreTest, ForgetsWhatIsOldAndOverWithItsLog) {
   EXPECT_EQ(left, "34");
 }
 
-TEST_F(DeliveryStoreTest, AFailedCallChangesNothing) {
+TEST_F(DeliveryStoreTest, ChangesNothingInAFailedCall) {
   store().subscribe({"a", "http://a/", {"failed"}});
   enqueue("1", "b", 100);
   EXPECT_THROW(enqueue("1", "a", 100), std::logic_error) << "the id is there";
@@ -123,12 +123,12 @@ TEST_F(DeliveryStoreTest, AFailedCallChangesNothing) {
   EXPECT_EQ(next_id(), "1");
 }
 
-TEST_F(DeliveryStoreTest, PassesOverReceiversThatAreBusy) {
-  owe_to("http://Slow:81/a", "1", 100);
-  owe_to("http://slow:81/b?c", "2", 101);
-  owe_to("http://slow/", "3", 300);
-  owe_to("https://quick/", "4", 200);
-  owe_to("https://quick/", "5", 150);
+TEST_F(DeliveryStoreTest, SkipsBusyHosts) {
+  enqueue_to("http://Slow:81/a", "1", 100);
+  enqueue_to("http://slow:81/b?c", "2", 101);
+  enqueue_to("http://slow/", "3", 300);
+  enqueue_to("https://quick/", "4", 200);
+  enqueue_to("https://quick/", "5", 150);
   EXPECT_EQ(next_id(), "1");
   EXPECT_EQ(next_id({"slow:81"}), "5");
   EXPECT_EQ(next_id({"slow:81", "quick"}), "3");
@@ -137,14 +137,14 @@ TEST_F(DeliveryStoreTest, PassesOverReceiversThatAreBusy) {
   EXPECT_EQ(next_id({"slow:81"}), "4");
 }
 
-TEST(ReceiverOf, IsHostAndPortWhateverFollows) {
+TEST(HostOf, ReturnsHostAndPort) {
   EXPECT_EQ(host_of("http://Example.COM/a"), "example.com");
   EXPECT_EQ(host_of("https://example.com:8443?a=/b"), "example.com:8443");
   EXPECT_EQ(host_of("http://[::1]:80"), "[::1]:80");
   EXPECT_EQ(host_of("http://h#/x"), "h");
 }
 
-TEST(DeliveryStoreUpgrade, AFileOfTheFirstVersionKeepsWhatIsOwedAndToWhom) {
+TEST(DeliveryStoreUpgrade, KeepsDeliveriesOfTheFirstVersion) {
   const TemporaryDirectory directory;
   {
     sqlite::Database database(directory.path() + "/webhooks.db", sqlite::Database::Access::read_write);
@@ -166,7 +166,7 @@ TEST(DeliveryStoreUpgrade, AFileOfTheFirstVersionKeepsWhatIsOwedAndToWhom) {
       PRAGMA user_version = 1;
     )sql");
   }
-  for (int opened = 0; opened < 2; ++opened) {  // the second time there is nothing to do
+  for (int opened = 0; opened < 2; ++opened) {  // the second time without an upgrade
     SqliteDeliveryStore store(directory.path());
     EXPECT_EQ(store.subscribed_jobs(), std::vector<std::string>{"c"});
     EXPECT_EQ(store.next({})->id, "1");

@@ -1,4 +1,4 @@
-/// Which addresses may be reached.
+/// The addresses that webhooks may reach.
 
 #include "server/webhooks/networks.h"
 
@@ -26,7 +26,7 @@ Address address(const std::string& text) {
 
 }  // namespace
 
-TEST(Addresses, OfTheOpenInternetArePublic) {
+TEST(IsPublic, AcceptsGlobalAddresses) {
   for (const char* text :
        {"1.1.1.1", "9.255.255.255", "11.0.0.0", "100.63.255.255", "100.128.0.0", "128.0.0.1", "169.253.255.255",
         "172.15.255.255", "172.32.0.0", "192.0.1.0", "192.167.255.255", "198.17.255.255", "198.20.0.0",
@@ -34,7 +34,7 @@ TEST(Addresses, OfTheOpenInternetArePublic) {
     EXPECT_TRUE(is_public(address(text))) << text;
 }
 
-TEST(Addresses, OfAnySpecialPurposeAreNot) {
+TEST(IsPublic, RejectsSpecialPurposeAddresses) {
   for (const char* text :
        {"0.0.0.0",     "0.255.255.255",   "10.0.0.0",         "10.255.255.255",  "100.64.0.0",      "100.127.255.255",
         "127.0.0.1",   "127.255.255.255", "169.254.169.254",  "172.16.0.0",      "172.31.255.255",  "192.0.0.1",
@@ -46,13 +46,13 @@ TEST(Addresses, OfAnySpecialPurposeAreNot) {
     EXPECT_FALSE(is_public(address(text))) << text;
 }
 
-TEST(Addresses, WrittenAsIpv4InIpv6AreWhatTheyStandFor) {
+TEST(IsPublic, TreatsMappedAddressesAsIpv4) {
   EXPECT_TRUE(is_public(address("::ffff:1.1.1.1")));
   EXPECT_EQ(text_of(address("::ffff:1.1.1.1")), "1.1.1.1");
   EXPECT_EQ(text_of(address("2606:4700::1111")), "2606:4700::1111");
 }
 
-TEST(Addresses, AreOfNoOtherKindOfSocket) {
+TEST(AddressOf, ReturnsNoneForOtherFamilies) {
   sockaddr unix_socket{};
   unix_socket.sa_family = AF_UNIX;
   EXPECT_EQ(address_of(&unix_socket, sizeof unix_socket), std::nullopt);
@@ -61,7 +61,7 @@ TEST(Addresses, AreOfNoOtherKindOfSocket) {
   EXPECT_EQ(address_of(reinterpret_cast<const sockaddr*>(&v6), sizeof(sockaddr_in)), std::nullopt);
 }
 
-TEST(Networks, AllowWhatIsInThemToTheLastBit) {
+TEST(Networks, AllowExactlyTheirAddresses) {
   const auto networks = Networks::parse("127.0.0.0/8, 10.1.2.3 ,192.168.7.128/25,fd12:3456::/33");
   ASSERT_TRUE(networks) << networks.error();
   for (const char* text : {"127.0.0.1", "127.255.255.255", "10.1.2.3", "192.168.7.128", "192.168.7.255",
@@ -71,7 +71,7 @@ TEST(Networks, AllowWhatIsInThemToTheLastBit) {
     EXPECT_FALSE(networks->allow(address(text))) << text;
 }
 
-TEST(Networks, AreNoneWhereNoneAreNamed) {
+TEST(Networks, MayBeEmpty) {
   for (const char* text : {"", " "}) {
     const auto networks = Networks::parse(text);
     ASSERT_TRUE(networks);
@@ -82,7 +82,7 @@ TEST(Networks, AreNoneWhereNoneAreNamed) {
   EXPECT_TRUE(Networks::parse("::/0")->allow(address("127.0.0.1")));
 }
 
-TEST(Networks, ThatAreNoneAreTold) {
+TEST(Networks, RejectsInvalidText) {
   for (const char* text : {"localhost", "10.0.0.0/33", "10.0.0.0/-1", "::/129", "10.0.0.0/8x", "10.0.0/8", "10.0.0.0/",
                            "10.0.0.0/8,,::1", "10.0.0.0 /8"})
     EXPECT_FALSE(Networks::parse(text)) << text;

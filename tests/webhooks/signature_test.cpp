@@ -1,4 +1,4 @@
-/// Signatures that every verifier of Standard Webhooks accepts.
+/// Signatures according to Standard Webhooks.
 
 #include "server/webhooks/signature.h"
 
@@ -14,15 +14,15 @@ std::string whsec(const std::string& base64) { return "whsec_" + base64; }
 
 }  // namespace
 
-TEST(Signature, IsTheOneOfTheReferenceLibraries) {
-  // The example that the libraries of standardwebhooks.com test themselves with.
+TEST(Signature, MatchesTheReferenceLibraries) {
+  // From the tests of the libraries of standardwebhooks.com.
   const auto secrets = read_secrets(secret_text);
   ASSERT_TRUE(secrets) << secrets.error();
   EXPECT_EQ(signature(*secrets, "msg_p5jXN8AQM9LWM0D4loKWxJek", 1614265330, R"({"test": 2432232314})"),
             "v1,g0hM9SsE+OTPJTGt/tmIKtSyZlE3uFJELVlNIOLJ1OE=");
 }
 
-TEST(Signature, IsThereOnceForEachSecretWhileOneIsExchanged) {
+TEST(Signature, HasOneValueForEachSecret) {
   const std::string other = whsec(std::string(32, 'A'));
   const auto both = read_secrets(secret_text + "\n" + other + "\n");
   ASSERT_TRUE(both);
@@ -38,7 +38,7 @@ TEST(Signature, DependsOnEverythingItCovers) {
   EXPECT_NE(whole, signature(secrets, "id", 12, "bodz"));
 }
 
-TEST(Secrets, Have24To64BytesInBase64) {
+TEST(ReadSecrets, Requires24To64BytesInBase64) {
   EXPECT_EQ(read_secrets(whsec(std::string(32, 'A')))->front(), std::string(24, '\0'));
   EXPECT_EQ(read_secrets(whsec(std::string(84, 'A') + "AA=="))->front(), std::string(64, '\0'));
   for (const std::string& text :

@@ -1,5 +1,4 @@
-/// Who is told, when, and when again: over a real store, a clock that tests turn, and a receiver that does as it is
-/// told.
+/// Subscriptions, deliveries and retries, with a real store, a manual clock and a scripted receiver.
 
 #include "server/webhooks/webhooks.h"
 
@@ -34,14 +33,14 @@ class WebhooksTest : public testing::Test {
     settings.senders = senders;
     settings.secrets = *read_secrets("whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw");
     settings.store_pause = std::chrono::milliseconds(1);
-    telling.emplace(
+    webhooks.emplace(
         *store, [this](const std::string& id) { return find(id); },
         [this](const auto& url, const auto& headers, const auto& body, const auto& stop) {
           return receive(url, headers, body, stop);
         },
         [this] { return now.load(); }, ids_, queue::no_log(), settings);
   }
-  void stop() { telling.reset(); }
+  void stop() { webhooks.reset(); }
 
   void place(const std::string& id, JobState state) {
     const std::lock_guard lock(mutex_);
@@ -52,12 +51,12 @@ class WebhooksTest : public testing::Test {
     telling->register_webhook(id, {"http://" + receiver + "/" + id, std::move(events)});
     place(id, JobState::queued);
   }
-  /// Ended, and to be told to `receiver`.
-  void tell(const std::string& id, const std::string& receiver) {
+  /// A failed job with a webhook of `receiver`.
+  void fail_job(const std::string& id, const std::string& receiver) {
     submit(id, {"failed"}, receiver);
     end(id, JobState::failed);
   }
-  /// Receivers of this name do not answer until they are let.
+  /// Receivers of this name do not answer while they hang.
   void hang(const std::string& receiver, bool hangs) {
     const std::lock_guard lock(mutex_);
     if (hangs) {
@@ -65,15 +64,15 @@ class WebhooksTest : public testing::Test {
     } else {
       hanging_.erase(receiver);
     }
-    let_.notify_all();
+    changed_.notify_all();
   }
   void end(const std::string& id, JobState state) {
     place(id, state);
-    telling->ended(id);
+    webhooks->ended(id);
   }
-  void answer_next(std::deque<int> statuses) {
+  void respond_next(std::deque<int> statuses) {
     const std::lock_guard lock(mutex_);
-    answers_ = std::move(statuses);
+    statuses_ = std::move(statuses);
   }
   std::vector<Sent> sent() {
     const std::lock_guard lock(mutex_);
@@ -88,8 +87,8 @@ class WebhooksTest : public testing::Test {
   }
 
   std::atomic<std::int64_t> now = 1'700'000'000'000;
-  int most_at_once = 0;            ///< messages on their way to one receiver
-  std::size_t most_receivers = 0;  ///< that were sent to at once
+  int max_per_receiver = 0;       ///< concurrent requests to one receiver
+  std::size_t max_receivers = 0;  ///< with concurrent requests
 
  private:
   std::optional<queue::JobView> find(const std::string& id) {
@@ -101,21 +100,20 @@ class WebhooksTest : public testing::Test {
     view.job.state = found->second;
     return view;
   }
-  Answer receive(const std::string& url, const WebhookSender::Headers& headers, const std::string& body,
-                 const std::atomic<bool>& stop) {
+  Response receive(const std::string& url, const WebhookSender::Headers& headers, const std::string& body,
+                   const std::atomic<bool>& stop) {
     std::unique_lock lock(mutex_);
     sent_.push_back({url, body, {headers.begin(), headers.end()}});
     const std::string receiver = queue::host_of(url);
-    most_at_once = std::max(most_at_once, ++at_once_[receiver]);
-    most_receivers = std::max(most_receivers, at_once_.size());
-    // As the real one, it looks whether it is to stop.
-    while (hanging_.contains(receiver) && !stop) let_.wait_for(lock, std::chrono::milliseconds(1));
+    max_per_receiver = std::max(max_per_receiver, ++at_once_[receiver]);
+    max_receivers = std::max(max_receivers, at_once_.size());
+    while (hanging_.contains(receiver) && !stop) changed_.wait_for(lock, std::chrono::milliseconds(1));
     if (--at_once_[receiver] == 0) at_once_.erase(receiver);
     if (stop) return {0, "stopped"};
     int status = 200;
-    if (!answers_.empty()) {
-      status = answers_.front();
-      answers_.pop_front();
+    if (!statuses_.empty()) {
+      status = statuses_.front();
+      statuses_.pop_front();
     }
     return {status, status == 0 ? "no route" : ""};
   }
@@ -124,11 +122,11 @@ class WebhooksTest : public testing::Test {
   queue::IdSource ids_{queue::system_clock(), queue::system_random()};
   std::mutex mutex_;
   std::map<std::string, JobState> jobs_;
-  std::deque<int> answers_;
+  std::deque<int> statuses_;
   std::vector<Sent> sent_;
   std::set<std::string> hanging_;
   std::map<std::string, int> at_once_;
-  std::condition_variable let_;
+  std::condition_variable changed_;
 
  protected:
   std::unique_ptr<storage::sqlite::SqliteDeliveryStore> store = std::make_unique<storage::sqlite::SqliteDeliveryStore>(directory_.path());
@@ -137,7 +135,7 @@ class WebhooksTest : public testing::Test {
 
 }  // namespace
 
-TEST_F(WebhooksTest, AnEndIsToldOnceSignedAndWithTheJob) {
+TEST_F(WebhooksTest, DeliversAnEndOnceSignedAndWithTheJob) {
   start();
   submit("a");
   end("a", JobState::succeeded);
@@ -155,7 +153,7 @@ TEST_F(WebhooksTest, AnEndIsToldOnceSignedAndWithTheJob) {
   EXPECT_TRUE(store->subscribed_jobs().empty());
 }
 
-TEST_F(WebhooksTest, EndsThatNobodyAskedForAreNotTold) {
+TEST_F(WebhooksTest, IgnoresEndsWithoutSubscription) {
   start();
   submit("a", {"failed"});
   submit("b", {"cancelled", "failed"});
@@ -168,9 +166,9 @@ TEST_F(WebhooksTest, EndsThatNobodyAskedForAreNotTold) {
   EXPECT_TRUE(store->of_job("a").empty());
 }
 
-TEST_F(WebhooksTest, AFailedAttemptIsRepeatedAfterGrowingPausesWithTheSameMessageAndThenGivenUp) {
+TEST_F(WebhooksTest, RetriesTheSameMessageAfterGrowingPausesAndThenAbandonsIt) {
   start();
-  answer_next({500, 0, 302, 404, 503, 400, 429, 500, 200});
+  respond_next({500, 0, 302, 404, 503, 400, 429, 500, 200});
   submit("a");
   end("a", JobState::failed);
   std::size_t attempts = 1;
@@ -184,7 +182,7 @@ TEST_F(WebhooksTest, AFailedAttemptIsRepeatedAfterGrowingPausesWithTheSameMessag
     end("wakes", JobState::succeeded);  // the clock was turned; nobody else tells the thread
     ++attempts;
   }
-  ASSERT_TRUE(eventually([&] { return delivery("a").state == DeliveryState::given_up; }));
+  ASSERT_TRUE(eventually([&] { return delivery("a").state == DeliveryState::abandoned; }));
   EXPECT_EQ(sent().size(), retry_pauses.size() + 1);
   for (const Sent& one : sent()) {
     EXPECT_EQ(one.body, sent().front().body);
@@ -195,18 +193,18 @@ TEST_F(WebhooksTest, AFailedAttemptIsRepeatedAfterGrowingPausesWithTheSameMessag
   EXPECT_EQ(delivery("a").attempts[2].detail, "the receiver answered 302");
 }
 
-TEST_F(WebhooksTest, AReceiverThatIsGoneIsNotAskedAgain) {
+TEST_F(WebhooksTest, AbandonsADeliveryAfterStatus410) {
   start();
-  answer_next({410});
+  respond_next({410});
   submit("a");
   end("a", JobState::failed);
-  ASSERT_TRUE(eventually([&] { return delivery("a").state == DeliveryState::given_up; }));
+  ASSERT_TRUE(eventually([&] { return delivery("a").state == DeliveryState::abandoned; }));
   EXPECT_EQ(sent().size(), 1u);
 }
 
-TEST_F(WebhooksTest, WhatIsOwedSurvivesARestart) {
+TEST_F(WebhooksTest, KeepsDeliveriesOverARestart) {
   start();
-  answer_next({500});
+  respond_next({500});
   submit("a");
   submit("b");
   submit("c");
@@ -215,7 +213,7 @@ TEST_F(WebhooksTest, WhatIsOwedSurvivesARestart) {
   wait_for_attempts(1);
   ASSERT_TRUE(eventually([&] { return delivery("a").attempts.size() == 1; }));
   stop();
-  place("b", JobState::succeeded);  // ends while nobody listens
+  place("b", JobState::succeeded);  // ends before the restart
   now += retry_pauses[0].count();
   start();
   ASSERT_TRUE(eventually([&] { return delivery("a").state == DeliveryState::delivered; }));
@@ -226,13 +224,13 @@ TEST_F(WebhooksTest, WhatIsOwedSurvivesARestart) {
   EXPECT_EQ(store->subscribed_jobs(), std::vector<std::string>{"waits"});
 }
 
-TEST_F(WebhooksTest, AWishWhoseJobWasNeverStoredIsStruckAtTheNextStart) {
+TEST_F(WebhooksTest, DeletesSubscriptionsOfUnknownJobsAtItsStart) {
   store->subscribe({"never", "http://x/", {"failed"}});
   start();
   EXPECT_TRUE(store->subscribed_jobs().empty());
 }
 
-TEST_F(WebhooksTest, AJobThatIsRemovedIsNotToldOf) {
+TEST_F(WebhooksTest, DeliversNothingForARemovedJob) {
   start();
   telling->register_webhook("a", {"http://x/", {"failed"}});
   telling->ended("a");
@@ -241,13 +239,13 @@ TEST_F(WebhooksTest, AJobThatIsRemovedIsNotToldOf) {
   EXPECT_TRUE(sent().empty());
 }
 
-TEST_F(WebhooksTest, AReceiverThatHangsHoldsUpNobodyElse) {
+TEST_F(WebhooksTest, DeliversBesideAHangingReceiver) {
   start();
   hang("slow", true);
-  for (const char* id : {"s1", "s2", "s3"}) tell(id, "slow");
+  for (const char* id : {"s1", "s2", "s3"}) fail_job(id, "slow");
   wait_for_attempts(1);
-  for (const char* id : {"q1", "q2"}) tell(id, "quick");
-  tell("o", "other");
+  for (const char* id : {"q1", "q2"}) fail_job(id, "quick");
+  fail_job("o", "other");
   for (const char* id : {"q1", "q2", "o"}) {
     EXPECT_TRUE(eventually([&] { return delivery(id).state == DeliveryState::delivered; })) << id;
   }
@@ -256,13 +254,13 @@ TEST_F(WebhooksTest, AReceiverThatHangsHoldsUpNobodyElse) {
   EXPECT_TRUE(eventually([&] { return delivery("s3").state == DeliveryState::delivered; }));
 }
 
-TEST_F(WebhooksTest, AReceiverGetsOneMessageAtATimeInTheirOrder) {
+TEST_F(WebhooksTest, DeliversOneMessageAtATimeToAReceiverInOrder) {
   start();
   hang("slow", true);
   std::vector<std::string> urls;
   for (int i = 10; i < 30; ++i) {
     const std::string id = std::to_string(i);
-    tell(id, "slow");
+    fail_job(id, "slow");
     ASSERT_TRUE(eventually([&] { return store->of_job(id).size() == 1; }));
     urls.push_back("http://slow/" + id);
     ++now;
@@ -272,29 +270,29 @@ TEST_F(WebhooksTest, AReceiverGetsOneMessageAtATimeInTheirOrder) {
   std::vector<std::string> got;
   for (const Sent& one : sent()) got.push_back(one.url);
   EXPECT_EQ(got, urls);
-  EXPECT_EQ(most_at_once, 1);
+  EXPECT_EQ(max_per_receiver, 1);
 }
 
-TEST_F(WebhooksTest, NoMoreReceiversAreSentToAtOnceThanThereAreSenders) {
+TEST_F(WebhooksTest, LimitsConcurrentReceiversToTheSenders) {
   start(2);
   for (const char* receiver : {"a", "b", "c", "d"}) hang(receiver, true);
-  for (const char* receiver : {"a", "b", "c", "d"}) tell(receiver, receiver);
+  for (const char* receiver : {"a", "b", "c", "d"}) fail_job(receiver, receiver);
   wait_for_attempts(2);
   for (const char* receiver : {"a", "b", "c", "d"}) {
-    ASSERT_TRUE(eventually([&] { return store->of_job(receiver).size() == 1; })) << "it is owed all the same";
+    ASSERT_TRUE(eventually([&] { return store->of_job(receiver).size() == 1; })) << "the delivery is pending";
   }
   EXPECT_EQ(sent().size(), 2u);
   for (const char* receiver : {"a", "b", "c", "d"}) hang(receiver, false);
   for (const char* receiver : {"a", "b", "c", "d"}) {
     EXPECT_TRUE(eventually([&] { return delivery(receiver).state == DeliveryState::delivered; })) << receiver;
   }
-  EXPECT_EQ(most_receivers, 2u);
+  EXPECT_EQ(max_receivers, 2u);
 }
 
-TEST_F(WebhooksTest, WhatWasOnItsWayToHangingReceiversAtTheEndIsOwedAndCountsNoAttempt) {
+TEST_F(WebhooksTest, CountsNoAttemptForARequestInterruptedByItsEnd) {
   start();
   for (const char* receiver : {"a", "b"}) hang(receiver, true);
-  for (const char* receiver : {"a", "b"}) tell(receiver, receiver);
+  for (const char* receiver : {"a", "b"}) fail_job(receiver, receiver);
   wait_for_attempts(2);
   stop();
   for (const char* receiver : {"a", "b"}) {

@@ -26,7 +26,7 @@ CREATE TABLE deliveries (
   url TEXT NOT NULL,
   host TEXT NOT NULL,  -- queue::host_of(url)
   body TEXT NOT NULL,
-  state TEXT NOT NULL CHECK (state IN ('pending', 'delivered', 'given_up')),
+  state TEXT NOT NULL CHECK (state IN ('pending', 'delivered', 'abandoned')),
   created_at INTEGER NOT NULL,
   next_attempt_at INTEGER CHECK ((next_attempt_at IS NOT NULL) = (state = 'pending'))
 ) STRICT, WITHOUT ROWID;
@@ -73,7 +73,7 @@ queue::DeliveryState state_named(const std::string& name) {
   for (const queue::DeliveryState state : {queue::DeliveryState::pending, queue::DeliveryState::delivered}) {
     if (name == queue::name_of(state)) return state;
   }
-  return queue::DeliveryState::given_up;
+  return queue::DeliveryState::abandoned;
 }
 
 queue::Delivery read_delivery(const Query& row) {

@@ -1,5 +1,5 @@
 #pragma once
-/// What a job that runs and the worker's other threads tell each other.
+/// State that a running job shares with the other threads of the worker.
 
 #include <atomic>
 #include <cstdint>
@@ -11,12 +11,12 @@
 namespace worker {
 
 struct JobControl {
-  tracer::RenderControl tracing;  ///< of the image that is traced now; cancels all of the job
+  tracer::RenderControl tracing;  ///< of the image being traced; cancels the whole job
   tracer::Preview preview;        ///< of a render
-  tracer::Output shown_as;        ///< how a look at it becomes an image; written before there is anything to look at
-  /// Of a measurement, which is many images: those done and to be done. 0 of 0: the tiles of `tracing` count.
+  tracer::Output display_output;  ///< for encoding the preview; set before the preview has pixels
+  /// Images of a measurement. A total of 0: the tiles of `tracing` count instead.
   std::atomic<std::uint64_t> steps_done{0}, steps_total{0};
-  std::atomic<bool> alone{true};  ///< no other job was in the worker meanwhile
+  std::atomic<bool> alone{true};  ///< no other job ran in the worker meanwhile
 };
 
 }  // namespace worker

@@ -21,7 +21,7 @@ api::Limits no_limits() {
   return limits;
 }
 
-queue::Problem problem_of_files(std::vector<tracer::Issue> issues) {
+queue::Problem bad_asset(std::vector<tracer::Issue> issues) {
   return {"bad_asset", "The scene cannot be rendered with its files.", std::move(issues)};
 }
 
@@ -35,7 +35,7 @@ Outcome outcome_of(const std::string& job_id, std::int64_t fence, const std::fun
     if (!stop.problem) return Cancelled{job_id, fence};
     failure.problem = std::move(*stop.problem);
   } catch (const std::bad_alloc&) {
-    failure.problem = {"out_of_memory", "The worker has not enough memory for this scene.", {}};
+    failure.problem = {"out_of_memory", "The worker does not have enough memory for this scene.", {}};
   } catch (const std::exception& exception) {
     failure.problem = {"internal", exception.what(), {}};
   }
@@ -68,20 +68,20 @@ tracer::Assets load_files(tracer::Scene& scene, const FileSettings& settings, co
     return files.read(name);
   };
   auto assets = api::load_assets(scene, read, limits);
-  if (!assets) throw Stop{problem_of_files(std::move(assets.error()))};
+  if (!assets) throw Stop{bad_asset(std::move(assets.error()))};
   return std::move(*assets);
 }
 
 void stop_for(const api::Refusal& refusal) {
   const std::string detail =
-      refusal.detail.empty() ? "The scene has " + std::to_string(refusal.issues.size()) + " mistakes." : refusal.detail;
+      refusal.detail.empty() ? "The scene has " + std::to_string(refusal.issues.size()) + " errors." : refusal.detail;
   throw Stop{queue::Problem{"bad_scene", detail, refusal.issues}};
 }
 
 void stop_for(const tracer::Failure& failure) {
   using Code = tracer::Failure::Code;
   if (failure.code == Code::cancelled) throw Stop{};
-  if (failure.code == Code::bad_asset) throw Stop{problem_of_files({{failure.pointer, "bad_asset", failure.detail}})};
+  if (failure.code == Code::bad_asset) throw Stop{bad_asset({{failure.pointer, "bad_asset", failure.detail}})};
   const char* const code = failure.code == Code::out_of_memory ? "out_of_memory" : "internal";
   throw Stop{queue::Problem{code, failure.detail, {}}};
 }

@@ -1,6 +1,5 @@
 #pragma once
-/// What renders and measurements have in common: a document is read, its files are loaded, and what goes wrong becomes
-/// the answer.
+/// Stages that renders and measurements share: parsing the document, loading its files, translating errors.
 
 #include <functional>
 #include <optional>
@@ -21,28 +20,28 @@ namespace worker {
 
 using Outcome = std::variant<Finished, Failed, Cancelled>;
 
-/// Thrown to leave a stage; caught by outcome_of alone.
+/// Thrown to leave a stage; caught only by outcome_of.
 struct Stop {
-  std::optional<queue::Problem> problem;  ///< nothing: it was cancelled
+  std::optional<queue::Problem> problem;  ///< none: the job was cancelled
 };
 
-/// What `work` comes to. Whatever it throws is an answer too: no memory is Failed "out_of_memory", what is none of ours
+/// The result of `work`, or its exception as an answer: std::bad_alloc is "out_of_memory", an unexpected one
 /// "internal".
 Outcome outcome_of(const std::string& job_id, std::int64_t fence, const std::function<Finished()>& work) noexcept;
 
-/// The document's limits were checked by whoever accepted it, and are not checked again: they may have changed since.
+/// No limits on the document: they were checked when it was accepted, and may have changed since.
 api::Limits reading_limits(const FileSettings& files);
 
-/// Names for the content of the files that `scene` names, beside them, for tracer::SceneCache.
+/// Content identifiers of the files of `scene`, in their order, for tracer::SceneCache.
 std::vector<std::string> content_names(const tracer::Scene& scene, const FileSettings& files);
 
-/// Leaves the stage where the job was cancelled.
+/// Leaves the stage if the job is cancelled.
 inline void stop_if_cancelled(const tracer::RenderControl& control) {
   if (control.cancelled()) throw Stop{};
 }
 
-/// The files that `scene` names. Stops as "bad_asset" with all issues where they cannot be rendered with, and between
-/// files where the job was cancelled.
+/// Loads the files of `scene`. Stops as "bad_asset" with all issues if they are invalid, and between files if the job
+/// is cancelled.
 tracer::Assets load_files(tracer::Scene& scene, const FileSettings& files, const tracer::RenderControl& control);
 
 [[noreturn]] void stop_for(const api::Refusal& refusal);  ///< "bad_scene"

@@ -34,13 +34,13 @@ std::vector<Image> images_of(const tracer::Measurement& measurement, const std::
   return images;
 }
 
-tracer::Measurement measured(tracer::MeasurementRun& measuring, JobControl& control) {
-  control.steps_total = measuring.steps();
-  while (!measuring.done()) {
-    if (const auto failure = measuring.step(control.tracing)) stop_for(*failure);
-    control.steps_done = measuring.steps_done();
+tracer::Measurement run_to_end(tracer::MeasurementRun& run, JobControl& control) {
+  control.steps_total = run.steps();
+  while (!run.done()) {
+    if (const auto failure = run.step(control.tracing)) stop_for(*failure);
+    control.steps_done = run.steps_done();
   }
-  return measuring.measurement();
+  return run.measurement();
 }
 
 Finished measure(const Assign& job, const FileSettings& files, JobControl& control) {
@@ -54,10 +54,10 @@ Finished measure(const Assign& job, const FileSettings& files, JobControl& contr
         "There is nothing to measure.",
         {{"/settings/parameters", "out_of_range", "none of these parameters changes anything in this scene"}}}};
   }
-  tracer::MeasurementRun measuring(
+  tracer::MeasurementRun run(
       scene, assets,
       {.parameters = request->parameters, .reference_samples = request->reference_samples, .seconds = steady_seconds});
-  const tracer::Measurement measurement = measured(measuring, control);
+  const tracer::Measurement measurement = run_to_end(run, control);
   return {job.job_id, job.fence, api::write_measurement_summary(measurement, control.alone),
           images_of(measurement, job.job_id)};
 }

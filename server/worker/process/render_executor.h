@@ -1,5 +1,5 @@
 #pragma once
-/// The worker's threads: some render jobs, one tells how they get on.
+/// The threads of the worker: some render jobs, one sends heartbeats, progress and previews.
 
 #include <chrono>
 #include <condition_variable>
@@ -21,46 +21,43 @@
 
 namespace worker {
 
-/// Lives as long as the process: it is never stopped, the process ends under it. Thread-safe.
+/// Never stopped: the process ends without joining its threads. Thread-safe.
 class RenderExecutor {
  public:
   RenderExecutor(int socket, const Options& options);
 
-  /// Answers on the socket when the job has ended. Each job has a oneTBB arena of its own, so that a thread that waits
-  /// for the last tiles of one job never starts on those of another; all arenas share the machine's threads.
-  void assign(Assign job);
+  /// Answers on the socket when the job has ended. Each job has its own oneTBB arena, so that a thread that waits for
+  /// the last tiles of one job never starts tiles of another; all arenas share the threads of the machine. A large job
+  /// runs on its own thread, because its threads get a lower priority that cannot be raised again.
+  void assign(Assign assigned);
   void cancel(const std::string& job_id);
-  void look(const Look& wish);
+  void request_preview(const PreviewRequest& request);
 
  private:
-  /// One is for small jobs alone, where there are several: however many large ones run, its thread goes before theirs.
-  enum class Place { small, any };
   struct Job {
     JobControl control;
-    std::uint64_t told = 0;         ///< of its tiles or steps
-    std::set<std::uint32_t> looks;  ///< sides of the previews that are asked for
+    std::uint64_t sent_progress = 0;        ///< tiles or steps
+    std::set<std::uint32_t> preview_sides;  ///< of the pending requests
   };
 
-  [[nodiscard]] Outcome done(Assign assigned, JobControl& control);
-  void work(Place place);
-  [[nodiscard]] std::deque<Assign>::iterator next_for(Place place);
-  void pulse();
+  void run_waiting_jobs();
+  void run_large_job(Assign assigned);
+  void run_job(Assign assigned);
+  void heartbeat_loop();
   void trim_heap(std::chrono::steady_clock::time_point now);
-  void tell_progress();
-  void show_previews();
-  void say(Message message);
+  void send_progress();
+  void send_previews();
+  void send_message(Message message);
 
-  int socket_;
-  Options options_;
+  const int socket_;
+  const Options options_;
   tracer::SceneCache cache_;
   std::mutex mutex_;
-  std::condition_variable small_came_, job_came_;  ///< for the place for small ones, and for the others
-  std::condition_variable busy_;
-  std::deque<Assign> waiting_;
-  bool small_place_free_ = false;
+  std::condition_variable job_available_, busy_;
+  std::deque<Assign> waiting_jobs_;                   ///< of the shared threads, not started
   std::map<std::string, std::shared_ptr<Job>> jobs_;  ///< waiting and running
-  bool needs_trim_ = false;                           ///< a job has ended since memory was given back
-  std::chrono::steady_clock::time_point idle_since_;  ///< without jobs, or when the latest came
+  bool needs_trim_ = false;                           ///< a job has ended since trim_heap
+  std::chrono::steady_clock::time_point idle_since_;  ///< end of the latest job
   std::vector<std::thread> threads_;
 };
 

@@ -13,7 +13,7 @@
 namespace worker {
 namespace {
 
-/// Milliseconds between laps, and since the last.
+/// Measures milliseconds since the last lap.
 class Stopwatch {
  public:
   [[nodiscard]] double elapsed() const {
@@ -28,9 +28,9 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-class Rendering {
+class RenderStages {
  public:
-  Rendering(Assign job, const FileSettings& files, JobControl& control, tracer::SceneCache* cache)
+  RenderStages(Assign job, const FileSettings& files, JobControl& control, tracer::SceneCache* cache)
       : job_(std::move(job)), files_(files), control_(control), cache_(cache) {
     times_.queue = job_.queue_ms;
   }
@@ -38,8 +38,8 @@ class Rendering {
   Finished run() {
     tracer::Scene scene = parse();
     const auto compiled = compile(scene);
-    control_.shown_as.exposure = scene.output.exposure;
-    control_.shown_as.overflow = scene.output.overflow;
+    control_.display_output.exposure = scene.output.exposure;
+    control_.display_output.overflow = scene.output.overflow;
     tracer::Rendered rendered = trace(*compiled);
     Finished finished{job_.job_id, job_.fence, {}, encode(rendered.image, scene.output)};
     finished.report = api::write_report(scene, rendered.error, rendered.statistics, times_, memory_bytes_);
@@ -50,26 +50,26 @@ class Rendering {
   tracer::Scene parse() {
     auto document = api::parse_scene(job_.document, reading_limits(files_));
     if (!document) stop_for(document.error());
-    job_.document = std::string();  // it may be large, and is not needed any more
+    job_.document = std::string();  // it may be large
     times_.parse = watch_.lap();
     return std::move(document->scene);
   }
 
-  /// With its files, whose bytes are not needed afterwards, nor are the scene's meshes.
+  /// Frees the bytes of files and the meshes of `scene`.
   std::shared_ptr<const tracer::CompiledScene> compile(tracer::Scene& scene) {
     stop_if_cancelled(control_.tracing);
-    std::shared_ptr<tracer::SceneCacheEntry> claim;
-    if (cache_ != nullptr) claim = value_of(cache_->acquire(scene, content_names(scene, files_), control_.tracing));
+    std::shared_ptr<tracer::SceneCacheEntry> entry;
+    if (cache_ != nullptr) entry = value_of(cache_->acquire(scene, content_names(scene, files_), control_.tracing));
     const tracer::Assets assets = load_files(scene, files_, control_.tracing);
     times_.parse += watch_.lap();
-    auto compiled = value_of(tracer::compile_taking_meshes(scene, control_.tracing, assets, claim.get()));
+    auto compiled = value_of(tracer::compile_taking_meshes(scene, control_.tracing, assets, entry.get()));
     times_.build = watch_.lap();
     times_.cache_hits = tracer::cache_hits(*compiled);
     return compiled;
   }
 
   tracer::Rendered trace(const tracer::CompiledScene& compiled) {
-    // A time budget is of building and tracing.
+    // A time budget includes compilation and tracing.
     const auto elapsed_ms = [&] { return times_.build + watch_.elapsed(); };
     tracer::Rendered rendered =
         value_of(tracer::render(compiled, {.elapsed_ms = elapsed_ms, .preview = &control_.preview}, control_.tracing));
@@ -99,7 +99,7 @@ class Rendering {
   tracer::SceneCache* cache_;
   Stopwatch watch_;
   api::StageTimes times_;
-  std::uint64_t memory_bytes_ = 0;  ///< what was largest at its time: the compiled scene, the image, the files
+  std::uint64_t memory_bytes_ = 0;  ///< of the compiled scene, the image and the encoded files
 };
 
 }  // namespace
@@ -107,7 +107,7 @@ class Rendering {
 Outcome render_job(Assign job, const FileSettings& files, JobControl& control, tracer::SceneCache* cache) noexcept {
   const std::string id = job.job_id;
   const std::int64_t fence = job.fence;
-  return outcome_of(id, fence, [&] { return Rendering(std::move(job), files, control, cache).run(); });
+  return outcome_of(id, fence, [&] { return RenderStages(std::move(job), files, control, cache).run(); });
 }
 
 }  // namespace worker

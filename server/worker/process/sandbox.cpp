@@ -30,7 +30,7 @@ namespace {
 
 [[noreturn]] void fail(const char* what) { throw std::system_error(errno, std::generic_category(), what); }
 
-/// Every right over files that this kernel's Landlock can take away (linux/landlock.h: 13 in version 1, then one more
+/// All access rights for files that Landlock of this kernel can restrict (linux/landlock.h: 13 in version 1, one more
 /// in each of 2, 3 and 5).
 std::uint64_t rights_of(long version) {
   const int count = version >= 5 ? 16 : version >= 3 ? 15 : version == 2 ? 14 : 13;
@@ -47,7 +47,7 @@ void lower(decltype(RLIMIT_CORE) resource, rlim_t most) {
 
 void allow_reading_below(int ruleset, const std::string& directory) {
   const Descriptor opened(::open(directory.c_str(), O_PATH | O_CLOEXEC));
-  if (!opened && errno == ENOENT) return;  // where nothing is nothing is read; jobs without files can still be done
+  if (!opened && errno == ENOENT) return;  // jobs without files can still run
   if (!opened) fail("the sandbox cannot open a directory of files");
   landlock_path_beneath_attr rule{};
   rule.allowed_access = LANDLOCK_ACCESS_FS_READ_FILE | LANDLOCK_ACCESS_FS_READ_DIR;
@@ -73,13 +73,13 @@ bool restrict_files(const std::vector<std::string>& readable_directories) {
 
 void limit_resources(int slots, std::uint64_t job_memory_bytes) {
   const auto jobs = static_cast<std::uint64_t>(slots);
-  // Half of what is asked for may stay untouched; 2 GiB are for stacks and libraries.
+  // Half of the allocated memory may stay untouched; 2 GiB are for stacks and libraries.
   constexpr std::uint64_t base_bytes = 2ull << 30;
   const bool too_many = job_memory_bytes > (UINT64_MAX / 2 - base_bytes) / (2 * jobs);
   const std::uint64_t bytes = too_many ? UINT64_MAX / 2 : base_bytes + 2 * jobs * job_memory_bytes;
   lower(RLIMIT_DATA, bytes);
-  // A job has its document, its images and the file it reads. How many threads there are is the kernel's to count for
-  // a whole user (RLIMIT_NPROC), which says nothing about this process; seccomp lets it start no other.
+  // A job has its document, its images and the file it reads. Threads are not limited: RLIMIT_NPROC counts those of
+  // the user, and seccomp allows no other processes.
   lower(RLIMIT_NOFILE, 256 + 32 * jobs);
 }
 

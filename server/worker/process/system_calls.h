@@ -1,5 +1,5 @@
 #pragma once
-/// The system calls that rendering needs, as a program for the kernel to judge each call by (seccomp(2)).
+/// The allow-list of system calls that rendering needs, as a seccomp(2) filter program.
 
 #include <linux/filter.h>
 
@@ -7,7 +7,7 @@
 
 namespace worker {
 
-/// `opens_files`: files may be opened, for reading.
+/// `opens_files`: files may be opened for reading.
 std::vector<sock_filter> system_call_filter(bool opens_files);
 
 }  // namespace worker

@@ -1,5 +1,5 @@
-/// whittled-worker: renders the jobs that a daemon hands it over the socket it was started with (protocol.h).
-/// It ends at once when the daemon's end of the socket does, and on nothing else the daemon did not ask for.
+/// whittled-worker: renders jobs that the daemon assigns over the socket it was started with (protocol.h). It exits
+/// when the daemon closes the socket.
 
 #include <fcntl.h>
 #include <oneapi/tbb/global_control.h>
@@ -26,21 +26,20 @@
 
 namespace {
 
-bool is_started_by_a_daemon() {
+bool is_started_by_daemon() {
   int type = 0;
   socklen_t size = sizeof type;
   return getsockopt(worker::worker_socket, SOL_SOCKET, SO_TYPE, &type, &size) == 0 && type == SOCK_SEQPACKET &&
          fcntl(worker::worker_socket, F_SETFD, FD_CLOEXEC) == 0;
 }
 
-/// When the machine runs out of memory, it is the render that goes, not the daemon.
+/// If the machine runs out of memory, the kernel kills the worker rather than the daemon.
 void set_oom_score() { std::ofstream("/proc/self/oom_score_adj") << "500"; }
 
-/// The daemon answers while renders keep all cores busy: it needs little, and that at once. Renders lose nothing by it
-/// on a machine that has nothing else to do. Before any other thread, which then inherit it.
+/// The daemon stays responsive while renders use all cores. Threads that are started later inherit the priority.
 void lower_priority() { [[maybe_unused]] const int level = ::nice(5); }
 
-/// Embree's device and the image library take 0.2 s on first use; that is paid before the first job comes.
+/// The first use of Embree and of the image library takes 0.2 s.
 bool warm_up() {
   const std::string_view scene = R"({"version": 1, "image": {"width": 4, "height": 4},
     "camera": {"position": [0, 0, 5], "look_at": [0, 0, 0]}, "lights": [{"type": "point", "position": [0, 5, 5]}],
@@ -58,7 +57,7 @@ bool warm_up() {
   return std::holds_alternative<worker::Finished>(outcome);
 }
 
-/// Ready for what comes from outside: everything is loaded, and held. What it is held by; empty where it cannot be.
+/// Loads all libraries and enters the sandbox. Returns the name of its restrictions, empty on failure.
 std::string prepare(const worker::Options& options) {
   const worker::FileSettings& files = options.files;
   std::vector<std::string> directories;
@@ -67,7 +66,7 @@ std::string prepare(const worker::Options& options) {
   const bool opens_files = !directories.empty();
   directories.push_back(std::filesystem::read_symlink("/proc/self/exe").parent_path().parent_path() / "lib/whittle");
   try {
-    if (!worker::load_fonts()) std::fprintf(stderr, "whittled-worker: charts cannot be drawn\n");
+    if (!worker::load_fonts()) std::fprintf(stderr, "whittled-worker: plots cannot be drawn\n");
     worker::limit_resources(options.slots, options.job_memory_bytes);
     const bool landlock = worker::restrict_files(directories);
     if (!warm_up()) return {};
@@ -80,22 +79,22 @@ std::string prepare(const worker::Options& options) {
 }
 
 /// Never returns.
-void serve(worker::RenderExecutor& workshop) {
+void serve(worker::RenderExecutor& executor) {
   for (;;) {
     worker::Received received = worker::receive(worker::worker_socket, worker::daemon_body_limit);
     auto* message = std::get_if<worker::Message>(&received);
-    // Without goodbye to the threads: nobody is left to hear what they make.
+    // Threads are not joined: nobody receives their results any more.
     if (message == nullptr) _exit(std::holds_alternative<worker::Closed>(received) ? 0 : 1);
-    if (auto* job = std::get_if<worker::Assign>(message)) workshop.assign(std::move(*job));
-    if (auto* look = std::get_if<worker::Look>(message)) workshop.look(*look);
-    if (auto* cancel = std::get_if<worker::Cancel>(message)) workshop.cancel(cancel->job_id);
+    if (auto* job = std::get_if<worker::Assign>(message)) executor.assign(std::move(*job));
+    if (const auto* request = std::get_if<worker::PreviewRequest>(message)) executor.request_preview(*request);
+    if (const auto* cancel = std::get_if<worker::Cancel>(message)) executor.cancel(cancel->job_id);
   }
 }
 
 }  // namespace
 
 int main(int count, char** arguments) {
-  // A terminal's Ctrl-C goes to every process; the daemon decides what it means. It blocked them until now.
+  // Ctrl-C in a terminal signals every process, but the daemon decides about the end. It blocked the signals until now.
   std::signal(SIGINT, SIG_IGN);
   std::signal(SIGTERM, SIG_IGN);
   sigset_t none;
@@ -103,8 +102,8 @@ int main(int count, char** arguments) {
   sigprocmask(SIG_SETMASK, &none, nullptr);
 
   const auto options = worker::parse_options({arguments + 1, arguments + count});
-  if (!options || !is_started_by_a_daemon()) {
-    std::fprintf(stderr, "whittled-worker is started by whittled, and of no use without it.\n");
+  if (!options || !is_started_by_daemon()) {
+    std::fprintf(stderr, "whittled-worker is started by whittled and cannot run without it.\n");
     return 2;
   }
   set_oom_score();
@@ -116,8 +115,8 @@ int main(int count, char** arguments) {
   }
   const std::string sandbox = prepare(*options);
   if (sandbox.empty()) return 1;
-  // First of all messages: the workshop's heartbeats begin with the workshop.
-  worker::send(worker::worker_socket, worker::pack(worker::Hello{std::string(tracer::build()), sandbox}));
-  worker::RenderExecutor workshop(worker::worker_socket, *options);
-  serve(workshop);
+  // Before the first heartbeat of the executor.
+  worker::send(worker::worker_socket, worker::pack(worker::Ready{std::string(tracer::build()), sandbox}));
+  worker::RenderExecutor executor(worker::worker_socket, *options);
+  serve(executor);
 }

@@ -16,7 +16,7 @@
 namespace worker {
 namespace {
 
-/// EAGAIN tells of a rename elsewhere on the machine while a link with ".." was followed (openat2(2)).
+/// EAGAIN is the result of a concurrent rename while a link with ".." was followed (openat2(2)).
 constexpr int tries = 16;
 
 Descriptor open_beneath(const Descriptor& directory, const std::string& name, int flags) {
@@ -31,7 +31,7 @@ Descriptor open_beneath(const Descriptor& directory, const std::string& name, in
   return Descriptor(static_cast<int>(fd));
 }
 
-/// Why nothing could be opened; a path of ours is nobody's business. Throws where it is not for the file's sake.
+/// The reason for a client, without paths of the server. Throws if the file is not the cause.
 std::string reason(int error) {
   if (error == EMFILE || error == ENFILE || error == ENOMEM) {
     throw std::system_error(error, std::generic_category(), "cannot open a file of the scene");
@@ -41,7 +41,7 @@ std::string reason(int error) {
   return std::generic_category().message(error);
 }
 
-/// The size of an ordinary file that is not too large, or why it is none.
+/// The size of a regular file within the limit, or the reason why it is none.
 tracer::Result<std::size_t, std::string> size_of(const Descriptor& file) {
   struct stat status {};
   if (fstat(file.get(), &status) != 0) return reason(errno);
@@ -53,7 +53,7 @@ tracer::Result<std::size_t, std::string> size_of(const Descriptor& file) {
 
 std::int64_t nanoseconds(const timespec& time) { return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec; }
 
-/// Up to `size` bytes: a file that is cut short meanwhile is as long as it is then.
+/// Up to `size` bytes; fewer if the file is truncated meanwhile.
 api::AssetBytes content_of(const Descriptor& file, std::size_t size) {
   std::vector<std::uint8_t> bytes(size);
   std::size_t done = 0;
@@ -84,14 +84,14 @@ std::string AssetDirectory::refusal(const std::string& name) const {
 }
 
 std::string AssetDirectory::stamp(const std::string& name) const {
-  constexpr std::int64_t settled_ns = 2'000'000'000;  // FAT's clock ticks in two seconds
+  constexpr std::int64_t resolution_ns = 2'000'000'000;  // of file times on FAT
   const Descriptor file = open_beneath(directory_, name, O_PATH);
   if (!file || !size_of(file)) return {};
   struct stat status {};
   timespec now{};
   if (fstat(file.get(), &status) != 0 || clock_gettime(CLOCK_REALTIME, &now) != 0) return {};
   const std::int64_t changed = std::max(nanoseconds(status.st_mtim), nanoseconds(status.st_ctim));
-  if (nanoseconds(now) - changed < settled_ns) return {};
+  if (nanoseconds(now) - changed < resolution_ns) return {};
   std::string stamp = "file";
   for (const auto part :
        {static_cast<std::int64_t>(status.st_dev), static_cast<std::int64_t>(status.st_ino),
@@ -102,7 +102,7 @@ std::string AssetDirectory::stamp(const std::string& name) const {
 }
 
 api::AssetBytes AssetDirectory::read(const std::string& name) const {
-  // O_NONBLOCK: opening a pipe would wait for its other end. Ordinary files take no notice of it.
+  // O_NONBLOCK: opening a pipe would wait for its other end; regular files ignore it.
   const Descriptor file = open_beneath(directory_, name, O_RDONLY | O_NONBLOCK | O_NOCTTY);
   if (!file) return reason(errno);
   const auto size = size_of(file);

@@ -1,5 +1,5 @@
 #pragma once
-/// The directory below which scenes' files lie: nothing outside it can be reached through it, whatever the name.
+/// Reads files below one directory; nothing outside it is reachable, whatever the name.
 
 #include <cstdint>
 #include <string>
@@ -9,26 +9,25 @@
 
 namespace worker {
 
-/// Names are relative to the directory, as api::Files::below_a_directory lets them through; the kernel holds them to it
-/// all the same (openat2 with RESOLVE_BENEATH): "..", absolute names and symbolic links lead nowhere outside. Links
-/// that stay within are followed. Thread-safe.
+/// Names are relative to the directory (api::Files::below_a_directory), and the kernel enforces that (openat2 with
+/// RESOLVE_BENEATH): "..", absolute names and symbolic links do not lead outside. Links that stay inside are followed.
+/// Thread-safe.
 class AssetDirectory {
  public:
-  /// Throws std::system_error when there is no such directory, or the kernel has no openat2 (Linux 5.6).
+  /// Throws std::system_error without the directory, or if the kernel has no openat2 (Linux 5.6).
   explicit AssetDirectory(const std::string& path);
 
-  // Both throw std::system_error where a file cannot be opened for this process's sake: descriptors, memory.
+  // Both throw std::system_error if this process has no free descriptors or memory.
 
-  /// Empty where `name` is an ordinary file of at most api::asset_bytes_max bytes, else the end of a sentence that
-  /// says what it is instead. Opens nothing for reading.
+  /// Empty if `name` is a regular file of at most api::asset_bytes_max bytes, else the end of a sentence with the
+  /// reason. Opens nothing for reading.
   [[nodiscard]] std::string refusal(const std::string& name) const;
 
-  /// The content, under the same conditions. Neither pipes nor devices keep it waiting.
+  /// The content of such a file. Pipes and devices do not block it.
   [[nodiscard]] api::AssetBytes read(const std::string& name) const;
 
-  /// Changes whenever the file's content does: which file it is, its size, and when it was last changed. Empty where
-  /// that is no two seconds ago, for the clock of files is coarse and it may change again within one tick; and where
-  /// `refusal` would say something. Opens nothing for reading.
+  /// Changes with the content of the file: its identity, size and time of change. Empty if `refusal` is not, or if the
+  /// change is less than two seconds ago, because file times are coarse. Opens nothing for reading.
   [[nodiscard]] std::string stamp(const std::string& name) const;
 
  private:

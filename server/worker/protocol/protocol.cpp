@@ -14,9 +14,9 @@
 namespace worker {
 namespace {
 
-/// Larger bodies go beside the packet. So small that the socket's buffer (about 200 KiB) holds a packet for each slot.
+/// Larger bodies travel beside the packet. The buffer of the socket (about 200 KiB) holds a packet for each slot.
 constexpr std::size_t inline_body_limit = 4096;
-constexpr std::size_t files_limit = 16;  ///< every format of SCENE.md at once, and the body
+constexpr std::size_t files_limit = 16;  ///< every output format at once, and the body
 
 struct Header {
   std::uint32_t version = protocol_version;
@@ -67,7 +67,7 @@ Received decode(std::uint32_t kind, std::string_view body, std::vector<Descripto
   Message message;
   if (!read_message(kind, reader, message, std::make_index_sequence<std::variant_size_v<Message>>{}) ||
       !reader.at_end()) {
-    return Malformed{"a message of kind " + std::to_string(kind) + " with a broken body"};
+    return Malformed{"a message of kind " + std::to_string(kind) + " with an invalid body"};
   }
   return message;
 }
@@ -82,7 +82,7 @@ Received decode(RawPacket packet, std::size_t body_limit) {
   }
   if (header.body_size > body_limit) return Malformed{"a body of " + std::to_string(header.body_size) + " bytes"};
   for (const Descriptor& file : packet.files) {
-    if (!is_sealed(file.get())) return Malformed{"a descriptor that is no sealed memory"};
+    if (!is_sealed(file.get())) return Malformed{"a descriptor that is not sealed memory"};
   }
   const std::string_view body(packet.bytes.data() + sizeof header, packet.size - sizeof header);
   if (header.body_size <= inline_body_limit) {
@@ -92,7 +92,7 @@ Received decode(RawPacket packet, std::size_t body_limit) {
   struct stat status {};
   if (!body.empty() || packet.files.empty() || fstat(packet.files.front().get(), &status) != 0 ||
       static_cast<std::uint64_t>(status.st_size) != header.body_size) {
-    return Malformed{"a large body that is not there"};
+    return Malformed{"a large body without its memory"};
   }
   const std::optional<std::string> large = read_body(packet.files.front().get(), header.body_size);
   if (!large) return Malformed{"a large body that cannot be read"};
@@ -160,7 +160,7 @@ Received receive(int socket, std::size_t body_limit) {
   if (size <= 0) return Closed{};
   packet.size = static_cast<std::size_t>(size);
   packet.files = take_files(message);
-  if ((message.msg_flags & MSG_TRUNC) != 0) return Malformed{"a packet larger than any of ours"};
+  if ((message.msg_flags & MSG_TRUNC) != 0) return Malformed{"a packet that is too large"};
   if ((message.msg_flags & MSG_CTRUNC) != 0) return Lost{};
   return decode(std::move(packet), body_limit);
 }

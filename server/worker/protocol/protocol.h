@@ -1,13 +1,13 @@
 #pragma once
-/// What daemon and worker say to each other, and how it becomes packets on a socket pair and back.
+/// The messages between daemon and worker, and their transport over a socket pair.
 ///
-/// A packet is one message (SOCK_SEQPACKET keeps them apart): a header with the protocol's version, the kind of message
-/// and the body's size, then the body; a body that is larger than a few KiB travels in sealed memory beside the packet
-/// (SCM_RIGHTS), as images do. Byte order and sizes are the machine's: both ends come from one build.
+/// A packet is one message (SOCK_SEQPACKET): a header with the protocol version, the kind of message and the size of
+/// the body, then the body. A body of more than a few KiB, and every image, travels in sealed memory beside the packet
+/// (SCM_RIGHTS). Byte order and sizes are those of the machine, because both ends are from one build.
 ///
-/// The worker says Hello once it can render. Then the daemon assigns jobs, never more at once than the worker has
-/// slots; the worker answers each with exactly one of Finished, Failed, Cancelled. There is no goodbye: a worker whose
-/// socket is at its end, because the daemon died, ends at once.
+/// The worker sends Ready once it can render. Then the daemon assigns jobs, never more at once than the worker has
+/// slots, and the worker answers each with exactly one of Finished, Failed, Cancelled. A worker exits as soon as its
+/// socket is closed, for example because the daemon has crashed.
 
 #include <cstdint>
 #include <string>
@@ -24,30 +24,29 @@ namespace worker {
 
 struct Assign {
   std::string job_id;
-  std::int64_t fence = 0;  ///< comes back with the answer
-  double queue_ms = 0;     ///< how long the job waited, for its report
+  std::int64_t fence = 0;  ///< returned with the answer
+  double queue_ms = 0;     ///< time in the queue, for the report
   std::string document;
-  std::string kind{"render"};  ///< a queue::JobKind's name
+  std::string kind{"render"};  ///< name of a queue::JobKind
   bool large = false;          ///< see queue::Job
 };
-/// Cancelled follows soon, or Finished or Failed when the worker was faster. Unknown jobs are ignored.
+/// Cancelled follows soon, or Finished or Failed if the worker was faster. Unknown jobs are ignored.
 struct Cancel {
   std::string job_id;
 };
-/// Somebody wants to see how far an image is. Looked follows once there is something to see, unless the job ends
-/// first. Unknown jobs are ignored.
-struct Look {
+/// PreviewResponse follows once there are pixels, unless the job ends first. Unknown jobs are ignored.
+struct PreviewRequest {
   std::string job_id;
   std::uint32_t side = 0;  ///< pixels along the longer side, at most queue::preview_side_max
 };
 
 // ---- worker to daemon
 
-struct Hello {
+struct Ready {
   std::string build;      ///< tracer::build()
-  std::string sandbox{};  ///< what enter_sandbox returned
+  std::string sandbox{};  ///< restrictions, as of sandbox_name
 };
-/// From a thread of its own, every second: the process is alive, whatever its jobs do.
+/// Sent every second by a separate thread: the process is alive, whatever its jobs do.
 struct Heartbeat {
   std::uint64_t geometry_bytes = 0, image_bytes = 0;  ///< kept for later jobs
 };
@@ -55,9 +54,9 @@ struct Progress {
   std::string job_id;
   std::uint64_t tiles_done = 0, tiles_total = 0;
 };
-struct Looked {
+struct PreviewResponse {
   std::string job_id;
-  std::uint32_t side = 0;  ///< as asked for
+  std::uint32_t side = 0;  ///< of the request
   std::string png;
 };
 struct Image {
@@ -81,44 +80,45 @@ struct Cancelled {
   std::int64_t fence = 0;
 };
 
-using Message = std::variant<Assign, Cancel, Hello, Heartbeat, Progress, Finished, Failed, Cancelled, Look, Looked>;
+using Message = std::variant<Assign, Cancel, Ready, Heartbeat, Progress, Finished, Failed, Cancelled, PreviewRequest,
+                             PreviewResponse>;
 
 // ---- packets
 
-/// A message ready to be sent, as often as it takes.
+/// A message that can be sent repeatedly.
 struct Packet {
   std::string bytes;
   std::vector<Descriptor> files;
 };
-/// Throws std::system_error when memory for a large body or a descriptor cannot be had.
+/// Throws std::system_error without memory for a large body or without descriptors.
 Packet pack(Message message);
 
 enum class Sent { yes, later, closed };
-/// One packet, whole or not at all. `later`: a non-blocking socket is full. Any thread. Never throws.
+/// Sends one packet completely or not at all. `later`: a non-blocking socket is full. Any thread. Never throws.
 Sent send(int socket, const Packet& packet);
 
-/// Nothing to read now, on a non-blocking socket.
+/// A non-blocking socket has no message now.
 struct Nothing {};
-/// The other end is gone.
+/// The other end is closed.
 struct Closed {};
-/// What came is no message: the other end is broken and cannot be trusted further.
+/// The packet is no valid message; the other end is faulty and must not be trusted any more.
 struct Malformed {
   std::string detail;
 };
-/// The message is gone, because this process could not take its descriptors: it has no more to give.
+/// The message was dropped because this process has no free descriptors.
 struct Lost {};
 using Received = std::variant<Message, Nothing, Closed, Malformed, Lost>;
 
-/// Reads one packet. Bodies above `body_limit` bytes are Malformed, unread. Every length is checked before it is
-/// believed, every descriptor must be sealed memory. Throws std::bad_alloc at most.
+/// Reads one packet. Bodies above `body_limit` bytes are Malformed and not read. Every length is validated, and every
+/// descriptor must be sealed memory. Throws only std::bad_alloc.
 Received receive(int socket, std::size_t body_limit);
 
-/// A worker's report and problem are small; more is a worker gone mad.
+/// Reports and problems are small.
 constexpr std::size_t worker_body_limit = 16u << 20;
-/// The daemon has checked its documents against its own limit; this one only keeps a size from being nonsense.
+/// The daemon has checked documents against its own limit; this one bounds an allocation.
 constexpr std::size_t daemon_body_limit = 1u << 30;
 
-/// The worker finds its socket here.
+/// The descriptor of the socket in the worker.
 constexpr int worker_socket = 3;
 
 }  // namespace worker

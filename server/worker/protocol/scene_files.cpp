@@ -13,7 +13,7 @@ SceneFiles::SceneFiles(const FileSettings& settings) {
 api::AssetBytes SceneFiles::read(const std::string& name) const {
   const bool is_upload = name.starts_with(api::upload_prefix);
   const auto& directory = is_upload ? uploads_ : directory_;
-  if (!directory) return std::string("this worker has no directory for it");  // the reader let no such name pass
+  if (!directory) return std::string("this worker has no directory for it");  // the reader rejects such names
   return directory->read(is_upload ? queue::asset_path(name.substr(api::upload_prefix.size())) : name);
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Every file that a scene may name, wherever it lies: below the asset directory, or among the uploads.
+/// Reads the files that a scene may name: below the asset directory, or among the uploads.
 
 #include <optional>
 #include <string>
@@ -12,14 +12,15 @@ namespace worker {
 /// Thread-safe.
 class SceneFiles {
  public:
-  /// Throws std::system_error as AssetDirectory does, of a directory that is set.
+  /// Throws std::system_error if a directory that is set cannot be opened.
   explicit SceneFiles(const FileSettings& settings);
 
-  /// The content of what a document calls `name`, or why it cannot be had. Throws as AssetDirectory::read.
+  /// The content of the file that a document calls `name`, or the reason why it is not available. Throws as
+  /// AssetDirectory::read.
   [[nodiscard]] api::AssetBytes read(const std::string& name) const;
 
-  /// A name for that content, before it is read: equal only where the bytes are. Of an upload it is its own name, of
-  /// another file what AssetDirectory::stamp says. Empty where it is not known. Throws as AssetDirectory::read.
+  /// An identifier of that content without reading it: equal only if the bytes are. That of an upload is its name, that
+  /// of another file AssetDirectory::stamp. Empty if unknown. Throws as AssetDirectory::read.
   [[nodiscard]] std::string content_name(const std::string& name) const;
 
  private:

@@ -1,6 +1,6 @@
 #pragma once
-/// Messages to bytes and back: each is its fields in order. A string is its length and its bytes, a list its length and
-/// its elements, a descriptor nothing but its place among the files beside the packet.
+/// Serializes messages as their fields in order. A string is its length and its bytes, a list its length and its
+/// elements; a descriptor is only a position among the files beside the packet.
 
 #include <cstdint>
 #include <cstring>
@@ -15,14 +15,14 @@
 
 namespace worker {
 
-// The fields of each, in the order they travel. A change here is a new protocol_version.
+// The order of the fields in a packet. A change requires a new protocol_version.
 inline auto fields(Assign& m) { return std::tie(m.job_id, m.fence, m.queue_ms, m.document, m.kind, m.large); }
 inline auto fields(Cancel& m) { return std::tie(m.job_id); }
-inline auto fields(Hello& m) { return std::tie(m.build, m.sandbox); }
+inline auto fields(Ready& m) { return std::tie(m.build, m.sandbox); }
 inline auto fields(Heartbeat& m) { return std::tie(m.geometry_bytes, m.image_bytes); }
 inline auto fields(Progress& m) { return std::tie(m.job_id, m.tiles_done, m.tiles_total); }
-inline auto fields(Look& m) { return std::tie(m.job_id, m.side); }
-inline auto fields(Looked& m) { return std::tie(m.job_id, m.side, m.png); }
+inline auto fields(PreviewRequest& m) { return std::tie(m.job_id, m.side); }
+inline auto fields(PreviewResponse& m) { return std::tie(m.job_id, m.side, m.png); }
 inline auto fields(Image& m) { return std::tie(m.name, m.media_type, m.bytes); }
 inline auto fields(Finished& m) { return std::tie(m.job_id, m.fence, m.report, m.images); }
 inline auto fields(Failed& m) { return std::tie(m.job_id, m.fence, m.problem); }
@@ -62,7 +62,7 @@ class MessageWriter {
   std::vector<Descriptor> files_;
 };
 
-/// Believes nothing: every read says whether it was possible.
+/// Validates untrusted bytes: every read returns false if it is impossible.
 class MessageReader {
  public:
   MessageReader(std::string_view bytes, std::vector<Descriptor> files) : bytes_(bytes), files_(std::move(files)) {}
@@ -94,7 +94,7 @@ class MessageReader {
   template <class T>
   [[nodiscard]] bool read(std::vector<T>& list) {
     std::uint64_t size = 0;
-    if (!read(size) || size > bytes_.size()) return false;  // an element takes a byte at least
+    if (!read(size) || size > bytes_.size()) return false;  // an element takes at least one byte
     for (std::uint64_t i = 0; i < size; ++i) {
       if (!read(list.emplace_back())) return false;
     }

@@ -33,25 +33,26 @@ bool read(std::string_view name, std::string_view text, Options& options) {
 }  // namespace
 
 std::vector<std::string> arguments_of(const Options& options) {
+  const auto text = [](auto number) { return std::to_string(number); };
   const FileSettings& files = options.files;
   return {"--slots",
-          std::to_string(options.slots),
-          "--job-memory-bytes",
-          std::to_string(options.job_memory_bytes),
+          text(options.slots),
           "--threads",
-          std::to_string(options.threads),
+          text(options.threads),
+          "--job-memory-bytes",
+          text(options.job_memory_bytes),
           "--scene-cache",
-          std::to_string(options.scene_cache_bytes),
+          text(options.scene_cache_bytes),
           "--cache-idle-ms",
-          std::to_string(options.cache_idle_ms),
+          text(options.cache_idle_ms),
           "--assets",
           files.directory,
           "--uploads",
           files.uploads,
           "--objects",
-          std::to_string(files.objects),
+          text(files.objects),
           "--triangles",
-          std::to_string(files.triangles)};
+          text(files.triangles)};
 }
 
 std::optional<Options> parse_options(const std::vector<std::string_view>& arguments) {

@@ -1,5 +1,5 @@
 #pragma once
-/// What the daemon tells a worker on its command line; both sides of it.
+/// The command line with which the daemon starts a worker, written and parsed.
 
 #include <cstdint>
 #include <optional>
@@ -11,30 +11,29 @@
 
 namespace worker {
 
-/// The files that scenes may name. The daemon sees no content of them, so the limits on it are kept here.
+/// The files that scenes may name. Only the worker reads them, so it applies the limits on their content.
 struct FileSettings {
-  std::string directory;  ///< empty: none may be named
-  std::string uploads;    ///< the directory of those named by their sha256 (queue::asset_path); empty: none may be
+  std::string directory;  ///< empty: files are not allowed
+  std::string uploads;    ///< directory of uploads, named by their sha256 (queue::asset_path); empty: not allowed
   std::uint64_t objects = tracer::Limits{}.objects;
   std::uint64_t triangles = tracer::Limits{}.triangles;
   bool operator==(const FileSettings&) const = default;
 };
 
 struct Options {
-  int slots = 1;    ///< jobs at once, 1..4096
-  int threads = 0;  ///< that trace a job which runs by itself, 0..1024; several share all but one each. 0: as many
-                    ///< as the machine has
-  std::uint64_t job_memory_bytes = 16ull << 30;  ///< most of each job
-  std::uint64_t scene_cache_bytes = 0;           ///< tracer::SceneCache's bytes_max
-  std::uint64_t cache_idle_ms = 60'000;          ///< without a job for so long, what it keeps goes: the sitting is over
+  int slots = 1;                                 ///< jobs at once, 1..4096
+  int threads = 0;                               ///< shared by all jobs, 0..1024; 0: those of the machine
+  std::uint64_t job_memory_bytes = 16ull << 30;  ///< limit for each job
+  std::uint64_t scene_cache_bytes = 0;           ///< limit of tracer::SceneCache
+  std::uint64_t cache_idle_ms = 60'000;          ///< the cache is cleared after this time without a job
   FileSettings files;
   bool operator==(const Options&) const = default;
 };
 
-/// "--slots", "2", ... without the program's name; parse_options gives the same options back.
+/// "--slots", "2", ... without the program name; the inverse of parse_options.
 std::vector<std::string> arguments_of(const Options& options);
 
-/// Nothing where they are no such arguments.
+/// None if an argument is invalid.
 std::optional<Options> parse_options(const std::vector<std::string_view>& arguments);
 
 }  // namespace worker

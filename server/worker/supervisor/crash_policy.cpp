@@ -3,24 +3,25 @@
 namespace worker {
 namespace {
 
-CrashDecision judge_alone(const InFlightJob& job, const std::string& how, const std::string& code) {
-  // One that was to be cancelled anyway is; giving it back does that.
-  if (job.cancel_requested) return {CrashDecision::Action::give_back, {}};
-  if (job.attempt < job.max_attempts) return {CrashDecision::Action::count_attempt, {}};
-  return {CrashDecision::Action::fail,
+using Action = CrashDecision::Action;
+
+CrashDecision decide_single(const InFlightJob& job, const std::string& reason, const std::string& code) {
+  if (job.cancel_requested) return {Action::release, {}};  // which cancels it
+  if (job.attempt < job.max_attempts) return {Action::count_attempt, {}};
+  return {Action::fail,
           {code,
-           "The worker process " + how + " while it ran this job and no other, in attempt " +
+           "The worker process " + reason + " while it ran this job and no other, in attempt " +
                std::to_string(job.attempt) + " of " + std::to_string(job.max_attempts) + ".",
            {}}};
 }
 
 }  // namespace
 
-std::vector<CrashDecision> decide(const std::vector<InFlightJob>& casualties, const std::string& how,
+std::vector<CrashDecision> decide(const std::vector<InFlightJob>& jobs, const std::string& reason,
                                   bool planned_shutdown, const std::string& code) {
-  if (planned_shutdown) return std::vector<CrashDecision>(casualties.size());
-  if (casualties.size() == 1) return {judge_alone(casualties.front(), how, code)};
-  return std::vector<CrashDecision>(casualties.size(), CrashDecision{CrashDecision::Action::give_back_suspect, {}});
+  if (!planned_shutdown && jobs.size() == 1) return {decide_single(jobs.front(), reason, code)};
+  const Action action = planned_shutdown ? Action::release : Action::release_as_suspect;
+  return std::vector<CrashDecision>(jobs.size(), CrashDecision{action, {}});
 }
 
 }  // namespace worker

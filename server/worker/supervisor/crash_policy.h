@@ -1,5 +1,5 @@
 #pragma once
-/// Who pays for a worker's death. A pure function, so the rule is in one place and tested as a table.
+/// Decides which job loses an attempt when the worker ends. A pure function, tested as a table.
 
 #include <cstdint>
 #include <string>
@@ -9,29 +9,29 @@
 
 namespace worker {
 
-/// A job that was in the worker when it died.
+/// A job that was in the worker when it ended.
 struct InFlightJob {
   std::string job_id;
   std::int64_t fence = 0;
   int attempt = 1, max_attempts = 1;
   bool cancel_requested = false;
-  bool answered = false;  ///< its end was told before: it may be the killer, but nothing is left to settle
+  bool reported = false;  ///< its end was reported before; it may be the cause, but needs no decision
 };
 
 struct CrashDecision {
   enum class Action {
-    give_back,          ///< queued again, the attempt not counted
-    give_back_suspect,  ///< the same, and it runs alone from now on
-    count_attempt,      ///< queued again, the attempt gone; runs alone from now on
-    fail,               ///< its last attempt: `problem` says how the worker died
+    release,             ///< queued again, the attempt not counted
+    release_as_suspect,  ///< the same, and it runs alone from now on
+    count_attempt,       ///< queued again, the attempt counted; runs alone from now on
+    fail,                ///< the last attempt; `problem` contains the reason
   };
-  Action action = Action::give_back;
+  Action action = Action::release;
   queue::Problem problem;
 };
 
-/// `how` is the rest of a sentence that begins "The worker process": "was killed by signal 11 (SIGSEGV)".
-/// `code` is the problem's. `excused`: we ended the worker for a reason that no job is to blame for.
-std::vector<CrashDecision> decide(const std::vector<InFlightJob>& casualties, const std::string& how,
+/// One decision per job. `reason` is the end of a sentence that begins "The worker process": "was killed by signal 11
+/// (SIGSEGV)". `code` is that of the problem. `planned_shutdown`: no job is the cause.
+std::vector<CrashDecision> decide(const std::vector<InFlightJob>& jobs, const std::string& reason,
                                   bool planned_shutdown, const std::string& code = "worker_crashed");
 
 }  // namespace worker

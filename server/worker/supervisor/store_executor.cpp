@@ -6,31 +6,31 @@ namespace worker {
 
 StoreExecutor::StoreExecutor(int threads, std::chrono::milliseconds pause, queue::Log log)
     : pause_(pause), log_(std::move(log)) {
-  for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { work(); });
+  for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { run_tasks(); });
 }
 
 StoreExecutor::~StoreExecutor() {
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
-    idle_.call_all();
   }
+  task_available_.notify_all();
   for (std::thread& thread : threads_) thread.join();
 }
 
 void StoreExecutor::run(std::function<void()> task) {
-  const std::lock_guard lock(mutex_);
-  tasks_.push_back(std::move(task));
-  idle_.call_one();
+  {
+    const std::lock_guard lock(mutex_);
+    tasks_.push_back(std::move(task));
+  }
+  task_available_.notify_one();
 }
 
-void StoreExecutor::work() {
+void StoreExecutor::run_tasks() {
   std::unique_lock lock(mutex_);
   for (;;) {
-    while (tasks_.empty()) {
-      if (stopping_) return;
-      idle_.wait(lock);
-    }
+    task_available_.wait(lock, [&] { return stopping_ || !tasks_.empty(); });
+    if (tasks_.empty()) return;
     const std::function<void()> task = std::move(tasks_.front());
     tasks_.pop_front();
     lock.unlock();
@@ -39,7 +39,7 @@ void StoreExecutor::work() {
   }
 }
 
-std::optional<queue::StoreFailure> StoreExecutor::run_with_retry(int tries, std::string_view what,
+std::optional<queue::StoreFailure> StoreExecutor::run_with_retry(int tries, std::string_view operation,
                                                                  const std::function<void()>& call) {
   for (int tried = 1;; ++tried) {
     std::optional<queue::StoreFailure> failure;
@@ -48,24 +48,24 @@ std::optional<queue::StoreFailure> StoreExecutor::run_with_retry(int tries, std:
       return std::nullopt;
     } catch (const queue::StoreFailure& thrown) {
       failure = thrown;
-    } catch (const std::exception& thrown) {  // no memory, no descriptors: the environment too
+    } catch (const std::exception& thrown) {  // no memory or descriptors
       failure.emplace(queue::StoreFailure::Kind::unavailable, thrown.what());
     }
-    log_(queue::LogLevel::error, "store_failure", {{"during", std::string(what)}, {"detail", failure->what()}});
+    log_(queue::LogLevel::error, "store_failure", {{"during", std::string(operation)}, {"detail", failure->what()}});
     const bool broken = failure->kind == queue::StoreFailure::Kind::broken;
-    if (broken || tried == tries || !wait_a_little()) return failure;
+    if (broken || tried == tries || !pause()) return failure;
   }
 }
 
-void StoreExecutor::give_up() {
+void StoreExecutor::stop_retrying() {
   const std::lock_guard lock(mutex_);
-  given_up_ = true;
-  gave_up_.notify_all();
+  retrying_ = false;
+  retrying_stopped_.notify_all();
 }
 
-bool StoreExecutor::wait_a_little() {
+bool StoreExecutor::pause() {
   std::unique_lock lock(mutex_);
-  return !gave_up_.wait_for(lock, pause_, [&] { return given_up_; });
+  return !retrying_stopped_.wait_for(lock, pause_, [&] { return !retrying_; });
 }
 
 }  // namespace worker

@@ -1,6 +1,5 @@
 #pragma once
-/// A few threads that talk to the queue's store, so that nobody else waits for a disk, and that repeat what the store
-/// refused.
+/// Threads that call the store of the queue, so that no other thread waits for a disk, and that retry failed calls.
 
 #include <chrono>
 #include <condition_variable>
@@ -13,7 +12,6 @@
 #include <vector>
 
 #include "server/queue/event_log.h"
-#include "server/queue/idle_threads.h"
 #include "server/queue/job_store.h"
 
 namespace worker {
@@ -21,32 +19,30 @@ namespace worker {
 class StoreExecutor {
  public:
   StoreExecutor(int threads, std::chrono::milliseconds pause, queue::Log log);
-  /// Runs what was given, then ends.
+  /// Runs the remaining tasks, then ends.
   ~StoreExecutor();
 
   /// Any thread. `task` must not throw.
   void run(std::function<void()> task);
 
-  /// From within a task: repeats `call` while it throws, up to `tries` times with a pause between (0: until it works).
-  /// Null when it worked, else the last failure. After `give_up`, and on a disk that is broken, it is tried once.
-  std::optional<queue::StoreFailure> run_with_retry(int tries, std::string_view what,
+  /// Within a task: repeats `call` while it throws, up to `tries` times (0: without limit) with a pause between. None
+  /// on success, else the last failure. There is no retry after `stop_retrying` and on a broken disk.
+  std::optional<queue::StoreFailure> run_with_retry(int tries, std::string_view operation,
                                                     const std::function<void()>& call);
 
-  /// Nothing waits or repeats any more. Any thread.
-  void give_up();
+  /// Ends all pauses and retries. Any thread.
+  void stop_retrying();
 
  private:
-  void work();
-  bool wait_a_little();  ///< false after give_up
+  void run_tasks();
+  bool pause();  ///< false after stop_retrying
 
-  std::chrono::milliseconds pause_;
-  queue::Log log_;
+  const std::chrono::milliseconds pause_;
+  const queue::Log log_;
   std::mutex mutex_;
-  queue::IdleThreads idle_;
-  std::condition_variable gave_up_;
+  std::condition_variable task_available_, retrying_stopped_;
   std::deque<std::function<void()>> tasks_;
-  bool stopping_ = false;
-  bool given_up_ = false;
+  bool stopping_ = false, retrying_ = true;
   std::vector<std::thread> threads_;
 };
 

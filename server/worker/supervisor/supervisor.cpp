@@ -7,14 +7,14 @@
 
 namespace worker {
 
-std::string worker_beside_this_program() {
+std::string default_executable() {
   return std::filesystem::read_symlink("/proc/self/exe").parent_path() / "whittled-worker";
 }
 
 Supervisor::Supervisor(queue::Queue& queue, SupervisorSettings settings, queue::Log log)
     : queue_(queue), loop_(std::make_unique<Loop>(queue, std::move(settings), std::move(log))) {
   queue_.runner.attach(loop_.get());
-  loop_->notify(false);  // for what was submitted in between
+  loop_->notify(false);  // for jobs that were submitted before attach
 }
 
 Supervisor::~Supervisor() {
@@ -22,10 +22,10 @@ Supervisor::~Supervisor() {
   loop_->drain(std::chrono::milliseconds(0));
 }
 
-bool Supervisor::drain(std::chrono::milliseconds patience) { return loop_->drain(patience); }
-int Supervisor::worker_pid() const { return loop_->pid(); }
-int Supervisor::running() const { return loop_->running(); }
-Supervisor::Kept Supervisor::kept() const { return loop_->kept(); }
-std::string Supervisor::sandbox() const { return loop_->sandbox(); }
+bool Supervisor::drain(std::chrono::milliseconds timeout) { return loop_->drain(timeout); }
+int Supervisor::worker_pid() const { return loop_->process().pid(); }
+int Supervisor::running() const { return loop_->dispatcher().running(); }
+Supervisor::CacheBytes Supervisor::cache_bytes() const { return loop_->process().cache_bytes(); }
+std::string Supervisor::sandbox() const { return loop_->process().sandbox(); }
 
 }  // namespace worker

@@ -1,21 +1,19 @@
 #pragma once
-/// Runs the queue's jobs in a worker process that may die: starts it, feeds it, replaces it, and sees to it that a
-/// death costs nobody a job.
+/// Runs the jobs of the queue in a worker process: starts it, assigns jobs, replaces it when it ends.
 ///
-///   worker::SupervisorSettings settings;                   // executable: worker::worker_beside_this_program()
+///   worker::SupervisorSettings settings;                   // executable: worker::default_executable()
 ///   worker::Supervisor supervisor(queue, settings, log);   // starts the worker at once
-///   ... on SIGTERM, after HTTP stopped accepting:
+///   ... on SIGTERM, after HTTP has stopped accepting:
 ///   supervisor.drain(std::chrono::seconds(30));
 ///
-/// An attempt that failed for a reason that may pass is followed by another one after a pause (retry_rules.h).
+/// An attempt that failed for a transient reason is followed by another one after a pause (retry_rules.h).
 ///
-/// Who pays for a death: a job that ran alone loses the attempt, and with its last one fails as "worker_crashed", the
-/// signal named. Of several in flight none is blamed: they become suspects, wait until the worker is empty and run one
-/// at a time, before all others, so the killer is found. A worker that had to be killed because a cancelled job did not
-/// stop, or that is stopped by drain, costs no attempt at all.
+/// If the worker crashes while it runs one job, the job loses the attempt, and after its last one fails as
+/// "worker_crashed" with the signal. If it runs several, they become suspects at no cost: each then runs alone, before
+/// all other jobs, so that the crashing one is found (crash_policy.h). A worker that is killed because it did not stop
+/// a job, or by drain, costs no attempt.
 ///
-/// Beside the worker in use a spare one is kept ready: when one ends nobody waits for the start of the next, nor for
-/// the system to take back what the last one had.
+/// A second worker process is kept ready, so that the replacement needs no start-up time.
 
 #include <chrono>
 #include <cstdint>
@@ -31,34 +29,31 @@ namespace worker {
 
 struct SupervisorSettings {
   std::string executable;  ///< absolute path of whittled-worker
-  /// Jobs that run at once. Where there are several, large ones (queue::Job) leave the last place to the others, which
-  /// so never wait for a large one to end: all places share the threads, in which a job that runs by itself has them
-  /// all. 0: one more than threads, so that small jobs, which are mostly not parallel, fill the machine too.
+  /// Jobs that run at once; they share the threads, and a job that runs alone has all of them. If there are several
+  /// slots, large jobs (queue::Job) leave one to the others, which otherwise wait until a large job ends.
+  /// 0: threads + 1, because small jobs are mostly sequential.
   int slots = 0;
   int threads = 0;  ///< see Options
   FileSettings files;
-  /// What a worker keeps of jobs' geometry and images for the next jobs, beside job_memory_bytes.
+  /// Geometry and images that a worker keeps for the next jobs, in addition to job_memory_bytes.
   std::uint64_t scene_cache_bytes = 512u << 20;
   std::chrono::milliseconds cache_idle{60'000};  ///< see Options
-  /// Threads that claim jobs and store results, each waiting for the disk most of its time. A result takes one sync, a
-  /// large image two before it (file, directory), which the disk shares among all who wait: so there are many, that a
-  /// disk of 10 ms a sync does not hold small jobs up. 0: 16, or slots where that is more.
+  /// Threads that claim jobs and store results. They mostly wait for the disk: a result takes one sync, a large image
+  /// two more, and the disk combines the syncs of all threads. 0: the larger of 16 and slots.
   int store_threads = 0;
-  /// A worker from which nothing came for this long is killed. It beats every second from a thread of its own, so only
-  /// a stopped process or a machine that swaps is silent this long.
+  /// A worker without a message for this long is killed. It sends a heartbeat every second from a separate thread, so
+  /// only a stopped process or a swapping machine exceeds this.
   std::chrono::milliseconds heartbeat_timeout{10'000};
-  /// From start to ready: loading Embree and the image library takes 0.2 s, on a cold disk seconds.
+  /// Loading Embree and the image library takes 0.2 s, on a cold disk seconds.
   std::chrono::milliseconds start_timeout{60'000};
-  /// A job that is cancelled, or whose time is over, is told as ended after this, whether the worker has obeyed or not
-  /// (100 ms are promised, a commit fits into the rest). The tracer stops within some rays; a large file or BVH may
-  /// take a second or two.
+  /// A cancelled or overdue job is reported as ended after this, even if the worker has not stopped it yet (100 ms are
+  /// promised; a commit fits into the rest). A large file or BVH may take a second or two to stop.
   std::chrono::milliseconds cancel_answer{10};
-  /// A worker that has not stopped it after this, has no other job and can be replaced at once, since a spare one is
-  /// ready, is killed ...
+  /// After this a worker that has not stopped the job and runs no other is replaced by the standby, if that is ready.
   std::chrono::milliseconds cancel_replace{50};
-  /// ... and one that has others, whose work would be lost, or no spare one behind it, after this.
+  /// After this a worker that has not stopped the job is killed in any case.
   std::chrono::milliseconds cancel_grace{5'000};
-  /// Pause before a worker that died is started again; doubles with each death until one finishes a job.
+  /// Pause before a crashed worker is started again; doubles with each crash until a job finishes.
   std::chrono::milliseconds restart_pause{50};
   std::chrono::milliseconds restart_pause_max{5'000};
   /// Pause after the store refused a claim or a result. A result is tried `store_tries` times, then the attempt has
@@ -66,37 +61,37 @@ struct SupervisorSettings {
   std::chrono::milliseconds store_pause{500};
   int store_tries = 10;
   RetrySettings retry;
-  /// An attempt that takes longer is stopped and has failed as "timed_out". A day: whatever takes longer hangs.
+  /// A longer attempt is stopped and has failed as "timed_out". Whatever takes longer than a day hangs.
   std::chrono::milliseconds wall_time{std::chrono::hours(24)};
-  /// A worker that has more than this for each of its jobs, beyond what it had before the first and what it keeps for
-  /// the next ones, is killed, and they have failed as "out_of_memory"; looked at with each of its heartbeats.
+  /// A worker with more memory for each of its jobs, beyond what it had before the first one and its cache, is killed,
+  /// and the jobs have failed as "out_of_memory"; checked at each heartbeat.
   std::uint64_t job_memory_bytes = 16ull << 30;
 };
 
-/// "/path/of/this/program's/directory/whittled-worker"
-std::string worker_beside_this_program();
+/// Path of whittled-worker in the directory of this program.
+std::string default_executable();
 
-/// Attaches itself to the queue and detaches when it goes. Thread-safe. The queue must outlive it.
+/// Attaches itself to the queue, and detaches on destruction. Thread-safe. The queue must outlive it.
 class Supervisor {
  public:
-  /// Throws std::system_error when threads or descriptors cannot be had. A worker that cannot be started is no
-  /// exception: it is logged, told by not_ready (through Queue::not_ready) and tried again.
+  /// Throws std::system_error without threads or descriptors. A worker that cannot be started is logged, reported by
+  /// Queue::not_ready and tried again.
   Supervisor(queue::Queue& queue, SupervisorSettings settings, queue::Log log);
   /// As drain(0).
   ~Supervisor();
 
-  /// Claims nothing more, waits up to `patience` for running jobs to end, gives the others back to the queue without
-  /// cost and ends the worker. True when all ended by themselves. Only the first call counts.
-  bool drain(std::chrono::milliseconds patience);
+  /// Claims no more jobs, waits up to `timeout` for running jobs, releases the others at no cost and ends the worker.
+  /// True if no job was interrupted. Only the first call has an effect.
+  bool drain(std::chrono::milliseconds timeout);
 
-  [[nodiscard]] int worker_pid() const;  ///< 0 while there is none; for the log, metrics and tests
-  [[nodiscard]] int running() const;     ///< jobs in the worker now
-  /// Bytes that the worker keeps for later jobs, as it told last; none while there is no worker.
-  struct Kept {
+  [[nodiscard]] int worker_pid() const;  ///< 0 without a worker
+  [[nodiscard]] int running() const;     ///< jobs in the worker
+  /// Bytes that the worker keeps for later jobs, of its last heartbeat.
+  struct CacheBytes {
     std::uint64_t geometry = 0, images = 0;
   };
-  [[nodiscard]] Kept kept() const;
-  /// What the latest worker was held by ("seccomp, landlock"); empty until the first is ready.
+  [[nodiscard]] CacheBytes cache_bytes() const;
+  /// Restrictions of the latest worker, such as "seccomp, landlock"; empty until one is ready.
   [[nodiscard]] std::string sandbox() const;
 
  private:

@@ -1,4 +1,4 @@
-#include "server/webhooks/poster.h"
+#include "server/webhooks/webhook_sender.h"
 
 #include <curl/curl.h>
 #include <sys/socket.h>
@@ -11,34 +11,34 @@
 namespace webhooks {
 namespace {
 
-/// What the callbacks of one request know.
-struct Call {
-  const PosterSettings& settings;
+/// The context of the callbacks of one request.
+struct Request {
+  const SenderSettings& settings;
   const std::atomic<bool>& stop;
   std::size_t received = 0;
-  std::string refused_address;
+  std::string rejected_address;
 };
 
-/// Connecting happens here and nowhere else, so what is checked is what is connected to.
+/// All connections are made here, so the checked address is the connected one.
 curl_socket_t open_socket(void* context, curlsocktype, curl_sockaddr* target) {
-  auto& call = *static_cast<Call*>(context);
+  auto& request = *static_cast<Request*>(context);
   const auto address = address_of(&target->addr, target->addrlen);
-  if (!address || !call.settings.networks.allow(*address)) {
-    call.refused_address = address ? text_of(*address) : "of no known kind";
+  if (!address || !request.settings.networks.allow(*address)) {
+    request.rejected_address = address ? text_of(*address) : "of an unknown family";
     return CURL_SOCKET_BAD;
   }
   return ::socket(target->family, target->socktype | SOCK_CLOEXEC, target->protocol);
 }
 
-/// Of heads and bodies alike: counted and dropped. Taking less than was given ends the request.
+/// Counts and drops headers and body. Accepting fewer bytes than given ends the request.
 std::size_t drop_received(const char*, std::size_t size, std::size_t count, void* context) {
-  auto& call = *static_cast<Call*>(context);
-  call.received += size * count;
-  return call.received <= call.settings.answer_bytes_max ? size * count : 0;
+  auto& request = *static_cast<Request*>(context);
+  request.received += size * count;
+  return request.received <= request.settings.response_bytes_max ? size * count : 0;
 }
 
 int check_stop(void* context, curl_off_t, curl_off_t, curl_off_t, curl_off_t) {
-  return static_cast<Call*>(context)->stop ? 1 : 0;
+  return static_cast<Request*>(context)->stop ? 1 : 0;
 }
 
 struct FreeEasy {
@@ -61,55 +61,55 @@ List list_of(const WebhookSender::Headers& headers) {
   return list;
 }
 
-void set_options(CURL* easy, Call& call) {
+void set_options(CURL* easy, Request& request) {
   const auto set = [&](CURLoption option, auto value) {
     if (curl_easy_setopt(easy, option, value) != CURLE_OK) throw std::bad_alloc();
   };
   set(CURLOPT_PROTOCOLS_STR, "http,https");
   set(CURLOPT_FOLLOWLOCATION, 0L);
-  set(CURLOPT_PROXY, "");  // not even from the environment
+  set(CURLOPT_PROXY, "");  // ignores the environment
   set(CURLOPT_NOSIGNAL, 1L);
   set(CURLOPT_FRESH_CONNECT, 1L);
   set(CURLOPT_FORBID_REUSE, 1L);
   set(CURLOPT_HTTP_VERSION, static_cast<long>(CURL_HTTP_VERSION_1_1));
-  set(CURLOPT_CONNECTTIMEOUT_MS, static_cast<long>(call.settings.connect_timeout.count()));
-  set(CURLOPT_TIMEOUT_MS, static_cast<long>(call.settings.timeout.count()));
+  set(CURLOPT_CONNECTTIMEOUT_MS, static_cast<long>(request.settings.connect_timeout.count()));
+  set(CURLOPT_TIMEOUT_MS, static_cast<long>(request.settings.timeout.count()));
   set(CURLOPT_OPENSOCKETFUNCTION, &open_socket);
-  set(CURLOPT_OPENSOCKETDATA, static_cast<void*>(&call));
+  set(CURLOPT_OPENSOCKETDATA, static_cast<void*>(&request));
   set(CURLOPT_WRITEFUNCTION, &drop_received);
-  set(CURLOPT_WRITEDATA, static_cast<void*>(&call));
+  set(CURLOPT_WRITEDATA, static_cast<void*>(&request));
   set(CURLOPT_HEADERFUNCTION, &drop_received);
-  set(CURLOPT_HEADERDATA, static_cast<void*>(&call));
+  set(CURLOPT_HEADERDATA, static_cast<void*>(&request));
   set(CURLOPT_XFERINFOFUNCTION, &check_stop);
-  set(CURLOPT_XFERINFODATA, static_cast<void*>(&call));
+  set(CURLOPT_XFERINFODATA, static_cast<void*>(&request));
   set(CURLOPT_NOPROGRESS, 0L);
 }
 
-std::string why(CURLcode code, const Call& call, const std::array<char, CURL_ERROR_SIZE>& error) {
-  if (!call.refused_address.empty()) {
-    return "the address " + call.refused_address + " is not public, and no network of the option webhook_networks";
+std::string failure_reason(CURLcode code, const Request& request, const std::array<char, CURL_ERROR_SIZE>& error) {
+  if (!request.rejected_address.empty()) {
+    return "the address " + request.rejected_address + " is not public, and no network of the option webhook_networks";
   }
-  if (call.received > call.settings.answer_bytes_max) {
-    return "the answer has more than " + std::to_string(call.settings.answer_bytes_max) + " bytes";
+  if (request.received > request.settings.response_bytes_max) {
+    return "the response has more than " + std::to_string(request.settings.response_bytes_max) + " bytes";
   }
   return error.front() != '\0' ? error.data() : curl_easy_strerror(code);
 }
 
 }  // namespace
 
-WebhookSender::WebhookSender(PosterSettings settings) : settings_(std::move(settings)) {
+WebhookSender::WebhookSender(SenderSettings settings) : settings_(std::move(settings)) {
   if (curl_global_init(CURL_GLOBAL_DEFAULT) != CURLE_OK) throw std::bad_alloc();
 }
 WebhookSender::~WebhookSender() { curl_global_cleanup(); }
 
-Answer WebhookSender::post(const std::string& url, const Headers& headers, const std::string& body,
-                           const std::atomic<bool>& stop) const {
+Response WebhookSender::post(const std::string& url, const Headers& headers, const std::string& body,
+                             const std::atomic<bool>& stop) const {
   const std::unique_ptr<CURL, FreeEasy> easy(curl_easy_init());
   if (easy == nullptr) throw std::bad_alloc();
-  Call call{settings_, stop, 0, {}};
-  set_options(easy.get(), call);
+  Request request{settings_, stop, 0, {}};
+  set_options(easy.get(), request);
   Headers all = headers;
-  all.emplace_back("Expect", "");  // no waiting for a 100
+  all.emplace_back("Expect", "");  // does not wait for 100 Continue
   const List list = list_of(all);
   std::array<char, CURL_ERROR_SIZE> error{};
   curl_easy_setopt(easy.get(), CURLOPT_ERRORBUFFER, error.data());
@@ -118,7 +118,7 @@ Answer WebhookSender::post(const std::string& url, const Headers& headers, const
   curl_easy_setopt(easy.get(), CURLOPT_POSTFIELDS, body.data());
   if (curl_easy_setopt(easy.get(), CURLOPT_URL, url.c_str()) != CURLE_OK) throw std::bad_alloc();
   const CURLcode code = curl_easy_perform(easy.get());
-  if (code != CURLE_OK) return {0, why(code, call, error)};
+  if (code != CURLE_OK) return {0, failure_reason(code, request, error)};
   long status = 0;
   curl_easy_getinfo(easy.get(), CURLINFO_RESPONSE_CODE, &status);
   return {static_cast<int>(status), {}};

@@ -1,0 +1,76 @@
+#include "server/worker/supervisor/outcome_writer.h"
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace worker {
+namespace {
+
+queue::Problem storage_failure(const queue::StoreFailure& failure) {
+  const bool full = failure.kind == queue::StoreFailure::Kind::full;
+  return {"storage_failure",
+          std::string("The image was rendered but could not be stored: ") +
+              (full ? "the disk is full." : "the store is not available."),
+          {}};
+}
+
+}  // namespace
+
+void OutcomeWriter::run(std::function<void()> task, std::function<void()> on_done) {
+  ++pending_;
+  executor_.run([this, task = std::move(task), on_done = std::move(on_done)]() mutable {
+    task();
+    events_.post([this, on_done = std::move(on_done)] {
+      --pending_;
+      on_done();
+    });
+  });
+}
+
+void OutcomeWriter::succeed(Finished finished, std::function<void(const queue::Problem&)> on_failure) {
+  const auto shared = std::make_shared<Finished>(std::move(finished));  // a std::function has to be copyable
+  run([this, shared, on_failure = std::move(on_failure)] {
+    std::vector<queue::JobLifecycle::Image> images;
+    for (const Image& image : shared->images) images.push_back({image.name, image.media_type, image.bytes.get()});
+    const auto failure = executor_.run_with_retry(store_tries_, "succeed", [&] {
+      log_outcome("job_succeeded", shared->job_id,
+                  queue_.lifecycle.succeed(shared->job_id, shared->fence, shared->report, images));
+    });
+    // After a disk failure the next start finds the job running and releases it at no cost.
+    if (!failure || failure->kind == queue::StoreFailure::Kind::broken) return;
+    events_.post([on_failure, problem = storage_failure(*failure)] { on_failure(problem); });
+  });
+}
+
+void OutcomeWriter::fail(const std::string& id, std::int64_t fence, const queue::Problem& problem) {
+  run([this, id, fence, problem] {
+    executor_.run_with_retry(0, "fail", [&] {
+      log_outcome("job_failed", id, queue_.lifecycle.fail(id, fence, problem), {{"code", problem.code}});
+    });
+  });
+}
+
+void OutcomeWriter::cancel(const std::string& id, std::int64_t fence) {
+  run([this, id, fence] {
+    executor_.run_with_retry(0, "cancel", [&] { log_outcome("job_cancelled", id, queue_.lifecycle.finish_cancel(id, fence)); });
+  });
+}
+
+void OutcomeWriter::release(const std::string& id, std::int64_t fence, bool counts, bool suspect,
+                            std::chrono::milliseconds pause, std::function<void()> on_released) {
+  const auto task = [this, id, fence, counts, suspect, pause] {
+    executor_.run_with_retry(0, "release", [&] {
+      log_outcome("job_released", id, queue_.lifecycle.release(id, fence, counts, suspect, pause.count()));
+    });
+  };
+  run(task, std::move(on_released));
+}
+
+void OutcomeWriter::log_outcome(const char* event, const std::string& id, bool moved, queue::LogFields fields) {
+  if (!moved) return;
+  fields.emplace_back("job_id", id);
+  log_(queue::LogLevel::info, event, fields);
+}
+
+}  // namespace worker

@@ -1,0 +1,261 @@
+#include "server/worker/supervisor/worker_process.h"
+
+#include <poll.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <exception>
+#include <fstream>
+#include <utility>
+
+namespace worker {
+
+using queue::LogLevel;
+
+namespace {
+
+/// 0 if the process has exited.
+std::uint64_t resident_bytes(int pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/statm");
+  std::uint64_t size_pages = 0, resident_pages = 0;
+  file >> size_pages >> resident_pages;
+  return resident_pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
+bool is_from_daemon(const Message& message) {
+  return std::holds_alternative<Assign>(message) || std::holds_alternative<Cancel>(message) ||
+         std::holds_alternative<PreviewRequest>(message);
+}
+
+}  // namespace
+
+// ---- start
+
+std::unique_ptr<WorkerProcess::Instance> WorkerProcess::start_instance() const {
+  return std::make_unique<Instance>(
+      settings_.executable,
+      Options{settings_.slots, settings_.threads, settings_.job_memory_bytes, settings_.scene_cache_bytes,
+              static_cast<std::uint64_t>(settings_.cache_idle.count()), settings_.files});
+}
+
+void WorkerProcess::start_if_due(Time now) {
+  if (!may_start_) return;
+  if (state_ == WorkerState::absent && now >= restart_at_) start_worker(now);
+  // Only beside a worker that is ready: a program that cannot start is not started twice.
+  if (state_ == WorkerState::ready && standby_ == nullptr && now >= standby_at_) start_standby(now);
+}
+
+void WorkerProcess::start_worker(Time now) {
+  try {
+    worker_ = standby_ != nullptr ? std::move(standby_) : start_instance();
+  } catch (const std::exception& failure) {
+    log_(LogLevel::error, "worker_not_started", {{"detail", failure.what()}});
+    set_not_ready(std::string("worker: ") + failure.what());
+    restart_at_ = now + settings_.restart_pause_max;
+    return;
+  }
+  state_ = WorkerState::starting;
+  last_message_at_ = now;
+  pid_ = worker_->child.pid();
+  log_(LogLevel::info, "worker_started", {{"pid", std::to_string(pid_)}, {"slots", std::to_string(settings_.slots)}});
+  if (worker_->ready) on_ready();
+}
+
+void WorkerProcess::start_standby(Time now) {
+  try {
+    standby_ = start_instance();
+  } catch (const std::exception& failure) {
+    log_(LogLevel::warning, "standby_not_started", {{"detail", failure.what()}});
+    standby_at_ = now + settings_.restart_pause_max;
+  }
+}
+
+void WorkerProcess::stop_starting() {
+  may_start_ = false;
+  standby_.reset();
+}
+
+void WorkerProcess::on_ready() {
+  state_ = WorkerState::ready;
+  base_memory_bytes_ = resident_bytes(pid_);
+  set_not_ready("");
+  {
+    const std::lock_guard lock(status_mutex_);
+    sandbox_ = worker_->ready->sandbox;
+  }
+  const auto start_ms = std::chrono::duration_cast<std::chrono::milliseconds>(Time::clock::now() - worker_->started_at);
+  log_(LogLevel::info, "worker_ready",
+       {{"pid", std::to_string(pid_)},
+        {"build", worker_->ready->build},
+        {"sandbox", worker_->ready->sandbox},
+        {"start_ms", std::to_string(start_ms.count())}});
+}
+
+// ---- messages and output
+
+void WorkerProcess::wait(int event_descriptor, Time until) {
+  // A closed socket would end every wait at once.
+  const bool connected = worker_ != nullptr && state_ != WorkerState::ending;
+  const int writable = connected && worker_->child.has_unsent() ? POLLOUT : 0;
+  std::vector<pollfd> descriptors{
+      {event_descriptor, POLLIN, 0},
+      {connected ? worker_->child.socket() : -1, static_cast<short>(POLLIN | writable), 0},
+      {worker_ != nullptr ? worker_->child.pid_descriptor() : -1, POLLIN, 0},
+      {worker_ != nullptr ? worker_->child.output().descriptor() : -1, POLLIN, 0},
+      {standby_ != nullptr ? standby_->child.socket() : -1, POLLIN, 0},
+      {standby_ != nullptr ? standby_->child.output().descriptor() : -1, POLLIN, 0},
+  };
+  for (const auto& instance : killed_) descriptors.push_back({instance->child.pid_descriptor(), POLLIN, 0});
+  const auto left = std::chrono::ceil<std::chrono::milliseconds>(until - Time::clock::now()).count();
+  poll(descriptors.data(), descriptors.size(), static_cast<int>(std::clamp<decltype(left)>(left, 0, 60'000)));
+
+  auto killed = descriptors.end() - static_cast<std::ptrdiff_t>(killed_.size());
+  std::erase_if(killed_, [&](const auto& instance) {
+    if (((killed++)->revents & POLLIN) == 0) return false;
+    log_output(instance->child);
+    return true;
+  });
+  if ((descriptors[1].revents & POLLOUT) != 0) worker_->child.flush();
+  exited_ = (descriptors[2].revents & POLLIN) != 0;
+  if (descriptors[3].revents != 0) log_output(worker_->child);
+  if (descriptors[5].revents != 0) log_output(standby_->child);
+  if (descriptors[4].revents != 0) read_standby();
+}
+
+std::optional<Message> WorkerProcess::receive(std::size_t job_count) {
+  if (state_ != WorkerState::starting && state_ != WorkerState::ready) return std::nullopt;
+  Received received = worker_->child.receive();
+  if (std::holds_alternative<Nothing>(received)) return std::nullopt;
+  last_message_at_ = Time::clock::now();
+  if (auto* message = std::get_if<Message>(&received)) {
+    if (auto* ready = std::get_if<Ready>(message)) {
+      worker_->ready = std::move(*ready);
+      if (state_ == WorkerState::starting) on_ready();
+    } else if (const auto* heartbeat = std::get_if<Heartbeat>(message)) {
+      on_heartbeat(*heartbeat, job_count);
+    } else if (is_from_daemon(*message)) {
+      end("sent a message that only the daemon sends", false);
+    }
+    return std::move(*message);
+  }
+  if (auto* malformed = std::get_if<Malformed>(&received)) {
+    end("sent " + malformed->detail, false);
+  } else if (std::holds_alternative<Lost>(received)) {
+    end("sent a message for which this process has no descriptors", true);
+  } else {
+    state_ = WorkerState::ending;  // how it ended is known when the process has exited
+    worker_->child.kill();
+  }
+  return std::nullopt;
+}
+
+void WorkerProcess::send(Packet packet) {
+  if (state_ == WorkerState::ready) worker_->child.send(std::move(packet));
+}
+
+void WorkerProcess::on_heartbeat(const Heartbeat& heartbeat, std::size_t job_count) {
+  cache_geometry_bytes_ = heartbeat.geometry_bytes;
+  cache_image_bytes_ = heartbeat.image_bytes;
+  if (job_count == 0 || state_ != WorkerState::ready) return;
+  const std::uint64_t cached = heartbeat.geometry_bytes + heartbeat.image_bytes;
+  const std::uint64_t limit =
+      base_memory_bytes_ + std::min(cached, settings_.scene_cache_bytes) + job_count * settings_.job_memory_bytes;
+  const std::uint64_t used = resident_bytes(pid_);
+  if (used <= limit) return;
+  end("had " + std::to_string(used) + " bytes of memory, above the limit job_memory_bytes of " +
+          std::to_string(settings_.job_memory_bytes) + " for each job,",
+      false, "out_of_memory");
+}
+
+/// A standby only sends that it is ready and alive.
+void WorkerProcess::read_standby() {
+  for (;;) {
+    Received received = standby_->child.receive();
+    if (std::holds_alternative<Nothing>(received)) return;
+    auto* message = std::get_if<Message>(&received);
+    auto* ready = message == nullptr ? nullptr : std::get_if<Ready>(message);
+    if (ready != nullptr) standby_->ready = std::move(*ready);
+    if (message != nullptr && (ready != nullptr || std::holds_alternative<Heartbeat>(*message))) continue;
+    log_output(standby_->child);
+    log_(LogLevel::warning, "standby_ended", {{"pid", std::to_string(standby_->child.pid())}});
+    standby_.reset();
+    standby_at_ = Time::clock::now() + settings_.restart_pause_max;
+    return;
+  }
+}
+
+/// Output consists mostly of messages of libraries.
+void WorkerProcess::log_output(ChildProcess& child) const {
+  child.output().read(Time::clock::now(), [&](const std::string& text, std::uint64_t omitted_lines) {
+    queue::LogFields fields{{"worker", std::to_string(child.pid())}, {"text", text}};
+    if (omitted_lines > 0) fields.emplace_back("omitted_lines", std::to_string(omitted_lines));
+    log_(LogLevel::warning, "worker_output", fields);
+  });
+}
+
+// ---- exit
+
+void WorkerProcess::end(const std::string& reason, bool planned_shutdown, const char* code) {
+  if (state_ == WorkerState::absent || state_ == WorkerState::ending) return;
+  worker_->child.kill();
+  killed_.push_back(std::move(worker_));
+  on_exit(reason, planned_shutdown, code);
+}
+
+void WorkerProcess::reap_if_exited() {
+  if (!exited_) return;
+  log_output(worker_->child);
+  const std::string reason = worker_->child.reap();
+  worker_.reset();
+  on_exit(reason, false, "worker_crashed");
+}
+
+void WorkerProcess::on_exit(const std::string& reason, bool planned_shutdown, const char* code) {
+  exit_ = {pid_, reason, planned_shutdown, code};
+  exited_ = false;
+  pid_ = 0;
+  cache_geometry_bytes_ = cache_image_bytes_ = 0;
+  state_ = WorkerState::absent;
+  set_not_ready("worker: restarting");
+  restart_at_ = Time::clock::now();
+  if (planned_shutdown) return;
+  restart_at_ += restart_pause_;
+  restart_pause_ = std::min(2 * restart_pause_, settings_.restart_pause_max);
+}
+
+void WorkerProcess::check_timeouts(Time now) {
+  if (state_ == WorkerState::starting && now >= worker_->started_at + settings_.start_timeout) {
+    end("was not ready within the start timeout", false);
+  }
+  if (state_ == WorkerState::ready && now >= last_message_at_ + settings_.heartbeat_timeout) {
+    end("sent no heartbeat within the heartbeat timeout", false);
+  }
+}
+
+WorkerProcess::Time WorkerProcess::next_deadline() const {
+  Time next = Time::max();
+  if (state_ == WorkerState::absent && may_start_) next = restart_at_;
+  if (state_ == WorkerState::starting) next = worker_->started_at + settings_.start_timeout;
+  if (state_ == WorkerState::ready) {
+    next = last_message_at_ + settings_.heartbeat_timeout;
+    if (standby_ == nullptr && may_start_) next = std::min(next, standby_at_);
+  }
+  return next;
+}
+
+std::string WorkerProcess::sandbox() const {
+  const std::lock_guard lock(status_mutex_);
+  return sandbox_;
+}
+
+std::string WorkerProcess::not_ready() const {
+  const std::lock_guard lock(status_mutex_);
+  return not_ready_;
+}
+
+void WorkerProcess::set_not_ready(std::string reason) {
+  const std::lock_guard lock(status_mutex_);
+  not_ready_ = std::move(reason);
+}
+
+}  // namespace worker
