@@ -1,5 +1,3 @@
-#include "server/worker/process/measure_job.h"
-
 #include <chrono>
 #include <string_view>
 #include <utility>
@@ -7,6 +5,7 @@
 
 #include "api/measure_request.h"
 #include "api/measurement_json.h"
+#include "server/worker/process/jobs.h"
 #include "tracer/measure.h"
 #include "tracer/plot.h"
 

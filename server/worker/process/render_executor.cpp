@@ -12,8 +12,7 @@
 
 #include "server/queue/job.h"
 #include "server/queue/previews.h"
-#include "server/worker/process/measure_job.h"
-#include "server/worker/process/render_job.h"
+#include "server/worker/process/jobs.h"
 #include "tracer/encode.h"
 
 namespace worker {

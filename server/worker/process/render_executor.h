@@ -13,8 +13,7 @@
 #include <thread>
 #include <vector>
 
-#include "server/worker/process/job_control.h"
-#include "server/worker/process/job_stages.h"
+#include "server/worker/process/jobs.h"
 #include "server/worker/protocol/protocol.h"
 #include "server/worker/protocol/worker_options.h"
 #include "tracer/scene_cache.h"

@@ -1,11 +1,10 @@
-#include "server/worker/process/render_job.h"
-
 #include <chrono>
 #include <string_view>
 #include <utility>
 
 #include "api/document.h"
 #include "api/report.h"
+#include "server/worker/process/jobs.h"
 #include "tracer/compile.h"
 #include "tracer/encode.h"
 #include "tracer/render.h"

@@ -28,59 +28,20 @@ constexpr std::uint32_t our_architecture = AUDIT_ARCH_AARCH64;
 /// Calls for threads, memory, clocks and open descriptors, with any arguments.
 constexpr long always[] = {
     // memory
-    SYS_brk,
-    SYS_munmap,
-    SYS_mremap,
-    SYS_madvise,
+    SYS_brk, SYS_munmap, SYS_mremap, SYS_madvise,
     // threads and time
-    SYS_futex,
-    SYS_set_robust_list,
-    SYS_rseq,
-    SYS_sched_yield,
-    SYS_sched_getaffinity,
-    SYS_sched_setaffinity,
-    SYS_getcpu,
-    SYS_membarrier,
-    SYS_nanosleep,
-    SYS_clock_nanosleep,
-    SYS_clock_gettime,
-    SYS_clock_getres,
-    SYS_gettimeofday,
-    SYS_restart_syscall,
-    SYS_exit,
-    SYS_exit_group,
+    SYS_futex, SYS_set_robust_list, SYS_rseq, SYS_sched_yield, SYS_sched_getaffinity, SYS_sched_setaffinity, SYS_getcpu,
+    SYS_membarrier, SYS_nanosleep, SYS_clock_nanosleep, SYS_clock_gettime, SYS_clock_getres, SYS_gettimeofday,
+    SYS_restart_syscall, SYS_exit, SYS_exit_group,
     // signals
-    SYS_rt_sigaction,
-    SYS_rt_sigprocmask,
-    SYS_rt_sigreturn,
-    SYS_sigaltstack,
+    SYS_rt_sigaction, SYS_rt_sigprocmask, SYS_rt_sigreturn, SYS_sigaltstack,
     // identity and resources
-    SYS_getpid,
-    SYS_gettid,
-    SYS_getrusage,
-    SYS_sysinfo,
-    SYS_uname,
-    SYS_getrandom,
+    SYS_getpid, SYS_gettid, SYS_getrusage, SYS_sysinfo, SYS_uname, SYS_getrandom,
     // open descriptors and shared memory
-    SYS_read,
-    SYS_write,
-    SYS_readv,
-    SYS_writev,
-    SYS_pread64,
-    SYS_pwrite64,
-    SYS_lseek,
-    SYS_close,
-    SYS_fstat,
-    SYS_newfstatat,
-    SYS_fcntl,
-    SYS_ftruncate,
-    SYS_fallocate,
-    SYS_memfd_create,
-    SYS_sendmsg,
-    SYS_recvmsg,
-    SYS_ppoll,
+    SYS_read, SYS_write, SYS_readv, SYS_writev, SYS_pread64, SYS_pwrite64, SYS_lseek, SYS_close, SYS_fstat,
+    SYS_newfstatat, SYS_fcntl, SYS_ftruncate, SYS_fallocate, SYS_memfd_create, SYS_sendmsg, SYS_recvmsg, SYS_ppoll,
 #if defined(SYS_poll)
-    SYS_poll,
+    SYS_poll
 #endif
 };
 

@@ -16,9 +16,8 @@
 #include <string_view>
 #include <vector>
 
-#include "server/worker/process/measure_job.h"
+#include "server/worker/process/jobs.h"
 #include "server/worker/process/render_executor.h"
-#include "server/worker/process/render_job.h"
 #include "server/worker/process/sandbox.h"
 #include "server/worker/protocol/protocol.h"
 #include "server/worker/protocol/worker_options.h"

@@ -1,6 +1,8 @@
 #pragma once
-/// Stages that renders and measurements share: parsing the document, loading its files, translating errors.
+/// The jobs of the worker process, renders and measurements, and the stages that they share.
 
+#include <atomic>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -14,9 +16,22 @@
 #include "tracer/assets.h"
 #include "tracer/compile.h"
 #include "tracer/control.h"
+#include "tracer/preview.h"
 #include "tracer/result.h"
+#include "tracer/scene.h"
+#include "tracer/scene_cache.h"
 
 namespace worker {
+
+/// State that a running job shares with the other threads of the worker.
+struct JobControl {
+  tracer::RenderControl tracing;  ///< of the image being traced; cancels the whole job
+  tracer::Preview preview;        ///< of a render
+  tracer::Output display_output;  ///< for encoding the preview; set before the preview has pixels
+  /// Images of a measurement. A total of 0: the tiles of `tracing` count instead.
+  std::atomic<std::uint64_t> steps_done{0}, steps_total{0};
+  std::atomic<bool> alone{true};  ///< no other job ran in the worker meanwhile
+};
 
 using Outcome = std::variant<Finished, Failed, Cancelled>;
 
@@ -52,5 +67,21 @@ T value_of(tracer::Result<T, tracer::Failure> result) {
   if (!result) stop_for(result.error());
   return *std::move(result);
 }
+
+// ---- jobs
+
+/// Parses, compiles, traces and encodes on the oneTBB arena of the calling thread. The report contains the stage times.
+/// `cache` may be null. Never throws: fails as "out_of_memory", as "bad_scene" with an invalid document, as "bad_asset"
+/// with all issues of its files, otherwise as "internal". The limits of `files` apply to scenes with mesh files, all
+/// objects included.
+Outcome render_job(Assign job, const FileSettings& files, JobControl& control, tracer::SceneCache* cache) noexcept;
+
+/// Renders the scene of an api::MeasureRequest with each value of its parameters, on the oneTBB arena of the calling
+/// thread. The report is that of api::write_measurement_summary; the images are measure.json, .csv, .svg and .png.
+/// Never throws: fails as render_job, and as "bad_scene" if no parameter changes anything in the scene.
+Outcome measure_job(const Assign& job, const FileSettings& files, JobControl& control) noexcept;
+
+/// Opens the fonts of plots before the sandbox prevents it. False if plots cannot be drawn.
+bool load_fonts();
 
 }  // namespace worker
