@@ -110,7 +110,6 @@ void JobDispatcher::start_job(ClaimResult& result) {
   running.fence = result.claim->fence;
   running.attempt = job.attempt;
   running.max_attempts = job.max_attempts;
-  running.large = job.large;
   running_.emplace(job.id, running);
   running_count_ = static_cast<int>(running_.size());
   deadlines_.add(job, Time::clock::now());

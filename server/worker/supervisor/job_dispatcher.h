@@ -55,7 +55,6 @@ class JobDispatcher {
   struct RunningJob {
     std::int64_t fence = 0;
     int attempt = 1, max_attempts = 1;
-    bool large = false;                         ///< see queue::Job
     bool cancel_requested = false;              ///< by its owner
     bool lease_lost = false;                    ///< the queue ignores its outcome
     std::optional<queue::Problem> stopped_for;  ///< by the supervisor
