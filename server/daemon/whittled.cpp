@@ -248,21 +248,22 @@ bool serve(const whittled::Config& config, keys::KeyRing* ring, const telemetry:
       .keys = ring};
   const auto request_id = [&ids] { return ids.next(); };
   http::HttpServer gate(settings, http::client_routes(front), request_id, log);
-  const http::Health health{.not_ready = [&queue] { return queue.queries.not_ready(); },
-                            .draining = [&draining] { return draining.load(); },
-                            .job_count = [&stores](queue::JobState state) { return stores.statistics.count(state); },
-                            .event_listeners = [&events] { return events.listeners(); },
-                            .connections = [&gate] { return gate.connections(); },
-                            .worker_pid = [&supervisor] { return supervisor.worker_pid(); },
-                            .kept_bytes =
-                                [&supervisor] {
-                                  return http::KeptBytes{supervisor.cache_bytes().geometry, supervisor.cache_bytes().images};
-                                },
-                            .oldest_at = [&stores] { return stores.statistics.depth().oldest_at; },
-                            .room = disk_space,
-                            .upload_bytes = [&uploads] { return uploads.bytes(); },
-                            .clock = queue::system_clock(),
-                            .figures = [&metrics] { return metrics.text(); }};
+  const http::Health health{
+      .not_ready = [&queue] { return queue.queries.not_ready(); },
+      .draining = [&draining] { return draining.load(); },
+      .job_count = [&stores](queue::JobState state) { return stores.statistics.count(state); },
+      .event_listeners = [&events] { return events.listeners(); },
+      .connections = [&gate] { return gate.connections(); },
+      .worker_pid = [&supervisor] { return supervisor.worker_pid(); },
+      .kept_bytes =
+          [&supervisor] {
+            return http::KeptBytes{supervisor.cache_bytes().geometry, supervisor.cache_bytes().images};
+          },
+      .oldest_at = [&stores] { return stores.statistics.depth().oldest_at; },
+      .room = disk_space,
+      .upload_bytes = [&uploads] { return uploads.bytes(); },
+      .clock = queue::system_clock(),
+      .figures = [&metrics] { return metrics.text(); }};
   http::HttpServer health_gate(health_gate_settings(config, spool_directory), http::health_routes(health), request_id,
                                log);
 

@@ -11,8 +11,8 @@
 #include "api/document.h"
 #include "server/queue/disk_space.h"
 #include "server/queue/job.h"
-#include "server/queue/queue.h"
 #include "server/queue/job_store.h"
+#include "server/queue/queue.h"
 #include "server/telemetry/json_log.h"
 #include "tracer/validate.h"
 

@@ -11,7 +11,7 @@
 namespace http {
 namespace {
 
-// The gate stands in front of what this version does; another one has to be looked at first (SERVICE.md's facts).
+// The limits below are those of the installed version of cpp-httplib; review them when it changes.
 static_assert(std::string_view(CPPHTTPLIB_VERSION) == "0.11.4");
 
 /// Gives the library its request from memory and drops what it writes.

@@ -1,5 +1,5 @@
 #pragma once
-/// Every route of the service (HTTP.md), as values for a Gate. api/openapi.yaml describes the same; a test holds both
+/// Every route of the service (api/docs/http.md), as values for a Gate. api/openapi.yaml describes the same; a test holds both
 /// together.
 
 #include <chrono>

@@ -11,7 +11,7 @@ constexpr std::string_view submitted = "whittle_jobs_submitted_total", ends = "w
                            waited = "whittle_job_wait_seconds", ran = "whittle_job_run_seconds",
                            rays = "whittle_rays_total", cached = "whittle_jobs_from_cache_total",
                            targets = "whittle_error_targets_total", geometry = "whittle_geometry_total",
-                           images = "whittle_images_total", error_ratio = "whittle_error_to_target_ratio";
+                           images = "whittle_texture_cache_total", error_ratio = "whittle_error_to_target_ratio";
 
 double seconds(std::int64_t milliseconds) { return static_cast<double>(milliseconds) / 1000; }
 

@@ -22,7 +22,7 @@ std::string_view name_of(Level level);
 std::optional<Level> level_named(std::string_view name);
 
 struct Field {
-  std::string_view name;  ///< of HTTP.md and the structs: request_id, job_id, status, duration_ms
+  std::string_view name;  ///< of api/docs/http.md and the structs: request_id, job_id, status, duration_ms
   std::variant<std::string_view, std::int64_t, double, bool> value;
 };
 

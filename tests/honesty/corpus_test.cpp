@@ -1,4 +1,4 @@
-// The corpus has what SCENE.md has.
+// The corpus has what api/docs/scene.md has.
 #include "tests/honesty/corpus.h"
 
 #include <gtest/gtest.h>

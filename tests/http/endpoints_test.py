@@ -1,4 +1,4 @@
-"""Every endpoint, status and header of HTTP.md that exists, over loopback: jobs and the service itself."""
+"""Every endpoint, status and header of api/docs/http.md that exists, over loopback: jobs and the service itself."""
 import json
 import re
 import subprocess
@@ -221,13 +221,13 @@ class OneJob(OneDaemon):
         job_id = self.daemon.submit(long_scene())
         self.daemon.wait_for_state(job_id, "running")
         self.assert_problem(self.daemon.request("DELETE", f"/v1/jobs/{job_id}"), 409, "job_running")
-        self.assert_problem(self.daemon.get(f"/v1/jobs/{job_id}/image.png"), 404, "picture_not_found")
+        self.assert_problem(self.daemon.get(f"/v1/jobs/{job_id}/image.png"), 404, "image_not_found")
         reply = self.daemon.request("POST", f"/v1/jobs/{job_id}/cancel")
         self.assertEqual(reply.status, 202)
         self.assertEqual(reply.headers["Location"], f"/v1/jobs/{job_id}")
         self.assertEqual(self.daemon.wait_for_end(job_id)["state"], "cancelled")
         self.assert_problem(self.daemon.request("POST", f"/v1/jobs/{job_id}/cancel"), 409, "job_ended")
-        self.assert_problem(self.daemon.get(f"/v1/jobs/{job_id}/image.png"), 404, "picture_not_found")
+        self.assert_problem(self.daemon.get(f"/v1/jobs/{job_id}/image.png"), 404, "image_not_found")
 
     def test_tells_progress_and_eta_while_it_runs(self):
         job_id = self.daemon.submit(long_scene())

@@ -64,7 +64,7 @@ class FailingDisk:
 
     def alive_again(self):
         """A daemon whose disk broke ends by itself, with 1, and begins anew."""
-        if "disk_broken" in self.daemon.log():
+        if "disk_io_error" in self.daemon.log():
             status = self.daemon.process.wait(PATIENCE_S)
             assert status == 1, status
             self.deaths += 1
@@ -240,7 +240,7 @@ class TheFileOfTheWebhooks(unittest.TestCase):
         broken = disk.control.get("failed") > 0
         disk.control.heal()
         if broken:
-            wait_until(lambda: "disk_broken" in disk.daemon.log(), "the failure to be told")
+            wait_until(lambda: "disk_io_error" in disk.daemon.log(), "the failure to be told")
             disk.alive_again()
         disk.submit(f"step-{step}", document)
 

@@ -259,12 +259,12 @@ class Crowds(unittest.TestCase):
             for connection in silent + slow:
                 connection.close()
 
-    def test_a_head_that_does_not_end_is_given_up_with_408(self):
+    def test_a_head_that_does_not_end_is_abandoned_with_408(self):
         with Daemon() as daemon, daemon.socket() as connection:
             connection.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\n")
             self.assertEqual(connection.makefile("rb").readline(), b"HTTP/1.1 408 Request Timeout\r\n")
 
-    def test_a_body_that_drips_is_given_up_with_408(self):
+    def test_a_body_that_drips_is_abandoned_with_408(self):
         with Daemon() as daemon, daemon.socket() as connection:
             connection.sendall(post(JSON + b"Content-Length: 1000000\r\n", b"{"))
             connection.settimeout(0.5)

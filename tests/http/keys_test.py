@@ -109,7 +109,7 @@ class WithKeys(unittest.TestCase):
             wait_until(lambda: status(new) == 200, "the new key")
             path.write_text("new jobs:read nonsense\n")
             daemon.process.send_signal(signal.SIGHUP)
-            wait_until(lambda: any(row["event"] == "keys_not_read" for row in daemon.log_rows()), "the complaint")
+            wait_until(lambda: any(row["event"] == "key_reload_failed" for row in daemon.log_rows()), "the complaint")
             self.assertEqual(status(old), 200)
             path.write_text("")
             third = new_key(path, "third")

@@ -117,7 +117,7 @@ class Options(unittest.TestCase):
                 result = whittled("--health-listen", "127.0.0.1:0", *arguments)
                 self.assertEqual(result.returncode, 1)
                 last = [json.loads(line) for line in result.stderr.splitlines()][-1]
-                self.assertEqual(last["event"], "cannot_run")
+                self.assertEqual(last["event"], "startup_failed")
                 self.assertIn(word, last["detail"])
 
 

@@ -152,7 +152,7 @@ class Picture(OneDaemon):
         self.assertEqual(head.headers["Content-Length"], str(len(self.whole)))
 
     def test_is_not_found_in_a_format_not_asked_for(self):
-        problem = self.assert_problem(self.daemon.get(self.path.replace("png", "exr")), 404, "picture_not_found")
+        problem = self.assert_problem(self.daemon.get(self.path.replace("png", "exr")), 404, "image_not_found")
         self.assertIn("image.exr", problem["detail"])
         self.assert_problem(self.daemon.get(self.path.replace("png", "bmp")), 404, "not_found")
 

@@ -110,13 +110,13 @@ class Previews(OneDaemon):
         reply = self.preview(job_id)
         self.assertEqual((reply.status, reply.body, reply.headers["Cache-Control"]), (204, b"", "no-store"))
         self.daemon.request("POST", f"/v1/jobs/{job_id}/cancel")
-        self.assert_problem(self.preview(job_id), 404, "picture_not_found")
+        self.assert_problem(self.preview(job_id), 404, "image_not_found")
 
     def test_of_a_job_that_succeeded_it_is_the_picture(self):
         job = self.finished(output={"formats": ["exr", "png"]})
         reply = self.preview(job["id"])
         self.assertEqual((reply.status, reply.headers["Location"]), (303, f"/v1/jobs/{job['id']}/image.png"))
-        self.assert_problem(self.preview(self.finished(output={"formats": ["exr"]})["id"]), 404, "picture_not_found")
+        self.assert_problem(self.preview(self.finished(output={"formats": ["exr"]})["id"]), 404, "image_not_found")
         measured = json_of(self.daemon.request("POST", "/v1/measure", {
             "scene": scene(), "settings": {"parameters": ["samples"], "reference_samples": 16}}))["id"]
         self.daemon.wait_for_end(measured)

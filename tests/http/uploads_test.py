@@ -133,10 +133,10 @@ class Uploads(OneDaemon):
 
     def test_that_are_asked_for_in_no_list_of_hashes_are_a_bad_question(self):
         for body in ({}, {"sha256": "0"}, {"sha256": ["A" * 64]}, {"sha256": [], "more": 1}):
-            problem = self.assert_problem(self.daemon.request("POST", "/v1/assets/missing", body), 422, "bad_question")
+            problem = self.assert_problem(self.daemon.request("POST", "/v1/assets/missing", body), 422, "invalid_request")
             self.assertTrue(problem["errors"])
         too_many = self.daemon.request("POST", "/v1/assets/missing", {"sha256": ["0" * 64] * 10_001})
-        self.assertIn("10000", self.assert_problem(too_many, 422, "bad_question")["errors"][0]["detail"])
+        self.assertIn("10000", self.assert_problem(too_many, 422, "invalid_request")["errors"][0]["detail"])
 
     def test_named_by_a_scene_before_they_are_there_are_told_at_once(self):
         content = os.urandom(100)

@@ -61,7 +61,7 @@ TEST_F(EventsTest, KeepsOnlyTheLatestUntakenProgressAndTellsItSeldom) {
   const auto listener = events.listen("a", {});
   events.on_state_changed("a", JobState::running);
   for (int i = 1; i <= 1000; ++i) {
-    events.progressed("a", i / 1000.0);
+    events.on_progress("a", i / 1000.0);
     ++now;
   }
   EXPECT_EQ(listener->take(1000).text, "a:running#1 a:running#6 ") << "five of 200 ms each, and the last of them";
@@ -69,7 +69,7 @@ TEST_F(EventsTest, KeepsOnlyTheLatestUntakenProgressAndTellsItSeldom) {
 
 TEST_F(EventsTest, CostsNothingForProgressThatNobodyListensTo) {
   const auto of_b = events.listen("b", {});
-  events.progressed("a", 0.5);
+  events.on_progress("a", 0.5);
   EXPECT_EQ(events.latest(), number(0));
 }
 

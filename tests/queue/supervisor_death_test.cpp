@@ -186,7 +186,7 @@ TEST_F(SupervisorStoreTest, AResultIsStoredOnceTheStoreIsWellAgain) {
 
 TEST_F(SupervisorStoreTest, AResultThatWasNotStoredIsMadeAgain) {
   transitions.failures = 15;  // ten tries of the first, five of the second
-  const queue::QueueMaintainer keeps_house(failing_queue, log.log(),
+  const queue::QueueMaintainer maintainer(failing_queue.lifecycle, log.log(),
                                            {std::chrono::milliseconds(2), std::chrono::milliseconds(1)});
   const worker::Supervisor over(failing_queue, settings(), log.log());
   const queue::Job job = failing_queue.queries.find(run("finish again"))->job;
@@ -196,7 +196,7 @@ TEST_F(SupervisorStoreTest, AResultThatWasNotStoredIsMadeAgain) {
 
 TEST_F(SupervisorStoreTest, AResultThatCannotBeStoredFailsTheJobAfterItsAttemptsAndSaysSo) {
   transitions.failures = 1'000'000;
-  const queue::QueueMaintainer keeps_house(failing_queue, log.log(),
+  const queue::QueueMaintainer maintainer(failing_queue.lifecycle, log.log(),
                                            {std::chrono::milliseconds(2), std::chrono::milliseconds(1)});
   const worker::Supervisor over(failing_queue, settings(), log.log());
   const queue::Job job = failing_queue.queries.find(run("finish lost"))->job;

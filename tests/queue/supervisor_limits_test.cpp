@@ -115,7 +115,7 @@ TEST_F(SupervisorTest, DelaysARetryUntilTheLastAttemptHasStopped) {
   queue.lifecycle.cancel(id);
   ASSERT_TRUE(reaches(id, JobState::cancelled));
   EXPECT_EQ(queue.lifecycle.retry(id), queue::RetryOutcome::queued);
-  ASSERT_TRUE(eventually([&] { return log.count("job_given_back") >= 2; }));
+  ASSERT_TRUE(eventually([&] { return log.count("job_released") >= 2; }));
   EXPECT_EQ(supervisor->running(), 2);
   create("go");
   ASSERT_TRUE(reaches(id, JobState::succeeded));

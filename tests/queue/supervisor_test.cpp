@@ -189,8 +189,8 @@ TEST_F(SupervisorTest, ReplacesAWorkerOnceOnlyAHangingJobIsLeft) {
   const std::string other = submit("wait " + path("other"));
   const std::string hang = submit("hang " + path("never"));
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 2; }));
-  queue.lifecycle.cancel(deaf);
-  ASSERT_TRUE(reaches(deaf, JobState::cancelled));
+  queue.lifecycle.cancel(hang);
+  ASSERT_TRUE(reaches(hang, JobState::cancelled));
   EXPECT_EQ(log.count("worker_ended"), 0);
   create("other");
   EXPECT_TRUE(reaches(other, JobState::succeeded));

@@ -129,7 +129,8 @@ class WebhooksTest : public testing::Test {
   std::condition_variable changed_;
 
  protected:
-  std::unique_ptr<storage::sqlite::SqliteDeliveryStore> store = std::make_unique<storage::sqlite::SqliteDeliveryStore>(directory_.path());
+  std::unique_ptr<storage::sqlite::SqliteDeliveryStore> store =
+      std::make_unique<storage::sqlite::SqliteDeliveryStore>(directory_.path());
   std::optional<Webhooks> telling;  ///< last: goes first
 };
 

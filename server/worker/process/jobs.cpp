@@ -1,8 +1,9 @@
+#include "server/worker/process/jobs.h"
+
 #include <limits>
 #include <new>
 
 #include "api/load_assets.h"
-#include "server/worker/process/jobs.h"
 #include "server/worker/protocol/scene_files.h"
 
 namespace worker {

@@ -168,10 +168,11 @@ void JobDispatcher::request_preview(const std::string& id, std::uint32_t side) {
 void JobDispatcher::on_message(Message& message) {
   if (const auto* progress = std::get_if<Progress>(&message)) {
     if (progress->tiles_total == 0 || !running_.contains(progress->job_id)) return;
-    queue_.lifecycle.set_progress(progress->job_id,
-                      static_cast<double>(progress->tiles_done) / static_cast<double>(progress->tiles_total));
+    queue_.lifecycle.set_progress(
+        progress->job_id, static_cast<double>(progress->tiles_done) / static_cast<double>(progress->tiles_total));
   } else if (auto* preview = std::get_if<PreviewResponse>(&message)) {
-    if (running_.contains(preview->job_id)) queue_.waiters.add_preview(preview->job_id, preview->side, std::move(preview->png));
+    if (running_.contains(preview->job_id))
+      queue_.waiters.add_preview(preview->job_id, preview->side, std::move(preview->png));
   } else if (auto* finished = std::get_if<Finished>(&message)) {
     on_finished(*finished);
   } else if (const auto* failed = std::get_if<Failed>(&message)) {

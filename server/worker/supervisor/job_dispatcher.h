@@ -96,11 +96,11 @@ class JobDispatcher {
   std::atomic<int> running_count_ = 0;
 
   std::map<std::string, RunningJob> running_;
-  std::size_t claiming_ = 0;        ///< claims in progress
-  std::size_t found_in_a_row_ = 0;  ///< jobs, by the latest claims
-  std::set<std::string> early_cancels_;          ///< cancelled during claims that may return them
+  std::size_t claiming_ = 0;                 ///< claims in progress
+  std::size_t found_in_a_row_ = 0;           ///< jobs, by the latest claims
+  std::set<std::string> early_cancels_;      ///< cancelled during claims that may return them
   std::optional<std::uint64_t> found_none_;  ///< value of notifications_ at which a claim found nothing
-  bool suspects_first_ = false;  ///< suspects may be queued; they run before all other jobs
+  bool suspects_first_ = false;              ///< suspects may be queued; they run before all other jobs
   Time claims_paused_until_{};
 };
 

@@ -53,7 +53,8 @@ void OutcomeWriter::fail(const std::string& id, std::int64_t fence, const queue:
 
 void OutcomeWriter::cancel(const std::string& id, std::int64_t fence) {
   run([this, id, fence] {
-    executor_.run_with_retry(0, "cancel", [&] { log_outcome("job_cancelled", id, queue_.lifecycle.finish_cancel(id, fence)); });
+    executor_.run_with_retry(0, "cancel",
+                             [&] { log_outcome("job_cancelled", id, queue_.lifecycle.finish_cancel(id, fence)); });
   });
 }
 

@@ -37,11 +37,11 @@ void Supervisor::Loop::cancel(const std::string& id) noexcept {
   events_.post([this, id] { dispatcher_.cancel(id); });
 }
 
-void Supervisor::Loop::look(const std::string& id, std::uint32_t side) noexcept {
+void Supervisor::Loop::request_preview(const std::string& id, std::uint32_t side) noexcept {
   events_.post([this, id, side] { dispatcher_.request_preview(id, side); });
 }
 
-void Supervisor::Loop::lost(const queue::Lease& lease) noexcept {
+void Supervisor::Loop::on_lease_lost(const queue::Lease& lease) noexcept {
   events_.post([this, lease] { dispatcher_.on_lease_lost(lease); });
 }
 

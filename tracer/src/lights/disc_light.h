@@ -1,5 +1,5 @@
 #pragma once
-/// Disc lights.
+/// Disc lights: uniform emission over one disc, document fields and sampling.
 
 #include "tracer/src/lights/compiled_light.h"
 

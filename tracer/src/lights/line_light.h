@@ -1,5 +1,5 @@
 #pragma once
-/// Line lights.
+/// Line lights: uniform emission along a segment, document fields and sampling.
 
 #include "tracer/src/lights/compiled_light.h"
 

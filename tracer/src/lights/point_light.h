@@ -1,5 +1,5 @@
 #pragma once
-/// Point lights.
+/// Point lights: emission from one position, document fields.
 
 #include "tracer/src/lights/compiled_light.h"
 

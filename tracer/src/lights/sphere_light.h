@@ -1,5 +1,5 @@
 #pragma once
-/// Sphere lights.
+/// Sphere lights: uniform emission over a sphere, document fields and sampling.
 
 #include "tracer/src/lights/compiled_light.h"
 

@@ -177,20 +177,21 @@ void FieldChecks::has_area(std::string_view field, const Vec3& corner, const Vec
   if (!is_position(corner) || !tracer::finite(edge) || !tracer::finite(other_edge)) return;
   const double shortest = checks_.limits.length_min * checks_.limits.length_min;
   const bool long_enough = dot(edge, edge) >= shortest && dot(other_edge, other_edge) >= shortest;
-  if (!long_enough || parallel(edge, other_edge)) checks_.add_issue({owner_, field}, "degenerate", std::string(sentence));
+  if (!long_enough || parallel(edge, other_edge))
+    checks_.add_issue({owner_, field}, "degenerate", std::string(sentence));
 }
 
 void FieldChecks::less(std::string_view field, double value, std::string_view bound_name, double bound) {
   const bool valid = value >= 0 && bound >= checks_.limits.length_min && bound <= checks_.limits.coordinate_max;
   if (valid && value >= bound && value <= checks_.limits.coordinate_max)
     checks_.add_issue({owner_, field}, "out_of_range",
-                 "must be < " + std::string(bound_name) + " " + text_of(bound) + ", got " + text_of(value));
+                      "must be < " + std::string(bound_name) + " " + text_of(bound) + ", got " + text_of(value));
 }
 
 void FieldChecks::at_least(std::string_view field, double value, std::string_view bound_name, double bound) {
   if (value >= 0 && value < bound && bound <= 180)
     checks_.add_issue({owner_, field}, "out_of_range",
-                 "must be >= " + std::string(bound_name) + " " + text_of(bound) + ", got " + text_of(value));
+                      "must be >= " + std::string(bound_name) + " " + text_of(bound) + ", got " + text_of(value));
 }
 
 bool FieldChecks::range(const DocumentPath& where, FieldRange range, const Vec3& value) {

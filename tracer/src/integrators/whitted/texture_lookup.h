@@ -31,8 +31,8 @@ class TextureLookup {
     for_each_lane(textured, [&](int i) {
       const Color color = color_of_lane(i);
       const Material& material = state_.scene.materials[hit.material[i]];
-      set_textured_color(emitted_ambient(material, color, state_.scene.ambient), diffuse_coefficient(material, color), i,
-                         hit, shading_points);
+      set_textured_color(emitted_ambient(material, color, state_.scene.ambient), diffuse_coefficient(material, color),
+                         i, hit, shading_points);
     });
   }
 
