@@ -159,7 +159,7 @@ TEST_F(Protocol, RejectsEveryPrefixWithAdjustedSize) {
     std::string cut = good.substr(0, size);
     const std::uint64_t body = size - 16;
     std::memcpy(cut.data() + 8, &body, sizeof body);
-    EXPECT_EQ(result_of(cut), "a message of kind 6 with a invalid body") << size;
+    EXPECT_EQ(result_of(cut), "a message of kind 6 with an invalid body") << size;
   }
 }
 
