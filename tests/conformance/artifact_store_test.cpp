@@ -18,7 +18,6 @@
 
 using namespace queue;
 using namespace storage::files;
-using namespace storage::sqlite;
 
 namespace {
 
@@ -103,18 +102,6 @@ TEST_P(ArtifactStoreConformance, StoringTheSameBytesTwiceIsOneArtifact) {
   EXPECT_FALSE(get(sha256));
   EXPECT_EQ(put("abc"), sha256);
   EXPECT_EQ(get(sha256), "abc");
-}
-
-TEST_P(ArtifactStoreConformance, WhatIsSmallIsNamedAndGivenBackAndNotStored) {
-  const ArtifactStore::Stored small = store().put(MemoryFile("abc").fd(), 3);
-  EXPECT_EQ(small.sha256, tracer::sha256_hex("abc"));
-  EXPECT_EQ(small.bytes, 3u);
-  EXPECT_EQ(small.small, "abc");
-  EXPECT_FALSE(get(small.sha256));
-  const ArtifactStore::Stored larger = store().put(MemoryFile("abcd").fd(), 3);
-  EXPECT_FALSE(larger.small);
-  EXPECT_EQ(get(larger.sha256), "abcd");
-  EXPECT_THROW(store().put(-1, 3), StoreFailure);
 }
 
 TEST_P(ArtifactStoreConformance, AnOpenReaderOutlivesTheRemoval) {

@@ -11,8 +11,8 @@ class TestStore {
   explicit TestStore(const std::string& directory, storage::sqlite::SqliteSettings settings = {})
       : sqlite_(directory, settings) {}
 
-  void submit(const queue::Job& job, const std::string& document) { insert({{{job, document}}}, job.created_at); }
   auto insert(const queue::InsertRequest& request, std::int64_t now) { return all_.jobs.insert(request, now); }
+  void submit(const queue::Job& job, const std::string& document) { insert({{{job, document}}}, job.created_at); }
   auto find_reply(const queue::ReplyKey& key, std::int64_t now) { return all_.jobs.find_reply(key, now); }
   auto find(const std::string& id) { return all_.jobs.find(id); }
   auto find_by_content_key(const std::string& key, std::int64_t t) { return all_.jobs.find_by_content_key(key, t); }

@@ -44,7 +44,7 @@ class Cancelling(unittest.TestCase):
                 job = daemon.wait_for_end(waiting)
                 self.assertEqual((job["state"], job["attempt"]), ("succeeded", 1))
                 self.assertNotEqual(daemon.worker(), worker)
-            ends = [row["how"] for row in daemon.log_rows() if row["event"] == "worker_ended"]
+            ends = [row["reason"] for row in daemon.log_rows() if row["event"] == "worker_ended"]
             self.assertEqual(ends, ["did not stop a job"] * 3)
 
 

@@ -24,7 +24,7 @@ int main() {
   TemporaryStores temporary;
   storage::files::FileAssetStore assets(temporary.directory.path() + "/uploads", queue::system_clock());
   queue::IdSource ids(queue::system_clock(), queue::system_random());
-  queue::Queue queue(temporary.stores, temporary.artifacts, ids, queue::system_clock(), queue::no_log(), {});
+  queue::Queue queue(temporary.store.all(), temporary.artifacts, ids, queue::system_clock(), queue::no_log(), {});
   queue::Events events([](const queue::JobEvent&) { return std::string(); }, queue::system_clock());
   print(http::client_routes({.queue = queue,
                              .events = events,

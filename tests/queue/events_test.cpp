@@ -51,7 +51,7 @@ TEST_F(EventsTest, WakesOnceUntilAllIsTaken) {
 TEST_F(EventsTest, IsOverForAJobsListenerWithTheJobsEnd) {
   const auto of_a = events.listen("a", {}), of_all = events.listen({}, {}), of_b = events.listen("b", {});
   events.on_state_changed("a", JobState::failed);
-  events.removed("b");
+  events.on_removed("b");
   EXPECT_TRUE(of_a->take(1000).over);
   EXPECT_TRUE(of_b->take(1000).over);
   EXPECT_FALSE(of_all->take(1000).over);

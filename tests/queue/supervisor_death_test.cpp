@@ -186,8 +186,8 @@ TEST_F(SupervisorStoreTest, AResultIsStoredOnceTheStoreIsWellAgain) {
 
 TEST_F(SupervisorStoreTest, AResultThatWasNotStoredIsMadeAgain) {
   transitions.failures = 15;  // ten tries of the first, five of the second
-  const queue::QueueMaintainer maintainer(failing_queue.lifecycle, log.log(),
-                                           {std::chrono::milliseconds(2), std::chrono::milliseconds(1)});
+  const queue::QueueMaintainer failing_maintainer(failing_queue.lifecycle, log.log(),
+                                                  {std::chrono::milliseconds(2), std::chrono::milliseconds(1)});
   const worker::Supervisor over(failing_queue, settings(), log.log());
   const queue::Job job = failing_queue.queries.find(run("finish again"))->job;
   EXPECT_EQ(job.state, JobState::succeeded);
@@ -196,8 +196,8 @@ TEST_F(SupervisorStoreTest, AResultThatWasNotStoredIsMadeAgain) {
 
 TEST_F(SupervisorStoreTest, AResultThatCannotBeStoredFailsTheJobAfterItsAttemptsAndSaysSo) {
   transitions.failures = 1'000'000;
-  const queue::QueueMaintainer maintainer(failing_queue.lifecycle, log.log(),
-                                           {std::chrono::milliseconds(2), std::chrono::milliseconds(1)});
+  const queue::QueueMaintainer failing_maintainer(failing_queue.lifecycle, log.log(),
+                                                  {std::chrono::milliseconds(2), std::chrono::milliseconds(1)});
   const worker::Supervisor over(failing_queue, settings(), log.log());
   const queue::Job job = failing_queue.queries.find(run("finish lost"))->job;
   EXPECT_EQ(job.state, JobState::failed);

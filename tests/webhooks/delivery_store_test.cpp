@@ -18,7 +18,7 @@ class DeliveryStoreTest : public testing::Test {
   DeliveryStore& store() { return *store_; }
   void reopen() {
     store_.reset();
-    store_ = std::make_unique<SqliteDeliveryStore>(directory_.path());
+    store_ = std::make_unique<storage::sqlite::SqliteDeliveryStore>(directory_.path());
   }
   Delivery enqueue(const std::string& id, const std::string& job_id, std::int64_t at) {
     Delivery delivery{id, job_id, "job.failed", "https://example.com/", "{}", DeliveryState::pending, at, at, {}};
@@ -37,7 +37,7 @@ class DeliveryStoreTest : public testing::Test {
 
  private:
   TemporaryDirectory directory_;
-  std::unique_ptr<DeliveryStore> store_ = std::make_unique<SqliteDeliveryStore>(directory_.path());
+  std::unique_ptr<DeliveryStore> store_ = std::make_unique<storage::sqlite::SqliteDeliveryStore>(directory_.path());
 };
 
 }  // namespace
@@ -142,37 +142,4 @@ TEST(HostOf, ReturnsHostAndPort) {
   EXPECT_EQ(host_of("https://example.com:8443?a=/b"), "example.com:8443");
   EXPECT_EQ(host_of("http://[::1]:80"), "[::1]:80");
   EXPECT_EQ(host_of("http://h#/x"), "h");
-}
-
-TEST(DeliveryStoreUpgrade, KeepsDeliveriesOfTheFirstVersion) {
-  const TemporaryDirectory directory;
-  {
-    sqlite::Database database(directory.path() + "/webhooks.db", sqlite::Database::Access::read_write);
-    database.script(R"sql(
-      CREATE TABLE subscriptions (job_id TEXT NOT NULL PRIMARY KEY, url TEXT NOT NULL, events TEXT NOT NULL)
-        STRICT, WITHOUT ROWID;
-      CREATE TABLE deliveries (id TEXT NOT NULL PRIMARY KEY, job_id TEXT NOT NULL, event TEXT NOT NULL,
-        url TEXT NOT NULL, body TEXT NOT NULL, state TEXT NOT NULL, created_at INTEGER NOT NULL,
-        next_attempt_at INTEGER) STRICT, WITHOUT ROWID;
-      CREATE INDEX deliveries_due ON deliveries (next_attempt_at) WHERE state = 'pending';
-      CREATE TABLE attempts (delivery_id TEXT NOT NULL REFERENCES deliveries ON DELETE CASCADE,
-        number INTEGER NOT NULL, at INTEGER NOT NULL, duration_ms INTEGER NOT NULL, status INTEGER NOT NULL,
-        detail TEXT NOT NULL, PRIMARY KEY (delivery_id, number)) STRICT, WITHOUT ROWID;
-      INSERT INTO subscriptions VALUES ('c', 'http://c/', 'failed');
-      INSERT INTO deliveries VALUES ('1', 'a', 'job.failed', 'http://a/1', '{}', 'pending', 1, 5),
-                                    ('2', 'b', 'job.failed', 'http://b/2', '{}', 'pending', 1, 7),
-                                    ('3', 'b', 'job.failed', 'http://b/2', '{}', 'delivered', 1, NULL);
-      INSERT INTO attempts VALUES ('1', 0, 2, 3, 500, 'no');
-      PRAGMA user_version = 1;
-    )sql");
-  }
-  for (int opened = 0; opened < 2; ++opened) {  // the second time without an upgrade
-    SqliteDeliveryStore store(directory.path());
-    EXPECT_EQ(store.subscribed_jobs(), std::vector<std::string>{"c"});
-    EXPECT_EQ(store.next({})->id, "1");
-    EXPECT_EQ(store.next({})->attempts.size(), 1u);
-    EXPECT_EQ(store.next({"a"})->id, "2");
-    EXPECT_FALSE(store.next({"a", "b"}));
-    EXPECT_EQ(store.of_job("b").size(), 2u);
-  }
 }

@@ -33,14 +33,14 @@ class WebhooksTest : public testing::Test {
     settings.senders = senders;
     settings.secrets = *read_secrets("whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw");
     settings.store_pause = std::chrono::milliseconds(1);
-    webhooks.emplace(
+    webhooks_under_test.emplace(
         *store, [this](const std::string& id) { return find(id); },
         [this](const auto& url, const auto& headers, const auto& body, const auto& stop) {
           return receive(url, headers, body, stop);
         },
         [this] { return now.load(); }, ids_, queue::no_log(), settings);
   }
-  void stop() { webhooks.reset(); }
+  void stop() { webhooks_under_test.reset(); }
 
   void place(const std::string& id, JobState state) {
     const std::lock_guard lock(mutex_);
@@ -48,7 +48,7 @@ class WebhooksTest : public testing::Test {
   }
   void submit(const std::string& id, std::vector<std::string> events = {"succeeded", "failed", "cancelled"},
               const std::string& receiver = "receiver") {
-    telling->register_webhook(id, {"http://" + receiver + "/" + id, std::move(events)});
+    webhooks_under_test->register_webhook(id, {"http://" + receiver + "/" + id, std::move(events)});
     place(id, JobState::queued);
   }
   /// A failed job with a webhook of `receiver`.
@@ -68,7 +68,7 @@ class WebhooksTest : public testing::Test {
   }
   void end(const std::string& id, JobState state) {
     place(id, state);
-    webhooks->ended(id);
+    webhooks_under_test->on_ended(id);
   }
   void respond_next(std::deque<int> statuses) {
     const std::lock_guard lock(mutex_);
@@ -131,7 +131,7 @@ class WebhooksTest : public testing::Test {
  protected:
   std::unique_ptr<storage::sqlite::SqliteDeliveryStore> store =
       std::make_unique<storage::sqlite::SqliteDeliveryStore>(directory_.path());
-  std::optional<Webhooks> telling;  ///< last: goes first
+  std::optional<Webhooks> webhooks_under_test;  ///< last: goes first
 };
 
 }  // namespace
@@ -179,7 +179,7 @@ TEST_F(WebhooksTest, RetriesTheSameMessageAfterGrowingPausesAndThenAbandonsIt) {
     EXPECT_EQ(delivery("a").state, DeliveryState::pending);
     EXPECT_EQ(delivery("a").next_attempt_at, now + pause.count());
     now += pause.count();
-    telling->register_webhook("wakes", {"http://x/", {"failed"}});
+    webhooks_under_test->register_webhook("wakes", {"http://x/", {"failed"}});
     end("wakes", JobState::succeeded);  // the clock was turned; nobody else tells the thread
     ++attempts;
   }
@@ -233,8 +233,8 @@ TEST_F(WebhooksTest, DeletesSubscriptionsOfUnknownJobsAtItsStart) {
 
 TEST_F(WebhooksTest, DeliversNothingForARemovedJob) {
   start();
-  telling->register_webhook("a", {"http://x/", {"failed"}});
-  telling->ended("a");
+  webhooks_under_test->register_webhook("a", {"http://x/", {"failed"}});
+  webhooks_under_test->on_ended("a");
   ASSERT_TRUE(eventually([&] { return store->subscribed_jobs().empty(); }));
   EXPECT_TRUE(store->of_job("a").empty());
   EXPECT_TRUE(sent().empty());
