@@ -1,6 +1,6 @@
 #pragma once
-/// Every route of the service (api/docs/http.md), as values for a Gate. api/openapi.yaml describes the same; a test holds both
-/// together.
+/// Every route of the service (api/docs/http.md), as values for a Gate. api/openapi.yaml describes the same; a test
+/// holds both together.
 
 #include <chrono>
 #include <cstdint>
