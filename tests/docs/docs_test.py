@@ -84,7 +84,7 @@ class Readme(Page):
         figures = self.output("whittle diff")
         (rmse,) = re.findall(r"^rmse +([\d.]+) ", figures, re.MULTILINE)
         self.assertIn(f"(here with an RMS of {float(rmse):.1f})", text(self.page))
-        self.assertRegex(figures, r"(?m)^verdict +rmse within the tolerance of 2 ")
+        self.assertRegex(figures, r"(?m)^result +rmse within the tolerance of 2 ")
         self.assertEqual(self.size_of("heat.png"), (640, 480))
 
     def test_submits_a_sweep_of_scenes_with_files(self):
