@@ -20,10 +20,10 @@ JobLifecycle::JobLifecycle(QueueContext& context, const Log& log) : context_(con
 
 // ---- for the runner
 
-std::optional<Claim> JobLifecycle::claim(bool suspects) {
+std::optional<Claim> JobLifecycle::claim(bool suspects, bool small) {
   if (context_.settings.disk_space().state == DiskSpace::State::none) return std::nullopt;
   const std::int64_t now = context_.clock();
-  auto claim = context_.stores.transitions.claim(boot_id_, now, now + context_.settings.lease_ms, suspects);
+  auto claim = context_.stores.transitions.claim(boot_id_, now, now + context_.settings.lease_ms, suspects, small);
   if (!claim) return std::nullopt;
   context_.running.begin(claim->job.id, claim->fence);
   context_.waiters.on_started(claim->job.id);

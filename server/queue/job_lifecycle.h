@@ -18,7 +18,7 @@ class JobLifecycle {
   // ---- for the runner. As JobTransitions, with this daemon's boot id and clock.
 
   /// Empty while the disk has no space for a result.
-  std::optional<Claim> claim(bool suspects);
+  std::optional<Claim> claim(bool suspects, bool small = false);
   struct Image {
     std::string name;        ///< "image.png"
     std::string media_type;  ///< "image/png"

@@ -177,10 +177,10 @@ class JobTransitions {
 
   /// The next job to run: least rank (rank_of), then oldest, of those without not_before (run_maintenance clears it in
   /// time) whose deadline is later than `now`. It becomes running under `boot_id` until `lease_until`, attempt + 1.
-  /// `suspects`: only suspects when true, never suspects when false. Power loss may undo a claim; the job is then
-  /// queued, as it is after any end of the daemon that claimed it.
+  /// `suspects`: only suspects when true, never suspects when false. `small`: only jobs that are not large. Power loss
+  /// may undo a claim; the job is then queued, as it is after any end of the daemon that claimed it.
   virtual std::optional<Claim> claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until,
-                                     bool suspects) = 0;
+                                     bool suspects, bool small) = 0;
   /// Extends the leases that still hold to `until`, also those that have ended and were not taken back yet. Returns the
   /// others: their jobs have ended or were released. One small write for all of them.
   virtual std::vector<Lease> renew(const std::vector<Lease>& leases, std::int64_t until) = 0;

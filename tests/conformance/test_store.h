@@ -30,8 +30,9 @@ class TestStore {
   auto depth() { return all_.statistics.depth(); }
   auto queue_position(const std::string& id, std::int64_t limit) { return all_.statistics.queue_position(id, limit); }
 
-  auto claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until, bool suspects) {
-    return all_.transitions.claim(boot_id, now, lease_until, suspects);
+  auto claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until, bool suspects,
+             bool small = false) {
+    return all_.transitions.claim(boot_id, now, lease_until, suspects, small);
   }
   auto renew(const std::vector<queue::Lease>& leases, std::int64_t until) {
     return all_.transitions.renew(leases, until);
@@ -104,8 +105,8 @@ class ForwardingTransitions : public queue::JobTransitions {
  public:
   explicit ForwardingTransitions(queue::JobTransitions& target) : target_(target) {}
   std::optional<queue::Claim> claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until,
-                                    bool suspects) override {
-    return target_.claim(boot_id, now, lease_until, suspects);
+                                    bool suspects, bool small) override {
+    return target_.claim(boot_id, now, lease_until, suspects, small);
   }
   std::vector<queue::Lease> renew(const std::vector<queue::Lease>& leases, std::int64_t until) override {
     return target_.renew(leases, until);

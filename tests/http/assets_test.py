@@ -1,4 +1,4 @@
-"""Files that scenes name: rendered from the daemon's asset folder, and nothing outside it is reached."""
+"""Files that scenes name: rendered from the daemon's asset directory, and nothing outside it is reached."""
 import json
 import os
 import pathlib
@@ -91,9 +91,9 @@ class Names(OneDaemon):
 
     def test_that_lead_to_no_ordinary_file_within_are_told_at_once_everywhere(self):
         for name, reason in (("missing.png", "no such file"), ("tile.png/tile.png", "no such file"),
-                             ("out.png", "leads out of the asset folder"), ("up.png", "leads out of the asset folder"),
-                             ("up/secret.png", "leads out of the asset folder"), ("deep", "is no ordinary file"),
-                             ("proc.png", "leads out of the asset folder"), ("pipe.png", "is no ordinary file"),
+                             ("out.png", "leads out of the asset directory"), ("up.png", "leads out of the asset directory"),
+                             ("up/secret.png", "leads out of the asset directory"), ("deep", "is no ordinary file"),
+                             ("proc.png", "leads out of the asset directory"), ("pipe.png", "is no ordinary file"),
                              ("socket.png", "is no ordinary file"), ("loop.png", "Too many levels of symbolic links"),
                              ("x" * 256, "File name too long"), ("huge.png", "the limit asset_bytes_max is 256000000")):
             for path in ("/v1/jobs", "/v1/render"):
@@ -178,7 +178,7 @@ class Folder(unittest.TestCase):
                 result = whittled("--assets", path, "--data", data, "--listen", "127.0.0.1:0", "--health-listen",
                                   "127.0.0.1:0")
                 self.assertEqual(result.returncode, 1)
-                self.assertIn(f"cannot open the asset folder {path}", result.stderr)
+                self.assertIn(f"cannot open the asset directory {path}", result.stderr)
 
     def test_may_be_relative_and_is_that_of_the_daemons_start(self):
         with Daemon("--assets", os.path.relpath(SCENES)) as daemon:

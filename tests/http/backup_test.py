@@ -1,4 +1,4 @@
-"""A backup of a running daemon's data is a data folder, from which another daemon goes on."""
+"""A backup of a running daemon's data is a data directory, from which another daemon goes on."""
 import hashlib
 import pathlib
 import shutil

@@ -1,4 +1,4 @@
-"""Starts the real daemon on free ports with a data folder of its own, and speaks HTTP to it.
+"""Starts the real daemon on free ports with a data directory of its own, and speaks HTTP to it.
 
 Every wait is on a condition; PATIENCE_S only bounds how long a broken daemon is waited for.
 """

@@ -52,7 +52,7 @@ class FailingDisk:
     """A daemon on a disk that fails when told to, and what it answered."""
 
     def __init__(self, folder, files="", *options):
-        """`files` of the data folder, all by default, are what fails."""
+        """`files` of the data directory, all by default, are what fails."""
         self.control = Control(pathlib.Path(folder) / "control")
         data = pathlib.Path(folder) / "data"
         environment = {"LD_PRELOAD": str(BIN / "failing_disk.so"), "FAILING_DISK_PREFIX": f"{data}/{files}",

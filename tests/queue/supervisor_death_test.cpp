@@ -147,10 +147,10 @@ class FailingTransitions final : public ForwardingTransitions {
     if (failures-- > 0) throw queue::StoreFailure(queue::StoreFailure::Kind::full, "disk full");
     return ForwardingTransitions::succeed(id, fence, now, report, artifacts, durable);
   }
-  std::optional<queue::Claim> claim(const std::string& boot, std::int64_t now, std::int64_t lease_until,
-                                    bool suspects) override {
+  std::optional<queue::Claim> claim(const std::string& boot, std::int64_t now, std::int64_t lease_until, bool suspects,
+                                    bool small) override {
     if (claim_failures-- > 0) throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, "I/O error");
-    return ForwardingTransitions::claim(boot, now, lease_until, suspects);
+    return ForwardingTransitions::claim(boot, now, lease_until, suspects, small);
   }
   std::atomic<int> failures = 0, claim_failures = 0;
 };

@@ -49,6 +49,8 @@ CREATE TABLE jobs (
 ) STRICT, WITHOUT ROWID;
 CREATE INDEX jobs_by_state ON jobs (state, id);
 CREATE INDEX jobs_waiting ON jobs (suspect, rank, id) WHERE state = 'queued' AND not_before IS NULL;
+CREATE INDEX small_jobs_waiting ON jobs (suspect, rank, id)
+  WHERE large = 0 AND state = 'queued' AND not_before IS NULL;
 CREATE INDEX jobs_delayed ON jobs (not_before) WHERE not_before IS NOT NULL;
 CREATE INDEX jobs_by_deadline ON jobs (deadline) WHERE state = 'queued' AND deadline IS NOT NULL;
 CREATE INDEX jobs_leased ON jobs (lease_until) WHERE state = 'running' AND lease_until IS NOT NULL;

@@ -24,14 +24,15 @@ class SqliteTransitions final : public queue::JobTransitions {
   explicit SqliteTransitions(Connections& connections) : connections_(connections) {}
 
   std::optional<queue::Claim> claim(const std::string& boot_id, std::int64_t now, std::int64_t lease_until,
-                                    bool suspects) override {
+                                    bool suspects, bool small) override {
     const auto work = [&](Database& database) -> std::optional<queue::Claim> {
       std::string id;
       {
-        Query next = database.query(
-            "SELECT id FROM jobs INDEXED BY jobs_waiting WHERE suspect = ? AND state = 'queued' AND not_before IS NULL"
-            " AND (deadline IS NULL OR deadline > ?) ORDER BY rank, id LIMIT 1",
-            std::int64_t{suspects}, now);
+        const std::string waiting = small ? "small_jobs_waiting WHERE large = 0" : "jobs_waiting WHERE true";
+        Query next = database.query("SELECT id FROM jobs INDEXED BY " + waiting +
+                                        " AND suspect = ? AND state = 'queued' AND not_before IS NULL"
+                                        " AND (deadline IS NULL OR deadline > ?) ORDER BY rank, id LIMIT 1",
+                                    std::int64_t{suspects}, now);
         if (!next.row()) return std::nullopt;
         id = next.text(0);
       }

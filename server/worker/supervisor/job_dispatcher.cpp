@@ -32,36 +32,43 @@ void JobDispatcher::claim_jobs(Time now) {
   if (process_.state() != WorkerState::ready || deadlines_.draining() || now < claims_paused_until_) return;
   if (suspects_available_.exchange(false)) suspects_first_ = true;
   if (suspects_first_) {
-    if (idle()) start_claim(true);
+    if (idle()) start_claim(ClaimKind::suspect);
     return;
   }
-  while (found_none_ != notifications_ && has_slot()) start_claim(false);
+  while (found_none_ != notifications_ && has_slot(ClaimKind::any)) start_claim(ClaimKind::any);
+  while (found_none_small_ != notifications_ && has_slot(ClaimKind::small)) start_claim(ClaimKind::small);
 }
 
 JobDispatcher::Time JobDispatcher::next_claim(Time now) const {
   return claims_paused_until_ > now ? claims_paused_until_ : Time::max();
 }
 
-bool JobDispatcher::has_slot() const {
+/// One slot is never given to a large job, so that small images need not wait for the end of large ones.
+bool JobDispatcher::has_slot(ClaimKind kind) const {
   const auto slots = static_cast<std::size_t>(settings_.slots);
   // As many concurrent claims as the latest ones found jobs: a single job does not occupy all threads.
   if (claiming_ >= std::max<std::size_t>(1, found_in_a_row_)) return false;
   // Finished images wait in memory for the store; the limit makes the worker wait for a slow store.
   const std::size_t pending_max = slots + static_cast<std::size_t>(settings_.store_threads);
-  return running_.size() + claiming_ < slots && outcomes_.pending() < pending_max;
+  if (running_.size() + claiming_ >= slots || outcomes_.pending() >= pending_max) return false;
+  if (kind == ClaimKind::small || slots == 1) return true;
+  const auto large =
+      std::count_if(running_.begin(), running_.end(), [](const auto& entry) { return entry.second.large; });
+  return static_cast<std::size_t>(large) + claiming_any_ < slots - 1;
 }
 
-void JobDispatcher::start_claim(bool suspects) {
+void JobDispatcher::start_claim(ClaimKind kind) {
   ++claiming_;
-  executor_.run([this, suspects, notifications = notifications_.load()] {
-    run_claim({.suspects = suspects, .notifications = notifications});
+  if (kind == ClaimKind::any) ++claiming_any_;
+  executor_.run([this, kind, notifications = notifications_.load()] {
+    run_claim({.kind = kind, .notifications = notifications});
   });
 }
 
 /// Any thread.
 void JobDispatcher::run_claim(ClaimResult result) noexcept {
   try {
-    result.claim = queue_.lifecycle.claim(result.suspects);
+    result.claim = queue_.lifecycle.claim(result.kind == ClaimKind::suspect, result.kind == ClaimKind::small);
     if (result.claim) {
       const queue::Job& job = result.claim->job;
       const auto queue_ms = static_cast<double>(std::max<std::int64_t>(*job.started_at - job.created_at, 0));
@@ -77,6 +84,7 @@ void JobDispatcher::run_claim(ClaimResult result) noexcept {
 
 void JobDispatcher::on_claimed(ClaimResult& result) {
   --claiming_;
+  if (result.kind == ClaimKind::any) --claiming_any_;
   if (result.failed) {
     claims_paused_until_ = Time::clock::now() + settings_.store_pause;
   } else {
@@ -95,11 +103,9 @@ void JobDispatcher::on_claimed(ClaimResult& result) {
       start_job(result);
     }
   } else if (!result.failed) {
-    if (result.suspects) {
-      suspects_first_ = false;
-    } else {
-      found_none_ = result.notifications;
-    }
+    if (result.kind == ClaimKind::suspect) suspects_first_ = false;
+    if (result.kind == ClaimKind::any) found_none_ = result.notifications;
+    if (result.kind != ClaimKind::suspect) found_none_small_ = result.notifications;
   }
   if (claiming_ == 0) early_cancels_.clear();
 }
@@ -107,6 +113,7 @@ void JobDispatcher::on_claimed(ClaimResult& result) {
 void JobDispatcher::start_job(ClaimResult& result) {
   const queue::Job& job = result.claim->job;
   RunningJob running;
+  running.large = job.large;
   running.fence = result.claim->fence;
   running.attempt = job.attempt;
   running.max_attempts = job.max_attempts;

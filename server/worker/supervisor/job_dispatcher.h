@@ -56,20 +56,22 @@ class JobDispatcher {
     std::int64_t fence = 0;
     int attempt = 1, max_attempts = 1;
     bool cancel_requested = false;              ///< by its owner
+    bool large = false;                         ///< see queue::Job
     bool lease_lost = false;                    ///< the queue ignores its outcome
     std::optional<queue::Problem> stopped_for;  ///< by the supervisor
   };
 
+  enum class ClaimKind { any, small, suspect };
   struct ClaimResult {
-    bool suspects = false;
+    ClaimKind kind = ClaimKind::any;
     std::uint64_t notifications = 0;  ///< when the claim began
     std::optional<queue::Claim> claim{};
     Packet assignment{};
     bool failed = false;
   };
 
-  [[nodiscard]] bool has_slot() const;
-  void start_claim(bool suspects);
+  [[nodiscard]] bool has_slot(ClaimKind kind) const;
+  void start_claim(ClaimKind kind);
   void run_claim(ClaimResult result) noexcept;
   void on_claimed(ClaimResult& result);
   void start_job(ClaimResult& result);
@@ -96,11 +98,12 @@ class JobDispatcher {
   std::atomic<int> running_count_ = 0;
 
   std::map<std::string, RunningJob> running_;
-  std::size_t claiming_ = 0;                 ///< claims in progress
-  std::size_t found_in_a_row_ = 0;           ///< jobs, by the latest claims
-  std::set<std::string> early_cancels_;      ///< cancelled during claims that may return them
-  std::optional<std::uint64_t> found_none_;  ///< value of notifications_ at which a claim found nothing
-  bool suspects_first_ = false;              ///< suspects may be queued; they run before all other jobs
+  std::size_t claiming_ = 0, claiming_any_ = 0;  ///< claims in progress; those that may return large jobs
+  std::size_t found_in_a_row_ = 0;               ///< jobs, by the latest claims
+  std::set<std::string> early_cancels_;          ///< cancelled during claims that may return them
+  /// Values of notifications_ at which a claim of this kind found nothing.
+  std::optional<std::uint64_t> found_none_, found_none_small_;
+  bool suspects_first_ = false;  ///< suspects may be queued; they run before all other jobs
   Time claims_paused_until_{};
 };
 
