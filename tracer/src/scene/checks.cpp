@@ -151,7 +151,7 @@ bool FieldChecks::is_position(const Vec3& v) const {
 }
 
 bool FieldChecks::is_direction(const Vec3& v) const {
-  return tracer::finite(v) && largest_component(v) >= checks_.limits.length_min;
+  return is_position(v) && largest_component(v) >= checks_.limits.length_min;
 }
 
 void FieldChecks::not_parallel(std::string_view field, const Vec3& value, const Vec3& axis, std::string_view sentence) {
