@@ -80,11 +80,14 @@ bool JobLifecycle::release(const std::string& id, std::int64_t fence, bool count
   const std::int64_t now = context_.clock();
   Release how{counts, suspect};
   if (pause_ms > 0) how.not_before = now + pause_ms;
-  const Announcement announcement(context_.notifications, {id});
+  std::optional<Announcement> announcement(std::in_place, context_.notifications, std::vector{id});
   const bool released = context_.stores.transitions.release(id, fence, now, how);
   context_.running.end_lease(id, fence);
-  if (released) notify_released(id);
-  return released;
+  if (!released) return false;
+  const std::optional<Job> job = context_.stores.jobs.find(id);
+  if (!job || ended(job->state)) announcement.reset();  // a requested cancel has ended it: it was not queued
+  notify_released(id);
+  return true;
 }
 
 /// The job is queued again, or a requested cancel has ended it.

@@ -33,6 +33,7 @@ Case round_bodies() {
   scenes::add(c.scene, Cylinder{{-0.6, 0.6, 0}, {0.2, 0.9, 1}, 0.45, false, {}}, matte({0.2, 0.5, 0.7}));
   scenes::add(c.scene, Cone{{1, 1.6, 0}, {1, 0, 0}, 0.5, 0, true, {}}, matte({0.2, 0.7, 0.3}));
   scenes::add(c.scene, Cone{{2.2, 1.1, 0}, {2, 0, 0}, 0.6, 0.25, false, {}}, matte({0.7, 0.2, 0.6}));
+  scenes::add(c.scene, Torus{{0.1, 0.3, 1.6}, {0, 1, 0.3}, 0.4, 0.15, {}}, matte({0.8, 0.6, 0.2}));
   return c;
 }
 

@@ -174,7 +174,7 @@ TEST_F(SupervisorTest, ReportsACancelThatTheWorkerIgnores) {
 TEST_F(SupervisorTest, ReplacesAWorkerThatDoesNotStopItsOnlyJob) {
   start(impatient());
   for (int round = 1; round <= 3; ++round) {
-    const std::string id = submit("deaf " + path("never"));
+    const std::string id = submit("hang " + path("never"));
     ASSERT_TRUE(eventually([&] { return log.count("job_assigned") == 2 * round - 1; }));  // else it never begins
     queue.lifecycle.cancel(id);
     EXPECT_TRUE(reaches(id, JobState::cancelled));
