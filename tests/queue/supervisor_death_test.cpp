@@ -193,15 +193,3 @@ TEST_F(SupervisorStoreTest, AResultThatWasNotStoredIsMadeAgain) {
   EXPECT_EQ(job.state, JobState::succeeded);
   EXPECT_EQ(job.attempt, 2);
 }
-
-TEST_F(SupervisorStoreTest, AResultThatCannotBeStoredFailsTheJobAfterItsAttemptsAndSaysSo) {
-  transitions.failures = 1'000'000;
-  const queue::QueueMaintainer failing_maintainer(failing_queue.lifecycle, log.log(),
-                                                  {std::chrono::milliseconds(2), std::chrono::milliseconds(1)});
-  const worker::Supervisor over(failing_queue, settings(), log.log());
-  const queue::Job job = failing_queue.queries.find(run("finish lost"))->job;
-  EXPECT_EQ(job.state, JobState::failed);
-  EXPECT_EQ(job.attempt, 3);
-  EXPECT_EQ(job.problem->code, "storage_failure");
-  EXPECT_NE(job.problem->detail.find("the disk is full"), std::string::npos) << job.problem->detail;
-}

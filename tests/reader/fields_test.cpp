@@ -188,7 +188,7 @@ TEST(EveryField, OfPatternsAndImagesIsRead) {
 
 TEST(EveryField, OfSpheresPlanesAndTrianglesIsRead) {
   const tracer::Scene scene = every_field();
-  ASSERT_EQ(scene.objects.size(), 11u);
+  ASSERT_EQ(scene.objects.size(), 12u);
   const auto& sphere = std::get<tracer::Sphere>(scene.objects[0].shape);
   EXPECT_EQ(sphere.center, (Vec3{1, 2, 3}));
   EXPECT_EQ(sphere.radius, 4);
@@ -211,7 +211,7 @@ TEST(EveryField, OfSpheresPlanesAndTrianglesIsRead) {
 
 TEST(EveryField, OfMeshesIsRead) {
   const tracer::Scene scene = every_field();
-  ASSERT_EQ(scene.objects.size(), 11u);
+  ASSERT_EQ(scene.objects.size(), 12u);
   const auto& mesh = std::get<tracer::Mesh>(scene.objects[3].shape);
   EXPECT_EQ(mesh.positions, (std::vector{Vec3{}, Vec3{1, 0, 0}, Vec3{0, 1, 0}}));
   EXPECT_EQ(mesh.triangles, (std::vector{std::array{2u, 0u, 1u}}));
@@ -224,7 +224,7 @@ TEST(EveryField, OfMeshesIsRead) {
 
 TEST(EveryField, OfDiscsCylindersConesAndBoxesIsRead) {
   const tracer::Scene scene = every_field();
-  ASSERT_EQ(scene.objects.size(), 11u);
+  ASSERT_EQ(scene.objects.size(), 12u);
   const auto& disc = std::get<tracer::Disc>(scene.objects[5].shape);
   EXPECT_EQ(disc.center, (Vec3{1, 2, 3}));
   EXPECT_EQ(disc.normal, (Vec3{0, 0, 2}));
@@ -251,7 +251,7 @@ TEST(EveryField, OfDiscsCylindersConesAndBoxesIsRead) {
 
 TEST(EveryField, OfInstancesAndPrototypesIsReadWhereverTheyStand) {
   const tracer::Scene scene = every_field();
-  ASSERT_EQ(scene.objects.size(), 11u);
+  ASSERT_EQ(scene.objects.size(), 12u);
   ASSERT_EQ(scene.prototypes.size(), 2u);
   EXPECT_EQ(scene.prototypes[0].path, "/prototypes/pair");
   ASSERT_EQ(scene.prototypes[0].objects.size(), 2u);
@@ -268,7 +268,7 @@ TEST(EveryField, OfInstancesAndPrototypesIsReadWhereverTheyStand) {
 
 TEST(EveryField, OfTransformsIsReadAsAMatrixOrAsStepsInTheOrderWritten) {
   const tracer::Scene scene = every_field();
-  ASSERT_EQ(scene.objects.size(), 11u);
+  ASSERT_EQ(scene.objects.size(), 12u);
   // (x, y, z) moved, turned a quarter about z, scaled: 2(-(y + 2)), 3(x + 1), 4(z + 3).
   const tracer::Transform steps{{{{0, -2, 0, -4}, {3, 0, 0, 3}, {0, 0, 4, 12}}}};
   EXPECT_EQ(scene.objects[0].transform, steps);
