@@ -1,8 +1,9 @@
-"""Scenes that show each feature once: shapes, instances, lights, ways to see through."""
+"""Scenes that show each feature once: shapes, tori, instances, lights, transparency."""
+import math
 
 
 def shapes():
-    """Every shape with a checker laid by its own texture coordinates."""
+    """Shapes with a checker along their texture coordinates; torus() shows the torus."""
     def checkered(first, second, u, v):
         return {"color": {"checker": [first, second], "scale": [u, v]}, "specular": 0.25, "shininess": 60}
 
@@ -38,6 +39,94 @@ def shapes():
                            {"translate": [1.0, 0.55, 1.4]}]},
             {"type": "triangle", "vertices": [[2.5, 0.02, 1.8], [3.9, 0.02, 1.3], [3.1, 1.05, 1.2]],
              "uvs": [[0, 0], [1, 0], [0, 1]], "material": "blue"}],
+        "accuracy": {"samples": [16, 16]},
+    }
+
+
+def torus():
+    """Tori of painted wood, dough, glass and gold: a stacking toy, two doughnuts, a gold ring linked with a glass one."""
+    def ring(center, major, minor, material, axis=(0, 1, 0)):
+        return {"type": "torus", "center": center, "axis": axis, "major_radius": major, "minor_radius": minor,
+                "material": material}
+
+    def toy(x, z, paints):
+        """Rings that shrink upwards on a peg, each at rest on the one below, and a ball on top."""
+        rings, y = [], 0.16
+        for i, paint in enumerate(paints):
+            minor = 0.29 - 0.024 * i
+            rings.append(ring([x, y + minor, z], 0.74 - 0.082 * i, minor, paint))
+            y += 1.9 * minor
+        return rings + [
+            {"type": "cylinder", "from": [x, 0, z], "to": [x, 0.16, z], "radius": 0.95, "material": "wood"},
+            {"type": "cone", "base": [x, 0.16, z], "apex": [x, y + 0.1, z], "radius": 0.3, "apex_radius": 0.12,
+             "material": "wood"},
+            {"type": "sphere", "center": [x, y + 0.2, z], "radius": 0.26, "material": "wood"}]
+
+    def linked(x, z, turn):
+        """A glass ring on its edge, turned about the vertical, and a smaller one that leans through it at 45 degrees
+        and rests on the table and on the glass."""
+        major, minor, thin, slope = 0.95, 0.29, 0.11, math.sqrt(0.5)
+        height = major + minor + 0.002
+        gold = (height - slope * (major - minor - thin) - thin) / (2 * slope)
+        right = slope * (major - minor - thin + gold)
+        across, ahead = math.cos(turn), math.sin(turn)
+        return [ring([x, height, z], major, minor, "glass", [ahead, 0, across]),
+                ring([x + right * across, slope * gold + thin, z - right * ahead], gold, thin, "gold",
+                     [slope * across, slope, -slope * ahead])]
+
+    def doughnut(x, z, glaze, colors):
+        """Glazed above, with sprinkles there, spread evenly around and across by two irrational steps."""
+        major, minor, half = 0.4, 0.23, 0.055
+        sprinkles = []
+        for i in range(110 if colors else 0):
+            around, across = 2.39996 * i, math.pi * (0.14 + 0.72 * (i * 0.7548777 % 1))
+            c, s, cc, ss = math.cos(around), math.sin(around), math.cos(across), math.sin(across)
+            at = (x + (major + minor * cc) * c, minor + 0.004 + minor * ss, z + (major + minor * cc) * s)
+            along = [half * (math.cos(1.7 * i) * p + math.sin(1.7 * i) * q)
+                     for p, q in zip((-s, 0, c), (-ss * c, cc, -ss * s))]
+            sprinkles.append({"type": "cylinder", "from": [p - d for p, d in zip(at, along)],
+                              "to": [p + d for p, d in zip(at, along)], "radius": 0.019,
+                              "material": colors[i % len(colors)]})
+        return [ring([x, minor + 0.004, z], major, minor, glaze), *sprinkles]
+
+    def painted(color):
+        return {"color": color, "diffuse": 0.85, "specular": 0.35, "shininess": 120, "reflection": 0.05}
+
+    def glazed(texture):
+        return {"color": texture, "specular": 0.3, "shininess": 60, "reflection": 0.03}
+
+    return {
+        "version": 1, "name": "torus",
+        "image": {"width": 720, "height": 405},
+        "camera": {"position": [0.2, 2.5, 9.6], "look_at": [0.12, 1.08, 0], "fov": 23},
+        "background": {"zenith": [0.85, 0.88, 0.95], "nadir": [0.4, 0.36, 0.32]},
+        "ambient": 0.26,
+        "lights": [{"type": "rect", "corner": [-5.0, 6.5, 2.5], "edge_u": [1.8, 0, 1.2], "edge_v": [0.7, 1, -1],
+                    "color": [1, 0.95, 0.87], "intensity": 0.8},
+                   {"type": "point", "position": [7, 6, 5], "color": [0.85, 0.9, 1], "intensity": 0.2}],
+        "textures": {
+            "planks": {"noise": ["#7c5638", "#a57d57"], "octaves": 4, "scale": [0.3, 5]},
+            "pink": {"checker": ["#ef8fb0", "#b9793c"], "scale": [1, 2]},
+            "chocolate": {"checker": ["#41200f", "#b9793c"], "scale": [1, 2]}},
+        "materials": {
+            "table": {"color": "planks", "specular": 0.15, "shininess": 60, "reflection": 0.06},
+            "wall": {"model": "lambert", "color": [0.42, 0.56, 0.6]},
+            "wood": {"color": [0.72, 0.52, 0.3], "specular": 0.2, "shininess": 60},
+            "red": painted([0.75, 0.07, 0.06]), "orange": painted([0.88, 0.38, 0.04]),
+            "yellow": painted([0.9, 0.72, 0.08]), "green": painted([0.14, 0.5, 0.12]),
+            "blue": painted([0.07, 0.22, 0.62]), "cream": painted([0.92, 0.88, 0.78]),
+            "pink": glazed("pink"), "chocolate": glazed("chocolate"),
+            "gold": {"color": [0.5, 0.32, 0.07], "ambient": 0.3, "diffuse": 0.4, "specular": 0.9, "shininess": 200,
+                     "specular_color": [1, 0.85, 0.5], "reflection": 0.7, "reflection_color": [1, 0.77, 0.34]},
+            "glass": {"color": 1, "ambient": 0, "diffuse": 0, "specular": 0.7, "shininess": 500, "transmission": 1,
+                      "ior": 1.5, "transmission_color": [0.95, 0.985, 0.975]}},
+        "objects": [
+            {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0], "material": "table"},
+            {"type": "plane", "point": [0, 0, -4], "normal": [0, 0, 1], "material": "wall"},
+            *toy(-1.85, -0.6, ("red", "orange", "yellow", "green", "blue")),
+            *linked(1.3, -0.3, 0.35),
+            *doughnut(-0.15, 1.3, "pink", ("cream", "green", "blue", "yellow")),
+            *doughnut(1.25, 1.9, "chocolate", ())],
         "accuracy": {"samples": [16, 16]},
     }
 
@@ -118,7 +207,7 @@ def lights():
             {"type": "plane", "point": [0, 0, -1], "normal": [0, 0, 1], "material": "wall"}]
             + [{"type": "box", "min": [x - 0.03, 0, -1], "max": [x + 0.03, 2.6, 1], "material": "wall"}
                for x in screens]
-            + [thing for x in places for thing in (
+            + [part for x in places for part in (
                 {"type": "cylinder", "from": [x, 0, 0.1], "to": [x, 0.75, 0.1], "radius": 0.11, "material": "post"},
                 {"type": "sphere", "center": [x, 0.95, 0.1], "radius": 0.2, "material": "post"})],
         "accuracy": {"samples": [16, 16]},
@@ -126,7 +215,7 @@ def lights():
 
 
 def transparency():
-    """Ways to see through: an interpolated and a filtered pane, solids that absorb by their thickness, and two that
+    """Kinds of transparency: an interpolated and a filtered pane, solids that absorb by their thickness, and two that
     overlap, where the one of higher priority fills the lens they share."""
     def liquid(absorption, **more):
         return {"color": 1, "diffuse": 0, "ambient": 0, "specular": 0.6, "shininess": 400, "transmission": 1,

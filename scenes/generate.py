@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""Writes the example scenes beside this file: scenes/generate.py [FOLDER].
+"""Writes the example scenes beside this file: scenes/generate.py [DIRECTORY].
 
-The same bytes every time, from the standard library alone; a test holds the committed files to it. Each scene is one
-function that reads like its document. Lengths are scene units; y is up unless a scene says otherwise.
+The output is the same every time, and a test compares the committed files with it. It needs the standard library only.
+Each scene is one function that reads like its document. Lengths are scene units; y is up unless a scene says otherwise.
 """
 import json
 import math
@@ -11,7 +11,7 @@ import struct
 import sys
 import zlib
 
-from features import instances, lights, shapes, transparency
+from features import instances, lights, shapes, torus, transparency
 from mesh_files import FILES, mesh_files
 from meshes import add, box, cavity, lens, prism, quad, scaled, turned, unit
 from terrain import gradient_noise, ridges
@@ -22,7 +22,7 @@ from worlds import cube, environment, evening, relief, studs
 # ---- writing -------------------------------------------------------------------------------------------------------
 
 def rounded(value, digits=6):
-    """`value` with its numbers to so many significant digits; what is whole is written as such."""
+    """`value` with its numbers rounded to so many significant digits; whole numbers are written as integers."""
     if isinstance(value, float):
         short = float(f"{value:.{digits}g}")
         return int(short) if short.is_integer() and abs(short) < 1e15 else short
@@ -34,7 +34,7 @@ def rounded(value, digits=6):
 
 
 def text_of(scene):
-    """One line a field, and one an element of the lists and maps of things: diffs stay small, big meshes too."""
+    """The document with one line per field, object, light, texture and material: diffs stay small."""
     compact = lambda value: json.dumps(value, separators=(",", ":"))
     lines = []
     for key, value in scene.items():
@@ -50,7 +50,7 @@ def text_of(scene):
 
 
 def png(width, height, color_at):
-    """An 8-bit RGB picture: color_at(x, y) in 0..255, row 0 on top."""
+    """An 8-bit RGB image: color_at(x, y) in 0..255, row 0 on top."""
     rows = b"".join(b"\0" + bytes(channel for x in range(width) for channel in color_at(x, y)) for y in range(height))
     chunk = lambda kind, data: (struct.pack(">I", len(data)) + kind + data
                                 + struct.pack(">I", zlib.crc32(kind + data)))
@@ -62,7 +62,7 @@ def png(width, height, color_at):
 # ---- the scenes ----------------------------------------------------------------------------------------------------
 
 def tiny():
-    """The smallest picture that still reflects: what a benchmark of the queue sends by the thousand."""
+    """The smallest image with a reflection: benchmarks of the queue submit it thousands of times."""
     return {
         "version": 1, "name": "tiny",
         "image": {"width": 16, "height": 16},
@@ -191,8 +191,8 @@ def cornell():
 
 
 def glass():
-    """What glass does, side by side: a solid ball, a hollow one, a dense one, a lens, a prism, a block. Nothing touches
-    the floor: two surfaces in one place would leave it to rounding which of them a ray meets first."""
+    """Solids of glass side by side: a solid ball, a hollow one, a dense one, a lens, a prism, a block. Nothing touches
+    the floor: of two surfaces in one place, rounding would decide which one a ray hits first."""
     def dielectric(ior, tint):
         return {"color": 1, "ambient": 0, "diffuse": 0.0, "specular": 0.6, "shininess": 400, "transmission": 1,
                 "ior": ior, "transmission_color": tint}
@@ -262,8 +262,8 @@ def local_models():
 
 
 def mountain(cells=440, size=13.0):
-    """A massif over a still lake, in bands of colour that share their normals. What lies deep in the water is left out
-    where no ray can see it: more than 100,000 triangles remain."""
+    """A massif over a still lake, in bands of colour that share their normals. Ground deep under water, which no ray
+    reaches, is omitted: more than 100,000 triangles remain."""
     def height(x, z):
         massif = math.exp(-((x / 4.6) ** 2 + ((z + 1.2) / 2.9) ** 2))
         shore = gradient_noise(x * 0.35 + 7.3, z * 0.35 + 2.1, 40)
@@ -346,7 +346,7 @@ def tile(x, y, side=64):
 
 
 def textures():
-    """Marble of noise, tiles from a picture, a sky of a gradient, a checker to the horizon."""
+    """Marble of noise, tiles from an image, a sky of a gradient, a checker to the horizon."""
     def ball(x, z, radius, material):
         return {"type": "sphere", "center": [x, radius, z], "radius": radius, "material": material}
 
@@ -380,20 +380,20 @@ def textures():
     }
 
 
-SCENES = (tiny, whitted, sphereflake, cornell, mountain, glass, local_models, shapes, instances, lights, transparency,
-          textures, lens_scene, haze, isometric, panorama, shading, tone,
+SCENES = (tiny, whitted, sphereflake, cornell, mountain, glass, local_models, shapes, torus, instances, lights,
+          transparency, textures, lens_scene, haze, isometric, panorama, shading, tone,
           environment, cube, relief, mesh_files)
 
 
 def main():
-    folder = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parent)
+    directory = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else pathlib.Path(__file__).parent)
     for scene in SCENES:
-        (folder / f"{scene.__name__}.json").write_text(text_of(rounded(scene())), encoding="utf-8")
-    (folder / "assets").mkdir(exist_ok=True)
+        (directory / f"{scene.__name__}.json").write_text(text_of(rounded(scene())), encoding="utf-8")
+    (directory / "assets").mkdir(exist_ok=True)
     for name, width, height, color_at in (("tile", 64, 64, tile), ("studs", 64, 64, studs), ("evening", 512, 256, evening)):
-        (folder / f"assets/{name}.png").write_bytes(png(width, height, color_at))
+        (directory / f"assets/{name}.png").write_bytes(png(width, height, color_at))
     for name, write in FILES.items():
-        (folder / "assets" / name).write_bytes(write())
+        (directory / "assets" / name).write_bytes(write())
 
 
 if __name__ == "__main__":

@@ -58,7 +58,7 @@ def box(low, high, turn_deg=0.0):
 
 def revolved(profile, normals, slices, place):
     """A closed solid: `profile` is [(radius, height)] from bottom pole to top pole with its outward normals; `place`
-    puts a point given along (side, up, side) into the world and is linear in normals when told direction=True."""
+    converts a point given along (side, up, side) to world space, and a normal if its second argument is true."""
     positions, directions, triangles, rings = [], [], [], []
     for (radius, height), (out, up) in zip(profile, normals):
         pole = radius < 1e-9
@@ -81,7 +81,7 @@ def revolved(profile, normals, slices, place):
 
 
 def cavity(center, radius, slices=96, stacks=48):
-    """A ball of nothing inside of a solid: a sphere whose front is its inside. Outer surface and cavity together bound
+    """A hollow inside of a solid: a sphere whose front is its inside. Outer surface and cavity together bound
     the glass between them, which is what a hollow ball is."""
     angles = [math.pi * (i / stacks - 0.5) for i in range(stacks + 1)]
     circle = [(math.cos(a) if 0 < i < stacks else 0.0, math.sin(a)) for i, a in enumerate(angles)]

@@ -1,4 +1,4 @@
-"""Scenes that show what lies between the world and the file: cameras, lens, air, shading of meshes, tone."""
+"""Scenes of cameras, lens, depth cue, shading of meshes and tone mapping."""
 import math
 
 from meshes import unit

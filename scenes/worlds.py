@@ -1,4 +1,4 @@
-"""Scenes of textures that are not colours: worlds around a scene, and reliefs on it."""
+"""Scenes of textures that are not colours of surfaces: environments, cube maps, bump maps and normal maps."""
 import math
 
 from terrain import gradient_noise
@@ -56,7 +56,7 @@ def environment():
 
 
 def cube():
-    """A ball in a room of six patterns, which is not there: the faces of the world's cube, each in its own colour."""
+    """A cube map: a ball and mirrors in front of six patterns, each in its own colour."""
     wall = lambda low, high: {"gradient": [low, high]}
     tiled = lambda dark, light, n: {"checker": [dark, light], "scale": [n, n]}
     return {
@@ -81,7 +81,7 @@ def cube():
 
 
 def relief():
-    """Bump maps of noise, a gradient and a picture; a normal map; each on a shape that is smooth itself."""
+    """Bump maps of noise, a gradient and an image, and a normal map, each on a smooth shape."""
     return {
         "version": 1, "name": "relief",
         "image": {"width": 672, "height": 378},
