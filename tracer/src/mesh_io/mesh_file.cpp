@@ -1,35 +1,79 @@
 #include "tracer/mesh_file.h"
 
+#include <charconv>
+#include <cmath>
 #include <new>
 
 #include "tracer/src/math/vec.h"
 #include "tracer/src/mesh_io/formats.h"
+#include "tracer/triangulate.h"
 
 namespace tracer {
+namespace mesh_io {
 namespace {
 
-using mesh_io::Bytes;
+std::string text_of(double value) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, value).ptr};
+}
 
-mesh_io::MeshResult read(Bytes bytes, const Limits& limits, bool smooth) {
-  if (bytes.empty()) return std::string("is empty");
-  if (mesh_io::is_ply(bytes)) return mesh_io::read_ply(bytes, limits);
-  if (mesh_io::is_binary_stl(bytes)) return mesh_io::read_binary_stl(bytes, limits);
-  if (mesh_io::is_ascii_stl(bytes)) return mesh_io::read_ascii_stl(bytes, limits);
-  if (mesh_io::is_obj(bytes)) return mesh_io::read_obj(bytes, limits, smooth);
-  return std::string(
-      "is no OBJ, PLY, STL or glTF file (a binary STL has 84 bytes and 50 for each triangle it declares)");
+void check_number(double number, double most, const char* limit) {
+  if (std::abs(number) <= most) return;
+  if (!std::isfinite(number)) throw MeshError("must be finite, got " + text_of(number));
+  throw MeshError(std::string("the limit ") + limit + " is " + text_of(most) + ", got " + text_of(number));
+}
+
+Mesh read(Bytes bytes, const Limits& limits, bool smooth) {
+  if (bytes.empty()) throw MeshError("is empty");
+  if (is_ply(bytes)) return read_ply(bytes, limits);
+  if (is_binary_stl(bytes)) return read_binary_stl(bytes, limits);
+  if (is_ascii_stl(bytes)) return read_ascii_stl(bytes, limits);
+  if (is_obj(bytes)) return read_obj(bytes, limits, smooth);
+  throw MeshError("is no OBJ, PLY, STL or glTF file (a binary STL has 84 bytes and 50 for each triangle it declares)");
 }
 
 }  // namespace
 
-Result<Mesh, std::string> read_mesh_file(std::span<const std::uint8_t> bytes, const Limits& limits, bool smooth) {
-  try {
-    auto mesh = read(bytes, limits, smooth);
-    if (mesh) mesh->smooth = smooth;
-    return mesh;
-  } catch (const std::bad_alloc&) {
-    return std::string("takes more memory than there is");
-  }
+void check_vector(const Vec3& vector, const Limits& limits) {
+  for (const double number : {vector.x, vector.y, vector.z})
+    check_number(number, limits.coordinate_max, "coordinate_max");
+}
+
+void check_vector(const Vec2& uv, const Limits& limits) {
+  for (const double number : {uv.x, uv.y}) check_number(number, limits.value_max, "value_max");
+}
+
+void check_triangle_count(std::uint64_t count, const Limits& limits) {
+  if (count <= limits.triangles) return;
+  throw MeshError("the limit triangles is " + std::to_string(limits.triangles) + ", it has at least " +
+                  std::to_string(count));
+}
+
+void add_polygon(std::span<const std::uint32_t> indices, std::span<const Vec3> corners, const Limits& limits,
+                 std::vector<std::array<std::uint32_t, 3>>& triangles) {
+  if (indices.size() < 3) throw MeshError("a face must have at least 3 corners, has " + std::to_string(indices.size()));
+  check_triangle_count(triangles.size() + indices.size() - 2, limits);
+  const std::size_t first = triangles.size();
+  if (!triangulate(corners, triangles))
+    throw MeshError("the limit ear_clipping_corners_max is " + std::to_string(ear_clipping_corners_max) +
+                    " for faces that are no fan around their first corner (convex ones are), this one has " +
+                    std::to_string(indices.size()));
+  for (std::size_t t = first; t < triangles.size(); ++t)
+    for (std::uint32_t& corner : triangles[t]) corner = indices[corner];
+}
+
+}  // namespace mesh_io
+
+Result<Mesh, std::string> read_mesh_file(std::span<const std::uint8_t> bytes, const Limits& limits, bool smooth) try {
+  Mesh mesh = mesh_io::read(bytes, limits, smooth);
+  if (mesh.triangles.empty()) return std::string("has no faces");
+  add_missing_normals(mesh, limits);
+  mesh.smooth = smooth;
+  return mesh;
+} catch (const mesh_io::MeshError& error) {
+  return std::string(error.what());
+} catch (const std::bad_alloc&) {
+  return std::string("takes more memory than there is");
 }
 
 void add_missing_normals(Mesh& mesh, const Limits& limits) {

@@ -2,13 +2,10 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <tuple>
 #include <utility>
 
-#include "tracer/mesh_file.h"
 #include "tracer/src/math/vec.h"
 #include "tracer/src/mesh_io/formats.h"
-#include "tracer/src/mesh_io/parse_numbers.h"
 #include "tracer/src/mesh_io/tokenizer.h"
 #include "tracer/src/mesh_io/weld.h"
 
@@ -20,41 +17,31 @@ constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 /// Indices from 0; `none` if the file has none.
 struct Corner {
   std::uint32_t position = none, uv = none, normal = none;
-  bool operator<(const Corner& other) const {
-    return std::tie(position, uv, normal) < std::tie(other.position, other.uv, other.normal);
-  }
+  auto operator<=>(const Corner&) const = default;
 };
 
 class ObjReader {
  public:
   ObjReader(Bytes bytes, const Limits& limits, bool smooth) : tokens_(bytes), limits_(limits), smooth_(smooth) {}
 
-  MeshResult read() {
+  Mesh read() {
     do {
       const std::size_t line = tokens_.line();  // the first of joined lines
-      if (!read_line()) return at_line(line, error_);
+      located([line] { return at_line(line); }, [&] { read_line(); });
     } while (tokens_.next_line());
-    if (mesh_.triangles.empty()) return std::string("has no faces");
     if (smooth_ && has_uvs_ && !has_normals_) add_smooth_normals();
     make_vertices();
-    add_missing_normals(mesh_, limits_);
     return std::move(mesh_);
   }
 
  private:
-  bool check(std::string sentence) {
-    error_ = std::move(sentence);
-    return error_.empty();
-  }
-
   /// Skips everything but geometry, including material files.
-  bool read_line() {
+  void read_line() {
     const std::string_view keyword = tokens_.next_token();
-    if (keyword == "v") return read_vector(positions_);
-    if (keyword == "vt") return read_uv();
-    if (keyword == "vn") return read_vector(normals_);
-    if (keyword == "f") return read_face();
-    return true;
+    if (keyword == "v") read_vector(positions_);
+    if (keyword == "vt") read_uv();
+    if (keyword == "vn") read_vector(normals_);
+    if (keyword == "f") read_face();
   }
 
   /// Next token of this line; empty at its end and at a comment.
@@ -63,43 +50,39 @@ class ObjReader {
     return word.starts_with('#') ? std::string_view() : word;
   }
 
-  bool read_number(double& number) {
-    const std::string_view word = next_token();
-    if (parse_number(word, number)) return true;
-    return check(word.empty() ? "a number is missing" : in_quotes(word) + " is no number");
-  }
+  double next_number() { return number_of(next_token(), "a number is missing"); }
 
   /// Ignores the rest of the line (weight, color).
-  bool read_vector(std::vector<Vec3>& vectors) {
+  void read_vector(std::vector<Vec3>& vectors) {
     Vec3& v = vectors.emplace_back();
-    return read_number(v.x) && read_number(v.y) && read_number(v.z) && check(vector_error(v, limits_));
+    for (double* coordinate : {&v.x, &v.y, &v.z}) *coordinate = next_number();
+    check_vector(v, limits_);
   }
 
-  bool read_uv() {
+  void read_uv() {
     Vec2& uv = uvs_.emplace_back();
-    if (!read_number(uv.x)) return false;
+    uv.x = next_number();
     const std::string_view second = next_token();  // v is optional, default 0
-    if (!second.empty() && !parse_number(second, uv.y)) return check(in_quotes(second) + " is no number");
-    return check(vector_error(uv, limits_));
+    if (!second.empty()) uv.y = number_of(second, "");
+    check_vector(uv, limits_);
   }
 
-  bool read_face() {
+  void read_face() {
     polygon_.clear();
     polygon_positions_.clear();
     for (std::string_view word; !(word = next_token()).empty();) {
-      Corner corner;
-      if (!read_corner(word, corner)) return false;
+      const Corner corner = corner_of(word);
       polygon_.push_back(static_cast<std::uint32_t>(corner_points_.size()));
       polygon_positions_.push_back(positions_[corner.position]);
       corner_points_.push_back(corner);
       has_uvs_ |= corner.uv != none;
       has_normals_ |= corner.normal != none;
     }
-    return check(add_polygon(polygon_, polygon_positions_, limits_, mesh_.triangles));
+    add_polygon(polygon_, polygon_positions_, limits_, mesh_.triangles);
   }
 
   /// Forms: v, v/vt, v//vn, v/vt/vn.
-  bool read_corner(std::string_view word, Corner& corner) {
+  [[nodiscard]] Corner corner_of(std::string_view word) const {
     const std::string_view whole = word;
     const auto next_part = [&word] {
       const std::size_t slash = std::min(word.find('/'), word.size());
@@ -108,24 +91,22 @@ class ObjReader {
       return part;
     };
     const std::string_view position = next_part(), uv = next_part(), normal = next_part();
-    if (!word.empty()) return check(in_quotes(whole) + " is no corner of a face");
-    return read_index(position, positions_.size(), "positions", corner.position) &&
-           (uv.empty() || read_index(uv, uvs_.size(), "texture coordinates", corner.uv)) &&
-           (normal.empty() || read_index(normal, normals_.size(), "normals", corner.normal));
+    if (!word.empty()) throw MeshError(in_quotes(whole) + " is no corner of a face");
+    return {index_of(position, positions_.size(), "positions"),
+            uv.empty() ? none : index_of(uv, uvs_.size(), "texture coordinates"),
+            normal.empty() ? none : index_of(normal, normals_.size(), "normals")};
   }
 
   /// Positive indices count from 1, negative ones back from the last element so far (-1).
-  bool read_index(std::string_view word, std::size_t count, const char* of, std::uint32_t& index) {
-    double number = 0;
+  static std::uint32_t index_of(std::string_view word, std::size_t count, const char* of) {
+    double number = parse_number(word).value_or(NAN);
     const auto most = static_cast<double>(count);
-    if (!parse_number(word, number) || number != std::trunc(number)) return check(in_quotes(word) + " is no index");
+    if (number != std::trunc(number)) throw MeshError(in_quotes(word) + " is no index");
     if (number < 0) number += most + 1;
-    if (!(number >= 1 && number <= most)) {
-      return check("must be the index of one of the " + std::to_string(count) + " " + of + " so far, got " +
-                   in_quotes(word));
-    }
-    index = static_cast<std::uint32_t>(number) - 1;
-    return true;
+    if (!(number >= 1 && number <= most))
+      throw MeshError("must be the index of one of the " + std::to_string(count) + " " + of + " so far, got " +
+                      in_quotes(word));
+    return static_cast<std::uint32_t>(number) - 1;
   }
 
   /// Area-weighted normals per position: a vertex that is split at a uv seam is still one point of the surface. The
@@ -158,7 +139,6 @@ class ObjReader {
   Tokenizer tokens_;
   const Limits& limits_;
   bool smooth_;
-  std::string error_;
   std::vector<Vec3> positions_, normals_;
   std::vector<Vec2> uvs_;
   std::vector<Corner> corner_points_;  ///< corners of all faces; triangles index them until they are welded
@@ -183,6 +163,6 @@ bool is_obj(Bytes bytes) {
   return false;
 }
 
-MeshResult read_obj(Bytes bytes, const Limits& limits, bool smooth) { return ObjReader(bytes, limits, smooth).read(); }
+Mesh read_obj(Bytes bytes, const Limits& limits, bool smooth) { return ObjReader(bytes, limits, smooth).read(); }
 
 }  // namespace tracer::mesh_io

@@ -1,11 +1,9 @@
 #include <algorithm>
 #include <bit>
-#include <cstring>
 #include <tuple>
 #include <utility>
 
 #include "tracer/src/mesh_io/formats.h"
-#include "tracer/src/mesh_io/parse_numbers.h"
 #include "tracer/src/mesh_io/tokenizer.h"
 #include "tracer/src/mesh_io/weld.h"
 
@@ -50,56 +48,66 @@ class AsciiStlReader {
  public:
   AsciiStlReader(Bytes bytes, const Limits& limits) : tokens_(bytes), limits_(limits) {}
 
-  MeshResult read() {
-    for (std::string word; !(word = lower(tokens_.next_token_on_any_line())).empty();) {
-      if (word == "solid" || word == "endsolid") {
-        ended_ = word == "endsolid";
-        if (!tokens_.next_line()) break;  // skips the name
-      } else if (!(word == "facet" ? read_facet() : fail(word, "facet"))) {
-        return at_line(tokens_.line(), error_);
-      }
-    }
-    if (!ended_) return at_line(tokens_.line(), "the file ends before \"endsolid\"");
-    if (corner_points_.empty()) return std::string("has no facets");
+  Mesh read() {
+    located([&] { return at_line(tokens_.line()); }, [&] { read_solids(); });
+    if (corner_points_.empty()) throw MeshError("has no facets");
     return welded_mesh(corner_points_);
   }
 
  private:
-  bool fail(std::string_view found, const char* expected) {
-    error_ = std::string("expected ") + expected + ", found " + (found.empty() ? "the end" : in_quotes(found));
-    return false;
+  void read_solids() {
+    bool ended = false;
+    for (std::string_view word; !(word = tokens_.next_token_on_any_line()).empty();) {
+      const std::string keyword = lower(word);
+      if (keyword == "facet") {
+        read_facet();
+      } else if (keyword == "solid" || keyword == "endsolid") {
+        ended = keyword == "endsolid";
+        if (!tokens_.next_line()) break;  // skips the name
+      } else {
+        fail(word, "facet");
+      }
+    }
+    if (!ended) throw MeshError("the file ends before \"endsolid\"");
   }
 
-  bool expect(const char* keyword) {
+  [[noreturn]] static void fail(std::string_view found, const char* expected) {
+    throw MeshError(std::string("expected ") + expected + ", found " + (found.empty() ? "the end" : in_quotes(found)));
+  }
+
+  void expect(const char* keyword) {
     const std::string_view word = tokens_.next_token_on_any_line();
-    return lower(word) == keyword || fail(word, keyword);
+    if (lower(word) != keyword) fail(word, keyword);
   }
 
-  bool read_number(double& number) {
-    const std::string_view word = tokens_.next_token_on_any_line();
-    return parse_number(word, number) || fail(word, "a number");
+  Vec3 next_vector() {
+    Vec3 vector;
+    for (double* coordinate : {&vector.x, &vector.y, &vector.z}) {
+      const std::string_view word = tokens_.next_token_on_any_line();
+      const std::optional<double> number = parse_number(word);
+      if (!number) fail(word, "a number");
+      *coordinate = *number;
+    }
+    return vector;
   }
 
-  bool read_vector(Vec3& v) { return read_number(v.x) && read_number(v.y) && read_number(v.z); }
-
-  bool read_corner() {
-    Vec3& corner = corner_points_.emplace_back();
-    if (!expect("vertex") || !read_vector(corner)) return false;
-    error_ = vector_error(corner, limits_);
-    return error_.empty();
-  }
-
-  bool read_facet() {
-    error_ = triangle_count_error(corner_points_.size() / 3 + 1, limits_);
-    Vec3 normal;
-    return error_.empty() && expect("normal") && read_vector(normal) && expect("outer") && expect("loop") &&
-           read_corner() && read_corner() && read_corner() && expect("endloop") && expect("endfacet");
+  void read_facet() {
+    check_triangle_count(corner_points_.size() / 3 + 1, limits_);
+    expect("normal");
+    next_vector();
+    expect("outer");
+    expect("loop");
+    for (int corner = 0; corner < 3; ++corner) {
+      expect("vertex");
+      corner_points_.push_back(next_vector());
+      check_vector(corner_points_.back(), limits_);
+    }
+    expect("endloop");
+    expect("endfacet");
   }
 
   Tokenizer tokens_;
   const Limits& limits_;
-  std::string error_;
-  bool ended_ = false;
   std::vector<Vec3> corner_points_;
 };
 
@@ -110,9 +118,9 @@ bool is_binary_stl(Bytes bytes) {
          bytes.size() == first_triangle + triangle_bytes * std::uint64_t{word_at(bytes, header_bytes)};
 }
 
-MeshResult read_binary_stl(Bytes bytes, const Limits& limits) {
+Mesh read_binary_stl(Bytes bytes, const Limits& limits) {
   const std::uint32_t count = word_at(bytes, header_bytes);
-  if (auto failure = triangle_count_error(count, limits); !failure.empty()) return failure;
+  check_triangle_count(count, limits);
   std::vector<Vec3> corners;
   corners.reserve(std::size_t{3} * count);
   for (std::size_t triangle = 0; triangle < count; ++triangle) {
@@ -122,8 +130,7 @@ MeshResult read_binary_stl(Bytes bytes, const Limits& limits) {
         return double{std::bit_cast<float>(word_at(bytes, offset + 4 * axis))};
       };
       corners.push_back({coordinate(0), coordinate(1), coordinate(2)});
-      if (const auto failure = vector_error(corners.back(), limits); !failure.empty())
-        return "byte " + std::to_string(offset) + ": " + failure;
+      located([&] { return "byte " + std::to_string(offset); }, [&] { check_vector(corners.back(), limits); });
     }
   }
   return welded_mesh(corners);
@@ -136,6 +143,6 @@ bool is_ascii_stl(Bytes bytes) {
          lower(Tokenizer(bytes).next_token_on_any_line()) == "solid";
 }
 
-MeshResult read_ascii_stl(Bytes bytes, const Limits& limits) { return AsciiStlReader(bytes, limits).read(); }
+Mesh read_ascii_stl(Bytes bytes, const Limits& limits) { return AsciiStlReader(bytes, limits).read(); }
 
 }  // namespace tracer::mesh_io

@@ -12,9 +12,6 @@ bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f'; 
 
 }  // namespace
 
-Tokenizer::Tokenizer(std::span<const std::uint8_t> bytes)
-    : text_(reinterpret_cast<const char*>(bytes.data()), bytes.size()) {}
-
 std::string_view Tokenizer::next_token() {
   while (at_ < text_.size() && is_blank(text_[at_])) ++at_;
   const std::size_t first = at_;
@@ -48,20 +45,25 @@ bool Tokenizer::next_line() {
   return true;
 }
 
-bool parse_number(std::string_view word, double& value) {
+std::optional<double> parse_number(std::string_view word) {
   if (word.starts_with('+') && !word.starts_with("+-")) word.remove_prefix(1);
+  double value = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (end != word.data() + word.size() || error == std::errc::invalid_argument) return false;
+  if (end != word.data() + word.size() || error == std::errc::invalid_argument) return std::nullopt;
   if (error == std::errc::result_out_of_range) {  // overflow or underflow
     const bool tiny = word.find("e-") != std::string_view::npos || word.find("E-") != std::string_view::npos;
     value = tiny ? 0 : std::numeric_limits<double>::infinity();
   }
-  return true;
+  return value;
 }
 
-std::string at_line(std::size_t line, const std::string& sentence) {
-  return "line " + std::to_string(line) + ": " + sentence;
+double number_of(std::string_view word, const char* if_missing) {
+  const std::optional<double> number = parse_number(word);
+  if (!number) throw MeshError(word.empty() ? if_missing : in_quotes(word) + " is no number");
+  return *number;
 }
+
+std::string at_line(std::size_t line) { return "line " + std::to_string(line); }
 
 std::string in_quotes(std::string_view word) {
   constexpr std::size_t length_max = 32;

@@ -2,10 +2,11 @@
 /// Splits text files into lines and tokens, for mesh formats that are text.
 
 #include <cstddef>
-#include <cstdint>
-#include <span>
+#include <optional>
 #include <string>
 #include <string_view>
+
+#include "tracer/src/mesh_io/formats.h"
 
 namespace tracer::mesh_io {
 
@@ -13,11 +14,10 @@ namespace tracer::mesh_io {
 /// into the bytes, which must outlive them.
 class Tokenizer {
  public:
-  explicit Tokenizer(std::span<const std::uint8_t> bytes);
+  explicit Tokenizer(Bytes bytes) : text_(reinterpret_cast<const char*>(bytes.data()), bytes.size()) {}
 
   [[nodiscard]] std::size_t line() const { return line_; }
   [[nodiscard]] std::size_t offset() const { return at_; }  ///< bytes before the next token or line end
-  [[nodiscard]] bool at_end() const { return at_ == text_.size(); }
 
   /// The next token of this line; empty at its end.
   std::string_view next_token();
@@ -34,11 +34,13 @@ class Tokenizer {
   std::size_t line_ = 1;
 };
 
-/// Parses a decimal number to the nearest double, infinite or 0 beyond their range. False for other tokens.
-bool parse_number(std::string_view word, double& value);
+/// The nearest double of a decimal number, infinite or 0 beyond their range; nothing for other tokens.
+std::optional<double> parse_number(std::string_view word);
+/// The same; throws MeshError(`if_missing`) for an empty token, and another sentence for one that is no number.
+double number_of(std::string_view word, const char* if_missing);
 
-/// "line 7: `sentence`".
-std::string at_line(std::size_t line, const std::string& sentence);
+/// "line 7".
+std::string at_line(std::size_t line);
 
 /// The token in double quotes, at most 32 bytes of it, with '?' for control and non-ASCII characters.
 std::string in_quotes(std::string_view word);
