@@ -206,10 +206,12 @@ class Errors(WithDirectory):
         for sentence, *arguments in (
                 ("SCENE is required",), ("The following argument was not expected: b", tiny, "b"),
                 ("The following argument was not expected: --json", tiny, "--json"), ("-o: 1 required NAME missing", tiny, "-o"),
-                ("-o: folder/: must be a name for the files", tiny, "-o", "folder/"),
+                ("-o: directory/: must be a name for the files", tiny, "-o", "directory/"),
                 ("--size excludes --scale", tiny, "--size", "4x4", "--scale", "0.5"),
                 ("--parameters: depth not in {target_error,samples,", tiny, "--parameters", "samples,depth"),
                 ("--parameters: Samples not in {", tiny, "--parameters", "Samples"),
+                *(("--parameters:  not in {", tiny, "--parameters", names)
+                  for names in ("", ",", "samples,", ",samples", "samples,,cutoff")),
                 *(("--size: must be WIDTHxHEIGHT", tiny, "--size", size) for size in ("4", "4x", "0x4", "4x4x4", "-1x4")),
                 *(("--scale: must be a number > 0 and <= 1", tiny, "--scale", scale)
                   for scale in ("0", "1.1", "nan", "half")),

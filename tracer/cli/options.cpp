@@ -169,6 +169,20 @@ std::string default_name(std::string_view scene_path) {
   return std::string(stem) + ".measure";
 }
 
+/// The elements of lists separated by commas. Not CLI::Option::delimiter: it accepts a comma at the end.
+std::vector<std::string> parameters_of(const std::vector<std::string>& lists) {
+  const CLI::IsMember known(std::vector<std::string>(std::begin(tracer::parameters), std::end(tracer::parameters)));
+  std::vector<std::string> names;
+  for (const std::string& list : lists) {
+    for (std::size_t begin = 0, end = 0; begin <= list.size(); begin = end + 1) {
+      end = std::min(list.find(',', begin), list.size());
+      std::string& name = names.emplace_back(list.substr(begin, end - begin));
+      if (const std::string error = known(name); !error.empty()) reject("--parameters", error);
+    }
+  }
+  return names;
+}
+
 CLI::App* add_measure(CLI::App& app, MeasureOptions& options) {
   CLI::App* command = app.add_subcommand(
       "measure",
@@ -187,12 +201,12 @@ CLI::App* add_measure(CLI::App& app, MeasureOptions& options) {
       *command, "--scale", options.scale, [](double value) { return value > 0 && value <= 1; }, "> 0 and <= 1",
       "FACTOR", "Factor of the document's size");
   size->excludes(command->get_option("--scale"));
-  const std::vector<std::string> names(std::begin(tracer::parameters), std::end(tracer::parameters));
-  command->add_option("--parameters", options.parameters, "Settings to vary (default: all)")
+  command
+      ->add_option_function<std::vector<std::string>>(
+          "--parameters", [&](const std::vector<std::string>& lists) { options.parameters = parameters_of(lists); },
+          "Settings to vary (default: all)")
       ->type_name("P,P...")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->check(CLI::IsMember(names));
+      ->allow_extra_args(false);
   add_integer(*command, "--reference-samples", options.reference_samples, tracer::reference_samples_min,
               reference_samples_max, "Maximum samples per pixel of the reference (default 512)");
   add_threads(*command, options.threads);
