@@ -22,31 +22,16 @@ void print_requirements(const tracer::Scene& scene) {
                     api::uri_fragment(reason.pointer).c_str());
 }
 
-/// As POST /v1/jobs/validate replies; a document that cannot be parsed is one issue at the root.
-std::string validation_json(const tracer::Result<LoadedScene, api::Refusal>& loaded) {
-  if (loaded) return api::write_valid(loaded->document.scene, std::nullopt);
-  const api::Refusal& refusal = loaded.error();
-  switch (refusal.kind) {
-    case api::Refusal::Kind::not_json:
-      return api::write_invalid({{"", "not_json",
-                                  "line " + std::to_string(refusal.line) + ", column " +
-                                      std::to_string(refusal.column) + ": " + refusal.detail}});
-    case api::Refusal::Kind::too_large:
-      return api::write_invalid({{"", "too_large", refusal.detail}});
-    case api::Refusal::Kind::invalid:
-      break;
-  }
-  return api::write_invalid(refusal.issues);
-}
-
 }  // namespace
 
-ExitCode check(const CheckOptions& options) {
+ExitCode run(const CheckOptions& options) {
   const auto text = read_document(options.scene);
   if (!text) return fail(text.error().message);
   const auto loaded = load_scene(*text, options.scene);
   if (options.json) {
-    std::fputs(validation_json(loaded).c_str(), stdout);
+    const std::string json =
+        loaded ? api::write_valid(loaded->document.scene, std::nullopt) : api::write_invalid(issues_of(loaded.error()));
+    std::fputs(json.c_str(), stdout);
   } else if (loaded) {
     print_requirements(loaded->document.scene);
   } else {

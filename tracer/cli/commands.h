@@ -17,9 +17,10 @@ enum ExitCode : int {
   interrupted = 130
 };
 
-ExitCode render(const RenderOptions& options);    ///< writes image files; summary and errors on standard error
-ExitCode check(const CheckOptions& options);      ///< prints all issues or the requirements of a valid scene
-ExitCode diff(const DiffOptions& options);        ///< prints the metrics of two images
-ExitCode measure(const MeasureOptions& options);  ///< writes the files of a measurement and prints a table
+ExitCode run(const PrintText& print);
+ExitCode run(const RenderOptions& options);   ///< writes image files; summary and errors on standard error
+ExitCode run(const CheckOptions& options);    ///< prints all issues or the requirements of a valid scene
+ExitCode run(const DiffOptions& options);     ///< prints the metrics of two images
+ExitCode run(const MeasureOptions& options);  ///< writes the files of a measurement and prints a table
 
 }  // namespace cli

@@ -27,18 +27,6 @@ tracer::Result<tracer::ImageFile, std::string> read(const std::string& path) {
   return std::move(*file);
 }
 
-/// Returns an exit code on failure only.
-std::optional<ExitCode> write_heat_map(const tracer::DisplayImage& a, const tracer::DisplayImage& b, double white,
-                                       const std::string& path) {
-  auto file = PendingFile::create(path);
-  if (!file) return fail(file.error().message);
-  const auto bytes = tracer::encode(tracer::heat_map(a, b, white), tracer::Format::png);
-  if (!bytes) return fail(bytes.error());
-  if (const auto written = file->write(*bytes); !written) return fail(written.error().message);
-  if (const auto published = file->publish(); !published) return fail(published.error().message);
-  return std::nullopt;
-}
-
 void print_pixel(const tracer::PixelDifference& pixel) {
   std::printf("  %6u %6u %10.2f   %7.2f %7.2f %7.2f   %7.2f %7.2f %7.2f\n", pixel.x, pixel.y, pixel.difference,
               pixel.a[0], pixel.a[1], pixel.a[2], pixel.b[0], pixel.b[1], pixel.b[2]);
@@ -73,7 +61,7 @@ void print_metrics(const tracer::Comparison& found, const std::array<std::string
 
 }  // namespace
 
-ExitCode diff(const DiffOptions& options) {
+ExitCode run(const DiffOptions& options) {
   auto a = read(options.images[0]);
   if (!a) return fail(a.error(), incomparable_images);
   auto b = read(options.images[1]);
@@ -82,7 +70,9 @@ ExitCode diff(const DiffOptions& options) {
   if (!found) return fail(found.error(), incomparable_images);
   const double white = options.heat_white.value_or(tracer::heat_scale(*found));
   if (options.heat_path) {
-    if (const auto failed = write_heat_map(a->image, b->image, white, *options.heat_path)) return *failed;
+    const auto bytes = tracer::encode(tracer::heat_map(a->image, b->image, white), tracer::Format::png);
+    if (!bytes) return fail(bytes.error());
+    if (const auto written = write_file(*options.heat_path, *bytes); !written) return fail(written.error().message);
   }
   const bool differ = options.tolerance && found->rmse > *options.tolerance;
   if (options.json) {

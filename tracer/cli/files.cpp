@@ -72,6 +72,13 @@ tracer::Result<std::vector<std::uint8_t>, FileError> read_bytes(const std::strin
   return read_into<std::vector<std::uint8_t>>(path, limit);
 }
 
+FileResult write_file(const std::string& path, std::span<const std::uint8_t> bytes) {
+  auto file = PendingFile::create(path);
+  if (!file) return file.error();
+  if (auto written = file->write(bytes); !written) return written;
+  return file->publish();
+}
+
 PendingFile::PendingFile(std::string path, int descriptor, std::string temporary)
     : path_(std::move(path)), descriptor_(descriptor), temporary_(std::move(temporary)) {}
 

@@ -22,6 +22,9 @@ using FileResult = tracer::Result<std::monostate, FileError>;
 tracer::Result<std::string, FileError> read_text(const std::string& path, std::size_t limit);
 tracer::Result<std::vector<std::uint8_t>, FileError> read_bytes(const std::string& path, std::size_t limit);
 
+/// Writes a file atomically, replacing any existing file.
+FileResult write_file(const std::string& path, std::span<const std::uint8_t> bytes);
+
 /// An unlinked file in the directory of its path until `publish`. It leaves nothing behind when it is destroyed before
 /// or the process is killed. Exceptions, after SIGKILL or power loss only: between linking and renaming when an old
 /// file is replaced, and on file systems without O_TMPFILE, a temporary file PATH.whittle-XXXXXX may remain.

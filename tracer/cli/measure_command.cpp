@@ -107,7 +107,7 @@ ExitCode measure_all(tracer::MeasurementRun& run, const MeasureOptions& options,
 
 }  // namespace
 
-ExitCode measure(const MeasureOptions& options) {
+ExitCode run(const MeasureOptions& options) {
   const auto text = read_document(options.scene);
   if (!text) return fail(text.error().message);
   auto loaded = load_scene(*text, options.scene);

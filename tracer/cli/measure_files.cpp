@@ -1,17 +1,15 @@
 #include "tracer/cli/measure_files.h"
 
-#include <sys/stat.h>
-
 #include <array>
-#include <charconv>
-#include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <sstream>
 #include <utility>
 
 #include "api/measurement_json.h"
 #include "tracer/limits.h"
 #include "tracer/plot.h"
+#include "tracer/sha256.h"
 #include "tracer/version.h"
 
 namespace cli {
@@ -21,34 +19,8 @@ constexpr std::size_t json_bytes_max = 64u << 20;
 constexpr std::string_view signature = "whittle-reference-1";
 constexpr std::size_t header_bytes_max = 256;
 
-class Fnv1a {
- public:
-  /// Includes the length, so that concatenations differ.
-  void add(std::string_view bytes) {
-    add(bytes.size());
-    for (const char byte : bytes) add_byte(static_cast<unsigned char>(byte));
-  }
-  void add(std::uint64_t number) {
-    for (int i = 0; i < 8; ++i) add_byte(static_cast<unsigned char>(number >> (8 * i)));
-  }
-  [[nodiscard]] std::string text() const {
-    std::array<char, 17> digits{};
-    std::snprintf(digits.data(), digits.size(), "%016llx", static_cast<unsigned long long>(hash_));
-    return digits.data();
-  }
-
- private:
-  void add_byte(unsigned char byte) { hash_ = (hash_ ^ byte) * 0x100000001b3u; }
-  std::uint64_t hash_ = 0xcbf29ce484222325u;
-};
-
 std::span<const std::uint8_t> bytes_of(std::string_view text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
-}
-
-bool exists(const std::string& path) {
-  struct stat status {};
-  return ::stat(path.c_str(), &status) == 0;
 }
 
 std::size_t array_bytes(const tracer::Reference& reference) {
@@ -83,35 +55,23 @@ std::optional<tracer::Reference> parse_reference(std::string_view bytes, const s
   return reference;
 }
 
-FileResult write_file(const std::string& path, std::string_view bytes) {
-  auto file = PendingFile::create(path);
-  if (!file) return file.error();
-  if (auto written = file->write(bytes_of(bytes)); !written) return written;
-  return file->publish();
-}
-
 }  // namespace
 
 std::string fingerprint(std::string_view document, const tracer::Assets& assets, const MeasureOptions& options) {
-  Fnv1a hash;
-  hash.add(tracer::build());
-  hash.add(document);
-  for (const std::vector<std::uint8_t>& bytes : assets.bytes)
-    hash.add(std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
   const auto [width, height] = options.size.value_or(std::pair(0u, 0u));
-  std::uint64_t scale = 0;
-  const double scale_number = options.scale.value_or(0);
-  std::memcpy(&scale, &scale_number, sizeof scale);
-  for (const std::uint64_t number : {std::uint64_t{width}, std::uint64_t{height}, scale,
-                                     std::uint64_t{options.reference_samples}, std::uint64_t{options.threads}})
-    hash.add(number);
-  return hash.text();
+  std::ostringstream inputs;
+  inputs << tracer::build() << ' ' << width << ' ' << height << ' ' << std::hexfloat << options.scale.value_or(0) << ' '
+         << options.reference_samples << ' ' << options.threads << ' ' << tracer::sha256_hex(document);
+  for (const std::vector<std::uint8_t>& bytes : assets.bytes)
+    inputs << ' ' << tracer::sha256_hex({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  return tracer::sha256_hex(inputs.str());
 }
 
 tracer::Result<SavedMeasurement, FileError> read_saved_measurement(const std::string& name, const std::string& key) {
   SavedMeasurement saved;
   const std::string json_path = name + ".json", reference_path = name + ".reference";
-  if (exists(json_path)) {
+  std::error_code ignored;
+  if (std::filesystem::exists(json_path, ignored)) {
     const auto text = read_text(json_path, json_bytes_max);
     if (!text) return text.error();
     auto measurement = api::read_measurement(*text);
@@ -123,7 +83,7 @@ tracer::Result<SavedMeasurement, FileError> read_saved_measurement(const std::st
       saved.has_other_key = true;
     }
   }
-  if (exists(reference_path)) {
+  if (std::filesystem::exists(reference_path, ignored)) {
     const auto bytes = read_text(reference_path, 6 * sizeof(double) * tracer::Limits().pixels + header_bytes_max);
     if (!bytes) return bytes.error();
     saved.reference = parse_reference(*bytes, key);
@@ -135,12 +95,12 @@ FileResult write_reference(const std::string& name, const std::string& key, cons
   std::string bytes = header_of(reference, key);
   for (const std::vector<double>* sums : {&reference.radiance_sum, &reference.squared_sum})
     bytes.append(reinterpret_cast<const char*>(sums->data()), sums->size() * sizeof(double));
-  return write_file(name + ".reference", bytes);
+  return write_file(name + ".reference", bytes_of(bytes));
 }
 
 FileResult write_points(const std::string& name, const std::string& key, const tracer::Measurement& measurement,
                         bool complete) {
-  return write_file(name + ".json", api::write_measurement(measurement, {key, complete}));
+  return write_file(name + ".json", bytes_of(api::write_measurement(measurement, {key, complete})));
 }
 
 FileResult write_results(const std::string& name, const tracer::Measurement& measurement) {

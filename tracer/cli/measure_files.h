@@ -13,8 +13,8 @@
 
 namespace cli {
 
-/// Hexadecimal hash (64-bit FNV-1a: Fowler, Noll and Vo 1991) of document, assets, build and every option that changes
-/// the result of a point, including the number of threads.
+/// SHA-256 of document, assets, build and every option that changes the result of a point, including the number of
+/// threads, in hexadecimal.
 std::string fingerprint(std::string_view document, const tracer::Assets& assets, const MeasureOptions& options);
 
 /// State of an interrupted run.
@@ -24,8 +24,8 @@ struct SavedMeasurement {
   bool has_other_key = false;  ///< one exists for another scene, size or build; it will be replaced
 };
 
-/// Reads `name`.json and `name`.reference. Fails when one cannot be read, or `name`.json is not a measurement and would
-/// be overwritten.
+/// Reads `name`.json and `name`.reference. Fails if one of them exists and cannot be read, or if `name`.json is not a
+/// measurement, so that no other file is overwritten.
 tracer::Result<SavedMeasurement, FileError> read_saved_measurement(const std::string& name, const std::string& key);
 
 /// Writes `name`.reference: one line of text, then the sums as doubles in native byte order.

@@ -25,6 +25,10 @@ void print(std::FILE* file, const std::string& place, const std::string& code, c
   std::fprintf(file, "%s\n", printable(place + " " + code + " " + rule).c_str());
 }
 
+std::string position(const api::Refusal& not_json) {
+  return "line " + std::to_string(not_json.line) + ", column " + std::to_string(not_json.column);
+}
+
 }  // namespace
 
 ExitCode fail(const std::string& message, ExitCode code) {
@@ -43,19 +47,21 @@ void print_issue(std::FILE* file, const tracer::Issue& issue) {
   print(file, api::uri_fragment(issue.pointer), issue.code, issue.detail);
 }
 
-void print_issues(std::FILE* file, const api::Refusal& refusal) {
+std::vector<tracer::Issue> issues_of(const api::Refusal& refusal) {
   switch (refusal.kind) {
     case api::Refusal::Kind::not_json:
-      print(file, "line " + std::to_string(refusal.line) + ", column " + std::to_string(refusal.column), "not_json",
-            refusal.detail);
-      break;
+      return {{"", "not_json", position(refusal) + ": " + refusal.detail}};
     case api::Refusal::Kind::too_large:
-      print(file, "#", "too_large", refusal.detail);
-      break;
+      return {{"", "too_large", refusal.detail}};
     case api::Refusal::Kind::invalid:
-      for (const tracer::Issue& issue : refusal.issues) print_issue(file, issue);
       break;
   }
+  return refusal.issues;
+}
+
+void print_issues(std::FILE* file, const api::Refusal& refusal) {
+  if (refusal.kind == api::Refusal::Kind::not_json) return print(file, position(refusal), "not_json", refusal.detail);
+  for (const tracer::Issue& issue : issues_of(refusal)) print_issue(file, issue);
 }
 
 }  // namespace cli

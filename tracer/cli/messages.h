@@ -3,6 +3,7 @@
 
 #include <cstdio>
 #include <string>
+#include <vector>
 
 #include "api/document.h"
 #include "tracer/cli/commands.h"
@@ -15,6 +16,9 @@ ExitCode fail(const std::string& message, ExitCode code = environment_failure);
 
 /// Prints why a render ended without an image: `if_cancelled`, the issue of an asset, or the failure.
 ExitCode fail(const tracer::Failure& failure, const std::string& if_cancelled);
+
+/// The issues of a rejected document; one that cannot be parsed has one issue at the root.
+std::vector<tracer::Issue> issues_of(const api::Refusal& refusal);
 
 /// One line per issue: pointer, code, rule, separated by one space: "#/objects/3/radius out_of_range must be > 0, got
 /// -1". A document that is not JSON has line and column instead of a pointer. Control characters of the document are

@@ -49,7 +49,7 @@ struct DiffOptions {
 
 struct MeasureOptions {
   SceneSource scene;
-  std::string name;                                             ///< of the files, without extension
+  std::string name;                                             ///< path of the files, without extension
   std::optional<std::pair<std::uint32_t, std::uint32_t>> size;  ///< pixels; replaces the document's
   std::optional<double> scale;                                  ///< factor of the document's size, in (0, 1]
   std::vector<std::string> parameters;                          ///< empty: all

@@ -6,7 +6,9 @@
 #include <atomic>
 #include <cassert>
 #include <chrono>
+#include <condition_variable>
 #include <cstdio>
+#include <mutex>
 #include <string>
 #include <utility>
 
@@ -41,27 +43,25 @@ void cancel(int /*signal*/) {
 
 ProgressBar::ProgressBar(const tracer::RenderControl& control, bool enabled, std::string label)
     : control_(control), label_(label.empty() ? "" : std::move(label) + " ") {
-  if (enabled && ::isatty(STDERR_FILENO) != 0) thread_ = std::thread([this] { draw_until_stopped(); });
+  if (enabled && ::isatty(STDERR_FILENO) != 0)
+    thread_ = std::jthread([this](const std::stop_token& stop) { draw_until(stop); });
 }
 
 ProgressBar::~ProgressBar() {
   if (!thread_.joinable()) return;
-  {
-    const std::lock_guard lock(mutex_);
-    stopped_ = true;
-  }
-  stop_.notify_one();
+  thread_.request_stop();
   thread_.join();
   std::fputs(erase_line, stderr);
 }
 
-void ProgressBar::draw_until_stopped() {
+void ProgressBar::draw_until(const std::stop_token& stop) const {
   using Clock = std::chrono::steady_clock;
   const auto start = Clock::now();
-  std::unique_lock lock(mutex_);
-  while (!stop_.wait_for(lock, std::chrono::milliseconds(100), [this] { return stopped_; })) {
+  std::mutex mutex;
+  std::condition_variable_any stopped;
+  std::unique_lock lock(mutex);
+  while (!stopped.wait_for(lock, stop, std::chrono::milliseconds(100), [&] { return stop.stop_requested(); }))
     draw(control_, label_, std::chrono::duration<double>(Clock::now() - start).count());
-  }
 }
 
 CancelOnSignal::CancelOnSignal(tracer::RenderControl& control) {

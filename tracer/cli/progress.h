@@ -2,9 +2,7 @@
 /// Progress bar on a terminal, and cancellation by signals.
 
 #include <array>
-#include <condition_variable>
 #include <csignal>
-#include <mutex>
 #include <string>
 #include <thread>
 
@@ -22,14 +20,11 @@ class ProgressBar {
   ~ProgressBar();
 
  private:
-  void draw_until_stopped();
+  void draw_until(const std::stop_token& stop) const;
 
   const tracer::RenderControl& control_;
   const std::string label_;  ///< in front of the bar
-  std::mutex mutex_;
-  std::condition_variable stop_;
-  bool stopped_ = false;
-  std::thread thread_;  // last: it uses the other members
+  std::jthread thread_;      ///< last: it uses the other members
 };
 
 /// During its lifetime the first SIGINT, SIGTERM or SIGHUP cancels `control`; the next one terminates the process.

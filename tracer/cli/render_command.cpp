@@ -1,6 +1,9 @@
 #include <oneapi/tbb/global_control.h>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
+#include <cinttypes>
 #include <cstdio>
 #include <optional>
 #include <string>
@@ -11,7 +14,6 @@
 #include "tracer/cli/load_scene.h"
 #include "tracer/cli/messages.h"
 #include "tracer/cli/progress.h"
-#include "tracer/cli/render_summary.h"
 #include "tracer/compile.h"
 #include "tracer/encode.h"
 #include "tracer/render.h"
@@ -35,6 +37,60 @@ class Stopwatch {
  private:
   steady_clock::time_point last_ = steady_clock::now();
 };
+
+struct RenderSummary {
+  struct File {
+    std::string path;
+    std::size_t bytes = 0;
+  };
+  double parse_ms = 0, build_ms = 0, trace_ms = 0, encode_ms = 0;  ///< wall clock
+  std::vector<File> files;
+};
+
+/// Rates are over the whole trace time, in which all kinds are traced together.
+void print_rays(const tracer::RayCounts& rays, double trace_ms) {
+  const double seconds = std::max(trace_ms, 1e-3) / 1000;
+  const std::array<std::pair<const char*, std::uint64_t>, 5> kinds{{{"camera", rays.camera},
+                                                                    {"shadow", rays.shadow},
+                                                                    {"reflection", rays.reflection},
+                                                                    {"refraction", rays.refraction},
+                                                                    {"all", rays.total()}}};
+  for (const auto& [kind, count] : kinds) {
+    std::fprintf(stderr, "%-10s %14" PRIu64 " rays %9.2f million/s\n", kind, count,
+                 static_cast<double>(count) / seconds / 1e6);
+  }
+}
+
+/// The error estimate and its parts other than sampling.
+void print_error(const tracer::ErrorEstimate& error) {
+  std::fprintf(stderr, "error      at most %.3g levels (%.0f %% confidence)", error.estimate, 100 * error.confidence);
+  if (error.target) std::fprintf(stderr, ", target %.3g%s", *error.target, error.target_met ? "" : " not reached");
+  const std::array<std::pair<const char*, double>, 3> parts{
+      {{"depth", error.depth}, {"cutoff", error.cutoff}, {"approximation", error.approximation}}};
+  for (const auto& [part, levels] : parts)
+    if (levels >= 5e-4) std::fprintf(stderr, "; %s %.3g", part, levels);
+  std::fputs(error.bounded ? "\n" : "; depth and cutoff are estimates, the radiance of this scene has no bound\n",
+             stderr);
+}
+
+void print_summary(const tracer::Rendered& rendered, const RenderSummary& summary) {
+  const tracer::RenderStatistics& statistics = rendered.statistics;
+  std::fprintf(stderr, "image      %" PRIu32 " x %" PRIu32 ", %" PRIu64 " samples\n", rendered.image.width,
+               rendered.image.height, statistics.samples);
+  print_rays(statistics.rays, summary.trace_ms);
+  print_error(rendered.error);
+  std::fprintf(stderr, "time       parse %.1f ms, build %.1f ms, trace %.1f ms, encode %.1f ms\n", summary.parse_ms,
+               summary.build_ms, summary.trace_ms, summary.encode_ms);
+  if (statistics.culled_shadow_rays != 0) {
+    std::fprintf(stderr, "culled     %" PRIu64 " shadow rays of negligible lights\n", statistics.culled_shadow_rays);
+  }
+  if (statistics.non_finite != 0) {
+    std::fprintf(stderr, "warning    %" PRIu64 " samples were not finite and are omitted\n", statistics.non_finite);
+  }
+  for (const RenderSummary::File& written : summary.files) {
+    std::fprintf(stderr, "wrote      %s, %zu bytes\n", written.path.c_str(), written.bytes);
+  }
+}
 
 constexpr const char* nothing_written = "interrupted; nothing was written";
 
@@ -76,7 +132,7 @@ std::optional<ExitCode> write_all(const tracer::Image& image, const tracer::Outp
 
 }  // namespace
 
-ExitCode render(const RenderOptions& options) {
+ExitCode run(const RenderOptions& options) {
   RenderSummary summary;
   Stopwatch watch;
   const auto text = read_document(options.scene);
@@ -105,7 +161,7 @@ ExitCode render(const RenderOptions& options) {
   if (!rendered) return fail(rendered.error(), nothing_written);
   if (const auto stopped = write_all(rendered->image, scene.output, options.outputs, files, control, summary))
     return *stopped;
-  if (!options.quiet) print_summary(stderr, *rendered, summary);
+  if (!options.quiet) print_summary(*rendered, summary);
   return success;
 }
 

@@ -8,24 +8,14 @@
 #include "tracer/cli/commands.h"
 #include "tracer/cli/options.h"
 
-namespace {
-
-struct Run {
-  cli::ExitCode operator()(const cli::PrintText& print) const {
-    const bool printed = std::fputs(print.text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
-    return printed ? cli::success : cli::environment_failure;  // a full disk, a closed pipe
-  }
-  cli::ExitCode operator()(const cli::RenderOptions& options) const { return cli::render(options); }
-  cli::ExitCode operator()(const cli::CheckOptions& options) const { return cli::check(options); }
-  cli::ExitCode operator()(const cli::DiffOptions& options) const { return cli::diff(options); }
-  cli::ExitCode operator()(const cli::MeasureOptions& options) const { return cli::measure(options); }
-};
-
-}  // namespace
+cli::ExitCode cli::run(const PrintText& print) {
+  const bool printed = std::fputs(print.text.c_str(), stdout) >= 0 && std::fflush(stdout) == 0;
+  return printed ? success : environment_failure;  // a full disk, a closed pipe
+}
 
 int main(int count, char** arguments) try {
   const auto command = cli::parse_arguments({arguments + (count > 0 ? 1 : 0), arguments + count});
-  if (command) return std::visit(Run(), *command);
+  if (command) return std::visit([](const auto& options) { return cli::run(options); }, *command);
   std::fprintf(stderr, "whittle: %s\nTry: whittle --help\n", command.error().c_str());
   return cli::invalid_usage;
 } catch (const std::bad_alloc&) {
