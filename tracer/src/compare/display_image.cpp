@@ -7,7 +7,6 @@
 #include "tracer/src/display/srgb.h"
 #include "tracer/src/display/tone_mapping.h"
 #include "tracer/src/image_io/decode.h"
-#include "tracer/src/image_io/image_signature.h"
 
 namespace tracer {
 namespace {

@@ -14,6 +14,9 @@
 
 namespace tracer {
 
+/// Format by the file's first bytes; nothing for other files.
+std::optional<ImageFormat> image_kind(std::span<const std::uint8_t> bytes);
+
 /// Decodes to linear RGB. Gray becomes three equal channels; alpha and further channels are ignored, and colors are not
 /// multiplied by alpha. Only the first image of a file is read. `color_space` linear: values as stored, codes as
 /// fractions of their maximum. Negative values (OpenEXR) become 0. Fails with a sentence: header exceeds `limits`

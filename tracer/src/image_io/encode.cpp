@@ -56,18 +56,12 @@ void add_alpha(DisplayCodes<Code>& display, const std::vector<float>& alpha) {
 
 enum class Alpha { straight, over_black };
 
-/// True if neither exposure nor overflow changes the radiances.
-bool is_displayed_unchanged(const Image& image, const Output& output, Alpha alpha) {
-  const bool with_alpha = alpha == Alpha::straight && !image.alpha.empty();
-  return !with_alpha && output.exposure == 0 && output.overflow == Output::Overflow::clamp;
-}
-
 template <class Code>
 DisplayCodes<Code> to_display(const Image& image, const Output& output, Alpha alpha = Alpha::straight,
                               std::uint32_t colors = 0) {
   DisplayCodes<Code> result;
   const bool with_alpha = alpha == Alpha::straight && !image.alpha.empty();
-  if (is_displayed_unchanged(image, output, alpha)) {
+  if (!with_alpha && output.exposure == 0 && output.overflow == Output::Overflow::clamp) {
     result.codes = codes_of<Code>(image.rgb);
   } else {
     std::vector<float> linear = with_alpha ? straight_color(image) : image.rgb;
@@ -86,20 +80,6 @@ Encoded encode_png(const Image& image, const DisplayCodes<Code>& display) {
   return png_file(image.width, image.height, display.channels, sizeof(Code) == 1 ? 8 : 16, display.codes.data());
 }
 
-Encoded encode_tiff(const Image& image, const Output& output) {
-  if (is_displayed_unchanged(image, output, Alpha::straight)) {
-    return tiff16(image.width, image.height, {3, [&](std::size_t first, std::span<std::uint16_t> into) {
-                                                srgb16_from_linear(std::span(image.rgb).subspan(first, into.size()),
-                                                                   into);
-                                              }});
-  }
-  const auto display = to_display<std::uint16_t>(image, output);
-  return tiff16(image.width, image.height,
-                {static_cast<std::uint16_t>(display.channels), [&](std::size_t first, std::span<std::uint16_t> into) {
-                   std::copy_n(&display.codes[first], into.size(), into.begin());
-                 }});
-}
-
 }  // namespace
 
 Encoded encode(const Image& image, Format format, const Output& output) {
@@ -108,7 +88,10 @@ Encoded encode(const Image& image, Format format, const Output& output) {
   if (format == Format::png)
     return encode_png(image, to_display<std::uint8_t>(image, output, Alpha::straight, output.palette));
   if (format == Format::png16) return encode_png(image, to_display<std::uint16_t>(image, output));
-  if (format == Format::tiff) return encode_tiff(image, output);
+  if (format == Format::tiff) {
+    auto display = to_display<std::uint16_t>(image, output);
+    return tiff16(image.width, image.height, static_cast<std::uint16_t>(display.channels), std::move(display.codes));
+  }
   const auto library = open_image_io();
   if (!library) return library.error();
   if (format == Format::exr) return (*library)->exr(image);

@@ -24,7 +24,7 @@ struct OpenImageIo {
   Encoded (*webp)(const Image& size, Codes codes);
   Encoded (*exr)(const Image& image);
   Encoded (*hdr)(const Image& image);
-  /// Like decode_as, without the checks of image_signature.h. May throw.
+  /// Like decode_as (decode.h), without its checks of the file. May throw.
   Decoded (*read)(ImageFormat kind, std::span<const std::uint8_t> bytes, ColorSpace space,
                   const TextureImageLimits& limits);
 };

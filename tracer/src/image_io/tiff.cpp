@@ -1,12 +1,8 @@
 #include "tracer/src/image_io/tiff.h"
 
-#include <algorithm>
-#include <array>
 #include <bit>
 #include <cstring>
 #include <utility>
-
-#include "tracer/src/parallel/parallel_for.h"
 
 namespace tracer {
 namespace {
@@ -36,30 +32,17 @@ class Writer {
   std::vector<std::uint8_t> bytes;
 };
 
-/// Destination of the codes [first, first + count).
-void put_codes(const TiffCodes& codes, std::size_t first, std::size_t count, std::uint8_t* pixels) {
-  std::array<std::uint16_t, 4096> some;
-  for (std::size_t done = 0; done < count; done += some.size()) {
-    const std::span now = std::span(some).first(std::min(some.size(), count - done));
-    codes.write(first + done, now);
-    if constexpr (std::endian::native == std::endian::big)
-      for (std::uint16_t& code : now) code = static_cast<std::uint16_t>(code << 8 | code >> 8);
-    std::memcpy(pixels + 2 * (first + done), now.data(), now.size_bytes());
-  }
-}
-
 }  // namespace
 
-std::vector<std::uint8_t> tiff16(std::uint32_t width, std::uint32_t height, const TiffCodes& codes) {
-  const std::uint16_t channels = codes.channels;
+std::vector<std::uint8_t> tiff16(std::uint32_t width, std::uint32_t height, std::uint16_t channels,
+                                 std::vector<std::uint16_t> codes) {
   const bool alpha = channels == 4;
   const std::uint16_t entries = alpha ? 14 : 13;
   constexpr std::uint32_t header = 8;
   const std::uint32_t bits = header + 2 + 12 * entries + 4;  // after the directory: bits of each channel,
   const std::uint32_t resolution = bits + 2 * channels;      // one pixel per unit,
   const std::uint32_t strip = resolution + 8;                // and the pixels
-  const std::size_t count = std::size_t{width} * height * channels;
-  const auto strip_bytes = static_cast<std::uint32_t>(2 * count);
+  const auto strip_bytes = static_cast<std::uint32_t>(2 * codes.size());
   Writer writer;
   writer.bytes.reserve(strip + strip_bytes);
   writer.bytes = {'I', 'I', 42, 0};
@@ -84,12 +67,9 @@ std::vector<std::uint8_t> tiff16(std::uint32_t width, std::uint32_t height, cons
   writer.put32(1);
   writer.put32(1);
   writer.bytes.resize(strip + std::size_t{strip_bytes});
-  std::uint8_t* const pixels = writer.bytes.data() + strip;
-  constexpr std::size_t piece = std::size_t{1} << 16;
-  for_each_tile((count + piece - 1) / piece, 0, [&](std::uint64_t index) {
-    const std::size_t first = index * piece;
-    put_codes(codes, first, std::min(piece, count - first), pixels);
-  });
+  if constexpr (std::endian::native == std::endian::big)
+    for (std::uint16_t& code : codes) code = static_cast<std::uint16_t>(code << 8 | code >> 8);
+  std::memcpy(writer.bytes.data() + strip, codes.data(), strip_bytes);
   return std::move(writer.bytes);
 }
 

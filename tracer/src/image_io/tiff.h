@@ -3,21 +3,13 @@
 /// writes to memory: the EXIF directory overwrites the image directory.
 
 #include <cstdint>
-#include <functional>
-#include <span>
 #include <vector>
 
 namespace tracer {
 
-/// 16-bit codes of an image, row 0 on top: three per pixel, or four with straight alpha.
-struct TiffCodes {
-  std::uint16_t channels;
-  /// Writes `count` codes from index `first`. Any thread, for disjoint ranges.
-  std::function<void(std::size_t first, std::span<std::uint16_t> into)> write;
-};
-
-/// Uncompressed, little-endian, one strip. Allocates only the bytes of the file. Precondition: the codes take less than
-/// 4 GiB.
-std::vector<std::uint8_t> tiff16(std::uint32_t width, std::uint32_t height, const TiffCodes& codes);
+/// Uncompressed, little-endian, one strip. `codes` has 16 bits for each of `channels`, row 0 on top: 3, or 4 with
+/// straight alpha. Precondition: the codes take less than 4 GiB.
+std::vector<std::uint8_t> tiff16(std::uint32_t width, std::uint32_t height, std::uint16_t channels,
+                                 std::vector<std::uint16_t> codes);
 
 }  // namespace tracer
