@@ -1,5 +1,5 @@
 #pragma once
-/// Drawing of a plot as a list of shapes in drawing order, in pixels from the upper left corner, for both writers.
+/// Drawing of a plot: a list of shapes in drawing order, in pixels from the upper left corner, for both writers.
 
 #include <cstdint>
 #include <span>
@@ -62,7 +62,22 @@ inline constexpr double halo_width = 3;
 inline constexpr double dash[] = {6, 4};
 
 inline constexpr double circle_radius = 4.5;
+
+// All marks have about the same weight: the areas are within a fifth of the circle's 64 pixels.
+inline constexpr Place square[] = {{-4, -4}, {4, -4}, {4, 4}, {-4, 4}};
+inline constexpr Place diamond[] = {{0, -5.5}, {5.5, 0}, {0, 5.5}, {-5.5, 0}};
+inline constexpr Place triangle[] = {{0, -6.2}, {5.7, 4.6}, {-5.7, 4.6}};
+inline constexpr Place cross[] = {{-5.5, -3.2}, {-3.2, -5.5}, {0, -2.3}, {3.2, -5.5}, {5.5, -3.2}, {2.3, 0},
+                                  {5.5, 3.2},   {3.2, 5.5},   {0, 2.3},  {-3.2, 5.5}, {-5.5, 3.2}, {-2.3, 0}};
+
 /// Corners of a mark around (0,0); empty for circle and none.
-std::span<const Place> corners(PlotMark mark);
+constexpr std::span<const Place> corners(PlotMark mark) {
+  constexpr std::span<const Place> shapes[] = {{}, {}, square, diamond, triangle, cross};
+  return shapes[static_cast<std::size_t>(mark)];
+}
+
+/// Title and legend above the axes, the note below. Labels of ticks do not overlap, and no label of a point covers a
+/// mark or another label.
+Drawing layout(const Plot& plot);
 
 }  // namespace tracer::plotting

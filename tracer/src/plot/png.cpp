@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "tracer/src/plot/layout.h"
+#include "tracer/src/plot/drawing.h"
 
 namespace tracer {
 namespace {

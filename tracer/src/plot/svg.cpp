@@ -1,46 +1,32 @@
 // Writes SVG 1.1 (second edition) with the `href` of SVG 2.
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <utility>
 
-#include "tracer/src/plot/layout.h"
+#include "tracer/src/plot/drawing.h"
 
 namespace tracer {
 namespace {
 
 using namespace plotting;
 
-/// Rounds to hundredths of a pixel, without trailing zeros.
+/// Rounded to hundredths of a pixel, without trailing zeros.
 std::string number(double value) {
-  const auto hundredths = static_cast<long long>(std::llround(value * 100));
-  std::string text = hundredths < 0 ? "-" : "";
-  text += std::to_string(std::abs(hundredths / 100));
-  const long long rest = std::abs(hundredths % 100);
-  if (rest == 0) return text;
-  text += rest % 10 == 0 ? "." + std::to_string(rest / 10) : (rest < 10 ? ".0" : ".") + std::to_string(rest);
-  return text;
+  std::array<char, 32> digits{};
+  const double rounded = static_cast<double>(std::llround(value * 100)) / 100;
+  return {digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), rounded).ptr};
 }
 
 std::string escaped(const std::string& text) {
   std::string safe;
   for (const char c : text) {
-    switch (c) {
-      case '&':
-        safe += "&amp;";
-        break;
-      case '<':
-        safe += "&lt;";
-        break;
-      case '>':
-        safe += "&gt;";
-        break;
-      case '"':
-        safe += "&quot;";
-        break;
-      default:
-        safe += c;
-    }
+    const std::string_view entity = c == '&'   ? "&amp;"
+                                    : c == '<' ? "&lt;"
+                                    : c == '>' ? "&gt;"
+                                    : c == '"' ? "&quot;"
+                                               : "";
+    entity.empty() ? safe.push_back(c) : void(safe.append(entity));
   }
   return safe;
 }
@@ -61,23 +47,17 @@ std::string path(std::span<const Place> places) {
   return text;
 }
 
-constexpr std::array<std::pair<PlotMark, const char*>, 5> marks{{{PlotMark::circle, "circle"},
-                                                                 {PlotMark::square, "square"},
-                                                                 {PlotMark::diamond, "diamond"},
-                                                                 {PlotMark::triangle, "triangle"},
-                                                                 {PlotMark::cross, "cross"}}};
-
-const char* name_of(PlotMark mark) {
-  for (const auto& [known, name] : marks)
-    if (known == mark) return name;
-  return "";
+std::string id_of(PlotMark mark) {
+  constexpr const char* names[] = {"none", "circle", "square", "diamond", "triangle", "cross"};
+  return std::string("plot-") + names[static_cast<std::size_t>(mark)];
 }
 
 /// Defines each mark shape once. The prefix avoids conflicts with ids of a page that embeds the plot.
 std::string definitions() {
   std::string text = "<defs>\n";
-  for (const auto& [mark, name] : marks) {
-    const std::string id = attribute("id", std::string("plot-") + name);
+  for (const PlotMark mark :
+       {PlotMark::circle, PlotMark::square, PlotMark::diamond, PlotMark::triangle, PlotMark::cross}) {
+    const std::string id = attribute("id", id_of(mark));
     text += mark == PlotMark::circle ? "<circle" + id + attribute("r", number(circle_radius))
                                      : "<path" + id + attribute("d", path(corners(mark)) + "Z");
     text += attribute("stroke", "#fff") + attribute("stroke-width", number(rim_width)) + "/>\n";
@@ -97,9 +77,8 @@ std::string element(const Stroke& stroke) {
 }
 
 std::string element(const Marker& marker) {
-  const std::string text = "<use" + attribute("href", std::string("#plot-") + name_of(marker.mark)) +
-                           attribute("x", number(marker.at.x)) + attribute("y", number(marker.at.y)) +
-                           attribute("fill", hex(marker.color));
+  const std::string text = "<use" + attribute("href", "#" + id_of(marker.mark)) + attribute("x", number(marker.at.x)) +
+                           attribute("y", number(marker.at.y)) + attribute("fill", hex(marker.color));
   return marker.hint.empty() ? text + "/>\n" : text + "><title>" + escaped(marker.hint) + "</title></use>\n";
 }
 
