@@ -5,13 +5,9 @@
 #include <new>
 #include <set>
 
-#include "tracer/src/compile/geometry_builder.h"
-#include "tracer/src/compile/render_shadow_maps.h"
-#include "tracer/src/compile/scene_cache_entry.h"
-#include "tracer/src/compile/texture_images.h"
+#include "tracer/src/compile/compile_steps.h"
 #include "tracer/src/interaction/surface.h"
 #include "tracer/src/lights/registry.h"
-#include "tracer/src/textures/normal_maps.h"
 
 namespace tracer {
 namespace {

@@ -1,5 +1,4 @@
-#include "tracer/src/compile/geometry_builder.h"
-
+#include "tracer/src/compile/compile_steps.h"
 #include "tracer/src/scene/instancing.h"
 #include "tracer/src/shapes/registry.h"
 

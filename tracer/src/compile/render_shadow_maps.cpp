@@ -1,9 +1,8 @@
-#include "tracer/src/compile/render_shadow_maps.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "tracer/src/compile/compile_steps.h"
 #include "tracer/src/integrators/hits.h"
 #include "tracer/src/integrators/ray_queue.h"
 #include "tracer/src/lights/registry.h"
