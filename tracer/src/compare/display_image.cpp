@@ -29,21 +29,8 @@ DisplayImage to_display(const Image& image, const Output& output) {
 }
 
 const char* name(ImageFormat kind) {
-  switch (kind) {
-    case ImageFormat::png:
-      return "PNG";
-    case ImageFormat::jpeg:
-      return "JPEG";
-    case ImageFormat::openexr:
-      return "OpenEXR";
-    case ImageFormat::hdr:
-      return "Radiance HDR";
-    case ImageFormat::tiff:
-      return "TIFF";
-    case ImageFormat::webp:
-      return "WebP";
-  }
-  return "";
+  constexpr const char* names[] = {"PNG", "JPEG", "OpenEXR", "Radiance HDR", "TIFF", "WebP"};
+  return names[static_cast<std::size_t>(kind)];
 }
 
 Result<ImageFile, std::string> read_image(std::span<const std::uint8_t> bytes, const TextureImageLimits& limits) {

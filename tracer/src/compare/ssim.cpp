@@ -5,8 +5,6 @@
 #include <cstddef>
 #include <vector>
 
-#include "tracer/src/compare/pixels.h"
-
 namespace tracer {
 namespace {
 

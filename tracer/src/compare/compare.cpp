@@ -1,10 +1,11 @@
-// All metrics of a comparison except SSIM.
+#include "tracer/compare.h"
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 
-#include "tracer/compare.h"
-#include "tracer/src/compare/pixels.h"
 #include "tracer/src/compare/ssim.h"
+#include "tracer/src/display/srgb.h"
 
 namespace tracer {
 namespace {
@@ -51,6 +52,14 @@ class Worst {
   std::vector<PixelDifference> kept_;
 };
 
+/// Maximum over the three channels.
+double greatest_difference(const DisplayImage& a, const DisplayImage& b, std::uint32_t x, std::uint32_t y) {
+  double greatest = 0;
+  for (std::size_t channel = 0; channel < 3; ++channel)
+    greatest = std::max(greatest, std::abs(code_at(a, x, y, channel) - code_at(b, x, y, channel)));
+  return greatest;
+}
+
 PixelDifference difference_at(const DisplayImage& a, const DisplayImage& b, std::uint32_t x, std::uint32_t y) {
   PixelDifference pixel{.x = x, .y = y, .difference = greatest_difference(a, b, x, y) / codes_per_level};
   for (std::size_t channel = 0; channel < 3; ++channel) {
@@ -83,6 +92,17 @@ std::string times(const DisplayImage& image) {
   return std::to_string(image.width) + " x " + std::to_string(image.height);
 }
 
+/// Color scheme of Green 2011, clipped to the sRGB gamut; codes as fractions. `fraction` is in [0,1].
+std::array<double, 3> cubehelix(double fraction) {
+  constexpr double start = 0.5, rotations = -1.5, hue = 1, whole_turn = 6.283185307179586;
+  const double angle = whole_turn * (start / 3 + 1 + rotations * fraction);
+  const double amplitude = hue * fraction * (1 - fraction) / 2;
+  const double c = amplitude * std::cos(angle), s = amplitude * std::sin(angle);
+  const std::array<double, 3> color{fraction - 0.14861 * c + 1.78277 * s, fraction - 0.29227 * c - 0.90649 * s,
+                                    fraction + 1.97294 * c};
+  return {std::clamp(color[0], 0.0, 1.0), std::clamp(color[1], 0.0, 1.0), std::clamp(color[2], 0.0, 1.0)};
+}
+
 }  // namespace
 
 Result<Comparison, std::string> compare(const DisplayImage& a, const DisplayImage& b, std::size_t worst_count) {
@@ -107,6 +127,22 @@ Result<Comparison, std::string> compare(const DisplayImage& a, const DisplayImag
   found.differing = static_cast<double>(sums.differing) / pixels;
   found.worst = worst.sorted();
   return found;
+}
+
+double heat_scale(const Comparison& comparison) {
+  double levels = 1;
+  while (levels < 256 && levels < 8 * comparison.rmse) levels *= 2;
+  return levels;
+}
+
+Image heat_map(const DisplayImage& a, const DisplayImage& b, double white) {
+  Image image{.width = a.width, .height = a.height, .rgb = {}};
+  image.rgb.reserve(a.codes.size());
+  for (std::uint32_t y = 0; y < a.height; ++y)
+    for (std::uint32_t x = 0; x < a.width; ++x)
+      for (const double encoded : cubehelix(std::min(1.0, greatest_difference(a, b, x, y) / (codes_per_level * white))))
+        image.rgb.push_back(static_cast<float>(linear_from_srgb(encoded)));
+  return image;
 }
 
 }  // namespace tracer
