@@ -1,8 +1,10 @@
-// Conclusions from a measurement, as sentences.
+// Conclusions from a measurement: the Pareto front, and sentences.
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
+#include <numeric>
 #include <optional>
 
 #include "tracer/measurement.h"
@@ -106,6 +108,23 @@ std::string claims(const Measurement& measurement) {
 }
 
 }  // namespace
+
+std::vector<std::size_t> pareto_front(std::span<const MeasuredPoint> points) {
+  std::vector<std::size_t> by_time(points.size());
+  std::iota(by_time.begin(), by_time.end(), std::size_t{0});
+  std::stable_sort(by_time.begin(), by_time.end(), [&](std::size_t one, std::size_t other) {
+    const MeasuredPoint &a = points[one], &b = points[other];
+    return a.seconds != b.seconds ? a.seconds < b.seconds : a.error < b.error;
+  });
+  std::vector<std::size_t> front;
+  double least_error = std::numeric_limits<double>::infinity();
+  for (const std::size_t index : by_time) {
+    if (points[index].error >= least_error) continue;
+    least_error = points[index].error;
+    front.push_back(index);
+  }
+  return front;
+}
 
 std::vector<std::string> advice(const Measurement& measurement) {
   if (measurement.points.empty()) return {};

@@ -32,9 +32,9 @@ class SettingList {
   void add(std::string_view parameter) {
     const bool branches = needs_.reflection || needs_.refraction;
     if (parameter == "target_error") targets();
-    if (parameter == "samples") samples({1, 4, 16, 64});
-    if (parameter == "max_depth" && branches) depths();
-    if (parameter == "cutoff" && branches) cutoffs();
+    if (parameter == "samples") vary(parameter, &Accuracy::samples, {1u, 4u, 16u, 64u});
+    if (parameter == "max_depth" && branches) vary(parameter, &Accuracy::max_depth, {1u, 2u, 4u, 8u});
+    if (parameter == "cutoff" && branches) vary(parameter, &Accuracy::cutoff, {0.1, 0.01, 0.001, 0.0001});
     if (parameter == "approximate") approximations();
     if (parameter == "document" && !has(scene_.accuracy)) push(Setting{"document", "as it is", scene_.accuracy});
   }
@@ -42,7 +42,7 @@ class SettingList {
   std::vector<Setting> take() {
     const bool from_baseline = std::any_of(settings_.begin(), settings_.end(),
                                            [](const Setting& setting) { return is_change(setting.parameter); });
-    if (from_baseline && !has(baseline_)) samples({baseline_samples});
+    if (from_baseline && !has(baseline_)) vary("samples", &Accuracy::samples, {baseline_samples});
     return std::move(settings_);
   }
 
@@ -75,31 +75,17 @@ class SettingList {
     }
   }
 
-  void samples(std::initializer_list<std::uint32_t> counts) {
-    for (const std::uint32_t count : counts) {
-      Setting setting{"samples", std::to_string(count), baseline_};
-      setting.accuracy.samples = count;
+  /// The baseline with each value of one member.
+  template <class Value>
+  void vary(std::string_view parameter, Value Accuracy::*member, std::initializer_list<Value> values) {
+    for (const Value value : values) {
+      Setting setting{std::string(parameter), text(value), baseline_};
+      setting.accuracy.*member = value;
       push(std::move(setting));
     }
   }
 
-  void depths() {
-    for (const std::uint32_t depth : {1u, 2u, 4u, 8u}) {
-      Setting setting{"max_depth", std::to_string(depth), baseline_};
-      setting.accuracy.max_depth = depth;
-      push(std::move(setting));
-    }
-  }
-
-  void cutoffs() {
-    for (const double cutoff : {0.1, 0.01, 0.001, 0.0001}) {
-      Setting setting{"cutoff", text(cutoff), baseline_};
-      setting.accuracy.cutoff = cutoff;
-      push(std::move(setting));
-    }
-  }
-
-  void approximate(const char* value, const Approximations& by) {
+  void approximate(const std::string& value, const Approximations& by) {
     Setting setting{"approximate", value, baseline_};
     setting.accuracy.approximate = by;
     push(std::move(setting));
@@ -122,7 +108,7 @@ class SettingList {
     });
     for (const std::uint32_t count : {1u, 4u, 16u, 64u})
       if (std::cmp_less(count, somewhere))
-        approximate(("lights: nearest-" + std::to_string(count)).c_str(), {.nearest_lights = count});
+        approximate("lights: nearest-" + std::to_string(count), {.nearest_lights = count});
   }
 
   /// False for a black background, which gives the same image as no reflections.
