@@ -6,6 +6,7 @@
 /// black. The converged image is the mean over each pixel's square, lens and lights, without `max_depth`, `cutoff` or
 /// approximations.
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -52,7 +53,10 @@ enum class Preset { draft, standard, fine, reference };
 
 /// Target error of a preset, in levels. draft: for layout. standard: within one 8-bit step. fine: within 8-bit
 /// rounding. reference: for comparison with other images.
-double target_error_of(Preset preset);
+constexpr double target_error_of(Preset preset) {
+  constexpr double targets[] = {4, 1, 0.5, 0.25};
+  return targets[static_cast<std::size_t>(preset)];
+}
 
 struct Accuracy {
   /// Samples in every pixel without `adaptive`. 1 is the pixel's center; more are stratified over its square.

@@ -113,12 +113,7 @@ class FieldChecks {
   const DocumentPath& owner_;
 };
 
-/// Checks the shapes, materials and transforms of one list at the path `where` (validate_objects.cpp). Returns false if
-/// a transform is invalid, so that the transformed objects cannot be checked.
-bool check_object_list(Checks& checks, const Scene& scene, const DocumentPath& where,
-                       const std::vector<Object>& objects);
-
-/// Checks objects, prototypes and their totals after instancing (validate_instances.cpp).
+/// Checks objects, prototypes and their totals after instancing (validate_objects.cpp).
 void check_objects(Checks& checks, const Scene& scene);
 
 }  // namespace tracer

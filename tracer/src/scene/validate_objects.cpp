@@ -1,6 +1,9 @@
-/// Validates shapes: finite, not degenerate, with valid references.
+// Validates shapes, prototypes and instances: values, references, cycles, and totals after instancing.
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <variant>
 
@@ -70,8 +73,8 @@ bool check_transform(Checks& checks, const DocumentPath& object, const Transform
   return all_well;
 }
 
-}  // namespace
-
+/// Checks the shapes, materials and transforms of one list. Returns false if a transform is invalid, so that the
+/// transformed objects cannot be checked.
 bool check_object_list(Checks& checks, const Scene& scene, const DocumentPath& where,
                        const std::vector<Object>& objects) {
   bool transforms_well = true;
@@ -92,6 +95,157 @@ bool check_object_list(Checks& checks, const Scene& scene, const DocumentPath& w
     }
   }
   return transforms_well;
+}
+
+/// Totals of a list of objects. Doubles, so that nested instances cannot overflow a count.
+struct Extent {
+  double objects = 0, triangles = 0;
+  double reach = 0;         ///< upper bound of the coordinates
+  double shrink = 1;        ///< lower bound of the scaling of lengths
+  double condition = 1;     ///< upper bound of the condition numbers of the products of transforms
+  std::uint32_t depth = 0;  ///< nesting of instances
+};
+
+double norm(const Linear& m) {  // maximum norm: the largest row sum
+  return std::max({std::abs(m.x.x) + std::abs(m.y.x) + std::abs(m.z.x),
+                   std::abs(m.x.y) + std::abs(m.y.y) + std::abs(m.z.y),
+                   std::abs(m.x.z) + std::abs(m.y.z) + std::abs(m.z.z)});
+}
+
+double frobenius(const Linear& m) { return std::hypot(length(m.x), length(m.y), length(m.z)); }
+
+/// True if the product of the transforms of a shape is singular.
+bool flattens(const Scene& scene, const Object& object, const Linear& world_from_group) {
+  const Linear m = object.transform ? world_from_group * affine(*object.transform).linear : world_from_group;
+  if (is_singular(m)) return true;
+  const auto* instance = std::get_if<Instance>(&object.shape);
+  if (instance == nullptr) return false;
+  const std::vector<Object>& placed = scene.prototypes[instance->of.index].objects;
+  return std::any_of(placed.begin(), placed.end(), [&](const Object& inner) { return flattens(scene, inner, m); });
+}
+
+class Counting {
+ public:
+  Counting(Checks& checks, const Scene& scene)
+      : checks_(checks), scene_(scene), extents_(scene.prototypes.size()), states_(scene.prototypes.size()) {}
+
+  /// False after an invalid reference, a cycle or too deep nesting was reported.
+  bool count(const std::vector<Object>& objects, const DocumentPath& where, std::uint32_t depth, Extent& total) {
+    bool all_well = true;
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+      Extent part;
+      const auto* instance = std::get_if<Instance>(&objects[i].shape);
+      if (instance != nullptr) {
+        if (!count_prototype(instance->of.index, {{where, i}, "of"}, depth + 1, part)) {
+          all_well = false;
+          continue;
+        }
+        part.depth += 1;
+      } else {
+        part = own_extent(objects[i].shape);
+      }
+      add(objects[i], part, total);
+    }
+    return all_well;
+  }
+
+  /// Checks unused prototypes too: a cycle is an error everywhere.
+  bool count_prototypes() {
+    bool all_well = true;
+    for (std::uint32_t index = 0; index < extents_.size(); ++index) {
+      Extent unused;
+      all_well &= count_prototype(index, DocumentPath(scene_.prototypes[index].path), 0, unused);
+    }
+    return all_well;
+  }
+
+ private:
+  enum class State : std::uint8_t { unseen, open, counted, bad };
+
+  /// Coordinates beyond the limit before any transform have been reported with their shape.
+  [[nodiscard]] Extent own_extent(const Shape& shape) const {
+    const auto* mesh = std::get_if<Mesh>(&shape);
+    const bool triangle = std::holds_alternative<Triangle>(shape);
+    return {.objects = 1,
+            .triangles = mesh != nullptr ? static_cast<double>(mesh->triangles.size()) : (triangle ? 1.0 : 0.0),
+            .reach = std::min(std::visit([](const auto& any) { return tracer::reach(any); }, shape),
+                              checks_.limits.coordinate_max)};
+  }
+
+  static void add(const Object& object, Extent part, Extent& total) {
+    if (object.transform) {
+      const Affine a = affine(*object.transform);
+      part.reach = part.reach * norm(a.linear) + largest_component(a.offset);
+      part.shrink *= std::min({length(a.linear.x), length(a.linear.y), length(a.linear.z)});
+      part.condition *= frobenius(a.linear) * frobenius(inverse(a.linear));
+    }
+    total.objects += part.objects;
+    total.triangles += part.triangles;
+    total.reach = std::max(total.reach, part.reach);
+    total.shrink = std::min(total.shrink, part.shrink);
+    total.condition = std::max(total.condition, part.condition);
+    total.depth = std::max(total.depth, part.depth);
+  }
+
+  bool count_prototype(std::uint32_t index, const DocumentPath& of, std::uint32_t depth, Extent& extent) {
+    if (index >= extents_.size())
+      return checks_.add_issue(of, "unknown_reference", "there is no prototype " + std::to_string(index));
+    if (states_[index] == State::open)
+      return checks_.add_issue(of, "circular_reference", "the prototype holds itself: instances go round in a circle");
+    if (states_[index] == State::bad) return false;
+    // Checked before the recursion, so its depth is at most the limit.
+    if (depth + extents_[index].depth > checks_.limits.instance_depth)
+      return checks_.over(of, "instance_depth", std::to_string(checks_.limits.instance_depth), "more");
+    if (states_[index] == State::unseen) {
+      states_[index] = State::open;
+      const DocumentPath where(scene_.prototypes[index].path);
+      const bool well = count(scene_.prototypes[index].objects, where, depth, extents_[index]);
+      states_[index] = well ? State::counted : State::bad;
+      if (!well) return false;
+    }
+    extent = extents_[index];
+    return true;
+  }
+
+  Checks& checks_;
+  const Scene& scene_;
+  std::vector<Extent> extents_;
+  std::vector<State> states_;
+};
+
+}  // namespace
+
+void check_objects(Checks& checks, const Scene& scene) {
+  const DocumentPath objects("/objects");
+  bool transforms_well = check_object_list(checks, scene, objects, scene.objects);
+  for (const Prototype& prototype : scene.prototypes)
+    transforms_well &= check_object_list(checks, scene, DocumentPath(prototype.path), prototype.objects);
+
+  Extent total;
+  Counting counting(checks, scene);
+  const bool objects_well = counting.count(scene.objects, objects, 0, total);
+  if (!counting.count_prototypes() || !objects_well || !transforms_well) return;
+  const auto saturated = [](double count) {
+    return count < 1e18 ? static_cast<std::uint64_t>(count) : std::numeric_limits<std::uint64_t>::max();
+  };
+  const bool few = checks.count(objects, saturated(total.objects), checks.limits.objects, "objects");
+  checks.count(objects, saturated(total.triangles), checks.limits.triangles, "triangles");
+  // Shapes within the limits may exceed them when transformed. NaN has been reported above.
+  if (total.reach > checks.limits.coordinate_max)
+    checks.over(objects, "coordinate_max", text_of(checks.limits.coordinate_max),
+                text_of(total.reach) + " with the transforms applied");
+  if (total.shrink < checks.limits.length_min)
+    checks.over(objects, "length_min", text_of(checks.limits.length_min),
+                text_of(total.shrink) + " with the transforms applied");
+  // Columns of a product span at least the inverse square of its condition number, which is at most the product of the
+  // factors': placements are checked one by one only above that bound. (NaN: an inverse overflowed.)
+  if (!few || total.condition <= 0x1p24) return;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i)
+    if (std::holds_alternative<Instance>(scene.objects[i].shape) && flattens(scene, scene.objects[i], {}))
+      checks.add_issue(
+          {objects, i}, "degenerate",
+          "its transform is singular together with one that it places: they flatten space, and there is no way "
+          "back");
 }
 
 }  // namespace tracer
