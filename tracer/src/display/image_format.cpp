@@ -8,24 +8,12 @@ struct Names {
   std::string_view name, extension, media_type;
 };
 
-Names names(Format format) {
-  switch (format) {
-    case Format::png:
-      return {"png", "png", "image/png"};
-    case Format::png16:
-      return {"png16", "16.png", "image/png"};
-    case Format::exr:
-      return {"exr", "exr", "image/x-exr"};
-    case Format::jpg:
-      return {"jpg", "jpg", "image/jpeg"};
-    case Format::hdr:
-      return {"hdr", "hdr", "image/vnd.radiance"};
-    case Format::webp:
-      return {"webp", "webp", "image/webp"};
-    case Format::tiff:
-      return {"tiff", "tiff", "image/tiff"};
-  }
-  return {};
+const Names& names(Format format) {
+  static constexpr Names all[] = {{"png", "png", "image/png"},          {"png16", "16.png", "image/png"},
+                                  {"exr", "exr", "image/x-exr"},        {"jpg", "jpg", "image/jpeg"},
+                                  {"hdr", "hdr", "image/vnd.radiance"}, {"webp", "webp", "image/webp"},
+                                  {"tiff", "tiff", "image/tiff"}};
+  return all[static_cast<std::size_t>(format)];
 }
 
 }  // namespace
