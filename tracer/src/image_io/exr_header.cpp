@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <optional>
+#include <stdexcept>
 #include <string_view>
 
 namespace tracer {
@@ -13,22 +13,26 @@ constexpr std::uint32_t flag_multipart = 0x1000;
 /// Rows per chunk, indexed by compression: none, RLE, ZIPS, ZIP, PIZ, PXR24, B44, B44A, DWAA, DWAB.
 constexpr std::array<std::uint64_t, 10> chunk_rows{1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
 
+struct HeaderError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 class Header {
  public:
   Header(std::span<const std::uint8_t> bytes, const TextureImageLimits& limits) : left_(bytes), limits_(limits) {}
 
-  std::string check() {
+  void check() {
     take(4);
     const bool multipart = (number() & flag_multipart) != 0;
+    std::uint64_t chunks = 0;
     do {
       part_ = {};
-      while (error_.empty() && !at_end_of_part()) attribute();
-      chunks_ += part_.chunks();
-    } while (error_.empty() && multipart && !at_end_of_part());
-    if (error_.empty() && chunks_ > left_.size() / 8)
-      return "is truncated: it has " + std::to_string(left_.size()) + " bytes for " + std::to_string(chunks_) +
-             " chunks";
-    return error_;
+      while (!at_end_of_part()) attribute();
+      chunks += part_.chunks();
+    } while (multipart && !at_end_of_part());
+    if (chunks > left_.size() / 8)
+      throw HeaderError("is truncated: it has " + std::to_string(left_.size()) + " bytes for " +
+                        std::to_string(chunks) + " chunks");
   }
 
  private:
@@ -42,15 +46,8 @@ class Header {
     }
   };
 
-  void fail(std::string why) {
-    if (error_.empty()) error_ = std::move(why);
-  }
-
   std::span<const std::uint8_t> take(std::size_t count) {
-    if (count > left_.size()) {
-      fail("is truncated: its header is not within the file");
-      count = left_.size();
-    }
+    if (count > left_.size()) throw HeaderError("is truncated: its header is not within the file");
     const auto taken = left_.first(count);
     left_ = left_.subspan(count);
     return taken;
@@ -82,8 +79,8 @@ class Header {
     const std::string_view name = text(), type = text();
     const std::uint32_t size = number();
     if (size > left_.size())
-      return fail("is truncated: its header has an attribute of " + std::to_string(size) + " bytes, " +
-                  std::to_string(left_.size()) + " are left");
+      throw HeaderError("is truncated: its header has an attribute of " + std::to_string(size) + " bytes, " +
+                        std::to_string(left_.size()) + " are left");
     const auto rest = left_.subspan(size);
     if (name == "dataWindow" && type == "box2i") window();
     if (name == "tiles" && type == "tiledesc") tiles();
@@ -95,33 +92,34 @@ class Header {
     std::array<std::int64_t, 4> edges{};
     for (std::int64_t& edge : edges) edge = static_cast<std::int32_t>(number());
     const auto [left, top, right, bottom] = edges;
-    if (right < left || bottom < top) return fail("has no pixels");
+    if (right < left || bottom < top) throw HeaderError("has no pixels");
     part_.width = static_cast<std::uint64_t>(right - left + 1);
     part_.height = static_cast<std::uint64_t>(bottom - top + 1);
     if (part_.width * part_.height > limits_.pixels)
-      fail("the limit pixels is " + std::to_string(limits_.pixels) + ", it has " + std::to_string(part_.width) + " x " +
-           std::to_string(part_.height));
+      throw HeaderError("the limit pixels is " + std::to_string(limits_.pixels) + ", it has " +
+                        std::to_string(part_.width) + " x " + std::to_string(part_.height));
   }
 
   void tiles() {
     part_.tile_width = number();
     part_.tile_height = number();
     if (part_.tile_width * part_.tile_height > limits_.pixels)  // product of two 32-bit numbers: no overflow
-      fail("the limit pixels is " + std::to_string(limits_.pixels) + ", it has tiles of " +
-           std::to_string(part_.tile_width) + " x " + std::to_string(part_.tile_height));
+      throw HeaderError("the limit pixels is " + std::to_string(limits_.pixels) + ", it has tiles of " +
+                        std::to_string(part_.tile_width) + " x " + std::to_string(part_.tile_height));
   }
 
   std::span<const std::uint8_t> left_;
   const TextureImageLimits& limits_;
   Part part_;
-  std::uint64_t chunks_ = 0;
-  std::string error_;
 };
 
 }  // namespace
 
-std::string exr_header_error(std::span<const std::uint8_t> bytes, const TextureImageLimits& limits) {
-  return Header(bytes, limits).check();
+std::string exr_header_error(std::span<const std::uint8_t> bytes, const TextureImageLimits& limits) try {
+  Header(bytes, limits).check();
+  return "";
+} catch (const HeaderError& error) {
+  return error.what();
 }
 
 }  // namespace tracer
