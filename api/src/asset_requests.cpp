@@ -1,59 +1,31 @@
 #include "api/asset_requests.h"
 
 #include <algorithm>
-#include <new>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <utility>
 
-#include "api/src/json/parse_error.h"
 #include "api/src/reader/fields.h"
-#include "api/src/reader/issue_order.h"
+#include "api/src/reader/issue_text.h"
+#include "api/src/reader/request.h"
 
 namespace api {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Hashes {
-  std::vector<std::string> in_order;
-  std::set<std::string_view> seen;
-};
-
-void read_hash(Reading& reading, const Cursor& at, Hashes& hashes) {
-  if (at.node->kind != json::Kind::string) return add_wrong_type(reading, at, "a sha256 as text");
-  const std::string_view hash = at.node->string();
-  if (!is_asset_hash(hash)) {
-    return add_issue(reading, at, "malformed", "must be 64 lower-case hex digits, got " + quoted(hash));
-  }
-  if (hashes.seen.insert(hash).second) hashes.in_order.emplace_back(hash);
-}
-
-tracer::Result<std::vector<std::string>, Refusal> read(std::string_view bytes, const DocumentLimits& document_limits) {
-  auto tape = parse_json(bytes, document_limits);
-  if (!tape) return std::move(tape.error());
-  Limits limits;
-  limits.document = document_limits;
-  Reading reading(*tape, limits);
-  Cursor root;
-  root.node = tape->root();
-  Hashes hashes;
-  Fields fields(reading, root, "the question");
-  if (const auto list = fields.take("sha256")) {
-    const bool is_list = list->node->kind == json::Kind::array;
-    if (!is_list || within_limit(reading, *list, "asset_hashes_max", asset_hashes_max)) {
-      for_each_element(reading, *list, [&](const Cursor& element) { read_hash(reading, element, hashes); });
-    }
-  } else if (fields) {
-    fields.report_missing_field("sha256");
-  }
-  fields.finish();
-  if (reading.issues.empty()) return std::move(hashes.in_order);
-  sort_by_position(reading.issues, *tape);
-  if (reading.omitted_issues > 0) {
-    reading.issues.push_back({"", "too_many_issues", "and " + std::to_string(reading.omitted_issues) + " more"});
-  }
-  return invalid(std::move(reading.issues));
+std::vector<std::string> read_hashes(Reading& reading, const Cursor& at) {
+  std::vector<std::string> hashes;
+  std::set<std::string_view> known;
+  if (!within_limit(reading, at, "asset_hashes_max", asset_hashes_max)) return hashes;
+  for_each_element(reading, at, [&](const Cursor& element) {
+    if (element.node->kind != json::Kind::string) return add_wrong_type(reading, element, "a sha256 as text");
+    const std::string_view hash = element.node->string();
+    if (!is_asset_hash(hash))
+      return add_issue(reading, element, "malformed", "must be 64 lower-case hex digits, got " + quoted(hash));
+    if (known.insert(hash).second) hashes.emplace_back(hash);
+    return true;
+  });
+  return hashes;
 }
 
 }  // namespace
@@ -64,12 +36,17 @@ bool is_asset_hash(std::string_view text) {
 }
 
 tracer::Result<std::vector<std::string>, Refusal> parse_asset_hashes(std::string_view bytes,
-                                                                     const DocumentLimits& limits) {
-  try {
-    return read(bytes, limits);
-  } catch (const std::bad_alloc&) {
-    return too_large("reading the question takes more memory than there is");
-  }
+                                                                     const DocumentLimits& document_limits) {
+  using Hashes = std::vector<std::string>;
+  return read_request<Hashes>(bytes, document_limits, [&](json::Tape& tape, Hashes& hashes) {
+    Limits limits;
+    limits.document = document_limits;
+    Reading reading(tape, limits);
+    Fields fields(reading, reading.root, "the question");
+    if (const auto list = fields.take_required("sha256")) hashes = read_hashes(reading, *list);
+    fields.finish();
+    return reading.take_issues();
+  });
 }
 
 std::string write_missing(const std::vector<std::string>& hashes) { return Json{{"missing", hashes}}.dump() + '\n'; }

@@ -5,18 +5,15 @@
 #include <utility>
 #include <vector>
 
-#include "api/src/json/parse_error.h"
-#include "api/src/json/tape.h"
 #include "api/src/reader/fields.h"
-#include "api/src/reader/issue_order.h"
+#include "api/src/reader/issue_text.h"
+#include "api/src/reader/request.h"
 
 namespace api {
 namespace {
 
 using Json = nlohmann::ordered_json;
 using Pointer = Json::json_pointer;
-
-constexpr int issues_reported = 100;  // of documents that are alike: more would say the same
 
 /// One pointer of a sweep and its values.
 struct Axis {
@@ -25,37 +22,36 @@ struct Axis {
   std::vector<Json> values;
 };
 
-/// The documents of a batch, one after another. The body has passed the guard of src/json, so its depth is bounded.
+/// Parses the documents of a batch one by one. read_shape() has limited the depth of the body.
 class Documents {
  public:
   Documents(const BatchLimits& limits, const TakeDocument& take) : limits_(limits), take_(take) {}
 
-  /// `place` is where issues are told, `said` what tells this document from others.
-  void add(const Json& document, const std::string& place, const std::string& said) {
+  /// `place` is the prefix of the issues' pointers, `suffix` ends their messages.
+  void add(const Json& document, const std::string& place, const std::string& suffix) {
     std::string text = document.dump();
     bytes_ += text.size();
-    if (bytes_ > limits_.all_bytes) return add_issue({place, "limit_exceeded", all_bytes_sentence()});
+    if (bytes_ > limits_.all_bytes)
+      return add_issue(
+          {place, "limit_exceeded",
+           "the limit batch_bytes is " + std::to_string(limits_.all_bytes) + " for all documents together"});
     std::string canonical;
     auto parsed = parse_scene(text, limits_.document, &canonical);
     if (parsed && issues_.empty()) return take_(std::move(text), std::move(*parsed), std::move(canonical));
     if (parsed) return;
     if (parsed.error().kind != Refusal::Kind::invalid)
-      add_issue({place, "limit_exceeded", parsed.error().detail + said});
-    for (tracer::Issue& issue : parsed.error().issues) {
-      add_issue({place + issue.pointer, std::move(issue.code), issue.detail + said});
-    }
+      add_issue({place, "limit_exceeded", parsed.error().detail + suffix});
+    for (tracer::Issue& issue : parsed.error().issues)
+      add_issue({place + issue.pointer, std::move(issue.code), issue.detail + suffix});
   }
   void add_issue(tracer::Issue issue) {
-    if (issues_.size() < issues_reported) issues_.push_back(std::move(issue));
+    if (issues_.size() < issues_max) issues_.push_back(std::move(issue));
   }
-  [[nodiscard]] bool full() const { return issues_.size() >= issues_reported || bytes_ > limits_.all_bytes; }
+  [[nodiscard]] bool full() const { return issues_.size() >= issues_max || bytes_ > limits_.all_bytes; }
   std::vector<tracer::Issue> take_issues() { return std::move(issues_); }
 
  private:
-  [[nodiscard]] std::string all_bytes_sentence() const {
-    return "the limit batch_bytes is " + std::to_string(limits_.all_bytes) + " for all documents together";
-  }
-
+  static constexpr int issues_max = 100;  // the documents are alike: more issues would repeat the same
   const BatchLimits& limits_;
   const TakeDocument& take_;
   std::size_t bytes_ = 0;
@@ -70,7 +66,7 @@ void add_frames(const Json& scene, const Json& frames, Documents& documents) {
   }
 }
 
-/// Whether there is something around the place that `pointer` names.
+/// True if the value that is to contain the place of `pointer` exists.
 bool has_parent(const Json& scene, const Pointer& pointer) {
   if (pointer.empty() || !scene.contains(pointer.parent_pointer())) return false;
   const Json& parent = scene.at(pointer.parent_pointer());
@@ -101,89 +97,73 @@ std::vector<Axis> axes_of(const Json& scene, const Json& sweep, Documents& docum
 void add_sweep(const Json& scene, const std::vector<Axis>& axes, std::size_t count, Documents& documents) {
   for (std::size_t combination = 0; combination < count && !documents.full(); ++combination) {
     Json document = scene;
-    std::string said;
+    std::string values;
     std::size_t rest = combination;
     for (std::size_t i = axes.size(); i-- > 0;) {
       const Axis& axis = axes[i];
       const Json& value = axis.values[rest % axis.values.size()];
       rest /= axis.values.size();
       document[axis.pointer] = value;
-      said.insert(0, axis.text + " = " + value.dump() + (said.empty() ? "" : ", "));
+      values.insert(0, axis.text + " = " + value.dump() + (values.empty() ? "" : ", "));
     }
-    documents.add(document, "/scene", " (with " + said + ")");
+    documents.add(document, "/scene", " (with " + values + ")");
   }
 }
 
-/// The shape of the body: its fields, and how many documents it means.
+/// The body without its documents, and their number.
 struct Shape {
+  BatchRequest request;
   bool frames = false;
   std::size_t count = 0;
 };
 
-std::size_t combinations(Reading& reading, const Cursor& at, std::size_t most) {
+std::size_t count_combinations(Reading& reading, const Cursor& at, std::size_t most) {
   std::size_t count = 1;
   const bool is_map = for_each_member(reading, at, [&](const Cursor& member) {
     if (member.node->kind != json::Kind::array) return add_wrong_type(reading, member, "an array");
     if (member.node->size == 0) return add_issue(reading, member, "wrong_length", "must have at least one value");
     count = count > most ? count : count * member.node->size;
+    return true;
   });
   if (is_map && at.node->size == 0) add_issue(reading, at, "wrong_length", "must have at least one pointer");
   return count;
 }
 
-void read_shape(Reading& reading, const Cursor& at, const BatchLimits& limits, BatchRequest& request, Shape& shape) {
-  Fields fields(reading, at, "a batch");
-  fields.optional("name", Name{request.name});
-  int max_failed = 0;
-  if (fields.optional("max_failed", Integer<int>{max_failed, 0, limits.jobs})) request.max_failed = max_failed;
-  const auto scene = fields.take("scene");
-  if (!scene && fields) fields.report_missing_field("scene");
+std::size_t count_frames(Reading& reading, const Cursor& at) {
+  const bool is_list = for_each_element(reading, at, [&](const Cursor& frame) {
+    if (frame.node->kind != json::Kind::object) add_wrong_type(reading, frame, "an object");
+  });
+  if (is_list && at.node->size == 0) add_issue(reading, at, "wrong_length", "must have at least one frame");
+  return is_list ? at.node->size : 0;
+}
+
+void read_shape(Reading& reading, const BatchLimits& limits, Shape& shape) {
+  Fields fields(reading, reading.root, "a batch");
+  fields.optional("name", Name{shape.request.name});
+  fields.optional("max_failed", Integer<std::optional<int>>{shape.request.max_failed, 0, limits.jobs});
+  const auto scene = fields.take_required("scene");
   if (scene && scene->node->kind != json::Kind::object) add_wrong_type(reading, *scene, "an object");
   const auto most = static_cast<std::size_t>(limits.jobs);
   const auto frames = fields.take("frames"), sweep = fields.take("sweep");
   if (frames && sweep) add_issue(reading, *sweep, "conflict", "a batch has frames or a sweep, not both");
-  if (!frames && !sweep && fields) fields.report_missing_one_of(std::vector<std::string_view>{"frames", "sweep"});
+  if (!frames && !sweep) fields.report_missing_one_of(std::vector<std::string_view>{"frames", "sweep"});
+  shape.frames = frames.has_value();
   if (frames) {
-    shape.frames = true;
-    for_each_element(reading, *frames, [&](const Cursor& frame) {
-      if (frame.node->kind != json::Kind::object) add_wrong_type(reading, frame, "an object");
-    });
-    shape.count = frames->node->kind == json::Kind::array ? frames->node->size : 0;
-    if (frames->node->kind == json::Kind::array && shape.count == 0) {
-      add_issue(reading, *frames, "wrong_length", "must have at least one frame");
-    }
+    shape.count = count_frames(reading, *frames);
   } else if (sweep) {
-    shape.count = combinations(reading, *sweep, most);
+    shape.count = count_combinations(reading, *sweep, most);
   }
-  if (shape.count > most) {
+  if (shape.count > most)
     add_issue(reading, frames ? *frames : *sweep, "limit_exceeded",
               "the limit batch_jobs is " + std::to_string(most) + ", got " +
                   (frames ? std::to_string(shape.count) : "more combinations"));
-  }
   fields.finish();
 }
 
-tracer::Result<BatchRequest, Refusal> read(std::string_view bytes, const BatchLimits& limits,
-                                           const TakeDocument& take) {
-  const DocumentLimits& of_body = limits.document.document;
-  BatchRequest request;
-  Shape shape;
-  {
-    auto tape = parse_json(bytes, of_body);
-    if (!tape) return std::move(tape.error());
-    Reading reading(*tape, limits.document);
-    Cursor root;
-    root.node = tape->root();
-    read_shape(reading, root, limits, request, shape);
-    if (!reading.issues.empty()) {
-      sort_by_position(reading.issues, *tape);
-      return invalid(std::move(reading.issues));
-    }
-  }
-  // What the guard notes as infinite the library refuses: such a number has no place in a document that is varied.
+std::vector<tracer::Issue> read_documents(std::string_view bytes, const Shape& shape, Documents& documents) {
   const Json body = Json::parse(bytes, nullptr, false);
-  if (body.is_discarded()) return invalid({{"", "not_finite", "a number is too large for a double"}});
-  Documents documents(limits, take);
+  // read_shape() accepts such numbers as infinite; the library does not.
+  if (body.is_discarded()) return {{"", "not_finite", "a number is too large for a double"}};
   const Json& scene = body.at("scene");
   if (shape.frames) {
     add_frames(scene, body.at("frames"), documents);
@@ -191,20 +171,28 @@ tracer::Result<BatchRequest, Refusal> read(std::string_view bytes, const BatchLi
     const std::vector<Axis> axes = axes_of(scene, body.at("sweep"), documents);
     if (axes.size() == body.at("sweep").size()) add_sweep(scene, axes, shape.count, documents);
   }
-  std::vector<tracer::Issue> issues = documents.take_issues();
-  if (!issues.empty()) return invalid(std::move(issues));
-  request.jobs = static_cast<int>(shape.count);
-  return request;
+  return documents.take_issues();
 }
 
 }  // namespace
 
 tracer::Result<BatchRequest, Refusal> parse_batch(std::string_view bytes, const BatchLimits& limits,
                                                   const TakeDocument& take) {
+  // The tape is freed before the documents are made.
+  auto shape = read_request<Shape>(bytes, limits.document.document, [&](json::Tape& tape, Shape& result) {
+    Reading reading(tape, limits.document);
+    read_shape(reading, limits, result);
+    return reading.take_issues();
+  });
+  if (!shape) return std::move(shape.error());
   try {
-    return read(bytes, limits, take);
+    Documents documents(limits, take);
+    std::vector<tracer::Issue> issues = read_documents(bytes, *shape, documents);
+    if (!issues.empty()) return invalid(std::move(issues));
+    shape->request.jobs = static_cast<int>(shape->count);
+    return std::move(shape->request);
   } catch (const std::bad_alloc&) {
-    return too_large("reading the documents takes more memory than there is");
+    return out_of_memory();
   }
 }
 

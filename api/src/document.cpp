@@ -1,21 +1,17 @@
 #include "api/document.h"
 
 #include <algorithm>
-#include <new>
 #include <string>
 #include <utility>
 
 #include "api/src/json/canonical.h"
-#include "api/src/json/parse_error.h"
-#include "api/src/json/tape.h"
-#include "api/src/reader/issue_order.h"
-#include "api/src/reader/scene_document.h"
+#include "api/src/reader/request.h"
 #include "api/src/reader/sections.h"
 
 namespace api {
 namespace {
 
-/// What the reader has told of, to leave out what follows from it.
+/// The reader's issues by pointer, to omit issues of `validate` that follow from them.
 class ReportedIssues {
  public:
   explicit ReportedIssues(const std::vector<tracer::Issue>& issues) {
@@ -23,8 +19,8 @@ class ReportedIssues {
     std::sort(pointers_.begin(), pointers_.end());
   }
 
-  /// Whether the issue is of a value that could not be read, of a part of it, or of a whole that has such a part (but
-  /// for limits: a count is right whatever was counted). References are the reader's alone to tell of.
+  /// True if the issue concerns a value with an issue, a part of one, or a value with such a part (except limits: a
+  /// count is right whatever its elements). Unknown references are reported by the reader alone.
   [[nodiscard]] bool covers(const tracer::Issue& issue) const {
     return issue.code == "unknown_reference" || has_at_or_around(issue.pointer) ||
            (issue.code != "limit_exceeded" && has_inside(issue.pointer));
@@ -48,34 +44,18 @@ class ReportedIssues {
   std::vector<std::string> pointers_;
 };
 
-/// Shape first, meaning second; both give the same kind of issue.
-std::vector<tracer::Issue> all_issues(Reading& reading, json::Node* root, bool understood) {
-  std::vector<tracer::Issue> issues = std::move(reading.issues);
+/// Adds the issues of tracer::validate that do not follow from the reader's.
+std::vector<tracer::Issue> validated(Reading& reading) {
+  const ReportedIssues reported(reading.issues);
+  std::vector<tracer::Issue> found = tracer::validate(
+      reading.scene(), reading.limits.scene, [&](const tracer::Issue& issue) { return reported.covers(issue); });
   std::vector<tracer::Issue> rest;
-  if (reading.omitted_issues > 0) {
-    rest.push_back({"", "too_many_issues", "and " + std::to_string(reading.omitted_issues) + " more"});
-  } else if (understood) {
-    const ReportedIssues reported(issues);
-    std::vector<tracer::Issue> of_meaning = tracer::validate(
-        reading.scene(), reading.limits.scene, [&](const tracer::Issue& issue) { return reported.covers(issue); });
-    if (!of_meaning.empty() && of_meaning.back().code == "too_many_issues") {
-      rest.push_back(std::move(of_meaning.back()));
-      of_meaning.pop_back();
-    }
-    std::move(of_meaning.begin(), of_meaning.end(), std::back_inserter(issues));
+  if (!found.empty() && found.back().code == "too_many_issues") {
+    rest.push_back(std::move(found.back()));
+    found.pop_back();
   }
-  sort_by_position(issues, reading.tape, root);
-  std::move(rest.begin(), rest.end(), std::back_inserter(issues));
-  return issues;
-}
-
-tracer::Result<Document, Refusal> read(std::string_view bytes, const Limits& limits, std::string* canonical) {
-  auto tape = parse_json(bytes, limits.document);
-  if (!tape) return std::move(tape.error());
-  auto document = read_scene(*tape, tape->root(), limits);
-  if (!document) return invalid(std::move(document.error()));
-  if (canonical != nullptr) *canonical = json::canonical_text(*tape, "job");
-  return std::move(*document);
+  std::move(found.begin(), found.end(), std::back_inserter(reading.issues));
+  return rest;
 }
 
 }  // namespace
@@ -83,20 +63,24 @@ tracer::Result<Document, Refusal> read(std::string_view bytes, const Limits& lim
 tracer::Result<Document, std::vector<tracer::Issue>> read_scene(json::Tape& tape, json::Node* root,
                                                                 const Limits& limits) {
   Reading reading(tape, limits);
-  Cursor at;
-  at.node = root;
-  const bool understood = read_document(reading, at);
-  std::vector<tracer::Issue> issues = all_issues(reading, root, understood);
+  reading.root.node = root;
+  const bool understood = read_document(reading, reading.root);
+  std::vector<tracer::Issue> rest;
+  if (understood && reading.omitted_issues == 0) rest = validated(reading);
+  std::vector<tracer::Issue> issues = reading.take_issues();
+  std::move(rest.begin(), rest.end(), std::back_inserter(issues));
   if (!issues.empty()) return issues;
   return std::move(reading.document);
 }
 
 tracer::Result<Document, Refusal> parse_scene(std::string_view bytes, const Limits& limits, std::string* canonical) {
-  try {
-    return read(bytes, limits, canonical);
-  } catch (const std::bad_alloc&) {
-    return too_large("reading the document takes more memory than there is");
-  }
+  return read_request<Document>(bytes, limits.document, [&](json::Tape& tape, Document& document) {
+    auto read = read_scene(tape, tape.root(), limits);
+    if (!read) return std::move(read.error());
+    document = std::move(*read);
+    if (canonical != nullptr) *canonical = json::canonical_text(tape, "job");
+    return std::vector<tracer::Issue>();
+  });
 }
 
 }  // namespace api

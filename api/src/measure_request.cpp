@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <iterator>
-#include <new>
 #include <utility>
 
-#include "api/src/json/parse_error.h"
 #include "api/src/reader/fields.h"
-#include "api/src/reader/issue_order.h"
-#include "api/src/reader/scene_document.h"
+#include "api/src/reader/issue_text.h"
+#include "api/src/reader/request.h"
+#include "api/src/reader/sections.h"
 #include "tracer/measure.h"
 #include "tracer/measurement.h"
 #include "tracer/reference.h"
@@ -16,20 +15,16 @@
 namespace api {
 namespace {
 
-constexpr const char* reference_pointer = "/settings/reference_samples";
-
 void read_parameters(Reading& reading, const Cursor& at, std::vector<std::string>& parameters) {
   const bool is_list = for_each_element(reading, at, [&](const Cursor& element) {
-    const bool is_text = element.node->kind == json::Kind::string;
-    const auto known =
-        is_text ? std::find(std::begin(tracer::parameters), std::end(tracer::parameters), element.node->string())
-                : std::end(tracer::parameters);
-    if (known == std::end(tracer::parameters))
-      return add_unknown_word(reading, element, "settings.parameters", tracer::parameters);
-    if (std::find(parameters.begin(), parameters.end(), *known) != parameters.end()) {
-      return add_issue(reading, element, "duplicate_value", quoted(*known) + " is there already");
+    const std::string_view name = element.node->kind == json::Kind::string ? element.node->string() : "";
+    if (std::find(std::begin(tracer::parameters), std::end(tracer::parameters), name) == std::end(tracer::parameters)) {
+      add_unknown_word(reading, element, tracer::parameters);
+    } else if (std::find(parameters.begin(), parameters.end(), name) != parameters.end()) {
+      add_issue(reading, element, "duplicate_value", quoted(name) + " is there already");
+    } else {
+      parameters.emplace_back(name);
     }
-    parameters.emplace_back(*known);
   });
   if (is_list && at.node->size == 0)
     add_issue(reading, at, "wrong_length", "must name at least one parameter; leave it out for all");
@@ -43,64 +38,42 @@ void read_settings(Reading& reading, const Cursor& at, MeasureRequest& request) 
   fields.finish();
 }
 
-/// The request but for its scene, whose place it answers; null where there is none.
-json::Node* read_request(Reading& reading, MeasureRequest& request) {
-  Cursor root;
-  root.node = reading.tape.root();
-  Fields fields(reading, root, "a measurement");
-  const auto scene = fields.take("scene");
-  if (!scene && fields) fields.report_missing_field("scene");
-  if (const auto settings = fields.take("settings")) read_settings(reading, *settings, request);
-  fields.finish();
-  return scene ? scene->node : nullptr;
-}
-
-/// A reference too large for the limit that bounds every image.
-std::vector<tracer::Issue> judge_reference(const MeasureRequest& request, const tracer::Limits& limits) {
+/// Applies the limit of samples_times_pixels to the reference.
+std::vector<tracer::Issue> validate_reference(const MeasureRequest& request, const tracer::Limits& limits) {
   const std::uint64_t pixels = request.document.scene.image.window().pixels();
   const std::uint64_t samples = pixels * request.reference_samples;  // 2^26 x 10^6 at most
   if (samples <= limits.samples_times_pixels) return {};
-  return {{reference_pointer, "limit_exceeded",
+  return {{"/settings/reference_samples", "limit_exceeded",
            "the limit samples_times_pixels is " + std::to_string(limits.samples_times_pixels) + ", the reference has " +
                std::to_string(samples)}};
 }
 
-tracer::Result<MeasureRequest, Refusal> read(std::string_view bytes, const Limits& limits) {
-  auto tape = parse_json(bytes, limits.document);
-  if (!tape) return std::move(tape.error());
-  MeasureRequest request;
+std::vector<tracer::Issue> read(json::Tape& tape, const Limits& limits, MeasureRequest& request) {
   request.reference_samples = tracer::MeasureSettings().reference_samples;
-  Reading reading(*tape, limits);
-  json::Node* const scene = read_request(reading, request);
-  std::vector<tracer::Issue> issues = std::move(reading.issues);
-  sort_by_position(issues, *tape);
-  if (reading.omitted_issues > 0) {
-    issues.push_back({"", "too_many_issues", "and " + std::to_string(reading.omitted_issues) + " more"});
+  Reading reading(tape, limits);
+  Fields fields(reading, reading.root, "a measurement");
+  const auto scene = fields.take_required("scene");
+  if (const auto settings = fields.take("settings")) read_settings(reading, *settings, request);
+  fields.finish();
+  std::vector<tracer::Issue> issues = reading.take_issues();
+  if (!scene) return issues;
+  auto document = read_scene(tape, scene->node, limits);
+  if (document) {
+    request.document = std::move(*document);
+    return issues.empty() ? validate_reference(request, limits.scene) : issues;
   }
-  if (scene != nullptr) {
-    auto document = read_scene(*tape, scene, limits);
-    if (document) {
-      request.document = std::move(*document);
-      if (issues.empty()) issues = judge_reference(request, limits.scene);
-    } else {
-      for (tracer::Issue& issue : document.error()) {
-        issue.pointer.insert(0, "/scene");
-        issues.push_back(std::move(issue));
-      }
-    }
+  for (tracer::Issue& issue : document.error()) {
+    issue.pointer.insert(0, "/scene");
+    issues.push_back(std::move(issue));
   }
-  if (!issues.empty()) return invalid(std::move(issues));
-  return request;
+  return issues;
 }
 
 }  // namespace
 
 tracer::Result<MeasureRequest, Refusal> parse_measure(std::string_view bytes, const Limits& limits) {
-  try {
-    return read(bytes, limits);
-  } catch (const std::bad_alloc&) {
-    return too_large("reading the request takes more memory than there is");
-  }
+  return read_request<MeasureRequest>(
+      bytes, limits.document, [&](json::Tape& tape, MeasureRequest& request) { return read(tape, limits, request); });
 }
 
 }  // namespace api

@@ -130,6 +130,21 @@ TEST(Json, KeysMeanTheSameWhenTheyAreEscaped) {
   EXPECT_EQ(accepted(document_with(R"("n\u0061me": "x")")).scene.name, "x");
 }
 
+TEST(Json, EnforcesEachLimit) {
+  api::Limits narrow;
+  narrow.document.depth = 3;
+  narrow.document.values = 6;
+  narrow.document.string_bytes = 4;
+  narrow.document.key_bytes = 2;
+  narrow.document.number_chars = 5;
+  for (const char* text :
+       {"[[[1]]]", "[1,2,3,4,5]", "[\"1234\"]", "[\"\\u00e9\\u00e9\"]", "{\"ab\":1}", "[1.234   ]", "[0.000]"})
+    EXPECT_NE(outcome(text, narrow)[0], "too_large") << text;
+  for (const char* text :
+       {"[[[[1]]]]", "[1,2,3,4,5,6]", "[\"12345\"]", "{\"abc\":1}", "[1.2345]", "[0.0000]", "[1e9999]"})
+    EXPECT_EQ(outcome(text, narrow), std::vector{"too_large"s}) << text;
+}
+
 TEST(Numbers, AreTheNearestDoubles) {
   EXPECT_EQ(number_read_from("0.1"), 0.1);
   EXPECT_EQ(number_read_from("123456789012345678"), 123456789012345678.0);

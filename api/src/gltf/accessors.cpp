@@ -2,6 +2,7 @@
 #include <bit>
 
 #include "api/src/gltf/file.h"
+#include "api/src/reader/issue_text.h"
 
 namespace api::gltf {
 namespace {

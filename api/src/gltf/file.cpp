@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "api/src/gltf/base64.h"
+#include "api/src/reader/issue_text.h"
 
 namespace api::gltf {
 

@@ -7,6 +7,8 @@
 #include "api/src/gltf/file.h"
 #include "api/src/gltf/nodes.h"
 #include "api/src/gltf/primitives.h"
+#include "api/src/json/json_parser.h"
+#include "api/src/reader/issue_text.h"
 #include "tracer/mesh_file.h"
 
 namespace api::gltf {

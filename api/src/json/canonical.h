@@ -1,6 +1,6 @@
 #pragma once
-/// One text for all spellings of the same JSON value, as RFC 8785 has it but for the order of names, which is that of
-/// their bytes, and for -0, which stays.
+/// Canonical JSON text: equal for all spellings of the same value. As in RFC 8785, except that names are ordered by
+/// their bytes and that -0.0 is kept.
 
 #include <string>
 #include <string_view>
@@ -9,8 +9,8 @@
 
 namespace api::json {
 
-/// Of the tape's value without its member `omitted`. Depth is what the parser's limit lets through. Of a name written
-/// twice both members stay, in their order.
+/// Canonical text of the tape's value without its member `omitted`. Both members of a duplicate name are written, in
+/// their order. Recursion is as deep as the value, which DocumentLimits::depth bounds.
 std::string canonical_text(Tape& tape, std::string_view omitted);
 
 }  // namespace api::json

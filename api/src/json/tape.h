@@ -1,16 +1,11 @@
 #pragma once
-/// JSON (RFC 8259) as a flat sequence of nodes in document order: 16 bytes a value, no tree of allocations. simdjson
-/// and, where something is wrong, nlohmann-json parse; what they read is written down here instead of in their own
-/// trees, which take many times the document's size and cannot be stopped at a limit.
+/// JSON (RFC 8259) as a flat sequence of nodes in document order: 16 bytes a value instead of a tree of allocations,
+/// which takes many times the document's size and cannot be stopped at a limit.
 
 #include <cstddef>
 #include <cstdint>
-#include <string>
 #include <string_view>
 #include <vector>
-
-#include "api/document.h"
-#include "tracer/result.h"
 
 namespace api::json {
 
@@ -19,12 +14,12 @@ enum class Kind : std::uint8_t { null, boolean, number, string, array, object };
 /// An array is followed by its elements, an object by key (a string), value, key, value, ...
 struct Node {
   Kind kind = Kind::null;
-  bool used = false;       ///< keys: the reader knows this member
+  bool used = false;       ///< keys: the reader has taken this member
   std::uint32_t size = 0;  ///< strings: bytes; arrays: elements; objects: members
   union {
-    double number = 0;  ///< nearest double; infinite where the text overflows, 0 where it underflows
+    double number = 0;  ///< nearest double; infinite if the text overflows, 0 if it underflows
     bool truth;
-    const char* text;   ///< into the tape's text
+    const char* text;   ///< in the tape's text
     std::uint32_t end;  ///< arrays, objects: index of the node after the last one inside
   };
 
@@ -33,23 +28,20 @@ struct Node {
 
 /// Moving keeps pointers to nodes and text valid.
 struct Tape {
-  std::vector<Node> nodes;  ///< the document's value is the first
-  std::vector<char> text;   ///< of all strings, escapes undone; never reallocated
+  std::vector<Node> nodes;  ///< the first one is the document's value
+  std::vector<char> text;   ///< contents of all strings without escapes; never reallocated
   Node* root() { return nodes.data(); }
   Node* next(Node* node) {  ///< the node after `node` and everything inside it
     return node->kind >= Kind::array ? nodes.data() + node->end : node + 1;
   }
+  /// The first key of that name in an object; null if there is none or `object` is no object. Its value follows it.
+  Node* find_key(Node* object, std::string_view name) {
+    if (object->kind != Kind::object) return nullptr;
+    Node* key = object + 1;
+    for (std::uint32_t i = 0; i < object->size; ++i, key = next(key + 1))
+      if (key->string() == name) return key;
+    return nullptr;
+  }
 };
-
-struct Error {
-  bool limit = false;      ///< over a DocumentLimits bound; otherwise not JSON
-  std::size_t offset = 0;  ///< byte where it was noticed
-  std::string detail;
-};
-
-/// Strings come out as valid UTF-8 without lone surrogates; a leading byte order mark is skipped. Duplicate keys are
-/// kept: telling them is the reader's part. A number too large for a double is infinite. Time linear in `bytes`; memory
-/// at most 16 bytes for each value and key kept plus three for each byte of the document, and 20 MiB.
-tracer::Result<Tape, Error> parse(std::string_view bytes, const DocumentLimits& limits);
 
 }  // namespace api::json

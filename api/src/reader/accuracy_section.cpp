@@ -1,29 +1,35 @@
-/// How accurate the image is to be: what the document wishes, then what that means together.
+/// Requested accuracy: the fields of the section, then the settings that result from them together.
 
 #include <array>
 #include <charconv>
 #include <string>
 
 #include "api/src/reader/fields.h"
+#include "api/src/reader/issue_text.h"
 #include "api/src/reader/sections.h"
 
 namespace api {
-namespace {
 
 using tracer::Accuracy;
 using tracer::Approximations;
 using tracer::Preset;
 
-constexpr Word<Preset>::Meaning presets[] = {
+template <>
+inline constexpr Word<Preset> words<Preset>[] = {
     {"draft", Preset::draft}, {"standard", Preset::standard}, {"fine", Preset::fine}, {"reference", Preset::reference}};
-constexpr Word<Approximations::Shadows>::Meaning shadow_words[] = {{"none", Approximations::Shadows::none},
-                                                                   {"map", Approximations::Shadows::map}};
-constexpr Word<Approximations::Reflections>::Meaning reflection_words[] = {
+template <>
+inline constexpr Word<Approximations::Shadows> words<Approximations::Shadows>[] = {
+    {"none", Approximations::Shadows::none}, {"map", Approximations::Shadows::map}};
+template <>
+inline constexpr Word<Approximations::Reflections> words<Approximations::Reflections>[] = {
     {"environment", Approximations::Reflections::environment}, {"none", Approximations::Reflections::none}};
-constexpr Word<Approximations::Shading>::Meaning shading_words[] = {{"gouraud", Approximations::Shading::gouraud},
-                                                                    {"flat", Approximations::Shading::flat}};
+template <>
+inline constexpr Word<Approximations::Shading> words<Approximations::Shading>[] = {
+    {"gouraud", Approximations::Shading::gouraud}, {"flat", Approximations::Shading::flat}};
 
-/// What the document says; nothing, or the default, where it is silent or cannot be understood.
+namespace {
+
+/// The fields as written; unset, or the default, if they are absent or invalid.
 struct RequestedAccuracy {
   std::optional<Preset> preset;
   std::optional<double> target_error, time_budget_ms;
@@ -35,15 +41,15 @@ struct RequestedAccuracy {
 
 void read_samples(Reading& reading, const Cursor& at, std::array<std::uint32_t, 2>& samples) {
   std::array<std::uint32_t, 2> range{};
-  if (!expect_length(reading, at, 2)) return;
-  bool valid = true;
+  bool valid = expect_length(reading, at, 2);
+  if (!valid) return;
   for_each_element(reading, at, [&](const Cursor& element) {
     valid &= read(reading, element, Integer<std::uint32_t>{range[element.index], 1});
   });
   if (valid) samples = range;
 }
 
-/// Exact samples take the time they take, so that no scene holds their budget to be validated.
+/// With exact samples the scene has no time budget that tracer::validate could check.
 void read_time_budget(Reading& reading, const Cursor& at, RequestedAccuracy& requested) {
   double& budget = requested.time_budget_ms.emplace();
   if (read(reading, at, budget) && requested.exact() && budget <= 0)
@@ -51,7 +57,7 @@ void read_time_budget(Reading& reading, const Cursor& at, RequestedAccuracy& req
 }
 
 /// "nearest-8".
-void read_nearest_lights(Reading& reading, const Cursor& at, std::uint32_t& count) {
+bool read_nearest_lights(Reading& reading, const Cursor& at, std::uint32_t& count) {
   constexpr std::string_view prefix = "nearest-";
   if (at.node->kind != json::Kind::string) return add_wrong_type(reading, at, "a string");
   const std::string_view text = at.node->string();
@@ -59,22 +65,19 @@ void read_nearest_lights(Reading& reading, const Cursor& at, std::uint32_t& coun
     const std::string_view digits = text.substr(prefix.size());
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), count);
     const bool valid = error == std::errc() && end == digits.data() + digits.size() && digits[0] != '0';
-    if (valid && count <= tracer::nearest_lights_max) return;
+    if (valid && count <= tracer::nearest_lights_max) return true;
   }
   count = 0;
-  add_issue(
+  return add_issue(
       reading, at, "unknown_value",
       "must be \"nearest-1\" to \"nearest-" + std::to_string(tracer::nearest_lights_max) + "\", got " + quoted(text));
 }
 
 void read_approximations(Reading& reading, const Cursor& at, Approximations& approximate) {
   Fields fields(reading, at, "the approximations");
-  fields.optional("shadows",
-                  Word<Approximations::Shadows>{approximate.shadows, "accuracy.approximate.shadows", shadow_words});
-  fields.optional("reflections", Word<Approximations::Reflections>{
-                                     approximate.reflections, "accuracy.approximate.reflections", reflection_words});
-  fields.optional("shading",
-                  Word<Approximations::Shading>{approximate.shading, "accuracy.approximate.shading", shading_words});
+  fields.optional("shadows", approximate.shadows);
+  fields.optional("reflections", approximate.reflections);
+  fields.optional("shading", approximate.shading);
   if (const auto lights = fields.take("lights")) read_nearest_lights(reading, *lights, approximate.nearest_lights);
   fields.finish();
 }
@@ -83,11 +86,8 @@ RequestedAccuracy read_requested(Reading& reading, const Cursor& at) {
   RequestedAccuracy requested;
   Accuracy& accuracy = reading.scene().accuracy;
   Fields fields(reading, at, "the accuracy");
-  if (const auto preset = fields.take("preset")) {
-    Preset value{};
-    if (read(reading, *preset, Word<Preset>{value, "accuracy.preset", presets})) requested.preset = value;
-  }
-  if (const auto target = fields.take("target_error")) read(reading, *target, requested.target_error.emplace());
+  if (Preset preset{}; fields.optional("preset", preset)) requested.preset = preset;
+  fields.optional("target_error", requested.target_error);
   if (const auto samples = fields.take("samples")) read_samples(reading, *samples, requested.samples);
   if (const auto budget = fields.take("time_budget_ms")) read_time_budget(reading, *budget, requested);
   fields.optional("max_depth", Integer<std::uint32_t>{accuracy.max_depth});
@@ -100,7 +100,7 @@ RequestedAccuracy read_requested(Reading& reading, const Cursor& at) {
   return requested;
 }
 
-/// The target that is asked for: by number, else by name; "standard" where nothing else says when to stop.
+/// The target error by number, else by preset; "standard" if nothing else ends the sampling.
 std::optional<double> target_of(const RequestedAccuracy& requested) {
   if (requested.target_error) return requested.target_error;
   if (requested.preset) return target_error_of(*requested.preset);
@@ -108,7 +108,7 @@ std::optional<double> target_of(const RequestedAccuracy& requested) {
   return target_error_of(Preset::standard);
 }
 
-/// Most samples in a pixel: no more of them in the whole image than `limit`, but the least that is asked for.
+/// Maximum samples of a pixel: at least `least`, else at most `limit` in the whole image.
 std::uint32_t bounded(std::uint32_t most, std::uint32_t least, std::uint64_t pixels, std::uint64_t limit) {
   const std::uint64_t bound = std::max<std::uint64_t>(least, limit / std::max<std::uint64_t>(pixels, 1));
   return static_cast<std::uint32_t>(std::min<std::uint64_t>(most, bound));
@@ -118,7 +118,6 @@ std::uint32_t bounded(std::uint32_t most, std::uint32_t least, std::uint64_t pix
 
 void read_accuracy(Reading& reading, const std::optional<Cursor>& at) {
   const RequestedAccuracy requested = at ? read_requested(reading, *at) : RequestedAccuracy();
-  const tracer::Scene& scene = reading.scene();
   Accuracy& accuracy = reading.scene().accuracy;
   const std::optional<double> target = target_of(requested);
   if (requested.exact()) {
@@ -130,10 +129,10 @@ void read_accuracy(Reading& reading, const std::optional<Cursor>& at) {
     adaptive.time_budget_ms = requested.time_budget_ms;
     adaptive.samples_min = requested.samples.front();
     adaptive.samples_max = requested.samples.back();
-    // Not the limit in force: the image depends on the document, not on where it is rendered.
+    // The default limit, not the limit in force: the image depends only on the document.
     if (adaptive.samples_min <= adaptive.samples_max)
-      adaptive.samples_max = bounded(adaptive.samples_max, adaptive.samples_min, scene.image.window().pixels(),
-                                     tracer::Limits{}.samples_times_pixels);
+      adaptive.samples_max = bounded(adaptive.samples_max, adaptive.samples_min,
+                                     reading.scene().image.window().pixels(), tracer::Limits{}.samples_times_pixels);
   }
   accuracy.cutoff_by_chance = !requested.cutoff && accuracy.adaptive.has_value();
 }

@@ -1,9 +1,12 @@
-/// The four forms of a colour: [r,g,b] and a grey number (linear), "#rrggbb" and {"hsb"} (sRGB, decoded to linear).
+/// The four forms of a color: [r, g, b] and a gray number (linear), "#rrggbb" and {"hsb"} (sRGB, decoded to linear).
 
+#include <charconv>
 #include <cmath>
+#include <string>
 
 #include "api/src/reader/field_values.h"
 #include "api/src/reader/fields.h"
+#include "api/src/reader/issue_text.h"
 
 namespace api {
 namespace {
@@ -29,86 +32,70 @@ tracer::Color srgb_from_hsb(double hue_deg, double saturation, double brightness
   return {channel(5), channel(3), channel(1)};
 }
 
-int hex_digit(char c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-  return -1;
+/// The value of two hexadecimal digits; false if they are none.
+bool read_hex_byte(std::string_view digits, double& channel) {
+  unsigned value = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value, 16);
+  channel = value / 255.0;
+  return error == std::errc() && end == digits.data() + digits.size();
 }
 
 bool read_hex(Reading& reading, const Cursor& at, tracer::Color& color) {
   const std::string_view text = at.node->string();
-  bool valid = text.size() == 7 && text[0] == '#';
-  double channels[3] = {};
-  for (std::size_t i = 0; valid && i < 3; ++i) {
-    const int high = hex_digit(text[1 + 2 * i]), low = hex_digit(text[2 + 2 * i]);
-    valid = high >= 0 && low >= 0;
-    channels[i] = (high * 16 + low) / 255.0;
-  }
-  if (!valid) {
-    add_issue(reading, at, "malformed", "a colour as text must be \"#rrggbb\", got " + quoted(text));
-    return false;
-  }
-  color = linear_from_srgb(tracer::Color{channels[0], channels[1], channels[2]});
+  tracer::Color encoded;
+  if (text.size() != 7 || text[0] != '#' || !read_hex_byte(text.substr(1, 2), encoded.r) ||
+      !read_hex_byte(text.substr(3, 2), encoded.g) || !read_hex_byte(text.substr(5, 2), encoded.b))
+    return add_issue(reading, at, "malformed", "a colour as text must be \"#rrggbb\", got " + quoted(text));
+  color = linear_from_srgb(encoded);
   return true;
-}
-
-bool read_unit(Reading& reading, const Cursor& at, std::string_view what, double value) {
-  if (value >= 0 && value <= 1) return true;
-  add_issue(reading, at, "out_of_range", std::string(what) + " must be in [0, 1], got " + number_text(value));
-  return false;
 }
 
 bool read_hsb(Reading& reading, const Cursor& at, tracer::Color& color) {
   Fields fields(reading, at, "a colour");
   std::array<double, 3> hsb{};
-  bool valid = false;
-  if (const auto field = fields.take("hsb")) {
-    valid = read(reading, *field, hsb);
-    if (valid) {
-      json::Node* const numbers = field->node + 1;
-      const bool saturation = read_unit(reading, {&*field, {}, 1, false, numbers + 1}, "saturation", hsb[1]);
-      const bool brightness = read_unit(reading, {&*field, {}, 2, false, numbers + 2}, "brightness", hsb[2]);
-      valid = saturation && brightness;
-    }
-  } else {
-    fields.report_missing_field("hsb");
+  const auto field = fields.take_required("hsb");
+  bool valid = field && read(reading, *field, hsb);
+  if (valid) {
+    const auto check = [&](std::size_t i, const char* component) {
+      const Cursor at_component{&*field, {}, i, false, field->node + 1 + i};
+      valid &= (hsb[i] >= 0 && hsb[i] <= 1) ||
+               add_issue(reading, at_component, "out_of_range",
+                         std::string(component) + " must be in [0, 1], got " + number_text(hsb[i]));
+    };
+    check(1, "saturation");
+    check(2, "brightness");
   }
   fields.finish();
   if (valid) color = linear_from_srgb(srgb_from_hsb(hsb[0], hsb[1], hsb[2]));
   return valid;
 }
 
-bool read_form(Reading& reading, const Cursor& at, tracer::Color& color) {
-  switch (at.node->kind) {
-    case json::Kind::number: {
-      double grey = 0;
-      const bool valid = read(reading, at, grey);
-      color = {grey, grey, grey};
-      return valid;
-    }
-    case json::Kind::array: {
-      std::array<double, 3> rgb{};
-      const bool valid = read(reading, at, rgb);
-      color = {rgb[0], rgb[1], rgb[2]};
-      return valid;
-    }
-    case json::Kind::string:
-      return read_hex(reading, at, color);
-    case json::Kind::object:
-      return read_hsb(reading, at, color);
-    default:
-      add_wrong_type(reading, at, "a colour ([r, g, b], a number, \"#rrggbb\" or {\"hsb\": [h, s, b]})");
-      return false;
-  }
-}
-
 }  // namespace
 
 bool read(Reading& reading, const Cursor& at, tracer::Color& value) {
-  if (read_form(reading, at, value)) return true;
-  set_nan(value);
-  return false;
+  bool valid = false;
+  switch (at.node->kind) {
+    case json::Kind::number:
+      valid = read(reading, at, value.r);
+      value = {value.r, value.r, value.r};
+      break;
+    case json::Kind::array: {
+      std::array<double, 3> rgb{};
+      valid = read(reading, at, rgb);
+      value = {rgb[0], rgb[1], rgb[2]};
+      break;
+    }
+    case json::Kind::string:
+      valid = read_hex(reading, at, value);
+      break;
+    case json::Kind::object:
+      valid = read_hsb(reading, at, value);
+      break;
+    default:
+      add_wrong_type(reading, at, "a colour ([r, g, b], a number, \"#rrggbb\" or {\"hsb\": [h, s, b]})");
+  }
+  if (!valid) set_invalid(value);
+  return valid;
 }
 
 }  // namespace api

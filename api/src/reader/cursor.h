@@ -1,6 +1,6 @@
 #pragma once
-/// The reader's cursor: a value and where it is. Taking a field or an element extends the place, so every issue knows
-/// where it belongs without effort at the call. Cursors point at the ones around them and live on the stack.
+/// The reader's cursor: a value and its place in the document. Taking a field or an element extends the place, so every
+/// issue has its JSON pointer without effort at the call. A cursor points at the one around it; both are on the stack.
 
 #include <cstddef>
 #include <cstdint>
@@ -17,28 +17,31 @@ namespace api {
 
 struct Cursor {
   const Cursor* parent = nullptr;
-  std::string_view key{};  ///< for a member
-  std::size_t index = 0;   ///< for an element
+  std::string_view key{};  ///< of a member
+  std::size_t index = 0;   ///< of an element
   bool is_member = false;
   json::Node* node = nullptr;
 };
 
 std::string pointer(const Cursor& at);                                  ///< RFC 6901, without '#'
-std::string pointer_to_member(const Cursor& at, std::string_view key);  ///< of a member that may not exist
+std::string pointer_to_member(const Cursor& at, std::string_view key);  ///< the member may be missing
 
-/// The things of one kind that a document names.
+/// The named textures, materials, prototypes or assets of a document.
 template <class Id>
 struct Names {
   std::map<std::string_view, Id> ids;
-  bool complete = true;  ///< false when they could not be read, which has been told: then no reference is to blame
+  bool complete = true;  ///< false if the names could not be read: then unknown references are not reported
 };
 
-/// One document being read: where it comes from, what it becomes, and what is wrong with it.
+/// State of reading one document: its tape, the result and the issues.
 struct Reading {
-  Reading(json::Tape& document_tape, const Limits& document_limits) : tape(document_tape), limits(document_limits) {}
+  Reading(json::Tape& document_tape, const Limits& document_limits) : tape(document_tape), limits(document_limits) {
+    root.node = tape.root();
+  }
 
   json::Tape& tape;
   const Limits& limits;
+  Cursor root;
   Document document;
   Names<tracer::TextureId> textures;
   Names<tracer::AssetId> assets;  ///< by file name
@@ -51,33 +54,37 @@ struct Reading {
   static constexpr std::size_t issues_max = 1000;
 
   tracer::Scene& scene() { return document.scene; }
-  /// Whether the next issue is still told; counts it when not. A hostile document has millions: no text for those.
+  /// True if the next issue is to be added, else counts it as omitted. A hostile document has millions; no text is made
+  /// for those.
   bool can_add_issue();
+  /// The issues in document order, then "too_many_issues" if some were omitted.
+  std::vector<tracer::Issue> take_issues();
 };
 
-/// Calls `read(element)` for each element; an issue and false when it is no array.
+/// These three return false, so that a reader can return their result.
+bool add_issue(Reading& reading, const Cursor& at, std::string_view code, std::string detail);
+bool add_wrong_type(Reading& reading, const Cursor& at, std::string_view expected);  ///< "must be <expected>, got ..."
+bool add_limit_exceeded(Reading& reading, const Cursor& at, std::string_view limit, std::uint64_t bound,
+                        std::uint64_t seen);
+
+/// Calls read(element) for each element. Adds an issue and returns false if the value is not an array.
 template <class ReadElement>
-bool for_each_element(Reading& reading, const Cursor& at, ReadElement read);
-
-void add_issue(Reading& reading, const Cursor& at, std::string_view code, std::string detail);
-void add_wrong_type(Reading& reading, const Cursor& at, std::string_view expected);  ///< "must be <expected>, got ..."
-
-std::string quoted(std::string_view text);     ///< in double quotes, at most 64 bytes of it, valid UTF-8
-std::string describe(const json::Node& node);  ///< "the string \"red\"", "the number 3", "an array of 3", ...
-std::string number_text(double value);         ///< shortest that reads back the same
-
-// ---- implementation ------------------------------------------------------------------------------------------------
-
-template <class ReadElement>
-bool for_each_element(Reading& reading, const Cursor& at, ReadElement read) {
-  if (at.node->kind != json::Kind::array) {
-    add_wrong_type(reading, at, "an array");
-    return false;
-  }
+bool for_each_element(Reading& reading, const Cursor& at, const ReadElement& read) {
+  if (at.node->kind != json::Kind::array) return add_wrong_type(reading, at, "an array");
   json::Node* element = at.node + 1;
-  for (std::size_t i = 0; i < at.node->size; ++i, element = reading.tape.next(element)) {
+  for (std::size_t i = 0; i < at.node->size; ++i, element = reading.tape.next(element))
     read(Cursor{&at, {}, i, false, element});
-  }
+  return true;
+}
+
+/// Calls read(member) for each member, in document order, duplicates included. Adds an issue and returns false if the
+/// value is not an object.
+template <class ReadMember>
+bool for_each_member(Reading& reading, const Cursor& at, const ReadMember& read) {
+  if (at.node->kind != json::Kind::object) return add_wrong_type(reading, at, "an object");
+  json::Node* key = at.node + 1;
+  for (std::size_t i = 0; i < at.node->size; ++i, key = reading.tape.next(key + 1))
+    read(Cursor{&at, key->string(), 0, true, key + 1});
   return true;
 }
 

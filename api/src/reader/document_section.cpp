@@ -1,40 +1,35 @@
 #include <string>
 
 #include "api/src/reader/fields.h"
+#include "api/src/reader/issue_text.h"
 #include "api/src/reader/sections.h"
 
 namespace api {
 namespace {
 
-/// A document of another version is not read further: what it means is unknown.
+/// A document of another version is not read further: its meaning is unknown.
 bool read_version(Reading& reading, Fields& fields) {
-  const auto field = fields.take("version");
-  if (!field) {
-    fields.report_missing_field("version");
-    return true;
-  }
+  const auto field = fields.take_required("version");
   double version = 0;
-  if (!read(reading, *field, version) || version == 1) return true;
-  add_issue(reading, *field, "out_of_range", "must be 1, the version this build reads; got " + number_text(version));
-  return false;
+  if (!field || !read(reading, *field, version) || version == 1) return true;
+  return add_issue(reading, *field, "out_of_range",
+                   "must be 1, the version this build reads; got " + number_text(version));
 }
 
 }  // namespace
 
 bool read_document(Reading& reading, const Cursor& at) {
-  using Section = void (*)(Reading&, const Cursor&);
+  tracer::Scene& scene = reading.scene();
   Fields fields(reading, at, "the document");
-  const auto section = [&](std::string_view name, Section read_section) {
-    const auto field = fields.take(name);
-    if (field) read_section(reading, *field);
-    return field.has_value();
+  const auto section = [&](std::string_view name, void (*read_section)(Reading&, const Cursor&)) {
+    if (const auto field = fields.take(name)) read_section(reading, *field);
   };
   if (!fields || !read_version(reading, fields)) return false;
-  fields.optional("name", Name{reading.scene().name});
+  fields.optional("name", Name{scene.name});
   section("image", read_image);
-  if (!section("camera", read_camera)) fields.report_missing_field("camera");
+  if (const auto camera = fields.take_required("camera")) read_camera(reading, *camera);
   section("depth_cue", read_depth_cue);
-  fields.optional("ambient", reading.scene().ambient);
+  fields.optional("ambient", scene.ambient);
   section("lights", read_lights);
   section("textures", read_textures);
   section("background", read_background);
@@ -42,8 +37,8 @@ bool read_document(Reading& reading, const Cursor& at) {
   section("prototypes", read_prototypes);
   section("objects", read_objects);
   section("output", read_output);
-  read_accuracy(reading, fields.take("accuracy"));  // behind the image and the output, whose size and exposure it asks
-  reading.document.job.name = reading.scene().name;
+  read_accuracy(reading, fields.take("accuracy"));  // depends on the image's size
+  reading.document.job.name = scene.name;
   section("job", read_job);
   fields.finish();
   return true;

@@ -1,17 +1,17 @@
 #pragma once
-/// Reading the values that fields have. Each `read` stores what the document says and answers true, or tells what is
-/// wrong and stores NaN (numbers: a rule about them is not broken a second time) or leaves the default (all else).
+/// Readers of field values. Each `read` stores the value and returns true, or adds an issue, makes the value invalid
+/// (set_invalid) and returns false. Overloads for the format's own types are in sections.h.
 
 #include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <map>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -19,12 +19,20 @@
 
 namespace api {
 
-/// An integer field and the values it can hold, both ends included.
+/// Integers are numbers without a fraction, whatever their spelling (3, 3.0, 3e0), up to 2^53 - 1: above that, doubles
+/// have gaps (RFC 7493, section 2.2).
+inline constexpr std::int64_t exact_max = (std::int64_t{1} << 53) - 1;
+
+template <class T>
+inline constexpr std::int64_t integer_max =
+    static_cast<std::int64_t>(std::min<std::uint64_t>(std::numeric_limits<T>::max(), exact_max));
+
+/// An integer field and its range, both ends included.
 template <class T>
 struct Integer {
   T& value;
-  T least = 0;
-  T most = std::numeric_limits<T>::max();
+  std::int64_t least = 0;
+  std::int64_t most = integer_max<T>;
 };
 
 /// A text for people: at most `name_bytes`, no control characters.
@@ -32,19 +40,24 @@ struct Name {
   std::string& value;
 };
 
-/// A time as RFC 3339 (section 5.6) writes it, with any offset and any fraction, as milliseconds since 1970 UTC
-/// (further digits cut off). 1970 to 9999; leap seconds are the second after.
+/// A time in RFC 3339 (section 5.6), with any offset and any fraction, as milliseconds since 1970 UTC (rounded down).
+/// Years 1970 to 9999; a leap second is the second after it.
 struct Time {
   std::optional<std::int64_t>& value;
 };
 
-/// One word of a closed set; `scope` names the field ("camera.type").
+/// A word of a closed set and its value.
 template <class T>
-struct Word {
-  using Meaning = std::pair<std::string_view, T>;
+using Word = std::pair<std::string_view, T>;
+
+/// The words of an enumeration. Specialised in the section that reads it.
+template <class Enum>
+inline constexpr auto words = nullptr;
+
+template <class T>
+struct OneOf {
   T& value;
-  std::string_view scope;
-  std::span<const Meaning> words;
+  std::span<const Word<T>> choices;
 };
 
 bool read(Reading& reading, const Cursor& at, double& value);
@@ -54,65 +67,79 @@ bool read(Reading& reading, const Cursor& at, tracer::Vec3& value);
 bool read(Reading& reading, const Cursor& at, tracer::Color& value);  ///< any of the four forms (color.cpp)
 bool read(Reading& reading, const Cursor& at, Name name);
 bool read(Reading& reading, const Cursor& at, Time time);
-
-/// Integers are numbers without a fraction, whatever their spelling (3, 3.0, 3e0), up to 2^53 - 1: beyond that a double
-/// cannot tell neighbours apart (RFC 7493, section 2.2).
 bool read_integer(Reading& reading, const Cursor& at, std::int64_t least, std::int64_t most, std::int64_t& value);
-inline constexpr std::int64_t exact_max = (std::int64_t{1} << 53) - 1;
 
-/// Tells that the value is none of `words`: "unknown_type" where `scope` ends with ".type", else "unknown_value".
-void add_unknown_word(Reading& reading, const Cursor& at, std::string_view scope,
-                      std::span<const std::string_view> words);
+/// Adds that the value is none of `choices`: "unknown_type" for a field `type`, else "unknown_value". Returns false.
+bool add_unknown_word(Reading& reading, const Cursor& at, std::span<const std::string_view> choices);
 
 bool has_control_characters(std::string_view text);
 
-bool expect_length(Reading& reading, const Cursor& at, std::size_t length);  ///< an array of exactly that many
+/// True if the value is an array of that length; else adds an issue.
+bool expect_length(Reading& reading, const Cursor& at, std::size_t length);
 
-/// Whether the array or object is within a limit of the scene. Asked before its elements are read, so that what is too
-/// much is never held; when it is not, that is told and the elements are not read.
+/// False, with an issue, if the array or object has more elements than the limit. To be called before its elements are
+/// read, which bounds the memory.
 bool within_limit(Reading& reading, const Cursor& at, std::string_view limit, std::uint64_t bound);
 
-/// Puts NaN where a number could not be read.
-inline void set_nan(double& value) { value = std::numeric_limits<double>::quiet_NaN(); }
-inline void set_nan(tracer::Vec2& value) { set_nan(value.x); }
-inline void set_nan(tracer::Vec3& value) { set_nan(value.x); }
-inline void set_nan(tracer::Color& value) { set_nan(value.r); }
+inline constexpr std::uint32_t invalid_index = std::numeric_limits<std::uint32_t>::max();
+
+/// Sets NaN or an invalid index, so that no further issue is found in a value that could not be read. Other types keep
+/// their default.
+inline void set_invalid(double& value) { value = std::numeric_limits<double>::quiet_NaN(); }
+inline void set_invalid(tracer::Vec2& value) { set_invalid(value.x); }
+inline void set_invalid(tracer::Vec3& value) { set_invalid(value.x); }
+inline void set_invalid(tracer::Color& value) { set_invalid(value.r); }
 template <class T>
-void set_nan(T&&) {}
+void set_invalid(T& value) {
+  if constexpr (requires { value.index = invalid_index; }) value.index = invalid_index;
+}
 
 template <class T>
 bool read(Reading& reading, const Cursor& at, Integer<T> integer) {
   std::int64_t value = 0;
-  const auto most =
-      static_cast<std::int64_t>(std::min<std::uint64_t>(static_cast<std::uint64_t>(integer.most), exact_max));
-  if (!read_integer(reading, at, static_cast<std::int64_t>(integer.least), most, value)) return false;
-  integer.value = static_cast<T>(value);
+  if (!read_integer(reading, at, integer.least, integer.most, value)) return false;
+  if constexpr (std::is_integral_v<T>) {
+    integer.value = static_cast<T>(value);
+  } else {  // optional
+    integer.value = static_cast<typename T::value_type>(value);
+  }
   return true;
 }
 
 template <class T>
-bool read(Reading& reading, const Cursor& at, Word<T> word) {
-  for (const auto& [text, meaning] : word.words) {
+bool read(Reading& reading, const Cursor& at, OneOf<T> word) {
+  for (const auto& [text, meaning] : word.choices) {
     if (at.node->kind != json::Kind::string || at.node->string() != text) continue;
     word.value = meaning;
     return true;
   }
-  std::vector<std::string_view> words;
-  for (const auto& [text, meaning] : word.words) words.push_back(text);
-  add_unknown_word(reading, at, word.scope, words);
-  return false;
+  std::vector<std::string_view> texts;
+  for (const auto& [text, meaning] : word.choices) texts.push_back(text);
+  return add_unknown_word(reading, at, texts);
+}
+
+template <class Enum>
+requires std::is_enum_v<Enum>
+bool read(Reading& reading, const Cursor& at, Enum& value) {
+  return read(reading, at, OneOf<Enum>{value, words<Enum>});
 }
 
 template <class T, std::size_t N>
 bool read(Reading& reading, const Cursor& at, std::array<T, N>& values) {
-  if (!expect_length(reading, at, N)) {
-    for (T& value : values) set_nan(value);
+  bool all_valid = expect_length(reading, at, N);
+  if (!all_valid) {
+    for (T& value : values) set_invalid(value);
     return false;
   }
-  bool all_valid = true;
   for_each_element(reading, at,
                    [&](const Cursor& element) { all_valid &= read(reading, element, values[element.index]); });
   return all_valid;
+}
+
+/// Is set even where the value is invalid: the field is present.
+template <class T>
+bool read(Reading& reading, const Cursor& at, std::optional<T>& value) {
+  return read(reading, at, value.emplace());
 }
 
 }  // namespace api

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <map>
+#include <numeric>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -10,10 +11,10 @@
 namespace api {
 namespace {
 
-/// The pointers that issues have, as a tree of their tokens, so that each part of the document is walked once.
+/// Trie over the tokens of the issues' pointers, so that each part of the document is visited once.
 struct Token {
-  std::map<std::string, Token> inside;
-  std::vector<std::size_t> issues;  ///< those whose pointer ends here
+  std::map<std::string, Token> children;
+  std::vector<std::size_t> issues;  ///< indices of the issues whose pointer ends here
 };
 
 std::string unescaped(std::string_view token) {
@@ -30,52 +31,43 @@ void insert(Token& root, std::string_view pointer, std::size_t issue) {
   while (!pointer.empty()) {
     pointer.remove_prefix(1);
     const std::string_view text = pointer.substr(0, pointer.find('/'));
-    token = &token->inside[unescaped(text)];
+    token = &token->children[unescaped(text)];
     pointer.remove_prefix(text.size());
   }
   token->issues.push_back(issue);
 }
 
-class Positions {
- public:
-  Positions(json::Tape& tape, std::size_t issue_count) : tape_(tape), place_(issue_count) {}
+/// Sets the position of every issue at or below `token`.
+void set_position(const Token& token, const json::Node* node, std::vector<const json::Node*>& positions) {
+  for (const std::size_t issue : token.issues) positions[issue] = node;
+  for (const auto& [text, child] : token.children) set_position(child, node, positions);
+}
 
-  /// Everything at or below `token` is at `node`, or at what is inside it. Not deeper than DocumentLimits::depth.
-  void walk(const Token& token, json::Node* node) {
-    put(token, node);
-    if (token.inside.empty() || node->kind < json::Kind::array) return;
-    const bool is_object = node->kind == json::Kind::object;
-    json::Node* at = node + 1;
-    for (std::size_t i = 0; i < node->size; ++i) {
-      const auto found = token.inside.find(is_object ? std::string(at->string()) : std::to_string(i));
-      if (is_object) ++at;
-      if (found != token.inside.end()) walk(found->second, at);
-      at = tape_.next(at);
-    }
+/// The same, with the position of the innermost existing value for each. Recursion is bounded by DocumentLimits::depth.
+void find_positions(const Token& token, json::Node* node, json::Tape& tape, std::vector<const json::Node*>& positions) {
+  set_position(token, node, positions);
+  if (token.children.empty() || node->kind < json::Kind::array) return;
+  const bool is_object = node->kind == json::Kind::object;
+  json::Node* at = node + 1;
+  for (std::size_t i = 0; i < node->size; ++i) {
+    const auto found = token.children.find(is_object ? std::string(at->string()) : std::to_string(i));
+    if (is_object) ++at;
+    if (found != token.children.end()) find_positions(found->second, at, tape, positions);
+    at = tape.next(at);
   }
-
-  [[nodiscard]] std::size_t operator[](std::size_t issue) const { return place_[issue]; }
-
- private:
-  void put(const Token& token, json::Node* node) {
-    for (const std::size_t issue : token.issues) place_[issue] = static_cast<std::size_t>(node - tape_.root());
-    for (const auto& [text, inside] : token.inside) put(inside, node);
-  }
-
-  json::Tape& tape_;
-  std::vector<std::size_t> place_;
-};
+}
 
 }  // namespace
 
 void sort_by_position(std::vector<tracer::Issue>& issues, json::Tape& tape, json::Node* root) {
   Token tokens;
   for (std::size_t i = 0; i < issues.size(); ++i) insert(tokens, issues[i].pointer, i);
-  Positions places(tape, issues.size());
-  places.walk(tokens, root);
+  std::vector<const json::Node*> positions(issues.size());
+  find_positions(tokens, root, tape, positions);
   std::vector<std::size_t> order(issues.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return places[a] < places[b]; });
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return positions[a] < positions[b]; });
   std::vector<tracer::Issue> sorted;
   for (const std::size_t i : order) sorted.push_back(std::move(issues[i]));
   issues = std::move(sorted);

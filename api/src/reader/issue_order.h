@@ -1,5 +1,5 @@
 #pragma once
-/// Puts issues where a reader of the document meets them.
+/// Document order of issues.
 
 #include <vector>
 
@@ -8,12 +8,9 @@
 
 namespace api {
 
-/// Sorts by the place in the document that each pointer names; what does not exist (a missing field) is put at what
-/// would hold it. Issues of one place keep their order. Time linear in the document, whatever the number of issues.
-/// Pointers begin at `root`.
+/// Sorts issues by the position of the value that their pointers name, from `root`; a missing value has the position of
+/// the object that should contain it. Issues at one position keep their order. Time is linear in the document for any
+/// number of issues.
 void sort_by_position(std::vector<tracer::Issue>& issues, json::Tape& tape, json::Node* root);
-inline void sort_by_position(std::vector<tracer::Issue>& issues, json::Tape& tape) {
-  sort_by_position(issues, tape, tape.root());
-}
 
 }  // namespace api

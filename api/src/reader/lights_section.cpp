@@ -6,28 +6,24 @@
 #include "api/src/reader/variants.h"
 
 namespace api {
-namespace {
 
 using AttenuationKind = tracer::Attenuation::Kind;
 
-constexpr auto light_types = type_words(static_cast<const tracer::LightSource*>(nullptr));
-constexpr Word<AttenuationKind>::Meaning attenuations[] = {{"none", AttenuationKind::none},
-                                                           {"inverse_square", AttenuationKind::inverse_square}};
+template <>
+inline constexpr Word<AttenuationKind> words<AttenuationKind>[] = {{"none", AttenuationKind::none},
+                                                                   {"inverse_square", AttenuationKind::inverse_square}};
 
-void read_attenuation(Reading& reading, const Cursor& at, tracer::Attenuation& attenuation) {
-  if (at.node->kind == json::Kind::array) {
-    attenuation.kind = AttenuationKind::polynomial;
-    read(reading, at, attenuation.coefficients);
-    return;
-  }
-  if (at.node->kind != json::Kind::string) {
-    add_wrong_type(reading, at, "\"none\", \"inverse_square\" or [c0, c1, c2]");
-    return;
-  }
-  read(reading, at, Word<AttenuationKind>{attenuation.kind, "light.attenuation", attenuations});
+namespace {
+
+bool read_attenuation(Reading& reading, const Cursor& at, tracer::Attenuation& attenuation) {
+  if (at.node->kind == json::Kind::string) return read(reading, at, attenuation.kind);
+  if (at.node->kind != json::Kind::array)
+    return add_wrong_type(reading, at, "\"none\", \"inverse_square\" or [c0, c1, c2]");
+  attenuation.kind = AttenuationKind::polynomial;
+  return read(reading, at, attenuation.coefficients);
 }
 
-/// A spot's axis by a point on it. Where that is wrong, so told, the axis stays what it is: nothing more to tell of it.
+/// Sets a spot light's axis by a point on it. If the point is invalid, the axis keeps its default.
 void read_target(Reading& reading, const Cursor& at, tracer::SpotLight& spot) {
   tracer::Vec3 target;
   if (!read(reading, at, target)) return;
@@ -35,11 +31,11 @@ void read_target(Reading& reading, const Cursor& at, tracer::SpotLight& spot) {
   const tracer::Vec3 axis{target.x - from.x, target.y - from.y, target.z - from.z};
   const double reach = std::max({std::abs(target.x), std::abs(target.y), std::abs(target.z)});
   const double length = std::max({std::abs(axis.x), std::abs(axis.y), std::abs(axis.z)});
-  if (const double bound = reading.limits.scene.coordinate_max; reach > bound) {
+  if (reach > reading.limits.scene.coordinate_max) {
     add_issue(reading, at, "limit_exceeded", "its coordinates are over the limit coordinate_max");
   } else if (length < reading.limits.scene.length_min) {
     add_issue(reading, at, "degenerate", "must not be the position: the spot has no direction");
-  } else if (std::isfinite(axis.x + axis.y + axis.z)) {  // not so where the position is missing or wrong
+  } else if (std::isfinite(axis.x + axis.y + axis.z)) {  // false if the position is missing or invalid
     spot.direction = axis;
   }
 }
@@ -52,14 +48,12 @@ void read_source(Reading& /*reading*/, Fields& fields, Source& source) {
 /// The axis is given by `direction` or by `target`, a point on it.
 void read_source(Reading& reading, Fields& fields, tracer::SpotLight& spot) {
   const auto target = fields.take("target");
-  const bool has_direction = fields.has("direction");
   tracer::for_each_field<tracer::SpotLight>([&](const auto& field) {
     if (field.name != "direction" || !target) read_field(fields, field, spot);
   });
   if (!target) return;
-  if (has_direction) {
+  if (fields.take("direction")) {
     add_issue(reading, *target, "conflict", "must not stand beside `direction`: either gives the axis");
-    fields.take("direction");
   } else {
     read_target(reading, *target, spot);
   }
@@ -69,12 +63,12 @@ void read_light(Reading& reading, const Cursor& at) {
   tracer::Light& light = reading.scene().lights.emplace_back();
   Fields fields(reading, at, "a light");
   std::size_t type = 0;
-  const bool type_known = fields.required("type", Word<std::size_t>{type, "light.type", light_types});
+  const bool type_known = fields.required("type", OneOf<std::size_t>{type, type_words<tracer::LightSource>});
   fields.optional("color", light.color);
   fields.optional("intensity", light.intensity);
   fields.optional("shadows", light.shadows);
   if (const auto attenuation = fields.take("attenuation")) read_attenuation(reading, *attenuation, light.attenuation);
-  if (!type_known) return;  // which other fields it may have is unknown
+  if (!type_known) return;  // its other fields depend on the type
   read_alternative(light.source, type, [&](auto& source) {
     fields.set_kind(source.noun);
     read_source(reading, fields, source);

@@ -1,15 +1,23 @@
 #pragma once
-/// The sections of a scene document, one function each. Order matters where names are resolved: textures, materials,
-/// prototypes, objects.
+/// The sections of a scene document: one function for each, and the readers of the values that they share. Readers of
+/// values return as those in field_values.h. The order of sections matters where names are resolved: textures,
+/// materials, prototypes, objects.
 
+#include <map>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "api/src/reader/cursor.h"
+#include "tracer/result.h"
 
 namespace api {
 
-/// All of it: the table of contents. False when what the document means is unknown (no object, another version): then
-/// nothing can be said about its meaning.
+/// The scene document at `root`, which may be part of a larger one. Pointers begin at `root`; issues are in its order.
+tracer::Result<Document, std::vector<tracer::Issue>> read_scene(json::Tape& tape, json::Node* root,
+                                                                const Limits& limits);
+
+/// All sections. False if the meaning of the document is unknown (no object, another version): then it is not checked.
 bool read_document(Reading& reading, const Cursor& at);
 
 void read_image(Reading& reading, const Cursor& at);
@@ -17,7 +25,7 @@ void read_camera(Reading& reading, const Cursor& at);
 void read_background(Reading& reading, const Cursor& at);
 void read_depth_cue(Reading& reading, const Cursor& at);
 void read_output(Reading& reading, const Cursor& at);
-/// Nothing there asks for something too: the standard accuracy.
+/// Without the section: the standard accuracy.
 void read_accuracy(Reading& reading, const std::optional<Cursor>& at);
 void read_lights(Reading& reading, const Cursor& at);
 void read_textures(Reading& reading, const Cursor& at);
@@ -26,28 +34,23 @@ void read_prototypes(Reading& reading, const Cursor& at);
 void read_objects(Reading& reading, const Cursor& at);
 void read_job(Reading& reading, const Cursor& at);
 
-void read_webhook(Reading& reading, const Cursor& at, std::optional<Webhook>& webhook);
+void read_webhook(Reading& reading, const Cursor& at, Webhook& webhook);
+/// The labels of a job by name; null, where it is allowed, is an empty optional.
+void read_labels(Reading& reading, const Cursor& at, bool null_allowed,
+                 std::map<std::string, std::optional<std::string>>& labels);
 
-/// A mesh object's own fields.
+/// The fields of a mesh object.
 class Fields;
 void read_mesh(Reading& reading, Fields& fields, tracer::Shape& shape);
 
-/// A file's name as one of the scene's assets, where files that are named twice are one. False where it is none that
-/// may be named, which has been told then.
-bool read_asset(Reading& reading, const Cursor& at, tracer::AssetId& asset);
-
-/// A 4 x 4 matrix, or a list of steps applied in the order written. Unset where it is neither, which has been told
-/// then.
-void read_transform(Reading& reading, const Cursor& at, std::optional<tracer::Transform>& transform);
-
-/// A prototype's name; no prototype where there is none, which has been told then.
-tracer::PrototypeId read_prototype_reference(Reading& reading, const Cursor& at);
-
-/// A texture written in place or named; no texture where it is neither, which has been told then.
-tracer::TextureId read_texture_reference(Reading& reading, const Cursor& at);
-void read_color_or_texture(Reading& reading, const Cursor& at, tracer::ColorOrTexture& value);
-
-/// A material written in place or named; no material where it is neither, which has been told then.
-tracer::MaterialId read_material_reference(Reading& reading, const Cursor& at);
+/// A file's name as one of the scene's assets, of which there is one for each name.
+bool read(Reading& reading, const Cursor& at, tracer::AssetId& asset);
+/// A 4 x 4 matrix, or a list of steps applied in the order written.
+bool read(Reading& reading, const Cursor& at, tracer::Transform& transform);
+/// A name, of a prototype; or of a texture or a material, which may also be written in place.
+bool read(Reading& reading, const Cursor& at, tracer::PrototypeId& prototype);
+bool read(Reading& reading, const Cursor& at, tracer::TextureId& texture);
+bool read(Reading& reading, const Cursor& at, tracer::MaterialId& material);
+bool read(Reading& reading, const Cursor& at, tracer::ColorOrTexture& value);
 
 }  // namespace api

@@ -1,101 +1,67 @@
-/// Times as RFC 3339 writes them.
+/// Times in RFC 3339.
 
+#include <charconv>
 #include <chrono>
-#include <optional>
 
 #include "api/src/reader/field_values.h"
+#include "api/src/reader/issue_text.h"
 
 namespace api {
 namespace {
 
-constexpr bool is_digit(char c) { return c >= '0' && c <= '9'; }
+constexpr std::string_view digits = "0123456789";
 
-/// Takes what it reads off the front of a text; once something did not fit, nothing does any more.
-class Scanner {
- public:
-  explicit Scanner(std::string_view text) : rest_(text) {}
+/// True if `text` begins with a digit for each 0 of `pattern`, any character for each ?, and else the same characters.
+bool matches(std::string_view text, std::string_view pattern) {
+  return text.size() >= pattern.size() && std::equal(pattern.begin(), pattern.end(), text.begin(), [](char p, char c) {
+           return p == '?' || (p == '0' ? digits.find(c) != digits.npos : p == c);
+         });
+}
 
-  int number(std::size_t digits, int least, int most) {
-    int value = 0;
-    for (std::size_t i = 0; i < digits; ++i) {
-      if (rest_.empty() || !is_digit(rest_.front())) return fail();
-      value = value * 10 + (rest_.front() - '0');
-      rest_.remove_prefix(1);
-    }
-    return value < least || value > most ? fail() : value;
-  }
-  bool next_is(std::string_view any_of) { return !rest_.empty() && any_of.find(rest_.front()) != any_of.npos; }
-  char one_of(std::string_view characters) {
-    if (!next_is(characters)) return static_cast<char>(fail());
-    const char c = rest_.front();
-    rest_.remove_prefix(1);
-    return c;
-  }
-  int milliseconds() {
-    if (!next_is(".")) return 0;
-    one_of(".");
-    int value = 0, scale = 100;
-    if (!next_is("0123456789")) return fail();
-    for (; next_is("0123456789"); scale /= 10) value += (one_of("0123456789") - '0') * scale;
-    return value;
-  }
-  [[nodiscard]] bool succeeded() const { return valid_ && rest_.empty(); }
-
- private:
-  int fail() {
-    valid_ = false;
-    rest_ = {};
-    return 0;
-  }
-  std::string_view rest_;
-  bool valid_ = true;
-};
+int number(std::string_view text) {
+  int value = 0;
+  std::from_chars(text.data(), text.data() + text.size(), value);
+  return value;
+}
 
 std::optional<std::int64_t> unix_ms_of(std::string_view text) {
-  Scanner scan(text);
-  const int year = scan.number(4, 1970, 9999);
-  scan.one_of("-");
-  const int month = scan.number(2, 1, 12);
-  scan.one_of("-");
-  const int day = scan.number(2, 1, 31);
-  scan.one_of("Tt ");
-  const int hour = scan.number(2, 0, 23);
-  scan.one_of(":");
-  const int minute = scan.number(2, 0, 59);
-  scan.one_of(":");
-  const int second = scan.number(2, 0, 60);
-  const int millisecond = scan.milliseconds();
-  int offset_min = 0;
-  if (scan.next_is("Zz")) {
-    scan.one_of("Zz");
-  } else {
-    const int sign = scan.one_of("+-") == '-' ? -1 : 1;
-    const int offset_hour = scan.number(2, 0, 23);
-    scan.one_of(":");
-    offset_min = sign * (offset_hour * 60 + scan.number(2, 0, 59));
+  if (!matches(text, "0000-00-00?00:00:00") || text.find_first_of("Tt ", 10) != 10) return std::nullopt;
+  const std::chrono::year_month_day date{std::chrono::year(number(text.substr(0, 4))),
+                                         std::chrono::month(static_cast<unsigned>(number(text.substr(5, 2)))),
+                                         std::chrono::day(static_cast<unsigned>(number(text.substr(8, 2))))};
+  const int hour = number(text.substr(11, 2)), minute = number(text.substr(14, 2)), second = number(text.substr(17, 2));
+  if (!date.ok() || hour > 23 || minute > 59 || second > 60) return std::nullopt;
+  std::string_view rest = text.substr(19);
+  int milliseconds = 0;
+  if (rest.starts_with('.')) {
+    const std::string_view fraction = rest.substr(1, std::min(rest.find_first_not_of(digits, 1), rest.size()) - 1);
+    if (fraction.empty()) return std::nullopt;
+    milliseconds =
+        number(std::string(fraction.substr(0, 3)).append(3 - std::min<std::size_t>(3, fraction.size()), '0'));
+    rest.remove_prefix(1 + fraction.size());
   }
-  const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(static_cast<unsigned>(month)),
-                                         std::chrono::day(static_cast<unsigned>(day))};
-  if (!scan.succeeded() || !date.ok()) return std::nullopt;
+  int offset_minutes = 0;
+  if (rest.size() == 6 && (matches(rest, "+00:00") || matches(rest, "-00:00"))) {
+    const int offset_hour = number(rest.substr(1, 2)), offset_minute = number(rest.substr(4, 2));
+    if (offset_hour > 23 || offset_minute > 59) return std::nullopt;
+    offset_minutes = (rest[0] == '-' ? -1 : 1) * (offset_hour * 60 + offset_minute);
+  } else if (rest != "Z" && rest != "z") {
+    return std::nullopt;
+  }
   const std::int64_t days = std::chrono::sys_days(date).time_since_epoch().count();
-  const std::int64_t ms = (((days * 24 + hour) * 60 + minute - offset_min) * 60 + second) * 1000 + millisecond;
-  if (ms < 0) return std::nullopt;
-  return ms;
+  const std::int64_t ms = (((days * 24 + hour) * 60 + minute - offset_minutes) * 60 + second) * 1000 + milliseconds;
+  return date.year() >= std::chrono::year(1970) && ms >= 0 ? std::optional(ms) : std::nullopt;
 }
 
 }  // namespace
 
 bool read(Reading& reading, const Cursor& at, Time time) {
-  if (at.node->kind != json::Kind::string) {
-    add_wrong_type(reading, at, "a string");
-    return false;
-  }
+  if (at.node->kind != json::Kind::string) return add_wrong_type(reading, at, "a string");
   time.value = unix_ms_of(at.node->string());
-  if (time.value) return true;
-  add_issue(
-      reading, at, "malformed",
-      "must be a time such as \"2030-01-31T18:00:00Z\" (RFC 3339, 1970 to 9999), got " + quoted(at.node->string()));
-  return false;
+  return time.value.has_value() ||
+         add_issue(reading, at, "malformed",
+                   "must be a time such as \"2030-01-31T18:00:00Z\" (RFC 3339, 1970 to 9999), got " +
+                       quoted(at.node->string()));
 }
 
 }  // namespace api

@@ -1,9 +1,10 @@
-/// Transforms: a matrix, or steps that are multiplied here.
+/// Transforms: a matrix, or steps whose product is computed here.
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "api/src/reader/fields.h"
 #include "api/src/reader/sections.h"
@@ -14,7 +15,6 @@ namespace {
 
 using tracer::Transform;
 using tracer::Vec3;
-using Row = std::array<double, 4>;
 
 /// Cosine and sine of an angle in degrees, exact at multiples of 90: a quarter turn moves no coordinate by rounding.
 std::array<double, 2> cosine_and_sine(double degrees) {
@@ -44,14 +44,13 @@ bool read_rotation(Reading& reading, const Cursor& at, Transform& step) {
   Vec3 axis;
   double angle = 0;
   Fields fields(reading, at, "a rotation");
-  const bool has_axis = fields.required("axis", axis);
+  const auto axis_field = fields.take_required("axis");
+  const bool has_axis = axis_field && read(reading, *axis_field, axis);
   const bool has_angle = fields.required("angle", angle);
   fields.finish();
   if (!has_axis || !has_angle) return false;
-  if (axis.x == 0 && axis.y == 0 && axis.z == 0) {
-    if (const auto place = fields.take("axis")) add_issue(reading, *place, "degenerate", "must not be the zero vector");
-    return false;
-  }
+  if (axis.x == 0 && axis.y == 0 && axis.z == 0)
+    return add_issue(reading, *axis_field, "degenerate", "must not be the zero vector");
   step = rotation(axis, angle);
   return true;
 }
@@ -68,64 +67,53 @@ bool read_scale(Reading& reading, const Cursor& at, Transform& step) {
   return true;
 }
 
-/// {"translate"} | {"rotate"} | {"scale"}: one of them.
+bool read_translation(Reading& reading, const Cursor& at, Transform& step) {
+  Vec3 by;
+  if (!read(reading, at, by)) return false;
+  step.rows = {{{1, 0, 0, by.x}, {0, 1, 0, by.y}, {0, 0, 1, by.z}}};
+  return true;
+}
+
+/// An object with exactly one of the members translate, rotate and scale.
 bool read_step(Reading& reading, const Cursor& at, Transform& step) {
   Fields fields(reading, at, "a step of a transform");
   if (!fields) return false;
-  int named = 0;
+  int count = 0;
   bool valid = false;
-  if (const auto translate = fields.take("translate")) {
-    Vec3 by;
-    valid = read(reading, *translate, by);
-    if (valid) step.rows = {{{1, 0, 0, by.x}, {0, 1, 0, by.y}, {0, 0, 1, by.z}}};
-    ++named;
-  }
-  if (const auto rotate = fields.take("rotate")) {
-    valid = read_rotation(reading, *rotate, step);
-    ++named;
-  }
-  if (const auto scale = fields.take("scale")) {
-    valid = read_scale(reading, *scale, step);
-    ++named;
+  for (const auto& [name, read_kind] :
+       {std::pair{"translate", &read_translation}, {"rotate", &read_rotation}, {"scale", &read_scale}}) {
+    const auto field = fields.take(name);
+    if (!field) continue;
+    valid = read_kind(reading, *field, step);
+    ++count;
   }
   fields.finish();
-  if (named == 1) return valid;
-  add_issue(reading, at, named == 0 ? "missing_field" : "conflict", "must hold one of translate, rotate, scale");
-  return false;
+  if (count == 1) return valid;
+  return add_issue(reading, at, count == 0 ? "missing_field" : "conflict", "must hold one of translate, rotate, scale");
 }
 
 bool read_matrix(Reading& reading, const Cursor& at, Transform& matrix) {
-  std::array<Row, 4> rows{};
+  std::array<std::array<double, 4>, 4> rows{};
   if (!read(reading, at, rows)) return false;
-  if (rows[3] != Row{0, 0, 0, 1}) {
-    add_issue(reading, at, "out_of_range", "the last row must be [0, 0, 0, 1]: transforms are affine");
-    return false;
-  }
+  if (rows[3] != std::array<double, 4>{0, 0, 0, 1})
+    return add_issue(reading, at, "out_of_range", "the last row must be [0, 0, 0, 1]: transforms are affine");
   matrix.rows = {rows[0], rows[1], rows[2]};
   return true;
 }
 
 }  // namespace
 
-void read_transform(Reading& reading, const Cursor& at, std::optional<Transform>& transform) {
-  Transform product;
-  const bool is_list = at.node->kind == json::Kind::array;
-  const bool holds_arrays = is_list && at.node->size > 0 && at.node[1].kind == json::Kind::array;
+bool read(Reading& reading, const Cursor& at, Transform& transform) {
+  if (at.node->kind != json::Kind::array) return add_wrong_type(reading, at, "a 4 x 4 matrix or a list of steps");
+  if (at.node->size > 0 && at.node[1].kind == json::Kind::array) return read_matrix(reading, at, transform);
   bool valid = true;
-  if (holds_arrays) {
-    valid = read_matrix(reading, at, product);
-  } else if (is_list) {
-    for_each_element(reading, at, [&](const Cursor& element) {
-      Transform step;
-      const bool step_valid = read_step(reading, element, step);
-      valid &= step_valid;
-      if (step_valid) product = composed(step, product);
-    });
-  } else {
-    add_wrong_type(reading, at, "a 4 x 4 matrix or a list of steps");
-    valid = false;
-  }
-  if (valid) transform = product;
+  for_each_element(reading, at, [&](const Cursor& element) {
+    Transform step;
+    valid &= read_step(reading, element, step);
+    transform = composed(step, transform);
+  });
+  if (!valid) transform = {};
+  return valid;
 }
 
 }  // namespace api

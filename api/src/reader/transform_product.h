@@ -8,7 +8,7 @@
 
 namespace api {
 
-/// first, then `then`.
+/// The transform that applies `first`, then `then`.
 inline tracer::Transform composed(const tracer::Transform& then, const tracer::Transform& first) {
   tracer::Transform product;
   for (std::size_t i = 0; i < 3; ++i)

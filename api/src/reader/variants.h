@@ -1,5 +1,5 @@
 #pragma once
-/// Reads the alternatives of a variant, shapes or lights, by their `type` and their lists of fields
+/// Readers of the alternatives of a variant, shapes or lights, by their `type` and their lists of fields
 /// (tracer/fields.h).
 
 #include <array>
@@ -12,15 +12,17 @@
 
 namespace api {
 
-/// Words of `type` with the indices of the alternatives.
 template <class... Types>
-constexpr std::array<std::pair<std::string_view, std::size_t>, sizeof...(Types)> type_words(
-    const std::variant<Types...>* /*list*/) {
+constexpr auto make_type_words(const std::variant<Types...>* /*deduces Types*/) {
   std::size_t index = 0;
-  return {{{Types::type, index++}...}};
+  return std::array<Word<std::size_t>, sizeof...(Types)>{{{Types::type, index++}...}};
 }
 
-/// Calls read(alternative) with the alternative of that index, newly made.
+/// The words of `type` with the indices of the variant's alternatives.
+template <class Variant>
+inline constexpr auto type_words = make_type_words(static_cast<const Variant*>(nullptr));
+
+/// Emplaces the alternative of that index and calls read(alternative).
 template <class Read, class... Types>
 void read_alternative(std::variant<Types...>& variant, std::size_t index, const Read& read) {
   std::size_t i = 0;
@@ -29,15 +31,12 @@ void read_alternative(std::variant<Types...>& variant, std::size_t index, const 
 
 template <class Owner, class T>
 void read_field(Fields& fields, const tracer::Field<Owner, T>& field, Owner& owner) {
-  if (field.presence == tracer::FieldPresence::required) {
-    fields.required(field.name, owner.*field.member);
-  } else {
+  constexpr bool is_optional_member = requires(T member) { member.has_value(); };
+  if (is_optional_member || field.presence == tracer::FieldPresence::optional) {
     fields.optional(field.name, owner.*field.member);
+  } else {
+    fields.required(field.name, owner.*field.member);
   }
-}
-template <class Owner, class T>
-void read_field(Fields& fields, const tracer::Field<Owner, std::optional<T>>& field, Owner& owner) {
-  if (fields.has(field.name)) fields.optional(field.name, (owner.*field.member).emplace());
 }
 
 template <tracer::HasFields Owner>

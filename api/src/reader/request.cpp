@@ -1,18 +1,16 @@
-#include "api/src/json/parse_error.h"
+#include "api/src/reader/request.h"
 
 #include <algorithm>
-#include <utility>
+
+#include "api/src/json/json_parser.h"
 
 namespace api {
 namespace {
 
-Refusal refusal_at(std::string_view bytes, json::Error error) {
-  const std::string_view before = bytes.substr(0, error.offset);
+Refusal too_large(std::string detail) {
   Refusal refusal;
-  refusal.kind = error.limit ? Refusal::Kind::too_large : Refusal::Kind::not_json;
-  refusal.detail = std::move(error.detail);
-  refusal.line = 1 + static_cast<std::size_t>(std::count(before.begin(), before.end(), '\n'));
-  refusal.column = 1 + before.size() - (before.rfind('\n') + 1);  // npos + 1 is 0
+  refusal.kind = Refusal::Kind::too_large;
+  refusal.detail = std::move(detail);
   return refusal;
 }
 
@@ -24,20 +22,20 @@ tracer::Result<json::Tape, Refusal> parse_json(std::string_view bytes, const Doc
                      std::to_string(bytes.size()));
   }
   auto tape = json::parse(bytes, limits);
-  if (!tape) return refusal_at(bytes, std::move(tape.error()));
-  return std::move(*tape);
-}
-
-Refusal too_large(std::string detail) {
+  if (tape) return std::move(*tape);
+  const std::string_view before = bytes.substr(0, tape.error().offset);
   Refusal refusal;
-  refusal.kind = Refusal::Kind::too_large;
-  refusal.detail = std::move(detail);
+  refusal.kind = tape.error().limit ? Refusal::Kind::too_large : Refusal::Kind::not_json;
+  refusal.detail = std::move(tape.error().detail);
+  refusal.line = 1 + static_cast<std::size_t>(std::count(before.begin(), before.end(), '\n'));
+  refusal.column = 1 + before.size() - (before.rfind('\n') + 1);  // npos + 1 is 0
   return refusal;
 }
 
+Refusal out_of_memory() { return too_large("reading the document takes more memory than is available"); }
+
 Refusal invalid(std::vector<tracer::Issue> issues) {
   Refusal refusal;
-  refusal.kind = Refusal::Kind::invalid;
   refusal.detail = issues.size() == 1 ? "the document has an issue"
                                       : "the document has " + std::to_string(issues.size()) + " issues";
   refusal.issues = std::move(issues);
