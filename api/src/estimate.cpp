@@ -12,25 +12,27 @@ namespace {
 constexpr std::uint64_t pixel_bytes = 40, adaptive_pixel_bytes = 140, layer_pixel_bytes = 30, measure_pixel_bytes = 150;
 constexpr std::uint64_t triangle_bytes = 150, object_bytes = 650;
 
-std::uint64_t bytes_of(const std::vector<tracer::Object>& objects) {
-  std::uint64_t bytes = objects.size() * object_bytes;
-  for (const tracer::Object& object : objects) {
-    const auto* mesh = std::get_if<tracer::Mesh>(&object.shape);
-    if (mesh != nullptr) bytes += mesh->triangles.size() * triangle_bytes;
-  }
-  return bytes;
-}
+/// Objects and triangles of the scene and its prototypes.
+struct Counts {
+  std::uint64_t objects = 0, triangles = 0;
+  bool mesh_files = false;
 
-std::uint64_t parts_of(const std::vector<tracer::Object>& objects) {
-  std::uint64_t parts = objects.size();
-  for (const tracer::Object& object : objects) {
-    const auto* mesh = std::get_if<tracer::Mesh>(&object.shape);
-    if (mesh != nullptr) parts += mesh->triangles.size();
+  explicit Counts(const tracer::Scene& scene) {
+    add(scene.objects);
+    for (const tracer::Prototype& prototype : scene.prototypes) add(prototype.objects);
   }
-  return parts;
-}
+  void add(const std::vector<tracer::Object>& added) {
+    objects += added.size();
+    for (const tracer::Object& object : added) {
+      const auto* mesh = std::get_if<tracer::Mesh>(&object.shape);
+      if (mesh == nullptr) continue;
+      triangles += mesh->triangles.size();
+      mesh_files |= mesh->file.has_value();
+    }
+  }
+};
 
-/// In a pixel, in the mean.
+/// Mean samples per pixel.
 std::optional<double> expected_samples(const tracer::Accuracy& accuracy) {
   constexpr double at_one_level = 22, power = 1.26;
   if (!accuracy.adaptive) return accuracy.samples;
@@ -40,28 +42,15 @@ std::optional<double> expected_samples(const tracer::Accuracy& accuracy) {
                     static_cast<double>(adaptive.samples_max));
 }
 
-/// For each sample of a pixel that has so many.
+/// Shadow rays per sample of a pixel with that many samples.
 double shadow_rays(const tracer::Scene& scene, double samples) {
-  constexpr double points_least = 16, lights_most = 64;  // of many lights most are spared
-  const double points = std::max(1.0, points_least / samples);
+  constexpr double points_min = 16, rays_max = 64;  // of many lights most are culled
+  const double points = std::max(1.0, points_min / samples);
   double rays = 0;
   for (const tracer::Light& light : scene.lights) {
     if (light.shadows) rays += tracer::is_area_light(light.source) ? points : 1;
   }
-  return std::min(rays, lights_most);
-}
-
-bool has_mesh_files(const std::vector<tracer::Object>& objects) {
-  return std::any_of(objects.begin(), objects.end(), [](const tracer::Object& object) {
-    const auto* mesh = std::get_if<tracer::Mesh>(&object.shape);
-    return mesh != nullptr && mesh->file;
-  });
-}
-
-bool has_mesh_files(const tracer::Scene& scene) {
-  return has_mesh_files(scene.objects) ||
-         std::any_of(scene.prototypes.begin(), scene.prototypes.end(),
-                     [](const tracer::Prototype& prototype) { return has_mesh_files(prototype.objects); });
+  return std::min(rays, rays_max);
 }
 
 bool takes_many_samples(const tracer::Scene& scene) {
@@ -70,7 +59,7 @@ bool takes_many_samples(const tracer::Scene& scene) {
   const std::optional<tracer::Adaptive>& adaptive = scene.accuracy.adaptive;
   if (adaptive && adaptive->time_budget_ms && *adaptive->time_budget_ms <= short_time_ms) return false;
   const std::optional<double> expected = expected_samples(scene.accuracy);
-  const double each = expected ? *expected : adaptive->samples_max;  // nothing is expected of time budgets alone
+  const double each = expected ? *expected : adaptive->samples_max;  // unset for a time budget without a target
   return static_cast<double>(scene.image.window().pixels()) * each > few_samples;
 }
 
@@ -79,9 +68,8 @@ bool takes_many_samples(const tracer::Scene& scene) {
 std::uint64_t estimated_memory_bytes(const tracer::Scene& scene) {
   const std::uint64_t each =
       (scene.accuracy.adaptive ? adaptive_pixel_bytes : pixel_bytes) + scene.output.layers.size() * layer_pixel_bytes;
-  std::uint64_t bytes = scene.image.window().pixels() * each + bytes_of(scene.objects);
-  for (const tracer::Prototype& prototype : scene.prototypes) bytes += bytes_of(prototype.objects);
-  return bytes;
+  const Counts counts(scene);
+  return scene.image.window().pixels() * each + counts.objects * object_bytes + counts.triangles * triangle_bytes;
 }
 
 std::optional<double> estimated_work(const tracer::Scene& scene) {
@@ -90,9 +78,9 @@ std::optional<double> estimated_work(const tracer::Scene& scene) {
   const tracer::Requirements needs = tracer::requirements(scene);
   const double bounces = 1 + (needs.reflection ? 0.5 : 0) + (needs.refraction ? 1.5 : 0);
   const double rays = (1 + (needs.shadows ? shadow_rays(scene, *samples) : 0)) * bounces;
-  auto parts = static_cast<double>(parts_of(scene.objects));
-  for (const tracer::Prototype& prototype : scene.prototypes) parts += static_cast<double>(parts_of(prototype.objects));
-  return static_cast<double>(scene.image.window().pixels()) * *samples * rays + parts;
+  const Counts counts(scene);
+  return static_cast<double>(scene.image.window().pixels()) * *samples * rays +
+         static_cast<double>(counts.objects + counts.triangles);
 }
 
 std::uint64_t estimated_measure_memory_bytes(const tracer::Scene& scene) {
@@ -102,7 +90,7 @@ std::uint64_t estimated_measure_memory_bytes(const tracer::Scene& scene) {
 }
 
 bool is_large(const tracer::Scene& scene) {
-  return takes_many_samples(scene) || estimated_memory_bytes(scene) > 256u << 20 || has_mesh_files(scene);
+  return takes_many_samples(scene) || estimated_memory_bytes(scene) > 256u << 20 || Counts(scene).mesh_files;
 }
 
 }  // namespace api

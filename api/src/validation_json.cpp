@@ -2,29 +2,24 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "api/estimate.h"
-#include "api/src/requirements_json.h"
+#include "api/src/result_json.h"
 #include "tracer/encode.h"
-#include "tracer/requirements.h"
 
 namespace api {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n'; }
 
 Json errors_json(const std::vector<tracer::Issue>& errors) {
   Json list = Json::array();
-  for (const tracer::Issue& issue : errors) {
+  for (const tracer::Issue& issue : errors)
     list.push_back({{"pointer", uri_fragment(issue.pointer)}, {"code", issue.code}, {"detail", issue.detail}});
-  }
   return list;
 }
 
-/// To a thousandth: more digits say nothing.
+/// Rounded to milliseconds.
 Json seconds_json(const tracer::Scene& scene, std::optional<double> seconds_per_work) {
   std::optional<double> seconds;
   if (const auto work = estimated_work(scene); work && seconds_per_work) seconds = *work * *seconds_per_work;
@@ -33,7 +28,8 @@ Json seconds_json(const tracer::Scene& scene, std::optional<double> seconds_per_
     const double budget = *accuracy.adaptive->time_budget_ms / 1000;
     seconds = std::min(seconds.value_or(budget), budget);
   }
-  return seconds ? Json(std::round(*seconds * 1000) / 1000) : Json(nullptr);
+  if (seconds) seconds = std::round(*seconds * 1000) / 1000;
+  return or_null(seconds);
 }
 
 }  // namespace
@@ -57,16 +53,12 @@ std::string uri_fragment(const std::string& pointer) {
 std::string write_valid(const tracer::Scene& scene, std::optional<double> seconds_per_work) {
   const tracer::Accuracy& accuracy = scene.accuracy;
   const std::uint64_t samples = accuracy.adaptive ? accuracy.adaptive->samples_min : accuracy.samples;
-  std::vector<tracer::RequirementReason> reasons;
-  const tracer::Requirements needs = tracer::requirements(scene, &reasons);
-  return text_of({{"valid", true},
-                  {"errors", Json::array()},
-                  {"requirements", requirements_json(needs)},
-                  {"reasons", reasons_json(reasons)},
-                  {"estimate",
-                   {{"samples", scene.image.window().pixels() * samples},
-                    {"seconds", seconds_json(scene, seconds_per_work)},
-                    {"memory_bytes", estimated_memory_bytes(scene)}}}});
+  Json json = {{"valid", true}, {"errors", Json::array()}};
+  json.update(requirements_json(scene));
+  json["estimate"] = {{"samples", scene.image.window().pixels() * samples},
+                      {"seconds", seconds_json(scene, seconds_per_work)},
+                      {"memory_bytes", estimated_memory_bytes(scene)}};
+  return text_of(json);
 }
 
 std::string write_invalid(const std::vector<tracer::Issue>& errors) {
@@ -80,10 +72,9 @@ std::string write_invalid(const std::vector<tracer::Issue>& errors) {
 std::string with_format(const std::string& document, tracer::Format format) {
   Json json = Json::parse(document);
   Json& formats = json["output"]["formats"];
-  // A document that names no format asks for the default, which stays.
-  if (formats.is_null()) {
+  // Without the field the default formats apply; they are kept.
+  if (formats.is_null())
     for (const tracer::Format usual : tracer::Output{}.formats) formats.push_back(tracer::name(usual));
-  }
   formats.push_back(tracer::name(format));
   return json.dump();
 }

@@ -1,6 +1,4 @@
-/// Meshes of files: from the document's field to a mesh like any other.
-
-#include "api/load_meshes.h"
+/// Files of meshes: from the document's field to triangles.
 
 #include <gtest/gtest.h>
 

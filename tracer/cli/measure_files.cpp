@@ -77,7 +77,7 @@ tracer::Result<SavedMeasurement, FileError> read_saved_measurement(const std::st
     auto measurement = api::read_measurement(*text);
     if (!measurement)
       return FileError{json_path + " exists and is not a measurement of this version; choose another -o"};
-    if (measurement->how.key == key) {
+    if (measurement->info.key == key) {
       saved.points = std::move(measurement->points);
     } else {
       saved.has_other_key = true;

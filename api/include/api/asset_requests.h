@@ -1,5 +1,5 @@
 #pragma once
-/// What clients ask about uploaded files, and what they are told.
+/// Requests about uploaded files, and their replies.
 
 #include <cstddef>
 #include <cstdint>
@@ -12,11 +12,11 @@
 
 namespace api {
 
-/// Of one question. A scene of a thousand files is a large one; ten thousand are looked up in some tens of ms.
+/// Maximum of one request. A scene of a thousand files is large; ten thousand lookups take some tens of ms.
 inline constexpr std::size_t asset_hashes_max = 10'000;
 
-/// Reads {"sha256": ["64 lower-case hex digits", ...]}; any bytes, as parse_scene. Hashes come back in their order,
-/// those said twice once.
+/// Reads {"sha256": ["64 lower-case hex digits", ...]}; any bytes, as parse_scene. The hashes are returned in their
+/// order, without duplicates.
 tracer::Result<std::vector<std::string>, Refusal> parse_asset_hashes(std::string_view bytes,
                                                                      const DocumentLimits& limits);
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Reads batches: one scene in many variations, as merge patches or as a sweep over values.
+/// Reads batches: variations of one scene, given as merge patches or as a sweep over values.
 
 #include <cstddef>
 #include <functional>
@@ -12,31 +12,30 @@
 
 namespace api {
 
-/// The body of POST /v1/batches but for its scenes.
+/// The body of POST /v1/batches without its scenes.
 struct BatchRequest {
-  std::string name;  ///< default: empty
-  /// With more failed jobs than this the rest is cancelled. Unset: never.
-  std::optional<int> max_failed;
-  int jobs = 0;  ///< how many documents there were, at least 1
+  std::string name;               ///< default: empty
+  std::optional<int> max_failed;  ///< after more failed jobs, the others are cancelled; unset: never
+  int jobs = 0;                   ///< number of documents, at least 1
 };
 
 struct BatchLimits {
-  Limits document;                     ///< of the body as a whole and of each document in it
-  int jobs = 10'000;                   ///< most documents: a night of frames
-  std::size_t all_bytes = 512u << 20;  ///< of all documents together: they are stored in one transaction
+  Limits document;                     ///< for the body and for each document
+  int jobs = 10'000;                   ///< maximum number of documents: a night of frames
+  std::size_t all_bytes = 512u << 20;  ///< sum over all documents, which are stored in one transaction
 };
 
-/// Called for each document, in order: its text, what it says, and its canonical text (parse_scene). What it throws
-/// passes through.
+/// Receives each document in order: its text, its content and its canonical text (parse_scene). An exception that it
+/// throws leaves parse_batch.
 using TakeDocument = std::function<void(std::string document, Document parsed, std::string canonical)>;
 
-/// {"scene": document, "frames": [JSON merge patch (RFC 7396), ...]} or {"scene", "sweep": {JSON pointer: [value,
-/// ...]}}, each with "name" and "max_failed". A sweep is all combinations, the values of the pointer written last
-/// turning fastest; what a pointer names need not be there, but what is around it must.
+/// Reads {"scene": document, "frames": [JSON merge patch (RFC 7396), ...]} or {"scene", "sweep": {JSON pointer: [value,
+/// ...]}}, each with "name" and "max_failed". A sweep is the product of all values; those of the last pointer vary
+/// fastest. The value that a pointer names may be missing, but not the object or array that contains it.
 ///
-/// Refused as parse_scene does, when anything of it is wrong: then `take` may have been called for some documents,
-/// which must be forgotten. Issues of a document begin with the place of its frame ("/frames/3/camera/fov"), or with
-/// "/scene" and say for which values. Time and memory are those of parsing each document.
+/// Refused as by parse_scene if any part is invalid. Then `take` may have been called for some documents, which the
+/// caller must discard. Issues of a document begin with its frame ("/frames/3/camera/fov"), or with "/scene" and end
+/// with the values of the sweep. Time and memory are those of parsing each document.
 tracer::Result<BatchRequest, Refusal> parse_batch(std::string_view bytes, const BatchLimits& limits,
                                                   const TakeDocument& take);
 

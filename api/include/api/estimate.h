@@ -1,5 +1,5 @@
 #pragma once
-/// What rendering a scene will take, before it is begun.
+/// Estimated cost of rendering a scene, before it starts.
 
 #include <cstdint>
 #include <optional>
@@ -8,30 +8,27 @@
 
 namespace api {
 
-/// Bytes of memory while the scene is compiled, traced and encoded, beyond what an idle worker has. The sum of what was
-/// measured of each part (maximum resident size of renders on x86-64, two threads, rounded up): a pixel 40, or 140
-/// where sampling adapts, and 30 for each layer of it; a triangle of a mesh 150, any other object 650, the reading of
-/// the document included. An instance counts as an object, its prototype once. Files are not known yet and count
-/// nothing.
+/// Bytes of memory for compiling, tracing and encoding, beyond those of an idle worker. The sum of measured parts
+/// (maximum resident size of renders on x86-64, two threads, rounded up): a pixel 40, or 140 with adaptive sampling,
+/// and 30 for each layer; a triangle of a mesh 150; any other object 650, including the reading of the document. An
+/// instance counts as an object, its prototype once. The contents of files are unknown and count nothing.
 std::uint64_t estimated_memory_bytes(const tracer::Scene& scene);
-/// The same while it is measured: its samples adapt then, whatever it asks for, and 150 a pixel more are for sums of
-/// the reference and the images that are compared.
+/// The same for a measurement of the scene: its sampling is always adaptive, and each pixel takes 150 bytes more for
+/// sums of the reference and for the images that are compared.
 std::uint64_t estimated_measure_memory_bytes(const tracer::Scene& scene);
 
-/// How much there is to trace, in rays: times what earlier scenes took for each of theirs it is an order of magnitude
-/// (of 24 renders of example scenes two in three were within a factor of three, those of a few milliseconds up to a
-/// factor of fifty below). Each pixel counts the samples that its accuracy takes: as many as it is told, or 22 at a
-/// target of 1 level and in proportion to the target's power of -1.26, which is what the README's table of presets came
-/// to. A sample is a ray, one more for each light that casts shadows (a soft one has 16 points in a pixel at least),
-/// all of it half as often again where something mirrors and three times where it refracts. An object and a triangle
-/// are a ray's worth of building. Nothing for a time budget without a target.
+/// Number of rays to trace. Multiplied by the time per ray of earlier scenes it gives the order of magnitude of the
+/// time (of 24 renders of example scenes two in three were within a factor of three; those of a few milliseconds took
+/// up to 50 times longer). Samples per pixel: the exact number, or 22 at a target error of 1 level and in proportion to
+/// the target's power of -1.26, fitted to the README's table of presets. A sample is a ray, and one more for each light
+/// that casts shadows (at least 16 per pixel for an area light), all of it times 1.5 with reflection and times 3 with
+/// refraction. Building counts one ray per object and triangle. Unset for a time budget without a target.
 std::optional<double> estimated_work(const tracer::Scene& scene);
 
-/// Whether it may keep a core busy for more than some seconds: its samples, for a target error those that
-/// estimated_work expects and else the most that there may be, are more than 2^21 (1920 x 1080 pixels once), unless a
-/// time budget of 2 s ends them; or it is estimated to take more than 256 MiB, to build which takes a second; or it has
-/// meshes of files, which may be of any size. What lies between, as mirrors facing each other, no one knows before it
-/// is traced.
+/// True if the scene may keep a core busy for more than some seconds: if its samples (those that estimated_work
+/// expects, else the maximum) are more than 2^21 (1920 x 1080 pixels once) and no time budget of at most 2 s ends them;
+/// if it is estimated to take more than 256 MiB, which takes a second to build; or if it has meshes of files, whose
+/// size is unknown. Some expensive scenes, such as facing mirrors, cannot be recognised before they are traced.
 bool is_large(const tracer::Scene& scene);
 
 }  // namespace api

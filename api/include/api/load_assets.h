@@ -1,6 +1,6 @@
 #pragma once
-/// The step between reading a document and compiling it: the files that it names are read, by whoever knows where they
-/// are, and those of meshes become meshes.
+/// The step between reading and compiling a document: the files that it names are read, and meshes of files are
+/// replaced by their triangles.
 
 #include <cstddef>
 #include <cstdint>
@@ -16,24 +16,33 @@
 
 namespace api {
 
-/// Of one file, 256 MB: what the largest image that is taken needs uncompressed. For readers to keep to.
+/// Maximum of one file, to be enforced by the caller: the largest accepted image needs 256 MB uncompressed.
 inline constexpr std::size_t asset_bytes_max = 256'000'000;
 
-/// Asks for each of `scene.assets`, once and in order, why it cannot be had: the end of a sentence, "no such file", or
-/// empty where it can. Gives a "bad_asset" where the document first names each that cannot; the sentence begins with
-/// the file's name. Of 1000 at most, then one "too_many_issues" with the count of the rest.
+/// Returns the reason why a file is unavailable, as the end of a sentence ("no such file"), or an empty string.
 using RefuseAsset = std::function<std::string(const std::string& name)>;
+/// Calls `refuse` for each of `scene.assets`, once and in order. Each unavailable file is a "bad_asset" at its first
+/// use in the document, with a sentence that begins with its name: at most 1000, then one "too_many_issues" with the
+/// count of the others.
 std::vector<tracer::Issue> check_assets(const tracer::Scene& scene, const RefuseAsset& refuse);
 
-/// The content of a file, or the end of a sentence that says why it cannot be had: "no such file".
+/// The content of a file, or the reason as for RefuseAsset.
 using AssetBytes = tracer::Result<std::vector<std::uint8_t>, std::string>;
 using ReadAsset = std::function<AssetBytes(const std::string& name)>;
 
-/// Asks `read` for each of `scene.assets` that a texture or a mesh still names, then does what load_meshes.h says with
-/// `limits`. What comes back is for tracer::compile: images alone, for files of meshes are meshes by then. Otherwise
-/// everything that is wrong: what check_assets says of files that cannot be had, or else what load_meshes says; the
-/// scene is then good for nothing. Precondition: `validate` found nothing in `scene`. Throws only what `read` throws.
+/// Calls `read` for each of `scene.assets` that a texture or a mesh uses, then load_meshes(). The result is for
+/// tracer::compile and has images only. Otherwise all issues: those of check_assets, else those of load_meshes; the
+/// scene must then be discarded. Precondition: `validate` accepts `scene`. Throws only exceptions of `read`.
 tracer::Result<tracer::Assets, std::vector<tracer::Issue>> load_assets(tracer::Scene& scene, const ReadAsset& read,
                                                                        const tracer::Limits& limits);
+
+/// Reads the file of each mesh of `scene` (objects and prototypes) that has one: OBJ, PLY, STL, glTF or GLB, recognised
+/// by content (tracer/mesh_file.h, api/src/gltf/gltf.h). Each file is read once for all smooth meshes and once for the
+/// others. Returns no issue if `scene` then has no meshes of files and passes `validate`, counts included. Otherwise
+/// all issues: "bad_asset" at the first mesh of each file that cannot be read (the sentence begins with the file's name
+/// and the place in it), else those of `validate`; the scene must then be discarded. Precondition: `validate` accepts
+/// `scene`. Never throws; any bytes.
+std::vector<tracer::Issue> load_meshes(tracer::Scene& scene, const tracer::Assets& assets,
+                                       const tracer::Limits& limits);
 
 }  // namespace api

@@ -1,5 +1,5 @@
 #pragma once
-/// Writes what accuracy costs in a scene as JSON and CSV, and reads the JSON again, to go on from it.
+/// Writes a measurement of a scene (tracer/measurement.h) as JSON and CSV, and reads the JSON to resume it.
 
 #include <optional>
 #include <string>
@@ -10,35 +10,35 @@
 
 namespace api {
 
-/// What is known of a measurement beside its figures.
-struct MeasuredAs {
-  std::string key;        ///< tells measurements of other scenes, sizes or builds apart
+/// Circumstances of a measurement.
+struct MeasurementInfo {
+  std::string key;        ///< differs between scenes, sizes and builds
   bool complete = false;  ///< all settings have been measured
 };
 
 /// {kind: "whittle measurement", version: 1, build, key, complete, scene, width, height, reference{samples, error},
 /// points[{parameter, value, preset, settings, seconds, error, claimed{...}, samples{mean, total}, rays{...}}],
-/// pareto_front[index], advice[sentence]}: tracer::Measurement by its names and in its units. `settings` is the
-/// "accuracy" of a document that renders the same; `preset` is null where it has no name; `pareto_front` counts the
-/// points from 0, fastest first.
-std::string write_measurement(const tracer::Measurement& measurement, const MeasuredAs& how);
+/// pareto_front[index], advice[sentence]}, with the names and units of tracer::Measurement. `settings` is the
+/// "accuracy" section of a document with the same result; `preset` is null if the setting has no name; `pareto_front`
+/// has indices of points, fastest first.
+std::string write_measurement(const tracer::Measurement& measurement, const MeasurementInfo& info);
 
-/// Comma-separated, a line for each point below one of names; `pareto_front` is 1 where no point is better. Lines end
-/// in \n, no value holds a comma or a quote.
+/// Comma-separated: a line of column names, then a line per point; `pareto_front` is 1 if no point is better. Lines end
+/// in \n, and no value contains a comma or a quote.
 std::string write_measurement_csv(const tracer::Measurement& measurement);
 
-/// What a job document tells of it, some kilobytes: {width, height, alone, reference{samples, error},
-/// points[{parameter, value, preset, settings, seconds, error, claimed}], pareto_front[index], advice[sentence]} as
-/// write_measurement has them; `claimed` is the estimate alone. `alone`: nothing else was rendered meanwhile by the
-/// same process, so that seconds are those of a machine at hand.
+/// The part that a job document contains, some kilobytes: {width, height, alone, reference{samples, error},
+/// points[{parameter, value, preset, settings, seconds, error, claimed}], pareto_front[index], advice[sentence]} as in
+/// write_measurement; `claimed` is the estimate alone. `alone`: no other job was rendered by the same process at the
+/// same time, so `seconds` are those of an otherwise idle machine.
 std::string write_measurement_summary(const tracer::Measurement& measurement, bool alone);
 
 struct SavedMeasurement {
-  MeasuredAs how;
-  std::vector<tracer::MeasuredPoint> points;  ///< of their settings only parameter and value
+  MeasurementInfo info;
+  std::vector<tracer::MeasuredPoint> points;  ///< their settings have only parameter and value
 };
 
-/// Nothing where `text` is none that write_measurement of this version wrote. Throws std::bad_alloc only.
+/// Unset if `text` was not written by write_measurement of this version. Throws std::bad_alloc only.
 std::optional<SavedMeasurement> read_measurement(std::string_view text);
 
 }  // namespace api

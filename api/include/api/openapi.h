@@ -1,11 +1,12 @@
 #pragma once
-/// The machine contract of the HTTP service: api/openapi.yaml as JSON and as a page, built into the program.
+/// The HTTP contract for programs: api/openapi.yaml as JSON and as a page, built into the program.
 
 #include <string_view>
 
 namespace api {
 
-std::string_view openapi_json();  ///< lives as long as the program
-std::string_view docs_html();     ///< likewise: the same for people
+/// Both live as long as the program.
+std::string_view openapi_json();
+std::string_view docs_html();
 
 }  // namespace api
