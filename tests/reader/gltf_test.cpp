@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "api/src/gltf/base64.h"
+#include "api/src/gltf/container.h"
 #include "tests/reader/gltf_files.h"
 #include "tests/support/random.h"
 

@@ -33,8 +33,8 @@ std::uint32_t bits_at(const Accessor& accessor, std::size_t row, std::size_t i) 
   return bits;
 }
 
-/// Of section 3.11: a signed integer c of b bits stands for max(c / (2^(b-1) - 1), -1), an unsigned for c / (2^b - 1).
-double normalized(double value, Component component) {
+/// Section 3.11: a signed integer c of b bits stands for max(c / (2^(b-1) - 1), -1), an unsigned one for c / (2^b - 1).
+double normalize(double value, Component component) {
   switch (component) {
     case Component::int8:
       return std::max(value / 127, -1.0);
@@ -51,12 +51,7 @@ double normalized(double value, Component component) {
   return value;
 }
 
-struct Shape {
-  std::string_view name;
-  std::size_t components;
-};
-
-constexpr Shape shapes[] = {{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}};
+constexpr std::string_view types[] = {"SCALAR", "VEC2", "VEC3", "VEC4"};  // of 1 to 4 components
 
 }  // namespace
 
@@ -66,42 +61,37 @@ double Accessor::value(std::size_t row, std::size_t i) const {
   if (component == Component::float32) value = double{std::bit_cast<float>(bits)};
   if (component == Component::int8) value = static_cast<std::int8_t>(bits);
   if (component == Component::int16) value = static_cast<std::int16_t>(bits);
-  return this->normalized ? gltf::normalized(value, component) : value;
+  return normalized ? normalize(value, component) : value;
 }
 
 std::uint32_t Accessor::index(std::size_t row) const { return bits_at(*this, row, 0); }
 
 const Accessor* File::accessor(const Cursor& at) {
-  std::uint64_t index = 0;
-  if (accessors_.empty()) {
-    refuse(at, "there are no accessors");
-    return nullptr;
-  }
-  if (!integer(at, accessors_.size() - 1, index)) return nullptr;
+  if (accessors_.empty()) refuse(at, "there are no accessors");
+  const std::uint64_t index = integer(at, accessors_.size() - 1);
+  if (failed()) return nullptr;
   std::optional<Accessor>& kept = accessors_[index];
   if (!kept) {
     Accessor accessor;
-    if (!read_accessor(accessor_list_.elements[index], accessor)) return nullptr;
+    if (!read_accessor(accessor_list_[index], accessor)) return nullptr;
     kept = accessor;
   }
   return &*kept;
 }
 
-/// What a row is made of.
+/// Reads the type of a row.
 bool File::read_layout(const Cursor& at, Accessor& accessor) {
-  std::uint64_t component = 0;
-  if (!required_integer(at, "componentType", index_max, component)) return false;
+  const std::uint64_t component = required_integer(at, "componentType", index_max);
   if (component < 5120 || component > 5126 || component == 5124)
     return refuse(at, "the componentType must be one of 5120 to 5123, 5125, 5126, got " + std::to_string(component));
   accessor.component = static_cast<Component>(component);
-  const auto type = member(at, "type");
-  if (!type) return refuse(at, "must have \"type\"");
+  const auto type = required_member(at, "type");
+  if (!type) return false;
   const std::string_view name = type->node->kind == json::Kind::string ? type->node->string() : "";
-  const auto* shape =
-      std::find_if(std::begin(shapes), std::end(shapes), [&](const Shape& s) { return s.name == name; });
-  if (shape == std::end(shapes))
+  const auto* const found = std::find(std::begin(types), std::end(types), name);
+  if (found == std::end(types))
     return refuse(*type, "must be SCALAR, VEC2, VEC3 or VEC4, got " + describe(*type->node));
-  accessor.components = shape->components;
+  accessor.components = static_cast<std::size_t>(found - types) + 1;
   const auto normalized = member(at, "normalized");
   accessor.normalized = normalized && normalized->node->kind == json::Kind::boolean && normalized->node->truth;
   return true;
@@ -109,26 +99,25 @@ bool File::read_layout(const Cursor& at, Accessor& accessor) {
 
 bool File::read_accessor(const Cursor& at, Accessor& accessor) {
   if (const auto sparse = member(at, "sparse")) return refuse(*sparse, "sparse accessors are not supported");
-  std::uint64_t view = 0, offset = 0, count = 0;
   if (views_.empty()) return refuse(at, "there are no bufferViews");
-  if (!read_layout(at, accessor) || !required_integer(at, "bufferView", views_.size() - 1, view) ||
-      !optional_integer(at, "byteOffset", index_max, offset) || !required_integer(at, "count", index_max, count))
-    return false;
-  if (count == 0) return refuse(at, "must have a count of at least 1");
+  if (!read_layout(at, accessor)) return false;
+  const std::uint64_t view = required_integer(at, "bufferView", views_.size() - 1);
+  const std::uint64_t offset = integer_or(at, "byteOffset", index_max, 0);
+  accessor.count = required_integer(at, "count", index_max);
+  if (failed()) return false;
+  if (accessor.count == 0) return refuse(at, "must have a count of at least 1");
+  const auto& [bytes, stride] = views_[view];
   const std::size_t row = accessor.components * bytes_of(accessor.component);
-  accessor.stride = views_[view].stride == 0 ? row : views_[view].stride;
-  if (accessor.stride < row) {
+  accessor.stride = stride == 0 ? row : stride;
+  if (accessor.stride < row)
     return refuse(at, "rows have " + std::to_string(row) + " bytes, but follow each other after " +
                           std::to_string(accessor.stride));
-  }
-  // Below 2^53 each: the sum cannot overflow.
-  const std::uint64_t end = offset + accessor.stride * (count - 1) + row;
-  if (end > views_[view].bytes.size()) {
-    return refuse(at, "its " + std::to_string(count) + " rows end at byte " + std::to_string(end) +
-                          ", its bufferView has " + std::to_string(views_[view].bytes.size()));
-  }
-  accessor.count = count;
-  accessor.bytes = views_[view].bytes.subspan(offset);
+  // Each is below 2^53: the sum cannot overflow.
+  const std::uint64_t end = offset + accessor.stride * (accessor.count - 1) + row;
+  if (end > bytes.size())
+    return refuse(at, "its " + std::to_string(accessor.count) + " rows end at byte " + std::to_string(end) +
+                          ", its bufferView has " + std::to_string(bytes.size()));
+  accessor.bytes = bytes.subspan(offset);
   return true;
 }
 

@@ -1,6 +1,6 @@
 #include "api/src/gltf/container.h"
 
-#include <algorithm>
+#include <array>
 
 namespace api::gltf {
 namespace {
@@ -24,7 +24,7 @@ std::string at_byte(std::size_t offset, const std::string& sentence) {
   return "byte " + std::to_string(offset) + ": " + sentence;
 }
 
-/// A chunk's content; false when the file ends within it.
+/// Sets the content of the chunk at `offset`; false if the file ends within it.
 bool chunk_at(Bytes bytes, std::size_t offset, Bytes& content) {
   if (bytes.size() - offset < chunk_header_bytes) return false;
   const Bytes rest = bytes.subspan(offset + chunk_header_bytes);
@@ -61,6 +61,30 @@ bool is_glb(Bytes bytes) { return text_of(bytes).starts_with("glTF"); }
 tracer::Result<Container, std::string> open_container(Bytes bytes) {
   if (is_glb(bytes)) return open_glb(bytes);
   return Container{text_of(bytes), 0, std::nullopt};
+}
+
+std::optional<std::vector<std::uint8_t>> decode_base64(std::string_view text) {
+  constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  if (text.size() % 4 == 0)
+    for (int padding = 0; padding < 2 && text.ends_with('='); ++padding) text.remove_suffix(1);
+  if (text.size() % 4 == 1) return std::nullopt;
+  std::array<std::uint8_t, 256> value_of{};
+  value_of.fill(64);
+  for (std::size_t i = 0; i < 64; ++i) value_of[static_cast<unsigned char>(digits[i])] = static_cast<std::uint8_t>(i);
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(text.size() / 4 * 3 + 2);
+  std::uint32_t bits = 0;
+  unsigned count = 0;
+  for (const char c : text) {
+    const std::uint32_t value = value_of[static_cast<unsigned char>(c)];
+    if (value == 64) return std::nullopt;
+    bits = bits << 6U | value;
+    count += 6;
+    if (count < 8) continue;
+    count -= 8;
+    bytes.push_back(static_cast<std::uint8_t>(bits >> count));
+  }
+  return bytes;
 }
 
 }  // namespace api::gltf

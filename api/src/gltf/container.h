@@ -1,11 +1,12 @@
 #pragma once
-/// The two kinds of glTF file: JSON text, or GLB, a container of JSON and one binary chunk.
+/// The two forms of glTF files: JSON text, or GLB, a container of JSON and one binary chunk. Base64 of data: URIs.
 
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "tracer/result.h"
 
@@ -13,16 +14,20 @@ namespace api::gltf {
 
 using Bytes = std::span<const std::uint8_t>;
 
-/// Parts of the file's bytes.
+/// Views of the file's parts.
 struct Container {
   std::string_view json;
-  std::size_t json_offset = 0;  ///< in the file
+  std::size_t json_offset = 0;  ///< of `json` in the file
   std::optional<Bytes> binary;  ///< GLB's second chunk
 };
 
 bool is_glb(Bytes bytes);
 
-/// Fails with a sentence that begins with the byte (section 4.4).
+/// Fails with a sentence that begins with the position (section 4.4).
 tracer::Result<Container, std::string> open_container(Bytes bytes);
+
+/// Decodes base64 (RFC 4648, section 4). Unset for other characters, an impossible length, or padding except at the
+/// end. The padding may be missing, and unused bits may have any value.
+std::optional<std::vector<std::uint8_t>> decode_base64(std::string_view text);
 
 }  // namespace api::gltf

@@ -1,8 +1,9 @@
 #pragma once
-/// A glTF file being read: its JSON, its buffers, and the first thing that is wrong with it.
+/// A glTF file while it is read: its JSON, its buffers and its first error.
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <limits>
 #include <optional>
 #include <span>
@@ -16,13 +17,7 @@
 
 namespace api::gltf {
 
-/// Elements of one of the file's top-level arrays, each with its place.
-struct List {
-  std::optional<Cursor> array;
-  std::vector<Cursor> elements;
-};
-
-/// One element and what its rows are made of (section 5.1).
+/// An accessor and the layout of its rows (section 5.1).
 struct Accessor {
   enum class Component : std::uint16_t {
     int8 = 5120,
@@ -33,67 +28,66 @@ struct Accessor {
     float32 = 5126
   };
   Component component = Component::float32;
-  std::size_t components = 1;  ///< of a row
+  std::size_t components = 1;  ///< per row
   bool normalized = false;
   std::size_t stride = 0;  ///< bytes from row to row
   std::size_t count = 0;   ///< rows, at least one
-  Bytes bytes{};           ///< from the first row's first byte; holds all rows
+  Bytes bytes{};           ///< begins with the first row; contains all rows
 
-  [[nodiscard]] double value(std::size_t row, std::size_t i) const;  ///< as section 3.6.2.2 says of `normalized`
+  [[nodiscard]] double value(std::size_t row, std::size_t i) const;  ///< `normalized` applied (section 3.6.2.2)
   [[nodiscard]] std::uint32_t index(std::size_t row) const;          ///< precondition: unsigned
 };
 
-struct BufferView {
-  Bytes bytes;
-  std::size_t stride = 0;  ///< 0: rows follow each other
-};
-
-/// Cursors point into it: it stays where it is.
+/// The readers return 0 or nothing on an error, which `refuse` keeps; the caller checks `failed` before it uses what it
+/// has read. Not movable, because cursors point into it.
 class File {
  public:
-  File(json::Tape tape, std::optional<Bytes> binary);
+  File(json::Tape tape, std::optional<Bytes> binary) : tape_(std::move(tape)), binary_(binary) {
+    root_.node = tape_.root();
+  }
   File(const File&) = delete;
   File& operator=(const File&) = delete;
 
-  /// Lists and buffers; false when one of them is wrong.
-  bool open();
+  void open();  ///< reads the top-level arrays and the buffers
+
+  bool refuse(const Cursor& at, std::string_view sentence);  ///< returns false; the first error is kept
+  [[nodiscard]] bool failed() const { return !refusal_.empty(); }
+  [[nodiscard]] const std::string& refusal() const { return refusal_; }
 
   [[nodiscard]] const Cursor& root() const { return root_; }
-  [[nodiscard]] const List& meshes() const { return meshes_; }
-  [[nodiscard]] const List& nodes() const { return nodes_; }
+  [[nodiscard]] const std::vector<Cursor>& meshes() const { return meshes_; }
+  [[nodiscard]] const std::vector<Cursor>& nodes() const { return nodes_; }
 
   std::optional<Cursor> member(const Cursor& at, std::string_view name);
-  /// Members of an array by number; false when it is none.
-  bool elements(const Cursor& array, std::vector<Cursor>& elements);
-  /// A top-level array; none where it is absent.
-  bool list(std::string_view name, List& list);
-  /// An integer in [0, most].
-  bool integer(const Cursor& at, std::uint64_t most, std::uint64_t& value);
-  /// The same of a member, which keeps its value where it is absent.
-  bool optional_integer(const Cursor& at, std::string_view name, std::uint64_t most, std::uint64_t& value);
-  bool required_integer(const Cursor& at, std::string_view name, std::uint64_t most, std::uint64_t& value);
-  /// Exactly as many finite numbers.
-  bool numbers(const Cursor& at, std::span<double> values);
+  std::optional<Cursor> required_member(const Cursor& at, std::string_view name);
+  std::vector<Cursor> elements(const Cursor& array);
+  std::vector<Cursor> list(const Cursor& at, std::string_view name);  ///< elements of a member that may be missing
+  std::uint64_t integer(const Cursor& at, std::uint64_t most);        ///< in [0, most]
+  std::uint64_t integer_or(const Cursor& at, std::string_view name, std::uint64_t most, std::uint64_t fallback);
+  std::uint64_t required_integer(const Cursor& at, std::string_view name, std::uint64_t most);
+  void numbers(const Cursor& at, std::span<double> values);  ///< exactly that many finite numbers
 
-  /// The accessor that the value at `at` is the index of. Each is read once, however often it is named.
+  /// The accessor whose index is the value at `at`; null on an error. Each is read once.
   const Accessor* accessor(const Cursor& at);
-
-  bool refuse(const Cursor& at, std::string_view sentence);  ///< always false; the first is kept
-  [[nodiscard]] const std::string& refusal() const { return refusal_; }
 
   static constexpr std::uint64_t index_max = std::numeric_limits<std::uint32_t>::max() - 1;
 
  private:
-  bool read_buffer(const Cursor& at);
-  bool read_view(const Cursor& at);
-  bool read_accessor(const Cursor& at, Accessor& accessor);
+  struct BufferView {
+    Bytes bytes;
+    std::size_t stride = 0;  ///< 0: rows are contiguous
+  };
+  void read_buffer(const Cursor& at);
+  void read_view(const Cursor& at);
   bool read_layout(const Cursor& at, Accessor& accessor);
+  bool read_accessor(const Cursor& at, Accessor& accessor);
 
   json::Tape tape_;
   std::optional<Bytes> binary_;
   Cursor root_;
-  List buffer_list_, view_list_, accessor_list_, meshes_, nodes_;
-  std::vector<std::vector<std::uint8_t>> decoded_;  ///< of data: URIs
+  std::deque<Cursor> arrays_;  ///< parents of elements
+  std::vector<Cursor> meshes_, nodes_, accessor_list_;
+  std::deque<std::vector<std::uint8_t>> decoded_;  ///< contents of data: URIs
   std::vector<Bytes> buffers_;
   std::vector<BufferView> views_;
   std::vector<std::optional<Accessor>> accessors_;

@@ -1,6 +1,5 @@
 #include "api/src/gltf/gltf.h"
 
-#include <deque>
 #include <new>
 
 #include "api/src/gltf/container.h"
@@ -16,11 +15,11 @@ namespace {
 
 using MeshOrRefusal = tracer::Result<tracer::Mesh, std::string>;
 
-/// A buffer may be one string, and what programs add (`extras`) is theirs: wider than a scene document's.
+/// Wider than for scene documents: a buffer may be one string, and `extras` may contain anything.
 constexpr DocumentLimits json_limits{.bytes = 256'000'000, .depth = 64, .string_bytes = 256'000'000, .key_bytes = 4096};
 
-/// Without those, the mesh would be another than its author made. Extensions of materials, textures and lights change
-/// nothing that is read here; quantised attributes are read as any others.
+/// True for extensions that do not change the triangles: materials, textures and lights are not read, and quantised
+/// attributes are read as any others.
 bool is_optional_extension(std::string_view extension) {
   for (const std::string_view prefix :
        {"KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "KHR_mesh_quantization"})
@@ -28,53 +27,54 @@ bool is_optional_extension(std::string_view extension) {
   return false;
 }
 
-bool check_version_and_extensions(File& file) {
+void check_version_and_extensions(File& file) {
   const auto asset = file.member(file.root(), "asset");
   const auto version = asset ? file.member(*asset, "version") : std::nullopt;
-  if (!version) return file.refuse(file.root(), "must be a glTF file, whose \"asset\" has a \"version\"");
-  if (version->node->kind != json::Kind::string || !version->node->string().starts_with("2."))
-    return file.refuse(*version, "must be 2.x, got " + describe(*version->node));
-  List required;
-  if (!file.list("extensionsRequired", required)) return false;
-  for (const Cursor& at : required.elements) {
-    const std::string_view name = at.node->kind == json::Kind::string ? at.node->string() : "";
-    if (!is_optional_extension(name)) return file.refuse(at, "the file needs the extension " + quoted(name));
+  if (!version) {
+    file.refuse(file.root(), "must be a glTF file, whose \"asset\" has a \"version\"");
+  } else if (version->node->kind != json::Kind::string || !version->node->string().starts_with("2.")) {
+    file.refuse(*version, "must be 2.x, got " + describe(*version->node));
   }
-  return true;
+  for (const Cursor& at : file.list(file.root(), "extensionsRequired")) {
+    const std::string_view name = at.node->kind == json::Kind::string ? at.node->string() : "";
+    if (!is_optional_extension(name)) file.refuse(at, "the file needs the extension " + quoted(name));
+  }
 }
 
-/// Counted before anything is placed: a small file may put one mesh in very many places.
-bool check_counts(File& file, const std::deque<MeshParts>& meshes, const std::vector<Placement>& placements,
-                  const tracer::Limits& limits) {
+/// Counts before anything is placed: a small file may place one mesh very often.
+void check_counts(File& file, const std::vector<std::vector<Primitive>>& meshes,
+                  const std::vector<Placement>& placements, const tracer::Limits& limits) {
   std::vector<std::uint64_t> triangles;
-  for (const MeshParts& parts : meshes) {
+  for (const std::vector<Primitive>& parts : meshes) {
     triangles.push_back(0);
-    for (const Primitive& part : parts.primitives) triangles.back() += part.triangles();
+    for (const Primitive& part : parts) triangles.back() += part.triangles();
   }
+  const auto check = [&](const char* limit, std::uint64_t bound, std::uint64_t count, const char* unit) {
+    if (count > bound)
+      file.refuse(file.root(), "the limit " + std::string(limit) + " is " + std::to_string(bound) +
+                                   ", its nodes place at least " + std::to_string(count) + unit);
+  };
   std::uint64_t total = 0, parts = 0;
-  for (const Placement& placement : placements) {
-    total += triangles[placement.mesh];
-    parts += meshes[placement.mesh].primitives.size();
-    if (total > limits.triangles)
-      return file.refuse(file.root(), "the limit triangles is " + std::to_string(limits.triangles) +
-                                          ", its nodes place at least " + std::to_string(total));
-    if (parts > limits.objects)
-      return file.refuse(file.root(), "the limit objects is " + std::to_string(limits.objects) +
-                                          ", its nodes place at least " + std::to_string(parts) + " primitives");
+  for (std::size_t i = 0; i < placements.size() && !file.failed(); ++i) {
+    check("triangles", limits.triangles, total += triangles[placements[i].mesh], "");
+    check("objects", limits.objects, parts += meshes[placements[i].mesh].size(), " primitives");
   }
-  return total > 0 || file.refuse(file.root(), "has no triangles");
+  if (total == 0) file.refuse(file.root(), "has no triangles");
 }
 
 bool read_mesh(File& file, const tracer::Limits& limits, tracer::Mesh& mesh) {
-  if (!check_version_and_extensions(file) || !file.open()) return false;
-  std::deque<MeshParts> meshes;  // stay where they are
-  for (const Cursor& at : file.meshes().elements)
-    if (!read_primitives(file, at, meshes.emplace_back())) return false;
-  std::vector<Placement> placements;
-  if (!read_placements(file, placements) || !check_counts(file, meshes, placements, limits)) return false;
+  check_version_and_extensions(file);
+  if (!file.failed()) file.open();
+  if (file.failed()) return false;
+  std::vector<std::vector<Primitive>> meshes;
+  for (const Cursor& at : file.meshes()) meshes.push_back(read_primitives(file, at));
+  const std::vector<Placement> placements = read_placements(file);
+  if (file.failed()) return false;
+  check_counts(file, meshes, placements, limits);
+  if (file.failed()) return false;
   for (const Placement& placement : placements)
-    for (const Primitive& part : meshes[placement.mesh].primitives)
-      if (!place_primitive(file, part, placement.world_from_node, limits, mesh)) return false;
+    for (const Primitive& part : meshes[placement.mesh])
+      if (!append_primitive(file, part, placement.world_from_node, limits, mesh)) return false;
   tracer::add_missing_normals(mesh, limits);
   return true;
 }
@@ -105,7 +105,7 @@ MeshOrRefusal read_gltf(Bytes bytes, const tracer::Limits& limits) {
   try {
     return read(bytes, limits);
   } catch (const std::bad_alloc&) {
-    return std::string("takes more memory than there is");
+    return std::string("takes more memory than is available");
   }
 }
 

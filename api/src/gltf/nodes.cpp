@@ -1,6 +1,5 @@
 #include "api/src/gltf/nodes.h"
 
-#include <algorithm>
 #include <array>
 #include <span>
 
@@ -11,139 +10,119 @@ namespace {
 
 using tracer::Transform;
 
-class Walk {
- public:
-  Walk(File& file, std::vector<Placement>& placements)
-      : file_(file), placements_(placements), reached_(file.nodes().elements.size()) {}
+Transform read_matrix(File& file, const Cursor& at) {
+  Transform local;
+  std::array<double, 16> m{};  // columns
+  file.numbers(at, m);
+  if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1)
+    file.refuse(at, "the last row must be 0, 0, 0, 1: transforms are affine");
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 4; ++j) local.rows[i][j] = m[4 * j + i];
+  return local;
+}
 
-  bool run() {
-    if (file_.nodes().elements.empty()) {
-      for (std::uint32_t mesh = 0; mesh < file_.meshes().elements.size(); ++mesh) placements_.push_back({mesh, {}});
-      return true;
+/// Scale, then rotation by the unit quaternion x, y, z, w, then translation (section 3.5.3).
+Transform read_steps(File& file, const Cursor& node) {
+  const auto read = [&](std::string_view name, std::span<double> values) {
+    if (const auto at = file.member(node, name)) file.numbers(*at, values);
+  };
+  std::array<double, 3> translation{}, scale{1, 1, 1};
+  std::array<double, 4> quaternion{0, 0, 0, 1};
+  read("translation", translation);
+  read("rotation", quaternion);
+  read("scale", scale);
+  const auto [x, y, z, w] = quaternion;
+  const std::array<std::array<double, 3>, 3> rotation{
+      {{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
+       {2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
+       {2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}}};
+  Transform local;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) local.rows[i][j] = rotation[i][j] * scale[j];
+    local.rows[i][3] = translation[i];
+  }
+  return local;
+}
+
+/// Depth first with a stack of its own: trees of any depth.
+class TreeWalk {
+ public:
+  TreeWalk(File& file, std::vector<Placement>& placements)
+      : file_(file), placements_(placements), reached_(file.nodes().size()) {}
+
+  void run() {
+    const std::vector<Cursor> scenes = file_.list(file_.root(), "scenes");
+    if (scenes.empty()) {
+      push_roots();
+    } else {
+      push(file_.list(scenes[file_.integer_or(file_.root(), "scene", scenes.size() - 1, 0)], "nodes"), {});
     }
-    List scenes;
-    if (!file_.list("scenes", scenes)) return false;
-    if (!(scenes.elements.empty() ? add_all_roots() : add_scene(scenes))) return false;
-    while (!waiting_.empty()) {
-      const Visit visit = waiting_.back();
-      waiting_.pop_back();
-      if (!place(visit)) return false;
+    while (!stack_.empty() && !file_.failed()) {
+      const Visit visit = stack_.back();
+      stack_.pop_back();
+      place(visit);
     }
-    return true;
   }
 
  private:
   struct Visit {
-    std::uint32_t node;
+    std::size_t node;
     Transform world_from_parent;
   };
 
-  /// Those that are no node's child.
-  bool add_all_roots() {
+  std::size_t read_index(const Cursor& at) { return file_.integer(at, reached_.size() - 1); }
+
+  /// The nodes that are no node's child.
+  void push_roots() {
     std::vector<bool> is_child(reached_.size());
-    for (const Cursor& node : file_.nodes().elements) {
-      const auto children = file_.member(node, "children");
-      std::vector<Cursor> elements;
-      if (children && !file_.elements(*children, elements)) return false;
-      for (const Cursor& element : elements) {
-        std::uint64_t child = 0;
-        if (!file_.integer(element, reached_.size() - 1, child)) return false;
-        is_child[child] = true;
-      }
-    }
-    for (std::uint32_t node = 0; node < is_child.size(); ++node) {
+    for (const Cursor& node : file_.nodes())
+      for (const Cursor& child : file_.list(node, "children")) is_child[read_index(child)] = true;
+    for (std::size_t node = 0; node < is_child.size(); ++node) {
       if (is_child[node]) continue;
       reached_[node] = true;
-      waiting_.push_back({node, {}});
+      stack_.push_back({node, {}});
     }
-    return true;
   }
 
-  bool add_scene(const List& scenes) {
-    std::uint64_t scene = 0;
-    if (!file_.optional_integer(file_.root(), "scene", scenes.elements.size() - 1, scene)) return false;
-    const auto nodes = file_.member(scenes.elements[scene], "nodes");
-    return !nodes || add(*nodes, {});
-  }
-
-  /// The nodes that an array names, last first: the one on top of the pile comes next.
-  bool add(const Cursor& indices, const Transform& world_from_parent) {
-    std::vector<Cursor> elements;
-    if (!file_.elements(indices, elements)) return false;
-    std::reverse(elements.begin(), elements.end());
-    for (const Cursor& element : elements) {
-      std::uint64_t node = 0;
-      if (!file_.integer(element, reached_.size() - 1, node)) return false;
-      if (reached_[node])
-        return file_.refuse(element, "the node is reached twice: nodes must make a tree, without circles");
+  /// The first node ends on top.
+  void push(const std::vector<Cursor>& indices, const Transform& world_from_parent) {
+    for (auto at = indices.rbegin(); at != indices.rend() && !file_.failed(); ++at) {
+      const std::size_t node = read_index(*at);
+      if (reached_[node]) file_.refuse(*at, "the node is reached twice: nodes must make a tree, without circles");
       reached_[node] = true;
-      waiting_.push_back({static_cast<std::uint32_t>(node), world_from_parent});
+      stack_.push_back({node, world_from_parent});
     }
-    return true;
   }
 
-  bool place(const Visit& visit) {
-    const Cursor& node = file_.nodes().elements[visit.node];
-    Transform local;
-    if (!read_transform(node, local)) return false;
+  void place(const Visit& visit) {
+    const Cursor& node = file_.nodes()[visit.node];
+    const auto matrix = file_.member(node, "matrix");
+    const Transform local = matrix ? read_matrix(file_, *matrix) : read_steps(file_, node);
     const Transform world_from_node = composed(visit.world_from_parent, local);
     if (const auto mesh = file_.member(node, "mesh")) {
-      std::uint64_t index = 0;
-      if (file_.meshes().elements.empty()) return file_.refuse(*mesh, "there are no meshes");
-      if (!file_.integer(*mesh, file_.meshes().elements.size() - 1, index)) return false;
+      if (file_.meshes().empty()) file_.refuse(*mesh, "there are no meshes");
+      const std::uint64_t index = file_.integer(*mesh, file_.meshes().size() - 1);
       placements_.push_back({static_cast<std::uint32_t>(index), world_from_node});
     }
-    const auto children = file_.member(node, "children");
-    return !children || add(*children, world_from_node);
-  }
-
-  bool read_transform(const Cursor& node, Transform& local) {
-    const auto matrix = file_.member(node, "matrix");
-    return matrix ? read_matrix(*matrix, local) : read_steps(node, local);
-  }
-
-  bool read_matrix(const Cursor& at, Transform& local) {
-    std::array<double, 16> m{};  // by columns
-    if (!file_.numbers(at, m)) return false;
-    if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1)
-      return file_.refuse(at, "the last row must be 0, 0, 0, 1: transforms are affine");
-    for (std::size_t i = 0; i < 3; ++i)
-      for (std::size_t j = 0; j < 4; ++j) local.rows[i][j] = m[4 * j + i];
-    return true;
-  }
-
-  bool optional_numbers(const Cursor& node, std::string_view name, std::span<double> values) {
-    const auto at = file_.member(node, name);
-    return !at || file_.numbers(*at, values);
-  }
-
-  /// Scaled, then turned by the unit quaternion x, y, z, w, then moved (section 3.5.3).
-  bool read_steps(const Cursor& node, Transform& local) {
-    std::array<double, 3> moved{}, scaled{1, 1, 1};
-    std::array<double, 4> q{0, 0, 0, 1};
-    if (!optional_numbers(node, "translation", moved) || !optional_numbers(node, "rotation", q) ||
-        !optional_numbers(node, "scale", scaled))
-      return false;
-    const auto [x, y, z, w] = q;
-    const std::array<std::array<double, 3>, 3> turned{
-        {{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
-         {2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
-         {2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}}};
-    for (std::size_t i = 0; i < 3; ++i) {
-      for (std::size_t j = 0; j < 3; ++j) local.rows[i][j] = turned[i][j] * scaled[j];
-      local.rows[i][3] = moved[i];
-    }
-    return true;
+    push(file_.list(node, "children"), world_from_node);
   }
 
   File& file_;
   std::vector<Placement>& placements_;
   std::vector<bool> reached_;
-  std::vector<Visit> waiting_;
+  std::vector<Visit> stack_;
 };
 
 }  // namespace
 
-bool read_placements(File& file, std::vector<Placement>& placements) { return Walk(file, placements).run(); }
+std::vector<Placement> read_placements(File& file) {
+  std::vector<Placement> placements;
+  if (!file.nodes().empty()) {
+    TreeWalk(file, placements).run();
+  } else {
+    for (std::uint32_t mesh = 0; mesh < file.meshes().size(); ++mesh) placements.push_back({mesh, {}});
+  }
+  return placements;
+}
 
 }  // namespace api::gltf

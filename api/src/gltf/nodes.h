@@ -1,5 +1,5 @@
 #pragma once
-/// Where the nodes of a glTF file put its meshes.
+/// Placement of meshes by the nodes of a glTF file.
 
 #include <cstdint>
 #include <vector>
@@ -14,8 +14,8 @@ struct Placement {
   tracer::Transform world_from_node{};
 };
 
-/// In the order of a walk through the scene's tree, parents first. Each node is placed once at most: one that is
-/// reached twice, in a circle or from two parents, is an error (section 3.5.2).
-bool read_placements(File& file, std::vector<Placement>& placements);
+/// In the order of a walk through the scene's tree, parents first; without nodes, each mesh once. A node that is
+/// reached twice, in a cycle or from two parents, is an error (section 3.5.2). The caller checks file.failed().
+std::vector<Placement> read_placements(File& file);
 
 }  // namespace api::gltf

@@ -10,55 +10,52 @@ namespace {
 using tracer::Vec3;
 using Corners = std::array<std::uint32_t, 3>;
 
-/// A member of `attributes`, of rows of so many numbers, as many as there are positions.
-bool read_attribute(File& file, const Cursor& attributes, std::string_view name, std::size_t components,
-                    const Accessor* positions, const Accessor*& into) {
+/// Reads an attribute: rows of that many components, as many as there are positions; null if it is missing.
+const Accessor* read_attribute(File& file, const Cursor& attributes, std::string_view name, std::size_t components,
+                               const Accessor* positions) {
   const auto at = file.member(attributes, name);
-  if (!at) return true;
-  into = file.accessor(*at);
-  if (into == nullptr) return false;
-  if (into->components != components || into->component == Accessor::Component::uint32)
-    return file.refuse(*at, "must be an accessor of VEC" + std::to_string(components) + ", not of uint32");
-  if (positions == nullptr || into->count == positions->count) return true;
-  return file.refuse(*at, "has " + std::to_string(into->count) + " rows, but there are " +
-                              std::to_string(positions->count) + " positions");
+  const Accessor* const accessor = at ? file.accessor(*at) : nullptr;
+  if (accessor == nullptr) return nullptr;
+  if (accessor->components != components || accessor->component == Accessor::Component::uint32)
+    file.refuse(*at, "must be an accessor of VEC" + std::to_string(components) + ", not of uint32");
+  if (positions != nullptr && accessor->count != positions->count)
+    file.refuse(*at, "has " + std::to_string(accessor->count) + " rows, but there are " +
+                         std::to_string(positions->count) + " positions");
+  return accessor;
 }
 
-bool read_indices(File& file, const Cursor& at, const Accessor*& indices) {
+const Accessor* read_indices(File& file, const Cursor& at) {
   using enum Accessor::Component;
-  indices = file.accessor(at);
-  if (indices == nullptr) return false;
+  const Accessor* const indices = file.accessor(at);
+  if (indices == nullptr) return nullptr;
   const bool is_unsigned = indices->component == uint8 || indices->component == uint16 || indices->component == uint32;
-  if (indices->components == 1 && is_unsigned && !indices->normalized) return true;
-  return file.refuse(at, "must be an accessor of SCALAR, of uint8, uint16 or uint32");
+  if (indices->components != 1 || !is_unsigned || indices->normalized)
+    file.refuse(at, "must be an accessor of SCALAR, of uint8, uint16 or uint32");
+  return indices;
 }
 
-bool read_primitive(File& file, const Cursor& at, MeshParts& parts) {
-  std::uint64_t mode = 4;
-  if (!file.optional_integer(at, "mode", 6, mode)) return false;
-  if (mode < 4) return true;  // points and lines have no surface
+void read_primitive(File& file, const Cursor& at, std::vector<Primitive>& primitives) {
+  const std::uint64_t mode = file.integer_or(at, "mode", 6, 4);
+  if (mode < 4) return;  // points and lines have no surface
   Primitive primitive;
   primitive.mode = static_cast<Primitive::Mode>(mode);
   primitive.at = at;
-  const auto attributes = file.member(at, "attributes");
-  if (!attributes) return file.refuse(at, "must have \"attributes\"");
-  if (!read_attribute(file, *attributes, "POSITION", 3, nullptr, primitive.positions)) return false;
-  if (primitive.positions == nullptr) return file.refuse(*attributes, "must have \"POSITION\"");
-  if (!read_attribute(file, *attributes, "NORMAL", 3, primitive.positions, primitive.normals) ||
-      !read_attribute(file, *attributes, "TEXCOORD_0", 2, primitive.positions, primitive.uvs))
-    return false;
-  if (const auto indices = file.member(at, "indices"); indices && !read_indices(file, *indices, primitive.indices))
-    return false;
-  parts.primitives.push_back(primitive);
-  return true;
+  const auto attributes = file.required_member(at, "attributes");
+  if (!attributes) return;
+  file.required_member(*attributes, "POSITION");
+  primitive.positions = read_attribute(file, *attributes, "POSITION", 3, nullptr);
+  primitive.normals = read_attribute(file, *attributes, "NORMAL", 3, primitive.positions);
+  primitive.uvs = read_attribute(file, *attributes, "TEXCOORD_0", 2, primitive.positions);
+  if (const auto indices = file.member(at, "indices")) primitive.indices = read_indices(file, *indices);
+  primitives.push_back(primitive);
 }
 
-/// The corners of the n-th triangle, counted along the indices (section 3.7.2.1).
+/// Positions of the n-th triangle's corners in the list of indices (section 3.7.2.1).
 std::array<std::size_t, 3> corners_of(Primitive::Mode mode, std::size_t n) {
   switch (mode) {
     case Primitive::Mode::triangles:
       return {3 * n, 3 * n + 1, 3 * n + 2};
-    case Primitive::Mode::strip:  // every other one is wound the other way
+    case Primitive::Mode::strip:  // every second triangle has the opposite winding
       return {n, n + 1 + n % 2, n + 2 - n % 2};
     case Primitive::Mode::fan:
       return {n + 1, n + 2, 0};
@@ -66,7 +63,7 @@ std::array<std::size_t, 3> corners_of(Primitive::Mode mode, std::size_t n) {
   return {};
 }
 
-/// Rows of the accessors; false where there is none.
+/// Triangles as rows of the accessors; false, with an error, if a row does not exist.
 bool row_triangles(File& file, const Primitive& primitive, std::vector<Corners>& triangles) {
   const std::size_t positions = primitive.positions->count;
   triangles.resize(primitive.triangles());
@@ -89,10 +86,10 @@ Vec3 vector(const Accessor& accessor, std::size_t row) {
   return {accessor.value(row, 0), accessor.value(row, 1), accessor.value(row, 2)};
 }
 
-/// How a node's transform moves vertices.
-class Placing {
+/// A node's transform of points and normals.
+class VertexTransform {
  public:
-  explicit Placing(const tracer::Transform& transform) : rows_(transform.rows) {
+  explicit VertexTransform(const tracer::Transform& transform) : rows_(transform.rows) {
     for (std::size_t i = 0; i < 3; ++i) {
       const auto &a = rows_[(i + 1) % 3], &b = rows_[(i + 2) % 3];
       for (std::size_t j = 0; j < 3; ++j)
@@ -101,7 +98,7 @@ class Placing {
     determinant_ = rows_[0][0] * cofactors_[0][0] + rows_[0][1] * cofactors_[0][1] + rows_[0][2] * cofactors_[0][2];
   }
 
-  /// Section 3.7.4: triangles of such nodes are wound the other way.
+  /// True if the winding of triangles is reversed (section 3.7.4).
   [[nodiscard]] bool mirrors() const { return determinant_ < 0; }
 
   [[nodiscard]] Vec3 point(const Vec3& p) const {
@@ -109,7 +106,7 @@ class Placing {
     return {along(rows_[0]), along(rows_[1]), along(rows_[2])};
   }
 
-  /// By the inverse transpose, which is the cofactors over the determinant; the length is left open. Zero where there
+  /// The normal times the inverse transpose, which is the cofactors over the determinant; of any length. Zero if there
   /// is no inverse.
   [[nodiscard]] Vec3 normal(const Vec3& n) const {
     const double sign = determinant_ < 0 ? -1 : 1;
@@ -130,13 +127,13 @@ bool within(const Vec3& v, double most) {  // false for NaN too
   return std::abs(v.x) <= most && std::abs(v.y) <= most && std::abs(v.z) <= most;
 }
 
-bool append_vertex(const Primitive& primitive, std::size_t row, const Placing& placing, const tracer::Limits& limits,
-                   tracer::Mesh& mesh) {
-  mesh.positions.push_back(placing.point(vector(*primitive.positions, row)));
+bool append_vertex(const Primitive& primitive, std::size_t row, const VertexTransform& transform,
+                   const tracer::Limits& limits, tracer::Mesh& mesh) {
+  mesh.positions.push_back(transform.point(vector(*primitive.positions, row)));
   bool valid = within(mesh.positions.back(), limits.coordinate_max);
   if (primitive.normals != nullptr) {
     const Vec3 written = vector(*primitive.normals, row);
-    mesh.normals.push_back(placing.normal(written));
+    mesh.normals.push_back(transform.normal(written));
     valid &= within(written, limits.coordinate_max) && within(mesh.normals.back(), 1);
   }
   if (primitive.uvs != nullptr) {
@@ -147,8 +144,8 @@ bool append_vertex(const Primitive& primitive, std::size_t row, const Placing& p
   return valid;
 }
 
-/// Attributes that only some parts have are zero in the others: no normal, the texture's corner.
-void even_out(tracer::Mesh& mesh, bool normals, bool uvs, std::size_t vertices) {
+/// An attribute that only some parts have is zero in the others: no normal, the texture's corner.
+void fill_attributes(tracer::Mesh& mesh, bool normals, bool uvs, std::size_t vertices) {
   if (normals || !mesh.normals.empty()) mesh.normals.resize(vertices);
   if (uvs || !mesh.uvs.empty()) mesh.uvs.resize(vertices);
 }
@@ -160,43 +157,41 @@ std::uint64_t Primitive::triangles() const {
   return mode == Mode::triangles ? corners / 3 : corners < 3 ? 0 : corners - 2;
 }
 
-bool read_primitives(File& file, const Cursor& mesh, MeshParts& parts) {
-  parts.array = file.member(mesh, "primitives");
-  if (!parts.array) return file.refuse(mesh, "must have \"primitives\"");
-  std::vector<Cursor> elements;
-  if (!file.elements(*parts.array, elements)) return false;
-  for (const Cursor& element : elements)
-    if (!read_primitive(file, element, parts)) return false;
-  return true;
+std::vector<Primitive> read_primitives(File& file, const Cursor& mesh) {
+  std::vector<Primitive> primitives;
+  if (const auto array = file.required_member(mesh, "primitives"))
+    for (const Cursor& element : file.elements(*array))
+      if (!file.failed()) read_primitive(file, element, primitives);
+  return primitives;
 }
 
-bool place_primitive(File& file, const Primitive& primitive, const tracer::Transform& world_from_node,
-                     const tracer::Limits& limits, tracer::Mesh& mesh) {
+bool append_primitive(File& file, const Primitive& primitive, const tracer::Transform& world_from_node,
+                      const tracer::Limits& limits, tracer::Mesh& mesh) {
   std::vector<Corners> triangles;
   if (!row_triangles(file, primitive, triangles)) return false;
-  // By sorting, not by a table of all rows: a part may use few of very many.
+  // Sorted, not a table of all rows: a part may use few of very many.
   std::vector<std::uint32_t> used;
   used.reserve(3 * triangles.size());
   for (const Corners& triangle : triangles) used.insert(used.end(), triangle.begin(), triangle.end());
   std::sort(used.begin(), used.end());
   used.erase(std::unique(used.begin(), used.end()), used.end());
 
-  const Placing placing(world_from_node);
+  const VertexTransform transform(world_from_node);
   const std::size_t first = mesh.positions.size();
-  even_out(mesh, primitive.normals != nullptr, primitive.uvs != nullptr, first);
+  fill_attributes(mesh, primitive.normals != nullptr, primitive.uvs != nullptr, first);
   for (const std::uint32_t row : used) {
-    if (!append_vertex(primitive, row, placing, limits, mesh)) {
+    if (!append_vertex(primitive, row, transform, limits, mesh)) {
       return file.refuse(primitive.at, "the vertex " + std::to_string(row) +
                                            " is not finite, or beyond the limit coordinate_max or value_max");
     }
   }
-  even_out(mesh, primitive.normals != nullptr, primitive.uvs != nullptr, mesh.positions.size());
+  fill_attributes(mesh, primitive.normals != nullptr, primitive.uvs != nullptr, mesh.positions.size());
   for (Corners triangle : triangles) {
     for (std::uint32_t& corner : triangle) {
       const auto found = std::lower_bound(used.begin(), used.end(), corner) - used.begin();
       corner = static_cast<std::uint32_t>(first + static_cast<std::size_t>(found));
     }
-    if (placing.mirrors()) std::swap(triangle[1], triangle[2]);
+    if (transform.mirrors()) std::swap(triangle[1], triangle[2]);
     mesh.triangles.push_back(triangle);
   }
   return true;
