@@ -39,6 +39,7 @@
 #include "server/storage/files/disk_space_monitor.h"
 #include "server/storage/files/file_artifact_store.h"
 #include "server/storage/files/file_asset_store.h"
+#include "server/storage/sqlite/small_artifact_store.h"
 #include "server/storage/sqlite/sqlite_delivery_store.h"
 #include "server/storage/sqlite/sqlite_stores.h"
 #include "server/telemetry/job_metrics.h"
@@ -172,7 +173,8 @@ bool serve(const whittled::Config& config, keys::KeyRing* ring, const telemetry:
   });
   const storage::sqlite::SqliteStores sqlite_stores(config.data, {.health = &disk_health});
   const queue::Stores stores = sqlite_stores.all();
-  storage::files::FileArtifactStore artifacts(config.data, &disk_health);
+  storage::files::FileArtifactStore large_artifacts(config.data, &disk_health);
+  storage::sqlite::SmallArtifactStore artifacts(sqlite_stores, large_artifacts);
   const std::string uploads_directory = config.data + "/uploads";
   storage::files::FileAssetStore uploads(uploads_directory, queue::system_clock(), config.uploads_bytes, &disk_health);
   queue::IdSource ids(queue::system_clock(), queue::system_random());

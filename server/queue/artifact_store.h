@@ -28,11 +28,12 @@ class ArtifactStore {
     std::uint64_t bytes = 0;
   };
   /// Copies everything readable from `fd` (from offset 0) into the store and returns its name. Never visible
-  /// half-written while the machine runs. Storing the same bytes twice is one artifact. Not `durable`: power loss may
-  /// leave nothing, or an artifact of another size (ArtifactPins::open recognises both).
+  /// half-written while the machine runs. Storing the same bytes twice is one artifact. `durable`: power loss that
+  /// keeps a later write to the job store keeps the artifact. Otherwise power loss may leave nothing, or an artifact of
+  /// another size (ArtifactPins::open recognises both).
   virtual Stored put(int fd, bool durable = true) = 0;
 
-  virtual void sync(const std::string& sha256) = 0;  ///< makes an existing artifact durable
+  virtual void sync(const std::string& sha256) = 0;  ///< makes an existing artifact durable, as put
 
   virtual std::unique_ptr<ArtifactReader> open(const std::string& sha256) = 0;  ///< null when it does not exist
   virtual void remove(const std::string& sha256) = 0;                           ///< no effect when it does not exist

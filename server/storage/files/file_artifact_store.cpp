@@ -27,12 +27,9 @@ queue::ArtifactStore::Stored FileArtifactStore::store(int fd, bool durable) {
   });
   const std::string target = path_of(directory_, stored.sha256);
   std::error_code missing;
-  if (std::filesystem::file_size(target, missing) == stored.bytes && !missing) {
-    if (durable) sync_existing(stored.sha256);
-    return stored;
-  }
-  if (durable) temporary.sync();
-  temporary.rename_to(target);  // also over a file that power loss has truncated
+  if (!durable && std::filesystem::file_size(target, missing) == stored.bytes && !missing) return stored;
+  if (durable) temporary.sync();  // also over a durable file: another thread may remove that at any moment
+  temporary.rename_to(target);    // also over a file that power loss has truncated
   if (durable) sync_path(subdirectory(directory_, stored.sha256));
   return stored;
 }

@@ -8,7 +8,7 @@
 
 namespace storage::sqlite {
 
-inline constexpr std::int64_t jobs_schema_version = 7;
+inline constexpr std::int64_t jobs_schema_version = 8;
 
 /// Sets up the connection (WAL, synchronous = FULL) and creates the tables in an empty file.
 void prepare_jobs(Database& database, const std::string& path);

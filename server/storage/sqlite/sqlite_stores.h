@@ -29,6 +29,7 @@ class SqliteStores {
   SqliteStores& operator=(const SqliteStores&) = delete;
 
   [[nodiscard]] queue::Stores all() const { return {*jobs_, *statistics_, *transitions_, *batches_, *maintenance_}; }
+  [[nodiscard]] Connections& connections() const { return *connections_; }  ///< for the other stores of the file
 
  private:
   std::unique_ptr<Connections> connections_;
