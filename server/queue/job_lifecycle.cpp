@@ -12,8 +12,8 @@ constexpr int maintenance_step = 100;  // jobs of each kind: some milliseconds o
 
 }  // namespace
 
-JobLifecycle::JobLifecycle(QueueContext& context, const Log& log) : context_(context), boot_id_(context.ids.next()) {
-  const int recovered = context_.stores.maintenance.recover(boot_id_, context_.clock());
+JobLifecycle::JobLifecycle(QueueContext& context, const Log& log) : context_(context) {
+  const int recovered = context_.stores.maintenance.recover(context_.boot_id, context_.clock());
   for (const std::string& batch : context_.stores.batches.list_failing()) cancel_batch(batch);
   if (recovered > 0) log(LogLevel::info, "jobs_recovered", {{"count", std::to_string(recovered)}});
 }
@@ -23,11 +23,9 @@ JobLifecycle::JobLifecycle(QueueContext& context, const Log& log) : context_(con
 std::optional<Claim> JobLifecycle::claim(bool suspects, bool small) {
   if (context_.settings.disk_space().state == DiskSpace::State::none) return std::nullopt;
   const std::int64_t now = context_.clock();
-  auto claim = context_.stores.transitions.claim(boot_id_, now, now + context_.settings.lease_ms, suspects, small);
-  if (!claim) return std::nullopt;
-  context_.running.begin(claim->job.id, claim->fence);
-  context_.waiters.on_started(claim->job.id);
-  context_.notifications.notify_state(claim->job.id, JobState::running);
+  const std::int64_t lease_until = now + context_.settings.lease_ms;
+  auto claim = context_.stores.transitions.claim(context_.boot_id, now, lease_until, suspects, small);
+  if (claim) context_.notifications.notify_claimed(*claim);
   return claim;
 }
 
@@ -81,21 +79,12 @@ bool JobLifecycle::release(const std::string& id, std::int64_t fence, bool count
   Release how{counts, suspect};
   if (pause_ms > 0) how.not_before = now + pause_ms;
   std::optional<Announcement> announcement(std::in_place, context_.notifications, std::vector{id});
-  const bool released = context_.stores.transitions.release(id, fence, now, how);
+  const ReleaseOutcome outcome = context_.stores.transitions.release(id, fence, now, how);
   context_.running.end_lease(id, fence);
-  if (!released) return false;
-  const std::optional<Job> job = context_.stores.jobs.find(id);
-  if (!job || ended(job->state)) announcement.reset();  // a requested cancel has ended it: it was not queued
-  notify_released(id);
-  return true;
-}
-
-/// The job is queued again, or a requested cancel has ended it.
-void JobLifecycle::notify_released(const std::string& id) {
-  const std::optional<Job> job = context_.stores.jobs.find(id);
-  if (!job) return;
-  if (!ended(job->state)) return context_.notifications.notify_queued(id);
-  context_.notifications.notify_end(id, job->state);
+  if (outcome == ReleaseOutcome::cancelled) announcement.reset();  // it was not queued
+  if (outcome == ReleaseOutcome::cancelled) context_.notifications.notify_end(id, JobState::cancelled);
+  if (outcome == ReleaseOutcome::queued) context_.notifications.notify_queued(id);
+  return outcome != ReleaseOutcome::stale;
 }
 
 void JobLifecycle::set_progress(const std::string& id, double fraction) {
@@ -199,9 +188,12 @@ bool JobLifecycle::run_maintenance() {
   for (const std::string& id : result.abandoned) {
     context_.running.clear_progress(id);
     context_.waiters.on_stopped(id);
-    const Announcement announcement(context_.notifications, {id});
-    notify_released(id);
+    context_.notifications.notify_queued_again(id, [&] {
+      const std::optional<Job> job = context_.stores.jobs.find(id);
+      return job && job->state == JobState::queued;
+    });
   }
+  for (const std::string& id : result.cancelled) context_.notifications.notify_end(id, JobState::cancelled);
   for (const std::string& id : result.overdue) context_.notifications.notify_end(id, JobState::failed);
   for (const std::string& id : result.overdue) cancel_failing_batch(id);
   for (const Artifact& artifact : result.artifacts) context_.pins.collect(artifact.sha256);

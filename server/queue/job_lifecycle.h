@@ -51,12 +51,10 @@ class JobLifecycle {
   void on_disk_space_available() { context_.runner.notify(true); }
 
  private:
-  void notify_released(const std::string& id);
   void cancel_failing_batch(const std::string& job_id);
   std::vector<Artifact> store_images(ArtifactPins::Pinned& pinned, const std::vector<Image>& images, bool durable);
 
   QueueContext& context_;
-  const std::string boot_id_;
 };
 
 }  // namespace queue

@@ -14,9 +14,20 @@ void JobNotifications::notify_queued(const std::string& id) {
   if (pending_.erase(id) > 0 && observer_ != nullptr) observer_->on_state_changed(id, JobState::queued);
 }
 
+void JobNotifications::notify_queued_again(const std::string& id, const std::function<bool()>& is_queued) {
+  const std::lock_guard lock(mutex_);  // notify_state of any thread waits for it
+  if (is_queued() && observer_ != nullptr) observer_->on_state_changed(id, JobState::queued);
+}
+
 void JobNotifications::notify_state(const std::string& id, JobState to) {
   notify_queued(id);
   if (observer_ != nullptr) observer_->on_state_changed(id, to);
+}
+
+void JobNotifications::notify_claimed(const Claim& claim) {
+  running_.begin(claim.job.id, claim.fence);
+  waiters_.on_started(claim.job.id);
+  notify_state(claim.job.id, JobState::running);
 }
 
 void JobNotifications::notify_end(const std::string& id, JobState state) {

@@ -2,6 +2,7 @@
 /// Notifications of changes of jobs to the observer, to waiters and to the listener for webhooks.
 
 #include <atomic>
+#include <functional>
 #include <mutex>
 #include <string>
 #include <unordered_set>
@@ -28,7 +29,10 @@ class JobNotifications {
   void register_webhook(const Job& job);
 
   void notify_queued(const std::string& id);  ///< once for each PendingAnnouncement
+  /// Without a PendingAnnouncement, if `is_queued`. Another thread that has changed the job since then notifies later.
+  void notify_queued_again(const std::string& id, const std::function<bool()>& is_queued);
   void notify_state(const std::string& id, JobState to);
+  void notify_claimed(const Claim& claim);
   void notify_end(const std::string& id, JobState state);
   void notify_removed(const std::string& id);
   void notify_progress(const std::string& id, double fraction);

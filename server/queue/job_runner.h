@@ -3,8 +3,10 @@
 
 #include <cstdint>
 #include <mutex>
+#include <optional>
 #include <shared_mutex>
 #include <string>
+#include <utility>
 
 #include "server/queue/job_store.h"
 
@@ -20,6 +22,10 @@ class JobRunner {
   virtual void request_preview(const std::string& id, std::uint32_t side) noexcept = 0;
   /// The claim is over: its lease ended, and the job may run elsewhere. Stop it; its end will not be stored.
   virtual void on_lease_lost(const Lease& lease) noexcept = 0;
+  /// Takes the free slot that the runner offers while no job waits; false where it offers none. Afterwards the caller
+  /// returns it with the job that it has claimed, which is then run, or without one.
+  virtual bool take_slot() noexcept { return false; }
+  virtual void return_slot(std::optional<Claim> /*claim*/) noexcept {}
   virtual std::string not_ready() = 0;  ///< empty when jobs would run now, else the reason: "worker: restarting"
 };
 
@@ -39,6 +45,27 @@ class AttachedRunner {
   void notify(bool for_suspects = false) {
     call([&](JobRunner& runner) { runner.notify(for_suspects); });
   }
+
+  /// The slot that a submission has taken, if the runner offers one. `attach` waits for its end; no other call of this
+  /// thread to the runner is allowed until then.
+  class Slot {
+   public:
+    explicit Slot(AttachedRunner& runner) : lock_(runner.mutex_), runner_(runner.runner_) {
+      if (runner_ != nullptr && !runner_->take_slot()) runner_ = nullptr;
+    }
+    ~Slot() {
+      if (runner_ != nullptr) runner_->return_slot(std::move(claim_));
+    }
+    Slot(const Slot&) = delete;
+    Slot& operator=(const Slot&) = delete;
+    [[nodiscard]] bool taken() const { return runner_ != nullptr; }
+    void run(Claim claim) { claim_ = std::move(claim); }
+
+   private:
+    std::shared_lock<std::shared_mutex> lock_;
+    JobRunner* runner_;
+    std::optional<Claim> claim_;
+  };
 
  private:
   std::shared_mutex mutex_;

@@ -147,6 +147,26 @@ void JobSubmission::make_durable(const std::string& id) {
   context_.stores.maintenance.probe();
 }
 
+/// Stores the only job of the request, which runs at once if the runner has a free slot and no other job waits.
+std::optional<KeptReply> JobSubmission::insert(InsertRequest& request, const Job& job) {
+  const bool may_run = !ended(job.state) && !job.not_before;  // otherwise run_maintenance notifies the runner in time
+  std::optional<AttachedRunner::Slot> slot;
+  if (may_run) slot.emplace(context_.runner);
+  if (slot && slot->taken()) request.claim = {context_.boot_id, job.created_at + context_.settings.lease_ms};
+  InsertResult result = context_.stores.jobs.insert(request, job.created_at);
+  if (result.earlier) return std::move(result.earlier);
+  notify_stored(job);
+  const bool claimed = result.claim.has_value();
+  if (claimed) {
+    result.claim->document = std::move(request.jobs.front().document);
+    context_.notifications.notify_claimed(*result.claim);
+    slot->run(*std::move(result.claim));
+  }
+  slot.reset();
+  if (may_run && !claimed) context_.runner.notify();
+  return std::nullopt;
+}
+
 tracer::Result<Submitted, Rejection> JobSubmission::submit(Submission submission) {
   JobStore& jobs = context_.stores.jobs;
   const std::optional<Idempotency> idempotency = std::move(submission.idempotency);
@@ -173,14 +193,14 @@ tracer::Result<Submitted, Rejection> JobSubmission::submit(Submission submission
   if (!request.durable && !from_cache) context_.running.set_durable(job.id, false);
   const Announcement announcement(context_.notifications,
                                   from_cache ? std::vector<std::string>{} : std::vector{job.id});
+  std::optional<KeptReply> earlier;
   try {
-    if (const auto earlier = jobs.insert(request, job.created_at)) return replay<Submitted>(*earlier, *idempotency);
+    earlier = insert(request, view.job);
   } catch (...) {
     context_.running.set_durable(job.id, true);
     throw;
   }
-  notify_stored(view.job);
-  if (!from_cache) context_.runner.notify();
+  if (earlier) return replay<Submitted>(*earlier, *idempotency);
   return Submitted{view, from_cache, std::nullopt};
 }
 
@@ -217,9 +237,8 @@ tracer::Result<BatchSubmitted, Rejection> JobSubmission::submit_batch(BatchSubmi
     if (!ended(job.state)) queued.push_back(job.id);
   }
   const Announcement announcement(context_.notifications, std::move(queued));
-  if (const auto earlier = jobs.insert(request, batch.created_at)) {
-    return replay<BatchSubmitted>(*earlier, *idempotency);
-  }
+  const InsertResult result = jobs.insert(request, batch.created_at);
+  if (result.earlier) return replay<BatchSubmitted>(*result.earlier, *idempotency);
   for (const auto& [job, document] : request.jobs) notify_stored(job);
   context_.runner.notify();
   return BatchSubmitted{std::move(state), std::nullopt};

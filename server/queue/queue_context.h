@@ -2,6 +2,7 @@
 /// Settings and state that submission, life cycle and queries of jobs share.
 
 #include <cstdint>
+#include <string>
 #include <utility>
 
 #include "server/queue/artifact_pins.h"
@@ -41,6 +42,7 @@ struct QueueContext {
         ids(id_source),
         clock(std::move(now)),
         settings(std::move(queue_settings)),
+        boot_id(ids.next()),
         pins(stores.maintenance, artifacts, log),
         waiters(stores.jobs, runner, clock),
         notifications(running, waiters) {}
@@ -49,6 +51,7 @@ struct QueueContext {
   IdSource& ids;
   const Clock clock;
   const QueueSettings settings;
+  const std::string boot_id;  ///< of this daemon's claims
   AttachedRunner runner;
   RunningJobs running;
   ArtifactPins pins;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -12,6 +13,7 @@
 
 #include "server/queue/asset_store.h"
 #include "server/storage/files/file_artifact_store.h"
+#include "server/storage/sqlite/small_artifact_store.h"
 #include "tests/conformance/memory_file.h"
 #include "tests/conformance/temporary_directory.h"
 #include "tracer/sha256.h"
@@ -34,6 +36,27 @@ struct ArtifactStoreKind {
 ArtifactsUnderTest make_files() {
   auto directory = std::make_unique<TemporaryDirectory>();
   auto store = std::make_unique<FileArtifactStore>(directory->path() + "/artifacts");
+  return {std::move(directory), std::move(store)};
+}
+
+/// Small ones as rows, the others as files.
+class RowsAndFiles final : public ArtifactStore {
+ public:
+  explicit RowsAndFiles(const std::string& directory) : stores_(directory, {.synchronous = false}), files_(directory) {}
+  Stored put(int fd, bool durable) override { return rows_.put(fd, durable); }
+  void sync(const std::string& sha256) override { rows_.sync(sha256); }
+  std::unique_ptr<ArtifactReader> open(const std::string& sha256) override { return rows_.open(sha256); }
+  void remove(const std::string& sha256) override { rows_.remove(sha256); }
+
+ private:
+  storage::sqlite::SqliteStores stores_;
+  FileArtifactStore files_;
+  storage::sqlite::SmallArtifactStore rows_{stores_, files_};
+};
+
+ArtifactsUnderTest make_rows_and_files() {
+  auto directory = std::make_unique<TemporaryDirectory>();
+  auto store = std::make_unique<RowsAndFiles>(directory->path());
   return {std::move(directory), std::move(store)};
 }
 
@@ -145,7 +168,22 @@ TEST_P(ArtifactStoreConformance, PutsOfTheSameAndOfOtherBytesFromManyThreadsAllA
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Stores, ArtifactStoreConformance, testing::Values(ArtifactStoreKind{"Files", make_files}),
+TEST_P(ArtifactStoreConformance, PutsBytesThatAreRemovedAtTheSameTime) {
+  const std::string sha256 = put("abc");
+  std::atomic<bool> stop = false;
+  std::thread remover([&] {
+    while (!stop) store().remove(sha256);
+  });
+  for (int i = 0; i < 200; ++i) EXPECT_NO_THROW(put("abc"));
+  stop = true;
+  remover.join();
+  put("abc");
+  EXPECT_EQ(get(sha256), "abc");
+}
+
+INSTANTIATE_TEST_SUITE_P(Stores, ArtifactStoreConformance,
+                         testing::Values(ArtifactStoreKind{"Files", make_files},
+                                         ArtifactStoreKind{"RowsAndFiles", make_rows_and_files}),
                          [](const auto& kind) { return kind.param.name; });
 
 TEST(FileArtifactStore, KeepsArtifactsOverARestartAndDeletesWhatWasHalfWritten) {

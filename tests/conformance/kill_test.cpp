@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "server/storage/files/file_artifact_store.h"
+#include "server/storage/sqlite/small_artifact_store.h"
 #include "tests/conformance/temporary_directory.h"
 #include "tests/conformance/test_store.h"
 #include "tracer/sha256.h"
@@ -72,7 +73,8 @@ TEST(KillNine, LosesNoAcknowledgedJobAndNoArtifactInFortyRounds) {
   for (int round = 0; round < 40; ++round) {
     std::istringstream acknowledged(acknowledged_before_kill(directory.path(), round, 1 + round * 37 % 60));
     TestStore store(directory.path());
-    FileArtifactStore artifacts(directory.path() + "/artifacts");
+    FileArtifactStore large(directory.path() + "/artifacts");
+    SmallArtifactStore artifacts(store.sqlite(), large);
     for (std::string id, sha256; acknowledged >> id >> sha256; ++checked) {
       ASSERT_EQ(store.document(id), "document of " + id) << "round " << round;
       ASSERT_EQ(store.find(id)->artifacts.at(0).sha256, sha256) << id << " in round " << round;

@@ -89,7 +89,9 @@ TEST_P(JobStoreConformance, AJobWhoseCancelWasRequestedIsCancelledAtTheEndOfItsL
   const std::string id = submit();
   claim();
   store().cancel(id, now);
-  EXPECT_EQ(store().run_maintenance(lease_end + 7, kept, 10).abandoned, std::vector{id});
+  const MaintenanceResult result = store().run_maintenance(lease_end + 7, kept, 10);
+  EXPECT_EQ(result.cancelled, std::vector{id});
+  EXPECT_TRUE(result.abandoned.empty());
   EXPECT_EQ(find(id).state, JobState::cancelled);
   EXPECT_EQ(find(id).ended_at, lease_end + 7);
 }

@@ -8,13 +8,15 @@
 #include <vector>
 
 #include "server/storage/files/file_artifact_store.h"
+#include "server/storage/sqlite/small_artifact_store.h"
 #include "tests/conformance/memory_file.h"
 #include "tests/conformance/test_store.h"
 
 int main(int, char** arguments) {
   const std::string directory = arguments[1], round = arguments[2];
   TestStore store(directory);
-  storage::files::FileArtifactStore artifacts(directory + "/artifacts");
+  storage::files::FileArtifactStore large(directory + "/artifacts");
+  storage::sqlite::SmallArtifactStore artifacts(store.sqlite(), large);
   std::vector<std::thread> threads;
   for (int thread = 0; thread < 4; ++thread) {
     threads.emplace_back([&, thread] {

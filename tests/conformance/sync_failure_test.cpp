@@ -12,8 +12,10 @@
 #include <vector>
 
 #include "server/queue/disk_health.h"
+#include "server/queue/queue.h"
 #include "server/storage/files/file_artifact_store.h"
 #include "server/storage/files/file_asset_store.h"
+#include "server/storage/sqlite/small_artifact_store.h"
 #include "server/storage/sqlite/sqlite_delivery_store.h"
 #include "tests/conformance/memory_file.h"
 #include "tests/conformance/temporary_directory.h"
@@ -91,6 +93,40 @@ TEST(SqliteStores, ClaimsAndWhatIsNotToBeDurableWaitForNoSyncAndAreSyncedWithThe
   EXPECT_GT(probed, before);
   EXPECT_TRUE(store.succeed("a", first.fence, 2, "{}", {}));
   EXPECT_GT(syncs_asked, probed);
+}
+
+TEST(SmallArtifactStore, SyncsSmallArtifactsWithTheNextDurableWriteOnly) {
+  const TemporaryDirectory directory;
+  TestStore store(directory.path());
+  FileArtifactStore files(directory.path());
+  SmallArtifactStore artifacts(store.sqlite(), files);
+  const std::string large(100'000, 'x');
+  const int before = syncs_asked;
+  artifacts.sync(artifacts.put(MemoryFile("abc").fd()).sha256);
+  EXPECT_EQ(syncs_asked, before);
+  store.probe();
+  EXPECT_EQ(syncs_asked, before + 1);
+  artifacts.put(MemoryFile(large).fd());
+  EXPECT_EQ(syncs_asked, before + 3) << "file and directory";
+}
+
+TEST(Queue, SyncsNothingForJobsThatAreNotDurable) {
+  const TemporaryDirectory directory;
+  TestStore store(directory.path());
+  FileArtifactStore files(directory.path());
+  SmallArtifactStore artifacts(store.sqlite(), files);
+  IdSource ids(system_clock(), system_random());
+  Queue queue(store.all(), artifacts, ids, system_clock(), no_log(), {});
+  const MemoryFile small("abc"), large(std::string(100'000, 'x'));
+  const int before = syncs_asked;
+  for (int i = 0; i < 100; ++i) {
+    ASSERT_TRUE(queue.submission.submit({.document = "{}", .durable = false}));
+    const Claim claim = queue.lifecycle.claim(false).value();
+    ASSERT_TRUE(
+        queue.lifecycle.succeed(claim.job.id, claim.fence, "{}",
+                                {{"image.png", "image/png", small.fd()}, {"image.exr", "image/x-exr", large.fd()}}));
+  }
+  EXPECT_EQ(syncs_asked, before);
 }
 
 TEST(FileArtifactStore, SyncsNothingThatIsNotDurableUntilItIsSyncedOrPutAgain) {

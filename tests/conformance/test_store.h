@@ -11,7 +11,8 @@ class TestStore {
   explicit TestStore(const std::string& directory, storage::sqlite::SqliteSettings settings = {})
       : sqlite_(directory, settings) {}
 
-  auto insert(const queue::InsertRequest& request, std::int64_t now) { return all_.jobs.insert(request, now); }
+  /// The earlier reply, if there is one.
+  auto insert(const queue::InsertRequest& request, std::int64_t now) { return all_.jobs.insert(request, now).earlier; }
   void submit(const queue::Job& job, const std::string& document) { insert({{{job, document}}}, job.created_at); }
   auto find_reply(const queue::ReplyKey& key, std::int64_t now) { return all_.jobs.find_reply(key, now); }
   auto find(const std::string& id) { return all_.jobs.find(id); }
@@ -48,7 +49,7 @@ class TestStore {
     return all_.transitions.finish_cancel(id, fence, now);
   }
   bool release(const std::string& id, std::int64_t fence, std::int64_t now, const queue::Release& release) {
-    return all_.transitions.release(id, fence, now, release);
+    return all_.transitions.release(id, fence, now, release) != queue::ReleaseOutcome::stale;
   }
   auto cancel(const std::string& id, std::int64_t now) { return all_.transitions.cancel(id, now); }
   auto retry(const std::string& id, std::int64_t now) { return all_.transitions.retry(id, now); }
@@ -67,6 +68,7 @@ class TestStore {
   void probe() { all_.maintenance.probe(); }
 
   [[nodiscard]] const queue::Stores& all() const { return all_; }
+  [[nodiscard]] const storage::sqlite::SqliteStores& sqlite() const { return sqlite_; }
 
  private:
   storage::sqlite::SqliteStores sqlite_;
@@ -77,7 +79,7 @@ class TestStore {
 class ForwardingJobStore : public queue::JobStore {
  public:
   explicit ForwardingJobStore(queue::JobStore& target) : target_(target) {}
-  std::optional<queue::KeptReply> insert(const queue::InsertRequest& request, std::int64_t now) override {
+  queue::InsertResult insert(const queue::InsertRequest& request, std::int64_t now) override {
     return target_.insert(request, now);
   }
   std::optional<queue::KeptReply> find_reply(const queue::ReplyKey& key, std::int64_t now) override {
@@ -121,7 +123,8 @@ class ForwardingTransitions : public queue::JobTransitions {
   bool finish_cancel(const std::string& id, std::int64_t fence, std::int64_t now) override {
     return target_.finish_cancel(id, fence, now);
   }
-  bool release(const std::string& id, std::int64_t fence, std::int64_t now, const queue::Release& release) override {
+  queue::ReleaseOutcome release(const std::string& id, std::int64_t fence, std::int64_t now,
+                                const queue::Release& release) override {
     return target_.release(id, fence, now, release);
   }
   queue::CancelOutcome cancel(const std::string& id, std::int64_t now) override { return target_.cancel(id, now); }

@@ -66,10 +66,10 @@ TEST_F(QueueObserverTest, WhoWaitsForAnEndIsCalledBetweenItsNewsAndTheTimeForWha
 class LateJobs final : public ForwardingJobStore {
  public:
   LateJobs(JobStore& target, std::function<void()>& call) : ForwardingJobStore(target), between(call) {}
-  std::optional<KeptReply> insert(const InsertRequest& request, std::int64_t now) override {
-    auto earlier = ForwardingJobStore::insert(request, now);
+  InsertResult insert(const InsertRequest& request, std::int64_t now) override {
+    InsertResult result = ForwardingJobStore::insert(request, now);
     between();
-    return earlier;
+    return result;
   }
   std::function<void()>& between;
 };
@@ -77,24 +77,52 @@ class LateJobs final : public ForwardingJobStore {
 class LateTransitions final : public ForwardingTransitions {
  public:
   LateTransitions(JobTransitions& target, std::function<void()>& call) : ForwardingTransitions(target), between(call) {}
-  bool release(const std::string& id, std::int64_t fence, std::int64_t now, const Release& how) override {
-    const bool released = ForwardingTransitions::release(id, fence, now, how);
+  ReleaseOutcome release(const std::string& id, std::int64_t fence, std::int64_t now, const Release& how) override {
+    const ReleaseOutcome released = ForwardingTransitions::release(id, fence, now, how);
     between();
     return released;
   }
   std::function<void()>& between;
 };
 
-TEST(QueueObserver, NobodyHearsThatAJobRunsBeforeHearingThatItWaits) {
+class LateMaintenance final : public ForwardingMaintenance {
+ public:
+  LateMaintenance(MaintenanceStore& target, std::function<void()>& call)
+      : ForwardingMaintenance(target), between(call) {}
+  MaintenanceResult run_maintenance(std::int64_t now, std::int64_t expired_kept_ms, int limit) override {
+    MaintenanceResult result = ForwardingMaintenance::run_maintenance(now, expired_kept_ms, limit);
+    between();
+    return result;
+  }
+  std::function<void()>& between;
+};
+
+/// Calls `between` after each change of the stores, before the queue has its result.
+class InterruptedQueueTest : public testing::Test {
+ protected:
+  Claim submit_and_claim() {
+    (void)queue.submission.submit({.document = "{}"});
+    return queue.lifecycle.claim(false).value();
+  }
+
+  std::function<void()> between = [] {};
   TemporaryStores temporary;
   const Stores& all = temporary.store.all();
-  std::function<void()> between = [] {};
-  LateJobs jobs(all.jobs, between);
-  LateTransitions transitions(all.transitions, between);
-  IdSource ids(system_clock(), system_random());
-  Queue queue({jobs, all.statistics, transitions, all.batches, all.maintenance}, temporary.artifacts, ids,
-              system_clock(), no_log(), {});
+  LateJobs jobs{all.jobs, between};
+  LateTransitions transitions{all.transitions, between};
+  LateMaintenance maintenance{all.maintenance, between};
+  IdSource ids{system_clock(), system_random()};
+  std::atomic<std::int64_t> now = system_clock()();
+  Queue queue{{jobs, all.statistics, transitions, all.batches, maintenance},
+              temporary.artifacts,
+              ids,
+              [this] { return now.load(); },
+              no_log(),
+              {}};
   RecordingObserver observer;
+};
+
+TEST_F(InterruptedQueueTest, ReportsQueuedBeforeRunning) {
   queue.notifications.observe(&observer);
   std::optional<Claim> claim;
   between = [&] { std::jthread([&] { claim = queue.lifecycle.claim(false); }); };
@@ -104,6 +132,33 @@ TEST(QueueObserver, NobodyHearsThatAJobRunsBeforeHearingThatItWaits) {
   const Claim first = *claim;
   EXPECT_TRUE(queue.lifecycle.release(first.job.id, first.fence, false, false));
   EXPECT_EQ(observer.told, "queued running queued running ");
+}
+
+TEST_F(InterruptedQueueTest, ReportsNoQueuedStateOfAnAbandonedJobThatWasCancelledMeanwhile) {
+  const Claim claim = submit_and_claim();
+  queue.notifications.observe(&observer);
+  now += 1'000'000;  // after the end of the lease
+  between = [&] { EXPECT_EQ(queue.lifecycle.cancel(claim.job.id), CancelOutcome::cancelled); };
+  queue.lifecycle.run_maintenance();
+  EXPECT_EQ(observer.told, "cancelled settled ");
+}
+
+TEST_F(InterruptedQueueTest, ReportsTheEndOfAReleasedJobOnce) {
+  const Claim claim = submit_and_claim();
+  queue.notifications.observe(&observer);
+  between = [&] { EXPECT_EQ(queue.lifecycle.cancel(claim.job.id), CancelOutcome::cancelled); };
+  EXPECT_TRUE(queue.lifecycle.release(claim.job.id, claim.fence, false, false));
+  EXPECT_EQ(observer.told, "queued cancelled settled ");
+}
+
+TEST_F(InterruptedQueueTest, CallsTheWaitersOfAReleasedJobThatWasDeletedMeanwhile) {
+  const Claim claim = submit_and_claim();
+  bool called = false;
+  queue.waiters.when_ended(claim.job.id, [&] { called = true; });
+  queue.lifecycle.cancel(claim.job.id);
+  between = [&] { temporary.store.remove(claim.job.id); };  // by another daemon
+  EXPECT_TRUE(queue.lifecycle.release(claim.job.id, claim.fence, false, false));
+  EXPECT_TRUE(called);
 }
 
 TEST_F(QueueObserverTest, TellsOfACancelThatAReleaseCarriesOut) {

@@ -31,7 +31,7 @@ struct Writes {
 class RecordingJobs final : public ForwardingJobStore {
  public:
   RecordingJobs(JobStore& target, Writes& writes) : ForwardingJobStore(target), writes_(writes) {}
-  std::optional<KeptReply> insert(const InsertRequest& request, std::int64_t at) override {
+  InsertResult insert(const InsertRequest& request, std::int64_t at) override {
     if (writes_.failing) throw StoreFailure(StoreFailure::Kind::full, "disk full");
     writes_.add(request.durable);
     return ForwardingJobStore::insert(request, at);
@@ -248,10 +248,13 @@ TEST_F(SubmitTest, ADurableHitSyncsImagesThatWereNotDurable) {
 }
 
 TEST_F(SubmitTest, AnImageOfAnotherSizeThanItsRowDoesNotExist) {
-  const std::string id = queue.submission.submit(submission("key"))->view.job.id;
-  run_one("abc");
-  const Artifact image = queue.queries.find(id)->job.artifacts.at(0);
+  Queue files_only{stores, temporary.large_artifacts, ids, [this] { return now.load(); }, no_log(), settings};
+  ASSERT_TRUE(files_only.submission.submit(submission("key")));
+  const Claim claim = files_only.lifecycle.claim(false).value();
+  const MemoryFile file("abc");
+  files_only.lifecycle.succeed(claim.job.id, claim.fence, "{}", {{"image.png", "image/png", file.fd()}});
+  const Artifact image = files_only.queries.find(claim.job.id)->job.artifacts.at(0);
   std::filesystem::resize_file(temporary.directory.path() + "/" + asset_path(image.sha256), 2);
-  EXPECT_EQ(queue.queries.open(image), nullptr);
-  EXPECT_FALSE(queue.submission.submit(submission("key"))->from_cache);
+  EXPECT_EQ(files_only.queries.open(image), nullptr);
+  EXPECT_FALSE(files_only.submission.submit(submission("key"))->from_cache);
 }

@@ -44,6 +44,23 @@ class RecordedLog {
   std::map<std::string, std::string> lines_;
 };
 
+/// Fails the first calls as requested.
+class FailingTransitions final : public ForwardingTransitions {
+ public:
+  using ForwardingTransitions::ForwardingTransitions;
+  bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
+               const std::vector<queue::Artifact>& artifacts, bool durable) override {
+    if (failures-- > 0) throw queue::StoreFailure(queue::StoreFailure::Kind::full, "disk full");
+    return ForwardingTransitions::succeed(id, fence, now, report, artifacts, durable);
+  }
+  std::optional<queue::Claim> claim(const std::string& boot, std::int64_t now, std::int64_t lease_until, bool suspects,
+                                    bool small) override {
+    if (claim_failures-- > 0) throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, "I/O error");
+    return ForwardingTransitions::claim(boot, now, lease_until, suspects, small);
+  }
+  std::atomic<int> failures = 0, claim_failures = 0;
+};
+
 class SupervisorTest : public testing::Test {
  protected:
   static worker::SupervisorSettings settings(int slots = 2) {
@@ -106,9 +123,16 @@ class SupervisorTest : public testing::Test {
   RecordedLog log;
   TemporaryStores temporary;
   TestStore& store = temporary.store;
-  storage::files::FileArtifactStore& artifacts = temporary.artifacts;
+  queue::ArtifactStore& artifacts = temporary.artifacts;
   queue::IdSource ids{queue::system_clock(), queue::system_random()};
-  queue::Queue queue{store.all(), artifacts, ids, queue::system_clock(), log.log(), {}};
+  FailingTransitions transitions{store.all().transitions};
+  queue::Queue queue{
+      {store.all().jobs, store.all().statistics, transitions, store.all().batches, store.all().maintenance},
+      artifacts,
+      ids,
+      queue::system_clock(),
+      log.log(),
+      {}};
   queue::QueueMaintainer maintainer{
       queue.lifecycle, log.log(), {std::chrono::milliseconds(2), std::chrono::milliseconds(1)}};
   queue::LeaseRenewer lease_renewer{queue.lifecycle, log.log()};

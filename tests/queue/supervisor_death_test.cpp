@@ -137,59 +137,39 @@ TEST_F(SupervisorTest, StoresAResultSentRightBeforeACrash) {
   }
 }
 
-namespace {
-
-class FailingTransitions final : public ForwardingTransitions {
- public:
-  using ForwardingTransitions::ForwardingTransitions;
-  bool succeed(const std::string& id, std::int64_t fence, std::int64_t now, const std::string& report,
-               const std::vector<queue::Artifact>& artifacts, bool durable) override {
-    if (failures-- > 0) throw queue::StoreFailure(queue::StoreFailure::Kind::full, "disk full");
-    return ForwardingTransitions::succeed(id, fence, now, report, artifacts, durable);
-  }
-  std::optional<queue::Claim> claim(const std::string& boot, std::int64_t now, std::int64_t lease_until, bool suspects,
-                                    bool small) override {
-    if (claim_failures-- > 0) throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, "I/O error");
-    return ForwardingTransitions::claim(boot, now, lease_until, suspects, small);
-  }
-  std::atomic<int> failures = 0, claim_failures = 0;
-};
-
-class SupervisorStoreTest : public SupervisorTest {
- protected:
-  std::string run(const std::string& document) {
-    std::string id = failing_queue.submission.submit({.document = document})->view.job.id;
-    EXPECT_TRUE(eventually([&] { return ended(failing_queue.queries.find(id)->job.state); }));
-    return id;
-  }
-  const queue::Stores& all = store.all();
-  FailingTransitions transitions{all.transitions};
-  queue::Queue failing_queue{{all.jobs, all.statistics, transitions, all.batches, all.maintenance},
-                             artifacts,
-                             ids,
-                             queue::system_clock(),
-                             log.log(),
-                             {}};
-};
-
-}  // namespace
-
-TEST_F(SupervisorStoreTest, AResultIsStoredOnceTheStoreIsWellAgain) {
+TEST_F(SupervisorTest, StoresAResultAfterFailuresOfTheStore) {
   transitions.failures = 3;
   transitions.claim_failures = 3;
-  const worker::Supervisor over(failing_queue, settings(), log.log());
-  const std::string id = run("finish kept");
-  EXPECT_EQ(failing_queue.queries.find(id)->job.report, "kept");
-  EXPECT_EQ(failing_queue.queries.find(id)->job.attempt, 1);
+  const std::string id = submit("finish kept");  // before the start: it is claimed by the supervisor
+  start();
+  ASSERT_TRUE(reaches(id, JobState::succeeded));
+  EXPECT_EQ(find(id).report, "kept");
+  EXPECT_EQ(find(id).attempt, 1);
   EXPECT_EQ(log.count("store_failure"), 6);
 }
 
-TEST_F(SupervisorStoreTest, AResultThatWasNotStoredIsMadeAgain) {
+TEST_F(SupervisorTest, RunsAJobAgainAfterItsResultCouldNotBeStored) {
   transitions.failures = 15;  // ten tries of the first, five of the second
-  const queue::QueueMaintainer failing_maintainer(failing_queue.lifecycle, log.log(),
-                                                  {std::chrono::milliseconds(2), std::chrono::milliseconds(1)});
-  const worker::Supervisor over(failing_queue, settings(), log.log());
-  const queue::Job job = failing_queue.queries.find(run("finish again"))->job;
-  EXPECT_EQ(job.state, JobState::succeeded);
-  EXPECT_EQ(job.attempt, 2);
+  start();
+  const std::string id = submit("finish again");
+  ASSERT_TRUE(reaches(id, JobState::succeeded));
+  EXPECT_EQ(find(id).attempt, 2);
+}
+
+TEST_F(SupervisorTest, FailsAJobWhoseResultCannotBeStoredInAnyAttempt) {
+  transitions.failures = 1'000'000;
+  start();
+  const std::string id = submit("finish lost");
+  ASSERT_TRUE(reaches(id, JobState::failed));
+  const queue::Job job = find(id);
+  EXPECT_EQ(job.attempt, 3);
+  EXPECT_EQ(job.problem->code, "storage_failure");
+  EXPECT_NE(job.problem->detail.find("the disk is full"), std::string::npos) << job.problem->detail;
+}
+
+TEST_F(SupervisorTest, StartsASubmittedJobWithoutAnotherClaimWhileNoneWaits) {
+  start();
+  ASSERT_TRUE(reaches(submit(""), JobState::succeeded));  // the worker is ready
+  transitions.claim_failures = 1'000'000;
+  EXPECT_TRUE(reaches(submit("finish direct"), JobState::succeeded));
 }

@@ -6,6 +6,29 @@
 
 namespace storage::sqlite {
 
+queue::Claim claim_job(Database& database, const std::string& id, const queue::ClaimTerms& terms, std::int64_t now) {
+  database.change(
+      "UPDATE jobs SET state = 'running', started_at = ?, attempt = attempt + 1, fence = fence + 1, boot_id = ?,"
+      " lease_until = ?, revision = revision + 1 WHERE id = ?",
+      now, terms.boot_id, terms.lease_until, id);
+  Query fence = database.query("SELECT fence FROM jobs WHERE id = ?", id);
+  fence.row();
+  return {read_job(database, id).value(), {}, fence.integer(0)};
+}
+
+std::optional<queue::Claim> claim_if_alone(Database& database, const std::string& id, const queue::ClaimTerms& terms,
+                                           std::int64_t now) {
+  {
+    Query waiting = database.query(
+        "SELECT id, deadline FROM jobs INDEXED BY jobs_waiting WHERE state = 'queued' AND not_before IS NULL LIMIT 2");
+    if (!waiting.row() || waiting.text(0) != id || (!waiting.is_null(1) && waiting.integer(1) <= now)) return {};
+    if (waiting.row()) return {};
+  }
+  queue::Claim claim = claim_job(database, id, terms, now);
+  claim.is_last = true;
+  return claim;
+}
+
 queue::CancelOutcome cancel_job(Database& database, const std::string& id, std::int64_t now) {
   if (database.change("UPDATE jobs SET state = 'cancelled', ended_at = ?1, not_before = NULL,"
                       " expires_at = coalesce(expires_at, ?1 + 1000 * expires_in_s), revision = revision + 1"

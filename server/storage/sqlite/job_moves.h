@@ -10,6 +10,12 @@
 
 namespace storage::sqlite {
 
+/// Without the document. Precondition: the job is queued.
+queue::Claim claim_job(Database& database, const std::string& id, const queue::ClaimTerms& terms, std::int64_t now);
+/// Claims a queued job that may run if no other job waits.
+std::optional<queue::Claim> claim_if_alone(Database& database, const std::string& id, const queue::ClaimTerms& terms,
+                                           std::int64_t now);
+
 queue::CancelOutcome cancel_job(Database& database, const std::string& id, std::int64_t now);
 /// An UPDATE of a running job that returns to queued, or to cancelled where that was requested; ?1 is now. The attempt
 /// and the condition follow.

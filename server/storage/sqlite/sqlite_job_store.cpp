@@ -4,6 +4,7 @@
 
 #include "server/storage/sqlite/batch_rows.h"
 #include "server/storage/sqlite/connections.h"
+#include "server/storage/sqlite/job_moves.h"
 #include "server/storage/sqlite/job_rows.h"
 #include "server/storage/sqlite/list_query.h"
 #include "server/storage/sqlite/reply_rows.h"
@@ -15,10 +16,12 @@ class SqliteJobStore final : public queue::JobStore {
  public:
   explicit SqliteJobStore(Connections& connections) : connections_(connections) {}
 
-  std::optional<queue::KeptReply> insert(const queue::InsertRequest& request, std::int64_t now) override {
-    const auto work = [&](Database& database) -> std::optional<queue::KeptReply> {
+  queue::InsertResult insert(const queue::InsertRequest& request, std::int64_t now) override {
+    const auto work = [&](Database& database) {
+      queue::InsertResult result;
       if (request.reply) {
-        if (auto earlier = read_reply(database, request.reply->key, now)) return earlier;
+        result.earlier = read_reply(database, request.reply->key, now);
+        if (result.earlier) return result;
         insert_reply(database, *request.reply);
       }
       if (request.batch) insert_batch(database, *request.batch);
@@ -26,7 +29,8 @@ class SqliteJobStore final : public queue::JobStore {
         assert(job.state == queue::JobState::queued || job.state == queue::JobState::succeeded);
         insert_job(database, job, document);
       }
-      return std::nullopt;
+      if (request.claim) result.claim = claim_if_alone(database, request.jobs.front().job.id, *request.claim, now);
+      return result;
     };
     return connections_.writer.run(work, synced(request.durable));
   }

@@ -30,14 +30,17 @@ struct Step {
   }
 
   void release_abandoned() {
-    result.abandoned = database
-                           .query(
-                               "SELECT id FROM jobs INDEXED BY jobs_leased"
-                               " WHERE state = 'running' AND lease_until <= ? LIMIT ?",
-                               now, limit)
-                           .texts();
-    for (const std::string& id : result.abandoned) {
-      database.change(std::string(released_columns) + " attempt = attempt - 1 WHERE id = ?2", now, id);
+    const std::vector<std::string> ids = database
+                                             .query(
+                                                 "SELECT id FROM jobs INDEXED BY jobs_leased"
+                                                 " WHERE state = 'running' AND lease_until <= ? LIMIT ?",
+                                                 now, limit)
+                                             .texts();
+    for (const std::string& id : ids) {
+      Query released = database.query(
+          std::string(released_columns) + " attempt = attempt - 1 WHERE id = ?2 RETURNING state", now, id);
+      released.row();
+      (released.text(0) == "queued" ? result.abandoned : result.cancelled).push_back(id);
     }
   }
 

@@ -27,22 +27,20 @@ class SqliteTransitions final : public queue::JobTransitions {
                                     bool suspects, bool small) override {
     const auto work = [&](Database& database) -> std::optional<queue::Claim> {
       std::string id;
+      bool is_last = false;
       {
         const std::string waiting = small ? "small_jobs_waiting WHERE large = 0" : "jobs_waiting WHERE true";
         Query next = database.query("SELECT id FROM jobs INDEXED BY " + waiting +
                                         " AND suspect = ? AND state = 'queued' AND not_before IS NULL"
-                                        " AND (deadline IS NULL OR deadline > ?) ORDER BY rank, id LIMIT 1",
+                                        " AND (deadline IS NULL OR deadline > ?) ORDER BY rank, id LIMIT 2",
                                     std::int64_t{suspects}, now);
         if (!next.row()) return std::nullopt;
         id = next.text(0);
+        is_last = !next.row();
       }
-      database.change(
-          "UPDATE jobs SET state = 'running', started_at = ?, attempt = attempt + 1, fence = fence + 1, boot_id = ?,"
-          " lease_until = ?, revision = revision + 1 WHERE id = ?",
-          now, boot_id, lease_until, id);
-      Query fence = database.query("SELECT fence FROM jobs WHERE id = ?", id);
-      fence.row();
-      return queue::Claim{read_job(database, id).value(), {}, fence.integer(0)};
+      queue::Claim claim = claim_job(database, id, {boot_id, lease_until}, now);
+      claim.is_last = is_last;
+      return claim;
     };
     std::optional<queue::Claim> claim = connections_.writer.run(work, Synced::with_next);
     if (!claim) return claim;
@@ -96,15 +94,17 @@ class SqliteTransitions final : public queue::JobTransitions {
         [&](Database& database) { return end(database, id, fence, now, queue::JobState::cancelled); });
   }
 
-  bool release(const std::string& id, std::int64_t fence, std::int64_t now, const queue::Release& release) override {
+  queue::ReleaseOutcome release(const std::string& id, std::int64_t fence, std::int64_t now,
+                                const queue::Release& release) override {
     return connections_.writer.run([&](Database& database) {
-      const int released = database.change(std::string(released_columns) +
-                                               " attempt = attempt - ?2, suspect = max(suspect, ?3),"
-                                               " not_before = iif(cancel_requested, NULL, ?4)"
-                                               " WHERE id = ?5 AND fence = ?6 AND state = 'running'",
-                                           now, std::int64_t{!release.counts}, std::int64_t{release.suspect},
-                                           release.not_before, id, fence);
-      return released == 1;
+      Query released = database.query(std::string(released_columns) +
+                                          " attempt = attempt - ?2, suspect = max(suspect, ?3),"
+                                          " not_before = iif(cancel_requested, NULL, ?4)"
+                                          " WHERE id = ?5 AND fence = ?6 AND state = 'running' RETURNING state",
+                                      now, std::int64_t{!release.counts}, std::int64_t{release.suspect},
+                                      release.not_before, id, fence);
+      if (!released.row()) return queue::ReleaseOutcome::stale;
+      return released.text(0) == "queued" ? queue::ReleaseOutcome::queued : queue::ReleaseOutcome::cancelled;
     });
   }
 

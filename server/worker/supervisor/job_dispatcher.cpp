@@ -35,8 +35,8 @@ void JobDispatcher::claim_jobs(Time now) {
     if (idle()) start_claim(ClaimKind::suspect);
     return;
   }
-  while (found_none_ != notifications_ && has_slot(ClaimKind::any)) start_claim(ClaimKind::any);
-  while (found_none_small_ != notifications_ && has_slot(ClaimKind::small)) start_claim(ClaimKind::small);
+  while (claims_.none_left != notifications_ && has_slot(ClaimKind::any)) start_claim(ClaimKind::any);
+  while (claims_.none_left_small != notifications_ && has_slot(ClaimKind::small)) start_claim(ClaimKind::small);
 }
 
 JobDispatcher::Time JobDispatcher::next_claim(Time now) const {
@@ -46,20 +46,20 @@ JobDispatcher::Time JobDispatcher::next_claim(Time now) const {
 /// One slot is never given to a large job, so that small images need not wait for the end of large ones.
 bool JobDispatcher::has_slot(ClaimKind kind) const {
   const auto slots = static_cast<std::size_t>(settings_.slots);
-  // As many concurrent claims as the latest ones found jobs: a single job does not occupy all threads.
-  if (claiming_ >= std::max<std::size_t>(1, found_in_a_row_)) return false;
+  // One claim at a time until one leaves jobs behind: a single job does not occupy all threads.
+  if (claims_.count > 0 && !claims_.more_wait) return false;
   // Finished images wait in memory for the store; the limit makes the worker wait for a slow store.
   const std::size_t pending_max = slots + static_cast<std::size_t>(settings_.store_threads);
-  if (running_.size() + claiming_ >= slots || outcomes_.pending() >= pending_max) return false;
+  if (running_.size() + claims_.count >= slots || outcomes_.pending() >= pending_max) return false;
   if (kind == ClaimKind::small || slots == 1) return true;
   const auto large =
       std::count_if(running_.begin(), running_.end(), [](const auto& entry) { return entry.second.large; });
-  return static_cast<std::size_t>(large) + claiming_any_ < slots - 1;
+  return static_cast<std::size_t>(large) + claims_.large_count < slots - 1;
 }
 
 void JobDispatcher::start_claim(ClaimKind kind) {
-  ++claiming_;
-  if (kind == ClaimKind::any) ++claiming_any_;
+  ++claims_.count;
+  if (kind == ClaimKind::any) ++claims_.large_count;
   executor_.run([this, kind, notifications = notifications_.load()] {
     run_claim({.kind = kind, .notifications = notifications});
   });
@@ -69,6 +69,20 @@ void JobDispatcher::start_claim(ClaimKind kind) {
 void JobDispatcher::run_claim(ClaimResult result) noexcept {
   try {
     result.claim = queue_.lifecycle.claim(result.kind == ClaimKind::suspect, result.kind == ClaimKind::small);
+  } catch (const std::exception& failure) {
+    result.failed = true;
+    log_(LogLevel::error, "store_failure", {{"during", "claim"}, {"detail", failure.what()}});
+  }
+  post_claim(std::move(result));
+}
+
+void JobDispatcher::return_slot(std::optional<queue::Claim> claim) noexcept {
+  post_claim({.kind = ClaimKind::submitted, .claim = std::move(claim)});
+}
+
+/// Any thread.
+void JobDispatcher::post_claim(ClaimResult result) noexcept {
+  try {
     if (result.claim) {
       const queue::Job& job = result.claim->job;
       const auto queue_ms = static_cast<double>(std::max<std::int64_t>(*job.started_at - job.created_at, 0));
@@ -77,18 +91,33 @@ void JobDispatcher::run_claim(ClaimResult result) noexcept {
     }
   } catch (const std::exception& failure) {
     result.failed = true;
-    log_(LogLevel::error, "store_failure", {{"during", "claim"}, {"detail", failure.what()}});
+    log_(LogLevel::error, "job_not_assigned", {{"detail", failure.what()}});
   }
   events_.post([this, shared = std::make_shared<ClaimResult>(std::move(result))] { on_claimed(*shared); });
 }
 
+void JobDispatcher::offer_slot(Time now) {
+  const bool none_wait = claims_.none_left == notifications_ && claims_.none_left_small == notifications_;
+  const bool may_claim = process_.state() == WorkerState::ready && !deadlines_.draining() &&
+                         now >= claims_paused_until_ && !suspects_first_ && !suspects_available_;
+  offering_slot_ = none_wait && may_claim && claims_.count == 0 && has_slot(ClaimKind::any);
+  slot_offered_ = offering_slot_;
+}
+
+void JobDispatcher::withdraw_slot() {
+  if (!std::exchange(offering_slot_, false) || slot_offered_.exchange(false)) return;
+  ++claims_.count;  // a submission has taken it
+  ++claims_.large_count;
+}
+
 void JobDispatcher::on_claimed(ClaimResult& result) {
-  --claiming_;
-  if (result.kind == ClaimKind::any) --claiming_any_;
+  --claims_.count;
+  if (result.kind == ClaimKind::any || result.kind == ClaimKind::submitted) --claims_.large_count;
+  const bool none_left = !result.claim || result.claim->is_last;
   if (result.failed) {
     claims_paused_until_ = Time::clock::now() + settings_.store_pause;
   } else {
-    found_in_a_row_ = result.claim ? found_in_a_row_ + 1 : 0;
+    claims_.more_wait = !none_left;
   }
   if (result.claim) {
     const queue::Job& job = result.claim->job;
@@ -102,12 +131,15 @@ void JobDispatcher::on_claimed(ClaimResult& result) {
     } else {
       start_job(result);
     }
-  } else if (!result.failed) {
-    if (result.kind == ClaimKind::suspect) suspects_first_ = false;
-    if (result.kind == ClaimKind::any) found_none_ = result.notifications;
-    if (result.kind != ClaimKind::suspect) found_none_small_ = result.notifications;
+  } else if (!result.failed && result.kind == ClaimKind::suspect) {
+    suspects_first_ = false;
   }
-  if (claiming_ == 0) early_cancels_.clear();
+  if (none_left && !result.failed) {
+    if (result.kind == ClaimKind::any) claims_.none_left = result.notifications;
+    if (result.kind == ClaimKind::any || result.kind == ClaimKind::small)
+      claims_.none_left_small = result.notifications;
+  }
+  if (claims_.count == 0) early_cancels_.clear();
 }
 
 void JobDispatcher::start_job(ClaimResult& result) {
@@ -129,7 +161,7 @@ void JobDispatcher::start_job(ClaimResult& result) {
 void JobDispatcher::cancel(const std::string& id) {
   const auto found = running_.find(id);
   if (found == running_.end()) {
-    if (claiming_ > 0) early_cancels_.insert(id);
+    if (claims_.count > 0) early_cancels_.insert(id);
     return;
   }
   if (std::exchange(found->second.cancel_requested, true)) return;
@@ -141,6 +173,7 @@ void JobDispatcher::on_lease_lost(const queue::Lease& lease) {
   if (found == running_.end() || found->second.fence != lease.fence) return;
   log_(LogLevel::warning, "lease_lost", {{"job_id", lease.job_id}});
   found->second.lease_lost = true;
+  ++notifications_;  // the job may be queued again
   stop(lease.job_id);
 }
 

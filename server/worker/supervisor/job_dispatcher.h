@@ -11,8 +11,8 @@
 #include <string>
 
 #include "server/queue/queue.h"
-#include "server/worker/supervisor/crash_policy.h"
 #include "server/worker/supervisor/deadlines.h"
+#include "server/worker/supervisor/crash_policy.h"
 #include "server/worker/supervisor/outcome_writer.h"
 #include "server/worker/supervisor/worker_process.h"
 
@@ -37,7 +37,14 @@ class JobDispatcher {
   void on_jobs_available(bool suspects) noexcept;
   [[nodiscard]] int running() const { return running_count_; }
 
+  /// Any thread. As JobRunner.
+  bool take_slot() noexcept { return slot_offered_.exchange(false); }
+  void return_slot(std::optional<queue::Claim> claim) noexcept;
+
   void claim_jobs(Time now);
+  /// Offers a free slot to the next submission while no job waits, until `withdraw_slot`.
+  void offer_slot(Time now);
+  void withdraw_slot();
   [[nodiscard]] Time next_claim(Time now) const;  ///< the end of a pause
   void cancel(const std::string& id);
   void request_preview(const std::string& id, std::uint32_t side);
@@ -49,7 +56,7 @@ class JobDispatcher {
   int on_worker_exit(const WorkerExit& exit);
 
   /// No job runs, is being claimed or is being stored.
-  [[nodiscard]] bool idle() const { return running_.empty() && claiming_ == 0 && outcomes_.pending() == 0; }
+  [[nodiscard]] bool idle() const { return running_.empty() && claims_.count == 0 && outcomes_.pending() == 0; }
 
  private:
   struct RunningJob {
@@ -61,7 +68,8 @@ class JobDispatcher {
     std::optional<queue::Problem> stopped_for;  ///< by the supervisor
   };
 
-  enum class ClaimKind { any, small, suspect };
+  /// `submitted`: by a submission that has taken a slot.
+  enum class ClaimKind { any, small, suspect, submitted };
   struct ClaimResult {
     ClaimKind kind = ClaimKind::any;
     std::uint64_t notifications = 0;  ///< when the claim began
@@ -73,6 +81,7 @@ class JobDispatcher {
   [[nodiscard]] bool has_slot(ClaimKind kind) const;
   void start_claim(ClaimKind kind);
   void run_claim(ClaimResult result) noexcept;
+  void post_claim(ClaimResult result) noexcept;
   void on_claimed(ClaimResult& result);
   void start_job(ClaimResult& result);
   void stop(const std::string& id);
@@ -96,14 +105,18 @@ class JobDispatcher {
   std::atomic<std::uint64_t> notifications_ = 0;  ///< that jobs are available
   std::atomic<bool> suspects_available_ = true;   ///< also those of an earlier daemon
   std::atomic<int> running_count_ = 0;
+  std::atomic<bool> slot_offered_ = false;
+  bool offering_slot_ = false;  ///< since offer_slot
 
   std::map<std::string, RunningJob> running_;
-  std::size_t claiming_ = 0, claiming_any_ = 0;  ///< claims in progress; those that may return large jobs
-  std::size_t found_in_a_row_ = 0;               ///< jobs, by the latest claims
-  std::set<std::string> early_cancels_;          ///< cancelled during claims that may return them
-  /// Values of notifications_ at which a claim of this kind found nothing.
-  std::optional<std::uint64_t> found_none_, found_none_small_;
-  bool suspects_first_ = false;  ///< suspects may be queued; they run before all other jobs
+  struct {
+    std::size_t count = 0, large_count = 0;  ///< in progress; those that may return large jobs
+    bool more_wait = false;                  ///< after the latest claim
+    /// Values of notifications_ after which no job, or no small job, was left.
+    std::optional<std::uint64_t> none_left, none_left_small;
+  } claims_;
+  std::set<std::string> early_cancels_;  ///< cancelled during claims that may return them
+  bool suspects_first_ = false;          ///< suspects may be queued; they run before all other jobs
   Time claims_paused_until_{};
 };
 

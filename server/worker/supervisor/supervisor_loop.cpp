@@ -72,7 +72,9 @@ void Supervisor::Loop::run() {
     }
     process_.start_if_due(now);
     dispatcher_.claim_jobs(now);
+    dispatcher_.offer_slot(now);
     process_.wait(events_.descriptor(), next_deadline());
+    dispatcher_.withdraw_slot();
     read_messages();
     handle_worker_exit();
     for (const auto& event : events_.take()) event();

@@ -26,6 +26,8 @@ class Supervisor::Loop final : public queue::JobRunner {
   void cancel(const std::string& id) noexcept override;
   void request_preview(const std::string& id, std::uint32_t side) noexcept override;
   void on_lease_lost(const queue::Lease& lease) noexcept override;
+  bool take_slot() noexcept override { return dispatcher_.take_slot(); }
+  void return_slot(std::optional<queue::Claim> claim) noexcept override { dispatcher_.return_slot(std::move(claim)); }
   std::string not_ready() override;
 
   bool drain(std::chrono::milliseconds timeout);
