@@ -5,7 +5,7 @@
 
 #include "api/asset_requests.h"
 #include "server/http/access.h"
-#include "server/http/routes.h"
+#include "server/http/handlers/routes.h"
 
 api::Limits document_limits(const whittled::Config& config) {
   api::Limits limits;

@@ -8,11 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "api/document.h"
-#include "server/queue/disk_space.h"
-#include "server/queue/job.h"
 #include "server/queue/job_store.h"
-#include "server/queue/queue.h"
 #include "server/telemetry/json_log.h"
 #include "tracer/validate.h"
 
@@ -92,12 +88,7 @@ struct Problem {
   std::vector<tracer::Issue> errors;
 };
 
-Problem problem_of(const api::Refusal& refusal);
 Problem problem_of(const queue::StoreFailure& failure);
-Problem problem_of(const queue::Rejection& refused);
-Problem disk_full(const queue::DiskSpace& room);  ///< precondition: not enough
-/// Why a job that ended without an image has none. Precondition: failed or cancelled.
-Problem problem_of(const queue::Job& job);
 
 /// The level of the log line of a request: `failure` decides when there is one; reads that went well are `debug`,
 /// changes `info`.

@@ -3,7 +3,7 @@
 
 #include <cstdio>
 
-#include "server/http/routes.h"
+#include "server/http/handlers/routes.h"
 #include "server/queue/queue.h"
 #include "server/storage/files/file_asset_store.h"
 #include "tests/conformance/temporary_stores.h"

@@ -1,6 +1,6 @@
 /// The archive is the same whatever pieces it is read in.
 
-#include "server/http/tar.h"
+#include "server/http/handlers/tar.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 
 #include "api/estimate.h"
 #include "server/http/handlers/handlers.h"
-#include "server/http/tar.h"
+#include "server/http/handlers/tar.h"
 #include "server/resources/queue_json.h"
 
 namespace http {

@@ -3,7 +3,6 @@
 #include <charconv>
 #include <cstdint>
 
-#include "server/http/event_stream_text.h"
 #include "server/http/handlers/handlers.h"
 #include "server/resources/job_json.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "server/http/routes.h"
+#include "server/http/handlers/routes.h"
 #include "tracer/result.h"
 
 namespace http {
@@ -80,6 +80,13 @@ class Readiness {
 };
 Answer get_readiness(Request& request, Readiness& readiness);
 Answer get_metrics(Request& request, const Health& health);
+
+// ---- domain_problems.cpp
+Problem problem_of(const api::Refusal& refusal);
+Problem problem_of(const queue::Rejection& rejection);
+Problem disk_full(const queue::DiskSpace& space);  ///< Precondition: not enough
+/// The reason why a job has no image. Precondition: failed or cancelled.
+Problem problem_of(const queue::Job& job);
 
 // ---- shared
 

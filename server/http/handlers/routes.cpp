@@ -1,4 +1,4 @@
-#include "server/http/routes.h"
+#include "server/http/handlers/routes.h"
 
 #include "server/http/access.h"
 #include "server/http/handlers/handlers.h"

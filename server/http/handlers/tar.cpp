@@ -1,4 +1,4 @@
-#include "server/http/tar.h"
+#include "server/http/handlers/tar.h"
 
 #include <algorithm>
 #include <array>

@@ -75,4 +75,8 @@ struct Health {
 };
 std::vector<Route> health_routes(const Health& health);
 
+/// An event in the format of server-sent events (HTML Living Standard, section 9.2): "id: n", "event: state",
+/// "data: {...}" and an empty line.
+std::string event_text(const queue::JobEvent& event);
+
 }  // namespace http
