@@ -21,16 +21,16 @@ api::Limits document_limits(const whittled::Config& config) {
   return limits;
 }
 
-http::GateSettings gate_settings(const whittled::Config& config, const std::string& spool_directory,
-                                 const keys::KeyRing* ring) {
-  http::GateSettings settings;
+http::HttpServerSettings gate_settings(const whittled::Config& config, const std::string& spool_directory,
+                                       const keys::KeyRing* ring) {
+  http::HttpServerSettings settings;
   settings.host = config.listen.host;
   settings.port = config.listen.port;
   settings.connections_max = config.connections;
   settings.connections_per_address_max = config.connections_per_address;
   settings.handler_threads = config.handler_threads;
   settings.head.body_bytes = config.body_bytes;
-  settings.judge = [ring](const http::RequestHead& head) { return http::refusal(head, ring); };
+  settings.head_filter = [ring](const http::RequestHead& head) { return http::refusal(head, ring); };
   settings.head.asset_bytes = config.asset_bytes;
   settings.spool_directory = spool_directory;
   settings.spool_bytes = config.spool_bytes;
@@ -73,14 +73,15 @@ std::vector<whittled::ConfigError> validate_webhooks(const whittled::Config& con
   return errors;
 }
 
-http::GateSettings health_gate_settings(const whittled::Config& config, const std::string& spool_directory) {
-  http::GateSettings settings;
+http::HttpServerSettings health_gate_settings(const whittled::Config& config, const std::string& spool_directory) {
+  http::HttpServerSettings settings;
   settings.host = config.health_listen.host;
   settings.port = config.health_listen.port;
   settings.connections_max = settings.connections_per_address_max = 256;
   settings.handler_threads = 1;
   settings.waiting_max = 64;
-  if (config.keys.empty()) settings.judge = [](const http::RequestHead& head) { return http::refusal(head, nullptr); };
+  if (config.keys.empty())
+    settings.head_filter = [](const http::RequestHead& head) { return http::refusal(head, nullptr); };
   settings.head.body_bytes = settings.head.asset_bytes = 0;
   settings.spool_directory = spool_directory;
   return settings;

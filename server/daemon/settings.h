@@ -15,10 +15,10 @@
 api::Limits document_limits(const whittled::Config& config);
 
 /// `ring`: null where there are no keys.
-http::GateSettings gate_settings(const whittled::Config& config, const std::string& spool_directory,
-                                 const keys::KeyRing* ring);
+http::HttpServerSettings gate_settings(const whittled::Config& config, const std::string& spool_directory,
+                                       const keys::KeyRing* ring);
 /// One thread suffices for three short routes, and a probe needs no body.
-http::GateSettings health_gate_settings(const whittled::Config& config, const std::string& spool_directory);
+http::HttpServerSettings health_gate_settings(const whittled::Config& config, const std::string& spool_directory);
 
 /// Both throw with the reason when the options do not make sense together with what is in the file.
 webhooks::WebhookSettings webhook_settings(const whittled::Config& config);

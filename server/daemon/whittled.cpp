@@ -26,9 +26,9 @@
 #include "server/daemon/config.h"
 #include "server/daemon/settings.h"
 #include "server/http/access.h"
+#include "server/http/handlers/routes.h"
 #include "server/http/http_server.h"
 #include "server/http/probe.h"
-#include "server/http/handlers/routes.h"
 #include "server/keys/key_ring.h"
 #include "server/queue/asset_collector.h"
 #include "server/queue/disk_health.h"
@@ -225,8 +225,8 @@ bool serve(const whittled::Config& config, keys::KeyRing* ring, const telemetry:
   const std::string spool_directory = config.data + "/spool";
   std::filesystem::create_directories(spool_directory);
   std::atomic<bool> draining = false;
-  http::GateSettings settings = gate_settings(config, spool_directory, ring);
-  settings.told = [&metrics](std::string_view method, std::string_view route, int status, double seconds) {
+  http::HttpServerSettings settings = gate_settings(config, spool_directory, ring);
+  settings.on_response = [&metrics](std::string_view method, std::string_view route, int status, double seconds) {
     telemetry::count_request(metrics, method, route, status, seconds);
   };
   const http::ApiContext front{

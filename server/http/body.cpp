@@ -12,11 +12,11 @@
 namespace http {
 namespace {
 
-/// A file without a name: gone with its descriptor, however the process ends.
+/// A file without a name; the kernel deletes it with its descriptor, however the process ends.
 int open_unlinked(const std::string& directory) {
   const int fd = ::open(directory.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
   if (fd >= 0) return fd;
-  std::string path = directory + "/body-XXXXXX";  // not every file system knows O_TMPFILE
+  std::string path = directory + "/body-XXXXXX";  // not every file system supports O_TMPFILE
   const int named = ::mkostemp(path.data(), O_CLOEXEC);
   if (named >= 0) ::unlink(path.c_str());
   return named;
@@ -34,20 +34,17 @@ bool write_all(int fd, std::string_view bytes) {
 
 }  // namespace
 
-Body::Body(Body&& other) noexcept
-    : budget_(other.budget_),
-      memory_(std::exchange(other.memory_, {})),
-      fd_(std::exchange(other.fd_, -1)),
-      size_(std::exchange(other.size_, 0)) {}
-
 Body& Body::operator=(Body&& other) noexcept {
-  if (this == &other) return *this;
-  release();
-  budget_ = other.budget_;
-  memory_ = std::exchange(other.memory_, {});
-  fd_ = std::exchange(other.fd_, -1);
-  size_ = std::exchange(other.size_, 0);
+  Body former(std::move(other));
+  swap(former);
   return *this;
+}
+
+void Body::swap(Body& other) noexcept {
+  std::swap(budget_, other.budget_);
+  std::swap(memory_, other.memory_);
+  std::swap(fd_, other.fd_);
+  std::swap(size_, other.size_);
 }
 
 Body::~Body() { release(); }
@@ -95,10 +92,10 @@ std::size_t Body::read(std::uint64_t offset, char* into, std::size_t size) const
   size = std::min<std::uint64_t>(size, size_ - offset);
   if (fd_ < 0) return memory_.copy(into, size, offset);
   for (std::size_t done = 0; done < size;) {
-    const ssize_t got = ::pread(fd_, into + done, size - done, static_cast<off_t>(offset + done));
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) throw std::system_error(got < 0 ? errno : EIO, std::generic_category(), "spooled body");
-    done += static_cast<std::size_t>(got);
+    const ssize_t count = ::pread(fd_, into + done, size - done, static_cast<off_t>(offset + done));
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) throw std::system_error(count < 0 ? errno : EIO, std::generic_category(), "spooled body");
+    done += static_cast<std::size_t>(count);
   }
   return size;
 }

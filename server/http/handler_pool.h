@@ -1,6 +1,7 @@
 #pragma once
-/// The few threads that handle requests, each with its own router, behind a bounded queue.
+/// Threads that run handlers, behind a bounded queue.
 
+#include <condition_variable>
 #include <cstddef>
 #include <deque>
 #include <functional>
@@ -8,36 +9,32 @@
 #include <thread>
 #include <vector>
 
-#include "server/http/router.h"
-#include "server/queue/idle_threads.h"
-
 namespace http {
 
 class HandlerPool {
  public:
   /// Must not throw.
-  using Task = std::function<void(Router&)>;
+  using Task = std::function<void()>;
 
-  /// `waiting_max` bounds what `submit` lets wait.
-  HandlerPool(std::size_t threads, std::size_t waiting_max, const std::vector<Route>& routes,
-              const telemetry::Log& log);
-  ~HandlerPool();  ///< finishes what waits
+  /// `waiting_max` is the length of the queue.
+  HandlerPool(std::size_t threads, std::size_t waiting_max);
+  ~HandlerPool();  ///< finishes the queued tasks
 
-  /// False, at once, when the queue is full. `heavy` tasks (large bodies, which take a second to read and parse) never
-  /// hold all threads: half of them stay for short requests, unless there is only one.
-  bool submit(Task task, bool heavy);
+  /// Returns false at once if the queue is full. Requests with a large body take up to a second to parse. They use at
+  /// most half of the threads (at least one), so that short requests do not wait for them.
+  bool submit(Task task, bool large_body);
 
-  /// For requests that were let in before and waited without a thread: never refused, and first in line.
+  /// Queues a task of a request that was accepted before: never refused, and first in line.
   void resume(Task task);
 
  private:
-  void run(const std::vector<Route>& routes, const telemetry::Log& log);
+  void run();
 
-  const std::size_t heavy_max_, waiting_max_;
+  const std::size_t large_max_, waiting_max_;
   std::mutex mutex_;
-  queue::IdleThreads idle_;
-  std::deque<Task> light_, heavy_;
-  std::size_t heavy_running_ = 0;
+  std::condition_variable changed_;
+  std::deque<Task> small_, large_;
+  std::size_t large_running_ = 0;
   bool stopping_ = false;
   std::vector<std::thread> threads_;
 };

@@ -6,10 +6,10 @@
 
 namespace http {
 
-HttpServer::HttpServer(const GateSettings& settings, const std::vector<Route>& routes,
+HttpServer::HttpServer(const HttpServerSettings& settings, std::vector<Route> routes,
                        std::function<std::string()> new_request_id, const telemetry::Log& log) {
-  std::signal(SIGPIPE, SIG_IGN);  // a client that leaves is an error code, not a signal
-  loop_ = std::make_unique<Loop>(settings, routes, std::move(new_request_id), log);
+  std::signal(SIGPIPE, SIG_IGN);  // writing to a disconnected client returns an error code
+  loop_ = std::make_unique<EventLoop>(settings, std::move(routes), std::move(new_request_id), log);
 }
 
 HttpServer::~HttpServer() = default;

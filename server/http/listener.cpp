@@ -1,15 +1,13 @@
 #include "server/http/listener.h"
 
-#include <arpa/inet.h>
 #include <fcntl.h>
-#include <netinet/in.h>
+#include <netdb.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include <array>
 #include <cerrno>
-#include <cstring>
+#include <memory>
 #include <system_error>
 
 namespace http {
@@ -17,100 +15,77 @@ namespace {
 
 constexpr int backlog = 1024;  // a burst while the loop is busy for some milliseconds; the kernel caps it at somaxconn
 
-struct SocketAddress {
-  sockaddr_storage storage{};
-  socklen_t size = 0;
-};
+using AddressList = std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)>;
 
-sockaddr* raw(SocketAddress& address) { return reinterpret_cast<sockaddr*>(&address.storage); }
-
-SocketAddress socket_address(const std::string& host, std::uint16_t port) {
-  SocketAddress address;
-  sockaddr_in v4{};
-  sockaddr_in6 v6{};
-  if (inet_pton(AF_INET, host.c_str(), &v4.sin_addr) == 1) {
-    v4.sin_family = AF_INET;
-    v4.sin_port = htons(port);
-    std::memcpy(&address.storage, &v4, sizeof v4);
-    address.size = sizeof v4;
-  } else if (inet_pton(AF_INET6, host.c_str(), &v6.sin6_addr) == 1) {
-    v6.sin6_family = AF_INET6;
-    v6.sin6_port = htons(port);
-    std::memcpy(&address.storage, &v6, sizeof v6);
-    address.size = sizeof v6;
-  } else {
+AddressList parse_address(const std::string& host, std::uint16_t port) {
+  addrinfo hints{};
+  hints.ai_flags = AI_NUMERICHOST | AI_NUMERICSERV;
+  hints.ai_socktype = SOCK_STREAM;
+  addrinfo* found = nullptr;
+  if (::getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &found) != 0) {
     throw std::system_error(EINVAL, std::generic_category(), "\"" + host + "\" is no literal address");
   }
-  return address;
+  return {found, &::freeaddrinfo};
 }
 
-std::uint16_t port_of(const sockaddr_storage& storage) {
-  sockaddr_in6 v6{};  // the port is at the same place in both
-  std::memcpy(&v6, &storage, sizeof v6);
-  return ntohs(v6.sin6_port);
-}
+struct SocketAddress {
+  sockaddr_storage storage{};
+  socklen_t size = sizeof storage;
 
-std::string host_of(const sockaddr_storage& storage) {
-  std::array<char, INET6_ADDRSTRLEN> text{};
-  if (storage.ss_family == AF_INET) {
-    sockaddr_in v4{};
-    std::memcpy(&v4, &storage, sizeof v4);
-    inet_ntop(AF_INET, &v4.sin_addr, text.data(), text.size());
-  } else {
-    sockaddr_in6 v6{};
-    std::memcpy(&v6, &storage, sizeof v6);
-    inet_ntop(AF_INET6, &v6.sin6_addr, text.data(), text.size());
+  sockaddr* get() { return reinterpret_cast<sockaddr*>(&storage); }
+  std::string host() {
+    std::array<char, NI_MAXHOST> text{};
+    ::getnameinfo(get(), size, text.data(), text.size(), nullptr, 0, NI_NUMERICHOST);
+    return text.data();
   }
-  return text.data();
-}
+  std::uint16_t port() {
+    std::array<char, NI_MAXSERV> text{};
+    ::getnameinfo(get(), size, nullptr, 0, text.data(), text.size(), NI_NUMERICSERV);
+    return static_cast<std::uint16_t>(std::stoi(text.data()));
+  }
+};
 
-int open_spare() { return ::open("/dev/null", O_RDONLY | O_CLOEXEC); }
+support::Descriptor open_reserve() { return support::Descriptor(::open("/dev/null", O_RDONLY | O_CLOEXEC)); }
 
 }  // namespace
 
 Listener::Listener(const std::string& host, std::uint16_t port) {
-  SocketAddress address = socket_address(host, port);
+  const AddressList address = parse_address(host, port);
   const int on = 1;
-  fd_ = ::socket(address.storage.ss_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-  const bool listening = fd_ >= 0 && ::setsockopt(fd_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) == 0 &&
-                         ::bind(fd_, raw(address), address.size) == 0 && ::listen(fd_, backlog) == 0 &&
-                         ::getsockname(fd_, raw(address), &address.size) == 0;
+  SocketAddress bound;
+  socket_ = support::Descriptor(::socket(address->ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+  const bool listening = socket_ && ::setsockopt(fd(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) == 0 &&
+                         ::bind(fd(), address->ai_addr, address->ai_addrlen) == 0 && ::listen(fd(), backlog) == 0 &&
+                         ::getsockname(fd(), bound.get(), &bound.size) == 0;
   if (!listening) {
     const int error = errno;
-    close();
     throw std::system_error(error, std::generic_category(),
                             "cannot listen on " + host + ", port " + std::to_string(port));
   }
-  port_ = port_of(address.storage);
-  spare_fd_ = open_spare();
+  port_ = bound.port();
+  reserve_ = open_reserve();
 }
 
-Listener::~Listener() { close(); }
-
 void Listener::close() {
-  if (fd_ >= 0) ::close(fd_);
-  if (spare_fd_ >= 0) ::close(spare_fd_);
-  fd_ = spare_fd_ = -1;
+  socket_.reset();
+  reserve_.reset();
 }
 
 std::optional<Listener::Accepted> Listener::accept(bool& exhausted) {
   SocketAddress peer;
-  peer.size = sizeof peer.storage;
-  const int fd = ::accept4(fd_, raw(peer), &peer.size, SOCK_NONBLOCK | SOCK_CLOEXEC);
-  exhausted = fd < 0 && (errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM);
-  if (exhausted) reject_connection();
-  if (fd < 0) return std::nullopt;
-  const int on = 1;
-  ::setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on,
-               sizeof on);  // replies are written whole; a delay would only add 40 ms
-  return Accepted{fd, host_of(peer.storage)};
+  support::Descriptor socket(::accept4(fd(), peer.get(), &peer.size, SOCK_NONBLOCK | SOCK_CLOEXEC));
+  exhausted = !socket && (errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM);
+  if (exhausted) close_one_client();
+  if (!socket) return std::nullopt;
+  const int on = 1;  // replies are written whole; Nagle's algorithm would only add 40 ms
+  ::setsockopt(socket.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+  return Accepted{std::move(socket), peer.host()};
 }
 
-void Listener::reject_connection() {
-  if (spare_fd_ >= 0) ::close(spare_fd_);
-  const int fd = ::accept4(fd_, nullptr, nullptr, SOCK_CLOEXEC);
-  if (fd >= 0) ::close(fd);
-  spare_fd_ = open_spare();
+void Listener::close_one_client() {
+  reserve_.reset();
+  support::Descriptor(::accept4(fd(), nullptr, nullptr, SOCK_CLOEXEC));
+  reserve_ = open_reserve();
 }
 
 }  // namespace http

@@ -5,34 +5,34 @@
 #include <optional>
 #include <string>
 
+#include "server/support/descriptor.h"
+
 namespace http {
 
 class Listener {
  public:
-  /// Binds and listens. `host` is a literal address; port 0 takes a free one. Throws std::system_error with a sentence
+  /// Binds and listens. `host` is a literal address; port 0 selects a free one. Throws std::system_error with a message
   /// that names the address.
   Listener(const std::string& host, std::uint16_t port);
-  Listener(const Listener&) = delete;
-  ~Listener();
 
-  [[nodiscard]] int fd() const { return fd_; }
+  [[nodiscard]] int fd() const { return socket_.get(); }
   [[nodiscard]] std::uint16_t port() const { return port_; }
 
   struct Accepted {
-    int fd = -1;  ///< non-blocking, closed on exec, without Nagle's delay; the caller's
+    support::Descriptor socket;  ///< non-blocking, closed on exec, with TCP_NODELAY
     std::string remote;
   };
-  /// The next waiting client, if any. When descriptors are exhausted one waiting client is turned away, so that the
-  /// loop does not spin on it; `exhausted` tells.
+  /// Accepts the next waiting client, if any. If descriptors are exhausted, sets `exhausted` and closes one waiting
+  /// client; otherwise the loop would spin on it.
   std::optional<Accepted> accept(bool& exhausted);
 
-  void close();  ///< later clients are refused by the kernel
+  void close();  ///< the kernel refuses later clients
 
  private:
-  void reject_connection();
+  void close_one_client();
 
-  int fd_ = -1;
-  int spare_fd_ = -1;  ///< given up for a moment to accept and close a client when there are no others
+  support::Descriptor socket_;
+  support::Descriptor reserve_;  ///< closed for a moment to accept and close a client if there is no other descriptor
   std::uint16_t port_ = 0;
 };
 

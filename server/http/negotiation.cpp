@@ -3,31 +3,12 @@
 #include <algorithm>
 #include <charconv>
 
+#include "server/http/header_text.h"
+
 namespace http {
 namespace {
 
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
-
-/// Takes the text up to `separator` off the front of `text`, trimmed.
-std::string_view take_until(std::string_view& text, char separator) {
-  const std::string_view part = text.substr(0, text.find(separator));
-  text.remove_prefix(std::min(text.size(), part.size() + 1));
-  return trimmed(part);
-}
-
-std::string lowered(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return result;
-}
-
-/// "0.75" as 750; nothing when it is no weight (RFC 9110, section 12.4.2).
+/// A weight in thousandths, "0.75" as 750; nothing if it is invalid (RFC 9110, section 12.4.2).
 std::optional<int> thousandths(std::string_view text) {
   if (text.empty() || text.size() > 5 || (text[0] != '0' && text[0] != '1')) return std::nullopt;
   if (text.size() > 1 && text[1] != '.') return std::nullopt;
@@ -57,7 +38,7 @@ std::optional<MediaRange> read_media_range(std::string_view member) {
   return range;
 }
 
-/// How closely `range` describes `type`: 0 not at all, 3 exactly.
+/// Precision with which `range` describes `type`: 0 no match, 3 exact.
 int specificity(const std::string& range, std::string_view type) {
   if (range == type) return 3;
   if (range == std::string(type.substr(0, type.find('/'))) + "/*") return 2;
@@ -129,7 +110,7 @@ std::optional<std::chrono::seconds> preferred_wait(std::string_view prefer) {
     value = trimmed(value);
     if (value.size() >= 2 && value.front() == '"' && value.back() == '"') value = value.substr(1, value.size() - 2);
     const auto seconds = position(value);
-    constexpr std::uint64_t year = 31'536'000;  // longer is as good as for ever, and fits into any arithmetic
+    constexpr std::uint64_t year = 31'536'000;  // a longer wait makes no difference, and larger numbers could overflow
     return seconds ? std::optional(std::chrono::seconds(std::min(*seconds, year))) : std::nullopt;
   }
   return std::nullopt;

@@ -1,17 +1,17 @@
 #pragma once
-/// The daemon asked from outside, for machines without curl: what a container's health check runs.
+/// Readiness probe over HTTP, for the health check of a container without curl.
 
 #include <cstdint>
 #include <string>
 
 namespace http {
 
-/// What /readyz of the health listener answers: "ready", or why not. `ready` is whether it said 200 within 3 s. A
-/// wildcard address is asked on the loopback of its family.
+/// Reply of /readyz of the health listener: "ready", or the reason why it is not. `ready`: it was 200 within 3 s.
 struct Probe {
   bool ready = false;
   std::string answer;
 };
+/// `host` is the listen address; a wildcard address is probed on the loopback address of its family.
 Probe probe(const std::string& host, std::uint16_t port);
 
 }  // namespace http

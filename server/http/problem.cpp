@@ -79,20 +79,6 @@ static_assert(in_order(), "one rule per Failure, in its order");
 
 const FailureRule& rule_of(Failure failure) { return rules[static_cast<std::size_t>(failure)]; }
 
-Problem problem_of(const queue::StoreFailure& failure) {
-  // What exactly went wrong is the operator's business (the log has it); the client learns what it can rely on.
-  if (failure.kind == queue::StoreFailure::Kind::full) {
-    return {Failure::disk_full, "the disk is full; nothing was stored", {}};
-  }
-  if (failure.kind == queue::StoreFailure::Kind::broken) {
-    return {Failure::store_unavailable,
-            "the disk failed; whether this was stored is known when the daemon is back: ask again, and under the same "
-            "Idempotency-Key if there was one",
-            {}};
-  }
-  return {Failure::store_unavailable, "the store is not available; nothing was stored", {}};
-}
-
 telemetry::Level level_of(std::optional<Failure> failure, std::string_view method) {
   if (failure) return rule_of(*failure).level;
   return method == "GET" || method == "HEAD" ? Level::debug : Level::info;

@@ -1,6 +1,6 @@
 #pragma once
-/// Every way a request can fail, and what that means: HTTP status, title, log level, when to try again. Decided here
-/// and nowhere else; the rest of the program names a Failure and says one sentence about this case.
+/// All failures of requests, with HTTP status, title, log level and Retry-After. They are decided here only; other code
+/// names a Failure and adds a sentence about the case.
 
 #include <cstdint>
 #include <optional>
@@ -8,14 +8,13 @@
 #include <string_view>
 #include <vector>
 
-#include "server/queue/job_store.h"
 #include "server/telemetry/json_log.h"
 #include "tracer/validate.h"
 
 namespace http {
 
 enum class Failure {
-  // What the gate finds wrong with a request before anyone handles it. It closes the connection after telling.
+  // Refused by the server before a handler is called; most of them close the connection.
   bad_request,
   request_timeout,
   length_required,
@@ -28,7 +27,7 @@ enum class Failure {
   version_not_supported,
   too_many_connections,
   overloaded,
-  // What handlers answer.
+  // Answered by handlers.
   misdirected,
   unauthenticated,
   forbidden,
@@ -70,7 +69,7 @@ enum class Failure {
   internal,
 };
 
-/// What is decided once per Failure.
+/// Properties of all problems with one Failure.
 struct FailureRule {
   Failure failure;
   std::string_view name;  ///< stable; the problem's type is "urn:whittle:problem:" + name
@@ -81,17 +80,15 @@ struct FailureRule {
 };
 const FailureRule& rule_of(Failure failure);
 
-/// One occurrence: what the client is told.
+/// One occurrence, as the client receives it.
 struct Problem {
   Failure failure = Failure::internal;
-  std::string detail;  ///< one sentence about this case; never a path, a query or a stack of ours
-  std::vector<tracer::Issue> errors;
+  std::string detail;  ///< one sentence about this case, without internal paths, SQL or stack traces
+  std::vector<tracer::Issue> errors = {};
 };
 
-Problem problem_of(const queue::StoreFailure& failure);
-
-/// The level of the log line of a request: `failure` decides when there is one; reads that went well are `debug`,
-/// changes `info`.
+/// The level of the log line of a request: that of the failure if there is one, otherwise debug for reads and info for
+/// changes.
 telemetry::Level level_of(std::optional<Failure> failure, std::string_view method);
 
 }  // namespace http

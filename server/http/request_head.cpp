@@ -4,12 +4,14 @@
 #include <array>
 #include <charconv>
 
+#include "server/http/header_text.h"
+
 namespace http {
 namespace {
 
-using Refusal = std::optional<RefusedHead>;
+using Refusal = std::optional<Problem>;
 
-RefusedHead bad(std::string detail) { return {Failure::bad_request, std::move(detail)}; }
+Problem bad(std::string detail) { return {Failure::bad_request, std::move(detail)}; }
 
 /// RFC 9110, section 5.6.2.
 bool is_token_char(char c) {
@@ -19,19 +21,6 @@ bool is_token_char(char c) {
 bool is_token(std::string_view text) { return !text.empty() && std::all_of(text.begin(), text.end(), is_token_char); }
 
 bool is_control(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }
-
-char lowered(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
-std::string lowered(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) c = lowered(c);
-  return result;
-}
-
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
 
 int hex_value(char c) {
   if (c >= '0' && c <= '9') return c - '0';
@@ -46,7 +35,7 @@ Refusal read_version(std::string_view text, RequestHead& head) {
     return bad("the request line must be METHOD SP TARGET SP HTTP/1.1");
   }
   if (text != "HTTP/1.1" && text != "HTTP/1.0") {
-    return RefusedHead{Failure::version_not_supported, std::string(text) + " is not spoken here"};
+    return Problem{Failure::version_not_supported, std::string(text) + " is not supported"};
   }
   head.keep_alive = text == "HTTP/1.1";
   return std::nullopt;
@@ -68,8 +57,8 @@ Refusal read_query(std::string_view text, RequestHead& head) {
 
 Refusal read_target(std::string_view target, const HeadLimits& limits, RequestHead& head) {
   if (target.size() > limits.target_bytes) {
-    return RefusedHead{Failure::target_too_long, "the target has " + std::to_string(target.size()) +
-                                                     " bytes, the limit is " + std::to_string(limits.target_bytes)};
+    return Problem{Failure::target_too_long, "the target has " + std::to_string(target.size()) +
+                                                 " bytes, the limit is " + std::to_string(limits.target_bytes)};
   }
   if (!target.starts_with('/')) return bad("the target must be an absolute path");
   const bool plain = std::all_of(target.begin(), target.end(), [](char c) { return c > 0x20 && c < 0x7f && c != '#'; });
@@ -96,7 +85,7 @@ Refusal read_request_line(std::string_view line, const HeadLimits& limits, Reque
   if (auto refused = read_version(line.substr(last + 1), head)) return refused;
   constexpr std::array<std::string_view, 7> known{"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"};
   if (std::find(known.begin(), known.end(), method) == known.end()) {
-    return RefusedHead{Failure::not_implemented, std::string(method.substr(0, 32)) + " is not known here"};
+    return Problem{Failure::not_implemented, std::string(method.substr(0, 32)) + " is not supported"};
   }
   head.method = method;
   return read_target(line.substr(first + 1, last - first - 1), limits, head);
@@ -125,23 +114,21 @@ Refusal read_content_length(std::string_view text, const HeadLimits& limits, Req
   std::uint64_t length = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), length);
   if (error != std::errc{} || length > limit) {
-    return RefusedHead{Failure::body_too_large, "the body has " + std::string(text.substr(0, 24)) +
-                                                    " bytes, the limit " + (is_upload ? "asset_bytes" : "body_bytes") +
-                                                    " is " + std::to_string(limit)};
+    return Problem{Failure::body_too_large, "the body has " + std::string(text.substr(0, 24)) + " bytes, the limit " +
+                                                (is_upload ? "asset_bytes" : "body_bytes") + " is " +
+                                                std::to_string(limit)};
   }
   head.content_length = length;
   return std::nullopt;
 }
 
-/// All Connection headers count; close beats keep-alive.
+/// All Connection headers count; close overrides keep-alive.
 void read_connection(RequestHead& head) {
   bool close = false;
   for (const auto& [name, value] : head.headers) {
     if (name != "connection") continue;
     for (std::string_view rest = value; !rest.empty();) {
-      const std::string_view part = rest.substr(0, rest.find(','));
-      rest.remove_prefix(std::min(rest.size(), part.size() + 1));
-      const std::string option = lowered(trimmed(part));
+      const std::string option = lowered(take_until(rest, ','));
       close = close || option == "close";
       head.keep_alive = head.keep_alive || option == "keep-alive";
     }
@@ -149,7 +136,7 @@ void read_connection(RequestHead& head) {
   head.keep_alive = head.keep_alive && !close;
 }
 
-/// A name or address with an optional port; nothing that could be part of another header, path or user info.
+/// A name or address with an optional port, without characters of other headers, paths or user information.
 bool is_host(std::string_view text) {
   return !text.empty() && text.size() <= 255 && std::all_of(text.begin(), text.end(), [](char c) {
     return (c >= '0' && c <= '9') || (lowered(c) >= 'a' && lowered(c) <= 'z') ||
@@ -157,8 +144,8 @@ bool is_host(std::string_view text) {
   });
 }
 
-/// What the header lines mean together: how the body is framed and whether the connection may go on.
-Refusal judge_headers(const HeadLimits& limits, bool http_1_1, RequestHead& head) {
+/// Checks the headers together: framing of the body, and persistence of the connection.
+Refusal check_headers(const HeadLimits& limits, bool http_1_1, RequestHead& head) {
   const auto count = [&](std::string_view name) {
     return std::count_if(head.headers.begin(), head.headers.end(), [&](const auto& h) { return h.first == name; });
   };
@@ -171,11 +158,11 @@ Refusal judge_headers(const HeadLimits& limits, bool http_1_1, RequestHead& head
 
   const auto length = head.header("content-length");
   if (head.header("transfer-encoding")) {
-    if (length || !http_1_1) return bad("Transfer-Encoding is not taken here");
-    return RefusedHead{Failure::length_required, "Transfer-Encoding is not taken; send Content-Length"};
+    if (length || !http_1_1) return bad("Transfer-Encoding is not supported");
+    return Problem{Failure::length_required, "Transfer-Encoding is not supported; send Content-Length"};
   }
   if (head.header("content-encoding")) {
-    return RefusedHead{Failure::unsupported_encoding, "send the body without Content-Encoding"};
+    return Problem{Failure::unsupported_encoding, "send the body without Content-Encoding"};
   }
   if (length) {
     if (auto refused = read_content_length(*length, limits, head)) return refused;
@@ -184,7 +171,7 @@ Refusal judge_headers(const HeadLimits& limits, bool http_1_1, RequestHead& head
   if (bodiless && head.content_length.value_or(0) > 0) return bad(head.method + " must not have a body");
   if (const auto expect = head.header("expect")) {
     if (lowered(*expect) != "100-continue") {
-      return RefusedHead{Failure::expectation_failed, "only 100-continue can be expected"};
+      return Problem{Failure::expectation_failed, "the only supported expectation is 100-continue"};
     }
     head.expects_continue = http_1_1 && head.content_length.value_or(0) > 0;
   }
@@ -201,8 +188,7 @@ LineResult next_line(std::string_view rest, std::size_t bytes_max, Failure too_l
   const std::size_t end = rest.substr(0, bytes_max + 2).find('\n');
   if (end == std::string_view::npos) {
     if (rest.size() < bytes_max + 2) return {};
-    return {{},
-            RefusedHead{too_long, "a line of the head is over the limit of " + std::to_string(bytes_max) + " bytes"}};
+    return {{}, Problem{too_long, "a line of the head exceeds the limit of " + std::to_string(bytes_max) + " bytes"}};
   }
   if (end == 0 || rest[end - 1] != '\r') return {{}, bad("lines must end with CR LF")};
   const std::string_view line = rest.substr(0, end - 1);
@@ -257,13 +243,13 @@ HeadResult read_head(std::string_view bytes, const HeadLimits& limits) {
       break;
     }
     if (at - headers_begin > limits.header_bytes || head.headers.size() == limits.header_count) {
-      return RefusedHead{Failure::headers_too_large, "the limits are " + std::to_string(limits.header_count) +
-                                                         " headers and " + std::to_string(limits.header_bytes) +
-                                                         " bytes of them"};
+      return Problem{Failure::headers_too_large, "the limits are " + std::to_string(limits.header_count) +
+                                                     " headers and " + std::to_string(limits.header_bytes) +
+                                                     " bytes of them"};
     }
     if (auto refused = read_header_line(*next.line, head)) return *refused;
   }
-  if (auto refused = judge_headers(limits, http_1_1, head)) return *refused;
+  if (auto refused = check_headers(limits, http_1_1, head)) return *refused;
   return head;
 }
 

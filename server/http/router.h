@@ -1,38 +1,37 @@
 #pragma once
-/// Finds the handler of a request: the only file of ours that speaks to cpp-httplib is its .cpp.
-///
-/// The library is given a request line that the gate has checked and written anew, never a client's bytes, headers or
-/// body; it matches the path, and its own reply goes nowhere. One router belongs to one thread at a time.
+/// Matches requests to routes.
 
 #include <functional>
-#include <memory>
-#include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
-#include "server/http/pending_request.h"
-#include "server/telemetry/json_log.h"
+#include "server/http/reply.h"
+#include "server/http/request.h"
 
 namespace http {
 
+/// Processes a request. Called from several threads at once. An exception becomes a problem without details.
+using Handler = std::function<Answer(Request&)>;
+
+struct Route {
+  std::string method;   ///< GET also serves HEAD
+  std::string pattern;  ///< "/v1/jobs/{id}": a name in braces matches one segment of the path
+  Handler handler;
+  std::vector<std::string> query;  ///< accepted query parameters; requests with others are refused
+};
+
+/// Immutable, so thread-safe.
 class Router {
  public:
-  Router(const std::vector<Route>& routes, const telemetry::Log& log);
-  ~Router();
+  explicit Router(std::vector<Route> routes) : routes_(std::move(routes)) {}
 
-  /// Always an answer: 404 or 405 with Allow where no route fits, a problem where a handler throws.
-  Answer answer(Request& request);
-
-  /// Lets a parked request's watch begin. Sets `stop_watching`, or answers the problem that keeps it from beginning.
-  std::optional<Reply> start_watch(const DeferredReply& parked, const std::function<void()>& wake,
-                                   std::function<void()>& stop_watching, const Request& request);
-
-  /// Answers a parked request, with the same care for exceptions.
-  Answer resume(const DeferredReply& parked, bool timed_out, const Request& request);
+  /// Calls the handler of the first route that matches and sets Request::route and parameters. If there is none: 404,
+  /// or 405 with Allow if another method matches. Throws only what the handler throws.
+  Answer answer(Request& request) const;
 
  private:
-  class Library;
-  std::unique_ptr<Library> library_;
-  telemetry::Log log_;
+  std::vector<Route> routes_;
 };
 
 }  // namespace http

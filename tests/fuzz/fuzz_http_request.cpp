@@ -62,8 +62,8 @@ void check_cuts(std::string_view bytes, const http::HeadLimits& limits) {
     const auto part = http::read_head(bytes.substr(0, size), limits);
     if (std::holds_alternative<http::Incomplete>(part)) continue;
     require(part.index() == whole.index(), "the verdict does not depend on how the bytes were cut");
-    if (const auto* refused = std::get_if<http::RefusedHead>(&part)) {
-      require(refused->failure == std::get<http::RefusedHead>(whole).failure, "nor does the reason");
+    if (const auto* refused = std::get_if<http::Problem>(&part)) {
+      require(refused->failure == std::get<http::Problem>(whole).failure, "nor does the reason");
     }
     return;
   }
@@ -86,7 +86,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       check(*head, bytes, limits);
       check_negotiation(*head);
     }
-    if (const auto* refused = std::get_if<http::RefusedHead>(&result)) {
+    if (const auto* refused = std::get_if<http::Problem>(&result)) {
       require(!refused->detail.empty(), "a refusal has a sentence");
     }
     if (bytes.size() <= 2048) check_cuts(bytes, limits);

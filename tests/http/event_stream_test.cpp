@@ -1,51 +1,51 @@
-/// Replies whose body comes as it happens.
+/// Streamed replies.
 
-#include "tests/http/gate_fixture.h"
+#include "tests/http/http_server_fixture.h"
 
-namespace gate_test {
+namespace http_server_test {
 namespace {
 
-/// A stream that the test speaks through, and what the gate did with it.
+/// A stream whose output the test produces, with counts of the calls of the server.
 class Source {
  public:
   http::Handler handler() {
     return [this](Request&) -> Answer {
       Reply reply = text("");
       reply.stream = std::make_shared<http::BodyStream>();
-      reply.stream->quiet = quiet;
-      reply.stream->sign_of_life = "alive\n";
-      reply.stream->take = [this, held = std::shared_ptr<void>(nullptr, [this](void*) { ++left; })] {
+      reply.stream->heartbeat_interval = heartbeat_interval;
+      reply.stream->heartbeat = "alive\n";
+      reply.stream->take = [this, held = std::shared_ptr<void>(nullptr, [this](void*) { ++destroyed; })] {
         const std::lock_guard lock(mutex_);
         ++taken;
-        return std::exchange(piece_, {});
+        return std::exchange(chunk_, {});
       };
-      reply.stream->watch = [this](std::function<void()> wake) {
+      reply.stream->watch = [this](std::function<void()> notify) {
         const std::lock_guard lock(mutex_);
-        wake_ = std::move(wake);
+        notify_ = std::move(notify);
         ++watched;
       };
       return reply;
     };
   }
-  void say(const std::string& words, bool over = false) {
+  void produce(const std::string& text, bool last = false) {
     const std::lock_guard lock(mutex_);
-    piece_.text += words;
-    piece_.over = over;
-    wake_();
+    chunk_.text += text;
+    chunk_.last = last;
+    notify_();
   }
 
-  std::chrono::milliseconds quiet{60'000};
-  std::atomic<int> watched = 0, taken = 0, left = 0;
+  std::chrono::milliseconds heartbeat_interval{60'000};
+  std::atomic<int> watched = 0, taken = 0, destroyed = 0;
 
  private:
   std::mutex mutex_;
-  http::BodyStream::Piece piece_;
-  std::function<void()> wake_;
+  http::BodyStream::Chunk chunk_;
+  std::function<void()> notify_;
 };
 
-class GateStreamTest : public GateTest {
+class BodyStreamTest : public HttpServerTest {
  protected:
-  /// Reads the head of the stream's reply.
+  /// Reads the head of the reply.
   static std::string head_of(Client& client) {
     std::string head;
     while (!head.ends_with("\r\n\r\n")) {
@@ -59,78 +59,78 @@ class GateStreamTest : public GateTest {
   Source source;
 };
 
-TEST_F(GateStreamTest, SendsWhatComesAndClosesAfterTheLast) {
+TEST_F(BodyStreamTest, SendsChunksAndClosesAfterTheLast) {
   serve({{"/stream", source.handler()}});
-  Client listening = client();
-  listening.send_get("/stream");
-  const std::string head = head_of(listening);
+  Client listener = client();
+  listener.send_get("/stream");
+  const std::string head = head_of(listener);
   EXPECT_TRUE(head.starts_with("HTTP/1.1 200 OK\r\n")) << head;
   EXPECT_NE(head.find("Connection: close\r\n"), std::string::npos) << head;
   EXPECT_EQ(head.find("Content-Length"), std::string::npos) << head;
   ASSERT_TRUE(eventually([&] { return source.watched == 1; }));
-  source.say("first\n");
-  EXPECT_EQ(listening.read(6), "first\n");
-  source.say("last\n", true);
-  EXPECT_EQ(listening.read(100), "last\n");
-  EXPECT_TRUE(eventually([&] { return source.left == 1; }));
+  source.produce("first\n");
+  EXPECT_EQ(listener.read(6), "first\n");
+  source.produce("last\n", true);
+  EXPECT_EQ(listener.read(100), "last\n");
+  EXPECT_TRUE(eventually([&] { return source.destroyed == 1; }));
 }
 
-TEST_F(GateStreamTest, GivesSignsOfLifeWhileNothingComes) {
-  source.quiet = 5ms;
+TEST_F(BodyStreamTest, SendsHeartbeatsWhileThereIsNoOutput) {
+  source.heartbeat_interval = 5ms;
   serve({{"/stream", source.handler()}});
-  Client listening = client();
-  listening.send_get("/stream");
-  head_of(listening);
-  EXPECT_EQ(listening.read(18), "alive\nalive\nalive\n");
+  Client listener = client();
+  listener.send_get("/stream");
+  head_of(listener);
+  EXPECT_EQ(listener.read(18), "alive\nalive\nalive\n");
 }
 
-TEST_F(GateStreamTest, ForgetsAClientThatLeaves) {
+TEST_F(BodyStreamTest, IsDestroyedWhenTheClientDisconnects) {
   serve({{"/stream", source.handler()}});
   {
-    Client listening = client();
-    listening.send_get("/stream");
+    Client listener = client();
+    listener.send_get("/stream");
     ASSERT_TRUE(eventually([&] { return source.watched == 1; }));
   }
-  EXPECT_TRUE(eventually([&] { return source.left == 1; }));
-  source.say("to nobody");  // too late, and harmless
+  EXPECT_TRUE(eventually([&] { return source.destroyed == 1; }));
+  source.produce("late");  // without effect
 }
 
-TEST_F(GateStreamTest, TakesNothingMoreForAReaderWhoDoesNotReadAndCutsThemOff) {
+TEST_F(BodyStreamTest, TakesNoMoreOutputForASlowClientAndDisconnectsIt) {
   settings.times.write_grace = 200ms;
   serve({{"/stream", source.handler()}});
-  Client listening = client();
-  listening.send_get("/stream");
-  head_of(listening);
+  Client listener = client();
+  listener.send_get("/stream");
+  head_of(listener);
   ASSERT_TRUE(eventually([&] { return source.watched == 1; }));
-  source.say(std::string(64u << 20, 'x'));  // more than any socket takes
-  ASSERT_TRUE(eventually([&] { return source.taken >= 2 || source.left == 1; }));
+  source.produce(std::string(64u << 20, 'x'));  // more than any socket buffers
+  ASSERT_TRUE(eventually([&] { return source.taken >= 2 || source.destroyed == 1; }));
   const int taken = source.taken;
-  source.say("more");
-  EXPECT_TRUE(eventually([&] { return source.left == 1; })) << "cut off after the write grace";
-  EXPECT_LE(source.taken - taken, 0) << "what has not gone out is not added to";
+  source.produce("more");
+  EXPECT_TRUE(eventually([&] { return source.destroyed == 1; })) << "disconnected after the write grace";
+  EXPECT_LE(source.taken - taken, 0) << "no output is taken before the previous chunk is sent";
 }
 
-TEST_F(GateStreamTest, EndsStreamsWhenItDrains) {
+TEST_F(BodyStreamTest, EndsOnDrain) {
   serve({{"/stream", source.handler()}});
-  Client listening = client();
-  listening.send_get("/stream");
+  Client listener = client();
+  listener.send_get("/stream");
   ASSERT_TRUE(eventually([&] { return source.watched == 1; }));
-  std::thread draining([&] { gate->drain(patience); });
-  head_of(listening);
-  EXPECT_EQ(listening.read(1), "");
+  std::thread draining([&] { server->drain(patience); });
+  head_of(listener);
+  EXPECT_EQ(listener.read(1), "");
   draining.join();
-  EXPECT_EQ(source.left, 1);
+  EXPECT_EQ(source.destroyed, 1);
 }
 
-TEST_F(GateStreamTest, EndsWithTheGate) {
+TEST_F(BodyStreamTest, EndsWithTheServer) {
   serve({{"/stream", source.handler()}});
-  Client listening = client();
-  listening.send_get("/stream");
+  Client listener = client();
+  listener.send_get("/stream");
   ASSERT_TRUE(eventually([&] { return source.watched == 1; }));
-  gate.reset();
-  EXPECT_EQ(source.left, 1);
-  source.say("to nobody");
+  server.reset();
+  EXPECT_EQ(source.destroyed, 1);
+  source.produce("late");
 }
 
 }  // namespace
-}  // namespace gate_test
+}  // namespace http_server_test

@@ -1,50 +1,51 @@
-/// The gate with handlers made for the test: full queues, parked requests, failing handlers and sources, drain.
+/// The HTTP server with handlers of the test: full queues, deferred replies, failing handlers and sources, drain.
 
-#include "tests/http/gate_fixture.h"
+#include "server/queue/job_store.h"
+#include "tests/http/http_server_fixture.h"
 
-namespace gate_test {
+namespace http_server_test {
 namespace {
 
-TEST_F(GateTest, AnswersOverloadedAtOnceWhenTheQueueIsFullAndTheOthersLater) {
-  Door door;
+TEST_F(HttpServerTest, AnswersOverloadedAtOnceIfTheHandlerQueueIsFull) {
+  Barrier barrier;
   settings.handler_threads = 1;
   settings.waiting_max = 2;
   serve({{"/slow", [&](Request&) -> Answer {
-            door.wait();
+            barrier.wait();
             return text("slow");
           }}});
   Client running = client(), first = client(), second = client(), third = client();
   running.send_get("/slow");
-  ASSERT_TRUE(door.wait_for_arrivals(1));
+  ASSERT_TRUE(barrier.wait_for_waiters(1));
   first.send_get("/");
   second.send_get("/");
-  ASSERT_TRUE(eventually([&] { return request_count == 3; }));  // both wait in the queue
+  ASSERT_TRUE(eventually([&] { return request_count == 3; }));  // both are queued
   third.send_get("/");
   const auto refused = third.read_reply();
   EXPECT_EQ(refused.status, 503);
   EXPECT_NE(refused.body.find("urn:whittle:problem:overloaded"), std::string::npos) << refused.body;
-  door.open();
+  barrier.open();
   EXPECT_EQ(running.read_reply().body, "slow");
   EXPECT_EQ(first.read_reply().body, "root");
   EXPECT_EQ(second.read_reply().body, "root");
   third.send_get("/");
-  EXPECT_EQ(third.read_reply().body, "root") << "the connection of the refused one goes on";
+  EXPECT_EQ(third.read_reply().body, "root") << "the connection of the refused request stays open";
 }
 
-TEST_F(GateTest, TellsNothingOfWhatAHandlerThrew) {
+TEST_F(HttpServerTest, HidesTheTextOfHandlerExceptions) {
   serve({{"/throws", [](Request&) -> Answer { throw std::runtime_error("secret"); }},
          {"/store", [](Request&) -> Answer { throw queue::StoreFailure(queue::StoreFailure::Kind::full, "secret"); }},
-         {"/strange", [](Request&) -> Answer { throw 5; }}});
-  Client asking = client();
-  for (const auto& [path, status] : {std::pair("/throws", 500), std::pair("/store", 503), std::pair("/strange", 500)}) {
-    asking.send_get(path);
-    const auto got = asking.read_reply();
-    EXPECT_EQ(got.status, status);
-    EXPECT_EQ(got.body.find("secret"), std::string::npos) << got.body;
+         {"/other", [](Request&) -> Answer { throw 5; }}});
+  Client connection = client();
+  for (const auto& [path, status] : {std::pair("/throws", 500), std::pair("/store", 503), std::pair("/other", 500)}) {
+    connection.send_get(path);
+    const auto response = connection.read_reply();
+    EXPECT_EQ(response.status, status);
+    EXPECT_EQ(response.body.find("secret"), std::string::npos) << response.body;
   }
 }
 
-TEST_F(GateTest, CutsAReplyShortWhenItsSourceFails) {
+TEST_F(HttpServerTest, CutsAReplyShortIfItsSourceFails) {
   serve({{"/broken", [](Request&) -> Answer {
             Reply reply = text("");
             reply.source = http::BodySource{1'000'000, [](std::uint64_t offset, char* into, std::size_t size) {
@@ -54,121 +55,122 @@ TEST_F(GateTest, CutsAReplyShortWhenItsSourceFails) {
                                             }};
             return reply;
           }}});
-  Client asking = client();
-  asking.send_get("/broken");
-  EXPECT_EQ(asking.read_reply().body, std::string(1000, 'a'));
-  EXPECT_EQ(asking.read(1), "") << "the connection ends";
+  Client connection = client();
+  connection.send_get("/broken");
+  EXPECT_EQ(connection.read_reply().body, std::string(1000, 'a'));
+  EXPECT_EQ(connection.read(1), "") << "the connection ends";
 }
 
-/// A handler that parks until `wake` is called; tells what happens to the watch.
-struct Parking {
+/// A handler that defers its reply until `notify` is called, and counts the started and stopped watches.
+struct Deferring {
   std::mutex mutex;
-  std::function<void()> wake;
+  std::function<void()> notify;
   std::atomic<int> watched = 0, stopped = 0;
-  std::chrono::milliseconds patience_of_request{600'000};
-  bool wake_at_once = false;
+  std::chrono::milliseconds reply_timeout{600'000};
+  bool notify_at_once = false;
 
-  Answer park(std::function<Answer(bool timed_out)> resume) {
-    http::DeferredReply parked;
-    parked.deadline = std::chrono::steady_clock::now() + patience_of_request;
-    parked.watch = [this](std::function<void()> wake_up) -> std::function<void()> {
+  Answer defer(std::function<Answer(bool timed_out)> resume) {
+    http::DeferredReply deferred;
+    deferred.deadline = std::chrono::steady_clock::now() + reply_timeout;
+    deferred.watch = [this](std::function<void()> notify_server) -> std::function<void()> {
       const std::lock_guard lock(mutex);
-      wake = std::move(wake_up);
-      if (wake_at_once) wake();
+      notify = std::move(notify_server);
+      if (notify_at_once) notify();
       ++watched;
       return [this] { ++stopped; };
     };
-    parked.resume = std::move(resume);
-    return parked;
+    deferred.resume = std::move(resume);
+    return deferred;
   }
   http::Handler handler() {
-    return [this](Request&) { return park([](bool timed_out) { return text(timed_out ? "timed out" : "woken"); }); };
+    return
+        [this](Request&) { return defer([](bool timed_out) { return text(timed_out ? "timed out" : "notified"); }); };
   }
-  void wake_up() {
+  void notify_watch() {
     const std::lock_guard lock(mutex);
-    wake();
+    notify();
   }
 };
 
-TEST_F(GateTest, ParkedRequestIsAnsweredWhenItIsWoken) {
-  Parking parking;
+TEST_F(HttpServerTest, AnswersADeferredReplyAfterItsNotification) {
+  Deferring deferring;
   settings.handler_threads = 1;
-  serve({{"/wait", parking.handler()}});
+  serve({{"/wait", deferring.handler()}});
   Client waiting = client(), other = client();
   waiting.send_get("/wait");
-  ASSERT_TRUE(eventually([&] { return parking.watched == 1; }));
+  ASSERT_TRUE(eventually([&] { return deferring.watched == 1; }));
   other.send_get("/");
-  EXPECT_EQ(other.read_reply().body, "root") << "the only thread is free";
-  parking.wake_up();
-  EXPECT_EQ(waiting.read_reply().body, "woken");
-  parking.wake_up();  // nobody waits any more
+  EXPECT_EQ(other.read_reply().body, "root") << "the only handler thread is free";
+  deferring.notify_watch();
+  EXPECT_EQ(waiting.read_reply().body, "notified");
+  deferring.notify_watch();  // no reply is deferred any more
   waiting.send_get("/");
   EXPECT_EQ(waiting.read_reply().body, "root");
-  EXPECT_EQ(parking.stopped, 0) << "a watch that has called is over";
+  EXPECT_EQ(deferring.stopped, 0) << "a watch that has notified is not stopped";
 }
 
-TEST_F(GateTest, WakeBeforeTheRequestIsParkedIsNotLost) {
-  Parking parking;
-  parking.wake_at_once = true;
-  serve({{"/wait", parking.handler()}});
+TEST_F(HttpServerTest, KeepsANotificationThatComesBeforeTheReplyIsDeferred) {
+  Deferring deferring;
+  deferring.notify_at_once = true;
+  serve({{"/wait", deferring.handler()}});
   Client waiting = client();
   for (int i = 0; i < 200; ++i) {
     waiting.send_get("/wait");
-    ASSERT_EQ(waiting.read_reply().body, "woken");
+    ASSERT_EQ(waiting.read_reply().body, "notified");
   }
 }
 
-TEST_F(GateTest, ParkedRequestIsAnsweredAtItsDeadlineAndTheWatchStopped) {
-  Parking parking;
-  parking.patience_of_request = 0ms;
-  serve({{"/wait", parking.handler()}});
+TEST_F(HttpServerTest, AnswersADeferredReplyAtItsDeadlineAndStopsTheWatch) {
+  Deferring deferring;
+  deferring.reply_timeout = 0ms;
+  serve({{"/wait", deferring.handler()}});
   Client waiting = client();
   waiting.send_get("/wait");
   EXPECT_EQ(waiting.read_reply().body, "timed out");
-  EXPECT_EQ(parking.stopped, 1);
+  EXPECT_EQ(deferring.stopped, 1);
 }
 
-TEST_F(GateTest, ParkedRequestMayParkAgain) {
-  Parking parking;
+TEST_F(HttpServerTest, DefersAReplyRepeatedly) {
+  Deferring deferring;
   std::atomic<int> rounds = 0;
   const std::function<Answer(bool)> again = [&](bool) -> Answer {
     if (++rounds == 3) return text("third");
-    return parking.park(again);
+    return deferring.defer(again);
   };
-  serve({{"/wait", [&](Request&) { return parking.park(again); }}});
+  serve({{"/wait", [&](Request&) { return deferring.defer(again); }}});
   Client waiting = client();
   waiting.send_get("/wait");
   for (int round = 1; round <= 3; ++round) {
-    ASSERT_TRUE(eventually([&] { return parking.watched == round; }));
-    parking.wake_up();
+    ASSERT_TRUE(eventually([&] { return deferring.watched == round; }));
+    deferring.notify_watch();
   }
   EXPECT_EQ(waiting.read_reply().body, "third");
 }
 
-TEST_F(GateTest, WatchOfAClientThatLeavesIsStopped) {
-  Parking parking;
-  serve({{"/wait", parking.handler()}});
+TEST_F(HttpServerTest, StopsTheWatchOfADisconnectedClient) {
+  Deferring deferring;
+  serve({{"/wait", deferring.handler()}});
   {
     Client leaving = client();
     leaving.send_get("/wait");
-    ASSERT_TRUE(eventually([&] { return parking.watched == 1; }));
+    ASSERT_TRUE(eventually([&] { return deferring.watched == 1; }));
   }
-  EXPECT_TRUE(eventually([&] { return parking.stopped == 1; }));
-  parking.wake_up();  // too late, and harmless
+  EXPECT_TRUE(eventually([&] { return deferring.stopped == 1; }));
+  deferring.notify_watch();  // without effect
 }
 
-TEST_F(GateTest, WakeAfterTheGateIsGoneIsHarmless) {
-  Parking parking;
-  serve({{"/wait", parking.handler()}});
+TEST_F(HttpServerTest, IgnoresANotificationAfterTheEndOfTheServer) {
+  Deferring deferring;
+  serve({{"/wait", deferring.handler()}});
   Client waiting = client();
   waiting.send_get("/wait");
-  ASSERT_TRUE(eventually([&] { return parking.watched == 1; }));
-  gate.reset();
-  EXPECT_EQ(parking.stopped, 1);
-  parking.wake_up();
+  ASSERT_TRUE(eventually([&] { return deferring.watched == 1; }));
+  server.reset();
+  EXPECT_EQ(deferring.stopped, 1);
+  deferring.notify_watch();
 }
 
-TEST_F(GateTest, WatchThatCannotBeginIsAProblem) {
+TEST_F(HttpServerTest, AnswersAProblemIfAWatchCannotStart) {
   serve({{"/wait", [](Request&) -> Answer {
             return http::DeferredReply{std::chrono::steady_clock::now() + patience,
                                        [](const std::function<void()>&) -> std::function<void()> {
@@ -181,51 +183,51 @@ TEST_F(GateTest, WatchThatCannotBeginIsAProblem) {
   EXPECT_EQ(waiting.read_reply().status, 503);
 }
 
-TEST_F(GateTest, DrainAnswersWhatHasBegunAndTakesNobodyElse) {
-  Door door;
-  Parking parking;
+TEST_F(HttpServerTest, DrainAnswersReceivedRequestsAndRefusesConnections) {
+  Barrier barrier;
+  Deferring deferring;
   serve({{"/slow",
           [&](Request&) -> Answer {
-            door.wait();
+            barrier.wait();
             return text("slow");
           }},
-         {"/wait", parking.handler()}});
+         {"/wait", deferring.handler()}});
   Client idle = client(), running = client(), waiting = client();
   idle.send_get("/");
   EXPECT_EQ(idle.read_reply().body, "root");
   running.send_get("/slow");
   waiting.send_get("/wait");
-  ASSERT_TRUE(door.wait_for_arrivals(1));
-  ASSERT_TRUE(eventually([&] { return parking.watched == 1; }));
+  ASSERT_TRUE(barrier.wait_for_waiters(1));
+  ASSERT_TRUE(eventually([&] { return deferring.watched == 1; }));
 
   std::atomic<bool> drained = false;
   std::thread draining([&] {
-    gate->drain(patience);
+    server->drain(patience);
     drained = true;
   });
   EXPECT_EQ(idle.read(1), "") << "idle connections are closed";
   EXPECT_EQ(waiting.read_reply().body, "timed out");
   EXPECT_FALSE(client().connected());
   EXPECT_FALSE(drained) << "one request is still running";
-  door.open();
+  barrier.open();
   EXPECT_EQ(running.read_reply().body, "slow");
   EXPECT_EQ(running.read(1), "");
   draining.join();
 }
 
-TEST_F(GateTest, DrainGivesUpOnARequestThatNeverEnds) {
-  Door door;
+TEST_F(HttpServerTest, DrainReturnsAfterItsGracePeriod) {
+  Barrier barrier;
   serve({{"/slow", [&](Request&) -> Answer {
-            door.wait();
+            barrier.wait();
             return text("slow");
           }}});
   Client running = client();
   running.send_get("/slow");
-  ASSERT_TRUE(door.wait_for_arrivals(1));
-  gate->drain(0ms);
-  door.open();
-  gate.reset();
+  ASSERT_TRUE(barrier.wait_for_waiters(1));
+  server->drain(0ms);
+  barrier.open();
+  server.reset();
 }
 
 }  // namespace
-}  // namespace gate_test
+}  // namespace http_server_test

@@ -13,7 +13,7 @@ http::HeadResult read(const std::string& bytes, const http::HeadLimits& limits =
 /// Fails the test and says why when the head is not complete.
 http::RequestHead complete(const std::string& bytes) {
   auto result = read(bytes);
-  if (const auto* refused = std::get_if<http::RefusedHead>(&result)) ADD_FAILURE() << refused->detail;
+  if (const auto* refused = std::get_if<http::Problem>(&result)) ADD_FAILURE() << refused->detail;
   if (std::holds_alternative<http::Incomplete>(result)) ADD_FAILURE() << "incomplete: " << bytes;
   if (auto* head = std::get_if<http::RequestHead>(&result)) return *head;
   return {};
@@ -22,7 +22,7 @@ http::RequestHead complete(const std::string& bytes) {
 /// As text, so that a failing comparison can be read.
 std::string refusal(const std::string& bytes, const http::HeadLimits& limits = {}) {
   const auto result = read(bytes, limits);
-  if (const auto* refused = std::get_if<http::RefusedHead>(&result)) {
+  if (const auto* refused = std::get_if<http::Problem>(&result)) {
     return std::string(http::rule_of(refused->failure).name);
   }
   return std::holds_alternative<http::Incomplete>(result) ? "incomplete" : "complete";
@@ -211,13 +211,13 @@ TEST(RequestHead, GivesUploadsALimitOfTheirOwn) {
   };
   EXPECT_EQ(refusal(put(9), limits), "complete");
   const auto result = http::read_head(put(10), limits);
-  ASSERT_TRUE(std::holds_alternative<http::RefusedHead>(result));
-  EXPECT_NE(std::get<http::RefusedHead>(result).detail.find("asset_bytes is 9"), std::string::npos);
+  ASSERT_TRUE(std::holds_alternative<http::Problem>(result));
+  EXPECT_NE(std::get<http::Problem>(result).detail.find("asset_bytes is 9"), std::string::npos);
 }
 
 TEST(RequestHead, NamesTheLimitAndTheValueSeenWhenABodyIsTooLarge) {
   const auto result = read(with_headers("Content-Length: 67108865\r\n"));
-  const std::string detail = std::get<http::RefusedHead>(result).detail;
+  const std::string detail = std::get<http::Problem>(result).detail;
   EXPECT_NE(detail.find("body_bytes"), std::string::npos) << detail;
   EXPECT_NE(detail.find("67108864"), std::string::npos) << detail;
   EXPECT_NE(detail.find("67108865"), std::string::npos) << detail;

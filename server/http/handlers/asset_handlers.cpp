@@ -48,7 +48,7 @@ Answer put_asset(Request& request, const ApiContext& front) {
   if (const queue::DiskSpace room = front.room(); room.state != queue::DiskSpace::State::enough) {
     return problem_reply(disk_full(room), request.id);
   }
-  const std::string& sha256 = request.path.front();
+  const std::string& sha256 = request.parameters.front();
   const auto read = [&](std::uint64_t offset, char* into, std::size_t size) {
     return request.body.read(offset, into, size);
   };
@@ -71,7 +71,7 @@ Answer put_asset(Request& request, const ApiContext& front) {
 }
 
 Answer get_asset(Request& request, const ApiContext& front) {
-  const std::string& sha256 = request.path.front();
+  const std::string& sha256 = request.parameters.front();
   const std::shared_ptr<const queue::ArtifactReader> reader = front.assets.open(sha256);
   if (!reader) return problem_reply(no_such_asset(sha256), request.id);
   const std::string etag = '"' + sha256 + '"';

@@ -16,7 +16,7 @@ namespace {
 constexpr int page_size = 1000;  // jobs read from the store at once
 
 tracer::Result<queue::BatchState, Problem> find_batch(const Request& request, const ApiContext& front) {
-  const std::string& id = request.path.front();
+  const std::string& id = request.parameters.front();
   if (!is_id(id)) return Problem{Failure::batch_not_found, "that is no batch id; ids are lower-case UUIDs", {}};
   auto state = front.queue.queries.find_batch(id);
   if (!state) return Problem{Failure::batch_not_found, "there is no batch " + id, {}};

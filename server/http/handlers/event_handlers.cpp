@@ -29,8 +29,8 @@ Reply stream_reply(const std::shared_ptr<Listener>& listener, std::string beginn
   reply.headers.emplace_back("X-Accel-Buffering", "no");  // nginx would keep events back until it has many
   reply.body = "retry: 2000\n\n" + std::move(beginning);
   reply.stream = std::make_shared<BodyStream>();
-  reply.stream->sign_of_life = ": still here\n\n";
-  reply.stream->take = [listener]() -> BodyStream::Piece {
+  reply.stream->heartbeat = ": still here\n\n";
+  reply.stream->take = [listener]() -> BodyStream::Chunk {
     auto [text, over] = listener->take(piece_bytes);
     return {std::move(text), over};
   };
@@ -58,7 +58,7 @@ std::string event_text(const queue::JobEvent& event) {
 Answer get_job_events(Request& request, const ApiContext& front) {
   const std::optional<std::int64_t> after = last_event(request);
   // Listening begins before the job is looked at: what happens in between is in both, not in neither.
-  std::shared_ptr<Listener> listener = front.events.listen(request.path.front(), after);
+  std::shared_ptr<Listener> listener = front.events.listen(request.parameters.front(), after);
   if (!listener) return problem_reply(too_many_listeners(front), request.id);
   const auto view = find_job(request, front);
   if (!view) return problem_reply(view.error(), request.id);

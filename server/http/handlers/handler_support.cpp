@@ -141,7 +141,7 @@ Reply replayed_reply(const queue::FirstReply& first) {
 Problem no_such_job(const std::string& id) { return {Failure::job_not_found, "there is no job " + id, {}}; }
 
 tracer::Result<queue::JobView, Problem> find_job(const Request& request, const ApiContext& front) {
-  const std::string& id = request.path.front();
+  const std::string& id = request.parameters.front();
   if (!is_id(id)) return Problem{Failure::job_not_found, "that is no job id; ids are lower-case UUIDs", {}};
   auto view = front.queue.queries.find(id);
   if (!view) return no_such_job(id);

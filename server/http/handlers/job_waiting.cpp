@@ -99,7 +99,7 @@ Answer get_job(Request& request, const ApiContext& front) {
     const std::string most = std::to_string(wait_max.count());
     return problem_reply({Failure::bad_query, "wait must be whole seconds 0.." + most + ", once", {}}, request.id);
   }
-  Look look{request.path.front(), request.id, {}, after(*wait), nullptr};
+  Look look{request.parameters.front(), request.id, {}, after(*wait), nullptr};
   if (const auto known = request.head.header("if-none-match")) look.known = *known;
   if (wait->count() > 0) {
     // Listening begins before the job is looked at, so no change is missed.

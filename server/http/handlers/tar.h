@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "server/http/pending_request.h"
+#include "server/http/router.h"
 #include "server/queue/artifact_store.h"
 
 namespace http {

@@ -1,5 +1,5 @@
 #pragma once
-/// A gate with handlers made for a test, and a client of it.
+/// An HTTP server with handlers of the test, and a client of it.
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@
 
 #include "server/http/http_server.h"
 
-namespace gate_test {
+namespace http_server_test {
 
 using namespace std::chrono_literals;
 using http::Answer;
@@ -48,7 +48,7 @@ class Client {
     ASSERT_EQ(::send(fd_, text.data(), text.size(), MSG_NOSIGNAL), static_cast<ssize_t>(text.size()));
   }
 
-  /// The next `size` bytes, or what comes before the connection ends.
+  /// Reads `size` bytes, or fewer if the connection ends before.
   std::string read(std::size_t size) {
     std::string text(size, '\0');
     std::size_t got = 0;
@@ -59,12 +59,11 @@ class Client {
     return text;
   }
 
-  /// The next reply, whole: its status and body.
-  struct Got {
+  struct Response {
     int status = 0;
     std::string body;
   };
-  Got read_reply() {
+  Response read_reply() {
     std::string head;
     while (!head.ends_with("\r\n\r\n")) {
       const std::string byte = read(1);
@@ -81,12 +80,12 @@ class Client {
   bool connected_ = false;
 };
 
-/// A door that handlers wait at; counts who came.
-class Door {
+/// Blocks handlers until it is opened, and counts them.
+class Barrier {
  public:
   void wait() {
     std::unique_lock lock(mutex_);
-    ++arrived_;
+    ++waiters_;
     changed_.notify_all();
     changed_.wait(lock, [&] { return open_; });
   }
@@ -95,16 +94,16 @@ class Door {
     open_ = true;
     changed_.notify_all();
   }
-  bool wait_for_arrivals(int count) {
+  bool wait_for_waiters(int count) {
     std::unique_lock lock(mutex_);
-    return changed_.wait_for(lock, patience, [&] { return arrived_ >= count; });
+    return changed_.wait_for(lock, patience, [&] { return waiters_ >= count; });
   }
 
  private:
   std::mutex mutex_;
   std::condition_variable changed_;
   bool open_ = false;
-  int arrived_ = 0;
+  int waiters_ = 0;
 };
 
 inline Reply text(const std::string& body) {
@@ -114,27 +113,27 @@ inline Reply text(const std::string& body) {
   return reply;
 }
 
-class GateTest : public testing::Test {
+class HttpServerTest : public testing::Test {
  protected:
   void serve(const std::vector<std::pair<std::string, http::Handler>>& handlers) {
     std::vector<http::Route> routes{{"GET", "/", [](Request&) -> Answer { return text("root"); }, {}}};
     for (const auto& [path, handler] : handlers) routes.push_back({"GET", path, handler, {}});
     settings.spool_directory = testing::TempDir();
-    gate = std::make_unique<http::HttpServer>(
+    server = std::make_unique<http::HttpServer>(
         settings, routes, [this] { return std::to_string(++request_count); }, telemetry::Log(telemetry::Level::error));
   }
-  Client client() const { return Client(gate->port()); }
+  Client client() const { return Client(server->port()); }
 
-  /// Spins until `condition` holds, so that no test depends on speed.
+  /// Polls until `condition` holds, so that no test depends on the speed of the machine.
   static bool eventually(const std::function<bool()>& condition) {
     const auto end = std::chrono::steady_clock::now() + patience;
     while (!condition() && std::chrono::steady_clock::now() < end) std::this_thread::sleep_for(1ms);
     return condition();
   }
 
-  http::GateSettings settings;
+  http::HttpServerSettings settings;
   std::atomic<int> request_count = 0;
-  std::unique_ptr<http::HttpServer> gate;
+  std::unique_ptr<http::HttpServer> server;
 };
 
-}  // namespace gate_test
+}  // namespace http_server_test

@@ -1,0 +1,72 @@
+#pragma once
+/// Replies of handlers: complete, streamed, or deferred until an event.
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include "server/http/problem.h"
+#include "server/http/request_head.h"
+
+namespace http {
+
+/// A body of known size that is read while it is sent, never whole in memory.
+struct BodySource {
+  std::uint64_t size_bytes = 0;
+  /// Reads up to `size` bytes at `offset`; fewer only at the end. If it throws, the reply is cut short, which the
+  /// client detects by Content-Length. Runs on the event loop and must not block.
+  std::function<std::size_t(std::uint64_t offset, char* into, std::size_t size)> read;
+};
+
+/// A body of unknown size that is sent as it is produced. It occupies no thread. Output that the client does not read
+/// stays with the producer, which must bound it. Destroyed when the client disconnects.
+struct BodyStream {
+  struct Chunk {
+    std::string text;
+    bool last = false;  ///< the connection closes after it
+  };
+  /// Returns new output, some KiB at a time; empty if there is none. Runs on the event loop and must not block.
+  std::function<Chunk()> take;
+  /// Registers `notify`, which is called when there is new output, from any thread, also after the end of the server.
+  /// Called once.
+  std::function<void(std::function<void()> notify)> watch;
+  /// Sent after each interval without output, so that proxies and clients keep the connection.
+  std::string heartbeat;
+  std::chrono::milliseconds heartbeat_interval{15'000};
+};
+
+struct Reply {
+  int status = 200;
+  std::string content_type;  ///< empty: no body
+  Pairs headers;
+  std::string body;
+  std::optional<BodySource> source;    ///< instead of `body`
+  std::shared_ptr<BodyStream> stream;  ///< after `body`; not for HEAD
+  std::optional<Failure> failure;      ///< for the log
+  std::string job_id;                  ///< for the log
+};
+
+/// A reply that is produced later, after a notification or at the deadline. Until then the request occupies no thread.
+/// If the client disconnects or the deadline passes, the watch is stopped.
+struct DeferredReply {
+  std::chrono::steady_clock::time_point deadline;
+  /// Starts the watch. `notify` may be called several times, spuriously, at once, from any thread, and after the end
+  /// of the server. Returns a function that stops the watch; it runs on the event loop and must not block.
+  std::function<std::function<void()>(std::function<void()> notify)> watch;
+  /// Produces the reply, or defers it again. Runs on a handler thread.
+  std::function<std::variant<Reply, DeferredReply, Problem>(bool timed_out)> resume;
+};
+
+using Answer = std::variant<Reply, DeferredReply, Problem>;
+
+Reply problem_reply(const Problem& problem, const std::string& request_id);
+
+/// The bytes of a reply except for its source: status line, headers and body. `to_head`: the request was HEAD, so the
+/// body is left out.
+std::string serialized(const Reply& reply, const std::string& request_id, bool keep_alive, bool to_head);
+
+}  // namespace http

@@ -1,0 +1,178 @@
+#include "server/http/request_dispatcher.h"
+
+#include <utility>
+
+#include "server/queue/job_store.h"
+
+namespace http {
+namespace {
+
+using telemetry::Level;
+
+double milliseconds_since(Time start) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+void log_request(const telemetry::Log& log, const PendingRequest& pending, const Reply& reply, double duration_ms) {
+  const Request& request = pending.request;
+  std::vector<telemetry::Field> fields{{"request_id", request.id},   {"method", request.head.method},
+                                       {"path", request.head.path},  {"status", std::int64_t{reply.status}},
+                                       {"duration_ms", duration_ms}, {"remote", request.remote}};
+  if (!request.owner.empty()) fields.push_back({"key", request.owner});
+  if (!reply.job_id.empty()) fields.push_back({"job_id", reply.job_id});
+  if (reply.failure) fields.push_back({"problem", rule_of(*reply.failure).name});
+  log.write(level_of(reply.failure, request.head.method), "request", fields);
+}
+
+/// The exact cause is in the log; the client receives what it can rely on.
+Problem problem_of(const queue::StoreFailure& failure) {
+  using Kind = queue::StoreFailure::Kind;
+  if (failure.kind == Kind::full) return {Failure::disk_full, "the disk is full; nothing was stored"};
+  if (failure.kind == Kind::unavailable) {
+    return {Failure::store_unavailable, "the store is not available; nothing was stored"};
+  }
+  return {Failure::store_unavailable,
+          "the disk failed; it is unknown until the next start whether this was stored: repeat the request then, with "
+          "the same Idempotency-Key if there was one"};
+}
+
+}  // namespace
+
+RequestDispatcher::RequestDispatcher(const HttpServerSettings& settings, std::vector<Route> routes,
+                                     std::function<std::string()> new_request_id, const telemetry::Log& log,
+                                     std::shared_ptr<ServerEvents> events)
+    : settings_(settings),
+      router_(std::move(routes)),
+      new_request_id_(std::move(new_request_id)),
+      log_(log),
+      events_(std::move(events)),
+      pool_(settings.handler_threads, settings.waiting_max) {}
+
+/// Calls a handler: exceptions and problems become replies.
+Answer RequestDispatcher::guarded(const Request& request, const std::function<Answer()>& call) const {
+  Problem problem{Failure::internal, "the log has the cause under this request_id"};
+  try {
+    Answer answer = call();
+    if (!std::holds_alternative<Problem>(answer)) return answer;
+    problem = std::get<Problem>(std::move(answer));
+  } catch (const queue::StoreFailure& failure) {
+    problem = problem_of(failure);
+    log_.write(Level::error, "store_failure",
+               {{"request_id", request.id}, {"detail", std::string_view(failure.what())}});
+  } catch (const std::exception& exception) {
+    log_.write(Level::error, "handler_failure",
+               {{"request_id", request.id}, {"detail", std::string_view(exception.what())}});
+  } catch (...) {
+    log_.write(Level::error, "handler_failure", {{"request_id", request.id}});
+  }
+  return problem_reply(problem, request.id);
+}
+
+/// On a handler thread: starts the watch of a deferred reply, or completes the reply.
+void RequestDispatcher::post_answer(const std::shared_ptr<PendingRequest>& pending, Answer answer) {
+  if (auto* deferred = std::get_if<DeferredReply>(&answer)) {
+    pending->deferred = std::move(*deferred);
+    std::function<void()> stop_watching;
+    answer = guarded(pending->request, [&]() -> Answer {
+      stop_watching = pending->deferred.watch(notifier(pending));
+      return DeferredReply{};
+    });
+    if (std::holds_alternative<DeferredReply>(answer))
+      return events_->post(ReplyDeferred{pending, std::move(stop_watching)});
+  }
+  events_->post(ready(pending, std::get<Reply>(std::move(answer))));
+}
+
+ReplyReady RequestDispatcher::ready(const std::shared_ptr<PendingRequest>& pending, Reply reply) const {
+  const Request& request = pending->request;
+  const double duration_ms = milliseconds_since(pending->started);
+  if (settings_.on_response) {
+    settings_.on_response(request.head.method, request.route, reply.status, duration_ms / 1000);
+  }
+  log_request(log_, *pending, reply, duration_ms);
+  const bool keep_alive = request.head.keep_alive && !draining_ && !reply.stream;
+  const bool to_head = request.head.method == "HEAD";
+  std::string text = serialized(reply, request.id, keep_alive, to_head);
+  if (to_head) return {pending, std::move(text), std::nullopt, nullptr, keep_alive};
+  return {pending, std::move(text), std::move(reply.source), std::move(reply.stream), keep_alive};
+}
+
+std::function<void()> RequestDispatcher::notifier(const std::shared_ptr<PendingRequest>& pending) const {
+  return [events = events_, client = pending->client, weak = std::weak_ptr(pending)] {
+    events->post(Notification{client, weak});
+  };
+}
+
+void RequestDispatcher::dispatch(Client& client, Time now) {
+  auto pending = std::make_shared<PendingRequest>();
+  pending->client = client.number;
+  pending->request = *std::exchange(client.connection.request, std::nullopt);
+  pending->request.id = new_request_id_();
+  pending->started = now;
+  client.pending = pending;
+  client.notified = false;
+  const bool large_body = pending->request.body.spooled();
+  const bool accepted = pool_.submit(
+      [this, pending] {
+        post_answer(pending, guarded(pending->request, [&] { return router_.answer(pending->request); }));
+      },
+      large_body);
+  if (accepted) return;
+  const Problem problem{Failure::overloaded, "more than " + std::to_string(settings_.waiting_max) + " requests wait"};
+  ReplyReady refused = ready(pending, problem_reply(problem, pending->request.id));
+  start_reply(client, refused, now);
+}
+
+void RequestDispatcher::refuse(Client& client, Time now) {
+  const Problem problem = *std::exchange(client.connection.refusal, std::nullopt);
+  const std::string request_id = new_request_id_();
+  const Reply reply = problem_reply(problem, request_id);
+  log_.write(level_of(reply.failure, {}), "request",
+             {{"request_id", request_id},
+              {"status", std::int64_t{reply.status}},
+              {"remote", client.connection.remote()},
+              {"problem", rule_of(problem.failure).name},
+              {"detail", problem.detail}});
+  if (settings_.on_response) settings_.on_response({}, {}, reply.status, 0);
+  client.connection.reply(serialized(reply, request_id, false, false), std::nullopt, false, now);
+}
+
+void RequestDispatcher::resume(Client& client, bool timed_out) {
+  if (timed_out) client.stop_watching();
+  client.stop_watching = nullptr;
+  client.notified = false;
+  pool_.resume([this, timed_out, pending = client.pending] {
+    const DeferredReply deferred = std::exchange(pending->deferred, {});  // the answer may be deferred again
+    post_answer(pending, guarded(pending->request, [&] { return deferred.resume(timed_out); }));
+  });
+}
+
+void RequestDispatcher::on_deferred(Client& client, std::function<void()> stop_watching) {
+  client.stop_watching = std::move(stop_watching);
+  if (client.notified || draining_) resume(client, !client.notified);
+}
+
+void RequestDispatcher::start_reply(Client& client, ReplyReady& ready, Time now) {
+  if (!ready.stream) {
+    client.pending.reset();
+    return client.connection.reply(std::move(ready.text), std::move(ready.source), ready.keep_alive, now);
+  }
+  client.start_stream(std::move(ready.text), std::move(ready.stream), now);
+  client.stream->watch(notifier(client.pending));
+  client.feed_stream(now);
+  if (draining_) client.end_stream(now);
+}
+
+bool RequestDispatcher::on_notification(Client& client, const Notification& notification, Time now) {
+  const auto pending = notification.pending.lock();
+  if (pending == nullptr || client.pending != pending) return false;
+  client.notified = true;
+  if (client.stream) {
+    client.feed_stream(now);
+  } else if (client.is_deferred()) {
+    resume(client, false);
+  }
+  return true;
+}
+
+}  // namespace http

@@ -1,0 +1,55 @@
+#pragma once
+/// Passes requests to the handler threads and posts their replies to the event loop; logs and counts every request.
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/http/client.h"
+#include "server/http/handler_pool.h"
+#include "server/http/router.h"
+#include "server/telemetry/json_log.h"
+
+namespace http {
+
+/// The public functions are for the event loop's thread, except begin_drain().
+class RequestDispatcher {
+ public:
+  /// `settings` must outlive it.
+  RequestDispatcher(const HttpServerSettings& settings, std::vector<Route> routes,
+                    std::function<std::string()> new_request_id, const telemetry::Log& log,
+                    std::shared_ptr<ServerEvents> events);
+
+  /// Replies of later requests close their connections. Any thread.
+  void begin_drain() { draining_ = true; }
+
+  /// Queues the complete request of the client for a handler, or answers it 503 if too many are queued.
+  void dispatch(Client& client, Time now);
+  /// Answers the request that the connection has refused.
+  void refuse(Client& client, Time now);
+  /// Queues a deferred reply for a handler thread.
+  void resume(Client& client, bool timed_out);
+
+  void on_deferred(Client& client, std::function<void()> stop_watching);
+  void start_reply(Client& client, ReplyReady& ready, Time now);
+  /// Returns false if nothing waits for the notification any more.
+  bool on_notification(Client& client, const Notification& notification, Time now);
+
+ private:
+  Answer guarded(const Request& request, const std::function<Answer()>& call) const;
+  void post_answer(const std::shared_ptr<PendingRequest>& pending, Answer answer);
+  ReplyReady ready(const std::shared_ptr<PendingRequest>& pending, Reply reply) const;
+  std::function<void()> notifier(const std::shared_ptr<PendingRequest>& pending) const;
+
+  const HttpServerSettings& settings_;
+  const Router router_;
+  const std::function<std::string()> new_request_id_;
+  const telemetry::Log log_;
+  const std::shared_ptr<ServerEvents> events_;
+  std::atomic<bool> draining_ = false;
+  HandlerPool pool_;  // last: its threads use the other members
+};
+
+}  // namespace http
