@@ -2,25 +2,29 @@
 
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
-#include <fstream>
 #include <map>
+#include <memory>
 #include <optional>
 #include <sstream>
+#include <stdexcept>
 
 #include "server/daemon/option_table.h"
 #include "server/keys/key_ring.h"
+#include "server/support/read_file.h"
 
 namespace whittled {
 namespace {
 
-constexpr std::size_t file_bytes_max = 1u << 20;  // a mistyped --config must not read a disk
+using Errors = std::vector<ConfigError>;
 
 struct Setting {
-  std::string value;
-  std::string where;
+  std::string value, where;
 };
 using Settings = std::map<std::string_view, Setting>;  // by option name
+
+constexpr const char* unknown_option = "is no option; --help lists them";
 
 std::string flag_of(std::string_view name) {
   std::string flag = "--" + std::string(name);
@@ -34,70 +38,101 @@ std::string variable_of(std::string_view name) {
   return variable;
 }
 
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t\r");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
-}
-
-struct Flags {
-  Task task = Task::run;
+/// The command line before its values are checked. Set by the callbacks of the App, so it must not be moved.
+struct Arguments {
+  Command command;
   std::optional<std::string> file, new_key, scopes, backup;
   Settings settings;
+  Errors errors;
+};
 
-  /// The flags that are no options.
-  std::optional<std::string>* other(std::string_view flag) {
-    if (flag == "--config") return &file;
-    if (flag == "--new-key") return &new_key;
-    if (flag == "--backup") return &backup;
-    return flag == "--scopes" ? &scopes : nullptr;
+/// Without the alternative names with underscores.
+class HelpFormatter final : public CLI::Formatter {
+  std::string make_option_name(const CLI::Option* option, bool /*is_positional*/) const override {
+    return option->get_name();
   }
 };
 
-Flags read_flags(const std::vector<std::string>& arguments, std::vector<ConfigError>& errors) {
-  Flags flags;
-  for (std::size_t i = 0; i < arguments.size(); ++i) {
-    const std::string& argument = arguments[i];
-    const std::size_t equals = argument.find('=');
-    const std::string flag = argument.substr(0, equals);
-    if (argument == "--help") flags.task = Task::help;
-    if (argument == "--version") flags.task = Task::version;
-    if (argument == "--check-config") flags.task = Task::check;
-    if (argument == "--probe") flags.task = Task::probe;
-    if (argument == "--help" || argument == "--version" || argument == "--check-config" || argument == "--probe") {
-      continue;
-    }
-
-    std::string name = flag.starts_with("--") ? flag.substr(2) : "";
-    std::replace(name.begin(), name.end(), '-', '_');
-    const Option* option = find_option(name);
-    std::optional<std::string>* const other = flags.other(flag);
-    if (option == nullptr && other == nullptr) {
-      errors.push_back({flag, "is no option; --help lists them"});
-      continue;
-    }
-    if (equals == std::string::npos && i + 1 == arguments.size()) {
-      errors.push_back({flag, "needs a value"});
-      continue;
-    }
-    const std::string value = equals == std::string::npos ? arguments[++i] : argument.substr(equals + 1);
-    if (option == nullptr) {
-      *other = value;
-    } else if (!flags.settings.emplace(option->name, Setting{value, flag}).second) {
-      errors.push_back({flag, "is given twice"});
-    }
-  }
-  return flags;
+void add_tasks(CLI::App& app, Arguments& arguments) {
+  // Not add_option: it would take an empty value for none.
+  const auto add_text = [&](const char* flag, std::optional<std::string>& into, const char* type, const char* help) {
+    app.add_option_function<std::string>(
+           flag, [&into](const std::string& value) { into = value; }, help)
+        ->type_name(type);
+  };
+  add_text("--config", arguments.file, "FILE", "file of lines \"some_name = value\"");
+  add_text("--new-key", arguments.new_key, "NAME",
+           "print a new key, once, and append its hash to --keys (- is stdout)");
+  add_text("--scopes", arguments.scopes, "jobs:read,jobs:write,admin",
+           "scopes of the new key, by default jobs:read,jobs:write");
+  add_text("--backup", arguments.backup, "DIRECTORY", "copy the data, also of a running daemon, into a new directory");
+  const auto add_task = [&](const char* flag, Task task, const char* help) {
+    app.add_flag_callback(
+        flag, [&arguments, task] { arguments.command.task = task; }, help);
+  };
+  add_task("--check-config", Task::check, "print all errors, or the effective settings, and exit");
+  add_task("--probe", Task::probe, "query /readyz of health_listen: exit code 0 if the daemon is ready, else 1");
+  add_task("--version", Task::version, "print the version and exit");
+  add_task("--help", Task::help, "print this help and exit");
 }
 
-Settings read_environment(const Environment& environment, std::vector<std::string>& ignored) {
+void add_options(CLI::App& app, Arguments& arguments) {
+  for (const Option& option : options()) {
+    const std::string flag = flag_of(option.name), name = "--" + std::string(option.name);
+    const auto collect = [&arguments, &option, flag](const CLI::results_t& values) {
+      if (values.size() > 1) arguments.errors.push_back({flag, "is given twice"});
+      arguments.settings[option.name] = {values.front(), flag};
+      return true;
+    };
+    const std::string default_text(option.default_text.empty() ? "none" : option.default_text);
+    app.add_option(flag == name ? flag : flag + "," + name, CLI::callback_t(collect), std::string(option.help))
+        ->type_name(option.range() + " (default " + default_text + ")")
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  }
+}
+
+void define(CLI::App& app, Arguments& arguments) {
+  app.set_help_flag();  // help is a task, so that it takes precedence over errors
+  app.allow_extras();
+  app.formatter(std::make_shared<HelpFormatter>());
+  app.get_formatter()->column_width(6);
+  app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+  app.footer("--some-name overrides WHITTLE_SOME_NAME in the environment, which overrides some_name in the file.");
+  add_tasks(app, arguments);
+  add_options(app, arguments);
+}
+
+void parse(std::vector<std::string> words, Arguments& arguments) {
+  CLI::App app;
+  define(app, arguments);
+  for (std::size_t i = 0; i < words.size(); ++i) {  // CLI11 takes the next argument as the value of "--name="
+    if (!words[i].starts_with("--") || words[i].find('=') != words[i].size() - 1) continue;
+    words[i].pop_back();
+    words.insert(words.begin() + static_cast<std::ptrdiff_t>(++i), "");
+  }
+  std::reverse(words.begin(), words.end());  // as CLI11 takes them
+  std::string without_value;
+  try {
+    app.parse(std::vector<std::string>(words));
+  } catch (const CLI::ArgumentMismatch&) {  // only the last argument can lack its value
+    without_value = words.front();
+    words.erase(words.begin());
+    app.parse(std::move(words));
+  }
+  for (const std::string& extra : app.remaining()) {
+    arguments.errors.push_back({extra.substr(0, extra.find('=')), unknown_option});
+  }
+  if (!without_value.empty()) arguments.errors.push_back({without_value, "needs a value"});
+}
+
+Settings read_environment(const Environment& environment, std::vector<std::string>& unknown) {
   Settings settings;
   const auto all = options();
   for (const auto& entry : environment) {
     const auto found = std::find_if(all.begin(), all.end(),
                                     [&](const Option& option) { return variable_of(option.name) == entry.first; });
     if (found == all.end()) {
-      ignored.push_back(entry.first);
+      unknown.push_back(entry.first);
     } else {
       settings.emplace(found->name, Setting{entry.second, entry.first});
     }
@@ -105,61 +140,56 @@ Settings read_environment(const Environment& environment, std::vector<std::strin
   return settings;
 }
 
-void read_line(std::string_view line, const std::string& where, Settings& settings, std::vector<ConfigError>& errors) {
-  line = trimmed(line.substr(0, line.find('#')));
-  if (line.empty()) return;
-  const std::size_t equals = line.find('=');
-  if (equals == std::string_view::npos) {
-    errors.push_back({where, "must be \"name = value\", got \"" + std::string(line) + "\""});
+std::string trimmed(std::string_view text) { return CLI::detail::trim_copy(std::string(text)); }
+
+void read_line(std::string_view line, const std::string& where, Settings& settings, Errors& errors) {
+  const std::string content = trimmed(line.substr(0, line.find('#')));
+  if (content.empty()) return;
+  const std::size_t equals = content.find('=');
+  if (equals == std::string::npos) {
+    errors.push_back({where, "must be \"name = value\", got \"" + content + "\""});
     return;
   }
-  const std::string_view name = trimmed(line.substr(0, equals));
+  const std::string name = trimmed(content.substr(0, equals));
   const Option* option = find_option(name);
   if (option == nullptr) {
-    errors.push_back({where, "\"" + std::string(name) + "\" is no option; --help lists them"});
-  } else if (!settings.emplace(option->name, Setting{std::string(trimmed(line.substr(equals + 1))), where}).second) {
-    errors.push_back({where, "\"" + std::string(name) + "\" is given twice"});
+    errors.push_back({where, "\"" + name + "\" " + unknown_option});
+  } else if (!settings.emplace(option->name, Setting{trimmed(content.substr(equals + 1)), where}).second) {
+    errors.push_back({where, "\"" + name + "\" is given twice"});
   }
 }
 
-Settings read_file(const std::string& path, std::vector<ConfigError>& errors) {
+Settings read_config_file(const std::string& path, Errors& errors) {
   Settings settings;
-  std::ifstream file(path, std::ios::binary);
-  std::string text(file_bytes_max + 1, '\0');
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(std::max<std::streamsize>(file.gcount(), 0)));
-  if (!file.is_open() || file.bad() || (text.empty() && !file.eof())) {
-    errors.push_back({"--config", "cannot read \"" + path + "\""});
-    return settings;
-  }
-  if (text.size() > file_bytes_max) {
-    errors.push_back({"--config", "\"" + path + "\" is longer than 1 MiB"});
-    return settings;
-  }
-  std::istringstream lines(text);
-  std::string line;
-  for (int number = 1; std::getline(lines, line); ++number) {
-    read_line(line, path + ":" + std::to_string(number), settings, errors);
+  try {
+    std::istringstream lines(support::read_file(path));
+    std::string line;
+    for (int number = 1; std::getline(lines, line); ++number) {
+      read_line(line, path + ":" + std::to_string(number), settings, errors);
+    }
+  } catch (const std::runtime_error& failure) {
+    errors.push_back({"--config", failure.what()});
   }
   return settings;
 }
 
-/// The strongest source that sets each option wins; weaker ones are checked as well, for a mistake is a mistake.
-Config resolve(const std::vector<Settings>& weakest_first, std::vector<ConfigError>& errors) {
+/// The strongest source of each option decides; the values of weaker ones are checked as well.
+Config resolve(const std::vector<Settings>& weakest_first, Errors& errors) {
   Config config;
   for (const Option& option : options()) {
-    assign(option, option.default_text, config);
+    (void)option.assign(option.default_text, config);
     for (const Settings& settings : weakest_first) {
       const auto found = settings.find(option.name);
       if (found == settings.end()) continue;
-      const std::string sentence = assign(option, found->second.value, config);
+      const std::string sentence = option.assign(found->second.value, config);
       if (!sentence.empty()) errors.push_back({found->second.where, sentence});
     }
   }
   return config;
 }
 
-void check_reach(const Config& config, const std::vector<Settings>& weakest_first, std::vector<ConfigError>& errors) {
+/// Without keys only loopback addresses are allowed.
+void check_listeners(const Config& config, const std::vector<Settings>& weakest_first, Errors& errors) {
   if (!config.keys.empty()) return;
   for (const auto& [name, address] : {std::pair("listen", config.listen), {"health_listen", config.health_listen}}) {
     if (is_loopback(address.host)) continue;
@@ -169,52 +199,52 @@ void check_reach(const Config& config, const std::vector<Settings>& weakest_firs
       if (found != settings.end()) where = found->second.where;
     }
     errors.push_back({where, "must be a loopback address (127.0.0.1, [::1]), got " + address.host +
-                                 ": without keys anyone who reaches the port may use the daemon; see --keys"});
+                                 ": without keys everyone who reaches the port could use the daemon; see --keys"});
   }
 }
 
-void read_new_key(const Flags& flags, Command& command, std::vector<ConfigError>& errors) {
-  if (!flags.new_key) {
-    if (flags.scopes) errors.push_back({"--scopes", "are those of a --new-key"});
+void check_new_key(const Arguments& arguments, Command& command, Errors& errors) {
+  if (!arguments.new_key) {
+    if (arguments.scopes) errors.push_back({"--scopes", "is allowed only with --new-key"});
     return;
   }
   command.task = Task::new_key;
-  command.key_name = *flags.new_key;
-  command.key_scopes = flags.scopes.value_or("jobs:read,jobs:write");
+  command.key_name = *arguments.new_key;
+  command.key_scopes = arguments.scopes.value_or(command.key_scopes);
   if (!keys::is_name(command.key_name)) {
     errors.push_back({"--new-key", "the name must be 1 to 64 of A-Z a-z 0-9 . _ -, got \"" + command.key_name + '"'});
   }
   if (!keys::parse_scopes(command.key_scopes)) {
     errors.push_back({"--scopes", "must be some of jobs:read,jobs:write,admin, got \"" + command.key_scopes + '"'});
   }
-  if (command.config.keys.empty()) errors.push_back({"--new-key", "needs --keys: the file that the key is added to"});
+  if (command.config.keys.empty()) errors.push_back({"--new-key", "needs --keys, the file to which the key is added"});
 }
 
 }  // namespace
 
-tracer::Result<Command, std::vector<ConfigError>> read_command(const std::vector<std::string>& arguments,
+tracer::Result<Command, std::vector<ConfigError>> read_command(const std::vector<std::string>& words,
                                                                const Environment& environment) {
-  std::vector<ConfigError> errors;
-  const Flags flags = read_flags(arguments, errors);
-  Command command;
-  command.task = flags.task;
-  if (flags.task == Task::help || flags.task == Task::version) return command;
-  const Settings variables = read_environment(environment, command.ignored_variables);
-  const Settings lines = flags.file ? read_file(*flags.file, errors) : Settings{};
-  const std::vector<Settings> weakest_first{lines, variables, flags.settings};
+  Arguments arguments;
+  parse(words, arguments);
+  Command command = arguments.command;
+  if (command.task == Task::help || command.task == Task::version) return command;
+  Errors errors = arguments.errors;
+  const Settings variables = read_environment(environment, command.unknown_variables);
+  const Settings lines = arguments.file ? read_config_file(*arguments.file, errors) : Settings{};
+  const std::vector<Settings> weakest_first{lines, variables, arguments.settings};
   command.config = resolve(weakest_first, errors);
   if (command.config.listen.port != 0 && command.config.listen == command.config.health_listen) {
     errors.push_back(
-        {"health_listen", "must differ from listen, both are " + text_of(*find_option("listen"), command.config)});
+        {"health_listen", "must differ from listen, both are " + find_option("listen")->text(command.config)});
   }
-  if (flags.backup) {
+  if (arguments.backup) {
     command.task = Task::backup;
-    command.backup_directory = *flags.backup;
+    command.backup_directory = *arguments.backup;
     if (command.backup_directory.empty()) errors.push_back({"--backup", "needs the name of a new directory"});
   }
   const bool listens = command.task != Task::probe && command.task != Task::backup;
-  if (listens) check_reach(command.config, weakest_first, errors);
-  read_new_key(flags, command, errors);
+  if (listens) check_listeners(command.config, weakest_first, errors);
+  check_new_key(arguments, command, errors);
   if (!errors.empty()) return errors;
   return command;
 }
@@ -231,27 +261,15 @@ Environment process_environment() {
 }
 
 std::string help_text() {
-  std::string text =
-      "whittled: takes JSON scenes over HTTP, keeps them as jobs, answers images.\n\n"
-      "  whittled [--NAME VALUE ...] [--config FILE]\n"
-      "  whittled --check-config ...   says every mistake, or the settings, and ends\n"
-      "  whittled --new-key NAME [--scopes jobs:read,jobs:write,admin] --keys FILE   shows a new key, once; FILE - is "
-      "stdout\n"
-      "  whittled --probe              asks the daemon on health_listen whether it is ready: 0 when it is, else 1\n"
-      "  whittled --backup DIRECTORY      copies the data directory, whose daemon may go on, into a new one\n"
-      "  whittled --version | --help\n\n"
-      "A flag --some-name beats the environment's WHITTLE_SOME_NAME beats the file's line \"some_name = value\".\n\n";
-  for (const Option& option : options()) {
-    text += "  " + flag_of(option.name) + " " + range_of(option) + "   (default " +
-            (option.default_text.empty() ? "none" : std::string(option.default_text)) + ")\n      " +
-            std::string(option.reason) + "\n";
-  }
-  return text;
+  CLI::App app("whittled renders JSON scenes that it receives over HTTP.", "whittled");
+  Arguments arguments;
+  define(app, arguments);
+  return app.help();
 }
 
-std::vector<std::pair<std::string, std::string>> settings(const Config& config) {
+std::vector<std::pair<std::string, std::string>> effective_settings(const Config& config) {
   std::vector<std::pair<std::string, std::string>> all;
-  for (const Option& option : options()) all.emplace_back(option.name, text_of(option, config));
+  for (const Option& option : options()) all.emplace_back(option.name, option.text(config));
   return all;
 }
 

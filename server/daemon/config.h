@@ -1,12 +1,12 @@
 #pragma once
-/// What the daemon was told to be: one immutable value, read completely at the start, then handed out in parts.
+/// Configuration of the daemon: one immutable value, read completely at the start, then handed out in parts.
 ///
-/// Every option has one name. `--render-wait-s 30` beats `WHITTLE_RENDER_WAIT_S=30` beats the line `render_wait_s = 30`
-/// of the file given by `--config`. Every mistake of all three is told at once, with where it stands.
+/// Every option has one name. `--render-wait-s 30` overrides `WHITTLE_RENDER_WAIT_S=30`, which overrides the line
+/// `render_wait_s = 30` of the file given by `--config`. The errors of all three are reported together, with their
+/// places.
 
 #include <cstdint>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -20,53 +20,45 @@ struct Address {
   bool operator==(const Address&) const = default;
 };
 
-/// Defaults, ranges and their reasons stand in the option table (config.cpp) and are printed by `--help`.
+/// Defaults, ranges and their reasons are in option_table.cpp and are printed by `--help`.
 struct Config {
   Address listen, health_listen;
   std::string data;
-  std::string assets;  ///< empty: none
-  std::string keys;    ///< the file of keys; empty: none
-  std::uint64_t asset_bytes = 0, asset_days = 0, uploads_bytes = 0, spool_bytes = 0, disk_free_bytes = 0;
-
+  std::string assets, keys;                           ///< a directory and a file; empty: none
   std::string webhook_secret_file, webhook_networks;  ///< empty: none
-
+  std::string log_level;
+  std::uint64_t asset_bytes = 0, asset_days = 0, uploads_bytes = 0, spool_bytes = 0, disk_free_bytes = 0;
   std::uint64_t jobs = 0, threads = 0, scene_cache_bytes = 0;
-
   std::uint64_t body_bytes = 0, pixels = 0, samples_times_pixels = 0, objects = 0, triangles = 0, lights = 0;
   std::uint64_t queued_jobs = 0, key_queued_jobs = 0, key_artifact_bytes = 0;
   std::uint64_t batch_jobs = 0, batch_bytes = 0;
   std::uint64_t wall_time_s = 0, job_memory_bytes = 0;
-
   std::uint64_t connections = 0, connections_per_address = 0, streams = 0, handler_threads = 0;
   std::uint64_t render_wait_s = 0, drain_s = 0;
-
-  std::string log_level;
 };
 
-/// One thing that is wrong, and where: "--jobs", "WHITTLE_JOBS", "whittle.conf:7".
 struct ConfigError {
-  std::string where;
+  std::string where;  ///< "--jobs", "WHITTLE_JOBS" or "whittle.conf:7"
   std::string sentence;
   bool operator==(const ConfigError&) const = default;
 };
 
-/// What to do with the configuration.
 enum class Task { run, check, help, version, new_key, probe, backup };
 
 struct Command {
   Task task = Task::run;
-  std::string key_name, key_scopes;  ///< of a new key
-  std::string backup_directory;      ///< where a backup is written
+  std::string key_name, key_scopes = "jobs:read,jobs:write";  ///< name and scopes of a new key
+  std::string backup_directory;                               ///< new directory
   Config config;
-  /// WHITTLE_ variables that are no option. To be told, but no mistake: Kubernetes gives every pod beside a service
-  /// called whittle a WHITTLE_PORT and its like.
-  std::vector<std::string> ignored_variables;
+  /// WHITTLE_ variables that are not options. They are no error: Kubernetes sets WHITTLE_PORT and others in every pod
+  /// beside a service named whittle.
+  std::vector<std::string> unknown_variables;
 };
 
 using Environment = std::vector<std::pair<std::string, std::string>>;  ///< name, value
 
-/// `arguments` without the program's name. Reads the file that `--config` names; touches nothing else. With `--help`
-/// or `--version` mistakes elsewhere do not matter. Never throws.
+/// `arguments` without the program's name. Reads the file that `--config` names and nothing else. `--help` and
+/// `--version` are valid whatever the rest is.
 tracer::Result<Command, std::vector<ConfigError>> read_command(const std::vector<std::string>& arguments,
                                                                const Environment& environment);
 
@@ -76,7 +68,7 @@ Environment process_environment();
 /// Every option with its default, range and reason.
 std::string help_text();
 
-/// Name and value of every option as they came out, for the log and `--check-config`. There are no secrets yet.
-std::vector<std::pair<std::string, std::string>> settings(const Config& config);
+/// Name and effective value of every option, for the log and `--check-config`. No value is a secret.
+std::vector<std::pair<std::string, std::string>> effective_settings(const Config& config);
 
 }  // namespace whittled

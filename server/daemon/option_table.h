@@ -1,7 +1,6 @@
 #pragma once
-/// The one table of options: what can be set, to what, and why the default is what it is.
+/// The one table of options: name, default, range, and the reason of the default.
 
-#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -11,43 +10,58 @@
 
 namespace whittled {
 
+// Every kind of value has: range() for the help, text() as it would be written, and assign(), which returns the rule
+// that the text violates, or nothing.
+
 struct Count {
   std::uint64_t Config::*member;
   std::uint64_t least, most;
+
+  [[nodiscard]] std::string range() const;
+  [[nodiscard]] std::string text(const Config& config) const { return std::to_string(config.*member); }
+  [[nodiscard]] std::string assign(std::string_view text, Config& config) const;
 };
+
 struct Endpoint {
   Address Config::*member;
+
+  [[nodiscard]] static std::string range() { return "ADDRESS:PORT"; }
+  [[nodiscard]] std::string text(const Config& config) const;
+  [[nodiscard]] std::string assign(std::string_view text, Config& config) const;
 };
+
 struct Text {
   std::string Config::*member;
-  bool may_be_empty = false;
-  std::string_view range = "PATH";
+  std::string_view meaning = "PATH";
+  bool required = false;  ///< it must not be empty
+
+  [[nodiscard]] std::string range() const { return std::string(meaning); }
+  [[nodiscard]] std::string text(const Config& config) const { return config.*member; }
+  [[nodiscard]] std::string assign(std::string_view text, Config& config) const;
 };
-struct Choice {
+
+struct LogLevel {
   std::string Config::*member;
-  std::string_view choices;  ///< separated by '|'
+
+  [[nodiscard]] static std::string range() { return "debug|info|warning|error"; }
+  [[nodiscard]] std::string text(const Config& config) const { return config.*member; }
+  [[nodiscard]] std::string assign(std::string_view text, Config& config) const;
 };
 
 struct Option {
-  std::string_view name;
-  std::string_view default_text;
-  std::variant<Count, Endpoint, Text, Choice> kind;
-  std::string_view reason;  ///< what it does and why the default
+  std::string_view name, default_text;
+  std::variant<Count, Endpoint, Text, LogLevel> kind;
+  std::string_view help;  ///< the effect, and the reason of the default
+
+  [[nodiscard]] std::string range() const;
+  [[nodiscard]] std::string text(const Config& config) const;
+  [[nodiscard]] std::string assign(std::string_view text, Config& config) const;
 };
 
 std::span<const Option> options();
-const Option* find_option(std::string_view name);
-
-/// Sets `option` in `config` from text. Empty when it fits, else the sentence that says why not.
-std::string assign(const Option& option, std::string_view text, Config& config);
-
-/// The value as it would be written.
-std::string text_of(const Option& option, const Config& config);
+const Option* find_option(std::string_view name);  ///< null if there is none
 
 /// 127.0.0.0/8 and ::1.
 bool is_loopback(const std::string& host);
-
-/// What may be written: "1..64", "ADDRESS:PORT", "debug|info|warning|error".
-std::string range_of(const Option& option);
 
 }  // namespace whittled

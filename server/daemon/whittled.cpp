@@ -118,11 +118,11 @@ void check_asset_directory(const whittled::Config& config) {
 }
 
 void log_start(const telemetry::Log& log, const whittled::Command& command) {
-  const auto settings = whittled::settings(command.config);
+  const auto settings = whittled::effective_settings(command.config);
   std::vector<telemetry::Field> fields{{"version", tracer::version()}, {"build", tracer::build()}};
   for (const auto& [name, value] : settings) fields.push_back({name, std::string_view(value)});
   log.write(telemetry::Level::info, "start", fields);
-  for (const std::string& variable : command.ignored_variables) {
+  for (const std::string& variable : command.unknown_variables) {
     log.write(telemetry::Level::warning, "unknown_environment_variable", {{"name", variable}});
   }
 }
@@ -298,10 +298,10 @@ int run(const whittled::Command& command, keys::KeyRing* ring) {
 }
 
 void print_settings(const whittled::Command& command) {
-  for (const auto& [name, value] : whittled::settings(command.config)) {
+  for (const auto& [name, value] : whittled::effective_settings(command.config)) {
     std::printf("%s = %s\n", name.c_str(), value.c_str());
   }
-  for (const std::string& variable : command.ignored_variables) {
+  for (const std::string& variable : command.unknown_variables) {
     std::fprintf(stderr, "whittled: %s: is no option; it is ignored\n", variable.c_str());
   }
 }

@@ -6,16 +6,15 @@
 
 #include <array>
 #include <cerrno>
-#include <fstream>
+#include <stdexcept>
 #include <system_error>
 
 #include "server/keys/key_ring.h"
+#include "server/support/read_file.h"
 #include "tracer/sha256.h"
 
 namespace keys {
 namespace {
-
-constexpr std::size_t file_bytes_max = 1u << 20;
 
 [[noreturn]] void fail(const std::string& what) { throw std::system_error(errno, std::generic_category(), what); }
 
@@ -30,15 +29,13 @@ std::string random_hex() {
 }  // namespace
 
 tracer::Result<std::vector<Key>, std::vector<std::string>> read(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string text(file_bytes_max + 1, '\0');
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  const auto size = static_cast<std::size_t>(std::max<std::streamsize>(file.gcount(), 0));
-  if (!file.is_open() || file.bad() || (size == 0 && !file.eof())) {
-    return std::vector<std::string>{"cannot read \"" + path + "\""};
+  std::string text;
+  try {
+    text = support::read_file(path);
+  } catch (const std::runtime_error& failure) {
+    return std::vector<std::string>{failure.what()};
   }
-  if (size > file_bytes_max) return std::vector<std::string>{"\"" + path + "\" is longer than 1 MiB"};
-  auto keys = parse(std::string_view(text).substr(0, size));
+  auto keys = parse(text);
   if (keys) return keys;
   for (std::string& error : keys.error()) error.insert(0, path + ":");
   return keys;

@@ -12,7 +12,7 @@ using whittled::ConfigError;
 using whittled::Environment;
 using whittled::Task;
 
-/// A file that is gone with the test.
+/// Removed with the object.
 class TemporaryFile {
  public:
   explicit TemporaryFile(const std::string& text) : path_(testing::TempDir() + "whittle-" + std::to_string(getpid())) {
@@ -45,18 +45,18 @@ std::vector<ConfigError> errors(const std::vector<std::string>& arguments, const
 
 std::string places(const std::vector<ConfigError>& all) {
   std::string text;
-  for (const ConfigError& mistake : all) text += mistake.where + ' ';
+  for (const ConfigError& error : all) text += error.where + ' ';
   return text;
 }
 
-void expect_mistake(const std::vector<std::string>& arguments, const std::string& where, const std::string& part) {
+void expect_error(const std::vector<std::string>& arguments, const std::string& where, const std::string& part) {
   const auto all = errors(arguments);
   ASSERT_EQ(all.size(), 1U) << places(all);
   EXPECT_EQ(all[0].where, where);
   EXPECT_NE(all[0].sentence.find(part), std::string::npos) << all[0].sentence;
 }
 
-TEST(Config, HasItsDefaultsWithoutAnything) {
+TEST(Config, HasDefaults) {
   const auto config = accepted({});
   EXPECT_EQ(config.listen, (whittled::Address{"127.0.0.1", 8080}));
   EXPECT_EQ(config.health_listen, (whittled::Address{"127.0.0.1", 8081}));
@@ -75,18 +75,19 @@ TEST(Config, PrefersFlagOverEnvironmentOverFile) {
   EXPECT_EQ(config.render_wait_s, 7U);
 }
 
-TEST(Config, TakesFlagsWithDashesUnderscoresAndEqualsSigns) {
+TEST(Config, AcceptsFlagsWithDashesUnderscoresAndEqualsSigns) {
   EXPECT_EQ(accepted({"--render-wait-s", "9"}).render_wait_s, 9U);
   EXPECT_EQ(accepted({"--render_wait_s=9"}).render_wait_s, 9U);
   EXPECT_EQ(accepted({"--data=/tmp/a=b"}).data, "/tmp/a=b");
+  EXPECT_EQ(accepted({"--assets=", "--jobs", "3"}).jobs, 3U);
 }
 
-TEST(Config, TakesAnEmptyAssetDirectoryForNone) {
+TEST(Config, TreatsAnEmptyAssetDirectoryAsNone) {
   EXPECT_EQ(accepted({"--assets", "/srv/assets"}).assets, "/srv/assets");
   EXPECT_EQ(accepted({"--assets="}, {{"WHITTLE_ASSETS", "/srv/assets"}}).assets, "");
 }
 
-TEST(Config, TellsAllMistakesOfAllSourcesWithTheirPlaces) {
+TEST(Config, ReportsAllErrorsOfAllSourcesWithTheirPlaces) {
   const TemporaryFile file("jobs = many\nno equals sign\ncolour = red\njobs = 2\n");
   const Environment environment{{"WHITTLE_LIGHTS", "-1"}};
   const std::string& at = file.path();
@@ -96,58 +97,58 @@ TEST(Config, TellsAllMistakesOfAllSourcesWithTheirPlaces) {
                              ":1 WHITTLE_LIGHTS --log-level --listen ");
 }
 
-TEST(Config, RefusesAddressesThatOthersCouldReach) {
+TEST(Config, RejectsAddressesOfOtherMachinesWithoutKeys) {
   for (const char* address : {"0.0.0.0:8080", "192.168.1.2:8080", "[::]:8080", "8.8.8.8:1", "[2001:db8::1]:80"}) {
-    expect_mistake({"--listen", address}, "--listen", "loopback");
-    expect_mistake({"--health-listen", address}, "--health-listen", "loopback");
+    expect_error({"--listen", address}, "--listen", "loopback");
+    expect_error({"--health-listen", address}, "--health-listen", "loopback");
   }
 }
 
-TEST(Config, TakesAddressesThatOthersReachWhereThereAreKeys) {
+TEST(Config, AcceptsAddressesOfOtherMachinesWithKeys) {
   EXPECT_EQ(accepted({"--listen", "0.0.0.0:80", "--keys", "file"}).listen, (whittled::Address{"0.0.0.0", 80}));
   EXPECT_EQ(accepted({"--health-listen", "[::]:80", "--keys", "file"}).health_listen, (whittled::Address{"::", 80}));
 }
 
-TEST(Config, TakesEveryLoopbackAddress) {
+TEST(Config, AcceptsEveryLoopbackAddress) {
   EXPECT_EQ(accepted({"--listen", "127.5.6.7:0"}).listen, (whittled::Address{"127.5.6.7", 0}));
   EXPECT_EQ(accepted({"--listen", "[::1]:80"}).listen, (whittled::Address{"::1", 80}));
   EXPECT_EQ(accepted({"--listen", "localhost:80"}).listen, (whittled::Address{"127.0.0.1", 80}));
 }
 
-TEST(Config, RefusesAddressesItCannotRead) {
-  expect_mistake({"--listen", "8080"}, "--listen", "ADDRESS:PORT");
-  expect_mistake({"--listen", "127.0.0.1:"}, "--listen", "port");
-  expect_mistake({"--listen", "127.0.0.1:65536"}, "--listen", "port");
-  expect_mistake({"--listen", "127.0.0.1:80x"}, "--listen", "port");
-  expect_mistake({"--listen", "example.com:80"}, "--listen", "literal");
-  expect_mistake({"--listen", "::1:80"}, "--listen", "brackets");
+TEST(Config, RejectsInvalidAddresses) {
+  expect_error({"--listen", "8080"}, "--listen", "ADDRESS:PORT");
+  expect_error({"--listen", "127.0.0.1:"}, "--listen", "port");
+  expect_error({"--listen", "127.0.0.1:65536"}, "--listen", "port");
+  expect_error({"--listen", "127.0.0.1:80x"}, "--listen", "port");
+  expect_error({"--listen", "example.com:80"}, "--listen", "literal");
+  expect_error({"--listen", "::1:80"}, "--listen", "brackets");
 }
 
-TEST(Config, RefusesOneAddressForBothListenersButTakesTwoFreePorts) {
-  expect_mistake({"--listen", "127.0.0.1:5000", "--health-listen", "127.0.0.1:5000"}, "health_listen", "differ");
+TEST(Config, RejectsOneAddressForBothListenersUnlessThePortsAreFree) {
+  expect_error({"--listen", "127.0.0.1:5000", "--health-listen", "127.0.0.1:5000"}, "health_listen", "differ");
   EXPECT_EQ(accepted({"--listen", "127.0.0.1:0", "--health-listen", "127.0.0.1:0"}).health_listen.port, 0);
 }
 
-TEST(Config, RefusesNumbersOutsideTheirRangeWithTheRange) {
+TEST(Config, RejectsNumbersOutsideTheRangeAndNamesIt) {
   for (const char* value : {"65", "-1", "1.5", "", "0x2", " 2", "99999999999999999999"}) {
-    expect_mistake({"--jobs", value}, "--jobs", "0..64");
+    expect_error({"--jobs", value}, "--jobs", "0..64");
   }
 }
 
-TEST(Config, RefusesAFlagGivenTwiceAndAFileThatIsNotThere) {
-  expect_mistake({"--jobs", "1", "--jobs", "2"}, "--jobs", "twice");
-  expect_mistake({"--config", "/nonexistent/whittle.conf"}, "--config", "cannot read");
-  expect_mistake({"--config", "/"}, "--config", "cannot read");
-  expect_mistake({"--data", ""}, "--data", "empty");
-  expect_mistake({"stray"}, "stray", "no option");
+TEST(Config, RejectsADuplicateFlagAndAMissingFile) {
+  expect_error({"--jobs", "1", "--jobs", "2"}, "--jobs", "twice");
+  expect_error({"--config", "/nonexistent/whittle.conf"}, "--config", "cannot read");
+  expect_error({"--config", "/"}, "--config", "cannot read");
+  expect_error({"--data", ""}, "--data", "empty");
+  expect_error({"stray"}, "stray", "no option");
 }
 
-TEST(Config, RefusesAFileThatIsNoConfiguration) {
+TEST(Config, RejectsALargeFile) {
   const TemporaryFile file(std::string((1u << 20) + 1, '#'));
-  expect_mistake({"--config", file.path()}, "--config", "1 MiB");
+  expect_error({"--config", file.path()}, "--config", "1 MiB");
 }
 
-TEST(Config, AnswersHelpAndVersionWhateverElseIsWrong) {
+TEST(Config, GivesHelpAndVersionPrecedenceOverErrors) {
   for (const auto& [flag, task] : {std::pair("--help", Task::help), std::pair("--version", Task::version)}) {
     const auto command = whittled::read_command({"--bogus", flag}, {{"WHITTLE_NOTHING", "1"}});
     ASSERT_TRUE(command);
@@ -155,10 +156,10 @@ TEST(Config, AnswersHelpAndVersionWhateverElseIsWrong) {
   }
 }
 
-TEST(Config, TellsVariablesThatAreNoOptionButIgnoresThem) {
+TEST(Config, ListsUnknownVariablesButIgnoresThem) {
   const auto command = whittled::read_command({}, {{"WHITTLE_PORT", "tcp://10.0.0.1:80"}, {"WHITTLE_JOBS", "3"}});
   ASSERT_TRUE(command);
-  EXPECT_EQ(command->ignored_variables, std::vector<std::string>{"WHITTLE_PORT"});
+  EXPECT_EQ(command->unknown_variables, std::vector<std::string>{"WHITTLE_PORT"});
   EXPECT_EQ(command->config.jobs, 3U);
 }
 
@@ -169,7 +170,7 @@ TEST(Config, ChecksWithoutRunning) {
   EXPECT_EQ(command->config.jobs, 3U);
 }
 
-TEST(Config, BacksUpIntoANamedDirectoryWhereverTheDaemonListens) {
+TEST(Config, AcceptsABackupDirectoryWithAnyListener) {
   const auto command = whittled::read_command({"--listen", "0.0.0.0:80", "--data", "here", "--backup", "there"}, {});
   ASSERT_TRUE(command);
   EXPECT_EQ(command->task, Task::backup);
@@ -182,19 +183,24 @@ TEST(Config, BacksUpIntoANamedDirectoryWhereverTheDaemonListens) {
   EXPECT_EQ(nameless.error().front().where, "--backup");
 }
 
-TEST(Config, PrintsSettingsThatReadBackAsThemselves) {
+TEST(Config, RejectsAnEmptyKeyName) {
+  expect_error({"--new-key", "", "--keys", "file"}, "--new-key", "1 to 64");
+  expect_error({"--scopes", "admin"}, "--scopes", "--new-key");
+}
+
+TEST(Config, PrintsSettingsThatParseToThemselves) {
   const auto before = accepted({"--listen", "[::1]:81", "--jobs", "7", "--log-level", "debug"});
   std::vector<std::string> arguments;
-  for (const auto& [name, value] : whittled::settings(before)) {
+  for (const auto& [name, value] : whittled::effective_settings(before)) {
     arguments.push_back("--" + name);
     arguments.push_back(value);
   }
-  EXPECT_EQ(whittled::settings(accepted(arguments)), whittled::settings(before));
+  EXPECT_EQ(whittled::effective_settings(accepted(arguments)), whittled::effective_settings(before));
 }
 
-TEST(Config, HelpNamesEveryOptionWithItsDefault) {
+TEST(Config, ListsEveryOptionWithItsDefaultInTheHelp) {
   const std::string help = whittled::help_text();
-  for (const auto& [name, value] : whittled::settings(accepted({}))) {
+  for (const auto& [name, value] : whittled::effective_settings(accepted({}))) {
     std::string flag = "--" + name;
     for (char& c : flag) c = c == '_' ? '-' : c;
     EXPECT_NE(help.find(flag + " "), std::string::npos) << flag;
