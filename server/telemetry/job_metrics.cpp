@@ -7,37 +7,61 @@
 namespace telemetry {
 namespace {
 
-constexpr std::string_view submitted = "whittle_jobs_submitted_total", ends = "whittle_jobs_ended_total",
-                           waited = "whittle_job_wait_seconds", ran = "whittle_job_run_seconds",
-                           rays = "whittle_rays_total", cached = "whittle_jobs_from_cache_total",
-                           targets = "whittle_error_targets_total", geometry = "whittle_geometry_total",
-                           images = "whittle_texture_cache_total", error_ratio = "whittle_error_to_target_ratio";
+const prometheus::Histogram::BucketBoundaries ratio_buckets{0.125, 0.25, 0.5, 0.7, 0.8, 0.9, 0.95, 1, 1.5, 2, 4, 8};
 
 double seconds(std::int64_t milliseconds) { return static_cast<double>(milliseconds) / 1000; }
 
+prometheus::Labels yes_or_no(const std::string& name, bool value) { return {{name, value ? "yes" : "no"}}; }
+
 }  // namespace
 
-std::vector<Family> JobMetrics::families() {
-  return {{submitted, "Jobs that came into the queue, those that came back to it among them."},
-          {ends, "Jobs that ended, by state."},
-          {waited, "From a job's creation to the start of its last attempt.", waiting_seconds()},
-          {ran, "From the start of a job's last attempt to its end, by state.", waiting_seconds()},
-          {cached, "Jobs that had their images from the result cache; they neither waited nor ran."},
-          {rays, "Rays of jobs that succeeded, by kind."},
-          {targets, "Jobs that succeeded and had asked for an error, by whether it was met."},
-          {error_ratio,
-           "Claimed error over the one asked for, of jobs that succeeded and had asked for one.",
-           {0.125, 0.25, 0.5, 0.7, 0.8, 0.9, 0.95, 1, 1.5, 2, 4, 8}},
-          {geometry, "Jobs that succeeded, by whether an earlier job's geometry served them."},
-          {images, "Files of textures in jobs that succeeded, by whether an earlier job had decoded them."}};
+JobMetrics::JobMetrics(prometheus::Registry& registry, ThroughputEstimate& throughput, FindJob find,
+                       queue::JobObserver& next)
+    : submitted_(add_counters(registry, "whittle_jobs_submitted_total", "Jobs queued, retries included.")),
+      ended_(add_counters(registry, "whittle_jobs_ended_total", "Jobs ended, by state.")),
+      from_cache_(add_counters(registry, "whittle_jobs_from_cache_total", "Jobs answered from the result cache.")),
+      rays_(add_counters(registry, "whittle_rays_total", "Rays of succeeded jobs, by kind.")),
+      targets_(add_counters(registry, "whittle_error_targets_total",
+                            "Succeeded jobs with a target error, by whether it was met.")),
+      geometry_(add_counters(registry, "whittle_geometry_total", "Succeeded jobs, by whether geometry was reused.")),
+      textures_(add_counters(registry, "whittle_texture_cache_total",
+                             "Texture files of succeeded jobs, by whether the decoded image was reused.")),
+      wait_seconds_(
+          add_histograms(registry, "whittle_job_wait_seconds", "Creation of a job to the start of its last attempt.")),
+      run_seconds_(add_histograms(registry, "whittle_job_run_seconds",
+                                  "Start of a job's last attempt to the end of the job, by state.")),
+      error_ratio_(add_histograms(registry, "whittle_error_to_target_ratio",
+                                  "Estimated error divided by the target, of succeeded jobs with a target error.")),
+      throughput_(throughput),
+      find_(std::move(find)),
+      next_(next) {
+  create_series();
+}
+
+/// A series that is absent until its first event would hide that event from rate().
+void JobMetrics::create_series() {
+  submitted_.Add({});
+  from_cache_.Add({});
+  wait_seconds_.Add({}, duration_buckets_s);
+  error_ratio_.Add({}, ratio_buckets);
+  for (const char* state : {"succeeded", "failed", "cancelled"}) {
+    ended_.Add({{"state", state}});
+    run_seconds_.Add({{"state", state}}, duration_buckets_s);
+  }
+  for (const char* kind : {"camera", "shadow", "reflection", "refraction"}) rays_.Add({{"kind", kind}});
+  for (const bool value : {false, true}) {
+    targets_.Add(yes_or_no("met", value));
+    geometry_.Add(yes_or_no("reused", value));
+    textures_.Add(yes_or_no("reused", value));
+  }
 }
 
 void JobMetrics::on_state_changed(const std::string& id, queue::JobState to) noexcept {
   try {
-    if (to == queue::JobState::queued) metrics_.add(submitted, {});
-    if (queue::ended(to)) metrics_.add(ends, {{"state", queue::name_of(to)}});
+    if (to == queue::JobState::queued) submitted_.Add({}).Increment();
+    if (queue::ended(to)) ended_.Add({{"state", queue::name_of(to)}}).Increment();
   } catch (const std::exception&) {
-    // Memory is short: a figure is the least of what is missed then.
+    // Out of memory: the change is not counted.
   }
   next_.on_state_changed(id, to);
 }
@@ -46,28 +70,29 @@ void JobMetrics::on_waiters_notified(const std::string& id) noexcept {
   try {
     if (const auto job = find_(id)) count_end(*job);
   } catch (const std::exception&) {
-    // So here, or the store is away.
+    // Out of memory, or the store failed: the job is not counted.
   }
   next_.on_waiters_notified(id);
 }
 
 void JobMetrics::count_end(const queue::Job& job) {
-  if (!job.started_at || !job.ended_at) return;  // cancelled while it waited
-  if (job.state == queue::JobState::succeeded && job.attempt == 0) return metrics_.add(cached, {});
-  metrics_.observe(waited, {}, seconds(*job.started_at - job.created_at));
-  metrics_.observe(ran, {{"state", queue::name_of(job.state)}}, seconds(*job.ended_at - *job.started_at));
+  if (!job.started_at || !job.ended_at) return;  // cancelled before it ran
+  if (job.state == queue::JobState::succeeded && job.attempt == 0) return from_cache_.Add({}).Increment();
+  wait_seconds_.Add({}, duration_buckets_s).Observe(seconds(*job.started_at - job.created_at));
+  run_seconds_.Add({{"state", queue::name_of(job.state)}}, duration_buckets_s)
+      .Observe(seconds(*job.ended_at - *job.started_at));
   const auto figures = api::read_report(job.report);
   if (!figures) return;
-  pace_.learn(*figures);
-  metrics_.add(rays, {{"kind", "camera"}}, static_cast<double>(figures->rays.camera));
-  metrics_.add(rays, {{"kind", "shadow"}}, static_cast<double>(figures->rays.shadow));
-  metrics_.add(rays, {{"kind", "reflection"}}, static_cast<double>(figures->rays.reflection));
-  metrics_.add(rays, {{"kind", "refraction"}}, static_cast<double>(figures->rays.refraction));
-  metrics_.add(geometry, {{"reused", figures->cache_hits.geometry ? "yes" : "no"}});
-  metrics_.add(images, {{"reused", "yes"}}, figures->cache_hits.textures);
-  metrics_.add(images, {{"reused", "no"}}, figures->cache_hits.decoded_textures);
-  if (figures->error_to_target) metrics_.observe(error_ratio, {}, *figures->error_to_target);
-  if (figures->target_met) metrics_.add(targets, {{"met", *figures->target_met ? "yes" : "no"}});
+  throughput_.add(*figures);
+  rays_.Add({{"kind", "camera"}}).Increment(static_cast<double>(figures->rays.camera));
+  rays_.Add({{"kind", "shadow"}}).Increment(static_cast<double>(figures->rays.shadow));
+  rays_.Add({{"kind", "reflection"}}).Increment(static_cast<double>(figures->rays.reflection));
+  rays_.Add({{"kind", "refraction"}}).Increment(static_cast<double>(figures->rays.refraction));
+  geometry_.Add(yes_or_no("reused", figures->cache_hits.geometry)).Increment();
+  textures_.Add(yes_or_no("reused", true)).Increment(figures->cache_hits.textures);
+  textures_.Add(yes_or_no("reused", false)).Increment(figures->cache_hits.decoded_textures);
+  if (figures->error_to_target) error_ratio_.Add({}, ratio_buckets).Observe(*figures->error_to_target);
+  if (figures->target_met) targets_.Add(yes_or_no("met", *figures->target_met)).Increment();
 }
 
 }  // namespace telemetry

@@ -5,11 +5,11 @@
 
 namespace telemetry {
 
-void ThroughputEstimate::learn(const std::string& report) {
-  if (const auto figures = api::read_report(report)) learn(*figures);
+void ThroughputEstimate::add(const std::string& report) {
+  if (const auto figures = api::read_report(report)) add(*figures);
 }
 
-void ThroughputEstimate::learn(const api::ReportFigures& figures) {
+void ThroughputEstimate::add(const api::ReportFigures& figures) {
   if (!figures.seconds_per_work) return;
   const std::lock_guard lock(mutex_);
   seconds_per_work_.push_back(*figures.seconds_per_work);

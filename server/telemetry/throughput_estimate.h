@@ -1,5 +1,5 @@
 #pragma once
-/// How fast this machine renders of late, for estimates of what is to come.
+/// Recent render speed of this machine, for time estimates.
 
 #include <deque>
 #include <mutex>
@@ -13,14 +13,13 @@ namespace telemetry {
 /// Thread-safe.
 class ThroughputEstimate {
  public:
-  /// Of a job that succeeded; what is no report of a render is left out.
-  void learn(const std::string& report);
-  void learn(const api::ReportFigures& figures);
-  /// For api::estimated_work: the median of the latest renders, so that one in a hundred that is quite otherwise counts
-  /// for little. Nothing before the first.
+  /// Adds a succeeded render. Other reports are ignored.
+  void add(const std::string& report);
+  void add(const api::ReportFigures& figures);
+  /// Median over the latest renders, per unit of api::estimated_work; nothing before the first one.
   [[nodiscard]] std::optional<double> seconds_per_work() const;
 
-  static constexpr std::size_t renders_max = 63;  ///< that many are looked at: of late, and enough to have a middle
+  static constexpr std::size_t renders_max = 63;  ///< recent enough to follow a change, enough for a stable median
 
  private:
   mutable std::mutex mutex_;

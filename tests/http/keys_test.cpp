@@ -18,7 +18,7 @@ TEST(Keys, FindsAKeyByItsHash) {
   EXPECT_EQ(keys::find(*read, bob.token)->name, "bob");
   EXPECT_EQ(keys::find(*read, ann.token + "0"), nullptr);
   EXPECT_EQ(keys::find(*read, ""), nullptr);
-  EXPECT_EQ(keys::find(*read, read->front().sha256), nullptr) << "the hash is no key";
+  EXPECT_EQ(keys::find(*read, read->front().sha256), nullptr) << "the hash is not the key";
 }
 
 /// The example "abc" of FIPS 180-4.
@@ -52,10 +52,10 @@ TEST(KeyRing, ReloadsAllKeys) {
   EXPECT_EQ(ring.find(fresh.token)->name, "new");
 }
 
-TEST(Access, WithoutKeysIsForThisMachinesNamesAlone) {
+TEST(Access, AcceptsOnlyNamesOfThisMachineWithoutKeys) {
   http::RequestHead head;
   head.path = "/";
-  EXPECT_FALSE(http::refusal(head, nullptr)) << "HTTP/1.0 names no host";
+  EXPECT_FALSE(http::refusal(head, nullptr)) << "HTTP/1.0 has no Host";
   for (const char* host : {"localhost", "LOCALHOST:1", "127.0.0.1", "127.9.9.9:1", "[::1]", "[::1]:1"}) {
     head.headers = {{"host", host}};
     EXPECT_FALSE(http::refusal(head, nullptr)) << host;
@@ -68,7 +68,7 @@ TEST(Access, WithoutKeysIsForThisMachinesNamesAlone) {
   }
 }
 
-TEST(Access, TellsHandlersWhoseKeyItIs) {
+TEST(Access, SetsTheOwnerOfARequestToTheNameOfItsKey) {
   const keys::CreatedKey made = keys::create("ann", {Scope::jobs_read});
   const keys::KeyRing ring(*keys::parse(made.line));
   const http::Handler handler = http::with_access(

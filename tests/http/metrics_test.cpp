@@ -1,55 +1,70 @@
-#include <gtest/gtest.h>
+#include "server/telemetry/metrics.h"
 
-#include <limits>
+#include <gtest/gtest.h>
 
 #include "server/queue/job_store.h"
 #include "server/telemetry/job_metrics.h"
-#include "server/telemetry/metric_registry.h"
 
 namespace {
-
-using telemetry::Metrics;
-
-TEST(Metrics, CountersAddUpByLabels) {
-  Metrics metrics(std::vector<telemetry::Family>{{"jobs_total", "Jobs."}});
-  metrics.add("jobs_total", {{"state", "failed"}});
-  metrics.add("jobs_total", {{"state", "failed"}}, 2);
-  metrics.add("jobs_total", {{"state", "cancelled"}}, 0.5);
-  EXPECT_EQ(metrics.text(),
-            "# HELP jobs_total Jobs.\n# TYPE jobs_total counter\n"
-            "jobs_total{state=\"cancelled\"} 0.5\njobs_total{state=\"failed\"} 3\n");
-}
-
-TEST(Metrics, HistogramsCountEachBucketWithAllBelowIt) {
-  Metrics metrics(std::vector<telemetry::Family>{{"wait_seconds", "Wait.", {0.1, 1}}});
-  for (const double seconds : {0.05, 0.1, 0.2, 5.0}) metrics.observe("wait_seconds", {}, seconds);
-  EXPECT_EQ(metrics.text(),
-            "# HELP wait_seconds Wait.\n# TYPE wait_seconds histogram\n"
-            "wait_seconds_bucket{le=\"0.1\"} 2\nwait_seconds_bucket{le=\"1\"} 3\nwait_seconds_bucket{le=\"+Inf\"} 4\n"
-            "wait_seconds_sum 5.35\nwait_seconds_count 4\n");
-}
-
-TEST(Metrics, LabelsAreEscaped) {
-  EXPECT_EQ(telemetry::metric_line("a", {{"b", "\"\\\n"}, {"c", "d"}}, 1e20), "a{b=\"\\\"\\\\\\n\",c=\"d\"} 1e+20\n");
-  EXPECT_EQ(telemetry::metric_line("a", {}, std::numeric_limits<double>::infinity()), "a +Inf\n");
-}
-
-class Nobody final : public queue::JobObserver {
- public:
-  void on_state_changed(const std::string&, queue::JobState) noexcept override { ++told; }
-  void on_waiters_notified(const std::string&) noexcept override { ++told; }
-  void on_progress(const std::string&, double) noexcept override { ++told; }
-  void on_removed(const std::string&) noexcept override { ++told; }
-  int told = 0;
-};
 
 void expect_line(const std::string& text, const std::string& line) {
   EXPECT_NE(("\n" + text).find("\n" + line + "\n"), std::string::npos) << line << " in\n" << text;
 }
 
-TEST(JobMetrics, TellWaitsRunsRaysAndTargets) {
-  Metrics metrics(telemetry::JobMetrics::families());
-  Nobody next;
+std::string text_of(const prometheus::Registry& registry) { return telemetry::metrics_text(registry, {}); }
+
+TEST(MetricsText, HasHelpTypeAndValueOfEachGauge) {
+  telemetry::GaugeValues values;
+  values.version = "1.2";
+  values.build = "quote\" backslash\\ newline\n";
+  values.jobs = {{"queued", 3}, {"running", 1}};
+  values.queue_age_s = 0.25;
+  values.disk_space.free_bytes = 123'456'789'012;
+  values.cache_geometry_bytes = 5;
+  const std::string text = telemetry::metrics_text(prometheus::Registry(), values);
+  for (const char* line : {R"(whittle_build_info{version="1.2",build="quote\" backslash\\ newline\n"} 1)",
+                           "# HELP whittle_queue_age_seconds Waiting time of the job that could run longest; 0 if none "
+                           "waits.",
+                           "# TYPE whittle_queue_age_seconds gauge", "whittle_queue_age_seconds 0.25",
+                           "whittle_jobs{state=\"queued\"} 3", "whittle_jobs{state=\"running\"} 1",
+                           "whittle_disk_free_bytes 123456789012", "whittle_cache_bytes{kind=\"geometry\"} 5",
+                           "whittle_cache_bytes{kind=\"images\"} 0", "# TYPE process_resident_memory_bytes gauge"}) {
+    expect_line(text, line);
+  }
+  EXPECT_EQ(text.find("whittle_worker_resident_memory_bytes"), std::string::npos) << "there is no worker";
+}
+
+TEST(RequestMetrics, CountsByMethodRouteAndStatus) {
+  prometheus::Registry registry;
+  telemetry::RequestMetrics metrics(registry);
+  for (const double seconds : {0.005, 0.01, 0.02, 20'000.0}) metrics.count("GET", "/v1/jobs", 200, seconds);
+  metrics.count("POST", "", 404, 0.5);
+  const std::string text = text_of(registry);
+  for (const char* line : {"# TYPE whittle_requests_total counter", "# TYPE whittle_request_seconds histogram",
+                           R"(whittle_requests_total{method="GET",route="/v1/jobs",status="200"} 4)",
+                           R"(whittle_requests_total{method="POST",route="",status="404"} 1)",
+                           R"(whittle_request_seconds_bucket{route="/v1/jobs",le="0.01"} 2)",
+                           R"(whittle_request_seconds_bucket{route="/v1/jobs",le="0.03"} 3)",
+                           R"(whittle_request_seconds_bucket{route="/v1/jobs",le="14400"} 3)",
+                           R"(whittle_request_seconds_bucket{route="/v1/jobs",le="+Inf"} 4)",
+                           R"(whittle_request_seconds_sum{route="/v1/jobs"} 20000.035)",
+                           R"(whittle_request_seconds_count{route="/v1/jobs"} 4)"}) {
+    expect_line(text, line);
+  }
+}
+
+class CountingObserver final : public queue::JobObserver {
+ public:
+  void on_state_changed(const std::string&, queue::JobState) noexcept override { ++calls; }
+  void on_waiters_notified(const std::string&) noexcept override { ++calls; }
+  void on_progress(const std::string&, double) noexcept override { ++calls; }
+  void on_removed(const std::string&) noexcept override { ++calls; }
+  int calls = 0;
+};
+
+TEST(JobMetrics, CountsWaitsRunsRaysAndTargets) {
+  prometheus::Registry registry;
+  CountingObserver next;
   queue::Job job;
   job.state = queue::JobState::succeeded;
   job.created_at = 1000;
@@ -59,10 +74,10 @@ TEST(JobMetrics, TellWaitsRunsRaysAndTargets) {
       R"({"rays":{"camera":7,"shadow":5,"reflection":3,"refraction":2},"error":{"target":0.5,"estimate":0.375,"met":true},
                    "geometry_reused":true,"textures":{"reused":3,"decoded":2},"estimated_work":1000,
                    "time_ms":{"queue":7,"parse":7,"build":100,"trace":1500,"encode":400}})";
-  telemetry::ThroughputEstimate pace;
+  telemetry::ThroughputEstimate throughput;
   job.attempt = 1;
   telemetry::JobMetrics observed(
-      metrics, pace, [&](const std::string&) { return job; }, next);
+      registry, throughput, [&](const std::string&) { return job; }, next);
   const auto succeeded = [&](const std::string& id) {
     observed.on_state_changed(id, queue::JobState::succeeded);
     observed.on_waiters_notified(id);
@@ -73,15 +88,16 @@ TEST(JobMetrics, TellWaitsRunsRaysAndTargets) {
   succeeded("b");
   job.report = R"({"rays":{"camera":1},"error":{"target":null,"met":true}})";
   succeeded("c");
-  job.attempt = 0;  // from the cache: neither its wait nor its rays are told again
+  job.attempt = 0;  // from the cache: neither its wait nor its rays are counted again
   succeeded("d");
   observed.on_progress("a", 0.5);
   observed.on_removed("a");
-  EXPECT_DOUBLE_EQ(pace.seconds_per_work().value_or(0), 2.0 / 1000) << "of those that tell it";
-  EXPECT_EQ(next.told, 11) << "everything is passed on";
-  const std::string text = metrics.text();
+  EXPECT_DOUBLE_EQ(throughput.seconds_per_work().value_or(0), 2.0 / 1000) << "of the reports that have it";
+  EXPECT_EQ(next.calls, 11) << "every call is passed on";
+  const std::string text = text_of(registry);
   for (const char* line : {"whittle_jobs_submitted_total 1",
                            "whittle_jobs_ended_total{state=\"succeeded\"} 4",
+                           "whittle_jobs_ended_total{state=\"failed\"} 0",
                            "whittle_jobs_from_cache_total 1",
                            "whittle_job_wait_seconds_sum 6",
                            "whittle_job_run_seconds_sum{state=\"succeeded\"} 1.5",
@@ -105,35 +121,36 @@ TEST(JobMetrics, TellWaitsRunsRaysAndTargets) {
 }
 
 TEST(ThroughputEstimate, IsTheMedianOfTheLatestRenders) {
-  telemetry::ThroughputEstimate pace;
-  const auto learn = [&](double trace_ms) {
-    pace.learn(R"({"rays":{},"error":{},"estimated_work":1000,"time_ms":{"trace":)" + std::to_string(trace_ms) + "}}");
+  telemetry::ThroughputEstimate throughput;
+  const auto add = [&](double trace_ms) {
+    throughput.add(R"({"rays":{},"error":{},"estimated_work":1000,"time_ms":{"trace":)" + std::to_string(trace_ms) +
+                   "}}");
   };
-  EXPECT_EQ(pace.seconds_per_work(), std::nullopt);
+  EXPECT_EQ(throughput.seconds_per_work(), std::nullopt);
   for (const char* other : {"", "{}", "[1]", R"({"points":[]})", R"({"rays":{},"error":{},"estimated_work":null})"}) {
-    pace.learn(other);
+    throughput.add(other);
   }
-  EXPECT_EQ(pace.seconds_per_work(), std::nullopt) << "none of them is of a render";
-  for (const double ms : {1000.0, 3000.0, 900'000.0}) learn(ms);
-  EXPECT_DOUBLE_EQ(*pace.seconds_per_work(), 3.0 / 1000);
-  for (std::size_t i = 0; i < telemetry::ThroughputEstimate::renders_max; ++i) learn(7000);
-  EXPECT_DOUBLE_EQ(*pace.seconds_per_work(), 7.0 / 1000) << "those before are forgotten";
+  EXPECT_EQ(throughput.seconds_per_work(), std::nullopt) << "none is the report of a render";
+  for (const double ms : {1000.0, 3000.0, 900'000.0}) add(ms);
+  EXPECT_DOUBLE_EQ(*throughput.seconds_per_work(), 3.0 / 1000);
+  for (std::size_t i = 0; i < telemetry::ThroughputEstimate::renders_max; ++i) add(7000);
+  EXPECT_DOUBLE_EQ(*throughput.seconds_per_work(), 7.0 / 1000) << "older renders are dropped";
 }
 
-TEST(JobMetrics, AJobThatCannotBeLookedUpIsStillAnEnd) {
-  Metrics metrics(telemetry::JobMetrics::families());
-  Nobody next;
-  telemetry::ThroughputEstimate pace;
+TEST(JobMetrics, CountsTheEndOfAJobThatTheStoreCannotFind) {
+  prometheus::Registry registry;
+  CountingObserver next;
+  telemetry::ThroughputEstimate throughput;
   telemetry::JobMetrics observed(
-      metrics, pace,
+      registry, throughput,
       [](const std::string&) -> std::optional<queue::Job> {
         throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable, "gone");
       },
       next);
   observed.on_state_changed("a", queue::JobState::failed);
   observed.on_waiters_notified("a");
-  expect_line(metrics.text(), "whittle_jobs_ended_total{state=\"failed\"} 1");
-  EXPECT_EQ(next.told, 2);
+  expect_line(text_of(registry), "whittle_jobs_ended_total{state=\"failed\"} 1");
+  EXPECT_EQ(next.calls, 2);
 }
 
 }  // namespace

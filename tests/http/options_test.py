@@ -106,7 +106,7 @@ class Options(unittest.TestCase):
             self.assertEqual(daemon.get("/").status, 200)
             self.assertEqual([row for row in daemon.log_rows() if row["level"] in ("debug", "info")], [])
         with Daemon() as daemon:
-            start = [row for row in daemon.log_rows() if row["event"] == "start"]
+            start = [row for row in daemon.log_rows() if row["event"] == "starting"]
             self.assertEqual(len(start), 1)
             self.assertEqual(start[0]["render_wait_s"], "60")
 

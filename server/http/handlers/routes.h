@@ -53,25 +53,11 @@ struct ApiContext {
 };
 std::vector<Route> client_routes(const ApiContext& front);
 
-/// What the worker keeps for later jobs.
-struct KeptBytes {
-  std::uint64_t geometry = 0, images = 0;
-};
-
 /// What the health routes need; the same rules.
 struct Health {
   std::function<std::string()> not_ready;  ///< empty: ready; else the reason. Asked at most once a second
   std::function<bool()> draining;          ///< true: not ready, whatever not_ready said a moment ago
-  std::function<std::int64_t(queue::JobState)> job_count;  ///< may throw StoreFailure
-  std::function<std::size_t()> event_listeners;
-  std::function<std::size_t()> connections;
-  std::function<int()> worker_pid;  ///< 0: there is none now
-  std::function<KeptBytes()> kept_bytes;
-  std::function<std::optional<std::int64_t>()> oldest_at;  ///< since when the job that waits longest does
-  queue::DiskSpaceProbe room;                              ///< the disk's
-  std::function<std::uint64_t()> upload_bytes;
-  queue::Clock clock;
-  std::function<std::string()> figures;  ///< what grows, as Prometheus text
+  std::function<std::string()> metrics;    ///< the Prometheus text; may throw StoreFailure
 };
 std::vector<Route> health_routes(const Health& health);
 

@@ -1,0 +1,239 @@
+/// whittled: the daemon. Reads the configuration, builds the layers from the leaves to the root, serves until a signal,
+/// and stops in reverse order.
+
+#include <sys/resource.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <functional>
+#include <optional>
+#include <string_view>
+#include <system_error>
+
+#include "server/daemon/config.h"
+#include "server/daemon/wiring.h"
+#include "server/http/probe.h"
+#include "server/storage/backup.h"
+#include "server/support/descriptor.h"
+#include "server/telemetry/json_log.h"
+#include "tracer/version.h"
+
+namespace whittled {
+namespace {
+
+constexpr int exit_failed = 1, exit_bad_configuration = 2;
+
+/// Blocks SIGTERM, SIGINT and SIGHUP and waits for them. Created before any thread, because threads inherit the mask.
+class StopSignals {
+ public:
+  StopSignals() {
+    sigemptyset(&signals_);
+    for (const int signal : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&signals_, signal);
+    pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
+    fd_ = support::Descriptor(::signalfd(-1, &signals_, SFD_CLOEXEC));
+    if (!fd_) throw std::system_error(errno, std::generic_category(), "signalfd");
+  }
+
+  /// Returns the number of SIGTERM or SIGINT; calls `reload` for SIGHUP. Afterwards a further signal ends the process
+  /// at once.
+  int wait(const std::function<void()>& reload) {
+    signalfd_siginfo info{};
+    for (;;) {
+      if (::read(fd_.get(), &info, sizeof info) < 0) continue;
+      if (info.ssi_signo != SIGHUP) break;
+      reload();
+    }
+    pthread_sigmask(SIG_UNBLOCK, &signals_, nullptr);
+    return static_cast<int>(info.ssi_signo);
+  }
+
+ private:
+  sigset_t signals_{};
+  support::Descriptor fd_;
+};
+
+/// Each connection is a descriptor. The usual soft limit of 1024 exists for programs that use select().
+void raise_descriptor_limit() {
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0) return;
+  limit.rlim_cur = limit.rlim_max;
+  ::setrlimit(RLIMIT_NOFILE, &limit);
+}
+
+void log_start(const telemetry::Log& log, const Command& command) {
+  const auto settings = effective_settings(command.config);
+  std::vector<telemetry::Field> fields{{"version", tracer::version()}, {"build", tracer::build()}};
+  for (const auto& [name, value] : settings) fields.push_back({name, std::string_view(value)});
+  log.write(telemetry::Level::info, "starting", fields);
+  for (const std::string& variable : command.unknown_variables) {
+    log.write(telemetry::Level::warning, "unknown_environment_variable", {{"name", variable}});
+  }
+}
+
+/// A line on stdout, from which scripts read chosen ports.
+void print_listen_address(const char* name, const std::string& host, int port) {
+  const bool ipv6 = host.find(':') != std::string::npos;
+  std::printf("%s on http://%s%s%s:%d\n", name, ipv6 ? "[" : "", host.c_str(), ipv6 ? "]" : "", port);
+  std::fflush(stdout);
+}
+
+/// If the file does not parse, the current keys stay in force.
+void reload_keys(const std::string& path, keys::KeyRing& ring, const telemetry::Log& log) {
+  auto keys = keys::read(path);
+  if (keys) {
+    ring.reload(*std::move(keys));
+    log.write(telemetry::Level::info, "keys_reloaded", {{"count", static_cast<std::int64_t>(ring.size())}});
+    return;
+  }
+  for (const std::string& error : keys.error()) {
+    log.write(telemetry::Level::error, "key_reload_failed", {{"detail", std::string_view(error)}});
+  }
+}
+
+/// Serves until a signal. `keys`: null if none are needed. Returns false if the disk failed.
+bool serve(const Config& config, const Credentials& credentials, keys::KeyRing* keys, const telemetry::Log& log) {
+  StopSignals signals;
+  raise_descriptor_limit();
+  const queue::Log event_log = telemetry::queue_log(log);
+  std::atomic<bool> disk_failed = false, draining = false;
+
+  Storage storage(config, event_log, [&](const std::string& what) {
+    log.write(telemetry::Level::error, "disk_io_error", {{"detail", std::string_view(what)}});
+    disk_failed = true;
+    ::kill(::getpid(), SIGTERM);  // starts a graceful shutdown
+  });
+  JobQueue jobs(config, storage, event_log);
+  const Maintenance maintenance(config, storage, jobs, event_log);
+  const auto webhooks = start_webhooks(credentials, storage, jobs, event_log);
+  worker::Supervisor supervisor(jobs.queue, supervisor_settings(config, storage), event_log);
+
+  telemetry::RequestMetrics request_metrics(jobs.registry);
+  const auto new_request_id = [&jobs] { return jobs.ids.next(); };
+  http::HttpServer api(api_server_settings(config, storage, keys, request_metrics),
+                       http::client_routes(api_context(config, storage, jobs, supervisor, keys, draining)),
+                       new_request_id, log);
+  const http::Health checks{.not_ready = [&jobs] { return jobs.queue.queries.not_ready(); },
+                            .draining = [&draining] { return draining.load(); },
+                            .metrics =
+                                [&] {
+                                  return telemetry::metrics_text(
+                                      jobs.registry, gauge_values(storage, jobs, supervisor, api.connections()));
+                                }};
+  http::HttpServer health(health_server_settings(config, storage), http::health_routes(checks), new_request_id, log);
+  log.write(telemetry::Level::info, "listening",
+            {{"port", std::int64_t{api.port()}}, {"health_port", std::int64_t{health.port()}}});
+  print_listen_address("listening", config.listen.host, api.port());
+  print_listen_address("health", config.health_listen.host, health.port());
+
+  const int signal = signals.wait([&] {
+    if (keys != nullptr) reload_keys(config.keys, *keys, log);
+  });
+  log.write(telemetry::Level::info, "draining", {{"signal", std::int64_t{signal}}});
+  draining = true;  // refuses new work; reads continue
+  // After a disk failure no result can be stored; the next start continues from the content of the disk.
+  const bool finished = supervisor.drain(std::chrono::seconds(disk_failed ? 0 : config.drain_s));
+  api.drain(std::chrono::seconds(10));
+  health.drain(std::chrono::seconds(1));
+  log.write(telemetry::Level::info, "stopped", {{"all_jobs_finished", finished}});
+  return !disk_failed;
+}
+
+int run(const Command& command, const Credentials& credentials) {
+  const telemetry::Log log(*telemetry::level_named(command.config.log_level));
+  log_start(log, command);
+  std::optional<keys::KeyRing> keys;
+  if (credentials.keys) keys.emplace(*credentials.keys);
+  try {
+    return serve(command.config, credentials, keys ? &*keys : nullptr, log) ? 0 : exit_failed;
+  } catch (const std::exception& exception) {
+    log.write(telemetry::Level::error, "startup_failed", {{"detail", std::string_view(exception.what())}});
+    return exit_failed;
+  }
+}
+
+void print_settings(const Command& command) {
+  for (const auto& [name, value] : effective_settings(command.config)) {
+    std::printf("%s = %s\n", name.c_str(), value.c_str());
+  }
+  for (const std::string& variable : command.unknown_variables) {
+    std::fprintf(stderr, "whittled: %s: is no option; it is ignored\n", variable.c_str());
+  }
+}
+
+/// Prints the key to stdout, or to stderr if stdout is the file of keys.
+void create_key(const Command& command) {
+  const keys::CreatedKey created = keys::create(command.key_name, *keys::parse_scopes(command.key_scopes));
+  const bool to_stdout = command.config.keys == "-";
+  if (!to_stdout) keys::append(command.config.keys, created.line);
+  std::printf("%s\n", to_stdout ? created.line.c_str() : created.token.c_str());
+  if (to_stdout) std::fprintf(stderr, "%s\n", created.token.c_str());
+  std::fprintf(stderr, "whittled: the key is not shown again; send SIGHUP to a running daemon to load it\n");
+}
+
+int probe_readiness(const Config& config) {
+  const http::Probe probe = http::probe(config.health_listen.host, config.health_listen.port);
+  std::printf("%s\n", probe.answer.c_str());
+  return probe.ready ? 0 : exit_failed;
+}
+
+int print_errors(const std::vector<ConfigError>& errors) {
+  for (const auto& [where, sentence] : errors) {
+    std::fprintf(stderr, "whittled: %s: %s\n", where.c_str(), sentence.c_str());
+  }
+  return exit_bad_configuration;
+}
+
+/// Calls `task`, which may throw; `flag` names it in the error.
+int run_task(const char* flag, const std::function<void()>& task) {
+  try {
+    task();
+    return 0;
+  } catch (const std::exception& exception) {
+    std::fprintf(stderr, "whittled: %s: %s\n", flag, exception.what());
+    return exit_failed;
+  }
+}
+
+/// For the tasks that need the files which the configuration names.
+int check_and_run(const Command& command) {
+  const auto credentials = read_credentials(command.config);
+  if (!credentials) return print_errors(credentials.error());
+  if (command.task == Task::run) return run(command, *credentials);
+  print_settings(command);
+  return 0;
+}
+
+int run_command(const Command& command) {
+  switch (command.task) {
+    case Task::help:
+      std::fputs(help_text().c_str(), stdout);
+      return 0;
+    case Task::version:
+      std::printf("whittled %s\n", std::string(tracer::build()).c_str());
+      return 0;
+    case Task::new_key:
+      return run_task("--keys", [&] { create_key(command); });
+    case Task::probe:
+      return probe_readiness(command.config);
+    case Task::backup:
+      return run_task("--backup", [&] { storage::back_up(command.config.data, command.backup_directory); });
+    case Task::check:
+    case Task::run:
+      return check_and_run(command);
+  }
+  return exit_failed;
+}
+
+}  // namespace
+}  // namespace whittled
+
+int main(int argument_count, char** arguments) {
+  const auto command =
+      whittled::read_command({arguments + 1, arguments + argument_count}, whittled::process_environment());
+  return command ? whittled::run_command(*command) : whittled::print_errors(command.error());
+}

@@ -1,0 +1,277 @@
+#include "server/daemon/wiring.h"
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <stdexcept>
+#include <utility>
+
+#include "api/asset_requests.h"
+#include "api/load_assets.h"
+#include "server/http/access.h"
+#include "server/support/read_file.h"
+#include "server/worker/protocol/asset_directory.h"
+#include "tracer/sha256.h"
+#include "tracer/version.h"
+
+namespace whittled {
+namespace {
+
+/// A result that does not fit on the disk is tried again for some seconds; the reserve file is deleted well before.
+constexpr std::chrono::milliseconds disk_interval{500};
+
+api::Limits document_limits(const Config& config) {
+  api::Limits limits;
+  limits.document.bytes = config.body_bytes;
+  limits.scene.pixels = config.pixels;
+  limits.scene.samples_times_pixels = config.samples_times_pixels;
+  limits.scene.objects = config.objects;
+  limits.scene.triangles = config.triangles;
+  limits.scene.lights = static_cast<std::uint32_t>(config.lights);
+  if (!config.assets.empty()) limits.files = api::Files::below_a_directory;
+  limits.uploads = true;
+  limits.webhooks = !config.webhook_secret_file.empty();
+  return limits;
+}
+
+queue::QueueSettings queue_settings(const Config& config, const Storage& storage) {
+  return {.queued_limit = static_cast<std::int64_t>(config.queued_jobs),
+          .owner_queued_limit = static_cast<std::int64_t>(config.key_queued_jobs),
+          .owner_artifact_bytes_limit = static_cast<std::int64_t>(config.key_artifact_bytes),
+          .disk_space = [&disk = storage.disk] { return disk.now(); }};
+}
+
+/// The limits of GET /v1/version.
+std::vector<std::pair<std::string, std::uint64_t>> effective_limits(const Config& config, const api::Limits& limits) {
+  const http::HeadLimits head;
+  return {{"body_bytes", config.body_bytes},
+          {"asset_bytes", config.asset_bytes},
+          {"uploads_bytes", config.uploads_bytes},
+          {"asset_hashes", api::asset_hashes_max},
+          {"json_depth", limits.document.depth},
+          {"json_values", limits.document.values},
+          {"json_string_bytes", limits.document.string_bytes},
+          {"json_key_bytes", limits.document.key_bytes},
+          {"json_number_chars", limits.document.number_chars},
+          {"name_bytes", limits.document.name_bytes},
+          {"labels", limits.document.labels},
+          {"pixels", limits.scene.pixels},
+          {"image_side", limits.scene.image_side},
+          {"samples_times_pixels", limits.scene.samples_times_pixels},
+          {"max_depth", limits.scene.max_depth},
+          {"objects", limits.scene.objects},
+          {"triangles", limits.scene.triangles},
+          {"lights", limits.scene.lights},
+          {"materials", limits.scene.materials},
+          {"textures", limits.scene.textures},
+          {"queued_jobs", config.queued_jobs},
+          {"batch_jobs", config.batch_jobs},
+          {"batch_bytes", config.batch_bytes},
+          {"key_queued_jobs", config.key_queued_jobs},
+          {"key_artifact_bytes", config.key_artifact_bytes},
+          {"wall_time_s", config.wall_time_s},
+          {"job_memory_bytes", config.job_memory_bytes},
+          {"scene_cache_bytes", config.scene_cache_bytes},
+          {"connections", config.connections},
+          {"connections_per_address", config.connections_per_address},
+          {"streams", config.streams},
+          {"wait_s", static_cast<std::uint64_t>(http::wait_max.count())},
+          {"render_wait_s", config.render_wait_s},
+          {"request_line_bytes", head.request_line_bytes},
+          {"target_bytes", head.target_bytes},
+          {"header_count", head.header_count},
+          {"header_bytes", head.header_bytes}};
+}
+
+/// The daemon reads no file that a scene names, but it rejects scenes whose files are missing.
+std::vector<tracer::Issue> missing_files(const tracer::Scene& scene, const std::string& directory_path,
+                                         queue::AssetStore& uploads) {
+  if (scene.assets.empty()) return {};
+  std::optional<worker::AssetDirectory> directory;
+  if (!directory_path.empty()) directory.emplace(directory_path);
+  return api::check_assets(scene, [&](const std::string& name) -> std::string {
+    if (!name.starts_with(api::upload_prefix)) return directory->refusal(name);  // the reader rejected others
+    const std::string sha256 = name.substr(api::upload_prefix.size());
+    return uploads.use(sha256) ? "" : "was not uploaded; PUT /v1/assets/" + sha256 + " uploads it";
+  });
+}
+
+/// From recently finished jobs in the store.
+void seed_throughput_estimate(queue::JobStore& jobs, telemetry::ThroughputEstimate& throughput) {
+  queue::JobFilter filter;
+  filter.state = queue::JobState::succeeded;
+  queue::JobPage page = jobs.list(filter, {}, telemetry::ThroughputEstimate::renders_max);
+  std::reverse(page.items.begin(), page.items.end());
+  for (const queue::Job& job : page.items) throughput.add(job.report);
+}
+
+}  // namespace
+
+tracer::Result<Credentials, std::vector<ConfigError>> read_credentials(const Config& config) {
+  Credentials credentials;
+  std::vector<ConfigError> errors;
+  if (!config.keys.empty()) {
+    auto keys = keys::read(config.keys);
+    if (keys) credentials.keys = *std::move(keys);
+    if (!keys) {
+      for (const std::string& error : keys.error()) errors.push_back({"--keys", error});
+    }
+  }
+  if (!config.webhook_secret_file.empty()) {
+    try {
+      auto secrets = webhooks::read_secrets(support::read_file(config.webhook_secret_file));
+      if (!secrets) throw std::runtime_error(config.webhook_secret_file + ": " + secrets.error());
+      credentials.webhook_secrets = *std::move(secrets);
+    } catch (const std::runtime_error& failure) {
+      errors.push_back({"--webhook-secret-file", failure.what()});
+    }
+  }
+  auto networks = webhooks::Networks::parse(config.webhook_networks);
+  if (networks) credentials.webhook_networks = *std::move(networks);
+  if (!networks) errors.push_back({"--webhook-networks", networks.error()});
+  if (!errors.empty()) return errors;
+  return credentials;
+}
+
+Storage::Storage(const Config& config, const queue::Log& log, std::function<void(const std::string&)> on_disk_failure)
+    : uploads_directory(config.data + "/uploads"),
+      spool_directory(config.data + "/spool"),
+      disk(config.data, {.reserve_bytes = config.disk_free_bytes}, log),
+      disk_health(std::move(on_disk_failure)),
+      sqlite(config.data, {.health = &disk_health}),
+      stores(sqlite.all()),
+      large_artifacts(config.data, &disk_health),
+      artifacts(sqlite, large_artifacts),
+      uploads(uploads_directory, queue::system_clock(), config.uploads_bytes, &disk_health),
+      deliveries(config.data, &disk_health) {
+  std::filesystem::create_directories(spool_directory);
+  if (!config.assets.empty()) (void)worker::AssetDirectory(config.assets);  // reported at the start, not by each job
+}
+
+JobQueue::JobQueue(const Config& config, Storage& storage, const queue::Log& log)
+    : ids(queue::system_clock(), queue::system_random()),
+      queue(storage.stores, storage.artifacts, ids, queue::system_clock(), log, queue_settings(config, storage)),
+      events(http::event_text, queue::system_clock(), {.listeners_max = config.streams}),
+      job_metrics(
+          registry, throughput, [&store = storage.stores.jobs](const std::string& id) { return store.find(id); },
+          events) {
+  seed_throughput_estimate(storage.stores.jobs, throughput);
+  queue.notifications.observe(&job_metrics);
+}
+
+Maintenance::Maintenance(const Config& config, Storage& storage, JobQueue& jobs, const queue::Log& log)
+    : disk_space("measure_disk_space", log,
+                 [&disk = storage.disk, &lifecycle = jobs.queue.lifecycle] {
+                   if (disk.measure()) lifecycle.on_disk_space_available();
+                   return disk_interval;
+                 }),
+      maintainer(jobs.queue.lifecycle, log),
+      lease_renewer(jobs.queue.lifecycle, log),
+      collector(storage.uploads, storage.stores.maintenance, queue::system_clock(), log,
+                {.age = std::chrono::days(static_cast<int>(config.asset_days))}) {}
+
+std::unique_ptr<webhooks::Webhooks> start_webhooks(const Credentials& credentials, Storage& storage, JobQueue& jobs,
+                                                   const queue::Log& log) {
+  if (credentials.webhook_secrets.empty()) return nullptr;
+  const auto find = [&queries = jobs.queue.queries](const std::string& id) { return queries.find(id); };
+  const auto sender = std::make_shared<const webhooks::WebhookSender>(
+      webhooks::SenderSettings{.networks = credentials.webhook_networks});
+  const auto send = [sender](const auto&... arguments) { return sender->post(arguments...); };
+  auto webhooks =
+      std::make_unique<webhooks::Webhooks>(storage.deliveries, find, send, queue::system_clock(), jobs.ids, log,
+                                           webhooks::WebhookSettings{.secrets = credentials.webhook_secrets});
+  jobs.queue.notifications.set_completion_listener(webhooks.get());
+  return webhooks;
+}
+
+worker::SupervisorSettings supervisor_settings(const Config& config, const Storage& storage) {
+  worker::SupervisorSettings settings;
+  settings.executable = worker::default_executable();
+  settings.slots = static_cast<int>(config.jobs);
+  settings.threads = static_cast<int>(config.threads);
+  settings.files = {config.assets, storage.uploads_directory, config.objects, config.triangles};
+  settings.wall_time = std::chrono::seconds(config.wall_time_s);
+  settings.job_memory_bytes = config.job_memory_bytes;
+  settings.scene_cache_bytes = config.scene_cache_bytes;
+  return settings;
+}
+
+http::HttpServerSettings api_server_settings(const Config& config, const Storage& storage, const keys::KeyRing* keys,
+                                             telemetry::RequestMetrics& metrics) {
+  http::HttpServerSettings settings;
+  settings.host = config.listen.host;
+  settings.port = config.listen.port;
+  settings.connections_max = config.connections;
+  settings.connections_per_address_max = config.connections_per_address;
+  settings.handler_threads = config.handler_threads;
+  settings.head.body_bytes = config.body_bytes;
+  settings.head.asset_bytes = config.asset_bytes;
+  settings.head_filter = [keys](const http::RequestHead& head) { return http::refusal(head, keys); };
+  settings.on_response = [&metrics](const auto&... request) { metrics.count(request...); };
+  settings.spool_directory = storage.spool_directory;
+  settings.spool_bytes = config.spool_bytes;
+  return settings;
+}
+
+http::HttpServerSettings health_server_settings(const Config& config, const Storage& storage) {
+  http::HttpServerSettings settings;
+  settings.host = config.health_listen.host;
+  settings.port = config.health_listen.port;
+  settings.connections_max = settings.connections_per_address_max = 256;
+  settings.handler_threads = 1;
+  settings.waiting_max = 64;
+  if (config.keys.empty())
+    settings.head_filter = [](const http::RequestHead& head) { return http::refusal(head, nullptr); };
+  settings.head.body_bytes = settings.head.asset_bytes = 0;
+  settings.spool_directory = storage.spool_directory;
+  return settings;
+}
+
+http::ApiContext api_context(const Config& config, Storage& storage, JobQueue& jobs,
+                             const worker::Supervisor& supervisor, const keys::KeyRing* keys,
+                             const std::atomic<bool>& draining) {
+  const api::Limits limits = document_limits(config);
+  return {.queue = jobs.queue,
+          .events = jobs.events,
+          .assets = storage.uploads,
+          .clock = queue::system_clock(),
+          .limits = limits,
+          .batch_limits = {limits, static_cast<int>(config.batch_jobs), config.batch_bytes},
+          .missing_files = [assets = config.assets, &uploads = storage.uploads](
+                               const tracer::Scene& scene) { return missing_files(scene, assets, uploads); },
+          .sha256 = tracer::sha256_hex,
+          .deliveries = [&deliveries = storage.deliveries](const std::string& id) { return deliveries.of_job(id); },
+          .room = [&disk = storage.disk] { return disk.now(); },
+          .job_memory_bytes = config.job_memory_bytes,
+          .render_wait = std::chrono::seconds(config.render_wait_s),
+          .draining = [&draining] { return draining.load(); },
+          .seconds_per_work = [&throughput = jobs.throughput] { return throughput.seconds_per_work(); },
+          .effective_limits = effective_limits(config, limits),
+          .sandbox = [&supervisor] { return supervisor.sandbox(); },
+          .keys = keys};
+}
+
+telemetry::GaugeValues gauge_values(Storage& storage, const JobQueue& jobs, const worker::Supervisor& supervisor,
+                                    std::size_t connections) {
+  using enum queue::JobState;
+  telemetry::GaugeValues values;
+  values.version = tracer::version();
+  values.build = tracer::build();
+  for (const queue::JobState state : {queued, running, succeeded, failed, cancelled}) {
+    values.jobs.emplace_back(queue::name_of(state), storage.stores.statistics.count(state));
+  }
+  if (const auto oldest_at = storage.stores.statistics.depth().oldest_at) {
+    values.queue_age_s = static_cast<double>(std::max<std::int64_t>(queue::system_clock()() - *oldest_at, 0)) / 1000;
+  }
+  values.disk_space = storage.disk.now();
+  values.upload_bytes = storage.uploads.bytes();
+  values.connections = connections;
+  values.event_listeners = jobs.events.listeners();
+  const auto cache = supervisor.cache_bytes();
+  values.cache_geometry_bytes = cache.geometry;
+  values.cache_image_bytes = cache.images;
+  values.worker_pid = supervisor.worker_pid();
+  return values;
+}
+
+}  // namespace whittled

@@ -1,0 +1,101 @@
+#pragma once
+/// The layers of the daemon, each built from Config and the layers below it. main.cpp connects them.
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/daemon/config.h"
+#include "server/http/handlers/routes.h"
+#include "server/http/http_server.h"
+#include "server/keys/key_ring.h"
+#include "server/queue/asset_collector.h"
+#include "server/queue/disk_health.h"
+#include "server/queue/events.h"
+#include "server/queue/queue.h"
+#include "server/queue/queue_maintainer.h"
+#include "server/storage/files/disk_space_monitor.h"
+#include "server/storage/files/file_artifact_store.h"
+#include "server/storage/files/file_asset_store.h"
+#include "server/storage/sqlite/small_artifact_store.h"
+#include "server/storage/sqlite/sqlite_delivery_store.h"
+#include "server/storage/sqlite/sqlite_stores.h"
+#include "server/telemetry/job_metrics.h"
+#include "server/telemetry/metrics.h"
+#include "server/webhooks/webhooks.h"
+#include "server/worker/supervisor/supervisor.h"
+
+namespace whittled {
+
+/// Content of the files that the configuration names, and options that need a parser of another module.
+struct Credentials {
+  std::optional<std::vector<keys::Key>> keys;     ///< nothing: no keys are needed
+  std::vector<webhooks::Secret> webhook_secrets;  ///< empty: no webhooks
+  webhooks::Networks webhook_networks;
+};
+tracer::Result<Credentials, std::vector<ConfigError>> read_credentials(const Config& config);
+
+/// The data directory: the stores, and the free space of the disk.
+struct Storage {
+  /// Locks the directory. `on_disk_failure` is called once, at the first I/O error. Throws with the reason if the
+  /// directory, or the one of assets, cannot be used.
+  Storage(const Config& config, const queue::Log& log, std::function<void(const std::string&)> on_disk_failure);
+
+  const std::string uploads_directory, spool_directory;
+  storage::files::DiskSpaceMonitor disk;
+  queue::DiskHealth disk_health;
+  storage::sqlite::SqliteStores sqlite;
+  const queue::Stores stores;
+  storage::files::FileArtifactStore large_artifacts;
+  storage::sqlite::SmallArtifactStore artifacts;
+  storage::files::FileAssetStore uploads;
+  storage::sqlite::SqliteDeliveryStore deliveries;
+};
+
+/// The queue and its observers: event streams and metrics.
+struct JobQueue {
+  JobQueue(const Config& config, Storage& storage, const queue::Log& log);
+
+  queue::IdSource ids;
+  queue::Queue queue;
+  queue::Events events;
+  prometheus::Registry registry;
+  telemetry::ThroughputEstimate throughput;
+  telemetry::JobMetrics job_metrics;
+};
+
+/// Threads that measure free space, expire jobs, renew leases and delete unused uploads.
+struct Maintenance {
+  Maintenance(const Config& config, Storage& storage, JobQueue& jobs, const queue::Log& log);
+
+  queue::PeriodicTask disk_space;
+  queue::QueueMaintainer maintainer;
+  queue::LeaseRenewer lease_renewer;
+  queue::AssetCollector collector;
+};
+
+/// Null without secrets.
+std::unique_ptr<webhooks::Webhooks> start_webhooks(const Credentials& credentials, Storage& storage, JobQueue& jobs,
+                                                   const queue::Log& log);
+
+worker::SupervisorSettings supervisor_settings(const Config& config, const Storage& storage);
+
+// ---- HTTP. `keys`: null if no keys are needed. All arguments but `config` must outlive the servers.
+
+http::HttpServerSettings api_server_settings(const Config& config, const Storage& storage, const keys::KeyRing* keys,
+                                             telemetry::RequestMetrics& metrics);
+/// One thread suffices for three short routes, and none has a body.
+http::HttpServerSettings health_server_settings(const Config& config, const Storage& storage);
+
+http::ApiContext api_context(const Config& config, Storage& storage, JobQueue& jobs,
+                             const worker::Supervisor& supervisor, const keys::KeyRing* keys,
+                             const std::atomic<bool>& draining);
+
+/// Throws queue::StoreFailure.
+telemetry::GaugeValues gauge_values(Storage& storage, const JobQueue& jobs, const worker::Supervisor& supervisor,
+                                    std::size_t connections);
+
+}  // namespace whittled
