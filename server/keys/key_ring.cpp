@@ -1,9 +1,19 @@
 #include "server/keys/key_ring.h"
 
+#include <fcntl.h>
+#include <sys/random.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
+#include <cerrno>
+#include <sstream>
+#include <stdexcept>
+#include <system_error>
 #include <utility>
 
+#include "server/support/descriptor.h"
+#include "server/support/read_file.h"
 #include "tracer/sha256.h"
 
 namespace keys {
@@ -12,35 +22,33 @@ namespace {
 constexpr std::array<std::pair<Scope, std::string_view>, 3> scope_names{
     {{Scope::jobs_read, "jobs:read"}, {Scope::jobs_write, "jobs:write"}, {Scope::admin, "admin"}}};
 
-/// Removes the next word from `line`.
-std::string_view take_word(std::string_view& line) {
-  const std::size_t begin = std::min(line.find_first_not_of(" \t\r"), line.size());
-  line.remove_prefix(begin);
-  const std::string_view word = line.substr(0, line.find_first_of(" \t\r"));
-  line.remove_prefix(word.size());
-  return word;
+const Key* find_hash(const std::vector<Key>& keys, std::string_view sha256) {
+  const auto found = std::find_if(keys.begin(), keys.end(), [&](const Key& key) { return key.sha256 == sha256; });
+  return found == keys.end() ? nullptr : &*found;
 }
 
 /// The error of the line, or empty.
-std::string read_line(std::string_view line, Key& key) {
-  const std::string_view name = take_word(line), scopes = take_word(line), sha256 = take_word(line);
-  if (sha256.empty() || !take_word(line).empty()) return "must be NAME SCOPE[,SCOPE] SHA256";
+std::string read_line(const std::string& line, Key& key) {
+  std::istringstream words(line);
+  std::string name, scopes, sha256, rest;
+  words >> name >> scopes >> sha256;
+  if (sha256.empty() || words >> rest) return "must be NAME SCOPE[,SCOPE] SHA256";
   if (!is_name(name)) return "the name must be 1 to 64 of A-Z a-z 0-9 . _ -";
   const auto read = parse_scopes(scopes);
-  if (!read) return "scopes are jobs:read, jobs:write and admin, got \"" + std::string(scopes) + "\"";
+  if (!read) return "scopes are jobs:read, jobs:write and admin, got \"" + scopes + "\"";
   if (!tracer::is_sha256(sha256)) return "the hash must be 64 lower-case hex digits";
-  key = {std::string(name), *read, std::string(sha256)};
+  key = {name, *read, sha256};
   return {};
 }
 
-/// Precondition: equal sizes.
-bool equal_in_constant_time(std::string_view a, std::string_view b) {
-  volatile unsigned char difference = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    difference =
-        static_cast<unsigned char>(difference | (static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(b[i])));
-  }
-  return difference == 0;
+[[noreturn]] void fail(const std::string& what) { throw std::system_error(errno, std::generic_category(), what); }
+
+std::string random_hex() {
+  std::array<unsigned char, 32> bytes{};
+  if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) fail("no random bits");
+  std::string hex;
+  for (const unsigned char byte : bytes) hex += {"0123456789abcdef"[byte >> 4], "0123456789abcdef"[byte & 15]};
+  return hex;
 }
 
 }  // namespace
@@ -74,38 +82,58 @@ std::optional<std::vector<Scope>> parse_scopes(std::string_view text) {
   }
 }
 
-tracer::Result<std::vector<Key>, std::vector<std::string>> parse(std::string_view text) {
+tracer::Result<std::vector<Key>, std::vector<std::string>> parse(const std::string& text) {
   std::vector<Key> keys;
   std::vector<std::string> errors;
-  for (int number = 1; !text.empty(); ++number) {
-    std::string_view line = text.substr(0, text.find('\n'));
-    text.remove_prefix(std::min(text.size(), line.size() + 1));
-    line = line.substr(0, line.find('#'));
-    std::string_view rest = line;
-    if (take_word(rest).empty()) continue;
+  std::istringstream lines(text);
+  std::string line;
+  for (int number = 1; std::getline(lines, line); ++number) {
+    line.resize(std::min(line.find('#'), line.size()));
+    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
     Key key;
     std::string error = read_line(line, key);
-    const bool duplicate =
-        std::any_of(keys.begin(), keys.end(), [&](const Key& other) { return other.sha256 == key.sha256; });
-    if (error.empty() && duplicate) error = "this key exists already";
-    if (error.empty()) {
-      keys.push_back(std::move(key));
-    } else {
-      errors.push_back(std::to_string(number) + ": " + error);
-    }
+    if (error.empty() && find_hash(keys, key.sha256) != nullptr) error = "this key exists already";
+    if (!error.empty()) errors.push_back(std::to_string(number) + ": " + error);
+    keys.push_back(std::move(key));
   }
-  if (keys.empty() && errors.empty()) errors.emplace_back("1: the file has no keys");
+  if (keys.empty()) errors.emplace_back("1: the file has no keys");
   if (!errors.empty()) return errors;
   return keys;
 }
 
-const Key* find(const std::vector<Key>& keys, std::string_view token) {
-  const std::string hash = tracer::sha256_hex(token);
-  const Key* found = nullptr;
-  for (const Key& key : keys) {  // all keys, for constant time
-    if (equal_in_constant_time(key.sha256, hash)) found = &key;
+tracer::Result<std::vector<Key>, std::vector<std::string>> read(const std::string& path) {
+  try {
+    auto keys = parse(support::read_file(path));
+    if (keys) return keys;
+    for (std::string& error : keys.error()) error.insert(0, path + ":");
+    return keys;
+  } catch (const std::runtime_error& failure) {
+    return std::vector<std::string>{failure.what()};
   }
-  return found;
+}
+
+const Key* find(const std::vector<Key>& keys, std::string_view token) {
+  return find_hash(keys, tracer::sha256_hex(token));
+}
+
+CreatedKey create(const std::string& name, const std::vector<Scope>& scopes) {
+  CreatedKey created{"whittle_" + random_hex(), name + ' '};
+  for (const Scope scope : scopes) {
+    created.line.append(created.line.back() == ' ' ? "" : ",").append(name_of(scope));
+  }
+  created.line += ' ' + tracer::sha256_hex(created.token);
+  return created;
+}
+
+void append(const std::string& path, const std::string& line) {
+  const support::Descriptor file(::open(path.c_str(), O_RDWR | O_APPEND | O_CREAT | O_CLOEXEC, 0600));
+  if (!file) fail("cannot open " + path);
+  std::string text = line + '\n';
+  char last = '\n';  // completes a last line without newline
+  const off_t size = ::lseek(file.get(), 0, SEEK_END);
+  if (size > 0 && ::pread(file.get(), &last, 1, size - 1) == 1 && last != '\n') text.insert(0, 1, '\n');
+  const bool written = ::write(file.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size());
+  if (!written || ::fsync(file.get()) != 0) fail("cannot write " + path);
 }
 
 void KeyRing::reload(std::vector<Key> keys) {

@@ -22,7 +22,7 @@ std::string_view name_of(Scope scope);  ///< "jobs:read"
 struct Key {
   std::string name;           ///< 1..64 of A-Z a-z 0-9 . _ -
   std::vector<Scope> scopes;  ///< at least one
-  std::string sha256;         ///< of the key, 64 hex digits
+  std::string sha256;         ///< hash of the key, 64 hex digits
 
   /// `admin` allows everything.
   [[nodiscard]] bool allows(Scope scope) const;
@@ -30,12 +30,13 @@ struct Key {
 
 /// The keys of a text, or all errors with their line: "3: ...". A text without keys is an error: it would reject every
 /// client.
-tracer::Result<std::vector<Key>, std::vector<std::string>> parse(std::string_view text);
+tracer::Result<std::vector<Key>, std::vector<std::string>> parse(const std::string& text);
 
 /// Parses a file of at most 1 MiB.
 tracer::Result<std::vector<Key>, std::vector<std::string>> read(const std::string& path);
 
-/// The key whose hash is that of `token`. Takes constant time for tokens of the same length.
+/// The key whose hash is that of `token`, or null. Needs no constant time: a part of the hash does not help to guess
+/// 256 random bits.
 const Key* find(const std::vector<Key>& keys, std::string_view token);
 
 /// A new key and its line. Throws std::system_error without random bits.
