@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cstring>
 #include <optional>
+#include <sstream>
 
 namespace webhooks {
 namespace {
@@ -33,31 +34,27 @@ bool contains(const Network& network, const Address& address) {
   return true;
 }
 
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(' ');
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(' ') - first + 1);
+/// The address of `text`, IPv4 mapped into IPv6, and its number of bits.
+std::optional<Network> read_address(const std::string& text) {
+  Network network{v4_mapped, 32};
+  if (inet_pton(AF_INET, text.c_str(), &network.address[12]) == 1) return network;
+  network.bits = 128;
+  if (inet_pton(AF_INET6, text.c_str(), network.address.data()) == 1) return network;
+  return std::nullopt;
 }
 
 std::optional<Network> read_network(std::string_view text) {
   const std::size_t slash = text.find('/');
-  const std::string host(text.substr(0, slash));
-  Network network;
-  int bits_max = 128;
-  network.address = v4_mapped;
-  if (inet_pton(AF_INET, host.c_str(), &network.address[12]) == 1) {
-    bits_max = 32;
-  } else if (inet_pton(AF_INET6, host.c_str(), network.address.data()) != 1) {
-    return std::nullopt;
-  }
-  int bits = bits_max;
+  auto network = read_address(std::string(text.substr(0, slash)));
+  if (!network) return std::nullopt;
+  const int bits_max = network->bits;
   if (slash != std::string_view::npos) {
     const std::string_view number = text.substr(slash + 1);
-    const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), bits);
-    if (error != std::errc() || end != number.data() + number.size() || bits < 0 || bits > bits_max)
-      return std::nullopt;
+    const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), network->bits);
+    if (error != std::errc() || end != number.data() + number.size()) return std::nullopt;
   }
-  network.bits = bits + (bits_max == 32 ? v4_prefix_bits : 0);
+  if (network->bits < 0 || network->bits > bits_max) return std::nullopt;
+  if (bits_max == 32) network->bits += v4_prefix_bits;
   return network;
 }
 
@@ -97,16 +94,17 @@ bool is_public(const Address& address) {
                       [&](const char* network) { return is_in(network, address); });
 }
 
-tracer::Result<Networks, std::string> Networks::parse(std::string_view text) {
+tracer::Result<Networks, std::string> Networks::parse(const std::string& text) {
   Networks networks;
-  while (!trimmed(text).empty()) {
-    const std::string_view part = trimmed(text.substr(0, text.find(',')));
+  if (text.find_first_not_of(' ') == std::string::npos) return networks;
+  std::istringstream parts(text);
+  std::string part;
+  while (std::getline(parts, part, ',')) {
+    const std::size_t first = std::min(part.find_first_not_of(' '), part.size());
+    part = part.substr(first, part.find_last_not_of(' ') + 1 - first);
     const auto network = read_network(part);
-    if (!network)
-      return "must be networks such as 10.0.0.0/8 or fd00::/8 separated by commas, got \"" + std::string(part) + "\"";
+    if (!network) return "must be networks such as 10.0.0.0/8 or fd00::/8 separated by commas, got \"" + part + "\"";
     networks.networks_.push_back(*network);
-    text.remove_prefix(
-        std::min(text.size(), text.find(',') == std::string_view::npos ? text.size() : text.find(',') + 1));
   }
   return networks;
 }

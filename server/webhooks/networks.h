@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "tracer/result.h"
@@ -35,7 +34,7 @@ struct Network {
 class Networks {
  public:
   /// Parses "127.0.0.0/8, fd00::/8, 10.1.2.3"; may be empty. An error is a sentence.
-  static tracer::Result<Networks, std::string> parse(std::string_view text);
+  static tracer::Result<Networks, std::string> parse(const std::string& text);
 
   /// True if the address is public or in one of the networks.
   [[nodiscard]] bool allow(const Address& address) const;

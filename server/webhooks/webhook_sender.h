@@ -15,12 +15,12 @@ namespace webhooks {
 struct SenderSettings {
   Networks networks;  ///< allowed although they are not public
   std::chrono::milliseconds connect_timeout{5'000};
-  std::chrono::milliseconds timeout{10'000};   ///< of the whole request
+  std::chrono::milliseconds timeout{10'000};   ///< limit of the whole request
   std::size_t response_bytes_max = 64u << 10;  ///< headers included; the content is dropped
 };
 
 struct Response {
-  int status = 0;      ///< of HTTP; 0 without a response
+  int status = 0;      ///< HTTP status; 0 without a response
   std::string detail;  ///< the reason if there is none
 };
 

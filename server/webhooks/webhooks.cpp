@@ -33,7 +33,6 @@ Webhooks::Webhooks(queue::DeliveryStore& store, FindJob find, Send send, queue::
     }
   }
   ended_ = subscribed_;
-  for (int i = 0; i < settings_.senders; ++i) senders_.emplace_back([this] { run_sender(); });
   thread_ = std::thread([this] { run(); });
 }
 
@@ -43,9 +42,7 @@ Webhooks::~Webhooks() {
     stopping_ = true;
   }
   changed_.notify_all();
-  dispatched_.notify_all();
   thread_.join();
-  for (std::thread& sender : senders_) sender.join();
 }
 
 void Webhooks::register_webhook(const std::string& id, const api::Webhook& webhook) {
@@ -74,7 +71,8 @@ void Webhooks::run() {
       log_(queue::LogLevel::warning, "webhook_store_error", {{"detail", failure.what()}});
     }
     std::unique_lock lock(mutex_);
-    changed_.wait_for(lock, pause, [&] { return stopping_ || (!failed && (!ended_.empty() || host_freed_)); });
+    changed_.wait_for(lock, pause,
+                      [&] { return stopping_ || (!failed && (!ended_.empty() || !finished_hosts_.empty())); });
     if (stopping_) return;
   }
 }
@@ -130,47 +128,37 @@ void Webhooks::create_delivery(const std::string& id) {
 /// Ends if nothing is due, if all senders are busy, or if a job has ended: new deliveries go before retries.
 Webhooks::Pause Webhooks::dispatch_due() {
   for (;;) {
-    std::set<std::string> busy_hosts;
     {
       const std::lock_guard lock(mutex_);
       if (stopping_ || !ended_.empty()) return Pause(0);
-      host_freed_ = false;
-      if (busy_hosts_.size() >= senders_.size()) return longest_sleep;
-      busy_hosts = busy_hosts_;
+      for (const std::string& host : std::exchange(finished_hosts_, {})) attempts_.erase(host);
     }
+    if (attempts_.size() >= settings_.senders) return longest_sleep;
+    std::set<std::string> busy_hosts;
+    for (const auto& [host, attempt] : attempts_) busy_hosts.insert(host);
     auto delivery = store_.next(busy_hosts);
     if (!delivery) return longest_sleep;
     const Pause left(*delivery->next_attempt_at - clock_());
     if (left > Pause(0)) return std::min(left, longest_sleep);
-    const std::lock_guard lock(mutex_);
-    busy_hosts_.insert(queue::host_of(delivery->url));
-    to_send_.push_back(*std::move(delivery));
-    dispatched_.notify_one();
+    const std::string host = queue::host_of(delivery->url);
+    const auto send = [this, host, due = *std::move(delivery)] { run_attempt(host, due); };
+    attempts_.emplace(host, std::async(std::launch::async, send));
   }
 }
 
-void Webhooks::run_sender() {
-  std::unique_lock lock(mutex_);
-  for (;;) {
-    dispatched_.wait(lock, [&] { return stopping_ || !to_send_.empty(); });
-    if (stopping_) return;
-    const queue::Delivery delivery = std::move(to_send_.front());
-    to_send_.pop_front();
-    lock.unlock();
-    bool recorded = false;
-    try {
-      attempt(delivery);
-      recorded = true;
-    } catch (const std::exception& failure) {
-      log_(queue::LogLevel::warning, "webhook_store_error", {{"detail", failure.what()}});
-    }
-    lock.lock();
-    // An attempt that was not recorded is repeated after a pause.
-    if (!recorded) dispatched_.wait_for(lock, settings_.store_pause, [&] { return stopping_.load(); });
-    busy_hosts_.erase(queue::host_of(delivery.url));
-    host_freed_ = true;
-    changed_.notify_all();
+void Webhooks::run_attempt(const std::string& host, const queue::Delivery& delivery) {
+  bool recorded = false;
+  try {
+    attempt(delivery);
+    recorded = true;
+  } catch (const std::exception& failure) {
+    log_(queue::LogLevel::warning, "webhook_store_error", {{"detail", failure.what()}});
   }
+  std::unique_lock lock(mutex_);
+  // An attempt that was not recorded is repeated after a pause.
+  if (!recorded) changed_.wait_for(lock, settings_.store_pause, [&] { return stopping_.load(); });
+  finished_hosts_.push_back(host);
+  changed_.notify_all();
 }
 
 void Webhooks::attempt(const queue::Delivery& delivery) {

@@ -13,8 +13,10 @@
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
-#include <deque>
+#include <cstddef>
 #include <functional>
+#include <future>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <set>
@@ -45,15 +47,15 @@ struct WebhookSettings {
   std::chrono::milliseconds store_pause{1'000};              ///< after a failure of the store
   /// Concurrent requests, each to another receiver. A hanging receiver blocks one of them for some seconds
   /// (SenderSettings).
-  int senders = 16;
+  std::size_t senders = 16;
 };
 
 using FindJob = std::function<std::optional<queue::JobView>(const std::string& id)>;
 using Send = std::function<Response(const std::string& url, const WebhookSender::Headers& headers,
                                     const std::string& body, const std::atomic<bool>& stop)>;
 
-/// One thread creates deliveries of ended jobs and dispatches due ones; others send them. A receiver gets one delivery
-/// at a time, in the order in which they are due.
+/// One thread creates deliveries of ended jobs and dispatches due ones; each attempt has a thread of its own. A
+/// receiver gets one delivery at a time, in the order in which they are due.
 class Webhooks final : public queue::CompletionListener {
  public:
   /// The store, and `ids`, must outlive it. Throws StoreFailure.
@@ -73,7 +75,7 @@ class Webhooks final : public queue::CompletionListener {
   Pause run_once();
   void create_delivery(const std::string& id);
   Pause dispatch_due();
-  void run_sender();
+  void run_attempt(const std::string& host, const queue::Delivery& delivery);
   void attempt(const queue::Delivery& delivery);
   [[nodiscard]] WebhookSender::Headers headers_of(const queue::Delivery& delivery, std::int64_t now) const;
 
@@ -88,14 +90,11 @@ class Webhooks final : public queue::CompletionListener {
   std::atomic<bool> stopping_ = false;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::set<std::string> subscribed_;  ///< jobs with a subscription
-  std::set<std::string> ended_;       ///< subscribed jobs that may have ended
-  std::condition_variable dispatched_;
-  std::deque<queue::Delivery> to_send_;
-  std::set<std::string> busy_hosts_;  ///< hosts of dispatched deliveries
-  bool host_freed_ = false;           ///< since dispatch_due
-  std::vector<std::thread> senders_;
-  std::thread thread_;  ///< last: starts after the other members
+  std::set<std::string> subscribed_;                   ///< jobs with a subscription
+  std::set<std::string> ended_;                        ///< subscribed jobs that may have ended
+  std::vector<std::string> finished_hosts_;            ///< their attempts have ended
+  std::map<std::string, std::future<void>> attempts_;  ///< by host; used by thread_ only
+  std::thread thread_;                                 ///< last: it uses all other members
 };
 
 }  // namespace webhooks

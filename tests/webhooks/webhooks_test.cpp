@@ -28,7 +28,7 @@ class WebhooksTest : public testing::Test {
     std::map<std::string, std::string> headers;
   };
 
-  void start(int senders = 4) {
+  void start(std::size_t senders = 4) {
     WebhookSettings settings;
     settings.senders = senders;
     settings.secrets = *read_secrets("whsec_MfKQ9r8GKYqrTwjUPD8ILPZIo2LaLaSw");
@@ -131,7 +131,7 @@ class WebhooksTest : public testing::Test {
  protected:
   std::unique_ptr<storage::sqlite::SqliteDeliveryStore> store =
       std::make_unique<storage::sqlite::SqliteDeliveryStore>(directory_.path());
-  std::optional<Webhooks> webhooks_under_test;  ///< last: goes first
+  std::optional<Webhooks> webhooks_under_test;  ///< last: destroyed first
 };
 
 }  // namespace
@@ -180,7 +180,7 @@ TEST_F(WebhooksTest, RetriesTheSameMessageAfterGrowingPausesAndThenAbandonsIt) {
     EXPECT_EQ(delivery("a").next_attempt_at, now + pause.count());
     now += pause.count();
     webhooks_under_test->register_webhook("wakes", {"http://x/", {"failed"}});
-    end("wakes", JobState::succeeded);  // the clock was turned; nobody else tells the thread
+    end("wakes", JobState::succeeded);  // the thread does not notice that the clock was changed
     ++attempts;
   }
   ASSERT_TRUE(eventually([&] { return delivery("a").state == DeliveryState::abandoned; }));
