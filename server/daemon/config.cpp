@@ -4,7 +4,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <map>
 #include <memory>
 #include <optional>
 #include <sstream>
@@ -19,10 +18,12 @@ namespace {
 
 using Errors = std::vector<ConfigError>;
 
+/// One value of an option, before it is checked.
 struct Setting {
+  const Option* option;
   std::string value, where;
 };
-using Settings = std::map<std::string_view, Setting>;  // by option name
+using Settings = std::vector<Setting>;
 
 constexpr const char* unknown_option = "is no option; --help lists them";
 
@@ -81,7 +82,7 @@ void add_options(CLI::App& app, Arguments& arguments) {
     const std::string flag = flag_of(option.name), name = "--" + std::string(option.name);
     const auto collect = [&arguments, &option, flag](const CLI::results_t& values) {
       if (values.size() > 1) arguments.errors.push_back({flag, "is given twice"});
-      arguments.settings[option.name] = {values.front(), flag};
+      arguments.settings.push_back({&option, values.front(), flag});
       return true;
     };
     const std::string default_text(option.default_text.empty() ? "none" : option.default_text);
@@ -125,19 +126,18 @@ void parse(std::vector<std::string> words, Arguments& arguments) {
   if (!without_value.empty()) arguments.errors.push_back({without_value, "needs a value"});
 }
 
-Settings read_environment(const Environment& environment, std::vector<std::string>& unknown) {
-  Settings settings;
+void read_environment(const Environment& environment, Settings& settings, std::vector<std::string>& unknown) {
   const auto all = options();
-  for (const auto& entry : environment) {
-    const auto found = std::find_if(all.begin(), all.end(),
-                                    [&](const Option& option) { return variable_of(option.name) == entry.first; });
+  for (const auto& [name, value] : environment) {
+    const auto found = std::find_if(all.begin(), all.end(), [&variable = name](const Option& option) {
+      return variable_of(option.name) == variable;
+    });
     if (found == all.end()) {
-      unknown.push_back(entry.first);
+      unknown.push_back(name);
     } else {
-      settings.emplace(found->name, Setting{entry.second, entry.first});
+      settings.push_back({&*found, value, name});
     }
   }
-  return settings;
 }
 
 std::string trimmed(std::string_view text) { return CLI::detail::trim_copy(std::string(text)); }
@@ -151,16 +151,19 @@ void read_line(std::string_view line, const std::string& where, Settings& settin
     return;
   }
   const std::string name = trimmed(content.substr(0, equals));
-  const Option* option = find_option(name);
+  const Option* const option = find_option(name);
+  const bool duplicate =
+      std::any_of(settings.begin(), settings.end(), [&](const Setting& setting) { return setting.option == option; });
   if (option == nullptr) {
     errors.push_back({where, "\"" + name + "\" " + unknown_option});
-  } else if (!settings.emplace(option->name, Setting{trimmed(content.substr(equals + 1)), where}).second) {
+  } else if (duplicate) {
     errors.push_back({where, "\"" + name + "\" is given twice"});
+  } else {
+    settings.push_back({option, trimmed(content.substr(equals + 1)), where});
   }
 }
 
-Settings read_config_file(const std::string& path, Errors& errors) {
-  Settings settings;
+void read_config_file(const std::string& path, Settings& settings, Errors& errors) {
   try {
     std::istringstream lines(support::read_file(path));
     std::string line;
@@ -170,34 +173,25 @@ Settings read_config_file(const std::string& path, Errors& errors) {
   } catch (const std::runtime_error& failure) {
     errors.push_back({"--config", failure.what()});
   }
-  return settings;
 }
 
-/// The strongest source of each option decides; the values of weaker ones are checked as well.
-Config resolve(const std::vector<Settings>& weakest_first, Errors& errors) {
+/// The last setting of each option decides; all are checked.
+Config resolve(const Settings& weakest_first, Errors& errors) {
   Config config;
-  for (const Option& option : options()) {
-    (void)option.assign(option.default_text, config);
-    for (const Settings& settings : weakest_first) {
-      const auto found = settings.find(option.name);
-      if (found == settings.end()) continue;
-      const std::string sentence = option.assign(found->second.value, config);
-      if (!sentence.empty()) errors.push_back({found->second.where, sentence});
-    }
+  for (const Option& option : options()) (void)option.assign(option.default_text, config);
+  for (const auto& [option, value, where] : weakest_first) {
+    const std::string sentence = option->assign(value, config);
+    if (!sentence.empty()) errors.push_back({where, sentence});
   }
   return config;
 }
 
 /// Without keys only loopback addresses are allowed.
-void check_listeners(const Config& config, const std::vector<Settings>& weakest_first, Errors& errors) {
-  if (!config.keys.empty()) return;
+void check_listeners(const Config& config, const Settings& weakest_first, Errors& errors) {
   for (const auto& [name, address] : {std::pair("listen", config.listen), {"health_listen", config.health_listen}}) {
-    if (is_loopback(address.host)) continue;
+    if (!config.keys.empty() || is_loopback(address.host)) continue;
     std::string where;
-    for (const Settings& settings : weakest_first) {
-      const auto found = settings.find(name);
-      if (found != settings.end()) where = found->second.where;
-    }
+    for (const Setting& setting : weakest_first) where = setting.option->name == name ? setting.where : where;
     errors.push_back({where, "must be a loopback address (127.0.0.1, [::1]), got " + address.host +
                                  ": without keys everyone who reaches the port could use the daemon; see --keys"});
   }
@@ -229,10 +223,11 @@ tracer::Result<Command, std::vector<ConfigError>> read_command(const std::vector
   Command command = arguments.command;
   if (command.task == Task::help || command.task == Task::version) return command;
   Errors errors = arguments.errors;
-  const Settings variables = read_environment(environment, command.unknown_variables);
-  const Settings lines = arguments.file ? read_config_file(*arguments.file, errors) : Settings{};
-  const std::vector<Settings> weakest_first{lines, variables, arguments.settings};
-  command.config = resolve(weakest_first, errors);
+  Settings settings;  // weakest first
+  if (arguments.file) read_config_file(*arguments.file, settings, errors);
+  read_environment(environment, settings, command.unknown_variables);
+  settings.insert(settings.end(), arguments.settings.begin(), arguments.settings.end());
+  command.config = resolve(settings, errors);
   if (command.config.listen.port != 0 && command.config.listen == command.config.health_listen) {
     errors.push_back(
         {"health_listen", "must differ from listen, both are " + find_option("listen")->text(command.config)});
@@ -243,7 +238,7 @@ tracer::Result<Command, std::vector<ConfigError>> read_command(const std::vector
     if (command.backup_directory.empty()) errors.push_back({"--backup", "needs the name of a new directory"});
   }
   const bool listens = command.task != Task::probe && command.task != Task::backup;
-  if (listens) check_listeners(command.config, weakest_first, errors);
+  if (listens) check_listeners(command.config, settings, errors);
   check_new_key(arguments, command, errors);
   if (!errors.empty()) return errors;
   return command;
