@@ -19,6 +19,7 @@ struct Address {
   std::uint16_t port = 0;
   bool operator==(const Address&) const = default;
 };
+std::string to_text(const Address& address);  ///< "127.0.0.1:8080", "[::1]:8080"
 
 /// Defaults, ranges and their reasons are in option_table.cpp and are printed by `--help`.
 struct Config {

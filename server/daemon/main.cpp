@@ -2,24 +2,20 @@
 /// and stops in reverse order.
 
 #include <sys/resource.h>
-#include <sys/signalfd.h>
 #include <unistd.h>
 
 #include <atomic>
-#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <exception>
 #include <functional>
 #include <optional>
 #include <string_view>
-#include <system_error>
 
 #include "server/daemon/config.h"
 #include "server/daemon/wiring.h"
 #include "server/http/probe.h"
 #include "server/storage/backup.h"
-#include "server/support/descriptor.h"
 #include "server/telemetry/json_log.h"
 #include "tracer/version.h"
 
@@ -35,26 +31,18 @@ class StopSignals {
     sigemptyset(&signals_);
     for (const int signal : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&signals_, signal);
     pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
-    fd_ = support::Descriptor(::signalfd(-1, &signals_, SFD_CLOEXEC));
-    if (!fd_) throw std::system_error(errno, std::generic_category(), "signalfd");
   }
 
-  /// Returns the number of SIGTERM or SIGINT; calls `reload` for SIGHUP. Afterwards a further signal ends the process
-  /// at once.
+  /// Returns SIGTERM or SIGINT; calls `reload` for SIGHUP. Afterwards a further signal ends the process at once.
   int wait(const std::function<void()>& reload) {
-    signalfd_siginfo info{};
-    for (;;) {
-      if (::read(fd_.get(), &info, sizeof info) < 0) continue;
-      if (info.ssi_signo != SIGHUP) break;
-      reload();
-    }
+    int signal = 0;
+    while (sigwait(&signals_, &signal) == 0 && signal == SIGHUP) reload();
     pthread_sigmask(SIG_UNBLOCK, &signals_, nullptr);
-    return static_cast<int>(info.ssi_signo);
+    return signal;
   }
 
  private:
   sigset_t signals_{};
-  support::Descriptor fd_;
 };
 
 /// Each connection is a descriptor. The usual soft limit of 1024 exists for programs that use select().
@@ -73,13 +61,6 @@ void log_start(const telemetry::Log& log, const Command& command) {
   for (const std::string& variable : command.unknown_variables) {
     log.write(telemetry::Level::warning, "unknown_environment_variable", {{"name", variable}});
   }
-}
-
-/// A line on stdout, from which scripts read chosen ports.
-void print_listen_address(const char* name, const std::string& host, int port) {
-  const bool ipv6 = host.find(':') != std::string::npos;
-  std::printf("%s on http://%s%s%s:%d\n", name, ipv6 ? "[" : "", host.c_str(), ipv6 ? "]" : "", port);
-  std::fflush(stdout);
 }
 
 /// If the file does not parse, the current keys stay in force.
@@ -127,8 +108,9 @@ bool serve(const Config& config, const Credentials& credentials, keys::KeyRing* 
   http::HttpServer health(health_server_settings(config, storage), http::health_routes(checks), new_request_id, log);
   log.write(telemetry::Level::info, "listening",
             {{"port", std::int64_t{api.port()}}, {"health_port", std::int64_t{health.port()}}});
-  print_listen_address("listening", config.listen.host, api.port());
-  print_listen_address("health", config.health_listen.host, health.port());
+  std::printf("listening on http://%s\nhealth on http://%s\n", to_text({config.listen.host, api.port()}).c_str(),
+              to_text({config.health_listen.host, health.port()}).c_str());
+  std::fflush(stdout);  // scripts read the ports from it
 
   const int signal = signals.wait([&] {
     if (keys != nullptr) reload_keys(config.keys, *keys, log);

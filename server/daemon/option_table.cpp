@@ -7,89 +7,96 @@
 #include <charconv>
 #include <optional>
 
-#include "server/telemetry/json_log.h"
-
 namespace whittled {
 namespace {
 
 using C = Config;
 constexpr std::uint64_t MiB = 1u << 20, GiB = 1024 * MiB, TiB = 1024 * GiB;
 
+constexpr Option number(std::string_view name, std::string_view default_text, std::uint64_t Config::*member,
+                        std::uint64_t least, std::uint64_t most, std::string_view help) {
+  return {name, default_text, member, {}, least, most, help};
+}
+
+template <class Member>
+constexpr Option text(std::string_view name, std::string_view default_text, Member member, std::string_view values,
+                      std::string_view help) {
+  return {name, default_text, member, values, 0, 0, help};
+}
+
 constexpr std::array table{
-    Option{"listen", "127.0.0.1:8080", Endpoint{&C::listen},
-           "client listener; loopback only, unless there are keys; port 0 takes a free one"},
-    Option{"health_listen", "127.0.0.1:8081", Endpoint{&C::health_listen},
-           "listener of /healthz, /readyz and /metrics, apart from clients so that load cannot block it"},
-    Option{"data", "./data", Text{&C::data, "PATH", true},
-           "directory of the database, images and uploads; created if missing"},
-    Option{"assets", "", Text{&C::assets},
-           "directory of files that scenes may name; everyone who may submit scenes can read its content"},
-    Option{"keys", "", Text{&C::keys},
-           "file of API keys, written by --new-key and read again at SIGHUP; without it only this machine is served"},
-    Option{"asset_bytes", "256000000", Count{&C::asset_bytes, 1, 256'000'000},
-           "largest uploaded file; 256 MB is the largest image that is decoded, uncompressed"},
-    Option{"asset_days", "30", Count{&C::asset_days, 1, 36500},
-           "days that an uploaded file is kept after its last use while no job names it; a month of work"},
-    Option{"uploads_bytes", "68719476736", Count{&C::uploads_bytes, 1, 1024 * TiB},
-           "size of all uploads together, then uploads get 503; 64 GiB is 256 of the largest"},
-    Option{"spool_bytes", "2147483648", Count{&C::spool_bytes, MiB, TiB},
-           "disk space for large request bodies in transfer, then they get 503; 32 of the largest"},
-    Option{"disk_free_bytes", "10737418240", Count{&C::disk_free_bytes, 0, 1024 * TiB},
+    text("listen", "127.0.0.1:8080", &C::listen, "ADDRESS:PORT",
+         "client listener; loopback only, unless there are keys; port 0 takes a free one"),
+    text("health_listen", "127.0.0.1:8081", &C::health_listen, "ADDRESS:PORT",
+         "listener of /healthz, /readyz and /metrics, apart from clients so that load cannot block it"),
+    text("data", "./data", &C::data, "PATH", "directory of the database, images and uploads; created if missing"),
+    text("assets", "", &C::assets, "PATH",
+         "directory of files that scenes may name; everyone who may submit scenes can read its content"),
+    text("keys", "", &C::keys, "PATH",
+         "file of API keys, written by --new-key and read again at SIGHUP; without it only this machine is served"),
+    number("asset_bytes", "256000000", &C::asset_bytes, 1, 256'000'000,
+           "largest uploaded file; 256 MB is the largest image that is decoded, uncompressed"),
+    number("asset_days", "30", &C::asset_days, 1, 36500,
+           "days that an uploaded file is kept after its last use while no job names it; a month of work"),
+    number("uploads_bytes", "68719476736", &C::uploads_bytes, 1, 1024 * TiB,
+           "size of all uploads together, then uploads get 503; 64 GiB is 256 of the largest"),
+    number("spool_bytes", "2147483648", &C::spool_bytes, MiB, TiB,
+           "disk space for large request bodies in transfer, then they get 503; 32 of the largest"),
+    number("disk_free_bytes", "10737418240", &C::disk_free_bytes, 0, 1024 * TiB,
            "free disk space below which new jobs and uploads get 503, so that accepted jobs can end; a tenth of the "
-           "disk if that is less"},
-    Option{"webhook_secret_file", "", Text{&C::webhook_secret_file},
-           "file of the secrets that sign webhooks (whsec_..., several during a rotation); without it none are sent"},
-    Option{"webhook_networks", "", Text{&C::webhook_networks, "NETWORK,..."},
-           "networks that webhooks may reach although they are not public, such as 10.0.0.0/8,fd00::/8; everyone who "
-           "may submit scenes can send requests there"},
-    Option{"jobs", "0", Count{&C::jobs, 0, 64},
+           "disk if that is less"),
+    text("webhook_secret_file", "", &C::webhook_secret_file, "PATH",
+         "file of the secrets that sign webhooks (whsec_..., several during a rotation); without it none are sent"),
+    text("webhook_networks", "", &C::webhook_networks, "NETWORK,...",
+         "networks that webhooks may reach although they are not public, such as 10.0.0.0/8,fd00::/8; everyone who "
+         "may submit scenes can send requests there"),
+    number("jobs", "0", &C::jobs, 0, 64,
            "jobs that run at once; 0 is one more than threads, because small jobs are mostly sequential. If there are "
-           "several, the last place is for small jobs, so that large ones do not delay them"},
-    Option{"threads", "0", Count{&C::threads, 0, 1024},
-           "threads of a job that runs alone; several jobs share all but one each. 0 is the number of cores"},
-    Option{"scene_cache_bytes", "536870912", Count{&C::scene_cache_bytes, 0, 1024 * TiB},
+           "several, the last place is for small jobs, so that large ones do not delay them"),
+    number("threads", "0", &C::threads, 0, 1024,
+           "threads of a job that runs alone; several jobs share all but one each. 0 is the number of cores"),
+    number("scene_cache_bytes", "536870912", &C::scene_cache_bytes, 0, 1024 * TiB,
            "memory for geometry and textures that later jobs reuse, in addition to job_memory_bytes; 512 MiB are three "
-           "million triangles or 33 Mpx, 0 keeps none. Released after a minute without jobs"},
-    Option{"body_bytes", "67108864", Count{&C::body_bytes, 1024, GiB},
-           "largest request body; 64 MiB is a million inline triangles"},
-    Option{"pixels", "67108864", Count{&C::pixels, 1, 4 * GiB}, "pixels of an image; 64 Mpx is twice 8K"},
-    Option{"samples_times_pixels", "17179869184", Count{&C::samples_times_pixels, 1, 256 * TiB},
-           "minimum samples of a job; takes minutes to hours on two cores"},
-    Option{"objects", "4000000", Count{&C::objects, 1, 2 * GiB}, "objects of a scene; about 1 GiB when compiled"},
-    Option{"triangles", "40000000", Count{&C::triangles, 1, 2 * GiB},
-           "triangles of a scene; about 6 GiB when compiled"},
-    Option{"lights", "100000", Count{&C::lights, 1, 2 * GiB}, "lights of a scene; each costs a ray per hit"},
-    Option{"queued_jobs", "100000", Count{&C::queued_jobs, 1, 10'000'000},
-           "queued jobs, then submissions get 503; a night's batch of small scenes, about 100 MB"},
-    Option{"batch_jobs", "10000", Count{&C::batch_jobs, 1, 100'000},
-           "jobs of a batch, which are stored at once; ten minutes of film"},
-    Option{"batch_bytes", "268435456", Count{&C::batch_bytes, 1024, 16 * GiB},
-           "size of all documents of a batch, each complete; 10,000 scenes of 26 KiB"},
-    Option{"key_queued_jobs", "100000", Count{&C::key_queued_jobs, 1, 10'000'000},
-           "queued jobs of an API key, then its submissions get 429; equal to queued_jobs for services with one key"},
-    Option{"key_artifact_bytes", "1099511627776", Count{&C::key_artifact_bytes, 1, 1024 * TiB},
-           "size of all images of an API key, then its submissions get 429; 1 TiB is most disks"},
-    Option{"wall_time_s", "86400", Count{&C::wall_time_s, 1, 31'536'000},
-           "duration of one attempt of a job, then it is stopped; more than a day is a hang"},
-    Option{
-        "job_memory_bytes", "17179869184", Count{&C::job_memory_bytes, MiB, 1024 * TiB},
+           "million triangles or 33 Mpx, 0 keeps none. Released after a minute without jobs"),
+    number("body_bytes", "67108864", &C::body_bytes, 1024, GiB,
+           "largest request body; 64 MiB is a million inline triangles"),
+    number("pixels", "67108864", &C::pixels, 1, 4 * GiB, "pixels of an image; 64 Mpx is twice 8K"),
+    number("samples_times_pixels", "17179869184", &C::samples_times_pixels, 1, 256 * TiB,
+           "samples that a job may require; minutes to hours on two cores"),
+    number("objects", "4000000", &C::objects, 1, 2 * GiB, "objects of a scene; about 1 GiB when compiled"),
+    number("triangles", "40000000", &C::triangles, 1, 2 * GiB, "triangles of a scene; about 6 GiB when compiled"),
+    number("lights", "100000", &C::lights, 1, 2 * GiB, "lights of a scene; each costs a ray per hit"),
+    number("queued_jobs", "100000", &C::queued_jobs, 1, 10'000'000,
+           "queued jobs, then submissions get 503; a night's batch of small scenes, about 100 MB"),
+    number("batch_jobs", "10000", &C::batch_jobs, 1, 100'000,
+           "jobs of a batch, which are stored at once; ten minutes of film"),
+    number("batch_bytes", "268435456", &C::batch_bytes, 1024, 16 * GiB,
+           "size of all documents of a batch, each complete; 10,000 scenes of 26 KiB"),
+    number("key_queued_jobs", "100000", &C::key_queued_jobs, 1, 10'000'000,
+           "queued jobs of an API key, then its submissions get 429; equal to queued_jobs for services with one key"),
+    number("key_artifact_bytes", "1099511627776", &C::key_artifact_bytes, 1, 1024 * TiB,
+           "size of all images of an API key, then its submissions get 429; 1 TiB is most disks"),
+    number("wall_time_s", "86400", &C::wall_time_s, 1, 31'536'000,
+           "duration of one attempt of a job, then it is stopped; more than a day is a hang"),
+    number(
+        "job_memory_bytes", "17179869184", &C::job_memory_bytes, MiB, 1024 * TiB,
         "memory of a job: one with a higher estimate is refused, a running one that exceeds it is stopped; 16 GiB is "
-        "twice the need of 64 Mpx"},
-    Option{"connections", "20000", Count{&C::connections, 1, 1'000'000},
-           "open connections; an idle one costs about 1 KiB"},
-    Option{"connections_per_address", "20000", Count{&C::connections_per_address, 1, 1'000'000},
+        "twice the need of 64 Mpx"),
+    number("connections", "20000", &C::connections, 1, 1'000'000, "open connections; an idle one costs about 1 KiB"),
+    number("connections_per_address", "20000", &C::connections_per_address, 1, 1'000'000,
            "open connections of one client address; equal to connections, because all clients on loopback or behind a "
-           "proxy have the same address"},
-    Option{"streams", "5000", Count{&C::streams, 1, 1'000'000},
-           "event streams and long polls at once; a slow reader costs up to 16 KiB"},
-    Option{"handler_threads", "4", Count{&C::handler_threads, 1, 64},
-           "requests handled at once; waiting requests take no thread, so few suffice"},
-    Option{"render_wait_s", "60", Count{&C::render_wait_s, 0, 3600},
-           "seconds that POST /v1/render waits for the image before it replies 202; proxies cut at 60 s"},
-    Option{"drain_s", "20", Count{&C::drain_s, 0, 86'400},
+           "proxy have the same address"),
+    number("streams", "5000", &C::streams, 1, 1'000'000,
+           "event streams and long polls at once; a slow reader costs up to 16 KiB"),
+    number("handler_threads", "4", &C::handler_threads, 1, 64,
+           "requests handled at once; waiting requests take no thread, so few suffice"),
+    number("render_wait_s", "60", &C::render_wait_s, 0, 3600,
+           "seconds that POST /v1/render waits for the image before it replies 202; proxies cut at 60 s"),
+    number("drain_s", "20", &C::drain_s, 0, 86'400,
            "seconds that running jobs may continue after SIGTERM before they return to the queue; with 10 s for "
-           "pending requests it is within the 30 s of Kubernetes"},
-    Option{"log_level", "info", LogLevel{&C::log_level}, "lowest level that is logged; debug includes every read"},
+           "pending requests it is within the 30 s of Kubernetes"),
+    text("log_level", "info", &C::log_level, "debug|info|warning|error",
+         "lowest level that is logged; debug includes every read"),
 };
 
 /// Decimal digits only.
@@ -109,23 +116,28 @@ bool is_address(const std::string& host) {
   return inet_pton(AF_INET, host.c_str(), &any) == 1 || inet_pton(AF_INET6, host.c_str(), &any) == 1;
 }
 
-}  // namespace
+// The value of `text` for the option, or the rule that it violates.
 
-std::string Count::range() const { return std::to_string(least) + ".." + std::to_string(most); }
-
-std::string Count::assign(std::string_view text, Config& config) const {
-  const auto value = parse_count(text);
-  if (!value || *value < least || *value > most) return "must be a whole number " + range() + got(text);
-  config.*member = *value;
+std::string parse(const Option& option, std::string_view text, std::uint64_t& value) {
+  const auto parsed = parse_count(text);
+  if (!parsed || *parsed < option.least || *parsed > option.most) {
+    return "must be a whole number " + option.range() + got(text);
+  }
+  value = *parsed;
   return {};
 }
 
-std::string Endpoint::text(const Config& config) const {
-  const auto& [host, port] = config.*member;
-  return (is_ipv6(host) ? "[" + host + "]" : host) + ":" + std::to_string(port);
+std::string parse(const Option& option, std::string_view text, std::string& value) {
+  const std::string all = "|" + std::string(option.values) + "|", one = "|" + std::string(text) + "|";
+  if (option.values.find('|') != std::string_view::npos && all.find(one) == std::string::npos) {
+    return "must be one of " + option.range() + got(text);
+  }
+  if (text.empty() && !option.default_text.empty()) return "must not be empty";
+  value = text;
+  return {};
 }
 
-std::string Endpoint::assign(std::string_view text, Config& config) const {
+std::string parse(const Option& /*option*/, std::string_view text, Address& address) {
   const std::size_t colon = text.rfind(':');
   if (colon == std::string_view::npos) return "must be ADDRESS:PORT" + got(text);
   std::string host(text.substr(0, colon));
@@ -138,32 +150,29 @@ std::string Endpoint::assign(std::string_view text, Config& config) const {
   const auto port = parse_count(text.substr(colon + 1));
   if (!port || *port > 65535) return "the port must be 0..65535" + got(text.substr(colon + 1));
   if (!is_address(host)) return "must be a literal address such as 127.0.0.1 or [::1]" + got(host);
-  config.*member = {host, static_cast<std::uint16_t>(*port)};
+  address = {host, static_cast<std::uint16_t>(*port)};
   return {};
 }
 
-std::string Text::assign(std::string_view text, Config& config) const {
-  if (text.empty() && required) return "must not be empty";
-  config.*member = text;
-  return {};
-}
+std::string to_text(std::uint64_t value) { return std::to_string(value); }
+std::string to_text(const std::string& value) { return value; }
 
-std::string LogLevel::assign(std::string_view text, Config& config) const {
-  if (!telemetry::level_named(text)) return "must be one of " + range() + got(text);
-  config.*member = text;
-  return {};
+}  // namespace
+
+std::string to_text(const Address& address) {
+  return (is_ipv6(address.host) ? "[" + address.host + "]" : address.host) + ":" + std::to_string(address.port);
 }
 
 std::string Option::range() const {
-  return std::visit([](const auto& value) { return value.range(); }, kind);
+  return values.empty() ? std::to_string(least) + ".." + std::to_string(most) : std::string(values);
 }
 
 std::string Option::text(const Config& config) const {
-  return std::visit([&](const auto& value) { return value.text(config); }, kind);
+  return std::visit([&](auto value) { return to_text(config.*value); }, member);
 }
 
 std::string Option::assign(std::string_view text, Config& config) const {
-  return std::visit([&](const auto& value) { return value.assign(text, config); }, kind);
+  return std::visit([&](auto value) { return parse(*this, text, config.*value); }, member);
 }
 
 std::span<const Option> options() { return table; }

@@ -10,51 +10,17 @@
 
 namespace whittled {
 
-// Every kind of value has: range() for the help, text() as it would be written, and assign(), which returns the rule
-// that the text violates, or nothing.
-
-struct Count {
-  std::uint64_t Config::*member;
-  std::uint64_t least, most;
-
-  [[nodiscard]] std::string range() const;
-  [[nodiscard]] std::string text(const Config& config) const { return std::to_string(config.*member); }
-  [[nodiscard]] std::string assign(std::string_view text, Config& config) const;
-};
-
-struct Endpoint {
-  Address Config::*member;
-
-  [[nodiscard]] static std::string range() { return "ADDRESS:PORT"; }
-  [[nodiscard]] std::string text(const Config& config) const;
-  [[nodiscard]] std::string assign(std::string_view text, Config& config) const;
-};
-
-struct Text {
-  std::string Config::*member;
-  std::string_view meaning = "PATH";
-  bool required = false;  ///< it must not be empty
-
-  [[nodiscard]] std::string range() const { return std::string(meaning); }
-  [[nodiscard]] std::string text(const Config& config) const { return config.*member; }
-  [[nodiscard]] std::string assign(std::string_view text, Config& config) const;
-};
-
-struct LogLevel {
-  std::string Config::*member;
-
-  [[nodiscard]] static std::string range() { return "debug|info|warning|error"; }
-  [[nodiscard]] std::string text(const Config& config) const { return config.*member; }
-  [[nodiscard]] std::string assign(std::string_view text, Config& config) const;
-};
-
 struct Option {
   std::string_view name, default_text;
-  std::variant<Count, Endpoint, Text, LogLevel> kind;
-  std::string_view help;  ///< the effect, and the reason of the default
+  std::variant<std::uint64_t Config::*, std::string Config::*, Address Config::*> member;
+  /// Of a text: its meaning, or all allowed values separated by '|'. It may be empty if the default is.
+  std::string_view values;
+  std::uint64_t least, most;  ///< of a number
+  std::string_view help;      ///< the effect, and the reason of the default
 
-  [[nodiscard]] std::string range() const;
-  [[nodiscard]] std::string text(const Config& config) const;
+  [[nodiscard]] std::string range() const;                     ///< the allowed values
+  [[nodiscard]] std::string text(const Config& config) const;  ///< the value as it would be written
+  /// Sets the value, or returns the rule that `text` violates.
   [[nodiscard]] std::string assign(std::string_view text, Config& config) const;
 };
 

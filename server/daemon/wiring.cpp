@@ -8,6 +8,7 @@
 
 #include "api/asset_requests.h"
 #include "api/load_assets.h"
+#include "server/daemon/option_table.h"
 #include "server/http/access.h"
 #include "server/support/read_file.h"
 #include "server/worker/protocol/asset_directory.h"
@@ -41,46 +42,49 @@ queue::QueueSettings queue_settings(const Config& config, const Storage& storage
           .disk_space = [&disk = storage.disk] { return disk.now(); }};
 }
 
-/// The limits of GET /v1/version.
+/// The limits of GET /v1/version: options, and fixed limits.
 std::vector<std::pair<std::string, std::uint64_t>> effective_limits(const Config& config, const api::Limits& limits) {
   const http::HeadLimits head;
-  return {{"body_bytes", config.body_bytes},
-          {"asset_bytes", config.asset_bytes},
-          {"uploads_bytes", config.uploads_bytes},
-          {"asset_hashes", api::asset_hashes_max},
-          {"json_depth", limits.document.depth},
-          {"json_values", limits.document.values},
-          {"json_string_bytes", limits.document.string_bytes},
-          {"json_key_bytes", limits.document.key_bytes},
-          {"json_number_chars", limits.document.number_chars},
-          {"name_bytes", limits.document.name_bytes},
-          {"labels", limits.document.labels},
-          {"pixels", limits.scene.pixels},
-          {"image_side", limits.scene.image_side},
-          {"samples_times_pixels", limits.scene.samples_times_pixels},
-          {"max_depth", limits.scene.max_depth},
-          {"objects", limits.scene.objects},
-          {"triangles", limits.scene.triangles},
-          {"lights", limits.scene.lights},
-          {"materials", limits.scene.materials},
-          {"textures", limits.scene.textures},
-          {"queued_jobs", config.queued_jobs},
-          {"batch_jobs", config.batch_jobs},
-          {"batch_bytes", config.batch_bytes},
-          {"key_queued_jobs", config.key_queued_jobs},
-          {"key_artifact_bytes", config.key_artifact_bytes},
-          {"wall_time_s", config.wall_time_s},
-          {"job_memory_bytes", config.job_memory_bytes},
-          {"scene_cache_bytes", config.scene_cache_bytes},
-          {"connections", config.connections},
-          {"connections_per_address", config.connections_per_address},
-          {"streams", config.streams},
-          {"wait_s", static_cast<std::uint64_t>(http::wait_max.count())},
-          {"render_wait_s", config.render_wait_s},
-          {"request_line_bytes", head.request_line_bytes},
-          {"target_bytes", head.target_bytes},
-          {"header_count", head.header_count},
-          {"header_bytes", head.header_bytes}};
+  std::vector<std::pair<std::string, std::uint64_t>> all{{"asset_hashes", api::asset_hashes_max},
+                                                         {"json_depth", limits.document.depth},
+                                                         {"json_values", limits.document.values},
+                                                         {"json_string_bytes", limits.document.string_bytes},
+                                                         {"json_key_bytes", limits.document.key_bytes},
+                                                         {"json_number_chars", limits.document.number_chars},
+                                                         {"name_bytes", limits.document.name_bytes},
+                                                         {"labels", limits.document.labels},
+                                                         {"image_side", limits.scene.image_side},
+                                                         {"max_depth", limits.scene.max_depth},
+                                                         {"materials", limits.scene.materials},
+                                                         {"textures", limits.scene.textures},
+                                                         {"wait_s", static_cast<std::uint64_t>(http::wait_max.count())},
+                                                         {"request_line_bytes", head.request_line_bytes},
+                                                         {"target_bytes", head.target_bytes},
+                                                         {"header_count", head.header_count},
+                                                         {"header_bytes", head.header_bytes}};
+  for (const char* name : {"body_bytes",
+                           "asset_bytes",
+                           "uploads_bytes",
+                           "pixels",
+                           "samples_times_pixels",
+                           "objects",
+                           "triangles",
+                           "lights",
+                           "queued_jobs",
+                           "batch_jobs",
+                           "batch_bytes",
+                           "key_queued_jobs",
+                           "key_artifact_bytes",
+                           "wall_time_s",
+                           "job_memory_bytes",
+                           "scene_cache_bytes",
+                           "connections",
+                           "connections_per_address",
+                           "streams",
+                           "render_wait_s"}) {
+    all.emplace_back(name, config.*std::get<std::uint64_t Config::*>(find_option(name)->member));
+  }
+  return all;
 }
 
 /// The daemon reads no file that a scene names, but it rejects scenes whose files are missing.
