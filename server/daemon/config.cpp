@@ -103,22 +103,37 @@ void define(CLI::App& app, Arguments& arguments) {
   add_options(app, arguments);
 }
 
-void parse(std::vector<std::string> words, Arguments& arguments) {
+/// The arguments in reverse order, as CLI11 takes them, without two of its readings: "--name=" would take the next
+/// argument as its value, and "--help=no" would be a flag that is not set.
+std::vector<std::string> prepare(const CLI::App& app, const std::vector<std::string>& words, Errors& errors) {
+  std::vector<std::string> prepared;
+  for (const std::string& word : words) {
+    const std::size_t equals = word.find('=');
+    const std::string flag = word.substr(0, equals);
+    const CLI::Option* const option = word.starts_with("--") ? app.get_option_no_throw(flag) : nullptr;
+    if (equals != std::string::npos && option != nullptr && option->get_items_expected_max() == 0) {
+      errors.push_back({flag, "takes no value"});
+    } else if (option != nullptr && equals == word.size() - 1) {
+      prepared.insert(prepared.end(), {flag, ""});
+    } else {
+      prepared.push_back(word);
+    }
+  }
+  std::reverse(prepared.begin(), prepared.end());
+  return prepared;
+}
+
+void parse(const std::vector<std::string>& words, Arguments& arguments) {
   CLI::App app;
   define(app, arguments);
-  for (std::size_t i = 0; i < words.size(); ++i) {  // CLI11 takes the next argument as the value of "--name="
-    if (!words[i].starts_with("--") || words[i].find('=') != words[i].size() - 1) continue;
-    words[i].pop_back();
-    words.insert(words.begin() + static_cast<std::ptrdiff_t>(++i), "");
-  }
-  std::reverse(words.begin(), words.end());  // as CLI11 takes them
+  std::vector<std::string> prepared = prepare(app, words, arguments.errors);
   std::string without_value;
   try {
-    app.parse(std::vector<std::string>(words));
+    app.parse(std::vector<std::string>(prepared));
   } catch (const CLI::ArgumentMismatch&) {  // only the last argument can lack its value
-    without_value = words.front();
-    words.erase(words.begin());
-    app.parse(std::move(words));
+    without_value = prepared.front();
+    prepared.erase(prepared.begin());
+    app.parse(std::move(prepared));
   }
   for (const std::string& extra : app.remaining()) {
     arguments.errors.push_back({extra.substr(0, extra.find('=')), unknown_option});

@@ -141,6 +141,11 @@ TEST(Config, RejectsADuplicateFlagAndAMissingFile) {
   expect_error({"--config", "/"}, "--config", "cannot read");
   expect_error({"--data", ""}, "--data", "empty");
   expect_error({"stray"}, "stray", "no option");
+  expect_error({"-x"}, "-x", "no option");
+  expect_error({"--jobs=3", "--drain-s"}, "--drain-s", "needs a value");
+  for (const char* value : {"=no", "=false", "=5", "="}) {
+    expect_error({std::string("--check-config") + value}, "--check-config", "takes no value");
+  }
 }
 
 TEST(Config, RejectsALargeFile) {
