@@ -13,9 +13,9 @@ namespace whittled {
 struct Option {
   std::string_view name, default_text;
   std::variant<std::uint64_t Config::*, std::string Config::*, Address Config::*> member;
-  /// Of a text: its meaning, or all allowed values separated by '|'. It may be empty if the default is.
+  /// The meaning of a text, or all its allowed values separated by '|'. The text may be empty if its default is.
   std::string_view values;
-  std::uint64_t least, most;  ///< of a number
+  std::uint64_t least, most;  ///< range of a number
   std::string_view help;      ///< the effect, and the reason of the default
 
   [[nodiscard]] std::string range() const;                     ///< the allowed values

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "server/queue/job_observer.h"
-#include "server/telemetry/metrics.h"
+#include "server/telemetry/service_metrics.h"
 #include "server/telemetry/throughput_estimate.h"
 
 namespace telemetry {

@@ -1,4 +1,4 @@
-#include "server/telemetry/metrics.h"
+#include "server/telemetry/service_metrics.h"
 
 #include <prometheus/text_serializer.h>
 #include <unistd.h>
