@@ -4,7 +4,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <memory>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
@@ -47,13 +46,6 @@ struct Arguments {
   Errors errors;
 };
 
-/// Without the alternative names with underscores.
-class HelpFormatter final : public CLI::Formatter {
-  std::string make_option_name(const CLI::Option* option, bool /*is_positional*/) const override {
-    return option->get_name();
-  }
-};
-
 void add_tasks(CLI::App& app, Arguments& arguments) {
   // Not add_option: it would take an empty value for none.
   const auto add_text = [&](const char* flag, std::optional<std::string>& into, const char* type, const char* help) {
@@ -79,14 +71,14 @@ void add_tasks(CLI::App& app, Arguments& arguments) {
 
 void add_options(CLI::App& app, Arguments& arguments) {
   for (const Option& option : options()) {
-    const std::string flag = flag_of(option.name), name = "--" + std::string(option.name);
+    const std::string flag = flag_of(option.name);
     const auto collect = [&arguments, &option, flag](const CLI::results_t& values) {
       if (values.size() > 1) arguments.errors.push_back({flag, "is given twice"});
       arguments.settings.push_back({&option, values.front(), flag});
       return true;
     };
     const std::string default_text(option.default_text.empty() ? "none" : option.default_text);
-    app.add_option(flag == name ? flag : flag + "," + name, CLI::callback_t(collect), std::string(option.help))
+    app.add_option(flag, CLI::callback_t(collect), std::string(option.help))
         ->type_name(option.range() + " (default " + default_text + ")")
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   }
@@ -95,7 +87,6 @@ void add_options(CLI::App& app, Arguments& arguments) {
 void define(CLI::App& app, Arguments& arguments) {
   app.set_help_flag();  // help is a task, so that it takes precedence over errors
   app.allow_extras();
-  app.formatter(std::make_shared<HelpFormatter>());
   app.get_formatter()->column_width(6);
   app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   app.footer("--some-name overrides WHITTLE_SOME_NAME in the environment, which overrides some_name in the file.");
@@ -103,20 +94,21 @@ void define(CLI::App& app, Arguments& arguments) {
   add_options(app, arguments);
 }
 
-/// The arguments in reverse order, as CLI11 takes them, without two of its readings: "--name=" would take the next
-/// argument as its value, and "--help=no" would be a flag that is not set.
+/// The arguments in reverse order, as CLI11 takes them, with dashes for underscores in flags, and without two of its
+/// readings: "--name=" would take the next argument as its value, and "--help=no" would be a flag that is not set.
 std::vector<std::string> prepare(const CLI::App& app, const std::vector<std::string>& words, Errors& errors) {
   std::vector<std::string> prepared;
   for (const std::string& word : words) {
-    const std::size_t equals = word.find('=');
-    const std::string flag = word.substr(0, equals);
-    const CLI::Option* const option = word.starts_with("--") ? app.get_option_no_throw(flag) : nullptr;
-    if (equals != std::string::npos && option != nullptr && option->get_items_expected_max() == 0) {
-      errors.push_back({flag, "takes no value"});
-    } else if (option != nullptr && equals == word.size() - 1) {
-      prepared.insert(prepared.end(), {flag, ""});
-    } else {
+    const std::size_t equals = std::min(word.find('='), word.size());
+    const std::string flag = word.starts_with("--") ? flag_of(word.substr(2, equals - 2)) : "";
+    const CLI::Option* const option = app.get_option_no_throw(flag);
+    if (option == nullptr) {
       prepared.push_back(word);
+    } else if (equals < word.size() && option->get_items_expected_max() == 0) {
+      errors.push_back({flag, "takes no value"});
+    } else {
+      prepared.push_back(flag);
+      if (equals < word.size()) prepared.push_back(word.substr(equals + 1));
     }
   }
   std::reverse(prepared.begin(), prepared.end());

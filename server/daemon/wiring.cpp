@@ -8,6 +8,7 @@
 
 #include "api/asset_requests.h"
 #include "api/load_assets.h"
+#include "api/report.h"
 #include "server/daemon/option_table.h"
 #include "server/http/access.h"
 #include "server/support/read_file.h"
@@ -106,7 +107,9 @@ void seed_throughput_estimate(queue::JobStore& jobs, telemetry::ThroughputEstima
   filter.state = queue::JobState::succeeded;
   queue::JobPage page = jobs.list(filter, {}, telemetry::ThroughputEstimate::renders_max);
   std::reverse(page.items.begin(), page.items.end());
-  for (const queue::Job& job : page.items) throughput.add(job.report);
+  for (const queue::Job& job : page.items) {
+    if (const auto figures = api::read_report(job.report)) throughput.add(*figures);
+  }
 }
 
 }  // namespace

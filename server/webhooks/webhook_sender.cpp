@@ -41,16 +41,11 @@ int check_stop(void* context, curl_off_t, curl_off_t, curl_off_t, curl_off_t) {
   return static_cast<Request*>(context)->stop ? 1 : 0;
 }
 
-struct FreeEasy {
-  void operator()(CURL* easy) const { curl_easy_cleanup(easy); }
-};
-struct FreeList {
-  void operator()(curl_slist* list) const { curl_slist_free_all(list); }
-};
-using List = std::unique_ptr<curl_slist, FreeList>;
+using Easy = std::unique_ptr<CURL, decltype(&curl_easy_cleanup)>;
+using List = std::unique_ptr<curl_slist, decltype(&curl_slist_free_all)>;
 
 List list_of(const WebhookSender::Headers& headers) {
-  List list;
+  List list(nullptr, &curl_slist_free_all);
   for (const auto& [name, value] : headers) {
     const std::string line = std::string(name).append(": ").append(value);
     curl_slist* longer = curl_slist_append(list.get(), line.c_str());
@@ -104,7 +99,7 @@ WebhookSender::~WebhookSender() { curl_global_cleanup(); }
 
 Response WebhookSender::post(const std::string& url, const Headers& headers, const std::string& body,
                              const std::atomic<bool>& stop) const {
-  const std::unique_ptr<CURL, FreeEasy> easy(curl_easy_init());
+  const Easy easy(curl_easy_init(), &curl_easy_cleanup);
   if (easy == nullptr) throw std::bad_alloc();
   Request request{settings_, stop, 0, {}};
   set_options(easy.get(), request);

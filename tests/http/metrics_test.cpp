@@ -121,18 +121,20 @@ TEST(JobMetrics, CountsWaitsRunsRaysAndTargets) {
 
 TEST(ThroughputEstimate, IsTheMedianOfTheLatestRenders) {
   telemetry::ThroughputEstimate throughput;
-  const auto add = [&](double trace_ms) {
-    throughput.add(R"({"rays":{},"error":{},"estimated_work":1000,"time_ms":{"trace":)" + std::to_string(trace_ms) +
-                   "}}");
+  const auto add = [&](const std::string& report) {
+    if (const auto figures = api::read_report(report)) throughput.add(*figures);
+  };
+  const auto add_render = [&](double trace_ms) {
+    add(R"({"rays":{},"error":{},"estimated_work":1000,"time_ms":{"trace":)" + std::to_string(trace_ms) + "}}");
   };
   EXPECT_EQ(throughput.seconds_per_work(), std::nullopt);
   for (const char* other : {"", "{}", "[1]", R"({"points":[]})", R"({"rays":{},"error":{},"estimated_work":null})"}) {
-    throughput.add(other);
+    add(other);
   }
   EXPECT_EQ(throughput.seconds_per_work(), std::nullopt) << "none is the report of a render";
-  for (const double ms : {1000.0, 3000.0, 900'000.0}) add(ms);
+  for (const double ms : {1000.0, 3000.0, 900'000.0}) add_render(ms);
   EXPECT_DOUBLE_EQ(*throughput.seconds_per_work(), 3.0 / 1000);
-  for (std::size_t i = 0; i < telemetry::ThroughputEstimate::renders_max; ++i) add(7000);
+  for (std::size_t i = 0; i < telemetry::ThroughputEstimate::renders_max; ++i) add_render(7000);
   EXPECT_DOUBLE_EQ(*throughput.seconds_per_work(), 7.0 / 1000) << "older renders are dropped";
 }
 
