@@ -30,8 +30,8 @@ bool is_open(const RequestHead& head) {
 }
 
 Problem unauthenticated(const RequestHead& head) {
-  if (head.header("authorization")) return {Failure::unauthenticated, "the key in Authorization is not valid"};
-  return {Failure::unauthenticated, "send the header Authorization: Bearer KEY"};
+  if (head.header("authorization")) return {failures::unauthenticated, "the key in Authorization is not valid"};
+  return {failures::unauthenticated, "send the header Authorization: Bearer KEY"};
 }
 
 }  // namespace
@@ -40,7 +40,7 @@ std::optional<Problem> refusal(const RequestHead& head, const keys::KeyRing* rin
   if (ring == nullptr) {
     const std::string host(head.header("host").value_or(""));
     if (host.empty() || is_this_machine(host)) return std::nullopt;  // HTTP/1.0 has no Host; browsers do not use it
-    return Problem{Failure::misdirected,
+    return Problem{failures::misdirected_request,
                    "without keys, Host must be localhost or a loopback address of this machine; it is " + host};
   }
   if (is_open(head) || ring->find(token_of(head))) return std::nullopt;
@@ -58,7 +58,7 @@ Handler with_access(const Handler& handler, const keys::KeyRing* ring) {
     const keys::Scope scope = reads ? keys::Scope::jobs_read : keys::Scope::jobs_write;
     if (!key->allows(scope)) {
       const std::string detail = "key " + key->name + " does not have the scope " + std::string(name_of(scope));
-      return problem_reply({Failure::forbidden, detail}, request.id);
+      return problem_reply({failures::forbidden, detail}, request.id);
     }
     request.owner = key->name;
     return handler(request);

@@ -34,65 +34,39 @@ bool write_all(int fd, std::string_view bytes) {
 
 }  // namespace
 
-Body& Body::operator=(Body&& other) noexcept {
-  Body former(std::move(other));
-  swap(former);
-  return *this;
-}
-
-void Body::swap(Body& other) noexcept {
-  std::swap(budget_, other.budget_);
-  std::swap(memory_, other.memory_);
-  std::swap(fd_, other.fd_);
-  std::swap(size_, other.size_);
-}
-
-Body::~Body() { release(); }
-
-void Body::release() {
-  if (fd_ >= 0) {
-    ::close(fd_);
-    budget_->file_used -= size_;
-  } else if (budget_ != nullptr) {
-    budget_->memory_used -= size_;
-  }
-  fd_ = -1;
-  size_ = 0;
-  memory_ = {};
-}
-
 bool Body::append(std::string_view bytes) {
-  if (fd_ < 0) {
-    const bool fits = size_ + bytes.size() <= budget_->body_memory_bytes &&
-                      budget_->memory_used + bytes.size() <= budget_->memory_bytes;
+  Content& content = *content_;
+  if (!content.file) {
+    const bool fits = content.size + bytes.size() <= content.budget.body_memory_bytes &&
+                      content.budget.memory_used + bytes.size() <= content.budget.memory_bytes;
     if (fits) {
-      memory_ += bytes;
-      size_ += bytes.size();
-      budget_->memory_used += bytes.size();
+      content.memory += bytes;
+      content.size += bytes.size();
+      content.budget.memory_used += bytes.size();
       return true;
     }
-    if (!spool()) return false;
+    if (!content.spool()) return false;
   }
-  if (budget_->file_used + bytes.size() > budget_->file_bytes) return false;
-  size_ += bytes.size();
-  budget_->file_used += bytes.size();
-  return write_all(fd_, bytes);
+  if (content.budget.file_used + bytes.size() > content.budget.file_bytes) return false;
+  content.size += bytes.size();
+  content.budget.file_used += bytes.size();
+  return write_all(content.file.get(), bytes);
 }
 
-bool Body::spool() {
-  fd_ = open_unlinked(budget_->directory);
-  if (fd_ < 0) return false;
-  budget_->memory_used -= size_;
-  budget_->file_used += size_;
-  return write_all(fd_, std::exchange(memory_, {}));
+bool Body::Content::spool() {
+  file = support::Descriptor(open_unlinked(budget.directory));
+  if (!file) return false;
+  budget.memory_used -= size;
+  budget.file_used += size;
+  return write_all(file.get(), std::exchange(memory, {}));
 }
 
 std::size_t Body::read(std::uint64_t offset, char* into, std::size_t size) const {
-  if (offset >= size_) return 0;
-  size = std::min<std::uint64_t>(size, size_ - offset);
-  if (fd_ < 0) return memory_.copy(into, size, offset);
+  if (offset >= size_bytes()) return 0;
+  size = std::min<std::uint64_t>(size, size_bytes() - offset);
+  if (!spooled()) return content_->memory.copy(into, size, offset);
   for (std::size_t done = 0; done < size;) {
-    const ssize_t count = ::pread(fd_, into + done, size - done, static_cast<off_t>(offset + done));
+    const ssize_t count = ::pread(content_->file.get(), into + done, size - done, static_cast<off_t>(offset + done));
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) throw std::system_error(count < 0 ? errno : EIO, std::generic_category(), "spooled body");
     done += static_cast<std::size_t>(count);
@@ -101,12 +75,13 @@ std::size_t Body::read(std::uint64_t offset, char* into, std::size_t size) const
 }
 
 std::string Body::take() {
-  std::string bytes = std::exchange(memory_, {});
-  if (fd_ >= 0) {
-    bytes.resize(size_);
+  if (!content_) return {};
+  std::string bytes = std::move(content_->memory);
+  if (spooled()) {
+    bytes.resize(size_bytes());
     read(0, bytes.data(), bytes.size());
   }
-  release();
+  content_.reset();
   return bytes;
 }
 

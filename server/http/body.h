@@ -4,8 +4,11 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
+
+#include "server/support/descriptor.h"
 
 namespace http {
 
@@ -22,32 +25,34 @@ struct BodyBudget {
 class Body {
  public:
   Body() = default;  ///< no body
-  explicit Body(BodyBudget& budget) : budget_(&budget) {}
-  Body(Body&& other) noexcept { swap(other); }
-  Body& operator=(Body&& other) noexcept;
-  ~Body();
+  explicit Body(BodyBudget& budget) : content_(std::make_unique<Content>(budget)) {}
 
   /// Returns false if the budget or the disk is exhausted; the body is then unusable. Precondition: it has a budget.
   bool append(std::string_view bytes);
 
-  [[nodiscard]] std::uint64_t size_bytes() const { return size_; }
-  [[nodiscard]] bool spooled() const { return fd_ >= 0; }
+  [[nodiscard]] std::uint64_t size_bytes() const { return content_ ? content_->size : 0; }
+  [[nodiscard]] bool spooled() const { return content_ && content_->file; }
 
   /// Reads up to `size` bytes at `offset`; fewer only at the end. Throws std::system_error like `take`.
   std::size_t read(std::uint64_t offset, char* into, std::size_t size) const;
 
-  /// Returns all bytes and leaves an empty body. Throws std::system_error if a spooled body cannot be read.
+  /// Returns all bytes and leaves no body. Throws std::system_error if a spooled body cannot be read.
   std::string take();
 
  private:
-  void swap(Body& other) noexcept;
-  bool spool();
-  void release();
+  /// Its bytes count against the budget until it is destroyed.
+  struct Content {
+    explicit Content(BodyBudget& shared_budget) : budget(shared_budget) {}
+    Content(const Content&) = delete;
+    ~Content() { (file ? budget.file_used : budget.memory_used) -= size; }
+    bool spool();
 
-  BodyBudget* budget_ = nullptr;
-  std::string memory_;
-  int fd_ = -1;
-  std::uint64_t size_ = 0;
+    BodyBudget& budget;
+    std::string memory;
+    support::Descriptor file;
+    std::uint64_t size = 0;
+  };
+  std::unique_ptr<Content> content_;
 };
 
 }  // namespace http

@@ -24,7 +24,7 @@ struct Client {
   [[nodiscard]] bool is_deferred() const { return stop_watching != nullptr; }
   /// The client waits for an event, so that its disconnection must be noticed.
   [[nodiscard]] bool is_waiting() const { return is_deferred() || stream != nullptr; }
-  [[nodiscard]] Time deadline() const;         ///< of the socket, the deferred reply or the next heartbeat
+  [[nodiscard]] Time deadline() const;  ///< the earliest of the socket, the deferred reply and the next heartbeat
   [[nodiscard]] std::uint32_t events() const;  ///< to register with epoll
 
   void start_stream(std::string text, std::shared_ptr<BodyStream> body, Time now);
@@ -39,7 +39,7 @@ struct Client {
   std::shared_ptr<PendingRequest> pending;  ///< the request that a handler processes or that is deferred; null: none
   bool notified = false;                    ///< a notification came before the reply was known to be deferred
   std::function<void()> stop_watching;      ///< set while the reply is deferred
-  std::shared_ptr<BodyStream> stream;       ///< of the reply that is being streamed
+  std::shared_ptr<BodyStream> stream;       ///< the body of the reply, if it is streamed
   Time heartbeat_due{};                     ///< while there is a stream
   std::uint32_t registered_events = 0;      ///< with epoll
   Time timer = Time::max();                 ///< the earliest timer that is set

@@ -76,9 +76,9 @@ void Connection::start_body(RequestHead head, Time now) {
   deadline_ = now + settings_.times.body_grace;
   if (head.expects_continue && input_.empty()) output_ = "HTTP/1.1 100 Continue\r\n\r\n";
   incoming_.emplace();
-  incoming_->head = std::move(head);
   incoming_->remote = remote_;
-  incoming_->body = Body(budget_);
+  if (head.content_length.value_or(0) > 0) incoming_->body = Body(budget_);
+  incoming_->head = std::move(head);
 }
 
 void Connection::fill_body() {
@@ -87,7 +87,7 @@ void Connection::fill_body() {
   const std::size_t count = std::min<std::uint64_t>(input_.size(), length - body.size_bytes());
   if (count > 0) {
     if (!body.append(std::string_view(input_).substr(0, count))) {
-      return refuse({Failure::overloaded, "no space for another body of " + std::to_string(length) + " bytes now"});
+      return refuse({failures::overloaded, "no space for another body of " + std::to_string(length) + " bytes now"});
     }
     input_.erase(0, count);
     deadline_ = transfer_deadline(settings_.times.body_grace, body.size_bytes());
@@ -197,10 +197,10 @@ void Connection::expire() {
     return close();
   }
   if (state_ == State::reading_head) {
-    refuse({Failure::request_timeout, "the head was not complete in time"});
+    refuse({failures::request_timeout, "the head was not complete in time"});
   } else if (state_ == State::reading_body) {
     const std::string rate = std::to_string(settings_.times.bytes_per_s);
-    refuse({Failure::request_timeout, "the body was slower than " + rate + " bytes/s"});
+    refuse({failures::request_timeout, "the body was slower than " + rate + " bytes/s"});
   }
 }
 

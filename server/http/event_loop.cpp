@@ -122,10 +122,10 @@ void EventLoop::accept_clients() {
 /// Answers 503 as far as the socket accepts it at once.
 void EventLoop::reject_connection(Listener::Accepted accepted) {
   Client client(0, std::move(accepted), settings_, budget_, now_);
-  client.connection.refuse({Failure::too_many_connections, "the limits are connections " +
-                                                               std::to_string(settings_.connections_max) +
-                                                               " and connections_per_address " +
-                                                               std::to_string(settings_.connections_per_address_max)});
+  client.connection.refuse({failures::too_many_connections, "the limits are connections " +
+                                                                std::to_string(settings_.connections_max) +
+                                                                " and connections_per_address " +
+                                                                std::to_string(settings_.connections_per_address_max)});
   dispatcher_->refuse(client, now_);
 }
 

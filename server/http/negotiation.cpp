@@ -1,7 +1,6 @@
 #include "server/http/negotiation.h"
 
 #include <algorithm>
-#include <charconv>
 
 #include "server/http/header_text.h"
 
@@ -45,13 +44,6 @@ int specificity(const std::string& range, std::string_view type) {
   return range == "*/*" ? 1 : 0;
 }
 
-std::optional<std::uint64_t> position(std::string_view text) {
-  std::uint64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (text.empty() || error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return value;
-}
-
 }  // namespace
 
 std::optional<std::size_t> best_offer(std::optional<std::string_view> accept,
@@ -90,13 +82,13 @@ RangeAnswer read_range(std::optional<std::string_view> range, std::uint64_t size
   const std::string_view first = spec.substr(0, dash), last = spec.substr(dash + 1);
 
   if (first.empty()) {  // the last N bytes
-    const auto count = position(last);
+    const auto count = parse_number<std::uint64_t>(last);
     if (!count) return {};
     if (*count == 0 || size_bytes == 0) return {Kind::unsatisfiable, {}};
     return {Kind::part, {size_bytes - std::min(*count, size_bytes), size_bytes}};
   }
-  const auto begin = position(first);
-  const auto end = last.empty() ? std::optional(UINT64_MAX) : position(last);
+  const auto begin = parse_number<std::uint64_t>(first);
+  const auto end = last.empty() ? std::optional(UINT64_MAX) : parse_number<std::uint64_t>(last);
   if (!begin || !end || *end < *begin) return {};
   if (*begin >= size_bytes) return {Kind::unsatisfiable, {}};
   return {Kind::part, {*begin, std::min(*end, size_bytes - 1) + 1}};
@@ -109,7 +101,7 @@ std::optional<std::chrono::seconds> preferred_wait(std::string_view prefer) {
     if (lowered(take_until(value, '=')) != "wait") continue;
     value = trimmed(value);
     if (value.size() >= 2 && value.front() == '"' && value.back() == '"') value = value.substr(1, value.size() - 2);
-    const auto seconds = position(value);
+    const auto seconds = parse_number<std::uint64_t>(value);
     constexpr std::uint64_t year = 31'536'000;  // a longer wait makes no difference, and larger numbers could overflow
     return seconds ? std::optional(std::chrono::seconds(std::min(*seconds, year))) : std::nullopt;
   }

@@ -8,8 +8,7 @@
 #include <string>
 #include <variant>
 
-#include "server/http/reply.h"
-#include "server/http/request.h"
+#include "server/http/messages.h"
 #include "server/http/timer_queue.h"
 #include "server/support/event_queue.h"
 

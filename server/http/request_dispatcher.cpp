@@ -20,18 +20,18 @@ void log_request(const telemetry::Log& log, const PendingRequest& pending, const
                                        {"duration_ms", duration_ms}, {"remote", request.remote}};
   if (!request.owner.empty()) fields.push_back({"key", request.owner});
   if (!reply.job_id.empty()) fields.push_back({"job_id", reply.job_id});
-  if (reply.failure) fields.push_back({"problem", rule_of(*reply.failure).name});
+  if (reply.failure) fields.push_back({"problem", reply.failure->name});
   log.write(level_of(reply.failure, request.head.method), "request", fields);
 }
 
 /// The exact cause is in the log; the client receives what it can rely on.
 Problem problem_of(const queue::StoreFailure& failure) {
   using Kind = queue::StoreFailure::Kind;
-  if (failure.kind == Kind::full) return {Failure::disk_full, "the disk is full; nothing was stored"};
+  if (failure.kind == Kind::full) return {failures::disk_full, "the disk is full; nothing was stored"};
   if (failure.kind == Kind::unavailable) {
-    return {Failure::store_unavailable, "the store is not available; nothing was stored"};
+    return {failures::store_unavailable, "the store is not available; nothing was stored"};
   }
-  return {Failure::store_unavailable,
+  return {failures::store_unavailable,
           "the disk failed; it is unknown until the next start whether this was stored: repeat the request then, with "
           "the same Idempotency-Key if there was one"};
 }
@@ -50,7 +50,7 @@ RequestDispatcher::RequestDispatcher(const HttpServerSettings& settings, std::ve
 
 /// Calls a handler: exceptions and problems become replies.
 Answer RequestDispatcher::guarded(const Request& request, const std::function<Answer()>& call) const {
-  Problem problem{Failure::internal, "the log has the cause under this request_id"};
+  Problem problem{failures::internal, "the log has the cause under this request_id"};
   try {
     Answer answer = call();
     if (!std::holds_alternative<Problem>(answer)) return answer;
@@ -118,7 +118,7 @@ void RequestDispatcher::dispatch(Client& client, Time now) {
       },
       large_body);
   if (accepted) return;
-  const Problem problem{Failure::overloaded, "more than " + std::to_string(settings_.waiting_max) + " requests wait"};
+  const Problem problem{failures::overloaded, "more than " + std::to_string(settings_.waiting_max) + " requests wait"};
   ReplyReady refused = ready(pending, problem_reply(problem, pending->request.id));
   start_reply(client, refused, now);
 }
@@ -131,7 +131,7 @@ void RequestDispatcher::refuse(Client& client, Time now) {
              {{"request_id", request_id},
               {"status", std::int64_t{reply.status}},
               {"remote", client.connection.remote()},
-              {"problem", rule_of(problem.failure).name},
+              {"problem", problem.failure.name},
               {"detail", problem.detail}});
   if (settings_.on_response) settings_.on_response({}, {}, reply.status, 0);
   client.connection.reply(serialized(reply, request_id, false, false), std::nullopt, false, now);

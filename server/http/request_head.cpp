@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 
 #include "server/http/header_text.h"
 
@@ -11,7 +10,7 @@ namespace {
 
 using Refusal = std::optional<Problem>;
 
-Problem bad(std::string detail) { return {Failure::bad_request, std::move(detail)}; }
+Problem bad(std::string detail) { return {failures::bad_request, std::move(detail)}; }
 
 /// RFC 9110, section 5.6.2.
 bool is_token_char(char c) {
@@ -35,7 +34,7 @@ Refusal read_version(std::string_view text, RequestHead& head) {
     return bad("the request line must be METHOD SP TARGET SP HTTP/1.1");
   }
   if (text != "HTTP/1.1" && text != "HTTP/1.0") {
-    return Problem{Failure::version_not_supported, std::string(text) + " is not supported"};
+    return Problem{failures::version_not_supported, std::string(text) + " is not supported"};
   }
   head.keep_alive = text == "HTTP/1.1";
   return std::nullopt;
@@ -57,8 +56,8 @@ Refusal read_query(std::string_view text, RequestHead& head) {
 
 Refusal read_target(std::string_view target, const HeadLimits& limits, RequestHead& head) {
   if (target.size() > limits.target_bytes) {
-    return Problem{Failure::target_too_long, "the target has " + std::to_string(target.size()) +
-                                                 " bytes, the limit is " + std::to_string(limits.target_bytes)};
+    return Problem{failures::target_too_long, "the target has " + std::to_string(target.size()) +
+                                                  " bytes, the limit is " + std::to_string(limits.target_bytes)};
   }
   if (!target.starts_with('/')) return bad("the target must be an absolute path");
   const bool plain = std::all_of(target.begin(), target.end(), [](char c) { return c > 0x20 && c < 0x7f && c != '#'; });
@@ -85,7 +84,7 @@ Refusal read_request_line(std::string_view line, const HeadLimits& limits, Reque
   if (auto refused = read_version(line.substr(last + 1), head)) return refused;
   constexpr std::array<std::string_view, 7> known{"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"};
   if (std::find(known.begin(), known.end(), method) == known.end()) {
-    return Problem{Failure::not_implemented, std::string(method.substr(0, 32)) + " is not supported"};
+    return Problem{failures::not_implemented, std::string(method.substr(0, 32)) + " is not supported"};
   }
   head.method = method;
   return read_target(line.substr(first + 1, last - first - 1), limits, head);
@@ -111,14 +110,13 @@ Refusal read_content_length(std::string_view text, const HeadLimits& limits, Req
   }
   const bool is_upload = head.method == "PUT";
   const std::uint64_t limit = is_upload ? limits.asset_bytes : limits.body_bytes;
-  std::uint64_t length = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), length);
-  if (error != std::errc{} || length > limit) {
-    return Problem{Failure::body_too_large, "the body has " + std::string(text.substr(0, 24)) + " bytes, the limit " +
-                                                (is_upload ? "asset_bytes" : "body_bytes") + " is " +
-                                                std::to_string(limit)};
+  const auto length = parse_number<std::uint64_t>(text);
+  if (!length || *length > limit) {
+    return Problem{failures::body_too_large, "the body has " + std::string(text.substr(0, 24)) + " bytes, the limit " +
+                                                 (is_upload ? "asset_bytes" : "body_bytes") + " is " +
+                                                 std::to_string(limit)};
   }
-  head.content_length = length;
+  head.content_length = *length;
   return std::nullopt;
 }
 
@@ -159,10 +157,10 @@ Refusal check_headers(const HeadLimits& limits, bool http_1_1, RequestHead& head
   const auto length = head.header("content-length");
   if (head.header("transfer-encoding")) {
     if (length || !http_1_1) return bad("Transfer-Encoding is not supported");
-    return Problem{Failure::length_required, "Transfer-Encoding is not supported; send Content-Length"};
+    return Problem{failures::length_required, "Transfer-Encoding is not supported; send Content-Length"};
   }
   if (head.header("content-encoding")) {
-    return Problem{Failure::unsupported_encoding, "send the body without Content-Encoding"};
+    return Problem{failures::unsupported_encoding, "send the body without Content-Encoding"};
   }
   if (length) {
     if (auto refused = read_content_length(*length, limits, head)) return refused;
@@ -171,7 +169,7 @@ Refusal check_headers(const HeadLimits& limits, bool http_1_1, RequestHead& head
   if (bodiless && head.content_length.value_or(0) > 0) return bad(head.method + " must not have a body");
   if (const auto expect = head.header("expect")) {
     if (lowered(*expect) != "100-continue") {
-      return Problem{Failure::expectation_failed, "the only supported expectation is 100-continue"};
+      return Problem{failures::expectation_failed, "the only supported expectation is 100-continue"};
     }
     head.expects_continue = http_1_1 && head.content_length.value_or(0) > 0;
   }
@@ -225,7 +223,7 @@ std::optional<std::string> percent_decoded(std::string_view text) {
 
 HeadResult read_head(std::string_view bytes, const HeadLimits& limits) {
   RequestHead head;
-  const LineResult first = next_line(bytes, limits.request_line_bytes, Failure::target_too_long);
+  const LineResult first = next_line(bytes, limits.request_line_bytes, failures::target_too_long);
   if (first.refused) return *first.refused;
   if (!first.line) return Incomplete{};
   if (auto refused = read_request_line(*first.line, limits, head)) return *refused;
@@ -234,7 +232,7 @@ HeadResult read_head(std::string_view bytes, const HeadLimits& limits) {
   const std::size_t headers_begin = first.line->size() + 2;
   for (std::size_t at = headers_begin;;) {
     const std::size_t left = limits.header_bytes - (at - headers_begin);
-    const LineResult next = next_line(bytes.substr(at), left, Failure::headers_too_large);
+    const LineResult next = next_line(bytes.substr(at), left, failures::headers_too_large);
     if (next.refused) return *next.refused;
     if (!next.line) return Incomplete{};
     at += next.line->size() + 2;
@@ -243,9 +241,9 @@ HeadResult read_head(std::string_view bytes, const HeadLimits& limits) {
       break;
     }
     if (at - headers_begin > limits.header_bytes || head.headers.size() == limits.header_count) {
-      return Problem{Failure::headers_too_large, "the limits are " + std::to_string(limits.header_count) +
-                                                     " headers and " + std::to_string(limits.header_bytes) +
-                                                     " bytes of them"};
+      return Problem{failures::headers_too_large, "the limits are " + std::to_string(limits.header_count) +
+                                                      " headers and " + std::to_string(limits.header_bytes) +
+                                                      " bytes of them"};
     }
     if (auto refused = read_header_line(*next.line, head)) return *refused;
   }

@@ -33,7 +33,7 @@ std::optional<Problem> check_query(const Pairs& query, const Route& route) {
   }
   if (unknown.empty()) return std::nullopt;
   for (const std::string& name : route.query) known += (known.empty() ? "" : ", ") + name;
-  return Problem{Failure::bad_query, "unknown: " + unknown + "; known: " + (known.empty() ? "none" : known)};
+  return Problem{failures::invalid_query, "unknown: " + unknown + "; known: " + (known.empty() ? "none" : known)};
 }
 
 }  // namespace
@@ -54,11 +54,11 @@ Answer Router::answer(Request& request) const {
     allowed.insert(route.method);
     if (route.method == "GET") allowed.insert("HEAD");
   }
-  if (allowed.empty()) return Problem{Failure::not_found, "there is nothing at " + request.head.path};
+  if (allowed.empty()) return Problem{failures::not_found, "there is nothing at " + request.head.path};
   std::string list;
   for (const std::string& name : allowed) list += (list.empty() ? "" : ", ") + name;
   const std::string detail = request.head.method + " is not allowed here; allowed: " + list;
-  Reply reply = problem_reply({Failure::method_not_allowed, detail}, request.id);
+  Reply reply = problem_reply({failures::method_not_allowed, detail}, request.id);
   reply.headers.emplace_back("Allow", list);
   return reply;
 }

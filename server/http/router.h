@@ -6,8 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/http/reply.h"
-#include "server/http/request.h"
+#include "server/http/messages.h"
 
 namespace http {
 

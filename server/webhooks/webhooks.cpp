@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "server/resources/job_json.h"
+#include "server/resources/resource_json.h"
 
 namespace webhooks {
 namespace {

@@ -68,10 +68,10 @@ class Changing(OneDaemon):
         job_id = self.daemon.submit(scene(job={"run_after": FAR}))
         seen = self.daemon.get(f"/v1/jobs/{job_id}").headers["ETag"]
         self.assertEqual(self.change(job_id, {"name": "first"}, seen).status, 200)
-        self.assert_problem(self.change(job_id, {"name": "second"}, seen), 412, "revision_differs")
-        self.assert_problem(self.change(job_id, {"name": "third"}, "W/nonsense"), 412, "revision_differs")
+        self.assert_problem(self.change(job_id, {"name": "second"}, seen), 412, "precondition_failed")
+        self.assert_problem(self.change(job_id, {"name": "third"}, "W/nonsense"), 412, "precondition_failed")
         reply = self.daemon.request("PATCH", f"/v1/jobs/{job_id}", {"name": "fourth"})
-        self.assert_problem(reply, 428, "revision_required")
+        self.assert_problem(reply, 428, "precondition_required")
         self.assertEqual(self.daemon.job(job_id)["name"], "first")
 
     def test_is_not_kept_off_by_progress(self):
@@ -88,14 +88,14 @@ class Changing(OneDaemon):
     def test_tells_all_that_is_wrong(self):
         job_id = self.daemon.submit(scene(job={"run_after": FAR}))
         body = {"priority": 101, "labels": {"a": 1}, "expires_at": "soon", "state": "succeeded"}
-        problem = self.assert_problem(self.change(job_id, body), 422, "bad_change")
+        problem = self.assert_problem(self.change(job_id, body), 422, "invalid_patch")
         self.assertEqual({(error["pointer"], error["code"]) for error in problem["errors"]},
                          {("#/priority", "out_of_range"), ("#/labels/a", "wrong_type"), ("#/expires_at", "malformed"),
                           ("#/state", "unknown_field")})
         many = {f"label {index}": "" for index in range(40)}
         self.assertEqual(self.change(job_id, {"labels": many}).status, 200)
         more = {f"another {index}": "" for index in range(40)}
-        problem = self.assert_problem(self.change(job_id, {"labels": more}), 422, "bad_change")
+        problem = self.assert_problem(self.change(job_id, {"labels": more}), 422, "invalid_patch")
         self.assertIn("80", problem["errors"][0]["detail"])
         self.assertEqual(len(self.daemon.job(job_id)["labels"]), 40)
 

@@ -77,7 +77,7 @@ class Submitting(OneDaemon):
         self.assert_problem(self.daemon.request("POST", "/v1/jobs", b""), 400, "not_json")
 
     def test_refuses_query_parameters(self):
-        self.assert_problem(self.daemon.request("POST", "/v1/jobs?wait=5", scene()), 400, "bad_query")
+        self.assert_problem(self.daemon.request("POST", "/v1/jobs?wait=5", scene()), 400, "invalid_query")
 
     def test_refuses_a_limit_by_name_and_value(self):
         problem = self.assert_problem(self.daemon.request("POST", "/v1/jobs", scene(60000, 60000)), 422, "bad_scene")
@@ -189,7 +189,7 @@ class Listing(unittest.TestCase):
                       "?limit=1&limit=2", "?cursor=5", "?batch=1", "?State=queued", "?label=a:1&label=a:2"):
             reply = self.daemon.get(f"/v1/jobs{query}")
             self.assertEqual(reply.status, 400, query)
-            self.assertEqual(json_of(reply)["type"], "urn:whittle:problem:bad_query", query)
+            self.assertEqual(json_of(reply)["type"], "urn:whittle:problem:invalid_query", query)
 
 
 class OneJob(OneDaemon):

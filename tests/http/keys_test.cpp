@@ -64,7 +64,7 @@ TEST(Access, AcceptsOnlyNamesOfThisMachineWithoutKeys) {
     head.headers = {{"host", host}};
     const auto refusal = http::refusal(head, nullptr);
     ASSERT_TRUE(refusal) << host;
-    EXPECT_EQ(refusal->failure, http::Failure::misdirected);
+    EXPECT_EQ(refusal->failure, http::failures::misdirected_request);
   }
 }
 

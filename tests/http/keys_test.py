@@ -158,7 +158,7 @@ class WithoutKeys(OneDaemon):
         for host in ("evil.example.com", "evil.example.com:8080", "127.0.0.1.evil.example.com", "localhost.evil.com", "10.0.0.1",
                      "[::2]"):
             reply = self.daemon.request("GET", "/v1/version", headers={"Host": host})
-            self.assert_problem(reply, 421, "misdirected")
+            self.assert_problem(reply, 421, "misdirected_request")
             self.assertEqual(self.daemon.request("GET", "/metrics", headers={"Host": host}, port=self.daemon.health_port).status,
                              421)
 

@@ -128,7 +128,7 @@ class Measuring(OneDaemon):
         again = self.post(body, Idempotency_Key="one")
         self.assertEqual((again.status, again.headers["Idempotent-Replayed"]), (202, "true"))
         self.assertEqual(json_of(again)["id"], json_of(first)["id"])
-        self.assert_problem(self.post({**body, "settings": {}}, Idempotency_Key="one"), 422, "key_reused")
+        self.assert_problem(self.post({**body, "settings": {}}, Idempotency_Key="one"), 422, "idempotency_key_reused")
         self.daemon.wait_for_end(json_of(first)["id"])
         another = self.post(body)
         self.assertEqual((another.status, another.headers["X-Cache"]), (202, None))

@@ -90,7 +90,7 @@ class Options(unittest.TestCase):
             for path, body in (("/v1/jobs", scene(200, 200)), ("/v1/batches", {"scene": scene(200, 200), "frames": [{}]})):
                 reply = daemon.request("POST", path, body)
                 self.assertEqual(reply.status, 422, reply.body)
-                self.assertIn("job_memory_bytes is 1048576, the scene is estimated to take 1601300",
+                self.assertIn("job_memory_bytes is 1048576, the estimate for the scene is 1601300",
                               json_of(reply)["errors"][0]["detail"])
             # Corners that no triangle has are not in the estimate; the watch sees them.
             mesh = {"type": "mesh", "positions": [[i, 0, i % 3] for i in range(200_000)], "triangles": [[0, 1, 2]],

@@ -135,7 +135,7 @@ class Previews(OneDaemon):
     def test_refuses_other_sizes_and_unknown_jobs(self):
         job_id = self.running()
         for query in ("?max=15", "?max=1025", "?max=big", "?max=", "?max=64&max=64", "?size=64"):
-            self.assert_problem(self.preview(job_id, query), 400, "bad_query")
+            self.assert_problem(self.preview(job_id, query), 400, "invalid_query")
         self.assert_problem(self.preview(NOBODY), 404, "job_not_found")
 
     def test_a_job_that_expired_has_none(self):

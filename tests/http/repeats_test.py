@@ -24,7 +24,7 @@ class Repeating(OneDaemon):
 
     def test_with_another_document_is_refused(self):
         self.submit(scene(name="one"), "key-2")
-        self.assert_problem(self.submit(scene(name="two"), "key-2"), 422, "key_reused")
+        self.assert_problem(self.submit(scene(name="two"), "key-2"), 422, "idempotency_key_reused")
         self.assertEqual(json_of(self.daemon.get("/v1/jobs?q=two"))["items"], [])
 
     def test_at_the_same_time_submits_once(self):
@@ -45,7 +45,7 @@ class Repeating(OneDaemon):
 
     def test_takes_no_strange_keys(self):
         for key in ("", "a b", "x" * 256):
-            self.assert_problem(self.submit(scene(), key), 400, "bad_header")
+            self.assert_problem(self.submit(scene(), key), 400, "invalid_header")
         self.assertEqual(self.submit(scene(), "x" * 255).status, 202)
 
 
@@ -80,8 +80,8 @@ class Rendering(OneDaemon):
     def test_another_document_or_format_is_another_request(self):
         document = scene(name="formats")
         self.render(document, "c")
-        self.assert_problem(self.render(scene(name="other"), "c"), 422, "key_reused")
-        self.assert_problem(self.render(document, "c", Accept="image/x-exr"), 422, "key_reused")
+        self.assert_problem(self.render(scene(name="other"), "c"), 422, "idempotency_key_reused")
+        self.assert_problem(self.render(document, "c", Accept="image/x-exr"), 422, "idempotency_key_reused")
 
     def test_of_a_removed_job_there_is_no_picture_any_more(self):
         document = scene(name="removed")

@@ -23,7 +23,7 @@ http::RequestHead complete(const std::string& bytes) {
 std::string refusal(const std::string& bytes, const http::HeadLimits& limits = {}) {
   const auto result = read(bytes, limits);
   if (const auto* refused = std::get_if<http::Problem>(&result)) {
-    return std::string(http::rule_of(refused->failure).name);
+    return std::string(refused->failure.name);
   }
   return std::holds_alternative<http::Incomplete>(result) ? "incomplete" : "complete";
 }

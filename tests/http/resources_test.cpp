@@ -1,9 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "api/validation_json.h"
-#include "server/resources/job_json.h"
-#include "server/resources/problem_json.h"
-#include "server/resources/queue_json.h"
+#include "server/resources/resource_json.h"
 
 namespace {
 

@@ -29,7 +29,7 @@ std::unique_ptr<queue::ArtifactReader> open(const queue::Artifact& artifact) {
   return std::make_unique<Bytes>(artifact.sha256);  // its name is its content here
 }
 
-http::TarEntry entry(const std::string& name, const std::string& content) {
+http::handlers::TarEntry entry(const std::string& name, const std::string& content) {
   return {name, content.size(), 1'700'000'000'000, {name, "image/png", content, content.size()}};
 }
 
@@ -43,7 +43,7 @@ std::string read_in_pieces(const http::BodySource& source, std::size_t piece) {
 }  // namespace
 
 TEST(Tar, IsTheSameInPiecesOfAnySize) {
-  const http::BodySource source = http::tar_of(
+  const http::BodySource source = http::handlers::tar_of(
       {entry("a.png", std::string(512, 'a')), entry("b.png", ""), entry("c.png", std::string(700, 'c'))}, open);
   const std::string whole = read_in_pieces(source, 1 << 20);
   EXPECT_EQ(whole.size(), source.size_bytes);
@@ -54,7 +54,7 @@ TEST(Tar, IsTheSameInPiecesOfAnySize) {
 }
 
 TEST(Tar, HeadersHaveTheChecksumOfTheirBytes) {
-  const std::string whole = read_in_pieces(http::tar_of({entry("a.png", "abc")}, open), 4096);
+  const std::string whole = read_in_pieces(http::handlers::tar_of({entry("a.png", "abc")}, open), 4096);
   std::string header = whole.substr(0, 512);
   EXPECT_EQ(header.substr(257, 8), std::string("ustar\0", 6) + "00");
   EXPECT_EQ(std::strtoull(header.c_str() + 124, nullptr, 8), 3u);
@@ -67,9 +67,9 @@ TEST(Tar, HeadersHaveTheChecksumOfTheirBytes) {
 }
 
 TEST(Tar, IsCutShortWhereAnArtifactIsGoneOrShorter) {
-  const http::BodySource gone = http::tar_of({{"a.png", 3, 0, {"a.png", "image/png", "gone", 3}}}, open);
+  const http::BodySource gone = http::handlers::tar_of({{"a.png", 3, 0, {"a.png", "image/png", "gone", 3}}}, open);
   std::string buffer(4096, '?');
   EXPECT_THROW(gone.read(512, buffer.data(), 512), std::runtime_error);
-  const http::BodySource shorter = http::tar_of({{"a.png", 30, 0, {"a.png", "image/png", "abc", 30}}}, open);
+  const http::BodySource shorter = http::handlers::tar_of({{"a.png", 30, 0, {"a.png", "image/png", "abc", 30}}}, open);
   EXPECT_THROW(shorter.read(512, buffer.data(), 512), std::runtime_error);
 }

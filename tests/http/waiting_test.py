@@ -94,7 +94,7 @@ class Waiting(OneDaemon):
 
     def test_refuses_unlikely_waits(self):
         for wait in ("61", "-1", "1.5", "", "x", "1&wait=2"):
-            self.assert_problem(self.daemon.get(f"{self.path}?wait={wait}"), 400, "bad_query")
+            self.assert_problem(self.daemon.get(f"{self.path}?wait={wait}"), 400, "invalid_query")
         self.assert_problem(self.daemon.get(f"/v1/jobs/{NOBODY}?wait=60"), 404, "job_not_found")
 
     def submit(self, prefer):

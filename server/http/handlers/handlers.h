@@ -1,6 +1,9 @@
 #pragma once
-/// The handlers behind the routes, one for each, and what they share. Each reads, calls, maps, writes.
+/// The handlers of the routes and their shared functions. A handler reads the request, calls the queue or a store, and
+/// writes the reply.
 
+#include <chrono>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -9,64 +12,62 @@
 #include "server/http/handlers/routes.h"
 #include "tracer/result.h"
 
-namespace http {
+namespace http::handlers {
 
 // ---- job_handlers.cpp
-Answer submit_job(Request& request, const ApiContext& front);
-Answer validate_job(Request& request, const ApiContext& front);
-Answer list_jobs(Request& request, const ApiContext& front);
-Answer cancel_job(Request& request, const ApiContext& front);
-Answer remove_job(Request& request, const ApiContext& front);
-Answer get_deliveries(Request& request, const ApiContext& front);
+Answer submit_job(Request& request, const ApiContext& context);
+Answer validate_job(Request& request, const ApiContext& context);
+Answer measure(Request& request, const ApiContext& context);
+Answer list_jobs(Request& request, const ApiContext& context);
+Answer get_deliveries(Request& request, const ApiContext& context);
+Answer get_queue(Request& request, const ApiContext& context);
 
 // ---- job_change_handlers.cpp
-Answer retry_job(Request& request, const ApiContext& front);
-Answer change_job(Request& request, const ApiContext& front);
-Answer get_queue(Request& request, const ApiContext& front);
-
-// ---- batch_handlers.cpp
-Answer submit_batch(Request& request, const ApiContext& front);
-Answer get_batch(Request& request, const ApiContext& front);
-Answer cancel_batch(Request& request, const ApiContext& front);
-Answer retry_batch(Request& request, const ApiContext& front);
-Answer get_batch_artifacts(Request& request, const ApiContext& front);
-
-// ---- measure_handler.cpp
-Answer measure(Request& request, const ApiContext& front);
-
-// ---- preview_handler.cpp
-Answer get_preview(Request& request, const ApiContext& front);
-
-// ---- render_handler.cpp
-Answer render(Request& request, const ApiContext& front);
+Answer change_job(Request& request, const ApiContext& context);
+Answer cancel_job(Request& request, const ApiContext& context);
+Answer retry_job(Request& request, const ApiContext& context);
+Answer remove_job(Request& request, const ApiContext& context);
 
 // ---- job_waiting.cpp
-Answer get_job(Request& request, const ApiContext& front);
-/// The answer to a submission: the first one again when it was one before, 200 when the images were there, else 202
-/// at once, or when "Prefer: wait=N" asks for it 200 once the job has ended.
-Answer submission_reply(const Request& request, const queue::Submitted& submitted, const ApiContext& front);
+Answer get_job(Request& request, const ApiContext& context);
+/// Reply to a submission: the first reply again if it was submitted before, 200 if the result was cached, 202 at once,
+/// or with "Prefer: wait=N" 200 as soon as the job has ended and 202 after N seconds.
+Answer submission_reply(const Request& request, const queue::Submitted& submitted, const ApiContext& context);
 
-// ---- event_handlers.cpp
-Answer get_job_events(Request& request, const ApiContext& front);
-Answer get_events(Request& request, const ApiContext& front);
+// ---- render_handler.cpp
+Answer render(Request& request, const ApiContext& context);
 
 // ---- image_handler.cpp
-Answer get_image(Request& request, const ApiContext& front, const std::string& name);
+Answer get_image(Request& request, const ApiContext& context, const std::string& name);
+
+// ---- preview_handler.cpp
+Answer get_preview(Request& request, const ApiContext& context);
+
+// ---- event_handlers.cpp
+Answer get_job_events(Request& request, const ApiContext& context);
+Answer get_events(Request& request, const ApiContext& context);
+
+// ---- batch_handlers.cpp
+Answer submit_batch(Request& request, const ApiContext& context);
+Answer get_batch(Request& request, const ApiContext& context);
+Answer cancel_batch(Request& request, const ApiContext& context);
+Answer retry_batch(Request& request, const ApiContext& context);
+Answer get_batch_artifacts(Request& request, const ApiContext& context);
 
 // ---- asset_handlers.cpp
-Answer find_missing_assets(Request& request, const ApiContext& front);
-Answer put_asset(Request& request, const ApiContext& front);
-Answer get_asset(Request& request, const ApiContext& front);
+Answer find_missing_assets(Request& request, const ApiContext& context);
+Answer put_asset(Request& request, const ApiContext& context);
+Answer get_asset(Request& request, const ApiContext& context);
 
 // ---- service_handlers.cpp
 Answer get_root(Request& request);
-Answer get_version(Request& request, const ApiContext& front);
+Answer get_version(Request& request, const ApiContext& context);
 Answer get_openapi(Request& request);
 Answer get_docs(Request& request);
 
 // ---- health_handlers.cpp
 Answer get_liveness(Request& request);
-/// Whether jobs would run now. To find out costs a durable write, so it is looked at once a second at most.
+/// Readiness of the service. A probe costs a durable write, so its result is kept for a second.
 class Readiness {
  public:
   explicit Readiness(Health health) : health_(std::move(health)) {}
@@ -75,70 +76,68 @@ class Readiness {
  private:
   const Health health_;
   std::mutex mutex_;
-  std::optional<std::chrono::steady_clock::time_point> asked_;
+  std::optional<std::chrono::steady_clock::time_point> probed_at_;
   std::string reason_;
 };
-Answer get_readiness(Request& request, Readiness& readiness);
-Answer get_metrics(Request& request, const Health& health);
+Answer get_readiness(Readiness& readiness);
+Answer get_metrics(const Health& health);
 
-// ---- domain_problems.cpp
+// ---- problems.cpp
 Problem problem_of(const api::Refusal& refusal);
 Problem problem_of(const queue::Rejection& rejection);
-Problem disk_full(const queue::DiskSpace& space);  ///< Precondition: not enough
+Problem disk_full(const queue::DiskSpace& space);  ///< precondition: not enough
 /// The reason why a job has no image. Precondition: failed or cancelled.
 Problem problem_of(const queue::Job& job);
+Problem job_not_found(const std::string& id);
+Problem images_expired(const queue::Job& job);
+Problem too_many_listeners(const ApiContext& context);
+/// The problem of a request that changes the queue while the daemon drains; nothing otherwise.
+std::optional<Problem> refuse_if_draining(const ApiContext& context);
 
-// ---- shared
-
-/// A document as it came and as it was understood.
+// ---- submissions.cpp
+/// A document, verbatim and parsed.
 struct Scene {
   std::string document;
   api::Document parsed;
   std::string canonical;  ///< see api::parse_scene
 };
-/// The body of a request that must be JSON: 411 and 415 come from here.
+/// Takes the body of a request that must be JSON. Problems: 411, 415.
 tracer::Result<std::string, Problem> take_json(Request& request, std::string_view what);
-/// Takes the body of a request: 411, 415, 400, 413 and 422 come from here.
-tracer::Result<Scene, Problem> take_scene(Request& request, const ApiContext& front);
-
-/// What of a good scene cannot be rendered here: files that are not there, more memory than a job may take.
-/// `memory_bytes` as estimated (api/estimate.h).
-std::vector<tracer::Issue> refused_here(const tracer::Scene& scene, std::uint64_t memory_bytes,
-                                        const ApiContext& front);
-
-/// take_scene for a job that is to run: 503 while draining.
-tracer::Result<Scene, Problem> take_work(Request& request, const ApiContext& front);
-
-/// The scene as the queue takes it.
-queue::Submission submission_of(const Request& request, Scene scene, const ApiContext& front);
-/// The wish of the request's Idempotency-Key, for this body; nothing where it has none, 400 when that is none.
+/// Takes and parses the body of a request. Problems: 400, 411, 413, 415, 422.
+tracer::Result<Scene, Problem> take_scene(Request& request, const ApiContext& context);
+/// Issues of a valid scene that prevent its rendering here: missing files, and too much memory. `memory_bytes` is the
+/// estimate of api/estimate.h.
+std::vector<tracer::Issue> deployment_issues(const tracer::Scene& scene, std::uint64_t memory_bytes,
+                                             const ApiContext& context);
+queue::Submission submission_of(const Request& request, Scene scene, const ApiContext& context);
+/// The Idempotency-Key of the request, if it has one, for this body. Problem: 400.
 tracer::Result<std::optional<queue::Idempotency>, Problem> idempotency_of(const Request& request,
                                                                           const std::string& body,
-                                                                          const ApiContext& front);
-/// Has the submission done once, and its reply kept, where the request wishes so.
-void do_once(queue::Submission& submission, std::optional<queue::Idempotency> idempotency, const ApiContext& front);
-/// The first reply once more.
-Reply replayed_reply(const queue::FirstReply& first);
+                                                                          const ApiContext& context);
+/// Submits a job under the Idempotency-Key of the request.
+tracer::Result<queue::Submitted, Problem> submit(const Request& request, queue::Submission submission,
+                                                 const ApiContext& context);
 
-bool is_id(const std::string& text);  ///< as queue::IdSource writes them: nothing else reaches the store
-
-/// The job that the path names; a problem when there is none.
-tracer::Result<queue::JobView, Problem> find_job(const Request& request, const ApiContext& front);
-Problem no_such_job(const std::string& id);
-Problem too_many_listeners(const ApiContext& front);
-
-/// Its ETag: the revision first, which If-Match is held against, then what tells any two states apart. Weak: what only
-/// the clock changes (eta_s) is left out, and progress counts by the hundredth, so that who waits for a change is not
-/// woken by every tile.
+// ---- job_replies.cpp
+bool is_id(const std::string& text);  ///< has the form of queue::IdSource; other texts are not passed to the store
+/// The job with this id. Problem: 404.
+tracer::Result<queue::JobView, Problem> find_job(const std::string& id, const ApiContext& context);
+/// ETag of a job: the revision, which If-Match compares, and a hash of the other fields. Weak: it excludes eta_s, which
+/// changes with the clock, and rounds the progress down to hundredths, so that not every tile wakes waiting clients.
 std::string etag_of(queue::JobView view);
-/// The revision that If-Match names; nothing where it names any ("*"). A problem where there is none or it is no ETag
-/// of a job.
-tracer::Result<std::optional<std::int64_t>, Problem> revision_asked_for(const Request& request);
+bool matches_etag(const std::optional<std::string_view>& if_none_match, std::string_view etag);
+Reply json_reply(int status, std::string body);
+/// The job as JSON, with Location if the status is 202.
+Reply job_reply(int status, const queue::JobView& view, const ApiContext& context);
+/// The current state of a job after a change.
+Answer changed_job_reply(int status, const std::string& id, const ApiContext& context);
+Reply replayed_reply(const queue::FirstReply& first);
+/// Sends the bytes of an artifact or asset as they are read from the store.
+BodySource source_of(std::shared_ptr<const queue::ArtifactReader> reader);
+/// The whole image.
+Reply image_reply(const queue::Job& job, const queue::Artifact& artifact, const ApiContext& context);
+/// Defers a reply until the job has ended or `deadline` has passed.
+Answer defer_until_ended(const std::string& id, std::chrono::steady_clock::time_point deadline,
+                         const ApiContext& context, std::function<Answer(bool timed_out)> resume);
 
-/// The job as JSON. With 202 it has Location.
-Reply job_reply(int status, const queue::JobView& view, const ApiContext& front);
-
-/// The whole image, read from the store while it is sent.
-Reply image_reply(const queue::Job& job, const queue::Artifact& artifact, const ApiContext& front);
-
-}  // namespace http
+}  // namespace http::handlers

@@ -1,41 +1,45 @@
+/// The routes of the health listener: liveness, readiness, metrics.
+
 #include "server/http/handlers/handlers.h"
 
-namespace http {
+namespace http::handlers {
+namespace {
 
-/// The loop turns and a handler runs: that is what being alive means.
-Answer get_liveness(Request&) {
+Reply text_reply(std::string body) {
   Reply reply;
   reply.content_type = "text/plain; charset=utf-8";
-  reply.body = "alive\n";
+  reply.body = std::move(body);
   return reply;
 }
+
+}  // namespace
+
+/// The daemon is alive if the event loop and the handlers run.
+Answer get_liveness(Request&) { return text_reply("alive\n"); }
 
 std::string Readiness::reason() {
   if (health_.draining()) return "draining";
   const std::lock_guard lock(mutex_);
   const auto now = std::chrono::steady_clock::now();
-  if (!asked_ || now - *asked_ >= std::chrono::seconds(1)) {
+  if (!probed_at_ || now - *probed_at_ >= std::chrono::seconds(1)) {
     reason_ = health_.not_ready();
-    asked_ = now;
+    probed_at_ = now;
   }
   return reason_;
 }
 
-Answer get_readiness(Request& request, Readiness& readiness) {
+Answer get_readiness(Readiness& readiness) {
   const std::string reason = readiness.reason();
-  if (!reason.empty()) return problem_reply({Failure::not_ready, reason, {}}, request.id);
-  Reply reply;
-  reply.content_type = "text/plain; charset=utf-8";
-  reply.body = "ready\n";
-  return reply;
+  if (!reason.empty()) return Problem{failures::not_ready, reason};
+  return text_reply("ready\n");
 }
 
 /// Prometheus text format 0.0.4.
-Answer get_metrics(Request&, const Health& health) {
+Answer get_metrics(const Health& health) {
   Reply reply;
   reply.content_type = "text/plain; version=0.0.4; charset=utf-8";
   reply.body = health.metrics();
   return reply;
 }
 
-}  // namespace http
+}  // namespace http::handlers

@@ -1,20 +1,19 @@
-/// What an owner may change of a job that is there, and what the queue as a whole looks like.
+/// Changes of a stored job: fields, cancellation, retry, removal.
 
 #include "api/job_patch.h"
 #include "server/http/handlers/handlers.h"
-#include "server/resources/queue_json.h"
+#include "server/http/header_text.h"
 
-namespace http {
+namespace http::handlers {
 namespace {
 
-/// A change that another one came before is made anew this often, when its owner does not care.
-constexpr int tries_max = 16;
+/// Attempts to change a job that other changes modify at the same time, if the client accepts any revision.
+constexpr int attempts_max = 16;
 
-/// The labels of `job` with those asked for merged in.
-std::map<std::string, std::string> merged(const queue::Job& job,
-                                          const std::map<std::string, std::optional<std::string>>& asked) {
+/// The labels of the job after the patch, which removes those without a value.
+std::map<std::string, std::string> patched_labels(const queue::Job& job, const api::RequestedChange& patch) {
   std::map<std::string, std::string> labels = job.labels;
-  for (const auto& [name, value] : asked) {
+  for (const auto& [name, value] : patch.labels) {
     if (value) {
       labels.insert_or_assign(name, *value);
     } else {
@@ -24,108 +23,134 @@ std::map<std::string, std::string> merged(const queue::Job& job,
   return labels;
 }
 
-tracer::Result<queue::JobChange, Problem> change_of(const queue::Job& job, const api::RequestedChange& asked,
-                                                    const ApiContext& front) {
-  queue::JobChange change{asked.priority, asked.name, std::nullopt, asked.expires_at};
-  if (asked.labels.empty()) return change;
-  change.labels = merged(job, asked.labels);
-  const std::size_t most = front.limits.document.labels;
-  if (change.labels->size() <= most) return change;
-  const std::string seen = std::to_string(change.labels->size());
-  return Problem{
-      Failure::bad_change,
-      "1 error in the change",
-      {{"/labels", "limit_exceeded", "the limit labels is " + std::to_string(most) + ", the job would have " + seen}}};
+Problem invalid_patch(std::vector<tracer::Issue> errors) {
+  const std::string count = std::to_string(errors.size()) + (errors.size() == 1 ? " error" : " errors");
+  return {failures::invalid_patch, count + " in the change", std::move(errors)};
+}
+
+tracer::Result<queue::JobChange, Problem> change_of(const queue::Job& job, const api::RequestedChange& patch,
+                                                    const ApiContext& context) {
+  queue::JobChange change{patch.priority, patch.name, std::nullopt, patch.expires_at};
+  if (patch.labels.empty()) return change;
+  change.labels = patched_labels(job, patch);
+  const std::size_t limit = context.limits.document.labels;
+  if (change.labels->size() <= limit) return change;
+  return invalid_patch({{"/labels", "limit_exceeded",
+                         "the limit labels is " + std::to_string(limit) + ", the job would have " +
+                             std::to_string(change.labels->size())}});
 }
 
 Problem problem_of(const queue::Job& job, queue::ChangeOutcome outcome) {
   switch (outcome) {
     case queue::ChangeOutcome::other_revision:
-      return {Failure::revision_differs, "job " + job.id + " is not as If-Match names it", {}};
+      return {failures::precondition_failed, "job " + job.id + " does not have the revision of If-Match"};
     case queue::ChangeOutcome::ended:
-      return {Failure::job_ended, "job " + job.id + " has ended; its priority cannot be changed", {}};
+      return {failures::job_ended, "job " + job.id + " has ended; its priority cannot be changed"};
     case queue::ChangeOutcome::expired:
-      return {Failure::job_expired, "job " + job.id + " has expired; expires_at cannot be changed", {}};
+      return {failures::job_expired, "job " + job.id + " has expired; expires_at cannot be changed"};
     case queue::ChangeOutcome::changed:
     case queue::ChangeOutcome::unknown:
       break;
   }
-  return no_such_job(job.id);
+  return job_not_found(job.id);
 }
 
-/// Tries until no other change comes between what was read and what is written; once, where a revision was asked for.
-Answer make_change(const Request& request, const ApiContext& front, const api::RequestedChange& asked,
-                   std::optional<std::int64_t> revision) {
-  for (int tried = 1;; ++tried) {
-    const auto view = find_job(request, front);
-    if (!view) return problem_reply(view.error(), request.id);
+/// The revision in If-Match; nothing for "*". Problem: 428 without the header.
+tracer::Result<std::optional<std::int64_t>, Problem> required_revision(const Request& request) {
+  const auto header = request.head.header("if-match");
+  if (!header) return Problem{failures::precondition_required, "send If-Match with the ETag of the job, or with *"};
+  if (*header == "*") return std::optional<std::int64_t>();
+  std::string_view etag = *header;
+  if (etag.starts_with("W/")) etag.remove_prefix(2);
+  const bool quoted = etag.starts_with('"') && etag.find('-') != std::string_view::npos;
+  const auto revision = quoted ? parse_number<std::int64_t>(etag.substr(1, etag.find('-') - 1)) : std::nullopt;
+  // An ETag of another resource is valid, but matches no job (RFC 9110, section 13.1.1).
+  return std::optional(revision.value_or(-1));
+}
+
+/// Repeats the change while others come between reading and writing, unless a revision is required.
+Answer apply_change(const std::string& id, const ApiContext& context, const api::RequestedChange& patch,
+                    std::optional<std::int64_t> revision) {
+  for (int attempt = 1;; ++attempt) {
+    const auto view = find_job(id, context);
+    if (!view) return view.error();
     const queue::Job& job = view->job;
-    const auto change = change_of(job, asked, front);
-    if (!change) return problem_reply(change.error(), request.id);
-    const auto outcome = front.queue.lifecycle.change(job.id, *change, revision.value_or(job.revision));
+    const auto change = change_of(job, patch, context);
+    if (!change) return change.error();
+    const auto outcome = context.queue.lifecycle.change(id, *change, revision.value_or(job.revision));
     if (outcome == queue::ChangeOutcome::changed) break;
-    if (outcome == queue::ChangeOutcome::other_revision && !revision && tried < tries_max) continue;
-    return problem_reply(problem_of(job, outcome), request.id);
+    const bool conflict = outcome == queue::ChangeOutcome::other_revision && !revision;
+    if (!conflict || attempt == attempts_max) return problem_of(job, outcome);
   }
-  const auto after = find_job(request, front);
-  if (!after) return problem_reply(after.error(), request.id);
-  Reply reply = job_reply(200, *after, front);
+  const auto after = find_job(id, context);
+  if (!after) return after.error();
+  Reply reply = job_reply(200, *after, context);
   reply.headers.emplace_back("ETag", etag_of(*after));
   return reply;
 }
 
 }  // namespace
 
-Answer change_job(Request& request, const ApiContext& front) {
-  const auto view = find_job(request, front);
-  if (!view) return problem_reply(view.error(), request.id);
-  const auto revision = revision_asked_for(request);
-  if (!revision) return problem_reply(revision.error(), request.id);
+Answer change_job(Request& request, const ApiContext& context) {
+  const auto view = find_job(request.parameters.front(), context);
+  if (!view) return view.error();
+  const auto revision = required_revision(request);
+  if (!revision) return revision.error();
   const auto body = take_json(request, "a change");
-  if (!body) return problem_reply(body.error(), request.id);
-  const auto asked = api::parse_change(*body, front.limits);
-  if (!asked) {
-    Problem problem = http::problem_of(asked.error());
-    if (problem.failure == Failure::bad_scene) {
-      problem.failure = Failure::bad_change;
-      problem.detail = std::to_string(problem.errors.size()) + (problem.errors.size() == 1 ? " error" : " errors") +
-                       " in the change";
-    }
-    return problem_reply(problem, request.id);
-  }
-  return make_change(request, front, *asked, *revision);
+  if (!body) return body.error();
+  const auto patch = api::parse_change(*body, context.limits);
+  if (patch) return apply_change(view->job.id, context, *patch, *revision);
+  Problem problem = handlers::problem_of(patch.error());
+  if (problem.failure == failures::bad_scene) return invalid_patch(std::move(problem.errors));
+  return problem;
 }
 
-Answer retry_job(Request& request, const ApiContext& front) {
-  const auto view = find_job(request, front);
-  if (!view) return problem_reply(view.error(), request.id);
-  if (front.draining())
-    return problem_reply({Failure::draining, "nothing was changed; try again later", {}}, request.id);
-  const std::string& id = view->job.id;
-  switch (front.queue.lifecycle.retry(id)) {
+Answer cancel_job(Request& request, const ApiContext& context) {
+  const std::string& id = request.parameters.front();
+  if (const auto view = find_job(id, context); !view) return view.error();
+  const queue::CancelOutcome outcome = context.queue.lifecycle.cancel(id);
+  const auto after = find_job(id, context);
+  if (!after) return after.error();
+  if (outcome == queue::CancelOutcome::already_ended) {
+    const std::string state = queue::name_of(after->job.state);
+    return Problem{failures::job_ended, "job " + id + " has ended, it is " + state};
+  }
+  return job_reply(202, *after, context);
+}
+
+Answer retry_job(Request& request, const ApiContext& context) {
+  const std::string& id = request.parameters.front();
+  if (const auto view = find_job(id, context); !view) return view.error();
+  if (auto problem = refuse_if_draining(context)) return *problem;
+  switch (context.queue.lifecycle.retry(id)) {
     case queue::RetryOutcome::not_ended:
     case queue::RetryOutcome::succeeded:
-      return problem_reply({Failure::job_not_failed, "only a job that failed or was cancelled can be tried again", {}},
-                           request.id);
+      return Problem{failures::job_not_failed, "only a job that failed or was cancelled can be retried"};
     case queue::RetryOutcome::expired:
-      return problem_reply({Failure::job_expired, "the document of job " + id + " is gone; submit it again", {}},
-                           request.id);
+      return Problem{failures::job_expired, "the document of job " + id + " has expired; submit it again"};
     case queue::RetryOutcome::unknown:
-      return problem_reply(no_such_job(id), request.id);
+      return job_not_found(id);
     case queue::RetryOutcome::queued:
       break;
   }
-  const auto after = front.queue.queries.find(id);
-  if (!after) return problem_reply(no_such_job(id), request.id);
-  return job_reply(202, *after, front);
+  return changed_job_reply(202, id, context);
 }
 
-Answer get_queue(Request&, const ApiContext& front) {
+Answer remove_job(Request& request, const ApiContext& context) {
+  const std::string& id = request.parameters.front();
+  if (const auto view = find_job(id, context); !view) return view.error();
+  switch (context.queue.lifecycle.remove(id)) {
+    case queue::RemoveOutcome::running:
+      return Problem{failures::job_running, "job " + id + " is running; cancel it first"};
+    case queue::RemoveOutcome::unknown:
+      return job_not_found(id);
+    case queue::RemoveOutcome::removed:
+      break;
+  }
   Reply reply;
-  reply.content_type = "application/json";
-  reply.body = resources::write_queue(front.queue.queries.state());
-  reply.headers.emplace_back("Cache-Control", "no-cache");
+  reply.status = 204;
+  reply.job_id = id;
   return reply;
 }
 
-}  // namespace http
+}  // namespace http::handlers

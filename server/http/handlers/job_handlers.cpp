@@ -1,12 +1,16 @@
-#include <charconv>
+/// Submissions, validation, lists of jobs, and the state of the queue.
+
 #include <utility>
 
+#include "api/estimate.h"
+#include "api/measure_request.h"
+#include "api/report.h"
 #include "api/validation_json.h"
 #include "server/http/handlers/handlers.h"
-#include "server/http/negotiation.h"
-#include "server/resources/job_json.h"
+#include "server/http/header_text.h"
+#include "server/resources/resource_json.h"
 
-namespace http {
+namespace http::handlers {
 namespace {
 
 constexpr int list_default = 50, list_max = 200;  // 200 jobs are half a megabyte of JSON: some milliseconds
@@ -17,135 +21,127 @@ struct ListQuery {
   int limit = list_default;
 };
 
-std::string read_limit(const std::string& text, int& limit) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), limit);
-  const bool whole = error == std::errc{} && end == text.data() + text.size();
-  if (whole && limit >= 1 && limit <= list_max) return {};
-  return "limit must be 1.." + std::to_string(list_max);
+/// Reads a "label" parameter into the filter; returns the error, or nothing.
+std::string read_label(const std::string& value, queue::JobFilter& filter) {
+  const std::size_t colon = value.find(':');
+  if (colon == 0 || colon == std::string::npos) return "label must be NAME:VALUE";
+  const bool is_new = filter.labels.emplace(value.substr(0, colon), value.substr(colon + 1)).second;
+  return is_new ? "" : "label " + value.substr(0, colon) + " is given twice";
 }
 
-/// The mistakes of all parameters, as one sentence; empty when the query is good.
+/// Reads one parameter; returns the error, or nothing.
+std::string read_list_parameter(const std::string& name, const std::string& value, ListQuery& query) {
+  if (name == "label") return read_label(value, query.filter);
+  if (name == "state") {
+    query.filter.state = queue::job_state(value);
+    return query.filter.state ? "" : "state must be queued, running, succeeded, failed or cancelled";
+  }
+  if (name == "batch") {
+    query.filter.batch = value;
+    return is_id(value) ? "" : "batch must be the id of a batch";
+  }
+  if (name == "limit") {
+    query.limit = parse_number<int>(value).value_or(0);
+    return query.limit >= 1 && query.limit <= list_max ? "" : "limit must be 1.." + std::to_string(list_max);
+  }
+  if (name == "cursor") {
+    query.cursor = value;
+    return value.size() == 36 ? "" : "cursor must be a next_cursor";
+  }
+  query.filter.text = value;  // q
+  return "";
+}
+
+/// Returns the errors of all parameters as one sentence; empty if there are none.
 std::string read_list_query(const Pairs& pairs, ListQuery& query) {
   std::string errors;
-  const auto complain = [&](const std::string& sentence) {
-    if (!sentence.empty()) errors += (errors.empty() ? "" : "; ") + sentence;
+  const auto add_error = [&](const std::string& error) {
+    if (!error.empty()) errors += (errors.empty() ? "" : "; ") + error;
   };
-  Pairs seen;
-  for (const auto& [name, value] : pairs) {
-    for (const auto& [earlier, unused] : seen) {
-      if (earlier == name && name != "label") complain(name + " is given twice");
-    }
-    seen.emplace_back(name, value);
-    if (name == "state") {
-      query.filter.state = queue::job_state(value);
-      if (!query.filter.state) complain("state must be queued, running, succeeded, failed or cancelled");
-    } else if (name == "label") {
-      const std::size_t colon = value.find(':');
-      if (colon == 0 || colon == std::string::npos) {
-        complain("label must be NAME:VALUE");
-      } else if (!query.filter.labels.emplace(value.substr(0, colon), value.substr(colon + 1)).second) {
-        complain("label " + value.substr(0, colon) + " is given twice");
-      }
-    } else if (name == "batch") {
-      query.filter.batch = value;
-      if (!is_id(value)) complain("batch must be the id of a batch");
-    } else if (name == "q") {
-      query.filter.text = value;
-    } else if (name == "limit") {
-      complain(read_limit(value, query.limit));
-    } else if (name == "cursor") {
-      query.cursor = value;
-      if (value.size() != 36) complain("cursor must be a next_cursor");
-    }
+  for (auto pair = pairs.begin(); pair != pairs.end(); ++pair) {
+    const bool repeated =
+        std::any_of(pairs.begin(), pair, [&](const auto& earlier) { return earlier.first == pair->first; });
+    if (repeated && pair->first != "label") add_error(pair->first + " is given twice");
+    add_error(read_list_parameter(pair->first, pair->second, query));
   }
   return errors;
 }
 
+tracer::Result<api::MeasureRequest, Problem> parse_measure(const std::string& body, const ApiContext& context) {
+  auto parsed = api::parse_measure(body, context.limits);
+  if (!parsed) return problem_of(parsed.error());
+  const tracer::Scene& scene = parsed->document.scene;
+  api::Refusal refusal;
+  refusal.issues = deployment_issues(scene, api::estimated_measure_memory_bytes(scene), context);
+  for (tracer::Issue& issue : refusal.issues) issue.pointer.insert(0, "/scene");
+  if (!refusal.issues.empty()) return problem_of(refusal);
+  return std::move(*parsed);
+}
+
+Answer submit_and_reply(const Request& request, queue::Submission submission, const ApiContext& context) {
+  const auto submitted = submit(request, std::move(submission), context);
+  if (!submitted) return submitted.error();
+  return submission_reply(request, *submitted, context);
+}
+
 }  // namespace
 
-Answer submit_job(Request& request, const ApiContext& front) {
-  auto scene = take_work(request, front);
-  if (!scene) return problem_reply(scene.error(), request.id);
-  auto idempotency = idempotency_of(request, scene->document, front);
-  if (!idempotency) return problem_reply(idempotency.error(), request.id);
-  queue::Submission submission = submission_of(request, std::move(*scene), front);
-  do_once(submission, std::move(*idempotency), front);
-  const auto submitted = front.queue.submission.submit(std::move(submission));
-  if (!submitted) return problem_reply(problem_of(submitted.error()), request.id);
-  return submission_reply(request, *submitted, front);
+Answer submit_job(Request& request, const ApiContext& context) {
+  if (auto problem = refuse_if_draining(context)) return *problem;
+  auto scene = take_scene(request, context);
+  if (!scene) return scene.error();
+  return submit_and_reply(request, submission_of(request, std::move(*scene), context), context);
 }
 
-Answer validate_job(Request& request, const ApiContext& front) {
-  auto scene = take_scene(request, front);
-  Reply reply;
-  reply.content_type = "application/json";
-  if (scene) {
-    reply.body = api::write_valid(scene->parsed.scene, front.seconds_per_work());
-  } else if (scene.error().failure == Failure::bad_scene) {
-    reply.body = api::write_invalid(scene.error().errors);
-  } else {
-    return problem_reply(scene.error(), request.id);
-  }
-  return reply;
+/// Measurements have no content key, because seconds depend on the machine and its load.
+Answer measure(Request& request, const ApiContext& context) {
+  if (auto problem = refuse_if_draining(context)) return *problem;
+  auto body = take_json(request, "a measurement");
+  if (!body) return body.error();
+  auto measurement = parse_measure(*body, context);
+  if (!measurement) return measurement.error();
+  queue::Submission submission;
+  submission.kind = queue::JobKind::measure;
+  submission.owner = request.owner;
+  submission.accuracy = api::write_accuracy(measurement->document.scene.accuracy);
+  submission.document = std::move(*body);
+  submission.parsed = std::move(measurement->document);
+  return submit_and_reply(request, std::move(submission), context);
 }
 
-Answer list_jobs(Request& request, const ApiContext& front) {
+Answer validate_job(Request& request, const ApiContext& context) {
+  const auto scene = take_scene(request, context);
+  if (scene) return json_reply(200, api::write_valid(scene->parsed.scene, context.seconds_per_work()));
+  if (scene.error().failure != failures::bad_scene) return scene.error();
+  return json_reply(200, api::write_invalid(scene.error().errors));
+}
+
+Answer list_jobs(Request& request, const ApiContext& context) {
   ListQuery query;
   const std::string errors = read_list_query(request.head.query, query);
-  if (!errors.empty()) return problem_reply({Failure::bad_query, errors, {}}, request.id);
-  queue::JobPage page = front.queue.queries.list(query.filter, query.cursor, query.limit);
+  if (!errors.empty()) return Problem{failures::invalid_query, errors};
+  queue::JobPage page = context.queue.queries.list(query.filter, query.cursor, query.limit);
   std::vector<queue::JobView> views;
   views.reserve(page.items.size());
   for (queue::Job& job : page.items) {
-    const double progress = job.state == queue::JobState::succeeded ? 1 : front.queue.queries.progress(job.id);
+    const double progress = job.state == queue::JobState::succeeded ? 1 : context.queue.queries.progress(job.id);
     views.push_back({std::move(job), progress});
   }
-  Reply reply;
-  reply.content_type = "application/json";
-  reply.body = resources::write_job_list(views, page.next_cursor, front.clock());
-  return reply;
+  return json_reply(200, resources::write_job_list(views, page.next_cursor, context.clock()));
 }
 
-Answer cancel_job(Request& request, const ApiContext& front) {
-  const auto view = find_job(request, front);
-  if (!view) return problem_reply(view.error(), request.id);
-  const std::string& id = view->job.id;
-  const queue::CancelOutcome outcome = front.queue.lifecycle.cancel(id);
-  const auto after = front.queue.queries.find(id);
-  if (outcome == queue::CancelOutcome::unknown || !after) return problem_reply(no_such_job(id), request.id);
-  if (outcome == queue::CancelOutcome::already_ended) {
-    const std::string state = queue::name_of(after->job.state);
-    return problem_reply({Failure::job_ended, "job " + id + " has ended, it is " + state, {}}, request.id);
-  }
-  return job_reply(202, *after, front);
-}
-
-Answer remove_job(Request& request, const ApiContext& front) {
-  const auto view = find_job(request, front);
-  if (!view) return problem_reply(view.error(), request.id);
-  const std::string& id = view->job.id;
-  switch (front.queue.lifecycle.remove(id)) {
-    case queue::RemoveOutcome::running:
-      return problem_reply({Failure::job_running, "job " + id + " is running; cancel it first", {}}, request.id);
-    case queue::RemoveOutcome::unknown:
-      return problem_reply(no_such_job(id), request.id);
-    case queue::RemoveOutcome::removed:
-      break;
-  }
-  Reply reply;
-  reply.status = 204;
-  reply.job_id = id;
-  return reply;
-}
-
-Answer get_deliveries(Request& request, const ApiContext& front) {
-  const auto view = find_job(request, front);
-  if (!view) return problem_reply(view.error(), request.id);
-  Reply reply;
-  reply.content_type = "application/json";
-  reply.body = resources::write_deliveries(front.deliveries(view->job.id));
+Answer get_deliveries(Request& request, const ApiContext& context) {
+  const auto view = find_job(request.parameters.front(), context);
+  if (!view) return view.error();
+  Reply reply = json_reply(200, resources::write_deliveries(context.deliveries(view->job.id)));
   reply.job_id = view->job.id;
   return reply;
 }
 
-}  // namespace http
+Answer get_queue(Request&, const ApiContext& context) {
+  Reply reply = json_reply(200, resources::write_queue(context.queue.queries.state()));
+  reply.headers.emplace_back("Cache-Control", "no-cache");
+  return reply;
+}
+
+}  // namespace http::handlers

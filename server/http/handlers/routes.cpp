@@ -6,41 +6,44 @@
 
 namespace http {
 
-std::vector<Route> client_routes(const ApiContext& front) {
-  const auto with_front = [&](Answer (*handler)(Request&, const ApiContext&)) -> Handler {
-    return [front, handler](Request& request) { return handler(request, front); };
+using namespace handlers;  // NOLINT(google-build-using-namespace): the table names all of them
+
+std::vector<Route> client_routes(const ApiContext& api_context) {
+  const auto context = std::make_shared<const ApiContext>(api_context);
+  const auto with_context = [&](Answer (*handler)(Request&, const ApiContext&)) -> Handler {
+    return [context, handler](Request& request) { return handler(request, *context); };
   };
   const auto image = [&](const std::string& name) -> Handler {
-    return [front, name](Request& request) { return get_image(request, front, name); };
+    return [context, name](Request& request) { return get_image(request, *context, name); };
   };
   std::vector<Route> routes{
       {"GET", "/", get_root, {}},
       {"GET", "/openapi.json", get_openapi, {}},
       {"GET", "/docs", get_docs, {}},
-      {"GET", "/v1/version", with_front(get_version), {}},
-      {"POST", "/v1/jobs", with_front(submit_job), {}},
-      {"GET", "/v1/jobs", with_front(list_jobs), {"state", "label", "batch", "q", "limit", "cursor"}},
-      {"POST", "/v1/jobs/validate", with_front(validate_job), {}},
-      {"POST", "/v1/render", with_front(render), {}},
-      {"POST", "/v1/measure", with_front(measure), {}},
-      {"GET", "/v1/jobs/{id}", with_front(get_job), {"wait"}},
-      {"PATCH", "/v1/jobs/{id}", with_front(change_job), {}},
-      {"DELETE", "/v1/jobs/{id}", with_front(remove_job), {}},
-      {"POST", "/v1/jobs/{id}/cancel", with_front(cancel_job), {}},
-      {"POST", "/v1/jobs/{id}/retry", with_front(retry_job), {}},
-      {"GET", "/v1/jobs/{id}/preview", with_front(get_preview), {"max"}},
-      {"GET", "/v1/jobs/{id}/events", with_front(get_job_events), {}},
-      {"GET", "/v1/events", with_front(get_events), {}},
-      {"POST", "/v1/batches", with_front(submit_batch), {}},
-      {"GET", "/v1/batches/{id}", with_front(get_batch), {}},
-      {"POST", "/v1/batches/{id}/cancel", with_front(cancel_batch), {}},
-      {"POST", "/v1/batches/{id}/retry", with_front(retry_batch), {}},
-      {"GET", "/v1/batches/{id}/artifacts.tar", with_front(get_batch_artifacts), {}},
-      {"GET", "/v1/queue", with_front(get_queue), {}},
-      {"GET", "/v1/jobs/{id}/deliveries", with_front(get_deliveries), {}},
-      {"POST", "/v1/assets/missing", with_front(find_missing_assets), {}},
-      {"PUT", "/v1/assets/{sha256}", with_front(put_asset), {}},
-      {"GET", "/v1/assets/{sha256}", with_front(get_asset), {}},
+      {"GET", "/v1/version", with_context(get_version), {}},
+      {"POST", "/v1/jobs", with_context(submit_job), {}},
+      {"GET", "/v1/jobs", with_context(list_jobs), {"state", "label", "batch", "q", "limit", "cursor"}},
+      {"POST", "/v1/jobs/validate", with_context(validate_job), {}},
+      {"POST", "/v1/render", with_context(render), {}},
+      {"POST", "/v1/measure", with_context(measure), {}},
+      {"GET", "/v1/jobs/{id}", with_context(get_job), {"wait"}},
+      {"PATCH", "/v1/jobs/{id}", with_context(change_job), {}},
+      {"DELETE", "/v1/jobs/{id}", with_context(remove_job), {}},
+      {"POST", "/v1/jobs/{id}/cancel", with_context(cancel_job), {}},
+      {"POST", "/v1/jobs/{id}/retry", with_context(retry_job), {}},
+      {"GET", "/v1/jobs/{id}/preview", with_context(get_preview), {"max"}},
+      {"GET", "/v1/jobs/{id}/events", with_context(get_job_events), {}},
+      {"GET", "/v1/events", with_context(get_events), {}},
+      {"POST", "/v1/batches", with_context(submit_batch), {}},
+      {"GET", "/v1/batches/{id}", with_context(get_batch), {}},
+      {"POST", "/v1/batches/{id}/cancel", with_context(cancel_batch), {}},
+      {"POST", "/v1/batches/{id}/retry", with_context(retry_batch), {}},
+      {"GET", "/v1/batches/{id}/artifacts.tar", with_context(get_batch_artifacts), {}},
+      {"GET", "/v1/queue", with_context(get_queue), {}},
+      {"GET", "/v1/jobs/{id}/deliveries", with_context(get_deliveries), {}},
+      {"POST", "/v1/assets/missing", with_context(find_missing_assets), {}},
+      {"PUT", "/v1/assets/{sha256}", with_context(put_asset), {}},
+      {"GET", "/v1/assets/{sha256}", with_context(get_asset), {}},
   };
   for (const tracer::Format format : tracer::all_formats) {
     const std::string name = "image." + std::string(tracer::extension(format));
@@ -49,7 +52,7 @@ std::vector<Route> client_routes(const ApiContext& front) {
   for (const char* const name : {"measure.json", "measure.csv", "measure.svg", "measure.png"}) {
     routes.push_back({"GET", std::string("/v1/jobs/{id}/") + name, image(name), {}});
   }
-  for (Route& route : routes) route.handler = with_access(route.handler, front.keys);
+  for (Route& route : routes) route.handler = with_access(route.handler, context->keys);
   return routes;
 }
 
@@ -57,8 +60,8 @@ std::vector<Route> health_routes(const Health& health) {
   const auto readiness = std::make_shared<Readiness>(health);
   return {
       {"GET", "/healthz", get_liveness, {}},
-      {"GET", "/readyz", [readiness](Request& request) { return get_readiness(request, *readiness); }, {}},
-      {"GET", "/metrics", [health](Request& request) { return get_metrics(request, health); }, {}},
+      {"GET", "/readyz", [readiness](Request&) { return get_readiness(*readiness); }, {}},
+      {"GET", "/metrics", [health](Request&) { return get_metrics(health); }, {}},
   };
 }
 

@@ -1,6 +1,5 @@
 #pragma once
-/// Every route of the service (api/docs/http.md), as values for a Gate. api/openapi.yaml describes the same; a test
-/// holds both together.
+/// All routes of the service (api/docs/http.md), for an HttpServer. A test compares them with api/openapi.yaml.
 
 #include <chrono>
 #include <cstdint>
@@ -25,10 +24,10 @@
 
 namespace http {
 
-/// The longest that a request may wish to wait; proxies cut at 60 s.
+/// Longest wait of a request; proxies disconnect after 60 s.
 constexpr std::chrono::seconds wait_max{60};
 
-/// What the client routes need. The functions and the service are thread-safe and outlive the gate.
+/// Dependencies of the client routes. Functions and referenced objects are thread-safe and outlive the server.
 struct ApiContext {
   queue::Queue& queue;
   queue::Events& events;
@@ -36,27 +35,27 @@ struct ApiContext {
   queue::Clock clock;
   api::Limits limits;
   api::BatchLimits batch_limits;  ///< their `document` is `limits`
-  /// An issue for each file that the scene names and that is not there to be read; uploaded ones are used now. Unset:
-  /// `limits` let none be named.
+  /// Returns an issue for each file of the scene that cannot be read, and marks uploaded ones as used. Unset if
+  /// `limits` allow no files.
   std::function<std::vector<tracer::Issue>(const tracer::Scene&)> missing_files;
-  std::function<std::string(std::string_view)> sha256;  ///< of bytes, as 64 hex digits
-  /// What was sent, and is owed, to those who want to hear of a job's end, oldest first.
+  std::function<std::string(std::string_view)> sha256;  ///< 64 hexadecimal digits
+  /// Webhook deliveries of a job, oldest first.
   std::function<std::vector<queue::Delivery>(const std::string& job_id)> deliveries;
-  queue::DiskSpaceProbe room = [] { return queue::DiskSpace{}; };  ///< the disk's
-  std::uint64_t job_memory_bytes = 16ull << 30;             ///< scenes that are estimated to take more are refused
-  std::chrono::milliseconds render_wait{60'000};            ///< see the option render_wait_s
+  queue::DiskSpaceProbe room = [] { return queue::DiskSpace{}; };
+  std::uint64_t job_memory_bytes = 16ull << 30;             ///< scenes with a greater estimate are refused
+  std::chrono::milliseconds render_wait{60'000};            ///< option render_wait_s
   std::function<bool()> draining;                           ///< true: new work is refused, reads are answered
   std::function<std::optional<double>()> seconds_per_work;  ///< see api::write_valid
-  std::vector<std::pair<std::string, std::uint64_t>> effective_limits;  ///< what GET /v1/version tells, by option name
-  std::function<std::string()> sandbox{};                               ///< what holds the worker; empty: not known yet
-  const keys::KeyRing* keys = nullptr;                                  ///< null: this machine's users need none
+  std::vector<std::pair<std::string, std::uint64_t>> effective_limits;  ///< for GET /v1/version, by option name
+  std::function<std::string()> sandbox{};                               ///< sandbox of the worker; empty: unknown yet
+  const keys::KeyRing* keys = nullptr;                                  ///< null: local clients without keys
 };
-std::vector<Route> client_routes(const ApiContext& front);
+std::vector<Route> client_routes(const ApiContext& context);
 
-/// What the health routes need; the same rules.
+/// Dependencies of the health routes, as for ApiContext.
 struct Health {
-  std::function<std::string()> not_ready;  ///< empty: ready; else the reason. Asked at most once a second
-  std::function<bool()> draining;          ///< true: not ready, whatever not_ready said a moment ago
+  std::function<std::string()> not_ready;  ///< empty: ready; else the reason. Called at most once a second
+  std::function<bool()> draining;          ///< true: not ready, regardless of the last result of not_ready
   std::function<std::string()> metrics;    ///< the Prometheus text; may throw StoreFailure
 };
 std::vector<Route> health_routes(const Health& health);

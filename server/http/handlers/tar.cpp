@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
-namespace http {
+namespace http::handlers {
 namespace {
 
 constexpr std::uint64_t block = 512;
@@ -27,14 +27,14 @@ Header header_of(const TarEntry& entry) {
   Header header{};
   std::memcpy(header.data(), entry.name.data(), entry.name.size());
   write_octal(header, 100, 8, 0644);
-  write_octal(header, 108, 8, 0);  // owner and group: nobody in particular
+  write_octal(header, 108, 8, 0);  // owner and group
   write_octal(header, 116, 8, 0);
   write_octal(header, 124, 12, entry.bytes);
   write_octal(header, 136, 12, static_cast<std::uint64_t>(std::max<std::int64_t>(entry.modified / 1000, 0)));
   header[156] = '0';  // an ordinary file
   std::memcpy(header.data() + 257, "ustar", 6);
   std::memcpy(header.data() + 263, "00", 2);
-  std::memset(header.data() + 148, ' ', 8);  // the checksum is reckoned over blanks in its own place
+  std::memset(header.data() + 148, ' ', 8);  // the checksum is computed with blanks in its own field
   std::uint64_t sum = 0;
   for (const char c : header) sum += static_cast<unsigned char>(c);
   write_octal(header, 148, 7, sum);
@@ -49,7 +49,7 @@ class Archive {
       begins_.push_back(at);
       at += block + padded(entry.bytes);
     }
-    size_ = at + 2 * block;  // the end: two empty blocks
+    size_ = at + 2 * block;  // the end marker: two empty blocks
   }
   [[nodiscard]] std::uint64_t size() const { return size_; }
 
@@ -60,7 +60,7 @@ class Archive {
   }
 
  private:
-  /// At least a byte: the rest of a header, of an artifact or of what fills up after it.
+  /// Reads at least a byte: the rest of a header, of an artifact or of its padding.
   std::size_t read_piece(std::uint64_t offset, char* into, std::size_t size) {
     const auto after = std::upper_bound(begins_.begin(), begins_.end(), offset);
     if (after == begins_.begin()) return zeros(into, size, size_ - offset);
@@ -78,9 +78,9 @@ class Archive {
       const std::uint64_t end = index + 1 < begins_.size() ? begins_[index + 1] : size_;
       return zeros(into, size, end - offset);
     }
-    const std::size_t got = reader_of(index).read(at, into, std::min<std::uint64_t>(size, entry.bytes - at));
-    if (got == 0) throw std::runtime_error("artifact " + entry.artifact.sha256 + " is shorter than it was");
-    return got;
+    const std::size_t count = reader_of(index).read(at, into, std::min<std::uint64_t>(size, entry.bytes - at));
+    if (count == 0) throw std::runtime_error("artifact " + entry.artifact.sha256 + " is shorter than before");
+    return count;
   }
 
   static std::size_t zeros(char* into, std::size_t size, std::uint64_t left) {
@@ -93,13 +93,13 @@ class Archive {
     if (reader_ == nullptr || opened_ != index) {
       reader_ = open_(entries_[index].artifact);
       opened_ = index;
-      if (reader_ == nullptr) throw std::runtime_error("artifact " + entries_[index].artifact.sha256 + " is gone");
+      if (reader_ == nullptr) throw std::runtime_error("artifact " + entries_[index].artifact.sha256 + " is missing");
     }
     return *reader_;
   }
 
   std::vector<TarEntry> entries_;
-  std::vector<std::uint64_t> begins_;  ///< of each entry's header
+  std::vector<std::uint64_t> begins_;  ///< offsets of the headers
   std::uint64_t size_ = 0;
   OpenArtifact open_;
   std::unique_ptr<queue::ArtifactReader> reader_;
@@ -114,4 +114,4 @@ BodySource tar_of(std::vector<TarEntry> entries, OpenArtifact open) {
           [archive](std::uint64_t offset, char* into, std::size_t size) { return archive->read(offset, into, size); }};
 }
 
-}  // namespace http
+}  // namespace http::handlers

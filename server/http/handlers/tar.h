@@ -1,6 +1,6 @@
 #pragma once
-/// A tar archive (POSIX.1-1988, ustar) of stored artifacts as the body of a reply, read while it is sent: nothing of it
-/// is ever whole in memory or on disk.
+/// A tar archive (POSIX.1-1988, ustar) of stored artifacts as the body of a reply. It is produced while it is sent, and
+/// exists neither in memory nor on disk.
 
 #include <cstdint>
 #include <functional>
@@ -8,21 +8,21 @@
 #include <string>
 #include <vector>
 
-#include "server/http/router.h"
+#include "server/http/messages.h"
 #include "server/queue/artifact_store.h"
 
-namespace http {
+namespace http::handlers {
 
 struct TarEntry {
   std::string name;           ///< at most 100 bytes
-  std::uint64_t bytes = 0;    ///< below 8 GiB, which is what the format can say
+  std::uint64_t bytes = 0;    ///< below 8 GiB, the limit of the format
   std::int64_t modified = 0;  ///< ms since 1970 UTC
   queue::Artifact artifact;
 };
 
 using OpenArtifact = std::function<std::unique_ptr<queue::ArtifactReader>(const queue::Artifact&)>;
 
-/// One artifact is open at a time. An artifact that is gone when its turn comes cuts the reply short.
+/// Opens one artifact at a time. An artifact that is missing then cuts the reply short.
 BodySource tar_of(std::vector<TarEntry> entries, OpenArtifact open);
 
-}  // namespace http
+}  // namespace http::handlers

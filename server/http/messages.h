@@ -1,5 +1,6 @@
 #pragma once
-/// Replies of handlers: complete, streamed, or deferred until an event.
+/// HTTP messages between the server and the handlers: complete requests, and replies that are complete, streamed, or
+/// deferred until an event.
 
 #include <chrono>
 #include <cstdint>
@@ -8,11 +9,23 @@
 #include <optional>
 #include <string>
 #include <variant>
+#include <vector>
 
+#include "server/http/body.h"
 #include "server/http/problem.h"
 #include "server/http/request_head.h"
 
 namespace http {
+
+struct Request {
+  std::string id;  ///< X-Request-Id of the reply and of every log line
+  RequestHead head;
+  Body body;
+  std::string route;                    ///< the pattern that matched; empty if none did
+  std::string owner;                    ///< name of the API key; empty without keys
+  std::string remote;                   ///< address of the peer, from the socket
+  std::vector<std::string> parameters;  ///< percent-decoded values of the {names} of the pattern, in order
+};
 
 /// A body of known size that is read while it is sent, never whole in memory.
 struct BodySource {

@@ -1,12 +1,43 @@
-#include "server/resources/job_json.h"
+#include "server/resources/resource_json.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <nlohmann/json.hpp>
 
-#include "server/resources/json_values.h"
+#include "api/validation_json.h"
 
 namespace resources {
 namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// The text on one line with a newline at its end. Invalid UTF-8 is replaced by U+FFFD.
+std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n'; }
+
+/// RFC 3339 in UTC with milliseconds; null for nullopt.
+Json time_json(std::optional<std::int64_t> unix_ms) {
+  if (!unix_ms) return nullptr;
+  const std::time_t seconds = *unix_ms / 1000;
+  std::tm utc{};
+  gmtime_r(&seconds, &utc);
+  std::array<char, 24> date{};
+  std::strftime(date.data(), date.size(), "%Y-%m-%dT%H:%M:%S", &utc);
+  std::array<char, 8> fraction{};
+  std::snprintf(fraction.data(), fraction.size(), ".%03dZ", static_cast<int>(*unix_ms % 1000));
+  return std::string(date.data()) + fraction.data();
+}
+
+/// [{pointer, code, detail}] with pointers as URI fragments.
+Json errors_json(const std::vector<tracer::Issue>& errors) {
+  Json list = Json::array();
+  for (const tracer::Issue& issue : errors) {
+    list.push_back({{"pointer", api::uri_fragment(issue.pointer)}, {"code", issue.code}, {"detail", issue.detail}});
+  }
+  return list;
+}
 
 Json eta_json(const queue::JobView& view, std::int64_t now_ms) {
   if (view.job.state != queue::JobState::running || !view.job.started_at || view.progress < 0.01) return nullptr;
@@ -19,10 +50,10 @@ Json job_problem_json(const std::optional<queue::Problem>& problem) {
   return {{"code", problem->code}, {"detail", problem->detail}, {"errors", errors_json(problem->errors)}};
 }
 
-/// What is kept with a job was written here; of one kept by a build that wrote it otherwise the other fields are told.
-Json kept_json(const std::string& kept) {
-  if (kept.empty()) return nullptr;
-  Json json = Json::parse(kept, nullptr, false);
+/// JSON that was stored with a job. Null if it is not valid, as after a change of the format.
+Json stored_json(const std::string& stored) {
+  if (stored.empty()) return nullptr;
+  Json json = Json::parse(stored, nullptr, false);
   return json.is_discarded() ? Json(nullptr) : json;
 }
 
@@ -30,7 +61,7 @@ bool may_be_retried(const queue::Job& job) {
   return queue::ended(job.state) && queue::may_move(job.state, queue::JobState::queued) && !job.expired;
 }
 
-/// Null where the job has no artifact of that name, or not yet.
+/// Null if the job has no artifact of that name yet.
 Json link_to(const queue::Job& job, const std::string& name) {
   for (const queue::Artifact& artifact : job.artifacts) {
     if (artifact.name == name) return "/v1/jobs/" + job.id + "/" + name;
@@ -78,9 +109,9 @@ Json job_json(const queue::JobView& view, std::int64_t now_ms) {
           {"labels", std::move(labels)},
           {"batch", job.batch.empty() ? Json(nullptr) : Json(job.batch)},
           {"image", {{"width", job.width}, {"height", job.height}}},
-          {"accuracy", kept_json(job.accuracy)},
-          {"report", kept_json(measured ? std::string() : job.report)},
-          {"measurement", kept_json(measured ? job.report : std::string())},
+          {"accuracy", stored_json(job.accuracy)},
+          {"report", stored_json(measured ? std::string() : job.report)},
+          {"measurement", stored_json(measured ? job.report : std::string())},
           {"problem", job_problem_json(job.problem)},
           {"artifacts", std::move(artifacts)},
           {"links",
@@ -133,6 +164,74 @@ std::string write_job_list(const std::vector<queue::JobView>& views, const std::
 std::string write_event(const queue::JobEvent& event) {
   return text_of(
       {{"id", event.job_id}, {"state", event.state}, {"progress", event.progress}, {"at", time_json(event.at)}});
+}
+
+std::string write_batch(const queue::BatchState& state) {
+  using enum queue::JobState;
+  const auto count = [&](queue::JobState which) {
+    const auto found = state.jobs.find(which);
+    return found == state.jobs.end() ? 0 : found->second;
+  };
+  Json by_state = Json::object();
+  std::int64_t all = 0, ended = 0;
+  for (const queue::JobState which : queue::all_job_states) {
+    by_state[queue::name_of(which)] = count(which);
+    all += count(which);
+    if (queue::ended(which)) ended += count(which);
+  }
+  const queue::JobState verdict = ended < all            ? (count(queued) == all ? queued : running)
+                                  : count(failed) > 0    ? failed
+                                  : count(cancelled) > 0 ? cancelled
+                                                         : succeeded;
+  const queue::Batch& batch = state.batch;
+  const std::string self = "/v1/batches/" + batch.id;
+  const bool may_retry = count(failed) + count(cancelled) > 0;
+  return text_of({{"id", batch.id},
+                  {"name", batch.name},
+                  {"state", queue::name_of(verdict)},
+                  {"progress", all == 0 ? 1.0 : static_cast<double>(ended) / static_cast<double>(all)},
+                  {"created_at", time_json(batch.created_at)},
+                  {"size", batch.size},
+                  {"jobs", std::move(by_state)},
+                  {"max_failed", batch.max_failed ? Json(*batch.max_failed) : Json(nullptr)},
+                  {"links",
+                   {{"self", self},
+                    {"jobs", "/v1/jobs?batch=" + batch.id},
+                    {"cancel", ended < all ? Json(self + "/cancel") : Json(nullptr)},
+                    {"retry", may_retry ? Json(self + "/retry") : Json(nullptr)},
+                    {"artifacts", count(succeeded) > 0 ? Json(self + "/artifacts.tar") : Json(nullptr)}}}});
+}
+
+std::string write_queue(const queue::QueueState& state) {
+  Json by_state = Json::object(), by_priority = Json::object();
+  for (const auto& [which, count] : state.jobs) by_state[queue::name_of(which)] = count;
+  for (const auto& [priority, count] : state.depth.queued_by_priority) by_priority[std::to_string(priority)] = count;
+  return text_of({{"jobs", std::move(by_state)},
+                  {"queued_by_priority", std::move(by_priority)},
+                  {"delayed", state.depth.delayed},
+                  {"running", state.jobs.at(queue::JobState::running)},
+                  {"oldest_age_s", state.oldest_age_s ? Json(*state.oldest_age_s) : Json(nullptr)},
+                  {"eta_s", state.eta_s ? Json(*state.eta_s) : Json(nullptr)}});
+}
+
+std::string write_problem(const ProblemReply& problem) {
+  Json json{{"type", problem.type},
+            {"title", problem.title},
+            {"status", problem.status},
+            {"detail", problem.detail},
+            {"request_id", problem.request_id}};
+  if (!problem.errors.empty()) json["errors"] = errors_json(problem.errors);
+  return text_of(json);
+}
+
+std::string write_version(std::string_view version, std::string_view build, std::string_view sandbox,
+                          const std::vector<std::pair<std::string, std::uint64_t>>& limits) {
+  Json bounds = Json::object();
+  for (const auto& [name, value] : limits) bounds[name] = value;
+  return text_of({{"version", version},
+                  {"build", build},
+                  {"sandbox", sandbox.empty() ? Json(nullptr) : Json(sandbox)},
+                  {"limits", std::move(bounds)}});
 }
 
 }  // namespace resources

@@ -1,0 +1,101 @@
+/// Replies about jobs, and deferred ones.
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+#include <utility>
+
+#include "server/http/handlers/handlers.h"
+#include "server/http/negotiation.h"
+#include "server/resources/resource_json.h"
+
+namespace http::handlers {
+
+bool is_id(const std::string& text) {
+  if (text.size() != 36) return false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const bool dash = i == 8 || i == 13 || i == 18 || i == 23;
+    const bool hex = (text[i] >= '0' && text[i] <= '9') || (text[i] >= 'a' && text[i] <= 'f');
+    if (dash ? text[i] != '-' : !hex) return false;
+  }
+  return true;
+}
+
+tracer::Result<queue::JobView, Problem> find_job(const std::string& id, const ApiContext& context) {
+  if (!is_id(id)) return Problem{failures::job_not_found, "this is no job id; ids are lower-case UUIDs"};
+  auto view = context.queue.queries.find(id);
+  if (!view) return job_not_found(id);
+  return std::move(*view);
+}
+
+std::string etag_of(queue::JobView view) {
+  view.progress = std::floor(view.progress * 100) / 100;
+  const std::size_t hash = std::hash<std::string>()(resources::write_job(view, view.job.started_at.value_or(0)));
+  std::array<char, 20> text{};
+  std::snprintf(text.data(), text.size(), "%016zx", hash);
+  return "W/\"" + std::to_string(view.job.revision) + '-' + text.data() + '"';
+}
+
+bool matches_etag(const std::optional<std::string_view>& if_none_match, std::string_view etag) {
+  return if_none_match && none_match_names(*if_none_match, etag);
+}
+
+Reply json_reply(int status, std::string body) {
+  Reply reply;
+  reply.status = status;
+  reply.content_type = "application/json";
+  reply.body = std::move(body);
+  return reply;
+}
+
+Reply job_reply(int status, const queue::JobView& view, const ApiContext& context) {
+  Reply reply = json_reply(status, resources::write_job(view, context.clock()));
+  reply.job_id = view.job.id;
+  if (status == 202) reply.headers.emplace_back("Location", "/v1/jobs/" + view.job.id);
+  return reply;
+}
+
+Answer changed_job_reply(int status, const std::string& id, const ApiContext& context) {
+  const auto view = find_job(id, context);
+  if (!view) return view.error();
+  return job_reply(status, *view, context);
+}
+
+Reply replayed_reply(const queue::FirstReply& first) {
+  Reply reply = json_reply(first.status, first.body);
+  if (first.status == 202) reply.headers.emplace_back("Location", first.location);
+  if (first.status == 200) reply.headers.emplace_back("X-Cache", "hit");  // only the result cache answers 200
+  reply.headers.emplace_back("Idempotent-Replayed", "true");
+  return reply;
+}
+
+BodySource source_of(std::shared_ptr<const queue::ArtifactReader> reader) {
+  const std::uint64_t size_bytes = reader->size_bytes();
+  return {size_bytes, [reader = std::move(reader)](std::uint64_t offset, char* into, std::size_t size) {
+            return reader->read(offset, into, size);
+          }};
+}
+
+Reply image_reply(const queue::Job& job, const queue::Artifact& artifact, const ApiContext& context) {
+  auto reader = context.queue.queries.open(artifact);
+  if (!reader) throw std::runtime_error("the bytes of artifact " + artifact.sha256 + " are missing");
+  Reply reply;
+  reply.content_type = artifact.media_type;
+  reply.headers.emplace_back("ETag", '"' + artifact.sha256 + '"');
+  reply.job_id = job.id;
+  reply.source = source_of(std::move(reader));
+  return reply;
+}
+
+Answer defer_until_ended(const std::string& id, std::chrono::steady_clock::time_point deadline,
+                         const ApiContext& context, std::function<Answer(bool timed_out)> resume) {
+  queue::JobWaiters& waiters = context.queue.waiters;
+  const auto watch = [&waiters, id](std::function<void()> notify) -> std::function<void()> {
+    const std::uint64_t token = waiters.when_ended(id, std::move(notify));
+    return [&waiters, token] { waiters.cancel(token); };
+  };
+  return DeferredReply{deadline, watch, std::move(resume)};
+}
+
+}  // namespace http::handlers

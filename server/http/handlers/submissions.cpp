@@ -1,0 +1,108 @@
+/// From the body of a request to a submitted job.
+
+#include <algorithm>
+#include <utility>
+
+#include "api/estimate.h"
+#include "api/report.h"
+#include "server/http/handlers/handlers.h"
+#include "server/http/negotiation.h"
+#include "server/resources/resource_json.h"
+#include "tracer/encode.h"
+#include "tracer/version.h"
+
+namespace http::handlers {
+namespace {
+
+bool is_idempotency_key(std::string_view text) {
+  const bool printable = std::all_of(text.begin(), text.end(), [](char c) { return c > 0x20 && c < 0x7F; });
+  return printable && !text.empty() && text.size() <= 255;
+}
+
+/// Images with equal keys are equal. Empty if the document alone does not determine the image: files of the asset
+/// directory may change, and a time budget depends on the load of the machine.
+std::string content_key_of(const Scene& scene, const ApiContext& context) {
+  const tracer::Scene& parsed = scene.parsed.scene;
+  const bool only_uploads = std::all_of(parsed.assets.begin(), parsed.assets.end(), [](const tracer::Asset& asset) {
+    return asset.name.starts_with(api::upload_prefix);
+  });
+  if (!only_uploads || (parsed.accuracy.adaptive && parsed.accuracy.adaptive->time_budget_ms)) return {};
+  std::string text(tracer::build());
+  for (const tracer::Format format : parsed.output.formats) text.append(" ").append(tracer::name(format));
+  return context.sha256(text + "\n" + scene.canonical);
+}
+
+}  // namespace
+
+tracer::Result<std::string, Problem> take_json(Request& request, std::string_view what) {
+  if (!request.head.content_length) {
+    return Problem{failures::length_required, "send " + std::string(what) + " with its Content-Length"};
+  }
+  const auto type = request.head.header("content-type");
+  if (type && is_json(*type)) return request.body.take();
+  const std::string value = type ? "it is \"" + std::string(*type) + "\"" : "it is missing";
+  return Problem{failures::unsupported_media_type, "Content-Type must be application/json, " + value};
+}
+
+tracer::Result<Scene, Problem> take_scene(Request& request, const ApiContext& context) {
+  auto body = take_json(request, "a scene document");
+  if (!body) return body.error();
+  Scene scene;
+  scene.document = std::move(*body);
+  auto parsed = api::parse_scene(scene.document, context.limits, &scene.canonical);
+  if (!parsed) return problem_of(parsed.error());
+  scene.parsed = std::move(*parsed);
+  api::Refusal refusal;
+  refusal.issues = deployment_issues(scene.parsed.scene, api::estimated_memory_bytes(scene.parsed.scene), context);
+  if (!refusal.issues.empty()) return problem_of(refusal);
+  return scene;
+}
+
+std::vector<tracer::Issue> deployment_issues(const tracer::Scene& scene, std::uint64_t memory_bytes,
+                                             const ApiContext& context) {
+  std::vector<tracer::Issue> issues;
+  if (context.missing_files) issues = context.missing_files(scene);
+  if (memory_bytes > context.job_memory_bytes) {
+    issues.push_back({"", "limit_exceeded",
+                      "the limit job_memory_bytes is " + std::to_string(context.job_memory_bytes) +
+                          ", the estimate for the scene is " + std::to_string(memory_bytes)});
+  }
+  return issues;
+}
+
+queue::Submission submission_of(const Request& request, Scene scene, const ApiContext& context) {
+  queue::Submission submission;
+  submission.owner = request.owner;
+  submission.content_key = content_key_of(scene, context);
+  submission.accuracy = api::write_accuracy(scene.parsed.scene.accuracy);
+  submission.document = std::move(scene.document);
+  submission.parsed = std::move(scene.parsed);
+  return submission;
+}
+
+tracer::Result<std::optional<queue::Idempotency>, Problem> idempotency_of(const Request& request,
+                                                                          const std::string& body,
+                                                                          const ApiContext& context) {
+  const auto key = request.head.header("idempotency-key");
+  if (!key) return std::optional<queue::Idempotency>();
+  if (!is_idempotency_key(*key)) {
+    return Problem{failures::invalid_header, "Idempotency-Key must have 1 to 255 printable ASCII characters"};
+  }
+  const std::string route = request.head.method + " " + request.head.path;
+  return std::optional(queue::Idempotency{route, std::string(*key), context.sha256(body)});
+}
+
+tracer::Result<queue::Submitted, Problem> submit(const Request& request, queue::Submission submission,
+                                                 const ApiContext& context) {
+  auto idempotency = idempotency_of(request, submission.document, context);
+  if (!idempotency) return idempotency.error();
+  submission.idempotency = std::move(*idempotency);
+  submission.write_reply = [&](const queue::JobView& view, bool from_cache) -> queue::FirstReply {
+    return {from_cache ? 200 : 202, "/v1/jobs/" + view.job.id, resources::write_job(view, context.clock())};
+  };
+  auto submitted = context.queue.submission.submit(std::move(submission));
+  if (!submitted) return problem_of(submitted.error());
+  return std::move(*submitted);
+}
+
+}  // namespace http::handlers

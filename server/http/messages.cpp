@@ -1,0 +1,75 @@
+#include "server/http/messages.h"
+
+#include <array>
+#include <ctime>
+
+#include "server/resources/resource_json.h"
+
+namespace http {
+namespace {
+
+constexpr std::string_view status_lines =
+    "\n"
+    "200 OK\n201 Created\n202 Accepted\n204 No Content\n206 Partial Content\n303 See Other\n304 Not Modified\n"
+    "400 Bad Request\n401 Unauthorized\n403 Forbidden\n404 Not Found\n405 Method Not Allowed\n"
+    "406 Not Acceptable\n408 Request Timeout\n409 Conflict\n410 Gone\n411 Length Required\n"
+    "412 Precondition Failed\n413 Content Too Large\n414 URI Too Long\n415 Unsupported Media Type\n"
+    "416 Range Not Satisfiable\n417 Expectation Failed\n421 Misdirected Request\n422 Unprocessable Content\n"
+    "428 Precondition Required\n429 Too Many Requests\n431 Request Header Fields Too Large\n"
+    "500 Internal Server Error\n501 Not Implemented\n503 Service Unavailable\n505 HTTP Version Not Supported\n";
+
+/// "200 OK". The reason phrase is optional (RFC 9112, section 4).
+std::string status_text(const std::string& code) {
+  const std::size_t begin = status_lines.find('\n' + code + ' ');
+  if (begin == std::string_view::npos) return code + ' ';
+  return std::string(status_lines.substr(begin + 1, status_lines.find('\n', begin + 1) - begin - 1));
+}
+
+std::string date_now() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  gmtime_r(&now, &utc);
+  std::array<char, 40> text{};
+  std::strftime(text.data(), text.size(), "%a, %d %b %Y %H:%M:%S GMT", &utc);
+  return text.data();
+}
+
+}  // namespace
+
+Reply problem_reply(const Problem& problem, const std::string& request_id) {
+  const Failure& failure = problem.failure;
+  Reply reply;
+  reply.status = failure.status;
+  reply.content_type = "application/problem+json";
+  reply.body = resources::write_problem({"urn:whittle:problem:" + std::string(failure.name), std::string(failure.title),
+                                         failure.status, problem.detail, request_id, problem.errors});
+  if (failure.retry_after_s > 0) reply.headers.emplace_back("Retry-After", std::to_string(failure.retry_after_s));
+  // RFC 6750, section 3
+  if (failure == failures::unauthenticated) reply.headers.emplace_back("WWW-Authenticate", "Bearer");
+  if (failure == failures::forbidden) {
+    reply.headers.emplace_back("WWW-Authenticate", "Bearer error=\"insufficient_scope\"");
+  }
+  reply.failure = failure;
+  return reply;
+}
+
+std::string serialized(const Reply& reply, const std::string& request_id, bool keep_alive, bool to_head) {
+  std::string text = "HTTP/1.1 " + status_text(std::to_string(reply.status)) + "\r\n";
+  const auto header = [&](std::string_view name, std::string_view value) {
+    text.append(name).append(": ").append(value).append("\r\n");
+  };
+  header("Date", date_now());
+  header("X-Request-Id", request_id);
+  header("X-Content-Type-Options", "nosniff");
+  for (const auto& [name, value] : reply.headers) header(name, value);
+  if (!reply.content_type.empty()) header("Content-Type", reply.content_type);
+  if (reply.status != 204 && reply.status != 304 && !reply.stream) {  // a stream ends with the connection
+    header("Content-Length", std::to_string(reply.source ? reply.source->size_bytes : reply.body.size()));
+  }
+  header("Connection", keep_alive ? "keep-alive" : "close");
+  text += "\r\n";
+  if (!to_head) text += reply.body;
+  return text;
+}
+
+}  // namespace http

@@ -1,0 +1,57 @@
+#pragma once
+/// JSON of jobs, their events, webhook deliveries, batches, the queue, problems and the version (schemas of
+/// api/openapi.yaml), one line each. Times are RFC 3339 in UTC with milliseconds; unknown values are null;
+/// invalid UTF-8 is replaced by U+FFFD. Throws std::bad_alloc only.
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "server/queue/delivery_store.h"
+#include "server/queue/events.h"
+#include "server/queue/job_queries.h"
+#include "server/queue/submission.h"
+#include "tracer/validate.h"
+
+namespace resources {
+
+/// `now_ms` (since 1970 UTC) is the base of eta_s: the elapsed time, extrapolated by the progress; null below 1 %.
+std::string write_job(const queue::JobView& view, std::int64_t now_ms);
+
+/// {items: [job], next_cursor}; an empty cursor becomes null.
+std::string write_job_list(const std::vector<queue::JobView>& views, const std::string& next_cursor,
+                           std::int64_t now_ms);
+
+/// {id, state, progress, at}: the data of a server-sent event.
+std::string write_event(const queue::JobEvent& event);
+
+/// Body of a webhook: {type, timestamp, data: job}. `event` is "job.succeeded", "job.failed" or "job.cancelled".
+std::string write_event(std::string_view event, const queue::JobView& view, std::int64_t now_ms);
+
+/// {items: [{id, event, url, state, created_at, next_attempt_at, attempts: [{at, duration_ms, status, detail}]}]}
+std::string write_deliveries(const std::vector<queue::Delivery>& deliveries);
+
+/// {id, name, state, progress, created_at, size, jobs{state: count}, max_failed, links}. The state is queued or running
+/// until every job has ended; then failed or cancelled if a job is, else succeeded. Progress is the share of ended
+/// jobs.
+std::string write_batch(const queue::BatchState& state);
+
+/// {jobs{state: count}, queued_by_priority{priority: count}, delayed, running, oldest_age_s, eta_s}
+std::string write_queue(const queue::QueueState& state);
+
+/// RFC 9457. An empty `errors` is omitted.
+struct ProblemReply {
+  std::string type, title;
+  int status = 500;
+  std::string detail, request_id;
+  std::vector<tracer::Issue> errors;
+};
+std::string write_problem(const ProblemReply& problem);
+
+/// {version, build, sandbox, limits{name: value}}; an empty sandbox becomes null.
+std::string write_version(std::string_view version, std::string_view build, std::string_view sandbox,
+                          const std::vector<std::pair<std::string, std::uint64_t>>& limits);
+
+}  // namespace resources
