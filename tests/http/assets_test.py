@@ -1,4 +1,4 @@
-"""Files that scenes name: rendered from the daemon's asset directory, and nothing outside it is reached."""
+"""Files of scenes: read from the asset directory of the daemon, never from outside it."""
 import json
 import os
 import pathlib
@@ -26,7 +26,7 @@ class Examples(OneDaemon):
     options = ("--assets", str(SCENES))
 
     def assert_same_picture_as_on_the_command_line(self, name):
-        # Of the size of a stamp: it is the files that are compared.
+        # Small images suffice, because the files are compared.
         document = json.loads((SCENES / f"{name}.json").read_text("utf-8"))
         document["image"] = {"width": 160, "height": 90}
         reply = self.daemon.request("POST", "/v1/render", document)
@@ -39,13 +39,13 @@ class Examples(OneDaemon):
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertEqual(reply.body, (here / "out.png").read_bytes())
 
-    def test_with_pictures_are_the_command_lines_bit_for_bit(self):
+    def test_with_textures_equal_the_command_line(self):
         self.assert_same_picture_as_on_the_command_line("textures")
 
-    def test_with_meshes_are_the_command_lines_bit_for_bit(self):
+    def test_with_meshes_equal_the_command_line(self):
         self.assert_same_picture_as_on_the_command_line("mesh_files")
 
-    def test_with_an_environment_and_reliefs_are_the_command_lines_bit_for_bit(self):
+    def test_with_an_environment_and_normal_maps_equal_the_command_line(self):
         self.assert_same_picture_as_on_the_command_line("environment")
         self.assert_same_picture_as_on_the_command_line("relief")
 
@@ -75,12 +75,12 @@ class Names(OneDaemon):
         super().setUpClass()
 
     def issue(self, document, path="/v1/jobs"):
-        """The one issue for which it is refused."""
+        """Returns the only issue of the refusal."""
         problem = self.assert_problem(self.daemon.request("POST", path, document), 422, "bad_scene")
         (issue,) = problem["errors"]
         return issue
 
-    def test_that_do_not_lead_downwards_are_malformed_whatever_lies_there(self):
+    def test_outside_the_directory_are_malformed(self):
         for name in ("../secret.png", "deep/../tile.png", "..", ".", "./tile.png", "deep//er/tile.png", "tile.png/",
                      str(self.folder / "tile.png"), "/", "", "deep\\er\\tile.png", "..\\secret.png", "tile.png\0",
                      "ti\nle.png"):
@@ -89,7 +89,7 @@ class Names(OneDaemon):
                 self.assertEqual(issue["code"], "malformed", issue)
                 self.assertTrue(issue["pointer"].endswith("/file"), issue)
 
-    def test_that_lead_to_no_ordinary_file_within_are_told_at_once_everywhere(self):
+    def test_of_missing_or_special_files_are_rejected_by_every_route(self):
         for name, reason in (("missing.png", "no such file"), ("tile.png/tile.png", "no such file"),
                              ("out.png", "leads out of the asset directory"), ("up.png", "leads out of the asset directory"),
                              ("up/secret.png", "leads out of the asset directory"), ("deep", "is no ordinary file"),
@@ -104,7 +104,7 @@ class Names(OneDaemon):
         verdict = json_of(self.daemon.request("POST", "/v1/jobs/validate", textured("missing.png")))
         self.assertEqual((verdict["valid"], len(verdict["errors"])), (False, 1))
 
-    def test_that_lead_to_a_file_within_are_taken_through_links_too(self):
+    def test_may_be_links_to_files_in_the_directory(self):
         pictures = {self.daemon.request("POST", "/v1/render", textured(name)).body
                     for name in ("tile.png", "deep/er/tile.png", "in.png", "deep/up.png")}
         self.assertEqual(len(pictures), 1)
@@ -121,13 +121,13 @@ class BadFiles(unittest.TestCase):
         return self.enterContext(Daemon("--assets", self.folder, *options))
 
     def assert_fails(self, job, pointer, reason):
-        """With one issue, at the first attempt."""
+        """Asserts that the job failed with one issue at its first attempt."""
         self.assertEqual((job["state"], job["attempt"], job["problem"]["code"]), ("failed", 1, "bad_asset"), job)
         (issue,) = job["problem"]["errors"]
         self.assertEqual((issue["pointer"], issue["code"]), (pointer, "bad_asset"))
         self.assertIn(reason, issue["detail"])
 
-    def test_fail_their_job_alone_with_the_pointer_and_the_worker_lives_on(self):
+    def test_fail_only_their_job_with_its_pointer(self):
         (self.folder / "text.png").write_text("no picture", encoding="utf-8")
         (self.folder / "nan.obj").write_text("v 0 0 nan", encoding="utf-8")
         (self.folder / "empty.ply").touch()
@@ -143,7 +143,7 @@ class BadFiles(unittest.TestCase):
         self.assertEqual(daemon.worker(), worker)
         self.assertIn(worker, daemon.worker_pids())
 
-    def test_that_went_or_changed_between_submitting_and_rendering_are_found_out(self):
+    def test_removed_or_changed_after_submission_fail_the_job(self):
         (self.folder / "pipe.png").touch()
         daemon = self.daemon("--jobs", "1")
         first = daemon.submit(long_scene())
@@ -156,14 +156,14 @@ class BadFiles(unittest.TestCase):
         self.assert_fails(daemon.wait_for_end(jobs[0]), TEXTURE_FILE, "tile.png: no such file")
         self.assert_fails(daemon.wait_for_end(jobs[1]), TEXTURE_FILE, "pipe.png: is no ordinary file")
 
-    def test_are_those_with_more_triangles_than_the_daemon_takes(self):
+    def test_exceed_the_limit_of_triangles(self):
         daemon = self.daemon("--triangles", "100")
         job = daemon.wait_for_end(daemon.submit(with_mesh("vase.obj")))
         self.assert_fails(job, "#/objects/0/file", "the limit triangles is 100")
 
 
-class Folder(unittest.TestCase):
-    def test_that_is_not_given_lets_no_file_be_named(self):
+class AssetDirectory(unittest.TestCase):
+    def test_is_required_for_scenes_with_files(self):
         with Daemon() as daemon:
             for document in (textured("tile.png"), with_mesh("/etc/passwd")):
                 reply = daemon.request("POST", "/v1/jobs", document)
@@ -172,7 +172,7 @@ class Folder(unittest.TestCase):
                 self.assertEqual(issue["code"], "unsupported")
                 self.assertIn("--assets", issue["detail"])
 
-    def test_that_is_not_there_is_told_at_the_start(self):
+    def test_must_exist_at_the_start(self):
         with tempfile.NamedTemporaryFile() as file, tempfile.TemporaryDirectory() as data:
             for path in ("/nowhere/assets", file.name):
                 result = whittled("--assets", path, "--data", data, "--listen", "127.0.0.1:0", "--health-listen",
@@ -180,11 +180,11 @@ class Folder(unittest.TestCase):
                 self.assertEqual(result.returncode, 1)
                 self.assertIn(f"cannot open the asset directory {path}", result.stderr)
 
-    def test_may_be_relative_and_is_that_of_the_daemons_start(self):
+    def test_may_be_relative_to_the_working_directory(self):
         with Daemon("--assets", os.path.relpath(SCENES)) as daemon:
             self.assertEqual(daemon.request("POST", "/v1/render", textured("assets/tile.png")).status, 200)
 
-    def test_taken_away_from_accepted_jobs_fails_them_with_the_reason(self):
+    def test_removed_after_submission_fails_the_jobs_with_the_reason(self):
         with Daemon("--assets", str(SCENES), "--jobs", "1") as daemon:
             first = daemon.submit(long_scene())
             daemon.wait_for_state(first, "running")

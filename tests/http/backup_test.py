@@ -1,4 +1,4 @@
-"""A backup of a running daemon's data is a data directory, from which another daemon goes on."""
+"""A backup of a running daemon is a data directory, with which another daemon can start."""
 import hashlib
 import pathlib
 import shutil
@@ -21,7 +21,7 @@ class Backup(unittest.TestCase):
         self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
         self.into = self.folder / "backups" / "monday"
 
-    def test_of_a_running_daemon_holds_its_jobs_pictures_and_uploads(self):
+    def test_of_a_running_daemon_contains_its_jobs_images_and_uploads(self):
         asset = b"some bytes that nobody reads"
         name = hashlib.sha256(asset).hexdigest()
         with Daemon() as daemon:
@@ -49,7 +49,7 @@ class Backup(unittest.TestCase):
             for job_id in waiting:
                 self.assertEqual(restored.wait_for_end(job_id)["state"], "succeeded")
 
-    def test_keeps_the_day_of_an_uploads_last_use(self):
+    def test_preserves_the_day_of_the_last_use_of_an_upload(self):
         asset = b"old"
         name = hashlib.sha256(asset).hexdigest()
         with Daemon() as daemon:
@@ -64,7 +64,7 @@ class Backup(unittest.TestCase):
             back_up(daemon.data, self.into)
         self.assertEqual(self.into.stat().st_mode & 0o777, 0o700)
 
-    def test_writes_over_nothing(self):
+    def test_overwrites_nothing(self):
         self.into.mkdir(parents=True)
         with Daemon() as daemon:
             made = back_up(daemon.data, self.into)
@@ -72,7 +72,7 @@ class Backup(unittest.TestCase):
         self.assertIn("exists already", made.stderr)
         self.assertEqual(list(self.into.iterdir()), [])
 
-    def test_takes_the_place_of_one_that_was_cut_off(self):
+    def test_replaces_an_incomplete_backup(self):
         part = self.into.with_name("monday.part")
         part.mkdir(parents=True)
         (part / "whittle.db").write_bytes(b"half a database")
@@ -83,7 +83,7 @@ class Backup(unittest.TestCase):
         with Daemon(data=self.into) as restored:
             self.assertEqual(restored.job(done)["id"], done)
 
-    def test_finds_a_damaged_picture(self):
+    def test_detects_a_damaged_image(self):
         with Daemon() as daemon:
             job = daemon.wait_for_end(daemon.submit(scene(150, 150, output={"formats": ["exr"]})))
             sha256 = job["artifacts"][0]["sha256"]
@@ -94,7 +94,7 @@ class Backup(unittest.TestCase):
         self.assertIn(f"{sha256} is damaged", made.stderr)
         self.assertFalse(self.into.exists())
 
-    def test_of_what_is_no_data_folder_says_so(self):
+    def test_rejects_a_directory_that_is_no_data_directory(self):
         made = back_up(self.folder / "nothing", self.into)
         self.assertEqual(made.returncode, 1)
         self.assertRegex(made.stderr, r"^whittled: --backup: cannot open .*/nothing/whittle\.db: ")

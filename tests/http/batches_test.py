@@ -1,4 +1,4 @@
-"""Batches: one scene in many variations, submitted, followed, cancelled, tried again and fetched together."""
+"""Batches: one scene in many variations, submitted, observed, cancelled, retried and downloaded together."""
 import hashlib
 import io
 import tarfile
@@ -30,7 +30,7 @@ class Batches(OneDaemon):
         return wait_until(lambda: (now := self.batch(batch))["links"]["cancel"] is None and now, "the batch's end")
 
     def jobs(self, batch):
-        """In the batch's order, which is that of their ids."""
+        """Returns the jobs in the order of the batch, which is that of their ids."""
         items, cursor = [], ""
         while cursor is not None:
             page = json_of(self.daemon.get(batch["links"]["jobs"] + "&limit=3" + cursor))
@@ -75,7 +75,7 @@ class Batches(OneDaemon):
                     self.assertEqual(hashlib.sha256(member).hexdigest(), artifact["sha256"])
         self.assertEqual(len(reply.body) % 512, 0)
 
-    def test_is_cancelled_and_tried_again_as_a_whole(self):
+    def test_is_cancelled_and_retried_as_a_whole(self):
         batch = self.accepted({"scene": scene(job={"run_after": FAR}), "frames": [{}, {}, {"job": {"run_after": None}}]})
         wait_until(lambda: self.batch(batch)["jobs"]["succeeded"] == 1, "the one that may run")
         self.assertEqual((self.batch(batch)["state"], self.batch(batch)["progress"]), ("running", 1 / 3))
@@ -89,7 +89,7 @@ class Batches(OneDaemon):
         self.assert_problem(self.daemon.request("POST", batch["links"]["self"] + "/retry"), 409, "batch_not_failed")
         self.daemon.request("POST", batch["links"]["cancel"])
 
-    def test_a_retry_is_told_to_who_listens(self):
+    def test_a_retry_publishes_events(self):
         batch = self.accepted({"scene": scene(job={"run_after": FAR}), "frames": [{}, {}]})
         self.daemon.request("POST", batch["links"]["cancel"])
         waiting = {job["id"] for job in self.jobs(batch)}
@@ -114,7 +114,7 @@ class Batches(OneDaemon):
             self.daemon.request("POST", batch["links"]["self"] + "/cancel")
             self.assertEqual(self.ended(batch)["state"], "failed")
 
-    def test_tells_what_is_wrong_and_where_and_stores_nothing(self):
+    def test_reports_errors_with_pointers_and_stores_nothing(self):
         before = json_of(self.daemon.get("/v1/jobs?limit=1"))
         table = [
             ({"scene": scene(), "frames": [{}, {"camera": {"fov": -1}}]}, "#/frames/1/camera/fov", "out_of_range"),
@@ -157,14 +157,14 @@ class Batches(OneDaemon):
         self.assertEqual(len(json_of(self.daemon.get("/v1/jobs?q=once"))["items"]), 2)
         self.assertEqual(sorted(reply.headers["Idempotent-Replayed"] or "" for reply in replies), ["", "true", "true", "true"])
 
-    def test_takes_what_the_cache_has(self):
+    def test_uses_the_result_cache(self):
         document = scene(name="cached", job={"cache": "use"})
         self.ended(self.accepted({"scene": document, "frames": [{}]}))
         batch = self.accepted({"scene": document, "frames": [{}, {"ambient": [0.1, 0.1, 0.1]}]})
         self.assertEqual(batch["jobs"]["succeeded"], 1)
         self.assertEqual(self.ended(batch)["state"], "succeeded")
 
-    def test_goes_with_the_last_of_its_jobs(self):
+    def test_is_deleted_with_the_last_of_its_jobs(self):
         batch = self.accepted({"scene": scene(job={"run_after": FAR}), "frames": [{}, {}]})
         for job in self.jobs(batch):
             self.assertEqual(self.daemon.get(batch["links"]["self"]).status, 200)
@@ -177,7 +177,7 @@ class Batches(OneDaemon):
 
 
 class Limits(unittest.TestCase):
-    def test_hold_for_the_batch_as_a_whole(self):
+    def test_apply_to_the_batch_as_a_whole(self):
         waiting = scene(job={"run_after": FAR})
         with Daemon("--queued-jobs", "2", "--batch-jobs", "3", "--batch-bytes", "2048") as daemon:
             reply = daemon.request("POST", "/v1/batches", {"scene": waiting, "frames": [{}] * 3})
@@ -190,7 +190,7 @@ class Limits(unittest.TestCase):
                 self.assertIn(name, reply.body.decode())
             self.assertEqual(daemon.request("POST", "/v1/batches", {"scene": waiting, "frames": [{}] * 2}).status, 202)
 
-    def test_outlive_the_daemon(self):
+    def test_survive_a_restart(self):
         with Daemon() as daemon:
             body = {"scene": scene(), "max_failed": 0, "frames": [{"job": {"run_after": FAR}}] * 2}
             batch = json_of(daemon.request("POST", "/v1/batches", body))

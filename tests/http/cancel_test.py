@@ -11,7 +11,7 @@ from tests.http.daemon import Daemon, long_scene, scene, wait_until
 
 
 class Cancelling(unittest.TestCase):
-    def test_ends_any_render_at_any_moment_and_nothing_else(self):
+    def test_stops_any_render_at_any_moment(self):
         chance = random.Random(7)
         with Daemon("--jobs", "2") as daemon:
             bodies = list(staged_scenes(uploader(daemon)).values())
@@ -31,7 +31,7 @@ class Cancelling(unittest.TestCase):
                     self.assertEqual((neighbour["state"], neighbour["attempt"]), ("succeeded", 1))
             self.assertGreater(ends["cancelled"], 0, ends)
 
-    def test_does_not_wait_for_a_worker_that_hears_nothing_and_a_spare_one_goes_on(self):
+    def test_replaces_a_worker_that_does_not_respond(self):
         with Daemon("--jobs", "1") as daemon:
             for _ in range(3):
                 running = daemon.submit(long_scene())

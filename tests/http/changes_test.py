@@ -1,4 +1,4 @@
-"""What can be asked of a job beyond its picture: when it runs, until when, how long it is kept, and what may be changed."""
+"""Times of a job (not_before, deadline, expires_at), changes, retries, and the state of the queue."""
 import datetime
 import unittest
 
@@ -37,7 +37,7 @@ class Times(OneDaemon):
         self.assertEqual((job["state"], job["problem"]["code"], job["attempt"]), ("failed", "deadline_exceeded", 1))
         self.assertEqual(self.finished()["state"], "succeeded")
 
-    def test_end_with_the_pictures_after_expiry_but_not_those_of_another_job(self):
+    def test_delete_expired_images_unless_another_job_has_them(self):
         kept = self.finished(name="expiry")
         job = self.finished(name="expiry", job={"expires_in": 4})  # its pictures are seen before
         self.assertEqual(kept["artifacts"][0]["sha256"], job["artifacts"][0]["sha256"])
@@ -53,7 +53,7 @@ class Changing(OneDaemon):
     def change(self, job_id, body, etag="*"):
         return self.daemon.request("PATCH", f"/v1/jobs/{job_id}", body, {"If-Match": etag})
 
-    def test_merges_what_is_named_into_the_job(self):
+    def test_merges_the_given_fields_into_the_job(self):
         job_id = self.daemon.submit(scene(name="old", job={"run_after": FAR, "labels": {"a": "1", "b": "2"}}))
         reply = self.change(job_id, {"priority": 90, "name": "new", "labels": {"b": None, "c": "3"}, "expires_at": FAR})
         self.assertEqual(reply.status, 200)
@@ -64,7 +64,7 @@ class Changing(OneDaemon):
         job = json_of(self.change(job_id, {"expires_at": None}))
         self.assertEqual((job["priority"], job["labels"], job["expires_at"]), (90, {"a": "1", "c": "3"}, None))
 
-    def test_needs_the_job_as_it_was_seen(self):
+    def test_requires_the_current_revision(self):
         job_id = self.daemon.submit(scene(job={"run_after": FAR}))
         seen = self.daemon.get(f"/v1/jobs/{job_id}").headers["ETag"]
         self.assertEqual(self.change(job_id, {"name": "first"}, seen).status, 200)
@@ -74,7 +74,7 @@ class Changing(OneDaemon):
         self.assert_problem(reply, 428, "precondition_required")
         self.assertEqual(self.daemon.job(job_id)["name"], "first")
 
-    def test_is_not_kept_off_by_progress(self):
+    def test_is_independent_of_progress(self):
         job_id = self.daemon.submit(long_scene())
         try:
             self.daemon.wait_for_state(job_id, "running")
@@ -85,7 +85,7 @@ class Changing(OneDaemon):
         finally:
             self.daemon.request("POST", f"/v1/jobs/{job_id}/cancel")
 
-    def test_tells_all_that_is_wrong(self):
+    def test_reports_all_errors(self):
         job_id = self.daemon.submit(scene(job={"run_after": FAR}))
         body = {"priority": 101, "labels": {"a": 1}, "expires_at": "soon", "state": "succeeded"}
         problem = self.assert_problem(self.change(job_id, body), 422, "invalid_patch")
@@ -99,14 +99,14 @@ class Changing(OneDaemon):
         self.assertIn("80", problem["errors"][0]["detail"])
         self.assertEqual(len(self.daemon.job(job_id)["labels"]), 40)
 
-    def test_leaves_the_priority_of_what_has_ended(self):
+    def test_rejects_a_priority_for_an_ended_job(self):
         job = self.finished()
         self.assert_problem(self.change(job["id"], {"priority": 1}), 409, "job_ended")
         self.assertEqual(self.change(job["id"], {"name": "later"}).status, 200)
 
 
 class Retrying(OneDaemon):
-    def test_runs_what_failed_or_was_cancelled_again(self):
+    def test_runs_failed_and_cancelled_jobs_again(self):
         failed = self.daemon.wait_for_end(self.daemon.submit(scene(job={"deadline": in_seconds(-1)})))
         self.assertEqual(failed["links"]["retry"], f"/v1/jobs/{failed['id']}/retry")
         reply = self.daemon.request("POST", failed["links"]["retry"])
@@ -117,13 +117,13 @@ class Retrying(OneDaemon):
         self.assert_problem(self.daemon.request("POST", f"/v1/jobs/{job['id']}/retry"), 409, "job_not_failed")
         self.assertIsNone(job["links"]["retry"])
 
-    def test_is_not_for_what_has_not_ended(self):
+    def test_is_rejected_for_jobs_that_have_not_ended(self):
         job_id = self.daemon.submit(scene(job={"run_after": FAR}))
         self.assert_problem(self.daemon.request("POST", f"/v1/jobs/{job_id}/retry"), 409, "job_not_failed")
 
 
-class TheQueue(unittest.TestCase):
-    def test_tells_positions_depth_and_age(self):
+class Queue(unittest.TestCase):
+    def test_reports_positions_depth_and_age(self):
         with Daemon("--jobs", "1") as daemon:
             for _ in range(3):
                 daemon.wait_for_end(daemon.submit(scene()))
@@ -141,7 +141,7 @@ class TheQueue(unittest.TestCase):
             daemon.request("PATCH", f"/v1/jobs/{low}", {"priority": 95}, {"If-Match": "*"})
             self.assertEqual([daemon.job(job_id)["queue_position"] for job_id in (high, low)], [2, 1])
 
-    def test_keeps_each_owner_within_its_quota(self):
+    def test_enforces_the_quota_of_each_owner(self):
         with Daemon("--key-queued-jobs", "2", "--key-artifact-bytes", "1") as daemon:
             for _ in range(2):
                 daemon.submit(scene(job={"run_after": FAR}))

@@ -1,5 +1,5 @@
-"""Holds api/openapi.yaml and the program together, both ways: every route is described and every description is a route;
-every reply is one that is described, and every described reply is given."""
+"""Compares api/openapi.yaml with the daemon in both directions: every route is described and every description is a route;
+every reply is described and every described reply occurs."""
 import hashlib
 import json
 import re
@@ -15,7 +15,7 @@ from tests.http.daemon import BIN, Daemon, json_of, long_scene, scene, wait_unti
 NOBODY = "0190a000-0000-7000-8000-000000000001"
 METHODS = ("get", "put", "post", "delete", "options", "head", "patch", "trace")
 
-# Described replies that need a broken machine; the problem they carry is the same schema as everywhere.
+# Described replies that need a broken machine; their problem has the same schema as all others.
 NEED_A_BROKEN_MACHINE = {
     ("changeJob", 503), ("getQueue", 503), ("getBatch", 503), ("cancelBatch", 503), ("getBatchArtifacts", 503), ("listJobs", 503), ("getJob", 503), ("removeJob", 503), ("cancelJob", 503), ("getPng", 503), ("getPng16", 503),
     ("getExr", 503), ("getJpeg", 503), ("getHdr", 503), ("getWebp", 503), ("getTiff", 503), ("getMetrics", 503),
@@ -55,7 +55,7 @@ class Contract(unittest.TestCase):
         for child in children:
             yield from self.nodes(child)
 
-    def test_document_is_sound(self):
+    def test_document_is_valid(self):
         self.assertTrue(self.document["openapi"].startswith("3.1."))
         for node in self.nodes(self.document):
             if isinstance(node, dict) and "$ref" in node:
@@ -91,7 +91,7 @@ class Contract(unittest.TestCase):
     # ---- replies
 
     def check(self, seen, template, reply, method="GET"):
-        """`reply` is one that the operation at `template` describes."""
+        """Asserts that the operation at `template` describes `reply`."""
         operation = self.operations[method, template]
         self.assertIn(str(reply.status), operation["responses"], f"{method} {template}: {reply.body[:500]}")
         seen.add((operation["operationId"], reply.status))
@@ -111,7 +111,7 @@ class Contract(unittest.TestCase):
             schema = {**schema, "components": self.document["components"]}
             jsonschema.Draft202012Validator(schema).validate(json_of(reply))
 
-    def test_every_reply_is_described_and_every_description_replied(self):
+    def test_replies_match_their_descriptions(self):
         seen = set()
         self.check_service(seen)
         self.check_submissions(seen)
@@ -170,7 +170,7 @@ class Contract(unittest.TestCase):
 
     @staticmethod
     def render_until(daemon, end_it):
-        """The answer to a render whose job waits in the queue when `end_it(job)` happens."""
+        """Returns the reply to a render during which `end_it(job)` ends the queued job."""
         replies = []
         document = scene(name="waits")
         thread = threading.Thread(target=lambda: replies.append(daemon.request("POST", "/v1/render", document)))

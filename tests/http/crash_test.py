@@ -1,4 +1,4 @@
-"""What survives when the daemon or its worker is killed, and how it ends when it is asked to."""
+"""Recovery after kills of the daemon and of its worker, and graceful shutdown."""
 import hashlib
 import os
 import signal
@@ -18,12 +18,12 @@ def sha256_of(daemon, job):
 
 
 def middling_scene(index):
-    """Some tenths of a second of work; each index is another picture."""
+    """A scene that renders for some tenths of a second; each index gives another image."""
     return scene(600, 400, samples=16, name=f"middling {index}", accuracy={"samples": [16, 16], "seed": index})
 
 
 class KilledDaemon(unittest.TestCase):
-    def test_keeps_every_accepted_job_and_every_finished_picture(self):
+    def test_preserves_accepted_jobs_and_finished_images(self):
         with Daemon("--jobs", "3") as daemon:  # large ones leave the third to small ones
             finished = [daemon.submit(middling_scene(index)) for index in range(3)]
             pictures = {job_id: sha256_of(daemon, daemon.wait_for_end(job_id)) for job_id in finished}
@@ -50,7 +50,7 @@ class KilledDaemon(unittest.TestCase):
                 self.assertEqual(job["state"], "succeeded", job["problem"])
                 self.assertEqual(sha256_of(daemon, job), pictures[before], "equal documents, equal pictures")
 
-    def test_killed_again_and_again_while_it_accepts_loses_nothing_it_acknowledged(self):
+    def test_repeated_kills_lose_no_acknowledged_job(self):
         with Daemon() as daemon:
             accepted = []
             for round_number in range(8):
@@ -77,7 +77,7 @@ class KilledDaemon(unittest.TestCase):
             except Exception:  # pylint: disable=broad-except
                 return  # half a reply
 
-    def test_takes_its_worker_with_it(self):
+    def test_ends_its_worker(self):
         with Daemon() as daemon:
             job_id = daemon.submit(long_scene())
             daemon.wait_for_state(job_id, "running")
@@ -114,7 +114,7 @@ class KilledWorker(unittest.TestCase):
             self.assertEqual(job["problem"]["code"], "worker_crashed")
             self.assertEqual(daemon.wait_for_end(other)["state"], "succeeded")
 
-    def test_waiting_request_learns_that_its_job_failed(self):
+    def test_waiting_request_is_answered_if_its_job_fails(self):
         with Daemon("--jobs", "1") as daemon:
             replies = []
             document = long_scene(name="doomed", job={"max_attempts": 1})
@@ -132,7 +132,7 @@ class KilledWorker(unittest.TestCase):
 
 
 class Cancelling(unittest.TestCase):
-    def test_is_seen_by_a_running_job(self):
+    def test_stops_a_running_job(self):
         with Daemon("--jobs", "1") as daemon:
             times_ms = []
             for _ in range(5):
@@ -159,7 +159,7 @@ class Draining(unittest.TestCase):
     def test_running_job_finishes_new_work_is_refused_reads_are_answered(self):
         with Daemon("--jobs", "1", "--drain-s", "600", "--render-wait-s", "600") as daemon:
             waiting = []
-            # Seconds of work, so that it still runs when the signal comes; a sanitizer makes them from less.
+            # Seconds of work, so that it still runs when the signal arrives; less under a sanitizer.
             document = scene(1500, 1000, samples=4 if SANITIZED else 64, name="last")
             thread = threading.Thread(target=lambda: waiting.append(daemon.request("POST", "/v1/render", document)))
             thread.start()
@@ -180,7 +180,7 @@ class Draining(unittest.TestCase):
             self.assertEqual(daemon.wait_for_end(queued)["state"], "succeeded")
             self.assertEqual(daemon.job(job_id)["state"], "succeeded")
 
-    def test_job_that_does_not_finish_in_time_goes_back_to_the_queue_without_cost(self):
+    def test_unfinished_job_returns_to_the_queue_without_counting_the_attempt(self):
         with Daemon("--jobs", "1", "--drain-s", "0") as daemon:
             waiting = []
             document = long_scene(name="too long")

@@ -1,4 +1,4 @@
-"""Starts the real daemon on free ports with a data directory of its own, and speaks HTTP to it.
+"""Starts the daemon on free ports with its own data directory, and sends HTTP requests to it.
 
 Every wait is on a condition; PATIENCE_S only bounds how long a broken daemon is waited for.
 """
@@ -29,7 +29,7 @@ def json_of(reply):
 
 
 def wait_until(condition, what):
-    """The first true value of `condition()`."""
+    """Returns the first true value of `condition()`."""
     end = time.monotonic() + PATIENCE_S
     while time.monotonic() < end:
         value = condition()
@@ -40,7 +40,7 @@ def wait_until(condition, what):
 
 
 def scene(width=16, height=12, samples=1, name="sphere", **changes):
-    """A small scene, as a dict. The result cache has nothing to do with it unless told so."""
+    """A small scene as a dict, by default without the result cache."""
     changes["job"] = {"cache": "off", **changes.get("job", {})}
     return {"version": 1, "name": name, "image": {"width": width, "height": height},
             "camera": {"position": [0, 1, 6], "look_at": [0, 0.5, 0], "fov": 40},
@@ -51,17 +51,17 @@ def scene(width=16, height=12, samples=1, name="sphere", **changes):
 
 
 def long_scene(**changes):
-    """Minutes of work, over thousands of tiles: it can be seen running, and cancelled."""
+    """A scene of thousands of tiles that renders for minutes, for tests of running jobs."""
     return scene(4000, 4000, samples=64, **{"name": "long", **changes})
 
 
 class Served:
-    """A daemon that answers at 127.0.0.1, self.port and self.health_port."""
+    """A daemon at 127.0.0.1 with self.port and self.health_port."""
 
     port = health_port = None
 
     def request(self, method, path, body=None, headers=None, port=None):
-        """One request on a connection of its own. A dict is sent as JSON."""
+        """Sends one request on a new connection. A dict is sent as JSON."""
         headers = dict(headers or {})
         if isinstance(body, dict):
             body = json.dumps(body).encode()
@@ -85,13 +85,13 @@ class Served:
         return http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE_S)
 
     def socket(self):
-        """A connection to speak anything over."""
+        """Returns a connected socket."""
         return socket.create_connection(("127.0.0.1", self.port), timeout=PATIENCE_S)
 
     # ---- jobs
 
     def submit(self, document):
-        """The id of the accepted job."""
+        """Submits a job and returns its id."""
         reply = self.request("POST", "/v1/jobs", document)
         if reply.status != 202:
             raise AssertionError(f"submitting answered {reply.status}: {reply.body.decode()}")
@@ -104,7 +104,7 @@ class Served:
         return json_of(reply)
 
     def wait_for_state(self, job_id, *states):
-        """The job, once it is in one of `states`."""
+        """Waits until the job is in one of `states` and returns it."""
         def job_in_state():
             job = self.job(job_id)
             return job if job["state"] in states else None
@@ -130,7 +130,7 @@ class Daemon(Served):
         self.start()
 
     def start(self):
-        """Again after the end, with the same data."""
+        """Starts the daemon again with the same data."""
         if self.process:
             self.process.stdout.close()
         self.log_path = self.folder / f"log-{time.monotonic_ns()}"
@@ -175,12 +175,12 @@ class Daemon(Served):
         return [json.loads(line) for line in self.log().splitlines()]
 
     def kill(self):
-        """As a power cut to the daemon: kill -9. Its worker sees the daemon's end and follows."""
+        """kill -9. The worker detects the end of the daemon and ends too."""
         self.process.kill()
         self.process.wait(PATIENCE_S)
 
     def terminate(self):
-        """SIGTERM; the exit code."""
+        """Sends SIGTERM and returns the exit code."""
         self.process.send_signal(signal.SIGTERM)
         return self.process.wait(PATIENCE_S)
 
@@ -188,12 +188,12 @@ class Daemon(Served):
         return pathlib.Path(f"/proc/{self.process.pid}/task").iterdir()
 
     def worker(self):
-        """The process of the worker in use, by the log; None before the first."""
+        """PID of the worker in use, from the log; None before the first."""
         started = [row["pid"] for row in self.log_rows() if row["event"] == "worker_started"]
         return int(started[-1]) if started else None
 
     def worker_pids(self):
-        """Of the worker in use and the spare one."""
+        """PIDs of the worker in use and of the standby worker."""
         children = [pid for task in self.threads() for pid in (task / "children").read_text().split()]
         return [int(pid) for pid in children]
 

@@ -1,4 +1,4 @@
-"""Every endpoint, status and header of api/docs/http.md that exists, over loopback: jobs and the service itself."""
+"""Endpoints, statuses and headers of api/docs/http.md: jobs and the service itself."""
 import json
 import re
 import subprocess
@@ -13,13 +13,13 @@ NOBODY = "0190a000-0000-7000-8000-000000000001"
 
 
 def peak_bytes(document):
-    """What the command line takes at most to render it."""
+    """Peak memory of the command line while it renders the scene."""
     with tempfile.TemporaryDirectory() as folder:
         path = f"{folder}/scene.json"
         with open(path, "w", encoding="utf-8") as file:
             json.dump(document, file)
         arguments = [BIN / "whittle", "render", path, "-o", f"{folder}/out.png"]
-        # Started by a process that is small: Linux counts the memory of whoever started it as the program's own.
+        # Started by a small process, because Linux counts the memory of the parent until exec.
         starter = ("import os, sys; pid = os.posix_spawn(sys.argv[1], sys.argv[1:], os.environ); "
                    "_, status, usage = os.wait4(pid, 0); print(usage.ru_maxrss); sys.exit(status != 0)")
         done = subprocess.run([sys.executable, "-c", starter, *arguments], stdout=subprocess.PIPE, check=True)
@@ -39,7 +39,7 @@ class Submitting(OneDaemon):
         self.assertEqual(job["links"]["self"], reply.headers["Location"])
         self.daemon.wait_for_end(job["id"])
 
-    def test_finishes_with_pictures_and_a_report(self):
+    def test_finishes_with_images_and_a_report(self):
         job = self.finished(output={"formats": ["png", "exr"]})
         self.assertEqual((job["progress"], job["attempt"]), (1, 1))
         self.assertLessEqual(job["created_at"], job["started_at"])
@@ -48,7 +48,7 @@ class Submitting(OneDaemon):
         self.assertEqual(job["report"]["rays"]["camera"], 16 * 12)
         self.assertEqual(job["report"]["non_finite"], 0)
 
-    def test_takes_json_with_a_charset(self):
+    def test_accepts_json_with_a_charset(self):
         reply = self.daemon.request("POST", "/v1/jobs", scene(), {"Content-Type": "application/json; charset=utf-8"})
         self.assertEqual(reply.status, 202)
 
@@ -57,12 +57,12 @@ class Submitting(OneDaemon):
             reply = self.daemon.request("POST", "/v1/jobs", scene(), {"Content-Type": media_type})
             self.assert_problem(reply, 415, "unsupported_media_type")
 
-    def test_refuses_what_is_not_json_with_line_and_column(self):
+    def test_reports_line_and_column_of_invalid_json(self):
         problem = self.assert_problem(self.daemon.request("POST", "/v1/jobs", b'{"version": 1,\n  oops}'), 400,
                                       "not_json")
         self.assertRegex(problem["detail"], r"line 2, column 3")
 
-    def test_tells_all_errors_of_a_document_at_once(self):
+    def test_reports_all_errors_of_a_document(self):
         bad = scene(image={"width": 0, "height": 5}, colour="red",
                     objects=[{"type": "sphere", "radius": -1, "material": "glas"}])
         problem = self.assert_problem(self.daemon.request("POST", "/v1/jobs", bad), 422, "bad_scene")
@@ -85,7 +85,7 @@ class Submitting(OneDaemon):
 
 
 class Validating(OneDaemon):
-    def test_tells_requirements_and_samples_of_a_good_scene(self):
+    def test_reports_requirements_and_samples_of_a_valid_scene(self):
         reply = self.daemon.request("POST", "/v1/jobs/validate", scene(10, 10, samples=4))
         self.assertEqual(reply.status, 200)
         verdict = json_of(reply)
@@ -100,7 +100,7 @@ class Validating(OneDaemon):
         estimate = json_of(reply)["estimate"]
         self.assertEqual((estimate["samples"], estimate["memory_bytes"]), (300, 10 * 10 * 140 + 2 * 650))
 
-    def test_estimates_seconds_from_what_was_rendered_before(self):
+    def test_estimates_seconds_from_earlier_renders(self):
         with Daemon() as daemon:
             def seconds(**changes):
                 return json_of(daemon.request("POST", "/v1/jobs/validate", scene(**changes)))["estimate"]["seconds"]
@@ -117,7 +117,7 @@ class Validating(OneDaemon):
             self.assertAlmostEqual(seconds(width=300, height=200, samples=16), took, delta=0.001)
 
     @unittest.skipIf(SANITIZED, "a sanitizer takes memory of its own")
-    def test_estimates_memory_near_what_a_render_takes(self):
+    def test_estimates_memory_close_to_that_of_a_render(self):
         grid, n = [], 300
         for y in range(n - 1):
             for x in range(n - 1):
@@ -131,17 +131,17 @@ class Validating(OneDaemon):
             taken = peak_bytes(document) - at_rest
             self.assertTrue(0.4 < taken / estimate < 1.1, f"estimated {estimate}, took {taken}")
 
-    def test_tells_the_errors_of_a_bad_scene_with_200(self):
+    def test_reports_the_errors_of_an_invalid_scene_with_200(self):
         reply = self.daemon.request("POST", "/v1/jobs/validate", scene(colour="red"))
         self.assertEqual(reply.status, 200)
         verdict = json_of(reply)
         self.assertEqual((verdict["valid"], verdict["requirements"], verdict["estimate"]), (False, None, None))
         self.assertEqual([error["pointer"] for error in verdict["errors"]], ["#/colour"])
 
-    def test_refuses_what_is_not_json(self):
+    def test_rejects_invalid_json(self):
         self.assert_problem(self.daemon.request("POST", "/v1/jobs/validate", b"["), 400, "not_json")
 
-    def test_keeps_nothing(self):
+    def test_stores_nothing(self):
         before = json_of(self.daemon.get("/v1/jobs"))
         self.daemon.request("POST", "/v1/jobs/validate", scene())
         self.assertEqual(json_of(self.daemon.get("/v1/jobs")), before)
@@ -176,7 +176,7 @@ class Listing(unittest.TestCase):
         self.assertEqual(len(self.names("?state=succeeded")), 7)
         self.assertEqual(self.names("?state=failed"), [])
 
-    def test_pages_by_cursor_without_gap_or_double(self):
+    def test_pages_by_cursor_without_gap_or_repetition(self):
         names, query = [], "?limit=3"
         while query:
             page = json_of(self.daemon.get(f"/v1/jobs{query}"))
@@ -184,7 +184,7 @@ class Listing(unittest.TestCase):
             query = f"?limit=3&cursor={page['next_cursor']}" if page["next_cursor"] else None
         self.assertEqual(names, [f"job {index}" for index in range(6, -1, -1)])
 
-    def test_refuses_unknown_and_bad_parameters(self):
+    def test_refuses_unknown_and_invalid_parameters(self):
         for query in ("?page=2", "?state=done", "?label=odd", "?label=:x", "?limit=0", "?limit=201", "?limit=x",
                       "?limit=1&limit=2", "?cursor=5", "?batch=1", "?State=queued", "?label=a:1&label=a:2"):
             reply = self.daemon.get(f"/v1/jobs{query}")
@@ -202,14 +202,14 @@ class OneJob(OneDaemon):
         other = self.daemon.get(job["links"]["self"], If_None_Match='"0"')
         self.assertEqual((other.status, other.body), (200, first.body))
 
-    def test_is_unknown_under_other_ids(self):
+    def test_is_not_found_under_other_ids(self):
         for job_id in (NOBODY, "x", NOBODY.upper(), "..%2e", NOBODY + "0", "%27%20or%201=1"):
             self.assert_problem(self.daemon.get(f"/v1/jobs/{job_id}"), 404, "job_not_found")
             self.assert_problem(self.daemon.request("POST", f"/v1/jobs/{job_id}/cancel"), 404, "job_not_found")
             self.assert_problem(self.daemon.request("DELETE", f"/v1/jobs/{job_id}"), 404, "job_not_found")
             self.assert_problem(self.daemon.get(f"/v1/jobs/{job_id}/image.png"), 404, "job_not_found")
 
-    def test_is_gone_with_its_picture_once_removed(self):
+    def test_is_not_found_after_its_removal(self):
         job = self.finished(name="to be removed")
         reply = self.daemon.request("DELETE", job["links"]["self"])
         self.assertEqual((reply.status, reply.body, reply.headers["Content-Length"]), (204, b"", None))
@@ -229,7 +229,7 @@ class OneJob(OneDaemon):
         self.assert_problem(self.daemon.request("POST", f"/v1/jobs/{job_id}/cancel"), 409, "job_ended")
         self.assert_problem(self.daemon.get(f"/v1/jobs/{job_id}/image.png"), 404, "image_not_found")
 
-    def test_tells_progress_and_eta_while_it_runs(self):
+    def test_reports_progress_and_eta_while_it_runs(self):
         job_id = self.daemon.submit(long_scene())
         try:
             job = wait_until(lambda: self.in_progress(job_id), "progress above 1 %")
@@ -245,19 +245,19 @@ class OneJob(OneDaemon):
 
 
 class Service(OneDaemon):
-    def test_tells_where_to_go_at_the_root(self):
+    def test_lists_routes_at_the_root(self):
         reply = self.daemon.get("/")
         self.assertEqual(reply.status, 200)
         self.assertIn(b"/openapi.json", reply.body)
 
-    def test_tells_version_and_every_limit(self):
+    def test_reports_version_and_every_limit(self):
         version = json_of(self.daemon.get("/v1/version"))
         self.assertRegex(version["version"], r"^\d+\.\d+\.\d+$")
         self.assertTrue(version["build"].startswith(version["version"]))
         for name in ("body_bytes", "pixels", "samples_times_pixels", "objects", "triangles", "lights", "queued_jobs"):
             self.assertIn(name, version["limits"])
 
-    def test_allows_only_the_methods_it_has(self):
+    def test_allows_only_the_methods_of_a_route(self):
         for method, path, allowed in (("PUT", "/v1/jobs", "GET, HEAD, POST"), ("GET", "/v1/render", "POST"),
                                       ("POST", "/v1/version", "GET, HEAD"), ("OPTIONS", "/v1/jobs", "GET, HEAD, POST"),
                                       ("PUT", f"/v1/jobs/{NOBODY}", "DELETE, GET, HEAD, PATCH"),
@@ -266,12 +266,12 @@ class Service(OneDaemon):
             self.assert_problem(reply, 405, "method_not_allowed")
             self.assertEqual(reply.headers["Allow"], allowed)
 
-    def test_has_nothing_elsewhere(self):
+    def test_answers_404_for_other_paths(self):
         for path in ("/v1", "/v1/jobs/", "/v2/jobs", "/v1//jobs", "/etc/passwd", "/../etc/passwd", "/v1/jobs/a/b/c",
                      "/V1/version", "/healthz", "/" + "a" * 2047, "/v1/jobs/" + "a" * 2000 + "/nothing"):
             self.assert_problem(self.daemon.get(path), 404, "not_found")
 
-    def test_names_every_reply_and_its_log_line(self):
+    def test_has_a_request_id_in_every_reply_and_log_line(self):
         replies = [self.daemon.get(path) for path in ("/", "/nothing", "/v1/jobs?x=1")]
         ids = [reply.headers["X-Request-Id"] for reply in replies]
         self.assertEqual(len(set(ids)), 3)
@@ -289,7 +289,7 @@ class Service(OneDaemon):
 
 
 class HealthListener(OneDaemon):
-    def test_is_alive_and_ready_and_counts_jobs(self):
+    def test_reports_liveness_readiness_and_job_counts(self):
         self.assertEqual(self.daemon.health("/healthz").status, 200)
         wait_until(lambda: self.daemon.health("/readyz").status == 200, "readiness")
         self.finished()
@@ -303,14 +303,14 @@ class HealthListener(OneDaemon):
         self.assertRegex(metrics, r"(?m)^whittle_disk_reserve_bytes \d{6,}$")
         self.assertRegex(metrics, r"(?m)^whittle_upload_bytes \d+$")
 
-    def test_tells_how_long_the_queue_has_waited_and_what_the_cache_answered(self):
+    def test_reports_queue_age_and_cache_hits(self):
         def figure(name):
             lines = daemon.health("/metrics").body.decode().splitlines()
             return next((float(line.rpartition(" ")[2]) for line in lines if line.startswith(name + " ")), 0.0)
         with Daemon("--jobs", "1") as daemon:
             cached = scene(job={"cache": "use"})
             daemon.wait_for_end(daemon.submit(cached))
-            # Counted by the worker's thread once the job's end is told.
+            # Counted by a worker thread after the end of the job is published.
             rays = wait_until(lambda: figure('whittle_rays_total{kind="camera"}'), "the rays of the render")
             self.assertEqual((daemon.request("POST", "/v1/jobs", cached).status, figure("whittle_jobs_from_cache_total")), (200, 1))
             self.assertEqual(figure('whittle_rays_total{kind="camera"}'), rays, "traced once")
@@ -322,7 +322,7 @@ class HealthListener(OneDaemon):
             daemon.wait_for_end(waiting)
             self.assertEqual(figure("whittle_queue_age_seconds"), 0)
 
-    def test_tells_what_jobs_and_requests_came_to(self):
+    def test_counts_jobs_and_requests_by_outcome(self):
         with Daemon() as daemon:
             document = scene(16, 16, accuracy={"target_error": 50})
             daemon.wait_for_end(daemon.submit(document))
@@ -345,7 +345,7 @@ class HealthListener(OneDaemon):
                 plain = re.sub(r"\{.*", "", name)
                 self.assertTrue({plain, re.sub("_(bucket|sum|count)$", "", plain)} & described, name)
 
-    def test_serves_nothing_else_and_takes_no_bodies(self):
+    def test_serves_no_other_routes_and_accepts_no_bodies(self):
         self.assertEqual(self.daemon.health("/v1/jobs").status, 404)
         self.assertEqual(self.daemon.health("/healthz", "POST").status, 405)
         self.assertEqual(self.daemon.request("POST", "/healthz", b"x", port=self.daemon.health_port).status, 413)
@@ -364,7 +364,7 @@ class Queue(unittest.TestCase):
             self.assertGreater(int(reply.headers["Retry-After"]), 0)
             self.assertEqual(len(json_of(daemon.get("/v1/jobs"))["items"]), 3)
 
-    def test_runs_two_large_jobs_in_parallel_and_small_ones_beside_them(self):
+    def test_runs_small_jobs_beside_two_large_ones(self):
         with Daemon("--jobs", "3") as daemon:
             ids = [daemon.submit(long_scene()) for _ in range(4)]
             def both_progress():

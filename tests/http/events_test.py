@@ -1,4 +1,4 @@
-"""Event streams over loopback: one job's, everybody's; resumed, bounded, without a thread each."""
+"""Event streams of one job and of all jobs: resumption, limits, and no thread per stream."""
 import http.client
 import json
 import re
@@ -10,7 +10,7 @@ NOBODY = "0190a000-0000-7000-8000-000000000001"
 
 
 class Stream:
-    """A listener: events as {id, event, data} dicts."""
+    """A client of an event stream; events are dicts {id, event, data}."""
 
     def __init__(self, daemon, path, last_event_id=None):
         self.connection = http.client.HTTPConnection("127.0.0.1", daemon.port, timeout=PATIENCE_S)
@@ -26,7 +26,7 @@ class Stream:
         self.connection.close()
 
     def block(self):
-        """The lines up to the next empty one; None at the end."""
+        """Returns the lines up to the next empty one, or None at the end."""
         lines = []
         while True:
             line = self.response.readline().decode()
@@ -43,7 +43,7 @@ class Stream:
                 yield {"id": int(fields["id"]), "event": fields["event"], "data": json.loads(fields["data"])}
 
     def until(self, condition):
-        """All events up to the first for which `condition` holds."""
+        """Returns all events up to the first for which `condition` holds."""
         seen = []
         for event in self.events():
             seen.append(event)
@@ -52,10 +52,10 @@ class Stream:
         raise AssertionError(f"the stream ended before: {seen}")
 
 
-class OfAJob(OneDaemon):
+class EventsOfAJob(OneDaemon):
     options = ("--jobs", "1")
 
-    def test_tells_how_it_goes_to_its_end_and_closes(self):
+    def test_follow_the_job_to_its_end(self):
         blocker = self.daemon.submit(long_scene())
         job_id = self.daemon.submit(scene(1000, 800, samples=4))
         path = self.daemon.job(job_id)["links"]["events"]
@@ -78,7 +78,7 @@ class OfAJob(OneDaemon):
         self.assertEqual(fractions, sorted(fractions))
         self.assertEqual(fractions[-1], 1)
 
-    def test_tells_progress_of_a_long_job(self):
+    def test_report_progress_of_a_long_job(self):
         job_id = self.daemon.submit(long_scene())
         with Stream(self.daemon, f"/v1/jobs/{job_id}/events") as stream:
             seen = stream.until(lambda event: event["event"] == "progress" and event["data"]["progress"] > 0)
@@ -87,13 +87,13 @@ class OfAJob(OneDaemon):
             self.assertEqual(stream.until(lambda event: event["event"] == "done")[-1]["data"]["state"], "cancelled")
             self.assertIsNone(stream.block())
 
-    def test_of_an_ended_job_is_its_end(self):
+    def test_of_an_ended_job_are_its_end(self):
         job = self.finished()
         with Stream(self.daemon, job["links"]["events"]) as stream:
             events = list(stream.events())
         self.assertEqual([(event["event"], event["data"]["state"]) for event in events], [("done", "succeeded")])
 
-    def test_resumes_after_the_last_event_seen_and_says_when_there_is_no_more(self):
+    def test_resume_after_the_last_event_id(self):
         blocker = self.daemon.submit(long_scene())
         job_id = self.daemon.submit(scene())
         path = f"/v1/jobs/{job_id}/events"
@@ -114,7 +114,7 @@ class OfAJob(OneDaemon):
             with Stream(self.daemon, path, unknown) as stream:
                 self.assertEqual([event["data"]["state"] for event in stream.events()], ["succeeded"])
 
-    def test_ends_when_the_job_is_removed(self):
+    def test_end_when_the_job_is_removed(self):
         blocker = self.daemon.submit(long_scene())
         job_id = self.daemon.submit(scene())
         with Stream(self.daemon, f"/v1/jobs/{job_id}/events") as stream:
@@ -122,19 +122,19 @@ class OfAJob(OneDaemon):
             self.assertEqual(stream.until(lambda event: event["event"] == "done")[-1]["data"]["state"], "removed")
         self.daemon.request("POST", f"/v1/jobs/{blocker}/cancel")
 
-    def test_of_no_job_is_a_problem(self):
+    def test_of_an_unknown_job_are_a_problem(self):
         self.assert_problem(self.daemon.get(f"/v1/jobs/{NOBODY}/events"), 404, "job_not_found")
         self.assert_problem(self.daemon.get("/v1/jobs/x/events"), 404, "job_not_found")
 
-    def test_answers_head_without_streaming(self):
+    def test_answer_head_without_streaming(self):
         job = self.finished()
         for path in (job["links"]["events"], "/v1/events"):
             reply = self.daemon.request("HEAD", path)
             self.assertEqual((reply.status, reply.headers["Content-Type"], reply.body), (200, "text/event-stream", b""))
 
 
-class OfAll(unittest.TestCase):
-    def test_tells_every_move_of_every_job(self):
+class EventsOfAllJobs(unittest.TestCase):
+    def test_report_every_state_change(self):
         with Daemon("--jobs", "1") as daemon, Stream(daemon, "/v1/events") as stream:
             ids = [daemon.submit(scene()) for _ in range(3)]
             moves = {job_id: [] for job_id in ids}
@@ -149,7 +149,7 @@ class OfAll(unittest.TestCase):
             for job_id, states in moves.items():
                 self.assertEqual(sorted(states), sorted(["queued", "running", "succeeded"]), job_id)
 
-    def test_resumes_and_tells_when_it_cannot(self):
+    def test_resume_or_reset(self):
         with Daemon() as daemon:
             with Stream(daemon, "/v1/events") as stream:
                 daemon.submit(scene(name="one"))
@@ -168,7 +168,7 @@ class OfAll(unittest.TestCase):
                 self.assertEqual(reset["event"], "reset")
                 self.assertGreater(reset["id"], last)
 
-    def test_more_streams_than_allowed_are_told_so_and_room_comes_back(self):
+    def test_are_limited_in_number(self):
         with Daemon("--streams", "3") as daemon:
             self.assertEqual(json_of(daemon.get("/v1/version"))["limits"]["streams"], 3)
             held = [Stream(daemon, "/v1/events") for _ in range(3)]
@@ -184,7 +184,7 @@ class OfAll(unittest.TestCase):
             for stream in held:
                 stream.__exit__()
 
-    def test_many_streams_hold_neither_threads_nor_requests_up(self):
+    def test_occupy_no_threads(self):
         with Daemon("--handler-threads", "1") as daemon:
             threads = len(list(daemon.threads()))
             streams = [Stream(daemon, "/v1/events") for _ in range(300)]
@@ -195,7 +195,7 @@ class OfAll(unittest.TestCase):
                 self.assertEqual((done["data"]["id"], done["data"]["state"]), (job_id, "succeeded"))
                 stream.__exit__()
 
-    def test_drain_ends_streams_after_the_jobs_have(self):
+    def test_end_on_drain_after_the_jobs(self):
         options = ("--jobs", "1", "--drain-s", "600")  # however slow the machine: a job not done by then goes back
         with Daemon(*options) as daemon, Stream(daemon, "/v1/events") as stream:
             daemon.submit(scene(2000, 1500, samples=4))  # long enough to tell of
@@ -206,8 +206,8 @@ class OfAll(unittest.TestCase):
             self.assertEqual(daemon.process.wait(PATIENCE_S), 0)
 
 
-class Alive(unittest.TestCase):
-    def test_a_quiet_stream_gives_a_sign_of_life(self):
+class Heartbeat(unittest.TestCase):
+    def test_is_sent_while_there_are_no_events(self):
         with Daemon() as daemon, Stream(daemon, "/v1/events") as stream:
             self.assertEqual(stream.block(), ["retry: 2000"])
             lines = stream.block()  # 15 s later

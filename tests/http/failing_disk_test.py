@@ -49,10 +49,10 @@ class Control:
 
 
 class FailingDisk:
-    """A daemon on a disk that fails when told to, and what it answered."""
+    """A daemon on a disk with injected failures, and its replies."""
 
     def __init__(self, folder, files="", *options):
-        """`files` of the data directory, all by default, are what fails."""
+        """Operations on `files` of the data directory fail, by default on all."""
         self.control = Control(pathlib.Path(folder) / "control")
         data = pathlib.Path(folder) / "data"
         environment = {"LD_PRELOAD": str(BIN / "failing_disk.so"), "FAILING_DISK_PREFIX": f"{data}/{files}",
@@ -63,7 +63,7 @@ class FailingDisk:
         self.deaths = 0
 
     def alive_again(self):
-        """A daemon whose disk broke ends by itself, with 1, and begins anew."""
+        """Asserts that the daemon ended with code 1 after an I/O error, and restarts it."""
         if "disk_io_error" in self.daemon.log():
             status = self.daemon.process.wait(PATIENCE_S)
             assert status == 1, status
@@ -71,7 +71,7 @@ class FailingDisk:
             self.daemon.start()
 
     def request(self, *arguments):
-        """Nothing where the daemon died of it."""
+        """Returns the reply, or None if the daemon ended."""
         try:
             reply = self.daemon.request(*arguments)
         except (OSError, http.client.HTTPException):
@@ -104,7 +104,7 @@ class FailingDisk:
             self.end_of(json.loads(self.answered[key][1])["id"])
 
     def end_of(self, job_id):
-        """The job when it has ended, or the disk has broken, or the daemon waits for room."""
+        """Waits until the job has ended, the disk has failed, or the daemon waits for space; returns the job."""
         def ended():
             if self.daemon.process.poll() is not None:
                 return True
@@ -115,7 +115,7 @@ class FailingDisk:
 
 
 @unittest.skipIf(SANITIZED, "a sanitizer's library wants to be the first")
-class EachStepInTurn(unittest.TestCase):
+class EachStep(unittest.TestCase):
     def steps_of_a_life(self):
         with tempfile.TemporaryDirectory(prefix="whittle-disk-") as folder:
             disk = FailingDisk(folder)
@@ -192,22 +192,22 @@ class EachStepInTurn(unittest.TestCase):
                     ends[row["job_id"]] += 1
         self.assertEqual([job_id for job_id, times in ends.items() if times > 1], [], "ended twice")
 
-    def test_of_a_disk_that_is_full_for_a_moment(self):
+    def test_on_a_disk_that_is_full_once(self):
         disk = self.try_each(errno.ENOSPC, 1)
         self.assertEqual(disk.deaths, 0, "a full disk ends nothing")
 
-    def test_of_a_disk_that_is_full_for_a_while(self):
+    def test_on_a_disk_that_is_full_for_many_steps(self):
         disk = self.try_each(errno.ENOSPC, 12, every=6)  # results are tried again every half a second: this one takes its time
         self.assertEqual(disk.deaths, 0, "a full disk ends nothing")
 
-    def test_of_a_disk_that_breaks(self):
+    def test_on_a_disk_with_io_errors(self):
         disk = self.try_each(errno.EIO, 1)
         self.assertGreater(disk.deaths, 0, "the daemon begins anew")
 
 
 @unittest.skipIf(SANITIZED, "a sanitizer's library wants to be the first")
-class TheFileOfTheWebhooks(unittest.TestCase):
-    def test_that_breaks_ends_the_daemon_which_afterwards_tells_all_the_same(self):
+class WebhookStore(unittest.TestCase):
+    def test_failure_ends_the_daemon_and_loses_no_delivery(self):
         receiver = webhooks_test.Receiver()
         self.addCleanup(receiver.server_close)
         self.addCleanup(receiver.shutdown)
@@ -227,7 +227,7 @@ class TheFileOfTheWebhooks(unittest.TestCase):
             self.assertEqual({path for path, _, _ in receiver.seen}, {f"/{step}" for step in range(1, 13)})
 
     def break_at(self, disk, step, document):
-        """A job with its message, of whose writes one fails, and again where it was not accepted."""
+        """Submits a job while one write of its delivery fails; repeats the submission if it was refused."""
         disk.control.fail(step, step, errno.EIO)
         disk.submit(f"step-{step}", document)
         if f"step-{step}" in disk.answered:

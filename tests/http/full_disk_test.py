@@ -50,7 +50,7 @@ class Disk:
         return shutil.disk_usage(self.folder).free
 
     def fill(self):
-        """Until not a byte is left."""
+        """Fills the disk to the last byte."""
         with open(self.folder / "filler", "ab", buffering=0) as file:
             with contextlib.suppress(OSError):
                 while True:
@@ -73,7 +73,7 @@ def is_ready(daemon):
 
 @unittest.skipUnless(may_mount(), "no tmpfs can be mounted here")
 class FullDisk(unittest.TestCase):
-    def test_refuses_what_is_new_and_says_why_and_ends_what_was_accepted(self):
+    def test_refuses_new_work_and_finishes_accepted_jobs(self):
         with Disk("64m") as disk, Daemon("--jobs", "1", data=disk.data) as daemon:
             running = daemon.submit(scene(500, 400, samples=256, name="runs when it fills"))
             daemon.wait_for_state(running, "running")
@@ -105,7 +105,7 @@ class FullDisk(unittest.TestCase):
             wait_until(lambda: is_ready(daemon), "ready again")
             self.assertEqual(daemon.wait_for_end(daemon.submit(scene()))["state"], "succeeded")
 
-    def test_a_picture_that_finds_no_room_is_made_again_when_there_is(self):
+    def test_renders_again_an_image_that_could_not_be_stored(self):
         with Disk("64m") as disk, Daemon("--jobs", "1", data=disk.data) as daemon:
             job_id = daemon.submit(scene(2500, 2000, samples=4, name="large", output={"formats": ["exr"]}))
             daemon.wait_for_state(job_id, "running")
@@ -117,7 +117,7 @@ class FullDisk(unittest.TestCase):
             reply = daemon.get(job["artifacts"][0]["url"])
             self.assertEqual(hashlib.sha256(reply.body).hexdigest(), job["artifacts"][0]["sha256"])
 
-    def test_starts_on_a_disk_that_is_full(self):
+    def test_starts_on_a_full_disk(self):
         with Disk("64m") as disk, Daemon("--jobs", "1", data=disk.data) as daemon:
             job_id = daemon.submit(long_scene())
             daemon.wait_for_state(job_id, "running")
@@ -130,7 +130,7 @@ class FullDisk(unittest.TestCase):
             disk.make_room()
             wait_until(lambda: is_ready(daemon), "ready")
 
-    def test_killed_again_and_again_while_the_disk_fills_and_empties_it_loses_nothing(self):
+    def test_repeated_kills_on_a_filling_disk_lose_nothing(self):
         chance = random.Random(SEED)
         print(f"WHITTLE_FULL_DISK_KILLS={KILLS} WHITTLE_SEED={SEED}")
         answered, statuses = {}, set()
@@ -181,7 +181,7 @@ def submit_until(daemon, stop, kill, answered, statuses):
 
 
 class Bounds(unittest.TestCase):
-    def test_uploads_together_have_a_bound(self):
+    def test_limit_the_size_of_all_uploads(self):
         with Daemon("--uploads-bytes", "1000") as daemon:
             def put(upload):
                 return daemon.request("PUT", f"/v1/assets/{hashlib.sha256(upload).hexdigest()}", upload)
@@ -194,7 +194,7 @@ class Bounds(unittest.TestCase):
             self.assertEqual(json_of(daemon.get("/v1/version"))["limits"]["uploads_bytes"], 1000)
             self.assertIn("whittle_upload_bytes 1000\n", daemon.health("/metrics").body.decode())
 
-    def test_bodies_on_their_way_in_together_have_a_bound(self):
+    def test_limit_the_size_of_all_spooled_bodies(self):
         with Daemon("--spool-bytes", str(1 << 20), "--disk-free-bytes", "0") as daemon:
             large = b"x" * (3 << 20)
             reply = daemon.request("PUT", f"/v1/assets/{hashlib.sha256(large).hexdigest()}", large)
@@ -202,7 +202,7 @@ class Bounds(unittest.TestCase):
             self.assertIn("no room for another body", json_of(reply)["detail"])
 
     @unittest.skipUnless(may_mount(), "no tmpfs can be mounted here")
-    def test_the_reserve_of_the_disk_is_the_operators_choice(self):
+    def test_include_a_configurable_reserve(self):
         with Disk("64m") as disk:
             with Daemon("--disk-free-bytes", "0", data=disk.data) as daemon:
                 (disk.folder / "filler").write_bytes(bytes(disk.free() - (4 << 20)))

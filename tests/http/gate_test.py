@@ -1,4 +1,4 @@
-"""What the gate does with requests that are malformed, ambiguous, huge, slow or too many: real sockets, raw bytes."""
+"""Connections of the HTTP server: malformed, ambiguous, huge, slow and too many requests, as raw bytes over sockets."""
 import concurrent.futures
 import json
 import pathlib
@@ -22,7 +22,7 @@ def get(target=b"/v1/version", headers=b"Host: localhost\r\n"):
 
 JSON = b"Content-Type: application/json\r\n"
 
-# (what, bytes, the status). SMUGGLED stands for a request that must not run: it would delete a job.
+# (description, bytes, status). SMUGGLED is replaced by a request that must not run: it would delete a job.
 MALFORMED = [
     ("empty request line", b"\r\n\r\n", 400),
     ("noise", b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03\n", 400),
@@ -65,7 +65,7 @@ MALFORMED = [
     ("unknown expectation", post(JSON + b"Expect: magic\r\nContent-Length: 3\r\n", b"abc"), 417),
     ("65 MiB announced", post(JSON + b"Content-Length: 68157440\r\n"), 413),
     ("a length over 64 bits", post(JSON + b"Content-Length: 18446744073709551617\r\n"), 413),
-    # Smuggling: two ways to see where the body ends.
+    # Request smuggling: two interpretations of the end of the body.
     ("CL.TE", post(b"Content-Length: 5\r\nTransfer-Encoding: chunked\r\n", b"0\r\n\r\n" + SMUGGLED), 400),
     ("TE.CL", post(b"Transfer-Encoding: chunked\r\nContent-Length: 5\r\n", b"0\r\n\r\n" + SMUGGLED), 400),
     ("TE alone", post(b"Transfer-Encoding: chunked\r\n", b"0\r\n\r\n" + SMUGGLED), 411),
@@ -93,7 +93,7 @@ MALFORMED = [
 
 
 def exchange(daemon, data, byte_by_byte=False):
-    """Everything the daemon answers on one connection until it closes, or until it has nothing to say to our end."""
+    """Returns all replies on one connection until the daemon closes it."""
     answer = b""
     with daemon.socket() as connection:
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -112,7 +112,7 @@ def exchange(daemon, data, byte_by_byte=False):
 
 
 def statuses(answer):
-    """The status of each reply in a row of replies with Content-Length."""
+    """Returns the status of each of several replies with Content-Length."""
     found = []
     while answer:
         head, _, rest = answer.partition(b"\r\n\r\n")
@@ -168,11 +168,11 @@ class Malformed(unittest.TestCase):
         answer = exchange(self.daemon, post(b"Transfer-Encoding: chunked\r\n") + get())
         self.assertEqual(statuses(answer), [411])
 
-    def test_half_a_request_gets_no_answer(self):
+    def test_an_incomplete_request_gets_no_reply(self):
         self.assertEqual(exchange(self.daemon, b"GET / HTT"), b"")
         self.assertEqual(exchange(self.daemon, post(JSON + b"Content-Length: 10\r\n", b"{")), b"")
 
-    def test_http_1_0_and_connection_headers_decide_whether_it_stays_open(self):
+    def test_version_and_connection_headers_determine_persistence(self):
         for head, stays in ((b"GET / HTTP/1.0\r\n\r\n", False), (b"GET / HTTP/1.0\r\nConnection: keep-alive\r\n\r\n", True),
                             (get(b"/"), True), (get(b"/", b"Host: localhost\r\nConnection: close\r\n"), False)):
             with self.daemon.socket() as connection:
@@ -197,12 +197,12 @@ class Malformed(unittest.TestCase):
             connection.sendall(body)
             self.assertEqual(file.readline(), b"HTTP/1.1 202 Accepted\r\n")
 
-    def test_a_body_too_large_is_refused_before_it_is_sent_when_the_client_asks(self):
+    def test_a_body_too_large_is_refused_before_100_continue(self):
         with self.daemon.socket() as connection:
             connection.sendall(post(JSON + b"Expect: 100-continue\r\nContent-Length: 67108865\r\n"))
             self.assertIn(b" 413 ", connection.makefile("rb").readline())
 
-    def test_a_client_that_sends_a_body_too_large_anyway_still_reads_why(self):
+    def test_a_client_that_sends_a_body_too_large_can_read_the_refusal(self):
         reply = self.daemon.request("POST", "/v1/jobs", b"[" * (64 << 20 | 1))
         self.assertEqual((reply.status, json_of(reply)["type"]), (413, "urn:whittle:problem:body_too_large"))
 
@@ -223,7 +223,7 @@ class Huge(unittest.TestCase):
             self.assertLess(peak - before, 300 << 20)
             self.assertEqual(daemon.get("/v1/version").status, 200)
 
-    def test_a_body_larger_than_memory_keeps_is_spooled_and_understood(self):
+    def test_a_large_body_is_spooled_and_parsed(self):
         with Daemon() as daemon:
             document = json.dumps(scene(name="padded")).encode() + b" " * (5 << 20)
             reply = daemon.request("POST", "/v1/jobs", document)
@@ -231,7 +231,7 @@ class Huge(unittest.TestCase):
             self.assertEqual(daemon.wait_for_end(json_of(reply)["id"])["state"], "succeeded")
             self.assertEqual(list((daemon.data / "spool").iterdir()), [])
 
-    def test_the_limit_on_bodies_can_be_set_and_is_named(self):
+    def test_the_body_limit_is_configurable_and_reported(self):
         with Daemon("--body-bytes", "2048") as daemon:
             reply = daemon.request("POST", "/v1/jobs", json.dumps(scene()).encode().ljust(2049))
             self.assertEqual(reply.status, 413)
@@ -240,8 +240,8 @@ class Huge(unittest.TestCase):
             self.assertEqual(json_of(daemon.get("/v1/version"))["limits"]["body_bytes"], 2048)
 
 
-class Crowds(unittest.TestCase):
-    def test_silent_and_slow_clients_keep_nobody_from_being_served(self):
+class ManyClients(unittest.TestCase):
+    def test_idle_and_slow_clients_delay_no_request(self):
         with Daemon("--handler-threads", "1") as daemon:
             silent = [daemon.socket() for _ in range(400)]
             slow = [daemon.socket() for _ in range(100)]
@@ -259,12 +259,12 @@ class Crowds(unittest.TestCase):
             for connection in silent + slow:
                 connection.close()
 
-    def test_a_head_that_does_not_end_is_abandoned_with_408(self):
+    def test_an_incomplete_head_is_answered_408(self):
         with Daemon() as daemon, daemon.socket() as connection:
             connection.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\n")
             self.assertEqual(connection.makefile("rb").readline(), b"HTTP/1.1 408 Request Timeout\r\n")
 
-    def test_a_body_that_drips_is_abandoned_with_408(self):
+    def test_a_slow_body_is_answered_408(self):
         with Daemon() as daemon, daemon.socket() as connection:
             connection.sendall(post(JSON + b"Content-Length: 1000000\r\n", b"{"))
             connection.settimeout(0.5)
@@ -277,7 +277,7 @@ class Crowds(unittest.TestCase):
                     connection.sendall(b" ")  # always something, never enough
             self.assertTrue(answer.startswith(b"HTTP/1.1 408 "), answer)
 
-    def test_connections_beyond_the_limit_are_told_so(self):
+    def test_connections_beyond_the_limit_are_answered_503(self):
         with Daemon("--connections", "20") as daemon:
             held = [daemon.socket() for _ in range(20)]
             wait_until(lambda: self.turned_away(daemon), "503 for the 21st connection")
@@ -286,7 +286,7 @@ class Crowds(unittest.TestCase):
             for connection in held:
                 connection.close()
 
-    def test_connections_of_one_address_beyond_its_limit_are_told_so(self):
+    def test_connections_of_one_address_beyond_its_limit_are_answered_503(self):
         with Daemon("--connections-per-address", "5") as daemon:
             held = [daemon.socket() for _ in range(5)]
             wait_until(lambda: self.turned_away(daemon), "503 for the 6th connection")
@@ -302,9 +302,9 @@ class Crowds(unittest.TestCase):
         assert int(reply.headers["Retry-After"]) > 0
         return True
 
-    # UBSan asks through a pipe whether an object can be read: without descriptors it reports each that is thrown.
+    # UBSan needs a pipe to check whether an object is readable; without descriptors it reports every thrown one.
     @unittest.skipIf("undefined" in SANITIZED, "UBSan needs descriptors of its own")
-    def test_running_out_of_descriptors_ends_nobodys_service(self):
+    def test_exhausted_descriptors_end_no_connection(self):
         with Daemon() as daemon:
             open_now = len(list(pathlib.Path(f"/proc/{daemon.process.pid}/fd").iterdir()))
             resource.prlimit(daemon.process.pid, resource.RLIMIT_NOFILE, (open_now + 20, open_now + 20))
@@ -321,7 +321,7 @@ class Crowds(unittest.TestCase):
         except OSError:
             return False
 
-    def test_slow_readers_of_a_picture_hold_neither_thread_nor_memory(self):
+    def test_slow_readers_of_an_image_occupy_neither_threads_nor_memory(self):
         with Daemon("--handler-threads", "1") as daemon:
             job = daemon.wait_for_end(daemon.submit(scene(2000, 1500, output={"formats": ["exr"]})))
             path = job["links"]["image"]
@@ -344,7 +344,7 @@ class Crowds(unittest.TestCase):
             for connection in readers:
                 connection.close()
 
-    def test_clients_that_vanish_at_any_point_leave_no_trace(self):
+    def test_disconnected_clients_leak_nothing(self):
         with Daemon("--connections", "50") as daemon:
             body = json.dumps(long_scene()).encode()
             whole = post(JSON + b"Content-Length: %d\r\n" % len(body), body, target=b"/v1/render")
@@ -359,7 +359,7 @@ class Crowds(unittest.TestCase):
 
     @staticmethod
     def fits(daemon, count):
-        """`count` connections that are all served, or None."""
+        """Opens `count` connections and returns them if all are served, otherwise None."""
         crowd = []
         for _ in range(count):
             connection = daemon.socket()

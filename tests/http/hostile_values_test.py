@@ -11,19 +11,19 @@ NOT_JSON = ("NaN", "Infinity", "-Infinity")
 VALUES = NOT_JSON + ("1e308", "-1e308", "1e309", "5e-324", "-0", "-0.0", "4294967296", "9223372036854775807",
                      "9223372036854775808", "-9223372036854775809", "18446744073709551616", "null", "true", '""',
                      '"\\u0000"', "[]", "{}")
-# Under a sanitizer each is many times slower: a part of them, all fields and all values among it.
+# Under a sanitizer, which is many times slower, a part that contains all fields and all values.
 STEP = 7 if SANITIZED else 1
 HERE = "the place of the value"
 
 
 def every_field():
-    """Documents of which each field is somewhere in one."""
+    """Documents that together contain every field."""
     for path in sorted((SOURCE / "tests/reader").glob("every_field*.json")):
         yield path.name, json.loads(path.read_text("utf-8"))
 
 
 def drawable(document):
-    """A small one of the same fields, but for those of files, which are not there, and of when it may run."""
+    """A small document with the same fields except for files and times."""
     document = copy.deepcopy(document)
     textures = document.get("textures", {})
     gone = [name for name, texture in textures.items() if "file" in texture]
@@ -41,7 +41,7 @@ def drawable(document):
 
 
 def pointers(node, path=()):
-    """Of every value in a document but itself."""
+    """Pointers to every value of a document except the root."""
     for key, value in node.items() if isinstance(node, dict) else enumerate(node) if isinstance(node, list) else ():
         yield path + (key,)
         yield from pointers(value, path + (key,))
@@ -57,7 +57,7 @@ def with_value(document, pointer, value):
 
 
 def changes(document):
-    """(where and what, its bytes) of every change of one value of a document."""
+    """Yields (description, bytes) for every change of one value of a document."""
     every = [(pointer, value) for pointer in pointers(document) for value in VALUES]
     return ((f"#/{'/'.join(map(str, pointer))} = {value}", value, with_value(document, pointer, value))
             for pointer, value in every[::STEP])
@@ -73,7 +73,7 @@ class HostileValues(OneDaemon):
         response = self.kept.getresponse()
         return response.status, response.headers, response.read()
 
-    def test_in_any_field_are_taken_or_told_where_they_stand(self):
+    def test_in_any_field_are_accepted_or_reported_with_a_pointer(self):
         tried = 0
         for name, document in every_field():
             for what, value, body in changes(document):
@@ -89,7 +89,7 @@ class HostileValues(OneDaemon):
                                         for error in answer["errors"]), f"{name}: {what}: {answer}")
         self.assertGreater(tried, 8000 / STEP)
 
-    def test_that_are_taken_are_drawn_or_refused_and_end_no_worker(self):
+    def test_that_are_accepted_crash_no_worker(self):
         drawn = 0
         for name, document in every_field():
             document = drawable(document)

@@ -1,4 +1,4 @@
-"""Pictures over loopback: rendered while the client waits, or fetched from a job."""
+"""Images: rendered while the client waits, or downloaded from a job."""
 import hashlib
 import json
 import threading
@@ -13,7 +13,7 @@ EXR_MAGIC = b"\x76\x2f\x31\x01"
 class Rendering(OneDaemon):
     options = ("--render-wait-s", "60")
 
-    def test_answers_the_picture_that_the_job_keeps(self):
+    def test_replies_with_the_image_of_the_job(self):
         reply = self.daemon.request("POST", "/v1/render", scene())
         self.assertEqual((reply.status, reply.headers["Content-Type"]), (200, "image/png"))
         self.assertTrue(reply.body.startswith(PNG_MAGIC))
@@ -21,7 +21,7 @@ class Rendering(OneDaemon):
         self.assertEqual(kept.body, reply.body)
         self.assertEqual(kept.headers["ETag"], reply.headers["ETag"])
 
-    def test_gives_the_format_that_accept_likes_best(self):
+    def test_selects_the_format_by_accept(self):
         for accept, media_type, magic in (("image/x-exr", "image/x-exr", EXR_MAGIC),
                                           ("image/png;q=0.5, image/x-exr", "image/x-exr", EXR_MAGIC),
                                           ("image/jpeg", "image/jpeg", b"\xff\xd8\xff"),
@@ -34,7 +34,7 @@ class Rendering(OneDaemon):
             self.assertEqual((reply.status, reply.headers["Content-Type"]), (200, media_type), accept)
             self.assertTrue(reply.body.startswith(magic), accept)
 
-    def test_ends_with_its_time_budget_and_reports_the_error_that_is_left(self):
+    def test_ends_with_its_time_budget_and_reports_the_remaining_error(self):
         document = scene(320, 240, accuracy={"time_budget_ms": 300})
         reply = self.daemon.request("POST", "/v1/render", document)
         self.assertEqual(reply.status, 200)
@@ -47,14 +47,14 @@ class Rendering(OneDaemon):
         reply = self.daemon.request("POST", "/v1/render", scene(output={"formats": ["exr", "png"]}))
         self.assertEqual(reply.headers["Content-Type"], "image/x-exr")
 
-    def test_refuses_formats_it_cannot_write(self):
+    def test_rejects_unsupported_formats(self):
         reply = self.daemon.request("POST", "/v1/render", scene(), {"Accept": "image/avif, text/html"})
         self.assert_problem(reply, 406, "not_acceptable")
 
-    def test_tells_what_is_wrong_with_a_scene(self):
+    def test_reports_the_errors_of_a_scene(self):
         self.assert_problem(self.daemon.request("POST", "/v1/render", scene(colour="red")), 422, "bad_scene")
 
-    def test_answers_409_when_the_job_is_cancelled_meanwhile(self):
+    def test_answers_409_if_the_job_is_cancelled(self):
         replies = []
         thread = threading.Thread(target=lambda: replies.append(
             self.daemon.request("POST", "/v1/render", long_scene(name="cancelled meanwhile"))))
@@ -64,7 +64,7 @@ class Rendering(OneDaemon):
         thread.join()
         self.assert_problem(replies[0], 409, "job_cancelled")
 
-    def test_client_that_leaves_is_forgotten_and_its_job_goes_on(self):
+    def test_job_of_a_disconnected_client_continues(self):
         with self.daemon.socket() as connection:
             body = json.dumps(long_scene(name="left alone")).encode()
             connection.sendall(b"POST /v1/render HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
@@ -75,10 +75,10 @@ class Rendering(OneDaemon):
         self.assertEqual(self.daemon.wait_for_end(job["id"])["state"], "cancelled")
 
 
-class RenderingForAWhile(OneDaemon):
+class RenderingWithAShortWait(OneDaemon):
     options = ("--render-wait-s", "0")
 
-    def test_answers_202_with_the_job_when_the_wait_ends_first(self):
+    def test_answers_202_with_the_job_at_the_end_of_the_wait(self):
         reply = self.daemon.request("POST", "/v1/render", long_scene())
         self.assertEqual(reply.status, 202)
         job = json_of(reply)
@@ -86,7 +86,7 @@ class RenderingForAWhile(OneDaemon):
         self.assertEqual(self.daemon.request("POST", job["links"]["cancel"]).status, 202)
         self.daemon.wait_for_end(job["id"])
 
-    def test_many_waiting_requests_hold_no_thread(self):
+    def test_waiting_requests_occupy_no_thread(self):
         with Daemon("--render-wait-s", "600", "--handler-threads", "1") as daemon:
             body = json.dumps(long_scene(name="waiting")).encode()
             waiting = [daemon.socket() for _ in range(20)]
@@ -99,7 +99,7 @@ class RenderingForAWhile(OneDaemon):
                 connection.close()
 
 
-class Picture(OneDaemon):
+class Image(OneDaemon):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
@@ -109,7 +109,7 @@ class Picture(OneDaemon):
         assert cls.job["links"]["measurement"] is None, cls.job["links"]
         cls.whole = cls.daemon.get(cls.path).body
 
-    def test_is_named_by_the_sha256_of_its_bytes_and_never_changes(self):
+    def test_has_its_sha256_as_etag_and_is_immutable(self):
         reply = self.daemon.get(self.path)
         sha256 = hashlib.sha256(reply.body).hexdigest()
         artifact = self.job["artifacts"][0]
@@ -120,7 +120,7 @@ class Picture(OneDaemon):
         again = self.daemon.get(self.path, If_None_Match=reply.headers["ETag"])
         self.assertEqual((again.status, again.body), (304, b""))
 
-    def test_comes_in_ranges(self):
+    def test_is_served_in_ranges(self):
         size = len(self.whole)
         for asked, begin, end in (("0-0", 0, 1), ("10-19", 10, 20), ("5-", 5, size), ("-7", size - 7, size),
                                   (f"{size - 1}-{size + 100}", size - 1, size), (f"-{size * 2}", 0, size)):
@@ -128,7 +128,7 @@ class Picture(OneDaemon):
             self.assertEqual((reply.status, reply.body), (206, self.whole[begin:end]), asked)
             self.assertEqual(reply.headers["Content-Range"], f"bytes {begin}-{end - 1}/{size}")
 
-    def test_is_whole_for_ranges_that_are_several_unreadable_or_of_other_bytes(self):
+    def test_is_whole_for_multiple_invalid_or_outdated_ranges(self):
         etag = self.daemon.get(self.path).headers["ETag"]
         many = ",".join("0-0" for _ in range(1000))
         for headers in ({"Range": "bytes=0-1,5-6"}, {"Range": f"bytes={many}"}, {"Range": "bytes=9-2"},
@@ -138,20 +138,20 @@ class Picture(OneDaemon):
         reply = self.daemon.request("GET", self.path, headers={"Range": "bytes=0-1", "If-Range": etag})
         self.assertEqual((reply.status, reply.body), (206, self.whole[:2]))
 
-    def test_tells_its_size_for_ranges_outside(self):
+    def test_reports_its_size_for_ranges_outside(self):
         for asked in (f"bytes={len(self.whole)}-", "bytes=-0"):
             reply = self.daemon.get(self.path, Range=asked)
             self.assert_problem(reply, 416, "range_not_satisfiable")
             self.assertEqual(reply.headers["Content-Range"], f"bytes */{len(self.whole)}")
 
-    def test_head_tells_the_same_without_bytes(self):
+    def test_head_has_the_same_headers_without_a_body(self):
         head, get = self.daemon.request("HEAD", self.path), self.daemon.get(self.path)
         self.assertEqual((head.status, head.body), (200, b""))
         for name in ("Content-Length", "Content-Type", "ETag", "Cache-Control"):
             self.assertEqual(head.headers[name], get.headers[name])
         self.assertEqual(head.headers["Content-Length"], str(len(self.whole)))
 
-    def test_is_not_found_in_a_format_not_asked_for(self):
+    def test_is_not_found_in_a_format_that_was_not_requested(self):
         problem = self.assert_problem(self.daemon.get(self.path.replace("png", "exr")), 404, "image_not_found")
         self.assertIn("image.exr", problem["detail"])
         self.assert_problem(self.daemon.get(self.path.replace("png", "bmp")), 404, "not_found")

@@ -22,7 +22,7 @@ CLIENTS = 3
 
 
 class Client(threading.Thread):
-    """Submits, each time under a key of its own, until the daemon is killed. Remembers what it was answered."""
+    """Submits jobs under different Idempotency-Keys until the daemon is killed, and records the replies."""
 
     def __init__(self, daemon, name, seed):
         super().__init__(name=name)
@@ -62,7 +62,7 @@ class Client(threading.Thread):
 
 
 class KillSuite(unittest.TestCase):
-    def test_nothing_is_lost_doubled_halved_or_answered_otherwise(self):
+    def test_no_job_is_lost_repeated_or_incomplete(self):
         chance = random.Random(SEED)
         print(f"WHITTLE_KILLS={KILLS} WHITTLE_SEED={SEED}")
         answered, removed = {}, set()
@@ -137,7 +137,7 @@ class KillSuite(unittest.TestCase):
             pictures[said].add(artifact["sha256"])
 
     def check_files(self, daemon):
-        """Whatever lies in the folder is whole."""
+        """Asserts that all files of the directory are complete."""
         count = 0
         for path in daemon.data.glob("??/*"):
             if re.fullmatch(r"[0-9a-f]{64}", path.name):

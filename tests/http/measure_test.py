@@ -1,4 +1,4 @@
-"""POST /v1/measure over loopback: what accuracy costs in a scene, as a job like any other."""
+"""POST /v1/measure: time against accuracy in a scene, as a job."""
 import csv
 import io
 import json
@@ -15,14 +15,14 @@ STEPS = 8 + 4  # pictures of the reference, two samples each; 1, 4, 16 and 64 sa
 
 
 def edges(width=24, height=18, **changes):
-    """Something to be wrong about: edges, and a mirror."""
+    """A scene with sampling error: edges and a mirror."""
     objects = [{"type": "sphere", "center": [x, 0.5, 0], "radius": 0.5, "material": {"color": 0.7, "reflection": 0.4}}
                for x in (-0.6, 0.6)]
     return scene(width, height, objects=objects + scene()["objects"][1:], **changes)
 
 
 def long_measure():
-    """Minutes, in small steps."""
+    """A measurement that runs for minutes in small steps."""
     return {"scene": edges(400, 300), "settings": {"parameters": ["samples"], "reference_samples": 4096}}
 
 
@@ -48,7 +48,7 @@ class Measuring(OneDaemon):
         self.assertEqual(len(reply.body), found[0]["bytes"])
         return reply.body
 
-    def test_finds_points_their_front_and_advice(self):
+    def test_finds_points_pareto_front_and_advice(self):
         job = self.measured({"scene": edges(name="edges", job={"labels": {"shot": "7"}})})
         found = job["measurement"]
         self.assertEqual((found["width"], found["height"], found["alone"]), (24, 18, True))
@@ -74,7 +74,7 @@ class Measuring(OneDaemon):
             self.assertAlmostEqual(rendered["report"]["error"]["estimate"], point["claimed"], delta=1e-9 * point["claimed"])
             self.assertEqual(rendered["accuracy"], point["settings"])
 
-    def test_all_artifacts_tell_the_same(self):
+    def test_all_artifacts_agree(self):
         job = self.measured({"scene": edges(), "settings": EXACT})
         points = job["measurement"]["points"]
         self.assertEqual([p["value"] for p in points], ["1", "4", "16", "64"])
@@ -93,16 +93,16 @@ class Measuring(OneDaemon):
         told = self.daemon.get(job["links"]["measurement"])
         self.assertEqual((told.headers["Content-Type"], told.body), ("application/json", self.artifact(job, "measure.json")))
 
-    def test_the_chart_has_letters_though_the_worker_may_read_no_font(self):
+    def test_the_chart_has_text_although_the_sandbox_hides_fonts(self):
         chart = read_png(self.artifact(self.measured({"scene": edges(), "settings": EXACT}), "measure.png"))
         self.assertEqual(chart.shape, (760, 1200, 3))
         dark = chart.max(axis=2) < 100
         self.assertGreater(dark[:60].sum(), 200, "the title")
-        # Boxes in place of letters would have straight edges alone: of letters hardly two rows are alike.
+        # Boxes in place of letters would have equal rows; rows of letters differ.
         rows = {row.tobytes() for row in dark[:60] if row.any()}
         self.assertGreater(len(rows), 8)
 
-    def test_refuses_bad_settings_and_bad_scenes_with_their_pointers(self):
+    def test_reports_invalid_settings_and_scenes_with_pointers(self):
         bad = {"scene": edges(image={"width": 0, "height": 5}), "settings": {"parameters": ["speed"], "reference_samples": 1}}
         problem = self.assert_problem(self.post(bad), 422, "bad_scene")
         pointers = {error["pointer"]: error["code"] for error in problem["errors"]}
@@ -116,13 +116,13 @@ class Measuring(OneDaemon):
                          ("#/scene/background/environment/file", "bad_asset"))
         self.assert_problem(self.post(b"{"), 400, "not_json")
 
-    def test_parameters_that_change_nothing_in_the_scene_are_told(self):
+    def test_reports_parameters_without_effect_on_the_scene(self):
         job = json_of(self.post({"scene": scene(), "settings": {"parameters": ["cutoff"]}}))
         job = self.daemon.wait_for_end(job["id"])
         self.assertEqual((job["state"], job["attempt"], job["problem"]["code"]), ("failed", 1, "bad_scene"))
         self.assertEqual(job["problem"]["errors"][0]["pointer"], "#/settings/parameters")
 
-    def test_the_same_request_is_done_once_under_a_key_and_anew_without(self):
+    def test_repeated_requests_run_once_only_with_an_idempotency_key(self):
         body = {"scene": edges(job={"cache": "use"}), "settings": EXACT}
         first = self.post(body, Idempotency_Key="one")
         again = self.post(body, Idempotency_Key="one")
@@ -137,7 +137,7 @@ class Measuring(OneDaemon):
         waited = self.post(body, Prefer="wait=60")
         self.assertEqual((waited.status, json_of(waited)["state"]), (200, "succeeded"))
 
-    def test_progress_counts_pictures_and_points(self):
+    def test_progress_counts_images_and_points(self):
         job = json_of(self.post({"scene": edges(160, 120), "settings": EXACT}))
         seen = set()
         def ended():
@@ -148,7 +148,7 @@ class Measuring(OneDaemon):
         for progress in seen:
             self.assertAlmostEqual(progress * STEPS, round(progress * STEPS), delta=1e-9)
 
-    def test_owners_change_it_as_any_job(self):
+    def test_can_be_changed_like_other_jobs(self):
         later = edges(job={"run_after": "2099-01-01T00:00:00Z"})
         job = json_of(self.post({"scene": later}))
         reply = self.daemon.request("PATCH", job["links"]["self"], {"priority": 9}, {"If-Match": "*"})
@@ -166,7 +166,7 @@ class Interrupted(unittest.TestCase):
         wait_until(lambda: daemon.job(job["id"])["progress"] > 0, "a step")
         return job["id"]
 
-    def test_a_running_one_is_cancelled_and_leaves_nothing(self):
+    def test_running_measurement_is_cancelled_without_artifacts(self):
         with Daemon() as daemon:
             job_id = self.begin(daemon, long_measure())
             daemon.request("POST", f"/v1/jobs/{job_id}/cancel")
@@ -176,14 +176,14 @@ class Interrupted(unittest.TestCase):
             other = daemon.wait_for_end(daemon.submit(scene()))  # the worker goes on
             self.assertEqual(other["state"], "succeeded")
 
-    def test_a_deadline_ends_it(self):
+    def test_deadline_ends_a_measurement(self):
         with Daemon("--wall-time-s", "1") as daemon:
             body = long_measure()
             body["scene"]["job"]["max_attempts"] = 1
             job = daemon.wait_for_end(json_of(daemon.request("POST", "/v1/measure", body))["id"])
             self.assertEqual((job["state"], job["problem"]["code"]), ("failed", "timed_out"))
 
-    def test_kill_9_of_the_daemon_or_the_worker_costs_no_measurement(self):
+    def test_kill_9_of_the_daemon_or_the_worker_loses_no_measurement(self):
         with Daemon() as daemon:
             body = {"scene": edges(160, 120), "settings": {"parameters": ["samples"], "reference_samples": 256}}
             job_id = self.begin(daemon, body)
@@ -197,7 +197,7 @@ class Interrupted(unittest.TestCase):
             self.assertEqual((job["state"], len(job["artifacts"])), ("succeeded", 4), job["problem"])
             self.assertEqual(len(job["measurement"]["points"]), 4)
 
-    def test_tells_when_other_jobs_ran_meanwhile(self):
+    def test_reports_jobs_that_ran_at_the_same_time(self):
         with Daemon("--jobs", "2") as daemon:
             body = {"scene": edges(160, 120), "settings": {"parameters": ["samples"], "reference_samples": 1024}}
             job_id = self.begin(daemon, body)

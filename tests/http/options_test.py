@@ -1,4 +1,4 @@
-"""Flags, environment, file: what the daemon takes, what it refuses, and that each option does something."""
+"""Options from flags, environment and file: validation, precedence, and the effect of each option."""
 import json
 import subprocess
 import tempfile
@@ -13,7 +13,7 @@ def whittled(*arguments, environment=None):
 
 
 class Options(unittest.TestCase):
-    def test_all_mistakes_are_told_at_once_and_nothing_starts(self):
+    def test_all_errors_are_reported_and_nothing_starts(self):
         with tempfile.NamedTemporaryFile("w", suffix=".conf") as file:
             file.write("jobs = many\n# fine\nnonsense\n")
             file.flush()
@@ -26,7 +26,7 @@ class Options(unittest.TestCase):
             self.assertEqual(sum(line.startswith(f"whittled: {place}") for line in lines), 1, place)
         self.assertIn("without keys", result.stderr)
 
-    def test_check_config_prints_what_a_file_could_say_and_ends(self):
+    def test_check_config_prints_the_options_in_file_format(self):
         first = whittled("--check-config", "--jobs", "3", "--log-level", "debug")
         self.assertEqual(first.returncode, 0)
         self.assertIn("jobs = 3\n", first.stdout)
@@ -36,7 +36,7 @@ class Options(unittest.TestCase):
             second = whittled("--check-config", "--config", file.name)
         self.assertEqual(second.stdout, first.stdout)
 
-    def test_a_probe_tells_whether_a_daemon_is_ready_and_why_not(self):
+    def test_probe_reports_readiness_with_the_reason(self):
         with Daemon() as daemon:
             place = f"127.0.0.1:{daemon.health_port}"
             ready = wait_until(lambda: (answer := whittled("--probe", "--health-listen", place)).returncode == 0 and answer, "the worker to start")
@@ -45,7 +45,7 @@ class Options(unittest.TestCase):
         self.assertEqual(gone.returncode, 1)
         self.assertIn("no answer", gone.stdout)
 
-    def test_check_config_tells_variables_it_ignores(self):
+    def test_check_config_reports_ignored_variables(self):
         result = whittled("--check-config", environment={"WHITTLE_PORT": "tcp://10.0.0.1:80"})
         self.assertEqual(result.returncode, 0)
         self.assertIn("WHITTLE_PORT", result.stderr)
@@ -54,7 +54,7 @@ class Options(unittest.TestCase):
         self.assertIn("--render-wait-s", whittled("--help").stdout)
         self.assertRegex(whittled("--version").stdout, r"^whittled \d+\.\d+\.\d+")
 
-    def test_flag_beats_environment_beats_file(self):
+    def test_flags_override_the_environment_which_overrides_the_file(self):
         with tempfile.NamedTemporaryFile("w", suffix=".conf") as file:
             file.write("pixels = 1000\nobjects = 10\nlights = 5\n")
             file.flush()
@@ -63,7 +63,7 @@ class Options(unittest.TestCase):
                 limits = json_of(daemon.get("/v1/version"))["limits"]
         self.assertEqual((limits["pixels"], limits["objects"], limits["lights"]), (1000, 20, 7))
 
-    def test_limits_on_scenes_are_kept_and_named(self):
+    def test_limits_on_scenes_are_enforced_and_reported(self):
         sphere = {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {}}
         mesh = {"type": "mesh", "positions": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]],
                 "triangles": [[0, 1, 2], [1, 3, 2]], "material": {}}
@@ -92,7 +92,7 @@ class Options(unittest.TestCase):
                 self.assertEqual(reply.status, 422, reply.body)
                 self.assertIn("job_memory_bytes is 1048576, the estimate for the scene is 1601300",
                               json_of(reply)["errors"][0]["detail"])
-            # Corners that no triangle has are not in the estimate; the watch sees them.
+            # Vertices without triangles are not in the estimate; the memory limit of the running job stops them.
             mesh = {"type": "mesh", "positions": [[i, 0, i % 3] for i in range(200_000)], "triangles": [[0, 1, 2]],
                     "material": {}}
             greedy = scene(100, 100, samples=4096, objects=[mesh, *scene()["objects"]], job={"max_attempts": 1})
@@ -100,7 +100,7 @@ class Options(unittest.TestCase):
             self.assertEqual(job["problem"]["code"], "out_of_memory")
             self.assertIn("job_memory_bytes", job["problem"]["detail"])
 
-    def test_the_log_tells_the_settings_once_and_only_from_its_level_on(self):
+    def test_the_log_has_the_settings_once_at_its_level(self):
         with Daemon("--log-level", "warning") as daemon:
             daemon.request("POST", "/v1/jobs", b"{")
             self.assertEqual(daemon.get("/").status, 200)
@@ -110,7 +110,7 @@ class Options(unittest.TestCase):
             self.assertEqual(len(start), 1)
             self.assertEqual(start[0]["render_wait_s"], "60")
 
-    def test_a_port_in_use_and_a_folder_in_use_are_told(self):
+    def test_port_and_directory_in_use_are_reported(self):
         with Daemon() as daemon:
             for arguments, word in ((("--listen", f"127.0.0.1:{daemon.port}", "--data", daemon.folder / "other"), "listen"),
                                     (("--listen", "127.0.0.1:0", "--data", daemon.data), "in use")):

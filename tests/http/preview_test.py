@@ -1,4 +1,4 @@
-"""GET /v1/jobs/{id}/preview over loopback: a picture as far as it is."""
+"""GET /v1/jobs/{id}/preview: the image so far."""
 import struct
 import threading
 import time
@@ -22,7 +22,7 @@ class Previews(OneDaemon):
         return self.daemon.get(f"/v1/jobs/{job_id}/preview{query}", **headers)
 
     def first(self, job_id, query=""):
-        """The first picture that there is: until then there is nothing, which is no error."""
+        """Returns the first preview; until then the replies are 204."""
         def picture():
             reply = self.preview(job_id, query)
             self.assertIn(reply.status, (200, 204), reply.body)
@@ -47,7 +47,7 @@ class Previews(OneDaemon):
         self.assertEqual(size_of(self.first(job_id, "?max=1024").body), (1024, 512))
         self.assertEqual(self.daemon.job(job_id)["links"]["preview"], f"/v1/jobs/{job_id}/preview")
 
-    def test_shows_more_as_time_goes_by(self):
+    def test_shows_more_tiles_over_time(self):
         job_id = self.running()
         def covered():
             return (read_png(self.first(job_id).body)[..., 3] == 255).mean()
@@ -55,7 +55,7 @@ class Previews(OneDaemon):
         self.assertLess(first, 1)
         wait_until(lambda: covered() > first, "more of the picture")
 
-    def test_of_exact_samples_it_is_the_picture_itself_where_it_is(self):
+    def test_equals_the_image_where_tiles_are_complete(self):
         job_id = self.daemon.submit(scene(300, 200, samples=600))
         self.daemon.wait_for_state(job_id, "running")
         early = read_png(self.first(job_id).body)
@@ -66,7 +66,7 @@ class Previews(OneDaemon):
         self.assertTrue(there.any())
         numpy.testing.assert_array_equal(early[there][:, :3], picture[there])
 
-    def test_goes_through_exposure(self):
+    def test_applies_the_exposure(self):
         small = {"image": {"width": 200, "height": 150}, "accuracy": {"samples": [2000, 2000]}}
         jobs = [self.running(output={"exposure": exposure}, **small) for exposure in (0, -3)]
         def both():
@@ -76,11 +76,11 @@ class Previews(OneDaemon):
         bright, dark = wait_until(both, "the same part of both that is not black")
         self.assertTrue((dark.max(axis=1) < bright.max(axis=1)).all())
 
-    def test_adaptive_renders_show_themselves_too(self):
+    def test_shows_adaptive_renders(self):
         job_id = self.running(accuracy={"target_error": 0.01})
         self.assertEqual(size_of(self.first(job_id).body), (512, 512))
 
-    def test_etag_saves_sending_it_again(self):
+    def test_is_not_modified_for_its_etag(self):
         job_id = self.running()
         def not_modified():
             reply = self.first(job_id)
@@ -90,7 +90,7 @@ class Previews(OneDaemon):
         again = wait_until(not_modified, "the same picture twice")
         self.assertEqual(again.body, b"")
 
-    def test_many_who_look_get_the_same_picture(self):
+    def test_simultaneous_requests_get_the_same_preview(self):
         job_id = self.running()
         self.first(job_id)
         replies = []
@@ -105,14 +105,14 @@ class Previews(OneDaemon):
         made = len({reply.headers["ETag"] for reply in replies})
         self.assertLessEqual(made, 2 + 2 * seconds, "made twice a second at most")
 
-    def test_there_is_nothing_of_a_job_that_waits(self):
+    def test_is_empty_for_a_queued_job(self):
         job_id = self.daemon.submit(scene(job=LATER))
         reply = self.preview(job_id)
         self.assertEqual((reply.status, reply.body, reply.headers["Cache-Control"]), (204, b"", "no-store"))
         self.daemon.request("POST", f"/v1/jobs/{job_id}/cancel")
         self.assert_problem(self.preview(job_id), 404, "image_not_found")
 
-    def test_of_a_job_that_succeeded_it_is_the_picture(self):
+    def test_redirects_to_the_image_of_a_succeeded_job(self):
         job = self.finished(output={"formats": ["exr", "png"]})
         reply = self.preview(job["id"])
         self.assertEqual((reply.status, reply.headers["Location"]), (303, f"/v1/jobs/{job['id']}/image.png"))
@@ -122,7 +122,7 @@ class Previews(OneDaemon):
         self.daemon.wait_for_end(measured)
         self.assertEqual(self.preview(measured).headers["Location"], f"/v1/jobs/{measured}/measure.png")
 
-    def test_who_waits_for_one_is_told_of_the_end(self):
+    def test_waiting_request_is_answered_at_the_end_of_the_job(self):
         job_id = self.running(accuracy={"samples": [1000, 1000]})  # a tile takes its time
         replies = []
         thread = threading.Thread(target=lambda: replies.append(self.preview(job_id)))
@@ -138,7 +138,7 @@ class Previews(OneDaemon):
             self.assert_problem(self.preview(job_id, query), 400, "invalid_query")
         self.assert_problem(self.preview(NOBODY), 404, "job_not_found")
 
-    def test_a_job_that_expired_has_none(self):
+    def test_is_gone_for_an_expired_job(self):
         job_id = self.daemon.submit(scene(job={"expires_in": 1}))
         wait_until(lambda: self.daemon.job(job_id)["expired"], "expiry")
         self.assert_problem(self.preview(job_id), 410, "job_expired")

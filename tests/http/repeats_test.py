@@ -1,15 +1,15 @@
-"""The same asked for twice: requests under an Idempotency-Key, and pictures that exist already."""
+"""Repeated requests: Idempotency-Key and the result cache."""
 import threading
 import unittest
 
 from tests.http.daemon import OneDaemon, json_of, scene
 
 
-class Repeating(OneDaemon):
+class IdempotentSubmission(OneDaemon):
     def submit(self, document, key, path="/v1/jobs"):
         return self.daemon.request("POST", path, document, {"Idempotency-Key": key})
 
-    def test_under_the_same_key_gives_the_first_reply_again(self):
+    def test_repeats_the_first_reply(self):
         first = self.submit(scene(name="once"), "key-1")
         self.assertEqual((first.status, first.headers["Idempotent-Replayed"]), (202, None))
         job_id = json_of(first)["id"]
@@ -39,21 +39,21 @@ class Repeating(OneDaemon):
         self.assertEqual(len({reply.body for reply in replies}), 1)
         self.assertEqual(len(json_of(self.daemon.get("/v1/jobs?q=race"))["items"]), 1)
 
-    def test_after_a_refusal_is_a_first_time(self):
+    def test_after_a_rejection_counts_as_the_first(self):
         self.assert_problem(self.submit(scene(colour="red"), "key-4"), 422, "bad_scene")
         self.assertEqual(self.submit(scene(), "key-4").status, 202)
 
-    def test_takes_no_strange_keys(self):
+    def test_rejects_invalid_keys(self):
         for key in ("", "a b", "x" * 256):
             self.assert_problem(self.submit(scene(), key), 400, "invalid_header")
         self.assertEqual(self.submit(scene(), "x" * 255).status, 202)
 
 
-class Rendering(OneDaemon):
+class IdempotentRendering(OneDaemon):
     def render(self, document, key, **headers):
         return self.daemon.request("POST", "/v1/render", document, {"Idempotency-Key": key, **headers})
 
-    def test_under_the_same_key_gives_the_same_jobs_picture(self):
+    def test_replies_with_the_image_of_the_first_job(self):
         document = scene(name="rendered once")
         first, again = self.render(document, "a"), self.render(document, "a")
         self.assertEqual((first.status, again.status), (200, 200))
@@ -63,7 +63,7 @@ class Rendering(OneDaemon):
         jobs = json_of(self.daemon.get("/v1/jobs?q=rendered%20once"))["items"]
         self.assertEqual(len(jobs), 1)
 
-    def test_under_the_same_key_waits_for_the_job_that_is_under_way(self):
+    def test_waits_for_the_running_job(self):
         document = scene(600, 400, samples=64, name="under way")
         replies = []
         def send():
@@ -83,14 +83,14 @@ class Rendering(OneDaemon):
         self.assert_problem(self.render(scene(name="other"), "c"), 422, "idempotency_key_reused")
         self.assert_problem(self.render(document, "c", Accept="image/x-exr"), 422, "idempotency_key_reused")
 
-    def test_of_a_removed_job_there_is_no_picture_any_more(self):
+    def test_has_no_image_after_the_removal_of_the_job(self):
         document = scene(name="removed")
         path = self.render(document, "d").headers["Content-Location"].rsplit("/", 1)[0]
         self.assertEqual(self.daemon.request("DELETE", path).status, 204)
         self.assert_problem(self.render(document, "d"), 404, "job_not_found")
 
 
-class Caching(OneDaemon):
+class ResultCache(OneDaemon):
     def submit(self, document):
         reply = self.daemon.request("POST", "/v1/jobs", document)
         self.assertIn(reply.status, (200, 202), reply.body)
@@ -100,7 +100,7 @@ class Caching(OneDaemon):
         self.daemon.wait_for_end(job["id"])
         return reply.status == 200
 
-    def test_makes_the_same_picture_once(self):
+    def test_renders_equal_images_once(self):
         document = scene(name="cached", job={"cache": "use", "labels": {"n": "1"}})
         self.assertFalse(self.submit(document))
         reply = self.daemon.request("POST", "/v1/jobs", {**dict(reversed(document.items())), "job": {"name": "other"}})
@@ -115,14 +115,14 @@ class Caching(OneDaemon):
         self.assertEqual(self.daemon.get(second["links"]["image"]).status, 200, "it has the picture of its own")
         self.assertTrue(self.submit(document))
 
-    def test_makes_another_picture_when_anything_of_it_differs(self):
+    def test_renders_images_that_differ_in_any_field(self):
         document = scene(name="differs", job={"cache": "use"})
         self.assertFalse(self.submit(document))
         self.assertFalse(self.submit({**document, "ambient": [0.5, 0.5, 0.5]}))
         self.assertFalse(self.submit({**document, "output": {"formats": ["exr"]}}))
         self.assertTrue(self.submit(document))
 
-    def test_is_as_the_job_asks(self):
+    def test_can_be_bypassed_by_the_job(self):
         document = scene(name="asks")
         self.assertFalse(self.submit({**document, "job": {"cache": "off"}}))
         self.assertFalse(self.submit({**document, "job": {"cache": "refresh"}}), "off leaves nothing for others")
@@ -130,7 +130,7 @@ class Caching(OneDaemon):
         self.assertTrue(self.submit({**document, "job": {}}), "refresh leaves its picture for others")
         self.assertFalse(self.submit({**document, "job": {"cache": "off"}}))
 
-    def test_has_nothing_of_budgets_and_removed_jobs(self):
+    def test_excludes_time_budgets_and_removed_jobs(self):
         document = scene(name="budget", accuracy={"time_budget_ms": 50}, job={"cache": "use"})
         self.assertFalse(self.submit(document))
         self.assertFalse(self.submit(document))
@@ -149,7 +149,7 @@ class Caching(OneDaemon):
         other = self.daemon.request("POST", "/v1/render", document, {"Accept": "image/x-exr"})
         self.assertEqual((other.headers["X-Cache"], other.headers["Content-Type"]), (None, "image/x-exr"))
 
-    def test_hit_under_a_key_is_told_again_as_a_hit(self):
+    def test_hit_is_repeated_as_a_hit_under_a_key(self):
         document = scene(name="both", job={"cache": "use"})
         self.assertFalse(self.submit(document))
         first, second = (self.daemon.request("POST", "/v1/jobs", document, {"Idempotency-Key": "hit"}) for _ in range(2))

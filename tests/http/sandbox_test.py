@@ -1,4 +1,4 @@
-"""The worker is held, and renders all the same: every example scene, in every format, also without any capability."""
+"""The sandbox of the worker: it renders every example scene in every format, also without any capability."""
 import json
 import os
 import pathlib
@@ -14,7 +14,7 @@ NO_CAPABILITIES = ("setpriv", "--bounding-set=-all", "--inh-caps=-all", "--ambie
 
 
 def small(path):
-    """The scene at `path`, in seconds: few pixels, one sample of each."""
+    """The scene at `path` with few pixels and one sample for each."""
     document = json.loads(path.read_text(encoding="utf-8"))
     document["image"] = {"width": 32, "height": 24}
     document["accuracy"] = {"samples": [1, 1]}
@@ -34,7 +34,7 @@ def sandbox_of(daemon):
 
 
 class Sandbox(unittest.TestCase):
-    def test_holds_the_worker_and_is_told(self):
+    def test_confines_the_worker_and_is_reported(self):
         with Daemon() as daemon:
             told = sandbox_of(daemon)
             if SANITIZED:
@@ -45,7 +45,7 @@ class Sandbox(unittest.TestCase):
             self.assertEqual((status["Seccomp"], status["NoNewPrivs"]), ("2", "1"))
 
     @unittest.skipIf(SANITIZED, "a sanitizer maps terabytes")
-    def test_bounds_what_the_worker_may_take_of_the_machine(self):
+    def test_limits_the_resources_of_the_worker(self):
         with Daemon("--jobs", "3", "--job-memory-bytes", str(1 << 30)) as daemon:
             sandbox_of(daemon)
             pid = daemon.worker()
@@ -55,7 +55,7 @@ class Sandbox(unittest.TestCase):
                                ("Max core file size", 0), ("Max msgqueue size", 0)):
                 self.assertEqual(limits[name], [str(most)] * 2, name)
 
-    def test_lets_the_daemon_go_first(self):
+    def test_gives_the_daemon_priority(self):
         with Daemon() as daemon:
             pid = wait_until(daemon.worker, "the worker")
             sandbox_of(daemon)
@@ -81,7 +81,7 @@ class Sandbox(unittest.TestCase):
             job = daemon.wait_for_end(daemon.submit(small(SOURCE / "scenes" / "mesh_files.json")))
             self.assertEqual(job["state"], "succeeded", job["problem"])
 
-    def test_needs_no_folder_of_files(self):
+    def test_needs_no_asset_directory(self):
         with Daemon() as daemon:
             job = daemon.wait_for_end(daemon.submit(scene(output={"formats": FORMATS})))
             self.assertEqual(job["state"], "succeeded", job["problem"])

@@ -1,4 +1,4 @@
-"""Uploaded files: put by their hash, named by scenes, kept as long as a job needs them and not much longer."""
+"""Uploaded files: stored by hash, referenced by scenes, and deleted when no job needs them."""
 import hashlib
 import os
 import pathlib
@@ -31,19 +31,19 @@ def put(daemon, content, name=None):
 
 
 def stored_files(daemon):
-    """The names of uploads on the disk, those half-written too."""
+    """Names of the uploads on disk, including incomplete ones."""
     return sorted(path.name for path in (daemon.data / "uploads").rglob("*") if path.is_file())
 
 
 def age(daemon, content, days):
-    """As if it had been used last so long ago."""
+    """Sets back the time of the last use."""
     name = hash_of(content)
     then = time.time() - days * DAY_S
     os.utime(daemon.data / "uploads" / name[:2] / name, (then, then))
 
 
-class BrokenPictures(unittest.TestCase):
-    def test_make_a_library_speak_and_that_is_a_record_of_the_log(self):
+class DamagedImages(unittest.TestCase):
+    def test_warnings_of_the_image_library_are_logged(self):
         data = TILE.index(b"IDAT") + 4
         broken = TILE[:data + 20] + bytes([TILE[data + 20] ^ 1]) + TILE[data + 21:]  # its checksum is another
         with Daemon() as daemon:
@@ -65,7 +65,7 @@ class Uploads(OneDaemon):
         self.assertEqual(reply.status, 200, reply.body)
         return json_of(reply)["missing"]
 
-    def test_are_missing_until_they_are_put_and_come_back_as_they_were(self):
+    def test_are_missing_until_stored_and_returned_unchanged(self):
         content = os.urandom(3_000_000)
         name, path = hash_of(content), "/v1/assets/" + hash_of(content)
         self.assertEqual(self.missing(name, "0" * 64, name), [name, "0" * 64])
@@ -91,7 +91,7 @@ class Uploads(OneDaemon):
             self.assertIn(reply.status, (200, 201))
         self.assertEqual(self.daemon.get("/v1/assets/" + hash_of(b"")).body, b"")
 
-    def test_under_another_name_store_nothing(self):
+    def test_with_a_wrong_hash_store_nothing(self):
         content = os.urandom(2_000_000)  # spooled by the gate
         for name in (hash_of(content)[:-1] + "x", hash_of(content).upper(), "0" * 64, "x", "..%2e", hash_of(content)[1:]):
             before = stored_files(self.daemon)
@@ -100,7 +100,7 @@ class Uploads(OneDaemon):
             self.assertEqual(stored_files(self.daemon), before)
             self.assertIn(self.daemon.get("/v1/assets/" + name).status, (404,))
 
-    def test_that_break_off_leave_nothing(self):
+    def test_that_are_interrupted_leave_nothing(self):
         content = os.urandom(2_000_000)
         head = f"PUT /v1/assets/{hash_of(content)} HTTP/1.1\r\nHost: localhost\r\nContent-Length: {len(content)}\r\n\r\n"
         for sent in (0, 1000, 1_500_000, len(content) - 1):
@@ -113,7 +113,7 @@ class Uploads(OneDaemon):
             self.assertEqual(list((self.daemon.data / "spool").iterdir()), [])
         self.assertEqual(put(self.daemon, content).status, 201)
 
-    def test_are_never_whole_in_the_daemons_memory(self):
+    def test_are_never_whole_in_memory(self):
         content = os.urandom(1 << 20) * 120
         before = self.daemon.resident_bytes()
         peaks = []
@@ -131,14 +131,14 @@ class Uploads(OneDaemon):
         watcher.join()
         self.assertLess(max(peaks) - before, len(content) // 4)
 
-    def test_that_are_asked_for_in_no_list_of_hashes_are_a_bad_question(self):
+    def test_queried_without_a_list_of_hashes_are_an_invalid_request(self):
         for body in ({}, {"sha256": "0"}, {"sha256": ["A" * 64]}, {"sha256": [], "more": 1}):
             problem = self.assert_problem(self.daemon.request("POST", "/v1/assets/missing", body), 422, "invalid_request")
             self.assertTrue(problem["errors"])
         too_many = self.daemon.request("POST", "/v1/assets/missing", {"sha256": ["0" * 64] * 10_001})
         self.assertIn("10000", self.assert_problem(too_many, 422, "invalid_request")["errors"][0]["detail"])
 
-    def test_named_by_a_scene_before_they_are_there_are_told_at_once(self):
+    def test_missing_for_a_scene_are_reported_at_submission(self):
         content = os.urandom(100)
         for path in ("/v1/jobs", "/v1/render"):
             problem = self.assert_problem(self.daemon.request("POST", path, textured(content)), 422, "bad_scene")
@@ -151,7 +151,7 @@ class Uploads(OneDaemon):
         problem = self.assert_problem(self.daemon.request("POST", "/v1/jobs", files), 422, "bad_scene")
         self.assertEqual(problem["errors"][0]["code"], "unsupported")
 
-    def test_named_by_a_scene_give_the_picture_that_the_same_files_give_on_the_command_line(self):
+    def test_render_the_same_image_as_files_on_the_command_line(self):
         for content, in_objects in ((TILE, None), (VASE, "mesh")):
             self.assertIn(put(self.daemon, content).status, (200, 201))
             document = textured(content) if in_objects is None else scene(
@@ -163,7 +163,7 @@ class Uploads(OneDaemon):
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertEqual(reply.body, (folder / "out.png").read_bytes())
 
-    def test_that_are_no_picture_fail_their_job_with_the_pointer(self):
+    def test_that_are_no_image_fail_their_job_with_the_pointer(self):
         content = b"no picture"
         put(self.daemon, content)
         job = self.daemon.wait_for_end(self.daemon.submit(textured(content)))
@@ -172,7 +172,7 @@ class Uploads(OneDaemon):
 
 
 class Limit(unittest.TestCase):
-    def test_on_their_size_is_kept_named_and_told(self):
+    def test_on_their_size_is_enforced_and_reported(self):
         with Daemon("--asset-bytes", "5000", "--body-bytes", "2000") as daemon:
             self.assertEqual(put(daemon, b"x" * 5000).status, 201)
             reply = put(daemon, b"x" * 5001)
@@ -185,15 +185,15 @@ class Limit(unittest.TestCase):
 
 class Collection(unittest.TestCase):
     def wait_for_a_round(self, daemon, marker):
-        """Until the collector, which begins with the daemon, has taken `marker`: then it has seen what comes before."""
+        """Waits until the collector has deleted `marker`, and thus processed all names before it."""
         wait_until(lambda: hash_of(marker) not in stored_files(daemon), "the collector")
 
     @staticmethod
     def marker():
-        """Content whose name comes late in the collector's order."""
+        """Returns content whose name is late in the order of the collector."""
         return next(content for content in (b"marker %d" % i for i in range(100_000)) if hash_of(content).startswith("fff"))
 
-    def test_takes_what_is_old_and_spares_what_a_job_names_or_somebody_used(self):
+    def test_deletes_old_uploads_that_no_job_references(self):
         with Daemon("--asset-days", "3", "--jobs", "1") as daemon:
             marker = self.marker()
             asked, named_by_ended, forgotten = b"asked", TILE, VASE
@@ -225,7 +225,7 @@ class Collection(unittest.TestCase):
             self.wait_for_a_round(daemon, marker)
             self.assertEqual(stored_files(daemon), [hash_of(asked)])
 
-    def test_leaves_a_waiting_job_its_files_over_kills_of_the_daemon(self):
+    def test_preserves_the_files_of_queued_jobs_over_kills(self):
         with Daemon("--asset-days", "1", "--jobs", "1") as daemon:
             marker = self.marker()
             first = daemon.submit(long_scene())
@@ -243,7 +243,7 @@ class Collection(unittest.TestCase):
 
 
 class KilledDaemon(unittest.TestCase):
-    def test_has_every_upload_it_acknowledged_and_no_part_of_another(self):
+    def test_preserves_acknowledged_uploads_and_no_partial_ones(self):
         with Daemon() as daemon:
             acknowledged = []
             for round_number in range(6):

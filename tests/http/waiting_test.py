@@ -1,4 +1,4 @@
-"""Requests that wait for a job: long polls by ETag, and submitters who like to see the end."""
+"""Requests that wait for a job: long polls by ETag, and Prefer: wait."""
 import json
 import threading
 import time
@@ -25,7 +25,7 @@ class Waiting(OneDaemon):
         self.daemon.request("POST", f"/v1/jobs/{self.blocker}/cancel")
 
     def in_background(self, *request):
-        """The request's answer, as a function that waits for it."""
+        """Sends the request; returns a function that waits for the reply."""
         replies = []
         thread = threading.Thread(target=lambda: replies.append(self.daemon.request(*request)))
         thread.start()
@@ -36,7 +36,7 @@ class Waiting(OneDaemon):
         answer.pending = thread.is_alive
         return answer
 
-    def test_a_long_poll_answers_as_soon_as_the_job_is_otherwise(self):
+    def test_a_long_poll_is_answered_when_the_job_changes(self):
         etag = self.daemon.get(self.path).headers["ETag"]
         self.assertTrue(etag.startswith('W/"'), "the clock alone changes a job's eta")
         answer = self.in_background("GET", self.path + "?wait=60", None, {"If-None-Match": etag})
@@ -48,18 +48,18 @@ class Waiting(OneDaemon):
         self.assertNotEqual(reply.headers["ETag"], etag)
         self.assertIn(json_of(reply)["state"], ("running", "succeeded"))
 
-    def test_a_long_poll_answers_at_once_when_the_job_is_otherwise_already(self):
+    def test_a_long_poll_is_answered_at_once_for_an_outdated_etag(self):
         reply = self.daemon.get(self.path + "?wait=60", If_None_Match='W/"0123456789abcdef"')
         self.assertEqual((reply.status, json_of(reply)["state"]), (200, "queued"))
 
-    def test_a_long_poll_ends_with_304_when_nothing_happens(self):
+    def test_a_long_poll_without_change_ends_with_304(self):
         etag = self.daemon.get(self.path).headers["ETag"]
         begin = time.monotonic()
         reply = self.daemon.get(self.path + "?wait=1", If_None_Match=etag)
         self.assertEqual((reply.status, reply.body, reply.headers["ETag"]), (304, b"", etag))
         self.assertGreaterEqual(time.monotonic() - begin, 1)
 
-    def test_following_etags_leads_to_the_end(self):
+    def test_long_polls_by_etag_reach_the_end_of_the_job(self):
         self.unblock()
         state, etag = "queued", 'W/"0"'
         while state in ("queued", "running"):
@@ -79,7 +79,7 @@ class Waiting(OneDaemon):
             etag = reply.headers["ETag"]
             seen.add(round(json_of(reply)["progress"], 2))
 
-    def test_without_an_etag_waiting_is_for_the_end(self):
+    def test_a_long_poll_without_etag_waits_for_the_end(self):
         reply = self.daemon.get(self.path + "?wait=1")
         self.assertEqual((reply.status, json_of(reply)["state"]), (200, "queued"))
         answer = self.in_background("GET", self.path + "?wait=60")
@@ -92,7 +92,7 @@ class Waiting(OneDaemon):
         self.daemon.request("DELETE", self.path)
         self.assert_problem(answer(), 404, "job_not_found")
 
-    def test_refuses_unlikely_waits(self):
+    def test_rejects_invalid_waits(self):
         for wait in ("61", "-1", "1.5", "", "x", "1&wait=2"):
             self.assert_problem(self.daemon.get(f"{self.path}?wait={wait}"), 400, "invalid_query")
         self.assert_problem(self.daemon.get(f"/v1/jobs/{NOBODY}?wait=60"), 404, "job_not_found")
@@ -101,7 +101,7 @@ class Waiting(OneDaemon):
         headers = {"Prefer": prefer, "Content-Type": "application/json"}
         return self.in_background("POST", "/v1/jobs", json.dumps(scene(name="preferred")).encode(), headers)
 
-    def test_a_submitter_who_likes_to_wait_gets_the_ended_job(self):
+    def test_prefer_wait_replies_with_the_ended_job(self):
         answer = self.submit("respond-async, wait=600")
         wait_until(lambda: json_of(self.daemon.get("/v1/jobs?q=preferred&state=queued"))["items"], "the job")
         self.assertTrue(answer.pending())
@@ -112,12 +112,12 @@ class Waiting(OneDaemon):
         self.assertEqual(reply.headers["Content-Location"], job["links"]["self"])
         self.assertEqual(reply.headers["Preference-Applied"], "wait=60")
 
-    def test_a_submitter_whose_wait_ends_first_gets_202(self):
+    def test_prefer_wait_replies_202_at_the_end_of_the_wait(self):
         reply = self.submit('wait="1"; foo')()
         self.assertEqual((reply.status, reply.headers["Preference-Applied"]), (202, "wait=1"))
         self.assertEqual(reply.headers["Location"], json_of(reply)["links"]["self"])
 
-    def test_preferences_that_are_not_understood_change_nothing(self):
+    def test_invalid_preferences_are_ignored(self):
         for prefer in ("wait=soon", "wait", "wait=-1", "respond-async", ";", ""):
             reply = self.submit(prefer)()
             self.assertEqual(reply.status, 202, prefer)

@@ -1,4 +1,4 @@
-"""Webhooks: who asked hears of a job's end, signed, over kills of the daemon; and nobody is reached who must not be."""
+"""Webhooks: signed deliveries of the end of jobs, also over kills of the daemon, and never to private addresses."""
 import base64
 import hashlib
 import hmac
@@ -20,7 +20,7 @@ JOB_SCHEMA_PARTS = ("id", "name", "state", "report", "artifacts", "problem", "li
 
 
 class Receiver(http.server.ThreadingHTTPServer):
-    """Answers POSTs with these (status, headers), then 204; keeps what it got. A status "endless" never ends."""
+    """Replies to POSTs with these (status, headers), then 204, and records them. A status "endless" never ends."""
 
     def __init__(self, *answers):
         super().__init__(("127.0.0.1", 0), Handler)
@@ -80,7 +80,7 @@ class WithReceiver(unittest.TestCase):
         return json_of(daemon.get(f"/v1/jobs/{job_id}/deliveries"))["items"]
 
     def wait_for_attempt(self, daemon, job_id):
-        """The job's one delivery, once it was attempted."""
+        """Waits for the first attempt and returns the only delivery of the job."""
         def attempted():
             found = self.deliveries(daemon, job_id)
             return found[0] if found and found[0]["attempts"] else None
@@ -92,8 +92,8 @@ class WithReceiver(unittest.TestCase):
         self.assertEqual(headers["webhook-signature"], "v1," + expected)
 
 
-class Telling(WithReceiver):
-    def test_of_each_end_is_signed_and_brings_the_job(self):
+class Delivery(WithReceiver):
+    def test_is_signed_and_contains_the_job(self):
         receiver = self.receiver()
         daemon = self.daemon("--jobs", "1")
         running = self.submit(daemon, receiver.url("/cancelled"), **{k: v for k, v in long_scene().items() if k != "name"})
@@ -119,7 +119,7 @@ class Telling(WithReceiver):
         log = daemon.log()
         self.assertNotIn(SECRET_TEXT, log)
 
-    def test_is_of_the_events_asked_for_alone(self):
+    def test_is_limited_to_the_requested_events(self):
         receiver = self.receiver()
         daemon = self.daemon()
         quiet = self.submit(daemon, receiver.url("/quiet"), ["failed", "cancelled"])
@@ -129,7 +129,7 @@ class Telling(WithReceiver):
         self.assertEqual([path for path, _, _ in receiver.seen], ["/loud"])
         self.assertEqual(self.deliveries(daemon, quiet), [])
 
-    def test_goes_on_after_kills_of_the_daemon_with_the_same_message(self):
+    def test_continues_after_kills_with_the_same_message(self):
         receiver = self.receiver((500, {}))
         daemon = self.daemon("--jobs", "1")
         first = self.submit(daemon, receiver.url("/first"))
@@ -149,7 +149,7 @@ class Telling(WithReceiver):
         self.assertEqual([attempt["status"] for attempt in delivery["attempts"]], [500, 204])
 
 
-    def test_goes_on_beside_a_receiver_that_hangs(self):
+    def test_continues_while_one_receiver_hangs(self):
         quick, hanging = self.receiver(), self.receiver()
         go, came = threading.Event(), threading.Event()
         self.addCleanup(go.set)
@@ -159,7 +159,7 @@ class Telling(WithReceiver):
             go.wait(600)
         hanging.RequestHandlerClass = type("Hanging", (Handler,), {"do_POST": hang})
         daemon = self.daemon()
-        # One after the other, each cut off after 10 s, these take longer than anybody waits below.
+        # In sequence, each with its timeout of 10 s, these would exceed the wait below.
         for _ in range(20):
             daemon.wait_for_end(self.submit(daemon, hanging.url()))
         self.assertTrue(came.wait(120))
@@ -168,7 +168,7 @@ class Telling(WithReceiver):
         self.assertEqual([path for path, _, _ in quick.seen], ["/told"])
 
 
-class Guard(WithReceiver):
+class AddressFilter(WithReceiver):
     def assert_not_reached(self, daemon, receiver, url):
         delivery = self.wait_for_attempt(daemon, self.submit(daemon, url))
         self.assertEqual(delivery["state"], "pending", url)
@@ -177,7 +177,7 @@ class Guard(WithReceiver):
         self.assertEqual(receiver.seen, [], url)
         return delivery["attempts"][0]["detail"]
 
-    def test_keeps_messages_from_addresses_that_are_not_public_however_they_are_written(self):
+    def test_blocks_private_addresses_in_any_notation(self):
         receiver = self.receiver()
         daemon = self.daemon(networks="")
         port = receiver.server_port
@@ -188,12 +188,12 @@ class Guard(WithReceiver):
         self.assertRegex(self.assert_not_reached(daemon, receiver, receiver.url(host="localhost")),
                          r"address (127\.0\.0\.1|::1) is not public")
 
-    def test_is_not_led_around_by_proxies_of_the_environment(self):
+    def test_ignores_proxies_of_the_environment(self):
         proxy = self.receiver()
         daemon = self.daemon(networks="", environment={name: proxy.url("") for name in ("http_proxy", "HTTP_PROXY", "ALL_PROXY")})
         self.assertIn("not public", self.assert_not_reached(daemon, proxy, "http://10.0.0.1/"))
 
-    def test_follows_no_redirection(self):
+    def test_follows_no_redirects(self):
         other = self.receiver()
         receiver = self.receiver((302, {"Location": other.url()}), (307, {"Location": other.url()}))
         daemon = self.daemon()
@@ -202,13 +202,13 @@ class Guard(WithReceiver):
             self.assertEqual((delivery["state"], delivery["attempts"][0]["status"]), ("pending", status))
         self.assertEqual(other.seen, [])
 
-    def test_ends_answers_without_end(self):
+    def test_limits_endless_replies(self):
         receiver = self.receiver(("endless", {}))
         daemon = self.daemon()
         delivery = self.wait_for_attempt(daemon, self.submit(daemon, receiver.url()))
         self.assertIn("more than 65536 bytes", delivery["attempts"][0]["detail"])
 
-    def test_lets_the_daemon_end_while_a_receiver_is_silent(self):
+    def test_daemon_stops_while_a_receiver_is_silent(self):
         receiver = self.receiver()
         lock = threading.Event()
         self.addCleanup(lock.set)
@@ -220,7 +220,7 @@ class Guard(WithReceiver):
 
 
 class Options(WithReceiver):
-    def test_without_a_secret_no_webhook_is_taken(self):
+    def test_without_a_secret_webhooks_are_rejected(self):
         with Daemon() as daemon:
             reply = daemon.request("POST", "/v1/jobs", scene(job={"webhook": {"url": "https://example.com/"}}))
             self.assertEqual(reply.status, 422)
@@ -228,7 +228,7 @@ class Options(WithReceiver):
             self.assertEqual((issue["pointer"], issue["code"]), ("#/job/webhook", "unsupported"))
             self.assertIn("--webhook-secret-file", issue["detail"])
 
-    def test_that_mean_nothing_are_told_at_the_start_and_no_secret_with_them(self):
+    def test_invalid_ones_are_reported_without_the_secret(self):
         bad = self.folder / "bad"
         bad.write_text("whsec_c2hvcnQgYnV0IHNlY3JldA==", encoding="ascii")
         ports = ("--listen", "127.0.0.1:0", "--health-listen", "127.0.0.1:0", "--data", self.folder / "data")
@@ -243,8 +243,8 @@ class Options(WithReceiver):
                 self.assertNotIn("c2hvcnQ", result.stderr)
 
 
-class Log(WithReceiver):
-    def test_of_deliveries_is_as_described(self):
+class DeliveryLog(WithReceiver):
+    def test_matches_its_description(self):
         receiver = self.receiver((503, {}))
         daemon = self.daemon()
         job_id = self.submit(daemon, receiver.url())
