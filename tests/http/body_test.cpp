@@ -17,7 +17,7 @@ class BodyTest : public testing::Test {
   http::BodyBudget budget;
 };
 
-TEST_F(BodyTest, ShortOnesStayInMemoryAndComeBackWhole) {
+TEST_F(BodyTest, KeepsShortBodiesInMemory) {
   http::Body body(budget);
   EXPECT_TRUE(body.append("abc"));
   EXPECT_TRUE(body.append("defgh"));
@@ -25,7 +25,7 @@ TEST_F(BodyTest, ShortOnesStayInMemoryAndComeBackWhole) {
   EXPECT_EQ(body.take(), "abcdefgh");
 }
 
-TEST_F(BodyTest, LongOnesGoToAFileAndComeBackWhole) {
+TEST_F(BodyTest, SpoolsLongBodiesToAFile) {
   http::Body body(budget);
   EXPECT_TRUE(body.append("abcdefgh"));
   EXPECT_TRUE(body.append("i"));
@@ -34,7 +34,7 @@ TEST_F(BodyTest, LongOnesGoToAFileAndComeBackWhole) {
   EXPECT_EQ(body.take(), "abcdefghi" + std::string(20, 'j'));
 }
 
-TEST_F(BodyTest, AnyPartCanBeReadWhereverItLies) {
+TEST_F(BodyTest, ReadsAnyPartFromMemoryAndFile) {
   for (const std::string& bytes : {std::string("abcdefgh"), std::string("abcdefghijklmnopqrst"), std::string()}) {
     http::Body body(budget);
     ASSERT_TRUE(body.append(bytes));
@@ -44,11 +44,11 @@ TEST_F(BodyTest, AnyPartCanBeReadWhereverItLies) {
       part.resize(body.read(at, part.data(), part.size()));
       EXPECT_EQ(part, at < bytes.size() ? bytes.substr(at, 5) : "") << at << " of " << bytes.size();
     }
-    EXPECT_EQ(body.take(), bytes) << "reading takes nothing away";
+    EXPECT_EQ(body.take(), bytes) << "reading leaves the body unchanged";
   }
 }
 
-TEST_F(BodyTest, ShortOnesGoToFilesWhenTheMemoryOfAllIsUsed) {
+TEST_F(BodyTest, SpoolsShortBodiesIfTheSharedMemoryIsUsed) {
   http::Body first(budget), second(budget);
   EXPECT_TRUE(first.append("abcdefgh"));
   EXPECT_TRUE(second.append("abcde"));
@@ -57,19 +57,19 @@ TEST_F(BodyTest, ShortOnesGoToFilesWhenTheMemoryOfAllIsUsed) {
   EXPECT_EQ(second.take(), "abcde");
 }
 
-TEST_F(BodyTest, AreRefusedWhenTheFilesOfAllAreFull) {
+TEST_F(BodyTest, RefusesBodiesBeyondTheFileBudget) {
   http::Body first(budget), second(budget);
   EXPECT_TRUE(first.append(std::string(30, 'a')));
   EXPECT_FALSE(second.append(std::string(11, 'b')));
 }
 
-TEST_F(BodyTest, AreRefusedWhereNoFileCanBeMade) {
+TEST_F(BodyTest, RefusesBodiesIfNoFileCanBeCreated) {
   budget.directory = "/nonexistent";
   http::Body body(budget);
   EXPECT_FALSE(body.append(std::string(9, 'a')));
 }
 
-TEST_F(BodyTest, GiveBackWhatTheyUsedWhenTakenMovedOrDropped) {
+TEST_F(BodyTest, ReleasesItsBudgetWhenTakenMovedOrDestroyed) {
   {
     http::Body memory(budget), file(budget), dropped(budget);
     EXPECT_TRUE(memory.append("abc"));

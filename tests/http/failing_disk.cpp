@@ -1,7 +1,7 @@
-/// failing_disk.so, for LD_PRELOAD: a disk that fails at a step that a test chooses, as the daemon sees it.
+/// failing_disk.so, for LD_PRELOAD: injects disk failures at steps that a test selects.
 ///
 /// Steps are calls that change the disk, on files whose paths begin with $FAILING_DISK_PREFIX: writes, syncs, renames,
-/// truncations, creations and deletions, counted from 1 by all threads together. The test steers them by the file
+/// truncations, creations and deletions, counted from 1 over all threads. The test controls them with the file
 /// $FAILING_DISK_CONTROL, mapped by both sides: struct Control, little-endian.
 
 #include <dlfcn.h>
@@ -26,11 +26,11 @@
 namespace {
 
 struct Control {
-  std::atomic<std::int64_t> steps;   ///< taken so far
-  std::atomic<std::int64_t> first;   ///< this step fails; 0: none
-  std::atomic<std::int64_t> last;    ///< and all up to this one
-  std::atomic<std::int64_t> error;   ///< with this errno
-  std::atomic<std::int64_t> failed;  ///< how many have
+  std::atomic<std::int64_t> steps;   ///< executed so far
+  std::atomic<std::int64_t> first;   ///< first step that fails; 0: none
+  std::atomic<std::int64_t> last;    ///< last step that fails
+  std::atomic<std::int64_t> error;   ///< errno of the failures
+  std::atomic<std::int64_t> failed;  ///< number of failed steps
 };
 
 const std::string& prefix() {
@@ -41,7 +41,7 @@ const std::string& prefix() {
   return value;
 }
 
-/// Null where nobody steers: then nothing fails.
+/// Null without a control file; then nothing fails.
 Control* control() {
   static Control* const value = [] {
     const char* path = std::getenv("FAILING_DISK_CONTROL");
@@ -65,7 +65,7 @@ bool is_meant(int fd) {
   return size > 0 && is_meant(path.data());
 }
 
-/// True, with errno, when this step is one that fails.
+/// Counts a step; returns true and sets errno if it must fail.
 template <class File>
 bool fails(const File& file) {
   if (control() == nullptr || !is_meant(file)) return false;
@@ -84,7 +84,7 @@ Function next(const char* name) {
 
 }  // namespace
 
-// libc's own names and signatures; the 64-bit ones are what programs with large files call.
+// Names and signatures of libc; programs with large files call the 64-bit ones.
 extern "C" {
 
 ssize_t write(int fd, const void* bytes, size_t size) {

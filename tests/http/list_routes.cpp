@@ -1,5 +1,5 @@
-/// Prints the routes of both listeners, one a line: METHOD PATTERN QUERY,PARAMETERS. For the test that holds them
-/// against the OpenAPI document.
+/// Prints the routes of both listeners, one a line: METHOD PATTERN QUERY,PARAMETERS. A test compares them with the
+/// OpenAPI document.
 
 #include <cstdio>
 
@@ -39,5 +39,5 @@ int main() {
                              .draining = [] { return false; },
                              .seconds_per_work = {},
                              .effective_limits = {}}));
-  print(http::health_routes({}));  // whose functions nobody calls here
+  print(http::health_routes({}));  // the functions are not called
 }

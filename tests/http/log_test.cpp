@@ -14,7 +14,7 @@ std::string line(std::string_view text) {
   return telemetry::json_line(0, Level::info, "e", std::span(&field, 1));
 }
 
-/// The text of `detail` as it stands in the line.
+/// The escaped text of `detail` in the line.
 std::string escaped(std::string_view text) {
   const std::string prefix = "{\"time\":\"1970-01-01T00:00:00.000Z\",\"level\":\"info\",\"event\":\"e\",\"detail\":\"";
   const std::string whole = line(text);
@@ -30,7 +30,7 @@ TEST(LogLine, HasTimeLevelEventAndTypedFields) {
             "\"duration_ms\":1.5,\"ok\":true}");
 }
 
-TEST(LogLine, StaysALineWhateverTextItHolds) {
+TEST(LogLine, EscapesControlCharacters) {
   EXPECT_EQ(escaped("a\r\nb"), "a\\u000d\\u000ab");
   EXPECT_EQ(escaped("\x1b[31mred"), "\\u001b[31mred");
   EXPECT_EQ(escaped(std::string_view("\0\x7f", 2)), "\\u0000\\u007f");
@@ -40,19 +40,19 @@ TEST(LogLine, StaysALineWhateverTextItHolds) {
   EXPECT_EQ(escaped("\"\\"), "\\\"\\\\");
 }
 
-TEST(LogLine, KeepsUtf8AndMendsWhatIsNone) {
+TEST(LogLine, PreservesUtf8AndReplacesInvalidBytes) {
   EXPECT_EQ(escaped("\xc3\xa9\xe2\x82\xac\xf0\x9f\x8e\xa8"), "\xc3\xa9\xe2\x82\xac\xf0\x9f\x8e\xa8");
-  const std::string mended = "\xef\xbf\xbd";
+  const std::string replaced = "\xef\xbf\xbd";
   EXPECT_EQ(escaped("a\xff"
                     "b"),
-            "a" + mended + "b");
-  EXPECT_EQ(escaped("\xc0\xaf"), mended + mended);               // overlong
-  EXPECT_EQ(escaped("\xed\xa0\x80"), mended + mended + mended);  // surrogate
-  EXPECT_EQ(escaped("\xf4\x90\x80\x80"), mended + mended + mended + mended);
-  EXPECT_EQ(escaped("\xe2\x82"), mended + mended);  // cut short
+            "a" + replaced + "b");
+  EXPECT_EQ(escaped("\xc0\xaf"), replaced + replaced);                 // overlong
+  EXPECT_EQ(escaped("\xed\xa0\x80"), replaced + replaced + replaced);  // surrogate
+  EXPECT_EQ(escaped("\xf4\x90\x80\x80"), replaced + replaced + replaced + replaced);
+  EXPECT_EQ(escaped("\xe2\x82"), replaced + replaced);  // truncated
 }
 
-TEST(LogLine, CutsTextThatIsTooLong) {
+TEST(LogLine, TruncatesLongText) {
   const std::string text = escaped(std::string(5000, 'a'));
   EXPECT_EQ(text.size(), 4096U + 3);
   EXPECT_TRUE(text.ends_with("a..."));
@@ -63,7 +63,7 @@ TEST(LogLine, WritesNoNumberThatIsNotJson) {
   EXPECT_TRUE(telemetry::json_line(0, Level::info, "e", std::span(&field, 1)).ends_with("\"x\":null}"));
 }
 
-TEST(LogLevel, IsReadByTheNameItIsWrittenWith) {
+TEST(LogLevel, IsParsedFromItsName) {
   for (const Level level : {Level::debug, Level::info, Level::warning, Level::error}) {
     EXPECT_EQ(telemetry::level_named(telemetry::name_of(level)), level);
   }

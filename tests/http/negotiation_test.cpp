@@ -11,7 +11,7 @@ std::string best(std::optional<std::string_view> accept) {
   return index ? std::string(png_or_exr[*index]) : "none";
 }
 
-TEST(Accept, TakesTheFirstOfferWhenEverythingIsLikedEqually) {
+TEST(Accept, SelectsTheFirstOfferOfEqualWeight) {
   EXPECT_EQ(best(std::nullopt), "image/png");
   EXPECT_EQ(best(""), "image/png");
   EXPECT_EQ(best("*/*"), "image/png");
@@ -28,14 +28,14 @@ TEST(Accept, FollowsWeightsAndTheMostSpecificRange) {
   EXPECT_EQ(best("*/*;q=0.9, image/*;q=0.1, image/x-exr;q=0.2"), "image/x-exr");
 }
 
-TEST(Accept, RefusesWhatIsNotListedOrWeighsNothing) {
+TEST(Accept, RefusesUnlistedOffersAndWeightZero) {
   EXPECT_EQ(best("text/html"), "none");
   EXPECT_EQ(best("image/jpeg, image/webp"), "none");
   EXPECT_EQ(best("image/png;q=0, image/x-exr;q=0.000"), "none");
   EXPECT_EQ(best("image/png;q=0, */*"), "image/x-exr");
 }
 
-TEST(Accept, PassesOverMembersItCannotRead) {
+TEST(Accept, IgnoresInvalidMembers) {
   EXPECT_EQ(best("png, image/x-exr"), "image/x-exr");
   EXPECT_EQ(best("image/png;q=2, image/x-exr"), "image/x-exr");
   EXPECT_EQ(best("image/png;q=, image/x-exr;q=0.1"), "image/x-exr");
@@ -50,7 +50,7 @@ void expect_part(std::string_view range, std::uint64_t size, http::ByteRange par
   EXPECT_EQ(answer.range, part) << range << " gave " << answer.range.begin << ".." << answer.range.end;
 }
 
-TEST(Range, GivesAHalfOpenWindowWithinTheBytes) {
+TEST(Range, ReturnsAHalfOpenRangeWithinTheBytes) {
   expect_part("bytes=0-0", 10, {0, 1});
   expect_part("bytes=2-5", 10, {2, 6});
   expect_part("bytes=5-", 10, {5, 10});
@@ -60,14 +60,14 @@ TEST(Range, GivesAHalfOpenWindowWithinTheBytes) {
   expect_part("bytes=9-18446744073709551615", 10, {9, 10});
 }
 
-TEST(Range, CannotBeSatisfiedBeyondTheEnd) {
+TEST(Range, IsUnsatisfiableBeyondTheEnd) {
   for (const char* range : {"bytes=10-", "bytes=10-12", "bytes=-0", "bytes=18446744073709551615-"}) {
     EXPECT_EQ(http::read_range(range, 10).kind, Kind::unsatisfiable) << range;
   }
   EXPECT_EQ(http::read_range("bytes=0-", 0).kind, Kind::unsatisfiable);
 }
 
-TEST(Range, AnswersTheWholeWhereItCannotReadOneRange) {
+TEST(Range, ReturnsTheWholeUnlessThereIsOneValidRange) {
   for (const char* range : {"bytes=0-1,4-5", "bytes=5-2", "bytes=", "bytes=-", "bytes=a-b", "bytes=+1-2", "lines=0-1",
                             "bytes=1--2", "bytes=99999999999999999999-", "bytes 0-1", ""}) {
     EXPECT_EQ(http::read_range(range, 10).kind, Kind::whole) << range;
@@ -75,7 +75,7 @@ TEST(Range, AnswersTheWholeWhereItCannotReadOneRange) {
   EXPECT_EQ(http::read_range(std::nullopt, 10).kind, Kind::whole);
 }
 
-TEST(IfNoneMatch, NamesAnEtagAloneInAListWeaklyOrByStar) {
+TEST(IfNoneMatch, MatchesSingleListedWeakAndStarEtags) {
   EXPECT_TRUE(http::none_match_names("\"a\"", "\"a\""));
   EXPECT_TRUE(http::none_match_names("\"x\" , W/\"a\"", "\"a\""));
   EXPECT_TRUE(http::none_match_names(" * ", "\"a\""));
@@ -90,7 +90,7 @@ TEST(IfNoneMatch, ComparesAWeakEtagWeakly) {
   EXPECT_FALSE(http::none_match_names("W/\"b\"", "W/\"a\""));
 }
 
-TEST(Prefer, TellsTheFirstWaitInWholeSeconds) {
+TEST(Prefer, ReturnsTheFirstWaitInWholeSeconds) {
   using std::chrono::seconds;
   EXPECT_EQ(http::preferred_wait("wait=10"), seconds(10));
   EXPECT_EQ(http::preferred_wait(" respond-async , Wait = \"7\" ; x=y, wait=3"), seconds(7));
@@ -102,7 +102,7 @@ TEST(Prefer, TellsTheFirstWaitInWholeSeconds) {
   }
 }
 
-TEST(ContentType, IsJsonWithAnyParametersButAnotherCharset) {
+TEST(ContentType, AcceptsJsonUnlessTheCharsetIsNotUtf8) {
   EXPECT_TRUE(http::is_json("application/json"));
   EXPECT_TRUE(http::is_json("Application/JSON; charset=UTF-8"));
   EXPECT_TRUE(http::is_json("application/json;charset=\"utf-8\""));

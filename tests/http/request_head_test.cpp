@@ -10,7 +10,7 @@ http::HeadResult read(const std::string& bytes, const http::HeadLimits& limits =
   return http::read_head(bytes, limits);
 }
 
-/// Fails the test and says why when the head is not complete.
+/// Parses a head that must be complete.
 http::RequestHead complete(const std::string& bytes) {
   auto result = read(bytes);
   if (const auto* refused = std::get_if<http::Problem>(&result)) ADD_FAILURE() << refused->detail;
@@ -19,7 +19,7 @@ http::RequestHead complete(const std::string& bytes) {
   return {};
 }
 
-/// As text, so that a failing comparison can be read.
+/// The name of the problem or "complete" or "incomplete", readable in a failed comparison.
 std::string refusal(const std::string& bytes, const http::HeadLimits& limits = {}) {
   const auto result = read(bytes, limits);
   if (const auto* refused = std::get_if<http::Problem>(&result)) {
@@ -50,7 +50,7 @@ TEST(RequestHead, EndsWhereTheBodyBegins) {
   EXPECT_EQ(complete(bytes + "abc").size_bytes, bytes.size());
 }
 
-TEST(RequestHead, KeepsTheConnectionAsVersionAndConnectionHeadersSay) {
+TEST(RequestHead, DerivesPersistenceFromVersionAndConnectionHeaders) {
   EXPECT_TRUE(complete("GET / HTTP/1.1\r\nHost: x\r\n\r\n").keep_alive);
   EXPECT_FALSE(complete("GET / HTTP/1.1\r\nHost: x\r\nConnection: upgrade, Close\r\n\r\n").keep_alive);
   EXPECT_FALSE(complete("GET / HTTP/1.1\r\nHost: x\r\nConnection: keep-alive\r\nConnection: close\r\n\r\n").keep_alive);
@@ -58,13 +58,13 @@ TEST(RequestHead, KeepsTheConnectionAsVersionAndConnectionHeadersSay) {
   EXPECT_TRUE(complete("GET / HTTP/1.0\r\nConnection: Keep-Alive\r\n\r\n").keep_alive);
 }
 
-TEST(RequestHead, ExpectsContinueOnlyWithABodyToCome) {
+TEST(RequestHead, ExpectsContinueOnlyBeforeABody) {
   EXPECT_TRUE(complete(with_headers("Expect: 100-Continue\r\nContent-Length: 1\r\n")).expects_continue);
   EXPECT_FALSE(complete(with_headers("Expect: 100-continue\r\nContent-Length: 0\r\n")).expects_continue);
   EXPECT_FALSE(complete(with_headers("Expect: 100-continue\r\n")).expects_continue);
 }
 
-TEST(RequestHead, IsIncompleteAtEveryCutAndCompleteOnlyAtItsEnd) {
+TEST(RequestHead, IsIncompleteForEveryPrefix) {
   const std::string bytes = with_headers("Content-Length: 3\r\nX: y\r\n");
   for (std::size_t size = 0; size < bytes.size(); ++size) {
     EXPECT_EQ(refusal(bytes.substr(0, size)), "incomplete") << size;
@@ -78,7 +78,7 @@ struct Refused {
   const char* verdict;
 };
 
-/// Every way a head is refused, with what it must be called.
+/// Refused heads with the name of their problem.
 std::vector<Refused> refused_heads() {
   using namespace std::string_literals;
   const std::string many_headers = [] {
@@ -173,11 +173,11 @@ std::vector<Refused> refused_heads() {
   };
 }
 
-TEST(RequestHead, RefusesEachMalformedHeadByItsName) {
+TEST(RequestHead, RefusesMalformedHeadsWithTheirProblem) {
   for (const Refused& row : refused_heads()) EXPECT_EQ(refusal(row.bytes), row.verdict) << row.what;
 }
 
-TEST(RequestHead, JudgesTheSameHoweverTheBytesWereCut) {
+TEST(RequestHead, DecidesIndependentlyOfThePackets) {
   for (const Refused& row : refused_heads()) {
     std::string verdict = "incomplete";
     for (std::size_t size = 1; size <= row.bytes.size() && verdict == "incomplete"; ++size) {
@@ -187,7 +187,7 @@ TEST(RequestHead, JudgesTheSameHoweverTheBytesWereCut) {
   }
 }
 
-TEST(RequestHead, TakesWhatIsExactlyAtTheLimits) {
+TEST(RequestHead, AcceptsHeadsExactlyAtTheLimits) {
   http::HeadLimits limits;
   limits.body_bytes = 7;
   EXPECT_EQ(refusal(with_headers("Content-Length: 7\r\n"), limits), "complete");
@@ -202,7 +202,7 @@ TEST(RequestHead, TakesWhatIsExactlyAtTheLimits) {
   EXPECT_EQ(refusal(with_headers("A: b\r\n"), limits), "headers_too_large");
 }
 
-TEST(RequestHead, GivesUploadsALimitOfTheirOwn) {
+TEST(RequestHead, HasASeparateLimitForUploads) {
   http::HeadLimits limits;
   limits.body_bytes = 7;
   limits.asset_bytes = 9;
@@ -215,7 +215,7 @@ TEST(RequestHead, GivesUploadsALimitOfTheirOwn) {
   EXPECT_NE(std::get<http::Problem>(result).detail.find("asset_bytes is 9"), std::string::npos);
 }
 
-TEST(RequestHead, NamesTheLimitAndTheValueSeenWhenABodyIsTooLarge) {
+TEST(RequestHead, ReportsLimitAndSizeOfABodyThatIsTooLarge) {
   const auto result = read(with_headers("Content-Length: 67108865\r\n"));
   const std::string detail = std::get<http::Problem>(result).detail;
   EXPECT_NE(detail.find("body_bytes"), std::string::npos) << detail;
@@ -223,7 +223,7 @@ TEST(RequestHead, NamesTheLimitAndTheValueSeenWhenABodyIsTooLarge) {
   EXPECT_NE(detail.find("67108865"), std::string::npos) << detail;
 }
 
-TEST(PercentDecoding, DecodesBothCasesAndLeavesPlusAlone) {
+TEST(PercentDecoding, DecodesBothCasesAndKeepsPlus) {
   EXPECT_EQ(http::percent_decoded("%41%4a%4A+b"), "AJJ+b");
   EXPECT_EQ(http::percent_decoded("100%25"), "100%");
   EXPECT_FALSE(http::percent_decoded("%"));

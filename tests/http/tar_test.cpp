@@ -1,4 +1,4 @@
-/// The archive is the same whatever pieces it is read in.
+/// Tar archives that are produced while they are read.
 
 #include "server/http/handlers/tar.h"
 
@@ -10,7 +10,7 @@
 
 namespace {
 
-/// Bytes in memory as an artifact; a short one promises more than it has.
+/// An artifact in memory; its declared size may exceed its bytes.
 class Bytes final : public queue::ArtifactReader {
  public:
   explicit Bytes(std::string bytes) : bytes_(std::move(bytes)) {}
@@ -26,7 +26,7 @@ class Bytes final : public queue::ArtifactReader {
 
 std::unique_ptr<queue::ArtifactReader> open(const queue::Artifact& artifact) {
   if (artifact.sha256 == "gone") return nullptr;
-  return std::make_unique<Bytes>(artifact.sha256);  // its name is its content here
+  return std::make_unique<Bytes>(artifact.sha256);  // the hash is the content in this test
 }
 
 http::handlers::TarEntry entry(const std::string& name, const std::string& content) {
@@ -53,23 +53,23 @@ TEST(Tar, IsTheSameInPiecesOfAnySize) {
   EXPECT_EQ(whole.substr(whole.size() - 1024), std::string(1024, '\0'));
 }
 
-TEST(Tar, HeadersHaveTheChecksumOfTheirBytes) {
+TEST(Tar, HeadersHaveValidChecksums) {
   const std::string whole = read_in_pieces(http::handlers::tar_of({entry("a.png", "abc")}, open), 4096);
   std::string header = whole.substr(0, 512);
   EXPECT_EQ(header.substr(257, 8), std::string("ustar\0", 6) + "00");
   EXPECT_EQ(std::strtoull(header.c_str() + 124, nullptr, 8), 3u);
   EXPECT_EQ(std::strtoull(header.c_str() + 136, nullptr, 8), 1'700'000'000u);
-  const unsigned long long told = std::strtoull(header.c_str() + 148, nullptr, 8);
+  const unsigned long long checksum = std::strtoull(header.c_str() + 148, nullptr, 8);
   header.replace(148, 8, 8, ' ');
   unsigned long long sum = 0;
   for (const char c : header) sum += static_cast<unsigned char>(c);
-  EXPECT_EQ(told, sum);
+  EXPECT_EQ(checksum, sum);
 }
 
-TEST(Tar, IsCutShortWhereAnArtifactIsGoneOrShorter) {
-  const http::BodySource gone = http::handlers::tar_of({{"a.png", 3, 0, {"a.png", "image/png", "gone", 3}}}, open);
+TEST(Tar, ThrowsIfAnArtifactIsMissingOrShorter) {
+  const http::BodySource missing = http::handlers::tar_of({{"a.png", 3, 0, {"a.png", "image/png", "gone", 3}}}, open);
   std::string buffer(4096, '?');
-  EXPECT_THROW(gone.read(512, buffer.data(), 512), std::runtime_error);
+  EXPECT_THROW(missing.read(512, buffer.data(), 512), std::runtime_error);
   const http::BodySource shorter = http::handlers::tar_of({{"a.png", 30, 0, {"a.png", "image/png", "abc", 30}}}, open);
   EXPECT_THROW(shorter.read(512, buffer.data(), 512), std::runtime_error);
 }
