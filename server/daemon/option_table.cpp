@@ -11,7 +11,7 @@ namespace whittled {
 namespace {
 
 using C = Config;
-constexpr std::uint64_t MiB = 1u << 20, GiB = 1024 * MiB, TiB = 1024 * GiB;
+constexpr std::uint64_t mebi = 1u << 20, gibi = 1024 * mebi, tebi = 1024 * gibi;
 
 constexpr Option number(std::string_view name, std::string_view default_text, std::uint64_t Config::*member,
                         std::uint64_t least, std::uint64_t most, std::string_view help) {
@@ -38,11 +38,11 @@ constexpr std::array table{
            "largest uploaded file; 256 MB is the largest image that is decoded, uncompressed"),
     number("asset_days", "30", &C::asset_days, 1, 36500,
            "days that an uploaded file is kept after its last use while no job names it; a month of work"),
-    number("uploads_bytes", "68719476736", &C::uploads_bytes, 1, 1024 * TiB,
+    number("uploads_bytes", "68719476736", &C::uploads_bytes, 1, 1024 * tebi,
            "size of all uploads together, then uploads get 503; 64 GiB is 256 of the largest"),
-    number("spool_bytes", "2147483648", &C::spool_bytes, MiB, TiB,
+    number("spool_bytes", "2147483648", &C::spool_bytes, mebi, tebi,
            "disk space for large request bodies in transfer, then they get 503; 32 of the largest"),
-    number("disk_free_bytes", "10737418240", &C::disk_free_bytes, 0, 1024 * TiB,
+    number("disk_free_bytes", "10737418240", &C::disk_free_bytes, 0, 1024 * tebi,
            "free disk space below which new jobs and uploads get 503, so that accepted jobs can end; a tenth of the "
            "disk if that is less"),
     text("webhook_secret_file", "", &C::webhook_secret_file, "PATH",
@@ -55,31 +55,31 @@ constexpr std::array table{
            "several, the last place is for small jobs, so that large ones do not delay them"),
     number("threads", "0", &C::threads, 0, 1024,
            "threads of a job that runs alone; several jobs share all but one each. 0 is the number of cores"),
-    number("scene_cache_bytes", "536870912", &C::scene_cache_bytes, 0, 1024 * TiB,
+    number("scene_cache_bytes", "536870912", &C::scene_cache_bytes, 0, 1024 * tebi,
            "memory for geometry and textures that later jobs reuse, in addition to job_memory_bytes; 512 MiB are three "
            "million triangles or 33 Mpx, 0 keeps none. Released after a minute without jobs"),
-    number("body_bytes", "67108864", &C::body_bytes, 1024, GiB,
+    number("body_bytes", "67108864", &C::body_bytes, 1024, gibi,
            "largest request body; 64 MiB is a million inline triangles"),
-    number("pixels", "67108864", &C::pixels, 1, 4 * GiB, "pixels of an image; 64 Mpx is twice 8K"),
-    number("samples_times_pixels", "17179869184", &C::samples_times_pixels, 1, 256 * TiB,
+    number("pixels", "67108864", &C::pixels, 1, 4 * gibi, "pixels of an image; 64 Mpx is twice 8K"),
+    number("samples_times_pixels", "17179869184", &C::samples_times_pixels, 1, 256 * tebi,
            "samples that a job may require; minutes to hours on two cores"),
-    number("objects", "4000000", &C::objects, 1, 2 * GiB, "objects of a scene; about 1 GiB when compiled"),
-    number("triangles", "40000000", &C::triangles, 1, 2 * GiB, "triangles of a scene; about 6 GiB when compiled"),
-    number("lights", "100000", &C::lights, 1, 2 * GiB, "lights of a scene; each costs a ray per hit"),
+    number("objects", "4000000", &C::objects, 1, 2 * gibi, "objects of a scene; about 1 GiB when compiled"),
+    number("triangles", "40000000", &C::triangles, 1, 2 * gibi, "triangles of a scene; about 6 GiB when compiled"),
+    number("lights", "100000", &C::lights, 1, 2 * gibi, "lights of a scene; each costs a ray per hit"),
     number("queued_jobs", "100000", &C::queued_jobs, 1, 10'000'000,
            "queued jobs, then submissions get 503; a night's batch of small scenes, about 100 MB"),
     number("batch_jobs", "10000", &C::batch_jobs, 1, 100'000,
            "jobs of a batch, which are stored at once; ten minutes of film"),
-    number("batch_bytes", "268435456", &C::batch_bytes, 1024, 16 * GiB,
+    number("batch_bytes", "268435456", &C::batch_bytes, 1024, 16 * gibi,
            "size of all documents of a batch, each complete; 10,000 scenes of 26 KiB"),
     number("key_queued_jobs", "100000", &C::key_queued_jobs, 1, 10'000'000,
            "queued jobs of an API key, then its submissions get 429; equal to queued_jobs for services with one key"),
-    number("key_artifact_bytes", "1099511627776", &C::key_artifact_bytes, 1, 1024 * TiB,
+    number("key_artifact_bytes", "1099511627776", &C::key_artifact_bytes, 1, 1024 * tebi,
            "size of all images of an API key, then its submissions get 429; 1 TiB is most disks"),
     number("wall_time_s", "86400", &C::wall_time_s, 1, 31'536'000,
            "duration of one attempt of a job, then it is stopped; more than a day is a hang"),
     number(
-        "job_memory_bytes", "17179869184", &C::job_memory_bytes, MiB, 1024 * TiB,
+        "job_memory_bytes", "17179869184", &C::job_memory_bytes, mebi, 1024 * tebi,
         "memory of a job: one with a higher estimate is refused, a running one that exceeds it is stopped; 16 GiB is "
         "twice the need of 64 Mpx"),
     number("connections", "20000", &C::connections, 1, 1'000'000, "open connections; an idle one costs about 1 KiB"),

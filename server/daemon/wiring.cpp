@@ -119,8 +119,9 @@ tracer::Result<Credentials, std::vector<ConfigError>> read_credentials(const Con
   std::vector<ConfigError> errors;
   if (!config.keys.empty()) {
     auto keys = keys::read(config.keys);
-    if (keys) credentials.keys = *std::move(keys);
-    if (!keys) {
+    if (keys) {
+      credentials.keys = *std::move(keys);
+    } else {
       for (const std::string& error : keys.error()) errors.push_back({"--keys", error});
     }
   }
@@ -134,8 +135,11 @@ tracer::Result<Credentials, std::vector<ConfigError>> read_credentials(const Con
     }
   }
   auto networks = webhooks::Networks::parse(config.webhook_networks);
-  if (networks) credentials.webhook_networks = *std::move(networks);
-  if (!networks) errors.push_back({"--webhook-networks", networks.error()});
+  if (networks) {
+    credentials.webhook_networks = *std::move(networks);
+  } else {
+    errors.push_back({"--webhook-networks", networks.error()});
+  }
   if (!errors.empty()) return errors;
   return credentials;
 }
