@@ -7,12 +7,12 @@
 #include <array>
 #include <new>
 #include <optional>
+#include <sstream>
 
 namespace webhooks {
 namespace {
 
 constexpr std::string_view prefix = "whsec_";
-constexpr std::string_view white = " \t\r\n";
 constexpr std::size_t bytes_min = 24, bytes_max = 64;
 
 const unsigned char* raw(std::string_view text) { return reinterpret_cast<const unsigned char*>(text.data()); }
@@ -51,14 +51,13 @@ std::string hmac_sha256(const Secret& secret, std::string_view text) {
 
 }  // namespace
 
-tracer::Result<std::vector<Secret>, std::string> read_secrets(std::string_view text) {
+tracer::Result<std::vector<Secret>, std::string> read_secrets(const std::string& text) {
   std::vector<Secret> secrets;
-  for (std::size_t begin = text.find_first_not_of(white); begin != std::string_view::npos;) {
-    const std::size_t end = std::min(text.find_first_of(white, begin), text.size());
-    auto secret = read_secret(text.substr(begin, end - begin));
+  std::istringstream words(text);
+  for (std::string word; words >> word;) {
+    auto secret = read_secret(word);
     if (!secret) return "secret " + std::to_string(secrets.size() + 1) + " is not whsec_ and 24 to 64 bytes in base64";
     secrets.push_back(*std::move(secret));
-    begin = text.find_first_not_of(white, end);
   }
   if (secrets.empty()) return std::string("there is no secret; one is whsec_ and 24 to 64 bytes in base64");
   return secrets;

@@ -15,7 +15,7 @@ using Secret = std::string;  ///< bytes
 
 /// Parses secrets separated by white space, each "whsec_" and 24 to 64 bytes in base64. An error is a sentence without
 /// any secret.
-tracer::Result<std::vector<Secret>, std::string> read_secrets(std::string_view text);
+tracer::Result<std::vector<Secret>, std::string> read_secrets(const std::string& text);
 
 /// The value of webhook-signature: "v1,..." for each secret, separated by spaces.
 std::string signature(const std::vector<Secret>& secrets, std::string_view id, std::int64_t timestamp_s,
