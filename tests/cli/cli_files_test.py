@@ -109,9 +109,9 @@ class Assets(unittest.TestCase):
         whittle("render", SCENES / "tiny.json", "-o", self.directory / "plain.png")
         self.assertNotEqual(tiled, (self.directory / "plain.png").read_bytes())
 
-    def test_that_cannot_be_read_are_told_with_pointer_file_and_reason(self):
+    def test_that_cannot_be_read_are_reported_with_pointer_file_and_reason(self):
         (self.directory / "empty.png").write_bytes(b"")
-        (self.directory / "text.png").write_text("no picture", encoding="utf-8")
+        (self.directory / "text.png").write_text("no image", encoding="utf-8")
         os.mkfifo(self.directory / "pipe.png")
         for name, reason in (("missing.png", "no such file"), ("empty.png", "is empty"), ("pipe.png", "not a regular file"),
                              ("text.png", "no PNG, JPEG, OpenEXR or Radiance HDR file"), (".", "not a regular file")):

@@ -1,8 +1,8 @@
-// Stands in front of libc's file calls and, as FAILING_FILES says, makes one of them go wrong:
-//   no_nameless    the file system knows no O_TMPFILE
-//   full           the disk is found to be full when the file is flushed
-//   kill_at_flush  SIGKILL when all is written and nothing has its name
-//   kill_at_name   the same just after the old file's replacement got its passing name
+// Replaces file functions of libc. The environment variable FAILING_FILES selects the one that fails:
+//   no_nameless    the file system does not support O_TMPFILE
+//   full           the disk is full when the file is flushed
+//   kill_at_flush  SIGKILL after the data is written, before the file has a name
+//   kill_at_name   SIGKILL after the file has its temporary name, before it replaces the old file
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <sys/types.h>
@@ -16,9 +16,9 @@
 
 namespace {
 
-bool asked_for(const char* failure) {
-  const char* wanted = std::getenv("FAILING_FILES");
-  return wanted != nullptr && std::strcmp(wanted, failure) == 0;
+bool is_selected(const char* failure) {
+  const char* selected = std::getenv("FAILING_FILES");
+  return selected != nullptr && std::strcmp(selected, failure) == 0;
 }
 
 template <class Call>
@@ -35,7 +35,7 @@ int open(const char* path, int flags, ...) {
   va_start(rest, flags);
   const mode_t mode = (flags & (O_CREAT | O_TMPFILE)) != 0 ? va_arg(rest, mode_t) : 0;
   va_end(rest);
-  if ((flags & O_TMPFILE) == O_TMPFILE && asked_for("no_nameless")) {
+  if ((flags & O_TMPFILE) == O_TMPFILE && is_selected("no_nameless")) {
     errno = EOPNOTSUPP;
     return -1;
   }
@@ -43,8 +43,8 @@ int open(const char* path, int flags, ...) {
 }
 
 int fsync(int descriptor) {
-  if (asked_for("kill_at_flush")) kill(getpid(), SIGKILL);
-  if (asked_for("full")) {
+  if (is_selected("kill_at_flush")) kill(getpid(), SIGKILL);
+  if (is_selected("full")) {
     errno = ENOSPC;
     return -1;
   }
@@ -52,7 +52,7 @@ int fsync(int descriptor) {
 }
 
 int rename(const char* from, const char* to) {
-  if (asked_for("kill_at_name")) kill(getpid(), SIGKILL);
+  if (is_selected("kill_at_name")) kill(getpid(), SIGKILL);
   return next<int (*)(const char*, const char*)>("rename")(from, to);
 }
 }

@@ -1,4 +1,4 @@
-"""whittle measure: files, table, and continuation after an interruption."""
+"""whittle measure: files, table, and resumption after an interruption."""
 import csv
 import json
 import os
@@ -129,7 +129,7 @@ class Measure(unittest.TestCase):
 class Resume(WithDirectory):
     PARAMETERS = ("--parameters", "samples,target_error")
 
-    def test_measures_nothing_twice(self):
+    def test_measures_each_setting_once(self):
         self.assertEqual(self.measure(*TINY, "--parameters", "samples", document=scene("tiny")).returncode, 0)
         before = self.result()["points"]
         self.assertEqual(self.measure(*TINY, *self.PARAMETERS, document=scene("tiny")).returncode, 0)
@@ -137,7 +137,7 @@ class Resume(WithDirectory):
         self.assertEqual(after, before, "measured again")
         self.assertEqual(len(self.result()["points"]), 10)
 
-    def test_starts_over_for_another_scene_and_says_so(self):
+    def test_starts_over_for_another_scene_with_a_message(self):
         self.measure(*TINY, "--parameters", "samples", document=scene("tiny"))
         before = self.result()
         done = self.measure(*TINY, "--parameters", "samples", document=scene("tiny", ambient=0.9))
@@ -172,7 +172,7 @@ class Resume(WithDirectory):
         self.assertGreater(len(whole["points"]), len(partial["points"]))
         self.assertEqual(pathlib.Path(f"{self.name}.reference").read_bytes(), reference)
 
-    def test_makes_a_broken_reference_again(self):
+    def test_computes_a_broken_reference_again(self):
         self.measure(*TINY, "--parameters", "samples", document=scene("tiny"))
         path = pathlib.Path(f"{self.name}.reference")
         whole = path.read_bytes()

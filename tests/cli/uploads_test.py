@@ -1,4 +1,4 @@
-"""Command line: scenes that refer to files by hash, which the directory of --assets holds."""
+"""Command line: scenes that refer to files by hash, which are in the directory of --assets."""
 import hashlib
 import pathlib
 import shutil
@@ -35,7 +35,7 @@ class Uploads(unittest.TestCase):
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertEqual(image, expected)
 
-    def test_without_the_option_or_the_file_are_told_where_the_document_names_them(self):
+    def test_without_the_option_or_the_file_are_reported_with_the_pointer_of_their_use(self):
         for options, sentence in (((), b"--assets DIRECTORY"), (("--assets", self.directory), b"no such file at")):
             for command in (("render", "-", "-o", self.directory / "a.png"), ("check", "-"),
                             ("measure", "-", "-o", self.directory / "m")):

@@ -1,4 +1,4 @@
-"""Every command in the documents runs and does what the document says."""
+"""Every command in the documents runs and has the documented effect."""
 import json
 import os
 import pathlib

@@ -1,4 +1,4 @@
-// Samples that go where the error is: what is promised of the image, of its samples and of the time.
+// Adaptive sampling: error estimate, sample counts and time budget of the image.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -66,7 +66,7 @@ void expect_same(const Rendered& one, const Rendered& other) {
   EXPECT_EQ(one.error.approximation, other.error.approximation);
 }
 
-TEST(AnAdaptiveImage, IsBitIdenticalForAnyNumberOfThreads) {
+TEST(AdaptiveImage, IsBitIdenticalForAnyNumberOfThreads) {
   std::vector<Scene> scenes{adapting(still_life(40), until(2))};
   Scene approximate = scenes[0];
   approximate.accuracy.approximate.shadows = Approximations::Shadows::none;
@@ -79,24 +79,24 @@ TEST(AnAdaptiveImage, IsBitIdenticalForAnyNumberOfThreads) {
     for (const std::uint32_t threads : {2u, 7u}) expect_same(one, scenes::render(scene, threads));
     refined += one.statistics.samples_max > 1 ? 1 : 0;
   }
-  EXPECT_GE(refined, 2u) << "there was nothing to do";
+  EXPECT_GE(refined, 2u) << "no scene was refined";
 }
 
-TEST(AnAdaptiveImage, HasTheSamplesThatWereAskedForAndThatAreReported) {
-  struct Asked {
+TEST(AdaptiveImage, HasTheRequestedAndReportedNumberOfSamples) {
+  struct Case {
     std::uint32_t min, max;
     double target;
   };
-  for (const Asked& asked : {Asked{1, 4096, 1}, {1, 64, 0.01}, {4, 32, 100}, {16, 16, 1}, {64, 256, 100}}) {
-    Adaptive adaptive = until(asked.target);
-    adaptive.samples_min = asked.min;
-    adaptive.samples_max = asked.max;
+  for (const Case& limits : {Case{1, 4096, 1}, {1, 64, 0.01}, {4, 32, 100}, {16, 16, 1}, {64, 256, 100}}) {
+    Adaptive adaptive = until(limits.target);
+    adaptive.samples_min = limits.min;
+    adaptive.samples_max = limits.max;
     const Rendered rendered = scenes::render(adapting(still_life(24), adaptive));
     const auto& samples = rendered.image.layers.samples;
     const auto [least, most] = std::minmax_element(samples.begin(), samples.end());
-    SCOPED_TRACE(::testing::Message() << asked.min << ".." << asked.max << ", target " << asked.target);
-    EXPECT_GE(*least, asked.min);
-    EXPECT_LE(*most, asked.max);
+    SCOPED_TRACE(::testing::Message() << limits.min << ".." << limits.max << ", target " << limits.target);
+    EXPECT_GE(*least, limits.min);
+    EXPECT_LE(*most, limits.max);
     EXPECT_EQ(*least, rendered.statistics.samples_min);
     EXPECT_EQ(*most, rendered.statistics.samples_max);
     const auto in_image = std::accumulate(samples.begin(), samples.end(), std::uint64_t{0});
@@ -105,7 +105,7 @@ TEST(AnAdaptiveImage, HasTheSamplesThatWereAskedForAndThatAreReported) {
   }
 }
 
-TEST(AnAdaptiveImage, MeetsItsTargetOrSaysThatItDoesNot) {
+TEST(AdaptiveImage, ReachesItsTargetOrReportsThatItDoesNot) {
   for (const double target : {0.5, 2.0, 16.0}) {
     for (const std::uint32_t samples_max : {4u, 4096u}) {
       Adaptive adaptive = until(target);
@@ -129,7 +129,7 @@ double root_mean_square(const std::vector<float>& values) {
   return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-TEST(AnAdaptiveImage, IsNoWorseAndTakesNoFewerSamplesForASmallerTarget) {
+TEST(AdaptiveImage, IsNoWorseAndTakesNoFewerSamplesForASmallerTarget) {
   double estimate = std::numeric_limits<double>::infinity(), layer = estimate;
   std::uint64_t samples = 0;
   for (const double target : {16.0, 4.0, 1.0}) {
@@ -143,7 +143,7 @@ TEST(AnAdaptiveImage, IsNoWorseAndTakesNoFewerSamplesForASmallerTarget) {
   }
 }
 
-TEST(AnAdaptiveImage, WithNothingToRefineTakesOneSampleAPixel) {
+TEST(AdaptiveImage, OfOneColorTakesOneSamplePerPixel) {
   Scene scene = scenes::empty(128);
   scene.camera = {{0, 5, 0}, {0, 0, 0}, {0, 0, 1}, 40};
   scene.lights = {scenes::directional_light({0, -1, 0.5})};
@@ -152,7 +152,7 @@ TEST(AnAdaptiveImage, WithNothingToRefineTakesOneSampleAPixel) {
   const Rendered rendered = scenes::render(adapting(scene, until(1)));
   EXPECT_EQ(rendered.statistics.samples_max, 1u);
   EXPECT_EQ(rendered.statistics.samples - rendered.statistics.holdout_samples, pixels);
-  EXPECT_GT(rendered.statistics.holdout_samples, 0u) << "nobody looked whether that was enough";
+  EXPECT_GT(rendered.statistics.holdout_samples, 0u) << "the estimate was not validated";
   EXPECT_LT(rendered.statistics.holdout_samples, pixels);
   EXPECT_LT(rendered.error.estimate, 1e-3);
   scene.accuracy.adaptive.reset();
@@ -161,15 +161,15 @@ TEST(AnAdaptiveImage, WithNothingToRefineTakesOneSampleAPixel) {
 
 // ---- time ----------------------------------------------------------------------------------------------------------
 
-/// A clock that is a millisecond later each time it is asked, and does something at one of these times.
+/// A clock that advances by a millisecond with each reading, and calls `then` at one of the readings.
 struct FakeClock {
-  std::atomic<int> asked{0};
+  std::atomic<int> readings{0};
   int moment = -1;
   std::function<void()> then{};
   RenderSettings settings(std::uint32_t threads = 1) {
     return {.elapsed_ms =
                 [this] {
-                  const int now = ++asked;
+                  const int now = ++readings;
                   if (now == moment && then) then();
                   return static_cast<double>(now);
                 },
@@ -177,7 +177,7 @@ struct FakeClock {
   }
 };
 
-/// Nothing in it is black.
+/// A scene without black pixels.
 Scene bright(std::uint32_t side) {
   Scene scene = still_life(side);
   scene.ambient = {0.3, 0.3, 0.3};
@@ -194,7 +194,7 @@ Rendered within(double budget_ms, FakeClock& clock, std::uint32_t side = 64) {
   return std::move(*rendered);
 }
 
-TEST(ATimeBudget, GivesAWholeImageWheneverItEnds) {
+TEST(TimeBudget, GivesACompleteImageWheneverItEnds) {
   for (const double budget_ms : {1e-6, 1.0, 5.0, 20.0, 40.0, 60.0, 100.0, 150.0}) {
     FakeClock clock;
     const Rendered rendered = within(budget_ms, clock);
@@ -204,7 +204,7 @@ TEST(ATimeBudget, GivesAWholeImageWheneverItEnds) {
   }
 }
 
-TEST(ATimeBudget, OfNextToNothingTracesNextToNothing) {
+TEST(TimeBudget, OfAlmostNothingTracesAlmostNothing) {
   FakeClock clock;
   const Rendered rendered = within(1e-6, clock);
   const std::uint64_t audited = rendered.statistics.holdout_samples;
@@ -214,7 +214,7 @@ TEST(ATimeBudget, OfNextToNothingTracesNextToNothing) {
   EXPECT_EQ(rendered.statistics.samples_min, 0u);
 }
 
-TEST(ATimeBudget, ThatIsEnoughSamplesEveryPixelWhateverTheSizeOfTheImage) {
+TEST(TimeBudget, ThatSufficesSamplesEveryPixelOfAnyImageSize) {
   for (const auto& [width, height] : {std::pair{1u, 1u}, {33u, 1u}, {33u, 65u}, {2u, 95u}, {48u, 36u}}) {
     Scene scene = bright(64);
     scene.image = {width, height};
@@ -229,7 +229,7 @@ TEST(ATimeBudget, ThatIsEnoughSamplesEveryPixelWhateverTheSizeOfTheImage) {
   }
 }
 
-TEST(ATimeBudget, OfASketchIsToldWithAnErrorThatHolds) {
+TEST(TimeBudget, OfACoarseGridReportsAValidErrorEstimate) {
   const Scene scene = bright(128);
   Scene converged = scene;
   converged.accuracy.samples = 16;
@@ -242,19 +242,19 @@ TEST(ATimeBudget, OfASketchIsToldWithAnErrorThatHolds) {
   }
 }
 
-TEST(ATimeBudget, IsLookedAtBeforeEveryTileAndEndsTheWorkOnceItIsOver) {
+TEST(TimeBudget, IsCheckedBeforeEveryTileAndEndsTheRender) {
   constexpr double budget_ms = 100;
   FakeClock clock;
   const Rendered rendered = within(budget_ms, clock);
-  EXPECT_GE(clock.asked, 0.8 * budget_ms) << "it was used up, but for what is kept for the end";
-  // What is asked after the end is once for every tile that is left out, and a few times for the account.
+  EXPECT_GE(clock.readings, 0.8 * budget_ms) << "it is used, except for the reserve at the end";
+  // After the end, the clock is read once for every omitted tile, and a few times for the estimate.
   FakeClock never;
   within(1e-6, never);
-  EXPECT_LE(clock.asked, budget_ms + never.asked);
+  EXPECT_LE(clock.readings, budget_ms + never.readings);
   EXPECT_LT(rendered.statistics.samples_max, 4096u);
 }
 
-TEST(ATimeBudget, BuysMoreSamplesAndLessErrorTheLargerItIs) {
+TEST(TimeBudget, GivesMoreSamplesAndLessErrorIfLarger) {
   std::uint64_t samples = 0;
   double error = std::numeric_limits<double>::infinity();
   for (const double budget_ms : {20.0, 80.0, 200.0, 500.0}) {
@@ -267,14 +267,14 @@ TEST(ATimeBudget, BuysMoreSamplesAndLessErrorTheLargerItIs) {
   }
 }
 
-TEST(ATimeBudget, IsNoneWithoutAClockOrBehindATargetThatIsMetSooner) {
+TEST(TimeBudget, HasNoEffectWithoutAClockOrIfTheTargetIsReachedSooner) {
   const Scene scene = adapting(still_life(48), until(4));
   Scene hurried = scene;
   hurried.accuracy.adaptive->time_budget_ms = 1e-6;
   expect_same(scenes::render(hurried), scenes::render(scene));
 }
 
-TEST(CancellingAnAdaptiveRender, StopsItAtAnyMomentWithoutAnImage) {
+TEST(Cancellation, OfAnAdaptiveRenderStopsItAtAnyMomentWithoutAnImage) {
   Adaptive adaptive;
   adaptive.time_budget_ms = 1e9;
   adaptive.samples_max = 64;
@@ -285,10 +285,10 @@ TEST(CancellingAnAdaptiveRender, StopsItAtAnyMomentWithoutAnImage) {
     clock.moment = moment;
     clock.then = [&] { control.cancel(); };
     const auto image = render(*scene, clock.settings(2), control);
-    ASSERT_GE(clock.asked, moment);
+    ASSERT_GE(clock.readings, moment);
     ASSERT_FALSE(image.has_value()) << moment;
     EXPECT_EQ(image.error().code, Failure::Code::cancelled);
-    EXPECT_LT(clock.asked, moment + 20) << "no more than a tile of each thread";
+    EXPECT_LT(clock.readings, moment + 20) << "no more than a tile of each thread";
   }
 }
 
@@ -296,7 +296,7 @@ TEST(CancellingAnAdaptiveRender, StopsItAtAnyMomentWithoutAnImage) {
 
 constexpr double reflection = 0.5, emission = 0.25;
 
-/// Between two facing mirrors that shine themselves: every ray sees emission * (1 + reflection + reflection^2 + ...).
+/// Two parallel emissive mirrors: the radiance of every ray is emission * (1 + reflection + reflection^2 + ...).
 Scene corridor(double cutoff) {
   Scene scene = scenes::empty(8);
   scene.camera = {{0, 5, 0}, {0, 0, 0}, {0, 0, 1}, 40};
@@ -308,7 +308,7 @@ Scene corridor(double cutoff) {
   return scene;
 }
 
-TEST(CutoffByChance, HasTheMeanOfTheImageWithoutACutoffWhereThePlainOneLacksItsTail) {
+TEST(CutoffByChance, HasTheMeanOfTheImageWithoutACutoff) {
   const double whole = emission / (1 - reflection);
   Scene scene = corridor(0.1);
   const Rendered plain = scenes::render(scene);
@@ -342,7 +342,7 @@ TEST(CutoffByChance, ChangesNothingWhereNoBranchIsBelowTheCutoff) {
 
 // ---- approximations ------------------------------------------------------------------------------------------------
 
-TEST(TheErrorOfAnApproximation, IsMeasuredAndToldAsItsOwnPart) {
+TEST(ApproximationError, IsMeasuredAndReportedSeparately) {
   Scene exact = still_life(64);
   Scene shadowless = exact;
   shadowless.accuracy.approximate.shadows = Approximations::Shadows::none;
@@ -365,7 +365,7 @@ TEST(TheErrorOfAnApproximation, IsMeasuredAndToldAsItsOwnPart) {
   EXPECT_LT(uniform.approximation, 1.5 * apart);
 }
 
-TEST(TheErrorOfAnApproximation, IsNothingWhereNoneIsAskedFor) {
+TEST(ApproximationError, IsZeroWithoutApproximations) {
   EXPECT_EQ(scenes::render(adapting(still_life(48), until(4))).error.approximation, 0);
   EXPECT_EQ(scenes::render(still_life(48)).error.approximation, 0);
 }

@@ -1,4 +1,4 @@
-// Cheaper models: each leaves out exactly what it says, and nothing where it is not asked for.
+// Approximations: each omits exactly the effects that it names.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -42,7 +42,7 @@ Scene shapes() {
   return scene;
 }
 
-TEST(WithoutShadows, EveryLightShinesAsThoughItCastNone) {
+TEST(WithoutShadows, EveryLightIsUnoccluded) {
   std::uint64_t shadow_rays = 0;
   for (std::uint64_t seed = 0; seed < effort::cases(100); ++seed) {
     const Scene scene = scenes::random(seed, 24);
@@ -57,7 +57,7 @@ TEST(WithoutShadows, EveryLightShinesAsThoughItCastNone) {
   EXPECT_GT(shadow_rays, 0u) << "there was nothing to leave out";
 }
 
-TEST(WithoutShadows, NoLightIsSpared) {
+TEST(WithoutShadows, NoLightIsCulled) {
   Scene scene = scenes::empty(8);
   scene.camera = {{0, 5, 0.1}, {0, 0, 0}, {0, 1, 0}, 60};
   scene.accuracy.cutoff = 0.5;
@@ -69,7 +69,7 @@ TEST(WithoutShadows, NoLightIsSpared) {
   EXPECT_GT(*seen.image.pixel(4, 4), *exact.image.pixel(4, 4));
 }
 
-TEST(WithoutReflections, MirrorsGiveNothingBack) {
+TEST(WithoutReflections, MirrorsAreBlack) {
   std::uint64_t reflected = 0;
   for (std::uint64_t seed = 0; seed < effort::cases(100); ++seed) {
     const Scene scene = with_materials(scenes::random(seed, 24), [](Material& material) { material.transmission = 0; });
@@ -82,7 +82,7 @@ TEST(WithoutReflections, MirrorsGiveNothingBack) {
   EXPECT_GT(reflected, 0u) << "there was nothing to leave out";
 }
 
-TEST(WithoutReflections, GlassGivesWhatItHasOfItsOwnAndLetsShadowRaysThrough) {
+TEST(WithoutReflections, GlassHasItsLocalShadingAndTransmitsShadowRays) {
   Scene scene = scenes::empty(24);
   scene.camera = {{0, 3, 6}, {0, 0, 0}, {0, 1, 0}, 45};
   scene.background.color = {1, 2, 3};
@@ -109,7 +109,7 @@ TEST(WithoutReflections, GlassGivesWhatItHasOfItsOwnAndLetsShadowRaysThrough) {
   EXPECT_GT(tinted, 10u) << "green light through the ball, but for what it mirrors on both sides";
 }
 
-TEST(EnvironmentReflections, ShowTheBackgroundAsThoughNothingElseWereThere) {
+TEST(EnvironmentReflections, ReturnTheBackgroundOfAnEmptyScene) {
   Scene scene = scenes::empty(32);
   scene.camera = {{0, 0, 6}, {0, 0, 0}, {0, 1, 0}, 30};
   scene.background.gradient = Gradient{{0.1, 0.4, 0.9}, {0.8, 0.3, 0.05}};
@@ -137,7 +137,7 @@ TEST(EnvironmentReflections, OfGlassBeforeOneColourAreThatColour) {
   EXPECT_EQ(seen.statistics.rays.total(), seen.statistics.rays.camera);
 }
 
-TEST(EnvironmentReflections, KeepToTheCutoffAndTheDepth) {
+TEST(EnvironmentReflections, ObserveCutoffAndDepth) {
   Scene scene = scenes::empty(8);
   scene.camera = {{0, 0, 6}, {0, 0, 0}, {0, 1, 0}, 10};
   scene.background.color = {1, 1, 1};
@@ -177,7 +177,7 @@ Scene floor_under(std::vector<Light> lights) {
   return scene;
 }
 
-TEST(NearestLights, AreAllOfThemWhereThereAreNoMore) {
+TEST(NearestLights, AreAllLightsIfThereAreNoMore) {
   for (std::uint64_t seed = 0; seed < effort::cases(50); ++seed) {
     const Scene scene = scenes::random(seed, 16);
     const auto count = static_cast<std::uint32_t>(std::max<std::size_t>(scene.lights.size(), 1));
@@ -187,7 +187,7 @@ TEST(NearestLights, AreAllOfThemWhereThereAreNoMore) {
   }
 }
 
-TEST(NearestLights, LightEachPlaceByTheOnesAroundItAndByTheSun) {
+TEST(NearestLights, AreSelectedPerHitAndDirectionalLightsAlwaysCount) {
   const Light left = scenes::point_light({-2, 1, 0}, {1, 0, 0}), right = scenes::point_light({2, 1, 0}, {0, 1, 0});
   const Light sun = scenes::directional_light({0, -1, 0}, {0, 0, 0.5});
   const Scene scene = floor_under({right, sun, left});
@@ -203,7 +203,7 @@ TEST(NearestLights, LightEachPlaceByTheOnesAroundItAndByTheSun) {
   EXPECT_EQ(exact.statistics.rays.shadow, 3 * 256u);
 }
 
-TEST(NearestLights, OfTwoAtOnePlaceAreTheFirst) {
+TEST(NearestLights, AreTheFirstOfLightsAtEqualDistance) {
   const Scene scene =
       floor_under({scenes::point_light({0, 1, 0}, {1, 0, 0}), scenes::point_light({0, 1, 0}, {0, 1, 0})});
   const Rendered seen = scenes::approximated(scene, {.nearest_lights = 1});
@@ -211,7 +211,7 @@ TEST(NearestLights, OfTwoAtOnePlaceAreTheFirst) {
   EXPECT_EQ(seen.image.pixel(8, 8)[1], 0);
 }
 
-TEST(NearestLights, AreAsFarAwayAsTheirMiddle) {
+TEST(NearestLights, HaveTheDistanceOfTheirCenter) {
   Light bar = scenes::point_light({});
   bar.source = LineLight{{-4, 1, 0}, {8, 1, 0}};  // its middle is at x = 2
   bar.color = {1, 0, 0};
@@ -223,7 +223,7 @@ TEST(NearestLights, AreAsFarAwayAsTheirMiddle) {
   EXPECT_EQ(seen.image.pixel(13, 8)[1], 0);
 }
 
-TEST(AnApproximation, TakesAwayTheRequirementsOfWhatItLeavesOut) {
+TEST(Approximation, RemovesTheRequirementsOfWhatItOmits) {
   Scene scene = shapes();
   scene.materials[0] = scenes::glass();
   scene.materials[0].absorption = {1, 1, 1};
@@ -250,7 +250,7 @@ TEST(AnApproximation, TakesAwayTheRequirementsOfWhatItLeavesOut) {
   EXPECT_TRUE(needs({.shading = Approximations::Shading::gouraud}).gouraud);
 }
 
-TEST(AnApproximation, IsTheReasonForWhatItAdds) {
+TEST(Approximation, IsTheReasonOfTheRequirementsItAdds) {
   Scene scene = scenes::empty(4);
   scenes::add(scene, Sphere{}, scenes::matte({1, 1, 1}));
   scene.accuracy.approximate.shading = Approximations::Shading::gouraud;
@@ -265,7 +265,7 @@ TEST(AnApproximation, IsTheReasonForWhatItAdds) {
   EXPECT_EQ(pointer(&Requirements::gouraud), "/accuracy/approximate/shading");
 }
 
-TEST(AnApproximation, LeavesInTheCompiledSceneWhatExactSamplesNeed) {
+TEST(Approximation, KeepsInTheCompiledSceneWhatExactSamplesNeed) {
   const Approximations all{.shadows = Approximations::Shadows::map,
                            .reflections = Approximations::Reflections::none,
                            .shading = Approximations::Shading::flat,

@@ -1,4 +1,4 @@
-// Bump and normal maps through the tracer's public mouth, against normals known on paper.
+// Bump maps and normal maps, rendered through the public interface and compared with analytic normals.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -75,7 +75,7 @@ TEST(Bump, HasTheHeightOfTheMeanOfTheChannels) {
   EXPECT_NEAR(brightness(scene), dot(normalize({0, 1, 0.8}), light), 1e-6);
 }
 
-TEST(Bump, IsThatOfTheSurfaceWhereverItsCoordinatesAreStretchedAndTurned) {
+TEST(Bump, IsIndependentOfTheStretchAndRotationOfTheCoordinates) {
   const Vec3 light = normalize({0.3, 1, -0.5});
   Scene scene = scene_of(Plane{{0, 0, 0}, {0, 1, 0}, Vec3{0, 0, 1}}, bumped(0.5), gradient({}, {1, 1, 1}, {7, 0.5}),
                          light);  // u along z, v = n x e0 = x; half a unit of height each 2 units
@@ -86,7 +86,7 @@ TEST(Bump, IsThatOfTheSurfaceWhereverItsCoordinatesAreStretchedAndTurned) {
   EXPECT_NEAR(brightness(scene), dot(normalize({-0.25 / 3, 1, 0}), light), 1e-6);
 }
 
-TEST(Bump, BendsEveryFlatShapeAlike) {
+TEST(Bump, PerturbsEveryFlatShapeAlike) {
   const Vec3 light = normalize({0.2, 1, 0.4});
   // Height grows by 0.4 a unit along each shape's v, which is `along`.
   struct Flat {
@@ -128,7 +128,7 @@ TEST(Bump, IsMirroredOnTheBackSide) {
   EXPECT_NEAR(brightness(scene), dot(-front, light), 1e-6);
 }
 
-TEST(Bump, ImagesAreTheSameBitForBitAtAnyPowerOfTwo) {
+TEST(Bump, IsBitIdenticalUnderScalingByAPowerOfTwo) {
   for (const int exponent : {-40, 13, 50}) {
     const double k = std::ldexp(1, exponent);
     const auto at_scale = [](double factor) {
@@ -148,7 +148,7 @@ TEST(Bump, ImagesAreTheSameBitForBitAtAnyPowerOfTwo) {
   }
 }
 
-TEST(Bump, MeansNothingWhereTheTextureIsConstant) {
+TEST(Bump, HasNoEffectIfTheTextureIsConstant) {
   Scene scene = scenes::random(7, 24);
   const auto plain = scenes::render(scene);
   scene.textures.push_back(constant({0.5, 0.5, 0.5}));
@@ -182,14 +182,14 @@ TEST(NormalMap, FollowsCoordinatesThatAreTurnedMirroredAndSheared) {
   EXPECT_NEAR(seen({{{0, 4}, {8, 4}, {-4, -4}}}), dot(normalize({n.x - n.y * half, n.z, n.y * half}), light), 1e-6);
 }
 
-TEST(NormalMap, OnTheBackSideIsTheOtherSideOfTheFronts) {
+TEST(NormalMap, IsMirroredOnTheBackSide) {
   const Vec3 light = normalize({0.3, 1, -0.5});
   const Vec3 n = normalize({0.4, 0.2, 1});
   const Scene scene = scene_of(Plane{{0, 0, 0}, {0, -1, 0}, {}}, mapped(), direction(n), light);
   EXPECT_NEAR(brightness(scene), dot(-Vec3{n.x, -n.z, n.y}, light), 1e-6);
 }
 
-TEST(NormalMap, IsBentOnByABump) {
+TEST(NormalMap, IsPerturbedFurtherByABump) {
   Material material = mapped();
   material.bump = Bump{{1}, 0.5};
   const Vec3 light = normalize({0.3, 1, -0.5});
@@ -198,7 +198,7 @@ TEST(NormalMap, IsBentOnByABump) {
   EXPECT_NEAR(brightness(scene), dot(normalize({0, 1, 0.5}), light), 1e-6);
 }
 
-TEST(NormalMap, ImagesAreLinearUnlessTheySayOtherwise) {
+TEST(NormalMap, IsLinearWithoutAnExplicitColorSpace) {
   Image image;
   image.width = image.height = 1;
   image.rgb = {0.5F, 0.25F, 0.75F};
@@ -224,7 +224,7 @@ TEST(NormalMap, ImagesAreLinearUnlessTheySayOtherwise) {
   EXPECT_NEAR(lit(ColorSpace::srgb, false), decoded.z, 1e-4);
 }
 
-TEST(BentNormals, LetNoLightThroughFromBehind) {
+TEST(PerturbedNormals, TransmitNoLightFromBehind) {
   // The light is below the disc; the normal leans so far that it would face the light.
   Scene scene =
       scene_of(Disc{{0, 0, 0}, {0, 1, 0}, 2, 0, {}}, mapped(), direction(normalize({1, 0, 0.05})), {1, -0.1, 0});
@@ -233,7 +233,7 @@ TEST(BentNormals, LetNoLightThroughFromBehind) {
   EXPECT_GT(brightness(scene), 0.9);
 }
 
-TEST(BentNormals, SendReflectionsUpFromTheSurface) {
+TEST(PerturbedNormals, KeepReflectedRaysAboveTheSurface) {
   // A mirror whose normals lean every way, under a white sky: below it, black. Every reflection must see the sky.
   Scene scene = scenes::empty(32);
   Texture noise;
@@ -251,7 +251,7 @@ TEST(BentNormals, SendReflectionsUpFromTheSurface) {
   for (const float channel : rendered.image.rgb) EXPECT_EQ(channel, 1);
 }
 
-TEST(BentNormals, KeepRefractedLightOnItsSide) {
+TEST(PerturbedNormals, KeepRefractedRaysOnTheirSide) {
   // A pane of glass with wild normals: what goes through it goes on, and comes out on the other side.
   Scene scene = scenes::empty(32);
   Texture noise;
@@ -269,7 +269,7 @@ TEST(BentNormals, KeepRefractedLightOnItsSide) {
   for (const float channel : rendered.image.rgb) EXPECT_NEAR(channel, 1, 1e-5);  // F + (1 - F), whatever the normals
 }
 
-TEST(BentNormals, AreRequiredOnlyByMaterialsThatObjectsHave) {
+TEST(PerturbedNormals, AreRequiredOnlyByMaterialsThatObjectsHave) {
   Scene scene = scene_of(level_plane, bumped(1), gradient({}, {1, 1, 1}), {0, 1, 0});
   EXPECT_TRUE(requirements(scene).bump && requirements(scene).textures && requirements(scene).filtered_textures);
   scene.textures[0].filter = Texture::Filter::nearest;

@@ -1,4 +1,4 @@
-// Progress, cancellation, and the counts of what was traced.
+// Progress, cancellation, and the counters of a render.
 #include <gtest/gtest.h>
 
 #include <thread>
@@ -17,7 +17,7 @@ std::shared_ptr<const CompiledScene> compiled(const Scene& scene) {
   return *result;
 }
 
-/// Minutes of work: nobody waits for its end.
+/// Minutes of work, so that a test always cancels it before its end.
 Scene endless() {
   Scene scene = scenes::empty(512);
   scene.camera = {{0, 0, 3}, {0, 0, 0}, {0, 1, 0}, 40};
@@ -28,7 +28,7 @@ Scene endless() {
   return scene;
 }
 
-TEST(Cancelling, BeforeItStartsAnswersAtOnceAndTracesNothing) {
+TEST(Cancellation, BeforeTheStartReturnsAtOnceAndTracesNothing) {
   RenderControl control;
   control.cancel();
   control.cancel();
@@ -41,7 +41,7 @@ TEST(Cancelling, BeforeItStartsAnswersAtOnceAndTracesNothing) {
   EXPECT_EQ(control.tiles_done(), 0u);
 }
 
-TEST(Cancelling, WhileItRunsStopsWithoutAnImage) {
+TEST(Cancellation, DuringTheRenderStopsItWithoutAnImage) {
   const auto scene = compiled(endless());
   for (const std::uint32_t threads : {1u, 2u, 0u}) {
     RenderControl control;
@@ -57,7 +57,7 @@ TEST(Cancelling, WhileItRunsStopsWithoutAnImage) {
   }
 }
 
-TEST(Cancelling, AtAnyMomentOfABuildGivesASceneOrNone) {
+TEST(Cancellation, AtAnyMomentOfACompileGivesASceneOrNone) {
   Scene scene = scenes::empty(8);
   scenes::add(scene, scenes::icosphere(6, true), scenes::glass());
   int stopped = 0;
@@ -76,7 +76,7 @@ TEST(Cancelling, AtAnyMomentOfABuildGivesASceneOrNone) {
   EXPECT_GT(stopped, 0) << "the first round cancels at once";
 }
 
-TEST(Cancelling, AfterItEndedChangesNothing) {
+TEST(Cancellation, AfterTheEndChangesNothing) {
   const auto scene = compiled(scenes::random(1, 40));
   RenderControl control;
   const auto before = render(*scene, {.threads = 1}, control);
@@ -111,7 +111,7 @@ TEST(Progress, OnlyGrowsAndReachesItsTotal) {
   EXPECT_EQ(control.tiles_done(), control.tiles_total());
 }
 
-TEST(ManyRenders, OfOneCompiledSceneAtTheSameTimeGiveTheSameImage) {
+TEST(Render, OfOneCompiledSceneConcurrentlyGivesTheSameImage) {
   const auto scene = compiled(scenes::random(6, 64));
   RenderControl control;
   const auto expected = render(*scene, {.threads = 1}, control);
@@ -139,18 +139,19 @@ Scene floor_scene(const Material& material) {
 
 constexpr std::uint64_t pixels = 20 * 20;
 
-TEST(RayCounts, AreOneCameraRayASampleAndNoOtherWhereNothingIsMet) {
+TEST(RayCounts, AreOneCameraRayPerSampleInAnEmptyScene) {
   Scene scene = floor_scene(scenes::matte({1, 1, 1}));
   scene.objects.clear();
   scene.accuracy.samples = 5;
   EXPECT_EQ(scenes::render(scene).statistics.rays, (RayCounts{.camera = 5 * pixels}));
 }
 
-TEST(RayCounts, AreOneShadowRayALightThatCanShine) {
+TEST(RayCounts, AreOneShadowRayPerLightOnTheFrontSide) {
   Scene scene = floor_scene(scenes::matte({1, 1, 1}));
   EXPECT_EQ(scenes::render(scene).statistics.rays, (RayCounts{.camera = pixels, .shadow = 2 * pixels}));
   scene.lights[0].shadows = false;
-  EXPECT_EQ(scenes::render(scene).statistics.rays, (RayCounts{.camera = pixels, .shadow = pixels})) << "asks for none";
+  EXPECT_EQ(scenes::render(scene).statistics.rays, (RayCounts{.camera = pixels, .shadow = pixels}))
+      << "a light without shadows";
   scene.lights[1].source = DirectionalLight{{0, 1, 0}};
   EXPECT_EQ(scenes::render(scene).statistics.rays, (RayCounts{.camera = pixels})) << "behind the surface";
   scene.lights[1].source = DirectionalLight{{0, -1, 0}};
@@ -160,7 +161,7 @@ TEST(RayCounts, AreOneShadowRayALightThatCanShine) {
       << "a surface that reflects no light";
 }
 
-TEST(RayCounts, AreOneReflectedRayAMirrorAndOfGlassOneEachWay) {
+TEST(RayCounts, AreOneRayPerMirrorAndTwoPerGlassSurface) {
   EXPECT_EQ(scenes::render(floor_scene(scenes::mirror(0.5))).statistics.rays,
             (RayCounts{.camera = pixels, .reflection = pixels}));
   EXPECT_EQ(scenes::render(floor_scene(scenes::glass())).statistics.rays,
@@ -170,7 +171,7 @@ TEST(RayCounts, AreOneReflectedRayAMirrorAndOfGlassOneEachWay) {
       << "an index of one reflects nothing";
 }
 
-TEST(RayCounts, OfGlassBeforeALightAreOneShadowRayHoweverManySurfacesItCrosses) {
+TEST(RayCounts, AreOneShadowRayThroughAnyNumberOfGlassSurfaces) {
   Scene scene = floor_scene(scenes::matte({1, 1, 1}));
   scene.lights.pop_back();
   Material pane = scenes::glass(1);
@@ -204,7 +205,7 @@ TEST(Cutoff, EndsABranchBelowItAndCountsIt) {
   EXPECT_EQ(scenes::render(scene).statistics.rays.reflection, pixels) << "a weight equal to the cutoff is traced";
 }
 
-TEST(MaxDepth, EndsABranchAtItAndCountsIt) {
+TEST(MaxDepth, EndsABranchAndCountsIt) {
   Scene scene = corridor_scene();
   for (const std::uint32_t depth : {0u, 1u, 7u}) {
     scene.accuracy.max_depth = depth;

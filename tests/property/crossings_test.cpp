@@ -1,4 +1,4 @@
-// A line crosses a closed surface an even number of times, in and out by turns, also where it passes close to an edge.
+// A line crosses a closed surface an even number of times, alternately into and out of it, also close to an edge.
 #include <gtest/gtest.h>
 
 #include <iostream>
@@ -16,12 +16,12 @@ using oracle::Random;
 using oracle::Real;
 using oracle::Vec;
 
-/// Surfaces met from `origin` on, each from where the integrator would start the ray that goes straight on. False: not
-/// in and out by turns, ending outside.
+/// Follows a straight line through all surfaces with the integrator's ray offsets. Returns false unless it alternately
+/// enters and leaves the solid and ends outside.
 bool crosses_evenly(const CompiledScene& scene, Vec3 origin, const Vec3& direction, std::uint64_t& crossings) {
   PrimitiveRef from;
   bool inside = false;
-  for (int met = 0; met < 20; ++met) {
+  for (int hits = 0; hits < 20; ++hits) {
     Hit hit;
     scene.accelerator->intersect(
         {&origin.x, &origin.y, &origin.z, &direction.x, &direction.y, &direction.z, nullptr, &from, 1},
@@ -88,11 +88,11 @@ std::vector<Solid> solids() {
       {"sphere", Sphere{{0, 0, 0}, 1}, both(circle(1, 0), circle(0.6L, 0.8L))}};
 }
 
-/// How close to an edge a line may pass, in units of the distance it comes from. Sides and caps overlap by 2^-46
-/// (quadric.h) and rays start clear of that: what is thinner may be entered and not left.
+/// Least distance of a line to an edge, relative to the distance of its origin. Sides and caps overlap by 2^-46
+/// (quadric.h) and rays start outside of that overlap: thinner parts may be entered and not left.
 constexpr Real closest_pass = 0x1p-42L;
 
-TEST(Crossings, OfClosedShapesAreEvenAndInAndOutByTurnsCloseToApexesRimsAndEdges) {
+TEST(Crossings, OfClosedShapesAlternateBetweenInAndOutNearApexesRimsAndEdges) {
   Random random(1);
   for (const auto& [name, shape, sharp] : solids()) {
     Scene scene = scenes::empty(1);

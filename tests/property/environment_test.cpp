@@ -1,4 +1,4 @@
-// Textures around the world through the tracer's public mouth: what cameras and mirrors see of them.
+// Environments and cube maps, rendered through the public interface: directly and in mirrors.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -39,7 +39,7 @@ Scene panorama(const Vec3& up, const Vec3& ahead) {
   return scene;
 }
 
-TEST(Environment, GivesBackThePanoramaThatItWasMadeOfBitForBit) {
+TEST(Environment, ReproducesItsPanoramaBitForBit) {
   for (const auto& [up, ahead] : {std::pair{Vec3{0, 1, 0}, Vec3{0, 0, -1}}, {Vec3{0, 0, 2}, Vec3{1, 0, 0}}}) {
     Scene world = panorama(up, ahead);
     world.background.gradient = Gradient{{0.2, 0.4, 1}, {1, 0.5, 0}};
@@ -67,7 +67,7 @@ TEST(Environment, GivesBackThePanoramaThatItWasMadeOfBitForBit) {
   }
 }
 
-TEST(Environment, TurnsThePanoramaByItsRotation) {
+TEST(Environment, RotatesThePanorama) {
   Texture texels = imaged(Texture::Filter::nearest);
   Image image;
   image.width = 128;
@@ -109,7 +109,7 @@ TEST(Environment, OfOneColourIsTheConstantBackground) {
 }
 
 /// At the image position of a mirror ball's normal n, an orthographic camera sees the direction d - 2 (d.n) n.
-TEST(Environment, IsMirroredByABallAsTheReflectedDirectionSaysIt) {
+TEST(Environment, IsReflectedByASphereInTheReflectedDirection) {
   Scene scene = scenes::empty(65);
   scene.camera = {.position = {0, 0, 5}, .look_at = {}, .height = 2};
   scene.camera.type = Camera::Type::orthographic;
@@ -129,7 +129,7 @@ TEST(Environment, IsMirroredByABallAsTheReflectedDirectionSaysIt) {
     }
 }
 
-TEST(Environment, IsSeenNarrowerByMoreSamples) {
+TEST(Environment, HasANarrowerFootprintWithMoreSamples) {
   // A checker far finer than a pixel: its mean however many samples, not noise.
   Scene scene = panorama({0, 1, 0}, {0, 0, -1});
   Texture checker;
@@ -142,7 +142,7 @@ TEST(Environment, IsSeenNarrowerByMoreSamples) {
   EXPECT_FALSE(requirements(scene).textures) << "of surfaces";
 }
 
-TEST(Cube, ShowsACameraItsSixColours) {
+TEST(CubeMap, GivesTheColorOfEachFace) {
   Scene scene = scenes::empty(9);
   scene.background.cube.emplace();
   const Color colors[] = {{1, 0, 0}, {0, 1, 1}, {0, 1, 0}, {1, 0, 1}, {0, 0, 1}, {1, 1, 0}};
@@ -161,7 +161,7 @@ TEST(Cube, ShowsACameraItsSixColours) {
   }
 }
 
-TEST(Environment, WhoseFileIsNoImageIsABadAssetWithItsPlace) {
+TEST(Environment, OfAFileThatIsNoImageFailsWithBadAsset) {
   Scene scene = panorama({0, 1, 0}, {0, 0, -1});
   scene.textures = {imaged(Texture::Filter::mipmap)};
   scene.assets = {{"sky.txt", "/background/environment/file"}};

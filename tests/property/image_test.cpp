@@ -1,4 +1,4 @@
-// Crop, backgrounds, depth cue, alpha and layers, through the tracer's public mouth.
+// Crop, backgrounds, depth cue, alpha and layers, rendered through the public interface.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -30,7 +30,7 @@ void expect_near(const Color& seen, const Color& expected) {
   EXPECT_NEAR(seen.b, expected.b, 1e-6);
 }
 
-TEST(Crop, IsThatWindowOfTheFullImageBitForBit) {
+TEST(Crop, IsBitIdenticalToThatWindowOfTheFullImage) {
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     Scene scene = scenes::random(seed, 70);
     scene.accuracy.samples = 5;
@@ -50,7 +50,7 @@ TEST(Crop, IsThatWindowOfTheFullImageBitForBit) {
   }
 }
 
-TEST(Crop, OfOnePixelHasTheSamplesItHasBesideOthersHoweverManyAreTracedTogether) {
+TEST(Crop, OfOnePixelHasTheSameSamplesForAnyBatchSize) {
   Scene scene = scenes::random(2, 6);
   scene.accuracy.samples = 700;  // of one pixel at once; of six times six, in several goes
   scene.accuracy.cutoff = 0.05;
@@ -85,7 +85,7 @@ Scene mesh_scene() {
   return scene;
 }
 
-TEST(MeshesThatCompileTakes, GiveTheSameImageAndAreGone) {
+TEST(CompileTakingMeshes, GivesTheSameImageAndRemovesTheMeshes) {
   Scene scene = mesh_scene();
   const Rendered copied = scenes::render(scene);
   const Requirements needs = requirements(scene);
@@ -134,7 +134,7 @@ TEST(Gradient, IsNadirBelowZenithAboveAndTheirMeanAtTheHorizon) {
   expect_near(seen({0, 0.6, 0.8}, {0, 0, 2}), {1 - 0.8 * 0.9, 0.5 - 0.1 * 0.9, 0.9});  // up is the camera's
 }
 
-TEST(Gradient, IsWhatMirrorsShow) {
+TEST(Gradient, IsVisibleInMirrors) {
   Scene scene = scenes::empty(1);
   scene.background.gradient = Gradient{{0.25, 0.5, 1}, {1, 0.5, 0}};
   scene.camera = {{0, 1, 1}, {0, 0, 0}, {0, 1, 0}, 1};
@@ -153,7 +153,7 @@ Color mixed(const Color& color, double scale) {
   return {color.r * scale, color.g * scale + (1 - scale), color.b * scale + 2 * (1 - scale)};
 }
 
-TEST(DepthCue, HoldsItsScalesOutsideAndIsLinearBetween) {
+TEST(DepthCue, IsConstantOutsideAndLinearBetweenFrontAndBack) {
   const Color red{1, 0.5, 0.25};
   expect_near(cued(ball_scene(), 5, 6), mixed(red, 0.75));
   expect_near(cued(ball_scene(), 4.000001, 6), mixed(red, 0.75));
@@ -162,12 +162,12 @@ TEST(DepthCue, HoldsItsScalesOutsideAndIsLinearBetween) {
   expect_near(cued(ball_scene(), 3, 7), mixed(red, 0.625));
 }
 
-TEST(DepthCue, StepsWhereFrontAndBackAreOne) {
+TEST(DepthCue, IsAStepIfFrontEqualsBack) {
   expect_near(cued(ball_scene(), 5, 5), mixed({1, 0.5, 0.25}, 0.75));
   expect_near(cued(ball_scene(), 3, 3), mixed({1, 0.5, 0.25}, 0.25));
 }
 
-TEST(DepthCue, TakesNothingAsBeyondBackAndMeasuresAlongTheAxis) {
+TEST(DepthCue, MeasuresAlongTheAxisAndTreatsAMissAsBeyondBack) {
   Scene nothing = scenes::empty(1);
   nothing.camera = ball_scene().camera;
   nothing.background.color = {1, 1, 1};
@@ -182,7 +182,7 @@ TEST(DepthCue, TakesNothingAsBeyondBackAndMeasuresAlongTheAxis) {
   EXPECT_LT(scenes::render(wall).image.pixel(5, 4)[0], 0.45);
 }
 
-TEST(DepthCue, IsOfCameraRaysOnly) {
+TEST(DepthCue, AppliesToCameraRaysOnly) {
   Scene scene = scenes::empty(1);
   scene.camera = {{0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 1};
   scene.background.color = {1, 1, 1};
@@ -211,7 +211,7 @@ TEST(Alpha, IsThePartOfThePixelThatHitsAndColourIsPremultipliedByIt) {
   EXPECT_EQ(image.alpha[20 * 41 + 20], 1);
 }
 
-TEST(Layers, HoldWhatTheCameraRaysHitAndNothingThatWasNotAskedFor) {
+TEST(Layers, ContainTheFirstHitsAndOnlyRequestedChannels) {
   Scene scene = ball_scene();
   Material blue = scenes::matte({0.25, 0.5, 0.75});
   scenes::add(scene, Plane{{0, 0, -3}, {0, 0, 2}, {}}, blue);
@@ -237,7 +237,7 @@ TEST(Layers, HoldWhatTheCameraRaysHitAndNothingThatWasNotAskedFor) {
   EXPECT_EQ(layers.samples[wall], 1u);
 }
 
-TEST(Layers, AreMeansOverSamplesAndTellWhereThereIsNothing) {
+TEST(Layers, AreMeansOverSamplesAndMarkPixelsWithoutAHit) {
   Scene scene = ball_scene();
   scene.accuracy.samples = 16;
   scene.materials[0].color = Color{1, 1, 1};

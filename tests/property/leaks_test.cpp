@@ -1,4 +1,4 @@
-// No ray gets through a closed mesh where its triangles meet.
+// No ray passes through a closed mesh at its edges and vertices.
 #include "tests/support/leaks.h"
 
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ struct Case {
   Mesh mesh;
 };
 
-TEST(Leaks, AreNoneOfRaysAimedAtEdgesAndVerticesOfClosedMeshes) {
+TEST(ClosedMeshes, LeakNoRaysAimedAtTheirEdgesAndVertices) {
   const Case cases[] = {{"icosahedron", scenes::icosphere(0)},       {"sphere of 320", scenes::icosphere(2)},
                         {"sphere of 20,480", scenes::icosphere(5)},  {"sphere of 327,680", scenes::icosphere(7)},
                         {"torus", scenes::torus(300, 100)},          {"box", leaks::box()},

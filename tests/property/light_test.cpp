@@ -1,4 +1,4 @@
-// Shadows where geometry says, mirrors that show what is there, light that is neither lost nor made.
+// Analytic shadows, mirror images, and conservation of energy.
 #include <gtest/gtest.h>
 
 #include "tests/support/effort.h"
@@ -41,7 +41,7 @@ TEST(Shadow, OfASphereOnAPlaneCoversExactlyThePixelsThatTheSphereHidesFromTheLig
   EXPECT_GT(lit, dark);
 }
 
-TEST(PlaneMirror, ShowsWhatACameraBehindItWouldSeeLeftForRight) {
+TEST(PlaneMirror, GivesTheMirroredImageOfACameraBehindIt) {
   for (std::uint64_t seed = 1; seed <= effort::cases(20); ++seed) {
     // Spheres and lamps before the mirror x = 0, and nothing whose own rays the mirror would catch.
     Scene behind = scenes::random(seed, 40);

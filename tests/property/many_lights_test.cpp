@@ -1,4 +1,4 @@
-// Thousands of lights without thousands of rays, and the account of what that leaves out.
+// Thousands of lights: culled shadow rays, and the bound of the radiance that they omit.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ Scene hall(std::size_t lamps, double cutoff) {
   return scene;
 }
 
-TEST(ManyLights, SpareRaysThatCouldNotMatterAndMissNoMoreThanTheyAccountFor) {
+TEST(ManyLights, CullNegligibleRaysAndReportABoundOfTheOmittedRadiance) {
   const double cutoff = 1e-2;
   const Rendered all = scenes::render(hall(2000, 0)), some = scenes::render(hall(2000, cutoff));
   EXPECT_EQ(all.statistics.culled_shadow_rays, 0u);
@@ -38,15 +38,15 @@ TEST(ManyLights, SpareRaysThatCouldNotMatterAndMissNoMoreThanTheyAccountFor) {
   for (std::size_t i = 0; i < all.image.rgb.size(); ++i) {
     const double lost = double{all.image.rgb[i]} - double{some.image.rgb[i]};
     EXPECT_GE(lost, -1e-6 * all.image.rgb[i]);  // floats
-    EXPECT_LE(lost, 2 * cutoff) << "a pixel sees two hits at most";
+    EXPECT_LE(lost, 2 * cutoff) << "a pixel has at most two hits";
     missing += lost;
   }
-  const auto told = static_cast<double>(some.statistics.culled_radiance) * 0x1p-20 * cutoff;
+  const auto reported = static_cast<double>(some.statistics.culled_radiance) * 0x1p-20 * cutoff;
   EXPECT_GT(missing, 0);
-  EXPECT_LE(missing / 3, told);
+  EXPECT_LE(missing / 3, reported);
 }
 
-TEST(ManyLights, AreNotJudgedWhereThereAreFew) {
+TEST(ManyLights, AreNotCulledBelowTheMinimumNumber) {
   const Rendered few = scenes::render(hall(64, 1e-2));
   EXPECT_FALSE(requirements(hall(64, 1e-2)).many_lights);
   EXPECT_TRUE(requirements(hall(65, 1e-2)).many_lights);
@@ -54,7 +54,7 @@ TEST(ManyLights, AreNotJudgedWhereThereAreFew) {
   EXPECT_EQ(few.image.rgb, scenes::render(hall(64, 0)).image.rgb);
 }
 
-TEST(ManyLights, GiveTheSameBitsAndAccountOnAnyNumberOfThreads) {
+TEST(ManyLights, GiveTheSameImageAndStatisticsForAnyNumberOfThreads) {
   const Scene scene = hall(300, 1e-2);
   const Rendered one = scenes::render(scene, 1), three = scenes::render(scene, 3);
   EXPECT_EQ(one.image.rgb, three.image.rgb);

@@ -1,5 +1,4 @@
-// Model only what a scene requires: the image does not tell which integrator made it, and rays are exactly those that
-// the scene asks for.
+// Requirements select the integrator: both instantiations give the same image, and only required rays are traced.
 #include <gtest/gtest.h>
 
 #include "tests/support/effort.h"
@@ -37,7 +36,7 @@ Scene simplified(Scene scene) {
   return scene;
 }
 
-TEST(AnIntegrator, ThatModelsEverythingGivesTheBitsOfTheOneThatTheSceneRequires) {
+TEST(Integrator, OfAllFeaturesIsBitIdenticalToTheOneThatTheSceneRequires) {
   std::uint64_t classic = 0, full = 0;
   for (std::uint64_t seed = 0; seed < effort::cases(300); ++seed) {
     const Scene random = scenes::random(seed, 24);
@@ -55,7 +54,7 @@ TEST(AnIntegrator, ThatModelsEverythingGivesTheBitsOfTheOneThatTheSceneRequires)
   EXPECT_GT(full, 0u);
 }
 
-TEST(AnIntegrator, IsTheClassicOneForWhittedsSceneWithoutItsTextureAndTheFullOneOtherwise) {
+TEST(Integrator, IsTheClassicOneForWhittedsSceneWithoutItsTextureAndTheFullOneOtherwise) {
   Scene scene = scenes::empty(4);
   scenes::add(scene, Sphere{{0, 0, 0}, 1}, scenes::glass());
   EXPECT_TRUE(supports<WhittedFeatures>(requirements(scene)));
@@ -63,15 +62,15 @@ TEST(AnIntegrator, IsTheClassicOneForWhittedsSceneWithoutItsTextureAndTheFullOne
   EXPECT_FALSE(supports<WhittedFeatures>(requirements(scene)));
 }
 
-TEST(RequirementNames, AreAllThereAre) {
-  // A requirement without a name would be neither told nor looked at when the integrator is chosen.
+TEST(RequirementNames, AreComplete) {
+  // A requirement without a name would be neither reported nor used to select the integrator.
   Requirements all;
   for (const RequirementName& name : requirement_names) all.*name.needed = true;
   const auto* bytes = reinterpret_cast<const unsigned char*>(&all);
   for (std::size_t i = 0; i < sizeof(Requirements); ++i) EXPECT_EQ(bytes[i], 1) << "member " << i;
 }
 
-TEST(RequirementReasons, AreOneForEachRequirementThatHoldsAndPointAtWhatNeedsIt) {
+TEST(RequirementReasons, NameTheFirstPartOfTheDocumentForEachRequirement) {
   Scene scene = scenes::empty(4);
   scene.lights = {scenes::point_light({0, 5, 0})};
   scene.lights[0].shadows = false;
@@ -84,15 +83,15 @@ TEST(RequirementReasons, AreOneForEachRequirementThatHoldsAndPointAtWhatNeedsIt)
   scenes::add(scene, Sphere{{0, 0, 0}, 1}, mirror);
   std::vector<RequirementReason> reasons;
   const Requirements needs = requirements(scene, &reasons);
-  std::vector<std::string> told;
+  std::vector<std::string> found;
   for (const RequirementName& name : requirement_names)
     for (const RequirementReason& reason : reasons)
       if (reason.needed == name.needed) {
         EXPECT_TRUE(needs.*name.needed);
-        told.push_back(std::string(name.name) + " " + reason.pointer);
+        found.push_back(std::string(name.name) + " " + reason.pointer);
       }
-  EXPECT_EQ(told, (std::vector<std::string>{"reflection /materials/mirror", "shadows /lights/1", "spheres /objects/1",
-                                            "planes /objects/0"}));
+  EXPECT_EQ(found, (std::vector<std::string>{"reflection /materials/mirror", "shadows /lights/1", "spheres /objects/1",
+                                             "planes /objects/0"}));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Half-shadows are as wide as similar triangles say, and in them light grows as the visible part of the lamp.
+// Penumbrae have the width of similar triangles, and their radiance is the visible part of the light.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -58,7 +58,7 @@ void expect_penumbra(const LightSource& lamp, const std::function<double(double)
   }
 }
 
-TEST(Penumbra, OfALineARectAndASphereGrowsEvenlyOverItsWidth) {
+TEST(Penumbra, OfALineARectAndASphereIsLinearInItsWidth) {
   const auto evenly = [](double x) { return (1 + x) / 2; };
   expect_penumbra(LineLight{{-reach, lamp_height, 0}, {reach, lamp_height, 0}}, evenly);
   expect_penumbra(RectLight{{-reach, lamp_height, -3}, {2 * reach, 0, 0}, {0, 0, 6}}, evenly);
@@ -72,7 +72,7 @@ TEST(Penumbra, OfADiscGrowsAsTheAreaOfItsSegment) {
   });
 }
 
-TEST(Penumbra, IsTwiceAsWideForALampTwiceAsLarge) {
+TEST(Penumbra, IsTwiceAsWideForALightTwiceAsLarge) {
   const auto lit_pixels = [](double size) {
     const Scene scene = strip(RectLight{{-size, lamp_height, -3}, {2 * size, 0, 0}, {0, 0, 6}});
     Scene open = scene;

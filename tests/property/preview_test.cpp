@@ -1,4 +1,4 @@
-/// Looking at an rendered while it is traced: it shows what there is, and changes nothing.
+/// Previews of an image while it is traced.
 
 #include "tracer/preview.h"
 
@@ -17,7 +17,7 @@ using namespace tracer;
 
 namespace {
 
-constexpr std::uint32_t side = 100;  // no multiple of a tile, nor of what it is looked at with
+constexpr std::uint32_t side = 100;  // a multiple neither of a tile nor of the preview's size
 
 Scene exact(std::uint32_t samples) {
   Scene scene = scenes::random(3, side);
@@ -36,7 +36,7 @@ std::size_t known(const Image& image) {
   return static_cast<std::size_t>(std::count(image.alpha.begin(), image.alpha.end(), 1.0f));
 }
 
-/// Renders while another thread looks as often as it can, and shows each look to `see`.
+/// Renders while another thread takes previews continuously and passes each of them to `see`.
 template <class See>
 Rendered render_watched(const Scene& scene, std::uint32_t look_side, const See& see) {
   RenderControl control;
@@ -57,12 +57,12 @@ Rendered render_watched(const Scene& scene, std::uint32_t look_side, const See& 
 
 }  // namespace
 
-TEST(Preview, ShowsNothingWhereNoRenderIs) {
+TEST(Preview, IsEmptyWithoutARender) {
   Preview preview;
   EXPECT_FALSE(preview.snapshot(64));
 }
 
-TEST(Preview, LookingChangesNoBitOfTheImage) {
+TEST(Preview, DoesNotChangeTheImage) {
   for (const Scene& scene : {exact(4), adaptive()}) {
     const Rendered alone = scenes::render(scene, 2);
     const Rendered watched = render_watched(scene, 64, [](const Image&) {});
@@ -72,7 +72,7 @@ TEST(Preview, LookingChangesNoBitOfTheImage) {
   }
 }
 
-TEST(Preview, OfExactSamplesWhatIsKnownIsTheImageItself) {
+TEST(Preview, OfUniformSamplingEqualsTheImageInTracedPixels) {
   const Scene scene = exact(24);
   const Rendered rendered = scenes::render(scene, 2);
   std::size_t looks = 0, last = 0;
@@ -91,7 +91,7 @@ TEST(Preview, OfExactSamplesWhatIsKnownIsTheImageItself) {
   EXPECT_GT(last, 0u);
 }
 
-TEST(Preview, IsTheMeanOfWhatAPixelStandsFor) {
+TEST(Preview, IsTheMeanOverTheAreaOfItsPixel) {
   Scene scene = exact(32);
   scene.image.width = 2 * side;
   const Rendered rendered = scenes::render(scene, 2);
@@ -112,7 +112,7 @@ TEST(Preview, IsTheMeanOfWhatAPixelStandsFor) {
   EXPECT_GT(compared, 0u);
 }
 
-TEST(Preview, OfAdaptiveSamplesComesCloserToTheImage) {
+TEST(Preview, OfAdaptiveSamplingConvergesToTheImage) {
   Scene scene = adaptive();
   scene.accuracy.adaptive->target_error = 0.15;
   const Rendered rendered = scenes::render(scene, 2);
@@ -131,8 +131,8 @@ TEST(Preview, OfAdaptiveSamplesComesCloserToTheImage) {
   EXPECT_LT(last, first);
 }
 
-TEST(Preview, OfAWindowThatIsLongIsAtLeastAPixelHigh) {
-  Scene scene = exact(1024);  // some time to look
+TEST(Preview, OfALongWindowIsAtLeastOnePixelHigh) {
+  Scene scene = exact(1024);  // long enough for several previews
   scene.image.width = 900;
   scene.image.height = 3;
   std::size_t looks = 0;

@@ -1,5 +1,5 @@
-// Whole images against the second tracer: equal to the float's last bit, but where a path passes an edge so near that
-// rounding decides.
+// Whole images compared with the reference tracer: equal to the last bit of a float, except where a path passes so
+// close to an edge that rounding decides.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -11,12 +11,12 @@
 
 namespace {
 
-/// How far apart a pixel and the reference may be.
+/// Maximum difference of a pixel from the reference.
 struct Tolerance {
-  /// Half a unit in a float's last place is the film's own. The rest is what rounding grows to over several bounces off
-  /// curved surfaces.
+  /// Half a unit in the last place of the film's floats, and rounding that several bounces off curved surfaces
+  /// amplify.
   oracle::Real relative = 0x1p-24L, absolute = 1e-9L;
-  /// Pixels whose path passes an edge nearer than this may be anything.
+  /// Pixels whose path passes closer to an edge are not compared.
   oracle::Real edge = 1e-9L;
 };
 
@@ -119,7 +119,7 @@ TEST(Image, OfGlassSlabsSpheresAndBubblesEqualsTheReferenceWithAndWithoutFresnel
     }
 }
 
-TEST(Image, OfSolidsWithinAndAcrossEachOtherEqualsTheReferenceByPriority) {
+TEST(Image, OfNestedAndOverlappingSolidsEqualsTheReference) {
   for (const int first : {0, 1, 2, 3}) {
     SCOPED_TRACE(first);
     tracer::Scene scene = glass_scene(1.5, true);
@@ -140,7 +140,7 @@ TEST(Image, OfSolidsWithinAndAcrossEachOtherEqualsTheReferenceByPriority) {
   }
 }
 
-TEST(Image, WhoseRaysBranchTwoToTheSixteenthTimesEqualsTheReference) {
+TEST(Image, OfRaysWithTwoToTheSixteenthBranchesEqualsTheReference) {
   // Shells that split every ray in two, inside a mirror that lets none out: generations far larger than are traced at
   // once.
   tracer::Scene scene = scenes::empty(effort::cases(100) < 100 ? 1 : 2);
@@ -186,7 +186,7 @@ TEST(Image, IsTheMeanOfTheReferenceOverTheSamplePositions) {
   }
 }
 
-TEST(Image, OfMeshesEqualsTheReferenceToTheFloatsTheirCornersAreKeptIn) {
+TEST(Image, OfMeshesEqualsTheReferenceUpToFloatVertices) {
   for (const bool smooth : {false, true})
     for (int material = 0; material < 3; ++material) {
       SCOPED_TRACE(std::to_string(material) + (smooth ? " smooth" : " flat"));

@@ -1,4 +1,4 @@
-// Files that scenes name, kept between them: which are read again, and that nobody sees a difference.
+// Scene cache with files: which of them are read again, and that the images stay the same.
 #include <gtest/gtest.h>
 
 #include "tests/property/still_life.h"
@@ -19,7 +19,7 @@ Scene with_file(Scene scene, bool smooth = false) {
   return scene;
 }
 
-/// Reads the file, which has normals, as `whole`, where it is asked for.
+/// Reads the file, which has normals, as `whole`, if the scene still names it.
 struct Frame {
   Compiled compiled;
   bool reads_file = false;
@@ -36,7 +36,7 @@ Frame frame(Scene unread, const Scene& whole, const std::string& content, SceneC
   return frame;
 }
 
-TEST(SceneCache, SparesFramesTheReadingOfMeshFilesAndTheirImagesAreTheSame) {
+TEST(SceneCache, AvoidsReadingMeshFilesForFurtherFrames) {
   for (const bool file_has_normals : {true, false}) {
     SceneCache cache(plenty);
     Scene whole = still_life();
@@ -58,7 +58,7 @@ TEST(SceneCache, SparesFramesTheReadingOfMeshFilesAndTheirImagesAreTheSame) {
   }
 }
 
-TEST(SceneCache, ReadsMeshFilesAgainWhereTheyOrTheirPlacesAreOthers) {
+TEST(SceneCache, ReadsMeshFilesAgainIfTheyOrTheirTransformsChange) {
   SceneCache cache(plenty);
   const Scene whole = still_life();
   const auto reads = [&](const Scene& unread, const std::string& content) {
@@ -77,7 +77,7 @@ TEST(SceneCache, ReadsMeshFilesAgainWhereTheyOrTheirPlacesAreOthers) {
   EXPECT_FALSE(reads(with_file(whole), "b")) << "all of them are kept";
 }
 
-TEST(SceneCache, KeepsNothingOfFilesWhoseContentIsNotKnown) {
+TEST(SceneCache, StoresNothingOfFilesWithUnknownContent) {
   SceneCache cache(plenty);
   const Scene whole = still_life();
   EXPECT_TRUE(frame(with_file(whole), whole, "", cache).reads_file);
@@ -85,7 +85,7 @@ TEST(SceneCache, KeepsNothingOfFilesWhoseContentIsNotKnown) {
   EXPECT_EQ(cache.memory_bytes().all(), 0u);
 }
 
-TEST(SceneCache, SparesMeshesThatInstancesPlaceTheReadingOfTheirFiles) {
+TEST(SceneCache, AvoidsReadingMeshFilesOfPrototypes) {
   SceneCache cache(plenty);
   Scene whole = still_life();
   whole.prototypes.push_back({{whole.objects[0]}, "/prototypes/vase"});
@@ -158,7 +158,7 @@ TEST(SceneCache, DecodesAnImageOnceForEachColorSpace) {
   EXPECT_EQ(images(floor_with_image(), file, "", cache), (Images{0, 1})) << "its content is not known";
 }
 
-TEST(SceneCache, HoldsImagesAndGeometryToOneBudget) {
+TEST(SceneCache, HasOneBudgetForImagesAndGeometry) {
   SceneCache measured(plenty);
   const Assets file = image_file(256, 1);
   images(floor_with_image(), file, "a", measured);

@@ -1,4 +1,4 @@
-// Geometry kept between scenes: who shares it, who must not, and what threads, cancels and budgets do to it.
+// Scene cache: sharing of geometry between scenes, threads, cancellation and budget.
 #include "tracer/scene_cache.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ struct Change {
   std::function<void(Scene&)> make;
 };
 
-TEST(SceneCache, ServesScenesThatDifferInAllButShapesWithTheImageTheyHaveWithoutIt) {
+TEST(SceneCache, GivesTheSameImagesToScenesThatShareShapes) {
   const std::vector<Change> changes = {
       {"nothing", [](Scene&) {}},
       {"camera",
@@ -66,7 +66,7 @@ TEST(SceneCache, ServesScenesThatDifferInAllButShapesWithTheImageTheyHaveWithout
   }
 }
 
-TEST(SceneCache, BuildsAgainWhereARayCouldTell) {
+TEST(SceneCache, RebuildsGeometryIfTheImageCouldDiffer) {
   const std::vector<Change> changes = {
       {"a vertex, by its last bit",
        [](Scene& s) {
@@ -107,7 +107,7 @@ TEST(SceneCache, BuildsAgainWhereARayCouldTell) {
   }
 }
 
-TEST(SceneCache, KeepsWithinItsBudgetWhatWasUsedLast) {
+TEST(SceneCache, EvictsTheLeastRecentlyUsed) {
   SceneCache big(plenty);
   reuses(still_life(), big);
   const std::uint64_t each = big.memory_bytes().all();
@@ -125,7 +125,7 @@ TEST(SceneCache, KeepsWithinItsBudgetWhatWasUsedLast) {
   EXPECT_FALSE(reuses(b, cache));
 }
 
-TEST(SceneCache, KeepsNeitherWhatIsLargerThanItsBudgetNorWhatIsBuiltAtOnce) {
+TEST(SceneCache, StoresNeitherTooLargeNorTrivialParts) {
   SceneCache none(0);
   EXPECT_FALSE(reuses(still_life(), none));
   EXPECT_FALSE(reuses(still_life(), none));
@@ -139,7 +139,7 @@ TEST(SceneCache, KeepsNeitherWhatIsLargerThanItsBudgetNorWhatIsBuiltAtOnce) {
   EXPECT_EQ(cache.memory_bytes().all(), 0u);
 }
 
-TEST(SceneCache, ClearedKeepsNothingAndWhatWasCompiledStays) {
+TEST(SceneCache, KeepsCompiledScenesValidWhenCleared) {
   auto cache = std::make_unique<SceneCache>(plenty);
   const Compiled scene = compiled(still_life(), cache.get());
   cache->clear();
@@ -150,7 +150,7 @@ TEST(SceneCache, ClearedKeepsNothingAndWhatWasCompiledStays) {
   EXPECT_EQ(render(*scene, {.threads = 1}, control)->image.rgb, scenes::render(still_life()).image.rgb);
 }
 
-TEST(SceneCache, HasOneOfManyAtOnceBuild) {
+TEST(SceneCache, BuildsOnceForConcurrentScenes) {
   SceneCache cache(plenty);
   const Scene scene = still_life();
   std::vector<Compiled> results(8);
@@ -161,8 +161,8 @@ TEST(SceneCache, HasOneOfManyAtOnceBuild) {
   EXPECT_EQ(std::count_if(results.begin(), results.end(), built), 1);
 }
 
-/// Whoever builds is among those that are cancelled at any moment.
-TEST(SceneCache, DoesNotTakeOthersAlongWhenOneIsCancelled) {
+/// The thread that builds may be one of those that are cancelled.
+TEST(SceneCache, LetsOthersBuildIfTheBuilderIsCancelled) {
   const Scene scene = still_life();
   int cancelled = 0;
   for (int round = 0; round < 40; ++round) {

@@ -1,4 +1,4 @@
-// One triangle under flat, smooth and Gouraud shading, each pixel beside the formula by hand.
+// One triangle under flat, smooth and Gouraud shading, each pixel compared with the formula.
 #include <gtest/gtest.h>
 
 #include "tests/support/pixel_ray.h"
@@ -28,7 +28,7 @@ Scene lit_triangle(Material::Shading shading) {
   return scene;
 }
 
-/// I_local at a place with a unit normal, as the formula of scene.h says; `seen` is the place towards which the eye
+/// I_local at a place with a unit normal, by the formula of scene.h; `seen` is the place towards which the eye
 /// looks.
 Real local(const Scene& scene, const Vec& seen, const Vec& place, const Vec& normal) {
   const Material& material = scene.materials[0];
@@ -46,7 +46,7 @@ Real local(const Scene& scene, const Vec& seen, const Vec& place, const Vec& nor
   return sum;
 }
 
-/// Weights of the corners where the pixel's ray meets the triangle's plane (Cramer's rule).
+/// Weights of the corners where the pixel's ray intersects the triangle's plane (Cramer's rule).
 std::array<Real, 3> weights(const Scene& scene, std::uint32_t x, std::uint32_t y) {
   const Vec o = scene.camera.position, d = oracle::through(scene, x, y);
   const Vec a = corners[0], e1 = Vec(corners[1]) - a, e2 = Vec(corners[2]) - a, s = o - a;

@@ -1,4 +1,4 @@
-// Depth maps instead of shadow rays: right but for the last texel before an edge, for every kind and place of light.
+// Depth maps instead of shadow rays: exact up to the last texel before an edge, for every type and place of a light.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -36,20 +36,20 @@ Real distance_from_line(const Vec& point, const Vec& on_line, const Vec& directi
   return length(offset - dot(offset, direction) * direction);
 }
 
-struct Verdict {
+struct Differences {
   int dark = 0, wrong = 0, wrong_elsewhere = 0;
 };
 
-/// Compares the map's shadow of the ball on the floor with the exact one; what differs more than a texel's half
-/// diagonal from the edge, measured where the light passes the ball, is wrong elsewhere.
+/// Compares the map's shadow of the ball on the floor with the exact one. Differences farther from the edge than half
+/// the diagonal of a texel, measured where the light passes the ball, are counted as wrong elsewhere.
 template <class TowardsLight>
-Verdict judge(const Scene& scene, Real texel, const TowardsLight& towards_light) {
+Differences compare_shadows(const Scene& scene, Real texel, const TowardsLight& towards_light) {
   const Rendered exact = scenes::render(scene);
   const Rendered seen = scenes::approximated(scene, {.shadows = Approximations::Shadows::map});
   EXPECT_GT(exact.statistics.rays.shadow, 0u);
   EXPECT_EQ(seen.statistics.rays.shadow, 0u);
   const Vec eye = scene.camera.position;
-  Verdict verdict;
+  Differences found;
   for (std::uint32_t y = 0; y < side; ++y)
     for (std::uint32_t x = 0; x < side; ++x) {
       const Vec direction = oracle::through(scene, x, y);
@@ -58,48 +58,53 @@ Verdict judge(const Scene& scene, Real texel, const TowardsLight& towards_light)
       const Real from_axis = distance_from_line(ball, place, towards_light(place));
       const bool lit = *exact.image.pixel(x, y) > 0;
       EXPECT_TRUE(lit == (from_axis > 1) || std::abs(from_axis - 1) < 1e-9L);
-      verdict.dark += lit ? 0 : 1;
+      found.dark += lit ? 0 : 1;
       if (*seen.image.pixel(x, y) == *exact.image.pixel(x, y)) continue;
-      ++verdict.wrong;
-      if (std::abs(from_axis - 1) > 0.71L * texel) ++verdict.wrong_elsewhere;
+      ++found.wrong;
+      if (std::abs(from_axis - 1) > 0.71L * texel) ++found.wrong_elsewhere;
     }
-  return verdict;
+  return found;
 }
 
-void expect_well(const Verdict& verdict) {
-  EXPECT_GT(verdict.dark, 200);
-  EXPECT_LT(verdict.wrong, verdict.dark / 4);
-  EXPECT_EQ(verdict.wrong_elsewhere, 0) << "of " << verdict.wrong;
+void expect_exact_up_to_a_texel(const Differences& found) {
+  EXPECT_GT(found.dark, 200);
+  EXPECT_LT(found.wrong, found.dark / 4);
+  EXPECT_EQ(found.wrong_elsewhere, 0) << "of " << found.wrong;
 }
 
-TEST(AShadowMap, OfALightOutsideIsWrongOnTheLastTexelAlone) {
+TEST(ShadowMap, OfALightOutsideIsExactUpToOneTexel) {
   const Vec light{3, 8, 2};
   const Scene scene = ball_over_floor(scenes::point_light({3, 8, 2}));
   // The window holds the ball's bounding box, whose corners are sqrt(3) from its middle; 4 texels for each pixel.
   const Real distance = length(light - ball), tangent = std::sqrt(3 / (distance * distance - 3));
-  expect_well(judge(scene, 2 * tangent * (distance + 1) / (2 * side), [&](const Vec& p) { return unit(light - p); }));
+  expect_exact_up_to_a_texel(
+      compare_shadows(scene, 2 * tangent * (distance + 1) / (2 * side), [&](const Vec& p) { return unit(light - p); }));
 }
 
-TEST(AShadowMap, OfALightAmongThingsLooksAllAround) {
+TEST(ShadowMap, OfALightInsideTheSceneCoversAllDirections) {
   const Vec light{3, 8, 2};
   Scene scene = ball_over_floor(scenes::point_light({3, 8, 2}));
   for (const double z : {-30.0, 30.0}) scenes::add(scene, Sphere{{0, 1, z}, 1}, scenes::matte({1, 1, 1}));
   const Real texels = std::floor(std::sqrt(4.0L * side * side / 6));
-  expect_well(judge(scene, 2 * (length(light - ball) + 1) / texels, [&](const Vec& p) { return unit(light - p); }));
+  expect_exact_up_to_a_texel(
+      compare_shadows(scene, 2 * (length(light - ball) + 1) / texels, [&](const Vec& p) { return unit(light - p); }));
 }
 
-TEST(AShadowMap, OfADirectionalLightHasParallelRays) {
+TEST(ShadowMap, OfADirectionalLightHasParallelRays) {
   const Scene scene = ball_over_floor(scenes::directional_light({-1, -2, 0.5}));
-  expect_well(judge(scene, 2 * std::sqrt(3.0L) / (2 * side), [](const Vec&) { return unit(Vec{1, 2, -0.5L}); }));
+  expect_exact_up_to_a_texel(compare_shadows(scene, 2 * std::sqrt(3.0L) / (2 * side), [](const Vec&) {
+    return unit(Vec{1, 2, -0.5L});
+  }));
 }
 
-TEST(AShadowMap, OfALightAsFarAsTheMoonHasThemToo) {
+TEST(ShadowMap, OfAVeryDistantLightHasParallelRays) {
   const Scene scene = ball_over_floor(scenes::point_light({3e9, 8e9, 2e9}));
   const Vec light{3e9L, 8e9L, 2e9L};
-  expect_well(judge(scene, 2 * std::sqrt(3.0L) / (2 * side), [&](const Vec& p) { return unit(light - p); }));
+  expect_exact_up_to_a_texel(
+      compare_shadows(scene, 2 * std::sqrt(3.0L) / (2 * side), [&](const Vec& p) { return unit(light - p); }));
 }
 
-TEST(AShadowMap, OfASoftLightIsThatOfItsMiddle) {
+TEST(ShadowMap, OfAnAreaLightIsThatOfItsCenter) {
   Light soft = scenes::point_light({});
   soft.source = DiscLight{{3, 8, 2}, {0, -1, 0}, 0.5};
   const Scene blurred = ball_over_floor(soft), sharp = ball_over_floor(scenes::point_light({3, 8, 2}));
@@ -115,7 +120,7 @@ TEST(AShadowMap, OfASoftLightIsThatOfItsMiddle) {
   EXPECT_GT(dark, 200);
 }
 
-TEST(AShadowMap, OfALampIgnoresTheBulbWithin) {
+TEST(ShadowMap, OfASphereLightIgnoresASphereInsideIt) {
   Light lamp = scenes::point_light({});
   lamp.source = SphereLight{{3, 4, 2}, 0.5};
   Scene scene = ball_over_floor(lamp);
@@ -127,7 +132,7 @@ TEST(AShadowMap, OfALampIgnoresTheBulbWithin) {
 }
 
 /// One convex body alone: no part of it is in the way of what faces the light.
-TEST(AShadowMap, LeavesNoStainsOnWhatNothingHides) {
+TEST(ShadowMap, HasNoSelfShadowing) {
   Mesh facets = scenes::icosphere(3);
   const std::vector<std::pair<std::string, Shape>> bodies{
       {"sphere", Sphere{{0, 0, 0}, 1}},
@@ -150,7 +155,7 @@ TEST(AShadowMap, LeavesNoStainsOnWhatNothingHides) {
       }
 }
 
-TEST(AShadowMap, KnowsPlanesWhereverTheyAre) {
+TEST(ShadowMap, ContainsPlanesAnywhere) {
   for (const bool lets_light_through : {false, true}) {
     Scene scene = scenes::empty(64);
     scene.camera = {{0, 12, 5}, {0, 0, 0}, {0, 1, 0}, 100};
@@ -166,7 +171,7 @@ TEST(AShadowMap, KnowsPlanesWhereverTheyAre) {
   }
 }
 
-TEST(AShadowMap, DoesNotShowWhatLetsLightThrough) {
+TEST(ShadowMap, OmitsTransmissiveSurfaces) {
   Scene scene = ball_over_floor(scenes::point_light({3, 8, 2}));
   scene.materials[0].transmission = 0.5;
   scene.materials[0].transparency = Material::Transparency::filtered;
@@ -174,7 +179,7 @@ TEST(AShadowMap, DoesNotShowWhatLetsLightThrough) {
   EXPECT_EQ(mapped(scene).image.rgb, scenes::render(scene).image.rgb);
 }
 
-TEST(AShadowMap, CountsAsMemoryOfTheCompiledScene) {
+TEST(ShadowMap, CountsAsMemoryOfTheCompiledScene) {
   Scene scene = ball_over_floor(scenes::point_light({3, 8, 2}));
   RenderControl control;
   const std::uint64_t without = memory_bytes(**compile(scene, control));
@@ -182,12 +187,12 @@ TEST(AShadowMap, CountsAsMemoryOfTheCompiledScene) {
   EXPECT_EQ(memory_bytes(**compile(scene, control)) - without, 4 * (2 * side) * (2 * side));
 }
 
-TEST(AShadowMap, IsTheSameOnAnyNumberOfThreads) {
+TEST(ShadowMap, IsBitIdenticalForAnyNumberOfThreads) {
   const Scene scene = ball_over_floor(scenes::point_light({3, 8, 2}));
   EXPECT_EQ(mapped(scene, 1).image.rgb, mapped(scene, 3).image.rgb);
 }
 
-TEST(AShadowMap, OfACropIsThatOfTheImage) {
+TEST(ShadowMap, OfACropEqualsThatOfTheFullImage) {
   Scene scene = ball_over_floor(scenes::point_light({3, 8, 2}));
   const Rendered whole = mapped(scene);
   scene.image.crop = PixelWindow{60, 70, 120, 100};

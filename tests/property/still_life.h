@@ -17,15 +17,15 @@ inline constexpr std::uint64_t plenty = 1u << 30;
 
 using Compiled = std::shared_ptr<const CompiledScene>;
 
-/// Of a scene without files; null where it was cancelled.
+/// Compiles a scene without files; null after cancellation.
 inline Compiled compiled(Scene scene, SceneCache* cache, RenderControl& control) {
-  std::shared_ptr<SceneCacheEntry> claim;
+  std::shared_ptr<SceneCacheEntry> entry;
   if (cache != nullptr) {
-    auto claimed = cache->acquire(scene, {}, control);
-    if (!claimed) return nullptr;
-    claim = *std::move(claimed);
+    auto acquired = cache->acquire(scene, {}, control);
+    if (!acquired) return nullptr;
+    entry = *std::move(acquired);
   }
-  auto result = compile(scene, control, {}, claim.get());
+  auto result = compile(scene, control, {}, entry.get());
   return result ? *result : nullptr;
 }
 
@@ -38,7 +38,7 @@ inline Compiled compiled(const Scene& scene, SceneCache* cache) {
 
 inline bool reuses(const Scene& scene, SceneCache& cache) { return cache_hits(*compiled(scene, &cache)).geometry; }
 
-/// A mesh, glass, quadrics, loose triangles and a plane: something of everything.
+/// A mesh, glass, quadrics, loose triangles and a plane: one of each kind of geometry.
 inline Scene still_life(double size = 1) {
   Scene scene = scenes::empty(40);
   scene.camera = {{0, 1, 5}, {0, 0, 0}, {0, 1, 0}, 40};
@@ -53,7 +53,7 @@ inline Scene still_life(double size = 1) {
   return scene;
 }
 
-/// Of a still life, or what was made of one.
+/// The mesh of a still life, or of a scene derived from one.
 inline Mesh& mesh_of(Scene& scene) { return std::get<Mesh>(scene.objects[0].shape); }
 
 }  // namespace still_life_tests

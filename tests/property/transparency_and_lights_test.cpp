@@ -1,5 +1,4 @@
-// One pixel against its formula: spots, lights shrunk to a point, means over a light's surface, absorption, and both
-// ways of seeing straight through.
+// One pixel compared with its formula: spot lights, area lights, absorption, and unrefracted transparency.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,7 +12,7 @@ using namespace tracer;
 
 constexpr double degree = std::numbers::pi / 180;
 
-/// What a camera at (0, 0, 5) sees straight ahead.
+/// Radiance at a camera at (0, 0, 5) in its viewing direction.
 std::array<double, 3> ahead(Scene scene) {
   scene.image = {1, 1};
   scene.camera = {{0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 0.01};
@@ -36,7 +35,7 @@ double wall_lit_by(const Light& light, std::uint32_t samples = 1) {
   return ahead(scene)[0];
 }
 
-TEST(ASpot, IsFullWithinTheInnerAngleNothingBeyondTheOuterAndSmoothBetween) {
+TEST(SpotLight, IsFullWithinTheInnerAngleNothingBeyondTheOuterAndSmoothBetween) {
   for (const double angle : {0.0, 9.0, 10.0, 12.0, 15.0, 19.9, 20.1, 40.0}) {
     // From (0, 0, 2), aimed so that the wall's origin is off its axis by the angle.
     const SpotLight spot{{0, 0, 2}, {std::sin(angle * degree), 0, -std::cos(angle * degree)}, 10, 20};
@@ -71,7 +70,7 @@ double mean_over(const Point& point) {
   return sum / (n * n);
 }
 
-TEST(SoftLights, ShineAsTheMeanOverTheirLengthAreaOrSurface) {
+TEST(SoftLights, AreTheMeanOverTheirLengthAreaOrSurface) {
   const auto lit = [](const LightSource& source) {
     Light light = light_of(source);
     light.attenuation.kind = Attenuation::Kind::inverse_square;
@@ -115,7 +114,7 @@ TEST(Absorption, OfASlabIsExponentialInItsThickness) {
   }
 }
 
-TEST(AHollow, MayBeASphereOfAirWithHigherPriorityOrAMeshTurnedInsideOut) {
+TEST(Hollow, EqualsASphereOfAirOfHigherPriorityAndAMeshTurnedInsideOut) {
   Material wine = scenes::glass(1);
   wine.fresnel = false;
   wine.reflection = 0;
@@ -135,7 +134,7 @@ TEST(AHollow, MayBeASphereOfAirWithHigherPriorityOrAMeshTurnedInsideOut) {
   EXPECT_NEAR(ahead(inside_out)[0], std::exp(-2.0), 2e-3) << "facets lie a little within the ball";
 }
 
-TEST(ThinPanes, InterpolateOrFilterWhatIsBehindThem) {
+TEST(ThinPanes, InterpolateOrFilterTheRadianceBehindThem) {
   Material pane = scenes::matte({0.2, 0.4, 0.8});
   pane.transmission = 0.25;
   pane.emission = {0.05, 0, 0};
@@ -155,7 +154,7 @@ TEST(ThinPanes, InterpolateOrFilterWhatIsBehindThem) {
   }
 }
 
-TEST(AnInstance, IsBitForBitItsFlattenedCopy) {
+TEST(Instance, IsBitIdenticalToItsFlattenedCopy) {
   Scene flat = scenes::random(5, 32), placed = flat;
   const std::size_t first = flat.objects.size();
   const Transform stretched{{{{1.5, 0.25, 0, 0.5}, {0, 0.75, 0.5, -0.25}, {0.25, 0, -1, 0.125}}}};

@@ -63,7 +63,7 @@ TEST(Comparison, OfARampIsTheRootMeanSquareOfItsSteps) {
   EXPECT_DOUBLE_EQ(found.differing, 0.98);
 }
 
-TEST(Comparison, IsTheSameBothWaysButForTheSignOfItsBias) {
+TEST(Comparison, IsSymmetricExceptForTheSignOfItsBias) {
   const DisplayImage a = noise(31, 23, 2), b = noise(31, 23, 3);
   const Comparison forth = compared(a, b), back = compared(b, a);
   EXPECT_EQ(forth.rmse, back.rmse);
@@ -99,7 +99,7 @@ TEST(DifferingPixels, AreThoseMoreThanALevelApartAndNotThoseExactlyALevelApart) 
   EXPECT_DOUBLE_EQ(compared(a, b).differing, 0.02);
 }
 
-TEST(WorstPixels, FallAndComeInTheOrderOfTheImageWhereTheyAreEqual) {
+TEST(WorstPixels, AreSortedByDifferenceThenByPosition) {
   const DisplayImage a = constant(100, 9, 8);
   DisplayImage b = a;
   const auto change = [&](std::uint32_t x, std::uint32_t y, int channel, double levels) {
@@ -124,7 +124,7 @@ TEST(WorstPixels, FallAndComeInTheOrderOfTheImageWhereTheyAreEqual) {
   EXPECT_TRUE(compared(a, b, 0).worst.empty());
 }
 
-TEST(WorstPixels, AreTheWorstOfAllForNoise) {
+TEST(WorstPixels, AreTheLargestDifferencesOfNoise) {
   const DisplayImage a = noise(50, 40, 6), b = noise(50, 40, 7);
   const Comparison some = compared(a, b, 20), all = compared(a, b, 2000);
   for (std::size_t i = 0; i < 20; ++i) {
@@ -177,7 +177,7 @@ TEST(HeatMap, FollowsTheColorSchemeOfGreen) {
   EXPECT_GT(unclipped, 600);
 }
 
-TEST(HeatScale, IsAPowerOfTwoThatHoldsEightTimesTheError) {
+TEST(HeatScale, IsAPowerOfTwoOfAtLeastEightTimesTheError) {
   const auto scale = [](double rmse) {
     Comparison comparison;
     comparison.rmse = rmse;

@@ -71,7 +71,7 @@ TEST(ImageFile, GivesTheCodesOfEightAndSixteenBitsExactly) {
   }
 }
 
-TEST(ImageFile, OfLightGetsTheCurve) {
+TEST(ImageFile, OfLinearRadianceIsEncodedAsSrgb) {
   const Image image = ramp();
   const ImageFile file = read(image, Format::exr);
   EXPECT_EQ(file.kind, ImageFormat::openexr);
@@ -79,7 +79,7 @@ TEST(ImageFile, OfLightGetsTheCurve) {
   EXPECT_EQ(read(image, Format::hdr).kind, ImageFormat::hdr);
 }
 
-TEST(ImageFile, OfLossyKindsIsNearTheirImage) {
+TEST(ImageFile, OfALossyFormatIsCloseToItsImage) {
   const Image image{.width = 64, .height = 64, .rgb = std::vector<float>(std::size_t{3} * 64 * 64, 0.3F)};
   for (const auto& [format, kind] : {std::pair{Format::jpg, ImageFormat::jpeg}, {Format::webp, ImageFormat::webp}}) {
     const ImageFile file = read(image, format);
@@ -90,7 +90,7 @@ TEST(ImageFile, OfLossyKindsIsNearTheirImage) {
   }
 }
 
-TEST(ImageFile, WithAllItsLayersCanBeCompared) {
+TEST(ImageFile, WithAllLayersCanBeCompared) {
   Image image = ramp();
   const std::vector<float> three(std::size_t{3} * 256, 1);
   image.alpha = image.layers.depth = std::vector<float>(256, 1);

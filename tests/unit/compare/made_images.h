@@ -1,5 +1,5 @@
 #pragma once
-/// Images made for tests, of values that are known.
+/// Synthetic images with known values.
 
 #include <cstdint>
 #include <functional>

@@ -33,7 +33,7 @@ TEST(SrgbCode, IsTheNearestToTheCurveForAHundredThousandFloatsSpreadOverAllScale
 }
 
 TEST(SrgbCode, ChangesExactlyWhereTheCurvePassesAHalfAndNowhereElse) {
-  // Bisect for the first float of each code with the oracle, then look at it and at the last float before it.
+  // Bisect for the first float of each code with the oracle, then check it and the last float before it.
   for (int code = 1; code < 256; ++code) {
     std::uint32_t below = 0, from = std::bit_cast<std::uint32_t>(1.0F);
     while (from - below > 1) {
@@ -73,7 +73,7 @@ TEST(SrgbCode, OfNanIsBlack) {
   EXPECT_EQ(tracer::srgb8_from_linear(-std::numeric_limits<float>::quiet_NaN()), 0);
 }
 
-TEST(SrgbCode, IsTheSameForARowAsForEachOfItsValues) {
+TEST(SrgbCode, IsTheSameForAnArrayAsForEachValue) {
   std::vector<float> row;
   for (int i = -20; i < 1100; ++i) row.push_back(static_cast<float>(i) / 1000);
   std::vector<std::uint8_t> codes(row.size());
@@ -88,7 +88,7 @@ int code16(float linear) {
   return code;
 }
 
-TEST(SrgbCode16, OfARowIsTheNearestToTheCurveForAHundredThousandFloatsSpreadOverAllScales) {
+TEST(SrgbCode16, IsTheNearestToTheCurveForAHundredThousandFloatsSpreadOverAllScales) {
   std::mt19937 random(2);  // NOLINT: the same floats every time
   std::uniform_int_distribution<std::uint32_t> bits(0, std::bit_cast<std::uint32_t>(1.0F));
   std::uniform_real_distribution<float> unit(0, 1);
@@ -102,7 +102,7 @@ TEST(SrgbCode16, OfARowIsTheNearestToTheCurveForAHundredThousandFloatsSpreadOver
   }
 }
 
-TEST(SrgbCode16, OfARowChangesExactlyWhereTheCurvePassesAHalf) {
+TEST(SrgbCode16, ChangesExactlyWhereTheCurvePassesAHalf) {
   const auto middle = [](int code) {
     const long double encoded = (code - 0.5L) / 65535;
     return encoded <= 0.04045L ? encoded / 12.92L : std::pow((encoded + 0.055L) / 1.055L, 2.4L);
@@ -116,7 +116,7 @@ TEST(SrgbCode16, OfARowChangesExactlyWhereTheCurvePassesAHalf) {
   }
 }
 
-TEST(SrgbCode16, OfARowIsThatOfEachOfItsValuesBeyondBlackAndWhiteToo) {
+TEST(SrgbCode16, IsTheSameForAnArrayAsForEachValue) {
   constexpr float infinity = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
   std::vector<float> row = {nan, -nan, infinity, -infinity, -1.0F, -0.0F, 1e-40F, 1e30F, 1.0F, 1.0000001F};
   for (int i = -20; i < 1100; ++i) row.push_back(static_cast<float>(i) / 1000);
@@ -135,7 +135,7 @@ TEST(SrgbCurve, AgreesWithLongDoubleToAFewUnitsInTheLastPlace) {
   }
 }
 
-TEST(SrgbCurve, IsUndoneByItsInverse) {
+TEST(SrgbCurve, HasAnInverse) {
   // The standard's two pieces do not meet exactly: between their ends the round trip is off by up to 3e-8.
   for (int i = 0; i <= 100'000; ++i) {
     const double linear = i / 100'000.0;

@@ -26,7 +26,7 @@ std::vector<float> toned(std::vector<float> linear, double exposure, Overflow ov
   return linear;
 }
 
-TEST(Tone, LeavesTheImageAsItIsByDefault) {
+TEST(Tone, DoesNotChangeTheImageByDefault) {
   const std::vector<float> linear{0, 0.1F, 1, 7, 1e30F, std::numeric_limits<float>::max()};
   EXPECT_EQ(toned(linear, 0, Overflow::clamp), linear);
 }
@@ -38,20 +38,20 @@ TEST(Tone, ExposesByPowersOfTwo) {
   EXPECT_EQ(toned({1e30F}, 100, Overflow::clamp)[0], std::numeric_limits<float>::max());
 }
 
-TEST(Tone, ScalesByTheBrightestChannelOnlyWhereThatIsAboveOne) {
+TEST(Tone, ScalesByTheBrightestChannelOnlyIfItIsAboveOne) {
   EXPECT_EQ(toned({0.5F, 4, 1}, 0, Overflow::scale), (std::vector<float>{0.125F, 1, 0.25F}));
   EXPECT_EQ(toned({0.5F, 0.25F, 1}, 0, Overflow::scale), (std::vector<float>{0.5F, 0.25F, 1}));
   EXPECT_EQ(toned({0.25F, 0.5F}, 2, Overflow::scale), (std::vector<float>{0.5F, 1})) << "after exposure";
   EXPECT_EQ(toned({0, 0}, 5, Overflow::scale), (std::vector<float>{0, 0}));
 }
 
-TEST(Tone, ReinhardsCurveIsEachChannelOverOnePlusItself) {
+TEST(Tone, AppliesReinhardsCurveToEachChannel) {
   EXPECT_EQ(toned({0, 1, 3, 0.25F}, 0, Overflow::reinhard), (std::vector<float>{0, 0.5F, 0.75F, 0.2F}));
   EXPECT_EQ(toned({0.5F}, 1, Overflow::reinhard), (std::vector<float>{0.5F}));
   EXPECT_EQ(toned({std::numeric_limits<float>::max()}, 100, Overflow::reinhard), (std::vector<float>{1}));
 }
 
-TEST(StraightColor, IsThePremultipliedOneWithoutItsAlpha) {
+TEST(StraightColor, IsThePremultipliedColorDividedByAlpha) {
   const Image image{3, 1, {0.25F, 0.5F, 1, 0.1F, 0.2F, 0.3F, 0, 0, 0}, {0.5F, 1, 0}};
   EXPECT_EQ(straight_color(image), (std::vector<float>{0.5F, 1, 2, 0.1F, 0.2F, 0.3F, 0, 0, 0}));
 }
@@ -83,7 +83,7 @@ std::vector<std::uint8_t> random_codes(std::size_t pixels, std::uint32_t colors)
 
 Code at(const std::vector<std::uint8_t>& codes, std::size_t i) { return {codes[i], codes[i + 1], codes[i + 2]}; }
 
-TEST(Palette, KeepsAnImageOfFewColoursAsItIs) {
+TEST(Palette, DoesNotChangeAnImageOfFewColors) {
   const auto codes = random_codes(5000, 40);
   auto reduced = codes;
   reduce_colors(reduced, 40);
@@ -109,7 +109,7 @@ TEST(Palette, HasTheRequestedNumberOfColorsEachTheLinearMeanOfItsPixels) {
   }
 }
 
-TEST(Palette, CutsWhereHalfOfThePixelsLieOnEitherSide) {
+TEST(Palette, CutsAtTheMedianPixel) {
   std::vector<std::uint8_t> codes{0, 5, 5, 10, 5, 5, 20, 5, 5, 200, 5, 5};
   reduce_colors(codes, 2);
   EXPECT_EQ(at(codes, 0), at(codes, 3));

@@ -58,7 +58,7 @@ TEST(ParetoFront, HasTheNonDominatedPointsFastestFirst) {
   EXPECT_EQ(tracer::pareto_front(points), (std::vector<std::size_t>{2, 4, 0}));
 }
 
-TEST(ParetoFront, OfEqualPointsHasTheFirstAlone) {
+TEST(ParetoFront, HasOnlyTheFirstOfEqualPoints) {
   const std::vector points{point("a", "1", 1, 2), point("a", "2", 1, 2), point("a", "3", 2, 2)};
   EXPECT_EQ(tracer::pareto_front(points), std::vector<std::size_t>{0});
   EXPECT_TRUE(tracer::pareto_front({}).empty());
@@ -138,19 +138,19 @@ TEST(Settings, ApproximateOnlyWhatTheSceneHas) {
   EXPECT_TRUE(has(titles(scene), "approximate reflections: environment"));
 }
 
-TEST(Settings, HoldThePresetsByTheirTargets) {
+TEST(Settings, IncludeThePresets) {
   const auto found = titles(sphere(0), {"target_error"});
   EXPECT_EQ(found, (std::vector<std::string>{"target_error 8", "target_error 4 (draft)", "target_error 2",
                                              "target_error 1 (standard)", "target_error 0.5 (fine)",
                                              "target_error 0.25 (reference)"}));
 }
 
-TEST(Settings, AddTheBaselineToWhatIsComparedWithIt) {
+TEST(Settings, IncludeTheBaselineOfParametersThatVaryIt) {
   EXPECT_TRUE(has(titles(sphere(0), {"approximate"}), "samples 16"));
   EXPECT_FALSE(has(titles(sphere(0), {"target_error"}), "samples 16"));
 }
 
-TEST(Settings, HaveTheDocumentsOwnUnlessItIsOneOfTheOthers) {
+TEST(Settings, IncludeTheDocumentsAccuracyUnlessItIsAnotherSetting) {
   tracer::Scene scene = sphere(0);
   EXPECT_TRUE(has(titles(scene), "document as it is"));
   scene.accuracy.samples = 64;

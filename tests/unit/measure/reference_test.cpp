@@ -28,7 +28,7 @@ tracer::Image flat(double level) {
   return image;
 }
 
-TEST(Reference, HasAStandardErrorOfItsImagesSpreadOverTheRootOfTheirNumber) {
+TEST(Reference, HasTheStandardErrorOfTheMeanOfItsImages) {
   tracer::Reference reference = tracer::empty_reference(small_scene(), 64);
   for (const double level : {99.0, 101.0, 99.0, 101.0}) add(reference, flat(level));
   EXPECT_NEAR(standard_error(reference, {}), std::sqrt(4.0 / 3) / 2, 1e-3);  // variance 4/3 of the four, over 4
@@ -40,14 +40,14 @@ TEST(Reference, OfEqualImagesHasNoError) {
   EXPECT_EQ(standard_error(reference, {}), 0);
 }
 
-TEST(Reference, ShowsTheMeanOfTheLightNotOfTheCodes) {
+TEST(Reference, AveragesRadianceInsteadOfCodes) {
   tracer::Reference reference = tracer::empty_reference(small_scene(), 64);
   add(reference, flat(0));
   add(reference, flat(255));
   EXPECT_NEAR(to_display(reference, {}).codes[0] / tracer::codes_per_level, 187.516, 1e-2);  // sRGB of one half
 }
 
-TEST(Reference, IsMadeOfImagesThatDifferFromEachOtherAndFromTheSceneInTheirSeed) {
+TEST(Reference, UsesADifferentSeedForEachImage) {
   tracer::Scene scene = small_scene();
   scene.accuracy.seed = 7;
   tracer::Reference reference = tracer::empty_reference(scene, 64);

@@ -1,5 +1,4 @@
-// Mesh files of any bytes: a sentence with the place, in little time and memory, and never a mesh that breaks a
-// promise.
+// Invalid mesh files: an error with its position, in bounded time and memory, and never an invalid mesh.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 

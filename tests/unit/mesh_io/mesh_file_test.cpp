@@ -63,7 +63,7 @@ TEST(ObjFile, AcceptsEveryLineEnding) {
     EXPECT_EQ(corners(read(with_line_ends(mesh_files::obj(pyramid()), line_end))), expected()) << line_end;
 }
 
-TEST(ObjFile, MayCountFromTheEndAndJoinLinesAndWriteNumbersInAnyForm) {
+TEST(ObjFile, SupportsNegativeIndicesContinuationLinesAndAllNumberFormats) {
   const std::string plain = square_obj("f 1 2 3 4\n");
   const std::vector<Corner> square = corners(read(plain));
   for (const char* same :
@@ -80,7 +80,7 @@ TEST(ObjFile, HasOneVertexPerCombinationOfIndices) {
   EXPECT_TRUE(mesh.normals.empty());
 }
 
-TEST(ObjFile, GivesCornersWithoutNormalThatOfTheirFaceWhereOthersHaveOne) {
+TEST(ObjFile, GivesCornersWithoutNormalTheFaceNormalIfOthersHaveOne) {
   // A ridge along y: the faces on both sides have normals of their own, the third face gives its own.
   const Mesh mesh = read(
       "v 0 0 1\nv 0 1 1\nv -1 0 0\nv 1 0 0\nv 0 -1 0\nvn 0 0 3\nvn 0 0 0\n"
@@ -96,7 +96,7 @@ TEST(ObjFile, GivesCornersWithoutNormalThatOfTheirFaceWhereOthersHaveOne) {
   }
 }
 
-TEST(ObjFile, HasNoSeamWhereUvsAreCutWhenItIsSmooth) {
+TEST(ObjFile, IsSmoothAcrossUvSeams) {
   // Two faces of a ridge whose uvs differ on both sides of it.
   const std::string ridge = "v 0 0 1\nv 0 1 1\nv -1 0 0\nv 1 0 0\nvt 0 0\nvt 1 0\nf 1/1 2/1 3/1\nf 2/2 1/2 4/2\n";
   const Mesh smooth = read(ridge, true);
@@ -140,7 +140,7 @@ TEST(PlyFile, ReadsKnownElementsInAnyOrderAndSkipsOthers) {
   EXPECT_EQ(got[6].position, (Vec3{0, 1, 0.5}));
 }
 
-TEST(PlyFile, KeepsTheOrderOfFacesBehindThatOfStrips) {
+TEST(PlyFile, PutsStripsBeforeFacesInFileOrder) {
   const Mesh mesh = read(
       "ply\nformat ascii 1.0\nelement face 4\nproperty list uchar int vertex_indices\n"
       "element tristrips 1\nproperty list int int vertex_indices\n"

@@ -1,5 +1,5 @@
-// draw_plot svg|png: a plot as lines of words separated by tabs on standard input, its bytes on standard output. Lets a
-// test in another language, with readers of its own, look at what the writers make.
+// draw_plot svg|png: a plot as lines of words separated by tabs on standard input, its bytes on standard output, for
+// the readers of plot_test.py.
 //   title TEXT | note TEXT | size WIDTH HEIGHT | x LABEL linear|log | y LABEL linear|log
 //   series NAME MARK JOIN [dashed] | point X Y [LABEL]
 #include <cstdio>

@@ -24,7 +24,7 @@ std::vector<std::string> texts(const Ticks& found) {
 
 using Texts = std::vector<std::string>;
 
-TEST(Scale, PutsValuesAtEvenDistancesAndPowersAtEvenDistancesOnALogarithmicOne) {
+TEST(Scale, IsLinearOrLogarithmic) {
   const Scale linear{.low = 2, .high = 6, .from = 100, .to = 300};
   EXPECT_DOUBLE_EQ(linear.place(2), 100);
   EXPECT_DOUBLE_EQ(linear.place(3), 150);
@@ -42,13 +42,13 @@ TEST(Scale, CoversItsValuesWithAMarginOfATwentieth) {
   EXPECT_NEAR(std::log10(decades.high), 2.1, 1e-14);
 }
 
-TEST(Scale, BeginsAtZeroWhereTheLeastOfPositiveValuesIsBelowHalfOfTheGreatest) {
+TEST(Scale, BeginsAtZeroIfTheLeastPositiveValueIsBelowHalfOfTheGreatest) {
   EXPECT_EQ(covering({4, 10}, false).low, 0);
   EXPECT_GT(covering({6, 10}, false).low, 0);
   EXPECT_LT(covering({-1, 10}, false).low, -1);
 }
 
-TEST(Scale, HasRoomAroundASingleValueAndWhenThereIsNone) {
+TEST(Scale, HasAPositiveRangeForOneValueAndForNone) {
   for (const double value : {-3.0, 0.0, 7.0, 1e-310, 1e300, -1e300}) {
     const Scale scale = covering({value, value}, false);
     EXPECT_LT(scale.low, value) << value;
@@ -67,7 +67,7 @@ TEST(Scale, HasRoomAroundASingleValueAndWhenThereIsNone) {
   }
 }
 
-TEST(Scale, ShowsNoValueThatHasNoPlaceOnIt) {
+TEST(Scale, RejectsValuesThatCannotBeDrawn) {
   for (const double value : {std::nan(""), infinity, -infinity, 2e300}) {
     EXPECT_FALSE(can_show(value, false)) << value;
     EXPECT_FALSE(can_show(value, true)) << value;
@@ -106,7 +106,7 @@ TEST(Ticks, AreMultiplesOfOneTwoOrFiveTimesAPowerOfTen) {
   EXPECT_EQ(texts(ticks(negative, fifty)), (Texts{"0", "10", "20", "30"}));
 }
 
-TEST(Ticks, AreDecadesWithTheirNinthsBetweenWhereThatFits) {
+TEST(Ticks, AreDecadesWithMinorTicksBetween) {
   const Scale scale{.low = 0.05, .high = 20, .logarithmic = true, .from = 0, .to = 260};  // 100 pixels a decade
   const Ticks found = ticks(scale, fifty);
   EXPECT_EQ(texts(found), (Texts{"0.1", "1", "10"}));
@@ -115,7 +115,7 @@ TEST(Ticks, AreDecadesWithTheirNinthsBetweenWhereThatFits) {
   EXPECT_EQ(texts(ticks(wide, fifty)), (Texts{"1", "2", "5", "10"}));
 }
 
-TEST(Ticks, SkipDecadesWhereThereAreTooManyAndFollowALinearAxisWhereThereAreTooFew) {
+TEST(Ticks, SkipDecadesIfThereAreTooManyAndAreLinearIfThereAreTooFew) {
   const Scale many{.low = 1e-20, .high = 1e20, .logarithmic = true, .from = 0, .to = 300};
   EXPECT_EQ(texts(ticks(many, fifty)), (Texts{"10⁻²⁰", "10⁻¹⁰", "1", "10¹⁰", "10²⁰"}));
   const Scale few{.low = 1.15, .high = 1.42, .logarithmic = true, .from = 0, .to = 300};

@@ -79,7 +79,7 @@ TEST(EnvironmentBackground, TurnsWithItsRotationCounterClockwiseSeenFromAbove) {
   }
 }
 
-TEST(EnvironmentBackground, StandsOnTheCamerasUp) {
+TEST(EnvironmentBackground, IsAlignedWithTheCamerasUp) {
   const CompiledBackground sky = numbered(0, {0, 0, 5});
   EXPECT_EQ(sky.radiance(normalize({1, -0.01, 0.1}), 0), (Color{4, 1, 0})) << "+x where up is along z, -y to the right";
   EXPECT_EQ(sky.radiance(normalize({1, -0.01, 20}), 0), (Color{4, 0, 0}));
@@ -162,7 +162,7 @@ TEST(EnvironmentBackground, CoversColumnsInProportionToTheLatitude) {
   }
 }
 
-TEST(CubeBackground, ShowsEachDirectionItsFaceRightWayUp) {
+TEST(CubeBackground, OrientsEachFace) {
   // Each face 4 x 4: red is the face, green the column, blue the row.
   std::vector<Texture> textures(6, imaged(Texture::Filter::nearest));
   Images images;

@@ -65,7 +65,7 @@ TEST(ImageDecoder, UsesTheColorSpaceOfTheScene) {
   expect_ramp(image_file("good_tiled.exr", ColorSpace::srgb), true, 1e-6);
 }
 
-TEST(ImageDecoder, LeavesAlphaOutAndColoursAsTheyAre) { expect_ramp(image_file("good_rgba.png"), true, 0.005); }
+TEST(ImageDecoder, IgnoresAlpha) { expect_ramp(image_file("good_rgba.png"), true, 0.005); }
 
 TEST(ImageDecoder, MakesThreeEqualChannelsOfGrey) {
   for (const char* name : {"good_grey.png", "good_grey_alpha.png", "good_grey.jpg"}) {

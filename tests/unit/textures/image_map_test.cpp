@@ -39,7 +39,7 @@ Real expected_bilinear(const Image& image, double u, double v, const Wraps& wrap
   return (1 - t) * ((1 - s) * red(i, j) + s * red(i + 1, j)) + t * ((1 - s) * red(i, j + 1) + s * red(i + 1, j + 1));
 }
 
-TEST(ImageMap, HasVNoughtAtTheBottomRow) {
+TEST(ImageMap, HasVZeroAtTheBottomRow) {
   const Image image{2, 2, {1, 0, 0, 2, 0, 0, 3, 0, 0, 4, 0, 0}};  // row 0, on top: 1 2
   const ImageMap map(image);
   EXPECT_EQ(map.nearest({0.1, 0.1}, {}).r, 3);
@@ -63,7 +63,7 @@ TEST(ImageMap, InterpolatesBetweenTexelCentresUnderEveryWrap) {
   }
 }
 
-TEST(ImageMap, TakesAnyCoordinate) {
+TEST(ImageMap, AcceptsAnyCoordinate) {
   const ImageMap map(make_image(7, 5, 3));
   for (const Wrap wrap : {Wrap::repeat, Wrap::clamp, Wrap::mirror})
     for (double x = 1e-300; x < 1e300; x *= 1e7)
@@ -89,7 +89,7 @@ TEST(ImageMap, HasTheSameMeanOnEveryLevelWhateverItsSize) {
   }
 }
 
-TEST(ImageMap, GoesThroughItsLevelsAsTheWidthGrows) {
+TEST(ImageMap, SelectsCoarserLevelsForLargerWidths) {
   const ImageMap map(make_image(16, 16, 4));
   const Vec2 at{0.3, 0.6};
   EXPECT_EQ(map.trilinear(at, {}, {}), map.bilinear(at, {}));

@@ -66,7 +66,7 @@ TEST(BoxFilter, OfAGradientIsItsIntegralUnderEveryWrap) {
   }
 }
 
-TEST(Wrap, RepeatsClampsOrReflectsAlsoFarOut) {
+TEST(Wrap, RepeatsClampsOrMirrorsFarFromTheOrigin) {
   EXPECT_EQ(wrapped(Wrap::repeat, -0.25), 0.75);
   EXPECT_EQ(wrapped(Wrap::clamp, -0.25), 0);
   EXPECT_EQ(wrapped(Wrap::mirror, -0.25), 0.25);
@@ -92,7 +92,7 @@ TEST(Gradient, GoesFromItsFirstColourAtTheBottomToItsSecondOnTop) {
   EXPECT_EQ(texture_color(sky, {0.7, 1.25}), (Color{0.25, 0, 1.5}));
 }
 
-TEST(Noise, StaysWithinOneAndReachesFar) {
+TEST(Noise, StaysWithinOneAndUsesMostOfTheRange) {
   Random random(3);
   double lowest = 0, highest = 0, sum = 0;
   const std::uint64_t count = effort::cases(400'000);
@@ -147,7 +147,7 @@ TEST(Noise, FadesOutOctavesFinerThanTheFootprint) {
   }
 }
 
-TEST(Noise, IsTheSameEverywhere) {  // a hash of coordinates: any change shows
+TEST(Noise, IsTheSameOnEveryMachine) {  // a hash of coordinates: any change shows
   EXPECT_EQ(gradient_noise(0.5, 0.5), gradient_noise(0.5, 0.5));
   Random random(7);
   double checksum = 0;
