@@ -10,6 +10,18 @@ namespace {
 
 constexpr std::size_t issues_max = 1000;  // bounds the response: a broken mesh could have millions of issues
 
+std::string channels_of(const Color& color) {
+  return "[" + text_of(color.r) + ", " + text_of(color.g) + ", " + text_of(color.b) + "]";
+}
+
+/// `v` scaled to a length of about 1, so that products neither overflow nor underflow.
+Vec3 scaled_to_one(const Vec3& value) {
+  const double largest = largest_component(value);
+  const Vec3 v{value.x / largest, value.y / largest, value.z / largest};
+  const double norm = std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
+  return {v.x / norm, v.y / norm, v.z / norm};
+}
+
 }  // namespace
 
 std::string DocumentPath::pointer() const {
@@ -21,16 +33,6 @@ std::string text_of(double value) {
   char text[32];
   return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
-
-namespace {
-
-std::string channels_of(const Color& color) {
-  std::string text = "[";
-  text.append(text_of(color.r)).append(", ").append(text_of(color.g)).append(", ").append(text_of(color.b));
-  return text.append("]");
-}
-
-}  // namespace
 
 bool Checks::add_issue(const DocumentPath& where, std::string_view code, const std::string& detail) {
   if (issues_.size() == issues_max) {
@@ -79,9 +81,18 @@ bool Checks::direction(const DocumentPath& where, const Vec3& value) {
                        ", its largest component is " + text_of(largest));
 }
 
+bool Checks::positive(const DocumentPath& where, double value) {
+  if (value > 0) return true;
+  return finite(where, value) && add_issue(where, "out_of_range", "must be > 0, got " + text_of(value));
+}
+
+bool Checks::at_least_0(const DocumentPath& where, double value) {
+  if (value >= 0) return true;
+  return finite(where, value) && add_issue(where, "out_of_range", "must be >= 0, got " + text_of(value));
+}
+
 bool Checks::length(const DocumentPath& where, double value) {
-  if (!finite(where, value)) return false;
-  if (value <= 0) return add_issue(where, "out_of_range", "must be > 0, got " + text_of(value));
+  if (!finite(where, value) || !positive(where, value)) return false;
   if (value < limits.length_min) return over(where, "length_min", text_of(limits.length_min), text_of(value));
   return coordinate(where, value);
 }
@@ -95,9 +106,8 @@ bool Checks::within(const DocumentPath& where, double value, double low, double 
 
 bool Checks::not_negative(const DocumentPath& where, double value) {
   if (value >= 0 && value <= limits.value_max) return true;
-  if (!finite(where, value)) return false;
-  if (value < 0) return add_issue(where, "out_of_range", "must be >= 0, got " + text_of(value));
-  return over(where, "value_max", text_of(limits.value_max), text_of(value));
+  return finite(where, value) && at_least_0(where, value) &&
+         over(where, "value_max", text_of(limits.value_max), text_of(value));
 }
 
 bool Checks::color(const DocumentPath& where, const Color& value) {
@@ -126,18 +136,6 @@ bool Checks::vec2(const DocumentPath& where, const Vec2& value) {
 bool Checks::count(const DocumentPath& where, std::uint64_t value, std::uint64_t bound, std::string_view limit) {
   return value <= bound || over(where, limit, std::to_string(bound), std::to_string(value));
 }
-
-namespace {
-
-/// `v` scaled to a length of about 1, so that products neither overflow nor underflow.
-Vec3 scaled_to_one(const Vec3& value) {
-  const double largest = largest_component(value);
-  const Vec3 v{value.x / largest, value.y / largest, value.z / largest};
-  const double norm = std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
-  return {v.x / norm, v.y / norm, v.z / norm};
-}
-
-}  // namespace
 
 bool parallel(const Vec3& a, const Vec3& b) {
   const Vec3 u = scaled_to_one(a);
@@ -205,8 +203,7 @@ bool FieldChecks::range(const DocumentPath& where, FieldRange /*range*/, const V
 bool FieldChecks::range(const DocumentPath& where, FieldRange range, double value) {
   if (range == FieldRange::length) return checks_.length(where, value);
   if (range == FieldRange::angle_deg) return checks_.within(where, value, 0, 180);
-  return checks_.coordinate(where, value) &&
-         (value >= 0 || checks_.add_issue(where, "out_of_range", "must be >= 0, got " + text_of(value)));
+  return checks_.coordinate(where, value) && checks_.at_least_0(where, value);
 }
 
 }  // namespace tracer

@@ -44,7 +44,9 @@ class Checks {
   bool coordinate(const DocumentPath& where, double value);                       ///< |value| <= coordinate_max
   bool position(const DocumentPath& where, const Vec3& value);                    ///< three coordinates
   bool direction(const DocumentPath& where, const Vec3& value);                   ///< any length > 0
-  bool length(const DocumentPath& where, double value);                           ///< > 0
+  bool length(const DocumentPath& where, double value);                           ///< [length_min, coordinate_max]
+  bool positive(const DocumentPath& where, double value);                         ///< > 0
+  bool at_least_0(const DocumentPath& where, double value);                       ///< >= 0
   bool within(const DocumentPath& where, double value, double low, double high);  ///< [low, high]
   bool not_negative(const DocumentPath& where, double value);                     ///< [0, value_max]
   bool color(const DocumentPath& where, const Color& value);
@@ -63,8 +65,8 @@ class Checks {
   std::uint64_t omitted_ = 0;
 };
 
-/// Precondition: neither is zero. Whether two directions are the same or opposite to within the last few bits, so that
-/// they span no plane.
+/// True if two directions are equal or opposite to within the last few bits, so that they span no plane.
+/// Precondition: neither is zero.
 bool parallel(const Vec3& a, const Vec3& b);
 
 /// Rules between the fields of one shape or light. They apply to values within their own ranges only; other values have

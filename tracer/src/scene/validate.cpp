@@ -62,9 +62,7 @@ void check_camera(Checks& checks, const Camera& camera) {
   }
   checks.length({where, "height"}, camera.height);
   const DocumentPath aperture(where, "aperture");
-  if (checks.coordinate(aperture, camera.aperture) && camera.aperture < 0) {
-    checks.add_issue(aperture, "out_of_range", "must be >= 0, got " + text_of(camera.aperture));
-  }
+  if (checks.coordinate(aperture, camera.aperture)) checks.at_least_0(aperture, camera.aperture);
   if (camera.focus_distance) checks.length({where, "focus_distance"}, *camera.focus_distance);
 }
 
@@ -190,9 +188,7 @@ void check_material(Checks& checks, const Material& material, std::size_t textur
   checks.not_negative({where, "diffuse"}, material.diffuse);
   checks.not_negative({where, "specular"}, material.specular);
   const DocumentPath shininess(where, "shininess");  // no upper bound
-  if (checks.finite(shininess, material.shininess) && material.shininess < 0) {
-    checks.add_issue(shininess, "out_of_range", "must be >= 0, got " + text_of(material.shininess));
-  }
+  if (checks.finite(shininess, material.shininess)) checks.at_least_0(shininess, material.shininess);
   checks.color({where, "specular_color"}, material.specular_color);
   checks.color({where, "emission"}, material.emission);
   checks.within({where, "reflection"}, material.reflection, 0, 1);
@@ -205,14 +201,10 @@ void check_material(Checks& checks, const Material& material, std::size_t textur
   checks.color({where, "absorption"}, material.absorption);
   checks.color({where, "transmission_color"}, material.transmission_color);
   const DocumentPath ior(where, "ior");
-  if (checks.finite(ior, material.ior)) {
-    const double bound = checks.limits.value_max;
-    if (material.ior <= 0) {
-      checks.add_issue(ior, "out_of_range", "must be > 0, got " + text_of(material.ior));
-    } else if (material.ior > bound || 1 / material.ior > bound) {
-      checks.over(ior, "value_max", text_of(bound), text_of(material.ior));
-    }
-  }
+  const double bound = checks.limits.value_max;
+  if (checks.finite(ior, material.ior) && checks.positive(ior, material.ior) &&
+      (material.ior > bound || 1 / material.ior > bound))
+    checks.over(ior, "value_max", text_of(bound), text_of(material.ior));
 }
 
 void check_materials(Checks& checks, const Scene& scene) {
@@ -229,9 +221,8 @@ void check_target_error(Checks& checks, const DocumentPath& where, double target
 
 void check_adaptive(Checks& checks, const DocumentPath& accuracy, const Adaptive& adaptive) {
   const DocumentPath budget(accuracy, "time_budget_ms");
-  if (adaptive.time_budget_ms && checks.finite(budget, *adaptive.time_budget_ms) && *adaptive.time_budget_ms <= 0) {
-    checks.add_issue(budget, "out_of_range", "must be > 0, got " + text_of(*adaptive.time_budget_ms));
-  }
+  if (adaptive.time_budget_ms && checks.finite(budget, *adaptive.time_budget_ms))
+    checks.positive(budget, *adaptive.time_budget_ms);
   if (adaptive.samples_min > adaptive.samples_max) {
     checks.add_issue({accuracy, "samples"}, "out_of_range", "the minimum must not be above the maximum");
   }
