@@ -24,20 +24,16 @@ struct Box {
   [[nodiscard]] std::size_t size() const { return end - begin; }
 };
 
-std::uint32_t key_of(const std::uint8_t* code) {
-  return std::uint32_t{code[0]} << 16 | std::uint32_t{code[1]} << 8 | code[2];
-}
+Code code_at(std::span<const std::uint8_t> codes, std::size_t i) { return {codes[i], codes[i + 1], codes[i + 2]}; }
 
 /// Distinct colors in ascending order.
 std::vector<Entry> histogram_of(std::span<const std::uint8_t> codes) {
-  std::vector<std::uint32_t> keys;
-  keys.reserve(codes.size() / 3);
-  for (std::size_t i = 0; i + 2 < codes.size(); i += 3) keys.push_back(key_of(&codes[i]));
-  std::sort(keys.begin(), keys.end());
+  std::vector<Code> pixels;
+  pixels.reserve(codes.size() / 3);
+  for (std::size_t i = 0; i + 2 < codes.size(); i += 3) pixels.push_back(code_at(codes, i));
+  std::sort(pixels.begin(), pixels.end());
   std::vector<Entry> entries;
-  for (const std::uint32_t key : keys) {
-    const Code code{static_cast<std::uint8_t>(key >> 16), static_cast<std::uint8_t>(key >> 8),
-                    static_cast<std::uint8_t>(key)};
+  for (const Code& code : pixels) {
     if (entries.empty() || entries.back().code != code) entries.push_back({code, 0});
     ++entries.back().pixels;
   }
@@ -101,14 +97,14 @@ void reduce_colors(std::span<std::uint8_t> codes, std::uint32_t colors) {
     });
     boxes.push_back(cut(entries, *fullest));
   }
-  std::map<std::uint32_t, Code> chosen;
+  std::map<Code, Code> chosen;
   for (const Box& box : boxes) {
     const std::span<const Entry> inside(entries.data() + box.begin, box.size());
     const Code mean = mean_of(inside);
-    for (const Entry& entry : inside) chosen[key_of(entry.code.data())] = mean;
+    for (const Entry& entry : inside) chosen[entry.code] = mean;
   }
   for (std::size_t i = 0; i + 2 < codes.size(); i += 3) {
-    const Code& color = chosen.at(key_of(&codes[i]));
+    const Code& color = chosen.at(code_at(codes, i));
     std::copy(color.begin(), color.end(), codes.begin() + static_cast<std::ptrdiff_t>(i));
   }
 }
