@@ -18,13 +18,6 @@
 
 namespace tracer {
 
-/// Renders one setting and compares it with a reference whose standard error is `reference_error`. `seconds` is a
-/// monotonic clock. Fails as `compile` and `render` do.
-Result<MeasuredPoint, Failure> measure(const Scene& scene, const Assets& assets, const Setting& setting,
-                                       const DisplayImage& reference, double reference_error,
-                                       const std::function<double()>& seconds, std::uint32_t threads,
-                                       RenderControl& control);
-
 struct MeasureSettings {
   std::vector<std::string> parameters{};  ///< names of tracer::parameters; empty: all
   /// Maximum samples per pixel of the reference, at least reference_samples_min. Default: well under a minute for
@@ -52,14 +45,22 @@ class MeasurementRun {
   [[nodiscard]] std::string next() const;
   [[nodiscard]] std::size_t steps_done() const;
   [[nodiscard]] std::size_t steps() const;  ///< upper bound; the reference may need fewer
-  /// Precondition: !done(). After a failure all earlier results remain and the step may be repeated.
+  /// Fails as `compile` and `render` do; then all earlier results remain and the step may be repeated. Precondition:
+  /// !done().
   std::optional<Failure> step(RenderControl& control);
 
   [[nodiscard]] const Reference& reference() const { return reference_; }
   [[nodiscard]] Measurement measurement() const;  ///< results so far
 
  private:
+  struct Timed {
+    Rendered rendered;
+    double seconds = 0;
+  };
+
   [[nodiscard]] std::size_t next_setting() const;
+  Result<Timed, Failure> render_timed(const Scene& scene, RenderControl& control) const;
+  Result<MeasuredPoint, Failure> measure(const Setting& setting, RenderControl& control) const;
   std::optional<Failure> grow_reference(RenderControl& control);
   std::optional<Failure> check_reference(RenderControl& control);
 

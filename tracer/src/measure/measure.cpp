@@ -18,22 +18,6 @@ constexpr double seconds_min = 0.1;      // shorter runs are repeated: caches an
 constexpr int runs_max = 5;
 const Failure no_memory{Failure::Code::out_of_memory, "no memory for the images to compare"};
 
-struct Timed {
-  Rendered rendered;
-  double seconds = 0;
-};
-
-Result<Timed, Failure> render_timed(const Scene& scene, const Assets& assets, const std::function<double()>& seconds,
-                                    std::uint32_t threads, RenderControl& control) {
-  const double start = seconds();
-  const auto compiled = compile(scene, control, assets);
-  if (!compiled) return compiled.error();
-  const auto elapsed_ms = [&] { return 1000 * (seconds() - start); };
-  auto rendered = render(**compiled, {.elapsed_ms = elapsed_ms, .threads = threads}, control);
-  if (!rendered) return std::move(rendered.error());
-  return Timed{std::move(*rendered), seconds() - start};
-}
-
 /// Reference and image are independent, so the mean of the squared difference is the sum of both squared errors; the
 /// reference's part is subtracted. Precondition: equal sizes.
 double error_of(const DisplayImage& reference, double reference_error, const DisplayImage& image) {
@@ -53,31 +37,6 @@ const Setting& finest(const std::vector<Setting>& settings) {
 }
 
 }  // namespace
-
-Result<MeasuredPoint, Failure> measure(const Scene& scene, const Assets& assets, const Setting& setting,
-                                       const DisplayImage& reference, double reference_error,
-                                       const std::function<double()>& seconds, std::uint32_t threads,
-                                       RenderControl& control) {
-  Scene varied = scene;
-  varied.accuracy = setting.accuracy;
-  auto timed = render_timed(varied, assets, seconds, threads, control);
-  if (!timed) return std::move(timed.error());
-  const RenderStatistics& statistics = timed->rendered.statistics;
-  MeasuredPoint point{.setting = setting, .seconds = timed->seconds, .claimed = timed->rendered.error};
-  point.samples = statistics.samples;
-  point.samples_mean = static_cast<double>(statistics.samples - statistics.holdout_samples) /
-                       static_cast<double>(scene.image.window().pixels());
-  point.rays = statistics.rays;
-  point.error = error_of(reference, reference_error, to_display(timed->rendered.image, varied.output));
-  double spent = timed->seconds;
-  for (int run = 1; run < runs_max && spent < seconds_min; ++run) {
-    const auto again = render_timed(varied, assets, seconds, threads, control);
-    if (!again) return again.error();
-    spent += again->seconds;
-    point.seconds = std::min(point.seconds, again->seconds);
-  }
-  return point;
-}
 
 MeasurementRun::MeasurementRun(const Scene& scene, const Assets& assets, MeasureSettings settings)
     : scene_(scene),
@@ -132,14 +91,47 @@ std::size_t MeasurementRun::steps() const {
   return options_.reference_samples / reference_.image_samples + settings_.size();
 }
 
+Result<MeasurementRun::Timed, Failure> MeasurementRun::render_timed(const Scene& scene, RenderControl& control) const {
+  const double start = options_.seconds();
+  const auto compiled = compile(scene, control, assets_);
+  if (!compiled) return compiled.error();
+  const auto elapsed_ms = [&] { return 1000 * (options_.seconds() - start); };
+  auto rendered = render(**compiled, {.elapsed_ms = elapsed_ms, .threads = options_.threads}, control);
+  if (!rendered) return std::move(rendered.error());
+  return Timed{std::move(*rendered), options_.seconds() - start};
+}
+
+/// Renders one setting and compares it with the complete reference.
+Result<MeasuredPoint, Failure> MeasurementRun::measure(const Setting& setting, RenderControl& control) const {
+  Scene varied = scene_;
+  varied.accuracy = setting.accuracy;
+  const auto timed = render_timed(varied, control);
+  if (!timed) return timed.error();
+  const RenderStatistics& statistics = timed->rendered.statistics;
+  MeasuredPoint point{.setting = setting, .seconds = timed->seconds, .claimed = timed->rendered.error};
+  point.samples = statistics.samples;
+  point.samples_mean = static_cast<double>(statistics.samples - statistics.holdout_samples) /
+                       static_cast<double>(scene_.image.window().pixels());
+  point.rays = statistics.rays;
+  point.error = error_of(*reference_display_, standard_error(reference_, scene_.output),
+                         to_display(timed->rendered.image, varied.output));
+  double spent = timed->seconds;
+  for (int run = 1; run < runs_max && spent < seconds_min; ++run) {
+    const auto again = render_timed(varied, control);
+    if (!again) return again.error();
+    spent += again->seconds;
+    point.seconds = std::min(point.seconds, again->seconds);
+  }
+  return point;
+}
+
 std::optional<Failure> MeasurementRun::step(RenderControl& control) {
   assert(!done());
   try {
     if (!reference_.complete) return grow_reference(control);
     if (!reference_display_) reference_display_ = to_display(reference_, scene_.output);
     const std::size_t index = next_setting();
-    auto point = measure(scene_, assets_, settings_[index], *reference_display_,
-                         standard_error(reference_, scene_.output), options_.seconds, options_.threads, control);
+    auto point = measure(settings_[index], control);
     if (!point) return std::move(point.error());
     points_[index] = std::move(*point);
     return std::nullopt;
@@ -150,8 +142,7 @@ std::optional<Failure> MeasurementRun::step(RenderControl& control) {
 
 std::optional<Failure> MeasurementRun::grow_reference(RenderControl& control) {
   if (reference_.images < options_.reference_samples / reference_.image_samples) {
-    auto timed =
-        render_timed(reference_scene(scene_, reference_), assets_, options_.seconds, options_.threads, control);
+    auto timed = render_timed(reference_scene(scene_, reference_), control);
     if (!timed) return std::move(timed.error());
     add(reference_, timed->rendered.image);
   }
@@ -168,7 +159,7 @@ std::optional<Failure> MeasurementRun::check_reference(RenderControl& control) {
   if (!finest_) {
     Scene varied = scene_;
     varied.accuracy = finest(settings_).accuracy;
-    auto timed = render_timed(varied, assets_, options_.seconds, options_.threads, control);
+    auto timed = render_timed(varied, control);
     if (!timed) return std::move(timed.error());
     finest_ = to_display(timed->rendered.image, scene_.output);
   }
