@@ -1,5 +1,5 @@
 #pragma once
-/// Sources of light of a scene document. Each lists its fields; tracer/src/lights has its points and directions.
+/// Light sources of a scene document. Each lists its fields; tracer/src/lights implements its samples.
 
 #include <variant>
 

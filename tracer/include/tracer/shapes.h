@@ -1,5 +1,5 @@
 #pragma once
-/// Shapes of a scene document. Each lists its fields; tracer/src/shapes has its geometry.
+/// Shapes of a scene document. Each lists its fields; tracer/src/shapes implements its geometry.
 
 #include <array>
 #include <cstdint>
@@ -143,7 +143,7 @@ struct Triangle {
 };
 
 /// Indexed triangles, counter-clockwise seen from the front. `normals` and `uvs` are per position or empty.
-/// A mesh of a `file` has nothing else but `smooth` until the file is read into it; `compile` wants that done before.
+/// A mesh with a `file` has no other content but `smooth` until the file is read into it, before `compile`.
 struct Mesh {
   std::vector<Vec3> positions;
   std::vector<std::array<std::uint32_t, 3>> triangles;
@@ -155,10 +155,10 @@ struct Mesh {
   static constexpr std::string_view type = "mesh", noun = "a mesh";
 };
 
-/// The objects of a prototype, placed once more.
+/// One placement of the objects of a prototype.
 struct Instance {
   PrototypeId of{};
-  std::optional<MaterialId> material;  ///< takes the place of all of theirs; unset: they keep their own
+  std::optional<MaterialId> material;  ///< replaces the materials of all of them; unset: each keeps its own
 
   static constexpr std::string_view type = "instance", noun = "an instance";
 };

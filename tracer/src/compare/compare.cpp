@@ -31,14 +31,14 @@ class Worst {
   void offer(const PixelDifference& pixel) {
     if (most_ == 0 || (kept_.size() == most_ && !is_worse(pixel, kept_.front()))) return;
     if (kept_.size() == most_) {
-      std::pop_heap(kept_.begin(), kept_.end(), is_worse);  // the best of the worst is at the front of the heap
+      std::pop_heap(kept_.begin(), kept_.end(), is_worse);  // the smallest of them is at the front of the heap
       kept_.pop_back();
     }
     kept_.push_back(pixel);
     std::push_heap(kept_.begin(), kept_.end(), is_worse);
   }
 
-  [[nodiscard]] bool wants(double difference) const {
+  [[nodiscard]] bool accepts(double difference) const {
     return difference > 0 && most_ > 0 && (kept_.size() < most_ || difference >= kept_.front().difference);
   }
 
@@ -80,7 +80,7 @@ void add_row(const DisplayImage& a, const DisplayImage& b, std::uint32_t y, Sums
     const double greatest = greatest_difference(a, b, x, y);
     row.greatest = std::max(row.greatest, greatest);
     if (greatest > codes_per_level) ++row.differing;
-    if (worst.wants(greatest / codes_per_level)) worst.offer(difference_at(a, b, x, y));
+    if (worst.accepts(greatest / codes_per_level)) worst.offer(difference_at(a, b, x, y));
   }
   for (std::size_t channel = 0; channel < 3; ++channel) sums.squares[channel] += row.squares[channel];
   sums.difference += row.difference;

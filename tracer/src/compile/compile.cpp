@@ -12,7 +12,7 @@
 namespace tracer {
 namespace {
 
-/// A transmissive object that a ray from the camera meets from behind before it meets it from the front.
+/// A transmissive object whose back face a ray from the camera hits before its front face.
 struct BackFaceHit {
   std::uint32_t object = 0;
   bool plane = false;

@@ -18,19 +18,19 @@ std::vector<Vec3> area_weighted_normals(const Mesh& mesh) {
   return normals;
 }
 
-/// True if a sphere stays a sphere with the same axes: equal scaling, no rotation. (A rotated one is an ellipsoid of
-/// equal axes: the same image through the more general test.)
+/// True if a sphere stays a sphere with the same axes: equal scaling, no rotation. (A rotated one is treated
+/// as an ellipsoid of equal axes, with the same image.)
 bool keeps_spheres(const Linear& m) {
   return m.x.y == 0 && m.x.z == 0 && m.y.x == 0 && m.y.z == 0 && m.z.x == 0 && m.z.y == 0 && m.x.x > 0 &&
          m.x.x == m.y.y && m.x.x == m.z.z;
 }
 
-/// Sorts objects into geometries: spheres, quadrics and loose triangles by whether they let light through (their masks
-/// differ), each mesh by itself.
+/// Sorts objects into geometries: opaque and transmissive ones of spheres, quadrics and single triangles (their masks
+/// differ), and one for each mesh.
 class GeometryBuilder {
  public:
   GeometryBuilder(CompiledScene& compiled, std::vector<Object>* taken, const RenderControl& control)
-      : compiled_(compiled), taken_(taken), control_(control), trace_from_world_(compiled.frame.affine()) {}
+      : compiled_(compiled), taken_(taken), control_(control), render_from_world_(compiled.frame.affine()) {}
 
   void add(const Placed& placed) {
     if (control_.cancelled()) return;
@@ -38,7 +38,7 @@ class GeometryBuilder {
     compiled_.material_of_object.push_back(placed.material.index);
     transmissive_ = compiled_.materials[placed.material.index].transmission > 0;
     if (compiled_.needs.textures) compiled_.axes_of_object.emplace_back();
-    trace_from_object_ = trace_from_world_ * placed.world_from_object;
+    render_from_object_ = render_from_world_ * placed.world_from_object;
     world_from_object_ = placed.world_from_object;
     const bool is_own = taken_ != nullptr && placed.group == "/objects";  // and so placed once
     own_mesh_ = is_own ? std::get_if<Mesh>(&(*taken_)[placed.index].shape) : nullptr;
@@ -62,7 +62,7 @@ class GeometryBuilder {
     }
     SphereGeometry& spheres = spheres_[transmissive_ ? 1 : 0];
     spheres.transmissive = transmissive_;
-    const Vec3 center = trace_from_object(sphere.center);
+    const Vec3 center = render_from_object(sphere.center);
     spheres.x.push_back(center.x);
     spheres.y.push_back(center.y);
     spheres.z.push_back(center.z);
@@ -75,12 +75,12 @@ class GeometryBuilder {
   void operator()(const Plane& plane) {
     PlaneGeometry& planes = set_.planes;
     const Vec3 normal = normalize(plane.normal);
-    planes.point.push_back(trace_from_object(plane.point));
+    planes.point.push_back(render_from_object(plane.point));
     planes.normal.push_back(normalize(transformed_normal(world_from_object_.linear, normal)));
     planes.object.push_back(object_);
     planes.transmissive.push_back(transmissive_ ? 1 : 0);
     if (!compiled_.needs.textures) return;
-    // u and v are linear in the place: their gradients go with the inverse transpose, as normals do.
+    // u and v are linear in the position: their gradients transform by the inverse transpose, like normals.
     const Axes axes = axes_across(normal, plane.u_axis.value_or(Vec3{1, 0, 0}));
     const Linear gradients = transposed(inverse(world_from_object_.linear));
     compiled_.axes_of_object.back() = {gradients * axes.e0, gradients * axes.e1, normal};
@@ -95,11 +95,11 @@ class GeometryBuilder {
     TriangleGeometry& triangles = loose_[transmissive_ ? 1 : 0];
     triangles.transmissive = transmissive_;
     const auto first = static_cast<std::uint32_t>(triangles.positions.size());
-    for (const Vec3& vertex : triangle.vertices) triangles.positions.push_back(trace_from_object(vertex));
+    for (const Vec3& vertex : triangle.vertices) triangles.positions.push_back(render_from_object(vertex));
     triangles.triangles.push_back(mirrors() ? std::array{first, first + 2, first + 1}
                                             : std::array{first, first + 1, first + 2});
     triangles.object_of_triangle.push_back(object_);
-    // Zero normals mean: use the face's.
+    // A zero normal selects the face normal.
     for (std::size_t corner = 0; corner < 3; ++corner) {
       triangles.normals.push_back(unit_normal(triangle.normals ? (*triangle.normals)[corner] : Vec3{}));
       const Vec2 uv = triangle.uvs ? (*triangle.uvs)[corner] : Vec2{corner == 1 ? 1.0 : 0.0, corner == 2 ? 1.0 : 0.0};
@@ -128,7 +128,7 @@ class GeometryBuilder {
       triangles.positions = mesh.positions;
       triangles.triangles = mesh.triangles;
     }
-    each(triangles.positions, [&](Vec3& position) { position = trace_from_object(position); });
+    each(triangles.positions, [&](Vec3& position) { position = render_from_object(position); });
     if (mirrors()) each(triangles.triangles, [](auto& corners) { std::swap(corners[1], corners[2]); });
     set_.triangles.push_back(std::move(triangles));
   }
@@ -136,7 +136,7 @@ class GeometryBuilder {
   void operator()(const Instance&) {}  // for_each_placed has resolved them
 
  private:
-  /// Ends early where it is cancelled: a mesh of ten million triangles takes seconds.
+  /// Returns early after cancellation: a mesh of ten million triangles takes seconds.
   template <class Values, class Visit>
   void each(Values& values, const Visit& visit) const {
     constexpr std::size_t at_once = 1u << 16;  // about a millisecond
@@ -153,15 +153,15 @@ class GeometryBuilder {
     quadrics.object.push_back(object_);
     const auto image = standard_image(shape);
     const auto& [linear, offset] = image.object_from_standard;
-    quadrics.quadrics.push_back(quadric(image, {trace_from_object_.linear * linear, trace_from_object(offset)}));
+    quadrics.quadrics.push_back(quadric(image, {render_from_object_.linear * linear, render_from_object(offset)}));
   }
 
-  /// The frame subtracts before it scales: what nothing transforms is as exact as the frame is.
-  [[nodiscard]] Vec3 trace_from_object(const Vec3& p) const {
+  /// The frame subtracts its origin before it scales, so that objects without a transform are rounded once only.
+  [[nodiscard]] Vec3 render_from_object(const Vec3& p) const {
     return compiled_.frame.render_from_world(world_from_object_.point(p));
   }
 
-  /// Under a reflection counter-clockwise becomes clockwise: the front side must stay the front.
+  /// A reflection reverses the winding of triangles; their front sides must stay the front.
   [[nodiscard]] bool mirrors() const { return determinant(world_from_object_.linear) < 0; }
 
   void set_normals(TriangleGeometry& triangles, const std::vector<Vec3>& normals) const {
@@ -176,10 +176,10 @@ class GeometryBuilder {
 
   CompiledScene& compiled_;
   std::vector<Object>* taken_;
-  Mesh* own_mesh_ = nullptr;  ///< the mesh being added, where its vertices may be taken
+  Mesh* own_mesh_ = nullptr;  ///< the mesh being added, if its vertices may be moved
   const RenderControl& control_;
   GeometrySet set_;
-  Affine trace_from_world_, world_from_object_, trace_from_object_;
+  Affine render_from_world_, world_from_object_, render_from_object_;
   std::array<SphereGeometry, 2> spheres_;
   std::array<QuadricGeometry, 2> quadrics_;
   std::array<TriangleGeometry, 2> loose_;

@@ -44,7 +44,7 @@ ShadowFace parallel_face(const Vec3& forward, const BoundingSphere& sphere) {
   return face;
 }
 
-/// From outside a window that holds the sphere is enough: behind it, beside the sphere, nothing finite is in the way.
+/// From outside, one face that covers the bounding sphere suffices: no finite shape lies outside of the sphere.
 ShadowFace face_towards(const Vec3& light, const BoundingSphere& sphere) {
   const Vec3 offset = sphere.center - light;
   const double distance = length(offset);
@@ -73,10 +73,10 @@ std::vector<ShadowFace> cube_around(const Vec3& light) {
 std::vector<ShadowFace> faces_of(const CompiledLight& light, const BoundingSphere& sphere) {
   if (!(sphere.radius > 0) || !light.shadows) return {};
   if (light.kind == light_kind<DirectionalLight>) return {parallel_face(-light.axis, sphere)};
-  const Vec3 middle = light_center(light);
-  // At one and a half radii the window is 84 degrees wide; much nearer, six of 90 see more sharply.
-  if (length(sphere.center - middle) > 1.5 * sphere.radius + light.radius) return {face_towards(middle, sphere)};
-  return cube_around(middle);
+  const Vec3 center = light_center(light);
+  // At 1.5 radii the face is 84 degrees wide; closer, six faces of 90 degrees have a higher resolution.
+  if (length(sphere.center - center) > 1.5 * sphere.radius + light.radius) return {face_towards(center, sphere)};
+  return cube_around(center);
 }
 
 /// Renders one row. Rays start in front of the bounding sphere. If the light is inside of it, they start on the surface
