@@ -10,18 +10,8 @@ namespace {
 using Component = Accessor::Component;
 
 std::size_t bytes_of(Component component) {
-  switch (component) {
-    case Component::int8:
-    case Component::uint8:
-      return 1;
-    case Component::int16:
-    case Component::uint16:
-      return 2;
-    case Component::uint32:
-    case Component::float32:
-      return 4;
-  }
-  return 0;
+  if (component <= Component::uint8) return 1;
+  return component <= Component::uint16 ? 2 : 4;
 }
 
 /// Little-endian (section 3.6.1.1).
@@ -33,35 +23,30 @@ std::uint32_t bits_at(const Accessor& accessor, std::size_t row, std::size_t i) 
   return bits;
 }
 
-/// Section 3.11: a signed integer c of b bits stands for max(c / (2^(b-1) - 1), -1), an unsigned one for c / (2^b - 1).
-double normalize(double value, Component component) {
-  switch (component) {
-    case Component::int8:
-      return std::max(value / 127, -1.0);
-    case Component::uint8:
-      return value / 255;
-    case Component::int16:
-      return std::max(value / 32767, -1.0);
-    case Component::uint16:
-      return value / 65535;
-    case Component::uint32:
-    case Component::float32:
-      return value;
-  }
-  return value;
-}
-
 constexpr std::string_view types[] = {"SCALAR", "VEC2", "VEC3", "VEC4"};  // of 1 to 4 components
 
 }  // namespace
 
+/// Section 3.11: a normalized signed integer c of b bits stands for max(c / (2^(b-1) - 1), -1), an unsigned one for
+/// c / (2^b - 1).
 double Accessor::value(std::size_t row, std::size_t i) const {
   const std::uint32_t bits = bits_at(*this, row, i);
-  double value = bits;
-  if (component == Component::float32) value = double{std::bit_cast<float>(bits)};
-  if (component == Component::int8) value = static_cast<std::int8_t>(bits);
-  if (component == Component::int16) value = static_cast<std::int16_t>(bits);
-  return normalized ? normalize(value, component) : value;
+  const auto scaled = [&](double value, double most) { return normalized ? std::max(value / most, -1.0) : value; };
+  switch (component) {
+    case Component::int8:
+      return scaled(static_cast<std::int8_t>(bits), 127);
+    case Component::uint8:
+      return scaled(bits, 255);
+    case Component::int16:
+      return scaled(static_cast<std::int16_t>(bits), 32767);
+    case Component::uint16:
+      return scaled(bits, 65535);
+    case Component::float32:
+      return double{std::bit_cast<float>(bits)};
+    case Component::uint32:
+      break;
+  }
+  return bits;
 }
 
 std::uint32_t Accessor::index(std::size_t row) const { return bits_at(*this, row, 0); }

@@ -19,14 +19,7 @@ namespace api::gltf {
 
 /// An accessor and the layout of its rows (section 5.1).
 struct Accessor {
-  enum class Component : std::uint16_t {
-    int8 = 5120,
-    uint8 = 5121,
-    int16 = 5122,
-    uint16 = 5123,
-    uint32 = 5125,
-    float32 = 5126
-  };
+  enum class Component : std::uint16_t { int8 = 5120, uint8, int16, uint16, uint32 = 5125, float32 };
   Component component = Component::float32;
   std::size_t components = 1;  ///< per row
   bool normalized = false;

@@ -132,19 +132,14 @@ class TapeBuilder final : public Parser::json_sax_t {
 
 /// The word, number or character at `at`, quoted for an error message; in hexadecimal if it is not printable.
 std::string found(std::string_view bytes, std::size_t at) {
+  constexpr std::string_view hex = "0123456789ABCDEF";
+  constexpr std::string_view word = "-+._0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz";
   if (at >= bytes.size()) return "the end of the document";
-  const auto in_word = [](char c) {
-    return c == '-' || c == '+' || c == '.' || c == '_' || (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') ||
-           (c >= 'a' && c <= 'z');
-  };
-  if (bytes[at] <= ' ' || bytes[at] > '~') {
-    constexpr std::string_view hex = "0123456789ABCDEF";
-    const auto byte = static_cast<unsigned char>(bytes[at]);
-    return std::string("byte 0x") + hex[byte >> 4U] + hex[byte & 15U];
-  }
-  std::size_t size = 1;
-  while (in_word(bytes[at]) && size < 24 && at + size < bytes.size() && in_word(bytes[at + size])) ++size;
-  return "'" + std::string(bytes.substr(at, size)) + "'";
+  const auto byte = static_cast<unsigned char>(bytes[at]);
+  if (byte <= ' ' || byte > '~') return std::string("byte 0x") + hex[byte >> 4U] + hex[byte & 15U];
+  const std::string_view text = bytes.substr(at, 24);
+  const std::size_t size = std::max<std::size_t>(1, std::min(text.find_first_not_of(word), text.size()));
+  return "'" + std::string(text.substr(0, size)) + "'";
 }
 
 /// nlohmann's message without its prefix (library and position) and its suffix (the text read last, which may not be

@@ -3,7 +3,6 @@
 
 #include "api/src/reader/fields.h"
 #include "api/src/reader/sections.h"
-#include "api/src/reader/variants.h"
 
 namespace api {
 

@@ -17,9 +17,6 @@ namespace api {
 tracer::Result<Document, std::vector<tracer::Issue>> read_scene(json::Tape& tape, json::Node* root,
                                                                 const Limits& limits);
 
-/// All sections. False if the meaning of the document is unknown (no object, another version): then it is not checked.
-bool read_document(Reading& reading, const Cursor& at);
-
 void read_image(Reading& reading, const Cursor& at);
 void read_camera(Reading& reading, const Cursor& at);
 void read_background(Reading& reading, const Cursor& at);
@@ -34,7 +31,6 @@ void read_prototypes(Reading& reading, const Cursor& at);
 void read_objects(Reading& reading, const Cursor& at);
 void read_job(Reading& reading, const Cursor& at);
 
-void read_webhook(Reading& reading, const Cursor& at, Webhook& webhook);
 /// The labels of a job by name; null, where it is allowed, is an empty optional.
 void read_labels(Reading& reading, const Cursor& at, bool null_allowed,
                  std::map<std::string, std::optional<std::string>>& labels);
