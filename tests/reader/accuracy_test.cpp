@@ -1,4 +1,4 @@
-/// What the fields of the accuracy mean, each and together.
+/// The accuracy section: its fields, and the settings that result from them together.
 
 #include <gtest/gtest.h>
 
@@ -21,8 +21,8 @@ std::string with_accuracy(const std::string& members) { return document_with("\"
 
 Accuracy accuracy_of(const std::string& members) { return accepted(with_accuracy(members)).scene.accuracy; }
 
-/// "target 2, budget -, samples 1..4096" of what adapts, "exactly 4, target -" of what does not.
-std::string told(const Accuracy& accuracy) {
+/// "target 2, budget -, samples 1..4096" for adaptive sampling, "exactly 4, target -" for exact samples.
+std::string summary_of(const Accuracy& accuracy) {
   const auto text = [](const std::optional<double>& value) {
     if (!value) return std::string("-");
     std::string digits = std::to_string(*value);
@@ -35,53 +35,53 @@ std::string told(const Accuracy& accuracy) {
          std::to_string(adaptive.samples_min) + ".." + std::to_string(adaptive.samples_max);
 }
 
-std::string told(const std::string& members) { return told(accuracy_of(members)); }
+std::string summary_of(const std::string& members) { return summary_of(accuracy_of(members)); }
 
-TEST(AccuracyOfADocument, IsStandardWhereItSaysNothing) {
+TEST(AccuracyReader, DefaultsToTheStandardTargetError) {
   EXPECT_EQ(target_error_of(Preset::standard), 1);
-  EXPECT_EQ(told(accepted(document_with()).scene.accuracy), "target 1, budget -, samples 1..4096");
-  EXPECT_EQ(told(""), "target 1, budget -, samples 1..4096");
-  EXPECT_EQ(told(R"("seed": 7, "max_depth": 3)"), "target 1, budget -, samples 1..4096");
-  EXPECT_EQ(told(R"("samples": [3, 50])"), "target 1, budget -, samples 3..50");
+  EXPECT_EQ(summary_of(accepted(document_with()).scene.accuracy), "target 1, budget -, samples 1..4096");
+  EXPECT_EQ(summary_of(""), "target 1, budget -, samples 1..4096");
+  EXPECT_EQ(summary_of(R"("seed": 7, "max_depth": 3)"), "target 1, budget -, samples 1..4096");
+  EXPECT_EQ(summary_of(R"("samples": [3, 50])"), "target 1, budget -, samples 3..50");
 }
 
-TEST(AccuracyOfADocument, HasTheTargetOfItsPreset) {
-  EXPECT_EQ(told(R"("preset": "draft")"), "target 4, budget -, samples 1..4096");
-  EXPECT_EQ(told(R"("preset": "standard")"), "target 1, budget -, samples 1..4096");
-  EXPECT_EQ(told(R"("preset": "fine")"), "target 0.5, budget -, samples 1..4096");
-  EXPECT_EQ(told(R"("preset": "reference")"), "target 0.25, budget -, samples 1..4096");
+TEST(AccuracyReader, ResolvesPresetsToTargetErrors) {
+  EXPECT_EQ(summary_of(R"("preset": "draft")"), "target 4, budget -, samples 1..4096");
+  EXPECT_EQ(summary_of(R"("preset": "standard")"), "target 1, budget -, samples 1..4096");
+  EXPECT_EQ(summary_of(R"("preset": "fine")"), "target 0.5, budget -, samples 1..4096");
+  EXPECT_EQ(summary_of(R"("preset": "reference")"), "target 0.25, budget -, samples 1..4096");
 }
 
-TEST(AccuracyOfADocument, HasATargetByNumberBeforeOneByName) {
-  EXPECT_EQ(told(R"("target_error": 2.5)"), "target 2.5, budget -, samples 1..4096");
-  EXPECT_EQ(told(R"("preset": "draft", "target_error": 2.5)"), "target 2.5, budget -, samples 1..4096");
-  EXPECT_EQ(told(R"("target_error": 255)"), "target 255, budget -, samples 1..4096");
+TEST(AccuracyReader, PrefersTargetErrorToPreset) {
+  EXPECT_EQ(summary_of(R"("target_error": 2.5)"), "target 2.5, budget -, samples 1..4096");
+  EXPECT_EQ(summary_of(R"("preset": "draft", "target_error": 2.5)"), "target 2.5, budget -, samples 1..4096");
+  EXPECT_EQ(summary_of(R"("target_error": 255)"), "target 255, budget -, samples 1..4096");
 }
 
-TEST(AccuracyOfADocument, HasNoTargetButTheOneGivenBesideATimeBudget) {
-  EXPECT_EQ(told(R"("time_budget_ms": 500)"), "target -, budget 500, samples 1..4096");
-  EXPECT_EQ(told(R"("time_budget_ms": 500, "target_error": 2)"), "target 2, budget 500, samples 1..4096");
-  EXPECT_EQ(told(R"("time_budget_ms": 500, "preset": "fine")"), "target 0.5, budget 500, samples 1..4096");
+TEST(AccuracyReader, AddsNoDefaultTargetToATimeBudget) {
+  EXPECT_EQ(summary_of(R"("time_budget_ms": 500)"), "target -, budget 500, samples 1..4096");
+  EXPECT_EQ(summary_of(R"("time_budget_ms": 500, "target_error": 2)"), "target 2, budget 500, samples 1..4096");
+  EXPECT_EQ(summary_of(R"("time_budget_ms": 500, "preset": "fine")"), "target 0.5, budget 500, samples 1..4096");
 }
 
-TEST(AccuracyOfADocument, OfExactSamplesDoesNotAdaptAndOnlyReportsTheTarget) {
-  EXPECT_EQ(told(R"("samples": [9, 9])"), "exactly 9, target -");
-  EXPECT_EQ(told(R"("samples": [9, 9], "target_error": 2)"), "exactly 9, target 2");
-  EXPECT_EQ(told(R"("samples": [9, 9], "preset": "fine")"), "exactly 9, target 0.5");
-  EXPECT_EQ(told(R"("samples": [9, 9], "time_budget_ms": 5)"), "exactly 9, target -");
+TEST(AccuracyReader, KeepsTheTargetOfExactSamplesForTheReport) {
+  EXPECT_EQ(summary_of(R"("samples": [9, 9])"), "exactly 9, target -");
+  EXPECT_EQ(summary_of(R"("samples": [9, 9], "target_error": 2)"), "exactly 9, target 2");
+  EXPECT_EQ(summary_of(R"("samples": [9, 9], "preset": "fine")"), "exactly 9, target 0.5");
+  EXPECT_EQ(summary_of(R"("samples": [9, 9], "time_budget_ms": 5)"), "exactly 9, target -");
 }
 
-TEST(AccuracyOfADocument, ReadsEveryFieldOfWhatAdapts) {
+TEST(AccuracyReader, ReadsEveryFieldOfAdaptiveSampling) {
   const Accuracy accuracy =
       accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field_of_images.json")).scene.accuracy;
-  EXPECT_EQ(told(accuracy), "target 2.5, budget 1500.5, samples 3..300");
+  EXPECT_EQ(summary_of(accuracy), "target 2.5, budget 1500.5, samples 3..300");
   EXPECT_EQ(accuracy.approximate.shadows, Approximations::Shadows::map);
   EXPECT_EQ(accuracy.approximate.reflections, Approximations::Reflections::environment);
   EXPECT_EQ(accuracy.approximate.shading, Approximations::Shading::flat);
   EXPECT_EQ(accuracy.approximate.nearest_lights, 7u);
 }
 
-TEST(AccuracyOfADocument, ReadsEveryWordOfTheApproximations) {
+TEST(AccuracyReader, ReadsEveryApproximation) {
   const auto approximate = [](const std::string& members) {
     return accuracy_of("\"approximate\": {" + members + "}").approximate;
   };
@@ -98,7 +98,7 @@ TEST(AccuracyOfADocument, ReadsEveryWordOfTheApproximations) {
   EXPECT_EQ(approximate(R"("lights": "nearest-1000000")"), Approximations{.nearest_lights = 1'000'000});
 }
 
-TEST(AccuracyOfADocument, SaysWhatWasMeantOrWouldBeRight) {
+TEST(AccuracyReader, SuggestsNamesAndListsValidValues) {
   EXPECT_EQ(only_detail(with_accuracy(R"("preset": "fien")")),
             "must be one of \"draft\", \"standard\", \"fine\", \"reference\", got \"fien\"; did you mean \"fine\"?");
   EXPECT_EQ(only_detail(with_accuracy(R"("target_error": 256)")), "must be > 0 and <= 255 levels, got 256");
@@ -108,11 +108,11 @@ TEST(AccuracyOfADocument, SaysWhatWasMeantOrWouldBeRight) {
             "\"reflection\" is not a field of the approximations; did you mean \"reflections\"?");
 }
 
-TEST(AccuracyOfADocument, TakesSamplesFromTheImageRatherThanRefuseItForTheirMaximum) {
+TEST(AccuracyReader, ReducesMaximumSamplesOfLargeImages) {
   const auto samples = [](const std::string& accuracy) {
     const auto scene =
         accepted(document_with(R"("image": {"width": 8192, "height": 8192}, "accuracy": {)" + accuracy + "}")).scene;
-    return told(scene.accuracy);
+    return summary_of(scene.accuracy);
   };
   // 2^34 samples over 2^26 pixels are 256 each.
   EXPECT_EQ(samples(""), "target 1, budget -, samples 1..256");
@@ -123,24 +123,24 @@ TEST(AccuracyOfADocument, TakesSamplesFromTheImageRatherThanRefuseItForTheirMaxi
             std::vector<std::string>{"/accuracy/samples limit_exceeded"});
 }
 
-TEST(AccuracyOfADocument, DoesNotDependOnTheLimitInForce) {
+TEST(AccuracyReader, IgnoresTheServicesSampleLimit) {
   api::Limits limits;
   limits.scene.samples_times_pixels = 640 * 480;
   const auto document = api::parse_scene(document_with(), limits);
   ASSERT_TRUE(document);
-  EXPECT_EQ(told(document->scene.accuracy), "target 1, budget -, samples 1..4096");
+  EXPECT_EQ(summary_of(document->scene.accuracy), "target 1, budget -, samples 1..4096");
   limits.scene.samples_times_pixels -= 1;
   EXPECT_FALSE(api::parse_scene(document_with(), limits));
 }
 
-TEST(TheCutoff, IsAThousandthWhateverIsAskedFor) {
+TEST(AccuracyReader, DefaultsCutoffToOneThousandth) {
   for (const char* members : {"", R"("samples": [4, 4])", R"("time_budget_ms": 100)", R"("target_error": 0.5)",
                               R"("target_error": 100)", R"("target_error": 0.5, "samples": [4, 4])"})
     EXPECT_EQ(accuracy_of(members).cutoff, 1e-3) << members;
   EXPECT_EQ(accuracy_of(R"("target_error": 0.5, "cutoff": 0.25)").cutoff, 0.25);
 }
 
-TEST(TheCutoff, IsByChanceWhereSamplesAdaptAndNoneIsGiven) {
+TEST(AccuracyReader, EnablesRussianRouletteForAdaptiveSamplingWithoutCutoff) {
   for (const char* members : {"", R"("samples": [1, 4])", R"("time_budget_ms": 100)", R"("target_error": 0.5)"})
     EXPECT_TRUE(accuracy_of(members).cutoff_by_chance) << members;
   for (const char* members :
@@ -148,7 +148,7 @@ TEST(TheCutoff, IsByChanceWhereSamplesAdaptAndNoneIsGiven) {
     EXPECT_FALSE(accuracy_of(members).cutoff_by_chance) << members;
 }
 
-TEST(Lenses, AreNeededWhereMoreThanOneSampleMayBeTaken) {
+TEST(Requirements, NeedLensForMoreThanOneSample) {
   const auto lens = [](const std::string& accuracy) {
     return tracer::requirements(accepted(R"({"version": 1, "camera": {"position": [0,0,1], "look_at": [0,0,0],
                                              "aperture": 0.5}, "accuracy": {)" +

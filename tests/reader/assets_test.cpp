@@ -1,4 +1,4 @@
-/// Names of files, and the step that loads what they name.
+/// Names of files, and the step that loads the files.
 
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ Issues verdict(const std::string& name, api::Files files) {
   return outcome(textures_of({name}), limits);
 }
 
-TEST(AssetNames, BelowADirectoryAreMadeOfPlainNamesBetweenSlashes) {
+TEST(AssetNames, AcceptOnlyPlainPathsBelowADirectory) {
   for (const char* name : {"a", "a.png", "a/b c/d", "...", "..a/b..", ".hidden", "caf\xc3\xa9.png", "a:b"})
     EXPECT_EQ(verdict(name, api::Files::below_a_directory), Issues{"accepted"}) << name;
   for (const char* name : {"..", ".", "/", "/a", "a/", "a//b", "../a", "a/..", "a/../b", "./a", "a/./b", "a/.",
@@ -34,19 +34,19 @@ TEST(AssetNames, BelowADirectoryAreMadeOfPlainNamesBetweenSlashes) {
     EXPECT_EQ(verdict(name, api::Files::below_a_directory), Issues{"/textures/0/file malformed"}) << name;
 }
 
-TEST(AssetNames, OfTheCommandLineLeadAnywhere) {
+TEST(AssetNames, AcceptAnyPathOnTheCommandLine) {
   for (const char* name : {"..", "/a", "../a", "a//b", R"(a\\b)"})
     EXPECT_EQ(verdict(name, api::Files::anywhere), Issues{"accepted"}) << name;
 }
 
-TEST(AssetNames, HaveALongestLength) {
+TEST(AssetNames, RejectLongNames) {
   for (const api::Files files : {api::Files::anywhere, api::Files::below_a_directory}) {
     EXPECT_EQ(verdict(std::string(4096, 'a'), files), Issues{"accepted"});
     EXPECT_EQ(verdict(std::string(4097, 'a'), files), Issues{"/textures/0/file limit_exceeded"});
   }
 }
 
-TEST(AssetNames, OfUploadsAre64LowerCaseHexDigitsWhereThereAreUploads) {
+TEST(AssetNames, AcceptHashesOfUploads) {
   const std::string hash = "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef";
   for (const api::Files files : {api::Files::none, api::Files::anywhere, api::Files::below_a_directory}) {
     api::Limits limits;
@@ -60,13 +60,13 @@ TEST(AssetNames, OfUploadsAre64LowerCaseHexDigitsWhereThereAreUploads) {
   }
 }
 
-TEST(AssetNames, OfUploadsAloneLeaveOtherFilesUnsupported) {
+TEST(AssetNames, RejectFilesIfOnlyUploadsAreAllowed) {
   api::Limits limits;
   limits.uploads = true;
   EXPECT_EQ(outcome(textures_of({"a.png"}), limits), Issues{"/textures/0/file unsupported"});
 }
 
-TEST(AssetHashes, AreAskedForInAListAndComeBackOnceEach) {
+TEST(AssetHashRequest, ReturnsHashesInOrderWithoutDuplicates) {
   const std::string a(64, 'a'), b(64, 'b');
   const auto hashes = api::parse_asset_hashes("{\"sha256\": [\"" + b + "\", \"" + a + "\", \"" + b + "\"]}", {});
   ASSERT_TRUE(hashes);
@@ -74,7 +74,7 @@ TEST(AssetHashes, AreAskedForInAListAndComeBackOnceEach) {
   EXPECT_EQ(api::parse_asset_hashes(R"({"sha256": []})", {})->size(), 0u);
 }
 
-TEST(AssetHashes, ThatAreNoneAreToldAllAtOnce) {
+TEST(AssetHashRequest, ReportsAllInvalidHashes) {
   const auto issues_of = [](const std::string& text) {
     Issues issues;
     const auto hashes = api::parse_asset_hashes(text, {});
@@ -93,21 +93,21 @@ TEST(AssetHashes, ThatAreNoneAreToldAllAtOnce) {
   EXPECT_EQ(api::parse_asset_hashes("{", {}).error().kind, api::Refusal::Kind::not_json);
 }
 
-TEST(LoadAssets, AsksForEachFileOnceAndKeepsTheirOrder) {
+TEST(LoadAssets, ReadsEachFileOnceInOrder) {
   tracer::Scene scene = accepted(textures_of({"b", "a", "b", "c"})).scene;
-  Issues asked;
+  Issues names_read;
   const auto assets = api::load_assets(scene,
                                        [&](const std::string& name) -> api::AssetBytes {
-                                         asked.push_back(name);
+                                         names_read.push_back(name);
                                          return std::vector<std::uint8_t>(name.begin(), name.end());
                                        },
                                        {});
   ASSERT_TRUE(assets);
-  EXPECT_EQ(asked, (Issues{"b", "a", "c"}));
+  EXPECT_EQ(names_read, (Issues{"b", "a", "c"}));
   EXPECT_EQ(assets->bytes, (std::vector<std::vector<std::uint8_t>>{{'b'}, {'a'}, {'c'}}));
 }
 
-TEST(LoadAssets, TellsOfEachFileThatCannotBeHadWhereItIsNamedFirst) {
+TEST(LoadAssets, ReportsUnavailableFilesAtTheirFirstUse) {
   tracer::Scene scene = accepted(textures_of({"b", "a", "b", "c"})).scene;
   const auto assets = api::load_assets(scene,
                                        [](const std::string& name) -> api::AssetBytes {
@@ -123,7 +123,7 @@ TEST(LoadAssets, TellsOfEachFileThatCannotBeHadWhereItIsNamedFirst) {
   EXPECT_EQ(assets.error()[1].pointer, "/textures/3/file");
 }
 
-TEST(CheckAssets, TellsOfAThousandAndCountsTheRest) {
+TEST(CheckAssets, ReportsAThousandFilesAndCountsTheOthers) {
   Issues names;
   for (int i = 0; i < 1003; ++i) names.push_back("f" + std::to_string(i));
   const tracer::Scene scene = accepted(textures_of(names)).scene;

@@ -1,4 +1,4 @@
-/// Documents that say the same have one canonical text; the body of a batch becomes its documents.
+/// Canonical text of documents, and the documents of a batch.
 
 #include <gtest/gtest.h>
 
@@ -39,7 +39,7 @@ Taken taken(const std::string& body, const api::BatchLimits& limits = {}) {
 
 }  // namespace
 
-TEST(Canonical, IsTheSameForEveryOrderAndSpelling) {
+TEST(CanonicalText, IsIndependentOfOrderAndSpelling) {
   const std::string text =
       canonical(R"({"version": 1, "name": "caf\u00e9", )" + camera + R"(, "ambient": [0.5, 1, 0]})");
   EXPECT_EQ(text,
@@ -48,21 +48,21 @@ TEST(Canonical, IsTheSameForEveryOrderAndSpelling) {
   EXPECT_EQ(canonical(R"({"ambient":[5e-1,1.0,0e7],"name":"café","version":1e0,)" + camera + "}"), text);
 }
 
-TEST(Canonical, LeavesOutTheJobAndNothingElse) {
+TEST(CanonicalText, OmitsOnlyTheJob) {
   const std::string plain = canonical(R"({"version": 1, )" + camera + "}");
   EXPECT_EQ(canonical(R"({"version": 1, "job": {"priority": 3, "labels": {"job": "x"}}, )" + camera + "}"), plain);
   EXPECT_NE(canonical(R"({"version": 1, "name": "", )" + camera + "}"), plain);
   EXPECT_NE(canonical(R"({"version": 1, "ambient": [0, 0, 0], )" + camera + "}"), plain);
 }
 
-TEST(Canonical, EscapesWhatJsonMustAndTellsNeighbouringDoublesApart) {
+TEST(CanonicalText, EscapesStringsAndDistinguishesNeighboringDoubles) {
   EXPECT_NE(canonical(R"({"version": 1, "name": "a\"b\\c", )" + camera + "}").find(R"("name":"a\"b\\c")"),
             std::string::npos);
   EXPECT_NE(canonical(R"({"version": 1, "ambient": [0.1, 0, 0], )" + camera + "}"),
             canonical(R"({"version": 1, "ambient": [0.10000000000000002, 0, 0], )" + camera + "}"));
 }
 
-TEST(Batch, FramesAreMergedIntoTheScene) {
+TEST(BatchReader, MergesFramesIntoTheScene) {
   const Taken batch = taken(R"({"scene": {"version": 1, "name": "a", )" + camera +
                             R"(}, "frames": [{}, {"name": null}, {"camera": {"fov": 30}}]})");
   ASSERT_EQ(batch.documents.size(), 3u);
@@ -71,7 +71,7 @@ TEST(Batch, FramesAreMergedIntoTheScene) {
   EXPECT_NE(batch.documents[2].find(R"("fov":30)"), std::string::npos);
 }
 
-TEST(Batch, ASweepTurnsItsLastPointerFastest) {
+TEST(BatchReader, VariesTheLastPointerOfASweepFastest) {
   const Taken batch =
       taken(R"({"scene": {"version": 1, )" + camera + R"(}, "sweep": {"/camera/fov": [30, 40], "/name": ["x", "y"]}})");
   ASSERT_EQ(batch.documents.size(), 4u);
@@ -79,7 +79,7 @@ TEST(Batch, ASweepTurnsItsLastPointerFastest) {
   EXPECT_NE(batch.documents[2].find(R"("fov":40},"name":"x")"), std::string::npos) << batch.documents[2];
 }
 
-TEST(Batch, ThatIsWrongTellsWhere) {
+TEST(BatchReader, ReportsIssuesWithTheirPointers) {
   using Issues = std::vector<std::string>;
   const std::string scene = R"({"scene": {"version": 1, )" + camera + "}, ";
   EXPECT_EQ(taken(scene + R"("frames": [{"camera": null}]})").issues, (Issues{"/frames/0/camera missing_field"}));
@@ -90,7 +90,7 @@ TEST(Batch, ThatIsWrongTellsWhere) {
   EXPECT_EQ(taken(scene + R"("frames": [{"ambient": [1e999, 0, 0]}]})").issues, (Issues{" not_finite"}));
 }
 
-TEST(Batch, OfTooManyDocumentsOrBytesIsRefused) {
+TEST(BatchReader, RejectsTooManyDocumentsOrBytes) {
   api::BatchLimits limits;
   limits.jobs = 3;
   const std::string scene = R"({"scene": {"version": 1, )" + camera + "}, ";

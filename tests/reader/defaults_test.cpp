@@ -1,4 +1,4 @@
-/// What a document means where it says nothing, and the four ways to write a colour.
+/// Default values of fields, and the four forms of a color.
 
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ void expect_near(const Color& seen, const Color& expected) {
   EXPECT_NEAR(seen.b, expected.b, 1e-12);
 }
 
-TEST(Defaults, AreThoseOfTheSceneHeader) {
+TEST(DefaultValues, OfSceneMatchTheSceneHeader) {
   const tracer::Scene scene = accepted(document_with()).scene;
   const tracer::Scene expected;
   EXPECT_EQ(scene.name, "");
@@ -45,7 +45,7 @@ TEST(Defaults, AreThoseOfTheSceneHeader) {
   EXPECT_EQ(scene.output.formats, std::vector{tracer::Format::png});
 }
 
-TEST(Defaults, OfAJobAreMiddlePriorityAndThreeAttempts) {
+TEST(DefaultValues, OfJobAreMediumPriorityAndThreeAttempts) {
   const api::JobRequest job = accepted(document_with()).job;
   EXPECT_EQ(job.priority, 50);
   EXPECT_EQ(job.max_attempts, 3);
@@ -60,7 +60,7 @@ TEST(Defaults, OfAJobAreMiddlePriorityAndThreeAttempts) {
             (std::vector<std::string>{"succeeded", "failed", "cancelled"}));
 }
 
-TEST(Defaults, OfALightAreWhiteShadowsAndNoAttenuation) {
+TEST(DefaultValues, OfLightAreWhiteWithShadowsAndWithoutAttenuation) {
   const auto scene = accepted(document_with(R"("lights": [{"type": "point", "position": [1, 2, 3]}])")).scene;
   ASSERT_EQ(scene.lights.size(), 1u);
   const tracer::Light& light = scene.lights[0];
@@ -70,7 +70,7 @@ TEST(Defaults, OfALightAreWhiteShadowsAndNoAttenuation) {
   EXPECT_EQ(light.attenuation.kind, tracer::Attenuation::Kind::none);
 }
 
-TEST(Defaults, OfAMaterialAreThoseOfTheSceneHeader) {
+TEST(DefaultValues, OfMaterialMatchTheSceneHeader) {
   const tracer::Material seen = material_of("");
   EXPECT_EQ(seen.model, tracer::Material::Model::phong);
   EXPECT_EQ(std::get<Color>(seen.color), (Color{0.8, 0.8, 0.8}));
@@ -93,7 +93,7 @@ TEST(Defaults, OfAMaterialAreThoseOfTheSceneHeader) {
   EXPECT_EQ(seen.path, "/materials/m");
 }
 
-TEST(Defaults, OfRoundShapesAreClosedAndPointed) {
+TEST(DefaultValues, OfRoundShapesAreClosedAndPointed) {
   const auto disc =
       accepted(document_with_object("disc", R"("center": [0,0,0], "normal": [0,1,0], "radius": 1)")).scene;
   ASSERT_EQ(disc.objects.size(), 1u);
@@ -109,7 +109,7 @@ TEST(Defaults, OfRoundShapesAreClosedAndPointed) {
   EXPECT_EQ(std::get<tracer::Cone>(cone.objects[0].shape).apex_radius, 0);
 }
 
-TEST(Defaults, OfShapesAreTheirConventionalAxes) {
+TEST(DefaultValues, OfShapesAreTheConventionalAxes) {
   const auto sphere = accepted(document_with_object("sphere", R"("center": [0,0,0], "radius": 1)")).scene;
   ASSERT_EQ(sphere.objects.size(), 1u);
   EXPECT_EQ(std::get<tracer::Sphere>(sphere.objects[0].shape).axis, (Vec3{0, 1, 0}));
@@ -129,21 +129,21 @@ TEST(Defaults, OfShapesAreTheirConventionalAxes) {
   EXPECT_TRUE(std::get<tracer::Mesh>(mesh.objects[0].shape).uvs.empty());
 }
 
-TEST(Colors, AreReadInAllFourForms) {
+TEST(ColorReader, ReadsAllFourForms) {
   EXPECT_EQ(ambient_of("[0.5, 2, 0]"), (Color{0.5, 2, 0}));
   EXPECT_EQ(ambient_of("3"), (Color{3, 3, 3}));
   EXPECT_EQ(ambient_of(R"("#FF00ff")"), (Color{1, 0, 1}));
   expect_near(ambient_of(R"({"hsb": [0, 1, 1]})"), {1, 0, 0});
 }
 
-TEST(Colors, AsTextAreDecodedFromSrgb) {
+TEST(ColorReader, DecodesTextFromSrgb) {
   // IEC 61966-2-1 at both branches: 10/255 is on the straight part, 0xBC encodes about one half.
   expect_near(ambient_of(R"("#0a0a0a")"), {10 / 255.0 / 12.92, 10 / 255.0 / 12.92, 10 / 255.0 / 12.92});
   EXPECT_NEAR(ambient_of(R"("#bc0000")").r, 0.5028864580325687, 1e-12);
   EXPECT_NEAR(ambient_of(R"("#c03020")").g, 0.0295568344378088, 1e-12);
 }
 
-TEST(Colors, AsHueSaturationBrightnessGoThroughSrgb) {
+TEST(ColorReader, ConvertsHueSaturationBrightnessFromSrgb) {
   expect_near(ambient_of(R"({"hsb": [120, 1, 1]})"), {0, 1, 0});
   expect_near(ambient_of(R"({"hsb": [240, 1, 1]})"), {0, 0, 1});
   expect_near(ambient_of(R"({"hsb": [60, 1, 1]})"), {1, 1, 0});
@@ -153,13 +153,13 @@ TEST(Colors, AsHueSaturationBrightnessGoThroughSrgb) {
   expect_near(ambient_of(R"({"hsb": [30, 1, 1]})"), {1, half, 0});
 }
 
-TEST(Colors, HaveHuesThatGoRound) {
+TEST(ColorReader, WrapsHues) {
   expect_near(ambient_of(R"({"hsb": [-120, 1, 1]})"), {0, 0, 1});
   expect_near(ambient_of(R"({"hsb": [480, 1, 1]})"), {0, 1, 0});
   expect_near(ambient_of(R"({"hsb": [360, 1, 1]})"), {1, 0, 0});
 }
 
-TEST(Materials, ThatTransmitReflectByFresnelUnlessToldOtherwise) {
+TEST(MaterialReader, EnablesFresnelForTransmissionByDefault) {
   const tracer::Material glass = material_of(R"("transmission": 0.5)");
   EXPECT_TRUE(glass.fresnel);
   EXPECT_EQ(glass.reflection, 1);

@@ -1,4 +1,4 @@
-/// What rendering a scene is expected to take.
+/// Estimated work and memory of a scene.
 
 #include "api/estimate.h"
 
@@ -33,7 +33,7 @@ tracer::Scene scene_of(std::uint32_t width, std::uint32_t height, std::uint32_t 
 
 }  // namespace
 
-TEST(EstimatedWork, IsEveryPixelsSamplesAndTheirShadowRays) {
+TEST(EstimatedWork, CountsSamplesAndShadowRays) {
   EXPECT_EQ(work(exact), 100 * 4 + sphere);
   EXPECT_EQ(work(exact, "{}", "[" + point + "]"), 100 * 4 * 2 + sphere);
   EXPECT_EQ(work(exact, "{}", "[" + point + "," + point + "]"), 100 * 4 * 3 + sphere);
@@ -42,21 +42,21 @@ TEST(EstimatedWork, IsEveryPixelsSamplesAndTheirShadowRays) {
   EXPECT_EQ(work(exact, "{}", R"([{"type": "point", "position": [0,5,0], "shadows": false}])"), 100 * 4 + sphere);
 }
 
-TEST(EstimatedWork, IsMoreWhereLightBounces) {
+TEST(EstimatedWork, CountsReflectionAndRefraction) {
   EXPECT_EQ(work(exact, R"({"reflection": 0.5})"), 100 * 4 * 1.5 + sphere);
-  EXPECT_EQ(work(exact, R"({"transmission": 1})"), 100 * 4 * 3.0 + sphere) << "glass mirrors too";
+  EXPECT_EQ(work(exact, R"({"transmission": 1})"), 100 * 4 * 3.0 + sphere) << "refraction includes reflection";
 }
 
-TEST(EstimatedWork, CountsTheSamplesThatAnErrorTakes) {
+TEST(EstimatedWork, CountsSamplesExpectedForATargetError) {
   EXPECT_EQ(work(R"({"target_error": 1})"), 100 * 22 + sphere);
   const double fine = work(R"({"target_error": 0.5})"), finer = work(R"({"target_error": 0.25})");
   EXPECT_NEAR((finer - sphere) / (fine - sphere), 2.395, 0.001) << "2 to the power 1.26";
   EXPECT_EQ(work(R"({"target_error": 1, "samples": [30, 50]})"), 100 * 30 + sphere);
   EXPECT_EQ(work(R"({"target_error": 1, "samples": [1, 10]})"), 100 * 10 + sphere);
-  EXPECT_EQ(work(R"({"time_budget_ms": 10})"), -1) << "whatever fits into it";
+  EXPECT_EQ(work(R"({"time_budget_ms": 10})"), -1) << "no target error";
 }
 
-TEST(EstimatedWork, CountsPartsToBeBuilt) {
+TEST(EstimatedWork, CountsObjectsAndTriangles) {
   const api::Document document =
       accepted(document_with(R"("image": {"width": 1, "height": 1}, "accuracy": )" + exact + R"(,
       "prototypes": {"p": [{"type": "mesh", "positions": [[0,0,0],[1,0,0],[0,1,0]], "triangles": [[0,1,2],[2,1,0]],
@@ -65,7 +65,7 @@ TEST(EstimatedWork, CountsPartsToBeBuilt) {
   EXPECT_EQ(api::estimated_work(document.scene), 4 + 2 + 1 + 2);
 }
 
-TEST(EstimatedMemory, OfAMeasurementIsThatOfAdaptiveSamplesAndOfTheReference) {
+TEST(EstimatedMemory, OfMeasurementIncludesAdaptiveSamplingAndReference) {
   const auto scene = [](const std::string& accuracy) {
     return accepted(document_with(R"("image": {"width": 100, "height": 10}, "accuracy": )" + accuracy)).scene;
   };
@@ -74,8 +74,8 @@ TEST(EstimatedMemory, OfAMeasurementIsThatOfAdaptiveSamplesAndOfTheReference) {
   EXPECT_EQ(api::estimated_measure_memory_bytes(scene(exact)), api::estimated_measure_memory_bytes(adapting));
 }
 
-TEST(IsLarge, ByTheSamplesOfWhatIsRendered) {
-  EXPECT_FALSE(api::is_large({})) << "what a document without sizes asks for";
+TEST(IsLarge, DependsOnSamplesOfTheRenderedWindow) {
+  EXPECT_FALSE(api::is_large({})) << "the default document";
   EXPECT_FALSE(api::is_large(scene_of(2048, 1024, 1)));
   EXPECT_TRUE(api::is_large(scene_of(2048, 1025, 1)));
   EXPECT_TRUE(api::is_large(scene_of(512, 512, 9)));
@@ -84,7 +84,7 @@ TEST(IsLarge, ByTheSamplesOfWhatIsRendered) {
   EXPECT_FALSE(api::is_large(cropped));
 }
 
-TEST(IsLarge, ByTheMostSamplesThereMayBeWhereTheyAdaptUnlessTimeEndsThemSoon) {
+TEST(IsLarge, DependsOnMaximumSamplesUnlessTheTimeBudgetIsShort) {
   tracer::Scene scene = scene_of(64, 64, 1'000'000);
   scene.accuracy.adaptive = tracer::Adaptive{};
   scene.accuracy.adaptive->samples_max = 512;
@@ -97,7 +97,7 @@ TEST(IsLarge, ByTheMostSamplesThereMayBeWhereTheyAdaptUnlessTimeEndsThemSoon) {
   EXPECT_FALSE(api::is_large(scene));
 }
 
-TEST(IsLarge, ByTheSamplesThatItsErrorIsExpectedToTake) {
+TEST(IsLarge, DependsOnSamplesExpectedForTheTargetError) {
   const auto large = [](std::uint32_t width, std::uint32_t height, double target) {
     tracer::Scene scene = scene_of(width, height, 1);
     scene.accuracy.adaptive = tracer::Adaptive{};
@@ -110,7 +110,7 @@ TEST(IsLarge, ByTheSamplesThatItsErrorIsExpectedToTake) {
   EXPECT_FALSE(large(309, 309, 2));
 }
 
-TEST(IsLarge, ByItsMemory) {
+TEST(IsLarge, DependsOnMemory) {
   tracer::Scene scene = scene_of(16, 16, 1);
   tracer::Mesh mesh;
   mesh.triangles.resize(1'000'000);
@@ -121,7 +121,7 @@ TEST(IsLarge, ByItsMemory) {
   EXPECT_TRUE(api::is_large(scene));
 }
 
-TEST(IsLarge, ByMeshesWhoseSizeNobodyKnowsWhereverTheyAre) {
+TEST(IsLarge, IsTrueForMeshFiles) {
   tracer::Scene scene = scene_of(16, 16, 1);
   tracer::Mesh of_file;
   of_file.file = tracer::AssetId{0};

@@ -1,4 +1,4 @@
-/// What each field of a document becomes: the value written, and the default where nothing is written.
+/// Every field of the format: the value that is read, and the default.
 
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ tracer::Scene every_field() {
   return accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field.json")).scene;
 }
 
-TEST(EveryField, OfImageCameraAndBackgroundIsRead) {
+TEST(SceneReader, ReadsImageCameraAndBackground) {
   const tracer::Scene scene = every_field();
   EXPECT_EQ(scene.name, "every field");
   EXPECT_EQ(scene.image.width, 32u);
@@ -33,7 +33,7 @@ TEST(EveryField, OfImageCameraAndBackgroundIsRead) {
   EXPECT_EQ(scene.ambient, (Color{0.125, 0.125, 0.125}));
 }
 
-TEST(EveryField, OfTheImagesWindowCameraAndAirIsRead) {
+TEST(SceneReader, ReadsCropOrthographicCameraAndDepthCue) {
   const tracer::Scene scene =
       accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field_of_images.json")).scene;
   EXPECT_EQ(scene.image.crop, (tracer::PixelWindow{3, 2, 20, 10}));
@@ -51,7 +51,7 @@ TEST(EveryField, OfTheImagesWindowCameraAndAirIsRead) {
   EXPECT_EQ(scene.depth_cue->color, (Color{0.5, 0.25, 1}));
 }
 
-TEST(EveryField, OfTheImagesFilesIsRead) {
+TEST(SceneReader, ReadsOutput) {
   using enum tracer::Format;
   using tracer::Layer;
   const tracer::Output output =
@@ -65,7 +65,7 @@ TEST(EveryField, OfTheImagesFilesIsRead) {
   EXPECT_TRUE(output.alpha);
 }
 
-TEST(Cameras, MayKeepTheFieldsOfOtherTypes) {
+TEST(SceneReader, AcceptsCameraFieldsOfOtherTypes) {
   const auto camera = [](const std::string& members) {
     return accepted(R"({"version":1,"camera":{"position":[0,0,1],"look_at":[0,0,0],)" + members + "}}").scene.camera;
   };
@@ -73,7 +73,7 @@ TEST(Cameras, MayKeepTheFieldsOfOtherTypes) {
   EXPECT_FALSE(camera(R"("type":"panorama")").focus_distance);
 }
 
-TEST(EveryField, OfLightsIsRead) {
+TEST(SceneReader, ReadsLights) {
   const tracer::Scene scene = every_field();
   ASSERT_EQ(scene.lights.size(), 8u);
   const tracer::Light& point = scene.lights[0];
@@ -91,7 +91,7 @@ TEST(EveryField, OfLightsIsRead) {
   EXPECT_EQ(directional.attenuation.kind, tracer::Attenuation::Kind::inverse_square);
 }
 
-TEST(EveryField, OfSpotsIsReadAndATargetGivesTheAxis) {
+TEST(SceneReader, ReadsSpotLightsAndTheirTargets) {
   const tracer::Scene scene = every_field();
   ASSERT_EQ(scene.lights.size(), 8u);
   const auto& spot = std::get<tracer::SpotLight>(scene.lights[2].source);
@@ -105,7 +105,7 @@ TEST(EveryField, OfSpotsIsReadAndATargetGivesTheAxis) {
   EXPECT_EQ(targeted.outer_angle_deg, 180);
 }
 
-TEST(EveryField, OfSoftLightsIsRead) {
+TEST(SceneReader, ReadsAreaLights) {
   const tracer::Scene scene = every_field();
   ASSERT_EQ(scene.lights.size(), 8u);
   const auto& line = std::get<tracer::LineLight>(scene.lights[4].source);
@@ -130,7 +130,7 @@ TEST(EveryField, OfSoftLightsIsRead) {
   }
 }
 
-TEST(EveryField, OfTexturesAndMaterialsIsRead) {
+TEST(SceneReader, ReadsTexturesAndMaterials) {
   const tracer::Scene scene = every_field();
   ASSERT_EQ(scene.textures.size(), 6u);
   EXPECT_EQ(std::get<tracer::CheckerTexture>(scene.textures[0].pattern).colors, (std::array{Color{}, Color{1, 2, 3}}));
@@ -161,7 +161,7 @@ TEST(EveryField, OfTexturesAndMaterialsIsRead) {
   EXPECT_EQ(std::get<tracer::TextureId>(scene.materials[3].color).index, 5u);
 }
 
-TEST(EveryField, OfPatternsAndImagesIsRead) {
+TEST(SceneReader, ReadsPatternsAndImages) {
   using tracer::Texture;
   const tracer::Scene scene = every_field();
   ASSERT_EQ(scene.textures.size(), 6u);
@@ -186,7 +186,7 @@ TEST(EveryField, OfPatternsAndImagesIsRead) {
   EXPECT_EQ(scene.assets[0].path, "/textures/wood/file");
 }
 
-TEST(EveryField, OfSpheresPlanesAndTrianglesIsRead) {
+TEST(SceneReader, ReadsSpheresPlanesAndTriangles) {
   const tracer::Scene scene = every_field();
   ASSERT_EQ(scene.objects.size(), 12u);
   const auto& sphere = std::get<tracer::Sphere>(scene.objects[0].shape);
@@ -209,7 +209,7 @@ TEST(EveryField, OfSpheresPlanesAndTrianglesIsRead) {
   EXPECT_EQ(scene.objects[4].material.index, 0u);
 }
 
-TEST(EveryField, OfMeshesIsRead) {
+TEST(SceneReader, ReadsMeshes) {
   const tracer::Scene scene = every_field();
   ASSERT_EQ(scene.objects.size(), 12u);
   const auto& mesh = std::get<tracer::Mesh>(scene.objects[3].shape);
@@ -222,7 +222,7 @@ TEST(EveryField, OfMeshesIsRead) {
   EXPECT_EQ(faces.triangles, (std::vector{std::array{0u, 1u, 2u}, std::array{0u, 2u, 3u}}));
 }
 
-TEST(EveryField, OfDiscsCylindersConesAndBoxesIsRead) {
+TEST(SceneReader, ReadsDiscsCylindersConesAndBoxes) {
   const tracer::Scene scene = every_field();
   ASSERT_EQ(scene.objects.size(), 12u);
   const auto& disc = std::get<tracer::Disc>(scene.objects[5].shape);
@@ -249,7 +249,7 @@ TEST(EveryField, OfDiscsCylindersConesAndBoxesIsRead) {
   EXPECT_EQ(box.max, (Vec3{4, 6, 8}));
 }
 
-TEST(EveryField, OfInstancesAndPrototypesIsReadWhereverTheyStand) {
+TEST(SceneReader, ReadsInstancesBeforeAndAfterTheirPrototypes) {
   const tracer::Scene scene = every_field();
   ASSERT_EQ(scene.objects.size(), 12u);
   ASSERT_EQ(scene.prototypes.size(), 2u);
@@ -266,7 +266,7 @@ TEST(EveryField, OfInstancesAndPrototypesIsReadWhereverTheyStand) {
   EXPECT_FALSE(scene.objects[10].transform);
 }
 
-TEST(EveryField, OfTransformsIsReadAsAMatrixOrAsStepsInTheOrderWritten) {
+TEST(SceneReader, ReadsTransformsAsMatrixOrSteps) {
   const tracer::Scene scene = every_field();
   ASSERT_EQ(scene.objects.size(), 12u);
   // (x, y, z) moved, turned a quarter about z, scaled: 2(-(y + 2)), 3(x + 1), 4(z + 3).
@@ -278,7 +278,7 @@ TEST(EveryField, OfTransformsIsReadAsAMatrixOrAsStepsInTheOrderWritten) {
   for (const std::size_t i : {2, 3, 5, 6, 7, 8, 9}) EXPECT_EQ(scene.objects[i].transform, twice) << i;
 }
 
-TEST(EveryField, OfAccuracyOutputAndJobIsRead) {
+TEST(SceneReader, ReadsAccuracyOutputAndJob) {
   const auto document = accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field.json"));
   EXPECT_EQ(document.scene.accuracy.samples, 9u);
   EXPECT_EQ(document.scene.accuracy.max_depth, 5u);
@@ -290,18 +290,18 @@ TEST(EveryField, OfAccuracyOutputAndJobIsRead) {
   EXPECT_EQ(document.job.priority, 70);
   EXPECT_EQ(document.job.max_attempts, 5);
   EXPECT_EQ(document.job.run_after, 1'896'112'800'000);
-  EXPECT_EQ(document.job.deadline, 1'896'129'000'250) << "of an offset of two hours";
+  EXPECT_EQ(document.job.deadline, 1'896'129'000'250) << "with an offset of two hours";
   EXPECT_EQ(document.job.expires_in_s, 86400);
   EXPECT_EQ(document.job.cache, api::CacheUse::refresh);
   EXPECT_EQ(document.job.webhook, (api::Webhook{"https://example.org/hook?a=b", {"failed", "succeeded"}}));
 }
 
-TEST(Job, IsNamedAfterTheSceneWhenItHasNoName) {
+TEST(SceneReader, NamesTheJobAfterTheScene) {
   EXPECT_EQ(accepted(document_with(R"("name": "s")")).job.name, "s");
   EXPECT_EQ(accepted(document_with(R"("name": "s", "job": {"name": "j"})")).job.name, "j");
 }
 
-TEST(Materials, AreTakenByNameWhereverTheDocumentDefinesThem) {
+TEST(SceneReader, ResolvesMaterialNamesDefinedAnywhere) {
   const auto scene =
       accepted(document_with(
                    R"("objects": [{"type": "plane", "point": [0,0,0], "normal": [0,1,0], "material": "b"}],
@@ -311,14 +311,14 @@ TEST(Materials, AreTakenByNameWhereverTheDocumentDefinesThem) {
   EXPECT_EQ(scene.materials[scene.objects[0].material.index].path, "/materials/b");
 }
 
-TEST(Spheres, TurnTheirDefaultMeridianWhenTheAxisIsAlongIt) {
+TEST(SceneReader, ChangesTheDefaultMeridianOfASphereWithAxisX) {
   const auto scene =
       accepted(document_with_object("sphere", R"("center": [0,0,0], "radius": 1, "axis": [-2,0,0])")).scene;
   ASSERT_EQ(scene.objects.size(), 1u);
   EXPECT_EQ(std::get<tracer::Sphere>(scene.objects[0].shape).meridian, (Vec3{0, 0, 1}));
 }
 
-TEST(Integers, MayBeSpeltAsAnyNumberWithoutAFraction) {
+TEST(SceneReader, AcceptsAnySpellingOfIntegers) {
   for (const char* text : {"40", "40.0", "4e1", "400E-1", "4.0e+1"}) {
     const auto scene = accepted(document_with(R"("image": {"width": )" + std::string(text) + "}")).scene;
     EXPECT_EQ(scene.image.width, 40u) << text;

@@ -1,4 +1,4 @@
-/// glTF and GLB files: the triangles of a scene where its nodes put them, or the place of what is wrong.
+/// glTF and GLB files: the transformed triangles of a scene, or the place of the error.
 
 #include "api/src/gltf/gltf.h"
 
@@ -46,7 +46,7 @@ std::string changed(const std::string& from, const std::string& to) {
   return text.replace(at, from.size(), to);
 }
 
-/// A file of one primitive: positions 0.. of `positions` as floats, and `indices` as uint8 where there are any.
+/// A file of one primitive: `positions` as floats, and `indices`, if any, as uint8.
 std::string soup(const std::vector<Vec3>& positions, const std::vector<std::uint8_t>& indices, int mode) {
   Bytes bytes;
   for (const Vec3& p : positions)
@@ -73,24 +73,24 @@ std::vector<Vec3> positions_of(const tracer::Mesh& mesh) {
   return positions;
 }
 
-TEST(GltfFile, GivesPositionsNormalsAndUvsWithVTurnedUp) {
+TEST(GltfReader, ReadsPositionsNormalsAndFlippedUvs) {
   const auto expected = corners(mesh_files::pyramid());
   EXPECT_EQ(corners(read(gltf_files::pyramid_gltf())), expected);
   EXPECT_EQ(corners(read(gltf_files::pyramid_glb())), expected);
   EXPECT_EQ(corners(read("\xEF\xBB\xBF \n" + gltf_files::pyramid_gltf())), expected);
 }
 
-TEST(GltfFile, ReadsStripsAndFansWithAndWithoutIndices) {
+TEST(GltfReader, ReadsStripsAndFansWithAndWithoutIndices) {
   const std::vector<Vec3> p{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {0, 2, 0}};
   EXPECT_EQ(positions_of(read(soup(p, {}, 4))), (std::vector{p[0], p[1], p[2]}));
   EXPECT_EQ(positions_of(read(soup(p, {}, 5))), (std::vector{p[0], p[1], p[2], p[1], p[3], p[2], p[2], p[3], p[4]}));
   EXPECT_EQ(positions_of(read(soup(p, {4, 3, 2, 0}, 6))), (std::vector{p[3], p[2], p[4], p[2], p[0], p[4]}));
   EXPECT_EQ(positions_of(read(soup(p, {2, 0, 1}, 4))), (std::vector{p[2], p[0], p[1]}));
   EXPECT_TRUE(read(soup(p, {}, 4)).normals.empty());
-  EXPECT_EQ(read(soup(p, {2, 0, 1}, 4)).positions.size(), 3u) << "what no triangle has is left out";
+  EXPECT_EQ(read(soup(p, {2, 0, 1}, 4)).positions.size(), 3u) << "unused vertices are omitted";
 }
 
-TEST(GltfFile, PutsMeshesWhereTheNodesOfItsSceneSay) {
+TEST(GltfReader, AppliesTransformsOfTheScenesNodes) {
   // The child is scaled, then turned about z from x to y, then moved; the root doubles all of it. Node 2 is in no
   // scene.
   const std::string nodes = R"(, "scene": 1, "scenes": [{"nodes": [2]}, {"nodes": [0]}], "nodes": [
@@ -114,7 +114,7 @@ TEST(GltfFile, PutsMeshesWhereTheNodesOfItsSceneSay) {
   EXPECT_EQ(corners(read(gltf_files::pyramid_gltf(without_scenes))).size(), 2 * before.size()) << "all roots";
 }
 
-TEST(GltfFile, KeepsFrontsInFrontWhereANodeMirrors) {
+TEST(GltfReader, ReversesWindingUnderMirroringNodes) {
   const auto plain = corners(mesh_files::pyramid());
   const auto mirrored = corners(read(gltf_files::pyramid_gltf(R"(, "nodes": [{"mesh": 0, "scale": [-1, 1, 1]}])")));
   for (std::size_t i = 0; i < plain.size(); i += 3) {
@@ -126,7 +126,7 @@ TEST(GltfFile, KeepsFrontsInFrontWhereANodeMirrors) {
   }
 }
 
-TEST(GltfFile, GivesPartsWithoutNormalsThoseOfTheirFacesWhereOtherPartsHaveSome) {
+TEST(GltfReader, AddsFaceNormalsIfOnlySomePartsHaveNormals) {
   const std::string mesh =
       R"({"primitives": [{"attributes": {"POSITION": 0}, "indices": 3},
                          {"attributes": {"POSITION": 0, "NORMAL": 1}, "indices": 3}, {"mode": 1, "attributes": {}}]}])";
@@ -134,7 +134,7 @@ TEST(GltfFile, GivesPartsWithoutNormalsThoseOfTheirFacesWhereOtherPartsHaveSome)
   text = text.substr(0, text.find("\"meshes\": [") + 11) + mesh + "}";
   const auto both = corners(read(text)), pyramid = corners(mesh_files::pyramid());
   ASSERT_EQ(both.size(), 2 * pyramid.size());
-  for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(both[i].normal, (Vec3{0, -1, 0})) << "of the square below";
+  for (std::size_t i = 0; i < 6; ++i) EXPECT_EQ(both[i].normal, (Vec3{0, -1, 0})) << "the square at the bottom";
   for (std::size_t i = 0; i < pyramid.size(); ++i) {
     EXPECT_EQ(both[i].position, pyramid[i].position);
     const Vec3 &got = both[pyramid.size() + i].normal, &n = pyramid[i].normal;
@@ -142,7 +142,7 @@ TEST(GltfFile, GivesPartsWithoutNormalsThoseOfTheirFacesWhereOtherPartsHaveSome)
   }
 }
 
-TEST(GltfFile, ReadsQuantisedAttributes) {
+TEST(GltfReader, ReadsQuantizedAttributes) {
   Bytes bytes{0, 0, 0, 127, 0, 129, 0, 64, 0};  // int8: 0 0 0, 127 0 -127, 0 64 0
   const std::string text = gltf_files::gltf(
       R"("extensionsRequired": ["KHR_mesh_quantization"], "buffers": [{"byteLength": 9, "uri": "data:;base64,)" +
@@ -152,7 +152,7 @@ TEST(GltfFile, ReadsQuantisedAttributes) {
   EXPECT_EQ(positions_of(read(text)), (std::vector<Vec3>{{0, 0, 0}, {1, 0, -1}, {0, 64.0 / 127, 0}}));
 }
 
-TEST(GltfFile, IsRefusedWithItsPlaceAndReason) {
+TEST(GltfReader, ReportsPlaceAndReason) {
   const std::pair<std::string, std::string> cases[] = {
       {"{", "byte 1: "},
       {"{}", "its JSON: must be a glTF file"},
@@ -196,7 +196,7 @@ TEST(GltfFile, IsRefusedWithItsPlaceAndReason) {
     EXPECT_NE(refusal(text).find(reason), std::string::npos) << reason << "\n" << refusal(text) << "\n" << text;
 }
 
-TEST(GltfFile, OfNodesThatMakeNoTreeIsRefused) {
+TEST(GltfReader, RejectsNodesThatAreNoTree) {
   for (const char* nodes :
        {R"(, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0, "children": [0]}])",
         R"(, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0, "children": [1]}, {"children": [0]}])",
@@ -208,7 +208,7 @@ TEST(GltfFile, OfNodesThatMakeNoTreeIsRefused) {
   EXPECT_EQ(refusal(gltf_files::pyramid_gltf(deep + "]")), "accepted") << "a chain of any length is a tree";
 }
 
-TEST(GltfFile, ThatPlacesMoreThanTheLimitsIsRefusedBeforeItIsBuilt) {
+TEST(GltfReader, RejectsCountsAboveTheLimits) {
   EXPECT_EQ(refusal(gltf_files::pyramid_gltf(), {.triangles = 6}), "accepted");
   EXPECT_NE(refusal(gltf_files::pyramid_gltf(), {.triangles = 5}).find("the limit triangles is 5"), std::string::npos);
   std::string many = R"(, "nodes": [{"mesh": 0})";
@@ -219,13 +219,13 @@ TEST(GltfFile, ThatPlacesMoreThanTheLimitsIsRefusedBeforeItIsBuilt) {
             std::string::npos);
 }
 
-TEST(GltfFile, CutShortAnywhereIsRefused) {
+TEST(GltfReader, RejectsTruncatedFiles) {
   for (const Bytes& whole : {gltf_files::pyramid_glb(), bytes_of(gltf_files::pyramid_gltf())})
     for (std::size_t size = 0; size < whole.size(); ++size)
       EXPECT_NE(refusal(Bytes(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(size))), "accepted") << size;
 }
 
-TEST(GltfFile, WithAnyBytesChangedGivesARefusalOrAWholeMesh) {
+TEST(GltfReader, ReturnsErrorOrValidMeshForCorruptedFiles) {
   oracle::Random random(12);
   for (const Bytes& whole : {gltf_files::pyramid_glb(R"(, "nodes": [{"children": [1]}, {"mesh": 0}])"),
                              bytes_of(gltf_files::pyramid_gltf())})
@@ -239,7 +239,7 @@ TEST(GltfFile, WithAnyBytesChangedGivesARefusalOrAWholeMesh) {
 }
 
 /// The examples of RFC 4648, section 10.
-TEST(Base64, GivesTheBytesOfTheStandardsExamplesAndRefusesWhatIsNone) {
+TEST(Base64, DecodesTheExamplesOfTheRfcAndRejectsInvalidText) {
   const std::pair<const char*, const char*> examples[] = {{"", ""},        {"Zg==", "f"},        {"Zm8=", "fo"},
                                                           {"Zm9v", "foo"}, {"Zm9vYg==", "foob"}, {"Zm9vYmE=", "fooba"}};
   for (const auto& [text, bytes] : examples) EXPECT_EQ(api::gltf::decode_base64(text), bytes_of(bytes)) << text;

@@ -1,5 +1,5 @@
-/// Documents made to hurt: each is answered in bounded time and memory. Every case runs in a process of its own, whose
-/// processor time and peak memory are bounded far above what is needed and far below what an attack wants.
+/// Documents that attack the reader: each is read in bounded time and memory. Every case runs in its own process, whose
+/// processor time and peak memory are limited far above the need and far below the cost of an attack.
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -38,7 +38,7 @@ api::Limits hostile_limits() {
   return limits;
 }
 
-/// Runs `reads_well` in a child; true when it answered true within `memory_mib` (the document included).
+/// Runs `reads_well` in a child process; true if it returned true within `memory_mib` (with the document).
 testing::AssertionResult holds(long memory_mib, const std::function<bool()>& reads_well) {
   const pid_t child = fork();
   if (child == 0) {
@@ -68,28 +68,28 @@ bool gives(const std::string& text, std::string_view expected, const api::Limits
   return outcome(text, limits).at(0).starts_with(expected);
 }
 
-TEST(HostileDocuments, OfOpeningBracketsStopAtTheDepthLimit) {
+TEST(ReaderLimits, StopAtDepth) {
   EXPECT_TRUE(holds(200, [] { return gives(std::string(64 * mebi, '['), "too_large"); }));
   EXPECT_TRUE(holds(250, [] { return gives(repeated("{\"a\":", 64 * mebi - 8), "too_large"); }));
 }
 
-TEST(HostileDocuments, NestedWithoutALimitAreReadWithoutRecursion) {
+TEST(ReaderLimits, AllowDeepNestingWithoutRecursion) {
   api::Limits limits = hostile_limits();
   limits.document.depth = limits.document.values;
   EXPECT_TRUE(holds(700, [&] { return gives(std::string(16 * mebi, '['), "not_json", limits); }));
 }
 
-TEST(HostileDocuments, AboveTheByteLimitAreNotLookedAt) {
+TEST(ReaderLimits, RejectTooManyBytesBeforeParsing) {
   EXPECT_TRUE(holds(200, [] { return gives(std::string(64 * mebi + 1, '['), "too_large"); }));
 }
 
-TEST(HostileDocuments, OfTooManyValuesStopAtTheLimit) {
+TEST(ReaderLimits, StopAtValues) {
   EXPECT_TRUE(holds(700, [] { return gives("[" + repeated("1,", 63 * mebi) + "1]", "too_large"); }));
   EXPECT_TRUE(holds(900, [] { return gives("[" + repeated("[],", 63 * mebi) + "1]", "too_large"); }));
   EXPECT_TRUE(holds(900, [] { return gives("[" + repeated("\"\\n\",", 63 * mebi) + "1]", "\"\" wrong_type"); }));
 }
 
-TEST(HostileDocuments, OfOneLongStringKeyOrNumberStopAtTheLimit) {
+TEST(ReaderLimits, StopAtLongStringsKeysAndNumbers) {
   EXPECT_TRUE(holds(600, [] { return gives('"' + std::string(63 * mebi, 'x') + '"', "too_large"); }));
   EXPECT_TRUE(holds(600, [] { return gives("{\"" + std::string(63 * mebi, 'x') + "\":1}", "too_large"); }));
   EXPECT_TRUE(holds(600, [] { return gives(std::string(63 * mebi, '1'), "too_large"); }));
@@ -97,25 +97,26 @@ TEST(HostileDocuments, OfOneLongStringKeyOrNumberStopAtTheLimit) {
   EXPECT_TRUE(holds(600, [] { return gives('"' + repeated("\\u0041", 63 * mebi) + '"', "too_large"); }));
 }
 
-TEST(HostileDocuments, OfMillionsOfMistakesTellTheFirstOnes) {
-  const auto tells_1001 = [](const std::string& text) { return outcome(text, hostile_limits()).size() == 1001; };
-  EXPECT_TRUE(holds(900, [&] { return tells_1001(document_with(repeated("\"nmae\":1,", 24 * mebi) + "\"x\":1")); }));
+TEST(ReaderLimits, ReportTheFirstOfMillionsOfIssues) {
+  const auto has_1001_issues = [](const std::string& text) { return outcome(text, hostile_limits()).size() == 1001; };
+  EXPECT_TRUE(
+      holds(900, [&] { return has_1001_issues(document_with(repeated("\"nmae\":1,", 24 * mebi) + "\"x\":1")); }));
   EXPECT_TRUE(holds(900, [&] {
-    return tells_1001(document_with("\"name\":\"\"," + repeated("\"name\":1,", 24 * mebi) + "\"x\":1"));
+    return has_1001_issues(document_with("\"name\":\"\"," + repeated("\"name\":1,", 24 * mebi) + "\"x\":1"));
   }));
   EXPECT_TRUE(holds(1000, [&] {
-    return tells_1001(
+    return has_1001_issues(
         document_with_object("mesh", "\"positions\":[" + repeated("7,", 16 * mebi) + "7],\"triangles\":[]"));
   }));
   EXPECT_TRUE(holds(1000, [&] {
-    return tells_1001(document_with_object(
+    return has_1001_issues(document_with_object(
         "mesh", "\"positions\":[[0,0,0]],\"triangles\":[" + repeated("[9,9,9],", 16 * mebi) + "[0,0,0]]"));
   }));
-  EXPECT_TRUE(
-      holds(1300, [&] { return tells_1001(document_with("\"objects\":[" + repeated("{},", 10 * mebi) + "{}]")); }));
+  EXPECT_TRUE(holds(
+      1300, [&] { return has_1001_issues(document_with("\"objects\":[" + repeated("{},", 10 * mebi) + "{}]")); }));
 }
 
-TEST(HostileDocuments, OfMoreThingsThanALimitDoNotHoldThem) {
+TEST(ReaderLimits, SkipObjectsAndMaterialsAboveTheirLimit) {
   const auto with_objects = [](std::string_view object) {
     return document_with("\"objects\":[" + repeated(object, 40 * mebi) + "1]");
   };
@@ -124,7 +125,7 @@ TEST(HostileDocuments, OfMoreThingsThanALimitDoNotHoldThem) {
       1300, [&] { return outcome(with_objects(R"({"material":{"color":{}}},)"), hostile_limits()).size() == 1001; }));
 }
 
-TEST(HostileDocuments, OfMillionsOfNamesAreNotRead) {
+TEST(ReaderLimits, SkipMapsAboveTheirLimit) {
   const auto named = [](const char* section, std::size_t count, const char* value) {
     std::string text = std::string("\"") + section + "\":{";
     for (std::size_t i = 0; i < count; ++i) text += '"' + std::to_string(i) + "\":" + value + ',';
@@ -137,7 +138,7 @@ TEST(HostileDocuments, OfMillionsOfNamesAreNotRead) {
   }));
 }
 
-TEST(HostileDocuments, OfUnknownReferencesAmongManyNamesAreCheap) {
+TEST(ReaderLimits, BoundTheTimeOfSuggestions) {
   std::string materials, objects;
   for (int i = 0; i < 90'000 / static_cast<int>(smaller); ++i) {
     materials += "\"material number " + std::to_string(i) + "\":{},";
@@ -148,7 +149,7 @@ TEST(HostileDocuments, OfUnknownReferencesAmongManyNamesAreCheap) {
   EXPECT_TRUE(holds(500, [&] { return outcome(text, hostile_limits()).size() == 1001; }));
 }
 
-TEST(HostileDocuments, OfConcaveFacesAreCutInBoundedTime) {
+TEST(ReaderLimits, BoundTheTimeOfTriangulation) {
   std::string positions, face, faces;
   const int corners = 256;
   for (int i = 0; i < corners; ++i) {  // a comb: every second corner is reflex
@@ -161,7 +162,7 @@ TEST(HostileDocuments, OfConcaveFacesAreCutInBoundedTime) {
   EXPECT_TRUE(holds(500, [&] { return gives(text, "accepted"); }));
 }
 
-TEST(HostileDocuments, NearTheLimitsAreReadWhenTheyAreHonest) {
+TEST(ReaderLimits, AcceptLargeValidDocuments) {
   std::string text = "\"positions\":[";
   for (int i = 0; i < 1'500'000 / static_cast<int>(smaller); ++i) text += "[" + std::to_string(i) + ",2,3],";
   text += "[0,0,0]],\"triangles\":[" + repeated("[0,1,2],", 20 * mebi) + "[0,1,2]]";

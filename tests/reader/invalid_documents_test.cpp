@@ -1,5 +1,4 @@
-/// The reader gives exactly the issues that the tables in tests/reader/invalid list, and accepts the bases of their
-/// patches.
+/// Every document of the tables in tests/reader/invalid has exactly the listed issues; their bases are accepted.
 
 #include <gtest/gtest.h>
 
@@ -14,7 +13,7 @@ namespace {
 using reader_tests::file_bytes;
 using reader_tests::outcome;
 
-TEST(InvalidDocuments, GiveExactlyTheirIssues) {
+TEST(InvalidDocuments, HaveExactlyTheListedIssues) {
   std::set<std::string> names;
   for (const auto& document : reader_tests::invalid_documents()) {
     EXPECT_EQ(outcome(document.text), document.outcome) << document.name << ": " << document.text;
@@ -23,7 +22,7 @@ TEST(InvalidDocuments, GiveExactlyTheirIssues) {
   EXPECT_GE(names.size(), 963u);
 }
 
-TEST(ExampleScenes, AreAllAccepted) {
+TEST(ExampleScenes, AreAccepted) {
   std::size_t files = 0;
   for (const auto& entry : std::filesystem::directory_iterator(WHITTLE_SOURCE_DIR "/scenes")) {
     if (entry.path().extension() != ".json") continue;

@@ -1,4 +1,4 @@
-/// How mistakes are told: sentences, order, and silence about what only follows from another mistake.
+/// Issues: their texts, their order, and the omission of issues that follow from others.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ using reader_tests::only_detail;
 using reader_tests::outcome;
 using Lines = std::vector<std::string>;
 
-TEST(Sentences, SuggestTheFieldThatWasMeant) {
+TEST(IssueText, SuggestsTheLikelyField) {
   EXPECT_EQ(only_detail(document_with(R"("nmae": "x")")),
             "\"nmae\" is not a field of the document; did you mean \"name\"?");
   EXPECT_EQ(only_detail(document_with(R"("image": {"Width": 3})")),
@@ -23,7 +23,7 @@ TEST(Sentences, SuggestTheFieldThatWasMeant) {
   EXPECT_EQ(only_detail(document_with(R"("quux": 1)")), "\"quux\" is not a field of the document");
 }
 
-TEST(Sentences, SuggestTheNameThatWasMeant) {
+TEST(IssueText, SuggestsTheLikelyName) {
   const std::string plane = R"({"type": "plane", "point": [0,0,0], "normal": [0,1,0], "material": "glas"})";
   EXPECT_EQ(only_detail(document_with(R"("materials": {"gloss": {}, "glass": {}}, "objects": [)" + plane + "]")),
             "\"glas\" is not defined; did you mean \"glass\"?");
@@ -31,13 +31,13 @@ TEST(Sentences, SuggestTheNameThatWasMeant) {
             "\"glas\" is not defined: there are no named materials");
 }
 
-TEST(Sentences, SuggestTheWordThatWasMeantAndListThemAll) {
+TEST(IssueText, SuggestsTheLikelyWordAndListsAll) {
   EXPECT_EQ(
       only_detail(document_with(R"("materials": {"m": {"model": "blinn-phong"}})")),
       "must be one of \"lambert\", \"phong\", \"blinn_phong\", got \"blinn-phong\"; did you mean \"blinn_phong\"?");
 }
 
-TEST(Sentences, TellTheRuleAndTheValueSeen) {
+TEST(IssueText, NamesTheRuleAndTheValue) {
   EXPECT_EQ(only_detail(document_with_object("sphere", R"("center": [0,0,0], "radius": -1)")), "must be > 0, got -1");
   EXPECT_EQ(only_detail(document_with(R"("image": {"width": 3.9})")), "must be an integer, got the number 3.9");
   EXPECT_EQ(only_detail(document_with(R"("image": "big")")), "must be an object, got the string \"big\"");
@@ -46,7 +46,7 @@ TEST(Sentences, TellTheRuleAndTheValueSeen) {
             "must be a time such as \"2030-01-31T18:00:00Z\" (RFC 3339, 1970 to 9999), got \"noon\"");
 }
 
-TEST(Sentences, QuoteLongAndStrangeTextSafely) {
+TEST(IssueText, ShortensAndEscapesQuotedText) {
   const std::string long_name(200, 'x');
   EXPECT_EQ(only_detail(document_with("\"image\": \"" + long_name + "\"")),
             "must be an object, got the string \"" + std::string(64, 'x') + "...\"");
@@ -58,7 +58,7 @@ TEST(Sentences, QuoteLongAndStrangeTextSafely) {
             "must be an object, got the string \"a??[31m\"");
 }
 
-TEST(Order, IsTheDocumentsEvenWhereSectionsAreReadInAnother) {
+TEST(IssueOrder, IsThatOfTheDocument) {
   EXPECT_EQ(outcome(R"({"objects": [{"type": "plane", "normal": [0,0,0], "point": [0,0], "material": "x"}], "typo": 1,
                         "materials": {"b": {"ior": 0}, "a": {"ior": 0}}, "version": 1,
                         "camera": {"fov": 0, "look_at": [0,0,0], "position": [0,"1",0]}})"),
@@ -67,7 +67,7 @@ TEST(Order, IsTheDocumentsEvenWhereSectionsAreReadInAnother) {
                    "/materials/a/ior out_of_range", "/camera/fov out_of_range", "/camera/position/1 wrong_type"}));
 }
 
-TEST(Order, OfArrayElementsIsNumerical) {
+TEST(IssueOrder, OfArrayElementsIsNumerical) {
   std::string lights;
   Lines expected;
   for (int i = 0; i < 12; ++i) {
@@ -77,7 +77,7 @@ TEST(Order, OfArrayElementsIsNumerical) {
   EXPECT_EQ(outcome(document_with("\"lights\": [" + lights + "]")), expected);
 }
 
-TEST(Consequences, OfAValueThatCouldNotBeReadAreNotTold) {
+TEST(IssueSuppression, OmitsIssuesThatFollowFromInvalidValues) {
   EXPECT_EQ(outcome(R"({"version": 1, "camera": {}})"),
             (Lines{"/camera/position missing_field", "/camera/look_at missing_field"}));
   EXPECT_EQ(outcome(R"({"version": 1, "camera": {"position": [0,0,0], "look_at": [0,1,0], "up": "y"}})"),
@@ -90,14 +90,14 @@ TEST(Consequences, OfAValueThatCouldNotBeReadAreNotTold) {
   EXPECT_EQ(outcome(document_with(R"("output": {"formats": ["gif"]})")), (Lines{"/output/formats/0 unknown_value"}));
 }
 
-TEST(Consequences, DoNotHideMistakesElsewhereInTheSameObject) {
+TEST(IssueSuppression, KeepsOtherIssuesOfTheSameObject) {
   EXPECT_EQ(outcome(document_with_object("mesh",
                                          R"("positions": [[0,0,0],[1,0],[0,1,0]], "triangles": [[0,1,3]], "tint": 1)")),
             (Lines{"/objects/0/positions/1 wrong_length", "/objects/0/triangles/0/2 out_of_range",
                    "/objects/0/tint unknown_field"}));
 }
 
-TEST(Consequences, DoNotHideThatALimitIsExceeded) {
+TEST(IssueSuppression, KeepsExceededLimits) {
   api::Limits limits;
   limits.scene.triangles = 1;
   EXPECT_EQ(outcome(document_with_object(
@@ -106,7 +106,7 @@ TEST(Consequences, DoNotHideThatALimitIsExceeded) {
             (Lines{"/objects limit_exceeded", "/objects/0/x unknown_field"}));
 }
 
-TEST(Limits, AreAllObserved) {
+TEST(SceneLimits, AreEnforced) {
   const std::string plane =
       R"({"type": "plane", "point": [0,0,0], "normal": [0,1,0], "material": {"color": {"checker": [0, 1]}}})";
   const std::string light = R"({"type": "point", "position": [0,0,0]})";
@@ -137,7 +137,7 @@ TEST(Limits, AreAllObserved) {
   EXPECT_EQ(with([](api::Limits& l) { l.document.values = 60; }), Lines{"too_large"});
 }
 
-TEST(Limits, ThatAreExceededNameTheLimitAndTheValue) {
+TEST(SceneLimits, AreNamedWithTheValueInIssues) {
   api::Limits limits;
   limits.document.depth = 2;
   EXPECT_EQ(api::parse_scene("[[[", limits).error().detail, "the limit depth is 2, the document has 3");
@@ -145,7 +145,7 @@ TEST(Limits, ThatAreExceededNameTheLimitAndTheValue) {
   EXPECT_EQ(api::parse_scene("[[[", limits).error().detail, "the limit bytes is 2, the document has 3");
 }
 
-TEST(Issues, BeyondAThousandAreCounted) {
+TEST(SceneReader, CountsIssuesAboveAThousand) {
   std::string lights;
   for (int i = 0; i < 1500; ++i)
     lights += std::string(i ? "," : "") + R"({"type": "point", "position": [0,0,0], "intensity": -1})";

@@ -1,4 +1,4 @@
-/// What is JSON and what is not: our own cases, numbers to the last bit, and JSONTestSuite's where it is at hand.
+/// The JSON parser: accepted and rejected texts, numbers to the last bit, and JSONTestSuite if it is installed.
 
 #include <gtest/gtest.h>
 
@@ -31,7 +31,7 @@ double number_read_from(const std::string& text) {
   return accepted(document_with(R"("materials": {"m": {"shininess": )" + text + "}}")).scene.materials.at(0).shininess;
 }
 
-TEST(Json, IsWhatTheStandardCallsSo) {
+TEST(JsonParser, AcceptsJson) {
   const std::vector<std::string> texts = {"null",
                                           " true ",
                                           "-0",
@@ -53,7 +53,7 @@ TEST(Json, IsWhatTheStandardCallsSo) {
   for (const std::string& text : texts) EXPECT_TRUE(is_json(text)) << text;
 }
 
-TEST(Json, IsNothingElse) {
+TEST(JsonParser, RejectsOtherTexts) {
   const std::vector<std::string> texts = {"",
                                           " ",
                                           "nul",
@@ -107,7 +107,7 @@ TEST(Json, IsNothingElse) {
   for (const std::string& text : texts) EXPECT_FALSE(is_json(text)) << text;
 }
 
-TEST(Json, SaysWhatItFoundInstead) {
+TEST(JsonParser, QuotesTheUnexpectedText) {
   const auto detail = [](std::string_view text) { return api::parse_scene(text, {}).error().detail; };
   EXPECT_EQ(detail("{\"version\": NaN}"), "syntax error while parsing value - invalid literal, found 'NaN'");
   EXPECT_EQ(detail("[1, 2"),
@@ -116,21 +116,19 @@ TEST(Json, SaysWhatItFoundInstead) {
   EXPECT_EQ(detail("{\"a\": \x01}"), "syntax error while parsing value - invalid literal, found byte 0x01");
 }
 
-TEST(Json, CountsLinesFromOneAndColumnsInBytes) {
+TEST(JsonParser, CountsLinesFromOneAndColumnsInBytes) {
   EXPECT_EQ(outcome("{\n  \"name\": \"\xC3\xA9\" x"), std::vector{"not_json 2:16"s});
   EXPECT_EQ(outcome("\r\n\r\n!"), std::vector{"not_json 3:1"s});
 }
 
-TEST(Json, StringsHaveTheirEscapesUndone) {
+TEST(JsonParser, DecodesEscapesInStrings) {
   EXPECT_EQ(accepted(document_with(R"("name": "\"\\\/\u00e9\u20ac\ud834\udd1e plain \u0041")")).scene.name,
             "\"\\/\xC3\xA9\xE2\x82\xAC\xF0\x9D\x84\x9E plain A");
 }
 
-TEST(Json, KeysMeanTheSameWhenTheyAreEscaped) {
-  EXPECT_EQ(accepted(document_with(R"("n\u0061me": "x")")).scene.name, "x");
-}
+TEST(JsonParser, DecodesEscapesInKeys) { EXPECT_EQ(accepted(document_with(R"("n\u0061me": "x")")).scene.name, "x"); }
 
-TEST(Json, EnforcesEachLimit) {
+TEST(JsonParser, EnforcesEachLimit) {
   api::Limits narrow;
   narrow.document.depth = 3;
   narrow.document.values = 6;
@@ -145,7 +143,7 @@ TEST(Json, EnforcesEachLimit) {
     EXPECT_EQ(outcome(text, narrow), std::vector{"too_large"s}) << text;
 }
 
-TEST(Numbers, AreTheNearestDoubles) {
+TEST(JsonNumbers, AreTheNearestDoubles) {
   EXPECT_EQ(number_read_from("0.1"), 0.1);
   EXPECT_EQ(number_read_from("123456789012345678"), 123456789012345678.0);
   EXPECT_EQ(number_read_from("9007199254740993"), 9007199254740992.0);
@@ -158,32 +156,32 @@ TEST(Numbers, AreTheNearestDoubles) {
   EXPECT_EQ(number_read_from("0.000000000000000000000000000000012345"), 1.2345e-32);
 }
 
-TEST(Numbers, ThatUnderflowAreZeroAndZeroTimesAnyPowerIsZero) {
+TEST(JsonNumbers, UnderflowToZero) {
   for (const char* text : {"1e-400", "1e-99999999999", "0e999", "0.0e-999", "0e99999999999", "0.000001e-320"}) {
     EXPECT_EQ(number_read_from(text), 0) << text;
   }
 }
 
-TEST(Numbers, ThatOverflowAreAnIssueOfTheirOwn) {
+TEST(JsonNumbers, AreNotFiniteIfTheyOverflow) {
   for (const char* text : {"1e999", "-1e999", "1e99999999999", "1.8e308", "123456789e301", "0.001e312"}) {
     const std::string document = document_with(R"("materials": {"m": {"shininess": )" + std::string(text) + "}}");
     EXPECT_EQ(outcome(document), std::vector{"/materials/m/shininess not_finite"s}) << text;
   }
 }
 
-TEST(Numbers, ThatOverflowDoNotHideOtherMistakes) {
+TEST(JsonNumbers, DoNotHideOtherIssuesIfTheyOverflow) {
   const std::string document = document_with(R"("ambient": 1e999, "colour": 1, "background": {"color": -1e400})");
   EXPECT_EQ(outcome(document),
             (std::vector{"/ambient not_finite"s, "/colour unknown_field"s, "/background/color not_finite"s}));
 }
 
-TEST(Numbers, ThatOverflowByTheThousandAreRefusedAsAWhole) {
+TEST(JsonNumbers, MayOverflowOnlySixteenTimes) {
   std::string many = "1e999";
   for (int i = 0; i < 5000; ++i) many += ",1e999";
   EXPECT_EQ(outcome("[" + many + "]"), std::vector{"not_json 1:98"s});
 }
 
-TEST(Numbers, OfAnyBitsComeBackFromTheirShortestAndLongestText) {
+TEST(JsonNumbers, RoundTripFromShortAndLongText) {
   std::mt19937_64 random(7);
   for (int i = 0; i < 20'000; ++i) {
     const auto value = std::bit_cast<double>(random() & 0x7FFF'FFFF'FFFF'FFFF);
@@ -196,7 +194,7 @@ TEST(Numbers, OfAnyBitsComeBackFromTheirShortestAndLongestText) {
   }
 }
 
-TEST(Numbers, OfFewDigitsAreReadAsStrtodReadsThem) {
+TEST(JsonNumbers, EqualThoseOfStrtod) {
   std::mt19937_64 random(8);
   for (int i = 0; i < 20'000; ++i) {
     const std::string text = std::to_string(random() % 100'000'000) + "." + std::to_string(random() % 100'000'000) +
@@ -206,8 +204,8 @@ TEST(Numbers, OfFewDigitsAreReadAsStrtodReadsThem) {
 }
 
 #ifdef WHITTLE_JSON_TEST_SUITE
-/// github.com/nst/JSONTestSuite, where a copy lies beside the project.
-TEST(JsonTestSuite, IsAcceptedRefusedAndSurvived) {
+/// github.com/nst/JSONTestSuite, if a copy is installed.
+TEST(JsonTestSuite, HasTheExpectedOutcomes) {
   std::size_t cases = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(WHITTLE_JSON_TEST_SUITE)) {
     const std::string name = entry.path().filename();

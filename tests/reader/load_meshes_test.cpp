@@ -32,13 +32,13 @@ std::vector<tracer::Vec3> positions_of(const tracer::Mesh& mesh) {
   return positions;
 }
 
-std::string told(const std::vector<tracer::Issue>& issues) {
+std::string lines_of(const std::vector<tracer::Issue>& issues) {
   std::string lines;
   for (const tracer::Issue& issue : issues) lines += issue.pointer + " " + issue.code + " " + issue.detail + "\n";
   return lines;
 }
 
-TEST(EveryField, OfMeshesOfFilesIsRead) {
+TEST(SceneReader, ReadsMeshFiles) {
   const tracer::Scene scene =
       reader_tests::accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field_of_files.json"))
           .scene;
@@ -52,13 +52,13 @@ TEST(EveryField, OfMeshesOfFilesIsRead) {
   EXPECT_EQ(scene.objects[0].transform.value().rows[1][1], 2);
 }
 
-TEST(LoadMeshes, ReadsEveryFormatWhateverItsNameIntoObjectsAndPrototypes) {
+TEST(LoadMeshes, RecognizesFormatsByContent) {
   tracer::Scene scene = scene_of({"a.obj", "b.obj", "c.obj", "d.obj", "e.obj", "a.obj"});
   ASSERT_EQ(scene.assets.size(), 5u);
   const tracer::Assets assets{{bytes_of(mesh_files::obj(pyramid())), mesh_files::binary_stl(pyramid()),
                                mesh_files::ply(pyramid(), mesh_files::PlyEncoding::big_endian, false),
                                gltf_files::pyramid_glb(), bytes_of(gltf_files::pyramid_gltf())}};
-  EXPECT_EQ(told(api::load_meshes(scene, assets, {})), "");
+  EXPECT_EQ(lines_of(api::load_meshes(scene, assets, {})), "");
   for (std::size_t i = 0; i < 6; ++i) {
     const tracer::Mesh& mesh = mesh_of(scene.objects[i]);
     EXPECT_FALSE(mesh.file);
@@ -72,46 +72,47 @@ TEST(LoadMeshes, ReadsEveryFormatWhateverItsNameIntoObjectsAndPrototypes) {
   EXPECT_FALSE(mesh_of(scene.prototypes[0].objects[0]).smooth);
 }
 
-TEST(LoadMeshes, TellsOfEveryBadFileWhereItIsNamedAndWhereInIt) {
+TEST(LoadMeshes, ReportsEveryBadFileWithItsFirstUseAndThePlaceInIt) {
   tracer::Scene scene = scene_of({"a.obj", "b.stl", "c.gltf", "d.ply"});
   const tracer::Assets assets{
       {bytes_of("v 0 0 0\nv 1 0\n"), mesh_files::binary_stl(pyramid()), bytes_of("{\"asset\": 1}")}};  // no d.ply
-  EXPECT_EQ(told(api::load_meshes(scene, assets, {})),
+  EXPECT_EQ(lines_of(api::load_meshes(scene, assets, {})),
             "/prototypes/it/0/file bad_asset a.obj: line 2: a number is missing\n"
             "/objects/0/file bad_asset a.obj: line 2: a number is missing\n"
             "/objects/2/file bad_asset c.gltf: its JSON: must be a glTF file, whose \"asset\" has a \"version\"\n"
             "/objects/3/file bad_asset d.ply: is empty\n");
 }
 
-TEST(LoadMeshes, HoldsTheSceneToItsLimitsWithWhatTheFilesBring) {
+TEST(LoadMeshes, EnforcesTheLimitsOfTheScene) {
   const tracer::Assets assets{{mesh_files::binary_stl(pyramid())}};
   const std::vector<std::string> thrice{"a", "a", "a"};  // and the prototype, which nothing places
   tracer::Scene fits = scene_of(thrice);
-  EXPECT_EQ(told(api::load_meshes(fits, assets, {.triangles = 24})), "");
+  EXPECT_EQ(lines_of(api::load_meshes(fits, assets, {.triangles = 24})), "");
   tracer::Scene large = scene_of(thrice);
-  EXPECT_EQ(told(api::load_meshes(large, assets, {.triangles = 23})),
+  EXPECT_EQ(lines_of(api::load_meshes(large, assets, {.triangles = 23})),
             "/objects limit_exceeded the limit triangles is 23, the meshes of files have more\n");
   tracer::Scene mixed = scene_of({"a"});
   mixed.objects.push_back({pyramid(), mixed.objects[0].material, {}});
-  EXPECT_EQ(told(api::load_meshes(mixed, assets, {.triangles = 12})), "");
+  EXPECT_EQ(lines_of(api::load_meshes(mixed, assets, {.triangles = 12})), "");
   tracer::Scene both = scene_of({"a"});
   for (int i = 0; i < 2; ++i) both.objects.push_back({pyramid(), both.objects[0].material, {}});
-  EXPECT_NE(told(api::load_meshes(both, assets, {.triangles = 12})).find("/objects limit_exceeded"), std::string::npos);
+  EXPECT_NE(lines_of(api::load_meshes(both, assets, {.triangles = 12})).find("/objects limit_exceeded"),
+            std::string::npos);
   tracer::Scene far = scene_of({"a"});
   far.objects[0].transform = tracer::Transform{{{{1e60, 0, 0, 0}, {0, 1e60, 0, 0}, {0, 0, 1e60, 0}}}};
-  EXPECT_NE(told(api::load_meshes(far, assets, {})).find("coordinate_max"), std::string::npos);
+  EXPECT_NE(lines_of(api::load_meshes(far, assets, {})).find("coordinate_max"), std::string::npos);
 }
 
-TEST(Validate, AsksOfMeshesOfFilesThatTheAssetIsThereAndNotTooManyAre) {
+TEST(Validate, RejectsMeshFilesWithoutAssetAndTooMany) {
   tracer::Scene scene = scene_of({"a", "b", "c"});
-  EXPECT_EQ(told(tracer::validate(scene, {.assets = 3})), "");
-  EXPECT_EQ(told(tracer::validate(scene, {.assets = 2})),
+  EXPECT_EQ(lines_of(tracer::validate(scene, {.assets = 3})), "");
+  EXPECT_EQ(lines_of(tracer::validate(scene, {.assets = 2})),
             "/objects/2/file limit_exceeded the limit assets is 2, got 3\n");
   scene.assets.resize(2);
-  EXPECT_EQ(told(tracer::validate(scene, {})), "/objects/2/file unknown_reference there is no asset 2\n");
+  EXPECT_EQ(lines_of(tracer::validate(scene, {})), "/objects/2/file unknown_reference there is no asset 2\n");
 }
 
-TEST(LoadAssets, KeepsNoFileOfAMeshOnceItIsRead) {
+TEST(LoadAssets, FreesMeshFiles) {
   tracer::Scene scene = scene_of({"a.obj"});
   const auto read = [](const std::string&) -> api::AssetBytes { return bytes_of(mesh_files::obj(pyramid())); };
   const auto assets = api::load_assets(scene, read, {});
@@ -120,9 +121,9 @@ TEST(LoadAssets, KeepsNoFileOfAMeshOnceItIsRead) {
   EXPECT_EQ(positions_of(mesh_of(scene.objects[0])), positions_of(pyramid()));
 }
 
-TEST(LoadMeshes, LeavesOtherScenesAsTheyAre) {
+TEST(LoadMeshes, KeepsScenesWithoutMeshFilesUnchanged) {
   tracer::Scene scene = reader_tests::accepted(reader_tests::document_with()).scene;
-  EXPECT_EQ(told(api::load_meshes(scene, {}, {})), "");
+  EXPECT_EQ(lines_of(api::load_meshes(scene, {}, {})), "");
 }
 
 }  // namespace

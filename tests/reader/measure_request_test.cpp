@@ -26,7 +26,7 @@ Lines issues(const std::string& text, const api::Limits& limits = {}) {
 
 }  // namespace
 
-TEST(MeasureRequest, IsASceneAndTurnsEveryParameterByDefault) {
+TEST(MeasureRequest, VariesEveryParameterByDefault) {
   const auto parsed = api::parse_measure(request("", document_with(R"("name": "n", "job": {"priority": 7})")), {});
   ASSERT_TRUE(parsed);
   EXPECT_EQ(parsed->document.scene.name, "n");
@@ -35,7 +35,7 @@ TEST(MeasureRequest, IsASceneAndTurnsEveryParameterByDefault) {
   EXPECT_EQ(parsed->reference_samples, tracer::MeasureSettings().reference_samples);
 }
 
-TEST(MeasureRequest, TakesParametersInTheirOrderAndTheReferencesSamples) {
+TEST(MeasureRequest, ReadsParametersAndReferenceSamples) {
   const auto parsed =
       api::parse_measure(request(R"("settings": {"parameters": ["samples", "cutoff"], "reference_samples": 64})"), {});
   ASSERT_TRUE(parsed);
@@ -43,7 +43,7 @@ TEST(MeasureRequest, TakesParametersInTheirOrderAndTheReferencesSamples) {
   EXPECT_EQ(parsed->reference_samples, 64u);
 }
 
-TEST(MeasureRequest, EveryMistakeIsToldAtOnceWithItsPlace) {
+TEST(MeasureRequest, ReportsAllIssuesWithTheirPointers) {
   EXPECT_EQ(issues(R"({"settings": {"parameters": ["samples", "speed", "samples", 3], "reference_samples": 15, "x": 1},
                        "scene": {"version": 1, "image": {"width": 0}}, "more": 1})"),
             (Lines{"/settings/parameters/1 unknown_value", "/settings/parameters/2 duplicate_value",
@@ -52,7 +52,7 @@ TEST(MeasureRequest, EveryMistakeIsToldAtOnceWithItsPlace) {
                    "/scene/image/width out_of_range"}));
 }
 
-TEST(MeasureRequest, OfAnotherShapeIsRefused) {
+TEST(MeasureRequest, RejectsWrongTypesAndMissingFields) {
   EXPECT_EQ(issues("[]"), Lines{" wrong_type"});
   EXPECT_EQ(issues("{}"), Lines{"/scene missing_field"});
   EXPECT_EQ(issues(R"({"scene": 3})"), Lines{"/scene wrong_type"});
@@ -68,7 +68,7 @@ TEST(MeasureRequest, OfAnotherShapeIsRefused) {
   EXPECT_EQ(not_json.error().line, 2u);
 }
 
-TEST(MeasureRequest, TheReferenceIsWithinTheSamplesOfAnImage) {
+TEST(MeasureRequest, AppliesTheSampleLimitToTheReference) {
   api::Limits limits;
   const std::string scene = document_with(R"("image": {"width": 10, "height": 10})");
   limits.scene.samples_times_pixels = 1600;
@@ -76,5 +76,5 @@ TEST(MeasureRequest, TheReferenceIsWithinTheSamplesOfAnImage) {
   EXPECT_EQ(issues(request(R"("settings": {"reference_samples": 17})", scene), limits),
             Lines{"/settings/reference_samples limit_exceeded"});
   EXPECT_EQ(issues(request("", scene), limits), Lines{"/settings/reference_samples limit_exceeded"})
-      << "where it is not written, the default counts";
+      << "the limit also applies to the default";
 }

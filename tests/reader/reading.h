@@ -1,5 +1,6 @@
 #pragma once
-/// Shared by the reader's tests: documents around one part, issues as lines of text, the tables of invalid documents.
+/// Helpers of the reader's tests: documents with given members, issues as lines of text, the tables of invalid
+/// documents.
 
 #include <string>
 #include <string_view>
@@ -15,13 +16,13 @@ std::string document_with(std::string_view members = {});
 /// A document with one object, given as its members without type and material.
 std::string document_with_object(std::string_view type, std::string_view members);
 
-/// The document read from `text`; fails the test and returns an empty one when it is rejected.
+/// The document read from `text`; fails the test and returns an empty one if it is rejected.
 api::Document accepted(const std::string& text);
 
 /// "/camera/fov out_of_range" for each issue, in order; "not_json 1:5", "too_large"; "accepted".
 std::vector<std::string> outcome(std::string_view text, const api::Limits& limits = {});
 
-/// The detail of the only issue; fails the test when there is not exactly one.
+/// The detail of the only issue; fails the test if there is not exactly one.
 std::string only_detail(const std::string& text);
 
 std::string file_bytes(const std::string& path);

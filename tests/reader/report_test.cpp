@@ -8,14 +8,14 @@
 
 namespace {
 
-TEST(Report, OfAnImageWithoutATargetHasNone) {
+TEST(Report, HasNullTargetWithoutATargetError) {
   tracer::Scene scene;
   scene.image = {4, 2};
   const std::string report = api::write_report(scene, {}, {}, {}, 0);
   EXPECT_NE(report.find(R"("target":null,"met":true,"bounded":true)"), std::string::npos) << report;
 }
 
-TEST(Report, HasEveryMemberOfTheContract) {
+TEST(Report, HasEveryMember) {
   tracer::Scene scene;
   scene.image = {4, 2};
   scene.materials.resize(1);

@@ -1,4 +1,4 @@
-/// What the fields that name textures become: environments, cubes, bumps and normal maps.
+/// Fields that name textures: environments, cubes, bumps and normal maps.
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ tracer::Scene scene_of(const std::string& file) {
   return accepted(file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/" + file)).scene;
 }
 
-TEST(EveryField, OfEnvironmentsIsReadThoughTheirTexturesComeLater) {
+TEST(SceneReader, ReadsEnvironmentsBeforeTheirTextures) {
   const tracer::Scene scene = scene_of("every_field_of_environments.json");
   ASSERT_TRUE(scene.background.environment);
   EXPECT_EQ(scene.background.environment->texture.index, 1u);
@@ -24,15 +24,15 @@ TEST(EveryField, OfEnvironmentsIsReadThoughTheirTexturesComeLater) {
   EXPECT_FALSE(scene.background.gradient || scene.background.cube);
 }
 
-TEST(EveryField, OfCubesIsReadFaceByFaceInWhateverOrder) {
+TEST(SceneReader, ReadsCubeFacesInAnyOrder) {
   const tracer::Scene scene = scene_of("every_field_of_cubes.json");
   ASSERT_TRUE(scene.background.cube);
   const auto& faces = scene.background.cube->faces;
   EXPECT_EQ(scene.textures[faces[0].index].path, "/background/cube/+x");
-  for (std::uint32_t face = 1; face < 6; ++face) EXPECT_EQ(faces[face].index, face - 1) << "named in order";
+  for (std::uint32_t face = 1; face < 6; ++face) EXPECT_EQ(faces[face].index, face - 1) << "in the order of the faces";
 }
 
-TEST(EveryField, OfBumpsAndNormalMapsIsRead) {
+TEST(SceneReader, ReadsBumpsAndNormalMaps) {
   const tracer::Scene scene = scene_of("every_field.json");
   const tracer::Material& glass = scene.materials[0];
   ASSERT_TRUE(glass.bump && glass.normal_map);
@@ -41,7 +41,7 @@ TEST(EveryField, OfBumpsAndNormalMapsIsRead) {
   EXPECT_EQ(scene.textures[glass.normal_map->index].path, "/textures/oak");
 }
 
-TEST(Defaults, OfTexturedThingsAreNoRotationAScaleOfOneAndNoBumpAtAll) {
+TEST(DefaultValues, OfTexturesAreNoRotationUnitScaleAndNoBump) {
   const auto scene = accepted(document_with(R"("background": {"environment": {"checker": [0, 1]}},
                                                "materials": {"a": {"bump": {"texture": {"checker": [0, 1]}}}, "b": {}})"))
                          .scene;
@@ -50,13 +50,13 @@ TEST(Defaults, OfTexturedThingsAreNoRotationAScaleOfOneAndNoBumpAtAll) {
   EXPECT_FALSE(scene.materials[0].normal_map || scene.materials[1].bump || scene.materials[1].normal_map);
 }
 
-TEST(TexturedThings, AreNotBlamedForTexturesThatCouldNotBeRead) {
+TEST(IssueSuppression, OmitsReferencesToInvalidTextures) {
   EXPECT_EQ(outcome(document_with(R"("textures": 3, "background": {"environment": "sky"},
                                      "materials": {"a": {"bump": {"texture": "dents"}, "normal_map": "dents"}})")),
             (Issues{"/textures wrong_type"}));
 }
 
-TEST(TexturedThings, CannotNameFilesWhereNoAssetsAreTaken) {
+TEST(TextureReader, RejectsFilesWithoutAssets) {
   api::Limits limits;
   limits.files = api::Files::none;
   EXPECT_EQ(outcome(document_with(R"("background": {"environment": {"file": "sky.hdr"}})"), limits),

@@ -19,7 +19,7 @@ Triangles cut(const std::vector<Vec3>& corners) {
   return triangles;
 }
 
-/// Twice the area as a vector: its direction says how the corners wind.
+/// Twice the area as a vector, whose direction is that of the winding.
 Vec3 area(const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 u{b.x - a.x, b.y - a.y, b.z - a.z}, v{c.x - a.x, c.y - a.y, c.z - a.z};
   return {u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x};
@@ -57,7 +57,7 @@ std::vector<Vec3> star(std::mt19937& random, int corners, const Vec3& u, const V
   return polygon;
 }
 
-TEST(Triangulate, MakesAFanOfConvexPolygons) {
+TEST(Triangulate, ReturnsAFanForConvexPolygons) {
   EXPECT_EQ(cut({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}), (Triangles{{0, 1, 2}, {0, 2, 3}}));
   EXPECT_EQ(cut({{0, 0, 0}, {0, 1, 0}, {0, 0, 1}}), (Triangles{{0, 1, 2}}));
 }
@@ -68,7 +68,7 @@ TEST(Triangulate, CoversConcavePolygonsExactly) {
   expect_exact_cover({{0, 0, 0}, {3, 0, 0}, {3, 3, 0}, {1, 3, 0}, {1, 2, 0}, {2, 2, 0}, {2, 1, 0}, {0, 1, 0}});
 }
 
-TEST(Triangulate, CoversConcavePolygonsInAnyPlaneWoundEitherWay) {
+TEST(Triangulate, CoversConcavePolygonsInAnyPlaneAndWinding) {
   std::mt19937 random(3);
   const Vec3 axes[][2] = {{{1, 0, 0}, {0, 1, 0}},    {{0, 1, 0}, {1, 0, 0}},   {{0, 1, 0}, {0, 0, 1}},
                           {{0, 0, 1}, {0, 1, 0}},    {{0, 0, 1}, {1, 0, 0}},   {{1, 0, 0}, {0, 0, 1}},
@@ -90,7 +90,7 @@ TEST(Triangulate, CoversCombsAndSpiralsUpToItsLimit) {
   expect_exact_cover(spiral);
 }
 
-TEST(Triangulate, KeepsCornersOnALineAndRepeatedOnes) {
+TEST(Triangulate, KeepsCollinearAndRepeatedCorners) {
   expect_exact_cover({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {2, 2, 0}, {1, 2, 0}, {0, 2, 0}});
   expect_exact_cover({{0, 0, 0}, {2, 0, 0}, {2, 0, 0}, {2, 2, 0}, {1, 0.5, 0}, {1, 0.5, 0}, {0, 2, 0}});
 }
@@ -102,11 +102,9 @@ TEST(Triangulate, IsTheSameFarFromTheOrigin) {
   EXPECT_EQ(cut(far_away), cut(dart));
 }
 
-TEST(Triangulate, BendsQuadsThatAreNotFlat) {
-  EXPECT_EQ(cut({{0, 0, 0}, {1, 0, 0.1}, {1, 1, 0}, {0, 1, 0.1}}).size(), 2u);
-}
+TEST(Triangulate, SplitsNonPlanarQuads) { EXPECT_EQ(cut({{0, 0, 0}, {1, 0, 0.1}, {1, 1, 0}, {0, 1, 0.1}}).size(), 2u); }
 
-TEST(Triangulate, EndsOnPolygonsThatMeetThemselvesOrHaveNoArea) {
+TEST(Triangulate, EndsForSelfIntersectingAndEmptyPolygons) {
   cut({{0, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, 1, 0}});
   cut({{1, 1, 1}, {1, 1, 1}, {1, 1, 1}, {1, 1, 1}, {1, 1, 1}});
   std::mt19937 random(4);
@@ -120,7 +118,7 @@ TEST(Triangulate, EndsOnPolygonsThatMeetThemselvesOrHaveNoArea) {
   }
 }
 
-TEST(Triangulate, RefusesWhatIsNoPolygonOrTooLongForEars) {
+TEST(Triangulate, RejectsTooFewAndTooManyCorners) {
   Triangles triangles;
   EXPECT_FALSE(tracer::triangulate(std::vector<Vec3>{{0, 0, 0}, {1, 0, 0}}, triangles));
   std::vector<Vec3> star_of_300, circle_of_300;

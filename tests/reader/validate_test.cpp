@@ -1,4 +1,4 @@
-/// tracer::validate on scenes made by programs, which no reader has looked at.
+/// tracer::validate on scenes that programs construct without the reader.
 
 #include "tracer/validate.h"
 
@@ -38,16 +38,16 @@ Lines issues_with_shape(const Shape& shape) {
   return issues_of(scene);
 }
 
-TEST(Validate, FindsNothingInAValidScene) { EXPECT_EQ(issues_of(valid_scene()), Lines{}); }
+TEST(Validate, AcceptsAValidScene) { EXPECT_EQ(issues_of(valid_scene()), Lines{}); }
 
-TEST(Validate, FindsHandlesThatLeadNowhere) {
+TEST(Validate, RejectsInvalidHandles) {
   Scene scene = valid_scene();
   scene.objects[0].material = {1};
   scene.materials[0].color = TextureId{0};
   EXPECT_EQ(issues_of(scene), (Lines{"/materials/m/color unknown_reference", "/objects/0/material unknown_reference"}));
 }
 
-TEST(Validate, FindsNumbersThatAreNotFiniteWhereverTheyAre) {
+TEST(Validate, RejectsNumbersThatAreNotFinite) {
   for (const double bad : {nan, infinity, -infinity}) {
     EXPECT_EQ(issues_with_shape(Sphere{{bad, 0, 0}, 1}), Lines{"/objects/0/center/0 not_finite"});
     EXPECT_EQ(issues_with_shape(Sphere{{}, bad}), Lines{"/objects/0/radius not_finite"});
@@ -64,7 +64,7 @@ TEST(Validate, FindsNumbersThatAreNotFiniteWhereverTheyAre) {
   }
 }
 
-TEST(Validate, AcceptsCoordinatesUpToTheLimitAndNotBeyond) {
+TEST(Validate, AcceptsCoordinatesUpToTheLimit) {
   const double largest = Limits{}.coordinate_max;
   EXPECT_EQ(issues_with_shape(Sphere{{largest, -largest, 0}, largest}), Lines{});
   const double beyond = std::nextafter(largest, infinity);
@@ -74,14 +74,14 @@ TEST(Validate, AcceptsCoordinatesUpToTheLimitAndNotBeyond) {
             Lines{"/objects/0/radius limit_exceeded"});
 }
 
-TEST(Validate, TellsDirectionsOfAnyLengthFromNone) {
+TEST(Validate, AcceptsDirectionsOfAnyLengthExceptZero) {
   EXPECT_EQ(issues_with_shape(Plane{{}, {0, 1e-59, 1e59}, {}}), Lines{});
   EXPECT_EQ(issues_with_shape(Plane{{}, {0, -1e-60, 0}, {}}), Lines{});
   EXPECT_EQ(issues_with_shape(Plane{{}, {0, -1e-61, 0}, {}}), Lines{"/objects/0/normal degenerate"});
   EXPECT_EQ(issues_with_shape(Plane{{}, {0, 0, 0}, {}}), Lines{"/objects/0/normal degenerate"});
 }
 
-TEST(Validate, TellsParallelAxesAtEveryScaleFromNearlyParallelOnes) {
+TEST(Validate, RejectsParallelAxesAtEveryScale) {
   for (const double scale : {1e-50, 1.0, 1e50}) {
     EXPECT_EQ(issues_with_shape(Plane{{}, {0, 1, 0}, Vec3{0, -scale, 0}}), Lines{"/objects/0/u_axis degenerate"});
     EXPECT_EQ(issues_with_shape(Plane{{}, {1, 2, 3}, Vec3{-scale, -2 * scale, -3 * scale}}),
@@ -90,7 +90,7 @@ TEST(Validate, TellsParallelAxesAtEveryScaleFromNearlyParallelOnes) {
   }
 }
 
-TEST(Validate, TellsLinesFromNeedles) {
+TEST(Validate, RejectsTrianglesWithoutAreaButAcceptsNeedles) {
   const auto triangle = [](Vec3 a, Vec3 b, Vec3 c) { return issues_with_shape(Triangle{{a, b, c}, {}, {}}); };
   EXPECT_EQ(triangle({0, 0, 0}, {1, 0, 0}, {2, 1e-12, 0}), Lines{});
   EXPECT_EQ(triangle({0, 0, 0}, {1e-20, 0, 0}, {0, 1e-20, 0}), Lines{});
@@ -99,7 +99,7 @@ TEST(Validate, TellsLinesFromNeedles) {
   EXPECT_EQ(triangle({1, 1, 1}, {1, 1, 1}, {2, 3, 4}), Lines{"/objects/0/vertices degenerate"});
 }
 
-TEST(Validate, AllowsMeshesTheirSliversButNotBadIndices) {
+TEST(Validate, AcceptsSliversOfMeshesButRejectsBadIndices) {
   Mesh mesh{{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 1, 2}, {1, 1, 1}}, {}, {}, false};
   EXPECT_EQ(issues_with_shape(mesh), Lines{});
   mesh.triangles.push_back({0, 3, 4294967295u});
@@ -107,7 +107,7 @@ TEST(Validate, AllowsMeshesTheirSliversButNotBadIndices) {
             (Lines{"/objects/0/triangles/2/1 out_of_range", "/objects/0/triangles/2/2 out_of_range"}));
 }
 
-TEST(Validate, TellsTransformsThatFlattenSpaceTogetherFromThoseThatDoNot) {
+TEST(Validate, RejectsSingularProductsOfTransforms) {
   // z squashed, then turned by 45 degrees into y, and again.
   const auto squashed = [](double s) {
     const double h = std::sqrt(0.5);
@@ -123,13 +123,13 @@ TEST(Validate, TellsTransformsThatFlattenSpaceTogetherFromThoseThatDoNot) {
   for (const double s : {1e-15, 1e-20}) EXPECT_EQ(issues_of_nested(s), Lines{"/objects/1 degenerate"}) << s;
 }
 
-TEST(Validate, FindsEmptyMeshesAndAttributesOfAnotherLength) {
+TEST(Validate, RejectsEmptyMeshesAndAttributesOfAnotherLength) {
   EXPECT_EQ(issues_with_shape(Mesh{}), Lines{"/objects/0 degenerate"});
   EXPECT_EQ(issues_with_shape(Mesh{{{}, {}, {}}, {{0, 1, 2}}, {{0, 0, 1}}, {{}, {}}, false}),
             (Lines{"/objects/0/normals wrong_length", "/objects/0/uvs wrong_length"}));
 }
 
-TEST(Validate, FindsCamerasWithoutADirection) {
+TEST(Validate, RejectsCamerasWithoutADirection) {
   Scene scene = valid_scene();
   scene.camera.look_at = scene.camera.position;
   EXPECT_EQ(issues_of(scene), Lines{"/camera/look_at degenerate"});
@@ -139,7 +139,7 @@ TEST(Validate, FindsCamerasWithoutADirection) {
   EXPECT_EQ(issues_of(scene), Lines{});
 }
 
-TEST(Validate, FindsWhatNoImageCanBe) {
+TEST(Validate, RejectsImpossibleImages) {
   Scene scene = valid_scene();
   scene.image = {0, 0};
   scene.accuracy.samples = 0;
@@ -148,7 +148,7 @@ TEST(Validate, FindsWhatNoImageCanBe) {
                                      "/accuracy/samples out_of_range", "/output/formats wrong_length"}));
 }
 
-TEST(Validate, FindsAccuraciesThatNothingCanHave) {
+TEST(Validate, RejectsImpossibleAccuracies) {
   Scene scene = valid_scene();
   scene.accuracy.samples = 0;  // not asked for where samples adapt
   scene.accuracy.adaptive = Adaptive{1, 1, 1, 1};
@@ -170,7 +170,7 @@ TEST(Validate, FindsAccuraciesThatNothingCanHave) {
             (Lines{"/accuracy/target_error out_of_range", "/accuracy/approximate/lights out_of_range"}));
 }
 
-TEST(Validate, LeavesOutWhatIsKnown) {
+TEST(Validate, OmitsIssuesThatTheCallerExcludes) {
   Scene scene = valid_scene();
   scene.camera.fov_deg = nan;
   scene.ambient.r = -1;
@@ -178,7 +178,7 @@ TEST(Validate, LeavesOutWhatIsKnown) {
             Lines{"/ambient out_of_range"});
 }
 
-TEST(Validate, CountsWhatItDoesNotTell) {
+TEST(Validate, CountsOmittedIssues) {
   Scene scene = valid_scene();
   scene.lights.assign(1200, Light{PointLight{}, {}, -1, true, {}});
   const auto issues = validate(scene, {});

@@ -17,7 +17,7 @@ using Bytes = std::span<const std::uint8_t>;
 /// Views of the file's parts.
 struct Container {
   std::string_view json;
-  std::size_t json_offset = 0;  ///< of `json` in the file
+  std::size_t json_offset = 0;  ///< position of `json` in the file
   std::optional<Bytes> binary;  ///< GLB's second chunk
 };
 

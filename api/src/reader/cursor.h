@@ -17,8 +17,8 @@ namespace api {
 
 struct Cursor {
   const Cursor* parent = nullptr;
-  std::string_view key{};  ///< of a member
-  std::size_t index = 0;   ///< of an element
+  std::string_view key{};  ///< name of a member
+  std::size_t index = 0;   ///< position of an element
   bool is_member = false;
   json::Node* node = nullptr;
 };
