@@ -42,7 +42,7 @@ tracer::Result<std::vector<std::string>, Refusal> parse_asset_hashes(std::string
     Limits limits;
     limits.document = document_limits;
     Reading reading(tape, limits);
-    Fields fields(reading, reading.root, "the question");
+    Fields fields(reading, reading.root, "the request");
     if (const auto list = fields.take_required("sha256")) hashes = read_hashes(reading, *list);
     fields.finish();
     return reading.take_issues();

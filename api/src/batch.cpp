@@ -73,19 +73,18 @@ bool has_parent(const Json& scene, const Pointer& pointer) {
   return parent.is_object() || (parent.is_array() && scene.contains(pointer));
 }
 
-std::vector<Axis> axes_of(const Json& scene, const Json& sweep, Documents& documents) {
+/// Returns fewer axes than the sweep has, with issues, if some are invalid.
+std::vector<Axis> read_axes(const Json& scene, const Json& sweep, Documents& documents) {
   std::vector<Axis> axes;
   for (const auto& [text, values] : sweep.items()) {
-    Axis axis;
-    axis.text = text;
-    axis.values = values.get<std::vector<Json>>();
     const std::string place = "/sweep/" + nlohmann::detail::escape(text);
     try {
-      axis.pointer = Pointer(text);
-      if (has_parent(scene, axis.pointer)) {
-        axes.push_back(std::move(axis));
+      const Pointer pointer(text);
+      if (has_parent(scene, pointer)) {
+        axes.push_back({text, pointer, values.get<std::vector<Json>>()});
       } else {
-        documents.add_issue({place, "unknown_reference", "the scene has nothing around " + api::quoted(text)});
+        documents.add_issue(
+            {place, "unknown_reference", "the scene has no object or array that can contain " + api::quoted(text)});
       }
     } catch (const Json::exception&) {  // a pointer must begin with a slash, an index be a number
       documents.add_issue({place, "malformed", api::quoted(text) + " is no JSON pointer (RFC 6901) into the scene"});
@@ -168,7 +167,7 @@ std::vector<tracer::Issue> read_documents(std::string_view bytes, const Shape& s
   if (shape.frames) {
     add_frames(scene, body.at("frames"), documents);
   } else {
-    const std::vector<Axis> axes = axes_of(scene, body.at("sweep"), documents);
+    const std::vector<Axis> axes = read_axes(scene, body.at("sweep"), documents);
     if (axes.size() == body.at("sweep").size()) add_sweep(scene, axes, shape.count, documents);
   }
   return documents.take_issues();

@@ -21,7 +21,7 @@ void read_parameters(Reading& reading, const Cursor& at, std::vector<std::string
     if (std::find(std::begin(tracer::parameters), std::end(tracer::parameters), name) == std::end(tracer::parameters)) {
       add_unknown_word(reading, element, tracer::parameters);
     } else if (std::find(parameters.begin(), parameters.end(), name) != parameters.end()) {
-      add_issue(reading, element, "duplicate_value", quoted(name) + " is there already");
+      add_issue(reading, element, "duplicate_value", quoted(name) + " is written twice");
     } else {
       parameters.emplace_back(name);
     }

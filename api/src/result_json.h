@@ -3,7 +3,6 @@
 
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <vector>
 
 #include "tracer/accuracy.h"
 #include "tracer/render.h"

@@ -52,15 +52,9 @@ void read_primitive(File& file, const Cursor& at, std::vector<Primitive>& primit
 
 /// Positions of the n-th triangle's corners in the list of indices (section 3.7.2.1).
 std::array<std::size_t, 3> corners_of(Primitive::Mode mode, std::size_t n) {
-  switch (mode) {
-    case Primitive::Mode::triangles:
-      return {3 * n, 3 * n + 1, 3 * n + 2};
-    case Primitive::Mode::strip:  // every second triangle has the opposite winding
-      return {n, n + 1 + n % 2, n + 2 - n % 2};
-    case Primitive::Mode::fan:
-      return {n + 1, n + 2, 0};
-  }
-  return {};
+  if (mode == Primitive::Mode::triangles) return {3 * n, 3 * n + 1, 3 * n + 2};
+  if (mode == Primitive::Mode::fan) return {n + 1, n + 2, 0};
+  return {n, n + 1 + n % 2, n + 2 - n % 2};  // every second triangle of a strip has the opposite winding
 }
 
 /// Triangles as rows of the accessors; false, with an error, if a row does not exist.
@@ -72,10 +66,9 @@ bool row_triangles(File& file, const Primitive& primitive, std::vector<Corners>&
     for (std::size_t i = 0; i < 3; ++i) {
       const std::uint32_t row =
           primitive.indices != nullptr ? primitive.indices->index(along[i]) : static_cast<std::uint32_t>(along[i]);
-      if (row >= positions) {
+      if (row >= positions)
         return file.refuse(primitive.at, "its index " + std::to_string(along[i]) + " must be one of the " +
                                              std::to_string(positions) + " positions, got " + std::to_string(row));
-      }
       triangles[n][i] = row;
     }
   }
@@ -179,12 +172,10 @@ bool append_primitive(File& file, const Primitive& primitive, const tracer::Tran
   const VertexTransform transform(world_from_node);
   const std::size_t first = mesh.positions.size();
   fill_attributes(mesh, primitive.normals != nullptr, primitive.uvs != nullptr, first);
-  for (const std::uint32_t row : used) {
-    if (!append_vertex(primitive, row, transform, limits, mesh)) {
+  for (const std::uint32_t row : used)
+    if (!append_vertex(primitive, row, transform, limits, mesh))
       return file.refuse(primitive.at, "the vertex " + std::to_string(row) +
                                            " is not finite, or beyond the limit coordinate_max or value_max");
-    }
-  }
   fill_attributes(mesh, primitive.normals != nullptr, primitive.uvs != nullptr, mesh.positions.size());
   for (Corners triangle : triangles) {
     for (std::uint32_t& corner : triangle) {

@@ -2,7 +2,6 @@
 /// JSON (RFC 8259) as a flat sequence of nodes in document order: 16 bytes a value instead of a tree of allocations,
 /// which takes many times the document's size and cannot be stopped at a limit.
 
-#include <cstddef>
 #include <cstdint>
 #include <string_view>
 #include <vector>

@@ -90,7 +90,7 @@ RequestedAccuracy read_requested(Reading& reading, const Cursor& at) {
   fields.optional("target_error", requested.target_error);
   if (const auto samples = fields.take("samples")) read_samples(reading, *samples, requested.samples);
   if (const auto budget = fields.take("time_budget_ms")) read_time_budget(reading, *budget, requested);
-  fields.optional("max_depth", Integer<std::uint32_t>{accuracy.max_depth});
+  fields.optional("max_depth", accuracy.max_depth);
   requested.cutoff = fields.has("cutoff");
   fields.optional("cutoff", accuracy.cutoff);
   fields.optional("seed", Integer<std::uint64_t>{accuracy.seed});

@@ -31,7 +31,7 @@ bool is_upload_name(Reading& reading, const Cursor& at, std::string_view name) {
     return add_issue(reading, at, "malformed", "must be sha256: and 64 lower-case hex digits, got " + quoted(name));
   return reading.limits.uploads ||
          add_issue(reading, at, "unsupported",
-                   "assets by hash are for a service that takes uploads; name a file instead");
+                   "files named by hash are available only from a service that accepts uploads; name a file instead");
 }
 
 bool is_asset_name(Reading& reading, const Cursor& at, std::string_view name) {

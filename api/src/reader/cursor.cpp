@@ -13,13 +13,8 @@ namespace {
 void append_token(std::string& text, std::string_view key) {
   text += '/';
   for (const char c : key) {
-    if (c == '~') {
-      text += "~0";
-    } else if (c == '/') {
-      text += "~1";
-    } else {
-      text += c;
-    }
+    if (c == '~' || c == '/') text += '~';
+    text += c == '~' ? '0' : c == '/' ? '1' : c;
   }
 }
 
@@ -124,9 +119,9 @@ bool add_issue(Reading& reading, const Cursor& at, std::string_view code, std::s
 }
 
 bool add_wrong_type(Reading& reading, const Cursor& at, std::string_view expected) {
-  if (!reading.can_add_issue()) return false;
-  reading.issues.push_back(
-      {pointer(at), "wrong_type", "must be " + std::string(expected) + ", got " + describe(*at.node)});
+  if (reading.can_add_issue())
+    reading.issues.push_back(
+        {pointer(at), "wrong_type", "must be " + std::string(expected) + ", got " + describe(*at.node)});
   return false;
 }
 

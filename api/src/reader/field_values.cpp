@@ -38,6 +38,10 @@ bool read(Reading& reading, const Cursor& at, bool& value) {
   return true;
 }
 
+bool read(Reading& reading, const Cursor& at, std::uint32_t& value) {
+  return read(reading, at, Integer<std::uint32_t>{value});
+}
+
 bool read(Reading& reading, const Cursor& at, tracer::Vec2& value) {
   std::array<double, 2> xy{};
   const bool valid = read_vector(reading, at, xy);

@@ -62,6 +62,7 @@ struct OneOf {
 
 bool read(Reading& reading, const Cursor& at, double& value);
 bool read(Reading& reading, const Cursor& at, bool& value);
+bool read(Reading& reading, const Cursor& at, std::uint32_t& value);
 bool read(Reading& reading, const Cursor& at, tracer::Vec2& value);
 bool read(Reading& reading, const Cursor& at, tracer::Vec3& value);
 bool read(Reading& reading, const Cursor& at, tracer::Color& value);  ///< any of the four forms (color.cpp)
@@ -136,7 +137,7 @@ bool read(Reading& reading, const Cursor& at, std::array<T, N>& values) {
   return all_valid;
 }
 
-/// Is set even where the value is invalid: the field is present.
+/// Sets the optional even if the value is invalid, because the field is present.
 template <class T>
 bool read(Reading& reading, const Cursor& at, std::optional<T>& value) {
   return read(reading, at, value.emplace());

@@ -31,7 +31,7 @@ void read_target(Reading& reading, const Cursor& at, tracer::SpotLight& spot) {
   const double reach = std::max({std::abs(target.x), std::abs(target.y), std::abs(target.z)});
   const double length = std::max({std::abs(axis.x), std::abs(axis.y), std::abs(axis.z)});
   if (reach > reading.limits.scene.coordinate_max) {
-    add_issue(reading, at, "limit_exceeded", "its coordinates are over the limit coordinate_max");
+    add_issue(reading, at, "limit_exceeded", "its coordinates exceed the limit coordinate_max");
   } else if (length < reading.limits.scene.length_min) {
     add_issue(reading, at, "degenerate", "must not be the position: the spot has no direction");
   } else if (std::isfinite(axis.x + axis.y + axis.z)) {  // false if the position is missing or invalid
@@ -52,7 +52,7 @@ void read_source(Reading& reading, Fields& fields, tracer::SpotLight& spot) {
   });
   if (!target) return;
   if (fields.take("direction")) {
-    add_issue(reading, *target, "conflict", "must not stand beside `direction`: either gives the axis");
+    add_issue(reading, *target, "conflict", "must not be combined with `direction`: each gives the axis");
   } else {
     read_target(reading, *target, spot);
   }

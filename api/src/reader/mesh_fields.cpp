@@ -108,7 +108,8 @@ void read_connectivity(Reading& reading, Fields& fields, tracer::Mesh& mesh) {
 void read_file(Reading& reading, Fields& fields, tracer::Mesh& mesh) {
   if (tracer::AssetId asset; fields.optional("file", asset)) mesh.file = asset;
   for (const std::string_view name : {"positions", "triangles", "faces", "normals", "uvs"})
-    if (const auto field = fields.take(name)) add_issue(reading, *field, "conflict", "is what the mesh's file brings");
+    if (const auto field = fields.take(name))
+      add_issue(reading, *field, "conflict", "must not be written: the mesh's file contains it");
 }
 
 }  // namespace

@@ -30,13 +30,8 @@ namespace {
 
 /// [x0, y0, x1, y1]; unset if it is invalid.
 void read_crop(Reading& reading, const Cursor& at, std::optional<tracer::PixelWindow>& crop) {
-  std::uint32_t edges[4] = {};
-  bool valid = expect_length(reading, at, 4);
-  if (!valid) return;
-  for_each_element(reading, at, [&](const Cursor& element) {
-    valid &= read(reading, element, Integer<std::uint32_t>{edges[element.index]});
-  });
-  if (valid) crop = {edges[0], edges[1], edges[2], edges[3]};
+  std::array<std::uint32_t, 4> edges{};
+  if (read(reading, at, edges)) crop = {edges[0], edges[1], edges[2], edges[3]};
 }
 
 void read_cube(Reading& reading, const Cursor& at, tracer::CubeMap& cube) {

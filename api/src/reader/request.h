@@ -2,7 +2,6 @@
 /// Reads a request body: JSON with limits to a value, or the reason of its refusal.
 
 #include <new>
-#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>

@@ -1,6 +1,6 @@
 #pragma once
 /// The sections of a scene document: one function for each, and the readers of the values that they share. Readers of
-/// values return as those in field_values.h. The order of sections matters where names are resolved: textures,
+/// values return as those in field_values.h. The order of sections matters for the resolution of names: textures,
 /// materials, prototypes, objects.
 
 #include <map>
@@ -31,7 +31,7 @@ void read_prototypes(Reading& reading, const Cursor& at);
 void read_objects(Reading& reading, const Cursor& at);
 void read_job(Reading& reading, const Cursor& at);
 
-/// The labels of a job by name; null, where it is allowed, is an empty optional.
+/// The labels of a job by name. Null, if it is allowed, is an empty optional.
 void read_labels(Reading& reading, const Cursor& at, bool null_allowed,
                  std::map<std::string, std::optional<std::string>>& labels);
 

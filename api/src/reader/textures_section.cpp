@@ -1,7 +1,6 @@
 /// Textures: named ones in their map, and those written in place.
 
 #include <array>
-#include <string>
 #include <string_view>
 #include <vector>
 
