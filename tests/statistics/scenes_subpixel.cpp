@@ -1,10 +1,10 @@
-// What a few samples do not see: things thinner than a pixel, by much.
+// Features much thinner than a pixel, which few samples hit.
 #include <cmath>
 #include <numbers>
 
-#include "tests/honesty/corpus.h"
+#include "tests/statistics/scene_corpus.h"
 
-namespace honesty {
+namespace statistics {
 namespace {
 
 using namespace tracer;
@@ -14,9 +14,9 @@ double pixel_at(const Scene& scene, double distance) {
   return 2 * std::tan(scene.camera.fov_deg * std::numbers::pi / 360) * distance / scene.image.height;
 }
 
-/// Nothing but a glowing thing before a calm background, seen straight along -z from 6 away.
+/// An empty scene in front of a constant background, viewed along -z from a distance of 6.
 Case sparse(std::string name, std::string exercises) {
-  Case c = fresh(std::move(name), std::move(exercises));
+  Case c = empty_case(std::move(name), std::move(exercises));
   c.scene.camera.position = {0, 0, 6};
   c.scene.camera.look_at = {0, 0, 0};
   return c;
@@ -45,7 +45,7 @@ Case far_star(std::string name, std::string exercises, double brightness) {
 }
 
 Case wires_on_floor() {
-  Case c = lit("wires_on_floor", "a fan of wires of 0.02 to 0.5 pixels, and their shadows");
+  Case c = lit_floor_case("wires_on_floor", "a fan of wires of 0.02 to 0.5 pixels, and their shadows");
   for (int i = 0; i < 8; ++i) {
     const double a = std::numbers::pi * (i + 0.5) / 8, radius = pixel_at(c.scene, 6) * 0.01 * std::pow(25.0, i / 7.0);
     scenes::add(c.scene, Cylinder{{0, 0.3, 0}, {2 * std::cos(a), 0.3 + 1.2 * std::sin(a), 0}, radius, true, {}},
@@ -55,7 +55,7 @@ Case wires_on_floor() {
 }
 
 Case slit() {
-  Case c = lit("slit", "sun through a slit much narrower than a pixel");
+  Case c = lit_floor_case("slit", "sun through a slit much narrower than a pixel");
   c.scene.lights = {scenes::directional_light({0, -1, -0.2})};
   scenes::add(c.scene, Box{{-5, 2.5, -5}, {-0.1, 2.6, 5}}, scenes::matte({0.5, 0.5, 0.5}));
   scenes::add(c.scene, Box{{-0.1 + 0.1 * pixel_at(c.scene, 6), 2.5, -5}, {5, 2.6, 5}}, scenes::matte({0.5, 0.5, 0.5}));
@@ -67,7 +67,7 @@ Case dust() {
   const double pixel = pixel_at(c.scene, 6), radius = pixel * std::sqrt(0.01 / std::numbers::pi);
   const MaterialId glow = scenes::add(c.scene, scenes::glowing({3, 3, 3}));
   for (int i = 0; i < 200; ++i) {
-    // Kronecker's sequence of the plastic number: evenly spread, in no row.
+    // R2 sequence (Roberts 2018): low discrepancy, from the plastic number.
     const double x = std::fmod(0.7548776662466927 * (i + 1), 1.0), y = std::fmod(0.5698402909980532 * (i + 1), 1.0);
     scenes::add(c.scene, Sphere{{(x - 0.5) * 46 * pixel, (y - 0.5) * 34 * pixel, 0}, radius}, glow);
   }
@@ -76,7 +76,7 @@ Case dust() {
 
 }  // namespace
 
-std::vector<Case> trap_cases() {
+std::vector<Case> subpixel_cases() {
   return {wire("wire", "an upright wire of 0.02 pixels", {0.05, -1.5, 0}, {0.05, 1.5, 0}),
           wire("diagonal_wire", "a wire of 0.02 pixels across rows and columns", {-2, -1.4, 0}, {2.1, 1.5, 0}),
           bright_pixel(),
@@ -87,4 +87,4 @@ std::vector<Case> trap_cases() {
           dust()};
 }
 
-}  // namespace honesty
+}  // namespace statistics

@@ -1,7 +1,7 @@
-// Cameras, worlds, and what becomes of the image.
-#include "tests/honesty/corpus.h"
+// Cameras, environments and display transforms.
+#include "tests/statistics/scene_corpus.h"
 
-namespace honesty {
+namespace statistics {
 namespace {
 
 using namespace tracer;
@@ -9,7 +9,7 @@ using scenes::matte;
 
 /// Three balls on a floor, one behind the other, one of them a mirror.
 Case row(std::string name, std::string exercises) {
-  Case c = lit(std::move(name), std::move(exercises));
+  Case c = lit_floor_case(std::move(name), std::move(exercises));
   scenes::add(c.scene, Sphere{{-1.1, 0.6, 2}, 0.6}, matte({0.8, 0.3, 0.2}));
   Material mirror = phong({0.1, 0.1, 0.1}, 0.4, 60);
   mirror.reflection = 0.7;
@@ -112,7 +112,7 @@ Case cropped() {
 }
 
 Case calm() {
-  Case c = fresh("calm", "nothing but smooth shading: no error to find, and none to claim");
+  Case c = empty_case("calm", "nothing but smooth shading: no error, and an estimate of 0");
   c.scene.lights.push_back(light_of(PointLight{{-1, 3, 2}}));
   scenes::add(c.scene, Plane{{0, 0, -2}, {0, 0, 1}, {}}, phong({0.6, 0.5, 0.4}, 0.3, 5));
   return c;
@@ -125,4 +125,4 @@ std::vector<Case> view_cases() {
           exposed(),     scaled(), reinhard(), transparent(), cropped(),      calm()};
 }
 
-}  // namespace honesty
+}  // namespace statistics

@@ -1,8 +1,8 @@
 // Textures of every kind, to the horizon, and reliefs.
-#include "tests/honesty/corpus.h"
+#include "tests/statistics/scene_corpus.h"
 #include "tracer/encode.h"
 
-namespace honesty {
+namespace statistics {
 namespace {
 
 using namespace tracer;
@@ -15,7 +15,7 @@ Texture noise(double scale, std::uint32_t octaves) {
 }
 
 Case floor_of(std::string name, std::string exercises, const Texture& texture) {
-  Case c = lit(std::move(name), std::move(exercises));
+  Case c = lit_floor_case(std::move(name), std::move(exercises));
   c.scene.objects[0].material = scenes::add(c.scene, textured(c.scene, texture));
   return c;
 }
@@ -36,7 +36,7 @@ Case fine_checker() {
 }
 
 Case gradients() {
-  Case c = lit("gradients", "gradients wrapped in all three ways, on spheres and cones");
+  Case c = lit_floor_case("gradients", "gradients wrapped in all three ways, on spheres and cones");
   for (int i = 0; i < 3; ++i) {
     Texture bands;
     bands.pattern = GradientTexture{{Color{0.9, 0.1, 0.1}, Color{0.1, 0.2, 0.9}}};
@@ -74,7 +74,7 @@ Texture image(Case& c, Texture::Filter filter) {
 }
 
 Case images() {
-  Case c = lit("images", "an image file through each filter, near and to the horizon");
+  Case c = lit_floor_case("images", "an image file through each filter, near and to the horizon");
   const Texture::Filter filters[] = {Texture::Filter::nearest, Texture::Filter::bilinear, Texture::Filter::mipmap};
   for (int i = 0; i < 3; ++i) {
     scenes::add(c.scene, Box{{-2.2 + 1.6 * i, 0, 0}, {-1.0 + 1.6 * i, 1.2, 1}},
@@ -88,7 +88,7 @@ Case images() {
 }
 
 Case bumps() {
-  Case c = lit("bumps", "reliefs of noise, with highlights on every bump, and of checkers");
+  Case c = lit_floor_case("bumps", "reliefs of noise, with highlights on every bump, and of checkers");
   Material floor = phong({0.6, 0.6, 0.6}, 0.6, 50);
   c.scene.textures.push_back(noise(2.5, 3));
   floor.bump = Bump{{0}, 0.15};
@@ -101,7 +101,7 @@ Case bumps() {
 }
 
 Case normal_map() {
-  Case c = lit("normal_map", "normals of an image file, under a mirror's coat");
+  Case c = lit_floor_case("normal_map", "normals of an image file, under a mirror's coat");
   c.scene.textures.push_back(image(c, Texture::Filter::mipmap));
   Material wall = phong({0.5, 0.6, 0.7}, 0.4, 40);
   wall.normal_map = TextureId{0};
@@ -112,7 +112,7 @@ Case normal_map() {
 }
 
 Case cloth() {
-  Case c = lit("cloth", "fine checkers on curved things: their frequency grows towards the edge");
+  Case c = lit_floor_case("cloth", "fine checkers on curved things: their frequency grows towards the edge");
   Texture weave = checker(1);
   weave.scale = {60, 30};
   scenes::add(c.scene, Sphere{{-1, 0.9, 0}, 0.9}, textured(c.scene, weave));
@@ -136,4 +136,4 @@ std::vector<Case> texture_cases() {
       cloth()};
 }
 
-}  // namespace honesty
+}  // namespace statistics

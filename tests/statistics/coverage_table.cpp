@@ -1,27 +1,27 @@
-// Whether the tracer keeps its promises about error: images of many scenes asked for with several targets, each held
-// against a converged reference; one table, and exit code 1 where a criterion is broken.
+// Compares the estimated with the true error of adaptive images of many scenes at several targets. Prints a table; the
+// exit code is 1 if a criterion does not hold.
 #include <algorithm>
 #include <fstream>
 #include <iostream>
 #include <sstream>
 #include <stdexcept>
 
-#include "tests/honesty/verdict.h"
+#include "tests/statistics/coverage_report.h"
 #include "tracer/encode.h"
 
 namespace {
 
-using namespace honesty;
+using namespace statistics;
 
 constexpr std::string_view usage =
-    R"(honesty_table [options]: claimed against true error of adaptive images.
+    R"(coverage_table [options]: estimated against true error of adaptive images.
   --scenes a,b     only these; --list prints all names
-  --targets 4,1    levels; default 4,2,1,0.5,0.25
+  --targets 4,1    code values; default 4,2,1,0.5,0.25
   --seeds N        images of each target, default 3
-  --fast           targets 4,1 and one seed, no seeded bias
+  --fast           targets 4,1 and one seed, no injected bias
   --json FILE      every trial
-  --references DIR where references are kept; default honesty-references beside the directory of this program
-  --images DIR   also writes each reference as PNG there
+  --references DIR where references are kept; default coverage-references beside the directory of this program
+  --images DIR     also writes each reference as PNG there
   --threads N      default: all
 )";
 
@@ -47,13 +47,13 @@ Options parse(const std::vector<std::string>& arguments) {
   for (std::size_t i = 1; i < arguments.size(); ++i) {
     const std::string& name = arguments[i];
     const auto value = [&] {
-      if (i + 1 == arguments.size()) throw std::invalid_argument(name + " wants a value");
+      if (i + 1 == arguments.size()) throw std::invalid_argument(name + " needs a value");
       return arguments[++i];
     };
     if (name == "--scenes") {
       for (const std::string& scene : split(value())) {
         options.scenes.push_back(find(scene));
-        if (options.scenes.back() == nullptr) throw std::invalid_argument("no scene is called " + scene);
+        if (options.scenes.back() == nullptr) throw std::invalid_argument("unknown scene " + scene);
       }
     } else if (name == "--targets") {
       options.targets.clear();
@@ -74,17 +74,17 @@ Options parse(const std::vector<std::string>& arguments) {
     } else if (name == "--threads") {
       options.threads = static_cast<std::uint32_t>(std::stoul(value()));
     } else {
-      throw std::invalid_argument(name + " is no option");
+      throw std::invalid_argument(name + " is not an option");
     }
   }
   if (options.scenes.empty())
     for (const Case& scene : corpus()) options.scenes.push_back(&scene);
   if (options.references.empty())
-    options.references = std::filesystem::absolute(arguments[0]).parent_path().parent_path() / "honesty-references";
+    options.references = std::filesystem::absolute(arguments[0]).parent_path().parent_path() / "coverage-references";
   return options;
 }
 
-void write_image(const Case& scene, const Reference& reference, const std::filesystem::path& directory) {
+void write_image(const Case& scene, const ReferenceImage& reference, const std::filesystem::path& directory) {
   const tracer::PixelWindow window = scene.scene.image.window();
   const tracer::Image image{window.width(), window.height(), {reference.linear.begin(), reference.linear.end()}};
   const auto bytes = tracer::encode(image, tracer::Format::png, scene.scene.output);
@@ -94,39 +94,40 @@ void write_image(const Case& scene, const Reference& reference, const std::files
       .write(reinterpret_cast<const char*>(bytes->data()), static_cast<std::streamsize>(bytes->size()));
 }
 
-Outcome outcome_of(const Case& scene, const Options& options) {
-  const ReferenceEffort effort{.threads = options.threads};
-  const Standard standard{reference_of(scene, effort, options.references), strata_of(scene, options.threads)};
-  if (!options.images.empty()) write_image(scene, standard.reference, options.images);
-  Outcome outcome{scene.name, {}, {}};
-  std::uint64_t seed = 0;  // another one for each image, so that chance strikes each by itself
+SceneTrials run_trials(const Case& scene, const Options& options) {
+  const ReferenceSettings settings{.threads = options.threads};
+  const GroundTruth ground_truth{compute_reference(scene, settings, options.references),
+                                 classify_pixels(scene, options.threads)};
+  if (!options.images.empty()) write_image(scene, ground_truth.reference, options.images);
+  SceneTrials scene_trials{scene.name, {}, {}};
+  std::uint64_t seed = 0;  // differs between images: their errors are independent
   for (const double target : options.targets)
     for (std::uint64_t i = 0; i < options.seeds; ++i) {
-      tracer::Rendered rendered = rendered_to(scene, target, ++seed, options.threads);
-      outcome.trials.push_back(judged(scene, standard, rendered, target, seed));
+      tracer::Rendered rendered = render_to_target(scene, target, ++seed, options.threads);
+      scene_trials.trials.push_back(evaluate(scene, ground_truth, rendered, target, seed));
       if (!options.bias || i > 0 || scene.scene.lights.empty()) continue;
-      seed_bias(rendered.image, rendered_to(without_light(scene), target, seed, options.threads).image, seed);
-      outcome.biased.push_back(judged(scene, standard, rendered, target, seed));
+      inject_bias(rendered.image, render_to_target(without_light(scene), target, seed, options.threads).image, seed);
+      scene_trials.biased.push_back(evaluate(scene, ground_truth, rendered, target, seed));
     }
-  return outcome;
+  return scene_trials;
 }
 
 int run(const std::vector<std::string>& arguments) {
   const Options options = parse(arguments);
-  std::vector<Outcome> outcomes;
+  std::vector<SceneTrials> scenes;
   print_heading(std::cout);
   for (const Case* scene : options.scenes) {
-    outcomes.push_back(outcome_of(*scene, options));
-    print(std::cout, outcomes.back());
+    scenes.push_back(run_trials(*scene, options));
+    print(std::cout, scenes.back());
   }
-  const Verdict verdict = verdict_on(outcomes);
-  print(std::cout, verdict);
+  const CoverageReport report = report_coverage(scenes);
+  print(std::cout, report);
   if (!options.json.empty()) {
     std::ofstream json(options.json);
-    write_json(json, outcomes, verdict);
+    write_json(json, scenes, report);
     if (!json.flush()) throw std::runtime_error("cannot write " + options.json.string());
   }
-  return verdict.broken.empty() ? 0 : 1;
+  return report.failures.empty() ? 0 : 1;
 }
 
 }  // namespace
@@ -144,7 +145,7 @@ int main(int count, char** values) {
   try {
     return run(arguments);
   } catch (const std::exception& problem) {
-    std::cerr << "honesty_table: " << problem.what() << "\n" << usage;
+    std::cerr << "coverage_table: " << problem.what() << "\n" << usage;
     return 2;
   }
 }

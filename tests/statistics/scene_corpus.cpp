@@ -1,11 +1,11 @@
-#include "tests/honesty/corpus.h"
+#include "tests/statistics/scene_corpus.h"
 
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <numbers>
 
-namespace honesty {
+namespace statistics {
 
 using namespace tracer;
 
@@ -13,7 +13,7 @@ const std::vector<Case>& corpus() {
   static const std::vector<Case> all = [] {
     std::vector<Case> cases;
     for (const auto& some :
-         {shape_cases(), light_cases(), material_cases(), texture_cases(), view_cases(), trap_cases()})
+         {shape_cases(), light_cases(), material_cases(), texture_cases(), view_cases(), subpixel_cases()})
       cases.insert(cases.end(), some.begin(), some.end());
     return cases;
   }();
@@ -25,7 +25,7 @@ const Case* find(std::string_view name) {
   return found == corpus().end() ? nullptr : &*found;
 }
 
-Case fresh(std::string name, std::string exercises) {
+Case empty_case(std::string name, std::string exercises) {
   Case made{std::move(name), std::move(exercises), {}};
   made.scene.image = {48, 36};
   made.scene.camera = {{0, 1.5, 6}, {0, 0.5, 0}, {0, 1, 0}, 40};
@@ -34,8 +34,8 @@ Case fresh(std::string name, std::string exercises) {
   return made;
 }
 
-Case lit(std::string name, std::string exercises) {
-  Case made = fresh(std::move(name), std::move(exercises));
+Case lit_floor_case(std::string name, std::string exercises) {
+  Case made = empty_case(std::move(name), std::move(exercises));
   scenes::add(made.scene, Plane{}, scenes::matte({0.8, 0.8, 0.8}));
   made.scene.lights.push_back(scenes::point_light({-4, 6, 5}, {0.9, 0.9, 0.9}));
   return made;
@@ -77,4 +77,4 @@ Transform turned(double degrees, const Vec3& to, double scale) {
   return transform;
 }
 
-}  // namespace honesty
+}  // namespace statistics

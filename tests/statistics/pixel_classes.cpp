@@ -1,9 +1,9 @@
-#include "tests/honesty/strata.h"
+#include "tests/statistics/pixel_classes.h"
 
 #include <algorithm>
 #include <cmath>
 
-namespace honesty {
+namespace statistics {
 
 using namespace tracer;
 
@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::uint32_t fine = 4;  // points along each side of a pixel
 
-/// The scene in as many times the pixels, each a single look: at its middle, but through anywhere of a lens.
+/// The scene with `fine` x `fine` times the pixels, one sample each (two with a lens).
 Scene magnified(const Scene& scene) {
   Scene large = scene;
   large.image.width *= fine;
@@ -26,7 +26,7 @@ Scene magnified(const Scene& scene) {
   return large;
 }
 
-/// The least and the largest of what is offered.
+/// Smallest and largest value.
 struct Range {
   double low = INFINITY, high = -INFINITY;
   void add(double value) {
@@ -36,9 +36,9 @@ struct Range {
   [[nodiscard]] double width() const { return high - low; }
 };
 
-class Judge {
+class PixelClassifier {
  public:
-  Judge(const Case& scene, std::uint32_t threads) {
+  PixelClassifier(const Case& scene, std::uint32_t threads) {
     Scene large = magnified(scene.scene);
     full_ = scenes::render(large, threads, scene.assets).image;
     Scene direct = large;
@@ -51,9 +51,9 @@ class Judge {
   [[nodiscard]] std::uint32_t width() const { return full_.width / fine; }
   [[nodiscard]] std::uint32_t height() const { return full_.height / fine; }
 
-  [[nodiscard]] Stratum at(std::uint32_t x, std::uint32_t y) const {
+  [[nodiscard]] PixelClass at(std::uint32_t x, std::uint32_t y) const {
     std::array<Range, 3> normal, albedo;
-    Range object, taken;
+    Range object, shadowed;
     double bounced = 0, brightest = 0;
     for (std::uint32_t j = y * fine; j < (y + 1) * fine; ++j)
       for (std::uint32_t i = x * fine; i < (x + 1) * fine; ++i) {
@@ -65,16 +65,15 @@ class Judge {
           bounced = std::max(bounced, std::abs(static_cast<double>(full_.rgb[3 * at + c]) - direct_.rgb[3 * at + c]));
           brightest = std::max<double>(brightest, unshadowed_.rgb[3 * at + c]);
         }
-        taken.add(static_cast<double>(unshadowed_.rgb[3 * at + 1]) - full_.rgb[3 * at + 1]);
+        shadowed.add(static_cast<double>(unshadowed_.rgb[3 * at + 1]) - full_.rgb[3 * at + 1]);
       }
-    // A unit normal that turns by half its length is a corner; a texture's colour that changes by a tenth an edge in
-    // it.
+    // Edges: the normal changes by half its length, or the albedo by a tenth.
     const auto more_than = [](double limit) { return [limit](const Range& range) { return range.width() > limit; }; };
     if (object.width() > 0 || std::any_of(normal.begin(), normal.end(), more_than(0.5)) ||
         std::any_of(albedo.begin(), albedo.end(), more_than(0.1)))
-      return Stratum::edge;
-    if (bounced > 0) return Stratum::specular;
-    return taken.width() > 0.02 * brightest ? Stratum::penumbra : Stratum::smooth;
+      return PixelClass::edge;
+    if (bounced > 0) return PixelClass::specular;
+    return shadowed.width() > 0.02 * brightest ? PixelClass::penumbra : PixelClass::smooth;
   }
 
  private:
@@ -83,12 +82,12 @@ class Judge {
 
 }  // namespace
 
-std::vector<Stratum> strata_of(const Case& scene, std::uint32_t threads) {
-  const Judge judge(scene, threads);
-  std::vector<Stratum> strata;
-  for (std::uint32_t y = 0; y < judge.height(); ++y)
-    for (std::uint32_t x = 0; x < judge.width(); ++x) strata.push_back(judge.at(x, y));
-  return strata;
+std::vector<PixelClass> classify_pixels(const Case& scene, std::uint32_t threads) {
+  const PixelClassifier classifier(scene, threads);
+  std::vector<PixelClass> pixel_classes;
+  for (std::uint32_t y = 0; y < classifier.height(); ++y)
+    for (std::uint32_t x = 0; x < classifier.width(); ++x) pixel_classes.push_back(classifier.at(x, y));
+  return pixel_classes;
 }
 
-}  // namespace honesty
+}  // namespace statistics

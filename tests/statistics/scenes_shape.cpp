@@ -2,23 +2,23 @@
 #include <cmath>
 #include <numbers>
 
-#include "tests/honesty/corpus.h"
+#include "tests/statistics/scene_corpus.h"
 #include "tests/support/random.h"
 
-namespace honesty {
+namespace statistics {
 namespace {
 
 using namespace tracer;
 using scenes::matte;
 
 Case ball() {
-  Case c = lit("ball", "one curved edge and the hard edge of its shadow");
+  Case c = lit_floor_case("ball", "one curved edge and the hard edge of its shadow");
   scenes::add(c.scene, Sphere{{0, 0.8, 0}, 0.8}, matte({0.8, 0.2, 0.1}));
   return c;
 }
 
 Case discs() {
-  Case c = lit("discs", "thin rings, seen from before and from the edge");
+  Case c = lit_floor_case("discs", "thin rings, seen from before and from the edge");
   for (int i = 0; i < 5; ++i) {
     const double angle = 0.35 * i;
     scenes::add(c.scene, Disc{{-2.0 + i, 0.9, 0}, {std::sin(angle * 1.2), 0, std::cos(angle * 1.2)}, 0.6, 0.1 * i, {}},
@@ -28,7 +28,7 @@ Case discs() {
 }
 
 Case round_bodies() {
-  Case c = lit("round_bodies", "cylinders and cones, open and capped");
+  Case c = lit_floor_case("round_bodies", "cylinders and cones, open and capped");
   scenes::add(c.scene, Cylinder{{-2, 0, 0}, {-1.6, 1.6, 0.3}, 0.4, true, {}}, matte({0.7, 0.5, 0.2}));
   scenes::add(c.scene, Cylinder{{-0.6, 0.6, 0}, {0.2, 0.9, 1}, 0.45, false, {}}, matte({0.2, 0.5, 0.7}));
   scenes::add(c.scene, Cone{{1, 1.6, 0}, {1, 0, 0}, 0.5, 0, true, {}}, matte({0.2, 0.7, 0.3}));
@@ -38,7 +38,7 @@ Case round_bodies() {
 }
 
 Case boxes() {
-  Case c = lit("boxes", "straight edges of turned boxes");
+  Case c = lit_floor_case("boxes", "straight edges of turned boxes");
   for (int i = 0; i < 4; ++i) {
     scenes::add(c.scene, Box{{-0.4, 0, -0.4}, {0.4, 0.5 + 0.3 * i, 0.4}}, matte({0.3, 0.3 + 0.15 * i, 0.8}));
     c.scene.objects.back().transform = turned(23.0 * i, {-1.8 + 1.2 * i, 0, 0});
@@ -47,7 +47,7 @@ Case boxes() {
 }
 
 Case star() {
-  Case c = fresh("star", "edges in every direction: thin triangles around one point");
+  Case c = empty_case("star", "edges in every direction: thin triangles around one point");
   for (int i = 0; i < 36; ++i) {
     const double a = 2 * std::numbers::pi * i / 36, b = a + 0.07;
     scenes::add(
@@ -62,7 +62,7 @@ Case star() {
 }
 
 Case meshes() {
-  Case c = lit("meshes", "flat, smooth and gouraud meshes");
+  Case c = lit_floor_case("meshes", "flat, smooth and gouraud meshes");
   scenes::add(c.scene, scenes::placed(scenes::torus(24, 12), 0.6, {-1.5, 0.9, 0}), matte({0.8, 0.6, 0.2}));
   scenes::add(c.scene, scenes::placed(scenes::icosphere(1, true), 0.7, {0.2, 0.8, 0}), phong({0.2, 0.5, 0.8}, 0.5, 40));
   Material gouraud = phong({0.3, 0.7, 0.3}, 0.6, 30);
@@ -72,7 +72,7 @@ Case meshes() {
 }
 
 Case instances() {
-  Case c = lit("instances", "prototypes within prototypes, turned and scaled");
+  Case c = lit_floor_case("instances", "prototypes within prototypes, turned and scaled");
   const MaterialId red = scenes::add(c.scene, matte({0.8, 0.2, 0.2})),
                    blue = scenes::add(c.scene, matte({0.2, 0.3, 0.9}));
   Prototype tree;
@@ -99,7 +99,7 @@ void add_flake(Scene& scene, MaterialId material, const Vec3& center, double rad
 }
 
 Case sphereflake() {
-  Case c = lit("sphereflake", "91 mirroring balls of three sizes");
+  Case c = lit_floor_case("sphereflake", "91 mirroring balls of three sizes");
   Material shiny = phong({0.6, 0.5, 0.4}, 0.3, 60);
   shiny.reflection = 0.4;
   add_flake(c.scene, scenes::add(c.scene, shiny), {0, 0.9, 0}, 0.7, 2);
@@ -107,7 +107,7 @@ Case sphereflake() {
 }
 
 Case pebbles() {
-  Case c = lit("pebbles", "a thousand balls, most of them smaller than a pixel");
+  Case c = lit_floor_case("pebbles", "a thousand balls, most of them smaller than a pixel");
   oracle::Random draw(7);
   const MaterialId grey[] = {scenes::add(c.scene, matte({0.9, 0.85, 0.8})),
                              scenes::add(c.scene, matte({0.15, 0.1, 0.1}))};
@@ -119,7 +119,7 @@ Case pebbles() {
 }
 
 Case lattice() {
-  Case c = fresh("lattice", "bars finer than a pixel, far away and near");
+  Case c = empty_case("lattice", "bars finer than a pixel, far away and near");
   c.scene.lights.push_back(scenes::directional_light({0.3, -1, -0.5}));
   const MaterialId bar = scenes::add(c.scene, matte({0.9, 0.9, 0.9}));
   for (int i = 0; i < 25; ++i) {
@@ -136,4 +136,4 @@ std::vector<Case> shape_cases() {
   return {ball(), discs(), round_bodies(), boxes(), star(), meshes(), instances(), sphereflake(), pebbles(), lattice()};
 }
 
-}  // namespace honesty
+}  // namespace statistics

@@ -1,15 +1,15 @@
-// Mirrors, glass and what else sends light on.
-#include "tests/honesty/corpus.h"
+// Mirrors, glass and other reflecting or transmitting materials.
+#include "tests/statistics/scene_corpus.h"
 
-namespace honesty {
+namespace statistics {
 namespace {
 
 using namespace tracer;
 using scenes::matte;
 
-/// A checkered floor and a bright ball behind what is to be looked through.
+/// A checkered floor and a bright ball behind the transparent objects.
 Case behind(std::string name, std::string exercises) {
-  Case c = lit(std::move(name), std::move(exercises));
+  Case c = lit_floor_case(std::move(name), std::move(exercises));
   Texture squares = checker(1.3);
   squares.filter = Texture::Filter::nearest;
   c.scene.objects[0].material = scenes::add(c.scene, textured(c.scene, squares));
@@ -36,7 +36,7 @@ Case mirror_balls() {
 }
 
 Case mirrored_edges() {
-  Case c = fresh("mirrored_edges", "edges and shadows that only a mirror shows");
+  Case c = empty_case("mirrored_edges", "edges and shadows that only a mirror shows");
   c.scene.lights.push_back(scenes::point_light({-2, 5, 8}));
   scenes::add(c.scene, Plane{{0, 0, -1}, {0.1, 0, 1}, {}}, scenes::mirror(0.9));
   scenes::add(c.scene, Plane{{0, -0.5, 0}, {0, 1, 0}, {}}, matte({0.7, 0.7, 0.6}));
@@ -46,7 +46,7 @@ Case mirrored_edges() {
 }
 
 Case corridor() {
-  Case c = fresh("corridor", "two mirrors face each other: hundreds of bounces, cut off by weight");
+  Case c = empty_case("corridor", "two mirrors face each other: hundreds of bounces, cut off by weight");
   c.scene.camera = {{0.3, 0.6, 0.9}, {-0.1, 0.5, -1}, {0, 1, 0}, 60};
   c.scene.lights.push_back(scenes::point_light({0, 1.8, 0}));
   for (const double z : {-1.0, 1.0}) {
@@ -155,4 +155,4 @@ std::vector<Case> material_cases() {
           mixed()};
 }
 
-}  // namespace honesty
+}  // namespace statistics

@@ -1,8 +1,8 @@
-#include "tests/honesty/statistics.h"
+#include "tests/statistics/binomial.h"
 
 #include <cmath>
 
-namespace honesty {
+namespace statistics {
 
 long double binomial_tail(std::uint64_t trials, std::uint64_t failures, long double probability) {
   if (failures == 0) return 1;
@@ -20,4 +20,4 @@ long double binomial_tail(std::uint64_t trials, std::uint64_t failures, long dou
   return sum;
 }
 
-}  // namespace honesty
+}  // namespace statistics

@@ -1,5 +1,5 @@
-// Every accuracy knob, turned: the error that is measured against a converged image and the rays it costs move as the
-// documentation says. What is claimed of the error is other tests' business, and no clock runs here.
+// Effect of each setting of `accuracy` on the true error and on the number of rays. Deterministic: no test reads a
+// clock.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -35,7 +35,7 @@ Scene still_life() {
   return scene;
 }
 
-/// Between two walls that face each other, shine and mirror nine tenths: every bounce adds light.
+/// Two parallel emissive mirrors of reflectance 0.9: every bounce adds radiance.
 Scene corridor() {
   Scene scene = scenes::empty(8);
   scene.camera = {{0, 3, 0}, {1, 0, 0}, {0, 0, 1}, 40};
@@ -63,86 +63,87 @@ Point measured(const Rendered& rendered, const DisplayImage& truth) {
   return {compare(truth, to_display(rendered.image))->rmse, rendered.statistics.rays};
 }
 
-/// Found once: most knobs are turned on it.
+/// Computed once.
 const DisplayImage& converged_still_life() {
   static const DisplayImage truth = converged(still_life());
   return truth;
 }
 
-/// One point for each value that `turn` sets, in their order.
-template <class Values, class Turn>
-std::vector<Point> curve(const Scene& scene, const DisplayImage& truth, const Values& values, const Turn& turn) {
+/// One point for each of `values`, which `set` applies to the accuracy of `scene`.
+template <class Values, class Set>
+std::vector<Point> curve(const Scene& scene, const DisplayImage& truth, const Values& values, const Set& set) {
   std::vector<Point> points;
   for (const auto& value : values) {
-    Scene turned = scene;
-    turn(turned.accuracy, value);
-    points.push_back(measured(scenes::render(turned, 2), truth));
+    Scene changed = scene;
+    set(changed.accuracy, value);
+    points.push_back(measured(scenes::render(changed, 2), truth));
   }
   return points;
 }
 
-/// From each point to the next one the error falls and the rays grow.
-void expect_error_bought_with_rays(const std::vector<Point>& points) {
+/// From each point to the next the error decreases and the number of rays increases.
+void expect_less_error_with_more_rays(const std::vector<Point>& points) {
   for (std::size_t i = 1; i < points.size(); ++i) {
     EXPECT_LT(points[i].error, points[i - 1].error) << "step " << i;
     EXPECT_GT(points[i].rays.total(), points[i - 1].rays.total()) << "step " << i;
   }
 }
 
-TEST(TheKnobSamples, BuysErrorWithRays) {
-  expect_error_bought_with_rays(curve(still_life(), converged_still_life(), std::vector<std::uint32_t>{1, 4, 16, 64},
-                                      [](Accuracy& accuracy, std::uint32_t value) { accuracy.samples = value; }));
+TEST(AccuracySamples, ReduceTheErrorAndAddRays) {
+  expect_less_error_with_more_rays(curve(still_life(), converged_still_life(), std::vector<std::uint32_t>{1, 4, 16, 64},
+                                         [](Accuracy& accuracy, std::uint32_t value) { accuracy.samples = value; }));
 }
 
-TEST(TheKnobTargetError, BuysErrorWithRaysAndStaysWithinIt) {
+TEST(AccuracyTargetError, BoundsTheErrorAndAddsRays) {
   const std::vector<double> targets{8, 4, 2, 1, 0.5};
   const auto points = curve(still_life(), converged_still_life(), targets, [](Accuracy& accuracy, double value) {
     accuracy.adaptive.emplace().target_error = value;
     accuracy.cutoff_by_chance = true;
   });
-  expect_error_bought_with_rays(points);
+  expect_less_error_with_more_rays(points);
   for (std::size_t i = 0; i < targets.size(); ++i) EXPECT_LE(points[i].error, targets[i]);
 }
 
-TEST(TheKnobPreset, BuysErrorWithRaysFromDraftToReference) {
+TEST(AccuracyPreset, ReducesTheErrorFromDraftToReference) {
   using enum Preset;
-  expect_error_bought_with_rays(curve(still_life(), converged_still_life(),
-                                      std::vector{draft, standard, fine, reference},
-                                      [](Accuracy& accuracy, Preset value) {
-                                        accuracy.adaptive.emplace().target_error = target_error_of(value);
-                                        accuracy.cutoff_by_chance = true;
-                                      }));
+  expect_less_error_with_more_rays(curve(still_life(), converged_still_life(),
+                                         std::vector{draft, standard, fine, reference},
+                                         [](Accuracy& accuracy, Preset value) {
+                                           accuracy.adaptive.emplace().target_error = target_error_of(value);
+                                           accuracy.cutoff_by_chance = true;
+                                         }));
 }
 
-TEST(TheKnobTimeBudget, BuysErrorWithRaysByWhateverClockItIsGiven) {
+TEST(AccuracyTimeBudget, ReducesTheErrorByTheGivenClock) {
   Scene scene = still_life();
   std::vector<Point> points;
   for (const double budget_ms : {10.0, 30.0, 100.0, 300.0}) {
     scene.accuracy.adaptive.emplace().time_budget_ms = budget_ms;
     scene.accuracy.cutoff_by_chance = true;
     RenderControl control;
-    double now_ms = 0;  // a millisecond later each time it is asked: by one thread, so the same in every run
+    double now_ms = 0;  // advances by 1 ms per call; deterministic with one thread
     const auto compiled = compile(scene, control);
     ASSERT_TRUE(compiled.has_value());
     const auto rendered = render(**compiled, {.elapsed_ms = [&] { return ++now_ms; }, .threads = 1}, control);
     ASSERT_TRUE(rendered.has_value());
     points.push_back(measured(*rendered, converged_still_life()));
   }
-  expect_error_bought_with_rays(points);
+  expect_less_error_with_more_rays(points);
 }
 
-TEST(TheKnobMaxDepth, BuysErrorWithRays) {
-  expect_error_bought_with_rays(curve(corridor(), converged(corridor()),
-                                      std::vector<std::uint32_t>{0, 1, 2, 4, 8, 16, 32},
-                                      [](Accuracy& accuracy, std::uint32_t value) { accuracy.max_depth = value; }));
+TEST(AccuracyMaxDepth, ReducesTheErrorAndAddsRays) {
+  expect_less_error_with_more_rays(curve(corridor(), converged(corridor()),
+                                         std::vector<std::uint32_t>{0, 1, 2, 4, 8, 16, 32},
+                                         [](Accuracy& accuracy, std::uint32_t value) { accuracy.max_depth = value; }));
 }
 
-TEST(TheKnobCutoff, BuysErrorWithRaysTheSmallerItIs) {
-  expect_error_bought_with_rays(curve(corridor(), converged(corridor()), std::vector<double>{0.9, 0.5, 0.25, 0.1, 0.03},
-                                      [](Accuracy& accuracy, double value) { accuracy.cutoff = value; }));
+TEST(AccuracyCutoff, ReducesTheErrorAndAddsRaysAsItDecreases) {
+  expect_less_error_with_more_rays(curve(corridor(), converged(corridor()),
+                                         std::vector<double>{0.9, 0.5, 0.25, 0.1, 0.03},
+                                         [](Accuracy& accuracy, double value) { accuracy.cutoff = value; }));
 }
 
-TEST(TheKnobCutoff, SparesLightsWhereManyAreFaint) {
+TEST(AccuracyCutoff, CullsNegligibleLights) {
   Scene scene = scenes::empty(16);
   scene.camera = {{0, 5, 0.1}, {0, 0, 0}, {0, 1, 0}, 60};
   scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, scenes::matte({1, 1, 1}));
@@ -158,7 +159,7 @@ TEST(TheKnobCutoff, SparesLightsWhereManyAreFaint) {
   EXPECT_GT(points.front().error, 2 * points.back().error);
 }
 
-TEST(ASoftLight, IsKnownByAtLeast16PointsAPixelHoweverFewItsSamples) {
+TEST(AreaLight, HasAtLeast16ShadowRaysPerPixel) {
   Scene scene = scenes::empty(24);
   scene.camera = {{0, 4, 4}, {0, 0, 0}, {0, 1, 0}, 30};
   Light lamp;
@@ -175,8 +176,8 @@ TEST(ASoftLight, IsKnownByAtLeast16PointsAPixelHoweverFewItsSamples) {
   EXPECT_NEAR(shadow_rays_of(3), 64, 4);
 }
 
-/// What the still life costs and how wrong it is with an approximation; the exact one is `{}`. Samples are enough that
-/// what an approximation costs is more than their noise.
+/// Rays and error of the still life with an approximation; `{}` is none. The samples suffice for the noise to be
+/// smaller than the error of each approximation.
 class ApproximatedStillLife : public ::testing::Test {
  protected:
   [[nodiscard]] static Point with(const Approximations& approximations) {
@@ -195,19 +196,19 @@ class ApproximatedStillLife : public ::testing::Test {
   inline static const Point exact = with({});
 };
 
-TEST_F(ApproximatedStillLife, SparesRaysForErrorWithoutShadowsAndForLessErrorWithMaps) {
+TEST_F(ApproximatedStillLife, NeedsFewerRaysWithoutShadowsAndHasLessErrorWithShadowMaps) {
   const Point none = expect_cheaper_and_worse({.shadows = Approximations::Shadows::none}, "none");
   const Point map = expect_cheaper_and_worse({.shadows = Approximations::Shadows::map}, "map");
   EXPECT_LT(map.error, none.error);
   EXPECT_EQ(none.rays.shadow, 0u);
 }
 
-TEST_F(ApproximatedStillLife, SparesRaysForErrorWithoutReflectionsOrWithTheBackgroundAlone) {
+TEST_F(ApproximatedStillLife, NeedsFewerRaysWithoutReflectionsOrWithTheEnvironmentOnly) {
   expect_cheaper_and_worse({.reflections = Approximations::Reflections::none}, "none");
   expect_cheaper_and_worse({.reflections = Approximations::Reflections::environment}, "environment");
 }
 
-TEST_F(ApproximatedStillLife, SparesMoreRaysForMoreErrorTheFewerLightsItIsLitBy) {
+TEST_F(ApproximatedStillLife, NeedsFewerRaysAndHasMoreErrorWithFewerLights) {
   Point last = exact;
   for (const std::uint32_t lights : {5u, 3u, 1u}) {
     const Point fewer = expect_cheaper_and_worse({.nearest_lights = lights}, std::to_string(lights));
@@ -217,7 +218,7 @@ TEST_F(ApproximatedStillLife, SparesMoreRaysForMoreErrorTheFewerLightsItIsLitBy)
   }
 }
 
-TEST_F(ApproximatedStillLife, IsWorseWithCheaperShadingAndSeesTheSame) {
+TEST_F(ApproximatedStillLife, HasMoreErrorButEqualCameraRaysWithCheaperShading) {
   for (const auto shading : {Approximations::Shading::gouraud, Approximations::Shading::flat}) {
     const Point cheap = with({.shading = shading});
     EXPECT_GT(cheap.error, 1.5 * exact.error);

@@ -1,10 +1,10 @@
-// Lights of every kind, their shadows, and how they fade.
+// Lights of every kind, their shadows and attenuation.
 #include <cmath>
 
-#include "tests/honesty/corpus.h"
+#include "tests/statistics/scene_corpus.h"
 #include "tests/support/random.h"
 
-namespace honesty {
+namespace statistics {
 namespace {
 
 using namespace tracer;
@@ -12,7 +12,7 @@ using scenes::matte;
 
 /// A ball and a box on a floor under the only light.
 Case under(std::string name, std::string exercises, const LightSource& source) {
-  Case c = lit(std::move(name), std::move(exercises));
+  Case c = lit_floor_case(std::move(name), std::move(exercises));
   c.scene.lights = {light_of(source)};
   scenes::add(c.scene, Sphere{{-0.7, 0.6, 0}, 0.6}, matte({0.8, 0.3, 0.2}));
   scenes::add(c.scene, Box{{0.5, 0, -0.3}, {1.2, 1, 0.4}}, matte({0.3, 0.4, 0.8}));
@@ -44,12 +44,12 @@ Case attenuated() {
 }
 
 Case wide_penumbra() {
-  return under("wide_penumbra", "a large rect light: half-shadows wider than what throws them",
+  return under("wide_penumbra", "a large rect light: penumbrae wider than their occluders",
                RectLight{{-3, 4, -2}, {4, 0, 0}, {0, 0, 4}});
 }
 
 Case narrow_penumbra() {
-  return under("narrow_penumbra", "a small disc light: half-shadows of about a pixel",
+  return under("narrow_penumbra", "a small disc light: penumbrae of about a pixel",
                DiscLight{{-3, 5, 3}, {0.5, -0.8, -0.5}, 0.15});
 }
 
@@ -63,7 +63,7 @@ Case sphere_light() {
 }
 
 Case blocker() {
-  Case c = lit("blocker", "a ball in the middle of an area light: half of its points reach nothing");
+  Case c = lit_floor_case("blocker", "a ball in the middle of an area light: half of its points reach nothing");
   c.scene.lights = {light_of(RectLight{{-1.5, 3, -1.5}, {3, 0, 0}, {0, 0, 3}})};
   scenes::add(c.scene, Sphere{{0, 3, 0}, 0.9}, matte({0.5, 0.5, 0.5}));
   scenes::add(c.scene, Sphere{{1.2, 0.4, 0.5}, 0.4}, matte({0.8, 0.5, 0.2}));
@@ -95,7 +95,7 @@ Case coloured_shadows() {
 }
 
 Case many_lights() {
-  Case c = lit("many_lights", "a hundred lights: most of them spared where they cannot matter");
+  Case c = lit_floor_case("many_lights", "a hundred lights: most of them culled where they are negligible");
   c.scene.lights.clear();
   oracle::Random draw(11);
   for (int i = 0; i < 100; ++i) {
@@ -117,14 +117,14 @@ Case clipped() {
 }
 
 Case dark() {
-  Case c = under("dark", "an image of a few levels, where the sRGB curve is steepest", PointLight{{-2, 3, 3}});
+  Case c = under("dark", "an image of a few code values, where the sRGB curve is steepest", PointLight{{-2, 3, 3}});
   c.scene.lights[0].intensity = 0.01;
   c.scene.background.color = c.scene.ambient = {0.0005, 0.0005, 0.001};
   return c;
 }
 
 Case highlights() {
-  Case c = lit("highlights", "local models, and highlights smaller than a pixel");
+  Case c = lit_floor_case("highlights", "local models, and highlights smaller than a pixel");
   const double shininess[] = {20, 5000, 100, 1e6};
   for (int i = 0; i < 4; ++i) {
     Material material = phong({0.3, 0.1, 0.1}, 3, shininess[i]);
@@ -142,4 +142,4 @@ std::vector<Case> light_cases() {
           blocker(), grating(), coloured_shadows(), many_lights(),   clipped(),         dark(),       highlights()};
 }
 
-}  // namespace honesty
+}  // namespace statistics

@@ -1,29 +1,29 @@
 #pragma once
-/// When a count of broken promises is more than chance.
+/// Exact binomial test of the coverage of confidence intervals.
 
 #include <cstdint>
 
-namespace honesty {
+namespace statistics {
 
-/// Probability that of `trials` independent tries, each of which fails with `probability`, at least `failures` do.
+/// Probability of at least `failures` failures in `trials` independent trials, each of which fails with `probability`.
 /// Exact: the sum of the binomial's terms, in long double. 0 < probability < 1.
 long double binomial_tail(std::uint64_t trials, std::uint64_t failures, long double probability);
 
-/// How rare a count must be before it is held against the tracer.
+/// Level of significance of every test.
 inline constexpr long double significance = 1e-3L;
 
-/// Promises kept and broken.
+/// Number of intervals, and of those that do not contain the true value.
 struct Coverage {
   std::uint64_t trials = 0, misses = 0;
   void add(bool covered) {
     ++trials;
     misses += covered ? 0 : 1;
   }
-  /// Whether so many misses, or more, would come by chance less often than `significance` if each promise held with
+  /// Returns true if so many misses, or more, have a probability below `significance` when each interval holds with
   /// `confidence`.
   [[nodiscard]] bool rejected(double confidence) const {
     return trials > 0 && binomial_tail(trials, misses, 1 - static_cast<long double>(confidence)) < significance;
   }
 };
 
-}  // namespace honesty
+}  // namespace statistics
