@@ -25,8 +25,8 @@ std::pair<Vec, Vec> axes(const Vec& n, const Vec& first) {
 
 struct ReferenceTracer::Ray {
   Vec origin, direction;
-  const Body* from = nullptr;       // what it starts on
-  const Face* from_face = nullptr;  // likewise, of triangles
+  const Body* from = nullptr;       // the body it starts on
+  const Face* from_face = nullptr;  // the triangle it starts on
   Real end = infinity;
   Inside inside{};  // the transmissive bodies around it, in the order they were entered
 };
@@ -40,9 +40,9 @@ struct ReferenceTracer::Hit {
 
 struct ReferenceTracer::Point {
   Vec position;
-  Vec lit;          // where light reaches it: on the curved surface that interpolated normals suggest
+  Vec lit;          // the lit point: on the curved surface of the interpolated normals
   Vec face_normal;  // on the ray's side
-  Vec normal;       // likewise, interpolated
+  Vec normal;       // interpolated
   bool back = false;
   Hit hit;
 };
@@ -267,7 +267,7 @@ Light3 ReferenceTracer::trace(const Ray& ray, const Light3& weight, std::uint32_
   if (hit.body == nullptr) return scene_.background.color;
   const Point point = point_at(ray, hit);
   const Inside after = beyond(ray.inside, point);
-  if (after != ray.inside && current_medium(after) == current_medium(ray.inside)) {  // hidden within another: not there
+  if (after != ray.inside && current_medium(after) == current_medium(ray.inside)) {  // a nested boundary: skipped
     if (depth >= scene_.accuracy.max_depth) {
       ++path.counted.truncated_branches;
       return {};
@@ -295,7 +295,7 @@ Light3 ReferenceTracer::local(const Ray& ray, const Point& point, const Light3& 
       f = fade(light.attenuation, distance);
     }
     const Real n_l = dot(point.normal, to_light);
-    if (material.specular > 0) path.near_miss(n_l);  // the highlight ends there at once
+    if (material.specular > 0) path.near_miss(n_l);  // the highlight is discontinuous there
     if (n_l <= 0) continue;
     const Light3 reflected =
         (material.diffuse * n_l) * color +
@@ -336,7 +336,7 @@ Light3 ReferenceTracer::bounced(const Ray& ray, const Point& point, const Light3
   Real n_from = index(current_medium(ray.inside)), n_to = material.ior;
   if (material.transmission > 0) {
     n_to = index(current_medium(after));
-    if (point.back && after == ray.inside) n_from = material.ior;  // the back of what was never entered
+    if (point.back && after == ray.inside) n_from = material.ior;  // the back of a body that was never entered
   }
   // Snell's law by the part of d along the surface: sin_t / sin_i = n_from / n_to.
   const Vec along = (n_from / n_to) * (d + cos_i * n);

@@ -146,7 +146,7 @@ class Draw : public oracle::Random {
     m.color = color();
     if (chance(0.3)) {
       Texture texture{CheckerTexture{{color(), color()}}, {in(1, 9), in(1, 9)}, {in(-2, 2), in(-2, 2)}, ""};
-      texture.filter = Texture::Filter::nearest;  // what a second tracer can tell without cones
+      texture.filter = Texture::Filter::nearest;  // the reference tracer has no ray cones
       scene.textures.push_back(texture);
       m.color = TextureId{static_cast<std::uint32_t>(scene.textures.size() - 1)};
     }
