@@ -14,7 +14,6 @@ import unittest
 
 from tests.support.sources import SOURCE, tracked
 
-BUILD = os.path.dirname(os.environ["WHITTLE_BIN"])
 MAX_SOURCES = 16
 
 
@@ -24,9 +23,11 @@ def git(*command):
     return done.stdout.split()
 
 
-def compile_commands():
-    """The entries of the build without GCC's precompiled headers, which clang cannot read."""
-    entries = json.loads(pathlib.Path(BUILD, "compile_commands.json").read_text(encoding="utf-8"))
+def compile_commands(directory):
+    """The entries of a build without batches of sources and without GCC's precompiled headers, which clang cannot read. The
+    build is configured in `directory` only."""
+    subprocess.run(["cmake", "--preset", "debug", "-B", directory], cwd=SOURCE, check=True, capture_output=True)
+    entries = json.loads(pathlib.Path(directory, "compile_commands.json").read_text(encoding="utf-8"))
     for entry in entries:
         entry["command"] = re.sub(r" -Winvalid-pch| -include \S*cmake_pch\.hxx", "", entry["command"])
     return entries
@@ -53,11 +54,11 @@ def findings(directory, path):
 
 class ClangTidy(unittest.TestCase):
     def test_finds_nothing(self):
-        entries = compile_commands()
-        sources = selected({entry["file"] for entry in entries})
-        self.assertGreaterEqual(len(sources), MAX_SOURCES)
         with tempfile.TemporaryDirectory() as directory:
+            entries = compile_commands(directory)
             pathlib.Path(directory, "compile_commands.json").write_text(json.dumps(entries), encoding="utf-8")
+            sources = selected({entry["file"] for entry in entries})
+            self.assertGreaterEqual(len(sources), MAX_SOURCES)
             with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
                 found = [text for text in pool.map(lambda path: findings(directory, path), sources) if text]
         self.assertFalse(found, "\n".join(found))
