@@ -7,7 +7,6 @@ import tempfile
 import unittest
 
 from tests.support import cpp
-from tests.support.known_offenders import expect_only_known
 from tests.support.sources import text, tracked
 
 MAX_CLASS_FUNCTIONS = 30
@@ -16,7 +15,7 @@ MAX_INTERFACE_FUNCTIONS = 12
 MAX_FUNCTION_LINES = 60
 MAX_README_LINES = 150
 MAX_FILES = 1300
-MAX_PRODUCT_LINES = 45_600  # 41,000 is the goal; lower it whenever code goes
+MAX_PRODUCT_LINES = 41_000
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.MULTILINE)
 DOCUMENT = re.compile(r"(?<![\w*<{])[\w./-]*\w\.md\b")
@@ -111,14 +110,6 @@ def large_repository():
     return found
 
 
-def offenders():
-    """Every violation in the repository."""
-    classes, functions = cpp.outline(product())
-    code = tracked(".h", ".cpp", ".py", ".txt", ".yaml", ".json") + [path for path in tracked("") if path.suffix == ""]
-    return (include_cycles(product()) + repeated_names(product()) + server_in_api(product()) + large_classes(classes)
-            + long_functions(functions) + missing_documents(code) + large_repository())
-
-
 class Shape(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -128,21 +119,21 @@ class Shape(unittest.TestCase):
         self.assertFalse(found, "\n" + "\n".join(found))
 
     def test_directories_form_a_hierarchy(self):
-        expect_only_known(self, "directories form a hierarchy", include_cycles(product()))
+        self.expect_none(include_cycles(product()))
 
     def test_product_files_have_unique_names(self):
-        expect_only_known(self, "unique names", repeated_names(product()))
+        self.expect_none(repeated_names(product()))
 
     def test_api_includes_nothing_of_server(self):
         self.expect_none(server_in_api(product()))
 
     def test_classes_and_interfaces_are_small(self):
         self.assertGreater(len(self.classes), 300)
-        expect_only_known(self, "small classes", large_classes(self.classes))
+        self.expect_none(large_classes(self.classes))
 
     def test_functions_are_short(self):
         self.assertGreater(len(self.functions), 2000)
-        expect_only_known(self, "short functions", long_functions(self.functions))
+        self.expect_none(long_functions(self.functions))
 
     def test_named_documents_exist(self):
         self.expect_none(missing_documents(tracked(".h", ".cpp", ".py", ".txt", ".yaml", ".json", "")))
