@@ -1,0 +1,128 @@
+// The statistics that decide on claims, with synthetic claims and synthetic references.
+#include "tests/statistics/error_coverage/claim_statistics.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/random.h"
+
+namespace {
+
+using namespace error_coverage;
+using oracle::Random;
+
+/// A claim of 1 level for a true error of `truth` levels.
+Trial claim_of_one(double truth) {
+  Trial trial;
+  trial.claimed = 1;
+  trial.error.squared = truth * truth;
+  return trial;
+}
+
+/// `count` claims of which each is broken with `probability`.
+ClaimStatistics random_claims(std::uint64_t count, double probability, std::uint64_t seed) {
+  Random random(seed);
+  ClaimStatistics statistics;
+  for (std::uint64_t i = 0; i < count; ++i) statistics.add(claim_of_one(random.chance(probability) ? 1.5 : 0.8));
+  return statistics;
+}
+
+double normal(Random& random) {
+  return std::sqrt(-2 * std::log(random.in(1e-300, 1))) * std::cos(2 * 3.14159265358979 * random.in(0, 1));
+}
+
+/// A gray image of `value` levels with normal noise of standard deviation `noise`.
+tracer::DisplayImage gray(double value, double noise, Random& random) {
+  tracer::DisplayImage image{48, 32, std::vector<float>(3 * 48 * 32)};
+  for (float& code : image.codes) code = static_cast<float>(tracer::codes_per_level * (value + noise * normal(random)));
+  return image;
+}
+
+TEST(BinomialUpperTail, EqualsTheClosedForms) {
+  EXPECT_NEAR(binomial_upper_tail(10, 10, 0.3), std::pow(0.3, 10), 1e-15);
+  EXPECT_NEAR(binomial_upper_tail(50, 1, 0.05), 1 - std::pow(0.95, 50), 1e-12);
+  EXPECT_NEAR(binomial_upper_tail(3, 2, 0.5), 0.5, 1e-12);
+  EXPECT_EQ(binomial_upper_tail(7, 0, 0.05), 1);
+  EXPECT_EQ(binomial_upper_tail(7, 8, 0.05), 0);
+}
+
+TEST(ClaimStatistics, RejectsFromTheCountThatIsRarerThanAThousandth) {
+  ClaimStatistics statistics{.trials = 25, .broken = 6};
+  EXPECT_FALSE(statistics.rejected());  // probability 0.0012
+  statistics.broken = 7;
+  EXPECT_TRUE(statistics.rejected());  // probability 0.0002
+  EXPECT_FALSE(ClaimStatistics{}.rejected());
+}
+
+TEST(ClaimStatistics, RejectsClaimsThatAreBrokenTooOften) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    EXPECT_TRUE(random_claims(600, 0.14, seed).rejected()) << seed;
+    EXPECT_TRUE(random_claims(60, 0.46, seed).rejected()) << seed;
+  }
+}
+
+TEST(ClaimStatistics, AcceptsClaimsThatHoldWithTheirConfidence) {
+  int rejected = 0;
+  for (std::uint64_t seed = 1; seed <= 500; ++seed) rejected += random_claims(400, 0.05, seed).rejected() ? 1 : 0;
+  EXPECT_LE(rejected, 4);  // 0.5 are expected; more than 4 have a probability of 0.0002
+}
+
+TEST(ClaimStatistics, RejectsOneClaimBelowATenthOfTheTruth) {
+  ClaimStatistics statistics = random_claims(400, 0, 1);
+  EXPECT_FALSE(statistics.rejected());
+  statistics.add(claim_of_one(11));
+  EXPECT_TRUE(statistics.rejected());
+}
+
+TEST(ClaimStatistics, CountsCloseClaimsAndExceededTargets) {
+  ClaimStatistics statistics;
+  for (const double truth : {0.3, 0.5, 1.0, 1.04, 1.2}) {
+    Trial trial = claim_of_one(truth);
+    trial.target = 1.1;
+    statistics.add(trial);
+  }
+  EXPECT_EQ(statistics.close, 3u);
+  EXPECT_EQ(statistics.broken, 2u);
+  EXPECT_EQ(statistics.target_exceeded, 1u);
+}
+
+TEST(Trial, GrantsTheUncertaintyOfTheReferenceToTheClaim) {
+  Trial trial = claim_of_one(1.1);
+  EXPECT_TRUE(trial.broken());
+  trial.error.standard_error = 0.15;  // of 1.21
+  EXPECT_FALSE(trial.broken());
+  trial.error.squared = -0.1;
+  EXPECT_EQ(trial.truth(), 0);
+}
+
+TEST(Truth, IsUnbiasedByTheNoiseOfItsHalves) {
+  Random random(3);
+  double sum = 0, squares = 0, squared_standard_errors = 0;
+  constexpr int repetitions = 200;
+  for (int i = 0; i < repetitions; ++i) {
+    const Truth truth(gray(100, 3, random), gray(100, 3, random));
+    const MeasuredError error = truth.error_of(gray(101, 0, random));
+    sum += error.squared;
+    squares += error.squared * error.squared;
+    squared_standard_errors += error.standard_error * error.standard_error;
+  }
+  const double mean = sum / repetitions, variance = squares / repetitions - mean * mean;
+  EXPECT_NEAR(mean, 1, 4 * std::sqrt(variance / repetitions));
+  // The channels of this noise are independent: the standard error may be sqrt(3) times too large, but not too small.
+  EXPECT_GT(squared_standard_errors / repetitions, 0.9 * variance);
+  EXPECT_LT(squared_standard_errors / repetitions, 4 * variance);
+}
+
+TEST(Truth, FindsTheWorstTile) {
+  Random random(1);
+  const tracer::DisplayImage exact = gray(100, 0, random);
+  tracer::DisplayImage image = exact;
+  image.codes[3 * (20 * 48 + 40)] +=
+      static_cast<float>(48 * tracer::codes_per_level);  // 3 * 16 * 16 values in its tile
+  const MeasuredError error = Truth(exact).error_of(image);
+  EXPECT_NEAR(error.worst_tile, 3, 1e-3);
+  EXPECT_NEAR(error.squared, 0.5, 1e-3);
+}
+
+}  // namespace

@@ -1,0 +1,68 @@
+#pragma once
+/// Scenes for testing error estimates, in families: one for each way in which an estimate can be wrong, ordinary
+/// scenes, and scenes of a random grammar. All are larger than the images in which every pixel is validated.
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tests/statistics/error_coverage/flat_scene.h"
+#include "tests/support/random.h"
+
+namespace error_coverage {
+
+/// Settings that a scene is rendered with.
+enum class SettingGroup {
+  targets,         ///< target errors of 4 to 0.5 levels
+  budgets,         ///< target errors and time budgets
+  fixed_samples,   ///< 1 to 64 samples in every pixel
+  approximations,  ///< target errors with the approximations of the scene
+  bounds,          ///< with the default depth and cutoff
+  files,           ///< target errors, compared with the decoded files
+  tiles,           ///< target errors, also of the worst tile
+};
+
+struct CorpusScene {
+  tracer::Scene scene{};
+  tracer::Assets assets{};
+  /// Linear radiance of the converged image; unset: it is estimated by two reference images.
+  std::optional<tracer::Image> exact{};
+};
+
+/// A scene for any canvas; `random` places its features.
+struct CorpusEntry {
+  std::string family{}, name{};
+  SettingGroup settings = SettingGroup::targets;
+  std::function<CorpusScene(Canvas, oracle::Random&)> build{};
+  bool exact = true;      ///< the converged image has a closed form
+  bool extended = false;  ///< for long runs only
+};
+
+/// Every entry, family by family. `source_directory`: root of the repository, for the example scenes.
+std::vector<CorpusEntry> corpus(const std::string& source_directory);
+
+/// The entries of each file.
+std::vector<CorpusEntry> feature_entries();
+std::vector<CorpusEntry> display_entries();
+std::vector<CorpusEntry> ordinary_entries();
+std::vector<CorpusEntry> example_entries(const std::string& source_directory);
+
+/// A scene of the random grammar; it depends on `seed` alone. Three in four have a closed form.
+struct GrammarScene {
+  Canvas canvas;
+  CorpusScene scene;
+};
+GrammarScene grammar_scene(std::uint64_t seed, Canvas largest);
+
+/// A scene with objects on a floor, lit by an area light, in perspective. Its image is estimated.
+CorpusScene random_solids(Canvas canvas, oracle::Random& random);
+
+/// The scene and the exact image of `flat`.
+CorpusScene finished(FlatScene& flat);
+/// A point at least `margin` pixels inside the image.
+tracer::Vec2 random_place(Canvas canvas, oracle::Random& random, double margin = 4);
+/// `count` points inside the image, pairwise at least `distance` pixels apart, or fewer if the image has no room.
+std::vector<tracer::Vec2> random_places(Canvas canvas, oracle::Random& random, int count, double distance);
+
+}  // namespace error_coverage

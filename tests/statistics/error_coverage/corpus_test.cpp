@@ -1,0 +1,117 @@
+// The corpus: its sizes exceed the size up to which every pixel is validated, and its closed forms are correct.
+#include "tests/statistics/error_coverage/corpus.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "tests/statistics/error_coverage/truth.h"
+#include "tests/support/effort.h"
+#include "tests/support/scenes.h"
+#include "tracer/src/sampling/holdout_selection.h"
+#include "tracer/validate.h"
+
+namespace {
+
+using namespace error_coverage;
+using oracle::Random;
+using tracer::PixelState;
+
+/// Share of the pixels that one validation selects if all have only their pilot.
+double validated_share(const Canvas& canvas) {
+  const std::vector<PixelState> pixels(std::size_t{canvas.width} * canvas.height);
+  const auto selected = tracer::select_holdout_pixels(pixels, tracer::full_holdout_budget(pixels.size()), 1, 1);
+  return static_cast<double>(selected.size()) / static_cast<double>(pixels.size());
+}
+
+TEST(ErrorCorpus, LeavesPixelsOutOfEveryValidation) {
+  EXPECT_GT(validated_share({40, 30}), 0.99);  // on small images every pixel is validated
+  for (const CorpusEntry& entry : corpus(WHITTLE_SOURCE_DIR)) {
+    Random random(1);
+    const tracer::ImageSize image = entry.build({160, 120}, random).scene.image;
+    EXPECT_LT(validated_share({image.width, image.height}), 0.15) << entry.family << ": " << entry.name;
+  }
+  EXPECT_LT(validated_share({320, 240}), 0.05);
+  EXPECT_LT(validated_share({1280, 720}), 0.05);
+}
+
+TEST(ErrorCorpus, LeavesPixelsOutOfEveryRandomScene) {
+  double share = 0;
+  constexpr int count = 50;
+  for (std::uint64_t seed = 1; seed <= count; ++seed) {
+    const double of_one = validated_share(grammar_scene(seed, {640, 480}).canvas);
+    EXPECT_LT(of_one, 0.6) << seed;
+    share += of_one / count;
+  }
+  EXPECT_LT(share, 0.25);
+}
+
+TEST(ErrorCorpus, HasValidScenesWithExactImagesOfTheirSize) {
+  std::set<std::string> names;
+  for (const CorpusEntry& entry : corpus(WHITTLE_SOURCE_DIR)) {
+    SCOPED_TRACE(entry.family + ": " + entry.name);
+    EXPECT_TRUE(names.insert(entry.family + entry.name).second);
+    Random random(2);
+    const CorpusScene scene = entry.build({160, 120}, random);
+    const auto issues = tracer::validate(scene.scene, tracer::Limits{});
+    EXPECT_TRUE(issues.empty()) << issues[0].pointer << ": " << issues[0].detail;
+    EXPECT_EQ(scene.exact.has_value(), entry.exact);
+    if (scene.exact) {
+      EXPECT_EQ(scene.exact->width, scene.scene.image.width);
+    }
+  }
+}
+
+TEST(ErrorCorpus, RepeatsAndVariesRandomScenes) {
+  const GrammarScene a = grammar_scene(7, {160, 120}), same = grammar_scene(7, {160, 120});
+  EXPECT_EQ(a.canvas, same.canvas);
+  EXPECT_EQ(a.scene.exact.has_value(), same.scene.exact.has_value());
+  if (a.scene.exact) {
+    EXPECT_EQ(a.scene.exact->rgb, same.scene.exact->rgb);
+  }
+  std::set<std::uint32_t> widths;
+  std::uint32_t closed_forms = 0;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    const GrammarScene scene = grammar_scene(seed, {160, 120});
+    EXPECT_TRUE(tracer::validate(scene.scene.scene, tracer::Limits{}).empty()) << seed;
+    widths.insert(scene.canvas.width);
+    closed_forms += scene.scene.exact ? 1 : 0;
+  }
+  EXPECT_GT(widths.size(), 20u);
+  EXPECT_GT(closed_forms, 20u);
+  EXPECT_LT(closed_forms, 40u);
+}
+
+/// Linear radiance times 255 in place of displayed levels: a tone curve would bias the noisy halves.
+tracer::DisplayImage linear_levels(const tracer::Image& image) {
+  tracer::DisplayImage linear{image.width, image.height, image.rgb};
+  for (float& code : linear.codes) code *= static_cast<float>(255 * tracer::codes_per_level);
+  return linear;
+}
+
+/// Compares the closed form with two images of many uniform samples.
+void expect_exact(const CorpusScene& scene, const std::string& name) {
+  const auto half = [&](std::uint64_t seed) {
+    return linear_levels(scenes::render(reference_scene(scene.scene, 144, seed), 2, scene.assets).image);
+  };
+  const MeasuredError error = Truth(half(1), half(2)).error_of(linear_levels(*scene.exact));
+  EXPECT_LT(error.squared, 4 * error.standard_error + 1e-3) << name;
+}
+
+TEST(ClosedForms, EqualTheLimitOfUniformSamples) {
+  for (const CorpusEntry& entry : corpus(WHITTLE_SOURCE_DIR)) {
+    if (!entry.exact || entry.settings == SettingGroup::tiles) continue;
+    Random random(3);
+    const bool long_paths = entry.settings == SettingGroup::bounds;
+    expect_exact(entry.build(long_paths ? Canvas{16, 12} : Canvas{56, 48}, random), entry.family + ": " + entry.name);
+  }
+}
+
+TEST(ClosedForms, EqualTheLimitOfUniformSamplesInRandomScenes) {
+  for (std::uint64_t seed = 1; seed <= effort::cases(12); ++seed) {
+    const GrammarScene random = grammar_scene(seed, {80, 70});
+    if (random.scene.exact) expect_exact(random.scene, std::to_string(seed));
+  }
+}
+
+}  // namespace

@@ -1,0 +1,170 @@
+#include "tests/statistics/error_coverage/trial_runner.h"
+
+#include <chrono>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+
+#include "tracer/encode.h"
+#include "tracer/render.h"
+
+namespace error_coverage {
+
+using namespace tracer;
+
+namespace {
+
+Rendered render_scene(const Scene& scene, const Assets& assets, std::uint32_t threads) {
+  const auto start = std::chrono::steady_clock::now();
+  RenderControl control;
+  const auto compiled = compile(scene, control, assets);
+  if (!compiled) throw std::runtime_error(compiled.error().detail);
+  const RenderSettings settings{
+      .elapsed_ms =
+          [start] {
+            return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+          },
+      .threads = threads};
+  auto rendered = render(**compiled, settings, control);
+  if (!rendered) throw std::runtime_error(rendered.error().detail);
+  return std::move(*rendered);
+}
+
+/// The defaults of a document: cutoff by chance with a target error or a time budget.
+Accuracy accuracy_of(const Setting& setting, const Approximations& approximate, std::uint64_t seed) {
+  Accuracy accuracy;
+  accuracy.seed = seed;
+  accuracy.approximate = approximate;
+  if (setting.samples > 0) {
+    accuracy.samples = setting.samples;
+    return accuracy;
+  }
+  accuracy.cutoff_by_chance = true;
+  accuracy.adaptive = Adaptive{.target_error = setting.target_error, .time_budget_ms = setting.time_budget_ms};
+  return accuracy;
+}
+
+/// Worst tile of the layer `error`, in levels.
+double claimed_tile_error(const Image& image) {
+  std::vector<double> squared;
+  for (const float error : image.layers.error) squared.push_back(double{error} * error);
+  return std::sqrt(worst_tile_mean(squared, image.width));
+}
+
+struct FileKind {
+  const char* name;
+  Format format;
+  std::uint32_t palette;
+};
+constexpr FileKind file_kinds[] = {{"PNG", Format::png, 0},
+                                   {"PNG, 64 colors", Format::png, 64},
+                                   {"PNG, 16 colors", Format::png, 16},
+                                   {"PNG, 16 bits", Format::png16, 0},
+                                   {"JPEG", Format::jpg, 0},
+                                   {"WebP", Format::webp, 0}};
+
+}  // namespace
+
+std::string Setting::name() const {
+  std::ostringstream text;
+  if (samples > 0) {
+    text << samples << " samples";
+  } else if (time_budget_ms) {
+    text << "budget " << *time_budget_ms << " ms";
+  } else {
+    text << "target " << target_error.value_or(0);
+  }
+  return text.str();
+}
+
+std::vector<Setting> settings_of(SettingGroup group, bool extended) {
+  std::vector<Setting> settings;
+  const auto add_targets = [&](std::initializer_list<double> targets) {
+    for (const double target : targets) settings.push_back({.target_error = target});
+  };
+  const auto add_samples = [&](std::initializer_list<std::uint32_t> counts) {
+    for (const std::uint32_t count : counts) settings.push_back({.samples = count});
+  };
+  const auto add_budgets = [&](std::initializer_list<double> budgets) {
+    for (const double budget : budgets) settings.push_back({.time_budget_ms = budget});
+  };
+  switch (group) {
+    case SettingGroup::targets:
+      add_targets({4, 2, 1, 0.5});
+      break;
+    case SettingGroup::budgets:
+      add_targets({4, 1});
+      add_budgets({50, 200});
+      if (extended) add_budgets({1000, 3000, 10000});
+      break;
+    case SettingGroup::fixed_samples:
+      add_samples({1, 2, 4, 8, 16, 32, 64});
+      break;
+    case SettingGroup::approximations:
+    case SettingGroup::tiles:
+      add_targets({4, 2, 1});
+      break;
+    case SettingGroup::bounds:
+      add_targets({4});
+      add_samples({4, 16});
+      break;
+    case SettingGroup::files:
+      add_targets({1, 0.25});
+      break;
+  }
+  return settings;
+}
+
+Setting random_setting(oracle::Random& random) {
+  const double kind = random.in(0, 1);
+  if (kind < 0.2) return {.samples = static_cast<std::uint32_t>(std::lround(random.spread(1, 64)))};
+  if (kind < 0.35) return {.time_budget_ms = random.spread(50, 300)};
+  return {.target_error = random.spread(0.3, 5)};
+}
+
+TrialRunner::TrialRunner(const CorpusEntry& entry, Canvas canvas, const CorpusScene& scene,
+                         const ReferenceOptions& options)
+    : entry_(entry), canvas_(canvas), scene_(scene), threads_(options.threads), truth_(truth_of(scene, options)) {}
+
+std::vector<Trial> TrialRunner::run(const Setting& setting, std::uint64_t seed) const {
+  Scene scene = scene_.scene;
+  scene.accuracy = accuracy_of(setting, scene.accuracy.approximate, seed);
+  if (entry_.settings == SettingGroup::tiles) scene.output.layers = {Layer::error};
+  const Rendered rendered = render_scene(scene, scene_.assets, threads_);
+  Trial trial{entry_.family, entry_.name, setting.name(), canvas_, seed};
+  trial.claimed = rendered.error.estimate;
+  trial.target = rendered.error.target;
+  trial.target_met = rendered.error.target_met;
+  trial.error = truth_.error_of(to_display(rendered.image, scene.output));
+  trial.samples_per_pixel =
+      static_cast<double>(rendered.statistics.samples) / static_cast<double>(scene.image.window().pixels());
+  if (entry_.settings == SettingGroup::files) return file_trials(rendered.image, trial);
+  std::vector<Trial> trials{trial};
+  if (entry_.settings == SettingGroup::tiles) {
+    trial.scene += ", worst tile";
+    trial.target.reset();
+    trial.claimed = claimed_tile_error(rendered.image);
+    trial.error.squared = trial.error.worst_tile;
+    trials.push_back(trial);
+  }
+  return trials;
+}
+
+std::vector<Trial> TrialRunner::file_trials(const Image& image, const Trial& of_image) const {
+  std::vector<Trial> trials;
+  for (const FileKind& kind : file_kinds) {
+    Output output = scene_.scene.output;
+    output.palette = kind.palette;
+    const auto bytes = encode(image, kind.format, output);
+    if (!bytes) throw std::runtime_error(bytes.error());
+    const auto file = read_image(*bytes);
+    if (!file) throw std::runtime_error(file.error());
+    Trial trial = of_image;
+    trial.scene += std::string(", ") + kind.name;
+    trial.error = truth_.error_of(file->image);
+    trials.push_back(trial);
+  }
+  return trials;
+}
+
+}  // namespace error_coverage

@@ -1,0 +1,41 @@
+#pragma once
+/// Renders scenes of the corpus with the settings of their group and measures the true errors.
+
+#include "tests/statistics/error_coverage/claim_statistics.h"
+
+namespace error_coverage {
+
+/// Accuracy that is requested of one render.
+struct Setting {
+  std::optional<double> target_error{};    ///< levels
+  std::optional<double> time_budget_ms{};  ///< with neither: `samples` in every pixel
+  std::uint32_t samples = 0;
+  /// "target 1", "budget 50 ms", "4 samples".
+  [[nodiscard]] std::string name() const;
+};
+
+/// Settings of a group. `extended`: also those that take long.
+std::vector<Setting> settings_of(SettingGroup group, bool extended);
+/// A setting of the random grammar.
+Setting random_setting(oracle::Random& random);
+
+/// Renders one scene repeatedly, each time with another seed.
+class TrialRunner {
+ public:
+  /// Throws std::runtime_error if the scene cannot be rendered. References must outlive it.
+  TrialRunner(const CorpusEntry& entry, Canvas canvas, const CorpusScene& scene, const ReferenceOptions& options);
+
+  /// The trials of one render: of the image, and with the groups `files` and `tiles` of each file or of the worst tile.
+  std::vector<Trial> run(const Setting& setting, std::uint64_t seed) const;
+
+ private:
+  [[nodiscard]] std::vector<Trial> file_trials(const tracer::Image& image, const Trial& of_image) const;
+
+  const CorpusEntry& entry_;
+  Canvas canvas_;
+  const CorpusScene& scene_;
+  std::uint32_t threads_;
+  Truth truth_;
+};
+
+}  // namespace error_coverage
