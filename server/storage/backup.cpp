@@ -1,12 +1,59 @@
 #include "server/storage/backup.h"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
 #include <filesystem>
 
-#include "server/queue/job_store.h"
-#include "server/storage/files/copy_files.h"
-#include "server/storage/sqlite/copy_databases.h"
+#include "server/queue/artifact_store.h"
+#include "server/storage/files/durable_file.h"
+#include "server/storage/sqlite/database.h"
+#include "tracer/sha256.h"
 
 namespace storage {
+namespace {
+
+using namespace files;
+
+/// The database as of one moment. A reader neither writes its log nor checkpoints it.
+void copy_database(const std::string& from, const std::string& to) {
+  sqlite::Database(from, sqlite::Database::Access::read_only).change("VACUUM INTO ?", to);
+}
+
+void copy_file(const std::string& from, const std::string& sha256, const std::string& into) {
+  const File source(from, O_RDONLY | O_NOFOLLOW);
+  if (source.fd() < 0 && errno == ENOENT) return;
+  struct stat status {};
+  if (source.fd() < 0 || fstat(source.fd(), &status) < 0) fail("cannot open", from);
+  TemporaryFile copy(into + "/tmp/" + sha256);
+  const auto stored = copy.copy([&](std::uint64_t offset, char* bytes, std::size_t size) {
+    return read_at(source.fd(), offset, bytes, size, from);
+  });
+  if (stored.sha256 != sha256) {
+    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
+                              from + " is damaged: its bytes have the sha256 " + stored.sha256);
+  }
+  copy.set_time(std::int64_t{status.st_mtim.tv_sec} * 1000 + status.st_mtim.tv_nsec / 1'000'000);
+  copy.rename_to(path_of(into, sha256));
+}
+
+/// Copies every file DIRECTORY/ab/abcdef... to the same path below `into`, with the time of its last change, except
+/// those removed meanwhile.
+void copy_files(const std::string& directory, const std::string& into) {
+  create_directories(into);
+  for (const auto& part : std::filesystem::directory_iterator(into)) {
+    const std::string source = directory + "/" + part.path().filename().string();
+    if (part.path().filename().string().size() != 2 || !std::filesystem::is_directory(source)) continue;
+    for (const auto& file : std::filesystem::directory_iterator(source)) {
+      const std::string sha256 = file.path().filename();
+      if (tracer::is_sha256(sha256)) copy_file(file.path(), sha256, into);
+    }
+  }
+}
+
+}  // namespace
 
 void back_up(const std::string& data, const std::string& into) {
   namespace fs = std::filesystem;
@@ -15,12 +62,14 @@ void back_up(const std::string& data, const std::string& into) {
   fs::remove_all(part);  // of an interrupted backup
   fs::create_directories(part);
   fs::permissions(part, fs::perms::owner_all);  // it contains the scenes of all owners
-  sqlite::copy_databases(data, part);
-  files::copy_files(data, part);
-  files::copy_files(data + "/uploads", part + "/uploads");
-  files::sync_disk(part);
+  // In this order: a subscription is stored before its job, so each copied job has its subscriptions.
+  copy_database(data + "/whittle.db", part + "/whittle.db");
+  if (fs::exists(data + "/webhooks.db")) copy_database(data + "/webhooks.db", part + "/webhooks.db");
+  copy_files(data, part);
+  copy_files(data + "/uploads", part + "/uploads");
+  sync_disk(part);
   fs::rename(part, into);
-  files::sync_disk(into);
+  sync_disk(into);
 }
 
 }  // namespace storage

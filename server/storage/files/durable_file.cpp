@@ -149,6 +149,11 @@ void sync_path(const std::string& path) {
   if (retry([&] { return fsync(file.fd()); }) < 0) fail("cannot sync", path);
 }
 
+void sync_disk(const std::string& path) {
+  const File directory(path, O_RDONLY | O_DIRECTORY);
+  if (directory.fd() < 0 || syncfs(directory.fd()) < 0) fail("cannot sync", path);
+}
+
 void create_directories(const std::string& directory) {
   create_directory(directory);
   create_directory(directory + "/tmp");

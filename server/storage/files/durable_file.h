@@ -1,6 +1,6 @@
 #pragma once
 /// Files that appear whole under the sha256 of their bytes, or not at all: DIRECTORY/ab/abcdef..., written to
-/// DIRECTORY/tmp, synced where they must be durable, then renamed. Private to this directory. Every failure is a
+/// DIRECTORY/tmp, synced where they must be durable, then renamed. Private to server/storage. Every failure is a
 /// StoreFailure that names the path.
 
 #include <cstddef>
@@ -48,7 +48,7 @@ class TemporaryFile {
   TemporaryFile& operator=(const TemporaryFile&) = delete;
 
   queue::ArtifactStore::Stored copy(const ReadAt& read);
-  void set_time(std::int64_t unix_ms);  ///< of the last change
+  void set_time(std::int64_t unix_ms);  ///< the modification time
   void sync();
   void rename_to(const std::string& target);
 
@@ -60,7 +60,8 @@ class TemporaryFile {
 
 /// Creates DIRECTORY with its 256 subdirectories and tmp where missing, synced; empties tmp.
 void create_directories(const std::string& directory);
-void sync_path(const std::string& path);  ///< of an existing file or directory
+void sync_disk(const std::string& path);  ///< the whole file system of the path
+void sync_path(const std::string& path);  ///< an existing file or directory
 
 /// DIRECTORY/ab and DIRECTORY/ab/abcdef... Precondition: is_sha256.
 std::string subdirectory(const std::string& directory, const std::string& sha256);

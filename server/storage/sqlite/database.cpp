@@ -133,7 +133,7 @@ void Database::checkpoint_at(int pages_wanted, int pages_max) {
     const bool wait = pages >= database->checkpoint_pages_max_;
     sqlite3_wal_checkpoint_v2(connection, name, wait ? SQLITE_CHECKPOINT_RESTART : SQLITE_CHECKPOINT_PASSIVE, nullptr,
                               nullptr);
-    return SQLITE_OK;  // the commit stands, whatever the result of the checkpoint
+    return SQLITE_OK;  // the commit is valid without the checkpoint
   };
   sqlite3_wal_hook(connection_.get(), after_commit, this);
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// One SQLite connection and its statements, as values that release their resources. Private to this directory.
+/// One SQLite connection and its statements, as values that release their resources. Private to server/storage.
 
 #include <cstdint>
 #include <map>
@@ -82,7 +82,7 @@ class Database {
   /// for readers once it has `pages_max`, so that steady reading cannot make it grow without bound.
   void checkpoint_at(int pages_wanted, int pages_max);
 
-  /// Whether commits from now on wait for the disk (synchronous = FULL, NORMAL). Not within a transaction.
+  /// With `wait`, commits wait for the disk from now on (synchronous = FULL, else NORMAL). Not within a transaction.
   void sync_commits(bool wait);
 
   /// Closing does not checkpoint the log.

@@ -1,19 +1,19 @@
 #pragma once
-/// Keeps a second daemon out of a data directory.
+/// Prevents a second daemon on a data directory.
 
 #include <chrono>
 #include <string>
 
 namespace storage::sqlite {
 
-/// Holds an exclusive lock (flock) on DIRECTORY/lock, which tells the holder's process id; the kernel drops it when the
-/// process ends in whatever way.
+/// An exclusive lock (flock) on DIRECTORY/lock, a file with the process id of the holder. The kernel releases it when
+/// the process ends.
 class DirectoryLock {
  public:
-  /// How long a lock that another process holds is waited for: after a daemon was killed it may take a moment to go.
+  /// Time to wait for a lock that another process holds: a killed daemon may need a moment to end.
   static constexpr std::chrono::seconds patience{3};
 
-  /// Creates the directory where missing. Throws StoreFailure; when another process holds the lock, it says which.
+  /// Creates the directory where missing. Throws StoreFailure, with the process id of another holder.
   explicit DirectoryLock(const std::string& directory);
   ~DirectoryLock();
   DirectoryLock(const DirectoryLock&) = delete;

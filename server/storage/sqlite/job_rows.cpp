@@ -170,4 +170,42 @@ std::vector<queue::Artifact> read_artifacts(Database& database, const std::strin
   return artifacts;
 }
 
+// ---- batches and replies
+
+void insert_batch(Database& database, const queue::Batch& batch) {
+  std::optional<std::int64_t> max_failed;
+  if (batch.max_failed) max_failed = *batch.max_failed;
+  database.change("INSERT INTO batches (id, owner, name, created_at, max_failed, size) VALUES (?, ?, ?, ?, ?, ?)",
+                  batch.id, batch.owner, batch.name, batch.created_at, max_failed, std::int64_t{batch.size});
+}
+
+std::optional<queue::BatchState> read_batch(Database& database, const std::string& id) {
+  Query row = database.query("SELECT owner, name, created_at, max_failed, size FROM batches WHERE id = ?", id);
+  if (!row.row()) return std::nullopt;
+  queue::BatchState state{{id, row.text(0), row.text(1), row.integer(2), {}, static_cast<int>(row.integer(4))}, {}};
+  if (const auto max_failed = row.optional_integer(3)) state.batch.max_failed = static_cast<int>(*max_failed);
+  Query counts =
+      database.query("SELECT state, count(*) FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ? GROUP BY state", id);
+  while (counts.row()) state.jobs.emplace(queue::job_state(counts.text(0)).value(), counts.integer(1));
+  return state;
+}
+
+void insert_reply(Database& database, const queue::KeptReply& kept) {
+  database.change(
+      "INSERT OR REPLACE INTO replies (owner, route, key, request_sha256, status, location, body, expires_at)"
+      " VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+      kept.key.owner, kept.key.route, kept.key.key, kept.request_sha256, std::int64_t{kept.reply.status},
+      kept.reply.location, kept.reply.body, kept.expires_at);
+}
+
+std::optional<queue::KeptReply> read_reply(Database& database, const queue::ReplyKey& key, std::int64_t now) {
+  Query row = database.query(
+      "SELECT request_sha256, status, location, body, expires_at FROM replies"
+      " WHERE owner = ? AND route = ? AND key = ? AND expires_at > ?",
+      key.owner, key.route, key.key, now);
+  if (!row.row()) return std::nullopt;
+  const queue::FirstReply reply{static_cast<int>(row.integer(1)), row.text(2), row.text(3)};
+  return queue::KeptReply{key, row.text(0), reply, row.integer(4)};
+}
+
 }  // namespace storage::sqlite

@@ -1,11 +1,11 @@
 #pragma once
-/// Conversion of jobs to rows and back. Private to this directory.
+/// Conversion of jobs, batches and replies to rows and back. Private to this directory.
 
 #include <map>
 #include <string>
 #include <vector>
 
-#include "server/queue/job.h"
+#include "server/queue/job_store.h"
 #include "server/storage/sqlite/database.h"
 
 namespace storage::sqlite {
@@ -21,5 +21,13 @@ void insert_artifacts(Database& database, const std::string& id, const std::vect
 std::optional<queue::Job> read_job(Database& database, const std::string& id);
 std::optional<std::string> read_document(Database& database, const std::string& id);
 std::vector<queue::Artifact> read_artifacts(Database& database, const std::string& id);
+
+void insert_batch(Database& database, const queue::Batch& batch);
+std::optional<queue::BatchState> read_batch(Database& database, const std::string& id);
+
+/// Replaces an expired reply under the same key.
+void insert_reply(Database& database, const queue::KeptReply& kept);
+/// None if it has expired.
+std::optional<queue::KeptReply> read_reply(Database& database, const queue::ReplyKey& key, std::int64_t now);
 
 }  // namespace storage::sqlite

@@ -1,8 +1,8 @@
 /// Jobs that were submitted together.
 
-#include "server/storage/sqlite/batch_rows.h"
 #include "server/storage/sqlite/connections.h"
 #include "server/storage/sqlite/job_moves.h"
+#include "server/storage/sqlite/job_rows.h"
 
 namespace storage::sqlite {
 namespace {

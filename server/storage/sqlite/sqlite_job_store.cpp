@@ -2,12 +2,10 @@
 
 #include <cassert>
 
-#include "server/storage/sqlite/batch_rows.h"
 #include "server/storage/sqlite/connections.h"
 #include "server/storage/sqlite/job_moves.h"
 #include "server/storage/sqlite/job_rows.h"
 #include "server/storage/sqlite/list_query.h"
-#include "server/storage/sqlite/reply_rows.h"
 
 namespace storage::sqlite {
 namespace {

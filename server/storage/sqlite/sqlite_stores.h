@@ -11,7 +11,7 @@ namespace storage::sqlite {
 
 struct SqliteSettings {
   int read_connections = 4;  ///< reads that run at once; a read takes well under a millisecond, a text search up to 50
-  queue::DiskHealth* health = nullptr;  ///< of the disk; null: private to the stores. Must outlive them
+  queue::DiskHealth* health = nullptr;  ///< health of the disk; null: private to the stores. Must outlive them
   bool synchronous = true;              ///< false, in tests: nothing survives power loss
 };
 
