@@ -1,6 +1,6 @@
-#include "server/worker/supervisor/crash_policy.h"
-
 #include <gtest/gtest.h>
+
+#include "server/worker/supervisor/failure_policy.h"
 
 using namespace worker;
 using Action = CrashDecision::Action;

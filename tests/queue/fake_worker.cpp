@@ -1,6 +1,6 @@
-/// fake_worker --slots N: uses the protocol of the worker and executes each document as a script, one command a line:
+/// fake_worker: uses the protocol of the worker and executes each document as a script, one command a line:
 ///
-///   finish TEXT         answers Finished with TEXT as image and report (also what an empty document does)
+///   finish TEXT         answers Finished with TEXT as image and report (also for an empty document)
 ///   finish_and_crash TEXT   the same, and dies of SIGSEGV at once
 ///   fail CODE           answers Failed
 ///   progress DONE TOTAL

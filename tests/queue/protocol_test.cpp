@@ -74,6 +74,8 @@ TEST_F(Protocol, TransportsEveryMessage) {
   const auto response = round_trip<PreviewResponse>(PreviewResponse{"job", 64, std::string(100'000, 'p')});
   EXPECT_EQ(response.side, 64u);
   EXPECT_EQ(response.png, std::string(100'000, 'p'));
+  const Options options{7, 3, 1ull << 41, 1ull << 42, 12'345, {"/a directory", "/uploads", 123, 1ull << 40}};
+  EXPECT_EQ(round_trip<Configure>(Configure{options}).options, options);
   EXPECT_EQ(round_trip<Cancel>(Cancel{"job"}).job_id, "job");
   EXPECT_EQ(round_trip<Ready>(Ready{"0.1.0"}).build, "0.1.0");
   EXPECT_EQ(round_trip<Ready>(Ready{"0.1.0", "seccomp"}).sandbox, "seccomp");

@@ -1,13 +1,12 @@
 /// File names of documents refer to the asset directory or to the uploads.
 
-#include "server/worker/protocol/scene_files.h"
-
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <fstream>
 #include <system_error>
 
+#include "server/worker/protocol/asset_directory.h"
 #include "tests/conformance/temporary_directory.h"
 #include "tests/queue/eventually.h"
 

@@ -194,14 +194,15 @@ TEST_F(WorkerTest, ReadsMeshAndImageFilesOfSeveralFramesOnce) {
              "objects": [{"type": "mesh", "file": "sha256:)" +
            mesh + R"(", "material": {"color": {"file": "sha256:)" + image + R"("}}}]})";
   };
-  const auto says = [](const queue::Job& job, const std::string& words) {
+  const auto report_contains = [](const queue::Job& job, const std::string& words) {
     return job.report.find(words) != std::string::npos;
   };
   const queue::Job first = render(frame(20));
-  EXPECT_TRUE(says(first, R"("geometry_reused":false,"textures":{"reused":0,"decoded":1})")) << first.report;
+  EXPECT_TRUE(report_contains(first, R"("geometry_reused":false,"textures":{"reused":0,"decoded":1})")) << first.report;
   std::filesystem::remove(path("uploads/" + queue::asset_path(mesh)));
   const queue::Job second = render(frame(30));
-  EXPECT_TRUE(says(second, R"("geometry_reused":true,"textures":{"reused":1,"decoded":0})")) << second.report;
+  EXPECT_TRUE(report_contains(second, R"("geometry_reused":true,"textures":{"reused":1,"decoded":0})"))
+      << second.report;
   EXPECT_TRUE(
       eventually([&] { return supervisor->cache_bytes().geometry > 0 && supervisor->cache_bytes().images > 0; }));
 
@@ -210,7 +211,7 @@ TEST_F(WorkerTest, ReadsMeshAndImageFilesOfSeveralFramesOnce) {
   supervisor.reset();
   start(with);
   const queue::Job alone = render(frame(30));
-  EXPECT_TRUE(says(alone, R"("geometry_reused":false,"textures":{"reused":0,"decoded":1})")) << alone.report;
+  EXPECT_TRUE(report_contains(alone, R"("geometry_reused":false,"textures":{"reused":0,"decoded":1})")) << alone.report;
   EXPECT_EQ(alone.artifacts.at(0).sha256, second.artifacts.at(0).sha256);
   EXPECT_EQ(supervisor->cache_bytes().geometry, 0u);
 }
@@ -311,7 +312,8 @@ TEST_F(WorkerTest, RendersTheSameImageAfterBeingKilled) {
 }
 
 TEST(Worker, ExitsWhenTheDaemonClosesTheSocket) {
-  worker::ChildProcess process(worker::default_executable(), {"--slots", "1"});
+  worker::ChildProcess process(worker::default_executable());
+  process.send(worker::pack(worker::Configure{}));
   const auto ends = [&](int descriptor) {
     pollfd wanted{descriptor, POLLIN, 0};
     return poll(&wanted, 1, 60'000) == 1;
@@ -326,6 +328,6 @@ TEST(Worker, ExitsWhenTheDaemonClosesTheSocket) {
 }
 
 TEST(Worker, RejectsAStartWithoutADaemon) {
-  const std::string command = worker::default_executable() + " --slots 2 2>/dev/null 3>/dev/null";
+  const std::string command = worker::default_executable() + " 2>/dev/null 3>/dev/null";
   EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 2);
 }

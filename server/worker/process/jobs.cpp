@@ -4,7 +4,7 @@
 #include <new>
 
 #include "api/load_assets.h"
-#include "server/worker/protocol/scene_files.h"
+#include "server/worker/protocol/asset_directory.h"
 
 namespace worker {
 namespace {

@@ -25,10 +25,10 @@ namespace worker {
 
 /// State that a running job shares with the other threads of the worker.
 struct JobControl {
-  tracer::RenderControl tracing;  ///< of the image being traced; cancels the whole job
-  tracer::Preview preview;        ///< of a render
+  tracer::RenderControl tracing;  ///< controls the image being traced; cancels the whole job
+  tracer::Preview preview;        ///< used by renders
   tracer::Output display_output;  ///< for encoding the preview; set before the preview has pixels
-  /// Images of a measurement. A total of 0: the tiles of `tracing` count instead.
+  /// Progress of a measurement in images. A total of 0: the tiles of `tracing` count instead.
   std::atomic<std::uint64_t> steps_done{0}, steps_total{0};
   std::atomic<bool> alone{true};  ///< no other job ran in the worker meanwhile
 };

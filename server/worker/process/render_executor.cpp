@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::chrono::milliseconds heartbeat_interval{1000};
 constexpr std::chrono::milliseconds progress_interval{50};
-/// Of the threads of large jobs; the other threads of the worker have 5 (whittled_worker.cpp).
+/// The nice level of the threads of large jobs; the other threads of the worker have 5 (whittled_worker.cpp).
 constexpr int large_job_nice = 10;
 
 /// Empty without any pixel or memory.

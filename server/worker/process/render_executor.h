@@ -36,7 +36,7 @@ class RenderExecutor {
   struct Job {
     JobControl control;
     std::uint64_t sent_progress = 0;        ///< tiles or steps
-    std::set<std::uint32_t> preview_sides;  ///< of the pending requests
+    std::set<std::uint32_t> preview_sides;  ///< requested and not sent
   };
 
   void run_waiting_jobs();
@@ -53,7 +53,7 @@ class RenderExecutor {
   tracer::SceneCache cache_;
   std::mutex mutex_;
   std::condition_variable job_available_, busy_;
-  std::deque<Assign> waiting_jobs_;                   ///< of the shared threads, not started
+  std::deque<Assign> waiting_jobs_;                   ///< assigned to the shared threads, not started
   std::map<std::string, std::shared_ptr<Job>> jobs_;  ///< waiting and running
   bool needs_trim_ = false;                           ///< a job has ended since trim_heap
   std::chrono::steady_clock::time_point idle_since_;  ///< end of the latest job

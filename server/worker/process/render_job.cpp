@@ -98,7 +98,7 @@ class RenderStages {
   tracer::SceneCache* cache_;
   Stopwatch watch_;
   api::StageTimes times_;
-  std::uint64_t memory_bytes_ = 0;  ///< of the compiled scene, the image and the encoded files
+  std::uint64_t memory_bytes_ = 0;  ///< size of the compiled scene, the image and the encoded files
 };
 
 }  // namespace

@@ -13,8 +13,7 @@
 #include <cstdint>
 #include <system_error>
 
-#include "server/worker/process/system_calls.h"
-#include "server/worker/protocol/sealed_memory.h"
+#include "server/support/descriptor.h"
 
 namespace worker {
 #ifdef WHITTLE_SANITIZED
@@ -46,7 +45,7 @@ void lower(decltype(RLIMIT_CORE) resource, rlim_t most) {
 }
 
 void allow_reading_below(int ruleset, const std::string& directory) {
-  const Descriptor opened(::open(directory.c_str(), O_PATH | O_CLOEXEC));
+  const support::Descriptor opened(::open(directory.c_str(), O_PATH | O_CLOEXEC));
   if (!opened && errno == ENOENT) return;  // jobs without files can still run
   if (!opened) fail("the sandbox cannot open a directory of files");
   landlock_path_beneath_attr rule{};
@@ -63,7 +62,8 @@ bool restrict_files(const std::vector<std::string>& readable_directories) {
   if (version < 1) return false;
   landlock_ruleset_attr attributes{};
   attributes.handled_access_fs = rights_of(version);
-  const Descriptor ruleset(static_cast<int>(syscall(SYS_landlock_create_ruleset, &attributes, sizeof attributes, 0)));
+  const support::Descriptor ruleset(
+      static_cast<int>(syscall(SYS_landlock_create_ruleset, &attributes, sizeof attributes, 0)));
   if (!ruleset) return false;
   allow_reading_below(ruleset.get(), "/usr/lib");
   for (const std::string& directory : readable_directories) allow_reading_below(ruleset.get(), directory);

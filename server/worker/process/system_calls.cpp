@@ -1,5 +1,3 @@
-#include "server/worker/process/system_calls.h"
-
 #include <fcntl.h>
 #include <linux/audit.h>
 #include <linux/prctl.h>
@@ -13,6 +11,8 @@
 #include <cerrno>
 #include <cstddef>
 #include <cstdint>
+
+#include "server/worker/process/sandbox.h"
 
 namespace worker {
 namespace {

@@ -25,6 +25,15 @@
 
 namespace {
 
+/// The first message of the daemon; none without a daemon.
+std::optional<worker::Options> receive_options() {
+  worker::Received received = worker::receive(worker::worker_socket, worker::daemon_body_limit);
+  auto* message = std::get_if<worker::Message>(&received);
+  auto* configure = message == nullptr ? nullptr : std::get_if<worker::Configure>(message);
+  if (configure == nullptr) return std::nullopt;
+  return std::move(configure->options);
+}
+
 bool is_started_by_daemon() {
   int type = 0;
   socklen_t size = sizeof type;
@@ -82,7 +91,7 @@ void serve(worker::RenderExecutor& executor) {
   for (;;) {
     worker::Received received = worker::receive(worker::worker_socket, worker::daemon_body_limit);
     auto* message = std::get_if<worker::Message>(&received);
-    // Threads are not joined: nobody receives their results any more.
+    // Threads are not joined: there is no receiver for their results.
     if (message == nullptr) _exit(std::holds_alternative<worker::Closed>(received) ? 0 : 1);
     if (auto* job = std::get_if<worker::Assign>(message)) executor.assign(std::move(*job));
     if (const auto* request = std::get_if<worker::PreviewRequest>(message)) executor.request_preview(*request);
@@ -92,7 +101,7 @@ void serve(worker::RenderExecutor& executor) {
 
 }  // namespace
 
-int main(int count, char** arguments) {
+int main() {
   // Ctrl-C in a terminal signals every process, but the daemon decides about the end. It blocked the signals until now.
   std::signal(SIGINT, SIG_IGN);
   std::signal(SIGTERM, SIG_IGN);
@@ -100,8 +109,8 @@ int main(int count, char** arguments) {
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
 
-  const auto options = worker::parse_options({arguments + 1, arguments + count});
-  if (!options || !is_started_by_daemon()) {
+  const auto options = is_started_by_daemon() ? receive_options() : std::nullopt;
+  if (!options) {
     std::fprintf(stderr, "whittled-worker is started by whittled and cannot run without it.\n");
     return 2;
   }

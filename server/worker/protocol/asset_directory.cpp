@@ -13,8 +13,13 @@
 #include <utility>
 #include <vector>
 
+#include "api/document.h"
+#include "server/queue/asset_store.h"
+
 namespace worker {
 namespace {
+
+using support::Descriptor;
 
 /// EAGAIN is the result of a concurrent rename while a link with ".." was followed (openat2(2)).
 constexpr int tries = 16;
@@ -108,6 +113,23 @@ api::AssetBytes AssetDirectory::read(const std::string& name) const {
   const auto size = size_of(file);
   if (!size) return size.error();
   return content_of(file, *size);
+}
+
+SceneFiles::SceneFiles(const FileSettings& settings) {
+  if (!settings.directory.empty()) directory_.emplace(settings.directory);
+  if (!settings.uploads.empty()) uploads_.emplace(settings.uploads);
+}
+
+api::AssetBytes SceneFiles::read(const std::string& name) const {
+  const bool is_upload = name.starts_with(api::upload_prefix);
+  const auto& directory = is_upload ? uploads_ : directory_;
+  if (!directory) return std::string("this worker has no directory for it");  // the reader rejects such names
+  return directory->read(is_upload ? queue::asset_path(name.substr(api::upload_prefix.size())) : name);
+}
+
+std::string SceneFiles::content_name(const std::string& name) const {
+  if (name.starts_with(api::upload_prefix)) return uploads_ ? name : std::string();
+  return directory_ ? directory_->stamp(name) : std::string();
 }
 
 }  // namespace worker

@@ -5,9 +5,9 @@
 /// the body, then the body. A body of more than a few KiB, and every image, travels in sealed memory beside the packet
 /// (SCM_RIGHTS). Byte order and sizes are those of the machine, because both ends are from one build.
 ///
-/// The worker sends Ready once it can render. Then the daemon assigns jobs, never more at once than the worker has
-/// slots, and the worker answers each with exactly one of Finished, Failed, Cancelled. A worker exits as soon as its
-/// socket is closed, for example because the daemon has crashed.
+/// The daemon sends Configure, and the worker Ready once it can render. Then the daemon assigns jobs, never more at
+/// once than the worker has slots, and the worker answers each with exactly one of Finished, Failed, Cancelled. A
+/// worker exits as soon as its socket is closed, for example because the daemon has crashed.
 
 #include <cstdint>
 #include <string>
@@ -16,12 +16,19 @@
 #include <vector>
 
 #include "server/queue/job.h"
-#include "server/worker/protocol/sealed_memory.h"
+#include "server/support/descriptor.h"
+#include "server/worker/protocol/worker_options.h"
 
 namespace worker {
 
+using support::Descriptor;
+
 // ---- daemon to worker
 
+/// The first message.
+struct Configure {
+  Options options;
+};
 struct Assign {
   std::string job_id;
   std::int64_t fence = 0;  ///< returned with the answer
@@ -56,7 +63,7 @@ struct Progress {
 };
 struct PreviewResponse {
   std::string job_id;
-  std::uint32_t side = 0;  ///< of the request
+  std::uint32_t side = 0;  ///< as requested
   std::string png;
 };
 struct Image {
@@ -81,9 +88,16 @@ struct Cancelled {
 };
 
 using Message = std::variant<Assign, Cancel, Ready, Heartbeat, Progress, Finished, Failed, Cancelled, PreviewRequest,
-                             PreviewResponse>;
+                             PreviewResponse, Configure>;
 
 // ---- packets
+
+/// Sealed anonymous memory (memfd_create(2)) with these bytes: large data passes between processes without a copy.
+/// Throws std::system_error.
+Descriptor sealed_memory(std::string_view bytes);
+
+/// True if no process can write, grow or shrink the memory any more, so that reading it is safe.
+bool is_sealed(int fd);
 
 /// A message that can be sent repeatedly.
 struct Packet {

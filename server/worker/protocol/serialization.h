@@ -16,6 +16,11 @@
 namespace worker {
 
 // The order of the fields in a packet. A change requires a new protocol_version.
+inline auto fields(FileSettings& m) { return std::tie(m.directory, m.uploads, m.objects, m.triangles); }
+inline auto fields(Options& m) {
+  return std::tie(m.slots, m.threads, m.job_memory_bytes, m.scene_cache_bytes, m.cache_idle_ms, m.files);
+}
+inline auto fields(Configure& m) { return std::tie(m.options); }
 inline auto fields(Assign& m) { return std::tie(m.job_id, m.fence, m.queue_ms, m.document, m.kind, m.large); }
 inline auto fields(Cancel& m) { return std::tie(m.job_id); }
 inline auto fields(Ready& m) { return std::tie(m.build, m.sandbox); }
@@ -30,7 +35,7 @@ inline auto fields(Cancelled& m) { return std::tie(m.job_id, m.fence); }
 inline auto fields(queue::Problem& m) { return std::tie(m.code, m.detail, m.errors); }
 inline auto fields(tracer::Issue& m) { return std::tie(m.pointer, m.code, m.detail); }
 
-constexpr std::uint32_t protocol_version = 3;
+constexpr std::uint32_t protocol_version = 4;
 
 class MessageWriter {
  public:

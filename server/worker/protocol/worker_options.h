@@ -1,11 +1,8 @@
 #pragma once
-/// The command line with which the daemon starts a worker, written and parsed.
+/// The options of a worker process, sent by the daemon.
 
 #include <cstdint>
-#include <optional>
 #include <string>
-#include <string_view>
-#include <vector>
 
 #include "tracer/limits.h"
 
@@ -29,11 +26,5 @@ struct Options {
   FileSettings files;
   bool operator==(const Options&) const = default;
 };
-
-/// "--slots", "2", ... without the program name; the inverse of parse_options.
-std::vector<std::string> arguments_of(const Options& options);
-
-/// None if an argument is invalid.
-std::optional<Options> parse_options(const std::vector<std::string_view>& arguments);
 
 }  // namespace worker

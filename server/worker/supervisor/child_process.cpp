@@ -73,17 +73,9 @@ std::vector<char*> environment_without_settings() {
   return kept;
 }
 
-/// For posix_spawn; valid as long as `texts`.
-std::vector<char*> pointers_to(std::vector<std::string>& texts) {
-  std::vector<char*> pointers;
-  for (std::string& text : texts) pointers.push_back(text.data());
-  pointers.push_back(nullptr);
-  return pointers;
-}
-
 }  // namespace
 
-ChildProcess::ChildProcess(const std::string& executable, std::vector<std::string> arguments) {
+ChildProcess::ChildProcess(const std::string& executable) {
   std::array<int, 2> ends{};
   if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) != 0) check(errno, "socketpair");
   socket_ = Descriptor(ends[0]);
@@ -97,12 +89,12 @@ ChildProcess::ChildProcess(const std::string& executable, std::vector<std::strin
   if (fcntl(pipe[0], F_SETFL, O_NONBLOCK) != 0) check(errno, "fcntl");
 
   const SpawnRules rules(child_socket.get(), output.get());
-  arguments.insert(arguments.begin(), executable);
-  const std::vector<char*> argument_pointers = pointers_to(arguments);
+  std::string name = executable;
+  const std::array<char*, 2> arguments{name.data(), nullptr};
   const std::vector<char*> environment = environment_without_settings();
-  check(posix_spawn(&pid_, executable.c_str(), rules.actions(), rules.attributes(), argument_pointers.data(),
-                    environment.data()),
-        "cannot start " + executable);
+  check(
+      posix_spawn(&pid_, executable.c_str(), rules.actions(), rules.attributes(), arguments.data(), environment.data()),
+      "cannot start " + executable);
   pid_descriptor_ = Descriptor(static_cast<int>(syscall(SYS_pidfd_open, pid_, 0)));
   if (!pid_descriptor_) {
     const int error = errno;

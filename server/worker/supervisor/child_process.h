@@ -18,7 +18,7 @@ class ChildProcess {
   /// Starts `executable` with a socket as descriptor 3, an empty standard input, its output connected to `output`, and
   /// without WHITTLE_* in its environment, which contains secrets of the daemon. It ignores SIGINT and SIGTERM: the
   /// daemon decides about its end. Throws std::system_error.
-  ChildProcess(const std::string& executable, std::vector<std::string> arguments);
+  explicit ChildProcess(const std::string& executable);
   ~ChildProcess();
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;

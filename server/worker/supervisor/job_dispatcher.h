@@ -12,7 +12,7 @@
 
 #include "server/queue/queue.h"
 #include "server/worker/supervisor/deadlines.h"
-#include "server/worker/supervisor/crash_policy.h"
+#include "server/worker/supervisor/failure_policy.h"
 #include "server/worker/supervisor/outcome_writer.h"
 #include "server/worker/supervisor/worker_process.h"
 

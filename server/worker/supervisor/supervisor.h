@@ -6,12 +6,12 @@
 ///   ... on SIGTERM, after HTTP has stopped accepting:
 ///   supervisor.drain(std::chrono::seconds(30));
 ///
-/// An attempt that failed for a transient reason is followed by another one after a pause (retry_rules.h).
+/// An attempt that failed for a transient reason is followed by another one after a pause (failure_policy.h).
 ///
 /// If the worker crashes while it runs one job, the job loses the attempt, and after its last one fails as
 /// "worker_crashed" with the signal. If it runs several, they become suspects at no cost: each then runs alone, before
-/// all other jobs, so that the crashing one is found (crash_policy.h). A worker that is killed because it did not stop
-/// a job, or by drain, costs no attempt.
+/// all other jobs, so that the crashing one is found (failure_policy.h). A worker that is killed because it did not
+/// stop a job, or by drain, costs no attempt.
 ///
 /// A second worker process is kept ready, so that the replacement needs no start-up time.
 
@@ -23,7 +23,7 @@
 #include "server/queue/event_log.h"
 #include "server/queue/queue.h"
 #include "server/worker/protocol/worker_options.h"
-#include "server/worker/supervisor/retry_rules.h"
+#include "server/worker/supervisor/failure_policy.h"
 
 namespace worker {
 

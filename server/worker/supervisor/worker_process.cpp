@@ -23,8 +23,8 @@ std::uint64_t resident_bytes(int pid) {
 }
 
 bool is_from_daemon(const Message& message) {
-  return std::holds_alternative<Assign>(message) || std::holds_alternative<Cancel>(message) ||
-         std::holds_alternative<PreviewRequest>(message);
+  return std::holds_alternative<Configure>(message) || std::holds_alternative<Assign>(message) ||
+         std::holds_alternative<Cancel>(message) || std::holds_alternative<PreviewRequest>(message);
 }
 
 }  // namespace

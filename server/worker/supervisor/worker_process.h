@@ -24,7 +24,7 @@ struct WorkerExit {
   int pid = 0;
   std::string reason;             ///< end of a sentence: "was killed by signal 11 (SIGSEGV)"
   bool planned_shutdown = false;  ///< no job is the cause
-  std::string code;               ///< of the problem of a job that is
+  std::string code;               ///< problem code of the job that is the cause
 };
 
 /// Used by one thread, except where noted.
@@ -71,7 +71,9 @@ class WorkerProcess {
 
  private:
   struct Instance {
-    Instance(const std::string& executable, const Options& options) : child(executable, arguments_of(options)) {}
+    Instance(const std::string& executable, Options options) : child(executable) {
+      child.send(pack(Configure{std::move(options)}));
+    }
     ChildProcess child;
     Time started_at = Time::clock::now();
     std::optional<Ready> ready;

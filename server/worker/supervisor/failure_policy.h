@@ -1,7 +1,10 @@
 #pragma once
-/// Decides which job loses an attempt when the worker ends. A pure function, tested as a table.
+/// Decides which failures are followed by another attempt, and which job loses an attempt when the worker ends. Pure
+/// functions, tested as tables.
 
+#include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,5 +36,18 @@ struct CrashDecision {
 /// (SIGSEGV)". `code` is that of the problem. `planned_shutdown`: no job is the cause.
 std::vector<CrashDecision> decide(const std::vector<InFlightJob>& jobs, const std::string& reason,
                                   bool planned_shutdown, const std::string& code = "worker_crashed");
+
+struct RetrySettings {
+  /// Before the second attempt, and four times as long before each further one: a lack of memory or time rarely ends
+  /// at once.
+  std::chrono::milliseconds pause{1'000};
+  std::chrono::milliseconds pause_max{60'000};
+};
+
+/// The pause before the attempt that follows a failure with `code`. None after the last attempt and for failures that
+/// the job itself causes ("bad_scene", "bad_asset", "deadline_exceeded"). Transient are "out_of_memory", "timed_out",
+/// "worker_crashed", "storage_failure" and "internal".
+std::optional<std::chrono::milliseconds> retry_pause(const std::string& code, int attempt, int max_attempts,
+                                                     const RetrySettings& settings);
 
 }  // namespace worker

@@ -1,9 +1,16 @@
-#include "server/worker/supervisor/crash_policy.h"
+#include "server/worker/supervisor/failure_policy.h"
+
+#include <algorithm>
+#include <array>
+#include <string_view>
 
 namespace worker {
 namespace {
 
 using Action = CrashDecision::Action;
+
+constexpr std::array<std::string_view, 5> transient_codes{"out_of_memory", "timed_out", "worker_crashed",
+                                                          "storage_failure", "internal"};
 
 CrashDecision decide_single(const InFlightJob& job, const std::string& reason, const std::string& code) {
   if (job.cancel_requested) return {Action::release, {}};  // which cancels it
@@ -22,6 +29,15 @@ std::vector<CrashDecision> decide(const std::vector<InFlightJob>& jobs, const st
   if (!planned_shutdown && jobs.size() == 1) return {decide_single(jobs.front(), reason, code)};
   const Action action = planned_shutdown ? Action::release : Action::release_as_suspect;
   return std::vector<CrashDecision>(jobs.size(), CrashDecision{action, {}});
+}
+
+std::optional<std::chrono::milliseconds> retry_pause(const std::string& code, int attempt, int max_attempts,
+                                                     const RetrySettings& settings) {
+  const bool transient = std::find(transient_codes.begin(), transient_codes.end(), code) != transient_codes.end();
+  if (!transient || attempt >= max_attempts) return std::nullopt;
+  std::chrono::milliseconds pause = settings.pause;
+  for (int i = 1; i < attempt && pause < settings.pause_max; ++i) pause *= 4;
+  return std::min(pause, settings.pause_max);
 }
 
 }  // namespace worker
