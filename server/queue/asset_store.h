@@ -25,24 +25,25 @@ class AssetStore {
   /// Reads up to `size` bytes of the source at `offset`; fewer only at the end. Its exceptions pass through.
   using Read = std::function<std::size_t(std::uint64_t offset, char* into, std::size_t size)>;
   enum class Put { stored, was_there, other_bytes, no_room };
-  /// Stores bytes under their name, used now. `other_bytes`, also for what is no sha256: they do not have that name,
-  /// and nothing was stored. `no_room`: all assets together would have more bytes than they may; nothing was stored.
-  /// Otherwise durable when it returns; never visible half-written.
+  /// Stores bytes under their name, used now. Durable when it returns; never visible half-written. `other_bytes`: the
+  /// name is not their sha256, and nothing was stored. `no_room`: the store would exceed its limit, and nothing was
+  /// stored.
   virtual Put put(const std::string& sha256, const Read& read) = 0;
 
-  virtual std::uint64_t bytes() = 0;  ///< of all assets together
+  virtual std::uint64_t bytes() = 0;  ///< size of all assets
 
-  /// Is it there? Then it is used now: nobody collects it before it has been unused for as long as any other.
+  /// Marks an asset as used now. False where it does not exist.
   virtual bool use(const std::string& sha256) = 0;
 
-  virtual std::unique_ptr<ArtifactReader> open(const std::string& sha256) = 0;  ///< null when not there; is no use
+  virtual std::unique_ptr<ArtifactReader> open(
+      const std::string& sha256) = 0;  ///< null when it does not exist; does not mark it
 
-  // ---- for the collector ---------------------------------------------------------------------------------------
+  // ---- for the collector
 
   static constexpr int parts = 256;
-  /// Those of one part of all (0 <= `part` < parts) whose last use was before `then`, in any order.
+  /// The assets of one part (0 <= `part` < parts) whose last use was before `then`, in any order.
   virtual std::vector<std::string> unused_since(int part, std::int64_t then) = 0;
-  /// Removes it, unless it is used at or after `then`, even a moment ago. False when it stays or is not there.
+  /// Removes an asset unless it was used at or after `then`. False when it stays or does not exist.
   virtual bool remove_unused_since(const std::string& sha256, std::int64_t then) = 0;
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The listener for ends of jobs with a webhook, as the queue sees it.
+/// The interface of the queue to the webhooks of jobs.
 
 #include <string>
 

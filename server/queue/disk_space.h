@@ -1,5 +1,5 @@
 #pragma once
-/// Free space of the disk for jobs, images and uploads, as the queue sees it.
+/// Free space of the disk for jobs, images and uploads.
 
 #include <cstdint>
 #include <functional>

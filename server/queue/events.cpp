@@ -6,162 +6,128 @@
 
 namespace queue {
 
-/// A listener's queue. Everything of it is guarded by the hub's mutex.
-class Events::Place final : public Listener {
- public:
-  Place(Events& hub, std::string job_id, std::int64_t start, bool missed)
-      : hub_(hub),
-        job_id_(std::move(job_id)),
-        start_(start),
-        missed_(missed),
-        untaken_max_(hub.settings_.untaken_max) {}
-  ~Place() override { hub_.forget(this); }
+void Events::Listener::on_news(std::function<void()> wake) {
+  const std::lock_guard lock(events_.mutex_);
+  wake_ = std::move(wake);
+  if (!untaken_.empty() || over_) wake_();
+}
 
-  void on_news(std::function<void()> wake) override {
-    const std::lock_guard lock(hub_.mutex_);
-    wake_ = std::move(wake);
-    if (!untaken_.empty() || over_) wake_();
+Events::Batch Events::Listener::take(std::size_t bytes) {
+  const std::lock_guard lock(events_.mutex_);
+  Batch batch;
+  while (!untaken_.empty() && (batch.text.empty() || batch.text.size() + untaken_.front()->text.size() <= bytes)) {
+    batch.text += untaken_.front()->text;
+    untaken_.pop_front();
   }
+  batch.over = over_ && untaken_.empty();
+  return batch;
+}
 
-  Batch take(std::size_t bytes) override {
-    const std::lock_guard lock(hub_.mutex_);
-    Batch batch;
-    while (!untaken_.empty() && (batch.text.empty() || batch.text.size() + untaken_.front()->text.size() <= bytes)) {
-      batch.text += untaken_.front()->text;
-      untaken_.pop_front();
-    }
-    batch.over = over_ && untaken_.empty();
-    return batch;
+void Events::Listener::push(const SharedEvent& event) {
+  if (over_) return;
+  const bool was_empty = untaken_.empty();
+  const bool progress = event->event.kind == JobEvent::Kind::progress;
+  if (progress && !was_empty && untaken_.back()->event.kind == JobEvent::Kind::progress &&
+      untaken_.back()->event.job_id == event->event.job_id) {
+    untaken_.back() = event;  // includes the older progress
+    return;
   }
-
-  [[nodiscard]] std::int64_t start() const override { return start_; }
-  [[nodiscard]] bool missed() const override { return missed_; }
-  [[nodiscard]] const std::string& job_id() const { return job_id_; }
-
-  /// Under the hub's mutex: what it missed, which is not what it is too slow for.
-  void push_missed(const std::shared_ptr<const Told>& told) {
-    ++untaken_max_;
-    push(told);
+  if (untaken_.size() >= untaken_max_) {
+    untaken_.clear();
+    over_ = true;
+  } else {
+    untaken_.push_back(event);
+    over_ = !job_id_.empty() && event->event.kind == JobEvent::Kind::done;
   }
-
-  /// Under the hub's mutex.
-  void push(const std::shared_ptr<const Told>& told) {
-    if (over_) return;
-    const bool news = untaken_.empty();
-    const bool progress = told->event.kind == JobEvent::Kind::progress;
-    if (progress && !news && untaken_.back()->event.kind == JobEvent::Kind::progress &&
-        untaken_.back()->event.job_id == told->event.job_id) {
-      untaken_.back() = told;  // the newer one says all
-      return;
-    }
-    if (untaken_.size() >= untaken_max_) {
-      untaken_.clear();
-      over_ = true;
-    } else {
-      untaken_.push_back(told);
-      over_ = !job_id_.empty() && told->event.kind == JobEvent::Kind::done;
-    }
-    if (news && wake_) wake_();
-  }
-
- private:
-  Events& hub_;
-  const std::string job_id_;
-  const std::int64_t start_;
-  const bool missed_;
-  std::size_t untaken_max_;
-  std::function<void()> wake_;
-  std::deque<std::shared_ptr<const Told>> untaken_;
-  bool over_ = false;
-};
+  if (was_empty && wake_) wake_();
+}
 
 Events::Events(Writer write, Clock clock, EventSettings settings)
     : write_(std::move(write)),
       clock_(std::move(clock)),
       settings_(settings),
-      last_(clock_() * 1000),  // a thousand events a millisecond do not happen: numbers of earlier runs are smaller
+      last_(clock_() * 1000),  // above all numbers of earlier runs, which had fewer than 1000 events a millisecond
       floor_(last_) {}
 
-Events::~Events() = default;
-
 void Events::on_state_changed(const std::string& id, JobState to) noexcept {
-  const bool last = ended(to);
-  tell({0, last ? JobEvent::Kind::done : JobEvent::Kind::state, id, name_of(to), to == JobState::succeeded ? 1.0 : 0.0,
-        clock_()});
+  const auto kind = ended(to) ? JobEvent::Kind::done : JobEvent::Kind::state;
+  publish({0, kind, id, name_of(to), to == JobState::succeeded ? 1.0 : 0.0, clock_()});
 }
 
-void Events::on_removed(const std::string& id) noexcept { tell({0, JobEvent::Kind::done, id, "removed", 0, clock_()}); }
+void Events::on_removed(const std::string& id) noexcept {
+  publish({0, JobEvent::Kind::done, id, "removed", 0, clock_()});
+}
 
 void Events::on_progress(const std::string& id, double fraction) noexcept {
   const std::int64_t now = clock_();
   {
     const std::lock_guard lock(mutex_);
     if (of_all_.empty() && !of_job_.contains(id)) return;
-    const auto told = progress_told_.find(id);
-    if (told != progress_told_.end() && now - told->second < settings_.progress_interval.count()) return;
+    const auto latest = progress_at_.find(id);
+    if (latest != progress_at_.end() && now - latest->second < settings_.progress_interval.count()) return;
   }
-  tell({0, JobEvent::Kind::progress, id, name_of(JobState::running), fraction, now});
+  publish({0, JobEvent::Kind::progress, id, name_of(JobState::running), fraction, now});
 }
 
-/// Without memory an event is lost to everybody: its number is then missing, and those who come back look themselves.
-void Events::tell(JobEvent event) noexcept {
+/// Without memory the event is lost for all listeners; clients that reconnect find its number missing.
+void Events::publish(JobEvent event) noexcept {
   const std::lock_guard lock(mutex_);
   event.number = ++last_;
   try {
     const bool progress = event.kind == JobEvent::Kind::progress;
-    if (progress) progress_told_.insert_or_assign(event.job_id, event.at);
-    if (!progress) progress_told_.erase(event.job_id);
-    auto told = std::make_shared<Told>();
-    told->text = write_(event);
-    told->event = std::move(event);
-    if (!progress) moves_.push_back(told);
-    if (moves_.size() > settings_.kept) {
-      floor_ = moves_.front()->event.number;
-      moves_.pop_front();
+    if (progress) progress_at_.insert_or_assign(event.job_id, event.at);
+    if (!progress) progress_at_.erase(event.job_id);
+    std::string text = write_(event);
+    const SharedEvent shared = std::make_shared<Written>(Written{std::move(event), std::move(text)});
+    if (!progress) kept_.push_back(shared);
+    if (kept_.size() > settings_.kept) {
+      floor_ = kept_.front()->event.number;
+      kept_.pop_front();
     }
-    for (Place* place : of_all_) place->push(told);
-    const auto [first, last] = of_job_.equal_range(told->event.job_id);
-    for (auto entry = first; entry != last; ++entry) entry->second->push(told);
+    for (Listener* listener : of_all_) listener->push(shared);
+    const auto [first, last] = of_job_.equal_range(shared->event.job_id);
+    for (auto entry = first; entry != last; ++entry) entry->second->push(shared);
   } catch (const std::bad_alloc&) {
     floor_ = last_;
-    moves_.clear();
+    kept_.clear();
   }
 }
 
 std::unique_ptr<Events::Listener> Events::listen(const std::string& job_id, std::optional<std::int64_t> after) {
   const std::lock_guard lock(mutex_);
   if (of_all_.size() + of_job_.size() >= settings_.listeners_max) return nullptr;
-  const bool kept = after && *after >= floor_ && *after <= last_;
-  auto place = std::make_unique<Place>(*this, job_id, kept ? *after : last_, after && !kept);
+  const bool complete = after && *after >= floor_ && *after <= last_;
+  auto listener = std::make_unique<Listener>(*this, job_id, complete ? *after : last_, after && !complete);
   if (job_id.empty()) {
-    of_all_.insert(place.get());
+    of_all_.insert(listener.get());
   } else {
-    of_job_.emplace(job_id, place.get());
+    of_job_.emplace(job_id, listener.get());
   }
-  if (kept) {
-    const auto first =
-        std::upper_bound(moves_.begin(), moves_.end(), *after,
-                         [](std::int64_t number, const auto& told) { return number < told->event.number; });
-    for (auto told = first; told != moves_.end(); ++told) {
-      if (job_id.empty() || (*told)->event.job_id == job_id) place->push_missed(*told);
-    }
+  if (!complete) return listener;
+  const auto first = std::upper_bound(kept_.begin(), kept_.end(), *after, [](std::int64_t number, const auto& event) {
+    return number < event->event.number;
+  });
+  for (auto event = first; event != kept_.end(); ++event) {
+    if (!job_id.empty() && (*event)->event.job_id != job_id) continue;
+    ++listener->untaken_max_;  // missed events do not count as slowness
+    listener->push(*event);
   }
-  return place;
+  return listener;
 }
 
-void Events::forget(Place* place) {
+void Events::remove(Listener& listener) {
   const std::lock_guard lock(mutex_);
-  of_all_.erase(place);
-  const auto [first, last] = of_job_.equal_range(place->job_id());
-  const auto entry = std::find_if(first, last, [&](const auto& candidate) { return candidate.second == place; });
+  of_all_.erase(&listener);
+  const auto [first, last] = of_job_.equal_range(listener.job_id_);
+  const auto entry = std::find_if(first, last, [&](const auto& candidate) { return candidate.second == &listener; });
   if (entry != last) of_job_.erase(entry);
 }
 
 bool Events::ended_by(const std::string& job_id, std::int64_t number) const {
   const std::lock_guard lock(mutex_);
-  if (number > last_) return false;  // no number of ours
-  return std::any_of(moves_.begin(), moves_.end(), [&](const auto& told) {
-    return told->event.number <= number && told->event.kind == JobEvent::Kind::done && told->event.job_id == job_id;
+  if (number > last_) return false;
+  return std::any_of(kept_.begin(), kept_.end(), [&](const auto& kept) {
+    return kept->event.number <= number && kept->event.kind == JobEvent::Kind::done && kept->event.job_id == job_id;
   });
 }
 

@@ -1,15 +1,14 @@
 #pragma once
-/// What happens to jobs, told to whoever listens while it happens: filled by the queue, read by event streams and long
-/// polls.
+/// Publishes changes of jobs to listeners: filled by the queue, read by event streams and long polls.
 ///
 ///   queue::Events events(write, queue::system_clock());
-///   queue.observe(&events);
-///   auto listener = events.listen(job_id, {});   // from now on; null: too many listen
+///   queue.notifications.observe(&events);
+///   auto listener = events.listen(job_id, {});   // from now on; null: there are too many listeners
 ///   listener->on_news(wake);
 ///   ... when woken: listener->take(8192).text ...
 ///
-/// A listener has a short queue of its own. One that does not take what is in it loses its place (`over`): that costs
-/// nobody but itself, and it goes on after the last number it saw. Thread-safe, all of it.
+/// Each listener has a bounded queue. A listener that does not take its events in time is ended (`over`) without an
+/// effect on others; its client listens again after the last number it received. Thread-safe.
 
 #include <chrono>
 #include <cstdint>
@@ -29,7 +28,7 @@ namespace queue {
 
 struct JobEvent {
   enum class Kind { state, progress, done };
-  std::int64_t number = 0;  ///< grows; also over restarts, for it begins with the clock
+  std::int64_t number = 0;  ///< grows, also over restarts: it begins with the clock
   Kind kind = Kind::state;
   std::string job_id;
   std::string state;  ///< a JobState's name, or "removed"
@@ -39,49 +38,35 @@ struct JobEvent {
 
 struct EventSettings {
   std::size_t listeners_max = 5000;
-  /// Moves that are kept for those who come back: some seconds of the busiest queue, about 1 MiB.
+  /// State events that are kept for clients that reconnect: some seconds of the busiest queue, about 1 MiB.
   std::size_t kept = 4096;
   /// Untaken events of one listener. A reader this far behind a busy queue does not catch up.
   std::size_t untaken_max = 512;
-  /// Progress of one job is told at most this often: smooth to the eye.
+  /// Minimum time between two progress events of a job.
   std::chrono::milliseconds progress_interval{200};
 };
 
 class Events final : public JobObserver {
  public:
-  /// `write` gives an event the text in which listeners take it; called once for each, so it may be long. Any thread.
+  /// `write` serializes an event for the listeners; called once for each, from any thread.
   using Writer = std::function<std::string(const JobEvent&)>;
   Events(Writer write, Clock clock, EventSettings settings = {});
-  ~Events() override;
 
   void on_state_changed(const std::string& id, JobState to) noexcept override;
   void on_progress(const std::string& id, double fraction) noexcept override;
   void on_removed(const std::string& id) noexcept override;
 
   struct Batch {
-    std::string text;   ///< whole events
-    bool over = false;  ///< nothing comes after it: the job's last event is in it or was, or the listener was too slow
+    std::string text;   ///< complete events
+    bool over = false;  ///< no event follows: the last event of the job was taken, or the listener was too slow
   };
-
-  class Listener {
-   public:
-    virtual ~Listener() = default;  ///< listens no more
-    /// `wake` is called when there is something after nothing was; at once if there is now. Must be quick and not
-    /// throw.
-    virtual void on_news(std::function<void()> wake) = 0;
-    /// The oldest events not taken yet: at least one if there is one, then as many as fit into `bytes`.
-    virtual Batch take(std::size_t bytes) = 0;
-    /// The number of the last event before those it will take.
-    [[nodiscard]] virtual std::int64_t start() const = 0;
-    /// It asked for events after a number that are not all kept any more: it has to look at the jobs itself.
-    [[nodiscard]] virtual bool missed() const = 0;
-  };
+  class Listener;
 
   /// The events of one job, or of all where `job_id` is empty: those after the number `after`, else those from now on.
-  /// Null when `listeners_max` listen already. Must not outlive this.
+  /// Null with `listeners_max` listeners. Must not outlive this.
   std::unique_ptr<Listener> listen(const std::string& job_id, std::optional<std::int64_t> after);
 
-  /// Is a job's last event among those kept, at `number` or before?
+  /// True if the last event of the job is kept and has this number or a smaller one.
   [[nodiscard]] bool ended_by(const std::string& job_id, std::int64_t number) const;
 
   [[nodiscard]] std::int64_t latest() const;  ///< the number of the latest event
@@ -89,26 +74,62 @@ class Events final : public JobObserver {
   [[nodiscard]] std::size_t listeners_max() const { return settings_.listeners_max; }
 
  private:
-  class Place;
-  struct Told {
+  struct Written {
     JobEvent event;
     std::string text;
   };
+  using SharedEvent = std::shared_ptr<const Written>;
 
-  void tell(JobEvent event) noexcept;
-  void forget(Place* place);
+  void publish(JobEvent event) noexcept;
+  void remove(Listener& listener);
 
   const Writer write_;
   const Clock clock_;
   const EventSettings settings_;
 
   mutable std::mutex mutex_;
-  std::int64_t last_;                              ///< number of the latest event
-  std::int64_t floor_;                             ///< all moves after this one are kept
-  std::deque<std::shared_ptr<const Told>> moves_;  ///< oldest first
-  std::unordered_set<Place*> of_all_;
-  std::unordered_multimap<std::string, Place*> of_job_;
-  std::unordered_map<std::string, std::int64_t> progress_told_;  ///< when; of jobs that run and are listened to
+  std::int64_t last_;             ///< number of the latest event
+  std::int64_t floor_;            ///< all state events after this number are kept
+  std::deque<SharedEvent> kept_;  ///< oldest first
+  std::unordered_set<Listener*> of_all_;
+  std::unordered_multimap<std::string, Listener*> of_job_;
+  std::unordered_map<std::string, std::int64_t> progress_at_;  ///< time of the latest progress event, by job
+};
+
+class Events::Listener {
+ public:
+  Listener(Events& events, std::string job_id, std::int64_t start, bool missed)
+      : events_(events),
+        job_id_(std::move(job_id)),
+        start_(start),
+        missed_(missed),
+        untaken_max_(events.settings_.untaken_max) {}
+  ~Listener() { events_.remove(*this); }
+  Listener(const Listener&) = delete;
+  Listener& operator=(const Listener&) = delete;
+
+  /// `wake` is called when the queue is no longer empty, at once if it is not now. Must be quick and not throw.
+  void on_news(std::function<void()> wake);
+  /// The oldest untaken events: at least one if there is one, then as many as fit into `bytes`.
+  Batch take(std::size_t bytes);
+  /// The number of the last event before those of this listener.
+  [[nodiscard]] std::int64_t start() const { return start_; }
+  /// True if events after the requested number are not kept any more: the client must read the jobs.
+  [[nodiscard]] bool missed() const { return missed_; }
+
+ private:
+  friend class Events;
+  void push(const SharedEvent& event);
+
+  // Guarded by Events::mutex_.
+  Events& events_;
+  const std::string job_id_;
+  const std::int64_t start_;
+  const bool missed_;
+  std::size_t untaken_max_;
+  std::function<void()> wake_;
+  std::deque<SharedEvent> untaken_;
+  bool over_ = false;
 };
 
 }  // namespace queue

@@ -65,10 +65,9 @@ struct Job {
   int batch_index = 0;  ///< position in the batch, from 0
   JobState state = JobState::queued;
   std::int64_t created_at = 0;
-  std::optional<std::int64_t> started_at;  ///< of the latest attempt
+  std::optional<std::int64_t> started_at;  ///< start of the latest attempt
   std::optional<std::int64_t> ended_at;
-  int attempt =
-      0;  ///< attempts begun, the running one included; those ended by drain or restart of the daemon do not count
+  int attempt = 0;  ///< attempts begun, except those ended by drain or restart of the daemon
   int max_attempts = 3;
   int priority = 50;
   std::optional<std::int64_t> run_after;  ///< as submitted

@@ -13,7 +13,7 @@ namespace queue {
 struct QueueState {
   QueueDepth depth;
   std::map<JobState, std::int64_t> jobs;  ///< all of them, by state
-  std::optional<double> oldest_age_s;     ///< of the jobs that may run now
+  std::optional<double> oldest_age_s;     ///< age of the oldest job that may run now
   /// Time until all queued jobs have ended, estimated from the latest ends; empty until two jobs have ended.
   std::optional<double> eta_s;
 };

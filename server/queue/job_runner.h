@@ -1,5 +1,5 @@
 #pragma once
-/// The runner of jobs, as the queue sees it.
+/// The interface of the queue to the runner of jobs.
 
 #include <cstdint>
 #include <mutex>

@@ -90,7 +90,7 @@ struct ClaimTerms {
 /// Rows that are stored together or not at all.
 struct InsertRequest {
   std::vector<NewJob> jobs;
-  std::optional<Batch> batch = std::nullopt;  ///< of these jobs
+  std::optional<Batch> batch = std::nullopt;  ///< contains the jobs
   std::optional<KeptReply> reply = std::nullopt;
   bool durable = true;
   /// Claims the job (the only one) if it may run and no other job waits. One transaction and two thread switches less
@@ -137,7 +137,7 @@ struct BatchRetry {
 
 struct OwnerUsage {
   std::int64_t queued_jobs = 0;
-  std::int64_t artifact_bytes = 0;  ///< of all jobs; equal images count once for each
+  std::int64_t artifact_bytes = 0;  ///< images of all jobs; equal images count once for each job
 };
 
 struct QueueDepth {
@@ -155,7 +155,7 @@ struct MaintenanceResult {
   bool suspects_due = false;           ///< there are suspects among them
   int expired = 0;                     ///< ended jobs that lost their document and images
   int deleted = 0;                     ///< jobs and replies
-  std::vector<Artifact> artifacts;     ///< of the expired jobs: may be deleted where no other job names them
+  std::vector<Artifact> artifacts;     ///< named by the expired jobs; may be deleted where no other job names them
   bool more = false;                   ///< the step was too small for all of it
 };
 
@@ -250,7 +250,7 @@ class MaintenanceStore {
   /// where several share one this has no effect and leases end in time.
   virtual int recover(const std::string& boot_id, std::int64_t now) = 0;
 
-  /// Whether a job names this sha256 in its artifacts, or as an upload. Called before the bytes are deleted.
+  /// True if a job names this sha256 in its artifacts, or as an upload. Called before the bytes are deleted.
   virtual bool is_artifact_referenced(const std::string& sha256) = 0;
   virtual bool is_asset_referenced(const std::string& sha256) = 0;
 

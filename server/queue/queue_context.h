@@ -51,7 +51,7 @@ struct QueueContext {
   IdSource& ids;
   const Clock clock;
   const QueueSettings settings;
-  const std::string boot_id;  ///< of this daemon's claims
+  const std::string boot_id;  ///< identifies the claims of this daemon
   AttachedRunner runner;
   RunningJobs running;
   ArtifactPins pins;

@@ -2,6 +2,7 @@
 /// The queue's own threads: maintenance, and renewal of the leases of running jobs.
 
 #include <chrono>
+#include <utility>
 
 #include "server/queue/job_lifecycle.h"
 #include "server/queue/periodic_task.h"
@@ -18,7 +19,9 @@ struct MaintenanceSettings {
 /// Calls JobLifecycle::run_maintenance. `jobs` must outlive it.
 class QueueMaintainer {
  public:
-  QueueMaintainer(JobLifecycle& jobs, Log log, MaintenanceSettings settings = {});
+  QueueMaintainer(JobLifecycle& jobs, Log log, MaintenanceSettings settings = {})
+      : thread_("run_maintenance", std::move(log),
+                [&jobs, settings] { return jobs.run_maintenance() ? settings.pause : settings.interval; }) {}
 
  private:
   PeriodicTask thread_;
@@ -30,7 +33,11 @@ class LeaseRenewer {
  public:
   /// A third of QueueSettings::lease_ms: two renewals may fail. Jobs that end sooner cost none.
   static constexpr std::chrono::milliseconds default_interval{10'000};
-  LeaseRenewer(JobLifecycle& jobs, Log log, std::chrono::milliseconds interval = default_interval);
+  LeaseRenewer(JobLifecycle& jobs, Log log, std::chrono::milliseconds interval = default_interval)
+      : thread_("renew_leases", std::move(log), [&jobs, interval] {
+          jobs.renew_leases();
+          return interval;
+        }) {}
 
  private:
   PeriodicTask thread_;

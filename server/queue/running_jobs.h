@@ -52,7 +52,7 @@ class RunningJobs {
     progress_.erase(id);
   }
 
-  /// Of jobs that have not ended: whether their rows and images must be synced before a call returns.
+  /// True if the rows and images of a job that has not ended must be synced before a call returns.
   bool is_durable(const std::string& id) {
     const std::lock_guard lock(mutex_);
     return !not_durable_.contains(id);
@@ -74,7 +74,7 @@ class RunningJobs {
     recent_ends_.push_back(now);
     if (recent_ends_.size() > 64) recent_ends_.pop_front();
   }
-  /// Between two ends of jobs lately; empty until two have ended.
+  /// Mean time between the latest ends of jobs; empty until two have ended.
   std::optional<double> mean_interval_ms() {
     const std::lock_guard lock(mutex_);
     if (recent_ends_.size() < 2) return std::nullopt;

@@ -30,7 +30,7 @@ class DiskSpaceTest : public testing::Test {
 
 }  // namespace
 
-TEST_F(DiskSpaceTest, WithScarceRoomNothingNewIsAcceptedAndWhatWasRunsAndEnds) {
+TEST_F(DiskSpaceTest, RunsAcceptedJobsButAcceptsNoOthersWithScarceSpace) {
   ASSERT_TRUE(queue.submission.submit({.document = "{}"}));
   space = {State::scarce, 99, 100};
   const auto refused = queue.submission.submit({.document = "{}"});
@@ -47,7 +47,7 @@ TEST_F(DiskSpaceTest, WithScarceRoomNothingNewIsAcceptedAndWhatWasRunsAndEnds) {
   EXPECT_TRUE(queue.lifecycle.succeed(claim.job.id, claim.fence, "{}", {{"image.png", "image/png", image.fd()}}));
 }
 
-TEST_F(DiskSpaceTest, WithoutRoomNothingIsBegunUntilItComes) {
+TEST_F(DiskSpaceTest, ClaimsNothingWithoutSpace) {
   ASSERT_TRUE(queue.submission.submit({.document = "{}"}));
   space.state = State::none;
   EXPECT_FALSE(queue.lifecycle.claim(false));
@@ -56,7 +56,7 @@ TEST_F(DiskSpaceTest, WithoutRoomNothingIsBegunUntilItComes) {
   EXPECT_TRUE(queue.lifecycle.claim(false));
 }
 
-TEST_F(DiskSpaceTest, ARequestThatWasAnsweredBeforeIsAnsweredAgainWithoutRoom) {
+TEST_F(DiskSpaceTest, RepeatsTheReplyOfAnEarlierRequestWithoutSpace) {
   const std::string first = queue.submission.submit(keyed())->view.job.id;
   space.state = State::none;
   const auto again = queue.submission.submit(keyed());
@@ -64,7 +64,7 @@ TEST_F(DiskSpaceTest, ARequestThatWasAnsweredBeforeIsAnsweredAgainWithoutRoom) {
   EXPECT_EQ(again->replayed.value().body, first);
 }
 
-TEST_F(DiskSpaceTest, ReadinessTellsHowMuchIsMissing) {
+TEST_F(DiskSpaceTest, ReadinessReportsTheMissingSpace) {
   space = {State::scarce, 99, 100};
   EXPECT_EQ(queue.queries.not_ready(),
             "disk: 99 bytes are free on the disk, 100 are kept for jobs that were accepted before");

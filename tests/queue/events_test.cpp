@@ -25,7 +25,7 @@ class EventsTest : public testing::Test {
   static std::int64_t number(std::int64_t event) { return start_ms * 1000 + event; }
 };
 
-TEST_F(EventsTest, TellsEachListenerWhatItAskedFor) {
+TEST_F(EventsTest, DeliversTheEventsOfOneJobOrOfAll) {
   const auto of_a = events.listen("a", {}), of_all = events.listen({}, {});
   events.on_state_changed("a", JobState::queued);
   events.on_state_changed("b", JobState::queued);
@@ -34,7 +34,7 @@ TEST_F(EventsTest, TellsEachListenerWhatItAskedFor) {
   EXPECT_EQ(of_all->take(1000).text, "");
 }
 
-TEST_F(EventsTest, WakesOnceUntilAllIsTaken) {
+TEST_F(EventsTest, WakesOnceUntilAllEventsAreTaken) {
   int wakes = 0;
   const auto listener = events.listen({}, {});
   events.on_state_changed("a", JobState::queued);
@@ -48,7 +48,7 @@ TEST_F(EventsTest, WakesOnceUntilAllIsTaken) {
   EXPECT_EQ(wakes, 2);
 }
 
-TEST_F(EventsTest, IsOverForAJobsListenerWithTheJobsEnd) {
+TEST_F(EventsTest, EndsTheListenersOfAJobWithTheJob) {
   const auto of_a = events.listen("a", {}), of_all = events.listen({}, {}), of_b = events.listen("b", {});
   events.on_state_changed("a", JobState::failed);
   events.on_removed("b");
@@ -57,7 +57,7 @@ TEST_F(EventsTest, IsOverForAJobsListenerWithTheJobsEnd) {
   EXPECT_FALSE(of_all->take(1000).over);
 }
 
-TEST_F(EventsTest, KeepsOnlyTheLatestUntakenProgressAndTellsItSeldom) {
+TEST_F(EventsTest, KeepsOnlyTheLatestUntakenProgressAndLimitsItsRate) {
   const auto listener = events.listen("a", {});
   events.on_state_changed("a", JobState::running);
   for (int i = 1; i <= 1000; ++i) {
@@ -67,13 +67,13 @@ TEST_F(EventsTest, KeepsOnlyTheLatestUntakenProgressAndTellsItSeldom) {
   EXPECT_EQ(listener->take(1000).text, "a:running#1 a:running#6 ") << "five of 200 ms each, and the last of them";
 }
 
-TEST_F(EventsTest, CostsNothingForProgressThatNobodyListensTo) {
+TEST_F(EventsTest, IgnoresProgressWithoutListeners) {
   const auto of_b = events.listen("b", {});
   events.on_progress("a", 0.5);
   EXPECT_EQ(events.latest(), number(0));
 }
 
-TEST_F(EventsTest, EndsForAListenerThatIsTooSlowAndNoOther) {
+TEST_F(EventsTest, EndsOnlyTheListenerThatIsTooSlow) {
   const auto slow = events.listen({}, {}), quick = events.listen({}, {});
   for (int i = 0; i < 4; ++i) {
     events.on_state_changed("a", JobState::queued);
@@ -84,7 +84,7 @@ TEST_F(EventsTest, EndsForAListenerThatIsTooSlowAndNoOther) {
   EXPECT_TRUE(batch.over);
 }
 
-TEST_F(EventsTest, GoesOnAfterAnEventThatIsKept) {
+TEST_F(EventsTest, ContinuesAfterAnEventThatIsKept) {
   for (const char* id : {"a", "b", "a"}) events.on_state_changed(id, JobState::queued);
   const auto listener = events.listen("a", number(1));
   EXPECT_FALSE(listener->missed());
@@ -92,7 +92,7 @@ TEST_F(EventsTest, GoesOnAfterAnEventThatIsKept) {
   EXPECT_EQ(events.listen({}, number(0))->take(1000).text, "a:queued#1 b:queued#2 a:queued#3 ");
 }
 
-TEST_F(EventsTest, SaysThatSomethingIsMissedAfterWhatIsNotKeptOrNotKnown) {
+TEST_F(EventsTest, ReportsMissedEventsAfterANumberThatIsNotKept) {
   for (int i = 0; i < 6; ++i) events.on_state_changed("a", JobState::queued);  // two more than are kept
   EXPECT_TRUE(events.listen({}, number(1))->missed());
   EXPECT_FALSE(events.listen({}, number(2))->missed());
@@ -101,14 +101,14 @@ TEST_F(EventsTest, SaysThatSomethingIsMissedAfterWhatIsNotKeptOrNotKnown) {
   EXPECT_FALSE(events.listen({}, {})->missed());
 }
 
-TEST_F(EventsTest, WhatAListenerMissedDoesNotCountAsSlowness) {
+TEST_F(EventsTest, MissedEventsDoNotCountAsSlowness) {
   for (int i = 0; i < 4; ++i) events.on_state_changed("a", JobState::queued);
   const auto listener = events.listen({}, number(0));
   events.on_state_changed("a", JobState::running);
   EXPECT_FALSE(listener->take(1).over);
 }
 
-TEST_F(EventsTest, KnowsWhichEndWasSeen) {
+TEST_F(EventsTest, EndedByComparesTheNumberOfTheEnd) {
   events.on_state_changed("a", JobState::succeeded);
   events.on_state_changed("b", JobState::queued);
   EXPECT_FALSE(events.ended_by("a", number(0)));
@@ -118,34 +118,34 @@ TEST_F(EventsTest, KnowsWhichEndWasSeen) {
   EXPECT_FALSE(events.ended_by("b", number(2)));
 }
 
-TEST(Events, ThreadsTellAndListenAtOnceAndNothingIsLostOrTwice) {
-  constexpr int tellers = 4, each = 500;
-  Events events(written, [] { return start_ms; }, {.untaken_max = tellers * each});
-  std::atomic<int> heard = 0;
+TEST(Events, DeliversEachEventOnceBetweenThreads) {
+  constexpr int publishers = 4, each = 500;
+  Events events(written, [] { return start_ms; }, {.untaken_max = publishers * each});
+  std::atomic<int> received = 0;
   const auto listener = events.listen({}, {});
   std::atomic<bool> woken = false;
   listener->on_news([&] { woken = true; });
   {
     std::vector<std::jthread> threads;
-    for (int teller = 0; teller < tellers; ++teller) {
+    for (int teller = 0; teller < publishers; ++teller) {
       threads.emplace_back([&, id = std::to_string(teller)] {
         for (int i = 0; i < each; ++i) {
           const auto passing = events.listen(id, {});
           events.on_state_changed(id, JobState::queued);
-          if (passing->take(1000).text.starts_with(id + ":queued#")) ++heard;
+          if (passing->take(1000).text.starts_with(id + ":queued#")) ++received;
         }
       });
     }
   }
-  EXPECT_EQ(heard, tellers * each);
+  EXPECT_EQ(received, publishers * each);
   EXPECT_EQ(events.listeners(), 1U);
   EXPECT_TRUE(woken);
   std::set<std::string> all;
   for (std::string one = listener->take(1).text; !one.empty(); one = listener->take(1).text) all.insert(one);
-  EXPECT_EQ(all.size(), static_cast<std::size_t>(tellers * each));
+  EXPECT_EQ(all.size(), static_cast<std::size_t>(publishers * each));
 }
 
-TEST_F(EventsTest, BoundsListenersAndFreesTheirPlaces) {
+TEST_F(EventsTest, LimitsTheNumberOfListeners) {
   auto first = events.listen("a", {});
   const auto second = events.listen("a", {}), third = events.listen({}, {});
   EXPECT_EQ(events.listen("b", {}), nullptr);

@@ -1,5 +1,5 @@
 #pragma once
-/// Waiting for a condition, with a bound so generous that only a hang meets it.
+/// Waits for a condition, with a time limit that only a hang exceeds.
 
 #include <chrono>
 #include <thread>

@@ -62,7 +62,7 @@ TEST_F(ImagesTest, KeepsImagesUntilTheLastJobThatNamesThemIsRemoved) {
   EXPECT_EQ(queue.queries.open(artifact), nullptr);
 }
 
-TEST_F(ImagesTest, KeepsNothingOfAResultThatCameTooLate) {
+TEST_F(ImagesTest, DeletesTheImagesOfALateResult) {
   const std::string id = submit();
   const Claim late = *queue.lifecycle.claim(false);
   queue.lifecycle.release(id, late.fence, false, false);
@@ -70,7 +70,7 @@ TEST_F(ImagesTest, KeepsNothingOfAResultThatCameTooLate) {
   EXPECT_EQ(open_abc(), nullptr);
 }
 
-TEST_F(ImagesTest, KeepsNothingOfAResultWhoseRowCouldNotBeWritten) {
+TEST_F(ImagesTest, DeletesTheImagesOfAResultThatCouldNotBeStored) {
   const std::string id = submit();
   const Claim claim = *queue.lifecycle.claim(false);
   transitions.failing = true;
@@ -81,7 +81,7 @@ TEST_F(ImagesTest, KeepsNothingOfAResultWhoseRowCouldNotBeWritten) {
   EXPECT_NE(open_abc(), nullptr);
 }
 
-TEST_F(ImagesTest, RemovalNeverTakesTheBytesOfAJobThatFinishesWithTheSameImage) {
+TEST_F(ImagesTest, RemovalKeepsTheImageOfAJobThatFinishesWithTheSameBytes) {
   std::atomic<bool> stop = false;
   std::atomic<int> missing = 0, checked = 0;
   const auto finish_and_remove = [&] {

@@ -15,11 +15,11 @@ namespace {
 
 class RecordingObserver final : public JobObserver {
  public:
-  void on_state_changed(const std::string&, JobState to) noexcept override { told += std::string(name_of(to)) + ' '; }
-  void on_progress(const std::string&, double fraction) noexcept override { told += std::to_string(fraction) + ' '; }
-  void on_removed(const std::string&) noexcept override { told += "removed "; }
-  void on_waiters_notified(const std::string&) noexcept override { told += "settled "; }
-  std::string told;
+  void on_state_changed(const std::string&, JobState to) noexcept override { calls += std::string(name_of(to)) + ' '; }
+  void on_progress(const std::string&, double fraction) noexcept override { calls += std::to_string(fraction) + ' '; }
+  void on_removed(const std::string&) noexcept override { calls += "removed "; }
+  void on_waiters_notified(const std::string&) noexcept override { calls += "settled "; }
+  std::string calls;
 };
 
 class QueueObserverTest : public testing::Test {
@@ -37,7 +37,7 @@ class QueueObserverTest : public testing::Test {
   RecordingObserver observer;
 };
 
-TEST_F(QueueObserverTest, TellsEveryMoveToItsObserver) {
+TEST_F(QueueObserverTest, ReportsEveryTransition) {
   queue.notifications.observe(&observer);
   submit();
   Claim claim = *queue.lifecycle.claim(false);
@@ -50,16 +50,16 @@ TEST_F(QueueObserverTest, TellsEveryMoveToItsObserver) {
   submit();
   claim = *queue.lifecycle.claim(false);
   queue.lifecycle.fail(claim.job.id, claim.fence, {"internal", "", {}});
-  EXPECT_EQ(observer.told,
+  EXPECT_EQ(observer.calls,
             "queued running 0.500000 queued running succeeded settled removed queued cancelled settled queued running "
             "failed settled ");
 }
 
-TEST_F(QueueObserverTest, WhoWaitsForAnEndIsCalledBetweenItsNewsAndTheTimeForWhatTakesLonger) {
+TEST_F(QueueObserverTest, CallsWaitersBetweenTheTwoNotificationsOfAnEnd) {
   queue.notifications.observe(&observer);
-  queue.waiters.when_ended(submit(), [&] { observer.told += "waiter "; });
+  queue.waiters.when_ended(submit(), [&] { observer.calls += "waiter "; });
   EXPECT_TRUE(succeed(*queue.lifecycle.claim(false), "image"));
-  EXPECT_EQ(observer.told, "queued running succeeded waiter settled ");
+  EXPECT_EQ(observer.calls, "queued running succeeded waiter settled ");
 }
 
 /// Stores whose insert and release return only after `between`.
@@ -128,10 +128,10 @@ TEST_F(InterruptedQueueTest, ReportsQueuedBeforeRunning) {
   between = [&] { std::jthread([&] { claim = queue.lifecycle.claim(false); }); };
   ASSERT_TRUE(queue.submission.submit({.document = "{}"}));
   ASSERT_TRUE(claim);
-  EXPECT_EQ(observer.told, "queued running ");
+  EXPECT_EQ(observer.calls, "queued running ");
   const Claim first = *claim;
   EXPECT_TRUE(queue.lifecycle.release(first.job.id, first.fence, false, false));
-  EXPECT_EQ(observer.told, "queued running queued running ");
+  EXPECT_EQ(observer.calls, "queued running queued running ");
 }
 
 TEST_F(InterruptedQueueTest, ReportsNoQueuedStateOfAnAbandonedJobThatWasCancelledMeanwhile) {
@@ -140,7 +140,7 @@ TEST_F(InterruptedQueueTest, ReportsNoQueuedStateOfAnAbandonedJobThatWasCancelle
   now += 1'000'000;  // after the end of the lease
   between = [&] { EXPECT_EQ(queue.lifecycle.cancel(claim.job.id), CancelOutcome::cancelled); };
   queue.lifecycle.run_maintenance();
-  EXPECT_EQ(observer.told, "cancelled settled ");
+  EXPECT_EQ(observer.calls, "cancelled settled ");
 }
 
 TEST_F(InterruptedQueueTest, ReportsTheEndOfAReleasedJobOnce) {
@@ -148,7 +148,7 @@ TEST_F(InterruptedQueueTest, ReportsTheEndOfAReleasedJobOnce) {
   queue.notifications.observe(&observer);
   between = [&] { EXPECT_EQ(queue.lifecycle.cancel(claim.job.id), CancelOutcome::cancelled); };
   EXPECT_TRUE(queue.lifecycle.release(claim.job.id, claim.fence, false, false));
-  EXPECT_EQ(observer.told, "queued cancelled settled ");
+  EXPECT_EQ(observer.calls, "queued cancelled settled ");
 }
 
 TEST_F(InterruptedQueueTest, CallsTheWaitersOfAReleasedJobThatWasDeletedMeanwhile) {
@@ -161,16 +161,16 @@ TEST_F(InterruptedQueueTest, CallsTheWaitersOfAReleasedJobThatWasDeletedMeanwhil
   EXPECT_TRUE(called);
 }
 
-TEST_F(QueueObserverTest, TellsOfACancelThatAReleaseCarriesOut) {
+TEST_F(QueueObserverTest, ReportsTheCancelOfAReleasedJob) {
   submit();
   const Claim claim = *queue.lifecycle.claim(false);
   queue.lifecycle.cancel(claim.job.id);
   queue.notifications.observe(&observer);
   EXPECT_TRUE(queue.lifecycle.release(claim.job.id, claim.fence, false, false));
-  EXPECT_EQ(observer.told, "cancelled settled ");
+  EXPECT_EQ(observer.calls, "cancelled settled ");
 }
 
-TEST_F(QueueObserverTest, TellsNothingThatDidNotHappen) {
+TEST_F(QueueObserverTest, ReportsNothingForRejectedCalls) {
   submit();
   const Claim claim = *queue.lifecycle.claim(false);
   queue.notifications.observe(&observer);
@@ -179,7 +179,7 @@ TEST_F(QueueObserverTest, TellsNothingThatDidNotHappen) {
   queue.lifecycle.remove(claim.job.id);  // it runs
   queue.lifecycle.cancel("nobody");
   queue.lifecycle.set_progress("nobody", 0.5);
-  EXPECT_EQ(observer.told, "");
+  EXPECT_EQ(observer.calls, "");
 }
 
 }  // namespace

@@ -1,5 +1,4 @@
-/// Leases kept, and lost: by the queue with a clock that the test turns, by the supervisor with a store that takes a
-/// job back behind its back.
+/// Leases: with a clock of the test, and with a supervisor whose job the store releases.
 
 #include "tests/queue/supervised.h"
 
@@ -49,7 +48,7 @@ class RecordingRunner final : public JobRunner {
 
 }  // namespace
 
-TEST_F(LeaseTest, AJobWhoseLeaseIsRenewedRunsOn) {
+TEST_F(LeaseTest, KeepsAJobRunningWhileItsLeaseIsRenewed) {
   const Claim claim = run_one();
   for (int round = 0; round < 10; ++round) {
     now += lease_ms - 1;
@@ -59,7 +58,7 @@ TEST_F(LeaseTest, AJobWhoseLeaseIsRenewedRunsOn) {
   }
 }
 
-TEST_F(LeaseTest, WithoutRenewalItIsQueuedAgainAndItsOldAnswerIsRefused) {
+TEST_F(LeaseTest, QueuesAJobAgainAfterItsLeaseAndIgnoresItsLateResult) {
   RecordingRunner runner;
   queue.runner.attach(&runner);
   const Claim first = run_one();
@@ -69,14 +68,14 @@ TEST_F(LeaseTest, WithoutRenewalItIsQueuedAgainAndItsOldAnswerIsRefused) {
   queue.lifecycle.run_maintenance();
   EXPECT_EQ(state(first), JobState::queued);
   EXPECT_EQ(queue.queries.progress(first.job.id), 0);
-  EXPECT_GT(runner.wakes, wakes) << "somebody is to claim it";
+  EXPECT_GT(runner.wakes, wakes) << "the runner is notified";
   const Claim second = queue.lifecycle.claim(false).value();
   EXPECT_EQ(second.job.id, first.job.id);
   EXPECT_FALSE(queue.lifecycle.succeed(first.job.id, first.fence, "{}", {}));
   EXPECT_TRUE(queue.lifecycle.succeed(second.job.id, second.fence, "{}", {}));
 }
 
-TEST_F(LeaseTest, TheRunnerIsToldOnceOfALeaseThatWasTakenBack) {
+TEST_F(LeaseTest, NotifiesTheRunnerOnceOfALostLease) {
   RecordingRunner runner;
   queue.runner.attach(&runner);
   const Claim claim = run_one();
@@ -87,7 +86,7 @@ TEST_F(LeaseTest, TheRunnerIsToldOnceOfALeaseThatWasTakenBack) {
   EXPECT_EQ(runner.lost_leases, (std::vector<Lease>{{claim.job.id, claim.fence}}));
 }
 
-TEST_F(LeaseTest, WaitersLearnOfACancelThatTheEndOfTheLeaseCarriesOut) {
+TEST_F(LeaseTest, CallsWaitersOfAJobThatIsCancelledAtTheEndOfItsLease) {
   const Claim claim = run_one();
   bool ended = false;
   queue.waiters.when_ended(claim.job.id, [&] { ended = true; });
@@ -98,7 +97,7 @@ TEST_F(LeaseTest, WaitersLearnOfACancelThatTheEndOfTheLeaseCarriesOut) {
   EXPECT_EQ(state(claim), JobState::cancelled);
 }
 
-TEST(Leases, CostAWriteForAllRunningJobsTogetherAndNoneForThoseThatWait) {
+TEST(Leases, CostOneWriteForAllRunningJobs) {
   TemporaryStores temporary;
   const Stores& all = temporary.store.all();
   CountingTransitions transitions(all.transitions);
@@ -123,7 +122,7 @@ TEST(Leases, CostAWriteForAllRunningJobsTogetherAndNoneForThoseThatWait) {
   EXPECT_EQ(transitions.renewals, 1) << "all have ended or were given back";
 }
 
-TEST_F(SupervisorTest, AJobThatTheStoreTookBackIsStoppedAndRunsAgainAtNoCost) {
+TEST_F(SupervisorTest, StopsAndRepeatsAJobWhoseLeaseWasLostAtNoCost) {
   start(settings(1));
   const std::string id = submit("wait " + path("go"));
   ASSERT_TRUE(eventually([&] { return supervisor->running() == 1; }));
@@ -137,7 +136,7 @@ TEST_F(SupervisorTest, AJobThatTheStoreTookBackIsStoppedAndRunsAgainAtNoCost) {
   EXPECT_EQ(log.count("job_cancelled") + log.count("attempt_failed") + log.count("job_failed"), 0);
 }
 
-TEST_F(SupervisorTest, JobsThatRunLongerThanTheirLeaseKeepItWhileTheLeaseKeeperLives) {
+TEST_F(SupervisorTest, RenewsTheLeasesOfLongJobs) {
   Queue brief(store.all(), artifacts, ids, system_clock(), log.log(), {.lease_ms = 300});
   const QueueMaintainer maintenance(brief.lifecycle, log.log(),
                                     {std::chrono::milliseconds(2), std::chrono::milliseconds(1)});

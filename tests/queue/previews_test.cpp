@@ -1,4 +1,4 @@
-/// Images of running jobs, as the queue keeps them for who looks.
+/// Previews of running jobs and their requests.
 
 #include "server/queue/previews.h"
 
@@ -11,7 +11,7 @@ namespace {
 class PreviewsTest : public testing::Test {
  protected:
   Previews::Request request(const std::string& id, std::uint32_t side = 512) {
-    return previews.request(id, side, [this] { ++told; });
+    return previews.request(id, side, [this] { ++called; });
   }
   void add(const std::string& id, std::uint32_t side, const std::string& png) {
     previews.begin(id);
@@ -24,22 +24,22 @@ class PreviewsTest : public testing::Test {
 
   std::int64_t now = 1'000'000;
   Previews previews{[this] { return now; }};
-  int told = 0;
+  int called = 0;
 };
 
 }  // namespace
 
-TEST_F(PreviewsTest, OneWishIsEnoughForAllWhoWaitForTheSame) {
+TEST_F(PreviewsTest, SharesOneRequestBetweenWaiters) {
   EXPECT_TRUE(request("a").is_new);
   EXPECT_FALSE(request("a").is_new);
   EXPECT_TRUE(request("a", 64).is_new) << "another size";
   EXPECT_TRUE(request("b").is_new);
   add("a", 512, "image");
-  EXPECT_EQ(told, 2);
+  EXPECT_EQ(called, 2);
   EXPECT_TRUE(request("a").is_new) << "for the next one";
 }
 
-TEST_F(PreviewsTest, AnImageIsFreshForHalfASecond) {
+TEST_F(PreviewsTest, PreviewsAreFreshForHalfASecond) {
   add("a", 512, "image");
   EXPECT_TRUE(previews.latest("a", 512).fresh);
   now += Previews::fresh_ms;
@@ -49,26 +49,26 @@ TEST_F(PreviewsTest, AnImageIsFreshForHalfASecond) {
   EXPECT_EQ(latest("a"), "image") << "it is still the latest";
 }
 
-TEST_F(PreviewsTest, WhoForgetsIsNotTold) {
+TEST_F(PreviewsTest, DoesNotCallACancelledWaiter) {
   previews.cancel(request("a").token);
   add("a", 512, "image");
-  EXPECT_EQ(told, 0);
-  previews.cancel(12345);  // nobody's
+  EXPECT_EQ(called, 0);
+  previews.cancel(12345);  // unknown
 }
 
-TEST_F(PreviewsTest, NothingStaysOfAJobThatEndedAndItsWaitersAreTold) {
+TEST_F(PreviewsTest, DropsPreviewsAndCallsWaitersAtTheEndOfAJob) {
   add("a", 512, "image");
   add("ab", 512, "another's");
   request("a");
   request("a", 64);
   request("ab");
   for (const auto& call : previews.end("a")) call();
-  EXPECT_EQ(told, 2);
+  EXPECT_EQ(called, 2);
   EXPECT_EQ(latest("a"), "");
   EXPECT_EQ(latest("ab"), "another's");
 }
 
-TEST_F(PreviewsTest, KeepsAFewSizesOfAJobAndLetsTheOldestGo) {
+TEST_F(PreviewsTest, DropsTheOldestSizeOfAJob) {
   for (std::uint32_t side = 1; side <= Previews::sides_max + 1; ++side) {
     add("a", side, "image");
     ++now;

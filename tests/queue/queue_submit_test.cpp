@@ -1,4 +1,4 @@
-/// What the queue makes of a submission: bounds by owner, one job for each key, images that exist already.
+/// Submissions: quotas of owners, idempotency keys, batches and the result cache.
 
 #include <gtest/gtest.h>
 
@@ -98,7 +98,7 @@ class SubmitTest : public testing::Test {
 
 }  // namespace
 
-TEST_F(SubmitTest, HoldsEachOwnerToItsOwnBounds) {
+TEST_F(SubmitTest, EnforcesTheLimitsOfEachOwner) {
   for (int i = 0; i < 3; ++i) EXPECT_TRUE(queue.submission.submit(submission("", "ann")));
   const auto refused = queue.submission.submit(submission("", "ann"));
   ASSERT_FALSE(refused);
@@ -112,7 +112,7 @@ TEST_F(SubmitTest, HoldsEachOwnerToItsOwnBounds) {
   EXPECT_EQ(full.error().value, 10);
 }
 
-TEST_F(SubmitTest, AHitHasTheReportAndTheImagesAndIsNotRun) {
+TEST_F(SubmitTest, FinishesAJobFromTheResultCacheWithReportAndImages) {
   EXPECT_FALSE(queue.submission.submit(submission("key"))->from_cache);
   EXPECT_FALSE(queue.submission.submit(submission("key"))->from_cache) << "the first one has not finished";
   EXPECT_TRUE(run_one("abc"));
@@ -126,7 +126,7 @@ TEST_F(SubmitTest, AHitHasTheReportAndTheImagesAndIsNotRun) {
   EXPECT_FALSE(queue.submission.submit(submission(""))->from_cache);
 }
 
-TEST_F(SubmitTest, ImagesOfAHitStayWhenTheJobThatMadeThemGoesMeanwhile) {
+TEST_F(SubmitTest, KeepsCachedImagesWhenTheirFirstJobIsRemoved) {
   std::atomic<int> hits = 0, missing = 0;
   std::atomic<bool> stop = false;
   const auto work = [&] {
@@ -149,7 +149,7 @@ TEST_F(SubmitTest, ImagesOfAHitStayWhenTheJobThatMadeThemGoesMeanwhile) {
   EXPECT_EQ(missing, 0);
 }
 
-TEST_F(SubmitTest, AKeyIsForgottenAfterItsTime) {
+TEST_F(SubmitTest, DeletesAReplyAfterItsTime) {
   const auto submit = [&](const std::string& hash) {
     Submission keyed = submission();
     keyed.idempotency = Idempotency{"POST /v1/jobs", "k", hash};
@@ -163,7 +163,7 @@ TEST_F(SubmitTest, AKeyIsForgottenAfterItsTime) {
   EXPECT_FALSE(submit("b")->replayed);
 }
 
-TEST_F(SubmitTest, KeepingHouseDeletesExpiredImagesThatNoOtherJobNames) {
+TEST_F(SubmitTest, MaintenanceDeletesExpiredImagesThatNoOtherJobNames) {
   Submission kept = submission("key"), expiring = submission("key");
   expiring.parsed.job.expires_in_s = 1;
   expiring.parsed.job.cache = api::CacheUse::off;
@@ -180,7 +180,7 @@ TEST_F(SubmitTest, KeepingHouseDeletesExpiredImagesThatNoOtherJobNames) {
   EXPECT_EQ(queue.queries.open(image), nullptr);
 }
 
-TEST_F(SubmitTest, ABatchIsStoppedWhenTooManyOfItsJobsFail) {
+TEST_F(SubmitTest, CancelsABatchWithTooManyFailedJobs) {
   BatchSubmission batch;
   batch.jobs.resize(3);
   batch.max_failed = 1;
@@ -194,14 +194,14 @@ TEST_F(SubmitTest, ABatchIsStoppedWhenTooManyOfItsJobsFail) {
             (std::map<JobState, std::int64_t>{{JobState::failed, 2}, {JobState::cancelled, 1}}));
 }
 
-TEST_F(SubmitTest, ABatchThatDoesNotFitIsRefusedWhole) {
+TEST_F(SubmitTest, RejectsAWholeBatchAboveTheLimit) {
   BatchSubmission batch;
   batch.jobs.resize(4);
   EXPECT_EQ(queue.submission.submit_batch(std::move(batch)).error().reason, Rejection::Reason::owner_queued_jobs);
   EXPECT_EQ(store.count(JobState::queued), 0);
 }
 
-TEST_F(SubmitTest, AJobThatNobodyWasPromisedWaitsForNoDisk) {
+TEST_F(SubmitTest, DoesNotSyncJobsThatAreNotDurable) {
   Submission waited_for = submission();
   waited_for.durable = false;
   EXPECT_TRUE(queue.submission.submit(waited_for));
@@ -210,25 +210,25 @@ TEST_F(SubmitTest, AJobThatNobodyWasPromisedWaitsForNoDisk) {
   run_one("b");
   waited_for.idempotency = Idempotency{"POST /v1/render", "key", "sha"};
   waited_for.write_reply = [](const JobView&, bool) { return FirstReply{}; };
-  EXPECT_TRUE(queue.submission.submit(waited_for));  // whoever has a key may ask what became of it
+  EXPECT_TRUE(queue.submission.submit(waited_for));  // a client with a key may send the request again
   run_one("c");
   EXPECT_EQ(writes.durable, (std::vector<bool>{false, false, true, true, true, true}));
   EXPECT_EQ(writes.probes, 0);
 }
 
-TEST_F(SubmitTest, AJobIsDurableFromThePromiseOn) {
+TEST_F(SubmitTest, MakesAJobDurableOnRequest) {
   Submission waited_for = submission();
   waited_for.durable = false;
   const std::string id = queue.submission.submit(waited_for)->view.job.id;
   for (int i = 0; i < 2; ++i) queue.submission.make_durable(id);
-  EXPECT_EQ(writes.probes, 1) << "what is durable stays so";
+  EXPECT_EQ(writes.probes, 1) << "a durable job needs no probe";
   run_one("a");
   EXPECT_EQ(writes.durable, (std::vector<bool>{false, true}));
   queue.submission.make_durable("unknown");
   EXPECT_EQ(writes.probes, 1);
 }
 
-TEST_F(SubmitTest, AJobThatWasNotStoredIsForgotten) {
+TEST_F(SubmitTest, KeepsNoStateOfAJobThatWasNotStored) {
   Submission waited_for = submission();
   waited_for.durable = false;
   writes.failing = true;

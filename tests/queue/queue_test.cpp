@@ -18,30 +18,30 @@ namespace {
 
 class RecordingRunner final : public JobRunner {
  public:
-  void notify(bool) noexcept override { ++wakes; }
+  void notify(bool) noexcept override { ++notifications; }
   void cancel(const std::string& id) noexcept override { cancelled.push_back(id); }
   void request_preview(const std::string& id, std::uint32_t side) noexcept override {
-    looked.push_back(id + " " + std::to_string(side));
+    preview_requests.push_back(id + " " + std::to_string(side));
   }
   void on_lease_lost(const Lease& lease) noexcept override { lost_leases.push_back(lease); }
   std::string not_ready() override { return status; }
-  int wakes = 0;
-  std::vector<std::string> cancelled, looked;
+  int notifications = 0;
+  std::vector<std::string> cancelled, preview_requests;
   std::vector<Lease> lost_leases;
   std::string status;
 };
 
-/// Notes what it hears, and whether the job was stored already.
+/// Records its calls, and whether the job was stored before.
 class RecordingListener final : public CompletionListener {
  public:
   explicit RecordingListener(TestStore& jobs) : store(jobs) {}
   void register_webhook(const std::string& id, const api::Webhook& webhook) override {
-    heard.push_back("expect " + webhook.url + (store.find(id) ? ", stored" : ""));
+    calls.push_back("expect " + webhook.url + (store.find(id) ? ", stored" : ""));
     if (failing) throw StoreFailure(StoreFailure::Kind::full, "disk full");
   }
-  void on_ended(const std::string& id) noexcept override { heard.push_back("ended " + id); }
+  void on_ended(const std::string& id) noexcept override { calls.push_back("ended " + id); }
   TestStore& store;
-  std::vector<std::string> heard;
+  std::vector<std::string> calls;
   bool failing = false;
 };
 
@@ -94,26 +94,26 @@ class QueueTest : public testing::Test {
 
 }  // namespace
 
-TEST_F(QueueTest, OneLookIsEnoughForAllWhoWaitAndNothingIsKeptOfJobsThatDoNotRun) {
+TEST_F(QueueTest, SharesOnePreviewRequestBetweenWaiters) {
   const std::string id = submit();
   const auto claim = queue.lifecycle.claim(false);
-  int told = 0;
-  for (int i = 0; i < 2; ++i) queue.waiters.request_preview(id, 64, [&] { ++told; });
+  int called = 0;
+  for (int i = 0; i < 2; ++i) queue.waiters.request_preview(id, 64, [&] { ++called; });
   const std::uint64_t token = queue.waiters.request_preview(id, 64, [&] { ADD_FAILURE() << "stopped looking"; });
   queue.waiters.cancel_preview(token);
-  EXPECT_EQ(runner.looked, std::vector<std::string>{id + " 64"});
+  EXPECT_EQ(runner.preview_requests, std::vector<std::string>{id + " 64"});
   queue.waiters.add_preview(id, 64, "image");
-  EXPECT_EQ(told, 2);
+  EXPECT_EQ(called, 2);
   EXPECT_EQ(*queue.waiters.preview(id, 64).png, "image");
-  queue.waiters.request_preview(id, 64, [&] { ++told; });
+  queue.waiters.request_preview(id, 64, [&] { ++called; });
   EXPECT_TRUE(queue.lifecycle.release(id, claim->fence, false, false));
-  EXPECT_EQ(told, 3) << "it waits again";
+  EXPECT_EQ(called, 3) << "it waits again";
   EXPECT_EQ(queue.waiters.preview(id, 64).png, nullptr);
   queue.waiters.add_preview(id, 64, "late");
   EXPECT_EQ(queue.waiters.preview(id, 64).png, nullptr);
 }
 
-TEST_F(QueueTest, ASubmittedJobCarriesWhatTheDocumentAskedFor) {
+TEST_F(QueueTest, StoresTheJobFieldsOfTheDocument) {
   api::Document parsed;
   const api::Webhook webhook{"https://example.org/", {"failed"}};
   parsed.job = {"orbit 7", {{"batch", "orbit"}}, 80, 5, 1'700'000'060'000, 1'700'000'120'000, 3600, {}, webhook};
@@ -143,10 +143,10 @@ TEST_F(QueueTest, ASubmittedJobCarriesWhatTheDocumentAskedFor) {
   EXPECT_EQ(job.created_at, 1'700'000'000'000);
   EXPECT_EQ(job.state, JobState::queued);
   EXPECT_EQ(store.document(job.id), "verbatim");
-  EXPECT_EQ(runner.wakes, 0) << "maintenance notifies the runner when the job is due";
+  EXPECT_EQ(runner.notifications, 0) << "maintenance notifies the runner when the job is due";
 }
 
-TEST_F(QueueTest, AWebhookIsExpectedBeforeItsJobIsStoredAndEveryEndIsTold) {
+TEST_F(QueueTest, RegistersAWebhookBeforeItsJobIsStored) {
   RecordingListener listener(store);
   queue.notifications.set_completion_listener(&listener);
   api::Document parsed;
@@ -155,15 +155,15 @@ TEST_F(QueueTest, AWebhookIsExpectedBeforeItsJobIsStoredAndEveryEndIsTold) {
                     second = submit();
   succeed(*queue.lifecycle.claim(false), "image");
   queue.lifecycle.cancel(second);
-  EXPECT_EQ(listener.heard, (std::vector<std::string>{"expect http://a/", "ended " + first, "ended " + second}));
+  EXPECT_EQ(listener.calls, (std::vector<std::string>{"expect http://a/", "ended " + first, "ended " + second}));
   listener.failing = true;
   EXPECT_THROW((void)queue.submission.submit({.document = "{}", .parsed = parsed}), StoreFailure);
-  EXPECT_EQ(store.count(JobState::queued), 0) << "nobody would be told of it";
+  EXPECT_EQ(store.count(JobState::queued), 0) << "its end would not be reported";
   queue.notifications.set_completion_listener(nullptr);
   EXPECT_TRUE(queue.submission.submit({.document = "{}", .parsed = parsed}));
 }
 
-TEST_F(QueueTest, RefusesMoreWaitingJobsThanTheLimitAndStoresNothingOfThem) {
+TEST_F(QueueTest, RejectsAndDoesNotStoreJobsAboveTheLimit) {
   for (int i = 0; i < 10; ++i) submit();
   const auto refused = queue.submission.submit({.document = "{}"});
   ASSERT_FALSE(refused);
@@ -175,7 +175,7 @@ TEST_F(QueueTest, RefusesMoreWaitingJobsThanTheLimitAndStoresNothingOfThem) {
   EXPECT_TRUE(queue.submission.submit({.document = "{}"})) << "a running job does not wait";
 }
 
-TEST_F(QueueTest, ManyThreadsTogetherDoNotPassTheLimit) {
+TEST_F(QueueTest, ConcurrentSubmissionsDoNotExceedTheLimit) {
   std::atomic<int> accepted = 0;
   std::vector<std::thread> threads;
   for (int i = 0; i < 8; ++i) {
@@ -221,14 +221,14 @@ TEST_F(QueueTest, AReleasedJobStartsAgainAtProgressZero) {
   EXPECT_EQ(find(id).progress, 0);
 }
 
-TEST_F(QueueTest, CancellingAQueuedJobEndsItAndTellsNobodyElse) {
+TEST_F(QueueTest, CancellingAQueuedJobDoesNotNotifyTheRunner) {
   const std::string id = submit();
   EXPECT_EQ(queue.lifecycle.cancel(id), CancelOutcome::cancelled);
   EXPECT_EQ(find(id).job.state, JobState::cancelled);
   EXPECT_TRUE(runner.cancelled.empty());
 }
 
-TEST_F(QueueTest, CancellingARunningJobTellsTheRunner) {
+TEST_F(QueueTest, CancellingARunningJobNotifiesTheRunner) {
   const std::string id = submit();
   const Claim claim = *queue.lifecycle.claim(false);
   EXPECT_EQ(queue.lifecycle.cancel(id), CancelOutcome::cancelling);
@@ -271,7 +271,7 @@ TEST_F(QueueTest, CallsAWaiterOnceForEveryWayAJobEnds) {
     end(id);
     EXPECT_EQ(early, 1) << name;
     queue.waiters.when_ended(id, [&] { ++late; });
-    EXPECT_EQ(late, 1) << name << ": one who comes late is called at once";
+    EXPECT_EQ(late, 1) << name << ": a late waiter is called at once";
     queue.lifecycle.remove(id);
     EXPECT_EQ(early, 1) << name;
   }
@@ -285,7 +285,7 @@ TEST_F(QueueTest, DoesNotCallAWaiterWhenTheJobGoesBackToTheQueue) {
   EXPECT_EQ(calls, 0);
 }
 
-TEST_F(QueueTest, CallsAllWaitersButThoseThatWereForgotten) {
+TEST_F(QueueTest, CallsAllWaitersExceptCancelledOnes) {
   const std::string id = submit();
   std::set<int> called;
   queue.waiters.when_ended(id, [&] { called.insert(1); });
@@ -304,7 +304,7 @@ TEST_F(QueueTest, CallsAWaiterForAnUnknownJobAtOnce) {
   EXPECT_EQ(calls, 1);
 }
 
-TEST_F(QueueTest, WaitersAndEndsThatRaceMeetExactlyOnce) {
+TEST_F(QueueTest, CallsAWaiterOnceWhenTheJobEndsAtTheSameTime) {
   for (int round = 0; round < 200; ++round) {
     const std::string id = submit();
     std::atomic<int> calls = 0;
@@ -315,7 +315,7 @@ TEST_F(QueueTest, WaitersAndEndsThatRaceMeetExactlyOnce) {
   }
 }
 
-TEST_F(QueueTest, AWaiterMayAskTheQueue) {
+TEST_F(QueueTest, WaitersMayCallTheQueue) {
   const std::string id = submit();
   JobState seen = JobState::queued;
   queue.waiters.when_ended(id, [&] { seen = find(id).job.state; });
@@ -323,7 +323,7 @@ TEST_F(QueueTest, AWaiterMayAskTheQueue) {
   EXPECT_EQ(seen, JobState::cancelled);
 }
 
-TEST_F(QueueTest, SaysWhyItIsNotReady) {
+TEST_F(QueueTest, ReportsTheReasonOfNotBeingReady) {
   EXPECT_EQ(queue.queries.not_ready(), "");
   runner.status = "worker: restarting";
   EXPECT_EQ(queue.queries.not_ready(), "worker: restarting");
@@ -334,7 +334,7 @@ TEST_F(QueueTest, SaysWhyItIsNotReady) {
   EXPECT_EQ(queue.queries.not_ready(), "worker: not started");
 }
 
-TEST_F(QueueTest, ANewQueueTakesOverWhatTheDeadOneLeftRunning) {
+TEST_F(QueueTest, RecoversTheRunningJobsOfADeadDaemon) {
   const std::string id = submit();
   queue.lifecycle.claim(false);
   Queue next(store.all(), temporary.artifacts, ids, system_clock(), no_log(), {});

@@ -1,5 +1,5 @@
 #pragma once
-/// A queue in memory with a supervisor of the fake worker, which executes documents as scripts.
+/// A queue with a supervisor of the fake worker, which executes documents as scripts.
 
 #include <gtest/gtest.h>
 

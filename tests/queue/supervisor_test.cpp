@@ -230,7 +230,7 @@ TEST_F(SupervisorTest, ReplacesAStandbyThatDies) {
   EXPECT_EQ(find(id).attempt, 1);
 }
 
-TEST_F(SupervisorTest, DoesNotBlameAnotherJobForACrashOfACancelledOne) {
+TEST_F(SupervisorTest, CountsNoAttemptOfOtherJobsForACrashOfACancelledOne) {
   start(impatient());
   const std::string other = submit("wait " + path("other"), 1);
   const std::string killer = submit("hang " + path("go") + "\ncrash");
