@@ -94,7 +94,7 @@ TEST_P(ArtifactStoreConformance, NamesBytesByTheirSha256) {
   EXPECT_EQ(put(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
 }
 
-TEST_P(ArtifactStoreConformance, GivesBackWhatWasPut) {
+TEST_P(ArtifactStoreConformance, ReturnsTheBytesThatWerePut) {
   for (const std::string& bytes : {std::string(), std::string("abc"), std::string(1 << 18, 'x'), large_image()}) {
     const ArtifactStore::Stored stored = store().put(MemoryFile(bytes).fd());
     EXPECT_EQ(stored.bytes, bytes.size());
@@ -102,7 +102,7 @@ TEST_P(ArtifactStoreConformance, GivesBackWhatWasPut) {
   }
 }
 
-TEST_P(ArtifactStoreConformance, ReadsFromTheStartWhateverThePositionOfTheDescriptor) {
+TEST_P(ArtifactStoreConformance, ReadsADescriptorFromItsStart) {
   const MemoryFile file("abc");
   lseek(file.fd(), 2, SEEK_SET);
   EXPECT_EQ(get(store().put(file.fd()).sha256), "abc");
@@ -118,7 +118,7 @@ TEST_P(ArtifactStoreConformance, ReadsAnyRangeAndFewerBytesOnlyAtTheEnd) {
   }
 }
 
-TEST_P(ArtifactStoreConformance, StoringTheSameBytesTwiceIsOneArtifact) {
+TEST_P(ArtifactStoreConformance, StoresEqualBytesOnce) {
   const std::string sha256 = put("abc");
   EXPECT_EQ(put("abc"), sha256);
   store().remove(sha256);
@@ -136,7 +136,7 @@ TEST_P(ArtifactStoreConformance, AnOpenReaderOutlivesTheRemoval) {
   EXPECT_EQ(bytes, "abc");
 }
 
-TEST_P(ArtifactStoreConformance, KnowsNothingOfOtherNames) {
+TEST_P(ArtifactStoreConformance, FindsNothingUnderOtherNames) {
   const std::string sha256 = put("abc");
   std::string upper = sha256;
   for (char& c : upper) c = static_cast<char>(std::toupper(c));
@@ -148,9 +148,9 @@ TEST_P(ArtifactStoreConformance, KnowsNothingOfOtherNames) {
   EXPECT_EQ(get(sha256), "abc");
 }
 
-TEST_P(ArtifactStoreConformance, RefusesADescriptorThatCannotBeRead) { EXPECT_THROW(store().put(-1), StoreFailure); }
+TEST_P(ArtifactStoreConformance, RejectsADescriptorThatCannotBeRead) { EXPECT_THROW(store().put(-1), StoreFailure); }
 
-TEST_P(ArtifactStoreConformance, PutsOfTheSameAndOfOtherBytesFromManyThreadsAllArrive) {
+TEST_P(ArtifactStoreConformance, StoresConcurrentPutsOfEqualAndDifferentBytes) {
   std::vector<std::thread> threads;
   for (int thread = 0; thread < 8; ++thread) {
     threads.emplace_back([&, thread] {
@@ -186,7 +186,7 @@ INSTANTIATE_TEST_SUITE_P(Stores, ArtifactStoreConformance,
                                          ArtifactStoreKind{"RowsAndFiles", make_rows_and_files}),
                          [](const auto& kind) { return kind.param.name; });
 
-TEST(FileArtifactStore, KeepsArtifactsOverARestartAndDeletesWhatWasHalfWritten) {
+TEST(FileArtifactStore, KeepsArtifactsOverARestartAndDeletesIncompleteFiles) {
   const TemporaryDirectory directory;
   const std::string artifacts = directory.path() + "/artifacts";
   const std::string sha256 = FileArtifactStore(artifacts).put(MemoryFile("abc").fd()).sha256;
@@ -196,7 +196,7 @@ TEST(FileArtifactStore, KeepsArtifactsOverARestartAndDeletesWhatWasHalfWritten) 
   EXPECT_TRUE(std::filesystem::is_empty(artifacts + "/tmp"));
 }
 
-TEST(FileArtifactStore, LeavesNothingTemporaryBehindAPut) {
+TEST(FileArtifactStore, DeletesTemporaryFilesAfterAPut) {
   const TemporaryDirectory directory;
   FileArtifactStore store(directory.path());
   store.put(MemoryFile("abc").fd());
@@ -205,7 +205,7 @@ TEST(FileArtifactStore, LeavesNothingTemporaryBehindAPut) {
   EXPECT_TRUE(std::filesystem::is_empty(directory.path() + "/tmp"));
 }
 
-TEST(FileArtifactStore, SaysWhereItCannotWrite) {
+TEST(FileArtifactStore, ReportsThePathThatItCannotWrite) {
   try {
     const FileArtifactStore store("/proc/whittle");
     FAIL() << "made a directory in /proc";

@@ -1,4 +1,4 @@
-/// What every AssetStore promises, run against each, and that the collector takes nothing from a job.
+/// The contract of an asset store, run against every implementation, and the collector of unused assets.
 
 #include <gtest/gtest.h>
 
@@ -76,7 +76,7 @@ std::string large_file() {
 
 }  // namespace
 
-TEST_P(AssetStoreConformance, GivesBackWhatWasPutUnderItsName) {
+TEST_P(AssetStoreConformance, ReturnsTheBytesThatWerePut) {
   for (const std::string& bytes : {std::string(), std::string("abc"), std::string(1 << 18, 'x'), large_file()}) {
     EXPECT_EQ(put(bytes), Put::stored);
     EXPECT_EQ(get(tracer::sha256_hex(bytes)), bytes) << bytes.size() << " bytes";
@@ -84,14 +84,14 @@ TEST_P(AssetStoreConformance, GivesBackWhatWasPutUnderItsName) {
   }
 }
 
-TEST_P(AssetStoreConformance, HasNothingThatWasNotPut) {
+TEST_P(AssetStoreConformance, IsEmptyAtFirst) {
   const std::string name = tracer::sha256_hex("abc");
   EXPECT_FALSE(store().use(name));
   EXPECT_EQ(get(name), std::nullopt);
   EXPECT_FALSE(store().remove_unused_since(name, now + 1));
 }
 
-TEST_P(AssetStoreConformance, RefusesBytesOfAnotherNameAndKeepsWhatItHad) {
+TEST_P(AssetStoreConformance, RejectsBytesThatDoNotMatchTheName) {
   const std::string name = tracer::sha256_hex("abc"), other = "abd";
   EXPECT_EQ(store().put(name, reading(other)), Put::other_bytes);
   EXPECT_EQ(get(name), std::nullopt);
@@ -101,13 +101,13 @@ TEST_P(AssetStoreConformance, RefusesBytesOfAnotherNameAndKeepsWhatItHad) {
   EXPECT_EQ(get(name), "abc");
 }
 
-TEST_P(AssetStoreConformance, SaysThatTheSameBytesWereThere) {
+TEST_P(AssetStoreConformance, ReportsBytesThatExist) {
   EXPECT_EQ(put("abc"), Put::stored);
   EXPECT_EQ(put("abc"), Put::was_there);
   EXPECT_EQ(get(tracer::sha256_hex("abc")), "abc");
 }
 
-TEST_P(AssetStoreConformance, KnowsNothingOfOtherNames) {
+TEST_P(AssetStoreConformance, FindsNothingUnderOtherNames) {
   const std::string sha256 = stored("abc"), bytes = "abc";
   std::string upper = sha256;
   for (char& c : upper) c = static_cast<char>(std::toupper(c));
@@ -121,7 +121,7 @@ TEST_P(AssetStoreConformance, KnowsNothingOfOtherNames) {
   EXPECT_EQ(get(sha256), "abc");
 }
 
-TEST_P(AssetStoreConformance, StoresNothingOfAnUploadThatBreaksOff) {
+TEST_P(AssetStoreConformance, StoresNothingOfAnInterruptedUpload) {
   const std::string bytes = large_file();
   const auto breaks_off = [&](std::uint64_t offset, char* into, std::size_t size) {
     if (offset > 500'000) throw std::runtime_error("gone");
@@ -132,7 +132,7 @@ TEST_P(AssetStoreConformance, StoresNothingOfAnUploadThatBreaksOff) {
   EXPECT_EQ(put(bytes), Put::stored);
 }
 
-TEST_P(AssetStoreConformance, TellsWhatWasNotUsedSinceATimeByTheClockItWasGiven) {
+TEST_P(AssetStoreConformance, ListsTheAssetsThatWereNotUsedSinceATime) {
   const std::string early = stored("early"), late = stored("late");
   now += 1000;
   EXPECT_TRUE(store().use(late));
@@ -142,7 +142,7 @@ TEST_P(AssetStoreConformance, TellsWhatWasNotUsedSinceATimeByTheClockItWasGiven)
   EXPECT_EQ(all_unused_since(now + 1).size(), 2u);
 }
 
-TEST_P(AssetStoreConformance, CountsPuttingAgainAsUseAndOpeningAsNone) {
+TEST_P(AssetStoreConformance, PutMarksAnAssetAsUsedAndOpenDoesNot) {
   const std::string again = stored("again"), opened = stored("opened");
   now += 1000;
   put("again");
@@ -150,7 +150,7 @@ TEST_P(AssetStoreConformance, CountsPuttingAgainAsUseAndOpeningAsNone) {
   EXPECT_EQ(all_unused_since(now), std::vector<std::string>{opened});
 }
 
-TEST_P(AssetStoreConformance, RemovesNothingThatWasUsedMeanwhile) {
+TEST_P(AssetStoreConformance, DoesNotRemoveAnAssetThatWasUsedMeanwhile) {
   const std::string sha256 = stored("abc");
   now += 1000;
   ASSERT_EQ(all_unused_since(now), std::vector<std::string>{sha256});
@@ -170,7 +170,7 @@ TEST_P(AssetStoreConformance, AnOpenReaderOutlivesTheRemoval) {
   EXPECT_EQ(bytes, "abc");
 }
 
-TEST_P(AssetStoreConformance, TheCollectorTakesWhatIsOldAndNamedByNoJob) {
+TEST_P(AssetStoreConformance, CollectorDeletesOldAssetsThatNoJobNames) {
   const TemporaryDirectory jobs_directory;
   TestStore jobs(jobs_directory.path(), {.synchronous = false});
   const std::string named = stored("named"), forgotten = stored("forgotten");
@@ -192,8 +192,8 @@ TEST_P(AssetStoreConformance, TheCollectorTakesWhatIsOldAndNamedByNoJob) {
   EXPECT_EQ(collect_assets(store(), jobs.all().maintenance, part, now), 1);
 }
 
-TEST_P(AssetStoreConformance, TheCollectorNeverTakesFromAJobThatWasAcceptedMeanwhile) {
-  // Whoever is told that the asset is there stores a job that names it; everything is old at once, and collected again
+TEST_P(AssetStoreConformance, CollectorKeepsTheAssetsOfJobsStoredMeanwhile) {
+  // A thread that finds the asset stores a job that names it; everything is old at once, and collected again
   // and again.
   const TemporaryDirectory jobs_directory;
   TestStore jobs(jobs_directory.path(), {.synchronous = false});
@@ -205,7 +205,7 @@ TEST_P(AssetStoreConformance, TheCollectorNeverTakesFromAJobThatWasAcceptedMeanw
     while (!stop) collected += collect_assets(store(), jobs.all().maintenance, part, now - 100'000);
   });
   for (int round = 0; round < 300; ++round) {
-    now += 1'000'000;  // what was used in the round before is old
+    now += 1'000'000;  // assets used in the previous round are old
     store().put(sha256, reading(bytes));
     now += 1'000'000;
     if (!store().use(sha256)) continue;  // collected before: then the job is refused
@@ -223,7 +223,7 @@ TEST_P(AssetStoreConformance, TheCollectorNeverTakesFromAJobThatWasAcceptedMeanw
   RecordProperty("collected", collected);
 }
 
-TEST_P(AssetStoreConformance, PutsOfTheSameBytesFromManyThreadsAreStoredOnce) {
+TEST_P(AssetStoreConformance, StoresConcurrentPutsOfEqualBytesOnce) {
   std::vector<std::thread> threads;
   std::atomic<int> refused = 0;
   for (int thread = 0; thread < 8; ++thread) {
@@ -246,7 +246,7 @@ INSTANTIATE_TEST_SUITE_P(Stores, AssetStoreConformance,
                                                         }}),
                          [](const auto& kind) { return kind.param.name; });
 
-TEST(FileAssetStore, KeepsAssetsAndTheirLastUseOverARestartAndDeletesWhatWasHalfWritten) {
+TEST(FileAssetStore, KeepsAssetsAndTheirLastUseOverARestartAndDeletesIncompleteFiles) {
   const TemporaryDirectory directory;
   const std::string uploads = directory.path() + "/uploads", bytes = "abc", sha256 = tracer::sha256_hex(bytes);
   ASSERT_EQ(FileAssetStore(uploads, [] { return 5'000; }).put(sha256, reading(bytes)), Put::stored);
@@ -259,7 +259,7 @@ TEST(FileAssetStore, KeepsAssetsAndTheirLastUseOverARestartAndDeletesWhatWasHalf
   EXPECT_TRUE(std::filesystem::exists(uploads + "/" + asset_path(sha256)));
 }
 
-TEST(FileAssetStore, LeavesNothingTemporaryBehindARefusedOrBrokenUpload) {
+TEST(FileAssetStore, DeletesTemporaryFilesAfterAFailedUpload) {
   const TemporaryDirectory directory;
   FileAssetStore store(directory.path(), [] { return 1; });
   const std::string bytes = "abc";
@@ -269,7 +269,7 @@ TEST(FileAssetStore, LeavesNothingTemporaryBehindARefusedOrBrokenUpload) {
   EXPECT_TRUE(std::filesystem::is_empty(directory.path() + "/tmp"));
 }
 
-TEST(AssetStoreBound, NoPutTakesAllAssetsTogetherAboveItAndRemovalsMakeRoom) {
+TEST(AssetStoreBound, RejectsPutsAboveItUntilAssetsAreRemoved) {
   const TemporaryDirectory directory;
   FileAssetStore in_files(
       directory.path(), [] { return 1; }, 10);
@@ -280,7 +280,7 @@ TEST(AssetStoreBound, NoPutTakesAllAssetsTogetherAboveItAndRemovalsMakeRoom) {
     EXPECT_FALSE(store->use(tracer::sha256_hex("fivef")));
     EXPECT_EQ(store->bytes(), 6u);
     EXPECT_EQ(put("four"), Put::stored) << "exactly full";
-    EXPECT_EQ(put("sixsix"), Put::was_there) << "what is there needs no room";
+    EXPECT_EQ(put("sixsix"), Put::was_there) << "existing bytes need no space";
     EXPECT_EQ(put("x"), Put::no_room);
     EXPECT_TRUE(store->remove_unused_since(tracer::sha256_hex("four"), 2));
     EXPECT_EQ(store->bytes(), 6u);
@@ -320,7 +320,7 @@ TEST(AssetStoreBound, HoldsOverARestartAndWhileManyPutAtOnce) {
   EXPECT_GE(on_the_disk, 900u) << "nothing was refused that had room";
 }
 
-TEST(AssetCollector, CollectsFromItsStartOnAndEndsAtOnce) {
+TEST(AssetCollector, CollectsFromItsStartAndStopsAtOnce) {
   const TemporaryDirectory jobs_directory;
   TestStore jobs(jobs_directory.path(), {.synchronous = false});
   std::atomic<std::int64_t> now = 1'000;
@@ -328,12 +328,12 @@ TEST(AssetCollector, CollectsFromItsStartOnAndEndsAtOnce) {
   const std::string bytes = "abc";
   assets.put(tracer::sha256_hex(bytes), reading(bytes));
   now = 10'000;
-  std::atomic<bool> told = false;
+  std::atomic<bool> logged = false;
   const Log log = [&](LogLevel, std::string_view event, const LogFields&) {
-    told = told || event == "assets_collected";
+    logged = logged || event == "assets_collected";
   };
   const AssetCollector collector(assets, jobs.all().maintenance, [&] { return now.load(); }, log,
                                  {.age = std::chrono::milliseconds(8'000), .step_pause = std::chrono::milliseconds(0)});
-  while (!told) std::this_thread::yield();
+  while (!logged) std::this_thread::yield();
   EXPECT_FALSE(assets.use(tracer::sha256_hex(bytes)));
 }

@@ -1,4 +1,4 @@
-/// Jobs that are stored, cancelled and tried again together.
+/// The contract of batches: jobs that are stored, cancelled and retried together.
 
 #include "tests/conformance/job_store_conformance.h"
 
@@ -51,7 +51,7 @@ TEST_P(JobStoreConformance, FindsABatchAndItsJobsInOrder) {
   EXPECT_FALSE(store().find_batch(id_of(0)));
 }
 
-TEST_P(JobStoreConformance, ABatchUnderAKeyThatIsTakenLeavesNothing) {
+TEST_P(JobStoreConformance, InsertsNothingOfABatchUnderAUsedKey) {
   InsertRequest admission = batch_of(2);
   const KeptReply reply{{"ann", "POST /v1/batches", "k"}, "hash", {202, "", "{}"}, now + 10};
   store().insert({{}, {}, reply}, now);
@@ -61,7 +61,7 @@ TEST_P(JobStoreConformance, ABatchUnderAKeyThatIsTakenLeavesNothing) {
   EXPECT_FALSE(store().find(id_of(0)));
 }
 
-TEST_P(JobStoreConformance, CancellingABatchCancelsWhatHasNotEndedAndNothingElse) {
+TEST_P(JobStoreConformance, CancellingABatchCancelsItsJobsThatHaveNotEnded) {
   const std::string other = submit([](Job& job) { job.priority = 0; });
   store().insert(batch_of(3), now);
   const Claim done = claim();
@@ -77,7 +77,7 @@ TEST_P(JobStoreConformance, CancellingABatchCancelsWhatHasNotEndedAndNothingElse
   EXPECT_TRUE(store().cancel_batch("nobody", now).cancelled.empty());
 }
 
-TEST_P(JobStoreConformance, RetryingABatchQueuesWhatFailedOrWasCancelled) {
+TEST_P(JobStoreConformance, RetryingABatchQueuesItsFailedAndCancelledJobs) {
   store().insert(batch_of(3), now);
   const Claim done = claim(), failed = claim();
   store().succeed(done.job.id, done.fence, now, "{}", {});
@@ -96,7 +96,7 @@ TEST_P(JobStoreConformance, RetryingABatchQueuesWhatFailedOrWasCancelled) {
   EXPECT_TRUE(store().retry_batch(batch_id, now).suspects);
 }
 
-TEST_P(JobStoreConformance, TellsBatchesInWhichTooManyFailedWhileOthersWait) {
+TEST_P(JobStoreConformance, ListsFailingBatches) {
   store().insert(batch_of(3, 1), now);
   EXPECT_TRUE(store().failing_batches().empty());
   for (int i = 0; i < 2; ++i) {
@@ -109,7 +109,7 @@ TEST_P(JobStoreConformance, TellsBatchesInWhichTooManyFailedWhileOthersWait) {
   EXPECT_TRUE(store().failing_batches().empty()) << "nothing is left to stop";
 }
 
-TEST_P(JobStoreConformance, ABatchGoesWithTheLastOfItsJobs) {
+TEST_P(JobStoreConformance, DeletesABatchWithItsLastJob) {
   store().insert(batch_of(2), now);
   store().remove(id_of(0));
   EXPECT_EQ(counts(store()), (std::map<JobState, std::int64_t>{{JobState::queued, 1}}));

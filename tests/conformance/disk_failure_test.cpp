@@ -1,4 +1,4 @@
-/// The stores on a disk that fails: nothing half done, everything acknowledged still there, and well again afterwards.
+/// The stores on a full disk: no partial writes, no loss of acknowledged data, recovery with free space.
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -40,7 +40,7 @@ std::optional<StoreFailure::Kind> failure_of(const std::function<void()>& call) 
 
 }  // namespace
 
-TEST(SqliteStores, OnAFullDiskSubmitsNothingAndIsWellAgainWithRoom) {
+TEST(SqliteStores, StoresNothingOnAFullDiskAndRecoversWithSpace) {
   const TemporaryDirectory directory;
   TestStore store(directory.path());
   store.submit(job_named("before"), "before");
@@ -56,7 +56,7 @@ TEST(SqliteStores, OnAFullDiskSubmitsNothingAndIsWellAgainWithRoom) {
   EXPECT_EQ(store.count(JobState::queued), 2);
 }
 
-TEST(SqliteStores, EverythingAcknowledgedWhileTheDiskFillsIsThereAfterAReopen) {
+TEST(SqliteStores, KeepsAcknowledgedJobsWhileTheDiskFills) {
   const TemporaryDirectory directory;
   std::vector<std::string> acknowledged;
   int refused = 0;
@@ -77,7 +77,7 @@ TEST(SqliteStores, EverythingAcknowledgedWhileTheDiskFillsIsThereAfterAReopen) {
   EXPECT_EQ(store.count(JobState::queued), static_cast<std::int64_t>(acknowledged.size()));
 }
 
-TEST(SqliteStores, ASubmitThatDoesNotFitDoesNotTakeOthersOfItsGroupWithIt) {
+TEST(SqliteStores, KeepsOtherWritesOfAGroupWhenOneDoesNotFit) {
   const TemporaryDirectory directory;
   TestStore store(directory.path());
   for (int i = 0; i < 20; ++i) store.submit(job_named("warm-" + std::to_string(i)), "{}");
@@ -100,7 +100,7 @@ TEST(SqliteStores, ASubmitThatDoesNotFitDoesNotTakeOthersOfItsGroupWithIt) {
   EXPECT_EQ(large_accepted, 0);
 }
 
-TEST(FileArtifactStore, OnAFullDiskStoresNothingAndIsWellAgainWithRoom) {
+TEST(FileArtifactStore, StoresNothingOnAFullDiskAndRecoversWithSpace) {
   const TemporaryDirectory directory;
   FileArtifactStore store(directory.path());
   const MemoryFile image(std::string(1 << 20, 'x'));
@@ -112,7 +112,7 @@ TEST(FileArtifactStore, OnAFullDiskStoresNothingAndIsWellAgainWithRoom) {
   EXPECT_NE(store.open(store.put(image.fd()).sha256), nullptr);
 }
 
-TEST(FileAssetStore, OnAFullDiskStoresNothingAndIsWellAgainWithRoom) {
+TEST(FileAssetStore, StoresNothingOnAFullDiskAndRecoversWithSpace) {
   const TemporaryDirectory directory;
   FileAssetStore store(directory.path(), [] { return 1; });
   const std::string bytes(1 << 20, 'x');
@@ -129,7 +129,7 @@ TEST(FileAssetStore, OnAFullDiskStoresNothingAndIsWellAgainWithRoom) {
   EXPECT_EQ(store.put(sha256, read), AssetStore::Put::stored);
 }
 
-TEST(SqliteStores, RefusesADirectoryThatIsInUse) {
+TEST(SqliteStores, RejectsADirectoryThatIsInUse) {
   const TemporaryDirectory directory;
   const TestStore first(directory.path());
   try {
@@ -143,7 +143,7 @@ TEST(SqliteStores, RefusesADirectoryThatIsInUse) {
   }
 }
 
-TEST(SqliteStores, TakesADirectoryThatIsLetGoOfWithinMoments) {
+TEST(SqliteStores, WaitsForADirectoryThatIsReleasedSoon) {
   const TemporaryDirectory directory;
   auto first = std::make_unique<TestStore>(directory.path());
   std::jthread soon([&] {
@@ -153,7 +153,7 @@ TEST(SqliteStores, TakesADirectoryThatIsLetGoOfWithinMoments) {
   EXPECT_NO_THROW(TestStore(directory.path()));
 }
 
-TEST(SqliteStores, RefusesAFileWithAnotherSchemaAndLeavesItUnchanged) {
+TEST(SqliteStores, RejectsAFileWithAnotherSchemaAndLeavesItUnchanged) {
   for (const auto& [version, program] : {std::pair('\x63', "newer program"), std::pair('\x06', "older program")}) {
     const TemporaryDirectory directory;
     const std::string path = directory.path() + "/whittle.db";
@@ -176,13 +176,13 @@ TEST(SqliteStores, RefusesAFileWithAnotherSchemaAndLeavesItUnchanged) {
   }
 }
 
-TEST(SqliteStores, RefusesAFileThatIsNoDatabase) {
+TEST(SqliteStores, RejectsAFileThatIsNoDatabase) {
   const TemporaryDirectory directory;
   std::ofstream(directory.path() + "/whittle.db") << std::string(8192, 'x');
   EXPECT_EQ(failure_of([&] { TestStore store(directory.path()); }), StoreFailure::Kind::unavailable);
 }
 
-TEST(SqliteStores, ItsLogStaysBoundedUnderSteadyReading) {
+TEST(SqliteStores, BoundsTheLogUnderSteadyReading) {
   const TemporaryDirectory directory;
   TestStore store(directory.path());
   std::atomic<bool> stop = false;

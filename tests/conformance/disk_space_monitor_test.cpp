@@ -1,4 +1,4 @@
-/// The ballast and what it is good for, on a small disk of the test's own: a tmpfs, which root alone may mount.
+/// The ballast on a small disk: a tmpfs, which only root can mount.
 
 #include "server/storage/files/disk_space_monitor.h"
 
@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::uint64_t disk_bytes = 32u << 20;
 
-class DiskRoomTest : public testing::Test {
+class DiskSpaceMonitorTest : public testing::Test {
  protected:
   void SetUp() override {
     mounted = mount("whittle-test", directory.path().c_str(), "tmpfs", 0, "size=32m") == 0;
@@ -31,7 +31,7 @@ class DiskRoomTest : public testing::Test {
     if (mounted) umount(directory.path().c_str());
   }
   std::string path(const std::string& name) const { return directory.path() + "/" + name; }
-  /// Leaves so many bytes free, but for what the file system itself needs.
+  /// Fills the disk except for this number of bytes and the needs of the file system.
   void fill_but(std::uint64_t bytes) {
     disk().measure();
     std::ofstream file(path("filler"), std::ios::binary | std::ios::app);
@@ -55,7 +55,7 @@ class DiskRoomTest : public testing::Test {
 
 }  // namespace
 
-TEST_F(DiskRoomTest, KeepsABallastAndATenthOfASmallDisk) {
+TEST_F(DiskSpaceMonitorTest, ReservesATenthOfASmallDisk) {
   EXPECT_EQ(disk().now().state, State::enough);
   EXPECT_EQ(disk().now().reserve_bytes, disk_bytes / 10);
   EXPECT_EQ(ballast(), disk_bytes / 32);
@@ -64,7 +64,7 @@ TEST_F(DiskRoomTest, KeepsABallastAndATenthOfASmallDisk) {
   EXPECT_GE(static_cast<std::uint64_t>(status.st_blocks) * 512, disk_bytes / 32) << "it really takes room";
 }
 
-TEST_F(DiskRoomTest, IsScarceBelowTheReserveAndKeepsTheBallastThen) {
+TEST_F(DiskSpaceMonitorTest, IsScarceBelowTheReserveAndKeepsTheBallast) {
   fill_but(disk_bytes / 20);
   EXPECT_FALSE(disk().measure());
   EXPECT_EQ(disk().now().state, State::scarce);
@@ -74,12 +74,12 @@ TEST_F(DiskRoomTest, IsScarceBelowTheReserveAndKeepsTheBallastThen) {
   EXPECT_EQ(disk().now().state, State::enough);
 }
 
-TEST_F(DiskRoomTest, GivesTheBallastUpWhenTheDiskIsFullAndTakesItAgainWithRoom) {
+TEST_F(DiskSpaceMonitorTest, DeletesTheBallastOnAFullDiskAndRestoresItWithSpace) {
   fill_but(0);
   EXPECT_FALSE(disk().measure());
   EXPECT_EQ(disk().now().state, State::none);
   EXPECT_EQ(ballast(), 0u);
-  EXPECT_FALSE(disk().measure()) << "what it gave up is not the room it waits for";
+  EXPECT_FALSE(disk().measure()) << "the deleted ballast does not count as free space";
   EXPECT_EQ(ballast(), 0u);
   make_room();
   EXPECT_TRUE(disk().measure());
@@ -88,7 +88,7 @@ TEST_F(DiskRoomTest, GivesTheBallastUpWhenTheDiskIsFullAndTakesItAgainWithRoom) 
   EXPECT_FALSE(disk().measure());
 }
 
-TEST_F(DiskRoomTest, GivesUpABallastThatADeadDaemonLeftSoThatTheStoreCanOpenAndEverythingEnds) {
+TEST_F(DiskSpaceMonitorTest, DeletesTheBallastOfADeadDaemonSoThatTheStoreCanOpen) {
   disk();
   {
     TestStore store(path("data"));
@@ -109,7 +109,7 @@ TEST_F(DiskRoomTest, GivesUpABallastThatADeadDaemonLeftSoThatTheStoreCanOpenAndE
   EXPECT_TRUE(store.succeed(claim.job.id, claim.fence, 2, std::string(10'000, 'r'), {}));
 }
 
-TEST_F(DiskRoomTest, ThrowsWhereTheDiskCannotBeLookedAt) {
+TEST_F(DiskSpaceMonitorTest, ThrowsIfTheDiskCannotBeMeasured) {
   disk();
   std::filesystem::remove_all(path("data"));
   EXPECT_THROW(disk().measure(), StoreFailure);

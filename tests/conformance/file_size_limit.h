@@ -1,5 +1,5 @@
 #pragma once
-/// A disk that is full: while this lives, no file of this process can grow beyond `bytes`.
+/// Simulates a full disk: while this exists, no file of this process can grow beyond `bytes`.
 
 #include <sys/resource.h>
 

@@ -1,4 +1,4 @@
-/// Retries, other changes by a job's owner, quotas, replies to be given again, results that are known.
+/// The contract of retries, changes by the owner, quotas, replies and the result cache.
 
 #include <atomic>
 #include <thread>
@@ -16,7 +16,7 @@ KeptReply reply_of(const std::string& owner, const std::string& key, std::int64_
 
 }  // namespace
 
-TEST_P(JobStoreConformance, OnlyWhatFailedOrWasCancelledIsTriedAgain) {
+TEST_P(JobStoreConformance, RetriesOnlyFailedAndCancelledJobs) {
   const std::vector<std::pair<JobState, RetryOutcome>> table = {
       {JobState::queued, RetryOutcome::not_ended},    {JobState::running, RetryOutcome::not_ended},
       {JobState::succeeded, RetryOutcome::succeeded}, {JobState::failed, RetryOutcome::queued},
@@ -32,7 +32,7 @@ TEST_P(JobStoreConformance, OnlyWhatFailedOrWasCancelledIsTriedAgain) {
   EXPECT_EQ(store().retry("nobody", now), RetryOutcome::unknown);
 }
 
-TEST_P(JobStoreConformance, ARetriedJobBeginsAnew) {
+TEST_P(JobStoreConformance, RetryResetsTheAttempts) {
   const std::string id = submit([&](Job& job) {
     job.expires_in_s = 60;
     job.deadline = now + 5;
@@ -60,7 +60,7 @@ TEST_P(JobStoreConformance, ARetriedJobBeginsAnew) {
   EXPECT_TRUE(find(id).problem->errors.empty()) << "those of the first time are gone";
 }
 
-TEST_P(JobStoreConformance, AJobThatKilledTheWorkerRunsAloneAlsoWhenItIsTriedAgain) {
+TEST_P(JobStoreConformance, ARetriedSuspectStaysASuspect) {
   const Placed job = place(JobState::running);
   store().release(job.id, job.fence, now, {.counts = true, .suspect = true});
   store().cancel(job.id, now);
@@ -69,14 +69,14 @@ TEST_P(JobStoreConformance, AJobThatKilledTheWorkerRunsAloneAlsoWhenItIsTriedAga
   EXPECT_EQ(claim(true).job.id, job.id);
 }
 
-TEST_P(JobStoreConformance, AnExpiredJobIsNotTriedAgain) {
+TEST_P(JobStoreConformance, DoesNotRetryAnExpiredJob) {
   const std::string id = submit([](Job& job) { job.expires_in_s = 1; });
   store().cancel(id, now);
   store().run_maintenance(now + 1000, 1000, 10);
   EXPECT_EQ(store().retry(id, now + 1000), RetryOutcome::expired);
 }
 
-TEST_P(JobStoreConformance, ChangesWhatIsNamedAndNothingElse) {
+TEST_P(JobStoreConformance, ChangesOnlyTheGivenFields) {
   const std::string id = submit([](Job& job) { job.name = "old", job.labels = {{"a", "1"}}; });
   const std::int64_t revision = find(id).revision;
   EXPECT_EQ(store().change(id, {80, "new", {{{"b", "2"}}}, {{now + 5}}}, revision), ChangeOutcome::changed);
@@ -105,7 +105,7 @@ TEST_P(JobStoreConformance, ChangesNothingOfAnotherRevision) {
   EXPECT_EQ(store().change("nobody", {}, std::nullopt), ChangeOutcome::unknown);
 }
 
-TEST_P(JobStoreConformance, EveryMoveMakesANewRevision) {
+TEST_P(JobStoreConformance, IncrementsTheRevisionWithEveryTransition) {
   const std::string id = submit();
   std::int64_t revision = find(id).revision;
   const auto expect_new = [&](const char* what) {
@@ -137,7 +137,7 @@ TEST_P(JobStoreConformance, EveryMoveMakesANewRevision) {
   expect_new("succeed");
 }
 
-TEST_P(JobStoreConformance, AnotherPriorityIsAnotherPlaceButNotAfterTheEnd) {
+TEST_P(JobStoreConformance, ChangesThePriorityOfJobsThatHaveNotEnded) {
   const std::string first = submit(), second = submit();
   EXPECT_EQ(store().change(second, {51, {}, {}, {}}, std::nullopt), ChangeOutcome::changed);
   EXPECT_EQ(claim().job.id, second);
@@ -146,7 +146,7 @@ TEST_P(JobStoreConformance, AnotherPriorityIsAnotherPlaceButNotAfterTheEnd) {
   EXPECT_EQ(store().change(first, {{}, "name", {}, {}}, std::nullopt), ChangeOutcome::changed);
 }
 
-TEST_P(JobStoreConformance, SaysHowManyRunBeforeAJob) {
+TEST_P(JobStoreConformance, ReportsThePositionOfAJob) {
   const std::string low = submit([](Job& job) { job.priority = 10; });
   const std::string normal = submit();
   const std::string delayed = submit([&](Job& job) { job.not_before = now + 1; });
@@ -164,7 +164,7 @@ TEST_P(JobStoreConformance, SaysHowManyRunBeforeAJob) {
   EXPECT_EQ(store().queue_position(high, 100), std::nullopt);
 }
 
-TEST_P(JobStoreConformance, SaysHowDeepTheQueueIsAndSinceWhenTheOldestWaits) {
+TEST_P(JobStoreConformance, ReportsTheDepthOfTheQueueAndItsOldestJob) {
   EXPECT_EQ(store().depth().oldest_at, std::nullopt);
   const std::int64_t began = now;
   const std::string oldest = submit();
@@ -187,7 +187,7 @@ TEST_P(JobStoreConformance, SaysHowDeepTheQueueIsAndSinceWhenTheOldestWaits) {
   EXPECT_EQ(depth.oldest_at, began + 110) << "it could not run before";
 }
 
-TEST_P(JobStoreConformance, CountsWhatEachOwnerUses) {
+TEST_P(JobStoreConformance, CountsTheUsageOfEachOwner) {
   const auto of = [](const std::string& owner) { return [owner](Job& job) { job.owner = owner; }; };
   const std::string first = submit(of("ann"));
   submit(of("ann"));
@@ -223,7 +223,7 @@ TEST_P(JobStoreConformance, KeepsAReplyWithItsJobUntilItExpires) {
   EXPECT_EQ(store().run_maintenance(now + 10, 1000, 10).deleted, 1);
 }
 
-TEST_P(JobStoreConformance, StoresNothingUnderAKeyThatIsTakenUntilItHasExpired) {
+TEST_P(JobStoreConformance, StoresNothingUnderAUsedKeyUntilItHasExpired) {
   Job first, second, third;
   first.id = "0190a5b0-0000-7000-8000-0000000000a1";
   second.id = "0190a5b0-0000-7000-8000-0000000000a2";
@@ -239,7 +239,7 @@ TEST_P(JobStoreConformance, StoresNothingUnderAKeyThatIsTakenUntilItHasExpired) 
   EXPECT_TRUE(store().find(third.id));
 }
 
-TEST_P(JobStoreConformance, OfManyAtOnceUnderOneKeyOneIsStored) {
+TEST_P(JobStoreConformance, StoresOneOfManyConcurrentSubmissionsUnderOneKey) {
   std::atomic<int> stored = 0;
   std::vector<std::thread> threads;
   for (int i = 0; i < 8; ++i) {
@@ -269,7 +269,7 @@ TEST_P(JobStoreConformance, FindsTheNewestResultOfAContent) {
   EXPECT_EQ(store().find_by_content_key("key", now + 10)->id, older);
 }
 
-TEST_P(JobStoreConformance, TakesAJobThatHasSucceededAlready) {
+TEST_P(JobStoreConformance, InsertsASucceededJob) {
   Job job;
   job.id = "0190a5b0-0000-7000-8000-0000000000ab";
   job.state = JobState::succeeded;

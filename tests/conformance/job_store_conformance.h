@@ -31,7 +31,7 @@ class JobStoreConformance : public testing::TestWithParam<StoreKind> {
   TestStore& store() { return under_test_->store(); }
   void reopen() { under_test_->reopen(); }
 
-  /// Submits a job that shows only what matters here; returns its id. Ids grow with every call.
+  /// Submits a job with defaults except for `change`; returns its id. Ids grow with every call.
   std::string submit(const std::function<void(queue::Job&)>& change = {}, const std::string& document = "{}");
   queue::Claim claim(bool alone = false);  ///< under boot id "boot" at time `now`
   queue::Job find(const std::string& id);
@@ -45,7 +45,7 @@ class JobStoreConformance : public testing::TestWithParam<StoreKind> {
   Placed place(queue::JobState state);
 
   std::int64_t now = 1'000'000;
-  const std::int64_t lease_end = 5'000'000;  ///< of every claim
+  const std::int64_t lease_end = 5'000'000;  ///< end of the lease of every claim
 
  private:
   std::unique_ptr<StoreUnderTest> under_test_ = GetParam().make();

@@ -1,4 +1,4 @@
-/// Everything of a job is kept and found again.
+/// The contract of rows: every field of a job is stored and read.
 
 #include "tests/conformance/job_store_conformance.h"
 
@@ -51,7 +51,7 @@ TEST_P(JobStoreConformance, NamesTheUploadsOfAJobUntilItIsRemoved) {
   EXPECT_FALSE(store().is_asset_referenced(tile));
 }
 
-TEST_P(JobStoreConformance, KeepsTheDocumentVerbatimWhateverItsBytes) {
+TEST_P(JobStoreConformance, KeepsTheDocumentVerbatim) {
   std::string document;
   for (int i = 0; i < 3 * 256; ++i) document.push_back(static_cast<char>(i));
   const std::string id = submit({}, document);
@@ -66,7 +66,7 @@ TEST_P(JobStoreConformance, KeepsALargeDocument) {
   EXPECT_EQ(store().document(id), document);
 }
 
-TEST_P(JobStoreConformance, KnowsNothingOfAnIdThatWasNeverSubmitted) {
+TEST_P(JobStoreConformance, FindsNothingUnderAnUnknownId) {
   submit();
   EXPECT_FALSE(store().find("no such job"));
   EXPECT_FALSE(store().document("no such job"));
@@ -124,7 +124,7 @@ TEST_P(JobStoreConformance, CountsTheJobsOfEachState) {
   }
 }
 
-TEST_P(JobStoreConformance, TakesASmallWriteWhenAllIsWell) { EXPECT_NO_THROW(store().probe()); }
+TEST_P(JobStoreConformance, ProbesWithASmallWrite) { EXPECT_NO_THROW(store().probe()); }
 
 TEST_P(JobStoreConformance, RemovesEverythingOfAJobThatDoesNotRun) {
   for (const JobState state : {JobState::succeeded, JobState::failed, JobState::cancelled, JobState::queued}) {
@@ -137,7 +137,7 @@ TEST_P(JobStoreConformance, RemovesEverythingOfAJobThatDoesNotRun) {
   EXPECT_FALSE(store().claim("boot", now, lease_end, false));
 }
 
-TEST_P(JobStoreConformance, SaysWhichArtifactsARemovedJobNamed) {
+TEST_P(JobStoreConformance, ReturnsTheArtifactsOfARemovedJob) {
   const Placed job = place(JobState::running);
   const std::string sha256(64, 'a');
   store().succeed(job.id, job.fence, now, "{}", {{"image.png", "image/png", sha256, 1}});

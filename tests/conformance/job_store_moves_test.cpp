@@ -1,4 +1,4 @@
-/// The table of moves: what each call does to a job in each state.
+/// The contract of transitions: the effect of each call on a job in each state.
 
 #include "tests/conformance/job_store_conformance.h"
 
@@ -12,7 +12,7 @@ constexpr JobState all_states[] = {JobState::queued, JobState::running, JobState
 
 }  // namespace
 
-TEST(JobMoves, AreTheseAndNoOthers) {
+TEST(JobMoves, MatchTheTransitionTable) {
   const std::vector<std::pair<std::string, std::string>> table = {
       {"queued", "running"},    {"queued", "failed"},     {"queued", "cancelled"},
       {"running", "queued"},    {"running", "succeeded"}, {"running", "failed"},
@@ -27,7 +27,7 @@ TEST(JobMoves, AreTheseAndNoOthers) {
   }
 }
 
-TEST(JobMoves, StatesHaveTheNamesOfTheContract) {
+TEST(JobMoves, UseTheStateNamesOfTheContract) {
   for (const JobState state : all_states) EXPECT_EQ(job_state(name_of(state)), state);
   EXPECT_FALSE(job_state("Running"));
   EXPECT_FALSE(job_state(""));
@@ -72,7 +72,7 @@ TEST_P(JobStoreConformance, OnlyARunningJobWithTheLatestFenceCanEnd) {
   }
 }
 
-TEST_P(JobStoreConformance, ReleaseMovesARunningJobBackAndNothingElse) {
+TEST_P(JobStoreConformance, ReleasesOnlyARunningJob) {
   for (const JobState from : all_states) {
     const Placed job = place(from);
     const bool may = from == JobState::running;
@@ -82,7 +82,7 @@ TEST_P(JobStoreConformance, ReleaseMovesARunningJobBackAndNothingElse) {
   }
 }
 
-TEST_P(JobStoreConformance, CancelInEveryState) {
+TEST_P(JobStoreConformance, CancelsInEveryState) {
   const std::vector<std::tuple<JobState, CancelOutcome, JobState>> table = {
       {JobState::queued, CancelOutcome::cancelled, JobState::cancelled},
       {JobState::succeeded, CancelOutcome::already_ended, JobState::succeeded},
@@ -106,7 +106,7 @@ TEST_P(JobStoreConformance, NeverClaimsAJobCancelledWhileQueued) {
   EXPECT_FALSE(store().claim("boot", now, lease_end, false));
 }
 
-TEST_P(JobStoreConformance, CancellingTwiceWhileRunningIsTheSameAsOnce) {
+TEST_P(JobStoreConformance, CancellingARunningJobIsIdempotent) {
   const Placed job = place(JobState::running);
   EXPECT_EQ(store().cancel(job.id, now), CancelOutcome::cancelling);
   EXPECT_EQ(store().cancel(job.id, now), CancelOutcome::cancelling);
@@ -116,7 +116,7 @@ TEST_P(JobStoreConformance, CancellingTwiceWhileRunningIsTheSameAsOnce) {
   EXPECT_FALSE(found.cancel_requested);
 }
 
-TEST_P(JobStoreConformance, TellsAsItIsWhenTheWorkerWasFasterThanTheCancel) {
+TEST_P(JobStoreConformance, KeepsAResultThatPrecedesTheCancel) {
   const Placed job = place(JobState::running);
   store().cancel(job.id, now);
   EXPECT_TRUE(store().succeed(job.id, job.fence, now, "{}", {}));
@@ -161,7 +161,7 @@ TEST_P(JobStoreConformance, AnOldFenceChangesNothingAfterTheJobWasClaimedAgain) 
   EXPECT_EQ(find(job.id).report, "fresh");
 }
 
-TEST_P(JobStoreConformance, SuspectsAreClaimedAloneAndStaySuspectsUntilTheyEnd) {
+TEST_P(JobStoreConformance, ClaimsSuspectsSeparatelyUntilTheyEnd) {
   const Placed suspect = place(JobState::running);
   EXPECT_TRUE(store().release(suspect.id, suspect.fence, now, {.counts = false, .suspect = true}));
   const std::string other = submit();

@@ -1,4 +1,4 @@
-/// What is claimed next, what is listed where, and what happens when many ask at once.
+/// The contract of claims and lists: their order, and concurrent calls.
 
 #include <algorithm>
 #include <atomic>
@@ -34,7 +34,7 @@ TEST_P(JobStoreConformance, ClaimsTheHighestPriorityFirstThenTheOldest) {
   EXPECT_FALSE(store().claim("boot", now, lease_end, false));
 }
 
-TEST_P(JobStoreConformance, AReleasedJobKeepsItsPlaceInTheQueue) {
+TEST_P(JobStoreConformance, AReleasedJobKeepsItsPosition) {
   const std::string first = submit();
   submit();
   const Claim claimed = claim();
@@ -57,7 +57,7 @@ TEST_P(JobStoreConformance, EightThreadsClaimEachJobExactlyOnce) {
   for (const auto& [id, times] : claims) EXPECT_EQ(times, 1) << id;
 }
 
-TEST_P(JobStoreConformance, OfManyWhoEndTheSameRunOneWins) {
+TEST_P(JobStoreConformance, AcceptsOneOfManyConcurrentEnds) {
   for (int round = 0; round < 20; ++round) {
     const Placed job = place(JobState::running);
     std::atomic<int> winners = 0;
@@ -71,7 +71,7 @@ TEST_P(JobStoreConformance, OfManyWhoEndTheSameRunOneWins) {
   }
 }
 
-TEST_P(JobStoreConformance, SubmitsFinishesAndReadsFromManyThreadsLoseNothing) {
+TEST_P(JobStoreConformance, LosesNothingUnderConcurrentCalls) {
   std::atomic<int> finished = 0, unseen = 0;
   in_threads([&](int thread) {
     for (int i = 0; i < 25; ++i) {
@@ -79,7 +79,7 @@ TEST_P(JobStoreConformance, SubmitsFinishesAndReadsFromManyThreadsLoseNothing) {
       job.id = "job-" + std::to_string(thread) + "-" + std::to_string(100 + i);
       job.labels = {{"thread", std::to_string(thread)}};
       store().submit(job, job.id);
-      if (store().document(job.id) != job.id) ++unseen;  // what was answered is there for every reader
+      if (store().document(job.id) != job.id) ++unseen;  // acknowledged jobs are visible to every reader
       if (const auto claimed = store().claim("boot", now, lease_end, false)) {
         finished += store().succeed(claimed->job.id, claimed->fence, now, "{}", {}) ? 1 : 0;
       }
@@ -91,7 +91,7 @@ TEST_P(JobStoreConformance, SubmitsFinishesAndReadsFromManyThreadsLoseNothing) {
   EXPECT_EQ(list({.state = {}, .labels = {{"thread", "3"}}, .batch = {}, .text = {}}).size(), 25u);
 }
 
-TEST_P(JobStoreConformance, ListsNewestFirstInPagesThatMissAndRepeatNothing) {
+TEST_P(JobStoreConformance, ListsNewestFirstInDisjointCompletePages) {
   std::vector<std::string> newest_first;
   for (int i = 0; i < 23; ++i) newest_first.insert(newest_first.begin(), submit());
   for (const int limit : {1, 5, 22, 23, 24}) EXPECT_EQ(list({}, limit), newest_first) << "pages of " << limit;
@@ -109,7 +109,7 @@ TEST_P(JobStoreConformance, PagesStayStableWhileNewJobsArrive) {
   EXPECT_EQ(second.next_cursor, "");
 }
 
-TEST_P(JobStoreConformance, ListsWhatMatchesStateLabelsAndTextTogether) {
+TEST_P(JobStoreConformance, ListsJobsThatMatchStateLabelsAndText) {
   using Labels = std::map<std::string, std::string>;
   const auto with = [&](const std::string& name, const Labels& labels) {
     return submit([&](Job& job) { job.name = name, job.labels = labels; });
@@ -145,7 +145,7 @@ TEST_P(JobStoreConformance, ListsWhatMatchesStateLabelsAndTextTogether) {
   }
 }
 
-TEST_P(JobStoreConformance, RecoverGivesBackWhatADeadDaemonLeftRunning) {
+TEST_P(JobStoreConformance, RecoversTheRunningJobsOfADeadDaemon) {
   const std::string running = submit(), cancelling = submit(), waiting = submit();
   const Claim stale = claim();
   claim();

@@ -1,4 +1,4 @@
-/// kill -9 in the middle of submissions: what was acknowledged is there, whole.
+/// kill -9 during submissions: no acknowledged job or artifact is lost or damaged.
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -85,7 +85,7 @@ TEST(KillNine, LosesNoAcknowledgedJobAndNoArtifactInFortyRounds) {
     for (const Job& job : page.items) {
       ASSERT_EQ(store.document(job.id), "document of " + job.id);
       for (const Artifact& artifact : job.artifacts) {
-        ASSERT_EQ(tracer::sha256_hex(bytes_of(artifact.sha256, artifacts)), artifact.sha256) << "told or not";
+        ASSERT_EQ(tracer::sha256_hex(bytes_of(artifact.sha256, artifacts)), artifact.sha256) << "acknowledged or not";
       }
     }
   }

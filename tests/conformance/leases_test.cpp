@@ -1,4 +1,4 @@
-/// Leases: whose a running job is, until when, and what becomes of it afterwards. The clock is the test's.
+/// The contract of leases, with the clock of the test.
 
 #include "tests/conformance/job_store_conformance.h"
 
@@ -11,14 +11,14 @@ constexpr std::int64_t kept = 1'000'000'000;  // how long expired jobs are kept:
 
 }  // namespace
 
-TEST_P(JobStoreConformance, AJobStaysWhoseClaimedItUntilItsLeaseEnds) {
+TEST_P(JobStoreConformance, KeepsAClaimUntilItsLeaseEnds) {
   const std::string id = submit();
   claim();
   EXPECT_TRUE(store().run_maintenance(lease_end - 1, kept, 10).abandoned.empty());
   EXPECT_EQ(find(id).state, JobState::running);
 }
 
-TEST_P(JobStoreConformance, AJobWhoseLeaseEndedIsClaimedAgainUnderANewFenceAtNoCost) {
+TEST_P(JobStoreConformance, ClaimsAnAbandonedJobUnderANewFenceAtNoCost) {
   const std::string id = submit();
   const Claim first = claim();
   EXPECT_EQ(store().run_maintenance(lease_end, kept, 10).abandoned, std::vector{id});
@@ -34,7 +34,7 @@ TEST_P(JobStoreConformance, AJobWhoseLeaseEndedIsClaimedAgainUnderANewFenceAtNoC
   EXPECT_EQ(find(id).report, "{}");
 }
 
-TEST_P(JobStoreConformance, ALateAnswerToAnEndedLeaseCountsWhileNobodyHasTakenTheJobBack) {
+TEST_P(JobStoreConformance, AcceptsALateResultBeforeTheJobIsReleased) {
   const std::string id = submit();
   const Claim late = claim();
   EXPECT_TRUE(store().succeed(id, late.fence, lease_end + 5, "{}", {}));
@@ -51,14 +51,14 @@ TEST_P(JobStoreConformance, RenewedLeasesHoldUntilTheirNewEnd) {
   EXPECT_EQ(store().run_maintenance(lease_end + 100, kept, 10).abandoned, std::vector{renewed.job.id});
 }
 
-TEST_P(JobStoreConformance, AnEndedLeaseIsRenewedWhileNobodyHasTakenTheJobBack) {
+TEST_P(JobStoreConformance, RenewsAnEndedLeaseBeforeTheJobIsReleased) {
   const std::string id = submit();
   const Claim late = claim();
   EXPECT_TRUE(store().renew({{id, late.fence}}, lease_end + 200).empty());
   EXPECT_TRUE(store().run_maintenance(lease_end + 100, kept, 10).abandoned.empty());
 }
 
-TEST_P(JobStoreConformance, RenewingTellsWhichLeasesAreLost) {
+TEST_P(JobStoreConformance, RenewingReturnsTheLostLeases) {
   const std::string ended = submit(), taken_back = submit(), again = submit(), removed = submit();
   std::vector<Lease> leases;
   for (int i = 0; i < 4; ++i) {
@@ -78,14 +78,14 @@ TEST_P(JobStoreConformance, RenewingTellsWhichLeasesAreLost) {
       << "the new lease was not renewed";
 }
 
-TEST_P(JobStoreConformance, RenewingIsNoChangeThatAnyoneWaitsFor) {
+TEST_P(JobStoreConformance, RenewingDoesNotChangeTheRevision) {
   const std::string id = submit();
   const Claim claimed = claim();
   store().renew({{id, claimed.fence}}, lease_end + 100);
   EXPECT_EQ(find(id).revision, claimed.job.revision);
 }
 
-TEST_P(JobStoreConformance, AJobWhoseCancelWasRequestedIsCancelledAtTheEndOfItsLease) {
+TEST_P(JobStoreConformance, CancelsAJobAtTheEndOfItsLeaseIfRequested) {
   const std::string id = submit();
   claim();
   store().cancel(id, now);
@@ -96,7 +96,7 @@ TEST_P(JobStoreConformance, AJobWhoseCancelWasRequestedIsCancelledAtTheEndOfItsL
   EXPECT_EQ(find(id).ended_at, lease_end + 7);
 }
 
-TEST_P(JobStoreConformance, EndedLeasesAreTakenBackInSteps) {
+TEST_P(JobStoreConformance, ReleasesAbandonedJobsInSteps) {
   for (int i = 0; i < 5; ++i) submit();
   for (int i = 0; i < 5; ++i) claim();
   const MaintenanceResult first = store().run_maintenance(lease_end, kept, 3);

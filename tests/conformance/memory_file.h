@@ -1,5 +1,5 @@
 #pragma once
-/// Bytes as a descriptor that can be read from offset 0, as a worker hands images over.
+/// Bytes as a descriptor that can be read from offset 0, as a worker sends images.
 
 #include <sys/mman.h>
 #include <unistd.h>

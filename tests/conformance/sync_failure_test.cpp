@@ -1,4 +1,4 @@
-/// The stores on a disk whose sync fails: what could not be made durable is refused and is not there.
+/// The stores on a disk whose sync fails: a write that could not be synced is rejected and not visible.
 
 #include <gtest/gtest.h>
 #include <sys/syscall.h>
@@ -28,10 +28,10 @@ using namespace storage::sqlite;
 namespace {
 
 std::atomic<bool> sync_fails = false;
-std::atomic<int> syncs_asked = 0;
+std::atomic<int> sync_count = 0;
 
 int sync_unless_failing(long call, int fd) {
-  ++syncs_asked;
+  ++sync_count;
   if (sync_fails) {
     errno = EIO;
     return -1;
@@ -51,48 +51,48 @@ Job job_named(const std::string& id) {
 extern "C" int fsync(int fd) { return sync_unless_failing(SYS_fsync, fd); }
 extern "C" int fdatasync(int fd) { return sync_unless_failing(SYS_fdatasync, fd); }
 
-TEST(SqliteStores, SyncsBeforeItAnswersAndRefusesWhatCouldNotBeSynced) {
+TEST(SqliteStores, SyncsBeforeItReturnsAndRejectsWritesAfterAFailedSync) {
   const TemporaryDirectory directory;
   {
     TestStore store(directory.path());
-    const int before = syncs_asked;
+    const int before = sync_count;
     store.submit(job_named("kept"), "kept");
-    EXPECT_GT(syncs_asked, before);
+    EXPECT_GT(sync_count, before);
     sync_fails = true;
     EXPECT_THROW(store.submit(job_named("refused"), "refused"), StoreFailure);
     sync_fails = false;
     EXPECT_FALSE(store.find("refused"));
     EXPECT_EQ(store.find("kept")->state, JobState::queued);
-    const int syncs = syncs_asked;
+    const int syncs = sync_count;
     EXPECT_THROW(store.submit(job_named("later"), "later"), StoreFailure) << "a sync that failed once may lie";
     EXPECT_THROW(store.probe(), StoreFailure);
     EXPECT_THROW(store.claim("boot", 1, 9000, false), StoreFailure);
-    EXPECT_EQ(syncs_asked, syncs);
+    EXPECT_EQ(sync_count, syncs);
   }
   TestStore store(directory.path());
   if (store.find("refused")) {
-    EXPECT_EQ(store.document("refused"), "refused") << "what the disk kept of it is whole";
+    EXPECT_EQ(store.document("refused"), "refused") << "rows on the disk are complete";
   }
   store.submit(job_named("later"), "later");
   EXPECT_EQ(store.claim("boot", 1, 9000, false)->job.id, "kept");
 }
 
-TEST(SqliteStores, ClaimsAndWhatIsNotToBeDurableWaitForNoSyncAndAreSyncedWithTheNextWrite) {
+TEST(SqliteStores, SyncsClaimsAndWritesThatAreNotDurableWithTheNextDurableWrite) {
   const TemporaryDirectory directory;
   TestStore store(directory.path());
   store.submit(job_named("a"), "a");
-  const int before = syncs_asked;
+  const int before = sync_count;
   const Claim first = store.claim("boot", 1, 9000, false).value();
   store.renew({{"a", first.fence}}, 10'000);
   store.insert({.jobs = {{job_named("b"), "b"}}, .durable = false}, 1);
   const Claim second = store.claim("boot", 1, 9000, false).value();
   EXPECT_TRUE(store.succeed("b", second.fence, 2, "{}", {}, false));
-  EXPECT_EQ(syncs_asked, before);
+  EXPECT_EQ(sync_count, before);
   store.probe();
-  const int probed = syncs_asked;
+  const int probed = sync_count;
   EXPECT_GT(probed, before);
   EXPECT_TRUE(store.succeed("a", first.fence, 2, "{}", {}));
-  EXPECT_GT(syncs_asked, probed);
+  EXPECT_GT(sync_count, probed);
 }
 
 TEST(SmallArtifactStore, SyncsSmallArtifactsWithTheNextDurableWriteOnly) {
@@ -101,13 +101,13 @@ TEST(SmallArtifactStore, SyncsSmallArtifactsWithTheNextDurableWriteOnly) {
   FileArtifactStore files(directory.path());
   SmallArtifactStore artifacts(store.sqlite(), files);
   const std::string large(100'000, 'x');
-  const int before = syncs_asked;
+  const int before = sync_count;
   artifacts.sync(artifacts.put(MemoryFile("abc").fd()).sha256);
-  EXPECT_EQ(syncs_asked, before);
+  EXPECT_EQ(sync_count, before);
   store.probe();
-  EXPECT_EQ(syncs_asked, before + 1);
+  EXPECT_EQ(sync_count, before + 1);
   artifacts.put(MemoryFile(large).fd());
-  EXPECT_EQ(syncs_asked, before + 3) << "file and directory";
+  EXPECT_EQ(sync_count, before + 3) << "file and directory";
 }
 
 TEST(Queue, SyncsNothingForJobsThatAreNotDurable) {
@@ -118,7 +118,7 @@ TEST(Queue, SyncsNothingForJobsThatAreNotDurable) {
   IdSource ids(system_clock(), system_random());
   Queue queue(store.all(), artifacts, ids, system_clock(), no_log(), {});
   const MemoryFile small("abc"), large(std::string(100'000, 'x'));
-  const int before = syncs_asked;
+  const int before = sync_count;
   for (int i = 0; i < 100; ++i) {
     ASSERT_TRUE(queue.submission.submit({.document = "{}", .durable = false}));
     const Claim claim = queue.lifecycle.claim(false).value();
@@ -126,26 +126,26 @@ TEST(Queue, SyncsNothingForJobsThatAreNotDurable) {
         queue.lifecycle.succeed(claim.job.id, claim.fence, "{}",
                                 {{"image.png", "image/png", small.fd()}, {"image.exr", "image/x-exr", large.fd()}}));
   }
-  EXPECT_EQ(syncs_asked, before);
+  EXPECT_EQ(sync_count, before);
 }
 
-TEST(FileArtifactStore, SyncsNothingThatIsNotDurableUntilItIsSyncedOrPutAgain) {
+TEST(FileArtifactStore, SyncsArtifactsThatAreNotDurableOnlyOnRequest) {
   const TemporaryDirectory directory;
   FileArtifactStore store(directory.path());
-  const int before = syncs_asked;
+  const int before = sync_count;
   const std::string first = store.put(MemoryFile("abc").fd(), false).sha256;
   store.put(MemoryFile("def").fd(), false);
-  EXPECT_EQ(syncs_asked, before);
+  EXPECT_EQ(sync_count, before);
   store.sync(first);
-  EXPECT_EQ(syncs_asked, before + 2) << "file and directory";
+  EXPECT_EQ(sync_count, before + 2) << "file and directory";
   store.put(MemoryFile("def").fd());
-  EXPECT_EQ(syncs_asked, before + 4) << "of the existing file";
+  EXPECT_EQ(sync_count, before + 4) << "of the existing file";
 }
 
-TEST(DiskHealth, ItsFirstBrokenWriteIsToldOnceAndIsTheLastOfAllStores) {
+TEST(DiskHealth, ReportsTheFirstBrokenWriteOnceAndRejectsLaterOnes) {
   const TemporaryDirectory directory;
-  std::vector<std::string> told;
-  DiskHealth health([&](const std::string& what) { told.push_back(what); });
+  std::vector<std::string> reported;
+  DiskHealth health([&](const std::string& what) { reported.push_back(what); });
   TestStore jobs(directory.path(), {.health = &health});
   SqliteDeliveryStore deliveries(directory.path(), &health);
   FileArtifactStore artifacts(directory.path(), &health);
@@ -155,9 +155,9 @@ TEST(DiskHealth, ItsFirstBrokenWriteIsToldOnceAndIsTheLastOfAllStores) {
   sync_fails = true;
   EXPECT_THROW(artifacts.put(MemoryFile("def").fd()), StoreFailure);
   sync_fails = false;
-  ASSERT_EQ(told.size(), 1u);
-  EXPECT_NE(told[0].find("cannot sync"), std::string::npos) << told[0];
-  const int syncs = syncs_asked;
+  ASSERT_EQ(reported.size(), 1u);
+  EXPECT_NE(reported[0].find("cannot sync"), std::string::npos) << reported[0];
+  const int syncs = sync_count;
   for (const auto& write : std::vector<std::function<void()>>{
            [&] { jobs.submit(job_named("a"), "a"); },
            [&] {
@@ -172,37 +172,37 @@ TEST(DiskHealth, ItsFirstBrokenWriteIsToldOnceAndIsTheLastOfAllStores) {
       EXPECT_EQ(failure.kind, StoreFailure::Kind::broken);
     }
   }
-  EXPECT_EQ(syncs_asked, syncs);
-  EXPECT_EQ(told.size(), 1u);
-  EXPECT_NE(artifacts.open(kept), nullptr) << "reading goes on";
+  EXPECT_EQ(sync_count, syncs);
+  EXPECT_EQ(reported.size(), 1u);
+  EXPECT_NE(artifacts.open(kept), nullptr) << "reads still work";
   EXPECT_FALSE(jobs.find("a"));
 }
 
-TEST(SqliteDeliveryStore, ASyncThatFailsIsToldAndIsItsLastWrite) {
+TEST(SqliteDeliveryStore, ReportsAFailedSyncAndRejectsLaterWrites) {
   const TemporaryDirectory directory;
-  int told = 0;
-  DiskHealth health([&](const std::string&) { ++told; });
+  int reported = 0;
+  DiskHealth health([&](const std::string&) { ++reported; });
   {
     SqliteDeliveryStore store(directory.path(), &health);
     store.subscribe({"kept", "http://a/", {"failed"}});
     sync_fails = true;
     EXPECT_THROW(store.subscribe({"refused", "http://a/", {"failed"}}), StoreFailure);
     sync_fails = false;
-    EXPECT_EQ(told, 1);
-    const int syncs = syncs_asked;
+    EXPECT_EQ(reported, 1);
+    const int syncs = sync_count;
     EXPECT_THROW(store.unsubscribe("kept"), StoreFailure);
-    EXPECT_EQ(syncs_asked, syncs);
+    EXPECT_EQ(sync_count, syncs);
   }
   SqliteDeliveryStore store(directory.path());
   EXPECT_TRUE(store.subscription("kept"));
 }
 
-TEST(FileArtifactStore, SyncsBytesAndDirectoryBeforeItAnswersAndKeepsNothingThatCouldNotBeSynced) {
+TEST(FileArtifactStore, SyncsFileAndDirectoryAndKeepsNothingAfterAFailedSync) {
   const TemporaryDirectory directory;
   FileArtifactStore first(directory.path());
-  const int before = syncs_asked;
+  const int before = sync_count;
   const std::string sha256 = first.put(MemoryFile("abc").fd()).sha256;
-  EXPECT_GE(syncs_asked, before + 2);
+  EXPECT_GE(sync_count, before + 2);
   first.remove(sha256);
   sync_fails = true;
   EXPECT_THROW(first.put(MemoryFile("abc").fd()), StoreFailure);
@@ -214,7 +214,7 @@ TEST(FileArtifactStore, SyncsBytesAndDirectoryBeforeItAnswersAndKeepsNothingThat
   EXPECT_NE(store.open(sha256), nullptr);
 }
 
-TEST(FileAssetStore, SyncsBytesAndDirectoryBeforeItAnswersAndKeepsNothingThatCouldNotBeSynced) {
+TEST(FileAssetStore, SyncsFileAndDirectoryAndKeepsNothingAfterAFailedSync) {
   const TemporaryDirectory directory;
   FileAssetStore first(directory.path(), [] { return 1; });
   const std::string sha256 = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";  // FIPS 180-4: "abc"
@@ -227,7 +227,7 @@ TEST(FileAssetStore, SyncsBytesAndDirectoryBeforeItAnswersAndKeepsNothingThatCou
   FileAssetStore store(directory.path(), [] { return 1; });
   EXPECT_FALSE(store.use(sha256));
   EXPECT_TRUE(std::filesystem::is_empty(directory.path() + "/tmp"));
-  const int before = syncs_asked;
+  const int before = sync_count;
   EXPECT_EQ(store.put(sha256, read), AssetStore::Put::stored);
-  EXPECT_GE(syncs_asked, before + 2);
+  EXPECT_GE(sync_count, before + 2);
 }

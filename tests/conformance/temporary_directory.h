@@ -1,5 +1,5 @@
 #pragma once
-/// A directory of the test's own, deleted with everything in it when this goes.
+/// A temporary directory, deleted with its content by the destructor.
 
 #include <cstdlib>
 #include <filesystem>

@@ -75,7 +75,7 @@ class TestStore {
   queue::Stores all_ = sqlite_.all();
 };
 
-/// Forward to another store what a test does not override.
+/// Forward the calls that a test does not override to another store.
 class ForwardingJobStore : public queue::JobStore {
  public:
   explicit ForwardingJobStore(queue::JobStore& target) : target_(target) {}

@@ -1,4 +1,4 @@
-/// What a document asks for under "job": when a job may run, until when, and how long it is kept.
+/// The contract of schedules and expiry: start times, deadlines, retention and maintenance.
 
 #include "tests/conformance/job_store_conformance.h"
 
@@ -11,7 +11,7 @@ constexpr std::int64_t kept_ms = 1000;
 
 }  // namespace
 
-TEST_P(JobStoreConformance, KeepsWhatAJobAskedFor) {
+TEST_P(JobStoreConformance, KeepsTheRequestedFieldsOfAJob) {
   const api::Webhook webhook{"https://example.org/hook", {"failed", "succeeded"}};
   const std::string id = submit([&](Job& job) {
     job.owner = "ann";
@@ -40,7 +40,7 @@ TEST_P(JobStoreConformance, KeepsWhatAJobAskedFor) {
   EXPECT_EQ(find(submit()).webhook, std::nullopt);
 }
 
-TEST_P(JobStoreConformance, AMinuteOfWaitingIsWorthAPointOfPriority) {
+TEST_P(JobStoreConformance, OneMinuteOfWaitingEqualsOnePointOfPriority) {
   const std::string early_low = submit([](Job& job) { job.priority = 40; });
   now += 10 * 60'000 + 1;
   const std::string late_high = submit([](Job& job) { job.priority = 50; });
@@ -51,7 +51,7 @@ TEST_P(JobStoreConformance, AMinuteOfWaitingIsWorthAPointOfPriority) {
   EXPECT_EQ(claim().job.id, late_high);
 }
 
-TEST_P(JobStoreConformance, WhoRunsLaterWaitsSinceThen) {
+TEST_P(JobStoreConformance, RanksADelayedJobFromItsStartTime) {
   const std::string delayed = submit([&](Job& job) { job.run_after = job.not_before = now + 60'000; });
   now += 30'000;
   const std::string later = submit();
@@ -73,11 +73,11 @@ TEST_P(JobStoreConformance, ClaimsNoJobBeforeItsTime) {
   const Claim claimed = claim();
   EXPECT_EQ(claimed.job.id, id);
   EXPECT_EQ(claimed.job.not_before, std::nullopt);
-  EXPECT_EQ(claimed.job.run_after, now) << "what was asked for stays";
+  EXPECT_EQ(claimed.job.run_after, now) << "the requested time is kept";
   EXPECT_FALSE(store().run_maintenance(now, kept_ms, 10).due);
 }
 
-TEST_P(JobStoreConformance, AJobReleasedWithAPauseIsClaimedAfterItAlsoByTheNextDaemon) {
+TEST_P(JobStoreConformance, ClaimsAReleasedJobAfterItsPause) {
   const Placed job = place(JobState::running);
   store().release(job.id, job.fence, now, {.counts = true, .suspect = true, .not_before = now + 5});
   reopen();
@@ -89,14 +89,14 @@ TEST_P(JobStoreConformance, AJobReleasedWithAPauseIsClaimedAfterItAlsoByTheNextD
   EXPECT_EQ(claim(true).job.id, job.id);
 }
 
-TEST_P(JobStoreConformance, ADelayedJobCanBeCancelled) {
+TEST_P(JobStoreConformance, CancelsADelayedJob) {
   const std::string id = submit([&](Job& job) { job.not_before = now + 10; });
   EXPECT_EQ(store().cancel(id, now), CancelOutcome::cancelled);
   EXPECT_EQ(find(id).not_before, std::nullopt);
   EXPECT_FALSE(store().run_maintenance(now + 10, kept_ms, 10).due);
 }
 
-TEST_P(JobStoreConformance, AQueuedJobWhoseDeadlinePassesFails) {
+TEST_P(JobStoreConformance, FailsAQueuedJobAtItsDeadline) {
   const auto with_deadline = [&](Job& job) { job.deadline = now + 10; };
   const std::string waiting = submit(with_deadline), running = submit(with_deadline);
   store().cancel(waiting, now);
@@ -111,13 +111,13 @@ TEST_P(JobStoreConformance, AQueuedJobWhoseDeadlinePassesFails) {
   EXPECT_EQ(failed.state, JobState::failed);
   EXPECT_EQ(failed.problem->code, "deadline_exceeded");
   EXPECT_EQ(failed.ended_at, now + 10);
-  EXPECT_EQ(find(running).state, JobState::running) << "whoever runs it stops it";
+  EXPECT_EQ(find(running).state, JobState::running) << "its runner stops it";
   EXPECT_EQ(store().run_maintenance(now + 11, kept_ms, 10).overdue, std::vector<std::string>{late});
   EXPECT_EQ(find(late).expires_at, now + 11 + 2000);
   EXPECT_EQ(store().count(JobState::queued), 0);
 }
 
-TEST_P(JobStoreConformance, OfManyThatAreDueTheEarliestMayRunFirst) {
+TEST_P(JobStoreConformance, ReleasesTheEarliestDueJobsFirst) {
   const std::string later = submit([&](Job& job) { job.not_before = now + 2; });
   const std::string earlier = submit([&](Job& job) { job.not_before = now + 1; });
   now += 3;
@@ -128,7 +128,7 @@ TEST_P(JobStoreConformance, OfManyThatAreDueTheEarliestMayRunFirst) {
   EXPECT_EQ(claim().job.id, later);
 }
 
-TEST_P(JobStoreConformance, HouseIsKeptInStepsAndSaysWhenThereIsMore) {
+TEST_P(JobStoreConformance, RunsMaintenanceInStepsAndReportsMore) {
   for (int i = 0; i < 5; ++i) submit([&](Job& job) { job.deadline = now; });
   const MaintenanceResult first = store().run_maintenance(now, kept_ms, 3);
   EXPECT_EQ(first.overdue.size(), 3u);
@@ -139,7 +139,7 @@ TEST_P(JobStoreConformance, HouseIsKeptInStepsAndSaysWhenThereIsMore) {
   EXPECT_FALSE(last.more);
 }
 
-TEST_P(JobStoreConformance, ExpiryIsReckonedFromEveryEnd) {
+TEST_P(JobStoreConformance, ComputesTheExpiryFromTheEnd) {
   using End = std::function<void(const std::string&)>;
   const std::vector<std::pair<std::string, End>> ends = {
       {"succeed", [&](auto& id) { store().succeed(id, claim().fence, now, "{}", {}); }},
@@ -169,7 +169,7 @@ TEST_P(JobStoreConformance, ExpiryIsReckonedFromEveryEnd) {
   }
 }
 
-TEST_P(JobStoreConformance, AnExpiredJobLosesItsDocumentAndImagesAndIsForgottenLater) {
+TEST_P(JobStoreConformance, DeletesDocumentAndImagesOfAnExpiredJobAndLaterItsRow) {
   const std::string sha256(64, 'a');
   const std::string id = submit([](Job& job) { job.expires_in_s = 1; });
   store().succeed(id, claim().fence, now, "{}", {{"image.png", "image/png", sha256, 5}});
@@ -192,7 +192,7 @@ TEST_P(JobStoreConformance, AnExpiredJobLosesItsDocumentAndImagesAndIsForgottenL
   EXPECT_EQ(store().count(JobState::succeeded), 0);
 }
 
-TEST_P(JobStoreConformance, NothingThatHasNotEndedExpires) {
+TEST_P(JobStoreConformance, DoesNotExpireJobsThatHaveNotEnded) {
   const std::string waiting = submit([&](Job& job) { job.expires_at = now; });
   const std::string running = submit([&](Job& job) { job.expires_at = now, job.priority = 60; });
   EXPECT_EQ(claim().job.id, running);
