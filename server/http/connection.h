@@ -15,8 +15,8 @@
 #include <string>
 
 #include "server/http/body.h"
+#include "server/http/http_messages.h"
 #include "server/http/http_server.h"
-#include "server/http/messages.h"
 #include "server/http/timer_queue.h"
 #include "server/support/descriptor.h"
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <variant>
 
-#include "server/http/messages.h"
+#include "server/http/http_messages.h"
 #include "server/http/timer_queue.h"
 #include "server/support/event_queue.h"
 

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/http/messages.h"
+#include "server/http/http_messages.h"
 
 namespace http {
 

@@ -281,7 +281,7 @@ class Service(OneDaemon):
         self.assertEqual(rows[ids[1]]["problem"], "not_found")
 
     def test_logs_hostile_paths_on_one_line(self):
-        self.daemon.get("/%1b%5b31m%22%0a")  # refused by the gate
+        self.daemon.get("/%1b%5b31m%22%0a")  # refused by the HTTP server
         self.daemon.get("/a%22b%C3%A9'{}")
         for line in self.daemon.log().splitlines():
             json.loads(line)

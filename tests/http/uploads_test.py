@@ -92,7 +92,7 @@ class Uploads(OneDaemon):
         self.assertEqual(self.daemon.get("/v1/assets/" + hash_of(b"")).body, b"")
 
     def test_with_a_wrong_hash_store_nothing(self):
-        content = os.urandom(2_000_000)  # spooled by the gate
+        content = os.urandom(2_000_000)  # spooled by the HTTP server
         for name in (hash_of(content)[:-1] + "x", hash_of(content).upper(), "0" * 64, "x", "..%2e", hash_of(content)[1:]):
             before = stored_files(self.daemon)
             reply = put(self.daemon, content, name)

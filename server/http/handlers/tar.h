@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "server/http/messages.h"
+#include "server/http/http_messages.h"
 #include "server/queue/artifact_store.h"
 
 namespace http::handlers {

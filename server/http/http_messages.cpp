@@ -1,4 +1,4 @@
-#include "server/http/messages.h"
+#include "server/http/http_messages.h"
 
 #include <array>
 #include <ctime>
