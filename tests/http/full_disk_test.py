@@ -199,7 +199,7 @@ class Bounds(unittest.TestCase):
             large = b"x" * (3 << 20)
             reply = daemon.request("PUT", f"/v1/assets/{hashlib.sha256(large).hexdigest()}", large)
             self.assertEqual((reply.status, problem_of(reply)), (503, "overloaded"))
-            self.assertIn("no room for another body", json_of(reply)["detail"])
+            self.assertIn("no space for another body", json_of(reply)["detail"])
 
     @unittest.skipUnless(may_mount(), "no tmpfs can be mounted here")
     def test_include_a_configurable_reserve(self):
