@@ -6,7 +6,7 @@
 
 #include "tracer/src/accel/geometry.h"
 #include "tracer/src/scene/render_space.h"
-#include "tracer/src/shapes/registry.h"
+#include "tracer/src/shapes/shape_registry.h"
 
 namespace bench {
 
@@ -83,7 +83,7 @@ BARE_INLINE void with_shape(const tracer::SphereGeometry& g, unsigned i, const A
 template <class All>
 BARE_INLINE void with_shape(const tracer::QuadricGeometry& g, unsigned i, const All& all) {
   const tracer::Quadric& q = g.quadrics[i];
-  const tracer::Linear m = q.shape_from_trace;
+  const tracer::Linear m = q.shape_from_render;
   const tracer::Vec3 origin = q.origin;
   const double radius_0 = q.radius_0, radius_1 = q.radius_1;
   const auto to_shape_space = [=](const BareRay& r) __attribute__((always_inline)) {
@@ -129,7 +129,7 @@ inline BareBounds bounds_of(const tracer::SphereGeometry& g, unsigned i) {
 
 inline BareBounds bounds_of(const tracer::QuadricGeometry& g, unsigned i) {
   const tracer::Quadric& q = g.quadrics[i];
-  const tracer::Linear& m = q.trace_from_shape;
+  const tracer::Linear& m = q.render_from_shape;
   const auto end = [&](double z, double radius) {
     return BareBounds{q.origin + m.z * z, tracer::disc_extent(m) * radius};
   };

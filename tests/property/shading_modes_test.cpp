@@ -66,7 +66,7 @@ void expect_shading(Material::Shading shading, const Expected& expected) {
       const Real margin = std::fmin(w[0], std::fmin(w[1], w[2]));
       if (std::fabs(margin) < 1e-5L) continue;  // on an edge
       inside += margin > 0 ? 1 : 0;
-      // The corners are floats of the trace frame.
+      // The corners are floats of the render space.
       const Real value = margin > 0 ? expected(scene, w) : 0;
       ASSERT_NEAR(image.pixel(x, y)[0], static_cast<double>(value), 1e-6) << x << " " << y;
     }

@@ -11,7 +11,7 @@
 
 #include "api/src/reader/cursor.h"
 #include "api/src/reader/field_values.h"
-#include "tracer/fields.h"
+#include "tracer/document_fields.h"
 
 namespace api {
 
@@ -65,7 +65,7 @@ class Fields {
   std::size_t known_count_ = 0;
 };
 
-// ---- alternatives of a variant (shapes, lights), by their lists of fields (tracer/fields.h)
+// ---- alternatives of a variant (shapes, lights), by their lists of fields (tracer/document_fields.h)
 
 template <class... Types>
 constexpr auto make_type_words(const std::variant<Types...>* /*deduces Types*/) {

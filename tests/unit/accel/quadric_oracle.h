@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "tests/support/long_vec.h"
-#include "tracer/src/shapes/registry.h"
+#include "tracer/src/shapes/shape_registry.h"
 
 namespace tracer {
 

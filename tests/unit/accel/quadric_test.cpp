@@ -120,7 +120,7 @@ void compare(const Quadric& q, const std::vector<TestRay>& rays, Counts& counts)
   set.quadrics[0].object.push_back(0);
   const auto accelerator = built(set);
   const RayBatch batch(rays);
-  const Map map({q.trace_from_shape, q.origin});
+  const Map map({q.render_from_shape, q.origin});
   for (const Coherence coherence : {Coherence::coherent, Coherence::incoherent}) {
     const auto found = batch.intersect(*accelerator, coherence);
     const auto blocked = batch.occluded(*accelerator, coherence);
@@ -177,7 +177,7 @@ void try_kind(QuadricKind kind, bool mapped, std::uint64_t seed) {
   const std::uint64_t shapes = effort::cases(kind == kind_of<UnitTorus> ? 150 : 1400);  // its oracle is slow
   for (std::uint64_t shape = 0; shape < shapes; ++shape) {
     const Quadric q = random_quadric(random, kind, mapped);
-    const Map map({q.trace_from_shape, q.origin});
+    const Map map({q.render_from_shape, q.origin});
     std::vector<TestRay> rays;
     while (rays.size() < 365) {  // not a multiple of sixteen
       const Line line = random_line(random, q);

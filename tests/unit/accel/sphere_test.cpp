@@ -12,7 +12,7 @@ using oracle::Random;
 using oracle::Real;
 using oracle::Vec;
 
-/// A sphere of any size in the trace frame's unit box, and a ray at it from anywhere.
+/// A sphere of any size in the render space's unit box, and a ray at it from anywhere.
 struct Case {
   Vec3 center;
   double radius = 1;

@@ -1,5 +1,4 @@
-/// Whether a ray may meet a triangle is judged first, in floats; never against what doubles decide, nor against what is
-/// exact.
+// The float test of triangle pairs rejects no ray that hits in double or in exact arithmetic.
 
 #include <gtest/gtest.h>
 
@@ -7,8 +6,8 @@
 
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
-#include "tracer/src/accel/primitive_groups.h"
 #include "tracer/src/accel/triangle_hit.h"
+#include "tracer/src/accel/triangle_pairs.h"
 
 namespace tracer {
 namespace {
@@ -17,30 +16,29 @@ using oracle::Random;
 using oracle::Real;
 using oracle::Vec;
 
-constexpr double middle = 0.2, radius = 0.9;  // of a ball that holds the corners
+constexpr double center = 0.2, radius = 0.9;  // bounding sphere of the corners
 
 struct Line {
   Vec3 origin, direction;
-  double start;  ///< where Embree's ray begins
+  double start;  ///< start of Embree's ray
 };
 
 FloatVec single(const Vec3& v) { return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)}; }
 
-/// Which triangles of the run floats do not rule out.
-int may_hit(const TrianglePairBounds& run, const Line& line) {
+/// Bits of the triangles that the float test does not reject.
+int may_hit(const TrianglePairBounds& bounds, const Line& line) {
   const FloatVec origin = single(line.origin + line.direction * line.start), direction = single(line.direction);
   const float error_bound =
-      run.longest * float_error_bound(middle, radius) + double_error_bound(line.start, middle, radius);
-  return run.pair() ? may_hit<true>(run, origin, direction, error_bound)
-                    : may_hit<false>(run, origin, direction, error_bound);
+      bounds.longest * float_error_bound(center, radius) + double_error_bound(line.start, center, radius);
+  return bounds.pair() ? may_hit<true>(bounds, origin, direction, error_bound)
+                       : may_hit<false>(bounds, origin, direction, error_bound);
 }
 
-bool doubles_meet(const TriangleGeometry& geometry, std::uint32_t primitive, const Line& line) {
-  const auto& [o, d, start] = line;
-  return seen(seen_along(o.x, o.y, o.z, d.x, d.y, d.z), triangle_test(geometry, primitive)).inside;
+bool hits_in_double(const TriangleGeometry& geometry, std::uint32_t primitive, const Line& line) {
+  return sheared(ray_shear(line.origin, line.direction), triangle_test(geometry, primitive)).inside;
 }
 
-/// By the edges' functions, in long double: negative outside.
+/// Least edge function in long double: negative outside.
 Real exactly_inside(const TriangleGeometry& geometry, std::uint32_t primitive, const Line& line) {
   const auto& [a, b, c] = geometry.triangles[primitive];
   const auto edge = [&](std::uint32_t from, std::uint32_t to) {
@@ -56,7 +54,7 @@ double next_to(Random& random, double value) {
   return value;
 }
 
-/// Two triangles that share an edge: plump ones, slivers, dots, wherever in the ball; some corners twice.
+/// Two triangles that share an edge, anywhere in the sphere: regular ones, slivers and tiny ones; some are degenerate.
 TriangleGeometry random_pair(Random& random) {
   const double size = random.chance(0.5) ? random.spread(1e-12, 1) : 1;
   const Vec a = random.vector(0.25);
@@ -75,8 +73,8 @@ TriangleGeometry random_pair(Random& random) {
   return geometry;
 }
 
-/// Through a corner or an edge to a bit or a few, past it by any share of the triangle's size, or past a dot by much;
-/// from near and far.
+/// A line within a few bits of a corner or an edge, or at a distance of any fraction of the triangle's size, or far
+/// from a tiny triangle; from near and far origins.
 Line random_line(Random& random, const TriangleGeometry& geometry, double far) {
   const auto& corners = geometry.triangles[random.below(2)];
   const Vec p = geometry.position(corners[0]), q = geometry.position(corners[1]), r = geometry.position(corners[2]);
@@ -95,35 +93,36 @@ Line random_line(Random& random, const TriangleGeometry& geometry, double far) {
   return {origin, aimed, back > 2 ? back - random.in(0, 1.5) : -0x1p-20};
 }
 
-TEST(TrianglesInFloats, AreRuledOutOnlyWhereDoublesAndTheExactLinePassBy) {
+TEST(TrianglePairBounds, RejectNoRayThatHitsInDoubleOrExactly) {
   Random random(21);
-  std::uint64_t tried = 0, ruled_out = 0, met = 0;
+  std::uint64_t tried = 0, rejected = 0, hits = 0;
   for (std::uint64_t i = 0; i < effort::cases(60'000); ++i) {
     const TriangleGeometry geometry = random_pair(random);
     const bool degenerate = !(length(geometry.positions[1] - geometry.positions[0]) > 0);
-    const TrianglePairBounds both = triangle_run(geometry, 0, {0, degenerate ? TrianglePair::none : 1});
-    const TrianglePairBounds alone[] = {triangle_run(geometry, 0, {0}), triangle_run(geometry, 0, {1})};
+    const TrianglePairBounds both = triangle_pair_bounds(geometry, 0, {0, degenerate ? TrianglePair::none : 1});
+    const TrianglePairBounds single_bounds[] = {triangle_pair_bounds(geometry, 0, {0}),
+                                                triangle_pair_bounds(geometry, 0, {1})};
     for (int k = 0; k < 30; ++k) {
       const Line line = random_line(random, geometry, random.chance(0.2) ? 0x1p26 : 3);
       for (std::uint32_t side = 0; side < 2; ++side) {
-        const bool inside = doubles_meet(geometry, side, line);
+        const bool inside = hits_in_double(geometry, side, line);
         const bool by_pair = both.pair() && (may_hit(both, line) & (1 << side)) == 0;
-        const bool by_itself = may_hit(alone[side], line) == 0;
+        const bool by_itself = may_hit(single_bounds[side], line) == 0;
         ++tried;
-        met += inside ? 1 : 0;
+        hits += inside ? 1 : 0;
         if (!by_pair && !by_itself) continue;
-        ++ruled_out;
-        ASSERT_FALSE(inside) << "triangle " << side << (by_pair ? " of the pair" : " alone") << ", from " << line.start
+        ++rejected;
+        ASSERT_FALSE(inside) << "triangle " << side << (by_pair ? " of the pair" : " single") << ", from " << line.start
                              << " away";
         ASSERT_LT(exactly_inside(geometry, side, line), 0);
       }
     }
   }
-  EXPECT_GT(ruled_out, tried / 10) << "it must not shirk";
-  EXPECT_GT(met, tried / 10);
+  EXPECT_GT(rejected, tried / 10) << "the test must reject misses";
+  EXPECT_GT(hits, tried / 10);
 }
 
-TEST(TrianglesInFloats, AreRuledOutWhereALinePassesByAHundredthOfThem) {
+TEST(TrianglePairBounds, RejectRaysThatMissByAHundredthOfTheSize) {
   Random random(22);
   for (std::uint64_t i = 0; i < effort::cases(20'000); ++i) {
     const double size = random.spread(0x1p-8, 0.4), back = random.spread(0.1, 0x1p16);
@@ -135,25 +134,25 @@ TEST(TrianglesInFloats, AreRuledOutWhereALinePassesByAHundredthOfThem) {
     const Vec3 target = at + (random.chance(0.5) ? Vec3{along, -out, 0} : Vec3{-out, along, 0});
     const Vec3 direction = normalize(random.vector(0.5) + Vec3{0, 0, 1});
     const Line line{target - direction * back, direction, back > 1 ? back - 1 : 0};
-    ASSERT_EQ(may_hit(triangle_run(geometry, 0, {0, 1}), line), 0) << "size " << size << " from " << back;
-    ASSERT_EQ(may_hit(triangle_run(geometry, 0, {0}), line), 0);
+    ASSERT_EQ(may_hit(triangle_pair_bounds(geometry, 0, {0, 1}), line), 0) << "size " << size << " from " << back;
+    ASSERT_EQ(may_hit(triangle_pair_bounds(geometry, 0, {0}), line), 0);
     const Vec3 inside = at + Vec3{0.3 * size, 0.3 * size, 0};
-    ASSERT_EQ(may_hit(triangle_run(geometry, 0, {0, 1}), {inside - direction * back, direction, line.start}),
+    ASSERT_EQ(may_hit(triangle_pair_bounds(geometry, 0, {0, 1}), {inside - direction * back, direction, line.start}),
               first_triangle);
   }
 }
 
-TEST(TrianglesInFloats, AreNeverRuledOutForRaysFromFurtherThanTheirSumsHold) {
+TEST(TrianglePairBounds, RejectNoRayFromBeyondTheRangeOfTheErrorBound) {
   TriangleGeometry geometry;
   geometry.positions = {{0, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0}};
   geometry.triangles = {{0, 1, 2}};
-  const TrianglePairBounds run = triangle_run(geometry, 0, {0});
-  EXPECT_EQ(may_hit(run, {{-0.4, 0, -0x1p26}, {0, 0, 1}, 0x1p26}), 0);
-  EXPECT_EQ(may_hit(run, {{-0.4, 0, -0x1p27}, {0, 0, 1}, 0x1p27}), first_triangle);
-  EXPECT_EQ(may_hit(run, {{-0.4, 0, -0x1p99}, {0, 0, 1}, 0x1p99}), first_triangle);
+  const TrianglePairBounds bounds = triangle_pair_bounds(geometry, 0, {0});
+  EXPECT_EQ(may_hit(bounds, {{-0.4, 0, -0x1p26}, {0, 0, 1}, 0x1p26}), 0);
+  EXPECT_EQ(may_hit(bounds, {{-0.4, 0, -0x1p27}, {0, 0, 1}, 0x1p27}), first_triangle);
+  EXPECT_EQ(may_hit(bounds, {{-0.4, 0, -0x1p99}, {0, 0, 1}, 0x1p99}), first_triangle);
 }
 
-/// `count` triangles of which those two by two share an edge, or none.
+/// `count` triangles, of which consecutive pairs or none share an edge.
 TriangleGeometry many(std::uint32_t count, bool pairs) {
   constexpr Vec3 corners[] = {{0, 0, 0}, {0.5, 0, 0}, {0, 0.5, 0}, {0.5, 0.5, 0}};
   TriangleGeometry geometry;
@@ -167,21 +166,21 @@ TriangleGeometry many(std::uint32_t count, bool pairs) {
   return geometry;
 }
 
-TEST(TrianglesInFloats, AreKeptWhereThatTakesLittleMemoryAndTheSameWhereTheyAreNot) {
+TEST(TrianglePairBounds, AreStoredUnlessTheyTakeTooMuchMemory) {
   constexpr std::uint32_t large = (1u << 20) + 2;
   const auto bytes_each = [](std::uint32_t count, bool pairs) {
     const TriangleGeometry geometry = many(count, pairs);
-    const PrimitiveGroups<TriangleGeometry> runs(geometry, 7);
+    const PrimitiveGroups<TriangleGeometry> groups(geometry, 7);
     const std::vector<TrianglePair> triangles = triangle_pairs(geometry);
-    TrianglePairBounds room;
-    for (std::uint32_t run = 0; run < runs.count(); run += runs.count() / 100) {
-      const TrianglePairBounds expected = triangle_run(geometry, 7, triangles[run]);
-      EXPECT_TRUE(runs.in_floats(run, room) == expected);
+    TrianglePairBounds storage;
+    for (std::uint32_t group = 0; group < groups.count(); group += groups.count() / 100) {
+      const TrianglePairBounds expected = triangle_pair_bounds(geometry, 7, triangles[group]);
+      EXPECT_TRUE(groups.at(group, storage) == expected);
     }
-    return static_cast<double>(runs.memory_bytes()) / count;
+    return static_cast<double>(groups.memory_bytes()) / count;
   };
   EXPECT_NEAR(bytes_each(large, true), 32 + 4, 0.1);
-  EXPECT_NEAR(bytes_each(large, false), 8, 0.1) << "not kept";
+  EXPECT_NEAR(bytes_each(large, false), 8, 0.1) << "not stored";
   EXPECT_NEAR(bytes_each(1000, false), 64 + 8, 0.1);
 }
 

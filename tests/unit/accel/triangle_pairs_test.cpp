@@ -1,4 +1,4 @@
-// Which triangles are one to Embree, and that no answer depends on it.
+// Grouping of triangles to pairs; no hit depends on it.
 #include "tracer/src/accel/triangle_pairs.h"
 
 #include <algorithm>
@@ -15,7 +15,7 @@ using oracle::Random;
 using oracle::Real;
 using oracle::Vec;
 
-/// A rough sheet of 2 * side * side triangles over the unit square, each cell's halves next to each other.
+/// A rough sheet of 2 * side * side triangles over the unit square; the halves of a cell are neighbors in the list.
 TriangleGeometry sheet(Random& random, std::uint32_t side) {
   TriangleGeometry geometry;
   for (std::uint32_t j = 0; j <= side; ++j)
@@ -31,7 +31,7 @@ TriangleGeometry sheet(Random& random, std::uint32_t side) {
   return geometry;
 }
 
-/// Its triangles in a list where hardly any is beside one that shares its edge; `was` are their places before.
+/// The triangles in random order, so that few neighbors in the list share an edge; `was` are their positions before.
 TriangleGeometry shuffled(Random& random, TriangleGeometry geometry, std::vector<std::uint32_t>& was) {
   const auto count = static_cast<std::uint32_t>(geometry.triangles.size());
   for (std::uint32_t i = 0; i < count; ++i) was.push_back(i);
@@ -43,25 +43,25 @@ TriangleGeometry shuffled(Random& random, TriangleGeometry geometry, std::vector
   return geometry;
 }
 
-/// How many triangles have another: after seeing that each is in one run, and that pairs share two corners.
+/// Number of triangles in pairs. Expects that each triangle is in one group, and that pairs share two corners.
 std::size_t in_pairs(const TriangleGeometry& geometry) {
-  std::vector<int> seen(geometry.triangles.size(), 0);
+  std::vector<int> occurrences(geometry.triangles.size(), 0);
   std::size_t paired = 0;
   for (const TrianglePair& one : triangle_pairs(geometry)) {
-    ++seen.at(one.first);
+    ++occurrences.at(one.first);
     if (!one.pair()) continue;
-    ++seen.at(one.second);
+    ++occurrences.at(one.second);
     paired += 2;
     std::set<std::uint32_t> corners;
     for (const std::uint32_t triangle : {one.first, one.second})
       corners.insert(geometry.triangles[triangle].begin(), geometry.triangles[triangle].end());
     EXPECT_LE(corners.size(), 4u) << one.first << " and " << one.second;
   }
-  EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), static_cast<std::ptrdiff_t>(seen.size()));
+  EXPECT_EQ(std::count(occurrences.begin(), occurrences.end(), 1), static_cast<std::ptrdiff_t>(occurrences.size()));
   return paired;
 }
 
-TEST(TrianglePairs, AreNeighboursInTheListThatShareAnEdge) {
+TEST(TrianglePairs, JoinNeighborsInTheListThatShareAnEdge) {
   TriangleGeometry geometry;
   geometry.positions = {{0, 2, 0}, {1, 2, 0}, {1, 1, 0}, {0, 0, 0}, {0, 1, 0}, {1, 0, 0},
                         {2, 1, 0}, {2, 0, 0}, {5, 5, 0}, {6, 5, 0}, {5, 6, 0}};
@@ -70,7 +70,7 @@ TEST(TrianglePairs, AreNeighboursInTheListThatShareAnEdge) {
             (std::vector<TrianglePair>{{0, TrianglePair::none}, {1, 2}, {3, 4}, {5, TrianglePair::none}}));
 }
 
-TEST(TrianglePairs, AreFoundWhereverTheyAreInTheList) {
+TEST(TrianglePairs, JoinTrianglesAnywhereInTheList) {
   Random random(11);
   std::vector<std::uint32_t> was;
   const TriangleGeometry cells = sheet(random, 40);
@@ -82,18 +82,18 @@ TEST(TrianglePairs, AreFoundWhereverTheyAreInTheList) {
   EXPECT_EQ(in_pairs(halves), halves.triangles.size());
 }
 
-TEST(TrianglePairs, AreNotTwoTrianglesAroundACornerWhoseBoxIsMostlyEmpty) {
+TEST(TrianglePairs, DoNotJoinTrianglesWhoseBoxIsMostlyEmpty) {
   TriangleGeometry geometry;
   geometry.positions = {{0, 0, 0}, {1, 0, 0}, {1, 0.1, 0}, {1, 0, 0.3}};
   geometry.triangles = {{0, 1, 2}, {1, 2, 3}};
   EXPECT_EQ(in_pairs(geometry), 0u);
-  geometry.positions[3] = {0, 0.1, 0};  // folded open: the face's other half
+  geometry.positions[3] = {0, 0.1, 0};  // the other half of the face
   geometry.triangles[1] = {0, 2, 3};
   EXPECT_EQ(in_pairs(geometry), 2u);
 }
 
-TEST(TrianglePairs, AreTheNeighboursThatFillTheirBoxBest) {
-  TriangleGeometry strip;  // a row of right angles; in the list, only those across upright edges are neighbours
+TEST(TrianglePairs, JoinTheNeighborsThatFillTheirBoxBest) {
+  TriangleGeometry strip;  // a row of right angles; in the list, only those across upright edges are neighbors
   strip.positions = {{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, {1, 1, 0}, {2, 0, 0}, {2, 1, 0}};
   strip.triangles = {{2, 3, 4}, {8, 8, 8}, {0, 1, 2}, {8, 8, 8}, {3, 4, 5}, {8, 8, 8}, {1, 2, 3}};
   strip.positions.resize(9, {3, 3, 3});
@@ -102,19 +102,19 @@ TEST(TrianglePairs, AreTheNeighboursThatFillTheirBoxBest) {
   EXPECT_EQ(std::count(pairs.begin(), pairs.end(), TrianglePair{2, 6}), 1);
 }
 
-TEST(TrianglePairs, AreNoneOfNoTriangles) { EXPECT_TRUE(triangle_pairs({}).empty()); }
+TEST(TrianglePairs, AreEmptyWithoutTriangles) { EXPECT_TRUE(triangle_pairs({}).empty()); }
 
-TEST(TrianglePairs, AreNoneOfTrianglesWithoutArea) {
+TEST(TrianglePairs, DoNotJoinDegenerateTriangles) {
   TriangleGeometry geometry;
   geometry.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   geometry.triangles = {{0, 1, 1}, {0, 1, 2}, {2, 2, 2}, {1, 1, 0}};
   EXPECT_EQ(in_pairs(geometry), 0u);
 }
 
-TEST(TrianglePairs, AreFoundInTimeWhereAllTrianglesMeetInFewVertices) {
+TEST(TrianglePairs, TakeLinearTimeForTrianglesThatShareAFewVertices) {
   Random random(12);
   constexpr std::uint32_t count = 300'000;
-  TriangleGeometry fan, crowd;  // looking at all around a vertex would take 10^10 steps
+  TriangleGeometry fan, crowd;  // a search of all triangles around a vertex would take 10^10 steps
   fan.positions.push_back({0, 0.3, 0});
   for (std::uint32_t i = 0; i <= count; ++i) {
     const double turn = 6.28 * i / count;
@@ -129,7 +129,7 @@ TEST(TrianglePairs, AreFoundInTimeWhereAllTrianglesMeetInFewVertices) {
   in_pairs(crowd);
 }
 
-TEST(TrianglePairs, AreMetByRaysThatLeaveTheirOtherTriangle) {
+TEST(TrianglePairs, AreHitByRaysThatStartOnTheOtherTriangle) {
   TriangleGeometry valley;
   valley.positions = {{0, 0, 0}, {0, 0, 0.4}, {0.3, 0.3, 0.2}, {-0.3, 0.3, 0.2}};
   valley.triangles = {{0, 1, 2}, {1, 0, 3}};
@@ -168,7 +168,7 @@ TEST(TrianglePairs, ChangeNoHit) {
   mixed.triangles.push_back(shuffled(random, ordered.triangles[0], was));
   for (const TrianglePair& one : triangle_pairs(mixed.triangles[0]))
     if (one.pair()) others += was[one.first] / 2 != was[one.second] / 2 ? 1 : 0;
-  ASSERT_GT(others, 10u) << "pairs of other cells";
+  ASSERT_GT(others, 10u) << "pairs across cells";
   std::vector<TestRay> rays;
   while (rays.size() < effort::cases(40'000)) {
     const Vec d = random.direction(), target = random.vector(0.5);
@@ -178,20 +178,20 @@ TEST(TrianglePairs, ChangeNoHit) {
   }
   const auto in_order = built(ordered), in_disorder = built(mixed);
   const RayBatch batch(rays);
-  std::uint64_t met = 0;
+  std::uint64_t hits = 0;
   for (const Coherence coherence : {Coherence::coherent, Coherence::incoherent}) {
     const auto expected = batch.intersect(*in_order, coherence), found = batch.intersect(*in_disorder, coherence);
     EXPECT_EQ(batch.occluded(*in_order, coherence), batch.occluded(*in_disorder, coherence));
     for (std::size_t i = 0; i < rays.size(); ++i) {
       ASSERT_EQ(found[i].primitive.hit(), expected[i].primitive.hit());
       if (!found[i].primitive.hit()) continue;
-      ++met;
+      ++hits;
       ASSERT_EQ(found[i].t, expected[i].t);
       ASSERT_EQ(was[found[i].primitive.primitive], expected[i].primitive.primitive);
       ASSERT_EQ(found[i].u, expected[i].u);
     }
   }
-  EXPECT_GT(met, rays.size() / 2);
+  EXPECT_GT(hits, rays.size() / 2);
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "tests/support/random.h"
-#include "tracer/src/lights/registry.h"
+#include "tracer/src/lights/light_registry.h"
 
 namespace tracer {
 namespace {

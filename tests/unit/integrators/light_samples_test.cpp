@@ -1,4 +1,4 @@
-// The light of one light at packets of places, beside its formulas in long double.
+// Direct lighting of one light at packets of shading points, against its formulas in long double.
 #include "tracer/src/integrators/whitted/light_samples.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ using oracle::Random;
 using oracle::Real;
 using oracle::Vec;
 
-ShadingPoint random_facing(Random& random) {
+ShadingPoint random_shading_point(Random& random) {
   const Vec3 position{random.in(-1, 1), random.in(-1, 1), random.in(-1, 1)};
   const double error = random.spread(1e-17, 1e-12);
   return {.point = {position, {error, 2 * error, 3 * error}},
@@ -60,23 +60,19 @@ Real highlight_of(const ShadingPoint& shading_point, const Vec& to_light) {
   return std::pow(std::clamp(cosine, 0.0L, 1.0L), Real(shading_point.shininess));
 }
 
-TEST(LightSamplePacket, IsTheLocalModelOfEveryKindOfLightInEveryLane) {
+TEST(LightSamplePacket, MatchesTheLocalModelForEveryKindOfLight) {
   Random random(11);
   std::uint64_t lit = 0;
   for (std::uint64_t round = 0; round < effort::cases(3'000); ++round) {
     ShadingPointQueue shading_points;
     std::vector<ShadingPoint> all;
-    for (int i = 0; i < 2 * lanes - 3; ++i) shading_points.push(all.emplace_back(random_facing(random)));
+    for (int i = 0; i < 2 * lanes - 3; ++i) shading_points.push(all.emplace_back(random_shading_point(random)));
     const CompiledLight light = random_light(random);
     const double world_per_render = random.chance(0.5) ? 1 : 4, share = random.in(0.1, 1);
     for (std::size_t packet = 0; packet < shading_points.packets(); ++packet) {
-      LightSamplePacket arrival;
-      for (int i = 0; i < lanes; ++i) {
-        arrival.from_x[i] = light.position.x;
-        arrival.from_y[i] = light.position.y;
-        arrival.from_z[i] = light.position.z;
-      }
-      sample_light(shading_points.packet(packet), light, world_per_render, share, arrival);
+      LightSamplePacket sample;
+      for (int i = 0; i < lanes; ++i) sample.from.set(i, light.position);
+      sample_light(shading_points.packet(packet), light, world_per_render, share, sample);
       for (int lane = 0; lane < shading_points.packet(packet).count; ++lane) {
         const ShadingPoint& shading_point = all[packet * lanes + static_cast<std::size_t>(lane)];
         const Vec offset = Vec(light.position) - Vec(shading_point.point.position);
@@ -84,65 +80,61 @@ TEST(LightSamplePacket, IsTheLocalModelOfEveryKindOfLightInEveryLane) {
         const Real cosine = dot(Vec(shading_point.normal), to_light);
         if (std::fabs(cosine) < 1e-12L) continue;
         const Real power = share * strength(light, length(offset) * world_per_render, to_light);
-        const bool gains = (arrival.lit >> lane & 1) != 0;
-        ASSERT_EQ(gains, cosine > 0 && power > 0) << round << " lane " << lane;
-        if (!gains) continue;
+        const bool lit_lane = (sample.lit >> lane & 1) != 0;
+        ASSERT_EQ(lit_lane, cosine > 0 && power > 0) << round << " lane " << lane;
+        if (!lit_lane) continue;
         ++lit;
         const Real spec = highlight_of(shading_point, to_light);
         const auto expect = [&](double got, double diffuse, double specular, double radiance) {
           const auto expected = static_cast<double>((diffuse * cosine + specular * spec) * power * radiance);
           EXPECT_NEAR(got, expected, 1e-12 * (expected + static_cast<double>(power))) << round << " lane " << lane;
         };
-        expect(arrival.r[lane], shading_point.diffuse.r, shading_point.specular.r, light.radiance.r);
-        expect(arrival.g[lane], shading_point.diffuse.g, shading_point.specular.g, light.radiance.g);
-        expect(arrival.b[lane], shading_point.diffuse.b, shading_point.specular.b, light.radiance.b);
+        expect(sample.radiance.r[lane], shading_point.diffuse.r, shading_point.specular.r, light.radiance.r);
+        expect(sample.radiance.g[lane], shading_point.diffuse.g, shading_point.specular.g, light.radiance.g);
+        expect(sample.radiance.b[lane], shading_point.diffuse.b, shading_point.specular.b, light.radiance.b);
       }
     }
   }
-  EXPECT_GT(lit, effort::cases(3'000)) << "some light must arrive";
+  EXPECT_GT(lit, effort::cases(3'000)) << "some lanes must be lit";
 }
 
-TEST(LightSamplePacket, StartsShadowRaysWhereRaysThatLeaveTheSurfaceStart) {
+TEST(LightSamplePacket, OffsetsTheOriginsOfShadowRays) {
   Random random(12);
   for (std::uint64_t round = 0; round < effort::cases(1'000); ++round) {
     ShadingPointQueue shading_points;
-    ShadingPoint shading_point = random_facing(random);
+    ShadingPoint shading_point = random_shading_point(random);
     const CompiledLight light{
         .kind = light_kind<DirectionalLight>, .axis = rounded(random.direction()), .radiance = {1, 1, 1}};
     if (dot(shading_point.normal, light.axis) < 0) shading_point.normal = -shading_point.normal;
     shading_points.push(shading_point);
-    LightSamplePacket arrival;
-    sample_light(shading_points.packet(0), light, 1, 1, arrival);
-    ASSERT_EQ(arrival.lit, 1u);
+    LightSamplePacket sample;
+    sample_light(shading_points.packet(0), light, 1, 1, sample);
+    ASSERT_EQ(sample.lit, 1u);
     const Vec3 expected = offset_origin(shading_point.point, shading_point.face, light.axis);
-    ASSERT_EQ((Vec3{arrival.origin_x[0], arrival.origin_y[0], arrival.origin_z[0]}), expected);
-    ASSERT_EQ(arrival.distance[0], std::numeric_limits<double>::infinity());
+    ASSERT_EQ(sample.origin[0], expected);
+    ASSERT_EQ(sample.distance[0], std::numeric_limits<double>::infinity());
   }
 }
 
-TEST(LightSamplePacket, NothingComesFromALightThatTouchesTheSurfaceNorToAPlaceThatReflectsNothing) {
+TEST(LightSamplePacket, LightsNeitherBlackPointsNorPointsAtTheLight) {
   ShadingPointQueue shading_points;
-  const ShadingPoint touched{.point = {{1, 2, 3}, {}}, .normal = {0, 0, 1}, .to_eye = {0, 0, 1}, .diffuse = {1, 1, 1}};
-  shading_points.push(touched);
-  ShadingPoint black = touched;
+  const ShadingPoint at_light{.point = {{1, 2, 3}, {}}, .normal = {0, 0, 1}, .to_eye = {0, 0, 1}, .diffuse = {1, 1, 1}};
+  shading_points.push(at_light);
+  ShadingPoint black = at_light;
   black.point.position.z = 2;
   black.diffuse = {};
   shading_points.push(black);
-  ShadingPoint below = touched;
+  ShadingPoint below = at_light;
   below.point.position.z = 2;
   shading_points.push(below);
-  LightSamplePacket arrival;
-  for (int i = 0; i < lanes; ++i) {
-    arrival.from_x[i] = 1;
-    arrival.from_y[i] = 2;
-    arrival.from_z[i] = 3;
-  }
-  sample_light(shading_points.packet(0), {.radiance = {1, 1, 1}}, 1, 1, arrival);
-  ASSERT_EQ(arrival.lit, LaneMask{1} << 2) << "the place below the light";
-  EXPECT_EQ(arrival.r[2], 1);
+  LightSamplePacket sample;
+  for (int i = 0; i < lanes; ++i) sample.from.set(i, {1, 2, 3});
+  sample_light(shading_points.packet(0), {.radiance = {1, 1, 1}}, 1, 1, sample);
+  ASSERT_EQ(sample.lit, LaneMask{1} << 2) << "the point below the light";
+  EXPECT_EQ(sample.radiance.r[2], 1);
 }
 
-TEST(ShadingPointQueue, KeepNothingOfThoseBefore) {
+TEST(ShadingPointQueue, IsEmptyAfterClear) {
   ShadingPointQueue shading_points;
   ShadingPoint shining{.normal = {0, 0, 1}, .specular = {1, 1, 1}, .blinn = true};
   for (int i = 0; i < lanes + 1; ++i) shading_points.push(shining);

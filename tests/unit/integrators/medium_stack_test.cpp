@@ -48,7 +48,7 @@ struct PlainList {
     }
     const auto itself = [&](std::uint32_t other) { return other == object; };
     const auto alike = [&](std::uint32_t other) {
-      return scene.material_of_object[other] == scene.material_of_object[object];
+      return scene.objects.material[other] == scene.objects.material[object];
     };
     return remove_latest(itself) || remove_latest(alike);
   }

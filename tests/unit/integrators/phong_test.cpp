@@ -23,10 +23,10 @@ double specular_factor(Material::Model model, double shininess, const Vec3& n, c
                        .specular = model == lambert ? Color{} : Color{1, 1, 1},
                        .shininess = shininess,
                        .blinn = model == blinn_phong});
-  LightSamplePacket arrival;
+  LightSamplePacket sample;
   sample_light(shading_points.packet(0), {.kind = light_kind<DirectionalLight>, .axis = l, .radiance = {1, 1, 1}}, 1, 1,
-               arrival);
-  return arrival.lit == 0 ? 0 : arrival.r[0];
+               sample);
+  return sample.lit == 0 ? 0 : sample.radiance.r[0];
 }
 
 TEST(SpecularFactor, IsTheDefinitionsForRandomDirections) {

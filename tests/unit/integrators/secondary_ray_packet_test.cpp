@@ -1,4 +1,4 @@
-// What a packet of surfaces sends on, beside Snell, Fresnel and the spawn_reflection in long double.
+// Secondary rays of packets of hits, against the laws of reflection, Snell and Fresnel in long double.
 #include "tracer/src/integrators/whitted/secondary_ray_packet.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ using oracle::Random;
 using oracle::Real;
 using oracle::Vec;
 
-/// Mirrors, glass, panes, with and without Fresnel, and what sends nothing on.
+/// Mirrors, glass and panes, with and without Fresnel, and a material without secondary rays.
 std::vector<Material> materials() {
   std::vector<Material> all(7);
   for (Material& material : all) material.reflection_color = {1, 0.5, 0.25};
@@ -33,24 +33,13 @@ struct Packets {
   SecondaryRayPacket reflection, transmission;
 };
 
-void put(const Vec3& v, int i, double* x, double* y, double* z) {
-  x[i] = v.x;
-  y[i] = v.y;
-  z[i] = v.z;
-}
-
-Vec3 lane(const double* x, const double* y, const double* z, int i) { return {x[i], y[i], z[i]}; }
 Vec3 outward_of(const HitPacket& hits, int i) {
-  const Vec3 face = lane(hits.points.face_x, hits.points.face_y, hits.points.face_z, i);
-  return hits.back_face[i] > 0 ? -face : face;
+  return hits.back_face[i] > 0 ? -hits.points.face[i] : hits.points.face[i];
 }
-Vec3 direction_of(const HitPacket& hits, int i) {
-  return lane(hits.direction_x, hits.direction_y, hits.direction_z, i);
-}
-/// As the ray sees it.
+/// The shading normal, or that of the face if the shading normal points away from the ray.
 Vec3 normal_of(const Packets& p, int i) {
-  const Vec3 normal = lane(p.shading_points.normal_x, p.shading_points.normal_y, p.shading_points.normal_z, i);
-  return dot(direction_of(p.hits, i), normal) < 0 ? normal : outward_of(p.hits, i);
+  const Vec3 normal = p.shading_points.normal[i];
+  return dot(p.hits.direction[i], normal) < 0 ? normal : outward_of(p.hits, i);
 }
 
 void fill(Random& random, const std::vector<CompiledMaterial>& terms, Packets& p) {
@@ -61,16 +50,16 @@ void fill(Random& random, const std::vector<CompiledMaterial>& terms, Packets& p
     const Vec outward = back_face > 0 ? -face : face;
     const Real c = random.chance(0.2) ? random.spread(1e-4, 1) : random.in(0.01, 1);
     const Vec d = std::sqrt((1 - c) * (1 + c)) * random.across(outward) - c * outward;
-    put(rounded(unit(d)), i, p.hits.direction_x, p.hits.direction_y, p.hits.direction_z);
-    put(rounded(face), i, p.hits.points.face_x, p.hits.points.face_y, p.hits.points.face_z);
+    p.hits.direction.set(i, rounded(unit(d)));
+    p.hits.points.face.set(i, rounded(face));
     const Vec normal = random.chance(0.5) ? outward : unit(outward + 0.4L * random.direction());
-    put(rounded(normal), i, p.shading_points.normal_x, p.shading_points.normal_y, p.shading_points.normal_z);
-    put(random.vector(1), i, p.hits.points.x, p.hits.points.y, p.hits.points.z);
+    p.shading_points.normal.set(i, rounded(normal));
+    p.hits.points.position.set(i, random.vector(1));
     p.shading_points.clearance[i] = random.spread(1e-17, 1e-12);
     p.hits.back_face[i] = back_face;
-    p.hits.throughput_r[i] = random.in(0.1, 1);
-    p.hits.throughput_g[i] = random.in(0.1, 1);
-    p.hits.throughput_b[i] = 0;
+    p.hits.throughput.r[i] = random.in(0.1, 1);
+    p.hits.throughput.g[i] = random.in(0.1, 1);
+    p.hits.throughput.b[i] = 0;
     p.hits.path[i] = random.below(1000);
     p.hits.material[i] = random.below(static_cast<std::uint32_t>(terms.size()));
     p.interfaces.n_from[i] = random.chance(0.5) ? 1 : random.in(1, 3);
@@ -85,19 +74,19 @@ void expect_throughput(const SecondaryRayPacket& found, int i, const HitPacket& 
   const bool going = share > 0;
   ASSERT_EQ(found.going >> i & 1, going ? 1u : 0u);
   if (!going) return;
-  EXPECT_NEAR(found.r[i], static_cast<double>(hits.throughput_r[i] * by_color.r * share), 1e-11);
-  EXPECT_NEAR(found.g[i], static_cast<double>(hits.throughput_g[i] * by_color.g * share), 1e-11);
-  EXPECT_EQ(found.b[i], 0);
-  EXPECT_EQ(found.largest[i], std::max(found.r[i], found.g[i]));
+  EXPECT_NEAR(found.throughput.r[i], static_cast<double>(hits.throughput.r[i] * by_color.r * share), 1e-11);
+  EXPECT_NEAR(found.throughput.g[i], static_cast<double>(hits.throughput.g[i] * by_color.g * share), 1e-11);
+  EXPECT_EQ(found.throughput.b[i], 0);
+  EXPECT_EQ(found.largest[i], std::max(found.throughput.r[i], found.throughput.g[i]));
 }
 
 void expect_snell(const Packets& p, int i, bool refracts) {
-  const Vec d = direction_of(p.hits, i), n = normal_of(p, i);
-  const Vec t = lane(p.transmission.dx, p.transmission.dy, p.transmission.dz, i);
+  const Vec d = p.hits.direction[i], n = normal_of(p, i);
+  const Vec t = p.transmission.direction[i];
   const Real eta = refracts ? Real(p.interfaces.n_to[i]) / p.interfaces.n_from[i] : 1;
   EXPECT_NEAR(static_cast<double>(length(t)), 1, 1e-14);
   if (!refracts) {
-    EXPECT_EQ(length(t - d), 0) << "straight on";
+    EXPECT_EQ(length(t - d), 0) << "not refracted";
     return;
   }
   EXPECT_LT(dot(t, n), 0);
@@ -105,20 +94,20 @@ void expect_snell(const Packets& p, int i, bool refracts) {
 }
 
 void expect_mirror(const Packets& p, int i) {
-  const Vec d = direction_of(p.hits, i), n = normal_of(p, i), outward = outward_of(p.hits, i);
+  const Vec d = p.hits.direction[i], n = normal_of(p, i), outward = outward_of(p.hits, i);
   Vec expected = unit(d - 2 * dot(d, n) * n);
   if (std::fabs(dot(expected, outward)) < 1e-12L) return;
   if (dot(expected, outward) < 0) expected = unit(expected - 2 * dot(expected, outward) * outward);
-  EXPECT_LE(length(Vec(lane(p.reflection.dx, p.reflection.dy, p.reflection.dz, i)) - expected), 1e-14);
+  EXPECT_LE(length(Vec(p.reflection.direction[i]) - expected), 1e-14);
 }
 
 void expect_lane(const Packets& p, int i, const Material& material) {
   const bool transmits = material.transmission > 0;
   const bool refracts = transmits && material.transparency == Material::Transparency::refract;
   const Real n_from = p.interfaces.n_from[i], n_to = p.interfaces.n_to[i];
-  const Real cos_i = std::fmin(1.0L, -dot(Vec(direction_of(p.hits, i)), Vec(normal_of(p, i))));
+  const Real cos_i = std::fmin(1.0L, -dot(Vec(p.hits.direction[i]), Vec(normal_of(p, i))));
   const Real cos2_t = 1 - (n_from / n_to) * (n_from / n_to) * (1 - cos_i) * (1 + cos_i);
-  if (std::fabs(cos2_t) < 1e-4L) return;  // what is next to the critical angle, or past it, its rounding decides
+  if (std::fabs(cos2_t) < 1e-4L) return;  // rounding decides next to the critical angle
   const bool total = (refracts || material.fresnel) && cos2_t < 0;
   const Real f = total ? 1 : oracle::reflectance(cos_i, std::sqrt(cos2_t), n_from, n_to);
   const Real reflection = material.fresnel ? f : 1, transmittance = total ? 0 : material.fresnel ? 1 - f : 1;
@@ -142,12 +131,12 @@ TEST(SecondaryRayPacket, FollowsSnellAndFresnelInEveryLane) {
     for (int i = 0; i < p.hits.count; ++i) expect_lane(p, i, all[p.hits.material[i]]);
     if (HasFailure()) FAIL() << round;
     transmission += static_cast<std::uint64_t>(std::popcount(p.transmission.going));
-    EXPECT_EQ((p.reflection.going | p.transmission.going) >> p.hits.count, 0u) << "lanes of no use";
+    EXPECT_EQ((p.reflection.going | p.transmission.going) >> p.hits.count, 0u) << "unused lanes";
   }
   EXPECT_GT(transmission, effort::cases(2'000));
 }
 
-TEST(SecondaryRayPacket, GivesPlainMirrorsTheBitsOfAPacketOfMirrors) {
+TEST(SecondaryRayPacket, IsBitIdenticalForMirrorsInPacketsWithAndWithoutSplits) {
   const std::vector<CompiledMaterial> terms = compiled_materials(materials(), {});
   Random random(4);
   Packets p;
@@ -158,17 +147,16 @@ TEST(SecondaryRayPacket, GivesPlainMirrorsTheBitsOfAPacketOfMirrors) {
     for (int i = 0; i < p.hits.count; ++i) {
       if (p.hits.material[i] != 1) continue;
       ASSERT_EQ(p.reflection.going >> i & 1, plain.going >> i & 1);
-      for (const auto component :
-           {&SecondaryRayPacket::ox, &SecondaryRayPacket::oy, &SecondaryRayPacket::oz, &SecondaryRayPacket::dx,
-            &SecondaryRayPacket::dy, &SecondaryRayPacket::dz, &SecondaryRayPacket::r, &SecondaryRayPacket::g,
-            &SecondaryRayPacket::b, &SecondaryRayPacket::largest})
-        ASSERT_EQ((p.reflection.*component)[i], (plain.*component)[i]);
+      ASSERT_EQ(p.reflection.origin[i], plain.origin[i]);
+      ASSERT_EQ(p.reflection.direction[i], plain.direction[i]);
+      ASSERT_EQ(p.reflection.throughput[i], plain.throughput[i]);
+      ASSERT_EQ(p.reflection.largest[i], plain.largest[i]);
       ASSERT_EQ(p.reflection.path[i], plain.path[i]);
     }
   }
 }
 
-TEST(SecondaryRayPacket, LeavesEachSurfaceOnTheSideThatItsRaysGoTo) {
+TEST(SecondaryRayPacket, OffsetsOriginsToTheSideOfTheDirection) {
   const std::vector<CompiledMaterial> terms = compiled_materials(materials(), {});
   Random random(5);
   Packets p;
@@ -176,21 +164,20 @@ TEST(SecondaryRayPacket, LeavesEachSurfaceOnTheSideThatItsRaysGoTo) {
     fill(random, terms, p);
     for (const SecondaryRayPacket* rays : {&p.reflection, &p.transmission})
       for_each_lane(rays->going, [&](int i) {
-        const Vec3 face = lane(p.hits.points.face_x, p.hits.points.face_y, p.hits.points.face_z, i);
-        const Vec moved = Vec(lane(rays->ox, rays->oy, rays->oz, i)) -
-                          Vec(lane(p.hits.points.x, p.hits.points.y, p.hits.points.z, i));
-        const double side = dot(rays->direction(i), face) < 0 ? -1 : 1;
+        const Vec3 face = p.hits.points.face[i];
+        const Vec moved = Vec(rays->origin[i]) - Vec(p.hits.points.position[i]);
+        const double side = dot(rays->direction[i], face) < 0 ? -1 : 1;
         ASSERT_GE(side * dot(moved, Vec(face)), p.shading_points.clearance[i]);
       });
   }
 }
 
-TEST(BelowCutoff, AreThoseBelowTheCutoffAndThoseThatWeighNothing) {
+TEST(BelowCutoff, SelectsRaysBelowTheCutoffAndBlackRays) {
   SecondaryRayPacket rays{};
   rays.going = 0b1011;
   rays.largest[0] = 0.1;
   rays.largest[1] = 0.01;
-  rays.largest[2] = 0.01;  // none of those that go on
+  rays.largest[2] = 0.01;  // not a lane of `going`
   rays.largest[3] = 0;
   EXPECT_EQ(below_cutoff(rays, 0.05), 0b1010u);
   EXPECT_EQ(below_cutoff(rays, 0), 0b1000u);

@@ -1,4 +1,4 @@
-// Points of sixteen hits at once are, to the last bit, those of one after the other.
+// Surface points of packets are bit-identical to those of single hits.
 #include "tracer/src/interaction/hit_packet.h"
 
 #include <gtest/gtest.h>
@@ -13,29 +13,26 @@ namespace {
 
 using oracle::Random;
 
-RayHitPacket met_by(const Look* looks, const Vec3* origins, const Vec3* directions) {
-  RayHitPacket met;
+RayHitPacket ray_hits(const Look* looks, const Vec3* origins, const Vec3* directions) {
+  RayHitPacket packet;
   for (int i = 0; i < lanes; ++i) {
-    const Vec3 on_ray = origins[i] + directions[i] * looks[i].hit.t;
-    met.on_x[i] = on_ray.x;
-    met.on_y[i] = on_ray.y;
-    met.on_z[i] = on_ray.z;
-    met.u[i] = looks[i].hit.u;
-    met.v[i] = looks[i].hit.v;
-    met.primitive[i] = looks[i].hit.primitive;
+    packet.on_ray.set(i, origins[i] + directions[i] * looks[i].hit.t);
+    packet.u[i] = looks[i].hit.u;
+    packet.v[i] = looks[i].hit.v;
+    packet.primitive[i] = looks[i].hit.primitive;
   }
-  return met;
+  return packet;
 }
 
-enum class Variety { mixed, balls, flat_triangles, smooth_triangles, quadrics, planes };
+enum class Variety { mixed, spheres, flat_triangles, smooth_triangles, quadrics, planes };
 
-/// Of one kind, or of all, so that no packet is of one.
+/// Shapes of one kind, or of all, so that packets have lanes of different kinds.
 Scene scene_of(Random& random, Variety variety) {
   Scene scene = scenes::empty(1);
   const MaterialId material = scenes::add(scene, scenes::matte({1, 1, 1}));
   const auto wanted = [&](Variety kind) { return variety == Variety::mixed || variety == kind; };
   for (int i = 0; i < 10; ++i) {
-    if (wanted(Variety::balls)) scenes::add(scene, Sphere{random.vector(1), random.in(0.03, 0.3)}, material);
+    if (wanted(Variety::spheres)) scenes::add(scene, Sphere{random.vector(1), random.in(0.03, 0.3)}, material);
     if (wanted(Variety::flat_triangles))
       scenes::add(scene, scenes::placed(scenes::icosphere(1), 0.3, random.vector(1)), material);
     if (wanted(Variety::smooth_triangles))
@@ -61,23 +58,22 @@ Scene scene_of(Random& random, Variety variety) {
 }
 
 void expect_same(const ShapeHit& expected, const PointPacket& points, int i) {
-  const auto at = [i](const double* x, const double* y, const double* z) { return Vec3{x[i], y[i], z[i]}; };
-  ASSERT_EQ(at(points.x, points.y, points.z), expected.point.position);
-  ASSERT_EQ(at(points.error_x, points.error_y, points.error_z), expected.point.error);
-  ASSERT_EQ(at(points.face_x, points.face_y, points.face_z), expected.geometric_normal);
+  ASSERT_EQ(points.position[i], expected.point.position);
+  ASSERT_EQ(points.error[i], expected.point.error);
+  ASSERT_EQ(points.face[i], expected.geometric_normal);
   ASSERT_EQ(points.object[i], expected.object);
   if (points.smooth) {
-    ASSERT_EQ(at(points.normal_x, points.normal_y, points.normal_z), expected.shading_normal);
-    ASSERT_EQ(at(points.offset_x, points.offset_y, points.offset_z), expected.shadow_offset);
+    ASSERT_EQ(points.normal[i], expected.shading_normal);
+    ASSERT_EQ(points.offset[i], expected.shadow_offset);
   } else {
     ASSERT_EQ(expected.shading_normal, expected.geometric_normal);
     ASSERT_EQ(expected.shadow_offset, Vec3{});
   }
 }
 
-TEST(PointPacket, HoldsTheHitsOfEveryKindOfShapeToTheLastBit) {
+TEST(PointPacket, IsBitIdenticalToSingleHitsOfEveryKindOfShape) {
   Random random(3);
-  for (const auto variety : {Variety::mixed, Variety::balls, Variety::flat_triangles, Variety::smooth_triangles,
+  for (const auto variety : {Variety::mixed, Variety::spheres, Variety::flat_triangles, Variety::smooth_triangles,
                              Variety::quadrics, Variety::planes})
     for (std::uint64_t round = 0; round < effort::cases(10); ++round) {
       const auto scene = compiled(scene_of(random, variety));
@@ -91,11 +87,11 @@ TEST(PointPacket, HoldsTheHitsOfEveryKindOfShapeToTheLastBit) {
             looks[i] = look(*scene, origins[i], directions[i]);
           } while (!looks[i].found);
         }
-        const RayHitPacket met = met_by(looks, origins, directions);
+        const RayHitPacket hits = ray_hits(looks, origins, directions);
         PointPacket points;
-        compute_points(scene->geometry(), met, points);
+        compute_points(scene->geometry(), hits, points);
         for (int i = 0; i < lanes; ++i) {
-          const ShapeHit expected = shape_hit(scene->geometry(), looks[i].hit, {met.on_x[i], met.on_y[i], met.on_z[i]});
+          const ShapeHit expected = shape_hit(scene->geometry(), looks[i].hit, hits.on_ray[i]);
           expect_same(expected, points, i);
           if (HasFatalFailure()) return;
         }
@@ -103,26 +99,22 @@ TEST(PointPacket, HoldsTheHitsOfEveryKindOfShapeToTheLastBit) {
     }
 }
 
-/// Their normals need normalize()'s care.
-TEST(PointPacket, TakesCareOfTrianglesWhoseEdgesMultiplyToNextToNothing) {
+/// The squares of their normals underflow.
+TEST(PointPacket, NormalizesTheNormalsOfTinyTriangles) {
   TriangleGeometry tiny;
   tiny.positions = {{0, 0, 0}, {1e-60, 0, 0}, {0, 1e-60, 0}};
   tiny.triangles = {{0, 1, 2}};
   GeometrySet set;
   set.triangles = {tiny, tiny};
   for (Vec3& position : set.triangles[1].positions) position = position * 1e60;
-  RayHitPacket met{};
+  RayHitPacket hits{};
   for (int i = 0; i < lanes; ++i) {
-    met.primitive[i] = {i % 2 == 0 ? 0u : 1u, 0};
-    met.u[i] = met.v[i] = 0.25;
+    hits.primitive[i] = {i % 2 == 0 ? 0u : 1u, 0};
+    hits.u[i] = hits.v[i] = 0.25;
   }
   PointPacket points;
-  compute_points(set, met, points);
-  for (int i = 0; i < lanes; ++i) {
-    EXPECT_EQ(points.face_x[i], 0) << i;
-    EXPECT_EQ(points.face_y[i], 0) << i;
-    EXPECT_EQ(points.face_z[i], 1) << i;
-  }
+  compute_points(set, hits, points);
+  for (int i = 0; i < lanes; ++i) EXPECT_EQ(points.face[i], (Vec3{0, 0, 1})) << i;
 }
 
 }  // namespace

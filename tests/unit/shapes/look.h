@@ -15,7 +15,7 @@ inline std::shared_ptr<const CompiledScene> compiled(const Scene& scene) {
   return *result;
 }
 
-/// The scene's first hit of a ray given in the trace frame; `found` false: none.
+/// The scene's first hit of a ray given in the render space; `found` false: none.
 struct Look {
   Hit hit;
   Surface surface;

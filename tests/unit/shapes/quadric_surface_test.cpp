@@ -9,7 +9,7 @@
 #include "tests/support/scenes.h"
 #include "tests/unit/shapes/look.h"
 #include "tracer/src/scene/instancing.h"
-#include "tracer/src/shapes/registry.h"
+#include "tracer/src/shapes/shape_registry.h"
 
 namespace tracer {
 namespace {
@@ -83,8 +83,8 @@ TEST(ClosedShapes, LetNoRayOutFromWithinAtTheirRimsEdgesCornersAndApex) {
     for (int ray = 0; ray < 70; ++ray) {
       const double low = q.kind == kind_of<UnitSphere> ? -0.5 : 0.05;
       const Vec3 inside =
-          q.origin + q.trace_from_shape * Vec3{random.in(0.01, 0.03), random.in(0.01, 0.03), random.in(low, 0.5)};
-      const Vec3 target = q.origin + q.trace_from_shape * rounded(edge_of(random, q));
+          q.origin + q.render_from_shape * Vec3{random.in(0.01, 0.03), random.in(0.01, 0.03), random.in(low, 0.5)};
+      const Vec3 target = q.origin + q.render_from_shape * rounded(edge_of(random, q));
       const bool well_inside = q.kind != kind_of<Frustum> || std::min(q.radius_0, q.radius_1 * 2 + 0.1) > 0.1;
       if (!well_inside) continue;
       ++rays;
@@ -104,7 +104,7 @@ TEST(ClosedShapes, AreLeftAsOftenAsTheyAreEnteredByRaysThatPassTheirRimsByALittl
     for (int ray = 0; ray < 100; ++ray) {
       // Nearer than 1e-9 to a cone's apex, or 1e-11 to a rim, where a ray goes in and out is within the points' error.
       const Vec beside = edge_of(random, q) + static_cast<Real>(random.spread(1e-8, 1e-2)) * random.direction();
-      const Vec3 target = q.origin + q.trace_from_shape * rounded(beside);
+      const Vec3 target = q.origin + q.render_from_shape * rounded(beside);
       const Vec3 direction = rounded(random.direction());
       Vec3 origin = target - direction * 3;
       PrimitiveRef from;
@@ -160,14 +160,14 @@ Beyond beyond(const Quadric& q, QuadricPart part, const Vec& p) {
 
 /// The inverse of the map times v, by Cramer's rule.
 Vec shape_vector(const Quadric& q, const Vec& v) {
-  const Vec x = q.trace_from_shape.x, y = q.trace_from_shape.y, z = q.trace_from_shape.z;
+  const Vec x = q.render_from_shape.x, y = q.render_from_shape.y, z = q.render_from_shape.z;
   const Real d = dot(x, cross(y, z));
   return {dot(v, cross(y, z)) / d, dot(v, cross(z, x)) / d, dot(v, cross(x, y)) / d};
 }
 
 /// A gradient goes with the inverse transpose: cofactors over the determinant.
 Vec trace_gradient(const Quadric& q, const Vec& g) {
-  const Vec x = q.trace_from_shape.x, y = q.trace_from_shape.y, z = q.trace_from_shape.z;
+  const Vec x = q.render_from_shape.x, y = q.render_from_shape.y, z = q.render_from_shape.z;
   const Real d = dot(x, cross(y, z));
   return (1 / d) * (g.x * cross(y, z) + g.y * cross(z, x) + g.z * cross(x, y));
 }
@@ -187,7 +187,7 @@ TEST(QuadricSurface, PointsAreWithinTheirErrorNormalsAreOutwardAndRaysThatLeaveN
     const auto c = compiled(checkered(any_shape(random, i), transform));
     const Quadric& q = c->geometry().quadrics.at(0).quadrics.at(0);
     for (int ray = 0; ray < 100; ++ray) {
-      const Vec3 inside = q.origin + q.trace_from_shape * Vec3{random.in(0, 0.6), random.in(0, 0.6), random.in(0, 1)};
+      const Vec3 inside = q.origin + q.render_from_shape * Vec3{random.in(0, 0.6), random.in(0, 0.6), random.in(0, 1)};
       const Real distance = random.chance(0.2) ? 1e4 : random.chance(0.3) ? 0 : 2;
       const Vec3 direction = rounded(random.direction());
       const Look at = look(*c, rounded(Vec(inside) - distance * Vec(direction)), direction);

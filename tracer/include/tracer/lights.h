@@ -3,7 +3,7 @@
 
 #include <variant>
 
-#include "tracer/fields.h"
+#include "tracer/document_fields.h"
 #include "tracer/values.h"
 
 namespace tracer {

@@ -7,7 +7,7 @@
 #include <variant>
 #include <vector>
 
-#include "tracer/fields.h"
+#include "tracer/document_fields.h"
 #include "tracer/values.h"
 
 namespace tracer {

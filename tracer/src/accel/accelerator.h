@@ -1,5 +1,5 @@
 #pragma once
-/// Finds what rays meet. The one place that knows Embree is behind this header.
+/// Ray-scene intersection. The only directory that includes Embree.
 
 #include <cstddef>
 #include <cstdint>
@@ -12,10 +12,10 @@
 
 namespace tracer {
 
-/// `count` rays as arrays, trace frame, unit directions. A ray covers the distances (0, t_max); `t_max` null: no end.
-/// `from` is the primitive each ray starts on, or none; flat ones (triangles, planes) are not met again by a ray that
-/// leaves them, whatever rounding says. Null: no ray starts on anything. A ray with a component that is NaN or infinite
-/// meets nothing.
+/// `count` rays as arrays, in render space, with unit directions. A ray covers the distances (0, t_max), or (0,
+/// infinity) if `t_max` is null. `from` is the primitive each ray starts on, or none: a ray never hits the flat
+/// primitive (triangle or plane) that it starts on, whatever the rounding. Null: no ray starts on a primitive. A ray
+/// with a component that is NaN or infinite hits nothing.
 struct RaySpan {
   const double *ox, *oy, *oz;
   const double *dx, *dy, *dz;
@@ -24,23 +24,23 @@ struct RaySpan {
   std::size_t count;
 };
 
-/// Where the answers go, `count` each. `u`, `v` are the barycentric coordinates of triangles: weights of their second
-/// and third vertex.
+/// Output arrays of `count` hits. `u`, `v` are the barycentric coordinates of triangles: weights of their second and
+/// third vertex.
 struct HitSpan {
   PrimitiveRef* primitive;
   double* t;
   double *u, *v;
 };
 
-/// Coherent: neighbours in the span go roughly the same way. It changes the speed, never the answer.
+/// Coherent: neighbors in the span have similar directions. Changes the speed, never the result.
 enum class Coherence { coherent, incoherent };
 
-/// Which surfaces a query sees.
+/// Geometry that a query is tested against.
 enum class GeometryMask { all, opaque, transmissive };
 
 class Accelerator {
  public:
-  /// Owns what it is built over. Fails with `cancelled`, `out_of_memory` or, where Embree does, `internal`.
+  /// Owns the geometry. Fails with `cancelled`, `out_of_memory` or, where Embree fails, `internal`.
   static Result<std::shared_ptr<const Accelerator>, Failure> build(GeometrySet geometry, RenderControl& control);
   ~Accelerator();
   Accelerator(const Accelerator&) = delete;
@@ -55,13 +55,16 @@ class Accelerator {
   void occluded(const RaySpan& rays, std::uint8_t* blocked, Coherence coherence) const;
 
   [[nodiscard]] const GeometrySet& geometry() const { return geometry_; }
-  [[nodiscard]] std::uint64_t memory_bytes() const;  ///< its geometry's included
+  /// Upper bound of the transmissive surfaces that a straight line crosses; see geometry.h.
+  [[nodiscard]] std::uint64_t max_transmissive_hits() const { return max_transmissive_hits_; }
+  [[nodiscard]] std::uint64_t memory_bytes() const;  ///< including the geometry
 
  private:
   struct Embree;
   Accelerator(GeometrySet geometry, std::unique_ptr<Embree> embree);
 
-  const GeometrySet geometry_;  ///< Embree points into it
+  const GeometrySet geometry_;  ///< Embree keeps pointers into it
+  const std::uint64_t max_transmissive_hits_;
   std::unique_ptr<Embree> embree_;
 };
 

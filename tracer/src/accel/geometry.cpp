@@ -1,6 +1,6 @@
 #include "tracer/src/accel/geometry.h"
 
-#include "tracer/src/shapes/registry.h"
+#include "tracer/src/shapes/shape_registry.h"
 
 namespace tracer {
 namespace {

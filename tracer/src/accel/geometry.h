@@ -1,5 +1,5 @@
 #pragma once
-/// What rays meet, as the accelerator keeps it: structure-of-arrays values in the trace frame. No Embree type here.
+/// Geometry of the accelerator: structures of arrays in render space, without Embree types.
 
 #include <array>
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace tracer {
 
-/// Which primitive a ray met. Geometries are numbered in the order of GeometrySet's vectors: spheres, triangles,
+/// Primitive of a GeometrySet. Geometries are numbered in the order of its members: spheres, triangles, quadrics,
 /// planes.
 struct PrimitiveRef {
   static constexpr std::uint32_t none = 0xffffffffu;
@@ -27,19 +27,19 @@ struct SphereGeometry {
   bool transmissive = false;
 };
 
-/// Triangles that share vertices. All are double-precision user geometry: Embree sees padded boxes and what is a hit is
-/// decided in double on these positions (triangle_hit.h), so needles and meshes that are small in their scene are as
-/// right as any, and nothing leaks. There is no choice of Embree's own float triangles for some meshes, because it pays
-/// in no case. Open terrains without needles, where they could be chosen, a sunlit image of 1280 x 720, seconds of
-/// one AVX-512 core to build and to trace, in pairs (triangle_pairs.h) and as Embree's own with its robust flag:
+/// Triangles that share vertices. All are double-precision user geometry: Embree traverses padded boxes and hits are
+/// computed in double from these positions (triangle_hit.h), so needles and meshes that are small in their scene are
+/// exact, and nothing leaks. Embree's own float triangles are not used for any mesh, because they save little even for
+/// open terrains without needles. A sunlit image of 1280 x 720, seconds of one AVX-512 core to build and to trace, in
+/// pairs (triangle_pairs.h) and as Embree's own triangles with its robust flag:
 ///
 ///        97,000 triangles   0.03 + 0.13    0.03 + 0.13
 ///       980,000             0.25 + 0.22    0.25 + 0.20
 ///     3,920,000             0.92 + 0.37    1.07 + 0.30
 ///
-/// For that tenth of the time closed meshes would leak (10^-3 of the rays aimed at vertices, and still 10^-6 when each
-/// triangle is grown by far more than its rounding), and images would depend on the machine: which of two triangles a
-/// ray meets near their edge is up to Embree's instruction set, one pixel of each of these.
+/// In exchange for that tenth of the time closed meshes would leak (10^-3 of the rays aimed at vertices, and still
+/// 10^-6 if each triangle is grown by far more than its rounding), and images would depend on the machine: near a
+/// shared edge Embree's instruction set decides which of two triangles is hit, in one pixel of each of these images.
 struct TriangleGeometry {
   std::vector<Vec3> positions;
   std::vector<std::array<std::uint32_t, 3>> triangles;
@@ -50,23 +50,31 @@ struct TriangleGeometry {
   bool transmissive = false;
 
   [[nodiscard]] const Vec3& position(std::uint32_t vertex) const { return positions[vertex]; }
+  [[nodiscard]] Vec3 normal(std::uint32_t vertex) const {
+    const auto& [x, y, z] = normals[vertex];
+    return {x, y, z};
+  }
+  [[nodiscard]] std::uint32_t object_of(std::uint32_t triangle) const {
+    return object_of_triangle.empty() ? object : object_of_triangle[triangle];
+  }
 };
 
-/// Analytic shapes other than the spheres above, which a transform may have made ellipsoids; either all opaque or all
-/// transmissive.
+/// Analytic shapes other than the spheres above, and ellipsoids; either all opaque or all transmissive.
 struct QuadricGeometry {
   std::vector<Quadric> quadrics;
   std::vector<std::uint32_t> object;
   bool transmissive = false;
 };
 
-/// Infinite planes: no BVH can hold them, so they are tried one after the other for every ray.
+/// Infinite planes: they fit in no BVH, so every ray is intersected with each of them.
 struct PlaneGeometry {
   std::vector<Vec3> point;
   std::vector<Vec3> normal;  ///< unit
   std::vector<std::uint32_t> object;
   std::vector<std::uint8_t> transmissive;
 };
+
+enum class GeometryKind { spheres, triangles, quadrics, planes };
 
 struct GeometrySet {
   std::vector<SphereGeometry> spheres;
@@ -81,12 +89,26 @@ struct GeometrySet {
   [[nodiscard]] std::uint32_t plane_geometry() const {
     return first_quadrics() + static_cast<std::uint32_t>(quadrics.size());
   }
+
+  /// The vector that contains the geometry with this number, and its element.
+  [[nodiscard]] GeometryKind kind_of(std::uint32_t geometry) const {
+    return geometry < first_triangles()  ? GeometryKind::spheres
+           : geometry < first_quadrics() ? GeometryKind::triangles
+           : geometry < plane_geometry() ? GeometryKind::quadrics
+                                         : GeometryKind::planes;
+  }
+  [[nodiscard]] const TriangleGeometry& mesh(std::uint32_t geometry) const {
+    return triangles[geometry - first_triangles()];
+  }
+  [[nodiscard]] const QuadricGeometry& quadric_set(std::uint32_t geometry) const {
+    return quadrics[geometry - first_quadrics()];
+  }
 };
 
 std::uint64_t memory_bytes(const GeometrySet& set);
 /// Upper bound of the transmissive surfaces that a straight line crosses: twice the hits of each primitive, which
-/// leaves room for rounding. A ray that continues after so many is trapped where a solid is thinner than the last bit
-/// of its coordinates, as a cone with a height of 10^19 times its radius is, and would never leave.
+/// leaves room for rounding. A ray with more crossings is trapped in a solid thinner than the last bit of its
+/// coordinates, such as a cone with a height of 10^19 times its radius, and would never leave it.
 std::uint64_t max_transmissive_hits(const GeometrySet& set);
 
 }  // namespace tracer

@@ -6,16 +6,16 @@
 namespace tracer {
 namespace {
 
-/// Runs `with(ray_of)` with the code that fits how the packet's rays go: where all lead along one axis, which is which
-/// is decided once and not by each lane.
+/// Calls `with(shear_of)` with code for the packet's dominant axis: if all rays share it, it is selected once and not
+/// in each lane.
 template <class With>
-WHITTLE_INLINE auto by_leading(const Packet& p, const With& with) {
+WHITTLE_INLINE auto with_dominant_axis(const Packet& p, const With& with) {
   const auto along = [&](auto along_x, auto along_y) __attribute__((always_inline)) {
     return with([&](int i) __attribute__((always_inline)) {
-      return seen_along(p.ox[i], p.oy[i], p.oz[i], p.dx[i], p.dy[i], p.dz[i], along_x.value, along_y.value);
+      return ray_shear(p.origin[i], p.direction[i], along_x.value, along_y.value);
     });
   };
-  switch (p.leading) {
+  switch (p.dominant) {
     case DominantAxis::x:
       return along(std::true_type{}, std::false_type{});
     case DominantAxis::y:
@@ -25,138 +25,104 @@ WHITTLE_INLINE auto by_leading(const Packet& p, const With& with) {
     case DominantAxis::mixed:
       break;
   }
-  return with([&](int i) __attribute__((always_inline)) {
-    return seen_along(p.ox[i], p.oy[i], p.oz[i], p.dx[i], p.dy[i], p.dz[i]);
-  });
+  return with([&](int i) __attribute__((always_inline)) { return ray_shear(p.origin[i], p.direction[i]); });
 }
 
-/// Which triangles of a run any of the lanes that count may meet, and does not start on.
+/// Bits of the triangles that any valid lane may hit and does not start on.
 template <bool pair, int count>
 WHITTLE_INLINE int any_may_hit(const Packet& p, int first_lane, const int* valid, RTCRayN* rays,
-                               const TrianglePairBounds& run) {
+                               const TrianglePairBounds& bounds) {
   const float *ox = &RTCRayN_org_x(rays, count, 0), *dx = &RTCRayN_dir_x(rays, count, 0);
   const float *oy = &RTCRayN_org_y(rays, count, 0), *dy = &RTCRayN_dir_y(rays, count, 0);
   const float *oz = &RTCRayN_org_z(rays, count, 0), *dz = &RTCRayN_dir_z(rays, count, 0);
   const float* error_bound = p.error_bound + first_lane;
   const std::uint32_t* from_geometry = p.from_geometry + first_lane;
   const std::uint32_t* from_primitive = p.from_primitive + first_lane;
-  const TrianglePairBounds corners = run;
-  const float float_bound = run.longest * p.float_bound;
-  int met = 0;
+  const TrianglePairBounds corners = bounds;
+  const float float_bound = bounds.longest * p.float_bound;
+  int any = 0;
   for (int k = 0; k < count; ++k) {
     const int may = may_hit<pair>(corners, {ox[k], oy[k], oz[k]}, {dx[k], dy[k], dz[k]}, float_bound + error_bound[k]);
     const bool on_first = (from_geometry[k] == corners.geometry) & (from_primitive[k] == corners.triangles.first);
     const bool on_second = (from_geometry[k] == corners.geometry) & (from_primitive[k] == corners.triangles.second);
-    met |= may & (on_first ? ~first_triangle : ~0) & (on_second ? ~second_triangle : ~0) & valid[k];
+    any |= may & (on_first ? ~first_triangle : ~0) & (on_second ? ~second_triangle : ~0) & valid[k];
   }
-  return met;
+  return any;
 }
 
 template <bool pair>
-WHITTLE_INLINE int any_may_hit(const Packet& p, Asked asked, const int* valid, RTCRayN* rays,
-                               const TrianglePairBounds& run) {
-  if (asked == Asked::whole) return any_may_hit<pair, packet_size>(p, 0, valid, rays, run);
-  return any_may_hit<pair, half_packet>(p, asked == Asked::first_half ? 0 : half_packet, valid, rays, run);
+WHITTLE_INLINE int any_may_hit(const Packet& p, LaneRange range, const int* valid, RTCRayN* rays,
+                               const TrianglePairBounds& bounds) {
+  if (range.count == packet_size) return any_may_hit<pair, packet_size>(p, 0, valid, rays, bounds);
+  if (range.count == half_packet) return any_may_hit<pair, half_packet>(p, range.first, valid, rays, bounds);
+  return pair ? first_triangle | second_triangle : first_triangle;
 }
 
-WHITTLE_INLINE int any_may_hit(const Packet& p, Asked asked, const int* valid, RTCRayN* rays,
-                               const TrianglePairBounds& run) {
-  return run.pair() ? any_may_hit<true>(p, asked, valid, rays, run) : any_may_hit<false>(p, asked, valid, rays, run);
+/// Calls `intersect` for each triangle of the pair that any valid lane may hit.
+template <class Intersect>
+WHITTLE_INLINE void for_triangles(const Packet& p, LaneRange range, const int* valid, RTCRayN* rays,
+                                  const TrianglePairBounds& bounds, const Intersect& intersect) {
+  const int any = bounds.pair() ? any_may_hit<true>(p, range, valid, rays, bounds)
+                                : any_may_hit<false>(p, range, valid, rays, bounds);
+  if (any == 0) [[likely]]
+    return;
+  if ((any & first_triangle) != 0) intersect({bounds.geometry, bounds.triangles.first});
+  if ((any & second_triangle) != 0) intersect({bounds.geometry, bounds.triangles.second});
 }
 
-/// Runs `take(lane, place, hit)` over the lanes asked about.
-template <class Take>
-WHITTLE_INLINE void for_each_hit(const Packet& p, Asked asked, const int* valid, const TriangleTest& triangle,
-                                 const Take& take) {
-  by_leading(
-      p, [&](const auto& ray_of) __attribute__((always_inline)) {
+/// Calls `use(lane, k, hit)` for the lanes of the range; `hit` is none in lanes that are not valid or start on `self`.
+template <class Use>
+WHITTLE_INLINE void for_each_hit(const Packet& p, LaneRange range, const int* valid, const TriangleGeometry& geometry,
+                                 PrimitiveRef self, const Use& use) {
+  const TriangleTest triangle = triangle_test(geometry, self.primitive);
+  with_dominant_axis(
+      p, [&](const auto& shear_of) __attribute__((always_inline)) {
         for_lanes(
-            asked, [&](int i, int k) __attribute__((always_inline)) {
-              const RayShear ray = ray_of(i);
-              ShearedTriangle s = seen(ray, triangle);
-              s.inside = s.inside & (valid[k] != 0);
-              take(i, k, watertight_hit(s, ray.dz));
+            range, [&](int i, int k) __attribute__((always_inline)) {
+              const RayShear ray = shear_of(i);
+              ShearedTriangle s = sheared(ray, triangle);
+              s.inside = s.inside & (valid[k] != 0) & !starts_on(p, i, self);
+              use(i, k, watertight_hit(s, ray.dz));
             });
       });
 }
 
-TriangleHit lane_hit(const Packet& p, unsigned i, const TriangleTest& triangle) {
-  const RayShear ray = seen_along(p.ox[i], p.oy[i], p.oz[i], p.dx[i], p.dy[i], p.dz[i]);
-  const ShearedTriangle s = seen(ray, triangle);
-  return s.inside ? watertight_hit(s, ray.dz) : TriangleHit{};
-}
+// Functions of their own: if the compiler sees two triangles at once it does not vectorize these loops.
 
-// Functions of their own: where the compiler sees two triangles at once it makes no vector code of these loops.
-
-WHITTLE_WIDE void take_closest(Packet& packet, Asked asked, const int* valid, float* __restrict tfar,
-                               const TriangleGeometry& geometry, PrimitiveRef self) {
+WHITTLE_WIDE void intersect_triangle(Packet& packet, LaneRange range, const int* valid, float* __restrict tfar,
+                                     const TriangleGeometry& geometry, PrimitiveRef self) {
   for_each_hit(
-      packet, asked, valid, triangle_test(geometry, self.primitive),
-      [&](int i, int k, const TriangleHit& hit) __attribute__((always_inline)) {
-        const bool nearer = !starts_on(packet, static_cast<unsigned>(i), self) &
-                            wins(hit.t, self, packet.t[i], packet.geometry[i], packet.primitive[i]);
-        packet.t[i] = nearer ? hit.t : packet.t[i];
+      packet, range, valid, geometry, self, [&](int i, int k, const TriangleHit& hit) __attribute__((always_inline)) {
+        const bool nearer = update_nearest(packet, i, tfar[k], hit.t, self, true);
         packet.u[i] = nearer ? hit.u : packet.u[i];
         packet.v[i] = nearer ? hit.v : packet.v[i];
-        packet.geometry[i] = nearer ? self.geometry : packet.geometry[i];
-        packet.primitive[i] = nearer ? self.primitive : packet.primitive[i];
-        tfar[k] = nearer ? reach_of(hit.t, packet.start[i]) : tfar[k];
       });
 }
 
-WHITTLE_WIDE void take_blocked(const Packet& packet, Asked asked, const int* valid, float* __restrict tfar,
-                               const TriangleGeometry& geometry, PrimitiveRef self) {
+WHITTLE_WIDE void occluded_by_triangle(const Packet& packet, LaneRange range, const int* valid, float* __restrict tfar,
+                                       const TriangleGeometry& geometry, PrimitiveRef self) {
   for_each_hit(
-      packet, asked, valid, triangle_test(geometry, self.primitive),
-      [&](int i, int k, const TriangleHit& hit) __attribute__((always_inline)) {
-        const bool blocked = !starts_on(packet, static_cast<unsigned>(i), self) & (hit.t < packet.t[i]);
-        tfar[k] = blocked ? -std::numeric_limits<float>::infinity() : tfar[k];
+      packet, range, valid, geometry, self, [&](int i, int k, const TriangleHit& hit) __attribute__((always_inline)) {
+        update_occluded(tfar[k], hit.t < packet.t[i]);
       });
-}
-
-float* tfar_of(RTCRayN* rays, Asked asked) {
-  return &RTCRayN_tfar(rays, asked == Asked::whole ? packet_size : half_packet, 0);
 }
 
 }  // namespace
 
-WHITTLE_WIDE void intersect(Packet& packet, Asked asked, const int* valid, RTCRayN* rays,
-                            const TriangleGeometry& geometry, const TrianglePairBounds& run) {
-  const int met = any_may_hit(packet, asked, valid, rays, run);
-  if (met == 0) [[likely]]
-    return;
-  const PrimitiveRef first{run.geometry, run.triangles.first}, second{run.geometry, run.triangles.second};
-  if ((met & first_triangle) != 0) take_closest(packet, asked, valid, tfar_of(rays, asked), geometry, first);
-  if ((met & second_triangle) != 0) take_closest(packet, asked, valid, tfar_of(rays, asked), geometry, second);
+WHITTLE_WIDE void intersect(Packet& packet, LaneRange range, const int* valid, float* tfar, RTCRayN* rays,
+                            const TriangleGeometry& geometry, const TrianglePairBounds& pair) {
+  for_triangles(
+      packet, range, valid, rays, pair, [&](PrimitiveRef triangle) __attribute__((always_inline)) {
+        intersect_triangle(packet, range, valid, tfar, geometry, triangle);
+      });
 }
 
-WHITTLE_WIDE void occluded(const Packet& packet, Asked asked, const int* valid, RTCRayN* rays,
-                           const TriangleGeometry& geometry, const TrianglePairBounds& run) {
-  const int met = any_may_hit(packet, asked, valid, rays, run);
-  if (met == 0) [[likely]]
-    return;
-  const PrimitiveRef first{run.geometry, run.triangles.first}, second{run.geometry, run.triangles.second};
-  if ((met & first_triangle) != 0) take_blocked(packet, asked, valid, tfar_of(rays, asked), geometry, first);
-  if ((met & second_triangle) != 0) take_blocked(packet, asked, valid, tfar_of(rays, asked), geometry, second);
-}
-
-void closest_lane(Packet& packet, unsigned lane, float& tfar, const TriangleGeometry& geometry, PrimitiveRef self) {
-  if (starts_on(packet, lane, self)) return;
-  const TriangleHit hit = lane_hit(packet, lane, triangle_test(geometry, self.primitive));
-  if (!wins(hit.t, self, packet.t[lane], packet.geometry[lane], packet.primitive[lane])) return;
-  packet.t[lane] = hit.t;
-  packet.u[lane] = hit.u;
-  packet.v[lane] = hit.v;
-  packet.geometry[lane] = self.geometry;
-  packet.primitive[lane] = self.primitive;
-  tfar = reach_of(hit.t, packet.start[lane]);
-}
-
-void occluded_lane(const Packet& packet, unsigned lane, float& tfar, const TriangleGeometry& geometry,
-                   PrimitiveRef self) {
-  if (starts_on(packet, lane, self)) return;
-  if (lane_hit(packet, lane, triangle_test(geometry, self.primitive)).t < packet.t[lane])
-    tfar = -std::numeric_limits<float>::infinity();
+WHITTLE_WIDE void occluded(const Packet& packet, LaneRange range, const int* valid, float* tfar, RTCRayN* rays,
+                           const TriangleGeometry& geometry, const TrianglePairBounds& pair) {
+  for_triangles(
+      packet, range, valid, rays, pair, [&](PrimitiveRef triangle) __attribute__((always_inline)) {
+        occluded_by_triangle(packet, range, valid, tfar, geometry, triangle);
+      });
 }
 
 }  // namespace tracer

@@ -30,10 +30,10 @@ double area(const Bounds& box) {
   return side.x * side.y + side.y * side.z + side.z * side.x;
 }
 
-/// How often the box around both is met against how often theirs are together: boxes are met as often as their areas
-/// say (Goldsmith, Salmon 1987, "Automatic creation of object hierarchies for ray tracing", IEEE CG&A 7(5)). The halves
-/// of a face are at one half, a face and its thin neighbour around a corner above one: with those as pairs gear wheels
-/// took 1.5 times as long.
+/// Expected number of rays that hit the box around both triangles, and that hit their own boxes: rays hit boxes in
+/// proportion to their areas (Goldsmith, Salmon 1987, "Automatic creation of object hierarchies for ray tracing", IEEE
+/// CG&A 7(5)). The ratio is one half for the halves of a face, and above one for a face and its thin neighbor around a
+/// corner: with those as pairs gear wheels took 1.5 times as long.
 struct Cost {
   double both, apart;
   [[nodiscard]] bool worth_it() const { return both <= apart; }
@@ -48,7 +48,7 @@ Cost cost_of(const TriangleGeometry& geometry, const Bounds& first, std::uint32_
   return {area(both), area(first) + area(second)};
 }
 
-/// Those of some triangles that have a vertex as a corner, for all vertices.
+/// Single triangles by vertex.
 class TrianglesAround {
  public:
   TrianglesAround(const TriangleGeometry& geometry, const std::vector<TrianglePair>& pairs)
@@ -74,7 +74,7 @@ class TrianglesAround {
   std::vector<std::uint32_t> triangles_;
 };
 
-std::vector<TrianglePair> neighbours_in_the_list(const TriangleGeometry& geometry) {
+std::vector<TrianglePair> neighbors_in_list(const TriangleGeometry& geometry) {
   const auto& triangles = geometry.triangles;
   const auto count = static_cast<std::uint32_t>(triangles.size());
   std::vector<TrianglePair> pairs;
@@ -88,11 +88,12 @@ std::vector<TrianglePair> neighbours_in_the_list(const TriangleGeometry& geometr
   return pairs;
 }
 
-/// Of those in `alone` the one across an edge with which it costs least, or none. An edge's neighbours are around both
-/// of its ends: the end with fewer is looked at, and no more than some, for any number may meet in one vertex.
-std::uint32_t best_neighbour(const TriangleGeometry& geometry, const TrianglesAround& around,
-                             const std::vector<bool>& alone, std::uint32_t triangle) {
-  constexpr std::size_t looked_at = 32;
+/// The single triangle across an edge of `triangle` with the least cost, or none. The neighbors across an edge are
+/// around both of its ends: the end with fewer triangles is searched, up to a limit, since any number may share a
+/// vertex.
+std::uint32_t best_neighbor(const TriangleGeometry& geometry, const TrianglesAround& around,
+                            const std::vector<bool>& single, std::uint32_t triangle) {
+  constexpr std::size_t candidates_max = 32;
   const Corners& corners = geometry.triangles[triangle];
   const Bounds box = box_of(geometry, triangle);
   std::uint32_t best = TrianglePair::none;
@@ -100,8 +101,8 @@ std::uint32_t best_neighbour(const TriangleGeometry& geometry, const TrianglesAr
   for (int edge = 0; edge < 3; ++edge) {
     const auto one = around.of(corners[edge]), other = around.of(corners[(edge + 1) % 3]);
     const auto fewer = one.size() < other.size() ? one : other;
-    for (const std::uint32_t candidate : fewer.first(std::min(fewer.size(), looked_at))) {
-      if (candidate == triangle || !alone[candidate] || !share_edge(corners, geometry.triangles[candidate])) continue;
+    for (const std::uint32_t candidate : fewer.first(std::min(fewer.size(), candidates_max))) {
+      if (candidate == triangle || !single[candidate] || !share_edge(corners, geometry.triangles[candidate])) continue;
       const Cost cost = cost_of(geometry, box, candidate);
       if (!cost.worth_it() || (best != TrianglePair::none && !cost.less_than(least))) continue;
       best = candidate;
@@ -111,27 +112,27 @@ std::uint32_t best_neighbour(const TriangleGeometry& geometry, const TrianglesAr
   return best;
 }
 
-/// Gives those alone that have one across an edge a second triangle.
+/// Pairs single triangles with single neighbors across their edges.
 void pair_across_edges(const TriangleGeometry& geometry, std::vector<TrianglePair>& pairs) {
   const TrianglesAround around(geometry, pairs);
-  std::vector<bool> alone(geometry.triangles.size(), false);
-  for (const TrianglePair& one : pairs) alone[one.first] = !one.pair();
+  std::vector<bool> single(geometry.triangles.size(), false);
+  for (const TrianglePair& one : pairs) single[one.first] = !one.pair();
   for (TrianglePair& one : pairs) {
-    if (!alone[one.first]) continue;
-    one.second = best_neighbour(geometry, around, alone, one.first);
+    if (!single[one.first]) continue;
+    one.second = best_neighbor(geometry, around, single, one.first);
     if (!one.pair()) continue;
-    alone[one.first] = alone[one.second] = false;
+    single[one.first] = single[one.second] = false;
   }
-  // What became another's second is neither alone nor first of a pair.
-  std::erase_if(pairs, [&](const TrianglePair& one) { return !one.pair() && !alone[one.first]; });
+  // A triangle that became the second of a pair is neither single nor first.
+  std::erase_if(pairs, [&](const TrianglePair& one) { return !one.pair() && !single[one.first]; });
 }
 
 }  // namespace
 
 std::vector<TrianglePair> triangle_pairs(const TriangleGeometry& geometry) {
-  std::vector<TrianglePair> pairs = neighbours_in_the_list(geometry);
-  const std::size_t alone = 2 * pairs.size() - geometry.triangles.size();
-  if (16 * alone > geometry.triangles.size()) pair_across_edges(geometry, pairs);
+  std::vector<TrianglePair> pairs = neighbors_in_list(geometry);
+  const std::size_t single = 2 * pairs.size() - geometry.triangles.size();
+  if (16 * single > geometry.triangles.size()) pair_across_edges(geometry, pairs);
   pairs.shrink_to_fit();
   return pairs;
 }

@@ -7,7 +7,7 @@
 
 #include "tracer/src/compile/compile_steps.h"
 #include "tracer/src/interaction/surface.h"
-#include "tracer/src/lights/registry.h"
+#include "tracer/src/lights/light_registry.h"
 
 namespace tracer {
 namespace {
@@ -23,7 +23,8 @@ std::vector<BackFaceHit> find_back_face_hits(const CompiledScene& scene, const R
   std::vector<BackFaceHit> hits;
   std::set<std::uint32_t> visited;
   PrimitiveRef from;
-  for (std::uint64_t crossing = 0; crossing < scene.max_transmissive_hits && !control.cancelled(); ++crossing) {
+  for (std::uint64_t crossing = 0; crossing < scene.accelerator->max_transmissive_hits() && !control.cancelled();
+       ++crossing) {
     Hit hit;
     scene.accelerator->intersect(
         {&origin.x, &origin.y, &origin.z, &direction.x, &direction.y, &direction.z, nullptr, &from, 1},
@@ -92,7 +93,6 @@ Result<std::shared_ptr<const CompiledScene>, Failure> compile(const Scene& scene
     auto accelerator = accelerator_over(std::move(geometry), bounds, control, cache_entry);
     if (!accelerator) return accelerator.error();
     compiled->accelerator = *std::move(accelerator);
-    compiled->max_transmissive_hits = max_transmissive_hits(compiled->geometry());
     if (compiled->exact_needs.refraction) compiled->media_enclosing_camera = media_enclosing_camera(*compiled, control);
     if (scene.accuracy.approximate.shadows == Approximations::Shadows::map)
       compiled->shadow_maps = render_shadow_maps(*compiled, bounds, control);
@@ -120,7 +120,7 @@ CacheHits cache_hits(const CompiledScene& scene) { return scene.cache_hits; }
 
 std::uint64_t memory_bytes(const CompiledScene& scene) {
   std::uint64_t bytes = scene.accelerator->memory_bytes() + bytes_of(scene.lights) + bytes_of(scene.materials) +
-                        bytes_of(scene.terms) + bytes_of(scene.material_of_object) + bytes_of(scene.axes_of_object);
+                        bytes_of(scene.terms) + bytes_of(scene.objects.material) + bytes_of(scene.objects.uv_axes);
   for (const ShadowMap& map : scene.shadow_maps)
     for (const ShadowFace& face : map.faces) bytes += bytes_of(face.depth);
   std::set<const ImageMap*> images;  // textures may share one

@@ -25,9 +25,9 @@ Result<TextureImages, Failure> texture_images(const std::vector<Texture>& textur
                                               const Assets& content, const RenderControl& control,
                                               SceneCacheEntry* cache_entry, CacheHits& cache_hits);
 
-/// Converts instanced scene objects to render-space primitives. Also fills `compiled`'s material_of_object and
-/// axes_of_object, which must be empty. Objects are numbered after instancing, in document order. `taken`: the scene's
-/// objects, whose meshes are moved into the geometry; null: they are copied. Incomplete after cancellation.
+/// Converts instanced scene objects to render-space primitives. Also fills `compiled`'s table of objects, which must be
+/// empty. Objects are numbered after instancing, in document order. `taken`: the scene's objects, whose meshes are moved
+/// into the geometry; null: they are copied. Incomplete after cancellation.
 GeometrySet build_geometry(const Scene& scene, CompiledScene& compiled, std::vector<Object>* taken,
                            const RenderControl& control);
 

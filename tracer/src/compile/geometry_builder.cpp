@@ -1,6 +1,6 @@
 #include "tracer/src/compile/compile_steps.h"
 #include "tracer/src/scene/instancing.h"
-#include "tracer/src/shapes/registry.h"
+#include "tracer/src/shapes/shape_registry.h"
 
 namespace tracer {
 namespace {
@@ -34,10 +34,10 @@ class GeometryBuilder {
 
   void add(const Placed& placed) {
     if (control_.cancelled()) return;
-    object_ = static_cast<std::uint32_t>(compiled_.material_of_object.size());
-    compiled_.material_of_object.push_back(placed.material.index);
+    object_ = static_cast<std::uint32_t>(compiled_.objects.material.size());
+    compiled_.objects.material.push_back(placed.material.index);
     transmissive_ = compiled_.materials[placed.material.index].transmission > 0;
-    if (compiled_.needs.textures) compiled_.axes_of_object.emplace_back();
+    if (compiled_.needs.textures) compiled_.objects.uv_axes.emplace_back();
     render_from_object_ = render_from_world_ * placed.world_from_object;
     world_from_object_ = placed.world_from_object;
     const bool is_own = taken_ != nullptr && placed.group == "/objects";  // and so placed once
@@ -69,7 +69,7 @@ class GeometryBuilder {
     spheres.radius.push_back(compiled_.frame.render_from_world(sphere.radius * world_from_object_.linear.x.x));
     spheres.object.push_back(object_);
     if (compiled_.needs.textures)
-      compiled_.axes_of_object.back() = axes_across(normalize(sphere.axis), sphere.meridian);
+      compiled_.objects.uv_axes.back() = axes_across(normalize(sphere.axis), sphere.meridian);
   }
 
   void operator()(const Plane& plane) {
@@ -83,7 +83,7 @@ class GeometryBuilder {
     // u and v are linear in the position: their gradients transform by the inverse transpose, like normals.
     const Axes axes = axes_across(normal, plane.u_axis.value_or(Vec3{1, 0, 0}));
     const Linear gradients = transposed(inverse(world_from_object_.linear));
-    compiled_.axes_of_object.back() = {gradients * axes.e0, gradients * axes.e1, normal};
+    compiled_.objects.uv_axes.back() = {gradients * axes.e0, gradients * axes.e1, normal};
   }
 
   template <Analytic S>

@@ -3,9 +3,8 @@
 #include <limits>
 
 #include "tracer/src/compile/compile_steps.h"
-#include "tracer/src/integrators/hits.h"
 #include "tracer/src/integrators/ray_queue.h"
-#include "tracer/src/lights/registry.h"
+#include "tracer/src/lights/light_registry.h"
 #include "tracer/src/parallel/parallel_for.h"
 
 namespace tracer {

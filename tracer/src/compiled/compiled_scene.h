@@ -17,6 +17,13 @@
 
 namespace tracer {
 
+/// Properties of objects, which are numbered after instancing, in document order.
+struct ObjectTable {
+  std::vector<std::uint32_t> material;
+  std::vector<Axes> uv_axes;  ///< of spheres; a plane's e0 and e1 are the world gradients of u and v. Empty without
+                              ///< textures
+};
+
 class CompiledScene {
  public:
   CompiledScene(const Scene& scene, const RenderSpace& render_space)
@@ -49,18 +56,13 @@ class CompiledScene {
   std::vector<std::shared_ptr<const ImageMap>> images;  ///< parallel to textures; null unless the texture is an image
   std::vector<CompiledLight> lights;
   std::vector<ShadowMap> shadow_maps;  ///< parallel to lights; empty unless they approximate shadows
-  std::vector<std::uint32_t> material_of_object;
+  ObjectTable objects;
   std::vector<std::uint32_t> media_enclosing_camera;  ///< transmissive solids, outermost first
-  std::vector<Axes> axes_of_object;  ///< texture coordinates: a sphere's axes; a plane's e0 and e1 are the world
-                                     ///< gradients of u and v. Empty without textures
-  std::shared_ptr<const Accelerator> accelerator;  ///< set after it is built
-  std::uint64_t max_transmissive_hits = 0;
+  std::shared_ptr<const Accelerator> accelerator;     ///< set after it is built
   CacheHits cache_hits;
 
   [[nodiscard]] const GeometrySet& geometry() const { return accelerator->geometry(); }
-  [[nodiscard]] const Material& material_of(std::uint32_t object) const {
-    return materials[material_of_object[object]];
-  }
+  [[nodiscard]] const Material& material_of(std::uint32_t object) const { return materials[objects.material[object]]; }
 };
 
 }  // namespace tracer

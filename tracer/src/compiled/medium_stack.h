@@ -98,11 +98,11 @@ class MediumStack {
   /// Removes the last entry of `object`, or else of its material: a cavity may be another, inverted object of the same
   /// glass. Returns the same list if there is neither (an open surface).
   [[nodiscard]] List leave(List list, std::uint32_t object) {
-    const std::uint32_t material = scene_.material_of_object[object];
+    const std::uint32_t material = scene_.objects.material[object];
     if (const List place = latest(list, [&](std::uint32_t other) { return other == object; }))
       return without(list, place);
     if (const List place =
-            latest(list, [&](std::uint32_t other) { return scene_.material_of_object[other] == material; }))
+            latest(list, [&](std::uint32_t other) { return scene_.objects.material[other] == material; }))
       return without(list, place);
     return list;
   }

@@ -1,17 +1,20 @@
 #pragma once
-/// Rays of one kind waiting to be traced, as arrays. Their order is the order of the contributions to a sample, so it
-/// must depend on the scene only.
+/// Queues of rays waiting to be traced, and their intersections.
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "tracer/src/accel/accelerator.h"
 #include "tracer/src/interaction/ray_cone.h"
-#include "tracer/src/math/compress.h"
+#include "tracer/src/interaction/surface.h"
+#include "tracer/src/math/lanes.h"
 
 namespace tracer {
 
+/// Rays of one kind, as arrays. Their order is the order of the contributions to a sample, so it must depend on the
+/// scene only.
 class RayQueue {
  public:
   void push(const Vec3& origin, const Vec3& direction, const Color& throughput, std::uint32_t sample, PrimitiveRef from,
@@ -33,9 +36,10 @@ class RayQueue {
     ++size_;
   }
 
-  /// A packet of rays to append; if `path` is null, all paths are 0.
+  /// A packet of rays to append. If `path` is null, all paths are 0; if `throughput` is null, it is undefined.
   struct Lanes {
-    const double *ox, *oy, *oz, *dx, *dy, *dz, *r, *g, *b;
+    const VecLanes &origin, &direction;
+    const ColorLanes* throughput;
     const std::uint32_t* sample;
     const PrimitiveRef* from;
     const std::uint32_t *path, *media;
@@ -119,5 +123,40 @@ class RayQueue {
   std::vector<std::uint32_t> media_;  ///< MediumStack::List of the solids that enclose the origin
   std::vector<RayCone> cone_;         ///< empty, or of equal length
 };
+
+/// One intersection per ray, in arrays.
+struct Hits {
+  std::vector<PrimitiveRef> primitive;
+  std::vector<double> t, u, v;
+
+  /// Never shrinks: elements added to a vector are initialized first.
+  HitSpan resize_to_fit(std::size_t count) {
+    if (primitive.size() < count) {
+      primitive.resize(count);
+      for (auto* values : {&t, &u, &v}) values->resize(count);
+    }
+    return span();
+  }
+  [[nodiscard]] HitSpan span() { return {primitive.data(), t.data(), u.data(), v.data()}; }
+  [[nodiscard]] Hit at(std::size_t i) const { return {primitive[i], t[i], u[i], v[i]}; }
+};
+
+/// Rays of one depth, by kind.
+struct BounceQueues {
+  RayQueue camera, reflection, refraction;
+  std::uint32_t depth = 0;  ///< 0: camera rays
+  void clear() {
+    for (RayQueue* queue : {&camera, &reflection, &refraction}) queue->clear();
+  }
+  [[nodiscard]] std::size_t size() const { return camera.size() + reflection.size() + refraction.size(); }
+};
+
+/// A larger bounce is split, and its first part traced to the end before the second: memory grows with the depth, not
+/// with the number of rays.
+inline constexpr std::size_t bounce_rays_max = 16384;
+
+/// Splits a bounce by samples; one with a single sample, by the order of its rays. The position of that split depends
+/// on the sample alone: samples that share a bounce are separated first.
+std::pair<BounceQueues, BounceQueues> split(const BounceQueues& bounce);
 
 }  // namespace tracer

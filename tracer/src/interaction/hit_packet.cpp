@@ -1,7 +1,7 @@
 #include "tracer/src/interaction/hit_packet.h"
 
-#include "tracer/src/interaction/quadric_hits.h"
 #include "tracer/src/interaction/surface.h"
+#include "tracer/src/shapes/shape_registry.h"
 
 namespace tracer {
 namespace {
@@ -11,98 +11,130 @@ constexpr int packet_lanes_min = 3;
 
 // Shapes of the lanes of one kind; the other lanes are undefined.
 struct alignas(64) Spheres {
-  double x[lanes], y[lanes], z[lanes], radius[lanes];
+  VecLanes center;
+  double radius[lanes];
 };
 struct alignas(64) Planes {
-  double x[lanes], y[lanes], z[lanes];
-  double normal_x[lanes], normal_y[lanes], normal_z[lanes];
+  VecLanes point, normal;
 };
 struct alignas(64) Vertices {
-  double ax[lanes], ay[lanes], az[lanes];
-  double bx[lanes], by[lanes], bz[lanes];
-  double cx[lanes], cy[lanes], cz[lanes];
+  VecLanes a, b, c;
 };
+struct LinearLanes {
+  VecLanes x, y, z;
+  [[nodiscard]] WHITTLE_INLINE Linear operator[](int i) const { return {x[i], y[i], z[i]}; }
+  void set(int i, const Linear& map) {
+    x.set(i, map.x);
+    y.set(i, map.y);
+    z.set(i, map.z);
+  }
+};
+struct alignas(64) Quadrics {
+  VecLanes origin;
+  LinearLanes shape_from_render, render_from_shape;
+  double kind[lanes], part[lanes];  ///< numbers: loops over doubles compare them
+  double radius_0[lanes], radius_1[lanes], error[lanes];
+  unsigned kinds;  ///< bits of the kinds that lanes have
+};
+
+/// Points in the quadrics' own spaces: of the rays, and of the surfaces next to them.
+struct alignas(64) ShapePoints {
+  VecLanes on_ray, position, normal;
+};
+
+WHITTLE_INLINE void put(const PrimitivePoint& at, int i, FacePacket& to) {
+  to.position.set(i, at.position);
+  to.error.set(i, at.error);
+  to.face.set(i, at.across);
+}
+
+/// Normalizes the faces. Returns the lanes in which this equals normalize(); the others need its special cases.
+WHITTLE_INLINE LaneMask normalize(FacePacket& to) {
+  // Range of the largest component in which normalize() only divides by the length.
+  constexpr double plain_min = 0x1p-300, plain_max = 0x1p300;
+  LaneMask plain = 0;
+  for (int i = 0; i < lanes; ++i) {
+    const Vec3 across = to.face[i];
+    const double x = std::abs(across.x), y = std::abs(across.y), z = std::abs(across.z);
+    const double xy = x > y ? x : y, largest = xy > z ? xy : z;
+    to.face.set(i, across / length(across));
+    plain |= lane_bit(i, (largest > plain_min) & (largest < plain_max));
+  }
+  return plain;
+}
+
+// Computes all lanes. The result is valid in the lanes of the returned mask.
+
 WHITTLE_WIDE LaneMask compute_points(const Spheres& __restrict s, const RayHitPacket& __restrict hits,
                                      FacePacket& __restrict to) {
-  for (int i = 0; i < lanes; ++i)
-    put(sphere_point({s.x[i], s.y[i], s.z[i]}, s.radius[i], {hits.on_x[i], hits.on_y[i], hits.on_z[i]}), i, to);
+  for (int i = 0; i < lanes; ++i) put(sphere_point(s.center[i], s.radius[i], hits.on_ray[i]), i, to);
   return all_lanes;
 }
 
 WHITTLE_WIDE LaneMask compute_points(const Planes& __restrict s, const RayHitPacket& __restrict hits,
                                      FacePacket& __restrict to) {
-  for (int i = 0; i < lanes; ++i)
-    put(plane_point({s.x[i], s.y[i], s.z[i]}, {s.normal_x[i], s.normal_y[i], s.normal_z[i]},
-                    {hits.on_x[i], hits.on_y[i], hits.on_z[i]}),
-        i, to);
+  for (int i = 0; i < lanes; ++i) put(plane_point(s.point[i], s.normal[i], hits.on_ray[i]), i, to);
   return all_lanes;
 }
 
 WHITTLE_WIDE LaneMask compute_points(const Vertices& __restrict s, const RayHitPacket& __restrict hits,
                                      FacePacket& __restrict to) {
+  for (int i = 0; i < lanes; ++i) put(triangle_point(s.a[i], s.b[i], s.c[i], hits.u[i], hits.v[i]), i, to);
+  return normalize(to);
+}
+
+/// One loop over all lanes for each kind of shape in the packet: within one loop the kinds would be branches.
+template <class Standard>
+WHITTLE_INLINE void compute_shape_points(const Quadrics& __restrict s, ShapePoints& __restrict p) {
+  constexpr auto kind = static_cast<double>(kind_of<Standard>);
+  for (int i = 0; i < lanes; ++i) {
+    const bool taken = s.kind[i] == kind;
+    const ShapePoint at = Standard::point(s.radius_0[i], s.radius_1[i], s.part[i], p.on_ray[i]);
+    p.position.set(i, select(taken, at.position, p.position[i]));
+    p.normal.set(i, select(taken, at.normal, p.normal[i]));
+  }
+}
+
+WHITTLE_WIDE LaneMask compute_points(const Quadrics& __restrict s, const RayHitPacket& __restrict hits,
+                                     FacePacket& __restrict to) {
+  ShapePoints p{};
+  for (int i = 0; i < lanes; ++i) p.on_ray.set(i, s.shape_from_render[i] * (hits.on_ray[i] - s.origin[i]));
+  for_each_kind([&](auto standard) __attribute__((always_inline)) {
+    using Standard = decltype(standard);
+    if ((s.kinds >> static_cast<unsigned>(kind_of<Standard>) & 1) != 0) compute_shape_points<Standard>(s, p);
+    return false;
+  });
   for (int i = 0; i < lanes; ++i)
-    put(triangle_point({s.ax[i], s.ay[i], s.az[i]}, {s.bx[i], s.by[i], s.bz[i]}, {s.cx[i], s.cy[i], s.cz[i]}, hits.u[i],
-                       hits.v[i]),
+    put(placed({p.position[i], p.normal[i]}, s.error[i], s.origin[i], s.shape_from_render[i], s.render_from_shape[i]),
         i, to);
   return normalize(to);
 }
 
-WHITTLE_INLINE void select(const double* __restrict found, LaneMask mask, double* __restrict to) {
-  for (int i = 0; i < lanes; ++i) to[i] = (mask >> i & 1) != 0 ? found[i] : to[i];
+WHITTLE_INLINE void copy_lanes(const VecLanes& __restrict from, LaneMask mask, VecLanes& __restrict to) {
+  for (int i = 0; i < lanes; ++i) to.set(i, select((mask >> i & 1) != 0, from[i], to[i]));
 }
 
-WHITTLE_WIDE void copy_lanes(const FacePacket& found, LaneMask mask, FacePacket& p) {
-  select(found.x, mask, p.x);
-  select(found.y, mask, p.y);
-  select(found.z, mask, p.z);
-  select(found.error_x, mask, p.error_x);
-  select(found.error_y, mask, p.error_y);
-  select(found.error_z, mask, p.error_z);
-  select(found.face_x, mask, p.face_x);
-  select(found.face_y, mask, p.face_y);
-  select(found.face_z, mask, p.face_z);
+WHITTLE_WIDE void copy_lanes(const FacePacket& from, LaneMask mask, FacePacket& to) {
+  copy_lanes(from.position, mask, to.position);
+  copy_lanes(from.error, mask, to.error);
+  copy_lanes(from.face, mask, to.face);
 }
 
 /// Interpolates vertex normals in the lanes of the mask. Precondition: the faces are set.
-WHITTLE_WIDE void smooth(const Vertices& __restrict at, const Vertices& __restrict normals,
-                         const RayHitPacket& __restrict hits, LaneMask mask, PointPacket& __restrict p) {
+WHITTLE_WIDE void interpolate_normals(const Vertices& __restrict at, const Vertices& __restrict normals,
+                                      const RayHitPacket& __restrict hits, LaneMask mask, PointPacket& __restrict p) {
   for (int i = 0; i < lanes; ++i) {
     const double u = hits.u[i], v = hits.v[i];
-    const SmoothPoint smooth =
-        smooth_point({{at.ax[i], at.ay[i], at.az[i]}, {normals.ax[i], normals.ay[i], normals.az[i]}, 1 - u - v},
-                     {{at.bx[i], at.by[i], at.bz[i]}, {normals.bx[i], normals.by[i], normals.bz[i]}, u},
-                     {{at.cx[i], at.cy[i], at.cz[i]}, {normals.cx[i], normals.cy[i], normals.cz[i]}, v},
-                     {p.x[i], p.y[i], p.z[i]}, {p.face_x[i], p.face_y[i], p.face_z[i]});
-    p.normal_x[i] = smooth.normal.x;
-    p.normal_y[i] = smooth.normal.y;
-    p.normal_z[i] = smooth.normal.z;
-    p.offset_x[i] = smooth.shadow_offset.x;
-    p.offset_y[i] = smooth.shadow_offset.y;
-    p.offset_z[i] = smooth.shadow_offset.z;
+    const SmoothPoint smooth = smooth_point({at.a[i], normals.a[i], 1 - u - v}, {at.b[i], normals.b[i], u},
+                                            {at.c[i], normals.c[i], v}, p.position[i], p.face[i]);
+    p.normal.set(i, smooth.normal);
+    p.offset.set(i, smooth.shadow_offset);
   }
   for (int i = 0; i < lanes; ++i) {
     const bool flat = (mask >> i & 1) == 0;
-    p.normal_x[i] = flat ? p.face_x[i] : p.normal_x[i];
-    p.normal_y[i] = flat ? p.face_y[i] : p.normal_y[i];
-    p.normal_z[i] = flat ? p.face_z[i] : p.normal_z[i];
-    p.offset_x[i] = flat ? 0 : p.offset_x[i];
-    p.offset_y[i] = flat ? 0 : p.offset_y[i];
-    p.offset_z[i] = flat ? 0 : p.offset_z[i];
+    p.normal.set(i, select(flat, p.face[i], p.normal[i]));
+    p.offset.set(i, select(flat, {}, p.offset[i]));
   }
-}
-
-template <class Vertex>
-void gather(const std::array<std::uint32_t, 3>& vertices, const Vertex& vertex, int i, Vertices& to) {
-  const Vec3 a = vertex(vertices[0]), b = vertex(vertices[1]), c = vertex(vertices[2]);
-  to.ax[i] = a.x;
-  to.ay[i] = a.y;
-  to.az[i] = a.z;
-  to.bx[i] = b.x;
-  to.by[i] = b.y;
-  to.bz[i] = b.z;
-  to.cx[i] = c.x;
-  to.cy[i] = c.y;
-  to.cz[i] = c.z;
 }
 
 /// Computes the points of one packet, by kind of shape.
@@ -112,20 +144,20 @@ class PointComputation {
       : geometry_(geometry), hits_(hits), points_(points) {}
 
   void run() {
-    const std::uint32_t triangles_from = geometry_.first_triangles(), quadrics_from = geometry_.first_quadrics();
-    const std::uint32_t planes = geometry_.plane_geometry();
-    LaneMask spheres = 0, triangles = 0, quadrics = 0, flat = 0;
+    LaneMask spheres = 0, triangles = 0, quadrics = 0, planes = 0;
+    const std::uint32_t first_triangles = geometry_.first_triangles(), first_quadrics = geometry_.first_quadrics();
+    const std::uint32_t plane_geometry = geometry_.plane_geometry();
     for (int i = 0; i < lanes; ++i) {
       const std::uint32_t set = hits_.primitive[i].geometry;
-      (set < triangles_from  ? spheres
-       : set < quadrics_from ? triangles
-       : set < planes        ? quadrics
-                             : flat) |= LaneMask{1} << i;
+      (set < first_triangles  ? spheres
+       : set < first_quadrics ? triangles
+       : set < plane_geometry ? quadrics
+                              : planes) |= lane_bit(i);
     }
     points_.smooth = false;
     if (spheres != 0) sphere_points(spheres);
     if (quadrics != 0) quadric_points(quadrics);
-    if (flat != 0) plane_points(flat);
+    if (planes != 0) plane_points(planes);
     if (triangles != 0) triangle_points(triangles);  // last, since smooth lanes write all normals
   }
 
@@ -135,9 +167,7 @@ class PointComputation {
     for_each_lane(mask, [&](int i) {
       const auto [set, sphere] = hits_.primitive[i];
       const SphereGeometry& from = geometry_.spheres[set];
-      spheres.x[i] = from.x[sphere];
-      spheres.y[i] = from.y[sphere];
-      spheres.z[i] = from.z[sphere];
+      spheres.center.set(i, {from.x[sphere], from.y[sphere], from.z[sphere]});
       spheres.radius[i] = from.radius[sphere];
       points_.object[i] = from.object[sphere];
     });
@@ -148,24 +178,29 @@ class PointComputation {
     Planes planes{};
     for_each_lane(mask, [&](int i) {
       const std::uint32_t plane = hits_.primitive[i].primitive;
-      const Vec3 &point = geometry_.planes.point[plane], &normal = geometry_.planes.normal[plane];
-      planes.x[i] = point.x;
-      planes.y[i] = point.y;
-      planes.z[i] = point.z;
-      planes.normal_x[i] = normal.x;
-      planes.normal_y[i] = normal.y;
-      planes.normal_z[i] = normal.z;
+      planes.point.set(i, geometry_.planes.point[plane]);
+      planes.normal.set(i, geometry_.planes.normal[plane]);
       points_.object[i] = geometry_.planes.object[plane];
     });
     compute(mask, planes);
   }
 
   void quadric_points(LaneMask mask) {
-    QuadricPacket quadrics{};
+    Quadrics quadrics{};
     for_each_lane(mask, [&](int i) {
-      const QuadricGeometry& from = geometry_.quadrics[hits_.primitive[i].geometry - geometry_.first_quadrics()];
-      gather(from.quadrics[hits_.primitive[i].primitive], hits_.u[i], i, quadrics);
-      points_.object[i] = from.object[hits_.primitive[i].primitive];
+      const auto [set, primitive] = hits_.primitive[i];
+      const QuadricGeometry& from = geometry_.quadric_set(set);
+      const Quadric& quadric = from.quadrics[primitive];
+      quadrics.origin.set(i, quadric.origin);
+      quadrics.shape_from_render.set(i, quadric.shape_from_render);
+      quadrics.render_from_shape.set(i, quadric.render_from_shape);
+      quadrics.kind[i] = static_cast<double>(quadric.kind);
+      quadrics.part[i] = hits_.u[i];
+      quadrics.radius_0[i] = quadric.radius_0;
+      quadrics.radius_1[i] = quadric.radius_1;
+      visit_kind(quadric.kind, [&](auto standard) { quadrics.error[i] = standard.error(quadric); });
+      quadrics.kinds |= 1u << static_cast<unsigned>(quadric.kind);
+      points_.object[i] = from.object[primitive];
     });
     compute(mask, quadrics);
   }
@@ -174,24 +209,23 @@ class PointComputation {
     Vertices corners{}, normals{};
     LaneMask smooth_lanes = 0;
     for_each_lane(mask, [&](int i) {
-      const TriangleGeometry& mesh = geometry_.triangles[hits_.primitive[i].geometry - geometry_.first_triangles()];
-      const std::uint32_t triangle = hits_.primitive[i].primitive;
-      const auto& vertices = mesh.triangles[triangle];
-      gather(
-          vertices, [&](std::uint32_t vertex) { return mesh.position(vertex); }, i, corners);
-      points_.object[i] = mesh.object_of_triangle.empty() ? mesh.object : mesh.object_of_triangle[triangle];
+      const auto [set, triangle] = hits_.primitive[i];
+      const TriangleGeometry& mesh = geometry_.mesh(set);
+      const auto& [a, b, c] = mesh.triangles[triangle];
+      corners.a.set(i, mesh.position(a));
+      corners.b.set(i, mesh.position(b));
+      corners.c.set(i, mesh.position(c));
+      points_.object[i] = mesh.object_of(triangle);
       if (mesh.normals.empty()) return;
-      smooth_lanes |= LaneMask{1} << i;
-      const auto normal = [&](std::uint32_t vertex) -> Vec3 {
-        const auto& [x, y, z] = mesh.normals[vertex];
-        return {x, y, z};
-      };
-      gather(vertices, normal, i, normals);
+      smooth_lanes |= lane_bit(i);
+      normals.a.set(i, mesh.normal(a));
+      normals.b.set(i, mesh.normal(b));
+      normals.c.set(i, mesh.normal(c));
     });
     compute(mask, corners);
     if (smooth_lanes == 0) return;
     points_.smooth = true;
-    smooth(corners, normals, hits_, smooth_lanes, points_);
+    interpolate_normals(corners, normals, hits_, smooth_lanes, points_);
   }
 
   template <class Shapes>
@@ -204,20 +238,10 @@ class PointComputation {
       computed = compute_points(shapes, hits_, found);
       copy_lanes(found, mask, points_);
     }
-    for_each_lane(mask & ~computed, [this](int i) { compute_single(i); });
-  }
-
-  void compute_single(int i) {
-    const ShapeHit at = shape_hit(geometry_, {hits_.primitive[i], 0, hits_.u[i], hits_.v[i]},
-                                  {hits_.on_x[i], hits_.on_y[i], hits_.on_z[i]});
-    const auto put = [i](const Vec3& v, double* x, double* y, double* z) {
-      x[i] = v.x;
-      y[i] = v.y;
-      z[i] = v.z;
-    };
-    put(at.point.position, points_.x, points_.y, points_.z);
-    put(at.point.error, points_.error_x, points_.error_y, points_.error_z);
-    put(at.geometric_normal, points_.face_x, points_.face_y, points_.face_z);
+    for_each_lane(mask & ~computed, [this](int i) {
+      const ShapeHit at = shape_hit(geometry_, {hits_.primitive[i], 0, hits_.u[i], hits_.v[i]}, hits_.on_ray[i]);
+      put({at.point.position, at.point.error, at.geometric_normal}, i, points_);
+    });
   }
 
   const GeometrySet& geometry_;

@@ -21,10 +21,6 @@ inline RayCone camera_cone(const CompiledScene& scene, const Vec3& direction, do
   return {pixel.width * share, pixel.spread * share};
 }
 
-/// Curvature of the surface, 1 / radius, positive if convex: exact on spheres, that of the smallest axis on other round
-/// shapes, 0 on flat ones and on meshes, whose reflections are filtered less than possible.
-double curvature_at(const CompiledScene& scene, const PrimitiveRef& primitive);
-
 /// After reflection at distance `t` with `curvature` on the incident side: the edges of the cone turn by twice the
 /// angle between their normals (Ray Tracing Gems, ch. 20.3.4).
 inline RayCone reflected_cone(const RayCone& cone, double t, double curvature) {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "tracer/src/accel/geometry.h"
+#include "tracer/src/math/lanes.h"
 #include "tracer/src/math/rounding.h"
-#include "tracer/src/math/wide.h"
 
 namespace tracer {
 
@@ -28,13 +28,10 @@ struct ShadingPoint {
 };
 
 struct alignas(64) ShadingPointPacket {
-  double x[lanes], y[lanes], z[lanes];
+  VecLanes position;
   double clearance[lanes];  ///< error of the position along the geometric normal
-  double face_x[lanes], face_y[lanes], face_z[lanes];
-  double normal_x[lanes], normal_y[lanes], normal_z[lanes];
-  double eye_x[lanes], eye_y[lanes], eye_z[lanes];
-  double diffuse_r[lanes], diffuse_g[lanes], diffuse_b[lanes];
-  double specular_r[lanes], specular_g[lanes], specular_b[lanes];
+  VecLanes face, normal, to_eye;
+  ColorLanes diffuse, specular;
   double shininess[lanes];
   int has_specular[lanes];  ///< 0 or 1
   int blinn[lanes];         ///< 0 or 1
@@ -62,14 +59,14 @@ class ShadingPointQueue {
   void push(const ShadingPoint& shading_point) {
     const bool full = packets_in_use_ == 0 || packets_[packets_in_use_ - 1].count == lanes;
     ShadingPointPacket& packet = full ? append_packet() : packets_[packets_in_use_ - 1];
-    const auto lane = static_cast<std::size_t>(packet.count++);
+    const int lane = packet.count++;
     packet.clearance[lane] = clearance(shading_point.point, shading_point.face);
-    put(shading_point.point.position, packet.x, packet.y, packet.z, lane);
-    put(shading_point.face, packet.face_x, packet.face_y, packet.face_z, lane);
-    put(shading_point.normal, packet.normal_x, packet.normal_y, packet.normal_z, lane);
-    put(shading_point.to_eye, packet.eye_x, packet.eye_y, packet.eye_z, lane);
-    put(shading_point.diffuse, packet.diffuse_r, packet.diffuse_g, packet.diffuse_b, lane);
-    put(shading_point.specular, packet.specular_r, packet.specular_g, packet.specular_b, lane);
+    packet.position.set(lane, shading_point.point.position);
+    packet.face.set(lane, shading_point.face);
+    packet.normal.set(lane, shading_point.normal);
+    packet.to_eye.set(lane, shading_point.to_eye);
+    packet.diffuse.set(lane, shading_point.diffuse);
+    packet.specular.set(lane, shading_point.specular);
     const bool has_specular = !is_black(shading_point.specular);
     packet.shininess[lane] = shading_point.shininess;
     packet.has_specular[lane] = has_specular ? 1 : 0;
@@ -86,17 +83,6 @@ class ShadingPointQueue {
   [[nodiscard]] const ShadingPointPacket& packet(std::size_t i) const { return packets_[i]; }
 
  private:
-  static void put(const Vec3& v, double* x, double* y, double* z, std::size_t lane) {
-    x[lane] = v.x;
-    y[lane] = v.y;
-    z[lane] = v.z;
-  }
-  static void put(const Color& c, double* r, double* g, double* b, std::size_t lane) {
-    r[lane] = c.r;
-    g[lane] = c.g;
-    b[lane] = c.b;
-  }
-
   std::vector<ShadingPointPacket> packets_;
   std::size_t packets_in_use_ = 0;
 };

@@ -1,7 +1,7 @@
 #include "tracer/src/interaction/surface.h"
 
 #include "tracer/src/materials/shading_mode.h"
-#include "tracer/src/shapes/registry.h"
+#include "tracer/src/shapes/shape_registry.h"
 
 namespace tracer {
 namespace {
@@ -16,21 +16,15 @@ ShapeHit plane_at(const PlaneGeometry& planes, std::uint32_t i, const Vec3& on_r
   return {{at.position, at.error}, at.across, at.across, {}, planes.object[i]};
 }
 
-Vec3 wide(const std::array<float, 3>& v) { return {v[0], v[1], v[2]}; }
-
-std::uint32_t object_of(const TriangleGeometry& mesh, std::uint32_t triangle) {
-  return mesh.object_of_triangle.empty() ? mesh.object : mesh.object_of_triangle[triangle];
-}
-
 ShapeHit triangle_at(const TriangleGeometry& mesh, const Hit& hit) {
   const auto& [a, b, c] = mesh.triangles[hit.primitive.primitive];
   const double weight_a = 1 - hit.u - hit.v;
   const PrimitivePoint at = triangle_point(mesh.position(a), mesh.position(b), mesh.position(c), hit.u, hit.v);
   const Vec3 face = normalize(at.across);
-  ShapeHit local{{at.position, at.error}, face, face, {}, object_of(mesh, hit.primitive.primitive)};
+  ShapeHit local{{at.position, at.error}, face, face, {}, mesh.object_of(hit.primitive.primitive)};
   if (!mesh.normals.empty()) {
     const auto vertex = [&mesh](std::uint32_t i, double weight) {
-      return SmoothVertex{mesh.position(i), wide(mesh.normals[i]), weight};
+      return SmoothVertex{mesh.position(i), mesh.normal(i), weight};
     };
     const SmoothPoint smooth = smooth_point(vertex(a, weight_a), vertex(b, hit.u), vertex(c, hit.v), at.position, face);
     local.shading_normal = smooth.normal;
@@ -62,27 +56,18 @@ ShapeHit quadric_at(const QuadricGeometry& set, const Hit& hit, const Vec3& on_r
   return {at.point, at.normal, at.normal, {}, set.object[i]};
 }
 
-enum class Family { sphere, triangle, quadric, plane };
-
-/// Vector of GeometrySet that contains the geometry.
-Family family_of(const GeometrySet& set, std::uint32_t geometry) {
-  if (geometry < set.first_triangles()) return Family::sphere;
-  if (geometry < set.first_quadrics()) return Family::triangle;
-  return geometry < set.plane_geometry() ? Family::quadric : Family::plane;
-}
-
 }  // namespace
 
 ShapeHit shape_hit(const GeometrySet& set, const Hit& hit, const Vec3& on_ray) {
   const auto [geometry, primitive] = hit.primitive;
-  switch (family_of(set, geometry)) {
-    case Family::sphere:
+  switch (set.kind_of(geometry)) {
+    case GeometryKind::spheres:
       return sphere_at(set.spheres[geometry], primitive, on_ray);
-    case Family::triangle:
-      return triangle_at(set.triangles[geometry - set.first_triangles()], hit);
-    case Family::quadric:
-      return quadric_at(set.quadrics[geometry - set.first_quadrics()], hit, on_ray);
-    case Family::plane:
+    case GeometryKind::triangles:
+      return triangle_at(set.mesh(geometry), hit);
+    case GeometryKind::quadrics:
+      return quadric_at(set.quadric_set(geometry), hit, on_ray);
+    case GeometryKind::planes:
       break;
   }
   return plane_at(set.planes, primitive, on_ray);
@@ -91,28 +76,36 @@ ShapeHit shape_hit(const GeometrySet& set, const Hit& hit, const Vec3& on_ray) {
 Vec2 uv_at(const CompiledScene& scene, const Hit& hit, const Surface& surface) {
   const GeometrySet& set = scene.geometry();
   const auto [geometry, primitive] = hit.primitive;
-  switch (family_of(set, geometry)) {
-    case Family::sphere:
-      return sphere_uv(scene.axes_of_object[surface.object], surface.geometric_normal);
-    case Family::triangle:
-      return triangle_uv(set.triangles[geometry - set.first_triangles()], hit);
-    case Family::quadric:
-      return quadric_uv(set.quadrics[geometry - set.first_quadrics()].quadrics[primitive],
-                        static_cast<QuadricPart>(hit.u), surface.point.position);
-    case Family::plane:
+  switch (set.kind_of(geometry)) {
+    case GeometryKind::spheres:
+      return sphere_uv(scene.objects.uv_axes[surface.object], surface.geometric_normal);
+    case GeometryKind::triangles:
+      return triangle_uv(set.mesh(geometry), hit);
+    case GeometryKind::quadrics:
+      return quadric_uv(set.quadric_set(geometry).quadrics[primitive], static_cast<QuadricPart>(hit.u),
+                        surface.point.position);
+    case GeometryKind::planes:
       break;
   }
-  return plane_uv(scene, scene.axes_of_object[surface.object], surface.point.position - set.planes.point[primitive]);
+  return plane_uv(scene, scene.objects.uv_axes[surface.object], surface.point.position - set.planes.point[primitive]);
 }
 
 bool is_textured(const Material& material) {
   return std::holds_alternative<TextureId>(material.color) || material.bump || material.normal_map;
 }
 
+double curvature_at(const CompiledScene& scene, const PrimitiveRef& primitive) {
+  const GeometrySet& set = scene.geometry();
+  const GeometryKind kind = set.kind_of(primitive.geometry);
+  if (kind == GeometryKind::spheres) return 1 / set.spheres[primitive.geometry].radius[primitive.primitive];
+  if (kind != GeometryKind::quadrics) return 0;
+  return curvature(set.quadric_set(primitive.geometry).quadrics[primitive.primitive]);
+}
+
 std::optional<Corners> corners_at(const CompiledScene& scene, const Hit& hit) {
   const GeometrySet& set = scene.geometry();
-  if (family_of(set, hit.primitive.geometry) != Family::triangle) return std::nullopt;
-  const TriangleGeometry& mesh = set.triangles[hit.primitive.geometry - set.first_triangles()];
+  if (set.kind_of(hit.primitive.geometry) != GeometryKind::triangles) return std::nullopt;
+  const TriangleGeometry& mesh = set.mesh(hit.primitive.geometry);
   const auto& vertices = mesh.triangles[hit.primitive.primitive];
   const Vec3 origin = mesh.position(vertices[0]);
   const Vec3 face = normalize(cross(mesh.position(vertices[1]) - origin, mesh.position(vertices[2]) - origin));
@@ -120,7 +113,7 @@ std::optional<Corners> corners_at(const CompiledScene& scene, const Hit& hit) {
   Corners corners;
   for (std::size_t i = 0; i < 3; ++i) {
     const Vec3 position = mesh.position(vertices[i]);
-    Vec3 normal = mesh.normals.empty() ? face : wide(mesh.normals[vertices[i]]);
+    Vec3 normal = mesh.normals.empty() ? face : mesh.normal(vertices[i]);
     if (!(dot(normal, normal) > 0)) normal = face;
     if (dot(normal, face) < 0) normal = -normal;
     corners[i] = {{position, abs(position) * rounding_bound(7)}, normal, weights[i]};
@@ -136,7 +129,7 @@ Surface surface_at(const CompiledScene& scene, const Hit& hit, const Vec3& origi
   surface.geometric_normal = local.geometric_normal;
   surface.back = dot(direction, local.geometric_normal) > 0;
   surface.object = local.object;
-  surface.material = scene.material_of_object[local.object];
+  surface.material = scene.objects.material[local.object];
   const bool flat = shading_of(scene.materials[surface.material].shading, shading) == Material::Shading::flat;
   const Vec3& outward = flat ? local.geometric_normal : local.shading_normal;
   surface.normal = surface.back ? -outward : outward;

@@ -55,6 +55,10 @@ ShapeHit shape_hit(const GeometrySet& set, const Hit& hit, const Vec3& on_ray);
 
 bool is_textured(const Material& material);
 
+/// Curvature of the surface, 1 / radius, positive if convex: exact on spheres, that of the smallest axis on other round
+/// shapes, 0 on flat ones and on meshes, whose reflections are filtered less than possible.
+double curvature_at(const CompiledScene& scene, const PrimitiveRef& primitive);
+
 /// Texture coordinates of a hit; the rest of `surface` must be set. Precondition: the scene needs textures.
 Vec2 uv_at(const CompiledScene& scene, const Hit& hit, const Surface& surface);
 

@@ -1,6 +1,6 @@
 #include "tracer/src/interaction/uv_gradients.h"
 
-#include "tracer/src/shapes/registry.h"
+#include "tracer/src/shapes/shape_registry.h"
 
 namespace tracer {
 namespace {
@@ -42,8 +42,7 @@ WHITTLE_INLINE Vec2 footprint(const UvGradients& gradients, const Vec3& normal, 
   const double sine = std::sqrt(dot(down, down));
   const bool straight = !(sine > 1e-8);  // any perpendicular direction will do
   const Vec3 any = perpendicular(normal);
-  const Vec3 along{straight ? any.x : down.x / sine, straight ? any.y : down.y / sine,
-                   straight ? any.z : down.z / sine};
+  const Vec3 along = select(straight, any, down / sine);
   const Vec3 across = cross(normal, along);
   const double steep = std::abs(cosine), stretched = width / (steep < 1e-30 ? 1e-30 : steep);
   return {projected(gradients.u, along, across, stretched, width),
@@ -62,34 +61,21 @@ UvGradients sphere_gradients(const Axes& axes, const Vec3& normal, double radius
 UvGradients uv_gradients_at(const CompiledScene& scene, const Hit& hit, const Surface& surface) {
   const GeometrySet& set = scene.geometry();
   const auto [geometry, primitive] = hit.primitive;
-  if (geometry < set.first_triangles()) {
-    return sphere_gradients(scene.axes_of_object[surface.object], surface.geometric_normal,
-                            set.spheres[geometry].radius[primitive]);
+  switch (set.kind_of(geometry)) {
+    case GeometryKind::spheres:
+      return sphere_gradients(scene.objects.uv_axes[surface.object], surface.geometric_normal,
+                              set.spheres[geometry].radius[primitive]);
+    case GeometryKind::triangles:
+      return triangle_gradients(set.mesh(geometry), primitive);
+    case GeometryKind::quadrics:
+      return quadric_gradients(set.quadric_set(geometry).quadrics[primitive], static_cast<QuadricPart>(hit.u),
+                               surface.point.position);
+    case GeometryKind::planes:
+      break;
   }
-  if (geometry < set.first_quadrics()) {
-    return triangle_gradients(set.triangles[geometry - set.first_triangles()], primitive);
-  }
-  if (geometry < set.plane_geometry()) {
-    return quadric_gradients(set.quadrics[geometry - set.first_quadrics()].quadrics[primitive],
-                             static_cast<QuadricPart>(hit.u), surface.point.position);
-  }
-  const Axes& axes = scene.axes_of_object[surface.object];
+  const Axes& axes = scene.objects.uv_axes[surface.object];
   const double world = scene.frame.world_from_render(1);
   return {axes.e0 * world, axes.e1 * world};
-}
-
-void FootprintPacket::put(int i, const UvGradients& gradients, const Vec3& direction, double width_there) {
-  direction_x[i] = direction.x;
-  direction_y[i] = direction.y;
-  direction_z[i] = direction.z;
-  width[i] = width_there;
-  const auto& [along_u, along_v] = gradients;
-  gradient_u[0][i] = along_u.x;
-  gradient_u[1][i] = along_u.y;
-  gradient_u[2][i] = along_u.z;
-  gradient_v[0][i] = along_v.x;
-  gradient_v[1][i] = along_v.y;
-  gradient_v[2][i] = along_v.z;
 }
 
 Vec2 uv_footprint(const UvGradients& gradients, const Vec3& normal, const Vec3& direction, double width) {
@@ -98,10 +84,8 @@ Vec2 uv_footprint(const UvGradients& gradients, const Vec3& normal, const Vec3& 
 
 WHITTLE_WIDE void compute_footprints(const FacePacket& __restrict faces, FootprintPacket& __restrict p) {
   for (int i = 0; i < lanes; ++i) {
-    const UvGradients gradients{{p.gradient_u[0][i], p.gradient_u[1][i], p.gradient_u[2][i]},
-                                {p.gradient_v[0][i], p.gradient_v[1][i], p.gradient_v[2][i]}};
-    const Vec2 found = footprint(gradients, {faces.face_x[i], faces.face_y[i], faces.face_z[i]},
-                                 {p.direction_x[i], p.direction_y[i], p.direction_z[i]}, p.width[i]);
+    const UvGradients gradients{p.gradient_u[i], p.gradient_v[i]};
+    const Vec2 found = footprint(gradients, faces.face[i], p.direction[i], p.width[i]);
     p.u[i] = found.x;
     p.v[i] = found.y;
   }

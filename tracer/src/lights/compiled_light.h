@@ -1,6 +1,6 @@
 #pragma once
 /// Lights in render space. A light is its document fields (tracer/lights.h), a header that defines LightTraits for it,
-/// and an include in registry.h.
+/// and an include in light_registry.h.
 
 #include <cstdint>
 #include <numbers>

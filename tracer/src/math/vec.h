@@ -45,7 +45,8 @@ inline Color operator*(const Color& a, double s) { return {a.r * s, a.g * s, a.b
 inline Color operator*(double s, const Color& a) { return a * s; }
 inline Color& operator+=(Color& a, const Color& b) { return a = a + b; }
 inline double max_component(const Color& a) { return std::max({a.r, a.g, a.b}); }
-inline bool is_black(const Color& a) { return a.r == 0 && a.g == 0 && a.b == 0; }
+/// Branch-free, so that loops over lanes vectorize.
+inline bool is_black(const Color& a) { return (a.r == 0) & (a.g == 0) & (a.b == 0); }
 /// True if all components are finite: x - x is 0 except for infinities and NaN. Branch-free, because it runs once per
 /// sample.
 inline bool finite(const Color& a) { return (a.r - a.r) + (a.g - a.g) + (a.b - a.b) == 0; }

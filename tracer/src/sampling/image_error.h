@@ -7,7 +7,7 @@
 
 #include "tracer/render.h"
 #include "tracer/src/compiled/compiled_scene.h"
-#include "tracer/src/integrators/batch.h"
+#include "tracer/src/integrators/tracer_concept.h"
 #include "tracer/src/sampling/error_estimate.h"
 #include "tracer/src/sampling/uniform_error.h"
 

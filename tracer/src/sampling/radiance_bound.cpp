@@ -51,7 +51,7 @@ double local_radiance_bound(const CompiledScene& scene, const Material& material
 std::optional<double> radiance_bound(const CompiledScene& scene) {
   double bound = scene.background->bound();
   const double lights = light_bound(scene);
-  const std::set<std::uint32_t> used(scene.material_of_object.begin(), scene.material_of_object.end());
+  const std::set<std::uint32_t> used(scene.objects.material.begin(), scene.objects.material.end());
   for (const std::uint32_t index : used) {
     const Material& material = scene.materials[index];
     const double local = local_radiance_bound(scene, material, lights), albedo = albedo_bound(material);

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tracer/src/shapes/registry.h"
+#include "tracer/src/shapes/shape_registry.h"
 
 namespace tracer {
 namespace {
@@ -17,7 +17,7 @@ struct Capsule {
 };
 
 Capsule bounding_capsule(const Quadric& quadric) {
-  const Linear& m = quadric.trace_from_shape;
+  const Linear& m = quadric.render_from_shape;
   const Bounds box = local_box(quadric);
   const Vec3 extent = (box.high - box.low) * 0.5, middle = (box.low + box.high) * 0.5;
   std::array<Vec3, 3> half{m.x * extent.x, m.y * extent.y, m.z * extent.z};

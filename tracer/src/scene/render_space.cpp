@@ -1,7 +1,7 @@
 #include "tracer/src/scene/render_space.h"
 
 #include "tracer/src/scene/instancing.h"
-#include "tracer/src/shapes/registry.h"
+#include "tracer/src/shapes/shape_registry.h"
 
 namespace tracer {
 namespace {

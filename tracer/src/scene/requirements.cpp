@@ -6,7 +6,7 @@
 
 #include "tracer/src/materials/shading_mode.h"
 #include "tracer/src/scene/instancing.h"
-#include "tracer/src/shapes/registry.h"
+#include "tracer/src/shapes/shape_registry.h"
 
 namespace tracer {
 namespace {

@@ -5,7 +5,7 @@
 #include <type_traits>
 #include <variant>
 
-#include "tracer/src/lights/registry.h"
+#include "tracer/src/lights/light_registry.h"
 #include "tracer/src/scene/checks.h"
 
 namespace tracer {

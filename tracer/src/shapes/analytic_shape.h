@@ -1,8 +1,8 @@
 #pragma once
 /// Analytic shapes: each is the image of a standard shape (unit_sphere.h, unit_disc.h, frustum.h, unit_cube.h,
-/// unit_torus.h; listed in registry.h) under an affine map into render space, so that any non-singular transform of any
-/// shape is the same code. Rays are mapped into the standard shape's space unnormalised: distances along them stay the
-/// same.
+/// unit_torus.h; listed in shape_registry.h) under an affine map into render space, so that any non-singular transform
+/// of any shape is the same code. Rays are mapped into the standard shape's space unnormalised: distances along them
+/// stay the same.
 ///
 /// A standard shape is a struct that derives from StandardShape and defines
 ///   box(q), include(bounds, q)     its box in its own space, and tight bounds in render space
@@ -26,20 +26,20 @@ enum class QuadricKind : std::uint8_t {};
 enum class QuadricPart : std::uint8_t { side, cap_0, cap_1, x_0, x_1, y_0, y_1, z_0, z_1 };
 
 struct Quadric {
-  Vec3 origin;              ///< of the shape's space, in render space
-  Linear shape_from_trace;  ///< of offsets from `origin`
-  Linear trace_from_shape;
-  double radius_0 = 1;  ///< frustum: at z = 0; disc: of the hole; torus: of the tube
+  Vec3 origin;               ///< origin of the shape's space, in render space
+  Linear shape_from_render;  ///< maps offsets from `origin`
+  Linear render_from_shape;
+  double radius_0 = 1;  ///< frustum: at z = 0; disc: radius of the hole; torus: radius of the tube
   double radius_1 = 1;  ///< frustum: at z = 1
   QuadricKind kind{};
   bool caps = true;  ///< frustum: closed by discs
 };
 
 /// Precondition: the map is not singular.
-inline Quadric quadric(QuadricKind kind, const Affine& trace_from_shape) {
-  return {.origin = trace_from_shape.offset,
-          .shape_from_trace = inverse(trace_from_shape.linear),
-          .trace_from_shape = trace_from_shape.linear,
+inline Quadric quadric(QuadricKind kind, const Affine& render_from_shape) {
+  return {.origin = render_from_shape.offset,
+          .shape_from_render = inverse(render_from_shape.linear),
+          .render_from_shape = render_from_shape.linear,
           .kind = kind};
 }
 
@@ -74,11 +74,11 @@ struct UvGradients {
 
 /// Defaults of a standard shape.
 struct StandardShape {
-  static constexpr std::uint64_t max_hits = 2;  ///< of a straight line
+  static constexpr std::uint64_t max_hits = 2;  ///< maximum for a straight line
   static constexpr bool scalar = false;         ///< hits and points are computed one by one, not in loops over lanes
   static constexpr bool culls = false;          ///< may_hit(ray, q) is a cheap test that rejects most rays
   static double curvature(const Quadric&) { return 0; }  ///< largest, in render space
-  static double error(const Quadric&) { return 0; }      ///< of its points beyond rounding, in its own units
+  static double error(const Quadric&) { return 0; }      ///< error of its points beyond rounding, in its own units
 };
 
 /// Distance by which a hit may lie beyond a rim, in the shape's own units: the rounding of the point. Side and cap then
@@ -91,12 +91,9 @@ WHITTLE_INLINE void consider(QuadricHit& best, double t, bool valid, QuadricPart
   best.part = nearer ? static_cast<double>(part) : best.part;
 }
 
-WHITTLE_INLINE ShapeRay shape_ray(const Quadric& q, double ox, double oy, double oz, double dx, double dy, double dz) {
-  const Linear& m = q.shape_from_trace;
-  const double fx = ox - q.origin.x, fy = oy - q.origin.y, fz = oz - q.origin.z;
-  return {m.x.x * fx + m.y.x * fy + m.z.x * fz, m.x.y * fx + m.y.y * fy + m.z.y * fz,
-          m.x.z * fx + m.y.z * fy + m.z.z * fz, m.x.x * dx + m.y.x * dy + m.z.x * dz,
-          m.x.y * dx + m.y.y * dy + m.z.y * dz, m.x.z * dx + m.y.z * dy + m.z.z * dz};
+WHITTLE_INLINE ShapeRay shape_ray(const Quadric& q, const Vec3& origin, const Vec3& direction) {
+  const Vec3 o = q.shape_from_render * (origin - q.origin), d = q.shape_from_render * direction;
+  return {o.x, o.y, o.z, d.x, d.y, d.z};
 }
 
 /// Half extents of the box around the image of a unit sphere, or of a unit disc across z: row lengths of the map.
@@ -137,14 +134,14 @@ WHITTLE_INLINE Linear absolute(const Linear& m) { return {abs(m.x), abs(m.y), ab
 
 /// A point of a shape in render space. `shape_error` is StandardShape::error.
 WHITTLE_INLINE PrimitivePoint placed(const ShapePoint& local, double shape_error, const Vec3& origin,
-                                     const Linear& shape_from_trace, const Linear& trace_from_shape) {
-  const Vec3 arm = trace_from_shape * local.position;
+                                     const Linear& shape_from_render, const Linear& render_from_shape) {
+  const Vec3 arm = render_from_shape * local.position;
   const Vec3 position = origin + arm;
   // Error of mapping the point there and its next ray back: both maps with their absolute entries.
   const double bound = rounding_bound(16) + shape_error;
-  const Vec3 reach = absolute(shape_from_trace) * abs(arm) + Vec3{1, 1, 1};
-  const Vec3 error = absolute(trace_from_shape) * reach * bound + (abs(position) + abs(origin)) * rounding_bound(2);
-  const Linear& m = trace_from_shape;
+  const Vec3 reach = absolute(shape_from_render) * abs(arm) + Vec3{1, 1, 1};
+  const Vec3 error = absolute(render_from_shape) * reach * bound + (abs(position) + abs(origin)) * rounding_bound(2);
+  const Linear& m = render_from_shape;
   const Vec3 across_x = cross(m.y, m.z), across_y = cross(m.z, m.x), across_z = cross(m.x, m.y);
   const double outward = dot(m.x, across_x) < 0 ? -1.0 : 1.0;  // reflections turn the cofactors inwards
   const Vec3 normal = across_x * local.normal.x + across_y * local.normal.y + across_z * local.normal.z;

@@ -109,12 +109,12 @@ struct Frustum : StandardShape {
     return {{-widest, -widest, 0}, {widest, widest, 1}};
   }
   static void include(Bounds& bounds, const Quadric& q) {
-    const Linear& m = q.trace_from_shape;
+    const Linear& m = q.render_from_shape;
     bounds.include(q.origin, disc_extent(m) * q.radius_0);
     bounds.include(q.origin + m * Vec3{0, 0, 1}, disc_extent(m) * q.radius_1);
   }
   static double curvature(const Quadric& q) {
-    const Linear& m = q.trace_from_shape;
+    const Linear& m = q.render_from_shape;
     return 1 / (std::min(length(m.x), length(m.y)) * std::max(q.radius_0, q.radius_1));
   }
   /// Side and caps reach beyond their rim by rim_slack: a ray that leaves one must start clear of the other.

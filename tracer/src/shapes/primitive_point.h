@@ -1,21 +1,20 @@
 #pragma once
-/// Intersection points and facing of the simplest primitives: formulas that are the same bits one by one
-/// and sixteen at a time.
+/// Surface points and normals of the simplest primitives, bit-identical for single hits and packets.
 
+#include "tracer/src/math/lanes.h"
 #include "tracer/src/math/rounding.h"
-#include "tracer/src/math/wide.h"
 
 namespace tracer {
 
-/// A point on a primitive, how far it may be from it, and the outward direction across it there.
+/// A point on a primitive, its error bound, and the outward normal.
 struct PrimitivePoint {
   Vec3 position, error;
-  Vec3 across;  ///< a sphere's is unit
+  Vec3 across;  ///< not unit in general
 };
 
-/// The point of a sphere next to `on_ray`. The ray's own arithmetic loses digits with its length, so the point is
-/// pulled back onto the sphere; what is left is the rounding of that and of the quadratic's constant term, which
-/// sixteen operations cover.
+/// The point of a sphere next to `on_ray`. Points on rays lose digits with the ray's length, so the point is projected
+/// onto the sphere; the remaining error is the rounding of that and of the quadratic's constant term, which sixteen
+/// operations cover.
 WHITTLE_INLINE PrimitivePoint sphere_point(const Vec3& center, double radius, const Vec3& on_ray) {
   const Vec3 scaled = (on_ray - center) / radius;
   const double distance = length(scaled);  // 0 where a ray from 10^16 radii away has no digit left for the surface
@@ -23,7 +22,7 @@ WHITTLE_INLINE PrimitivePoint sphere_point(const Vec3& center, double radius, co
   const Vec3 normal = scaled * stretch;
   const Vec3 arm = normal * radius;
   const Vec3 position = center + arm;
-  // By components: copied as a whole it would keep the loop from becoming vector code.
+  // By components: a copy of the whole would keep the loop from being vectorized.
   return {position,
           abs(arm) * rounding_bound(16) + (abs(position) + abs(center)) * rounding_bound(2),
           {normal.x, normal.y, normal.z}};
@@ -41,15 +40,15 @@ WHITTLE_INLINE PrimitivePoint plane_point(const Vec3& point, const Vec3& normal,
   return {position, (abs(position) + abs(point)) * rounding_bound(8), {normal.x, normal.y, normal.z}};
 }
 
-/// A vertex of a triangle, and its share of the point that was met.
+/// A vertex of a triangle, and its weight at the hit.
 struct SmoothVertex {
   Vec3 position, normal;
   double weight;
 };
 
-/// From a point of a triangle towards the curved surface that its vertex normals suggest: the mean of its projections
-/// onto the vertices' tangent planes, where these lie outside, of which this is one vertex's part. Shadow rays start
-/// there, or a coarse mesh's facets would shadow each other where its normals say that they are lit (Hanika 2021,
+/// One vertex's part of the offset from a point of a triangle to the curved surface that the vertex normals suggest:
+/// the mean of its projections onto the vertices' tangent planes, if these are outside. Shadow rays start there;
+/// otherwise the facets of a coarse mesh would shadow each other although their normals face the light (Hanika 2021,
 /// "Hacking the Shadow Terminator", Ray Tracing Gems II, ch. 4).
 WHITTLE_INLINE Vec3 toward_tangent_plane(const SmoothVertex& vertex, const Vec3& position, const Vec3& face) {
   const double side = dot(vertex.normal, face) < 0 ? -1.0 : 1.0;
@@ -58,7 +57,7 @@ WHITTLE_INLINE Vec3 toward_tangent_plane(const SmoothVertex& vertex, const Vec3&
   return normal * (-(height < 0 ? height : 0.0) * vertex.weight);
 }
 
-/// What vertex normals make of a triangle that faces `face`.
+/// Shading normal and shadow offset of a triangle with the geometric normal `face`.
 struct SmoothPoint {
   Vec3 normal;         ///< unit, on the side of `face`
   Vec3 shadow_offset;  ///< to the curved surface
@@ -74,9 +73,7 @@ WHITTLE_INLINE SmoothPoint smooth_point(const SmoothVertex& a, const SmoothVerte
   const double size = std::sqrt(squared);
   const Vec3 offset = toward_tangent_plane(a, position, face) + toward_tangent_plane(b, position, face) +
                       toward_tangent_plane(c, position, face);
-  return {{curved > 0 ? sum.x / size * side : face.x, curved > 0 ? sum.y / size * side : face.y,
-           curved > 0 ? sum.z / size * side : face.z},
-          {offset.x * curved, offset.y * curved, offset.z * curved}};
+  return {select(curved > 0, sum / size * side, face), {offset.x * curved, offset.y * curved, offset.z * curved}};
 }
 
 }  // namespace tracer

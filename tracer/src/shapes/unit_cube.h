@@ -51,7 +51,7 @@ WHITTLE_INLINE double cube_normal(double part, QuadricPart at_0, QuadricPart at_
 struct UnitCube : StandardShape {
   static Bounds box(const Quadric&) { return {{0, 0, 0}, {1, 1, 1}}; }
   static void include(Bounds& bounds, const Quadric& q) {
-    const Linear& m = q.trace_from_shape;
+    const Linear& m = q.render_from_shape;
     bounds.include(q.origin + m * Vec3{0.5, 0.5, 0.5}, (abs(m.x) + abs(m.y) + abs(m.z)) * 0.5);
   }
   template <class Use>

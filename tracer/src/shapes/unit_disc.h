@@ -7,7 +7,7 @@ namespace tracer {
 
 struct UnitDisc : StandardShape {
   static Bounds box(const Quadric&) { return {{-1, -1, 0}, {1, 1, 0}}; }
-  static void include(Bounds& bounds, const Quadric& q) { bounds.include(q.origin, disc_extent(q.trace_from_shape)); }
+  static void include(Bounds& bounds, const Quadric& q) { bounds.include(q.origin, disc_extent(q.render_from_shape)); }
 
   /// Comparisons are closed, as those of all shapes, so that rims do not leak.
   static WHITTLE_INLINE QuadricHit hit(const ShapeRay& r, double inner) {

@@ -21,10 +21,10 @@ inline UvGradients spherical_gradients(const Vec3& p) {
 struct UnitSphere : StandardShape {
   static Bounds box(const Quadric&) { return {{-1, -1, -1}, {1, 1, 1}}; }
   static void include(Bounds& bounds, const Quadric& q) {
-    bounds.include(q.origin, ellipsoid_extent(q.trace_from_shape));
+    bounds.include(q.origin, ellipsoid_extent(q.render_from_shape));
   }
   static double curvature(const Quadric& q) {
-    const Linear& m = q.trace_from_shape;
+    const Linear& m = q.render_from_shape;
     return 1 / std::min({length(m.x), length(m.y), length(m.z)});
   }
 

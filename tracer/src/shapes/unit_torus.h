@@ -116,7 +116,7 @@ class TorusRay {
   }
 
   double a_;
-  double speed_, start_;  ///< of the ray as given: length of its direction, and s at its origin
+  double speed_, start_;  ///< length of the given direction, and s at the given origin
   Vec3 n_, u_;
 };
 
@@ -130,11 +130,11 @@ struct UnitTorus : StandardShape {
   }
   /// A torus is the Minkowski sum of a disc's rim and a ball.
   static void include(Bounds& bounds, const Quadric& q) {
-    const Linear& m = q.trace_from_shape;
+    const Linear& m = q.render_from_shape;
     bounds.include(q.origin, disc_extent(m) + ellipsoid_extent(m) * q.radius_0);
   }
   static double curvature(const Quadric& q) {
-    const Linear& m = q.trace_from_shape;
+    const Linear& m = q.render_from_shape;
     return 1 / (std::min({length(m.x), length(m.y), length(m.z)}) * q.radius_0);
   }
   /// Rounding of the ray's recentring and of the surface's sign, for coordinates of up to 2.

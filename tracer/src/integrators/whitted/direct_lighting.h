@@ -42,8 +42,7 @@ class DirectLighting {
   /// Stores the positions of the packet's hits if only the nearest lights count.
   void add_positions() {
     if (state_.approximate().nearest_lights == 0) return;
-    const PointPacket& p = state_.hit.points;
-    for (int i = 0; i < state_.hit.count; ++i) position_.push_back({p.x[i], p.y[i], p.z[i]});
+    for (int i = 0; i < state_.hit.count; ++i) position_.push_back(state_.hit.points.position[i]);
   }
 
   /// Gouraud shading: moves the lanes that need it to the vertices of their triangles.
@@ -51,8 +50,8 @@ class DirectLighting {
     if (!state_.template needs<&Requirements::gouraud>()) return;
     for (int i = 0; i < state_.hit.count; ++i) {
       if (!push_vertices(rays, shading_points, i)) continue;
-      shading_points.diffuse_r[i] = shading_points.diffuse_g[i] = shading_points.diffuse_b[i] = 0;
-      shading_points.specular_r[i] = shading_points.specular_g[i] = shading_points.specular_b[i] = 0;
+      shading_points.diffuse.set(i, {});
+      shading_points.specular.set(i, {});
     }
   }
 
@@ -91,22 +90,20 @@ class DirectLighting {
     if (!corners) return false;
     // Textures do not perturb the normals of vertices.
     if (state_.template needs<&Requirements::bump>()) unperturbed_normal_[shading_points.hit[lane]] = {};
-    const Color diffuse{shading_points.diffuse_r[lane], shading_points.diffuse_g[lane], shading_points.diffuse_b[lane]};
-    const Color specular = hit.throughput(lane) * material.specular;
+    const Color specular = hit.throughput[lane] * material.specular;
     for (const Corner& corner : *corners)
-      corner_points_.push(
-          {.point = corner.point,
-           .face = {shading_points.face_x[lane], shading_points.face_y[lane], shading_points.face_z[lane]},
-           .normal = hit.back_face[lane] > 0 ? -corner.normal : corner.normal,
-           .to_eye = normalize(rays.origin(ray) - corner.point.position),
-           .diffuse = diffuse * corner.weight,
-           .specular = specular * corner.weight,
-           .shininess = material.shininess,
-           .blinn = material.blinn,
-           .hit = shading_points.hit[lane],
-           .sample = shading_points.sample[lane],
-           .media = shading_points.media[lane],
-           .from = shading_points.from[lane]});
+      corner_points_.push({.point = corner.point,
+                           .face = shading_points.face[lane],
+                           .normal = hit.back_face[lane] > 0 ? -corner.normal : corner.normal,
+                           .to_eye = normalize(rays.origin(ray) - corner.point.position),
+                           .diffuse = shading_points.diffuse[lane] * corner.weight,
+                           .specular = specular * corner.weight,
+                           .shininess = material.shininess,
+                           .blinn = material.blinn,
+                           .hit = shading_points.hit[lane],
+                           .sample = shading_points.sample[lane],
+                           .media = shading_points.media[lane],
+                           .from = shading_points.from[lane]});
     return true;
   }
 
@@ -129,7 +126,7 @@ class DirectLighting {
                          state_.approximate().nearest_lights != 0 || state_.template needs<&Requirements::bump>();
     if (filters)
       for_each_lane(light_sample_.lit, [&](int lane) {
-        if (!needs_shadow_ray(rays, pass, packet, lane)) light_sample_.lit &= ~(LaneMask{1} << lane);
+        if (!needs_shadow_ray(rays, pass, packet, lane)) light_sample_.lit &= ~lane_bit(lane);
       });
     if (light_sample_.lit != 0) shadow_.append(packet, light_sample_);
   }
@@ -137,12 +134,7 @@ class DirectLighting {
   /// The points of a light that is not an area light stay from packet to packet.
   template <class PointOfLane>
   void set_light_points(int count, const PointOfLane& point_of_lane) {
-    for (int lane = 0; lane < count; ++lane) {
-      const Vec3 from = point_of_lane(lane);
-      light_sample_.from_x[lane] = from.x;
-      light_sample_.from_y[lane] = from.y;
-      light_sample_.from_z[lane] = from.z;
-    }
+    for (int lane = 0; lane < count; ++lane) light_sample_.from.set(lane, point_of_lane(lane));
   }
 
   /// The samples of a pixel share one sequence per light and path, so that their points are stratified together. It is
@@ -160,14 +152,14 @@ class DirectLighting {
   __attribute__((noinline)) bool needs_shadow_ray(const RayQueue& rays, const LightPass& pass,
                                                   const ShadingPointPacket& packet, int lane) {
     const std::size_t hit = packet.hit[lane];
-    const Vec3 to_light = light_sample_.to_light(lane);
+    const Vec3 to_light = light_sample_.to_light[lane];
     if (state_.approximate().nearest_lights != 0 && !nearest_.includes(hit, pass.number)) return false;
     if (state_.template needs<&Requirements::bump>() && dot(unperturbed_normal_[hit], to_light) < 0) return false;
     const bool exact = state_.approximate().shadows == Approximations::Shadows::exact;
     if (pass.light.shadows && exact)
-      return !state_.may_cull_shadow_rays() || !is_negligible(rays, hit, pass, light_sample_.color(lane));
-    if (!pass.light.shadows || approximately_visible(pass, packet, lane, to_light, light_sample_.origin(lane)))
-      state_.radiance[packet.sample[lane]] += light_sample_.color(lane);
+      return !state_.may_cull_shadow_rays() || !is_negligible(rays, hit, pass, light_sample_.radiance[lane]);
+    if (!pass.light.shadows || approximately_visible(pass, packet, lane, to_light, light_sample_.origin[lane]))
+      state_.radiance[packet.sample[lane]] += light_sample_.radiance[lane];
     return false;
   }
 
@@ -186,9 +178,7 @@ class DirectLighting {
   [[nodiscard]] bool approximately_visible(const LightPass& pass, const ShadingPointPacket& packet, int lane,
                                            const Vec3& to_light, const Vec3& origin) const {
     if (state_.approximate().shadows == Approximations::Shadows::none) return true;
-    const Vec3 position{packet.x[lane], packet.y[lane], packet.z[lane]};
-    const Vec3 face{packet.face_x[lane], packet.face_y[lane], packet.face_z[lane]};
-    if (!state_.scene.shadow_maps[pass.number].lit(position, face)) return false;
+    if (!state_.scene.shadow_maps[pass.number].lit(packet.position[lane], packet.face[lane])) return false;
     const double t_max = light_sample_.distance[lane] * (1 - 0x1p-40);  // as shadow rays
     return !plane_between(state_.scene.geometry(), origin, to_light, t_max, packet.from[lane]);
   }

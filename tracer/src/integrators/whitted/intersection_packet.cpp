@@ -14,50 +14,36 @@ WHITTLE_INLINE void pick(const Value* __restrict from, const int* __restrict ind
   }
 }
 
-/// Computes the points at distance t along the rays.
-WHITTLE_INLINE void compute_ray_points(const RaySpan& rays, const double* t, IntersectionPacket& p) {
-  alignas(64) double x[lanes], y[lanes], z[lanes], distance[lanes];
-  pick(rays.ox, p.ray, x);
-  pick(rays.oy, p.ray, y);
-  pick(rays.oz, p.ray, z);
-  pick(t, p.ray, distance);
-  for (int i = 0; i < lanes; ++i) {
-    p.ray_hits.on_x[i] = x[i] + p.direction_x[i] * distance[i];
-    p.ray_hits.on_y[i] = y[i] + p.direction_y[i] * distance[i];
-    p.ray_hits.on_z[i] = z[i] + p.direction_z[i] * distance[i];
-  }
-}
-
 WHITTLE_INLINE void load_intersections(const RaySpan& rays, const HitSpan& hits, const std::uint32_t* ray, int count,
                                        IntersectionPacket& p) {
   p.count = count;
   for (int i = 0; i < lanes; ++i) p.ray[i] = static_cast<int>(ray[i < count ? i : 0]);
-  pick(rays.dx, p.ray, p.direction_x);
-  pick(rays.dy, p.ray, p.direction_y);
-  pick(rays.dz, p.ray, p.direction_z);
-  compute_ray_points(rays, hits.t, p);
+  VecLanes origin;
+  alignas(64) double distance[lanes];
+  pick(rays.ox, p.ray, origin.x);
+  pick(rays.oy, p.ray, origin.y);
+  pick(rays.oz, p.ray, origin.z);
+  pick(rays.dx, p.ray, p.direction.x);
+  pick(rays.dy, p.ray, p.direction.y);
+  pick(rays.dz, p.ray, p.direction.z);
+  pick(hits.t, p.ray, distance);
+  for (int i = 0; i < lanes; ++i) p.ray_hits.on_ray.set(i, origin[i] + p.direction[i] * distance[i]);
   pick(hits.u, p.ray, p.ray_hits.u);
   pick(hits.v, p.ray, p.ray_hits.v);
   pick(hits.primitive, p.ray, p.ray_hits.primitive);
 }
 
-WHITTLE_INLINE void put(const Color& color, int i, double (&to)[3][lanes]) {
-  to[0][i] = color.r;
-  to[1][i] = color.g;
-  to[2][i] = color.b;
-}
-
 WHITTLE_INLINE void put(const CompiledMaterial& material, int i, CoefficientPacket& to) {
-  put(material.own, i, to.emitted_ambient);
-  put(material.diffuse, i, to.diffuse);
-  put(material.specular, i, to.specular);
-  put(material.mirror, i, to.reflectance);
+  to.emitted_ambient.set(i, material.own);
+  to.diffuse.set(i, material.diffuse);
+  to.specular.set(i, material.specular);
+  to.reflectance.set(i, material.mirror);
   to.shininess[i] = material.shininess;
   to.blinn[i] = material.blinn ? 1 : 0;
 }
 
 WHITTLE_INLINE void put_split(const CompiledMaterial& material, int i, CoefficientPacket& to) {
-  put(material.through, i, to.transmittance);
+  to.transmittance.set(i, material.through);
   to.refracts[i] = material.refracts ? 1 : 0;
   to.fresnel[i] = material.fresnel ? 1 : 0;
 }
@@ -67,10 +53,10 @@ WHITTLE_INLINE void set_flags(const CompiledMaterial& material, int i, Coefficie
   to.any_specular |= has_specular;
   to.any_blinn |= has_specular && material.blinn;
   to.any_emitted |= material.textured || !is_black(material.own);
-  to.textured |= material.textured ? LaneMask{1} << i : 0;
+  to.textured |= lane_bit(i, material.textured);
   to.any_normal_map |= material.has_normal_map;
-  to.reflects |= is_black(material.mirror) ? 0 : LaneMask{1} << i;
-  to.splits |= material.transmits || material.fresnel ? LaneMask{1} << i : 0;
+  to.reflects |= lane_bit(i, !is_black(material.mirror));
+  to.splits |= lane_bit(i, material.transmits || material.fresnel);
 }
 
 WHITTLE_INLINE bool differ(const std::uint32_t* a, const std::uint32_t* b) {
@@ -79,8 +65,9 @@ WHITTLE_INLINE bool differ(const std::uint32_t* a, const std::uint32_t* b) {
   return difference != 0;
 }
 
-WHITTLE_INLINE void times(const double* __restrict throughput, const double* __restrict factor, double* __restrict to) {
-  for (int i = 0; i < lanes; ++i) to[i] = throughput[i] * factor[i];
+WHITTLE_INLINE void multiply(const ColorLanes& __restrict throughput, const ColorLanes& __restrict factor,
+                             ColorLanes& __restrict to) {
+  for (int i = 0; i < lanes; ++i) to.set(i, throughput[i] * factor[i]);
 }
 
 }  // namespace
@@ -96,9 +83,9 @@ WHITTLE_WIDE void load(const RayQueue& rays, const HitSpan& hits, const std::uin
   f.count = count;
   const RayQueue::Payload payload = rays.payload();
   pick(hits.primitive, p.ray, f.from);
-  pick(payload.r, p.ray, p.throughput_r);
-  pick(payload.g, p.ray, p.throughput_g);
-  pick(payload.b, p.ray, p.throughput_b);
+  pick(payload.r, p.ray, p.throughput.r);
+  pick(payload.g, p.ray, p.throughput.g);
+  pick(payload.b, p.ray, p.throughput.b);
   pick(payload.path, p.ray, p.path);
   pick(payload.sample, p.ray, f.sample);
   pick(payload.media, p.ray, f.media);
@@ -107,37 +94,23 @@ WHITTLE_WIDE void load(const RayQueue& rays, const HitSpan& hits, const std::uin
 WHITTLE_WIDE void orient_normals(HitPacket& packet, ShadingPointPacket& f) {
   const PointPacket& p = packet.points;
   for (int i = 0; i < lanes; ++i) {
-    const double x = packet.direction_x[i], y = packet.direction_y[i], z = packet.direction_z[i];
-    const double sign = x * p.face_x[i] + y * p.face_y[i] + z * p.face_z[i] > 0 ? -1 : 1;
+    const Vec3 direction = packet.direction[i], face = p.face[i];
+    const double sign = dot(direction, face) > 0 ? -1 : 1;
     packet.back_face[i] = sign < 0 ? 1 : 0;
-    f.face_x[i] = p.face_x[i];
-    f.face_y[i] = p.face_y[i];
-    f.face_z[i] = p.face_z[i];
-    f.normal_x[i] = p.face_x[i] * sign;
-    f.normal_y[i] = p.face_y[i] * sign;
-    f.normal_z[i] = p.face_z[i] * sign;
-    f.eye_x[i] = -x;
-    f.eye_y[i] = -y;
-    f.eye_z[i] = -z;
+    f.face.set(i, face);
+    f.normal.set(i, face * sign);
+    f.to_eye.set(i, -direction);
   }
   for (int i = 0; i < lanes; ++i) {
-    f.x[i] = p.x[i];
-    f.y[i] = p.y[i];
-    f.z[i] = p.z[i];
-    f.clearance[i] = std::abs(p.face_x[i]) * p.error_x[i] + std::abs(p.face_y[i]) * p.error_y[i] +
-                     std::abs(p.face_z[i]) * p.error_z[i];
+    f.position.set(i, p.position[i]);
+    f.clearance[i] = clearance({p.position[i], p.error[i]}, p.face[i]);
   }
   if (!p.smooth) return;
   for (int i = 0; i < lanes; ++i) {
     const bool front = packet.back_face[i] == 0;
-    const double sign = front ? 1 : -1;
-    f.normal_x[i] = p.normal_x[i] * sign;
-    f.normal_y[i] = p.normal_y[i] * sign;
-    f.normal_z[i] = p.normal_z[i] * sign;
+    f.normal.set(i, p.normal[i] * (front ? 1.0 : -1.0));
     // At a back-face hit the curved surface is on the other side of the facet: no offset is needed.
-    f.x[i] = front ? p.x[i] + p.offset_x[i] : p.x[i];
-    f.y[i] = front ? p.y[i] + p.offset_y[i] : p.y[i];
-    f.z[i] = front ? p.z[i] + p.offset_z[i] : p.z[i];
+    f.position.set(i, select(front, p.position[i] + p.offset[i], p.position[i]));
   }
 }
 
@@ -160,35 +133,22 @@ WHITTLE_WIDE void apply_throughput(HitPacket& p, ShadingPointPacket& f) {
   const CoefficientPacket& c = p.coefficients;
   f.any_specular = c.any_specular;
   f.any_blinn = c.any_blinn;
-  times(p.throughput_r, c.diffuse[0], f.diffuse_r);
-  times(p.throughput_g, c.diffuse[1], f.diffuse_g);
-  times(p.throughput_b, c.diffuse[2], f.diffuse_b);
+  multiply(p.throughput, c.diffuse, f.diffuse);
   if (f.any_specular) {
-    times(p.throughput_r, c.specular[0], f.specular_r);
-    times(p.throughput_g, c.specular[1], f.specular_g);
-    times(p.throughput_b, c.specular[2], f.specular_b);
+    multiply(p.throughput, c.specular, f.specular);
     for (int i = 0; i < lanes; ++i) {
       f.shininess[i] = c.shininess[i];
       f.blinn[i] = c.blinn[i];
-      const bool black = (f.specular_r[i] == 0) & (f.specular_g[i] == 0) & (f.specular_b[i] == 0);
-      f.has_specular[i] = black ? 0 : 1;
+      f.has_specular[i] = is_black(f.specular[i]) ? 0 : 1;
     }
   }
-  times(p.throughput_r, c.emitted_ambient[0], p.emitted_r);
-  times(p.throughput_g, c.emitted_ambient[1], p.emitted_g);
-  times(p.throughput_b, c.emitted_ambient[2], p.emitted_b);
+  multiply(p.throughput, c.emitted_ambient, p.emitted);
 }
 
 void set_textured_color(const Color& emitted, const Color& diffuse, int lane, HitPacket& packet,
                         ShadingPointPacket& shading_points) {
-  const Color throughput = packet.throughput(lane), emitted_here = throughput * emitted,
-              diffuse_here = throughput * diffuse;
-  packet.emitted_r[lane] = emitted_here.r;
-  packet.emitted_g[lane] = emitted_here.g;
-  packet.emitted_b[lane] = emitted_here.b;
-  shading_points.diffuse_r[lane] = diffuse_here.r;
-  shading_points.diffuse_g[lane] = diffuse_here.g;
-  shading_points.diffuse_b[lane] = diffuse_here.b;
+  packet.emitted.set(lane, packet.throughput[lane] * emitted);
+  shading_points.diffuse.set(lane, packet.throughput[lane] * diffuse);
 }
 
 }  // namespace tracer

@@ -1,7 +1,6 @@
 #pragma once
 /// Packets of 16 hits, from the accelerator's intersections to shading points and secondary rays.
 
-#include "tracer/src/integrators/hits.h"
 #include "tracer/src/integrators/ray_queue.h"
 #include "tracer/src/interaction/hit_packet.h"
 #include "tracer/src/interaction/shading_points.h"
@@ -12,7 +11,7 @@ namespace tracer {
 /// Coefficients of a packet's materials. Kept until the materials change: neighboring packets mostly share them.
 struct alignas(64) CoefficientPacket {
   std::uint32_t material[lanes];
-  double emitted_ambient[3][lanes], diffuse[3][lanes], specular[3][lanes], reflectance[3][lanes];
+  ColorLanes emitted_ambient, diffuse, specular, reflectance;
   double shininess[lanes];
   int blinn[lanes];
   LaneMask reflects;  ///< lanes whose reflectance is not black
@@ -21,7 +20,7 @@ struct alignas(64) CoefficientPacket {
   bool any_emitted, any_specular, any_blinn, any_normal_map;
 
   // Valid if `splits` is not empty.
-  double transmittance[3][lanes];
+  ColorLanes transmittance;
   double refracts[lanes], fresnel[lanes];  ///< 0 or 1
 
   CoefficientPacket() { std::fill_n(material, lanes, none); }
@@ -35,21 +34,19 @@ struct alignas(64) IntersectionPacket {
   int count;
   int ray[lanes];  ///< index in the queue
   RayHitPacket ray_hits;
-  double direction_x[lanes], direction_y[lanes], direction_z[lanes];
+  VecLanes direction;
   PointPacket points;
   double back_face[lanes];  ///< 1: the ray hits the back; else 0
 };
 
 /// Intersections with everything that shading needs.
 struct alignas(64) HitPacket : IntersectionPacket {
-  double throughput_r[lanes], throughput_g[lanes], throughput_b[lanes];  ///< the ray's throughput at the hit
+  ColorLanes throughput;  ///< the ray's, at the hit
   std::uint32_t path[lanes];
 
   std::uint32_t material[lanes];
   CoefficientPacket coefficients;
-  double emitted_r[lanes], emitted_g[lanes], emitted_b[lanes];  ///< emission and ambient light, times throughput
-
-  [[nodiscard]] Color throughput(int i) const { return {throughput_r[i], throughput_g[i], throughput_b[i]}; }
+  ColorLanes emitted;  ///< emission and ambient light, times throughput
 };
 
 /// Gathers the rays `ray[0..count)` of the queue and their hits. Sets neither `points` nor the members after it.

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "tracer/src/lights/registry.h"
+#include "tracer/src/lights/light_registry.h"
 #include "tracer/src/math/vec.h"
 
 namespace tracer {

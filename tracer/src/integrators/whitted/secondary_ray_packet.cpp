@@ -8,62 +8,43 @@ namespace {
 
 /// Intermediate results: shorter loops vectorize better.
 struct alignas(64) ScatterGeometry {
-  double normal_x[lanes], normal_y[lanes], normal_z[lanes];  ///< on the incident side
+  VecLanes normal;  ///< on the incident side
   double cos_i[lanes], cos_t[lanes];
   double reflectance[lanes];       ///< 1 in lanes without Fresnel
   double transmittance[lanes];     ///< factor of the material's transmittance; 0 at total internal reflection
   double total_reflection[lanes];  ///< 1: the transmitted part is reflected
 };
 
-WHITTLE_INLINE Vec3 direction_of(const HitPacket& p, int i) {
-  return {p.direction_x[i], p.direction_y[i], p.direction_z[i]};
-}
-
 /// The geometric normal on the incident side.
-WHITTLE_INLINE Vec3 outward_of(const HitPacket& p, int i) {
-  const double sign = 1 - 2 * p.back_face[i];
-  return {p.points.face_x[i] * sign, p.points.face_y[i] * sign, p.points.face_z[i] * sign};
-}
+WHITTLE_INLINE Vec3 outward_of(const HitPacket& p, int i) { return p.points.face[i] * (1 - 2 * p.back_face[i]); }
 
 WHITTLE_INLINE void choose_normals(const HitPacket& __restrict p, const ShadingPointPacket& __restrict f,
                                    ScatterGeometry& __restrict m) {
   for (int i = 0; i < lanes; ++i) {
-    const Vec3 d = direction_of(p, i), outward = outward_of(p, i);
     // An interpolated normal may point away from the ray; the normal of the face never does.
-    const bool toward_ray = d.x * f.normal_x[i] + d.y * f.normal_y[i] + d.z * f.normal_z[i] < 0;
-    m.normal_x[i] = toward_ray ? f.normal_x[i] : outward.x;
-    m.normal_y[i] = toward_ray ? f.normal_y[i] : outward.y;
-    m.normal_z[i] = toward_ray ? f.normal_z[i] : outward.z;
+    const bool toward_ray = dot(p.direction[i], f.normal[i]) < 0;
+    m.normal.set(i, select(toward_ray, f.normal[i], outward_of(p, i)));
   }
 }
 
 WHITTLE_INLINE void reflect(const HitPacket& __restrict p, const ScatterGeometry& __restrict m,
                             SecondaryRayPacket& __restrict to) {
-  for (int i = 0; i < lanes; ++i) {
-    const Vec3 direction = unit(reflected(direction_of(p, i), {m.normal_x[i], m.normal_y[i], m.normal_z[i]}));
-    to.dx[i] = direction.x;
-    to.dy[i] = direction.y;
-    to.dz[i] = direction.z;
-  }
+  for (int i = 0; i < lanes; ++i) to.direction.set(i, unit(reflected(p.direction[i], m.normal[i])));
 }
 
 /// Reflects rays on the wrong side of the face: inside if `side` is 1, outside if -1.
 WHITTLE_INLINE void reflect_to_side(const HitPacket& __restrict p, double side, SecondaryRayPacket& __restrict to) {
   for (int i = 0; i < lanes; ++i) {
-    const Vec3 direction{to.dx[i], to.dy[i], to.dz[i]}, outward = outward_of(p, i);
-    const Vec3 again = unit(reflected(direction, outward));
-    const bool wrong = (direction.x * outward.x + direction.y * outward.y + direction.z * outward.z) * side < 0;
-    to.dx[i] = wrong ? again.x : direction.x;
-    to.dy[i] = wrong ? again.y : direction.y;
-    to.dz[i] = wrong ? again.z : direction.z;
+    const Vec3 direction = to.direction[i], outward = outward_of(p, i);
+    const bool wrong = dot(direction, outward) * side < 0;
+    to.direction.set(i, select(wrong, unit(reflected(direction, outward)), direction));
   }
 }
 
 WHITTLE_INLINE void eval_fresnel(const HitPacket& __restrict p, const InterfacePacket& __restrict n,
                                  ScatterGeometry& __restrict m) {
   for (int i = 0; i < lanes; ++i) {
-    const double cosine =
-        -(p.direction_x[i] * m.normal_x[i] + p.direction_y[i] * m.normal_y[i] + p.direction_z[i] * m.normal_z[i]);
+    const double cosine = -dot(p.direction[i], m.normal[i]);
     const double cos_i = cosine < 1 ? cosine : 1;
     const Interface at = dielectric_interface(cos_i, n.n_from[i], n.n_to[i]);
     const bool fresnel = p.coefficients.fresnel[i] > 0, refracts = p.coefficients.refracts[i] > 0;
@@ -80,13 +61,9 @@ WHITTLE_INLINE void eval_fresnel(const HitPacket& __restrict p, const InterfaceP
 WHITTLE_INLINE void refract(const HitPacket& __restrict p, const InterfacePacket& __restrict n,
                             const ScatterGeometry& __restrict m, SecondaryRayPacket& __restrict to) {
   for (int i = 0; i < lanes; ++i) {
-    const Vec3 d = direction_of(p, i);
-    const Vec3 bent =
-        refracted(d, {m.normal_x[i], m.normal_y[i], m.normal_z[i]}, m.cos_i[i], m.cos_t[i], n.n_from[i], n.n_to[i]);
-    const bool refracts = p.coefficients.refracts[i] > 0;
-    to.dx[i] = refracts ? bent.x : d.x;
-    to.dy[i] = refracts ? bent.y : d.y;
-    to.dz[i] = refracts ? bent.z : d.z;
+    const Vec3 d = p.direction[i];
+    const Vec3 bent = refracted(d, m.normal[i], m.cos_i[i], m.cos_t[i], n.n_from[i], n.n_to[i]);
+    to.direction.set(i, select(p.coefficients.refracts[i] > 0, bent, d));
   }
 }
 
@@ -94,26 +71,14 @@ WHITTLE_INLINE void refract(const HitPacket& __restrict p, const InterfacePacket
 WHITTLE_INLINE void offset_origins(const HitPacket& __restrict packet, const ShadingPointPacket& __restrict f,
                                    SecondaryRayPacket& __restrict to) {
   const PointPacket& p = packet.points;
-  for (int i = 0; i < lanes; ++i) {
-    const Vec3 origin = clear_of({p.x[i], p.y[i], p.z[i]}, {p.face_x[i], p.face_y[i], p.face_z[i]}, f.clearance[i],
-                                 {to.dx[i], to.dy[i], to.dz[i]});
-    to.ox[i] = origin.x;
-    to.oy[i] = origin.y;
-    to.oz[i] = origin.z;
-  }
+  for (int i = 0; i < lanes; ++i) to.origin.set(i, clear_of(p.position[i], p.face[i], f.clearance[i], to.direction[i]));
 }
 
 WHITTLE_INLINE void scale_throughput(const HitPacket& p, int i, const Color& factor, SecondaryRayPacket& to) {
-  const double r = p.throughput_r[i] * factor.r, g = p.throughput_g[i] * factor.g, b = p.throughput_b[i] * factor.b;
-  const double larger = r > g ? r : g;
-  to.r[i] = r;
-  to.g[i] = g;
-  to.b[i] = b;
-  to.largest[i] = larger > b ? larger : b;
-}
-
-WHITTLE_INLINE LaneMask bit_unless_black(const Color& factor, int i) {
-  return (factor.r == 0) & (factor.g == 0) & (factor.b == 0) ? 0 : LaneMask{1} << i;
+  const Color c = p.throughput[i] * factor;
+  const double larger = c.r > c.g ? c.r : c.g;
+  to.throughput.set(i, c);
+  to.largest[i] = larger > c.b ? larger : c.b;
 }
 
 WHITTLE_INLINE void scale_throughputs(const HitPacket& __restrict p, const ScatterGeometry& __restrict m,
@@ -123,16 +88,13 @@ WHITTLE_INLINE void scale_throughputs(const HitPacket& __restrict p, const Scatt
   LaneMask reflects = 0, transmits = 0;
   for (int i = 0; i < lanes; ++i) {
     const double reflectance = m.reflectance[i], total = m.total_reflection[i], transmittance = m.transmittance[i];
-    const Color reflected_part{coefficients.reflectance[0][i] * reflectance + coefficients.transmittance[0][i] * total,
-                               coefficients.reflectance[1][i] * reflectance + coefficients.transmittance[1][i] * total,
-                               coefficients.reflectance[2][i] * reflectance + coefficients.transmittance[2][i] * total};
-    const Color transmitted_part{coefficients.transmittance[0][i] * transmittance,
-                                 coefficients.transmittance[1][i] * transmittance,
-                                 coefficients.transmittance[2][i] * transmittance};
+    const Color transmitted = coefficients.transmittance[i];
+    const Color reflected_part = coefficients.reflectance[i] * reflectance + transmitted * total;
+    const Color transmitted_part = transmitted * transmittance;
     scale_throughput(p, i, reflected_part, reflection);
     scale_throughput(p, i, transmitted_part, transmission);
-    reflects |= bit_unless_black(reflected_part, i);
-    transmits |= bit_unless_black(transmitted_part, i);
+    reflects |= lane_bit(i, !is_black(reflected_part));
+    transmits |= lane_bit(i, !is_black(transmitted_part));
   }
   reflection.going = reflects & first_lanes(p.count);
   transmission.going = transmits & first_lanes(p.count);
@@ -153,8 +115,7 @@ WHITTLE_WIDE void spawn_reflection(const HitPacket& __restrict packet,
   reflect(packet, geometry, reflection);
   reflect_to_side(packet, 1, reflection);
   offset_origins(packet, shading_points, reflection);
-  const auto& factor = packet.coefficients.reflectance;
-  for (int i = 0; i < lanes; ++i) scale_throughput(packet, i, {factor[0][i], factor[1][i], factor[2][i]}, reflection);
+  for (int i = 0; i < lanes; ++i) scale_throughput(packet, i, packet.coefficients.reflectance[i], reflection);
   reflection.going = packet.coefficients.reflects & first_lanes(packet.count);
   hash_paths(packet, 0, reflection);
 }
@@ -183,8 +144,7 @@ WHITTLE_WIDE void spawn_dielectric(const HitPacket& __restrict packet,
 
 WHITTLE_WIDE LaneMask below_cutoff(const SecondaryRayPacket& rays, double cutoff) {
   LaneMask lanes_below = 0;
-  for (int i = 0; i < lanes; ++i)
-    lanes_below |= (rays.largest[i] < cutoff) | (rays.largest[i] == 0) ? LaneMask{1} << i : 0;
+  for (int i = 0; i < lanes; ++i) lanes_below |= lane_bit(i, (rays.largest[i] < cutoff) | (rays.largest[i] == 0));
   return lanes_below & rays.going;
 }
 

@@ -7,28 +7,11 @@ namespace tracer {
 
 /// Secondary rays, lane by lane with the hits.
 struct alignas(64) SecondaryRayPacket {
-  double ox[lanes], oy[lanes], oz[lanes];
-  double dx[lanes], dy[lanes], dz[lanes];
-  double r[lanes], g[lanes], b[lanes];  ///< throughput
-  double largest[lanes];                ///< largest channel of the throughput
+  VecLanes origin, direction;
+  ColorLanes throughput;
+  double largest[lanes];  ///< largest channel of the throughput
   std::uint32_t path[lanes];
   LaneMask going;  ///< lanes with a ray
-
-  void put(int i, const Vec3& origin, const Vec3& direction, const Color& throughput, std::uint32_t ray_path) {
-    ox[i] = origin.x;
-    oy[i] = origin.y;
-    oz[i] = origin.z;
-    dx[i] = direction.x;
-    dy[i] = direction.y;
-    dz[i] = direction.z;
-    r[i] = throughput.r;
-    g[i] = throughput.g;
-    b[i] = throughput.b;
-    largest[i] = max_component(throughput);
-    path[i] = ray_path;
-  }
-  [[nodiscard]] Vec3 direction(int i) const { return {dx[i], dy[i], dz[i]}; }
-  [[nodiscard]] Color throughput(int i) const { return {r[i], g[i], b[i]}; }
 };
 
 /// Refractive indices on the incident and the other side of the surfaces; positive in unused lanes.

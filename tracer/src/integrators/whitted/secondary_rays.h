@@ -1,7 +1,7 @@
 #pragma once
 /// Secondary rays: spawns reflected and transmitted rays at a packet of hits, or terminates them.
 
-#include "tracer/src/integrators/whitted/bounce_queues.h"
+#include "tracer/src/integrators/ray_queue.h"
 #include "tracer/src/integrators/whitted/secondary_ray_packet.h"
 #include "tracer/src/integrators/whitted/wavefront_state.h"
 
@@ -36,10 +36,9 @@ class SecondaryRays {
       interfaces_.n_to[i] = material.refracts ? media.ior(crossing.far) : material.ior;
       if (crossing.hidden && state_.template needs<&Requirements::overlapping_media>() &&
           state_.template needs<&Requirements::refraction>())
-        nested_boundary_ |= LaneMask{1} << i;
+        nested_boundary_ |= lane_bit(i);
     });
-    for_each_lane(nested_boundary_,
-                  [&](int i) { hit.throughput_r[i] = hit.throughput_g[i] = hit.throughput_b[i] = 0; });
+    for_each_lane(nested_boundary_, [&](int i) { hit.throughput.set(i, {}); });
   }
 
   /// Lanes on surfaces within a solid of higher priority.
@@ -94,11 +93,12 @@ class SecondaryRays {
     const HitPacket& hit = state_.hit;
     const PointPacket& p = hit.points;
     for_each_lane(nested_boundary_, [&](int i) {
-      const Vec3 direction{hit.direction_x[i], hit.direction_y[i], hit.direction_z[i]};
-      const Vec3 origin = offset_origin({{p.x[i], p.y[i], p.z[i]}, {p.error_x[i], p.error_y[i], p.error_z[i]}},
-                                        {p.face_x[i], p.face_y[i], p.face_z[i]}, direction);
       const Color throughput = state_.throughput_at_hit(rays, static_cast<std::size_t>(hit.ray[i]));
-      transmission_.put(i, origin, direction, throughput, hit.path[i]);
+      transmission_.origin.set(i, offset_origin({p.position[i], p.error[i]}, p.face[i], hit.direction[i]));
+      transmission_.direction.set(i, hit.direction[i]);
+      transmission_.throughput.set(i, throughput);
+      transmission_.largest[i] = max_component(throughput);
+      transmission_.path[i] = hit.path[i];
     });
     transmission_.going |= nested_boundary_;
   }
@@ -106,7 +106,7 @@ class SecondaryRays {
   /// Drops a ray below the cutoff, or divides its throughput by the probability with which it was kept.
   void apply_cutoff(SecondaryRayPacket& packet, std::uint64_t kind, const ShadingPointPacket& shading_points,
                     int lane) {
-    const LaneMask bit = LaneMask{1} << lane;
+    const LaneMask bit = lane_bit(lane);
     const double largest = packet.largest[lane];
     if ((packet.going & bit) == 0 || !(largest < state_.scene.accuracy.cutoff || largest == 0)) return;
     const double probability = russian_roulette_probability(largest, shading_points.sample[lane],
@@ -116,7 +116,8 @@ class SecondaryRays {
       return;
     }
     const double factor = 1 / probability;
-    for (double* channel : {packet.r, packet.g, packet.b, packet.largest}) channel[lane] *= factor;
+    packet.throughput.set(lane, packet.throughput[lane] * factor);
+    packet.largest[lane] *= factor;
   }
 
   /// The probability with which a ray below the cutoff was kept, or 0 if it was dropped. Russian roulette is unbiased
@@ -145,7 +146,7 @@ class SecondaryRays {
                                 std::uint32_t sample) {
     const double spread = has_cones() ? cone_of(rays, packet, lane).spread : 0;
     state_.radiance[sample] +=
-        packet.throughput(lane) * state_.scene.background->radiance(packet.direction(lane), std::abs(spread));
+        packet.throughput[lane] * state_.scene.background->radiance(packet.direction[lane], std::abs(spread));
   }
 
   [[nodiscard]] bool has_cones() const { return state_.template needs<&Requirements::filtered_textures>(); }
@@ -166,9 +167,8 @@ class SecondaryRays {
                  const MediumStack::List* media, RayQueue& to) {
     if (p.going == 0) return;
     std::size_t next = to.size();
-    to.append(
-        {p.ox, p.oy, p.oz, p.dx, p.dy, p.dz, p.r, p.g, p.b, shading_points.sample, shading_points.from, p.path, media},
-        p.going);
+    to.append({p.origin, p.direction, &p.throughput, shading_points.sample, shading_points.from, p.path, media},
+              p.going);
     if (has_cones()) for_each_lane(p.going, [&](int i) { to.set_cone(next++, cone_of(rays, p, i)); });
   }
 

@@ -11,7 +11,7 @@ namespace {
 
 /// Shadow rays that continue behind transmissive surfaces, lane by lane with an IntersectionPacket.
 struct alignas(64) ContinuedRays {
-  double ox[lanes], oy[lanes], oz[lanes];
+  VecLanes origin;
   double left[lanes];  ///< remaining distance to the light
   std::uint32_t number[lanes];
   MediumStack::List media[lanes];
@@ -21,36 +21,29 @@ struct alignas(64) ContinuedRays {
 WHITTLE_WIDE void offset_origins(IntersectionPacket& __restrict intersections, ContinuedRays& __restrict to) {
   const PointPacket& p = intersections.points;
   for (int i = 0; i < lanes; ++i) {
-    const Vec3 direction{intersections.direction_x[i], intersections.direction_y[i], intersections.direction_z[i]};
-    const Vec3 face{p.face_x[i], p.face_y[i], p.face_z[i]};
-    const double clearance =
-        std::abs(face.x) * p.error_x[i] + std::abs(face.y) * p.error_y[i] + std::abs(face.z) * p.error_z[i];
-    const Vec3 origin = clear_of({p.x[i], p.y[i], p.z[i]}, face, clearance, direction);
-    to.ox[i] = origin.x;
-    to.oy[i] = origin.y;
-    to.oz[i] = origin.z;
-    intersections.back_face[i] = direction.x * face.x + direction.y * face.y + direction.z * face.z > 0 ? 1 : 0;
+    const Vec3 direction = intersections.direction[i], face = p.face[i];
+    to.origin.set(i, offset_origin({p.position[i], p.error[i]}, face, direction));
+    intersections.back_face[i] = dot(direction, face) > 0 ? 1 : 0;
   }
 }
 
-/// Grows `values` to at least `used + count` elements.
-void reserve_behind(std::vector<double>& values, std::size_t used, std::size_t count) {
-  if (values.size() < used + count) values.resize(2 * used + count);
+/// Appends the lanes of the mask to the first `used` elements of `values`.
+void append_lanes(const double* packet, LaneMask mask, std::size_t used, std::vector<double>& values) {
+  if (values.size() < used + lanes) values.resize(2 * used + lanes);
+  const Compressed compressed{packet, &values[used]};
+  compress_eights(&compressed, 1, mask);
 }
 
 }  // namespace
 
 void ShadowRays::append(const ShadingPointPacket& packet, const LightSamplePacket& sample) {
   const std::size_t first = rays_.size();
-  rays_.append({sample.origin_x, sample.origin_y, sample.origin_z, sample.to_x, sample.to_y, sample.to_z, sample.r,
-                sample.g, sample.b, packet.sample, packet.from, nullptr, packet.media},
+  rays_.append({sample.origin, sample.to_light, &sample.radiance, packet.sample, packet.from, nullptr, packet.media},
                sample.lit);
-  reserve_behind(distance_, first, lanes);
   // Shorter than the distance by more than its rounding error, so that a surface at the light does not occlude it.
   double t_max[lanes];
   for (int i = 0; i < lanes; ++i) t_max[i] = sample.distance[i] * (1 - 0x1p-40);
-  const Compressed distances{t_max, &distance_[first]};
-  compress_eights(&distances, 1, sample.lit);
+  append_lanes(t_max, sample.lit, first, distance_);
 }
 
 void ShadowRays::add_unoccluded(std::vector<Color>& radiance, MediumStack& media, Coherence coherence) {
@@ -79,7 +72,7 @@ void ShadowRays::attenuate_transmissive(MediumStack& media) {
     distance_[i] = blocked_[i] != 0 ? std::numeric_limits<double>::quiet_NaN() : distance_[i];
   cross_next_surface({rays_, distance_.data(), number_.data()}, media);
   for (std::uint64_t crossings = 1; !next_.empty(); ++crossings) {
-    if (crossings > scene_.max_transmissive_hits || control_.cancelled()) break;
+    if (crossings > scene_.accelerator->max_transmissive_hits() || control_.cancelled()) break;
     std::swap(crossing_, next_);
     std::swap(crossing_distance_, next_distance_);
     cross_next_surface({crossing_, crossing_distance_.data(), crossing_.payload().sample}, media);
@@ -123,21 +116,17 @@ void ShadowRays::cross_packet(const RaySegments& from, MediumStack& media) {
     if (needs_.absorption || needs_.overlapping_media)
       crossing = media.cross(crossing.after, object, intersections_.back_face[i] > 0);
     Color& transmittance = transmittance_[from.number[ray]];
-    if (!crossing.hidden) transmittance = transmittance * scene_.terms[scene_.material_of_object[object]].through;
+    if (!crossing.hidden) transmittance = transmittance * scene_.terms[scene_.objects.material[object]].through;
     continued.number[i] = from.number[ray];
     continued.media[i] = crossing.after;
     continued.left[i] = from.distance[ray] - crossed_.t[ray];
-    if (!is_black(transmittance) && continued.left[i] > 0) going |= LaneMask{1} << i;
+    if (!is_black(transmittance) && continued.left[i] > 0) going |= lane_bit(i);
   }
   const std::size_t end = next_.size();
-  // The throughput is not used: it is the shadow ray's own.
-  next_.append({continued.ox, continued.oy, continued.oz, intersections_.direction_x, intersections_.direction_y,
-                intersections_.direction_z, continued.left, continued.left, continued.left, continued.number,
+  next_.append({continued.origin, intersections_.direction, nullptr, continued.number,
                 intersections_.ray_hits.primitive, nullptr, continued.media},
                going);
-  reserve_behind(next_distance_, end, lanes);
-  const Compressed distances{continued.left, &next_distance_[end]};
-  compress_eights(&distances, 1, going);
+  append_lanes(continued.left, going, end, next_distance_);
 }
 
 }  // namespace tracer

@@ -3,7 +3,6 @@
 /// need it.
 
 #include "tracer/src/integrators/whitted/wavefront_state.h"
-#include "tracer/src/interaction/perturbed_normal.h"
 #include "tracer/src/interaction/uv_gradients.h"
 #include "tracer/src/textures/height.h"
 #include "tracer/src/textures/texture.h"
@@ -24,8 +23,11 @@ class TextureLookup {
       uv_[i] = surface.uv;
       if (!filters()) return;
       const auto ray = static_cast<std::size_t>(hit.ray[i]);
-      footprint_.put(i, uv_gradients_at(state_.scene, state_.hits.at(ray), surface), rays.direction(ray),
-                     rays.cone(ray).width_at(state_.hits.t[ray]));
+      const UvGradients gradients = uv_gradients_at(state_.scene, state_.hits.at(ray), surface);
+      footprint_.gradient_u.set(i, gradients.u);
+      footprint_.gradient_v.set(i, gradients.v);
+      footprint_.direction.set(i, rays.direction(ray));
+      footprint_.width[i] = rays.cone(ray).width_at(state_.hits.t[ray]);
     });
     if (filters()) compute_footprints(hit.points, footprint_);
     for_each_lane(textured, [&](int i) {
@@ -56,10 +58,7 @@ class TextureLookup {
       // Textures perturb the front; the back is its reverse.
       const Vec3 outward =
           perturbed(surface.back ? -surface.normal : surface.normal, rays, state_.hit.ray[lane], surface);
-      const Vec3 normal = surface.back ? -outward : outward;
-      shading_points.normal_x[lane] = normal.x;
-      shading_points.normal_y[lane] = normal.y;
-      shading_points.normal_z[lane] = normal.z;
+      shading_points.normal.set(lane, surface.back ? -outward : outward);
     }
   }
 
@@ -92,9 +91,9 @@ class TextureLookup {
     const HitPacket& hit = state_.hit;
     const PointPacket& p = hit.points;
     Surface surface;
-    surface.point = {{p.x[i], p.y[i], p.z[i]}, {p.error_x[i], p.error_y[i], p.error_z[i]}};
-    surface.geometric_normal = {p.face_x[i], p.face_y[i], p.face_z[i]};
-    surface.normal = {shading_points.normal_x[i], shading_points.normal_y[i], shading_points.normal_z[i]};
+    surface.point = {p.position[i], p.error[i]};
+    surface.geometric_normal = p.face[i];
+    surface.normal = shading_points.normal[i];
     surface.back = hit.back_face[i] > 0;
     surface.material = hit.material[i];
     surface.object = p.object[i];

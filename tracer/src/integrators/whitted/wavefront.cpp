@@ -177,7 +177,7 @@ void Wavefront<Features>::shade_hits(const RayQueue& rays, std::uint32_t depth, 
     compute_points(state_.scene.geometry(), hit.ray_hits, hit.points);
     for (std::uint32_t i = 0; i < lanes; ++i) {
       shading_points.hit[i] = static_cast<std::uint32_t>(first) + i;
-      hit.material[i] = state_.scene.material_of_object[hit.points.object[i]];
+      hit.material[i] = state_.scene.objects.material[hit.points.object[i]];
     }
     if (hit.points.smooth) flatten_normals();
     orient_normals(hit, shading_points);
@@ -189,8 +189,7 @@ void Wavefront<Features>::shade_hits(const RayQueue& rays, std::uint32_t depth, 
     if (state_.template needs<&Requirements::bump>() && coefficients.any_normal_map)
       textures_.perturb_normals(rays, shading_points, lighting_.unperturbed_normals());
     if (coefficients.any_emitted)
-      for (int i = 0; i < count; ++i)
-        state_.radiance[shading_points.sample[i]] += Color{hit.emitted_r[i], hit.emitted_g[i], hit.emitted_b[i]};
+      for (int i = 0; i < count; ++i) state_.radiance[shading_points.sample[i]] += hit.emitted[i];
     if (writes) write_gbuffer(shading_points);
     lighting_.add_positions();
     if (spawns && (coefficients.reflects | coefficients.splits) != 0) secondary_.spawn(rays, shading_points, next);
@@ -201,12 +200,8 @@ void Wavefront<Features>::shade_hits(const RayQueue& rays, std::uint32_t depth, 
 template <class Features>
 void Wavefront<Features>::apply_absorption(const RayQueue& rays) {
   HitPacket& hit = state_.hit;
-  for (int i = 0; i < lanes; ++i) {
-    const Color throughput = state_.throughput_at_hit(rays, static_cast<std::size_t>(hit.ray[i]));
-    hit.throughput_r[i] = throughput.r;
-    hit.throughput_g[i] = throughput.g;
-    hit.throughput_b[i] = throughput.b;
-  }
+  for (int i = 0; i < lanes; ++i)
+    hit.throughput.set(i, state_.throughput_at_hit(rays, static_cast<std::size_t>(hit.ray[i])));
 }
 
 /// Flat shading: replaces the normals by those of the faces.
@@ -217,10 +212,8 @@ void Wavefront<Features>::flatten_normals() {
   if (shading == Approximations::Shading::flat) p.smooth = false;
   for (int i = 0; i < lanes; ++i) {
     if (shading_of(state_.material_of_lane(i).shading, shading) != Material::Shading::flat) continue;
-    p.normal_x[i] = p.face_x[i];
-    p.normal_y[i] = p.face_y[i];
-    p.normal_z[i] = p.face_z[i];
-    p.offset_x[i] = p.offset_y[i] = p.offset_z[i] = 0;
+    p.normal.set(i, p.face[i]);
+    p.offset.set(i, {});
   }
 }
 
@@ -229,7 +222,7 @@ void Wavefront<Features>::write_gbuffer(const ShadingPointPacket& shading_points
   GBuffer& gbuffer = state_.gbuffer;
   for_each_lane(first_lanes(state_.hit.count) & ~secondary_.nested_boundary(), [&](int i) {
     const std::uint32_t sample = shading_points.sample[i];
-    gbuffer.normal[sample] = {shading_points.normal_x[i], shading_points.normal_y[i], shading_points.normal_z[i]};
+    gbuffer.normal[sample] = shading_points.normal[i];
     gbuffer.albedo[sample] = textures_.color_of_lane(i);
     gbuffer.object[sample] = state_.hit.points.object[i];
   });

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "tracer/src/integrators/tracer_concept.h"
-#include "tracer/src/integrators/whitted/bounce_queues.h"
 #include "tracer/src/integrators/whitted/direct_lighting.h"
 #include "tracer/src/integrators/whitted/secondary_rays.h"
 #include "tracer/src/integrators/whitted/texture_lookup.h"

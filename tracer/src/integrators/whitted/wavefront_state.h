@@ -7,8 +7,8 @@
 
 #include "tracer/render.h"
 #include "tracer/src/compiled/medium_stack.h"
-#include "tracer/src/integrators/batch.h"
 #include "tracer/src/integrators/feature_set.h"
+#include "tracer/src/integrators/tracer_concept.h"
 #include "tracer/src/integrators/whitted/intersection_packet.h"
 #include "tracer/src/interaction/gbuffer.h"
 

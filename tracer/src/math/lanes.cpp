@@ -1,4 +1,4 @@
-#include "tracer/src/math/compress.h"
+#include "tracer/src/math/lanes.h"
 
 #include <cstddef>
 #include <cstring>

@@ -29,6 +29,9 @@ struct Field {
   FieldRange range = FieldRange::any;
   FieldPresence presence = FieldPresence::required;
 };
+/// Clang deduces the arguments of an aggregate from version 17 on.
+template <class Owner, class T>
+Field(std::string_view name, T Owner::*member, FieldRange range = {}, FieldPresence presence = {}) -> Field<Owner, T>;
 
 /// Calls visit(field) for each field of Owner, in the document's order.
 template <class Owner, class Visit>

@@ -1,4 +1,4 @@
-// What a beam covers of a texture: sixteen at a time, and one by one.
+// Texture footprints of beams, in packets and single, against long double.
 #include <gtest/gtest.h>
 
 #include "tests/support/effort.h"
@@ -23,8 +23,8 @@ Beam random_beam(Random& random) {
   return {{random.vector(10), random.vector(0.1)}, normal, direction, random.spread(1e-6, 1)};
 }
 
-/// In long double, about axes along the tilt and across it.
-Vec2 covered(const Beam& beam) {
+/// Expected footprint, in axes along and across the tilt.
+Vec2 expected_footprint(const Beam& beam) {
   const Vec n = beam.normal, d = beam.direction;
   const Vec down = d - dot(d, n) * n;
   const Vec along = length(down) > 1e-8L
@@ -38,18 +38,19 @@ Vec2 covered(const Beam& beam) {
   return {width(beam.gradients.u), width(beam.gradients.v)};
 }
 
-TEST(WhatABeamCovers, IsItsSquareStretchedAlongTheTilt) {
+TEST(UvFootprint, StretchesTheSquareOfTheBeamAlongTheTilt) {
   Random random(21);
   for (std::uint64_t i = 0; i < effort::cases(20'000); ++i) {
     const Beam beam = random_beam(random);
     if (std::abs(dot(beam.normal, beam.direction)) < 1e-3) continue;
-    const Vec2 found = uv_footprint(beam.gradients, beam.normal, beam.direction, beam.width), expected = covered(beam);
+    const Vec2 found = uv_footprint(beam.gradients, beam.normal, beam.direction, beam.width),
+               expected = expected_footprint(beam);
     ASSERT_NEAR(found.x, expected.x, 1e-9 * (expected.x + beam.width)) << i;
     ASSERT_NEAR(found.y, expected.y, 1e-9 * (expected.y + beam.width)) << i;
   }
 }
 
-TEST(WhatABeamCovers, IsTheSameBitsSixteenAtATime) {
+TEST(UvFootprint, IsBitIdenticalInPackets) {
   Random random(22);
   for (std::uint64_t round = 0; round < effort::cases(1'000); ++round) {
     Beam beams[lanes];
@@ -57,16 +58,17 @@ TEST(WhatABeamCovers, IsTheSameBitsSixteenAtATime) {
     FootprintPacket packet{};
     for (int i = 0; i < lanes; ++i) {
       const Beam& beam = beams[i] = random_beam(random);
-      faces.face_x[i] = beam.normal.x;
-      faces.face_y[i] = beam.normal.y;
-      faces.face_z[i] = beam.normal.z;
-      packet.put(i, beam.gradients, beam.direction, beam.width);
+      faces.face.set(i, beam.normal);
+      packet.gradient_u.set(i, beam.gradients.u);
+      packet.gradient_v.set(i, beam.gradients.v);
+      packet.direction.set(i, beam.direction);
+      packet.width[i] = beam.width;
     }
     compute_footprints(faces, packet);
     for (int i = 0; i < lanes; ++i) {
-      const Vec2 alone = uv_footprint(beams[i].gradients, beams[i].normal, beams[i].direction, beams[i].width);
-      ASSERT_EQ(packet.u[i], alone.x);
-      ASSERT_EQ(packet.v[i], alone.y);
+      const Vec2 single = uv_footprint(beams[i].gradients, beams[i].normal, beams[i].direction, beams[i].width);
+      ASSERT_EQ(packet.u[i], single.x);
+      ASSERT_EQ(packet.v[i], single.y);
     }
   }
 }

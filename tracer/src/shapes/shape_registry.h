@@ -84,8 +84,8 @@ inline QuadricPoint quadric_point(const Quadric& q, QuadricPart part, const Vec3
   PrimitivePoint at;
   visit_kind(q.kind, [&](auto standard) {
     const ShapePoint local =
-        standard.point(q.radius_0, q.radius_1, static_cast<double>(part), q.shape_from_trace * (on_ray - q.origin));
-    at = placed(local, standard.error(q), q.origin, q.shape_from_trace, q.trace_from_shape);
+        standard.point(q.radius_0, q.radius_1, static_cast<double>(part), q.shape_from_render * (on_ray - q.origin));
+    at = placed(local, standard.error(q), q.origin, q.shape_from_render, q.render_from_shape);
   });
   return {{at.position, at.error}, normalize(at.across)};
 }
@@ -93,7 +93,7 @@ inline QuadricPoint quadric_point(const Quadric& q, QuadricPart part, const Vec3
 /// Texture coordinates of a point on the shape, as tracer/shapes.h defines them.
 inline Vec2 quadric_uv(const Quadric& q, QuadricPart part, const Vec3& position) {
   Vec2 uv;
-  visit_kind(q.kind, [&](auto standard) { uv = standard.uv(q, part, q.shape_from_trace * (position - q.origin)); });
+  visit_kind(q.kind, [&](auto standard) { uv = standard.uv(q, part, q.shape_from_render * (position - q.origin)); });
   return uv;
 }
 
@@ -101,9 +101,9 @@ inline Vec2 quadric_uv(const Quadric& q, QuadricPart part, const Vec3& position)
 inline UvGradients quadric_gradients(const Quadric& q, QuadricPart part, const Vec3& position) {
   UvGradients local;
   visit_kind(q.kind,
-             [&](auto standard) { local = standard.gradients(q, part, q.shape_from_trace * (position - q.origin)); });
-  const Linear trace_from_local = transposed(q.shape_from_trace);
-  return {trace_from_local * local.u, trace_from_local * local.v};
+             [&](auto standard) { local = standard.gradients(q, part, q.shape_from_render * (position - q.origin)); });
+  const Linear render_from_local = transposed(q.shape_from_render);
+  return {render_from_local * local.u, render_from_local * local.v};
 }
 
 inline double curvature(const Quadric& q) {
