@@ -1,11 +1,11 @@
-// How light fades with distance, and how a checker is laid.
+// Attenuation of lights, and the checker pattern.
 #include <gtest/gtest.h>
 
 #include <cfloat>
 
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
-#include "tracer/src/lights/attenuation.h"
+#include "tracer/src/lights/compiled_light.h"
 #include "tracer/src/textures/texture.h"
 
 namespace tracer {
@@ -48,7 +48,7 @@ TEST(Checker, HasItsFirstColourWhereTheFloorsSumIsEvenOnBothSidesOfNought) {
     }
 }
 
-TEST(Checker, IsLookedUpScaledThenMoved) {
+TEST(Checker, AppliesTheScaleBeforeTheOffset) {
   Texture scaled = checker;
   scaled.scale = {2, -3};
   scaled.offset = {0.5, 10};

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/random.h"
-#include "tracer/src/sampling/uniform_error.h"
+#include "tracer/src/sampling/image_error.h"
 
 namespace tracer {
 namespace {

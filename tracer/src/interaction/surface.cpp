@@ -1,6 +1,6 @@
 #include "tracer/src/interaction/surface.h"
 
-#include "tracer/src/materials/shading_mode.h"
+#include "tracer/src/materials/compiled_material.h"
 #include "tracer/src/shapes/shape_registry.h"
 
 namespace tracer {

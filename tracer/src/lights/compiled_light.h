@@ -1,8 +1,9 @@
 #pragma once
-/// Lights in render space. A light is its document fields (tracer/lights.h), a header that defines LightTraits for it,
-/// and an include in light_registry.h.
+/// Lights in render space. A light is its document fields (tracer/lights.h) and its LightTraits (light_registry.h).
 
+#include <array>
 #include <cstdint>
+#include <limits>
 #include <numbers>
 
 #include "tracer/src/math/affine.h"
@@ -26,38 +27,31 @@ constexpr bool is_area_light_kind(std::uint8_t kind, const std::variant<Sources.
 
 struct CompiledLight {
   std::uint8_t kind = light_kind<PointLight>;
-  Vec3 position{};                      ///< of the point or spot; one end, corner or centre of the others
+  Vec3 position{};                      ///< center of points, spots, spheres and discs; else one end or corner
   Vec3 u{}, v{};                        ///< line: u spans it; rect: edges; disc: radii at right angles
-  double radius = 0;                    ///< of the sphere
+  double radius = 0;                    ///< sphere
   Vec3 axis{};                          ///< unit. directional: towards the light; spot: direction of its axis
   double cos_inner = 1, cos_outer = 0;  ///< spot
   Color radiance{};                     ///< color * intensity
   bool shadows = true;
-  Attenuation attenuation{};  ///< of world distances
+  Attenuation attenuation{};  ///< takes world distances
 
   [[nodiscard]] bool is_area_light() const {
     return is_area_light_kind(kind, static_cast<const LightSource*>(nullptr));
   }
 };
 
-/// Defaults of LightTraits<Source>, which also has compile(source, render_space, light).
-struct PointTraits {
-  /// The point of the light for `xi`, uniform in [0,1)^2: uniform over its length, area or surface.
-  static Vec3 point(const CompiledLight& light, const Vec2& /*xi*/) { return light.position; }
-  /// Middle of its length, area or body.
-  static Vec3 center(const CompiledLight& light) { return light.position; }
-  /// Rules between its fields.
-  template <class Checks, class Source>
-  static void check(Checks& /*checks*/, const Source& /*source*/) {}
+/// Attenuation at distance d >= 0 in scene units (Foley, van Dam, Feiner, Hughes 1990, eq. 16.8 for the capped
+/// polynomial).
+WHITTLE_INLINE double polynomial_attenuation(const std::array<double, 3>& c, double d) {
+  const double f = 1 / (c[0] + (c[1] + c[2] * d) * d);
+  return 1 < f ? 1 : f;
+}
+WHITTLE_INLINE double inverse_square_attenuation(double d) { return 1 / (d * d); }
 
- protected:
-  template <class Space>
-  static Vec3 scaled(const Space& space, const Vec3& v) {
-    return {space.render_from_world(v.x), space.render_from_world(v.y), space.render_from_world(v.z)};
-  }
-};
-
-template <class Source>
-struct LightTraits;
+/// Upper bound of the attenuation at any distance, for any coefficients.
+inline double attenuation_bound(const Attenuation& attenuation) {
+  return attenuation.kind == Attenuation::Kind::inverse_square ? std::numeric_limits<double>::infinity() : 1;
+}
 
 }  // namespace tracer

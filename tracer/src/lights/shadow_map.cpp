@@ -6,13 +6,13 @@
 namespace tracer {
 namespace {
 
-/// Projection of the point: depth and position in the window, from -1 to 1.
-struct Seen {
+/// Depth of a point and its position in the window, from -1 to 1.
+struct Projection {
   double depth = 0, across = 0, above = 0;
   [[nodiscard]] bool inside() const { return std::abs(across) <= 1 && std::abs(above) <= 1; }
 };
 
-Seen seen_through(const ShadowFace& face, const Vec3& point) {
+Projection project(const ShadowFace& face, const Vec3& point) {
   const Vec3 offset = point - face.origin;
   const double depth = dot(offset, face.axes.n);
   const double half = face.parallel ? face.reach : face.reach * depth;
@@ -20,18 +20,18 @@ Seen seen_through(const ShadowFace& face, const Vec3& point) {
   return {depth, dot(offset, face.axes.e0) / half, dot(offset, face.axes.e1) / half};
 }
 
-bool lit_through(const ShadowFace& face, const Seen& seen, const Vec3& point, const Vec3& normal) {
+bool lit_on_face(const ShadowFace& face, const Projection& projected, const Vec3& point, const Vec3& normal) {
   const auto texel = [&](double place) {
     return std::min(face.side - 1, static_cast<std::uint32_t>((place + 1) / 2 * face.side));
   };
-  const std::uint32_t column = texel(seen.across), row = texel(seen.above);
+  const std::uint32_t column = texel(projected.across), row = texel(projected.above);
   const ShadowFace::Ray ray = face.ray(column, row);
   const Vec3 to_point = face.parallel ? face.axes.n : point - face.origin;
   const double rate = dot(ray.step, normal);
-  if (!(rate * dot(to_point, normal) > 0)) return true;  // seen along its edge: no light falls on it to speak of
-  // What is behind the point is not in its way, however far behind the slanted plane runs through the texel's centre.
-  const double nearest = std::min(dot(point - ray.origin, normal) / rate, seen.depth);
-  const double width = 2 * face.reach / face.side * (face.parallel ? 1 : seen.depth);
+  if (!(rate * dot(to_point, normal) > 0)) return true;  // edge-on: it receives no light
+  // Surfaces behind the point do not occlude it, even where the slanted plane is far behind it at the texel's center.
+  const double nearest = std::min(dot(point - ray.origin, normal) / rate, projected.depth);
+  const double width = 2 * face.reach / face.side * (face.parallel ? 1 : projected.depth);
   return face.base + face.depth[std::size_t{row} * face.side + column] >= nearest - width;
 }
 
@@ -39,8 +39,8 @@ bool lit_through(const ShadowFace& face, const Seen& seen, const Vec3& point, co
 
 bool ShadowMap::lit(const Vec3& point, const Vec3& normal) const {
   for (const ShadowFace& face : faces) {
-    const Seen seen = seen_through(face, point);
-    if (seen.inside()) return lit_through(face, seen, point, normal);
+    const Projection projected = project(face, point);
+    if (projected.inside()) return lit_on_face(face, projected, point, normal);
   }
   return true;
 }

@@ -1,7 +1,7 @@
 #pragma once
-/// What a light sees, kept as depths on a grid: asked instead of a shadow ray (Williams 1978, "Casting Curved Shadows
-/// on Curved Surfaces"). Of opaque surfaces alone: what lets light through casts no shadow. A soft light sees from its
-/// middle, so its shadow is as sharp as a point's.
+/// Shadow maps: depths of the scene from a light, tested instead of tracing shadow rays (Williams 1978, "Casting Curved
+/// Shadows on Curved Surfaces"). They contain opaque surfaces only: transmissive ones cast no shadow. The map of an
+/// area light is rendered from its center, so its shadow is as sharp as that of a point.
 
 #include <cstdint>
 #include <vector>
@@ -11,15 +11,15 @@
 
 namespace tracer {
 
-/// One window that the light looks through. Depths are along `forward`; the ray of a texel goes through its centre.
+/// One projection of the scene. Depths are along the forward axis; the ray of a texel passes through its center.
 struct ShadowFace {
-  Vec3 origin;  ///< the light; where its rays are parallel, the middle of what they fall on
+  Vec3 origin;  ///< the light, or the center of the scene if its rays are parallel
   Axes axes;    ///< e0 to the right, e1 up, n forward
   bool parallel = false;
-  double reach = 1;          ///< half the window's side; not parallel: at depth one
-  double base = 0;           ///< what the stored depths are relative to, so that floats hold them well
+  double reach = 1;          ///< half the side of the window; not parallel: at depth one
+  double base = 0;           ///< offset of the stored depths, which keeps their digits in float
   std::uint32_t side = 0;    ///< texels
-  std::vector<float> depth;  ///< side * side, relative to `base`; infinity where nothing is
+  std::vector<float> depth;  ///< side * side, relative to `base`; infinity without a surface
 
   struct Ray {
     Vec3 origin, step;  ///< `step` reaches one unit of depth; not unit
@@ -31,18 +31,18 @@ struct ShadowFace {
   }
 };
 
-/// Nothing is in the way of a light without faces; nothing finite beyond the windows of one that has some.
+/// A light without faces is unoccluded; so are points outside of the windows of all faces.
 struct ShadowMap {
   std::vector<ShadowFace> faces;
 
-  /// Whether no finite surface is nearer to the light than the plane through `point` across unit `normal`: what the
-  /// texel's ray meets of a flat surface is exactly there, however slanted it is, so no slope needs a bias. A texel's
-  /// width at that depth is left for surfaces that bend away from their plane.
+  /// Returns true if no finite surface is nearer to the light than the plane through `point` with unit `normal`: the
+  /// texel's ray hits a flat surface exactly in that plane at any slope, so no bias is needed. A tolerance of a texel's
+  /// width at that depth is left for curved surfaces.
   [[nodiscard]] bool lit(const Vec3& point, const Vec3& normal) const;
 };
 
-/// Whether an opaque plane crosses the first `distance` from `origin` along unit `direction`, other than the one that
-/// the way begins on. Planes have no end: no window holds them.
+/// Returns true if an opaque plane other than `from` lies within `distance` from `origin` along unit `direction`.
+/// Planes are infinite, so they are not in the maps.
 bool plane_between(const GeometrySet& geometry, const Vec3& origin, const Vec3& direction, double distance,
                    const PrimitiveRef& from);
 

@@ -12,6 +12,19 @@ inline double opaque_share(const Material& material) {
   return material.transparency == Material::Transparency::interpolated ? 1 - material.transmission : 1;
 }
 
+/// Shading mode of a surface.
+inline Material::Shading shading_of(Material::Shading own, Approximations::Shading approximate) {
+  switch (approximate) {
+    case Approximations::Shading::gouraud:
+      return Material::Shading::gouraud;
+    case Approximations::Shading::flat:
+      return Material::Shading::flat;
+    case Approximations::Shading::exact:
+      break;
+  }
+  return own;
+}
+
 /// Coefficients of a material with color C.
 inline Color emitted_ambient(const Material& material, const Color& color, const Color& ambient) {
   return material.emission + ambient * color * (material.ambient * opaque_share(material));

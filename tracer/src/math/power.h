@@ -10,6 +10,13 @@
 
 namespace tracer {
 
+/// Value at x of the polynomial with these coefficients, highest power first (Horner's scheme).
+template <class... Coefficients>
+WHITTLE_INLINE double polynomial(double x, double value, Coefficients... rest) {
+  ((value = value * x + rest), ...);
+  return value;
+}
+
 /// log2(c) for normal c in (0,1]; 0 for 1. c = 2^e m, m in [sqrt(1/2), sqrt(2)), and log m = 2 artanh s with
 /// s = (m-1)/(m+1) (Abramowitz & Stegun 1964, 4.1.27): s^2 < 0.0295, so the terms after s^21 are below 2^-60 of the
 /// sum. m - 1 is exact, so logarithms near 0 keep their digits. Relative error below 2^-50.
@@ -24,16 +31,8 @@ WHITTLE_INLINE double log2_of(double c) {
   const double biased = std::bit_cast<double>((bits >> 52) | 0x4330000000000000u) - (0x1p52 + 1023);
   const double exponent = high ? biased + 1 : biased;
   const double s = (m - 1) / (m + 1), z = s * s;
-  double series = 1.0 / 21;
-  series = series * z + 1.0 / 19;
-  series = series * z + 1.0 / 17;
-  series = series * z + 1.0 / 15;
-  series = series * z + 1.0 / 13;
-  series = series * z + 1.0 / 11;
-  series = series * z + 1.0 / 9;
-  series = series * z + 1.0 / 7;
-  series = series * z + 1.0 / 5;
-  series = series * z + 1.0 / 3;
+  const double series =
+      polynomial(z, 1.0 / 21, 1.0 / 19, 1.0 / 17, 1.0 / 15, 1.0 / 13, 1.0 / 11, 1.0 / 9, 1.0 / 7, 1.0 / 5, 1.0 / 3);
   const double artanh = s + s * (series * z);
   return exponent + artanh * (2 * std::numbers::log2e);
 }
@@ -46,20 +45,8 @@ WHITTLE_INLINE double exp2_of(double y) {
   constexpr double shift = 0x1.8p52;  // adding it rounds to an integer
   const double shifted = kept + shift;
   const double x = (kept - (shifted - shift)) * std::numbers::ln2;
-  double series = 1.0 / 6227020800;
-  series = series * x + 1.0 / 479001600;
-  series = series * x + 1.0 / 39916800;
-  series = series * x + 1.0 / 3628800;
-  series = series * x + 1.0 / 362880;
-  series = series * x + 1.0 / 40320;
-  series = series * x + 1.0 / 5040;
-  series = series * x + 1.0 / 720;
-  series = series * x + 1.0 / 120;
-  series = series * x + 1.0 / 24;
-  series = series * x + 1.0 / 6;
-  series = series * x + 0.5;
-  series = series * x + 1;
-  series = series * x + 1;
+  const double series = polynomial(x, 1.0 / 6227020800, 1.0 / 479001600, 1.0 / 39916800, 1.0 / 3628800, 1.0 / 362880,
+                                   1.0 / 40320, 1.0 / 5040, 1.0 / 720, 1.0 / 120, 1.0 / 24, 1.0 / 6, 0.5, 1, 1);
   const double power =
       std::bit_cast<double>(std::bit_cast<std::uint64_t>(series) + (std::bit_cast<std::uint64_t>(shifted) << 52));
   return vanishes ? 0 : power;

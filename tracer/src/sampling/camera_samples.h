@@ -8,6 +8,7 @@
 #include "tracer/src/compiled/compiled_scene.h"
 #include "tracer/src/integrators/tracer_concept.h"
 #include "tracer/src/math/sampling.h"
+#include "tracer/src/math/wide.h"
 #include "tracer/src/sampling/tiles.h"
 
 namespace tracer {
@@ -94,9 +95,9 @@ inline void fill(Batch& batch, const CompiledScene& scene, std::span<const Pixel
 }
 
 /// Sample `index` of stream `stream` of a pixel, independent of all other streams and of uniform_sample(). The first
-/// few of any number are stratified.
-inline Sample fresh_sample(const CompiledScene& scene, std::uint32_t x, std::uint32_t y, std::uint32_t index,
-                           std::uint64_t stream) {
+/// few of any number are stratified. Inlined into the loops over samples, which saves 1 % of an adaptive render.
+WHITTLE_INLINE Sample fresh_sample(const CompiledScene& scene, std::uint32_t x, std::uint32_t y, std::uint32_t index,
+                                   std::uint64_t stream) {
   const std::uint64_t key = mix(pixel_key(pixel_index(scene, x, y), scene.accuracy.seed) ^ mix(~stream));
   constexpr std::uint32_t many = std::numeric_limits<std::uint32_t>::max();
   return {x, y,           sequence_point(index, key), scene.needs.lens ? lens_sample(key, index, many) : Vec2{0.5, 0.5},

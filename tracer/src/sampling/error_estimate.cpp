@@ -112,11 +112,13 @@ class VarianceUpdate {
         neighborhood_(of_one_, width) {}
 
   SampledError run() {
-    std::vector<HoldoutClasses> block_classes(blocks_.count());
-    each_pixel([&](std::uint64_t block, const PixelState& pixel) {
-      if (!pixel.refined() && pixel.measured() && pixel.hidden == 0) block_classes[block].add(pixel);
-    });
-    for (const HoldoutClasses& part : block_classes) holdout_classes_.add(part);
+    const auto add_block = [&](std::uint64_t block, HoldoutClasses& classes) {
+      blocks_.each_pixel(block, [&](std::size_t place, std::size_t, std::size_t) {
+        const PixelState& pixel = pixels_[place];
+        if (!pixel.refined() && pixel.measured() && pixel.hidden == 0) classes.add(pixel);
+      });
+    };
+    holdout_classes_ = sum_in_parallel<HoldoutClasses>(in_parallel_, blocks_.count(), add_block);
     std::vector<Part> parts(blocks_.count());
     in_parallel_(blocks_.count(), [&](std::uint64_t block) {
       blocks_.each_pixel(block, [&](std::size_t place, std::size_t, std::size_t) { measure(place, parts[block]); });
@@ -134,13 +136,6 @@ class VarianceUpdate {
     std::size_t pilot_count = 0;
     std::vector<std::pair<std::size_t, double>> holdout;  ///< places and errors
   };
-
-  template <class Work>
-  void each_pixel(const Work& work) {
-    in_parallel_(blocks_.count(), [&](std::uint64_t block) {
-      blocks_.each_pixel(block, [&](std::size_t place, std::size_t, std::size_t) { work(block, pixels_[place]); });
-    });
-  }
 
   void measure(std::size_t place, Part& part) {
     const PixelState& pixel = pixels_[place];

@@ -4,8 +4,8 @@
 #include <span>
 
 #include "tracer/accuracy.h"
-#include "tracer/src/sampling/blocks.h"
 #include "tracer/src/sampling/pixel_state.h"
+#include "tracer/src/sampling/tiles.h"
 
 namespace tracer {
 

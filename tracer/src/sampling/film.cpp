@@ -30,9 +30,7 @@ void Film::set_preview_block(std::size_t place, std::uint32_t side, const Color&
                              const std::vector<OmittedRadiance>& omitted, const GBuffer& gbuffer, std::size_t sample) {
   discard_samples(place);
   add_sample(place, omitted, gbuffer, sample);
-  rgb_[3 * place] = film_value(radiance.r);
-  rgb_[3 * place + 1] = film_value(radiance.g);
-  rgb_[3 * place + 2] = film_value(radiance.b);
+  write_color(&rgb_[3 * place], radiance);
   if (side > 1) fill_block(place, side, place);
 }
 
@@ -126,17 +124,11 @@ OmittedError Film::omitted_error(const DisplayTransform& display) {
   update_means();
   const ErrorContext context{display, omitted_bound()};
   const Blocks blocks(size_, width_);
-  std::vector<OmittedError> block_sums(blocks.count());
-  in_parallel_(blocks.count(), [&](std::uint64_t block) {
-    OmittedError block_sum;
+  return sum_in_parallel<OmittedError>(in_parallel_, blocks.count(), [&](std::uint64_t block, OmittedError& sum) {
     blocks.each_pixel(block, [&](std::size_t i, std::size_t, std::size_t) {
-      add(block_sum, rgb_.data() + 3 * i, mean_omitted(i), context);
+      add(sum, rgb_.data() + 3 * i, mean_omitted(i), context);
     });
-    block_sums[block] = block_sum;
   });
-  OmittedError sum;
-  for (const OmittedError& block_sum : block_sums) sum.add(block_sum);
-  return sum;
 }
 
 RadianceBound Film::omitted_bound() const { return bound_omitted_radiance(scene_, brightest_if_needed(scene_, rgb_)); }
@@ -144,11 +136,7 @@ RadianceBound Film::omitted_bound() const { return bound_omitted_radiance(scene_
 void Film::update_means() {
   if (pixels_.empty()) return;
   each_pixel([&](std::size_t i) {
-    if (!pixels_[i].refined()) return;
-    const Color mean = pixels_[i].mean();
-    rgb_[3 * i] = film_value(mean.r);
-    rgb_[3 * i + 1] = film_value(mean.g);
-    rgb_[3 * i + 2] = film_value(mean.b);
+    if (pixels_[i].refined()) write_color(&rgb_[3 * i], pixels_[i].mean());
   });
 }
 

@@ -2,11 +2,54 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <set>
+#include <variant>
 
-#include "tracer/src/sampling/radiance_bound.h"
+#include "tracer/src/math/wide.h"
+#include "tracer/src/textures/texture.h"
 
 namespace tracer {
 namespace {
+
+constexpr double unbounded = std::numeric_limits<double>::infinity();
+
+/// Upper bound of the light that a surface point receives from all lights.
+double light_bound(const CompiledScene& scene) {
+  double sum = 0;
+  for (const CompiledLight& light : scene.lights)
+    sum += max_component(light.radiance) * attenuation_bound(light.attenuation);
+  return sum;
+}
+
+double color_bound(const CompiledScene& scene, const ColorOrTexture& color) {
+  if (const auto* id = std::get_if<TextureId>(&color))
+    return texture_bound(scene.textures[id->index], scene.images[id->index].get());
+  return max_component(std::get<Color>(color));
+}
+
+/// Upper bound of the fraction of light that secondary rays receive.
+double albedo_bound(const Material& material) {
+  using Transparency = Material::Transparency;
+  const double reflected = material.reflection * max_component(material.reflection_color);
+  double transmitted = material.transmission;
+  if (material.transparency != Transparency::interpolated) transmitted *= max_component(material.transmission_color);
+  // Fresnel's reflectance and transmittance add up to one.
+  return material.fresnel ? std::max(reflected, transmitted) : reflected + transmitted;
+}
+
+double local_radiance_bound(const CompiledScene& scene, const Material& material, double lights) {
+  const double color = color_bound(scene, material.color);
+  const double diffuse = color * material.diffuse;
+  const double specular = max_component(material.specular_color) * material.specular;
+  return max_component(material.emission) + max_component(scene.ambient) * color * material.ambient +
+         (diffuse + specular > 0 && lights > 0 ? lights * (diffuse + specular) : 0);
+}
+
+WHITTLE_WIDE void predict_variances(const float* contrast, std::size_t count, std::uint32_t samples,
+                                    float* __restrict variance) {
+  for (std::size_t x = 0; x < count; ++x) variance[x] = static_cast<float>(predicted_variance(contrast[x]) / samples);
+}
 
 /// Root mean square over the channels of a squared error that is their sum.
 float rms_of_channels(double squared) { return static_cast<float>(std::sqrt(squared / 3)); }
@@ -14,10 +57,8 @@ float rms_of_channels(double squared) { return static_cast<float>(std::sqrt(squa
 SampledError measure_samples(Image& image, const UniformPixels& pixels, const ErrorContext& context,
                              const InParallel& in_parallel) {
   const Blocks blocks(pixels.rgb.size() / 3, pixels.width);
-  std::vector<SummedErrors> block_sums(blocks.count());
-  in_parallel(blocks.count(), [&](std::uint64_t block) {
+  const auto add_block = [&](std::uint64_t block, SummedErrors& sum) {
     UniformVariance variances(pixels, context.display);
-    SummedErrors sum;
     for (std::size_t y = blocks.first_row(block); y < blocks.first_row(block + 1); ++y) {
       const std::span<const float> variance = variances.row(y);
       sum.add(summed(variance));
@@ -25,33 +66,74 @@ SampledError measure_samples(Image& image, const UniformPixels& pixels, const Er
       float* const error = image.layers.error.data() + y * pixels.width;
       for (std::size_t x = 0; x < variance.size(); ++x) error[x] = rms_of_channels(variance[x]);
     }
-    block_sums[block] = sum;
-  });
-  SummedErrors sum;
-  for (const SummedErrors& block_sum : block_sums) sum.add(block_sum);
-  return sum.estimated();
+  };
+  return sum_in_parallel<SummedErrors>(in_parallel, blocks.count(), add_block).estimated();
 }
 
 /// Precondition: measure_samples() wrote the layer `error`, to which it adds.
 OmittedError measure_omitted(Image& image, std::span<const std::vector<OmittedSample>> omitted,
                              const ErrorContext& context, const InParallel& in_parallel) {
-  std::vector<OmittedError> tile_sums(omitted.size());
-  in_parallel(omitted.size(), [&](std::uint64_t tile) {
+  return sum_in_parallel<OmittedError>(in_parallel, omitted.size(), [&](std::uint64_t tile, OmittedError& sum) {
     for (const OmittedSample& sample : omitted[tile]) {
       OmittedError pixel;
       add(pixel, image.rgb.data() + 3 * std::size_t{sample.place}, sample.omitted, context);
-      tile_sums[tile].add(pixel);
+      sum.add(pixel);
       if (image.layers.error.empty()) continue;
       float& error = image.layers.error[sample.place];
       error = rms_of_channels(3.0 * error * error + pixel.both);
     }
   });
-  OmittedError sum;
-  for (const OmittedError& tile_sum : tile_sums) sum.add(tile_sum);
-  return sum;
 }
 
 }  // namespace
+
+std::optional<double> radiance_bound(const CompiledScene& scene) {
+  double bound = scene.background->bound();
+  const double lights = light_bound(scene);
+  const std::set<std::uint32_t> used(scene.objects.material.begin(), scene.objects.material.end());
+  for (const std::uint32_t index : used) {
+    const Material& material = scene.materials[index];
+    const double local = local_radiance_bound(scene, material, lights), albedo = albedo_bound(material);
+    if (local > 0) bound = std::max(bound, albedo < 1 ? local / (1 - albedo) : unbounded);
+    if (albedo > 1) bound = unbounded;
+  }
+  return std::isfinite(bound) ? std::optional(bound) : std::nullopt;
+}
+
+UniformVariance::UniformVariance(const UniformPixels& pixels, const DisplayTransform& display)
+    : pixels_(pixels),
+      display_(display),
+      contrasts_(pixels.width, pixels.rows(),
+                 [this](std::size_t y, CodeValueRow& row) {
+                   display_.show(pixels_.rgb.subspan(3 * y * pixels_.width, 3 * std::size_t{pixels_.width}), row);
+                 }),
+      variance_(pixels.width) {}
+
+std::span<const float> UniformVariance::row(std::size_t y) {
+  constexpr double prior_weight = 2;
+  const std::span<const float> contrast = contrasts_.row(y);
+  if (pixels_.variance.empty()) {
+    predict_variances(contrast.data(), contrast.size(), pixels_.samples, variance_.data());
+    return variance_;
+  }
+  const std::uint32_t others = pixels_.samples - 1;
+  for (std::size_t x = 0; x < pixels_.width; ++x) {
+    const double measured = sample_variance(y * pixels_.width + x), predicted = predicted_variance(contrast[x]);
+    const double of_one = (measured * others + predicted * prior_weight) / (others + prior_weight);
+    variance_[x] = static_cast<float>(of_one / pixels_.samples);
+  }
+  return variance_;
+}
+
+double UniformVariance::sample_variance(std::size_t pixel) const {
+  double variance = 0;
+  for (std::size_t i = 3 * pixel; i < 3 * pixel + 3; ++i) {
+    if (pixels_.variance[i] == 0) continue;  // most of a background
+    const double slope = display_.slope(pixels_.rgb[i]);
+    variance += slope * slope * pixels_.variance[i];
+  }
+  return variance;
+}
 
 double brightest_if_needed(const CompiledScene& scene, std::span<const float> rgb) {
   const bool needed = scene.output.overflow == Output::Overflow::scale || !radiance_bound(scene);

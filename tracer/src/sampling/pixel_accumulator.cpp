@@ -5,11 +5,8 @@
 namespace tracer {
 namespace {
 
-void write3(std::vector<float>& layer, std::size_t index, double x, double y, double z) {
-  if (layer.empty()) return;
-  layer[3 * index] = film_value(x);
-  layer[3 * index + 1] = film_value(y);
-  layer[3 * index + 2] = film_value(z);
+void write3(std::vector<float>& layer, std::size_t index, const Color& value) {
+  if (!layer.empty()) write_color(&layer[3 * index], value);
 }
 
 template <class T>
@@ -40,11 +37,9 @@ void PixelAccumulator::write_variance(const Color& squares, float* spread) const
   if (count_ < 2) return;
   const double mean_share = 1.0 / count_, spread_share = 1.0 / (count_ - 1);
   const auto variance = [&](double sum, double squared) {
-    return film_value(std::max(0.0, squared - sum * sum * mean_share) * spread_share);
+    return std::max(0.0, squared - sum * sum * mean_share) * spread_share;
   };
-  spread[0] = variance(sum_.r, squares.r);
-  spread[1] = variance(sum_.g, squares.g);
-  spread[2] = variance(sum_.b, squares.b);
+  write_color(spread, {variance(sum_.r, squares.r), variance(sum_.g, squares.g), variance(sum_.b, squares.b)});
 }
 
 void LayerAccumulator::add(const GBuffer& gbuffer, std::size_t sample) {
@@ -59,14 +54,13 @@ void LayerAccumulator::add(const GBuffer& gbuffer, std::size_t sample) {
 
 void LayerAccumulator::write(Image& image, std::size_t index) const {
   const double share = count_ > 0 ? 1.0 / count_ : 0;
-  const Color albedo = albedo_ * share;
   const Vec3 normal = normal_ * share;
   Layers& layers = image.layers;
   write1(image.alpha, index, static_cast<float>(hit_count_ * share));
   const float no_hit = std::numeric_limits<float>::infinity();
   write1(layers.depth, index, hit_count_ > 0 ? film_value(depth_ / hit_count_) : no_hit);
-  write3(layers.normal, index, normal.x, normal.y, normal.z);
-  write3(layers.albedo, index, albedo.r, albedo.g, albedo.b);
+  write3(layers.normal, index, {normal.x, normal.y, normal.z});
+  write3(layers.albedo, index, albedo_ * share);
   write1(layers.object_id, index, object_id_);
   write1(layers.samples, index, count_);
 }

@@ -17,6 +17,13 @@ inline float film_value(double value) {
   return static_cast<float>(std::min<double>(value, std::numeric_limits<float>::max()));
 }
 
+/// Writes three channels.
+inline void write_color(float* rgb, const Color& color) {
+  rgb[0] = film_value(color.r);
+  rgb[1] = film_value(color.g);
+  rgb[2] = film_value(color.b);
+}
+
 /// Sum of one pixel's finite samples.
 class PixelAccumulator {
  public:
@@ -25,12 +32,7 @@ class PixelAccumulator {
     ++count_;
   }
   /// Writes the mean to three channels.
-  void write(float* rgb) const {
-    const Color mean = count_ > 0 ? sum_ * (1.0 / count_) : Color{};
-    rgb[0] = film_value(mean.r);
-    rgb[1] = film_value(mean.g);
-    rgb[2] = film_value(mean.b);
-  }
+  void write(float* rgb) const { write_color(rgb, count_ > 0 ? sum_ * (1.0 / count_) : Color{}); }
   /// Writes the variance of the samples to three channels; `squares` is the sum of their squares.
   void write_variance(const Color& squares, float* variance) const;
 

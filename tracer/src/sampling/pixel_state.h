@@ -28,7 +28,7 @@ struct PixelState {
   std::array<Color, 2> half{};  ///< sums
   std::array<std::uint32_t, 2> half_count{};
   float variance = 0;  ///< predicted for the pixel, in squared code values, summed over the channels
-  float contrast = 0;  ///< of the pilots around it, in the same unit
+  float contrast = 0;  ///< contrast of the pilots around it, in the same unit
   /// A feature that the samples probably miss: the variance that it adds to one sample, the squared error of a pixel
   /// without it (both in squared code values), and the fraction of the pixel that it covers.
   float hidden = 0, missed = 0, hidden_share = 1;

@@ -115,10 +115,7 @@ class UniformSampler {
     for (std::size_t i = 0; i < pixels.size(); ++i) {
       const Color& sample = radiance[i];
       if (!finite(sample)) continue;  // counted by the tracer; the pixel stays black
-      float* const rgb = film + 3 * tiles.place(pixels[i]);
-      rgb[0] = film_value(sample.r);
-      rgb[1] = film_value(sample.g);
-      rgb[2] = film_value(sample.b);
+      write_color(film + 3 * tiles.place(pixels[i]), sample);
     }
     for (std::size_t i = 0; i < omitted.size(); ++i)
       if (finite(radiance[i])) add_omitted(omitted[i], tiles_.place(pixels[i]), omitted_samples);
@@ -193,7 +190,7 @@ class UniformSampler {
   PreviewTiles preview_;
   TracerPool<T> pool_;
   std::uint32_t samples_;
-  std::vector<float> variance_;                      ///< of each pixel's samples, three channels
+  std::vector<float> variance_;                      ///< variance of the samples of each pixel, three channels
   std::vector<std::vector<OmittedSample>> omitted_;  ///< by tile
 };
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <utility>
 
-#include "tracer/src/materials/shading_mode.h"
+#include "tracer/src/materials/compiled_material.h"
 #include "tracer/src/scene/instancing.h"
 #include "tracer/src/shapes/shape_registry.h"
 

@@ -65,38 +65,16 @@ struct UnitCube : StandardShape {
     const double z = cube_normal(part, QuadricPart::z_0, QuadricPart::z_1);
     return {{cube_coordinate(x, p.x), cube_coordinate(y, p.y), cube_coordinate(z, p.z)}, {x, y, z}};
   }
-  /// A face seen from outside: u to the right, v up, where up is y (and away from the viewer on the top face).
-  static Vec2 uv(const Quadric&, QuadricPart part, const Vec3& p) {
-    switch (part) {
-      case QuadricPart::x_0:
-        return {p.z, p.y};
-      case QuadricPart::x_1:
-        return {1 - p.z, p.y};
-      case QuadricPart::y_0:
-        return {p.x, p.z};
-      case QuadricPart::y_1:
-        return {p.x, 1 - p.z};
-      case QuadricPart::z_0:
-        return {1 - p.x, p.y};
-      default:
-        return {p.x, p.y};
-    }
-  }
+  /// A face from outside: u to the right, v up, where up is y (and away from the viewer on the top face).
   static UvGradients gradients(const Quadric&, QuadricPart part, const Vec3&) {
-    switch (part) {
-      case QuadricPart::x_0:
-        return {{0, 0, 1}, {0, 1, 0}};
-      case QuadricPart::x_1:
-        return {{0, 0, -1}, {0, 1, 0}};
-      case QuadricPart::y_0:
-        return {{1, 0, 0}, {0, 0, 1}};
-      case QuadricPart::y_1:
-        return {{1, 0, 0}, {0, 0, -1}};
-      case QuadricPart::z_0:
-        return {{-1, 0, 0}, {0, 1, 0}};
-      default:
-        return {{1, 0, 0}, {0, 1, 0}};
-    }
+    constexpr Vec3 x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1}, minus_x{-1, 0, 0}, minus_z{0, 0, -1};
+    constexpr UvGradients faces[] = {{z, y}, {minus_z, y}, {x, z}, {x, minus_z}, {minus_x, y}, {x, y}};
+    return faces[static_cast<int>(part) - static_cast<int>(QuadricPart::x_0)];
+  }
+  static Vec2 uv(const Quadric& q, QuadricPart part, const Vec3& p) {
+    const auto [u, v] = gradients(q, part, p);
+    const auto coordinate = [&](const Vec3& axis) { return dot(axis, p) + (axis.x + axis.y + axis.z < 0 ? 1 : 0); };
+    return {coordinate(u), coordinate(v)};
   }
 };
 

@@ -1,6 +1,6 @@
 #pragma once
-/// Unit sphere x^2 + y^2 + z^2 = 1: spheres that a transform made ellipsoids. Other spheres have structures of their
-/// own (accel/geometry.h, primitive_point.h).
+/// Unit sphere x^2 + y^2 + z^2 = 1: spheres that a transform made ellipsoids. Other spheres have
+/// their own structures (accel/geometry.h, primitive_point.h).
 
 #include "tracer/src/shapes/analytic_shape.h"
 
@@ -28,8 +28,7 @@ struct UnitSphere : StandardShape {
     return 1 / std::min({length(m.x), length(m.y), length(m.z)});
   }
 
-  /// As the sphere's in accel/packet.cpp: the discriminant is one minus the squared distance of the line from the
-  /// centre.
+  /// As in accel/packet.cpp, the discriminant is one minus the squared distance of the line from the center.
   static WHITTLE_INLINE QuadricHit hit(const ShapeRay& r) {
     const double a = r.dx * r.dx + r.dy * r.dy + r.dz * r.dz;
     const double b = -(r.ox * r.dx + r.oy * r.dy + r.oz * r.dz) / a;

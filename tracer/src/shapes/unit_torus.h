@@ -1,7 +1,7 @@
 #pragma once
 /// Torus (r - 1)^2 + z^2 = radius_0^2 around the unit circle, 0 < radius_0 < 1.
 ///
-/// A ray p = n + s u with unit u and n its point nearest to the centre intersects where the quartic
+/// A ray p = n + s u with unit u and n its point nearest to the center intersects where the quartic
 ///   (s^2 + k)^2 - 4 |p_xy|^2 = 0,  k = |n|^2 + 1 - a^2,
 /// which has no cubic term (Hanrahan 1989, "A Survey of Ray-Surface Intersection Algorithms", in Glassner, An
 /// Introduction to Ray Tracing, sec. 3). Between the roots of its derivative the quartic is monotone, and between those
@@ -55,10 +55,10 @@ class TorusRay {
   /// Distance along the ray as it was given, or infinity.
   [[nodiscard]] double nearest_hit() const {
     constexpr double none = std::numeric_limits<double>::infinity();
-    constexpr double slack = 0x1p-40;  // of the ball and the slab around the torus
-    const double ball = (1 + a_) * (1 + slack), squared = dot(n_, n_);
-    if (!(squared < ball * ball)) return none;
-    const double half = std::sqrt(ball * ball - squared), slab = a_ * (1 + slack) + slack;
+    constexpr double slack = 0x1p-40;  // margin of the bounding sphere and slab
+    const double radius = (1 + a_) * (1 + slack), squared = dot(n_, n_);
+    if (!(squared < radius * radius)) return none;
+    const double half = std::sqrt(radius * radius - squared), slab = a_ * (1 + slack) + slack;
     double low = -half, high = half;
     const double in = (-slab - n_.z) / u_.z, out = (slab - n_.z) / u_.z;
     if (u_.z == 0) {
@@ -128,7 +128,7 @@ struct UnitTorus : StandardShape {
     const double a = q.radius_0;
     return {{-1 - a, -1 - a, -a}, {1 + a, 1 + a, a}};
   }
-  /// A torus is the Minkowski sum of a disc's rim and a ball.
+  /// A torus is the Minkowski sum of the rim of a disc and a sphere.
   static void include(Bounds& bounds, const Quadric& q) {
     const Linear& m = q.render_from_shape;
     bounds.include(q.origin, disc_extent(m) + ellipsoid_extent(m) * q.radius_0);

@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "tracer/src/lights/attenuation.h"
+#include "tracer/src/lights/compiled_light.h"
 #include "tracer/src/materials/phong.h"
 #include "tracer/src/math/power.h"
 
