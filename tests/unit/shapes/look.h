@@ -1,12 +1,24 @@
 #pragma once
-/// One ray into a compiled scene, and what shading would be told.
+/// Scenes of one shape, and the first hit of single rays.
 
 #include <gtest/gtest.h>
 
+#include "tests/support/scenes.h"
 #include "tracer/compile.h"
 #include "tracer/src/interaction/surface.h"
 
 namespace tracer {
+
+/// A shape with a checkered material, so that texture coordinates are computed.
+inline Scene checkered(const Shape& shape, const std::optional<Transform>& transform = {}) {
+  Scene scene = scenes::empty(1);
+  Material material = scenes::matte({1, 1, 1});
+  scene.textures.push_back({CheckerTexture{}, {1, 1}, {0, 0}, ""});
+  material.color = TextureId{0};
+  scenes::add(scene, shape, material);
+  scene.objects[0].transform = transform;
+  return scene;
+}
 
 inline std::shared_ptr<const CompiledScene> compiled(const Scene& scene) {
   RenderControl control;
@@ -15,7 +27,7 @@ inline std::shared_ptr<const CompiledScene> compiled(const Scene& scene) {
   return *result;
 }
 
-/// The scene's first hit of a ray given in the render space; `found` false: none.
+/// First hit of a ray in render space.
 struct Look {
   Hit hit;
   Surface surface;

@@ -1,5 +1,5 @@
-// What shading is told of hits on discs, cylinders, cones, boxes and ellipsoids: points within their error, normals,
-// texture coordinates; and that what is closed lets no ray out.
+// Surface data of hits on discs, cylinders, cones, boxes and ellipsoids: points within their error bounds, normals,
+// texture coordinates; and rays do not leave closed shapes without a hit.
 #include <gtest/gtest.h>
 
 #include <numbers>
@@ -20,17 +20,6 @@ using oracle::Vec;
 
 constexpr Real pi = std::numbers::pi_v<Real>;
 
-/// A shape with its material checkered, so that texture coordinates are computed.
-Scene checkered(const Shape& shape, const std::optional<Transform>& transform = {}) {
-  Scene scene = scenes::empty(1);
-  Material material = scenes::matte({1, 1, 1});
-  scene.textures.push_back({CheckerTexture{}, {1, 1}, {0, 0}, ""});
-  material.color = TextureId{0};
-  scenes::add(scene, shape, material);
-  scene.objects[0].transform = transform;
-  return scene;
-}
-
 Transform random_transform(Random& random) {
   Transform t;
   Linear m;
@@ -43,7 +32,7 @@ Transform random_transform(Random& random) {
   return t;
 }
 
-/// Closed shapes, of which a ray from outside goes in as often as out.
+/// A closed shape: rays from outside enter it as often as they leave it.
 Shape closed_shape(Random& random, std::uint32_t which) {
   switch (which % 5) {
     case 0:
@@ -74,7 +63,7 @@ Vec edge_of(Random& random, const Quadric& q) {
   return {r * std::cos(turn), r * std::sin(turn), z};
 }
 
-TEST(ClosedShapes, LetNoRayOutFromWithinAtTheirRimsEdgesCornersAndApex) {
+TEST(ClosedShapes, AreNotLeftWithoutAHitAtRimsEdgesCornersAndApex) {
   Random random(1);
   std::uint64_t rays = 0, leaks = 0;
   for (std::uint32_t i = 0; i < effort::cases(1500); ++i) {
@@ -95,7 +84,7 @@ TEST(ClosedShapes, LetNoRayOutFromWithinAtTheirRimsEdgesCornersAndApex) {
   EXPECT_EQ(leaks, 0u) << "of " << rays;
 }
 
-TEST(ClosedShapes, AreLeftAsOftenAsTheyAreEnteredByRaysThatPassTheirRimsByALittle) {
+TEST(ClosedShapes, AreLeftAsOftenAsEnteredNextToTheirRims) {
   Random random(4);
   std::uint64_t rays = 0, odd = 0, crossed = 0;
   for (std::uint32_t i = 0; i < effort::cases(1000); ++i) {
@@ -124,11 +113,10 @@ TEST(ClosedShapes, AreLeftAsOftenAsTheyAreEnteredByRaysThatPassTheirRimsByALittl
   EXPECT_EQ(odd, 0u) << "of " << rays;
 }
 
-/// Signed: how far beyond the surface of the part a point of the shape's space lies along the part's normal, and that
-/// normal.
+/// Signed distance of a point in the shape's space from the surface of a part.
 struct Beyond {
   Real distance = 0;
-  Vec gradient;  // of the distance, in the shape's space
+  Vec gradient;  ///< gradient of the distance, in the shape's space
 };
 
 Beyond beyond(const Quadric& q, QuadricPart part, const Vec& p) {
@@ -165,8 +153,8 @@ Vec shape_vector(const Quadric& q, const Vec& v) {
   return {dot(v, cross(y, z)) / d, dot(v, cross(z, x)) / d, dot(v, cross(x, y)) / d};
 }
 
-/// A gradient goes with the inverse transpose: cofactors over the determinant.
-Vec trace_gradient(const Quadric& q, const Vec& g) {
+/// Gradients are transformed by the inverse transpose: cofactors over the determinant.
+Vec render_gradient(const Quadric& q, const Vec& g) {
   const Vec x = q.render_from_shape.x, y = q.render_from_shape.y, z = q.render_from_shape.z;
   const Real d = dot(x, cross(y, z));
   return (1 / d) * (g.x * cross(y, z) + g.y * cross(z, x) + g.z * cross(x, y));
@@ -178,7 +166,7 @@ Shape any_shape(Random& random, std::uint32_t which) {
   return closed_shape(random, which % 6);
 }
 
-TEST(QuadricSurface, PointsAreWithinTheirErrorNormalsAreOutwardAndRaysThatLeaveNeverMeetIt) {
+TEST(QuadricSurface, BoundsTheErrorOfPointsAndLeavingRaysDoNotHitItAgain) {
   Random random(2);
   std::uint64_t hits = 0;
   for (std::uint32_t i = 0; i < effort::cases(25'000); ++i) {
@@ -196,7 +184,7 @@ TEST(QuadricSurface, PointsAreWithinTheirErrorNormalsAreOutwardAndRaysThatLeaveN
       const auto part = static_cast<QuadricPart>(at.hit.u);
       const Vec p = shape_vector(q, Vec(at.surface.point.position) - Vec(q.origin));
       const auto [off, gradient] = beyond(q, part, p);
-      const Vec image = trace_gradient(q, gradient);
+      const Vec image = render_gradient(q, gradient);
       const Vec normal = unit(image);
       const Vec3& e = at.surface.point.error;
       const Real reach = std::fabs(normal.x) * e.x + std::fabs(normal.y) * e.y + std::fabs(normal.z) * e.z;
@@ -210,7 +198,7 @@ TEST(QuadricSurface, PointsAreWithinTheirErrorNormalsAreOutwardAndRaysThatLeaveN
       if (q.kind != kind_of<UnitDisc> && lean > 1e-6L && distance == 2) {
         ASSERT_EQ(at.surface.back, dot(Vec(direction), normal) > 0);
       }
-      // A ray that leaves the outside of a convex shape, in any direction, along it too.
+      // A ray that leaves the outside of a convex shape in any direction, also along the surface.
       Vec away =
           random.chance(0.5) ? random.direction() : unit(random.across(normal) + random.spread(1e-18, 1e-6) * normal);
       if (dot(away, Vec(at.surface.geometric_normal)) < 0) away = -away;
@@ -240,7 +228,7 @@ void expect_at(const Shape& shape, const std::vector<Expected>& all) {
   }
 }
 
-TEST(TextureCoordinates, OfADiscAreItsSquareAboutTheDefaultAndAGivenFirstAxis) {
+TEST(TextureCoordinates, OfADiscSpanItsSquareForTheDefaultAndAGivenFirstAxis) {
   expect_at(
       Disc{{1, 2, 3}, {0, 0, 5}, 2, 0, {}},
       {{{1, 2, 3}, {0, 0, 1}, {0.5, 0.5}}, {{2, 2, 3}, {0, 0, 1}, {0.75, 0.5}}, {{1, 3, 3}, {0, 0, 1}, {0.5, 0.75}}});
@@ -249,7 +237,7 @@ TEST(TextureCoordinates, OfADiscAreItsSquareAboutTheDefaultAndAGivenFirstAxis) {
   expect_at(Disc{{0, 0, 0}, {1, 0, 0}, 1, 0, {}}, {{{0, 0, 0.5}, {1, 0, 0}, {0.75, 0.5}}});
 }
 
-TEST(TextureCoordinates, OfACylinderAreTurnAndHeightAndOfItsCapsADiscs) {
+TEST(TextureCoordinates, OfACylinderAreAngleAndHeightAndOfItsCapsThoseOfADisc) {
   // Axis z, e0 = x, e1 = y.
   expect_at(Cylinder{{0, 0, 0}, {0, 0, 4}, 2, true, {}}, {{{2, 0, 1}, {1, 0, 0}, {0, 0.25}},
                                                           {{0, 2, 3}, {0, 1, 0}, {0.25, 0.75}},
@@ -271,7 +259,7 @@ TEST(TextureCoordinates, OfAConeRunFromBaseToApex) {
                                                          {{0.5, 0, 0}, {0, 0, -1}, {0.75, 0.5}}});
 }
 
-TEST(TextureCoordinates, OfABoxRunRightAndUpOnEachFaceSeenFromOutside) {
+TEST(TextureCoordinates, OfABoxRunRightAndUpOnEachFaceFromOutside) {
   expect_at(Box{{0, 0, 0}, {4, 8, 16}}, {{{4, 2, 4}, {1, 0, 0}, {0.75, 0.25}},
                                          {{0, 2, 4}, {-1, 0, 0}, {0.25, 0.25}},
                                          {{1, 2, 16}, {0, 0, 1}, {0.25, 0.25}},
@@ -280,7 +268,7 @@ TEST(TextureCoordinates, OfABoxRunRightAndUpOnEachFaceSeenFromOutside) {
                                          {{1, 0, 4}, {0, -1, 0}, {0.25, 0.25}}});
 }
 
-TEST(TextureCoordinates, StayOnTheShapeUnderATransform) {
+TEST(TextureCoordinates, AreUnchangedByATransform) {
   Random random(3);
   for (std::uint32_t i = 0; i < effort::cases(6000); ++i) {
     const Shape shape = any_shape(random, i);

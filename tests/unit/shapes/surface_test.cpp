@@ -1,4 +1,4 @@
-// What shading is told of a hit: the point within its error, normals, sides, texture coordinates.
+// Surface data of hits: points within their error bounds, normals, sides, texture coordinates.
 #include "tracer/src/interaction/surface.h"
 
 #include <gtest/gtest.h>
@@ -19,15 +19,6 @@ using oracle::Vec;
 
 constexpr Real pi = std::numbers::pi_v<Real>;
 
-Scene checkered(const Shape& shape) {
-  Scene scene = scenes::empty(1);
-  Material material = scenes::matte({1, 1, 1});
-  scene.textures.push_back({CheckerTexture{}, {1, 1}, {0, 0}, ""});
-  material.color = TextureId{0};
-  scenes::add(scene, shape, material);
-  return scene;
-}
-
 Real box_reach(const Surface& surface, const Vec& n) {
   const Vec3& e = surface.point.error;
   return std::fabs(n.x) * e.x + std::fabs(n.y) * e.y + std::fabs(n.z) * e.z;
@@ -35,8 +26,8 @@ Real box_reach(const Surface& surface, const Vec& n) {
 
 // ---- spheres -------------------------------------------------------------------------------------------------------
 
-/// A sphere of any size and place in a scene of fixed extent, and rays at it from near, far and inside.
-TEST(SphereSurface, PointIsWithinItsErrorOfTheSphereAndRaysFromItNeverMeetItAgainOutside) {
+/// Spheres of random size and position in a scene of fixed extent, and rays from near, far and inside.
+TEST(SphereSurface, BoundsTheErrorOfThePointSoThatLeavingRaysDoNotHitItAgain) {
   Random random(1);
   std::uint64_t hits = 0;
   const std::uint64_t spheres = effort::cases(16'000);
@@ -44,7 +35,7 @@ TEST(SphereSurface, PointIsWithinItsErrorOfTheSphereAndRaysFromItNeverMeetItAgai
     Scene scene = scenes::empty(1);
     const double radius = random.spread(1e-9, 0.4);
     scenes::add(scene, Sphere{random.vector(0.5 - radius), radius}, scenes::matte({1, 1, 1}));
-    // Others hold the frame at one unit, far from the rays.
+    // Other spheres fix the render space, far from the rays.
     for (const double corner : {-4.0, 4.0}) scenes::add(scene, Sphere{{corner, corner, corner}, 1e-3}, MaterialId{0});
     const auto c = compiled(scene);
     const SphereGeometry& geometry = c->geometry().spheres[0];
@@ -93,7 +84,7 @@ TEST(SphereSurface, PointIsWithinItsErrorOfTheSphereAndRaysFromItNeverMeetItAgai
   EXPECT_GT(hits, spheres * 50);
 }
 
-TEST(SphereSurface, TextureCoordinatesAreLongitudeAndLatitudeAboutAxisAndMeridian) {
+TEST(SphereSurface, HasLongitudeAndLatitudeAsTextureCoordinates) {
   Random random(2);
   for (std::uint64_t i = 0; i < effort::cases(6000); ++i) {
     Sphere sphere{random.vector(1), 1, random.vector(5), random.vector(5)};
@@ -123,7 +114,7 @@ TEST(SphereSurface, TextureCoordinatesAreLongitudeAndLatitudeAboutAxisAndMeridia
   }
 }
 
-TEST(SphereSurface, AtThePolesTakesLongitudeNought) {
+TEST(SphereSurface, HasLongitudeZeroAtThePoles) {
   const auto c = compiled(checkered(Sphere{{0, 0, 0}, 1}));
   const Vec3 center{c->geometry().spheres[0].x[0], c->geometry().spheres[0].y[0], c->geometry().spheres[0].z[0]};
   const Look north = look(*c, center + Vec3{0, 2, 0}, {0, -1, 0}), south = look(*c, center - Vec3{0, 2, 0}, {0, 1, 0});
@@ -133,7 +124,7 @@ TEST(SphereSurface, AtThePolesTakesLongitudeNought) {
 
 // ---- planes --------------------------------------------------------------------------------------------------------
 
-TEST(PlaneSurface, PointIsWithinItsErrorOfThePlaneFromNearFarAndGrazing) {
+TEST(PlaneSurface, BoundsTheErrorOfThePoint) {
   Random random(3);
   std::uint64_t hits = 0;
   for (std::uint64_t i = 0; i < effort::cases(25'000); ++i) {
@@ -166,7 +157,7 @@ TEST(PlaneSurface, PointIsWithinItsErrorOfThePlaneFromNearFarAndGrazing) {
   EXPECT_GT(hits, effort::cases(25'000) * 40);
 }
 
-TEST(PlaneSurface, TextureCoordinatesRunAlongTheWorldsXAxisOrZWhereTheNormalIsAlongX) {
+TEST(PlaneSurface, HasTextureCoordinatesAlongTheXAxisOrZForANormalAlongX) {
   struct Case {
     Vec3 normal;
     std::optional<Vec3> u_axis;
@@ -192,7 +183,7 @@ TEST(PlaneSurface, TextureCoordinatesRunAlongTheWorldsXAxisOrZWhereTheNormalIsAl
   }
 }
 
-TEST(Axes, AreAtRightAnglesAndRightHandedHoweverCloseTheFirstIsToTheNormal) {
+TEST(Axes, AreOrthonormalAndRightHandedForAFirstAxisNextToTheNormal) {
   Random random(4);
   for (std::uint64_t i = 0; i < effort::cases(20'000); ++i) {
     const Vec3 n = rounded(random.direction());
@@ -209,7 +200,7 @@ TEST(Axes, AreAtRightAnglesAndRightHandedHoweverCloseTheFirstIsToTheNormal) {
 
 // ---- triangles -----------------------------------------------------------------------------------------------------
 
-TEST(TriangleSurface, PointIsWithinItsErrorOfTheTriangleAndInterpolatesNormalsAndCoordinates) {
+TEST(TriangleSurface, BoundsTheErrorOfThePointAndInterpolatesNormalsAndCoordinates) {
   Random random(5);
   std::uint64_t hits = 0;
   for (std::uint64_t i = 0; i < effort::cases(60'000); ++i) {
@@ -252,7 +243,7 @@ TEST(TriangleSurface, PointIsWithinItsErrorOfTheTriangleAndInterpolatesNormalsAn
   EXPECT_GT(hits, effort::cases(60'000) * 10);
 }
 
-TEST(MeshSurface, SmoothNormalsAreWeightedByTheAreaOfTheFacesAround) {
+TEST(MeshSurface, WeightsSmoothNormalsByTheAreasOfTheFaces) {
   // A corner where a large and a small face meet at a right angle.
   Mesh mesh;
   mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 0, -1}, {0, 0, 1}, {-3, 0, 0}, {0, 2, 0}, {0, 0, 2}};
@@ -268,7 +259,7 @@ TEST(MeshSurface, SmoothNormalsAreWeightedByTheAreaOfTheFacesAround) {
   EXPECT_EQ(c->geometry().triangles[0].normals[3], (std::array<float, 3>{0, 0, 0}));
 }
 
-TEST(MeshSurface, SmoothNormalsOfAnIcosphereAreRadial) {
+TEST(MeshSurface, HasRadialSmoothNormalsOnAnIcosphere) {
   const auto c = compiled(checkered(scenes::icosphere(3, true)));
   const TriangleGeometry& g = c->geometry().triangles[0];
   const Mesh mesh = scenes::icosphere(3, true);
@@ -278,7 +269,7 @@ TEST(MeshSurface, SmoothNormalsOfAnIcosphereAreRadial) {
   }
 }
 
-TEST(MeshSurface, WithoutNormalsIsFlatAndWithoutCoordinatesBarycentric) {
+TEST(MeshSurface, IsFlatWithoutNormalsAndBarycentricWithoutCoordinates) {
   const auto c = compiled(checkered(scenes::icosphere(1)));
   const Look at = look(*c, c->frame.render_from_world(Vec3{0.1, 0.2, 3}), {0, 0, -1});
   ASSERT_TRUE(at.found);
