@@ -48,7 +48,7 @@ void compare(Row& row, const Image& a, const Image& b) {
     row.expect(std::equal(a.rgb.begin() + i, a.rgb.begin() + i + 3, b.rgb.begin() + i));
 }
 
-TEST(CoincidentSurfaces, AreTheImageOfTheFirstAlone) {
+TEST(CoincidentSurfaces, ShowTheFirstOne) {
   Row row(14, "coincident copies of every shape: the first alone is seen", Oracle::invariance, "pixels");
   for (std::uint64_t seed = 1; seed <= effort::cases(8); ++seed)
     compare(row, stability::render(stacked(3, seed)).image, stability::render(stacked(1, seed)).image);

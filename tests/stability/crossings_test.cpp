@@ -106,7 +106,7 @@ int crossings(const CompiledScene& scene, Vec3 origin, const Vec3& direction) {
   return count;
 }
 
-TEST(GrazingRays, GoIntoClosedShapesAsOftenAsOut) {
+TEST(GrazingRays, EnterClosedShapesAsOftenAsTheyLeave) {
   Random random(1);
   for (const Named& named : closed_shapes(1, {0, 0, 0})) {
     Row row(4, "grazing to 1e-8, even crossings: " + named.name, Oracle::conservation, "rays");

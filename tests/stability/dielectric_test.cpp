@@ -65,7 +65,7 @@ TEST(GlassOfExtremeIndex, ReflectsAndTransmitsByFresnelFromBothSides) {
     }
 }
 
-TEST(GlassOfExtremeIndex, IsNotSeenWhereItIsThatOfAir) {
+TEST(GlassOfExtremeIndex, IsInvisibleWithTheIndexOfAir) {
   Row row(10, "balls of ior 1, 1 +- 1e-15 are not there", Oracle::invariance, "pixels");
   for (std::uint64_t seed = 1; seed <= effort::cases(12); ++seed)
     for (const double ior : {1.0, 1 + 1e-15, 1 - 1e-15}) {
@@ -89,7 +89,7 @@ TEST(CameraInGlass, ReceivesTheFresnelTransmittanceThroughOneInterface) {
               "ior " + std::to_string(ior));
 }
 
-TEST(CameraInGlass, IsSymmetricBetweenEyeAndLamp) {
+TEST(CameraInGlass, IsReciprocal) {
   Row row(12, "reversibility: eye and lamp change places, the same 1 - F", Oracle::conservation, "pairs");
   Random random(1);
   for (std::uint64_t i = 0; i < effort::cases(400); ++i) {
@@ -121,7 +121,7 @@ void compare_layers(Row& row, std::vector<Layer> layers, const std::vector<Real>
   }
 }
 
-TEST(LayersOfGlass, ShowOneImageHoweverThinTheGapOrTheOverlap) {
+TEST(LayersOfGlass, GiveOneImageForAnyThinGapOrOverlap) {
   Row row(15, "nested, hidden, parted, overlapping by 1 .. 1e-14: the limit's", Oracle::closed_form, "pixels");
   for (const double gap : {1.0, 1e-3, 1e-6, 1e-9, 1e-12, 1e-14}) {
     std::ostringstream text;

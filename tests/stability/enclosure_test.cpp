@@ -48,7 +48,7 @@ Real form_factor(std::size_t from, std::size_t to) {
   return perpendicular(sides[shared], sides[l], sides[k]);  // `from` is as wide as l's axis is long
 }
 
-TEST(FormFactors, OfAClosedBoxAddUpToOneAndAreThoseOfTheirAreas) {
+TEST(FormFactors, OfAClosedBoxSumToOne) {
   Row rows(25, "radiosity: a row of form factors sums to 1, no ray is lost", Oracle::conservation, "rays");
   Row factors(25, "radiosity: F beside the catalogue's, to 5 sigma", Oracle::closed_form, "factors");
   Row reciprocal(25, "radiosity: A_i F_ij = A_j F_ji, to 5 sigma", Oracle::conservation, "pairs");

@@ -28,7 +28,7 @@ Scene corridor(double rho, std::uint32_t depth) {
   return scene;
 }
 
-TEST(MirrorCorridor, IsTheGeometricSeriesToAnyDepth) {
+TEST(MirrorCorridor, SumsTheGeometricSeriesToAnyDepth) {
   Row row(21, "mirror corridor: E (1 - rho^(n+1)) / (1 - rho)", Oracle::closed_form, "pixels");
   for (const double rho : {0.5, 0.9, 0.999, 0.99999})
     for (const std::uint32_t depth : {0u, 1u, 10u, 1000u, 20'000u}) {
@@ -58,7 +58,7 @@ std::uint64_t peak_memory() {
   return 0;
 }
 
-TEST(MirrorCorridor, TakesNoMemoryByItsDepth) {
+TEST(MirrorCorridor, TakesNoMemoryForDepth) {
   Row row(21, "mirror corridor of depth 1e6 in 1 MiB", Oracle::conservation, "bounces");
   Scene scene = corridor(0.999999, 1000);
   scene.image = {1, 1};
@@ -92,7 +92,7 @@ void expect_finite(Row& row, const Rendered& rendered) {
   }
 }
 
-TEST(Extremes, OfDistanceEndNoProcessAndGiveFiniteImages) {
+TEST(Extremes, OfDistanceGiveFiniteImages) {
   Row row(0, "cameras, lamps and balls up to 1e60 apart: finite", Oracle::conservation, "pixels");
   for (double distance = 1e3; distance < 1e60; distance *= 1e4)
     for (const double size : {1.0, 1e-55}) {
@@ -118,7 +118,7 @@ TEST(Extremes, OfDistanceEndNoProcessAndGiveFiniteImages) {
     }
 }
 
-TEST(Extremes, OfPlaceAreFiniteWhereCameraAndLightSitOnInsideAndOneBitOffASurface) {
+TEST(Extremes, OfPositionGiveFiniteImagesForCameraAndLightAtASurface) {
   Row row(16, "camera and lamp on, in, 1 ulp off surfaces: finite", Oracle::conservation, "pixels");
   for (const double at : {1.0, std::nextafter(1.0, 0), std::nextafter(1.0, 2), 0.0, 0.5})
     for (const double lamp : {1.0, std::nextafter(1.0, 0), std::nextafter(1.0, 2), 0.0, -1.0}) {
@@ -137,7 +137,7 @@ TEST(Extremes, OfPlaceAreFiniteWhereCameraAndLightSitOnInsideAndOneBitOffASurfac
     }
 }
 
-TEST(Extremes, OfLightAreTheLargestFloatWhereAFloatCannotHoldThem) {
+TEST(Extremes, OfRadianceAreClampedToTheLargestFloat) {
   Scene scene = scenes::empty(4);
   scene.camera = {{0, 0, 3}, {0, 0, 0}, {0, 1, 0}, 5};
   scene.lights = {scenes::point_light({0, 0, 3}, {1e30, 1e30, 1e30})};
@@ -166,7 +166,7 @@ TEST(NonFiniteSamples, AreCountedAndLeftOutOfTheMeanOfTheirPixel) {
   EXPECT_LT(rendered.statistics.non_finite, 4u * 64);
 }
 
-TEST(HugeSphere, SeenFromJustAboveIsThePlaneItTouches) {
+TEST(HugeSphere, LooksLikeItsTangentPlaneFromCloseAbove) {
   Row row(7, "sphere of R = 1e9 seen from 1 above is the plane", Oracle::closed_form, "pixels");
   row.bound("the plane is met beyond 100, where the sphere sags 5e-6 and more", 1.0 / 32);
   Scene ball = scenes::empty(256);
@@ -187,7 +187,7 @@ TEST(HugeSphere, SeenFromJustAboveIsThePlaneItTouches) {
     }
 }
 
-TEST(HugeSphere, IsTheSecondTracersToTheLastBitOfAFloat) {
+TEST(HugeSphere, EqualsTheReferenceTracerInFloat) {
   Row row(7, "spheres of R = 1e3 .. 1e9 beside the second tracer", Oracle::closed_form, "pixels");
   row.bound("the path passes an edge by less than 1e-9", 1e-3);
   for (const double radius : {1e3, 1e6, 1e9}) {

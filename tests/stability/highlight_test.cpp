@@ -25,7 +25,7 @@ Scene shining(Material::Model model, double shininess, const Vec3& lamp) {
   return scene;
 }
 
-TEST(Exponents, OfNoughtToTheLargestDoubleAreThePowerInEveryPixel) {
+TEST(HighlightExponents, FromZeroToTheLargestDoubleGiveThePower) {
   Row row(13, "exponents 0, 1, 1e3, 1e6, 1e12, 1e308, both lobes", Oracle::closed_form, "pixels");
   row.bound("the path passes the ball's silhouette or the light's edge by less than 1e-9", 1e-3);
   for (const auto model : {Material::Model::phong, Material::Model::blinn_phong})
@@ -48,7 +48,7 @@ TEST(Exponents, OfNoughtToTheLargestDoubleAreThePowerInEveryPixel) {
       }
 }
 
-TEST(Exponents, OfTheLargestDoubleLeaveOnePixelOfLightWhereTheEyeIsTheLamp) {
+TEST(HighlightExponents, OfTheLargestDoubleLeaveOneLitPixel) {
   Row row(13, "exponent 1e308, eye and lamp in one place: the middle alone shines", Oracle::closed_form, "pixels");
   for (const auto model : {Material::Model::phong, Material::Model::blinn_phong}) {
     Scene scene = shining(model, 1e308, {0, 0, 4});

@@ -229,7 +229,7 @@ bool names(const Issue& issue, const std::string& pointer) {
   return issue.pointer.starts_with(pointer) || pointer.starts_with(issue.pointer + "/");
 }
 
-TEST(EveryNumberOfAScene, ThatIsNanOrInfiniteIsRejectedWithItsPointer) {
+TEST(SceneNumbers, ThatAreNotFiniteAreRejectedWithTheirPointer) {
   Row row(19, "NaN, inf, -inf in every number of a scene: refused by name", Oracle::closed_form, "numbers");
   Everything everything;
   ASSERT_EQ(validate(everything.scene, {}), std::vector<Issue>{});
@@ -245,7 +245,7 @@ TEST(EveryNumberOfAScene, ThatIsNanOrInfiniteIsRejectedWithItsPointer) {
     }
 }
 
-TEST(EveryNumberOfAScene, ThatIsHugeIsRejectedAndDenormalIsRejectedOrHarmless) {
+TEST(SceneNumbers, ThatAreHugeOrDenormalAreRejectedOrHarmless) {
   Row huge(19, "1e308, -1e308 in every number: refused by name", Oracle::closed_form, "numbers");
   Row denormal(19, "5e-324, -0.0 in every number: refused by name, or a finite image", Oracle::conservation, "numbers");
   huge.note("shininess has no upper bound");

@@ -34,7 +34,7 @@ Real reflectance_near(Real cos_i, Real n1, Real n2, Real off) {
   return cos2_t <= 0 ? 1 : oracle::reflectance(cos_i, std::sqrt(std::fmin(1.0L, cos2_t)), n1, n2);
 }
 
-TEST(CriticalAngle, IsPassedContinuouslyBitByBit) {
+TEST(CriticalAngle, IsContinuous) {
   Row reflectance(11, "critical angle +- 40 ulp: R, beside R at +- 4 roundings", Oracle::closed_form, "cosines");
   Row whole(11, "critical angle +- 40 ulp: R + T = 1 with T by its amplitudes", Oracle::conservation, "cosines");
   Random random(1);

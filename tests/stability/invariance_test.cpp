@@ -113,7 +113,7 @@ void compare_bits(Row& row, const Image& image, const Image& expected, std::uint
 
 constexpr std::string_view near_edge = "the path passes an edge by less than 2^-20, and mesh corners are floats";
 
-TEST(ImageInvariance, AndItsStatisticsAreTheSameBitsOnOneTwoAndSevenThreads) {
+TEST(ImageInvariance, HoldsForAnyNumberOfThreads) {
   // Seven also where there are fewer cores.
   const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 8);
   Row row(26, "1, 2, 7 and all threads", Oracle::invariance, "pixels");
@@ -130,7 +130,7 @@ TEST(ImageInvariance, AndItsStatisticsAreTheSameBitsOnOneTwoAndSevenThreads) {
   }
 }
 
-TEST(ImageInvariance, DoesNotChangeWithTheOrderOfItsObjects) {
+TEST(ImageInvariance, HoldsForAnyOrderOfObjects) {
   Row row(14, "objects in any order", Oracle::invariance, "pixels");
   for (std::uint64_t seed = 1; seed <= effort::cases(12); ++seed) {
     Scene scene = varied(seed, 64);
@@ -143,7 +143,7 @@ TEST(ImageInvariance, DoesNotChangeWithTheOrderOfItsObjects) {
   }
 }
 
-TEST(ImageInvariance, OfSixteenSamplesIsTheSameBitsEachTimeAndDependsOnTheSeed) {
+TEST(ImageInvariance, HoldsForRepeatedRendersWithOneSeed) {
   Scene scene = varied(3, 40);
   scene.accuracy.samples = 16;
   const auto image = stability::render(scene, 2).image.rgb;
@@ -152,7 +152,7 @@ TEST(ImageInvariance, OfSixteenSamplesIsTheSameBitsEachTimeAndDependsOnTheSeed) 
   EXPECT_NE(stability::render(scene, 2).image.rgb, image);
 }
 
-TEST(ImageInvariance, IsTheSameBitsForAWorldInUnitsOfAnyPowerOfTwo) {
+TEST(ImageInvariance, IsExactForUnitsOfAnyPowerOfTwo) {
   Row row(1, "scaled by 2^-60 .. 2^60: the same bits", Oracle::invariance, "pixels");
   for (std::uint64_t seed = 1; seed <= effort::cases(12); ++seed) {
     Scene scene = varied(seed, 48);
@@ -169,7 +169,7 @@ TEST(ImageInvariance, IsTheSameBitsForAWorldInUnitsOfAnyPowerOfTwo) {
   }
 }
 
-TEST(ImageInvariance, IsTheSameToACodeForAWorldInAnyUnit) {
+TEST(ImageInvariance, IsWithinOneCodeValueForAnyUnit) {
   Row row(1, "scaled by 1e-9 .. 1e9: the same to 1 code value", Oracle::invariance, "pixels");
   row.bound(near_edge, 1e-4);
   for (std::uint64_t seed = 1; seed <= effort::cases(12); ++seed) {
@@ -191,7 +191,7 @@ Scene coarse(Scene scene, double grain) {
   return scene;
 }
 
-TEST(ImageInvariance, IsTheSameBitsWhereverTheWorldIsMoved) {
+TEST(ImageInvariance, IsExactForTranslatedScenes) {
   Row near(2, "moved by up to 1e9, in multiples of 2^-20", Oracle::invariance, "pixels");
   Row far(2, "moved by up to 1e12, in multiples of 2^-12 as doubles have", Oracle::invariance, "pixels");
   for (std::uint64_t seed = 1; seed <= effort::cases(12); ++seed) {
@@ -209,7 +209,7 @@ TEST(ImageInvariance, IsTheSameBitsWhereverTheWorldIsMoved) {
   }
 }
 
-TEST(ImageInvariance, IsTheSameForAll48SymmetriesOfTheAxesAndMirroredWhereTheyMirror) {
+TEST(ImageInvariance, HoldsForAll48SymmetriesOfTheAxes) {
   Row row(3, "the 48 symmetries of the axes", Oracle::invariance, "pixels");
   row.bound(near_edge, 1e-3);
   Scene scene = varied(6, 48);
@@ -251,7 +251,7 @@ TEST(ImageInvariance, IsTheSameForAll48SymmetriesOfTheAxesAndMirroredWhereTheyMi
   } while (std::next_permutation(order.begin(), order.end()));
 }
 
-TEST(ImageInvariance, IsMadeOfTheSameBitsInAnyTilesAndBatches) {
+TEST(ImageInvariance, HoldsForAnyTilesAndBatches) {
   Row row(26, "windows of the image: other tiles, other batches", Oracle::invariance, "pixels");
   for (std::uint64_t seed = 1; seed <= effort::cases(4); ++seed) {
     Scene scene = varied(seed, 70);

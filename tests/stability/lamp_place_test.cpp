@@ -13,7 +13,7 @@ using namespace tracer;
 using stability::Oracle;
 using stability::Row;
 
-TEST(Shadow, IsNotCastByTheSurfaceThatTheLampSitsOn) {
+TEST(Shadow, IsNotCastByTheSurfaceOfTheLight) {
   Row row(17, "lamps on a ball and a ceiling cast no shadow of them", Oracle::invariance, "pixels");
   // A tilted ceiling and a ball, each with lamps on it, to the last bit or one beside.
   oracle::Random random(1);
@@ -39,7 +39,7 @@ TEST(Shadow, IsNotCastByTheSurfaceThatTheLampSitsOn) {
   }
 }
 
-TEST(Shadow, OfABallHoldsTheLightThatIsInsideIt) {
+TEST(Shadow, OfASphereEnclosesALightInside) {
   Row row(17, "a lamp in a ball lights all of its inside and nothing else", Oracle::closed_form, "pixels");
   Scene scene = scenes::empty(32);
   scene.camera = {{0, 3, 6}, {0, 0, 0}, {0, 1, 0}, 20};
@@ -68,7 +68,7 @@ std::vector<Body> bodies() {
           {scenes::icosphere(1), 0.5}};
 }
 
-TEST(ACamera, OnOrAnUlpOffASurfaceSeesTheBodyWhereItLooksIn) {
+TEST(Camera, OnASurfaceSeesTheSolidInwardsOnly) {
   Row row(16, "camera on, in, 1 ulp off a glowing body looks in: all glows", Oracle::closed_form, "pixels");
   for (const Body& body : bodies()) {
     const double at = body.top;
@@ -85,7 +85,7 @@ TEST(ACamera, OnOrAnUlpOffASurfaceSeesTheBodyWhereItLooksIn) {
   }
 }
 
-TEST(ALamp, BehindASurfaceLeavesItDarkAndAllFiniteWhereverItSits) {
+TEST(Light, BehindASurfaceLeavesItDarkAndTheImageFinite) {
   Row dark(17, "a lamp behind an opaque wall: dark", Oracle::closed_form, "pixels");
   Row finite(17, "lamps of every kind on, in, behind surfaces: finite", Oracle::conservation, "pixels");
   for (const double y : {-1e-300, -5e-324, -0x1p-53, -1.0, 0.0, 0x1p-53, 1.0}) {

@@ -14,7 +14,7 @@ using namespace tracer;
 using stability::Oracle;
 using stability::Row;
 
-TEST(Energy, AMirrorInAConstantBackgroundIsTheBackgroundToTheLastBit) {
+TEST(Energy, IsConservedByAMirrorInAConstantBackground) {
   Row row(23, "mirrors in a constant background: its bits", Oracle::conservation, "pixels");
   Scene scene = scenes::empty(64);
   scene.camera = {{0, 1, 6}, {0, 0, 0}, {0, 1, 0}, 60};
@@ -31,7 +31,7 @@ TEST(Energy, AMirrorInAConstantBackgroundIsTheBackgroundToTheLastBit) {
   }
 }
 
-TEST(Energy, GlassInAWhiteFurnaceDisappears) {
+TEST(Energy, IsConservedByGlassInAWhiteFurnace) {
   Row row(23, "white furnace: glass is not seen", Oracle::conservation, "pixels");
   Scene scene = scenes::empty(48);
   scene.camera = {{0, 0.2, 4}, {0, 0, 0}, {0, 1, 0}, 40};
@@ -46,7 +46,7 @@ TEST(Energy, GlassInAWhiteFurnaceDisappears) {
     row.expect(std::fabs(rendered.image.rgb[i] - 1) <= 1e-4F);
 }
 
-TEST(Energy, InAClosedRoomOfAmbientLightEverySurfaceHasItsOwnColour) {
+TEST(Energy, InAClosedRoomWithAmbientLightIsTheColorOfEachSurface) {
   Row row(23, "a closed room of ambient light: K_a C I_a", Oracle::conservation, "pixels");
   Scene scene = scenes::empty(16);
   scene.camera = {{0.2, 0.1, 0}, {1, 0, 0}, {0, 1, 0}, 120};
@@ -116,7 +116,7 @@ float to_display(const Material& material, const Vec& lamp, const Vec& eye) {
   return stability::render(scene).image.rgb[0];
 }
 
-TEST(LocalModels, AreTheSameWhenEyeAndLampChangePlaces) {
+TEST(LocalModels, AreReciprocal) {
   Row row(24, "reciprocity: Lambert over its cosine, Phong's and Blinn's lobes", Oracle::conservation, "pairs");
   Random random(1);
   for (std::uint64_t i = 0; i < effort::cases(600); ++i) {

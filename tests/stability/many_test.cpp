@@ -17,7 +17,7 @@ using stability::Row;
 
 constexpr std::uint32_t many = 100'000;
 
-TEST(HundredThousandLights, AddUpToTheSameFloatInAnyOrder) {
+TEST(HundredThousandLights, SumToTheSameFloatInAnyOrder) {
   Row row(22, "1e5 lamps: the sum in any order, to 1 ulp", Oracle::invariance, "values");
   Random random(1);
   Scene scene = scenes::empty(3);
@@ -46,7 +46,7 @@ TEST(HundredThousandLights, AddUpToTheSameFloatInAnyOrder) {
   }
 }
 
-TEST(HundredThousandInstances, AreTheirCopiesInAnyOrder) {
+TEST(HundredThousandInstances, EqualCopiesInAnyOrder) {
   Row shuffled(22, "1e5 instances in any order: the same bits", Oracle::invariance, "pixels");
   Row flattened(22, "1e5 instances beside 1e5 copies: the same bits", Oracle::invariance, "pixels");
   Random random(2);

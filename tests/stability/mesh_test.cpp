@@ -63,7 +63,7 @@ CramerHit cramer_hit(const std::array<Vec3, 3>& corners, const Vec& o, const Vec
   return {dot(s, n) / volume, inside * sine, 64 * 0x1p-53L * (1 + length(o))};
 }
 
-TEST(NeedlesSliversAndLines, AreHitExactlyByCramersRule) {
+TEST(NeedlesSliversAndLines, MatchCramersRule) {
   Row row(5, "needles, slivers, zero area, doubles: hits and misses", Oracle::closed_form, "rays");
   row.bound("the ray passes an edge by less than 64 roundings of a double, or touches two triangles", 0.02);
   Random random(1);
@@ -161,7 +161,7 @@ void converge(Row& row, double constant, int order, const std::function<Mesh(int
   row.note("largest " + std::to_string(largest).substr(0, 4) + " edge^" + std::to_string(order));
 }
 
-TEST(SmoothNormals, OnCoarseMeshesConvergeToTheBallWithTheSquareOfTheEdgeOrWithTheEdge) {
+TEST(SmoothNormals, OfCoarseMeshesConvergeToThoseOfASphere) {
   Row given(18, "balls of triangles, true normals: to the ball with the edge^2", Oracle::closed_form, "pixels");
   converge(given, 0.4, 2, [](int level) { return with_normals(scenes::icosphere(level)); });
   // Where the sizes of the triangles around a corner jump, their mean normal is off with the edge.
@@ -169,7 +169,7 @@ TEST(SmoothNormals, OnCoarseMeshesConvergeToTheBallWithTheSquareOfTheEdgeOrWithT
   converge(weighted, 0.15, 1, [](int level) { return scenes::icosphere(level, true); });
 }
 
-TEST(SmoothNormals, LeaveNoFacetDarkWhereTheBallIsLit) {
+TEST(SmoothNormals, LeaveNoFacetDarkThatIsLitOnTheSphere) {
   Row row(18, "shadow terminator: no dark facet where the ball is lit", Oracle::closed_form, "pixels");
   const Image ball = stability::render(lit(Sphere{{0, 0, 0}, 1})).image;
   for (const int level : {1, 2, 3, 4}) {

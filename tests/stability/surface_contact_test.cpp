@@ -36,7 +36,7 @@ Scene view(const Vec3& center, double size, const Vec3& from) {
   return scene;
 }
 
-TEST(SelfHits, AreNoneOnASphereOfAnySizeAndPlace) {
+TEST(SelfHits, DoNotOccurOnSpheresOfAnySizeAndPosition) {
   Row row(0, "0 self-hits: shadows on spheres of 1e-9 .. 1e9, anywhere", Oracle::conservation, "pixels");
   std::uint64_t dark = 0, lit = 0;
   for (double radius = 1e-9; radius < 2e9; radius *= 1e3)
@@ -50,7 +50,7 @@ TEST(SelfHits, AreNoneOnASphereOfAnySizeAndPlace) {
   row.count(lit, dark, "dark pixels");
 }
 
-TEST(SelfHits, AreNoneOnASphereThatIsSmallOrLargeInItsScene) {
+TEST(SelfHits, DoNotOccurOnSpheresThatAreSmallOrLargeInTheirScene) {
   Row row(0, "0 self-hits: shadows on spheres of 1e-11 .. 1e6 of their scene", Oracle::conservation, "pixels");
   std::uint64_t dark = 0, lit = 0;
   for (double radius = 1e-8; radius < 1e9; radius *= 10) {
@@ -65,7 +65,7 @@ TEST(SelfHits, AreNoneOnASphereThatIsSmallOrLargeInItsScene) {
   row.count(lit, dark, "dark pixels");
 }
 
-TEST(SelfHits, AreNoneOnConvexMeshesFlatOrSmooth) {
+TEST(SelfHits, DoNotOccurOnConvexMeshes) {
   Row row(0, "0 self-hits: shadows on convex meshes", Oracle::conservation, "pixels");
   std::uint64_t dark = 0, lit = 0;
   for (const int level : {0, 1, 3, 5})
@@ -77,7 +77,7 @@ TEST(SelfHits, AreNoneOnConvexMeshesFlatOrSmooth) {
   row.count(lit, dark, "dark pixels");
 }
 
-TEST(SelfHits, AreNoneOnPlanesSeenAtAnyAngleFromAnyHeight) {
+TEST(SelfHits, DoNotOccurOnPlanesAtAnyAngleAndHeight) {
   Row row(0, "0 self-hits: shadows on planes from heights of 1e-9 .. 1e9", Oracle::conservation, "pixels");
   std::uint64_t dark = 0, lit = 0;
   for (double height = 1e-9; height < 2e9; height *= 1e3)
@@ -92,7 +92,7 @@ TEST(SelfHits, AreNoneOnPlanesSeenAtAnyAngleFromAnyHeight) {
   row.count(lit, dark, "dark pixels");
 }
 
-TEST(SelfHits, AreNoneInsideAConvexRoomLitFromInside) {
+TEST(SelfHits, DoNotOccurInsideAConvexRoom) {
   Row row(0, "0 self-hits: shadows in convex rooms", Oracle::conservation, "pixels");
   std::uint64_t dark = 0, lit = 0;
   for (const double size : {1e-6, 1.0, 1e6})
@@ -112,7 +112,7 @@ TEST(SelfHits, AreNoneInsideAConvexRoomLitFromInside) {
 
 // ---- leaks ---------------------------------------------------------------------------------------------------------
 
-TEST(Leaks, AreNoneInAMillionRaysFromInsideClosedMeshes) {
+TEST(Leaks, DoNotOccurInClosedMeshes) {
   Row row(6, "leaks in images from inside closed meshes", Oracle::conservation, "rays");
   for (const int shape : {0, 1, 2})
     for (const Vec3& towards :
@@ -136,7 +136,7 @@ Mesh snapped(Mesh mesh) {
 }
 
 /// Rays from random points inside closed meshes, exactly at their vertices or at points of their edges.
-TEST(Leaks, AreNoneAmongRaysAimedAtCornersAndEdges) {
+TEST(Leaks, DoNotOccurAtVerticesAndEdges) {
   oracle::Random random(1);
   for (const bool corners : {true, false}) {
     Row row(6, corners ? "leaks at the corners of closed meshes" : "leaks at the edges of closed meshes",

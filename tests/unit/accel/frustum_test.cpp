@@ -1,4 +1,4 @@
-/// Whether a line may meet a cylinder or cone is judged first, cheaply; never against what then is computed with care.
+// The cheap test of cylinders and cones rejects no line that the exact intersection hits.
 
 #include "tracer/src/shapes/frustum.h"
 
@@ -17,15 +17,15 @@ struct Line {
   double radius_0, radius_1;
 };
 
-/// Aimed at the side's surface, or past it by a share of the radius; from near and far, some along the axis or along
-/// the side.
+/// A line to the side's surface, or at a distance of a fraction of the radius; from near and far, some along the axis
+/// or along the side.
 Line aimed_at_side(Random& random, double beyond) {
   const double radius_1 = random.chance(0.4) ? 1 : random.chance(0.3) ? 0 : std::exp2(random.in(-40, 0));
   const double z = random.in(0, 1), angle = random.in(0, 2 * std::acos(-1.0));
   const double radius = (1 + (radius_1 - 1) * z) * (1 + beyond);
   const Vec3 outward{std::cos(angle), std::sin(angle), 0}, around{-outward.y, outward.x, 0};
   const Vec3 along_side = outward * (radius_1 - 1) + Vec3{0, 0, 1};
-  // In the surface's own plane there, so that the line touches; tilted out of it by as little as one likes.
+  // In the tangent plane, or tilted out of it by any small angle.
   const double turn = random.in(0, 2 * std::acos(-1.0));
   const double steep = random.chance(0.2) ? std::exp2(random.in(-40, 0)) : 1;
   const Vec3 direction = normalize(around * (std::cos(turn) * steep) + along_side * std::sin(turn) +
@@ -36,24 +36,24 @@ Line aimed_at_side(Random& random, double beyond) {
   return {{origin.x, origin.y, origin.z, direction.x, direction.y, direction.z}, 1, radius_1};
 }
 
-TEST(MayMeetFrustum, IsTrueOfEveryLineThatMeetsIt) {
+TEST(MayHitFrustum, IsTrueForEveryLineThatHits) {
   Random random(11);
-  std::uint64_t met = 0;
+  std::uint64_t hits = 0;
   for (std::uint64_t i = 0; i < effort::cases(2'000'000); ++i) {
     const double side = random.chance(0.5) ? 1 : -1;
     const Line line = aimed_at_side(random, side * std::exp2(random.in(-54, -2)));
     const QuadricHit open = frustum_hit<false>(line.ray, line.radius_0, line.radius_1);
     const QuadricHit closed = frustum_hit<true>(line.ray, line.radius_0, line.radius_1);
     if (!(open.t < HUGE_VAL) && !(closed.t < HUGE_VAL)) continue;
-    ++met;
+    ++hits;
     ASSERT_TRUE(may_hit_frustum(line.ray, line.radius_0, line.radius_1))
         << line.ray.ox << ' ' << line.ray.oy << ' ' << line.ray.oz << " along " << line.ray.dx << ' ' << line.ray.dy
         << ' ' << line.ray.dz << ", radius " << line.radius_1 << " at the end";
   }
-  EXPECT_GT(met, effort::cases(2'000'000) / 10);
+  EXPECT_GT(hits, effort::cases(2'000'000) / 10);
 }
 
-TEST(MayMeetFrustum, IsFalseOfLinesThatPassByAThousandthOfItsRadius) {
+TEST(MayHitFrustum, IsFalseForLinesThatMissByAThousandthOfTheRadius) {
   Random random(12);
   for (std::uint64_t i = 0; i < effort::cases(100'000); ++i) {
     const double angle = random.in(0, 2 * std::acos(-1.0)), slant = random.in(-1, 1), back = random.in(1, 100);

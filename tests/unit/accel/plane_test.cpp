@@ -1,4 +1,4 @@
-// Rays against planes, as the accelerator answers, beside t = (p - o).n / d.n in long double.
+// Hits of planes, against t = (p - o).n / d.n in long double.
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
 #include "tests/unit/accel/ray_batch.h"
@@ -46,7 +46,7 @@ TestRay random_ray(Random& random, const Vec& normal) {
   return ray;
 }
 
-TEST(PlaneHits, AreWhereTheRayMeetsTheNearestOfThem) {
+TEST(PlaneHits, AreOnTheNearestPlane) {
   Random random(1);
   std::uint64_t certain = 0;
   const std::uint64_t scenes = effort::cases(3400);
@@ -69,26 +69,26 @@ TEST(PlaneHits, AreWhereTheRayMeetsTheNearestOfThem) {
       Expected nearest;
       nearest.t = HUGE_VALL;
       bool all_certain = true, opaque = false;
-      std::uint32_t who = PrimitiveRef::none;
+      std::uint32_t expected = PrimitiveRef::none;
       for (std::uint32_t p = 0; p < count; ++p) {
         const Expected e = expected_for(set.planes.point[p], set.planes.normal[p], rays[i]);
         all_certain &= e.certain && !(e.hit && std::fabs(e.t - nearest.t) <= e.tolerance + nearest.tolerance);
         opaque |= e.hit && set.planes.transmissive[p] == 0;
-        if (e.hit && e.t < nearest.t) nearest = e, who = p;
+        if (e.hit && e.t < nearest.t) nearest = e, expected = p;
       }
       if (!all_certain) continue;
       ++certain;
-      ASSERT_EQ(found[i].primitive.primitive, who) << "ray " << i << " of scene " << scene;
+      ASSERT_EQ(found[i].primitive.primitive, expected) << "ray " << i << " of scene " << scene;
       ASSERT_EQ(blocked[i], opaque);
-      if (who == PrimitiveRef::none) continue;
+      if (expected == PrimitiveRef::none) continue;
       ASSERT_EQ(found[i].primitive.geometry, set.plane_geometry());
       ASSERT_LE(std::fabs(found[i].t - nearest.t), nearest.tolerance);
     }
   }
-  EXPECT_GT(certain, scenes * 301 * 8 / 10) << "the oracle must not shirk";
+  EXPECT_GT(certain, scenes * 301 * 8 / 10) << "most cases must be certain";
 }
 
-TEST(PlaneHits, AreNoneForRaysThatRunAlongThePlaneOrStartOnIt) {
+TEST(PlaneHits, ExcludeParallelRaysAndRaysThatStartOnThePlane) {
   GeometrySet set;
   add_plane(set.planes, {0, 0, 0}, {0, 1, 0});
   const auto accelerator = built(set);
@@ -106,7 +106,7 @@ TEST(PlaneHits, AreNoneForRaysThatRunAlongThePlaneOrStartOnIt) {
   for (const bool blocked : RayBatch(rays).occluded(*accelerator, Coherence::coherent)) EXPECT_FALSE(blocked);
 }
 
-TEST(PlaneHits, AtEqualDistanceAreTheLowestPlanes) {
+TEST(PlaneHits, AreOnTheLowestOfCoincidentPlanes) {
   GeometrySet set;
   for (int i = 0; i < 3; ++i) add_plane(set.planes, {0, 0, 0}, {0, 1, 0});
   const auto accelerator = built(set);
@@ -114,7 +114,7 @@ TEST(PlaneHits, AtEqualDistanceAreTheLowestPlanes) {
   EXPECT_EQ(hits[0].primitive, (PrimitiveRef{set.plane_geometry(), 0}));
 }
 
-TEST(PlaneHits, DoNotHideASphereInFrontOfThem) {
+TEST(PlaneHits, DoNotHideASphereInFront) {
   Random random(2);
   GeometrySet set;
   set.spheres.emplace_back();

@@ -1,5 +1,5 @@
 #pragma once
-/// Every crossing of a line with a quadric's parts, in long double: the judge of what the accelerator answers.
+/// All crossings of a line with the parts of a quadric, in long double: the expected hits of the accelerator.
 
 #include <cmath>
 #include <limits>
@@ -52,7 +52,7 @@ struct Map {
   [[nodiscard]] Vec point(const Vec& p) const { return offset + times(forward, p); }
   [[nodiscard]] Vec shape_point(const Vec& p) const { return times(back, p - offset); }
   [[nodiscard]] Vec shape_direction(const Vec& d) const { return times(back, d); }
-  /// How much longer a shape's vector may be than its image, at most.
+  /// Upper bound of the length of a shape-space vector over that of its image.
   [[nodiscard]] Real growth() const {
     Real sum = 0;
     for (const auto& row : back)
@@ -61,8 +61,9 @@ struct Map {
   }
 };
 
-/// Where the line meets the shape's surface: every crossing, with how far it is from being one more or one fewer, in
-/// the shape's units, and the sine of its angle to the surface, on which t's error depends.
+/// A crossing of the line with the shape's surface; its margin, the distance by which the line would have to move for
+/// the number of crossings to change, in the shape's units; and the sine of the angle to the surface, which scales t's
+/// error.
 struct Crossing {
   Real t = 0, margin = 0, steepness = 1;
   QuadricPart part{};
@@ -75,7 +76,7 @@ struct Line {
 
 struct Crossings {
   std::vector<Crossing> all;
-  Real margin = infinity;  ///< of the nearest miss
+  Real margin = infinity;  ///< margin of the nearest miss
 
   void offer(Real t, Real inside, Real steepness, QuadricPart part) {
     if (!std::isfinite(t) || std::isnan(inside)) return;
@@ -92,7 +93,7 @@ inline void disc_crossings(const Line& line, Real z, Real inner, Real outer, Qua
   const Real t = (z - line.o.z) / line.d.z;
   const Vec p = line.at(t);
   const Real r = std::hypot(p.x, p.y);
-  // The angle to the plane makes the margin: a grazing ray's place in it is known less well.
+  // The angle to the plane scales the margin: the hit of a grazing ray has a larger error in the plane.
   const Real inside = std::fmin(outer - r, inner > 0 ? r - inner : infinity);
   const Real steepness = std::fabs(line.d.z) / length(line.d);
   found.offer(t, inside * steepness, steepness, part);
@@ -115,7 +116,7 @@ inline Real torus_distance(const Vec& p, Real tube_radius) {
 }
 
 /// Sphere tracing (Hart 1996, The Visual Computer 12(10)): the distance has slope one at most, so no step passes a
-/// crossing. Chords shorter than `chord` count as touched.
+/// crossing. Chords shorter than `chord` count as tangents.
 inline void torus_crossings(const Line& line, Real tube_radius, Crossings& found) {
   constexpr Real chord = 1e-9L, reach = 2.1L;
   constexpr int steps_max = 20'000;
@@ -181,7 +182,7 @@ inline Crossings crossings_of(const Quadric& q, const Line& line) {
       const Real slope = Real(q.radius_1) - q.radius_0, w = q.radius_0 + slope * n.z, dw = slope * d.z;
       const Real a = d.x * d.x + d.y * d.y - dw * dw, b = -(n.x * d.x + n.y * d.y - w * dw);
       const Real c = n.x * n.x + n.y * n.y - w * w;
-      // How far the line is from being tangent.
+      // Distance of the line from a tangent.
       const Real turn = n.x * d.y - n.y * d.x, ox = n.x * dw - w * d.x, oy = n.y * dw - w * d.y;
       const Real tangency = std::fabs(ox * ox + oy * oy - turn * turn) / dot(d, d);
       found.margin = std::fmin(found.margin, tangency);
@@ -192,7 +193,7 @@ inline Crossings crossings_of(const Quadric& q, const Line& line) {
         const Real r = std::hypot(p.x, p.y);
         const Vec normal = r > 0 ? unit(Vec(p.x / r, p.y / r, -slope)) : Vec{};
         const Real steepness = std::fabs(dot(normal, d)) / speed;
-        // Towards the apex the equation flattens as r does, and its roots are known the less well.
+        // Towards the apex the equation flattens with r, and its roots lose digits.
         found.offer(t + shift, std::fmin(z, 1 - z) * steepness, steepness * std::fmin(r, 1.0L), QuadricPart::side);
       }
       if (q.caps && q.radius_0 > 0) disc_crossings({n, d}, 0, 0, q.radius_0, QuadricPart::cap_0, found);

@@ -1,4 +1,4 @@
-// Rays against spheres, as the accelerator answers, beside the quadratic's roots in long double.
+// Hits of spheres, against the roots of the quadratic in long double.
 #include <random>
 
 #include "tests/support/effort.h"
@@ -19,7 +19,7 @@ struct Case {
   TestRay ray;
 };
 
-/// Where the ray comes from, relative to the sphere.
+/// Random origin of a ray, relative to the sphere.
 Vec origin_of(Random& random, const Vec& center, Real radius) {
   switch (random.below(5)) {
     case 0:  // inside
@@ -39,7 +39,7 @@ Case random_case(Random& random) {
   Case c;
   c.radius = random.spread(1e-9, 0.4);
   c.center = random.vector(0.5 - c.radius);
-  if (random.chance(0.1)) c.center = {};  // where relative bounds are nothing
+  if (random.chance(0.1)) c.center = {};  // where relative bounds vanish
   const Vec center = c.center, origin = origin_of(random, center, c.radius);
   Vec towards = unit(center - origin);
   const Real distance = length(center - origin);
@@ -68,7 +68,7 @@ Case random_case(Random& random) {
   return c;
 }
 
-/// What the roots say, in the units of the box; `doubt`: how far the double-precision line may be from the real one.
+/// Expected hit, in units of the box. Certain beyond the rounding error of the line in double.
 struct Expected {
   bool hit = false, certain = false;
   Real t = 0, tolerance = 0;
@@ -94,7 +94,7 @@ Expected expected_for(const Case& c) {
   return e;
 }
 
-TEST(SphereHits, AreTheQuadraticsRootsForRaysFromAnywhereAtSpheresOfAnySize) {
+TEST(SphereHits, MatchTheQuadraticForRandomRaysAndSizes) {
   // One sphere in a scene of its own, 37 rays a packet pair and a bit: not a multiple of sixteen.
   Random random(1);
   std::uint64_t certain = 0, hits = 0;
@@ -139,7 +139,7 @@ TEST(SphereHits, AreTheQuadraticsRootsForRaysFromAnywhereAtSpheresOfAnySize) {
       }
     }
   }
-  EXPECT_GT(certain, scenes * 37 * 2 * 6 / 10) << "the oracle must not shirk";
+  EXPECT_GT(certain, scenes * 37 * 2 * 6 / 10) << "most cases must be certain";
   EXPECT_GT(hits, certain / 5);
 }
 
@@ -150,16 +150,16 @@ struct BoundingSphere {
 
 /// Every `share`th ball lets light through: seen by closest, not by occluded, and alone among what does. Rays whose
 /// answer rounding decides are left out; returns how many were not.
-std::uint64_t expect_nearest(const std::vector<BoundingSphere>& balls, const std::vector<TestRay>& rays,
+std::uint64_t expect_nearest(const std::vector<BoundingSphere>& spheres, const std::vector<TestRay>& rays,
                              std::uint32_t share) {
   GeometrySet set;
   set.spheres.resize(2);
   set.spheres[1].transmissive = true;
   std::vector<PrimitiveRef> refs;
-  for (std::uint32_t i = 0; i < balls.size(); ++i) {
+  for (std::uint32_t i = 0; i < spheres.size(); ++i) {
     const std::uint32_t geometry = i % share == share - 1 ? 1 : 0;
     refs.push_back({geometry, static_cast<std::uint32_t>(set.spheres[geometry].x.size())});
-    add_sphere(set.spheres[geometry], balls[i].center, balls[i].radius);
+    add_sphere(set.spheres[geometry], spheres[i].center, spheres[i].radius);
   }
   const auto accelerator = built(set);
   const RayBatch batch(rays);
@@ -172,8 +172,8 @@ std::uint64_t expect_nearest(const std::vector<BoundingSphere>& balls, const std
       Real nearest = HUGE_VALL, nearest_through = HUGE_VALL;
       PrimitiveRef who, who_through;
       bool certain = true, opaque = false;
-      for (std::uint32_t s = 0; s < balls.size(); ++s) {
-        const Expected e = expected_for({balls[s].center, balls[s].radius, rays[i]});
+      for (std::uint32_t s = 0; s < spheres.size(); ++s) {
+        const Expected e = expected_for({spheres[s].center, spheres[s].radius, rays[i]});
         const bool transmissive = refs[s].geometry == 1;
         certain &= e.certain && !(e.hit && std::fabs(e.t - nearest) <= e.tolerance);
         certain &= !(e.hit && transmissive && std::fabs(e.t - nearest_through) <= e.tolerance);
@@ -193,12 +193,12 @@ std::uint64_t expect_nearest(const std::vector<BoundingSphere>& balls, const std
 }
 
 /// Rays at points within `reach` radii of the middle of some ball of the first `aims`.
-std::vector<TestRay> rays_at(Random& random, const std::vector<BoundingSphere>& balls, std::uint32_t aims,
+std::vector<TestRay> rays_at(Random& random, const std::vector<BoundingSphere>& spheres, std::uint32_t aims,
                              double reach) {
   std::vector<TestRay> rays;
   for (std::uint64_t i = 0; i < effort::cases(20'000) + 5; ++i) {
     const Vec origin = random.chance(0.3) ? Vec(random.vector(0.5)) : 3 * random.direction();
-    const BoundingSphere& ball = balls[random.below(aims)];
+    const BoundingSphere& ball = spheres[random.below(aims)];
     const Vec target = Vec(ball.center) + random.in(0, reach) * static_cast<Real>(ball.radius) * random.direction();
     rays.push_back({rounded(origin), rounded(unit(target - origin))});
   }
@@ -206,38 +206,38 @@ std::vector<TestRay> rays_at(Random& random, const std::vector<BoundingSphere>& 
 }
 
 /// In the scene's box, of radii from `least` to a tenth of it.
-std::vector<BoundingSphere> random_balls(Random& random, std::size_t count, double least) {
-  std::vector<BoundingSphere> balls;
-  while (balls.size() < count) {
+std::vector<BoundingSphere> random_spheres(Random& random, std::size_t count, double least) {
+  std::vector<BoundingSphere> spheres;
+  while (spheres.size() < count) {
     const double radius = random.spread(least, 0.1);
-    balls.push_back({random.vector(0.5 - radius), radius});
+    spheres.push_back({random.vector(0.5 - radius), radius});
   }
-  return balls;
+  return spheres;
 }
 
 TEST(SphereHits, AreTheNearestOfManySpheresForEveryRay) {
   Random random(2);
-  const std::vector<BoundingSphere> balls = random_balls(random, 300, 1e-9);
-  EXPECT_GT(expect_nearest(balls, rays_at(random, balls, 300, 1.1), 2), effort::cases(20'000));
+  const std::vector<BoundingSphere> spheres = random_spheres(random, 300, 1e-9);
+  EXPECT_GT(expect_nearest(spheres, rays_at(random, spheres, 300, 1.1), 2), effort::cases(20'000));
 }
 
 TEST(SphereHits, AreTheSameWhereFewSpheresLetLightThrough) {
   // They then have a tree of their own.
   Random random(5);
-  const std::vector<BoundingSphere> balls = random_balls(random, 100, 1e-4);
-  EXPECT_GT(expect_nearest(balls, rays_at(random, balls, 100, 1.1), 10), effort::cases(20'000));
+  const std::vector<BoundingSphere> spheres = random_spheres(random, 100, 1e-4);
+  EXPECT_GT(expect_nearest(spheres, rays_at(random, spheres, 100, 1.1), 10), effort::cases(20'000));
 }
 
 TEST(SphereHits, AreNotLostOnSpheresOfABillionthOfTheSceneAtItsVeryMiddle) {
   // There floats have more digits than the ray that Embree sees: boxes must be padded by what the ray lacks.
   Random random(4);
-  std::vector<BoundingSphere> balls;
-  for (int i = 0; i < 8; ++i) balls.push_back({random.vector(1e-8), random.spread(1e-9, 1e-8)});
-  while (balls.size() < 60) {
+  std::vector<BoundingSphere> spheres;
+  for (int i = 0; i < 8; ++i) spheres.push_back({random.vector(1e-8), random.spread(1e-9, 1e-8)});
+  while (spheres.size() < 60) {
     const BoundingSphere ball{random.vector(0.4), 0.03};
-    if (length(Vec(ball.center)) > 0.1L) balls.push_back(ball);
+    if (length(Vec(ball.center)) > 0.1L) spheres.push_back(ball);
   }
-  EXPECT_GT(expect_nearest(balls, rays_at(random, balls, 8, 0.9), 2), effort::cases(20'000));
+  EXPECT_GT(expect_nearest(spheres, rays_at(random, spheres, 8, 0.9), 2), effort::cases(20'000));
 }
 
 TEST(SphereHits, AtEqualDistanceAreTheLowestPrimitivesWhateverTheOrderOfTheTree) {

@@ -1,4 +1,4 @@
-// Rays against triangles, as the accelerator answers, beside Cramer's rule in long double on the same float corners.
+// Hits of triangles, against Cramer's rule in long double.
 #include <algorithm>
 
 #include "tests/support/effort.h"
@@ -21,9 +21,9 @@ TriangleGeometry triangle_of(const std::array<Vec, 3>& corners) {
 
 struct Expected {
   Real t, u, v;
-  Real inside;    ///< how far the plane's point is from the nearest edge, in its plane; negative outside
-  Real sine;      ///< of the angle between ray and plane
-  Real slimness;  ///< longest edge over the least height: how much an error across moves the weights
+  Real inside;    ///< distance of the hit from the nearest edge, in the plane; negative outside
+  Real sine;      ///< sine of the angle between ray and plane
+  Real slimness;  ///< longest edge over the least height: factor from errors in the plane to errors of the weights
 };
 
 Expected expected_for(const TriangleGeometry& geometry, const TestRay& ray) {
@@ -40,7 +40,7 @@ Expected expected_for(const TriangleGeometry& geometry, const TestRay& ray) {
   return {t, u, v, inside, std::fabs(volume) / (area * length(d)), longest * longest / area};
 }
 
-/// Three corners of the box: anything from plump to a needle a hair's breadth wide, and from large to small.
+/// Three points in the box: regular triangles to needles, large to small.
 std::array<Vec, 3> random_corners(Random& random) {
   const Real size = random.chance(0.3) ? random.spread(1e-8, 1) : 1;
   const Vec a = random.vector(0.5);
@@ -52,7 +52,7 @@ std::array<Vec, 3> random_corners(Random& random) {
   return {a, b, a + size * Vec(random.vector(0.5))};
 }
 
-/// At the inside, the outside, an edge or a corner; from near or far, from all sides or grazing.
+/// A ray at the inside, the outside, an edge or a corner; from near or far, from all sides or grazing.
 TestRay random_ray(Random& random, const std::array<Vec, 3>& corners) {
   Real u = random.in(0, 1), v = random.in(0, 1);
   const std::uint32_t kind = random.below(5);
@@ -72,7 +72,7 @@ TestRay random_ray(Random& random, const std::array<Vec, 3>& corners) {
   return ray;
 }
 
-TEST(TriangleHits, AreTheOraclesForRaysFromAnywhere) {
+TEST(TriangleHits, MatchCramersRuleForRandomRays) {
   Random random(1);
   std::uint64_t tried = 0, certain = 0, hit_count = 0;
   const std::uint64_t scenes = effort::cases(2800);
@@ -88,12 +88,12 @@ TEST(TriangleHits, AreTheOraclesForRaysFromAnywhere) {
     const auto blocked = batch.occluded(*accelerator, Coherence::coherent);
     for (std::size_t i = 0; i < rays.size(); ++i) {
       const Expected e = expected_for(set.triangles[0], rays[i]);
-      // Vertices as the ray sees them, two of each edge: a subtraction, two products and another, of numbers no larger
-      // than the distance.
+      // Sheared vertices, two for each edge: a subtraction, two products and a subtraction, of numbers up to the
+      // distance.
       const Real error_bound = 16 * 0x1p-53L * (1 + length(Vec(rays[i].origin)));
-      const Real t_doubt = error_bound * (2 + e.slimness / e.sine);
+      const Real t_tolerance = error_bound * (2 + e.slimness / e.sine);
       ++tried;
-      if (!(std::fabs(e.inside) * e.sine > error_bound) || std::fabs(e.t - rays[i].t_max) <= t_doubt) continue;
+      if (!(std::fabs(e.inside) * e.sine > error_bound) || std::fabs(e.t - rays[i].t_max) <= t_tolerance) continue;
       ++certain;
       const bool expected = e.inside > 0 && e.t < rays[i].t_max;
       hit_count += expected ? 1 : 0;
@@ -101,20 +101,20 @@ TEST(TriangleHits, AreTheOraclesForRaysFromAnywhere) {
           << "inside " << static_cast<double>(e.inside) << " sine " << static_cast<double>(e.sine);
       ASSERT_EQ(blocked[i], expected);
       if (!expected) continue;
-      ASSERT_LE(std::fabs(found[i].t - e.t), t_doubt);
+      ASSERT_LE(std::fabs(found[i].t - e.t), t_tolerance);
       const Real longest = std::fmax(length(corners[1] - corners[0]), length(corners[2] - corners[0]));
-      const Real weight_doubt = error_bound * e.slimness / (e.sine * longest);
-      ASSERT_LE(std::fabs(found[i].u - e.u), weight_doubt);
-      ASSERT_LE(std::fabs(found[i].v - e.v), weight_doubt);
+      const Real weight_tolerance = error_bound * e.slimness / (e.sine * longest);
+      ASSERT_LE(std::fabs(found[i].u - e.u), weight_tolerance);
+      ASSERT_LE(std::fabs(found[i].v - e.v), weight_tolerance);
     }
   }
   RecordProperty("certain", static_cast<int>(certain));
-  EXPECT_GT(certain, tried / 2) << "the oracle must not shirk";
+  EXPECT_GT(certain, tried / 2) << "most cases must be certain";
   EXPECT_GT(hit_count, certain / 4);
   EXPECT_LT(hit_count, certain * 3 / 4);
 }
 
-TEST(TriangleHits, TellBarycentricCoordinatesOfTheSecondAndThirdCorner) {
+TEST(TriangleHits, HaveTheBarycentricCoordinatesOfTheSecondAndThirdCorner) {
   Random random(2);
   for (std::uint64_t i = 0; i < effort::cases(300); ++i) {
     const std::array<Vec, 3> corners{Vec(random.vector(0.5)), random.vector(0.5), random.vector(0.5)};
@@ -135,7 +135,7 @@ TEST(TriangleHits, TellBarycentricCoordinatesOfTheSecondAndThirdCorner) {
   }
 }
 
-TEST(TriangleHits, OfCoincidentTrianglesAreTheLowest) {
+TEST(TriangleHits, AreOnTheLowestOfCoincidentTriangles) {
   Random random(3);
   GeometrySet set;
   const std::array<Vec, 3> corners{Vec{-0.5, -0.5, 0}, Vec{0.5, -0.5, 0.1L}, Vec{0, 0.5, -0.1L}};
@@ -155,8 +155,8 @@ TEST(TriangleHits, OfCoincidentTrianglesAreTheLowest) {
   EXPECT_GT(hit_count, 400);
 }
 
-TEST(TriangleHits, AreNotTheTriangleThatTheRayLeavesNorTheEdgeOfItsNeighbour) {
-  // A roof's ridge: rays from one side of it, within the slack of the ridge, over the other. None meets it.
+TEST(TriangleHits, ExcludeTheTriangleWhereTheRayStartsAndTheEdgeOfItsNeighbor) {
+  // The ridge of a roof: rays from one side next to the ridge, over the other side. None hits it.
   Random random(4);
   TriangleGeometry roof;
   roof.positions = {{0, 0, 0}, {0, 0, 0.4}, {0.3, -0.1, 0.2}, {-0.3, -0.1, 0.2}};
@@ -181,8 +181,8 @@ TEST(TriangleHits, AreNotTheTriangleThatTheRayLeavesNorTheEdgeOfItsNeighbour) {
   EXPECT_EQ(wrong, 0u) << "of " << rays.size();
 }
 
-TEST(TriangleHits, AreFoundBesideATriangleThatHasACornerTwice) {
-  // Two of its three corners are the next one's, and yet they share no edge.
+TEST(TriangleHits, AreFoundNextToADegenerateTriangle) {
+  // The degenerate triangle shares two corners with the other one, but no edge.
   TriangleGeometry geometry;
   geometry.positions = {{0, 0, 0}, {0.4, 0, 0}, {0, 0.4, 0}, {0.3, 0.3, 0}, {-0.1, -0.1, 0}};
   for (const std::array<std::uint32_t, 3>& twice : {std::array{4u, 4u, 3u}, std::array{3u, 4u, 4u}})

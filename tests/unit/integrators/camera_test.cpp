@@ -149,7 +149,7 @@ TEST(PanoramaCamera, CoversTheGlobeByLongitudeAndLatitude) {
   }
 }
 
-TEST(PanoramaCamera, LooksAtItsMiddleMeetsAtItsSeamAndEndsInThePoles) {
+TEST(PanoramaCamera, HasItsCenterAheadItsSeamBehindAndItsEdgesAtThePoles) {
   Camera c{{1, 2, 3}, {1, 2, -7}, {0, 1, 0}};
   c.type = Camera::Type::panorama;
   const auto camera = trace_camera(c, 360, 180);
@@ -192,16 +192,16 @@ TEST(Lens, KeepsWhatIsInFocusSharpAndItsCentreIsThePinhole) {
   }
 }
 
-TEST(Lens, FocusesOnLookAtUnlessToldOtherwise) {
+TEST(Lens, FocusesOnLookAtByDefault) {
   Camera c{{0, 0, 5}, {0, 0, 1}, {0, 1, 0}, 60};
   c.aperture = 1;
-  const auto told = [&] {
+  const auto given = [&] {
     Camera other = c;
     other.focus_distance = 4;
     return trace_camera(other, 9, 9);
   }();
   const auto camera = trace_camera(c, 9, 9);
-  EXPECT_EQ(camera.generate_ray(2, 3, {0.1, 0.9}).direction, told.generate_ray(2, 3, {0.1, 0.9}).direction);
+  EXPECT_EQ(camera.generate_ray(2, 3, {0.1, 0.9}).direction, given.generate_ray(2, 3, {0.1, 0.9}).direction);
 }
 
 TEST(Lens, SpreadsAPointOutOfFocusOverTheCircleOfConfusionOfSimilarTriangles) {
@@ -240,7 +240,7 @@ TEST(LensSamples, AreTheCentreWhenThereIsOneAndStratifiedWhenThereAreMore) {
   }
 }
 
-TEST(LensSamples, SayNothingOfThePositionInThePixel) {
+TEST(LensSamples, AreIndependentOfThePositionInThePixel) {
   // Of 16 samples, independent uniform numbers have a covariance of variance (1/12)^2 / 15 over pixels; the same
   // sequence in the same order has more than eight times that, since halves of one go with halves of the other.
   constexpr int pixels = 4000, count = 16;

@@ -1,4 +1,4 @@
-// Which solids a ray is inside of, beside plain lists.
+// Stacks of enclosing solids, against plain lists.
 #include "tracer/src/compiled/medium_stack.h"
 
 #include <gtest/gtest.h>
@@ -12,8 +12,8 @@ namespace {
 
 using oracle::Random;
 
-/// Seven balls of three kinds of glass, two of one priority.
-std::shared_ptr<const CompiledScene> balls() {
+/// Seven spheres of three kinds of glass, two of one priority.
+std::shared_ptr<const CompiledScene> spheres() {
   Scene scene = scenes::empty(1);
   const int priorities[] = {0, 1, 1};
   std::vector<MaterialId> kinds;
@@ -40,7 +40,7 @@ struct PlainList {
     }
     return false;
   }
-  /// Whether anything was crossed.
+  /// True if a surface was crossed.
   bool cross(const CompiledScene& scene, std::uint32_t object, bool back) {
     if (!back) {
       objects.push_back(object);
@@ -62,7 +62,7 @@ struct PlainList {
 };
 
 TEST(TheMediaOfARay, AreThoseOfAPlainListWhateverIsCrossed) {
-  const auto scene = balls();
+  const auto scene = spheres();
   Random random(8);
   std::uint64_t hidden = 0, uncrossed = 0;
   const std::uint64_t walks = effort::cases(1'000);

@@ -1,4 +1,4 @@
-// Phong's and Blinn's highlights beside their definitions in long double.
+// Highlights of Phong and Blinn, against their definitions in long double.
 #include "tracer/src/materials/phong.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ using oracle::Real;
 using oracle::Vec;
 using enum Material::Model;
 
-/// The highlight that light from unit l makes at unit normal n, seen from unit v.
+/// Specular factor at unit normal n for unit directions l to the light and v to the eye.
 double specular_factor(Material::Model model, double shininess, const Vec3& n, const Vec3& l, const Vec3& v) {
   ShadingPointQueue shading_points;
   shading_points.push({.normal = n,
@@ -29,7 +29,7 @@ double specular_factor(Material::Model model, double shininess, const Vec3& n, c
   return sample.lit == 0 ? 0 : sample.radiance.r[0];
 }
 
-TEST(SpecularFactor, IsTheDefinitionsForRandomDirections) {
+TEST(SpecularFactor, MatchesTheDefinitionForRandomDirections) {
   Random random(2);
   for (std::uint64_t i = 0; i < effort::cases(100'000); ++i) {
     const Vec3 n = rounded(random.direction()), l = rounded(random.direction()), v = rounded(random.direction());
@@ -40,7 +40,7 @@ TEST(SpecularFactor, IsTheDefinitionsForRandomDirections) {
     const Real r_v = std::fmax(0.0L, dot(2 * n_l * nn - ll, vv)), n_h = std::fmax(0.0L, dot(nn, unit(ll + vv)));
     const Real phong_expected = n_l <= 0 ? 0 : shininess == 0 ? 1 : std::pow(std::fmin(r_v, 1.0L), Real(shininess));
     const Real blinn_expected = n_l <= 0 ? 0 : shininess == 0 ? 1 : std::pow(std::fmin(n_h, 1.0L), Real(shininess));
-    // A cosine is right to 1e-16, its power to n times that over the cosine.
+    // The error of a cosine is 1e-16, that of its power n times that over the cosine.
     const auto tolerance = [&](Real cosine, Real value) {
       return static_cast<double>(1e-15L * (1 + shininess / std::fmax(cosine, 1e-3L)) * value + 1e-15L);
     };

@@ -1,9 +1,9 @@
 // Compaction of lanes, for every mask.
+#include "tracer/src/math/lanes.h"
+
 #include <gtest/gtest.h>
 
 #include <vector>
-
-#include "tracer/src/math/lanes.h"
 
 namespace tracer {
 namespace {

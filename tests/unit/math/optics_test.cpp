@@ -124,7 +124,7 @@ TEST(Fresnel, AgreesWithTheAmplitudesForEveryAngleAndIndexFromAMillionthToAMilli
   }
 }
 
-TEST(Fresnel, AndTransmissionSumToOneAtOneInterface) {
+TEST(Fresnel, ReflectanceAndTransmittanceSumToOne) {
   // Power transmitted from amplitudes: n cos_t / cos_i times the square. A slab would hide the factor.
   Random random(5);
   for (std::uint64_t i = 0; i < effort::cases(100'000); ++i) {
@@ -139,7 +139,7 @@ TEST(Fresnel, AndTransmissionSumToOneAtOneInterface) {
   }
 }
 
-TEST(Fresnel, HeadOnIsTheSquareOfTheContrast) {
+TEST(Fresnel, AtNormalIncidenceIsTheSquareOfTheContrast) {
   for (const double n : {1.0, 1.000001, 1.33, 1.5, 2.4, 10.0, 1e6, 1e12}) {
     const Real r = (Real(n) - 1) / (Real(n) + 1);
     for (const auto& [from, to] : {std::pair{1.0, n}, {n, 1.0}}) {
@@ -149,7 +149,7 @@ TEST(Fresnel, HeadOnIsTheSquareOfTheContrast) {
   }
 }
 
-TEST(Fresnel, AtBrewstersAngleReflectsTheOtherPolarisationAlone) {
+TEST(Fresnel, AtBrewstersAngleReflectsOnePolarizationOnly) {
   for (const double n : {1.1, 1.33, 1.5, 2.4, 1 / 1.5, 5.0, 0.2}) {
     const Real c = 1 / std::sqrt(1 + Real(n) * n);
     const Real r_s = fresnel(c, 1, n).r_s;
@@ -159,7 +159,7 @@ TEST(Fresnel, AtBrewstersAngleReflectsTheOtherPolarisationAlone) {
   }
 }
 
-TEST(Fresnel, KeepsItsDigitsAsTheIndicesBecomeEqual) {
+TEST(Fresnel, KeepsItsDigitsForNearlyEqualIndices) {
   // To first order in the difference: r_s = -delta / 2c^2, r_p = delta (2c^2 - 1) / 2c^2.
   for (int ulps = 1; ulps < 1'000'000; ulps *= 3)
     for (const Real sign : {1.0L, -1.0L})
@@ -173,7 +173,7 @@ TEST(Fresnel, KeepsItsDigitsAsTheIndicesBecomeEqual) {
   EXPECT_EQ(dielectric_interface(0.3, 1.5, 1.5).reflectance, 0);
 }
 
-TEST(Fresnel, IsContinuousOverTheCriticalAngleLastBitByLastBit) {
+TEST(Fresnel, IsContinuousAtTheCriticalAngle) {
   for (const double n : {1.000001, 1.33, 1.5, 2.4, 1e3, 1e6}) {
     const Real sine = 1 / Real(n);
     auto c = static_cast<double>(std::sqrt((1 - sine) * (1 + sine)));

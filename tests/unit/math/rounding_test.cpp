@@ -13,7 +13,7 @@ using oracle::Random;
 using oracle::Real;
 using oracle::Vec;
 
-TEST(OffsetOrigin, LeavesTheWholeBoxOfThePointsErrorOnTheSideOfTheDirection) {
+TEST(OffsetOrigin, IsOutsideOfTheErrorBoxOnTheSideOfTheDirection) {
   Random random(1);
   for (std::uint64_t i = 0; i < effort::cases(300'000); ++i) {
     const double scale = random.spread(1e-100, 1e100);

@@ -77,7 +77,7 @@ TEST(PixelSamples, OfOneIndexAreUniformOverThePixelsAndOverTheSeeds) {
   }
 }
 
-TEST(PixelSamples, OfNeighbouringPixelsAndSeedsAreUncorrelated) {
+TEST(PixelSamples, OfNeighboringPixelsAndSeedsAreUncorrelated) {
   const auto n = static_cast<double>(effort::cases(100'000));
   for (const std::uint64_t step : {1u, 2u, 640u, 4096u})
     for (const std::uint64_t seed_step : {0u, 1u}) {

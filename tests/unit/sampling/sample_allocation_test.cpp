@@ -84,7 +84,7 @@ TEST(SampleAllocation, ReachesTheGoalAndLittleMore) {
   }
 }
 
-TEST(SampleAllocation, SkipsPixelsThatMeetTheGoal) {
+TEST(SampleAllocation, SkipsPixelsThatReachTheGoal) {
   auto pixels = pixels_of({0, 0, 900, 0}, 4);
   const std::vector<float> cost(4, 1);
   const SampleAllocation allocation =
