@@ -8,6 +8,7 @@
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
 #include "tests/unit/shapes/look.h"
+#include "tracer/src/shapes/shape_registry.h"
 
 namespace {
 
