@@ -6,8 +6,8 @@
 namespace api {
 
 using tracer::Camera;
-using tracer::Format;
-using tracer::Layer;
+using Format = tracer::Format;
+using Layer = tracer::Layer;
 using Overflow = tracer::Output::Overflow;
 
 template <>

@@ -12,7 +12,7 @@ namespace api {
 
 using Wrap = tracer::Texture::Wrap;
 using Filter = tracer::Texture::Filter;
-using tracer::ColorSpace;
+using ColorSpace = tracer::ColorSpace;
 
 template <>
 inline constexpr Word<Wrap> words<Wrap>[] = {
