@@ -17,7 +17,6 @@ THIRD_PARTY = [
     ("Cairo", r"cairo.*\.h", ["tracer/src/plot/"]),
     ("oneTBB", r"(oneapi/)?tbb/.*", ["tracer/src/", "tracer/cli/", "server/worker/process/", "tests/stability/"]),
     ("nlohmann-json", r"nlohmann/.*", ["api/src/", "server/resources/"]),
-    ("simdjson", r"simdjson\.h", ["api/src/json/simdjson_parser"]),
     ("cpp-httplib", r"httplib\.h", ["server/http/"]),
     ("SQLite", r"sqlite3(ext)?\.h", ["server/storage/sqlite/"]),
     ("OpenSSL", r"openssl/.*", ["tracer/src/hash/", "server/webhooks/"]),

@@ -26,8 +26,8 @@ Result<TextureImages, Failure> texture_images(const std::vector<Texture>& textur
                                               SceneCacheEntry* cache_entry, CacheHits& cache_hits);
 
 /// Converts instanced scene objects to render-space primitives. Also fills `compiled`'s table of objects, which must be
-/// empty. Objects are numbered after instancing, in document order. `taken`: the scene's objects, whose meshes are moved
-/// into the geometry; null: they are copied. Incomplete after cancellation.
+/// empty. Objects are numbered after instancing, in document order. `taken`: the scene's objects, whose meshes are
+/// moved into the geometry; null: they are copied. Incomplete after cancellation.
 GeometrySet build_geometry(const Scene& scene, CompiledScene& compiled, std::vector<Object>* taken,
                            const RenderControl& control);
 
