@@ -40,7 +40,7 @@ tracer::Result<queue::JobChange, Problem> change_of(const queue::Job& job, const
                              std::to_string(change.labels->size())}});
 }
 
-Problem problem_of(const queue::Job& job, queue::ChangeOutcome outcome) {
+Problem conflict_of(const queue::Job& job, queue::ChangeOutcome outcome) {
   switch (outcome) {
     case queue::ChangeOutcome::other_revision:
       return {failures::precondition_failed, "job " + job.id + " does not have the revision of If-Match"};
@@ -80,7 +80,7 @@ Answer apply_change(const std::string& id, const ApiContext& context, const api:
     const auto outcome = context.queue.lifecycle.change(id, *change, revision.value_or(job.revision));
     if (outcome == queue::ChangeOutcome::changed) break;
     const bool conflict = outcome == queue::ChangeOutcome::other_revision && !revision;
-    if (!conflict || attempt == attempts_max) return problem_of(job, outcome);
+    if (!conflict || attempt == attempts_max) return conflict_of(job, outcome);
   }
   const auto after = find_job(id, context);
   if (!after) return after.error();
@@ -100,7 +100,7 @@ Answer change_job(Request& request, const ApiContext& context) {
   if (!body) return body.error();
   const auto patch = api::parse_change(*body, context.limits);
   if (patch) return apply_change(view->job.id, context, *patch, *revision);
-  Problem problem = handlers::problem_of(patch.error());
+  Problem problem = problem_of(patch.error());
   if (problem.failure == failures::bad_scene) return invalid_patch(std::move(problem.errors));
   return problem;
 }
