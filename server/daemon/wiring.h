@@ -12,7 +12,6 @@
 #include "server/http/handlers/routes.h"
 #include "server/http/http_server.h"
 #include "server/keys/key_ring.h"
-#include "server/queue/asset_collector.h"
 #include "server/queue/disk_health.h"
 #include "server/queue/events.h"
 #include "server/queue/queue.h"

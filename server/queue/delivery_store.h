@@ -2,6 +2,9 @@
 /// Durable storage of webhook subscriptions, deliveries and attempts. A call that returns is durable. Thread-safe.
 /// Fails with StoreFailure; then the call had no effect. Times are milliseconds since 1970 UTC.
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <set>
@@ -25,7 +28,10 @@ struct DeliveryAttempt {
 };
 
 enum class DeliveryState { pending, delivered, abandoned };
-const char* name_of(DeliveryState state);
+inline const char* name_of(DeliveryState state) {
+  constexpr std::array names{"pending", "delivered", "abandoned"};
+  return names[static_cast<std::size_t>(state)];
+}
 
 /// A message to a webhook: the same bytes at every attempt.
 struct Delivery {
@@ -41,7 +47,14 @@ struct Delivery {
 };
 
 /// Host and port of an http or https URL without user, in lower case.
-std::string host_of(const std::string& url);
+inline std::string host_of(const std::string& url) {
+  const std::size_t scheme_end = url.find("://");
+  const std::size_t begin = scheme_end == std::string::npos ? 0 : scheme_end + 3;
+  std::string receiver = url.substr(begin, url.find_first_of("/?#", begin) - begin);
+  std::transform(receiver.begin(), receiver.end(), receiver.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return receiver;
+}
 
 class DeliveryStore {
  public:

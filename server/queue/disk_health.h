@@ -1,9 +1,7 @@
 #pragma once
-/// Health of a disk. After an I/O error (StoreFailure::Kind::broken) its content is unknown: a sync that failed once
-/// may succeed the next time with the data lost (Rebello et al., "Can Applications Recover from fsync Failures?",
-/// USENIX ATC 2020). So the first such failure is the last write: later ones are rejected, and the program must restart
-/// from the real content of the disk.
+/// The state of the disk for jobs, images and uploads: free space and failures.
 
+#include <cstdint>
 #include <functional>
 #include <mutex>
 #include <optional>
@@ -14,6 +12,31 @@
 
 namespace queue {
 
+/// Free space of the disk.
+struct DiskSpace {
+  enum class State {
+    enough,
+    scarce,  ///< below the reserve: no submission is accepted, accepted jobs run and end
+    none,    ///< also no job is claimed; running ones may end
+  };
+  State state = State::enough;
+  std::uint64_t free_bytes = 0;
+  std::uint64_t reserve_bytes = 0;  ///< kept for accepted jobs
+};
+
+using DiskSpaceProbe = std::function<DiskSpace()>;  ///< any thread; returns at once; must not throw
+
+/// For operators and clients, of a state other than `enough`.
+inline std::string describe(const DiskSpace& space) {
+  return std::to_string(space.free_bytes) + " bytes are free on the disk, " + std::to_string(space.reserve_bytes) +
+         " are kept for jobs that were accepted before";
+}
+
+/// Health of a disk. After an I/O error (StoreFailure::Kind::broken) its content is unknown: a sync that failed once
+/// may succeed the next time with the data lost (Rebello et al., "Can Applications Recover from fsync Failures?",
+/// USENIX ATC 2020). So the first such failure is the last write: later ones are rejected, and the program must restart
+/// from the real content of the disk.
+///
 /// One for all stores on a disk; must outlive them. Thread-safe.
 class DiskHealth {
  public:

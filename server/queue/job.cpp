@@ -1,40 +1,29 @@
 #include "server/queue/job.h"
 
+#include <algorithm>
 #include <array>
 #include <cassert>
-#include <utility>
 
 namespace queue {
 namespace {
 
-constexpr std::array<std::pair<JobState, const char*>, 5> state_names = {{
-    {JobState::queued, "queued"},
-    {JobState::running, "running"},
-    {JobState::succeeded, "succeeded"},
-    {JobState::failed, "failed"},
-    {JobState::cancelled, "cancelled"},
-}};
+constexpr std::array<const char*, all_job_states.size()> state_names = {"queued", "running", "succeeded", "failed",
+                                                                        "cancelled"};
 constexpr std::array<const char*, all_job_kinds.size()> kind_names = {"render", "measure"};
+
+template <class Values>
+std::optional<typename Values::value_type> find_named(const Values& values, const std::string& name) {
+  const auto found = std::find_if(values.begin(), values.end(), [&](auto value) { return name == name_of(value); });
+  if (found == values.end()) return std::nullopt;
+  return *found;
+}
 
 }  // namespace
 
-const char* name_of(JobState state) { return state_names[static_cast<std::size_t>(state)].second; }
-
-std::optional<JobState> job_state(const std::string& name) {
-  for (const auto& [state, state_name] : state_names) {
-    if (name == state_name) return state;
-  }
-  return std::nullopt;
-}
-
+const char* name_of(JobState state) { return state_names[static_cast<std::size_t>(state)]; }
 const char* name_of(JobKind kind) { return kind_names[static_cast<std::size_t>(kind)]; }
-
-std::optional<JobKind> job_kind(const std::string& name) {
-  for (const JobKind kind : all_job_kinds) {
-    if (name == name_of(kind)) return kind;
-  }
-  return std::nullopt;
-}
+std::optional<JobState> job_state(const std::string& name) { return find_named(all_job_states, name); }
+std::optional<JobKind> job_kind(const std::string& name) { return find_named(all_job_kinds, name); }
 
 void end(Job& job, JobState state, std::int64_t now) {
   assert(may_move(job.state, state) && ended(state));

@@ -1,6 +1,6 @@
-#include "server/queue/job_lifecycle.h"
-
 #include <utility>
+
+#include "server/queue/queue.h"
 
 namespace queue {
 namespace {

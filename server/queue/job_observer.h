@@ -1,13 +1,14 @@
 #pragma once
-/// An observer of all jobs. Calls come from any thread, after the change is durable; they return at once and do not
-/// call the queue.
+/// The interfaces of the queue to observers: of all jobs, and of the ends of jobs with webhooks.
 
 #include <string>
 
+#include "api/document.h"
 #include "server/queue/job.h"
 
 namespace queue {
 
+/// Called from any thread, after the change is durable. The calls return at once and do not call the queue.
 class JobObserver {
  public:
   virtual ~JobObserver() = default;
@@ -17,6 +18,19 @@ class JobObserver {
   virtual void on_waiters_notified(const std::string& /*id*/) noexcept {}
   virtual void on_progress(const std::string& id, double fraction) noexcept = 0;
   virtual void on_removed(const std::string& id) noexcept = 0;
+};
+
+/// For the webhooks of jobs. Called from any thread.
+class CompletionListener {
+ public:
+  virtual ~CompletionListener() = default;
+
+  /// Called before the job `id` with this webhook is stored. Durable when it returns; throws StoreFailure, and then the
+  /// job is not stored.
+  virtual void register_webhook(const std::string& id, const api::Webhook& webhook) = 0;
+
+  /// The job has ended or was removed. Returns at once. Ends before a restart are not repeated.
+  virtual void on_ended(const std::string& id) noexcept = 0;
 };
 
 }  // namespace queue

@@ -1,7 +1,7 @@
-#include "server/queue/job_queries.h"
-
 #include <algorithm>
 #include <utility>
+
+#include "server/queue/queue.h"
 
 namespace queue {
 namespace {
@@ -26,10 +26,6 @@ JobPage JobQueries::list(const JobFilter& filter, const std::string& cursor, int
   return context_.stores.jobs.list(filter, cursor, std::max(limit, 1));
 }
 
-double JobQueries::progress(const std::string& id) { return context_.running.progress(id); }
-
-std::optional<BatchState> JobQueries::find_batch(const std::string& id) { return context_.stores.batches.find(id); }
-
 QueueState JobQueries::state() {
   QueueState state;
   state.depth = context_.stores.statistics.depth();
@@ -44,8 +40,6 @@ QueueState JobQueries::state() {
   }
   return state;
 }
-
-std::unique_ptr<ArtifactReader> JobQueries::open(const Artifact& artifact) { return context_.pins.open(artifact); }
 
 std::string JobQueries::not_ready() {
   if (const DiskSpace space = context_.settings.disk_space(); space.state != DiskSpace::State::enough)

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "server/queue/job.h"
-#include "server/queue/submission.h"
 
 namespace queue {
 

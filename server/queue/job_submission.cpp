@@ -1,10 +1,9 @@
-#include "server/queue/job_submission.h"
-
 #include <utility>
 #include <vector>
 
 #include "api/document.h"
 #include "api/estimate.h"
+#include "server/queue/queue.h"
 
 namespace queue {
 namespace {

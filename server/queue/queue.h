@@ -2,18 +2,183 @@
 /// The queue: its parts, connected, over the stores.
 ///
 ///   storage::sqlite::SqliteStores stores(directory);               // server/storage/sqlite/sqlite_stores.h
-///   storage::files::FileArtifactStore artifacts(directory);        // server/storage/files/file_artifact_store.h
+///   storage::files::FileArtifactStore artifacts(directory);        // server/storage/files/file_stores.h
 ///   queue::IdSource ids(queue::system_clock(), queue::system_random());
 ///   queue::Queue queue(stores.all(), artifacts, ids, queue::system_clock(), log, settings);
 ///   worker::Supervisor supervisor(queue, worker_settings, log);    // server/worker/supervisor/supervisor.h
 ///   auto submitted = queue.submission.submit(submission);
 
-#include "server/queue/job_lifecycle.h"
-#include "server/queue/job_queries.h"
-#include "server/queue/job_submission.h"
-#include "server/queue/queue_context.h"
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/queue/artifact_pins.h"
+#include "server/queue/clock.h"
+#include "server/queue/disk_health.h"
+#include "server/queue/event_log.h"
+#include "server/queue/job.h"
+#include "server/queue/job_notifications.h"
+#include "server/queue/job_runner.h"
+#include "server/queue/job_store.h"
+#include "server/queue/job_waiters.h"
+#include "tracer/result.h"
 
 namespace queue {
+
+struct QueueSettings {
+  /// Most queued jobs; more are rejected. 100,000 small scenes are a night's batch and about 100 MB. Jobs that return
+  /// from a dead worker were accepted before and are never rejected.
+  std::int64_t queued_limit = 100'000;
+  /// The same for one owner, and the bytes of all its images.
+  std::int64_t owner_queued_limit = 100'000;
+  std::int64_t owner_artifact_bytes_limit = std::int64_t{1} << 40;
+  /// The first reply under an Idempotency-Key is repeated for this time.
+  std::int64_t reply_kept_ms = std::int64_t{24} * 3600 * 1000;
+  /// An expired job is kept, without document and images, for this time.
+  std::int64_t expired_kept_ms = std::int64_t{30} * 24 * 3600 * 1000;
+  /// A claimed job belongs to this daemon for this time without a renewal (LeaseRenewer): longer than a disk stalls,
+  /// shorter than a client's patience.
+  std::int64_t lease_ms = 30'000;
+  DiskSpaceProbe disk_space = [] { return DiskSpace{}; };
+};
+
+/// State that submission, life cycle and queries share.
+struct QueueContext {
+  QueueContext(const Stores& all_stores, ArtifactStore& artifacts, IdSource& id_source, Clock now, const Log& log,
+               QueueSettings queue_settings)
+      : stores(all_stores),
+        ids(id_source),
+        clock(std::move(now)),
+        settings(std::move(queue_settings)),
+        boot_id(ids.next()),
+        pins(stores.maintenance, artifacts, log),
+        waiters(stores.jobs, runner, clock),
+        notifications(running, waiters) {}
+
+  const Stores stores;
+  IdSource& ids;
+  const Clock clock;
+  const QueueSettings settings;
+  const std::string boot_id;  ///< identifies the claims of this daemon
+  AttachedRunner runner;
+  RunningJobs running;
+  ArtifactPins pins;
+  JobWaiters waiters;
+  JobNotifications notifications;
+};
+
+/// Submission of jobs: within the quotas, once for each Idempotency-Key, from the result cache where that has the
+/// images. Thread-safe. Every call may throw StoreFailure.
+class JobSubmission {
+ public:
+  explicit JobSubmission(QueueContext& context) : context_(context) {}
+
+  /// Durable when it returns, unless the submission is not. With images in the result cache the job has succeeded
+  /// already. A repeated request returns its first reply.
+  tracer::Result<Submitted, Rejection> submit(Submission submission);
+  /// As submit; a limit holds for all jobs together.
+  tracer::Result<BatchSubmitted, Rejection> submit_batch(BatchSubmission submission);
+  /// Makes a job that was submitted without durability durable, and its later images. The caller reads the job again
+  /// afterwards: one that has ended meanwhile is not durable.
+  void make_durable(const std::string& id);
+
+ private:
+  class QuotaReservation;
+  std::optional<Rejection> reserve(const std::string& owner, std::int64_t jobs);
+  void release(const std::string& owner, std::int64_t jobs);
+  Job job_of(const Submission& submission);
+  bool finish_from_cache(Job& job, ArtifactPins::Pinned& pinned, bool durable);
+  NewJob new_job(Submission submission, ArtifactPins::Pinned& pinned);
+  std::optional<KeptReply> insert(InsertRequest& request, const Job& job);
+  void notify_stored(const Job& job);
+
+  QueueContext& context_;
+  std::mutex mutex_;
+  std::map<std::string, std::int64_t> reserved_;  ///< jobs by owner: admitted, not yet counted by the store
+};
+
+/// The life of stored jobs: claims and ends by the runner, changes by the owner, maintenance in time. Thread-safe.
+/// Every call may throw StoreFailure.
+class JobLifecycle {
+ public:
+  /// Recovers the jobs that a dead daemon left running: they are queued again, the attempt not counted.
+  JobLifecycle(QueueContext& context, const Log& log);
+
+  // ---- for the runner. As JobTransitions, with this daemon's boot id and clock.
+
+  /// Empty while the disk has no space for a result.
+  std::optional<Claim> claim(bool suspects, bool small = false);
+  struct Image {
+    std::string name;        ///< "image.png"
+    std::string media_type;  ///< "image/png"
+    int fd = -1;             ///< read from offset 0; owned by the caller
+  };
+  /// Stores the images, then the row. False as JobTransitions::succeed; then no image remains that no job names.
+  bool succeed(const std::string& id, std::int64_t fence, const std::string& report, const std::vector<Image>& images);
+  bool fail(const std::string& id, std::int64_t fence, const Problem& problem);
+  bool finish_cancel(const std::string& id, std::int64_t fence);
+  /// The job is not claimed again within `pause_ms`.
+  bool release(const std::string& id, std::int64_t fence, bool counts, bool suspect, std::int64_t pause_ms = 0);
+  /// `fraction` in [0,1]; smaller ones than before are ignored until the job is claimed again.
+  void set_progress(const std::string& id, double fraction);
+  /// Renews the leases of all jobs claimed and not ended here; the runner is notified of lost ones.
+  void renew_leases();
+
+  // ---- for owners
+
+  CancelOutcome cancel(const std::string& id);  ///< a running job becomes cancelled within 100 ms
+  RemoveOutcome remove(const std::string& id);
+  RetryOutcome retry(const std::string& id);
+  ChangeOutcome change(const std::string& id, const JobChange& change, std::optional<std::int64_t> revision);
+  void cancel_batch(const std::string& id);
+  int retry_batch(const std::string& id);  ///< number of jobs that are queued again
+
+  // ---- for the daemon
+
+  /// One small step: ended leases, deadlines, jobs that have become due, expiry. True when there is more to do at once.
+  bool run_maintenance();
+  void on_disk_space_available() { context_.runner.notify(true); }
+
+ private:
+  void cancel_failing_batch(const std::string& job_id);
+  std::vector<Artifact> store_images(ArtifactPins::Pinned& pinned, const std::vector<Image>& images, bool durable);
+
+  QueueContext& context_;
+};
+
+struct QueueState {
+  QueueDepth depth;
+  std::map<JobState, std::int64_t> jobs;  ///< all of them, by state
+  std::optional<double> oldest_age_s;     ///< age of the oldest job that may run now
+  /// Time until all queued jobs have ended, estimated from the latest ends; empty until two jobs have ended.
+  std::optional<double> eta_s;
+};
+
+/// Reads of jobs, batches and the queue. Thread-safe. Every call may throw StoreFailure.
+class JobQueries {
+ public:
+  explicit JobQueries(QueueContext& context) : context_(context) {}
+
+  std::optional<JobView> find(const std::string& id);
+  JobPage list(const JobFilter& filter, const std::string& cursor, int limit);
+  double progress(const std::string& id) { return context_.running.progress(id); }
+  std::optional<BatchState> find_batch(const std::string& id) { return context_.stores.batches.find(id); }
+  QueueState state();
+  /// As ArtifactPins::open.
+  std::unique_ptr<ArtifactReader> open(const Artifact& artifact) { return context_.pins.open(artifact); }
+
+  /// For readiness: empty, or the reason ("store: disk full", "worker: restarting", "draining"). Costs a small durable
+  /// write, so about once a second is often enough.
+  std::string not_ready();
+
+ private:
+  QueueContext& context_;
+};
 
 /// The stores and `ids` must outlive it.
 class Queue {

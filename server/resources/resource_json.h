@@ -11,8 +11,8 @@
 
 #include "server/queue/delivery_store.h"
 #include "server/queue/events.h"
-#include "server/queue/job_queries.h"
-#include "server/queue/submission.h"
+#include "server/queue/job.h"
+#include "server/queue/queue.h"
 #include "tracer/validate.h"
 
 namespace resources {

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/queue/disk_space.h"
+#include "server/queue/disk_health.h"
 
 namespace telemetry {
 

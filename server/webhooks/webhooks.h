@@ -25,10 +25,9 @@
 #include <vector>
 
 #include "server/queue/clock.h"
-#include "server/queue/completion_listener.h"
 #include "server/queue/delivery_store.h"
 #include "server/queue/event_log.h"
-#include "server/queue/job_id.h"
+#include "server/queue/job_observer.h"
 #include "server/queue/queue.h"
 #include "server/webhooks/signature.h"
 #include "server/webhooks/webhook_sender.h"

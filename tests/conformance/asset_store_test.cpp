@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "server/queue/asset_collector.h"
+#include "server/queue/queue_maintainer.h"
 #include "server/storage/files/file_asset_store.h"
 #include "tests/conformance/temporary_directory.h"
 #include "tests/conformance/test_store.h"

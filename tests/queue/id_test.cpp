@@ -6,7 +6,7 @@
 #include <set>
 #include <thread>
 
-#include "server/queue/job_id.h"
+#include "server/queue/clock.h"
 
 using namespace queue;
 

@@ -1,8 +1,8 @@
 /// Previews of running jobs and their requests.
 
-#include "server/queue/previews.h"
-
 #include <gtest/gtest.h>
+
+#include "server/queue/job_waiters.h"
 
 using namespace queue;
 

@@ -18,7 +18,7 @@
 #include "server/queue/asset_store.h"
 #include "server/queue/clock.h"
 #include "server/queue/delivery_store.h"
-#include "server/queue/disk_space.h"
+#include "server/queue/disk_health.h"
 #include "server/queue/events.h"
 #include "server/queue/queue.h"
 

@@ -10,7 +10,7 @@
 #include <mutex>
 #include <string>
 
-#include "server/queue/disk_space.h"
+#include "server/queue/disk_health.h"
 #include "server/queue/event_log.h"
 
 namespace storage::files {

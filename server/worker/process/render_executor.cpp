@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "server/queue/job.h"
-#include "server/queue/previews.h"
+#include "server/queue/job_waiters.h"
 #include "server/worker/process/jobs.h"
 #include "tracer/encode.h"
 

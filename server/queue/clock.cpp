@@ -1,4 +1,4 @@
-#include "server/queue/job_id.h"
+#include "server/queue/clock.h"
 
 #include <sys/random.h>
 
