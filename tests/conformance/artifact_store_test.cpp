@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "server/queue/asset_store.h"
-#include "server/storage/files/file_artifact_store.h"
+#include "server/storage/files/file_stores.h"
 #include "server/storage/sqlite/small_artifact_store.h"
 #include "tests/conformance/memory_file.h"
 #include "tests/conformance/temporary_directory.h"

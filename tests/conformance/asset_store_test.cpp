@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "server/queue/queue_maintainer.h"
-#include "server/storage/files/file_asset_store.h"
+#include "server/storage/files/file_stores.h"
 #include "tests/conformance/temporary_directory.h"
 #include "tests/conformance/test_store.h"
 #include "tracer/sha256.h"

@@ -8,8 +8,7 @@
 #include <thread>
 #include <vector>
 
-#include "server/storage/files/file_artifact_store.h"
-#include "server/storage/files/file_asset_store.h"
+#include "server/storage/files/file_stores.h"
 #include "tests/conformance/file_size_limit.h"
 #include "tests/conformance/memory_file.h"
 #include "tests/conformance/temporary_directory.h"

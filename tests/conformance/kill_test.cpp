@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <sstream>
 
-#include "server/storage/files/file_artifact_store.h"
+#include "server/storage/files/file_stores.h"
 #include "server/storage/sqlite/small_artifact_store.h"
 #include "tests/conformance/temporary_directory.h"
 #include "tests/conformance/test_store.h"

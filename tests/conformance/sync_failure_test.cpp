@@ -13,8 +13,7 @@
 
 #include "server/queue/disk_health.h"
 #include "server/queue/queue.h"
-#include "server/storage/files/file_artifact_store.h"
-#include "server/storage/files/file_asset_store.h"
+#include "server/storage/files/file_stores.h"
 #include "server/storage/sqlite/small_artifact_store.h"
 #include "server/storage/sqlite/sqlite_delivery_store.h"
 #include "tests/conformance/memory_file.h"

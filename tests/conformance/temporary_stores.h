@@ -1,7 +1,7 @@
 #pragma once
 /// Stores of one test in a temporary directory, without syncs of the database.
 
-#include "server/storage/files/file_artifact_store.h"
+#include "server/storage/files/file_stores.h"
 #include "server/storage/sqlite/small_artifact_store.h"
 #include "tests/conformance/temporary_directory.h"
 #include "tests/conformance/test_store.h"

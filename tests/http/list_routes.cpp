@@ -5,7 +5,7 @@
 
 #include "server/http/handlers/routes.h"
 #include "server/queue/queue.h"
-#include "server/storage/files/file_asset_store.h"
+#include "server/storage/files/file_stores.h"
 #include "tests/conformance/temporary_stores.h"
 
 namespace {

@@ -1,6 +1,7 @@
 #pragma once
 /// The connections of SqliteStores, which its stores share, and the stores themselves. Private to this directory.
 
+#include <chrono>
 #include <condition_variable>
 #include <memory>
 #include <mutex>
@@ -8,11 +9,27 @@
 #include <vector>
 
 #include "server/queue/disk_health.h"
-#include "server/storage/sqlite/directory_lock.h"
 #include "server/storage/sqlite/group_commit.h"
 #include "server/storage/sqlite/sqlite_stores.h"
 
 namespace storage::sqlite {
+
+/// Prevents a second daemon on a data directory: an exclusive lock (flock) on DIRECTORY/lock, a file with the process
+/// id of the holder. The kernel releases it when the process ends.
+class DirectoryLock {
+ public:
+  /// Time to wait for a lock that another process holds: a killed daemon may need a moment to end.
+  static constexpr std::chrono::seconds patience{3};
+
+  /// Creates the directory where missing. Throws StoreFailure, with the process id of another holder.
+  explicit DirectoryLock(const std::string& directory);
+  ~DirectoryLock();
+  DirectoryLock(const DirectoryLock&) = delete;
+  DirectoryLock& operator=(const DirectoryLock&) = delete;
+
+ private:
+  int fd_ = -1;
+};
 
 /// A few read-only connections, each used by one caller at a time.
 class ReadPool {

@@ -1,23 +1,15 @@
 #include "server/storage/sqlite/job_rows.h"
 
+#include <iterator>
 #include <sstream>
 #include <utility>
 
 namespace storage::sqlite {
 namespace {
 
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text.append(text.empty() ? "" : " ").append(word);
-  return text;
-}
-
 std::optional<api::Webhook> read_webhook(const Query& row, int url_column) {
   if (row.is_null(url_column)) return std::nullopt;
-  api::Webhook webhook{row.text(url_column), {}};
-  std::istringstream words(row.text(url_column + 1));
-  for (std::string word; words >> word;) webhook.events.push_back(word);
-  return webhook;
+  return api::Webhook{row.text(url_column), split(row.text(url_column + 1))};
 }
 
 void read_problem(Database& database, queue::Job& job, const Query& row, int code_column) {
@@ -45,6 +37,17 @@ void read_assets(Database& database, queue::Job& job) {
 }
 
 }  // namespace
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text.append(text.empty() ? "" : " ").append(word);
+  return text;
+}
+
+std::vector<std::string> split(const std::string& text) {
+  std::istringstream words(text);
+  return {std::istream_iterator<std::string>(words), std::istream_iterator<std::string>()};
+}
 
 void insert_labels(Database& database, const std::string& id, const std::map<std::string, std::string>& labels) {
   for (const auto& [key, value] : labels) {
@@ -206,6 +209,31 @@ std::optional<queue::KeptReply> read_reply(Database& database, const queue::Repl
   if (!row.row()) return std::nullopt;
   const queue::FirstReply reply{static_cast<int>(row.integer(1)), row.text(2), row.text(3)};
   return queue::KeptReply{key, row.text(0), reply, row.integer(4)};
+}
+
+// ---- claims
+
+queue::Claim claim_job(Database& database, const std::string& id, const queue::ClaimTerms& terms, std::int64_t now) {
+  database.change(
+      "UPDATE jobs SET state = 'running', started_at = ?, attempt = attempt + 1, fence = fence + 1, boot_id = ?,"
+      " lease_until = ?, revision = revision + 1 WHERE id = ?",
+      now, terms.boot_id, terms.lease_until, id);
+  Query fence = database.query("SELECT fence FROM jobs WHERE id = ?", id);
+  fence.row();
+  return {read_job(database, id).value(), {}, fence.integer(0)};
+}
+
+std::optional<queue::Claim> claim_if_alone(Database& database, const std::string& id, const queue::ClaimTerms& terms,
+                                           std::int64_t now) {
+  {
+    Query waiting = database.query(
+        "SELECT id, deadline FROM jobs INDEXED BY jobs_waiting WHERE state = 'queued' AND not_before IS NULL LIMIT 2");
+    if (!waiting.row() || waiting.text(0) != id || (!waiting.is_null(1) && waiting.integer(1) <= now)) return {};
+    if (waiting.row()) return {};
+  }
+  queue::Claim claim = claim_job(database, id, terms, now);
+  claim.is_last = true;
+  return claim;
 }
 
 }  // namespace storage::sqlite

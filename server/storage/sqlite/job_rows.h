@@ -1,6 +1,7 @@
 #pragma once
-/// Conversion of jobs, batches and replies to rows and back. Private to this directory.
+/// Rows of jobs, batches and replies, read and written inside a transaction. Private to this directory.
 
+#include <cstdint>
 #include <map>
 #include <string>
 #include <vector>
@@ -9,6 +10,10 @@
 #include "server/storage/sqlite/database.h"
 
 namespace storage::sqlite {
+
+/// Words in one column, separated by spaces.
+std::string joined(const std::vector<std::string>& words);
+std::vector<std::string> split(const std::string& text);
 
 void insert_job(Database& database, const queue::Job& job, const std::string& document);
 void insert_labels(Database& database, const std::string& id, const std::map<std::string, std::string>& labels);
@@ -29,5 +34,18 @@ std::optional<queue::BatchState> read_batch(Database& database, const std::strin
 void insert_reply(Database& database, const queue::KeptReply& kept);
 /// None if it has expired.
 std::optional<queue::KeptReply> read_reply(Database& database, const queue::ReplyKey& key, std::int64_t now);
+
+/// Without the document. Precondition: the job is queued.
+queue::Claim claim_job(Database& database, const std::string& id, const queue::ClaimTerms& terms, std::int64_t now);
+/// Claims a queued job that may run if no other job waits.
+std::optional<queue::Claim> claim_if_alone(Database& database, const std::string& id, const queue::ClaimTerms& terms,
+                                           std::int64_t now);
+
+/// An UPDATE of a running job that returns to queued, or to cancelled where that was requested; ?1 is now. The attempt
+/// and the condition follow.
+inline constexpr const char* released_columns =
+    "UPDATE jobs SET state = iif(cancel_requested, 'cancelled', 'queued'),"
+    " ended_at = iif(cancel_requested, ?1, NULL), cancel_requested = 0, revision = revision + 1,"
+    " expires_at = coalesce(expires_at, iif(cancel_requested, ?1 + 1000 * expires_in_s, NULL)),";
 
 }  // namespace storage::sqlite

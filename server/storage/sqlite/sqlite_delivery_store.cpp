@@ -1,11 +1,11 @@
 #include "server/storage/sqlite/sqlite_delivery_store.h"
 
-#include <algorithm>
 #include <utility>
 
 #include "server/queue/job_store.h"
 #include "server/storage/sqlite/database.h"
 #include "server/storage/sqlite/group_commit.h"
+#include "server/storage/sqlite/job_rows.h"
 #include "server/storage/sqlite/schema.h"
 
 namespace storage::sqlite {
@@ -53,22 +53,6 @@ std::unique_ptr<Database> open(const std::string& path) {
   return database;
 }
 
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : " ") + word;
-  return text;
-}
-
-std::vector<std::string> split(const std::string& text) {
-  std::vector<std::string> words;
-  for (std::size_t begin = 0; begin < text.size();) {
-    const std::size_t end = std::min(text.find(' ', begin), text.size());
-    words.push_back(text.substr(begin, end - begin));
-    begin = end + 1;
-  }
-  return words;
-}
-
 queue::DeliveryState state_named(const std::string& name) {
   for (const queue::DeliveryState state : {queue::DeliveryState::pending, queue::DeliveryState::delivered}) {
     if (name == queue::name_of(state)) return state;
@@ -80,7 +64,7 @@ queue::Delivery read_delivery(const Query& row) {
   queue::Delivery delivery{row.text(0),    row.text(1),  row.text(2),
                            row.text(3),    row.text(4),  state_named(row.text(5)),
                            row.integer(6), std::nullopt, {}};
-  if (!row.is_null(7)) delivery.next_attempt_at = row.integer(7);
+  delivery.next_attempt_at = row.optional_integer(7);
   return delivery;
 }
 
@@ -115,12 +99,8 @@ std::optional<queue::Subscription> SqliteDeliveryStore::subscription(const std::
 }
 
 std::vector<std::string> SqliteDeliveryStore::subscribed_jobs() {
-  return commits_->run([](Database& database) {
-    std::vector<std::string> ids;
-    Query row = database.query("SELECT job_id FROM subscriptions ORDER BY job_id");
-    while (row.row()) ids.push_back(row.text(0));
-    return ids;
-  });
+  return commits_->run(
+      [](Database& database) { return database.query("SELECT job_id FROM subscriptions ORDER BY job_id").texts(); });
 }
 
 void SqliteDeliveryStore::unsubscribe(const std::string& job_id) {

@@ -1,14 +1,117 @@
-/// Rows of jobs. Reads have connections of their own, so that writes do not delay them.
+/// Rows of jobs, their pages and counts. Reads have connections of their own, so that writes do not delay them.
 
+#include <algorithm>
 #include <cassert>
+#include <limits>
+#include <map>
+#include <utility>
 
 #include "server/storage/sqlite/connections.h"
-#include "server/storage/sqlite/job_moves.h"
 #include "server/storage/sqlite/job_rows.h"
-#include "server/storage/sqlite/list_query.h"
 
 namespace storage::sqlite {
 namespace {
+
+std::int64_t count_jobs(Database& database, queue::JobState state) {
+  Query query = database.query("SELECT jobs FROM job_counts WHERE state = ?", std::string(queue::name_of(state)));
+  query.row();
+  return query.integer(0);
+}
+
+// ---- pages
+
+/// Counting stops here: longer walks cost the same.
+constexpr std::int64_t many = 1000;
+
+using Label = std::pair<std::string, std::string>;
+
+/// The index that a page walks. Each holds the ids in order, so the walk ends when the page is full; the other
+/// conditions are checked by id.
+struct Walk {
+  enum class Over { jobs, state, label, batch };
+  Over over = Over::jobs;
+  Label label;
+};
+
+std::int64_t count_labelled(Database& database, const Label& label) {
+  Query query = database.query("SELECT count(*) FROM (SELECT 1 FROM labels WHERE key = ? AND value = ? LIMIT ?)",
+                               label.first, label.second, many);
+  query.row();
+  return query.integer(0);
+}
+
+/// The shortest walk: the rarest label, or the state where that is rarer.
+Walk choose_walk(Database& database, const queue::JobFilter& filter) {
+  Walk walk;
+  if (!filter.batch.empty()) return {Walk::Over::batch, {}};
+  std::int64_t shortest = std::numeric_limits<std::int64_t>::max();
+  for (const auto& [key, value] : filter.labels) {
+    const Label label(key, value);
+    const std::int64_t count = count_labelled(database, label);
+    if (count < shortest) walk = {Walk::Over::label, label};
+    shortest = std::min(shortest, count);
+  }
+  if (filter.state && count_jobs(database, *filter.state) < shortest) walk.over = Walk::Over::state;
+  return walk;
+}
+
+std::string list_sql(Walk::Over over, std::size_t other_labels, const queue::JobFilter& filter) {
+  std::string sql = "SELECT jobs.id FROM ";
+  std::string id = "jobs.id";
+  switch (over) {
+    case Walk::Over::label:  // CROSS JOIN: SQLite keeps the order written
+      id = "walked.job_id";
+      sql +=
+          "labels AS walked CROSS JOIN jobs ON jobs.id = walked.job_id WHERE walked.key = ? AND walked.value = ? AND ";
+      break;
+    case Walk::Over::state:
+      sql += "jobs INDEXED BY jobs_by_state WHERE ";
+      break;
+    case Walk::Over::batch:
+      sql += "jobs INDEXED BY jobs_by_batch WHERE jobs.batch_id = ? AND ";
+      break;
+    case Walk::Over::jobs:
+      sql += "jobs WHERE ";
+      break;
+  }
+  sql += id + " < ?";
+  if (filter.state) sql += " AND jobs.state = ?";
+  for (std::size_t i = 0; i < other_labels; ++i) {
+    sql += " AND EXISTS (SELECT 1 FROM labels WHERE key = ? AND value = ? AND job_id = jobs.id)";
+  }
+  if (!filter.text.empty()) sql += " AND instr(jobs.name, ?) > 0";
+  return sql + " ORDER BY " + id + " DESC LIMIT ?";
+}
+
+/// Ids of at most `limit` matching jobs older than `cursor` (empty: from the newest), newest first: over 100,000 jobs
+/// in milliseconds.
+std::vector<std::string> list_ids(Database& database, const queue::JobFilter& filter, const std::string& cursor,
+                                  int limit) {
+  const Walk walk = choose_walk(database, filter);
+  std::map<std::string, std::string> others = filter.labels;
+  if (walk.over == Walk::Over::label) others.erase(walk.label.first);
+
+  Query query = database.query(list_sql(walk.over, others.size(), filter));
+  int position = 0;
+  if (walk.over == Walk::Over::label) {
+    query.bind(++position, walk.label.first);
+    query.bind(++position, walk.label.second);
+  }
+  if (walk.over == Walk::Over::batch) query.bind(++position, filter.batch);
+  query.bind(++position, cursor.empty() ? std::string("~") : cursor);  // greater than every id
+  if (filter.state) query.bind(++position, std::string(queue::name_of(*filter.state)));
+  for (const auto& [key, value] : others) {
+    query.bind(++position, key);
+    query.bind(++position, value);
+  }
+  if (!filter.text.empty()) query.bind(++position, filter.text);
+  query.bind(++position, std::int64_t{limit});
+  std::vector<std::string> ids;
+  while (query.row()) ids.push_back(query.text(0));
+  return ids;
+}
+
+// ---- stores
 
 class SqliteJobStore final : public queue::JobStore {
  public:
@@ -107,10 +210,68 @@ class SqliteJobStore final : public queue::JobStore {
   Connections& connections_;
 };
 
+/// Counts from tables that triggers maintain.
+class SqliteStatistics final : public queue::JobStatistics {
+ public:
+  explicit SqliteStatistics(Connections& connections) : connections_(connections) {}
+
+  std::int64_t count(queue::JobState state) override {
+    return connections_.reader.run([&](Database& database) { return count_jobs(database, state); });
+  }
+
+  queue::OwnerUsage owner_usage(const std::string& owner) override {
+    return connections_.reader.run([&](Database& database) {
+      Query row = database.query("SELECT queued_jobs, artifact_bytes FROM owner_usage WHERE owner = ?", owner);
+      return row.row() ? queue::OwnerUsage{row.integer(0), row.integer(1)} : queue::OwnerUsage{};
+    });
+  }
+
+  queue::QueueDepth depth() override {
+    return connections_.reader.run([&](Database& database) {
+      queue::QueueDepth depth;
+      Query queued = database.query("SELECT priority, jobs FROM queued_by_priority WHERE jobs > 0");
+      while (queued.row()) depth.queued_by_priority.emplace(static_cast<int>(queued.integer(0)), queued.integer(1));
+      Query delayed = database.query("SELECT count(*) FROM jobs INDEXED BY jobs_delayed WHERE not_before IS NOT NULL");
+      delayed.row();
+      depth.delayed = delayed.integer(0);
+      // Ids are in order of creation.
+      Query oldest = database.query(
+          "SELECT max(created_at, coalesce(run_after, created_at)) FROM jobs INDEXED BY jobs_by_state"
+          " WHERE state = 'queued' AND not_before IS NULL ORDER BY id LIMIT 1");
+      if (oldest.row()) depth.oldest_at = oldest.integer(0);
+      return depth;
+    });
+  }
+
+  std::optional<std::int64_t> queue_position(const std::string& id, std::int64_t limit) override {
+    return connections_.reader.run([&](Database& database) -> std::optional<std::int64_t> {
+      Query job =
+          database.query("SELECT suspect, rank FROM jobs WHERE id = ? AND state = 'queued' AND not_before IS NULL", id);
+      if (!job.row()) return std::nullopt;
+      // Suspects run before all others.
+      Query before = database.query(
+          "SELECT (SELECT count(*) FROM (SELECT 1 FROM jobs INDEXED BY jobs_waiting WHERE state = 'queued'"
+          "   AND not_before IS NULL AND suspect = ?1 AND (rank, id) < (?2, ?3) LIMIT ?4))"
+          " + iif(?1, 0, (SELECT count(*) FROM jobs INDEXED BY jobs_waiting WHERE state = 'queued'"
+          "   AND not_before IS NULL AND suspect = 1))",
+          job.integer(0), job.integer(1), id, limit);
+      before.row();
+      return std::min(before.integer(0), limit);
+    });
+  }
+
+ private:
+  Connections& connections_;
+};
+
 }  // namespace
 
 std::unique_ptr<queue::JobStore> make_job_store(Connections& connections) {
   return std::make_unique<SqliteJobStore>(connections);
+}
+
+std::unique_ptr<queue::JobStatistics> make_job_statistics(Connections& connections) {
+  return std::make_unique<SqliteStatistics>(connections);
 }
 
 }  // namespace storage::sqlite

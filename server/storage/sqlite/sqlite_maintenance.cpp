@@ -3,7 +3,6 @@
 #include <cassert>
 
 #include "server/storage/sqlite/connections.h"
-#include "server/storage/sqlite/job_moves.h"
 #include "server/storage/sqlite/job_rows.h"
 
 namespace storage::sqlite {

@@ -1,9 +1,8 @@
-/// Moves of jobs between states.
+/// Moves of jobs between states, of one job and of a batch.
 
 #include <cassert>
 
 #include "server/storage/sqlite/connections.h"
-#include "server/storage/sqlite/job_moves.h"
 #include "server/storage/sqlite/job_rows.h"
 
 namespace storage::sqlite {
@@ -17,6 +16,38 @@ bool end(Database& database, const std::string& id, std::int64_t fence, std::int
              " expires_at = coalesce(expires_at, ?2 + 1000 * expires_in_s)"
              " WHERE id = ?3 AND fence = ?4 AND state = 'running'",
              std::string(queue::name_of(state)), now, id, fence) == 1;
+}
+
+queue::CancelOutcome cancel_job(Database& database, const std::string& id, std::int64_t now) {
+  if (database.change("UPDATE jobs SET state = 'cancelled', ended_at = ?1, not_before = NULL,"
+                      " expires_at = coalesce(expires_at, ?1 + 1000 * expires_in_s), revision = revision + 1"
+                      " WHERE id = ?2 AND state = 'queued'",
+                      now, id) == 1) {
+    return queue::CancelOutcome::cancelled;
+  }
+  if (database.change("UPDATE jobs SET revision = revision + (cancel_requested = 0), cancel_requested = 1"
+                      " WHERE id = ? AND state = 'running'",
+                      id) == 1) {
+    return queue::CancelOutcome::cancelling;
+  }
+  return database.query("SELECT 1 FROM jobs WHERE id = ?", id).row() ? queue::CancelOutcome::already_ended
+                                                                     : queue::CancelOutcome::unknown;
+}
+
+queue::RetryOutcome retry_job(Database& database, const std::string& id, std::int64_t now) {
+  const std::optional<queue::Job> job = read_job(database, id);
+  if (!job) return queue::RetryOutcome::unknown;
+  if (!queue::ended(job->state)) return queue::RetryOutcome::not_ended;
+  if (job->state == queue::JobState::succeeded) return queue::RetryOutcome::succeeded;
+  if (job->expired) return queue::RetryOutcome::expired;
+  assert(queue::may_move(job->state, queue::JobState::queued));
+  database.change("DELETE FROM problem_errors WHERE job_id = ?", id);
+  database.change(
+      "UPDATE jobs SET state = 'queued', attempt = 0, started_at = NULL, ended_at = NULL, expires_at = NULL,"
+      " problem_code = NULL, problem_detail = NULL, deadline = iif(deadline <= ?1, NULL, deadline),"
+      " not_before = iif(run_after > ?1, run_after, NULL), rank = ?2, revision = revision + 1 WHERE id = ?3",
+      now, queue::rank_of(now, job->run_after, job->priority), id);
+  return queue::RetryOutcome::queued;
 }
 
 class SqliteTransitions final : public queue::JobTransitions {
@@ -120,10 +151,67 @@ class SqliteTransitions final : public queue::JobTransitions {
   Connections& connections_;
 };
 
+std::vector<std::string> jobs_of(Database& database, const std::string& batch) {
+  return database.query("SELECT id FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ? ORDER BY id", batch).texts();
+}
+
+class SqliteBatches final : public queue::BatchStore {
+ public:
+  explicit SqliteBatches(Connections& connections) : connections_(connections) {}
+
+  std::optional<queue::BatchState> find(const std::string& id) override {
+    return connections_.reader.run([&](Database& database) { return read_batch(database, id); });
+  }
+
+  queue::BatchCancel cancel(const std::string& id, std::int64_t now) override {
+    return connections_.writer.run([&](Database& database) {
+      queue::BatchCancel changed;
+      for (const std::string& job : jobs_of(database, id)) {
+        const queue::CancelOutcome outcome = cancel_job(database, job, now);
+        if (outcome == queue::CancelOutcome::cancelled) changed.cancelled.push_back(job);
+        if (outcome == queue::CancelOutcome::cancelling) changed.cancelling.push_back(job);
+      }
+      return changed;
+    });
+  }
+
+  queue::BatchRetry retry(const std::string& id, std::int64_t now) override {
+    return connections_.writer.run([&](Database& database) {
+      queue::BatchRetry retried;
+      for (const std::string& job : jobs_of(database, id)) {
+        if (retry_job(database, job, now) == queue::RetryOutcome::queued) retried.jobs.push_back(job);
+      }
+      Query suspect = database.query(
+          "SELECT 1 FROM jobs INDEXED BY jobs_by_batch WHERE batch_id = ? AND suspect = 1 AND state = 'queued' LIMIT 1",
+          id);
+      retried.suspects = suspect.row();
+      return retried;
+    });
+  }
+
+  std::vector<std::string> list_failing() override {
+    return connections_.reader.run([&](Database& database) {
+      return database
+          .query(
+              "SELECT id FROM batches WHERE max_failed IS NOT NULL AND max_failed <"
+              " (SELECT count(*) FROM jobs WHERE batch_id = batches.id AND state = 'failed')"
+              " AND EXISTS (SELECT 1 FROM jobs WHERE batch_id = batches.id AND state IN ('queued', 'running'))")
+          .texts();
+    });
+  }
+
+ private:
+  Connections& connections_;
+};
+
 }  // namespace
 
 std::unique_ptr<queue::JobTransitions> make_job_transitions(Connections& connections) {
   return std::make_unique<SqliteTransitions>(connections);
+}
+
+std::unique_ptr<queue::BatchStore> make_batch_store(Connections& connections) {
+  return std::make_unique<SqliteBatches>(connections);
 }
 
 }  // namespace storage::sqlite

@@ -1,12 +1,14 @@
 #pragma once
-/// Uploaded assets as files named by their sha256: DIRECTORY/ab/abcdef... (queue::asset_path). The time of
-/// last use is stored as the modification time.
+/// The embedded stores of artifacts and uploaded assets: files named by their sha256, DIRECTORY/ab/abcdef...
+/// (durable_file.h).
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <mutex>
 #include <string>
 
+#include "server/queue/artifact_store.h"
 #include "server/queue/asset_store.h"
 #include "server/queue/clock.h"
 #include "server/queue/disk_health.h"
@@ -15,7 +17,30 @@ namespace storage::files {
 
 class TemporaryFile;
 
-/// One process at a time, as FileArtifactStore. Uses and removals are not synced: power loss may restore an older time
+/// Artifacts. One process at a time (SqliteStores locks the data directory). A removal is not synced, so power loss may
+/// restore an artifact that no job names.
+class FileArtifactStore final : public queue::ArtifactStore {
+ public:
+  /// Creates the directories where missing and deletes incomplete files. Throws StoreFailure. `health` is that of the
+  /// disk; null: private to this store.
+  explicit FileArtifactStore(std::string directory, queue::DiskHealth* health = nullptr);
+
+  Stored put(int fd, bool durable = true) override;
+  void sync(const std::string& sha256) override;
+  std::unique_ptr<queue::ArtifactReader> open(const std::string& sha256) override;
+  void remove(const std::string& sha256) override;
+
+ private:
+  Stored store(int fd, bool durable);
+
+  std::string directory_;
+  queue::DiskHealth own_health_;
+  queue::DiskHealth& health_;
+  std::atomic<std::uint64_t> temporary_count_{0};
+};
+
+/// Uploaded assets (queue::asset_path). The time of last use is stored as the modification time. One process at a time,
+/// as FileArtifactStore. Uses and removals are not synced: power loss may restore an older time
 /// of use (jobs still keep the assets that they name), or an asset that no job names.
 class FileAssetStore final : public queue::AssetStore {
  public:
