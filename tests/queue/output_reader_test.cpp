@@ -1,12 +1,11 @@
 /// The output of a worker is logged line by line, truncated and limited in number.
 
-#include "server/worker/supervisor/output_reader.h"
-
 #include <fcntl.h>
 #include <unistd.h>
 
 #include <array>
 
+#include "server/worker/supervisor/child_process.h"
 #include "tests/queue/supervised.h"
 
 using queue::JobState;

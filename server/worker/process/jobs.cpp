@@ -1,13 +1,54 @@
 #include "server/worker/process/jobs.h"
 
+#include <chrono>
+#include <functional>
 #include <limits>
 #include <new>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
+#include "api/document.h"
 #include "api/load_assets.h"
+#include "api/measure_request.h"
+#include "api/measurement_json.h"
+#include "api/report.h"
 #include "server/worker/protocol/asset_directory.h"
+#include "tracer/assets.h"
+#include "tracer/compile.h"
+#include "tracer/encode.h"
+#include "tracer/measure.h"
+#include "tracer/plot.h"
+#include "tracer/render.h"
 
 namespace worker {
 namespace {
+
+// ---- stages of every job
+
+/// Thrown to leave a stage; caught only by outcome_of.
+struct Stop {
+  std::optional<queue::Problem> problem;  ///< none: the job was cancelled
+};
+
+/// The result of `work`, or its exception as an answer: std::bad_alloc is "out_of_memory", an unexpected one
+/// "internal".
+Outcome outcome_of(const std::string& job_id, std::int64_t fence, const std::function<Finished()>& work) noexcept {
+  Failed failure{job_id, fence, {}};
+  try {
+    return work();
+  } catch (Stop& stop) {
+    if (!stop.problem) return Cancelled{job_id, fence};
+    failure.problem = std::move(*stop.problem);
+  } catch (const std::bad_alloc&) {
+    failure.problem = {"out_of_memory", "The worker does not have enough memory for this scene.", {}};
+  } catch (const std::exception& exception) {
+    failure.problem = {"internal", exception.what(), {}};
+  }
+  return failure;
+}
 
 template <class T>
 constexpr T unlimited = std::numeric_limits<T>::max();
@@ -25,23 +66,33 @@ queue::Problem bad_asset(std::vector<tracer::Issue> issues) {
   return {"bad_asset", "The scene cannot be rendered with its files.", std::move(issues)};
 }
 
-}  // namespace
-
-Outcome outcome_of(const std::string& job_id, std::int64_t fence, const std::function<Finished()>& work) noexcept {
-  Failed failure{job_id, fence, {}};
-  try {
-    return work();
-  } catch (Stop& stop) {
-    if (!stop.problem) return Cancelled{job_id, fence};
-    failure.problem = std::move(*stop.problem);
-  } catch (const std::bad_alloc&) {
-    failure.problem = {"out_of_memory", "The worker does not have enough memory for this scene.", {}};
-  } catch (const std::exception& exception) {
-    failure.problem = {"internal", exception.what(), {}};
-  }
-  return failure;
+/// Leaves the stage if the job is cancelled.
+void stop_if_cancelled(const tracer::RenderControl& control) {
+  if (control.cancelled()) throw Stop{};
 }
 
+/// As "bad_scene".
+[[noreturn]] void stop_for(const api::Refusal& refusal) {
+  const std::string detail =
+      refusal.detail.empty() ? "The scene has " + std::to_string(refusal.issues.size()) + " errors." : refusal.detail;
+  throw Stop{queue::Problem{"bad_scene", detail, refusal.issues}};
+}
+
+[[noreturn]] void stop_for(const tracer::Failure& failure) {
+  using Code = tracer::Failure::Code;
+  if (failure.code == Code::cancelled) throw Stop{};
+  if (failure.code == Code::bad_asset) throw Stop{bad_asset({{failure.pointer, "bad_asset", failure.detail}})};
+  const char* const code = failure.code == Code::out_of_memory ? "out_of_memory" : "internal";
+  throw Stop{queue::Problem{code, failure.detail, {}}};
+}
+
+template <class T>
+T value_of(tracer::Result<T, tracer::Failure> result) {
+  if (!result) stop_for(result.error());
+  return *std::move(result);
+}
+
+/// No limits on the document: they were checked when it was accepted, and may have changed since.
 api::Limits reading_limits(const FileSettings& files) {
   api::Limits limits = no_limits();
   if (!files.directory.empty()) limits.files = api::Files::below_a_directory;
@@ -49,6 +100,7 @@ api::Limits reading_limits(const FileSettings& files) {
   return limits;
 }
 
+/// Content identifiers of the files of `scene`, in their order, for tracer::SceneCache.
 std::vector<std::string> content_names(const tracer::Scene& scene, const FileSettings& settings) {
   std::vector<std::string> names;
   if (scene.assets.empty()) return names;
@@ -57,6 +109,8 @@ std::vector<std::string> content_names(const tracer::Scene& scene, const FileSet
   return names;
 }
 
+/// Loads the files of `scene`. Stops as "bad_asset" with all issues if they are invalid, and between files if the job
+/// is cancelled.
 tracer::Assets load_files(tracer::Scene& scene, const FileSettings& settings, const tracer::RenderControl& control) {
   if (scene.assets.empty()) return {};
   tracer::Limits limits = no_limits().scene;
@@ -72,18 +126,160 @@ tracer::Assets load_files(tracer::Scene& scene, const FileSettings& settings, co
   return std::move(*assets);
 }
 
-void stop_for(const api::Refusal& refusal) {
-  const std::string detail =
-      refusal.detail.empty() ? "The scene has " + std::to_string(refusal.issues.size()) + " errors." : refusal.detail;
-  throw Stop{queue::Problem{"bad_scene", detail, refusal.issues}};
+// ---- renders
+
+/// Measures milliseconds since the last lap.
+class Stopwatch {
+ public:
+  [[nodiscard]] double elapsed() const {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - last_).count();
+  }
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    return std::chrono::duration<double, std::milli>(now - std::exchange(last_, now)).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+class RenderStages {
+ public:
+  RenderStages(Assign job, const FileSettings& files, JobControl& control, tracer::SceneCache* cache)
+      : job_(std::move(job)), files_(files), control_(control), cache_(cache) {
+    times_.queue = job_.queue_ms;
+  }
+
+  Finished run() {
+    tracer::Scene scene = parse();
+    const auto compiled = compile(scene);
+    control_.display_output.exposure = scene.output.exposure;
+    control_.display_output.overflow = scene.output.overflow;
+    tracer::Rendered rendered = trace(*compiled);
+    Finished finished{job_.job_id, job_.fence, {}, encode(rendered.image, scene.output)};
+    finished.report = api::write_report(scene, rendered.error, rendered.statistics, times_, memory_bytes_);
+    return finished;
+  }
+
+ private:
+  tracer::Scene parse() {
+    auto document = api::parse_scene(job_.document, reading_limits(files_));
+    if (!document) stop_for(document.error());
+    job_.document = std::string();  // it may be large
+    times_.parse = watch_.lap();
+    return std::move(document->scene);
+  }
+
+  /// Frees the bytes of files and the meshes of `scene`.
+  std::shared_ptr<const tracer::CompiledScene> compile(tracer::Scene& scene) {
+    stop_if_cancelled(control_.tracing);
+    std::shared_ptr<tracer::SceneCacheEntry> entry;
+    if (cache_ != nullptr) entry = value_of(cache_->acquire(scene, content_names(scene, files_), control_.tracing));
+    const tracer::Assets assets = load_files(scene, files_, control_.tracing);
+    times_.parse += watch_.lap();
+    auto compiled = value_of(tracer::compile_taking_meshes(scene, control_.tracing, assets, entry.get()));
+    times_.build = watch_.lap();
+    times_.cache_hits = tracer::cache_hits(*compiled);
+    return compiled;
+  }
+
+  tracer::Rendered trace(const tracer::CompiledScene& compiled) {
+    // A time budget includes compilation and tracing.
+    const auto elapsed_ms = [&] { return times_.build + watch_.elapsed(); };
+    tracer::Rendered rendered =
+        value_of(tracer::render(compiled, {.elapsed_ms = elapsed_ms, .preview = &control_.preview}, control_.tracing));
+    times_.trace = watch_.lap();
+    memory_bytes_ = tracer::memory_bytes(compiled) + rendered.image.rgb.size() * sizeof(float);
+    return rendered;
+  }
+
+  std::vector<Image> encode(const tracer::Image& image, const tracer::Output& output) {
+    std::vector<Image> images;
+    for (const tracer::Format format : output.formats) {
+      stop_if_cancelled(control_.tracing);
+      const auto encoded = tracer::encode(image, format, output);
+      if (!encoded) throw Stop{queue::Problem{"internal", encoded.error(), {}}};
+      memory_bytes_ += encoded->size();
+      const std::string_view bytes(reinterpret_cast<const char*>(encoded->data()), encoded->size());
+      images.push_back({"image." + std::string(tracer::extension(format)), std::string(tracer::media_type(format)),
+                        sealed_memory(bytes)});
+    }
+    times_.encode = watch_.lap();
+    return images;
+  }
+
+  Assign job_;
+  const FileSettings& files_;
+  JobControl& control_;
+  tracer::SceneCache* cache_;
+  Stopwatch watch_;
+  api::StageTimes times_;
+  std::uint64_t memory_bytes_ = 0;  ///< size of the compiled scene, the image and the encoded files
+};
+
+// ---- measurements
+
+double steady_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-void stop_for(const tracer::Failure& failure) {
-  using Code = tracer::Failure::Code;
-  if (failure.code == Code::cancelled) throw Stop{};
-  if (failure.code == Code::bad_asset) throw Stop{bad_asset({{failure.pointer, "bad_asset", failure.detail}})};
-  const char* const code = failure.code == Code::out_of_memory ? "out_of_memory" : "internal";
-  throw Stop{queue::Problem{code, failure.detail, {}}};
+Image image(const char* name, const char* media_type, std::string_view bytes) {
+  return {name, media_type, sealed_memory(bytes)};
 }
+
+std::vector<Image> images_of(const tracer::Measurement& measurement, const std::string& job_id) {
+  const tracer::Plot plot = tracer::chart(measurement);
+  const auto png = tracer::plot_png(plot);
+  if (!png) throw Stop{queue::Problem{"internal", png.error(), {}}};
+  const std::string_view png_bytes(reinterpret_cast<const char*>(png->data()), png->size());
+  std::vector<Image> images;
+  images.push_back(image("measure.json", "application/json", api::write_measurement(measurement, {job_id, true})));
+  images.push_back(image("measure.csv", "text/csv", api::write_measurement_csv(measurement)));
+  images.push_back(image("measure.svg", "image/svg+xml", tracer::plot_svg(plot)));
+  images.push_back(image("measure.png", "image/png", png_bytes));
+  return images;
+}
+
+tracer::Measurement run_to_end(tracer::MeasurementRun& run, JobControl& control) {
+  control.steps_total = run.steps();
+  while (!run.done()) {
+    if (const auto failure = run.step(control.tracing)) stop_for(*failure);
+    control.steps_done = run.steps_done();
+  }
+  return run.measurement();
+}
+
+Finished measure(const Assign& job, const FileSettings& files, JobControl& control) {
+  auto request = api::parse_measure(job.document, reading_limits(files));
+  if (!request) stop_for(request.error());
+  tracer::Scene& scene = request->document.scene;
+  const tracer::Assets assets = load_files(scene, files, control.tracing);
+  if (tracer::settings(scene, request->parameters).empty()) {
+    throw Stop{queue::Problem{
+        "bad_scene",
+        "There is nothing to measure.",
+        {{"/settings/parameters", "out_of_range", "none of these parameters changes anything in this scene"}}}};
+  }
+  tracer::MeasurementRun run(
+      scene, assets,
+      {.parameters = request->parameters, .reference_samples = request->reference_samples, .seconds = steady_seconds});
+  const tracer::Measurement measurement = run_to_end(run, control);
+  return {job.job_id, job.fence, api::write_measurement_summary(measurement, control.alone),
+          images_of(measurement, job.job_id)};
+}
+
+}  // namespace
+
+Outcome render_job(Assign job, const FileSettings& files, JobControl& control, tracer::SceneCache* cache) noexcept {
+  const std::string id = job.job_id;
+  const std::int64_t fence = job.fence;
+  return outcome_of(id, fence, [&] { return RenderStages(std::move(job), files, control, cache).run(); });
+}
+
+Outcome measure_job(const Assign& job, const FileSettings& files, JobControl& control) noexcept {
+  return outcome_of(job.job_id, job.fence, [&] { return measure(job, files, control); });
+}
+
+bool load_fonts() { return tracer::plot_png(tracer::chart({})).has_value(); }
 
 }  // namespace worker

@@ -15,7 +15,6 @@
 
 #include "server/worker/process/jobs.h"
 #include "server/worker/protocol/protocol.h"
-#include "server/worker/protocol/worker_options.h"
 #include "tracer/scene_cache.h"
 
 namespace worker {

@@ -9,8 +9,6 @@
 /// - Landlock (Linux 5.13): only files below the given directories are readable. Without it all files that the daemon
 ///   can read are readable if there are such directories; otherwise nothing can be opened anyway.
 
-#include <linux/filter.h>
-
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -31,9 +29,6 @@ void restrict_calls(bool opens_files);
 /// Limits open files and memory for this number of concurrent jobs. The daemon checks the memory of jobs once a second;
 /// this higher limit holds at any time, and allocations beyond it fail. Throws std::system_error.
 void limit_resources(int slots, std::uint64_t job_memory_bytes);
-
-/// The allow-list of restrict_calls as a seccomp(2) filter program. `opens_files`: files may be opened for reading.
-std::vector<sock_filter> system_call_filter(bool opens_files);
 
 /// Name of the restrictions for logs: "seccomp, landlock".
 std::string sandbox_name(bool landlock);

@@ -20,7 +20,6 @@
 #include "server/worker/process/render_executor.h"
 #include "server/worker/process/sandbox.h"
 #include "server/worker/protocol/protocol.h"
-#include "server/worker/protocol/worker_options.h"
 #include "tracer/version.h"
 
 namespace {

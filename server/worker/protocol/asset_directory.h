@@ -7,7 +7,7 @@
 
 #include "api/load_assets.h"
 #include "server/support/descriptor.h"
-#include "server/worker/protocol/worker_options.h"
+#include "server/worker/protocol/protocol.h"
 
 namespace worker {
 

@@ -1,21 +1,61 @@
 #pragma once
-/// Writes the outcome of jobs that ran to the queue, on the threads of the store.
+/// Calls of the queue on threads of their own, so that the event loop never waits for a disk.
 
 #include <chrono>
+#include <condition_variable>
 #include <cstdint>
+#include <deque>
 #include <functional>
+#include <mutex>
+#include <optional>
 #include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
 
+#include "server/queue/event_log.h"
+#include "server/queue/job_store.h"
 #include "server/queue/queue.h"
 #include "server/support/event_queue.h"
 #include "server/worker/protocol/protocol.h"
-#include "server/worker/supervisor/store_executor.h"
 
 namespace worker {
 
+/// Threads that call the store of the queue and retry failed calls.
+class StoreExecutor {
+ public:
+  StoreExecutor(int threads, std::chrono::milliseconds pause, queue::Log log);
+  /// Runs the remaining tasks, then ends.
+  ~StoreExecutor();
+
+  /// Any thread. `task` must not throw.
+  void run(std::function<void()> task);
+
+  /// Within a task: repeats `call` while it throws, up to `tries` times (0: without limit) with a pause between. None
+  /// on success, else the last failure. There is no retry after `stop_retrying` and on a broken disk.
+  std::optional<queue::StoreFailure> run_with_retry(int tries, std::string_view operation,
+                                                    const std::function<void()>& call);
+
+  /// Ends all pauses and retries. Any thread.
+  void stop_retrying();
+
+ private:
+  void run_tasks();
+  bool pause();  ///< false after stop_retrying
+
+  const std::chrono::milliseconds pause_;
+  const queue::Log log_;
+  std::mutex mutex_;
+  std::condition_variable task_available_, retrying_stopped_;
+  std::deque<std::function<void()>> tasks_;
+  bool stopping_ = false, retrying_ = true;
+  std::vector<std::thread> threads_;
+};
+
 using LoopEvents = support::EventQueue<std::function<void()>>;
 
-/// Used by the thread of the event loop; callbacks run there, too. An outcome with an old fence changes nothing.
+/// Writes the outcome of jobs that ran to the queue. Used by the thread of the event loop; callbacks run there, too. An
+/// outcome with an old fence changes nothing.
 class OutcomeWriter {
  public:
   OutcomeWriter(queue::Queue& queue, StoreExecutor& executor, LoopEvents& events, int store_tries, queue::Log log)

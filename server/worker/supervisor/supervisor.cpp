@@ -10,7 +10,6 @@
 #include "server/worker/supervisor/deadlines.h"
 #include "server/worker/supervisor/job_dispatcher.h"
 #include "server/worker/supervisor/outcome_writer.h"
-#include "server/worker/supervisor/store_executor.h"
 #include "server/worker/supervisor/worker_process.h"
 
 namespace worker {

@@ -22,7 +22,7 @@
 
 #include "server/queue/event_log.h"
 #include "server/queue/queue.h"
-#include "server/worker/protocol/worker_options.h"
+#include "server/worker/protocol/protocol.h"
 #include "server/worker/supervisor/failure_policy.h"
 
 namespace worker {
