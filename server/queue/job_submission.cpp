@@ -58,12 +58,6 @@ std::optional<Rejection> JobSubmission::reserve(const std::string& owner, std::i
   return std::nullopt;
 }
 
-void JobSubmission::release(const std::string& owner, std::int64_t jobs) {
-  const std::lock_guard lock(mutex_);
-  const auto found = reserved_.find(owner);
-  if ((found->second -= jobs) == 0) reserved_.erase(found);
-}
-
 /// Admitted jobs count at once, so that many threads together cannot exceed the limits.
 class JobSubmission::QuotaReservation {
  public:
@@ -73,7 +67,10 @@ class JobSubmission::QuotaReservation {
         jobs_(static_cast<std::int64_t>(jobs)),
         rejection_(submission.reserve(owner_, jobs_)) {}
   ~QuotaReservation() {
-    if (!rejection_) submission_.release(owner_, jobs_);
+    if (rejection_) return;
+    const std::lock_guard lock(submission_.mutex_);
+    const auto found = submission_.reserved_.find(owner_);
+    if ((found->second -= jobs_) == 0) submission_.reserved_.erase(found);
   }
   QuotaReservation(const QuotaReservation&) = delete;
   QuotaReservation& operator=(const QuotaReservation&) = delete;

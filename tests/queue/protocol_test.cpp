@@ -11,8 +11,6 @@
 #include <cstring>
 #include <random>
 
-#include "server/worker/protocol/serialization.h"
-
 using namespace worker;
 
 namespace {

@@ -29,7 +29,7 @@ bool DiskSpaceMonitor::measure() {
   if (statvfs(directory_.c_str(), &disk) < 0) fail("cannot measure", directory_);
   const std::uint64_t size = disk.f_blocks * disk.f_frsize, free = disk.f_bavail * disk.f_frsize;
   const std::uint64_t ballast = std::min(settings_.ballast_bytes, size / ballast_part);
-  bool has = has_ballast();
+  bool has = access(ballast_.c_str(), F_OK) == 0;
   if (has && free < ballast / 4) {
     unlink(ballast_.c_str());
     has = false;
@@ -53,8 +53,6 @@ queue::DiskSpace DiskSpaceMonitor::now() const {
   const std::lock_guard lock(mutex_);
   return space_;
 }
-
-bool DiskSpaceMonitor::has_ballast() const { return access(ballast_.c_str(), F_OK) == 0; }
 
 /// Whole or not at all. Not synced: after power loss a shorter one still frees its size.
 bool DiskSpaceMonitor::create_ballast(std::uint64_t bytes) {

@@ -35,7 +35,6 @@ class DiskSpaceMonitor {
   [[nodiscard]] queue::DiskSpace now() const;  ///< at the last measurement
 
  private:
-  [[nodiscard]] bool has_ballast() const;
   bool create_ballast(std::uint64_t bytes);
 
   const std::string directory_, ballast_;

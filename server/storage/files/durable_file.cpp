@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/queue/asset_store.h"
 #include "tracer/sha256.h"
 
 namespace storage::files {
@@ -54,14 +55,6 @@ class FileReader final : public queue::ArtifactReader {
 
 void create_directory(const std::string& path) {
   if (mkdir(path.c_str(), 0750) < 0 && errno != EEXIST) fail("cannot create", path);
-}
-
-/// All 256, so that a later put syncs only its own directory.
-void create_subdirectories(const std::string& directory) {
-  constexpr std::string_view digits = "0123456789abcdef";
-  for (const char high : digits) {
-    for (const char low : digits) create_directory(directory + "/" + high + low);
-  }
 }
 
 void delete_leftovers(const std::string& directory) {
@@ -157,10 +150,17 @@ void sync_disk(const std::string& path) {
 void create_directories(const std::string& directory) {
   create_directory(directory);
   create_directory(directory + "/tmp");
-  create_subdirectories(directory);
+  // All of them, so that a later put syncs only its own directory.
+  for (int part = 0; part < queue::AssetStore::parts; ++part) create_directory(directory + "/" + name_of_part(part));
   sync_path(directory);
   sync_path(directory + "/..");
   delete_leftovers(directory + "/tmp");
+}
+
+std::string name_of_part(int part) {
+  constexpr std::string_view digits = "0123456789abcdef";
+  const auto byte = static_cast<std::size_t>(part);
+  return {digits[byte / 16], digits[byte % 16]};
 }
 
 std::string subdirectory(const std::string& directory, const std::string& sha256) {

@@ -63,6 +63,9 @@ void create_directories(const std::string& directory);
 void sync_disk(const std::string& path);  ///< the whole file system of the path
 void sync_path(const std::string& path);  ///< an existing file or directory
 
+/// Name of one of the 256 subdirectories: two hex digits.
+std::string name_of_part(int part);
+
 /// DIRECTORY/ab and DIRECTORY/ab/abcdef... Precondition: is_sha256.
 std::string subdirectory(const std::string& directory, const std::string& sha256);
 std::string path_of(const std::string& directory, const std::string& sha256);

@@ -32,12 +32,6 @@ std::optional<Entry> entry_at(const std::string& path) {
   return std::nullopt;
 }
 
-std::string name_of_part(int part) {
-  constexpr std::string_view digits = "0123456789abcdef";
-  const auto byte = static_cast<std::size_t>(part);
-  return {digits[byte / 16], digits[byte % 16]};
-}
-
 /// Calls `each(name, entry)` for the assets of one part.
 template <class Each>
 void walk(const std::string& directory, const Each& each) {

@@ -153,4 +153,25 @@ sqlite3_stmt* Database::prepared(const std::string& sql) {
 int Database::changes() const { return sqlite3_changes(connection_.get()); }
 bool Database::in_transaction() const { return sqlite3_get_autocommit(connection_.get()) == 0; }
 
+// ---- schemas
+
+void prepare(Database& database, const std::string& path, std::int64_t version, const std::string& schema) {
+  std::int64_t found = 0;
+  {
+    Query query = database.query("PRAGMA user_version");
+    query.row();
+    found = query.integer(0);
+  }
+  if (found != 0 && found != version) {
+    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
+                              path + " was written by " + (found > version ? "a newer" : "an older") +
+                                  " program: its schema has version " + std::to_string(found) +
+                                  ", this program supports version " + std::to_string(version) + " only");
+  }
+  database.script("PRAGMA journal_mode = WAL; PRAGMA foreign_keys = ON;");
+  database.sync_commits(true);  // FULL: with WAL, no acknowledged commit is lost at power loss
+  if (found == version) return;
+  database.script("BEGIN IMMEDIATE;" + schema + "PRAGMA user_version = " + std::to_string(version) + "; COMMIT;");
+}
+
 }  // namespace storage::sqlite

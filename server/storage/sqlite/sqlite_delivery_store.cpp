@@ -3,10 +3,9 @@
 #include <utility>
 
 #include "server/queue/job_store.h"
+#include "server/storage/sqlite/connections.h"
 #include "server/storage/sqlite/database.h"
-#include "server/storage/sqlite/group_commit.h"
 #include "server/storage/sqlite/job_rows.h"
-#include "server/storage/sqlite/schema.h"
 
 namespace storage::sqlite {
 

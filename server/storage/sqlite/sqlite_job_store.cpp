@@ -106,9 +106,7 @@ std::vector<std::string> list_ids(Database& database, const queue::JobFilter& fi
   }
   if (!filter.text.empty()) query.bind(++position, filter.text);
   query.bind(++position, std::int64_t{limit});
-  std::vector<std::string> ids;
-  while (query.row()) ids.push_back(query.text(0));
-  return ids;
+  return query.texts();
 }
 
 // ---- stores

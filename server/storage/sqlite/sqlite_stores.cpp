@@ -1,43 +1,187 @@
 #include "server/storage/sqlite/sqlite_stores.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
+#include <memory>
+#include <string>
 
-#include <array>
-#include <cerrno>
-#include <cstring>
-#include <thread>
-
-#include "server/queue/job_store.h"
 #include "server/storage/sqlite/connections.h"
-#include "server/storage/sqlite/schema.h"
 
 namespace storage::sqlite {
 namespace {
 
-[[noreturn]] void fail(const std::string& what) {
-  throw queue::StoreFailure(errno == ENOSPC ? queue::StoreFailure::Kind::full : queue::StoreFailure::Kind::unavailable,
-                            what + ": " + std::strerror(errno));
-}
+constexpr std::int64_t jobs_schema_version = 8;
 
-std::string holder(int fd) {
-  std::array<char, 32> text{};
-  const ssize_t size = pread(fd, text.data(), text.size(), 0);
-  return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : "unknown";
-}
+/// Names are those of api/docs/http.md and server/queue/job.h. Times are milliseconds since 1970 UTC.
+constexpr const char* jobs_schema = R"sql(
+-- Small rows clustered by id, which is creation order: pages and text searches read neighbours. Large or repeated
+-- values have their own tables.
+CREATE TABLE jobs (
+  id TEXT NOT NULL PRIMARY KEY,
+  kind TEXT NOT NULL CHECK (kind IN ('render', 'measure')),
+  owner TEXT NOT NULL,
+  name TEXT NOT NULL,
+  batch_id TEXT,
+  batch_index INTEGER NOT NULL,
+  state TEXT NOT NULL CHECK (state IN ('queued', 'running', 'succeeded', 'failed', 'cancelled')),
+  created_at INTEGER NOT NULL,
+  started_at INTEGER,
+  ended_at INTEGER,
+  attempt INTEGER NOT NULL CHECK (attempt >= 0),
+  max_attempts INTEGER NOT NULL,
+  priority INTEGER NOT NULL,
+  rank INTEGER NOT NULL,             -- queue::rank_of
+  run_after INTEGER,
+  not_before INTEGER,
+  deadline INTEGER,
+  expires_in_s INTEGER,
+  expires_at INTEGER,
+  expired INTEGER NOT NULL DEFAULT 0,
+  webhook_url TEXT,
+  webhook_events TEXT,               -- separated by spaces
+  cancel_requested INTEGER NOT NULL,
+  suspect INTEGER NOT NULL,
+  width INTEGER NOT NULL,
+  height INTEGER NOT NULL,
+  accuracy TEXT NOT NULL,
+  large INTEGER NOT NULL,
+  problem_code TEXT,
+  problem_detail TEXT,
+  artifacts_synced INTEGER NOT NULL DEFAULT 1,
+  content_key TEXT,
+  revision INTEGER NOT NULL,
+  fence INTEGER NOT NULL DEFAULT 0,  -- grows with every claim
+  boot_id TEXT,                      -- of the daemon with the latest claim
+  lease_until INTEGER                -- end of the latest claim
+) STRICT, WITHOUT ROWID;
+CREATE INDEX jobs_by_state ON jobs (state, id);
+CREATE INDEX jobs_waiting ON jobs (suspect, rank, id) WHERE state = 'queued' AND not_before IS NULL;
+CREATE INDEX small_jobs_waiting ON jobs (suspect, rank, id)
+  WHERE large = 0 AND state = 'queued' AND not_before IS NULL;
+CREATE INDEX jobs_delayed ON jobs (not_before) WHERE not_before IS NOT NULL;
+CREATE INDEX jobs_by_deadline ON jobs (deadline) WHERE state = 'queued' AND deadline IS NOT NULL;
+CREATE INDEX jobs_leased ON jobs (lease_until) WHERE state = 'running' AND lease_until IS NOT NULL;
+CREATE INDEX jobs_expiring ON jobs (expires_at) WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at IS NOT NULL;
+CREATE INDEX jobs_expired ON jobs (expires_at) WHERE expired = 1;
+CREATE INDEX jobs_by_content ON jobs (content_key, id)
+  WHERE content_key IS NOT NULL AND state = 'succeeded' AND expired = 0;
+CREATE INDEX jobs_by_batch ON jobs (batch_id, id) WHERE batch_id IS NOT NULL;
 
-/// A daemon that was killed while it started a worker leaves the lock to the forked process until that executes. On a
-/// busy machine this takes a moment.
-bool lock_soon(int fd) {
-  constexpr std::chrono::milliseconds pause(10);
-  const auto end = std::chrono::steady_clock::now() + DirectoryLock::patience;
-  while (flock(fd, LOCK_EX | LOCK_NB) < 0) {
-    if (errno != EWOULDBLOCK || std::chrono::steady_clock::now() >= end) return false;
-    std::this_thread::sleep_for(pause);
-  }
-  return true;
+CREATE TABLE documents (
+  job_id TEXT NOT NULL PRIMARY KEY REFERENCES jobs ON DELETE CASCADE,
+  document BLOB NOT NULL
+) STRICT;
+CREATE TABLE reports (
+  job_id TEXT NOT NULL PRIMARY KEY REFERENCES jobs ON DELETE CASCADE,
+  report TEXT NOT NULL
+) STRICT;
+CREATE TABLE labels (
+  key TEXT NOT NULL,
+  value TEXT NOT NULL,
+  job_id TEXT NOT NULL REFERENCES jobs ON DELETE CASCADE,
+  PRIMARY KEY (key, value, job_id)
+) STRICT, WITHOUT ROWID;
+CREATE INDEX labels_of_job ON labels (job_id, key, value);
+CREATE TABLE artifacts (
+  job_id TEXT NOT NULL REFERENCES jobs ON DELETE CASCADE,
+  position INTEGER NOT NULL,
+  owner TEXT NOT NULL,
+  name TEXT NOT NULL,
+  media_type TEXT NOT NULL,
+  sha256 TEXT NOT NULL,
+  bytes INTEGER NOT NULL,
+  PRIMARY KEY (job_id, position)
+) STRICT, WITHOUT ROWID;
+CREATE INDEX artifacts_by_sha256 ON artifacts (sha256);
+CREATE TABLE small_artifacts (sha256 TEXT NOT NULL PRIMARY KEY, bytes BLOB NOT NULL) STRICT;
+CREATE TABLE problem_errors (
+  job_id TEXT NOT NULL REFERENCES jobs ON DELETE CASCADE,
+  position INTEGER NOT NULL,
+  pointer TEXT NOT NULL,
+  code TEXT NOT NULL,
+  detail TEXT NOT NULL,
+  PRIMARY KEY (job_id, position)
+) STRICT, WITHOUT ROWID;
+-- The uploads that a document names.
+CREATE TABLE job_assets (
+  job_id TEXT NOT NULL REFERENCES jobs ON DELETE CASCADE,
+  position INTEGER NOT NULL,
+  sha256 TEXT NOT NULL,
+  PRIMARY KEY (job_id, position)
+) STRICT, WITHOUT ROWID;
+CREATE INDEX job_assets_by_sha256 ON job_assets (sha256);
+CREATE TABLE batches (
+  id TEXT NOT NULL PRIMARY KEY,
+  owner TEXT NOT NULL,
+  name TEXT NOT NULL,
+  created_at INTEGER NOT NULL,
+  max_failed INTEGER,
+  size INTEGER NOT NULL
+) STRICT, WITHOUT ROWID;
+-- First replies under idempotency keys.
+CREATE TABLE replies (
+  owner TEXT NOT NULL,
+  route TEXT NOT NULL,
+  key TEXT NOT NULL,
+  request_sha256 TEXT NOT NULL,
+  status INTEGER NOT NULL,
+  location TEXT NOT NULL,
+  body TEXT NOT NULL,
+  expires_at INTEGER NOT NULL,
+  PRIMARY KEY (owner, route, key)
+) STRICT, WITHOUT ROWID;
+CREATE INDEX replies_by_expiry ON replies (expires_at);
+
+-- Maintained by triggers, so that limits are checked without counting jobs.
+CREATE TABLE job_counts (state TEXT NOT NULL PRIMARY KEY, jobs INTEGER NOT NULL) STRICT, WITHOUT ROWID;
+INSERT INTO job_counts VALUES ('queued', 0), ('running', 0), ('succeeded', 0), ('failed', 0), ('cancelled', 0);
+CREATE TABLE owner_usage (
+  owner TEXT NOT NULL PRIMARY KEY,
+  queued_jobs INTEGER NOT NULL,
+  artifact_bytes INTEGER NOT NULL
+) STRICT, WITHOUT ROWID;
+CREATE TABLE queued_by_priority (priority INTEGER NOT NULL PRIMARY KEY, jobs INTEGER NOT NULL) STRICT;
+CREATE TRIGGER job_inserted AFTER INSERT ON jobs BEGIN
+  UPDATE job_counts SET jobs = jobs + 1 WHERE state = new.state;
+  INSERT INTO owner_usage VALUES (new.owner, new.state = 'queued', 0)
+    ON CONFLICT DO UPDATE SET queued_jobs = queued_jobs + excluded.queued_jobs;
+  INSERT INTO queued_by_priority SELECT new.priority, 1 WHERE new.state = 'queued'
+    ON CONFLICT DO UPDATE SET jobs = jobs + 1;
+END;
+CREATE TRIGGER job_moved AFTER UPDATE OF state, priority ON jobs
+    WHEN old.state <> new.state OR old.priority <> new.priority BEGIN
+  UPDATE job_counts SET jobs = jobs - 1 WHERE state = old.state;
+  UPDATE job_counts SET jobs = jobs + 1 WHERE state = new.state;
+  UPDATE owner_usage SET queued_jobs = queued_jobs + (new.state = 'queued') - (old.state = 'queued')
+    WHERE owner = new.owner;
+  UPDATE queued_by_priority SET jobs = jobs - 1 WHERE old.state = 'queued' AND priority = old.priority;
+  INSERT INTO queued_by_priority SELECT new.priority, 1 WHERE new.state = 'queued'
+    ON CONFLICT DO UPDATE SET jobs = jobs + 1;
+END;
+CREATE TRIGGER job_deleted AFTER DELETE ON jobs BEGIN
+  UPDATE job_counts SET jobs = jobs - 1 WHERE state = old.state;
+  UPDATE owner_usage SET queued_jobs = queued_jobs - (old.state = 'queued') WHERE owner = old.owner;
+  UPDATE queued_by_priority SET jobs = jobs - 1 WHERE old.state = 'queued' AND priority = old.priority;
+END;
+CREATE TRIGGER last_of_batch_deleted AFTER DELETE ON jobs WHEN old.batch_id IS NOT NULL BEGIN
+  DELETE FROM batches WHERE id = old.batch_id AND NOT EXISTS (SELECT 1 FROM jobs WHERE batch_id = old.batch_id);
+END;
+CREATE TRIGGER artifact_inserted AFTER INSERT ON artifacts BEGIN
+  UPDATE owner_usage SET artifact_bytes = artifact_bytes + new.bytes WHERE owner = new.owner;
+END;
+CREATE TRIGGER artifact_deleted AFTER DELETE ON artifacts BEGIN
+  UPDATE owner_usage SET artifact_bytes = artifact_bytes - old.bytes WHERE owner = old.owner;
+END;
+
+CREATE TABLE probe (writes INTEGER NOT NULL) STRICT;
+INSERT INTO probe VALUES (0);
+)sql";
+
+/// Sets up the connection and creates the tables in an empty file.
+void prepare_jobs(Database& database, const std::string& path) {
+  prepare(database, path, jobs_schema_version, jobs_schema);
+  // The size limit returns space to the disk after a burst of large documents.
+  database.script("PRAGMA cache_size = -8000; PRAGMA journal_size_limit = 67108864;");
+  // 16 MB: a checkpoint, which syncs, once in 200 small jobs. 32 MB: a few large documents.
+  database.checkpoint_at(4000, 8000);
 }
 
 std::string file_of(const std::string& directory) { return directory + "/whittle.db"; }
@@ -49,28 +193,6 @@ std::unique_ptr<Database> open_writer(const std::string& path, bool synchronous)
 }
 
 }  // namespace
-
-DirectoryLock::DirectoryLock(const std::string& directory) {
-  if (mkdir(directory.c_str(), 0750) < 0 && errno != EEXIST) fail("cannot create " + directory);
-  const std::string path = directory + "/lock";
-  fd_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0640);
-  if (fd_ < 0) fail("cannot open " + path);
-  if (!lock_soon(fd_)) {
-    const int error = errno;
-    const std::string process = holder(fd_);
-    ::close(fd_);
-    errno = error;
-    if (error != EWOULDBLOCK) fail("cannot lock " + path);
-    throw queue::StoreFailure(queue::StoreFailure::Kind::unavailable,
-                              "the data directory " + directory + " is in use by process " + process);
-  }
-  // Only for error messages; a missing one reads "unknown".
-  const std::string process = std::to_string(getpid());
-  if (ftruncate(fd_, 0) == 0) [[maybe_unused]]
-    const ssize_t written = pwrite(fd_, process.data(), process.size(), 0);
-}
-
-DirectoryLock::~DirectoryLock() { ::close(fd_); }
 
 Connections::Connections(const std::string& directory, const SqliteSettings& settings)
     : lock(directory),

@@ -9,14 +9,125 @@
 
 #include <array>
 #include <cerrno>
+#include <cstdint>
 #include <cstring>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <system_error>
-
-#include "server/worker/protocol/serialization.h"
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <vector>
 
 namespace worker {
 namespace {
+
+// ---- serialization: a message is its fields in order. A string is its length and its bytes, a list its length and its
+// elements; a descriptor is only a position among the files beside the packet.
+
+// The order of the fields in a packet. A change requires a new protocol_version.
+auto fields(FileSettings& m) { return std::tie(m.directory, m.uploads, m.objects, m.triangles); }
+auto fields(Options& m) {
+  return std::tie(m.slots, m.threads, m.job_memory_bytes, m.scene_cache_bytes, m.cache_idle_ms, m.files);
+}
+auto fields(Configure& m) { return std::tie(m.options); }
+auto fields(Assign& m) { return std::tie(m.job_id, m.fence, m.queue_ms, m.document, m.kind, m.large); }
+auto fields(Cancel& m) { return std::tie(m.job_id); }
+auto fields(Ready& m) { return std::tie(m.build, m.sandbox); }
+auto fields(Heartbeat& m) { return std::tie(m.geometry_bytes, m.image_bytes); }
+auto fields(Progress& m) { return std::tie(m.job_id, m.tiles_done, m.tiles_total); }
+auto fields(PreviewRequest& m) { return std::tie(m.job_id, m.side); }
+auto fields(PreviewResponse& m) { return std::tie(m.job_id, m.side, m.png); }
+auto fields(Image& m) { return std::tie(m.name, m.media_type, m.bytes); }
+auto fields(Finished& m) { return std::tie(m.job_id, m.fence, m.report, m.images); }
+auto fields(Failed& m) { return std::tie(m.job_id, m.fence, m.problem); }
+auto fields(Cancelled& m) { return std::tie(m.job_id, m.fence); }
+auto fields(queue::Problem& m) { return std::tie(m.code, m.detail, m.errors); }
+auto fields(tracer::Issue& m) { return std::tie(m.pointer, m.code, m.detail); }
+
+class MessageWriter {
+ public:
+  template <class T>
+  void write(T& value) {
+    if constexpr (std::is_arithmetic_v<T>) {
+      bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
+    } else {
+      std::apply([&](auto&... field) { (write(field), ...); }, fields(value));
+    }
+  }
+  void write(std::string& text) {
+    write_size(text.size());
+    bytes_ += text;
+  }
+  template <class T>
+  void write(std::vector<T>& list) {
+    write_size(list.size());
+    for (T& element : list) write(element);
+  }
+  void write(Descriptor& file) { files_.push_back(std::move(file)); }
+
+  std::string take_bytes() { return std::move(bytes_); }
+  std::vector<Descriptor> take_files() { return std::move(files_); }
+
+ private:
+  void write_size(std::uint64_t size) { write(size); }
+  std::string bytes_;
+  std::vector<Descriptor> files_;
+};
+
+/// Validates untrusted bytes: every read returns false if it is impossible.
+class MessageReader {
+ public:
+  MessageReader(std::string_view bytes, std::vector<Descriptor> files) : bytes_(bytes), files_(std::move(files)) {}
+
+  template <class T>
+  [[nodiscard]] bool read(T& value) {
+    if constexpr (std::is_arithmetic_v<T>) {
+      if (bytes_.size() < sizeof value) return false;
+      std::memcpy(&value, bytes_.data(), sizeof value);
+      bytes_.remove_prefix(sizeof value);
+      return true;
+    } else {
+      return std::apply([&](auto&... field) { return (read(field) && ...); }, fields(value));
+    }
+  }
+  [[nodiscard]] bool read(bool& value) {
+    std::uint8_t byte = 0;
+    if (!read(byte) || byte > 1) return false;
+    value = byte == 1;
+    return true;
+  }
+  [[nodiscard]] bool read(std::string& text) {
+    std::uint64_t size = 0;
+    if (!read(size) || size > bytes_.size()) return false;
+    text = bytes_.substr(0, size);
+    bytes_.remove_prefix(size);
+    return true;
+  }
+  template <class T>
+  [[nodiscard]] bool read(std::vector<T>& list) {
+    std::uint64_t size = 0;
+    if (!read(size) || size > bytes_.size()) return false;  // an element takes at least one byte
+    for (std::uint64_t i = 0; i < size; ++i) {
+      if (!read(list.emplace_back())) return false;
+    }
+    return true;
+  }
+  [[nodiscard]] bool read(Descriptor& file) {
+    if (next_file_ == files_.size()) return false;
+    file = std::move(files_[next_file_++]);
+    return true;
+  }
+  [[nodiscard]] bool at_end() const { return bytes_.empty() && next_file_ == files_.size(); }
+
+ private:
+  std::string_view bytes_;
+  std::vector<Descriptor> files_;
+  std::size_t next_file_ = 0;
+};
+
+// ---- packets
 
 /// Larger bodies travel beside the packet. The buffer of the socket (about 200 KiB) holds a packet for each slot.
 constexpr std::size_t inline_body_limit = 4096;

@@ -106,6 +106,9 @@ struct Cancelled {
   std::int64_t fence = 0;
 };
 
+/// Changes with the messages and the order of their fields (protocol.cpp).
+constexpr std::uint32_t protocol_version = 4;
+
 using Message = std::variant<Assign, Cancel, Ready, Heartbeat, Progress, Finished, Failed, Cancelled, PreviewRequest,
                              PreviewResponse, Configure>;
 

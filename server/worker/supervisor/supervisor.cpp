@@ -30,26 +30,99 @@ SupervisorSettings with_defaults(SupervisorSettings settings) {
 /// calls it and posts the results back.
 class Supervisor::Loop final : public queue::JobRunner {
  public:
-  Loop(queue::Queue& queue, SupervisorSettings settings, const queue::Log& log);
-  ~Loop() override;
+  Loop(queue::Queue& queue, SupervisorSettings settings, const queue::Log& log)
+      : settings_(with_defaults(std::move(settings))),
+        store_executor_(std::make_unique<StoreExecutor>(settings_.store_threads, settings_.store_pause, log)),
+        process_(settings_, log),
+        deadlines_(settings_),
+        outcomes_(queue, *store_executor_, events_, settings_.store_tries, log),
+        dispatcher_(queue, settings_, *store_executor_, events_, process_, deadlines_, outcomes_, log),
+        thread_([this] { run(); }) {}
 
-  void notify(bool for_suspects) noexcept override;
-  void cancel(const std::string& id) noexcept override;
-  void request_preview(const std::string& id, std::uint32_t side) noexcept override;
-  void on_lease_lost(const queue::Lease& lease) noexcept override;
+  ~Loop() override { drain(std::chrono::milliseconds(0)); }
+
+  void notify(bool for_suspects) noexcept override {
+    dispatcher_.on_jobs_available(for_suspects);
+    events_.interrupt();
+  }
+
+  void cancel(const std::string& id) noexcept override {
+    events_.post([this, id] { dispatcher_.cancel(id); });
+  }
+
+  void request_preview(const std::string& id, std::uint32_t side) noexcept override {
+    events_.post([this, id, side] { dispatcher_.request_preview(id, side); });
+  }
+
+  void on_lease_lost(const queue::Lease& lease) noexcept override {
+    events_.post([this, lease] { dispatcher_.on_lease_lost(lease); });
+  }
+
   bool take_slot() noexcept override { return dispatcher_.take_slot(); }
   void return_slot(std::optional<queue::Claim> claim) noexcept override { dispatcher_.return_slot(std::move(claim)); }
-  std::string not_ready() override;
+  std::string not_ready() override { return draining_ ? "draining" : process_.not_ready(); }
 
-  bool drain(std::chrono::milliseconds timeout);
+  bool drain(std::chrono::milliseconds timeout) {
+    const std::lock_guard lock(drain_mutex_);
+    if (thread_.joinable()) {
+      events_.post([this, timeout] {
+        draining_ = true;
+        deadlines_.start_drain(Clock::now() + timeout);
+        process_.stop_starting();
+      });
+      thread_.join();
+      store_executor_.reset();
+    }
+    return !interrupted_by_drain_;
+  }
+
   [[nodiscard]] const WorkerProcess& process() const { return process_; }
   [[nodiscard]] const JobDispatcher& dispatcher() const { return dispatcher_; }
 
  private:
-  void run();
-  void read_messages();
-  void handle_worker_exit();
-  [[nodiscard]] Deadlines::Time next_deadline() const;
+  void run() {
+    for (;;) {
+      const auto now = Clock::now();
+      if (deadlines_.take_drain_end(now)) store_executor_->stop_retrying();
+      if (deadlines_.draining() && (dispatcher_.running() == 0 || deadlines_.drain_ended())) {
+        process_.end("was stopped by drain", true);
+        handle_worker_exit();
+        if (process_.state() == WorkerState::absent && dispatcher_.idle()) return;
+      }
+      process_.start_if_due(now);
+      dispatcher_.claim_jobs(now);
+      dispatcher_.offer_slot(now);
+      process_.wait(events_.descriptor(), next_deadline());
+      dispatcher_.withdraw_slot();
+      read_messages();
+      handle_worker_exit();
+      for (const auto& event : events_.take()) event();
+      dispatcher_.check_deadlines(Clock::now());  // after reading: messages received during the wait count
+      process_.check_timeouts(Clock::now());
+      handle_worker_exit();
+    }
+  }
+
+  void read_messages() {
+    // The limit keeps a flood of messages from delaying everything else; an exited process sends a finite number.
+    for (int count = 0; count < 256 || process_.exited(); ++count) {
+      auto message = process_.receive(static_cast<std::size_t>(dispatcher_.running()));
+      if (!message) break;
+      dispatcher_.on_message(*message);
+    }
+    process_.reap_if_exited();
+  }
+
+  void handle_worker_exit() {
+    const auto exit = process_.take_exit();
+    if (exit && dispatcher_.on_worker_exit(*exit) > 0 && deadlines_.draining()) interrupted_by_drain_ = true;
+  }
+
+  [[nodiscard]] Deadlines::Time next_deadline() const {
+    const auto now = Clock::now();
+    return std::min({now + std::chrono::minutes(1), process_.next_deadline(), dispatcher_.next_claim(now),
+                     deadlines_.next(now, process_.state() == WorkerState::ready)});
+  }
 
   const SupervisorSettings settings_;
   LoopEvents events_;
@@ -63,94 +136,6 @@ class Supervisor::Loop final : public queue::JobRunner {
   std::mutex drain_mutex_;
   std::thread thread_;  ///< last: starts after the other members
 };
-
-Supervisor::Loop::Loop(queue::Queue& queue, SupervisorSettings settings, const queue::Log& log)
-    : settings_(with_defaults(std::move(settings))),
-      store_executor_(std::make_unique<StoreExecutor>(settings_.store_threads, settings_.store_pause, log)),
-      process_(settings_, log),
-      deadlines_(settings_),
-      outcomes_(queue, *store_executor_, events_, settings_.store_tries, log),
-      dispatcher_(queue, settings_, *store_executor_, events_, process_, deadlines_, outcomes_, log),
-      thread_([this] { run(); }) {}
-
-Supervisor::Loop::~Loop() { drain(std::chrono::milliseconds(0)); }
-
-void Supervisor::Loop::notify(bool for_suspects) noexcept {
-  dispatcher_.on_jobs_available(for_suspects);
-  events_.interrupt();
-}
-
-void Supervisor::Loop::cancel(const std::string& id) noexcept {
-  events_.post([this, id] { dispatcher_.cancel(id); });
-}
-
-void Supervisor::Loop::request_preview(const std::string& id, std::uint32_t side) noexcept {
-  events_.post([this, id, side] { dispatcher_.request_preview(id, side); });
-}
-
-void Supervisor::Loop::on_lease_lost(const queue::Lease& lease) noexcept {
-  events_.post([this, lease] { dispatcher_.on_lease_lost(lease); });
-}
-
-std::string Supervisor::Loop::not_ready() { return draining_ ? "draining" : process_.not_ready(); }
-
-bool Supervisor::Loop::drain(std::chrono::milliseconds timeout) {
-  const std::lock_guard lock(drain_mutex_);
-  if (thread_.joinable()) {
-    events_.post([this, timeout] {
-      draining_ = true;
-      deadlines_.start_drain(Clock::now() + timeout);
-      process_.stop_starting();
-    });
-    thread_.join();
-    store_executor_.reset();
-  }
-  return !interrupted_by_drain_;
-}
-
-void Supervisor::Loop::run() {
-  for (;;) {
-    const auto now = Clock::now();
-    if (deadlines_.take_drain_end(now)) store_executor_->stop_retrying();
-    if (deadlines_.draining() && (dispatcher_.running() == 0 || deadlines_.drain_ended())) {
-      process_.end("was stopped by drain", true);
-      handle_worker_exit();
-      if (process_.state() == WorkerState::absent && dispatcher_.idle()) return;
-    }
-    process_.start_if_due(now);
-    dispatcher_.claim_jobs(now);
-    dispatcher_.offer_slot(now);
-    process_.wait(events_.descriptor(), next_deadline());
-    dispatcher_.withdraw_slot();
-    read_messages();
-    handle_worker_exit();
-    for (const auto& event : events_.take()) event();
-    dispatcher_.check_deadlines(Clock::now());  // after reading: messages received during the wait count
-    process_.check_timeouts(Clock::now());
-    handle_worker_exit();
-  }
-}
-
-void Supervisor::Loop::read_messages() {
-  // The limit keeps a flood of messages from delaying everything else; an exited process sends a finite number.
-  for (int count = 0; count < 256 || process_.exited(); ++count) {
-    auto message = process_.receive(static_cast<std::size_t>(dispatcher_.running()));
-    if (!message) break;
-    dispatcher_.on_message(*message);
-  }
-  process_.reap_if_exited();
-}
-
-void Supervisor::Loop::handle_worker_exit() {
-  const auto exit = process_.take_exit();
-  if (exit && dispatcher_.on_worker_exit(*exit) > 0 && deadlines_.draining()) interrupted_by_drain_ = true;
-}
-
-Deadlines::Time Supervisor::Loop::next_deadline() const {
-  const auto now = Clock::now();
-  return std::min({now + std::chrono::minutes(1), process_.next_deadline(), dispatcher_.next_claim(now),
-                   deadlines_.next(now, process_.state() == WorkerState::ready)});
-}
 
 // ---- Supervisor
 

@@ -1,6 +1,8 @@
-#include <utility>
-
 #include "server/queue/queue.h"
+
+#include <algorithm>
+#include <exception>
+#include <utility>
 
 namespace queue {
 namespace {
@@ -10,7 +12,62 @@ using Announcement = JobNotifications::PendingAnnouncement;
 constexpr int page_jobs = 1000;
 constexpr int maintenance_step = 100;  // jobs of each kind: some milliseconds of the one writer
 
+constexpr std::int64_t position_max = 1000;  // counting walks an index
+
 }  // namespace
+
+// ---- ArtifactPins
+
+std::unique_ptr<ArtifactReader> ArtifactPins::open(const Artifact& artifact) {
+  auto reader = artifacts_.open(artifact.sha256);
+  if (reader && reader->size_bytes() != artifact.bytes) return nullptr;
+  return reader;
+}
+
+void ArtifactPins::collect(const std::string& sha256) noexcept {
+  const std::lock_guard lock(mutex_);
+  if (pins_.contains(sha256)) return;  // collected at the end of the pin
+  try {
+    if (!references_.is_artifact_referenced(sha256)) artifacts_.remove(sha256);
+  } catch (const std::exception& failure) {
+    log_(LogLevel::warning, "artifact_not_collected", {{"sha256", sha256}, {"detail", failure.what()}});
+  }
+}
+
+ArtifactStore::Stored ArtifactPins::Pinned::put(int fd, bool durable) {
+  const ArtifactStore::Stored stored = pins_.artifacts_.put(fd, durable);
+  pin(stored.sha256);
+  if (pins_.artifacts_.open(stored.sha256)) return stored;
+  return pins_.artifacts_.put(fd, durable);  // it was removed between put and pin; the pin prevents a second time
+}
+
+bool ArtifactPins::Pinned::hold(const Artifact& artifact, bool sync) {
+  const bool is_new = pin(artifact.sha256);
+  if (!pins_.open(artifact)) return false;
+  if (sync && is_new) pins_.artifacts_.sync(artifact.sha256);
+  return true;
+}
+
+bool ArtifactPins::Pinned::pin(const std::string& sha256) {
+  if (!held_.insert(sha256).second) return false;
+  const std::lock_guard lock(pins_.mutex_);
+  ++pins_.pins_[sha256];
+  return true;
+}
+
+ArtifactPins::Pinned::~Pinned() {
+  for (const std::string& sha256 : held_) {
+    {
+      const std::lock_guard lock(pins_.mutex_);
+      const auto pin = pins_.pins_.find(sha256);
+      if (--pin->second > 0) continue;
+      pins_.pins_.erase(pin);
+    }
+    pins_.collect(sha256);
+  }
+}
+
+// ---- JobLifecycle
 
 JobLifecycle::JobLifecycle(QueueContext& context, const Log& log) : context_(context) {
   const int recovered = context_.stores.maintenance.recover(context_.boot_id, context_.clock());
@@ -18,7 +75,7 @@ JobLifecycle::JobLifecycle(QueueContext& context, const Log& log) : context_(con
   if (recovered > 0) log(LogLevel::info, "jobs_recovered", {{"count", std::to_string(recovered)}});
 }
 
-// ---- for the runner
+// JobLifecycle, for the runner
 
 std::optional<Claim> JobLifecycle::claim(bool suspects, bool small) {
   if (context_.settings.disk_space().state == DiskSpace::State::none) return std::nullopt;
@@ -102,7 +159,7 @@ void JobLifecycle::renew_leases() {
   }
 }
 
-// ---- for owners
+// JobLifecycle, for owners
 
 CancelOutcome JobLifecycle::cancel(const std::string& id) {
   const CancelOutcome outcome = context_.stores.transitions.cancel(id, context_.clock());
@@ -180,7 +237,7 @@ void JobLifecycle::cancel_failing_batch(const std::string& job_id) {
   if (failed != state->jobs.end() && failed->second > *state->batch.max_failed) cancel_batch(job->batch);
 }
 
-// ---- for the daemon
+// JobLifecycle, for the daemon
 
 bool JobLifecycle::run_maintenance() {
   const MaintenanceResult result = context_.stores.maintenance.run_maintenance(
@@ -200,6 +257,52 @@ bool JobLifecycle::run_maintenance() {
   const bool abandoned = !result.abandoned.empty();
   if (result.due || abandoned) context_.runner.notify(result.suspects_due || abandoned);
   return result.more;
+}
+
+// ---- JobQueries
+
+std::optional<JobView> JobQueries::find(const std::string& id) {
+  std::optional<Job> job = context_.stores.jobs.find(id);
+  if (!job) return std::nullopt;
+  const double fraction = job->state == JobState::succeeded ? 1 : progress(id);
+  std::optional<std::int64_t> position;
+  if (job->state == JobState::queued) {
+    const std::optional<std::int64_t> before = context_.stores.statistics.queue_position(id, position_max);
+    if (before && *before < position_max) position = *before + 1;
+  }
+  return JobView{*std::move(job), fraction, position};
+}
+
+JobPage JobQueries::list(const JobFilter& filter, const std::string& cursor, int limit) {
+  return context_.stores.jobs.list(filter, cursor, std::max(limit, 1));
+}
+
+QueueState JobQueries::state() {
+  QueueState state;
+  state.depth = context_.stores.statistics.depth();
+  for (const JobState which : all_job_states) state.jobs[which] = context_.stores.statistics.count(which);
+  if (state.depth.oldest_at) {
+    state.oldest_age_s =
+        static_cast<double>(std::max<std::int64_t>(context_.clock() - *state.depth.oldest_at, 0)) / 1000;
+  }
+  if (const auto interval_ms = context_.running.mean_interval_ms()) {
+    const std::int64_t to_do = state.jobs[JobState::queued] - state.depth.delayed + state.jobs[JobState::running];
+    state.eta_s = *interval_ms * static_cast<double>(to_do) / 1000;
+  }
+  return state;
+}
+
+std::string JobQueries::not_ready() {
+  if (const DiskSpace space = context_.settings.disk_space(); space.state != DiskSpace::State::enough)
+    return "disk: " + describe(space);
+  try {
+    context_.stores.maintenance.probe();
+  } catch (const StoreFailure& failure) {
+    return std::string("store: ") + failure.what();
+  }
+  std::string reason = "worker: not started";
+  context_.runner.call([&](JobRunner& runner) { reason = runner.not_ready(); });
+  return reason;
 }
 
 }  // namespace queue
