@@ -18,7 +18,6 @@
 #include "server/queue/queue_maintainer.h"
 #include "server/storage/files/disk_space_monitor.h"
 #include "server/storage/files/file_stores.h"
-#include "server/storage/sqlite/small_artifact_store.h"
 #include "server/storage/sqlite/sqlite_delivery_store.h"
 #include "server/storage/sqlite/sqlite_stores.h"
 #include "server/telemetry/job_metrics.h"

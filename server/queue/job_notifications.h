@@ -12,6 +12,7 @@
 #include <string>
 #include <unordered_map>
 #include <unordered_set>
+#include <utility>
 #include <vector>
 
 #include "server/queue/job_observer.h"
@@ -106,23 +107,56 @@ class JobNotifications {
   void set_completion_listener(CompletionListener* listener) { listener_ = listener; }
 
   /// Called before the job is stored, so that every end is reported.
-  void register_webhook(const Job& job);
+  void register_webhook(const Job& job) {
+    CompletionListener* const listener = listener_;
+    if (job.webhook && listener != nullptr) listener->register_webhook(job.id, *job.webhook);
+  }
 
-  void notify_queued(const std::string& id);  ///< once for each PendingAnnouncement
+  /// Once for each PendingAnnouncement.
+  void notify_queued(const std::string& id) {
+    const std::lock_guard lock(mutex_);
+    if (pending_.erase(id) > 0 && observer_ != nullptr) observer_->on_state_changed(id, JobState::queued);
+  }
   /// Without a PendingAnnouncement, if `is_queued`. Another thread that has changed the job since then notifies later.
-  void notify_queued_again(const std::string& id, const std::function<bool()>& is_queued);
-  void notify_state(const std::string& id, JobState to);
-  void notify_claimed(const Claim& claim);
-  void notify_end(const std::string& id, JobState state);
-  void notify_removed(const std::string& id);
-  void notify_progress(const std::string& id, double fraction);
+  void notify_queued_again(const std::string& id, const std::function<bool()>& is_queued) {
+    const std::lock_guard lock(mutex_);  // notify_state of any thread waits for it
+    if (is_queued() && observer_ != nullptr) observer_->on_state_changed(id, JobState::queued);
+  }
+  void notify_state(const std::string& id, JobState to) {
+    notify_queued(id);
+    if (observer_ != nullptr) observer_->on_state_changed(id, to);
+  }
+  void notify_claimed(const Claim& claim) {
+    running_.begin(claim.job.id, claim.fence);
+    waiters_.on_started(claim.job.id);
+    notify_state(claim.job.id, JobState::running);
+  }
+  void notify_end(const std::string& id, JobState state) {
+    notify_state(id, state);
+    finish(id);
+    if (observer_ != nullptr) observer_->on_waiters_notified(id);
+  }
+  void notify_removed(const std::string& id) {
+    if (observer_ != nullptr) observer_->on_removed(id);
+    finish(id);
+  }
+  void notify_progress(const std::string& id, double fraction) {
+    if (observer_ != nullptr) observer_->on_progress(id, fraction);
+  }
 
   /// Jobs that are about to be queued. The first thread that has stored or claimed one notifies the observer, so that
   /// `running` never precedes `queued`.
   class PendingAnnouncement {
    public:
-    PendingAnnouncement(JobNotifications& notifications, std::vector<std::string> ids);
-    ~PendingAnnouncement();
+    PendingAnnouncement(JobNotifications& notifications, std::vector<std::string> ids)
+        : notifications_(notifications), ids_(std::move(ids)) {
+      const std::lock_guard lock(notifications_.mutex_);
+      notifications_.pending_.insert(ids_.begin(), ids_.end());
+    }
+    ~PendingAnnouncement() {
+      const std::lock_guard lock(notifications_.mutex_);
+      for (const std::string& id : ids_) notifications_.pending_.erase(id);
+    }
     PendingAnnouncement(const PendingAnnouncement&) = delete;
     PendingAnnouncement& operator=(const PendingAnnouncement&) = delete;
 
@@ -132,7 +166,11 @@ class JobNotifications {
   };
 
  private:
-  void finish(const std::string& id);
+  void finish(const std::string& id) {
+    running_.erase(id);
+    waiters_.on_ended(id);
+    if (CompletionListener* const listener = listener_) listener->on_ended(id);
+  }
 
   RunningJobs& running_;
   JobWaiters& waiters_;

@@ -94,11 +94,7 @@ bool JobLifecycle::succeed(const std::string& id, std::int64_t fence, const std:
   const bool ended = context_.stores.transitions.succeed(id, fence, context_.clock(), report, artifacts, durable);
   // make_durable was called meanwhile, and its caller may have read the job as running.
   if (!durable && context_.running.is_durable(id)) store_images(pinned, images, true);
-  context_.running.end_lease(id, fence);
-  if (!ended) return false;
-  context_.running.add_end(context_.clock());
-  context_.notifications.notify_end(id, JobState::succeeded);
-  return true;
+  return finish(id, fence, ended, JobState::succeeded);
 }
 
 std::vector<Artifact> JobLifecycle::store_images(ArtifactPins::Pinned& pinned, const std::vector<Image>& images,
@@ -113,19 +109,22 @@ std::vector<Artifact> JobLifecycle::store_images(ArtifactPins::Pinned& pinned, c
 
 bool JobLifecycle::fail(const std::string& id, std::int64_t fence, const Problem& problem) {
   const bool ended = context_.stores.transitions.fail(id, fence, context_.clock(), problem);
-  context_.running.end_lease(id, fence);
-  if (!ended) return false;
-  context_.running.add_end(context_.clock());
-  context_.notifications.notify_end(id, JobState::failed);
-  cancel_failing_batch(id);
-  return true;
+  if (finish(id, fence, ended, JobState::failed)) cancel_failing_batch(id);
+  return ended;
 }
 
 bool JobLifecycle::finish_cancel(const std::string& id, std::int64_t fence) {
   const bool ended = context_.stores.transitions.finish_cancel(id, fence, context_.clock());
+  return finish(id, fence, ended, JobState::cancelled);
+}
+
+/// `ended`: the transition of the store took place. Only attempts that ran to their end count for the estimate.
+bool JobLifecycle::finish(const std::string& id, std::int64_t fence, bool ended, JobState state) {
   context_.running.end_lease(id, fence);
-  if (ended) context_.notifications.notify_end(id, JobState::cancelled);
-  return ended;
+  if (!ended) return false;
+  if (state != JobState::cancelled) context_.running.add_end(context_.clock());
+  context_.notifications.notify_end(id, state);
+  return true;
 }
 
 bool JobLifecycle::release(const std::string& id, std::int64_t fence, bool counts, bool suspect,

@@ -189,6 +189,7 @@ class JobLifecycle {
   void on_disk_space_available() { context_.runner.notify(true); }
 
  private:
+  bool finish(const std::string& id, std::int64_t fence, bool ended, JobState state);
   void cancel_failing_batch(const std::string& job_id);
   std::vector<Artifact> store_images(ArtifactPins::Pinned& pinned, const std::vector<Image>& images, bool durable);
 

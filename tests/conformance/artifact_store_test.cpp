@@ -13,7 +13,7 @@
 
 #include "server/queue/asset_store.h"
 #include "server/storage/files/file_stores.h"
-#include "server/storage/sqlite/small_artifact_store.h"
+#include "server/storage/sqlite/sqlite_stores.h"
 #include "tests/conformance/memory_file.h"
 #include "tests/conformance/temporary_directory.h"
 #include "tracer/sha256.h"

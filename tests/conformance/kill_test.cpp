@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "server/storage/files/file_stores.h"
-#include "server/storage/sqlite/small_artifact_store.h"
+#include "server/storage/sqlite/sqlite_stores.h"
 #include "tests/conformance/temporary_directory.h"
 #include "tests/conformance/test_store.h"
 #include "tracer/sha256.h"

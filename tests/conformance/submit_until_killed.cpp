@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "server/storage/files/file_stores.h"
-#include "server/storage/sqlite/small_artifact_store.h"
+#include "server/storage/sqlite/sqlite_stores.h"
 #include "tests/conformance/memory_file.h"
 #include "tests/conformance/test_store.h"
 

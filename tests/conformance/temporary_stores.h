@@ -2,7 +2,7 @@
 /// Stores of one test in a temporary directory, without syncs of the database.
 
 #include "server/storage/files/file_stores.h"
-#include "server/storage/sqlite/small_artifact_store.h"
+#include "server/storage/sqlite/sqlite_stores.h"
 #include "tests/conformance/temporary_directory.h"
 #include "tests/conformance/test_store.h"
 

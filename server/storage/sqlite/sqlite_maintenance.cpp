@@ -28,13 +28,12 @@ struct Step {
     return any.integer(0) != 0;
   }
 
+  /// Ids of at most `limit` jobs that are due now.
+  std::vector<std::string> find(const char* sql) { return database.query(sql, now, limit).texts(); }
+
   void release_abandoned() {
-    const std::vector<std::string> ids = database
-                                             .query(
-                                                 "SELECT id FROM jobs INDEXED BY jobs_leased"
-                                                 " WHERE state = 'running' AND lease_until <= ? LIMIT ?",
-                                                 now, limit)
-                                             .texts();
+    const auto ids =
+        find("SELECT id FROM jobs INDEXED BY jobs_leased WHERE state = 'running' AND lease_until <= ? LIMIT ?");
     for (const std::string& id : ids) {
       Query released = database.query(
           std::string(released_columns) + " attempt = attempt - 1 WHERE id = ?2 RETURNING state", now, id);
@@ -62,10 +61,7 @@ struct Step {
 
   void fail_overdue() {
     result.overdue =
-        database
-            .query("SELECT id FROM jobs INDEXED BY jobs_by_deadline WHERE state = 'queued' AND deadline <= ? LIMIT ?",
-                   now, limit)
-            .texts();
+        find("SELECT id FROM jobs INDEXED BY jobs_by_deadline WHERE state = 'queued' AND deadline <= ? LIMIT ?");
     for (const std::string& id : result.overdue) {
       assert(queue::may_move(queue::JobState::queued, queue::JobState::failed));
       database.change(
@@ -77,12 +73,9 @@ struct Step {
   }
 
   void expire() {
-    const std::vector<std::string> ids = database
-                                             .query(
-                                                 "SELECT id FROM jobs INDEXED BY jobs_expiring WHERE ended_at IS NOT"
-                                                 " NULL AND expired = 0 AND expires_at <= ? LIMIT ?",
-                                                 now, limit)
-                                             .texts();
+    const auto ids = find(
+        "SELECT id FROM jobs INDEXED BY jobs_expiring WHERE ended_at IS NOT NULL AND expired = 0 AND expires_at <= ?"
+        " LIMIT ?");
     for (const std::string& id : ids) {
       const std::vector<queue::Artifact> artifacts = read_artifacts(database, id);
       result.artifacts.insert(result.artifacts.end(), artifacts.begin(), artifacts.end());

@@ -1,9 +1,12 @@
 #pragma once
-/// The embedded stores of jobs: one SQLite file, DIRECTORY/whittle.db, in a directory that one process owns.
+/// The embedded stores of jobs and small artifacts: one SQLite file, DIRECTORY/whittle.db, in a directory that one
+/// process owns.
 
 #include <memory>
+#include <optional>
 #include <string>
 
+#include "server/queue/artifact_store.h"
 #include "server/queue/disk_health.h"
 #include "server/queue/job_store.h"
 
@@ -38,6 +41,29 @@ class SqliteStores {
   std::unique_ptr<queue::JobTransitions> transitions_;
   std::unique_ptr<queue::BatchStore> batches_;
   std::unique_ptr<queue::MaintenanceStore> maintenance_;
+};
+
+/// Artifacts of up to 32 KiB as rows of the SQLite file, all others in a second store. A small image as a file takes
+/// two syncs before the one of its job's row; as a row it takes none of its own. That halves the time of a small job.
+///
+/// A row is synced by the next durable write to the same SqliteStores, as the commits of a file are durable in their
+/// order. So the row is durable before the row of the job that names it.
+class SmallArtifactStore final : public queue::ArtifactStore {
+ public:
+  /// Both stores must outlive it.
+  SmallArtifactStore(const SqliteStores& stores, queue::ArtifactStore& large)
+      : connections_(stores.connections()), large_(large) {}
+
+  Stored put(int fd, bool durable = true) override;
+  void sync(const std::string& sha256) override;
+  std::unique_ptr<queue::ArtifactReader> open(const std::string& sha256) override;
+  void remove(const std::string& sha256) override;
+
+ private:
+  std::optional<std::string> find(const std::string& sha256);
+
+  Connections& connections_;
+  queue::ArtifactStore& large_;
 };
 
 }  // namespace storage::sqlite
