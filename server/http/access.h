@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "server/http/router.h"
+#include "server/http/http_messages.h"
 #include "server/keys/key_ring.h"
 
 namespace http {

@@ -1,27 +1,34 @@
 #pragma once
-/// The socket of one client: reads one checked request at a time within limits and deadlines, then writes its reply.
-/// Used by the event loop's thread only; it has no access to epoll and handlers.
-///
-///   reading_head -> reading_body -> handling -> writing -> reading_head ... | lingering -> closed
-///                                            -> streaming -> lingering -> closed
-///
-/// Nothing is read while a request is handled, so pipelined requests wait in the socket and are answered in order.
+/// Connected clients: their sockets, the request and the reply that are in progress, and the events that concern them.
+/// Used by the event loop's thread only, without access to epoll and handlers.
 
 #include <sys/types.h>
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
+#include <unordered_map>
+#include <variant>
+#include <vector>
 
 #include "server/http/body.h"
 #include "server/http/http_messages.h"
 #include "server/http/http_server.h"
-#include "server/http/timer_queue.h"
+#include "server/http/listener.h"
 #include "server/support/descriptor.h"
+#include "server/support/event_queue.h"
 
 namespace http {
 
+/// The socket of one client: reads one checked request at a time within limits and deadlines, then writes its reply.
+///
+///   reading_head -> reading_body -> handling -> writing -> reading_head ... | lingering -> closed
+///                                            -> streaming -> lingering -> closed
+///
+/// Nothing is read while a request is handled, so pipelined requests wait in the socket and are answered in order.
 class Connection {
  public:
   enum class State { reading_head, reading_body, handling, writing, streaming, lingering, closed };
@@ -91,6 +98,89 @@ class Connection {
   std::optional<BodySource> source_;  ///< follows output_
   std::uint64_t source_written_ = 0;
   bool keep_alive_ = false;
+};
+
+/// A request between the event loop and the handler threads. Used by one of them at a time.
+struct PendingRequest {
+  std::uint64_t client = 0;  ///< number of the client
+  Request request;
+  Time started;  ///< when the request was complete
+  DeferredReply deferred;
+};
+
+/// A reply is complete.
+struct ReplyReady {
+  std::shared_ptr<PendingRequest> pending;
+  std::string text;  ///< head and body
+  std::optional<BodySource> source;
+  std::shared_ptr<BodyStream> stream;
+  bool keep_alive = false;
+};
+/// A reply is deferred, and its watch has started.
+struct ReplyDeferred {
+  std::shared_ptr<PendingRequest> pending;
+  std::function<void()> stop_watching;
+};
+/// The watch of a deferred reply or of a stream notifies.
+struct Notification {
+  std::uint64_t client = 0;
+  std::weak_ptr<PendingRequest> pending;
+};
+/// drain() was called.
+struct DrainRequest {};
+
+using ServerEvent = std::variant<ReplyReady, ReplyDeferred, Notification, DrainRequest>;
+
+/// Shared with the watches, which may notify after the end of the server.
+using ServerEvents = support::EventQueue<ServerEvent>;
+
+/// A client with the request and the reply that are in progress.
+struct Client {
+  Client(std::uint64_t unique_number, Listener::Accepted accepted, const HttpServerSettings& settings,
+         BodyBudget& budget, Time now)
+      : number(unique_number),
+        connection(std::move(accepted.socket), std::move(accepted.remote), settings, budget, now) {}
+
+  [[nodiscard]] bool is_deferred() const { return stop_watching != nullptr; }
+  /// The client waits for an event, so that its disconnection must be noticed.
+  [[nodiscard]] bool is_waiting() const { return is_deferred() || stream != nullptr; }
+  [[nodiscard]] Time deadline() const;  ///< the earliest of the socket, the deferred reply and the next heartbeat
+  [[nodiscard]] std::uint32_t events() const;  ///< to register with epoll
+
+  void start_stream(std::string text, std::shared_ptr<BodyStream> body, Time now);
+  /// Sends new output of the stream. None is taken before the socket has accepted the previous chunk: a slow client
+  /// keeps one chunk here, and the producer bounds the rest.
+  void feed_stream(Time now);
+  void send_heartbeat(Time now);
+  void end_stream(Time now);
+
+  std::uint64_t number;
+  Connection connection;
+  std::shared_ptr<PendingRequest> pending;  ///< the request that a handler processes or that is deferred; null: none
+  bool notified = false;                    ///< a notification came before the reply was known to be deferred
+  std::function<void()> stop_watching;      ///< set while the reply is deferred
+  std::shared_ptr<BodyStream> stream;       ///< the body of the reply, if it is streamed
+  Time heartbeat_due{};                     ///< while there is a stream
+  std::uint32_t registered_events = 0;      ///< with epoll
+  Time timer = Time::max();                 ///< the earliest timer that is set
+};
+
+/// All connected clients.
+class ClientTable {
+ public:
+  explicit ClientTable(const HttpServerSettings& settings) : settings_(settings) {}
+
+  [[nodiscard]] bool has_capacity(const std::string& remote) const;
+  Client& add(std::unique_ptr<Client> client);
+  void remove(const Client& client);
+  [[nodiscard]] Client* find(std::uint64_t number) const;
+  [[nodiscard]] std::size_t size() const { return clients_.size(); }
+  [[nodiscard]] std::vector<std::uint64_t> numbers() const;
+
+ private:
+  const HttpServerSettings& settings_;
+  std::unordered_map<std::uint64_t, std::unique_ptr<Client>> clients_;  ///< by number
+  std::unordered_map<std::string, std::size_t> per_address_;
 };
 
 }  // namespace http

@@ -1,15 +1,19 @@
 #pragma once
-/// Parsing of header values: ASCII lower case, optional white space (RFC 9110, section 5.6.3), separated lists,
-/// numbers.
+/// Pure functions over values of request headers: white space, lists and numbers (RFC 9110, section 5.6), content
+/// negotiation, ranges and preconditions.
 
 #include <algorithm>
 #include <charconv>
+#include <chrono>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace http {
 
+/// ASCII lower case.
 inline char lowered(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
 inline std::string lowered(std::string_view text) {
@@ -18,6 +22,7 @@ inline std::string lowered(std::string_view text) {
   return result;
 }
 
+/// Without optional white space at both ends (RFC 9110, section 5.6.3).
 inline std::string_view trimmed(std::string_view text) {
   const auto first = text.find_first_not_of(" \t");
   if (first == std::string_view::npos) return {};
@@ -40,5 +45,37 @@ std::optional<Number> parse_number(std::string_view text) {
   const auto [rest, error] = std::from_chars(text.data(), end, value);
   return error == std::errc{} && rest == end ? std::optional(value) : std::nullopt;
 }
+
+/// Index of the offer that `accept` gives the greatest weight (RFC 9110, section 12.5.1: the most specific range
+/// decides the weight of an offer); the first of equal ones. An absent or empty header accepts everything; weight 0
+/// refuses. Nothing if every offer is refused. Invalid members are ignored.
+std::optional<std::size_t> best_offer(std::optional<std::string_view> accept,
+                                      const std::vector<std::string_view>& offers);
+
+/// Half-open range of bytes.
+struct ByteRange {
+  std::uint64_t begin = 0, end = 0;
+  bool operator==(const ByteRange&) const = default;
+};
+
+struct RangeAnswer {
+  enum class Kind { whole, part, unsatisfiable };
+  Kind kind = Kind::whole;
+  ByteRange range{};  ///< if the kind is part; never empty
+};
+
+/// One range of bytes out of `size_bytes` (RFC 9110, section 14.2). Several ranges, other units and invalid ranges give
+/// the whole, which is always correct and cannot multiply the size of a reply.
+RangeAnswer read_range(std::optional<std::string_view> range, std::uint64_t size_bytes);
+
+/// The first preference "wait" of the header Prefer, in whole seconds (RFC 7240, section 4.3). Nothing if it is absent
+/// or invalid: preferences are never an error.
+std::optional<std::chrono::seconds> preferred_wait(std::string_view prefer);
+
+/// True if If-None-Match contains `etag` (with its quotes) by weak comparison, or "*".
+bool none_match_names(std::string_view if_none_match, std::string_view etag);
+
+/// True if the Content-Type is application/json and its charset, if given, is UTF-8.
+bool is_json(std::string_view content_type);
 
 }  // namespace http

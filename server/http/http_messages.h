@@ -1,6 +1,6 @@
 #pragma once
 /// HTTP messages between the server and the handlers: complete requests, and replies that are complete, streamed, or
-/// deferred until an event.
+/// deferred until an event. Routes connect both.
 
 #include <chrono>
 #include <cstdint>
@@ -16,6 +16,8 @@
 #include "server/http/request_head.h"
 
 namespace http {
+
+using Time = std::chrono::steady_clock::time_point;
 
 struct Request {
   std::string id;  ///< X-Request-Id of the reply and of every log line
@@ -66,7 +68,7 @@ struct Reply {
 /// A reply that is produced later, after a notification or at the deadline. Until then the request occupies no thread.
 /// If the client disconnects or the deadline passes, the watch is stopped.
 struct DeferredReply {
-  std::chrono::steady_clock::time_point deadline;
+  Time deadline;
   /// Starts the watch. `notify` may be called several times, spuriously, at once, from any thread, and after the end
   /// of the server. Returns a function that stops the watch; it runs on the event loop and must not block.
   std::function<std::function<void()>(std::function<void()> notify)> watch;
@@ -75,6 +77,16 @@ struct DeferredReply {
 };
 
 using Answer = std::variant<Reply, DeferredReply, Problem>;
+
+/// Processes a request. Called from several threads at once. An exception becomes a problem without details.
+using Handler = std::function<Answer(Request&)>;
+
+struct Route {
+  std::string method;   ///< GET also serves HEAD
+  std::string pattern;  ///< "/v1/jobs/{id}": a name in braces matches one segment of the path
+  Handler handler;
+  std::vector<std::string> query;  ///< accepted query parameters; requests with others are refused
+};
 
 Reply problem_reply(const Problem& problem, const std::string& request_id);
 

@@ -19,7 +19,7 @@
 #include <string_view>
 #include <vector>
 
-#include "server/http/router.h"
+#include "server/http/http_messages.h"
 #include "server/telemetry/json_log.h"
 
 namespace http {

@@ -1,5 +1,10 @@
 #include "server/http/request_dispatcher.h"
 
+#include <malloc.h>
+
+#include <algorithm>
+#include <optional>
+#include <set>
 #include <utility>
 
 #include "server/queue/job_store.h"
@@ -36,13 +41,123 @@ Problem problem_of(const queue::StoreFailure& failure) {
           "the same Idempotency-Key if there was one"};
 }
 
+/// The values of the {names} of `pattern` in `path`; nothing if the path does not match.
+std::optional<std::vector<std::string>> match(std::string_view pattern, std::string_view path) {
+  std::vector<std::string> parameters;
+  for (;;) {
+    const std::string_view expected = pattern.substr(0, pattern.find('/'));
+    const std::string_view segment = path.substr(0, path.find('/'));
+    const bool is_parameter = expected.starts_with('{') && !segment.empty();
+    if (!is_parameter && expected != segment) return std::nullopt;
+    if (is_parameter) parameters.emplace_back(segment);
+    const bool pattern_ends = expected.size() == pattern.size(), path_ends = segment.size() == path.size();
+    if (pattern_ends && path_ends) return parameters;
+    if (pattern_ends || path_ends) return std::nullopt;
+    pattern.remove_prefix(expected.size() + 1);
+    path.remove_prefix(segment.size() + 1);
+  }
+}
+
+/// Unknown query parameters are refused, like unknown fields of a document, because a typo must not be ignored.
+std::optional<Problem> check_query(const Pairs& query, const Route& route) {
+  std::string unknown, known;
+  for (const auto& [name, value] : query) {
+    const bool is_known = std::find(route.query.begin(), route.query.end(), name) != route.query.end();
+    if (!is_known) unknown += (unknown.empty() ? "\"" : ", \"") + name + '"';
+  }
+  if (unknown.empty()) return std::nullopt;
+  for (const std::string& name : route.query) known += (known.empty() ? "" : ", ") + name;
+  return Problem{failures::invalid_query, "unknown: " + unknown + "; known: " + (known.empty() ? "none" : known)};
+}
+
+/// Calls the handler of the first route that matches and sets Request::route and parameters. If there is none: 404,
+/// or 405 with Allow if another method matches. Throws only what the handler throws.
+Answer route(const std::vector<Route>& routes, Request& request) {
+  const std::string path = percent_decoded(request.head.path).value_or(request.head.path);
+  const std::string_view method = request.head.method == "HEAD" ? "GET" : std::string_view(request.head.method);
+  std::set<std::string> allowed;
+  for (const Route& candidate : routes) {
+    auto parameters = match(candidate.pattern, path);
+    if (!parameters) continue;
+    request.route = candidate.pattern;
+    if (candidate.method == method) {
+      request.parameters = *std::move(parameters);
+      if (auto problem = check_query(request.head.query, candidate)) return *std::move(problem);
+      return candidate.handler(request);
+    }
+    allowed.insert(candidate.method);
+    if (candidate.method == "GET") allowed.insert("HEAD");
+  }
+  if (allowed.empty()) return Problem{failures::not_found, "there is nothing at " + request.head.path};
+  std::string list;
+  for (const std::string& name : allowed) list += (list.empty() ? "" : ", ") + name;
+  const std::string detail = request.head.method + " is not allowed here; allowed: " + list;
+  Reply reply = problem_reply({failures::method_not_allowed, detail}, request.id);
+  reply.headers.emplace_back("Allow", list);
+  return reply;
+}
+
 }  // namespace
+
+HandlerPool::HandlerPool(std::size_t threads, std::size_t waiting_max)
+    : large_max_(std::max<std::size_t>(1, threads / 2)), waiting_max_(waiting_max) {
+  for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { run(); });
+}
+
+HandlerPool::~HandlerPool() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  changed_.notify_all();
+  for (std::thread& thread : threads_) thread.join();
+}
+
+bool HandlerPool::submit(Task task, bool large_body) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (small_.size() + large_.size() >= waiting_max_) return false;
+    (large_body ? large_ : small_).push_back(std::move(task));
+  }
+  changed_.notify_one();
+  return true;
+}
+
+void HandlerPool::resume(Task task) {
+  {
+    const std::lock_guard lock(mutex_);
+    small_.push_front(std::move(task));
+  }
+  changed_.notify_one();
+}
+
+void HandlerPool::run() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    const auto large_may_run = [&] { return !large_.empty() && large_running_ < large_max_; };
+    const auto all_taken = [&] { return small_.empty() && large_.empty(); };
+    changed_.wait(lock, [&] { return !small_.empty() || large_may_run() || (stopping_ && all_taken()); });
+    if (all_taken()) return;
+    const bool large = large_may_run();
+    std::deque<Task>& queue = large ? large_ : small_;
+    Task task = std::move(queue.front());
+    queue.pop_front();
+    large_running_ += large ? 1 : 0;
+    lock.unlock();
+    task();
+    task = nullptr;             // frees the request without the lock
+    if (large) malloc_trim(0);  // parsing 64 MiB of JSON leaves a multiple of that in freed blocks
+    lock.lock();
+    large_running_ -= large ? 1 : 0;
+    if (stopping_) changed_.notify_all();
+  }
+}
 
 RequestDispatcher::RequestDispatcher(const HttpServerSettings& settings, std::vector<Route> routes,
                                      std::function<std::string()> new_request_id, const telemetry::Log& log,
                                      std::shared_ptr<ServerEvents> events)
     : settings_(settings),
-      router_(std::move(routes)),
+      routes_(std::move(routes)),
       new_request_id_(std::move(new_request_id)),
       log_(log),
       events_(std::move(events)),
@@ -114,7 +229,7 @@ void RequestDispatcher::dispatch(Client& client, Time now) {
   const bool large_body = pending->request.body.spooled();
   const bool accepted = pool_.submit(
       [this, pending] {
-        post_answer(pending, guarded(pending->request, [&] { return router_.answer(pending->request); }));
+        post_answer(pending, guarded(pending->request, [&] { return route(routes_, pending->request); }));
       },
       large_body);
   if (accepted) return;

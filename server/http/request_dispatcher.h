@@ -1,18 +1,51 @@
 #pragma once
-/// Passes requests to the handler threads and posts their replies to the event loop; logs and counts every request.
+/// Routes requests, runs their handlers on a pool of threads and posts the replies to the event loop; logs and counts
+/// every request.
 
 #include <atomic>
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
+#include <thread>
 #include <vector>
 
-#include "server/http/client.h"
-#include "server/http/handler_pool.h"
-#include "server/http/router.h"
+#include "server/http/connection.h"
 #include "server/telemetry/json_log.h"
 
 namespace http {
+
+/// Threads that run handlers, behind a bounded queue.
+class HandlerPool {
+ public:
+  /// Must not throw.
+  using Task = std::function<void()>;
+
+  /// `waiting_max` is the length of the queue.
+  HandlerPool(std::size_t threads, std::size_t waiting_max);
+  ~HandlerPool();  ///< finishes the queued tasks
+
+  /// Returns false at once if the queue is full. Requests with a large body take up to a second to parse. They use at
+  /// most half of the threads (at least one), so that short requests do not wait for them.
+  bool submit(Task task, bool large_body);
+
+  /// Queues a task of a request that was accepted before: never refused, and first in line.
+  void resume(Task task);
+
+ private:
+  void run();
+
+  const std::size_t large_max_, waiting_max_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<Task> small_, large_;
+  std::size_t large_running_ = 0;
+  bool stopping_ = false;
+  std::vector<std::thread> threads_;
+};
 
 /// The public functions are for the event loop's thread, except begin_drain().
 class RequestDispatcher {
@@ -44,7 +77,7 @@ class RequestDispatcher {
   std::function<void()> notifier(const std::shared_ptr<PendingRequest>& pending) const;
 
   const HttpServerSettings& settings_;
-  const Router router_;
+  const std::vector<Route> routes_;
   const std::function<std::string()> new_request_id_;
   const telemetry::Log log_;
   const std::shared_ptr<ServerEvents> events_;

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "server/http/negotiation.h"
+#include "server/http/header_text.h"
 #include "server/http/request_head.h"
 
 namespace {

@@ -1,6 +1,6 @@
-#include "server/http/negotiation.h"
-
 #include <gtest/gtest.h>
+
+#include "server/http/header_text.h"
 
 namespace {
 

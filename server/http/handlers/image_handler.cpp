@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "server/http/handlers/handlers.h"
-#include "server/http/negotiation.h"
+#include "server/http/header_text.h"
 
 namespace http::handlers {
 namespace {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "server/http/handlers/handlers.h"
-#include "server/http/negotiation.h"
+#include "server/http/header_text.h"
 #include "server/resources/resource_json.h"
 
 namespace http::handlers {

@@ -4,7 +4,6 @@
 
 #include "server/http/handlers/handlers.h"
 #include "server/http/header_text.h"
-#include "server/http/negotiation.h"
 
 namespace http::handlers {
 namespace {

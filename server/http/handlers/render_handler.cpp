@@ -6,7 +6,7 @@
 
 #include "api/validation_json.h"
 #include "server/http/handlers/handlers.h"
-#include "server/http/negotiation.h"
+#include "server/http/header_text.h"
 #include "tracer/encode.h"
 
 namespace http::handlers {

@@ -13,7 +13,7 @@
 
 #include "api/batch.h"
 #include "api/document.h"
-#include "server/http/router.h"
+#include "server/http/http_messages.h"
 #include "server/keys/key_ring.h"
 #include "server/queue/asset_store.h"
 #include "server/queue/clock.h"

@@ -6,7 +6,7 @@
 #include "api/estimate.h"
 #include "api/report.h"
 #include "server/http/handlers/handlers.h"
-#include "server/http/negotiation.h"
+#include "server/http/header_text.h"
 #include "server/resources/resource_json.h"
 #include "tracer/encode.h"
 #include "tracer/version.h"

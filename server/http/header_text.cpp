@@ -1,7 +1,3 @@
-#include "server/http/negotiation.h"
-
-#include <algorithm>
-
 #include "server/http/header_text.h"
 
 namespace http {
