@@ -1,12 +1,12 @@
 /// Tar archives that are produced while they are read.
 
-#include "server/http/handlers/tar.h"
-
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <memory>
 #include <string>
+
+#include "server/http/handlers/handlers.h"
 
 namespace {
 

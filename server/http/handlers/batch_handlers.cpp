@@ -7,7 +7,6 @@
 
 #include "api/estimate.h"
 #include "server/http/handlers/handlers.h"
-#include "server/http/handlers/tar.h"
 #include "server/resources/resource_json.h"
 
 namespace http::handlers {

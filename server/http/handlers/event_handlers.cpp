@@ -1,5 +1,7 @@
-/// Streams of server-sent events of one job or of all jobs. Streaming occupies no thread.
+/// Waiting for changes of jobs: long polling, "Prefer: wait" of submissions, and streams of server-sent events. Waiting
+/// and streaming occupy no thread.
 
+#include <algorithm>
 #include <cstdint>
 
 #include "server/http/handlers/handlers.h"
@@ -55,6 +57,73 @@ queue::JobEvent current_state(const queue::JobView& view, std::int64_t number, s
   return {number, kind, view.job.id, queue::name_of(view.job.state), view.progress, now};
 }
 
+using SteadyTime = std::chrono::steady_clock::time_point;
+
+SteadyTime deadline_after(std::chrono::seconds wait) { return std::chrono::steady_clock::now() + wait; }
+
+struct JobPoll {
+  std::string id;
+  std::optional<std::string> if_none_match;
+  SteadyTime deadline;
+  std::shared_ptr<queue::Events::Listener> listener;  ///< null: no wait
+};
+
+/// With If-None-Match the poll waits for another state, otherwise for the end of the job.
+Answer answer_poll(const JobPoll& poll, bool timed_out, const ApiContext& context) {
+  const auto view = find_job(poll.id, context);
+  if (!view) return view.error();
+  const std::string etag = etag_of(*view);
+  const bool is_known = matches_etag(poll.if_none_match, etag);
+  const bool waits = poll.listener && !timed_out && (poll.if_none_match ? is_known : !queue::ended(view->job.state));
+  if (!waits) {
+    Reply reply;
+    if (is_known) {
+      reply.status = 304;
+      reply.job_id = poll.id;
+    } else {
+      reply = job_reply(200, *view, context);
+    }
+    reply.headers.emplace_back("ETag", etag);
+    reply.headers.emplace_back("Cache-Control", "no-cache");
+    return reply;
+  }
+  const auto watch = [listener = poll.listener](std::function<void()> notify) -> std::function<void()> {
+    listener->on_news(std::move(notify));
+    return [listener] { listener->on_news([] {}); };
+  };
+  const auto resume = [poll, &context](bool late) -> Answer {
+    poll.listener->take(SIZE_MAX);  // before the job is read, so that later events notify again
+    return answer_poll(poll, late, context);
+  };
+  return DeferredReply{poll.deadline, watch, resume};
+}
+
+/// The parameter wait, in seconds; nothing if it is invalid.
+std::optional<std::chrono::seconds> read_wait(const Pairs& query) {
+  if (query.empty()) return std::chrono::seconds(0);
+  const auto seconds = parse_number<int>(query.front().second);
+  const bool valid = query.size() == 1 && seconds && *seconds >= 0 && *seconds <= wait_max.count();
+  return valid ? std::optional(std::chrono::seconds(*seconds)) : std::nullopt;
+}
+
+/// Replies to a submission when the job has ended, or at the deadline.
+Answer reply_when_ended(const queue::JobView& view, SteadyTime deadline, const std::string& applied,
+                        const ApiContext& context, bool timed_out) {
+  const std::string id = view.job.id;
+  const bool ended = queue::ended(view.job.state);
+  if (ended || timed_out) {
+    Reply reply = job_reply(ended ? 200 : 202, view, context);
+    if (ended) reply.headers.emplace_back("Content-Location", "/v1/jobs/" + id);
+    reply.headers.emplace_back("Preference-Applied", applied);
+    return reply;
+  }
+  return defer_until_ended(id, deadline, context, [=, &context](bool late) -> Answer {
+    const auto now = find_job(id, context);
+    if (!now) return now.error();
+    return reply_when_ended(*now, deadline, applied, context, late);
+  });
+}
+
 }  // namespace
 
 Answer get_job_events(Request& request, const ApiContext& context) {
@@ -94,6 +163,40 @@ Answer get_events(Request& request, const ApiContext& context) {
   std::string beginning;
   if (listener->missed()) beginning = "id: " + std::to_string(listener->start()) + "\nevent: reset\ndata: {}\n\n";
   return stream_reply(listener, std::move(beginning));
+}
+
+Answer get_job(Request& request, const ApiContext& context) {
+  const auto wait = read_wait(request.head.query);
+  if (!wait) {
+    const std::string limit = std::to_string(wait_max.count());
+    return Problem{failures::invalid_query, "wait must be given once, as whole seconds 0.." + limit};
+  }
+  JobPoll poll{request.parameters.front(), {}, deadline_after(*wait), nullptr};
+  if (const auto if_none_match = request.head.header("if-none-match")) poll.if_none_match = *if_none_match;
+  if (wait->count() > 0) {
+    // Before the job is read, so that no change is missed.
+    poll.listener = context.events.listen(poll.id, {});
+    if (!poll.listener) return too_many_listeners(context);
+  }
+  return answer_poll(poll, false, context);
+}
+
+Answer submission_reply(const Request& request, const queue::Submitted& submitted, const ApiContext& context) {
+  if (submitted.replayed) return replayed_reply(*submitted.replayed);
+  if (submitted.from_cache) {
+    Reply reply = job_reply(200, submitted.view, context);
+    reply.headers.emplace_back("X-Cache", "hit");
+    return reply;
+  }
+  std::string preferences;
+  for (const auto& [name, value] : request.head.headers) {
+    if (name == "prefer") preferences += (preferences.empty() ? "" : ",") + value;
+  }
+  const auto preferred = preferred_wait(preferences);
+  if (!preferred || preferred->count() == 0) return job_reply(202, submitted.view, context);
+  const std::chrono::seconds wait = std::min(*preferred, wait_max);
+  const std::string applied = "wait=" + std::to_string(wait.count());
+  return reply_when_ended(submitted.view, deadline_after(wait), applied, context, false);
 }
 
 }  // namespace http::handlers

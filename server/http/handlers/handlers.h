@@ -3,13 +3,16 @@
 /// writes the reply.
 
 #include <chrono>
+#include <cstdint>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "server/http/handlers/routes.h"
+#include "server/queue/artifact_store.h"
 #include "tracer/result.h"
 
 namespace http::handlers {
@@ -21,29 +24,21 @@ Answer measure(Request& request, const ApiContext& context);
 Answer list_jobs(Request& request, const ApiContext& context);
 Answer get_deliveries(Request& request, const ApiContext& context);
 Answer get_queue(Request& request, const ApiContext& context);
-
-// ---- job_change_handlers.cpp
 Answer change_job(Request& request, const ApiContext& context);
 Answer cancel_job(Request& request, const ApiContext& context);
 Answer retry_job(Request& request, const ApiContext& context);
 Answer remove_job(Request& request, const ApiContext& context);
 
-// ---- job_waiting.cpp
+// ---- image_handlers.cpp
+Answer render(Request& request, const ApiContext& context);
+Answer get_image(Request& request, const ApiContext& context, const std::string& name);
+Answer get_preview(Request& request, const ApiContext& context);
+
+// ---- event_handlers.cpp
 Answer get_job(Request& request, const ApiContext& context);
 /// Reply to a submission: the first reply again if it was submitted before, 200 if the result was cached, 202 at once,
 /// or with "Prefer: wait=N" 200 as soon as the job has ended and 202 after N seconds.
 Answer submission_reply(const Request& request, const queue::Submitted& submitted, const ApiContext& context);
-
-// ---- render_handler.cpp
-Answer render(Request& request, const ApiContext& context);
-
-// ---- image_handler.cpp
-Answer get_image(Request& request, const ApiContext& context, const std::string& name);
-
-// ---- preview_handler.cpp
-Answer get_preview(Request& request, const ApiContext& context);
-
-// ---- event_handlers.cpp
 Answer get_job_events(Request& request, const ApiContext& context);
 Answer get_events(Request& request, const ApiContext& context);
 
@@ -53,6 +48,19 @@ Answer get_batch(Request& request, const ApiContext& context);
 Answer cancel_batch(Request& request, const ApiContext& context);
 Answer retry_batch(Request& request, const ApiContext& context);
 Answer get_batch_artifacts(Request& request, const ApiContext& context);
+
+// ---- tar.cpp
+/// A file of a tar archive (POSIX.1-1988, ustar).
+struct TarEntry {
+  std::string name;           ///< at most 100 bytes
+  std::uint64_t bytes = 0;    ///< below 8 GiB, the limit of the format
+  std::int64_t modified = 0;  ///< ms since 1970 UTC
+  queue::Artifact artifact;
+};
+using OpenArtifact = std::function<std::unique_ptr<queue::ArtifactReader>(const queue::Artifact&)>;
+/// The archive of stored artifacts as the body of a reply. It is produced while it is sent, and exists neither in
+/// memory nor on disk. Opens one artifact at a time. An artifact that is missing then cuts the reply short.
+BodySource tar_of(std::vector<TarEntry> entries, OpenArtifact open);
 
 // ---- asset_handlers.cpp
 Answer find_missing_assets(Request& request, const ApiContext& context);
@@ -64,8 +72,6 @@ Answer get_root(Request& request);
 Answer get_version(Request& request, const ApiContext& context);
 Answer get_openapi(Request& request);
 Answer get_docs(Request& request);
-
-// ---- health_handlers.cpp
 Answer get_liveness(Request& request);
 /// Readiness of the service. A probe costs a durable write, so its result is kept for a second.
 class Readiness {
@@ -81,18 +87,6 @@ class Readiness {
 };
 Answer get_readiness(Readiness& readiness);
 Answer get_metrics(const Health& health);
-
-// ---- problems.cpp
-Problem problem_of(const api::Refusal& refusal);
-Problem problem_of(const queue::Rejection& rejection);
-Problem disk_full(const queue::DiskSpace& space);  ///< precondition: not enough
-/// The reason why a job has no image. Precondition: failed or cancelled.
-Problem problem_of(const queue::Job& job);
-Problem job_not_found(const std::string& id);
-Problem images_expired(const queue::Job& job);
-Problem too_many_listeners(const ApiContext& context);
-/// The problem of a request that changes the queue while the daemon drains; nothing otherwise.
-std::optional<Problem> refuse_if_draining(const ApiContext& context);
 
 // ---- submissions.cpp
 /// A document, verbatim and parsed.
@@ -118,7 +112,7 @@ tracer::Result<std::optional<queue::Idempotency>, Problem> idempotency_of(const 
 tracer::Result<queue::Submitted, Problem> submit(const Request& request, queue::Submission submission,
                                                  const ApiContext& context);
 
-// ---- job_replies.cpp
+// ---- replies.cpp
 bool is_id(const std::string& text);  ///< has the form of queue::IdSource; other texts are not passed to the store
 /// The job with this id. Problem: 404.
 tracer::Result<queue::JobView, Problem> find_job(const std::string& id, const ApiContext& context);
@@ -139,5 +133,15 @@ Reply image_reply(const queue::Job& job, const queue::Artifact& artifact, const 
 /// Defers a reply until the job has ended or `deadline` has passed.
 Answer defer_until_ended(const std::string& id, std::chrono::steady_clock::time_point deadline,
                          const ApiContext& context, std::function<Answer(bool timed_out)> resume);
+Problem problem_of(const api::Refusal& refusal);
+Problem problem_of(const queue::Rejection& rejection);
+Problem disk_full(const queue::DiskSpace& space);  ///< precondition: not enough
+/// The reason why a job has no image. Precondition: failed or cancelled.
+Problem problem_of(const queue::Job& job);
+Problem job_not_found(const std::string& id);
+Problem images_expired(const queue::Job& job);
+Problem too_many_listeners(const ApiContext& context);
+/// The problem of a request that changes the queue while the daemon drains; nothing otherwise.
+std::optional<Problem> refuse_if_draining(const ApiContext& context);
 
 }  // namespace http::handlers

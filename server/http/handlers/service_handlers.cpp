@@ -1,4 +1,5 @@
-/// The service itself: overview, version and limits, documentation.
+/// The service itself: overview, version and limits, documentation; liveness, readiness and metrics of the health
+/// listener.
 
 #include "api/openapi.h"
 #include "server/http/handlers/handlers.h"
@@ -29,9 +30,11 @@ Reply document_reply(std::string content_type, std::string body) {
   return reply;
 }
 
+Reply text_reply(std::string body) { return document_reply("text/plain; charset=utf-8", std::move(body)); }
+
 }  // namespace
 
-Answer get_root(Request&) { return document_reply("text/plain; charset=utf-8", index_text); }
+Answer get_root(Request&) { return text_reply(index_text); }
 
 Answer get_version(Request&, const ApiContext& context) {
   return json_reply(
@@ -45,6 +48,31 @@ Answer get_docs(Request&) {
   // The page has its own style, no script and no external content.
   reply.headers.emplace_back("Content-Security-Policy", "default-src 'none'; style-src 'unsafe-inline'");
   return reply;
+}
+
+/// The daemon is alive if the event loop and the handlers run.
+Answer get_liveness(Request&) { return text_reply("alive\n"); }
+
+std::string Readiness::reason() {
+  if (health_.draining()) return "draining";
+  const std::lock_guard lock(mutex_);
+  const auto now = std::chrono::steady_clock::now();
+  if (!probed_at_ || now - *probed_at_ >= std::chrono::seconds(1)) {
+    reason_ = health_.not_ready();
+    probed_at_ = now;
+  }
+  return reason_;
+}
+
+Answer get_readiness(Readiness& readiness) {
+  const std::string reason = readiness.reason();
+  if (!reason.empty()) return Problem{failures::not_ready, reason};
+  return text_reply("ready\n");
+}
+
+/// Prometheus text format 0.0.4.
+Answer get_metrics(const Health& health) {
+  return document_reply("text/plain; version=0.0.4; charset=utf-8", health.metrics());
 }
 
 }  // namespace http::handlers

@@ -1,4 +1,4 @@
-#include "server/http/handlers/tar.h"
+/// Tar archives of stored artifacts.
 
 #include <algorithm>
 #include <array>
@@ -7,6 +7,8 @@
 #include <cstring>
 #include <stdexcept>
 #include <utility>
+
+#include "server/http/handlers/handlers.h"
 
 namespace http::handlers {
 namespace {

@@ -1,0 +1,240 @@
+/// Images of jobs: POST /v1/render, image.png and other artifacts with ranges, and previews. Waiting occupies no
+/// thread.
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "api/validation_json.h"
+#include "server/http/handlers/handlers.h"
+#include "server/http/header_text.h"
+#include "tracer/encode.h"
+
+namespace http::handlers {
+namespace {
+
+Problem image_not_found(const queue::Job& job, const std::string& name) {
+  if (job.expired) return images_expired(job);
+  if (job.state == queue::JobState::succeeded) {
+    return {failures::image_not_found, "job " + job.id + " has no output " + name};
+  }
+  const std::string reason = queue::ended(job.state) ? "; it has no images" : "; its images exist once it succeeded";
+  return {failures::image_not_found, "job " + job.id + " is " + queue::name_of(job.state) + reason};
+}
+
+/// Reduces the reply to the requested range (RFC 9110, section 14).
+void apply_range(const Request& request, Reply& reply, const std::string& etag) {
+  const auto condition = request.head.header("if-range");
+  if (condition && *condition != etag) return;  // the client has a part of other bytes
+  BodySource& source = *reply.source;
+  const RangeAnswer answer = read_range(request.head.header("range"), source.size_bytes);
+  const std::string size = std::to_string(source.size_bytes);
+  if (answer.kind == RangeAnswer::Kind::unsatisfiable) {
+    reply = problem_reply({failures::range_not_satisfiable, "the image has " + size + " bytes"}, request.id);
+    reply.headers.emplace_back("Content-Range", "bytes */" + size);
+  } else if (answer.kind == RangeAnswer::Kind::part) {
+    const ByteRange range = answer.range;
+    reply.status = 206;
+    reply.headers.emplace_back(
+        "Content-Range", "bytes " + std::to_string(range.begin) + '-' + std::to_string(range.end - 1) + '/' + size);
+    source = {range.end - range.begin, [read = source.read, range](std::uint64_t at, char* into, std::size_t count) {
+                return read(range.begin + at, into, std::min<std::uint64_t>(count, range.end - range.begin - at));
+              }};
+  }
+}
+
+/// The format that Accept prefers among those of the document, in its order, followed by all others.
+std::optional<tracer::Format> accepted_format(const Request& request, std::vector<tracer::Format> formats) {
+  for (const tracer::Format format : tracer::all_formats) {
+    if (std::find(formats.begin(), formats.end(), format) == formats.end()) formats.push_back(format);
+  }
+  std::vector<std::string_view> types;
+  for (const tracer::Format format : formats) types.push_back(tracer::media_type(format));
+  const auto best = best_offer(request.head.header("accept"), types);
+  return best ? std::optional(formats[*best]) : std::nullopt;
+}
+
+/// Adds an accepted format to the outputs of the document.
+void add_format(Scene& scene, tracer::Format format) {
+  auto& formats = scene.parsed.scene.output.formats;
+  if (std::find(formats.begin(), formats.end(), format) != formats.end()) return;
+  scene.document = api::with_format(scene.document, format);
+  formats.push_back(format);
+}
+
+Reply rendered_image(const queue::Job& job, tracer::Format format, const ApiContext& context) {
+  const std::string name = "image." + std::string(tracer::extension(format));
+  const auto artifact = std::find_if(job.artifacts.begin(), job.artifacts.end(),
+                                     [&](const queue::Artifact& candidate) { return candidate.name == name; });
+  if (artifact == job.artifacts.end()) throw std::runtime_error("job " + job.id + " has no " + name);
+  Reply reply = image_reply(job, *artifact, context);
+  reply.headers.emplace_back("Content-Location", "/v1/jobs/" + job.id + "/" + name);
+  return reply;
+}
+
+/// A request whose image is being rendered.
+struct PendingRender {
+  std::string job_id;
+  tracer::Format format = tracer::Format::png;
+  std::chrono::steady_clock::time_point deadline;
+  std::string request_id;
+  bool replayed = false;  ///< the job was submitted by an earlier request with the same Idempotency-Key
+};
+
+Answer reply_or_wait(const PendingRender& pending, const ApiContext& context, bool timed_out);
+
+Answer wait_for_image(const PendingRender& pending, const ApiContext& context) {
+  return defer_until_ended(pending.job_id, pending.deadline, context,
+                           [pending, &context](bool late) { return reply_or_wait(pending, context, late); });
+}
+
+Answer reply_or_wait(const PendingRender& pending, const ApiContext& context, bool timed_out) {
+  auto view = find_job(pending.job_id, context);
+  if (view && timed_out && !queue::ended(view->job.state)) {
+    context.queue.submission.make_durable(pending.job_id);  // the reply 202 accepts the job
+    view = find_job(pending.job_id, context);
+  }
+  if (!view) return view.error();
+  const queue::Job& job = view->job;
+  const bool ended = queue::ended(job.state);
+  if (!ended && !timed_out) return wait_for_image(pending, context);
+  Reply reply;
+  if (job.expired || (ended && job.state != queue::JobState::succeeded)) {
+    reply = problem_reply(job.expired ? images_expired(job) : problem_of(job), pending.request_id);
+  } else {
+    reply = ended ? rendered_image(job, pending.format, context) : job_reply(202, *view, context);
+  }
+  if (pending.replayed) reply.headers.emplace_back("Idempotent-Replayed", "true");
+  return reply;
+}
+
+constexpr std::uint32_t side_default = 512, side_min = 16;
+
+/// Longest wait for a new preview; a later one serves the next request.
+constexpr std::chrono::seconds preview_wait{2};
+
+/// The parameter max; nothing if it is invalid.
+std::optional<std::uint32_t> read_side(const Pairs& query) {
+  if (query.empty()) return side_default;
+  const auto side = parse_number<std::uint32_t>(query.front().second);
+  const bool valid = query.size() == 1 && side && *side >= side_min && *side <= queue::preview_side_max;
+  return valid ? side : std::nullopt;
+}
+
+struct PreviewQuery {
+  std::string id;
+  std::optional<std::string> if_none_match;
+  std::uint32_t side = side_default;
+};
+
+/// Redirects to the PNG image of a job that has ended.
+Answer redirect_to_image(const queue::Job& job) {
+  if (job.expired) return images_expired(job);
+  const auto png = std::find_if(job.artifacts.begin(), job.artifacts.end(),
+                                [](const queue::Artifact& artifact) { return artifact.media_type == "image/png"; });
+  if (png == job.artifacts.end()) {
+    const std::string reason = job.artifacts.empty() ? "; it has no images" : ", and not as PNG";
+    return Problem{failures::image_not_found, "job " + job.id + " is " + queue::name_of(job.state) + reason};
+  }
+  Reply reply;
+  reply.status = 303;
+  reply.headers = {{"Location", "/v1/jobs/" + job.id + "/" + png->name}, {"Cache-Control", "no-cache"}};
+  reply.job_id = job.id;
+  return reply;
+}
+
+/// The latest preview, without waiting.
+Answer latest_preview(const PreviewQuery& query, const ApiContext& context) {
+  const auto view = find_job(query.id, context);
+  if (!view) return view.error();
+  if (queue::ended(view->job.state)) return redirect_to_image(view->job);
+  const queue::Previews::Latest latest = context.queue.waiters.preview(query.id, query.side);
+  Reply reply;
+  reply.job_id = query.id;
+  if (!latest.png) {
+    reply.status = 204;
+    reply.headers.emplace_back("Cache-Control", "no-store");
+    return reply;
+  }
+  const std::string etag = '"' + context.sha256(*latest.png) + '"';
+  reply.headers = {{"ETag", etag}, {"Cache-Control", "no-cache"}};
+  if (matches_etag(query.if_none_match, etag)) {
+    reply.status = 304;
+    return reply;
+  }
+  reply.content_type = "image/png";
+  reply.body = *latest.png;
+  return reply;
+}
+
+}  // namespace
+
+Answer get_image(Request& request, const ApiContext& context, const std::string& name) {
+  const auto view = find_job(request.parameters.front(), context);
+  if (!view) return view.error();
+  const queue::Job& job = view->job;
+  const auto artifact = std::find_if(job.artifacts.begin(), job.artifacts.end(),
+                                     [&](const queue::Artifact& candidate) { return candidate.name == name; });
+  if (artifact == job.artifacts.end()) return image_not_found(job, name);
+
+  Reply reply = image_reply(job, *artifact, context);
+  reply.headers.emplace_back("Cache-Control", "max-age=31536000, immutable");  // an image never changes
+  reply.headers.emplace_back("Accept-Ranges", "bytes");
+  const std::string etag = '"' + artifact->sha256 + '"';
+  if (matches_etag(request.head.header("if-none-match"), etag)) {
+    reply.status = 304;
+    reply.content_type.clear();
+    reply.source.reset();
+  } else if (request.head.method == "GET") {  // Range is defined for GET only
+    apply_range(request, reply, etag);
+  }
+  return reply;
+}
+
+Answer render(Request& request, const ApiContext& context) {
+  if (auto problem = refuse_if_draining(context)) return *problem;
+  auto scene = take_scene(request, context);
+  if (!scene) return scene.error();
+  const auto format = accepted_format(request, scene->parsed.scene.output.formats);
+  if (!format) {
+    return Problem{failures::not_acceptable, "accept image/png, image/x-exr or another supported image format"};
+  }
+  add_format(*scene, *format);  // so that requests with different formats are different under an Idempotency-Key
+  queue::Submission submission = submission_of(request, std::move(*scene), context);
+  submission.durable = false;  // a client that loses the connection repeats the request
+  const auto submitted = submit(request, std::move(submission), context);
+  if (!submitted) return submitted.error();
+  const auto deadline = std::chrono::steady_clock::now() + context.render_wait;
+  if (submitted->replayed) {
+    const std::string id = submitted->replayed->location.substr(std::string_view("/v1/jobs/").size());
+    return reply_or_wait({id, *format, deadline, request.id, true}, context, false);
+  }
+  if (!submitted->from_cache) return wait_for_image({submitted->view.job.id, *format, deadline, request.id}, context);
+  Reply reply = rendered_image(submitted->view.job, *format, context);
+  reply.headers.emplace_back("X-Cache", "hit");
+  return reply;
+}
+
+Answer get_preview(Request& request, const ApiContext& context) {
+  const auto side = read_side(request.head.query);
+  if (!side) {
+    const std::string range = std::to_string(side_min) + ".." + std::to_string(queue::preview_side_max);
+    return Problem{failures::invalid_query, "max must be given once, as a whole number " + range};
+  }
+  const auto view = find_job(request.parameters.front(), context);
+  if (!view) return view.error();
+  PreviewQuery query{view->job.id, {}, *side};
+  if (const auto if_none_match = request.head.header("if-none-match")) query.if_none_match = *if_none_match;
+  queue::JobWaiters& waiters = context.queue.waiters;
+  const bool traced = view->job.state == queue::JobState::running && view->job.kind == queue::JobKind::render;
+  if (!traced || waiters.preview(query.id, query.side).fresh) return latest_preview(query, context);
+
+  const auto watch = [&waiters, query](std::function<void()> notify) -> std::function<void()> {
+    const std::uint64_t token = waiters.request_preview(query.id, query.side, std::move(notify));
+    return [&waiters, token] { waiters.cancel_preview(token); };
+  };
+  const auto resume = [&context, query](bool) { return latest_preview(query, context); };
+  return DeferredReply{std::chrono::steady_clock::now() + preview_wait, watch, resume};
+}
+
+}  // namespace http::handlers
