@@ -104,11 +104,12 @@ std::optional<std::chrono::seconds> preferred_wait(std::string_view prefer) {
   return std::nullopt;
 }
 
-bool none_match_names(std::string_view if_none_match, std::string_view etag) {
-  if (trimmed(if_none_match) == "*") return true;
+bool none_match_names(std::optional<std::string_view> if_none_match, std::string_view etag) {
+  std::string_view rest = if_none_match.value_or("");
+  if (trimmed(rest) == "*") return true;
   if (etag.starts_with("W/")) etag.remove_prefix(2);
-  while (!if_none_match.empty()) {
-    std::string_view member = take_until(if_none_match, ',');
+  while (!rest.empty()) {
+    std::string_view member = take_until(rest, ',');
     if (member.starts_with("W/")) member.remove_prefix(2);
     if (member == etag) return true;
   }

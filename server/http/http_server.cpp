@@ -24,6 +24,8 @@ namespace {
 constexpr std::uint64_t listener_number = 0, queue_number = 1;  // clients have greater numbers
 constexpr int accepts_per_turn = 64;  // limits the time in which connected clients are not served
 
+}  // namespace
+
 /// Deadlines of clients, ordered by time. A client whose deadline moves has several timers; their receiver ignores
 /// those that it replaced.
 class TimerQueue {
@@ -51,8 +53,6 @@ class TimerQueue {
  private:
   std::priority_queue<Timer, std::vector<Timer>, std::greater<>> timers_;
 };
-
-}  // namespace
 
 /// Owns the sockets, reads requests, and writes replies.
 class EventLoop {

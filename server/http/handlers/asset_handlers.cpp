@@ -2,6 +2,7 @@
 
 #include "api/asset_requests.h"
 #include "server/http/handlers/handlers.h"
+#include "server/http/header_text.h"
 
 namespace http::handlers {
 
@@ -61,7 +62,7 @@ Answer get_asset(Request& request, const ApiContext& context) {
   Reply reply;
   reply.headers.emplace_back("ETag", etag);
   reply.headers.emplace_back("Cache-Control", "max-age=31536000, immutable");
-  if (matches_etag(request.head.header("if-none-match"), etag)) {
+  if (none_match_names(request.head.header("if-none-match"), etag)) {
     reply.status = 304;
     return reply;
   }

@@ -72,20 +72,16 @@ std::vector<TarEntry> images_of(const std::string& batch, const ApiContext& cont
 tracer::Result<queue::BatchSubmission, Problem> batch_of(const Request& request, const std::string& body,
                                                          const ApiContext& context) {
   queue::BatchSubmission submission;
-  std::vector<tracer::Issue> issues;
+  std::optional<Problem> problem;
   const auto take = [&](std::string document, api::Document parsed, std::string canonical) {
-    if (issues.empty()) issues = deployment_issues(parsed.scene, api::estimated_memory_bytes(parsed.scene), context);
+    const std::uint64_t memory_bytes = api::estimated_memory_bytes(parsed.scene);
+    if (!problem) problem = deployment_problem(parsed.scene, memory_bytes, "/scene", context);
     submission.jobs.push_back(
         submission_of(request, {std::move(document), std::move(parsed), std::move(canonical)}, context));
   };
   const auto parsed_batch = api::parse_batch(body, context.batch_limits, take);
   if (!parsed_batch) return problem_of(parsed_batch.error());
-  if (!issues.empty()) {
-    api::Refusal refusal;
-    for (tracer::Issue& issue : issues) issue.pointer.insert(0, "/scene");
-    refusal.issues = std::move(issues);
-    return problem_of(refusal);
-  }
+  if (problem) return *std::move(problem);
   submission.name = parsed_batch->name;
   submission.max_failed = parsed_batch->max_failed;
   submission.owner = request.owner;

@@ -57,14 +57,10 @@ queue::JobEvent current_state(const queue::JobView& view, std::int64_t number, s
   return {number, kind, view.job.id, queue::name_of(view.job.state), view.progress, now};
 }
 
-using SteadyTime = std::chrono::steady_clock::time_point;
-
-SteadyTime deadline_after(std::chrono::seconds wait) { return std::chrono::steady_clock::now() + wait; }
-
 struct JobPoll {
   std::string id;
   std::optional<std::string> if_none_match;
-  SteadyTime deadline;
+  Time deadline;
   std::shared_ptr<queue::Events::Listener> listener;  ///< null: no wait
 };
 
@@ -73,7 +69,7 @@ Answer answer_poll(const JobPoll& poll, bool timed_out, const ApiContext& contex
   const auto view = find_job(poll.id, context);
   if (!view) return view.error();
   const std::string etag = etag_of(*view);
-  const bool is_known = matches_etag(poll.if_none_match, etag);
+  const bool is_known = none_match_names(poll.if_none_match, etag);
   const bool waits = poll.listener && !timed_out && (poll.if_none_match ? is_known : !queue::ended(view->job.state));
   if (!waits) {
     Reply reply;
@@ -107,7 +103,7 @@ std::optional<std::chrono::seconds> read_wait(const Pairs& query) {
 }
 
 /// Replies to a submission when the job has ended, or at the deadline.
-Answer reply_when_ended(const queue::JobView& view, SteadyTime deadline, const std::string& applied,
+Answer reply_when_ended(const queue::JobView& view, Time deadline, const std::string& applied,
                         const ApiContext& context, bool timed_out) {
   const std::string id = view.job.id;
   const bool ended = queue::ended(view.job.state);
@@ -171,8 +167,8 @@ Answer get_job(Request& request, const ApiContext& context) {
     const std::string limit = std::to_string(wait_max.count());
     return Problem{failures::invalid_query, "wait must be given once, as whole seconds 0.." + limit};
   }
-  JobPoll poll{request.parameters.front(), {}, deadline_after(*wait), nullptr};
-  if (const auto if_none_match = request.head.header("if-none-match")) poll.if_none_match = *if_none_match;
+  JobPoll poll{request.parameters.front(), std::optional<std::string>(request.head.header("if-none-match")),
+               std::chrono::steady_clock::now() + *wait, nullptr};
   if (wait->count() > 0) {
     // Before the job is read, so that no change is missed.
     poll.listener = context.events.listen(poll.id, {});
@@ -196,7 +192,8 @@ Answer submission_reply(const Request& request, const queue::Submitted& submitte
   if (!preferred || preferred->count() == 0) return job_reply(202, submitted.view, context);
   const std::chrono::seconds wait = std::min(*preferred, wait_max);
   const std::string applied = "wait=" + std::to_string(wait.count());
-  return reply_when_ended(submitted.view, deadline_after(wait), applied, context, false);
+  const Time deadline = std::chrono::steady_clock::now() + wait;
+  return reply_when_ended(submitted.view, deadline, applied, context, false);
 }
 
 }  // namespace http::handlers

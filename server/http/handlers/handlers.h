@@ -99,10 +99,10 @@ struct Scene {
 tracer::Result<std::string, Problem> take_json(Request& request, std::string_view what);
 /// Takes and parses the body of a request. Problems: 400, 411, 413, 415, 422.
 tracer::Result<Scene, Problem> take_scene(Request& request, const ApiContext& context);
-/// Issues of a valid scene that prevent its rendering here: missing files, and too much memory. `memory_bytes` is the
-/// estimate of api/estimate.h.
-std::vector<tracer::Issue> deployment_issues(const tracer::Scene& scene, std::uint64_t memory_bytes,
-                                             const ApiContext& context);
+/// The problem of a valid scene that cannot be rendered here: missing files, or too much memory. `memory_bytes` is the
+/// estimate of api/estimate.h, `at` the JSON pointer of the scene in the document.
+std::optional<Problem> deployment_problem(const tracer::Scene& scene, std::uint64_t memory_bytes, const char* at,
+                                          const ApiContext& context);
 queue::Submission submission_of(const Request& request, Scene scene, const ApiContext& context);
 /// The Idempotency-Key of the request, if it has one, for this body. Problem: 400.
 tracer::Result<std::optional<queue::Idempotency>, Problem> idempotency_of(const Request& request,
@@ -119,20 +119,19 @@ tracer::Result<queue::JobView, Problem> find_job(const std::string& id, const Ap
 /// ETag of a job: the revision, which If-Match compares, and a hash of the other fields. Weak: it excludes eta_s, which
 /// changes with the clock, and rounds the progress down to hundredths, so that not every tile wakes waiting clients.
 std::string etag_of(queue::JobView view);
-bool matches_etag(const std::optional<std::string_view>& if_none_match, std::string_view etag);
 Reply json_reply(int status, std::string body);
 /// The job as JSON, with Location if the status is 202.
 Reply job_reply(int status, const queue::JobView& view, const ApiContext& context);
-/// The current state of a job after a change.
-Answer changed_job_reply(int status, const std::string& id, const ApiContext& context);
 Reply replayed_reply(const queue::FirstReply& first);
 /// Sends the bytes of an artifact or asset as they are read from the store.
 BodySource source_of(std::shared_ptr<const queue::ArtifactReader> reader);
 /// The whole image.
 Reply image_reply(const queue::Job& job, const queue::Artifact& artifact, const ApiContext& context);
 /// Defers a reply until the job has ended or `deadline` has passed.
-Answer defer_until_ended(const std::string& id, std::chrono::steady_clock::time_point deadline,
-                         const ApiContext& context, std::function<Answer(bool timed_out)> resume);
+Answer defer_until_ended(const std::string& id, Time deadline, const ApiContext& context,
+                         std::function<Answer(bool timed_out)> resume);
+/// A problem whose detail has the number of the errors. `where`: "in the document".
+Problem with_errors(const Failure& failure, const std::string& where, std::vector<tracer::Issue> errors);
 Problem problem_of(const api::Refusal& refusal);
 Problem problem_of(const queue::Rejection& rejection);
 Problem disk_full(const queue::DiskSpace& space);  ///< precondition: not enough

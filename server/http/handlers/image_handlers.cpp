@@ -76,17 +76,10 @@ Reply rendered_image(const queue::Job& job, tracer::Format format, const ApiCont
 struct PendingRender {
   std::string job_id;
   tracer::Format format = tracer::Format::png;
-  std::chrono::steady_clock::time_point deadline;
+  Time deadline;
   std::string request_id;
   bool replayed = false;  ///< the job was submitted by an earlier request with the same Idempotency-Key
 };
-
-Answer reply_or_wait(const PendingRender& pending, const ApiContext& context, bool timed_out);
-
-Answer wait_for_image(const PendingRender& pending, const ApiContext& context) {
-  return defer_until_ended(pending.job_id, pending.deadline, context,
-                           [pending, &context](bool late) { return reply_or_wait(pending, context, late); });
-}
 
 Answer reply_or_wait(const PendingRender& pending, const ApiContext& context, bool timed_out) {
   auto view = find_job(pending.job_id, context);
@@ -97,7 +90,10 @@ Answer reply_or_wait(const PendingRender& pending, const ApiContext& context, bo
   if (!view) return view.error();
   const queue::Job& job = view->job;
   const bool ended = queue::ended(job.state);
-  if (!ended && !timed_out) return wait_for_image(pending, context);
+  if (!ended && !timed_out) {
+    return defer_until_ended(pending.job_id, pending.deadline, context,
+                             [pending, &context](bool late) { return reply_or_wait(pending, context, late); });
+  }
   Reply reply;
   if (job.expired || (ended && job.state != queue::JobState::succeeded)) {
     reply = problem_reply(job.expired ? images_expired(job) : problem_of(job), pending.request_id);
@@ -158,7 +154,7 @@ Answer latest_preview(const PreviewQuery& query, const ApiContext& context) {
   }
   const std::string etag = '"' + context.sha256(*latest.png) + '"';
   reply.headers = {{"ETag", etag}, {"Cache-Control", "no-cache"}};
-  if (matches_etag(query.if_none_match, etag)) {
+  if (none_match_names(query.if_none_match, etag)) {
     reply.status = 304;
     return reply;
   }
@@ -181,7 +177,7 @@ Answer get_image(Request& request, const ApiContext& context, const std::string&
   reply.headers.emplace_back("Cache-Control", "max-age=31536000, immutable");  // an image never changes
   reply.headers.emplace_back("Accept-Ranges", "bytes");
   const std::string etag = '"' + artifact->sha256 + '"';
-  if (matches_etag(request.head.header("if-none-match"), etag)) {
+  if (none_match_names(request.head.header("if-none-match"), etag)) {
     reply.status = 304;
     reply.content_type.clear();
     reply.source.reset();
@@ -209,7 +205,8 @@ Answer render(Request& request, const ApiContext& context) {
     const std::string id = submitted->replayed->location.substr(std::string_view("/v1/jobs/").size());
     return reply_or_wait({id, *format, deadline, request.id, true}, context, false);
   }
-  if (!submitted->from_cache) return wait_for_image({submitted->view.job.id, *format, deadline, request.id}, context);
+  if (!submitted->from_cache)
+    return reply_or_wait({submitted->view.job.id, *format, deadline, request.id}, context, false);
   Reply reply = rendered_image(submitted->view.job, *format, context);
   reply.headers.emplace_back("X-Cache", "hit");
   return reply;
@@ -223,8 +220,7 @@ Answer get_preview(Request& request, const ApiContext& context) {
   }
   const auto view = find_job(request.parameters.front(), context);
   if (!view) return view.error();
-  PreviewQuery query{view->job.id, {}, *side};
-  if (const auto if_none_match = request.head.header("if-none-match")) query.if_none_match = *if_none_match;
+  const PreviewQuery query{view->job.id, std::optional<std::string>(request.head.header("if-none-match")), *side};
   queue::JobWaiters& waiters = context.queue.waiters;
   const bool traced = view->job.state == queue::JobState::running && view->job.kind == queue::JobKind::render;
   if (!traced || waiters.preview(query.id, query.side).fresh) return latest_preview(query, context);

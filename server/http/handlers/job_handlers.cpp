@@ -72,10 +72,8 @@ tracer::Result<api::MeasureRequest, Problem> parse_measure(const std::string& bo
   auto parsed = api::parse_measure(body, context.limits);
   if (!parsed) return problem_of(parsed.error());
   const tracer::Scene& scene = parsed->document.scene;
-  api::Refusal refusal;
-  refusal.issues = deployment_issues(scene, api::estimated_measure_memory_bytes(scene), context);
-  for (tracer::Issue& issue : refusal.issues) issue.pointer.insert(0, "/scene");
-  if (!refusal.issues.empty()) return problem_of(refusal);
+  const std::uint64_t memory_bytes = api::estimated_measure_memory_bytes(scene);
+  if (auto problem = deployment_problem(scene, memory_bytes, "/scene", context)) return *std::move(problem);
   return std::move(*parsed);
 }
 
@@ -102,8 +100,7 @@ std::map<std::string, std::string> patched_labels(const queue::Job& job, const a
 }
 
 Problem invalid_patch(std::vector<tracer::Issue> errors) {
-  const std::string count = std::to_string(errors.size()) + (errors.size() == 1 ? " error" : " errors");
-  return {failures::invalid_patch, count + " in the change", std::move(errors)};
+  return with_errors(failures::invalid_patch, "in the change", std::move(errors));
 }
 
 tracer::Result<queue::JobChange, Problem> change_of(const queue::Job& job, const api::RequestedChange& patch,
@@ -269,7 +266,9 @@ Answer retry_job(Request& request, const ApiContext& context) {
     case queue::RetryOutcome::queued:
       break;
   }
-  return changed_job_reply(202, id, context);
+  const auto after = find_job(id, context);
+  if (!after) return after.error();
+  return job_reply(202, *after, context);
 }
 
 Answer remove_job(Request& request, const ApiContext& context) {

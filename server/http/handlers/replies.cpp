@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "server/http/handlers/handlers.h"
-#include "server/http/header_text.h"
 #include "server/resources/resource_json.h"
 
 namespace http::handlers {
@@ -37,10 +36,6 @@ std::string etag_of(queue::JobView view) {
   return "W/\"" + std::to_string(view.job.revision) + '-' + text.data() + '"';
 }
 
-bool matches_etag(const std::optional<std::string_view>& if_none_match, std::string_view etag) {
-  return if_none_match && none_match_names(*if_none_match, etag);
-}
-
 Reply json_reply(int status, std::string body) {
   Reply reply;
   reply.status = status;
@@ -54,12 +49,6 @@ Reply job_reply(int status, const queue::JobView& view, const ApiContext& contex
   reply.job_id = view.job.id;
   if (status == 202) reply.headers.emplace_back("Location", "/v1/jobs/" + view.job.id);
   return reply;
-}
-
-Answer changed_job_reply(int status, const std::string& id, const ApiContext& context) {
-  const auto view = find_job(id, context);
-  if (!view) return view.error();
-  return job_reply(status, *view, context);
 }
 
 Reply replayed_reply(const queue::FirstReply& first) {
@@ -88,14 +77,19 @@ Reply image_reply(const queue::Job& job, const queue::Artifact& artifact, const 
   return reply;
 }
 
-Answer defer_until_ended(const std::string& id, std::chrono::steady_clock::time_point deadline,
-                         const ApiContext& context, std::function<Answer(bool timed_out)> resume) {
+Answer defer_until_ended(const std::string& id, Time deadline, const ApiContext& context,
+                         std::function<Answer(bool timed_out)> resume) {
   queue::JobWaiters& waiters = context.queue.waiters;
   const auto watch = [&waiters, id](std::function<void()> notify) -> std::function<void()> {
     const std::uint64_t token = waiters.when_ended(id, std::move(notify));
     return [&waiters, token] { waiters.cancel(token); };
   };
   return DeferredReply{deadline, watch, std::move(resume)};
+}
+
+Problem with_errors(const Failure& failure, const std::string& where, std::vector<tracer::Issue> errors) {
+  const std::string count = std::to_string(errors.size()) + (errors.size() == 1 ? " error " : " errors ");
+  return {failure, count + where, std::move(errors)};
 }
 
 Problem problem_of(const api::Refusal& refusal) {
@@ -108,9 +102,7 @@ Problem problem_of(const api::Refusal& refusal) {
     case api::Refusal::Kind::invalid:
       break;
   }
-  const std::size_t count = refusal.issues.size();
-  return {failures::bad_scene, std::to_string(count) + (count == 1 ? " error" : " errors") + " in the document",
-          refusal.issues};
+  return with_errors(failures::bad_scene, "in the document", refusal.issues);
 }
 
 Problem problem_of(const queue::Rejection& rejection) {

@@ -52,14 +52,13 @@ tracer::Result<Scene, Problem> take_scene(Request& request, const ApiContext& co
   auto parsed = api::parse_scene(scene.document, context.limits, &scene.canonical);
   if (!parsed) return problem_of(parsed.error());
   scene.parsed = std::move(*parsed);
-  api::Refusal refusal;
-  refusal.issues = deployment_issues(scene.parsed.scene, api::estimated_memory_bytes(scene.parsed.scene), context);
-  if (!refusal.issues.empty()) return problem_of(refusal);
+  const std::uint64_t memory_bytes = api::estimated_memory_bytes(scene.parsed.scene);
+  if (auto problem = deployment_problem(scene.parsed.scene, memory_bytes, "", context)) return *std::move(problem);
   return scene;
 }
 
-std::vector<tracer::Issue> deployment_issues(const tracer::Scene& scene, std::uint64_t memory_bytes,
-                                             const ApiContext& context) {
+std::optional<Problem> deployment_problem(const tracer::Scene& scene, std::uint64_t memory_bytes, const char* at,
+                                          const ApiContext& context) {
   std::vector<tracer::Issue> issues;
   if (context.missing_files) issues = context.missing_files(scene);
   if (memory_bytes > context.job_memory_bytes) {
@@ -67,7 +66,9 @@ std::vector<tracer::Issue> deployment_issues(const tracer::Scene& scene, std::ui
                       "the limit job_memory_bytes is " + std::to_string(context.job_memory_bytes) +
                           ", the estimate for the scene is " + std::to_string(memory_bytes)});
   }
-  return issues;
+  if (issues.empty()) return std::nullopt;
+  for (tracer::Issue& issue : issues) issue.pointer.insert(0, at);
+  return with_errors(failures::bad_scene, "in the document", std::move(issues));
 }
 
 queue::Submission submission_of(const Request& request, Scene scene, const ApiContext& context) {
