@@ -14,7 +14,7 @@
 
 #include "server/daemon/config.h"
 #include "server/daemon/wiring.h"
-#include "server/http/probe.h"
+#include "server/http/handlers/routes.h"
 #include "server/storage/backup.h"
 #include "server/telemetry/json_log.h"
 #include "tracer/version.h"

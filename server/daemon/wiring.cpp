@@ -10,7 +10,6 @@
 #include "api/load_assets.h"
 #include "api/report.h"
 #include "server/daemon/option_table.h"
-#include "server/http/access.h"
 #include "server/support/read_file.h"
 #include "server/worker/protocol/asset_directory.h"
 #include "tracer/sha256.h"

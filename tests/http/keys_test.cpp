@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "server/http/access.h"
+#include "server/http/handlers/routes.h"
 
 namespace {
 

@@ -1,5 +1,6 @@
 #pragma once
-/// All routes of the service (api/docs/http.md), for an HttpServer. A test compares them with api/openapi.yaml.
+/// All routes of the service (api/docs/http.md), for an HttpServer, and the access to them: with API keys if there are
+/// any, otherwise for local clients only. A test compares the routes with api/openapi.yaml.
 
 #include <chrono>
 #include <cstdint>
@@ -52,6 +53,15 @@ struct ApiContext {
 };
 std::vector<Route> client_routes(const ApiContext& context);
 
+/// Checks a head before its body is read. With keys (`ring`): the key must be valid, except for "/", "/docs" and
+/// "/openapi.json". Without keys (null): Host must be this machine, because a web page in a local browser could use a
+/// name of its own that resolves to this machine (DNS rebinding).
+std::optional<Problem> refusal(const RequestHead& head, const keys::KeyRing* ring);
+
+/// Wraps a handler: the key must have the scope of the method, jobs:read for GET and HEAD, jobs:write for the others.
+/// Every key with jobs:read can read all jobs, as a service belongs to one team. Sets Request::owner.
+Handler with_access(const Handler& handler, const keys::KeyRing* ring);
+
 /// Dependencies of the health routes, as for ApiContext.
 struct Health {
   std::function<std::string()> not_ready;  ///< empty: ready; else the reason. Called at most once a second
@@ -59,6 +69,14 @@ struct Health {
   std::function<std::string()> metrics;    ///< the Prometheus text; may throw StoreFailure
 };
 std::vector<Route> health_routes(const Health& health);
+
+/// Reply of /readyz of the health listener: "ready", or the reason why it is not. `ready`: it was 200 within 3 s.
+struct Probe {
+  bool ready = false;
+  std::string answer;
+};
+/// `host` is the listen address; a wildcard address is probed on the loopback address of its family.
+Probe probe(const std::string& host, std::uint16_t port);
 
 /// An event in the format of server-sent events (HTML Living Standard, section 9.2): "id: n", "event: state",
 /// "data: {...}" and an empty line.

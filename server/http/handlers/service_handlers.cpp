@@ -1,5 +1,7 @@
 /// The service itself: overview, version and limits, documentation; liveness, readiness and metrics of the health
-/// listener.
+/// listener, and its probe.
+
+#include <httplib.h>
 
 #include "api/openapi.h"
 #include "server/http/handlers/handlers.h"
@@ -76,3 +78,16 @@ Answer get_metrics(const Health& health) {
 }
 
 }  // namespace http::handlers
+
+namespace http {
+
+Probe probe(const std::string& host, std::uint16_t port) {
+  httplib::Client client(host == "0.0.0.0" ? "127.0.0.1" : host == "::" ? "::1" : host, port);
+  client.set_connection_timeout(3);
+  client.set_read_timeout(3);
+  const httplib::Result result = client.Get("/readyz");
+  if (!result) return {false, "no answer: " + httplib::to_string(result.error())};
+  return {result->status == 200, result->body};
+}
+
+}  // namespace http
