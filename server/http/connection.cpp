@@ -245,33 +245,4 @@ void Client::end_stream(Time now) {
   if (connection.state() == Connection::State::streaming) connection.end_stream(now);
 }
 
-bool ClientTable::has_capacity(const std::string& remote) const {
-  const auto same_address = per_address_.find(remote);
-  const std::size_t count = same_address == per_address_.end() ? 0 : same_address->second;
-  return clients_.size() < settings_.connections_max && count < settings_.connections_per_address_max;
-}
-
-Client& ClientTable::add(std::unique_ptr<Client> client) {
-  ++per_address_[client->connection.remote()];
-  return *(clients_[client->number] = std::move(client));
-}
-
-void ClientTable::remove(const Client& client) {
-  const auto same_address = per_address_.find(client.connection.remote());
-  if (--same_address->second == 0) per_address_.erase(same_address);
-  clients_.erase(client.number);
-}
-
-Client* ClientTable::find(std::uint64_t number) const {
-  const auto found = clients_.find(number);
-  return found == clients_.end() ? nullptr : found->second.get();
-}
-
-std::vector<std::uint64_t> ClientTable::numbers() const {
-  std::vector<std::uint64_t> numbers;
-  numbers.reserve(clients_.size());
-  for (const auto& [number, client] : clients_) numbers.push_back(number);
-  return numbers;
-}
-
 }  // namespace http

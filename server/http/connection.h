@@ -170,12 +170,36 @@ class ClientTable {
  public:
   explicit ClientTable(const HttpServerSettings& settings) : settings_(settings) {}
 
-  [[nodiscard]] bool has_capacity(const std::string& remote) const;
-  Client& add(std::unique_ptr<Client> client);
-  void remove(const Client& client);
-  [[nodiscard]] Client* find(std::uint64_t number) const;
+  [[nodiscard]] bool has_capacity(const std::string& remote) const {
+    const auto same_address = per_address_.find(remote);
+    const std::size_t count = same_address == per_address_.end() ? 0 : same_address->second;
+    return clients_.size() < settings_.connections_max && count < settings_.connections_per_address_max;
+  }
+
+  Client& add(std::unique_ptr<Client> client) {
+    ++per_address_[client->connection.remote()];
+    return *(clients_[client->number] = std::move(client));
+  }
+
+  void remove(const Client& client) {
+    const auto same_address = per_address_.find(client.connection.remote());
+    if (--same_address->second == 0) per_address_.erase(same_address);
+    clients_.erase(client.number);
+  }
+
+  [[nodiscard]] Client* find(std::uint64_t number) const {
+    const auto found = clients_.find(number);
+    return found == clients_.end() ? nullptr : found->second.get();
+  }
+
   [[nodiscard]] std::size_t size() const { return clients_.size(); }
-  [[nodiscard]] std::vector<std::uint64_t> numbers() const;
+
+  [[nodiscard]] std::vector<std::uint64_t> numbers() const {
+    std::vector<std::uint64_t> numbers;
+    numbers.reserve(clients_.size());
+    for (const auto& [number, client] : clients_) numbers.push_back(number);
+    return numbers;
+  }
 
  private:
   const HttpServerSettings& settings_;

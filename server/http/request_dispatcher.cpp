@@ -3,8 +3,13 @@
 #include <malloc.h>
 
 #include <algorithm>
+#include <condition_variable>
+#include <cstddef>
+#include <deque>
+#include <mutex>
 #include <optional>
 #include <set>
+#include <thread>
 #include <utility>
 
 #include "server/queue/job_store.h"
@@ -99,59 +104,80 @@ Answer route(const std::vector<Route>& routes, Request& request) {
 
 }  // namespace
 
-HandlerPool::HandlerPool(std::size_t threads, std::size_t waiting_max)
-    : large_max_(std::max<std::size_t>(1, threads / 2)), waiting_max_(waiting_max) {
-  for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { run(); });
-}
+/// Threads that run handlers, behind a bounded queue.
+class HandlerPool {
+ public:
+  /// Must not throw.
+  using Task = std::function<void()>;
 
-HandlerPool::~HandlerPool() {
-  {
-    const std::lock_guard lock(mutex_);
-    stopping_ = true;
+  /// `waiting_max` is the length of the queue.
+  HandlerPool(std::size_t threads, std::size_t waiting_max)
+      : large_max_(std::max<std::size_t>(1, threads / 2)), waiting_max_(waiting_max) {
+    for (std::size_t i = 0; i < threads; ++i) threads_.emplace_back([this] { run(); });
   }
-  changed_.notify_all();
-  for (std::thread& thread : threads_) thread.join();
-}
 
-bool HandlerPool::submit(Task task, bool large_body) {
-  {
-    const std::lock_guard lock(mutex_);
-    if (small_.size() + large_.size() >= waiting_max_) return false;
-    (large_body ? large_ : small_).push_back(std::move(task));
+  /// Finishes the queued tasks.
+  ~HandlerPool() {
+    {
+      const std::lock_guard lock(mutex_);
+      stopping_ = true;
+    }
+    changed_.notify_all();
+    for (std::thread& thread : threads_) thread.join();
   }
-  changed_.notify_one();
-  return true;
-}
 
-void HandlerPool::resume(Task task) {
-  {
-    const std::lock_guard lock(mutex_);
-    small_.push_front(std::move(task));
+  /// Returns false at once if the queue is full. Requests with a large body take up to a second to parse. They use at
+  /// most half of the threads (at least one), so that short requests do not wait for them.
+  bool submit(Task task, bool large_body) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (small_.size() + large_.size() >= waiting_max_) return false;
+      (large_body ? large_ : small_).push_back(std::move(task));
+    }
+    changed_.notify_one();
+    return true;
   }
-  changed_.notify_one();
-}
 
-void HandlerPool::run() {
-  std::unique_lock lock(mutex_);
-  for (;;) {
-    const auto large_may_run = [&] { return !large_.empty() && large_running_ < large_max_; };
-    const auto all_taken = [&] { return small_.empty() && large_.empty(); };
-    changed_.wait(lock, [&] { return !small_.empty() || large_may_run() || (stopping_ && all_taken()); });
-    if (all_taken()) return;
-    const bool large = large_may_run();
-    std::deque<Task>& queue = large ? large_ : small_;
-    Task task = std::move(queue.front());
-    queue.pop_front();
-    large_running_ += large ? 1 : 0;
-    lock.unlock();
-    task();
-    task = nullptr;             // frees the request without the lock
-    if (large) malloc_trim(0);  // parsing 64 MiB of JSON leaves a multiple of that in freed blocks
-    lock.lock();
-    large_running_ -= large ? 1 : 0;
-    if (stopping_) changed_.notify_all();
+  /// Queues a task of a request that was accepted before: never refused, and first in line.
+  void resume(Task task) {
+    {
+      const std::lock_guard lock(mutex_);
+      small_.push_front(std::move(task));
+    }
+    changed_.notify_one();
   }
-}
+
+ private:
+  void run() {
+    std::unique_lock lock(mutex_);
+    for (;;) {
+      const auto large_may_run = [&] { return !large_.empty() && large_running_ < large_max_; };
+      const auto all_taken = [&] { return small_.empty() && large_.empty(); };
+      changed_.wait(lock, [&] { return !small_.empty() || large_may_run() || (stopping_ && all_taken()); });
+      if (all_taken()) return;
+      const bool large = large_may_run();
+      std::deque<Task>& queue = large ? large_ : small_;
+      Task task = std::move(queue.front());
+      queue.pop_front();
+      large_running_ += large ? 1 : 0;
+      lock.unlock();
+      task();
+      task = nullptr;             // frees the request without the lock
+      if (large) malloc_trim(0);  // parsing 64 MiB of JSON leaves a multiple of that in freed blocks
+      lock.lock();
+      large_running_ -= large ? 1 : 0;
+      if (stopping_) changed_.notify_all();
+    }
+  }
+
+  const std::size_t large_max_, waiting_max_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<Task> small_, large_;
+  std::size_t large_running_ = 0;
+  bool stopping_ = false;
+  std::vector<std::thread> threads_;
+};
 
 RequestDispatcher::RequestDispatcher(const HttpServerSettings& settings, std::vector<Route> routes,
                                      std::function<std::string()> new_request_id, const telemetry::Log& log,
@@ -161,7 +187,9 @@ RequestDispatcher::RequestDispatcher(const HttpServerSettings& settings, std::ve
       new_request_id_(std::move(new_request_id)),
       log_(log),
       events_(std::move(events)),
-      pool_(settings.handler_threads, settings.waiting_max) {}
+      pool_(std::make_unique<HandlerPool>(settings.handler_threads, settings.waiting_max)) {}
+
+RequestDispatcher::~RequestDispatcher() = default;
 
 /// Calls a handler: exceptions and problems become replies.
 Answer RequestDispatcher::guarded(const Request& request, const std::function<Answer()>& call) const {
@@ -227,7 +255,7 @@ void RequestDispatcher::dispatch(Client& client, Time now) {
   client.pending = pending;
   client.notified = false;
   const bool large_body = pending->request.body.spooled();
-  const bool accepted = pool_.submit(
+  const bool accepted = pool_->submit(
       [this, pending] {
         post_answer(pending, guarded(pending->request, [&] { return route(routes_, pending->request); }));
       },
@@ -256,7 +284,7 @@ void RequestDispatcher::resume(Client& client, bool timed_out) {
   if (timed_out) client.stop_watching();
   client.stop_watching = nullptr;
   client.notified = false;
-  pool_.resume([this, timed_out, pending = client.pending] {
+  pool_->resume([this, timed_out, pending = client.pending] {
     const DeferredReply deferred = std::exchange(pending->deferred, {});  // the answer may be deferred again
     post_answer(pending, guarded(pending->request, [&] { return deferred.resume(timed_out); }));
   });

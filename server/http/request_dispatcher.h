@@ -3,14 +3,9 @@
 /// every request.
 
 #include <atomic>
-#include <condition_variable>
-#include <cstddef>
-#include <deque>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "server/http/connection.h"
@@ -18,34 +13,7 @@
 
 namespace http {
 
-/// Threads that run handlers, behind a bounded queue.
-class HandlerPool {
- public:
-  /// Must not throw.
-  using Task = std::function<void()>;
-
-  /// `waiting_max` is the length of the queue.
-  HandlerPool(std::size_t threads, std::size_t waiting_max);
-  ~HandlerPool();  ///< finishes the queued tasks
-
-  /// Returns false at once if the queue is full. Requests with a large body take up to a second to parse. They use at
-  /// most half of the threads (at least one), so that short requests do not wait for them.
-  bool submit(Task task, bool large_body);
-
-  /// Queues a task of a request that was accepted before: never refused, and first in line.
-  void resume(Task task);
-
- private:
-  void run();
-
-  const std::size_t large_max_, waiting_max_;
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::deque<Task> small_, large_;
-  std::size_t large_running_ = 0;
-  bool stopping_ = false;
-  std::vector<std::thread> threads_;
-};
+class HandlerPool;
 
 /// The public functions are for the event loop's thread, except begin_drain().
 class RequestDispatcher {
@@ -54,6 +22,7 @@ class RequestDispatcher {
   RequestDispatcher(const HttpServerSettings& settings, std::vector<Route> routes,
                     std::function<std::string()> new_request_id, const telemetry::Log& log,
                     std::shared_ptr<ServerEvents> events);
+  ~RequestDispatcher();  ///< joins the threads
 
   /// Replies of later requests close their connections. Any thread.
   void begin_drain() { draining_ = true; }
@@ -82,7 +51,7 @@ class RequestDispatcher {
   const telemetry::Log log_;
   const std::shared_ptr<ServerEvents> events_;
   std::atomic<bool> draining_ = false;
-  HandlerPool pool_;  // last: its threads use the other members
+  std::unique_ptr<HandlerPool> pool_;  // last: its threads use the other members
 };
 
 }  // namespace http
