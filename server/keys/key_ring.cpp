@@ -22,9 +22,20 @@ namespace {
 constexpr std::array<std::pair<Scope, std::string_view>, 3> scope_names{
     {{Scope::jobs_read, "jobs:read"}, {Scope::jobs_write, "jobs:write"}, {Scope::admin, "admin"}}};
 
+/// Compares hashes in a time that depends on their lengths only.
+bool is_equal(std::string_view a, std::string_view b) {
+  if (a.size() != b.size()) return false;
+  int difference = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) difference |= a[i] ^ b[i];
+  return difference == 0;
+}
+
+/// Compares every key, wherever the match is.
 const Key* find_hash(const std::vector<Key>& keys, std::string_view sha256) {
-  const auto found = std::find_if(keys.begin(), keys.end(), [&](const Key& key) { return key.sha256 == sha256; });
-  return found == keys.end() ? nullptr : &*found;
+  const Key* found = nullptr;
+  for (const Key& key : keys)
+    if (is_equal(key.sha256, sha256)) found = &key;
+  return found;
 }
 
 /// The error of the line, or empty.

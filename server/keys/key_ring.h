@@ -35,8 +35,8 @@ tracer::Result<std::vector<Key>, std::vector<std::string>> parse(const std::stri
 /// Parses a file of at most 1 MiB.
 tracer::Result<std::vector<Key>, std::vector<std::string>> read(const std::string& path);
 
-/// The key whose hash is that of `token`, or null. Needs no constant time: a part of the hash does not help to guess
-/// 256 random bits.
+/// The key whose hash is that of `token`, or null. The time does not depend on the digits of the hashes: all keys are
+/// compared, each completely.
 const Key* find(const std::vector<Key>& keys, std::string_view token);
 
 /// A new key and its line. Throws std::system_error without random bits.
