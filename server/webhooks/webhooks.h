@@ -14,6 +14,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <future>
 #include <map>
@@ -21,6 +22,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <vector>
 
@@ -29,10 +31,22 @@
 #include "server/queue/event_log.h"
 #include "server/queue/job_observer.h"
 #include "server/queue/queue.h"
-#include "server/webhooks/signature.h"
 #include "server/webhooks/webhook_sender.h"
+#include "tracer/result.h"
 
 namespace webhooks {
+
+using Secret = std::string;  ///< bytes
+
+/// Parses secrets separated by white space, each "whsec_" and 24 to 64 bytes in base64. An error is a sentence without
+/// any secret.
+tracer::Result<std::vector<Secret>, std::string> read_secrets(const std::string& text);
+
+/// The value of webhook-signature according to Standard Webhooks 1.0.0 (standardwebhooks.com, "Signature scheme"):
+/// "v1," and the HMAC-SHA256 (RFC 2104) of "id.timestamp.body" in base64 (RFC 4648), once for each secret, so that
+/// secrets can be rotated, separated by spaces.
+std::string signature(const std::vector<Secret>& secrets, std::string_view id, std::int64_t timestamp_s,
+                      std::string_view body);
 
 /// Pauses between attempts; after the last one the delivery is abandoned. They sum up to 18 hours, the outage of a
 /// night.

@@ -1,12 +1,12 @@
 /// The addresses that webhooks may reach.
 
-#include "server/webhooks/networks.h"
-
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 
 #include <cstring>
+
+#include "server/webhooks/webhook_sender.h"
 
 using namespace webhooks;
 

@@ -1,8 +1,8 @@
 /// Signatures according to Standard Webhooks.
 
-#include "server/webhooks/signature.h"
-
 #include <gtest/gtest.h>
+
+#include "server/webhooks/webhooks.h"
 
 using namespace webhooks;
 
