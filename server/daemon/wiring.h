@@ -20,7 +20,6 @@
 #include "server/storage/files/file_stores.h"
 #include "server/storage/sqlite/sqlite_delivery_store.h"
 #include "server/storage/sqlite/sqlite_stores.h"
-#include "server/telemetry/job_metrics.h"
 #include "server/telemetry/service_metrics.h"
 #include "server/webhooks/webhooks.h"
 #include "server/worker/supervisor/supervisor.h"

@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include "server/queue/job_store.h"
-#include "server/telemetry/job_metrics.h"
 #include "server/telemetry/service_metrics.h"
 
 namespace {
