@@ -8,7 +8,6 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "server/daemon/option_table.h"
 #include "server/keys/key_ring.h"
 #include "server/support/read_file.h"
 

@@ -1,11 +1,11 @@
-#include "server/daemon/option_table.h"
-
 #include <arpa/inet.h>
 
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <optional>
+
+#include "server/daemon/config.h"
 
 namespace whittled {
 namespace {

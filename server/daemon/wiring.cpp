@@ -9,7 +9,6 @@
 #include "api/asset_requests.h"
 #include "api/load_assets.h"
 #include "api/report.h"
-#include "server/daemon/option_table.h"
 #include "server/support/read_file.h"
 #include "server/worker/protocol/asset_directory.h"
 #include "tracer/sha256.h"
