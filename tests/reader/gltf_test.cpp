@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "api/src/gltf/container.h"
+#include "api/src/gltf/file.h"
 #include "tests/reader/gltf_files.h"
 #include "tests/support/random.h"
 

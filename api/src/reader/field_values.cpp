@@ -1,7 +1,11 @@
 #include "api/src/reader/field_values.h"
 
+#include <charconv>
+#include <chrono>
 #include <cmath>
+#include <string>
 
+#include "api/src/reader/fields.h"
 #include "api/src/reader/issue_text.h"
 
 namespace api {
@@ -17,6 +21,114 @@ bool read_vector(Reading& reading, const Cursor& at, std::array<double, N>& valu
     values[i] = element.number;
   }
   return plain || read<double, N>(reading, at, values);
+}
+
+// The four forms of a color: [r, g, b] and a gray number (linear), "#rrggbb" and {"hsb"} (sRGB, decoded to linear).
+
+/// IEC 61966-2-1.
+double linear_from_srgb(double encoded) {
+  return encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4);
+}
+
+tracer::Color linear_from_srgb(const tracer::Color& encoded) {
+  return {linear_from_srgb(encoded.r), linear_from_srgb(encoded.g), linear_from_srgb(encoded.b)};
+}
+
+/// Smith 1978, "Color gamut transform pairs", in the closed form k = (n + hue/60) mod 6,
+/// f(n) = b - b s max(0, min(k, 4 - k, 1)) for n = 5, 3, 1.
+tracer::Color srgb_from_hsb(double hue_deg, double saturation, double brightness) {
+  double sextant = std::fmod(hue_deg, 360.0) / 60;
+  if (sextant < 0) sextant += 6;
+  const auto channel = [&](double n) {
+    const double k = std::fmod(n + sextant, 6.0);
+    return brightness - brightness * saturation * std::max(0.0, std::min({k, 4 - k, 1.0}));
+  };
+  return {channel(5), channel(3), channel(1)};
+}
+
+/// The value of two hexadecimal digits; false if they are none.
+bool read_hex_byte(std::string_view digits, double& channel) {
+  unsigned value = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value, 16);
+  channel = value / 255.0;
+  return error == std::errc() && end == digits.data() + digits.size();
+}
+
+bool read_hex(Reading& reading, const Cursor& at, tracer::Color& color) {
+  const std::string_view text = at.node->string();
+  tracer::Color encoded;
+  if (text.size() != 7 || text[0] != '#' || !read_hex_byte(text.substr(1, 2), encoded.r) ||
+      !read_hex_byte(text.substr(3, 2), encoded.g) || !read_hex_byte(text.substr(5, 2), encoded.b))
+    return add_issue(reading, at, "malformed", "a colour as text must be \"#rrggbb\", got " + quoted(text));
+  color = linear_from_srgb(encoded);
+  return true;
+}
+
+bool read_hsb(Reading& reading, const Cursor& at, tracer::Color& color) {
+  Fields fields(reading, at, "a colour");
+  std::array<double, 3> hsb{};
+  const auto field = fields.take_required("hsb");
+  bool valid = field && read(reading, *field, hsb);
+  if (valid) {
+    const auto check = [&](std::size_t i, const char* component) {
+      const Cursor at_component{&*field, {}, i, false, field->node + 1 + i};
+      valid &= (hsb[i] >= 0 && hsb[i] <= 1) ||
+               add_issue(reading, at_component, "out_of_range",
+                         std::string(component) + " must be in [0, 1], got " + number_text(hsb[i]));
+    };
+    check(1, "saturation");
+    check(2, "brightness");
+  }
+  fields.finish();
+  if (valid) color = linear_from_srgb(srgb_from_hsb(hsb[0], hsb[1], hsb[2]));
+  return valid;
+}
+
+// Times in RFC 3339.
+
+constexpr std::string_view decimal_digits = "0123456789";
+
+/// True if `text` begins with a digit for each 0 of `pattern`, any character for each ?, and else the same characters.
+bool matches(std::string_view text, std::string_view pattern) {
+  return text.size() >= pattern.size() && std::equal(pattern.begin(), pattern.end(), text.begin(), [](char p, char c) {
+           return p == '?' || (p == '0' ? decimal_digits.find(c) != decimal_digits.npos : p == c);
+         });
+}
+
+int number(std::string_view text) {
+  int value = 0;
+  std::from_chars(text.data(), text.data() + text.size(), value);
+  return value;
+}
+
+std::optional<std::int64_t> unix_ms_of(std::string_view text) {
+  if (!matches(text, "0000-00-00?00:00:00") || text.find_first_of("Tt ", 10) != 10) return std::nullopt;
+  const std::chrono::year_month_day date{std::chrono::year(number(text.substr(0, 4))),
+                                         std::chrono::month(static_cast<unsigned>(number(text.substr(5, 2)))),
+                                         std::chrono::day(static_cast<unsigned>(number(text.substr(8, 2))))};
+  const int hour = number(text.substr(11, 2)), minute = number(text.substr(14, 2)), second = number(text.substr(17, 2));
+  if (!date.ok() || hour > 23 || minute > 59 || second > 60) return std::nullopt;
+  std::string_view rest = text.substr(19);
+  int milliseconds = 0;
+  if (rest.starts_with('.')) {
+    const std::string_view fraction =
+        rest.substr(1, std::min(rest.find_first_not_of(decimal_digits, 1), rest.size()) - 1);
+    if (fraction.empty()) return std::nullopt;
+    milliseconds =
+        number(std::string(fraction.substr(0, 3)).append(3 - std::min<std::size_t>(3, fraction.size()), '0'));
+    rest.remove_prefix(1 + fraction.size());
+  }
+  int offset_minutes = 0;
+  if (rest.size() == 6 && (matches(rest, "+00:00") || matches(rest, "-00:00"))) {
+    const int offset_hour = number(rest.substr(1, 2)), offset_minute = number(rest.substr(4, 2));
+    if (offset_hour > 23 || offset_minute > 59) return std::nullopt;
+    offset_minutes = (rest[0] == '-' ? -1 : 1) * (offset_hour * 60 + offset_minute);
+  } else if (rest != "Z" && rest != "z") {
+    return std::nullopt;
+  }
+  const std::int64_t days = std::chrono::sys_days(date).time_since_epoch().count();
+  const std::int64_t ms = (((days * 24 + hour) * 60 + minute - offset_minutes) * 60 + second) * 1000 + milliseconds;
+  return date.year() >= std::chrono::year(1970) && ms >= 0 ? std::optional(ms) : std::nullopt;
 }
 
 }  // namespace
@@ -108,6 +220,41 @@ bool expect_length(Reading& reading, const Cursor& at, std::size_t length) {
   if (at.node->size == length) return true;
   return add_issue(reading, at, "wrong_length",
                    "must have " + std::to_string(length) + " elements, has " + std::to_string(at.node->size));
+}
+
+bool read(Reading& reading, const Cursor& at, tracer::Color& value) {
+  bool valid = false;
+  switch (at.node->kind) {
+    case json::Kind::number:
+      valid = read(reading, at, value.r);
+      value = {value.r, value.r, value.r};
+      break;
+    case json::Kind::array: {
+      std::array<double, 3> rgb{};
+      valid = read(reading, at, rgb);
+      value = {rgb[0], rgb[1], rgb[2]};
+      break;
+    }
+    case json::Kind::string:
+      valid = read_hex(reading, at, value);
+      break;
+    case json::Kind::object:
+      valid = read_hsb(reading, at, value);
+      break;
+    default:
+      add_wrong_type(reading, at, "a colour ([r, g, b], a number, \"#rrggbb\" or {\"hsb\": [h, s, b]})");
+  }
+  if (!valid) set_invalid(value);
+  return valid;
+}
+
+bool read(Reading& reading, const Cursor& at, Time time) {
+  if (at.node->kind != json::Kind::string) return add_wrong_type(reading, at, "a string");
+  time.value = unix_ms_of(at.node->string());
+  return time.value.has_value() ||
+         add_issue(reading, at, "malformed",
+                   "must be a time such as \"2030-01-31T18:00:00Z\" (RFC 3339, 1970 to 9999), got " +
+                       quoted(at.node->string()));
 }
 
 }  // namespace api

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "api/src/json/tape.h"
+#include "api/src/json/json_parser.h"
 
 namespace api {
 

@@ -1,13 +1,30 @@
-/// Materials: named ones in their map, and those written in place.
+/// Materials, textures (both named in their map, or written in place) and the names of files.
 
+#include <array>
 #include <limits>
+#include <string>
+#include <string_view>
 #include <vector>
 
+#include "api/asset_requests.h"
 #include "api/src/reader/fields.h"
-#include "api/src/reader/names.h"
+#include "api/src/reader/issue_text.h"
 #include "api/src/reader/sections.h"
 
 namespace api {
+
+using Wrap = tracer::Texture::Wrap;
+using Filter = tracer::Texture::Filter;
+using ColorSpace = tracer::ColorSpace;
+
+template <>
+inline constexpr Word<Wrap> words<Wrap>[] = {
+    {"repeat", Wrap::repeat}, {"clamp", Wrap::clamp}, {"mirror", Wrap::mirror}};
+template <>
+inline constexpr Word<Filter> words<Filter>[] = {
+    {"nearest", Filter::nearest}, {"bilinear", Filter::bilinear}, {"mipmap", Filter::mipmap}};
+template <>
+inline constexpr Word<ColorSpace> words<ColorSpace>[] = {{"srgb", ColorSpace::srgb}, {"linear", ColorSpace::linear}};
 
 using Model = tracer::Material::Model;
 using Transparency = tracer::Material::Transparency;
@@ -25,6 +42,89 @@ inline constexpr Word<Shading> words<Shading>[] = {
     {"smooth", Shading::smooth}, {"flat", Shading::flat}, {"gouraud", Shading::gouraud}};
 
 namespace {
+
+constexpr std::size_t asset_name_bytes = 4096;  // PATH_MAX
+
+/// True if each part between slashes is the plain name of a file or directory.
+bool stays_below_directory(std::string_view path) {
+  if (path.find('\\') != std::string_view::npos) return false;
+  while (true) {
+    const std::size_t slash = path.find('/');
+    const std::string_view name = path.substr(0, slash);
+    if (name.empty() || name == "." || name == "..") return false;
+    if (slash == std::string_view::npos) return true;
+    path.remove_prefix(slash + 1);
+  }
+}
+
+bool is_upload_name(Reading& reading, const Cursor& at, std::string_view name) {
+  if (!is_asset_hash(name.substr(upload_prefix.size())))
+    return add_issue(reading, at, "malformed", "must be sha256: and 64 lower-case hex digits, got " + quoted(name));
+  return reading.limits.uploads ||
+         add_issue(reading, at, "unsupported",
+                   "files named by hash are available only from a service that accepts uploads; name a file instead");
+}
+
+bool is_asset_name(Reading& reading, const Cursor& at, std::string_view name) {
+  if (name.starts_with(upload_prefix)) return is_upload_name(reading, at, name);
+  if (reading.limits.files == Files::none)
+    return add_issue(reading, at, "unsupported",
+                     "this service has no directory of files: it was started without the option --assets DIRECTORY. "
+                     "Upload the file and name it by its hash");
+  if (name.empty() || has_control_characters(name))
+    return add_issue(reading, at, "malformed", "must be the relative path of a file, got " + quoted(name));
+  if (name.size() > asset_name_bytes)
+    return add_limit_exceeded(reading, at, "asset_name_bytes", asset_name_bytes, name.size());
+  if (reading.limits.files == Files::below_a_directory && !stays_below_directory(name))
+    return add_issue(reading, at, "malformed",
+                     "must be a path below the asset directory, of plain names between slashes (no \"..\", \".\" or "
+                     "backslash), got " +
+                         quoted(name));
+  return true;
+}
+
+constexpr std::array<std::string_view, 4> patterns{"checker", "gradient", "noise", "file"};
+
+template <class Pattern>
+Pattern& read_pattern(Fields& fields, tracer::Texture& texture, std::string_view name) {
+  auto& pattern = texture.pattern.emplace<Pattern>();
+  fields.optional(name, pattern.colors);
+  return pattern;
+}
+
+/// The texture's kind follows from the field that is present, and its other fields from the kind.
+void read_pattern(Fields& fields, tracer::Texture& texture) {
+  if (fields.has("checker")) {
+    read_pattern<tracer::CheckerTexture>(fields, texture, "checker");
+  } else if (fields.has("gradient")) {
+    read_pattern<tracer::GradientTexture>(fields, texture, "gradient");
+  } else if (fields.has("noise")) {
+    auto& noise = read_pattern<tracer::NoiseTexture>(fields, texture, "noise");
+    fields.optional("octaves", Integer<std::uint32_t>{noise.octaves, 1});
+  } else if (fields.has("file")) {
+    auto& image = texture.pattern.emplace<tracer::ImageTexture>();
+    fields.optional("file", image.file);
+    fields.optional("color_space", image.color_space);
+  } else {
+    fields.report_missing_one_of(patterns);
+  }
+}
+
+tracer::TextureId add_texture(Reading& reading, const Cursor& at) {
+  std::vector<tracer::Texture>& textures = reading.scene().textures;
+  if (!has_capacity(reading, at, textures.size(), "textures", reading.limits.scene.textures)) return {invalid_index};
+  const tracer::TextureId id{static_cast<std::uint32_t>(textures.size())};
+  tracer::Texture& texture = textures.emplace_back();
+  texture.path = pointer(at);
+  Fields fields(reading, at, "a texture");
+  read_pattern(fields, texture);
+  fields.optional("scale", texture.scale);
+  fields.optional("offset", texture.offset);
+  fields.optional("wrap", texture.wrap);
+  fields.optional("filter", texture.filter);
+  fields.finish();
+  return id;
+}
 
 /// The default reflection depends on `fresnel`, whose default depends on the transmission.
 void read_reflection(Fields& fields, tracer::Material& material) {
@@ -73,6 +173,39 @@ tracer::MaterialId add_material(Reading& reading, const Cursor& at) {
 }
 
 }  // namespace
+
+bool read(Reading& reading, const Cursor& at, tracer::AssetId& asset) {
+  if (at.node->kind != json::Kind::string) return add_wrong_type(reading, at, "the relative path of a file");
+  const std::string_view name = at.node->string();
+  if (!is_asset_name(reading, at, name)) return false;
+  std::vector<tracer::Asset>& assets = reading.scene().assets;
+  const auto [place, is_new] =
+      reading.assets.ids.emplace(name, tracer::AssetId{static_cast<std::uint32_t>(assets.size())});
+  if (is_new) assets.push_back({std::string(name), pointer(at)});
+  asset = place->second;
+  return true;
+}
+
+bool read(Reading& reading, const Cursor& at, tracer::TextureId& texture) {
+  set_invalid(texture);
+  if (at.node->kind == json::Kind::string) return find_name(reading, at, reading.textures, "textures", texture);
+  if (at.node->kind != json::Kind::object) return add_wrong_type(reading, at, "a texture's name or a texture");
+  texture = add_texture(reading, at);
+  return true;
+}
+
+/// A string that does not begin with '#' names a texture, and an object without "hsb" is one; all else is a color.
+bool read(Reading& reading, const Cursor& at, tracer::ColorOrTexture& value) {
+  const bool is_name = at.node->kind == json::Kind::string && !at.node->string().starts_with('#');
+  const bool is_texture = at.node->kind == json::Kind::object && reading.tape.find_key(at.node, "hsb") == nullptr;
+  if (is_name || is_texture) return read(reading, at, value.emplace<tracer::TextureId>());
+  return read(reading, at, value.emplace<tracer::Color>());
+}
+
+void read_textures(Reading& reading, const Cursor& at) {
+  reading.textures.complete = within_limit(reading, at, "textures", reading.limits.scene.textures);
+  if (reading.textures.complete) read_names(reading, at, reading.textures, add_texture);
+}
 
 void read_materials(Reading& reading, const Cursor& at) {
   reading.materials.complete = within_limit(reading, at, "materials", reading.limits.scene.materials);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "api/document.h"
-#include "api/src/json/tape.h"
+#include "api/src/json/json_parser.h"
 #include "tracer/result.h"
 
 namespace api {

@@ -6,9 +6,11 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "api/src/reader/cursor.h"
+#include "api/src/reader/issue_text.h"
 #include "tracer/result.h"
 
 namespace api {
@@ -35,18 +37,67 @@ void read_job(Reading& reading, const Cursor& at);
 void read_labels(Reading& reading, const Cursor& at, bool null_allowed,
                  std::map<std::string, std::optional<std::string>>& labels);
 
-/// The fields of a mesh object.
-class Fields;
-void read_mesh(Reading& reading, Fields& fields, tracer::Shape& shape);
-
 /// A file's name as one of the scene's assets, of which there is one for each name.
 bool read(Reading& reading, const Cursor& at, tracer::AssetId& asset);
 /// A 4 x 4 matrix, or a list of steps applied in the order written.
 bool read(Reading& reading, const Cursor& at, tracer::Transform& transform);
+/// The transform that applies `first`, then `then`.
+tracer::Transform composed(const tracer::Transform& then, const tracer::Transform& first);
 /// A name, of a prototype; or of a texture or a material, which may also be written in place.
 bool read(Reading& reading, const Cursor& at, tracer::PrototypeId& prototype);
 bool read(Reading& reading, const Cursor& at, tracer::TextureId& texture);
 bool read(Reading& reading, const Cursor& at, tracer::MaterialId& material);
 bool read(Reading& reading, const Cursor& at, tracer::ColorOrTexture& value);
+
+// ---- Named textures and materials, which may also be written in place, and references to names.
+
+/// False if `count` textures or materials are as many as the limit allows; the first time, an issue is added. Those
+/// above the limit are not read, which bounds the memory.
+inline bool has_capacity(Reading& reading, const Cursor& at, std::size_t count, std::string_view limit,
+                         std::uint64_t bound) {
+  if (count < bound) return true;
+  if (reading.full.insert(limit).second)
+    add_issue(reading, at, "limit_exceeded",
+              "the limit " + std::string(limit) + " is " + std::to_string(bound) + ", those written in place included");
+  return false;
+}
+
+/// Adds each member of a map under its name. A duplicate name is an issue, and its member is not read.
+template <class Id>
+void read_names(Reading& reading, const Cursor& at, Names<Id>& names, Id (*add)(Reading&, const Cursor&)) {
+  names.complete = for_each_member(reading, at, [&](const Cursor& member) {
+    const auto [place, is_new] = names.ids.emplace(member.key, Id{});
+    if (is_new) {
+      place->second = add(reading, member);
+    } else {
+      add_issue(reading, member, "duplicate_key", quoted(member.key) + " is defined twice");
+    }
+  });
+}
+
+template <class Id>
+bool add_unknown_reference(Reading& reading, const Cursor& at, const Names<Id>& names, std::string_view kind) {
+  if (!reading.can_add_issue()) return false;
+  std::vector<std::string_view> candidates;
+  for (const auto& [name, id] : names.ids) {
+    if (candidates.size() == suggestion_names_max) break;
+    candidates.push_back(name);
+  }
+  std::string detail = quoted(at.node->string()) + " is not defined";
+  if (candidates.empty()) detail.append(": there are no named ").append(kind);
+  detail += did_you_mean(at.node->string(), candidates);
+  reading.issues.push_back({pointer(at), "unknown_reference", std::move(detail)});
+  return false;
+}
+
+/// Stores the identifier that the string at `at` names; adds an issue and returns false if there is none. `kind` is the
+/// plural noun in the message.
+template <class Id>
+bool find_name(Reading& reading, const Cursor& at, const Names<Id>& names, std::string_view kind, Id& id) {
+  const auto found = names.ids.find(at.node->string());
+  if (found == names.ids.end()) return names.complete && add_unknown_reference(reading, at, names, kind);
+  id = found->second;
+  return true;
+}
 
 }  // namespace api
