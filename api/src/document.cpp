@@ -1,10 +1,13 @@
 #include "api/document.h"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
+#include <vector>
 
-#include "api/src/json/canonical.h"
 #include "api/src/reader/fields.h"
 #include "api/src/reader/issue_text.h"
 #include "api/src/reader/request.h"
@@ -96,6 +99,54 @@ std::vector<tracer::Issue> validated(Reading& reading) {
   return rest;
 }
 
+// Canonical JSON text: equal for all spellings of the same value. As in RFC 8785, except that names are ordered by
+// their bytes and that -0.0 is kept. Both members of a duplicate name are written, in their order. Recursion is as deep
+// as the value, which DocumentLimits::depth bounds.
+
+/// Without the members `omitted` of an object; empty: with all.
+void append_value(std::string& text, json::Tape& tape, json::Node* node, std::string_view omitted = {});
+
+void append_string(std::string& text, std::string_view value) { text += nlohmann::json(value).dump(); }
+
+void append_array(std::string& text, json::Tape& tape, json::Node* node) {
+  json::Node* element = node + 1;
+  text += '[';
+  for (std::uint32_t i = 0; i < node->size; ++i, element = tape.next(element)) {
+    if (i > 0) text += ',';
+    append_value(text, tape, element);
+  }
+  text += ']';
+}
+
+void append_object(std::string& text, json::Tape& tape, json::Node* node, std::string_view omitted) {
+  std::vector<json::Node*> keys;
+  json::Node* key = node + 1;
+  for (std::uint32_t i = 0; i < node->size; ++i, key = tape.next(key + 1))
+    if (omitted.empty() || key->string() != omitted) keys.push_back(key);
+  std::stable_sort(keys.begin(), keys.end(),
+                   [](const json::Node* a, const json::Node* b) { return a->string() < b->string(); });
+  text += '{';
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (i > 0) text += ',';
+    append_string(text, keys[i]->string());
+    text += ':';
+    append_value(text, tape, keys[i] + 1);
+  }
+  text += '}';
+}
+
+void append_value(std::string& text, json::Tape& tape, json::Node* node, std::string_view omitted) {
+  if (node->kind == json::Kind::null) text += "null";
+  if (node->kind == json::Kind::boolean) text += node->truth ? "true" : "false";
+  if (node->kind == json::Kind::number) {
+    std::array<char, 32> digits{};
+    text.append(digits.data(), std::to_chars(digits.data(), digits.data() + digits.size(), node->number).ptr);
+  }
+  if (node->kind == json::Kind::string) append_string(text, node->string());
+  if (node->kind == json::Kind::array) append_array(text, tape, node);
+  if (node->kind == json::Kind::object) append_object(text, tape, node, omitted);
+}
+
 }  // namespace
 
 tracer::Result<Document, std::vector<tracer::Issue>> read_scene(json::Tape& tape, json::Node* root,
@@ -116,7 +167,10 @@ tracer::Result<Document, Refusal> parse_scene(std::string_view bytes, const Limi
     auto read = read_scene(tape, tape.root(), limits);
     if (!read) return std::move(read.error());
     document = std::move(*read);
-    if (canonical != nullptr) *canonical = json::canonical_text(tape, "job");
+    if (canonical != nullptr) {
+      canonical->clear();
+      append_value(*canonical, tape, tape.root(), "job");
+    }
     return std::vector<tracer::Issue>();
   });
 }
