@@ -6,9 +6,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "api/asset_requests.h"
 #include "api/load_assets.h"
 #include "api/report.h"
+#include "api/requests.h"
 #include "server/support/read_file.h"
 #include "server/worker/protocol/asset_directory.h"
 #include "tracer/sha256.h"

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "api/asset_requests.h"
 #include "api/load_assets.h"
+#include "api/requests.h"
 #include "tests/reader/reading.h"
 
 namespace {

@@ -1,9 +1,8 @@
 /// The body of POST /v1/measure.
 
-#include "api/measure_request.h"
-
 #include <gtest/gtest.h>
 
+#include "api/requests.h"
 #include "tests/reader/reading.h"
 #include "tracer/measure.h"
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-#include "api/comparison.h"
+#include "api/measurement_json.h"
 #include "tracer/cli/commands.h"
 #include "tracer/cli/files.h"
 #include "tracer/cli/messages.h"

@@ -1,11 +1,14 @@
 #pragma once
-/// Writes a measurement of a scene (tracer/measurement.h) as JSON and CSV, and reads the JSON to resume it.
+/// Writes a measurement of a scene (tracer/measurement.h) as JSON and CSV, and reads the JSON to resume it; writes the
+/// comparison of two images (tracer/compare.h) as JSON.
 
+#include <array>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "tracer/compare.h"
 #include "tracer/measurement.h"
 
 namespace api {
@@ -40,5 +43,18 @@ struct SavedMeasurement {
 
 /// Unset if `text` was not written by write_measurement of this version. Throws std::bad_alloc only.
 std::optional<SavedMeasurement> read_measurement(std::string_view text);
+
+/// Circumstances of a comparison of two images.
+struct ComparisonInfo {
+  std::array<std::string, 2> formats;  ///< file formats: "PNG", "OpenEXR"
+  std::optional<double> tolerance;     ///< levels of root mean square error
+  std::optional<double> heat_white;    ///< levels; set if a heat map was drawn
+};
+
+/// {formats[2], width, height, rmse, rmse_channel[3], bias, greatest, psnr_db, ssim, differing, worst[{x, y,
+/// difference, a[3], b[3]}], tolerance, within_tolerance, heat_white}, with the names and units of tracer::Comparison.
+/// within_tolerance is true if `rmse` is at most the tolerance. Null: `psnr_db` of equal images, `ssim` of small ones,
+/// and unset options.
+std::string write_comparison(const tracer::Comparison& comparison, const ComparisonInfo& info);
 
 }  // namespace api

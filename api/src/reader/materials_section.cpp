@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "api/asset_requests.h"
+#include "api/requests.h"
 #include "api/src/reader/fields.h"
 #include "api/src/reader/issue_text.h"
 #include "api/src/reader/sections.h"

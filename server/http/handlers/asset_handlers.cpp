@@ -1,6 +1,6 @@
 /// Uploaded files, named by the sha256 of their bytes.
 
-#include "api/asset_requests.h"
+#include "api/requests.h"
 #include "server/http/handlers/handlers.h"
 #include "server/http/header_text.h"
 

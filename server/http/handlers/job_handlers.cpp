@@ -3,9 +3,8 @@
 #include <utility>
 
 #include "api/estimate.h"
-#include "api/job_patch.h"
-#include "api/measure_request.h"
 #include "api/report.h"
+#include "api/requests.h"
 #include "api/validation_json.h"
 #include "server/http/handlers/handlers.h"
 #include "server/http/header_text.h"

@@ -1,7 +1,9 @@
-#include "api/measure_request.h"
+#include "api/requests.h"
 
 #include <algorithm>
 #include <iterator>
+#include <nlohmann/json.hpp>
+#include <set>
 #include <utility>
 
 #include "api/src/reader/fields.h"
@@ -14,6 +16,23 @@
 
 namespace api {
 namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::vector<std::string> read_hashes(Reading& reading, const Cursor& at) {
+  std::vector<std::string> hashes;
+  std::set<std::string_view> known;
+  if (!within_limit(reading, at, "asset_hashes_max", asset_hashes_max)) return hashes;
+  for_each_element(reading, at, [&](const Cursor& element) {
+    if (element.node->kind != json::Kind::string) return add_wrong_type(reading, element, "a sha256 as text");
+    const std::string_view hash = element.node->string();
+    if (!is_asset_hash(hash))
+      return add_issue(reading, element, "malformed", "must be 64 lower-case hex digits, got " + quoted(hash));
+    if (known.insert(hash).second) hashes.emplace_back(hash);
+    return true;
+  });
+  return hashes;
+}
 
 void read_parameters(Reading& reading, const Cursor& at, std::vector<std::string>& parameters) {
   const bool is_list = for_each_element(reading, at, [&](const Cursor& element) {
@@ -70,6 +89,48 @@ std::vector<tracer::Issue> read(json::Tape& tape, const Limits& limits, MeasureR
 }
 
 }  // namespace
+
+bool is_asset_hash(std::string_view text) {
+  return text.size() == 64 &&
+         std::all_of(text.begin(), text.end(), [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f'); });
+}
+
+tracer::Result<std::vector<std::string>, Refusal> parse_asset_hashes(std::string_view bytes,
+                                                                     const DocumentLimits& document_limits) {
+  using Hashes = std::vector<std::string>;
+  return read_request<Hashes>(bytes, document_limits, [&](json::Tape& tape, Hashes& hashes) {
+    Limits limits;
+    limits.document = document_limits;
+    Reading reading(tape, limits);
+    Fields fields(reading, reading.root, "the request");
+    if (const auto list = fields.take_required("sha256")) hashes = read_hashes(reading, *list);
+    fields.finish();
+    return reading.take_issues();
+  });
+}
+
+std::string write_missing(const std::vector<std::string>& hashes) { return Json{{"missing", hashes}}.dump() + '\n'; }
+
+std::string write_asset(const std::string& sha256, std::uint64_t bytes) {
+  return Json{{"sha256", sha256}, {"bytes", bytes}}.dump() + '\n';
+}
+
+tracer::Result<RequestedChange, Refusal> parse_change(std::string_view bytes, const Limits& limits) {
+  return read_request<RequestedChange>(bytes, limits.document, [&](json::Tape& tape, RequestedChange& change) {
+    Reading reading(tape, limits);
+    Fields fields(reading, reading.root, "a change of a job");
+    fields.optional("priority", Integer<std::optional<int>>{change.priority, 0, 100});
+    if (std::string name; fields.optional("name", Name{name})) change.name = name;
+    if (const auto labels = fields.take("labels")) read_labels(reading, *labels, true, change.labels);
+    if (const auto expires_at = fields.take("expires_at")) {
+      std::optional<std::int64_t> time;
+      const bool never = expires_at->node->kind == json::Kind::null;
+      if (never || read(reading, *expires_at, Time{time})) change.expires_at = time;
+    }
+    fields.finish();
+    return reading.take_issues();
+  });
+}
 
 tracer::Result<MeasureRequest, Refusal> parse_measure(std::string_view bytes, const Limits& limits) {
   return read_request<MeasureRequest>(
