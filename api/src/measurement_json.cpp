@@ -14,17 +14,19 @@ namespace {
 constexpr std::string_view kind = "whittle measurement";
 constexpr int version = 1;
 
-Json setting_json(const tracer::Setting& setting) {
+/// The members that both forms of a point have.
+Json measured_json(const tracer::MeasuredPoint& point) {
+  const tracer::Setting& setting = point.setting;
   return {{"parameter", setting.parameter},
           {"value", setting.value},
           {"preset", setting.preset.empty() ? Json(nullptr) : Json(setting.preset)},
-          {"settings", accuracy_json(setting.accuracy)}};
+          {"settings", accuracy_json(setting.accuracy)},
+          {"seconds", point.seconds},
+          {"error", point.error}};
 }
 
 Json point_json(const tracer::MeasuredPoint& point) {
-  Json json = setting_json(point.setting);
-  json["seconds"] = point.seconds;
-  json["error"] = point.error;
+  Json json = measured_json(point);
   json["claimed"] = error_json(point.claimed);
   json["samples"] = {{"mean", point.samples_mean}, {"total", point.samples}};
   json["rays"] = rays_json(point.rays);
@@ -32,9 +34,7 @@ Json point_json(const tracer::MeasuredPoint& point) {
 }
 
 Json summary_json(const tracer::MeasuredPoint& point) {
-  Json json = setting_json(point.setting);
-  json["seconds"] = point.seconds;
-  json["error"] = point.error;
+  Json json = measured_json(point);
   json["claimed"] = point.claimed.estimate;
   return json;
 }

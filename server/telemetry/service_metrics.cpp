@@ -41,23 +41,13 @@ std::optional<std::int64_t> resident_bytes(const std::string& process) {
   return resident_pages * ::sysconf(_SC_PAGESIZE);
 }
 
-MetricFamily job_counts(const GaugeValues& values) {
-  std::vector<Series> series;
-  for (const auto& [state, count] : values.jobs) series.push_back({{{"state", state}}, static_cast<double>(count)});
-  return gauge("whittle_jobs", "Jobs in the store, by state; queued is the queue depth.", series);
-}
-
-MetricFamily cache_bytes(const GaugeValues& values) {
-  return gauge("whittle_cache_bytes", "Memory that the worker keeps for later jobs, by kind.",
-               std::vector<Series>{{{{"kind", "geometry"}}, static_cast<double>(values.cache_geometry_bytes)},
-                                   {{{"kind", "images"}}, static_cast<double>(values.cache_image_bytes)}});
-}
-
 std::vector<MetricFamily> gauges(const GaugeValues& values) {
+  std::vector<Series> jobs;
+  for (const auto& [state, count] : values.jobs) jobs.push_back({{{"state", state}}, static_cast<double>(count)});
   std::vector<MetricFamily> families{
       gauge("whittle_build_info", "Version of the program; always 1.",
             std::vector<Series>{{{{"version", std::string(values.version)}, {"build", std::string(values.build)}}, 1}}),
-      job_counts(values),
+      gauge("whittle_jobs", "Jobs in the store, by state; queued is the queue depth.", jobs),
       gauge("whittle_queue_age_seconds", "Waiting time of the job that could run longest; 0 if none waits.",
             values.queue_age_s),
       gauge("whittle_disk_free_bytes", "Free space on the disk of the data directory.", values.disk_space.free_bytes),
@@ -66,7 +56,9 @@ std::vector<MetricFamily> gauges(const GaugeValues& values) {
       gauge("whittle_upload_bytes", "Size of all uploaded files together.", values.upload_bytes),
       gauge("whittle_connections", "Open connections of clients.", values.connections),
       gauge("whittle_event_listeners", "Event streams and long polls.", values.event_listeners),
-      cache_bytes(values)};
+      gauge("whittle_cache_bytes", "Memory that the worker keeps for later jobs, by kind.",
+            std::vector<Series>{{{{"kind", "geometry"}}, static_cast<double>(values.cache_geometry_bytes)},
+                                {{{"kind", "images"}}, static_cast<double>(values.cache_image_bytes)}})};
   if (const auto bytes = resident_bytes("self")) {
     families.push_back(gauge("process_resident_memory_bytes", "Memory of the daemon, without its worker.", *bytes));
   }
