@@ -34,18 +34,6 @@ Json approximations_json(const Approximations& approximate) {
 
 }  // namespace
 
-Json requirements_json(const tracer::Scene& scene) {
-  std::vector<tracer::RequirementReason> found;
-  const tracer::Requirements needs = tracer::requirements(scene, &found);
-  Json requirements = Json::object(), reasons = Json::object();
-  for (const auto& [name, needed] : tracer::requirement_names) {
-    requirements[std::string(name)] = needs.*needed;
-    for (const tracer::RequirementReason& reason : found)
-      if (reason.needed == needed) reasons[std::string(name)] = reason.pointer;
-  }
-  return {{"requirements", std::move(requirements)}, {"reasons", std::move(reasons)}};
-}
-
 Json accuracy_json(const tracer::Accuracy& accuracy) {
   const tracer::Accuracy usual;
   Json json = Json::object();

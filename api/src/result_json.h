@@ -1,22 +1,17 @@
 #pragma once
-/// JSON members that several documents share: requirements, accuracy, error estimate and ray counts.
+/// JSON members that several documents share: accuracy, error estimate and ray counts.
 
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "tracer/accuracy.h"
 #include "tracer/render.h"
-#include "tracer/requirements.h"
 
 namespace api {
 
 using Json = nlohmann::ordered_json;
 
 inline Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
-
-/// {"requirements": {NAME: true|false, ...}, "reasons": {NAME: pointer, ...}}. A reason is the JSON pointer of the
-/// first part of the document that has the requirement. Precondition: tracer::validate accepts `scene`.
-Json requirements_json(const tracer::Scene& scene);
 
 /// The accuracy section of a document that has this accuracy. Defaults are omitted.
 Json accuracy_json(const tracer::Accuracy& accuracy);

@@ -7,7 +7,7 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
-#include "api/validation_json.h"
+#include "api/report.h"
 
 namespace resources {
 namespace {

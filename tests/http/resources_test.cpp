@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "api/validation_json.h"
+#include "api/report.h"
 #include "server/resources/resource_json.h"
 
 namespace {

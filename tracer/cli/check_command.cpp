@@ -2,7 +2,7 @@
 #include <string>
 #include <vector>
 
-#include "api/validation_json.h"
+#include "api/report.h"
 #include "tracer/cli/load_scene.h"
 #include "tracer/cli/messages.h"
 #include "tracer/requirements.h"

@@ -2,7 +2,7 @@
 
 #include <string_view>
 
-#include "api/validation_json.h"
+#include "api/report.h"
 
 namespace cli {
 namespace {

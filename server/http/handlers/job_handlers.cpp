@@ -5,7 +5,6 @@
 #include "api/estimate.h"
 #include "api/report.h"
 #include "api/requests.h"
-#include "api/validation_json.h"
 #include "server/http/handlers/handlers.h"
 #include "server/http/header_text.h"
 #include "server/resources/resource_json.h"
