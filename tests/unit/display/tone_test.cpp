@@ -8,7 +8,6 @@
 #include <set>
 
 #include "tests/support/random.h"
-#include "tracer/src/display/palette.h"
 #include "tracer/src/display/srgb.h"
 #include "tracer/src/display/tone_mapping.h"
 

@@ -2,11 +2,13 @@
 /// One reader per mesh format, and the checks that they share; see tracer/mesh_file.h. Everything here throws MeshError
 /// for an invalid file.
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tracer/limits.h"
@@ -54,5 +56,34 @@ bool is_binary_stl(Bytes bytes);
 Mesh read_binary_stl(Bytes bytes, const Limits& limits);
 bool is_ascii_stl(Bytes bytes);
 Mesh read_ascii_stl(Bytes bytes, const Limits& limits);
+
+/// Result of weld().
+struct Welded {
+  std::vector<std::uint32_t> first;   ///< index of the first occurrence of each distinct key; ascending
+  std::vector<std::uint32_t> vertex;  ///< for each key, the index in `first` of its equal
+};
+
+/// Welds equal keys by sorting: a hash table would be open to collision attacks. Precondition: fewer than 2^32 keys,
+/// ordered by <.
+template <class Key>
+Welded weld(const std::vector<Key>& keys) {
+  std::vector<std::pair<Key, std::uint32_t>> sorted;
+  sorted.reserve(keys.size());
+  for (const Key& key : keys) sorted.emplace_back(key, static_cast<std::uint32_t>(sorted.size()));
+  std::sort(sorted.begin(), sorted.end());
+  Welded welded;
+  welded.vertex.resize(keys.size());
+  for (std::size_t i = 0, leader = 0; i < sorted.size(); ++i) {
+    if (sorted[leader].first < sorted[i].first) leader = i;
+    welded.vertex[sorted[i].second] = sorted[leader].second;
+  }
+  for (std::uint32_t i = 0; i < keys.size(); ++i) {  // the first of equal keys precedes the others
+    const bool leads = welded.vertex[i] == i;
+    const std::uint32_t follows = welded.vertex[i];
+    welded.vertex[i] = leads ? static_cast<std::uint32_t>(welded.first.size()) : welded.vertex[follows];
+    if (leads) welded.first.push_back(i);
+  }
+  return welded;
+}
 
 }  // namespace tracer::mesh_io

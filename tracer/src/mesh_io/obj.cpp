@@ -7,7 +7,6 @@
 #include "tracer/src/math/vec.h"
 #include "tracer/src/mesh_io/formats.h"
 #include "tracer/src/mesh_io/tokenizer.h"
-#include "tracer/src/mesh_io/weld.h"
 
 namespace tracer::mesh_io {
 namespace {
