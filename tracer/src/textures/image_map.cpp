@@ -1,9 +1,8 @@
 #include "tracer/src/textures/image_map.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
-
-#include "tracer/src/textures/box_filter.h"
 
 namespace tracer {
 namespace {

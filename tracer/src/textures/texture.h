@@ -1,13 +1,152 @@
 #pragma once
-/// Evaluation of textures.
+/// Evaluation of textures: colors, bump maps and normal maps.
 
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
 #include <memory>
+#include <numbers>
 
-#include "tracer/src/textures/box_filter.h"
+#include "tracer/scene.h"
+#include "tracer/src/math/sampling.h"
 #include "tracer/src/textures/image_map.h"
-#include "tracer/src/textures/noise.h"
 
 namespace tracer {
+
+// ---- box filter ----------------------------------------------------------------------------------------------------
+// Means of one-dimensional patterns over an interval, in closed form. Intervals are first reduced to the nearest
+// integer, which is exact, so that neither huge coordinates nor tiny widths suffer from cancellation.
+
+/// Largest |coordinate| or width that is evaluated: beyond 2^53 a double has no fraction.
+inline constexpr double coordinate_reach = 0x1p100;
+
+inline bool is_even(double whole) { return std::floor(whole * 0.5) * 2 == whole; }
+
+/// Mean over [x - width/2, x + width/2] of the function that is 1 where floor is even and -1 where it is odd.
+inline double alternating_mean(double x, double width) {
+  const double low = std::floor(x - width / 2);
+  if (!(width > 0) || low == std::floor(x + width / 2)) return is_even(std::floor(x)) ? 1 : -1;
+  const double whole = std::nearbyint(x);
+  const double left = x - whole - width / 2, right = x - whole + width / 2;
+  // Antiderivative of the pattern that is 1 on [0,1): the distance to the nearest even integer.
+  const auto area = [](double t) { return std::abs(t - 2 * std::nearbyint(t / 2)); };
+  const double mean = (area(right) - area(left)) / width;
+  return is_even(whole) ? mean : -mean;
+}
+
+/// x mapped to [0,1]: x - floor(x), clamped, or mirrored at every integer.
+inline double wrapped(Texture::Wrap wrap, double x) {
+  switch (wrap) {
+    case Texture::Wrap::repeat:
+      return x - std::floor(x);
+    case Texture::Wrap::clamp:
+      return std::clamp(x, 0.0, 1.0);
+    case Texture::Wrap::mirror:
+      return std::abs(x - 2 * std::nearbyint(x / 2));
+  }
+  return x;
+}
+
+namespace box_filter_detail {
+
+inline double repeat_mean(double left, double right, double width) {
+  const auto area = [](double t) {
+    const double whole = std::floor(t), part = t - whole;
+    return whole == -1 ? t + t * t / 2 : whole / 2 + part * part / 2;  // on [-1,0) without cancellation
+  };
+  return (area(right) - area(left)) / width;
+}
+
+inline double mirror_mean(double left, double right, double width, bool even) {
+  const auto area = [](double t) {
+    const double turns = std::nearbyint(t / 2), rest = t - 2 * turns;
+    return turns + std::copysign(rest * rest / 2, rest);
+  };
+  const double mean = (area(right) - area(left)) / width;
+  return even ? mean : 1 - mean;
+}
+
+/// By symmetry, values near 1 are computed from the side of 0, without cancellation.
+inline double clamp_mean(double x, double width) {
+  if (x > 0.5) return 1 - clamp_mean(1 - x, width);
+  const auto area = [](double t) { return t < 0 ? 0 : t < 1 ? t * t / 2 : t - 0.5; };
+  return (area(x + width / 2) - area(x - width / 2)) / width;
+}
+
+}  // namespace box_filter_detail
+
+/// Mean of wrapped(wrap, t) over [x - width/2, x + width/2].
+inline double wrapped_mean(Texture::Wrap wrap, double x, double width) {
+  const double left = x - width / 2, right = x + width / 2;
+  // Linear between integers: the mean is the value at the center.
+  if (!(width > 0) || std::floor(left) == std::floor(right)) return wrapped(wrap, x);
+  const double whole = std::nearbyint(x), part = x - whole;
+  switch (wrap) {
+    case Texture::Wrap::repeat:
+      return box_filter_detail::repeat_mean(part - width / 2, part + width / 2, width);
+    case Texture::Wrap::clamp:
+      return std::clamp(box_filter_detail::clamp_mean(x, width), 0.0, 1.0);
+    case Texture::Wrap::mirror:
+      return box_filter_detail::mirror_mean(part - width / 2, part + width / 2, width, is_even(whole));
+  }
+  return 0;
+}
+
+// ---- gradient noise ------------------------------------------------------------------------------------------------
+
+/// Contribution of a lattice point: its gradient, one of eight unit directions chosen by a hash of the coordinates'
+/// bits (so no coordinate is too large), times the offset (x, y).
+inline double lattice_slope(double i, double j, double x, double y) {
+  const auto bits = [](double whole) { return std::bit_cast<std::uint64_t>(whole + 0.0); };  // -0 is 0
+  const double diagonal = std::numbers::sqrt2 / 2;
+  switch (mix(bits(i) ^ mix(bits(j))) >> 61) {
+    case 0:
+      return x;
+    case 1:
+      return -x;
+    case 2:
+      return y;
+    case 3:
+      return -y;
+    case 4:
+      return (x + y) * diagonal;
+    case 5:
+      return (x - y) * diagonal;
+    case 6:
+      return (y - x) * diagonal;
+    default:
+      return (-x - y) * diagonal;
+  }
+}
+
+/// Noise in [-1, 1], 0 at integer coordinates, with continuous second derivatives: gradients of the four surrounding
+/// lattice points, blended by 6t^5 - 15t^4 + 10t^3 (Perlin 2002, "Improving Noise"). Scaled by sqrt(2), because unit
+/// gradients reach sqrt(1/2) in two dimensions.
+inline double gradient_noise(double x, double y) {
+  const double i = std::floor(x), j = std::floor(y);
+  const double u = x - i, v = y - j;
+  const auto fade = [](double t) { return t * t * t * (t * (t * 6 - 15) + 10); };
+  const double low = std::lerp(lattice_slope(i, j, u, v), lattice_slope(i + 1, j, u - 1, v), fade(u));
+  const double high = std::lerp(lattice_slope(i, j + 1, u, v - 1), lattice_slope(i + 1, j + 1, u - 1, v - 1), fade(u));
+  return std::numbers::sqrt2 * std::lerp(low, high, fade(v));
+}
+
+/// Sum of `octaves` over the sum of their amplitudes, in [-1, 1]. An octave whose cells are not much larger than
+/// `width` has a mean near 0 over it: it fades out between a fifth and three quarters of a cell (Apodaca, Gritz 2000,
+/// Advanced RenderMan, sec. 11.3).
+inline double octave_noise(double x, double y, std::uint32_t octaves, double width) {
+  double sum = 0, amplitudes = 0, amplitude = 1;
+  for (std::uint32_t octave = 0; octave < octaves; ++octave, amplitude /= 2, x *= 2, y *= 2, width *= 2) {
+    amplitudes += amplitude;
+    const double t = std::clamp((width - 0.2) / 0.55, 0.0, 1.0);
+    const double left = 1 - t * t * (3 - 2 * t);
+    if (left > 0) sum += amplitude * left * gradient_noise(x, y);
+  }
+  return sum / amplitudes;
+}
+
+// ---- textures ------------------------------------------------------------------------------------------------------
 
 /// Mean of the pattern over the rectangle `width` around (u, v), or its value at the point for zero width. floor works
 /// on doubles, so no coordinate overflows.
@@ -78,5 +217,12 @@ inline double texture_bound(const Texture& texture, const ImageMap* image) {
       texture.pattern);
   return std::max(max_component(colors[0]), max_component(colors[1]));
 }
+
+/// Derivatives of the height along u and v of the surface, as finite differences over the footprint; without a
+/// footprint over the finest detail of the texture: one texel of an image, a thousandth of a pattern's smallest cell.
+Vec2 height_slope(const Texture& texture, const Vec2& uv, const Vec2& width, const ImageMap* image);
+
+/// Normal encoded in a color, in the frame (dp/du, dp/dv, n). Not unit length; zero if the color encodes no direction.
+inline Vec3 tangent_normal(const Color& color) { return {2 * color.r - 1, 2 * color.g - 1, 2 * color.b - 1}; }
 
 }  // namespace tracer

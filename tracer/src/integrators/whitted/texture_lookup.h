@@ -4,7 +4,6 @@
 
 #include "tracer/src/integrators/whitted/wavefront_state.h"
 #include "tracer/src/interaction/uv_gradients.h"
-#include "tracer/src/textures/height.h"
 #include "tracer/src/textures/texture.h"
 
 namespace tracer {

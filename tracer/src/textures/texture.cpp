@@ -1,4 +1,4 @@
-#include "tracer/src/textures/height.h"
+#include "tracer/src/textures/texture.h"
 
 namespace tracer {
 namespace {
