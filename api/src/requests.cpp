@@ -12,7 +12,6 @@
 #include "api/src/reader/sections.h"
 #include "tracer/measure.h"
 #include "tracer/measurement.h"
-#include "tracer/reference.h"
 
 namespace api {
 namespace {

@@ -1,7 +1,5 @@
 /// Previews of an image while it is traced.
 
-#include "tracer/preview.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,6 +9,7 @@
 
 #include "tests/support/scenes.h"
 #include "tracer/compile.h"
+#include "tracer/control.h"
 #include "tracer/render.h"
 
 using namespace tracer;

@@ -8,7 +8,7 @@
 #include "tests/support/scenes.h"
 #include "tracer/compare.h"
 #include "tracer/compile.h"
-#include "tracer/reference.h"
+#include "tracer/measure.h"
 
 namespace {
 

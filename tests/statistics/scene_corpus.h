@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "tests/support/scenes.h"
-#include "tracer/assets.h"
+#include "tracer/scene.h"
 
 namespace statistics {
 

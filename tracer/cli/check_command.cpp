@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "api/report.h"
-#include "tracer/cli/load_scene.h"
+#include "tracer/cli/files.h"
 #include "tracer/cli/messages.h"
 #include "tracer/requirements.h"
 

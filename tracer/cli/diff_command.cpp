@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "api/measurement_json.h"
-#include "tracer/cli/commands.h"
 #include "tracer/cli/files.h"
 #include "tracer/cli/messages.h"
+#include "tracer/cli/options.h"
 #include "tracer/compare.h"
 #include "tracer/display_image.h"
 #include "tracer/encode.h"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "api/document.h"
-#include "tracer/cli/commands.h"
+#include "tracer/cli/options.h"
 #include "tracer/render.h"
 
 namespace cli {

@@ -1,5 +1,5 @@
 #pragma once
-/// Command line of `whittle`: arguments in, one plain value out.
+/// Command line of `whittle`: arguments in, one plain value out, and the command that runs it.
 
 #include <array>
 #include <cstddef>
@@ -67,5 +67,24 @@ using Command = std::variant<PrintText, RenderOptions, CheckOptions, DiffOptions
 
 /// `arguments` without the program's name. Fails with one line that names the option and the rule.
 tracer::Result<Command, std::string> parse_arguments(std::vector<std::string> arguments);
+
+/// Scripts rely on these; `whittle --help` lists them. Like diff(1), `whittle diff` uses 1 for a difference and 2 for
+/// trouble.
+enum ExitCode : int {
+  success = 0,
+  invalid_scene = 1,
+  images_differ = 1,
+  invalid_usage = 2,
+  incomparable_images = 2,
+  environment_failure = 3,
+  interrupted = 130
+};
+
+/// Each command returns the process's exit code.
+ExitCode run(const PrintText& print);
+ExitCode run(const RenderOptions& options);   ///< writes image files; summary and errors on standard error
+ExitCode run(const CheckOptions& options);    ///< prints all issues or the requirements of a valid scene
+ExitCode run(const DiffOptions& options);     ///< prints the metrics of two images
+ExitCode run(const MeasureOptions& options);  ///< writes the files of a measurement and prints a table
 
 }  // namespace cli

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "tracer/cli/files.h"
-#include "tracer/cli/load_scene.h"
 #include "tracer/cli/messages.h"
 #include "tracer/cli/progress.h"
 #include "tracer/compile.h"

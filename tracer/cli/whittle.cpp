@@ -5,7 +5,6 @@
 #include <string>
 #include <variant>
 
-#include "tracer/cli/commands.h"
 #include "tracer/cli/options.h"
 
 cli::ExitCode cli::run(const PrintText& print) {

@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "tracer/assets.h"
 #include "tracer/limits.h"
 #include "tracer/result.h"
 #include "tracer/scene.h"

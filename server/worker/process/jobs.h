@@ -11,8 +11,9 @@
 #include <vector>
 
 #include "server/worker/protocol/protocol.h"
+#include "tracer/compile.h"
 #include "tracer/control.h"
-#include "tracer/preview.h"
+#include "tracer/result.h"
 #include "tracer/scene.h"
 #include "tracer/scene_cache.h"
 

@@ -6,7 +6,6 @@
 #include <span>
 #include <vector>
 
-#include "tracer/assets.h"
 #include "tracer/image.h"
 #include "tracer/scene.h"
 

@@ -1,9 +1,9 @@
 // Standard error of the reference for images with known variance.
-#include "tracer/reference.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+
+#include "tracer/measure.h"
 
 namespace {
 

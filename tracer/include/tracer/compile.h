@@ -5,7 +5,6 @@
 #include <memory>
 #include <string>
 
-#include "tracer/assets.h"
 #include "tracer/control.h"
 #include "tracer/result.h"
 #include "tracer/scene.h"

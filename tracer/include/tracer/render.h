@@ -8,7 +8,6 @@
 #include "tracer/compile.h"
 #include "tracer/control.h"
 #include "tracer/image.h"
-#include "tracer/preview.h"
 #include "tracer/requirements.h"
 #include "tracer/result.h"
 

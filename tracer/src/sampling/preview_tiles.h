@@ -7,7 +7,7 @@
 #include <memory>
 #include <mutex>
 
-#include "tracer/preview.h"
+#include "tracer/control.h"
 #include "tracer/src/math/vec.h"
 #include "tracer/src/sampling/tiles.h"
 
