@@ -1,6 +1,7 @@
 #pragma once
 /// Encodes an image as the bytes of a file, in memory.
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -28,10 +29,23 @@ Result<std::vector<std::uint8_t>, std::string> encode(const Image& image, Format
 inline constexpr Format all_formats[] = {Format::png,   Format::exr,  Format::jpg, Format::hdr,
                                          Format::png16, Format::webp, Format::tiff};
 
-/// Name in documents: "png16".
-std::string_view name(Format format);
-/// "png" and "image/png", "exr" and "image/x-exr". The extension has no dot in front; "16.png" is that of png16.
-std::string_view extension(Format format);
-std::string_view media_type(Format format);
+/// Names of a format.
+struct FormatNames {
+  std::string_view name;       ///< in documents: "png16"
+  std::string_view extension;  ///< without a dot in front: "png", "16.png"
+  std::string_view media_type;
+};
+
+/// In the order of Format.
+inline constexpr FormatNames format_names[] = {{"png", "png", "image/png"},          {"png16", "16.png", "image/png"},
+                                               {"exr", "exr", "image/x-exr"},        {"jpg", "jpg", "image/jpeg"},
+                                               {"hdr", "hdr", "image/vnd.radiance"}, {"webp", "webp", "image/webp"},
+                                               {"tiff", "tiff", "image/tiff"}};
+
+constexpr std::string_view name(Format format) { return format_names[static_cast<std::size_t>(format)].name; }
+constexpr std::string_view extension(Format format) { return format_names[static_cast<std::size_t>(format)].extension; }
+constexpr std::string_view media_type(Format format) {
+  return format_names[static_cast<std::size_t>(format)].media_type;
+}
 
 }  // namespace tracer

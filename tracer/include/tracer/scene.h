@@ -19,7 +19,7 @@
 
 namespace tracer {
 
-/// A file that the scene names. The caller supplies its bytes (tracer/assets.h).
+/// A file that the scene names. The caller supplies its bytes (Assets).
 struct Asset {
   std::string name;  ///< as written in the document: "wood.png"
   std::string path;  ///< JSON pointer of its first use, e.g. "/textures/floor/file"

@@ -1,13 +1,16 @@
 #pragma once
-/// One reader per mesh format, and the checks that they share; see tracer/mesh_file.h. Everything here throws MeshError
-/// for an invalid file.
+/// One reader per mesh format, and the tokenizer, checks and welding that they share; see tracer/mesh_file.h.
+/// Everything here throws MeshError for an invalid file.
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -22,6 +25,45 @@ using Bytes = std::span<const std::uint8_t>;
 struct MeshError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
+
+// ---- text ----------------------------------------------------------------------------------------------------------
+
+/// Lines end with LF, CRLF or CR and are counted from 1; tokens are separated by blanks and tabs. Returned views point
+/// into the bytes, which must outlive them.
+class Tokenizer {
+ public:
+  explicit Tokenizer(Bytes bytes) : text_(reinterpret_cast<const char*>(bytes.data()), bytes.size()) {}
+
+  [[nodiscard]] std::size_t line() const { return line_; }
+  [[nodiscard]] std::size_t offset() const { return at_; }  ///< bytes before the next token or line end
+
+  /// The next token of this line; empty at its end.
+  std::string_view next_token();
+  /// The same, with lines joined by a backslash before the line end.
+  std::string_view next_token_across_continuations();
+  /// The next token of this or a later line; empty at the end of the file.
+  std::string_view next_token_on_any_line();
+  /// Advances to the next line; false if there is none.
+  bool next_line();
+
+ private:
+  std::string_view text_;
+  std::size_t at_ = 0;
+  std::size_t line_ = 1;
+};
+
+/// The nearest double of a decimal number, infinite or 0 beyond their range; nothing for other tokens.
+std::optional<double> parse_number(std::string_view word);
+/// The same; throws MeshError(`if_missing`) for an empty token, and another sentence for one that is no number.
+double number_of(std::string_view word, const char* if_missing);
+
+/// "line 7".
+std::string at_line(std::size_t line);
+
+/// The token in double quotes, at most 32 bytes of it, with '?' for control and non-ASCII characters.
+std::string in_quotes(std::string_view word);
+
+// ---- checks --------------------------------------------------------------------------------------------------------
 
 /// Calls `read`, and puts `place()` in front of the sentence of a MeshError: "line 7: must be finite, got inf".
 template <class Place, class Read>
@@ -41,6 +83,8 @@ void check_triangle_count(std::uint64_t count, const Limits& limits);
 void add_polygon(std::span<const std::uint32_t> indices, std::span<const Vec3> corners, const Limits& limits,
                  std::vector<std::array<std::uint32_t, 3>>& triangles);
 
+// ---- readers -------------------------------------------------------------------------------------------------------
+
 /// Wavefront OBJ, "Object Files (.obj)", Advanced Visualizer manual, appendix B1. Detected if the first token outside
 /// of comments is one of its keywords.
 bool is_obj(Bytes bytes);
@@ -56,6 +100,8 @@ bool is_binary_stl(Bytes bytes);
 Mesh read_binary_stl(Bytes bytes, const Limits& limits);
 bool is_ascii_stl(Bytes bytes);
 Mesh read_ascii_stl(Bytes bytes, const Limits& limits);
+
+// ---- welding -------------------------------------------------------------------------------------------------------
 
 /// Result of weld().
 struct Welded {

@@ -6,7 +6,6 @@
 
 #include "tracer/src/math/vec.h"
 #include "tracer/src/mesh_io/formats.h"
-#include "tracer/src/mesh_io/tokenizer.h"
 
 namespace tracer::mesh_io {
 namespace {

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "tracer/src/mesh_io/formats.h"
-#include "tracer/src/mesh_io/tokenizer.h"
 
 namespace tracer::mesh_io {
 namespace {
