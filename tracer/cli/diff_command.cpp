@@ -34,10 +34,9 @@ void print_pixel(const tracer::PixelDifference& pixel) {
 
 void print_metrics(const tracer::Comparison& found, const std::array<std::string, 2>& names,
                    const std::array<tracer::ImageFormat, 2>& kinds) {
-  for (std::size_t i = 0; i < 2; ++i) {
+  for (std::size_t i = 0; i < 2; ++i)
     std::printf("%c          %s (%s, %s)\n", i == 0 ? 'a' : 'b', names[i].c_str(), tracer::name(kinds[i]),
                 tracer::is_linear(kinds[i]) ? "linear: exposure 0, clamped, encoded as sRGB" : "sRGB");
-  }
   std::printf("size       %u x %u\n", found.width, found.height);
   std::printf("rmse       %.4f levels (red %.4f, green %.4f, blue %.4f)\n", found.rmse, found.rmse_channel[0],
               found.rmse_channel[1], found.rmse_channel[2]);

@@ -54,10 +54,9 @@ void print_rays(const tracer::RayCounts& rays, double trace_ms) {
                                                                     {"reflection", rays.reflection},
                                                                     {"refraction", rays.refraction},
                                                                     {"all", rays.total()}}};
-  for (const auto& [kind, count] : kinds) {
+  for (const auto& [kind, count] : kinds)
     std::fprintf(stderr, "%-10s %14" PRIu64 " rays %9.2f million/s\n", kind, count,
                  static_cast<double>(count) / seconds / 1e6);
-  }
 }
 
 /// The error estimate and its parts other than sampling.
@@ -80,15 +79,12 @@ void print_summary(const tracer::Rendered& rendered, const RenderSummary& summar
   print_error(rendered.error);
   std::fprintf(stderr, "time       parse %.1f ms, build %.1f ms, trace %.1f ms, encode %.1f ms\n", summary.parse_ms,
                summary.build_ms, summary.trace_ms, summary.encode_ms);
-  if (statistics.culled_shadow_rays != 0) {
+  if (statistics.culled_shadow_rays != 0)
     std::fprintf(stderr, "culled     %" PRIu64 " shadow rays of negligible lights\n", statistics.culled_shadow_rays);
-  }
-  if (statistics.non_finite != 0) {
+  if (statistics.non_finite != 0)
     std::fprintf(stderr, "warning    %" PRIu64 " samples were not finite and are omitted\n", statistics.non_finite);
-  }
-  for (const RenderSummary::File& written : summary.files) {
+  for (const RenderSummary::File& written : summary.files)
     std::fprintf(stderr, "wrote      %s, %zu bytes\n", written.path.c_str(), written.bytes);
-  }
 }
 
 constexpr const char* nothing_written = "interrupted; nothing was written";

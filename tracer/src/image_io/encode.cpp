@@ -117,10 +117,9 @@ void add_alpha(DisplayCodes<Code>& display, const std::vector<float>& alpha) {
   constexpr float most = std::numeric_limits<Code>::max();
   std::vector<Code> codes;
   codes.reserve(4 * alpha.size());
-  for (std::size_t pixel = 0; pixel < alpha.size(); ++pixel) {
+  for (std::size_t pixel = 0; pixel < alpha.size(); ++pixel)
     codes.insert(codes.end(), {display.codes[3 * pixel], display.codes[3 * pixel + 1], display.codes[3 * pixel + 2],
                                static_cast<Code>(std::lround(alpha[pixel] * most))});
-  }
   display = {4, std::move(codes)};
 }
 

@@ -30,17 +30,14 @@ std::string times(std::uint64_t a, std::uint64_t b) { return std::to_string(a) +
 std::string limit_error(const OIIO::ImageSpec& spec, const TextureImageLimits& limits) {
   if (spec.width <= 0 || spec.height <= 0 || spec.nchannels <= 0 || spec.depth > 1) return "has no pixels";
   const auto width = static_cast<std::uint64_t>(spec.width), height = static_cast<std::uint64_t>(spec.height);
-  if (width * height > limits.pixels) {
+  if (width * height > limits.pixels)
     return "the limit pixels is " + std::to_string(limits.pixels) + ", it has " + times(width, height);
-  }
-  if (static_cast<std::uint64_t>(spec.nchannels) > limits.channels) {
+  if (static_cast<std::uint64_t>(spec.nchannels) > limits.channels)
     return "the limit channels is " + std::to_string(limits.channels) + ", it has " + std::to_string(spec.nchannels);
-  }
   const std::uint64_t bytes = std::max<std::uint64_t>(width * height * 3 * sizeof(float), spec.image_bytes(true));
-  if (bytes > limits.bytes) {
+  if (bytes > limits.bytes)
     return "the limit bytes is " + std::to_string(limits.bytes) + ", as linear floats its " + times(width, height) +
            " pixels take " + std::to_string(bytes);
-  }
   return "";
 }
 
@@ -102,10 +99,9 @@ class Reading {
       }
     }
     for (std::size_t i = 0; i < image_.rgb.size(); ++i) {
-      if (!std::isfinite(image_.rgb[i])) {
+      if (!std::isfinite(image_.rgb[i]))
         return "is not finite at pixel (" + std::to_string(i / 3 % image_.width) + ", " +
                std::to_string(i / 3 / image_.width) + ")";
-      }
     }
     return std::move(image_);
   }
@@ -157,9 +153,8 @@ Decoded read(ImageFormat kind, std::span<const std::uint8_t> bytes, ColorSpace s
   if (!input || input->format_name() != name) return "there is no reader for " + name + ": " + OIIO::geterror();
   OIIO::ImageSpec found, hints;
   hints.attribute("oiio:UnassociatedAlpha", 1);  // colors as stored, not premultiplied
-  if (!input->set_ioproxy(&memory) || !input->open(name, found, hints)) {
+  if (!input->set_ioproxy(&memory) || !input->open(name, found, hints))
     return "cannot be read as " + name + ": " + input->geterror();
-  }
   if (std::string error = limit_error(input->spec(), limits); !error.empty()) return error;
   if (kind == ImageFormat::tiff && input->spec().format.is_floating_point())
     return std::string("holds floating-point numbers, and TIFF does not say what light they are; OpenEXR does");

@@ -115,9 +115,8 @@ bool Checks::color(const DocumentPath& where, const Color& value) {
   const double highest = std::max({value.r, value.g, value.b});
   const double sum = value.r + value.g + value.b;  // min and max ignore NaN
   if (lowest >= 0 && highest <= limits.value_max && !std::isnan(sum)) return true;
-  if (!std::isfinite(value.r) || !std::isfinite(value.g) || !std::isfinite(value.b)) {
+  if (!std::isfinite(value.r) || !std::isfinite(value.g) || !std::isfinite(value.b))
     return add_issue(where, "not_finite", "every channel must be a finite number");
-  }
   if (lowest < 0) return add_issue(where, "out_of_range", "every channel must be >= 0, got " + channels_of(value));
   return over(where, "value_max", text_of(limits.value_max), text_of(highest));
 }
@@ -142,14 +141,6 @@ bool parallel(const Vec3& a, const Vec3& b) {
   const Vec3 v = scaled_to_one(b);
   const Vec3 cross{u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x};
   return largest_component(cross) < 1e-15;  // the sine of their angle; rounding alone leaves up to 3e-16
-}
-
-bool FieldChecks::is_position(const Vec3& v) const {
-  return largest_component(v) <= checks_.limits.coordinate_max && !std::isnan(v.x + v.y + v.z);
-}
-
-bool FieldChecks::is_direction(const Vec3& v) const {
-  return is_position(v) && largest_component(v) >= checks_.limits.length_min;
 }
 
 void FieldChecks::not_parallel(std::string_view field, const Vec3& value, const Vec3& axis, std::string_view sentence) {
@@ -190,14 +181,6 @@ void FieldChecks::at_least(std::string_view field, double value, std::string_vie
   if (value >= 0 && value < bound && bound <= 180)
     checks_.add_issue({owner_, field}, "out_of_range",
                       "must be >= " + std::string(bound_name) + " " + text_of(bound) + ", got " + text_of(value));
-}
-
-bool FieldChecks::range(const DocumentPath& where, FieldRange range, const Vec3& value) {
-  return range == FieldRange::direction ? checks_.direction(where, value) : checks_.position(where, value);
-}
-
-bool FieldChecks::range(const DocumentPath& where, FieldRange /*range*/, const Vec2& value) {
-  return checks_.vec2(where, value);
 }
 
 bool FieldChecks::range(const DocumentPath& where, FieldRange range, double value) {

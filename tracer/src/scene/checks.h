@@ -2,6 +2,7 @@
 /// Rules for the values of a scene. Each violation is reported as an issue with its path. Used by validate*.cpp only.
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -94,8 +95,10 @@ class FieldChecks {
   void at_least(std::string_view field, double value, std::string_view bound_name, double bound);
 
  private:
-  bool range(const DocumentPath& where, FieldRange range, const Vec3& value);
-  bool range(const DocumentPath& where, FieldRange range, const Vec2& value);
+  bool range(const DocumentPath& where, FieldRange range, const Vec3& value) {
+    return range == FieldRange::direction ? checks_.direction(where, value) : checks_.position(where, value);
+  }
+  bool range(const DocumentPath& where, FieldRange, const Vec2& value) { return checks_.vec2(where, value); }
   bool range(const DocumentPath& where, FieldRange range, double value);
   static bool range(const DocumentPath&, FieldRange, bool) { return true; }
   template <class T>
@@ -108,8 +111,12 @@ class FieldChecks {
     for (std::size_t i = 0; i < n; ++i) all_valid &= range({where, i}, kind, values[i]);
     return all_valid;
   }
-  [[nodiscard]] bool is_position(const Vec3& v) const;
-  [[nodiscard]] bool is_direction(const Vec3& v) const;
+  [[nodiscard]] bool is_position(const Vec3& v) const {
+    return largest_component(v) <= checks_.limits.coordinate_max && !std::isnan(v.x + v.y + v.z);
+  }
+  [[nodiscard]] bool is_direction(const Vec3& v) const {
+    return is_position(v) && largest_component(v) >= checks_.limits.length_min;
+  }
 
   Checks& checks_;
   const DocumentPath& owner_;

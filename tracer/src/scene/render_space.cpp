@@ -8,10 +8,9 @@ namespace {
 
 /// Corners of the bounding box of a transformed standard shape that itself lies within [low, high].
 void include_box(Bounds& bounds, const Affine& world_from_standard, const Vec3& low, const Vec3& high) {
-  for (int corner = 0; corner < 8; ++corner) {
+  for (int corner = 0; corner < 8; ++corner)
     bounds.include(world_from_standard.point(
         {(corner & 1) != 0 ? high.x : low.x, (corner & 2) != 0 ? high.y : low.y, (corner & 4) != 0 ? high.z : low.z}));
-  }
 }
 
 struct IncludeShape {

@@ -16,10 +16,9 @@ constexpr double exposure_max = 100;  // stops: 2^100 is value_max, so the darke
 bool check_crop(Checks& checks, const DocumentPath& where, const ImageSize& image) {
   const PixelWindow& crop = *image.crop;
   const auto span = [&](std::size_t first, std::uint32_t begin, std::uint32_t end, std::uint32_t side) {
-    if (end > side) {
+    if (end > side)
       return checks.add_issue({where, first + 2}, "out_of_range",
                               "must be <= " + std::to_string(side) + ", got " + std::to_string(end));
-    }
     return begin < end || checks.add_issue({where, first + 2}, "out_of_range",
                                            "must be > " + std::to_string(begin) + ", got " + std::to_string(end));
   };
@@ -57,9 +56,8 @@ void check_camera(Checks& checks, const Camera& camera) {
     }
   }
   const DocumentPath fov(where, "fov");
-  if (checks.finite(fov, camera.fov_deg) && (camera.fov_deg <= 0 || camera.fov_deg >= 180)) {
+  if (checks.finite(fov, camera.fov_deg) && (camera.fov_deg <= 0 || camera.fov_deg >= 180))
     checks.add_issue(fov, "out_of_range", "must be > 0 and < 180 degrees, got " + text_of(camera.fov_deg));
-  }
   checks.length({where, "height"}, camera.height);
   const DocumentPath aperture(where, "aperture");
   if (checks.coordinate(aperture, camera.aperture)) checks.at_least_0(aperture, camera.aperture);
@@ -85,18 +83,16 @@ void check_background(Checks& checks, const Background& background, std::size_t 
   if (!background.cube) return;
   constexpr std::string_view faces[] = {"+x", "-x", "+y", "-y", "+z", "-z"};
   const DocumentPath cube(where, "cube");
-  for (std::size_t face = 0; face < 6; ++face) {
+  for (std::size_t face = 0; face < 6; ++face)
     check_texture(checks, {cube, faces[face]}, background.cube->faces[face], texture_count);
-  }
 }
 
 void check_depth_cue(Checks& checks, const DepthCue& cue) {
   const DocumentPath where("/depth_cue");
   const DocumentPath back(where, "back");
   const bool front_well = checks.coordinate({where, "front"}, cue.front);
-  if (checks.coordinate(back, cue.back) && front_well && cue.back < cue.front) {
+  if (checks.coordinate(back, cue.back) && front_well && cue.back < cue.front)
     checks.add_issue(back, "out_of_range", "must be >= front " + text_of(cue.front) + ", got " + text_of(cue.back));
-  }
   checks.within({where, "front_scale"}, cue.front_scale, 0, 1);
   checks.within({where, "back_scale"}, cue.back_scale, 0, 1);
   checks.color({where, "color"}, cue.color);
@@ -107,9 +103,8 @@ void check_attenuation(Checks& checks, const DocumentPath& where, const Attenuat
   bool all_well = true;
   for (std::size_t i = 0; i < 3; ++i) all_well &= checks.not_negative({where, i}, attenuation.coefficients[i]);
   const double sum = attenuation.coefficients[0] + attenuation.coefficients[1] + attenuation.coefficients[2];
-  if (all_well && sum < 1 / checks.limits.value_max) {
+  if (all_well && sum < 1 / checks.limits.value_max)
     checks.add_issue(where, "degenerate", "the sum of the coefficients must be > 0, got " + text_of(sum));
-  }
 }
 
 void check_lights(Checks& checks, const std::vector<Light>& lights) {
@@ -151,16 +146,14 @@ void check_pattern(Checks& checks, const DocumentPath& where, const NoiseTexture
 }
 
 void check_pattern(Checks& checks, const DocumentPath& where, const ImageTexture& image, std::size_t asset_count) {
-  if (image.file.index >= asset_count) {
+  if (image.file.index >= asset_count)
     checks.add_issue({where, "file"}, "unknown_reference", "there is no asset " + std::to_string(image.file.index));
-  }
 }
 
 void check_textures(Checks& checks, const Scene& scene) {
-  if (scene.assets.size() > checks.limits.assets) {
+  if (scene.assets.size() > checks.limits.assets)
     checks.count(DocumentPath(scene.assets[checks.limits.assets].path), scene.assets.size(), checks.limits.assets,
                  "assets");
-  }
   checks.count(DocumentPath("/textures"), scene.textures.size(), checks.limits.textures, "textures");
   for (const Texture& texture : scene.textures) {
     const DocumentPath where(texture.path);
@@ -214,18 +207,16 @@ void check_materials(Checks& checks, const Scene& scene) {
 
 void check_target_error(Checks& checks, const DocumentPath& where, double target) {
   constexpr double levels_max = 255;  // white for black
-  if (checks.finite(where, target) && (target <= 0 || target > levels_max)) {
+  if (checks.finite(where, target) && (target <= 0 || target > levels_max))
     checks.add_issue(where, "out_of_range", "must be > 0 and <= 255 levels, got " + text_of(target));
-  }
 }
 
 void check_adaptive(Checks& checks, const DocumentPath& accuracy, const Adaptive& adaptive) {
   const DocumentPath budget(accuracy, "time_budget_ms");
   if (adaptive.time_budget_ms && checks.finite(budget, *adaptive.time_budget_ms))
     checks.positive(budget, *adaptive.time_budget_ms);
-  if (adaptive.samples_min > adaptive.samples_max) {
+  if (adaptive.samples_min > adaptive.samples_max)
     checks.add_issue({accuracy, "samples"}, "out_of_range", "the minimum must not be above the maximum");
-  }
 }
 
 /// Checks the minimum number of samples of every pixel; adaptive sampling may take more.
@@ -247,11 +238,10 @@ void check_accuracy(Checks& checks, const Accuracy& accuracy, const ImageSize& i
   checks.count({where, "max_depth"}, accuracy.max_depth, checks.limits.max_depth, "max_depth");
   checks.within({where, "cutoff"}, accuracy.cutoff, 0, 1);
   const std::uint32_t nearest = accuracy.approximate.nearest_lights;
-  if (nearest > nearest_lights_max) {
+  if (nearest > nearest_lights_max)
     checks.add_issue(
         {{where, "approximate"}, "lights"}, "out_of_range",
         "must be at most nearest-" + std::to_string(nearest_lights_max) + ", got " + std::to_string(nearest));
-  }
 }
 
 template <class T>
@@ -268,10 +258,9 @@ void check_output(Checks& checks, const Output& output) {
   if (output.formats.empty()) checks.add_issue(formats, "wrong_length", "must name at least one format");
   check_named_once(checks, formats, output.formats);
   checks.within({where, "exposure"}, output.exposure, -exposure_max, exposure_max);
-  if (output.palette != 0 && (output.palette < 2 || output.palette > 256)) {
+  if (output.palette != 0 && (output.palette < 2 || output.palette > 256))
     checks.add_issue({where, "palette"}, "out_of_range",
                      "must be from 2 to 256, got " + std::to_string(output.palette));
-  }
   check_named_once(checks, {where, "layers"}, output.layers);
 }
 

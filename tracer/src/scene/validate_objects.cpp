@@ -83,16 +83,14 @@ bool check_object_list(Checks& checks, const Scene& scene, const DocumentPath& w
     const Object& object = objects[i];
     std::visit([&](const auto& any) { check_shape(checks, place, any); }, object.shape);
     const auto* mesh = std::get_if<Mesh>(&object.shape);
-    if (mesh != nullptr && mesh->file && mesh->file->index >= scene.assets.size()) {
+    if (mesh != nullptr && mesh->file && mesh->file->index >= scene.assets.size())
       checks.add_issue({place, "file"}, "unknown_reference", "there is no asset " + std::to_string(mesh->file->index));
-    }
     if (object.transform) transforms_well &= check_transform(checks, place, *object.transform);
     const auto* instance = std::get_if<Instance>(&object.shape);
     const std::optional<MaterialId> material = instance != nullptr ? instance->material : object.material;
-    if (material && material->index >= scene.materials.size()) {
+    if (material && material->index >= scene.materials.size())
       checks.add_issue({place, "material"}, "unknown_reference",
                        "there is no material " + std::to_string(material->index));
-    }
   }
   return transforms_well;
 }

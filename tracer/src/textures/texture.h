@@ -48,8 +48,6 @@ inline double wrapped(Texture::Wrap wrap, double x) {
   return x;
 }
 
-namespace box_filter_detail {
-
 inline double repeat_mean(double left, double right, double width) {
   const auto area = [](double t) {
     const double whole = std::floor(t), part = t - whole;
@@ -74,8 +72,6 @@ inline double clamp_mean(double x, double width) {
   return (area(x + width / 2) - area(x - width / 2)) / width;
 }
 
-}  // namespace box_filter_detail
-
 /// Mean of wrapped(wrap, t) over [x - width/2, x + width/2].
 inline double wrapped_mean(Texture::Wrap wrap, double x, double width) {
   const double left = x - width / 2, right = x + width / 2;
@@ -84,11 +80,11 @@ inline double wrapped_mean(Texture::Wrap wrap, double x, double width) {
   const double whole = std::nearbyint(x), part = x - whole;
   switch (wrap) {
     case Texture::Wrap::repeat:
-      return box_filter_detail::repeat_mean(part - width / 2, part + width / 2, width);
+      return repeat_mean(part - width / 2, part + width / 2, width);
     case Texture::Wrap::clamp:
-      return std::clamp(box_filter_detail::clamp_mean(x, width), 0.0, 1.0);
+      return std::clamp(clamp_mean(x, width), 0.0, 1.0);
     case Texture::Wrap::mirror:
-      return box_filter_detail::mirror_mean(part - width / 2, part + width / 2, width, is_even(whole));
+      return mirror_mean(part - width / 2, part + width / 2, width, is_even(whole));
   }
   return 0;
 }
@@ -218,9 +214,37 @@ inline double texture_bound(const Texture& texture, const ImageMap* image) {
   return std::max(max_component(colors[0]), max_component(colors[1]));
 }
 
+/// Minimum step of the finite difference: below it there is only interpolation, whose slope is discontinuous. For an
+/// image, a texel of the mip level in use.
+inline Vec2 finest_step(const Texture& texture, const Vec2& covered, const ImageMap* image) {
+  if (image != nullptr) {
+    const Image& level = image->levels().front();
+    const double texels = std::max({covered.x * level.width, covered.y * level.height, 1.0});
+    return {texels / level.width, texels / level.height};
+  }
+  const auto* noise = std::get_if<NoiseTexture>(&texture.pattern);
+  const double cell = noise != nullptr ? std::ldexp(1.0, 1 - static_cast<int>(noise->octaves)) : 1;
+  return {cell * 0x1p-10, cell * 0x1p-10};
+}
+
 /// Derivatives of the height along u and v of the surface, as finite differences over the footprint; without a
 /// footprint over the finest detail of the texture: one texel of an image, a thousandth of a pattern's smallest cell.
-Vec2 height_slope(const Texture& texture, const Vec2& uv, const Vec2& width, const ImageMap* image);
+inline Vec2 height_slope(const Texture& texture, const Vec2& uv, const Vec2& width, const ImageMap* image) {
+  const Lookup here = lookup(texture, uv, width);
+  const Vec2 least = finest_step(texture, here.covered, image);
+  const auto height = [&](const Vec2& at) {
+    const Color color = texture_color(texture, Lookup{at, here.covered}, image, {texture.wrap, texture.wrap});
+    return (color.r + color.g + color.b) / 3;
+  };
+  // Divided by the step after rounding, which is 0 beyond 2^53, where coordinates have no fraction.
+  const auto slope = [&](const Vec2& low, const Vec2& high, double step) {
+    return step > 0 ? (height(high) - height(low)) / step : 0;
+  };
+  const double half_u = std::max(here.covered.x, least.x) / 2, half_v = std::max(here.covered.y, least.y) / 2;
+  const Vec2 left{here.at.x - half_u, here.at.y}, right{here.at.x + half_u, here.at.y};
+  const Vec2 low{here.at.x, here.at.y - half_v}, high{here.at.x, here.at.y + half_v};
+  return {slope(left, right, right.x - left.x) * texture.scale.x, slope(low, high, high.y - low.y) * texture.scale.y};
+}
 
 /// Normal encoded in a color, in the frame (dp/du, dp/dv, n). Not unit length; zero if the color encodes no direction.
 inline Vec3 tangent_normal(const Color& color) { return {2 * color.r - 1, 2 * color.g - 1, 2 * color.b - 1}; }
