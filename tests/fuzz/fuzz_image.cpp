@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <vector>
 
-#include "tracer/display_image.h"
+#include "tracer/compare.h"
 #include "tracer/src/image_io/decode.h"
 
 namespace {

@@ -9,7 +9,6 @@
 #include "tracer/cli/messages.h"
 #include "tracer/cli/options.h"
 #include "tracer/compare.h"
-#include "tracer/display_image.h"
 #include "tracer/encode.h"
 
 namespace cli {

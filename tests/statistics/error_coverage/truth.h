@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "tests/statistics/error_coverage/corpus.h"
-#include "tracer/display_image.h"
+#include "tracer/compare.h"
 
 namespace error_coverage {
 

@@ -1,6 +1,4 @@
 // Display images: exact codes of files, and codes of radiance compared with the curve in long double.
-#include "tracer/display_image.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,6 +6,7 @@
 #include <iterator>
 #include <limits>
 
+#include "tracer/compare.h"
 #include "tracer/encode.h"
 
 namespace tracer {

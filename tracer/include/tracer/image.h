@@ -1,5 +1,6 @@
 #pragma once
-/// A rendered image: linear RGB, 32-bit float, and the layers that the scene's output requests.
+/// A rendered image: linear RGB, 32-bit float, and the layers that the scene's output requests; and the formats of
+/// image files.
 
 #include <cstddef>
 #include <cstdint>
@@ -11,8 +12,8 @@ namespace tracer {
 /// samples.
 struct Layers {
   std::vector<float> depth;  ///< 1 per pixel; world, along the viewing axis; mean over hits, infinity without any
-  std::vector<float>
-      normal;  ///< 3 per pixel; world space, on the camera's side; mean, samples without a hit count as 0
+  /// 3 per pixel; world space, on the camera's side; mean, samples without a hit count as 0.
+  std::vector<float> normal;
   std::vector<float> albedo;  ///< 3 per pixel; RGB of the material's color; mean, samples without a hit count as 0
   /// 1 per pixel; object of the first sample that hit, counted from 1 in document order with each object of an instance
   /// counted separately; 0: no hit.
@@ -31,5 +32,15 @@ struct Image {
     return rgb.data() + 3 * (static_cast<std::size_t>(y) * width + x);
   }
 };
+
+/// Formats that can be read; see tracer/encode.h for those that can be written.
+enum class ImageFormat { png, jpeg, openexr, hdr, tiff, webp };
+/// Name for people: "PNG", "OpenEXR".
+constexpr const char* name(ImageFormat kind) {
+  constexpr const char* names[] = {"PNG", "JPEG", "OpenEXR", "Radiance HDR", "TIFF", "WebP"};
+  return names[static_cast<std::size_t>(kind)];
+}
+/// True if files of this format store linear radiance instead of sRGB codes.
+constexpr bool is_linear(ImageFormat kind) { return kind == ImageFormat::openexr || kind == ImageFormat::hdr; }
 
 }  // namespace tracer

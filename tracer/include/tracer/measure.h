@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "tracer/compare.h"
 #include "tracer/compile.h"
-#include "tracer/display_image.h"
 #include "tracer/measurement.h"
 #include "tracer/result.h"
 #include "tracer/scene.h"

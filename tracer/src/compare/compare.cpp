@@ -9,7 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "tracer/display_image.h"
 #include "tracer/src/display/srgb.h"
 #include "tracer/src/display/tone_mapping.h"
 #include "tracer/src/image_io/decode.h"
@@ -128,14 +127,13 @@ class Worst {
  public:
   explicit Worst(std::size_t most) : most_(most) {}
 
-  void offer(const PixelDifference& pixel) {
-    if (most_ == 0 || (kept_.size() == most_ && !is_worse(pixel, kept_.front()))) return;
-    if (kept_.size() == most_) {
-      std::pop_heap(kept_.begin(), kept_.end(), is_worse);  // the smallest of them is at the front of the heap
-      kept_.pop_back();
-    }
+  /// Precondition: accepts(pixel.difference).
+  void add(const PixelDifference& pixel) {
     kept_.push_back(pixel);
     std::push_heap(kept_.begin(), kept_.end(), is_worse);
+    if (kept_.size() <= most_) return;
+    std::pop_heap(kept_.begin(), kept_.end(), is_worse);  // the smallest of them
+    kept_.pop_back();
   }
 
   [[nodiscard]] bool accepts(double difference) const {
@@ -180,7 +178,7 @@ void add_row(const DisplayImage& a, const DisplayImage& b, std::uint32_t y, Sums
     const double greatest = greatest_difference(a, b, x, y);
     row.greatest = std::max(row.greatest, greatest);
     if (greatest > codes_per_level) ++row.differing;
-    if (worst.accepts(greatest / codes_per_level)) worst.offer(difference_at(a, b, x, y));
+    if (worst.accepts(greatest / codes_per_level)) worst.add(difference_at(a, b, x, y));
   }
   for (std::size_t channel = 0; channel < 3; ++channel) sums.squares[channel] += row.squares[channel];
   sums.difference += row.difference;
@@ -210,11 +208,6 @@ DisplayImage to_display(const Image& image, const Output& output) {
   apply_tone(display.codes, output);
   std::transform(display.codes.begin(), display.codes.end(), display.codes.begin(), code_of_light);
   return display;
-}
-
-const char* name(ImageFormat kind) {
-  constexpr const char* names[] = {"PNG", "JPEG", "OpenEXR", "Radiance HDR", "TIFF", "WebP"};
-  return names[static_cast<std::size_t>(kind)];
 }
 
 Result<ImageFile, std::string> read_image(std::span<const std::uint8_t> bytes, const TextureImageLimits& limits) {

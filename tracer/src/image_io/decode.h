@@ -6,7 +6,6 @@
 #include <span>
 #include <string>
 
-#include "tracer/display_image.h"
 #include "tracer/image.h"
 #include "tracer/limits.h"
 #include "tracer/result.h"

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "tracer/display_image.h"
 #include "tracer/image.h"
 #include "tracer/limits.h"
 #include "tracer/result.h"
