@@ -58,8 +58,8 @@ void add_real(CLI::App& command, const std::string& option, std::optional<double
 }
 
 /// A required positional argument.
-CLI::Option* add_path(CLI::App& command, const std::string& name, std::string& into, const std::string& description) {
-  return command.add_option(name, into, description)->required()->type_name("")->check([](const std::string& path) {
+void add_path(CLI::App& command, const std::string& name, std::string& into, const std::string& description) {
+  command.add_option(name, into, description)->required()->type_name("")->check([](const std::string& path) {
     return std::string(path.empty() ? "the file name is empty" : "");
   });
 }

@@ -38,12 +38,8 @@ class Stopwatch {
 };
 
 struct RenderSummary {
-  struct File {
-    std::string path;
-    std::size_t bytes = 0;
-  };
   double parse_ms = 0, build_ms = 0, trace_ms = 0, encode_ms = 0;  ///< wall clock
-  std::vector<File> files;
+  std::vector<std::pair<std::string, std::size_t>> files;          ///< path and bytes
 };
 
 /// Rates are over the whole trace time, in which all kinds are traced together.
@@ -83,8 +79,8 @@ void print_summary(const tracer::Rendered& rendered, const RenderSummary& summar
     std::fprintf(stderr, "culled     %" PRIu64 " shadow rays of negligible lights\n", statistics.culled_shadow_rays);
   if (statistics.non_finite != 0)
     std::fprintf(stderr, "warning    %" PRIu64 " samples were not finite and are omitted\n", statistics.non_finite);
-  for (const RenderSummary::File& written : summary.files)
-    std::fprintf(stderr, "wrote      %s, %zu bytes\n", written.path.c_str(), written.bytes);
+  for (const auto& [path, bytes] : summary.files)
+    std::fprintf(stderr, "wrote      %s, %zu bytes\n", path.c_str(), bytes);
 }
 
 constexpr const char* nothing_written = "interrupted; nothing was written";
@@ -116,7 +112,7 @@ std::optional<ExitCode> write_all(const tracer::Image& image, const tracer::Outp
     summary.encode_ms += watch.lap_ms();
     if (!bytes) return fail(bytes.error());
     if (const auto written = files[i].write(*bytes); !written) return fail(written.error().message);
-    summary.files.push_back({outputs[i].path, bytes->size()});
+    summary.files.emplace_back(outputs[i].path, bytes->size());
   }
   if (control.cancelled()) return fail(nothing_written, interrupted);
   for (PendingFile& file : files) {

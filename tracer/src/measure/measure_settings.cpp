@@ -36,7 +36,8 @@ class SettingList {
     if (parameter == "max_depth" && branches) vary(parameter, &Accuracy::max_depth, {1u, 2u, 4u, 8u});
     if (parameter == "cutoff" && branches) vary(parameter, &Accuracy::cutoff, {0.1, 0.01, 0.001, 0.0001});
     if (parameter == "approximate") approximations();
-    if (parameter == "document" && !has(scene_.accuracy)) push(Setting{"document", "as it is", scene_.accuracy});
+    if (parameter == "document" && !has(scene_.accuracy))
+      settings_.push_back({"document", "as it is", scene_.accuracy});
   }
 
   std::vector<Setting> take() {
@@ -56,8 +57,6 @@ class SettingList {
                        [&](const Setting& setting) { return setting.accuracy == accuracy; });
   }
 
-  void push(Setting setting) { settings_.push_back(std::move(setting)); }
-
   /// The accuracy of a document that contains only this target error.
   void targets() {
     std::vector<double> selected{8, 4, 2, 1, 0.5, 0.25};
@@ -71,7 +70,7 @@ class SettingList {
       setting.accuracy.adaptive.emplace().target_error = target;
       for (const auto& [name, preset] : presets)
         if (target_error_of(preset) == target) setting.preset = name;
-      push(std::move(setting));
+      settings_.push_back(std::move(setting));
     }
   }
 
@@ -79,16 +78,14 @@ class SettingList {
   template <class Value>
   void vary(std::string_view parameter, Value Accuracy::*member, std::initializer_list<Value> values) {
     for (const Value value : values) {
-      Setting setting{std::string(parameter), text(value), baseline_};
-      setting.accuracy.*member = value;
-      push(std::move(setting));
+      settings_.push_back({std::string(parameter), text(value), baseline_});
+      settings_.back().accuracy.*member = value;
     }
   }
 
   void approximate(const std::string& value, const Approximations& by) {
-    Setting setting{"approximate", value, baseline_};
-    setting.accuracy.approximate = by;
-    push(std::move(setting));
+    settings_.push_back({"approximate", value, baseline_});
+    settings_.back().accuracy.approximate = by;
   }
 
   void approximations() {

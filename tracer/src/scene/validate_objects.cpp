@@ -59,9 +59,7 @@ void check_shape(Checks& checks, const DocumentPath& object, const Mesh& mesh) {
 }
 
 /// The reference is checked with all prototypes at once.
-void check_shape(Checks& checks, const DocumentPath& object, const Instance& instance) {
-  (void)checks, (void)object, (void)instance;
-}
+void check_shape(Checks&, const DocumentPath&, const Instance&) {}
 
 bool check_transform(Checks& checks, const DocumentPath& object, const Transform& transform) {
   const DocumentPath where(object, "transform");
