@@ -12,7 +12,7 @@
 #include "api/document.h"
 #include "tracer/render.h"
 #include "tracer/src/compiled/compiled_scene.h"
-#include "tracer/src/integrators/feature_set.h"
+#include "tracer/src/integrators/whitted/wavefront_state.h"
 
 namespace {
 

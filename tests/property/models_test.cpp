@@ -4,7 +4,7 @@
 #include "tests/support/effort.h"
 #include "tests/support/scenes.h"
 #include "tracer/src/compiled/compiled_scene.h"
-#include "tracer/src/integrators/feature_set.h"
+#include "tracer/src/integrators/whitted/wavefront_state.h"
 
 namespace {
 

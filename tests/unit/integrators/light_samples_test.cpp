@@ -1,6 +1,4 @@
 // Direct lighting of one light at packets of shading points, against its formulas in long double.
-#include "tracer/src/integrators/whitted/light_samples.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
+#include "tracer/src/integrators/whitted/direct_lighting.h"
 
 namespace tracer {
 namespace {

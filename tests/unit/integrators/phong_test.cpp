@@ -5,7 +5,7 @@
 
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
-#include "tracer/src/integrators/whitted/light_samples.h"
+#include "tracer/src/integrators/whitted/direct_lighting.h"
 
 namespace tracer {
 namespace {

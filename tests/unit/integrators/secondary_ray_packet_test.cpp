@@ -1,11 +1,10 @@
 // Secondary rays of packets of hits, against the laws of reflection, Snell and Fresnel in long double.
-#include "tracer/src/integrators/whitted/secondary_ray_packet.h"
-
 #include <gtest/gtest.h>
 
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
 #include "tests/support/reference_optics.h"
+#include "tracer/src/integrators/whitted/secondary_rays.h"
 
 namespace tracer {
 namespace {

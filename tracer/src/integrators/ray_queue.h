@@ -1,5 +1,5 @@
 #pragma once
-/// Queues of rays waiting to be traced, and their intersections.
+/// Queues of rays waiting to be traced, their cones and their intersections.
 
 #include <algorithm>
 #include <numeric>
@@ -7,11 +7,41 @@
 #include <vector>
 
 #include "tracer/src/accel/accelerator.h"
-#include "tracer/src/interaction/ray_cone.h"
+#include "tracer/src/compiled/compiled_scene.h"
 #include "tracer/src/interaction/surface.h"
 #include "tracer/src/math/lanes.h"
 
 namespace tracer {
+
+/// Footprint of a sample, propagated along the path to filter textures: a beam of square section (Amanatides 1984, "Ray
+/// Tracing with Cones"; Akenine-Moeller, Nilsson, Andersson, Barre-Brisebois, Toth, Karras 2019, Ray Tracing Gems, ch.
+/// 20).
+struct RayCone {
+  double width = 0;   ///< side length at the origin, render space; may be negative before a focus
+  double spread = 0;  ///< growth of the side per unit of length, a small angle
+
+  [[nodiscard]] double width_at(double distance) const { return std::abs(width + spread * distance); }
+};
+
+/// Cone of a sample that covers the fraction `share` of its pixel's width. The samples of a pixel cover it once
+/// together, so that the mean over the pixel does not depend on their number.
+inline RayCone camera_cone(const CompiledScene& scene, const Vec3& direction, double share) {
+  const CompiledCamera::Footprint pixel = scene.camera.pixel_footprint(direction);
+  return {pixel.width * share, pixel.spread * share};
+}
+
+/// After reflection at distance `t` with `curvature` on the incident side: the edges of the cone turn by twice the
+/// angle between their normals (Ray Tracing Gems, ch. 20.3.4).
+inline RayCone reflected_cone(const RayCone& cone, double t, double curvature) {
+  const double width = cone.width + cone.spread * t;
+  return {width, cone.spread + 2 * curvature * width};
+}
+
+/// After refraction with `n` = n_from / n_to, by Snell's law for small angles.
+inline RayCone refracted_cone(const RayCone& cone, double t, double curvature, double n) {
+  const double width = cone.width + cone.spread * t;
+  return {width, cone.spread * n + (n - 1) * curvature * width};
+}
 
 /// Rays of one kind, as arrays. Their order is the order of the contributions to a sample, so it must depend on the
 /// scene only.

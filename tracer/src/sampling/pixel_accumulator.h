@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "tracer/image.h"
-#include "tracer/src/interaction/gbuffer.h"
+#include "tracer/src/integrators/tracer_concept.h"
 
 namespace tracer {
 

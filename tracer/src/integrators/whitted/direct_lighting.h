@@ -5,14 +5,81 @@
 #include <cmath>
 #include <limits>
 #include <utility>
+#include <vector>
 
-#include "tracer/src/integrators/whitted/light_samples.h"
-#include "tracer/src/integrators/whitted/shadow_rays.h"
+#include "tracer/src/compiled/medium_stack.h"
+#include "tracer/src/integrators/ray_queue.h"
+#include "tracer/src/integrators/whitted/intersection_packet.h"
 #include "tracer/src/integrators/whitted/wavefront_state.h"
+#include "tracer/src/interaction/shading_points.h"
+#include "tracer/src/lights/light_registry.h"
 #include "tracer/src/materials/compiled_material.h"
 #include "tracer/src/math/sampling.h"
 
 namespace tracer {
+
+/// Unoccluded direct lighting of one light at 16 shading points, lane by lane with a ShadingPointPacket. From
+/// `highlight` on undefined if no lane is lit.
+struct alignas(64) LightSamplePacket {
+  VecLanes from;  ///< input: points of the light, unless it is directional
+
+  VecLanes to_light;        ///< unit
+  double distance[lanes];   ///< render space; infinite for directional lights
+  double cosine[lanes];     ///< N.L
+  double strength[lanes];   ///< `share` after attenuation and the spot's cone
+  double highlight[lanes];  ///< specular cosine, then its power
+  VecLanes origin;          ///< origin of the shadow ray
+  ColorLanes radiance;      ///< added to the sample if not occluded
+
+  LaneMask lit;  ///< lanes that receive light
+};
+
+/// Evaluates the fraction `share` of `light`. `world_per_render` converts render-space distances to world space.
+void sample_light(const ShadingPointPacket& shading_points, const CompiledLight& light, double world_per_render,
+                  double share, LightSamplePacket& sample);
+
+/// Shadow rays from shading points to one light, and their transmittance.
+class ShadowRays {
+ public:
+  ShadowRays(const CompiledScene& scene, const RenderControl& control, const Requirements& needs)
+      : scene_(scene), control_(control), needs_(needs) {}
+
+  void clear() { rays_.clear(); }
+  /// Appends the lit lanes of `packet`.
+  void append(const ShadingPointPacket& packet, const LightSamplePacket& sample);
+  [[nodiscard]] std::size_t size() const { return rays_.size(); }
+
+  /// Traces all rays and adds their radiance to the samples, in the order of append().
+  void add_unoccluded(std::vector<Color>& radiance, MediumStack& media, Coherence coherence);
+
+ private:
+  /// Remaining parts of shadow rays. `number`: index of the shadow ray.
+  struct RaySegments {
+    const RayQueue& rays;
+    const double* distance;
+    const std::uint32_t* number;
+  };
+
+  void attenuate_transmissive(MediumStack& media);
+  void cross_next_surface(const RaySegments& from, MediumStack& media);
+  void cross_packet(const RaySegments& from, MediumStack& media);
+
+  const CompiledScene& scene_;
+  const RenderControl& control_;
+  const Requirements& needs_;
+  RayQueue rays_;
+  std::vector<double> distance_;  ///< parallel to rays_, possibly longer
+  std::vector<std::uint8_t> blocked_;
+  std::vector<Color> transmittance_;   ///< S_i: product over the crossed surfaces
+  std::vector<std::uint32_t> number_;  ///< 0, 1, ...
+
+  // Segments behind a transmissive surface, and those of the next step.
+  RayQueue crossing_, next_;  ///< `sample` is the shadow ray's number
+  std::vector<double> crossing_distance_, next_distance_;
+  Hits crossed_;
+  std::vector<std::uint32_t> hit_rays_;  ///< rays that crossed a surface; possibly longer
+  IntersectionPacket intersections_;
+};
 
 /// Selects the nearest lights of each hit.
 class NearestLights {

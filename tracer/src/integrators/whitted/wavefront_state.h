@@ -1,18 +1,44 @@
 #pragma once
-/// State of a batch that the stages of the Whitted integrator share: the scene, the results, the queue and the packet
-/// of hits being shaded.
+/// Feature sets of the Whitted integrator, and the state of a batch that its stages share: the scene, the results, the
+/// queue and the packet of hits being shaded.
 
+#include <algorithm>
 #include <cstdint>
+#include <iterator>
 #include <vector>
 
 #include "tracer/render.h"
+#include "tracer/requirements.h"
 #include "tracer/src/compiled/medium_stack.h"
-#include "tracer/src/integrators/feature_set.h"
 #include "tracer/src/integrators/tracer_concept.h"
 #include "tracer/src/integrators/whitted/intersection_packet.h"
-#include "tracer/src/interaction/gbuffer.h"
 
 namespace tracer {
+
+/// Feature sets. An instantiation is compiled for the features of its set; the scene's requirements select among these
+/// at run time. Images are bit-identical for every set that supports the scene.
+struct AllFeatures {
+  static constexpr bool includes(bool Requirements::* /*feature*/) { return true; }
+};
+
+/// Features of Whitted 1980: mirrors, glass, hard shadows and local shading models on untextured surfaces.
+struct WhittedFeatures {
+  static constexpr bool includes(bool Requirements::*feature) {
+    using R = Requirements;
+    for (bool R::*included : {&R::reflection, &R::refraction, &R::fresnel, &R::shadows, &R::transmissive_shadows,
+                              &R::smooth_normals, &R::triangles, &R::spheres, &R::quadrics, &R::planes})
+      if (feature == included) return true;
+    return false;
+  }
+};
+
+/// True if the set includes every required feature.
+template <class Features>
+bool supports(const Requirements& needs) {
+  return std::all_of(std::begin(requirement_names), std::end(requirement_names), [&](const RequirementName& name) {
+    return !(needs.*name.needed) || Features::includes(name.needed);
+  });
+}
 
 template <class Features>
 struct WavefrontState {

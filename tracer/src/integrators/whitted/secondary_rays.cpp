@@ -1,4 +1,4 @@
-#include "tracer/src/integrators/whitted/secondary_ray_packet.h"
+#include "tracer/src/integrators/whitted/secondary_rays.h"
 
 #include "tracer/src/math/optics.h"
 #include "tracer/src/math/sampling.h"
