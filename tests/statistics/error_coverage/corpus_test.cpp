@@ -8,7 +8,7 @@
 #include "tests/statistics/error_coverage/truth.h"
 #include "tests/support/effort.h"
 #include "tests/support/scenes.h"
-#include "tracer/src/sampling/holdout_selection.h"
+#include "tracer/src/sampling/sample_allocation.h"
 #include "tracer/validate.h"
 
 namespace {

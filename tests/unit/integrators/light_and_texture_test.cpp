@@ -5,7 +5,7 @@
 
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
-#include "tracer/src/lights/compiled_light.h"
+#include "tracer/src/lights/light_registry.h"
 #include "tracer/src/textures/texture.h"
 
 namespace tracer {

@@ -1,11 +1,10 @@
 // Highlights of Phong and Blinn, against their definitions in long double.
-#include "tracer/src/materials/phong.h"
-
 #include <gtest/gtest.h>
 
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
 #include "tracer/src/integrators/whitted/direct_lighting.h"
+#include "tracer/src/materials/compiled_material.h"
 
 namespace tracer {
 namespace {

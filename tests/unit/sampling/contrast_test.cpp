@@ -1,5 +1,4 @@
 // Contrast of an image, and the error estimate of images with equally many samples per pixel.
-#include "tracer/src/sampling/contrast.h"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
 // Selection of holdout pixels: their weighted errors are an unbiased estimate for any prediction.
-#include "tracer/src/sampling/holdout_selection.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+
+#include "tracer/src/sampling/sample_allocation.h"
 
 namespace tracer {
 namespace {

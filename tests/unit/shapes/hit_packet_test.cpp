@@ -1,12 +1,11 @@
 // Surface points of packets are bit-identical to those of single hits.
-#include "tracer/src/interaction/hit_packet.h"
-
 #include <gtest/gtest.h>
 
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
 #include "tests/support/scenes.h"
 #include "tests/unit/shapes/look.h"
+#include "tracer/src/interaction/surface.h"
 
 namespace tracer {
 namespace {

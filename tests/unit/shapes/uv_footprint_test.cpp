@@ -3,7 +3,7 @@
 
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
-#include "tracer/src/interaction/uv_gradients.h"
+#include "tracer/src/interaction/surface.h"
 
 namespace tracer {
 namespace {

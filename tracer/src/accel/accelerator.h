@@ -35,8 +35,8 @@ struct HitSpan {
 /// Coherent: neighbors in the span have similar directions. Changes the speed, never the result.
 enum class Coherence { coherent, incoherent };
 
-/// Geometry that a query is tested against.
-enum class GeometryMask { all, opaque, transmissive };
+/// Geometry that a query is tested against, as bits.
+enum class GeometryMask : unsigned { opaque = 1, transmissive = 2, all = 3 };
 
 class Accelerator {
  public:
@@ -55,7 +55,9 @@ class Accelerator {
   void occluded(const RaySpan& rays, std::uint8_t* blocked, Coherence coherence) const;
 
   [[nodiscard]] const GeometrySet& geometry() const { return geometry_; }
-  /// Upper bound of the transmissive surfaces that a straight line crosses; see geometry.h.
+  /// Upper bound of the transmissive surfaces that a straight line crosses: twice the hits of each primitive, which
+  /// leaves room for rounding. A ray with more crossings is trapped in a solid thinner than the last bit of its
+  /// coordinates, such as a cone with a height of 10^19 times its radius, and would never leave it.
   [[nodiscard]] std::uint64_t max_transmissive_hits() const { return max_transmissive_hits_; }
   [[nodiscard]] std::uint64_t memory_bytes() const;  ///< including the geometry
 

@@ -23,19 +23,7 @@ void acquire([[maybe_unused]] void* object) {
 #endif
 }
 
-constexpr unsigned mask_opaque = 1, mask_transmissive = 2, mask_all = 3;
-
-unsigned mask_of(GeometryMask mask) {
-  switch (mask) {
-    case GeometryMask::opaque:
-      return mask_opaque;
-    case GeometryMask::transmissive:
-      return mask_transmissive;
-    case GeometryMask::all:
-      break;
-  }
-  return mask_all;
-}
+unsigned bits_of(GeometryMask mask) { return static_cast<unsigned>(mask); }
 
 /// User data of an Embree geometry.
 template <class Geometry>
@@ -152,6 +140,19 @@ bool transmissive_is_small_part(const GeometrySet& set) {
   return transmissive > 0 && 2 * transmissive < all;
 }
 
+/// See Accelerator::max_transmissive_hits().
+std::uint64_t max_transmissive_hits(const GeometrySet& set) {
+  constexpr std::uint64_t convex = StandardShape::max_hits;
+  std::uint64_t hits = 0;
+  for (const SphereGeometry& g : set.spheres) hits += g.transmissive ? convex * g.x.size() : 0;
+  for (const TriangleGeometry& g : set.triangles) hits += g.transmissive ? convex * g.triangles.size() : 0;
+  for (const QuadricGeometry& g : set.quadrics)
+    for (std::size_t i = 0; g.transmissive && i < g.quadrics.size(); ++i)
+      visit_kind(g.quadrics[i].kind, [&](auto standard) { hits += standard.max_hits; });
+  for (const std::uint8_t transmissive : set.planes.transmissive) hits += convex * transmissive;
+  return 2 * hits;
+}
+
 bool keep_building(void* control, double /*fraction*/) { return !static_cast<RenderControl*>(control)->cancelled(); }
 
 }  // namespace
@@ -226,7 +227,7 @@ void Accelerator::Embree::add(std::vector<User<Geometry>>& users, const std::vec
     rtcSetGeometryBoundsFunction(geometry, bounds_callback<Geometry>, nullptr);
     rtcSetGeometryIntersectFunction(geometry, intersect_callback<Geometry>);
     rtcSetGeometryOccludedFunction(geometry, occluded_callback<Geometry>);
-    rtcSetGeometryMask(geometry, added.transmissive ? mask_transmissive : mask_opaque);
+    rtcSetGeometryMask(geometry, bits_of(added.transmissive ? GeometryMask::transmissive : GeometryMask::opaque));
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(all.scene, geometry, index);
     if (added.transmissive && own_transmissive()) rtcAttachGeometryByID(transmissive.scene, geometry, index);
@@ -287,7 +288,7 @@ Result<std::shared_ptr<const Accelerator>, Failure> Accelerator::build(GeometryS
 void Accelerator::intersect(const RaySpan& rays, const HitSpan& hits, Coherence coherence, GeometryMask mask) const {
   Packet packet;
   RTCRayHit16 rayhit;
-  begin(packet, rays, coherence, mask_of(mask), rayhit.ray);
+  begin(packet, rays, coherence, bits_of(mask), rayhit.ray);
   std::fill_n(rayhit.hit.geomID, packet_size, RTC_INVALID_GEOMETRY_ID);
   const Embree::Tree& tree = embree_->tree_for(mask);
   for (std::size_t first = 0; first < rays.count; first += packet_size) {
@@ -306,7 +307,7 @@ void Accelerator::intersect(const RaySpan& rays, const HitSpan& hits, Coherence 
 void Accelerator::occluded(const RaySpan& rays, std::uint8_t* blocked, Coherence coherence) const {
   Packet packet;
   RTCRay16 ray;
-  begin(packet, rays, coherence, mask_opaque, ray);
+  begin(packet, rays, coherence, bits_of(GeometryMask::opaque), ray);
   const Embree::Tree& tree = embree_->all;
   for (std::size_t first = 0; first < rays.count; first += packet_size) {
     const int count = static_cast<int>(std::min<std::size_t>(packet_size, rays.count - first));

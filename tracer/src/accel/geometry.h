@@ -105,10 +105,16 @@ struct GeometrySet {
   }
 };
 
-std::uint64_t memory_bytes(const GeometrySet& set);
-/// Upper bound of the transmissive surfaces that a straight line crosses: twice the hits of each primitive, which
-/// leaves room for rounding. A ray with more crossings is trapped in a solid thinner than the last bit of its
-/// coordinates, such as a cone with a height of 10^19 times its radius, and would never leave it.
-std::uint64_t max_transmissive_hits(const GeometrySet& set);
+inline std::uint64_t memory_bytes(const GeometrySet& set) {
+  const auto bytes_of = [](const auto& values) { return values.capacity() * sizeof(values[0]); };
+  std::uint64_t bytes = 0;
+  for (const SphereGeometry& s : set.spheres)
+    bytes += bytes_of(s.x) + bytes_of(s.y) + bytes_of(s.z) + bytes_of(s.radius) + bytes_of(s.object);
+  for (const QuadricGeometry& q : set.quadrics) bytes += bytes_of(q.quadrics) + bytes_of(q.object);
+  for (const TriangleGeometry& t : set.triangles)
+    bytes += bytes_of(t.positions) + bytes_of(t.triangles) + bytes_of(t.normals) + bytes_of(t.uvs) +
+             bytes_of(t.object_of_triangle);
+  return bytes;
+}
 
 }  // namespace tracer

@@ -15,7 +15,7 @@
 
 #include "tracer/src/accel/accelerator.h"
 #include "tracer/src/accel/triangle_pairs.h"
-#include "tracer/src/math/bounds.h"
+#include "tracer/src/math/affine.h"
 #include "tracer/src/math/lanes.h"
 
 namespace tracer {

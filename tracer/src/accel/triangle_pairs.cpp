@@ -4,7 +4,7 @@
 #include <array>
 #include <span>
 
-#include "tracer/src/math/bounds.h"
+#include "tracer/src/math/affine.h"
 
 namespace tracer {
 namespace {

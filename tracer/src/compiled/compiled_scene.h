@@ -8,7 +8,7 @@
 #include "tracer/requirements.h"
 #include "tracer/src/accel/accelerator.h"
 #include "tracer/src/cameras/compiled_camera.h"
-#include "tracer/src/lights/compiled_light.h"
+#include "tracer/src/lights/light_registry.h"
 #include "tracer/src/lights/shadow_map.h"
 #include "tracer/src/materials/compiled_material.h"
 #include "tracer/src/scene/render_space.h"

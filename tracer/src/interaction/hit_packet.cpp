@@ -1,4 +1,3 @@
-#include "tracer/src/interaction/hit_packet.h"
 
 #include "tracer/src/interaction/surface.h"
 #include "tracer/src/shapes/shape_registry.h"

@@ -1,5 +1,6 @@
 #pragma once
-/// Linear and affine maps in double. Names are target from source: world_from_object * object_from_shape.
+/// Linear and affine maps in double, and axis-parallel boxes. Names of maps are target from source: world_from_object *
+/// object_from_shape.
 
 #include <array>
 
@@ -51,5 +52,25 @@ inline Vec3 transformed_normal(const Linear& target_from_source, const Vec3& n) 
   const Vec3 image = cross(m.y, m.z) * n.x + cross(m.z, m.x) * n.y + cross(m.x, m.y) * n.z;
   return determinant(m) < 0 ? -image : image;
 }
+
+/// Axis-parallel box.
+struct Bounds {
+  Vec3 low{HUGE_VAL, HUGE_VAL, HUGE_VAL};
+  Vec3 high{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+
+  void include(const Vec3& p) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  /// Box from center - extent to center + extent.
+  void include(const Vec3& center, const Vec3& extent) {
+    include(center - extent);
+    include(center + extent);
+  }
+  [[nodiscard]] bool empty() const { return !(low.x <= high.x); }
+};
+
+/// Magnitude of the largest component.
+inline double largest_component(const Vec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
 
 }  // namespace tracer

@@ -73,8 +73,7 @@ inline Vec2 pixel_sample(std::uint64_t pixel, std::uint32_t index, std::uint32_t
 /// 2020, sec. 3), so that the positions in the pixel and on the lens are independent.
 inline Vec2 lens_sample(std::uint64_t key_of_pixel, std::uint32_t index, std::uint32_t count) {
   if (count == 1) return {0.5, 0.5};
-  const std::uint64_t key = mix(key_of_pixel ^ mix(0));  // 0 is the lens; lights use numbers from 1
-  return sequence_point(owen_scrambled(index, static_cast<std::uint32_t>(mix(key))), key);
+  return shuffled_point(index, mix(key_of_pixel ^ mix(0)));  // 0 is the lens; lights use numbers from 1
 }
 
 }  // namespace tracer

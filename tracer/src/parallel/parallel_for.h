@@ -17,21 +17,21 @@
 
 namespace tracer {
 
+/// Maximum number of tiles traced concurrently.
+inline std::uint32_t concurrency(std::uint32_t threads) {
+#if defined(__SANITIZE_THREAD__)
+  return threads != 0 ? threads : 2;
+#else
+  return threads != 0 ? threads : static_cast<std::uint32_t>(std::max(1, tbb::this_task_arena::max_concurrency()));
+#endif
+}
+
 /// Calls tile(i) for every i in [0, count), on `threads` threads, or those of the calling arena when 0. Exceptions of a
 /// tile stop the rest and are thrown here.
 template <class Tile>
-void for_each_tile(std::uint64_t count, std::uint32_t threads, const Tile& tile);
-
-/// Maximum number of tiles traced concurrently.
-std::uint32_t concurrency(std::uint32_t threads);
-
-#if defined(__SANITIZE_THREAD__)
-
-inline std::uint32_t concurrency(std::uint32_t threads) { return threads != 0 ? threads : 2; }
-
-/// The library of oneTBB is not instrumented, so ThreadSanitizer reports false races in it. Plain threads replace it.
-template <class Tile>
 void for_each_tile(std::uint64_t count, std::uint32_t threads, const Tile& tile) {
+#if defined(__SANITIZE_THREAD__)
+  // The library of oneTBB is not instrumented, so ThreadSanitizer reports false races in it. Plain threads replace it.
   std::atomic<std::uint64_t> next{0};
   std::mutex mutex;
   std::exception_ptr thrown;
@@ -50,24 +50,14 @@ void for_each_tile(std::uint64_t count, std::uint32_t threads, const Tile& tile)
     work();
   }
   if (thrown) std::rethrow_exception(thrown);
-}
-
 #else
-
-inline std::uint32_t concurrency(std::uint32_t threads) {
-  return threads != 0 ? threads : static_cast<std::uint32_t>(std::max(1, tbb::this_task_arena::max_concurrency()));
-}
-
-template <class Tile>
-void for_each_tile(std::uint64_t count, std::uint32_t threads, const Tile& tile) {
   const auto run = [&] { tbb::parallel_for(std::uint64_t{0}, count, tile); };
   if (threads == 0) {
     run();
   } else {
     tbb::task_arena(static_cast<int>(threads)).execute(run);
   }
-}
-
 #endif
+}
 
 }  // namespace tracer

@@ -5,6 +5,7 @@
 
 #include <bit>
 
+#include "tracer/src/integrators/tracer_concept.h"
 #include "tracer/src/parallel/parallel_for.h"
 #include "tracer/src/sampling/camera_samples.h"
 #include "tracer/src/sampling/deadline.h"
@@ -13,7 +14,6 @@
 #include "tracer/src/sampling/pilot.h"
 #include "tracer/src/sampling/sample_allocation.h"
 #include "tracer/src/sampling/tiles.h"
-#include "tracer/src/sampling/tracer_pool.h"
 
 namespace tracer {
 

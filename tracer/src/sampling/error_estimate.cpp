@@ -5,7 +5,6 @@
 
 #include "tracer/src/math/vec.h"
 #include "tracer/src/math/wide.h"
-#include "tracer/src/sampling/contrast.h"
 
 namespace tracer {
 namespace {

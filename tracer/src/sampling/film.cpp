@@ -4,8 +4,6 @@
 #include <array>
 #include <limits>
 
-#include "tracer/src/sampling/contrast.h"
-
 namespace tracer {
 
 template <class Work>

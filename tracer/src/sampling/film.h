@@ -7,7 +7,7 @@
 #include "tracer/render.h"
 #include "tracer/src/sampling/error_estimate.h"
 #include "tracer/src/sampling/image_error.h"
-#include "tracer/src/sampling/pixel_accumulator.h"
+#include "tracer/src/sampling/pixel_state.h"
 #include "tracer/src/sampling/subpixel_features.h"
 
 namespace tracer {

@@ -6,12 +6,12 @@
 #include <functional>
 #include <limits>
 
+#include "tracer/src/integrators/tracer_concept.h"
 #include "tracer/src/parallel/parallel_for.h"
 #include "tracer/src/sampling/camera_samples.h"
 #include "tracer/src/sampling/error_estimate.h"
-#include "tracer/src/sampling/holdout_selection.h"
+#include "tracer/src/sampling/sample_allocation.h"
 #include "tracer/src/sampling/tiles.h"
-#include "tracer/src/sampling/tracer_pool.h"
 
 namespace tracer {
 

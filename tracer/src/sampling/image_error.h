@@ -1,7 +1,9 @@
 #pragma once
-/// Error of an image from its pixels, without further rays: sampling and omitted radiance.
+/// Error of an image from its pixels, without further rays: local contrast, sampling and omitted radiance.
 
+#include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -10,10 +12,38 @@
 #include "tracer/src/compiled/compiled_scene.h"
 #include "tracer/src/display/display_transform.h"
 #include "tracer/src/integrators/tracer_concept.h"
-#include "tracer/src/sampling/contrast.h"
+#include "tracer/src/math/wide.h"
 #include "tracer/src/sampling/error_estimate.h"
 
 namespace tracer {
+
+/// 8-bit code values of a row of pixels, one plane per channel.
+using CodeValueRow = std::array<std::vector<float>, 3>;
+
+/// Local contrast of an image, where it is not smooth. The contrast of a pixel: its largest squared second difference
+/// over the four directions through it, summed over the channels. Linear gradients have none, whatever their slope: the
+/// center of the pixel is then its mean. An edge has its full height on both sides. At the border: the contrast of the
+/// nearest three pixels in a row.
+///
+/// If rows are requested in ascending order, the code values of each row are computed once and three rows are kept. One
+/// thread.
+class ContrastRows {
+ public:
+  /// `write_row` writes the code values of row y.
+  ContrastRows(std::size_t columns, std::size_t rows, std::function<void(std::size_t y, CodeValueRow&)> write_row);
+
+  /// Contrasts of row y; valid until the next call.
+  std::span<const float> row(std::size_t y);
+
+ private:
+  const CodeValueRow& code_values(std::size_t y);
+
+  std::size_t columns_, rows_;
+  std::function<void(std::size_t, CodeValueRow&)> write_row_;
+  std::array<CodeValueRow, 3> kept_;
+  std::array<std::size_t, 3> kept_row_;
+  std::vector<float> contrast_;
+};
 
 /// Upper bound of the radiance along any ray of a scene, and so of the radiance along an omitted ray.
 ///

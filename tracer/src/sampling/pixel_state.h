@@ -1,4 +1,67 @@
 #pragma once
+/// Sums over the samples of a pixel, and its state during adaptive sampling.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "tracer/image.h"
+#include "tracer/src/display/display_transform.h"
+#include "tracer/src/integrators/tracer_concept.h"
+#include "tracer/src/math/vec.h"
+#include "tracer/src/math/wide.h"
+
+namespace tracer {
+
+/// Allocates the image and the layers of `output`, all zero.
+void allocate(Image& image, const PixelWindow& window, const Output& output);
+
+/// Converts to the film's float; larger values become the largest finite one.
+inline float film_value(double value) {
+  return static_cast<float>(std::min<double>(value, std::numeric_limits<float>::max()));
+}
+
+/// Writes three channels.
+inline void write_color(float* rgb, const Color& color) {
+  rgb[0] = film_value(color.r);
+  rgb[1] = film_value(color.g);
+  rgb[2] = film_value(color.b);
+}
+
+/// Sum of one pixel's finite samples.
+class PixelAccumulator {
+ public:
+  void add(const Color& radiance) {
+    sum_ += radiance;
+    ++count_;
+  }
+  /// Writes the mean to three channels.
+  void write(float* rgb) const { write_color(rgb, count_ > 0 ? sum_ * (1.0 / count_) : Color{}); }
+  /// Writes the variance of the samples to three channels; `squares` is the sum of their squares.
+  void write_variance(const Color& squares, float* variance) const;
+
+ private:
+  Color sum_;
+  std::uint32_t count_ = 0;
+};
+
+/// Sums of the first hits of one pixel's samples.
+class LayerAccumulator {
+ public:
+  void add(const GBuffer& gbuffer, std::size_t sample);
+  /// Writes the means to the layers of `image`.
+  void write(Image& image, std::size_t index) const;
+
+ private:
+  std::uint32_t count_ = 0, hit_count_ = 0, object_id_ = 0;
+  double depth_ = 0;
+  Vec3 normal_;
+  Color albedo_;
+};
+
 /// State of a pixel during adaptive sampling.
 ///
 /// A pixel begins with a pilot: one sample, usually at its center. If that is not good enough the pixel is refined: a
@@ -6,17 +69,6 @@
 /// two halves estimates the error. In every round, some pixels that have only their pilot are selected at random for
 /// holdout: fresh samples measure the error of pilots that nothing else casts doubt on. The halves both decide where
 /// sampling continues and estimate the error; the bias of that is left to the holdout samples that validate the image.
-
-#include <array>
-#include <cmath>
-#include <cstdint>
-#include <vector>
-
-#include "tracer/src/display/display_transform.h"
-#include "tracer/src/math/vec.h"
-
-namespace tracer {
-
 struct PixelState {
   enum class Role : std::uint8_t {
     pilot,    ///< its one sample is the pixel
@@ -72,6 +124,14 @@ struct PixelState {
 /// stratified ones at an edge (Mitchell 1996, "Consequences of Stratified Sampling in Graphics"), in between for
 /// integrands of more dimensions. Used only for allocation, never for an estimate.
 inline constexpr double variance_power = 1.35;
+
+/// Variance predicted from the contrast for one sample of a pixel. An edge of height h at a random position in the
+/// pixel gives the center sample a squared error of h^2 / 12 in the mean. A fainter contrast is more likely a curve,
+/// whose center is off by 1/24 of its second difference in each direction; twice that is predicted.
+WHITTLE_INLINE double predicted_variance(double contrast) {
+  constexpr double edge = 3 * 6 * 6;  // six code values in each channel; smooth shading may reach that
+  return contrast >= edge ? contrast / 12 : contrast / 144;
+}
 
 /// Variance of one sample, from the variance of the mean of `count`.
 double variance_of_one(double variance, std::uint32_t count);

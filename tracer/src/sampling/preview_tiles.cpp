@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "tracer/src/sampling/pixel_accumulator.h"
+#include "tracer/src/sampling/pixel_state.h"
 
 namespace tracer {
 
@@ -25,14 +25,6 @@ PreviewTiles::PreviewTiles(Preview* preview, const Tiles& tiles, const PixelWind
 
 PreviewTiles::~PreviewTiles() {
   if (preview_ != nullptr) preview_->tiles_ = nullptr;
-}
-
-void PreviewTiles::open() {
-  if (preview_ != nullptr) closed_.unlock();
-}
-
-void PreviewTiles::close() {
-  if (preview_ != nullptr) closed_.lock();
 }
 
 void PreviewTiles::lock(std::uint64_t tile) const {

@@ -28,8 +28,12 @@ class PreviewTiles {
   /// thread of the constructor.
   class Open {
    public:
-    explicit Open(PreviewTiles& tiles) : tiles_(tiles) { tiles_.open(); }
-    ~Open() { tiles_.close(); }
+    explicit Open(PreviewTiles& tiles) : tiles_(tiles) {
+      if (tiles_.preview_ != nullptr) tiles_.closed_.unlock();
+    }
+    ~Open() {
+      if (tiles_.preview_ != nullptr) tiles_.closed_.lock();
+    }
     Open(const Open&) = delete;
     Open& operator=(const Open&) = delete;
 
@@ -53,8 +57,6 @@ class PreviewTiles {
   friend class Preview;
   enum State : std::uint8_t { empty, visible, locked };
 
-  void open();
-  void close();
   void lock(std::uint64_t tile) const;
   void unlock(std::uint64_t tile) const;
   [[nodiscard]] Image read(std::uint32_t side) const;

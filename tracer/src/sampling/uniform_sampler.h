@@ -4,14 +4,14 @@
 #include <array>
 #include <span>
 
+#include "tracer/src/integrators/tracer_concept.h"
 #include "tracer/src/parallel/parallel_for.h"
 #include "tracer/src/sampling/camera_samples.h"
 #include "tracer/src/sampling/holdout.h"
 #include "tracer/src/sampling/image_error.h"
-#include "tracer/src/sampling/pixel_accumulator.h"
+#include "tracer/src/sampling/pixel_state.h"
 #include "tracer/src/sampling/preview_tiles.h"
 #include "tracer/src/sampling/tiles.h"
-#include "tracer/src/sampling/tracer_pool.h"
 
 namespace tracer {
 

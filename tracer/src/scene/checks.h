@@ -13,7 +13,7 @@
 
 #include "tracer/limits.h"
 #include "tracer/scene.h"
-#include "tracer/src/math/bounds.h"
+#include "tracer/src/math/affine.h"
 #include "tracer/validate.h"
 
 namespace tracer {

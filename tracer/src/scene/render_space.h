@@ -3,7 +3,7 @@
 /// two so that it spans about one unit. The scaling is exact, so an image is bit-identical under scaling by 2^k, and
 /// Embree's float coordinates stay close to the origin and within the range in which its triangle tests are accurate.
 
-#include "tracer/src/math/bounds.h"
+#include "tracer/src/math/affine.h"
 
 namespace tracer {
 

@@ -10,7 +10,6 @@
 #include "tracer/src/scene/checks.h"
 #include "tracer/src/scene/instancing.h"
 #include "tracer/src/shapes/shape_registry.h"
-#include "tracer/src/shapes/triangle.h"
 
 namespace tracer {
 namespace {

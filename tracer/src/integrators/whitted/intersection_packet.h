@@ -2,8 +2,8 @@
 /// Packets of 16 hits, from the accelerator's intersections to shading points and secondary rays.
 
 #include "tracer/src/integrators/ray_queue.h"
-#include "tracer/src/interaction/hit_packet.h"
 #include "tracer/src/interaction/shading_points.h"
+#include "tracer/src/interaction/surface.h"
 #include "tracer/src/materials/compiled_material.h"
 
 namespace tracer {
