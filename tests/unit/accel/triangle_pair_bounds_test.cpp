@@ -6,7 +6,6 @@
 
 #include "tests/support/effort.h"
 #include "tests/support/random.h"
-#include "tracer/src/accel/triangle_hit.h"
 #include "tracer/src/accel/triangle_pairs.h"
 
 namespace tracer {

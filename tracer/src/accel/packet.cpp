@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-#include "tracer/src/accel/triangle_hit.h"
+#include "tracer/src/accel/triangle_pairs.h"
 
 namespace tracer {
 namespace {

@@ -1,7 +1,7 @@
 #include <type_traits>
 
 #include "tracer/src/accel/packet.h"
-#include "tracer/src/accel/triangle_hit.h"
+#include "tracer/src/accel/triangle_pairs.h"
 
 namespace tracer {
 namespace {

@@ -1,5 +1,5 @@
 #include "tracer/src/cameras/compiled_camera.h"
-#include "tracer/src/math/wide.h"
+#include "tracer/src/math/lanes.h"
 
 namespace tracer {
 namespace {

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "tracer/src/display/srgb.h"
-#include "tracer/src/math/wide.h"
+#include "tracer/src/math/lanes.h"
 
 namespace tracer {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "tracer/scene.h"
-#include "tracer/src/math/wide.h"
+#include "tracer/src/math/lanes.h"
 
 namespace tracer {
 

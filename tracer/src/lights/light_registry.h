@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "tracer/src/math/affine.h"
-#include "tracer/src/math/wide.h"
+#include "tracer/src/math/lanes.h"
 
 namespace tracer {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "tracer/src/math/lanes.h"
 #include "tracer/src/math/vec.h"
-#include "tracer/src/math/wide.h"
 
 namespace tracer {
 

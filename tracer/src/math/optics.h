@@ -4,8 +4,8 @@
 
 #include <cmath>
 
+#include "tracer/src/math/lanes.h"
 #include "tracer/src/math/vec.h"
-#include "tracer/src/math/wide.h"
 
 namespace tracer {
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <numbers>
 
-#include "tracer/src/math/wide.h"
+#include "tracer/src/math/lanes.h"
 
 namespace tracer {
 

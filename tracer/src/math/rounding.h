@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "tracer/src/math/lanes.h"
 #include "tracer/src/math/vec.h"
-#include "tracer/src/math/wide.h"
 
 namespace tracer {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tracer/src/math/lanes.h"
 #include "tracer/src/math/vec.h"
-#include "tracer/src/math/wide.h"
 
 namespace tracer {
 namespace {
@@ -98,6 +98,21 @@ float averaged_variance(const PixelState& pixel, double own, double predicted,
   return static_cast<float>(std::max(of_one / variance_of_one(1, pixel.count()), pixel.undetected()));
 }
 
+/// Squared errors of randomly selected pixels that represent more pixels.
+struct HoldoutError {
+  SummedErrors sum;
+  std::size_t count = 0;
+  void add(double squared_error) {
+    sum.add(squared_error);
+    ++count;
+  }
+  /// Extrapolates to `pixels`. Precondition: `count` > 0.
+  [[nodiscard]] SummedErrors of(std::size_t pixels) const {
+    const double each = static_cast<double>(pixels) / static_cast<double>(count);
+    return {sum.squared * each, sum.spread * each * each};
+  }
+};
+
 /// Update of one round, block by block.
 class VarianceUpdate {
  public:
@@ -170,7 +185,7 @@ class VarianceUpdate {
         holdout.add(error);
       }
     }
-    any_holdout_ = holdout.count() > 0;
+    any_holdout_ = holdout.count > 0;
     sums.add(any_holdout_ ? holdout.of(pilot_count) : pilots);
     return sums.estimated();
   }
@@ -220,12 +235,6 @@ SampledError SummedErrors::estimated() const {
 
 SampledError SummedErrors::validated() const {
   return {squared, std::max(0.0, squared + holdout_deviations * std::sqrt(spread))};
-}
-
-SummedErrors HoldoutError::of(std::size_t pixels) const {
-  if (count_ == 0) return {};
-  const double each = static_cast<double>(pixels) / static_cast<double>(count_);
-  return {sum_.squared * each, sum_.spread * each * each};
 }
 
 SampledError update_variances(std::span<PixelState> pixels, std::uint32_t width, const DisplayTransform& display,

@@ -31,22 +31,6 @@ struct SummedErrors {
 
 SummedErrors summed(std::span<const float> squared_errors);
 
-/// Squared errors of randomly selected pixels that represent more pixels.
-class HoldoutError {
- public:
-  void add(double squared_error) {
-    sum_.add(squared_error);
-    ++count_;
-  }
-  [[nodiscard]] std::size_t count() const { return count_; }
-  /// Extrapolates to `pixels`; zero if none was selected.
-  [[nodiscard]] SummedErrors of(std::size_t pixels) const;
-
- private:
-  SummedErrors sum_;
-  std::size_t count_ = 0;
-};
-
 /// Estimates the error of the image and sets the predicted `variance` of every pixel. Pixels that have only their pilot
 /// are represented by the holdout pixels among them; without any, by their predictions.
 SampledError update_variances(std::span<PixelState> pixels, std::uint32_t width, const DisplayTransform& display,

@@ -6,7 +6,7 @@
 #include <set>
 #include <variant>
 
-#include "tracer/src/math/wide.h"
+#include "tracer/src/math/lanes.h"
 #include "tracer/src/textures/texture.h"
 
 namespace tracer {

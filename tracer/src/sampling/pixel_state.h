@@ -11,8 +11,8 @@
 #include "tracer/image.h"
 #include "tracer/src/display/display_transform.h"
 #include "tracer/src/integrators/tracer_concept.h"
+#include "tracer/src/math/lanes.h"
 #include "tracer/src/math/vec.h"
-#include "tracer/src/math/wide.h"
 
 namespace tracer {
 

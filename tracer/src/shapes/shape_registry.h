@@ -59,16 +59,6 @@ Quadric quadric(const StandardImage<Standard>& image, const Affine& map) {
   return q;
 }
 
-WHITTLE_INLINE QuadricHit quadric_hit(const Quadric& q, const ShapeRay& ray) {
-  QuadricHit hit;
-  visit_kind(
-      q.kind, [&](auto standard) __attribute__((always_inline)) {
-        standard.with_hit(
-            q, [&](const auto& hit_of) __attribute__((always_inline)) { hit = hit_of(ray); });
-      });
-  return hit;
-}
-
 inline Bounds local_box(const Quadric& q) {
   Bounds box;
   visit_kind(q.kind, [&](auto standard) { box = standard.box(q); });

@@ -11,7 +11,6 @@
 #include "tracer/src/integrators/ray_queue.h"
 #include "tracer/src/integrators/whitted/intersection_packet.h"
 #include "tracer/src/integrators/whitted/wavefront_state.h"
-#include "tracer/src/interaction/shading_points.h"
 #include "tracer/src/lights/light_registry.h"
 #include "tracer/src/materials/compiled_material.h"
 #include "tracer/src/math/sampling.h"

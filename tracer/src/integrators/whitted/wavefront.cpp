@@ -109,16 +109,13 @@ void Wavefront<Features>::trace_bounce(const BounceQueues& bounce, BounceQueues&
   counts.camera += bounce.camera.size();
   counts.reflection += bounce.reflection.size();
   counts.refraction += bounce.refraction.size();
-  for (const RayQueue* queue : {&bounce.camera, &bounce.reflection, &bounce.refraction})
-    if (!queue->empty()) process_queue(*queue, bounce.depth, next);
-}
-
-template <class Features>
-void Wavefront<Features>::process_queue(const RayQueue& rays, std::uint32_t depth, BounceQueues& next) {
-  const Coherence coherence = depth == 0 ? Coherence::coherent : Coherence::incoherent;
-  intersect(rays, depth, coherence);
-  shade_hits(rays, depth, next);
-  lighting_.shade(rays, depth, coherence);
+  const Coherence coherence = bounce.depth == 0 ? Coherence::coherent : Coherence::incoherent;
+  for (const RayQueue* queue : {&bounce.camera, &bounce.reflection, &bounce.refraction}) {
+    if (queue->empty()) continue;
+    intersect(*queue, bounce.depth, coherence);
+    shade_hits(*queue, bounce.depth, next);
+    lighting_.shade(*queue, bounce.depth, coherence);
+  }
 }
 
 template <class Features>
@@ -173,7 +170,9 @@ void Wavefront<Features>::shade_hits(const RayQueue& rays, std::uint32_t depth, 
     ShadingPointPacket& shading_points = lighting_.append_packet();
     const auto count = static_cast<int>(std::min<std::size_t>(lanes, hit_rays.size() - first));
     load(rays, state_.hits.span(), hit_rays.data() + first, count, hit, shading_points);
-    if (state_.template needs<&Requirements::absorption>()) apply_absorption(rays);
+    if (state_.template needs<&Requirements::absorption>())
+      for (int i = 0; i < lanes; ++i)
+        hit.throughput.set(i, state_.throughput_at_hit(rays, static_cast<std::size_t>(hit.ray[i])));
     compute_points(state_.scene.geometry(), hit.ray_hits, hit.points);
     for (std::uint32_t i = 0; i < lanes; ++i) {
       shading_points.hit[i] = static_cast<std::uint32_t>(first) + i;
@@ -195,13 +194,6 @@ void Wavefront<Features>::shade_hits(const RayQueue& rays, std::uint32_t depth, 
     if (spawns && (coefficients.reflects | coefficients.splits) != 0) secondary_.spawn(rays, shading_points, next);
     lighting_.move_to_vertices(rays, shading_points);
   }
-}
-
-template <class Features>
-void Wavefront<Features>::apply_absorption(const RayQueue& rays) {
-  HitPacket& hit = state_.hit;
-  for (int i = 0; i < lanes; ++i)
-    hit.throughput.set(i, state_.throughput_at_hit(rays, static_cast<std::size_t>(hit.ray[i])));
 }
 
 /// Flat shading: replaces the normals by those of the faces.

@@ -148,11 +148,9 @@ class Wavefront {
   void release_queues(BounceQueues queues);
   void generate_camera_rays(RayQueue& rays) const;
   void trace_bounce(const BounceQueues& bounce, BounceQueues& next);
-  void process_queue(const RayQueue& rays, std::uint32_t depth, BounceQueues& next);
   void intersect(const RayQueue& rays, std::uint32_t depth, Coherence coherence);
   void handle_escaped_rays(const RayQueue& rays, std::uint32_t depth);
   void shade_hits(const RayQueue& rays, std::uint32_t depth, BounceQueues& next);
-  void apply_absorption(const RayQueue& rays);
   void flatten_normals();
   void write_gbuffer(const ShadingPointPacket& shading_points);
 
