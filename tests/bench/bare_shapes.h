@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "tracer/src/accel/geometry.h"
+#include "tracer/src/accel/accelerator.h"
 #include "tracer/src/scene/render_space.h"
 #include "tracer/src/shapes/shape_registry.h"
 

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "tracer/src/accel/geometry.h"
+#include "tracer/src/accel/accelerator.h"
 
 namespace leaks {
 

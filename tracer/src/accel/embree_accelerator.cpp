@@ -32,20 +32,6 @@ struct User {
   PrimitiveGroups<Geometry> groups;
 };
 
-/// Float box that contains [low, high] for Embree's float rays. Their error is about 2^-24 of the scene's box (about
-/// one) wherever they are, so the padding is absolute: relative to a primitive near 0 it would vanish. Eight times
-/// that: a ray starts up to a box's width before the box, its direction is rounded over twice that length, and Embree's
-/// box tests round too (its robust mode does not cover user geometry).
-void write_bounds(const Vec3& low, const Vec3& high, RTCBounds& bounds) {
-  constexpr double pad = 0x1p-21;
-  bounds.lower_x = static_cast<float>(low.x - pad);
-  bounds.lower_y = static_cast<float>(low.y - pad);
-  bounds.lower_z = static_cast<float>(low.z - pad);
-  bounds.upper_x = static_cast<float>(high.x + pad);
-  bounds.upper_y = static_cast<float>(high.y + pad);
-  bounds.upper_z = static_cast<float>(high.z + pad);
-}
-
 void include_primitive(Bounds& bounds, const SphereGeometry& g, std::uint32_t i) {
   const Vec3 center{g.x[i], g.y[i], g.z[i]}, r{g.radius[i], g.radius[i], g.radius[i]};
   bounds.include(center, r);
@@ -60,11 +46,21 @@ void include_primitive(Bounds& bounds, const QuadricGeometry& geometry, std::uin
   visit_kind(q.kind, [&](auto standard) { standard.include(bounds, q); });
 }
 
+/// Float box of the group for Embree's float rays. Their error is about 2^-24 of the scene's box (about one) wherever
+/// they are, so the padding is absolute: relative to a primitive near 0 it would vanish. Eight times that: a ray starts
+/// up to a box's width before the box, its direction is rounded over twice that length, and Embree's box tests round
+/// too (its robust mode does not cover user geometry).
 template <class Geometry>
 void group_bounds(const User<Geometry>& user, std::uint32_t group, RTCBounds& written) {
+  constexpr double pad = 0x1p-21;
   Bounds bounds;
   user.groups.for_each(group, [&](std::uint32_t primitive) { include_primitive(bounds, *user.geometry, primitive); });
-  write_bounds(bounds.low, bounds.high, written);
+  written.lower_x = static_cast<float>(bounds.low.x - pad);
+  written.lower_y = static_cast<float>(bounds.low.y - pad);
+  written.lower_z = static_cast<float>(bounds.low.z - pad);
+  written.upper_x = static_cast<float>(bounds.high.x + pad);
+  written.upper_y = static_cast<float>(bounds.high.y + pad);
+  written.upper_z = static_cast<float>(bounds.high.z + pad);
 }
 
 template <class Geometry>

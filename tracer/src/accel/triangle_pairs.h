@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "tracer/src/accel/geometry.h"
+#include "tracer/src/accel/accelerator.h"
 #include "tracer/src/math/lanes.h"
 
 namespace tracer {

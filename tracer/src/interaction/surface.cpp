@@ -41,14 +41,8 @@ Vec2 triangle_uv(const TriangleGeometry& mesh, const Hit& hit) {
           mesh.uvs[a][1] * weight_a + mesh.uvs[b][1] * hit.u + mesh.uvs[c][1] * hit.v};
 }
 
-Vec2 sphere_uv(const Axes& axes, const Vec3& normal) {
-  return spherical_uv({dot(normal, axes.e0), dot(normal, axes.e1), dot(normal, axes.n)});
-}
-
-Vec2 plane_uv(const CompiledScene& scene, const Axes& axes, const Vec3& from_point) {
-  return {scene.frame.world_from_render(dot(from_point, axes.e0)),
-          scene.frame.world_from_render(dot(from_point, axes.e1))};
-}
+/// `p` in the frame of the axes.
+Vec3 along(const Axes& axes, const Vec3& p) { return {dot(p, axes.e0), dot(p, axes.e1), dot(p, axes.n)}; }
 
 ShapeHit quadric_at(const QuadricGeometry& set, const Hit& hit, const Vec3& on_ray) {
   const std::uint32_t i = hit.primitive.primitive;
@@ -101,9 +95,8 @@ WHITTLE_INLINE Vec2 footprint(const UvGradients& gradients, const Vec3& normal, 
 }
 
 UvGradients sphere_gradients(const Axes& axes, const Vec3& normal, double radius) {
-  const Vec3 p{dot(normal, axes.e0), dot(normal, axes.e1), dot(normal, axes.n)};
   const auto back = [&](const Vec3& g) { return (axes.e0 * g.x + axes.e1 * g.y + axes.n * g.z) / radius; };
-  const UvGradients local = spherical_gradients(p);
+  const UvGradients local = spherical_gradients(along(axes, normal));
   return {back(local.u), back(local.v)};
 }
 
@@ -129,7 +122,7 @@ Vec2 uv_at(const CompiledScene& scene, const Hit& hit, const Surface& surface) {
   const auto [geometry, primitive] = hit.primitive;
   switch (set.kind_of(geometry)) {
     case GeometryKind::spheres:
-      return sphere_uv(scene.objects.uv_axes[surface.object], surface.geometric_normal);
+      return spherical_uv(along(scene.objects.uv_axes[surface.object], surface.geometric_normal));
     case GeometryKind::triangles:
       return triangle_uv(set.mesh(geometry), hit);
     case GeometryKind::quadrics:
@@ -138,7 +131,8 @@ Vec2 uv_at(const CompiledScene& scene, const Hit& hit, const Surface& surface) {
     case GeometryKind::planes:
       break;
   }
-  return plane_uv(scene, scene.objects.uv_axes[surface.object], surface.point.position - set.planes.point[primitive]);
+  const Vec3 p = along(scene.objects.uv_axes[surface.object], surface.point.position - set.planes.point[primitive]);
+  return {scene.frame.world_from_render(p.x), scene.frame.world_from_render(p.y)};
 }
 
 bool is_textured(const Material& material) {

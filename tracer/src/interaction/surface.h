@@ -4,7 +4,7 @@
 #include <array>
 #include <optional>
 
-#include "tracer/src/accel/geometry.h"
+#include "tracer/src/accel/accelerator.h"
 #include "tracer/src/compiled/compiled_scene.h"
 #include "tracer/src/math/lanes.h"
 #include "tracer/src/math/rounding.h"

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "tracer/src/accel/geometry.h"
+#include "tracer/src/accel/accelerator.h"
 #include "tracer/src/math/vec.h"
 
 namespace tracer {

@@ -261,7 +261,7 @@ class AdaptiveSampler {
   }
 
   [[nodiscard]] AllocationGoal goal() {
-    AllocationGoal goal{0, deadline_.affordable(rays())};
+    AllocationGoal goal{0, deadline_.affordable(pool_.statistics().rays.total())};
     if (!target_.target_error) return goal;
     const double squared_target = 3 * static_cast<double>(film_.size()) * *target_.target_error * *target_.target_error;
     // Margins for the uncertainty of the estimate and for predictions that were too low.
@@ -284,8 +284,6 @@ class AdaptiveSampler {
       work(scattered(index, count), *tracer);
     });
   }
-
-  [[nodiscard]] std::uint64_t rays() const { return pool_.statistics().rays.total(); }
 
   Rendered finish() {
     Rendered rendered;

@@ -1,16 +1,29 @@
 #pragma once
-/// The image during adaptive sampling: the state of its pixels, their layers and their omitted radiance.
+/// The image during adaptive sampling: the state of its pixels, their layers, their omitted radiance, and the features
+/// that are too small for their samples.
 
 #include <span>
 #include <vector>
 
 #include "tracer/render.h"
+#include "tracer/src/compiled/compiled_scene.h"
 #include "tracer/src/sampling/error_estimate.h"
 #include "tracer/src/sampling/image_error.h"
 #include "tracer/src/sampling/pixel_state.h"
-#include "tracer/src/sampling/subpixel_features.h"
 
 namespace tracer {
+
+/// A primitive thinner than two pixels, found by projecting its bounds, so that sampling can target it.
+struct SubpixelFeature {
+  std::uint32_t x = 0, y = 0;  ///< pixel of the full image
+  Vec2 at;                     ///< position in the pixel
+  float share = 0;             ///< approximate fraction of the pixel that the primitive covers
+};
+
+/// Features of spheres and quadrics in the image's window, about one per pixel along their length. Visibility is not
+/// tested. If there are more than about `count_max` primitives, every n-th is used. Triangles are left out: the samples
+/// of a mesh also find neighboring triangles.
+std::vector<SubpixelFeature> find_subpixel_features(const CompiledScene& scene, std::size_t count_max);
 
 /// A place is the index of a pixel in the window, row by row. Functions of one place may run concurrently for different
 /// places; all others exclude each other.

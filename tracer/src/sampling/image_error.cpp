@@ -218,11 +218,11 @@ float pixel_error(double variance, const float* rgb, const OmittedRadiance& omit
   return rms_of_channels(variance + error.both);
 }
 
-UniformErrors measure_uniform_errors(Image& image, const UniformPixels& pixels,
+ErrorEstimate measure_uniform_errors(Image& image, const UniformPixels& pixels,
                                      std::span<const std::vector<OmittedSample>> omitted, const ErrorContext& context,
                                      const InParallel& in_parallel) {
   const SampledError sampled = measure_samples(image, pixels, context, in_parallel);
-  return {sampled, measure_omitted(image, omitted, context, in_parallel)};
+  return error_estimate(sampled, measure_omitted(image, omitted, context, in_parallel), pixels.rgb.size() / 3);
 }
 
 }  // namespace tracer

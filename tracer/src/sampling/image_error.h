@@ -114,13 +114,9 @@ class UniformVariance {
   std::vector<float> variance_;
 };
 
-struct UniformErrors {
-  SampledError sampled;
-  OmittedError omitted;
-};
 /// Measures the error of an image with equally many samples per pixel; deterministic for any number of threads. Also
 /// writes the layer `error` if `image` has one. `omitted`: by tile, each pixel at most once.
-UniformErrors measure_uniform_errors(Image& image, const UniformPixels& pixels,
+ErrorEstimate measure_uniform_errors(Image& image, const UniformPixels& pixels,
                                      std::span<const std::vector<OmittedSample>> omitted, const ErrorContext& context,
                                      const InParallel& in_parallel);
 

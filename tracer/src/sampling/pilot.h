@@ -11,7 +11,6 @@
 #include "tracer/src/sampling/camera_samples.h"
 #include "tracer/src/sampling/deadline.h"
 #include "tracer/src/sampling/film.h"
-#include "tracer/src/sampling/preview_tiles.h"
 #include "tracer/src/sampling/tiles.h"
 
 namespace tracer {

@@ -10,7 +10,6 @@
 #include "tracer/src/sampling/holdout.h"
 #include "tracer/src/sampling/image_error.h"
 #include "tracer/src/sampling/pixel_state.h"
-#include "tracer/src/sampling/preview_tiles.h"
 #include "tracer/src/sampling/tiles.h"
 
 namespace tracer {
@@ -169,9 +168,8 @@ class UniformSampler {
     const auto in_parallel = [&](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
       for_each_tile(count, settings_.threads, work);
     };
-    const UniformErrors sums =
+    ErrorEstimate error =
         measure_uniform_errors(image, {image.rgb, variance_, samples_, image.width}, omitted_, context, in_parallel);
-    ErrorEstimate error = error_estimate(sums.sampled, sums.omitted, image.rgb.size() / 3);
     error.bounded = context.bound.bounded || (error.depth == 0 && error.cutoff == 0);
     error.target = scene_.accuracy.target_error;
     error.target_met = !error.target || error.estimate <= *error.target;

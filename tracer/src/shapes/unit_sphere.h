@@ -1,6 +1,6 @@
 #pragma once
 /// Unit sphere x^2 + y^2 + z^2 = 1: spheres that a transform made ellipsoids. Other spheres have
-/// their own structures (accel/geometry.h).
+/// their own structures (accel/accelerator.h).
 
 #include "tracer/src/shapes/analytic_shape.h"
 

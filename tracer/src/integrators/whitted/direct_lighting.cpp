@@ -4,8 +4,6 @@
 #include <numeric>
 #include <utility>
 
-#include "tracer/src/lights/light_registry.h"
-#include "tracer/src/materials/compiled_material.h"
 #include "tracer/src/math/power.h"
 #include "tracer/src/math/rounding.h"
 

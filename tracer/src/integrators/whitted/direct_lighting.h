@@ -7,12 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "tracer/src/compiled/medium_stack.h"
-#include "tracer/src/integrators/ray_queue.h"
-#include "tracer/src/integrators/whitted/intersection_packet.h"
 #include "tracer/src/integrators/whitted/wavefront_state.h"
 #include "tracer/src/lights/light_registry.h"
-#include "tracer/src/materials/compiled_material.h"
 #include "tracer/src/math/sampling.h"
 
 namespace tracer {

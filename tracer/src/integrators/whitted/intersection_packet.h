@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "tracer/src/accel/geometry.h"
+#include "tracer/src/accel/accelerator.h"
 #include "tracer/src/integrators/ray_queue.h"
 #include "tracer/src/interaction/surface.h"
 #include "tracer/src/materials/compiled_material.h"

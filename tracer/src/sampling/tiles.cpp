@@ -1,4 +1,4 @@
-#include "tracer/src/sampling/preview_tiles.h"
+#include "tracer/src/sampling/tiles.h"
 
 #include <algorithm>
 #include <thread>
