@@ -98,15 +98,11 @@ class SecondaryRays {
     if (going == 0) return;
     if (next.depth > state_.scene.accuracy.max_depth) {
       for_each_ray(going, [&](const SecondaryRayPacket& packet, int i) {
-        ++state_.statistics.truncated_branches;
-        state_.omitted[shading_points.sample[i]].depth += static_cast<float>(packet.largest[i]);
+        terminate_at_max_depth(packet.largest[i], shading_points.sample[i]);
       });
     } else if (state_.approximate().reflections == Approximations::Reflections::environment) {
       for_each_ray(going, [&](const SecondaryRayPacket& packet, int i) {
-        // Environment mapping: the background replaces the secondary ray.
-        const double spread = has_cones() ? std::abs(cone_of(rays, packet, i).spread) : 0;
-        state_.radiance[shading_points.sample[i]] +=
-            packet.throughput[i] * state_.scene.background->radiance(packet.direction[i], spread);
+        add_environment_radiance(rays, packet, i, shading_points.sample[i]);
       });
     } else {
       push_rays(rays, transmission_, shading_points, medium_after_, next.refraction);
@@ -169,6 +165,19 @@ class SecondaryRays {
     }
     ++state_.statistics.cut_branches;
     return 0;
+  }
+
+  void terminate_at_max_depth(double largest, std::uint32_t sample) {
+    ++state_.statistics.truncated_branches;
+    state_.omitted[sample].depth += static_cast<float>(largest);
+  }
+
+  /// Environment mapping: the background replaces the secondary ray.
+  void add_environment_radiance(const RayQueue& rays, const SecondaryRayPacket& packet, int lane,
+                                std::uint32_t sample) {
+    const double spread = has_cones() ? cone_of(rays, packet, lane).spread : 0;
+    state_.radiance[sample] +=
+        packet.throughput[lane] * state_.scene.background->radiance(packet.direction[lane], std::abs(spread));
   }
 
   [[nodiscard]] bool has_cones() const { return state_.template needs<&Requirements::filtered_textures>(); }

@@ -170,9 +170,7 @@ void Wavefront<Features>::shade_hits(const RayQueue& rays, std::uint32_t depth, 
     ShadingPointPacket& shading_points = lighting_.append_packet();
     const auto count = static_cast<int>(std::min<std::size_t>(lanes, hit_rays.size() - first));
     load(rays, state_.hits.span(), hit_rays.data() + first, count, hit, shading_points);
-    if (state_.template needs<&Requirements::absorption>())
-      for (int i = 0; i < lanes; ++i)
-        hit.throughput.set(i, state_.throughput_at_hit(rays, static_cast<std::size_t>(hit.ray[i])));
+    if (state_.template needs<&Requirements::absorption>()) apply_absorption(rays);
     compute_points(state_.scene.geometry(), hit.ray_hits, hit.points);
     for (std::uint32_t i = 0; i < lanes; ++i) {
       shading_points.hit[i] = static_cast<std::uint32_t>(first) + i;
@@ -194,6 +192,13 @@ void Wavefront<Features>::shade_hits(const RayQueue& rays, std::uint32_t depth, 
     if (spawns && (coefficients.reflects | coefficients.splits) != 0) secondary_.spawn(rays, shading_points, next);
     lighting_.move_to_vertices(rays, shading_points);
   }
+}
+
+template <class Features>
+void Wavefront<Features>::apply_absorption(const RayQueue& rays) {
+  HitPacket& hit = state_.hit;
+  for (int i = 0; i < lanes; ++i)
+    hit.throughput.set(i, state_.throughput_at_hit(rays, static_cast<std::size_t>(hit.ray[i])));
 }
 
 /// Flat shading: replaces the normals by those of the faces.

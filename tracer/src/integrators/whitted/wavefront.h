@@ -151,6 +151,7 @@ class Wavefront {
   void intersect(const RayQueue& rays, std::uint32_t depth, Coherence coherence);
   void handle_escaped_rays(const RayQueue& rays, std::uint32_t depth);
   void shade_hits(const RayQueue& rays, std::uint32_t depth, BounceQueues& next);
+  void apply_absorption(const RayQueue& rays);
   void flatten_normals();
   void write_gbuffer(const ShadingPointPacket& shading_points);
 
