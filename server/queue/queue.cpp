@@ -134,7 +134,7 @@ bool JobLifecycle::release(const std::string& id, std::int64_t fence, bool count
   const std::int64_t now = context_.clock();
   Release how{counts, suspect};
   if (pause_ms > 0) how.not_before = now + pause_ms;
-  std::optional<Announcement> announcement(std::in_place, context_.notifications, std::vector{id});
+  auto announcement = std::make_unique<Announcement>(context_.notifications, std::vector{id});
   const ReleaseOutcome outcome = context_.stores.transitions.release(id, fence, now, how);
   context_.running.end_lease(id, fence);
   if (outcome == ReleaseOutcome::cancelled) announcement.reset();  // it was not queued

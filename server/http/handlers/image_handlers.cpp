@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "api/validation_json.h"
+#include "api/report.h"
 #include "server/http/handlers/handlers.h"
 #include "server/http/header_text.h"
 #include "tracer/encode.h"

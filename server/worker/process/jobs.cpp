@@ -12,11 +12,10 @@
 
 #include "api/document.h"
 #include "api/load_assets.h"
-#include "api/measure_request.h"
 #include "api/measurement_json.h"
 #include "api/report.h"
+#include "api/requests.h"
 #include "server/worker/protocol/asset_directory.h"
-#include "tracer/assets.h"
 #include "tracer/compile.h"
 #include "tracer/encode.h"
 #include "tracer/measure.h"

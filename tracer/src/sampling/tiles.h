@@ -10,7 +10,7 @@
 #include <mutex>
 #include <vector>
 
-#include "tracer/preview.h"
+#include "tracer/control.h"
 #include "tracer/scene.h"
 #include "tracer/src/math/vec.h"
 

@@ -10,7 +10,6 @@
 #include "tracer/src/integrators/whitted/secondary_rays.h"
 #include "tracer/src/integrators/whitted/wavefront_state.h"
 #include "tracer/src/interaction/surface.h"
-#include "tracer/src/textures/height.h"
 #include "tracer/src/textures/texture.h"
 
 namespace tracer {
