@@ -7,7 +7,7 @@ import unittest
 import yaml
 
 from tests.docs.documents import PAGES, anchors, blocks, code_words, links, section
-from tests.http.daemon import Daemon
+from tests.http.daemon import Daemon, wait_until
 from tests.support.sources import SOURCE, text
 
 SCENE, HTTP, SERVER = "api/docs/scene.md", "api/docs/http.md", "server/README.md"
@@ -132,10 +132,14 @@ class Daemons(unittest.TestCase):
     def setUpClass(cls):
         cls.daemon = cls.enterClassContext(Daemon())
 
+    def metric_names(self):
+        return set(re.findall(r"^# TYPE (\w+)", self.daemon.health("/metrics").body.decode(), re.MULTILINE))
+
     def test_metrics_are_all_listed(self):
-        names = set(re.findall(r"^# TYPE (\w+)", self.daemon.health("/metrics").body.decode(), re.MULTILINE))
-        self.assertGreater(len(names), 15)
-        self.assertEqual(names, {name for name in code_words(section(SERVER, "Metrics")) if re.match("(whittle|process)_", name)})
+        listed = {name for name in code_words(section(SERVER, "Metrics")) if re.match("(whittle|process)_", name)}
+        self.assertGreater(len(listed), 15)
+        wait_until(lambda: "whittle_worker_resident_memory_bytes" in self.metric_names(), "the worker to start")
+        self.assertEqual(self.metric_names(), listed)
 
     def test_limits_are_all_listed(self):
         limits = set(json.loads(self.daemon.get("/v1/version").body)["limits"])
