@@ -81,6 +81,13 @@ struct PendingRender {
   bool replayed = false;  ///< the job was submitted by an earlier request with the same Idempotency-Key
 };
 
+Answer reply_or_wait(const PendingRender& pending, const ApiContext& context, bool timed_out);
+
+Answer wait_for_image(const PendingRender& pending, const ApiContext& context) {
+  return defer_until_ended(pending.job_id, pending.deadline, context,
+                           [pending, &context](bool late) { return reply_or_wait(pending, context, late); });
+}
+
 Answer reply_or_wait(const PendingRender& pending, const ApiContext& context, bool timed_out) {
   auto view = find_job(pending.job_id, context);
   if (view && timed_out && !queue::ended(view->job.state)) {
@@ -90,10 +97,7 @@ Answer reply_or_wait(const PendingRender& pending, const ApiContext& context, bo
   if (!view) return view.error();
   const queue::Job& job = view->job;
   const bool ended = queue::ended(job.state);
-  if (!ended && !timed_out) {
-    return defer_until_ended(pending.job_id, pending.deadline, context,
-                             [pending, &context](bool late) { return reply_or_wait(pending, context, late); });
-  }
+  if (!ended && !timed_out) return wait_for_image(pending, context);
   Reply reply;
   if (job.expired || (ended && job.state != queue::JobState::succeeded)) {
     reply = problem_reply(job.expired ? images_expired(job) : problem_of(job), pending.request_id);
@@ -205,8 +209,7 @@ Answer render(Request& request, const ApiContext& context) {
     const std::string id = submitted->replayed->location.substr(std::string_view("/v1/jobs/").size());
     return reply_or_wait({id, *format, deadline, request.id, true}, context, false);
   }
-  if (!submitted->from_cache)
-    return reply_or_wait({submitted->view.job.id, *format, deadline, request.id}, context, false);
+  if (!submitted->from_cache) return wait_for_image({submitted->view.job.id, *format, deadline, request.id}, context);
   Reply reply = rendered_image(submitted->view.job, *format, context);
   reply.headers.emplace_back("X-Cache", "hit");
   return reply;
