@@ -40,7 +40,7 @@ TEST(BinomialTail, EqualsTheSumOverPascalsRule) {
 }
 
 TEST(Coverage, IsRejectedAtASignificanceOfOneThousandth) {
-  // Of 25 estimates at 95 %: 6 misses have probability 0.0012, 7 have 0.0002.
+  // With 25 estimates at 95 %, 6 misses have probability 0.0012, 7 have 0.0002.
   EXPECT_FALSE((Coverage{25, 6}.rejected(0.95)));
   EXPECT_TRUE((Coverage{25, 7}.rejected(0.95)));
   EXPECT_FALSE((Coverage{}.rejected(0.95)));
