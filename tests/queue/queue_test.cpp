@@ -25,7 +25,7 @@ class RecordingRunner final : public JobRunner {
   }
   void on_lease_lost(const Lease& lease) noexcept override { lost_leases.push_back(lease); }
   std::string not_ready() override { return status; }
-  int notifications = 0;
+  std::atomic<int> notifications = 0;  // several threads submit at the same time
   std::vector<std::string> cancelled, preview_requests;
   std::vector<Lease> lost_leases;
   std::string status;
