@@ -151,23 +151,24 @@ TEST(Validate, RejectsImpossibleImages) {
 TEST(Validate, RejectsImpossibleAccuracies) {
   Scene scene = valid_scene();
   scene.accuracy.samples = 0;  // not asked for where samples adapt
-  scene.accuracy.adaptive = Adaptive{1, 1, 1, 1};
+  scene.accuracy.adaptive = Adaptive{1, 1, 1, 1, 1};
   EXPECT_EQ(issues_of(scene), Lines{});
   for (const double bad : {0.0, -1.0, nan, infinity}) {
     const std::string code = std::isfinite(bad) ? " out_of_range" : " not_finite";
-    scene.accuracy.adaptive = Adaptive{bad, bad, 1, 1};
-    EXPECT_EQ(issues_of(scene), (Lines{"/accuracy/target_error" + code, "/accuracy/time_budget_ms" + code}));
+    scene.accuracy.adaptive = Adaptive{bad, bad, bad, 1, 1};
+    EXPECT_EQ(issues_of(scene), (Lines{"/accuracy/target_error" + code, "/accuracy/tile_error" + code,
+                                       "/accuracy/time_budget_ms" + code}));
   }
-  scene.accuracy.adaptive = Adaptive{{}, {}, 0, 1};
+  scene.accuracy.adaptive = Adaptive{{}, {}, {}, 0, 1};
   EXPECT_EQ(issues_of(scene), Lines{"/accuracy/samples out_of_range"});
-  scene.accuracy.adaptive = Adaptive{{}, {}, 2, 1};
+  scene.accuracy.adaptive = Adaptive{{}, {}, {}, 2, 1};
   EXPECT_EQ(issues_of(scene), Lines{"/accuracy/samples out_of_range"});
   scene.accuracy.adaptive.reset();
   scene.accuracy.samples = 1;
-  scene.accuracy.target_error = 256;
+  scene.accuracy.target_error = scene.accuracy.tile_error = 256;
   scene.accuracy.approximate.nearest_lights = nearest_lights_max + 1;
-  EXPECT_EQ(issues_of(scene),
-            (Lines{"/accuracy/target_error out_of_range", "/accuracy/approximate/lights out_of_range"}));
+  EXPECT_EQ(issues_of(scene), (Lines{"/accuracy/target_error out_of_range", "/accuracy/tile_error out_of_range",
+                                     "/accuracy/approximate/lights out_of_range"}));
 }
 
 TEST(Validate, OmitsIssuesThatTheCallerExcludes) {

@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 namespace tracer {
@@ -34,10 +35,14 @@ struct Approximations {
   [[nodiscard]] bool any() const { return *this != Approximations{}; }
 };
 
-/// Adaptive sampling: samples go to the pixels where they reduce the error most, until the error estimate is at most
-/// `target_error` or `time_budget_ms` is over, whichever comes first. With neither: until `samples_max`.
+/// Adaptive sampling: samples go to the pixels where they reduce the error most, until the estimates are at most
+/// `target_error` and `tile_error`, as far as given, or `time_budget_ms` is over, whichever comes first. With none of
+/// them: until `samples_max`.
 struct Adaptive {
   std::optional<double> target_error;  ///< levels, > 0
+  /// Target for the error of the worst tile; levels, > 0. The error of the whole image is small if most of the image is
+  /// plain, however visible the rest is.
+  std::optional<double> tile_error{};
   /// Time for compiling and tracing, > 0. If it does not suffice for one sample per pixel, the pixels of a coarser
   /// grid are traced (at least one) and each fills a block; holdout samples then estimate the error and the minimum
   /// sample count of a pixel is 0.
@@ -64,6 +69,7 @@ struct Accuracy {
   std::uint32_t samples = 4;
   /// Without `adaptive`: levels that the final error estimate is compared with. It does not change the image.
   std::optional<double> target_error;
+  std::optional<double> tile_error{};  ///< the same for the worst tile
   std::optional<Adaptive> adaptive;
   std::uint32_t max_depth = 64;  ///< secondary bounces; bounds the work of paths that `cutoff` does not end
   /// Rays with a throughput (maximum over RGB) below this are not traced. Default 1/1000: a quarter of an 8-bit step.
@@ -76,23 +82,44 @@ struct Accuracy {
   Approximations approximate{};
   bool operator==(const Accuracy&) const = default;
 
-  /// Target error of either kind of sampling.
+  /// Target errors of either kind of sampling: of the image and of the worst tile.
   [[nodiscard]] std::optional<double> target() const { return adaptive ? adaptive->target_error : target_error; }
+  [[nodiscard]] std::optional<double> tile_target() const { return adaptive ? adaptive->tile_error : tile_error; }
 };
 
-/// Error estimate of a rendered image. All errors in levels.
+/// Error estimate of a rendered image. All errors in levels. A tile is a square of 16 x 16 pixels, counted from the
+/// upper left corner of the rendered window and smaller at its right and lower border.
 struct ErrorEstimate {
-  double estimate = 0;  ///< upper bound of the true error at `confidence`
+  /// Why sampling ended.
+  enum class Limit {
+    none,         ///< the number of samples was fixed
+    target,       ///< every target is reached
+    time_budget,  ///< the time budget is used
+    samples_max,  ///< every pixel that needs more samples has `samples_max`
+    fixed_parts,  ///< parts that samples do not lower (all but `sampling`) exceed a target by themselves
+    invisible     ///< time is left, but the remaining error is proven to be below 0.1 level
+  };
+
+  double estimate = 0;  ///< upper bound of the true error at `confidence`, from estimated variances: tight, no theorem
+  /// Upper bound of the true error: a theorem at `confidence` for finite samples, under the assumptions of
+  /// tracer/README.md. Infinity: nothing is proven.
+  double proven = std::numeric_limits<double>::infinity();
   double confidence = 0.95;
-  std::optional<double> target;  ///< as requested
-  bool target_met = true;        ///< estimate <= target; true without a target
-  double sampling = 0;           ///< part caused by the finite number of samples
-  double depth = 0;              ///< upper bound of the part caused by `max_depth`
-  double cutoff = 0;             ///< upper bound of the part caused by `cutoff`: rays not traced, shadow rays culled
-  double approximation = 0;      ///< part caused by `approximate`, measured with exact samples of some pixels
+  std::optional<double> target;         ///< as requested
+  bool target_met = true;               ///< estimate <= target and worst_tile <= tile_target, each if it is requested
+  double worst_tile = 0;                ///< estimated error of the tile with the largest one
+  std::optional<double> tile_target{};  ///< as requested
+  double sampling = 0;                  ///< part caused by the finite number of samples
+  double depth = 0;                     ///< upper bound of the part caused by `max_depth`
+  double cutoff = 0;         ///< upper bound of the part caused by `cutoff`: rays not traced, shadow rays culled
+  double approximation = 0;  ///< part caused by `approximate`, measured with exact samples of some pixels
+  double tone = 0;           ///< part caused by the brightest pixel's error, with `overflow: scale`
   /// True if `depth` and `cutoff` are bounds. False if the scene's radiance has no bound (a light with inverse-square
   /// attenuation, a solid with an albedo >= 1): the largest radiance found in the image is used instead.
   bool bounded = true;
+  double certified_share = 0;  ///< share of the pixels, in [0, 1], whose error is bounded without samples
+  std::uint64_t looks = 0;     ///< pairs of fresh, independent half samples that validated pixels
+  Limit limit = Limit::none;
 };
 
 }  // namespace tracer

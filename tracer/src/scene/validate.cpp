@@ -233,6 +233,7 @@ void check_samples(Checks& checks, const DocumentPath& where, const Accuracy& ac
 void check_accuracy(Checks& checks, const Accuracy& accuracy, const ImageSize& image) {
   const DocumentPath where("/accuracy");
   if (accuracy.target()) check_target_error(checks, {where, "target_error"}, *accuracy.target());
+  if (accuracy.tile_target()) check_target_error(checks, {where, "tile_error"}, *accuracy.tile_target());
   if (accuracy.adaptive) check_adaptive(checks, where, *accuracy.adaptive);
   check_samples(checks, {where, "samples"}, accuracy, image.window().pixels());
   checks.count({where, "max_depth"}, accuracy.max_depth, checks.limits.max_depth, "max_depth");
