@@ -88,6 +88,22 @@ class CompiledCamera {
     return {central.origin + offset, normalize(focus - offset)};
   }
 
+  /// Rays through the center of the lens as linear functions of the image position: origin + x origin_x + y origin_y,
+  /// and directions alike, which are not unit. None for a panorama.
+  struct LinearRays {
+    Vec3 origin, origin_x, origin_y;
+    Vec3 direction, direction_x, direction_y;
+    double pixel;  ///< footprint of a pixel: at depth 1 (perspective), or at any depth
+  };
+  [[nodiscard]] std::optional<LinearRays> linear_rays() const {
+    if (type_ == Camera::Type::panorama) return std::nullopt;
+    const Vec3 right = right_ * pixel_, down = up_ * -pixel_, corner = right * left_ + up_ * (top_ * pixel_);
+    if (type_ == Camera::Type::orthographic)
+      return LinearRays{position_ + corner, right, down, forward_, {}, {}, pixel_};
+    return LinearRays{position_, {}, {}, forward_ + corner, right, down, pixel_};
+  }
+  [[nodiscard]] const Vec3& forward() const { return forward_; }
+
   /// Projects a point in render space through the center of the lens to an image position as in generate_ray; nothing
   /// for points behind the camera.
   [[nodiscard]] std::optional<Vec2> project(const Vec3& point) const {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tracer/render.h"
+#include "tracer/src/certify/radiance_bound.h"
 #include "tracer/src/compiled/compiled_scene.h"
 #include "tracer/src/display/display_transform.h"
 #include "tracer/src/integrators/tracer_concept.h"
@@ -44,13 +45,6 @@ class ContrastRows {
   std::array<std::size_t, 3> kept_row_;
   std::vector<float> contrast_;
 };
-
-/// Upper bound of the radiance along any ray of a scene, and so of the radiance along an omitted ray.
-///
-/// The least L with L >= L_background and L >= E_m + rho_m L for every material m, in every channel, where E_m bounds
-/// the local shading and rho_m the albedo for secondary rays: L = max(L_background, max_m E_m / (1 - rho_m)). None if
-/// there is no solution: a light with unbounded attenuation, or an emissive material with albedo 1.
-std::optional<double> radiance_bound(const CompiledScene& scene);
 
 /// The brightest channel of the image if `overflow: scale` or a scene without a radiance bound needs it; else 0.
 double brightest_if_needed(const CompiledScene& scene, std::span<const float> rgb);

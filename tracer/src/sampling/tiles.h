@@ -13,6 +13,7 @@
 #include "tracer/control.h"
 #include "tracer/scene.h"
 #include "tracer/src/math/vec.h"
+#include "tracer/src/parallel/in_parallel.h"
 
 namespace tracer {
 
@@ -76,9 +77,6 @@ class Tiles {
   std::uint32_t width_;  ///< width of the window, at least 1: a divisor
   std::uint32_t columns_, rows_;
 };
-
-/// Calls a function with every number below `count`, in parallel; returns when all calls have returned.
-using InParallel = std::function<void(std::uint64_t count, const std::function<void(std::uint64_t)>& work)>;
 
 /// Sum over the parts of a loop, in their order: work(i, sum) adds part i to an empty sum.
 template <class Sum, class Work>

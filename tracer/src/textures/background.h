@@ -26,6 +26,9 @@ class CompiledBackground {
   }
   /// Constant radiance of all directions, or null.
   [[nodiscard]] const Color* plain() const { return kind_ == Kind::color ? &color_ : nullptr; }
+  /// Gradient along up(), or null.
+  [[nodiscard]] const Gradient* gradient() const { return kind_ == Kind::gradient ? &gradient_ : nullptr; }
+  [[nodiscard]] const Vec3& up() const { return up_; }
   /// Upper bound of the radiance over all directions and channels.
   [[nodiscard]] double bound() const;
 
