@@ -1,0 +1,90 @@
+#include "tracer/src/certify/affine_form.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/random.h"
+
+namespace {
+
+using namespace tracer;
+
+using Real = long double;
+
+/// A random form, and a value of it at a position in long double.
+struct Sampled {
+  AffineForm form;
+  Real value;
+};
+
+class AffineFormTest : public testing::Test {
+ protected:
+  /// A form about `center`, and its value at (s_, t_) with any error.
+  Sampled draw(double center, double radius) {
+    const AffineForm form{center, random_.in(-radius, radius), random_.in(-radius, radius),
+                          random_.chance(0.5) ? 0 : random_.in(0, radius)};
+    return {form, form.center + Real{form.x} * s_ + Real{form.y} * t_ + Real{form.error} * random_.in(-1, 1)};
+  }
+  void move() {
+    s_ = random_.chance(0.2) ? random_.sign() : random_.in(-1, 1);
+    t_ = random_.chance(0.2) ? random_.sign() : random_.in(-1, 1);
+  }
+  /// The value at (s_, t_) lies within the form's error there. `terms`: their size, if they may cancel.
+  void expect_contains(const AffineForm& form, Real value, const char* what, double terms = 0) const {
+    if (!std::isfinite(form.error)) return;
+    const Real middle = form.center + Real{form.x} * s_ + Real{form.y} * t_;
+    const Real oracle_rounding = std::max(form.magnitude(), terms) * 0x1p-60L;
+    EXPECT_LE(std::abs(middle - value), form.error + oracle_rounding) << what;
+    EXPECT_LE(form.range().low - oracle_rounding, value) << what;
+    EXPECT_GE(form.range().high + oracle_rounding, value) << what;
+  }
+
+  oracle::Random random_{1};
+  double s_ = 0, t_ = 0;
+};
+
+TEST_F(AffineFormTest, OperationsContainTheExactResult) {
+  for (int i = 0; i < 100'000; ++i) {
+    move();
+    const double size = random_.spread(1e-6, 1e6);
+    const auto [a, exact_a] = draw(random_.in(-size, size), random_.spread(1e-12, 1) * size);
+    const auto [b, exact_b] = draw(random_.in(-size, size), random_.spread(1e-12, 1) * size);
+    const double factor = random_.in(-3, 3);
+    expect_contains(a + b, exact_a + exact_b, "sum", size);
+    expect_contains(a - b, exact_a - exact_b, "difference", size);
+    expect_contains(a * b, exact_a * exact_b, "product");
+    expect_contains(a * factor, exact_a * factor, "multiple");
+    expect_contains(a + factor, exact_a + factor, "shifted", size + 3);
+    expect_contains(squared(a), exact_a * exact_a, "square");
+    expect_contains(positive_part(a), std::max(Real{0}, exact_a), "positive part");
+    if (exact_a != 0) expect_contains(inverse(a), 1 / exact_a, "inverse");
+    if (exact_a >= 0) expect_contains(square_root(a), std::sqrt(exact_a), "square root");
+  }
+}
+
+TEST_F(AffineFormTest, DependentTermsCancel) {
+  const AffineForm a{5, 1, 2, 0};
+  const Interval difference = (a - a).range();
+  EXPECT_LE(difference.high - difference.low, 1e-13);
+  const Interval ratio = (a * inverse(a)).range();  // intervals alone would give [2, 8] / [2, 8] = [1/4, 4]
+  EXPECT_GT(ratio.low, -0.6);
+  EXPECT_LT(ratio.high, 2.6);
+}
+
+/// The width of the nonlinear part shrinks with the square of the radius.
+TEST_F(AffineFormTest, NonlinearErrorIsQuadratic) {
+  const auto error = [](double radius) {
+    const AffineForm a{2, radius, 0, 0};
+    return (inverse(a) * square_root(a)).error;
+  };
+  EXPECT_NEAR(error(1e-3) / error(1e-4), 100, 10);
+}
+
+TEST_F(AffineFormTest, OutsideOfTheDomainNothingIsKnown) {
+  EXPECT_EQ(inverse(AffineForm{0, 1, 0, 0}).range().high, all_numbers.high);
+  EXPECT_EQ((inverse(AffineForm{0, 1, 0, 0}) * exactly(0)).range().low, all_numbers.low);
+  EXPECT_EQ((exactly(1e308) * exactly(1e308)).range().high, all_numbers.high);
+}
+
+}  // namespace

@@ -1,0 +1,183 @@
+#include "tracer/src/certify/pixel_bounds.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/scenes.h"
+#include "tests/unit/certify/random_scene.h"
+#include "tracer/compile.h"
+#include "tracer/src/parallel/parallel_for.h"
+
+namespace {
+
+using namespace tracer;
+
+std::vector<RadianceInterval> intervals_of(const Scene& scene) {
+  RenderControl control;
+  const auto compiled = compile(scene, control);
+  return bound_pixels(**compiled, certify::one_by_one, control);
+}
+
+/// A camera at (0, 3, 6) that sees nothing but the plane y = 0, or what lies on it.
+Scene floor_scene(const Material& material) {
+  Scene scene = scenes::empty(16);
+  scene.camera = {{0, 3, 6}, {0, 0, 0}, {0, 1, 0}, 20};
+  scenes::add(scene, Plane{{0, 0, 0}, {0, 1, 0}, {}}, material);
+  return scene;
+}
+
+float width(const RadianceInterval& interval) { return interval.high[0] - interval.low[0]; }
+
+TEST(PixelBounds, ContainEverySampleOfRandomScenes) {
+  std::uint64_t samples = 0;
+  for (std::uint64_t seed = 0; seed < 220; ++seed) {
+    const certify::RandomScene random = certify::random_scene(seed);
+    const certify::Comparison found = certify::compare(random, 16, seed);
+    EXPECT_EQ(found.outside, 0u) << "seed " << seed << ": first " << found.first << "\n"
+                                 << certify::description(random);
+    samples += found.samples;
+  }
+  EXPECT_GE(samples, 1'000'000u);
+}
+
+/// The comparison finds intervals that are too small: each bound moved inwards by a thousandth of its width and more.
+TEST(PixelBounds, ComparisonFindsIntervalsThatAreTooSmall) {
+  Scene scene = floor_scene(scenes::matte({0.5, 0.5, 0.5}));
+  scene.lights.push_back(scenes::point_light({1, 2, 1}));
+  RenderControl control;
+  const auto compiled = compile(scene, control);
+  auto intervals = bound_pixels(**compiled, certify::one_by_one, control);
+  EXPECT_EQ(certify::compare(**compiled, intervals, 16, 1).outside, 0u);
+  for (RadianceInterval& interval : intervals) interval.high[1] -= 0.25f * width(interval);
+  EXPECT_GT(certify::compare(**compiled, intervals, 16, 1).outside, 0u);
+}
+
+TEST(PixelBounds, AreExactForTheBackground) {
+  Scene scene = scenes::empty(40);
+  scene.background.color = {0.25, 0.5, 2};
+  for (const RadianceInterval& interval : intervals_of(scene)) {
+    EXPECT_EQ(interval.low, (std::array{0.25f, 0.5f, 2.0f}));
+    EXPECT_EQ(interval.high, (std::array{0.25f, 0.5f, 2.0f}));
+    EXPECT_FALSE(interval.edge);
+  }
+}
+
+TEST(PixelBounds, AreExactForAnEmissiveSquareAndItsSurroundings) {
+  Scene scene = scenes::empty(64);
+  scene.camera = {{0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 40};
+  scene.background.color = {0.5, 0.5, 0.5};
+  scenes::add(scene, Box{{-0.5, -0.5, -1}, {0.5, 0.5, 0}}, scenes::glowing({3, 3, 3}));
+  std::size_t inside = 0, outside = 0, edges = 0;
+  for (const RadianceInterval& interval : intervals_of(scene)) {
+    inside += interval.low[0] == 3 && interval.high[0] == 3 ? 1 : 0;
+    outside += interval.low[0] == 0.5f && interval.high[0] == 0.5f ? 1 : 0;
+    edges += interval.edge ? 1 : 0;
+    if (interval.edge) {
+      EXPECT_EQ(interval.low[0], 0.5f);
+      EXPECT_EQ(interval.high[0], 3.0f);
+    }
+  }
+  // The side of the square is 64 / (2 * 4 tan 20) = 21.98 pixels.
+  EXPECT_EQ(inside, 20u * 20);
+  EXPECT_EQ(edges, 22u * 22 - 20 * 20);
+  EXPECT_EQ(inside + outside + edges, 64u * 64);
+}
+
+TEST(PixelBounds, OfAnUnlitPlaneAreItsAmbientTerm) {
+  Scene scene = floor_scene(scenes::matte({0.5, 0.5, 0.5}));
+  scene.ambient = {0.5, 0.5, 0.5};
+  for (const RadianceInterval& interval : intervals_of(scene)) {
+    EXPECT_EQ(interval.low[0], 0.25f);
+    EXPECT_EQ(interval.high[0], 0.25f);
+  }
+}
+
+/// N.L / d^2 of a light above the plane at the corners of each pixel: the extremes over the pixel are there, or nearest
+/// to the light.
+TEST(PixelBounds, OfALitPlaneAreNarrow) {
+  Scene scene = floor_scene(scenes::matte({0.5, 0.5, 0.5}));
+  scene.image = {320, 320};
+  scene.lights.push_back(scenes::point_light({0.5, 2, -0.5}));
+  for (const RadianceInterval& interval : intervals_of(scene)) {
+    EXPECT_LT(width(interval), 1.0f / 255);
+    EXPECT_GT(interval.low[0], 0.0f);
+  }
+}
+
+TEST(PixelBounds, OfAShadowedPlaneAreDark) {
+  Scene scene = floor_scene(scenes::matte({0.5, 0.5, 0.5}));
+  scene.image = {64, 64};
+  scene.lights.push_back(scenes::point_light({0, 50, 0}));
+  scenes::add(scene, Disc{{0, 40, 0}, {0, 1, 0}, 30, 0, {}}, scenes::matte({1, 1, 1}));
+  for (const RadianceInterval& interval : intervals_of(scene)) EXPECT_EQ(interval.high[0], 0.0f);
+}
+
+TEST(PixelBounds, OfAPenumbraReachFromDarkToLit) {
+  Scene scene = floor_scene(scenes::matte({0.5, 0.5, 0.5}));
+  scene.image = {64, 64};
+  scene.lights.push_back(scenes::point_light({0, 4, 0}));
+  scenes::add(scene, Sphere{{0, 3.2, 0}, 0.05, {0, 1, 0}, {1, 0, 0}}, scenes::matte({1, 1, 1}));
+  std::size_t dark = 0, lit = 0, either = 0;
+  for (const RadianceInterval& interval : intervals_of(scene)) {
+    dark += interval.high[0] == 0 ? 1 : 0;
+    lit += interval.low[0] > 0.3f ? 1 : 0;
+    either += interval.low[0] == 0 && interval.high[0] > 0.3f ? 1 : 0;
+    EXPECT_FALSE(interval.edge);
+  }
+  EXPECT_GT(dark, 30u);
+  EXPECT_GT(either, 10u);
+  EXPECT_LT(either, 200u);
+  EXPECT_EQ(dark + lit + either, 64u * 64);
+}
+
+TEST(PixelBounds, AreInfiniteWithoutABound) {
+  Scene scene = floor_scene(scenes::matte({0.5, 0.5, 0.5}));
+  scene.lights.push_back(scenes::point_light({0, 0.01, 0}));
+  scene.lights[0].attenuation.kind = Attenuation::Kind::inverse_square;
+  Material mirror = scenes::mirror(1);
+  scenes::add(scene, Sphere{{0, 1.5, 0}, 0.2, {0, 1, 0}, {1, 0, 0}}, mirror);
+  std::size_t infinite = 0;
+  for (const RadianceInterval& interval : intervals_of(scene)) infinite += std::isinf(interval.high[0]) ? 1 : 0;
+  EXPECT_GT(infinite, 0u);
+}
+
+TEST(PixelBounds, DoNotDependOnThreads) {
+  const InParallel threads = [](std::uint64_t count, const std::function<void(std::uint64_t)>& work) {
+    for_each_tile(count, 3, work);
+  };
+  certify::RandomScene random = certify::random_scene(12);
+  random.scene.image = {200, 150};
+  RenderControl control;
+  const auto compiled = compile(random.scene, control, random.assets);
+  const auto first = bound_pixels(**compiled, certify::one_by_one, control);
+  const auto second = bound_pixels(**compiled, threads, control);
+  ASSERT_EQ(first.size(), second.size());
+  for (std::size_t i = 0; i < first.size(); ++i) {
+    EXPECT_EQ(first[i].low, second[i].low);
+    EXPECT_EQ(first[i].high, second[i].high);
+  }
+}
+
+TEST(PixelBounds, OfACropEqualThoseOfTheImage) {
+  certify::RandomScene random = certify::random_scene(7);
+  random.scene.image = {60, 50};
+  const auto whole = [&] {
+    RenderControl control;
+    return bound_pixels(**compile(random.scene, control, random.assets), certify::one_by_one, control);
+  }();
+  random.scene.image.crop = PixelWindow{32, 32, 60, 50};
+  RenderControl control;
+  const auto part = bound_pixels(**compile(random.scene, control, random.assets), certify::one_by_one, control);
+  ASSERT_EQ(part.size(), 28u * 18);
+  for (std::size_t y = 0; y < 18; ++y)
+    for (std::size_t x = 0; x < 28; ++x) EXPECT_EQ(part[y * 28 + x].high, whole[(y + 32) * 60 + x + 32].high);
+}
+
+TEST(PixelBounds, AreEmptyAfterCancellation) {
+  const Scene scene = floor_scene(scenes::matte({0.5, 0.5, 0.5}));
+  RenderControl control;
+  const auto compiled = compile(scene, control);
+  control.cancel();
+  EXPECT_TRUE(bound_pixels(**compiled, certify::one_by_one, control).empty());
+}
+
+}  // namespace

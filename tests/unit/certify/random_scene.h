@@ -1,0 +1,42 @@
+#pragma once
+/// Random scenes with every shape, light, material, texture and camera, and samples of them that lie outside of their
+/// pixels' intervals.
+
+#include <cstdint>
+#include <string>
+
+#include "tracer/scene.h"
+#include "tracer/src/certify/pixel_bounds.h"
+
+namespace certify {
+
+struct RandomScene {
+  tracer::Scene scene;
+  tracer::Assets assets;
+};
+
+/// The scene of a seed: equal on every machine.
+RandomScene random_scene(std::uint64_t seed);
+
+/// Its objects, lights and camera for people.
+std::string description(const RandomScene& random);
+
+/// Result of comparing samples with intervals.
+struct Comparison {
+  std::uint64_t samples = 0, outside = 0;
+  std::uint64_t pixels = 0, certified = 0;  ///< certified: the interval is at most a level wide after display
+  std::uint64_t unbounded = 0;              ///< pixels without a finite bound
+  std::string first;                        ///< the first sample outside of its interval
+};
+
+/// Traces `per_pixel` random samples of every pixel.
+Comparison compare(const tracer::CompiledScene& scene, const std::vector<tracer::RadianceInterval>& intervals,
+                   std::uint32_t per_pixel, std::uint64_t seed);
+
+/// Compiles the scene and compares it. Throws std::runtime_error if the scene is not valid.
+Comparison compare(const RandomScene& random, std::uint32_t per_pixel, std::uint64_t seed);
+
+/// Calls work for every number in turn.
+extern const tracer::InParallel one_by_one;
+
+}  // namespace certify

@@ -1,0 +1,33 @@
+#include "tracer/src/certify/scene_bounds.h"
+
+#include <limits>
+
+#include "tracer/src/certify/radiance_bound.h"
+
+namespace tracer {
+namespace {
+
+ColorInterval background_range(const CompiledScene& scene, const std::vector<ColorInterval>& textures) {
+  if (const Color* const plain = scene.background->plain()) return interval_of(*plain);
+  const double bound = scene.background->bound();
+  (void)textures;
+  return {{{0, bound}, {0, bound}, {0, bound}}};
+}
+
+}  // namespace
+
+SceneBounds::SceneBounds(const CompiledScene& compiled, const RenderControl& control)
+    : scene(compiled),
+      tree(compiled.geometry(), control),
+      radiance_max(radiance_bound(compiled).value_or(std::numeric_limits<double>::infinity())),
+      approximates(compiled.accuracy.approximate.any()),
+      in_medium(!compiled.media_enclosing_camera.empty()),
+      overlapping_media(compiled.needs.overlapping_media || compiled.exact_needs.overlapping_media) {
+  for (std::size_t i = 0; i < scene.textures.size(); ++i)
+    textures.push_back(texture_range(scene.textures[i], scene.images[i].get()));
+  background = background_range(scene, textures);
+  for (const CompiledMaterial& material : scene.terms)
+    if (max_component(material.through) > 1) transmittance_max = std::numeric_limits<double>::infinity();
+}
+
+}  // namespace tracer

@@ -1,0 +1,33 @@
+#pragma once
+/// Properties of a scene that bounds of its pixels share: boxes of primitives, ranges of textures and radiance.
+
+#include <vector>
+
+#include "tracer/src/certify/box_tree.h"
+#include "tracer/src/certify/color_range.h"
+#include "tracer/src/compiled/compiled_scene.h"
+
+namespace tracer {
+
+struct SceneBounds {
+  /// The scene must outlive it. Throws std::bad_alloc.
+  SceneBounds(const CompiledScene& compiled, const RenderControl& control);
+
+  const CompiledScene& scene;
+  BoxTree tree;
+  std::vector<ColorInterval> textures;  ///< by texture
+  double radiance_max = 0;              ///< bound for any ray; may be infinite
+  double transmittance_max = 1;         ///< bound for any shadow ray
+  ColorInterval background{};           ///< radiance of rays that escape, over all directions
+  bool approximates = false;            ///< an approximation may darken or brighten any direct light
+  bool in_medium = false;               ///< the camera is in a solid, which may absorb any part of the radiance
+  bool overlapping_media = false;
+
+  /// Radiance along any ray.
+  [[nodiscard]] ColorInterval any_radiance() const {
+    const Interval channel{0, radiance_max};
+    return {channel, channel, channel};
+  }
+};
+
+}  // namespace tracer

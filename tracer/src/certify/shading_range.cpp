@@ -1,0 +1,258 @@
+#include "tracer/src/certify/shading_range.h"
+
+#include "tracer/src/certify/shadow_range.h"
+#include "tracer/src/math/power.h"
+
+namespace tracer {
+namespace {
+
+/// A color as a form per channel, and back.
+using ColorForm = std::array<AffineForm, 3>;
+
+std::array<double, 3> channels_of(const Color& c) { return {c.r, c.g, c.b}; }
+
+/// A function of the texture's color that grows with it.
+template <class Function>
+ColorInterval mapped(const ColorInterval& color, const Function& function) {
+  const Color low = function(Color{color[0].low, color[1].low, color[2].low});
+  const Color high = function(Color{color[0].high, color[1].high, color[2].high});
+  return hull(interval_of(low), interval_of(high));
+}
+
+/// Coefficients of a material over a range of its color.
+struct Coefficients {
+  ColorInterval emitted_ambient, diffuse;
+  std::array<double, 3> specular;
+
+  Coefficients(const SceneBounds& bounds, std::uint32_t material, const ColorInterval& color) {
+    const CompiledScene& scene = bounds.scene;
+    const CompiledMaterial& terms = scene.terms[material];
+    specular = channels_of(terms.specular);
+    if (!terms.textured) {
+      emitted_ambient = interval_of(terms.own);
+      diffuse = interval_of(terms.diffuse);
+      return;
+    }
+    const Material& source = scene.materials[material];
+    emitted_ambient = mapped(color, [&](const Color& c) { return tracer::emitted_ambient(source, c, scene.ambient); });
+    diffuse = mapped(color, [&](const Color& c) { return diffuse_coefficient(source, c); });
+  }
+};
+
+/// Fractions of one light at a patch.
+struct LightForms {
+  AffineForm cosine{};    ///< N.L, or 0 from behind
+  AffineForm strength{};  ///< attenuation and spot cone
+  Interval highlight{};   ///< specular term
+};
+
+/// Largest value of the attenuation, if the light is at least `distance` away.
+double attenuation_max(const Attenuation& attenuation, double distance) {
+  if (attenuation.kind != Attenuation::Kind::inverse_square) return 1;
+  return inverse_square_attenuation(distance * (1 - 0x1p-40));
+}
+
+AffineForm attenuation_form(const Attenuation& attenuation, const AffineForm& distance) {
+  switch (attenuation.kind) {
+    case Attenuation::Kind::none:
+      return exactly(1);
+    case Attenuation::Kind::inverse_square:
+      return inverse(squared(distance));
+    case Attenuation::Kind::polynomial:
+      break;
+  }
+  const auto& c = attenuation.coefficients;
+  const AffineForm form = inverse((distance * c[2] + c[1]) * distance + c[0]);
+  const Interval range = form.range();
+  if (range.low >= 1) return exactly(1);
+  return range.high <= 1 ? form : form_of({std::max(0.0, range.low), 1});
+}
+
+/// Rounding of unit vectors, cosines and powers in the integrator: they differ from the forms by less.
+constexpr double cosine_slack = 0x1p-44;
+
+Interval spot_range(const CompiledLight& light, const AffineForm& cosine) {
+  const auto [low, high] = cosine.range();
+  const auto factor = [&](double c) { return spot_factor(c, light.cos_inner, light.cos_outer); };
+  // The slope of the factor is at most 1.5 over the difference of the cosines.
+  const double width = light.cos_inner - light.cos_outer;
+  const double slack = width > 0 ? 2 * cosine_slack / width : 0;
+  return {std::max(0.0, factor(low - cosine_slack) - slack), std::min(1.0, factor(high + cosine_slack) + slack)};
+}
+
+/// Range of c^n for c clamped to [0, 1].
+Interval power_range(const Interval& base, double exponent) {
+  const double low = power_of(std::max(0.0, base.low - cosine_slack), exponent);
+  const double high = power_of(std::max(0.0, base.high + cosine_slack), exponent);
+  const double slack = 0x1p-44 * (1 + exponent);  // the error of the logarithm is multiplied by the exponent
+  return {std::max(0.0, low - slack), std::min(1.0, high + slack)};
+}
+
+/// The patch as one light sees it.
+class LightAtPatch {
+ public:
+  LightAtPatch(const SceneBounds& bounds, const SurfacePatch& patch, const RayBundle& rays,
+               const CompiledMaterial& material)
+      : bounds_(bounds), patch_(patch), material_(material) {
+    has_specular_ = !is_black(material.specular);
+    if (has_specular_) to_eye_ = -normalized(rays.direction);
+    // Textures perturb the normal to any direction.
+    has_normal_ = patch.has_normal && !material.has_normal_map;
+  }
+
+  [[nodiscard]] LightForms forms(const CompiledLight& light) const {
+    LightForms forms;
+    AffineVec to_light;
+    if (light.kind == light_kind<DirectionalLight>) {
+      to_light = exactly(light.axis);
+      forms.strength = exactly(1);
+      if (has_normal_) forms.cosine = dot(patch_.normal, light.axis);
+    } else {
+      const AffineVec points = light_points(light), offset = points - patch_.position;
+      const AffineForm distance = square_root(squared_length(offset));
+      const AffineForm scale = inverse(distance);
+      to_light = offset * scale;
+      forms.strength = attenuation_form(light.attenuation, distance * bounds_.scene.frame.world_from_render(1.0));
+      if (light.kind == light_kind<SpotLight>) {
+        const AffineForm cosine = -dot(to_light, light.axis);
+        forms.strength = forms.strength * form_of(spot_range(light, cosine));
+      }
+      if (has_normal_) forms.cosine = height(points, offset) * scale;
+    }
+    if (!has_normal_) {
+      forms.cosine = form_of({0, 1});
+      forms.highlight = {0, has_specular_ ? 1.0 : 0.0};
+      return forms;
+    }
+    forms.cosine.error += cosine_slack;
+    if (has_specular_) forms.highlight = highlight(forms.cosine, to_light);
+    forms.cosine = positive_part(forms.cosine);
+    return forms;
+  }
+
+ private:
+  /// N.(l - p), which is the same at all points p of a plane.
+  [[nodiscard]] AffineForm height(const AffineVec& points, const AffineVec& offset) const {
+    if (!patch_.flat) return dot(patch_.normal, offset);
+    const AffineVec from_anchor = points - patch_.anchor;
+    AffineForm height = dot(from_anchor, patch_.flat_normal);
+    height.error += (magnitude(from_anchor) + magnitude(patch_.position)) * cosine_slack;
+    return height;
+  }
+
+  /// phong_cosine() or blinn_cosine() to the material's power.
+  [[nodiscard]] Interval highlight(const AffineForm& cosine, const AffineVec& to_light) const {
+    const Interval range = cosine.range();
+    if (range.high <= 0) return {0, 0};
+    const AffineForm to_normal = dot(patch_.normal, to_eye_), between = dot(to_light, to_eye_);
+    AffineForm base;
+    if (material_.blinn) {
+      base = (cosine + to_normal) * inverse(square_root(between * 2 + 2));
+    } else {
+      base = cosine * to_normal * 2 - between;
+    }
+    Interval power = power_range(base.range(), material_.shininess);
+    if (range.low <= 0) power.low = 0;
+    return power;
+  }
+
+  const SceneBounds& bounds_;
+  const SurfacePatch& patch_;
+  const CompiledMaterial& material_;
+  AffineVec to_eye_;
+  bool has_specular_ = false, has_normal_ = false;
+};
+
+/// Adds emitted and ambient light, and what the integrator may cull or round.
+ColorInterval finish(const SceneBounds& bounds, const Coefficients& coefficients, const ColorInterval& light,
+                     bool any_light) {
+  ColorInterval radiance = coefficients.emitted_ambient;
+  if (!any_light) return radiance;
+  const bool culls = bounds.scene.needs.many_lights || bounds.scene.exact_needs.many_lights;
+  const double culled = culls ? bounds.scene.accuracy.cutoff : 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double low = radiance[c].low + std::max(0.0, light[c].low - culled), high = radiance[c].high + light[c].high;
+    radiance[c] = {low * (1 - 0x1p-40), high * (1 + 0x1p-40)};
+  }
+  return radiance;
+}
+
+}  // namespace
+
+ColorInterval local_radiance(const SceneBounds& bounds, const SurfacePatch& patch, const RayBundle& rays,
+                             double width) {
+  const CompiledScene& scene = bounds.scene;
+  const CompiledMaterial& material = scene.terms[patch.material];
+  const Coefficients coefficients(
+      bounds, patch.material,
+      material.textured ? color_range(scene, bounds.textures, patch, rays, width) : ColorInterval{});
+  const LightAtPatch at_patch(bounds, patch, rays, material);
+  ColorForm sum{};
+  std::array<double, 3> most{};
+  bool any_light = false;
+  for (const CompiledLight& light : scene.lights) {
+    const LightForms forms = at_patch.forms(light);
+    const Interval cosine = forms.cosine.range();
+    if (!(cosine.high > 0)) continue;
+    const Interval visible = shadow_range(bounds, patch, light);
+    if (visible.high == 0) continue;
+    any_light = true;
+    const std::array<double, 3> radiance = channels_of(light.radiance);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double specular = coefficients.specular[c];
+      AffineForm lit = forms.cosine * form_of(coefficients.diffuse[c]);
+      if (specular > 0) lit = lit + form_of(forms.highlight) * specular;
+      lit = lit * forms.strength * radiance[c];
+      const double largest =
+          radiance[c] * attenuation_bound(light.attenuation) * visible.high * (coefficients.diffuse[c].high + specular);
+      if (radiance[c] > 0 && coefficients.diffuse[c].high + specular > 0) most[c] += largest;
+      if (visible.low < 1) lit = form_of({0, std::max(0.0, lit.range().high) * visible.high});
+      sum[c] = sum[c] + lit;
+    }
+  }
+  ColorInterval light{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    const Interval range = sum[c].range();
+    light[c] = {std::max(0.0, range.low), std::min(range.high, most[c])};
+  }
+  return finish(bounds, coefficients, light, any_light);
+}
+
+ColorInterval local_radiance(const SceneBounds& bounds, std::uint32_t material, double distance) {
+  const CompiledScene& scene = bounds.scene;
+  const ColorOrTexture& color = scene.materials[material].color;
+  const auto* const id = std::get_if<TextureId>(&color);
+  const Coefficients coefficients(bounds, material, id != nullptr ? bounds.textures[id->index] : ColorInterval{});
+  ColorInterval sum{};
+  for (const CompiledLight& light : scene.lights) {
+    const std::array<double, 3> radiance = channels_of(light.radiance);
+    const double visible = light.shadows ? bounds.transmittance_max : 1;
+    const double strength = attenuation_max(light.attenuation, distance);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double reflected = radiance[c] * (coefficients.diffuse[c].high + coefficients.specular[c]);
+      if (reflected > 0) sum[c].high += reflected * strength * visible;
+    }
+  }
+  return finish(bounds, coefficients, sum, !scene.lights.empty());
+}
+
+SecondaryFactors secondary_factors(const CompiledMaterial& material) {
+  SecondaryFactors factors{material.mirror, material.through, material.mirror + material.through};
+  // Fresnel's reflectance and transmittance add up to one.
+  if (material.fresnel)
+    factors.total = {std::max(material.mirror.r, material.through.r), std::max(material.mirror.g, material.through.g),
+                     std::max(material.mirror.b, material.through.b)};
+  return factors;
+}
+
+ColorInterval with_secondary_rays(const SceneBounds& bounds, std::uint32_t material, ColorInterval local) {
+  const CompiledMaterial& terms = bounds.scene.terms[material];
+  const std::array<double, 3> factor = channels_of(secondary_factors(terms).total);
+  for (std::size_t c = 0; c < 3; ++c)
+    if (factor[c] > 0 && bounds.radiance_max > 0)
+      local[c].high = (local[c].high + factor[c] * bounds.radiance_max) * (1 + 0x1p-40);
+  // A surface in a solid of higher priority is not shaded: the ray continues.
+  return terms.transmits && bounds.overlapping_media ? hull(local, bounds.any_radiance()) : local;
+}
+
+}  // namespace tracer

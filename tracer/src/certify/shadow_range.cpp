@@ -1,0 +1,153 @@
+#include "tracer/src/certify/shadow_range.h"
+
+namespace tracer {
+namespace {
+
+Bounds box_of(const AffineVec& points) {
+  const Interval x = points.x.range(), y = points.y.range(), z = points.z.range();
+  return {{x.low, y.low, z.low}, {x.high, y.high, z.high}};
+}
+
+/// Shadow rays of a patch to one light, and the primitives found among them.
+class ShadowShaft {
+ public:
+  ShadowShaft(const SceneBounds& bounds, const SurfacePatch& patch, const CompiledLight& light)
+      : bounds_(bounds), geometry_(bounds.scene.geometry()), patch_(patch) {
+    rays_.origin = patch.position;
+    directional_ = light.kind == light_kind<DirectionalLight>;
+    rays_.direction = directional_ ? exactly(light.axis) : light_points(light) - patch.position;
+    region_ = region(light);
+    // From a triangle with the light above it, shadow rays stay above its plane.
+    const bool triangle = geometry_.kind_of(patch.primitive.geometry) == GeometryKind::triangles;
+    leaves_face_ = triangle && patch.has_normal && dot(rays_.direction, patch.flat_normal).range().low > 0;
+  }
+
+  [[nodiscard]] Interval range() {
+    const PlaneGeometry& planes = geometry_.planes;
+    for (std::uint32_t k = 0; k < planes.point.size() && !ended(); ++k)
+      add({geometry_.plane_geometry(), k}, planes.transmissive[k] != 0);
+    if (!ended()) gather();
+    if (dark_) return {0, 0};
+    if (ended()) return {0, bounds_.transmittance_max};
+    return {partial_ > 0 ? 0.0 : 1.0, transmissive_ ? bounds_.transmittance_max : 1.0};
+  }
+
+ private:
+  /// Limits of the work for one light: more are rarely hidden behind one blocker.
+  static constexpr int partial_max = 4, tests_max = 48, stack_size = 64;
+
+  /// Dark, or given up.
+  [[nodiscard]] bool ended() const { return dark_ || partial_ > partial_max || tests_ > tests_max; }
+
+  /// The finite primitives that light from infinity may cross lie within twice the reach of the boxes along each axis.
+  [[nodiscard]] ConvexRegion region(const CompiledLight& light) const {
+    const Bounds from = box_of(patch_.position);
+    const double reach = bounds_.tree.reach();
+    if (!directional_) return shaft(from, box_of(light_points(light)), reach);
+    const double length = 4 * (reach + std::max(largest_component(from.low), largest_component(from.high)));
+    const Vec3 offset = light.axis * length;
+    return shaft(from, {from.low + offset, from.high + offset}, reach);
+  }
+
+  void gather() {
+    const BoxTree& tree = bounds_.tree;
+    if (tree.empty()) return;
+    std::uint32_t stack[stack_size];
+    int size = 0;
+    stack[size++] = 0;
+    while (size > 0 && !ended()) {
+      const BoxTree::Node& node = tree.node(stack[--size]);
+      for (unsigned mask = overlaps(node, region_); mask != 0 && !ended(); mask &= mask - 1) {
+        const std::uint32_t child = node.child[std::countr_zero(mask)];
+        if (node.leaf) {
+          const PrimitiveRef primitive = tree.primitive(child);
+          add(primitive, is_transmissive(primitive));
+        } else if (size == stack_size) {
+          tests_ = tests_max + 1;
+        } else {
+          stack[size++] = child;
+        }
+      }
+    }
+  }
+
+  [[nodiscard]] bool is_transmissive(const PrimitiveRef& primitive) const {
+    const std::uint32_t number = primitive.geometry;
+    switch (geometry_.kind_of(number)) {
+      case GeometryKind::spheres:
+        return geometry_.spheres[number].transmissive;
+      case GeometryKind::triangles:
+        return geometry_.mesh(number).transmissive;
+      case GeometryKind::quadrics:
+        return geometry_.quadric_set(number).transmissive;
+      case GeometryKind::planes:
+        break;
+    }
+    return geometry_.planes.transmissive[primitive.primitive] != 0;
+  }
+
+  void add(const PrimitiveRef& primitive, bool transmissive) {
+    const GeometryKind kind = geometry_.kind_of(primitive.geometry);
+    const bool excluded = kind == GeometryKind::triangles || kind == GeometryKind::planes || patch_.convex;
+    if (primitive == patch_.primitive && excluded) return;
+    if (kind == GeometryKind::triangles && leaves_face_ && behind_face(primitive)) return;
+    ++tests_;
+    const BundleHit hit = intersect(geometry_, primitive, rays_);
+    if (hit.kind == BundleHit::Kind::miss) return;
+    if (hit.kind == BundleHit::Kind::cover) {
+      const Interval t = hit.t.range();
+      if (!directional_ && t.low >= 1) return;
+      // Shadow rays end 2^-40 of their length before the light.
+      if (!transmissive && (directional_ || t.high < 1 - 0x1p-38)) {
+        dark_ = true;
+        return;
+      }
+    }
+    ++partial_;
+    transmissive_ |= transmissive;
+  }
+
+  /// A triangle is behind the patch's plane if its vertices are, up to the rounding of their heights; the offset of
+  /// shadow rays covers that of shared vertices.
+  [[nodiscard]] bool behind_face(const PrimitiveRef& primitive) const {
+    const TriangleGeometry& mesh = geometry_.mesh(primitive.geometry);
+    for (const std::uint32_t vertex : mesh.triangles[primitive.primitive]) {
+      const Vec3 position = mesh.position(vertex), offset = position - patch_.anchor;
+      const double rounding = (dot(abs(offset), abs(patch_.flat_normal)) + dot(abs(position), abs(patch_.flat_normal)) +
+                               dot(abs(patch_.anchor), abs(patch_.flat_normal))) *
+                              form_rounding;
+      if (dot(offset, patch_.flat_normal) > rounding) return false;
+    }
+    return true;
+  }
+
+  const SceneBounds& bounds_;
+  const GeometrySet& geometry_;
+  const SurfacePatch& patch_;
+  RayBundle rays_;
+  ConvexRegion region_;
+  bool directional_ = false, leaves_face_ = false;
+  bool dark_ = false, transmissive_ = false;
+  int partial_ = 0, tests_ = 0;
+};
+
+}  // namespace
+
+AffineVec light_points(const CompiledLight& light) {
+  if (!light.is_area_light()) return exactly(light.position);
+  const Vec3 extent =
+      light.kind == light_kind<SphereLight> ? Vec3{light.radius, light.radius, light.radius}
+      : light.kind == light_kind<DiscLight>
+          ? Vec3{std::hypot(light.u.x, light.v.x), std::hypot(light.u.y, light.v.y), std::hypot(light.u.z, light.v.z)}
+          : (abs(light.u) + abs(light.v)) * 0.5;
+  const Vec3 center = light_center(light);
+  return widened(exactly(center), extent * (1 + 0x1p-40) + abs(center) * 0x1p-45);
+}
+
+Interval shadow_range(const SceneBounds& bounds, const SurfacePatch& patch, const CompiledLight& light) {
+  if (!light.shadows) return bounds.approximates ? Interval{0, 1} : Interval{1, 1};
+  if (bounds.approximates || !patch.has_normal) return {0, bounds.transmittance_max};
+  return ShadowShaft(bounds, patch, light).range();
+}
+
+}  // namespace tracer
