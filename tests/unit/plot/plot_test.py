@@ -105,6 +105,11 @@ class Svg(unittest.TestCase):
             self.assertEqual(drawn.lines(BLUE), [expected[join]], join)
         self.assertEqual(Drawn(*LOG_AXES, *series("", points)).lines(BLUE), [])
 
+    def test_pairs_stay_together_if_a_point_cannot_be_drawn(self):
+        drawn = Drawn(*LOG_AXES, *series("", [POINTS[0], (1, 0), *POINTS[1:3]], "circle", "pairs"))
+        _, b, c = drawn.marks(BLUE)
+        self.assertEqual(drawn.lines(BLUE), [[[b, c]]])
+
     def test_series_have_different_colours_and_marks(self):
         drawn = Drawn(*LOG_AXES, *series("one", POINTS), *series("two", POINTS[:2], "triangle", "line", "dashed"))
         self.assertEqual(len(drawn.marks(BLUE, "circle")), 5)

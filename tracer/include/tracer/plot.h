@@ -18,7 +18,7 @@ struct PlotAxis {
 };
 
 /// Coordinates are finite, at most 1e300 in magnitude, and at least 1e-300 on a logarithmic axis. Other points are
-/// omitted, lines join their neighbors, and the chart states their number.
+/// omitted, lines join their neighbors but no points of different pairs, and the chart states their number.
 struct PlotPoint {
   double x = 0, y = 0;
   std::string label{};  ///< drawn at the point if there is space; always in its tooltip (SVG)

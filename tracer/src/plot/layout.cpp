@@ -113,12 +113,16 @@ class Layout {
   }
 
  private:
+  [[nodiscard]] bool can_show(const PlotPoint& point) const {
+    return plotting::can_show(point.x, plot_.x.logarithmic) && plotting::can_show(point.y, plot_.y.logarithmic);
+  }
+
   void gather_points() {
     std::vector<double> xs, ys;
     for (const PlotSeries& series : plot_.series) {
       std::vector<PlotPoint>& kept = drawable_.emplace_back();
       for (const PlotPoint& point : series.points) {
-        if (!can_show(point.x, plot_.x.logarithmic) || !can_show(point.y, plot_.y.logarithmic)) continue;
+        if (!can_show(point)) continue;
         kept.push_back(point);
         xs.push_back(point.x);
         ys.push_back(point.y);
@@ -237,16 +241,18 @@ class Layout {
   }
 
   void joined(std::size_t index) {
+    const std::vector<PlotPoint>& points = plot_.series[index].points;
     const PlotJoin join = plot_.series[index].join;
     std::vector<std::vector<Place>> lines(1);
-    for (const PlotPoint& point : drawable_[index]) {
-      const Place next = place(point);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (join == PlotJoin::pairs && i % 2 == 0) lines.emplace_back();
+      if (!can_show(points[i])) continue;
+      const Place next = place(points[i]);
       std::vector<Place>& line = lines.back();
       if (join == PlotJoin::steps && !line.empty()) line.push_back({next.x, line.back().y});
       line.push_back(next);
-      if (join == PlotJoin::pairs && line.size() == 2) lines.emplace_back();
     }
-    if (lines.back().size() < 2) lines.pop_back();
+    std::erase_if(lines, [](const std::vector<Place>& line) { return line.size() < 2; });
     if (join != PlotJoin::none && !lines.empty()) stroke(std::move(lines), index);
   }
 
