@@ -15,37 +15,39 @@ constexpr std::string_view kind = "whittle measurement";
 constexpr int version = 1;
 
 /// The members that both forms of a point have.
-Json measured_json(const tracer::MeasuredPoint& point) {
+Json measured_json(const tracer::Measurement& measurement, const tracer::MeasuredPoint& point) {
   const tracer::Setting& setting = point.setting;
   return {{"parameter", setting.parameter},
           {"value", setting.value},
           {"preset", setting.preset.empty() ? Json(nullptr) : Json(setting.preset)},
           {"settings", accuracy_json(setting.accuracy)},
           {"seconds", point.seconds},
-          {"error", point.error}};
+          {"error", point.error},
+          {"broken", tracer::is_broken(measurement, point)}};
 }
 
-Json point_json(const tracer::MeasuredPoint& point) {
-  Json json = measured_json(point);
+Json point_json(const tracer::Measurement& measurement, const tracer::MeasuredPoint& point) {
+  Json json = measured_json(measurement, point);
+  json["runs"] = point.runs;
   json["claimed"] = error_json(point.claimed);
   json["samples"] = {{"mean", point.samples_mean}, {"total", point.samples}};
   json["rays"] = rays_json(point.rays);
   return json;
 }
 
-Json summary_json(const tracer::MeasuredPoint& point) {
-  Json json = measured_json(point);
+Json summary_json(const tracer::Measurement& measurement, const tracer::MeasuredPoint& point) {
+  Json json = measured_json(measurement, point);
   json["claimed"] = point.claimed.estimate;
   return json;
 }
 
 /// Appends reference, points, pareto_front and advice; `write_point` gives a point's members.
-void append_results(const tracer::Measurement& measurement, Json (*write_point)(const tracer::MeasuredPoint&),
-                    Json& json) {
+void append_results(const tracer::Measurement& measurement,
+                    Json (*write_point)(const tracer::Measurement&, const tracer::MeasuredPoint&), Json& json) {
   json["reference"] = {{"samples", measurement.reference_samples}, {"error", measurement.reference_error}};
   Json& points = json["points"] = Json::array();
-  for (const tracer::MeasuredPoint& point : measurement.points) points.push_back(write_point(point));
-  json["pareto_front"] = tracer::pareto_front(measurement.points);
+  for (const tracer::MeasuredPoint& point : measurement.points) points.push_back(write_point(measurement, point));
+  json["pareto_front"] = tracer::pareto_front(measurement);
   json["advice"] = tracer::advice(measurement);
 }
 
@@ -54,6 +56,7 @@ tracer::MeasuredPoint point_of(const Json& json) {
   json.at("parameter").get_to(point.setting.parameter);
   json.at("value").get_to(point.setting.value);
   json.at("seconds").get_to(point.seconds);
+  point.runs = json.value("runs", std::vector<double>{point.seconds});  // earlier versions wrote no runs
   json.at("error").get_to(point.error);
   point.claimed = error_of_json(json.at("claimed"));
   json.at("samples").at("mean").get_to(point.samples_mean);
@@ -62,7 +65,7 @@ tracer::MeasuredPoint point_of(const Json& json) {
   return point;
 }
 
-std::string csv_line(const tracer::MeasuredPoint& point, bool in_front, double reference_error) {
+std::string csv_line(const tracer::Measurement& measurement, const tracer::MeasuredPoint& point, bool in_front) {
   const tracer::ErrorEstimate& claimed = point.claimed;
   std::ostringstream line;
   line.imbue(std::locale::classic());
@@ -74,7 +77,8 @@ std::string csv_line(const tracer::MeasuredPoint& point, bool in_front, double r
     line << ',' << value;
   for (const std::uint64_t count : {point.rays.camera, point.rays.shadow, point.rays.reflection, point.rays.refraction})
     line << ',' << count;
-  line << ',' << in_front << ',' << reference_error << '\n';
+  line << ',' << in_front << ',' << measurement.reference_error << ',' << tracer::is_broken(measurement, point) << ','
+       << point.runs.size() << '\n';
   return line.str();
 }
 
@@ -107,13 +111,14 @@ std::string write_measurement_summary(const tracer::Measurement& measurement, bo
 }
 
 std::string write_measurement_csv(const tracer::Measurement& measurement) {
-  const std::vector<std::size_t> front = tracer::pareto_front(measurement.points);
+  const std::vector<std::size_t> front = tracer::pareto_front(measurement);
   std::string text =
       "parameter,value,preset,seconds,error,claimed,confidence,met,sampling,depth,cutoff,approximation,samples_mean,"
-      "camera,shadow,reflection,refraction,pareto_front,reference_error\n";
+      "camera,shadow,reflection,refraction,pareto_front,reference_error,broken,"
+      "runs\n";
   for (std::size_t i = 0; i < measurement.points.size(); ++i) {
     const bool in_front = std::find(front.begin(), front.end(), i) != front.end();
-    text += csv_line(measurement.points[i], in_front, measurement.reference_error);
+    text += csv_line(measurement, measurement.points[i], in_front);
   }
   return text;
 }

@@ -3,6 +3,7 @@ import csv
 import json
 import os
 import pathlib
+import pty
 import re
 import signal
 import subprocess
@@ -64,7 +65,8 @@ class Measure(unittest.TestCase):
                 self.assertAlmostEqual(float(row[column]), value, delta=1e-8 * abs(value))
             self.assertEqual(int(row["camera"]), point["rays"]["camera"])
             self.assertEqual(row["pareto_front"] == "1", index in self.result["pareto_front"])
-            self.assertRegex(output, rf"(?m)^[* ] {point['parameter']} {re.escape(point['value'])}.* {point['error']:.4f} ")
+            self.assertEqual((row["broken"] == "1", int(row["runs"])), (point["broken"], len(point["runs"])))
+            self.assertRegex(output, rf"(?m)^[*! ] {point['parameter']} {re.escape(point['value'])}.* {point['error']:.4f} ")
         for sentence in self.result["advice"]:
             self.assertIn(f"- {sentence}\n", output)
 
@@ -84,16 +86,30 @@ class Measure(unittest.TestCase):
         samples = self.series("target_error", lambda point: point["samples"]["mean"])
         self.assertEqual(samples, sorted(samples))
 
-    def test_front_contains_the_points_that_no_other_dominates(self):
+    def test_front_pays_time_for_smaller_claims(self):
         points = self.result["points"]
-        front = [points[index] for index in self.result["pareto_front"]]
+        front = [(points[index]["seconds"], points[index]["claimed"]["estimate"]) for index in self.result["pareto_front"]]
         self.assertGreater(len(front), 1)
-        for point in front:
-            self.assertFalse([other for other in points
-                              if other["seconds"] <= point["seconds"] and other["error"] < point["error"]])
-        for other in points:
-            self.assertTrue([point for point in front
-                             if point["seconds"] <= other["seconds"] and point["error"] <= other["error"]])
+        self.assertEqual(front, sorted(set(front)))
+        claims = [claim for _, claim in front]
+        self.assertEqual(claims, sorted(claims, reverse=True))
+        self.assertFalse(any(points[index]["broken"] for index in self.result["pareto_front"]))
+        self.assertEqual(claims[-1], min(point["claimed"]["estimate"] for point in points if not point["broken"]))
+
+    def test_marks_broken_claims(self):
+        slack = self.result["reference"]["error"]
+        output = self.done.stdout.decode()
+        for index, point in enumerate(self.result["points"]):
+            broken = point["error"] - slack > point["claimed"]["estimate"]
+            self.assertEqual(point["broken"], broken)
+            mark = "!" if broken else "*" if index in self.result["pareto_front"] else " "
+            self.assertIn(f"\n{mark} {point['parameter']} {point['value']} ", output)
+        self.assertNotIn("\x1b", output, "standard output is no terminal")
+
+    def test_times_each_setting_several_times(self):
+        for point in self.result["points"]:
+            self.assertTrue(2 <= len(point["runs"]) <= 6, point["runs"])
+            self.assertEqual(point["seconds"], min(point["runs"]))
 
     def test_settings_of_a_point_reproduce_its_render(self):
         for key in (("target_error", "1"), ("cutoff", "0.1"), ("max_depth", "1"), ("approximate", "shadows: none")):
@@ -129,12 +145,18 @@ class Measure(unittest.TestCase):
 class Resume(WithDirectory):
     PARAMETERS = ("--parameters", "samples,target_error")
 
+    def assert_kept(self, before, after):
+        """`after` has the points of `before`, perhaps with further runs."""
+        for old, new in zip(before, after, strict=True):
+            self.assertEqual(new["runs"][:len(old["runs"])], old["runs"], "measured again")
+            self.assertEqual((new["parameter"], new["value"], new["error"], new["rays"]),
+                             (old["parameter"], old["value"], old["error"], old["rays"]))
+
     def test_measures_each_setting_once(self):
         self.assertEqual(self.measure(*TINY, "--parameters", "samples", document=scene("tiny")).returncode, 0)
         before = self.result()["points"]
         self.assertEqual(self.measure(*TINY, *self.PARAMETERS, document=scene("tiny")).returncode, 0)
-        after = [point for point in self.result()["points"] if point["parameter"] == "samples"]
-        self.assertEqual(after, before, "measured again")
+        self.assert_kept(before, [point for point in self.result()["points"] if point["parameter"] == "samples"])
         self.assertEqual(len(self.result()["points"]), 10)
 
     def test_starts_over_for_another_scene_with_a_message(self):
@@ -168,7 +190,7 @@ class Resume(WithDirectory):
         self.assertEqual(done.returncode, 0, done.stderr)
         whole = self.result()
         self.assertTrue(whole["complete"])
-        self.assertEqual(whole["points"][:len(partial["points"])], partial["points"])
+        self.assert_kept(partial["points"], whole["points"][:len(partial["points"])])
         self.assertGreater(len(whole["points"]), len(partial["points"]))
         self.assertEqual(pathlib.Path(f"{self.name}.reference").read_bytes(), reference)
 
@@ -180,6 +202,32 @@ class Resume(WithDirectory):
             path.write_bytes(broken)
             self.assertEqual(self.measure(*TINY, "--parameters", "samples", document=scene("tiny")).returncode, 0)
             self.assertEqual(path.read_bytes(), whole)
+
+
+class Output(WithDirectory):
+    SAMPLES = ("--parameters", "samples")
+
+    def test_has_the_table_with_quiet(self):
+        done = self.measure(*TINY, *self.SAMPLES, "--quiet", document=scene("tiny"))
+        self.assertEqual((done.returncode, done.stderr), (0, b""))
+        self.assertIn(b"- for 4 levels: ", done.stdout)
+
+    def test_marks_broken_claims_in_red_on_a_terminal(self):
+        self.assertEqual(self.measure(*TINY, *self.SAMPLES, document=scene("tiny")).returncode, 0)
+        result = self.result()
+        result["points"][2]["error"] = 2 * result["points"][2]["claimed"]["estimate"] + 1
+        pathlib.Path(f"{self.name}.json").write_text(json.dumps(result), encoding="utf-8")
+        path = self.directory / "scene.json"
+        path.write_text(json.dumps(scene("tiny")), encoding="utf-8")
+        command = [BIN / "whittle", "measure", path, "-o", self.name, *TINY, *self.SAMPLES, "--quiet"]
+        self.assertIn(b"\n! samples 16 ", subprocess.run(command, capture_output=True, check=True).stdout)
+        terminal, end = pty.openpty()
+        with open(terminal, "rb", buffering=0) as shown:
+            with open(end, "wb", buffering=0) as written:
+                subprocess.run(command, stdout=written, check=True)
+                text = shown.read(65536)
+        self.assertRegex(text, rb"\n\x1b\[31m! samples 16 [^\n]*\x1b\[0m\r\n")
+        self.assertEqual(text.count(b"\x1b"), 2)
 
 
 class Errors(WithDirectory):

@@ -1,4 +1,5 @@
 #include <oneapi/tbb/global_control.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -197,18 +198,25 @@ std::optional<ExitCode> take_step(tracer::MeasurementRun& run, const MeasureOpti
   return std::nullopt;
 }
 
-/// The reference, one line per point (* on the Pareto front) and the advice.
+/// One line of the table: * is on the Pareto front, ! has a broken claim, and is red on a terminal.
+void print_point(const tracer::MeasuredPoint& point, char mark) {
+  const bool red = mark == '!' && ::isatty(STDOUT_FILENO) != 0;
+  std::printf("%s%c %-37s %9.4f %9.4f %9.4f %9.2f%s\n", red ? "\x1b[31m" : "", mark, title(point.setting).c_str(),
+              point.seconds, point.error, point.claimed.estimate, point.samples_mean, red ? "\x1b[0m" : "");
+}
+
+/// The reference, one line per point, and the advice.
 void print_table(const tracer::Measurement& measurement) {
   std::printf("image      %u x %u\n", measurement.width, measurement.height);
   std::printf("reference  %u samples per pixel, standard error %.4f levels\n", measurement.reference_samples,
               measurement.reference_error);
-  std::printf("\n  %-34s %9s %9s %9s %9s\n", "setting (* Pareto front)", "seconds", "error", "claimed", "samples");
-  const std::vector<std::size_t> front = tracer::pareto_front(measurement.points);
+  std::printf("* fastest with at most its claimed error    ! true error above the claimed one\n\n");
+  std::printf("  %-37s %9s %9s %9s %9s\n", "setting", "seconds", "error", "claimed", "samples");
+  const std::vector<std::size_t> front = tracer::pareto_front(measurement);
   for (std::size_t i = 0; i < measurement.points.size(); ++i) {
     const tracer::MeasuredPoint& point = measurement.points[i];
     const bool in_front = std::find(front.begin(), front.end(), i) != front.end();
-    std::printf("%c %-34s %9.4f %9.4f %9.4f %9.2f\n", in_front ? '*' : ' ', title(point.setting).c_str(), point.seconds,
-                point.error, point.claimed.estimate, point.samples_mean);
+    print_point(point, in_front ? '*' : tracer::is_broken(measurement, point) ? '!' : ' ');
   }
   std::puts("");
   for (const std::string& sentence : tracer::advice(measurement)) std::printf("- %s\n", sentence.c_str());
@@ -218,7 +226,7 @@ void print_table(const tracer::Measurement& measurement) {
 ExitCode measure_all(tracer::MeasurementRun& run, const MeasureOptions& options, const std::string& key) {
   auto saved = read_saved_measurement(options.name, key);
   if (!saved) return fail(saved.error().message);
-  if (saved->has_other_key && !options.quiet)
+  if (saved->has_other_key)
     std::fprintf(stderr, "%s.json has another scene, size or build: starting again\n", options.name.c_str());
   if (saved->reference) run.resume(*std::move(saved->reference));
   if (run.reference().complete) run.resume(std::move(saved->points));  // points are valid for their reference only
@@ -230,7 +238,6 @@ ExitCode measure_all(tracer::MeasurementRun& run, const MeasureOptions& options,
   if (const auto written = write_points(options.name, key, measurement, true); !written)
     return fail(written.error().message);
   if (const auto written = write_results(options.name, measurement); !written) return fail(written.error().message);
-  if (options.quiet) return success;
   print_table(measurement);
   return std::fflush(stdout) == 0 ? success : environment_failure;
 }

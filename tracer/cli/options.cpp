@@ -210,7 +210,7 @@ CLI::App* add_measure(CLI::App& app, MeasureOptions& options) {
   add_integer(*command, "--reference-samples", options.reference_samples, tracer::reference_samples_min,
               reference_samples_max, "Maximum samples per pixel of the reference (default 512)");
   add_threads(*command, options.threads);
-  command->add_flag("--quiet", options.quiet, "No progress bar, no table");
+  command->add_flag("--quiet", options.quiet, "No progress bar");
   command->final_callback([&] {
     if (options.name.empty()) options.name = default_name(options.scene.path);
   });

@@ -55,7 +55,7 @@ struct MeasureOptions {
   std::vector<std::string> parameters;                          ///< empty: all
   std::uint32_t reference_samples = tracer::MeasureSettings().reference_samples;
   std::uint32_t threads = 0;  ///< 0 is one per processor
-  bool quiet = false;         ///< no progress bar, no table
+  bool quiet = false;         ///< no progress bar
 };
 
 /// Text to print on standard output: the help or the version.

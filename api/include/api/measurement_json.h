@@ -20,20 +20,20 @@ struct MeasurementInfo {
 };
 
 /// {kind: "whittle measurement", version: 1, build, key, complete, scene, width, height, reference{samples, error},
-/// points[{parameter, value, preset, settings, seconds, error, claimed{...}, samples{mean, total}, rays{...}}],
-/// pareto_front[index], advice[sentence]}, with the names and units of tracer::Measurement. `settings` is the
-/// "accuracy" section of a document with the same result; `preset` is null if the setting has no name; `pareto_front`
-/// has indices of points, fastest first.
+/// points[{parameter, value, preset, settings, seconds, runs[seconds], error, broken, claimed{...}, samples{mean,
+/// total}, rays{...}}], pareto_front[index], advice[sentence]}, with the names and units of tracer::Measurement.
+/// `settings` is the "accuracy" section of a document with the same result; `preset` is null if the setting has no
+/// name; `broken` is that of tracer::is_broken; `pareto_front` has indices of points, fastest first.
 std::string write_measurement(const tracer::Measurement& measurement, const MeasurementInfo& info);
 
-/// Comma-separated: a line of column names, then a line per point; `pareto_front` is 1 if no point is better. Lines end
-/// in \n, and no value contains a comma or a quote.
+/// Comma-separated: a line of column names, then a line per point. `pareto_front` is 1 if no point is better, `broken`
+/// if the claim is broken; `runs` is their number. Lines end in \n, and no value contains a comma or a quote.
 std::string write_measurement_csv(const tracer::Measurement& measurement);
 
 /// The part that a job document contains, some kilobytes: {width, height, alone, reference{samples, error},
-/// points[{parameter, value, preset, settings, seconds, error, claimed}], pareto_front[index], advice[sentence]} as in
-/// write_measurement; `claimed` is the estimate alone. `alone`: no other job was rendered by the same process at the
-/// same time, so `seconds` are those of an otherwise idle machine.
+/// points[{parameter, value, preset, settings, seconds, error, broken, claimed}], pareto_front[index],
+/// advice[sentence]} as in write_measurement; `claimed` is the estimate alone. `alone`: no other job was rendered by
+/// the same process at the same time, so `seconds` are those of an otherwise idle machine.
 std::string write_measurement_summary(const tracer::Measurement& measurement, bool alone);
 
 struct SavedMeasurement {

@@ -10,10 +10,12 @@ namespace {
 using tracer::MeasuredPoint;
 using tracer::Measurement;
 
+/// A point with three equal runs.
 MeasuredPoint point(const char* parameter, const char* value, double seconds, double error, double claimed = 100) {
   MeasuredPoint point;
   point.setting = {parameter, value, {}};
   point.seconds = seconds;
+  point.runs.assign(3, seconds);
   point.error = error;
   point.claimed.estimate = claimed;
   return point;
@@ -52,35 +54,104 @@ tracer::Scene sphere(double reflection) {
 }
 
 TEST(ParetoFront, HasTheNonDominatedPointsFastestFirst) {
-  const std::vector points{point("a", "slow and exact", 9, 0.1), point("a", "beaten by both", 9.5, 5),
-                           point("a", "fast and rough", 1, 8), point("a", "as slow, but rougher", 9, 0.2),
-                           point("a", "between", 3, 2)};
-  EXPECT_EQ(tracer::pareto_front(points), (std::vector<std::size_t>{2, 4, 0}));
+  const auto measured = measurement({point("a", "slow and exact", 9, 0, 0.1), point("a", "dominated", 9.5, 0, 5),
+                                     point("a", "fast and rough", 1, 0, 8),
+                                     point("a", "as slow, but rougher", 9, 0, 0.2), point("a", "between", 3, 0, 2)});
+  EXPECT_EQ(tracer::pareto_front(measured), (std::vector<std::size_t>{2, 4, 0}));
+}
+
+TEST(ParetoFront, RanksByTheClaimInsteadOfTheTrueError) {
+  const auto measured =
+      measurement({point("a", "accurate, but claims little", 1, 0.1, 4), point("a", "claims more", 1, 3, 3.5)});
+  EXPECT_EQ(tracer::pareto_front(measured), std::vector<std::size_t>{1});
+}
+
+TEST(ParetoFront, ContainsNoBrokenClaims) {
+  const auto measured = measurement({point("a", "broken", 1, 3, 0.5), point("a", "kept", 2, 0.5, 1)});
+  EXPECT_EQ(tracer::pareto_front(measured), std::vector<std::size_t>{1});
+}
+
+TEST(ParetoFront, ContainsNoPointThatIsFasterOnlyByNoise) {
+  auto measured = measurement({point("a", "1", 1, 0, 2), point("a", "2", 0.99, 0, 2.5), point("a", "3", 0.5, 0, 3)});
+  EXPECT_EQ(tracer::pareto_front(measured), (std::vector<std::size_t>{2, 1, 0}));
+  measured.points[1].runs = {0.99, 1.01, 1.02};
+  EXPECT_EQ(tracer::pareto_front(measured), (std::vector<std::size_t>{2, 0}));
 }
 
 TEST(ParetoFront, HasOnlyTheFirstOfEqualPoints) {
-  const std::vector points{point("a", "1", 1, 2), point("a", "2", 1, 2), point("a", "3", 2, 2)};
-  EXPECT_EQ(tracer::pareto_front(points), std::vector<std::size_t>{0});
+  const auto measured = measurement({point("a", "1", 1, 0, 2), point("a", "2", 1, 0, 2), point("a", "3", 2, 0, 2)});
+  EXPECT_EQ(tracer::pareto_front(measured), std::vector<std::size_t>{0});
   EXPECT_TRUE(tracer::pareto_front({}).empty());
+}
+
+TEST(BrokenClaim, IsATrueErrorAboveTheClaimByMoreThanTheReferencesError) {
+  Measurement measured = measurement({point("a", "1", 1, 2.5, 2)});
+  EXPECT_TRUE(is_broken(measured, measured.points[0]));
+  measured.reference_error = 0.5;
+  EXPECT_FALSE(is_broken(measured, measured.points[0]));
+  measured.points[0].error = 2.6;
+  EXPECT_TRUE(is_broken(measured, measured.points[0]));
+}
+
+TEST(Chart, DrawsBrokenClaimsAsASeriesOfTheirOwn) {
+  const auto series_of = [](const Measurement& measured, const char* name) {
+    const tracer::Plot plot = tracer::chart(measured);
+    const auto found = std::ranges::find(plot.series, name, &tracer::PlotSeries::name);
+    return found == plot.series.end() ? std::vector<tracer::PlotPoint>() : found->points;
+  };
+  const auto measured = measurement({point("samples", "1", 1, 3, 0.5), point("samples", "4", 2, 0.5, 1)});
+  const auto broken = series_of(measured, "broken claim"), kept = series_of(measured, "claimed");
+  ASSERT_EQ(broken.size(), 2u);
+  EXPECT_EQ(broken[0].y, 0.5);
+  EXPECT_EQ(broken[1].y, 3);
+  ASSERT_EQ(kept.size(), 2u);
+  EXPECT_EQ(kept[0].y, 1);
+  EXPECT_TRUE(series_of(measurement({point("samples", "4", 2, 0.5, 1)}), "broken claim").empty());
 }
 
 TEST(Advice, OfNoPointsIsEmpty) { EXPECT_TRUE(tracer::advice({}).empty()); }
 
-TEST(Advice, NamesTheCheapestSettingWithinEachError) {
-  const auto measured = measurement({point("target_error", "4", 0.125, 3.5), point("samples", "1", 0.25, 3),
-                                     point("target_error", "1", 0.4, 0.99), point("target_error", "0.5", 2, 0.5)});
+TEST(Advice, NamesTheCheapestSettingThatClaimsEachError) {
+  const auto measured =
+      measurement({point("target_error", "4", 0.125, 3.1, 3.5), point("samples", "1", 0.25, 0.1, 3.6),
+                   point("target_error", "1", 0.4, 0.6, 0.99), point("target_error", "0.5", 2, 0.25, 0.5)});
   EXPECT_TRUE(contains(measured,
-                       "for 4 levels: target_error 4, 0.12 s; for 1 level: target_error 1, 0.40 s; for 0.5 levels: "
-                       "target_error 0.5, 2.0 s"))
+                       "for 4 levels: target_error 4, 0.12 s, true error 3.1 levels; for 1 level: target_error 1, 0.40 "
+                       "s, true error 0.60 levels; for 0.5 levels: target_error 0.5, 2.0 s, true error 0.25 levels"))
       << tracer::advice(measured).front();
 }
 
-TEST(Advice, NamesTheBestPointIfNoneIsWithinTheError) {
-  const auto measured = measurement({point("samples", "1", 0.2, 3), point("samples", "4", 0.8, 1.5)});
+TEST(Advice, NamesTheSmallestClaimIfNoneIsWithinTheError) {
+  const auto measured = measurement({point("samples", "1", 0.2, 0.5, 3), point("samples", "4", 0.8, 0.2, 1.5)});
   EXPECT_TRUE(contains(measured,
-                       "for 4 levels: samples 1, 0.20 s; for 1 level: no setting, the best is samples 4, 0.80 s and "
-                       "1.5 levels"))
+                       "for 4 levels: samples 1, 0.20 s, true error 0.50 levels; for 1 level: no setting, the best is "
+                       "samples 4, 0.80 s, claimed error 1.5 levels"))
       << tracer::advice(measured).front();
+}
+
+TEST(Advice, RecommendsNoBrokenClaim) {
+  EXPECT_TRUE(contains(measurement({point("samples", "1", 0.2, 2, 0.5), point("samples", "4", 0.8, 2, 3)}),
+                       "for 4 levels: samples 4, 0.80 s, true error 2.0 levels; for 1 level: no setting, the best is "
+                       "samples 4, 0.80 s, claimed error 3.0 levels"));
+  EXPECT_TRUE(
+      contains(measurement({point("samples", "1", 0.2, 2, 0.5)}), "for 4 levels: no setting, all claims are broken"));
+}
+
+TEST(Advice, NamesSettingsWhoseOrderInTimeIsUncertain) {
+  auto measured =
+      measurement({point("samples", "1", 1, 1), point("samples", "4", 1.2, 1), point("samples", "16", 9, 1)});
+  const auto uncertain = [&] {
+    const auto sentences = tracer::advice(measured);
+    return std::ranges::any_of(
+        sentences, [](const std::string& sentence) { return sentence.find("uncertain") != std::string::npos; });
+  };
+  EXPECT_FALSE(uncertain());
+  measured.points[1].runs = {1.2, 2, 1.3};
+  EXPECT_TRUE(contains(measured, "the order in time is uncertain of samples 1, samples 4"));
+  for (tracer::MeasuredPoint& point : measured.points) point.runs = {1};
+  measured.points.resize(5, measured.points[0]);
+  EXPECT_TRUE(
+      contains(measured, "the order in time is uncertain of samples 1, samples 4, samples 16 and 2 other settings"));
 }
 
 TEST(Advice, NamesTheValueBeyondWhichAParameterHasNoEffect) {

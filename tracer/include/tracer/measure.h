@@ -64,9 +64,14 @@ struct MeasureSettings {
   std::function<double()> seconds;  ///< monotonic clock
 };
 
+/// Maximum runs of one setting. A run of some milliseconds is the fastest of several renders.
+inline constexpr std::uint32_t timing_runs_max = 6;
+
 /// A whole measurement in steps, so that the caller can save intermediate results and resume later. The first steps add
 /// images to the reference until its standard error is a tenth of the error of the finest setting, or it has all its
-/// samples; the next steps measure one setting each. One thread at a time.
+/// samples. The next steps measure one setting each. The last steps are rounds of timings: each runs the settings once
+/// more whose order in time relative to their neighbors is uncertain, until no order is, or they have
+/// `timing_runs_max` runs. One thread at a time.
 class MeasurementRun {
  public:
   /// Keeps references to `scene` and `assets`. Preconditions: those of `compile`; `settings.seconds` is set.
@@ -78,10 +83,11 @@ class MeasurementRun {
   void resume(std::vector<MeasuredPoint> points);
 
   [[nodiscard]] bool done() const;
-  /// Title of the next step: "reference, 512 of at most 2048 samples", "cutoff 0.01". Precondition: !done().
+  /// Title of the next step: "reference, 512 of at most 2048 samples", "cutoff 0.01", "timings of 12 settings".
+  /// Precondition: !done().
   [[nodiscard]] std::string next() const;
   [[nodiscard]] std::size_t steps_done() const;
-  [[nodiscard]] std::size_t steps() const;  ///< upper bound; the reference may need fewer
+  [[nodiscard]] std::size_t steps() const;  ///< upper bound; the reference and the timings may need fewer
   /// Fails as `compile` and `render` do; then all earlier results remain and the step may be repeated. Precondition:
   /// !done().
   std::optional<Failure> step(RenderControl& control);
@@ -97,7 +103,13 @@ class MeasurementRun {
 
   [[nodiscard]] std::size_t next_setting() const;
   Result<Timed, Failure> render_timed(const Scene& scene, RenderControl& control) const;
+  Result<double, Failure> time_run(const Scene& scene, RenderControl& control) const;
   Result<MeasuredPoint, Failure> measure(const Setting& setting, RenderControl& control) const;
+  // Preconditions of the next three: all settings have been measured.
+  [[nodiscard]] std::vector<std::size_t> settings_to_time() const;  ///< indices, of the next round
+  [[nodiscard]] std::size_t rounds_done() const;
+  std::optional<Failure> repeat_timings(RenderControl& control);
+  std::optional<Failure> measure_next(RenderControl& control);
   std::optional<Failure> grow_reference(RenderControl& control);
   std::optional<Failure> check_reference(RenderControl& control);
 

@@ -47,7 +47,8 @@ std::string title(const Setting& setting);
 
 struct MeasuredPoint {
   Setting setting;
-  double seconds = 0;  ///< wall clock of compile() and render(); the minimum of a few runs if they are short
+  double seconds = 0;          ///< wall clock of compile() and render(); the fastest run
+  std::vector<double> runs{};  ///< seconds of each run, in the order of measurement
   /// Levels; root mean square of the difference from the converged image: the difference from the reference minus the
   /// reference's own error (as variances). 0 if the reference's error is larger.
   double error = 0;
@@ -65,17 +66,22 @@ struct Measurement {
   std::vector<MeasuredPoint> points{};  ///< in the order of `settings`, once all are measured
 };
 
-/// Indices of the Pareto-optimal points (no other point is at least as good in time and error and better in one), by
-/// rising time and therefore falling error. Of equal points, the first.
-std::vector<std::size_t> pareto_front(std::span<const MeasuredPoint> points);
+/// Returns true if the true error is above the claimed one, by more than the reference's own error. A few claims may be
+/// broken, since they hold with their confidence.
+bool is_broken(const Measurement& measurement, const MeasuredPoint& point);
 
-/// Conclusions in sentences: the cheapest setting within 4, 1 and 0.5 levels, claimed errors below the true one, the
-/// value beyond which a parameter changes the error by less than a twentieth, gain and cost of each approximation.
-/// Empty without points.
+/// Indices of the Pareto front of time and claimed error, by rising time and falling claim: each point is faster, for
+/// certain, than those with at most its claim. The claimed error counts, since it is all that a user without a
+/// reference knows. Points with broken claims are in no front. Of equal points, the first.
+std::vector<std::size_t> pareto_front(const Measurement& measurement);
+
+/// Conclusions in sentences: the cheapest setting that claims at most 4, 1 and 0.5 levels, the broken claims, the
+/// settings whose order in time is uncertain, the value beyond which a parameter changes the true error by less than a
+/// twentieth, gain and cost of each approximation. Empty without points.
 std::vector<std::string> advice(const Measurement& measurement);
 
-/// Seconds against error, both logarithmic: the points of each parameter, the claimed error beside the true one, and
-/// the Pareto front; the advice is its note.
+/// Seconds against error, both logarithmic: the true errors of each parameter, the claimed ones beside them, red if
+/// broken, and the Pareto front of the claims; the advice is its note.
 Plot chart(const Measurement& measurement);
 
 }  // namespace tracer

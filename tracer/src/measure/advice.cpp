@@ -4,10 +4,10 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <numeric>
 #include <optional>
 
 #include "tracer/measurement.h"
+#include "tracer/src/measure/time_ranking.h"
 
 namespace tracer {
 namespace {
@@ -39,21 +39,23 @@ const MeasuredPoint* find(const Measurement& measurement, std::string_view param
   return nullptr;
 }
 
-/// "for 4 levels: target_error 4 (draft), 0.12 s; for 1 level: ..."; ends with the best point at the first goal that no
-/// point reaches.
+/// "for 4 levels: target_error 4 (draft), 0.12 s, true error 3.1 levels; for 1 level: ..."; ends with the best point at
+/// the first goal that no point claims.
 std::string cheapest(const Measurement& measurement) {
-  const std::vector<std::size_t> front = pareto_front(measurement.points);
+  const std::vector<std::size_t> front = pareto_front(measurement);
+  if (front.empty()) return "for " + std::string(goals.front().text) + ": no setting, all claims are broken";
   std::string sentence;
   for (const Goal& goal : goals) {
-    const auto within = std::find_if(front.begin(), front.end(),
-                                     [&](std::size_t i) { return measurement.points[i].error <= goal.error; });
+    const auto within = std::find_if(front.begin(), front.end(), [&](std::size_t i) {
+      return measurement.points[i].claimed.estimate <= goal.error;
+    });
     const bool reached = within != front.end();
     const MeasuredPoint& point = measurement.points[reached ? *within : front.back()];
     sentence += (sentence.empty() ? "for " : "; for ") + std::string(goal.text) + ": ";
     if (!reached) sentence += "no setting, the best is ";
     sentence += title(point.setting) + ", " + seconds(point.seconds);
-    if (reached) continue;
-    return sentence + " and " + levels(point.error);
+    if (!reached) return sentence + ", claimed error " + levels(point.claimed.estimate);
+    sentence += ", true error " + levels(point.error);
   }
   return sentence;
 }
@@ -90,12 +92,10 @@ std::string exchange(const MeasuredPoint& point, const MeasuredPoint& baseline) 
   return sentence + " and costs " + levels(cost);
 }
 
-/// Points whose claimed error is below the true one; at the stated confidence there may be a few. The reference cannot
-/// resolve differences below its own error.
 std::string claims(const Measurement& measurement) {
   std::vector<const MeasuredPoint*> broken;
   for (const MeasuredPoint& point : measurement.points)
-    if (point.error - measurement.reference_error > point.claimed.estimate) broken.push_back(&point);
+    if (is_broken(measurement, point)) broken.push_back(&point);
   const std::string count = std::to_string(measurement.points.size());
   if (broken.empty()) return "the true error was within the claimed one in all " + count + " settings";
   const auto worse = [](const MeasuredPoint* one, const MeasuredPoint* other) {
@@ -105,6 +105,18 @@ std::string claims(const Measurement& measurement) {
   return "the true error was above the claimed one in " + std::to_string(broken.size()) + " of " + count +
          " settings, by the largest factor with " + title(worst.setting) + ": " + levels(worst.error) + ", claimed " +
          text(worst.claimed.estimate);
+}
+
+/// "the order in time is uncertain of samples 16, cutoff 0.001 and 2 other settings"; unset if all points are ranked.
+std::optional<std::string> uncertain_times(const Measurement& measurement) {
+  constexpr std::size_t named_max = 3;
+  const std::vector<std::size_t> unranked = unranked_points(measurement.points);
+  if (unranked.empty()) return std::nullopt;
+  std::string sentence = "the order in time is uncertain of";
+  for (std::size_t i = 0; i < std::min(named_max, unranked.size()); ++i)
+    sentence += (i == 0 ? " " : ", ") + title(measurement.points[unranked[i]].setting);
+  if (unranked.size() <= named_max) return sentence;
+  return sentence + " and " + std::to_string(unranked.size() - named_max) + " other settings";
 }
 
 constexpr std::array marks{PlotMark::circle,   PlotMark::square, PlotMark::diamond,
@@ -119,10 +131,17 @@ std::string reference_text(const Measurement& measurement) {
   return text.data();
 }
 
-/// Pairs of claimed and true error.
-PlotSeries claim_series(const Measurement& measurement) {
-  PlotSeries series{.name = "claimed", .points = {}, .mark = PlotMark::cross, .join = PlotJoin::pairs, .color = grey};
+constexpr std::uint32_t red = 0xc00000;
+
+/// Pairs of claimed and true error, of kept or of broken claims.
+PlotSeries claim_series(const Measurement& measurement, bool broken) {
+  PlotSeries series{.name = broken ? "broken claim" : "claimed",
+                    .points = {},
+                    .mark = PlotMark::cross,
+                    .join = PlotJoin::pairs,
+                    .color = broken ? red : grey};
   for (const MeasuredPoint& point : measurement.points) {
+    if (is_broken(measurement, point) != broken) continue;
     series.points.push_back({point.seconds, point.claimed.estimate});
     series.points.push_back({point.seconds, point.error});
   }
@@ -133,33 +152,43 @@ PlotSeries front_series(const Measurement& measurement) {
   PlotSeries series{
       .name = "Pareto front", .points = {}, .mark = PlotMark::none, .join = PlotJoin::steps, .color = grey};
   series.dashed = true;
-  for (const std::size_t index : pareto_front(measurement.points))
-    series.points.push_back({measurement.points[index].seconds, measurement.points[index].error});
+  for (const std::size_t index : pareto_front(measurement))
+    series.points.push_back({measurement.points[index].seconds, measurement.points[index].claimed.estimate});
   return series;
 }
 
 }  // namespace
 
-std::vector<std::size_t> pareto_front(std::span<const MeasuredPoint> points) {
-  std::vector<std::size_t> by_time(points.size());
-  std::iota(by_time.begin(), by_time.end(), std::size_t{0});
-  std::stable_sort(by_time.begin(), by_time.end(), [&](std::size_t one, std::size_t other) {
-    const MeasuredPoint &a = points[one], &b = points[other];
-    return a.seconds != b.seconds ? a.seconds < b.seconds : a.error < b.error;
-  });
-  std::vector<std::size_t> front;
-  double least_error = std::numeric_limits<double>::infinity();
-  for (const std::size_t index : by_time) {
-    if (points[index].error >= least_error) continue;
-    least_error = points[index].error;
+bool is_broken(const Measurement& measurement, const MeasuredPoint& point) {
+  return point.error - measurement.reference_error > point.claimed.estimate;
+}
+
+std::vector<std::size_t> pareto_front(const Measurement& measurement) {
+  const std::vector<MeasuredPoint>& points = measurement.points;
+  const auto claim = [&](std::size_t index) { return points[index].claimed.estimate; };
+  std::vector<std::size_t> by_claim;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (!is_broken(measurement, points[i])) by_claim.push_back(i);
+  std::ranges::stable_sort(by_claim, {}, claim);
+  std::vector<std::size_t> front;  // slowest first
+  for (const std::size_t index : by_claim) {
+    if (front.empty()) {
+      front.push_back(index);
+      continue;
+    }
+    const MeasuredPoint &fastest = points[front.back()], &point = points[index];
+    if (point.seconds > fastest.seconds || compare_times(point.runs, fastest.runs) != TimeOrder::different) continue;
+    if (claim(index) == claim(front.back())) front.pop_back();
     front.push_back(index);
   }
+  std::ranges::reverse(front);
   return front;
 }
 
 std::vector<std::string> advice(const Measurement& measurement) {
   if (measurement.points.empty()) return {};
   std::vector<std::string> sentences{cheapest(measurement), claims(measurement)};
+  if (auto order = uncertain_times(measurement)) sentences.push_back(*std::move(order));
   if (auto depth = saturation(measurement, "max_depth", "beyond")) sentences.push_back(*std::move(depth));
   if (auto cutoff = saturation(measurement, "cutoff", "below")) sentences.push_back(*std::move(cutoff));
   if (const MeasuredPoint* baseline = find(measurement, "samples", std::to_string(baseline_samples)))
@@ -172,7 +201,9 @@ Plot chart(const Measurement& measurement) {
   Plot plot{.title = measurement.name.empty() ? "Accuracy and time" : "Accuracy and time: " + measurement.name};
   plot.x = {"time to build and trace (s)", true};
   plot.y = {"error (levels, root mean square)", true};
-  plot.series = {front_series(measurement), claim_series(measurement)};
+  plot.series = {front_series(measurement), claim_series(measurement, false)};
+  if (PlotSeries broken = claim_series(measurement, true); !broken.points.empty())
+    plot.series.push_back(std::move(broken));
   for (std::size_t i = 0; i < std::size(parameters); ++i) {
     PlotSeries series{.name = std::string(parameters[i]), .points = {}, .mark = marks[i]};
     for (const MeasuredPoint& point : measurement.points)

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <new>
 #include <utility>
 
 #include "tracer/compare.h"
+#include "tracer/src/measure/time_ranking.h"
 
 namespace tracer {
 namespace {
@@ -34,10 +36,10 @@ DisplayImage displayed_mean(const Reference& reference, const Output& output, do
   return to_display(image, output);
 }
 
-constexpr std::uint32_t images_min = 4;  // for a usable variance
-constexpr double reference_share = 0.1;  // maximum standard error, relative to the error of the finest setting
-constexpr double seconds_min = 0.1;      // shorter runs are repeated: caches and clock resolution dominate them
-constexpr int runs_max = 5;
+constexpr std::uint32_t images_min = 4;   // for a usable variance
+constexpr double reference_share = 0.1;   // maximum standard error, relative to the error of the finest setting
+constexpr double run_seconds_min = 0.02;  // caches and interrupts dominate shorter renders
+constexpr int renders_max = 100;          // of one run
 const Failure no_memory{Failure::Code::out_of_memory, "no memory for the images to compare"};
 
 /// Reference and image are independent, so the mean of the squared difference is the sum of both squared errors; the
@@ -47,6 +49,11 @@ double error_of(const DisplayImage& reference, double reference_error, const Dis
   assert(comparison.has_value());
   const double difference = comparison->rmse;
   return std::sqrt(std::max(0.0, (difference - reference_error) * (difference + reference_error)));
+}
+
+void add_run(MeasuredPoint& point, double seconds) {
+  point.runs.push_back(seconds);
+  point.seconds = std::ranges::min(point.runs);
 }
 
 /// The setting with the smallest expected error.
@@ -145,25 +152,45 @@ std::size_t MeasurementRun::next_setting() const {
   return static_cast<std::size_t>(missing - points_.begin());
 }
 
-bool MeasurementRun::done() const { return reference_.complete && next_setting() == settings_.size(); }
+std::vector<std::size_t> MeasurementRun::settings_to_time() const {
+  std::vector<MeasuredPoint> points;
+  for (const auto& point : points_) points.push_back(*point);
+  std::vector<std::size_t> indices = unranked_points(points);
+  std::erase_if(indices, [&](std::size_t index) { return points_[index]->runs.size() >= timing_runs_max; });
+  return indices;
+}
+
+bool MeasurementRun::done() const {
+  return reference_.complete && next_setting() == settings_.size() && settings_to_time().empty();
+}
 
 std::string MeasurementRun::next() const {
   assert(!done());
-  if (reference_.complete) return title(settings_[next_setting()]);
-  return "reference, " + std::to_string(std::uint64_t{reference_.images} * reference_.image_samples) + " of at most " +
-         std::to_string(options_.reference_samples) + " samples";
+  if (!reference_.complete)
+    return "reference, " + std::to_string(std::uint64_t{reference_.images} * reference_.image_samples) +
+           " of at most " + std::to_string(options_.reference_samples) + " samples";
+  if (next_setting() < settings_.size()) return title(settings_[next_setting()]);
+  return "timings of " + std::to_string(settings_to_time().size()) + " settings";
+}
+
+/// Never falls, although a setting may be timed again that was certain before its neighbors' last runs.
+std::size_t MeasurementRun::rounds_done() const {
+  if (done()) return timing_runs_max - 1;
+  std::size_t most_runs = 1;
+  for (const auto& point : points_) most_runs = std::max(most_runs, point->runs.size());
+  return std::min<std::size_t>(most_runs, timing_runs_max - 1) - 1;
 }
 
 std::size_t MeasurementRun::steps_done() const {
-  const auto measured =
-      std::count_if(points_.begin(), points_.end(), [](const auto& point) { return point.has_value(); });
+  const auto measured = static_cast<std::size_t>(
+      std::count_if(points_.begin(), points_.end(), [](const auto& point) { return point.has_value(); }));
   const std::size_t images =
       reference_.complete ? options_.reference_samples / reference_.image_samples : reference_.images;
-  return images + static_cast<std::size_t>(measured);
+  return images + measured + (measured == settings_.size() ? rounds_done() : 0);
 }
 
 std::size_t MeasurementRun::steps() const {
-  return options_.reference_samples / reference_.image_samples + settings_.size();
+  return options_.reference_samples / reference_.image_samples + settings_.size() + timing_runs_max - 1;
 }
 
 Result<MeasurementRun::Timed, Failure> MeasurementRun::render_timed(const Scene& scene, RenderControl& control) const {
@@ -176,6 +203,18 @@ Result<MeasurementRun::Timed, Failure> MeasurementRun::render_timed(const Scene&
   return Timed{std::move(*rendered), options_.seconds() - start};
 }
 
+/// The fastest of the renders that fill `run_seconds_min`, of `renders_max` at most.
+Result<double, Failure> MeasurementRun::time_run(const Scene& scene, RenderControl& control) const {
+  double fastest = std::numeric_limits<double>::infinity(), spent = 0;
+  for (int renders = 0; renders < renders_max && spent < run_seconds_min; ++renders) {
+    const auto timed = render_timed(scene, control);
+    if (!timed) return timed.error();
+    fastest = std::min(fastest, timed->seconds);
+    spent += timed->seconds;
+  }
+  return fastest;
+}
+
 /// Renders one setting and compares it with the complete reference.
 Result<MeasuredPoint, Failure> MeasurementRun::measure(const Setting& setting, RenderControl& control) const {
   Scene varied = scene_;
@@ -183,20 +222,20 @@ Result<MeasuredPoint, Failure> MeasurementRun::measure(const Setting& setting, R
   const auto timed = render_timed(varied, control);
   if (!timed) return timed.error();
   const RenderStatistics& statistics = timed->rendered.statistics;
-  MeasuredPoint point{.setting = setting, .seconds = timed->seconds, .claimed = timed->rendered.error};
+  MeasuredPoint point{.setting = setting, .claimed = timed->rendered.error};
+  if (timed->seconds >= run_seconds_min) {
+    add_run(point, timed->seconds);
+  } else {
+    const auto seconds = time_run(varied, control);
+    if (!seconds) return seconds.error();
+    add_run(point, *seconds);
+  }
   point.samples = statistics.samples;
   point.samples_mean = static_cast<double>(statistics.samples - statistics.holdout_samples) /
                        static_cast<double>(scene_.image.window().pixels());
   point.rays = statistics.rays;
   point.error = error_of(*reference_display_, standard_error(reference_, scene_.output),
                          to_display(timed->rendered.image, varied.output));
-  double spent = timed->seconds;
-  for (int run = 1; run < runs_max && spent < seconds_min; ++run) {
-    const auto again = render_timed(varied, control);
-    if (!again) return again.error();
-    spent += again->seconds;
-    point.seconds = std::min(point.seconds, again->seconds);
-  }
   return point;
 }
 
@@ -204,15 +243,32 @@ std::optional<Failure> MeasurementRun::step(RenderControl& control) {
   assert(!done());
   try {
     if (!reference_.complete) return grow_reference(control);
-    if (!reference_display_) reference_display_ = to_display(reference_, scene_.output);
-    const std::size_t index = next_setting();
-    auto point = measure(settings_[index], control);
-    if (!point) return std::move(point.error());
-    points_[index] = std::move(*point);
-    return std::nullopt;
+    return next_setting() < settings_.size() ? measure_next(control) : repeat_timings(control);
   } catch (const std::bad_alloc&) {
     return no_memory;
   }
+}
+
+std::optional<Failure> MeasurementRun::measure_next(RenderControl& control) {
+  if (!reference_display_) reference_display_ = to_display(reference_, scene_.output);
+  const std::size_t index = next_setting();
+  auto point = measure(settings_[index], control);
+  if (!point) return std::move(point.error());
+  points_[index] = std::move(*point);
+  return std::nullopt;
+}
+
+/// One run of each setting in turn: the load of the machine affects all runs of a round alike. A failure keeps the runs
+/// before it.
+std::optional<Failure> MeasurementRun::repeat_timings(RenderControl& control) {
+  for (const std::size_t index : settings_to_time()) {
+    Scene varied = scene_;
+    varied.accuracy = settings_[index].accuracy;
+    const auto seconds = time_run(varied, control);
+    if (!seconds) return seconds.error();
+    add_run(*points_[index], *seconds);
+  }
+  return std::nullopt;
 }
 
 std::optional<Failure> MeasurementRun::grow_reference(RenderControl& control) {
