@@ -32,13 +32,23 @@ struct Counts {
   }
 };
 
+/// Error of the image when both targets are reached. The worst tile has about 3.5 times the image's error (geometric
+/// mean over the example scenes).
+std::optional<double> expected_error(const tracer::Adaptive& adaptive) {
+  constexpr double tile_ratio = 3.5;
+  if (!adaptive.tile_error) return adaptive.target_error;
+  const double of_tile = *adaptive.tile_error / tile_ratio;
+  return std::min(adaptive.target_error.value_or(of_tile), of_tile);
+}
+
 /// Mean samples per pixel.
 std::optional<double> expected_samples(const tracer::Accuracy& accuracy) {
   constexpr double at_one_level = 22, power = 1.26;
   if (!accuracy.adaptive) return accuracy.samples;
   const tracer::Adaptive& adaptive = *accuracy.adaptive;
-  if (!adaptive.target_error) return std::nullopt;
-  return std::clamp(at_one_level * std::pow(*adaptive.target_error, -power), static_cast<double>(adaptive.samples_min),
+  const std::optional<double> error = expected_error(adaptive);
+  if (!error) return std::nullopt;
+  return std::clamp(at_one_level * std::pow(*error, -power), static_cast<double>(adaptive.samples_min),
                     static_cast<double>(adaptive.samples_max));
 }
 

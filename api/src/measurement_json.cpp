@@ -12,7 +12,7 @@ namespace api {
 namespace {
 
 constexpr std::string_view kind = "whittle measurement";
-constexpr int version = 1;
+constexpr int version = 2;
 
 /// The members that both forms of a point have.
 Json measured_json(const tracer::Measurement& measurement, const tracer::MeasuredPoint& point) {

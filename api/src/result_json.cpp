@@ -1,5 +1,8 @@
 #include "api/src/result_json.h"
 
+#include <array>
+#include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -14,7 +17,11 @@ constexpr std::pair<const char*, double ErrorEstimate::*> error_parts[] = {
     {"sampling", &ErrorEstimate::sampling},
     {"depth", &ErrorEstimate::depth},
     {"cutoff", &ErrorEstimate::cutoff},
-    {"approximation", &ErrorEstimate::approximation}};
+    {"approximation", &ErrorEstimate::approximation},
+    {"tone", &ErrorEstimate::tone}};
+/// In the order of ErrorEstimate::Limit.
+constexpr std::array<const char*, 6> limit_names{nullptr,       "target",      "time_budget",
+                                                 "samples_max", "fixed_parts", "invisible"};
 constexpr std::pair<const char*, std::uint64_t RayCounts::*> ray_kinds[] = {{"camera", &RayCounts::camera},
                                                                             {"shadow", &RayCounts::shadow},
                                                                             {"reflection", &RayCounts::reflection},
@@ -32,12 +39,30 @@ Json approximations_json(const Approximations& approximate) {
   return json;
 }
 
+Json limit_json(ErrorEstimate::Limit limit) {
+  const char* const name = limit_names[static_cast<std::size_t>(limit)];
+  return name == nullptr ? Json(nullptr) : Json(name);
+}
+
+ErrorEstimate::Limit limit_of(const Json& json) {
+  if (json.is_null()) return ErrorEstimate::Limit::none;
+  const auto name = json.get<std::string>();
+  for (std::size_t i = 1; i < limit_names.size(); ++i)
+    if (name == limit_names[i]) return static_cast<ErrorEstimate::Limit>(i);
+  throw Json::other_error::create(501, "unknown limit " + name, &json);
+}
+
+std::optional<double> number_or_none(const Json& json) {
+  return json.is_null() ? std::nullopt : std::optional(json.get<double>());
+}
+
 }  // namespace
 
 Json accuracy_json(const tracer::Accuracy& accuracy) {
   const tracer::Accuracy usual;
   Json json = Json::object();
   if (const auto target = accuracy.target()) json["target_error"] = *target;
+  if (const auto target = accuracy.tile_target()) json["tile_error"] = *target;
   if (!accuracy.adaptive) {
     json["samples"] = {accuracy.samples, accuracy.samples};
   } else {
@@ -57,10 +82,16 @@ Json accuracy_json(const tracer::Accuracy& accuracy) {
 
 Json error_json(const ErrorEstimate& error) {
   Json json = {{"estimate", error.estimate},
+               {"proven", finite_or_null(error.proven)},
                {"confidence", error.confidence},
                {"target", or_null(error.target)},
                {"met", error.target_met},
-               {"bounded", error.bounded}};
+               {"worst_tile", error.worst_tile},
+               {"tile_target", or_null(error.tile_target)},
+               {"bounded", error.bounded},
+               {"certified_share", error.certified_share},
+               {"looks", error.looks},
+               {"limit", limit_json(error.limit)}};
   for (const auto& [name, part] : error_parts) json["parts"][name] = error.*part;
   return json;
 }
@@ -68,10 +99,16 @@ Json error_json(const ErrorEstimate& error) {
 ErrorEstimate error_of_json(const Json& json) {
   ErrorEstimate error;
   json.at("estimate").get_to(error.estimate);
+  error.proven = number_or_none(json.at("proven")).value_or(std::numeric_limits<double>::infinity());
   json.at("confidence").get_to(error.confidence);
-  if (!json.at("target").is_null()) error.target = json.at("target").get<double>();
+  error.target = number_or_none(json.at("target"));
   json.at("met").get_to(error.target_met);
+  json.at("worst_tile").get_to(error.worst_tile);
+  error.tile_target = number_or_none(json.at("tile_target"));
   json.at("bounded").get_to(error.bounded);
+  json.at("certified_share").get_to(error.certified_share);
+  json.at("looks").get_to(error.looks);
+  error.limit = limit_of(json.at("limit"));
   for (const auto& [name, part] : error_parts) json.at("parts").at(name).get_to(error.*part);
   return error;
 }

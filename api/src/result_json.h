@@ -1,6 +1,7 @@
 #pragma once
 /// JSON members that several documents share: accuracy, error estimate and ray counts.
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -12,11 +13,15 @@ namespace api {
 using Json = nlohmann::ordered_json;
 
 inline Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
+/// JSON has no infinity.
+inline Json finite_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 
 /// The accuracy section of a document that has this accuracy. Defaults are omitted.
 Json accuracy_json(const tracer::Accuracy& accuracy);
 
-/// {estimate, confidence, target, met, bounded, parts{sampling, depth, cutoff, approximation}}
+/// {estimate, proven, confidence, target, met, worst_tile, tile_target, bounded, certified_share, looks, limit,
+/// parts{sampling, depth, cutoff, approximation, tone}}. Null: `proven` if nothing is proven, targets that were not
+/// requested, `limit` if the number of samples was fixed.
 Json error_json(const tracer::ErrorEstimate& error);
 /// Its inverse; throws nlohmann::json::exception if a member is missing or has another type.
 tracer::ErrorEstimate error_of_json(const Json& json);

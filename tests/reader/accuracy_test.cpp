@@ -71,10 +71,20 @@ TEST(AccuracyReader, KeepsTheTargetOfExactSamplesForTheReport) {
   EXPECT_EQ(summary_of(R"("samples": [9, 9], "time_budget_ms": 5)"), "exactly 9, target -");
 }
 
+TEST(AccuracyReader, ReadsTheTargetOfTheWorstTile) {
+  EXPECT_EQ(accuracy_of("").tile_target(), std::nullopt);
+  EXPECT_EQ(accuracy_of(R"("tile_error": 3.5)").tile_target(), 3.5);
+  EXPECT_EQ(accuracy_of(R"("tile_error": 3.5, "samples": [9, 9])").tile_target(), 3.5);
+  EXPECT_EQ(summary_of(R"("tile_error": 3.5)"), "target -, budget -, samples 1..4096");
+  EXPECT_EQ(summary_of(R"("tile_error": 3.5, "target_error": 2)"), "target 2, budget -, samples 1..4096");
+  EXPECT_EQ(summary_of(R"("tile_error": 3.5, "preset": "fine")"), "target 0.5, budget -, samples 1..4096");
+}
+
 TEST(AccuracyReader, ReadsEveryFieldOfAdaptiveSampling) {
   const Accuracy accuracy =
       accepted(reader_tests::file_bytes(WHITTLE_SOURCE_DIR "/tests/reader/every_field_of_images.json")).scene.accuracy;
   EXPECT_EQ(summary_of(accuracy), "target 2.5, budget 1500.5, samples 3..300");
+  EXPECT_EQ(accuracy.tile_target(), 7.5);
   EXPECT_EQ(accuracy.approximate.shadows, Approximations::Shadows::map);
   EXPECT_EQ(accuracy.approximate.reflections, Approximations::Reflections::environment);
   EXPECT_EQ(accuracy.approximate.shading, Approximations::Shading::flat);

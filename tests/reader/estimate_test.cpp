@@ -110,6 +110,21 @@ TEST(IsLarge, DependsOnSamplesExpectedForTheTargetError) {
   EXPECT_FALSE(large(309, 309, 2));
 }
 
+TEST(IsLarge, DependsOnSamplesExpectedForTheErrorOfTheWorstTile) {
+  const auto large = [](std::uint32_t width, std::uint32_t height, double tile_error, std::optional<double> target) {
+    tracer::Scene scene = scene_of(width, height, 1);
+    scene.accuracy.adaptive = tracer::Adaptive{};
+    scene.accuracy.adaptive->tile_error = tile_error;
+    scene.accuracy.adaptive->target_error = target;
+    return api::is_large(scene);
+  };
+  EXPECT_FALSE(large(308, 309, 3.5, {})) << "22 samples in a pixel, as for a target error of 1";
+  EXPECT_TRUE(large(309, 309, 3.5, {}));
+  EXPECT_TRUE(large(309, 309, 3.5, 100)) << "both targets have to be reached";
+  EXPECT_TRUE(large(309, 309, 100, 1));
+  EXPECT_FALSE(large(309, 309, 7, 2));
+}
+
 TEST(IsLarge, DependsOnMemory) {
   tracer::Scene scene = scene_of(16, 16, 1);
   tracer::Mesh mesh;

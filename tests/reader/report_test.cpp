@@ -8,11 +8,15 @@
 
 namespace {
 
-TEST(Report, HasNullTargetWithoutATargetError) {
+TEST(Report, HasNullForTargetsAndBoundsThatDoNotExist) {
   tracer::Scene scene;
   scene.image = {4, 2};
   const std::string report = api::write_report(scene, {}, {}, {}, 0);
-  EXPECT_NE(report.find(R"("target":null,"met":true,"bounded":true)"), std::string::npos) << report;
+  EXPECT_NE(
+      report.find(R"("proven":null,"confidence":0.95,"target":null,"met":true,"worst_tile":0.0,"tile_target":null,)"
+                  R"("bounded":true,"certified_share":0.0,"looks":0,"limit":null)"),
+      std::string::npos)
+      << report;
 }
 
 TEST(Report, HasEveryMember) {
@@ -42,6 +46,13 @@ TEST(Report, HasEveryMember) {
   error.cutoff = 0.125;
   error.approximation = 0.0625;
   error.bounded = false;
+  error.proven = 1.75;
+  error.worst_tile = 6.5;
+  error.tile_target = 7;
+  error.tone = 0.03125;
+  error.certified_share = 0.875;
+  error.looks = 1234;
+  error.limit = tracer::ErrorEstimate::Limit::time_budget;
   const std::string expected =
       R"({"requirements":{"reflection":true,"refraction":true,"fresnel":true,"shadows":false,"transmissive_shadows":false,)"
       R"("soft_lights":false,"many_lights":false,"absorption":false,"overlapping_media":false,"gouraud":false,)"
@@ -49,13 +60,15 @@ TEST(Report, HasEveryMember) {
       R"("bump":false,"smooth_normals":false,"triangles":false,"spheres":true,"quadrics":false,"planes":false,"approximations":false},)"
       R"("reasons":{"reflection":"/materials/glass","refraction":"/materials/glass","fresnel":"/materials/glass",)"
       R"("spheres":"/objects/0"},)"
-      R"("error":{"estimate":1.5,"confidence":0.75,"target":1.0,"met":false,"bounded":false,)"
-      R"("parts":{"sampling":0.5,"depth":0.25,"cutoff":0.125,"approximation":0.0625}},)"
+      R"("error":{"estimate":1.5,"proven":1.75,"confidence":0.75,"target":1.0,"met":false,"worst_tile":6.5,)"
+      R"("tile_target":7.0,"bounded":false,"certified_share":0.875,"looks":1234,"limit":"time_budget",)"
+      R"("parts":{"sampling":0.5,"depth":0.25,"cutoff":0.125,"approximation":0.0625,"tone":0.03125}},)"
       R"("samples":{"min":2,"mean":9.0,"max":23},"holdout_samples":8,"rays":{"camera":72,"shadow":10,"reflection":20,"refraction":30},"culled_shadows":{"rays":144,"radiance":0.0005},)"
       R"("time_ms":{"queue":0.5,"parse":1.0,"build":2.0,"trace":3.0,"encode":4.0},"geometry_reused":true,"textures":{"reused":5,"decoded":6},"estimated_work":97.0,"memory_bytes":12345678901,"non_finite":3,)"
       R"("build":")" +
       std::string(tracer::build()) + "\"}";
-  EXPECT_EQ(api::write_report(scene, error, statistics, {0.5, 1, 2, 3, 4, {true, 5, 6}}, 12345678901), expected);
+  EXPECT_EQ(api::write_report(scene, error, statistics, {0.5, 1, 2, 3, 4, {true, 5, 6}}, 12345678901),
+            expected);
 }
 
 }  // namespace

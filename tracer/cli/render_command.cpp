@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 #include <cinttypes>
+#include <cmath>
 #include <cstdio>
 #include <optional>
 #include <string>
@@ -55,16 +56,41 @@ void print_rays(const tracer::RayCounts& rays, double trace_ms) {
                  static_cast<double>(count) / seconds / 1e6);
 }
 
-/// The error estimate and its parts other than sampling.
+/// The bound that is proven, the worst tile and why sampling ended, as far as they are not trivial.
+void print_error_details(const tracer::ErrorEstimate& error) {
+  if (std::isfinite(error.proven)) {
+    std::fprintf(stderr, "proven     at most %.3g levels; %.3g %% of the pixels certified, %" PRIu64 " looks\n",
+                 error.proven, 100 * error.certified_share, error.looks);
+  }
+  if (error.tile_target) {
+    std::fprintf(stderr, "worst tile %.3g levels, target %.3g%s\n", error.worst_tile, *error.tile_target,
+                 error.worst_tile <= *error.tile_target ? "" : " not reached");
+  } else if (error.worst_tile > 0) {
+    std::fprintf(stderr, "worst tile %.3g levels\n", error.worst_tile);
+  }
+  // In the order of ErrorEstimate::Limit.
+  constexpr std::array<const char*, 6> reasons{nullptr,
+                                               nullptr,
+                                               "the time budget is used",
+                                               "samples_max is reached everywhere",
+                                               "parts that samples cannot lower exceed the target",
+                                               "nothing visible is left"};
+  if (const char* const reason = reasons[static_cast<std::size_t>(error.limit)]; reason != nullptr)
+    std::fprintf(stderr, "ended      %s\n", reason);
+}
+
+/// The error estimate, its parts other than sampling, and its details.
 void print_error(const tracer::ErrorEstimate& error) {
   std::fprintf(stderr, "error      at most %.3g levels (%.0f %% confidence)", error.estimate, 100 * error.confidence);
-  if (error.target) std::fprintf(stderr, ", target %.3g%s", *error.target, error.target_met ? "" : " not reached");
-  const std::array<std::pair<const char*, double>, 3> parts{
-      {{"depth", error.depth}, {"cutoff", error.cutoff}, {"approximation", error.approximation}}};
+  if (error.target)
+    std::fprintf(stderr, ", target %.3g%s", *error.target, error.estimate <= *error.target ? "" : " not reached");
+  const std::array<std::pair<const char*, double>, 4> parts{
+      {{"depth", error.depth}, {"cutoff", error.cutoff}, {"approximation", error.approximation}, {"tone", error.tone}}};
   for (const auto& [part, levels] : parts)
     if (levels >= 5e-4) std::fprintf(stderr, "; %s %.3g", part, levels);
   std::fputs(error.bounded ? "\n" : "; depth and cutoff are estimates, the radiance of this scene has no bound\n",
              stderr);
+  print_error_details(error);
 }
 
 void print_summary(const tracer::Rendered& rendered, const RenderSummary& summary) {

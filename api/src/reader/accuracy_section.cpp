@@ -32,7 +32,7 @@ namespace {
 /// The fields as written; unset, or the default, if they are absent or invalid.
 struct RequestedAccuracy {
   std::optional<Preset> preset;
-  std::optional<double> target_error, time_budget_ms;
+  std::optional<double> target_error, tile_error, time_budget_ms;
   std::array<std::uint32_t, 2> samples{tracer::Adaptive{}.samples_min, tracer::Adaptive{}.samples_max};
   bool cutoff = false;
 
@@ -88,6 +88,7 @@ RequestedAccuracy read_requested(Reading& reading, const Cursor& at) {
   Fields fields(reading, at, "the accuracy");
   if (Preset preset{}; fields.optional("preset", preset)) requested.preset = preset;
   fields.optional("target_error", requested.target_error);
+  fields.optional("tile_error", requested.tile_error);
   if (const auto samples = fields.take("samples")) read_samples(reading, *samples, requested.samples);
   if (const auto budget = fields.take("time_budget_ms")) read_time_budget(reading, *budget, requested);
   fields.optional("max_depth", accuracy.max_depth);
@@ -100,11 +101,11 @@ RequestedAccuracy read_requested(Reading& reading, const Cursor& at) {
   return requested;
 }
 
-/// The target error by number, else by preset; "standard" if nothing else ends the sampling.
+/// The target error of the image by number, else by preset; "standard" if nothing else ends the sampling.
 std::optional<double> target_of(const RequestedAccuracy& requested) {
   if (requested.target_error) return requested.target_error;
   if (requested.preset) return target_error_of(*requested.preset);
-  if (requested.exact() || requested.time_budget_ms) return std::nullopt;
+  if (requested.exact() || requested.time_budget_ms || requested.tile_error) return std::nullopt;
   return target_error_of(Preset::standard);
 }
 
@@ -123,9 +124,11 @@ void read_accuracy(Reading& reading, const std::optional<Cursor>& at) {
   if (requested.exact()) {
     accuracy.samples = requested.samples.front();
     accuracy.target_error = target;
+    accuracy.tile_error = requested.tile_error;
   } else {
     tracer::Adaptive& adaptive = accuracy.adaptive.emplace();
     adaptive.target_error = target;
+    adaptive.tile_error = requested.tile_error;
     adaptive.time_budget_ms = requested.time_budget_ms;
     adaptive.samples_min = requested.samples.front();
     adaptive.samples_max = requested.samples.back();
