@@ -158,6 +158,16 @@ TEST(AccuracyReader, EnablesRussianRouletteForAdaptiveSamplingWithoutCutoff) {
     EXPECT_FALSE(accuracy_of(members).cutoff_by_chance) << members;
 }
 
+TEST(AccuracyReader, DefaultsToADepthThatRussianRouletteDoesNotReach) {
+  for (const char* members : {"", R"("samples": [1, 4])", R"("time_budget_ms": 100)", R"("target_error": 0.5)",
+                              R"("tile_error": 0.5)", R"("cutoff": 0.001)"})
+    EXPECT_EQ(accuracy_of(members).max_depth, 1000u) << members;
+  for (const char* members : {R"("samples": [4, 4])", R"("samples": [4, 4], "target_error": 0.5)"})
+    EXPECT_EQ(accuracy_of(members).max_depth, 64u) << members;
+  EXPECT_EQ(accuracy_of(R"("max_depth": 64)").max_depth, 64u);
+  EXPECT_EQ(accuracy_of(R"("max_depth": 3, "samples": [4, 4])").max_depth, 3u);
+}
+
 TEST(Requirements, NeedLensForMoreThanOneSample) {
   const auto lens = [](const std::string& accuracy) {
     return tracer::requirements(accepted(R"({"version": 1, "camera": {"position": [0,0,1], "look_at": [0,0,0],

@@ -40,7 +40,7 @@ TEST(DefaultValues, OfSceneMatchTheSceneHeader) {
   EXPECT_EQ(scene.background.color, Color{});
   EXPECT_EQ(scene.ambient, Color{});
   EXPECT_TRUE(scene.lights.empty() && scene.textures.empty() && scene.materials.empty() && scene.objects.empty());
-  EXPECT_EQ(scene.accuracy.max_depth, expected.accuracy.max_depth);
+  EXPECT_EQ(scene.accuracy.max_depth, tracer::default_max_depth(true));
   EXPECT_EQ(scene.accuracy.seed, 0u);
   EXPECT_EQ(scene.output.formats, std::vector{tracer::Format::png});
 }

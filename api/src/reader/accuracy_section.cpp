@@ -34,7 +34,7 @@ struct RequestedAccuracy {
   std::optional<Preset> preset;
   std::optional<double> target_error, tile_error, time_budget_ms;
   std::array<std::uint32_t, 2> samples{tracer::Adaptive{}.samples_min, tracer::Adaptive{}.samples_max};
-  bool cutoff = false;
+  bool cutoff = false, max_depth = false;
 
   [[nodiscard]] bool exact() const { return samples[0] == samples[1]; }
 };
@@ -91,6 +91,7 @@ RequestedAccuracy read_requested(Reading& reading, const Cursor& at) {
   fields.optional("tile_error", requested.tile_error);
   if (const auto samples = fields.take("samples")) read_samples(reading, *samples, requested.samples);
   if (const auto budget = fields.take("time_budget_ms")) read_time_budget(reading, *budget, requested);
+  requested.max_depth = fields.has("max_depth");
   fields.optional("max_depth", accuracy.max_depth);
   requested.cutoff = fields.has("cutoff");
   fields.optional("cutoff", accuracy.cutoff);
@@ -138,6 +139,7 @@ void read_accuracy(Reading& reading, const std::optional<Cursor>& at) {
                                      reading.scene().image.window().pixels(), tracer::Limits{}.samples_times_pixels);
   }
   accuracy.cutoff_by_chance = !requested.cutoff && accuracy.adaptive.has_value();
+  if (!requested.max_depth) accuracy.max_depth = tracer::default_max_depth(accuracy.adaptive.has_value());
 }
 
 }  // namespace api

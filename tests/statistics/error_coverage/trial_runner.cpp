@@ -30,7 +30,7 @@ Rendered render_scene(const Scene& scene, const Assets& assets, std::uint32_t th
   return std::move(*rendered);
 }
 
-/// The defaults of a document: cutoff by chance with a target error or a time budget.
+/// The defaults of a document: with a target error or a time budget, cutoff by chance and its depth.
 Accuracy accuracy_of(const Setting& setting, const Approximations& approximate, std::uint64_t seed) {
   Accuracy accuracy;
   accuracy.seed = seed;
@@ -40,6 +40,7 @@ Accuracy accuracy_of(const Setting& setting, const Approximations& approximate, 
     return accuracy;
   }
   accuracy.cutoff_by_chance = true;
+  accuracy.max_depth = default_max_depth(true);
   accuracy.adaptive = Adaptive{.target_error = setting.target_error, .time_budget_ms = setting.time_budget_ms};
   return accuracy;
 }

@@ -71,7 +71,8 @@ struct Accuracy {
   std::optional<double> target_error;
   std::optional<double> tile_error{};  ///< the same for the worst tile
   std::optional<Adaptive> adaptive;
-  std::uint32_t max_depth = 64;  ///< secondary bounces; bounds the work of paths that `cutoff` does not end
+  /// Secondary bounces; bounds the work of paths that `cutoff` does not end. See default_max_depth().
+  std::uint32_t max_depth = 64;
   /// Rays with a throughput (maximum over RGB) below this are not traced. Default 1/1000: a quarter of an 8-bit step.
   double cutoff = 1e-3;
   /// Russian roulette (Arvo & Kirk 1990): rays below `cutoff` survive with a probability proportional to their
@@ -86,6 +87,12 @@ struct Accuracy {
   [[nodiscard]] std::optional<double> target() const { return adaptive ? adaptive->target_error : target_error; }
   [[nodiscard]] std::optional<double> tile_target() const { return adaptive ? adaptive->tile_error : tile_error; }
 };
+
+/// Default depth of a document. With adaptive sampling, Russian roulette ends paths and the depth is a safety net: a
+/// path between two mirrors of 95 % reaches it with probability 0.95^(1000 - 135) = 5e-20 (135 bounces to the default
+/// cutoff, then survival by 0.95 at each), one of 99 % with 4 %. It bounds the work between mirrors of 100 %, which
+/// never ends.
+constexpr std::uint32_t default_max_depth(bool adaptive) { return adaptive ? 1000 : Accuracy().max_depth; }
 
 /// Error estimate of a rendered image. All errors in levels. A tile is a square of 16 x 16 pixels, counted from the
 /// upper left corner of the rendered window and smaller at its right and lower border.
