@@ -34,6 +34,19 @@ Json samples_json(const tracer::Scene& scene, const tracer::RenderStatistics& st
           {"max", statistics.samples_max}};
 }
 
+Json artifacts_json(const std::vector<ReportedArtifact>& artifacts) {
+  Json list = Json::array();
+  for (const auto& [name, error] : artifacts)
+    list.push_back({{"name", name},
+                    {"error",
+                     {{"estimate", error.estimate},
+                      {"proven", finite_or_null(error.proven)},
+                      {"met", error.target_met},
+                      {"worst_tile", error.worst_tile},
+                      {"encoding", error.encoding}}}});
+  return list;
+}
+
 /// Upper bound of the radiance that culled shadow rays omit, as a mean over all samples.
 double culled_radiance(const tracer::Scene& scene, const tracer::RenderStatistics& statistics) {
   if (statistics.samples == 0) return 0;
@@ -66,10 +79,11 @@ Json seconds_json(const tracer::Scene& scene, std::optional<double> seconds_per_
 }  // namespace
 
 std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate& error,
-                         const tracer::RenderStatistics& statistics, const StageTimes& times,
-                         std::uint64_t memory_bytes) {
+                         const std::vector<ReportedArtifact>& artifacts, const tracer::RenderStatistics& statistics,
+                         const StageTimes& times, std::uint64_t memory_bytes) {
   Json report = requirements_json(scene);
   report["error"] = error_json(error);
+  report["artifacts"] = artifacts_json(artifacts);
   report["samples"] = samples_json(scene, statistics);
   report["holdout_samples"] = statistics.holdout_samples;
   report["rays"] = rays_json(statistics.rays);

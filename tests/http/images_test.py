@@ -43,6 +43,21 @@ class Rendering(OneDaemon):
         self.assertEqual((error["target"], error["met"]), (None, True))
         self.assertGreater(error["estimate"], 0)
 
+    def test_reports_the_error_of_each_file(self):
+        document = scene(accuracy={"samples": [4, 4], "target_error": 100}, output={"formats": ["png", "jpg", "exr"]})
+        reply = self.daemon.request("POST", "/v1/render", document)
+        self.assertEqual(reply.status, 200)
+        job = json_of(self.daemon.get(reply.headers["Content-Location"].rsplit("/", 1)[0]))
+        image, files = job["report"]["error"], job["report"]["artifacts"]
+        self.assertEqual([file["name"] for file in files], [artifact["name"] for artifact in job["artifacts"]])
+        png, jpg, exr = [file["error"] for file in files]
+        self.assertTrue(0 == exr["encoding"] < png["encoding"] < min(0.5, jpg["encoding"]), files)
+        self.assertAlmostEqual(exr["estimate"], image["estimate"])
+        for error in (png, jpg):
+            self.assertGreater(error["estimate"], image["estimate"])
+            self.assertLessEqual(error["estimate"], image["estimate"] + error["encoding"])
+            self.assertTrue(error["met"])
+
     def test_prefers_the_first_format_of_the_document(self):
         reply = self.daemon.request("POST", "/v1/render", scene(output={"formats": ["exr", "png"]}))
         self.assertEqual(reply.headers["Content-Type"], "image/x-exr")

@@ -212,7 +212,7 @@ TEST(NormalMap, IsLinearWithoutAnExplicitColorSpace) {
     scene.assets.push_back({"normals.png", "/textures/normals/file"});
     if (also_a_color) scene.materials[0].color = TextureId{0};
     RenderControl control;
-    const auto compiled = compile(scene, control, {{*png}});
+    const auto compiled = compile(scene, control, {{png->bytes}});
     EXPECT_TRUE(compiled);
     return render(**compiled, {.threads = 1}, control)->image.rgb[0];
   };

@@ -54,7 +54,7 @@ TEST(Environment, ReproducesItsPanoramaBitForBit) {
       again.textures = {imaged(filter)};
       again.assets = {{"world.exr", "/background/environment/file"}};
       again.background.environment = Environment{};
-      const Image back = rendered(again, {{*file}}).image;
+      const Image back = rendered(again, {{file->bytes}}).image;
       if (filter == Texture::Filter::nearest) {
         EXPECT_EQ(back.rgb, seen.rgb);
       } else if (filter == Texture::Filter::bilinear) {
@@ -81,7 +81,7 @@ TEST(Environment, RotatesThePanorama) {
   scene.textures = {texels};
   scene.assets = {{"numbers.exr", "/background/environment/file"}};
   scene.background.environment = Environment{{0}, 90};
-  const Image turned = rendered(scene, {{*file}}).image;
+  const Image turned = rendered(scene, {{file->bytes}}).image;
   for (std::uint32_t x = 0; x < 128; ++x) {
     EXPECT_EQ(turned.pixel(x, 20)[0], static_cast<float>((x + 32) % 128)) << "a quarter of the texels to the left";
     EXPECT_EQ(turned.pixel(x, 20)[1], 20);

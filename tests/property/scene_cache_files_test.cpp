@@ -129,7 +129,7 @@ Scene floor_with_image(std::optional<ColorSpace> space = {}) {
 Assets image_file(std::uint32_t side, float light) {
   Image image{side, side, std::vector<float>(std::size_t{3} * side * side), {}, {}};
   for (std::size_t i = 0; i < image.rgb.size(); ++i) image.rgb[i] = light * static_cast<float>(i % 7) / 7;
-  return {{*encode(image, Format::png, {})}};
+  return {{encode(image, Format::png, {})->bytes}};
 }
 
 struct Images {

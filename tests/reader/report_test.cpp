@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <string>
 
 #include "tracer/version.h"
@@ -11,7 +12,7 @@ namespace {
 TEST(Report, HasNullForTargetsAndBoundsThatDoNotExist) {
   tracer::Scene scene;
   scene.image = {4, 2};
-  const std::string report = api::write_report(scene, {}, {}, {}, 0);
+  const std::string report = api::write_report(scene, {}, {}, {}, {}, 0);
   EXPECT_NE(
       report.find(R"("proven":null,"confidence":0.95,"target":null,"met":true,"worst_tile":0.0,"tile_target":null,)"
                   R"("bounded":true,"certified_share":0.0,"looks":0,"limit":null)"),
@@ -53,6 +54,9 @@ TEST(Report, HasEveryMember) {
   error.certified_share = 0.875;
   error.looks = 1234;
   error.limit = tracer::ErrorEstimate::Limit::time_budget;
+  const std::vector<api::ReportedArtifact> artifacts{
+      {"image.png", {.estimate = 2, .proven = 2.25, .worst_tile = 7.5, .encoding = 0.5, .target_met = false}},
+      {"image.exr", {.estimate = 1.5, .proven = std::numeric_limits<double>::infinity()}}};
   const std::string expected =
       R"({"requirements":{"reflection":true,"refraction":true,"fresnel":true,"shadows":false,"transmissive_shadows":false,)"
       R"("soft_lights":false,"many_lights":false,"absorption":false,"overlapping_media":false,"gouraud":false,)"
@@ -63,11 +67,13 @@ TEST(Report, HasEveryMember) {
       R"("error":{"estimate":1.5,"proven":1.75,"confidence":0.75,"target":1.0,"met":false,"worst_tile":6.5,)"
       R"("tile_target":7.0,"bounded":false,"certified_share":0.875,"looks":1234,"limit":"time_budget",)"
       R"("parts":{"sampling":0.5,"depth":0.25,"cutoff":0.125,"approximation":0.0625,"tone":0.03125}},)"
+      R"("artifacts":[{"name":"image.png","error":{"estimate":2.0,"proven":2.25,"met":false,"worst_tile":7.5,"encoding":0.5}},)"
+      R"({"name":"image.exr","error":{"estimate":1.5,"proven":null,"met":true,"worst_tile":0.0,"encoding":0.0}}],)"
       R"("samples":{"min":2,"mean":9.0,"max":23},"holdout_samples":8,"rays":{"camera":72,"shadow":10,"reflection":20,"refraction":30},"culled_shadows":{"rays":144,"radiance":0.0005},)"
       R"("time_ms":{"queue":0.5,"parse":1.0,"build":2.0,"trace":3.0,"encode":4.0},"geometry_reused":true,"textures":{"reused":5,"decoded":6},"estimated_work":97.0,"memory_bytes":12345678901,"non_finite":3,)"
       R"("build":")" +
       std::string(tracer::build()) + "\"}";
-  EXPECT_EQ(api::write_report(scene, error, statistics, {0.5, 1, 2, 3, 4, {true, 5, 6}}, 12345678901),
+  EXPECT_EQ(api::write_report(scene, error, artifacts, statistics, {0.5, 1, 2, 3, 4, {true, 5, 6}}, 12345678901),
             expected);
 }
 

@@ -87,11 +87,11 @@ Options parse(const std::vector<std::string>& arguments) {
 void write_image(const Case& scene, const ReferenceImage& reference, const std::filesystem::path& directory) {
   const tracer::PixelWindow window = scene.scene.image.window();
   const tracer::Image image{window.width(), window.height(), {reference.linear.begin(), reference.linear.end()}};
-  const auto bytes = tracer::encode(image, tracer::Format::png, scene.scene.output);
-  if (!bytes) throw std::runtime_error(bytes.error());
+  const auto png = tracer::encode(image, tracer::Format::png, scene.scene.output);
+  if (!png) throw std::runtime_error(png.error());
   std::filesystem::create_directories(directory);
   std::ofstream(directory / (scene.name + ".png"), std::ios::binary)
-      .write(reinterpret_cast<const char*>(bytes->data()), static_cast<std::streamsize>(bytes->size()));
+      .write(reinterpret_cast<const char*>(png->bytes.data()), static_cast<std::streamsize>(png->bytes.size()));
 }
 
 SceneTrials run_trials(const Case& scene, const Options& options) {

@@ -58,8 +58,8 @@ std::vector<std::uint8_t> image_bytes() {
       rgb[1] = static_cast<float>((x ^ y) % 16) / 16;
       rgb[2] = static_cast<float>(y) / 64;
     }
-  const auto bytes = encode(image, Format::png);
-  return *bytes;
+  const auto png = encode(image, Format::png);
+  return png->bytes;
 }
 
 Texture image(Case& c, Texture::Filter filter) {

@@ -68,9 +68,9 @@ ExitCode run(const DiffOptions& options) {
   if (!found) return fail(found.error(), incomparable_images);
   const double white = options.heat_white.value_or(tracer::heat_scale(*found));
   if (options.heat_path) {
-    const auto bytes = tracer::encode(tracer::heat_map(a->image, b->image, white), tracer::Format::png);
-    if (!bytes) return fail(bytes.error());
-    if (const auto written = write_file(*options.heat_path, *bytes); !written) return fail(written.error().message);
+    const auto png = tracer::encode(tracer::heat_map(a->image, b->image, white), tracer::Format::png);
+    if (!png) return fail(png.error());
+    if (const auto written = write_file(*options.heat_path, png->bytes); !written) return fail(written.error().message);
   }
   const bool differ = options.tolerance && found->rmse > *options.tolerance;
   if (options.json) {

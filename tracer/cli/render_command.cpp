@@ -39,8 +39,13 @@ class Stopwatch {
 };
 
 struct RenderSummary {
+  struct File {
+    std::string path;
+    std::size_t bytes = 0;
+    tracer::FileError error;
+  };
   double parse_ms = 0, build_ms = 0, trace_ms = 0, encode_ms = 0;  ///< wall clock
-  std::vector<std::pair<std::string, std::size_t>> files;          ///< path and bytes
+  std::vector<File> files;
 };
 
 /// Rates are over the whole trace time, in which all kinds are traced together.
@@ -105,8 +110,12 @@ void print_summary(const tracer::Rendered& rendered, const RenderSummary& summar
     std::fprintf(stderr, "culled     %" PRIu64 " shadow rays of negligible lights\n", statistics.culled_shadow_rays);
   if (statistics.non_finite != 0)
     std::fprintf(stderr, "warning    %" PRIu64 " samples were not finite and are omitted\n", statistics.non_finite);
-  for (const auto& [path, bytes] : summary.files)
-    std::fprintf(stderr, "wrote      %s, %zu bytes\n", path.c_str(), bytes);
+  for (const auto& [path, bytes, error] : summary.files) {
+    std::fprintf(stderr, "wrote      %s, %zu bytes", path.c_str(), bytes);
+    if (error.encoding >= 5e-4)
+      std::fprintf(stderr, ", error at most %.3g levels, encoding %.3g", error.estimate, error.encoding);
+    std::fputc('\n', stderr);
+  }
 }
 
 constexpr const char* nothing_written = "interrupted; nothing was written";
@@ -129,16 +138,17 @@ tracer::Result<tracer::Rendered, tracer::Failure> trace(tracer::Scene& scene, co
 
 /// Writes all files, then publishes all of them: after a full disk no old file has been replaced. Returns an exit code
 /// on failure only.
-std::optional<ExitCode> write_all(const tracer::Image& image, const tracer::Output& settings,
+std::optional<ExitCode> write_all(const tracer::Rendered& rendered, const tracer::Output& settings,
                                   const std::vector<RenderOptions::Output>& outputs, std::vector<PendingFile>& files,
                                   const tracer::RenderControl& control, RenderSummary& summary) {
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     Stopwatch watch;
-    const auto bytes = tracer::encode(image, outputs[i].format, settings);
+    const auto encoded = tracer::encode(rendered.image, outputs[i].format, settings);
     summary.encode_ms += watch.lap_ms();
-    if (!bytes) return fail(bytes.error());
-    if (const auto written = files[i].write(*bytes); !written) return fail(written.error().message);
-    summary.files.emplace_back(outputs[i].path, bytes->size());
+    if (!encoded) return fail(encoded.error());
+    if (const auto written = files[i].write(encoded->bytes); !written) return fail(written.error().message);
+    summary.files.push_back(
+        {outputs[i].path, encoded->bytes.size(), tracer::file_error(rendered.error, encoded->error)});
   }
   if (control.cancelled()) return fail(nothing_written, interrupted);
   for (PendingFile& file : files) {
@@ -176,7 +186,7 @@ ExitCode run(const RenderOptions& options) {
 
   const auto rendered = trace(scene, loaded->assets, options, control, summary);
   if (!rendered) return fail(rendered.error(), nothing_written);
-  if (const auto stopped = write_all(rendered->image, scene.output, options.outputs, files, control, summary))
+  if (const auto stopped = write_all(*rendered, scene.output, options.outputs, files, control, summary))
     return *stopped;
   if (!options.quiet) print_summary(*rendered, summary);
   return success;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tracer/compile.h"
+#include "tracer/encode.h"
 #include "tracer/render.h"
 #include "tracer/requirements.h"
 #include "tracer/scene.h"
@@ -20,15 +21,22 @@ struct StageTimes {
   tracer::CacheHits cache_hits{};  ///< results of earlier jobs that shortened `parse` and `build`
 };
 
+/// An image file of the job.
+struct ReportedArtifact {
+  std::string name;
+  tracer::FileError error;
+};
+
 /// {requirements, reasons, error{estimate, proven, confidence, target, met, worst_tile, tile_target, bounded,
-/// certified_share, looks, limit, parts{sampling, depth, cutoff, approximation, tone}}, samples{min, mean, max},
+/// certified_share, looks, limit, parts{sampling, depth, cutoff, approximation, tone}}, artifacts[{name,
+/// error{estimate, proven, met, worst_tile, encoding}}], samples{min, mean, max},
 /// holdout_samples, rays{camera, shadow, reflection, refraction}, culled_shadows{rays, radiance}, time_ms{...},
 /// geometry_reused, textures{reused, decoded}, estimated_work, memory_bytes, non_finite, build}. Null: targets that
 /// were not requested, `proven` if nothing is proven, `limit` with a fixed number of samples. `samples` are those of
 /// the image, without `holdout_samples`. Precondition: tracer::validate accepts `scene`. Throws std::bad_alloc only.
 std::string write_report(const tracer::Scene& scene, const tracer::ErrorEstimate& error,
-                         const tracer::RenderStatistics& statistics, const StageTimes& times,
-                         std::uint64_t memory_bytes);
+                         const std::vector<ReportedArtifact>& artifacts, const tracer::RenderStatistics& statistics,
+                         const StageTimes& times, std::uint64_t memory_bytes);
 
 /// The accuracy as the "accuracy" section of a document: the target error instead of a preset, and no defaults. The
 /// section reads back as the same accuracy. Throws std::bad_alloc only.

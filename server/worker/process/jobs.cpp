@@ -155,8 +155,8 @@ class RenderStages {
     control_.display_output.exposure = scene.output.exposure;
     control_.display_output.overflow = scene.output.overflow;
     tracer::Rendered rendered = trace(*compiled);
-    Finished finished{job_.job_id, job_.fence, {}, encode(rendered.image, scene.output)};
-    finished.report = api::write_report(scene, rendered.error, rendered.statistics, times_, memory_bytes_);
+    Finished finished{job_.job_id, job_.fence, {}, encode(rendered, scene.output)};
+    finished.report = api::write_report(scene, rendered.error, artifacts_, rendered.statistics, times_, memory_bytes_);
     return finished;
   }
 
@@ -192,16 +192,17 @@ class RenderStages {
     return rendered;
   }
 
-  std::vector<Image> encode(const tracer::Image& image, const tracer::Output& output) {
+  std::vector<Image> encode(const tracer::Rendered& rendered, const tracer::Output& output) {
     std::vector<Image> images;
     for (const tracer::Format format : output.formats) {
       stop_if_cancelled(control_.tracing);
-      const auto encoded = tracer::encode(image, format, output);
+      const auto encoded = tracer::encode(rendered.image, format, output);
       if (!encoded) throw Stop{queue::Problem{"internal", encoded.error(), {}}};
-      memory_bytes_ += encoded->size();
-      const std::string_view bytes(reinterpret_cast<const char*>(encoded->data()), encoded->size());
-      images.push_back({"image." + std::string(tracer::extension(format)), std::string(tracer::media_type(format)),
-                        sealed_memory(bytes)});
+      memory_bytes_ += encoded->bytes.size();
+      const std::string_view bytes(reinterpret_cast<const char*>(encoded->bytes.data()), encoded->bytes.size());
+      const std::string name = "image." + std::string(tracer::extension(format));
+      images.push_back({name, std::string(tracer::media_type(format)), sealed_memory(bytes)});
+      artifacts_.push_back({name, tracer::file_error(rendered.error, encoded->error)});
     }
     times_.encode = watch_.lap();
     return images;
@@ -213,6 +214,7 @@ class RenderStages {
   tracer::SceneCache* cache_;
   Stopwatch watch_;
   api::StageTimes times_;
+  std::vector<api::ReportedArtifact> artifacts_;
   std::uint64_t memory_bytes_ = 0;  ///< size of the compiled scene, the image and the encoded files
 };
 

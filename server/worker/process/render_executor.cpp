@@ -29,7 +29,7 @@ std::string preview_png(JobControl& control, std::uint32_t side) {
     const std::optional<tracer::Image> image = control.preview.snapshot(side);
     if (!image || std::find(image->alpha.begin(), image->alpha.end(), 1.0f) == image->alpha.end()) return {};
     const auto png = tracer::encode(*image, tracer::Format::png, control.display_output);
-    return png ? std::string(png->begin(), png->end()) : std::string();
+    return png ? std::string(png->bytes.begin(), png->bytes.end()) : std::string();
   } catch (const std::bad_alloc&) {
     return {};
   }

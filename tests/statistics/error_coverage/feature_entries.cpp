@@ -78,7 +78,7 @@ CorpusScene bright_texel(Canvas canvas, Random& random) {
 
   CorpusScene result;
   Scene& scene = result.scene = orthographic_scene(canvas);
-  result.assets.bytes = {*png};
+  result.assets.bytes = {png->bytes};
   scene.assets = {{"texels.png", "/textures/texels/file"}};
   Texture texture;
   texture.pattern = ImageTexture{AssetId{0}, ColorSpace::srgb};

@@ -139,7 +139,7 @@ std::vector<Trial> TrialRunner::run(const Setting& setting, std::uint64_t seed) 
   trial.error = truth_.error_of(to_display(rendered.image, scene.output));
   trial.samples_per_pixel =
       static_cast<double>(rendered.statistics.samples) / static_cast<double>(scene.image.window().pixels());
-  if (entry_.settings == SettingGroup::files) return file_trials(rendered.image, trial);
+  if (entry_.settings == SettingGroup::files) return file_trials(rendered, trial);
   std::vector<Trial> trials{trial};
   if (entry_.settings == SettingGroup::tiles) {
     trial.scene += ", worst tile";
@@ -151,17 +151,20 @@ std::vector<Trial> TrialRunner::run(const Setting& setting, std::uint64_t seed) 
   return trials;
 }
 
-std::vector<Trial> TrialRunner::file_trials(const Image& image, const Trial& of_image) const {
+std::vector<Trial> TrialRunner::file_trials(const Rendered& rendered, const Trial& of_image) const {
   std::vector<Trial> trials;
   for (const FileKind& kind : file_kinds) {
     Output output = scene_.scene.output;
     output.palette = kind.palette;
-    const auto bytes = encode(image, kind.format, output);
-    if (!bytes) throw std::runtime_error(bytes.error());
-    const auto file = read_image(*bytes);
+    const auto encoded = encode(rendered.image, kind.format, output);
+    if (!encoded) throw std::runtime_error(encoded.error());
+    const auto file = read_image(encoded->bytes);
     if (!file) throw std::runtime_error(file.error());
     Trial trial = of_image;
     trial.scene += std::string(", ") + kind.name;
+    const FileError claimed = file_error(rendered.error, encoded->error);
+    trial.claimed = claimed.estimate;
+    trial.target_met = claimed.target_met;
     trial.error = truth_.error_of(file->image);
     trials.push_back(trial);
   }

@@ -2,6 +2,7 @@
 /// Renders scenes of the corpus with the settings of their group and measures the true errors.
 
 #include "tests/statistics/error_coverage/claim_statistics.h"
+#include "tracer/render.h"
 
 namespace error_coverage {
 
@@ -29,7 +30,7 @@ class TrialRunner {
   std::vector<Trial> run(const Setting& setting, std::uint64_t seed) const;
 
  private:
-  [[nodiscard]] std::vector<Trial> file_trials(const tracer::Image& image, const Trial& of_image) const;
+  [[nodiscard]] std::vector<Trial> file_trials(const tracer::Rendered& rendered, const Trial& of_image) const;
 
   const CorpusEntry& entry_;
   Canvas canvas_;

@@ -50,9 +50,9 @@ TEST(DisplayImage, OfNanIsBlackAndOfInfinityWhite) {
 }
 
 ImageFile read(const Image& image, Format format) {
-  const auto bytes = encode(image, format);
-  EXPECT_TRUE(bytes);
-  auto file = read_image(*bytes);
+  const auto encoded = encode(image, format);
+  EXPECT_TRUE(encoded);
+  auto file = read_image(encoded->bytes);
   EXPECT_TRUE(file) << name(format) << ": " << file.error();
   return file ? *std::move(file) : ImageFile{{1, 1, {0, 0, 0}}, ImageFormat::png};
 }
@@ -107,7 +107,7 @@ TEST(ImageFile, IsRejectedIfTruncatedAnywhere) {
   Image image{.width = 16, .height = 8, .rgb = {}};
   for (int i = 0; i < 16 * 8 * 3; ++i) image.rgb.push_back(static_cast<float>(i % 97) / 97);
   for (const Format format : all_formats) {
-    const std::vector<std::uint8_t> bytes = *encode(image, format);
+    const std::vector<std::uint8_t> bytes = encode(image, format)->bytes;
     for (std::size_t size = 0; size < bytes.size(); size += 1 + size / 16) {
       const std::vector<std::uint8_t> part(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
       EXPECT_NE(refusal(part), "") << name(format) << " of " << size << " of " << bytes.size() << " bytes";
@@ -117,9 +117,10 @@ TEST(ImageFile, IsRejectedIfTruncatedAnywhere) {
 
 TEST(ImageFile, IsRejectedAboveThePixelLimitInEveryFormat) {
   for (const Format format : all_formats)
-    EXPECT_NE(refusal(*encode(ramp(), format), {.pixels = 255}).find("the limit pixels is 255"), std::string::npos)
+    EXPECT_NE(refusal(encode(ramp(), format)->bytes, {.pixels = 255}).find("the limit pixels is 255"),
+              std::string::npos)
         << name(format);
-  EXPECT_EQ(refusal(*encode(ramp(), Format::png), {.pixels = 256}), "");
+  EXPECT_EQ(refusal(encode(ramp(), Format::png)->bytes, {.pixels = 256}), "");
 }
 
 TEST(ImageFile, RejectsWebpByTheSizeInItsFirstChunk) {

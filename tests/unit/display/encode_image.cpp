@@ -1,7 +1,7 @@
-// encode_image FORMAT WIDTH HEIGHT [alpha] [layers] [palette]: linear RGB floats on standard input (row 0 on top),
-// after them with `alpha` its floats and with `layers` the depths (floats), object ids (32 bits) and errors (floats);
-// the encoded file on standard output, with `palette` in 16 colours. Lets a test in another language, with readers of
-// its own, look at what the encoders make.
+// encode_image FORMAT WIDTH HEIGHT [alpha] [layers] [palette] [error]: linear RGB floats on standard input (row 0 on
+// top), after them with `alpha` its floats and with `layers` the depths (floats), object ids (32 bits) and errors
+// (floats); the encoded file on standard output, with `palette` in 16 colours, or with `error` its encoding error. Lets
+// a test in another language, with readers of its own, look at what the encoders make.
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -30,6 +30,7 @@ int main(int count, char** arguments) {
   const std::size_t pixels = std::size_t{image.width} * image.height;
   if (!take(image.rgb, 3 * pixels)) return 3;
   tracer::Output output;
+  bool error_only = false;
   for (int i = 4; i < count; ++i) {
     const std::string_view option = arguments[i];
     if (option == "alpha" && !take(image.alpha, pixels)) return 3;
@@ -37,11 +38,14 @@ int main(int count, char** arguments) {
                                !take(image.layers.error, pixels)))
       return 3;
     if (option == "palette") output.palette = 16;
+    if (option == "error") error_only = true;
   }
   const auto encoded = tracer::encode(image, format, output);
   if (!encoded) {
     std::fprintf(stderr, "%s\n", encoded.error().c_str());
     return 1;
   }
-  return std::fwrite(encoded->data(), 1, encoded->size(), stdout) == encoded->size() ? 0 : 3;
+  if (error_only) return std::printf("%.17g\n", encoded->error.image) > 0 ? 0 : 3;
+  const std::vector<std::uint8_t>& bytes = encoded->bytes;
+  return std::fwrite(bytes.data(), 1, bytes.size(), stdout) == bytes.size() ? 0 : 3;
 }

@@ -23,10 +23,17 @@ def noise(height, width, seed=1):
     return numpy.random.default_rng(seed).random((height, width, 3), numpy.float32)
 
 
-def srgb_codes(linear, most=255):
+def srgb_curve(linear):
     value = numpy.clip(linear.astype(numpy.float64), 0, 1)
-    curve = numpy.where(value <= 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
-    return numpy.floor(most * curve + 0.5).astype(numpy.uint8 if most == 255 else numpy.uint16)
+    return numpy.where(value <= 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
+
+
+def linear_from_srgb(value):
+    return numpy.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
+
+
+def srgb_codes(linear, most=255):
+    return numpy.floor(most * srgb_curve(linear) + 0.5).astype(numpy.uint8 if most == 255 else numpy.uint16)
 
 
 def premultiplied(height, width):
@@ -108,6 +115,18 @@ class Alpha(unittest.TestCase):
             back = read(encode(kind, linear, "alpha", more=alpha.tobytes()))
             numpy.testing.assert_allclose(back.astype(int), straight_codes(linear, alpha, most).astype(int), atol=1,
                                           err_msg=kind)
+
+    def test_is_composited_over_black_to_measure_the_error_of_the_file(self):
+        linear, alpha = premultiplied(23, 31)
+        shown = 255 * srgb_curve(linear)
+        for kind, most, read in (("png", 255, images.read_png), ("png16", 65535, images.read_png),
+                                 ("tiff", 65535, images.read_tiff)):
+            for options in ([], ["palette"]):
+                codes = read(encode(kind, linear, "alpha", *options, more=alpha.tobytes())) / most
+                over_black = 255 * srgb_curve(linear_from_srgb(codes[..., :3]) * codes[..., 3:])
+                error = float(encode(kind, linear, "alpha", *options, "error", more=alpha.tobytes()))
+                self.assertAlmostEqual(error, float(numpy.sqrt(numpy.mean((over_black - shown) ** 2))), delta=2e-4,
+                                       msg=(kind, options))
 
     def test_is_premultiplied_in_exr(self):
         linear, alpha = premultiplied(23, 31)

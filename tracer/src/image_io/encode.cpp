@@ -1,91 +1,26 @@
 #include "tracer/encode.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "tracer/limits.h"
+#include "tracer/src/display/display_transform.h"
 #include "tracer/src/display/srgb.h"
 #include "tracer/src/display/tone_mapping.h"
+#include "tracer/src/image_io/decode.h"
+#include "tracer/src/image_io/encoding_error.h"
 #include "tracer/src/image_io/oiio_loader.h"
 #include "tracer/src/image_io/png_file.h"
+#include "tracer/src/image_io/tiff_file.h"
 #include "tracer/src/parallel/parallel_for.h"
 
 namespace tracer {
 namespace {
-
-/// TIFF 6.0, section 2: types and their sizes.
-enum Type : std::uint16_t { type_short = 3, type_long = 4, type_rational = 5 };
-
-class TiffWriter {
- public:
-  void put16(std::uint16_t value) {
-    bytes.push_back(static_cast<std::uint8_t>(value & 0xff));
-    bytes.push_back(static_cast<std::uint8_t>(value >> 8));
-  }
-  void put32(std::uint32_t value) {
-    put16(static_cast<std::uint16_t>(value & 0xffff));
-    put16(static_cast<std::uint16_t>(value >> 16));
-  }
-  /// Writes a directory entry; `value` is the offset of values that take more than four bytes. A single short is in the
-  /// lower half, its position in a little-endian number.
-  void entry(std::uint16_t tag, Type type, std::uint32_t count, std::uint32_t value) {
-    put16(tag);
-    put16(type);
-    put32(count);
-    put32(value);
-  }
-
-  std::vector<std::uint8_t> bytes;
-};
-
-/// Baseline TIFF (Adobe 1992, "TIFF Revision 6.0", part 1). OpenImageIO 2.4 corrupts TIFF files that it writes to
-/// memory: the EXIF directory overwrites the image directory. Uncompressed, little-endian, one strip. `codes` has 16
-/// bits for each of `channels`, row 0 on top: 3, or 4 with straight alpha. Precondition: the codes take less than 4
-/// GiB.
-std::vector<std::uint8_t> tiff16(std::uint32_t width, std::uint32_t height, std::uint16_t channels,
-                                 std::vector<std::uint16_t> codes) {
-  const bool alpha = channels == 4;
-  const std::uint16_t entries = alpha ? 14 : 13;
-  constexpr std::uint32_t header = 8;
-  const std::uint32_t bits = header + 2 + 12 * entries + 4;  // after the directory: bits of each channel,
-  const std::uint32_t resolution = bits + 2 * channels;      // one pixel per unit,
-  const std::uint32_t strip = resolution + 8;                // and the pixels
-  const auto strip_bytes = static_cast<std::uint32_t>(2 * codes.size());
-  TiffWriter writer;
-  writer.bytes.reserve(strip + strip_bytes);
-  writer.bytes = {'I', 'I', 42, 0};
-  writer.put32(header);  // offset of the directory
-  writer.put16(entries);
-  writer.entry(256, type_long, 1, width);
-  writer.entry(257, type_long, 1, height);
-  writer.entry(258, type_short, channels, bits);
-  writer.entry(259, type_short, 1, 1);  // not compressed
-  writer.entry(262, type_short, 1, 2);  // RGB
-  writer.entry(273, type_long, 1, strip);
-  writer.entry(277, type_short, 1, channels);
-  writer.entry(278, type_long, 1, height);  // rows in the strip
-  writer.entry(279, type_long, 1, strip_bytes);
-  writer.entry(282, type_rational, 1, resolution);
-  writer.entry(283, type_rational, 1, resolution);
-  writer.entry(284, type_short, 1, 1);             // channels side by side
-  writer.entry(296, type_short, 1, 1);             // no unit of length
-  if (alpha) writer.entry(338, type_short, 1, 2);  // straight
-  writer.put32(0);                                 // no further image
-  for (std::uint16_t channel = 0; channel < channels; ++channel) writer.put16(16);
-  writer.put32(1);
-  writer.put32(1);
-  writer.bytes.resize(strip + std::size_t{strip_bytes});
-  if constexpr (std::endian::native == std::endian::big)
-    for (std::uint16_t& code : codes) code = static_cast<std::uint16_t>(code << 8 | code >> 8);
-  std::memcpy(writer.bytes.data() + strip, codes.data(), strip_bytes);
-  return std::move(writer.bytes);
-}
 
 /// Codes of 8 or 16 bits, three or four per pixel.
 template <class Code>
@@ -123,6 +58,11 @@ void add_alpha(DisplayCodes<Code>& display, const std::vector<float>& alpha) {
   display = {4, std::move(codes)};
 }
 
+/// For files that this program has written.
+constexpr TextureImageLimits own_file_limits{.pixels = std::numeric_limits<std::uint64_t>::max(),
+                                             .channels = std::numeric_limits<std::uint64_t>::max(),
+                                             .bytes = std::numeric_limits<std::uint64_t>::max()};
+
 enum class Alpha { straight, over_black };
 
 template <class Code>
@@ -144,30 +84,77 @@ DisplayCodes<Code> to_display(const Image& image, const Output& output, Alpha al
   return result;
 }
 
+DisplayTransform display_transform(const Image& image, const Output& output) {
+  const bool scaled = output.overflow == Output::Overflow::scale && !image.rgb.empty();
+  return {output, scaled ? *std::max_element(image.rgb.begin(), image.rgb.end()) : 0};
+}
+
 template <class Code>
-Encoded encode_png(const Image& image, const DisplayCodes<Code>& display) {
-  return png_file(image.width, image.height, display.channels, 8 * static_cast<int>(sizeof(Code)),
-                  display.codes.data());
+EncodingError error_of(const DisplayCodes<Code>& display, const Image& image, const Output& output) {
+  return encoding_error(image, display_transform(image, output),
+                        levels_of(std::span(display.codes), display.channels, image.width));
+}
+
+using EncodedFile = Result<EncodedImage, std::string>;
+
+EncodedFile with_error(Encoded&& file, const EncodingError& error) {
+  if (!file) return std::move(file.error());
+  return EncodedImage{std::move(*file), error};
+}
+
+template <class Code>
+EncodedFile encode_png(const Image& image, const Output& output, std::uint32_t colors) {
+  constexpr int bits = 8 * sizeof(Code);
+  const auto display = to_display<Code>(image, output, Alpha::straight, colors);
+  return with_error(png_file(image.width, image.height, display.channels, bits, display.codes.data()),
+                    error_of(display, image, output));
+}
+
+EncodedFile encode_tiff(const Image& image, const Output& output) {
+  const auto display = to_display<std::uint16_t>(image, output);
+  return with_error(tiff_file(image.width, image.height, static_cast<std::uint16_t>(display.channels), display.codes),
+                    error_of(display, image, output));
+}
+
+/// hdr, jpg or webp.
+Encoded write_lossy(const Image& image, Format format, const Output& output, const OpenImageIo& library) {
+  if (format == Format::hdr) return library.hdr(image);
+  const auto display = to_display<std::uint8_t>(image, output, Alpha::over_black);
+  return format == Format::jpg ? library.jpeg(image, display.codes) : library.webp(image, display.codes);
+}
+
+/// The file is decoded again to measure its error.
+EncodedFile encode_lossy(const Image& image, Format format, const Output& output, const OpenImageIo& library) {
+  Encoded file = write_lossy(image, format, output, library);
+  if (!file) return std::move(file.error());
+  const auto kind = format == Format::hdr   ? ImageFormat::hdr
+                    : format == Format::jpg ? ImageFormat::jpeg
+                                            : ImageFormat::webp;
+  const Decoded decoded = decode_as(kind, *file, ColorSpace::linear, own_file_limits);  // linear: values as stored
+  if (!decoded) return std::string(name(format)) + " encoder: the file " + decoded.error();
+  const DisplayTransform display = display_transform(image, output);
+  const std::size_t row_size = 3 * std::size_t{image.width};
+  const auto levels = [&](std::size_t y, LevelRow& row) {
+    const std::span<const float> values = std::span(decoded->rgb).subspan(y * row_size, row_size);
+    if (format == Format::hdr) return display.show(values, row);
+    for (std::size_t channel = 0; channel < 3; ++channel)
+      for (std::size_t x = 0; x < image.width; ++x) row[channel][x] = 255 * values[3 * x + channel];
+  };
+  return with_error(std::move(file), encoding_error(image, display, levels));
 }
 
 }  // namespace
 
-Encoded encode(const Image& image, Format format, const Output& output) {
+EncodedFile encode(const Image& image, Format format, const Output& output) {
   // Not every encoder rejects empty images: the JPEG encoder crashes.
   if (image.width == 0 || image.height == 0) return std::string(name(format)) + " encoder: the image has no pixels";
-  if (format == Format::png)
-    return encode_png(image, to_display<std::uint8_t>(image, output, Alpha::straight, output.palette));
-  if (format == Format::png16) return encode_png(image, to_display<std::uint16_t>(image, output));
-  if (format == Format::tiff) {
-    auto display = to_display<std::uint16_t>(image, output);
-    return tiff16(image.width, image.height, static_cast<std::uint16_t>(display.channels), std::move(display.codes));
-  }
+  if (format == Format::png) return encode_png<std::uint8_t>(image, output, output.palette);
+  if (format == Format::png16) return encode_png<std::uint16_t>(image, output, 0);
+  if (format == Format::tiff) return encode_tiff(image, output);
   const auto library = open_image_io();
   if (!library) return library.error();
-  if (format == Format::exr) return (*library)->exr(image);
-  if (format == Format::hdr) return (*library)->hdr(image);
-  const auto display = to_display<std::uint8_t>(image, output, Alpha::over_black);
-  return format == Format::jpg ? (*library)->jpeg(image, display.codes) : (*library)->webp(image, display.codes);
+  if (format == Format::exr) return with_error((*library)->exr(image), {});
+  return encode_lossy(image, format, output, **library);
 }
 
 }  // namespace tracer
