@@ -81,6 +81,14 @@ class Submission(SubmitTest):
         self.assertEqual(len(lines), 7, "without a terminal: a line for each frame, and the total")
         self.assertTrue(lines[5].startswith("[6/6] "), lines)
 
+    def test_reports_images_that_miss_their_target(self):
+        self.write("a.json", scene(accuracy={"samples": [1, 1], "target_error": 0.001}))
+        self.write("b.json", scene(accuracy={"samples": [1, 1], "target_error": 255}))
+        done = self.submit_all(self.directory / "*.json")
+        self.assertEqual(sorted(self.images()), ["a.png", "b.png"])
+        self.assertRegex(done.stderr, r"(?m)^a: error at most [0-9.]+ levels, target 0\.001 not reached$")
+        self.assertNotIn("b: ", done.stderr.replace("] b: ", ""))
+
     def test_second_run_submits_nothing_and_downloads_missing_images(self):
         path = self.write("a.json", scene())
         command = (path, "--set", "camera.fov=30,40")

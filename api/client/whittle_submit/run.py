@@ -277,6 +277,17 @@ class JobWatcher:
             self.on_progress(self.waiting[job_id], job["progress"])
 
 
+def missed_target(job):
+    """The error of a render that missed a target error of its document, or None."""
+    error = job["report"]["error"]
+    if error["met"]:
+        return None
+    missed = [f"{part} at most {error[found]:.3g} levels, target {error[target]:.3g}"
+              for part, found, target in (("error", "estimate", "target"), ("worst tile", "worst_tile", "tile_target"))
+              if error[target] is not None and error[found] > error[target]]
+    return "; ".join(missed) + " not reached"
+
+
 class Run:
     """The frames of one command, `progress` of which is shown to the user."""
 
@@ -347,5 +358,7 @@ class Run:
                 return self.submitter.submit_alone(frame)
             images[path.name] = artifact["sha256"]
         self.state.write({"frame": frame.name, "ended": "succeeded", "images": images})
+        if warning := missed_target(job):
+            self.progress.message(f"{frame.name}: {warning}")
         self.progress.ended(frame, ", ".join(images), False)
         return None
