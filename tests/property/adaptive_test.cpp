@@ -152,8 +152,8 @@ TEST(AdaptiveImage, OfOneColorTakesOneSamplePerPixel) {
   const Rendered rendered = scenes::render(adapting(scene, until(1)));
   EXPECT_EQ(rendered.statistics.samples_max, 1u);
   EXPECT_EQ(rendered.statistics.samples - rendered.statistics.holdout_samples, pixels);
-  EXPECT_GT(rendered.statistics.holdout_samples, 0u) << "the estimate was not validated";
-  EXPECT_LT(rendered.statistics.holdout_samples, pixels);
+  EXPECT_EQ(rendered.statistics.holdout_samples, 0u);
+  EXPECT_EQ(rendered.error.certified_share, 1);
   EXPECT_LT(rendered.error.estimate, 1e-3);
   scene.accuracy.adaptive.reset();
   EXPECT_EQ(rendered.image.rgb, scenes::render(scene).image.rgb);
@@ -210,7 +210,7 @@ TEST(TimeBudget, OfAlmostNothingTracesAlmostNothing) {
   const std::uint64_t audited = rendered.statistics.holdout_samples;
   EXPECT_EQ(rendered.statistics.rays.camera - audited, 1u) << "something to show";
   EXPECT_GT(audited, 0u) << "a claim rests on something";
-  EXPECT_LE(audited, 256u);
+  EXPECT_LE(audited, 512u);
   EXPECT_EQ(rendered.statistics.samples_min, 0u);
 }
 

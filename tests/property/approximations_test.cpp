@@ -15,7 +15,6 @@ using namespace tracer;
 
 constexpr Approximations no_shadows{.shadows = Approximations::Shadows::none};
 constexpr Approximations no_reflections{.reflections = Approximations::Reflections::none};
-constexpr Approximations all_lights{.nearest_lights = nearest_lights_max};
 constexpr Approximations environment_alone{.reflections = Approximations::Reflections::environment};
 
 template <class Change>
@@ -158,8 +157,8 @@ TEST(ApproximateShading, IsThatOfEveryMaterial) {
     return scenes::render(with_materials(shapes(), [&](Material& material) { material.shading = shading; }));
   };
   const Rendered exact = scenes::render(shapes());
-  const Rendered as_flat = scenes::approximated(shapes(), {.shading = Approximations::Shading::flat}, all_lights);
-  const Rendered as_gouraud = scenes::approximated(shapes(), {.shading = Approximations::Shading::gouraud}, all_lights);
+  const Rendered as_flat = scenes::approximated(shapes(), {.shading = Approximations::Shading::flat});
+  const Rendered as_gouraud = scenes::approximated(shapes(), {.shading = Approximations::Shading::gouraud});
   EXPECT_EQ(as_flat.image.rgb, all(flat).image.rgb);
   EXPECT_EQ(as_flat.statistics, all(flat).statistics);
   EXPECT_EQ(as_gouraud.image.rgb, all(gouraud).image.rgb);

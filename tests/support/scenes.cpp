@@ -9,6 +9,9 @@
 #include "tests/support/random.h"
 #include "tracer/compile.h"
 #include "tracer/src/display/srgb.h"
+#include "tracer/src/integrators/whitted/wavefront.h"
+#include "tracer/src/sampling/camera_samples.h"
+#include "tracer/src/sampling/pixel_state.h"
 #include "tracer/validate.h"
 
 namespace scenes {
@@ -210,24 +213,29 @@ Rendered render(const Scene& scene, std::uint32_t threads, const Assets& assets)
   return std::move(*rendered);
 }
 
-Rendered approximated(Scene scene, const Approximations& approximations, const Approximations& harmless) {
-  const RenderStatistics exact = render(scene).statistics;
-  scene.accuracy.approximate = harmless;
-  const RenderStatistics audited = render(scene).statistics;
+Rendered approximated(Scene scene, const Approximations& approximations) {
   scene.accuracy.approximate = approximations;
-  Rendered rendered = render(scene);
-  RenderStatistics& of_image = rendered.statistics;
-  of_image.rays.camera -= audited.rays.camera - exact.rays.camera;
-  of_image.rays.shadow -= audited.rays.shadow - exact.rays.shadow;
-  of_image.rays.reflection -= audited.rays.reflection - exact.rays.reflection;
-  of_image.rays.refraction -= audited.rays.refraction - exact.rays.refraction;
-  of_image.samples -= audited.samples - exact.samples;
-  of_image.holdout_samples -= audited.holdout_samples;
-  of_image.non_finite -= audited.non_finite - exact.non_finite;
-  of_image.culled_shadow_rays -= audited.culled_shadow_rays - exact.culled_shadow_rays;
-  of_image.culled_radiance -= audited.culled_radiance - exact.culled_radiance;
-  of_image.cut_branches -= audited.cut_branches - exact.cut_branches;
-  of_image.truncated_branches -= audited.truncated_branches - exact.truncated_branches;
+  RenderControl control;
+  const auto compiled = compile(scene, control);
+  Wavefront<AllFeatures> tracer(**compiled, control, approximations);
+  const Tiles tiles(scene.image.window());
+  const std::uint32_t count = scene.accuracy.samples;
+  Rendered rendered;
+  allocate(rendered.image, scene.image.window(), scene.output);
+  for (std::uint64_t tile = 0; tile < tiles.count(); ++tile) {
+    const std::vector<Pixel> pixels = tiles.pixels(tile);
+    fill(tracer.batch(), **compiled, pixels, {0, count, count});
+    tracer.batch().light_points = (15 + count) / count;
+    tracer.trace();
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      PixelAccumulator sum;
+      for (std::size_t sample = i; sample < tracer.radiance().size(); sample += pixels.size())
+        sum.add(tracer.radiance()[sample]);
+      sum.write(rendered.image.rgb.data() + 3 * tiles.place(pixels[i]));
+    }
+  }
+  rendered.statistics = tracer.statistics();
+  rendered.statistics.samples_min = rendered.statistics.samples_max = count;
   return rendered;
 }
 

@@ -40,12 +40,8 @@ tracer::Scene random(std::uint64_t seed, std::uint32_t side);
 /// The functions below throw std::runtime_error with the reason if rendering fails.
 tracer::Rendered render(const tracer::Scene& scene, std::uint32_t threads = 1, const tracer::Assets& assets = {});
 
-/// Renders `scene` with approximations. The statistics exclude the exact samples that measure the approximation error.
-/// Their number is the same for all approximations, so it is determined with `harmless`: an approximation that changes
-/// nothing in this scene (the default for scenes without meshes).
-tracer::Rendered approximated(tracer::Scene scene, const tracer::Approximations& approximations,
-                              const tracer::Approximations& harmless = {
-                                  .shading = tracer::Approximations::Shading::flat});
+/// Renders `scene` with approximations at fixed samples, without an error estimate and so without its rays.
+tracer::Rendered approximated(tracer::Scene scene, const tracer::Approximations& approximations);
 
 /// 8-bit sRGB codes, as in a PNG.
 std::vector<std::uint8_t> codes(const tracer::Image& image);

@@ -84,7 +84,7 @@ class Draw : public oracle::Random {
     Image image{8 + below(9), 8 + below(9), {}};
     for (std::uint32_t i = 0; i < 3 * image.width * image.height; ++i)
       image.rgb.push_back(static_cast<float>(in(0, 1)));
-    random.assets.bytes.push_back(*encode(image, Format::png));
+    random.assets.bytes.push_back(encode(image, Format::png)->bytes);
     random.scene.assets.push_back({"image.png", "/textures/t3"});
     const std::array<Color, 2> colors{color(), color()};
     const auto put = [&](auto pattern) {

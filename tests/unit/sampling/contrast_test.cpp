@@ -115,18 +115,28 @@ TEST(UniformVariance, OfOneSampleIsPredictedFromTheContrast) {
   std::vector<float> rgb(3 * 24, 0.1f);
   for (std::size_t i = 12 * 3; i < rgb.size(); ++i) rgb[i] = 0.6f;
   const DisplayTransform display({}, 1);
-  const auto variance = uniform_variance({rgb, {}, 1, 4}, display);
+  const auto variance = uniform_variance({rgb, {}, 4}, display);
   const double height = display.level(0.6f) - display.level(0.1f);
   EXPECT_NEAR(variance[9] / (3 * height * height / 12), 1, 1e-5);
   EXPECT_EQ(variance[0], 0);
 }
 
-TEST(UniformVariance, AveragesTheSamplesWithTwoPredictedOnes) {
-  const std::vector<float> rgb(3 * 9, 0.25f), spread(3 * 9, 0.01f);
+TEST(UniformVariance, OfMoreSamplesIsTheirDeviationSquared) {
+  const std::vector<float> rgb(3 * 9, 0.25f), deviation(3 * 9, 0.001f);
   const DisplayTransform display({}, 1);
-  const double slope = display.slope(0.25);
-  const auto variance = uniform_variance({rgb, spread, 8, 3}, display);
-  for (const float one : variance) EXPECT_NEAR(one / (3 * slope * slope * 0.01 * 7 / 9 / 8), 1, 1e-5);
+  const double difference = display.level(0.25) - display.level(0.249);
+  const auto variance = uniform_variance({rgb, deviation, 3}, display);
+  for (const float one : variance) EXPECT_NEAR(one / (3 * difference * difference), 1, 1e-2);
+}
+
+TEST(PixelAccumulator, EstimatesTheDeviationOfTheMeanFromHalves) {
+  // Four samples of which one is in the half: |8 - 2| sqrt(1 * 3) / 4.
+  PixelAccumulator all, half;
+  half.add({8, 8, 8});
+  for (const double value : {8.0, 1.0, 2.0, 3.0}) all.add({value, value, value});
+  float deviation[3];
+  all.write_deviation(half, deviation);
+  for (const float one : deviation) EXPECT_NEAR(one, 6 * std::sqrt(3.0) / 4, 1e-6);
 }
 
 }  // namespace

@@ -56,7 +56,7 @@ TEST(SampleAllocation, IsProportionalToAPowerOfVarianceOverCost) {
     cost.push_back(1);
   }
   const SampleAllocation allocation =
-      allocate_samples(pixels, cost, {.squared_error = 2500, .cost = any_cost}, within(1, 1u << 20), 1, 0);
+      allocate_samples(pixels, cost, {.squared_error = 2500, .cost = any_cost}, within(1, 1u << 20));
   double less = 0, more = 0;
   for (std::size_t i = 0; i < 1000; ++i) {
     less += std::log2(2.0 * allocation.half[i]) / 1000;
@@ -78,7 +78,7 @@ TEST(SampleAllocation, ReachesTheGoalAndLittleMore) {
     const std::vector<float> cost(pixels.size(), 3);
     const double goal = sum * random.in(0.3, 0.8);
     const SampleAllocation allocation =
-        allocate_samples(pixels, cost, {.squared_error = goal, .cost = any_cost}, within(1, 4096), 1, 0);
+        allocate_samples(pixels, cost, {.squared_error = goal, .cost = any_cost}, within(1, 4096));
     EXPECT_LE(predicted_error(pixels, allocation), goal * 1.001);
     EXPECT_GE(predicted_error(pixels, allocation), goal * 0.93);
   }
@@ -88,10 +88,8 @@ TEST(SampleAllocation, SkipsPixelsThatReachTheGoal) {
   auto pixels = pixels_of({0, 0, 900, 0}, 4);
   const std::vector<float> cost(4, 1);
   const SampleAllocation allocation =
-      allocate_samples(pixels, cost, {.squared_error = 500, .cost = any_cost}, within(1, 4096), 1, 0);
+      allocate_samples(pixels, cost, {.squared_error = 500, .cost = any_cost}, within(1, 4096));
   EXPECT_EQ(allocation.half, (std::vector<std::uint32_t>{0, 0, 4, 0}));
-  EXPECT_TRUE(pixels[2].grows);
-  EXPECT_FALSE(pixels[0].grows);
 }
 
 TEST(SampleAllocation, StaysWithinTheCost) {
@@ -103,7 +101,7 @@ TEST(SampleAllocation, StaysWithinTheCost) {
     pixel.variance = static_cast<float>(random.spread(1, 100));
     cost.push_back(static_cast<float>(random.spread(1, 30)));
   }
-  const SampleAllocation allocation = allocate_samples(pixels, cost, {.squared_error = 0, .cost = 50'000}, {}, 1, 0);
+  const SampleAllocation allocation = allocate_samples(pixels, cost, {.squared_error = 0, .cost = 50'000}, {});
   double spent = 0;
   for (std::size_t i = 0; i < pixels.size(); ++i)
     spent += allocation.half[i] > 0 ? (2.0 * allocation.half[i] - 16) * cost[i] : 0;
@@ -115,41 +113,33 @@ TEST(SampleAllocation, StaysWithinTheSampleLimits) {
   const std::vector<float> cost(3, 1);
   const AllocationGoal low_error{.squared_error = 1e-9, .cost = any_cost};
   auto pixels = pixels_of({1e9, 1e9, 0}, 4);
-  SampleAllocation allocation = allocate_samples(pixels, cost, low_error, within(9, 30), 1, 0);
+  SampleAllocation allocation = allocate_samples(pixels, cost, low_error, within(9, 30));
   EXPECT_EQ(allocation.half[0], 8u);
   EXPECT_EQ(allocation.half[2], 8u);
   pixels = pixels_of({1e9, 1e9, 0}, 2);
-  allocation = allocate_samples(pixels, cost, low_error, within(5, 7), 1, 0);  // no power of two in range
+  allocation = allocate_samples(pixels, cost, low_error, within(5, 7));  // no power of two in range
   EXPECT_EQ(allocation.half[0], 3u);
   EXPECT_EQ(allocation.half[2], 3u);
   pixels = pixels_of({1e9, 1e9, 0}, 2);
-  EXPECT_TRUE(allocate_samples(pixels, cost, low_error, within(1, 3), 1, 0).empty);
+  EXPECT_TRUE(allocate_samples(pixels, cost, low_error, within(1, 3)).empty);
 }
 
 TEST(SampleAllocation, LimitsTheGrowthOfAPixel) {
   auto pixels = pixels_of({1e9}, 2);
   const std::vector<float> cost(1, 1);
-  EXPECT_EQ(allocate_samples(pixels, cost, {.squared_error = 1e-9, .cost = any_cost}, within(1, 4096), 1, 0).half[0],
-            8u);
+  EXPECT_EQ(allocate_samples(pixels, cost, {.squared_error = 1e-9, .cost = any_cost}, within(1, 4096)).half[0], 8u);
 }
 
-TEST(SampleAllocation, SelectsDifferentHoldoutPixelsEachRound) {
-  std::vector<PixelState> pixels(4096);
-  const std::vector<float> cost(pixels.size(), 1);
-  std::size_t both = 0;
-  const auto holdout = [&](std::uint32_t round) {
-    for (PixelState& pixel : pixels) pixel.discard_holdout();
-    return allocate_samples(pixels, cost, {.squared_error = 1, .cost = any_cost}, within(1, 4096), round, 7).half;
-  };
-  const auto first = holdout(1);
-  const auto second = holdout(2);
-  std::size_t selected = 0;
-  for (std::size_t i = 0; i < first.size(); ++i) {
-    selected += first[i] > 0 ? 1 : 0;
-    both += first[i] > 0 && second[i] > 0 ? 1 : 0;
-  }
-  EXPECT_NEAR(static_cast<double>(selected), 256, 60);
-  EXPECT_NEAR(static_cast<double>(both), 16, 14);
+TEST(SampleAllocation, RefinesOpenPixelsWithALargeBound) {
+  std::vector<PixelState> pixels(4);
+  const std::vector<float> cost(4, 1);
+  for (std::size_t i = 0; i < 4; ++i) pixels[i].bound = i < 2 ? 100 : 10;
+  pixels[1].certified = true;
+  const SampleAllocation allocation =
+      allocate_samples(pixels, cost, {.squared_error = 1, .cost = any_cost, .bound_max = 50}, within(1, 4096));
+  EXPECT_EQ(allocation.half, (std::vector<std::uint32_t>{refined_half, 0, 0, 0}));
+  EXPECT_TRUE(pixels[0].refined());
+  EXPECT_TRUE(pixels[2].open());
 }
 
 }  // namespace

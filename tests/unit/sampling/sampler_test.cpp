@@ -33,6 +33,17 @@ class AnalyticTracer {
   const std::vector<OmittedRadiance>& omitted() const { return omitted_; }
   const GBuffer& gbuffer() const { return gbuffer_; }
   const RenderStatistics& statistics() const { return statistics_; }
+  /// The function is monotonic in both directions: its extremes over a pixel are at the corners.
+  static std::vector<RadianceInterval> bounds(const CompiledScene& scene, const InParallel&, const RenderControl&) {
+    std::vector<RadianceInterval> bounds;
+    for (std::uint32_t y = 0; y < scene.image.height; ++y) {
+      for (std::uint32_t x = 0; x < scene.image.width; ++x) {
+        const auto low = static_cast<float>(radiance_at(x, y)), high = static_cast<float>(radiance_at(x + 1, y + 1));
+        bounds.push_back({{low, low, low}, {high, high, high}, high - low > 0.1F});
+      }
+    }
+    return bounds;
+  }
 
  private:
   const RenderControl& control_;

@@ -1,17 +1,20 @@
 #pragma once
 /// Takes samples where they lower the error most, until the target error is reached or the time budget is used up. Each
-/// round allocates samples from all samples so far, traces fresh ones and estimates the remaining error from them; see
-/// sampling/pixel_state.h.
+/// round allocates samples by predictions, traces them and estimates the remaining error: of refined pixels from their
+/// halves, of pilots from looks (sampling/pixel_state.h, sampling/looks.h).
 
-#include <bit>
+#include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "tracer/src/integrators/tracer_concept.h"
 #include "tracer/src/parallel/parallel_for.h"
+#include "tracer/src/sampling/audit.h"
 #include "tracer/src/sampling/camera_samples.h"
 #include "tracer/src/sampling/deadline.h"
 #include "tracer/src/sampling/film.h"
-#include "tracer/src/sampling/holdout.h"
 #include "tracer/src/sampling/pilot.h"
+#include "tracer/src/sampling/proven_error.h"
 #include "tracer/src/sampling/sample_allocation.h"
 #include "tracer/src/sampling/tiles.h"
 
@@ -31,7 +34,7 @@ class AdaptiveSampler {
         preview_(settings.preview, tiles_, scene.image.window(), mean_),
         pilots_(scene, film_, tiles_, deadline_, preview_),
         pool_(scene, control, scene.accuracy.approximate),
-        holdout_(scene, settings, control, pool_) {}
+        audit_(scene, settings, control, pool_) {}
 
   /// Throws std::bad_alloc.
   Result<Rendered, Failure> run() {
@@ -55,9 +58,15 @@ class AdaptiveSampler {
  private:
   static constexpr std::uint32_t rounds_max = 24;  // at eightfold growth each, far more than any pixel may grow
   static constexpr std::uint64_t progress_parts = 1000;
+  /// Looks before the first round, which correct the predictions of pilots, and the part of all rays that looks may
+  /// take beyond the least number.
+  static constexpr std::size_t first_looks = 256;
+  static constexpr double look_share = 0.05;
   static constexpr std::uint32_t batch_rays = 4096, batch_rays_with_deadline = 1024;
   /// 1.5 times the overhead of the first round; with less time left, the pilots are the image.
   static constexpr double round_overhead_ms_per_pixel = 150e-6;
+  /// Errors below this are invisible: levels.
+  static constexpr double invisible_error = 0.1;
   static constexpr std::uint32_t fresh_light_points = 1;  ///< points per area light of fresh samples; see pilot.h
   /// Fresh samples are point samples: the effect of filtering textures over the pixel is an error that they measure.
   static constexpr double fresh_share = 0;
@@ -78,28 +87,68 @@ class AdaptiveSampler {
   }
 
   void refine() {
-    film_.begin();
+    film_.begin(T::bounds(scene_, in_parallel_, control_), certified_error());
     set_costs();
     if (!control_.cancelled() && !deadline_.over()) sample_features();
     deadline_.reserve_time_for([&] {
       film_.predict_variance(film_.display());
       update_estimate();
     });
-    bool validated = false;
+    look(first_looks);
     for (round_ = 1; round_ <= rounds_max && !control_.cancelled() && !deadline_.over(); ++round_) {
-      validated = target_reached() && validate_estimate();
-      if (validated) break;
-      const SampleAllocation allocation =
-          allocate_samples(film_.pixels(), cost_, goal(), target_, round_, scene_.accuracy.seed);
-      if (allocation.empty) break;
+      const bool enough = round_ > 1 || target_.samples_min == 1;
+      if (enough && target_reached() && !any_unsafe(film_.pixels(), bound_max())) {
+        if (look(looks_wanted()) == 0) break;
+        continue;
+      }
+      SampleAllocation allocation = allocate_samples(film_.pixels(), cost_, goal(), target_);
+      if (target_.tile_error)
+        raise_in_tiles(film_.pixels(), film_.width(), film_.excess_tiles(*target_.tile_error), target_, allocation);
+      if (scene_.output.overflow == Output::Overflow::scale) film_.raise_brightest(target_, allocation);
+      if (allocation.empty) {
+        if (look(looks_wanted()) == 0) break;
+        continue;
+      }
+      looks_.begin_epoch();
       trace_round(allocation);
       deadline_.measure_rate(pool_.statistics().samples);
-      deadline_.reserve_time_for([&] {
-        update_estimate();
-        for (PixelState& pixel : film_.pixels()) pixel.discard_holdout();
-      });
+      deadline_.reserve_time_for([&] { update_estimate(); });
     }
-    if (!validated && !control_.cancelled()) validate_estimate();
+    if (deadline_.set() && !control_.cancelled()) look(looks_wanted());
+    prove();
+  }
+
+  /// Takes `count` looks or as many as there is time for. Returns their number.
+  std::size_t look(std::size_t count) {
+    const double affordable = deadline_.holdout_samples() / (2 * look_half);
+    const LookDraws draws =
+        draw_looks(film_.pixels(), static_cast<std::size_t>(std::min(affordable, static_cast<double>(count))),
+                   look_stream_++, scene_.accuracy.seed);
+    if (draws.looks.empty()) return 0;
+    const DisplayTransform display = film_.display();
+    const std::vector<FreshError> errors = [&] {
+      const PreviewTiles::Open open(preview_);  // tiles are only read
+      return audit_.squared_errors(draws.looks, mean_, display);
+    }();
+    looks_.add(draws, errors);
+    update_estimate();
+    // Before the first round, the pixels that are found are those that it refines anyway.
+    for (std::size_t i = 0; round_ > 0 && i < errors.size(); ++i)
+      film_.raise_variance(draws.looks[i].place, errors[i].squared);
+    return draws.looks.size();
+  }
+
+  /// Number of further looks at an image whose estimate reaches the target: until that is proven, but only for a part
+  /// of the work so far.
+  [[nodiscard]] std::size_t looks_wanted() const {
+    if (target_reached() && looks_.proven() <= proven_goal()) return 0;
+    const double rays_per_sample = static_cast<double>(pool_.statistics().rays.total()) /
+                                   static_cast<double>(std::max<std::uint64_t>(1, pool_.statistics().samples));
+    const double affordable =
+        look_share * static_cast<double>(pool_.statistics().rays.total()) / (2 * look_half * rays_per_sample);
+    const std::size_t most = std::max(looks_min, static_cast<std::size_t>(affordable));
+    const std::size_t count = looks_.count();
+    return count < most ? std::min(most - count, std::max(count, first_looks)) : 0;
   }
 
   void set_costs() {
@@ -108,14 +157,18 @@ class AdaptiveSampler {
       for (const Pixel& pixel : tiles_.pixels(tile)) cost_[tiles_.place(pixel)] = pilots_.cost(tile);
   }
 
-  /// Estimates the error of an image without rounds from holdout samples alone.
+  /// Estimates the error of an image without rounds from looks alone.
   void estimate_pilots() {
-    constexpr double count_min = 64, count_max = 2048;
-    const double count = std::clamp(deadline_.holdout_samples() / 4, count_min, count_max);
+    constexpr double count_min = 32, count_max = 2048;
+    const double count = std::clamp(deadline_.holdout_samples() / (2 * look_half), count_min, count_max);
     const DisplayTransform display = film_.display();
-    const auto pixels = select_holdout_pixels(film_.size(), static_cast<std::size_t>(count), 0, scene_.accuracy.seed);
-    const auto zero = [](std::size_t) { return 0.0; };  // no prediction, so that the error is rather overestimated
-    sampled_ = holdout_.measure({.mean = mean_, .pixels = pixels, .stream = 0, .predicted = zero}, display).image;
+    const std::vector<float> equal(film_.size(), 1.0F);
+    const LookDraws draws = draw_looks(equal, static_cast<std::size_t>(count), 0, scene_.accuracy.seed);
+    const std::vector<FreshError> errors = audit_.squared_errors(draws.looks, mean_, display);
+    SummedErrors sum;
+    for (std::size_t i = 0; i < errors.size(); ++i)
+      sum.add(errors[i].squared * draws.looks[i].weight / static_cast<double>(errors.size()));
+    sampled_ = sum.estimated();
     estimate(display);
   }
 
@@ -164,40 +217,26 @@ class AdaptiveSampler {
         targets.clear();
       };
       for (const Pixel& pixel : tiles_.pixels(tile)) {
-        const std::size_t place = tiles_.place(pixel);
-        if (film_.pixel(place).role == PixelState::Role::holdout) {
-          push_holdout(batch, targets, pixel, allocation.half[place]);
-        } else if (allocation.half[place] > 0) {
-          push_refinement(batch, targets, pixel, 2 * allocation.half[place]);
-        }
+        if (const std::uint32_t half = allocation.half[tiles_.place(pixel)]; half > 0)
+          push_samples(batch, targets, pixel, half);
         if (targets.size() >= at_once) trace();
       }
       trace();
     });
   }
 
-  void push_holdout(Batch& batch, std::vector<SampleTarget>& targets, const Pixel& pixel, std::uint32_t half_count) {
+  /// Continues the sequences of the pixel's halves up to `count` samples each.
+  void push_samples(Batch& batch, std::vector<SampleTarget>& targets, const Pixel& pixel, std::uint32_t count) {
+    const std::size_t place = tiles_.place(pixel);
+    const PixelState& state = film_.pixel(place);
+    if (state.half_count[0] == 0) film_.discard_samples(place);  // the pilot
     for (std::uint8_t half = 0; half < 2; ++half) {
-      for (std::uint32_t index = 0; index < half_count; ++index) {
-        Sample sample = mirrored_sample(scene_, pixel.x, pixel.y, index, 2 * std::uint64_t{round_} + half);
+      for (std::uint32_t index = state.half_count[half]; index < count; ++index) {
+        Sample sample = fresh_sample(scene_, pixel.x, pixel.y, index, half);
         sample.share = fresh_share;
         push(batch, scene_, sample);
-        targets.push_back({tiles_.place(pixel), half});
+        targets.push_back({place, half});
       }
-    }
-  }
-
-  /// Continues the pixel's sequence up to `count` samples.
-  void push_refinement(Batch& batch, std::vector<SampleTarget>& targets, const Pixel& pixel, std::uint32_t count) {
-    const std::size_t place = tiles_.place(pixel);
-    PixelState& state = film_.pixel(place);
-    if (state.half_count[0] == 0) film_.discard_samples(place);  // the pilot
-    state.grow();
-    for (std::uint32_t index = state.half_count[0]; index < count; ++index) {
-      Sample sample = fresh_sample(scene_, pixel.x, pixel.y, index, 0);
-      sample.share = fresh_share;
-      push(batch, scene_, sample);
-      targets.push_back({place, static_cast<std::uint8_t>(index < count / 2 ? 0 : 1)});
     }
   }
 
@@ -209,21 +248,30 @@ class AdaptiveSampler {
       PixelState& pixel = film_.pixel(targets[i].place);
       pixel.half[targets[i].half] += radiance;
       ++pixel.half_count[targets[i].half];
-      if (pixel.role == PixelState::Role::holdout) continue;
+      pixel.add_square(radiance);
       film_.add_sample(targets[i].place, tracer.omitted(), tracer.gbuffer(), i);
     }
   }
 
   void update_estimate() {
     const DisplayTransform display = film_.display();
-    sampled_ = update_variances(film_.pixels(), film_.width(), display, in_parallel_);
+    const SampledParts parts =
+        update_variances({film_.pixels(), film_.width()}, display, looks_.errors(), in_parallel_);
+    sampled_ = parts.estimated(looks_.estimate(film_.pixels()));
+    certified_squared_ = parts.certified;
     estimate(display);
   }
 
   void estimate(const DisplayTransform& display) {
-    const OmittedError omitted = film_.omitted_error(display);
-    omitted_squared_ = omitted.both;
-    error_ = error_estimate(sampled_, omitted, film_.size());
+    ErrorParts parts{.sampled = sampled_, .omitted = film_.omitted_error(display)};
+    if (scene_.output.overflow == Output::Overflow::scale) parts.tone = film_.tone_error();
+    omitted_squared_ = parts.omitted.both;
+    fixed_squared_ = certified_squared_ + omitted_squared_ + parts.tone;
+    parts.proven = proven_squared_;
+    error_ = error_estimate(parts, film_.size());
+    error_.target = target_.target_error;
+    error_.tile_target = target_.tile_error;
+    error_.worst_tile = std::hypot(film_.tile_errors().worst(), std::sqrt(fixed_squared_ / channels()));
     first_error_ = std::max(first_error_, error_.estimate);
     control_.reach(static_cast<std::uint64_t>(progress() * progress_parts));
   }
@@ -235,41 +283,39 @@ class AdaptiveSampler {
     return std::log(first_error_ / error_.estimate) / std::log(first_error_ / *target_.target_error);
   }
 
-  /// Validates the estimate with holdout samples. Returns true when the target error is still met; otherwise updates
-  /// the variances.
-  bool validate_estimate() {
-    const double affordable = deadline_.holdout_samples();
-    const HoldoutBudget budget =
-        std::isinf(affordable) ? full_holdout_budget(film_.size()) : holdout_budget_within(film_.pixels(), affordable);
-    const std::vector<HoldoutPixel> pixels =
-        select_holdout_pixels(film_.pixels(), budget, round_, scene_.accuracy.seed);
-    const auto predicted = [&](std::size_t place) { return double{film_.pixel(place).variance}; };
-    const DisplayTransform display = film_.display();
-    const HoldoutResult result = [&] {
-      const PreviewTiles::Open open(preview_);  // tiles are only read
-      return holdout_.measure({.mean = mean_, .pixels = pixels, .stream = round_, .predicted = predicted}, display);
-    }();
-    for (std::size_t i = 0; i < pixels.size(); ++i) film_.raise_variance(pixels[i].place, result.errors[i]);
-    sampled_ = upper_bound(sampled_, result.image);
-    estimate(display);
-    return target_.target_error && error_.estimate <= *target_.target_error;
+  [[nodiscard]] bool target_reached() const {
+    if (target_.target_error || target_.tile_error) return meets_targets(error_);
+    return deadline_.set() && error_.estimate <= invisible_error;
   }
 
-  /// The first round never ends sampling: its estimate has not been validated.
-  [[nodiscard]] bool target_reached() const {
-    return round_ > 1 && target_.target_error && error_.estimate <= *target_.target_error;
+  /// Target error; without one, an error that is invisible.
+  [[nodiscard]] double wanted_error() const {
+    return target_.target_error.value_or(target_.tile_error.value_or(invisible_error));
   }
+  [[nodiscard]] double channels() const { return 3 * static_cast<double>(film_.size()); }
+  /// In squared code values, summed over the channels and pixels.
+  [[nodiscard]] double squared_target() const { return channels() * wanted_error() * wanted_error(); }
+  /// Bound of the squared error of a pixel that needs no further samples: a level in each channel, or the target.
+  [[nodiscard]] double certified_error() const { return 3 * std::pow(std::min(1.0, wanted_error()), 2); }
+  /// Error of the pilots, in the same unit, that leaves the refined pixels half of the target.
+  [[nodiscard]] double proven_goal() const { return squared_target() / 2; }
+
+  /// Bound of open pixels that are cheaper to refine than to validate: to prove that pixels with a sum of bounds B have
+  /// errors of at most E takes 3 B / E looks.
+  [[nodiscard]] double bound_max() const { return proven_goal() * refined_half / (3.0 * look_half); }
 
   [[nodiscard]] AllocationGoal goal() {
     AllocationGoal goal{0, deadline_.affordable(pool_.statistics().rays.total())};
-    if (!target_.target_error) return goal;
-    const double squared_target = 3 * static_cast<double>(film_.size()) * *target_.target_error * *target_.target_error;
+    goal.bound_max = bound_max();
+    if (!target_.target_error && !target_.tile_error && !deadline_.set()) return goal;
     // Margins for the uncertainty of the estimate and for predictions that were too low.
     const double margin = std::clamp(sampled_.squared / std::max(sampled_.squared_upper, 1e-300), 0.5, 0.95);
     double predicted = 0;
     for (const PixelState& pixel : film_.pixels()) predicted += pixel.variance;
     const double correction = sampled_.squared > predicted ? predicted / sampled_.squared : 1;
-    goal.squared_error = std::max(squared_target - omitted_squared_, 0.1 * squared_target) * margin * correction;
+    // Samples cannot lower what is fixed: if that prevents the target, the rest need not be smaller.
+    const double left = squared_target() - fixed_squared_;
+    goal.squared_error = (left > 0.1 * squared_target() ? left : fixed_squared_) * margin * correction;
     return goal;
   }
 
@@ -285,15 +331,43 @@ class AdaptiveSampler {
     });
   }
 
+  /// Proves what can be proven of the sampling error; to be called when all samples are taken.
+  void prove() {
+    const std::span<const PixelState> pixels = film_.pixels();
+    const bool any_open =
+        std::any_of(pixels.begin(), pixels.end(), [](const PixelState& pixel) { return pixel.open(); });
+    const auto certified =
+        std::count_if(pixels.begin(), pixels.end(), [](const PixelState& p) { return p.certified && !p.refined(); });
+    certified_share_ = static_cast<double>(certified) / static_cast<double>(film_.size());
+    const bool theorem = !film_.bounds().empty() && scene_.output.overflow != Output::Overflow::scale;
+    if (!theorem) return;
+    proven_squared_ =
+        certified_squared_ + (any_open ? looks_.proven() : 0) + proven_refined_error(pixels, film_.display(), 0.025);
+    estimate(film_.display());
+  }
+
+  [[nodiscard]] ErrorEstimate::Limit limit() const {
+    using enum ErrorEstimate::Limit;
+    if (target_.target_error || target_.tile_error) {
+      if (meets_targets(error_)) return target;
+      if (deadline_.set() && deadline_.over()) return time_budget;
+      return fixed_squared_ > squared_target() ? fixed_parts : samples_max;
+    }
+    if (!deadline_.set()) return samples_max;
+    return deadline_.over() ? time_budget : error_.estimate <= invisible_error ? invisible : samples_max;
+  }
+
   Rendered finish() {
     Rendered rendered;
     rendered.statistics = pool_.statistics();
-    rendered.statistics.holdout_samples = holdout_.samples();
+    rendered.statistics.holdout_samples = audit_.samples();
     film_.write(rendered, sampled_, pilots_.complete());
     rendered.error = error_;
     rendered.error.bounded = (error_.depth == 0 && error_.cutoff == 0) || bound_omitted_radiance(scene_, 0).bounded;
-    rendered.error.target = target_.target_error;
-    rendered.error.target_met = !target_.target_error || error_.estimate <= *target_.target_error;
+    rendered.error.target_met = meets_targets(error_);
+    rendered.error.looks = looks_.count();
+    rendered.error.certified_share = certified_share_;
+    rendered.error.limit = limit();
     return rendered;
   }
 
@@ -312,10 +386,13 @@ class AdaptiveSampler {
   Pilots<T> pilots_;
   std::vector<float> cost_;  ///< rays per sample of each pixel, measured by the pilots of its tile
   TracerPool<T> pool_;
-  HoldoutEstimator<T> holdout_;
+  Audit<T> audit_;
+  LookPool looks_;
+  std::uint64_t look_stream_ = 0;
   std::uint32_t round_ = 0;
   SampledError sampled_;
-  double omitted_squared_ = 0, first_error_ = 0;
+  double omitted_squared_ = 0, certified_squared_ = 0, fixed_squared_ = 0, first_error_ = 0;
+  double certified_share_ = 0, proven_squared_ = std::numeric_limits<double>::infinity();
   ErrorEstimate error_;
 };
 

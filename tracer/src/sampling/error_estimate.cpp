@@ -10,58 +10,52 @@ namespace tracer {
 namespace {
 
 /// One-sided 95 % of a normal distribution is 1.645 deviations. The true error is a random sum of squares like its
-/// estimate and independent of it, which makes that 2.33 deviations of the estimate. The skew of sums of squares is
-/// left to the holdout samples that validate the estimate.
+/// estimate and independent of it, which makes that 2.33 deviations of the estimate.
 constexpr double deviations = 2.33;
-constexpr double holdout_deviations = 1.645;
 constexpr double confidence = 0.95;
 
-/// Errors of pilots, measured by holdout samples and classified by contrast.
-class HoldoutClasses {
+/// Means of a value over the pixels of one octave of its prediction: they correct the prediction of all pixels of that
+/// octave, so that no pixel's own value decides alone.
+class OctaveMeans {
  public:
-  void add(const PixelState& pixel) {
-    Class& one = of(pixel.contrast);
-    one.radiance += holdout_radiance_error(pixel);
-    ++one.count;
+  void add(double predicted, double value) {
+    Octave& octave = octaves_[index(predicted)];
+    octave.sum += value;
+    ++octave.count;
   }
-  void add(const HoldoutClasses& part) {
-    for (std::size_t i = 0; i < classes_.size(); ++i) {
-      classes_[i].radiance += part.classes_[i].radiance;
-      classes_[i].count += part.classes_[i].count;
+  void add(const OctaveMeans& part) {
+    for (std::size_t i = 0; i < octaves_.size(); ++i) {
+      octaves_[i].sum += part.octaves_[i].sum;
+      octaves_[i].count += part.octaves_[i].count;
     }
   }
-  /// Error of an added pixel. Precondition: all pixels are added.
-  [[nodiscard]] double error(const PixelState& pixel, const DisplayTransform& display) const {
-    const Class& one = classes_[index(pixel.contrast)];
-    return holdout_error(pixel, display, std::sqrt(std::max(0.0, one.radiance / one.count)));
-  }
-  /// To be called with the error of every added pixel, in a fixed order, so that the sums are deterministic.
-  void add_error(const PixelState& pixel, double error) { of(pixel.contrast).error += error; }
-  /// Prediction for any pixel. The prediction from the contrast has the weight of two holdout pixels, which damps small
-  /// counts.
-  [[nodiscard]] double predicted(const PixelState& pixel) const {
-    constexpr double prior_weight = 2;
-    const Class& one = classes_[index(pixel.contrast)];
-    return std::max(0.0, (one.error + prior_weight * predicted_variance(pixel.contrast)) / (one.count + prior_weight));
-  }
+  /// The mean of the octave; the prediction has the weight of two values, which damps small counts.
+  [[nodiscard]] double corrected(double predicted) const { return corrected(predicted, 0, 0); }
+  /// The same without one of its values.
+  [[nodiscard]] double corrected_without(double predicted, double own) const { return corrected(predicted, own, 1); }
 
  private:
-  struct Class {
-    double radiance = 0, error = 0, count = 0;
+  struct Octave {
+    double sum = 0, count = 0;
   };
-  /// One class per octave of contrast, from 2^-16 squared code values.
-  static std::size_t index(double contrast) {
-    return contrast > 0 ? static_cast<std::size_t>(std::clamp(std::ilogb(contrast) + 17, 1, 40)) : 0;
+  [[nodiscard]] double corrected(double predicted, double own, double own_count) const {
+    constexpr double prior_weight = 2;
+    const Octave& octave = octaves_[index(predicted)];
+    const double sum = octave.sum - own + prior_weight * predicted;
+    return std::max(0.0, sum / (octave.count - own_count + prior_weight));
   }
-  Class& of(double contrast) { return classes_[index(contrast)]; }
-  std::array<Class, 41> classes_{};
+  /// From 2^-16 squared code values.
+  static std::size_t index(double predicted) {
+    return predicted > 0 ? static_cast<std::size_t>(std::clamp(std::ilogb(predicted) + 17, 1, 40)) : 0;
+  }
+  std::array<Octave, 41> octaves_{};
 };
 
-/// Sums of `per_sample` over a pixel and its neighbors; NaN values are not measured.
+/// Sums of a value over the neighbors of a pixel, without the pixel itself; NaN values are not measured.
 class Neighborhood {
  public:
-  Neighborhood(std::span<const float> per_sample, std::uint32_t width)
-      : per_sample_(per_sample), columns_(width), rows_(per_sample.size() / width) {}
+  Neighborhood(std::span<const float> values, std::uint32_t width)
+      : values_(values), columns_(width), rows_(values.size() / width) {}
 
   struct Neighbors {
     double sum = 0, count = 0;
@@ -71,8 +65,8 @@ class Neighborhood {
     Neighbors result;
     for (std::size_t ny = y - std::min<std::size_t>(y, 1); ny <= std::min(rows_ - 1, y + 1); ++ny) {
       for (std::size_t nx = x - std::min<std::size_t>(x, 1); nx <= std::min(columns_ - 1, x + 1); ++nx) {
-        const float value = per_sample_[ny * columns_ + nx];
-        if (std::isnan(value)) continue;
+        const float value = values_[ny * columns_ + nx];
+        if (std::isnan(value) || (nx == x && ny == y)) continue;
         result.sum += value;
         ++result.count;
       }
@@ -80,125 +74,117 @@ class Neighborhood {
     return result;
   }
 
+  [[nodiscard]] std::size_t columns() const { return columns_; }
+
  private:
-  std::span<const float> per_sample_;
+  std::span<const float> values_;
   std::size_t columns_, rows_;
 };
 
 /// Probability that the cause of a refined pixel's variance continues in a neighbor whose pilot missed it.
 constexpr double neighbor_share = 1.0 / 16;
 
-/// Variance of a refined pixel: its own estimate has few degrees of freedom, so it is averaged with its neighbors and
-/// the prediction, each converted to one sample.
-float averaged_variance(const PixelState& pixel, double own, double predicted,
-                        const Neighborhood::Neighbors& neighbors) {
-  constexpr double own_weight = 4;  // the neighbors include the pixel itself
-  const double sum = (own_weight - 1) * own + neighbors.sum + predicted;
-  const double of_one = std::max(0.0, sum) / (own_weight + neighbors.count);
-  return static_cast<float>(std::max(of_one / variance_of_one(1, pixel.count()), pixel.undetected()));
-}
-
-/// Squared errors of randomly selected pixels that represent more pixels.
-struct HoldoutError {
-  SummedErrors sum;
-  std::size_t count = 0;
-  void add(double squared_error) {
-    sum.add(squared_error);
-    ++count;
-  }
-  /// Extrapolates to `pixels`. Precondition: `count` > 0.
-  [[nodiscard]] SummedErrors of(std::size_t pixels) const {
-    const double each = static_cast<double>(pixels) / static_cast<double>(count);
-    return {sum.squared * each, sum.spread * each * each};
-  }
-};
-
-/// Update of one round, block by block.
+/// Update after one round, block by block.
 class VarianceUpdate {
  public:
-  VarianceUpdate(std::span<PixelState> pixels, std::uint32_t width, const DisplayTransform& display,
-                 const InParallel& in_parallel)
-      : pixels_(pixels),
+  VarianceUpdate(const SampledPixels& pixels, const DisplayTransform& display, const InParallel& in_parallel)
+      : pixels_(pixels.states),
         display_(display),
         in_parallel_(in_parallel),
-        blocks_(pixels.size(), width),
-        of_one_(pixels.size()),
-        neighborhood_(of_one_, width) {}
+        blocks_(pixels.states.size(), pixels.width),
+        of_one_(pixels.states.size()),
+        neighborhood_(of_one_, pixels.width) {}
 
-  SampledError run() {
-    const auto add_block = [&](std::uint64_t block, HoldoutClasses& classes) {
-      blocks_.each_pixel(block, [&](std::size_t place, std::size_t, std::size_t) {
-        const PixelState& pixel = pixels_[place];
-        if (!pixel.refined() && pixel.measured() && pixel.hidden == 0) classes.add(pixel);
+  SampledParts run(std::span<const LookError> looks) {
+    SampledParts parts = sum_of_blocks<SampledParts>(
+        [&](std::size_t place, std::size_t, std::size_t, SampledParts& sum) { measure(place, sum); });
+    const auto refined =
+        sum_of_blocks<OctaveMeans>([&](std::size_t place, std::size_t x, std::size_t y, OctaveMeans& means) {
+          if (!std::isnan(of_one_[place])) means.add(prediction(place, x, y), of_one_[place]);
+        });
+    const OctaveMeans pilots = means_of(looks);
+    parts.add(sum_of_blocks<SampledParts>([&](std::size_t place, std::size_t x, std::size_t y, SampledParts& sum) {
+      const double own = of_one_[place], predicted = prediction(place, x, y);
+      predict(place, std::isnan(own) ? pilots.corrected(predicted) : refined.corrected_without(predicted, own));
+      sum.add_suspected(suspected(place, x, y));
+    }));
+    // One of these pixels is likely to have missed something (Laplace's rule again, over the pixels). If they are few,
+    // they are sampled until they have not.
+    constexpr std::size_t few = 64;
+    if (parts.suspected_count <= few) {
+      sum_of_blocks<SampledParts>([&](std::size_t place, std::size_t x, std::size_t y, SampledParts&) {
+        pixels_[place].variance = std::max(pixels_[place].variance, static_cast<float>(suspected(place, x, y)));
       });
-    };
-    holdout_classes_ = sum_in_parallel<HoldoutClasses>(in_parallel_, blocks_.count(), add_block);
-    std::vector<Part> parts(blocks_.count());
-    in_parallel_(blocks_.count(), [&](std::uint64_t block) {
-      blocks_.each_pixel(block, [&](std::size_t place, std::size_t, std::size_t) { measure(place, parts[block]); });
-    });
-    const SampledError error = sum_up(parts);
-    in_parallel_(blocks_.count(), [&](std::uint64_t block) {
-      blocks_.each_pixel(block, [&](std::size_t place, std::size_t x, std::size_t y) { update(place, x, y); });
-    });
-    return error;
+    }
+    for (const LookError& look : looks) predict_without_its_look(look, pilots);
+    return parts;
   }
 
  private:
-  struct Part {
-    SummedErrors sums, pilots;
-    std::size_t pilot_count = 0;
-    std::vector<std::pair<std::size_t, double>> holdout;  ///< places and errors
-  };
+  /// Sum over all pixels in a fixed order: work(place, x, y, sum).
+  template <class Sum, class Work>
+  Sum sum_of_blocks(const Work& work) {
+    return sum_in_parallel<Sum>(in_parallel_, blocks_.count(), [&](std::uint64_t block, Sum& sum) {
+      blocks_.each_pixel(block, [&](std::size_t place, std::size_t x, std::size_t y) { work(place, x, y, sum); });
+    });
+  }
 
-  void measure(std::size_t place, Part& part) {
+  void measure(std::size_t place, SampledParts& sum) {
     const PixelState& pixel = pixels_[place];
     of_one_[place] = std::numeric_limits<float>::quiet_NaN();
-    if (pixel.refined()) {
-      if (!pixel.measured()) {  // the deadline was over
-        part.sums.add(pixel.variance);
-        return;
-      }
+    if (pixel.refined() && pixel.measured()) {
       const double error = refined_error(pixel, display_);
       of_one_[place] = static_cast<float>(variance_of_one(error, pixel.count()));
-      // Pixels that are not sampled again are selected for low estimates: the averaged variance has no such bias.
-      part.sums.add(pixel.grows ? std::max(error, pixel.undetected()) : pixel.variance);
-    } else if (pixel.hidden > 0) {
-      part.sums.add(std::max(double{pixel.variance}, pixel.undetected()));
+      sum.refined.add(std::max(error, pixel.undetected()));
+    } else if (pixel.refined()) {  // the deadline was over
+      sum.refined.add(pixel.bound);
+    } else if (pixel.certified) {
+      sum.certified += pixel.bound;
     } else {
-      part.pilots.add(pixel.variance);
-      ++part.pilot_count;
-      if (pixel.measured()) part.holdout.emplace_back(place, holdout_classes_.error(pixel, display_));
+      sum.undetected += pixel.undetected();
     }
   }
 
-  SampledError sum_up(const std::vector<Part>& parts) {
-    SummedErrors sums, pilots;
-    std::size_t pilot_count = 0;
-    HoldoutError holdout;
-    for (const Part& part : parts) {
-      sums.add(part.sums);
-      pilots.add(part.pilots);
-      pilot_count += part.pilot_count;
-      for (const auto& [place, error] : part.holdout) {
-        holdout_classes_.add_error(pixels_[place], error);
-        holdout.add(error);
-      }
-    }
-    any_holdout_ = holdout.count > 0;
-    sums.add(any_holdout_ ? holdout.of(pilot_count) : pilots);
-    return sums.estimated();
+  /// Error that an edge pixel may have although its samples agree and so do those around it: something in it was
+  /// missed. After n samples without a hit of a part of unknown size p, E[p^2] = 2 / ((n + 2) (n + 3)) (Laplace's rule
+  /// of succession: uniform prior). Where neighbors found something, their errors stand for what this pixel missed.
+  [[nodiscard]] double suspected(std::size_t place, std::size_t x, std::size_t y) const {
+    constexpr double quiet = 1e-3;
+    const PixelState& pixel = pixels_[place];
+    if (std::isnan(of_one_[place]) || !pixel.edge) return 0;
+    if (of_one_[place] + neighborhood_.neighbors(x, y).sum > quiet * pixel.bound) return 0;
+    const double count = pixel.count();
+    return pixel.bound * 2 / ((count + 2) * (count + 3));
   }
 
-  void update(std::size_t place, std::size_t x, std::size_t y) {
+  [[nodiscard]] OctaveMeans means_of(std::span<const LookError> looks) const {
+    OctaveMeans means;
+    for (const LookError& look : looks)
+      if (pixels_[look.place].open()) means.add(prediction(look.place), look.squared_error);
+    return means;
+  }
+
+  void predict(std::size_t place, double of_one) {
     PixelState& pixel = pixels_[place];
-    if (!std::isnan(of_one_[place])) {
-      pixel.variance =
-          averaged_variance(pixel, of_one_[place], predicted_variance(pixel.contrast), neighborhood_.neighbors(x, y));
-    } else if (any_holdout_) {
-      const double continued = neighborhood_.neighbors(x, y).mean() * neighbor_share;
-      pixel.variance = static_cast<float>(std::max({holdout_classes_.predicted(pixel), continued, pixel.undetected()}));
-    }
+    const double variance = std::isnan(of_one_[place]) ? of_one : of_one / variance_of_one(1, pixel.count());
+    pixel.variance = static_cast<float>(std::max(std::min(variance, double{pixel.bound}), pixel.undetected()));
+  }
+
+  void predict_without_its_look(const LookError& look, const OctaveMeans& means) {
+    if (pixels_[look.place].open())
+      predict(look.place, means.corrected_without(prediction(look.place), look.squared_error));
+  }
+
+  [[nodiscard]] double prediction(std::size_t place) const {
+    return prediction(place, place % neighborhood_.columns(), place / neighborhood_.columns());
+  }
+  /// Variance of one sample of a pixel, from everything but its own fresh samples.
+  [[nodiscard]] double prediction(std::size_t place, std::size_t x, std::size_t y) const {
+    const PixelState& pixel = pixels_[place];
+    const Neighborhood::Neighbors neighbors = neighborhood_.neighbors(x, y);
+    const double predicted = predicted_variance(pixel.contrast);
+    if (pixel.refined()) return (neighbors.sum + predicted) / (neighbors.count + 1);
+    return std::max(predicted, neighbors.mean() * neighbor_share);
   }
 
   std::span<PixelState> pixels_;
@@ -207,8 +193,6 @@ class VarianceUpdate {
   Blocks blocks_;
   std::vector<float> of_one_;  ///< variance of one sample of a refined pixel, by itself; else NaN
   Neighborhood neighborhood_;
-  HoldoutClasses holdout_classes_;
-  bool any_holdout_ = false;
 };
 
 }  // namespace
@@ -233,17 +217,15 @@ SampledError SummedErrors::estimated() const {
   return {squared, std::max(0.0, squared + deviations * std::sqrt(spread))};
 }
 
-SampledError SummedErrors::validated() const {
-  return {squared, std::max(0.0, squared + holdout_deviations * std::sqrt(spread))};
+SampledError SampledParts::estimated(const LookEstimate& looks) const {
+  const double sum = refined.squared + certified + undetected + suspected + looks.squared;
+  const double deviation = std::sqrt(refined.spread + refined.largest * refined.largest + looks.variance);
+  return {sum, std::max(0.0, sum + deviations * deviation)};
 }
 
-SampledError update_variances(std::span<PixelState> pixels, std::uint32_t width, const DisplayTransform& display,
-                              const InParallel& in_parallel) {
-  return VarianceUpdate(pixels, width, display, in_parallel).run();
-}
-
-SampledError upper_bound(const SampledError& own, const SampledError& holdout) {
-  return {std::max(own.squared, holdout.squared), std::max(own.squared_upper, holdout.squared_upper)};
+SampledParts update_variances(const SampledPixels& pixels, const DisplayTransform& display,
+                              std::span<const LookError> looks, const InParallel& in_parallel) {
+  return VarianceUpdate(pixels, display, in_parallel).run(looks);
 }
 
 void OmittedError::add(double mean, double omitted_depth, double omitted_cutoff, const DisplayTransform& display) {
@@ -264,23 +246,28 @@ void OmittedError::add(const OmittedError& part) {
   both += part.both;
 }
 
-ErrorEstimate error_estimate(const SampledError& sampled, const OmittedError& omitted, std::size_t pixels) {
+ErrorEstimate error_estimate(const ErrorParts& parts, std::size_t pixels) {
   const double channels = 3 * static_cast<double>(std::max<std::size_t>(1, pixels));
+  const auto root = [&](double squared) { return std::sqrt(squared / channels); };
   ErrorEstimate error;
   error.confidence = confidence;
-  error.sampling = std::sqrt(sampled.squared_upper / channels);
-  error.depth = std::sqrt(omitted.depth / channels);
-  error.cutoff = std::sqrt(omitted.cutoff / channels);
-  error.estimate = std::sqrt((sampled.squared_upper + omitted.both) / channels);
+  error.sampling = root(std::min(parts.sampled.squared_upper, parts.proven));
+  error.depth = root(parts.omitted.depth);
+  error.cutoff = root(parts.omitted.cutoff);
+  error.tone = root(parts.tone);
+  const double fixed = parts.omitted.both + parts.tone;
+  error.estimate = root(std::min(parts.sampled.squared_upper, parts.proven) + fixed);
+  error.proven = root(parts.proven + fixed);
   return error;
 }
 
 void add_approximation(ErrorEstimate& error, const SampledError& exact, std::size_t pixels) {
   const double channels = 3 * static_cast<double>(std::max<std::size_t>(1, pixels));
-  const double total = exact.squared_upper / channels;
-  const double estimated = error.estimate * error.estimate;
-  error.approximation = std::sqrt(std::max(0.0, total - error.sampling * error.sampling));
-  error.estimate = std::sqrt(std::max(estimated, total - error.sampling * error.sampling + estimated));
+  const double unexplained = std::max(0.0, exact.squared_upper / channels - error.sampling * error.sampling);
+  error.approximation = std::sqrt(unexplained);
+  error.estimate = std::sqrt(error.estimate * error.estimate + unexplained);
+  error.worst_tile = std::sqrt(error.worst_tile * error.worst_tile + unexplained);
+  error.proven = std::numeric_limits<double>::infinity();
 }
 
 }  // namespace tracer

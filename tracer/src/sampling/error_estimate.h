@@ -1,6 +1,8 @@
 #pragma once
 /// Error estimate of an image, from the samples of each round.
 
+#include <algorithm>
+#include <limits>
 #include <span>
 
 #include "tracer/accuracy.h"
@@ -17,27 +19,63 @@ struct SampledError {
 
 /// Sum of squared errors and sum of their squares, from which the uncertainty follows.
 struct SummedErrors {
-  double squared = 0, spread = 0;
-  void add(double squared_error) { add(SummedErrors{squared_error, squared_error * squared_error}); }
+  double squared = 0, spread = 0, largest = 0;
+  void add(double squared_error) { add(SummedErrors{squared_error, squared_error * squared_error, squared_error}); }
   void add(const SummedErrors& part) {
     squared += part.squared;
     spread += part.spread;
+    largest = std::max(largest, part.largest);
   }
-  /// Estimate from samples that took part in the decision to stop.
+  /// Estimate from the samples of the image.
   [[nodiscard]] SampledError estimated() const;
-  /// Estimate from holdout samples.
-  [[nodiscard]] SampledError validated() const;
 };
 
 SummedErrors summed(std::span<const float> squared_errors);
 
-/// Estimates the error of the image and sets the predicted `variance` of every pixel. Pixels that have only their pilot
-/// are represented by the holdout pixels among them; without any, by their predictions.
-SampledError update_variances(std::span<PixelState> pixels, std::uint32_t width, const DisplayTransform& display,
-                              const InParallel& in_parallel);
+/// Error of a pilot, measured by one look.
+struct LookError {
+  std::uint32_t place = 0;
+  double squared_error = 0;  ///< squared code values, summed over the channels; may be negative
+};
 
-/// The greater of the estimates from the image's own samples and from holdout samples.
-SampledError upper_bound(const SampledError& own, const SampledError& holdout);
+/// Error of the pixels that have only their pilot, estimated from looks.
+struct LookEstimate {
+  double squared = 0;   ///< may be negative by chance
+  double variance = 0;  ///< of `squared`
+};
+
+/// Sum of squared errors by the way in which they are known.
+struct SampledParts {
+  SummedErrors refined;   ///< estimated by their halves
+  double certified = 0;   ///< bounded
+  double undetected = 0;  ///< of features that no sample has found yet
+  double suspected = 0;   ///< the largest that a refined pixel may have missed
+  std::size_t suspected_count = 0;
+  void add(const SampledParts& part) {
+    refined.add(part.refined);
+    certified += part.certified;
+    undetected += part.undetected;
+    suspected = std::max(suspected, part.suspected);
+    suspected_count += part.suspected_count;
+  }
+  void add_suspected(double error) {
+    suspected = std::max(suspected, error);
+    suspected_count += error > 0 ? 1 : 0;
+  }
+  [[nodiscard]] SampledError estimated(const LookEstimate& looks) const;
+};
+
+/// Pixels of an image, row by row. References must outlive it.
+struct SampledPixels {
+  std::span<PixelState> states;
+  std::uint32_t width = 0;
+};
+
+/// Sums the errors of the pixels and sets the predicted `variance` of every pixel: from its contrast and its neighbors,
+/// corrected by the mean over the pixels with similar predictions. Its own halves and look have no part in it, so that
+/// they stay unbiased estimates whatever is decided by the predictions. `looks`: places may repeat.
+SampledParts update_variances(const SampledPixels& pixels, const DisplayTransform& display,
+                              std::span<const LookError> looks, const InParallel& in_parallel);
 
 /// Upper bound of the squared error by omitted radiance, in 8-bit code values, summed over the image.
 struct OmittedError {
@@ -47,8 +85,22 @@ struct OmittedError {
   void add(const OmittedError& part);
 };
 
-/// Root of the mean of sampling^2 + omitted^2 over `pixels`, at the stated confidence.
-ErrorEstimate error_estimate(const SampledError& sampled, const OmittedError& omitted, std::size_t pixels);
+/// Squared error of an image by cause, in squared code values over pixels and channels.
+struct ErrorParts {
+  SampledError sampled;
+  OmittedError omitted;
+  double tone = 0;                                          ///< see tone_error.h
+  double proven = std::numeric_limits<double>::infinity();  ///< bound of the sampled part
+};
+
+/// Roots of the means over `pixels` and channels, at the stated confidence.
+ErrorEstimate error_estimate(const ErrorParts& parts, std::size_t pixels);
+
+/// True if the estimates of the image and of its worst tile are within the targets that are set.
+inline bool meets_targets(const ErrorEstimate& error) {
+  return (!error.target || error.estimate <= *error.target) &&
+         (!error.tile_target || error.worst_tile <= *error.tile_target);
+}
 
 /// Adds the error of approximations; `exact` is the whole error of the image against exact samples.
 void add_approximation(ErrorEstimate& error, const SampledError& exact, std::size_t pixels);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -81,6 +82,15 @@ class FeatureFinder {
   std::vector<SubpixelFeature> features_;
 };
 
+/// The largest of `most`, most / 4, most / 16, ... for which the bounds below it are small together.
+double certified_limit(std::span<const PixelState> pixels, double most) {
+  for (double limit = most;; limit /= 4) {
+    double sum = 0;
+    for (const PixelState& pixel : pixels) sum += pixel.bound <= limit ? pixel.bound : 0;
+    if (9 * sum <= most * static_cast<double>(pixels.size())) return limit;
+  }
+}
+
 }  // namespace
 
 template <class Work>
@@ -121,9 +131,20 @@ void Film::fill_block(std::size_t place, std::uint32_t side, std::size_t source)
   }
 }
 
-void Film::begin() {
+void Film::begin(std::vector<RadianceInterval> bounds, double certified) {
+  bounds_ = std::move(bounds);
   pixels_.resize(size());
-  each_pixel([&](std::size_t i) { pixels_[i].pilot = {rgb_[3 * i], rgb_[3 * i + 1], rgb_[3 * i + 2]}; });
+  const DisplayTransform to_display = display();
+  each_pixel([&](std::size_t i) {
+    PixelState& pixel = pixels_[i];
+    pixel.pilot = {rgb_[3 * i], rgb_[3 * i + 1], rgb_[3 * i + 2]};
+    if (bounds_.empty()) return;
+    pixel.bound = squared_error_bound(bounds_[i], to_display);
+    pixel.edge = bounds_[i].edge;
+  });
+  if (bounds_.empty()) return;
+  const double limit = certified_limit(pixels_, certified);
+  each_pixel([&](std::size_t i) { pixels_[i].certified = pixels_[i].bound <= limit; });
 }
 
 void Film::add_sample(std::size_t place, const std::vector<OmittedRadiance>& omitted, const GBuffer& gbuffer,
@@ -172,14 +193,15 @@ void Film::predict_variance(const DisplayTransform& display) {
 
 void Film::raise_variance(std::size_t place, double error) {
   constexpr double surprise = 16, neighbor_share = 1.0 / 4;
-  if (!(error > surprise * pixels_[place].variance)) return;
+  if (!pixels_[place].open() || !(error > surprise * pixels_[place].variance)) return;
   const std::size_t x = place % width_, y = place / width_, rows = size_ / width_;
   for (std::size_t ny = y - std::min<std::size_t>(y, 1); ny <= std::min(y + 1, rows - 1); ++ny)
     for (std::size_t nx = x - std::min<std::size_t>(x, 1); nx <= std::min<std::size_t>(x + 1, width_ - 1); ++nx) {
       PixelState& pixel = pixels_[ny * width_ + nx];
-      if (!pixel.refined()) pixel.variance = std::max(pixel.variance, static_cast<float>(error * neighbor_share));
+      if (pixel.open()) pixel.variance = std::max(pixel.variance, static_cast<float>(error * neighbor_share));
     }
   pixels_[place].variance = static_cast<float>(error);
+  pixels_[place].repaired = true;
 }
 
 DisplayTransform Film::display() const {
@@ -197,13 +219,77 @@ Color Film::mean(std::size_t place) const {
 OmittedError Film::omitted_error(const DisplayTransform& display) {
   if (omitted_.empty()) return {};
   update_means();
-  const ErrorContext context{display, omitted_bound()};
+  const ErrorContext context{display, omitted_bound(), scene_.output};
   const Blocks blocks(size_, width_);
   return sum_in_parallel<OmittedError>(in_parallel_, blocks.count(), [&](std::uint64_t block, OmittedError& sum) {
     blocks.each_pixel(block, [&](std::size_t i, std::size_t, std::size_t) {
       add(sum, rgb_.data() + 3 * i, mean_omitted(i), context);
     });
   });
+}
+
+/// Range of a pixel's brightest channel: of its samples, and of a bright part that they may have missed; see
+/// VarianceUpdate::suspected().
+BrightestRange Film::brightest_of(std::size_t place) const {
+  const PixelState& pixel = pixels_[place];
+  const Color mean = pixel.mean();
+  const double count = pixel.count(), share = std::sqrt(2 / ((count + 2) * (count + 3)));
+  BrightestRange range;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double value = i == 0 ? mean.r : i == 1 ? mean.g : mean.b;
+    const double above = bounds_.empty() ? 0 : std::max(0.0, std::min(bounds_[place].high[i], 1e30F) - value);
+    const bool hidden = pixel.edge || !pixel.refined();
+    range.add(value, pixel.refined() && count > 1 ? deviation_of_mean(pixel, i) : 0,
+              pixel.certified ? above
+              : hidden        ? above * share
+                              : 0);
+  }
+  return range;
+}
+
+double Film::tone_error() {
+  if (pixels_.empty()) return 0;
+  update_means();
+  BrightestRange range;
+  for (std::size_t i = 0; i < size(); ++i) range.add(brightest_of(i));
+  return tracer::tone_error(rgb_, scene_.output, range, in_parallel_);
+}
+
+void Film::raise_brightest(const Adaptive& limits, SampleAllocation& allocation) {
+  double found = 0;
+  for (std::size_t i = 0; i < size(); ++i) found = std::max(found, max_component(mean(i)));
+  constexpr double tolerance = 1e-3;  // a fraction of a level
+  constexpr std::uint32_t growth = 8;
+  std::vector<std::size_t> candidates;
+  for (std::size_t i = 0; i < size(); ++i)
+    if (!pixels_[i].certified && brightest_of(i).high > found * (1 + tolerance)) candidates.push_back(i);
+  if (candidates.size() > size() / 16) return;  // everything may be brighter: more samples would not end that
+  for (const std::size_t i : candidates) {
+    PixelState& pixel = pixels_[i];
+    const std::uint32_t most = std::bit_floor(limits.samples_max), wanted = std::min(most, growth * pixel.count());
+    if (wanted < 2 || wanted <= std::max(pixel.count(), 2 * allocation.half[i])) continue;
+    allocation.half[i] = wanted / 2;
+    pixel.role = PixelState::Role::refined;
+    allocation.empty = false;
+  }
+}
+
+TileErrors Film::tile_errors() const {
+  TileErrors tiles(width_, size_ / width_);
+  std::vector<float> row(pixels_.empty() ? 0 : width_);
+  for (std::size_t y = 0; !row.empty() && y < size_ / width_; ++y) {
+    for (std::size_t x = 0; x < width_; ++x) row[x] = pixels_[y * width_ + x].variance;
+    tiles.add_row(y, row);
+  }
+  return tiles;
+}
+
+std::vector<ExcessTile> Film::excess_tiles(double target) const {
+  std::vector<ExcessTile> tiles;
+  tile_errors().each([&](const PixelWindow& window, double mean) {
+    if (mean > 3 * target * target) tiles.push_back({window, mean / (3 * target * target)});
+  });
+  return tiles;
 }
 
 RadianceBound Film::omitted_bound() const { return bound_omitted_radiance(scene_, brightest_if_needed(scene_, rgb_)); }
@@ -254,7 +340,7 @@ void Film::write(Rendered& rendered, const SampledError& sampled, bool complete)
     update_means();
   }
   Image& image = rendered.image;
-  const ErrorContext context{display(), omitted_bound()};
+  const ErrorContext context{display(), omitted_bound(), scene_.output};
   image.rgb = std::move(rgb_);
   allocate(image, scene_.image.window(), scene_.output);
   if (!layers_.empty()) each_pixel([&](std::size_t i) { layers_[i].write(image, i); });

@@ -6,10 +6,14 @@
 #include <vector>
 
 #include "tracer/render.h"
+#include "tracer/src/certify/pixel_bounds.h"
 #include "tracer/src/compiled/compiled_scene.h"
 #include "tracer/src/sampling/error_estimate.h"
 #include "tracer/src/sampling/image_error.h"
 #include "tracer/src/sampling/pixel_state.h"
+#include "tracer/src/sampling/sample_allocation.h"
+#include "tracer/src/sampling/tile_errors.h"
+#include "tracer/src/sampling/tone_error.h"
 
 namespace tracer {
 
@@ -43,9 +47,12 @@ class Film {
   /// Fills a block with the pixel at `source`.
   void fill_block(std::size_t place, std::uint32_t side, std::size_t source);
 
-  /// Creates the states of the pixels from their pilots. Precondition of the functions on pixels below.
-  void begin();
+  /// Creates the states of the pixels from their pilots and the bounds of their radiance; empty: none. Pixels with a
+  /// squared error of at most `certified` per pixel are certified, and so few that the sum of their bounds is at most a
+  /// ninth of that for all pixels. Precondition of the functions on pixels below.
+  void begin(std::vector<RadianceInterval> bounds, double certified);
   [[nodiscard]] std::span<PixelState> pixels() { return pixels_; }
+  [[nodiscard]] std::span<const RadianceInterval> bounds() const { return bounds_; }
   [[nodiscard]] PixelState& pixel(std::size_t place) { return pixels_[place]; }
   /// Adds the omitted radiance and the layers of a sample that is in the pixel's mean.
   void add_sample(std::size_t place, const std::vector<OmittedRadiance>& omitted, const GBuffer& gbuffer,
@@ -57,19 +64,28 @@ class Film {
                    const DisplayTransform& display);
   /// Predicts the variance of every pixel from the pilots.
   void predict_variance(const DisplayTransform& display);
-  /// Raises the variance to a squared error that holdout samples found, in the neighbors as well if it is far above the
-  /// prediction: its cause may continue there.
+  /// Raises the variance to a squared error that a look found far above the prediction, and marks the pixel as
+  /// repaired. In the neighbors as well: its cause may continue there.
   void raise_variance(std::size_t place, double error);
 
   [[nodiscard]] DisplayTransform display() const;
   [[nodiscard]] Color mean(std::size_t place) const;
   [[nodiscard]] OmittedError omitted_error(const DisplayTransform& display);
+  /// Squared error by the brightest channel (tone_error.h), with `overflow: scale`.
+  [[nodiscard]] double tone_error();
+  /// Raises the samples of pixels that may be brighter than the brightest one that was found.
+  void raise_brightest(const Adaptive& limits, SampleAllocation& allocation);
+  /// Predicted errors of the tiles; empty without rounds.
+  [[nodiscard]] TileErrors tile_errors() const;
+  /// Tiles whose error exceeds `target` levels.
+  [[nodiscard]] std::vector<ExcessTile> excess_tiles(double target) const;
 
   /// Moves the image and its layers into `rendered` and counts its samples; ends the film. `sampled` is the estimate,
   /// `rendered.statistics.samples` the number of all samples. `complete`: every pixel has a sample of its own.
   void write(Rendered& rendered, const SampledError& sampled, bool complete);
 
  private:
+  [[nodiscard]] BrightestRange brightest_of(std::size_t place) const;
   [[nodiscard]] OmittedRadiance mean_omitted(std::size_t place) const;
   /// Writes the layer `error`: the pixels' variances, scaled up to the estimate of the image. Without rounds, uniform.
   void write_errors(std::vector<float>& error, const Image& image, const SampledError& sampled,
@@ -87,6 +103,7 @@ class Film {
   std::size_t size_;
   std::vector<float> rgb_;  ///< three channels per pixel; older than the pixels' means between updates
   std::vector<PixelState> pixels_;
+  std::vector<RadianceInterval> bounds_;  ///< of the pixels; may be empty
   std::vector<LayerAccumulator> layers_;  ///< empty in scenes without layers
   std::vector<OmittedRadiance> omitted_;  ///< sums; empty in scenes that cannot omit radiance
 };

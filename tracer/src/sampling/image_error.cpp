@@ -6,6 +6,8 @@
 #include <variant>
 
 #include "tracer/src/math/lanes.h"
+#include "tracer/src/sampling/tile_errors.h"
+#include "tracer/src/sampling/tone_error.h"
 #include "tracer/src/textures/texture.h"
 
 namespace tracer {
@@ -33,15 +35,14 @@ WHITTLE_WIDE void raise_contrast(const CodeValueRow& before, const CodeValueRow&
   }
 }
 
-WHITTLE_WIDE void predict_variances(const float* contrast, std::size_t count, std::uint32_t samples,
-                                    float* __restrict variance) {
-  for (std::size_t x = 0; x < count; ++x) variance[x] = static_cast<float>(predicted_variance(contrast[x]) / samples);
+WHITTLE_WIDE void predict_variances(const float* contrast, std::size_t count, float* __restrict variance) {
+  for (std::size_t x = 0; x < count; ++x) variance[x] = static_cast<float>(predicted_variance(contrast[x]));
 }
 
 /// Root mean square over the channels of a squared error that is their sum.
 float rms_of_channels(double squared) { return static_cast<float>(std::sqrt(squared / 3)); }
 
-SampledError measure_samples(Image& image, const UniformPixels& pixels, const ErrorContext& context,
+SampledError measure_samples(Image& image, const UniformPixels& pixels, const ErrorContext& context, TileErrors& tiles,
                              const InParallel& in_parallel) {
   const Blocks blocks(pixels.rgb.size() / 3, pixels.width);
   const auto add_block = [&](std::uint64_t block, SummedErrors& sum) {
@@ -49,6 +50,7 @@ SampledError measure_samples(Image& image, const UniformPixels& pixels, const Er
     for (std::size_t y = blocks.first_row(block); y < blocks.first_row(block + 1); ++y) {
       const std::span<const float> variance = variances.row(y);
       sum.add(summed(variance));
+      tiles.add_row(y, variance);
       if (image.layers.error.empty()) continue;
       float* const error = image.layers.error.data() + y * pixels.width;
       for (std::size_t x = 0; x < variance.size(); ++x) error[x] = rms_of_channels(variance[x]);
@@ -122,29 +124,24 @@ UniformVariance::UniformVariance(const UniformPixels& pixels, const DisplayTrans
       variance_(pixels.width) {}
 
 std::span<const float> UniformVariance::row(std::size_t y) {
-  constexpr double prior_weight = 2;
-  const std::span<const float> contrast = contrasts_.row(y);
-  if (pixels_.variance.empty()) {
-    predict_variances(contrast.data(), contrast.size(), pixels_.samples, variance_.data());
+  if (pixels_.deviation.empty()) {
+    const std::span<const float> contrast = contrasts_.row(y);
+    predict_variances(contrast.data(), contrast.size(), variance_.data());
     return variance_;
   }
-  const std::uint32_t others = pixels_.samples - 1;
-  for (std::size_t x = 0; x < pixels_.width; ++x) {
-    const double measured = sample_variance(y * pixels_.width + x), predicted = predicted_variance(contrast[x]);
-    const double of_one = (measured * others + predicted * prior_weight) / (others + prior_weight);
-    variance_[x] = static_cast<float>(of_one / pixels_.samples);
-  }
+  for (std::size_t x = 0; x < pixels_.width; ++x) variance_[x] = variance_of(y * pixels_.width + x);
   return variance_;
 }
 
-double UniformVariance::sample_variance(std::size_t pixel) const {
+float UniformVariance::variance_of(std::size_t pixel) const {
   double variance = 0;
   for (std::size_t i = 3 * pixel; i < 3 * pixel + 3; ++i) {
-    if (pixels_.variance[i] == 0) continue;  // most of a background
-    const double slope = display_.slope(pixels_.rgb[i]);
-    variance += slope * slope * pixels_.variance[i];
+    if (pixels_.deviation[i] == 0) continue;  // most of a background
+    const double mean = pixels_.rgb[i], deviation = pixels_.deviation[i];
+    const double slope = display_.slope_between(mean, std::max(0.0, mean - deviation));
+    variance += slope * slope * deviation * deviation;
   }
-  return variance;
+  return static_cast<float>(variance);
 }
 
 double brightest_if_needed(const CompiledScene& scene, std::span<const float> rgb) {
@@ -173,8 +170,19 @@ float pixel_error(double variance, const float* rgb, const OmittedRadiance& omit
 ErrorEstimate measure_uniform_errors(Image& image, const UniformPixels& pixels,
                                      std::span<const std::vector<OmittedSample>> omitted, const ErrorContext& context,
                                      const InParallel& in_parallel) {
-  const SampledError sampled = measure_samples(image, pixels, context, in_parallel);
-  return error_estimate(sampled, measure_omitted(image, omitted, context, in_parallel), pixels.rgb.size() / 3);
+  TileErrors tiles(pixels.width, pixels.rows());
+  ErrorParts parts{.sampled = measure_samples(image, pixels, context, tiles, in_parallel),
+                   .omitted = measure_omitted(image, omitted, context, in_parallel)};
+  if (context.output.overflow == Output::Overflow::scale) {
+    BrightestRange range;
+    for (std::size_t i = 0; i < pixels.rgb.size(); ++i)
+      range.add(pixels.rgb[i], pixels.deviation.empty() ? 0 : pixels.deviation[i], 0);
+    parts.tone = tone_error(pixels.rgb, context.output, range, in_parallel);
+  }
+  ErrorEstimate error = error_estimate(parts, pixels.rgb.size() / 3);
+  // What is not sampling is the same everywhere, as far as is known.
+  error.worst_tile = std::sqrt(std::pow(tiles.worst(), 2) + std::pow(error.estimate, 2) - std::pow(error.sampling, 2));
+  return error;
 }
 
 }  // namespace tracer

@@ -60,6 +60,7 @@ RadianceBound bound_omitted_radiance(const CompiledScene& scene, double brightes
 struct ErrorContext {
   DisplayTransform display;
   RadianceBound bound;
+  const Output& output;  ///< must outlive it
 };
 
 /// Adds the error of a pixel with mean `rgb` by its omitted radiance.
@@ -76,9 +77,9 @@ struct OmittedSample {
 
 /// References must outlive it.
 struct UniformPixels {
-  std::span<const float> rgb;       ///< means, three channels per pixel
-  std::span<const float> variance;  ///< variances of each pixel's samples, three channels; empty for one sample
-  std::uint32_t samples = 1, width = 0;
+  std::span<const float> rgb;        ///< means, three channels per pixel
+  std::span<const float> deviation;  ///< standard deviation of each mean, three channels; empty for one sample
+  std::uint32_t width = 0;
 
   [[nodiscard]] std::size_t rows() const { return width > 0 ? rgb.size() / 3 / width : 0; }
 };
@@ -86,9 +87,9 @@ struct UniformPixels {
 /// Variance of every pixel's mean, in squared code values, summed over the channels; row by row, best in ascending
 /// order. One thread.
 ///
-/// The variance of the samples divided by their number is that of independent samples; stratified ones have less (Owen
-/// 1997). The prediction from the contrast is added with the weight of two samples, so that samples that agree by
-/// chance, because all missed an edge, do not count as exact.
+/// From the deviations, which halves of the samples estimate: jointly stratified halves differ more than independent
+/// ones, so it is too large by up to 2^p - 1, where p is `variance_power`. Of a single sample, the prediction from the
+/// contrast.
 class UniformVariance {
  public:
   /// `display` must outlive it.
@@ -100,7 +101,7 @@ class UniformVariance {
   std::span<const float> row(std::size_t y);
 
  private:
-  [[nodiscard]] double sample_variance(std::size_t pixel) const;
+  [[nodiscard]] float variance_of(std::size_t pixel) const;
 
   UniformPixels pixels_;
   const DisplayTransform& display_;

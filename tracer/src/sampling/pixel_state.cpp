@@ -19,6 +19,9 @@ constexpr double Color::*channels[] = {&Color::r, &Color::g, &Color::b};
 
 Color mean_of(const PixelState& pixel, std::size_t half) { return pixel.half[half] * (1.0 / pixel.half_count[half]); }
 
+/// Code value of a radiance that may be infinite; 10^30 is white for every tone mapping.
+double level_of(float radiance, const DisplayTransform& display) { return display.level(std::min(radiance, 1e30F)); }
+
 }  // namespace
 
 void allocate(Image& image, const PixelWindow& window, const Output& output) {
@@ -38,13 +41,15 @@ void allocate(Image& image, const PixelWindow& window, const Output& output) {
   if (requested(Layer::error)) image.layers.error.resize(pixels);
 }
 
-void PixelAccumulator::write_variance(const Color& squares, float* spread) const {
-  if (count_ < 2) return;
-  const double mean_share = 1.0 / count_, spread_share = 1.0 / (count_ - 1);
-  const auto variance = [&](double sum, double squared) {
-    return std::max(0.0, squared - sum * sum * mean_share) * spread_share;
+void PixelAccumulator::write_deviation(const PixelAccumulator& half, float* deviation) const {
+  const std::uint32_t others = count_ - half.count_;
+  if (half.count_ == 0 || others == 0) return;
+  const double half_share = 1.0 / half.count_, other_share = 1.0 / others,
+               factor = std::sqrt(static_cast<double>(half.count_) * others) / count_;
+  const auto of = [&](double sum, double half_sum) {
+    return std::abs(half_sum * half_share - (sum - half_sum) * other_share) * factor;
   };
-  write_color(spread, {variance(sum_.r, squares.r), variance(sum_.g, squares.g), variance(sum_.b, squares.b)});
+  write_color(deviation, {of(sum_.r, half.sum_.r), of(sum_.g, half.sum_.g), of(sum_.b, half.sum_.b)});
 }
 
 void LayerAccumulator::add(const GBuffer& gbuffer, std::size_t sample) {
@@ -83,42 +88,62 @@ double variance_of_one(double variance, std::uint32_t count) {
 double refined_error(const PixelState& pixel, const DisplayTransform& display) {
   const Color first = mean_of(pixel, 0), second = mean_of(pixel, 1);
   double sum = 0;
-  for (const auto channel : channels) {
-    const double middle = (first.*channel + second.*channel) / 2,
-                 difference = std::abs(first.*channel - second.*channel) / 2;
-    const double slope = display.slope_between(middle, std::max(0.0, middle - difference));
-    sum += slope * slope * difference * difference;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double one = first.*channels[i], other = second.*channels[i], middle = (one + other) / 2;
+    double difference = std::abs(one - other) / 2;
+    if (middle > display.white()) difference = std::max(difference, deviation_of_mean(pixel, i));
+    if (difference == 0) continue;
+    const double change = display.slope_between(middle, std::max(0.0, middle - difference)) * difference;
+    sum += change * change;
   }
   return sum;
 }
 
-double holdout_error(const PixelState& pixel, const DisplayTransform& display, double usual) {
-  const Color first = mean_of(pixel, 0), second = mean_of(pixel, 1);
-  double sum = 0;
-  for (const auto channel : channels) {
-    const double pilot = pixel.pilot.*channel, fresh = (first.*channel + second.*channel) / 2;
-    const double slope = display.slope_between(pilot, std::max(0.0, pilot + std::copysign(usual, fresh - pilot)));
-    sum += slope * slope * (pilot - first.*channel) * (pilot - second.*channel);
-  }
-  return sum;
-}
-
-double squared_distance(const PixelState& pixel, const DisplayTransform& display) {
-  const Color mean = (mean_of(pixel, 0) + mean_of(pixel, 1)) * 0.5;
-  double sum = 0;
-  for (const auto channel : channels) {
-    const double difference = display.level(mean.*channel) - display.level(pixel.pilot.*channel);
-    sum += difference * difference;
-  }
-  return sum;
-}
-
-double holdout_radiance_error(const PixelState& pixel) {
+double bounded_refined_error(const PixelState& pixel, const DisplayTransform& display) {
   const Color first = mean_of(pixel, 0), second = mean_of(pixel, 1);
   double sum = 0;
   for (const auto channel : channels)
-    sum += (pixel.pilot.*channel - first.*channel) * (pixel.pilot.*channel - second.*channel) / 3;
+    sum += std::pow(display.level(first.*channel) - display.level(second.*channel), 2) / 4;
   return sum;
+}
+
+double deviation_of_mean(const PixelState& pixel, std::size_t channel) {
+  const double count = pixel.count(), mean = pixel.mean().*channels[channel];
+  return std::sqrt(std::max(0.0, pixel.squares[channel] / count - mean * mean) / (count - 1));
+}
+
+FreshError fresh_error(const Color& value, const Halves& fresh, const DisplayTransform& display) {
+  FreshError error;
+  for (const auto channel : channels) {
+    const double own = value.*channel, first = fresh[0].*channel, second = fresh[1].*channel;
+    const double product = (own - first) * (own - second);
+    if (product == 0) continue;
+    const double nearer = product < 0 ? own : std::abs(own - first) < std::abs(own - second) ? first : second;
+    const double slope = display.slope_between(own, nearer), level = display.level(own);
+    error.squared += slope * slope * product;
+    error.bounded += (level - display.level(first)) * (level - display.level(second));
+  }
+  return error;
+}
+
+float squared_error_bound(const RadianceInterval& interval, const DisplayTransform& display) {
+  double sum = 0;
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    const double width = level_of(interval.high[channel], display) - display.level(interval.low[channel]);
+    sum += width * width;
+  }
+  return static_cast<float>(sum);
+}
+
+float squared_distance_bound(const RadianceInterval& interval, const Color& value, const DisplayTransform& display) {
+  double sum = 0;
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    const double level = display.level(value.*channels[channel]);
+    const double below = level - display.level(interval.low[channel]),
+                 above = level_of(interval.high[channel], display) - level;
+    sum += std::pow(std::max(std::abs(below), std::abs(above)), 2);
+  }
+  return static_cast<float>(sum);
 }
 
 }  // namespace tracer

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tracer/image.h"
+#include "tracer/src/certify/pixel_bounds.h"
 #include "tracer/src/display/display_transform.h"
 #include "tracer/src/integrators/tracer_concept.h"
 #include "tracer/src/math/lanes.h"
@@ -40,8 +41,9 @@ class PixelAccumulator {
   }
   /// Writes the mean to three channels.
   void write(float* rgb) const { write_color(rgb, count_ > 0 ? sum_ * (1.0 / count_) : Color{}); }
-  /// Writes the variance of the samples to three channels; `squares` is the sum of their squares.
-  void write_variance(const Color& squares, float* variance) const;
+  /// Writes the standard deviation of the mean to three channels, estimated from the difference between the samples of
+  /// `half` and the others: |F1 - F2| sqrt(n1 n2) / (n1 + n2).
+  void write_deviation(const PixelAccumulator& half, float* deviation) const;
 
  private:
   Color sum_;
@@ -64,32 +66,40 @@ class LayerAccumulator {
 
 /// State of a pixel during adaptive sampling.
 ///
-/// A pixel begins with a pilot: one sample, usually at its center. If that is not good enough the pixel is refined: a
-/// sequence of samples starts and continues from round to round. Its mean is then the pixel, and the difference of its
-/// two halves estimates the error. In every round, some pixels that have only their pilot are selected at random for
-/// holdout: fresh samples measure the error of pilots that nothing else casts doubt on. The halves both decide where
-/// sampling continues and estimate the error; the bias of that is left to the holdout samples that validate the image.
+/// A pixel begins with a pilot: one sample, usually at its center. If that is not good enough the pixel is refined: two
+/// sequences of samples that are independent of each other and of the pilot start, one for each half, and continue from
+/// round to round. The mean of the halves is then the pixel, and their difference estimates its error without bias,
+/// because nothing that decides the number of a pixel's samples depends on its own halves.
+///
+/// Pixels that keep their pilot are validated by looks: fresh halves of randomly drawn pixels (looks.h).
 struct PixelState {
   enum class Role : std::uint8_t {
     pilot,    ///< its one sample is the pixel
-    holdout,  ///< as pilot; the halves hold samples of this round that only estimate its error
     refined,  ///< the mean of the halves is the pixel
   };
 
   Color pilot;
   std::array<Color, 2> half{};  ///< sums
   std::array<std::uint32_t, 2> half_count{};
-  float variance = 0;  ///< predicted for the pixel, in squared code values, summed over the channels
-  float contrast = 0;  ///< contrast of the pilots around it, in the same unit
+  std::array<float, 3> squares{};  ///< sums over the samples of both halves
+  float variance = 0;              ///< predicted for the pixel, in squared code values, summed over the channels
+  float contrast = 0;              ///< contrast of the pilots around it, in the same unit
+  /// Upper bound of the squared error of the pilot and of the squared distance of any two samples, in the same unit.
+  float bound = 3 * 255 * 255;
   /// A feature that the samples probably miss: the variance that it adds to one sample, the squared error of a pixel
   /// without it (both in squared code values), and the fraction of the pixel that it covers.
   float hidden = 0, missed = 0, hidden_share = 1;
+  std::uint16_t looks = 0;  ///< number of looks at the pilot
   Role role = Role::pilot;
-  bool grows = false;  ///< refined in this round
+  bool edge = false;       ///< not covered by one smooth surface: features may be smaller than the pixel
+  bool certified = false;  ///< the bound is so small that the pilot suffices
+  bool repaired = false;   ///< refined because a look found an error
 
   [[nodiscard]] bool refined() const { return role == Role::refined; }
   /// True if both halves have samples.
   [[nodiscard]] bool measured() const { return half_count[0] > 0 && half_count[1] > 0; }
+  /// True if looks validate the pixel.
+  [[nodiscard]] bool open() const { return !refined() && !certified; }
   /// Number of samples whose mean is the pixel.
   [[nodiscard]] std::uint32_t count() const {
     const std::uint32_t samples = half_count[0] + half_count[1];
@@ -99,24 +109,15 @@ struct PixelState {
     const bool begun = refined() && half_count[0] + half_count[1] > 0;
     return begun ? (half[0] + half[1]) * (1.0 / count()) : pilot;
   }
+  void add_square(const Color& radiance) {
+    squares[0] += film_value(radiance.r * radiance.r);
+    squares[1] += film_value(radiance.g * radiance.g);
+    squares[2] += film_value(radiance.b * radiance.b);
+  }
   /// Predicted error of a feature that has not been sampled yet: fewer than four samples are expected on it.
   [[nodiscard]] double undetected() const {
     const double likely = static_cast<double>(count()) * hidden_share;
     return likely < 4 ? std::max(static_cast<double>(hidden) / count(), missed * std::exp(-likely)) : 0;
-  }
-  /// Moves all samples to the first half, so that the sequence can continue in the second.
-  void grow() {
-    half[0] += half[1];
-    half_count[0] += half_count[1];
-    half[1] = {};
-    half_count[1] = 0;
-  }
-  /// Discards the holdout samples at the end of the round.
-  void discard_holdout() {
-    if (role != Role::holdout) return;
-    half = {};
-    half_count = {};
-    role = Role::pilot;
   }
 };
 
@@ -141,16 +142,32 @@ double variance_of_one(double variance, std::uint32_t count);
 // code values is steepest next to black: its slope is taken over a range of radiance, on the steep side.
 // Precondition: measured().
 
-/// Refined pixel with the halves' means F1 and F2: (F1 - F2)^2 / 4. For independent halves this is the variance of the
-/// mean; halves stratified together differ more. With a variance of c n^-p of n consecutive samples it is (2^p - 1)
-/// times that variance: 1 for p = 1, 1.8 for edges.
+/// Refined pixel with the halves' means F1 and F2: (F1 - F2)^2 / 4, the variance of the mean of independent halves.
+/// Where the mean is white, halves that are both too bright look equal: there the error is what the deviation of the
+/// samples allows below white.
 double refined_error(const PixelState& pixel, const DisplayTransform& display);
-/// Holdout pixel with the pilot P: E[(P - F1)(P - F2)] = (P - mu)^2 for any P. `usual`: usual radiance error of similar
-/// pixels, the root of the mean of holdout_radiance_error() over many.
-double holdout_error(const PixelState& pixel, const DisplayTransform& display, double usual);
-/// Squared distance of the mean of the halves from the pilot: the squared error plus the variance of that mean.
-double squared_distance(const PixelState& pixel, const DisplayTransform& display);
-/// Squared error in squared radiance, mean of the channels.
-double holdout_radiance_error(const PixelState& pixel);
+/// The same in code values, which is at most a quarter of the pixel's bound.
+double bounded_refined_error(const PixelState& pixel, const DisplayTransform& display);
+/// Standard deviation of the mean of a channel, as if the samples were independent. Precondition: more than one sample.
+double deviation_of_mean(const PixelState& pixel, std::size_t channel);
+
+/// Means of two fresh halves of samples of a pixel.
+using Halves = std::array<Color, 2>;
+
+/// Squared error of the pixel `value` by two independent halves, which have no part in it.
+struct FreshError {
+  /// Sum over the channels of (P - F1)(P - F2) in radiance, whose expectation is (P - mu)^2 whatever P is, times the
+  /// squared slope from P to the nearer half: the steep side, where the halves are far apart.
+  double squared = 0;
+  /// Sum of (P - F1)(P - F2) in code values, which is within the pixel's bound. Its expectation is the squared distance
+  /// to the mean code value of a half, which is a little darker than the code value of the mean (Jensen).
+  double bounded = 0;
+};
+FreshError fresh_error(const Color& value, const Halves& fresh, const DisplayTransform& display);
+
+/// The largest squared distance of any two samples of a pixel, in squared code values, summed over the channels.
+float squared_error_bound(const RadianceInterval& interval, const DisplayTransform& display);
+/// The largest squared distance of a sample from `value`, which may lie outside of the interval.
+float squared_distance_bound(const RadianceInterval& interval, const Color& value, const DisplayTransform& display);
 
 }  // namespace tracer

@@ -12,8 +12,6 @@ namespace tracer {
 namespace {
 
 constexpr double growth_max = 8, any_growth = std::numeric_limits<double>::infinity();
-/// Two mirrored samples, so that the slope of the image cancels in each half.
-constexpr std::uint32_t holdout_half = 2;
 
 /// Powers of two within the limits; if there is none, the even number within the limits.
 struct Range {
@@ -59,6 +57,9 @@ class Allocator {
   [[nodiscard]] std::uint32_t half(std::size_t index, std::int32_t price, double growth) const {
     return half_of(demand_[index], pixels_[index].count(), price, growth);
   }
+
+  /// Samples in each half of a pixel that is refined because of its bound.
+  [[nodiscard]] std::uint32_t refined() const { return range_.nearest(std::log2(2.0 * refined_half)) / 2; }
 
   /// The highest price that reaches the goal within its cost.
   [[nodiscard]] std::int32_t price_for(const AllocationGoal& goal) const {
@@ -112,125 +113,86 @@ class Allocator {
   std::vector<PixelClass> classes_;
 };
 
-/// Fraction of the pilots selected for holdout: enough for a mean, and cheap. Small images need a larger fraction.
-double holdout_fraction(std::size_t pilots) {
-  constexpr double count = 256;
-  return std::clamp(count / static_cast<double>(std::max<std::size_t>(1, pilots)), 1.0 / 32, 1.0 / 2);
+/// Bound of an open pixel as it counts for AllocationGoal::bound_max; 0 for others.
+double risk_of(const PixelState& pixel) {
+  constexpr double silent_edge = 64, quiet = 1e-3;
+  if (!pixel.open()) return 0;
+  return pixel.bound * (pixel.edge && predicted_variance(pixel.contrast) < quiet * pixel.bound ? silent_edge : 1);
 }
 
-double random(std::uint64_t key, std::uint64_t index) {
-  return static_cast<double>(mix(key ^ mix(index)) >> 11) * 0x1p-53;
-}
-
-/// Draws one pixel in each of `count` equal strata of the sum of all shares.
-class StratifiedDraws {
+/// Selects the open pixels that are refined whatever is predicted, so that they cost at most half of the limit: those
+/// with the largest bounds, and a scattered part of those with bounds within a factor of two below.
+class UnsafePixels {
  public:
-  StratifiedDraws(std::uint64_t count, std::uint64_t key) : count_(count), key_(key), next_(position(0)) {}
-
-  /// Number of draws of the next pixel, whose expected number is `share`.
-  std::uint32_t draw(double share) {
-    sum_ += share;
-    std::uint32_t draws = 0;
-    for (; stratum_ < count_ && next_ < sum_; next_ = position(++stratum_)) ++draws;
-    return draws;
+  UnsafePixels(std::span<const PixelState> pixels, std::span<const float> cost, const AllocationGoal& goal)
+      : pixels_(pixels), bound_(goal.bound_max) {
+    double left = 0, sum = cost_above(bound_, cost);
+    for (; sum > goal.cost / 2; bound_ *= 2, sum = left) {
+      left = cost_above(2 * bound_, cost);
+      share_ = std::clamp((goal.cost / 2 - left) / (sum - left), 0.0, 1.0);
+    }
+  }
+  [[nodiscard]] bool contains(std::size_t i) const {
+    const double risk = risk_of(pixels_[i]);
+    return risk > bound_ || (risk > bound_ / 2 && static_cast<double>(mix(i) >> 11) * 0x1p-53 < share_);
   }
 
  private:
-  [[nodiscard]] double position(std::uint64_t stratum) const {
-    return static_cast<double>(stratum) + random(key_, stratum);
+  [[nodiscard]] double cost_above(double bound, std::span<const float> cost) const {
+    double sum = 0;
+    for (std::size_t i = 0; i < pixels_.size(); ++i)
+      if (risk_of(pixels_[i]) > bound) sum += 2.0 * refined_half * cost[i];
+    return sum;
   }
-  std::uint64_t count_, key_, stratum_ = 0;
-  double sum_ = 0, next_;
+
+  std::span<const PixelState> pixels_;
+  double bound_, share_ = 0;
 };
-
-constexpr std::uint32_t pilot_half = 2;
-
-/// A quarter of the pixel's samples in each half, so that validation costs half as much as the pixel did.
-std::uint32_t half_for(const PixelState& pixel) {
-  return pixel.refined() ? std::max(pilot_half, std::bit_ceil(pixel.count()) / 4) : pilot_half;
-}
 
 }  // namespace
 
 SampleAllocation allocate_samples(std::span<PixelState> pixels, std::span<const float> cost, const AllocationGoal& goal,
-                                  const Adaptive& limits, std::uint32_t round, std::uint64_t seed) {
+                                  const Adaptive& limits) {
   const Allocator allocator(pixels, cost, limits);
   const std::int32_t price = allocator.price_for(goal);
+  const UnsafePixels unsafe(pixels, cost, goal);
   SampleAllocation allocation;
   allocation.half.resize(pixels.size());
-  std::size_t pilots = 0;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
-    allocation.half[i] = allocator.half(i, price, growth_max);
-    pixels[i].grows = allocation.half[i] > 0;
-    if (pixels[i].grows) pixels[i].role = PixelState::Role::refined;
-    pilots += pixels[i].refined() ? 0 : 1;
-  }
-  const auto below = static_cast<std::uint64_t>(holdout_fraction(pilots) * 0x1p32);
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    if (!pixels[i].refined() && (mix(mix(i ^ mix(round)) ^ mix(seed)) >> 32) < below) {
-      pixels[i].role = PixelState::Role::holdout;
-      allocation.half[i] = holdout_half;
-    }
-    allocation.empty = allocation.empty && allocation.half[i] == 0;
+    allocation.half[i] = std::max(allocator.half(i, price, growth_max), unsafe.contains(i) ? allocator.refined() : 0);
+    if (allocation.half[i] == 0) continue;
+    pixels[i].role = PixelState::Role::refined;
+    allocation.empty = false;
   }
   return allocation;
 }
 
-HoldoutBudget full_holdout_budget(std::size_t pixels) {
-  return {.pixels = std::max(2048.0, static_cast<double>(pixels) / 32)};
-}
-
-HoldoutBudget holdout_budget_within(std::span<const PixelState> pixels, double samples_max) {
-  constexpr double pixels_min = 64;
-  constexpr std::uint32_t draws_min = 16;
-  HoldoutBudget budget = full_holdout_budget(pixels.size());
-  double predicted = 0, samples = 0;
-  for (const PixelState& pixel : pixels) {
-    if (!pixel.refined()) continue;
-    predicted += pixel.variance;
-    samples += double{pixel.variance} * 2 * half_for(pixel);
-  }
-  const double cost = 2 * pilot_half * budget.pixels + (predicted > 0 ? budget.draws * samples / predicted : 0);
-  const double factor = std::min(1.0, samples_max / cost);
-  budget.pixels = std::max(pixels_min, budget.pixels * factor);
-  budget.draws = std::max(draws_min, static_cast<std::uint32_t>(budget.draws * factor));
-  return budget;
-}
-
-std::vector<HoldoutPixel> select_holdout_pixels(std::span<const PixelState> pixels, const HoldoutBudget& budget,
-                                                std::uint64_t stream, std::uint64_t seed) {
-  double predicted = 0;
-  for (const PixelState& pixel : pixels) predicted += pixel.refined() ? pixel.variance : 0;
-  const double by_error = predicted > 0 ? budget.draws / predicted : 0;
-  const double spent = 2 * pilot_half * std::min(1.0, budget.pixels / static_cast<double>(pixels.size()));
-  const std::uint64_t key = mix(mix(seed) ^ mix(~stream));
-  StratifiedDraws predictions(budget.draws, key);
-  std::vector<HoldoutPixel> selected;
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    const std::uint32_t half = half_for(pixels[i]);
-    const double probability = spent / (2 * half), error = pixels[i].refined() ? by_error * pixels[i].variance : 0;
-    const std::uint32_t draws = predictions.draw(error) + (random(~key, i) < probability ? 1 : 0);
-    if (draws > 0) selected.push_back({i, half, draws / (probability + error)});
-  }
-  return selected;
-}
-
-std::vector<HoldoutPixel> select_holdout_pixels(std::size_t pixels, std::size_t count, std::uint64_t stream,
-                                                std::uint64_t seed) {
-  const std::uint64_t key = mix(mix(seed) ^ mix(~stream));
-  const std::size_t draws = std::min(pixels, count);
-  const double each = static_cast<double>(pixels) / static_cast<double>(draws);
-  std::vector<HoldoutPixel> selected;
-  for (std::size_t stratum = 0; stratum < draws; ++stratum) {
-    const double at = (static_cast<double>(stratum) + random(key, stratum)) * each;
-    const std::size_t place = std::min(pixels - 1, static_cast<std::size_t>(at));
-    if (!selected.empty() && selected.back().place == place) {
-      selected.back().stands_for += each;
-    } else {
-      selected.push_back({place, pilot_half, each});
+void raise_in_tiles(std::span<PixelState> pixels, std::uint32_t width, std::span<const ExcessTile> tiles,
+                    const Adaptive& limits, SampleAllocation& allocation) {
+  const Range range(limits);
+  for (const auto& [window, excess] : tiles) {
+    double sum = 0;
+    for (std::uint32_t y = window.y0; y < window.y1; ++y)
+      for (std::uint32_t x = window.x0; x < window.x1; ++x) sum += pixels[std::size_t{y} * width + x].variance;
+    const double mean = sum / static_cast<double>(window.pixels());
+    const double growth = std::clamp(std::pow(excess, 1 / variance_power), 2.0, growth_max);
+    for (std::uint32_t y = window.y0; y < window.y1; ++y) {
+      for (std::uint32_t x = window.x0; x < window.x1; ++x) {
+        const std::size_t place = std::size_t{y} * width + x;
+        PixelState& pixel = pixels[place];
+        const std::uint32_t wanted = range.nearest(std::log2(growth * pixel.count()));
+        if (!(pixel.variance > mean / excess) || wanted <= std::max(pixel.count(), 2 * allocation.half[place]))
+          continue;
+        allocation.half[place] = wanted / 2;
+        pixel.role = PixelState::Role::refined;
+        allocation.empty = false;
+      }
     }
   }
-  return selected;
+}
+
+bool any_unsafe(std::span<const PixelState> pixels, double bound_max) {
+  return std::ranges::any_of(pixels, [&](const PixelState& pixel) { return risk_of(pixel) > bound_max; });
 }
 
 }  // namespace tracer

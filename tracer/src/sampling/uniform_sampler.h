@@ -6,8 +6,8 @@
 
 #include "tracer/src/integrators/tracer_concept.h"
 #include "tracer/src/parallel/parallel_for.h"
+#include "tracer/src/sampling/audit.h"
 #include "tracer/src/sampling/camera_samples.h"
-#include "tracer/src/sampling/holdout.h"
 #include "tracer/src/sampling/image_error.h"
 #include "tracer/src/sampling/pixel_state.h"
 #include "tracer/src/sampling/tiles.h"
@@ -32,7 +32,7 @@ class UniformSampler {
     Image& image = rendered.image;
     image_ = &image;
     allocate(image, scene_.image.window(), scene_.output);
-    if (samples_ > 1) variance_.resize(image.rgb.size());
+    if (samples_ > 1) deviation_.resize(image.rgb.size());
     omitted_.resize(tiles_.count());
     control_.begin(tiles_.count());
     trace(image);
@@ -40,7 +40,8 @@ class UniformSampler {
     rendered.statistics = pool_.statistics();
     rendered.statistics.samples_min = rendered.statistics.samples_max = samples_;
     const double brightest = brightest_if_needed(scene_, image.rgb);
-    const ErrorContext context{DisplayTransform(scene_.output, brightest), bound_omitted_radiance(scene_, brightest)};
+    const ErrorContext context{DisplayTransform(scene_.output, brightest), bound_omitted_radiance(scene_, brightest),
+                               scene_.output};
     rendered.error = estimate(image, context);
     estimate_approximation_error<T>(scene_, settings_, control_, context.display, rendered);
     if (control_.cancelled()) return Failure{Failure::Code::cancelled, "cancelled while tracing"};
@@ -56,8 +57,7 @@ class UniformSampler {
 
   /// Sums over a pixel's samples. Layers are separate, since few scenes have any.
   struct Sums {
-    PixelAccumulator radiance;
-    Color squares;
+    PixelAccumulator radiance, half;
     OmittedRadiance omitted;
   };
 
@@ -93,7 +93,7 @@ class UniformSampler {
       tracer.batch().light_points = (light_points_min + samples_ - 1) / samples_;
       if (!tracer.trace()) return false;
       if (samples_ == 1) write_each(pixels, tracer, image, omitted);
-      const Part part{pixels.size(), first == 0, last == samples_};
+      const Part part{pixels.size(), first, last == samples_};
       if (samples_ > 1)
         accumulate(part, tracer, partial,
                    [&](std::size_t i, const Sums& sums) { write(sums, tiles_.place(pixels[i]), image, omitted); });
@@ -123,7 +123,8 @@ class UniformSampler {
   /// Batch of some samples of all pixels, the first sample of all pixels first.
   struct Part {
     std::size_t pixels;
-    bool first, last;
+    std::uint32_t first;  ///< index of the first sample
+    bool last;
   };
   /// Accumulates the batch's samples of each pixel; calls write(i, sums) after the last part.
   template <class Sum, class Write>
@@ -132,9 +133,10 @@ class UniformSampler {
     const std::size_t samples = tracer.radiance().size();
     for (std::size_t i = 0; i < part.pixels; ++i) {
       Sum sums;
-      if (!part.first) sums = partial[i];
-      for (std::size_t sample = i; sample < samples; sample += part.pixels)
-        if (finite(tracer.radiance()[sample])) add_sample(tracer, sample, sums);  // others are counted by the tracer
+      if (part.first > 0) sums = partial[i];
+      std::uint32_t index = part.first;
+      for (std::size_t sample = i; sample < samples; sample += part.pixels, ++index)
+        if (finite(tracer.radiance()[sample])) add_sample(tracer, sample, index, sums);  // others are counted
       if (part.last) {
         write(i, sums);
       } else {
@@ -143,19 +145,20 @@ class UniformSampler {
     }
   }
 
-  void add_sample(const T& tracer, std::size_t sample, LayerAccumulator& sums) const {
+  void add_sample(const T& tracer, std::size_t sample, std::uint32_t /*index*/, LayerAccumulator& sums) const {
     sums.add(tracer.gbuffer(), sample);
   }
-  void add_sample(const T& tracer, std::size_t sample, Sums& sums) const {
+  /// The first half of a pixel's sequence is stratified by itself, and so is the second.
+  void add_sample(const T& tracer, std::size_t sample, std::uint32_t index, Sums& sums) const {
     const Color& radiance = tracer.radiance()[sample];
     sums.radiance.add(radiance);
-    if (!variance_.empty()) sums.squares += radiance * radiance;
+    if (index < samples_ / 2) sums.half.add(radiance);
     if (!tracer.omitted().empty()) sums.omitted += tracer.omitted()[sample];
   }
 
   void write(const Sums& sums, std::size_t at, Image& image, std::vector<OmittedSample>& omitted) {
     sums.radiance.write(image.rgb.data() + 3 * at);
-    if (!variance_.empty()) sums.radiance.write_variance(sums.squares, variance_.data() + 3 * at);
+    if (!deviation_.empty()) sums.radiance.write_deviation(sums.half, deviation_.data() + 3 * at);
     add_omitted(sums.omitted * (1.0f / static_cast<float>(samples_)), at, omitted);
   }
 
@@ -169,10 +172,11 @@ class UniformSampler {
       for_each_tile(count, settings_.threads, work);
     };
     ErrorEstimate error =
-        measure_uniform_errors(image, {image.rgb, variance_, samples_, image.width}, omitted_, context, in_parallel);
+        measure_uniform_errors(image, {image.rgb, deviation_, image.width}, omitted_, context, in_parallel);
     error.bounded = context.bound.bounded || (error.depth == 0 && error.cutoff == 0);
-    error.target = scene_.accuracy.target_error;
-    error.target_met = !error.target || error.estimate <= *error.target;
+    error.target = scene_.accuracy.target();
+    error.tile_target = scene_.accuracy.tile_target();
+    error.target_met = meets_targets(error);
     return error;
   }
 
@@ -188,7 +192,7 @@ class UniformSampler {
   PreviewTiles preview_;
   TracerPool<T> pool_;
   std::uint32_t samples_;
-  std::vector<float> variance_;                      ///< variance of the samples of each pixel, three channels
+  std::vector<float> deviation_;                     ///< standard deviation of each pixel's mean, three channels
   std::vector<std::vector<OmittedSample>> omitted_;  ///< by tile
 };
 

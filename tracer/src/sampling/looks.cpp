@@ -1,0 +1,120 @@
+#include "tracer/src/sampling/looks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tracer/src/math/sampling.h"
+
+namespace tracer {
+namespace {
+
+/// Part of the looks that is drawn by the bounds. The rest follows predictions, which raises the proven bound by 4/3.
+constexpr double bound_share = 0.75;
+/// Edges are drawn more often than their bounds alone would have it: more can hide there.
+constexpr double edge_weight = 4;
+
+double bound_weight(const PixelState& pixel) { return pixel.bound * (pixel.edge ? edge_weight : 1); }
+
+/// `count` uniform numbers in [0, total), ascending.
+std::vector<double> sorted_positions(std::size_t count, double total, std::uint64_t key) {
+  std::vector<double> positions(count);
+  for (std::size_t i = 0; i < count; ++i) positions[i] = static_cast<double>(mix(key ^ mix(i)) >> 11) * 0x1p-53 * total;
+  std::sort(positions.begin(), positions.end());
+  return positions;
+}
+
+/// Draws places with probability `share(place)`, whose sum is 1 up to rounding: `use(place)` for each draw.
+template <class Share, class Use>
+void draw(std::size_t places, std::size_t count, std::uint64_t key, const Share& share, const Use& use) {
+  const std::vector<double> positions = sorted_positions(count, 1, key);
+  std::size_t next = 0;
+  double sum = 0;
+  for (std::size_t place = 0; place < places && next < count; ++place)
+    for (sum += share(place); next < count && positions[next] < sum; ++next) use(place);
+}
+
+std::uint64_t key_of(std::uint64_t stream, std::uint64_t seed) { return mix(mix(seed) ^ mix(~stream)); }
+
+}  // namespace
+
+LookDraws draw_looks(std::span<PixelState> pixels, std::size_t count, std::uint64_t stream, std::uint64_t seed) {
+  double bounds = 0, predictions = 0;
+  for (const PixelState& pixel : pixels) {
+    if (!pixel.open()) continue;
+    bounds += bound_weight(pixel);
+    predictions += pixel.variance;
+  }
+  LookDraws draws;
+  if (!(bounds > 0)) return draws;
+  const double by_bound = (predictions > 0 ? bound_share : 1) / bounds,
+               by_prediction = predictions > 0 ? (1 - bound_share) / predictions : 0;
+  draws.range = bounds / bound_share;
+  const auto share = [&](std::size_t place) {
+    const PixelState& pixel = pixels[place];
+    return pixel.open() ? by_bound * bound_weight(pixel) + by_prediction * pixel.variance : 0;
+  };
+  draw(pixels.size(), count, key_of(stream, seed), share, [&](std::size_t place) {
+    draws.looks.push_back({static_cast<std::uint32_t>(place), pixels[place].looks, 1 / share(place)});
+    ++pixels[place].looks;
+  });
+  return draws;
+}
+
+LookDraws draw_looks(std::span<const float> bounds, std::size_t count, std::uint64_t stream, std::uint64_t seed) {
+  double sum = 0;
+  for (const float bound : bounds) sum += bound;
+  LookDraws draws{.looks = {}, .range = sum};
+  if (!(sum > 0)) return draws;
+  const auto share = [&](std::size_t place) { return bounds[place] / sum; };
+  draw(bounds.size(), count, key_of(stream, seed), share, [&](std::size_t place) {
+    const bool again = !draws.looks.empty() && draws.looks.back().place == place;
+    draws.looks.push_back(
+        {static_cast<std::uint32_t>(place), again ? draws.looks.back().index + 1 : 0, 1 / share(place)});
+  });
+  return draws;
+}
+
+void LookPool::add(const LookDraws& draws, std::span<const FreshError> errors) {
+  range_ = std::max(range_, draws.range);
+  for (std::size_t i = 0; i < draws.looks.size(); ++i) {
+    looks_.push_back(draws.looks[i]);
+    errors_.push_back({draws.looks[i].place, errors[i].squared});
+    sequence_.add(errors[i].bounded * draws.looks[i].weight / draws.range);
+  }
+}
+
+void LookPool::begin_epoch() {
+  if (sequence_.count() == 0) return;
+  alpha_ /= 2;
+  sequence_ = ConfidenceSequence(alpha_);
+  range_ = 0;
+}
+
+LookEstimate LookPool::estimate(std::span<const PixelState> pixels) const {
+  LookEstimate estimate;
+  if (looks_.empty()) {
+    for (const PixelState& pixel : pixels) estimate.squared += pixel.open() ? pixel.variance : 0;
+    return estimate;
+  }
+  double squares = 0, largest = 0;
+  for (std::size_t i = 0; i < looks_.size(); ++i) {
+    const PixelState& pixel = pixels[looks_[i].place];
+    if (!pixel.open() && !pixel.repaired) continue;
+    const double error = errors_[i].squared_error * looks_[i].weight;
+    estimate.squared += error;
+    squares += error * error;
+    largest = std::max(largest, std::abs(error));
+  }
+  // The largest error counts once more: a few finds do not show how much larger others are.
+  const auto count = static_cast<double>(looks_.size());
+  estimate.squared /= count;
+  estimate.variance = (squares + largest * largest - count * estimate.squared * estimate.squared) / (count * count);
+  return estimate;
+}
+
+double LookPool::proven() const {
+  return sequence_.count() > 0 ? sequence_.upper_bound() * range_ : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace tracer

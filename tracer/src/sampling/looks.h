@@ -1,0 +1,73 @@
+#pragma once
+/// Looks: fresh pairs of halves of randomly drawn pixels, which validate the pixels that have only their pilot.
+///
+/// A look at a pixel with the value X takes two independent halves R1 and R2 of samples that are in no pixel. The
+/// product (X - R1)(X - R2) is an unbiased estimate of the pixel's squared error. Pixels are drawn in proportion to the
+/// bounds of their squared errors, known before any look, so that no error can hide: n looks without a find prove that
+/// the sum of the errors is about 3 / n of the sum of the bounds, whatever the size of the image. A part of the looks
+/// follows the predicted errors, which lowers the variance. Each error is divided by its pixel's probability (Hansen &
+/// Hurwitz 1943, "On the theory of sampling from finite populations").
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "tracer/src/sampling/confidence_sequence.h"
+#include "tracer/src/sampling/error_estimate.h"
+#include "tracer/src/sampling/pixel_state.h"
+
+namespace tracer {
+
+struct Look {
+  std::uint32_t place = 0;  ///< images have at most 2^26 pixels
+  std::uint32_t index = 0;  ///< number of earlier looks at the pixel: each look has samples of its own
+  double weight = 0;        ///< 1 / probability of the pixel in one draw
+};
+
+/// Samples in each half of a look. With fewer, the mean code value of a half would be darker than that of the mean.
+inline constexpr std::uint32_t look_half = 8;
+
+/// The least number of looks that validates an image with open pixels.
+inline constexpr std::size_t looks_min = 1024;
+
+/// Independent draws, ascending by place, and the largest weighted bound that a draw can have.
+struct LookDraws {
+  std::vector<Look> looks;
+  double range = 0;
+};
+
+/// Draws `count` open pixels with replacement and counts the looks in the pixels; none if no pixel is open.
+/// Deterministic in `stream` and `seed`.
+LookDraws draw_looks(std::span<PixelState> pixels, std::size_t count, std::uint64_t stream, std::uint64_t seed);
+
+/// The same from all of `pixels` by bounds alone: `bounds` of their squared errors.
+LookDraws draw_looks(std::span<const float> bounds, std::size_t count, std::uint64_t stream, std::uint64_t seed);
+
+/// All looks at an image. They stay valid over rounds of sampling: a pixel that is refined for other reasons than its
+/// own look leaves the pool; a pixel that was repaired because of its look stays, since it stands for others.
+class LookPool {
+ public:
+  /// Adds the looks of one call of draw_looks(); `errors` are parallel to them.
+  void add(const LookDraws& draws, std::span<const FreshError> errors);
+  /// Starts the proof again, because pixels were refined.
+  void begin_epoch();
+
+  [[nodiscard]] std::size_t count() const { return looks_.size(); }
+  /// One entry per look.
+  [[nodiscard]] std::span<const LookError> errors() const { return errors_; }
+  /// Estimate of the error of the open pixels. Without looks: the sum of their predictions.
+  [[nodiscard]] LookEstimate estimate(std::span<const PixelState> pixels) const;
+  /// Upper bound of the same, valid with probability 1 - alpha for any number of looks and epochs; infinite without
+  /// looks in this epoch.
+  [[nodiscard]] double proven() const;
+
+ private:
+  static constexpr double alpha = 0.025;
+  std::vector<Look> looks_;
+  std::vector<LookError> errors_;
+  double range_ = 0;  ///< of this epoch
+  double alpha_ = alpha / 2;
+  ConfidenceSequence sequence_{alpha / 2};
+};
+
+}  // namespace tracer

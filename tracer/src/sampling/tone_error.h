@@ -1,0 +1,37 @@
+#pragma once
+/// Error of an image by a statistic of the image: `overflow: scale` divides by the brightest channel, which is known
+/// only from samples. If it is wrong, so is every pixel.
+
+#include <span>
+
+#include "tracer/scene.h"
+#include "tracer/src/sampling/tiles.h"
+
+namespace tracer {
+
+/// Range of the brightest channel of the converged image.
+struct BrightestRange {
+  double found = 0;  ///< of the image
+  double low = 0, high = 0;
+
+  /// Adds a channel of a pixel: its value, the standard deviation of that, and the most that its samples may have
+  /// missed.
+  void add(double value, double deviation, double missed) {
+    constexpr double deviations = 2.33;  // 99 %
+    found = std::max(found, value);
+    low = std::max(low, value - deviations * deviation);
+    high = std::max(high, value + std::max(deviations * deviation, missed));
+  }
+  void add(const BrightestRange& part) {
+    found = std::max(found, part.found);
+    low = std::max(low, part.low);
+    high = std::max(high, part.high);
+  }
+};
+
+/// The larger of the sums of squared errors, in code values over pixels and channels, if an end of the range were the
+/// brightest channel instead of the one that was found. 0 unless `output` divides by it.
+double tone_error(std::span<const float> rgb, const Output& output, const BrightestRange& range,
+                  const InParallel& in_parallel);
+
+}  // namespace tracer
