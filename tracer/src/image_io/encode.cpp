@@ -8,11 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "tracer/limits.h"
 #include "tracer/src/display/display_transform.h"
 #include "tracer/src/display/srgb.h"
 #include "tracer/src/display/tone_mapping.h"
-#include "tracer/src/image_io/decode.h"
 #include "tracer/src/image_io/encoding_error.h"
 #include "tracer/src/image_io/oiio_loader.h"
 #include "tracer/src/image_io/png_file.h"
@@ -57,11 +55,6 @@ void add_alpha(DisplayCodes<Code>& display, const std::vector<float>& alpha) {
                                static_cast<Code>(std::lround(alpha[pixel] * most))});
   display = {4, std::move(codes)};
 }
-
-/// For files that this program has written.
-constexpr TextureImageLimits own_file_limits{.pixels = std::numeric_limits<std::uint64_t>::max(),
-                                             .channels = std::numeric_limits<std::uint64_t>::max(),
-                                             .bytes = std::numeric_limits<std::uint64_t>::max()};
 
 enum class Alpha { straight, over_black };
 
@@ -116,31 +109,31 @@ EncodedFile encode_tiff(const Image& image, const Output& output) {
                     error_of(display, image, output));
 }
 
-/// hdr, jpg or webp.
-Encoded write_lossy(const Image& image, Format format, const Output& output, const OpenImageIo& library) {
-  if (format == Format::hdr) return library.hdr(image);
-  const auto display = to_display<std::uint8_t>(image, output, Alpha::over_black);
-  return format == Format::jpg ? library.jpeg(image, display.codes) : library.webp(image, display.codes);
-}
-
-/// The file is decoded again to measure its error.
-EncodedFile encode_lossy(const Image& image, Format format, const Output& output, const OpenImageIo& library) {
-  Encoded file = write_lossy(image, format, output, library);
+/// The lossy formats are decoded again to measure their error.
+EncodedFile encode_hdr(const Image& image, const Output& output, const OpenImageIo& library) {
+  Encoded file = library.hdr(image);
   if (!file) return std::move(file.error());
-  const auto kind = format == Format::hdr   ? ImageFormat::hdr
-                    : format == Format::jpg ? ImageFormat::jpeg
-                                            : ImageFormat::webp;
-  const Decoded decoded = decode_as(kind, *file, ColorSpace::linear, own_file_limits);  // linear: values as stored
-  if (!decoded) return std::string(name(format)) + " encoder: the file " + decoded.error();
+  std::vector<float> decoded(image.rgb.size());
+  if (const auto error = library.read_floats(ImageFormat::hdr, *file, decoded); !error.empty())
+    return "hdr encoder: the file " + error;
   const DisplayTransform display = display_transform(image, output);
-  const std::size_t row_size = 3 * std::size_t{image.width};
   const auto levels = [&](std::size_t y, LevelRow& row) {
-    const std::span<const float> values = std::span(decoded->rgb).subspan(y * row_size, row_size);
-    if (format == Format::hdr) return display.show(values, row);
-    for (std::size_t channel = 0; channel < 3; ++channel)
-      for (std::size_t x = 0; x < image.width; ++x) row[channel][x] = 255 * values[3 * x + channel];
+    const std::size_t row_size = 3 * std::size_t{image.width};
+    display.show(std::span(std::as_const(decoded)).subspan(y * row_size, row_size), row);
   };
   return with_error(std::move(file), encoding_error(image, display, levels));
+}
+
+/// jpg or webp.
+EncodedFile encode_lossy(const Image& image, Format format, const Output& output, const OpenImageIo& library) {
+  const bool jpg = format == Format::jpg;
+  auto display = to_display<std::uint8_t>(image, output, Alpha::over_black);
+  Encoded file = (jpg ? library.jpeg : library.webp)(image, display.codes);
+  if (!file) return std::move(file.error());
+  const ImageFormat kind = jpg ? ImageFormat::jpeg : ImageFormat::webp;
+  if (const auto error = library.read_codes(kind, *file, display.codes); !error.empty())
+    return std::string(name(format)) + " encoder: the file " + error;
+  return with_error(std::move(file), error_of(display, image, output));
 }
 
 }  // namespace
@@ -154,6 +147,7 @@ EncodedFile encode(const Image& image, Format format, const Output& output) {
   const auto library = open_image_io();
   if (!library) return library.error();
   if (format == Format::exr) return with_error((*library)->exr(image), {});
+  if (format == Format::hdr) return encode_hdr(image, output, **library);
   return encode_lossy(image, format, output, **library);
 }
 

@@ -59,14 +59,22 @@ const std::vector<float>& linear_table() {
   return table;
 }
 
+/// All channels at once.
 template <class Code>
-void write_opaque(std::span<const Code> row, LevelRow& levels) {
+WHITTLE_INLINE void to_levels(const Code* codes, std::size_t count, float* __restrict r, float* __restrict g,
+                              float* __restrict b) {
   constexpr float level = 255.0f / std::numeric_limits<Code>::max();
-  for (std::size_t channel = 0; channel < 3; ++channel) {
-    const Code* const from = row.data() + channel;
-    float* const to = levels[channel].data();
-    for (std::size_t x = 0; x < row.size() / 3; ++x) to[x] = static_cast<float>(from[3 * x]) * level;
+  for (std::size_t x = 0; x < count; ++x) {
+    r[x] = static_cast<float>(codes[3 * x]) * level;
+    g[x] = static_cast<float>(codes[3 * x + 1]) * level;
+    b[x] = static_cast<float>(codes[3 * x + 2]) * level;
   }
+}
+WHITTLE_WIDE void write_opaque(std::span<const std::uint8_t> row, LevelRow& levels) {
+  to_levels(row.data(), row.size() / 3, levels[0].data(), levels[1].data(), levels[2].data());
+}
+WHITTLE_WIDE void write_opaque(std::span<const std::uint16_t> row, LevelRow& levels) {
+  to_levels(row.data(), row.size() / 3, levels[0].data(), levels[1].data(), levels[2].data());
 }
 
 template <class Code>

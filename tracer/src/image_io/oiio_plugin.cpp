@@ -145,20 +145,42 @@ class Reading {
   Image image_;
 };
 
-Decoded read(ImageFormat kind, std::span<const std::uint8_t> bytes, ColorSpace space,
-             const TextureImageLimits& limits) {
-  FileInMemory memory(bytes);
+/// `memory` must outlive it.
+Result<std::unique_ptr<OIIO::ImageInput>, std::string> open(ImageFormat kind, FileInMemory& memory) {
   const std::string name = reader_names[static_cast<std::size_t>(kind)];
-  const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(name);
+  std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(name);
   if (!input || input->format_name() != name) return "there is no reader for " + name + ": " + OIIO::geterror();
   OIIO::ImageSpec found, hints;
   hints.attribute("oiio:UnassociatedAlpha", 1);  // colors as stored, not premultiplied
   if (!input->set_ioproxy(&memory) || !input->open(name, found, hints))
     return "cannot be read as " + name + ": " + input->geterror();
+  return input;
+}
+
+Decoded read(ImageFormat kind, std::span<const std::uint8_t> bytes, ColorSpace space,
+             const TextureImageLimits& limits) {
+  FileInMemory memory(bytes);
+  const auto opened = open(kind, memory);
+  if (!opened) return opened.error();
+  const std::unique_ptr<OIIO::ImageInput>& input = *opened;
   if (std::string error = limit_error(input->spec(), limits); !error.empty()) return error;
   if (kind == ImageFormat::tiff && input->spec().format.is_floating_point())
     return std::string("holds floating-point numbers, and TIFF does not say what light they are; OpenEXR does");
   return Reading(*input, kind, space).run();
+}
+
+template <class Value>
+std::string read_values(ImageFormat kind, std::span<const std::uint8_t> bytes, std::span<Value> into) try {
+  FileInMemory memory(bytes);
+  const auto opened = open(kind, memory);
+  if (!opened) return opened.error();
+  OIIO::ImageInput& input = **opened;
+  const OIIO::ImageSpec& spec = input.spec();
+  if (spec.nchannels != 3 || spec.image_pixels() * 3 != into.size()) return "has another size";
+  const bool read = input.read_image(0, 0, 0, 3, OIIO::BaseTypeFromC<Value>::value, into.data());
+  return read && !input.has_error() ? "" : "cannot be read: " + input.geterror();
+} catch (const std::exception& failure) {
+  return std::string("cannot be read: ") + failure.what();
 }
 
 // ---- writing -------------------------------------------------------------------------------------------------------
@@ -270,4 +292,6 @@ extern "C" __attribute__((visibility("default"))) const tracer::OpenImageIo whit
     .exr = tracer::write_exr,
     .hdr = tracer::write_hdr,
     .read = tracer::read,
+    .read_codes = tracer::read_values<std::uint8_t>,
+    .read_floats = tracer::read_values<float>,
 };
