@@ -1,6 +1,7 @@
 #include "api/measurement_json.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iomanip>
 #include <locale>
 #include <sstream>
@@ -56,7 +57,7 @@ tracer::MeasuredPoint point_of(const Json& json) {
   json.at("parameter").get_to(point.setting.parameter);
   json.at("value").get_to(point.setting.value);
   json.at("seconds").get_to(point.seconds);
-  point.runs = json.value("runs", std::vector<double>{point.seconds});  // earlier versions wrote no runs
+  json.at("runs").get_to(point.runs);
   json.at("error").get_to(point.error);
   point.claimed = error_of_json(json.at("claimed"));
   json.at("samples").at("mean").get_to(point.samples_mean);
@@ -70,10 +71,12 @@ std::string csv_line(const tracer::Measurement& measurement, const tracer::Measu
   std::ostringstream line;
   line.imbue(std::locale::classic());
   line << std::setprecision(9) << point.setting.parameter << ',' << point.setting.value << ',' << point.setting.preset;
-  for (const double value : {point.seconds, point.error, claimed.estimate, claimed.confidence}) line << ',' << value;
-  line << ',' << claimed.target_met;
-  for (const double value :
-       {claimed.sampling, claimed.depth, claimed.cutoff, claimed.approximation, point.samples_mean})
+  for (const double value : {point.seconds, point.error, claimed.estimate}) line << ',' << value;
+  line << ',';
+  if (std::isfinite(claimed.proven)) line << claimed.proven;
+  line << ',' << claimed.confidence << ',' << claimed.target_met;
+  for (const double value : {claimed.worst_tile, claimed.sampling, claimed.depth, claimed.cutoff, claimed.approximation,
+                             claimed.tone, point.samples_mean})
     line << ',' << value;
   for (const std::uint64_t count : {point.rays.camera, point.rays.shadow, point.rays.reflection, point.rays.refraction})
     line << ',' << count;
@@ -113,9 +116,8 @@ std::string write_measurement_summary(const tracer::Measurement& measurement, bo
 std::string write_measurement_csv(const tracer::Measurement& measurement) {
   const std::vector<std::size_t> front = tracer::pareto_front(measurement);
   std::string text =
-      "parameter,value,preset,seconds,error,claimed,confidence,met,sampling,depth,cutoff,approximation,samples_mean,"
-      "camera,shadow,reflection,refraction,pareto_front,reference_error,broken,"
-      "runs\n";
+      "parameter,value,preset,seconds,error,claimed,proven,confidence,met,worst_tile,sampling,depth,cutoff,"
+      "approximation,tone,samples_mean,camera,shadow,reflection,refraction,pareto_front,reference_error,broken,runs\n";
   for (std::size_t i = 0; i < measurement.points.size(); ++i) {
     const bool in_front = std::find(front.begin(), front.end(), i) != front.end();
     text += csv_line(measurement, measurement.points[i], in_front);

@@ -61,8 +61,12 @@ class Measure(unittest.TestCase):
         for index, (row, point) in enumerate(zip(rows, self.result["points"])):
             self.assertEqual((row["parameter"], row["value"]), (point["parameter"], point["value"]))
             for column, value in (("seconds", point["seconds"]), ("error", point["error"]),
-                                  ("claimed", point["claimed"]["estimate"])):
+                                  ("claimed", point["claimed"]["estimate"]),
+                                  ("worst_tile", point["claimed"]["worst_tile"]),
+                                  ("tone", point["claimed"]["parts"]["tone"])):
                 self.assertAlmostEqual(float(row[column]), value, delta=1e-8 * abs(value))
+            proven = point["claimed"]["proven"]
+            self.assertEqual(row["proven"], "" if proven is None else f"{proven:.9g}")
             self.assertEqual(int(row["camera"]), point["rays"]["camera"])
             self.assertEqual(row["pareto_front"] == "1", index in self.result["pareto_front"])
             self.assertEqual((row["broken"] == "1", int(row["runs"])), (point["broken"], len(point["runs"])))

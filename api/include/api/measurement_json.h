@@ -19,7 +19,7 @@ struct MeasurementInfo {
   bool complete = false;  ///< all settings have been measured
 };
 
-/// {kind: "whittle measurement", version: 1, build, key, complete, scene, width, height, reference{samples, error},
+/// {kind: "whittle measurement", version: 2, build, key, complete, scene, width, height, reference{samples, error},
 /// points[{parameter, value, preset, settings, seconds, runs[seconds], error, broken, claimed{...}, samples{mean,
 /// total}, rays{...}}], pareto_front[index], advice[sentence]}, with the names and units of tracer::Measurement.
 /// `settings` is the "accuracy" section of a document with the same result; `preset` is null if the setting has no
@@ -27,7 +27,8 @@ struct MeasurementInfo {
 std::string write_measurement(const tracer::Measurement& measurement, const MeasurementInfo& info);
 
 /// Comma-separated: a line of column names, then a line per point. `pareto_front` is 1 if no point is better, `broken`
-/// if the claim is broken; `runs` is their number. Lines end in \n, and no value contains a comma or a quote.
+/// if the claim is broken; `proven` is empty if nothing is proven; `runs` is their number. Lines end in \n, and no
+/// value contains a comma or a quote.
 std::string write_measurement_csv(const tracer::Measurement& measurement);
 
 /// The part that a job document contains, some kilobytes: {width, height, alone, reference{samples, error},
