@@ -230,5 +230,22 @@ TEST(FileError, CoversADifferenceInTheDirectionOfTheRounding) {
   EXPECT_NEAR(file_error(estimate_of(0.25, 0), png->error).estimate, 0.5, curve_accuracy);
 }
 
+TEST(FileError, IsProvenForNoiseThatIsCorrelatedWithTheRounding) {
+  // Every true value is half-way between two codes, so rounding moves each away from it.
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise(0, 0.15);
+  const Image truth = image_of_levels(64, 64, [](std::size_t) { return 127.5; });
+  const Image image = image_of_levels(64, 64, [&](std::size_t) { return 127.5 + noise(random); });
+  const double of_image = compare(to_display(truth), to_display(image))->rmse;
+  ErrorEstimate estimate = estimate_of(of_image, of_image);
+  estimate.proven = of_image;
+  const auto png = encode(image, Format::png);
+  ASSERT_TRUE(png);
+  const double found = compare(to_display(truth), read_image(png->bytes)->image)->rmse;
+  EXPECT_NEAR(found, 0.5, curve_accuracy + 1e-2);  // noise beyond a whole step is rare
+  EXPECT_GE(file_error(estimate, png->error).proven, found);
+  EXPECT_LT(file_error(estimate, png->error).estimate, found) << "the sum of squares is no bound";
+}
+
 }  // namespace
 }  // namespace tracer
