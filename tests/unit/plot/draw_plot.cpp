@@ -1,7 +1,7 @@
 // draw_plot svg|png: a plot as lines of words separated by tabs on standard input, its bytes on standard output, for
 // the readers of plot_test.py.
 //   title TEXT | note TEXT | size WIDTH HEIGHT | x LABEL linear|log | y LABEL linear|log
-//   series NAME MARK JOIN [dashed] | point X Y [LABEL]
+//   series NAME MARK JOIN [dashed [COLOR]] | point X Y [LABEL]
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
@@ -23,7 +23,7 @@ std::vector<std::string> words_of(const std::string& line) {
       words.back() += c;
     }
   }
-  words.resize(5);
+  words.resize(6);
   return words;
 }
 
@@ -51,7 +51,10 @@ void take(const std::vector<std::string>& words, tracer::Plot& plot) {
   }
   if (kind == "x") plot.x = {words[1], words[2] == "log"};
   if (kind == "y") plot.y = {words[1], words[2] == "log"};
-  if (kind == "series") plot.series.push_back({words[1], {}, mark_of(words[2]), join_of(words[3]), !words[4].empty()});
+  if (kind == "series") {
+    plot.series.push_back({words[1], {}, mark_of(words[2]), join_of(words[3]), !words[4].empty()});
+    if (!words[5].empty()) plot.series.back().color = static_cast<std::uint32_t>(std::stoul(words[5], nullptr, 16));
+  }
   if (kind == "point")
     plot.series.back().points.push_back(
         {std::strtod(words[1].c_str(), nullptr), std::strtod(words[2].c_str(), nullptr), words[3]});

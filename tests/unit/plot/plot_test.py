@@ -118,6 +118,11 @@ class Svg(unittest.TestCase):
         self.assertTrue(dashed)
         self.assertEqual({path.get("stroke") for path in dashed}, {VERMILION})
 
+    def test_series_without_a_colour_take_those_of_the_palette_in_turn(self):
+        drawn = Drawn(*LOG_AXES, *series("red", POINTS[:3], "circle", "none", "", "c00000"), *series("one", POINTS),
+                      *series("two", POINTS[:2]))
+        self.assertEqual([len(drawn.marks(colour)) for colour in ("#c00000", BLUE, VERMILION)], [3, 5, 2])
+
     def test_tooltip_contains_label_and_values_of_the_point(self):
         drawn = Drawn(*LOG_AXES, *series("runs", [(0.25, 3, "draft"), (1, 2.00004)]))
         self.assertEqual(drawn.tooltips(), ["draft: 0.25, 3", "runs: 1, 2"])

@@ -18,7 +18,9 @@ constexpr Color frame = 0x666666, grid = 0xd0d0d0, fine_grid = 0xececec;
 constexpr Color palette[] = {0x0072b2, 0xd55e00, 0x009e73, 0xcc79a7, 0x000000, 0xe69f00, 0x56b4e9};
 
 Color color_of(const Plot& plot, std::size_t index) {
-  return plot.series[index].color.value_or(palette[index % std::size(palette)]) & 0xffffffU;
+  const auto has_none = [](const PlotSeries& series) { return !series.color; };
+  const auto earlier = std::count_if(plot.series.begin(), plot.series.begin() + index, has_none);
+  return plot.series[index].color.value_or(palette[earlier % std::size(palette)]) & 0xffffffU;
 }
 
 // ---- labels of points ----------------------------------------------------------------------------------------------
