@@ -50,7 +50,7 @@ class Measure(unittest.TestCase):
                          ["out.csv", "out.json", "out.png", "out.reference", "out.svg"])
         self.assertEqual(images.read_png((self.directory / "out.png").read_bytes()).shape, (760, 1200, 3))
         drawing = "".join(xml.etree.ElementTree.parse(self.directory / "out.svg").getroot().itertext())
-        for words in ("target_error", "claimed", "Pareto front", "for 4 levels: "):
+        for words in ("target_error", "claimed", "Pareto front", "For 4 levels: "):
             self.assertIn(words, drawing)
 
     def test_csv_json_and_standard_output_have_the_same_values(self):

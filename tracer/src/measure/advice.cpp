@@ -107,22 +107,30 @@ std::string claims(const Measurement& measurement) {
          text(worst.claimed.estimate);
 }
 
-/// "the order in time is uncertain of samples 16, cutoff 0.001 and 2 other settings"; unset if all points are ranked.
+/// "the order in time is uncertain of samples 16, cutoff 0.001 and 2 other settings"; unset if all are ranked.
 std::optional<std::string> uncertain_times(const Measurement& measurement) {
   constexpr std::size_t named_max = 3;
   const std::vector<std::size_t> unranked = unranked_points(measurement.points);
   if (unranked.empty()) return std::nullopt;
+  const std::size_t named = unranked.size() <= named_max ? unranked.size() : named_max - 1;
   std::string sentence = "the order in time is uncertain of";
-  for (std::size_t i = 0; i < std::min(named_max, unranked.size()); ++i)
+  for (std::size_t i = 0; i < named; ++i)
     sentence += (i == 0 ? " " : ", ") + title(measurement.points[unranked[i]].setting);
-  if (unranked.size() <= named_max) return sentence;
-  return sentence + " and " + std::to_string(unranked.size() - named_max) + " other settings";
+  if (named == unranked.size()) return sentence;
+  return sentence + " and " + std::to_string(unranked.size() - named) + " other settings";
 }
 
 constexpr std::array marks{PlotMark::circle,   PlotMark::square, PlotMark::diamond,
                            PlotMark::triangle, PlotMark::square, PlotMark::diamond};
 static_assert(marks.size() == std::size(parameters));
 constexpr std::uint32_t grey = 0x767676;
+
+/// ASCII letters only: parameters and advice have no others.
+std::string capitalized(std::string sentence) {
+  char& first = sentence.front();
+  if (first >= 'a' && first <= 'z') first = static_cast<char>(first - 'a' + 'A');
+  return sentence;
+}
 
 std::string reference_text(const Measurement& measurement) {
   std::array<char, 96> text{};
@@ -214,7 +222,7 @@ Plot chart(const Measurement& measurement) {
   }
   plot.note = std::to_string(measurement.width) + " x " + std::to_string(measurement.height) + " pixels; " +
               reference_text(measurement) + ".";
-  for (const std::string& sentence : advice(measurement)) plot.note += " " + sentence + ".";
+  for (const std::string& sentence : advice(measurement)) plot.note += " " + capitalized(sentence) + ".";
   plot.width = 1200;
   plot.height = 760;
   return plot;
