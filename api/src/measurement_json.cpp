@@ -57,7 +57,8 @@ tracer::MeasuredPoint point_of(const Json& json) {
   json.at("parameter").get_to(point.setting.parameter);
   json.at("value").get_to(point.setting.value);
   json.at("seconds").get_to(point.seconds);
-  json.at("runs").get_to(point.runs);
+  point.runs = json.value("runs", std::vector<double>());
+  if (point.runs.empty()) point.runs = {point.seconds};  // earlier versions wrote no runs
   json.at("error").get_to(point.error);
   point.claimed = error_of_json(json.at("claimed"));
   json.at("samples").at("mean").get_to(point.samples_mean);

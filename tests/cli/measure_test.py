@@ -163,6 +163,17 @@ class Resume(WithDirectory):
         self.assert_kept(before, [point for point in self.result()["points"] if point["parameter"] == "samples"])
         self.assertEqual(len(self.result()["points"]), 10)
 
+    def test_reads_points_without_runs(self):
+        self.assertEqual(self.measure(*TINY, "--parameters", "samples", document=scene("tiny")).returncode, 0)
+        result = self.result()
+        del result["points"][0]["runs"]
+        result["points"][1]["runs"] = []
+        pathlib.Path(f"{self.name}.json").write_text(json.dumps(result), encoding="utf-8")
+        self.assertEqual(self.measure(*TINY, "--parameters", "samples", document=scene("tiny")).returncode, 0)
+        for before, after in zip(result["points"][:2], self.result()["points"]):
+            self.assertEqual(after["runs"][0], before["seconds"])
+            self.assertGreater(len(after["runs"]), 1)
+
     def test_starts_over_for_another_scene_with_a_message(self):
         self.measure(*TINY, "--parameters", "samples", document=scene("tiny"))
         before = self.result()

@@ -61,22 +61,31 @@ TEST(MeasurementRun, RepeatsTimingsOnceIfTheyAreExact) {
   EXPECT_EQ(run_counts(measure(run)), (std::vector<std::size_t>{2, 2, 2, 2}));
 }
 
-TEST(MeasurementRun, RepeatsUncertainTimingsUpToTheLimit) {
+/// Settings alternate between `seconds` and twice as many from render to render, and each of them from round to round.
+tracer::Measurement measure_alternating_times(double seconds) {
   const tracer::Scene scene = ball();
   std::size_t readings = 0;
-  // Settings alternate between one and two seconds from render to render, and each of them from round to round.
   const auto advance = [&] {
     const std::size_t render = readings++ / 2, round = render / 4;
-    return (render + round) % 2 == 0 ? 1.0 : 2.0;
+    return (render + round) % 2 == 0 ? seconds : 2 * seconds;
   };
   MeasurementRun run(scene, {}, settings(clock_of(advance)));
   complete_reference(run);
   readings = 0;
-  const auto points = measure(run);
-  EXPECT_EQ(run_counts(points), std::vector<std::size_t>(4, tracer::timing_runs_max));
-  const auto sentences = tracer::advice(run.measurement());
+  measure(run);
+  return run.measurement();
+}
+
+TEST(MeasurementRun, RepeatsUncertainTimingsUpToTheLimit) {
+  const tracer::Measurement measured = measure_alternating_times(0.25);
+  EXPECT_EQ(run_counts(measured.points), std::vector<std::size_t>(4, tracer::timing_runs_max));
+  const auto sentences = tracer::advice(measured);
   EXPECT_TRUE(std::ranges::any_of(
       sentences, [](const std::string& sentence) { return sentence.starts_with("the order in time is uncertain"); }));
+}
+
+TEST(MeasurementRun, RepeatsLongTimingsForTwiceTheirTime) {
+  EXPECT_EQ(run_counts(measure_alternating_times(10).points), std::vector<std::size_t>(4, 3));
 }
 
 TEST(MeasurementRun, StopsWhenTheTimesDifferByMoreThanTheirNoise) {

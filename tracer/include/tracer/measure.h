@@ -70,8 +70,9 @@ inline constexpr std::uint32_t timing_runs_max = 6;
 /// A whole measurement in steps, so that the caller can save intermediate results and resume later. The first steps add
 /// images to the reference until its standard error is a tenth of the error of the finest setting, or it has all its
 /// samples. The next steps measure one setting each. The last steps are rounds of timings: each runs the settings once
-/// more whose order in time relative to their neighbors is uncertain, until no order is, or they have
-/// `timing_runs_max` runs. One thread at a time.
+/// more whose order in time relative to their neighbors is uncertain. They end when no order is uncertain, when those
+/// settings have `timing_runs_max` runs, or when the repeated runs have taken ten seconds and twice the time of the
+/// first ones. One thread at a time.
 class MeasurementRun {
  public:
   /// Keeps references to `scene` and `assets`. Preconditions: those of `compile`; `settings.seconds` is set.

@@ -1,4 +1,4 @@
-// Measures the settings one after another, and computes the reference.
+// Measures the settings one after another.
 #include "tracer/measure.h"
 
 #include <algorithm>
@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <new>
+#include <numeric>
 #include <utility>
 
 #include "tracer/compare.h"
@@ -14,32 +15,12 @@
 namespace tracer {
 namespace {
 
-constexpr std::uint32_t image_samples_max = 256;   // makes the time of compile() negligible
-constexpr std::uint32_t reference_images_min = 8;  // the variance of fewer images is too uncertain
-constexpr double reference_cutoff = 1e-3;          // by chance: unbiased; smaller values cost 1 / cutoff rays in glass
-constexpr std::uint32_t reference_depth = 200;
-
-/// Mean radiance plus `deviations` standard deviations, after display transform.
-DisplayImage displayed_mean(const Reference& reference, const Output& output, double deviations) {
-  const double count = reference.images;
-  Image image;
-  image.width = reference.width;
-  image.height = reference.height;
-  image.rgb.reserve(reference.radiance_sum.size());
-  for (std::size_t i = 0; i < reference.radiance_sum.size(); ++i) {
-    const double radiance = reference.radiance_sum[i];
-    // The summands are floats: the squares of equal images sum exactly.
-    const double variance = std::max(0.0, reference.squared_sum[i] - radiance * radiance / count) / (count - 1) / count;
-    const double beside = deviations == 0 ? 0 : deviations * std::sqrt(variance);
-    image.rgb.push_back(static_cast<float>(radiance / count + beside));
-  }
-  return to_display(image, output);
-}
-
 constexpr std::uint32_t images_min = 4;   // for a usable variance
 constexpr double reference_share = 0.1;   // maximum standard error, relative to the error of the finest setting
 constexpr double run_seconds_min = 0.02;  // caches and interrupts dominate shorter renders
 constexpr int renders_max = 100;          // of one run
+constexpr double repeat_share_max = 2;    // time of the repeated runs, relative to the first ones
+constexpr double repeat_seconds_min = 10;
 const Failure no_memory{Failure::Code::out_of_memory, "no memory for the images to compare"};
 
 /// Reference and image are independent, so the mean of the squared difference is the sum of both squared errors; the
@@ -66,59 +47,6 @@ const Setting& finest(const std::vector<Setting>& settings) {
 }
 
 }  // namespace
-
-Reference empty_reference(const Scene& scene, std::uint32_t samples) {
-  const PixelWindow window = scene.image.window();
-  Reference reference{.width = window.width(), .height = window.height()};
-  reference.image_samples = std::clamp(samples / reference_images_min, 2u, image_samples_max);
-  const auto values = static_cast<std::size_t>(3 * window.pixels());
-  for (std::vector<double>* sums : {&reference.radiance_sum, &reference.squared_sum}) sums->resize(values);
-  return reference;
-}
-
-Scene reference_scene(const Scene& scene, const Reference& reference) {
-  Scene independent = scene;
-  Accuracy& accuracy = independent.accuracy;
-  accuracy = Accuracy();
-  accuracy.samples = reference.image_samples;
-  accuracy.max_depth = reference_depth;
-  accuracy.cutoff = reference_cutoff;
-  accuracy.cutoff_by_chance = true;
-  // The factor is odd, so no number of images repeats the seed of the measured images.
-  accuracy.seed = scene.accuracy.seed + 0x9e3779b97f4a7c15u * (std::uint64_t{reference.images} + 1);
-  for (Texture& texture : independent.textures)
-    if (texture.filter == Texture::Filter::mipmap) texture.filter = Texture::Filter::bilinear;
-  independent.output.layers.clear();
-  return independent;
-}
-
-void add(Reference& reference, const Image& image) {
-  for (std::size_t i = 0; i < reference.radiance_sum.size(); ++i) {
-    const double radiance = image.rgb[i];
-    reference.radiance_sum[i] += radiance;
-    reference.squared_sum[i] += radiance * radiance;
-  }
-  ++reference.images;
-}
-
-double standard_error(const Reference& reference, const Output& output) {
-  const DisplayImage below = displayed_mean(reference, output, -1), above = displayed_mean(reference, output, 1);
-  double sum = 0;
-  const std::size_t row = 3 * std::size_t{reference.width};
-  for (std::size_t first = 0; first < above.codes.size(); first += row) {
-    double of_row = 0;
-    for (std::size_t i = first; i < first + row; ++i) {
-      const double half = (double{above.codes[i]} - below.codes[i]) / 2;
-      of_row += half * half;
-    }
-    sum += of_row;
-  }
-  return std::sqrt(sum / static_cast<double>(above.codes.size())) / codes_per_level;
-}
-
-DisplayImage to_display(const Reference& reference, const Output& output) {
-  return displayed_mean(reference, output, 0);
-}
 
 MeasurementRun::MeasurementRun(const Scene& scene, const Assets& assets, MeasureSettings settings)
     : scene_(scene),
@@ -154,7 +82,13 @@ std::size_t MeasurementRun::next_setting() const {
 
 std::vector<std::size_t> MeasurementRun::settings_to_time() const {
   std::vector<MeasuredPoint> points;
-  for (const auto& point : points_) points.push_back(*point);
+  double first_seconds = 0, all_seconds = 0;
+  for (const auto& point : points_) {
+    points.push_back(*point);
+    first_seconds += point->runs.front();
+    all_seconds += std::accumulate(point->runs.begin(), point->runs.end(), 0.0);
+  }
+  if (all_seconds - first_seconds >= std::max(repeat_seconds_min, repeat_share_max * first_seconds)) return {};
   std::vector<std::size_t> indices = unranked_points(points);
   std::erase_if(indices, [&](std::size_t index) { return points_[index]->runs.size() >= timing_runs_max; });
   return indices;
