@@ -70,9 +70,10 @@ struct Measurement {
 /// broken, since they hold with their confidence.
 bool is_broken(const Measurement& measurement, const MeasuredPoint& point);
 
-/// Indices of the Pareto front of time and claimed error, by rising time and falling claim: each point is faster, for
-/// certain, than those with at most its claim. The claimed error counts, since it is all that a user without a
-/// reference knows. Points with broken claims are in no front. Of equal points, the first.
+/// Indices of the Pareto front of time and claimed error, by rising time and falling claim: each point is faster than
+/// all with at most its claim. The claimed error counts, since it is all that a user without a reference knows. Points
+/// with broken claims are in no front. Of points with equal times as far as their runs show, that with the smallest
+/// claim; of equal claims, the first.
 std::vector<std::size_t> pareto_front(const Measurement& measurement);
 
 /// Conclusions in sentences: the cheapest setting that claims at most 4, 1 and 0.5 levels, the broken claims, the

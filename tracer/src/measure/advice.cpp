@@ -31,6 +31,13 @@ std::string text(double number) {
 
 std::string levels(double error) { return text(error) + " levels"; }
 
+/// Three digits, for errors that differ little.
+std::string close_levels(double error) {
+  std::array<char, 32> buffer{};
+  std::snprintf(buffer.data(), buffer.size(), "%.3g levels", error);
+  return buffer.data();
+}
+
 std::string seconds(double time) { return text(time) + " s"; }
 
 const MeasuredPoint* find(const Measurement& measurement, std::string_view parameter, std::string_view value) {
@@ -103,8 +110,8 @@ std::string claims(const Measurement& measurement) {
   };
   const MeasuredPoint& worst = **std::max_element(broken.begin(), broken.end(), worse);
   return "the true error was above the claimed one in " + std::to_string(broken.size()) + " of " + count +
-         " settings, by the largest factor with " + title(worst.setting) + ": " + levels(worst.error) + ", claimed " +
-         text(worst.claimed.estimate);
+         " settings, by the largest factor with " + title(worst.setting) + ": " + close_levels(worst.error) +
+         ", claimed " + close_levels(worst.claimed.estimate);
 }
 
 /// "the order in time is uncertain of samples 16, cutoff 0.001 and 2 other settings"; unset if all are ranked.
@@ -185,8 +192,11 @@ std::vector<std::size_t> pareto_front(const Measurement& measurement) {
       continue;
     }
     const MeasuredPoint &fastest = points[front.back()], &point = points[index];
-    if (point.seconds > fastest.seconds || compare_times(point.runs, fastest.runs) != TimeOrder::different) continue;
-    if (claim(index) == claim(front.back())) front.pop_back();
+    const bool equal_claims = claim(index) == claim(front.back());
+    const TimeOrder order = compare_times(point.runs, fastest.runs);
+    if (point.seconds >= fastest.seconds || order == TimeOrder::equal) continue;
+    if (equal_claims && order == TimeOrder::uncertain) continue;
+    if (equal_claims) front.pop_back();
     front.push_back(index);
   }
   std::ranges::reverse(front);
