@@ -20,6 +20,7 @@ void ConfidenceSequence::add(double observation) {
 }
 
 double ConfidenceSequence::upper_bound() const {
+  if (count_ == 0) return 1;
   // W is at least each of its terms, so its root is at most each of theirs, which are closed forms.
   double bound = 1;
   for (std::size_t i = 0; i < bets.size(); ++i) {
