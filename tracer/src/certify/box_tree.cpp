@@ -150,4 +150,16 @@ WHITTLE_WIDE unsigned overlaps(const BoxTree::Node& node, const ConvexRegion& re
   return mask & ((1u << node.count) - 1);
 }
 
+bool overlaps(const BoxTree::Node& node, std::uint32_t lane, const ConvexRegion& region) {
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (!(node.high[axis][lane] >= region.low()[axis] && node.low[axis][lane] <= region.high()[axis])) return false;
+  for (const HalfSpace& half : region) {
+    const float x = half.x > 0 ? node.high[0][lane] : node.low[0][lane];
+    const float y = half.y > 0 ? node.high[1][lane] : node.low[1][lane];
+    const float z = half.z > 0 ? node.high[2][lane] : node.low[2][lane];
+    if (!(half.x * x + half.y * y + half.z * z >= half.limit)) return false;
+  }
+  return true;
+}
+
 }  // namespace tracer

@@ -53,5 +53,7 @@ class BoxTree {
 
 /// Children of the node whose boxes may overlap the region, as bits.
 unsigned overlaps(const BoxTree::Node& node, const ConvexRegion& region);
+/// The same for one child.
+bool overlaps(const BoxTree::Node& node, std::uint32_t lane, const ConvexRegion& region);
 
 }  // namespace tracer

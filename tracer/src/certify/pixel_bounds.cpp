@@ -3,9 +3,8 @@
 #include <bit>
 #include <optional>
 
-#include "tracer/src/certify/scene_bounds.h"
-#include "tracer/src/certify/shading_range.h"
-#include "tracer/src/integrators/tracer_concept.h"
+#include "tracer/src/certify/block_radiance.h"
+#include "tracer/src/certify/shadow_range.h"
 
 namespace tracer {
 namespace {
@@ -31,35 +30,6 @@ RadianceInterval rounded_outward(const ColorInterval& radiance, bool edge) {
   return interval;
 }
 
-/// S I + (1 - S) color for S in `scale`: linear in S and in I.
-ColorInterval with_depth_cue(const DepthCue& cue, const Interval& scale, const ColorInterval& radiance) {
-  const std::array<double, 3> color{cue.color.r, cue.color.g, cue.color.b};
-  ColorInterval result;
-  for (std::size_t c = 0; c < 3; ++c) {
-    const auto mixed = [&](double s) {
-      const auto at = [&](double value) { return (s > 0 ? s * value : 0) + (1 - s) * color[c]; };
-      return Interval{at(radiance[c].low), at(radiance[c].high)};
-    };
-    const Interval range = hull(mixed(scale.low), mixed(scale.high));
-    result[c] = {range.low * (1 - 0x1p-40), range.high * (1 + 0x1p-40)};
-  }
-  return result;
-}
-
-/// Bounds that all tiles share.
-struct ImageBounds {
-  ImageBounds(const CompiledScene& compiled, const RenderControl& control) : bounds(compiled, control) {
-    rays = compiled.camera.linear_rays();
-    if (compiled.needs.lens) rays.reset();
-    for (std::uint32_t material = 0; material < compiled.materials.size(); ++material)
-      materials.push_back(with_secondary_rays(bounds, material, local_radiance(bounds, material, 0)));
-  }
-
-  SceneBounds bounds;
-  std::optional<CompiledCamera::LinearRays> rays;  ///< none: all rays are bounded alike
-  std::vector<ColorInterval> materials;            ///< radiance of any of their points, by material
-};
-
 /// Pixels [x0, x1) x [y0, y1) of the full image.
 struct PixelBlock {
   std::uint32_t x0, y0, x1, y1;
@@ -68,12 +38,15 @@ struct PixelBlock {
 /// Bounds of the pixels of tiles, one after another.
 class TileBounds {
  public:
-  TileBounds(const ImageBounds& image, std::vector<RadianceInterval>& pixels)
-      : image_(image), bounds_(image.bounds), scene_(image.bounds.scene), pixels_(pixels) {}
+  TileBounds(const BlockRadiance& radiance, std::vector<RadianceInterval>& pixels)
+      : radiance_(radiance), bounds_(radiance.bounds()), scene_(bounds_.scene), pixels_(pixels) {
+    for (std::vector<Occluders>& lights : occluders_) lights.resize(scene_.lights.size());
+    visible_.resize(scene_.lights.size());
+  }
 
   void run(const PixelBlock& tile) {
-    if (!image_.rays) {
-      fill(tile, rounded_outward(finished(bounds_.any_radiance(), whole_cue(), true), true));
+    if (!radiance_.rays()) {
+      fill(tile, radiance_.anything(), true);
       return;
     }
     std::vector<Entry>& all = entries_[0];
@@ -89,17 +62,17 @@ class TileBounds {
   using Entry = std::uint32_t;
   static constexpr Entry plane_bit = 0x80000000u;
   static constexpr std::size_t entries_max = 64;  ///< nodes are opened while there are fewer
-  static constexpr std::size_t levels = 8;
+  static constexpr std::size_t levels = 7;        ///< the whole scene, then blocks of 32, 16, 8, 4, 2 and 1 pixels
 
+  /// Nearest primitive that all rays hit.
   struct Cover {
     Entry entry;
     PrimitiveRef primitive;
-    BundleHit hit;
     AffineVec position;
     double depth = 0, depth_max = 0;  ///< along the bundle's axis, from the render space's origin
   };
 
-  [[nodiscard]] bool is_plane(Entry entry) const { return (entry & plane_bit) != 0; }
+  [[nodiscard]] static bool is_plane(Entry entry) { return (entry & plane_bit) != 0; }
   [[nodiscard]] const BoxTree::Node& node_of(Entry entry) const { return bounds_.tree.node(entry / BoxTree::width); }
   [[nodiscard]] bool is_primitive(Entry entry) const { return is_plane(entry) || node_of(entry).leaf; }
   [[nodiscard]] std::uint32_t child_of(Entry entry) const { return node_of(entry).child[entry % BoxTree::width]; }
@@ -108,45 +81,103 @@ class TileBounds {
     return bounds_.tree.primitive(child_of(entry));
   }
 
-  /// Bounds the pixels of a square of `side` pixels; `entries_[level - 1]` contains everything in it.
-  void divide(const PixelBlock& block, std::uint32_t side, std::size_t level) {
-    const Block positions{static_cast<double>(block.x0), static_cast<double>(block.y0), static_cast<double>(block.x1),
-                          static_cast<double>(block.y1)};
-    const CameraBundle bundle(*image_.rays, positions, bounds_.tree.reach());
-    gather(bundle, level);
-    const std::optional<Cover> cover = find_cover(bundle, entries_[level]);
-    std::vector<Entry>& entries = entries_[level];
-    const bool smooth = entries.empty();
-    if (side == 1 || (smooth && side <= whole_side_max)) {
-      const ColorInterval radiance = bound(bundle, cover, entries);
-      if (side == 1 || is_narrow(radiance)) {
-        fill(block, rounded_outward(radiance, !smooth));
-        return;
-      }
-    }
-    if (cover) entries.push_back(cover->entry);
+  static Block positions_of(const PixelBlock& block) {
+    return {static_cast<double>(block.x0), static_cast<double>(block.y0), static_cast<double>(block.x1),
+            static_cast<double>(block.y1)};
+  }
+
+  /// Calls part(quarter) for the quarters of a square of `side` pixels.
+  template <class Part>
+  static void for_each_quarter(const PixelBlock& block, std::uint32_t side, const Part& part) {
     const std::uint32_t half = side / 2;
     for (std::uint32_t y = block.y0; y < block.y1; y += half)
       for (std::uint32_t x = block.x0; x < block.x1; x += half)
-        divide({x, y, std::min(x + half, block.x1), std::min(y + half, block.y1)}, half, level + 1);
+        part(PixelBlock{x, y, std::min(x + half, block.x1), std::min(y + half, block.y1)});
   }
 
-  /// Blocks of this size or less are bounded as a whole if that is narrow.
-  static constexpr std::uint32_t whole_side_max = 32;
-  static bool is_narrow(const ColorInterval& radiance) {
-    return std::all_of(radiance.begin(), radiance.end(),
-                       [](const Interval& channel) { return channel.high - channel.low <= channel.high * 0x1p-10; });
+  /// Bounds the pixels of a square of `side` pixels; `entries_[level - 1]` contains everything in it.
+  void divide(const PixelBlock& block, std::uint32_t side, std::size_t level) {
+    const CameraBundle bundle(*radiance_.rays(), positions_of(block), bounds_.tree.reach());
+    gather(bundle.region, level);
+    const std::optional<Cover> cover = find_cover(bundle, entries_[level]);
+    std::vector<Entry>& entries = entries_[level];
+    if (entries.empty() && !cover) return divide_background(block, side);
+    if (entries.empty()) {
+      for (Occluders& light : occluders_[level - 1]) light.state = Occluders::State::unknown;
+      return divide_surface(block, side, level, cover->primitive, side);
+    }
+    if (cover) entries.push_back(cover->entry);
+    if (side == 1) {
+      fill(block, all_of(bundle.rays, !cover, entries), true);
+      return;
+    }
+    for_each_quarter(block, side, [&](const PixelBlock& quarter) { divide(quarter, side / 2, level + 1); });
   }
 
-  /// Entries of the level below that overlap the bundle, with nodes opened.
-  void gather(const CameraBundle& bundle, std::size_t level) {
+  void divide_background(const PixelBlock& block, std::uint32_t side) {
+    const ColorInterval radiance = radiance_.escaped(camera_rays(*radiance_.rays(), positions_of(block)));
+    if (side == 1 || is_narrow(radiance)) {
+      fill(block, radiance, false);
+      return;
+    }
+    for_each_quarter(block, side, [&](const PixelBlock& quarter) { divide_background(quarter, side / 2); });
+  }
+
+  /// Bounds the pixels of a block that `primitive` covers alone. `occluders_[level - 1]` are those of a block around
+  /// it; blocks of more than `whole_side` pixels are not narrow.
+  void divide_surface(const PixelBlock& block, std::uint32_t side, std::size_t level, const PrimitiveRef& primitive,
+                      std::uint32_t whole_side) {
+    const RayBundle rays = camera_rays(*radiance_.rays(), positions_of(block));
+    const BundleHit hit = intersect(scene_.geometry(), primitive, rays);
+    if (hit.kind != BundleHit::Kind::cover) {  // rounding
+      fill(block, radiance_.primitive(primitive), true);
+      return;
+    }
+    const SurfacePatch patch = surface_patch(scene_, primitive, rays, hit);
+    const bool certain = find_shadows(patch, side, level);
+    if (side == 1 || (certain && side <= whole_side)) {
+      const ColorInterval radiance = radiance_.surface(patch, rays, visible_);
+      const double excess = relative_width(radiance) / narrow_width;
+      if (side == 1 || excess <= 1) {
+        fill(block, radiance, false);
+        return;
+      }
+      // The width shrinks about as the side does.
+      whole_side = excess < 2 * side ? static_cast<std::uint32_t>(2 * side / excess) : 0;
+    }
+    for_each_quarter(block, side, [&](const PixelBlock& quarter) {
+      divide_surface(quarter, side / 2, level + 1, primitive, whole_side);
+    });
+  }
+
+  /// Sets `visible_`. Returns true if every light is visible from the whole patch or from none of it.
+  bool find_shadows(const SurfacePatch& patch, std::uint32_t side, std::size_t level) {
+    bool certain = true;
+    for (std::size_t light = 0; light < visible_.size(); ++light) {
+      Occluders* const found = side > 1 ? &occluders_[level][light] : nullptr;
+      const Interval visible = shadow_range(bounds_, patch, scene_.lights[light], occluders_[level - 1][light], found);
+      visible_[light] = visible;
+      certain &= visible.low == visible.high;
+    }
+    return certain;
+  }
+
+  /// Width of an interval, relative to its larger end, that needs no smaller blocks: a tenth of a level.
+  static constexpr double narrow_width = 0x1p-10;
+  static double relative_width(const ColorInterval& radiance) {
+    double largest = 0;
+    for (const Interval& channel : radiance)
+      if (channel.high > channel.low) largest = std::max(largest, 1 - channel.low / channel.high);
+    return largest;
+  }
+  static bool is_narrow(const ColorInterval& radiance) { return relative_width(radiance) <= narrow_width; }
+
+  /// Entries of the level below that overlap the region, with nodes opened.
+  void gather(const ConvexRegion& region, std::size_t level) {
     std::vector<Entry>& entries = entries_[level];
     entries.clear();
-    for (const Entry entry : entries_[level - 1]) {
-      const bool inside =
-          is_plane(entry) || (overlaps(node_of(entry), bundle.region) >> (entry % BoxTree::width) & 1) != 0;
-      if (inside) entries.push_back(entry);
-    }
+    for (const Entry entry : entries_[level - 1])
+      if (is_plane(entry) || overlaps(node_of(entry), entry % BoxTree::width, region)) entries.push_back(entry);
     for (std::size_t i = 0; i < entries.size();) {
       if (is_primitive(entries[i]) || entries.size() >= entries_max) {
         ++i;
@@ -155,14 +186,14 @@ class TileBounds {
       const std::uint32_t child = child_of(entries[i]);
       entries[i] = entries.back();
       entries.pop_back();
-      for (unsigned mask = overlaps(bounds_.tree.node(child), bundle.region); mask != 0; mask &= mask - 1)
+      for (unsigned mask = overlaps(bounds_.tree.node(child), region); mask != 0; mask &= mask - 1)
         entries.push_back(child * BoxTree::width + static_cast<std::uint32_t>(std::countr_zero(mask)));
     }
   }
 
   /// Removes the entries that no ray hits, or that are hidden by the nearest primitive that all rays hit. That one is
   /// returned and removed, too.
-  std::optional<Cover> find_cover(const CameraBundle& bundle, std::vector<Entry>& entries) {
+  std::optional<Cover> find_cover(const CameraBundle& bundle, std::vector<Entry>& entries) const {
     std::optional<Cover> nearest;
     std::size_t kept = 0;
     for (const Entry entry : entries) {
@@ -170,7 +201,10 @@ class TileBounds {
         const PrimitiveRef primitive = primitive_of(entry);
         const BundleHit hit = intersect(scene_.geometry(), primitive, bundle.rays);
         if (hit.kind == BundleHit::Kind::miss) continue;
-        if (hit.kind == BundleHit::Kind::cover) consider(bundle, entry, primitive, hit, nearest);
+        if (hit.kind == BundleHit::Kind::cover) {
+          const Cover cover = cover_of(bundle, entry, primitive, hit);
+          if (!nearest || cover.depth < nearest->depth) nearest = cover;
+        }
       }
       entries[kept++] = entry;
     }
@@ -181,15 +215,12 @@ class TileBounds {
     return nearest;
   }
 
-  void consider(const CameraBundle& bundle, Entry entry, const PrimitiveRef& primitive, const BundleHit& hit,
-                std::optional<Cover>& nearest) const {
+  static Cover cover_of(const CameraBundle& bundle, Entry entry, const PrimitiveRef& primitive, const BundleHit& hit) {
     const AffineVec along = bundle.rays.direction * hit.t;
-    const AffineVec position =
-        widened(bundle.rays.origin + along, (magnitude(bundle.rays.origin) + magnitude(along)) * 0x1p-45);
+    const double rounding = (magnitude(bundle.rays.origin) + magnitude(along)) * 0x1p-45;
+    const AffineVec position = widened(bundle.rays.origin + along, rounding);
     const AffineForm depth = dot(position, bundle.axis);
-    const Interval range = depth.range();
-    if (nearest && !(depth.center < nearest->depth)) return;
-    nearest = Cover{entry, primitive, hit, position, depth.center, range.high};
+    return {entry, primitive, position, depth.center, depth.range().high};
   }
 
   /// True if every ray hits the cover before it can hit the entry: the box of the entry is beyond all hits, or the
@@ -208,103 +239,31 @@ class TileBounds {
            on_one_side(scene_.geometry(), primitive_of(entry), bundle.rays.origin, cover.position);
   }
 
-  /// Range of the radiance of a block that contains the cover, if any, and in front of it the entries.
-  [[nodiscard]] ColorInterval bound(const CameraBundle& bundle, const std::optional<Cover>& cover,
-                                    const std::vector<Entry>& entries) const {
-    std::optional<ColorInterval> all;
-    const auto include = [&](const ColorInterval& radiance) { all = all ? hull(*all, radiance) : radiance; };
-    if (cover) include(covered(bundle, *cover));
-    if (!cover) include(escaped(bundle));
-    for (const Entry entry : entries) {
-      const ColorInterval radiance =
-          is_primitive(entry) ? image_.materials[material_of(primitive_of(entry))] : bounds_.any_radiance();
-      include(finished(radiance, whole_cue(), false));
-    }
-    return *all;
+  /// Range of all entries, and of the background where rays may escape.
+  [[nodiscard]] ColorInterval all_of(const RayBundle& rays, bool may_escape, const std::vector<Entry>& entries) const {
+    const auto range = [&](Entry entry) {
+      return is_primitive(entry) ? radiance_.primitive(primitive_of(entry)) : radiance_.anything();
+    };
+    ColorInterval all = may_escape ? radiance_.escaped(rays) : range(entries[0]);
+    for (const Entry entry : entries) all = hull(all, range(entry));
+    return all;
   }
 
-  [[nodiscard]] ColorInterval covered(const CameraBundle& bundle, const Cover& cover) const {
-    const SurfacePatch patch = surface_patch(scene_, cover.primitive, bundle.rays, cover.hit);
-    const AffineForm depth = dot(patch.hit - bundle.rays.origin, scene_.camera.forward());
-    const bool perspective = is_black_vec(image_.rays->origin_x);
-    const double width = image_.rays->pixel * (perspective ? depth.range().high : 1) * (1 + 0x1p-40);
-    const ColorInterval radiance =
-        with_secondary_rays(bounds_, patch.material, local_radiance(bounds_, patch, bundle.rays, width));
-    if (!scene_.depth_cue) return finished(radiance, {}, false);
-    const AffineForm world = depth * scene_.frame.world_from_render(1.0);
-    const Interval range = world.range();
-    const double slack = world.magnitude() * 0x1p-44;
-    const DepthCue& cue = *scene_.depth_cue;
-    const double first = depth_cue_scale(cue, range.low - slack), last = depth_cue_scale(cue, range.high + slack);
-    return finished(radiance, {std::min(first, last), std::max(first, last)}, false);
-  }
-
-  static bool is_black_vec(const Vec3& v) { return v.x == 0 && v.y == 0 && v.z == 0; }
-
-  /// Radiance of rays that hit nothing.
-  [[nodiscard]] ColorInterval escaped(const CameraBundle& bundle) const {
-    if (scene_.output.alpha) return {};  // transparent
-    ColorInterval radiance = bounds_.background;
-    if (const Gradient* const gradient = scene_.background->gradient()) {
-      const AffineForm height = dot(normalized(bundle.rays.direction), scene_.background->up());
-      const Interval range = height.range();
-      const auto color = [&](double h) {
-        const double t = std::clamp((h + 1) / 2, 0.0, 1.0);
-        return interval_of(gradient->nadir * (1 - t) + gradient->zenith * t);
-      };
-      radiance = hull(color(range.low - 0x1p-44), color(range.high + 0x1p-44));
-      for (Interval& channel : radiance) channel = {channel.low * (1 - 0x1p-40), channel.high * (1 + 0x1p-40)};
-    }
-    return finished(radiance, whole_cue_beyond(), false);
-  }
-
-  /// Ranges of the depth cue's scale: at any depth, and without a hit.
-  [[nodiscard]] Interval whole_cue() const {
-    if (!scene_.depth_cue) return {1, 1};
-    const auto [low, high] = std::minmax(scene_.depth_cue->front_scale, scene_.depth_cue->back_scale);
-    return {low, high};
-  }
-  [[nodiscard]] Interval whole_cue_beyond() const {
-    if (!scene_.depth_cue) return {1, 1};
-    return {scene_.depth_cue->back_scale, scene_.depth_cue->back_scale};
-  }
-
-  /// Absorption around the camera, and the depth cue. `transparent`: the rays may also escape and count as black.
-  [[nodiscard]] ColorInterval finished(ColorInterval radiance, const Interval& cue_scale, bool transparent) const {
-    if (bounds_.in_medium)
-      for (Interval& channel : radiance) channel.low = 0;
-    if (scene_.depth_cue) radiance = with_depth_cue(*scene_.depth_cue, cue_scale, radiance);
-    return transparent && scene_.output.alpha ? hull(radiance, ColorInterval{}) : radiance;
-  }
-
-  [[nodiscard]] std::uint32_t material_of(const PrimitiveRef& primitive) const {
-    const GeometrySet& geometry = scene_.geometry();
-    const auto [number, i] = primitive;
-    switch (geometry.kind_of(number)) {
-      case GeometryKind::spheres:
-        return scene_.objects.material[geometry.spheres[number].object[i]];
-      case GeometryKind::triangles:
-        return scene_.objects.material[geometry.mesh(number).object_of(i)];
-      case GeometryKind::quadrics:
-        return scene_.objects.material[geometry.quadric_set(number).object[i]];
-      case GeometryKind::planes:
-        break;
-    }
-    return scene_.objects.material[geometry.planes.object[i]];
-  }
-
-  void fill(const PixelBlock& block, const RadianceInterval& interval) {
+  void fill(const PixelBlock& block, const ColorInterval& radiance, bool edge) {
+    const RadianceInterval interval = rounded_outward(radiance, edge);
     const PixelWindow window = scene_.image.window();
     for (std::uint32_t y = block.y0; y < block.y1; ++y)
       for (std::uint32_t x = block.x0; x < block.x1; ++x)
         pixels_[static_cast<std::size_t>(y - window.y0) * window.width() + (x - window.x0)] = interval;
   }
 
-  const ImageBounds& image_;
+  const BlockRadiance& radiance_;
   const SceneBounds& bounds_;
   const CompiledScene& scene_;
   std::vector<RadianceInterval>& pixels_;
   std::array<std::vector<Entry>, levels> entries_;
+  std::array<std::vector<Occluders>, levels> occluders_;  ///< by light
+  std::vector<Interval> visible_;                         ///< by light, from the patch being bounded
 };
 
 }  // namespace
@@ -313,7 +272,7 @@ std::vector<RadianceInterval> bound_pixels(const CompiledScene& scene, const InP
                                            const RenderControl& control) {
   const PixelWindow window = scene.image.window();
   if (control.cancelled()) return {};
-  const ImageBounds image(scene, control);
+  const BlockRadiance radiance(scene, control);
   std::vector<RadianceInterval> pixels(static_cast<std::size_t>(window.pixels()));
   const std::uint64_t columns = (window.width() + tile_side - 1) / tile_side;
   const std::uint64_t rows = (window.height() + tile_side - 1) / tile_side;
@@ -321,7 +280,7 @@ std::vector<RadianceInterval> bound_pixels(const CompiledScene& scene, const InP
     if (control.cancelled()) return;
     const auto x = window.x0 + static_cast<std::uint32_t>(tile % columns) * tile_side;
     const auto y = window.y0 + static_cast<std::uint32_t>(tile / columns) * tile_side;
-    TileBounds(image, pixels).run({x, y, std::min(x + tile_side, window.x1), std::min(y + tile_side, window.y1)});
+    TileBounds(radiance, pixels).run({x, y, std::min(x + tile_side, window.x1), std::min(y + tile_side, window.y1)});
   });
   if (control.cancelled()) return {};
   return pixels;

@@ -203,7 +203,7 @@ BundleHit quadric_hit(const Quadric& q, const RayBundle& rays) {
 
 }  // namespace
 
-CameraBundle::CameraBundle(const CompiledCamera::LinearRays& camera, const Block& block, double reach) : region(reach) {
+RayBundle camera_rays(const CompiledCamera::LinearRays& camera, const Block& block) {
   const double x = 0.5 * (block.x0 + block.x1), y = 0.5 * (block.y0 + block.y1);
   const double half_x = 0.5 * (block.x1 - block.x0), half_y = 0.5 * (block.y1 - block.y0);
   const auto form = [&](double base, double along_x, double along_y) {
@@ -215,8 +215,12 @@ CameraBundle::CameraBundle(const CompiledCamera::LinearRays& camera, const Block
     return AffineVec{form(base.x, along_x.x, along_y.x), form(base.y, along_x.y, along_y.y),
                      form(base.z, along_x.z, along_y.z)};
   };
-  rays = {forms(camera.origin, camera.origin_x, camera.origin_y),
+  return {forms(camera.origin, camera.origin_x, camera.origin_y),
           forms(camera.direction, camera.direction_x, camera.direction_y)};
+}
+
+CameraBundle::CameraBundle(const CompiledCamera::LinearRays& camera, const Block& block, double reach)
+    : rays(camera_rays(camera, block)), region(reach) {
   const Vec3 origin = center(rays.origin), direction = center(rays.direction);
   axis = normalize(direction);
   forward = dot(rays.direction, axis).range().low > 0;

@@ -18,7 +18,10 @@ struct Block {
   double x0, y0, x1, y1;
 };
 
-/// Camera rays of a block, and the region that they run through.
+/// Camera rays of a block.
+RayBundle camera_rays(const CompiledCamera::LinearRays& camera, const Block& block);
+
+/// The same with the region that they run through.
 struct CameraBundle {
   RayBundle rays;
   ConvexRegion region;

@@ -179,8 +179,8 @@ ColorInterval finish(const SceneBounds& bounds, const Coefficients& coefficients
 
 }  // namespace
 
-ColorInterval local_radiance(const SceneBounds& bounds, const SurfacePatch& patch, const RayBundle& rays,
-                             double width) {
+ColorInterval local_radiance(const SceneBounds& bounds, const SurfacePatch& patch, const RayBundle& rays, double width,
+                             std::span<const Interval> visible_lights) {
   const CompiledScene& scene = bounds.scene;
   const CompiledMaterial& material = scene.terms[patch.material];
   const Coefficients coefficients(
@@ -190,12 +190,12 @@ ColorInterval local_radiance(const SceneBounds& bounds, const SurfacePatch& patc
   ColorForm sum{};
   std::array<double, 3> most{};
   bool any_light = false;
-  for (const CompiledLight& light : scene.lights) {
-    const LightForms forms = at_patch.forms(light);
-    const Interval cosine = forms.cosine.range();
-    if (!(cosine.high > 0)) continue;
-    const Interval visible = shadow_range(bounds, patch, light);
+  for (std::size_t number = 0; number < scene.lights.size(); ++number) {
+    const CompiledLight& light = scene.lights[number];
+    const Interval visible = visible_lights[number];
     if (visible.high == 0) continue;
+    const LightForms forms = at_patch.forms(light);
+    if (!(forms.cosine.range().high > 0)) continue;
     any_light = true;
     const std::array<double, 3> radiance = channels_of(light.radiance);
     for (std::size_t c = 0; c < 3; ++c) {

@@ -1,14 +1,17 @@
 #pragma once
 /// Range of the radiance that a surface patch sends to the camera.
 
+#include <span>
+
 #include "tracer/src/certify/scene_bounds.h"
 #include "tracer/src/certify/surface_patch.h"
 
 namespace tracer {
 
 /// Radiance of a patch along the rays of the bundle, without what secondary rays add: emission, ambient and direct
-/// light. `width` is the largest width of a pixel's ray at the patch.
-ColorInterval local_radiance(const SceneBounds& bounds, const SurfacePatch& patch, const RayBundle& rays, double width);
+/// light. `width` is the largest width of a pixel's ray at the patch, `visible` the shadow_range() of each light.
+ColorInterval local_radiance(const SceneBounds& bounds, const SurfacePatch& patch, const RayBundle& rays, double width,
+                             std::span<const Interval> visible);
 
 /// The same at any point of any object with this material that is at least `distance` (scene units) away from every
 /// light that has a position.

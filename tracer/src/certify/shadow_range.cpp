@@ -11,24 +11,36 @@ Bounds box_of(const AffineVec& points) {
 /// Shadow rays of a patch to one light, and the primitives found among them.
 class ShadowShaft {
  public:
-  ShadowShaft(const SceneBounds& bounds, const SurfacePatch& patch, const CompiledLight& light)
-      : bounds_(bounds), geometry_(bounds.scene.geometry()), patch_(patch) {
+  ShadowShaft(const SceneBounds& bounds, const SurfacePatch& patch, const CompiledLight& light, Occluders* found)
+      : bounds_(bounds), geometry_(bounds.scene.geometry()), patch_(patch), light_(light), found_(found) {
     rays_.origin = patch.position;
     directional_ = light.kind == light_kind<DirectionalLight>;
     rays_.direction = directional_ ? exactly(light.axis) : light_points(light) - patch.position;
-    region_ = region(light);
     // From a triangle with the light above it, shadow rays stay above its plane.
     const bool triangle = geometry_.kind_of(patch.primitive.geometry) == GeometryKind::triangles;
     leaves_face_ = triangle && patch.has_normal && dot(rays_.direction, patch.flat_normal).range().low > 0;
   }
 
-  [[nodiscard]] Interval range() {
-    const PlaneGeometry& planes = geometry_.planes;
-    for (std::uint32_t k = 0; k < planes.point.size() && !ended(); ++k)
-      add({geometry_.plane_geometry(), k}, planes.transmissive[k] != 0);
-    if (!ended()) gather();
+  /// True if the light shines on the back of the surface only.
+  [[nodiscard]] bool is_behind() const {
+    return patch_.has_normal && dot(patch_.normal, rays_.direction).range().high < 0;
+  }
+
+  /// Tests the primitives of `known`, or all of the scene.
+  [[nodiscard]] Interval range(const Occluders& known) {
+    if (known.state == Occluders::State::unknown) {
+      const PlaneGeometry& planes = geometry_.planes;
+      for (std::uint32_t k = 0; k < planes.point.size() && !ended(); ++k) add({geometry_.plane_geometry(), k});
+      if (!ended()) gather();
+    } else {
+      for (std::size_t i = 0; i < known.count && !ended(); ++i) add(known.primitives[i]);
+    }
     if (dark_) return {0, 0};
     if (ended()) return {0, bounds_.transmittance_max};
+    if (found_ != nullptr && !overflows_) {
+      found_->state = partial_ > 0 ? Occluders::State::some : Occluders::State::lit;
+      found_->count = static_cast<std::uint8_t>(partial_);
+    }
     return {partial_ > 0 ? 0.0 : 1.0, transmissive_ ? bounds_.transmittance_max : 1.0};
   }
 
@@ -36,34 +48,38 @@ class ShadowShaft {
   /// Limits of the work for one light: more are rarely hidden behind one blocker.
   static constexpr int partial_max = 4, tests_max = 48, stack_size = 64;
 
-  /// Dark, or given up.
-  [[nodiscard]] bool ended() const { return dark_ || partial_ > partial_max || tests_ > tests_max; }
+  /// Dark, or given up. Lists of occluders for parts of the patch are worth more work.
+  [[nodiscard]] bool ended() const {
+    if (dark_) return true;
+    return found_ != nullptr ? overflows_ : partial_ > partial_max || tests_ > tests_max;
+  }
 
   /// The finite primitives that light from infinity may cross lie within twice the reach of the boxes along each axis.
-  [[nodiscard]] ConvexRegion region(const CompiledLight& light) const {
+  [[nodiscard]] ConvexRegion region() const {
     const Bounds from = box_of(patch_.position);
     const double reach = bounds_.tree.reach();
-    if (!directional_) return shaft(from, box_of(light_points(light)), reach);
+    if (!directional_) return shaft(from, box_of(light_points(light_)), reach);
     const double length = 4 * (reach + std::max(largest_component(from.low), largest_component(from.high)));
-    const Vec3 offset = light.axis * length;
+    const Vec3 offset = light_.axis * length;
     return shaft(from, {from.low + offset, from.high + offset}, reach);
   }
 
   void gather() {
     const BoxTree& tree = bounds_.tree;
     if (tree.empty()) return;
+    const ConvexRegion region = this->region();
     std::uint32_t stack[stack_size];
     int size = 0;
     stack[size++] = 0;
     while (size > 0 && !ended()) {
       const BoxTree::Node& node = tree.node(stack[--size]);
-      for (unsigned mask = overlaps(node, region_); mask != 0 && !ended(); mask &= mask - 1) {
+      for (unsigned mask = overlaps(node, region); mask != 0 && !ended(); mask &= mask - 1) {
         const std::uint32_t child = node.child[std::countr_zero(mask)];
         if (node.leaf) {
-          const PrimitiveRef primitive = tree.primitive(child);
-          add(primitive, is_transmissive(primitive));
+          add(tree.primitive(child));
         } else if (size == stack_size) {
           tests_ = tests_max + 1;
+          overflows_ = true;
         } else {
           stack[size++] = child;
         }
@@ -86,12 +102,13 @@ class ShadowShaft {
     return geometry_.planes.transmissive[primitive.primitive] != 0;
   }
 
-  void add(const PrimitiveRef& primitive, bool transmissive) {
+  void add(const PrimitiveRef& primitive) {
     const GeometryKind kind = geometry_.kind_of(primitive.geometry);
     const bool excluded = kind == GeometryKind::triangles || kind == GeometryKind::planes || patch_.convex;
     if (primitive == patch_.primitive && excluded) return;
     if (kind == GeometryKind::triangles && leaves_face_ && behind_face(primitive)) return;
     ++tests_;
+    const bool transmissive = is_transmissive(primitive);
     const BundleHit hit = intersect(geometry_, primitive, rays_);
     if (hit.kind == BundleHit::Kind::miss) return;
     if (hit.kind == BundleHit::Kind::cover) {
@@ -102,6 +119,10 @@ class ShadowShaft {
         dark_ = true;
         return;
       }
+    }
+    if (found_ != nullptr) {
+      overflows_ = static_cast<std::size_t>(partial_) == Occluders::primitives_max;
+      if (!overflows_) found_->primitives[static_cast<std::size_t>(partial_)] = primitive;
     }
     ++partial_;
     transmissive_ |= transmissive;
@@ -124,10 +145,11 @@ class ShadowShaft {
   const SceneBounds& bounds_;
   const GeometrySet& geometry_;
   const SurfacePatch& patch_;
+  const CompiledLight& light_;
+  Occluders* const found_;
   RayBundle rays_;
-  ConvexRegion region_;
   bool directional_ = false, leaves_face_ = false;
-  bool dark_ = false, transmissive_ = false;
+  bool dark_ = false, transmissive_ = false, overflows_ = false;
   int partial_ = 0, tests_ = 0;
 };
 
@@ -144,10 +166,26 @@ AffineVec light_points(const CompiledLight& light) {
   return widened(exactly(center), extent * (1 + 0x1p-40) + abs(center) * 0x1p-45);
 }
 
-Interval shadow_range(const SceneBounds& bounds, const SurfacePatch& patch, const CompiledLight& light) {
-  if (!light.shadows) return bounds.approximates ? Interval{0, 1} : Interval{1, 1};
-  if (bounds.approximates || !patch.has_normal) return {0, bounds.transmittance_max};
-  return ShadowShaft(bounds, patch, light).range();
+Interval shadow_range(const SceneBounds& bounds, const SurfacePatch& patch, const CompiledLight& light,
+                      const Occluders& known, Occluders* found) {
+  using State = Occluders::State;
+  if (found != nullptr) found->state = State::unknown;
+  Interval range{0, bounds.transmittance_max};
+  if (known.state == State::dark || known.state == State::lit) {
+    range = known.state == State::lit ? Interval{1, 1} : Interval{0, 0};
+  } else {
+    ShadowShaft shaft(bounds, patch, light, found);
+    if (shaft.is_behind()) {
+      range = {0, 0};
+    } else if (!light.shadows) {
+      range = {bounds.approximates ? 0.0 : 1.0, 1};
+    } else if (!bounds.approximates && patch.has_normal) {
+      range = shaft.range(known);
+    }
+  }
+  if (found != nullptr && range.high == 0) found->state = State::dark;
+  if (found != nullptr && range.low == 1 && range.high == 1) found->state = State::lit;
+  return range;
 }
 
 }  // namespace tracer

@@ -1,0 +1,101 @@
+#include "tracer/src/certify/block_radiance.h"
+
+#include "tracer/src/certify/shading_range.h"
+#include "tracer/src/integrators/tracer_concept.h"
+
+namespace tracer {
+namespace {
+
+/// S I + (1 - S) color for S in `scale`: linear in S and in I.
+ColorInterval with_depth_cue(const DepthCue& cue, const Interval& scale, const ColorInterval& radiance) {
+  const std::array<double, 3> color{cue.color.r, cue.color.g, cue.color.b};
+  ColorInterval result;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto mixed = [&](double s) {
+      const auto at = [&](double value) { return (s > 0 ? s * value : 0) + (1 - s) * color[c]; };
+      return Interval{at(radiance[c].low), at(radiance[c].high)};
+    };
+    const Interval range = hull(mixed(scale.low), mixed(scale.high));
+    result[c] = {range.low * (1 - 0x1p-40), range.high * (1 + 0x1p-40)};
+  }
+  return result;
+}
+
+std::uint32_t object_of(const GeometrySet& geometry, const PrimitiveRef& primitive) {
+  const auto [number, i] = primitive;
+  switch (geometry.kind_of(number)) {
+    case GeometryKind::spheres:
+      return geometry.spheres[number].object[i];
+    case GeometryKind::triangles:
+      return geometry.mesh(number).object_of(i);
+    case GeometryKind::quadrics:
+      return geometry.quadric_set(number).object[i];
+    case GeometryKind::planes:
+      break;
+  }
+  return geometry.planes.object[i];
+}
+
+}  // namespace
+
+BlockRadiance::BlockRadiance(const CompiledScene& compiled, const RenderControl& control)
+    : bounds_(compiled, control), scene_(compiled), rays_(compiled.camera.linear_rays()) {
+  if (compiled.needs.lens) rays_.reset();
+  for (std::uint32_t material = 0; material < compiled.materials.size(); ++material)
+    materials_.push_back(with_secondary_rays(bounds_, material, local_radiance(bounds_, material, 0)));
+}
+
+ColorInterval BlockRadiance::escaped(const RayBundle& rays) const {
+  if (scene_.output.alpha) return {};  // transparent
+  ColorInterval radiance = bounds_.background;
+  if (const Gradient* const gradient = scene_.background->gradient()) {
+    const Interval height = dot(normalized(rays.direction), scene_.background->up()).range();
+    const auto color = [&](double h) {
+      const double t = std::clamp((h + 1) / 2, 0.0, 1.0);
+      return interval_of(gradient->nadir * (1 - t) + gradient->zenith * t);
+    };
+    radiance = hull(color(height.low - 0x1p-44), color(height.high + 0x1p-44));
+    for (Interval& channel : radiance) channel = {channel.low * (1 - 0x1p-40), channel.high * (1 + 0x1p-40)};
+  }
+  const double beyond = scene_.depth_cue ? scene_.depth_cue->back_scale : 1;
+  return finished(radiance, {beyond, beyond});
+}
+
+ColorInterval BlockRadiance::surface(const SurfacePatch& patch, const RayBundle& rays,
+                                     std::span<const Interval> visible) const {
+  const AffineForm depth = dot(patch.hit - rays.origin, scene_.camera.forward());
+  const Vec3 per_pixel = rays_->origin_x;
+  const bool parallel = dot(per_pixel, per_pixel) > 0;
+  const double width = rays_->pixel * (parallel ? 1 : depth.range().high) * (1 + 0x1p-40);
+  const ColorInterval local = local_radiance(bounds_, patch, rays, width, visible);
+  const ColorInterval radiance = with_secondary_rays(bounds_, patch.material, local);
+  if (!scene_.depth_cue) return finished(radiance, {1, 1});
+  const AffineForm world = depth * scene_.frame.world_from_render(1.0);
+  const double slack = world.magnitude() * 0x1p-44;
+  const double first = depth_cue_scale(*scene_.depth_cue, world.range().low - slack);
+  const double last = depth_cue_scale(*scene_.depth_cue, world.range().high + slack);
+  return finished(radiance, {std::min(first, last), std::max(first, last)});
+}
+
+ColorInterval BlockRadiance::primitive(const PrimitiveRef& primitive) const {
+  return finished(materials_[scene_.objects.material[object_of(scene_.geometry(), primitive)]], any_cue_scale());
+}
+
+ColorInterval BlockRadiance::anything() const {
+  const ColorInterval radiance = finished(bounds_.any_radiance(), any_cue_scale());
+  return scene_.output.alpha ? hull(radiance, ColorInterval{}) : radiance;
+}
+
+Interval BlockRadiance::any_cue_scale() const {
+  if (!scene_.depth_cue) return {1, 1};
+  const auto [low, high] = std::minmax(scene_.depth_cue->front_scale, scene_.depth_cue->back_scale);
+  return {low, high};
+}
+
+ColorInterval BlockRadiance::finished(ColorInterval radiance, const Interval& cue_scale) const {
+  if (bounds_.in_medium)
+    for (Interval& channel : radiance) channel.low = 0;
+  return scene_.depth_cue ? with_depth_cue(*scene_.depth_cue, cue_scale, radiance) : radiance;
+}
+
+}  // namespace tracer

@@ -1,0 +1,42 @@
+#pragma once
+/// Ranges of the radiance of camera rays, with all that the integrator applies to them: depth cue, absorption around
+/// the camera, and transparency.
+
+#include <optional>
+#include <span>
+
+#include "tracer/src/certify/scene_bounds.h"
+#include "tracer/src/certify/surface_patch.h"
+
+namespace tracer {
+
+class BlockRadiance {
+ public:
+  /// The scene must outlive it. Throws std::bad_alloc.
+  BlockRadiance(const CompiledScene& compiled, const RenderControl& control);
+
+  [[nodiscard]] const SceneBounds& bounds() const { return bounds_; }
+  /// None if the rays of a block are not linear: a panorama, or a lens. All pixels then have the range anything().
+  [[nodiscard]] const std::optional<CompiledCamera::LinearRays>& rays() const { return rays_; }
+
+  /// Rays that hit nothing.
+  [[nodiscard]] ColorInterval escaped(const RayBundle& rays) const;
+  /// Rays that hit the patch; `visible` is the shadow_range() of each light.
+  [[nodiscard]] ColorInterval surface(const SurfacePatch& patch, const RayBundle& rays,
+                                      std::span<const Interval> visible) const;
+  /// Rays that hit the primitive anywhere.
+  [[nodiscard]] ColorInterval primitive(const PrimitiveRef& primitive) const;
+  /// Any ray.
+  [[nodiscard]] ColorInterval anything() const;
+
+ private:
+  [[nodiscard]] ColorInterval finished(ColorInterval radiance, const Interval& cue_scale) const;
+  [[nodiscard]] Interval any_cue_scale() const;
+
+  SceneBounds bounds_;
+  const CompiledScene& scene_;
+  std::optional<CompiledCamera::LinearRays> rays_;
+  std::vector<ColorInterval> materials_;  ///< radiance of any of their points, by material
+};
+
+}  // namespace tracer
