@@ -130,8 +130,16 @@ inline AffineForm positive_part(const AffineForm& a) {
   return high < std::numeric_limits<double>::infinity() ? linear(a, slope, half, half) : unknown_form();
 }
 
-/// Value at a position. For corners of the block; the result has the form's error.
-inline double at(const AffineForm& a, double s, double t) { return a.center + a.x * s + a.y * t; }
+/// Part of a block: its center and half its sides, in the coordinates (s, t) of the block.
+struct BlockPart {
+  double s = 0, t = 0, half_s = 1, half_t = 1;
+};
+
+/// The quantity over a part of the block.
+inline AffineForm restricted(const AffineForm& a, const BlockPart& part) {
+  const double x = a.x * part.s, y = a.y * part.t;
+  return rounded(a.center + x + y, a.x * part.half_s, a.y * part.half_t, a.error, a.magnitude());
+}
 
 // ---- vectors --------------------------------------------------------------------------------------------------------
 

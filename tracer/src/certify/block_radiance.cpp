@@ -1,6 +1,5 @@
 #include "tracer/src/certify/block_radiance.h"
 
-#include "tracer/src/certify/shading_range.h"
 #include "tracer/src/integrators/tracer_concept.h"
 
 namespace tracer {
@@ -45,11 +44,16 @@ BlockRadiance::BlockRadiance(const CompiledScene& compiled, const RenderControl&
     materials_.push_back(with_secondary_rays(bounds_, material, local_radiance(bounds_, material, 0)));
 }
 
-ColorInterval BlockRadiance::escaped(const RayBundle& rays) const {
+EscapedRays BlockRadiance::escaped(const RayBundle& rays) const {
+  if (scene_.output.alpha || scene_.background->gradient() == nullptr) return {};
+  return {dot(normalized(rays.direction), scene_.background->up())};
+}
+
+ColorInterval BlockRadiance::range(const EscapedRays& rays, const BlockPart& part) const {
   if (scene_.output.alpha) return {};  // transparent
   ColorInterval radiance = bounds_.background;
   if (const Gradient* const gradient = scene_.background->gradient()) {
-    const Interval height = dot(normalized(rays.direction), scene_.background->up()).range();
+    const Interval height = restricted(rays.height, part).range();
     const auto color = [&](double h) {
       const double t = std::clamp((h + 1) / 2, 0.0, 1.0);
       return interval_of(gradient->nadir * (1 - t) + gradient->zenith * t);
@@ -61,16 +65,19 @@ ColorInterval BlockRadiance::escaped(const RayBundle& rays) const {
   return finished(radiance, {beyond, beyond});
 }
 
-ColorInterval BlockRadiance::surface(const SurfacePatch& patch, const RayBundle& rays,
-                                     std::span<const Interval> visible) const {
+SurfaceRays BlockRadiance::surface(const SurfacePatch& patch, const RayBundle& rays,
+                                   std::span<const Interval> visible) const {
   const AffineForm depth = dot(patch.hit - rays.origin, scene_.camera.forward());
   const Vec3 per_pixel = rays_->origin_x;
   const bool parallel = dot(per_pixel, per_pixel) > 0;
   const double width = rays_->pixel * (parallel ? 1 : depth.range().high) * (1 + 0x1p-40);
-  const ColorInterval local = local_radiance(bounds_, patch, rays, width, visible);
-  const ColorInterval radiance = with_secondary_rays(bounds_, patch.material, local);
+  return {local_radiance(bounds_, patch, rays, width, visible), depth, patch.material};
+}
+
+ColorInterval BlockRadiance::range(const SurfaceRays& rays, const BlockPart& part) const {
+  const ColorInterval radiance = with_secondary_rays(bounds_, rays.material, range_of(bounds_, rays.local, part));
   if (!scene_.depth_cue) return finished(radiance, {1, 1});
-  const AffineForm world = depth * scene_.frame.world_from_render(1.0);
+  const AffineForm world = restricted(rays.depth, part) * scene_.frame.world_from_render(1.0);
   const double slack = world.magnitude() * 0x1p-44;
   const double first = depth_cue_scale(*scene_.depth_cue, world.range().low - slack);
   const double last = depth_cue_scale(*scene_.depth_cue, world.range().high + slack);

@@ -6,9 +6,20 @@
 #include <span>
 
 #include "tracer/src/certify/scene_bounds.h"
+#include "tracer/src/certify/shading_range.h"
 #include "tracer/src/certify/surface_patch.h"
 
 namespace tracer {
+
+/// Camera rays of a block that hit nothing, or one surface: functions of the positions in the block.
+struct EscapedRays {
+  AffineForm height;  ///< cosine to the direction of a gradient, or 0
+};
+struct SurfaceRays {
+  LocalRadiance local;
+  AffineForm depth;  ///< along the viewing axis
+  std::uint32_t material = 0;
+};
 
 class BlockRadiance {
  public:
@@ -20,10 +31,12 @@ class BlockRadiance {
   [[nodiscard]] const std::optional<CompiledCamera::LinearRays>& rays() const { return rays_; }
 
   /// Rays that hit nothing.
-  [[nodiscard]] ColorInterval escaped(const RayBundle& rays) const;
+  [[nodiscard]] EscapedRays escaped(const RayBundle& rays) const;
+  [[nodiscard]] ColorInterval range(const EscapedRays& rays, const BlockPart& part) const;
   /// Rays that hit the patch; `visible` is the shadow_range() of each light.
-  [[nodiscard]] ColorInterval surface(const SurfacePatch& patch, const RayBundle& rays,
-                                      std::span<const Interval> visible) const;
+  [[nodiscard]] SurfaceRays surface(const SurfacePatch& patch, const RayBundle& rays,
+                                    std::span<const Interval> visible) const;
+  [[nodiscard]] ColorInterval range(const SurfaceRays& rays, const BlockPart& part) const;
   /// Rays that hit the primitive anywhere.
   [[nodiscard]] ColorInterval primitive(const PrimitiveRef& primitive) const;
   /// Any ray.

@@ -115,18 +115,21 @@ class TileBounds {
   }
 
   void divide_background(const PixelBlock& block, std::uint32_t side) {
-    const ColorInterval radiance = radiance_.escaped(camera_rays(*radiance_.rays(), positions_of(block)));
-    if (side == 1 || is_narrow(radiance)) {
-      fill(block, radiance, false);
-      return;
+    const EscapedRays rays = radiance_.escaped(camera_rays(*radiance_.rays(), positions_of(block)));
+    const ColorInterval whole = radiance_.range(rays, {});
+    if (is_narrow(whole)) {
+      fill(block, whole, false);
+    } else if (side <= forms_side_max) {
+      fill_parts(block, [&](const BlockPart& part) { return radiance_.range(rays, part); });
+    } else {
+      for_each_quarter(block, side, [&](const PixelBlock& quarter) { divide_background(quarter, side / 2); });
     }
-    for_each_quarter(block, side, [&](const PixelBlock& quarter) { divide_background(quarter, side / 2); });
   }
 
   /// Bounds the pixels of a block that `primitive` covers alone. `occluders_[level - 1]` are those of a block around
-  /// it; blocks of more than `whole_side` pixels are not narrow.
+  /// it; the radiance is not nearly linear over blocks of more than `linear_side` pixels.
   void divide_surface(const PixelBlock& block, std::uint32_t side, std::size_t level, const PrimitiveRef& primitive,
-                      std::uint32_t whole_side) {
+                      std::uint32_t linear_side) {
     const RayBundle rays = camera_rays(*radiance_.rays(), positions_of(block));
     const BundleHit hit = intersect(scene_.geometry(), primitive, rays);
     if (hit.kind != BundleHit::Kind::cover) {  // rounding
@@ -135,18 +138,18 @@ class TileBounds {
     }
     const SurfacePatch patch = surface_patch(scene_, primitive, rays, hit);
     const bool certain = find_shadows(patch, side, level);
-    if (side == 1 || (certain && side <= whole_side)) {
-      const ColorInterval radiance = radiance_.surface(patch, rays, visible_);
-      const double excess = relative_width(radiance) / narrow_width;
+    if (side == 1 || (certain && side <= linear_side)) {
+      const SurfaceRays surface = radiance_.surface(patch, rays, visible_);
+      const double excess = surface.local.nonlinear_width() / narrow_width;
       if (side == 1 || excess <= 1) {
-        fill(block, radiance, false);
+        fill_parts(block, [&](const BlockPart& part) { return radiance_.range(surface, part); });
         return;
       }
-      // The width shrinks about as the side does.
-      whole_side = excess < 2 * side ? static_cast<std::uint32_t>(2 * side / excess) : 0;
+      // The error of forms shrinks with the square of the side.
+      linear_side = std::isfinite(excess) ? static_cast<std::uint32_t>(side / std::sqrt(excess)) : side / 2;
     }
     for_each_quarter(block, side, [&](const PixelBlock& quarter) {
-      divide_surface(quarter, side / 2, level + 1, primitive, whole_side);
+      divide_surface(quarter, side / 2, level + 1, primitive, linear_side);
     });
   }
 
@@ -162,6 +165,8 @@ class TileBounds {
     return certain;
   }
 
+  /// Blocks in which the gradient of the background is nearly linear.
+  static constexpr std::uint32_t forms_side_max = 8;
   /// Width of an interval, relative to its larger end, that needs no smaller blocks: a tenth of a level.
   static constexpr double narrow_width = 0x1p-10;
   static double relative_width(const ColorInterval& radiance) {
@@ -244,7 +249,7 @@ class TileBounds {
     const auto range = [&](Entry entry) {
       return is_primitive(entry) ? radiance_.primitive(primitive_of(entry)) : radiance_.anything();
     };
-    ColorInterval all = may_escape ? radiance_.escaped(rays) : range(entries[0]);
+    ColorInterval all = may_escape ? radiance_.range(radiance_.escaped(rays), {}) : range(entries[0]);
     for (const Entry entry : entries) all = hull(all, range(entry));
     return all;
   }
@@ -255,6 +260,19 @@ class TileBounds {
     for (std::uint32_t y = block.y0; y < block.y1; ++y)
       for (std::uint32_t x = block.x0; x < block.x1; ++x)
         pixels_[static_cast<std::size_t>(y - window.y0) * window.width() + (x - window.x0)] = interval;
+  }
+
+  /// Fills each pixel of the block with the range over its part of the block.
+  template <class Range>
+  void fill_parts(const PixelBlock& block, const Range& range) {
+    const double width = block.x1 - block.x0, height = block.y1 - block.y0;
+    for (std::uint32_t y = block.y0; y < block.y1; ++y)
+      for (std::uint32_t x = block.x0; x < block.x1; ++x) {
+        // The sum of the rounding of these quotients is below that of one operation with a form.
+        const BlockPart part{(2.0 * (x - block.x0) + 1) / width - 1, (2.0 * (y - block.y0) + 1) / height - 1, 1 / width,
+                             1 / height};
+        fill({x, y, x + 1, y + 1}, range(part), false);
+      }
   }
 
   const BlockRadiance& radiance_;

@@ -6,9 +6,6 @@
 namespace tracer {
 namespace {
 
-/// A color as a form per channel, and back.
-using ColorForm = std::array<AffineForm, 3>;
-
 std::array<double, 3> channels_of(const Color& c) { return {c.r, c.g, c.b}; }
 
 /// A function of the texture's color that grows with it.
@@ -41,9 +38,9 @@ struct Coefficients {
 
 /// Fractions of one light at a patch.
 struct LightForms {
-  AffineForm cosine{};    ///< N.L, or 0 from behind
-  AffineForm strength{};  ///< attenuation and spot cone
-  Interval highlight{};   ///< specular term
+  AffineForm cosine{};     ///< N.L, or 0 from behind
+  AffineForm strength{};   ///< attenuation and spot cone
+  AffineForm highlight{};  ///< specular term
 };
 
 /// Largest value of the attenuation, if the light is at least `distance` away.
@@ -88,6 +85,26 @@ Interval power_range(const Interval& base, double exponent) {
   return {std::max(0.0, low - slack), std::min(1.0, high + slack)};
 }
 
+/// c^n for c clamped to [0, 1]: convex for n >= 1, so that the secant bounds it from above and its parallel tangent, at
+/// c = (slope / n)^(1 / (n - 1)), from below.
+AffineForm power_form(const AffineForm& base, double exponent) {
+  const Interval range = base.range(), power = power_range(range, exponent);
+  const double low = std::max(0.0, range.low), slope = (power.high - power.low) / (range.high - low);
+  const AffineForm interval = form_of(power);
+  if (!(exponent > 1 && range.high <= 1 + 0x1p-20 && range.low > -1 && power.high > power.low && slope > 0))
+    return interval;
+  const double touching = power_of(slope / exponent, 1 / (exponent - 1));
+  const double at = std::clamp(touching, low, range.high);
+  const double above = std::max(power.low - slope * low, power.high - slope * range.high);
+  const double below =
+      std::min({power_of(at, exponent) - slope * at, power.low - slope * low, power.high - slope * range.high});
+  // Below 0 the power is 0, and the line is lower by the slope times the distance.
+  const double clamped = slope * std::max(0.0, -range.low);
+  const double slack = 0x1p-40 * (1 + slope) + 0x1p-44 * exponent;
+  const AffineForm form = linear(base, slope, 0.5 * (above + clamped + below), 0.5 * (above + clamped - below) + slack);
+  return form.error < interval.error ? form : interval;
+}
+
 /// The patch as one light sees it.
 class LightAtPatch {
  public:
@@ -121,7 +138,7 @@ class LightAtPatch {
     }
     if (!has_normal_) {
       forms.cosine = form_of({0, 1});
-      forms.highlight = {0, has_specular_ ? 1.0 : 0.0};
+      forms.highlight = form_of({0, has_specular_ ? 1.0 : 0.0});
       return forms;
     }
     forms.cosine.error += cosine_slack;
@@ -141,9 +158,9 @@ class LightAtPatch {
   }
 
   /// phong_cosine() or blinn_cosine() to the material's power.
-  [[nodiscard]] Interval highlight(const AffineForm& cosine, const AffineVec& to_light) const {
+  [[nodiscard]] AffineForm highlight(const AffineForm& cosine, const AffineVec& to_light) const {
     const Interval range = cosine.range();
-    if (range.high <= 0) return {0, 0};
+    if (range.high <= 0) return {};
     const AffineForm to_normal = dot(patch_.normal, to_eye_), between = dot(to_light, to_eye_);
     AffineForm base;
     if (material_.blinn) {
@@ -151,9 +168,8 @@ class LightAtPatch {
     } else {
       base = cosine * to_normal * 2 - between;
     }
-    Interval power = power_range(base.range(), material_.shininess);
-    if (range.low <= 0) power.low = 0;
-    return power;
+    const AffineForm power = power_form(base, material_.shininess);
+    return range.low > 0 ? power : form_of({0, std::max(0.0, power.range().high)});
   }
 
   const SceneBounds& bounds_;
@@ -164,10 +180,8 @@ class LightAtPatch {
 };
 
 /// Adds emitted and ambient light, and what the integrator may cull or round.
-ColorInterval finish(const SceneBounds& bounds, const Coefficients& coefficients, const ColorInterval& light,
-                     bool any_light) {
-  ColorInterval radiance = coefficients.emitted_ambient;
-  if (!any_light) return radiance;
+ColorInterval finish(const SceneBounds& bounds, const ColorInterval& emitted_ambient, const ColorInterval& light) {
+  ColorInterval radiance = emitted_ambient;
   const bool culls = bounds.scene.needs.many_lights || bounds.scene.exact_needs.many_lights;
   const double culled = culls ? bounds.scene.accuracy.cutoff : 0;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -179,7 +193,18 @@ ColorInterval finish(const SceneBounds& bounds, const Coefficients& coefficients
 
 }  // namespace
 
-ColorInterval local_radiance(const SceneBounds& bounds, const SurfacePatch& patch, const RayBundle& rays, double width,
+double LocalRadiance::nonlinear_width() const {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  double largest = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double width = emitted_ambient[c].high - emitted_ambient[c].low + (any_light ? 2 * light[c].error : 0);
+    const double high = emitted_ambient[c].high + (any_light ? std::min(light[c].range().high, light_max[c]) : 0);
+    if (width > 0) largest = std::max(largest, high < infinity ? width / high : infinity);
+  }
+  return largest;
+}
+
+LocalRadiance local_radiance(const SceneBounds& bounds, const SurfacePatch& patch, const RayBundle& rays, double width,
                              std::span<const Interval> visible_lights) {
   const CompiledScene& scene = bounds.scene;
   const CompiledMaterial& material = scene.terms[patch.material];
@@ -187,35 +212,40 @@ ColorInterval local_radiance(const SceneBounds& bounds, const SurfacePatch& patc
       bounds, patch.material,
       material.textured ? color_range(scene, bounds.textures, patch, rays, width) : ColorInterval{});
   const LightAtPatch at_patch(bounds, patch, rays, material);
-  ColorForm sum{};
-  std::array<double, 3> most{};
-  bool any_light = false;
+  LocalRadiance sum{.emitted_ambient = coefficients.emitted_ambient};
   for (std::size_t number = 0; number < scene.lights.size(); ++number) {
     const CompiledLight& light = scene.lights[number];
     const Interval visible = visible_lights[number];
     if (visible.high == 0) continue;
     const LightForms forms = at_patch.forms(light);
     if (!(forms.cosine.range().high > 0)) continue;
-    any_light = true;
+    sum.any_light = true;
     const std::array<double, 3> radiance = channels_of(light.radiance);
+    const AffineForm arriving = forms.cosine * forms.strength, shining = forms.highlight * forms.strength;
     for (std::size_t c = 0; c < 3; ++c) {
       const double specular = coefficients.specular[c];
-      AffineForm lit = forms.cosine * form_of(coefficients.diffuse[c]);
-      if (specular > 0) lit = lit + form_of(forms.highlight) * specular;
-      lit = lit * forms.strength * radiance[c];
+      const Interval& diffuse = coefficients.diffuse[c];
+      AffineForm lit = diffuse.low == diffuse.high ? arriving * diffuse.low : arriving * form_of(diffuse);
+      if (specular > 0) lit = lit + shining * specular;
+      lit = lit * radiance[c];
       const double largest =
-          radiance[c] * attenuation_bound(light.attenuation) * visible.high * (coefficients.diffuse[c].high + specular);
-      if (radiance[c] > 0 && coefficients.diffuse[c].high + specular > 0) most[c] += largest;
+          radiance[c] * attenuation_bound(light.attenuation) * visible.high * (diffuse.high + specular);
+      if (radiance[c] > 0 && diffuse.high + specular > 0) sum.light_max[c] += largest;
       if (visible.low < 1) lit = form_of({0, std::max(0.0, lit.range().high) * visible.high});
-      sum[c] = sum[c] + lit;
+      sum.light[c] = sum.light[c] + lit;
     }
   }
+  return sum;
+}
+
+ColorInterval range_of(const SceneBounds& bounds, const LocalRadiance& radiance, const BlockPart& part) {
+  if (!radiance.any_light) return radiance.emitted_ambient;
   ColorInterval light{};
   for (std::size_t c = 0; c < 3; ++c) {
-    const Interval range = sum[c].range();
-    light[c] = {std::max(0.0, range.low), std::min(range.high, most[c])};
+    const Interval range = restricted(radiance.light[c], part).range();
+    light[c] = {std::max(0.0, range.low), std::min(range.high, radiance.light_max[c])};
   }
-  return finish(bounds, coefficients, light, any_light);
+  return finish(bounds, radiance.emitted_ambient, light);
 }
 
 ColorInterval local_radiance(const SceneBounds& bounds, std::uint32_t material, double distance) {
@@ -233,7 +263,7 @@ ColorInterval local_radiance(const SceneBounds& bounds, std::uint32_t material, 
       if (reflected > 0) sum[c].high += reflected * strength * visible;
     }
   }
-  return finish(bounds, coefficients, sum, !scene.lights.empty());
+  return scene.lights.empty() ? coefficients.emitted_ambient : finish(bounds, coefficients.emitted_ambient, sum);
 }
 
 SecondaryFactors secondary_factors(const CompiledMaterial& material) {

@@ -8,12 +8,25 @@
 
 namespace tracer {
 
-/// Radiance of a patch along the rays of the bundle, without what secondary rays add: emission, ambient and direct
-/// light. `width` is the largest width of a pixel's ray at the patch, `visible` the shadow_range() of each light.
-ColorInterval local_radiance(const SceneBounds& bounds, const SurfacePatch& patch, const RayBundle& rays, double width,
+/// Radiance of a patch without what secondary rays add, over the positions of its block.
+struct LocalRadiance {
+  ColorInterval emitted_ambient{};
+  std::array<AffineForm, 3> light{};  ///< direct light
+  std::array<double, 3> light_max{};  ///< bound of `light` that does not depend on positions
+  bool any_light = false;
+
+  /// Width of the range that remains for the smallest part of the block, relative to the larger end of the range.
+  [[nodiscard]] double nonlinear_width() const;
+};
+
+/// `width` is the largest width of a pixel's ray at the patch, `visible` the shadow_range() of each light.
+LocalRadiance local_radiance(const SceneBounds& bounds, const SurfacePatch& patch, const RayBundle& rays, double width,
                              std::span<const Interval> visible);
 
-/// The same at any point of any object with this material that is at least `distance` (scene units) away from every
+/// Range over a part of the block.
+ColorInterval range_of(const SceneBounds& bounds, const LocalRadiance& radiance, const BlockPart& part);
+
+/// Range at any point of any object with this material that is at least `distance` (scene units) away from every
 /// light that has a position.
 ColorInterval local_radiance(const SceneBounds& bounds, std::uint32_t material, double distance);
 
